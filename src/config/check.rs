@@ -1,0 +1,137 @@
+//! Ranges, checked once: each message gives the key, the value, the accepted range and the unit.
+
+use super::{Config, Surface};
+use crate::error::{Error, Result};
+
+impl Config {
+    /// Checks every number of the configuration.
+    pub(super) fn check(&self) -> Result<()> {
+        range("night.max_failed_frac", self.night.max_failed_frac, 0.0, 1.0, "")?;
+        if self.night.name.is_empty() || self.night.name.contains(['/', '\\']) {
+            return Err(bad("night.name", format!("\"{}\" must be a plain folder name", self.night.name)));
+        }
+        range("site.lat_deg", self.site.lat_deg, -90.0, 90.0, "deg, north positive")?;
+        range("site.lon_deg", self.site.lon_deg, -180.0, 360.0, "deg, east positive")?;
+        range("site.alt_m", self.site.alt_m, -500.0, 9_000.0, "m")?;
+        range("telescope.aperture_m", self.telescope.aperture_m, 0.005, 50.0, "m")?;
+        range("telescope.focal_length_mm", self.telescope.focal_length_mm, 1.0, 1e6, "mm")?;
+        self.check_detector()?;
+        self.check_photometry()?;
+        if let Some(stars) = &self.stars {
+            ordered("stars.bv_range_mag", stars.bv_range_mag, "mag")?;
+            ordered("stars.v_range_mag", stars.v_range_mag, "mag")?;
+            ordered("stars.airmass_range", stars.airmass_range, "airmass")?;
+            range("stars.v_err_max_mag", stars.v_err_max_mag, 0.0, 10.0, "mag")?;
+            range("stars.min_snr", stars.min_snr, 0.0, 1e6, "")?;
+            range("stars.match_radius_arcsec", stars.match_radius_arcsec, 0.01, 3_600.0, "arcsec")?;
+            range("stars.pointing_gap_s", stars.pointing_gap_s, 0.0, 86_400.0, "s")?;
+        }
+        self.check_zeropoint()?;
+        if let Some(orbit) = &self.orbit {
+            range("orbit.max_age_d", orbit.max_age_d, 0.0, 36_525.0, "d")?;
+            range("orbit.ut1_utc_s", orbit.ut1_utc_s, -1.0, 1.0, "s")?;
+            range("orbit.xp_arcsec", orbit.xp_arcsec, -2.0, 2.0, "arcsec")?;
+            range("orbit.yp_arcsec", orbit.yp_arcsec, -2.0, 2.0, "arcsec")?;
+        }
+        if let Some(model) = &self.model {
+            range("model.tolerance", model.tolerance, 1e-12, 0.5, "(relative)")?;
+            model.surfaces.iter().try_for_each(check_surface)?;
+        }
+        Ok(())
+    }
+
+    fn check_detector(&self) -> Result<()> {
+        let d = &self.detector;
+        range("detector.pixel_um", d.pixel_um, 0.1, 1_000.0, "µm")?;
+        range("detector.pedestal_adu", d.pedestal_adu, -65_536.0, 65_535.0, "ADU")?;
+        range("detector.adc_max_adu", d.adc_max_adu, 1.0, 1e10, "ADU")?;
+        range("detector.saturation_frac", d.saturation_frac, 0.01, 1.0, "")?;
+        if let Some(err) = d.gain_table_err_mag {
+            range("detector.gain_table_err_mag", err, 0.0, 5.0, "mag")?;
+        }
+        for (table, values, top) in [
+            ("e_per_adu", &d.e_per_adu, 1e6),
+            ("read_noise_e", &d.read_noise_e, 1e6),
+            ("full_well_e", &d.full_well_e, 1e10),
+        ] {
+            for (setting, value) in values {
+                let key = format!("detector.{table}.{setting}");
+                if setting.parse::<i64>().is_err() {
+                    return Err(bad(&key, format!("\"{setting}\" is not a gain setting (a whole number, 0.1 dB)")));
+                }
+                range(&key, *value, 1e-9, top, if table == "e_per_adu" { "e-/ADU" } else { "e-" })?;
+            }
+        }
+        Ok(())
+    }
+
+    fn check_photometry(&self) -> Result<()> {
+        let p = &self.photometry;
+        if let Some(r) = p.clip_radius_px {
+            range("photometry.clip_radius_px", r, 1.0, 1e6, "px")?;
+        }
+        if let Some(fwhm) = p.fwhm_px {
+            range("photometry.fwhm_px", fwhm, 0.5, 500.0, "px")?;
+        }
+        range("photometry.aper_r_fwhm", p.aper_r_fwhm, 0.2, 100.0, "FWHM")?;
+        range("photometry.sky_in_fwhm", p.sky_in_fwhm, p.aper_r_fwhm, 1_000.0, "FWHM, outside the aperture")?;
+        range("photometry.sky_out_fwhm", p.sky_out_fwhm, p.sky_in_fwhm + 0.1, 1_000.0, "FWHM, outside sky_in_fwhm")?;
+        range("photometry.mesh_px", p.mesh_px as f64, 8.0, 4_096.0, "px")?;
+        range("photometry.detect_sigma", p.detect_sigma, 1.0, 1_000.0, "σ")?;
+        range("photometry.clip_sigma", p.clip_sigma, 1.5, 100.0, "σ")?;
+        range("flat.min_response", self.flat.min_response, 0.0, 1.0, "")?;
+        ordered("flat.level_range_frac", self.flat.level_range_frac, "of full scale")?;
+        let t = &self.target;
+        range("target.search_radius_px", t.search_radius_px, 1.0, 1e5, "px")?;
+        range("target.detect_sigma", t.detect_sigma, 1.0, 1_000.0, "σ")?;
+        range("target.margin_fwhm", t.margin_fwhm, 0.0, 100.0, "FWHM")?;
+        range("target.limit_r_fwhm", t.limit_r_fwhm, 0.2, 100.0, "FWHM")?;
+        if t.x_px.is_some() != t.y_px.is_some() {
+            return Err(bad("target.x_px", "give both target.x_px and target.y_px, or neither".into()));
+        }
+        range("time.offset_s", self.time.offset_s, -86_400.0, 86_400.0, "s")?;
+        if let Some(err) = self.time.err_s {
+            range("time.err_s", err, 0.0, 86_400.0, "s")?;
+        }
+        Ok(())
+    }
+
+    fn check_zeropoint(&self) -> Result<()> {
+        let z = &self.zeropoint;
+        range("zeropoint.max_rejected_frac", z.max_rejected_frac, 0.0, 0.9, "")?;
+        range("zeropoint.min_stars", z.min_stars as f64, 1.0, 1e6, "stars")?;
+        range("zeropoint.target_b_v_mag", z.target_b_v_mag, -1.0, 4.0, "mag")?;
+        range("zeropoint.target_b_v_err_mag", z.target_b_v_err_mag, 0.0, 4.0, "mag")?;
+        for (key, pin) in [("zeropoint.pin_k", &z.pin_k), ("zeropoint.pin_c", &z.pin_c)] {
+            if let Some(pin) = pin {
+                range(&format!("{key}.value"), pin.value, -10.0, 10.0, "mag")?;
+                range(&format!("{key}.err"), pin.err, 0.0, 10.0, "mag")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_surface(s: &Surface) -> Result<()> {
+    range(&format!("model.surfaces.{}.area_m2", s.name), s.area_m2, 1e-6, 1e9, "m²")
+}
+
+fn bad(key: &str, problem: String) -> Error {
+    Error::Config { key: key.into(), problem }
+}
+
+/// `lo <= value <= hi`, or an error with the unit.
+pub(crate) fn range(key: &str, value: f64, lo: f64, hi: f64, unit: &str) -> Result<()> {
+    if value >= lo && value <= hi {
+        return Ok(());
+    }
+    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+    Err(bad(key, format!("{value} is outside {lo} to {hi}{unit}")))
+}
+
+fn ordered(key: &str, [lo, hi]: [f64; 2], unit: &str) -> Result<()> {
+    if lo < hi {
+        return Ok(());
+    }
+    Err(bad(key, format!("[{lo}, {hi}] {unit}: the first must be smaller than the second")))
+}

@@ -1,0 +1,185 @@
+//! Reading, merging and saving: preset, then the file, then `--set`, into one table that serde reads with paths.
+
+use std::path::{Path, PathBuf};
+
+use toml::{Table, Value};
+
+use super::Config;
+use crate::error::{Error, Result};
+
+/// The embedded presets: name and text.
+pub const PRESETS: &[(&str, &str)] = &[("macquarie-cdk24", include_str!("../presets/macquarie_cdk24.toml"))];
+
+/// The text of an embedded preset.
+#[must_use]
+pub fn preset_text(name: &str) -> Option<&'static str> {
+    PRESETS.iter().find(|(n, _)| *n == name).map(|(_, t)| *t)
+}
+
+impl Config {
+    /// Reads `path`, fills it from its preset, applies `key=value` settings, checks every range once.
+    ///
+    /// Paths inside become relative to the folder of `path`.
+    ///
+    /// # Errors
+    /// [`Error::Config`] naming the key, the value and what would be accepted; [`Error::Io`].
+    pub fn load(path: &Path, sets: &[String]) -> Result<Self> {
+        let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
+        let mut config = Self::from_text(&text, sets)?;
+        config.resolve_paths(path.parent().unwrap_or(Path::new("")));
+        Ok(config)
+    }
+
+    /// As [`Config::load`], from text; paths stay as they are.
+    ///
+    /// # Errors
+    /// [`Error::Config`].
+    pub fn from_text(text: &str, sets: &[String]) -> Result<Self> {
+        let mut user: Table = text.parse().map_err(|e: toml::de::Error| bad("pipeline.toml", e.to_string()))?;
+        for set in sets {
+            apply_set(&mut user, set)?;
+        }
+        let mut table = match user.get("preset") {
+            None => Table::new(),
+            Some(name) => preset_table(name)?,
+        };
+        merge(&mut table, user);
+        let config: Config = serde_path_to_error::deserialize(Value::Table(table)).map_err(|e| explain(&e))?;
+        config.check()?;
+        Ok(config)
+    }
+
+    /// The configuration in force, as TOML, for `effective.toml`.
+    ///
+    /// # Errors
+    /// [`Error::Config`] if it cannot be written as TOML.
+    pub fn to_toml(&self) -> Result<String> {
+        toml::to_string_pretty(self).map_err(|e| bad("effective.toml", e.to_string()))
+    }
+
+    fn resolve_paths(&mut self, base: &Path) {
+        let fix = |p: &mut PathBuf| {
+            if p.is_relative() && !base.as_os_str().is_empty() {
+                *p = base.join(&*p);
+            }
+        };
+        self.night.input.iter_mut().for_each(fix);
+        fix(&mut self.night.output);
+        self.flat.master.iter_mut().for_each(fix);
+        self.stars.iter_mut().for_each(|s| fix(&mut s.catalogue));
+        self.zeropoint.previous.iter_mut().for_each(fix);
+        self.orbit.iter_mut().for_each(|o| fix(&mut o.elements));
+    }
+}
+
+fn bad(key: &str, problem: String) -> Error {
+    Error::Config { key: key.into(), problem }
+}
+
+fn preset_table(name: &Value) -> Result<Table> {
+    let known = || PRESETS.iter().map(|(n, _)| *n).collect::<Vec<_>>().join(", ");
+    let text = name
+        .as_str()
+        .and_then(preset_text)
+        .ok_or_else(|| bad("preset", format!("{name} is not a preset; known: {}", known())))?;
+    text.parse().map_err(|e: toml::de::Error| bad("preset", e.to_string()))
+}
+
+/// Puts `over` on top of `base`, table by table.
+fn merge(base: &mut Table, over: Table) {
+    for (key, value) in over {
+        match (base.get_mut(&key), value) {
+            (Some(Value::Table(below)), Value::Table(above)) => merge(below, above),
+            (_, value) => {
+                base.insert(key, value);
+            }
+        }
+    }
+}
+
+/// Applies one `a.b.c=value`; the value is TOML, or a bare string.
+fn apply_set(table: &mut Table, set: &str) -> Result<()> {
+    let (key, text) = set
+        .split_once('=')
+        .ok_or_else(|| bad("--set", format!("\"{set}\" is not key=value, e.g. photometry.aper_r_fwhm=2.5")))?;
+    let key = key.trim();
+    let value = format!("v = {text}")
+        .parse::<Table>()
+        .ok()
+        .and_then(|mut t| t.remove("v"))
+        .unwrap_or_else(|| Value::String(text.trim().to_string()));
+    let mut parts: Vec<&str> = key.split('.').collect();
+    let last = parts.pop().filter(|s| !s.is_empty()).ok_or_else(|| bad("--set", format!("\"{set}\" has no key")))?;
+    let mut here = table;
+    for part in parts {
+        here = here
+            .entry(part)
+            .or_insert_with(|| Value::Table(Table::new()))
+            .as_table_mut()
+            .ok_or_else(|| bad(key, format!("{part} is a value, not a table")))?;
+    }
+    here.insert(last.to_string(), value);
+    Ok(())
+}
+
+/// Turns serde's message into one that names the dotted key and, for a typing error, the nearest known key.
+fn explain(error: &serde_path_to_error::Error<toml::de::Error>) -> Error {
+    let message = error.inner().message().to_string();
+    let path = error.path().to_string();
+    if let Some((unknown, known)) = unknown_field(&message) {
+        let table = path.strip_suffix(&unknown).unwrap_or(&path).trim_end_matches('.');
+        let key = if table.is_empty() || table == "?" { unknown.clone() } else { format!("{table}.{unknown}") };
+        let nearest =
+            known.iter().max_by(|a, b| strsim::jaro_winkler(&unknown, a).total_cmp(&strsim::jaro_winkler(&unknown, b)));
+        let hint = nearest.map(|n| format!("; did you mean \"{n}\"?")).unwrap_or_default();
+        return bad(&key, format!("unknown key{hint} Known here: {}", known.join(", ")));
+    }
+    bad(if path == "." { "pipeline.toml" } else { &path }, message)
+}
+
+/// `unknown field `x`, expected one of `a`, `b`` -> (x, [a, b]).
+fn unknown_field(message: &str) -> Option<(String, Vec<String>)> {
+    let rest = message.strip_prefix("unknown field ")?;
+    let mut quoted = rest.split('`').skip(1).step_by(2).map(str::to_string);
+    let unknown = quoted.next()?;
+    Some((unknown, quoted.collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NIGHT: &str = "preset = \"macquarie-cdk24\"\n[night]\nname = \"n\"\ninput = [\"in\"]\noutput = \"out\"\n";
+
+    #[test]
+    fn a_preset_and_four_lines_make_a_configuration() {
+        let c = Config::from_text(NIGHT, &[]).unwrap();
+        assert_eq!(c.photometry.clip_radius_px, Some(2500.0));
+        assert_eq!(c.detector.camera, "asi6200mm");
+    }
+
+    #[test]
+    fn a_typing_error_names_the_nearest_key() {
+        let e = Config::from_text(&format!("{NIGHT}[photometry]\nclip_radius = 1.0\n"), &[]).unwrap_err().to_string();
+        assert!(e.contains("photometry.clip_radius:") && e.contains("did you mean \"clip_radius_px\""), "{e}");
+        let e = Config::from_text(&format!("{NIGHT}[photometri]\n"), &[]).unwrap_err().to_string();
+        assert!(e.contains("\"photometry\""), "{e}");
+    }
+
+    #[test]
+    fn set_wins_over_the_file_and_is_checked_like_it() {
+        let c = Config::from_text(NIGHT, &["photometry.aper_r_fwhm=3".into(), "night.name=zwei".into()]).unwrap();
+        assert_eq!((c.photometry.aper_r_fwhm, c.night.name.as_str()), (3.0, "zwei"));
+        let e = Config::from_text(NIGHT, &["photometry.aper_r_fwhm=-1".into()]).unwrap_err().to_string();
+        assert!(e.contains("photometry.aper_r_fwhm") && e.contains("-1") && e.contains("FWHM"), "{e}");
+        assert!(Config::from_text(NIGHT, &["nonsense".into()]).is_err());
+    }
+
+    #[test]
+    fn the_saved_configuration_reads_back_the_same() {
+        let c = Config::from_text(NIGHT, &[]).unwrap();
+        let text = c.to_toml().unwrap();
+        let again = Config::from_text(&text, &[]).unwrap();
+        assert_eq!(again.to_toml().unwrap(), text);
+    }
+}

@@ -1,0 +1,148 @@
+//! What stops a night, a stage or a file: one enum, grouped by what the observer must do.
+//!
+//! Each message names the file, the keyword, the value and the remedy. What only taints a row is a flag
+//! ([`crate::photometry::flags::Flags`]) in that row, never an error.
+
+use std::path::PathBuf;
+
+/// What stops a night. A bad pixel or a lost star sets a flag in its row instead.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    // --- fix the configuration (exit code 2)
+    /// A key or a value of the configuration is wrong.
+    #[error("configuration: {key}: {problem}")]
+    Config {
+        /// Dotted key, e.g. `photometry.clip_radius_px`.
+        key: String,
+        /// What is wrong and what would be accepted, with the unit.
+        problem: String,
+    },
+
+    // --- fix the input files (exit code 4)
+    /// A file or folder cannot be read or written.
+    #[error("{path}: {source}")]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the operating system said.
+        #[source]
+        source: std::io::Error,
+    },
+    /// There is nothing to work on.
+    #[error("{path}: {problem}")]
+    NoInput {
+        /// The folder or file that was looked at.
+        path: PathBuf,
+        /// What is missing and where to put it.
+        problem: String,
+    },
+    /// A FITS file that is damaged, or of a kind that is not an image.
+    #[error("{path}: {problem}")]
+    Fits {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// A header keyword is missing or has a value that cannot be used.
+    #[error("{path}: header {keyword}: {problem}")]
+    Header {
+        /// The file.
+        path: PathBuf,
+        /// The keyword or the list of synonyms looked for.
+        keyword: String,
+        /// What is wrong, and the configuration key that helps.
+        problem: String,
+    },
+    /// A table (catalogue, elements, zeropoint, photometry) that cannot be parsed.
+    #[error("{path}{}: {problem}", line.map(|l| format!(":{l}")).unwrap_or_default())]
+    Table {
+        /// The file.
+        path: PathBuf,
+        /// 1-based line, where known.
+        line: Option<usize>,
+        /// What is wrong.
+        problem: String,
+    },
+
+    // --- calibration, catalogue or orbit missing (exit code 5)
+    /// The camera table has no row for this gain setting: it is never extrapolated.
+    #[error(
+        "{path}: gain setting {setting} (0.1 dB) is not in the table of camera {camera}; \
+         add it to [detector.e_per_adu] (\"{setting}\" = electrons per ADU) or set detector.use_header_egain = true"
+    )]
+    GainNotTabulated {
+        /// The frame.
+        path: PathBuf,
+        /// GAIN of its header [0.1 dB].
+        setting: i64,
+        /// The camera whose table was searched.
+        camera: String,
+    },
+    /// No master flat can be made or used.
+    #[error("flat: {problem}")]
+    Flat {
+        /// Why, and what would help.
+        problem: String,
+    },
+    /// The star catalogue is missing or holds no usable star.
+    #[error("catalogue {path}: {problem}")]
+    Catalogue {
+        /// The catalogue file.
+        path: PathBuf,
+        /// Why, and what would help.
+        problem: String,
+    },
+    /// Orbital elements are missing, damaged, too old, or the propagation failed.
+    #[error("orbit: {problem}")]
+    Orbit {
+        /// Why, and what would help.
+        problem: String,
+    },
+
+    // --- take more stars (exit code 3)
+    /// The zeropoint cannot be fitted.
+    #[error("zeropoint: {problem}")]
+    Zeropoint {
+        /// How many stars were left by which cut, how many are needed.
+        problem: String,
+    },
+    /// A model input that makes no physical sense.
+    #[error("model: {problem}")]
+    Model {
+        /// Which quantity, its value and the accepted range.
+        problem: String,
+    },
+    /// Results were written, but they are not good enough to be called a success.
+    #[error("{problem}")]
+    PoorNight {
+        /// What failed, with counts.
+        problem: String,
+    },
+}
+
+impl Error {
+    /// The process exit code of this error (documented in the README).
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Error::Config { .. } | Error::Model { .. } => 2,
+            Error::PoorNight { .. } | Error::Zeropoint { .. } => 3,
+            Error::Io { .. }
+            | Error::NoInput { .. }
+            | Error::Fits { .. }
+            | Error::Header { .. }
+            | Error::Table { .. } => 4,
+            Error::GainNotTabulated { .. } | Error::Flat { .. } | Error::Catalogue { .. } | Error::Orbit { .. } => 5,
+        }
+    }
+
+    /// An I/O error with its path.
+    pub fn io(path: impl Into<PathBuf>, source: std::io::Error) -> Self {
+        Error::Io { path: path.into(), source }
+    }
+}
+
+/// The result of everything that can stop a night.
+pub type Result<T> = std::result::Result<T, Error>;

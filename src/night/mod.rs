@@ -1,0 +1,1 @@
+//! Where the halves meet: the pipeline, the comparison, the simulation.

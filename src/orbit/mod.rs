@@ -1,0 +1,1 @@
+//! From elements to where the satellite, the Sun and the Moon stand.

@@ -1,0 +1,86 @@
+//! What taints a row: a bit mask that travels with every flux.
+
+use std::fmt;
+
+/// Quality bits of a measurement; the names are written in the meta of every table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+pub struct Flags(pub i32);
+
+impl Flags {
+    /// A pixel at or above saturation inside the aperture (in any member of a combined star).
+    pub const SATURATED: Flags = Flags(1);
+    /// A masked or NaN pixel inside the aperture; its area is filled from the mean of the good ones.
+    pub const MASKED: Flags = Flags(1 << 1);
+    /// The aperture reaches over the edge of the frame.
+    pub const EDGE: Flags = Flags(1 << 2);
+    /// The aperture or the annulus reaches outside the clip circle.
+    pub const CLIP_EDGE: Flags = Flags(1 << 3);
+    /// The net flux is not positive.
+    pub const NEGATIVE: Flags = Flags(1 << 4);
+    /// Many annulus pixels were clipped: a neighbour or a trail lies in it.
+    pub const CROWDED_ANNULUS: Flags = Flags(1 << 5);
+    /// No usable annulus: the background mesh was used instead.
+    pub const NO_ANNULUS: Flags = Flags(1 << 6);
+    /// Another catalogue star or detection inside the aperture.
+    pub const NEIGHBOUR: Flags = Flags(1 << 7);
+    /// The target is elongated (smear, rotation or its own shape).
+    pub const ELONGATED: Flags = Flags(1 << 8);
+    /// A star trail crosses the aperture.
+    pub const TRAIL: Flags = Flags(1 << 9);
+    /// No master flat was applied.
+    pub const NO_FLAT: Flags = Flags(1 << 10);
+    /// The elements are more than 2 days old.
+    pub const OLD_ELEMENTS: Flags = Flags(1 << 11);
+    /// The mid-exposure time is uncertain by a second or more.
+    pub const TIME_UNCERTAIN: Flags = Flags(1 << 12);
+    /// A model input was extrapolated (lunar phase law beyond 150 degrees).
+    pub const MODEL_EXTRAPOLATED: Flags = Flags(1 << 13);
+
+    /// Every bit with its name, in order.
+    pub const NAMES: [(Flags, &'static str); 14] = [
+        (Self::SATURATED, "saturated"),
+        (Self::MASKED, "masked"),
+        (Self::EDGE, "edge"),
+        (Self::CLIP_EDGE, "clip_edge"),
+        (Self::NEGATIVE, "negative"),
+        (Self::CROWDED_ANNULUS, "crowded_annulus"),
+        (Self::NO_ANNULUS, "no_annulus"),
+        (Self::NEIGHBOUR, "neighbour"),
+        (Self::ELONGATED, "elongated"),
+        (Self::TRAIL, "trail"),
+        (Self::NO_FLAT, "no_flat"),
+        (Self::OLD_ELEMENTS, "old_elements"),
+        (Self::TIME_UNCERTAIN, "time_uncertain"),
+        (Self::MODEL_EXTRAPOLATED, "model_extrapolated"),
+    ];
+
+    /// Sets the bits of `other`.
+    pub fn set(&mut self, other: Flags) {
+        self.0 |= other.0;
+    }
+    /// Whether every bit of `other` is set.
+    #[must_use]
+    pub fn has(self, other: Flags) -> bool {
+        self.0 & other.0 == other.0
+    }
+    /// Whether any bit of `other` is set.
+    #[must_use]
+    pub fn any(self, other: Flags) -> bool {
+        self.0 & other.0 != 0
+    }
+}
+
+impl std::ops::BitOr for Flags {
+    type Output = Flags;
+    fn bitor(self, o: Flags) -> Flags {
+        Flags(self.0 | o.0)
+    }
+}
+
+impl fmt::Display for Flags {
+    /// The names joined by `+`, or nothing.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names: Vec<&str> = Self::NAMES.iter().filter(|(b, _)| self.has(*b)).map(|(_, n)| *n).collect();
+        f.write_str(&names.join("+"))
+    }
+}
