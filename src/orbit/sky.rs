@@ -2,7 +2,7 @@
 //!
 //! km and radians. Geocentric vectors are apparent (light time, with the Earth's own motion in it); the observer's
 //! place and spin are added where altitudes are computed. No refraction, no deflection of light by the Sun (1.75″ at
-//! its limb, 0.004″ at 90°). Against JPL DE421, 2024-2027: Sun 0.05″, Moon 12″ at most.
+//! its limb, 0.004″ at 90°). Against JPL DE421, 2024-2027: Sun 0.01″, Moon 9.8″ at most.
 
 use hifitime::Epoch;
 
@@ -12,7 +12,7 @@ use crate::constants::{AU_KM, SPEED_OF_LIGHT_KM_S};
 use crate::error::{Error, Result};
 use crate::vector::{Itrs, Vector};
 
-/// Schwarzschild-like term ERFA's aberration wants is 0 here; distance to the Sun for it \[au\].
+/// Distance to the Sun in the relativistic term of aberration (0.4 µas) \[au\].
 const SUN_DISTANCE_FOR_ABERRATION_AU: f64 = 1.0;
 
 /// The Sun and the Moon at one instant.
