@@ -1,1 +1,25 @@
 //! From elements to where the satellite, the Sun and the Moon stand.
+//!
+//! elements -> [`Propagator`] (TEME) -> Earth-fixed axes (ITRS) -> horizon of the [`Site`]; [`Tracker::at`] is the
+//! whole chain. Kilometres and radians. No refraction, no atmosphere, no brightness.
+
+pub mod airmass;
+pub mod earth;
+pub mod elements;
+pub mod geometry;
+pub mod omm;
+pub mod passes;
+pub mod propagate;
+pub mod sky;
+pub mod time;
+pub mod tle;
+pub mod tracker;
+
+pub use airmass::{airmass, airmass_pickering2002};
+pub use earth::{EarthOrientation, Site};
+pub use elements::{Elements, check_age, element_names, nearest, read_elements};
+pub use geometry::Geometry;
+pub use passes::{Pass, PassEvent, passes};
+pub use propagate::Propagator;
+pub use sky::{SkyBodies, altaz_to_icrs, bodies, icrs_to_altaz, moon_altaz, sun_altaz};
+pub use tracker::Tracker;

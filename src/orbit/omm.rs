@@ -1,0 +1,164 @@
+//! Orbit mean-elements messages (CCSDS 502.0-B): JSON, KVN and CelesTrak's CSV, all through one table of keys.
+//!
+//! Keys as CCSDS names them. Bookkeeping keys may be missing; those the orbit is made of may not. No XML.
+
+use serde_json::{Map, Value};
+
+use super::elements::Elements;
+use super::tle::Problem;
+
+/// Keys that do not enter the orbit, with what stands for a missing one.
+const BOOKKEEPING: [(&str, &str); 6] = [
+    ("CLASSIFICATION_TYPE", "U"),
+    ("EPHEMERIS_TYPE", "0"),
+    ("ELEMENT_SET_NO", "999"),
+    ("REV_AT_EPOCH", "0"),
+    ("MEAN_MOTION_DOT", "0"),
+    ("MEAN_MOTION_DDOT", "0"),
+];
+/// Keys the orbit is made of.
+const NEEDED: [&str; 9] = [
+    "NORAD_CAT_ID",
+    "EPOCH",
+    "MEAN_MOTION",
+    "ECCENTRICITY",
+    "INCLINATION",
+    "RA_OF_ASC_NODE",
+    "ARG_OF_PERICENTER",
+    "MEAN_ANOMALY",
+    "BSTAR",
+];
+/// Statements about the orbit that must hold where they are made.
+const STATED: [(&str, &[&str]); 4] = [
+    ("CENTER_NAME", &["EARTH"]),
+    ("REF_FRAME", &["TEME"]),
+    ("TIME_SYSTEM", &["UTC"]),
+    ("MEAN_ELEMENT_THEORY", &["SGP4", "SGP/SGP4", "SGP"]),
+];
+
+/// JSON: one object or an array of objects.
+pub(super) fn parse_json(text: &str) -> Result<Vec<Elements>, Problem> {
+    let value: Value = serde_json::from_str(text).map_err(|e| (Some(e.line()), format!("not valid JSON: {e}")))?;
+    let items = match value {
+        Value::Array(items) => items,
+        other => vec![other],
+    };
+    items
+        .into_iter()
+        .enumerate()
+        .map(|(i, item)| match item {
+            Value::Object(map) => from_map(map, "OMM JSON").map_err(|p| (None, format!("element set {}: {p}", i + 1))),
+            _ => Err((None, format!("element set {}: expected an object in braces", i + 1))),
+        })
+        .collect()
+}
+
+/// KVN: `KEY = value` lines; each `CCSDS_OMM_VERS` begins a set.
+pub(super) fn parse_kvn(text: &str) -> Result<Vec<Elements>, Problem> {
+    let mut sets: Vec<(usize, Map<String, Value>)> = Vec::new();
+    for (i, raw) in text.lines().enumerate() {
+        let line = raw.trim();
+        if line.is_empty() || line.starts_with("COMMENT") {
+            continue;
+        }
+        let (key, value) =
+            line.split_once('=').ok_or_else(|| (Some(i + 1), format!("expected KEY = value, found \"{line}\"")))?;
+        let (key, value) = (key.trim().to_owned(), value.split('[').next().unwrap_or("").trim().to_owned());
+        if key == "CCSDS_OMM_VERS" {
+            sets.push((i + 1, Map::new()));
+        }
+        if let Some((_, map)) = sets.last_mut() {
+            map.insert(key, Value::String(value));
+        }
+    }
+    sets.into_iter().map(|(line, map)| from_map(map, "OMM KVN").map_err(|p| (Some(line), p))).collect()
+}
+
+/// CSV with a header row, as CelesTrak writes it.
+pub(super) fn parse_csv(text: &str) -> Result<Vec<Elements>, Problem> {
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.trim_start().as_bytes());
+    let at = |e: &csv::Error| e.position().map(|p| p.line() as usize);
+    let header = reader.headers().map_err(|e| (at(&e), e.to_string()))?.clone();
+    reader
+        .records()
+        .map(|record| {
+            let record = record.map_err(|e| (at(&e), e.to_string()))?;
+            let line = record.position().map(|p| p.line() as usize);
+            let map = header.iter().zip(&record).map(|(k, v)| (k.to_owned(), Value::String(v.to_owned()))).collect();
+            from_map(map, "OMM CSV").map_err(|p| (line, p))
+        })
+        .collect()
+}
+
+/// One set from its keys.
+fn from_map(mut map: Map<String, Value>, format: &'static str) -> Result<Elements, String> {
+    for value in map.values_mut() {
+        if let Value::String(s) = value {
+            *s = s.trim().to_owned();
+        }
+    }
+    map.retain(|_, v| !v.is_null() && v.as_str() != Some(""));
+    let label =
+        |key: &str| map.get(key).map(|v| v.as_str().map_or_else(|| v.to_string(), str::to_owned)).unwrap_or_default();
+    let who = format!("{} [{}]", label("OBJECT_NAME"), label("NORAD_CAT_ID"));
+    if let Some(key) = NEEDED.iter().find(|k| !map.contains_key(**k)) {
+        return Err(format!("{who}: {key} is missing"));
+    }
+    for (key, accepted) in STATED {
+        let stated = label(key).to_uppercase();
+        if !stated.is_empty() && !accepted.contains(&stated.as_str()) {
+            return Err(format!("{who}: {key} is {stated}, expected {}", accepted.join(" or ")));
+        }
+    }
+    let epoch = canonical_epoch(&label("EPOCH")).map_err(|p| format!("{who}: EPOCH: {p}"))?;
+    map.insert("EPOCH".to_owned(), Value::String(epoch));
+    for (key, stand_in) in BOOKKEEPING {
+        map.entry(key).or_insert_with(|| Value::String(stand_in.to_owned()));
+    }
+    for key in ["ELEMENT_SET_NO", "REV_AT_EPOCH", "EPHEMERIS_TYPE", "NORAD_CAT_ID"] {
+        whole(&mut map, key).map_err(|p| format!("{who}: {key}: {p}"))?;
+    }
+    let inner: sgp4::Elements = serde_json::from_value(Value::Object(map.clone())).map_err(|e| {
+        let key = first_bad_number(&map).unwrap_or_default();
+        format!("{who}: {key}{e}")
+    })?;
+    Elements::new(inner, format).map_err(|p| format!("{who}: {p}"))
+}
+
+/// A whole number written as `5.0` or `" 5"` becomes 5.
+fn whole(map: &mut Map<String, Value>, key: &str) -> Result<(), String> {
+    let Some(value) = map.get(key) else { return Ok(()) };
+    let text = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    let number: f64 = text.parse().map_err(|_| format!("\"{text}\" is not a whole number"))?;
+    if !(number >= 0.0 && number.fract() == 0.0 && number < 1e15) {
+        return Err(format!("{text} is not a whole number"));
+    }
+    map.insert(key.to_owned(), Value::from(number as u64));
+    Ok(())
+}
+
+/// Names the first needed key whose value is not a number, for the message.
+fn first_bad_number(map: &Map<String, Value>) -> Option<String> {
+    NEEDED.iter().filter(|k| **k != "EPOCH").find_map(|k| {
+        let value = map.get(*k)?;
+        let good = value.is_number() || value.as_str().is_some_and(|s| s.parse::<f64>().is_ok());
+        (!good).then(|| format!("{k} = {value}: "))
+    })
+}
+
+/// `YYYY-MM-DDTHH:MM:SS.f` from any epoch CCSDS allows: trailing Z, blank for T, day of year, no fraction.
+fn canonical_epoch(text: &str) -> Result<String, String> {
+    let bad = || format!("\"{text}\" is not an ISO date and time");
+    let (date, clock) = text.trim_end_matches(['Z', 'z']).split_once(['T', ' ']).ok_or_else(bad)?;
+    let fields: Vec<&str> = date.split('-').collect();
+    let date = match fields[..] {
+        [_, _, _] => date.to_owned(),
+        [year, day_of_year] => {
+            let (year, ordinal): (i32, u32) =
+                (year.parse().map_err(|_| bad())?, day_of_year.parse().map_err(|_| bad())?);
+            sgp4::chrono::NaiveDate::from_yo_opt(year, ordinal).ok_or_else(bad)?.to_string()
+        }
+        _ => return Err(bad()),
+    };
+    Ok(format!("{date}T{}", clock.trim()))
+}

@@ -1,0 +1,188 @@
+//! When the satellite is up: rise, culmination and set above a smallest altitude.
+//!
+//! Radians and km; times to better than 0.01 s. Geometric altitudes. No brightness and no weather.
+
+use hifitime::{Epoch, Unit};
+
+use super::geometry::Geometry;
+use super::time::{days_between, utc_text};
+use super::tracker::Tracker;
+use crate::error::{Error, Result};
+
+/// Most samples of one search: 100 days of a low orbit in a second of computing; longer windows are to be split.
+const MAX_SAMPLES: f64 = 5e6;
+/// Rise and set are refined to this \[s\].
+const TIME_TOLERANCE_S: f64 = 0.001;
+
+/// One moment of a pass.
+#[derive(Debug, Clone)]
+pub struct PassEvent {
+    /// The moment.
+    pub epoch: Epoch,
+    /// Altitude \[rad\].
+    pub alt_rad: f64,
+    /// Azimuth \[rad\].
+    pub az_rad: f64,
+    /// Range \[km\].
+    pub range_km: f64,
+    /// Altitude of the Sun \[rad\].
+    pub sun_alt_rad: f64,
+    /// Altitude of the Moon \[rad\].
+    pub moon_alt_rad: f64,
+    /// The rest of the geometry, for the light class and the model.
+    pub geometry: Geometry,
+}
+
+/// One stay above the smallest altitude.
+#[derive(Debug, Clone)]
+pub struct Pass {
+    /// Where it comes up; the start of the window if `starts_before`.
+    pub rise: PassEvent,
+    /// Its highest point.
+    pub culmination: PassEvent,
+    /// Where it goes down; the end of the window if `ends_after`.
+    pub set: PassEvent,
+    /// It was up already when the window began.
+    pub starts_before: bool,
+    /// It is still up when the window ends.
+    pub ends_after: bool,
+}
+
+/// Every stay above `min_alt_rad` between `start` and `end`, in order of time.
+///
+/// The altitude is sampled at a share of the period; every local maximum and minimum between samples is refined, so a
+/// grazing pass shorter than a step is found; rise and set are bisected to 1 ms. A satellite that never sets gives one
+/// pass, cut by the window on both sides.
+///
+/// # Errors
+/// [`Error::Orbit`] if the window is empty or too long, or the elements fail anywhere in it.
+pub fn passes(tracker: &Tracker, start: &Epoch, end: &Epoch, min_alt_rad: f64) -> Result<Vec<Pass>> {
+    let length_s = days_between(start, end) * 86_400.0;
+    if !(length_s > 0.0 && min_alt_rad.is_finite()) {
+        return Err(Error::Orbit {
+            problem: format!(
+                "no passes between {} and {}: the end must be after the start",
+                utc_text(start),
+                utc_text(end)
+            ),
+        });
+    }
+    let n = (length_s / tracker.safe_step_s()).ceil().max(2.0);
+    if n > MAX_SAMPLES {
+        return Err(Error::Orbit {
+            problem: format!("{:.0} days are too many for one search of passes; split the window", length_s / 86_400.0),
+        });
+    }
+    let search = Search { tracker, start, min_alt_rad };
+    search.passes(length_s, n as usize)
+}
+
+/// Seconds after `start`, and the height above the smallest altitude there \[rad\].
+type Node = (f64, f64);
+
+struct Search<'a> {
+    tracker: &'a Tracker,
+    start: &'a Epoch,
+    min_alt_rad: f64,
+}
+
+impl Search<'_> {
+    fn passes(&self, length_s: f64, n: usize) -> Result<Vec<Pass>> {
+        let nodes = self.nodes(length_s, n)?;
+        let mut found = Vec::new();
+        let mut i = 0;
+        while i < nodes.len() {
+            if nodes[i].1 < 0.0 {
+                i += 1;
+                continue;
+            }
+            let first = i;
+            while i + 1 < nodes.len() && nodes[i + 1].1 >= 0.0 {
+                i += 1;
+            }
+            let last = i;
+            let rise_s = if first == 0 { nodes[0].0 } else { self.crossing(nodes[first - 1], nodes[first])? };
+            let set_s =
+                if last + 1 == nodes.len() { nodes[last].0 } else { self.crossing(nodes[last + 1], nodes[last])? };
+            let top = nodes[first..=last].iter().fold(nodes[first], |best, n| if n.1 > best.1 { *n } else { best });
+            found.push(Pass {
+                rise: self.event(rise_s)?,
+                culmination: self.event(top.0)?,
+                set: self.event(set_s)?,
+                starts_before: first == 0,
+                ends_after: last + 1 == nodes.len(),
+            });
+            i += 1;
+        }
+        Ok(found)
+    }
+
+    /// Samples, and between them every turning point of the altitude.
+    fn nodes(&self, length_s: f64, n: usize) -> Result<Vec<Node>> {
+        let time = |i: usize| length_s * i as f64 / n as f64;
+        let samples = (0..=n).map(|i| self.node(time(i))).collect::<Result<Vec<_>>>()?;
+        let mut nodes = samples.clone();
+        for w in samples.windows(3) {
+            let ([a, b, c], mut turn) = ([w[0], w[1], w[2]], None);
+            if b.1 >= a.1 && b.1 > c.1 {
+                turn = Some(self.turning_point(a.0, c.0, 1.0)?);
+            } else if b.1 <= a.1 && b.1 < c.1 {
+                turn = Some(self.turning_point(a.0, c.0, -1.0)?);
+            }
+            nodes.extend(turn);
+        }
+        nodes.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(nodes)
+    }
+
+    /// Golden-section search of the maximum of `sign · altitude` between two times.
+    fn turning_point(&self, mut lo: f64, mut hi: f64, sign: f64) -> Result<Node> {
+        const GOLDEN: f64 = 0.618_033_988_749_894_9;
+        let (mut a, mut b) = (self.node(hi - GOLDEN * (hi - lo))?, self.node(lo + GOLDEN * (hi - lo))?);
+        while hi - lo > TIME_TOLERANCE_S {
+            if sign * a.1 > sign * b.1 {
+                (hi, b) = (b.0, a);
+                a = self.node(hi - GOLDEN * (hi - lo))?;
+            } else {
+                (lo, a) = (a.0, b);
+                b = self.node(lo + GOLDEN * (hi - lo))?;
+            }
+        }
+        Ok(if sign * a.1 > sign * b.1 { a } else { b })
+    }
+
+    /// Where the altitude crosses the limit between a node below it and one above; the time returned is above.
+    fn crossing(&self, below: Node, above: Node) -> Result<f64> {
+        let (mut lo, mut hi) = (below.0, above.0);
+        while (hi - lo).abs() > TIME_TOLERANCE_S {
+            let middle = self.node(0.5 * (lo + hi))?;
+            if middle.1 < 0.0 {
+                lo = middle.0;
+            } else {
+                hi = middle.0;
+            }
+        }
+        Ok(hi)
+    }
+
+    fn node(&self, t_s: f64) -> Result<Node> {
+        Ok((t_s, self.tracker.altitude_at(&self.epoch(t_s))? - self.min_alt_rad))
+    }
+
+    fn event(&self, t_s: f64) -> Result<PassEvent> {
+        let geometry = self.tracker.at(&self.epoch(t_s))?;
+        Ok(PassEvent {
+            epoch: geometry.epoch,
+            alt_rad: geometry.alt_rad,
+            az_rad: geometry.az_rad,
+            range_km: geometry.range_km,
+            sun_alt_rad: geometry.sun_alt_rad,
+            moon_alt_rad: geometry.moon_alt_rad,
+            geometry,
+        })
+    }
+
+    fn epoch(&self, t_s: f64) -> Epoch {
+        *self.start + t_s * Unit::Second
+    }
+}

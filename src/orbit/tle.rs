@@ -1,0 +1,113 @@
+//! Two-line and three-line elements, line by line, with the line number and the reason of everything refused.
+//!
+//! Columns of 69 ASCII characters. Nothing is repaired: a wrong checksum is a wrong orbit until shown otherwise.
+
+use super::elements::Elements;
+
+/// Where (1-based line, where known) and what is wrong.
+pub(super) type Problem = (Option<usize>, String);
+
+/// Every set of a TLE or 3LE file.
+pub(super) fn parse_file(text: &str) -> Result<Vec<Elements>, Problem> {
+    let mut sets = Vec::new();
+    let mut name: Option<(usize, &str)> = None;
+    let mut line1: Option<(usize, &str)> = None;
+    for (i, raw) in text.lines().enumerate() {
+        let (number, line) = (i + 1, raw.trim());
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        match (kind(line), line1) {
+            (Kind::Line1, None) => line1 = Some((number, line)),
+            (Kind::Line2, Some((first, l1))) => {
+                let title = name.map_or("", |n| n.1);
+                let set = parse_set(title, l1, line)
+                    .map_err(|(which, problem)| (Some(if which == 2 { number } else { first }), problem))?;
+                sets.push(set);
+                (name, line1) = (None, None);
+            }
+            (Kind::Line2, None) => {
+                return Err((Some(number), format!("line 2 without a line 1 before it: \"{}\"", short(line))));
+            }
+            (_, Some((first, l1))) => {
+                return Err((Some(first), format!("line 1 without a line 2 after it: \"{}\"", short(l1))));
+            }
+            (Kind::Name, None) => {
+                orphan(name)?;
+                let title = line.strip_prefix("0 ").unwrap_or(line).trim();
+                name = Some((number, title));
+            }
+        }
+    }
+    if let Some((number, l1)) = line1 {
+        return Err((Some(number), format!("line 1 without a line 2 after it: \"{}\"", short(l1))));
+    }
+    orphan(name)?;
+    Ok(sets)
+}
+
+/// One set; an error says which line (1 or 2) is wrong.
+pub(super) fn parse_set(name: &str, line1: &str, line2: &str) -> Result<Elements, (u8, String)> {
+    let who = if name.is_empty() { format!("[{}]", short_id(line1)) } else { format!("{name} [{}]", short_id(line1)) };
+    for (which, line) in [(1, line1), (2, line2)] {
+        check_line(line).map_err(|problem| (which, format!("{who}, line {which}: {problem}")))?;
+    }
+    let title = (!name.is_empty()).then(|| name.to_owned());
+    let inner = sgp4::Elements::from_tle(title, line1.as_bytes(), line2.as_bytes()).map_err(|e| {
+        let problem = e.to_string();
+        (if problem.contains("line 2") { 2 } else { 1 }, format!("{who}: {problem}"))
+    })?;
+    let format = if name.is_empty() { "TLE" } else { "3LE" };
+    Elements::new(inner, format).map_err(|problem| (2, format!("{who}: {problem}")))
+}
+
+enum Kind {
+    Name,
+    Line1,
+    Line2,
+}
+
+/// A name has at most 24 characters, so a longer text that begins with "1 " or "2 " is a line of elements.
+fn kind(line: &str) -> Kind {
+    match line.as_bytes() {
+        [b'1', b' ', ..] if line.len() > 26 => Kind::Line1,
+        [b'2', b' ', ..] if line.len() > 26 => Kind::Line2,
+        _ => Kind::Name,
+    }
+}
+
+fn check_line(line: &str) -> Result<(), String> {
+    if !line.is_ascii() {
+        return Err("holds characters that are not ASCII".to_owned());
+    }
+    let bytes = line.as_bytes();
+    if bytes.len() != 69 {
+        return Err(format!("has {} characters, expected 69 (the last is the checksum)", bytes.len()));
+    }
+    // checksum = (Σ digits + number of minus signs) mod 10
+    let sum: u32 =
+        bytes[..68].iter().map(|&b| if b == b'-' { 1 } else { char::from(b).to_digit(10).unwrap_or(0) }).sum();
+    let (expected, found) = (sum % 10, char::from(bytes[68]));
+    if found.to_digit(10) != Some(expected) {
+        return Err(format!("checksum is '{found}', expected {expected}; the line was altered, fetch the set again"));
+    }
+    Ok(())
+}
+
+fn orphan(name: Option<(usize, &str)>) -> Result<(), Problem> {
+    match name {
+        None => Ok(()),
+        Some((number, text)) => Err((
+            Some(number),
+            format!("\"{}\" is not followed by two lines of elements (comments begin with #)", short(text)),
+        )),
+    }
+}
+
+fn short(line: &str) -> String {
+    line.chars().take(40).collect()
+}
+
+fn short_id(line1: &str) -> String {
+    line1.chars().skip(2).take(5).collect::<String>().trim().to_owned()
+}

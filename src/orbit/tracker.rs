@@ -1,0 +1,157 @@
+//! One satellite over one site: from an epoch to the whole [`Geometry`].
+//!
+//! Holds every element set of the object, ready to propagate, and uses the nearest in time. Radians and km.
+
+use hifitime::Epoch;
+
+use super::earth::{EarthOrientation, Site};
+use super::elements::{Elements, check_age, element_names, only_object, read_elements};
+use super::geometry::{Geometry, geometry, look};
+use super::propagate::Propagator;
+use super::sky::bodies;
+use crate::config;
+use crate::error::{Error, Result};
+
+/// One satellite over one site.
+#[derive(Debug)]
+pub struct Tracker {
+    /// Of one object, in order of epoch.
+    sets: Vec<Elements>,
+    propagators: Vec<Propagator>,
+    site: Site,
+    eop: EarthOrientation,
+    max_age_d: f64,
+    force_age: bool,
+}
+
+impl Tracker {
+    /// From `[orbit]` and `[site]`.
+    ///
+    /// # Errors
+    /// Those of [`read_elements`]; [`Error::Orbit`] for several objects and no number, or elements SGP4 refuses.
+    pub fn from_config(orbit: &config::Orbit, site: &config::Site) -> Result<Self> {
+        let sets = read_elements(&orbit.elements)?;
+        let eop =
+            EarthOrientation { ut1_utc_s: orbit.ut1_utc_s, xp_arcsec: orbit.xp_arcsec, yp_arcsec: orbit.yp_arcsec };
+        let tracker = Self::new(sets, orbit.norad_cat_id, Site::from_config(site)?, eop)?;
+        Ok(Self { max_age_d: orbit.max_age_d, force_age: orbit.force_age, ..tracker })
+    }
+
+    /// From element sets; elements older than 14 d are refused.
+    ///
+    /// # Errors
+    /// As [`Tracker::from_config`].
+    pub fn new(sets: Vec<Elements>, norad: Option<u64>, site: Site, eop: EarthOrientation) -> Result<Self> {
+        only_object(&sets, norad)?;
+        let mut sets: Vec<_> = sets.into_iter().filter(|e| norad.is_none_or(|n| n == e.norad_cat_id())).collect();
+        sets.sort_by_key(Elements::epoch);
+        let propagators = sets.iter().map(Propagator::new).collect::<Result<_>>()?;
+        Ok(Self { sets, propagators, site, eop, max_age_d: 14.0, force_age: false })
+    }
+
+    /// Every way a header may name the satellite.
+    #[must_use]
+    pub fn names(&self) -> Vec<String> {
+        element_names(&self.sets)
+    }
+
+    /// The site.
+    #[must_use]
+    pub fn site(&self) -> &Site {
+        &self.site
+    }
+
+    /// The Earth orientation in use.
+    #[must_use]
+    pub fn earth_orientation(&self) -> &EarthOrientation {
+        &self.eop
+    }
+
+    /// The elements used at `epoch`: the nearest in time.
+    ///
+    /// # Errors
+    /// [`Error::Orbit`] if they are too old and age is not forced.
+    pub fn elements_at(&self, epoch: &Epoch) -> Result<&Elements> {
+        self.index_at(epoch).map(|i| &self.sets[i])
+    }
+
+    /// The whole geometry at `epoch`.
+    ///
+    /// # Errors
+    /// [`Error::Orbit`] if the elements are too old, SGP4 fails, or the satellite has decayed.
+    pub fn at(&self, epoch: &Epoch) -> Result<Geometry> {
+        let i = self.index_at(epoch)?;
+        let state = self.propagators[i].state(epoch)?;
+        let sky = bodies(epoch, &self.eop)?;
+        geometry(&self.site, &self.eop, epoch, &state, &sky, self.sets[i].age_d(epoch))
+    }
+
+    /// Altitude \[rad\] alone: a hundred times cheaper than [`Tracker::at`].
+    ///
+    /// # Errors
+    /// As [`Tracker::at`].
+    pub fn altitude_at(&self, epoch: &Epoch) -> Result<f64> {
+        let i = self.index_at(epoch)?;
+        let (position_km, _) = self.propagators[i].state(epoch)?;
+        Ok(look(&self.site, &self.eop, epoch, &position_km).0)
+    }
+
+    /// What to tell the observer about the elements used at `epoch`: old, contradicted by a neighbour, or of an orbit
+    /// the propagator is weak in. `None` when all is well.
+    #[must_use]
+    pub fn age_warning(&self, epoch: &Epoch) -> Option<String> {
+        let i = self.nearest_index(epoch)?;
+        let age = check_age(&self.sets[i], epoch, self.max_age_d, true).ok().flatten();
+        let warnings: Vec<String> =
+            [age, self.disagreement(i), self.propagators[i].caveat()].into_iter().flatten().collect();
+        (!warnings.is_empty()).then(|| warnings.join("; "))
+    }
+
+    /// A set whose neighbour in time (within 5 d) puts the satellite more than 500 km elsewhere at the set's epoch:
+    /// checksums do not catch an invented orbit, a neighbour does. Drag and burns stay below 100 km.
+    fn disagreement(&self, i: usize) -> Option<String> {
+        const FAR_KM: f64 = 500.0;
+        const SPAN_D: f64 = 5.0;
+        let set = &self.sets[i];
+        let here = self.propagators[i].state(&set.epoch()).ok()?.0;
+        [i.wrapping_sub(1), i + 1].into_iter().find_map(|j| {
+            let other = self.sets.get(j)?;
+            if other.age_d(&set.epoch()).abs() > SPAN_D {
+                return None;
+            }
+            let there = self.propagators[j].state(&set.epoch()).ok()?.0;
+            let apart_km = (here - there).norm();
+            (apart_km > FAR_KM).then(|| {
+                format!(
+                    "elements of {} at {} and at {} put the satellite {apart_km:.0} km apart: one of them is wrong",
+                    set.label(),
+                    super::time::utc_text(&set.epoch()),
+                    super::time::utc_text(&other.epoch()),
+                )
+            })
+        })
+    }
+
+    /// Smallest step in which the satellite's altitude has no hidden turn \[s\]: a share of the period, smaller for
+    /// eccentric orbits, whose perigee passes quickly.
+    pub(super) fn safe_step_s(&self) -> f64 {
+        let fastest = |e: &Elements| e.period_min() * 60.0 / 120.0 * (1.0 - e.eccentricity()).powf(1.5);
+        self.sets.iter().map(fastest).fold(f64::INFINITY, f64::min).clamp(1.0, 300.0)
+    }
+
+    fn nearest_index(&self, epoch: &Epoch) -> Option<usize> {
+        let after = self.sets.partition_point(|e| e.epoch() <= *epoch);
+        [after.wrapping_sub(1), after]
+            .into_iter()
+            .filter(|&i| i < self.sets.len())
+            .min_by(|&a, &b| self.sets[a].age_d(epoch).abs().total_cmp(&self.sets[b].age_d(epoch).abs()))
+    }
+
+    fn index_at(&self, epoch: &Epoch) -> Result<usize> {
+        let i = self
+            .nearest_index(epoch)
+            .ok_or_else(|| Error::Orbit { problem: "no element sets; give a file in orbit.elements".to_owned() })?;
+        check_age(&self.sets[i], epoch, self.max_age_d, self.force_age)?;
+        Ok(i)
+    }
+}
