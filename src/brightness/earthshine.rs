@@ -10,13 +10,16 @@ use super::ground::{Circle, Cone, Ground, Vertical};
 use super::quadrature::{end_clustered, gauss, half_cosine};
 use crate::vector::{Itrs, Vector};
 
-/// Orders in ζ and φ of each level; the last two are what a panel has at best before it is halved.
+/// Orders in ζ and φ of each level; past the last a panel is halved, and so are its arcs.
 const LEVELS: [(usize, usize); 6] = [(6, 8), (9, 12), (13, 18), (20, 27), (30, 40), (45, 60)];
 /// Lobes of exponent below this keep their branch point at r·o = 0 as an edge; above, they are rings about the mirror
 /// direction instead.
 const LOBE_EXPONENT: f64 = 16.0;
 /// Radii of the rings in units of the lobe's width n^(−1/2); outside the last the lobe is below 1e-10.
 const RINGS: [f64; 3] = [1.4, 3.2, 7.0];
+
+/// Longest arc of φ one rule covers \[rad\].
+const ARC_RAD: f64 = 2.1;
 
 /// The value of the integral and what it took.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,6 +45,8 @@ struct Panel {
     from: f64,
     to: f64,
     level: usize,
+    /// Times this panel was halved.
+    depth: u32,
     value: f64,
     err: f64,
 }
@@ -64,7 +69,7 @@ pub fn reflected_by_earth(
     let mut nodes = 0;
     let edges = facet.zeta_edges(ground);
     let mut panels: Vec<Panel> =
-        edges.windows(2).map(|e| Panel::new(ground, &facet, e[0], e[1], 1, &mut nodes)).collect();
+        edges.windows(2).map(|e| Panel::new(ground, &facet, (e[0], e[1]), 1, 0, &mut nodes)).collect();
     loop {
         let per_sr: f64 = panels.iter().map(|p| p.value).sum();
         let err: f64 = panels.iter().map(|p| p.err).sum();
@@ -73,24 +78,24 @@ pub fn reflected_by_earth(
         let Some(worst) = worst.filter(|_| err_rel > tolerance.max(1e-14) && nodes < max_nodes) else {
             return ReflectedLight { per_sr, err_rel, nodes };
         };
-        let Panel { from, to, level, value, .. } = panels[worst];
+        let Panel { from, to, level, depth, value, .. } = panels[worst];
         if level + 1 < LEVELS.len() {
-            let finer = facet.panel(ground, from, to, level + 1, &mut nodes);
-            panels[worst] = Panel { from, to, level: level + 1, value: finer, err: (finer - value).abs() };
+            let finer = facet.panel(ground, (from, to), level + 1, depth, &mut nodes);
+            panels[worst] = Panel { level: level + 1, value: finer, err: (finer - value).abs(), ..panels[worst] };
         } else {
             let middle = 0.5 * (from + to);
-            panels[worst] = Panel::new(ground, &facet, from, middle, 2, &mut nodes);
-            panels.push(Panel::new(ground, &facet, middle, to, 2, &mut nodes));
+            panels[worst] = Panel::new(ground, &facet, (from, middle), 3, depth + 1, &mut nodes);
+            panels.push(Panel::new(ground, &facet, (middle, to), 3, depth + 1, &mut nodes));
         }
     }
 }
 
 impl Panel {
     /// A panel at `level`, its error from the level below.
-    fn new(ground: &Ground, facet: &Facet, from: f64, to: f64, level: usize, nodes: &mut usize) -> Self {
-        let coarse = facet.panel(ground, from, to, level - 1, nodes);
-        let value = facet.panel(ground, from, to, level, nodes);
-        Self { from, to, level, value, err: (value - coarse).abs() }
+    fn new(ground: &Ground, facet: &Facet, ends: (f64, f64), level: usize, depth: u32, nodes: &mut usize) -> Self {
+        let coarse = facet.panel(ground, ends, level - 1, depth, nodes);
+        let value = facet.panel(ground, ends, level, depth, nodes);
+        Self { from: ends.0, to: ends.1, level, depth, value, err: (value - coarse).abs() }
     }
 }
 
@@ -101,7 +106,8 @@ impl Facet {
             // m = 2 (n·o) n − o: ground there is seen as in a mirror
             let mirror = normal * (2.0 * normal.dot(&observer)) - observer;
             if n < LOBE_EXPONENT {
-                cones.push(Cone::new(mirror, FRAC_PI_2, true));
+                // (r·o)ⁿ ends like xⁿ: a branch point unless n is whole, and smooth enough for Gauss from 4
+                cones.push(Cone::new(mirror, FRAC_PI_2, n < 4.0 && n.fract() != 0.0));
             } else {
                 let width_rad = n.powf(-0.5);
                 cones.extend(
@@ -129,20 +135,20 @@ impl Facet {
     }
 
     /// One panel in ζ at one level.
-    fn panel(&self, ground: &Ground, from: f64, to: f64, level: usize, nodes: &mut usize) -> f64 {
+    fn panel(&self, ground: &Ground, (from, to): (f64, f64), level: usize, depth: u32, nodes: &mut usize) -> f64 {
         let (order_zeta, order_phi) = LEVELS[level];
         let (ts, weights) = gauss(order_zeta);
         let mut sum = 0.0;
         for (t, weight) in ts.iter().zip(weights) {
             let (x, dx) = half_cosine(*t);
             let circle = ground.circle(from + (to - from) * x);
-            sum += weight * dx * circle.solid_angle * self.ring(ground, &circle, order_phi, nodes);
+            sum += weight * dx * circle.solid_angle * self.ring(ground, &circle, order_phi, depth, nodes);
         }
         sum * (to - from)
     }
 
     /// ∫ L f (n·w) dφ on one circle, over the arcs that are lit and in front of the surface.
-    fn ring(&self, ground: &Ground, circle: &Circle, order: usize, nodes: &mut usize) -> f64 {
+    fn ring(&self, ground: &Ground, circle: &Circle, order: usize, depth: u32, nodes: &mut usize) -> f64 {
         let mut ends: Vec<(f64, bool)> = Vec::with_capacity(2 + 2 * self.cones.len());
         let mut cut = |crossing: Option<(f64, f64)>, kink: bool| {
             if let Some((centre, half)) = crossing {
@@ -156,7 +162,7 @@ impl Facet {
             if self.at(ground, circle, 0.0) == 0.0 {
                 return 0.0;
             }
-            let n = 2 * order;
+            let n = (2 * order) << depth.min(3);
             *nodes += n;
             let step = TAU / n as f64;
             return step * (0..n).map(|j| self.at(ground, circle, (j as f64 + 0.5) * step)).sum::<f64>();
@@ -170,11 +176,16 @@ impl Facet {
             if width <= 0.0 || self.at(ground, circle, from + 0.5 * width) == 0.0 {
                 continue;
             }
+            // halving in ζ cannot cure what a wide arc misses
             let clustered = *kink_from || kink_to;
-            *nodes += ts.len();
-            for (t, weight) in ts.iter().zip(weights) {
-                let (x, dx) = if clustered { end_clustered(*t) } else { (*t, 1.0) };
-                sum += weight * dx * width * self.at(ground, circle, from + width * x);
+            let pieces = ((width / ARC_RAD).ceil() as usize) << depth.min(3);
+            let piece = width / pieces as f64;
+            *nodes += pieces * ts.len();
+            for start in (0..pieces).map(|p| from + piece * p as f64) {
+                for (t, weight) in ts.iter().zip(weights) {
+                    let (x, dx) = if clustered { end_clustered(*t) } else { (*t, 1.0) };
+                    sum += weight * dx * piece * self.at(ground, circle, start + piece * x);
+                }
             }
         }
         sum
