@@ -1,0 +1,244 @@
+//! How a surface scatters: one-sided reflectance distributions f(i, n, o).
+//!
+//! Unit \[1/sr\]; i, n, o are unit vectors from the surface to the light, along its normal, to the observer.
+//! Left out: mirrors and laboratory (Binomial) lobes.
+
+use std::f64::consts::PI;
+
+use super::quadrature::{end_clustered, gauss};
+use super::scene::impossible;
+use crate::error::Result;
+use crate::vector::Vector;
+
+/// Largest Phong exponent: half width 0.07°, narrower than the disc of the Sun, so that a mirror is meant.
+pub const PHONG_N_MAX: f64 = 1e6;
+
+/// A bidirectional reflectance distribution function.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Brdf {
+    /// f = ρ/π.
+    Lambert {
+        /// Albedo ρ, 0 to 1.
+        albedo: f64,
+    },
+    /// f = k_d/π + k_s (n+2)/2π max(0, r·o)ⁿ, r = 2(i·n)n − i.
+    Phong {
+        /// Diffuse share k_d.
+        kd: f64,
+        /// Specular share k_s.
+        ks: f64,
+        /// Exponent n; at n = 0 the lobe is the half-space r·o > 0, the limit n → 0.
+        n: f64,
+    },
+}
+
+/// Land with vegetation, 479 nm (Cloud Absorption Radiometer, CLASIC), as fitted by Fankhauser et al. (2023, AJ 166, 59).
+/// One spectral band and one biome: the global mean spherical albedo is near 0.3.
+pub const EARTH_VEGETATION: Brdf = Brdf::Phong { kd: 0.53, ks: 0.28, n: 7.31 };
+
+impl Brdf {
+    /// f(i, n, o) \[1/sr\]; exactly 0 unless n·i > 0 and n·o > 0.
+    #[must_use]
+    pub fn value<F>(&self, i: &Vector<F>, n: &Vector<F>, o: &Vector<F>) -> f64 {
+        let (cos_i, cos_o) = (n.dot(i), n.dot(o));
+        if !(cos_i > 0.0 && cos_o > 0.0) {
+            return 0.0;
+        }
+        // r·o = 2 (n·i)(n·o) − i·o
+        self.at_mirror_cosine(2.0 * cos_i * cos_o - i.dot(o))
+    }
+
+    /// f as a function of the one scalar it depends on, r·o, for light and observer on the front side \[1/sr\].
+    pub(super) fn at_mirror_cosine(&self, r_o: f64) -> f64 {
+        match *self {
+            Brdf::Lambert { albedo } => albedo / PI,
+            Brdf::Phong { kd, ks, n } => kd / PI + ks * (n + 2.0) / (2.0 * PI) * cosine_power(r_o, n),
+        }
+    }
+
+    /// The exponent of a lobe that is really there.
+    pub(super) fn lobe_exponent(&self) -> Option<f64> {
+        match *self {
+            Brdf::Phong { ks, n, .. } if ks > 0.0 => Some(n),
+            _ => None,
+        }
+    }
+
+    /// Refuses coefficients that are no reflectance.
+    ///
+    /// # Errors
+    /// [`crate::Error::Model`] for an albedo outside 0 to 1, k_d or k_s below 0, k_d + k_s above 1, n outside 0 to
+    /// [`PHONG_N_MAX`], anything not finite, or a directional-hemispherical reflectance above 1.001.
+    pub fn check(&self, what: &str) -> Result<()> {
+        let share = |name: &str, value: f64| {
+            if (0.0..=1.0).contains(&value) {
+                Ok(())
+            } else {
+                Err(impossible(format!("{what}: {name} = {value}; accepted is 0 to 1")))
+            }
+        };
+        match *self {
+            Brdf::Lambert { albedo } => share("albedo", albedo)?,
+            Brdf::Phong { kd, ks, n } => {
+                share("kd", kd)?;
+                share("ks", ks)?;
+                share("kd + ks", kd + ks)?;
+                if !(0.0..=PHONG_N_MAX).contains(&n) {
+                    return Err(impossible(format!("{what}: n = {n}; accepted is 0 to {PHONG_N_MAX:e}")));
+                }
+            }
+        }
+        for incidence_deg in [0.0_f64, 30.0, 60.0, 85.0] {
+            let reflected = self.hemispherical_reflectance(incidence_deg.to_radians());
+            if reflected > 1.001 {
+                return Err(impossible(format!(
+                    "{what}: reflects {reflected:.4} of the light that falls in at {incidence_deg} deg; at most 1"
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Share of the light falling in at `incidence_rad` that leaves again: ∫ f (n·o) dω over the hemisphere.
+    ///
+    /// For the Phong lobe in polar coordinates (c = cos γ, ψ) about the mirror direction, u = cⁿ⁺¹:
+    /// `k_s (n+2)/(2π(n+1)) ∫₀¹ du ∫ max(0, c cosθ + sqrt(1−c²) sinθ cosψ) dψ`, the inner integral in closed form;
+    /// good to 1e-6 for every exponent.
+    #[must_use]
+    pub fn hemispherical_reflectance(&self, incidence_rad: f64) -> f64 {
+        let (kd, ks, n) = match *self {
+            Brdf::Lambert { albedo } => return albedo,
+            Brdf::Phong { kd, ks, n } => (kd, ks, n),
+        };
+        let (sin_i, cos_i) = incidence_rad.sin_cos();
+        let (nodes, weights) = gauss(80);
+        let mut lobe = 0.0;
+        for (t, weight) in nodes.iter().zip(weights) {
+            let (u, du) = end_clustered(*t);
+            let c = u.powf(1.0 / (n + 1.0)).min(1.0);
+            let (a, b) = (c * cos_i, (1.0 - c * c).sqrt() * sin_i);
+            // ∫ max(0, a + b cosψ) dψ
+            let ring = if a >= b {
+                2.0 * PI * a
+            } else {
+                let edge = (-a / b).acos();
+                2.0 * (a * edge + b * edge.sin())
+            };
+            lobe += weight * du * ring;
+        }
+        kd + ks * (n + 2.0) / (2.0 * PI * (n + 1.0)) * lobe
+    }
+}
+
+/// max(0, c)ⁿ through the logarithm, so that n = 1e6 neither overflows nor loses the peak.
+fn cosine_power(c: f64, n: f64) -> f64 {
+    if c > 0.0 { (n * c.min(1.0).ln()).exp() } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vector::Enu;
+
+    fn direction(zenith_deg: f64, azimuth_deg: f64) -> Vector<Enu> {
+        let ((sz, cz), (sa, ca)) = (zenith_deg.to_radians().sin_cos(), azimuth_deg.to_radians().sin_cos());
+        Vector::new(sz * ca, sz * sa, cz)
+    }
+
+    const UP: Vector<Enu> = Vector::new(0.0, 0.0, 1.0);
+    const LAWS: [Brdf; 5] = [
+        Brdf::Lambert { albedo: 0.3 },
+        EARTH_VEGETATION,
+        Brdf::Phong { kd: 0.15, ks: 0.25, n: 0.26 },
+        Brdf::Phong { kd: 0.0, ks: 1.0, n: 100.0 },
+        Brdf::Phong { kd: 0.1, ks: 0.9, n: 1e6 },
+    ];
+
+    #[test]
+    fn light_and_observer_can_change_places() {
+        for brdf in LAWS {
+            for (i, o) in
+                [(direction(40.0, 0.0), direction(25.0, 170.0)), (direction(80.0, 10.0), direction(3.0, 250.0))]
+            {
+                let (there, back) = (brdf.value(&i, &UP, &o), brdf.value(&o, &UP, &i));
+                assert!((there - back).abs() <= 1e-9 * there, "{brdf:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_phong_value_is_the_directly_evaluated_one() {
+        let f = EARTH_VEGETATION.value(&direction(40.0, 0.0), &UP, &direction(25.0, 170.0));
+        assert!((f / 0.480_789_713_741_598_96 - 1.0).abs() < 1e-12, "{f}");
+    }
+
+    #[test]
+    fn reflectances_are_the_independently_integrated_ones() {
+        // three printed digits of an independent integration
+        let earth = [(0.0, 0.810), (40.0, 0.745), (60.0, 0.673), (85.0, 0.583)];
+        let lobe = [(0.0, 1.0), (40.0, 0.766), (60.0, 0.5), (85.0, 0.098)];
+        let n100 = Brdf::Phong { kd: 0.0, ks: 1.0, n: 100.0 };
+        for (brdf, rows) in [(EARTH_VEGETATION, earth), (n100, lobe)] {
+            for (deg, expected) in rows {
+                let got = brdf.hemispherical_reflectance(f64::to_radians(deg));
+                assert!((got - expected).abs() < 6e-4, "{brdf:?} at {deg}: {got}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_admitted_phong_creates_light_and_at_normal_incidence_it_returns_kd_plus_ks() {
+        for n in [0.0, 0.26, 1.0, 7.31, 100.0, 1e4, 1e6] {
+            let brdf = Brdf::Phong { kd: 0.3, ks: 0.7, n };
+            assert!((brdf.hemispherical_reflectance(0.0) - 1.0).abs() < 1e-6, "{n}");
+            for deg in 0..90 {
+                assert!(brdf.hemispherical_reflectance(f64::from(deg).to_radians()) <= 1.0 + 1e-6, "{n} {deg}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_phong_without_specular_share_is_lambert() {
+        let (i, o) = (direction(10.0, 0.0), direction(70.0, 90.0));
+        let phong = Brdf::Phong { kd: 0.4, ks: 0.0, n: 12.0 };
+        assert_eq!(phong.value(&i, &UP, &o), Brdf::Lambert { albedo: 0.4 }.value(&i, &UP, &o));
+    }
+
+    #[test]
+    fn behind_the_surface_nothing_is_seen_and_at_grazing_everything_stays_finite() {
+        for brdf in LAWS {
+            assert_eq!(brdf.value(&direction(91.0, 0.0), &UP, &direction(10.0, 0.0)), 0.0);
+            assert_eq!(brdf.value(&direction(10.0, 0.0), &UP, &direction(91.0, 0.0)), 0.0);
+            let grazing = direction(90.0 - 1e-9, 0.0);
+            assert!(brdf.value(&grazing, &UP, &direction(90.0 - 1e-9, 180.0)).is_finite());
+        }
+    }
+
+    #[test]
+    fn a_million_as_exponent_keeps_its_peak() {
+        let brdf = Brdf::Phong { kd: 0.0, ks: 1.0, n: 1e6 };
+        let peak = brdf.at_mirror_cosine(1.0 + 1e-16);
+        assert!((peak / ((1e6 + 2.0) / (2.0 * PI)) - 1.0).abs() < 1e-12);
+        // (1 − 1e-9)^1e6 = exp(−1e-3)
+        assert!((brdf.at_mirror_cosine(1.0 - 1e-9) / peak - (-1e-3_f64).exp()).abs() < 1e-6);
+        assert_eq!(brdf.at_mirror_cosine(0.0), 0.0);
+    }
+
+    #[test]
+    fn coefficients_that_are_no_reflectance_are_refused() {
+        for bad in [
+            Brdf::Lambert { albedo: 1.1 },
+            Brdf::Lambert { albedo: f64::NAN },
+            Brdf::Phong { kd: 0.6, ks: 0.5, n: 1.0 },
+            Brdf::Phong { kd: -0.1, ks: 0.5, n: 1.0 },
+            Brdf::Phong { kd: 0.1, ks: 0.5, n: -1.0 },
+            Brdf::Phong { kd: 0.1, ks: 0.5, n: 1e7 },
+        ] {
+            assert!(bad.check("plate").unwrap_err().to_string().contains("plate"));
+        }
+        for good in LAWS {
+            good.check("plate").unwrap();
+        }
+    }
+}

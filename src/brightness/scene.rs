@@ -1,0 +1,117 @@
+//! A scene: where satellite, observer, Sun and Moon are at one instant, and what a place on Earth needs to know.
+//!
+//! Geocentric vectors in km in one Earth-fixed frame; nothing here knows surfaces or lights.
+
+use crate::constants::{WGS84_A_KM, WGS84_F};
+use crate::error::{Error, Result};
+use crate::vector::{Itrs, Vector};
+
+/// One instant, geocentric, Earth-fixed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scene {
+    /// The satellite \[km\].
+    pub satellite_km: Vector<Itrs>,
+    /// Its velocity \[km/s\].
+    pub velocity_km_s: Vector<Itrs>,
+    /// The observer \[km\].
+    pub observer_km: Vector<Itrs>,
+    /// The Sun \[km\].
+    pub sun_km: Vector<Itrs>,
+    /// The Moon \[km\].
+    pub moon_km: Vector<Itrs>,
+}
+
+impl Scene {
+    /// Refuses scenes no observer can be in, for a spherical Earth of `radius_km`.
+    ///
+    /// # Errors
+    /// [`Error::Model`] for a component that is not finite, a satellite at or below the surface, an observer within
+    /// 50 km of the satellite's own place or far inside the Earth, a Sun or Moon nearer than the satellite.
+    pub(super) fn check(&self, radius_km: f64) -> Result<()> {
+        let parts = [
+            ("satellite_km", &self.satellite_km),
+            ("velocity_km_s", &self.velocity_km_s),
+            ("observer_km", &self.observer_km),
+            ("sun_km", &self.sun_km),
+            ("moon_km", &self.moon_km),
+        ];
+        for (name, v) in parts {
+            if !v.norm().is_finite() {
+                return Err(impossible(format!("{name} = {:?} is not finite", v.to_array())));
+            }
+        }
+        let r_km = self.satellite_km.norm();
+        if r_km <= radius_km {
+            return Err(impossible(format!(
+                "the satellite is below the surface: {r_km:.3} km from the centre of an Earth of {radius_km:.3} km"
+            )));
+        }
+        let range_km = self.range_km();
+        if range_km < 0.001 {
+            return Err(impossible(format!("the satellite is {range_km} km from the observer; at least 0.001 km")));
+        }
+        if self.observer_km.norm() < 0.99 * radius_km {
+            let o_km = self.observer_km.norm();
+            return Err(impossible(format!(
+                "the observer is {o_km:.3} km from the centre of an Earth of {radius_km:.3} km"
+            )));
+        }
+        for (name, v) in [("Sun", &self.sun_km), ("Moon", &self.moon_km)] {
+            if v.norm() <= 1.5 * r_km {
+                return Err(impossible(format!(
+                    "the {name} is {:.0} km from the Earth's centre, the satellite {r_km:.0} km: accepted is a {name} \
+                     at least 1.5 times as far",
+                    v.norm()
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Distance from observer to satellite \[km\].
+    #[must_use]
+    pub fn range_km(&self) -> f64 {
+        (self.satellite_km - self.observer_km).norm()
+    }
+}
+
+/// Distance from the Earth's centre to the WGS84 ellipsoid under a geocentric place \[km\].
+///
+/// `R = a / sqrt(cos²ψ + sin²ψ/(1−f)²)` with ψ the geocentric latitude. A vector of length zero gives a.
+#[must_use]
+pub fn local_radius_km(place: &Vector<Itrs>) -> f64 {
+    let sin_lat = place.unit().map_or(0.0, |u| u.z());
+    let polar = sin_lat / (1.0 - WGS84_F);
+    WGS84_A_KM / (1.0 - sin_lat * sin_lat + polar * polar).sqrt()
+}
+
+/// The vertical of a place near the WGS84 ellipsoid: its geodetic normal, to 1e-5 rad up to 10 km height.
+pub(super) fn geodetic_up(place: &Vector<Itrs>) -> Vector<Itrs> {
+    // ∇(x²/a² + y²/a² + z²/b²)
+    let b_over_a = 1.0 - WGS84_F;
+    let n = Vector::new(place.x(), place.y(), place.z() / (b_over_a * b_over_a));
+    n.unit().unwrap_or(*place)
+}
+
+/// A model input that makes no sense.
+pub(super) fn impossible(problem: String) -> Error {
+    Error::Model { problem }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_local_radius_is_the_equators_and_the_poles() {
+        assert!((local_radius_km(&Vector::new(7000.0, 0.0, 0.0)) - 6378.137).abs() < 1e-9);
+        assert!((local_radius_km(&Vector::new(0.0, 0.0, -7000.0)) - 6356.752_314).abs() < 1e-5);
+    }
+
+    #[test]
+    fn the_radius_at_macquarie_is_the_documented_one() {
+        // geodetic 33.7703 S is geocentric 33.593 S; 6371.6 km
+        let lat = -33.593_f64.to_radians();
+        assert!((local_radius_km(&Vector::new(lat.cos(), 0.0, lat.sin())) - 6371.6).abs() < 0.1);
+    }
+}
