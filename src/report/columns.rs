@@ -121,7 +121,7 @@ pub const PHOTOMETRY: &[Column] = &[
     number("moon_v_mag", "mag", "modelled V magnitude by direct moonlight alone"),
     number("lunar_earthshine_v_mag", "mag", "modelled V magnitude by moonlight from the Earth alone"),
     number("starlight_v_mag", "mag", "modelled V magnitude by starlight alone"),
-    number("model_err_mag", "mag", "numerical error of model_v_mag"),
+    number("model_err_mag", "mag", "1-sigma error of model_v_mag"),
     number("residual_mag", "mag", "observed minus modelled magnitude; positive = observed fainter"),
     text("skipped", "what was left out, and why"),
     // state
@@ -191,7 +191,7 @@ pub const RESIDUALS: &[Column] = &[
     number("v_mag_err", "mag", "1-sigma random error of v_mag"),
     number("v_mag_err_sys", "mag", "1-sigma systematic error of v_mag, common to the night"),
     number("model_v_mag", "mag", "modelled V magnitude, all lights"),
-    number("model_err_mag", "mag", "numerical error of model_v_mag"),
+    number("model_err_mag", "mag", "1-sigma error of model_v_mag"),
     number("residual_mag", "mag", "observed minus modelled magnitude; positive = observed fainter"),
     text("verdict", "use, caution or reject"),
     bits("flags", "quality bit mask; the bits are named in meta"),

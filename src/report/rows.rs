@@ -129,7 +129,7 @@ pub struct PhotometryRow {
     pub lunar_earthshine_v_mag: Option<f64>,
     /// Modelled V magnitude by starlight alone \[mag\].
     pub starlight_v_mag: Option<f64>,
-    /// Numerical error of model_v_mag \[mag\].
+    /// 1-sigma error of model_v_mag \[mag\].
     pub model_err_mag: Option<f64>,
     /// Observed minus modelled magnitude; positive = observed fainter \[mag\].
     pub residual_mag: Option<f64>,
@@ -262,7 +262,7 @@ pub struct ResidualRow {
     pub v_mag_err_sys: Option<f64>,
     /// Modelled V magnitude, all lights \[mag\].
     pub model_v_mag: Option<f64>,
-    /// Numerical error of model_v_mag \[mag\].
+    /// 1-sigma error of model_v_mag \[mag\].
     pub model_err_mag: Option<f64>,
     /// Observed minus modelled magnitude; positive = observed fainter \[mag\].
     pub residual_mag: Option<f64>,

@@ -14,7 +14,7 @@ impl Span {
     pub(super) fn around(values: impl IntoIterator<Item = f64>, least: f64) -> Option<Self> {
         let (lo, hi) = values
             .into_iter()
-            .filter(|v| v.is_finite())
+            .filter(|v| v.abs() < 1e15) // finite, and far from where widths overflow
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(v), hi.max(v)));
         if lo > hi {
             return None;

@@ -5,6 +5,7 @@
 mod axis;
 mod canvas;
 mod light_curve;
+mod panel;
 mod residuals;
 mod zeropoint;
 
