@@ -1,1 +1,18 @@
 //! Tables and plots, drawn from results alone.
+//!
+//! Rows in, files out: ECSV tables by one schema ([`columns`]), SVG figures from the rows of those tables, the text of
+//! the closing summary. Magnitudes, degrees and kilometres as in the files. Computes no photometry and no model.
+
+pub mod columns;
+pub mod ecsv;
+mod file;
+pub mod meta;
+pub mod plot;
+pub mod rows;
+pub mod summary;
+
+pub use columns::{Column, Datatype};
+pub use ecsv::{read_photometry, read_residuals, read_stars, write_photometry, write_residuals, write_stars};
+pub use file::write_atomic;
+pub use meta::{Meta, MetaValue};
+pub use rows::{PhotometryRow, ResidualRow, StarRow};

@@ -1,0 +1,198 @@
+//! The one schema: every column of every table of a run, by name, unit, type and meaning, in file order.
+//!
+//! Units are spelled as ECSV readers (astropy) understand them; an empty unit is a pure number or a text.
+//! The field of the same name in [`crate::report::rows`] holds the value.
+
+/// What a column holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Datatype {
+    /// UTF-8 text; empty = missing.
+    Text,
+    /// 64-bit integer or missing.
+    Int64,
+    /// 32-bit mask, never missing.
+    Int32,
+    /// 64-bit float or missing, never NaN.
+    Float64,
+}
+
+impl Datatype {
+    /// The name ECSV gives it.
+    #[must_use]
+    pub fn ecsv(self) -> &'static str {
+        match self {
+            Datatype::Text => "string",
+            Datatype::Int64 => "int64",
+            Datatype::Int32 => "int32",
+            Datatype::Float64 => "float64",
+        }
+    }
+}
+
+/// One column of a table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Column {
+    /// Name in the file and of the field of the row.
+    pub name: &'static str,
+    /// Unit as astropy spells it, or nothing.
+    pub unit: &'static str,
+    /// What the cells hold.
+    pub datatype: Datatype,
+    /// One line for the reader of the file.
+    pub description: &'static str,
+}
+
+const fn text(name: &'static str, description: &'static str) -> Column {
+    Column { name, unit: "", datatype: Datatype::Text, description }
+}
+const fn integer(name: &'static str, description: &'static str) -> Column {
+    Column { name, unit: "", datatype: Datatype::Int64, description }
+}
+const fn bits(name: &'static str, description: &'static str) -> Column {
+    Column { name, unit: "", datatype: Datatype::Int32, description }
+}
+const fn number(name: &'static str, unit: &'static str, description: &'static str) -> Column {
+    Column { name, unit, datatype: Datatype::Float64, description }
+}
+
+/// Columns of `photometry.ecsv`: one row per target frame.
+pub const PHOTOMETRY: &[Column] = &[
+    // id
+    text("frame", "source FITS file name"),
+    text("frame_sha256", "first 16 hex digits of the SHA-256 of the source file"),
+    integer("norad_cat_id", "satellite catalogue number"),
+    text("object_id", "COSPAR international designator"),
+    text("object_name", "name of the target"),
+    // time
+    text("date_mid", "mid-exposure UTC, ISO 8601"),
+    number("mjd_mid_d", "d", "mid-exposure MJD (UTC)"),
+    number("exptime_s", "s", "exposure time"),
+    number("time_err_s", "s", "1-sigma error of the mid-exposure time"),
+    text("time_source", "header keywords the time is from"),
+    // optics
+    text("filter", "filter name of the header"),
+    integer("gain_setting", "gain setting of the camera in units of 0.1 dB"),
+    number("e_per_adu", "electron / adu", "electrons per ADU at this gain setting"),
+    text("e_per_adu_source", "where e_per_adu is from"),
+    number("read_noise_e", "electron", "read noise per pixel"),
+    number("fwhm_px", "pix", "full width at half maximum of the image"),
+    number("pix_scale_arcsec", "arcsec / pix", "pixel scale"),
+    // pixel
+    number("x_px", "pix", "centroid along a row, 0-based from the centre of the first pixel"),
+    number("y_px", "pix", "centroid over rows, 0-based from the centre of the first pixel"),
+    text("aper_shape", "shape of the aperture: circle, ellipse, rectangle or pill"),
+    number("aper_r_px", "pix", "aperture radius (circle)"),
+    number("aper_a_px", "pix", "semi-major axis of the aperture"),
+    number("aper_b_px", "pix", "semi-minor axis of the aperture"),
+    number("aper_theta_deg", "deg", "angle of the major axis from +x towards +y"),
+    number("sky_in_px", "pix", "inner radius of the sky annulus"),
+    number("sky_out_px", "pix", "outer radius of the sky annulus"),
+    // flux
+    number("flux_e", "electron", "net flux in the aperture, whole exposure; can be negative"),
+    number("flux_err_e", "electron", "1-sigma random error of flux_e"),
+    number("sky_e_px", "electron / pix", "sky level under the aperture, whole exposure"),
+    number("snr", "", "flux_e / flux_err_e"),
+    number("peak_frac_sat", "", "brightest aperture pixel as a fraction of the saturation level"),
+    number("inst_mag", "mag", "-2.5 log10 of the flux in electrons per second"),
+    number("v_mag", "mag", "apparent V magnitude outside the atmosphere"),
+    number("v_mag_err", "mag", "1-sigma random error of v_mag"),
+    number("v_mag_err_sys", "mag", "1-sigma systematic error of v_mag, common to the night"),
+    number("limit_v_mag", "mag", "faintest V magnitude that would have been detected"),
+    number("mu_mean_mag_arcsec2", "mag / arcsec2", "mean V surface brightness over the aperture"),
+    number("mu_peak_mag_arcsec2", "mag / arcsec2", "V surface brightness of the brightest pixel"),
+    // geometry
+    number("alt_deg", "deg", "altitude above the horizon, without refraction"),
+    number("az_deg", "deg", "azimuth from north through east"),
+    number("range_km", "km", "distance from the observer"),
+    number("rate_deg_s", "deg / s", "angular rate on the sky"),
+    number("airmass", "", "airmass"),
+    number("phase_angle_deg", "deg", "angle Sun - satellite - observer"),
+    number("sun_alt_deg", "deg", "altitude of the Sun at the observer"),
+    number("moon_alt_deg", "deg", "altitude of the Moon at the observer"),
+    number("moon_phase_deg", "deg", "phase angle of the Moon (0 = full)"),
+    number("moon_illum_pct", "%", "illuminated fraction of the lunar disc"),
+    number("moon_sep_deg", "deg", "angle between the target and the Moon on the sky"),
+    text("illum", "largest light: sun, penumbra, moon, lunar_earthshine, earthshine or none"),
+    number("tle_age_d", "d", "mid-exposure minus epoch of the elements"),
+    // model
+    number("model_v_mag", "mag", "modelled V magnitude, all lights"),
+    number("sun_v_mag", "mag", "modelled V magnitude by direct sunlight alone"),
+    number("earthshine_v_mag", "mag", "modelled V magnitude by sunlight from the Earth alone"),
+    number("moon_v_mag", "mag", "modelled V magnitude by direct moonlight alone"),
+    number("lunar_earthshine_v_mag", "mag", "modelled V magnitude by moonlight from the Earth alone"),
+    number("starlight_v_mag", "mag", "modelled V magnitude by starlight alone"),
+    number("model_err_mag", "mag", "1-sigma error of model_v_mag"),
+    number("residual_mag", "mag", "observed minus modelled magnitude; positive = observed fainter"),
+    text("skipped", "what was left out, and why"),
+    // state
+    text("status", "ok, nondetection, rejected or failed"),
+    text("verdict", "use, caution or reject"),
+    text("reason", "why, when status is not ok or verdict is not use"),
+    bits("flags", "quality bit mask; the bits are named in meta"),
+];
+
+/// Columns of `stars.ecsv`: one row per star measurement.
+pub const STARS: &[Column] = &[
+    text("frame", "source FITS file name, the first member of a combination"),
+    integer("n_members", "number of exposures combined"),
+    integer("pointing", "number of the star pointing, from 1"),
+    text("object_name", "name of the pointing"),
+    text("star_id", "identifier of the star in the catalogue"),
+    number("ra_deg", "deg", "right ascension of the catalogue (ICRS)"),
+    number("dec_deg", "deg", "declination of the catalogue (ICRS)"),
+    text("date_mid", "mid-exposure UTC, ISO 8601; mean of the members"),
+    number("mjd_mid_d", "d", "mid-exposure MJD (UTC); mean of the members"),
+    number("exptime_s", "s", "exposure time"),
+    integer("gain_setting", "gain setting of the camera in units of 0.1 dB"),
+    number("e_per_adu", "electron / adu", "electrons per ADU at this gain setting"),
+    number("x_px", "pix", "centroid along a row, 0-based from the centre of the first pixel"),
+    number("y_px", "pix", "centroid over rows, 0-based from the centre of the first pixel"),
+    number("aper_r_px", "pix", "aperture radius (circle)"),
+    number("sky_in_px", "pix", "inner radius of the sky annulus"),
+    number("sky_out_px", "pix", "outer radius of the sky annulus"),
+    number("fwhm_px", "pix", "full width at half maximum of the image"),
+    number("flux_e", "electron", "net flux in the aperture per exposure; combined: rate times exptime_s"),
+    number("flux_err_e", "electron", "1-sigma random error of flux_e"),
+    number("sky_e_px", "electron / pix", "sky level under the aperture, whole exposure"),
+    number("snr", "", "flux_e / flux_err_e"),
+    number("peak_frac_sat", "", "brightest aperture pixel as a fraction of the saturation level"),
+    number("inst_mag", "mag", "-2.5 log10 of the flux in electrons per second"),
+    number("inst_mag_err", "mag", "1-sigma random error of inst_mag"),
+    number("alt_deg", "deg", "altitude above the horizon, without refraction"),
+    number("az_deg", "deg", "azimuth from north through east"),
+    number("airmass", "", "airmass; mean of the members"),
+    number("catalogue_v_mag", "mag", "V magnitude of the catalogue"),
+    number("catalogue_v_mag_err", "mag", "1-sigma error of catalogue_v_mag"),
+    number("catalogue_b_v_mag", "mag", "colour B-V of the catalogue"),
+    number("catalogue_b_v_mag_err", "mag", "1-sigma error of catalogue_b_v_mag"),
+    number("fit_weight", "", "weight of this star in the zeropoint fit; 0 = not used"),
+    number("fit_residual_mag", "mag", "V_inst - V minus the fit"),
+    number("match_arcsec", "arcsec", "distance of the star from its catalogue place"),
+    text("status", "ok, rejected or failed"),
+    text("reason", "why, when status is not ok"),
+    bits("flags", "quality bit mask; the bits are named in meta"),
+];
+
+/// Columns of `residuals.ecsv`: one row per target frame that has both a magnitude and a model.
+pub const RESIDUALS: &[Column] = &[
+    text("frame", "source FITS file name"),
+    integer("norad_cat_id", "satellite catalogue number"),
+    text("object_name", "name of the target"),
+    integer("pass", "number of the pass in the night, from 1"),
+    text("date_mid", "mid-exposure UTC, ISO 8601"),
+    number("mjd_mid_d", "d", "mid-exposure MJD (UTC)"),
+    number("alt_deg", "deg", "altitude above the horizon, without refraction"),
+    number("az_deg", "deg", "azimuth from north through east"),
+    number("range_km", "km", "distance from the observer"),
+    number("phase_angle_deg", "deg", "angle Sun - satellite - observer"),
+    number("moon_sep_deg", "deg", "angle between the target and the Moon on the sky"),
+    text("illum", "largest light: sun, penumbra, moon, lunar_earthshine, earthshine or none"),
+    number("v_mag", "mag", "apparent V magnitude outside the atmosphere"),
+    number("v_mag_err", "mag", "1-sigma random error of v_mag"),
+    number("v_mag_err_sys", "mag", "1-sigma systematic error of v_mag, common to the night"),
+    number("model_v_mag", "mag", "modelled V magnitude, all lights"),
+    number("model_err_mag", "mag", "1-sigma error of model_v_mag"),
+    number("residual_mag", "mag", "observed minus modelled magnitude; positive = observed fainter"),
+    text("verdict", "use, caution or reject"),
+    bits("flags", "quality bit mask; the bits are named in meta"),
+];

@@ -1,0 +1,270 @@
+//! Light curves: observed V with error bars and limits over the model and its lights, altitude below, one block a pass.
+//!
+//! Magnitudes upwards to brighter, UTC to the right. The background says which light is the largest. Lights more than
+//! [`LIGHTS_BELOW_MAG`] fainter than the rest leave the figure: their numbers are in the table.
+
+use std::path::{Path, PathBuf};
+
+use plotters::style::RGBColor;
+use plotters::style::text_anchor::{HPos, VPos};
+
+use super::axis::{Span, clock};
+use super::canvas::{
+    BLUE, Drawn, GREEN, GREY, INK, LABEL, Mark, ORANGE, PURPLE, SKY_BLUE, SMALL, Sheet, TITLE, VERMILLION, figure,
+    legend, no_data, write_text,
+};
+use super::panel::{Panel, Ticks};
+use crate::error::Result;
+use crate::report::rows::PhotometryRow;
+use crate::report::summary::{is_used, passes, robust};
+
+/// How far below everything else a light is still shown \[mag\].
+const LIGHTS_BELOW_MAG: f64 = 3.0;
+/// Passes in one figure; more are counted in a note.
+const MOST_PASSES: usize = 6;
+/// Shown size of a figure of one pass \[px\].
+const ONE_PASS: (u32, u32) = (960, 640);
+/// Height of one of several passes \[drawn px\].
+const BLOCK: i32 = 860;
+/// Where the legend begins \[drawn px\].
+const LEGEND_X: i32 = 1480;
+
+/// A light of the model: its name, colour and magnitude in a row.
+type Light = (&'static str, RGBColor, fn(&PhotometryRow) -> Option<f64>);
+
+const LIGHTS: [Light; 5] = [
+    ("Sunlight", ORANGE, |r| r.sun_v_mag),
+    ("Earthshine", GREEN, |r| r.earthshine_v_mag),
+    ("Moonlight", SKY_BLUE, |r| r.moon_v_mag),
+    ("Lunar-Earthshine", PURPLE, |r| r.lunar_earthshine_v_mag),
+    ("starlight", GREY, |r| r.starlight_v_mag),
+];
+
+/// Draws every pass of the rows, one block each (the first six; a note counts the rest).
+///
+/// Without a magnitude, limit or model the figure says so.
+///
+/// # Errors
+/// [`crate::Error::Io`] when the file cannot be written.
+pub fn light_curve(path: &Path, rows: &[PhotometryRow], title: &str) -> Result<()> {
+    let all = passes(rows);
+    let drawable: Vec<&Vec<&PhotometryRow>> = all.iter().filter(|p| magnitude_span(p).is_some()).collect();
+    if drawable.is_empty() {
+        let reason = if rows.is_empty() {
+            "no target frame".to_owned()
+        } else if all.is_empty() {
+            format!("none of {} frames has a time", rows.len())
+        } else {
+            format!("none of {} frames has a magnitude, a limit or a model", rows.len())
+        };
+        return no_data(path, ONE_PASS, title, &reason);
+    }
+    let shown = drawable.len().min(MOST_PASSES);
+    let height = if shown == 1 { ONE_PASS.1 } else { (110 + BLOCK * shown as i32) as u32 / 2 };
+    figure(path, (ONE_PASS.0, height), |sheet| {
+        write_text(sheet, title, (40, 26), TITLE, INK, (HPos::Left, VPos::Top))?;
+        let more = drawable.len() - shown;
+        if more > 0 {
+            let note = format!("… and {more} more {}", if more == 1 { "pass" } else { "passes" });
+            write_text(sheet, &note, (1880, 30), LABEL, GREY, (HPos::Right, VPos::Top))?;
+        }
+        let block = if shown == 1 { 2 * ONE_PASS.1 as i32 - 110 } else { BLOCK };
+        for (i, pass) in drawable.iter().take(shown).enumerate() {
+            draw_pass(sheet, pass, 90 + block * i as i32, block)?;
+        }
+        Ok(())
+    })
+}
+
+/// Writes one figure per pass into `dir`, named `light_curve_<number>_<UTC of the first frame>.svg`, and returns the
+/// paths in order of time.
+///
+/// # Errors
+/// As [`light_curve`].
+pub fn light_curves(dir: &Path, rows: &[PhotometryRow], title: &str) -> Result<Vec<PathBuf>> {
+    let mut paths = Vec::new();
+    for pass in passes(rows) {
+        let Some(first) = pass.first() else { continue };
+        let target = first.norad_cat_id.map_or_else(|| first.object_name.clone(), |n| n.to_string());
+        let when: String = first.date_mid.chars().take(19).collect();
+        let plain = |text: String| text.replace(|c: char| !c.is_ascii_alphanumeric(), "");
+        let mut path = dir.join(format!("light_curve_{}_{}.svg", plain(target), plain(when)));
+        if paths.contains(&path) {
+            path = dir.join(format!("light_curve_{}.svg", paths.len() + 1));
+        }
+        let rows: Vec<PhotometryRow> = pass.into_iter().cloned().collect();
+        light_curve(&path, &rows, title)?;
+        paths.push(path);
+    }
+    Ok(paths)
+}
+
+/// Whether a row has a limit instead of a magnitude.
+fn limit(row: &PhotometryRow) -> Option<f64> {
+    if row.v_mag.is_some() || matches!(row.status.as_str(), "failed" | "rejected") {
+        return None;
+    }
+    row.limit_v_mag
+}
+
+/// The magnitude axis: every accepted point with its error, every limit, the model, and the lights that are near.
+fn magnitude_span(pass: &[&PhotometryRow]) -> Option<Span> {
+    let any_used = pass.iter().any(|r| r.v_mag.is_some() && is_used(&r.status, &r.verdict));
+    let observed = pass.iter().filter(|r| !any_used || is_used(&r.status, &r.verdict)).filter_map(|r| {
+        let err = r.v_mag_err.unwrap_or(0.0).clamp(0.0, 1.0);
+        r.v_mag.map(|v| [v - err, v + err])
+    });
+    let main: Vec<f64> = observed
+        .flatten()
+        .chain(pass.iter().filter_map(|r| limit(r)))
+        .chain(pass.iter().filter_map(|r| r.model_v_mag))
+        .filter(|v| v.is_finite())
+        .collect();
+    let faintest = main.iter().copied().max_by(f64::total_cmp)? + LIGHTS_BELOW_MAG;
+    let lights = pass.iter().flat_map(|r| LIGHTS.iter().filter_map(|(_, _, of)| of(r))).filter(|v| *v <= faintest);
+    Span::around(main.iter().copied().chain(lights), 1.0).map(Span::reversed)
+}
+
+/// One pass: heading, magnitudes, altitude, legend, from `top` over `height` drawn pixels.
+fn draw_pass(sheet: &Sheet, pass: &[&PhotometryRow], top: i32, height: i32) -> Drawn {
+    let (Some(y), Some(first)) = (magnitude_span(pass), pass.first()) else { return Ok(()) };
+    let midnight = first.mjd_mid_d.unwrap_or(0.0).floor();
+    let seconds = |r: &PhotometryRow| (r.mjd_mid_d.unwrap_or(0.0) - midnight) * 86_400.0;
+    let Some(x) = Span::around(pass.iter().map(|r| seconds(r)), 10.0) else { return Ok(()) };
+
+    let ends = (pass.first().map_or(0.0, |r| seconds(r)), pass.last().map_or(0.0, |r| seconds(r)));
+    let number = first.norad_cat_id.map(|n| format!(" {n}")).unwrap_or_default();
+    let measured = pass.iter().filter(|r| r.v_mag.is_some() && is_used(&r.status, &r.verdict)).count();
+    let heading = format!(
+        "{}{number}   {}–{} UTC   {measured} of {} frames measured",
+        first.object_name,
+        clock(ends.0),
+        clock(ends.1),
+        pass.len()
+    );
+    write_text(sheet, heading.trim_start(), (150, top), LABEL, INK, (HPos::Left, VPos::Top))?;
+
+    let altitude = Span::around(pass.iter().filter_map(|r| r.alt_deg), 4.0);
+    let bottom = top + height - 110;
+    let split = if altitude.is_some() { bottom - (height - 200) * 3 / 10 } else { bottom };
+    let day: String = first.date_mid.chars().take(10).collect();
+    let x_title = format!("UTC {day}");
+    let magnitudes = Panel { sheet, frame: (150, top + 84, 1440, split), x, y };
+    shade(&magnitudes, pass, &seconds, true)?;
+    magnitudes.axes(Ticks::Clock, if altitude.is_some() { "" } else { &x_title }, "V [mag]")?;
+    let entries = curves(&magnitudes, pass, &seconds)?;
+    legend(sheet, (LEGEND_X, top + 100), &entries)?;
+    if let Some(y) = altitude {
+        let panel = Panel { sheet, frame: (150, split + 26, 1440, bottom), x, y };
+        shade(&panel, pass, &seconds, false)?;
+        panel.axes(Ticks::Clock, &x_title, "altitude [deg]")?;
+        let track: Vec<(f64, Option<f64>)> = pass.iter().map(|r| (seconds(r), r.alt_deg)).collect();
+        panel.polyline(&track, INK, 3)?;
+    }
+    Ok(())
+}
+
+/// The background by the largest light, changing halfway between frames.
+fn shade(panel: &Panel, pass: &[&PhotometryRow], seconds: &dyn Fn(&PhotometryRow) -> f64, named: bool) -> Drawn {
+    let mut start = 0;
+    while let Some(first) = pass.get(start) {
+        let count = pass.iter().skip(start).take_while(|r| r.illum == first.illum).count();
+        let end = start + count;
+        let edge = |before: usize, after: usize| match (pass.get(before), pass.get(after)) {
+            (Some(a), Some(b)) => Some(0.5 * (seconds(a) + seconds(b))),
+            _ => None,
+        };
+        let from = start.checked_sub(1).and_then(|i| edge(i, start)).unwrap_or(panel.x.from);
+        let to = edge(end - 1, end).unwrap_or(panel.x.to);
+        let (colour, name) = match first.illum.as_str() {
+            "" => (RGBColor(255, 255, 255), String::new()),
+            "sun" => (RGBColor(255, 246, 214), "sunlit".to_owned()),
+            "penumbra" => (RGBColor(243, 230, 240), "penumbra".to_owned()),
+            "none" => (RGBColor(229, 235, 243), "umbra: no light".to_owned()),
+            light => (RGBColor(229, 235, 243), format!("umbra: {}", light.replace('_', "-"))),
+        };
+        panel.shade(from, to, colour)?;
+        let (left, right) = (panel.px(from), panel.px(to));
+        if named && right - left > 17 * name.chars().count() as i32 {
+            let above = ((left + right) / 2, panel.frame.1 - 6);
+            write_text(panel.sheet, &name, above, SMALL, GREY, (HPos::Center, VPos::Bottom))?;
+        }
+        start = end;
+    }
+    Ok(())
+}
+
+type Legend = Vec<(Option<(Mark, RGBColor)>, String)>;
+
+/// Model, lights and observations; returns the legend of what was drawn.
+fn curves(
+    panel: &Panel,
+    pass: &[&PhotometryRow],
+    seconds: &dyn Fn(&PhotometryRow) -> f64,
+) -> std::result::Result<Legend, super::canvas::DrawError> {
+    let mut model = Legend::new();
+    let band: Vec<(f64, f64, f64)> = pass
+        .iter()
+        .filter_map(|r| Some((seconds(r), r.model_v_mag? - r.model_err_mag?, r.model_v_mag? + r.model_err_mag?)))
+        .collect();
+    // A band thinner than the line it surrounds would only blur it.
+    if band.iter().any(|(_, low, high)| high - low > 0.04) && band.len() > 1 {
+        panel.band(&band, GREY)?;
+        model.push((Some((Mark::Band, GREY)), "model ± error".into()));
+    }
+    for (name, colour, of) in LIGHTS {
+        let light: Vec<(f64, Option<f64>)> = pass.iter().map(|r| (seconds(r), of(r))).collect();
+        if light.iter().any(|(_, v)| v.is_some_and(|v| panel.y.holds(v))) {
+            panel.polyline(&light, colour, 3)?;
+            model.push((Some((Mark::Line(3), colour)), name.into()));
+        }
+    }
+    let total: Vec<(f64, Option<f64>)> = pass.iter().map(|r| (seconds(r), r.model_v_mag)).collect();
+    if total.iter().any(|(_, v)| v.is_some()) {
+        panel.polyline(&total, INK, 5)?;
+        model.insert(0, (Some((Mark::Line(5), INK)), "model, all lights".into()));
+    }
+
+    let (mut full, mut open, mut crossed, mut limits, mut beyond, mut without) = (0, 0, 0, 0, 0, 0);
+    for row in pass {
+        let x = seconds(row);
+        if let Some(v) = row.v_mag {
+            let (mark, colour, count) = match (is_used(&row.status, &row.verdict), row.verdict.as_str()) {
+                (false, _) => (Mark::Cross, VERMILLION, &mut crossed),
+                (true, "caution") => (Mark::Open, BLUE, &mut open),
+                (true, _) => (Mark::Full, BLUE, &mut full),
+            };
+            *count += 1;
+            panel.error_bar(x, v, row.v_mag_err.unwrap_or(0.0), colour)?;
+            beyond += usize::from(!panel.mark(mark, x, v, colour)?);
+        } else if let Some(v) = limit(row) {
+            panel.mark(Mark::Limit, x, v, GREY)?;
+            limits += 1;
+        } else {
+            without += 1;
+        }
+    }
+    let mut entries = Legend::new();
+    for (count, mark, colour, name) in [
+        (full, Mark::Full, BLUE, "observed"),
+        (open, Mark::Open, BLUE, "observed, caution"),
+        (crossed, Mark::Cross, VERMILLION, "rejected"),
+        (limits, Mark::Limit, GREY, "not detected: limit"),
+    ] {
+        if count > 0 {
+            entries.push((Some((mark, colour)), format!("{name} ({count})")));
+        }
+    }
+    entries.extend(model);
+    let of = |value: fn(&PhotometryRow) -> Option<f64>| {
+        robust(&pass.iter().filter(|r| is_used(&r.status, &r.verdict)).filter_map(|r| value(r)).collect::<Vec<_>>())
+    };
+    let mut notes = vec![String::new()];
+    notes.extend(of(|r| r.v_mag).map(|(m, _)| format!("median V {m:.2}")));
+    notes.extend(of(|r| r.residual_mag).map(|(m, s)| format!("residual {m:+.2}, σ {s:.2}")));
+    notes.extend(of(|r| r.v_mag_err_sys).map(|(m, _)| format!("systematic ±{m:.3} mag")));
+    notes.extend((beyond > 0).then(|| format!("{beyond} beyond the axis (△)")));
+    notes.extend((without > 0).then(|| format!("{without} without a magnitude")));
+    entries.extend(notes.into_iter().map(|note| (None, note)));
+    Ok(entries)
+}

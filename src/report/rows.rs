@@ -1,0 +1,273 @@
+//! The rows of a run's tables: one public field per column of [`crate::report::columns`], same name, same order.
+//!
+//! Units are those of the column. An empty text and `None` mean missing; zero is a value. Numbers are never NaN:
+//! the writer refuses them.
+
+use serde::{Deserialize, Serialize};
+
+/// One target frame: a row of `photometry.ecsv`. A frame that failed is a row too, with its reason.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct PhotometryRow {
+    // --- id
+    /// Source FITS file name.
+    pub frame: String,
+    /// First 16 hex digits of the SHA-256 of the source file.
+    pub frame_sha256: String,
+    /// Satellite catalogue number.
+    pub norad_cat_id: Option<i64>,
+    /// COSPAR international designator.
+    pub object_id: String,
+    /// Name of the target.
+    pub object_name: String,
+    // --- time
+    /// Mid-exposure UTC, ISO 8601.
+    pub date_mid: String,
+    /// Mid-exposure MJD (UTC) \[d\].
+    pub mjd_mid_d: Option<f64>,
+    /// Exposure time \[s\].
+    pub exptime_s: Option<f64>,
+    /// 1-sigma error of the mid-exposure time \[s\].
+    pub time_err_s: Option<f64>,
+    /// Header keywords the time is from.
+    pub time_source: String,
+    // --- optics
+    /// Filter name of the header.
+    pub filter: String,
+    /// Gain setting of the camera in units of 0.1 dB.
+    pub gain_setting: Option<i64>,
+    /// Electrons per ADU at this gain setting \[e⁻/ADU\].
+    pub e_per_adu: Option<f64>,
+    /// Where e_per_adu is from.
+    pub e_per_adu_source: String,
+    /// Read noise per pixel \[e⁻\].
+    pub read_noise_e: Option<f64>,
+    /// Full width at half maximum of the image \[px\].
+    pub fwhm_px: Option<f64>,
+    /// Pixel scale \[arcsec/px\].
+    pub pix_scale_arcsec: Option<f64>,
+    // --- pixel
+    /// Centroid along a row, 0-based from the centre of the first pixel \[px\].
+    pub x_px: Option<f64>,
+    /// Centroid over rows, 0-based from the centre of the first pixel \[px\].
+    pub y_px: Option<f64>,
+    /// Shape of the aperture: circle, ellipse, rectangle or pill.
+    pub aper_shape: String,
+    /// Aperture radius (circle) \[px\].
+    pub aper_r_px: Option<f64>,
+    /// Semi-major axis of the aperture \[px\].
+    pub aper_a_px: Option<f64>,
+    /// Semi-minor axis of the aperture \[px\].
+    pub aper_b_px: Option<f64>,
+    /// Angle of the major axis from +x towards +y \[deg\].
+    pub aper_theta_deg: Option<f64>,
+    /// Inner radius of the sky annulus \[px\].
+    pub sky_in_px: Option<f64>,
+    /// Outer radius of the sky annulus \[px\].
+    pub sky_out_px: Option<f64>,
+    // --- flux
+    /// Net flux in the aperture, whole exposure; can be negative \[e⁻\].
+    pub flux_e: Option<f64>,
+    /// 1-sigma random error of flux_e \[e⁻\].
+    pub flux_err_e: Option<f64>,
+    /// Sky level under the aperture, whole exposure \[e⁻/px\].
+    pub sky_e_px: Option<f64>,
+    /// Flux_e / flux_err_e.
+    pub snr: Option<f64>,
+    /// Brightest aperture pixel as a fraction of the saturation level.
+    pub peak_frac_sat: Option<f64>,
+    /// -2.5 log10 of the flux in electrons per second \[mag\].
+    pub inst_mag: Option<f64>,
+    /// Apparent V magnitude outside the atmosphere \[mag\].
+    pub v_mag: Option<f64>,
+    /// 1-sigma random error of v_mag \[mag\].
+    pub v_mag_err: Option<f64>,
+    /// 1-sigma systematic error of v_mag, common to the night \[mag\].
+    pub v_mag_err_sys: Option<f64>,
+    /// Faintest V magnitude that would have been detected \[mag\].
+    pub limit_v_mag: Option<f64>,
+    /// Mean V surface brightness over the aperture \[mag/arcsec²\].
+    pub mu_mean_mag_arcsec2: Option<f64>,
+    /// V surface brightness of the brightest pixel \[mag/arcsec²\].
+    pub mu_peak_mag_arcsec2: Option<f64>,
+    // --- geometry
+    /// Altitude above the horizon, without refraction \[deg\].
+    pub alt_deg: Option<f64>,
+    /// Azimuth from north through east \[deg\].
+    pub az_deg: Option<f64>,
+    /// Distance from the observer \[km\].
+    pub range_km: Option<f64>,
+    /// Angular rate on the sky \[deg/s\].
+    pub rate_deg_s: Option<f64>,
+    /// Airmass.
+    pub airmass: Option<f64>,
+    /// Angle Sun - satellite - observer \[deg\].
+    pub phase_angle_deg: Option<f64>,
+    /// Altitude of the Sun at the observer \[deg\].
+    pub sun_alt_deg: Option<f64>,
+    /// Altitude of the Moon at the observer \[deg\].
+    pub moon_alt_deg: Option<f64>,
+    /// Phase angle of the Moon (0 = full) \[deg\].
+    pub moon_phase_deg: Option<f64>,
+    /// Illuminated fraction of the lunar disc \[%\].
+    pub moon_illum_pct: Option<f64>,
+    /// Angle between the target and the Moon on the sky \[deg\].
+    pub moon_sep_deg: Option<f64>,
+    /// Largest light: sun, penumbra, moon, lunar_earthshine, earthshine or none.
+    pub illum: String,
+    /// Mid-exposure minus epoch of the elements \[d\].
+    pub tle_age_d: Option<f64>,
+    // --- model
+    /// Modelled V magnitude, all lights \[mag\].
+    pub model_v_mag: Option<f64>,
+    /// Modelled V magnitude by direct sunlight alone \[mag\].
+    pub sun_v_mag: Option<f64>,
+    /// Modelled V magnitude by sunlight from the Earth alone \[mag\].
+    pub earthshine_v_mag: Option<f64>,
+    /// Modelled V magnitude by direct moonlight alone \[mag\].
+    pub moon_v_mag: Option<f64>,
+    /// Modelled V magnitude by moonlight from the Earth alone \[mag\].
+    pub lunar_earthshine_v_mag: Option<f64>,
+    /// Modelled V magnitude by starlight alone \[mag\].
+    pub starlight_v_mag: Option<f64>,
+    /// 1-sigma error of model_v_mag \[mag\].
+    pub model_err_mag: Option<f64>,
+    /// Observed minus modelled magnitude; positive = observed fainter \[mag\].
+    pub residual_mag: Option<f64>,
+    /// What was left out, and why.
+    pub skipped: String,
+    // --- state
+    /// Ok, nondetection, rejected or failed.
+    pub status: String,
+    /// Use, caution or reject.
+    pub verdict: String,
+    /// Why, when status is not ok or verdict is not use.
+    pub reason: String,
+    /// Quality bit mask; the bits are named in meta.
+    pub flags: i32,
+}
+
+/// One measurement of one catalogue star: a row of `stars.ecsv`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct StarRow {
+    /// Source FITS file name, the first member of a combination.
+    pub frame: String,
+    /// Number of exposures combined.
+    pub n_members: Option<i64>,
+    /// Number of the star pointing, from 1.
+    pub pointing: Option<i64>,
+    /// Name of the pointing.
+    pub object_name: String,
+    /// Identifier of the star in the catalogue.
+    pub star_id: String,
+    /// Right ascension of the catalogue (ICRS) \[deg\].
+    pub ra_deg: Option<f64>,
+    /// Declination of the catalogue (ICRS) \[deg\].
+    pub dec_deg: Option<f64>,
+    /// Mid-exposure UTC, ISO 8601; mean of the members.
+    pub date_mid: String,
+    /// Mid-exposure MJD (UTC); mean of the members \[d\].
+    pub mjd_mid_d: Option<f64>,
+    /// Exposure time \[s\].
+    pub exptime_s: Option<f64>,
+    /// Gain setting of the camera in units of 0.1 dB.
+    pub gain_setting: Option<i64>,
+    /// Electrons per ADU at this gain setting \[e⁻/ADU\].
+    pub e_per_adu: Option<f64>,
+    /// Centroid along a row, 0-based from the centre of the first pixel \[px\].
+    pub x_px: Option<f64>,
+    /// Centroid over rows, 0-based from the centre of the first pixel \[px\].
+    pub y_px: Option<f64>,
+    /// Aperture radius (circle) \[px\].
+    pub aper_r_px: Option<f64>,
+    /// Inner radius of the sky annulus \[px\].
+    pub sky_in_px: Option<f64>,
+    /// Outer radius of the sky annulus \[px\].
+    pub sky_out_px: Option<f64>,
+    /// Full width at half maximum of the image \[px\].
+    pub fwhm_px: Option<f64>,
+    /// Net flux in the aperture per exposure; combined: rate times exptime_s \[e⁻\].
+    pub flux_e: Option<f64>,
+    /// 1-sigma random error of flux_e \[e⁻\].
+    pub flux_err_e: Option<f64>,
+    /// Sky level under the aperture, whole exposure \[e⁻/px\].
+    pub sky_e_px: Option<f64>,
+    /// Flux_e / flux_err_e.
+    pub snr: Option<f64>,
+    /// Brightest aperture pixel as a fraction of the saturation level.
+    pub peak_frac_sat: Option<f64>,
+    /// -2.5 log10 of the flux in electrons per second \[mag\].
+    pub inst_mag: Option<f64>,
+    /// 1-sigma random error of inst_mag \[mag\].
+    pub inst_mag_err: Option<f64>,
+    /// Altitude above the horizon, without refraction \[deg\].
+    pub alt_deg: Option<f64>,
+    /// Azimuth from north through east \[deg\].
+    pub az_deg: Option<f64>,
+    /// Airmass; mean of the members.
+    pub airmass: Option<f64>,
+    /// V magnitude of the catalogue \[mag\].
+    pub catalogue_v_mag: Option<f64>,
+    /// 1-sigma error of catalogue_v_mag \[mag\].
+    pub catalogue_v_mag_err: Option<f64>,
+    /// Colour B-V of the catalogue \[mag\].
+    pub catalogue_b_v_mag: Option<f64>,
+    /// 1-sigma error of catalogue_b_v_mag \[mag\].
+    pub catalogue_b_v_mag_err: Option<f64>,
+    /// Weight of this star in the zeropoint fit; 0 = not used.
+    pub fit_weight: Option<f64>,
+    /// V_inst - V minus the fit \[mag\].
+    pub fit_residual_mag: Option<f64>,
+    /// Distance of the star from its catalogue place \[arcsec\].
+    pub match_arcsec: Option<f64>,
+    /// Ok, rejected or failed.
+    pub status: String,
+    /// Why, when status is not ok.
+    pub reason: String,
+    /// Quality bit mask; the bits are named in meta.
+    pub flags: i32,
+}
+
+/// Observed minus modelled for one target frame: a row of `residuals.ecsv`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ResidualRow {
+    /// Source FITS file name.
+    pub frame: String,
+    /// Satellite catalogue number.
+    pub norad_cat_id: Option<i64>,
+    /// Name of the target.
+    pub object_name: String,
+    /// Number of the pass in the night, from 1.
+    pub pass: Option<i64>,
+    /// Mid-exposure UTC, ISO 8601.
+    pub date_mid: String,
+    /// Mid-exposure MJD (UTC) \[d\].
+    pub mjd_mid_d: Option<f64>,
+    /// Altitude above the horizon, without refraction \[deg\].
+    pub alt_deg: Option<f64>,
+    /// Azimuth from north through east \[deg\].
+    pub az_deg: Option<f64>,
+    /// Distance from the observer \[km\].
+    pub range_km: Option<f64>,
+    /// Angle Sun - satellite - observer \[deg\].
+    pub phase_angle_deg: Option<f64>,
+    /// Angle between the target and the Moon on the sky \[deg\].
+    pub moon_sep_deg: Option<f64>,
+    /// Largest light: sun, penumbra, moon, lunar_earthshine, earthshine or none.
+    pub illum: String,
+    /// Apparent V magnitude outside the atmosphere \[mag\].
+    pub v_mag: Option<f64>,
+    /// 1-sigma random error of v_mag \[mag\].
+    pub v_mag_err: Option<f64>,
+    /// 1-sigma systematic error of v_mag, common to the night \[mag\].
+    pub v_mag_err_sys: Option<f64>,
+    /// Modelled V magnitude, all lights \[mag\].
+    pub model_v_mag: Option<f64>,
+    /// 1-sigma error of model_v_mag \[mag\].
+    pub model_err_mag: Option<f64>,
+    /// Observed minus modelled magnitude; positive = observed fainter \[mag\].
+    pub residual_mag: Option<f64>,
+    /// Use, caution or reject.
+    pub verdict: String,
+    /// Quality bit mask; the bits are named in meta.
+    pub flags: i32,
+}

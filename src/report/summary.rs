@@ -1,0 +1,150 @@
+//! The text of the closing summary: aligned plain-text tables and the robust numbers in them.
+//!
+//! Magnitudes, degrees, UTC. Returns text; the program prints it.
+
+use super::rows::{PhotometryRow, ResidualRow};
+use crate::constants::SIGMA_PER_MAD;
+
+/// Two exposures of one target further apart than this belong to different passes \[s\]. A low-orbit pass lasts a
+/// quarter of an hour at most and the next one comes an hour and a half later.
+pub const PASS_GAP_S: f64 = 1_200.0;
+
+/// Median and robust scatter, `(med x, 1.4826 · med |x − med x|)`, of the finite values; `None` without any.
+///
+/// The scatter equals σ for a Gaussian and is 0 for a single value.
+#[must_use]
+pub fn robust(values: &[f64]) -> Option<(f64, f64)> {
+    let mut kept: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    let centre = median(&mut kept)?;
+    let mut deviations: Vec<f64> = kept.iter().map(|v| (v - centre).abs()).collect();
+    Some((centre, SIGMA_PER_MAD * median(&mut deviations)?))
+}
+
+/// The middle value, or the mean of the two middle ones.
+fn median(values: &mut [f64]) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let upper = *values.get(values.len() / 2)?;
+    if values.len() % 2 == 1 {
+        return Some(upper);
+    }
+    Some(0.5 * (values.get(values.len() / 2 - 1)? + upper))
+}
+
+/// The passes of a night: rows of one target without a gap longer than [`PASS_GAP_S`], in order of time.
+///
+/// Rows without a time belong to no pass.
+#[must_use]
+pub fn passes(rows: &[PhotometryRow]) -> Vec<Vec<&PhotometryRow>> {
+    let mut timed: Vec<&PhotometryRow> = rows.iter().filter(|r| r.mjd_mid_d.is_some_and(f64::is_finite)).collect();
+    timed.sort_by(|a, b| target(a).cmp(&target(b)).then(mjd(a).total_cmp(&mjd(b))));
+    let mut passes: Vec<Vec<&PhotometryRow>> = Vec::new();
+    for row in timed {
+        match passes.last_mut() {
+            Some(pass) if pass.last().is_some_and(|last| same_pass(last, row)) => pass.push(row),
+            _ => passes.push(vec![row]),
+        }
+    }
+    passes.sort_by(|a, b| a.first().map_or(0.0, |r| mjd(r)).total_cmp(&b.first().map_or(0.0, |r| mjd(r))));
+    passes
+}
+
+fn target(row: &PhotometryRow) -> (Option<i64>, &str) {
+    // The number names the target; the name counts only where there is no number.
+    (row.norad_cat_id, if row.norad_cat_id.is_some() { "" } else { row.object_name.as_str() })
+}
+
+fn mjd(row: &PhotometryRow) -> f64 {
+    row.mjd_mid_d.unwrap_or(f64::NAN)
+}
+
+fn same_pass(last: &PhotometryRow, row: &PhotometryRow) -> bool {
+    target(last) == target(row) && (mjd(row) - mjd(last)) * 86_400.0 <= PASS_GAP_S
+}
+
+/// A table of plain text: columns two spaces apart, numbers to the right, the rest to the left, a rule below the head.
+///
+/// A column is numeric when every cell of it that is not empty starts with a digit or a sign. Short rows are padded.
+#[must_use]
+pub fn text_table(head: &[&str], rows: &[Vec<String>]) -> String {
+    let cell = |row: &Vec<String>, i: usize| row.get(i).cloned().unwrap_or_default();
+    let numeric: Vec<bool> = (0..head.len())
+        .map(|i| {
+            let mut filled = rows.iter().map(|row| cell(row, i)).filter(|c| !c.is_empty()).peekable();
+            filled.peek().is_some() && filled.all(|c| c.starts_with(|c: char| c.is_ascii_digit() || "+-−".contains(c)))
+        })
+        .collect();
+    let widths: Vec<usize> = (0..head.len())
+        .map(|i| {
+            let cells = rows.iter().map(|row| cell(row, i).chars().count()).max().unwrap_or(0);
+            cells.max(head.get(i).map_or(0, |h| h.chars().count()))
+        })
+        .collect();
+    let line = |cells: Vec<String>| {
+        let mut text = String::new();
+        for ((cell, &width), &right) in cells.iter().zip(&widths).zip(&numeric) {
+            let pad = " ".repeat(width - cell.chars().count());
+            text.push_str(if text.is_empty() { "" } else { "  " });
+            text.push_str(&if right { format!("{pad}{cell}") } else { format!("{cell}{pad}") });
+        }
+        format!("{}\n", text.trim_end())
+    };
+    let mut text = line(head.iter().map(|h| (*h).to_owned()).collect());
+    text.push_str(&line(widths.iter().map(|&w| "-".repeat(w)).collect()));
+    for row in rows {
+        text.push_str(&line((0..head.len()).map(|i| cell(row, i)).collect()));
+    }
+    text
+}
+
+/// One line per pass: UTC of the first frame, target, measured of all frames, median and brightest V, largest light,
+/// residual median ± robust σ. Rejected measurements are counted but not used.
+#[must_use]
+pub fn pass_table(rows: &[PhotometryRow]) -> String {
+    let head = ["pass", "UTC", "target", "used", "frames", "median V", "brightest V", "light", "residual", "sigma"];
+    let lines: Vec<Vec<String>> = passes(rows)
+        .iter()
+        .enumerate()
+        .map(|(i, pass)| {
+            let used: Vec<&&PhotometryRow> = pass.iter().filter(|r| is_used(&r.status, &r.verdict)).collect();
+            let v_mag: Vec<f64> = used.iter().filter_map(|r| r.v_mag).collect();
+            let residual = robust(&used.iter().filter_map(|r| r.residual_mag).collect::<Vec<_>>());
+            let first = pass.first();
+            vec![
+                (i + 1).to_string(),
+                first.map(|r| r.date_mid.chars().take(19).collect()).unwrap_or_default(),
+                first.map(|r| r.object_name.clone()).unwrap_or_default(),
+                v_mag.len().to_string(),
+                pass.len().to_string(),
+                robust(&v_mag).map(|(m, _)| format!("{m:.2}")).unwrap_or_default(),
+                v_mag.iter().copied().min_by(f64::total_cmp).map(|v| format!("{v:.2}")).unwrap_or_default(),
+                lights(pass.iter().map(|r| r.illum.as_str())),
+                residual.map(|(m, _)| format!("{m:+.3}")).unwrap_or_default(),
+                residual.map(|(_, s)| format!("{s:.3}")).unwrap_or_default(),
+            ]
+        })
+        .collect();
+    text_table(&head, &lines)
+}
+
+/// Whether a measurement counts in medians: status `ok` (or unsaid) and not rejected by its verdict.
+#[must_use]
+pub fn is_used(status: &str, verdict: &str) -> bool {
+    matches!(status, "ok" | "") && verdict != "reject"
+}
+
+/// Residuals that count in medians.
+#[must_use]
+pub fn used_residuals(rows: &[ResidualRow]) -> Vec<f64> {
+    rows.iter().filter(|r| is_used("", &r.verdict)).filter_map(|r| r.residual_mag).collect()
+}
+
+/// The light classes in order of appearance, each once.
+fn lights<'a>(classes: impl Iterator<Item = &'a str>) -> String {
+    let mut seen: Vec<&str> = Vec::new();
+    for class in classes {
+        if !class.is_empty() && !seen.contains(&class) {
+            seen.push(class);
+        }
+    }
+    seen.join(", ")
+}
