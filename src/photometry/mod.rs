@@ -2,6 +2,15 @@
 //!
 //! Positions in full-frame pixels, 0-based, centre of the first pixel = 0. Fluxes in electrons. Knows no orbit, no model.
 
+pub mod aperture;
+pub mod background;
+pub mod centroid;
+pub mod detect;
 pub mod flags;
+pub mod flux;
+mod label;
+mod smooth;
+pub mod stats;
+pub mod target;
 
 pub use flags::Flags;
