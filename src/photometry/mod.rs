@@ -2,8 +2,10 @@
 //!
 //! Positions in full-frame pixels, 0-based, centre of the first pixel = 0. Fluxes in electrons. Knows no orbit, no model.
 
+pub mod align;
 pub mod aperture;
 pub mod background;
+pub mod catalogue;
 pub mod centroid;
 pub mod detect;
 pub mod flags;
@@ -12,5 +14,7 @@ mod label;
 mod smooth;
 pub mod stats;
 pub mod target;
+pub mod wcs;
+pub mod zeropoint;
 
 pub use flags::Flags;

@@ -1,0 +1,504 @@
+//! The catalogue on the frame: shift and rotation from predicted positions to detections, found by voting pairs.
+//!
+//! Pixels, 0-based. Left out: scale errors beyond 1 %, mirrored frames and blind solving (the WCS gives scale and parity).
+
+use std::collections::HashMap;
+
+use rstar::RTree;
+use rstar::primitives::GeomWithData;
+use statrs::distribution::{Binomial, DiscreteCDF};
+
+/// A similarity transform about a centre, and the stars it rests on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Alignment {
+    /// Shift of the centre \[px\].
+    pub dx_px: f64,
+    /// Shift of the centre \[px\].
+    pub dy_px: f64,
+    /// Rotation from +x towards +y \[rad\].
+    pub rotation_rad: f64,
+    /// Scale, within 1 % of 1.
+    pub scale: f64,
+    /// Centre of rotation \[px\]: the mean predicted position.
+    pub x0: f64,
+    /// Centre of rotation \[px\].
+    pub y0: f64,
+    /// Matched pairs.
+    pub n: usize,
+    /// Root mean square distance of the pairs \[px\].
+    pub rms_px: f64,
+    /// (index of predicted, index of detected), unique both ways, in order of the first.
+    pub pairs: Vec<(usize, usize)>,
+}
+
+impl Alignment {
+    /// Where a predicted position is on the frame: c + d + s R(θ) (p − c) \[px\].
+    #[must_use]
+    pub fn apply(&self, x: f64, y: f64) -> (f64, f64) {
+        let (s, c) = self.rotation_rad.sin_cos();
+        let (u, v) = (x - self.x0, y - self.y0);
+        (self.x0 + self.dx_px + self.scale * (c * u - s * v), self.y0 + self.dy_px + self.scale * (s * u + c * v))
+    }
+}
+
+/// Brightest stars of each list that vote.
+const VOTERS: usize = 60;
+/// Brightest predicted stars that judge a hypothesis.
+const JUDGES: usize = 150;
+/// Hypotheses of each kind that are judged, by votes.
+const JUDGED: usize = 60;
+/// Hypotheses of each kind that are refined, by stars brought together.
+const REFINED: usize = 6;
+/// Largest rotation looked for \[rad\].
+const MAX_ROTATION_RAD: f64 = 6.0 * std::f64::consts::PI / 180.0;
+/// Largest departure of the scale from 1.
+const MAX_SCALE_ERR: f64 = 0.01;
+/// Largest probability that an accepted match is chance.
+const MAX_CHANCE: f64 = 1e-4;
+
+/// Finds the similarity that carries `predicted` onto `detected` positions \[px\], both brightest first.
+///
+/// Hypotheses come from single stars (shift alone) and from pairs of stars of equal separation and direction (shift,
+/// rotation up to 6°, scale within 1 %); those with the most votes are judged by the number of stars they bring together,
+/// the best is refined. Shifts reach `search_radius_px`. Pairs are at most `match_radius_px` apart; two stars near one entry
+/// or two entries near one star are ambiguous and dropped. `None` if the chance of so many matches, times the number of
+/// hypotheses, exceeds 1e-4 (binomial).
+#[must_use]
+pub fn align(
+    predicted: &[(f64, f64)],
+    detected: &[(f64, f64)],
+    search_radius_px: f64,
+    match_radius_px: f64,
+) -> Option<Alignment> {
+    let usable = |p: &&(f64, f64)| p.0.is_finite() && p.1.is_finite();
+    let good: Vec<(f64, f64)> = predicted.iter().filter(usable).copied().collect();
+    let found: Vec<(f64, f64)> = detected.iter().filter(usable).copied().collect();
+    if good.is_empty() || found.is_empty() || match_radius_px.is_nan() || match_radius_px <= 0.0 {
+        return None;
+    }
+    let field = Field::new(good, found, match_radius_px);
+    let shifts = field.shifts(search_radius_px);
+    let turns = field.turns(search_radius_px);
+    let mut best: Option<(f64, f64, Motion)> = None;
+    for (seeds, forced) in [(&shifts, 1), (&turns, 2)] {
+        for seed in field.judged(field.elect(seeds)) {
+            let motion = field.refined(seed);
+            if motion.shift() > search_radius_px * 1.1 || motion.turn().abs() > MAX_ROTATION_RAD * 1.1 {
+                continue;
+            }
+            let (chance, rms) = field.chance(&motion, forced, seeds.len());
+            if chance <= MAX_CHANCE && best.as_ref().is_none_or(|b| (chance, rms) < (b.0, b.1)) {
+                best = Some((chance, rms, motion));
+            }
+        }
+    }
+    let (_, _, motion) = best?;
+    Some(motion.alignment(&field, predicted, detected))
+}
+
+/// z → z₀ + d + m (z − z₀) with complex m = s e^{iθ}, as (re, im).
+#[derive(Debug, Clone, Copy)]
+struct Motion {
+    d: (f64, f64),
+    m: (f64, f64),
+}
+
+impl Motion {
+    fn apply(&self, centre: (f64, f64), p: (f64, f64)) -> [f64; 2] {
+        let (u, v) = (p.0 - centre.0, p.1 - centre.1);
+        let (x, y) = (self.m.0 * u - self.m.1 * v, self.m.1 * u + self.m.0 * v);
+        [centre.0 + self.d.0 + x, centre.1 + self.d.1 + y]
+    }
+    fn shift(&self) -> f64 {
+        self.d.0.hypot(self.d.1)
+    }
+    fn turn(&self) -> f64 {
+        self.m.1.atan2(self.m.0)
+    }
+    fn scale(&self) -> f64 {
+        self.m.0.hypot(self.m.1)
+    }
+
+    /// The final pairs over the complete lists: nearest both ways, ambiguous ones dropped.
+    fn alignment(&self, field: &Field, predicted: &[(f64, f64)], detected: &[(f64, f64)]) -> Alignment {
+        let tree = |points: Vec<([f64; 2], usize)>| {
+            RTree::bulk_load(points.into_iter().filter(|(p, _)| p.iter().all(|v| v.is_finite())).map(|(p, i)| Point::new(p, i)).collect())
+        };
+        let moved: Vec<[f64; 2]> = predicted.iter().map(|p| self.apply(field.centre, *p)).collect();
+        let sky = tree(moved.iter().copied().enumerate().map(|(i, p)| (p, i)).collect());
+        let frame = tree(detected.iter().enumerate().map(|(i, p)| ([p.0, p.1], i)).collect());
+        let r2 = field.radius * field.radius;
+        let mut pairs = Vec::new();
+        let mut sum2 = 0.0;
+        for (i, p) in moved.iter().enumerate().filter(|(_, p)| p.iter().all(|v| v.is_finite())) {
+            let mut near = frame.locate_within_distance(*p, r2);
+            let (Some(star), None) = (near.next(), near.next()) else { continue };
+            if sky.locate_within_distance(*star.geom(), r2).count() == 1 {
+                pairs.push((i, star.data));
+                sum2 += (star.geom()[0] - p[0]).powi(2) + (star.geom()[1] - p[1]).powi(2);
+            }
+        }
+        Alignment {
+            dx_px: self.d.0,
+            dy_px: self.d.1,
+            rotation_rad: self.turn(),
+            scale: self.scale(),
+            x0: field.centre.0,
+            y0: field.centre.1,
+            n: pairs.len(),
+            rms_px: if pairs.is_empty() { 0.0 } else { (sum2 / pairs.len() as f64).sqrt() },
+            pairs,
+        }
+    }
+}
+
+type Point = GeomWithData<[f64; 2], usize>;
+
+/// Both lists, with what is asked of them often.
+struct Field {
+    predicted: Vec<(f64, f64)>,
+    detected: Vec<(f64, f64)>,
+    tree: RTree<Point>,
+    centre: (f64, f64),
+    radius: f64,
+    /// Smallest and largest x, y of the detections.
+    bounds: [f64; 4],
+}
+
+impl Field {
+    fn new(predicted: Vec<(f64, f64)>, detected: Vec<(f64, f64)>, radius: f64) -> Field {
+        let n = predicted.len() as f64;
+        let centre = (predicted.iter().map(|p| p.0).sum::<f64>() / n, predicted.iter().map(|p| p.1).sum::<f64>() / n);
+        let bounds = detected.iter().fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, p| {
+            [b[0].min(p.0), b[1].min(p.1), b[2].max(p.0), b[3].max(p.1)]
+        });
+        let tree = RTree::bulk_load(detected.iter().enumerate().map(|(i, p)| Point::new([p.0, p.1], i)).collect());
+        Field { predicted, detected, tree, centre, radius, bounds }
+    }
+
+    /// One hypothesis per (predicted, detected) within the search radius: a shift.
+    fn shifts(&self, search: f64) -> Vec<Motion> {
+        let mut seeds = Vec::new();
+        for p in self.predicted.iter().take(VOTERS) {
+            for q in self.detected.iter().take(VOTERS) {
+                let d = (q.0 - p.0, q.1 - p.1);
+                if d.0.hypot(d.1) <= search {
+                    seeds.push(Motion { d, m: (1.0, 0.0) });
+                }
+            }
+        }
+        seeds
+    }
+
+    /// One hypothesis per pair of pairs of equal length and direction: shift, rotation, scale.
+    fn turns(&self, search: f64) -> Vec<Motion> {
+        let sky = long_pairs(&self.predicted, 8.0 * self.radius);
+        let frame = long_pairs(&self.detected, 8.0 * self.radius);
+        let mut seeds = Vec::new();
+        for (length, p, q) in &sky {
+            let low = frame.partition_point(|f| f.0 < length * (1.0 - MAX_SCALE_ERR));
+            for (other, a, b) in frame[low..].iter().take_while(|f| f.0 <= length * (1.0 + MAX_SCALE_ERR)) {
+                // m = (b − a) / (q − p); both orders of the pair are in the list of the frame
+                let (u, v) = ((q.0 - p.0, q.1 - p.1), (b.0 - a.0, b.1 - a.1));
+                let l2 = length * length;
+                let m = ((v.0 * u.0 + v.1 * u.1) / l2, (v.1 * u.0 - v.0 * u.1) / l2);
+                for (m, a) in [(m, a), ((-m.0, -m.1), b)] {
+                    if m.1.atan2(m.0).abs() > MAX_ROTATION_RAD {
+                        continue;
+                    }
+                    // the shift at the centre: a + m (z₀ − p) − z₀
+                    let still = Motion { d: (0.0, 0.0), m };
+                    let c = still.apply(self.centre, *p);
+                    let d = (a.0 - c[0], a.1 - c[1]);
+                    if d.0.hypot(d.1) <= search * 1.1 && (other / length - 1.0).abs() <= MAX_SCALE_ERR {
+                        seeds.push(Motion { d, m });
+                    }
+                }
+            }
+        }
+        seeds
+    }
+
+    /// The hypotheses with the most others in their bin of shift and rotation, at most [`JUDGED`].
+    fn elect(&self, seeds: &[Motion]) -> Vec<Motion> {
+        let size = (2.0 * self.radius).max(4.0);
+        let bin = |s: &Motion| {
+            let cell = |v: f64, size: f64| (v / size).floor() as i64;
+            (cell(s.d.0, size), cell(s.d.1, size), cell(s.turn(), 0.004))
+        };
+        let mut votes: HashMap<(i64, i64, i64), usize> = HashMap::new();
+        for s in seeds {
+            *votes.entry(bin(s)).or_default() += 1;
+        }
+        let around = |(x, y, r): (i64, i64, i64)| {
+            let mut n = 0;
+            for i in -1..=1 {
+                for j in -1..=1 {
+                    for k in -1..=1 {
+                        n += votes.get(&(x + i, y + j, r + k)).copied().unwrap_or(0);
+                    }
+                }
+            }
+            n
+        };
+        let mut ranked: Vec<(usize, usize)> = seeds.iter().enumerate().map(|(i, s)| (around(bin(s)), i)).collect();
+        ranked.sort_by_key(|(n, i)| (std::cmp::Reverse(*n), *i));
+        // one of each bin is enough
+        let mut seen = std::collections::HashSet::new();
+        ranked.iter().map(|(_, i)| seeds[*i]).filter(|s| seen.insert(bin(s))).take(JUDGED).collect()
+    }
+
+    /// The hypotheses that bring the most stars together, at most [`REFINED`].
+    fn judged(&self, seeds: Vec<Motion>) -> Vec<Motion> {
+        let mut ranked: Vec<(usize, f64, usize)> = Vec::new();
+        for (i, seed) in seeds.iter().enumerate() {
+            let found = self.matches(seed, self.radius, JUDGES);
+            ranked.push((found.len(), found.iter().map(|m| m.2).sum(), i));
+        }
+        ranked.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
+        ranked.iter().take(REFINED).map(|r| seeds[r.2]).collect()
+    }
+
+    /// Nearest detections within `radius` of the judges under `motion`, one detection to one star.
+    fn matches(&self, motion: &Motion, radius: f64, judges: usize) -> Vec<(usize, usize, f64)> {
+        let mut nearest: HashMap<usize, (usize, f64)> = HashMap::new();
+        for (i, p) in self.predicted.iter().take(judges).enumerate() {
+            let at = motion.apply(self.centre, *p);
+            let Some((star, d2)) = self.tree.nearest_neighbor_iter_with_distance_2(&at).next() else { continue };
+            if d2 <= radius * radius && nearest.get(&star.data).is_none_or(|(_, other)| d2 < *other) {
+                nearest.insert(star.data, (i, d2));
+            }
+        }
+        let mut out: Vec<(usize, usize, f64)> = nearest.into_iter().map(|(q, (p, d2))| (p, q, d2.sqrt())).collect();
+        out.sort_by_key(|m| m.0);
+        out
+    }
+
+    /// Least squares on the matched stars, the radius shrinking to four times their scatter.
+    fn refined(&self, seed: Motion) -> Motion {
+        let mut motion = seed;
+        let mut radius = self.radius * 2.0;
+        for _ in 0..12 {
+            let found = self.matches(&motion, radius, usize::MAX);
+            if found.len() < 2 {
+                break;
+            }
+            let Some(next) = self.similarity(&found) else { break };
+            motion = next;
+            let mut r: Vec<f64> = self.matches(&motion, radius, usize::MAX).iter().map(|m| m.2).collect();
+            r.sort_by(f64::total_cmp);
+            let median = r.get(r.len() / 2).copied().unwrap_or(radius);
+            // the median of a Rayleigh distribution is 1.18 σ
+            radius = (4.0 * median / 1.18).clamp(0.05 * self.radius, self.radius).min(radius);
+        }
+        motion
+    }
+
+    /// m = Σ conj(u) v / Σ |u|²; a plain shift from fewer than three stars or where the scale runs away.
+    fn similarity(&self, found: &[(usize, usize, f64)]) -> Option<Motion> {
+        let n = found.len() as f64;
+        let mean = |f: &dyn Fn(&(usize, usize, f64)) -> (f64, f64)| {
+            let s = found.iter().map(f).fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+            (s.0 / n, s.1 / n)
+        };
+        let (pc, qc) = (mean(&|m| self.predicted[m.0]), mean(&|m| self.detected[m.1]));
+        let (mut re, mut im, mut norm) = (0.0, 0.0, 0.0);
+        for (i, j, _) in found {
+            let (p, q) = (self.predicted[*i], self.detected[*j]);
+            let (u, v) = ((p.0 - pc.0, p.1 - pc.1), (q.0 - qc.0, q.1 - qc.1));
+            re += u.0 * v.0 + u.1 * v.1;
+            im += u.0 * v.1 - u.1 * v.0;
+            norm += u.0 * u.0 + u.1 * u.1;
+        }
+        let mut m = if found.len() >= 3 && norm > 0.0 { (re / norm, im / norm) } else { (1.0, 0.0) };
+        let scale = m.0.hypot(m.1);
+        if scale <= 0.0 || !scale.is_finite() {
+            return None;
+        }
+        let held = scale.clamp(1.0 - MAX_SCALE_ERR, 1.0 + MAX_SCALE_ERR);
+        m = (m.0 / scale * held, m.1 / scale * held);
+        let c = Motion { d: (0.0, 0.0), m }.apply(self.centre, pc);
+        Some(Motion { d: (qc.0 - c[0], qc.1 - c[1]), m })
+    }
+
+    /// Probability that chance brings as many stars together, for the most telling of a few radii, and the rms distance.
+    ///
+    /// P = h · Σ_{j ≥ k − f} Binom(n − f, p)(j), p = N π r² / area; f stars are met by construction, h counts the
+    /// hypotheses and radii tried.
+    fn chance(&self, motion: &Motion, forced: u64, n_hypotheses: usize) -> (f64, f64) {
+        let found = self.matches(motion, self.radius, usize::MAX);
+        let [x0, y0, x1, y1] = self.bounds;
+        let r = self.radius;
+        let seen = self.predicted.iter().filter(|p| {
+            let at = motion.apply(self.centre, **p);
+            at[0] >= x0 - r && at[0] <= x1 + r && at[1] >= y0 - r && at[1] <= y1 + r
+        });
+        let n = (seen.count() as u64).max(found.len() as u64);
+        let area = (x1 - x0 + 2.0 * r) * (y1 - y0 + 2.0 * r);
+        let mut best = 1.0_f64;
+        let radii: Vec<f64> = (0..6).map(|i| self.radius * 0.5_f64.powi(i)).collect();
+        for radius in &radii {
+            let k = found.iter().filter(|m| m.2 <= *radius).count() as u64;
+            let p = (self.detected.len() as f64 * std::f64::consts::PI * radius * radius / area).min(1.0);
+            if k <= forced {
+                continue;
+            }
+            if let Ok(binomial) = Binomial::new(p, n - forced) {
+                best = best.min(binomial.sf(k - forced - 1) * (n_hypotheses.max(1) * radii.len()) as f64);
+            }
+        }
+        let rms = (found.iter().map(|m| m.2 * m.2).sum::<f64>() / found.len().max(1) as f64).sqrt();
+        (best, rms)
+    }
+}
+
+/// (length, first, second) of the pairs of the brightest points longer than `shortest`, by length.
+fn long_pairs(points: &[(f64, f64)], shortest: f64) -> Vec<(f64, (f64, f64), (f64, f64))> {
+    let voters = &points[..points.len().min(VOTERS)];
+    let mut out = Vec::new();
+    for (i, p) in voters.iter().enumerate() {
+        for q in &voters[i + 1..] {
+            let length = (q.0 - p.0).hypot(q.1 - p.1);
+            if length > shortest {
+                out.push((length, *p, *q));
+            }
+        }
+    }
+    out.sort_by(|a, b| a.0.total_cmp(&b.0));
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    /// What a synthetic field is made of.
+    struct Sky {
+        common: usize,
+        missing: usize,
+        faked: usize,
+        noise_px: f64,
+        shift_px: f64,
+        rotation_deg: f64,
+        size: (f64, f64),
+    }
+
+    /// Predicted and detected positions, and which detection is which star.
+    fn field(sky: &Sky, seed: u64) -> (Vec<(f64, f64)>, Vec<(f64, f64)>, Vec<(usize, usize)>) {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let place = |rng: &mut ChaCha8Rng| (rng.random_range(0.0..sky.size.0), rng.random_range(0.0..sky.size.1));
+        let n = sky.common + sky.missing;
+        let predicted: Vec<(f64, f64)> = (0..n).map(|_| place(&mut rng)).collect();
+        let (s, c) = sky.rotation_deg.to_radians().sin_cos();
+        let angle = rng.random_range(0.0..std::f64::consts::TAU);
+        let shift = (sky.shift_px * angle.cos(), sky.shift_px * angle.sin());
+        let half = (sky.size.0 / 2.0, sky.size.1 / 2.0);
+        // which stars are seen, and where fakes stand in the order of brightness, are mixed
+        let mut kinds: Vec<Option<usize>> = (0..n).map(Some).collect();
+        for i in (1..n).rev() {
+            kinds.swap(i, rng.random_range(0..=i));
+        }
+        kinds.truncate(sky.common);
+        kinds.extend(std::iter::repeat_n(None, sky.faked));
+        for i in (1..kinds.len()).rev() {
+            kinds.swap(i, rng.random_range(0..=i));
+        }
+        let mut truth = Vec::new();
+        let mut detected = Vec::new();
+        for kind in kinds {
+            let Some(i) = kind else {
+                detected.push(place(&mut rng));
+                continue;
+            };
+            let (u, v) = (predicted[i].0 - half.0, predicted[i].1 - half.1);
+            let mut noise = || sky.noise_px * rng.sample::<f64, _>(rand_distr::StandardNormal);
+            truth.push((i, detected.len()));
+            detected.push((half.0 + shift.0 + c * u - s * v + noise(), half.1 + shift.1 + s * u + c * v + noise()));
+        }
+        (predicted, detected, truth)
+    }
+
+    fn solved(sky: &Sky, seed: u64, match_radius: f64) -> (Option<Alignment>, usize) {
+        let (p, d, truth) = field(sky, seed);
+        let a = align(&p, &d, 300.0, match_radius);
+        let right = a.as_ref().map_or(0, |a| a.pairs.iter().filter(|x| truth.contains(x)).count());
+        (a, right)
+    }
+
+    const FULL: (f64, f64) = (9576.0, 6388.0);
+
+    #[test]
+    fn fields_turned_up_to_3_deg_and_shifted_up_to_200_px_are_matched_with_a_third_false_and_a_fifth_missing() {
+        for (i, rotation_deg) in [0.0, 0.5, -1.0, 2.0, -3.0, 3.0].into_iter().enumerate() {
+            for (j, shift_px) in [0.0, 40.0, 120.0, 200.0].into_iter().enumerate() {
+                let sky = Sky { common: 40, missing: 10, faked: 17, noise_px: 0.3, shift_px, rotation_deg, size: FULL };
+                let (a, right) = solved(&sky, (10 * i + j) as u64, 20.0);
+                let a = a.unwrap_or_else(|| panic!("{rotation_deg} deg, {shift_px} px: no match"));
+                assert!((a.rotation_rad.to_degrees() - rotation_deg).abs() < 0.01);
+                assert!(right >= 36 && a.n - right <= 1, "{right} of 40 right, {} in all", a.n);
+                assert!(a.rms_px < 0.8, "{}", a.rms_px); // 0.3 px in two axes, and one chance pair at most
+            }
+        }
+    }
+
+    #[test]
+    fn six_common_stars_among_sixty_predicted_and_forty_detected_are_enough() {
+        for seed in 0..20 {
+            let rotation_deg = [0.0, 1.0, -3.0, 3.0][seed as usize % 4];
+            let sky = Sky { common: 6, missing: 54, faked: 34, noise_px: 0.3, shift_px: 150.0, rotation_deg, size: FULL };
+            let (a, right) = solved(&sky, seed, 20.0);
+            let a = a.unwrap_or_else(|| panic!("seed {seed}: no match"));
+            assert!(right >= 5, "seed {seed}: {right} right of {}", a.n);
+        }
+    }
+
+    #[test]
+    fn a_small_field_with_few_stars_and_a_good_header_is_matched() {
+        for seed in 0..20 {
+            let sky =
+                Sky { common: 5, missing: 1, faked: 2, noise_px: 0.3, shift_px: 10.0, rotation_deg: 0.0, size: (600.0, 400.0) };
+            let (a, right) = solved(&sky, seed, 6.0);
+            assert!(a.is_some() && right >= 4, "seed {seed}: {right}");
+        }
+    }
+
+    #[test]
+    fn a_wrong_field_is_refused() {
+        let mut accepted = 0;
+        for seed in 0..100 {
+            let size = if seed % 2 == 0 { FULL } else { (800.0, 600.0) };
+            let sky = Sky { common: 0, missing: 60, faked: 40, noise_px: 0.3, shift_px: 0.0, rotation_deg: 0.0, size };
+            accepted += usize::from(solved(&sky, seed, if seed % 2 == 0 { 20.0 } else { 5.0 }).0.is_some());
+        }
+        assert_eq!(accepted, 0);
+    }
+
+    #[test]
+    fn two_stars_near_one_entry_and_two_entries_near_one_star_are_dropped() {
+        let sky = Sky { common: 30, missing: 0, faked: 0, noise_px: 0.1, shift_px: 0.0, rotation_deg: 0.0, size: FULL };
+        let (mut p, mut d, truth) = field(&sky, 3);
+        let (i, j) = truth[0];
+        d.push((d[j].0 + 3.0, d[j].1));
+        let (k, _) = truth[1];
+        p.push((p[k].0, p[k].1 + 3.0));
+        let a = align(&p, &d, 300.0, 10.0).unwrap();
+        assert!(a.pairs.iter().all(|x| x.0 != i && x.0 != k && x.0 != 30));
+        assert_eq!(a.n, 28);
+    }
+
+    #[test]
+    fn nothing_to_match_is_none_and_broken_positions_are_passed_over() {
+        assert!(align(&[], &[(1.0, 1.0)], 100.0, 5.0).is_none());
+        assert!(align(&[(1.0, 1.0)], &[], 100.0, 5.0).is_none());
+        assert!(align(&[(1.0, 1.0)], &[(1.0, 1.0)], 100.0, 5.0).is_none()); // one star proves nothing
+        let sky = Sky { common: 30, missing: 0, faked: 0, noise_px: 0.1, shift_px: 5.0, rotation_deg: 0.0, size: FULL };
+        let (mut p, mut d, _) = field(&sky, 4);
+        p.insert(0, (f64::NAN, 1.0));
+        d.insert(0, (f64::INFINITY, 1.0));
+        let a = align(&p, &d, 300.0, 10.0).unwrap();
+        assert_eq!(a.n, 30);
+        assert!(a.pairs.iter().all(|(i, j)| *i > 0 && *j > 0)); // indices of the caller's lists
+    }
+}
