@@ -1,1 +1,122 @@
-//! One file per verb: parse, call the library, print.
+//! The command line: one file per verb that parses, calls the library and prints. No science here.
+//!
+//! Results go to standard output, progress and messages to standard error.
+
+mod bar;
+mod compare;
+mod flat;
+mod init;
+mod measure;
+mod passes;
+mod run;
+mod satellites;
+mod simulate;
+mod zeropoint;
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+use satphot::Error;
+use satphot::config::Config;
+
+const EXIT_CODES: &str = "\
+Exit codes: 0 outputs complete; 1 internal error; 2 usage or configuration; 3 outputs written, but too many frames
+failed or no star matched; 4 input missing or unreadable; 5 calibration, catalogue or orbit missing.";
+
+/// Photometry of tracked satellites: a night's raw FITS files to calibrated magnitudes, orbit and geometry to
+/// predicted magnitudes, and the residuals between them.
+#[derive(Debug, Parser)]
+#[command(name = "satphot", version, about, after_help = EXIT_CODES)]
+pub struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Reduce a whole night: calibrate, zeropoint, measure, tag, predict, compare
+    Run(run::Run),
+    /// Write a commented pipeline.toml to start from
+    Init(init::Init),
+    /// Make a master flat
+    Flat(flat::Flat),
+    /// Fit zeropoint, extinction and colour term to star pointings
+    Zeropoint(zeropoint::ZeropointVerb),
+    /// Measure the target in frames, with the geometry of each
+    Measure(measure::Measure),
+    /// Compare a photometry table with the model
+    Compare(compare::Compare),
+    /// List passes of a satellite: rise, culmination, set, Sun, Moon and light
+    Passes(passes::Passes),
+    /// Make a synthetic night with its truth
+    Simulate(simulate::Simulate),
+    /// List the satellites the model knows
+    Satellites(satellites::Satellites),
+}
+
+/// Options every verb has that reads pipeline.toml.
+#[derive(Debug, Clone, Args)]
+pub struct Common {
+    /// Configuration of the night
+    #[arg(short, long, value_name = "FILE", default_value = "pipeline.toml")]
+    pub config: PathBuf,
+    /// Set a key of the configuration, e.g. --set photometry.aper_r_fwhm=2.5 (repeatable)
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub sets: Vec<String>,
+    /// Threads; 0 = all cores
+    #[arg(short, long, value_name = "N", default_value_t = 0)]
+    pub jobs: usize,
+    /// No progress bars, no notes
+    #[arg(short, long)]
+    pub quiet: bool,
+    /// More notes
+    #[arg(short, long)]
+    pub verbose: bool,
+}
+
+impl Common {
+    /// Reads the configuration; a missing file says how to get one.
+    pub fn load(&self) -> anyhow::Result<Config> {
+        if !self.config.exists() {
+            return Err(Error::NoInput {
+                path: self.config.clone(),
+                problem: "no such configuration; `satphot init` writes one to start from, -c names another".into(),
+            }
+            .into());
+        }
+        Ok(Config::load(&self.config, &self.sets)?)
+    }
+
+    /// The listener to progress: bars on a terminal, silence otherwise.
+    pub fn progress(&self) -> bar::Bars {
+        bar::Bars::new(!self.quiet)
+    }
+}
+
+impl Cli {
+    /// Runs the verb.
+    pub fn execute(self) -> anyhow::Result<()> {
+        match self.verb {
+            Verb::Run(v) => v.execute(),
+            Verb::Init(v) => v.execute(),
+            Verb::Flat(v) => v.execute(),
+            Verb::Zeropoint(v) => v.execute(),
+            Verb::Measure(v) => v.execute(),
+            Verb::Compare(v) => v.execute(),
+            Verb::Passes(v) => v.execute(),
+            Verb::Simulate(v) => v.execute(),
+            Verb::Satellites(v) => v.execute(),
+        }
+    }
+}
+
+/// The exit code of an error.
+pub fn exit_code(error: &anyhow::Error) -> u8 {
+    error.downcast_ref::<Error>().map_or(1, Error::exit_code)
+}
+
+/// Prints to standard output; a closed pipe (`| head`) is not an error.
+pub fn print(text: &str) {
+    use std::io::Write as _;
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}

@@ -24,6 +24,7 @@ impl Config {
             range("stars.v_err_max_mag", stars.v_err_max_mag, 0.0, 10.0, "mag")?;
             range("stars.min_snr", stars.min_snr, 0.0, 1e6, "")?;
             range("stars.match_radius_arcsec", stars.match_radius_arcsec, 0.01, 3_600.0, "arcsec")?;
+            range("stars.pointing_err_arcsec", stars.pointing_err_arcsec, 0.0, 36_000.0, "arcsec")?;
             range("stars.pointing_gap_s", stars.pointing_gap_s, 0.0, 86_400.0, "s")?;
         }
         self.check_zeropoint()?;

@@ -10,6 +10,9 @@ use crate::error::{Error, Result};
 /// The embedded presets: name and text.
 pub const PRESETS: &[(&str, &str)] = &[("macquarie-cdk24", include_str!("../presets/macquarie_cdk24.toml"))];
 
+/// Elements embedded for simulations: name and text (published by CelesTrak for June 2025).
+pub const ELEMENTS: &[(&str, &str)] = &[("iss-2025-june", include_str!("../presets/iss_2025_june.tle"))];
+
 /// The text of an embedded preset.
 #[must_use]
 pub fn preset_text(name: &str) -> Option<&'static str> {
@@ -35,16 +38,7 @@ impl Config {
     /// # Errors
     /// [`Error::Config`].
     pub fn from_text(text: &str, sets: &[String]) -> Result<Self> {
-        let mut user: Table = text.parse().map_err(|e: toml::de::Error| bad("pipeline.toml", e.to_string()))?;
-        for set in sets {
-            apply_set(&mut user, set)?;
-        }
-        let mut table = match user.get("preset") {
-            None => Table::new(),
-            Some(name) => preset_table(name)?,
-        };
-        merge(&mut table, user);
-        let config: Config = serde_path_to_error::deserialize(Value::Table(table)).map_err(|e| explain(&e))?;
+        let config: Config = read_layers(text, sets)?;
         config.check()?;
         Ok(config)
     }
@@ -70,6 +64,23 @@ impl Config {
         self.zeropoint.previous.iter_mut().for_each(fix);
         self.orbit.iter_mut().for_each(|o| fix(&mut o.elements));
     }
+}
+
+/// Preset, then the text, then `--set`, read as `T`; an unknown key or a bad type names its dotted key.
+///
+/// # Errors
+/// [`Error::Config`].
+pub(crate) fn read_layers<T: serde::de::DeserializeOwned>(text: &str, sets: &[String]) -> Result<T> {
+    let mut user: Table = text.parse().map_err(|e: toml::de::Error| bad("TOML", e.to_string()))?;
+    for set in sets {
+        apply_set(&mut user, set)?;
+    }
+    let mut table = match user.get("preset") {
+        None => Table::new(),
+        Some(name) => preset_table(name)?,
+    };
+    merge(&mut table, user);
+    serde_path_to_error::deserialize(Value::Table(table)).map_err(|e| explain(&e))
 }
 
 fn bad(key: &str, problem: String) -> Error {

@@ -11,7 +11,9 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-pub use load::{PRESETS, preset_text};
+pub(crate) use check::range;
+pub(crate) use load::read_layers;
+pub use load::{ELEMENTS, PRESETS, preset_text};
 
 /// The whole night's configuration.
 #[derive(Debug, Clone, Deserialize, Serialize)]
@@ -300,6 +302,9 @@ pub struct Stars {
     /// Largest distance of a detection from its catalogue star \[arcsec\].
     #[serde(default = "match_radius")]
     pub match_radius_arcsec: f64,
+    /// How far the header's pointing may be off \[arcsec\].
+    #[serde(default = "pointing_err")]
+    pub pointing_err_arcsec: f64,
     /// How the frames of one pointing are combined.
     #[serde(default)]
     pub combine: Combine,
@@ -491,6 +496,9 @@ fn min_snr() -> f64 {
 }
 fn match_radius() -> f64 {
     5.0
+}
+fn pointing_err() -> f64 {
+    120.0
 }
 fn pointing_gap() -> f64 {
     300.0

@@ -1,1 +1,18 @@
-//! Where the halves meet: the pipeline, the comparison, the simulation.
+//! Where the halves meet: the pipeline of a night, the comparison with the model, the simulation.
+//!
+//! `photometry` and `brightness` do not know each other; what they say of one satellite meets here.
+
+pub mod bench;
+pub mod clock;
+pub mod compare;
+pub mod manifest;
+pub mod meta;
+pub mod pipeline;
+pub mod pointing;
+pub mod progress;
+pub mod simulate;
+pub mod stage;
+pub mod summary;
+pub mod survey;
+pub mod target;
+pub mod zeropoint;

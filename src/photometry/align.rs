@@ -122,7 +122,13 @@ impl Motion {
     /// The final pairs over the complete lists: nearest both ways, ambiguous ones dropped.
     fn alignment(&self, field: &Field, predicted: &[(f64, f64)], detected: &[(f64, f64)]) -> Alignment {
         let tree = |points: Vec<([f64; 2], usize)>| {
-            RTree::bulk_load(points.into_iter().filter(|(p, _)| p.iter().all(|v| v.is_finite())).map(|(p, i)| Point::new(p, i)).collect())
+            RTree::bulk_load(
+                points
+                    .into_iter()
+                    .filter(|(p, _)| p.iter().all(|v| v.is_finite()))
+                    .map(|(p, i)| Point::new(p, i))
+                    .collect(),
+            )
         };
         let moved: Vec<[f64; 2]> = predicted.iter().map(|p| self.apply(field.centre, *p)).collect();
         let sky = tree(moved.iter().copied().enumerate().map(|(i, p)| (p, i)).collect());
@@ -169,9 +175,10 @@ impl Field {
     fn new(predicted: Vec<(f64, f64)>, detected: Vec<(f64, f64)>, radius: f64) -> Field {
         let n = predicted.len() as f64;
         let centre = (predicted.iter().map(|p| p.0).sum::<f64>() / n, predicted.iter().map(|p| p.1).sum::<f64>() / n);
-        let bounds = detected.iter().fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, p| {
-            [b[0].min(p.0), b[1].min(p.1), b[2].max(p.0), b[3].max(p.1)]
-        });
+        let bounds =
+            detected.iter().fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, p| {
+                [b[0].min(p.0), b[1].min(p.1), b[2].max(p.0), b[3].max(p.1)]
+            });
         let tree = RTree::bulk_load(detected.iter().enumerate().map(|(i, p)| Point::new([p.0, p.1], i)).collect());
         Field { predicted, detected, tree, centre, radius, bounds }
     }
@@ -447,7 +454,8 @@ mod tests {
     fn six_common_stars_among_sixty_predicted_and_forty_detected_are_enough() {
         for seed in 0..20 {
             let rotation_deg = [0.0, 1.0, -3.0, 3.0][seed as usize % 4];
-            let sky = Sky { common: 6, missing: 54, faked: 34, noise_px: 0.3, shift_px: 150.0, rotation_deg, size: FULL };
+            let sky =
+                Sky { common: 6, missing: 54, faked: 34, noise_px: 0.3, shift_px: 150.0, rotation_deg, size: FULL };
             let (a, right) = solved(&sky, seed, 20.0);
             let a = a.unwrap_or_else(|| panic!("seed {seed}: no match"));
             assert!(right >= 5, "seed {seed}: {right} right of {}", a.n);
@@ -457,8 +465,15 @@ mod tests {
     #[test]
     fn a_small_field_with_few_stars_and_a_good_header_is_matched() {
         for seed in 0..20 {
-            let sky =
-                Sky { common: 5, missing: 1, faked: 2, noise_px: 0.3, shift_px: 10.0, rotation_deg: 0.0, size: (600.0, 400.0) };
+            let sky = Sky {
+                common: 5,
+                missing: 1,
+                faked: 2,
+                noise_px: 0.3,
+                shift_px: 10.0,
+                rotation_deg: 0.0,
+                size: (600.0, 400.0),
+            };
             let (a, right) = solved(&sky, seed, 6.0);
             assert!(a.is_some() && right >= 4, "seed {seed}: {right}");
         }

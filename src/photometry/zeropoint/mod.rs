@@ -177,7 +177,8 @@ fn report(
     if robust && let Some(jack) = clustered.cov {
         if jackknife::larger(&jack, &fit.cov) {
             cov = jack;
-            cov_note = format!("delete-one-pointing jackknife ({} pointings), larger than that of single stars", clustered.n);
+            cov_note =
+                format!("delete-one-pointing jackknife ({} pointings), larger than that of single stars", clustered.n);
         } else {
             cov_note = format!("M-estimator, larger than the jackknife of {} pointings", clustered.n);
         }

@@ -162,8 +162,7 @@ impl Scale {
     fn of(rows: &Rows, theta: &[f64; 3], last: f64) -> Scale {
         let n = rows.len();
         let residuals: Vec<f64> = (0..n).map(|i| rows.residual(i, theta)).collect();
-        let stated: Vec<f64> =
-            (0..n).map(|i| if rows.weighted { rows.stated_var(i, theta) } else { 0.0 }).collect();
+        let stated: Vec<f64> = (0..n).map(|i| if rows.weighted { rows.stated_var(i, theta) } else { 0.0 }).collect();
         // few rows leave residuals too small: n / (n − p)
         let small = (n as f64 / (n - rows.n_free().min(n - 1)) as f64).sqrt();
         let inside = |i: usize, tau: f64| {

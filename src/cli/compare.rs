@@ -1,0 +1,38 @@
+//! `satphot compare`: a photometry table against the model.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use satphot::night::stage::compare_table;
+
+use super::{Common, print};
+
+/// Predicts the magnitude of every row of a photometry table and writes the residuals, observed minus modelled.
+#[derive(Debug, Args)]
+pub struct Compare {
+    /// photometry.ecsv of `run` or `measure`
+    #[arg(value_name = "ECSV")]
+    photometry: PathBuf,
+    #[command(flatten)]
+    common: Common,
+    /// Table of residuals to write
+    #[arg(short, long, value_name = "FILE", default_value = "residuals.ecsv")]
+    out: PathBuf,
+    /// Also write the photometry table with its model columns filled
+    #[arg(long, value_name = "FILE")]
+    photometry_out: Option<PathBuf>,
+}
+
+impl Compare {
+    pub fn execute(self) -> anyhow::Result<()> {
+        let config = self.common.load()?;
+        let compared = compare_table(&config, &self.photometry)?;
+        compared.write(&config, &self.out, self.photometry_out.as_deref())?;
+        for note in compared.notes.iter().filter(|_| !self.common.quiet) {
+            eprintln!("note: {note}");
+        }
+        print(&compared.text());
+        print(&format!("{}\n", self.out.display()));
+        Ok(())
+    }
+}

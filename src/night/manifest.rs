@@ -1,0 +1,127 @@
+//! manifest.json: what went in, with which program and configuration, how long each stage took, what was left out.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use serde_json::json;
+
+use crate::error::{Error, Result};
+use crate::frames::Exposure;
+use crate::night::bench::sha256_16;
+use crate::night::pipeline::save;
+use crate::night::summary::Summary;
+use crate::night::survey::Survey;
+use crate::report::PhotometryRow;
+
+/// One stage and its time.
+#[derive(Debug, Clone, Serialize)]
+pub struct Stage {
+    /// Name.
+    pub name: String,
+    /// Wall time \[s\].
+    pub wall_s: f64,
+}
+
+/// Earth-reflected integrals really evaluated.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Quadratures {
+    /// Scenes modelled.
+    pub scenes: usize,
+    /// Integrals of sunlight by way of the Earth.
+    pub sun: usize,
+    /// Integrals of moonlight by way of the Earth.
+    pub moon: usize,
+}
+
+/// One input file.
+#[derive(Debug, Clone, Serialize)]
+pub struct Input {
+    /// Path as found.
+    pub path: PathBuf,
+    /// Size \[bytes\].
+    pub bytes: u64,
+    /// First 16 hex digits of the SHA-256.
+    pub sha256: String,
+    /// What it was taken for.
+    pub role: String,
+    /// Why.
+    pub reason: String,
+}
+
+/// The inputs of a night, in the order of their roles.
+#[must_use]
+pub fn manifest_inputs(survey: &Survey, rows: &[PhotometryRow]) -> Vec<Input> {
+    let known = |name: &str| rows.iter().find(|r| r.frame == name && !r.frame_sha256.is_empty());
+    let input = |path: &Path, role: &str, reason: &str| Input {
+        path: path.to_path_buf(),
+        bytes: std::fs::metadata(path).map_or(0, |m| m.len()),
+        sha256: known(&crate::night::pipeline::file_name(path))
+            .map(|r| r.frame_sha256.clone())
+            .or_else(|| sha256_16(path).ok())
+            .unwrap_or_default(),
+        role: role.into(),
+        reason: reason.into(),
+    };
+    let of = |e: &Exposure| input(&e.path, &format!("{:?}", e.role).to_lowercase(), &e.role_reason);
+    let exposures = survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets);
+    let mut inputs: Vec<Input> = exposures.chain(&survey.others).map(of).collect();
+    inputs.extend(survey.unreadable.iter().map(|u| input(&u.path, "unreadable", &u.error.to_string())));
+    inputs
+}
+
+/// The provenance of one run.
+#[derive(Debug)]
+pub struct Manifest<'a> {
+    /// Hash of the configuration in force.
+    pub config_sha256: String,
+    /// The files that went in.
+    pub inputs: Vec<Input>,
+    /// The stages with their times.
+    pub stages: Vec<Stage>,
+    /// Earth-reflected integrals.
+    pub quadratures: Quadratures,
+    /// The night in numbers.
+    pub summary: &'a Summary,
+}
+
+impl Manifest<'_> {
+    /// Writes `manifest.json` and `satphot.log` into `folder`.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn write(&self, folder: &Path) -> Result<PathBuf> {
+        let s = self.summary;
+        let value = json!({
+            "tool": concat!("satphot ", env!("CARGO_PKG_VERSION")),
+            "night": s.night,
+            "config_sha256": self.config_sha256,
+            "inputs": self.inputs,
+            "stages": self.stages,
+            "elapsed_s": s.elapsed_s,
+            "bytes": s.bytes,
+            "counts": s.counts,
+            "earth_quadratures": self.quadratures,
+            "zeropoint_source": s.zeropoint_source,
+            "left_out": s.empty_columns,
+            "notes": s.notes,
+            "poor": s.poor,
+            "outputs": s.files,
+        });
+        let text = serde_json::to_string_pretty(&value).map_err(|e| Error::Table {
+            path: folder.join("manifest.json"),
+            line: None,
+            problem: e.to_string(),
+        })?;
+        let path = folder.join("manifest.json");
+        save(&path, &(text + "\n"))?;
+        let mut log = s.text();
+        for note in &s.notes {
+            log.push_str(&format!("note: {note}\n"));
+        }
+        for (frame, status, reason) in &s.failures {
+            log.push_str(&format!("{status}: {frame}: {reason}\n"));
+        }
+        save(&folder.join("satphot.log"), &log)?;
+        Ok(path)
+    }
+}

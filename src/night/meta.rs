@@ -1,0 +1,62 @@
+//! The meta block of every table: schema, tool, configuration, site, magnitude system, zeropoint, flag names.
+
+use crate::config::{Config, Mode};
+use crate::error::Result;
+use crate::night::bench::sha256_16_text;
+use crate::photometry::Flags;
+use crate::photometry::zeropoint::Zeropoint;
+use crate::report::{Meta, MetaValue};
+
+/// What the tables of one run say about themselves.
+///
+/// # Errors
+/// [`crate::Error::Config`] if the configuration cannot be written as text for its hash.
+pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>) -> Result<Meta> {
+    let number = MetaValue::Number;
+    let text = |t: &str| MetaValue::Text(t.into());
+    let mut meta = Meta::default();
+    meta.push("schema", text("satphot.photometry/1"));
+    meta.push("tool", text(concat!("satphot ", env!("CARGO_PKG_VERSION"))));
+    meta.push("config_sha256", text(&sha256_16_text(&config.to_toml()?)));
+    meta.push("night", text(&config.night.name));
+    meta.push("time_scale", text("UTC"));
+    meta.push("time_ref", text("MIDDLE"));
+    let site = vec![
+        ("lat_deg".to_string(), number(config.site.lat_deg)),
+        ("lon_deg".to_string(), number(config.site.lon_deg)),
+        ("alt_m".to_string(), number(config.site.alt_m)),
+    ];
+    meta.push("site", MetaValue::Map(site));
+    meta.push("telescope", text(&config.telescope.name));
+    meta.push("mag_system", text("Vega"));
+    meta.push("band", text("V"));
+    if let Some(model) = &config.model {
+        let mode = match model.mode {
+            Mode::AsPublished => "as_published",
+            Mode::Corrected => "corrected",
+        };
+        meta.push("mode", text(mode));
+        meta.push("satellite", text(&model.satellite));
+    }
+    if let Some(z) = zeropoint {
+        let cov = z.cov.iter().map(|row| MetaValue::List(row.iter().map(|c| number(*c)).collect())).collect();
+        let fields = vec![
+            ("zp_mag".to_string(), number(z.zp_mag)),
+            ("k_mag_airmass".to_string(), number(z.k_mag_airmass)),
+            ("c_mag_mag".to_string(), number(z.c_mag_mag)),
+            ("cov".to_string(), MetaValue::List(cov)),
+            ("n_used".to_string(), number(z.n_used as f64)),
+            ("model".to_string(), text("V = V_inst - ZP - k X - C (B-V), V_inst = -2.5 log10(e-/s)")),
+        ];
+        meta.push("zeropoint", MetaValue::Map(fields));
+    }
+    if let Some(stars) = &config.stars {
+        meta.push("catalogue", text(&stars.catalogue.display().to_string()));
+    }
+    if let Some(orbit) = &config.orbit {
+        meta.push("orbit_source", text(&orbit.elements.display().to_string()));
+    }
+    let flags = Flags::NAMES.iter().map(|(flag, name)| ((*name).to_string(), number(f64::from(flag.0)))).collect();
+    meta.push("flags", MetaValue::Map(flags));
+    Ok(meta)
+}

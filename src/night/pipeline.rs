@@ -1,0 +1,509 @@
+//! The night as one sentence: survey, flat, star pointings, zeropoint, target frames, comparison, tables.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use rayon::prelude::*;
+
+use crate::config::{Combine, Config};
+use crate::error::{Error, Result};
+use crate::frames::{Exposure, MasterFlat};
+use crate::night::bench::{Bench, sha256_16_text};
+use crate::night::compare::{add_model, pass_summaries, residual_rows};
+use crate::night::manifest::{Manifest, Quadratures, Stage, manifest_inputs};
+use crate::night::meta::table_meta;
+use crate::night::pointing::{Member, combined_rows, measure_member, single_rows};
+use crate::night::progress::Progress;
+use crate::night::summary::{Counts, Summary};
+use crate::night::survey::{Survey, survey};
+use crate::night::target::{ASSUMED_FWHM_ARCSEC, empty_columns, failed_row, measure_frame};
+use crate::night::zeropoint::fit_rows;
+use crate::orbit::Geometry;
+use crate::photometry::zeropoint::Zeropoint;
+use crate::report::{self, PhotometryRow, ResidualRow, StarRow};
+
+/// How a run is done, apart from what it does.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Threads; 0 = all cores.
+    pub jobs: usize,
+    /// Files instead of the configured inputs.
+    pub files: Vec<PathBuf>,
+    /// Any failed frame makes the exit code 3.
+    pub strict: bool,
+    /// Draw no figures.
+    pub no_figures: bool,
+}
+
+impl Options {
+    /// Threads to use.
+    #[must_use]
+    pub fn threads(&self) -> usize {
+        if self.jobs > 0 { self.jobs } else { std::thread::available_parallelism().map_or(1, usize::from) }
+    }
+}
+
+/// Reduces a whole night and writes its tables, figures and summary to `<output>/<name>/`.
+///
+/// # Errors
+/// What must be there before work begins (exit codes 2, 4, 5). A failed frame is a row, never an error; a night whose
+/// outputs are written but poor is told by [`Summary::poor`].
+pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Result<Summary> {
+    let mut bench = Bench::prepare(config)?;
+    let survey = survey(config, &options.files, &bench.target_names())?;
+    refuse_hopeless(&survey, &bench)?;
+    let folder = config.night.output.join(&config.night.name);
+    std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, e))?;
+
+    let mut log = Log::new(progress);
+    bench.flat = log.stage("flat", |log| master_flat(&survey, &bench, options, progress, &mut log.notes))?;
+    let mut stars = log.stage("stars", |log| star_stage(&survey, &bench, options, progress, &mut log.notes))?;
+    bench.fwhm_arcsec = stars.fwhm_arcsec;
+    let mut star_rows = std::mem::take(&mut stars.rows);
+    let mut poor = Vec::new();
+    bench.zeropoint = zeropoint_stage(&mut star_rows, &stars, &bench, &mut poor, &mut log.notes)?;
+    let mut frames = log.stage("target", |log| target_stage(&survey, &bench, options, progress, &mut log.notes))?;
+    let quadratures = log.stage("model", |log| model_stage(&mut frames, &bench, &mut log.notes));
+
+    let mut rows: Vec<PhotometryRow> = frames.into_iter().map(|f| f.0).collect();
+    rows.extend(std::mem::take(&mut stars.failed));
+    rows.extend(rejected_flats(&bench));
+    rows.extend(survey.unreadable.iter().map(|u| failed_row(&file_name(&u.path), &u.error)));
+    let counts = Counts::of(&survey, &rows, &star_rows);
+    let failed_frac = counts.failed_frac();
+    let limit = if options.strict { 0.0 } else { config.night.max_failed_frac };
+    if failed_frac > limit {
+        poor.push(format!(
+            "{} of {} frames failed, more than the allowed share of {limit} (night.max_failed_frac)",
+            counts.failed, counts.science
+        ));
+    }
+    let residuals = residual_rows(&rows);
+    let mut summary = Summary {
+        night: config.night.name.clone(),
+        folder: folder.clone(),
+        counts,
+        zeropoint: bench.zeropoint.clone(),
+        zeropoint_source: zeropoint_source(&bench, star_rows.len()),
+        passes: pass_summaries(&rows),
+        failures: failures(&rows),
+        notes: log.notes.clone(),
+        empty_columns: empty_columns(config, &bench),
+        poor,
+        bytes: survey_bytes(&survey),
+        elapsed_s: 0.0,
+        files: Vec::new(),
+    };
+    let outputs = Outputs { folder: &folder, bench: &bench, config };
+    summary.files = log.stage("write", |_| outputs.write(&rows, &star_rows, &residuals, options))?;
+    summary.elapsed_s = progress.elapsed_s();
+    let manifest = Manifest {
+        config_sha256: sha256_16_text(&config.to_toml()?),
+        inputs: manifest_inputs(&survey, &rows),
+        stages: log.stages,
+        quadratures,
+        summary: &summary,
+    };
+    summary.files.push(manifest.write(&folder)?);
+    Ok(summary)
+}
+
+/// Stages with their times, and what should be told at the end.
+struct Log<'a> {
+    progress: &'a dyn Progress,
+    stages: Vec<Stage>,
+    notes: Vec<String>,
+}
+
+impl<'a> Log<'a> {
+    fn new(progress: &'a dyn Progress) -> Self {
+        Self { progress, stages: Vec::new(), notes: Vec::new() }
+    }
+    fn stage<T>(&mut self, name: &str, work: impl FnOnce(&mut Self) -> T) -> T {
+        let start = self.progress.elapsed_s();
+        let result = work(self);
+        self.stages.push(Stage { name: name.into(), wall_s: self.progress.elapsed_s() - start });
+        result
+    }
+}
+
+/// What no frame of the night can do without is an error before work begins: a gain setting that no target frame has
+/// in the table, elements that are refused for every frame.
+fn refuse_hopeless(survey: &Survey, bench: &Bench) -> Result<()> {
+    let science: Vec<&Exposure> = survey.targets.iter().chain(survey.pointings.iter().flatten()).collect();
+    if science.is_empty() && survey.flats.is_empty() {
+        return match survey.unreadable.first() {
+            Some(first) => Err(Error::NoInput {
+                path: first.path.clone(),
+                problem: format!("none of the {} files can be used; the first: {}", survey.len(), first.error),
+            }),
+            None => Err(Error::NoInput {
+                path: bench.config.night.input.first().cloned().unwrap_or_default(),
+                problem: "holds no flat, star or target frames (IMAGETYP, OBJECT; or name them in [frames])".into(),
+            }),
+        };
+    }
+    let gains: Vec<Result<_>> = science.iter().map(|e| bench.detector.gain(e)).collect();
+    if !gains.is_empty() && gains.iter().all(Result::is_err) {
+        if let Some(Err(first)) = gains.into_iter().next() {
+            return Err(first);
+        }
+    }
+    if let Some(tracker) = &bench.tracker {
+        let refused: Vec<Error> =
+            survey.targets.iter().filter_map(|e| tracker.elements_at(&e.time.as_ref()?.mid).err()).collect();
+        if !survey.targets.is_empty() && refused.len() == survey.targets.len() {
+            if let Some(first) = refused.into_iter().next() {
+                return Err(first);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The master flat: read if configured, made if there are flats, left out if there are none.
+///
+/// # Errors
+/// [`Error::Flat`] when there are flats but none can be used.
+pub fn master_flat(
+    survey: &Survey,
+    bench: &Bench,
+    options: &Options,
+    progress: &dyn Progress,
+    notes: &mut Vec<String>,
+) -> Result<Option<MasterFlat>> {
+    let clip = bench.config.photometry.clip_radius_px;
+    if let Some(path) = &bench.config.flat.master {
+        return MasterFlat::read(path, clip, &bench.config.flat).map(Some);
+    }
+    if survey.flats.is_empty() {
+        notes.push("no flats in the night: frames are not flattened".into());
+        return Ok(None);
+    }
+    progress.stage("master flat", survey.flats.len());
+    let flat = pool(options.threads())?
+        .install(|| MasterFlat::make(&survey.flats, &bench.detector, &bench.config.flat, clip))?;
+    progress.done();
+    Ok(Some(flat))
+}
+
+/// Runs `work` on a pool of `jobs` threads; 0 = all cores.
+///
+/// # Errors
+/// [`Error::Config`] when the threads cannot be started.
+pub fn with_threads<T: Send>(jobs: usize, work: impl FnOnce() -> T + Send) -> Result<T> {
+    Ok(pool(Options { jobs, ..Options::default() }.threads())?.install(work))
+}
+
+fn pool(threads: usize) -> Result<rayon::ThreadPool> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|e| Error::Config { key: "--jobs".into(), problem: format!("cannot start {threads} threads: {e}") })
+}
+
+/// What the star pointings gave.
+#[derive(Debug, Default)]
+pub struct StarStage {
+    /// One row per star and pointing (or member).
+    pub rows: Vec<StarRow>,
+    /// Star frames that failed.
+    pub failed: Vec<PhotometryRow>,
+    /// Median FWHM \[arcsec\].
+    pub fwhm_arcsec: Option<f64>,
+    /// Star frames measured.
+    pub n_members: usize,
+}
+
+fn zeropoint_source(bench: &Bench, n_rows: usize) -> String {
+    match (&bench.zeropoint, &bench.config.zeropoint.previous) {
+        (None, _) => "none".into(),
+        (Some(_), Some(path)) => path.display().to_string(),
+        (Some(_), None) => format!("fit to {n_rows} star measurements of this night"),
+    }
+}
+
+/// Measures every star pointing.
+///
+/// # Errors
+/// Only what is wrong with the machine; a failed frame is a row.
+pub fn star_stage(
+    survey: &Survey,
+    bench: &Bench,
+    options: &Options,
+    progress: &dyn Progress,
+    notes: &mut Vec<String>,
+) -> Result<StarStage> {
+    let (Some(stars), Some(catalogue)) = (&bench.config.stars, &bench.catalogue) else {
+        if survey.n_star_frames() > 0 {
+            notes.push(format!("{} star frames left out: no [stars] in the configuration", survey.n_star_frames()));
+        }
+        return Ok(StarStage::default());
+    };
+    let exposures: Vec<&Exposure> = survey.pointings.iter().flatten().collect();
+    progress.stage("star pointings", exposures.len());
+    let measure = |exposure: &&Exposure| -> Result<Member> {
+        let exposure: &Exposure = exposure;
+        let work = std::panic::AssertUnwindSafe(|| measure_member(exposure, bench, catalogue));
+        let member = std::panic::catch_unwind(work).unwrap_or_else(|_| {
+            Err(Error::Fits { path: exposure.path.clone(), problem: "internal error while reading this frame".into() })
+        });
+        progress.tick();
+        member
+    };
+    let threads = bench.frames_at_once(&exposures, options.threads());
+    let results: Vec<Result<Member>> = pool(threads)?.install(|| exposures.par_iter().map(measure).collect());
+    progress.done();
+
+    let mut stage = StarStage::default();
+    let mut fwhm: Vec<f64> = Vec::new();
+    let mut results = results.into_iter();
+    for (number, pointing) in survey.pointings.iter().enumerate() {
+        let mut members = Vec::new();
+        for exposure in pointing {
+            match results.next() {
+                Some(Ok(member)) => members.push(member),
+                Some(Err(error)) => {
+                    let mut row = failed_row(&exposure.name, &error);
+                    row.object_name = exposure.object.clone().unwrap_or_default();
+                    row.exptime_s = Some(exposure.exptime_s);
+                    stage.failed.push(row);
+                }
+                None => {}
+            }
+        }
+        fwhm.extend(members.iter().map(|m| m.fwhm_px * m.scale_arcsec));
+        stage.n_members += members.len();
+        match stars.combine {
+            Combine::Median => stage.rows.extend(combined_rows(&members, number, catalogue)),
+            Combine::None => stage.rows.extend(members.iter().flat_map(|m| single_rows(m, number, catalogue))),
+        }
+    }
+    stage.fwhm_arcsec = crate::night::compare::median_and_sigma(&fwhm).0;
+    if catalogue.n_skipped > 0 {
+        let why = catalogue.skipped.first().map(|s| format!(", e.g. {s}")).unwrap_or_default();
+        notes.push(format!("catalogue: {} rows skipped{why}", catalogue.n_skipped));
+    }
+    Ok(stage)
+}
+
+/// Fits the zeropoint, or reads the one given; without either the night goes on without calibrated magnitudes.
+fn zeropoint_stage(
+    rows: &mut [StarRow],
+    stars: &StarStage,
+    bench: &Bench,
+    poor: &mut Vec<String>,
+    notes: &mut Vec<String>,
+) -> Result<Option<Zeropoint>> {
+    if let Some(path) = &bench.config.zeropoint.previous {
+        notes.push(format!("zeropoint of {}", path.display()));
+        return Zeropoint::read(path).map(Some);
+    }
+    if bench.config.stars.is_none() {
+        notes.push("no [stars] and no zeropoint.previous: magnitudes stay instrumental".into());
+        return Ok(None);
+    }
+    if rows.is_empty() {
+        if stars.failed.is_empty() {
+            notes.push("no star pointings in the night and no zeropoint.previous: magnitudes stay instrumental".into());
+        } else {
+            poor.push(format!(
+                "no star matched the catalogue in any of {} star frames; the first: {}",
+                stars.failed.len(),
+                stars.failed[0].reason
+            ));
+        }
+        return Ok(None);
+    }
+    match fit_rows(rows, &bench.config) {
+        Ok(zeropoint) => {
+            notes.extend(zeropoint.warnings.iter().map(|w| format!("zeropoint: {w}")));
+            Ok(Some(zeropoint))
+        }
+        Err(error @ Error::Zeropoint { .. }) => {
+            poor.push(error.to_string());
+            Ok(None)
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// Measures every target frame; the row and the geometry of each.
+///
+/// # Errors
+/// Only what is wrong with the machine; a failed frame is a row.
+pub fn target_stage(
+    survey: &Survey,
+    bench: &Bench,
+    options: &Options,
+    progress: &dyn Progress,
+    notes: &mut Vec<String>,
+) -> Result<Vec<(PhotometryRow, Option<Geometry>)>> {
+    if bench.fwhm_arcsec.is_none() && bench.config.photometry.fwhm_px.is_none() && !survey.targets.is_empty() {
+        notes.push(format!(
+            "no FWHM from star pointings or photometry.fwhm_px: target apertures assume {ASSUMED_FWHM_ARCSEC} arcsec"
+        ));
+    }
+    if let Some(tracker) = &bench.tracker {
+        let warnings = survey.targets.iter().filter_map(|e| tracker.age_warning(&e.time.as_ref()?.mid));
+        notes.extend(warnings.take(1));
+    }
+    let exposures: Vec<&Exposure> = survey.targets.iter().collect();
+    progress.stage("target frames", exposures.len());
+    let threads = bench.frames_at_once(&exposures, options.threads());
+    let rows = pool(threads)?.install(|| {
+        exposures
+            .par_iter()
+            .map(|exposure| {
+                let row = measure_frame(exposure, bench);
+                progress.tick();
+                row
+            })
+            .collect()
+    });
+    progress.done();
+    Ok(rows)
+}
+
+/// The model for every frame with a geometry; frames without one keep their columns empty.
+fn model_stage(
+    frames: &mut [(PhotometryRow, Option<Geometry>)],
+    bench: &Bench,
+    notes: &mut Vec<String>,
+) -> Quadratures {
+    let Some(satellite) = &bench.satellite else { return Quadratures::default() };
+    let settings = bench.model_settings();
+    let errors = Mutex::new(Vec::new());
+    let counts: Vec<Quadratures> = frames
+        .par_iter_mut()
+        .map(|(row, geometry)| {
+            let Some(geometry) = geometry else { return Quadratures::default() };
+            match add_model(row, geometry, satellite, &settings) {
+                Ok(model) => Quadratures { scenes: 1, sun: model.quadratures.sun, moon: model.quadratures.moon },
+                Err(error) => {
+                    if let Ok(mut errors) = errors.lock() {
+                        errors.push(format!("{}: {error}", row.frame));
+                    }
+                    row.skipped = error.to_string();
+                    Quadratures::default()
+                }
+            }
+        })
+        .collect();
+    let mut errors = errors.into_inner().unwrap_or_default();
+    errors.sort();
+    notes.extend(errors);
+    counts.into_iter().fold(Quadratures::default(), |a, b| Quadratures {
+        scenes: a.scenes + b.scenes,
+        sun: a.sun + b.sun,
+        moon: a.moon + b.moon,
+    })
+}
+
+/// Flats that did not enter the master, as rows.
+fn rejected_flats(bench: &Bench) -> Vec<PhotometryRow> {
+    let Some(flat) = &bench.flat else { return Vec::new() };
+    flat.members
+        .iter()
+        .filter(|m| !m.used)
+        .map(|m| PhotometryRow {
+            frame: file_name(&m.path),
+            object_name: "flat".into(),
+            status: "rejected".into(),
+            verdict: "reject".into(),
+            reason: format!("flat: {}", m.reason),
+            ..PhotometryRow::default()
+        })
+        .collect()
+}
+
+fn failures(rows: &[PhotometryRow]) -> Vec<(String, String, String)> {
+    rows.iter()
+        .filter(|r| r.status == "failed" || r.status == "rejected")
+        .map(|r| (r.frame.clone(), r.status.clone(), r.reason.clone()))
+        .collect()
+}
+
+pub(crate) fn file_name(path: &Path) -> String {
+    path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned())
+}
+
+fn survey_bytes(survey: &Survey) -> u64 {
+    let size = |path: &Path| std::fs::metadata(path).map_or(0, |m| m.len());
+    let exposures = survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets);
+    exposures.map(|e| size(&e.path)).sum()
+}
+
+/// Where and how the results are written.
+pub struct Outputs<'a> {
+    /// Folder of the night.
+    pub folder: &'a Path,
+    /// What the frames shared.
+    pub bench: &'a Bench,
+    /// The configuration.
+    pub config: &'a Config,
+}
+
+impl Outputs<'_> {
+    /// Writes every table and figure; returns their paths.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn write(
+        &self,
+        rows: &[PhotometryRow],
+        stars: &[StarRow],
+        residuals: &[ResidualRow],
+        options: &Options,
+    ) -> Result<Vec<PathBuf>> {
+        let meta = table_meta(self.config, self.bench.zeropoint.as_ref())?;
+        let mut files = Vec::new();
+        let mut add = |name: &str| -> PathBuf {
+            let path = self.folder.join(name);
+            files.push(path.clone());
+            path
+        };
+        report::write_photometry(&add("photometry.ecsv"), rows, &meta)?;
+        if self.config.stars.is_some() {
+            report::write_stars(&add("stars.ecsv"), stars, &meta)?;
+        }
+        if self.bench.satellite.is_some() {
+            report::write_residuals(&add("residuals.ecsv"), residuals, &meta)?;
+        }
+        if let Some(zeropoint) = &self.bench.zeropoint {
+            save(&add("zeropoint.toml"), &zeropoint.to_toml(&[]))?;
+        }
+        if let Some(flat) = self.bench.flat.as_ref().filter(|_| self.config.flat.master.is_none()) {
+            flat.write(&add("master_flat.fits"))?;
+        }
+        save(&add("effective.toml"), &self.config.to_toml()?)?;
+        if !options.no_figures {
+            files.extend(self.figures(rows, stars, residuals)?);
+        }
+        Ok(files)
+    }
+
+    fn figures(&self, rows: &[PhotometryRow], stars: &[StarRow], residuals: &[ResidualRow]) -> Result<Vec<PathBuf>> {
+        let folder = self.folder.join("figures");
+        std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, e))?;
+        let mut files = vec![folder.join("light_curve.svg")];
+        report::plot::light_curve(&files[0], rows, &self.config.night.name)?;
+        if self.bench.satellite.is_some() {
+            files.push(folder.join("residuals_altitude.svg"));
+            report::plot::residuals_altitude(&files[1], residuals)?;
+        }
+        if let (Some(z), Some(_)) = (&self.bench.zeropoint, &self.config.stars) {
+            let path = folder.join("zeropoint.svg");
+            report::plot::zeropoint_diagnostics(&path, stars, z.zp_mag, z.k_mag_airmass, z.c_mag_mag)?;
+            files.push(path);
+        }
+        Ok(files)
+    }
+}
+
+/// Writes a text file whole or not at all.
+pub(crate) fn save(path: &Path, text: &str) -> Result<()> {
+    let temp = path.with_extension("tmp");
+    std::fs::write(&temp, text).map_err(|e| Error::io(&temp, e))?;
+    std::fs::rename(&temp, path).map_err(|e| Error::io(path, e))
+}

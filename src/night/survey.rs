@@ -1,0 +1,120 @@
+//! What each file of the night is: flats, star pointings, target frames, and those that cannot be read.
+
+use std::path::{Path, PathBuf};
+
+use crate::config::Config;
+use crate::error::{Error, Result};
+use crate::frames::{Exposure, Role, classify, find_files};
+use crate::night::clock::seconds_between;
+
+/// A file that could not be understood: it becomes a row with its reason.
+#[derive(Debug)]
+pub struct Unreadable {
+    /// The file.
+    pub path: PathBuf,
+    /// Why.
+    pub error: Error,
+}
+
+/// The night's files by role, each list in the order of time and name.
+#[derive(Debug, Default)]
+pub struct Survey {
+    /// Flats.
+    pub flats: Vec<Exposure>,
+    /// Star pointings, each the frames of one field.
+    pub pointings: Vec<Vec<Exposure>>,
+    /// Target frames.
+    pub targets: Vec<Exposure>,
+    /// Bias, dark and ignored frames.
+    pub others: Vec<Exposure>,
+    /// Files that could not be understood.
+    pub unreadable: Vec<Unreadable>,
+}
+
+impl Survey {
+    /// Number of files.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.flats.len() + self.n_star_frames() + self.targets.len() + self.others.len() + self.unreadable.len()
+    }
+
+    /// Whether there is no file at all.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Number of star frames.
+    #[must_use]
+    pub fn n_star_frames(&self) -> usize {
+        self.pointings.iter().map(Vec::len).sum()
+    }
+}
+
+/// Reads every header of the night (or of `files`, if any are given) and sorts the files by role.
+///
+/// Results of an earlier run inside an input folder are not inputs.
+///
+/// # Errors
+/// [`Error::NoInput`] when there is no FITS file.
+pub fn survey(config: &Config, files: &[PathBuf], target_names: &[String]) -> Result<Survey> {
+    let inputs = if files.is_empty() { &config.night.input } else { files };
+    let found = find_files(inputs)?;
+    let own = std::fs::canonicalize(&config.night.output).ok();
+    let is_own = |path: &Path| match (&own, std::fs::canonicalize(path)) {
+        (Some(own), Ok(path)) => path.starts_with(own),
+        _ => false,
+    };
+    let mut survey = Survey::default();
+    let mut stars = Vec::new();
+    for path in found.into_iter().filter(|p| files.contains(p) || !is_own(p)) {
+        match classify(&path, config, target_names) {
+            Ok(exposure) => match exposure.role {
+                Role::Flat => survey.flats.push(exposure),
+                Role::Stars => stars.push(exposure),
+                Role::Target => survey.targets.push(exposure),
+                Role::Bias | Role::Dark | Role::Ignored => survey.others.push(exposure),
+            },
+            Err(error) => survey.unreadable.push(Unreadable { path, error }),
+        }
+    }
+    if survey.is_empty() && stars.is_empty() {
+        return Err(Error::NoInput {
+            path: inputs.first().cloned().unwrap_or_default(),
+            problem: "holds results of satphot only, no frames".into(),
+        });
+    }
+    by_time(&mut survey.targets);
+    by_time(&mut stars);
+    let gap_s = config.stars.as_ref().map_or(300.0, |s| s.pointing_gap_s);
+    survey.pointings = group(stars, gap_s);
+    Ok(survey)
+}
+
+fn by_time(exposures: &mut [Exposure]) {
+    exposures.sort_by(|a, b| {
+        let time = |e: &Exposure| e.time.as_ref().map(|t| t.mid);
+        time(a).cmp(&time(b)).then_with(|| a.path.cmp(&b.path))
+    });
+}
+
+/// A pointing ends where OBJECT changes or the next frame comes later than `gap_s`.
+fn group(stars: Vec<Exposure>, gap_s: f64) -> Vec<Vec<Exposure>> {
+    let mut pointings: Vec<Vec<Exposure>> = Vec::new();
+    for exposure in stars {
+        let joins = pointings.last().and_then(|p| p.last()).is_some_and(|last| {
+            let near = match (&last.time, &exposure.time) {
+                (Some(a), Some(b)) => {
+                    seconds_between(a.mid, b.mid) - 0.5 * (last.exptime_s + exposure.exptime_s) <= gap_s
+                }
+                _ => false,
+            };
+            near && last.object == exposure.object && last.size_px == exposure.size_px
+        });
+        match pointings.last_mut() {
+            Some(pointing) if joins => pointing.push(exposure),
+            _ => pointings.push(vec![exposure]),
+        }
+    }
+    pointings
+}
