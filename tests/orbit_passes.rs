@@ -103,8 +103,8 @@ fn daytime_satellites_stand_where_the_telescope_found_them() {
     }
     let sets = read_elements(&orbits).unwrap();
     let site = || Site::new(-33.7703, 151.1112, 70.0).unwrap();
-    // UT1−UTC and the pole of 2024-01-18..29 (IERS): the file's own computation has the first.
-    let eop = EarthOrientation { ut1_utc_s: -0.009, ..Default::default() };
+    // UT1−UTC of 2024-01-18..29 (IERS). The file's computation has it, too, and no polar motion.
+    let eop = EarthOrientation { ut1_utc_s: 0.0059, ..Default::default() };
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_path(table).unwrap();
     let header = reader.headers().unwrap().clone();
     let column = |name: &str| header.iter().position(|h| h == name).unwrap();
@@ -129,8 +129,49 @@ fn daytime_satellites_stand_where_the_telescope_found_them() {
     }
     println!("{rows} rows, worst alt az range height sun_alt phase: {worst:?}");
     assert!(rows > 700);
-    assert!(worst[0] < 0.005 && worst[1] < 0.01, "{worst:?}");
-    assert!(worst[2] < 0.1 && worst[3] < 0.1 && worst[4] < 0.01, "{worst:?}");
+    // The file rounds to 1e-7 deg and 1e-6 km; polar motion of skyfield is off, so is ours.
+    assert!(worst[0] < 1e-4 && worst[1] < 2e-4, "{worst:?}");
+    assert!(worst[2] < 1e-3 && worst[3] < 1e-5 && worst[4] < 1e-4 && worst[5] < 2e-3, "{worst:?}");
+}
+
+/// The six files as their author wrote them: altitude and azimuth computed for the time of each frame.
+const DAYTIME: [(&str, u64); 6] = [
+    ("daytime_SAOCOM-43641U.csv", 43641),
+    ("daytime_starlink-2242-48587U.csv", 48587),
+    ("daytime_starlink-2245-48589U.csv", 48589),
+    ("daytime_starlink-30710-57938U.csv", 57938),
+    ("daytime_starlink-30775-58139U.csv", 58139),
+    ("daytime_starlink-3952-52534U.csv", 52534),
+];
+
+#[test]
+fn altitudes_are_those_of_the_authors_own_tables_to_5_millidegrees() {
+    let orbits = Path::new(SHARED).join("orbits/daytime_passes_2024.tle");
+    for (file, norad) in DAYTIME {
+        let table = Path::new(SHARED).join("observations").join(file);
+        if !(orbits.exists() && table.exists()) {
+            println!("skipped: ../shared/data/observations/{file} not present");
+            return;
+        }
+        let site = Site::new(-33.7703, 151.1112, 70.0).unwrap();
+        let sets = read_elements(&orbits).unwrap();
+        let tracker = Tracker::new(sets, Some(norad), site, EarthOrientation::default()).unwrap();
+        let mut reader = csv::Reader::from_path(table).unwrap();
+        let header = reader.headers().unwrap().clone();
+        let column = |name: &str| header.iter().position(|h| h == name).unwrap();
+        let (mut rows, mut worst_deg) = (0, [0.0_f64; 2]);
+        for record in reader.records() {
+            let record = record.unwrap();
+            let g = tracker.at(&utc(&record[column("datetimes_sat")])).unwrap();
+            let number = |name: &str| record[column(name)].parse::<f64>().unwrap();
+            let d_az = (g.az_rad.to_degrees() - number("azimuth") + 180.0).rem_euclid(360.0) - 180.0;
+            worst_deg[0] = worst_deg[0].max((g.alt_rad.to_degrees() - number("altitude")).abs());
+            worst_deg[1] = worst_deg[1].max(d_az.abs());
+            rows += 1;
+        }
+        println!("{file}: {rows} rows, worst altitude and azimuth {worst_deg:.5?} deg");
+        assert!(rows > 20 && worst_deg[0] < 0.005 && worst_deg[1] < 0.01, "{file}: {worst_deg:?}");
+    }
 }
 
 #[test]
@@ -333,4 +374,68 @@ fn sun_moon_and_satellite_stand_on_the_horizon_where_astropy_puts_them() {
         // The theories: 0.01″ and 10″; the satellite shares SGP4 and differs by the rounding of the epoch.
         assert!(sun < 0.05 && moon < 10.0 && satellite < 0.01, "{text}: {sun} {moon} {satellite}");
     }
+}
+
+#[test]
+#[ignore = "prints times; run with --ignored --nocapture"]
+fn cost_of_one_geometry_and_of_a_day_of_passes() {
+    let tracker = iss(macquarie());
+    let start = utc("2025-06-08T02:00:00");
+    let clock = std::time::Instant::now();
+    let mut sum = 0.0;
+    for s in 0..2_000 {
+        sum += tracker.at(&(start + Duration::from_seconds(f64::from(s)))).unwrap().alt_rad;
+    }
+    println!("geometry {:.1} us ({sum:.1})", clock.elapsed().as_secs_f64() * 1e6 / 2_000.0);
+    let clock = std::time::Instant::now();
+    let n = passes(&tracker, &start, &(start + Duration::from_days(10.0)), 0.1).unwrap().len();
+    println!("{n} passes of 10 days in {:.1} ms", clock.elapsed().as_secs_f64() * 1e3);
+}
+
+#[test]
+fn a_tracker_from_the_configuration_keeps_its_age_limit_and_names_a_missing_file() {
+    use satphot::config;
+    let folder = tempfile::tempdir().unwrap();
+    let elements = folder.path().join("iss.tle");
+    std::fs::write(&elements, ISS.join("\n")).unwrap();
+    let site = config::Site { name: "Macquarie".into(), lat_deg: -33.7703, lon_deg: 151.1113, alt_m: 70.0 };
+    let mut orbit = config::Orbit {
+        elements,
+        norad_cat_id: None,
+        max_age_d: 3.0,
+        force_age: false,
+        ut1_utc_s: 0.0,
+        xp_arcsec: 0.0,
+        yp_arcsec: 0.0,
+    };
+    let tracker = Tracker::from_config(&orbit, &site).unwrap();
+    assert_eq!(tracker.names(), ["ISS (ZARYA)", "ISS", "25544", "1998-067A"].map(str::to_owned));
+    let (fresh, stale) = (utc("2025-06-10T00:00:00"), utc("2025-06-12T00:00:00"));
+    assert!(tracker.at(&fresh).is_ok() && tracker.age_warning(&fresh).is_none());
+    assert!(tracker.at(&stale).unwrap_err().to_string().contains("orbit.max_age_d = 3 d"));
+    orbit.force_age = true;
+    let forced = Tracker::from_config(&orbit, &site).unwrap();
+    assert!(forced.at(&stale).is_ok() && forced.age_warning(&stale).unwrap().contains("3.9 d"));
+    orbit.elements = folder.path().join("none.tle");
+    assert!(Tracker::from_config(&orbit, &site).unwrap_err().to_string().contains("none.tle"));
+}
+
+#[test]
+fn the_track_runs_on_through_a_leap_second_and_a_new_year() {
+    let e = Elements::from_tle(
+        "ISS (ZARYA)",
+        "1 25544U 98067A   16366.50000000  .00008601  00000+0  15816-3 0  9995",
+        ISS[2],
+    )
+    .unwrap();
+    let propagator = satphot::orbit::Propagator::new(&e).unwrap();
+    let moved_s = |from: &str, to: &str| {
+        let ((p, v), (q, _)) = (propagator.state(&utc(from)).unwrap(), propagator.state(&utc(to)).unwrap());
+        (q - p).norm() / v.norm()
+    };
+    // From :59 over :60 to :00 two seconds pass.
+    let s = moved_s("2016-12-31T23:59:59", "2017-01-01T00:00:00");
+    assert!((s - 2.0).abs() < 0.001, "{s}");
+    let s = moved_s("2017-12-31T23:59:59", "2018-01-01T00:00:00");
+    assert!((s - 1.0).abs() < 0.001, "{s}");
 }
