@@ -1,4 +1,5 @@
 //! Damaged, lying and odd files: a clear error or a correct read, never a panic, never the end of the process.
+#![allow(clippy::unwrap_used)]
 
 mod frames_support;
 

@@ -1,4 +1,5 @@
 //! The master flat: median against a plain sort, nothing divided by zero, rejections with reasons, back bit for bit.
+#![allow(clippy::unwrap_used)]
 
 mod frames_support;
 

@@ -1,4 +1,5 @@
 //! Frames read right: every BITPIX, scaling, compression, the clip box, real frames against astropy.
+#![allow(clippy::unwrap_used)]
 
 mod frames_support;
 
