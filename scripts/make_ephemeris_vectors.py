@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Apparent geocentric directions of the Sun and the Moon from JPL DE421, for tests/orbit_sky.rs.
 
-    pip install skyfield skyfield-data numpy
+    # needs the Python packages skyfield and skyfield-data
     python scripts/make_ephemeris_vectors.py > tests/orbit_de421.csv
 
 1000 epochs, one every 1.461 days from 2024-01-01 UTC to the end of 2027. Each row: MJD (UTC), the unit vectors of Sun

@@ -1,5 +1,7 @@
 //! Reading elements: every format users have, and every way a file is damaged.
 
+#![allow(clippy::unwrap_used, missing_docs)] // helpers of tests
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -248,4 +250,19 @@ fn the_invented_sets_are_refused_and_the_one_with_a_right_checksum_is_contradict
     let tracker = Tracker::new(sets, None, site(), EarthOrientation::default()).unwrap();
     let warning = tracker.age_warning(&epoch).unwrap();
     assert!(warning.contains("km apart"), "{warning}");
+}
+
+proptest::proptest! {
+    /// Any one byte of a good file changed, or the file cut: elements or an error, never a panic, never fewer sets.
+    #[test]
+    fn a_byte_changed_or_a_file_cut_never_panics_and_never_loses_a_set(at in 0_usize..316, byte in 0_u8..128, cut in proptest::bool::ANY) {
+        let mut text = format!("ISS (ZARYA)\n{L1}\n{L2}\nCSS (TIANHE)\n{C1}\n{C2}\n").into_bytes();
+        let at = at.min(text.len() - 1);
+        if cut { text.truncate(at) } else { text[at] = byte }
+        let text = String::from_utf8(text).unwrap();
+        if let Ok(sets) = read_text(&text) {
+            // Cut exactly between the sets there is one; a change may only ever leave two.
+            proptest::prop_assert!(sets.len() == 2 || cut);
+        }
+    }
 }

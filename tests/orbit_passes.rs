@@ -1,5 +1,7 @@
 //! Passes of real satellites over the paper's observatory, and the stubborn geometries.
 
+#![allow(clippy::unwrap_used, missing_docs)] // helpers of tests
+
 use std::path::Path;
 
 use hifitime::{Duration, Epoch};
@@ -101,8 +103,8 @@ fn daytime_satellites_stand_where_the_telescope_found_them() {
     }
     let sets = read_elements(&orbits).unwrap();
     let site = || Site::new(-33.7703, 151.1112, 70.0).unwrap();
-    // UT1−UTC and the pole of 2024-01-18..29 (IERS): the file's own computation has the first.
-    let eop = EarthOrientation { ut1_utc_s: -0.009, ..Default::default() };
+    // UT1−UTC of 2024-01-18..29 (IERS). The file's computation has it, too, and no polar motion.
+    let eop = EarthOrientation { ut1_utc_s: 0.0059, ..Default::default() };
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_path(table).unwrap();
     let header = reader.headers().unwrap().clone();
     let column = |name: &str| header.iter().position(|h| h == name).unwrap();
@@ -127,8 +129,49 @@ fn daytime_satellites_stand_where_the_telescope_found_them() {
     }
     println!("{rows} rows, worst alt az range height sun_alt phase: {worst:?}");
     assert!(rows > 700);
-    assert!(worst[0] < 0.005 && worst[1] < 0.01, "{worst:?}");
-    assert!(worst[2] < 0.1 && worst[3] < 0.1 && worst[4] < 0.01, "{worst:?}");
+    // The file rounds to 1e-7 deg and 1e-6 km; polar motion of skyfield is off, so is ours.
+    assert!(worst[0] < 1e-4 && worst[1] < 2e-4, "{worst:?}");
+    assert!(worst[2] < 1e-3 && worst[3] < 1e-5 && worst[4] < 1e-4 && worst[5] < 2e-3, "{worst:?}");
+}
+
+/// The six files as their author wrote them: altitude and azimuth computed for the time of each frame.
+const DAYTIME: [(&str, u64); 6] = [
+    ("daytime_SAOCOM-43641U.csv", 43641),
+    ("daytime_starlink-2242-48587U.csv", 48587),
+    ("daytime_starlink-2245-48589U.csv", 48589),
+    ("daytime_starlink-30710-57938U.csv", 57938),
+    ("daytime_starlink-30775-58139U.csv", 58139),
+    ("daytime_starlink-3952-52534U.csv", 52534),
+];
+
+#[test]
+fn altitudes_are_those_of_the_authors_own_tables_to_5_millidegrees() {
+    let orbits = Path::new(SHARED).join("orbits/daytime_passes_2024.tle");
+    for (file, norad) in DAYTIME {
+        let table = Path::new(SHARED).join("observations").join(file);
+        if !(orbits.exists() && table.exists()) {
+            println!("skipped: ../shared/data/observations/{file} not present");
+            return;
+        }
+        let site = Site::new(-33.7703, 151.1112, 70.0).unwrap();
+        let sets = read_elements(&orbits).unwrap();
+        let tracker = Tracker::new(sets, Some(norad), site, EarthOrientation::default()).unwrap();
+        let mut reader = csv::Reader::from_path(table).unwrap();
+        let header = reader.headers().unwrap().clone();
+        let column = |name: &str| header.iter().position(|h| h == name).unwrap();
+        let (mut rows, mut worst_deg) = (0, [0.0_f64; 2]);
+        for record in reader.records() {
+            let record = record.unwrap();
+            let g = tracker.at(&utc(&record[column("datetimes_sat")])).unwrap();
+            let number = |name: &str| record[column(name)].parse::<f64>().unwrap();
+            let d_az = (g.az_rad.to_degrees() - number("azimuth") + 180.0).rem_euclid(360.0) - 180.0;
+            worst_deg[0] = worst_deg[0].max((g.alt_rad.to_degrees() - number("altitude")).abs());
+            worst_deg[1] = worst_deg[1].max(d_az.abs());
+            rows += 1;
+        }
+        println!("{file}: {rows} rows, worst altitude and azimuth {worst_deg:.5?} deg");
+        assert!(rows > 20 && worst_deg[0] < 0.005 && worst_deg[1] < 0.01, "{file}: {worst_deg:?}");
+    }
 }
 
 #[test]
@@ -251,4 +294,148 @@ fn poles_the_zenith_and_the_azimuth_wrap_are_finite() {
     assert!(g.alt_rad.to_degrees() > 89.7, "{}", g.alt_rad.to_degrees());
     assert!((g.airmass.unwrap() - 0.9997).abs() < 1e-4);
     assert!((g.range_km - g.height_km).abs() < 0.1);
+}
+
+#[test]
+fn a_culmination_in_the_first_or_last_seconds_of_the_window_is_found() {
+    let tracker = iss(macquarie());
+    let top = utc("2025-06-09T10:33:12");
+    for (from_s, to_s) in [(-5.0, 300.0), (-300.0, 5.0), (-5.0, 5.0)] {
+        let (start, end) = (top + Duration::from_seconds(from_s), top + Duration::from_seconds(to_s));
+        let found = passes(&tracker, &start, &end, 0.1).unwrap();
+        assert_eq!(found.len(), 1);
+        assert!((found[0].culmination.epoch - top).abs().to_seconds() < 0.5, "{}", found[0].culmination.epoch);
+    }
+}
+
+#[test]
+fn passes_of_an_eccentric_orbit_agree_with_a_search_every_five_seconds() {
+    let molniya = Elements::from_tle(
+        "MOLNIYA 1-83",
+        "1 21897U 92011A   06176.02341244 -.00001273  00000-0 -13525-3 0  3044",
+        "2 21897  62.1749 198.0096 7421690 253.0462  20.1561  2.01269994104880",
+    )
+    .unwrap();
+    for lat in [-33.77, 60.0, -75.0] {
+        let site = Site::new(lat, 30.0, 0.0).unwrap();
+        let tracker = Tracker::new(vec![molniya.clone()], None, site, EarthOrientation::default()).unwrap();
+        let (start, days) = (utc("2006-06-25T00:00:00"), 3.0);
+        let alt = |s: i64| tracker.altitude_at(&(start + Duration::from_seconds(5.0 * s as f64))).unwrap();
+        let altitudes: Vec<f64> = (0..=(days * 17_280.0) as i64).map(alt).collect();
+        for limit in [0.0, 0.3, 0.9] {
+            let ups = altitudes.windows(2).filter(|w| w[0] < limit && w[1] >= limit).count();
+            let brute = ups + usize::from(altitudes[0] >= limit);
+            let found = passes(&tracker, &start, &(start + Duration::from_days(days)), limit).unwrap();
+            assert_eq!(found.len(), brute, "{lat} {limit}");
+        }
+    }
+}
+
+/// UTC, then UT1−UTC \[s\], xp, yp \[arcsec\] (IERS), then altitude and azimuth of Sun, Moon and ISS \[deg\] without
+/// air, from astropy 8.0.2 with DE421 and sgp4 2.27.
+type Horizon = (&'static str, [f64; 3], [f64; 6]);
+const ASTROPY: [Horizon; 4] = [
+    (
+        "2025-06-09T10:33:12",
+        [0.0296574, 0.125382, 0.441729],
+        [-44.8023427, 269.8606771, 64.1770214, 74.6966530, 32.1055428, 217.7147138],
+    ),
+    (
+        "2025-06-08T17:53:30",
+        [0.0292460, 0.124349, 0.441399],
+        [-37.0714401, 85.3071493, 10.1309603, 251.2752734, 85.1330467, 195.8633521],
+    ),
+    (
+        "2025-06-09T17:04:00",
+        [0.0298407, 0.125766, 0.441859],
+        [-47.4221829, 91.9065883, 30.6949016, 259.3653693, 31.9018377, 189.1193094],
+    ),
+    (
+        "2025-06-10T09:46:30.25",
+        [0.0303717, 0.126747, 0.442220],
+        [-35.1088347, 276.0574614, 45.7888525, 94.6229490, 24.1334716, 148.5277077],
+    ),
+];
+
+#[test]
+fn sun_moon_and_satellite_stand_on_the_horizon_where_astropy_puts_them() {
+    for (text, [ut1_utc_s, xp_arcsec, yp_arcsec], expected) in ASTROPY {
+        let eop = EarthOrientation { ut1_utc_s, xp_arcsec, yp_arcsec };
+        let e = Elements::from_tle(ISS[0], ISS[1], ISS[2]).unwrap();
+        let g = Tracker::new(vec![e], None, macquarie(), eop).unwrap().at(&utc(text)).unwrap();
+        let got =
+            [g.sun_alt_rad, g.sun_az_rad, g.moon_alt_rad, g.moon_az_rad, g.alt_rad, g.az_rad].map(f64::to_degrees);
+        let off_arcsec = |i: usize| {
+            let across = (got[i + 1] - expected[i + 1]) * expected[i].to_radians().cos();
+            (got[i] - expected[i]).hypot(across) * 3_600.0
+        };
+        let (sun, moon, satellite) = (off_arcsec(0), off_arcsec(2), off_arcsec(4));
+        println!("{text}: Sun {sun:.3}, Moon {moon:.2}, ISS {satellite:.4} arcsec");
+        // The theories: 0.01″ and 10″; the satellite shares SGP4 and differs by the rounding of the epoch.
+        assert!(sun < 0.05 && moon < 10.0 && satellite < 0.01, "{text}: {sun} {moon} {satellite}");
+    }
+}
+
+#[test]
+#[ignore = "prints times; run with --ignored --nocapture"]
+fn cost_of_one_geometry_and_of_a_day_of_passes() {
+    let tracker = iss(macquarie());
+    let start = utc("2025-06-08T02:00:00");
+    let clock = std::time::Instant::now();
+    let mut sum = 0.0;
+    for s in 0..2_000 {
+        sum += tracker.at(&(start + Duration::from_seconds(f64::from(s)))).unwrap().alt_rad;
+    }
+    println!("geometry {:.1} us ({sum:.1})", clock.elapsed().as_secs_f64() * 1e6 / 2_000.0);
+    let clock = std::time::Instant::now();
+    let n = passes(&tracker, &start, &(start + Duration::from_days(10.0)), 0.1).unwrap().len();
+    println!("{n} passes of 10 days in {:.1} ms", clock.elapsed().as_secs_f64() * 1e3);
+}
+
+#[test]
+fn a_tracker_from_the_configuration_keeps_its_age_limit_and_names_a_missing_file() {
+    use satphot::config;
+    let folder = tempfile::tempdir().unwrap();
+    let elements = folder.path().join("iss.tle");
+    std::fs::write(&elements, ISS.join("\n")).unwrap();
+    let site = config::Site { name: "Macquarie".into(), lat_deg: -33.7703, lon_deg: 151.1113, alt_m: 70.0 };
+    let mut orbit = config::Orbit {
+        elements,
+        norad_cat_id: None,
+        max_age_d: 3.0,
+        force_age: false,
+        ut1_utc_s: 0.0,
+        xp_arcsec: 0.0,
+        yp_arcsec: 0.0,
+    };
+    let tracker = Tracker::from_config(&orbit, &site).unwrap();
+    assert_eq!(tracker.names(), ["ISS (ZARYA)", "ISS", "25544", "1998-067A"].map(str::to_owned));
+    let (fresh, stale) = (utc("2025-06-10T00:00:00"), utc("2025-06-12T00:00:00"));
+    assert!(tracker.at(&fresh).is_ok() && tracker.age_warning(&fresh).is_none());
+    assert!(tracker.at(&stale).unwrap_err().to_string().contains("orbit.max_age_d = 3 d"));
+    orbit.force_age = true;
+    let forced = Tracker::from_config(&orbit, &site).unwrap();
+    assert!(forced.at(&stale).is_ok() && forced.age_warning(&stale).unwrap().contains("3.9 d"));
+    orbit.elements = folder.path().join("none.tle");
+    assert!(Tracker::from_config(&orbit, &site).unwrap_err().to_string().contains("none.tle"));
+}
+
+#[test]
+fn the_track_runs_on_through_a_leap_second_and_a_new_year() {
+    let e = Elements::from_tle(
+        "ISS (ZARYA)",
+        "1 25544U 98067A   16366.50000000  .00008601  00000+0  15816-3 0  9995",
+        ISS[2],
+    )
+    .unwrap();
+    let propagator = satphot::orbit::Propagator::new(&e).unwrap();
+    let moved_s = |from: &str, to: &str| {
+        let ((p, v), (q, _)) = (propagator.state(&utc(from)).unwrap(), propagator.state(&utc(to)).unwrap());
+        (q - p).norm() / v.norm()
+    };
+    // From :59 over :60 to :00 two seconds pass.
+    let s = moved_s("2016-12-31T23:59:59", "2017-01-01T00:00:00");
+    assert!((s - 2.0).abs() < 0.001, "{s}");
+    let s = moved_s("2017-12-31T23:59:59", "2018-01-01T00:00:00");
+    assert!((s - 1.0).abs() < 0.001, "{s}");
 }

@@ -1,4 +1,6 @@
-//! SGP4 against the verification set of Vallado et al. 2006 (AIAA 2006-6753), as shipped with the sgp4 package of PyPI.
+//! SGP4 against the verification set of Vallado et al. 2006 (AIAA 2006-6753).
+
+#![allow(clippy::unwrap_used, missing_docs)] // helpers of tests
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,7 @@
 //! Sun, Moon and stars against JPL DE421 and ERFA's own astrometry chain.
 
+#![allow(clippy::unwrap_used, missing_docs)] // helpers of tests
+
 use hifitime::Epoch;
 use satphot::orbit::sky::bodies_gcrs;
 use satphot::orbit::{EarthOrientation, Site, altaz_to_icrs, bodies, icrs_to_altaz, moon_altaz, sun_altaz};

@@ -28,11 +28,10 @@ impl Card {
     pub(super) fn parse(bytes: &[u8]) -> Option<Card> {
         let line: String = bytes.iter().map(|b| if (0x20..0x7f).contains(b) { *b as char } else { '?' }).collect();
         let word = line.get(..8.min(line.len()))?.trim_end().to_ascii_uppercase();
-        if let Some(rest) = line.get(8..).filter(|_| word == "HIERARCH") {
-            if let Some((name, value)) = rest.split_once('=') {
-                let (value, comment, is_text) = parse_value(value);
-                return Some(Card { keyword: name.trim().to_ascii_uppercase(), value, comment, is_text });
-            }
+        if let Some((name, value)) = line.get(8..).filter(|_| word == "HIERARCH").and_then(|rest| rest.split_once('='))
+        {
+            let (value, comment, is_text) = parse_value(value);
+            return Some(Card { keyword: name.trim().to_ascii_uppercase(), value, comment, is_text });
         }
         match line.get(8..) {
             Some(rest) if rest.starts_with('=') && !matches!(word.as_str(), "COMMENT" | "HISTORY" | "") => {
@@ -80,15 +79,14 @@ fn parse_value(text: &str) -> (String, String, bool) {
 pub(super) fn join_continued(cards: Vec<Card>) -> Vec<Card> {
     let mut joined: Vec<Card> = Vec::with_capacity(cards.len());
     for card in cards {
-        if card.keyword == "CONTINUE" && card.is_text {
-            if let Some(last) = joined.last_mut().filter(|l| l.is_text && l.value.ends_with('&')) {
-                last.value.pop();
-                last.value.push_str(&card.value);
-                if !card.comment.is_empty() {
-                    last.comment = format!("{} {}", last.comment, card.comment).trim().to_string();
-                }
-                continue;
+        let continues = card.keyword == "CONTINUE" && card.is_text;
+        if let Some(last) = joined.last_mut().filter(|l| continues && l.is_text && l.value.ends_with('&')) {
+            last.value.pop();
+            last.value.push_str(&card.value);
+            if !card.comment.is_empty() {
+                last.comment = format!("{} {}", last.comment, card.comment).trim().to_string();
             }
+            continue;
         }
         joined.push(card);
     }

@@ -166,7 +166,7 @@ fn role_by_name(name: &str, config: &Config) -> Option<(Role, String)> {
 fn role_by_header(header: &Header, config: &Config, object: Option<&str>, target_names: &[String]) -> (Role, String) {
     let key = lookup(header, config, "imagetyp", &["IMAGETYP", "OBSTYPE", "FRAME", "IMAGETYPE", "FRAMETYP"]);
     let kind = key.as_deref().and_then(|k| header.text(k)).unwrap_or_default();
-    let reason = format!("{} = '{kind}'", key.as_deref().unwrap_or("no IMAGETYP"));
+    let reason = key.map_or("no IMAGETYP".to_string(), |k| format!("{k} = '{kind}'"));
     let word = kind.to_ascii_lowercase();
     if word.contains("master") {
         return (Role::Ignored, format!("{reason}: a combined frame, not a raw one"));

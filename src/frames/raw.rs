@@ -60,16 +60,20 @@ fn c_path(path: &Path) -> Result<CString> {
 pub(super) trait Pixel: Copy {
     /// Type code.
     const CODE: c_int;
-    /// What a BLANK pixel becomes.
-    const NAN: Self;
+    /// What a BLANK pixel becomes; 0 tells the library not to look for BLANK.
+    const BLANK: Self;
+}
+impl Pixel for u16 {
+    const CODE: c_int = TUSHORT;
+    const BLANK: u16 = 0;
 }
 impl Pixel for f32 {
     const CODE: c_int = TFLOAT;
-    const NAN: f32 = f32::NAN;
+    const BLANK: f32 = f32::NAN;
 }
 impl Pixel for f64 {
     const CODE: c_int = TDOUBLE;
-    const NAN: f64 = f64::NAN;
+    const BLANK: f64 = f64::NAN;
 }
 
 /// An image open for reading.
@@ -118,7 +122,7 @@ impl<'a> OpenImage<'a> {
         let mut step: Vec<c_long> = vec![1; self.n_axes];
         (first[0], first[1]) = (x0 as c_long + 1, y0 as c_long + 1);
         (last[0], last[1]) = ((x0 + nx) as c_long, (y0 + ny) as c_long);
-        let mut null = T::NAN;
+        let mut null = T::BLANK;
         let (mut any_null, mut status) = (0, 0);
         // SAFETY: the region was checked to lie inside the image and to have exactly `buffer.len()` pixels of type
         // T::CODE; first, last, step have one entry per axis (at least 2, from the scan).

@@ -21,26 +21,47 @@ pub(super) const TILE_ROWS: usize = 64;
 /// An image open for reading as f32, whatever its BITPIX.
 pub(super) struct Pixels<'a> {
     image: OpenImage<'a>,
-    wide: bool,
-    buffer: Vec<f64>,
+    storage: Storage,
+}
+
+/// How the file holds its pixels, and so which type is read fastest without loss.
+enum Storage {
+    /// Unsigned 16 bit: exact in f32, and the library's quickest path.
+    U16(Vec<u16>),
+    /// 32 and 64 bit go through f64, so that large values neither overflow nor collide with BLANK.
+    Wide(Vec<f64>),
+    /// The rest is converted by the library.
+    Plain,
 }
 
 impl<'a> Pixels<'a> {
     pub(super) fn open(path: &'a Path, header: &Header) -> Result<Self> {
-        // 32 and 64 bit values go through f64, so that large values neither overflow nor collide with BLANK.
-        let wide = matches!(header.bitpix(), 32 | 64 | -64);
-        Ok(Self { image: OpenImage::open(path, header)?, wide, buffer: Vec::new() })
+        let unsigned = header.bitpix() == 16
+            && header.number("BZERO") == Some(32768.0)
+            && header.number("BSCALE").unwrap_or(1.0) == 1.0
+            && ["BLANK", "ZBLANK"].iter().all(|k| header.card(k).is_none());
+        let storage = match header.bitpix() {
+            16 if unsigned => Storage::U16(Vec::new()),
+            32 | 64 | -64 => Storage::Wide(Vec::new()),
+            _ => Storage::Plain,
+        };
+        Ok(Self { image: OpenImage::open(path, header)?, storage })
     }
 
     /// Fills `out` with the rectangle at `origin_px` of `size_px`; BLANK becomes NaN.
     pub(super) fn read(&mut self, origin_px: (usize, usize), size_px: (usize, usize), out: &mut [f32]) -> Result<()> {
-        if !self.wide {
-            return self.image.read(origin_px, size_px, out);
-        }
-        self.buffer.resize(out.len(), 0.0);
-        self.image.read(origin_px, size_px, &mut self.buffer)?;
-        for (to, from) in out.iter_mut().zip(&self.buffer) {
-            *to = *from as f32;
+        match &mut self.storage {
+            Storage::Plain => self.image.read(origin_px, size_px, out)?,
+            Storage::U16(buffer) => {
+                buffer.resize(out.len(), 0);
+                self.image.read(origin_px, size_px, buffer)?;
+                out.iter_mut().zip(buffer).for_each(|(to, from)| *to = f32::from(*from));
+            }
+            Storage::Wide(buffer) => {
+                buffer.resize(out.len(), 0.0);
+                self.image.read(origin_px, size_px, buffer)?;
+                out.iter_mut().zip(buffer).for_each(|(to, from)| *to = *from as f32);
+            }
         }
         Ok(())
     }

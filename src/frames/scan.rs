@@ -77,7 +77,15 @@ pub(super) fn scan(path: &Path) -> Result<(Vec<Card>, ImageInfo)> {
             )));
         }
         let header = Header::new(hdu.cards.clone(), ImageInfo::default());
+        let padded = end.div_ceil(BLOCK as u128) * BLOCK as u128;
         match kind(&header, index, file_bytes).map_err(|p| bad(format!("HDU {index}: {p}")))? {
+            Kind::Image(_) if padded > file_bytes => {
+                return Err(bad(format!(
+                    "truncated in the padding of HDU {index}: {} bytes are missing to a whole block of {BLOCK}; \
+                     every pixel is there, append that many zero bytes",
+                    padded - file_bytes
+                )));
+            }
             Kind::Image(axes) => {
                 let compressed = header.logical("ZIMAGE") == Some(true) && index > 0;
                 let bitpix = header.integer(if compressed { "ZBITPIX" } else { "BITPIX" }).unwrap_or(0);
@@ -90,7 +98,6 @@ pub(super) fn scan(path: &Path) -> Result<(Vec<Card>, ImageInfo)> {
         if index == 0 {
             primary = hdu.cards;
         }
-        let padded = end.div_ceil(BLOCK as u128) * BLOCK as u128;
         at = u64::try_from(padded).map_err(|_| bad("sizes beyond 64 bit".into()))?;
     }
     Err(bad(format!("no 2-D image in this file ({})", seen.join("; "))))

@@ -240,7 +240,7 @@ impl Finder<'_> {
             DateObsMeans::Mid => (stamp.epoch, format!("{key} as the middle{why}")),
             DateObsMeans::End => (stamp.epoch - half, format!("{key} - EXPTIME/2{why}")),
         };
-        (mid, text, if stamp.resolution_s >= 1.0 { 1.0 } else { 0.5 })
+        (mid, text, f64::max(0.5, stamp.resolution_s))
     }
 
     /// A local time that equals the "UTC" one is worth a word.

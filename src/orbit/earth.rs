@@ -256,7 +256,7 @@ mod tests {
         assert!((r.undo(&r.apply(&v)) - v).norm() < 1e-14);
         // 0.1 d of sidereal rotation, in either frame; precession adds less than 0.1″.
         let turn = |a: Vector<Itrs>, b: Vector<Itrs>| {
-            (b.y().atan2(b.x()) - a.y().atan2(a.x())).rem_euclid(6.283_185_307_179_586)
+            (b.y().atan2(b.x()) - a.y().atan2(a.x())).rem_euclid(std::f64::consts::TAU)
         };
         let teme = turn(r.apply(&v), teme_to_itrs(&later, &eop).apply(&v));
         let g = Vector::<Gcrs>::new(1.0, 2.0, 3.0);

@@ -123,13 +123,18 @@ impl Search<'_> {
         let samples = (0..=n).map(|i| self.node(time(i))).collect::<Result<Vec<_>>>()?;
         let mut nodes = samples.clone();
         for w in samples.windows(3) {
-            let ([a, b, c], mut turn) = ([w[0], w[1], w[2]], None);
+            let [a, b, c] = [w[0], w[1], w[2]];
             if b.1 >= a.1 && b.1 > c.1 {
-                turn = Some(self.turning_point(a.0, c.0, 1.0)?);
+                nodes.push(self.turning_point(a.0, c.0, 1.0)?);
             } else if b.1 <= a.1 && b.1 < c.1 {
-                turn = Some(self.turning_point(a.0, c.0, -1.0)?);
+                nodes.push(self.turning_point(a.0, c.0, -1.0)?);
             }
-            nodes.extend(turn);
+        }
+        // A turn inside the first or the last step has a sample on one side only.
+        for (lo, hi) in [(0.0, time(1)), (time(n - 1), length_s)] {
+            for sign in [1.0, -1.0] {
+                nodes.push(self.turning_point(lo, hi, sign)?);
+            }
         }
         nodes.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok(nodes)

@@ -7,7 +7,7 @@
 use hifitime::Epoch;
 
 use super::earth::{EarthOrientation, Gcrs, Rotation, Site, alt_az, from_alt_az, gcrs_to_itrs, spin_velocity};
-use super::time::{TwoPartJd, tt, utc_text};
+use super::time::{tt, utc_text};
 use crate::constants::{AU_KM, SPEED_OF_LIGHT_KM_S};
 use crate::error::{Error, Result};
 use crate::vector::{Itrs, Vector};
@@ -46,23 +46,19 @@ pub fn bodies(epoch: &Epoch, eop: &EarthOrientation) -> Result<SkyBodies> {
 /// As [`bodies`].
 pub fn bodies_gcrs(epoch: &Epoch) -> Result<(Vector<Gcrs>, Vector<Gcrs>)> {
     let t = tt(epoch);
-    let outside = || Error::Orbit {
-        problem: format!("{}: the positions of Sun and Moon are known from 1900 to 2100 only", utc_text(epoch)),
-    };
-    let sun = |t: TwoPartJd| match erfars::ephemerides::Epv00(t.0, t.1) {
-        Ok(((earth, _), 0)) => Ok(Vector::<Gcrs>::new(-earth[0], -earth[1], -earth[2]) * AU_KM),
-        _ => Err(outside()),
-    };
-    let moon = |t: TwoPartJd| {
-        let pv = erfars::ephemerides::Moon98(t.0, t.1);
-        Vector::<Gcrs>::new(pv[0], pv[1], pv[2]) * AU_KM
-    };
-    // A mean distance is near enough for τ: 1.7 % of 499 s is 8 s, in which the Sun moves 0.3″; so once more.
     let light_d = |distance_km: f64| distance_km / SPEED_OF_LIGHT_KM_S / 86_400.0;
-    let first = sun((t.0, t.1 - light_d(AU_KM)))?;
-    let sun_km = sun((t.0, t.1 - light_d(first.norm())))?;
-    let moon_km = moon((t.0, t.1 - light_d(384_400.0)));
-    Ok((sun_km, moon_km))
+    let Ok(((earth_pv, _), 0)) = erfars::ephemerides::Epv00(t.0, t.1 - light_d(AU_KM)) else {
+        return Err(Error::Orbit {
+            problem: format!("{}: the positions of Sun and Moon are known from 1900 to 2100 only", utc_text(epoch)),
+        });
+    };
+    let [x, y, z, vx, vy, vz] = earth_pv.map(|c| -c * AU_KM);
+    let (sun_km, sun_km_d) = (Vector::<Gcrs>::new(x, y, z), Vector::<Gcrs>::new(vx, vy, vz));
+    // The light took 499 s · (1 ± 0.017): in those 8 s the path is straight to a metre.
+    let sun_km = sun_km + sun_km_d * (light_d(AU_KM) - light_d(sun_km.norm()));
+    // For the Moon's light a mean distance is enough: 1.28 s · (1 ± 0.06), in which it moves 0.04″.
+    let [x, y, z, ..] = erfars::ephemerides::Moon98(t.0, t.1 - light_d(384_400.0)).map(|c| c * AU_KM);
+    Ok((sun_km, Vector::new(x, y, z)))
 }
 
 /// A body's place as seen from a site: direction and distance, with the aberration of the site's spin (0.3″ at most).
