@@ -9,7 +9,7 @@ use rand_distr::{Distribution, Normal};
 
 use super::field::{Star, draw_field, draw_trails};
 use super::flux::{MoonInSky, rate_e_s, sky_v_mag_arcsec2};
-use super::noise::{Camera, expose, stream};
+use super::noise::{Camera, Response, expose, stream};
 use super::render::{Body, PixelPsf, add_body, add_star, add_trail};
 use super::scenario::Scenario;
 use super::truth::{StarTruth, TargetTruth, Truth};
@@ -52,6 +52,7 @@ struct Studio<'a> {
     site: Site,
     eop: EarthOrientation,
     scale_arcsec: f64,
+    response: Response,
 }
 
 /// Writes the night of `scenario` to `folder`: frames, catalogue.csv, elements, pipeline.toml and truth/.
@@ -68,6 +69,11 @@ pub fn simulate(scenario: &Scenario, folder: &Path, progress: &dyn Progress) -> 
         site: Site::from_config(&scenario.site)?,
         eop: EarthOrientation::default(),
         scale_arcsec: scenario.scale_arcsec(),
+        response: Response::new(
+            (scenario.frame.nx_px, scenario.frame.ny_px),
+            scenario.vignetting,
+            scenario.photometry.clip_radius_px,
+        ),
     };
     let (start, end) = (parse_utc("start_utc", &scenario.start_utc)?, parse_utc("end_utc", &scenario.end_utc)?);
     if end <= start {
@@ -137,7 +143,7 @@ impl Studio<'_> {
     fn write(&self, stem: &str, id: u64, expected_e: Array2<f32>, gain: &Gain, cards: Vec<Card>) -> Result<PathBuf> {
         let camera =
             Camera { gain, full_well_e: self.full_well_e(gain), adc_max_adu: self.scenario.detector.adc_max_adu };
-        let counts = expose(expected_e, camera, &self.scenario.vignetting, self.scenario.seed, id);
+        let counts = expose(expected_e, camera, &self.response, self.scenario.seed, id);
         let path = self.path(stem);
         write_u16(&path, &counts, &cards, self.scenario.compress)?;
         Ok(path)
