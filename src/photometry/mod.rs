@@ -12,5 +12,6 @@ mod label;
 mod smooth;
 pub mod stats;
 pub mod target;
+mod trail;
 
 pub use flags::Flags;
