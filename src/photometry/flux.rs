@@ -80,7 +80,8 @@ pub(crate) struct Sky {
     level_e: f64,
     err_e: f64,
     rms_e: f64,
-    n: usize,
+    /// Pixels kept.
+    pub n: usize,
     flags: Flags,
 }
 

@@ -14,6 +14,7 @@ mod label;
 mod smooth;
 pub mod stats;
 pub mod target;
+mod trail;
 pub mod wcs;
 pub mod zeropoint;
 

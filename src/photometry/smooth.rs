@@ -5,6 +5,8 @@
 
 use std::ops::Range;
 
+use ndarray::Array2;
+
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::background::Background;
 use crate::photometry::centroid::FWHM_PER_SIGMA;
@@ -92,4 +94,28 @@ pub(crate) fn net_row(frame: &Frame<Electrons>, background: &Background, j: usiz
         let usable = m & (mask::BAD | mask::CLIPPED) == 0 && v.is_finite();
         *o = if usable { v - *o } else { 0.0 };
     }
+}
+
+/// Filters a small image; outside it is 0.
+pub(crate) fn smooth_image(image: &Array2<f32>, kernel: &Kernel) -> Array2<f32> {
+    let (ny, nx) = image.dim();
+    let r = kernel.radius();
+    let mut filtered = vec![0f32; ny * nx];
+    let mut padded = vec![0f32; nx + 2 * r];
+    for (row, out) in image.rows().into_iter().zip(filtered.chunks_exact_mut(nx.max(1))) {
+        padded[r..r + nx].iter_mut().zip(row).for_each(|(p, v)| *p = *v);
+        kernel.along_row(&padded, out);
+    }
+    let empty = vec![0f32; nx];
+    let mut out = Array2::zeros((ny, nx));
+    let mut line = vec![0f32; nx];
+    for (j, mut target) in out.rows_mut().into_iter().enumerate() {
+        let around = (0..=2 * r).map(|t| {
+            let row = (j + t).wrapping_sub(r);
+            if row < ny { &filtered[row * nx..][..nx] } else { &empty[..] }
+        });
+        kernel.across_rows(around, &mut line);
+        target.iter_mut().zip(&line).for_each(|(t, v)| *t = *v);
+    }
+    out
 }
