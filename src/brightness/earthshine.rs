@@ -164,7 +164,7 @@ impl Facet {
         self.cones.iter().for_each(|cone| cut(cone.crossing(circle), cone.kink));
         if ends.is_empty() {
             // nothing changes on this circle: equal weights converge fastest
-            if self.at(ground, circle, 0.0) == 0.0 {
+            if !self.matters(ground, circle, 0.0) {
                 return 0.0;
             }
             let n = (2 * order) << depth.min(3);
@@ -178,7 +178,7 @@ impl Facet {
         for (j, (from, kink_from)) in ends.iter().enumerate() {
             let (to, kink_to) = if j + 1 < ends.len() { ends[j + 1] } else { (ends[0].0 + TAU, ends[0].1) };
             let width = to - from;
-            if width <= 0.0 || self.at(ground, circle, from + 0.5 * width) == 0.0 {
+            if width <= 0.0 || !self.matters(ground, circle, from + 0.5 * width) {
                 continue;
             }
             // halving in ζ cannot cure what a wide arc misses
@@ -196,10 +196,16 @@ impl Facet {
         sum
     }
 
+    /// The ground in this direction is lit and in front of the surface, whatever the lobes are there.
+    fn matters(&self, ground: &Ground, circle: &Circle, phi_rad: f64) -> bool {
+        let phi = phi_rad.sin_cos();
+        self.normal.dot(&circle.direction(phi)) > 0.0 && ground.lamp_height(circle, phi) > 0.0
+    }
+
     /// The integrand L f (n·w) in the direction (circle, φ).
     fn at(&self, ground: &Ground, circle: &Circle, phi_rad: f64) -> f64 {
         let phi = phi_rad.sin_cos();
-        let w = Vector::new(circle.eta.0 * phi.1, circle.eta.0 * phi.0, -circle.eta.1);
+        let w = circle.direction(phi);
         let cos_in = self.normal.dot(&w);
         if cos_in <= 0.0 {
             return 0.0;

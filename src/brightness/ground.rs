@@ -150,9 +150,25 @@ impl Ground {
     ///
     /// `L = f_E(s, p, −w) max(0, p·s)`, w the direction from the satellite to the ground point p.
     pub(super) fn radiance(&self, circle: &Circle, phi: (f64, f64), w: &Vector<Vertical>) -> f64 {
-        let p = Vector::new(circle.theta.0 * phi.1, circle.theta.0 * phi.0, circle.theta.1);
-        let height = p.dot(&self.lamp);
-        if height > 0.0 { self.brdf.value(&self.lamp, &p, &-*w) * height } else { 0.0 }
+        let height = self.lamp_height(circle, phi);
+        if height > 0.0 { self.brdf.value(&self.lamp, &circle.ground_point(phi), &-*w) * height } else { 0.0 }
+    }
+
+    /// p·s, the sine of the lamp's elevation at a ground point; φ as (sin, cos).
+    pub(super) fn lamp_height(&self, circle: &Circle, phi: (f64, f64)) -> f64 {
+        circle.ground_point(phi).dot(&self.lamp)
+    }
+}
+
+impl Circle {
+    /// The unit vector from the satellite; φ as (sin, cos).
+    pub(super) fn direction(&self, phi: (f64, f64)) -> Vector<Vertical> {
+        Vector::new(self.eta.0 * phi.1, self.eta.0 * phi.0, -self.eta.1)
+    }
+
+    /// The unit vector from the Earth's centre to the ground point seen there.
+    fn ground_point(&self, phi: (f64, f64)) -> Vector<Vertical> {
+        Vector::new(self.theta.0 * phi.1, self.theta.0 * phi.0, self.theta.1)
     }
 }
 

@@ -26,7 +26,7 @@ const ARCSEC2_PER_SR: f64 = 206_264.806_247_096_36 * 206_264.806_247_096_36;
 pub struct ModelSettings {
     /// As published (cylinder shadow, sphere of 6378 km, no distances of Sun and Moon) or corrected.
     pub mode: Mode,
-    /// Relative tolerance of each Earth-reflected integral, above 0 and at most 0.1.
+    /// Relative tolerance of each Earth-reflected integral, above 0 and at most 0.5.
     pub tolerance: f64,
     /// How the ground scatters.
     pub earth: Brdf,
@@ -55,8 +55,8 @@ impl ModelSettings {
     }
 
     fn check(&self) -> Result<()> {
-        if !(self.tolerance > 0.0 && self.tolerance <= 0.1) {
-            return Err(impossible(format!("tolerance = {}; accepted is above 0, at most 0.1", self.tolerance)));
+        if !(self.tolerance > 0.0 && self.tolerance <= 0.5) {
+            return Err(impossible(format!("tolerance = {}; accepted is above 0, at most 0.5", self.tolerance)));
         }
         if self.earth_radius_km.is_some_and(|r| !(r > 0.0 && r.is_finite())) {
             return Err(impossible(format!("earth_radius_km = {:?}; accepted is above 0", self.earth_radius_km)));
