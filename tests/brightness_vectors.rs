@@ -1,4 +1,5 @@
 //! The direct and the Earth-reflected flux against 200 independently converged cases (those of Lambert and Phong).
+#![allow(clippy::unwrap_used)]
 
 use std::path::Path;
 

@@ -6,7 +6,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::brdf::Brdf;
-use super::ground::{Circle, Cone, Ground, Vertical};
+use super::ground::{Circle, Cone, Ground, SMOOTH_EXPONENT, Vertical};
 use super::quadrature::{end_clustered, gauss, half_cosine};
 use crate::vector::{Itrs, Vector};
 
@@ -18,6 +18,8 @@ const LOBE_EXPONENT: f64 = 16.0;
 /// Radii of the rings in units of the lobe's width n^(−1/2); outside the last the lobe is below 1e-10.
 const RINGS: [f64; 3] = [1.4, 3.2, 7.0];
 
+/// Estimated error of a panel in units of the difference of its two orders.
+const SAFETY: f64 = 3.0;
 /// Longest arc of φ one rule covers \[rad\].
 const ARC_RAD: f64 = 2.1;
 
@@ -69,7 +71,7 @@ pub fn reflected_by_earth(
     let mut nodes = 0;
     let edges = facet.zeta_edges(ground);
     let mut panels: Vec<Panel> =
-        edges.windows(2).map(|e| Panel::new(ground, &facet, (e[0], e[1]), 1, 0, &mut nodes)).collect();
+        edges.windows(2).map(|e| Panel::new(ground, &facet, (e[0], e[1]), 2, 0, &mut nodes)).collect();
     loop {
         let per_sr: f64 = panels.iter().map(|p| p.value).sum();
         let err: f64 = panels.iter().map(|p| p.err).sum();
@@ -81,7 +83,8 @@ pub fn reflected_by_earth(
         let Panel { from, to, level, depth, value, .. } = panels[worst];
         if level + 1 < LEVELS.len() {
             let finer = facet.panel(ground, (from, to), level + 1, depth, &mut nodes);
-            panels[worst] = Panel { level: level + 1, value: finer, err: (finer - value).abs(), ..panels[worst] };
+            panels[worst] =
+                Panel { level: level + 1, value: finer, err: SAFETY * (finer - value).abs(), ..panels[worst] };
         } else {
             let middle = 0.5 * (from + to);
             panels[worst] = Panel::new(ground, &facet, (from, middle), 3, depth + 1, &mut nodes);
@@ -95,7 +98,7 @@ impl Panel {
     fn new(ground: &Ground, facet: &Facet, ends: (f64, f64), level: usize, depth: u32, nodes: &mut usize) -> Self {
         let coarse = facet.panel(ground, ends, level - 1, depth, nodes);
         let value = facet.panel(ground, ends, level, depth, nodes);
-        Self { from: ends.0, to: ends.1, level, depth, value, err: (value - coarse).abs() }
+        Self { from: ends.0, to: ends.1, level, depth, value, err: SAFETY * (value - coarse).abs() }
     }
 }
 
@@ -107,7 +110,7 @@ impl Facet {
             let mirror = normal * (2.0 * normal.dot(&observer)) - observer;
             if n < LOBE_EXPONENT {
                 // (r·o)ⁿ ends like xⁿ: a branch point unless n is whole, and smooth enough for Gauss from 4
-                cones.push(Cone::new(mirror, FRAC_PI_2, n < 4.0 && n.fract() != 0.0));
+                cones.push(Cone::new(mirror, FRAC_PI_2, n < SMOOTH_EXPONENT && n.fract() != 0.0));
             } else {
                 let width_rad = n.powf(-0.5);
                 cones.extend(
@@ -129,6 +132,7 @@ impl Facet {
         let tangencies = self.cones.iter().flat_map(Cone::tangent_nadir_angles);
         edges.extend(tangencies.filter_map(|eta| ground.zeta_of_nadir_angle(eta)));
         edges.extend((terminator > 0.0 && terminator < FRAC_PI_2).then_some(terminator));
+        edges.extend(ground.lobe_edge_zetas());
         edges.sort_by(f64::total_cmp);
         edges.dedup_by(|b, a| *b - *a < 1e-12);
         edges
@@ -156,10 +160,11 @@ impl Facet {
             }
         };
         cut(ground.terminator(circle), false);
+        cut(ground.lobe_edge(circle), true);
         self.cones.iter().for_each(|cone| cut(cone.crossing(circle), cone.kink));
         if ends.is_empty() {
             // nothing changes on this circle: equal weights converge fastest
-            if self.at(ground, circle, 0.0) == 0.0 {
+            if !self.matters(ground, circle, 0.0) {
                 return 0.0;
             }
             let n = (2 * order) << depth.min(3);
@@ -173,7 +178,7 @@ impl Facet {
         for (j, (from, kink_from)) in ends.iter().enumerate() {
             let (to, kink_to) = if j + 1 < ends.len() { ends[j + 1] } else { (ends[0].0 + TAU, ends[0].1) };
             let width = to - from;
-            if width <= 0.0 || self.at(ground, circle, from + 0.5 * width) == 0.0 {
+            if width <= 0.0 || !self.matters(ground, circle, from + 0.5 * width) {
                 continue;
             }
             // halving in ζ cannot cure what a wide arc misses
@@ -191,10 +196,16 @@ impl Facet {
         sum
     }
 
+    /// The ground in this direction is lit and in front of the surface, whatever the lobes are there.
+    fn matters(&self, ground: &Ground, circle: &Circle, phi_rad: f64) -> bool {
+        let phi = phi_rad.sin_cos();
+        self.normal.dot(&circle.direction(phi)) > 0.0 && ground.lamp_height(circle, phi) > 0.0
+    }
+
     /// The integrand L f (n·w) in the direction (circle, φ).
     fn at(&self, ground: &Ground, circle: &Circle, phi_rad: f64) -> f64 {
         let phi = phi_rad.sin_cos();
-        let w = Vector::new(circle.eta.0 * phi.1, circle.eta.0 * phi.0, -circle.eta.1);
+        let w = circle.direction(phi);
         let cos_in = self.normal.dot(&w);
         if cos_in <= 0.0 {
             return 0.0;

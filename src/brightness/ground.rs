@@ -12,6 +12,9 @@ use crate::vector::{Itrs, Vector};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Vertical {}
 
+/// From this exponent on the end of a lobe, xⁿ, is smooth enough for a Gauss rule across it.
+pub(super) const SMOOTH_EXPONENT: f64 = 4.0;
+
 /// The Earth under one lamp, seen from one place.
 #[derive(Debug, Clone, Copy)]
 pub struct Ground {
@@ -101,6 +104,42 @@ impl Ground {
         sin_t.atan2(cos_t - self.k)
     }
 
+    /// Where a ground lobe with a branch point ends on a circle, r·u = 0: φ = 90° ± arccos(−tan E/tan(ζ+θ)).
+    pub(super) fn lobe_edge(&self, circle: &Circle) -> Option<(f64, f64)> {
+        self.lobe_ends()?;
+        // ζ + θ = η + 2θ
+        let ((sin_t, cos_t), (sin_h, cos_h)) = (circle.theta, circle.eta);
+        let (sin_2t, cos_2t) = (2.0 * sin_t * cos_t, (cos_t - sin_t) * (cos_t + sin_t));
+        let (sin_sum, cos_sum) = (sin_h * cos_2t + cos_h * sin_2t, cos_h * cos_2t - sin_h * sin_2t);
+        let x = -self.lamp.z() * cos_sum / (self.lamp.y() * sin_sum);
+        (x.abs() < 1.0).then(|| (FRAC_PI_2, x.acos()))
+    }
+
+    /// The ζ at which that edge touches a circle: ζ + θ = |E| and 180° − |E|, by bisection of the rising 2ζ − η.
+    pub(super) fn lobe_edge_zetas(&self) -> Vec<f64> {
+        if self.lobe_ends().is_none() {
+            return Vec::new();
+        }
+        let sum = |zeta: f64| 2.0 * zeta - (self.k * zeta.sin()).asin();
+        let e = self.elevation_rad.abs();
+        let reached = [e, PI - e].into_iter().filter(|wanted| *wanted > 0.0 && *wanted < sum(FRAC_PI_2));
+        reached
+            .map(|wanted| {
+                let (mut low, mut high) = (0.0, FRAC_PI_2);
+                for _ in 0..60 {
+                    let middle = 0.5 * (low + high);
+                    if sum(middle) < wanted { low = middle } else { high = middle }
+                }
+                low
+            })
+            .collect()
+    }
+
+    /// The exponent of the ground's lobe when its end is not smooth.
+    fn lobe_ends(&self) -> Option<f64> {
+        self.brdf.lobe_exponent().filter(|n| *n < SMOOTH_EXPONENT)
+    }
+
     /// ζ of a nadir angle η; `None` beyond the limb.
     pub(super) fn zeta_of_nadir_angle(&self, eta_rad: f64) -> Option<f64> {
         let sin_z = eta_rad.sin() / self.k;
@@ -111,9 +150,25 @@ impl Ground {
     ///
     /// `L = f_E(s, p, −w) max(0, p·s)`, w the direction from the satellite to the ground point p.
     pub(super) fn radiance(&self, circle: &Circle, phi: (f64, f64), w: &Vector<Vertical>) -> f64 {
-        let p = Vector::new(circle.theta.0 * phi.1, circle.theta.0 * phi.0, circle.theta.1);
-        let height = p.dot(&self.lamp);
-        if height > 0.0 { self.brdf.value(&self.lamp, &p, &-*w) * height } else { 0.0 }
+        let height = self.lamp_height(circle, phi);
+        if height > 0.0 { self.brdf.value(&self.lamp, &circle.ground_point(phi), &-*w) * height } else { 0.0 }
+    }
+
+    /// p·s, the sine of the lamp's elevation at a ground point; φ as (sin, cos).
+    pub(super) fn lamp_height(&self, circle: &Circle, phi: (f64, f64)) -> f64 {
+        circle.ground_point(phi).dot(&self.lamp)
+    }
+}
+
+impl Circle {
+    /// The unit vector from the satellite; φ as (sin, cos).
+    pub(super) fn direction(&self, phi: (f64, f64)) -> Vector<Vertical> {
+        Vector::new(self.eta.0 * phi.1, self.eta.0 * phi.0, -self.eta.1)
+    }
+
+    /// The unit vector from the Earth's centre to the ground point seen there.
+    fn ground_point(&self, phi: (f64, f64)) -> Vector<Vertical> {
+        Vector::new(self.theta.0 * phi.1, self.theta.0 * phi.0, self.theta.1)
     }
 }
 

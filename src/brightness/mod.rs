@@ -8,6 +8,7 @@ pub mod catalogue;
 pub mod earthshine;
 mod ground;
 pub mod lamps;
+mod lights;
 pub mod model;
 mod quadrature;
 pub mod scene;

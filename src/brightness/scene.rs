@@ -2,7 +2,7 @@
 //!
 //! Geocentric vectors in km in one Earth-fixed frame; nothing here knows surfaces or lights.
 
-use crate::constants::{WGS84_A_KM, WGS84_F};
+use crate::constants::{MOON_RADIUS_KM, SUN_RADIUS_KM, WGS84_A_KM, WGS84_F};
 use crate::error::{Error, Result};
 use crate::vector::{Itrs, Vector};
 
@@ -25,8 +25,8 @@ impl Scene {
     /// Refuses scenes no observer can be in, for a spherical Earth of `radius_km`.
     ///
     /// # Errors
-    /// [`Error::Model`] for a component that is not finite, a satellite at or below the surface, an observer within
-    /// 50 km of the satellite's own place or far inside the Earth, a Sun or Moon nearer than the satellite.
+    /// [`Error::Model`] for a component that is not finite, a satellite at or below the surface, an observer less than
+    /// a metre from the satellite or deep inside the Earth, a Sun or Moon within 10 Earth radii or around the satellite.
     pub(super) fn check(&self, radius_km: f64) -> Result<()> {
         let parts = [
             ("satellite_km", &self.satellite_km),
@@ -56,12 +56,13 @@ impl Scene {
                 "the observer is {o_km:.3} km from the centre of an Earth of {radius_km:.3} km"
             )));
         }
-        for (name, v) in [("Sun", &self.sun_km), ("Moon", &self.moon_km)] {
-            if v.norm() <= 1.5 * r_km {
+        let bodies = [("Sun", &self.sun_km, SUN_RADIUS_KM), ("Moon", &self.moon_km, MOON_RADIUS_KM)];
+        for (name, v, body_radius_km) in bodies {
+            let (from_earth_km, from_satellite_km) = (v.norm(), (*v - self.satellite_km).norm());
+            if from_earth_km <= 10.0 * radius_km || from_satellite_km <= body_radius_km {
                 return Err(impossible(format!(
-                    "the {name} is {:.0} km from the Earth's centre, the satellite {r_km:.0} km: accepted is a {name} \
-                     at least 1.5 times as far",
-                    v.norm()
+                    "the {name} is {from_earth_km:.0} km from the Earth's centre and {from_satellite_km:.0} km from the \
+                     satellite: accepted is beyond 10 Earth radii, the satellite outside"
                 )));
             }
         }
@@ -105,7 +106,7 @@ mod tests {
     #[test]
     fn the_local_radius_is_the_equators_and_the_poles() {
         assert!((local_radius_km(&Vector::new(7000.0, 0.0, 0.0)) - 6378.137).abs() < 1e-9);
-        assert!((local_radius_km(&Vector::new(0.0, 0.0, -7000.0)) - 6356.752_314).abs() < 1e-5);
+        assert!((local_radius_km(&Vector::new(0.0, 0.0, -7000.0)) - 6_356.752_314).abs() < 1e-5);
     }
 
     #[test]

@@ -37,6 +37,9 @@ pub fn visible_fraction(disc_rad: f64, cover_rad: f64, sep_rad: f64) -> f64 {
 #[must_use]
 pub fn penumbra(satellite_km: &Vector<Itrs>, source_km: &Vector<Itrs>, source_radius_km: f64, radius_km: f64) -> f64 {
     let to_source = *source_km - *satellite_km;
+    if to_source.norm() < satellite_km.norm() {
+        return 1.0; // a Moon nearer than the Earth is in front of it
+    }
     let disc_rad = (source_radius_km / to_source.norm()).min(1.0).asin();
     let cover_rad = (radius_km / satellite_km.norm()).min(1.0).asin();
     visible_fraction(disc_rad, cover_rad, to_source.angle_to(&-*satellite_km))
