@@ -41,7 +41,7 @@ impl Span {
         (self.low()..=self.high()).contains(&value)
     }
 
-    /// Round numbers inside, about `count` of them, and the decimals their labels need.
+    /// Round numbers inside, at most about `count` of them, and the decimals their labels need.
     pub(super) fn ticks(self, count: usize) -> (Vec<f64>, usize) {
         let raw = (self.high() - self.low()) / count.max(1) as f64;
         let power = 10f64.powf(raw.log10().floor());
@@ -50,10 +50,12 @@ impl Span {
         (multiples(self, step), decimals)
     }
 
-    /// Round times inside, about `count` of them; the values are seconds.
+    /// Round times inside, at most about `count` of them; the values are seconds.
     pub(super) fn time_ticks(self, count: usize) -> Vec<f64> {
-        const STEPS_S: [f64; 15] =
-            [1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0, 7200.0, 21600.0];
+        const STEPS_S: [f64; 17] = [
+            1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0, 7200.0, 10800.0,
+            14400.0, 21600.0,
+        ];
         let raw = (self.high() - self.low()) / count.max(1) as f64;
         let step = STEPS_S.into_iter().find(|s| *s >= raw).unwrap_or((raw / 86_400.0).ceil() * 86_400.0);
         multiples(self, step)

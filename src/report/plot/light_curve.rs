@@ -11,7 +11,7 @@ use plotters::style::text_anchor::{HPos, VPos};
 use super::axis::{Span, clock};
 use super::canvas::{
     BLUE, Drawn, GREEN, GREY, INK, LABEL, Mark, ORANGE, PURPLE, SKY_BLUE, SMALL, Sheet, TITLE, VERMILLION, figure,
-    legend, no_data, write_text,
+    legend, no_data, signed, write_text,
 };
 use super::panel::{Panel, Ticks};
 use crate::error::Result;
@@ -136,13 +136,12 @@ fn draw_pass(sheet: &Sheet, pass: &[&PhotometryRow], top: i32, height: i32) -> D
     let number = first.norad_cat_id.map(|n| format!(" {n}")).unwrap_or_default();
     let measured = pass.iter().filter(|r| r.v_mag.is_some() && is_used(&r.status, &r.verdict)).count();
     let heading = format!(
-        "{}{number}   {}–{} UTC   {measured} of {} frames measured",
+        "{}{number} · {} UTC · {measured} of {} frames measured",
         first.object_name,
-        clock(ends.0),
-        clock(ends.1),
+        if ends.0 == ends.1 { clock(ends.0) } else { format!("{}–{}", clock(ends.0), clock(ends.1)) },
         pass.len()
     );
-    write_text(sheet, heading.trim_start(), (150, top), LABEL, INK, (HPos::Left, VPos::Top))?;
+    write_text(sheet, heading.trim_start_matches([' ', '·']), (150, top), LABEL, INK, (HPos::Left, VPos::Top))?;
 
     let altitude = Span::around(pass.iter().filter_map(|r| r.alt_deg), 4.0);
     let bottom = top + height - 110;
@@ -150,9 +149,9 @@ fn draw_pass(sheet: &Sheet, pass: &[&PhotometryRow], top: i32, height: i32) -> D
     let day: String = first.date_mid.chars().take(10).collect();
     let x_title = format!("UTC {day}");
     let magnitudes = Panel { sheet, frame: (150, top + 84, 1440, split), x, y };
-    shade(&magnitudes, pass, &seconds, true)?;
+    let unnamed = shade(&magnitudes, pass, &seconds, true)?;
     magnitudes.axes(Ticks::Clock, if altitude.is_some() { "" } else { &x_title }, "V [mag]")?;
-    let entries = curves(&magnitudes, pass, &seconds)?;
+    let entries = curves(&magnitudes, pass, &seconds, unnamed)?;
     legend(sheet, (LEGEND_X, top + 100), &entries)?;
     if let Some(y) = altitude {
         let panel = Panel { sheet, frame: (150, split + 26, 1440, bottom), x, y };
@@ -164,8 +163,15 @@ fn draw_pass(sheet: &Sheet, pass: &[&PhotometryRow], top: i32, height: i32) -> D
     Ok(())
 }
 
-/// The background by the largest light, changing halfway between frames.
-fn shade(panel: &Panel, pass: &[&PhotometryRow], seconds: &dyn Fn(&PhotometryRow) -> f64, named: bool) -> Drawn {
+/// The background by the largest light, changing halfway between frames. Returns the legend of the pieces too narrow
+/// for their name.
+fn shade(
+    panel: &Panel,
+    pass: &[&PhotometryRow],
+    seconds: &dyn Fn(&PhotometryRow) -> f64,
+    named: bool,
+) -> std::result::Result<Legend, super::canvas::DrawError> {
+    let mut unnamed = Legend::new();
     let mut start = 0;
     while let Some(first) = pass.get(start) {
         let count = pass.iter().skip(start).take_while(|r| r.illum == first.illum).count();
@@ -188,19 +194,22 @@ fn shade(panel: &Panel, pass: &[&PhotometryRow], seconds: &dyn Fn(&PhotometryRow
         if named && right - left > 17 * name.chars().count() as i32 {
             let above = ((left + right) / 2, panel.frame.1 - 6);
             write_text(panel.sheet, &name, above, SMALL, GREY, (HPos::Center, VPos::Bottom))?;
+        } else if !name.is_empty() && unnamed.iter().all(|(_, n)| *n != name) {
+            unnamed.push((Some((Mark::Swatch, colour)), name));
         }
         start = end;
     }
-    Ok(())
+    Ok(unnamed)
 }
 
 type Legend = Vec<(Option<(Mark, RGBColor)>, String)>;
 
-/// Model, lights and observations; returns the legend of what was drawn.
+/// Model, lights and observations; returns the legend of what was drawn, `backgrounds` among it, and the numbers.
 fn curves(
     panel: &Panel,
     pass: &[&PhotometryRow],
     seconds: &dyn Fn(&PhotometryRow) -> f64,
+    backgrounds: Legend,
 ) -> std::result::Result<Legend, super::canvas::DrawError> {
     let mut model = Legend::new();
     let band: Vec<(f64, f64, f64)> = pass
@@ -256,12 +265,13 @@ fn curves(
         }
     }
     entries.extend(model);
+    entries.extend(backgrounds);
     let of = |value: fn(&PhotometryRow) -> Option<f64>| {
         robust(&pass.iter().filter(|r| is_used(&r.status, &r.verdict)).filter_map(|r| value(r)).collect::<Vec<_>>())
     };
     let mut notes = vec![String::new()];
     notes.extend(of(|r| r.v_mag).map(|(m, _)| format!("median V {m:.2}")));
-    notes.extend(of(|r| r.residual_mag).map(|(m, s)| format!("residual {m:+.2}, σ {s:.2}")));
+    notes.extend(of(|r| r.residual_mag).map(|(m, s)| signed(&format!("residual {m:+.2}, σ {s:.2}"))));
     notes.extend(of(|r| r.v_mag_err_sys).map(|(m, _)| format!("systematic ±{m:.3} mag")));
     notes.extend((beyond > 0).then(|| format!("{beyond} beyond the axis (△)")));
     notes.extend((without > 0).then(|| format!("{without} without a magnitude")));
