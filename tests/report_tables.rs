@@ -294,6 +294,28 @@ fn columns_are_found_by_name_and_unknown_ones_ignored() {
 }
 
 #[test]
+fn a_table_rewritten_by_astropy_is_read() {
+    // astropy's default: blanks between cells, no `delimiter` line, nested meta without braces, plain `9e52`.
+    let rewritten = |text: String| {
+        let (head, body): (Vec<&str>, Vec<&str>) = text.lines().partition(|l| l.starts_with('#'));
+        let head = head.into_iter().filter(|l| !l.contains("delimiter")).collect::<Vec<_>>().join("\n");
+        let head = head
+            .replace("- {site: {", "- site: {")
+            .replace("alt_m: 70}}", "\n#     alt_m: 70}")
+            .replace("\"9e52\"", "9e52");
+        let mut writer =
+            csv::WriterBuilder::new().delimiter(b' ').quote_style(csv::QuoteStyle::Always).from_writer(vec![]);
+        for record in csv::ReaderBuilder::new().has_headers(false).from_reader(body.join("\n").as_bytes()).records() {
+            writer.write_record(&record.unwrap()).unwrap();
+        }
+        format!("{head}\n{}", String::from_utf8(writer.into_inner().unwrap()).unwrap())
+    };
+    let (rows, read_meta) = reread(rewritten).unwrap();
+    assert_eq!(rows, vec![row()]);
+    assert_eq!(read_meta, meta());
+}
+
+#[test]
 fn a_missing_column_is_named() {
     let error = reread(|text| text.replace(",v_mag,", ",vmag,")).unwrap_err();
     assert!(matches!(error, Error::Table { .. }));

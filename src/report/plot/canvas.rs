@@ -159,7 +159,7 @@ pub(super) fn draw_mark(sheet: &Sheet, mark: Mark, (x, y): (i32, i32), colour: R
 /// Writes legend lines downwards from `at`, each with its mark; an entry without a mark is a plain line of text.
 pub(super) fn legend(sheet: &Sheet, at: (i32, i32), entries: &[(Option<(Mark, RGBColor)>, String)]) -> Drawn {
     for (i, (mark, text)) in entries.iter().enumerate() {
-        let y = at.1 + 44 * i as i32;
+        let y = at.1 + 42 * i as i32;
         if let Some((mark, colour)) = mark {
             // The arrow hangs from its point; lift it so that it stands in its line.
             let lift = if *mark == Mark::Limit { 16 } else { 0 };

@@ -27,7 +27,7 @@ const ONE_PASS: (u32, u32) = (960, 640);
 /// Height of one of several passes \[drawn px\].
 const BLOCK: i32 = 860;
 /// Where the legend begins \[drawn px\].
-const LEGEND_X: i32 = 1480;
+const LEGEND_X: i32 = 1490;
 
 /// A light of the model: its name, colour and magnitude in a row.
 type Light = (&'static str, RGBColor, fn(&PhotometryRow) -> Option<f64>);
@@ -141,20 +141,20 @@ fn draw_pass(sheet: &Sheet, pass: &[&PhotometryRow], top: i32, height: i32) -> D
         if ends.0 == ends.1 { clock(ends.0) } else { format!("{}–{}", clock(ends.0), clock(ends.1)) },
         pass.len()
     );
-    write_text(sheet, heading.trim_start_matches([' ', '·']), (150, top), LABEL, INK, (HPos::Left, VPos::Top))?;
+    write_text(sheet, heading.trim_start_matches([' ', '·']), (160, top), LABEL, INK, (HPos::Left, VPos::Top))?;
 
     let altitude = Span::around(pass.iter().filter_map(|r| r.alt_deg), 4.0);
     let bottom = top + height - 110;
     let split = if altitude.is_some() { bottom - (height - 200) * 3 / 10 } else { bottom };
     let day: String = first.date_mid.chars().take(10).collect();
     let x_title = format!("UTC {day}");
-    let magnitudes = Panel { sheet, frame: (150, top + 84, 1440, split), x, y };
+    let magnitudes = Panel { sheet, frame: (160, top + 84, 1430, split), x, y };
     let unnamed = shade(&magnitudes, pass, &seconds, true)?;
     magnitudes.axes(Ticks::Clock, if altitude.is_some() { "" } else { &x_title }, "V [mag]")?;
     let entries = curves(&magnitudes, pass, &seconds, unnamed)?;
     legend(sheet, (LEGEND_X, top + 100), &entries)?;
     if let Some(y) = altitude {
-        let panel = Panel { sheet, frame: (150, split + 26, 1440, bottom), x, y };
+        let panel = Panel { sheet, frame: (160, split + 26, 1430, bottom), x, y };
         shade(&panel, pass, &seconds, false)?;
         panel.axes(Ticks::Clock, &x_title, "altitude [deg]")?;
         let track: Vec<(f64, Option<f64>)> = pass.iter().map(|r| (seconds(r), r.alt_deg)).collect();
@@ -221,17 +221,18 @@ fn curves(
         panel.band(&band, GREY)?;
         model.push((Some((Mark::Band, GREY)), "model ± error".into()));
     }
+    // The lights over the total: where one of them is nearly all of it, both can be seen.
+    let total: Vec<(f64, Option<f64>)> = pass.iter().map(|r| (seconds(r), r.model_v_mag)).collect();
+    if total.iter().any(|(_, v)| v.is_some()) {
+        panel.polyline(&total, INK, 7)?;
+        model.insert(0, (Some((Mark::Line(7), INK)), "model, all lights".into()));
+    }
     for (name, colour, of) in LIGHTS {
         let light: Vec<(f64, Option<f64>)> = pass.iter().map(|r| (seconds(r), of(r))).collect();
         if light.iter().any(|(_, v)| v.is_some_and(|v| panel.y.holds(v))) {
             panel.polyline(&light, colour, 3)?;
             model.push((Some((Mark::Line(3), colour)), name.into()));
         }
-    }
-    let total: Vec<(f64, Option<f64>)> = pass.iter().map(|r| (seconds(r), r.model_v_mag)).collect();
-    if total.iter().any(|(_, v)| v.is_some()) {
-        panel.polyline(&total, INK, 5)?;
-        model.insert(0, (Some((Mark::Line(5), INK)), "model, all lights".into()));
     }
 
     let (mut full, mut open, mut crossed, mut limits, mut beyond, mut without) = (0, 0, 0, 0, 0, 0);

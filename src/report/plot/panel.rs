@@ -64,7 +64,7 @@ impl Panel<'_, '_> {
                 (HPos::Right, VPos::Center),
             )?;
         }
-        let room = if x_ticks == Ticks::Clock { 190 } else { 100 };
+        let room = if x_ticks == Ticks::Clock { 170 } else { 100 };
         let count = ((right - left) / room).clamp(3, 10) as usize;
         let (x_values, decimals) = match x_ticks {
             Ticks::Numbers => self.x.ticks(count),
