@@ -122,7 +122,11 @@ fn magnitude_span(pass: &[&PhotometryRow]) -> Option<Span> {
         .collect();
     let faintest = main.iter().copied().max_by(f64::total_cmp)? + LIGHTS_BELOW_MAG;
     let lights = pass.iter().flat_map(|r| LIGHTS.iter().filter_map(|(_, _, of)| of(r))).filter(|v| *v <= faintest);
-    Span::around(main.iter().copied().chain(lights), 1.0).map(Span::reversed)
+    let mut span = Span::around(main.iter().copied().chain(lights), 1.0)?.reversed();
+    if pass.iter().any(|r| limit(r).is_some()) {
+        span.from += 0.05 * (span.from - span.to); // room for the arrow below a limit
+    }
+    Some(span)
 }
 
 /// One pass: heading, magnitudes, altitude, legend, from `top` over `height` drawn pixels.
