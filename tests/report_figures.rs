@@ -119,17 +119,207 @@ fn stars(n: usize) -> Vec<StarRow> {
         .collect()
 }
 
-#[test]
-fn show() {
-    light_curve(&place("one.svg"), &pass(60_837.368, 30, 1), "Macquarie CDK24, 2025-06-11").unwrap();
+/// Panics where the text is not well-formed XML: tags that nest, quoted attributes, escaped text, no control characters.
+fn assert_well_formed(svg: &str) {
+    let mut open: Vec<&str> = Vec::new();
+    let mut rest = svg;
+    let mut elements = 0;
+    while let Some(at) = rest.find('<') {
+        let text = &rest[..at];
+        assert!(!text.contains('>') && text.split('&').skip(1).all(|t| t.contains(';')), "raw text {text:?}");
+        let end = at + rest[at..].find('>').expect("a tag that ends");
+        let tag = &rest[at + 1..end];
+        rest = &rest[end + 1..];
+        assert!(tag.matches('"').count() % 2 == 0, "unbalanced quotes in <{tag}>");
+        let name = tag.trim_start_matches('/').split([' ', '/']).next().unwrap();
+        if tag.starts_with('/') {
+            assert_eq!(open.pop(), Some(name), "</{name}> closes something else");
+        } else if !tag.ends_with('/') {
+            open.push(name);
+        }
+        elements += 1;
+    }
+    assert!(open.is_empty() && rest.trim().is_empty() && elements > 2, "left open: {open:?}, after the end: {rest:?}");
+    assert!(svg.chars().all(|c| c == '\n' || !c.is_control()), "control characters");
+}
+
+/// (cx, cy) of the filled circles of observed points, in drawing order; the legend's own circle is last.
+fn observed_circles(svg: &str) -> Vec<(i32, i32)> {
+    let number = |tag: &str, name: &str| -> i32 {
+        let from = tag.find(&format!("{name}=\"")).unwrap() + name.len() + 2;
+        tag[from..].split('"').next().unwrap().parse().unwrap()
+    };
+    let blue = svg.lines().filter(|l| l.starts_with("<circle") && l.contains("fill=\"#0072B2\""));
+    blue.map(|l| (number(l, "cx"), number(l, "cy"))).collect()
+}
+
+/// All numbers in the attributes of a figure.
+fn coordinates(svg: &str) -> Vec<f64> {
+    let values = svg.split('"').skip(1).step_by(2).flat_map(|v| v.split([' ', ',']).map(str::to_owned));
+    values.filter_map(|v| v.parse().ok()).collect()
+}
+
+fn night_of_three() -> Vec<PhotometryRow> {
     let mut rows = pass(60_837.368, 30, 1);
     rows.extend(pass(60_837.433, 24, 2));
     rows.extend(pass(60_837.998, 12, 2));
-    light_curve(&place("three.svg"), &rows, "Macquarie CDK24, 2025-06-11").unwrap();
-    light_curves(&place(""), &rows, "Macquarie CDK24, 2025-06-11").unwrap();
-    residuals_altitude(&place("residuals.svg"), &residuals(90)).unwrap();
-    zeropoint_diagnostics(&place("zeropoint.svg"), &stars(321), -23.37, 0.12, 0.08).unwrap();
-    light_curve(&place("none.svg"), &[], "A <night> & \"nothing\"").unwrap();
-    light_curve(&place("point.svg"), &pass(60_837.3, 1, 1), "One point").unwrap();
-    assert!(fs::read_to_string(place("one.svg")).unwrap().contains("</svg>"));
+    rows
+}
+
+#[test]
+fn identical_rows_give_identical_figures() {
+    let twice = |draw: &dyn Fn(&Path)| {
+        let (a, b) = (place("twice_a.svg"), place("twice_b.svg"));
+        draw(&a);
+        draw(&b);
+        assert_eq!(fs::read(a).unwrap(), fs::read(b).unwrap());
+    };
+    twice(&|p| light_curve(p, &night_of_three(), "A night").unwrap());
+    twice(&|p| residuals_altitude(p, &residuals(90)).unwrap());
+    twice(&|p| zeropoint_diagnostics(p, &stars(321), -23.37, 0.12, 0.08).unwrap());
+}
+
+#[test]
+fn a_brighter_observation_is_drawn_higher_and_a_later_one_further_right() {
+    let mut rows = pass(60_837.3, 2, 1);
+    (rows[0].v_mag, rows[1].v_mag) = (Some(4.6), Some(7.1)); // the first is brighter
+    let path = place("direction.svg");
+    light_curve(&path, &rows, "Direction").unwrap();
+    let circles = observed_circles(&fs::read_to_string(&path).unwrap());
+    assert!(circles[0].1 < circles[1].1, "bright {:?} must be above faint {:?}", circles[0], circles[1]);
+    assert!(circles[0].0 < circles[1].0, "early {:?} must be left of late {:?}", circles[0], circles[1]);
+}
+
+#[test]
+fn magnitudes_are_placed_in_proportion() {
+    let mut rows = pass(60_837.3, 3, 1);
+    (rows[0].v_mag, rows[1].v_mag, rows[2].v_mag) = (Some(5.0), Some(6.0), Some(8.0));
+    let path = place("proportion.svg");
+    light_curve(&path, &rows, "Proportion").unwrap();
+    let y: Vec<i32> = observed_circles(&fs::read_to_string(&path).unwrap()).iter().map(|c| c.1).collect();
+    // Each place is rounded to one drawn pixel, so a distance is wrong by 1 at most and twice a distance by 2.
+    assert!(((y[2] - y[1]) - 2 * (y[1] - y[0])).abs() <= 3, "{y:?}");
+}
+
+#[test]
+fn a_wild_rejected_point_does_not_squeeze_the_others() {
+    let mut rows = pass(60_837.3, 6, 1);
+    let calm = place("calm.svg");
+    light_curve(&calm, &rows[..5], "Calm").unwrap();
+    rows[5] =
+        PhotometryRow { v_mag: Some(60.0), status: "rejected".into(), verdict: "reject".into(), ..rows[4].clone() };
+    let wild = place("wild.svg");
+    light_curve(&wild, &rows, "Wild").unwrap();
+    let y = |p: &Path| observed_circles(&fs::read_to_string(p).unwrap())[..5].iter().map(|c| c.1).collect::<Vec<_>>();
+    assert_eq!(y(&calm), y(&wild));
+    assert!(fs::read_to_string(&wild).unwrap().contains("1 beyond the axis"));
+}
+
+#[test]
+fn nothing_is_drawn_outside_the_sheet() {
+    let mut rows = night_of_three();
+    rows[3].v_mag = Some(1e300);
+    rows[4].v_mag_err = Some(1e12);
+    rows[5].model_v_mag = Some(-1e9);
+    rows[6].alt_deg = Some(1e9);
+    let path = place("outside.svg");
+    light_curve(&path, &rows, "Outside").unwrap();
+    // Three blocks of 860 drawn pixels under a heading of 110, the widest coordinate is the width.
+    let extreme = coordinates(&fs::read_to_string(&path).unwrap()).into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    assert!(extreme <= 110.0 + 3.0 * 860.0, "{extreme}");
+}
+
+#[test]
+fn no_input_breaks_a_figure() {
+    let missing = PhotometryRow { mjd_mid_d: Some(60_837.3), ..Default::default() };
+    let weird = PhotometryRow {
+        v_mag: Some(f64::NAN),
+        v_mag_err: Some(f64::INFINITY),
+        model_v_mag: Some(f64::NEG_INFINITY),
+        alt_deg: Some(f64::NAN),
+        mjd_mid_d: Some(60_837.3),
+        object_name: "<&\"'\u{1}\u{7f}é☾>".into(),
+        ..Default::default()
+    };
+    let timeless = PhotometryRow { mjd_mid_d: Some(f64::NAN), v_mag: Some(5.0), ..Default::default() };
+    let same = vec![pass(60_837.3, 1, 1)[0].clone(); 4];
+    let cases: Vec<Vec<PhotometryRow>> = vec![
+        vec![],
+        vec![missing.clone()],
+        vec![missing.clone(), missing],
+        vec![weird.clone()],
+        vec![weird, pass(60_837.3, 1, 1)[0].clone()],
+        vec![timeless],
+        pass(60_837.3, 1, 1),
+        pass(60_837.3, 2, 1),
+        same,
+        (0..9).flat_map(|i| pass(60_837.0 + 0.07 * f64::from(i), 3, 1)).collect(),
+    ];
+    for (i, rows) in cases.iter().enumerate() {
+        let path = place(&format!("case_{i}.svg"));
+        light_curve(&path, rows, "A <title> & \"quotes\" \u{0}").unwrap();
+        assert_well_formed(&fs::read_to_string(&path).unwrap());
+    }
+    for n in [0, 1, 2, 90] {
+        residuals_altitude(&place("r.svg"), &residuals(n)).unwrap();
+        assert_well_formed(&fs::read_to_string(place("r.svg")).unwrap());
+        zeropoint_diagnostics(&place("z.svg"), &stars(n), -23.0, 0.1, 0.0).unwrap();
+        assert_well_formed(&fs::read_to_string(place("z.svg")).unwrap());
+    }
+    residuals_altitude(&place("r.svg"), &[ResidualRow::default(), ResidualRow::default()]).unwrap();
+    zeropoint_diagnostics(&place("z.svg"), &[StarRow::default()], f64::NAN, 0.0, 0.0).unwrap();
+    assert_well_formed(&fs::read_to_string(place("z.svg")).unwrap());
+}
+
+#[test]
+fn an_empty_figure_says_why() {
+    let text = |rows: &[PhotometryRow]| {
+        light_curve(&place("why.svg"), rows, "Why").unwrap();
+        fs::read_to_string(place("why.svg")).unwrap()
+    };
+    assert!(text(&[]).contains("no data: no target frame"));
+    assert!(text(&[PhotometryRow::default()]).contains("no data: none of 1 frames has a time"));
+    residuals_altitude(&place("why_r.svg"), &[]).unwrap();
+    assert!(fs::read_to_string(place("why_r.svg")).unwrap().contains("no data: no frame has both"));
+    zeropoint_diagnostics(&place("why_z.svg"), &[], -23.0, 0.1, 0.1).unwrap();
+    assert!(fs::read_to_string(place("why_z.svg")).unwrap().contains("no data: no star was measured"));
+}
+
+#[test]
+fn one_figure_is_written_for_each_pass_and_named_after_it() {
+    let mut rows = night_of_three();
+    for (row, date) in
+        rows.iter_mut().zip(["2025-06-11T08:49:55.200Z"; 30].into_iter().chain(["2025-06-11T10:23:31Z"; 36]))
+    {
+        row.date_mid = date.into();
+    }
+    let dir = place("passes");
+    fs::create_dir_all(&dir).unwrap();
+    let names: Vec<String> = light_curves(&dir, &rows, "A night")
+        .unwrap()
+        .iter()
+        .map(|p| p.file_name().unwrap().to_string_lossy().into_owned())
+        .collect();
+    let expected =
+        ["light_curve_25544_20250611T084955.svg", "light_curve_25544_20250611T102331.svg", "light_curve_3.svg"];
+    assert_eq!(names, expected, "the third has the second's date, so it is numbered");
+    names.iter().for_each(|name| assert_well_formed(&fs::read_to_string(dir.join(name)).unwrap()));
+}
+
+#[test]
+fn more_than_six_passes_are_counted_in_a_note() {
+    let rows: Vec<PhotometryRow> = (0..9).flat_map(|i| pass(60_837.0 + 0.07 * f64::from(i), 3, 1)).collect();
+    light_curve(&place("nine.svg"), &rows, "Nine").unwrap();
+    assert!(fs::read_to_string(place("nine.svg")).unwrap().contains("… and 3 more passes"));
+}
+
+#[test]
+fn rejected_stars_are_drawn_open_and_used_ones_full() {
+    let path = place("zeropoint.svg");
+    let all = stars(321);
+    zeropoint_diagnostics(&path, &all, -23.37, 0.12, 0.08).unwrap();
+    let svg = fs::read_to_string(&path).unwrap();
+    let used = all.iter().filter(|s| s.fit_weight != Some(0.0)).count();
+    assert_eq!(observed_circles(&svg).len(), 6 * used + 1, "six panels and the legend");
+    assert!(svg.contains(&format!("rejected ({})", all.len() - used)));
 }

@@ -214,7 +214,10 @@ impl Parser {
             return Some(MetaValue::List(items));
         }
         let (text, quoted) = self.text()?;
-        let numeric = !quoted && text.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+        // As in YAML 1.1, an exponent needs a point: `9e52` is a text (the start of a hash), `9.0e+52` a number.
+        let numeric = !quoted
+            && text.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c))
+            && (text.contains('.') || !text.contains(['e', 'E']));
         match text.parse::<f64>() {
             Ok(number) if numeric && number.is_finite() => Some(MetaValue::Number(number)),
             _ => Some(MetaValue::Text(text)),

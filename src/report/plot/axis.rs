@@ -41,7 +41,7 @@ impl Span {
         (self.low()..=self.high()).contains(&value)
     }
 
-    /// Round numbers inside, about `count` of them, and the decimals their labels need.
+    /// Round numbers inside, at most about `count` of them, and the decimals their labels need.
     pub(super) fn ticks(self, count: usize) -> (Vec<f64>, usize) {
         let raw = (self.high() - self.low()) / count.max(1) as f64;
         let power = 10f64.powf(raw.log10().floor());
@@ -50,10 +50,12 @@ impl Span {
         (multiples(self, step), decimals)
     }
 
-    /// Round times inside, about `count` of them; the values are seconds.
+    /// Round times inside, at most about `count` of them; the values are seconds.
     pub(super) fn time_ticks(self, count: usize) -> Vec<f64> {
-        const STEPS_S: [f64; 15] =
-            [1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0, 7200.0, 21600.0];
+        const STEPS_S: [f64; 17] = [
+            1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0, 7200.0, 10800.0,
+            14400.0, 21600.0,
+        ];
         let raw = (self.high() - self.low()) / count.max(1) as f64;
         let step = STEPS_S.into_iter().find(|s| *s >= raw).unwrap_or((raw / 86_400.0).ceil() * 86_400.0);
         multiples(self, step)
@@ -71,4 +73,45 @@ fn multiples(span: Span, step: f64) -> Vec<f64> {
 pub(super) fn clock(seconds: f64) -> String {
     let s = (seconds.round() as i64).rem_euclid(86_400);
     format!("{:02}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_span_holds_every_value_with_room_and_is_never_empty() {
+        let span = Span::around([3.0, -1.0, f64::NAN], 0.5).unwrap();
+        assert!(span.from < -1.0 && span.to > 3.0);
+        for same in [0.0, 5.0, -1e9, 1e14] {
+            let span = Span::around([same, same], 0.0);
+            assert!(span.is_some_and(|s| s.to > s.from || same == 0.0), "{same}");
+        }
+        assert!(Span::around([7.0], 2.0).is_some_and(|s| s.to - s.from == 2.0));
+        assert_eq!(Span::around([f64::NAN, f64::INFINITY], 1.0), None);
+    }
+
+    #[test]
+    fn ticks_are_round_inside_and_neither_few_nor_many() {
+        for (from, to) in [(0.0, 1.0), (16.2, 3.4), (-0.6, 0.8), (1e-6, 3e-6), (4e5, 4.1e5), (-23.3, -23.08)] {
+            let span = Span { from, to };
+            let (ticks, decimals) = span.ticks(6);
+            assert!((2..=7).contains(&ticks.len()), "{from}..{to}: {ticks:?}");
+            assert!(ticks.iter().all(|t| span.holds(*t)), "{ticks:?}");
+            // A label of so many decimals is the tick itself, and no two labels are alike.
+            let labels: Vec<String> = ticks.iter().map(|t| format!("{t:.decimals$}")).collect();
+            let step = ticks[1] - ticks[0];
+            assert!(labels.iter().zip(&ticks).all(|(l, t)| (l.parse::<f64>().unwrap() - t).abs() < 1e-6 * step));
+            assert!(labels.windows(2).all(|pair| pair[0] != pair[1]), "{labels:?}");
+        }
+    }
+
+    #[test]
+    fn times_are_labelled_by_the_clock_past_midnight_too() {
+        assert_eq!(clock(0.0), "00:00:00");
+        assert_eq!(clock(38_582.4), "10:43:02");
+        assert_eq!(clock(86_400.0 + 61.0), "00:01:01");
+        assert_eq!(Span { from: 3.0, to: 200.0 }.time_ticks(5), [60.0, 120.0, 180.0]);
+        assert!(Span { from: 0.0, to: 30.0 * 86_400.0 }.time_ticks(5).len() <= 6);
+    }
 }

@@ -79,6 +79,11 @@ pub(super) fn write_text(
     sheet.draw(&Text::new(printable(text), at, style))
 }
 
+/// Numbers with a proper minus sign.
+pub(super) fn signed(text: &str) -> String {
+    text.replace('-', "−")
+}
+
 /// XML 1.0 has no control characters.
 pub(super) fn printable(text: &str) -> String {
     text.replace(|c: char| c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}'), " ")
@@ -89,6 +94,10 @@ pub(super) fn printable(text: &str) -> String {
 pub(super) enum Mark {
     /// Filled circle.
     Full,
+    /// Small circle, one of very many.
+    Dot,
+    /// A piece of background.
+    Swatch,
     /// Open circle.
     Open,
     /// Diagonal cross.
@@ -116,7 +125,16 @@ pub(super) fn draw_mark(sheet: &Sheet, mark: Mark, (x, y): (i32, i32), colour: R
     let polygon = |points: Vec<(i32, i32)>| sheet.draw(&Polygon::new(points, colour.filled()));
     match mark {
         Mark::Full => sheet.draw(&Circle::new((x, y), r, colour.filled())),
-        Mark::Open => sheet.draw(&Circle::new((x, y), r, stroke(3))),
+        Mark::Dot => sheet.draw(&Circle::new((x, y), 5, colour.mix(0.7).filled())),
+        Mark::Open => {
+            // White inside, so that its error bar does not cross it out.
+            sheet.draw(&Circle::new((x, y), r, RGBColor(255, 255, 255).filled()))?;
+            sheet.draw(&Circle::new((x, y), r, stroke(3)))
+        }
+        Mark::Swatch => {
+            let corners = vec![(x - 20, y - 14), (x + 20, y - 14), (x + 20, y + 14), (x - 20, y + 14)];
+            sheet.draw(&Polygon::new(corners, colour.filled()))
+        }
         Mark::Cross => {
             sheet.draw(&PathElement::new(vec![(x - r, y - r), (x + r, y + r)], stroke(3)))?;
             sheet.draw(&PathElement::new(vec![(x - r, y + r), (x + r, y - r)], stroke(3)))
@@ -133,7 +151,7 @@ pub(super) fn draw_mark(sheet: &Sheet, mark: Mark, (x, y): (i32, i32), colour: R
         Mark::Line(width) => sheet.draw(&PathElement::new(vec![(x - 20, y), (x + 20, y)], stroke(width))),
         Mark::Band => {
             let corners = vec![(x - 20, y - 9), (x + 20, y - 9), (x + 20, y + 9), (x - 20, y + 9)];
-            sheet.draw(&Polygon::new(corners, colour.mix(0.3).filled()))
+            sheet.draw(&Polygon::new(corners, colour.mix(0.2).filled()))
         }
     }
 }
@@ -141,7 +159,7 @@ pub(super) fn draw_mark(sheet: &Sheet, mark: Mark, (x, y): (i32, i32), colour: R
 /// Writes legend lines downwards from `at`, each with its mark; an entry without a mark is a plain line of text.
 pub(super) fn legend(sheet: &Sheet, at: (i32, i32), entries: &[(Option<(Mark, RGBColor)>, String)]) -> Drawn {
     for (i, (mark, text)) in entries.iter().enumerate() {
-        let y = at.1 + 44 * i as i32;
+        let y = at.1 + 42 * i as i32;
         if let Some((mark, colour)) = mark {
             // The arrow hangs from its point; lift it so that it stands in its line.
             let lift = if *mark == Mark::Limit { 16 } else { 0 };

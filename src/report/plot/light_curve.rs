@@ -11,7 +11,7 @@ use plotters::style::text_anchor::{HPos, VPos};
 use super::axis::{Span, clock};
 use super::canvas::{
     BLUE, Drawn, GREEN, GREY, INK, LABEL, Mark, ORANGE, PURPLE, SKY_BLUE, SMALL, Sheet, TITLE, VERMILLION, figure,
-    legend, no_data, write_text,
+    legend, no_data, signed, write_text,
 };
 use super::panel::{Panel, Ticks};
 use crate::error::Result;
@@ -27,7 +27,7 @@ const ONE_PASS: (u32, u32) = (960, 640);
 /// Height of one of several passes \[drawn px\].
 const BLOCK: i32 = 860;
 /// Where the legend begins \[drawn px\].
-const LEGEND_X: i32 = 1480;
+const LEGEND_X: i32 = 1490;
 
 /// A light of the model: its name, colour and magnitude in a row.
 type Light = (&'static str, RGBColor, fn(&PhotometryRow) -> Option<f64>);
@@ -122,7 +122,11 @@ fn magnitude_span(pass: &[&PhotometryRow]) -> Option<Span> {
         .collect();
     let faintest = main.iter().copied().max_by(f64::total_cmp)? + LIGHTS_BELOW_MAG;
     let lights = pass.iter().flat_map(|r| LIGHTS.iter().filter_map(|(_, _, of)| of(r))).filter(|v| *v <= faintest);
-    Span::around(main.iter().copied().chain(lights), 1.0).map(Span::reversed)
+    let mut span = Span::around(main.iter().copied().chain(lights), 1.0)?.reversed();
+    if pass.iter().any(|r| limit(r).is_some()) {
+        span.from += 0.05 * (span.from - span.to); // room for the arrow below a limit
+    }
+    Some(span)
 }
 
 /// One pass: heading, magnitudes, altitude, legend, from `top` over `height` drawn pixels.
@@ -136,26 +140,25 @@ fn draw_pass(sheet: &Sheet, pass: &[&PhotometryRow], top: i32, height: i32) -> D
     let number = first.norad_cat_id.map(|n| format!(" {n}")).unwrap_or_default();
     let measured = pass.iter().filter(|r| r.v_mag.is_some() && is_used(&r.status, &r.verdict)).count();
     let heading = format!(
-        "{}{number}   {}–{} UTC   {measured} of {} frames measured",
+        "{}{number} · {} UTC · {measured} of {} frames measured",
         first.object_name,
-        clock(ends.0),
-        clock(ends.1),
+        if ends.0 == ends.1 { clock(ends.0) } else { format!("{}–{}", clock(ends.0), clock(ends.1)) },
         pass.len()
     );
-    write_text(sheet, heading.trim_start(), (150, top), LABEL, INK, (HPos::Left, VPos::Top))?;
+    write_text(sheet, heading.trim_start_matches([' ', '·']), (160, top), LABEL, INK, (HPos::Left, VPos::Top))?;
 
     let altitude = Span::around(pass.iter().filter_map(|r| r.alt_deg), 4.0);
     let bottom = top + height - 110;
     let split = if altitude.is_some() { bottom - (height - 200) * 3 / 10 } else { bottom };
     let day: String = first.date_mid.chars().take(10).collect();
     let x_title = format!("UTC {day}");
-    let magnitudes = Panel { sheet, frame: (150, top + 84, 1440, split), x, y };
-    shade(&magnitudes, pass, &seconds, true)?;
+    let magnitudes = Panel { sheet, frame: (160, top + 84, 1430, split), x, y };
+    let unnamed = shade(&magnitudes, pass, &seconds, true)?;
     magnitudes.axes(Ticks::Clock, if altitude.is_some() { "" } else { &x_title }, "V [mag]")?;
-    let entries = curves(&magnitudes, pass, &seconds)?;
+    let entries = curves(&magnitudes, pass, &seconds, unnamed)?;
     legend(sheet, (LEGEND_X, top + 100), &entries)?;
     if let Some(y) = altitude {
-        let panel = Panel { sheet, frame: (150, split + 26, 1440, bottom), x, y };
+        let panel = Panel { sheet, frame: (160, split + 26, 1430, bottom), x, y };
         shade(&panel, pass, &seconds, false)?;
         panel.axes(Ticks::Clock, &x_title, "altitude [deg]")?;
         let track: Vec<(f64, Option<f64>)> = pass.iter().map(|r| (seconds(r), r.alt_deg)).collect();
@@ -164,8 +167,15 @@ fn draw_pass(sheet: &Sheet, pass: &[&PhotometryRow], top: i32, height: i32) -> D
     Ok(())
 }
 
-/// The background by the largest light, changing halfway between frames.
-fn shade(panel: &Panel, pass: &[&PhotometryRow], seconds: &dyn Fn(&PhotometryRow) -> f64, named: bool) -> Drawn {
+/// The background by the largest light, changing halfway between frames. Returns the legend of the pieces too narrow
+/// for their name.
+fn shade(
+    panel: &Panel,
+    pass: &[&PhotometryRow],
+    seconds: &dyn Fn(&PhotometryRow) -> f64,
+    named: bool,
+) -> std::result::Result<Legend, super::canvas::DrawError> {
+    let mut unnamed = Legend::new();
     let mut start = 0;
     while let Some(first) = pass.get(start) {
         let count = pass.iter().skip(start).take_while(|r| r.illum == first.illum).count();
@@ -188,19 +198,22 @@ fn shade(panel: &Panel, pass: &[&PhotometryRow], seconds: &dyn Fn(&PhotometryRow
         if named && right - left > 17 * name.chars().count() as i32 {
             let above = ((left + right) / 2, panel.frame.1 - 6);
             write_text(panel.sheet, &name, above, SMALL, GREY, (HPos::Center, VPos::Bottom))?;
+        } else if !name.is_empty() && unnamed.iter().all(|(_, n)| *n != name) {
+            unnamed.push((Some((Mark::Swatch, colour)), name));
         }
         start = end;
     }
-    Ok(())
+    Ok(unnamed)
 }
 
 type Legend = Vec<(Option<(Mark, RGBColor)>, String)>;
 
-/// Model, lights and observations; returns the legend of what was drawn.
+/// Model, lights and observations; returns the legend of what was drawn, `backgrounds` among it, and the numbers.
 fn curves(
     panel: &Panel,
     pass: &[&PhotometryRow],
     seconds: &dyn Fn(&PhotometryRow) -> f64,
+    backgrounds: Legend,
 ) -> std::result::Result<Legend, super::canvas::DrawError> {
     let mut model = Legend::new();
     let band: Vec<(f64, f64, f64)> = pass
@@ -212,17 +225,18 @@ fn curves(
         panel.band(&band, GREY)?;
         model.push((Some((Mark::Band, GREY)), "model ± error".into()));
     }
+    // The lights over the total: where one of them is nearly all of it, both can be seen.
+    let total: Vec<(f64, Option<f64>)> = pass.iter().map(|r| (seconds(r), r.model_v_mag)).collect();
+    if total.iter().any(|(_, v)| v.is_some()) {
+        panel.polyline(&total, INK, 7)?;
+        model.insert(0, (Some((Mark::Line(7), INK)), "model, all lights".into()));
+    }
     for (name, colour, of) in LIGHTS {
         let light: Vec<(f64, Option<f64>)> = pass.iter().map(|r| (seconds(r), of(r))).collect();
         if light.iter().any(|(_, v)| v.is_some_and(|v| panel.y.holds(v))) {
             panel.polyline(&light, colour, 3)?;
             model.push((Some((Mark::Line(3), colour)), name.into()));
         }
-    }
-    let total: Vec<(f64, Option<f64>)> = pass.iter().map(|r| (seconds(r), r.model_v_mag)).collect();
-    if total.iter().any(|(_, v)| v.is_some()) {
-        panel.polyline(&total, INK, 5)?;
-        model.insert(0, (Some((Mark::Line(5), INK)), "model, all lights".into()));
     }
 
     let (mut full, mut open, mut crossed, mut limits, mut beyond, mut without) = (0, 0, 0, 0, 0, 0);
@@ -256,12 +270,13 @@ fn curves(
         }
     }
     entries.extend(model);
+    entries.extend(backgrounds);
     let of = |value: fn(&PhotometryRow) -> Option<f64>| {
         robust(&pass.iter().filter(|r| is_used(&r.status, &r.verdict)).filter_map(|r| value(r)).collect::<Vec<_>>())
     };
     let mut notes = vec![String::new()];
     notes.extend(of(|r| r.v_mag).map(|(m, _)| format!("median V {m:.2}")));
-    notes.extend(of(|r| r.residual_mag).map(|(m, s)| format!("residual {m:+.2}, σ {s:.2}")));
+    notes.extend(of(|r| r.residual_mag).map(|(m, s)| signed(&format!("residual {m:+.2}, σ {s:.2}"))));
     notes.extend(of(|r| r.v_mag_err_sys).map(|(m, _)| format!("systematic ±{m:.3} mag")));
     notes.extend((beyond > 0).then(|| format!("{beyond} beyond the axis (△)")));
     notes.extend((without > 0).then(|| format!("{without} without a magnitude")));

@@ -8,7 +8,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontTransform, IntoFont, IntoTextStyle, RGBColor, ShapeStyle};
 
 use super::axis::{Span, clock};
-use super::canvas::{Drawn, INK, LABEL, MARK, Mark, PALE, SMALL, Sheet, draw_mark, write_text};
+use super::canvas::{Drawn, INK, LABEL, MARK, Mark, PALE, SMALL, Sheet, draw_mark, signed, write_text};
 
 /// How the horizontal axis is labelled.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,7 +49,7 @@ impl Panel<'_, '_> {
     /// Grid, frame, tick labels and axis titles. An empty `x_title` leaves the labels of the x axis out too.
     pub(super) fn axes(&self, x_ticks: Ticks, x_title: &str, y_title: &str) -> Drawn {
         let (left, top, right, bottom) = self.frame;
-        let y_count = ((bottom - top) / 100).clamp(2, 8) as usize;
+        let y_count = ((bottom - top) / 60).clamp(4, 10) as usize;
         let (y_values, decimals) = self.y.ticks(y_count);
         for y in y_values {
             let at = self.py(y);
@@ -57,15 +57,15 @@ impl Panel<'_, '_> {
             self.sheet.draw(&PathElement::new(vec![(left - 8, at), (left, at)], line(INK, 2)))?;
             write_text(
                 self.sheet,
-                &format!("{y:.decimals$}"),
+                &signed(&format!("{y:.decimals$}")),
                 (left - 14, at),
                 SMALL,
                 INK,
                 (HPos::Right, VPos::Center),
             )?;
         }
-        let room = if x_ticks == Ticks::Clock { 190 } else { 130 };
-        let count = ((right - left) / room).clamp(2, 10) as usize;
+        let room = if x_ticks == Ticks::Clock { 170 } else { 100 };
+        let count = ((right - left) / room).clamp(3, 10) as usize;
         let (x_values, decimals) = match x_ticks {
             Ticks::Numbers => self.x.ticks(count),
             Ticks::Clock => (self.x.time_ticks(count), 0),
@@ -75,7 +75,7 @@ impl Panel<'_, '_> {
             self.sheet.draw(&PathElement::new(vec![(at, top), (at, bottom)], line(PALE, 1)))?;
             self.sheet.draw(&PathElement::new(vec![(at, bottom), (at, bottom + 8)], line(INK, 2)))?;
             if !x_title.is_empty() {
-                let text = if x_ticks == Ticks::Clock { clock(x) } else { format!("{x:.decimals$}") };
+                let text = if x_ticks == Ticks::Clock { clock(x) } else { signed(&format!("{x:.decimals$}")) };
                 write_text(self.sheet, &text, (at, bottom + 14), SMALL, INK, (HPos::Center, VPos::Top))?;
             }
         }
@@ -88,7 +88,7 @@ impl Panel<'_, '_> {
             .into_text_style(self.sheet)
             .color(&INK)
             .pos(Pos::new(HPos::Center, VPos::Bottom));
-        self.sheet.draw(&plotters::element::Text::new(y_title.to_owned(), (left - 104, (top + bottom) / 2), upright))
+        self.sheet.draw(&plotters::element::Text::new(y_title.to_owned(), (left - 112, (top + bottom) / 2), upright))
     }
 
     /// A mark at a value. Returns whether it lies inside; outside it is an open triangle on the edge.
@@ -183,7 +183,7 @@ impl Panel<'_, '_> {
         let inside = |v: f64| self.py(v.clamp(self.y.low(), self.y.high()));
         let mut outline: Vec<(i32, i32)> = points.iter().map(|(x, low, _)| (self.px(*x), inside(*low))).collect();
         outline.extend(points.iter().rev().map(|(x, _, high)| (self.px(*x), inside(*high))));
-        self.sheet.draw(&Polygon::new(outline, colour.mix(0.3).filled()))
+        self.sheet.draw(&Polygon::new(outline, colour.mix(0.2).filled()))
     }
 
     /// Fills the panel between two values of x.

@@ -9,7 +9,8 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::axis::Span;
 use super::canvas::{
-    BLUE, GREEN, GREY, INK, Mark, ORANGE, PURPLE, SKY_BLUE, TITLE, VERMILLION, figure, legend, no_data, write_text,
+    BLUE, GREEN, GREY, INK, Mark, ORANGE, PURPLE, SKY_BLUE, TITLE, VERMILLION, figure, legend, no_data, signed,
+    write_text,
 };
 use super::panel::{Panel, Ticks};
 use crate::error::Result;
@@ -65,7 +66,7 @@ pub fn residuals_altitude(path: &Path, rows: &[ResidualRow]) -> Result<()> {
         panel.polyline(&across(0.0), INK, 2)?;
         if let Some((median, sigma)) = counted {
             panel.polyline(&across(median), INK, 5)?;
-            entries.push((Some((Mark::Line(5), INK)), format!("median {median:+.3}")));
+            entries.push((Some((Mark::Line(5), INK)), signed(&format!("median {median:+.3}"))));
             entries.push((Some((Mark::Band, GREY)), format!("robust σ {sigma:.3}")));
             entries.push((None, String::new()));
         }

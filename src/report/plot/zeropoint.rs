@@ -9,7 +9,8 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::axis::Span;
 use super::canvas::{
-    BLUE, Drawn, GREY, INK, LABEL, Mark, SMALL, Sheet, TITLE, VERMILLION, draw_mark, figure, no_data, write_text,
+    BLUE, Drawn, GREY, INK, LABEL, Mark, SMALL, Sheet, TITLE, VERMILLION, draw_mark, figure, no_data, signed,
+    write_text,
 };
 use super::panel::{Panel, Ticks};
 use crate::error::Result;
@@ -111,10 +112,10 @@ fn star(row: &StarRow, midnight: f64, k: f64, c: f64) -> Option<Star> {
 fn heading(sheet: &Sheet, stars: &[Star], used: &[f64], (zp, k, c): (f64, f64, f64)) -> Drawn {
     let left = (HPos::Left, VPos::Center);
     write_text(sheet, NAME, (40, 26), TITLE, INK, (HPos::Left, VPos::Top))?;
-    let scatter = robust(used).map(|(_, s)| format!("   robust σ {s:.3} mag")).unwrap_or_default();
-    let fit = format!("ZP {zp:.3}   k {k:.3}   C {c:+.3}{scatter}");
+    let scatter = robust(used).map(|(_, s)| format!(" · robust σ {s:.3} mag")).unwrap_or_default();
+    let fit = signed(&format!("ZP {zp:.3} · k {k:.3} · C {c:.3}{scatter}"));
     write_text(sheet, &fit, (1880, 46), LABEL, INK, (HPos::Right, VPos::Center))?;
-    draw_mark(sheet, Mark::Full, (60, 116), BLUE)?;
+    draw_mark(sheet, Mark::Dot, (60, 116), BLUE)?;
     write_text(sheet, &format!("used ({})", used.len()), (82, 116), SMALL, INK, left)?;
     draw_mark(sheet, Mark::Open, (320, 116), VERMILLION)?;
     write_text(sheet, &format!("rejected ({})", stars.len() - used.len()), (342, 116), SMALL, INK, left)?;
@@ -153,7 +154,7 @@ fn draw_panel(
         panel.mark(Mark::Open, *x, *y, VERMILLION)?;
     }
     for (_, x, y) in points.iter().filter(|p| p.0) {
-        panel.mark(Mark::Full, *x, *y, BLUE)?;
+        panel.mark(Mark::Dot, *x, *y, BLUE)?;
     }
     panel.polyline(&[(x.from, Some(offset + slope * x.from)), (x.to, Some(offset + slope * x.to))], INK, 4)
 }
