@@ -56,7 +56,8 @@ fn night(n: &Night, seed: u64) -> Vec<StarMeasurement> {
         let v: f64 = rng.random_range(10.0..15.0);
         let inst_err_mag = 0.003_f64.hypot(0.02 * 10f64.powf(0.2 * (v - 13.0)));
         let v_err_mag = 0.05 * (0.3 * normal(rng)).exp();
-        let mut y = TRUTH[0] + TRUTH[1] * airmass + TRUTH[2] * b_v_mag + cloud + inst_err_mag.hypot(v_err_mag) * normal(rng);
+        let mut y =
+            TRUTH[0] + TRUTH[1] * airmass + TRUTH[2] * b_v_mag + cloud + inst_err_mag.hypot(v_err_mag) * normal(rng);
         if rng.random_range(0.0..1.0) < n.outliers {
             y += (n.outlier)(rng);
         }
@@ -184,10 +185,15 @@ fn quoted_errors_cover_the_truth_in_two_of_three_nights_without_and_with_scatter
         }
         let share = f64::from(inside) / n as f64;
         let shares = terms_inside.map(|t| f64::from(t) / n as f64);
-        println!("scatter {pointing_scatter_mag}, outliers {outliers}: prediction {share:.2}, terms {shares:?}, bias {bias:.4}");
+        println!(
+            "scatter {pointing_scatter_mag}, outliers {outliers}: prediction {share:.2}, terms {shares:?}, bias {bias:.4}"
+        );
         // 68 %; the binomial error of 200 nights is 3.3 %, and the jackknife of 21 pointings is itself uncertain
         for s in shares.iter().chain([&share]) {
-            assert!((0.57..0.82).contains(s), "scatter {pointing_scatter_mag}, outliers {outliers}: {share} {shares:?}");
+            assert!(
+                (0.57..0.82).contains(s),
+                "scatter {pointing_scatter_mag}, outliers {outliers}: {share} {shares:?}"
+            );
         }
         assert!(bias.abs() < 0.008, "{bias}");
     }
@@ -272,7 +278,9 @@ fn terms_the_stars_cannot_tell_are_refused_by_name_or_held_where_the_observer_sa
     let narrow: fn(&mut ChaCha8Rng) -> f64 = |r| r.random_range(1.29..1.31);
 
     let same_airmass = night(&Night { airmass: flat, ..PAPER }, 1);
-    for stars in [&same_airmass, &night(&Night { airmass: narrow, ..PAPER }, 1), &night(&Night { pointings: 1, ..PAPER }, 1)] {
+    for stars in
+        [&same_airmass, &night(&Night { airmass: narrow, ..PAPER }, 1), &night(&Night { pointings: 1, ..PAPER }, 1)]
+    {
         for config in [robust(), ols()] {
             let z = fit(stars, &config).unwrap();
             assert!(z.k_note.starts_with("refused: all stars within 0.0"), "{}", z.k_note);
@@ -286,7 +294,11 @@ fn terms_the_stars_cannot_tell_are_refused_by_name_or_held_where_the_observer_sa
     let held = fit(&same_airmass, &Config { pin_k: pin(0.12, 0.0), ..robust() }).unwrap();
     assert_eq!((held.k_mag_airmass, held.cov[1][1], held.k_note.as_str()), (0.12, 0.0, "pinned 0.12"));
     let pulled = fit(&same_airmass, &Config { pin_k: pin(0.12, 0.05), ..robust() }).unwrap();
-    assert!((pulled.k_mag_airmass - 0.12).abs() < 1e-6 && (pulled.errs()[1] - 0.05).abs() < 1e-3, "{:?}", pulled.errs());
+    assert!(
+        (pulled.k_mag_airmass - 0.12).abs() < 1e-6 && (pulled.errs()[1] - 0.05).abs() < 1e-3,
+        "{:?}",
+        pulled.errs()
+    );
     assert!(pulled.err_mag(2.3, 0.65, 0.0) > 0.045); // one airmass away the prior's error rules
     let pulled = fit(&same_airmass, &Config { pin_k: pin(0.12, 0.05), ..ols() }).unwrap();
     assert!((pulled.errs()[1] - 0.05).abs() < 1e-3, "{:?}", pulled.errs());
@@ -313,7 +325,8 @@ fn too_few_stars_stop_with_counts_and_as_many_stars_as_terms_have_no_chi2() {
     assert!(problem(fit(&stars[..2], &few)).contains("3 needed for 3 free terms"));
     assert!(problem(fit(&stars[..4], &robust())).contains("min_stars = 5"));
     for config in [few, Config { min_stars: 1, ..ols() }] {
-        let z = fit(&stars[..3], &config).map(|z| (z.chi2_dof, z.p_value, z.cov.iter().flatten().all(|c| c.is_finite())));
+        let z =
+            fit(&stars[..3], &config).map(|z| (z.chi2_dof, z.p_value, z.cov.iter().flatten().all(|c| c.is_finite())));
         // the first three stars lie on one line of airmass and colour
         assert_eq!(z.unwrap(), (None, None, true));
         let spread = [stars[0], stars[18], stars[22]];
@@ -439,7 +452,9 @@ fn the_file_reads_back_to_the_bit_and_refuses_another_convention() {
     // the paper's own, without a covariance
     std::fs::write(&path, "zp_mag = -23.37\nzp_err_mag = 0.13\nk_mag_airmass = 0.12\nk_err_mag_airmass = 0.08\nc_mag_mag = 0.08\nc_err_mag_mag = 0.07\n").unwrap();
     let paper = Zeropoint::read(&path).unwrap();
-    assert!((paper.err_as_published_mag() - (0.13f64.powi(2) + 0.08f64.powi(2) + 0.07f64.powi(2)).sqrt()).abs() < 1e-12);
+    assert!(
+        (paper.err_as_published_mag() - (0.13f64.powi(2) + 0.08f64.powi(2) + 0.07f64.powi(2)).sqrt()).abs() < 1e-12
+    );
     assert!(paper.warnings[0].contains("no covariance"));
 
     for (broken, word) in [

@@ -8,8 +8,8 @@ use satphot::brightness::light_class;
 use satphot::config::{Config, Orbit, Site};
 use satphot::night::clock::{iso_utc, parse_utc, shifted};
 use satphot::night::compare::scene;
-use satphot::night::summary::aligned;
 use satphot::orbit::{PassEvent, Tracker, passes};
+use satphot::report::summary::text_table;
 
 use super::print;
 
@@ -125,7 +125,7 @@ impl Passes {
         } else if rows.is_empty() {
             print(&format!("no pass above {} deg in these {} h\n", self.min_alt, self.hours));
         } else {
-            print(&aligned(&header, &rows));
+            print(&text_table(&header, &rows));
         }
         Ok(())
     }

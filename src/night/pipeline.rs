@@ -9,7 +9,7 @@ use crate::config::{Combine, Config};
 use crate::error::{Error, Result};
 use crate::frames::{Exposure, MasterFlat};
 use crate::night::bench::{Bench, sha256_16_text};
-use crate::night::compare::{add_model, pass_summaries, residual_rows};
+use crate::night::compare::{add_model, residual_rows};
 use crate::night::manifest::{Manifest, Quadratures, Stage, manifest_inputs};
 use crate::night::meta::table_meta;
 use crate::night::pointing::{Member, combined_rows, measure_member, single_rows};
@@ -20,6 +20,7 @@ use crate::night::target::{ASSUMED_FWHM_ARCSEC, empty_columns, failed_row, measu
 use crate::night::zeropoint::fit_rows;
 use crate::orbit::Geometry;
 use crate::photometry::zeropoint::Zeropoint;
+use crate::report::summary::{pass_table, robust};
 use crate::report::{self, PhotometryRow, ResidualRow, StarRow};
 
 /// How a run is done, apart from what it does.
@@ -85,7 +86,7 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
         counts,
         zeropoint: bench.zeropoint.clone(),
         zeropoint_source: zeropoint_source(&bench, star_rows.len()),
-        passes: pass_summaries(&rows),
+        passes: format!("\n{}", pass_table(&rows)),
         failures: failures(&rows),
         notes: log.notes.clone(),
         empty_columns: empty_columns(config, &bench),
@@ -144,18 +145,18 @@ fn refuse_hopeless(survey: &Survey, bench: &Bench) -> Result<()> {
         };
     }
     let gains: Vec<Result<_>> = science.iter().map(|e| bench.detector.gain(e)).collect();
-    if !gains.is_empty() && gains.iter().all(Result::is_err) {
-        if let Some(Err(first)) = gains.into_iter().next() {
-            return Err(first);
-        }
+    if gains.iter().all(Result::is_err)
+        && let Some(Err(first)) = gains.into_iter().next()
+    {
+        return Err(first);
     }
     if let Some(tracker) = &bench.tracker {
         let refused: Vec<Error> =
             survey.targets.iter().filter_map(|e| tracker.elements_at(&e.time.as_ref()?.mid).err()).collect();
-        if !survey.targets.is_empty() && refused.len() == survey.targets.len() {
-            if let Some(first) = refused.into_iter().next() {
-                return Err(first);
-            }
+        if refused.len() == survey.targets.len()
+            && let Some(first) = refused.into_iter().next()
+        {
+            return Err(first);
         }
     }
     Ok(())
@@ -279,7 +280,7 @@ pub fn star_stage(
             Combine::None => stage.rows.extend(members.iter().flat_map(|m| single_rows(m, number, catalogue))),
         }
     }
-    stage.fwhm_arcsec = crate::night::compare::median_and_sigma(&fwhm).0;
+    stage.fwhm_arcsec = robust(&fwhm).map(|(median, _)| median);
     if catalogue.n_skipped > 0 {
         let why = catalogue.skipped.first().map(|s| format!(", e.g. {s}")).unwrap_or_default();
         notes.push(format!("catalogue: {} rows skipped{why}", catalogue.n_skipped));

@@ -5,15 +5,16 @@ use std::path::Path;
 use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::night::bench::Bench;
-use crate::night::compare::{add_model, epoch_of, pass_summaries, residual_rows};
+use crate::night::compare::{add_model, epoch_of, residual_rows};
 use crate::night::meta::table_meta;
 use crate::night::pipeline::{Options, master_flat, save, star_stage, target_stage};
 use crate::night::progress::Progress;
-use crate::night::summary::{Counts, passes_text, zeropoint_text};
+use crate::night::summary::{Counts, zeropoint_text};
 use crate::night::survey::survey;
 use crate::night::target::{failed_row, fill_geometry};
 use crate::night::zeropoint::fit_rows;
 use crate::photometry::zeropoint::Zeropoint;
+use crate::report::summary::pass_table;
 use crate::report::{PhotometryRow, ResidualRow, StarRow, read_photometry, read_stars};
 use crate::report::{write_photometry, write_residuals, write_stars};
 
@@ -163,7 +164,7 @@ impl Measured {
             n("rejected"),
             n("failed")
         );
-        counts + &passes_text(&pass_summaries(&self.rows))
+        counts + &pass_table(&self.rows)
     }
 }
 
@@ -222,6 +223,6 @@ impl Compared {
     /// The passes in a few lines.
     #[must_use]
     pub fn text(&self) -> String {
-        passes_text(&pass_summaries(&self.rows))
+        pass_table(&self.rows)
     }
 }

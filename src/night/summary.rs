@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use crate::error::Error;
-use crate::night::compare::PassSummary;
 use crate::night::survey::Survey;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::{PhotometryRow, StarRow};
@@ -84,8 +83,8 @@ pub struct Summary {
     pub zeropoint: Option<Zeropoint>,
     /// Where it is from.
     pub zeropoint_source: String,
-    /// The passes.
-    pub passes: Vec<PassSummary>,
+    /// The passes, a line each.
+    pub passes: String,
     /// Failed and rejected frames: name, status, reason.
     pub failures: Vec<(String, String, String)>,
     /// What should be known about this night.
@@ -132,7 +131,7 @@ impl Summary {
             let _ = writeln!(t, "           and {} more, in photometry.ecsv", self.failures.len() - SHOWN_FAILURES);
         }
         t.push_str(&zeropoint_text(self.zeropoint.as_ref(), &self.zeropoint_source));
-        t.push_str(&passes_text(&self.passes));
+        t.push_str(&self.passes);
         t
     }
 
@@ -177,60 +176,4 @@ pub fn zeropoint_text(zeropoint: Option<&Zeropoint>, source: &str) -> String {
         z.err_as_published_mag()
     );
     t
-}
-
-/// A line for each pass, under a header.
-#[must_use]
-pub fn passes_text(passes: &[PassSummary]) -> String {
-    if passes.is_empty() {
-        return String::new();
-    }
-    let header = ["pass (UTC)", "satellite", "N", "max alt", "median V", "brightest", "light", "residual", "sigma"];
-    let mag = |v: Option<f64>| v.map_or("-".to_string(), |v| format!("{v:.2}"));
-    let signed = |v: Option<f64>| v.map_or("-".to_string(), |v| format!("{v:+.3}"));
-    let rows: Vec<Vec<String>> = passes
-        .iter()
-        .map(|p| {
-            vec![
-                p.start_utc.chars().take(19).collect(),
-                p.object_name.clone(),
-                format!("{}/{}", p.n_measured, p.n_frames),
-                p.max_alt_deg.map_or("-".into(), |a| format!("{a:.1}")),
-                mag(p.median_v_mag),
-                mag(p.brightest_v_mag),
-                p.illum.clone(),
-                signed(p.residual_median_mag),
-                p.residual_sigma_mag.map_or("-".into(), |s| format!("{s:.3}")),
-            ]
-        })
-        .collect();
-    format!("\n{}", aligned(&header, &rows))
-}
-
-/// A table with aligned columns; the first two left, the others right.
-#[must_use]
-pub fn aligned(header: &[&str], rows: &[Vec<String>]) -> String {
-    let width = |k: usize| {
-        rows.iter()
-            .filter_map(|r| r.get(k))
-            .chain([&header[k].to_string()])
-            .map(|s| s.chars().count())
-            .max()
-            .unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..header.len()).map(width).collect();
-    let line = |cells: Vec<&str>| {
-        let cells: Vec<String> = cells
-            .iter()
-            .zip(&widths)
-            .enumerate()
-            .map(|(k, (cell, w))| if k < 2 { format!("{cell:<w$}") } else { format!("{cell:>w$}") })
-            .collect();
-        cells.join("  ").trim_end().to_string() + "\n"
-    };
-    let mut text = line(header.to_vec());
-    for row in rows {
-        text.push_str(&line(row.iter().map(String::as_str).collect()));
-    }
-    text
 }

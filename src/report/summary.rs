@@ -97,10 +97,23 @@ pub fn text_table(head: &[&str], rows: &[Vec<String>]) -> String {
 }
 
 /// One line per pass: UTC of the first frame, target, measured of all frames, median and brightest V, largest light,
-/// residual median ± robust σ. Rejected measurements are counted but not used.
+/// residual median ± robust σ, and the error budget: median random and median systematic error of V. Rejected measurements are counted but not used.
 #[must_use]
 pub fn pass_table(rows: &[PhotometryRow]) -> String {
-    let head = ["pass", "UTC", "target", "used", "frames", "median V", "brightest V", "light", "residual", "sigma"];
+    let head = [
+        "pass",
+        "UTC",
+        "target",
+        "used",
+        "frames",
+        "median V",
+        "brightest V",
+        "light",
+        "residual",
+        "sigma",
+        "V err",
+        "V err sys",
+    ];
     let lines: Vec<Vec<String>> = passes(rows)
         .iter()
         .enumerate()
@@ -109,6 +122,10 @@ pub fn pass_table(rows: &[PhotometryRow]) -> String {
             let v_mag: Vec<f64> = used.iter().filter_map(|r| r.v_mag).collect();
             let residual = robust(&used.iter().filter_map(|r| r.residual_mag).collect::<Vec<_>>());
             let first = pass.first();
+            let error = |of: fn(&PhotometryRow) -> Option<f64>| {
+                let values: Vec<f64> = used.iter().filter_map(|r| of(r)).collect();
+                robust(&values).map(|(median, _)| format!("{median:.3}")).unwrap_or_default()
+            };
             vec![
                 (i + 1).to_string(),
                 first.map(|r| r.date_mid.chars().take(19).collect()).unwrap_or_default(),
@@ -120,6 +137,8 @@ pub fn pass_table(rows: &[PhotometryRow]) -> String {
                 lights(pass.iter().map(|r| r.illum.as_str())),
                 residual.map(|(m, _)| format!("{m:+.3}")).unwrap_or_default(),
                 residual.map(|(_, s)| format!("{s:.3}")).unwrap_or_default(),
+                error(|r| r.v_mag_err),
+                error(|r| r.v_mag_err_sys),
             ]
         })
         .collect();

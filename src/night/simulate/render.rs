@@ -35,16 +35,6 @@ impl PixelPsf {
         }
     }
 
-    /// Share of a point source inside a circle of radius r.
-    ///
-    /// Gaussian: 1 − exp(−r²/2σ²). Moffat: 1 − (1 + r²/α²)^(1−β), α = FWHM / (2 sqrt(2^(1/β) − 1)).
-    pub fn enclosed(&self, r_px: f64) -> f64 {
-        match self.kind {
-            PsfKind::Gaussian => 1.0 - (-0.5 * (r_px / self.sigma_px()).powi(2)).exp(),
-            PsfKind::Moffat => 1.0 - (1.0 + (r_px / self.alpha_px()).powi(2)).powf(1.0 - self.beta),
-        }
-    }
-
     fn alpha_px(&self) -> f64 {
         self.fwhm_px / (2.0 * (2f64.powf(1.0 / self.beta) - 1.0).sqrt())
     }
@@ -195,6 +185,16 @@ fn span(centre: f64, reach: f64, n: usize) -> Option<(usize, usize)> {
 mod tests {
     use super::*;
 
+    /// Share of a point source inside a circle of radius r.
+    ///
+    /// Gaussian: 1 − exp(−r²/2σ²). Moffat: 1 − (1 + r²/α²)^(1−β), α = FWHM / (2 sqrt(2^(1/β) − 1)).
+    fn enclosed(psf: &PixelPsf, r_px: f64) -> f64 {
+        match psf.kind {
+            PsfKind::Gaussian => 1.0 - (-0.5 * (r_px / psf.sigma_px()).powi(2)).exp(),
+            PsfKind::Moffat => 1.0 - (1.0 + (r_px / psf.alpha_px()).powi(2)).powf(1.0 - psf.beta),
+        }
+    }
+
     fn psf(kind: PsfKind) -> PixelPsf {
         PixelPsf { kind, fwhm_px: 3.5, beta: 3.5 }
     }
@@ -207,7 +207,7 @@ mod tests {
         let mut moffat = Array2::zeros((101, 101));
         add_star(&mut moffat, &psf(PsfKind::Moffat), 50.3, 49.6, 1e5);
         // wings beyond the drawn square
-        let lost = 1.0 - psf(PsfKind::Moffat).enclosed(42.0);
+        let lost = 1.0 - enclosed(&psf(PsfKind::Moffat), 42.0);
         assert!((f64::from(moffat.sum()) / 1e5 - 1.0).abs() < lost + 1e-3);
     }
 

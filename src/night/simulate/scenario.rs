@@ -262,7 +262,7 @@ impl Scenario {
     /// # Errors
     /// [`Error::Config`] if it cannot be written as TOML.
     pub fn to_toml(&self) -> Result<String> {
-        toml::to_string(self).map_err(|e| Error::Config { key: "scenario".into(), problem: e.to_string() })
+        toml::to_string_pretty(self).map_err(|e| Error::Config { key: "scenario".into(), problem: e.to_string() })
     }
 
     /// Pixel scale of the binned pixel \[arcsec/px\].
