@@ -1,4 +1,5 @@
 //! The closing summary: robust numbers, passes, aligned tables.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // tests
 
 use proptest::prelude::*;
 use satphot::report::summary::{PASS_GAP_S, pass_table, passes, robust, text_table};

@@ -1,4 +1,5 @@
 //! The tables: the schema column by column, exact round trips, ECSV that other readers take, and errors with a place.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // tests
 
 use std::fs;
 use std::path::PathBuf;
