@@ -1,4 +1,5 @@
 //! The figures: drawn from rows alone, the same bytes each time, brightness upwards, and no input that breaks them.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // tests
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -130,7 +131,7 @@ fn assert_well_formed(svg: &str) {
         let end = at + rest[at..].find('>').expect("a tag that ends");
         let tag = &rest[at + 1..end];
         rest = &rest[end + 1..];
-        assert!(tag.matches('"').count() % 2 == 0, "unbalanced quotes in <{tag}>");
+        assert!(tag.matches('"').count().is_multiple_of(2), "unbalanced quotes in <{tag}>");
         let name = tag.trim_start_matches('/').split([' ', '/']).next().unwrap();
         if tag.starts_with('/') {
             assert_eq!(open.pop(), Some(name), "</{name}> closes something else");

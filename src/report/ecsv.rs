@@ -134,7 +134,9 @@ fn typed(cell: &str, column: &Column) -> std::result::Result<String, String> {
             Ok(format!("{cell}{}", "0".repeat(MJD_DECIMALS.saturating_sub(decimals))))
         }
         // A row is a line: readers that split lines first must not lose one to a text.
-        Datatype::Text => Ok(cell.replace("\r\n", " ").replace(|c: char| c.is_control(), " ")),
+        Datatype::Text => Ok(cell
+            .replace("\r\n", " ")
+            .replace(|c: char| c.is_control() || ('\u{2028}'..='\u{2029}').contains(&c), " ")),
         _ => Ok(cell.to_owned()),
     }
 }

@@ -34,6 +34,9 @@ struct Star {
     difference_mag: f64,
 }
 
+/// A panel: titles of x and y, labels of x, where a star lies in it, and the slope of the fit in it.
+type View<'a> = (&'a str, &'a str, Ticks, &'a dyn Fn(&Star) -> Option<(f64, f64)>, Option<f64>);
+
 /// Draws six panels: `V_inst − V − C(B−V)` against airmass and `V_inst − V − kX` against B−V, each with the fit; the
 /// residual against V, time, x and y. Stars that were not used are open circles.
 ///
@@ -58,7 +61,7 @@ pub fn zeropoint_diagnostics(path: &Path, rows: &[StarRow], zp: f64, k: f64, c: 
     let used: Vec<f64> = stars.iter().filter(|s| s.used).map(residual).collect();
     figure(path, SIZE, |sheet| {
         heading(sheet, &stars, &used, (zp, k, c))?;
-        let panels: [(&str, &str, Ticks, &dyn Fn(&Star) -> Option<(f64, f64)>, Option<f64>); 6] = [
+        let panels: [View; 6] = [
             (
                 "airmass X",
                 "V_inst − V − C(B−V) [mag]",
