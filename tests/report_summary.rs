@@ -97,7 +97,7 @@ fn the_pass_table_counts_all_frames_and_uses_only_the_good() {
     let text = pass_table(&rows);
     let line: Vec<&str> = text.lines().nth(2).unwrap().split_whitespace().collect();
     let expected =
-        ["1", "2025-06-09T10:33:02", "OBJECT", "25544", "2", "4", "12.05", "11.90", "moon", "+0.050", "0.222", "0.010", "0.020"];
+        ["1", "2025-06-09T10:33:02", "OBJECT", "25544", "2", "4", "12.05", "11.90", "moon", "+0.050", "0.222"];
     assert_eq!(line, expected, "\n{text}");
 }
 

@@ -443,7 +443,7 @@ mod tests {
     #[test]
     fn near_sees_across_zero_hours_and_the_pole_and_sorts_by_brightness() {
         let c = read("RAJ2000,DEJ2000,Vmag\n359.9,0,13\n0.1,0,12\n1.0,0,11\n90,89.95,10\n270,89.95,9\n", &[]).unwrap();
-        let mags = |v: Vec<usize>| v.iter().map(|&i| catalogue.stars[i].v_mag).collect::<Vec<_>>();
+        let mags = |v: Vec<usize>| v.iter().map(|&i| c.stars[i].v_mag).collect::<Vec<_>>();
         assert_eq!(mags(c.near(0.0, 0.0, 0.2)), [12.0, 13.0]);
         assert_eq!(mags(c.near(0.0, 90.0, 0.1)), [9.0, 10.0]);
     }
