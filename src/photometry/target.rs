@@ -156,7 +156,7 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, setting
         Shape::Ellipse { a_px: aperture.a, b_px: aperture.b, theta_rad: aperture.theta }
     };
     let mut flux = cutout.flux(&cleaned, background, (x_px, y_px), shape, settings);
-    if !(flux.snr > 0.4 * settings.detect_sigma) {
+    if !flux.flux_e.is_finite() {
         return cutout.limit(&cleaned, background, settings);
     }
     let own = shape_of_light.unwrap_or(outline);
