@@ -1,4 +1,5 @@
 //! The background mesh against SExtractor's own maps of a real frame.
+#![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests, too
 
 use std::path::{Path, PathBuf};
 

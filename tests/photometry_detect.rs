@@ -1,4 +1,5 @@
 //! Detection, centroids and widths against injected stars.
+#![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests, too
 
 mod photometry_scene;
 

@@ -1,4 +1,5 @@
 //! Run time of the room on a frame of the clip circle's size; prints, and fails only when something is badly wrong.
+#![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests, too
 
 mod photometry_scene;
 

