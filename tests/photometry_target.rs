@@ -11,6 +11,7 @@ use satphot::photometry::background::background;
 use satphot::photometry::target::{TargetFound, TargetSettings, measure_target};
 
 const FWHM: f64 = 4.0;
+const REPEATS: u64 = 2;
 const SKY: f64 = 60.0;
 const READ_NOISE: f64 = 2.0;
 /// Scatter of a sky pixel.
@@ -104,7 +105,7 @@ fn run(snr: f64, length: f64, stars: Stars, seed: u64) -> Outcome {
     let n = 400;
     let mut out = Outcome { tried: 0, found: 0, pulls: Vec::new(), trail_flags: 0 };
     for (k, offset) in [0.0, 15.0, 50.0, 90.0].into_iter().enumerate() {
-        for repeat in 0..2 {
+        for repeat in 0..REPEATS {
             let seed = seed + 1000 * k as u64 + repeat;
             let (scene, truth) = scene(n, snr, length, offset, stars, seed);
             let frame = scene.expose(READ_NOISE, seed + 77);
@@ -130,6 +131,8 @@ fn the_target_is_found_and_its_flux_is_right_over_a_grid_of_scenes() {
         for (b, snr) in [8.0, 15.0, 50.0, 300.0].into_iter().enumerate() {
             for (l, length) in [0.0, 12.0, 40.0].into_iter().enumerate() {
                 let got = run(snr, length, stars, (100_000 * s + 10_000 * b + 5_000 * l) as u64);
+                let (mean, sd) = mean_sd(&got.pulls);
+                println!("  S/N {snr}, smear {length} px: {}/{} pull {mean:+.2} ± {sd:.2}", got.found, got.tried);
                 tried += got.tried;
                 found += got.found;
                 // S/N 8 is centred on its own noise: its flux is high by its nature, its presence is what counts

@@ -76,6 +76,8 @@ pub enum TargetFound {
 const OUTLINE_SIGMA: f64 = 3.0;
 /// Threshold of the pixels that make trails \[σ of the smoothed frame\].
 const TRAIL_SIGMA: f64 = 4.0;
+/// The same for faint trails, which must be longer to count \[σ\].
+const FAINT_TRAIL_SIGMA: f64 = 2.5;
 /// Share of a trail's light that its constant profile may get wrong (flicker, seeing).
 const TRAIL_MODEL_ERR: f64 = 0.05;
 /// Widths of the filter, in units of the FWHM: the target may be larger and fainter than a star.
@@ -211,9 +213,12 @@ impl Cutout {
 
     fn find_trails(&mut self, s: &TargetSettings, keep_out: Option<(f64, f64, f64)>) {
         let kernel = Kernel::gaussian(s.fwhm_px);
-        let threshold = (TRAIL_SIGMA * self.rms_e * kernel.noise_factor()) as f32;
-        let above = smooth_image(&self.net, &kernel).mapv(|v| v > threshold);
-        self.trails = trails(&self.net, &above, s.fwhm_px, keep_out);
+        let smooth = smooth_image(&self.net, &kernel);
+        let above = |sigma: f64| {
+            let threshold = (sigma * self.rms_e * kernel.noise_factor()) as f32;
+            smooth.mapv(|v| v > threshold)
+        };
+        self.trails = trails(&self.net, &above(TRAIL_SIGMA), &above(FAINT_TRAIL_SIGMA), s.fwhm_px, keep_out);
     }
 
     /// Signal-to-noise after a filter; the noise knows the trails' light and how well it is known.
