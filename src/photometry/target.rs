@@ -11,7 +11,7 @@ use crate::photometry::background::Background;
 use crate::photometry::centroid::FWHM_PER_SIGMA;
 use crate::photometry::flux::{Flux, annulus_sky, flux_over_sky, measure};
 use crate::photometry::label::{Run, label, runs_of_row};
-use crate::photometry::smooth::{Kernel, net_row, smooth_image};
+use crate::photometry::smooth::{Kernel, level_offset, net_row, smooth_image};
 use crate::photometry::trail::{Trails, trails};
 
 /// Where and how to look for the target.
@@ -76,6 +76,8 @@ pub enum TargetFound {
 const OUTLINE_SIGMA: f64 = 3.0;
 /// Threshold of the pixels that make trails \[σ of the smoothed frame\].
 const TRAIL_SIGMA: f64 = 4.0;
+/// The same for faint trails, which must be longer to count \[σ\].
+const FAINT_TRAIL_SIGMA: f64 = 2.5;
 /// Share of a trail's light that its constant profile may get wrong (flicker, seeing).
 const TRAIL_MODEL_ERR: f64 = 0.05;
 /// Widths of the filter, in units of the FWHM: the target may be larger and fainter than a star.
@@ -143,7 +145,7 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, setting
         cutout.find_trails(settings, Some((first.x, first.y, reach + 1.5 * settings.fwhm_px)));
         found = cutout.best_candidate(frame, settings).or(found);
     }
-    let cleaned = cutout.cleaned(frame, background);
+    let cleaned = cutout.cleaned(frame);
     let Some(found) = found else { return cutout.limit(&cleaned, background, settings) };
     let outline = enclosing_ellipse(&found);
     let shape_of_light = (found.snr > MOMENTS_SNR).then(|| cutout.moments(&outline, settings.fwhm_px)).flatten();
@@ -156,7 +158,7 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, setting
         Shape::Ellipse { a_px: aperture.a, b_px: aperture.b, theta_rad: aperture.theta }
     };
     let mut flux = cutout.flux(&cleaned, background, (x_px, y_px), shape, settings);
-    if !(flux.snr > 0.4 * settings.detect_sigma) {
+    if !flux.flux_e.is_finite() {
         return cutout.limit(&cleaned, background, settings);
     }
     let own = shape_of_light.unwrap_or(outline);
@@ -180,14 +182,15 @@ impl Cutout {
         let reach = s.search_radius_px + 100.0 + 2.0 * s.sky_out_px;
         let columns = cells(s.x_px - reach, s.x_px + reach, bounds.x0, bounds.x1);
         let rows = cells(s.y_px - reach, s.y_px + reach, bounds.y0, bounds.y1);
-        if columns.len() < 8 || rows.len() < 8 || !(s.fwhm_px > 0.0) {
+        if columns.len() < 8 || rows.len() < 8 || s.fwhm_px.is_nan() || s.fwhm_px <= 0.0 {
             return None;
         }
         let (x0, y0) = (columns.start - bounds.x0, rows.start - bounds.y0);
         let mut net = Array2::zeros((rows.len(), columns.len()));
         let mut line = vec![0f32; frame.pixels.ncols()];
+        let offset_e = level_offset(frame, background, y0..y0 + rows.len(), x0..x0 + columns.len());
         for (k, mut out) in net.rows_mut().into_iter().enumerate() {
-            net_row(frame, background, y0 + k, &mut line);
+            net_row(frame, background, offset_e, y0 + k, &mut line);
             out.iter_mut().zip(&line[x0..]).for_each(|(o, v)| *o = *v);
         }
         let dim = net.dim();
@@ -210,9 +213,12 @@ impl Cutout {
 
     fn find_trails(&mut self, s: &TargetSettings, keep_out: Option<(f64, f64, f64)>) {
         let kernel = Kernel::gaussian(s.fwhm_px);
-        let threshold = (TRAIL_SIGMA * self.rms_e * kernel.noise_factor()) as f32;
-        let above = smooth_image(&self.net, &kernel).mapv(|v| v > threshold);
-        self.trails = trails(&self.net, &above, s.fwhm_px, keep_out);
+        let smooth = smooth_image(&self.net, &kernel);
+        let above = |sigma: f64| {
+            let threshold = (sigma * self.rms_e * kernel.noise_factor()) as f32;
+            smooth.mapv(|v| v > threshold)
+        };
+        self.trails = trails(&self.net, &above(TRAIL_SIGMA), &above(FAINT_TRAIL_SIGMA), s.fwhm_px, keep_out);
     }
 
     /// Signal-to-noise after a filter; the noise knows the trails' light and how well it is known.
@@ -342,7 +348,7 @@ impl Cutout {
                     syy += weight * dy * dy;
                 }
             }
-            if !(w > 0.0) {
+            if w.is_nan() || w <= 0.0 {
                 return None;
             }
             let (dx, dy) = (2.0 * sx / w, 2.0 * sy / w);
@@ -367,7 +373,7 @@ impl Cutout {
     }
 
     /// The cutout as a frame without the light of trails.
-    fn cleaned(&self, frame: &Frame<Electrons>, background: &Background) -> Cleaned {
+    fn cleaned(&self, frame: &Frame<Electrons>) -> Cleaned {
         let (ny, nx) = self.net.dim();
         let region = s![self.y0..self.y0 + ny, self.x0..self.x0 + nx];
         let mut pixels = frame.pixels.slice(region).to_owned();
@@ -376,7 +382,6 @@ impl Cutout {
         part.mask = frame.mask.slice(region).to_owned();
         part.origin_px = (frame.origin_px.0 + self.x0, frame.origin_px.1 + self.y0);
         part.full_size_px = frame.full_size_px;
-        let _ = background;
         // what must not count as sky: trails, and anything significant with a margin of one pixel
         let kernel = Kernel::gaussian(3.0);
         let threshold = (OUTLINE_SIGMA * self.rms_e * kernel.noise_factor()) as f32;
