@@ -12,6 +12,8 @@ mod label;
 mod smooth;
 pub mod stats;
 pub mod target;
+mod target_search;
+mod target_shape;
 mod trail;
 
 pub use flags::Flags;
