@@ -115,6 +115,11 @@ fn with_elements(scenario: &Scenario, folder: &Path) -> Result<Scenario> {
         scenario.target.elements = folder.join(format!("{name}.tle"));
         std::fs::write(&scenario.target.elements, text).map_err(|e| Error::io(&scenario.target.elements, e))?;
     }
+    if scenario.target.n > 0 && !scenario.target.elements.exists() {
+        return Err(Error::Orbit {
+            problem: format!("target.elements: no file at {}", scenario.target.elements.display()),
+        });
+    }
     Ok(scenario)
 }
 
