@@ -182,7 +182,7 @@ pub struct Compared {
 /// Predicts every row of a photometry table from its time, the elements and the satellite of the configuration.
 ///
 /// # Errors
-/// [`Error::Config`] without [orbit] or [model]; [`Error::Table`].
+/// [`Error::Config`] without `[orbit]` or `[model]`; [`Error::Table`].
 pub fn compare_table(config: &Config, table: &Path) -> Result<Compared> {
     let mut config = config.clone();
     config.stars = None;
