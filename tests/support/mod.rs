@@ -160,18 +160,25 @@ impl Night {
         serde_json::from_str(&self.text("manifest.json")).unwrap()
     }
 
-    /// The tables of the last run without the lines that name the configuration's hash and, of photometry.ecsv,
+    /// The lines of the last run's tables without those that name the folder or the configuration's hash, and
     /// without the rows of `frames`.
-    pub fn tables_without(&self, frames: &[&str]) -> String {
-        ["photometry.ecsv", "stars.ecsv", "residuals.ecsv", "zeropoint.toml"]
-            .iter()
-            .map(|name| {
-                let keep = |line: &&str| {
-                    !line.contains("config_sha256") && !frames.iter().any(|f| line.starts_with(&format!("{f},")))
-                };
-                self.text(name).lines().filter(keep).map(|l| format!("{l}\n")).collect::<String>()
-            })
+    fn table_lines(&self, frames: &[&str]) -> Vec<String> {
+        let folder = self.folder.path().display().to_string();
+        let names = ["photometry.ecsv", "stars.ecsv", "residuals.ecsv", "zeropoint.toml"];
+        let lines = names.iter().flat_map(|name| self.text(name).lines().map(str::to_string).collect::<Vec<_>>());
+        lines
+            .filter(|l| !frames.iter().any(|f| l.starts_with(&format!("{f},"))))
+            .filter(|l| !l.contains("config_sha256") && !l.contains(&folder))
             .collect()
+    }
+
+    /// Apart from the rows of `frames`, the tables are those of `other` to the byte.
+    pub fn same_tables_but_for(&self, frames: &[&str], other: &Night) {
+        let (mine, theirs) = (self.table_lines(frames), other.table_lines(&[]));
+        for (a, b) in mine.iter().zip(&theirs) {
+            assert_eq!(a, b, "a line changed by {frames:?}");
+        }
+        assert_eq!(mine.len(), theirs.len(), "{frames:?} costs more than its row");
     }
 
     /// Runs the program in this night's folder.
