@@ -83,7 +83,7 @@ impl Config {
         range("flat.min_response", self.flat.min_response, 0.0, 1.0, "")?;
         ordered("flat.level_range_frac", self.flat.level_range_frac, "of full scale")?;
         let t = &self.target;
-        range("target.search_radius_px", t.search_radius_px, 1.0, 1e5, "px")?;
+        range("target.search_radius_arcsec", t.search_radius_arcsec, 0.01, 36_000.0, "arcsec")?;
         range("target.detect_sigma", t.detect_sigma, 1.0, 1_000.0, "σ")?;
         range("target.margin_fwhm", t.margin_fwhm, 0.0, 100.0, "FWHM")?;
         range("target.limit_r_fwhm", t.limit_r_fwhm, 0.2, 100.0, "FWHM")?;

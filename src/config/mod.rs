@@ -250,8 +250,8 @@ pub struct Target {
     /// Where to look \[px\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub y_px: Option<f64>,
-    /// How far from there the target may be \[px\].
-    pub search_radius_px: f64,
+    /// How far from there the target may be \[arcsec\]; Caddy et al. track to 15.5 arcsec rms, worse near zenith.
+    pub search_radius_arcsec: f64,
     /// Detection threshold of the whole target \[σ\]; below it the frame is a non-detection with a limit.
     pub detect_sigma: f64,
     /// Added around the object's own outline \[FWHM\].
@@ -262,7 +262,14 @@ pub struct Target {
 
 impl Default for Target {
     fn default() -> Self {
-        Self { x_px: None, y_px: None, search_radius_px: 400.0, detect_sigma: 5.0, margin_fwhm: 1.5, limit_r_fwhm: 2.0 }
+        Self {
+            x_px: None,
+            y_px: None,
+            search_radius_arcsec: 120.0,
+            detect_sigma: 5.0,
+            margin_fwhm: 1.5,
+            limit_r_fwhm: 2.0,
+        }
     }
 }
 

@@ -151,11 +151,11 @@ impl Detector {
     }
 
     fn read_noise_e(&self, setting: i64) -> Option<f64> {
-        self.own.read_noise_e.get(&setting).copied().or(self.table.get(&setting)?.read_noise_e)
+        self.own.read_noise_e.get(&setting).copied().or_else(|| self.table.get(&setting)?.read_noise_e)
     }
 
     fn full_well_e(&self, setting: i64) -> Option<f64> {
-        self.own.full_well_e.get(&setting).copied().or(self.table.get(&setting)?.full_well_e)
+        self.own.full_well_e.get(&setting).copied().or_else(|| self.table.get(&setting)?.full_well_e)
     }
 
     fn no_read_noise(&self, setting: Option<i64>) -> Error {
@@ -261,6 +261,14 @@ mod tests {
         let night = "preset = \"macquarie-cdk24\"\n[night]\nname = \"n\"\ninput = [\"i\"]\noutput = \"o\"\n";
         let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
         Detector::from_config(&crate::config::Config::from_text(night, &sets)?.detector)
+    }
+
+    #[test]
+    fn a_setting_the_table_lacks_is_taken_from_the_configuration_alone() {
+        let own = ["detector.e_per_adu.225=0.06", "detector.read_noise_e.225=1.4", "detector.full_well_e.225=4000"];
+        let g = detector(&own).unwrap().gain_for_setting(225).unwrap();
+        assert_eq!((g.e_per_adu.0, g.read_noise_e), (0.06, 1.4));
+        assert!((g.saturation_adu - 0.95 * 65_535.0).abs() < 1e-6); // 4000 e- need more counts than the file holds
     }
 
     #[test]

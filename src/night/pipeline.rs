@@ -83,10 +83,10 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     let mut summary = Summary {
         night: config.night.name.clone(),
         folder: folder.clone(),
+        passes: if counts.targets > 0 { format!("\n{}", pass_table(&rows)) } else { String::new() },
         counts,
         zeropoint: bench.zeropoint.clone(),
         zeropoint_source: zeropoint_source(&bench, star_rows.len()),
-        passes: format!("\n{}", pass_table(&rows)),
         failures: failures(&rows),
         notes: log.notes.clone(),
         empty_columns: empty_columns(config, &bench),

@@ -150,7 +150,7 @@ fn measure_columns(row: &mut PhotometryRow, exposure: &Exposure, bench: &Bench) 
     let settings = TargetSettings {
         x_px: t.x_px.unwrap_or((nx as f64 - 1.0) / 2.0),
         y_px: t.y_px.unwrap_or((ny as f64 - 1.0) / 2.0),
-        search_radius_px: t.search_radius_px,
+        search_radius_px: t.search_radius_arcsec / scale_arcsec,
         detect_sigma: t.detect_sigma,
         margin_px: t.margin_fwhm * fwhm_px,
         limit_r_px: t.limit_r_fwhm * fwhm_px,

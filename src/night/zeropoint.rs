@@ -17,9 +17,9 @@ const TAINTED: Flags = Flags(
         | Flags::NO_ANNULUS.0,
 );
 
-/// Why a star does not enter the fit; `None` if it does.
+/// Why a star does not enter the fit; `None` if it does. A colour is needed unless the colour term is pinned to 0.
 #[must_use]
-pub fn cut(row: &StarRow, stars: &config::Stars) -> Option<String> {
+pub fn cut(row: &StarRow, stars: &config::Stars, zeropoint: &config::Zeropoint) -> Option<String> {
     let outside = |value: Option<f64>, [lo, hi]: [f64; 2], name: &str| match value {
         None => Some(format!("no {name}")),
         Some(v) if v < lo || v > hi => Some(format!("{name} {v:.3} outside {lo} to {hi}")),
@@ -41,8 +41,12 @@ pub fn cut(row: &StarRow, stars: &config::Stars) -> Option<String> {
     if row.catalogue_v_mag_err.is_some_and(|e| e > stars.v_err_max_mag) {
         return Some(format!("catalogue error above {} mag", stars.v_err_max_mag));
     }
+    let colourless = zeropoint.pin_c.is_some_and(|pin| pin.value == 0.0 && pin.err == 0.0);
     outside(row.catalogue_v_mag, stars.v_range_mag, "V")
-        .or_else(|| outside(row.catalogue_b_v_mag, stars.bv_range_mag, "B-V"))
+        .or_else(|| {
+            let unneeded = colourless && row.catalogue_b_v_mag.is_none();
+            if unneeded { None } else { outside(row.catalogue_b_v_mag, stars.bv_range_mag, "B-V") }
+        })
         .or_else(|| outside(row.airmass, stars.airmass_range, "airmass"))
 }
 
@@ -59,7 +63,7 @@ pub fn fit_rows(rows: &mut [StarRow], config: &Config) -> Result<Zeropoint> {
     for (k, row) in rows.iter_mut().enumerate() {
         row.fit_weight = None;
         row.fit_residual_mag = None;
-        match cut(row, stars) {
+        match cut(row, stars, &config.zeropoint) {
             Some(reason) => {
                 row.status = "rejected".into();
                 row.reason = reason;

@@ -220,7 +220,7 @@ impl Bounds {
 
 /// The integers i in `lo..hi` whose unit cells meet the interval from `from` to `to`.
 pub(crate) fn cells(from: f64, to: f64, lo: usize, hi: usize) -> std::ops::Range<usize> {
-    if !(from <= to) {
+    if from.is_nan() || to.is_nan() || from > to {
         return lo..lo;
     }
     let first = (from + 0.5).floor().clamp(lo as f64, hi as f64) as usize;

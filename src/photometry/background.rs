@@ -55,7 +55,7 @@ pub fn background(frame: &Frame<Electrons>, mesh_px: usize, clip_sigma: f64) -> 
             problem: format!("{mesh_px} px is too small for statistics; at least 8, usually 64"),
         });
     }
-    if !(clip_sigma > 0.0) {
+    if clip_sigma.is_nan() || clip_sigma <= 0.0 {
         return Err(Error::Config {
             key: "photometry.clip_sigma".into(),
             problem: format!("{clip_sigma} is not a positive number of sigma; usually 3"),
@@ -128,7 +128,7 @@ fn whole_frame(frame: &Frame<Electrons>, boxes: usize, clip_sigma: f64) -> Resul
 fn mode_of_box(values: &[f32], clip_sigma: f64) -> Mode {
     let (mean, sigma, _) = moments(values, f64::NEG_INFINITY, f64::INFINITY);
     let (mean, sigma, n) = moments(values, mean - FIRST_CUT_SIGMA * sigma, mean + FIRST_CUT_SIGMA * sigma);
-    if !(sigma > 0.0) {
+    if sigma.is_nan() || sigma <= 0.0 {
         return Mode { level: mean, sigma: 0.0 };
     }
     // as many levels as put about four pixels into each at the peak of a Gaussian: n √(2/π) · 5/4

@@ -10,7 +10,7 @@ use crate::photometry::Flags;
 use crate::photometry::background::Background;
 use crate::photometry::centroid::{FWHM_PER_SIGMA, adaptive_fwhm};
 use crate::photometry::label::{Run, label, runs_of_row};
-use crate::photometry::smooth::{Kernel, net_row, smooth_band};
+use crate::photometry::smooth::{Kernel, level_offset, net_row, smooth_band};
 use crate::photometry::stats;
 
 /// Rows smoothed at a time by one thread.
@@ -71,6 +71,7 @@ pub fn detect(
 ) -> Vec<Source> {
     let (ny, nx) = frame.pixels.dim();
     let kernel = Kernel::gaussian(fwhm_px.unwrap_or(DEFAULT_FWHM_PX));
+    let offset_e = level_offset(frame, background, 0..ny, 0..nx);
     let per_rms = (threshold_sigma * kernel.noise_factor()) as f32;
     let bands: Vec<Vec<Run>> = (0..ny.div_ceil(BAND_ROWS))
         .into_par_iter()
@@ -78,7 +79,7 @@ pub fn detect(
             let mut runs = Vec::new();
             let mut rms = vec![0f32; nx];
             let rows = band * BAND_ROWS..((band + 1) * BAND_ROWS).min(ny);
-            smooth_band(frame, background, &kernel, rows, |j, row| {
+            smooth_band(frame, background, offset_e, &kernel, rows, |j, row| {
                 background.rms_row(frame.origin_px.1 + j, frame.origin_px.0, &mut rms);
                 runs_of_row(j, row.iter().zip(&rms).map(|(v, r)| *v > per_rms * r && *v > 0.0), &mut runs);
             });
@@ -92,7 +93,7 @@ pub fn detect(
     let mut row_held = usize::MAX;
     for (run, &component) in runs.iter().zip(&labels) {
         if run.row != row_held {
-            net_row(frame, background, run.row, &mut net);
+            net_row(frame, background, offset_e, run.row, &mut net);
             row_held = run.row;
         }
         let sums = sums[component].get_or_insert_with(|| Sums::at(run.columns.start as f64, run.row as f64));

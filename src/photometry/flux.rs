@@ -124,7 +124,7 @@ pub(crate) fn annulus_sky(
         }
     }
     let sampled = values.len() + excluded;
-    let estimate = if values.len() >= MIN_SKY_PX { clipped_sky(&mut values, clip_sigma) } else { None };
+    let estimate = if values.len() >= MIN_SKY_PX { clipped_sky(&mut values, 0.0, clip_sigma) } else { None };
     let Some((level_e, err_e, clipped)) = estimate else {
         flags.set(Flags::NO_ANNULUS);
         let rms_e = background.rms(x, y);
@@ -138,15 +138,15 @@ pub(crate) fn annulus_sky(
     Sky { level_e, err_e, rms_e: clipped.sigma, n: clipped.n, flags }
 }
 
-/// Level and error of the sky from its pixels, unbiased for Poisson counts with Gaussian read noise.
+/// Level and error of the sky from its pixels less `zero_e`, unbiased for Poisson counts with Gaussian read noise.
 ///
 /// The median of skewed noise lies below its mean: median = μ − c σγ, γ = λ/σ³ with λ = S the Poisson share of the
 /// variance. For a plain median c = 1/6: a sixth of an electron per pixel, 50 e⁻ in an aperture of 300 px.
-fn clipped_sky(values: &mut [f64], clip_sigma: f64) -> Option<(f64, f64, stats::Clipped)> {
+pub(crate) fn clipped_sky(values: &mut [f64], zero_e: f64, clip_sigma: f64) -> Option<(f64, f64, stats::Clipped)> {
     let clipped = stats::sigma_clip(values, clip_sigma)?;
     let location = stats::smoothed_median(&values[..clipped.n], clipped.median, clipped.sigma)?;
     let variance = clipped.sigma * clipped.sigma;
-    let poisson_share = if variance > 0.0 { (location.max(0.0) / variance).min(1.0) } else { 0.0 };
+    let poisson_share = if variance > 0.0 { ((location + zero_e).max(0.0) / variance).min(1.0) } else { 0.0 };
     let level = location + stats::smoothed_median_skew_shift(clip_sigma) * poisson_share;
     let err = (stats::smoothed_median_variance_factor() * variance / clipped.n as f64).sqrt();
     Some((level, err, clipped))
@@ -184,7 +184,8 @@ pub(crate) fn flux_over_sky(
         extra += fraction * fraction * extra_variance(i, j);
         peak = peak.max(v - sky.level_e);
     });
-    if !(area >= shape.area_px() * (1.0 - 1e-9)) {
+    let whole = area >= shape.area_px() * (1.0 - 1e-9);
+    if !whole {
         flags.set(Flags::EDGE);
     }
     let fill = area / good_area;

@@ -40,8 +40,7 @@ pub(crate) fn label(runs: &[Run]) -> (Vec<usize>, usize) {
         while above < k && (runs[above].row + 1 < run.row || ends_before(&runs[above], run)) {
             above += 1;
         }
-        for candidate in above..k {
-            let other = &runs[candidate];
+        for (candidate, other) in runs.iter().enumerate().take(k).skip(above) {
             if other.row + 1 != run.row || other.columns.start > run.columns.end {
                 break;
             }

@@ -14,6 +14,8 @@ mod label;
 mod smooth;
 pub mod stats;
 pub mod target;
+mod target_search;
+mod target_shape;
 mod trail;
 pub mod wcs;
 pub mod zeropoint;

@@ -10,6 +10,7 @@ use ndarray::Array2;
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::background::Background;
 use crate::photometry::centroid::FWHM_PER_SIGMA;
+use crate::photometry::flux::clipped_sky;
 
 /// A separable Gaussian kernel.
 #[derive(Debug, Clone)]
@@ -62,6 +63,7 @@ impl Kernel {
 pub(crate) fn smooth_band(
     frame: &Frame<Electrons>,
     background: &Background,
+    offset_e: f32,
     kernel: &Kernel,
     rows: Range<usize>,
     mut visit: impl FnMut(usize, &[f32]),
@@ -72,7 +74,7 @@ pub(crate) fn smooth_band(
     let mut filtered = vec![0f32; (last - first) * nx];
     let mut padded = vec![0f32; nx + 2 * r];
     for (j, out) in (first..last).zip(filtered.chunks_exact_mut(nx)) {
-        net_row(frame, background, j, &mut padded[r..r + nx]);
+        net_row(frame, background, offset_e, j, &mut padded[r..r + nx]);
         kernel.along_row(&padded, out);
     }
     let empty = vec![0f32; nx];
@@ -87,12 +89,12 @@ pub(crate) fn smooth_band(
     }
 }
 
-/// The frame's local row `j` minus the sky; bad and clipped pixels are 0.
-pub(crate) fn net_row(frame: &Frame<Electrons>, background: &Background, j: usize, out: &mut [f32]) {
+/// The frame's local row `j` minus the sky and its offset; bad and clipped pixels are 0.
+pub(crate) fn net_row(frame: &Frame<Electrons>, background: &Background, offset_e: f32, j: usize, out: &mut [f32]) {
     background.level_row(frame.origin_px.1 + j, frame.origin_px.0, out);
     for ((o, v), m) in out.iter_mut().zip(frame.pixels.row(j)).zip(frame.mask.row(j)) {
         let usable = m & (mask::BAD | mask::CLIPPED) == 0 && v.is_finite();
-        *o = if usable { v - *o } else { 0.0 };
+        *o = if usable { v - *o - offset_e } else { 0.0 };
     }
 }
 
@@ -118,4 +120,29 @@ pub(crate) fn smooth_image(image: &Array2<f32>, kernel: &Kernel) -> Array2<f32> 
         target.iter_mut().zip(&line).for_each(|(t, v)| *t = *v);
     }
     out
+}
+
+/// By how much the mean sky of a part of the frame lies above the mesh \[e⁻/px\].
+///
+/// A mode of skewed counts is low by some 0.4 e⁻ per pixel: nothing in one pixel, but a false σ or more once a filter
+/// has averaged hundreds. Measured on about 100 000 pixels spread evenly, with the correction of the annulus sky.
+pub(crate) fn level_offset(
+    frame: &Frame<Electrons>,
+    background: &Background,
+    rows: Range<usize>,
+    columns: Range<usize>,
+) -> f32 {
+    let nx = frame.pixels.ncols();
+    let stride = (rows.len() * columns.len() / 100_000).max(1);
+    // every row_stride-th row, and in it every column_stride-th pixel from a start that moves
+    let row_stride = ((stride as f64).sqrt() as usize).max(1);
+    let column_stride = stride.div_ceil(row_stride);
+    let mut net = vec![0f32; nx];
+    let mut values = Vec::new();
+    for (k, j) in rows.step_by(row_stride).enumerate() {
+        net_row(frame, background, 0.0, j, &mut net);
+        let part = net[columns.clone()].iter().skip(k % column_stride).step_by(column_stride);
+        values.extend(part.filter(|v| **v != 0.0).map(|v| f64::from(*v)));
+    }
+    clipped_sky(&mut values, background.global_level(), 3.0).map_or(0.0, |(offset, _, _)| offset as f32)
 }

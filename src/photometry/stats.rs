@@ -83,7 +83,7 @@ pub struct Clipped {
 /// `None` if no value is finite or `k` is not positive.
 pub fn sigma_clip(values: &mut [f64], k: f64) -> Option<Clipped> {
     let total = finite_first(values);
-    if total == 0 || !(k > 0.0) {
+    if total == 0 || k.is_nan() || k <= 0.0 {
         return None;
     }
     let shrink = truncation_shrink(k);
@@ -199,7 +199,7 @@ pub fn smoothed_median(values: &[f64], start: f64, sigma: f64) -> Option<f64> {
         return None;
     }
     let h = SMOOTHING_SIGMA * sigma;
-    if !(h > 0.0) {
+    if h.is_nan() || h <= 0.0 {
         return Some(start);
     }
     let mut mu = start;

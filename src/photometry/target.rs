@@ -1,18 +1,18 @@
 //! The tracked satellite: a compact or elongated blob near the expected place, among parallel star trails.
 //!
-//! Electrons and full-frame pixels.
+//! Electrons and full-frame pixels. Found by `target_search`, outlined by `target_shape`, measured here in an aperture that
+//! encloses all of it; where nothing is found the answer is a limit. Leaves out: several targets in one frame.
 
 use ndarray::{Array2, s};
 
 use crate::frames::{Electrons, Frame};
 use crate::photometry::Flags;
-use crate::photometry::aperture::{Bounds, Shape, cells, for_each_pixel};
+use crate::photometry::aperture::{Bounds, Shape, for_each_pixel};
 use crate::photometry::background::Background;
-use crate::photometry::centroid::FWHM_PER_SIGMA;
 use crate::photometry::flux::{Flux, annulus_sky, flux_over_sky, measure};
-use crate::photometry::label::{Run, label, runs_of_row};
-use crate::photometry::smooth::{Kernel, net_row, smooth_image};
-use crate::photometry::trail::{Trails, trails};
+use crate::photometry::smooth::{Kernel, smooth_image};
+use crate::photometry::target_search::Cutout;
+use crate::photometry::target_shape::{Ellipse, enclosing_ellipse, moments};
 
 /// Where and how to look for the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,50 +72,12 @@ pub enum TargetFound {
     },
 }
 
-/// Threshold of the outline \[σ of the smoothed frame\].
-const OUTLINE_SIGMA: f64 = 3.0;
-/// Threshold of the pixels that make trails \[σ of the smoothed frame\].
-const TRAIL_SIGMA: f64 = 4.0;
-/// Share of a trail's light that its constant profile may get wrong (flicker, seeing).
-const TRAIL_MODEL_ERR: f64 = 0.05;
-/// Widths of the filter, in units of the FWHM: the target may be larger and fainter than a star.
-const SCALES: [f64; 3] = [1.0, 2.0, 4.0];
 /// An elliptical Gaussian out to this many σ holds 0.997 of its light.
 const ENCLOSING_SIGMA: f64 = 3.4;
 /// From this signal-to-noise on the moments of the target are trusted.
 const MOMENTS_SNR: f64 = 15.0;
-
-/// The part of the frame where the target can be, sky taken off.
-struct Cutout {
-    /// Local columns and rows of the frame.
-    x0: usize,
-    y0: usize,
-    net: Array2<f32>,
-    rms_e: f64,
-    trails: Trails,
-    /// Whether each side (left, right, bottom, top) is the frame's own edge.
-    at_edge: [bool; 4],
-}
-
-/// A component that may be the target, in columns and rows of the cutout.
-struct Candidate {
-    pixels: Vec<(usize, usize)>,
-    snr: f64,
-    score: f64,
-    scale: usize,
-    x: f64,
-    y: f64,
-}
-
-/// An ellipse: centre, semi-axes and angle.
-#[derive(Clone, Copy)]
-struct Ellipse {
-    x: f64,
-    y: f64,
-    a: f64,
-    b: f64,
-    theta: f64,
-}
+/// Significant pixels are not sky \[σ of a frame smoothed with 3 px\].
+const NOT_SKY_SIGMA: f64 = 4.0;
 
 /// Finds and measures the target, or says how bright it could have been.
 ///
@@ -143,10 +105,12 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, setting
         cutout.find_trails(settings, Some((first.x, first.y, reach + 1.5 * settings.fwhm_px)));
         found = cutout.best_candidate(frame, settings).or(found);
     }
-    let cleaned = cutout.cleaned(frame, background);
+    let cleaned = cutout.cleaned(frame);
     let Some(found) = found else { return cutout.limit(&cleaned, background, settings) };
-    let outline = enclosing_ellipse(&found);
-    let shape_of_light = (found.snr > MOMENTS_SNR).then(|| cutout.moments(&outline, settings.fwhm_px)).flatten();
+    let outline = enclosing_ellipse(&found.pixels);
+    let shape_of_light = (found.snr > MOMENTS_SNR)
+        .then(|| moments(&(&cutout.net - &cutout.trails.light), &outline, settings.fwhm_px))
+        .flatten();
     let aperture = aperture_around(&outline, shape_of_light.as_ref(), settings);
     let (ox, oy) = cutout.origin(frame);
     let (x_px, y_px) = (aperture.x + ox, aperture.y + oy);
@@ -156,7 +120,7 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, setting
         Shape::Ellipse { a_px: aperture.a, b_px: aperture.b, theta_rad: aperture.theta }
     };
     let mut flux = cutout.flux(&cleaned, background, (x_px, y_px), shape, settings);
-    if !(flux.snr > 0.4 * settings.detect_sigma) {
+    if !flux.flux_e.is_finite() {
         return cutout.limit(&cleaned, background, settings);
     }
     let own = shape_of_light.unwrap_or(outline);
@@ -175,199 +139,8 @@ fn limit_without_cutout(frame: &Frame<Electrons>, background: &Background, s: &T
 }
 
 impl Cutout {
-    fn new(frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> Option<Self> {
-        let bounds = Bounds::of(frame);
-        let reach = s.search_radius_px + 100.0 + 2.0 * s.sky_out_px;
-        let columns = cells(s.x_px - reach, s.x_px + reach, bounds.x0, bounds.x1);
-        let rows = cells(s.y_px - reach, s.y_px + reach, bounds.y0, bounds.y1);
-        if columns.len() < 8 || rows.len() < 8 || !(s.fwhm_px > 0.0) {
-            return None;
-        }
-        let (x0, y0) = (columns.start - bounds.x0, rows.start - bounds.y0);
-        let mut net = Array2::zeros((rows.len(), columns.len()));
-        let mut line = vec![0f32; frame.pixels.ncols()];
-        for (k, mut out) in net.rows_mut().into_iter().enumerate() {
-            net_row(frame, background, y0 + k, &mut line);
-            out.iter_mut().zip(&line[x0..]).for_each(|(o, v)| *o = *v);
-        }
-        let dim = net.dim();
-        let trails = Trails {
-            theta_rad: None,
-            light: Array2::zeros(dim),
-            per_pixel: Array2::zeros(dim),
-            ends: Array2::from_elem(dim, false),
-        };
-        let at_edge =
-            [columns.start == bounds.x0, columns.end == bounds.x1, rows.start == bounds.y0, rows.end == bounds.y1];
-        let rms_e = background.rms(s.x_px, s.y_px).max(1e-6);
-        Some(Self { x0, y0, net, rms_e, trails, at_edge })
-    }
-
-    /// Full-frame position of the cutout's first pixel.
-    fn origin(&self, frame: &Frame<Electrons>) -> (f64, f64) {
-        ((frame.origin_px.0 + self.x0) as f64, (frame.origin_px.1 + self.y0) as f64)
-    }
-
-    fn find_trails(&mut self, s: &TargetSettings, keep_out: Option<(f64, f64, f64)>) {
-        let kernel = Kernel::gaussian(s.fwhm_px);
-        let threshold = (TRAIL_SIGMA * self.rms_e * kernel.noise_factor()) as f32;
-        let above = smooth_image(&self.net, &kernel).mapv(|v| v > threshold);
-        self.trails = trails(&self.net, &above, s.fwhm_px, keep_out);
-    }
-
-    /// Signal-to-noise after a filter; the noise knows the trails' light and how well it is known.
-    fn significance(&self, kernel: &Kernel) -> Array2<f32> {
-        let mut residual = &self.net - &self.trails.light;
-        residual.zip_mut_with(&self.trails.ends, |v, end| *v = if *end { 0.0 } else { *v });
-        let mut snr = smooth_image(&residual, kernel);
-        let light = smooth_image(&self.trails.light, kernel);
-        let factor = kernel.noise_factor().powi(2);
-        snr.zip_mut_with(&light, |v, t| {
-            let t = f64::from(t.max(0.0));
-            let variance = (self.rms_e * self.rms_e + t) * factor + (TRAIL_MODEL_ERR * t).powi(2);
-            *v = (f64::from(*v) / variance.sqrt()) as f32;
-        });
-        snr
-    }
-
-    /// The component most likely to be the target.
-    fn best_candidate(&self, frame: &Frame<Electrons>, s: &TargetSettings) -> Option<Candidate> {
-        let mut best: Option<Candidate> = None;
-        for (scale, factor) in SCALES.iter().enumerate() {
-            let snr = self.significance(&Kernel::gaussian(factor * s.fwhm_px));
-            for candidate in self.candidates(frame, &snr, scale, s) {
-                // a larger filter must be worth it: its outline is less sharp
-                let handicap = 1.3f64.powi((candidate.scale as i32) - best.as_ref().map_or(0, |b| b.scale as i32));
-                if best.as_ref().is_none_or(|b| candidate.score > b.score * handicap.max(1.0)) {
-                    best = Some(candidate);
-                }
-            }
-            // bright enough to be outlined at this scale
-            if best.as_ref().is_some_and(|b| b.snr > 3.0 * s.detect_sigma) {
-                break;
-            }
-        }
-        best
-    }
-
-    fn candidates(
-        &self,
-        frame: &Frame<Electrons>,
-        snr: &Array2<f32>,
-        scale: usize,
-        s: &TargetSettings,
-    ) -> Vec<Candidate> {
-        let (ny, nx) = snr.dim();
-        let mut runs: Vec<Run> = Vec::new();
-        for (j, row) in snr.rows().into_iter().enumerate() {
-            runs_of_row(j, row.iter().map(|v| *v > OUTLINE_SIGMA as f32), &mut runs);
-        }
-        let (labels, n) = label(&runs);
-        let mut groups: Vec<Vec<(usize, usize)>> = vec![Vec::new(); n];
-        for (run, l) in runs.iter().zip(labels) {
-            groups[l].extend(run.columns.clone().map(|i| (i, run.row)));
-        }
-        let (ox, oy) = self.origin(frame);
-        let expected = (s.x_px - ox, s.y_px - oy);
-        let streaks: Vec<Option<(f64, f64)>> = groups.iter().map(|g| streak(g)).collect();
-        let [left, right, bottom, top] = self.at_edge;
-        let mut found = Vec::new();
-        for (g, pixels) in groups.into_iter().enumerate() {
-            let peak = pixels.iter().map(|&(i, j)| f64::from(snr[[j, i]])).fold(0.0, f64::max);
-            let runs_out = pixels.iter().any(|&(i, j)| {
-                (i == 0 && !left) || (i + 1 == nx && !right) || (j == 0 && !bottom) || (j + 1 == ny && !top)
-            });
-            if peak < s.detect_sigma || runs_out || one_of_a_family(&streaks, g) {
-                continue;
-            }
-            let (mut w, mut x, mut y) = (0.0, 0.0, 0.0);
-            for &(i, j) in &pixels {
-                let v = f64::from(snr[[j, i]]);
-                w += v;
-                x += v * i as f64;
-                y += v * j as f64;
-            }
-            let (x, y) = (x / w, y / w);
-            let distance = (x - expected.0).hypot(y - expected.1);
-            if distance > s.search_radius_px || self.is_hot_pixel(&pixels) {
-                continue;
-            }
-            let score = peak * (-(distance / s.search_radius_px.max(1.0)).powi(2)).exp();
-            found.push(Candidate { pixels, snr: peak, score, scale, x, y });
-        }
-        found
-    }
-
-    /// Whether one pixel holds more than half the light around the brightest: no star image does.
-    fn is_hot_pixel(&self, pixels: &[(usize, usize)]) -> bool {
-        let (ny, nx) = self.net.dim();
-        let residual = |i: usize, j: usize| f64::from(self.net[[j, i]] - self.trails.light[[j, i]]);
-        let Some(&(i, j)) = pixels.iter().max_by(|p, q| residual(p.0, p.1).total_cmp(&residual(q.0, q.1))) else {
-            return false;
-        };
-        let mut around = 0.0;
-        for jj in j.saturating_sub(2)..(j + 3).min(ny) {
-            for ii in i.saturating_sub(2)..(i + 3).min(nx) {
-                around += residual(ii, jj);
-            }
-        }
-        let peak = residual(i, j);
-        peak > 6.0 * self.rms_e && peak > 0.6 * around
-    }
-
-    /// Second moments of the light under an elliptical Gaussian that follows them; `None` where they do not settle.
-    fn moments(&self, outline: &Ellipse, fwhm_px: f64) -> Option<Ellipse> {
-        let (ny, nx) = self.net.dim();
-        let least = (fwhm_px / FWHM_PER_SIGMA).powi(2);
-        let (mut x, mut y) = (outline.x, outline.y);
-        let (sin, cos) = outline.theta.sin_cos();
-        let (p, q) = ((outline.a / 2.0).powi(2).max(least), (outline.b / 2.0).powi(2).max(least));
-        let (mut xx, mut xy, mut yy) =
-            (cos * cos * p + sin * sin * q, sin * cos * (p - q), sin * sin * p + cos * cos * q);
-        for _ in 0..60 {
-            let det = xx * yy - xy * xy;
-            let (ixx, ixy, iyy) = (yy / det, -xy / det, xx / det);
-            let (rx, ry) = (4.0 * xx.sqrt(), 4.0 * yy.sqrt());
-            let (mut w, mut sx, mut sy, mut sxx, mut sxy, mut syy) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-            for j in cells(y - ry, y + ry, 0, ny) {
-                for i in cells(x - rx, x + rx, 0, nx) {
-                    let (dx, dy) = (i as f64 - x, j as f64 - y);
-                    let weight = (-0.5 * (ixx * dx * dx + 2.0 * ixy * dx * dy + iyy * dy * dy)).exp()
-                        * f64::from(self.net[[j, i]] - self.trails.light[[j, i]]);
-                    w += weight;
-                    sx += weight * dx;
-                    sy += weight * dy;
-                    sxx += weight * dx * dx;
-                    sxy += weight * dx * dy;
-                    syy += weight * dy * dy;
-                }
-            }
-            if !(w > 0.0) {
-                return None;
-            }
-            let (dx, dy) = (2.0 * sx / w, 2.0 * sy / w);
-            // a Gaussian under its own window has half its covariance
-            let (nxx, nxy, nyy) = (2.0 * sxx / w, 2.0 * sxy / w, 2.0 * syy / w);
-            if !(nxx > 0.0 && nyy > 0.0 && nxx * nyy > nxy * nxy * 1.0001) {
-                return None;
-            }
-            x += dx;
-            y += dy;
-            let change = (nxx - xx).abs().max((nyy - yy).abs()) / (xx + yy);
-            (xx, xy, yy) = (0.5 * (xx + nxx), 0.5 * (xy + nxy), 0.5 * (yy + nyy));
-            if (x - outline.x).hypot(y - outline.y) > outline.a || xx + yy > 16.0 * outline.a * outline.a {
-                return None;
-            }
-            if change < 1e-3 && dx.abs().max(dy.abs()) < 1e-2 {
-                let (a, b, theta) = axes(xx, xy, yy);
-                return Some(Ellipse { x, y, a, b, theta });
-            }
-        }
-        None
-    }
-
     /// The cutout as a frame without the light of trails.
-    fn cleaned(&self, frame: &Frame<Electrons>, background: &Background) -> Cleaned {
+    fn cleaned(&self, frame: &Frame<Electrons>) -> Cleaned {
         let (ny, nx) = self.net.dim();
         let region = s![self.y0..self.y0 + ny, self.x0..self.x0 + nx];
         let mut pixels = frame.pixels.slice(region).to_owned();
@@ -376,16 +149,13 @@ impl Cutout {
         part.mask = frame.mask.slice(region).to_owned();
         part.origin_px = (frame.origin_px.0 + self.x0, frame.origin_px.1 + self.y0);
         part.full_size_px = frame.full_size_px;
-        let _ = background;
-        // what must not count as sky: trails, and anything significant with a margin of one pixel
+        // what must not count as sky: trails, and anything significant with a margin of three pixels
         let kernel = Kernel::gaussian(3.0);
-        let threshold = (OUTLINE_SIGMA * self.rms_e * kernel.noise_factor()) as f32;
+        let threshold = (NOT_SKY_SIGMA * self.rms_e * kernel.noise_factor()) as f32;
         let smooth = smooth_image(&self.net, &kernel);
         let light_limit = 0.1 * self.rms_e as f32;
         let objects = Array2::from_shape_fn((ny, nx), |at| {
-            smooth[at] > 4.0 / OUTLINE_SIGMA as f32 * threshold
-                || self.trails.light[at] > light_limit
-                || self.trails.ends[at]
+            smooth[at] > threshold || self.trails.light[at] > light_limit || self.trails.ends[at]
         });
         Cleaned { part, not_sky: grown(&objects, 3) }
     }
@@ -447,54 +217,6 @@ struct Cleaned {
     not_sky: Array2<bool>,
 }
 
-/// Every true pixel grown by `by` pixels along x and y.
-fn grown(image: &Array2<bool>, by: usize) -> Array2<bool> {
-    let (ny, nx) = image.dim();
-    let mut along = Array2::from_elem((ny, nx), false);
-    let mut out = Array2::from_elem((ny, nx), false);
-    for ((j, i), _) in image.indexed_iter().filter(|(_, v)| **v) {
-        along.slice_mut(s![j, i.saturating_sub(by)..(i + by + 1).min(nx)]).fill(true);
-    }
-    for ((j, i), _) in along.indexed_iter().filter(|(_, v)| **v) {
-        out.slice_mut(s![j.saturating_sub(by)..(j + by + 1).min(ny), i]).fill(true);
-    }
-    out
-}
-
-/// Semi-axes (standard deviations) and angle of a covariance.
-fn axes(xx: f64, xy: f64, yy: f64) -> (f64, f64, f64) {
-    let (mean, half) = (0.5 * (xx + yy), (0.25 * (xx - yy).powi(2) + xy * xy).sqrt());
-    ((mean + half).sqrt(), (mean - half).max(1.0 / 12.0).sqrt(), 0.5 * (2.0 * xy).atan2(xx - yy))
-}
-
-/// Centre and covariance of a set of pixels, each with its own 1/12 px².
-fn covariance(pixels: &[(usize, usize)]) -> (f64, f64, f64, f64, f64) {
-    let n = pixels.len() as f64;
-    let x = pixels.iter().map(|p| p.0 as f64).sum::<f64>() / n;
-    let y = pixels.iter().map(|p| p.1 as f64).sum::<f64>() / n;
-    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
-    for &(i, j) in pixels {
-        let (dx, dy) = (i as f64 - x, j as f64 - y);
-        xx += dx * dx;
-        xy += dx * dy;
-        yy += dy * dy;
-    }
-    (x, y, xx / n + 1.0 / 12.0, xy / n, yy / n + 1.0 / 12.0)
-}
-
-/// The ellipse of a component's own covariance that holds the centres of all its pixels.
-fn enclosing_ellipse(found: &Candidate) -> Ellipse {
-    let (x, y, xx, xy, yy) = covariance(&found.pixels);
-    let (a, b, theta) = axes(xx, xy, yy);
-    let (sin, cos) = theta.sin_cos();
-    let reach = found.pixels.iter().map(|&(i, j)| {
-        let (dx, dy) = (i as f64 - x, j as f64 - y);
-        ((dx * cos + dy * sin) / a).hypot((dy * cos - dx * sin) / b)
-    });
-    let t = reach.fold(1.0, f64::max);
-    Ellipse { x, y, a: t * a, b: t * b, theta }
-}
-
 /// The aperture: outline plus margin, wide enough for faint targets and for the wings of bright ones.
 fn aperture_around(outline: &Ellipse, light: Option<&Ellipse>, s: &TargetSettings) -> Ellipse {
     let least = 1.5 * s.fwhm_px;
@@ -509,18 +231,16 @@ fn aperture_around(outline: &Ellipse, light: Option<&Ellipse>, s: &TargetSetting
     out
 }
 
-/// Angle and length of a component that is a streak: at least 2.5 times as long as wide.
-fn streak(pixels: &[(usize, usize)]) -> Option<(f64, f64)> {
-    let (_, _, xx, xy, yy) = covariance(pixels);
-    let (a, b, theta) = axes(xx, xy, yy);
-    (pixels.len() > 20 && a > 2.5 * b).then(|| (theta, 12f64.sqrt() * a))
-}
-
-/// Whether at least two other components are streaks of nearly the same direction and length: short star trails.
-fn one_of_a_family(streaks: &[Option<(f64, f64)>], which: usize) -> bool {
-    let Some((theta, length)) = streaks[which] else { return false };
-    let alike = streaks.iter().enumerate().filter(|(k, other)| {
-        other.is_some_and(|(t, l)| *k != which && (2.0 * (t - theta)).cos() > 0.98 && (l / length).ln().abs() < 0.25)
-    });
-    alike.count() >= 2
+/// Every true pixel grown by `by` pixels along x and y.
+fn grown(image: &Array2<bool>, by: usize) -> Array2<bool> {
+    let (ny, nx) = image.dim();
+    let mut along = Array2::from_elem((ny, nx), false);
+    let mut out = Array2::from_elem((ny, nx), false);
+    for ((j, i), _) in image.indexed_iter().filter(|(_, v)| **v) {
+        along.slice_mut(s![j, i.saturating_sub(by)..(i + by + 1).min(nx)]).fill(true);
+    }
+    for ((j, i), _) in along.indexed_iter().filter(|(_, v)| **v) {
+        out.slice_mut(s![j.saturating_sub(by)..(j + by + 1).min(ny), i]).fill(true);
+    }
+    out
 }

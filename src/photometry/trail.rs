@@ -65,35 +65,46 @@ impl Turned {
     }
 }
 
-/// Finds the trails among the pixels `above` the noise and models their light in `net` (sky-subtracted, \[e⁻\]).
+/// Finds the trails and models their light in `net` (sky-subtracted, \[e⁻\]).
 ///
-/// `keep_out` = (column, row, radius) of a known object that must not enter the profiles.
+/// Trails are runs of at least 15 FWHM of the pixels `above` the noise, or of at least a third of the cutout of the
+/// `faint` ones. `keep_out` = (column, row, radius) of a known object that must not enter the profiles.
 pub(crate) fn trails(
     net: &Array2<f32>,
     above: &Array2<bool>,
+    faint: &Array2<bool>,
     fwhm_px: f64,
     keep_out: Option<(f64, f64, f64)>,
 ) -> Trails {
     let dim = net.dim();
-    let none = |theta_rad| Trails {
-        theta_rad,
+    let mut model = Trails {
+        theta_rad: None,
         light: Array2::zeros(dim),
         per_pixel: Array2::zeros(dim),
         ends: Array2::from_elem(dim, false),
     };
     let min_length = (15.0 * fwhm_px).max(60.0);
-    let points: Vec<(usize, usize)> = above.indexed_iter().filter(|(_, a)| **a).map(|((j, i), _)| (i, j)).collect();
-    if (points.len() as f64) < min_length {
-        return none(None);
+    let min_faint = min_length.max(dim.0.min(dim.1) as f64 / 3.0);
+    let points_of = |image: &Array2<bool>| -> Vec<(usize, usize)> {
+        image.indexed_iter().filter(|(_, a)| **a).map(|((j, i), _)| (i, j)).collect()
+    };
+    let (bright, faint) = (points_of(above), points_of(faint));
+    if (faint.len() as f64) < min_length {
+        return model;
     }
-    let theta = direction(&points, dim);
+    // few bright points hold no direction: then the faint ones may
+    let theta = direction(if bright.len() as f64 > 2.0 * min_length { &bright } else { &faint }, dim);
     let turned = Turned::new(dim, theta);
-    let found = long_runs(&points, turned, dim, fwhm_px, min_length);
-    if found.is_empty() {
-        return none(None);
+    let mut found = long_runs(&bright, turned, dim, fwhm_px, min_length);
+    let bright_trails = found.len();
+    for trail in long_runs(&faint, turned, dim, fwhm_px, min_faint) {
+        let known = found[..bright_trails].iter().any(|t| trail.v.0 <= t.v.1 + fwhm_px && t.v.0 <= trail.v.1 + fwhm_px);
+        if !known {
+            found.push(trail);
+        }
     }
-    let mut model = none(Some(theta));
     for trail in found {
+        model.theta_rad = Some(theta);
         add_light(&mut model, net, turned, trail, fwhm_px, keep_out);
     }
     model
@@ -205,15 +216,31 @@ fn add_light(
             places[b] = (places[b].0 + v, places[b].1 + 1.0);
         }
     }
-    // nodes of the profile: mean place, clipped mean, number
-    let nodes: Vec<(f64, f64, usize)> = values
-        .iter_mut()
-        .zip(&places)
-        .filter(|(values, _)| values.len() >= 8)
-        .filter_map(|(values, (sum, n))| stats::sigma_clip(values, 3.0).map(|c| (sum / n, c.mean, c.n)))
-        .collect();
+    // nodes of the profile: mean place, clipped mean, number; and the error of each mean
+    let mut errors = Vec::new();
+    let mut nodes: Vec<(f64, f64, usize)> = Vec::new();
+    for (values, (sum, n)) in values.iter_mut().zip(&places).filter(|(values, _)| values.len() >= 8) {
+        if let Some(c) = stats::sigma_clip(values, 3.0) {
+            nodes.push((sum / n, c.mean, c.n));
+            errors.push(c.sigma / (c.n as f64).sqrt());
+        }
+    }
     if nodes.len() < 4 {
         return;
+    }
+    // the mesh may be a little off here: the trail is what stands above the outer wings, the lower of both
+    let mean_of = |from: f64, to: f64| {
+        let (sum, n) =
+            nodes.iter().filter(|k| k.0 >= from && k.0 <= to).fold((0.0, 0.0), |(s, n), k| (s + k.1, n + 1.0));
+        if n > 0.0 { sum / n } else { f64::INFINITY }
+    };
+    let outer = 0.4 * wing;
+    let pedestal = mean_of(v_range.0, v_range.0 + outer).min(mean_of(v_range.1 - outer, v_range.1));
+    for (node, err) in nodes.iter_mut().zip(errors) {
+        node.1 -= if pedestal.is_finite() { pedestal } else { 0.0 };
+        if node.1 < 2.0 * err {
+            node.1 = 0.0;
+        }
     }
     let end = 2.5 * fwhm_px;
     for j in 0..ny {
