@@ -47,7 +47,7 @@ fn frames_of_no_use_are_told_from_no_frames() {
     refused(&night().card("", "IMAGETYP", Some("'Bias Frame'")), 4, &["no flat, star or target frames", "IMAGETYP"]);
     let n = night();
     n.frames("").iter().for_each(|p| std::fs::write(p, "not FITS").unwrap());
-    refused(&n, 4, &["none of the 19 files can be used", "flat_000.fits", "does not begin with SIMPLE"]);
+    refused(&n, 4, &["none of the 19 files can be used", ".fits: not a FITS file"]);
 }
 
 // ---------------------------------------------------------------- elements
