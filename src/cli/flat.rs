@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use satphot::Error;
 use satphot::frames::{Detector, MasterFlat};
+use satphot::night::pipeline::with_threads;
 use satphot::night::survey::survey;
 
 use super::{Common, print};
@@ -35,7 +36,9 @@ impl Flat {
             );
         }
         let detector = Detector::from_config(&config.detector)?;
-        let flat = MasterFlat::make(&survey.flats, &detector, &config.flat, config.photometry.clip_radius_px)?;
+        let clip_radius_px = config.photometry.clip_radius_px;
+        let make = || MasterFlat::make(&survey.flats, &detector, &config.flat, clip_radius_px);
+        let flat = with_threads(self.common.jobs, make)??;
         flat.write(&self.out)?;
         for member in &flat.members {
             let what = if member.used { "used".to_string() } else { format!("rejected: {}", member.reason) };

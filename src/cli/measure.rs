@@ -9,6 +9,8 @@ use satphot::night::stage::measure_targets;
 use super::{Common, print};
 
 /// Measures the target in the night's target frames or in named files, and tags each with its geometry.
+///
+/// With the zeropoint of a run the numbers are those of the run: flats and the stars' FWHM are the night's own.
 #[derive(Debug, Args)]
 pub struct Measure {
     /// Target frames; the night's own if none are named
@@ -18,7 +20,7 @@ pub struct Measure {
     /// Zeropoint to calibrate with (zeropoint.previous); without one magnitudes stay instrumental
     #[arg(long, value_name = "TOML")]
     zeropoint: Option<PathBuf>,
-    /// Master flat to divide by; made from the night's flats if there are any
+    /// Master flat to divide by; made from the night's flats if absent
     #[arg(long, value_name = "FITS")]
     flat: Option<PathBuf>,
     /// Table to write
@@ -34,10 +36,6 @@ impl Measure {
         }
         if self.zeropoint.is_some() {
             config.zeropoint.previous = self.zeropoint;
-        }
-        if !self.files.is_empty() {
-            // files named here are target frames, whatever their headers say
-            config.frames.target.push("*".into());
         }
         let options = Options { jobs: self.common.jobs, files: self.files, ..Options::default() };
         let progress = self.common.progress();

@@ -13,20 +13,27 @@ mod satellites;
 mod simulate;
 mod zeropoint;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand};
 use satphot::Error;
 use satphot::config::Config;
 
-const EXIT_CODES: &str = "\
-Exit codes: 0 outputs complete; 1 internal error; 2 usage or configuration; 3 outputs written, but too many frames
-failed or no star matched; 4 input missing or unreadable; 5 calibration, catalogue or orbit missing.";
+const AFTER_HELP: &str = "\
+To begin: `satphot simulate` makes a night to try, `satphot init` a pipeline.toml for your own, `satphot run` reduces it.
+
+Exit codes:
+  0  outputs complete
+  1  internal error
+  2  usage or configuration
+  3  outputs written, but too many frames failed or no star matched
+  4  input missing or unreadable
+  5  usable flat, gain setting, star catalogue or elements missing";
 
 /// Photometry of tracked satellites: a night's raw FITS files to calibrated magnitudes, orbit and geometry to
 /// predicted magnitudes, and the residuals between them.
 #[derive(Debug, Parser)]
-#[command(name = "satphot", version, about, after_help = EXIT_CODES)]
+#[command(name = "satphot", version, about, after_help = AFTER_HELP)]
 pub struct Cli {
     #[command(subcommand)]
     verb: Verb,
@@ -64,14 +71,11 @@ pub struct Common {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
     /// Threads; 0 = all cores
-    #[arg(short, long, value_name = "N", default_value_t = 0)]
+    #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
     pub jobs: usize,
     /// No progress bars, no notes
     #[arg(short, long)]
     pub quiet: bool,
-    /// More notes
-    #[arg(short, long)]
-    pub verbose: bool,
 }
 
 impl Common {
@@ -84,7 +88,7 @@ impl Common {
             }
             .into());
         }
-        Ok(Config::load(&self.config, &self.sets)?)
+        load(&self.config, &self.sets)
     }
 
     /// The listener to progress: bars on a terminal, silence otherwise.
@@ -107,6 +111,25 @@ impl Cli {
             Verb::Simulate(v) => v.execute(),
             Verb::Satellites(v) => v.execute(),
         }
+    }
+}
+
+/// Reads a configuration; an error in it names the file, and --set where that was given.
+pub fn load(path: &Path, sets: &[String]) -> anyhow::Result<Config> {
+    Config::load(path, sets).map_err(|error| match error {
+        Error::Config { key, problem } => {
+            let also = if sets.is_empty() { "" } else { " and --set" };
+            Error::Config { key, problem: format!("{} (in {}{also})", problem.trim_end(), path.display()) }.into()
+        }
+        other => other.into(),
+    })
+}
+
+/// A number of threads: more than a thousand is a typing error, and starting them would take minutes.
+fn threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(n) if n <= 1024 => Ok(n),
+        _ => Err("not a whole number from 0 to 1024".into()),
     }
 }
 

@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use clap::Args;
 use satphot::Error;
 use satphot::brightness::light_class;
-use satphot::config::{Config, Orbit, Site};
+use satphot::config::{Orbit, Site};
 use satphot::night::clock::{iso_utc, parse_utc, shifted};
 use satphot::night::compare::scene;
 use satphot::orbit::{PassEvent, Tracker, passes};
 use satphot::report::summary::text_table;
 
-use super::print;
+use super::{load, print};
 
 /// Lists the passes of a satellite over a site: rise, culmination, set, with Sun, Moon and the light it is seen by.
 #[derive(Debug, Args)]
@@ -35,7 +35,7 @@ pub struct Passes {
     #[arg(long, value_name = "UTC")]
     start: String,
     /// Length of the search [h]
-    #[arg(long, value_name = "H", default_value_t = 24.0)]
+    #[arg(long, value_name = "H", default_value_t = 24.0, allow_hyphen_values = true)]
     hours: f64,
     /// Passes that reach at least this altitude, between their crossings of it [deg]
     #[arg(long, value_name = "DEG", default_value_t = 10.0, allow_hyphen_values = true)]
@@ -140,9 +140,11 @@ impl Passes {
                     format!("{} is not there; give --elements and --site instead", self.config.display()),
                 ));
             }
-            Some(Config::load(&self.config, &self.sets)?)
-        } else {
+            Some(load(&self.config, &self.sets)?)
+        } else if self.sets.is_empty() {
             None
+        } else {
+            return Err(bad("--set", "has no effect: --elements and --site replace the configuration".into()));
         };
         let site = match (self.site.as_slice(), &config) {
             ([lat_deg, lon_deg, alt_m], _) => {

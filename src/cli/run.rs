@@ -30,6 +30,9 @@ pub struct Run {
     /// Draw no figures
     #[arg(long)]
     no_figures: bool,
+    /// List the files written
+    #[arg(short, long)]
+    verbose: bool,
     /// Say what each file is and what would be done, and stop
     #[arg(long)]
     dry_run: bool,
@@ -65,7 +68,7 @@ impl Run {
         print(&summary.text());
         let memory = peak_memory_mb().map(|mb| format!(", {mb:.0} MB peak memory")).unwrap_or_default();
         print(&format!("\n{}{memory}\nResults in {}\n", summary.speed(), summary.folder.display()));
-        if self.common.verbose {
+        if self.verbose {
             for file in &summary.files {
                 print(&format!("  {}\n", file.display()));
             }

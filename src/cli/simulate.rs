@@ -23,7 +23,7 @@ pub struct Simulate {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
     /// Threads; 0 = all cores
-    #[arg(short, long, value_name = "N", default_value_t = 0)]
+    #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = super::threads)]
     jobs: usize,
     /// No progress bar
     #[arg(short, long)]

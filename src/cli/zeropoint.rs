@@ -19,10 +19,10 @@ pub struct ZeropointVerb {
     /// Fit this stars.ecsv again instead of measuring frames
     #[arg(long, value_name = "ECSV", conflicts_with = "files")]
     stars: Option<PathBuf>,
-    /// Master flat to divide by; made from the night's flats if there are any
+    /// Master flat to divide by; made from the night's flats if absent
     #[arg(long, value_name = "FITS")]
     flat: Option<PathBuf>,
-    /// Zeropoint to write; the star measurements go to stars.ecsv beside it
+    /// Zeropoint to write; new star measurements go to stars.ecsv beside it
     #[arg(short, long, value_name = "FILE", default_value = "zeropoint.toml")]
     out: PathBuf,
 }

@@ -54,9 +54,15 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     let survey = survey(config, &options.files, &bench.target_names())?;
     refuse_hopeless(&survey, &bench)?;
     let folder = config.night.output.join(&config.night.name);
-    std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, e))?;
+    std::fs::create_dir_all(&folder).map_err(|e| Error::NoInput {
+        path: folder.clone(),
+        problem: format!("the folder of the results cannot be made ({e}); choose another night.output"),
+    })?;
 
     let mut log = Log::new(progress);
+    if survey.targets.is_empty() {
+        log.notes.push(no_target(&survey, &bench));
+    }
     bench.flat = log.stage("flat", |log| master_flat(&survey, &bench, options, progress, &mut log.notes))?;
     let mut stars = log.stage("stars", |log| star_stage(&survey, &bench, options, progress, &mut log.notes))?;
     bench.fwhm_arcsec = stars.fwhm_arcsec;
@@ -109,6 +115,20 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     Ok(summary)
 }
 
+/// Why no frame was taken for one of the target, and how to name those that are.
+fn no_target(survey: &Survey, bench: &Bench) -> String {
+    let names = bench.target_names();
+    let known = if names.is_empty() {
+        "without [orbit] the target's name is not known".to_string()
+    } else {
+        format!("no OBJECT contains {}", names.join(" or "))
+    };
+    format!(
+        "no target frames among {} files: {known}; name it in frames.target_objects, or its files in frames.target",
+        survey.len()
+    )
+}
+
 /// Stages with their times, and what should be told at the end.
 struct Log<'a> {
     progress: &'a dyn Progress,
@@ -135,7 +155,7 @@ fn refuse_hopeless(survey: &Survey, bench: &Bench) -> Result<()> {
     if science.is_empty() && survey.flats.is_empty() {
         return match survey.unreadable.first() {
             Some(first) => Err(Error::NoInput {
-                path: first.path.clone(),
+                path: bench.config.night.input.first().cloned().unwrap_or_default(),
                 problem: format!("none of the {} files can be used; the first: {}", survey.len(), first.error),
             }),
             None => Err(Error::NoInput {
@@ -165,7 +185,7 @@ fn refuse_hopeless(survey: &Survey, bench: &Bench) -> Result<()> {
 /// The master flat: read if configured, made if there are flats, left out if there are none.
 ///
 /// # Errors
-/// [`Error::Flat`] when there are flats but none can be used.
+/// [`Error::Flat`] when there are flats but too few can be used.
 pub fn master_flat(
     survey: &Survey,
     bench: &Bench,
@@ -183,7 +203,16 @@ pub fn master_flat(
     }
     progress.stage("master flat", survey.flats.len());
     let flat = pool(options.threads())?
-        .install(|| MasterFlat::make(&survey.flats, &bench.detector, &bench.config.flat, clip))?;
+        .install(|| MasterFlat::make(&survey.flats, &bench.detector, &bench.config.flat, clip))
+        .map_err(|error| match error {
+            Error::Flat { problem } => Error::Flat {
+                problem: format!(
+                    "{problem}; take more flats, name a master of another night in flat.master, lower flat.min_flats, \
+                     or leave the flats out with frames.ignore"
+                ),
+            },
+            other => other,
+        })?;
     progress.done();
     Ok(Some(flat))
 }
@@ -259,7 +288,8 @@ pub fn star_stage(
     let mut stage = StarStage::default();
     let mut fwhm: Vec<f64> = Vec::new();
     let mut results = results.into_iter();
-    for (number, pointing) in survey.pointings.iter().enumerate() {
+    let mut number = 0;
+    for pointing in &survey.pointings {
         let mut members = Vec::new();
         for exposure in pointing {
             match results.next() {
@@ -279,6 +309,8 @@ pub fn star_stage(
             Combine::Median => stage.rows.extend(combined_rows(&members, number, catalogue)),
             Combine::None => stage.rows.extend(members.iter().flat_map(|m| single_rows(m, number, catalogue))),
         }
+        // a pointing of which no frame could be measured has no number: it is missing in the tables
+        number += usize::from(!members.is_empty());
     }
     stage.fwhm_arcsec = robust(&fwhm).map(|(median, _)| median);
     if catalogue.n_skipped > 0 {

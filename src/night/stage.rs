@@ -1,21 +1,22 @@
 //! Single stages on files, with the code of the whole night: zeropoint, measure, compare.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::config::Config;
 use crate::error::{Error, Result};
+use crate::frames::Role;
 use crate::night::bench::Bench;
 use crate::night::compare::{add_model, epoch_of, residual_rows};
 use crate::night::meta::table_meta;
 use crate::night::pipeline::{Options, master_flat, save, star_stage, target_stage};
 use crate::night::progress::Progress;
 use crate::night::summary::{Counts, zeropoint_text};
-use crate::night::survey::survey;
+use crate::night::survey::{Survey, survey};
 use crate::night::target::{failed_row, fill_geometry};
 use crate::night::zeropoint::fit_rows;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::summary::pass_table;
-use crate::report::{PhotometryRow, ResidualRow, StarRow, read_photometry, read_stars};
+use crate::report::{MetaValue, PhotometryRow, ResidualRow, StarRow, read_photometry, read_stars};
 use crate::report::{write_photometry, write_residuals, write_stars};
 
 /// What `satphot zeropoint` found.
@@ -34,17 +35,12 @@ pub struct FittedStars {
 /// # Errors
 /// What must be there before work begins; a fit that fails is told in [`FittedStars::zeropoint`].
 pub fn fit_stars(config: &Config, options: &Options, progress: &dyn Progress) -> Result<FittedStars> {
-    let mut config = config.clone();
     if config.stars.is_none() {
         return Err(Error::Config { key: "stars".into(), problem: "is needed to fit a zeropoint".into() });
     }
-    // files named by the user are star frames, whatever their headers say
-    if !options.files.is_empty() {
-        config.frames.stars.push("*".into());
-    }
-    let mut bench = Bench::prepare(&config)?;
+    let mut bench = Bench::prepare(config)?;
     let mut notes = Vec::new();
-    let survey = survey(&config, &options.files, &bench.target_names())?;
+    let survey = survey_named(config, &options.files, Role::Stars, &bench.target_names(), &mut notes)?;
     bench.flat = master_flat(&survey, &bench, options, progress, &mut notes)?;
     let stars = star_stage(&survey, &bench, options, progress, &mut notes)?;
     notes.extend(stars.failed.iter().map(|r| format!("{}: {}", r.frame, r.reason)));
@@ -61,7 +57,33 @@ pub fn fit_stars(config: &Config, options: &Options, progress: &dyn Progress) ->
         let problem = format!("no star matched in {} star frames; the first: {first}", survey.n_star_frames());
         return Ok(FittedStars { rows, zeropoint: Err(problem), notes });
     }
-    fitted(rows, &config, notes)
+    fitted(rows, config, notes)
+}
+
+/// The files of the night; or the `files` named by the user, which have `role` whatever their headers say, beside the
+/// flats and (for target frames) the star pointings of the night, so that the numbers are those of the whole night.
+fn survey_named(
+    config: &Config,
+    files: &[PathBuf],
+    role: Role,
+    target_names: &[String],
+    notes: &mut Vec<String>,
+) -> Result<Survey> {
+    if files.is_empty() {
+        return survey(config, &[], target_names);
+    }
+    let mut own = config.clone();
+    let patterns = if role == Role::Stars { &mut own.frames.stars } else { &mut own.frames.target };
+    patterns.push("*".into());
+    let named = survey(&own, files, target_names)?;
+    match survey(config, &[], target_names) {
+        Ok(night) if role == Role::Stars => Ok(Survey { flats: night.flats, ..named }),
+        Ok(night) => Ok(Survey { flats: night.flats, pointings: night.pointings, ..named }),
+        Err(error) => {
+            notes.push(format!("{error}: the named files are reduced without the night's flats and stars"));
+            Ok(named)
+        }
+    }
 }
 
 /// Fits the zeropoint again to the rows of a stars.ecsv.
@@ -92,7 +114,9 @@ impl FittedStars {
     /// [`Error::Io`].
     pub fn write(&self, config: &Config, zeropoint: &Path, stars: Option<&Path>) -> Result<()> {
         if let Ok(fit) = &self.zeropoint {
-            save(zeropoint, &fit.to_toml(&self.notes))?;
+            // the fit's own warnings have their place in the file
+            let notes: Vec<String> = self.notes.iter().filter(|n| !fit.warnings.contains(n)).cloned().collect();
+            save(zeropoint, &fit.to_toml(&notes))?;
         }
         match stars {
             Some(path) => write_stars(path, &self.rows, &table_meta(config, self.zeropoint.as_ref().ok())?),
@@ -126,14 +150,18 @@ pub struct Measured {
 /// What must be there before work begins.
 pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progress) -> Result<Measured> {
     let mut config = config.clone();
-    config.stars = None; // the catalogue is not needed here
+    // the stars only tell the FWHM here: without their catalogue the night goes on
+    config.stars = config.stars.filter(|s| config.photometry.fwhm_px.is_none() && s.catalogue.exists());
     let mut bench = Bench::prepare(&config)?;
     if let Some(path) = &config.zeropoint.previous {
         bench.zeropoint = Some(Zeropoint::read(path)?);
     }
     let mut notes = Vec::new();
-    let survey = survey(&config, &options.files, &bench.target_names())?;
+    let survey = survey_named(&config, &options.files, Role::Target, &bench.target_names(), &mut notes)?;
     bench.flat = master_flat(&survey, &bench, options, progress, &mut notes)?;
+    if config.stars.is_some() && survey.n_star_frames() > 0 {
+        bench.fwhm_arcsec = star_stage(&survey, &bench, options, progress, &mut notes)?.fwhm_arcsec;
+    }
     let frames = target_stage(&survey, &bench, options, progress, &mut notes)?;
     let mut rows: Vec<PhotometryRow> = frames.into_iter().map(|f| f.0).collect();
     rows.extend(survey.unreadable.iter().map(|u| failed_row(&crate::night::pipeline::file_name(&u.path), &u.error)));
@@ -175,6 +203,8 @@ pub struct Compared {
     pub rows: Vec<PhotometryRow>,
     /// The rows with a residual.
     pub residuals: Vec<ResidualRow>,
+    /// The zeropoint of the magnitudes, as the photometry table names it.
+    pub zeropoint: Option<MetaValue>,
     /// What should be known.
     pub notes: Vec<String>,
 }
@@ -190,7 +220,8 @@ pub fn compare_table(config: &Config, table: &Path) -> Result<Compared> {
     let needed = |key: &str| Error::Config { key: key.into(), problem: "is needed to compare with the model".into() };
     let tracker = bench.tracker.as_ref().ok_or_else(|| needed("orbit"))?;
     let satellite = bench.satellite.as_ref().ok_or_else(|| needed("model"))?;
-    let (mut rows, _) = read_photometry(table)?;
+    let (mut rows, meta) = read_photometry(table)?;
+    let zeropoint = meta.entries.into_iter().find(|(key, _)| key == "zeropoint").map(|(_, value)| value);
     let mut notes = Vec::new();
     for row in &mut rows {
         let Some(epoch) = epoch_of(row) else { continue };
@@ -203,7 +234,7 @@ pub fn compare_table(config: &Config, table: &Path) -> Result<Compared> {
         }
     }
     let residuals = residual_rows(&rows);
-    Ok(Compared { rows, residuals, notes })
+    Ok(Compared { rows, residuals, zeropoint, notes })
 }
 
 impl Compared {
@@ -212,7 +243,10 @@ impl Compared {
     /// # Errors
     /// [`Error::Io`].
     pub fn write(&self, config: &Config, residuals: &Path, photometry: Option<&Path>) -> Result<()> {
-        let meta = table_meta(config, None)?;
+        let mut meta = table_meta(config, None)?;
+        if let Some(zeropoint) = &self.zeropoint {
+            meta.push("zeropoint", zeropoint.clone());
+        }
         write_residuals(residuals, &self.residuals, &meta)?;
         match photometry {
             Some(path) => write_photometry(path, &self.rows, &meta),

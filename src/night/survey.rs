@@ -99,19 +99,23 @@ fn by_time(exposures: &mut [Exposure]) {
 }
 
 /// A pointing ends where OBJECT changes or the next frame comes later than `gap_s`.
+///
+/// A frame of another size is a pointing by itself and does not divide the one it lies in.
 fn group(stars: Vec<Exposure>, gap_s: f64) -> Vec<Vec<Exposure>> {
     let mut pointings: Vec<Vec<Exposure>> = Vec::new();
     for exposure in stars {
-        let joins = pointings.last().and_then(|p| p.last()).is_some_and(|last| {
-            let near = match (&last.time, &exposure.time) {
+        let field = |p: &&mut Vec<Exposure>| p.last().is_some_and(|last| last.object == exposure.object);
+        let sized = |p: &&mut Vec<Exposure>| p.last().is_some_and(|last| last.size_px == exposure.size_px);
+        let open = pointings.iter_mut().rev().take_while(field).find(sized);
+        let joins = open.as_ref().and_then(|p| p.last()).is_some_and(|last| {
+            match (&last.time, &exposure.time) {
                 (Some(a), Some(b)) => {
                     seconds_between(a.mid, b.mid) - 0.5 * (last.exptime_s + exposure.exptime_s) <= gap_s
                 }
                 _ => false,
-            };
-            near && last.object == exposure.object && last.size_px == exposure.size_px
+            }
         });
-        match pointings.last_mut() {
+        match open {
             Some(pointing) if joins => pointing.push(exposure),
             _ => pointings.push(vec![exposure]),
         }

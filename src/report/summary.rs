@@ -32,10 +32,11 @@ fn median(values: &mut [f64]) -> Option<f64> {
 
 /// The passes of a night: rows of one target without a gap longer than [`PASS_GAP_S`], in order of time.
 ///
-/// Rows without a time belong to no pass.
+/// Rows without a time and rejected ones, whose time or place is impossible, belong to no pass.
 #[must_use]
 pub fn passes(rows: &[PhotometryRow]) -> Vec<Vec<&PhotometryRow>> {
-    let mut timed: Vec<&PhotometryRow> = rows.iter().filter(|r| r.mjd_mid_d.is_some_and(f64::is_finite)).collect();
+    let in_time = |r: &&PhotometryRow| r.mjd_mid_d.is_some_and(f64::is_finite) && r.status != "rejected";
+    let mut timed: Vec<&PhotometryRow> = rows.iter().filter(in_time).collect();
     timed.sort_by(|a, b| target(a).cmp(&target(b)).then(mjd(a).total_cmp(&mjd(b))));
     let mut passes: Vec<Vec<&PhotometryRow>> = Vec::new();
     for row in timed {
