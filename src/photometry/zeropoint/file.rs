@@ -23,6 +23,12 @@ struct File {
     c_mag_mag: f64,
     c_err_mag_mag: Option<f64>,
     covariance: Option<[[f64; 3]; 3]>,
+    /// Told for the reader, made anew from the covariance.
+    #[serde(rename = "err_as_published_mag")]
+    _err_as_published_mag: Option<f64>,
+    /// Likewise.
+    #[serde(rename = "err_propagated_mag")]
+    _err_propagated_mag: Option<f64>,
     #[serde(default)]
     estimator: String,
     #[serde(default)]
