@@ -9,7 +9,8 @@ const VECTORS: &str = include_str!("data/wcs_sip_vectors.csv");
 
 /// The header numbers of the vector file's comment lines.
 fn header(text: &str) -> HashMap<String, f64> {
-    let pair = |l: &str| l.strip_prefix("# ")?.split_once(" = ").and_then(|(k, v)| Some((k.to_owned(), v.parse().ok()?)));
+    let pair =
+        |l: &str| l.strip_prefix("# ")?.split_once(" = ").and_then(|(k, v)| Some((k.to_owned(), v.parse().ok()?)));
     text.lines().filter_map(pair).collect()
 }
 

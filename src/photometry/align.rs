@@ -122,7 +122,13 @@ impl Motion {
     /// The final pairs over the complete lists: nearest both ways, ambiguous ones dropped.
     fn alignment(&self, field: &Field, predicted: &[(f64, f64)], detected: &[(f64, f64)]) -> Alignment {
         let tree = |points: Vec<([f64; 2], usize)>| {
-            RTree::bulk_load(points.into_iter().filter(|(p, _)| p.iter().all(|v| v.is_finite())).map(|(p, i)| Point::new(p, i)).collect())
+            RTree::bulk_load(
+                points
+                    .into_iter()
+                    .filter(|(p, _)| p.iter().all(|v| v.is_finite()))
+                    .map(|(p, i)| Point::new(p, i))
+                    .collect(),
+            )
         };
         let moved: Vec<[f64; 2]> = predicted.iter().map(|p| self.apply(field.centre, *p)).collect();
         let sky = tree(moved.iter().copied().enumerate().map(|(i, p)| (p, i)).collect());
@@ -153,6 +159,10 @@ impl Motion {
 }
 
 type Point = GeomWithData<[f64; 2], usize>;
+/// (index of predicted, index of detected, distance \[px\]).
+type Match = (usize, usize, f64);
+/// (length, first, second).
+type Pair = (f64, (f64, f64), (f64, f64));
 
 /// Both lists, with what is asked of them often.
 struct Field {
@@ -169,9 +179,10 @@ impl Field {
     fn new(predicted: Vec<(f64, f64)>, detected: Vec<(f64, f64)>, radius: f64) -> Field {
         let n = predicted.len() as f64;
         let centre = (predicted.iter().map(|p| p.0).sum::<f64>() / n, predicted.iter().map(|p| p.1).sum::<f64>() / n);
-        let bounds = detected.iter().fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, p| {
-            [b[0].min(p.0), b[1].min(p.1), b[2].max(p.0), b[3].max(p.1)]
-        });
+        let bounds =
+            detected.iter().fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, p| {
+                [b[0].min(p.0), b[1].min(p.1), b[2].max(p.0), b[3].max(p.1)]
+            });
         let tree = RTree::bulk_load(detected.iter().enumerate().map(|(i, p)| Point::new([p.0, p.1], i)).collect());
         Field { predicted, detected, tree, centre, radius, bounds }
     }
@@ -260,7 +271,7 @@ impl Field {
     }
 
     /// Nearest detections within `radius` of the judges under `motion`, one detection to one star.
-    fn matches(&self, motion: &Motion, radius: f64, judges: usize) -> Vec<(usize, usize, f64)> {
+    fn matches(&self, motion: &Motion, radius: f64, judges: usize) -> Vec<Match> {
         let mut nearest: HashMap<usize, (usize, f64)> = HashMap::new();
         for (i, p) in self.predicted.iter().take(judges).enumerate() {
             let at = motion.apply(self.centre, *p);
@@ -269,7 +280,7 @@ impl Field {
                 nearest.insert(star.data, (i, d2));
             }
         }
-        let mut out: Vec<(usize, usize, f64)> = nearest.into_iter().map(|(q, (p, d2))| (p, q, d2.sqrt())).collect();
+        let mut out: Vec<Match> = nearest.into_iter().map(|(q, (p, d2))| (p, q, d2.sqrt())).collect();
         out.sort_by_key(|m| m.0);
         out
     }
@@ -295,13 +306,11 @@ impl Field {
     }
 
     /// m = Σ conj(u) v / Σ |u|²; a plain shift from fewer than three stars or where the scale runs away.
-    fn similarity(&self, found: &[(usize, usize, f64)]) -> Option<Motion> {
+    fn similarity(&self, found: &[Match]) -> Option<Motion> {
         let n = found.len() as f64;
-        let mean = |f: &dyn Fn(&(usize, usize, f64)) -> (f64, f64)| {
-            let s = found.iter().map(f).fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
-            (s.0 / n, s.1 / n)
-        };
-        let (pc, qc) = (mean(&|m| self.predicted[m.0]), mean(&|m| self.detected[m.1]));
+        let add = |a: (f64, f64), b: (f64, f64)| (a.0 + b.0 / n, a.1 + b.1 / n);
+        let pc = found.iter().map(|m| self.predicted[m.0]).fold((0.0, 0.0), add);
+        let qc = found.iter().map(|m| self.detected[m.1]).fold((0.0, 0.0), add);
         let (mut re, mut im, mut norm) = (0.0, 0.0, 0.0);
         for (i, j, _) in found {
             let (p, q) = (self.predicted[*i], self.detected[*j]);
@@ -353,7 +362,7 @@ impl Field {
 }
 
 /// (length, first, second) of the pairs of the brightest points longer than `shortest`, by length.
-fn long_pairs(points: &[(f64, f64)], shortest: f64) -> Vec<(f64, (f64, f64), (f64, f64))> {
+fn long_pairs(points: &[(f64, f64)], shortest: f64) -> Vec<Pair> {
     let voters = &points[..points.len().min(VOTERS)];
     let mut out = Vec::new();
     for (i, p) in voters.iter().enumerate() {
@@ -374,6 +383,8 @@ mod tests {
     use rand::{Rng, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
+    type Points = Vec<(f64, f64)>;
+
     /// What a synthetic field is made of.
     struct Sky {
         common: usize,
@@ -386,7 +397,7 @@ mod tests {
     }
 
     /// Predicted and detected positions, and which detection is which star.
-    fn field(sky: &Sky, seed: u64) -> (Vec<(f64, f64)>, Vec<(f64, f64)>, Vec<(usize, usize)>) {
+    fn field(sky: &Sky, seed: u64) -> (Points, Points, Vec<(usize, usize)>) {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let place = |rng: &mut ChaCha8Rng| (rng.random_range(0.0..sky.size.0), rng.random_range(0.0..sky.size.1));
         let n = sky.common + sky.missing;
@@ -447,7 +458,8 @@ mod tests {
     fn six_common_stars_among_sixty_predicted_and_forty_detected_are_enough() {
         for seed in 0..20 {
             let rotation_deg = [0.0, 1.0, -3.0, 3.0][seed as usize % 4];
-            let sky = Sky { common: 6, missing: 54, faked: 34, noise_px: 0.3, shift_px: 150.0, rotation_deg, size: FULL };
+            let sky =
+                Sky { common: 6, missing: 54, faked: 34, noise_px: 0.3, shift_px: 150.0, rotation_deg, size: FULL };
             let (a, right) = solved(&sky, seed, 20.0);
             let a = a.unwrap_or_else(|| panic!("seed {seed}: no match"));
             assert!(right >= 5, "seed {seed}: {right} right of {}", a.n);
@@ -457,8 +469,15 @@ mod tests {
     #[test]
     fn a_small_field_with_few_stars_and_a_good_header_is_matched() {
         for seed in 0..20 {
-            let sky =
-                Sky { common: 5, missing: 1, faked: 2, noise_px: 0.3, shift_px: 10.0, rotation_deg: 0.0, size: (600.0, 400.0) };
+            let sky = Sky {
+                common: 5,
+                missing: 1,
+                faked: 2,
+                noise_px: 0.3,
+                shift_px: 10.0,
+                rotation_deg: 0.0,
+                size: (600.0, 400.0),
+            };
             let (a, right) = solved(&sky, seed, 6.0);
             assert!(a.is_some() && right >= 4, "seed {seed}: {right}");
         }

@@ -95,11 +95,8 @@ impl Catalogue {
     /// Entries within `radius_deg` of a point, brightest first.
     #[must_use]
     pub fn near(&self, ra_deg: f64, dec_deg: f64, radius_deg: f64) -> Vec<&CatalogueStar> {
-        let mut found: Vec<&CatalogueStar> = self
-            .stars
-            .iter()
-            .filter(|s| separation_deg(ra_deg, dec_deg, s.ra_deg, s.dec_deg) <= radius_deg)
-            .collect();
+        let mut found: Vec<&CatalogueStar> =
+            self.stars.iter().filter(|s| separation_deg(ra_deg, dec_deg, s.ra_deg, s.dec_deg) <= radius_deg).collect();
         found.sort_by(|a, b| a.v_mag.total_cmp(&b.v_mag));
         found
     }
@@ -219,7 +216,8 @@ fn split(line: &str, delimiter: u8) -> std::result::Result<Vec<String>, String> 
     } else {
         line
     };
-    let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).delimiter(delimiter).from_reader(line.as_bytes());
+    let mut reader =
+        csv::ReaderBuilder::new().has_headers(false).flexible(true).delimiter(delimiter).from_reader(line.as_bytes());
     match reader.records().next() {
         Some(Ok(record)) => Ok(record.iter().map(|f| f.trim().to_owned()).collect()),
         Some(Err(e)) => Err(e.to_string()),
@@ -246,16 +244,20 @@ impl Layout {
         let present = || table.names.join(", ");
         let find = |key: &str| -> std::result::Result<Option<usize>, String> {
             match columns.get(key) {
-                Some(own) => table.column(own).map(Some).ok_or_else(|| {
-                    format!("column `{own}` (stars.columns.{key}) is missing; present: {}", present())
-                }),
+                Some(own) => table
+                    .column(own)
+                    .map(Some)
+                    .ok_or_else(|| format!("column `{own}` (stars.columns.{key}) is missing; present: {}", present())),
                 None => Ok(KNOWN.iter().find(|(k, _)| *k == key).and_then(|(_, names)| any(names))),
             }
         };
         let need = |key: &str| {
             let usual = KNOWN.iter().find(|(k, _)| *k == key).map_or("", |(_, n)| n[0]);
             find(key)?.ok_or_else(|| {
-                format!("column `{usual}` is missing; present: {}; name it with stars.columns.{key} = \"...\"", present())
+                format!(
+                    "column `{usual}` is missing; present: {}; name it with stars.columns.{key} = \"...\"",
+                    present()
+                )
             })
         };
         let layout = Layout {
@@ -368,7 +370,7 @@ mod tests {
         };
         for d in [",", ";", "\t", "|", " ", "   "] {
             let c = read(&format!("{}\r\n{}\r\n", names.join(d), row.join(d)), &[]).unwrap();
-            assert_eq!(c.stars, [want.clone()], "separator {d:?}");
+            assert_eq!((c.stars.len(), &c.stars[0]), (1, &want), "separator {d:?}");
         }
     }
 
@@ -402,7 +404,10 @@ mod tests {
     fn a_missing_column_is_named_with_those_present_and_the_key_that_helps() {
         let text = "alpha,delta,mag\n1,2,3\n";
         let message = read(text, &[]).unwrap_err().to_string();
-        assert!(["RAJ2000", "alpha, delta, mag", "stars.columns.ra_deg"].iter().all(|w| message.contains(w)), "{message}");
+        assert!(
+            ["RAJ2000", "alpha, delta, mag", "stars.columns.ra_deg"].iter().all(|w| message.contains(w)),
+            "{message}"
+        );
         let own = [("ra_deg", "alpha"), ("dec_deg", "delta"), ("v_mag", "mag")];
         assert_eq!(read(text, &own).unwrap().stars[0].v_mag, 3.0);
         let message = read(text, &[("ra_deg", "right"), ("dec_deg", "delta")]).unwrap_err().to_string();
@@ -420,7 +425,8 @@ mod tests {
 
     #[test]
     fn ecsv_keeps_quoted_names_and_refuses_hours() {
-        let head = "# %ECSV 1.0\n# ---\n# delimiter: ','\n# datatype:\n# - {name: RAJ2000, unit: deg, datatype: float64}\n";
+        let head =
+            "# %ECSV 1.0\n# ---\n# delimiter: ','\n# datatype:\n# - {name: RAJ2000, unit: deg, datatype: float64}\n";
         let c = read(&format!("{head}RAJ2000,DEJ2000,Vmag,\"g'mag\",e_Vmag\n1.5,2.5,12,\"\",\"\"\n"), &[]).unwrap();
         assert_eq!((c.stars[0].ra_deg, c.stars[0].v_err_mag), (1.5, None));
         let hours = head.replace("unit: deg", "unit: hourangle");

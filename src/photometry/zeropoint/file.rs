@@ -64,7 +64,9 @@ impl Zeropoint {
         let text = |s: &str| toml::Value::String(s.to_owned()).to_string();
         let list = |v: &[String]| toml::Value::Array(v.iter().cloned().map(toml::Value::String).collect()).to_string();
         let pair = |v: [f64; 2]| format!("[{}, {}]", number(v[0]), number(v[1]));
-        let mut out = String::from("# Zeropoint, extinction and colour term; X is the airmass, V_inst is of electrons, not ADU.\n");
+        let mut out = String::from(
+            "# Zeropoint, extinction and colour term; X is the airmass, V_inst is of electrons, not ADU.\n",
+        );
         let mut line = |key: &str, value: String| {
             let _ = writeln!(out, "{key} = {value}");
         };
@@ -127,12 +129,16 @@ impl Zeropoint {
         let cov = match (file.covariance, file.zp_err_mag, file.k_err_mag_airmass, file.c_err_mag_mag) {
             (Some(cov), ..) => cov,
             (None, Some(z), Some(k), Some(c)) => {
-                warnings.push(format!("{}: no covariance, so errors of ZP, k and C are taken as independent", path.display()));
+                warnings.push(format!(
+                    "{}: no covariance, so errors of ZP, k and C are taken as independent",
+                    path.display()
+                ));
                 [[z * z, 0.0, 0.0], [0.0, k * k, 0.0], [0.0, 0.0, c * c]]
             }
             _ => return Err(bad("give covariance, or zp_err_mag, k_err_mag_airmass and c_err_mag_mag".into())),
         };
-        for (key, v) in [("zp_mag", file.zp_mag), ("k_mag_airmass", file.k_mag_airmass), ("c_mag_mag", file.c_mag_mag)] {
+        for (key, v) in [("zp_mag", file.zp_mag), ("k_mag_airmass", file.k_mag_airmass), ("c_mag_mag", file.c_mag_mag)]
+        {
             if !v.is_finite() {
                 return Err(bad(format!("{key} = {v} is not a finite number")));
             }
@@ -182,7 +188,9 @@ fn check_covariance(cov: &[[f64; 3]; 3]) -> std::result::Result<(), String> {
             let symmetric = (cov[i][j] - cov[j][i]).abs() <= 1e-9 * limit;
             // also false for NaN
             if !(cov[i][i] >= 0.0 && cov[i][j].abs() <= limit && limit.is_finite() && symmetric) {
-                return Err(format!("covariance {cov:?} is no covariance: it must be symmetric, |c_ij| <= sqrt(c_ii c_jj)"));
+                return Err(format!(
+                    "covariance {cov:?} is no covariance: it must be symmetric, |c_ij| <= sqrt(c_ii c_jj)"
+                ));
             }
         }
     }

@@ -92,7 +92,8 @@ impl Rows {
             let finite = [s.inst_mag, s.v_mag, s.airmass].iter().all(|v| v.is_finite());
             finite && (s.b_v_mag.is_finite() || colourless) && s.airmass >= MIN_AIRMASS
         };
-        let mut stars: Vec<(usize, StarMeasurement)> = all.iter().copied().enumerate().filter(|(_, s)| usable(s)).collect();
+        let mut stars: Vec<(usize, StarMeasurement)> =
+            all.iter().copied().enumerate().filter(|(_, s)| usable(s)).collect();
         stars.sort_by(|(_, a), (_, b)| {
             let key = |s: &StarMeasurement| {
                 [s.airmass, s.b_v_mag, s.v_mag, s.inst_mag, s.inst_err_mag, s.v_err_mag, s.b_v_err_mag]
@@ -315,8 +316,7 @@ impl Rows {
         let (colour, _) = fill(&|s| s.b_v_err_mag);
         self.var = inst.iter().zip(&cat).map(|(a, b)| a + b).collect();
         self.var_colour = colour;
-        self.weighted =
-            config.estimator == Estimator::Robust && config.weighted && self.var.iter().any(|v| *v > 0.0);
+        self.weighted = config.estimator == Estimator::Robust && config.weighted && self.var.iter().any(|v| *v > 0.0);
         if self.weighted {
             for (missing, what) in [(no_inst, "instrumental"), (no_cat, "catalogue")] {
                 if missing > 0 {
