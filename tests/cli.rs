@@ -34,10 +34,13 @@ fn passes(more: &[&str]) -> support::Told {
 fn run_prints_its_results_and_nothing_else_on_standard_output() {
     let n = night();
     let told = n.satphot(&["run"]).expect(0, &[]);
-    for word in ["Night tiny", "Frames     19 files", "Zeropoint  ZP -23", "6 ok", "ISS (ZARYA)", "MB/s", "Results in"] {
+    for word in ["Night tiny", "Frames     19 files", "Zeropoint  ZP -23", "6 ok", "ISS (ZARYA)", "MB/s", "Results in"]
+    {
         assert!(told.out.contains(word), "{word}\n{}", told.out);
     }
-    assert!(!told.out.contains("note:") && told.err.lines().all(|l| l.starts_with("note: ") || l.starts_with("left out: ")));
+    assert!(
+        !told.out.contains("note:") && told.err.lines().all(|l| l.starts_with("note: ") || l.starts_with("left out: "))
+    );
     for name in [
         "photometry.ecsv",
         "stars.ecsv",
@@ -198,7 +201,8 @@ fn single_stages_give_the_numbers_of_the_whole_night() {
 
     // from the night, from named files with its flats, and from the star table
     let fields: Vec<String> = (0..9).map(|k| format!("field{:02}_{:02}.fits", k / 3, k % 3)).collect();
-    let named: Vec<&str> = ["zeropoint", "-o", "z1.toml"].into_iter().chain(fields.iter().map(String::as_str)).collect();
+    let named: Vec<&str> =
+        ["zeropoint", "-o", "z1.toml"].into_iter().chain(fields.iter().map(String::as_str)).collect();
     n.satphot(&["zeropoint", "-o", "z0.toml"]).expect(0, &[]);
     assert_eq!(
         std::fs::read_to_string(n.path("stars.ecsv")).unwrap(),

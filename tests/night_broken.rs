@@ -331,7 +331,10 @@ fn results_of_an_earlier_run_inside_the_input_folder_are_not_inputs() {
     // results that went elsewhere under the input folder are no flats either
     std::fs::rename(n.path("satphot-out"), n.path("kept")).unwrap();
     let after = n.run().unwrap().counts;
-    assert_eq!((after.flats, after.stars, after.targets, after.ok), (first.flats, first.stars, first.targets, first.ok));
+    assert_eq!(
+        (after.flats, after.stars, after.targets, after.ok),
+        (first.flats, first.stars, first.targets, first.ok)
+    );
 }
 
 #[test]

@@ -107,13 +107,9 @@ fn group(stars: Vec<Exposure>, gap_s: f64) -> Vec<Vec<Exposure>> {
         let field = |p: &&mut Vec<Exposure>| p.last().is_some_and(|last| last.object == exposure.object);
         let sized = |p: &&mut Vec<Exposure>| p.last().is_some_and(|last| last.size_px == exposure.size_px);
         let open = pointings.iter_mut().rev().take_while(field).find(sized);
-        let joins = open.as_ref().and_then(|p| p.last()).is_some_and(|last| {
-            match (&last.time, &exposure.time) {
-                (Some(a), Some(b)) => {
-                    seconds_between(a.mid, b.mid) - 0.5 * (last.exptime_s + exposure.exptime_s) <= gap_s
-                }
-                _ => false,
-            }
+        let joins = open.as_ref().and_then(|p| p.last()).is_some_and(|last| match (&last.time, &exposure.time) {
+            (Some(a), Some(b)) => seconds_between(a.mid, b.mid) - 0.5 * (last.exptime_s + exposure.exptime_s) <= gap_s,
+            _ => false,
         });
         match open {
             Some(pointing) if joins => pointing.push(exposure),
