@@ -1,6 +1,5 @@
 //! Exact overlap of apertures with pixels: against photutils and sep, and against geometry.
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests, too
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use ndarray::Array2;
 use satphot::photometry::aperture::{Bounds, Shape, circle_sum, for_each_pixel, shape_sum};

@@ -1,6 +1,5 @@
 //! The background mesh against SExtractor's own maps of a real frame.
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests, too
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,5 @@
 //! What taints a flux: NaN, masks, edges, no annulus. Where peers disagree, our answer is pinned here.
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests, too
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod photometry_scene;
 

@@ -1,6 +1,5 @@
 //! Injection and recovery: fluxes and errors against known truth.
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests, too
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod photometry_scene;
 

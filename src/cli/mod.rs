@@ -76,6 +76,9 @@ pub struct Common {
     /// No progress bars, no notes
     #[arg(short, long)]
     pub quiet: bool,
+    /// Use elements older than orbit.max_age_d all the same
+    #[arg(long)]
+    pub force: bool,
 }
 
 impl Common {
@@ -88,7 +91,11 @@ impl Common {
             }
             .into());
         }
-        load(&self.config, &self.sets)
+        let mut config = load(&self.config, &self.sets)?;
+        if let Some(orbit) = &mut config.orbit {
+            orbit.force_age |= self.force;
+        }
+        Ok(config)
     }
 
     /// The listener to progress: bars on a terminal, silence otherwise.

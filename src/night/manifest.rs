@@ -8,7 +8,7 @@ use serde_json::json;
 use crate::error::{Error, Result};
 use crate::frames::Exposure;
 use crate::night::bench::sha256_16;
-use crate::night::pipeline::save;
+use crate::night::outputs::save;
 use crate::night::summary::Summary;
 use crate::night::survey::Survey;
 use crate::report::PhotometryRow;
@@ -53,7 +53,7 @@ pub struct Input {
 pub fn manifest_inputs(survey: &Survey, rows: &[PhotometryRow]) -> Vec<Input> {
     // a target frame was read for its row; two folders may hold files of one name
     let known = |path: &Path| {
-        let name = crate::night::pipeline::file_name(path);
+        let name = crate::night::outputs::file_name(path);
         let mut same = survey.targets.iter().filter(|e| e.name == name);
         let alone = same.next().is_some_and(|e| e.path == path) && same.next().is_none();
         rows.iter().find(|r| alone && r.frame == name && !r.frame_sha256.is_empty())
@@ -72,6 +72,14 @@ pub fn manifest_inputs(survey: &Survey, rows: &[PhotometryRow]) -> Vec<Input> {
     inputs
 }
 
+/// Hash over the names and hashes of all inputs, in their order.
+#[must_use]
+pub fn inputs_sha256(inputs: &[Input]) -> String {
+    let lines: Vec<String> =
+        inputs.iter().map(|i| format!("{} {}", crate::night::outputs::file_name(&i.path), i.sha256)).collect();
+    crate::night::bench::sha256_16_text(&lines.join("\n"))
+}
+
 /// The provenance of one run.
 #[derive(Debug)]
 pub struct Manifest<'a> {
@@ -79,6 +87,10 @@ pub struct Manifest<'a> {
     pub config_sha256: String,
     /// The files that went in.
     pub inputs: Vec<Input>,
+    /// The flats of the master: file, level \[ADU\], whether used, and why not.
+    pub flats: Vec<(PathBuf, f64, bool, String)>,
+    /// Share of the master flat's pixels that are masked.
+    pub flat_masked_frac: Option<f64>,
     /// The stages with their times.
     pub stages: Vec<Stage>,
     /// Earth-reflected integrals.
@@ -99,6 +111,11 @@ impl Manifest<'_> {
             "night": s.night,
             "config_sha256": self.config_sha256,
             "inputs": self.inputs,
+            "input_manifest_sha256": inputs_sha256(&self.inputs),
+            "flats": self.flats.iter().map(|(path, level_adu, used, reason)| json!({
+                "path": path, "level_adu": level_adu, "used": used, "reason": reason,
+            })).collect::<Vec<_>>(),
+            "flat_masked_frac": self.flat_masked_frac,
             "stages": self.stages,
             "elapsed_s": s.elapsed_s,
             "bytes": s.bytes,

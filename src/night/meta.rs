@@ -7,17 +7,20 @@ use crate::photometry::Flags;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::{Meta, MetaValue};
 
-/// What the tables of one run say about themselves.
+/// What the tables of one run say about themselves; `inputs_sha256` is the hash over all input files.
 ///
 /// # Errors
 /// [`crate::Error::Config`] if the configuration cannot be written as text for its hash.
-pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>) -> Result<Meta> {
+pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, inputs_sha256: Option<&str>) -> Result<Meta> {
     let number = MetaValue::Number;
     let text = |t: &str| MetaValue::Text(t.into());
     let mut meta = Meta::default();
     meta.push("schema", text("satphot.photometry/1"));
     meta.push("tool", text(concat!("satphot ", env!("CARGO_PKG_VERSION"))));
     meta.push("config_sha256", text(&sha256_16_text(&config.to_toml()?)));
+    if let Some(inputs) = inputs_sha256 {
+        meta.push("input_manifest_sha256", text(inputs));
+    }
     meta.push("night", text(&config.night.name));
     meta.push("time_scale", text("UTC"));
     meta.push("time_ref", text("MIDDLE"));

@@ -7,6 +7,7 @@ pub mod clock;
 pub mod compare;
 pub mod manifest;
 pub mod meta;
+pub mod outputs;
 pub mod pipeline;
 pub mod pointing;
 pub mod progress;

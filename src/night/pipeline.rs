@@ -7,11 +7,11 @@ use rayon::prelude::*;
 
 use crate::config::{Combine, Config};
 use crate::error::{Error, Result};
-use crate::frames::{Exposure, MasterFlat};
+use crate::frames::{Exposure, FlatMember, MasterFlat};
 use crate::night::bench::{Bench, sha256_16_text};
 use crate::night::compare::{add_model, residual_rows};
-use crate::night::manifest::{Manifest, Quadratures, Stage, manifest_inputs};
-use crate::night::meta::table_meta;
+use crate::night::manifest::{Manifest, Quadratures, Stage, inputs_sha256, manifest_inputs};
+use crate::night::outputs::{Outputs, file_name};
 use crate::night::pointing::{Member, combined_rows, measure_member, single_rows};
 use crate::night::progress::Progress;
 use crate::night::summary::{Counts, Summary};
@@ -21,7 +21,7 @@ use crate::night::zeropoint::fit_rows;
 use crate::orbit::Geometry;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::summary::{pass_table, robust};
-use crate::report::{self, PhotometryRow, ResidualRow, StarRow};
+use crate::report::{PhotometryRow, StarRow};
 
 /// How a run is done, apart from what it does.
 #[derive(Debug, Clone, Default)]
@@ -110,12 +110,15 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
         elapsed_s: 0.0,
         files: Vec::new(),
     };
-    let outputs = Outputs { folder: &folder, bench: &bench, config };
+    let inputs = manifest_inputs(&survey, &rows);
+    let outputs = Outputs { folder: &folder, bench: &bench, config, inputs_sha256: inputs_sha256(&inputs) };
     summary.files = log.stage("write", |_| outputs.write(&rows, &star_rows, &residuals, options))?;
     summary.elapsed_s = progress.elapsed_s();
     let manifest = Manifest {
         config_sha256: sha256_16_text(&config.to_toml()?),
-        inputs: manifest_inputs(&survey, &rows),
+        inputs,
+        flats: bench.flat.iter().flat_map(|f| &f.members).map(flat_member).collect(),
+        flat_masked_frac: bench.flat.as_ref().map(|f| f.masked_frac),
         stages: log.stages,
         quadratures,
         summary: &summary,
@@ -442,6 +445,10 @@ fn model_stage(
     })
 }
 
+fn flat_member(m: &FlatMember) -> (PathBuf, f64, bool, String) {
+    (m.path.clone(), m.level_adu, m.used, m.reason.clone())
+}
+
 /// Flats that did not enter the master, as rows.
 fn rejected_flats(bench: &Bench) -> Vec<PhotometryRow> {
     let Some(flat) = &bench.flat else { return Vec::new() };
@@ -466,86 +473,8 @@ fn failures(rows: &[PhotometryRow]) -> Vec<(String, String, String)> {
         .collect()
 }
 
-pub(crate) fn file_name(path: &Path) -> String {
-    path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned())
-}
-
 fn survey_bytes(survey: &Survey) -> u64 {
     let size = |path: &Path| std::fs::metadata(path).map_or(0, |m| m.len());
     let exposures = survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets);
     exposures.map(|e| size(&e.path)).sum()
-}
-
-/// Where and how the results are written.
-pub struct Outputs<'a> {
-    /// Folder of the night.
-    pub folder: &'a Path,
-    /// What the frames shared.
-    pub bench: &'a Bench,
-    /// The configuration.
-    pub config: &'a Config,
-}
-
-impl Outputs<'_> {
-    /// Writes every table and figure; returns their paths.
-    ///
-    /// # Errors
-    /// [`Error::Io`].
-    pub fn write(
-        &self,
-        rows: &[PhotometryRow],
-        stars: &[StarRow],
-        residuals: &[ResidualRow],
-        options: &Options,
-    ) -> Result<Vec<PathBuf>> {
-        let meta = table_meta(self.config, self.bench.zeropoint.as_ref())?;
-        let mut files = Vec::new();
-        let mut add = |name: &str| -> PathBuf {
-            let path = self.folder.join(name);
-            files.push(path.clone());
-            path
-        };
-        report::write_photometry(&add("photometry.ecsv"), rows, &meta)?;
-        if self.config.stars.is_some() {
-            report::write_stars(&add("stars.ecsv"), stars, &meta)?;
-        }
-        if self.bench.satellite.is_some() {
-            report::write_residuals(&add("residuals.ecsv"), residuals, &meta)?;
-        }
-        if let Some(zeropoint) = &self.bench.zeropoint {
-            save(&add("zeropoint.toml"), &zeropoint.to_toml(&[]))?;
-        }
-        if let Some(flat) = self.bench.flat.as_ref().filter(|_| self.config.flat.master.is_none()) {
-            flat.write(&add("master_flat.fits"))?;
-        }
-        save(&add("effective.toml"), &self.config.to_toml()?)?;
-        if !options.no_figures {
-            files.extend(self.figures(rows, stars, residuals)?);
-        }
-        Ok(files)
-    }
-
-    fn figures(&self, rows: &[PhotometryRow], stars: &[StarRow], residuals: &[ResidualRow]) -> Result<Vec<PathBuf>> {
-        let folder = self.folder.join("figures");
-        std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, e))?;
-        let mut files = vec![folder.join("light_curve.svg")];
-        report::plot::light_curve(&files[0], rows, &self.config.night.name)?;
-        if self.bench.satellite.is_some() {
-            files.push(folder.join("residuals_altitude.svg"));
-            report::plot::residuals_altitude(&files[1], residuals)?;
-        }
-        if let (Some(z), Some(_)) = (&self.bench.zeropoint, &self.config.stars) {
-            let path = folder.join("zeropoint.svg");
-            report::plot::zeropoint_diagnostics(&path, stars, z.zp_mag, z.k_mag_airmass, z.c_mag_mag)?;
-            files.push(path);
-        }
-        Ok(files)
-    }
-}
-
-/// Writes a text file whole or not at all.
-pub(crate) fn save(path: &Path, text: &str) -> Result<()> {
-    let temp = path.with_extension("tmp");
-    std::fs::write(&temp, text).map_err(|e| Error::io(&temp, e))?;
-    std::fs::rename(&temp, path).map_err(|e| Error::io(path, e))
 }

@@ -8,7 +8,8 @@ use crate::frames::Role;
 use crate::night::bench::Bench;
 use crate::night::compare::{add_model, epoch_of, residual_rows};
 use crate::night::meta::table_meta;
-use crate::night::pipeline::{Options, master_flat, save, star_stage, target_stage};
+use crate::night::outputs::save;
+use crate::night::pipeline::{Options, master_flat, star_stage, target_stage};
 use crate::night::progress::Progress;
 use crate::night::summary::{Counts, zeropoint_text};
 use crate::night::survey::{Survey, survey};
@@ -119,7 +120,7 @@ impl FittedStars {
             save(zeropoint, &fit.to_toml(&notes))?;
         }
         match stars {
-            Some(path) => write_stars(path, &self.rows, &table_meta(config, self.zeropoint.as_ref().ok())?),
+            Some(path) => write_stars(path, &self.rows, &table_meta(config, self.zeropoint.as_ref().ok(), None)?),
             None => Ok(()),
         }
     }
@@ -164,7 +165,7 @@ pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progre
     }
     let frames = target_stage(&survey, &bench, options, progress, &mut notes)?;
     let mut rows: Vec<PhotometryRow> = frames.into_iter().map(|f| f.0).collect();
-    rows.extend(survey.unreadable.iter().map(|u| failed_row(&crate::night::pipeline::file_name(&u.path), &u.error)));
+    rows.extend(survey.unreadable.iter().map(|u| failed_row(&crate::night::outputs::file_name(&u.path), &u.error)));
     let counts = Counts::of(&survey, &rows, &[]);
     let failed_frac = counts.failed as f64 / rows.len().max(1) as f64;
     let poor = (failed_frac > config.night.max_failed_frac)
@@ -178,7 +179,7 @@ impl Measured {
     /// # Errors
     /// [`Error::Io`].
     pub fn write(&self, config: &Config, path: &Path) -> Result<()> {
-        write_photometry(path, &self.rows, &table_meta(config, self.zeropoint.as_ref())?)
+        write_photometry(path, &self.rows, &table_meta(config, self.zeropoint.as_ref(), None)?)
     }
 
     /// The passes in a few lines.
@@ -212,7 +213,7 @@ pub struct Compared {
 /// Predicts every row of a photometry table from its time, the elements and the satellite of the configuration.
 ///
 /// # Errors
-/// [`Error::Config`] without [orbit] or [model]; [`Error::Table`].
+/// [`Error::Config`] without `[orbit]` or `[model]`; [`Error::Table`].
 pub fn compare_table(config: &Config, table: &Path) -> Result<Compared> {
     let mut config = config.clone();
     config.stars = None;
@@ -243,7 +244,7 @@ impl Compared {
     /// # Errors
     /// [`Error::Io`].
     pub fn write(&self, config: &Config, residuals: &Path, photometry: Option<&Path>) -> Result<()> {
-        let mut meta = table_meta(config, None)?;
+        let mut meta = table_meta(config, None, None)?;
         if let Some(zeropoint) = &self.zeropoint {
             meta.push("zeropoint", zeropoint.clone());
         }

@@ -58,7 +58,11 @@ pub fn measure_frame(exposure: &Exposure, bench: &Bench) -> (PhotometryRow, Opti
     } else {
         calibrate(&mut row, bench);
     }
-    row.verdict = verdict(&row).into();
+    let (verdict, because) = verdict(&row);
+    row.verdict = verdict.into();
+    if row.reason.is_empty() && because != Flags::default() {
+        row.reason = format!("flags {because}");
+    }
     (row, geometry)
 }
 
@@ -233,8 +237,8 @@ fn join(a: &str, b: &str) -> String {
     if a.is_empty() { b.into() } else { format!("{a}; {b}") }
 }
 
-/// use, caution or reject, from status and flags.
-fn verdict(row: &PhotometryRow) -> &'static str {
+/// use, caution or reject, from status and flags; and the flags that decided.
+fn verdict(row: &PhotometryRow) -> (&'static str, Flags) {
     let flags = Flags(row.flags);
     let reject = Flags(Flags::SATURATED.0 | Flags::EDGE.0);
     let caution = Flags(
@@ -247,10 +251,10 @@ fn verdict(row: &PhotometryRow) -> &'static str {
             | Flags::OLD_ELEMENTS.0,
     );
     match row.status.as_str() {
-        "failed" | "rejected" => "reject",
-        _ if flags.any(reject) => "reject",
-        _ if flags.any(caution) => "caution",
-        _ => "use",
+        "failed" | "rejected" => ("reject", Flags::default()),
+        _ if flags.any(reject) => ("reject", Flags(flags.0 & (reject.0 | caution.0))),
+        _ if flags.any(caution) => ("caution", Flags(flags.0 & caution.0)),
+        _ => ("use", Flags::default()),
     }
 }
 

@@ -9,6 +9,7 @@ mod frames;
 mod noise;
 mod render;
 mod scenario;
+mod tracked;
 mod truth;
 
 pub use frames::{Simulated, simulate};

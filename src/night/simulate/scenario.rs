@@ -233,7 +233,8 @@ impl Scenario {
     pub fn load(path: &Path, sets: &[String]) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
         let mut scenario = Self::from_text(&text, sets)?;
-        if scenario.target.elements.is_relative() && !scenario.target.elements.starts_with("builtin:") {
+        let built_in = scenario.target.elements.to_string_lossy().starts_with("builtin:");
+        if scenario.target.elements.is_relative() && !built_in {
             scenario.target.elements = path.parent().unwrap_or(Path::new("")).join(&scenario.target.elements);
         }
         Ok(scenario)

@@ -81,6 +81,12 @@ impl Zeropoint {
         let rows = self.cov.map(|r| format!("[{}, {}, {}]", number(r[0]), number(r[1]), number(r[2])));
         line("covariance", format!("[{}] # of (ZP, k, C)", rows.join(", ")));
         line("cov_note", text(&self.cov_note));
+        // the paper adds the three errors in quadrature, without airmass, colour or covariance: shown for comparison
+        line("err_as_published_mag", number(self.err_as_published_mag()));
+        if self.airmass_mean.is_finite() && self.b_v_mean_mag.is_finite() {
+            let err = number(self.err_mag(self.airmass_mean, self.b_v_mean_mag, 0.0));
+            line("err_propagated_mag", format!("{err} # at airmass_mean and b_v_mean_mag"));
+        }
         line("estimator", text(&self.estimator));
         line("n_used", self.n_used.to_string());
         line("n_rejected", self.n_rejected.to_string());

@@ -1,0 +1,232 @@
+//! What is done to pixels and stars: flat, background, apertures, target, star pointings, zeropoint.
+//!
+//! Radii in units of the stars' FWHM, magnitudes in mag, units in the keys.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+/// The master flat.
+#[derive(Debug, Clone, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Flat {
+    /// A master flat made before, instead of making one from the night's flats.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub master: Option<PathBuf>,
+    /// Pixels of the normalised flat below this are masked, never divided by.
+    pub min_response: f64,
+    /// Flats whose median level is outside this share of full scale are rejected.
+    pub level_range_frac: [f64; 2],
+    /// Fewest flats a master is made of.
+    pub min_flats: usize,
+}
+
+impl Default for Flat {
+    fn default() -> Self {
+        Self { master: None, min_response: 0.2, level_range_frac: [0.02, 0.95], min_flats: 3 }
+    }
+}
+
+/// Background, detection and apertures. Radii are in units of the stars' FWHM.
+#[derive(Debug, Clone, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Photometry {
+    /// Circle kept around the detector centre \[px\]; absent = the whole frame. Caddy et al. use 2500.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clip_radius_px: Option<f64>,
+    /// FWHM of a star \[px\]; measured on each frame if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fwhm_px: Option<f64>,
+    /// Aperture radius \[FWHM\].
+    pub aper_r_fwhm: f64,
+    /// Inner radius of the sky annulus \[FWHM\].
+    pub sky_in_fwhm: f64,
+    /// Outer radius of the sky annulus \[FWHM\].
+    pub sky_out_fwhm: f64,
+    /// Box of the background mesh \[px\].
+    pub mesh_px: usize,
+    /// Detection threshold \[σ of the background\].
+    pub detect_sigma: f64,
+    /// Sigma clip of sky pixels \[σ\].
+    pub clip_sigma: f64,
+}
+
+impl Default for Photometry {
+    fn default() -> Self {
+        Self {
+            clip_radius_px: None,
+            fwhm_px: None,
+            aper_r_fwhm: 2.0,
+            sky_in_fwhm: 3.0,
+            sky_out_fwhm: 5.0,
+            mesh_px: 64,
+            detect_sigma: 5.0,
+            clip_sigma: 3.0,
+        }
+    }
+}
+
+/// How the tracked target is found and measured.
+#[derive(Debug, Clone, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Target {
+    /// Where to look \[px\]; the centre of the frame if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub x_px: Option<f64>,
+    /// Where to look \[px\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub y_px: Option<f64>,
+    /// How far from there the target may be \[arcsec\]; Caddy et al. track to 15.5 arcsec rms, worse near zenith.
+    pub search_radius_arcsec: f64,
+    /// Detection threshold of the whole target \[σ\]; below it the frame is a non-detection with a limit.
+    pub detect_sigma: f64,
+    /// Added around the object's own outline \[FWHM\].
+    pub margin_fwhm: f64,
+    /// Aperture radius for a limit, when nothing is found \[FWHM\].
+    pub limit_r_fwhm: f64,
+}
+
+impl Default for Target {
+    fn default() -> Self {
+        Self {
+            x_px: None,
+            y_px: None,
+            search_radius_arcsec: 120.0,
+            detect_sigma: 5.0,
+            margin_fwhm: 1.5,
+            limit_r_fwhm: 2.0,
+        }
+    }
+}
+
+/// How the frames of one pointing are combined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Combine {
+    /// Members aligned, electrons per second of each star median combined.
+    #[default]
+    Median,
+    /// Every member is measured and fitted by itself.
+    None,
+}
+
+/// Star pointings and their catalogue.
+#[derive(Debug, Clone, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stars {
+    /// CSV or ECSV with APASS DR9 columns as VizieR writes them (RAJ2000, DEJ2000, Vmag, e_Vmag, B-V, e_B-V).
+    pub catalogue: PathBuf,
+    /// Own column names: `ra_deg`, `dec_deg`, `v_mag`, `v_mag_err`, `b_v_mag`, `b_v_err_mag`, `id`.
+    #[serde(default)]
+    pub columns: BTreeMap<String, String>,
+    /// B−V kept in the fit \[mag\]; Caddy et al. use 0.2 to 0.9.
+    pub bv_range_mag: [f64; 2],
+    /// V kept in the fit \[mag\].
+    pub v_range_mag: [f64; 2],
+    /// Airmass kept in the fit.
+    #[serde(default = "airmass_range")]
+    pub airmass_range: [f64; 2],
+    /// Largest catalogue error kept \[mag\]; unknown errors pass.
+    #[serde(default = "catalogue_err_max")]
+    pub v_err_max_mag: f64,
+    /// Fewest σ of a star's flux.
+    #[serde(default = "min_snr")]
+    pub min_snr: f64,
+    /// Largest distance of a detection from its catalogue star \[arcsec\].
+    #[serde(default = "match_radius")]
+    pub match_radius_arcsec: f64,
+    /// How far the header's pointing may be off \[arcsec\].
+    #[serde(default = "pointing_err")]
+    pub pointing_err_arcsec: f64,
+    /// How the frames of one pointing are combined.
+    #[serde(default)]
+    pub combine: Combine,
+    /// Frames of one pointing are at most this far apart in time \[s\]; a new OBJECT also starts a new pointing.
+    #[serde(default = "pointing_gap")]
+    pub pointing_gap_s: f64,
+}
+
+/// The estimator of the zeropoint fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Estimator {
+    /// L1 start, then Tukey biweight to convergence.
+    #[default]
+    Robust,
+    /// Ordinary least squares, equal weights.
+    Ols,
+}
+
+/// A term held at a value, or pulled to it when an error is given.
+#[derive(Debug, Clone, Copy, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pin {
+    /// The value \[mag, or mag per airmass, or mag per mag\].
+    pub value: f64,
+    /// Its error; 0 or absent = fixed exactly.
+    #[serde(default)]
+    pub err: f64,
+}
+
+/// The zeropoint, extinction and colour fit: V = V_inst − ZP − k X − C (B−V).
+#[derive(Debug, Clone, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Zeropoint {
+    /// Robust or ordinary least squares.
+    pub estimator: Estimator,
+    /// A zeropoint.toml of another night, used instead of fitting.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub previous: Option<PathBuf>,
+    /// Extinction held or pulled \[mag/airmass\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pin_k: Option<Pin>,
+    /// Colour term held or pulled \[mag/mag\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pin_c: Option<Pin>,
+    /// Weight stars by their errors (robust estimator; OLS never does).
+    pub weighted: bool,
+    /// Fewest stars of a fit.
+    pub min_stars: usize,
+    /// Largest share of stars the robust fit may reject before it fails.
+    pub max_rejected_frac: f64,
+    /// Colour of the target \[mag\]; 0.65 is the Sun's (Cox 2002, as Caddy et al.).
+    pub target_b_v_mag: f64,
+    /// Error of the target's colour \[mag\].
+    pub target_b_v_err_mag: f64,
+}
+
+impl Default for Zeropoint {
+    fn default() -> Self {
+        Self {
+            estimator: Estimator::Robust,
+            previous: None,
+            pin_k: None,
+            pin_c: None,
+            weighted: true,
+            min_stars: 5,
+            max_rejected_frac: 0.5,
+            target_b_v_mag: 0.65,
+            target_b_v_err_mag: 0.0,
+        }
+    }
+}
+
+fn airmass_range() -> [f64; 2] {
+    [1.0, 2.5]
+}
+fn catalogue_err_max() -> f64 {
+    0.15
+}
+fn min_snr() -> f64 {
+    10.0
+}
+fn match_radius() -> f64 {
+    5.0
+}
+fn pointing_err() -> f64 {
+    120.0
+}
+fn pointing_gap() -> f64 {
+    300.0
+}

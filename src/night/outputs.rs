@@ -1,0 +1,90 @@
+//! What a run leaves behind: tables, master flat, zeropoint, configuration, figures.
+
+use std::path::{Path, PathBuf};
+
+use crate::config::Config;
+use crate::error::{Error, Result};
+use crate::night::bench::Bench;
+use crate::night::meta::table_meta;
+use crate::night::pipeline::Options;
+use crate::report::{self, PhotometryRow, ResidualRow, StarRow};
+
+/// Where and how the results are written.
+pub struct Outputs<'a> {
+    /// Folder of the night.
+    pub folder: &'a Path,
+    /// What the frames shared.
+    pub bench: &'a Bench,
+    /// The configuration.
+    pub config: &'a Config,
+    /// Hash over all input files.
+    pub inputs_sha256: String,
+}
+
+impl Outputs<'_> {
+    /// Writes every table and figure; returns their paths.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn write(
+        &self,
+        rows: &[PhotometryRow],
+        stars: &[StarRow],
+        residuals: &[ResidualRow],
+        options: &Options,
+    ) -> Result<Vec<PathBuf>> {
+        let meta = table_meta(self.config, self.bench.zeropoint.as_ref(), Some(&self.inputs_sha256))?;
+        let mut files = Vec::new();
+        let mut add = |name: &str| -> PathBuf {
+            let path = self.folder.join(name);
+            files.push(path.clone());
+            path
+        };
+        report::write_photometry(&add("photometry.ecsv"), rows, &meta)?;
+        if self.config.stars.is_some() {
+            report::write_stars(&add("stars.ecsv"), stars, &meta)?;
+        }
+        if self.bench.satellite.is_some() {
+            report::write_residuals(&add("residuals.ecsv"), residuals, &meta)?;
+        }
+        if let Some(zeropoint) = &self.bench.zeropoint {
+            save(&add("zeropoint.toml"), &zeropoint.to_toml(&[]))?;
+        }
+        if let Some(flat) = self.bench.flat.as_ref().filter(|_| self.config.flat.master.is_none()) {
+            flat.write(&add("master_flat.fits"))?;
+        }
+        save(&add("effective.toml"), &self.config.to_toml()?)?;
+        if !options.no_figures {
+            files.extend(self.figures(rows, stars, residuals)?);
+        }
+        Ok(files)
+    }
+
+    fn figures(&self, rows: &[PhotometryRow], stars: &[StarRow], residuals: &[ResidualRow]) -> Result<Vec<PathBuf>> {
+        let folder = self.folder.join("figures");
+        std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, e))?;
+        let mut files = vec![folder.join("light_curve.svg")];
+        report::plot::light_curve(&files[0], rows, &self.config.night.name)?;
+        if self.bench.satellite.is_some() {
+            files.push(folder.join("residuals_altitude.svg"));
+            report::plot::residuals_altitude(&files[1], residuals)?;
+        }
+        if let (Some(z), Some(_)) = (&self.bench.zeropoint, &self.config.stars) {
+            let path = folder.join("zeropoint.svg");
+            report::plot::zeropoint_diagnostics(&path, stars, z.zp_mag, z.k_mag_airmass, z.c_mag_mag)?;
+            files.push(path);
+        }
+        Ok(files)
+    }
+}
+
+/// Writes a text file whole or not at all.
+pub(crate) fn save(path: &Path, text: &str) -> Result<()> {
+    let temp = path.with_extension("tmp");
+    std::fs::write(&temp, text).map_err(|e| Error::io(&temp, e))?;
+    std::fs::rename(&temp, path).map_err(|e| Error::io(path, e))
+}
+
+pub(crate) fn file_name(path: &Path) -> String {
+    path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned())
+}

@@ -1,0 +1,185 @@
+//! The tracked frames: when they are taken, how bright the satellite is, how the stars trail behind it.
+
+use std::path::{Path, PathBuf};
+
+use hifitime::Epoch;
+use rand::Rng;
+
+use super::field::draw_trails;
+use super::flux::rate_e_s;
+use super::frames::{Studio, real, scatter};
+use super::noise::stream;
+use super::render::{Body, PixelPsf, add_body, add_trail};
+use super::truth::{TargetTruth, Truth};
+use crate::brightness::{ModelSettings, Satellite, brightness};
+use crate::config::{self, Mode};
+use crate::error::{Error, Result};
+use crate::night::clock::{iso_utc, shifted};
+use crate::night::compare::scene;
+use crate::night::progress::Progress;
+use crate::orbit::{Geometry, Tracker, passes};
+
+/// Share of the full well the brightest part of the target is exposed to.
+const TARGET_WELL_FRAC: f64 = 0.3;
+
+/// A tracked frame before it is drawn.
+#[derive(Debug, Clone, Copy)]
+struct StarlessFrame {
+    k: usize,
+    mid: Epoch,
+}
+
+impl Studio<'_> {
+    /// The tracked frames, spread evenly over the time the satellite is above `min_alt_deg`.
+    pub(super) fn targets(
+        &self,
+        (start, end): (Epoch, Epoch),
+        frames: &mut Vec<PathBuf>,
+        truth: &mut Truth,
+        notes: &mut Vec<String>,
+        progress: &dyn Progress,
+    ) -> Result<()> {
+        let t = &self.scenario.target;
+        let tracker = Tracker::from_config(&self.orbit_config(&t.elements), &self.scenario.site)?;
+        let satellite = Satellite::from_config(&self.model_config())?;
+        let found = passes(&tracker, &start, &end, t.min_alt_deg.to_radians())?;
+        let spans: Vec<(Epoch, f64)> =
+            found.iter().map(|p| (p.rise.epoch, (p.set.epoch - p.rise.epoch).to_seconds())).collect();
+        let total_s: f64 = spans.iter().map(|s| s.1).sum();
+        if spans.is_empty() || total_s <= 0.0 {
+            return Err(Error::Config {
+                key: "target".into(),
+                problem: format!("no pass above {} deg between start_utc and end_utc", t.min_alt_deg),
+            });
+        }
+        notes.push(format!("{} passes above {} deg, {total_s:.0} s", spans.len(), t.min_alt_deg));
+        let mut drawn: Vec<StarlessFrame> = Vec::new();
+        for k in 0..t.n {
+            let mut at = (k as f64 + 0.5) / t.n as f64 * total_s;
+            let mut span = 0;
+            while span + 1 < spans.len() && at > spans[span].1 {
+                at -= spans[span].1;
+                span += 1;
+            }
+            drawn.push(StarlessFrame { k, mid: shifted(spans[span].0, at) });
+        }
+        let name = tracker.elements_at(&start).map(|e| e.name().to_string()).unwrap_or_default();
+        for frame in drawn {
+            let geometry = tracker.at(&frame.mid)?;
+            frames.push(self.target(frame, &geometry, &name, &satellite, truth)?);
+            progress.tick();
+        }
+        Ok(())
+    }
+
+    fn target(
+        &self,
+        frame: StarlessFrame,
+        geometry: &Geometry,
+        name: &str,
+        satellite: &Satellite,
+        truth: &mut Truth,
+    ) -> Result<PathBuf> {
+        let s = self.scenario;
+        let t = &s.target;
+        let id = 5_000_000 + frame.k as u64;
+        let mut rng = stream(s.seed, id, None);
+        let gain = self.gain("target.gain_settings", t.gain_settings[frame.k % t.gain_settings.len()])?;
+        let model = brightness(&scene(geometry), satellite, &ModelSettings::default())?;
+        let v_mag = model.total_v_mag.map(|v| v + t.offset_mag + scatter(&mut rng, t.scatter_mag));
+        let airmass = geometry.airmass.unwrap_or(f64::INFINITY);
+        let solar_b_v = config::Zeropoint::default().target_b_v_mag;
+        let rate = v_mag.map_or(0.0, |v| rate_e_s(&s.photometric, v, solar_b_v, airmass));
+
+        let psf = PixelPsf::new(&s.psf, self.scale_arcsec, 1.0 + scatter(&mut rng, s.psf.seeing_scatter_frac));
+        let px_per_m = 206_264.806 / (geometry.range_km * 1e3) / self.scale_arcsec;
+        let size_px = (t.size_m[0] * px_per_m, t.size_m[1] * px_per_m);
+        let lit_px2 = 0.35 * size_px.0 * size_px.1 + 1.13 * psf.fwhm_px.powi(2);
+        let sky_rate = self.sky_rate_e_s_px(frame.mid, geometry.alt_rad, geometry.az_rad)?;
+        let wanted = TARGET_WELL_FRAC * self.full_well_e(&gain) / (rate / lit_px2 + sky_rate).max(1e-30);
+        let exptime_s = (wanted.clamp(t.exptime_range_s[0], t.exptime_range_s[1]) * 1e6).round() / 1e6;
+
+        let mut image = self.sky(frame.mid, geometry.alt_rad, geometry.az_rad, exptime_s)?;
+        let trail_px = self.trail_px(geometry, exptime_s);
+        for trail in draw_trails(s, &mut rng, trail_px) {
+            let flux_e = rate_e_s(&s.photometric, trail.v_mag, trail.b_v_mag, airmass) * exptime_s;
+            add_trail(&mut image, &psf, trail.centre_px, trail_px, flux_e);
+        }
+        let off = t.off_centre_arcsec / self.scale_arcsec;
+        let smear = t.smear_arcsec / self.scale_arcsec * exptime_s.min(1.0);
+        let smear_angle = rng.random::<f64>() * std::f64::consts::TAU;
+        let body = Body {
+            x_px: (s.frame.nx_px as f64 - 1.0) / 2.0 + scatter(&mut rng, off),
+            y_px: (s.frame.ny_px as f64 - 1.0) / 2.0 + scatter(&mut rng, off),
+            size_px,
+            angle_rad: geometry.az_rad + t.turn_deg_s.to_radians() * frame.k as f64,
+            turn_rad: t.turn_deg_s.to_radians() * exptime_s,
+            smear_px: (smear * smear_angle.cos(), smear * smear_angle.sin()),
+            flux_e: rate * exptime_s,
+        };
+        add_body(&mut image, &psf, &body);
+
+        let begin = shifted(frame.mid, -0.5 * exptime_s);
+        let mut cards = self.cards("Light Frame", name, begin, exptime_s, &gain);
+        cards.push(real("CENTALT", geometry.alt_rad.to_degrees(), "[deg] altitude at mid-exposure"));
+        cards.push(real("CENTAZ", geometry.az_rad.to_degrees(), "[deg] azimuth at mid-exposure"));
+        let stem = format!("target_{:04}", frame.k);
+        let path = self.write(&stem, id, image, &gain, cards)?;
+        truth.targets.push(TargetTruth {
+            frame: path.file_name().map_or(stem, |n| n.to_string_lossy().into_owned()),
+            date_mid: iso_utc(frame.mid, 6),
+            exptime_s,
+            gain_setting: gain.setting.map_or(0, |g| g.0),
+            x_px: body.x_px,
+            y_px: body.y_px,
+            flux_e: body.flux_e,
+            v_mag,
+            model_v_mag: model.total_v_mag,
+            sun_v_mag: model.sun.v_mag,
+            earthshine_v_mag: model.earthshine.v_mag,
+            moon_v_mag: model.moon.v_mag,
+            lunar_earthshine_v_mag: model.lunar_earthshine.v_mag,
+            illum: model.illum.to_string(),
+            alt_deg: geometry.alt_rad.to_degrees(),
+            az_deg: geometry.az_rad.to_degrees(),
+            range_km: geometry.range_km,
+            rate_deg_s: geometry.rate_rad_s.to_degrees(),
+            airmass: geometry.airmass,
+            trail_length_px: trail_px.0.hypot(trail_px.1),
+        });
+        Ok(path)
+    }
+
+    /// How far a star moves on the detector during the exposure \[px\]: against the satellite's motion among the stars.
+    /// Columns run with azimuth, rows with altitude.
+    fn trail_px(&self, geometry: &Geometry, exptime_s: f64) -> (f64, f64) {
+        let (sin_az, cos_az) = geometry.az_rad.sin_cos();
+        let (sin_alt, cos_alt) = geometry.alt_rad.sin_cos();
+        let m = &geometry.motion_enu;
+        let along_az = m.x() * cos_az - m.y() * sin_az;
+        let along_alt = -m.x() * sin_az * sin_alt - m.y() * cos_az * sin_alt + m.z() * cos_alt;
+        let px = geometry.rate_rad_s * exptime_s * 206_264.806 / self.scale_arcsec;
+        (-along_az * px, -along_alt * px)
+    }
+
+    fn orbit_config(&self, elements: &Path) -> config::Orbit {
+        config::Orbit {
+            elements: elements.to_path_buf(),
+            norad_cat_id: self.scenario.target.norad_cat_id,
+            max_age_d: 14.0,
+            force_age: false,
+            ut1_utc_s: 0.0,
+            xp_arcsec: 0.0,
+            yp_arcsec: 0.0,
+        }
+    }
+
+    fn model_config(&self) -> config::Model {
+        config::Model {
+            satellite: self.scenario.target.satellite.clone(),
+            mode: Mode::Corrected,
+            surfaces: Vec::new(),
+            tolerance: 1e-4,
+        }
+    }
+}
