@@ -154,15 +154,15 @@ impl Night {
         serde_json::from_str(&self.text("manifest.json")).unwrap()
     }
 
-    /// The lines of the last run's tables without those that name the folder or the configuration's hash, and
-    /// without the rows of `frames`.
+    /// The lines of the last run's tables without those that name the folder or a hash of configuration and inputs,
+    /// and without the rows of `frames`.
     fn table_lines(&self, frames: &[&str]) -> Vec<String> {
         let folder = self.folder.path().display().to_string();
         let names = ["photometry.ecsv", "stars.ecsv", "residuals.ecsv", "zeropoint.toml"];
         let lines = names.iter().flat_map(|name| self.text(name).lines().map(str::to_string).collect::<Vec<_>>());
         lines
             .filter(|l| !frames.iter().any(|f| l.starts_with(&format!("{f},"))))
-            .filter(|l| !l.contains("config_sha256") && !l.contains(&folder))
+            .filter(|l| !l.contains("config_sha256") && !l.contains("input_manifest_sha256") && !l.contains(&folder))
             .collect()
     }
 

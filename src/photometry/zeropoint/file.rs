@@ -47,6 +47,11 @@ struct File {
     c_note: String,
     #[serde(default)]
     cov_note: String,
+    /// Follow from the terms and the covariance: written for the reader, checked as numbers, not used.
+    #[serde(rename = "err_as_published_mag")]
+    _err_as_published_mag: Option<f64>,
+    #[serde(rename = "err_propagated_mag")]
+    _err_propagated_mag: Option<f64>,
     #[serde(default)]
     warnings: Vec<String>,
     #[serde(default)]
