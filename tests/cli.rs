@@ -7,7 +7,7 @@ mod support;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use satphot::report::{PhotometryRow, read_photometry, read_residuals, read_stars};
+use satphot::report::{PhotometryRow, read_photometry, read_residuals};
 use support::{Night, TARGETS, hashes, satphot, simulated};
 
 fn original() -> &'static PathBuf {
@@ -204,8 +204,12 @@ fn single_stages_give_the_numbers_of_the_whole_night() {
     let named: Vec<&str> =
         ["zeropoint", "-o", "z1.toml"].into_iter().chain(fields.iter().map(String::as_str)).collect();
     n.satphot(&["zeropoint", "-o", "z0.toml"]).expect(0, &[]);
-    let stars = |path: PathBuf| read_stars(&path).unwrap().0;
-    assert_eq!(stars(n.path("stars.ecsv")), stars(n.result("stars.ecsv")), "stars.ecsv beside the zeropoint");
+    // a single stage does not read every input, so only the hash over them is missing
+    let told_by_both = |text: String| -> Vec<String> {
+        text.lines().filter(|l| !l.contains("input_manifest_sha256")).map(str::to_string).collect()
+    };
+    let beside = told_by_both(std::fs::read_to_string(n.path("stars.ecsv")).unwrap());
+    assert!(beside == told_by_both(n.text("stars.ecsv")), "stars.ecsv beside the zeropoint");
     n.satphot(&named).expect(0, &[]);
     n.satphot(&["zeropoint", "-o", "z2.toml", "--stars", "satphot-out/tiny/stars.ecsv"]).expect(0, &[]);
     for name in ["z0.toml", "z1.toml", "z2.toml"] {

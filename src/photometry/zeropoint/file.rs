@@ -23,6 +23,12 @@ struct File {
     c_mag_mag: f64,
     c_err_mag_mag: Option<f64>,
     covariance: Option<[[f64; 3]; 3]>,
+    /// Told for the reader, made anew from the covariance.
+    #[serde(rename = "err_as_published_mag")]
+    _err_as_published_mag: Option<f64>,
+    /// Likewise.
+    #[serde(rename = "err_propagated_mag")]
+    _err_propagated_mag: Option<f64>,
     #[serde(default)]
     estimator: String,
     #[serde(default)]
@@ -47,11 +53,6 @@ struct File {
     c_note: String,
     #[serde(default)]
     cov_note: String,
-    /// Follow from the terms and the covariance: written for the reader, checked as numbers, not used.
-    #[serde(rename = "err_as_published_mag")]
-    _err_as_published_mag: Option<f64>,
-    #[serde(rename = "err_propagated_mag")]
-    _err_propagated_mag: Option<f64>,
     #[serde(default)]
     warnings: Vec<String>,
     #[serde(default)]
