@@ -159,6 +159,10 @@ impl Motion {
 }
 
 type Point = GeomWithData<[f64; 2], usize>;
+/// (index of predicted, index of detected, distance \[px\]).
+type Match = (usize, usize, f64);
+/// (length, first, second).
+type Pair = (f64, (f64, f64), (f64, f64));
 
 /// Both lists, with what is asked of them often.
 struct Field {
@@ -267,7 +271,7 @@ impl Field {
     }
 
     /// Nearest detections within `radius` of the judges under `motion`, one detection to one star.
-    fn matches(&self, motion: &Motion, radius: f64, judges: usize) -> Vec<(usize, usize, f64)> {
+    fn matches(&self, motion: &Motion, radius: f64, judges: usize) -> Vec<Match> {
         let mut nearest: HashMap<usize, (usize, f64)> = HashMap::new();
         for (i, p) in self.predicted.iter().take(judges).enumerate() {
             let at = motion.apply(self.centre, *p);
@@ -276,7 +280,7 @@ impl Field {
                 nearest.insert(star.data, (i, d2));
             }
         }
-        let mut out: Vec<(usize, usize, f64)> = nearest.into_iter().map(|(q, (p, d2))| (p, q, d2.sqrt())).collect();
+        let mut out: Vec<Match> = nearest.into_iter().map(|(q, (p, d2))| (p, q, d2.sqrt())).collect();
         out.sort_by_key(|m| m.0);
         out
     }
@@ -302,13 +306,11 @@ impl Field {
     }
 
     /// m = Σ conj(u) v / Σ |u|²; a plain shift from fewer than three stars or where the scale runs away.
-    fn similarity(&self, found: &[(usize, usize, f64)]) -> Option<Motion> {
+    fn similarity(&self, found: &[Match]) -> Option<Motion> {
         let n = found.len() as f64;
-        let mean = |f: &dyn Fn(&(usize, usize, f64)) -> (f64, f64)| {
-            let s = found.iter().map(f).fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
-            (s.0 / n, s.1 / n)
-        };
-        let (pc, qc) = (mean(&|m| self.predicted[m.0]), mean(&|m| self.detected[m.1]));
+        let add = |a: (f64, f64), b: (f64, f64)| (a.0 + b.0 / n, a.1 + b.1 / n);
+        let pc = found.iter().map(|m| self.predicted[m.0]).fold((0.0, 0.0), add);
+        let qc = found.iter().map(|m| self.detected[m.1]).fold((0.0, 0.0), add);
         let (mut re, mut im, mut norm) = (0.0, 0.0, 0.0);
         for (i, j, _) in found {
             let (p, q) = (self.predicted[*i], self.detected[*j]);
@@ -360,7 +362,7 @@ impl Field {
 }
 
 /// (length, first, second) of the pairs of the brightest points longer than `shortest`, by length.
-fn long_pairs(points: &[(f64, f64)], shortest: f64) -> Vec<(f64, (f64, f64), (f64, f64))> {
+fn long_pairs(points: &[(f64, f64)], shortest: f64) -> Vec<Pair> {
     let voters = &points[..points.len().min(VOTERS)];
     let mut out = Vec::new();
     for (i, p) in voters.iter().enumerate() {

@@ -4,6 +4,8 @@ use super::*;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+type Points = Vec<(f64, f64)>;
+
 /// What a synthetic field is made of.
 struct Sky {
     common: usize,
@@ -16,7 +18,7 @@ struct Sky {
 }
 
 /// Predicted and detected positions, and which detection is which star.
-fn field(sky: &Sky, seed: u64) -> (Vec<(f64, f64)>, Vec<(f64, f64)>, Vec<(usize, usize)>) {
+fn field(sky: &Sky, seed: u64) -> (Points, Points, Vec<(usize, usize)>) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let place = |rng: &mut ChaCha8Rng| (rng.random_range(0.0..sky.size.0), rng.random_range(0.0..sky.size.1));
     let n = sky.common + sky.missing;

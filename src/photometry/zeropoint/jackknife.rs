@@ -63,7 +63,7 @@ pub fn by_pointing(rows: &Rows, fit: &Fit, estimator: Estimator) -> Jackknife {
             let next = step(rows, &fit.sigma, &theta, skip);
             let moved = (0..3).map(|j| (next[j] - theta[j]).abs()).fold(0.0, f64::max);
             theta = next;
-            if moved < 1e-9 {
+            if moved < 1e-7 {
                 break;
             }
         }

@@ -129,7 +129,7 @@ const CONDITION_WARN: f64 = 30.0;
 
 /// Fits ZP, k and C.
 ///
-/// `robust`: L1 and least-median starts, Tukey's biweight to convergence, effective variance σ_inst² + σ_cat² + (C σ_BV)² + τ²
+/// `robust`: L1 or least-median start, Tukey's biweight to convergence, effective variance σ_inst² + σ_cat² + (C σ_BV)² + τ²
 /// with τ from the residuals; covariance of the M-estimator or of the delete-one-pointing jackknife, whichever is larger.
 /// `ols`: equal weights, s² (AᵀA)⁻¹. The result does not depend on the order of the rows, to the bit.
 ///
@@ -205,8 +205,10 @@ fn report(
     let (zp_mag, cov) = rows.uncentred(&fit.theta, &cov);
     let range = |f: &dyn Fn(usize) -> f64| {
         let values = used.iter().map(|i| f(*i)).filter(|v| v.is_finite());
-        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], v| [lo.min(v), hi.max(v)])
+        let range = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], v| [lo.min(v), hi.max(v)]);
+        if range[0] <= range[1] { range } else { [f64::NAN; 2] }
     };
+    let b_v_range_mag = range(&|i| rows.star(i).b_v_mag);
     let (chi2_dof, p_value) = rows.chi2(&used, &fit.theta);
     let mut out = Zeropoint {
         zp_mag,
@@ -224,9 +226,9 @@ fn report(
         p_value,
         condition,
         airmass_mean: rows.mean[0],
-        b_v_mean_mag: rows.mean[1],
+        b_v_mean_mag: if b_v_range_mag[0].is_nan() { f64::NAN } else { rows.mean[1] },
         airmass_range: range(&|i| rows.star(i).airmass),
-        b_v_range_mag: range(&|i| rows.star(i).b_v_mag),
+        b_v_range_mag,
         k_note: rows.terms[0].note(),
         c_note: rows.terms[1].note(),
         cov_note,

@@ -13,10 +13,20 @@ use crate::error::{Error, Result};
 const TUKEY_C: f64 = 4.685;
 /// Smallest standard deviation of a row \[mag\]; keeps perfect data from dividing by zero.
 const FLOOR_MAG: f64 = 1e-9;
+/// Stated errors are believed to be too large by a factor of ten at most.
+const SMALLEST_SHARE: f64 = 0.1;
+/// With fewer degrees of freedom than this the stated errors bound the covariance from below.
+const FEW_DOF: f64 = 10.0;
 /// Rows that score a trial start.
 const TRIAL_ROWS: usize = 1_000;
-/// Trial subsets: 99.9 % sure of one clean triple among half outliers needs 52.
-const TRIALS: usize = 300;
+/// Rows that set the scale; more do not make it better.
+const SCALE_ROWS: usize = 4_000;
+/// Trial subsets of four stars: 99.8 % sure of a clean one among half outliers.
+const TRIALS: usize = 100;
+/// Fewer rows than this hold subsets that agree by chance: then L1 alone starts, and all rows set the scale.
+const FEW: usize = 30;
+/// A trial replaces the L1 start only if its median residual is this much smaller; chance gives 0.85 for Gaussian errors.
+const CLEARLY_BETTER: f64 = 0.7;
 
 /// A converged fit in the centred system.
 #[derive(Debug, Clone)]
@@ -104,16 +114,18 @@ pub fn tukey(rows: &Rows) -> Result<Fit> {
     let mut scale = Scale { sigma: vec![1.0; n], intrinsic_mag: 0.0, mad: f64::INFINITY };
     // the scale follows the fit for the first rounds, then stands still so that the fit converges
     for round in 0..300 {
-        if round < 40 {
+        if round < 20 {
             scale = Scale::of(rows, &theta, scale.mad);
         }
         let next = step(rows, &scale.sigma, &theta, Skip::None);
         let moved = (0..3).map(|j| (next[j] - theta[j]).abs()).fold(0.0, f64::max);
         theta = next;
-        if moved < 1e-13 && round >= 40 {
+        if moved < 1e-13 && round >= 20 {
             break;
         }
     }
+    let mut stated: Vec<f64> = (0..n).map(|i| rows.stated_var(i, &theta).sqrt()).collect();
+    check_majority(rows, &scale, super::median(&mut stated))?;
     let weights = biweights(rows, &scale.sigma, &theta);
     let cov = m_covariance(rows, &scale.sigma, &weights, &theta);
     Ok(Fit { theta, cov, weights, sigma: scale.sigma, intrinsic_mag: scale.intrinsic_mag })
@@ -161,32 +173,38 @@ impl Scale {
     /// Judged by the MAD of the rows the last round did not reject, so that outliers do not widen their own limit.
     fn of(rows: &Rows, theta: &[f64; 3], last: f64) -> Scale {
         let n = rows.len();
-        let residuals: Vec<f64> = (0..n).map(|i| rows.residual(i, theta)).collect();
-        let stated: Vec<f64> = (0..n).map(|i| if rows.weighted { rows.stated_var(i, theta) } else { 0.0 }).collect();
-        // few rows leave residuals too small: n / (n − p)
-        let small = (n as f64 / (n - rows.n_free().min(n - 1)) as f64).sqrt();
+        let last = if n < FEW { f64::INFINITY } else { last };
+        let judges: Vec<usize> = (0..n).step_by(n.div_ceil(SCALE_ROWS)).collect();
+        let residuals: Vec<f64> = judges.iter().map(|i| rows.residual(*i, theta)).collect();
+        let stated_var = |i: usize| if rows.weighted { rows.stated_var(i, theta) } else { 0.0 };
+        let stated: Vec<f64> = judges.iter().map(|i| stated_var(*i)).collect();
+        // a fit of p terms meets up to p stars exactly: their residuals say nothing
+        let met = rows.n_free();
+        let typical = |mut u: Vec<f64>| {
+            u.sort_unstable_by(f64::total_cmp);
+            let from = met.min(u.len().saturating_sub(1));
+            SIGMA_PER_MAD * super::median(&mut u[from..])
+        };
         let inside = |i: usize, tau: f64| {
             residuals[i].abs() <= TUKEY_C * (stated[i] + tau * tau).sqrt().max(last.max(FLOOR_MAG))
         };
         let spread = |tau: f64| {
             let scaled = |i: usize| residuals[i].abs() / (stated[i] + tau * tau).sqrt().max(FLOOR_MAG);
-            let mut u: Vec<f64> = (0..n).filter(|i| inside(*i, tau)).map(scaled).collect();
-            SIGMA_PER_MAD * super::median(&mut u) * small
+            typical((0..judges.len()).filter(|i| inside(*i, tau)).map(scaled).collect())
         };
-        let mut raw: Vec<f64> = (0..n).filter(|i| inside(*i, 0.0)).map(|i| residuals[i].abs()).collect();
-        let mad = SIGMA_PER_MAD * super::median(&mut raw) * small;
+        let mad = typical((0..judges.len()).filter(|i| inside(*i, 0.0)).map(|i| residuals[i].abs()).collect());
         let (mut tau, mut s) = (0.0, 1.0);
         let at_zero = spread(0.0);
         if at_zero > 1.0 {
             let (mut lo, mut hi) = (0.0, 2.0 * mad.max(FLOOR_MAG));
-            for _ in 0..60 {
+            for _ in 0..40 {
                 tau = 0.5 * (lo + hi);
                 if spread(tau) > 1.0 { lo = tau } else { hi = tau }
             }
         } else {
-            s = at_zero;
+            s = at_zero.max(SMALLEST_SHARE);
         }
-        let sigma = stated.iter().map(|v| (s * (v + tau * tau).sqrt()).max(FLOOR_MAG)).collect();
+        let sigma = (0..n).map(|i| (s * (stated_var(i) + tau * tau).sqrt()).max(FLOOR_MAG)).collect();
         Scale { sigma, intrinsic_mag: if tau > FLOOR_MAG { tau } else { 0.0 }, mad }
     }
 }
@@ -208,49 +226,93 @@ fn m_covariance(rows: &Rows, sigma: &[f64], weights: &[f64], theta: &[f64; 3]) -
     let slope_safe = slope.max(0.1);
     let k = 1.0 + p / n * (slope2 - slope * slope).max(0.0) / (slope_safe * slope_safe);
     let factor = k * k * psi2 / (n - p).max(1.0) / (slope_safe * slope_safe);
-    // sigma is inflated so that the prior rows keep their own weight in the balance
-    let wide: Vec<f64> = sigma.iter().map(|s| s * factor.sqrt().max(1e-6)).collect();
+    // sigma is scaled, not the result, so that the rows of pulled terms keep their own weight in the balance
+    let wide: Vec<f64> = sigma
+        .iter()
+        .enumerate()
+        .map(|(i, s)| {
+            let found = s * factor.sqrt().max(1e-6);
+            if rows.weighted && n - p < FEW_DOF { found.max(rows.stated_var(i, theta).sqrt()) } else { found }
+        })
+        .collect();
     weighted(rows, &wide, &vec![1.0; rows.len()], Skip::None).inverse
 }
 
-/// A start that up to half the stars cannot spoil: of the L1 fit and many exact fits to few stars, the one with the
-/// smallest median |residual|, improved by least squares on its better half.
+/// A start that up to half the stars cannot spoil: the L1 fit, or the plane that half the stars are closest to where that
+/// is clearly closer.
 fn start(rows: &Rows) -> [f64; 3] {
     let n = rows.len();
     let ones = vec![1.0; n];
     // L1: weights 1/|r|
     let mut theta = weighted(rows, &ones, &ones, Skip::None).theta;
-    for _ in 0..50 {
+    for _ in 0..20 {
         let w: Vec<f64> = (0..n).map(|i| 1.0 / rows.residual(i, &theta).abs().max(1e-6)).collect();
         theta = weighted(rows, &ones, &w, Skip::None).theta;
     }
-    let judges: Vec<usize> = (0..n).step_by(n.div_ceil(TRIAL_ROWS)).collect();
-    let score = |theta: &[f64; 3]| {
-        super::median(&mut judges.iter().map(|i| rows.residual(*i, theta).abs()).collect::<Vec<_>>())
-    };
-    let mut best = (score(&theta), theta);
-    let size = rows.n_free().max(2) + 1;
-    if n <= size + 1 {
+    if n < FEW {
         return theta;
     }
+    let (score, trial) = closest(rows, &ones, 0.5, TRIALS);
+    if score < CLEARLY_BETTER * quantile_distance(rows, &ones, &theta, 0.5) { trial } else { theta }
+}
+
+/// Fails where a third of the stars agree ten times better than the fit's scale says: then fewer than half are good, and
+/// the scale is that of the bad ones.
+fn check_majority(rows: &Rows, scale: &Scale, stated_mag: f64) -> Result<()> {
+    let n = rows.len();
+    if n < FEW || scale.mad < 1e-6 || (rows.weighted && scale.intrinsic_mag < 3.0 * stated_mag) {
+        return Ok(());
+    }
+    let (score, _) = closest(rows, &scale.sigma, 0.33, 4 * TRIALS);
+    // 33 % of a Gaussian lie within 0.43 σ
+    if score > 0.1 * 0.43 {
+        return Ok(());
+    }
+    Err(Error::Zeropoint {
+        problem: format!(
+            "a third of {n} stars agree within {:.3} mag, the others scatter by {:.3} mag: no majority agrees, more than \
+             zeropoint.max_rejected_frac would be rejected; check the match, clouds and saturation",
+            score * scale.mad,
+            scale.mad
+        ),
+    })
+}
+
+/// Distance |r|/σ within which a share of the stars lies.
+fn quantile_distance(rows: &Rows, sigma: &[f64], theta: &[f64; 3], share: f64) -> f64 {
+    let n = rows.len();
+    let judges = (0..n).step_by(n.div_ceil(TRIAL_ROWS));
+    let mut u: Vec<f64> = judges.map(|i| rows.residual(i, theta).abs() / sigma[i]).collect();
+    let at = (share * (u.len() - 1) as f64).round() as usize;
+    *u.select_nth_unstable_by(at, f64::total_cmp).1
+}
+
+/// Of many planes through four stars, each improved on the share of stars nearest to it, the one nearest to its share;
+/// with that distance (Rousseeuw 1984, least quantile of residuals).
+fn closest(rows: &Rows, sigma: &[f64], share: f64, trials: usize) -> (f64, [f64; 3]) {
+    let n = rows.len();
+    let mut best = (f64::INFINITY, [0.0; 3]);
     let mut state = 0x5EED_u64;
-    for _ in 0..TRIALS {
+    for _ in 0..trials {
         let mut weights = vec![0.0; n];
-        for _ in 0..size {
+        for _ in 0..4 {
             weights[(split_mix(&mut state) % n as u64) as usize] = 1.0;
         }
-        let mut trial = weighted(rows, &ones, &weights, Skip::None).theta;
+        let mut trial = weighted(rows, sigma, &weights, Skip::None).theta;
         for _ in 0..2 {
-            let limit = score(&trial);
-            let half: Vec<f64> = (0..n).map(|i| f64::from(u8::from(rows.residual(i, &trial).abs() <= limit))).collect();
-            trial = weighted(rows, &ones, &half, Skip::None).theta;
+            let limit = quantile_distance(rows, sigma, &trial, share);
+            weights.fill(0.0);
+            for i in (0..n).step_by(n.div_ceil(TRIAL_ROWS)) {
+                weights[i] = f64::from(u8::from(rows.residual(i, &trial).abs() <= limit * sigma[i]));
+            }
+            trial = weighted(rows, sigma, &weights, Skip::None).theta;
         }
-        let s = score(&trial);
-        if s < best.0 {
-            best = (s, trial);
+        let score = quantile_distance(rows, sigma, &trial, share);
+        if score < best.0 {
+            best = (score, trial);
         }
     }
-    best.1
+    best
 }
 
 /// SplitMix64 (Steele, Lea & Flood 2014): a fixed sequence, so that the start is always the same.

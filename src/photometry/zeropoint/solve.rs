@@ -38,10 +38,8 @@ impl Triangle {
             // rotate row i of R and the new row so that a[i] becomes 0
             let h = self.r[i][i].hypot(a[i]);
             let (c, s) = (self.r[i][i] / h, a[i] / h);
-            for j in i..3 {
-                let (r, n) = (self.r[i][j], a[j]);
-                self.r[i][j] = c * r + s * n;
-                a[j] = c * n - s * r;
+            for (r, n) in self.r[i][i..].iter_mut().zip(&mut a[i..]) {
+                (*r, *n) = (c * *r + s * *n, c * *n - s * *r);
             }
             let (q, n) = (self.qty[i], y);
             self.qty[i] = c * q + s * n;
