@@ -11,7 +11,7 @@ fn main() -> ExitCode {
     match args.execute() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("satphot: {error}");
+            cli::tell(&format!("satphot: {error}"));
             ExitCode::from(cli::exit_code(&error))
         }
     }

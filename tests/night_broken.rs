@@ -342,3 +342,38 @@ fn an_output_folder_that_cannot_be_made_is_named() {
     refused(&night().set("night.output=pipeline.toml"), 4, &["pipeline.toml"]);
     refused(&night().set("night.output=/proc/nowhere"), 4, &["/proc/nowhere"]);
 }
+
+#[test]
+fn results_may_go_into_the_folder_of_the_frames() {
+    let n = night().set("night.output=.");
+    for _ in 0..2 {
+        let counts = n.run().unwrap().counts;
+        assert_eq!((counts.files, counts.ok + counts.nondetection), (19, 6));
+    }
+    assert!(n.path("tiny/photometry.ecsv").exists());
+    refused(&night().set("night.name=.."), 2, &["night.name", "plain folder name"]);
+    refused(&night().set("night.input=[]"), 2, &["night.input", "empty"]);
+}
+
+#[test]
+fn a_clock_that_puts_every_frame_below_the_horizon_is_code_3_with_the_reason() {
+    let n = night().set("time.offset_s=14400");
+    let summary = n.run().unwrap();
+    assert_eq!((summary.counts.rejected, summary.counts.ok), (6, 0));
+    let error = summary.poor_error().unwrap();
+    assert_eq!(error.exit_code(), 3);
+    assert!(error.to_string().contains("none of 6 target frames") && error.to_string().contains("clock"), "{error}");
+}
+
+#[test]
+fn files_of_one_name_in_two_folders_keep_their_own_hashes() {
+    let n = night();
+    std::fs::create_dir(n.path("later")).unwrap();
+    std::fs::rename(n.path(TARGETS[5]), n.path("later").join(TARGETS[4])).unwrap();
+    assert_eq!(n.run().unwrap().counts.targets, 6);
+    let manifest = n.manifest();
+    for input in manifest["inputs"].as_array().unwrap() {
+        let path = PathBuf::from(input["path"].as_str().unwrap());
+        assert_eq!(input["sha256"], satphot::night::bench::sha256_16(&path).unwrap(), "{}", path.display());
+    }
+}

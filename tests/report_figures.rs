@@ -207,8 +207,7 @@ fn a_wild_rejected_point_does_not_squeeze_the_others() {
     let mut rows = pass(60_837.3, 6, 1);
     let calm = place("calm.svg");
     light_curve(&calm, &rows[..5], "Calm").unwrap();
-    rows[5] =
-        PhotometryRow { v_mag: Some(60.0), status: "rejected".into(), verdict: "reject".into(), ..rows[4].clone() };
+    rows[5] = PhotometryRow { v_mag: Some(60.0), verdict: "reject".into(), ..rows[4].clone() };
     let wild = place("wild.svg");
     light_curve(&wild, &rows, "Wild").unwrap();
     let y = |p: &Path| observed_circles(&fs::read_to_string(p).unwrap())[..5].iter().map(|c| c.1).collect::<Vec<_>>();

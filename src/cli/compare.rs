@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use satphot::night::stage::compare_table;
 
-use super::{Common, print};
+use super::{Common, print, tell};
 
 /// Predicts the magnitude of every row of a photometry table and writes the residuals, observed minus modelled.
 #[derive(Debug, Args)]
@@ -29,7 +29,7 @@ impl Compare {
         let compared = compare_table(&config, &self.photometry)?;
         compared.write(&config, &self.out, self.photometry_out.as_deref())?;
         for note in compared.notes.iter().filter(|_| !self.common.quiet) {
-            eprintln!("note: {note}");
+            tell(&format!("note: {note}"));
         }
         print(&compared.text());
         print(&format!("{}\n", self.out.display()));

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use satphot::Error;
 
-use super::print;
+use super::{print, tell};
 
 /// Writes a commented pipeline.toml: fill in your site, camera and folders.
 #[derive(Debug, Args)]
@@ -34,7 +34,7 @@ impl Init {
             .into());
         }
         std::fs::write(&self.file, TEMPLATE).map_err(|e| Error::io(&self.file, e))?;
-        eprintln!("wrote {}; edit it, then `satphot run {}`", self.file.display(), self.file.display());
+        tell(&format!("wrote {}; edit it, then `satphot run {}`", self.file.display(), self.file.display()));
         Ok(())
     }
 }

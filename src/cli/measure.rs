@@ -6,7 +6,7 @@ use clap::Args;
 use satphot::night::pipeline::Options;
 use satphot::night::stage::measure_targets;
 
-use super::{Common, print};
+use super::{Common, print, tell};
 
 /// Measures the target in the night's target frames or in named files, and tags each with its geometry.
 ///
@@ -42,7 +42,7 @@ impl Measure {
         let measured = measure_targets(&config, &options, &progress)?;
         measured.write(&config, &self.out)?;
         for note in measured.notes.iter().filter(|_| !self.common.quiet) {
-            eprintln!("note: {note}");
+            tell(&format!("note: {note}"));
         }
         print(&measured.text());
         print(&format!("{}\n", self.out.display()));

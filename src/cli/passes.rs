@@ -11,7 +11,7 @@ use satphot::night::compare::scene;
 use satphot::orbit::{PassEvent, Tracker, passes};
 use satphot::report::summary::text_table;
 
-use super::{load, print};
+use super::{load, print, tell};
 
 /// Lists the passes of a satellite over a site: rise, culmination, set, with Sun, Moon and the light it is seen by.
 #[derive(Debug, Args)]
@@ -61,7 +61,7 @@ impl Passes {
         let (orbit, site) = self.orbit_and_site()?;
         let tracker = Tracker::from_config(&orbit, &site)?;
         if let Some(warning) = tracker.age_warning(&shifted(start, self.hours * 1800.0)) {
-            eprintln!("note: {warning}");
+            tell(&format!("note: {warning}"));
         }
         let found = passes(&tracker, &start, &end, self.min_alt.to_radians())?;
         let header = [

@@ -8,7 +8,7 @@ use satphot::night::bench::Bench;
 use satphot::night::pipeline::{Options, run};
 use satphot::night::survey::survey;
 
-use super::{Common, print};
+use super::{Common, print, tell};
 
 /// Reduces the night of a pipeline.toml and writes tables, figures and a summary.
 #[derive(Debug, Args)]
@@ -59,10 +59,10 @@ impl Run {
         let summary = run(&config, &options, &progress)?;
         if !self.common.quiet {
             for note in &summary.notes {
-                eprintln!("note: {note}");
+                tell(&format!("note: {note}"));
             }
             for note in &summary.empty_columns {
-                eprintln!("left out: {note}");
+                tell(&format!("left out: {note}"));
             }
         }
         print(&summary.text());

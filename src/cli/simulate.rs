@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use satphot::night::simulate::{Scenario, simulate};
 
-use super::{bar::Bars, print};
+use super::{bar::Bars, print, tell};
 
 /// Makes a night of FITS files with its truth: flats, star pointings, tracked target frames.
 #[derive(Debug, Args)]
@@ -49,7 +49,7 @@ impl Simulate {
         let progress = Bars::new(!self.quiet);
         let made = satphot::night::pipeline::with_threads(self.jobs, || simulate(&scenario, &self.out, &progress))??;
         for note in &made.notes {
-            eprintln!("note: {note}");
+            tell(&format!("note: {note}"));
         }
         print(&format!(
             "{} frames in {}\ntruth in {}\nreduce them: satphot run {}\n",

@@ -7,7 +7,7 @@ use satphot::Error;
 use satphot::night::pipeline::Options;
 use satphot::night::stage::{fit_stars, zeropoint_from_table};
 
-use super::{Common, print};
+use super::{Common, print, tell};
 
 /// Fits V = V_inst - ZP - k X - C (B-V) to the star pointings of a night, to named star frames, or to a stars.ecsv.
 #[derive(Debug, Args)]
@@ -45,7 +45,7 @@ impl ZeropointVerb {
         let stars = self.out.with_file_name("stars.ecsv");
         fitted.write(&config, &self.out, self.stars.is_none().then_some(stars.as_path()))?;
         for note in fitted.notes.iter().filter(|_| !self.common.quiet) {
-            eprintln!("note: {note}");
+            tell(&format!("note: {note}"));
         }
         print(&fitted.text());
         print(&format!("{}\n", self.out.display()));

@@ -7,7 +7,7 @@ impl Config {
     /// Checks every number of the configuration.
     pub(super) fn check(&self) -> Result<()> {
         range("night.max_failed_frac", self.night.max_failed_frac, 0.0, 1.0, "")?;
-        if self.night.name.is_empty() || self.night.name.contains(['/', '\\']) {
+        if matches!(self.night.name.trim(), "" | "." | "..") || self.night.name.contains(['/', '\\']) {
             return Err(bad("night.name", format!("\"{}\" must be a plain folder name", self.night.name)));
         }
         range("site.lat_deg", self.site.lat_deg, -90.0, 90.0, "deg, north positive")?;

@@ -54,7 +54,7 @@ impl Config {
     fn resolve_paths(&mut self, base: &Path) {
         let fix = |p: &mut PathBuf| {
             if p.is_relative() && !base.as_os_str().is_empty() {
-                *p = base.join(&*p);
+                *p = base.join(&*p).components().collect(); // without the "." of `input = ["."]`
             }
         };
         self.night.input.iter_mut().for_each(fix);
@@ -145,6 +145,8 @@ fn explain(error: &serde_path_to_error::Error<toml::de::Error>) -> Error {
         let hint = nearest.map(|n| format!("; did you mean \"{n}\"?")).unwrap_or_default();
         return bad(&key, format!("unknown key{hint} Known here: {}", known.join(", ")));
     }
+    let message =
+        message.replace("expected usize", "expected a whole number").replace("expected f64", "expected a number");
     bad(if path == "." { "pipeline.toml" } else { &path }, message)
 }
 

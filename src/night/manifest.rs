@@ -51,14 +51,17 @@ pub struct Input {
 /// The inputs of a night, in the order of their roles.
 #[must_use]
 pub fn manifest_inputs(survey: &Survey, rows: &[PhotometryRow]) -> Vec<Input> {
-    let known = |name: &str| rows.iter().find(|r| r.frame == name && !r.frame_sha256.is_empty());
+    // a target frame was read for its row; two folders may hold files of one name
+    let known = |path: &Path| {
+        let name = crate::night::outputs::file_name(path);
+        let mut same = survey.targets.iter().filter(|e| e.name == name);
+        let alone = same.next().is_some_and(|e| e.path == path) && same.next().is_none();
+        rows.iter().find(|r| alone && r.frame == name && !r.frame_sha256.is_empty())
+    };
     let input = |path: &Path, role: &str, reason: &str| Input {
         path: path.to_path_buf(),
         bytes: std::fs::metadata(path).map_or(0, |m| m.len()),
-        sha256: known(&crate::night::outputs::file_name(path))
-            .map(|r| r.frame_sha256.clone())
-            .or_else(|| sha256_16(path).ok())
-            .unwrap_or_default(),
+        sha256: known(path).map(|r| r.frame_sha256.clone()).or_else(|| sha256_16(path).ok()).unwrap_or_default(),
         role: role.into(),
         reason: reason.into(),
     };

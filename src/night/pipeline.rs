@@ -77,6 +77,15 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     rows.extend(rejected_flats(&bench));
     rows.extend(survey.unreadable.iter().map(|u| failed_row(&file_name(&u.path), &u.error)));
     let counts = Counts::of(&survey, &rows, &star_rows);
+    let target_rejected = |r: &&PhotometryRow| r.status == "rejected" && r.object_name != "flat";
+    if counts.ok + counts.nondetection == 0
+        && let Some(first) = rows.iter().find(target_rejected)
+    {
+        poor.push(format!(
+            "none of {} target frames could be measured; {}: {}",
+            counts.targets, first.frame, first.reason
+        ));
+    }
     let failed_frac = counts.failed_frac();
     let limit = if options.strict { 0.0 } else { config.night.max_failed_frac };
     if failed_frac > limit {

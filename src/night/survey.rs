@@ -59,8 +59,11 @@ impl Survey {
 /// [`Error::NoInput`] when there is no FITS file.
 pub fn survey(config: &Config, files: &[PathBuf], target_names: &[String]) -> Result<Survey> {
     let inputs = if files.is_empty() { &config.night.input } else { files };
+    if inputs.is_empty() {
+        return Err(Error::Config { key: "night.input".into(), problem: "is empty; name folders or files".into() });
+    }
     let found = find_files(inputs)?;
-    let own = std::fs::canonicalize(&config.night.output).ok();
+    let own = own_results(config, inputs);
     let is_own = |path: &Path| match (&own, std::fs::canonicalize(path)) {
         (Some(own), Ok(path)) => path.starts_with(own),
         _ => false,
@@ -89,6 +92,13 @@ pub fn survey(config: &Config, files: &[PathBuf], target_names: &[String]) -> Re
     let gap_s = config.stars.as_ref().map_or(300.0, |s| s.pointing_gap_s);
     survey.pointings = group(stars, gap_s);
     Ok(survey)
+}
+
+/// The folder whose files are results: night.output, or the night's own part of it where that holds the inputs too.
+fn own_results(config: &Config, inputs: &[PathBuf]) -> Option<PathBuf> {
+    let output = std::fs::canonicalize(&config.night.output).ok()?;
+    let holds = |input: &PathBuf| std::fs::canonicalize(input).is_ok_and(|path| path.starts_with(&output));
+    Some(if inputs.iter().any(holds) { output.join(&config.night.name) } else { output })
 }
 
 fn by_time(exposures: &mut [Exposure]) {

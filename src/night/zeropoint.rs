@@ -111,7 +111,9 @@ fn measurement(row: &StarRow) -> StarMeasurement {
 fn too_few(rows: &[StarRow], kept: usize, need: usize) -> String {
     let mut counts = std::collections::BTreeMap::<String, usize>::new();
     for row in rows.iter().filter(|r| r.status == "rejected") {
-        let kind = row.reason.split(|c: char| c.is_ascii_digit() || c == '-').next().unwrap_or("").trim().to_string();
+        // "V 15.203 outside 10.5 to 15" and "snr below 10" without their numbers
+        let words = row.reason.split(|c: char| c.is_ascii_digit()).next().unwrap_or("").trim_end_matches([' ', '-']);
+        let kind = words.to_string() + if row.reason.contains("outside") { " out of range" } else { "" };
         *counts.entry(kind).or_default() += 1;
     }
     let lost: Vec<String> = counts.iter().map(|(reason, n)| format!("{n} {reason}")).collect();

@@ -154,8 +154,8 @@ impl Night {
         serde_json::from_str(&self.text("manifest.json")).unwrap()
     }
 
-    /// The lines of the last run's tables without those that name the folder, the hash of the configuration or inputs, and
-    /// without the rows of `frames`.
+    /// The lines of the last run's tables without those that name the folder or a hash of configuration and inputs,
+    /// and without the rows of `frames`.
     fn table_lines(&self, frames: &[&str]) -> Vec<String> {
         let folder = self.folder.path().display().to_string();
         let names = ["photometry.ecsv", "stars.ecsv", "residuals.ecsv", "zeropoint.toml"];
