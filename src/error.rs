@@ -94,7 +94,8 @@ pub enum Error {
         /// Why, and what would help.
         problem: String,
     },
-    /// Orbital elements are missing, damaged, too old, or the propagation failed.
+    /// Orbital elements are missing, too old, not of the object, or the propagation failed (damaged files are
+    /// [`Error::Table`]).
     #[error("orbit: {problem}")]
     Orbit {
         /// Why, and what would help.

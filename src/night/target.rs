@@ -151,6 +151,14 @@ fn measure_columns(row: &mut PhotometryRow, exposure: &Exposure, bench: &Bench) 
     }
     let sky = background(&frame, p.mesh_px, p.clip_sigma)?;
     let (nx, ny) = exposure.size_px;
+    for (key, at, n) in [("target.x_px", t.x_px, nx), ("target.y_px", t.y_px, ny)] {
+        if let Some(at) = at.filter(|at| *at < -0.5 || *at > n as f64 - 0.5) {
+            return Err(Error::Config {
+                key: key.into(),
+                problem: format!("{at} is outside this frame of {nx} x {ny} px"),
+            });
+        }
+    }
     let settings = TargetSettings {
         x_px: t.x_px.unwrap_or((nx as f64 - 1.0) / 2.0),
         y_px: t.y_px.unwrap_or((ny as f64 - 1.0) / 2.0),

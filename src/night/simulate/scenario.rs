@@ -289,6 +289,14 @@ impl Scenario {
         range("field.slope_per_mag", self.field.slope_per_mag, 0.01, 1.0, "1/mag")?;
         range("field.catalogue_err_mag", self.field.catalogue_err_mag, 0.0, 1.0, "mag")?;
         range("field.v_range_mag[0]", self.field.v_range_mag[0], -5.0, self.field.v_range_mag[1], "mag")?;
+        for (key, n, most) in [
+            ("flats.n", self.flats.n, 9_999.0),
+            ("pointings.n", self.pointings.n, 1_000.0),
+            ("pointings.frames", self.pointings.frames, 1_000.0),
+            ("target.n", self.target.n, 1e6),
+        ] {
+            range(key, n as f64, 0.0, most, "frames")?;
+        }
         range("flats.level_adu", self.flats.level_adu, 1.0, self.detector.adc_max_adu, "ADU")?;
         range("pointings.exptime_s", self.pointings.exptime_s, 1e-5, 3_600.0, "s")?;
         range(
