@@ -100,9 +100,8 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, setting
     }
     let Some(found) = found else { return cutout.limit(frame, background, settings) };
     let outline = enclosing_ellipse(&found.pixels);
-    let shape_of_light = (found.snr > MOMENTS_SNR)
-        .then(|| moments(&cutout.residual(), &outline, settings.fwhm_px))
-        .flatten();
+    let shape_of_light =
+        (found.snr > MOMENTS_SNR).then(|| moments(&cutout.residual(), &outline, settings.fwhm_px)).flatten();
     let aperture = aperture_around(&outline, shape_of_light.as_ref(), settings);
     let (ox, oy) = cutout.origin(frame);
     let (x_px, y_px) = (aperture.x + ox, aperture.y + oy);

@@ -41,7 +41,8 @@ impl Cutout {
         let threshold = (NOT_SKY_SIGMA * self.rms_e * kernel.noise_factor()) as f32;
         let smooth = smooth_image(&self.net, &kernel);
         let light_limit = 0.1 * self.rms_e as f32;
-        let objects = Array2::from_shape_fn((ny, nx), |at| smooth[at] > threshold || self.trails.light[at] > light_limit);
+        let objects =
+            Array2::from_shape_fn((ny, nx), |at| smooth[at] > threshold || self.trails.light[at] > light_limit);
         Cleaned { part, not_sky: grown(&objects, 3) }
     }
 
@@ -84,7 +85,9 @@ impl Cutout {
         let mut trail_light = 0f64;
         let light = |i: usize, j: usize| f64::from(self.trails.light[[j - oy, i - ox]]).max(0.0);
         let mut flux = flux_over_sky(&cleaned.part, at, shape, (inner, outer), &sky, light);
-        for_each_pixel(&shape, at.0, at.1, Bounds::of(&cleaned.part), |i, j, _| trail_light = trail_light.max(light(i, j)));
+        for_each_pixel(&shape, at.0, at.1, Bounds::of(&cleaned.part), |i, j, _| {
+            trail_light = trail_light.max(light(i, j))
+        });
         if trail_light > TRAIL_LIGHT * self.rms_e {
             flux.flags.set(Flags::TRAIL);
         }
@@ -190,7 +193,6 @@ pub(crate) struct Cleaned {
     part: Frame<Electrons>,
     not_sky: Array2<bool>,
 }
-
 
 /// The annulus of an aperture: the gap and the width of the limit's.
 fn annulus(shape: Shape, s: &TargetSettings) -> (f64, f64) {

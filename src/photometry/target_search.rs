@@ -22,9 +22,15 @@ const TRAIL_SIGMA: f64 = 4.0;
 /// The same for faint trails, which must be longer to count \[σ\].
 const FAINT_TRAIL_SIGMA: f64 = 2.5;
 /// Share of a trail's light that its constant profile may get wrong (flicker, seeing).
-const TRAIL_MODEL_ERR: f64 = 0.05;
+const TRAIL_MODEL_ERR: f32 = 0.05;
 /// Share of the change of the model over a block that it may get wrong: where a trail ends.
-const END_ERR: f64 = 0.5;
+const END_ERR: f32 = 0.5;
+/// A candidate at the edge of the search region counts exp(−this) of one at the expected place.
+const PREFER_NEAR: f64 = 3.0;
+/// Significance beyond this many thresholds is no further merit.
+const SCORE_CAP: f64 = 10.0;
+/// What an object cut by an edge, or a streak along the trails, counts.
+const SUSPECT: f64 = 0.2;
 /// Widths of the filter, in units of the FWHM: the target may be larger and fainter than a star.
 const SCALES: [f64; 3] = [1.0, 2.0, 4.0];
 
@@ -60,8 +66,6 @@ pub(crate) struct Candidate {
     pub snr: f64,
     score: f64,
     scale: usize,
-    pub x: f64,
-    pub y: f64,
 }
 
 impl Cutout {
@@ -141,14 +145,18 @@ impl Cutout {
     /// Signal-to-noise after a filter; the noise knows the trails' light and how well it is known.
     fn significance(&self, kernel: &Kernel) -> Array2<f32> {
         let mut snr = smooth_image(&self.residual(), kernel);
-        let light = smooth_image(&self.trails.light, kernel);
-        let unsure = smooth_image(&self.trails.unsure, kernel);
-        let factor = kernel.noise_factor().powi(2);
-        ndarray::Zip::from(&mut snr).and(&light).and(&unsure).for_each(|v, t, u| {
-            let (t, u) = (f64::from(t.max(0.0)), f64::from(*u));
-            let variance =
-                (self.rms_e * self.rms_e + t) * factor + (TRAIL_MODEL_ERR * t).powi(2) + (END_ERR * u).powi(2);
-            *v = (f64::from(*v) / variance.sqrt()) as f32;
+        let factor = kernel.noise_factor();
+        if self.trails.strips.is_none() {
+            let sigma = (self.rms_e * factor) as f32;
+            snr.mapv_inplace(|v| v / sigma);
+            return snr;
+        }
+        let mut doubt = self.trails.light.mapv(|t| TRAIL_MODEL_ERR * t.max(0.0));
+        doubt.scaled_add(END_ERR, &self.trails.unsure);
+        let doubt = smooth_image(&doubt, kernel);
+        let (noise, factor) = ((self.rms_e * self.rms_e) as f32, (factor * factor) as f32);
+        ndarray::Zip::from(&mut snr).and(&self.trails.light).and(&doubt).for_each(|v, t, d| {
+            *v /= ((noise + t.max(0.0)) * factor + d * d).sqrt();
         });
         snr
     }
@@ -193,6 +201,7 @@ impl Cutout {
         let (ox, oy) = self.origin(frame);
         let expected = (s.x_px - ox, s.y_px - oy);
         let streaks: Vec<Option<(f64, f64)>> = groups.iter().map(|g| streak(g)).collect();
+        let trail_angle = self.trails.strips.as_ref().map(|s| s.turned.sin.atan2(s.turned.cos));
         let [left, right, bottom, top] = self.at_edge;
         let mut found = Vec::new();
         for (g, pixels) in groups.into_iter().enumerate() {
@@ -215,10 +224,30 @@ impl Cutout {
             if distance > s.search_radius_px || self.is_hot_pixel(&pixels) {
                 continue;
             }
-            let score = peak * (-(distance / s.search_radius_px.max(1.0)).powi(2)).exp();
-            found.push(Candidate { pixels, snr: peak, score, scale, x, y });
+            // beyond the cap brightness is no merit: a remainder of a bright trail must not win over the target
+            let near = (-PREFER_NEAR * (distance / s.search_radius_px.max(1.0)).powi(2)).exp();
+            let cut = pixels.iter().any(|&(i, j)| self.is_cut_at(frame, i, j));
+            let along = streaks[g].zip(trail_angle).is_some_and(|((t, _), theta)| (2.0 * (t - theta)).cos() > 0.97);
+            let suspect = if cut || along { SUSPECT } else { 1.0 };
+            let score = peak.min(SCORE_CAP * s.detect_sigma) * near * suspect;
+            found.push(Candidate { pixels, snr: peak, score, scale });
         }
         found
+    }
+
+    /// Whether a pixel is next to the edge of the frame or to pixels that do not count.
+    fn is_cut_at(&self, frame: &Frame<Electrons>, i: usize, j: usize) -> bool {
+        let (ny, nx) = frame.pixels.dim();
+        let (x, y) = (self.x0 + i, self.y0 + j);
+        let clipped = |x: usize, y: usize| frame.mask[[y, x]] & mask::CLIPPED != 0;
+        x == 0
+            || y == 0
+            || x + 1 >= nx
+            || y + 1 >= ny
+            || clipped(x - 1, y)
+            || clipped(x + 1, y)
+            || clipped(x, y - 1)
+            || clipped(x, y + 1)
     }
 
     /// Whether one pixel holds more than half the light around the brightest: no star image does.

@@ -55,8 +55,8 @@ pub(crate) fn trail_direction(above: &Array2<bool>, faint: &Array2<bool>, fwhm_p
     // few bright points hold no direction: then the faint ones may
     let theta = direction(if bright.len() as f64 > 2.0 * min_length { &bright } else { &faint }, dim);
     let turned = Turned::new(dim, theta);
-    let found = long_runs(&bright, turned, dim, fwhm_px, min_length)
-        || long_runs(&faint, turned, dim, fwhm_px, min_faint);
+    let found =
+        long_runs(&bright, turned, dim, fwhm_px, min_length) || long_runs(&faint, turned, dim, fwhm_px, min_faint);
     found.then_some(theta)
 }
 
@@ -90,13 +90,7 @@ fn direction(points: &[(usize, usize)], dim: (usize, usize)) -> f64 {
 }
 
 /// Whether there are trails: stretches along u of at least `min_length` that are above the noise, gaps of two FWHM allowed.
-fn long_runs(
-    points: &[(usize, usize)],
-    turned: Turned,
-    dim: (usize, usize),
-    fwhm_px: f64,
-    min_length: f64,
-) -> bool {
+fn long_runs(points: &[(usize, usize)], turned: Turned, dim: (usize, usize), fwhm_px: f64, min_length: f64) -> bool {
     let half = (dim.0 as f64).hypot(dim.1 as f64) * 0.5 + 2.0;
     let n_v = (2.0 * half) as usize + 2;
     let mut lines: Vec<Vec<f64>> = vec![Vec::new(); n_v];

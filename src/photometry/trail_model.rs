@@ -33,8 +33,7 @@ impl Hole {
     pub fn chord(&self, v: f64) -> Option<(f64, f64)> {
         let (sin, cos) = self.phi.sin_cos();
         let (p, q) = (1.0 / (self.a * self.a), 1.0 / (self.b * self.b));
-        let (uu, uv, vv) =
-            (cos * cos * p + sin * sin * q, sin * cos * (p - q), sin * sin * p + cos * cos * q);
+        let (uu, uv, vv) = (cos * cos * p + sin * sin * q, sin * cos * (p - q), sin * sin * p + cos * cos * q);
         let dv = v - self.v;
         let root = (uv * dv).powi(2) - uu * (vv * dv * dv - 1.0);
         (root >= 0.0).then(|| {
@@ -44,11 +43,10 @@ impl Hole {
     }
 }
 
-/// Level of a line: e⁻ per pixel, what the two sides differ by, and the number of pixels it rests on.
+/// Level of a line: e⁻ per pixel, and the number of pixels it rests on.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Level {
     pub mean: f64,
-    pub step: f64,
     pub n: f64,
 }
 
@@ -114,18 +112,14 @@ impl Strips {
         let blocks = self.mean.ncols();
         let first = (((u.0 + self.half) / self.block as f64).floor().max(0.0) as usize).min(blocks);
         let last = (((u.1 + self.half) / self.block as f64).ceil().max(0.0) as usize).min(blocks);
-        let mut left: Vec<f64> = (0..first).rev().filter_map(free).take(SIDE_BLOCKS).collect();
-        let mut right: Vec<f64> = (last..blocks).filter_map(free).take(SIDE_BLOCKS).collect();
-        let mut all: Vec<f64> = left.iter().chain(&right).copied().collect();
+        let left = (0..first).rev().filter_map(free).take(SIDE_BLOCKS);
+        let right = (last..blocks).filter_map(free).take(SIDE_BLOCKS);
+        let mut all: Vec<f64> = left.chain(right).collect();
         if all.len() < EDGE_BLOCKS + 1 {
             return None;
         }
         let mean = self.robust_mean(&mut all)?;
-        let step = match (stats::median(&mut left), stats::median(&mut right)) {
-            (Some(l), Some(r)) => l - r,
-            _ => 0.0,
-        };
-        Some(Level { mean, step, n: (all.len() * self.block) as f64 })
+        Some(Level { mean, n: (all.len() * self.block) as f64 })
     }
 
     /// The level everywhere, and by how much it changes from block to block: a model of the sky and the trails.
@@ -199,11 +193,6 @@ impl Strips {
         line as f64 - self.half
     }
 
-    /// Length of a block \[px\].
-    pub fn block_px(&self) -> f64 {
-        self.block as f64
-    }
-
     /// u from the first to the last pixel of a block.
     fn range(&self, p: usize) -> (f64, f64) {
         let from = (p * self.block) as f64 - self.half - 0.5;
@@ -214,10 +203,8 @@ impl Strips {
     fn robust_mean(&self, values: &mut [f64]) -> Option<f64> {
         let median = stats::median(values)?;
         let limit = CLIP_SIGMA * (self.noise_e * self.noise_e + median.max(0.0)).sqrt() / (self.block as f64).sqrt();
-        let (sum, n) = values
-            .iter()
-            .filter(|x| (**x - median).abs() <= limit)
-            .fold((0.0, 0usize), |(s, n), x| (s + x, n + 1));
+        let (sum, n) =
+            values.iter().filter(|x| (**x - median).abs() <= limit).fold((0.0, 0usize), |(s, n), x| (s + x, n + 1));
         Some(if n > 0 { sum / n as f64 } else { median })
     }
 }
@@ -242,8 +229,7 @@ fn cubic_at(image: &Array2<f32>, x: f64, y: f64) -> f32 {
         return f32::NAN;
     }
     let (i, j) = (i as usize, j as usize);
-    let row = |j: usize| {
-        catmull_rom([image[[j, i - 1]], image[[j, i]], image[[j, i + 1]], image[[j, i + 2]]], t as f32)
-    };
+    let row =
+        |j: usize| catmull_rom([image[[j, i - 1]], image[[j, i]], image[[j, i + 1]], image[[j, i + 2]]], t as f32);
     catmull_rom([row(j - 1), row(j), row(j + 1), row(j + 2)], s as f32)
 }
