@@ -96,8 +96,8 @@ impl Cutout {
 
     /// The flux over the level beside it along the trails; `None` without trails or without room beside it.
     ///
-    /// σ² = max(F, 0) + max(Σ f (S + P + RN²) + σ_P², σ_empty²): P the light above the sky S along each line, σ_P² the
-    /// error of its mean, σ_empty the robust scatter about 0 of apertures of the same shape where the target is not.
+    /// σ² = max(F, 0) + max(Σ f (S + P + RN²) + σ_P² + σ_end², σ_empty²): P the light above the sky S along each line, σ_P² the
+    /// error of its mean, σ_end what trails that end under the target may add, σ_empty the robust scatter about 0 of apertures of the same shape where the target is not.
     fn flux_along_trails(
         &self,
         part: &Frame<Electrons>,
@@ -132,7 +132,8 @@ impl Cutout {
         let mut flux = flux_over_sky(&net, at, shape, annulus(shape, s), &sky, extra);
         let own_noise = flux.flux_e.max(0.0);
         let model = under.variance(strips, &strips.hole(local, shape), self.rms_e);
-        let photons = flux.flux_err_e.powi(2) - own_noise + model;
+        let ends = under.variance_of_ends(strips, &strips.hole(local, shape), s.fwhm_px);
+        let photons = flux.flux_err_e.powi(2) - own_noise + model + ends;
         let empty = self.empty_scatter(strips, local, shape, own).unwrap_or(0.0);
         flux.flux_err_e = (own_noise + photons.max(empty * empty)).sqrt();
         flux.snr = flux.flux_e / flux.flux_err_e;
@@ -246,6 +247,24 @@ impl Under {
             (to - from).powi(2) * (noise_e * noise_e + l.mean.max(0.0)) / l.n
         };
         self.levels.iter().enumerate().map(of).sum()
+    }
+}
+
+impl Under {
+    /// Where the two sides of a line differ by D a trail ends under the aperture, anywhere along its chord c: a level
+    /// between both is wrong by D c/√12. Lines are taken together over the width of a trail; noise is taken off twice.
+    fn variance_of_ends(&self, strips: &Strips, aperture: &Hole, fwhm_px: f64) -> f64 {
+        let width = (1.5 * fwhm_px).round().max(2.0) as usize;
+        let of_trail = |(g, lines): (usize, &[Level])| {
+            let (mut step, mut noise) = (0.0, 0.0);
+            for (k, line) in lines.iter().enumerate() {
+                let (from, to) = aperture.chord(strips.v_of(self.first + g * width + k)).unwrap_or((0.0, 0.0));
+                step += (to - from) * line.step;
+                noise += (to - from).powi(2) * line.step_variance;
+            }
+            (step * step - 2.0 * noise).max(0.0) / 12.0
+        };
+        self.levels.chunks(width).enumerate().map(of_trail).sum()
     }
 }
 

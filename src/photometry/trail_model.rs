@@ -4,6 +4,8 @@
 //! trail, resolved or not, whatever their number. Electrons; u along the trails, v across, in pixels. Ends of trails
 //! inside the stretch are voted down by the longer part. Leaves out: flicker, curvature.
 
+use std::f64::consts::FRAC_PI_2;
+
 use ndarray::Array2;
 
 use crate::photometry::aperture::Shape;
@@ -12,6 +14,10 @@ use crate::photometry::trail::Turned;
 
 /// Blocks on each side that make a level.
 const SIDE_BLOCKS: usize = 10;
+/// The same of the model of the whole cutout: what is longer than this along the trails is a trail.
+const SEARCH_BLOCKS: usize = 9;
+/// Nearest blocks of each side that tell whether both agree.
+const STEP_BLOCKS: usize = 5;
 /// Fewest blocks of a side near the edge of the frame, where a trail may be short.
 const EDGE_BLOCKS: usize = 3;
 /// Blocks further than this from the median do not count \[σ\].
@@ -43,10 +49,12 @@ impl Hole {
     }
 }
 
-/// Level of a line: e⁻ per pixel, and the number of pixels it rests on.
+/// Level of a line: e⁻ per pixel, by how much its sides differ and the variance of that, and the pixels it rests on.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Level {
     pub mean: f64,
+    pub step: f64,
+    pub step_variance: f64,
     pub n: f64,
 }
 
@@ -112,14 +120,23 @@ impl Strips {
         let blocks = self.mean.ncols();
         let first = (((u.0 + self.half) / self.block as f64).floor().max(0.0) as usize).min(blocks);
         let last = (((u.1 + self.half) / self.block as f64).ceil().max(0.0) as usize).min(blocks);
-        let left = (0..first).rev().filter_map(free).take(SIDE_BLOCKS);
-        let right = (last..blocks).filter_map(free).take(SIDE_BLOCKS);
-        let mut all: Vec<f64> = left.chain(right).collect();
+        let left: Vec<f64> = (0..first).rev().filter_map(free).take(SIDE_BLOCKS).collect();
+        let right: Vec<f64> = (last..blocks).filter_map(free).take(SIDE_BLOCKS).collect();
+        let mut all: Vec<f64> = left.iter().chain(&right).copied().collect();
         if all.len() < EDGE_BLOCKS + 1 {
             return None;
         }
         let mean = self.robust_mean(&mut all)?;
-        Some(Level { mean, n: (all.len() * self.block) as f64 })
+        let near = |side: &[f64]| {
+            let mut near = side[..side.len().min(STEP_BLOCKS)].to_vec();
+            (stats::median(&mut near), near.len() as f64)
+        };
+        let variance = (self.noise_e * self.noise_e + mean.max(0.0)) / self.block as f64;
+        let (step, step_variance) = match (near(&left), near(&right)) {
+            ((Some(l), m), (Some(r), n)) => (l - r, FRAC_PI_2 * variance * (1.0 / m + 1.0 / n)),
+            _ => (0.0, 0.0),
+        };
+        Some(Level { mean, step, step_variance, n: (all.len() * self.block) as f64 })
     }
 
     /// The level everywhere, and by how much it changes from block to block: a model of the sky and the trails.
@@ -143,7 +160,7 @@ impl Strips {
                 let at = valid.partition_point(|k| *k < p);
                 let own = usize::from(valid.get(at) == Some(&p));
                 let (before, after) = (at, valid.len() - at - own);
-                let side = if own == 1 { before.min(after).clamp(EDGE_BLOCKS, SIDE_BLOCKS) } else { SIDE_BLOCKS };
+                let side = if own == 1 { before.min(after).clamp(EDGE_BLOCKS, SEARCH_BLOCKS) } else { SIDE_BLOCKS };
                 let range = at - before.min(side)..at + own + after.min(side);
                 work.clear();
                 work.extend(valid[range].iter().map(|k| f64::from(self.mean[[q, *k]])));
