@@ -76,14 +76,17 @@ const MOMENTS_SNR: f64 = 15.0;
 
 /// Finds and measures the target, or says how bright it could have been.
 ///
-/// 1. Around the expected place the frame is smoothed; what lines up in long straight runs is star trails, and their
-///    light, a constant profile across, is taken off ([`Flags::TRAIL`] if any of it was inside the aperture).
+/// 1. Around the expected place the frame is smoothed; long straight runs give the direction of the star trails. The
+///    robust mean level along that direction is the sky and every trail, resolved or not, and is taken off; it holds
+///    no object shorter than 18 FWHM along the trails, and where it changes (trails end) it is doubted.
 /// 2. What is left is smoothed at 1, 2 and 4 FWHM. A candidate peaks above `detect_sigma` within the search radius, does
 ///    not run out of the cutout, is not one of a family of equal parallel streaks, and is not a single hot pixel.
-///    Of several the most significant is taken, those near the expected place preferred.
+///    Of several the nearer wins over the brighter; objects cut by an edge and streaks along the trails come last.
 /// 3. The aperture is the ellipse around its outline at 3 σ plus `margin_px`, at least 1.5 FWHM and, for a target of
-///    S/N above 15, 3.4 σ of its own second moments (0.997 of a Gaussian). The sky is an annulus beyond it, other
-///    objects and trails left out.
+///    S/N above 15, 3.4 σ of its own second moments (0.997 of a Gaussian).
+/// 4. Among trails the sky of each line of pixels is the level of that line on both sides of the aperture, and the error
+///    is at least the scatter of empty apertures treated alike; [`Flags::TRAIL`] where light of trails was taken off
+///    inside the aperture. Without trails, or without room beside it, the sky is an annulus, other objects left out.
 ///
 /// [`TargetFound::NotDetected`] holds the forced flux at the expected place, negative or not, and the limit.
 #[must_use]

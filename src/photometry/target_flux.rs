@@ -248,9 +248,7 @@ impl Under {
         };
         self.levels.iter().enumerate().map(of).sum()
     }
-}
 
-impl Under {
     /// Where the two sides of a line differ by D a trail ends under the aperture, anywhere along its chord c: a level
     /// between both is wrong by D c/√12. Lines are taken together over the width of a trail; noise is taken off twice.
     fn variance_of_ends(&self, strips: &Strips, aperture: &Hole, fwhm_px: f64) -> f64 {
