@@ -6,12 +6,12 @@ mod photometry_scene;
 use photometry_scene::{Scene, mean_sd};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
+use rayon::prelude::*;
 use satphot::photometry::Flags;
 use satphot::photometry::background::background;
 use satphot::photometry::target::{TargetFound, TargetSettings, measure_target};
 
 const FWHM: f64 = 4.0;
-const REPEATS: u64 = 2;
 const SKY: f64 = 60.0;
 const READ_NOISE: f64 = 2.0;
 /// Scatter of a sky pixel.
@@ -50,6 +50,7 @@ enum Stars {
     Crossing,
     Short,
     Through,
+    Crowded,
 }
 
 fn scene(n: usize, snr: f64, length: f64, offset: f64, stars: Stars, seed: u64) -> (Scene, Truth) {
@@ -79,6 +80,7 @@ fn scene(n: usize, snr: f64, length: f64, offset: f64, stars: Stars, seed: u64) 
             scene.line(x + rng.random_range(-4.0..4.0), y, trail(&mut rng), FWHM, theta);
             scene.line(x - 60.0 * sin, y + 60.0 * cos, trail(&mut rng), FWHM, theta);
         }
+        Stars::Crowded => crowd(&mut scene, theta, &mut rng),
         Stars::Short => {
             for _ in 0..10 {
                 let (px, py) = loop {
@@ -94,6 +96,42 @@ fn scene(n: usize, snr: f64, length: f64, offset: f64, stars: Stars, seed: u64) 
     (scene, Truth { x, y, flux })
 }
 
+/// 120 trails across the frame, most of them below the noise, and 15 that end in it.
+fn crowd(scene: &mut Scene, theta: f64, rng: &mut ChaCha12Rng) {
+    let n = scene.mean.nrows() as f64;
+    let sigma = FWHM / photometry_scene::FWHM_PER_SIGMA;
+    let (sin, cos) = theta.sin_cos();
+    // e⁻ per px of length; N(> L) ∝ 1/L
+    let light = |rng: &mut ChaCha12Rng| (6.0 / rng.random_range(0.003..1.0f64)).min(2000.0);
+    let step = 0.05;
+    let mut across = vec![0f64; (2.0 * n / step) as usize];
+    for _ in 0..120 {
+        let (at, light) = (rng.random_range(-0.75..0.75) * n, light(rng));
+        for k in ((at + n - 6.0 * sigma) / step) as usize..((at + n + 6.0 * sigma) / step) as usize {
+            let z = (k as f64 * step - n - at) / sigma;
+            across[k] += light * (-0.5 * z * z).exp() / (sigma * (2.0 * std::f64::consts::PI).sqrt());
+        }
+    }
+    let ends: Vec<(f64, f64, f64, f64)> = (0..15)
+        .map(|_| {
+            let way = if rng.random::<bool>() { 1.0 } else { -1.0 };
+            (rng.random_range(-0.5..0.5) * n, rng.random_range(-0.5..0.5) * n, way, light(rng))
+        })
+        .collect();
+    for ((j, i), mean) in scene.mean.indexed_iter_mut() {
+        let (dx, dy) = (i as f64 - n / 2.0, j as f64 - n / 2.0);
+        let (u, v) = (dx * cos + dy * sin, dy * cos - dx * sin);
+        *mean += across[((v + n) / step) as usize];
+        for &(at, end, way, light) in &ends {
+            let z = (v - at) / sigma;
+            if z.abs() < 6.0 {
+                let part = 0.5 * (1.0 + statrs::function::erf::erf(way * (u - end) / (sigma * 2f64.sqrt())));
+                *mean += part * light * (-0.5 * z * z).exp() / (sigma * (2.0 * std::f64::consts::PI).sqrt());
+            }
+        }
+    }
+}
+
 struct Outcome {
     tried: usize,
     found: usize,
@@ -102,25 +140,27 @@ struct Outcome {
 }
 
 fn run(snr: f64, length: f64, stars: Stars, seed: u64) -> Outcome {
-    let n = 400;
-    let mut out = Outcome { tried: 0, found: 0, pulls: Vec::new(), trail_flags: 0 };
-    for (k, offset) in [0.0, 15.0, 50.0, 90.0].into_iter().enumerate() {
-        for repeat in 0..REPEATS {
-            let seed = seed + 1000 * k as u64 + repeat;
+    let n = 360;
+    let results: Vec<Option<(f64, bool)>> = [0.0, 15.0, 50.0, 90.0]
+        .into_par_iter()
+        .enumerate()
+        .map(|(k, offset)| {
+            let seed = seed + 1000 * k as u64;
             let (scene, truth) = scene(n, snr, length, offset, stars, seed);
-            let frame = scene.expose(READ_NOISE, seed + 77);
-            let sky = background(&frame, 64, 3.0).unwrap();
-            out.tried += 1;
-            let found = measure_target(&frame, &sky, &settings(n as f64));
-            let TargetFound::Detected { flux, x_px, y_px, .. } = found else { continue };
-            if (x_px - truth.x).hypot(y_px - truth.y) < FWHM + 0.2 * length {
-                out.found += 1;
-                out.pulls.push((flux.flux_e - truth.flux) / flux.flux_err_e);
-                out.trail_flags += usize::from(flux.flags.has(Flags::TRAIL));
-            }
-        }
+            let TargetFound::Detected { flux, x_px, y_px, .. } = at(&scene.expose(READ_NOISE, seed + 77), n) else {
+                return None;
+            };
+            let here = (x_px - truth.x).hypot(y_px - truth.y) < FWHM + 0.2 * length;
+            here.then_some(((flux.flux_e - truth.flux) / flux.flux_err_e, flux.flags.has(Flags::TRAIL)))
+        })
+        .collect();
+    let found: Vec<(f64, bool)> = results.iter().flatten().copied().collect();
+    Outcome {
+        tried: results.len(),
+        found: found.len(),
+        pulls: found.iter().map(|f| f.0).collect(),
+        trail_flags: found.iter().filter(|f| f.1).count(),
     }
-    out
 }
 
 #[test]
@@ -140,7 +180,8 @@ fn the_target_is_found_and_its_flux_is_right_over_a_grid_of_scenes() {
             }
         }
         println!("{}: found {found} of {tried}", ["no stars", "trails across the frame", "trails of 90 px"][s]);
-        assert!(found as f64 >= 0.98 * tried as f64, "{found} of {tried}");
+        // one of 48 may lie on the remainder of a short trail
+        assert!(found as f64 >= 0.97 * tried as f64, "{found} of {tried}");
     }
     // truth is the whole flux: what the apertures miss counts against them
     let (mean, sd) = mean_sd(&pulls);
@@ -175,9 +216,72 @@ fn at(frame: &satphot::frames::Frame<satphot::frames::Electrons>, n: usize) -> T
 }
 
 #[test]
+fn among_many_trails_and_their_ends_flux_and_error_are_honest() {
+    let (mut tried, mut found) = (0, 0);
+    let mut pulls = Vec::new();
+    for (b, snr) in [20.0, 40.0, 100.0].into_iter().enumerate() {
+        for (l, length) in [0.0, 12.0, 30.0].into_iter().enumerate() {
+            let got = run(snr, length, Stars::Crowded, (700_000 + 10_000 * b + 5_000 * l) as u64);
+            let (mean, sd) = mean_sd(&got.pulls);
+            println!("  S/N {snr}, smear {length} px: {}/{} pull {mean:+.2} ± {sd:.2}", got.found, got.tried);
+            tried += got.tried;
+            found += got.found;
+            pulls.extend(got.pulls);
+        }
+    }
+    let (mean, sd) = mean_sd(&pulls);
+    println!("found {found} of {tried}; pulls {mean:+.2} ± {sd:.2}");
+    assert!(found as f64 >= 0.9 * tried as f64, "{found} of {tried}");
+    assert!(mean.abs() < 0.5 && sd < 1.5, "{mean} {sd}");
+}
+
+#[test]
+fn trails_without_a_target_are_not_reported_as_one() {
+    let alarms: Vec<f64> = (0..16u64)
+        .into_par_iter()
+        .filter_map(|seed| {
+            let mut rng = ChaCha12Rng::seed_from_u64(60_000 + seed);
+            let mut scene = Scene::new(360, 360, SKY);
+            let theta = rng.random_range(0.0..3.1);
+            crowd(&mut scene, theta, &mut rng);
+            match at(&scene.expose(READ_NOISE, 61_000 + seed), 360) {
+                TargetFound::Detected { flux, .. } => Some(flux.snr),
+                TargetFound::NotDetected { .. } => None,
+            }
+        })
+        .collect();
+    println!("false alarms of 16: S/N {alarms:.1?}");
+    assert!(alarms.len() <= 2 && alarms.iter().all(|snr| *snr < 5.0), "{alarms:?}");
+}
+
+#[test]
+fn a_near_target_wins_over_a_bright_object_far_off() {
+    let mut scene = Scene::new(400, 400, SKY);
+    scene.star(212.0, 205.0, flux_of_snr(12.0), FWHM);
+    scene.star(200.0, 88.0, flux_of_snr(500.0), FWHM); // 112 of 120 px away
+    let TargetFound::Detected { x_px, y_px, .. } = at(&scene.expose(READ_NOISE, 31), 400) else { panic!("not found") };
+    assert!((x_px - 212.0).hypot(y_px - 205.0) < FWHM, "{x_px} {y_px}");
+}
+
+#[test]
+fn a_whole_object_wins_over_one_cut_by_the_edge() {
+    let mut scene = Scene::new(300, 300, SKY);
+    scene.star(200.0, 100.0, flux_of_snr(12.0), FWHM);
+    scene.star(150.0, 0.0, flux_of_snr(100.0), FWHM);
+    let frame = scene.expose(READ_NOISE, 32);
+    let near_edge = TargetSettings { y_px: 60.0, ..settings(300.0) };
+    let TargetFound::Detected { x_px, y_px, .. } =
+        measure_target(&frame, &background(&frame, 64, 3.0).unwrap(), &near_edge)
+    else {
+        panic!("not found")
+    };
+    assert!((x_px - 200.0).hypot(y_px - 100.0) < FWHM, "{x_px} {y_px}");
+}
+
+#[test]
 fn an_empty_frame_and_one_of_trails_only_give_limits() {
     let mut false_alarms = 0;
-    for seed in 0..20 {
+    for seed in 0..12 {
         let mut empty = Scene::new(400, 400, SKY);
         if seed % 2 == 1 {
             for v in [-150.0, -60.0, 20.0, 90.0] {
@@ -200,13 +304,14 @@ fn an_empty_frame_and_one_of_trails_only_give_limits() {
 
 #[test]
 fn forced_fluxes_of_empty_sky_are_negative_half_of_the_time() {
-    let negative = (0..40)
-        .filter(|seed| match at(&Scene::new(300, 300, SKY).expose(READ_NOISE, 4000 + seed), 300) {
+    let negative = (0..32u64)
+        .into_par_iter()
+        .filter(|seed| match at(&Scene::new(200, 200, SKY).expose(READ_NOISE, 4000 + seed), 200) {
             TargetFound::NotDetected { flux, .. } => flux.flux_e < 0.0 && flux.flags.has(Flags::NEGATIVE),
             TargetFound::Detected { .. } => false,
         })
         .count();
-    assert!((10..=30).contains(&negative), "{negative}"); // 20 ± 3.2
+    assert!((8..=24).contains(&negative), "{negative}"); // 16 ± 2.8
 }
 
 #[test]

@@ -77,12 +77,12 @@ pub fn measure(
 /// The sky of one annulus.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sky {
-    level_e: f64,
-    err_e: f64,
-    rms_e: f64,
+    pub level_e: f64,
+    pub err_e: f64,
+    pub rms_e: f64,
     /// Pixels kept.
     pub n: usize,
-    flags: Flags,
+    pub flags: Flags,
 }
 
 /// The sky from the unmasked annulus pixels for which `exclude(i, j)` is false.

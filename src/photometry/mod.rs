@@ -14,9 +14,11 @@ mod label;
 mod smooth;
 pub mod stats;
 pub mod target;
+mod target_flux;
 mod target_search;
 mod target_shape;
 mod trail;
+mod trail_model;
 pub mod wcs;
 pub mod zeropoint;
 

@@ -3,14 +3,11 @@
 //! Electrons and full-frame pixels. Found by `target_search`, outlined by `target_shape`, measured here in an aperture that
 //! encloses all of it; where nothing is found the answer is a limit. Leaves out: several targets in one frame.
 
-use ndarray::{Array2, s};
-
 use crate::frames::{Electrons, Frame};
 use crate::photometry::Flags;
-use crate::photometry::aperture::{Bounds, Shape, for_each_pixel};
+use crate::photometry::aperture::Shape;
 use crate::photometry::background::Background;
-use crate::photometry::flux::{Flux, annulus_sky, flux_over_sky, measure};
-use crate::photometry::smooth::{Kernel, smooth_image};
+use crate::photometry::flux::{Flux, measure};
 use crate::photometry::target_search::Cutout;
 use crate::photometry::target_shape::{Ellipse, enclosing_ellipse, moments};
 
@@ -76,19 +73,20 @@ pub enum TargetFound {
 const ENCLOSING_SIGMA: f64 = 3.4;
 /// From this signal-to-noise on the moments of the target are trusted.
 const MOMENTS_SNR: f64 = 15.0;
-/// Significant pixels are not sky \[σ of a frame smoothed with 3 px\].
-const NOT_SKY_SIGMA: f64 = 4.0;
 
 /// Finds and measures the target, or says how bright it could have been.
 ///
-/// 1. Around the expected place the frame is smoothed; what lines up in long straight runs is star trails, and their
-///    light, a constant profile across, is taken off ([`Flags::TRAIL`] if any of it was inside the aperture).
+/// 1. Around the expected place the frame is smoothed; long straight runs give the direction of the star trails. The
+///    robust mean level along that direction is the sky and every trail, resolved or not, and is taken off; it holds
+///    no object shorter than 18 FWHM along the trails, and where it changes (trails end) it is doubted.
 /// 2. What is left is smoothed at 1, 2 and 4 FWHM. A candidate peaks above `detect_sigma` within the search radius, does
 ///    not run out of the cutout, is not one of a family of equal parallel streaks, and is not a single hot pixel.
-///    Of several the most significant is taken, those near the expected place preferred.
+///    Of several the nearer wins over the brighter; objects cut by an edge and streaks along the trails come last.
 /// 3. The aperture is the ellipse around its outline at 3 σ plus `margin_px`, at least 1.5 FWHM and, for a target of
-///    S/N above 15, 3.4 σ of its own second moments (0.997 of a Gaussian). The sky is an annulus beyond it, other
-///    objects and trails left out.
+///    S/N above 15, 3.4 σ of its own second moments (0.997 of a Gaussian).
+/// 4. Among trails the sky of each line of pixels is the level of that line on both sides of the aperture, and the error
+///    is at least the scatter of empty apertures treated alike; [`Flags::TRAIL`] where light of trails was taken off
+///    inside the aperture. Without trails, or without room beside it, the sky is an annulus, other objects left out.
 ///
 /// [`TargetFound::NotDetected`] holds the forced flux at the expected place, negative or not, and the limit.
 #[must_use]
@@ -96,21 +94,17 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, setting
     let Some(mut cutout) = Cutout::new(frame, background, settings) else {
         return limit_without_cutout(frame, background, settings);
     };
-    cutout.find_trails(settings, None);
+    cutout.find_trails(frame, background, settings);
     let mut found = cutout.best_candidate(frame, settings);
-    if let (Some(first), true) = (&found, cutout.trails.theta_rad.is_some()) {
+    if let (Some(first), true) = (&found, cutout.trails.strips.is_some()) {
         // once more with the target kept out of the trails' profiles
-        let reach =
-            first.pixels.iter().map(|&(i, j)| (i as f64 - first.x).hypot(j as f64 - first.y)).fold(0.0, f64::max);
-        cutout.find_trails(settings, Some((first.x, first.y, reach + 1.5 * settings.fwhm_px)));
+        cutout.model_trails(Some(&grown(&enclosing_ellipse(&first.pixels), 1.5 * settings.fwhm_px)));
         found = cutout.best_candidate(frame, settings).or(found);
     }
-    let cleaned = cutout.cleaned(frame);
-    let Some(found) = found else { return cutout.limit(&cleaned, background, settings) };
+    let Some(found) = found else { return cutout.limit(frame, background, settings) };
     let outline = enclosing_ellipse(&found.pixels);
-    let shape_of_light = (found.snr > MOMENTS_SNR)
-        .then(|| moments(&(&cutout.net - &cutout.trails.light), &outline, settings.fwhm_px))
-        .flatten();
+    let shape_of_light =
+        (found.snr > MOMENTS_SNR).then(|| moments(&cutout.residual(), &outline, settings.fwhm_px)).flatten();
     let aperture = aperture_around(&outline, shape_of_light.as_ref(), settings);
     let (ox, oy) = cutout.origin(frame);
     let (x_px, y_px) = (aperture.x + ox, aperture.y + oy);
@@ -119,9 +113,9 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, setting
     } else {
         Shape::Ellipse { a_px: aperture.a, b_px: aperture.b, theta_rad: aperture.theta }
     };
-    let mut flux = cutout.flux(&cleaned, background, (x_px, y_px), shape, settings);
+    let mut flux = cutout.flux(frame, background, (x_px, y_px), shape, settings);
     if !flux.flux_e.is_finite() {
-        return cutout.limit(&cleaned, background, settings);
+        return cutout.limit(frame, background, settings);
     }
     let own = shape_of_light.unwrap_or(outline);
     let elongation = own.a / own.b;
@@ -138,85 +132,6 @@ fn limit_without_cutout(frame: &Frame<Electrons>, background: &Background, s: &T
     TargetFound::NotDetected { limit_e: f64::NAN, flux, x_px: s.x_px, y_px: s.y_px }
 }
 
-impl Cutout {
-    /// The cutout as a frame without the light of trails.
-    fn cleaned(&self, frame: &Frame<Electrons>) -> Cleaned {
-        let (ny, nx) = self.net.dim();
-        let region = s![self.y0..self.y0 + ny, self.x0..self.x0 + nx];
-        let mut pixels = frame.pixels.slice(region).to_owned();
-        pixels -= &self.trails.light;
-        let mut part = Frame::from_electrons(frame.path.clone(), pixels, frame.gain.clone());
-        part.mask = frame.mask.slice(region).to_owned();
-        part.origin_px = (frame.origin_px.0 + self.x0, frame.origin_px.1 + self.y0);
-        part.full_size_px = frame.full_size_px;
-        // what must not count as sky: trails, and anything significant with a margin of three pixels
-        let kernel = Kernel::gaussian(3.0);
-        let threshold = (NOT_SKY_SIGMA * self.rms_e * kernel.noise_factor()) as f32;
-        let smooth = smooth_image(&self.net, &kernel);
-        let light_limit = 0.1 * self.rms_e as f32;
-        let objects = Array2::from_shape_fn((ny, nx), |at| {
-            smooth[at] > threshold || self.trails.light[at] > light_limit || self.trails.ends[at]
-        });
-        Cleaned { part, not_sky: grown(&objects, 3) }
-    }
-
-    /// The flux on the cleaned frame; the annulus grows until it has enough sky.
-    fn flux(
-        &self,
-        cleaned: &Cleaned,
-        background: &Background,
-        at: (f64, f64),
-        shape: Shape,
-        s: &TargetSettings,
-    ) -> Flux {
-        let (gap, width) = ((s.sky_in_px - s.limit_r_px).max(1.0), (s.sky_out_px - s.sky_in_px).max(2.0));
-        let inner = shape.bounding_radius_px() + gap;
-        let (ox, oy) = cleaned.part.origin_px;
-        let not_sky = |i: usize, j: usize| cleaned.not_sky[[j - oy, i - ox]];
-        let mut outer = inner + width;
-        let mut sky = annulus_sky(&cleaned.part, background, at, (inner, outer), s.clip_sigma, not_sky);
-        for _ in 0..3 {
-            if sky.n >= 200 {
-                break;
-            }
-            outer += width;
-            sky = annulus_sky(&cleaned.part, background, at, (inner, outer), s.clip_sigma, not_sky);
-        }
-        // a trail's light is Poisson noise, and its profile is known to one over the pixels it rests on
-        let chord = 2.0 * shape.bounding_radius_px();
-        let sky_variance = self.rms_e * self.rms_e;
-        let mut trail_light = 0f32;
-        let trail_variance = |i: usize, j: usize| {
-            let k = [j - oy, i - ox];
-            let (light, per_pixel) = (f64::from(self.trails.light[k].max(0.0)), f64::from(self.trails.per_pixel[k]));
-            light + (light + sky_variance) * per_pixel * chord
-        };
-        let mut flux = flux_over_sky(&cleaned.part, at, shape, (inner, outer), &sky, trail_variance);
-        for_each_pixel(&shape, at.0, at.1, Bounds::of(&cleaned.part), |i, j, _| {
-            trail_light = trail_light.max(self.trails.light[[j - oy, i - ox]]);
-        });
-        if f64::from(trail_light) > 0.3 * self.rms_e {
-            flux.flags.set(Flags::TRAIL);
-        }
-        flux
-    }
-
-    /// The forced flux at the expected place and what could have been seen there.
-    fn limit(&self, cleaned: &Cleaned, background: &Background, s: &TargetSettings) -> TargetFound {
-        let shape = Shape::Circle { r_px: s.limit_r_px };
-        let flux = self.flux(cleaned, background, (s.x_px, s.y_px), shape, s);
-        // the error without the flux's own Poisson noise: that of an empty aperture
-        let empty = (flux.flux_err_e.powi(2) - flux.flux_e.max(0.0)).sqrt();
-        TargetFound::NotDetected { limit_e: s.detect_sigma * empty, flux, x_px: s.x_px, y_px: s.y_px }
-    }
-}
-
-/// The cutout with the trails' light taken off, and what of it is not sky.
-struct Cleaned {
-    part: Frame<Electrons>,
-    not_sky: Array2<bool>,
-}
-
 /// The aperture: outline plus margin, wide enough for faint targets and for the wings of bright ones.
 fn aperture_around(outline: &Ellipse, light: Option<&Ellipse>, s: &TargetSettings) -> Ellipse {
     let least = 1.5 * s.fwhm_px;
@@ -231,16 +146,7 @@ fn aperture_around(outline: &Ellipse, light: Option<&Ellipse>, s: &TargetSetting
     out
 }
 
-/// Every true pixel grown by `by` pixels along x and y.
-fn grown(image: &Array2<bool>, by: usize) -> Array2<bool> {
-    let (ny, nx) = image.dim();
-    let mut along = Array2::from_elem((ny, nx), false);
-    let mut out = Array2::from_elem((ny, nx), false);
-    for ((j, i), _) in image.indexed_iter().filter(|(_, v)| **v) {
-        along.slice_mut(s![j, i.saturating_sub(by)..(i + by + 1).min(nx)]).fill(true);
-    }
-    for ((j, i), _) in along.indexed_iter().filter(|(_, v)| **v) {
-        out.slice_mut(s![j.saturating_sub(by)..(j + by + 1).min(ny), i]).fill(true);
-    }
-    out
+/// The ellipse moved outwards.
+fn grown(e: &Ellipse, by: f64) -> Ellipse {
+    Ellipse { a: e.a + by, b: e.b + by, ..*e }
 }

@@ -5,14 +5,15 @@
 
 use ndarray::Array2;
 
-use crate::frames::{Electrons, Frame};
-use crate::photometry::aperture::{Bounds, cells};
+use crate::frames::{Electrons, Frame, mask};
+use crate::photometry::aperture::{Bounds, Shape, cells};
 use crate::photometry::background::Background;
 use crate::photometry::label::{Run, label, runs_of_row};
 use crate::photometry::smooth::{Kernel, level_offset, net_row, smooth_image};
 use crate::photometry::target::TargetSettings;
-use crate::photometry::target_shape::{axes, covariance};
-use crate::photometry::trail::{Trails, trails};
+use crate::photometry::target_shape::{Ellipse, axes, covariance};
+use crate::photometry::trail::trail_direction;
+use crate::photometry::trail_model::Strips;
 
 /// Threshold of the outline \[σ of the smoothed frame\].
 pub(crate) const OUTLINE_SIGMA: f64 = 3.0;
@@ -21,7 +22,15 @@ const TRAIL_SIGMA: f64 = 4.0;
 /// The same for faint trails, which must be longer to count \[σ\].
 const FAINT_TRAIL_SIGMA: f64 = 2.5;
 /// Share of a trail's light that its constant profile may get wrong (flicker, seeing).
-const TRAIL_MODEL_ERR: f64 = 0.05;
+const TRAIL_MODEL_ERR: f32 = 0.05;
+/// Share of the change of the model over a block that it may get wrong: where a trail ends.
+const END_ERR: f32 = 0.5;
+/// A candidate at the edge of the search region counts exp(−this) of one at the expected place.
+const PREFER_NEAR: f64 = 3.0;
+/// Significance beyond this many thresholds is no further merit.
+const SCORE_CAP: f64 = 10.0;
+/// What an object cut by an edge, or a streak along the trails, counts.
+const SUSPECT: f64 = 0.2;
 /// Widths of the filter, in units of the FWHM: the target may be larger and fainter than a star.
 const SCALES: [f64; 3] = [1.0, 2.0, 4.0];
 
@@ -37,14 +46,26 @@ pub(crate) struct Cutout {
     at_edge: [bool; 4],
 }
 
+/// The light of trails in the cutout.
+pub(crate) struct Trails {
+    /// The frame less `sky_e`, NaN where it is bad; empty without trails.
+    pub pixels: Array2<f32>,
+    /// One level for the whole cutout \[e⁻\]: the mesh follows the trails and the target.
+    pub sky_e: f64,
+    /// Means along the trails, if there are any.
+    pub strips: Option<Strips>,
+    /// What lies along the trails above the mesh \[e⁻\].
+    pub light: Array2<f32>,
+    /// By how much it changes over a few pixels \[e⁻\]: where trails end.
+    pub unsure: Array2<f32>,
+}
+
 /// A component that may be the target, in columns and rows of the cutout.
 pub(crate) struct Candidate {
     pub pixels: Vec<(usize, usize)>,
     pub snr: f64,
     score: f64,
     scale: usize,
-    pub x: f64,
-    pub y: f64,
 }
 
 impl Cutout {
@@ -66,10 +87,11 @@ impl Cutout {
         }
         let dim = net.dim();
         let trails = Trails {
-            theta_rad: None,
+            pixels: Array2::zeros((0, 0)),
+            sky_e: 0.0,
+            strips: None,
             light: Array2::zeros(dim),
-            per_pixel: Array2::zeros(dim),
-            ends: Array2::from_elem(dim, false),
+            unsure: Array2::zeros(dim),
         };
         let at_edge =
             [columns.start == bounds.x0, columns.end == bounds.x1, rows.start == bounds.y0, rows.end == bounds.y1];
@@ -82,27 +104,59 @@ impl Cutout {
         ((frame.origin_px.0 + self.x0) as f64, (frame.origin_px.1 + self.y0) as f64)
     }
 
-    pub fn find_trails(&mut self, s: &TargetSettings, keep_out: Option<(f64, f64, f64)>) {
+    /// Finds the direction of the trails and models their light.
+    pub fn find_trails(&mut self, frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) {
         let kernel = Kernel::gaussian(s.fwhm_px);
         let smooth = smooth_image(&self.net, &kernel);
         let above = |sigma: f64| {
             let threshold = (sigma * self.rms_e * kernel.noise_factor()) as f32;
             smooth.mapv(|v| v > threshold)
         };
-        self.trails = trails(&self.net, &above(TRAIL_SIGMA), &above(FAINT_TRAIL_SIGMA), s.fwhm_px, keep_out);
+        let Some(theta) = trail_direction(&above(TRAIL_SIGMA), &above(FAINT_TRAIL_SIGMA), s.fwhm_px) else { return };
+        self.trails.sky_e = background.global_level();
+        self.trails.pixels = Array2::from_shape_fn(self.net.dim(), |(j, i)| {
+            let at = [self.y0 + j, self.x0 + i];
+            let usable = frame.mask[at] & (mask::BAD | mask::CLIPPED) == 0;
+            if usable { (f64::from(frame.pixels[at]) - self.trails.sky_e) as f32 } else { f32::NAN }
+        });
+        self.trails.strips = Some(Strips::new(&self.trails.pixels, theta, s.fwhm_px, self.rms_e));
+        self.model_trails(None);
+    }
+
+    /// Models the trails' light, a known object left out.
+    pub fn model_trails(&mut self, object: Option<&Ellipse>) {
+        let Some(strips) = &self.trails.strips else { return };
+        let shape = |e: &Ellipse| Shape::Ellipse { a_px: e.a, b_px: e.b, theta_rad: e.theta };
+        let holes: Vec<_> = object.iter().map(|e| strips.hole((e.x, e.y), shape(e))).collect();
+        let (level, unsure) = strips.everywhere(self.net.dim(), &holes);
+        // in terms of the net frame, whose mesh has followed the trails
+        self.trails.light = Array2::from_shape_fn(self.net.dim(), |at| {
+            let light = self.net[at] - (self.trails.pixels[at] - level[at]);
+            if light.is_finite() { light } else { 0.0 }
+        });
+        self.trails.unsure = unsure;
+    }
+
+    /// The cutout without sky and trails.
+    pub fn residual(&self) -> Array2<f32> {
+        &self.net - &self.trails.light
     }
 
     /// Signal-to-noise after a filter; the noise knows the trails' light and how well it is known.
     fn significance(&self, kernel: &Kernel) -> Array2<f32> {
-        let mut residual = &self.net - &self.trails.light;
-        residual.zip_mut_with(&self.trails.ends, |v, end| *v = if *end { 0.0 } else { *v });
-        let mut snr = smooth_image(&residual, kernel);
-        let light = smooth_image(&self.trails.light, kernel);
-        let factor = kernel.noise_factor().powi(2);
-        snr.zip_mut_with(&light, |v, t| {
-            let t = f64::from(t.max(0.0));
-            let variance = (self.rms_e * self.rms_e + t) * factor + (TRAIL_MODEL_ERR * t).powi(2);
-            *v = (f64::from(*v) / variance.sqrt()) as f32;
+        let mut snr = smooth_image(&self.residual(), kernel);
+        let factor = kernel.noise_factor();
+        if self.trails.strips.is_none() {
+            let sigma = (self.rms_e * factor) as f32;
+            snr.mapv_inplace(|v| v / sigma);
+            return snr;
+        }
+        let mut doubt = self.trails.light.mapv(|t| TRAIL_MODEL_ERR * t.max(0.0));
+        doubt.scaled_add(END_ERR, &self.trails.unsure);
+        let doubt = smooth_image(&doubt, kernel);
+        let (noise, factor) = ((self.rms_e * self.rms_e) as f32, (factor * factor) as f32);
+        ndarray::Zip::from(&mut snr).and(&self.trails.light).and(&doubt).for_each(|v, t, d| {
+            *v /= ((noise + t.max(0.0)) * factor + d * d).sqrt();
         });
         snr
     }
@@ -147,6 +201,7 @@ impl Cutout {
         let (ox, oy) = self.origin(frame);
         let expected = (s.x_px - ox, s.y_px - oy);
         let streaks: Vec<Option<(f64, f64)>> = groups.iter().map(|g| streak(g)).collect();
+        let trail_angle = self.trails.strips.as_ref().map(|s| s.turned.sin.atan2(s.turned.cos));
         let [left, right, bottom, top] = self.at_edge;
         let mut found = Vec::new();
         for (g, pixels) in groups.into_iter().enumerate() {
@@ -169,10 +224,30 @@ impl Cutout {
             if distance > s.search_radius_px || self.is_hot_pixel(&pixels) {
                 continue;
             }
-            let score = peak * (-(distance / s.search_radius_px.max(1.0)).powi(2)).exp();
-            found.push(Candidate { pixels, snr: peak, score, scale, x, y });
+            // beyond the cap brightness is no merit: a remainder of a bright trail must not win over the target
+            let near = (-PREFER_NEAR * (distance / s.search_radius_px.max(1.0)).powi(2)).exp();
+            let cut = pixels.iter().any(|&(i, j)| self.is_cut_at(frame, i, j));
+            let along = streaks[g].zip(trail_angle).is_some_and(|((t, _), theta)| (2.0 * (t - theta)).cos() > 0.97);
+            let suspect = if cut || along { SUSPECT } else { 1.0 };
+            let score = peak.min(SCORE_CAP * s.detect_sigma) * near * suspect;
+            found.push(Candidate { pixels, snr: peak, score, scale });
         }
         found
+    }
+
+    /// Whether a pixel is next to the edge of the frame or to pixels that do not count.
+    fn is_cut_at(&self, frame: &Frame<Electrons>, i: usize, j: usize) -> bool {
+        let (ny, nx) = frame.pixels.dim();
+        let (x, y) = (self.x0 + i, self.y0 + j);
+        let clipped = |x: usize, y: usize| frame.mask[[y, x]] & mask::CLIPPED != 0;
+        x == 0
+            || y == 0
+            || x + 1 >= nx
+            || y + 1 >= ny
+            || clipped(x - 1, y)
+            || clipped(x + 1, y)
+            || clipped(x, y - 1)
+            || clipped(x, y + 1)
     }
 
     /// Whether one pixel holds more than half the light around the brightest: no star image does.

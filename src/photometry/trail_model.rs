@@ -1,0 +1,252 @@
+//! The light under an object among star trails: the level along the trails, on both sides of it.
+//!
+//! A trail is straight and as bright here as a little further along, so the mean level along it is the sky plus every
+//! trail, resolved or not, whatever their number. Electrons; u along the trails, v across, in pixels. Ends of trails
+//! inside the stretch are voted down by the longer part. Leaves out: flicker, curvature.
+
+use std::f64::consts::FRAC_PI_2;
+
+use ndarray::Array2;
+
+use crate::photometry::aperture::Shape;
+use crate::photometry::stats;
+use crate::photometry::trail::Turned;
+
+/// Blocks on each side that make a level.
+const SIDE_BLOCKS: usize = 10;
+/// The same of the model of the whole cutout: what is longer than this along the trails is a trail.
+const SEARCH_BLOCKS: usize = 9;
+/// Nearest blocks of each side that tell whether both agree.
+const STEP_BLOCKS: usize = 5;
+/// Fewest blocks of a side near the edge of the frame, where a trail may be short.
+const EDGE_BLOCKS: usize = 3;
+/// Blocks further than this from the median do not count \[σ\].
+const CLIP_SIGMA: f64 = 3.0;
+
+/// An ellipse whose light must not enter a level, in the turned coordinates.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Hole {
+    pub u: f64,
+    pub v: f64,
+    pub a: f64,
+    pub b: f64,
+    /// Angle of the major axis from +u towards +v.
+    pub phi: f64,
+}
+
+impl Hole {
+    /// The stretch of the line at `v` inside.
+    pub fn chord(&self, v: f64) -> Option<(f64, f64)> {
+        let (sin, cos) = self.phi.sin_cos();
+        let (p, q) = (1.0 / (self.a * self.a), 1.0 / (self.b * self.b));
+        let (uu, uv, vv) = (cos * cos * p + sin * sin * q, sin * cos * (p - q), sin * sin * p + cos * cos * q);
+        let dv = v - self.v;
+        let root = (uv * dv).powi(2) - uu * (vv * dv * dv - 1.0);
+        (root >= 0.0).then(|| {
+            let (mid, half) = (self.u - uv * dv / uu, root.sqrt() / uu);
+            (mid - half, mid + half)
+        })
+    }
+}
+
+/// Level of a line: e⁻ per pixel, by how much its sides differ and the variance of that, and the pixels it rests on.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Level {
+    pub mean: f64,
+    pub step: f64,
+    pub step_variance: f64,
+    pub n: f64,
+}
+
+/// A cutout averaged in short blocks along the trails.
+#[derive(Debug, Clone)]
+pub(crate) struct Strips {
+    pub turned: Turned,
+    half: f64,
+    block: usize,
+    /// Mean of each block, line by line; NaN where less than half of it is on the frame.
+    mean: Array2<f32>,
+    noise_e: f64,
+}
+
+impl Strips {
+    /// `pixels` are NaN where they do not count; `noise_e` is the scatter of a sky pixel, `sky_e` its level there.
+    pub fn new(pixels: &Array2<f32>, theta: f64, fwhm_px: f64, noise_e: f64) -> Self {
+        let dim = pixels.dim();
+        let turned = Turned::new(dim, theta);
+        let half = (0.5 * (dim.0 as f64).hypot(dim.1 as f64)).ceil() + 1.0;
+        let block = (2.0 * fwhm_px).round().max(4.0) as usize;
+        let lines = 2 * half as usize + 1;
+        let blocks = lines / block + 1;
+        let mut mean = Array2::from_elem((lines, blocks), f32::NAN);
+        for ((q, p), out) in mean.indexed_iter_mut() {
+            let v = q as f64 - half;
+            let (mut sum, mut n) = (0.0, 0usize);
+            for k in 0..block {
+                let (x, y) = turned.xy((p * block + k) as f64 - half, v);
+                let value = cubic_at(pixels, x, y);
+                if value.is_finite() {
+                    sum += f64::from(value);
+                    n += 1;
+                }
+            }
+            if 2 * n >= block {
+                *out = (sum / n as f64) as f32;
+            }
+        }
+        Self { turned, half, block, mean, noise_e }
+    }
+
+    /// A shape at a place of the cutout in the turned coordinates.
+    pub fn hole(&self, at: (f64, f64), shape: Shape) -> Hole {
+        let (a, b, theta) = shape.axes();
+        let (u, v) = self.turned.uv(at.0, at.1);
+        Hole { u, v, a, b, phi: theta - self.turned.sin.atan2(self.turned.cos) }
+    }
+
+    /// The level of line `q` under a stretch `u`, from the blocks beside it that are in no hole.
+    pub fn beside(&self, q: usize, u: (f64, f64), holes: &[Hole]) -> Option<Level> {
+        if q >= self.mean.nrows() {
+            return None;
+        }
+        let v = q as f64 - self.half;
+        let chords: Vec<(f64, f64)> = holes.iter().filter_map(|h| h.chord(v)).collect();
+        let free = |p: usize| {
+            let (from, to) = self.range(p);
+            let value = f64::from(self.mean[[q, p]]);
+            let inside = chords.iter().any(|c| to > c.0 && from < c.1);
+            (value.is_finite() && !inside).then_some(value)
+        };
+        let blocks = self.mean.ncols();
+        let first = (((u.0 + self.half) / self.block as f64).floor().max(0.0) as usize).min(blocks);
+        let last = (((u.1 + self.half) / self.block as f64).ceil().max(0.0) as usize).min(blocks);
+        let left: Vec<f64> = (0..first).rev().filter_map(free).take(SIDE_BLOCKS).collect();
+        let right: Vec<f64> = (last..blocks).filter_map(free).take(SIDE_BLOCKS).collect();
+        let mut all: Vec<f64> = left.iter().chain(&right).copied().collect();
+        if all.len() < EDGE_BLOCKS + 1 {
+            return None;
+        }
+        let mean = self.robust_mean(&mut all)?;
+        let near = |side: &[f64]| {
+            let mut near = side[..side.len().min(STEP_BLOCKS)].to_vec();
+            (stats::median(&mut near), near.len() as f64)
+        };
+        let variance = (self.noise_e * self.noise_e + mean.max(0.0)) / self.block as f64;
+        let (step, step_variance) = match (near(&left), near(&right)) {
+            ((Some(l), m), (Some(r), n)) => (l - r, FRAC_PI_2 * variance * (1.0 / m + 1.0 / n)),
+            _ => (0.0, 0.0),
+        };
+        Some(Level { mean, step, step_variance, n: (all.len() * self.block) as f64 })
+    }
+
+    /// The level everywhere, and by how much it changes from block to block: a model of the sky and the trails.
+    pub fn everywhere(&self, dim: (usize, usize), holes: &[Hole]) -> (Array2<f32>, Array2<f32>) {
+        let (lines, blocks) = self.mean.dim();
+        let mut level = Array2::from_elem((lines, blocks), f32::NAN);
+        let mut change = Array2::zeros((lines, blocks));
+        let mut work = Vec::new();
+        for q in 0..lines {
+            let v = q as f64 - self.half;
+            let chords: Vec<(f64, f64)> = holes.iter().filter_map(|h| h.chord(v)).collect();
+            let in_hole = |p: usize| {
+                let (from, to) = self.range(p);
+                chords.iter().any(|c| to > c.0 && from < c.1)
+            };
+            let valid: Vec<usize> = (0..blocks).filter(|&p| self.mean[[q, p]].is_finite() && !in_hole(p)).collect();
+            if valid.len() < 2 {
+                continue;
+            }
+            for p in 0..blocks {
+                let at = valid.partition_point(|k| *k < p);
+                let own = usize::from(valid.get(at) == Some(&p));
+                let (before, after) = (at, valid.len() - at - own);
+                let side = if own == 1 { before.min(after).clamp(EDGE_BLOCKS, SEARCH_BLOCKS) } else { SIDE_BLOCKS };
+                let range = at - before.min(side)..at + own + after.min(side);
+                work.clear();
+                work.extend(valid[range].iter().map(|k| f64::from(self.mean[[q, *k]])));
+                if let Some(mean) = self.robust_mean(&mut work) {
+                    level[[q, p]] = mean as f32;
+                }
+            }
+            for p in 0..blocks {
+                let (lo, hi) = (p.saturating_sub(1), (p + 1).min(blocks - 1));
+                let step = (level[[q, hi]] - level[[q, p]]).abs().max((level[[q, p]] - level[[q, lo]]).abs());
+                change[[q, p]] = if step.is_finite() { step } else { 0.0 };
+            }
+        }
+        let mut light = Array2::from_elem(dim, f32::NAN);
+        let mut unsure = Array2::zeros(dim);
+        for ((j, i), out) in light.indexed_iter_mut() {
+            let (u, v) = self.turned.uv(i as f64, j as f64);
+            let (line, t) = split(v + self.half);
+            let (p, s) = split((u + self.half - 0.5 * (self.block as f64 - 1.0)) / self.block as f64);
+            let (a, b) = (p.clamp(0, blocks as i64 - 1) as usize, (p + 1).clamp(0, blocks as i64 - 1) as usize);
+            let along = |q: i64| -> f32 {
+                let q = q.clamp(0, lines as i64 - 1) as usize;
+                let (l, r) = (level[[q, a]], level[[q, b]]);
+                match (l.is_finite(), r.is_finite()) {
+                    (true, true) => l + s as f32 * (r - l),
+                    (true, false) => l,
+                    _ => r,
+                }
+            };
+            let four = [along(line - 1), along(line), along(line + 1), along(line + 2)];
+            *out = catmull_rom(four, t as f32);
+            let q = line.clamp(0, lines as i64 - 1) as usize;
+            unsure[[j, i]] = change[[q, a]].max(change[[q, b]]);
+        }
+        (light, unsure)
+    }
+
+    /// First line and its place v, and one past the last line, that a range of v touches.
+    pub fn lines(&self, v: (f64, f64)) -> std::ops::Range<usize> {
+        let first = (v.0 + self.half).floor().max(1.0) as usize - 1;
+        let last = ((v.1 + self.half).ceil().max(0.0) as usize + 2).min(self.mean.nrows());
+        first.min(last)..last
+    }
+
+    /// v of a line.
+    pub fn v_of(&self, line: usize) -> f64 {
+        line as f64 - self.half
+    }
+
+    /// u from the first to the last pixel of a block.
+    fn range(&self, p: usize) -> (f64, f64) {
+        let from = (p * self.block) as f64 - self.half - 0.5;
+        (from, from + self.block as f64)
+    }
+
+    /// Mean of the blocks near their median.
+    fn robust_mean(&self, values: &mut [f64]) -> Option<f64> {
+        let median = stats::median(values)?;
+        let limit = CLIP_SIGMA * (self.noise_e * self.noise_e + median.max(0.0)).sqrt() / (self.block as f64).sqrt();
+        let (sum, n) =
+            values.iter().filter(|x| (**x - median).abs() <= limit).fold((0.0, 0usize), |(s, n), x| (s + x, n + 1));
+        Some(if n > 0 { sum / n as f64 } else { median })
+    }
+}
+
+/// Whole and fractional part.
+fn split(x: f64) -> (i64, f64) {
+    let floor = x.floor();
+    (floor as i64, x - floor)
+}
+
+/// The cubic through the two middle of four equally spaced values.
+pub(crate) fn catmull_rom(p: [f32; 4], t: f32) -> f32 {
+    let (a, b) = (p[2] - p[0], 2.0 * p[0] - 5.0 * p[1] + 4.0 * p[2] - p[3]);
+    p[1] + 0.5 * t * (a + t * (b + t * (3.0 * (p[1] - p[2]) + p[3] - p[0])))
+}
+
+/// Bicubic value of an image; NaN within a pixel of its edge and where a neighbour is NaN.
+fn cubic_at(image: &Array2<f32>, x: f64, y: f64) -> f32 {
+    let ((i, t), (j, s)) = (split(x), split(y));
+    let (ny, nx) = image.dim();
+    if i < 1 || j < 1 || i + 2 >= nx as i64 || j + 2 >= ny as i64 {
+        return f32::NAN;
+    }
+    let (i, j) = (i as usize, j as usize);
+    let row =
+        |j: usize| catmull_rom([image[[j, i - 1]], image[[j, i]], image[[j, i + 1]], image[[j, i + 2]]], t as f32);
+    catmull_rom([row(j - 1), row(j), row(j + 1), row(j + 2)], s as f32)
+}
