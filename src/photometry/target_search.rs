@@ -31,6 +31,8 @@ const PREFER_NEAR: f64 = 3.0;
 const SCORE_CAP: f64 = 10.0;
 /// What an object cut by an edge, or a streak along the trails, counts.
 const SUSPECT: f64 = 0.2;
+/// A streak along the trails longer than this is one of them \[FWHM\].
+const TRAIL_LENGTH_FWHM: f64 = 18.0;
 /// Widths of the filter, in units of the FWHM: the target may be larger and fainter than a star.
 const SCALES: [f64; 3] = [1.0, 2.0, 4.0];
 
@@ -227,8 +229,14 @@ impl Cutout {
             // beyond the cap brightness is no merit: a remainder of a bright trail must not win over the target
             let near = (-PREFER_NEAR * (distance / s.search_radius_px.max(1.0)).powi(2)).exp();
             let cut = pixels.iter().any(|&(i, j)| self.is_cut_at(frame, i, j));
-            let along = streaks[g].zip(trail_angle).is_some_and(|((t, _), theta)| (2.0 * (t - theta)).cos() > 0.97);
-            let suspect = if cut || along { SUSPECT } else { 1.0 };
+            let along = streaks[g]
+                .zip(trail_angle)
+                .filter(|((t, _), theta)| (2.0 * (t - theta)).cos() > 0.97)
+                .map(|((_, length), _)| length);
+            if along.is_some_and(|length| length > TRAIL_LENGTH_FWHM * s.fwhm_px) {
+                continue;
+            }
+            let suspect = if cut || along.is_some() { SUSPECT } else { 1.0 };
             let score = peak.min(SCORE_CAP * s.detect_sigma) * near * suspect;
             found.push(Candidate { pixels, snr: peak, score, scale });
         }
