@@ -108,7 +108,13 @@ pub fn classify(path: &Path, config: &Config, target_names: &[String]) -> Result
         })?;
         // Shorter than a microsecond is no exposure of the sky.
         if !(seconds > 1e-6 && seconds < 1e6) {
-            return Err(bad(&key, format!("{seconds} s is not an exposure time of a light frame")));
+            return Err(bad(
+                &key,
+                format!(
+                    "{seconds} s is not an exposure time of a light frame (accepted: 1e-6 to 1e6 s); \
+                     name the right keyword in frames.aliases.exptime, or the file in frames.ignore"
+                ),
+            ));
         }
         exposure.exptime_s = seconds;
         exposure.time = Some(mid_time(&header, seconds, &config.time, &config.frames.aliases, path)?);

@@ -177,12 +177,18 @@ fn measure_columns(row: &mut PhotometryRow, exposure: &Exposure, bench: &Bench) 
             row.x_px = Some(x_px);
             row.y_px = Some(y_px);
             flux_columns(row, &flux, well_e);
-            let positive = flux.flux_e > 0.0;
-            row.inst_mag = positive.then(|| -2.5 * (flux.flux_e / exposure.exptime_s).log10());
-            row.v_mag_err = positive.then(|| MAG_PER_LN * flux.flux_err_e / flux.flux_e);
-            row.status = if positive { "ok" } else { "nondetection" }.into();
-            if !positive {
-                row.reason = "the net flux is not positive".into();
+            if flux.snr >= t.detect_sigma {
+                row.inst_mag = Some(-2.5 * (flux.flux_e / exposure.exptime_s).log10());
+                row.v_mag_err = Some(MAG_PER_LN * flux.flux_err_e / flux.flux_e);
+                row.status = "ok".into();
+            } else {
+                // a bright spot, but the whole object does not stand out: among star trails that is no detection
+                row.status = "nondetection".into();
+                row.reason = format!(
+                    "S/N {:.1} of the whole object is below {} (target.detect_sigma)",
+                    flux.snr, t.detect_sigma
+                );
+                row.limit_v_mag = inst_limit(t.detect_sigma * flux.flux_err_e, exposure.exptime_s);
             }
         }
         TargetFound::NotDetected { limit_e, x_px, y_px, flux } => {
@@ -191,12 +197,15 @@ fn measure_columns(row: &mut PhotometryRow, exposure: &Exposure, bench: &Bench) 
             row.y_px = Some(y_px);
             row.status = "nondetection".into();
             row.reason = format!("nothing above {} sigma near ({x_px:.0}, {y_px:.0})", t.detect_sigma);
-            // for now the limit as an instrumental magnitude; `calibrate` turns it into V
-            row.limit_v_mag =
-                (limit_e > 0.0 && limit_e.is_finite()).then(|| -2.5 * (limit_e / exposure.exptime_s).log10());
+            row.limit_v_mag = inst_limit(limit_e, exposure.exptime_s);
         }
     }
     Ok(())
+}
+
+/// A limit as an instrumental magnitude, for `calibrate` to turn into V.
+fn inst_limit(limit_e: f64, exptime_s: f64) -> Option<f64> {
+    (limit_e > 0.0 && limit_e.is_finite()).then(|| -2.5 * (limit_e / exptime_s).log10())
 }
 
 fn flux_columns(row: &mut PhotometryRow, flux: &Flux, well_e: f64) {

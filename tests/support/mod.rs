@@ -12,8 +12,15 @@ use satphot::night::summary::Summary;
 use satphot::report::PhotometryRow;
 
 /// 18 frames of 160x120 px, reduced in a third of a second; 39 star measurements, 3 passes.
-pub const TINY: &[&str] =
-    &["frame.nx_px=160", "frame.ny_px=120", "pointings.n=3", "target.n=6", "flats.n=4", "name=tiny"];
+pub const TINY: &[&str] = &[
+    "frame.nx_px=160",
+    "frame.ny_px=120",
+    "pointings.n=3",
+    "target.n=6",
+    "target.offset_mag=-1.5",
+    "flats.n=4",
+    "name=tiny",
+];
 /// Names of the target frames of the tiny night.
 pub const TARGETS: [&str; 6] = [
     "target_0000.fits",
