@@ -12,6 +12,7 @@ mod solve;
 
 use crate::config;
 use crate::error::{Error, Result};
+use crate::photometry::stats;
 use rows::{Rows, Term};
 
 /// One catalogue star measured in one pointing. An error that is NaN or not positive is unknown.
@@ -220,7 +221,7 @@ fn report(
         n_rejected: rows.len() - used.len(),
         n_pointings: rows.n_pointings(&used),
         rms_mag: (used.iter().map(|i| residuals[*i].powi(2)).sum::<f64>() / used.len() as f64).sqrt(),
-        robust_sigma_mag: robust::mad_sigma(&residuals),
+        robust_sigma_mag: stats::mad_sigma(&mut residuals.clone()).unwrap_or(0.0),
         intrinsic_mag: fit.intrinsic_mag,
         chi2_dof,
         p_value,
@@ -245,11 +246,5 @@ fn report(
 
 /// The median of values, which are reordered; 0 if there are none.
 fn median(values: &mut [f64]) -> f64 {
-    let n = values.len();
-    if n == 0 {
-        return 0.0;
-    }
-    let (below, mid, _) = values.select_nth_unstable_by(n / 2, f64::total_cmp);
-    let mid = *mid;
-    if n % 2 == 1 { mid } else { 0.5 * (mid + below.iter().copied().fold(f64::NEG_INFINITY, f64::max)) }
+    stats::median(values).unwrap_or(0.0)
 }

@@ -43,14 +43,6 @@ pub struct Fit {
     pub intrinsic_mag: f64,
 }
 
-/// 1.4826 times the median absolute deviation from the median.
-pub fn mad_sigma(values: &[f64]) -> f64 {
-    let mut v = values.to_vec();
-    let centre = super::median(&mut v);
-    v.iter_mut().for_each(|x| *x = (*x - centre).abs());
-    SIGMA_PER_MAD * super::median(&mut v)
-}
-
 /// Least squares of the rows with standard deviations and weights, leaving out `skip`.
 pub fn weighted(rows: &Rows, sigma: &[f64], weights: &[f64], skip: Skip) -> super::solve::Solution {
     let mut triangle = Triangle::default();
@@ -69,7 +61,8 @@ pub fn weighted(rows: &Rows, sigma: &[f64], weights: &[f64], skip: Skip) -> supe
 pub fn ols(rows: &Rows) -> Result<Fit> {
     let n = rows.len();
     let ones = vec![1.0; n];
-    let mut s = mad_sigma(&(0..n).map(|i| rows.y(i)).collect::<Vec<_>>()).max(FLOOR_MAG);
+    let mut y: Vec<f64> = (0..n).map(|i| rows.y(i)).collect();
+    let mut s = crate::photometry::stats::mad_sigma(&mut y).unwrap_or(0.0).max(FLOOR_MAG);
     let mut theta = [0.0; 3];
     for _ in 0..if rows.has_prior() { 100 } else { 1 } {
         let solution = weighted(rows, &vec![s; n], &ones, Skip::None);
