@@ -146,7 +146,7 @@ fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     let scenario = Scenario::small_night(&sets).unwrap();
     let bytes = |threads: usize| -> Vec<(String, Vec<u8>)> {
         let folder = tempfile::tempdir().unwrap();
-        let made = satphot::night::pipeline::with_threads(threads, || simulate(&scenario, folder.path(), &Silent));
+        let made = satphot::night::stages::with_threads(threads, || simulate(&scenario, folder.path(), &Silent));
         let mut files = made.unwrap().unwrap().frames;
         files.push(folder.path().join("truth/stars.csv"));
         files.push(folder.path().join("truth/target.csv"));

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use satphot::Error;
 use satphot::frames::{Detector, MasterFlat};
-use satphot::night::pipeline::with_threads;
+use satphot::night::stages::with_threads;
 use satphot::night::survey::survey;
 
 use super::{Common, print};

@@ -47,7 +47,7 @@ impl Simulate {
             return Ok(());
         }
         let progress = Bars::new(!self.quiet);
-        let made = satphot::night::pipeline::with_threads(self.jobs, || simulate(&scenario, &self.out, &progress))??;
+        let made = satphot::night::stages::with_threads(self.jobs, || simulate(&scenario, &self.out, &progress))??;
         for note in &made.notes {
             tell(&format!("note: {note}"));
         }

@@ -13,6 +13,7 @@ pub mod pointing;
 pub mod progress;
 pub mod simulate;
 pub mod stage;
+pub mod stages;
 pub mod summary;
 pub mod survey;
 pub mod target;

@@ -1,0 +1,222 @@
+//! The stages that go over many frames, each on its own threads: master flat, star pointings, target frames, model.
+
+use std::sync::Mutex;
+
+use rayon::prelude::*;
+
+use crate::config::Combine;
+use crate::error::{Error, Result};
+use crate::frames::{Exposure, MasterFlat};
+use crate::night::bench::Bench;
+use crate::night::compare::add_model;
+use crate::night::manifest::Quadratures;
+use crate::night::pipeline::Options;
+use crate::night::pointing::{Member, combined_rows, measure_member, single_rows};
+use crate::night::progress::Progress;
+use crate::night::survey::Survey;
+use crate::night::target::{ASSUMED_FWHM_ARCSEC, failed_row, measure_frame};
+use crate::orbit::Geometry;
+use crate::report::summary::robust;
+use crate::report::{PhotometryRow, StarRow};
+
+/// The master flat: read if configured, made if there are flats, left out if there are none.
+///
+/// # Errors
+/// [`Error::Flat`] when there are flats but too few can be used.
+pub fn master_flat(
+    survey: &Survey,
+    bench: &Bench,
+    options: &Options,
+    progress: &dyn Progress,
+    notes: &mut Vec<String>,
+) -> Result<Option<MasterFlat>> {
+    let clip = bench.config.photometry.clip_radius_px;
+    if let Some(path) = &bench.config.flat.master {
+        return MasterFlat::read(path, clip, &bench.config.flat).map(Some);
+    }
+    if survey.flats.is_empty() {
+        notes.push("no flats in the night: frames are not flattened".into());
+        return Ok(None);
+    }
+    progress.stage("master flat", survey.flats.len());
+    let flat = pool(options.threads())?
+        .install(|| MasterFlat::make(&survey.flats, &bench.detector, &bench.config.flat, clip))
+        .map_err(|error| match error {
+            Error::Flat { problem } => Error::Flat {
+                problem: format!(
+                    "{problem}; take more flats, name a master of another night in flat.master, lower flat.min_flats, \
+                     or leave the flats out with frames.ignore"
+                ),
+            },
+            other => other,
+        })?;
+    progress.done();
+    Ok(Some(flat))
+}
+
+/// Runs `work` on a pool of `jobs` threads; 0 = all cores.
+///
+/// # Errors
+/// [`Error::Config`] when the threads cannot be started.
+pub fn with_threads<T: Send>(jobs: usize, work: impl FnOnce() -> T + Send) -> Result<T> {
+    Ok(pool(Options { jobs, ..Options::default() }.threads())?.install(work))
+}
+
+fn pool(threads: usize) -> Result<rayon::ThreadPool> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|e| Error::Config { key: "--jobs".into(), problem: format!("cannot start {threads} threads: {e}") })
+}
+
+/// What the star pointings gave.
+#[derive(Debug, Default)]
+pub struct StarStage {
+    /// One row per star and pointing (or member).
+    pub rows: Vec<StarRow>,
+    /// Star frames that failed.
+    pub failed: Vec<PhotometryRow>,
+    /// Median FWHM \[arcsec\].
+    pub fwhm_arcsec: Option<f64>,
+    /// Star frames measured.
+    pub n_members: usize,
+}
+
+/// Measures every star pointing.
+///
+/// # Errors
+/// Only what is wrong with the machine; a failed frame is a row.
+pub fn star_stage(
+    survey: &Survey,
+    bench: &Bench,
+    options: &Options,
+    progress: &dyn Progress,
+    notes: &mut Vec<String>,
+) -> Result<StarStage> {
+    let (Some(stars), Some(catalogue)) = (&bench.config.stars, &bench.catalogue) else {
+        if survey.n_star_frames() > 0 {
+            notes.push(format!("{} star frames left out: no [stars] in the configuration", survey.n_star_frames()));
+        }
+        return Ok(StarStage::default());
+    };
+    let exposures: Vec<&Exposure> = survey.pointings.iter().flatten().collect();
+    progress.stage("star pointings", exposures.len());
+    let measure = |exposure: &&Exposure| -> Result<Member> {
+        let exposure: &Exposure = exposure;
+        let work = std::panic::AssertUnwindSafe(|| measure_member(exposure, bench, catalogue));
+        let member = std::panic::catch_unwind(work).unwrap_or_else(|_| {
+            Err(Error::Fits { path: exposure.path.clone(), problem: "internal error while reading this frame".into() })
+        });
+        progress.tick();
+        member
+    };
+    let threads = bench.frames_at_once(&exposures, options.threads());
+    let results: Vec<Result<Member>> = pool(threads)?.install(|| exposures.par_iter().map(measure).collect());
+    progress.done();
+
+    let mut stage = StarStage::default();
+    let mut fwhm: Vec<f64> = Vec::new();
+    let mut results = results.into_iter();
+    let mut number = 0;
+    for pointing in &survey.pointings {
+        let mut members = Vec::new();
+        for exposure in pointing {
+            match results.next() {
+                Some(Ok(member)) => members.push(member),
+                Some(Err(error)) => {
+                    let mut row = failed_row(&exposure.name, &error);
+                    row.object_name = exposure.object.clone().unwrap_or_default();
+                    row.exptime_s = Some(exposure.exptime_s);
+                    stage.failed.push(row);
+                }
+                None => {}
+            }
+        }
+        fwhm.extend(members.iter().map(|m| m.fwhm_px * m.scale_arcsec));
+        stage.n_members += members.len();
+        match stars.combine {
+            Combine::Median => stage.rows.extend(combined_rows(&members, number, catalogue)),
+            Combine::None => stage.rows.extend(members.iter().flat_map(|m| single_rows(m, number, catalogue))),
+        }
+        // a pointing of which no frame could be measured has no number: it is missing in the tables
+        number += usize::from(!members.is_empty());
+    }
+    stage.fwhm_arcsec = robust(&fwhm).map(|(median, _)| median);
+    if catalogue.n_skipped > 0 {
+        let why = catalogue.skipped.first().map(|s| format!(", e.g. {s}")).unwrap_or_default();
+        notes.push(format!("catalogue: {} rows skipped{why}", catalogue.n_skipped));
+    }
+    Ok(stage)
+}
+
+/// Measures every target frame; the row and the geometry of each.
+///
+/// # Errors
+/// Only what is wrong with the machine; a failed frame is a row.
+pub fn target_stage(
+    survey: &Survey,
+    bench: &Bench,
+    options: &Options,
+    progress: &dyn Progress,
+    notes: &mut Vec<String>,
+) -> Result<Vec<(PhotometryRow, Option<Geometry>)>> {
+    if bench.fwhm_arcsec.is_none() && bench.config.photometry.fwhm_px.is_none() && !survey.targets.is_empty() {
+        notes.push(format!(
+            "no FWHM from star pointings or photometry.fwhm_px: target apertures assume {ASSUMED_FWHM_ARCSEC} arcsec"
+        ));
+    }
+    if let Some(tracker) = &bench.tracker {
+        let warnings = survey.targets.iter().filter_map(|e| tracker.age_warning(&e.time.as_ref()?.mid));
+        notes.extend(warnings.take(1));
+    }
+    let exposures: Vec<&Exposure> = survey.targets.iter().collect();
+    progress.stage("target frames", exposures.len());
+    let threads = bench.frames_at_once(&exposures, options.threads());
+    let rows = pool(threads)?.install(|| {
+        exposures
+            .par_iter()
+            .map(|exposure| {
+                let row = measure_frame(exposure, bench);
+                progress.tick();
+                row
+            })
+            .collect()
+    });
+    progress.done();
+    Ok(rows)
+}
+
+/// The model for every frame with a geometry; frames without one keep their columns empty.
+pub fn model_stage(
+    frames: &mut [(PhotometryRow, Option<Geometry>)],
+    bench: &Bench,
+    notes: &mut Vec<String>,
+) -> Quadratures {
+    let Some(satellite) = &bench.satellite else { return Quadratures::default() };
+    let settings = bench.model_settings();
+    let errors = Mutex::new(Vec::new());
+    let counts: Vec<Quadratures> = frames
+        .par_iter_mut()
+        .map(|(row, geometry)| {
+            let Some(geometry) = geometry else { return Quadratures::default() };
+            match add_model(row, geometry, satellite, &settings) {
+                Ok(model) => Quadratures { scenes: 1, sun: model.quadratures.sun, moon: model.quadratures.moon },
+                Err(error) => {
+                    if let Ok(mut errors) = errors.lock() {
+                        errors.push(format!("{}: {error}", row.frame));
+                    }
+                    row.skipped = error.to_string();
+                    Quadratures::default()
+                }
+            }
+        })
+        .collect();
+    let mut errors = errors.into_inner().unwrap_or_default();
+    errors.sort();
+    notes.extend(errors);
+    counts.into_iter().fold(Quadratures::default(), |a, b| Quadratures {
+        scenes: a.scenes + b.scenes,
+        sun: a.sun + b.sun,
+        moon: a.moon + b.moon,
+    })
+}
