@@ -268,7 +268,7 @@ pub fn single_rows(member: &Member, pointing: usize, catalogue: &Catalogue) -> V
         .iter()
         .map(|star| {
             let rate = (star.flux.flux_e / member.exptime_s, star.flux.flux_err_e / member.exptime_s);
-            row(pointing, std::slice::from_ref(member), &[star], rate, catalogue)
+            row(pointing, &[member], &[star], rate, catalogue)
         })
         .collect()
 }
@@ -297,7 +297,7 @@ pub fn combined_rows(members: &[Member], pointing: usize, catalogue: &Catalogue)
             if 2 * found.len() < members.len() || found.is_empty() {
                 return None;
             }
-            let used: Vec<Member> = found.iter().map(|(k, _)| without_stars(&members[*k])).collect();
+            let used: Vec<&Member> = found.iter().map(|(k, _)| &members[*k]).collect();
             let stars: Vec<&MemberStar> = found.iter().map(|(_, s)| *s).collect();
             let mut rates: Vec<f64> = used.iter().zip(&stars).map(|(m, s)| s.flux.flux_e / m.exptime_s).collect();
             let inverse: f64 = used.iter().zip(&stars).map(|(m, s)| m.exptime_s / s.flux.flux_err_e).sum();
@@ -309,18 +309,20 @@ pub fn combined_rows(members: &[Member], pointing: usize, catalogue: &Catalogue)
         .collect()
 }
 
-fn without_stars(member: &Member) -> Member {
-    Member { stars: Vec::new(), ..member.clone() }
-}
-
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, n) = values.fold((0.0, 0usize), |(s, n), v| (s + v, n + 1));
     sum / n.max(1) as f64
 }
 
 /// The row of a star measured in `members` at `rate` (value, error) \[e⁻/s\].
-fn row(pointing: usize, members: &[Member], stars: &[&MemberStar], rate: (f64, f64), catalogue: &Catalogue) -> StarRow {
-    let (first, entry) = (&members[0], &catalogue.stars[stars[0].index]);
+fn row(
+    pointing: usize,
+    members: &[&Member],
+    stars: &[&MemberStar],
+    rate: (f64, f64),
+    catalogue: &Catalogue,
+) -> StarRow {
+    let (first, entry) = (members[0], &catalogue.stars[stars[0].index]);
     let exptime_s = mean(members.iter().map(|m| m.exptime_s));
     let t0 = first.mid;
     let mid = t0 + hifitime::Unit::Second * mean(members.iter().map(|m| (m.mid - t0).to_seconds()));
