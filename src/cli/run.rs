@@ -66,7 +66,9 @@ impl Run {
             }
         }
         print(&summary.text());
-        let memory = peak_memory_mb().map(|mb| format!(", {mb:.0} MB peak memory")).unwrap_or_default();
+        let memory = satphot::night::manifest::peak_memory_mb()
+            .map(|mb| format!(", {mb:.0} MB peak memory"))
+            .unwrap_or_default();
         print(&format!("\n{}{memory}\nResults in {}\n", summary.speed(), summary.folder.display()));
         if self.verbose {
             for file in &summary.files {
@@ -99,11 +101,4 @@ fn dry_run(config: &Config) -> anyhow::Result<()> {
     }
     print(&format!("\nResults would go to {}\n", config.night.output.join(&config.night.name).display()));
     Ok(())
-}
-
-/// Largest resident memory of this process so far \[MB\], where the system tells.
-fn peak_memory_mb() -> Option<f64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let kb: f64 = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?.split_whitespace().next()?.parse().ok()?;
-    Some(kb / 1024.0)
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use satphot::Error;
 use satphot::night::simulate::{Scenario, simulate};
 
 use super::{bar::Bars, print, tell};
@@ -28,6 +29,9 @@ pub struct Simulate {
     /// No progress bar
     #[arg(short, long)]
     quiet: bool,
+    /// Write into a folder that holds a night already
+    #[arg(long)]
+    force: bool,
     /// Print the scenario in force and stop
     #[arg(long)]
     print_scenario: bool,
@@ -45,6 +49,14 @@ impl Simulate {
         if self.print_scenario {
             print(&scenario.to_toml()?);
             return Ok(());
+        }
+        let pipeline = self.out.join("pipeline.toml");
+        if pipeline.exists() && !self.force {
+            return Err(Error::Config {
+                key: "--out".into(),
+                problem: format!("{} exists already; --force overwrites it", pipeline.display()),
+            }
+            .into());
         }
         let progress = Bars::new(!self.quiet);
         let made = satphot::night::stages::with_threads(self.jobs, || simulate(&scenario, &self.out, &progress))??;

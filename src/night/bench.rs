@@ -164,6 +164,16 @@ pub fn sha256_16(path: &Path) -> Result<String> {
     Ok(hex16(&hasher.finalize()))
 }
 
+/// Hash of everything in the configuration that can change a result: not the folder the results go to.
+///
+/// # Errors
+/// [`Error::Config`] if the configuration cannot be written as text.
+pub fn config_sha256(config: &Config) -> Result<String> {
+    let mut config = config.clone();
+    config.night.output = std::path::PathBuf::new();
+    Ok(sha256_16_text(&config.to_toml()?))
+}
+
 /// First 16 hex digits of the SHA-256 of a text.
 #[must_use]
 pub fn sha256_16_text(text: &str) -> String {

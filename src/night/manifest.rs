@@ -80,6 +80,14 @@ pub fn inputs_sha256(inputs: &[Input]) -> String {
     crate::night::bench::sha256_16_text(&lines.join("\n"))
 }
 
+/// Largest resident memory of this process so far \[MB\], where the system tells.
+#[must_use]
+pub fn peak_memory_mb() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let kb: f64 = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?.split_whitespace().next()?.parse().ok()?;
+    Some(kb / 1024.0)
+}
+
 /// The provenance of one run.
 #[derive(Debug)]
 pub struct Manifest<'a> {
@@ -118,6 +126,8 @@ impl Manifest<'_> {
             "flat_masked_frac": self.flat_masked_frac,
             "stages": self.stages,
             "elapsed_s": s.elapsed_s,
+            "peak_memory_mb": peak_memory_mb(),
+            "system": format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
             "bytes": s.bytes,
             "counts": s.counts,
             "earth_quadratures": self.quadratures,

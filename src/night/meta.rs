@@ -2,7 +2,7 @@
 
 use crate::config::{Config, Mode};
 use crate::error::Result;
-use crate::night::bench::sha256_16_text;
+use crate::night::bench::config_sha256;
 use crate::photometry::Flags;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::{Meta, MetaValue};
@@ -17,7 +17,7 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, inputs_sha256:
     let mut meta = Meta::default();
     meta.push("schema", text("satphot.photometry/1"));
     meta.push("tool", text(concat!("satphot ", env!("CARGO_PKG_VERSION"))));
-    meta.push("config_sha256", text(&sha256_16_text(&config.to_toml()?)));
+    meta.push("config_sha256", text(&config_sha256(config)?));
     if let Some(inputs) = inputs_sha256 {
         meta.push("input_manifest_sha256", text(inputs));
     }

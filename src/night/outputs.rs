@@ -7,6 +7,7 @@ use crate::error::{Error, Result};
 use crate::night::bench::Bench;
 use crate::night::meta::table_meta;
 use crate::night::pipeline::Options;
+use crate::night::zeropoint::conditions;
 use crate::report::{self, PhotometryRow, ResidualRow, StarRow};
 
 /// Where and how the results are written.
@@ -48,7 +49,7 @@ impl Outputs<'_> {
             report::write_residuals(&add("residuals.ecsv"), residuals, &meta)?;
         }
         if let Some(zeropoint) = &self.bench.zeropoint {
-            save(&add("zeropoint.toml"), &zeropoint.to_toml(&[]))?;
+            save(&add("zeropoint.toml"), &zeropoint.to_toml(&[conditions(self.config, self.bench.flat.is_some())]))?;
         }
         if let Some(flat) = self.bench.flat.as_ref().filter(|_| self.config.flat.master.is_none()) {
             flat.write(&add("master_flat.fits"))?;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::frames::{Exposure, FlatMember};
-use crate::night::bench::{Bench, sha256_16_text};
+use crate::night::bench::{Bench, config_sha256};
 use crate::night::compare::residual_rows;
 use crate::night::manifest::{Manifest, Stage, inputs_sha256, manifest_inputs};
 use crate::night::outputs::{Outputs, file_name};
@@ -14,7 +14,7 @@ use crate::night::stages::{StarStage, master_flat, model_stage, star_stage, targ
 use crate::night::summary::{Counts, Summary};
 use crate::night::survey::{Survey, survey};
 use crate::night::target::{empty_columns, failed_row};
-use crate::night::zeropoint::fit_rows;
+use crate::night::zeropoint::{fit_rows, read_previous};
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::summary::pass_table;
 use crate::report::{PhotometryRow, StarRow};
@@ -111,7 +111,7 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     summary.files = log.stage("write", |_| outputs.write(&rows, &star_rows, &residuals, options))?;
     summary.elapsed_s = progress.elapsed_s();
     let manifest = Manifest {
-        config_sha256: sha256_16_text(&config.to_toml()?),
+        config_sha256: config_sha256(config)?,
         inputs,
         flats: bench.flat.iter().flat_map(|f| &f.members).map(flat_member).collect(),
         flat_masked_frac: bench.flat.as_ref().map(|f| f.masked_frac),
@@ -207,8 +207,9 @@ fn zeropoint_stage(
     notes: &mut Vec<String>,
 ) -> Result<Option<Zeropoint>> {
     if let Some(path) = &bench.config.zeropoint.previous {
-        notes.push(format!("zeropoint of {}", path.display()));
-        return Zeropoint::read(path).map(Some);
+        let (zeropoint, told) = read_previous(path, &bench.config, bench.flat.is_some())?;
+        notes.extend(told);
+        return Ok(Some(zeropoint));
     }
     if bench.config.stars.is_none() {
         notes.push("no [stars] and no zeropoint.previous: magnitudes stay instrumental".into());

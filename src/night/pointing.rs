@@ -117,20 +117,20 @@ pub fn measure_member(exposure: &Exposure, bench: &Bench, catalogue: &Catalogue)
     let detected: Vec<(f64, f64)> = sources.iter().take(N_ALIGN).map(|s| (s.x_px, s.y_px)).collect();
     let brightest: Vec<(f64, f64)> = predicted.iter().take(N_ALIGN).map(|s| (s.1, s.2)).collect();
     let match_px = stars.match_radius_arcsec / scale_arcsec;
-    let alignment =
-        align(&brightest, &detected, stars.pointing_err_arcsec / scale_arcsec, match_px).ok_or_else(|| {
-            Error::Catalogue {
-                path: stars.catalogue.clone(),
-                problem: format!(
-                    "{}: {} catalogue stars expected, {} detected, no match within {} arcsec of the header's pointing \
-                     (stars.pointing_err_arcsec); is the WCS of this field?",
-                    exposure.name,
-                    brightest.len(),
-                    detected.len(),
-                    stars.pointing_err_arcsec
-                ),
-            }
-        })?;
+    let alignment = align(&brightest, &detected, stars.pointing_err_arcsec / scale_arcsec, match_px).ok_or_else(
+        || Error::Catalogue {
+            path: stars.catalogue.clone(),
+            problem: format!(
+                "{}: {} catalogue stars expected, {} detected, no match within {} arcsec (stars.pointing_err_arcsec) \
+                     and 6 deg of the header's pointing; at least 3 common stars are needed: is the WCS of this field, \
+                     and does the catalogue reach it?",
+                exposure.name,
+                brightest.len(),
+                detected.len(),
+                stars.pointing_err_arcsec
+            ),
+        },
+    )?;
     let radii_px = [p.aper_r_fwhm, p.sky_in_fwhm, p.sky_out_fwhm].map(|r| r * fwhm_px);
     let mut measured = Vec::new();
     for (index, x, y) in predicted {

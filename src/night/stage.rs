@@ -15,7 +15,8 @@ use crate::night::stages::{master_flat, star_stage, target_stage};
 use crate::night::summary::{Counts, zeropoint_text};
 use crate::night::survey::{Survey, survey};
 use crate::night::target::{failed_row, fill_geometry};
-use crate::night::zeropoint::fit_rows;
+use crate::night::zeropoint::{conditions, fit_rows, read_previous};
+use crate::photometry::Flags;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::summary::pass_table;
 use crate::report::{MetaValue, PhotometryRow, ResidualRow, StarRow, read_photometry, read_stars};
@@ -117,7 +118,9 @@ impl FittedStars {
     pub fn write(&self, config: &Config, zeropoint: &Path, stars: Option<&Path>) -> Result<()> {
         if let Ok(fit) = &self.zeropoint {
             // the fit's own warnings have their place in the file
-            let notes: Vec<String> = self.notes.iter().filter(|n| !fit.warnings.contains(n)).cloned().collect();
+            let mut notes: Vec<String> = self.notes.iter().filter(|n| !fit.warnings.contains(n)).cloned().collect();
+            let flattened = !self.rows.iter().any(|r| Flags(r.flags).has(Flags::NO_FLAT));
+            notes.push(conditions(config, flattened));
             save(zeropoint, &fit.to_toml(&notes))?;
         }
         match stars {
@@ -155,12 +158,14 @@ pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progre
     // the stars only tell the FWHM here: without their catalogue the night goes on
     config.stars = config.stars.filter(|s| config.photometry.fwhm_px.is_none() && s.catalogue.exists());
     let mut bench = Bench::prepare(&config)?;
-    if let Some(path) = &config.zeropoint.previous {
-        bench.zeropoint = Some(Zeropoint::read(path)?);
-    }
     let mut notes = Vec::new();
     let survey = survey_named(&config, &options.files, Role::Target, &bench.target_names(), &mut notes)?;
     bench.flat = master_flat(&survey, &bench, options, progress, &mut notes)?;
+    if let Some(path) = &config.zeropoint.previous {
+        let (zeropoint, told) = read_previous(path, &config, bench.flat.is_some())?;
+        notes.extend(told);
+        bench.zeropoint = Some(zeropoint);
+    }
     if config.stars.is_some() && survey.n_star_frames() > 0 {
         bench.fwhm_arcsec = star_stage(&survey, &bench, options, progress, &mut notes)?.fwhm_arcsec;
     }

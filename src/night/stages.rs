@@ -183,7 +183,48 @@ pub fn target_stage(
             .collect()
     });
     progress.done();
+    let mut rows: Vec<(PhotometryRow, Option<Geometry>)> = rows;
+    limits_for_the_size_of_the_object(&mut rows);
     Ok(rows)
+}
+
+/// Makes the limits of non-detections those of an object as large as the detected ones.
+///
+/// A limit is measured in a small circle; the noise of a larger aperture grows with the root of its area:
+/// Δm = −1.25 log₁₀(A_object / A_measured), with A_object the median aperture of the frames of the same object, in
+/// arcsec² and scaled by (range)⁻² where the ranges are known.
+fn limits_for_the_size_of_the_object(rows: &mut [(PhotometryRow, Option<Geometry>)]) {
+    let size = |r: &PhotometryRow| -> Option<f64> {
+        let scale = r.pix_scale_arcsec?;
+        let area_px = match (r.aper_r_px, r.aper_a_px, r.aper_b_px) {
+            (Some(r), ..) => r * r,
+            (None, Some(a), Some(b)) => a * b,
+            _ => return None,
+        };
+        Some(std::f64::consts::PI * area_px * scale * scale)
+    };
+    let detected: Vec<(String, f64, Option<f64>)> = rows
+        .iter()
+        .filter(|(r, _)| r.status == "ok" && r.verdict != "reject")
+        .filter_map(|(r, _)| Some((r.object_name.clone(), size(r)?, r.range_km)))
+        .collect();
+    for (row, _) in rows.iter_mut().filter(|(r, _)| r.status == "nondetection") {
+        let (Some(limit), Some(measured)) = (row.limit_v_mag, size(row)) else { continue };
+        let of_object: Vec<f64> = detected
+            .iter()
+            .filter(|(name, ..)| *name == row.object_name)
+            .map(|(_, area, range)| match (range, row.range_km) {
+                (Some(there), Some(here)) => area * (there / here).powi(2),
+                _ => *area,
+            })
+            .collect();
+        if let Some((area, _)) = robust(&of_object)
+            && area > measured
+        {
+            row.limit_v_mag = Some(limit - 1.25 * (area / measured).log10());
+            row.reason += &format!("; limit for an object of {area:.0} arcsec2, as in the frames that show it");
+        }
+    }
 }
 
 /// The model for every frame with a geometry; frames without one keep their columns empty.

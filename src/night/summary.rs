@@ -32,6 +32,12 @@ pub struct Counts {
     pub science: usize,
     /// Target frames with a detection.
     pub ok: usize,
+    /// Of these, with verdict `use`.
+    pub verdict_use: usize,
+    /// Of these, with verdict `caution`.
+    pub verdict_caution: usize,
+    /// Of these, with verdict `reject`.
+    pub verdict_reject: usize,
     /// Target frames without one.
     pub nondetection: usize,
     /// Frames left out for a stated reason.
@@ -47,6 +53,7 @@ impl Counts {
     #[must_use]
     pub fn of(survey: &Survey, rows: &[PhotometryRow], stars: &[StarRow]) -> Self {
         let with = |status: &str| rows.iter().filter(|r| r.status == status).count();
+        let judged = |verdict: &str| rows.iter().filter(|r| r.status == "ok" && r.verdict == verdict).count();
         Self {
             files: survey.len(),
             flats: survey.flats.len(),
@@ -56,6 +63,9 @@ impl Counts {
             unreadable: survey.unreadable.len(),
             science: survey.targets.len() + survey.n_star_frames() + survey.unreadable.len(),
             ok: with("ok"),
+            verdict_use: judged("use"),
+            verdict_caution: judged("caution"),
+            verdict_reject: judged("reject"),
             nondetection: with("nondetection"),
             rejected: with("rejected"),
             failed: with("failed"),
@@ -121,8 +131,8 @@ impl Summary {
         );
         let _ = writeln!(
             t,
-            "Target     {} ok, {} nondetection; in all {} rejected, {} failed",
-            c.ok, c.nondetection, c.rejected, c.failed
+            "Target     {} ok (verdict: {} use, {} caution, {} reject), {} nondetection; in all {} rejected, {} failed",
+            c.ok, c.verdict_use, c.verdict_caution, c.verdict_reject, c.nondetection, c.rejected, c.failed
         );
         for (frame, status, reason) in self.failures.iter().take(SHOWN_FAILURES) {
             let _ = writeln!(t, "           {status}: {frame}: {reason}");
@@ -166,7 +176,7 @@ pub fn zeropoint_text(zeropoint: Option<&Zeropoint>, source: &str) -> String {
     );
     let _ = writeln!(
         t,
-        "           V = V_inst - ZP - k X - C (B-V), V_inst of e-/s; N {} used, {} rejected, rms {:.4} mag; {}",
+        "           V = V_inst - ZP - k X - C (B-V), V_inst of e-/s; N {} used, {} outliers, rms {:.4} mag; {}",
         z.n_used, z.n_rejected, z.rms_mag, source
     );
     let _ = writeln!(

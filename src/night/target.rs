@@ -262,7 +262,6 @@ fn verdict(row: &PhotometryRow) -> (&'static str, Flags) {
         Flags::MASKED.0
             | Flags::CLIP_EDGE.0
             | Flags::NO_ANNULUS.0
-            | Flags::TRAIL.0
             | Flags::TIME_UNCERTAIN.0
             | Flags::NEGATIVE.0
             | Flags::OLD_ELEMENTS.0,

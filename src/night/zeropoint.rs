@@ -1,5 +1,7 @@
 //! From star rows to the zeropoint: the cuts of the configuration, each named in its row, then the fit.
 
+use std::path::Path;
+
 use crate::config::{self, Config};
 use crate::error::{Error, Result};
 use crate::photometry::Flags;
@@ -90,6 +92,39 @@ pub fn fit_rows(rows: &mut [StarRow], config: &Config) -> Result<Zeropoint> {
         }
     }
     Ok(zeropoint)
+}
+
+/// Under which conditions a zeropoint holds: another aperture, clip circle (the flat is 1 inside it), camera or flat
+/// moves it. Kept as a note in zeropoint.toml.
+#[must_use]
+pub fn conditions(config: &Config, flattened: bool) -> String {
+    let clip = config.photometry.clip_radius_px.map_or("none".into(), |r| format!("{r} px"));
+    format!(
+        "{CONDITIONS} aperture {} FWHM, clip radius {clip}, camera {}, {}",
+        config.photometry.aper_r_fwhm,
+        config.detector.camera,
+        if flattened { "flattened" } else { "not flattened" }
+    )
+}
+
+const CONDITIONS: &str = "conditions:";
+
+/// Reads a zeropoint of another night, with what should be known of it: its own warnings, and conditions that differ.
+///
+/// # Errors
+/// As [`Zeropoint::read`].
+pub fn read_previous(path: &Path, config: &Config, flattened: bool) -> Result<(Zeropoint, Vec<String>)> {
+    let zeropoint = Zeropoint::read(path)?;
+    let now = conditions(config, flattened);
+    let mut notes = vec![format!("zeropoint of {}", path.display())];
+    for warning in &zeropoint.warnings {
+        if !warning.starts_with(CONDITIONS) {
+            notes.push(format!("zeropoint: {warning}"));
+        } else if *warning != now {
+            notes.push(format!("zeropoint made under other {warning}; now {now}: magnitudes may be off"));
+        }
+    }
+    Ok((zeropoint, notes))
 }
 
 fn measurement(row: &StarRow) -> StarMeasurement {
