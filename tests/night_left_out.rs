@@ -198,3 +198,29 @@ fn compressed_frames_give_the_same_table_as_plain_ones() {
     assert_eq!(a, b);
     assert_eq!(n.text("zeropoint.toml"), packed.text("zeropoint.toml"));
 }
+
+#[test]
+fn a_site_in_the_headers_that_is_not_the_configured_one_is_told() {
+    let same = night().run().unwrap();
+    assert!(!same.notes.iter().any(|n| n.contains("another site")), "{:?}", same.notes);
+    let other = night().set("site.lon_deg=150.9").run().unwrap();
+    let told = other.notes.iter().find(|n| n.contains("another site")).unwrap();
+    assert!(told.contains("151.1113") && told.contains("150.9") && told.contains("[site]"), "{told}");
+}
+
+#[test]
+fn a_previous_zeropoint_made_with_another_aperture_is_told() {
+    let n = night();
+    n.run().unwrap();
+    let file = n.result("zeropoint.toml");
+    let kept = n.path("kept.toml");
+    std::fs::copy(file, &kept).unwrap();
+    let previous = format!("zeropoint.previous={:?}", kept.display().to_string());
+    let n = n.set(&previous);
+    assert!(!n.run().unwrap().notes.iter().any(|n| n.contains("other conditions")));
+    let told = n.set("photometry.aper_r_fwhm=1.5").run().unwrap().notes;
+    assert!(
+        told.iter().any(|n| n.contains("other conditions: aperture 2 FWHM") && n.contains("aperture 1.5 FWHM")),
+        "{told:?}"
+    );
+}

@@ -12,7 +12,7 @@ use crate::night::outputs::{Outputs, file_name};
 use crate::night::progress::Progress;
 use crate::night::stages::{StarStage, master_flat, model_stage, star_stage, target_stage};
 use crate::night::summary::{Counts, Summary};
-use crate::night::survey::{Survey, survey};
+use crate::night::survey::{Survey, site_note, survey};
 use crate::night::target::{empty_columns, failed_row};
 use crate::night::zeropoint::{fit_rows, read_previous};
 use crate::photometry::zeropoint::Zeropoint;
@@ -56,6 +56,7 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     })?;
 
     let mut log = Log::new(progress);
+    log.notes.extend(site_note(&survey, &config.site));
     if survey.targets.is_empty() {
         log.notes.push(no_target(&survey, &bench));
     }

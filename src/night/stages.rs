@@ -261,3 +261,34 @@ pub fn model_stage(
         moon: a.moon + b.moon,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(status: &str, range_km: f64, r_px: f64) -> (PhotometryRow, Option<Geometry>) {
+        let row = PhotometryRow {
+            object_name: "ISS".into(),
+            status: status.into(),
+            verdict: "use".into(),
+            range_km: Some(range_km),
+            aper_r_px: Some(r_px),
+            pix_scale_arcsec: Some(1.5),
+            limit_v_mag: (status == "nondetection").then_some(15.0),
+            ..PhotometryRow::default()
+        };
+        (row, None)
+    }
+
+    #[test]
+    fn a_limit_is_that_of_the_object_at_its_range_and_of_a_point_where_nothing_is_known() {
+        // three times the radius at the same range: 1.25 log10 9 = 1.193 mag; twice as far away: 1.25 log10 (9/4)
+        let mut rows = vec![row("ok", 500.0, 21.0), row("nondetection", 500.0, 7.0), row("nondetection", 1000.0, 7.0)];
+        limits_for_the_size_of_the_object(&mut rows);
+        assert!((rows[1].0.limit_v_mag.unwrap() - (15.0 - 1.25 * 9f64.log10())).abs() < 1e-12);
+        assert!((rows[2].0.limit_v_mag.unwrap() - (15.0 - 1.25 * 2.25f64.log10())).abs() < 1e-12);
+        let mut alone = vec![row("nondetection", 500.0, 7.0)];
+        limits_for_the_size_of_the_object(&mut alone);
+        assert_eq!(alone[0].0.limit_v_mag, Some(15.0));
+    }
+}
