@@ -10,7 +10,8 @@ use super::{Common, print, tell};
 
 /// Measures the target in the night's target frames or in named files, and tags each with its geometry.
 ///
-/// With the zeropoint of a run the numbers are those of the run: flats and the stars' FWHM are the night's own.
+/// With the zeropoint of a run the numbers are those of the run: flats and the stars' FWHM are the night's own. Limits of
+/// non-detections take the size of the object from the frames measured together.
 #[derive(Debug, Args)]
 pub struct Measure {
     /// Target frames; the night's own if none are named

@@ -195,4 +195,23 @@ mod tests {
         let again = Config::from_text(&text, &[]).unwrap();
         assert_eq!(again.to_toml().unwrap(), text);
     }
+
+    #[test]
+    fn the_template_shows_every_key_and_only_keys() {
+        let template = include_str!("../presets/template.toml");
+        let is_setting = |l: &str| {
+            let word = l.trim_start_matches(['[', '"']).split(['=', ']', '"', ' ']).next().unwrap_or("");
+            (l.contains('=') || l.starts_with('['))
+                && !word.is_empty()
+                && word.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '.')
+        };
+        let all: Vec<&str> =
+            template.lines().map(|l| l.strip_prefix("# ").filter(|rest| is_setting(rest)).unwrap_or(l)).collect();
+        let config = Config::from_text(&all.join("\n"), &[]).unwrap();
+        for line in config.to_toml().unwrap().lines().filter(|l| is_setting(l)) {
+            let key = line.trim_start_matches(['[', '"']).split(['=', ']', '"', ' ']).next().unwrap();
+            let name = key.rsplit('.').next().unwrap();
+            assert!(template.contains(name), "{key} is not in the template");
+        }
+    }
 }

@@ -35,7 +35,7 @@ pub struct Photometry {
     /// Circle kept around the detector centre \[px\]; absent = the whole frame. Caddy et al. use 2500.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clip_radius_px: Option<f64>,
-    /// FWHM of a star \[px\]; measured on each frame if absent.
+    /// FWHM of a star \[px\]; if absent, measured on each star frame, and their median taken for target frames.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fwhm_px: Option<f64>,
     /// Aperture radius \[FWHM\].
@@ -83,7 +83,8 @@ pub struct Target {
     pub detect_sigma: f64,
     /// Added around the object's own outline \[FWHM\].
     pub margin_fwhm: f64,
-    /// Aperture radius for a limit, when nothing is found \[FWHM\].
+    /// Radius of the circle a limit is measured in when nothing is found \[FWHM\]; the limit is then scaled to the size
+    /// of the object in the frames that show it.
     pub limit_r_fwhm: f64,
 }
 

@@ -45,15 +45,9 @@ impl Bench {
     pub fn prepare(config: &Config) -> Result<Self> {
         let detector = Detector::from_config(&config.detector)?;
         let site = Site::from_config(&config.site)?;
-        let mut eop = EarthOrientation::default();
         let tracker = match &config.orbit {
             None => None,
             Some(orbit) => {
-                eop = EarthOrientation {
-                    ut1_utc_s: orbit.ut1_utc_s,
-                    xp_arcsec: orbit.xp_arcsec,
-                    yp_arcsec: orbit.yp_arcsec,
-                };
                 if !orbit.elements.exists() {
                     return Err(Error::Orbit {
                         problem: format!(
@@ -66,6 +60,7 @@ impl Bench {
                 Some(Tracker::from_config(orbit, &config.site)?)
             }
         };
+        let eop = tracker.as_ref().map(|t| *t.earth_orientation()).unwrap_or_default();
         let satellite = match &config.model {
             None => None,
             Some(model) => Some(Satellite::from_config(model)?),

@@ -157,8 +157,8 @@ impl<'a> Log<'a> {
     }
 }
 
-/// What no frame of the night can do without is an error before work begins: a gain setting that no target frame has
-/// in the table, elements that are refused for every frame.
+/// What no frame of the night can do without is an error before work begins: the gain of every light frame unknown, or
+/// the elements refused for every target frame.
 fn refuse_hopeless(survey: &Survey, bench: &Bench) -> Result<()> {
     let science: Vec<&Exposure> = survey.targets.iter().chain(survey.pointings.iter().flatten()).collect();
     if science.is_empty() && survey.flats.is_empty() {

@@ -97,7 +97,11 @@ pub const PHOTOMETRY: &[Column] = &[
     number("v_mag", "mag", "apparent V magnitude outside the atmosphere"),
     number("v_mag_err", "mag", "1-sigma random error of v_mag"),
     number("v_mag_err_sys", "mag", "1-sigma systematic error of v_mag, common to the night"),
-    number("limit_v_mag", "mag", "faintest V magnitude that would have been detected"),
+    number(
+        "limit_v_mag",
+        "mag",
+        "V magnitude at the detection threshold, for an object as large as in the frames that show it",
+    ),
     number("mu_mean_mag_arcsec2", "mag / arcsec2", "mean V surface brightness over the aperture"),
     number("mu_peak_mag_arcsec2", "mag / arcsec2", "V surface brightness of the brightest pixel"),
     // geometry
@@ -121,7 +125,7 @@ pub const PHOTOMETRY: &[Column] = &[
     number("moon_v_mag", "mag", "modelled V magnitude by direct moonlight alone"),
     number("lunar_earthshine_v_mag", "mag", "modelled V magnitude by moonlight from the Earth alone"),
     number("starlight_v_mag", "mag", "modelled V magnitude by starlight alone"),
-    number("model_err_mag", "mag", "1-sigma error of model_v_mag"),
+    number("model_err_mag", "mag", "numerical error of model_v_mag (quadrature); not how wrong the model is"),
     number("residual_mag", "mag", "observed minus modelled magnitude; positive = observed fainter"),
     text("skipped", "what was left out, and why"),
     // state
@@ -135,7 +139,7 @@ pub const PHOTOMETRY: &[Column] = &[
 pub const STARS: &[Column] = &[
     text("frame", "source FITS file name, the first member of a combination"),
     integer("n_members", "number of exposures combined"),
-    integer("pointing", "number of the star pointing, from 1"),
+    integer("pointing", "number of the star pointing, from 0"),
     text("object_name", "name of the pointing"),
     text("star_id", "identifier of the star in the catalogue"),
     number("ra_deg", "deg", "right ascension of the catalogue (ICRS)"),
@@ -191,7 +195,7 @@ pub const RESIDUALS: &[Column] = &[
     number("v_mag_err", "mag", "1-sigma random error of v_mag"),
     number("v_mag_err_sys", "mag", "1-sigma systematic error of v_mag, common to the night"),
     number("model_v_mag", "mag", "modelled V magnitude, all lights"),
-    number("model_err_mag", "mag", "1-sigma error of model_v_mag"),
+    number("model_err_mag", "mag", "numerical error of model_v_mag (quadrature); not how wrong the model is"),
     number("residual_mag", "mag", "observed minus modelled magnitude; positive = observed fainter"),
     text("verdict", "use, caution or reject"),
     bits("flags", "quality bit mask; the bits are named in meta"),
