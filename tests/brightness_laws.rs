@@ -7,8 +7,8 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use satphot::brightness::{
-    Attitude, Brdf, Brightness, Ground, Illum, ModelSettings, Satellite, Scene, Surface, brightness, light_class,
-    reflected_by_earth,
+    Accuracy, Attitude, Brdf, Brightness, Ground, Illum, ModelSettings, Satellite, Scene, Surface, brightness,
+    light_class, reflected_by_earth,
 };
 use satphot::config::Mode;
 use satphot::vector::{Itrs, Vector};
@@ -60,8 +60,15 @@ fn a_nadir_plate_receives_the_independently_integrated_share_of_the_zenith_sun()
     let satellite = V::new(0.0, 0.0, 6371.0 + 420.0);
     let down = V::new(0.0, 0.0, -1.0);
     let at = |sun: V, albedo: f64| {
-        let ground = Ground::new(&satellite, 6371.0, &sun, Brdf::Lambert { albedo }).unwrap();
-        PI * reflected_by_earth(&ground, Brdf::Lambert { albedo: 1.0 }, &down, &down, 1e-10, 100_000).per_sr
+        let ground = Ground::new(&satellite, 6371.0, &sun, &Brdf::Lambert { albedo }).unwrap();
+        PI * reflected_by_earth(
+            &ground,
+            &Brdf::Lambert { albedo: 1.0 },
+            &down,
+            &down,
+            &Accuracy::relative(1e-10, 100_000),
+        )
+        .per_sr
     };
     let got = at(V::new(0.0, 0.0, 1.0), 0.3);
     // Simpson with 200 000 steps in the angle at the Earth's centre
@@ -82,9 +89,17 @@ fn an_earth_of_uniform_radiance_fills_a_nadir_plate_to_r_over_r_squared() {
     for j in 0..steps {
         let sin_e = (2.0 * (f64::from(j) + 0.5) / f64::from(steps)) - 1.0;
         let lamp = V::new(0.0, (1.0 - sin_e * sin_e).sqrt(), sin_e);
-        let ground = Ground::new(&satellite, radius, &lamp, Brdf::Lambert { albedo: 1.0 }).unwrap();
+        let ground = Ground::new(&satellite, radius, &lamp, &Brdf::Lambert { albedo: 1.0 }).unwrap();
         if ground.lit_in_view() {
-            mean += PI * reflected_by_earth(&ground, Brdf::Lambert { albedo: 1.0 }, &down, &down, 1e-8, 100_000).per_sr;
+            mean += PI
+                * reflected_by_earth(
+                    &ground,
+                    &Brdf::Lambert { albedo: 1.0 },
+                    &down,
+                    &down,
+                    &Accuracy::relative(1e-8, 100_000),
+                )
+                .per_sr;
         }
     }
     // uniform radiance (1/4)/π, so F = 4 × mean; the midpoint rule in sin E leaves 1e-5
@@ -98,7 +113,7 @@ fn a_narrow_lobe_shows_the_ground_as_a_mirror_does() {
     let satellite = V::new(0.0, 0.0, R_KM + 550.0);
     let lamp = V::new(0.0, 30_f64.to_radians().cos(), 30_f64.to_radians().sin());
     let albedo = 0.3;
-    let ground = Ground::new(&satellite, R_KM, &lamp, Brdf::Lambert { albedo }).unwrap();
+    let ground = Ground::new(&satellite, R_KM, &lamp, &Brdf::Lambert { albedo }).unwrap();
     let observer = V::new(0.5, 0.2, -0.8).unit().unwrap();
     let normal = V::new(0.1, 0.1, -1.0).unit().unwrap();
     let m = normal * (2.0 * normal.dot(&observer)) - observer;
@@ -108,7 +123,7 @@ fn a_narrow_lobe_shows_the_ground_as_a_mirror_does() {
     let mirror = albedo / PI * p.dot(&lamp) * normal.dot(&observer);
     for (n, claim) in [(1e3, 2e-2), (1e4, 2e-3), (1e6, 2e-5)] {
         let brdf = Brdf::Phong { kd: 0.0, ks: 1.0, n };
-        let got = reflected_by_earth(&ground, brdf, &normal, &observer, 1e-8, 1_000_000);
+        let got = reflected_by_earth(&ground, &brdf, &normal, &observer, &Accuracy::relative(1e-8, 1_000_000));
         assert!((got.per_sr / mirror - 1.0).abs() < claim, "{n}: {} {mirror} {got:?}", got.per_sr / mirror);
     }
 }
@@ -316,11 +331,12 @@ fn the_stated_error_covers_the_true_one_on_fresh_random_geometries() {
         let earth = Brdf::Phong { kd: 0.5, ks: 0.3, n: rng.random_range(0.0..30.0) };
         let (side, observer) = (on_sphere(&mut rng), (s.observer_km - s.satellite_km).unit().unwrap());
         let normal = if side.dot(&observer) > 0.0 { side } else { -side };
-        let Some(ground) = Ground::new(&s.satellite_km, R_KM, &s.sun_km, earth) else { continue };
+        let Some(ground) = Ground::new(&s.satellite_km, R_KM, &s.sun_km, &earth) else { continue };
         if !ground.lit_in_view() || !ground.seen_by(&normal) {
             continue;
         }
-        let run = |tolerance| reflected_by_earth(&ground, brdf, &normal, &observer, tolerance, 300_000);
+        let run =
+            |tolerance| reflected_by_earth(&ground, &brdf, &normal, &observer, &Accuracy::relative(tolerance, 300_000));
         let (fast, slow) = (run(1e-3), run(1e-8));
         if slow.per_sr == 0.0 {
             assert_eq!(fast.per_sr, 0.0);

@@ -1,20 +1,22 @@
 //! How a surface scatters: one-sided reflectance distributions f(i, n, o).
 //!
 //! Unit \[1/sr\]; i, n, o are unit vectors from the surface to the light, along its normal, to the observer.
-//! Left out: mirrors and laboratory (Binomial) lobes.
+//! A mirror has no finite f: whoever integrates light treats it apart.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use super::quadrature::{end_clustered, gauss};
 use super::scene::impossible;
-use crate::error::Result;
+use crate::config;
+use crate::error::{Error, Result};
 use crate::vector::Vector;
 
 /// Largest Phong exponent: half width 0.07°, narrower than the disc of the Sun, so that a mirror is meant.
 pub const PHONG_N_MAX: f64 = 1e6;
 
 /// A bidirectional reflectance distribution function.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Brdf {
     /// f = ρ/π.
@@ -31,11 +33,96 @@ pub enum Brdf {
         /// Exponent n; at n = 0 the lobe is the half-space r·o > 0, the limit n → 0.
         n: f64,
     },
+    /// lg f = Σ_k Vᵏ [Σ_i B_ki Dⁱ + ½ Σ_i C_ki lg(1 + d^(i+l1) D²)] (Greynolds), see [`Binomial`].
+    Binomial(Arc<Binomial>),
+    /// f = A/(B + D^g).
+    Abg {
+        /// A.
+        a: f64,
+        /// B.
+        b: f64,
+        /// g.
+        g: f64,
+    },
+    /// f = A exp((r·o − 1)/σ).
+    Gaussian {
+        /// Peak A \[1/sr\].
+        peak_per_sr: f64,
+        /// Width σ: half the square of the angle at which f has fallen to 1/e.
+        sigma: f64,
+    },
+    /// A mirror: radiance is conserved, so that the source's disc is seen in it. Its f is infinite in one direction.
+    Mirror {
+        /// Reflectance, 0 to 1.
+        reflectance: f64,
+    },
+}
+
+/// Coefficients of the Greynolds binomial law.
+///
+/// `D = |o_t + i_t|`, `V = −o_t·i_t` with the tangential parts of o and i. With one row f depends on D alone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Binomial {
+    /// B_ki: a row for each power k of V.
+    pub b: Vec<Vec<f64>>,
+    /// C_ki.
+    pub c: Vec<Vec<f64>>,
+    /// d.
+    pub d: f64,
+    /// First power of d.
+    pub l1: i32,
+}
+
+impl Binomial {
+    /// f at D and V \[1/sr\].
+    #[must_use]
+    pub fn value(&self, d: f64, v: f64) -> f64 {
+        let mut lg_f = 0.0;
+        let mut v_power = 1.0;
+        for k in 0..self.b.len().max(self.c.len()) {
+            let mut row = 0.0;
+            for (i, b) in self.b.get(k).into_iter().flatten().enumerate() {
+                row += b * d.powi(i as i32);
+            }
+            for (i, c) in self.c.get(k).into_iter().flatten().enumerate() {
+                row += 0.5 * c * (self.d.powi(i as i32 + self.l1) * d * d).ln_1p() / std::f64::consts::LN_10;
+            }
+            lg_f += v_power * row;
+            v_power *= v;
+        }
+        10.0_f64.powf(lg_f)
+    }
 }
 
 /// Land with vegetation, 479 nm (Cloud Absorption Radiometer, CLASIC), as fitted by Fankhauser et al. (2023, AJ 166, 59).
 /// One spectral band and one biome: the global mean spherical albedo is near 0.3.
 pub const EARTH_VEGETATION: Brdf = Brdf::Phong { kd: 0.53, ks: 0.28, n: 7.31 };
+
+/// What is known by name.
+const NAMED: [(&str, Brdf); 1] = [("earth-vegetation", EARTH_VEGETATION)];
+
+impl TryFrom<&config::Brdf> for Brdf {
+    type Error = Error;
+
+    fn try_from(law: &config::Brdf) -> Result<Self> {
+        Ok(match law {
+            config::Brdf::Lambert { albedo } => Brdf::Lambert { albedo: *albedo },
+            config::Brdf::Phong { kd, ks, n } => Brdf::Phong { kd: *kd, ks: *ks, n: *n },
+            config::Brdf::Binomial { b, c, d, l1 } => {
+                Brdf::Binomial(Arc::new(Binomial { b: b.clone(), c: c.clone(), d: *d, l1: *l1 }))
+            }
+            config::Brdf::Abg { a, b, g } => Brdf::Abg { a: *a, b: *b, g: *g },
+            config::Brdf::Gaussian { peak_per_sr, sigma } => {
+                Brdf::Gaussian { peak_per_sr: *peak_per_sr, sigma: *sigma }
+            }
+            config::Brdf::Mirror { reflectance } => Brdf::Mirror { reflectance: *reflectance },
+            config::Brdf::Named { name } => {
+                let found = NAMED.into_iter().find(|(known, _)| known == name);
+                found.map(|(_, law)| law).ok_or_else(|| impossible(format!("no scattering law \"{name}\"")))?
+            }
+        })
+    }
+}
 
 impl Brdf {
     /// f(i, n, o) \[1/sr\]; exactly 0 unless n·i > 0 and n·o > 0.
@@ -45,8 +132,22 @@ impl Brdf {
         if !(cos_i > 0.0 && cos_o > 0.0) {
             return 0.0;
         }
-        // r·o = 2 (n·i)(n·o) − i·o
-        self.at_mirror_cosine(2.0 * cos_i * cos_o - i.dot(o))
+        match self {
+            // r·o = 2 (n·i)(n·o) − i·o
+            Brdf::Lambert { .. } | Brdf::Phong { .. } => self.at_mirror_cosine(2.0 * cos_i * cos_o - i.dot(o)),
+            Brdf::Gaussian { peak_per_sr, sigma } => {
+                // 1 − r·o = |r − o|²/2, without cancellation
+                let apart = *n * (2.0 * cos_i) - *i - *o;
+                peak_per_sr * (-apart.dot(&apart) / (2.0 * sigma)).exp()
+            }
+            Brdf::Abg { a, b, g } => a / (b + tangential(i, n, cos_i, o, cos_o).norm().powf(*g)),
+            Brdf::Binomial(law) => {
+                let d = tangential(i, n, cos_i, o, cos_o).norm();
+                let v = cos_i * cos_o - i.dot(o); // −o_t·i_t
+                law.value(d, v)
+            }
+            Brdf::Mirror { .. } => 0.0,
+        }
     }
 
     /// f as a function of the one scalar it depends on, r·o, for light and observer on the front side \[1/sr\].
@@ -54,6 +155,7 @@ impl Brdf {
         match *self {
             Brdf::Lambert { albedo } => albedo / PI,
             Brdf::Phong { kd, ks, n } => kd / PI + ks * (n + 2.0) / (2.0 * PI) * cosine_power(r_o, n),
+            _ => f64::NAN,
         }
     }
 
@@ -88,6 +190,8 @@ impl Brdf {
                     return Err(impossible(format!("{what}: n = {n}; accepted is 0 to {PHONG_N_MAX:e}")));
                 }
             }
+            Brdf::Mirror { reflectance } => share("reflectance", reflectance)?,
+            Brdf::Binomial(_) | Brdf::Abg { .. } | Brdf::Gaussian { .. } => return Ok(()),
         }
         for incidence_deg in [0.0_f64, 30.0, 60.0, 85.0] {
             let reflected = self.hemispherical_reflectance(incidence_deg.to_radians());
@@ -110,6 +214,8 @@ impl Brdf {
         let (kd, ks, n) = match *self {
             Brdf::Lambert { albedo } => return albedo,
             Brdf::Phong { kd, ks, n } => (kd, ks, n),
+            Brdf::Mirror { reflectance } => return reflectance,
+            _ => return f64::NAN,
         };
         let (sin_i, cos_i) = incidence_rad.sin_cos();
         let (nodes, weights) = gauss(80);
@@ -129,6 +235,11 @@ impl Brdf {
         }
         kd + ks * (n + 2.0) / (2.0 * PI * (n + 1.0)) * lobe
     }
+}
+
+/// o_t + i_t, the tangential parts; its length is D.
+fn tangential<F>(i: &Vector<F>, n: &Vector<F>, cos_i: f64, o: &Vector<F>, cos_o: f64) -> Vector<F> {
+    *o + *i - *n * (cos_i + cos_o)
 }
 
 /// max(0, c)ⁿ through the logarithm, so that n = 1e6 neither overflows nor loses the peak.

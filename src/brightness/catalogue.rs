@@ -80,7 +80,7 @@ impl Satellite {
         } else {
             Satellite {
                 name: model.satellite.clone(),
-                surfaces: model.surfaces.iter().map(Surface::from).collect(),
+                surfaces: model.surfaces.iter().map(Surface::try_from).collect::<Result<_>>()?,
                 source: "configuration, model.surfaces".into(),
             }
         };
@@ -112,7 +112,7 @@ mod tests {
     use super::*;
 
     fn model(satellite: &str, surfaces: Vec<config::Surface>) -> config::Model {
-        config::Model { satellite: satellite.into(), mode: config::Mode::Corrected, surfaces, tolerance: 1e-4 }
+        config::Model { surfaces, ..config::Model::of(satellite) }
     }
 
     #[test]
@@ -142,6 +142,7 @@ mod tests {
             area_m2: 2.0,
             attitude: config::Attitude::Nadir,
             brdf: config::Brdf::Lambert { albedo },
+            back: None,
         };
         let own = Satellite::from_config(&model("iss", vec![plate(0.5)])).unwrap();
         assert_eq!((own.surfaces.len(), own.surfaces[0].area_m2), (1, 2.0));

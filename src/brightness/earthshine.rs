@@ -23,13 +23,32 @@ const SAFETY: f64 = 3.0;
 /// Longest arc of φ one rule covers \[rad\].
 const ARC_RAD: f64 = 2.1;
 
+/// How well the integral is wanted: refinement stops at the larger of the two limits, or at `max_nodes`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Accuracy {
+    /// Relative to the integral.
+    pub tolerance: f64,
+    /// Absolute \[1/sr\]: what does not matter beside the other lights; 0 = every digit of `tolerance` matters.
+    pub floor_per_sr: f64,
+    /// Nodes after which refinement stops; the error then says so.
+    pub max_nodes: usize,
+}
+
+impl Accuracy {
+    /// A relative tolerance and nothing else.
+    #[must_use]
+    pub fn relative(tolerance: f64, max_nodes: usize) -> Self {
+        Self { tolerance, floor_per_sr: 0.0, max_nodes }
+    }
+}
+
 /// The value of the integral and what it took.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReflectedLight {
     /// ∫ L(w) f(w, n, o) (n·w) dω over the lit ground in view \[1/sr\].
     pub per_sr: f64,
-    /// Estimated relative error of the value.
-    pub err_rel: f64,
+    /// Estimated error of the value \[1/sr\].
+    pub err_per_sr: f64,
     /// Nodes evaluated.
     pub nodes: usize,
 }
@@ -57,17 +76,15 @@ struct Panel {
 ///
 /// `∫ f_E(s, p, −w) (p·s)₊ f(w, n, o) (n·w)₊ dω`, directions w from the satellite to ground points p, patch by patch.
 /// The flux at the observer is this times `A (n·o)/d²`. `normal` and `observer` are unit vectors at the satellite.
-/// `tolerance` is relative; refinement stops at `max_nodes`, and the error then says so.
 #[must_use]
 pub fn reflected_by_earth(
     ground: &Ground,
-    brdf: Brdf,
+    brdf: &Brdf,
     normal: &Vector<Itrs>,
     observer: &Vector<Itrs>,
-    tolerance: f64,
-    max_nodes: usize,
+    accuracy: &Accuracy,
 ) -> ReflectedLight {
-    let facet = Facet::new(brdf, ground.local(normal), ground.local(observer));
+    let facet = Facet::new(brdf.clone(), ground.local(normal), ground.local(observer));
     let mut nodes = 0;
     let edges = facet.zeta_edges(ground);
     let mut panels: Vec<Panel> =
@@ -75,10 +92,10 @@ pub fn reflected_by_earth(
     loop {
         let per_sr: f64 = panels.iter().map(|p| p.value).sum();
         let err: f64 = panels.iter().map(|p| p.err).sum();
-        let err_rel = if per_sr > 0.0 { err / per_sr } else { 0.0 };
+        let enough = (accuracy.tolerance.max(1e-14) * per_sr).max(accuracy.floor_per_sr);
         let worst = panels.iter().enumerate().max_by(|a, b| a.1.err.total_cmp(&b.1.err)).map(|(i, _)| i);
-        let Some(worst) = worst.filter(|_| err_rel > tolerance.max(1e-14) && nodes < max_nodes) else {
-            return ReflectedLight { per_sr, err_rel, nodes };
+        let Some(worst) = worst.filter(|_| err > enough && nodes < accuracy.max_nodes) else {
+            return ReflectedLight { per_sr, err_per_sr: err, nodes };
         };
         let Panel { from, to, level, depth, value, .. } = panels[worst];
         if level + 1 < LEVELS.len() {

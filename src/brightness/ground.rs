@@ -16,7 +16,7 @@ pub(super) enum Vertical {}
 pub(super) const SMOOTH_EXPONENT: f64 = 4.0;
 
 /// The Earth under one lamp, seen from one place.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Ground {
     axes: [Vector<Itrs>; 3],
     /// R/r.
@@ -43,7 +43,7 @@ impl Ground {
     ///
     /// `None` when the satellite is not above the sphere or a direction is undefined.
     #[must_use]
-    pub fn new(satellite_km: &Vector<Itrs>, radius_km: f64, lamp: &Vector<Itrs>, brdf: Brdf) -> Option<Self> {
+    pub fn new(satellite_km: &Vector<Itrs>, radius_km: f64, lamp: &Vector<Itrs>, brdf: &Brdf) -> Option<Self> {
         let k = radius_km / satellite_km.norm();
         if !(k > 0.0 && k < 1.0) {
             return None;
@@ -56,7 +56,13 @@ impl Ground {
         let y = if across.norm() > 1e-12 { across.unit()? } else { z.any_perpendicular()? };
         let cos_e = across.norm();
         let elevation_rad = sin_e.atan2(cos_e);
-        Some(Self { axes: [y.cross(&z), y, z], k, lamp: Vector::new(0.0, cos_e, sin_e), elevation_rad, brdf })
+        Some(Self {
+            axes: [y.cross(&z), y, z],
+            k,
+            lamp: Vector::new(0.0, cos_e, sin_e),
+            elevation_rad,
+            brdf: brdf.clone(),
+        })
     }
 
     /// Some ground in view is lit: E > −arccos(R/r).

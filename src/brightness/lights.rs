@@ -5,7 +5,7 @@
 
 use super::brdf::Brdf;
 use super::catalogue::Satellite;
-use super::earthshine::reflected_by_earth;
+use super::earthshine::{Accuracy, reflected_by_earth};
 use super::ground::Ground;
 use super::lamps::{moonlight, sunlight};
 use super::model::ModelSettings;
@@ -21,7 +21,7 @@ pub(super) struct Facet<'a> {
     pub name: &'a str,
     pub area_m2: f64,
     pub normal: Vector<Itrs>,
-    pub brdf: Brdf,
+    pub brdf: &'a Brdf,
     pub cos_observer: f64,
 }
 
@@ -75,7 +75,8 @@ impl<'a> Stage<'a> {
                 .normal(scene)
                 .ok_or_else(|| impossible(format!("{}: its attitude {:?} has no direction", s.name, s.attitude)))?;
             let cos_front = front.dot(&observer);
-            let side = if cos_front > 0.0 { Some((front, s.brdf)) } else { s.back.map(|brdf| (-front, brdf)) };
+            let side =
+                if cos_front > 0.0 { Some((front, &s.brdf)) } else { s.back.as_ref().map(|brdf| (-front, brdf)) };
             match side.filter(|_| cos_front != 0.0) {
                 Some((normal, brdf)) => {
                     facets.push(Facet {
@@ -127,7 +128,7 @@ impl<'a> Stage<'a> {
     /// ground in view, nor for a surface that sees no ground.
     pub fn via_earth(&self, lamp: &Lamp, skipped: &mut Vec<String>) -> Sum {
         let mut sum = Sum::default();
-        let ground = Ground::new(&self.satellite_km, self.radius_km, &lamp.geocentric, self.settings.earth);
+        let ground = Ground::new(&self.satellite_km, self.radius_km, &lamp.geocentric, &self.settings.earth);
         let Some(ground) = ground.filter(|g| g.lit_in_view() && lamp.flux_at_ground > 0.0) else {
             skipped.push(format!("{}: no {}lit ground in view", lamp.earth_name, lamp.body.to_lowercase()));
             return sum;
@@ -138,10 +139,11 @@ impl<'a> Stage<'a> {
                 continue;
             }
             let ModelSettings { tolerance, max_nodes, .. } = *self.settings;
-            let light = reflected_by_earth(&ground, facet.brdf, &facet.normal, &self.observer, tolerance, max_nodes);
-            let flux = lamp.flux_at_ground * light.per_sr * self.spread(facet);
-            sum.flux += flux;
-            sum.err += flux * light.err_rel;
+            let accuracy = Accuracy { tolerance, floor_per_sr: 0.0, max_nodes };
+            let light = reflected_by_earth(&ground, facet.brdf, &facet.normal, &self.observer, &accuracy);
+            let scale = lamp.flux_at_ground * self.spread(facet);
+            sum.flux += scale * light.per_sr;
+            sum.err += scale * light.err_per_sr;
             sum.quadratures += 1;
         }
         sum

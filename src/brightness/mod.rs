@@ -15,9 +15,9 @@ pub mod scene;
 pub mod shadow;
 pub mod surface;
 
-pub use brdf::Brdf;
+pub use brdf::{Binomial, Brdf};
 pub use catalogue::{Satellite, catalogue_names};
-pub use earthshine::{ReflectedLight, reflected_by_earth};
+pub use earthshine::{Accuracy, ReflectedLight, reflected_by_earth};
 pub use ground::Ground;
 pub use model::{Brightness, Illum, Light, ModelSettings, Quadratures, brightness, light_class};
 pub use scene::Scene;

@@ -22,7 +22,7 @@ pub const PUBLISHED_EARTH_RADIUS_KM: f64 = 6378.0;
 const ARCSEC2_PER_SR: f64 = 206_264.806_247_096_36 * 206_264.806_247_096_36;
 
 /// How the model is evaluated.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ModelSettings {
     /// As published (cylinder shadow, sphere of 6378 km, no distances of Sun and Moon) or corrected.
     pub mode: Mode,
@@ -213,7 +213,7 @@ pub fn light_class(scene: &Scene) -> Result<Illum> {
     let radius_km = local_radius_km(&scene.satellite_km);
     scene.check(radius_km)?;
     let (sun, moon) = (Lamp::sun(scene, Mode::Corrected, radius_km)?, Lamp::moon(scene, Mode::Corrected, radius_km)?);
-    let moonlit_ground = Ground::new(&scene.satellite_km, radius_km, &moon.geocentric, EARTH_VEGETATION)
+    let moonlit_ground = Ground::new(&scene.satellite_km, radius_km, &moon.geocentric, &EARTH_VEGETATION)
         .is_some_and(|ground| ground.lit_in_view());
     Ok(if sun.visible_frac >= 1.0 {
         Illum::Sun

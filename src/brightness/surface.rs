@@ -5,7 +5,7 @@
 use super::brdf::Brdf;
 use super::scene::{Scene, impossible};
 use crate::config;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::vector::{Itrs, Vector};
 
 /// How a surface is held.
@@ -15,6 +15,8 @@ pub enum Attitude {
     Nadir,
     /// Normal to the geometric Sun, also in the shadow.
     Sun,
+    /// Normal at right angles to nadir, towards the Sun's azimuth.
+    SunAzimuth,
     /// Normal fixed in the Earth-fixed frame of the scene, for tests; any length but 0.
     Fixed(Vector<Itrs>),
 }
@@ -41,6 +43,10 @@ impl Surface {
         match self.attitude {
             Attitude::Nadir => (-scene.satellite_km).unit(),
             Attitude::Sun => (scene.sun_km - scene.satellite_km).unit(),
+            Attitude::SunAzimuth => {
+                let up = scene.satellite_km.unit()?;
+                (scene.sun_km - up * up.dot(&scene.sun_km)).unit()
+            }
             Attitude::Fixed(v) => v.unit(),
         }
     }
@@ -54,20 +60,21 @@ impl Surface {
             return Err(impossible(format!("{}: area_m2 = {}; accepted is above 0", self.name, self.area_m2)));
         }
         self.brdf.check(&self.name)?;
-        self.back.map_or(Ok(()), |back| back.check(&format!("{} (back)", self.name)))
+        self.back.as_ref().map_or(Ok(()), |back| back.check(&format!("{} (back)", self.name)))
     }
 }
 
-impl From<&config::Surface> for Surface {
-    fn from(s: &config::Surface) -> Self {
+impl TryFrom<&config::Surface> for Surface {
+    type Error = Error;
+
+    fn try_from(s: &config::Surface) -> Result<Self> {
         let attitude = match s.attitude {
             config::Attitude::Nadir => Attitude::Nadir,
             config::Attitude::Sun => Attitude::Sun,
+            config::Attitude::SunAzimuth => Attitude::SunAzimuth,
+            other => return Err(impossible(format!("{}: attitude {other:?} is not built yet", s.name))),
         };
-        let brdf = match s.brdf {
-            config::Brdf::Lambert { albedo } => Brdf::Lambert { albedo },
-            config::Brdf::Phong { kd, ks, n } => Brdf::Phong { kd, ks, n },
-        };
-        Surface { name: s.name.clone(), area_m2: s.area_m2, attitude, brdf, back: None }
+        let back = s.back.as_ref().map(Brdf::try_from).transpose()?;
+        Ok(Surface { name: s.name.clone(), area_m2: s.area_m2, attitude, brdf: Brdf::try_from(&s.brdf)?, back })
     }
 }

@@ -4,9 +4,11 @@
 //! Paths in the file are relative to the file. Nothing here reads frames or knows physics.
 
 mod check;
+mod effects;
 mod load;
 mod model;
 mod photometry;
+mod surface;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -14,10 +16,15 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use check::range;
+pub use effects::{
+    Arrays, Backs, Distances, EarthRadius, Effects, EffectsTable, LunarEclipse, Mode, MoonLaw, MoonPastLimit, MuArea,
+    PlatformSize, Shadow, Source, SourceDisc,
+};
 pub(crate) use load::read_layers;
 pub use load::{ELEMENTS, PRESETS, preset_text};
-pub use model::{Attitude, Brdf, Mode, Model, Orbit, Surface};
+pub use model::{Model, Orbit};
 pub use photometry::{Combine, Estimator, Flat, Photometry, Pin, Stars, Target, Zeropoint};
+pub use surface::{Attitude, Brdf, Surface};
 
 /// The whole night's configuration.
 #[derive(Debug, Clone, Deserialize, Serialize)]

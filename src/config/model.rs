@@ -1,10 +1,13 @@
-//! What the satellite is and where it goes: elements, surfaces, scattering, the reading of the paper.
+//! Where the target goes and which model it is compared with: elements, satellite, Earth, the reading of the paper.
 //!
-//! Areas in m², times in s and d, units in the keys.
+//! Times in s and d, units in the keys. Surfaces are in `surface`, the effects one by one in `effects`.
 
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
+
+use super::effects::{Effects, EffectsTable, Mode};
+use super::surface::{Brdf, Surface};
 
 /// The elements of the target.
 #[derive(Debug, Clone, Deserialize, Serialize)]
@@ -32,76 +35,60 @@ pub struct Orbit {
     pub yp_arcsec: f64,
 }
 
-/// Which reading of the paper: as printed, or with its errors put right.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Mode {
-    /// As the paper prints it.
-    AsPublished,
-    /// As the physics asks.
-    #[default]
-    Corrected,
-}
-
 /// The model to compare with.
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Model {
     /// A satellite of the catalogue (`iss`), or any name when `surfaces` are given.
     pub satellite: String,
-    /// As published or corrected.
+    /// A file of own satellites, in the form of `satphot satellites NAME --toml`; its names win over the catalogue's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub satellites: Option<PathBuf>,
+    /// As published or corrected: the preset of every effect.
     #[serde(default)]
     pub mode: Mode,
+    /// Effects that differ from the preset.
+    #[serde(default)]
+    pub effects: EffectsTable,
     /// Own surfaces instead of the catalogue's.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub surfaces: Vec<Surface>,
+    /// How the ground scatters, one law for the whole Earth.
+    #[serde(default = "Brdf::earth_vegetation")]
+    pub earth: Brdf,
+    /// Pass band: `V`, `g`, `r`, `i`, or a file of `wavelength_nm,transmission` (photon response).
+    #[serde(default = "band")]
+    pub band: String,
+    /// Extinction between satellite and observer \[mag/airmass\], for `effects.source = "extincted"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub k_mag_airmass: Option<f64>,
     /// Relative tolerance of the Earth-reflected integral.
     #[serde(default = "tolerance")]
     pub tolerance: f64,
 }
 
-/// A flat surface of the satellite.
-#[derive(Debug, Clone, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Surface {
-    /// Name, e.g. `chassis`.
-    pub name: String,
-    /// Area \[m²\].
-    pub area_m2: f64,
-    /// How it is held.
-    pub attitude: Attitude,
-    /// How it scatters.
-    pub brdf: Brdf,
-}
+impl Model {
+    /// A satellite of the catalogue, everything else at its default.
+    #[must_use]
+    pub fn of(satellite: &str) -> Self {
+        Self {
+            satellite: satellite.into(),
+            satellites: None,
+            mode: Mode::default(),
+            effects: EffectsTable::default(),
+            surfaces: Vec::new(),
+            earth: Brdf::earth_vegetation(),
+            band: band(),
+            k_mag_airmass: None,
+            tolerance: tolerance(),
+        }
+    }
 
-/// How a surface is held.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Attitude {
-    /// Normal to the centre of the Earth.
-    Nadir,
-    /// Normal to the geometric Sun, also in the shadow.
-    Sun,
-}
-
-/// How a surface scatters.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case", tag = "kind", deny_unknown_fields)]
-pub enum Brdf {
-    /// f = ρ/π.
-    Lambert {
-        /// Albedo ρ, 0 to 1.
-        albedo: f64,
-    },
-    /// f = k_d/π + k_s (n+2)/2π max(0, r·o)ⁿ.
-    Phong {
-        /// Diffuse share.
-        kd: f64,
-        /// Specular share.
-        ks: f64,
-        /// Exponent.
-        n: f64,
-    },
+    /// The effects: the preset of `mode`, with what `effects` changes.
+    #[must_use]
+    pub fn resolved_effects(&self) -> Effects {
+        self.effects.over(Effects::of(self.mode))
+    }
 }
 
 fn max_age() -> f64 {
@@ -109,4 +96,7 @@ fn max_age() -> f64 {
 }
 fn tolerance() -> f64 {
     1e-4
+}
+fn band() -> String {
+    "V".into()
 }

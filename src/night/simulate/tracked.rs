@@ -12,7 +12,7 @@ use super::noise::stream;
 use super::render::{Body, PixelPsf, add_body, add_trail};
 use super::truth::{TargetTruth, Truth};
 use crate::brightness::{ModelSettings, Satellite, brightness};
-use crate::config::{self, Mode};
+use crate::config;
 use crate::error::{Error, Result};
 use crate::night::clock::{iso_utc, shifted};
 use crate::night::compare::scene;
@@ -175,11 +175,6 @@ impl Studio<'_> {
     }
 
     fn model_config(&self) -> config::Model {
-        config::Model {
-            satellite: self.scenario.target.satellite.clone(),
-            mode: Mode::Corrected,
-            surfaces: Vec::new(),
-            tolerance: 1e-4,
-        }
+        config::Model::of(&self.scenario.target.satellite)
     }
 }
