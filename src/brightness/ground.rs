@@ -12,8 +12,8 @@ use crate::vector::{Itrs, Vector};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Vertical {}
 
-/// From this exponent on the end of a lobe, xⁿ, is smooth enough for a Gauss rule across it.
-pub(super) const SMOOTH_EXPONENT: f64 = 4.0;
+/// Exponents of the ground's lobe below this end with a branch point at r·u = 0.
+const SMOOTH_EXPONENT: f64 = 4.0;
 
 /// The Earth under one lamp, seen from one place.
 #[derive(Debug, Clone)]
@@ -22,9 +22,20 @@ pub struct Ground {
     /// R/r.
     pub(super) k: f64,
     /// The lamp, in the frame of the vertical: (0, cos E, sin E).
-    lamp: Vector<Vertical>,
-    elevation_rad: f64,
-    brdf: Brdf,
+    pub(super) lamp: Vector<Vertical>,
+    /// E, the lamp's elevation at the sub-satellite point.
+    pub(super) elevation_rad: f64,
+    /// How the ground scatters.
+    pub(super) law: GroundLaw,
+}
+
+/// The ground's scattering law, taken apart.
+#[derive(Debug, Clone)]
+pub(super) enum GroundLaw {
+    /// `diffuse + peak max(0, r·u)ⁿ` \[1/sr\]; Lambert has no peak.
+    Phong { diffuse: f64, peak: f64, n: f64 },
+    /// Any other, evaluated as it stands.
+    Other(Brdf),
 }
 
 /// One latitude circle of the view: all directions of equal ζ.
@@ -33,9 +44,13 @@ pub(super) struct Circle {
     /// Nadir angle η of the direction: sin, cos.
     pub eta: (f64, f64),
     /// Angle θ at the Earth's centre: sin, cos.
-    theta: (f64, f64),
+    pub theta: (f64, f64),
     /// dω = `solid_angle` dζ dφ.
     pub solid_angle: f64,
+    /// p·s = a + b sin φ, the sine of the lamp's elevation at the ground.
+    pub height: (f64, f64),
+    /// r·u = a + b sin φ, the cosine between the mirror image of the lamp in the ground and the satellite.
+    pub glint: (f64, f64),
 }
 
 impl Ground {
@@ -55,13 +70,12 @@ impl Ground {
         let across = lamp - z * sin_e;
         let y = if across.norm() > 1e-12 { across.unit()? } else { z.any_perpendicular()? };
         let cos_e = across.norm();
-        let elevation_rad = sin_e.atan2(cos_e);
         Some(Self {
             axes: [y.cross(&z), y, z],
             k,
             lamp: Vector::new(0.0, cos_e, sin_e),
-            elevation_rad,
-            brdf: brdf.clone(),
+            elevation_rad: sin_e.atan2(cos_e),
+            law: GroundLaw::new(brdf),
         })
     }
 
@@ -88,62 +102,106 @@ impl Ground {
     ///
     /// `sin η = k sin ζ`, `θ = ζ − η`, `dω = k² sin ζ cos ζ / cos η dζ dφ`: no singularity at the limb ζ = 90°.
     pub(super) fn circle(&self, zeta_rad: f64) -> Circle {
-        let (sin_z, cos_z) = zeta_rad.sin_cos();
+        self.circle_of(zeta_rad.sin_cos())
+    }
+
+    fn circle_of(&self, (sin_z, cos_z): (f64, f64)) -> Circle {
         let sin_eta = self.k * sin_z;
         let cos_eta = (1.0 - sin_eta * sin_eta).sqrt();
+        let theta = (sin_z * cos_eta - cos_z * sin_eta, cos_z * cos_eta + sin_z * sin_eta);
+        let (cos_e, sin_e) = (self.lamp.y(), self.lamp.z());
+        // ζ + θ
+        let sum = (sin_z * theta.1 + cos_z * theta.0, cos_z * theta.1 - sin_z * theta.0);
         Circle {
             eta: (sin_eta, cos_eta),
-            theta: (sin_z * cos_eta - cos_z * sin_eta, cos_z * cos_eta + sin_z * sin_eta),
+            theta,
             solid_angle: self.k * self.k * sin_z * cos_z / cos_eta,
+            height: (theta.1 * sin_e, theta.0 * cos_e),
+            // r·u = 2 (p·s)(p·u) − s·u = cos(ζ+θ) sin E + sin(ζ+θ) cos E sin φ
+            glint: (sum.1 * sin_e, sum.0 * cos_e),
         }
     }
 
-    /// Where the terminator crosses a circle: φ = 90° ± arccos(−tan E/tan θ).
-    pub(super) fn terminator(&self, circle: &Circle) -> Option<(f64, f64)> {
-        let x = -self.lamp.z() * circle.theta.1 / (self.lamp.y() * circle.theta.0);
-        (x.abs() < 1.0).then(|| (FRAC_PI_2, x.acos()))
+    /// Radiance towards the satellite from the ground in direction w per unit irradiance of the lamp \[1/sr\]; 0 beyond
+    /// the limb and on the dark side.
+    pub(super) fn radiance_from(&self, w: &Vector<Vertical>) -> f64 {
+        let sin_eta = w.x().hypot(w.y());
+        if !(w.z() < 0.0 && sin_eta < self.k) {
+            return 0.0;
+        }
+        let sin_z = sin_eta / self.k;
+        let circle = self.circle_of((sin_z, ((1.0 - sin_z) * (1.0 + sin_z)).sqrt()));
+        let phi = if sin_eta > 0.0 { (w.y() / sin_eta, w.x() / sin_eta) } else { (1.0, 0.0) };
+        self.radiance(&circle, phi)
     }
 
-    /// ζ where the terminator touches a circle, θ = |E|; beyond the limb for a satellite that cannot see it.
-    pub(super) fn terminator_zeta(&self) -> f64 {
+    /// The same on a circle; φ as (sin, cos). `L = f_E(s, p, −w) max(0, p·s)`.
+    pub(super) fn radiance(&self, circle: &Circle, phi: (f64, f64)) -> f64 {
+        let height = circle.height.0 + circle.height.1 * phi.0;
+        if !(height > 0.0) {
+            return 0.0;
+        }
+        let f = match &self.law {
+            GroundLaw::Phong { diffuse, peak, n } => {
+                let glint = circle.glint.0 + circle.glint.1 * phi.0;
+                diffuse + if glint > 0.0 { peak * glint.min(1.0).powf(*n) } else { 0.0 }
+            }
+            GroundLaw::Other(brdf) => brdf.value(&self.lamp, &circle.ground_point(phi), &-circle.direction(phi)),
+        };
+        f * height
+    }
+
+    /// ζ where the terminator touches a circle, θ = |E|; `None` for a satellite that cannot see it.
+    pub(super) fn terminator_zeta(&self) -> Option<f64> {
         let (sin_t, cos_t) = self.elevation_rad.abs().sin_cos();
-        sin_t.atan2(cos_t - self.k)
+        (cos_t > self.k).then(|| sin_t.atan2(cos_t - self.k))
     }
 
-    /// Where a ground lobe with a branch point ends on a circle, r·u = 0: φ = 90° ± arccos(−tan E/tan(ζ+θ)).
-    pub(super) fn lobe_edge(&self, circle: &Circle) -> Option<(f64, f64)> {
-        self.lobe_ends()?;
-        // ζ + θ = η + 2θ
-        let ((sin_t, cos_t), (sin_h, cos_h)) = (circle.theta, circle.eta);
-        let (sin_2t, cos_2t) = (2.0 * sin_t * cos_t, (cos_t - sin_t) * (cos_t + sin_t));
-        let (sin_sum, cos_sum) = (sin_h * cos_2t + cos_h * sin_2t, cos_h * cos_2t - sin_h * sin_2t);
-        let x = -self.lamp.z() * cos_sum / (self.lamp.y() * sin_sum);
-        (x.abs() < 1.0).then(|| (FRAC_PI_2, x.acos()))
-    }
-
-    /// The ζ at which that edge touches a circle: ζ + θ = |E| and 180° − |E|, by bisection of the rising 2ζ − η.
-    pub(super) fn lobe_edge_zetas(&self) -> Vec<f64> {
-        if self.lobe_ends().is_none() {
-            return Vec::new();
-        }
+    /// The ζ at which ζ + θ has a value between 0 and 180°, by Newton's method on the rising 2ζ − η; `None` beyond the
+    /// limb.
+    pub(super) fn zeta_of_glint_angle(&self, wanted: f64) -> Option<f64> {
         let sum = |zeta: f64| 2.0 * zeta - (self.k * zeta.sin()).asin();
-        let e = self.elevation_rad.abs();
-        let reached = [e, PI - e].into_iter().filter(|wanted| *wanted > 0.0 && *wanted < sum(FRAC_PI_2));
-        reached
-            .map(|wanted| {
-                let (mut low, mut high) = (0.0, FRAC_PI_2);
-                for _ in 0..60 {
-                    let middle = 0.5 * (low + high);
-                    if sum(middle) < wanted { low = middle } else { high = middle }
-                }
-                low
-            })
-            .collect()
+        if !(wanted > 0.0 && wanted < sum(FRAC_PI_2)) {
+            return None;
+        }
+        let (mut low, mut high) = (0.0, FRAC_PI_2);
+        let mut zeta = (wanted / (2.0 - self.k)).min(FRAC_PI_2);
+        for _ in 0..60 {
+            let off = sum(zeta) - wanted;
+            if off > 0.0 {
+                high = zeta
+            } else {
+                low = zeta
+            }
+            let sin_eta = self.k * zeta.sin();
+            let slope = 2.0 - self.k * zeta.cos() / (1.0 - sin_eta * sin_eta).sqrt();
+            let next = zeta - off / slope;
+            let next = if next > low && next < high { next } else { 0.5 * (low + high) };
+            if (next - zeta).abs() < 1e-15 {
+                break;
+            }
+            zeta = next;
+        }
+        Some(zeta)
     }
 
-    /// The exponent of the ground's lobe when its end is not smooth.
-    fn lobe_ends(&self) -> Option<f64> {
-        self.brdf.lobe_exponent().filter(|n| *n < SMOOTH_EXPONENT)
+    /// The exponent of the ground's lobe, if it has one.
+    pub(super) fn lobe_exponent(&self) -> Option<f64> {
+        match self.law {
+            GroundLaw::Phong { n, peak, .. } if peak > 0.0 => Some(n),
+            _ => None,
+        }
+    }
+
+    /// The ground's lobe ends with a branch point or a step.
+    pub(super) fn lobe_ends_sharply(&self) -> bool {
+        self.lobe_exponent().is_some_and(|n| n < SMOOTH_EXPONENT && (n.fract() != 0.0 || n == 0.0))
+    }
+
+    /// ζ at which an edge of the lobe touches a circle: ζ + θ = |E| and 180° − |E|.
+    pub(super) fn lobe_edge_zetas(&self) -> [Option<f64>; 2] {
+        let e = self.elevation_rad.abs();
+        [self.zeta_of_glint_angle(e), self.zeta_of_glint_angle(PI - e)]
     }
 
     /// ζ of a nadir angle η; `None` beyond the limb.
@@ -151,18 +209,17 @@ impl Ground {
         let sin_z = eta_rad.sin() / self.k;
         (eta_rad > 0.0 && eta_rad < FRAC_PI_2 && sin_z < 1.0).then(|| sin_z.asin())
     }
+}
 
-    /// Radiance towards the satellite per unit irradiance of the lamp \[1/sr\]; 0 on the dark side.
-    ///
-    /// `L = f_E(s, p, −w) max(0, p·s)`, w the direction from the satellite to the ground point p.
-    pub(super) fn radiance(&self, circle: &Circle, phi: (f64, f64), w: &Vector<Vertical>) -> f64 {
-        let height = self.lamp_height(circle, phi);
-        if height > 0.0 { self.brdf.value(&self.lamp, &circle.ground_point(phi), &-*w) * height } else { 0.0 }
-    }
-
-    /// p·s, the sine of the lamp's elevation at a ground point; φ as (sin, cos).
-    pub(super) fn lamp_height(&self, circle: &Circle, phi: (f64, f64)) -> f64 {
-        circle.ground_point(phi).dot(&self.lamp)
+impl GroundLaw {
+    fn new(brdf: &Brdf) -> Self {
+        match brdf {
+            Brdf::Lambert { albedo } => GroundLaw::Phong { diffuse: albedo / PI, peak: 0.0, n: 1.0 },
+            Brdf::Phong { kd, ks, n } => {
+                GroundLaw::Phong { diffuse: kd / PI, peak: ks * (n + 2.0) / (2.0 * PI), n: *n }
+            }
+            other => GroundLaw::Other(other.clone()),
+        }
     }
 }
 
@@ -173,39 +230,7 @@ impl Circle {
     }
 
     /// The unit vector from the Earth's centre to the ground point seen there.
-    fn ground_point(&self, phi: (f64, f64)) -> Vector<Vertical> {
+    pub(super) fn ground_point(&self, phi: (f64, f64)) -> Vector<Vertical> {
         Vector::new(self.theta.0 * phi.1, self.theta.0 * phi.0, self.theta.1)
-    }
-}
-
-/// The directions at angle `half_rad` from an axis: a closed curve in the view.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Cone {
-    axis: Vector<Vertical>,
-    half_rad: f64,
-    /// The integrand has a branch point here.
-    pub kink: bool,
-}
-
-impl Cone {
-    pub(super) fn new(axis: Vector<Vertical>, half_rad: f64, kink: bool) -> Self {
-        Self { axis, half_rad, kink }
-    }
-
-    /// Where the cone crosses a circle: φ = centre ± half.
-    ///
-    /// `w·a = sin η a_t cos(φ − φ_a) − cos η a_z = cos γ`.
-    pub(super) fn crossing(&self, circle: &Circle) -> Option<(f64, f64)> {
-        let across = self.axis.x().hypot(self.axis.y());
-        let cos_half = if self.half_rad == FRAC_PI_2 { 0.0 } else { self.half_rad.cos() };
-        let x = (cos_half + circle.eta.1 * self.axis.z()) / (circle.eta.0 * across);
-        (x.abs() < 1.0).then(|| (self.axis.y().atan2(self.axis.x()), x.acos()))
-    }
-
-    /// Nadir angles at which the cone touches a circle.
-    pub(super) fn tangent_nadir_angles(&self) -> [f64; 3] {
-        let nadir_angle = self.axis.x().hypot(self.axis.y()).atan2(-self.axis.z());
-        let sum = nadir_angle + self.half_rad;
-        [(nadir_angle - self.half_rad).abs(), sum, 2.0 * PI - sum]
     }
 }

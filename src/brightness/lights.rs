@@ -1,201 +1,258 @@
 //! The two ways of light, [`Stage::direct`] and [`Stage::via_earth`], and the two lamps that go them.
 //!
-//! Irradiances relative to a star of V = 0, areas in m², range in m. What a scene does not need is not computed, and
-//! the reason is written down. Left out: light scattered from one surface to another.
+//! Irradiances relative to a star of magnitude 0, areas in m², range in m. What a scene does not need is not computed,
+//! and the reason is written down. Left out: light scattered from one surface to another.
 
-use super::brdf::Brdf;
-use super::catalogue::Satellite;
-use super::earthshine::{Accuracy, reflected_by_earth};
+use std::f64::consts::PI;
+
+use super::brdf::{Brdf, direct_reflection, mirror_reflection};
+use super::earthshine::Accuracy;
 use super::ground::Ground;
-use super::lamps::{moonlight, sunlight};
-use super::model::ModelSettings;
+use super::lamps::{LampSettings, moonlight, sunlight};
+use super::model::Model;
+use super::platform::{Plate, View};
 use super::scene::{Scene, impossible};
-use super::shadow::{cylinder, penumbra};
-use crate::config::Mode;
+use super::settings::ToleranceOf;
+use super::shadow::{Colour, lit_fraction};
+use super::skip::Skip;
+use super::spectrum::Band;
+use crate::config::{Effects, Shadow, SourceDisc};
 use crate::constants::{MOON_RADIUS_KM, SUN_RADIUS_KM};
 use crate::error::Result;
 use crate::vector::{Itrs, Vector};
-
-/// A surface that shows the observer one of its sides.
-pub(super) struct Facet<'a> {
-    pub name: &'a str,
-    pub area_m2: f64,
-    pub normal: Vector<Itrs>,
-    pub brdf: &'a Brdf,
-    pub cos_observer: f64,
-}
 
 /// Sun or Moon in one scene.
 pub(super) struct Lamp {
     pub name: &'static str,
     pub earth_name: &'static str,
-    pub body: &'static str,
-    /// From the satellite, unit.
-    pub toward: Vector<Itrs>,
-    /// From the Earth's centre.
-    pub geocentric: Vector<Itrs>,
+    /// From the Earth's centre \[km\].
+    pub position_km: Vector<Itrs>,
+    /// Angular radius of its disc \[rad\].
+    pub disc_rad: f64,
+    /// Share of its light that reaches the satellite.
     pub visible_frac: f64,
-    pub unseen: &'static str,
     pub flux_at_satellite: f64,
     pub flux_at_ground: f64,
     pub extrapolated: bool,
+    words: Words,
 }
 
-/// Sum of a light over the surfaces, its numerical error, and the Earth integrals it took.
+/// How the reasons are worded.
+struct Words {
+    hidden: &'static str,
+    facing_away: &'static str,
+    no_lit_ground: &'static str,
+}
+
+/// How the lamps shine and how the Earth's shadow takes them away.
+#[derive(Debug)]
+pub(super) struct Lighting {
+    lamps: LampSettings,
+    shadow: Shadow,
+    colour: Colour,
+}
+
+/// Sum of a light over the surfaces, its numerical error, and what the Earth integrals took.
 #[derive(Default)]
 pub(super) struct Sum {
     pub flux: f64,
     pub err: f64,
     pub quadratures: usize,
+    pub nodes: usize,
 }
 
 /// One satellite before one observer: all that both ways of light have in common.
 pub(super) struct Stage<'a> {
-    settings: &'a ModelSettings,
-    satellite_km: Vector<Itrs>,
-    radius_km: f64,
-    /// From the satellite to the observer, unit.
-    observer: Vector<Itrs>,
-    range_m: f64,
-    pub facets: Vec<Facet<'a>>,
+    model: &'a Model,
+    pub radius_km: f64,
+    plates: Vec<Plate<'a>>,
 }
 
 impl<'a> Stage<'a> {
     /// The surfaces that show the observer a side that scatters; the others go to `skipped`.
-    pub fn new(
-        scene: &Scene,
-        satellite: &'a Satellite,
-        settings: &'a ModelSettings,
-        skipped: &mut Vec<String>,
-    ) -> Result<Self> {
-        let observer = unit(scene.observer_km - scene.satellite_km, "observer")?;
-        let mut facets = Vec::with_capacity(satellite.surfaces.len());
-        for s in &satellite.surfaces {
-            let front = s
-                .normal(scene)
-                .ok_or_else(|| impossible(format!("{}: its attitude {:?} has no direction", s.name, s.attitude)))?;
-            let cos_front = front.dot(&observer);
-            let side =
-                if cos_front > 0.0 { Some((front, &s.brdf)) } else { s.back.as_ref().map(|brdf| (-front, brdf)) };
-            match side.filter(|_| cos_front != 0.0) {
-                Some((normal, brdf)) => {
-                    facets.push(Facet {
-                        name: &s.name,
-                        area_m2: s.area_m2,
-                        normal,
-                        brdf,
-                        cos_observer: cos_front.abs(),
-                    });
-                }
-                None => skipped.push(format!("{}: faces away from the observer", s.name)),
+    pub fn new(scene: &Scene, model: &'a Model, skipped: &mut Vec<Skip>) -> Result<Self> {
+        let radius_km = model.settings().radius_km(&scene.satellite_km);
+        let mut plates = Vec::with_capacity(model.surfaces().len());
+        for prepared in model.surfaces() {
+            let plate = Plate::new(scene, prepared, model.settings().effects.platform_size)?;
+            if plate.shows_a_side() {
+                plates.push(plate);
+            } else {
+                skipped.push(Skip::surface("all", &prepared.name, "faces away from the observer"));
             }
         }
-        Ok(Self {
-            settings,
-            satellite_km: scene.satellite_km,
-            radius_km: settings.radius_km(&scene.satellite_km),
-            observer,
-            range_m: scene.range_km() * 1e3,
-            facets,
-        })
+        Ok(Self { model, radius_km, plates })
+    }
+
+    /// Area the observer sees, Σ A |n·o| \[m²\].
+    pub fn projected_area_m2(&self) -> f64 {
+        self.plates.iter().map(|p| p.area_m2() * p.centre.cos_observer.abs()).sum()
     }
 
     /// Light of a lamp scattered once by the surfaces.
     ///
-    /// `E_obs/E_lamp = ν Σ A f(s, n, o) (n·s)₊ (n·o)₊ / d²`, ν the visible share of the lamp's disc.
-    pub fn direct(&self, lamp: &Lamp, skipped: &mut Vec<String>) -> Sum {
+    /// `E_obs/E_lamp = ν Σ A ⟨f(s, n, o) (n·s)₊⟩ (n·o)₊ / d²`, ν the share of the lamp's light that gets past the
+    /// Earth, the mean ⟨⟩ over its disc.
+    pub fn direct(&self, lamp: &Lamp, skipped: &mut Vec<Skip>) -> Sum {
         let mut sum = Sum::default();
-        if lamp.visible_frac <= 0.0 {
-            skipped.push(format!("{}: {}", lamp.name, lamp.unseen));
+        if !(lamp.visible_frac > 0.0 && lamp.flux_at_satellite > 0.0) {
+            let why = if lamp.flux_at_satellite > 0.0 { lamp.words.hidden } else { "gives no light" };
+            skipped.push(Skip::light(lamp.name, why));
             return sum;
         }
-        for facet in &self.facets {
-            let cos_in = facet.normal.dot(&lamp.toward);
-            if cos_in <= 0.0 {
-                skipped.push(format!("{}: {} faces away from the {}", lamp.name, facet.name, lamp.body));
+        let source_disc = self.model.settings().effects.source_disc;
+        for plate in &self.plates {
+            let Some(side) = plate.side(&plate.centre) else { continue };
+            let toward = lamp.toward(&plate.centre);
+            if side.normal.dot(&toward) < -lamp.disc_rad.sin() && !plate.is_divided() {
+                skipped.push(Skip::surface(lamp.name, plate.name(), lamp.words.facing_away));
                 continue;
             }
-            let f_per_sr = facet.brdf.value(&lamp.toward, &facet.normal, &self.observer);
-            sum.flux += self.spread(facet) * f_per_sr * cos_in;
+            let part = plate.integrate(|view: &View| {
+                let Some(side) = plate.side(view) else { return Sum::default() };
+                let toward = lamp.toward(view);
+                let f_cos = match side.brdf {
+                    // at the edge of its beam a mirror is as wide as the observer sees it
+                    Brdf::Mirror { reflectance } if source_disc == SourceDisc::Convolved => {
+                        let mirror_rad = (side.spread / PI).sqrt();
+                        let disc_rad = lamp.disc_rad;
+                        mirror_reflection(*reflectance, &toward, &side.normal, &view.observer, disc_rad, mirror_rad)
+                    }
+                    law => direct_reflection(law, &toward, &side.normal, &view.observer, lamp.disc_rad, source_disc),
+                };
+                Sum { flux: side.spread * f_cos, ..Sum::default() }
+            });
+            sum.add(&part, lamp.visible_frac * lamp.flux_at_satellite);
         }
-        sum.flux *= lamp.visible_frac * lamp.flux_at_satellite;
         sum
     }
 
     /// Light of a lamp scattered first by the ground, then by the surfaces.
     ///
     /// `E_obs/E_lamp = Σ A (n·o)₊ / d² · ∫ f_E (p·s)₊ f (n·w)₊ dω`. No integral is evaluated for a lamp that lights no
-    /// ground in view, nor for a surface that sees no ground.
-    pub fn via_earth(&self, lamp: &Lamp, skipped: &mut Vec<String>) -> Sum {
+    /// ground in view, nor for a surface that sees no ground. `beside` is the flux of the lights already known.
+    pub fn via_earth(&self, lamp: &Lamp, beside: f64, skipped: &mut Vec<Skip>) -> Sum {
         let mut sum = Sum::default();
-        let ground = Ground::new(&self.satellite_km, self.radius_km, &lamp.geocentric, &self.settings.earth);
-        let Some(ground) = ground.filter(|g| g.lit_in_view() && lamp.flux_at_ground > 0.0) else {
-            skipped.push(format!("{}: no {}lit ground in view", lamp.earth_name, lamp.body.to_lowercase()));
+        let settings = self.model.settings();
+        let ground_at = |view: &View| Ground::new(&view.place_km, self.radius_km, &lamp.position_km, &settings.earth);
+        let Some(plate) = self.plates.first() else { return sum };
+        let lit = ground_at(&plate.centre).filter(|g| g.lit_in_view() && lamp.flux_at_ground > 0.0);
+        let Some(ground) = lit else {
+            skipped.push(Skip::light(lamp.earth_name, lamp.words.no_lit_ground));
             return sum;
         };
-        for facet in &self.facets {
-            if !ground.seen_by(&facet.normal) {
-                skipped.push(format!("{}: {} sees no ground", lamp.earth_name, facet.name));
+        for plate in &self.plates {
+            let Some(side) = plate.side(&plate.centre) else { continue };
+            if !ground.seen_by(&side.normal) && !plate.is_divided() {
+                skipped.push(Skip::surface(lamp.earth_name, plate.name(), "sees no ground"));
                 continue;
             }
-            let ModelSettings { tolerance, max_nodes, .. } = *self.settings;
-            let accuracy = Accuracy { tolerance, floor_per_sr: 0.0, max_nodes };
-            let light = reflected_by_earth(&ground, facet.brdf, &facet.normal, &self.observer, &accuracy);
-            let scale = lamp.flux_at_ground * self.spread(facet);
-            sum.flux += scale * light.per_sr;
-            sum.err += scale * light.err_per_sr;
-            sum.quadratures += 1;
+            let part = plate.integrate(|view: &View| {
+                let Some(side) = plate.side(view) else { return Sum::default() };
+                let here;
+                let ground = if plate.is_divided() {
+                    let Some(g) = ground_at(view) else { return Sum::default() };
+                    here = g;
+                    &here
+                } else {
+                    &ground
+                };
+                if !ground.seen_by(&side.normal) {
+                    return Sum::default();
+                }
+                let floor_per_sr = match settings.tolerance_of {
+                    ToleranceOf::EachLight => 0.0,
+                    // a quarter each: two lamps, two surfaces
+                    ToleranceOf::Total => {
+                        0.25 * settings.tolerance * beside / (lamp.flux_at_ground * side.spread).max(f64::MIN_POSITIVE)
+                    }
+                };
+                let accuracy = Accuracy { tolerance: settings.tolerance, floor_per_sr, max_nodes: settings.max_nodes };
+                let light = side.from_ground.reflected(ground, &side.normal, &view.observer, &accuracy);
+                Sum {
+                    flux: side.spread * light.per_sr,
+                    err: side.spread * light.err_per_sr,
+                    quadratures: 1,
+                    nodes: light.nodes,
+                }
+            });
+            sum.add(&part, lamp.flux_at_ground);
         }
         sum
     }
+}
 
-    /// A (n·o)/d².
-    fn spread(&self, facet: &Facet) -> f64 {
-        facet.area_m2 * facet.cos_observer / (self.range_m * self.range_m)
+impl Sum {
+    /// Adds a part, its flux and error scaled.
+    pub fn add(&mut self, part: &Sum, scale: f64) {
+        self.flux += scale * part.flux;
+        self.err += scale * part.err;
+        self.quadratures += part.quadratures;
+        self.nodes += part.nodes;
     }
 }
 
 impl Lamp {
     /// The Sun in a scene.
-    pub fn sun(scene: &Scene, mode: Mode, radius_km: f64) -> Result<Lamp> {
-        let to_sun = scene.sun_km - scene.satellite_km;
-        Ok(Lamp {
+    pub fn sun(scene: &Scene, lighting: &Lighting, radius_km: f64) -> Lamp {
+        let distance_km = (scene.sun_km - scene.satellite_km).norm();
+        Lamp {
             name: "sun",
             earth_name: "earthshine",
-            body: "Sun",
-            toward: unit(to_sun, "Sun")?,
-            geocentric: scene.sun_km,
-            visible_frac: visible(scene, &scene.sun_km, SUN_RADIUS_KM, mode, radius_km),
-            unseen: "in umbra",
-            flux_at_satellite: sunlight(to_sun.norm(), mode).flux,
-            flux_at_ground: sunlight(scene.sun_km.norm(), mode).flux,
+            position_km: scene.sun_km,
+            disc_rad: (SUN_RADIUS_KM / distance_km).min(1.0).asin(),
+            visible_frac: lighting.share(scene, &scene.sun_km, SUN_RADIUS_KM, radius_km),
+            flux_at_satellite: sunlight(distance_km, &lighting.lamps).flux,
+            flux_at_ground: sunlight(scene.sun_km.norm(), &lighting.lamps).flux,
             extrapolated: false,
-        })
+            words: Words {
+                hidden: "in umbra",
+                facing_away: "faces away from the Sun",
+                no_lit_ground: "no sunlit ground in view",
+            },
+        }
     }
 
     /// The Moon in a scene; its phase is that seen from the satellite, on the ground that seen from the Earth's centre.
-    pub fn moon(scene: &Scene, mode: Mode, radius_km: f64) -> Result<Lamp> {
-        let at_satellite = moonlight(&scene.satellite_km, &scene.moon_km, &scene.sun_km, mode);
-        let at_ground = moonlight(&Vector::new(0.0, 0.0, 0.0), &scene.moon_km, &scene.sun_km, mode);
-        Ok(Lamp {
+    pub fn moon(scene: &Scene, lighting: &Lighting, radius_km: f64) -> Lamp {
+        let distance_km = (scene.moon_km - scene.satellite_km).norm();
+        let at_satellite = moonlight(&scene.satellite_km, &scene.moon_km, &scene.sun_km, &lighting.lamps);
+        let at_ground = moonlight(&Vector::new(0.0, 0.0, 0.0), &scene.moon_km, &scene.sun_km, &lighting.lamps);
+        Lamp {
             name: "moon",
             earth_name: "lunar_earthshine",
-            body: "Moon",
-            toward: unit(scene.moon_km - scene.satellite_km, "Moon")?,
-            geocentric: scene.moon_km,
-            visible_frac: visible(scene, &scene.moon_km, MOON_RADIUS_KM, mode, radius_km),
-            unseen: "below the satellite's horizon",
+            position_km: scene.moon_km,
+            disc_rad: (MOON_RADIUS_KM / distance_km).min(1.0).asin(),
+            visible_frac: lighting.share(scene, &scene.moon_km, MOON_RADIUS_KM, radius_km),
             flux_at_satellite: at_satellite.flux,
             flux_at_ground: at_ground.flux,
             extrapolated: at_satellite.extrapolated || at_ground.extrapolated,
-        })
+            words: Words {
+                hidden: "below the satellite's horizon",
+                facing_away: "faces away from the Moon",
+                no_lit_ground: "no moonlit ground in view",
+            },
+        }
+    }
+
+    /// From a place on the satellite, unit.
+    fn toward(&self, view: &View) -> Vector<Itrs> {
+        let v = self.position_km - view.place_km;
+        v * (1.0 / v.norm())
     }
 }
 
-fn visible(scene: &Scene, source_km: &Vector<Itrs>, source_radius_km: f64, mode: Mode, radius_km: f64) -> f64 {
-    match mode {
-        Mode::AsPublished => cylinder(&scene.satellite_km, source_km, radius_km),
-        Mode::Corrected => penumbra(&scene.satellite_km, source_km, source_radius_km, radius_km),
+impl Lighting {
+    /// What both lamps need to know.
+    pub fn new(effects: &Effects, band: Option<&Band>) -> Result<Self> {
+        let v = Band::of_config("V")?;
+        let band = band.unwrap_or(&v);
+        Ok(Self { lamps: LampSettings::new(effects, band)?, shadow: effects.shadow, colour: Colour::of(band)? })
+    }
+
+    /// The share of a lamp's light that reaches the satellite.
+    fn share(&self, scene: &Scene, source_km: &Vector<Itrs>, source_radius_km: f64, radius_km: f64) -> f64 {
+        lit_fraction(&scene.satellite_km, source_km, source_radius_km, radius_km, self.shadow, &self.colour)
     }
 }
 

@@ -1,24 +1,37 @@
 //! Model magnitudes: surfaces, lights, and the light that comes by way of the Earth.
 //!
 //! Positions in km in one Earth-fixed frame, areas in m², angles in rad, irradiances as ratios to a star of V = 0.
-//! Left out: self-shadowing between surfaces, spectra, the atmosphere's own shadow, mirrors and laboratory lobes.
+//! Left out: self-shadowing between surfaces, light from one surface to another, twilight glow.
 
+pub mod answer;
+pub mod attitude;
 pub mod brdf;
 pub mod catalogue;
 pub mod earthshine;
+pub mod explicit;
 mod ground;
 pub mod lamps;
 mod lights;
 pub mod model;
+mod platform;
 mod quadrature;
 pub mod scene;
+pub mod settings;
 pub mod shadow;
+mod skip;
+pub mod sky;
+pub mod spectrum;
 pub mod surface;
 
-pub use brdf::{Binomial, Brdf};
-pub use catalogue::{Satellite, catalogue_names};
-pub use earthshine::{Accuracy, ReflectedLight, reflected_by_earth};
+pub use answer::{Brightness, Illum, Light, Quadratures};
+pub use attitude::Attitude;
+pub use brdf::{Binomial, Brdf, direct_reflection};
+pub use catalogue::{Catalogue, Satellite, catalogue_names, catalogue_toml};
+pub use earthshine::{Accuracy, PreparedBrdf, ReflectedLight, reflected_by_earth};
 pub use ground::Ground;
-pub use model::{Brightness, Illum, Light, ModelSettings, Quadratures, brightness, light_class};
+pub use model::{Model, brightness, light_class};
 pub use scene::Scene;
-pub use surface::{Attitude, Surface};
+pub use settings::{ModelSettings, ToleranceOf};
+pub use skip::{Skip, skipped_text};
+pub use spectrum::Band;
+pub use surface::Surface;

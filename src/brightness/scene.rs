@@ -11,7 +11,7 @@ use crate::vector::{Itrs, Vector};
 pub struct Scene {
     /// The satellite \[km\].
     pub satellite_km: Vector<Itrs>,
-    /// Its velocity \[km/s\].
+    /// Its inertial velocity, along the Earth-fixed axes \[km/s\]: r × v is the orbit's angular momentum.
     pub velocity_km_s: Vector<Itrs>,
     /// The observer \[km\].
     pub observer_km: Vector<Itrs>,
@@ -19,6 +19,8 @@ pub struct Scene {
     pub sun_km: Vector<Itrs>,
     /// The Moon \[km\].
     pub moon_km: Vector<Itrs>,
+    /// Angle from the equinox of date to the x axis, eastward \[rad\]: sidereal time at Greenwich.
+    pub sidereal_rad: f64,
 }
 
 impl Scene {
@@ -39,6 +41,9 @@ impl Scene {
             if !v.norm().is_finite() {
                 return Err(impossible(format!("{name} = {:?} is not finite", v.to_array())));
             }
+        }
+        if !self.sidereal_rad.is_finite() {
+            return Err(impossible(format!("sidereal_rad = {} is not finite", self.sidereal_rad)));
         }
         let r_km = self.satellite_km.norm();
         if r_km <= radius_km {

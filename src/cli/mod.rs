@@ -3,11 +3,14 @@
 //! Results go to standard output, progress and messages to standard error.
 
 mod bar;
+mod brdf;
 mod compare;
 mod flat;
 mod init;
 mod measure;
+mod orbit_args;
 mod passes;
+mod predict;
 mod run;
 mod satellites;
 mod simulate;
@@ -55,8 +58,12 @@ enum Verb {
     Compare(compare::Compare),
     /// List passes of a satellite: rise, culmination, set, Sun, Moon and light
     Passes(passes::Passes),
+    /// Predict: a pass, an all-sky map, explicit geometries
+    Predict(predict::Predict),
     /// Make a synthetic night with its truth
     Simulate(simulate::Simulate),
+    /// Fit scattering laws to measurements, and draw them
+    Brdf(brdf::BrdfVerb),
     /// List the satellites the model knows
     Satellites(satellites::Satellites),
 }
@@ -115,7 +122,9 @@ impl Cli {
             Verb::Measure(v) => v.execute(),
             Verb::Compare(v) => v.execute(),
             Verb::Passes(v) => v.execute(),
+            Verb::Predict(v) => v.execute(),
             Verb::Simulate(v) => v.execute(),
+            Verb::Brdf(v) => v.execute(),
             Verb::Satellites(v) => v.execute(),
         }
     }

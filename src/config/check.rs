@@ -1,7 +1,10 @@
 //! Ranges, checked once: each message gives the key, the value, the accepted range and the unit.
 
-use super::{Config, Surface};
+use super::{Attitude, Config, Model, Source, Surface};
 use crate::error::{Error, Result};
+
+/// Pass bands known by name.
+const BANDS: [&str; 4] = ["V", "g", "r", "i"];
 
 impl Config {
     /// Checks every number of the configuration.
@@ -35,8 +38,7 @@ impl Config {
             range("orbit.yp_arcsec", orbit.yp_arcsec, -2.0, 2.0, "arcsec")?;
         }
         if let Some(model) = &self.model {
-            range("model.tolerance", model.tolerance, 1e-12, 0.5, "(relative)")?;
-            model.surfaces.iter().try_for_each(check_surface)?;
+            check_model(model)?;
         }
         Ok(())
     }
@@ -113,8 +115,72 @@ impl Config {
     }
 }
 
-fn check_surface(s: &Surface) -> Result<()> {
-    range(&format!("model.surfaces.{}.area_m2", s.name), s.area_m2, 1e-6, 1e9, "m²")
+/// The numbers of `[model]`, and that what it asks for goes together.
+fn check_model(model: &Model) -> Result<()> {
+    range("model.tolerance", model.tolerance, 1e-12, 0.5, "(relative)")?;
+    if let Some(k) = model.k_mag_airmass {
+        range("model.k_mag_airmass", k, 0.0, 5.0, "mag/airmass")?;
+    }
+    if model.resolved_effects().source == Source::Extincted && model.k_mag_airmass.is_none() {
+        let problem = "effects.source = \"extincted\" needs the extinction [mag/airmass], e.g. k_mag_airmass = 0.12";
+        return Err(bad("model.k_mag_airmass", problem.into()));
+    }
+    if !BANDS.contains(&model.band.as_str()) && !model.band.contains(['.', '/', '\\']) {
+        let known = BANDS.join(", ");
+        let problem = format!("\"{}\" is not a band ({known}) and no file name with an ending", model.band);
+        return Err(bad("model.band", problem));
+    }
+    for (at, surface) in model.surfaces.iter().enumerate() {
+        let key = format!("model.surfaces.{}", surface.name);
+        check_surface(&key, surface)?;
+        if model.surfaces[..at].iter().any(|other| other.name == surface.name) {
+            return Err(bad(&key, "two surfaces have this name".into()));
+        }
+    }
+    Ok(())
+}
+
+/// Area and attitude of a surface; `key` is its own, e.g. `model.surfaces.chassis`.
+pub(crate) fn check_surface(key: &str, s: &Surface) -> Result<()> {
+    range(&format!("{key}.area_m2"), s.area_m2, 1e-6, 1e9, "m²")?;
+    let key = |name: &str| format!("{key}.attitude.{name}");
+    match s.attitude {
+        Attitude::Nadir | Attitude::Sun | Attitude::SunAzimuth | Attitude::SunToNadir => Ok(()),
+        Attitude::Lvlh(v) => direction(&key("lvlh"), v),
+        Attitude::Inertial { ra_deg, dec_deg } => {
+            range(&key("inertial.ra_deg"), ra_deg, -360.0, 360.0, "deg")?;
+            range(&key("inertial.dec_deg"), dec_deg, -90.0, 90.0, "deg")
+        }
+        Attitude::SunOneAxis { axis_lvlh, zero_lvlh, limit_deg } => {
+            direction(&key("sun_one_axis.axis_lvlh"), axis_lvlh)?;
+            direction(&key("sun_one_axis.zero_lvlh"), zero_lvlh)?;
+            range(&key("sun_one_axis.limit_deg"), limit_deg, 1e-6, 180.0, "deg")?;
+            let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+            let cosine = dot(axis_lvlh, zero_lvlh) / (dot(axis_lvlh, axis_lvlh) * dot(zero_lvlh, zero_lvlh)).sqrt();
+            if cosine.abs() > 1e-3 {
+                let apart_deg = cosine.clamp(-1.0, 1.0).acos().to_degrees();
+                return Err(bad(
+                    &key("sun_one_axis.zero_lvlh"),
+                    format!("{zero_lvlh:?} is {apart_deg:.2} deg from the axis {axis_lvlh:?}; 90 deg is needed"),
+                ));
+            }
+            Ok(())
+        }
+        Attitude::SunTwoAxes { azimuth_limit_deg, elevation_deg: [low, high] } => {
+            range(&key("sun_two_axes.azimuth_limit_deg"), azimuth_limit_deg, 0.0, 180.0, "deg")?;
+            range(&key("sun_two_axes.elevation_deg"), low, -90.0, 90.0, "deg")?;
+            range(&key("sun_two_axes.elevation_deg"), high, low, 90.0, "deg, the first not above the second")
+        }
+    }
+}
+
+/// A vector that has a direction.
+fn direction(key: &str, v: [f64; 3]) -> Result<()> {
+    let length = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+    if length > 0.0 && length.is_finite() {
+        return Ok(());
+    }
+    Err(bad(key, format!("{v:?} has no direction; three numbers are needed that are not all 0")))
 }
 
 fn bad(key: &str, problem: String) -> Error {

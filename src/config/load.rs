@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
-use super::Config;
+use super::{Config, Model};
 use crate::error::{Error, Result};
 
 /// The embedded presets: name and text.
@@ -63,6 +63,14 @@ impl Config {
         self.stars.iter_mut().for_each(|s| fix(&mut s.catalogue));
         self.zeropoint.previous.iter_mut().for_each(fix);
         self.orbit.iter_mut().for_each(|o| fix(&mut o.elements));
+        if let Some(model) = &mut self.model {
+            model.satellites.iter_mut().chain(&mut model.throughput).for_each(fix);
+            if !Model::BANDS.contains(&model.band.as_str()) {
+                let mut file = PathBuf::from(&model.band);
+                fix(&mut file);
+                model.band = file.to_string_lossy().into_owned();
+            }
+        }
     }
 }
 

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-pub(crate) use check::range;
+pub(crate) use check::{check_surface, range};
 pub use effects::{
     Arrays, Backs, Distances, EarthRadius, Effects, EffectsTable, LunarEclipse, Mode, MoonLaw, MoonPastLimit, MuArea,
     PlatformSize, Shadow, Source, SourceDisc,

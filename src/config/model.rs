@@ -59,6 +59,9 @@ pub struct Model {
     /// Pass band: `V`, `g`, `r`, `i`, or a file of `wavelength_nm,transmission` (photon response).
     #[serde(default = "band")]
     pub band: String,
+    /// A file of `wavelength_nm,transmission` of telescope and detector, which multiplies the band; magnitudes are AB then.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub throughput: Option<PathBuf>,
     /// Extinction between satellite and observer \[mag/airmass\], for `effects.source = "extincted"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub k_mag_airmass: Option<f64>,
@@ -68,6 +71,9 @@ pub struct Model {
 }
 
 impl Model {
+    /// The bands known by name.
+    pub const BANDS: [&str; 4] = ["V", "g", "r", "i"];
+
     /// A satellite of the catalogue, everything else at its default.
     #[must_use]
     pub fn of(satellite: &str) -> Self {
@@ -79,6 +85,7 @@ impl Model {
             surfaces: Vec::new(),
             earth: Brdf::earth_vegetation(),
             band: band(),
+            throughput: None,
             k_mag_airmass: None,
             tolerance: tolerance(),
         }

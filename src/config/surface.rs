@@ -33,6 +33,8 @@ pub enum Attitude {
     Sun,
     /// At right angles to nadir, towards the Sun's azimuth.
     SunAzimuth,
+    /// Halfway between Sun and nadir: a mirror that sends sunlight straight down.
+    SunToNadir,
     /// As near to the Sun as turning about one axis allows.
     SunOneAxis {
         /// The axis, in LVLH.

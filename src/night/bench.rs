@@ -4,7 +4,8 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use crate::brightness::{ModelSettings, Satellite};
+use super::compare::comparable;
+use crate::brightness::Model;
 use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::frames::{Detector, Electrons, Exposure, Frame, MasterFlat, pixel_scale_arcsec, read};
@@ -25,8 +26,8 @@ pub struct Bench {
     pub eop: EarthOrientation,
     /// The orbit, if elements are configured.
     pub tracker: Option<Tracker>,
-    /// The satellite of the model, if one is configured.
-    pub satellite: Option<Satellite>,
+    /// The model, if one is configured.
+    pub model: Option<Model>,
     /// The star catalogue, if star pointings are configured.
     pub catalogue: Option<Catalogue>,
     /// The master flat, once it is made or read.
@@ -61,9 +62,12 @@ impl Bench {
             }
         };
         let eop = tracker.as_ref().map(|t| *t.earth_orientation()).unwrap_or_default();
-        let satellite = match &config.model {
+        let model = match &config.model {
             None => None,
-            Some(model) => Some(Satellite::from_config(model)?),
+            Some(model) => {
+                comparable(model)?;
+                Some(Model::from_config(model)?)
+            }
         };
         let catalogue = match &config.stars {
             None => None,
@@ -85,7 +89,7 @@ impl Bench {
             site,
             eop,
             tracker,
-            satellite,
+            model,
             catalogue,
             flat: None,
             zeropoint: None,
@@ -97,12 +101,6 @@ impl Bench {
     #[must_use]
     pub fn target_names(&self) -> Vec<String> {
         self.tracker.as_ref().map(Tracker::names).unwrap_or_default()
-    }
-
-    /// Settings of the brightness engine.
-    #[must_use]
-    pub fn model_settings(&self) -> ModelSettings {
-        self.config.model.as_ref().map(ModelSettings::from).unwrap_or_default()
     }
 
     /// Pixel scale of one exposure \[arcsec/px\].

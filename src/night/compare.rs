@@ -2,8 +2,9 @@
 
 use hifitime::Epoch;
 
-use crate::brightness::{Brightness, ModelSettings, Satellite, Scene, brightness};
-use crate::error::Result;
+use crate::brightness::{Brightness, Model, Scene, skipped_text};
+use crate::config::{self, Mode, Source};
+use crate::error::{Error, Result};
 use crate::orbit::Geometry;
 use crate::photometry::Flags;
 use crate::report::summary::passes;
@@ -18,6 +19,36 @@ pub fn scene(g: &Geometry) -> Scene {
         observer_km: g.observer_itrs_km,
         sun_km: g.sun_itrs_km,
         moon_km: g.moon_itrs_km,
+        sidereal_rad: g.sidereal_rad,
+    }
+}
+
+/// Whether the model may stand beside magnitudes that are corrected for extinction, and what must be said if it does.
+///
+/// # Errors
+/// [`Error::Config`] for a band other than V, and for a source that carries extinction itself in corrected mode: it
+/// would count twice.
+pub fn comparable(model: &config::Model) -> Result<Option<String>> {
+    if model.band != "V" || model.throughput.is_some() {
+        return Err(Error::Config {
+            key: "model.band".into(),
+            problem: format!(
+                "\"{}\": observed magnitudes are V, so the model's must be too; use \"V\" without model.throughput \
+                 (`satphot predict` takes any band)",
+                model.band
+            ),
+        });
+    }
+    let source = model.resolved_effects().source;
+    let twice = "observed magnitudes are corrected for extinction, so a source that is dimmed by the air too counts it \
+                 twice (0.22 to 0.36 mag in V)";
+    match (source, model.mode) {
+        (Source::ExoAtmospheric, _) => Ok(None),
+        (_, Mode::AsPublished) => Ok(Some(format!("model: {twice}; done as published"))),
+        (_, Mode::Corrected) => Err(Error::Config {
+            key: "model.effects.source".into(),
+            problem: format!("{twice}; use \"exo_atmospheric\", or model.mode = \"as_published\" to do it as printed"),
+        }),
     }
 }
 
@@ -25,13 +56,8 @@ pub fn scene(g: &Geometry) -> Scene {
 ///
 /// # Errors
 /// [`crate::Error::Model`] for an impossible scene.
-pub fn add_model(
-    row: &mut PhotometryRow,
-    geometry: &Geometry,
-    satellite: &Satellite,
-    settings: &ModelSettings,
-) -> Result<Brightness> {
-    let model = brightness(&scene(geometry), satellite, settings)?;
+pub fn add_model(row: &mut PhotometryRow, geometry: &Geometry, model: &Model) -> Result<Brightness> {
+    let model = model.brightness(&scene(geometry))?;
     row.model_v_mag = model.total_v_mag;
     row.sun_v_mag = model.sun.v_mag;
     row.earthshine_v_mag = model.earthshine.v_mag;
@@ -39,7 +65,7 @@ pub fn add_model(
     row.lunar_earthshine_v_mag = model.lunar_earthshine.v_mag;
     row.model_err_mag = model.total_v_mag.map(|_| model.err_mag);
     row.illum = model.illum.to_string();
-    row.skipped = model.skipped.join("; ");
+    row.skipped = skipped_text(&model.skipped);
     row.residual_mag = match (row.v_mag, row.model_v_mag) {
         (Some(observed), Some(modelled)) => Some(observed - modelled),
         _ => None,

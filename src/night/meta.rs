@@ -1,6 +1,6 @@
 //! The meta block of every table: schema, tool, configuration, site, magnitude system, zeropoint, flag names.
 
-use crate::config::{Config, Mode};
+use crate::config::{self, Config, Mode};
 use crate::error::Result;
 use crate::night::bench::config_sha256;
 use crate::photometry::Flags;
@@ -39,6 +39,7 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, inputs_sha256:
             Mode::Corrected => "corrected",
         };
         meta.push("mode", text(mode));
+        meta.push("effects", effects_meta(model));
         meta.push("satellite", text(&model.satellite));
     }
     if let Some(z) = zeropoint {
@@ -62,4 +63,15 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, inputs_sha256:
     let flags = Flags::NAMES.iter().map(|(flag, name)| ((*name).to_string(), number(f64::from(flag.0)))).collect();
     meta.push("flags", MetaValue::Map(flags));
     Ok(meta)
+}
+
+/// Each effect of a model by name, as a file spells it.
+#[must_use]
+pub fn effects_meta(model: &config::Model) -> MetaValue {
+    let table = match toml::Value::try_from(model.resolved_effects()) {
+        Ok(toml::Value::Table(table)) => table,
+        _ => toml::Table::new(),
+    };
+    let spelled = |v: &toml::Value| MetaValue::Text(v.as_str().unwrap_or_default().into());
+    MetaValue::Map(table.iter().map(|(key, value)| (key.clone(), spelled(value))).collect())
 }

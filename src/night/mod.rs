@@ -10,6 +10,7 @@ pub mod meta;
 pub mod outputs;
 pub mod pipeline;
 pub mod pointing;
+pub mod predict;
 pub mod progress;
 pub mod simulate;
 pub mod stage;

@@ -45,7 +45,7 @@ impl Outputs<'_> {
         if self.config.stars.is_some() {
             report::write_stars(&add("stars.ecsv"), stars, &meta)?;
         }
-        if self.bench.satellite.is_some() {
+        if self.bench.model.is_some() {
             report::write_residuals(&add("residuals.ecsv"), residuals, &meta)?;
         }
         if let Some(zeropoint) = &self.bench.zeropoint {
@@ -66,7 +66,7 @@ impl Outputs<'_> {
         std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, e))?;
         let mut files = vec![folder.join("light_curve.svg")];
         report::plot::light_curve(&files[0], rows, &self.config.night.name)?;
-        if self.bench.satellite.is_some() {
+        if self.bench.model.is_some() {
             files.push(folder.join("residuals_altitude.svg"));
             report::plot::residuals_altitude(&files[1], residuals)?;
         }

@@ -6,7 +6,7 @@ use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::frames::Role;
 use crate::night::bench::Bench;
-use crate::night::compare::{add_model, epoch_of, residual_rows};
+use crate::night::compare::{add_model, comparable, epoch_of, residual_rows};
 use crate::night::meta::table_meta;
 use crate::night::outputs::save;
 use crate::night::pipeline::Options;
@@ -226,15 +226,15 @@ pub fn compare_table(config: &Config, table: &Path) -> Result<Compared> {
     let bench = Bench::prepare(&config)?;
     let needed = |key: &str| Error::Config { key: key.into(), problem: "is needed to compare with the model".into() };
     let tracker = bench.tracker.as_ref().ok_or_else(|| needed("orbit"))?;
-    let satellite = bench.satellite.as_ref().ok_or_else(|| needed("model"))?;
+    let model = bench.model.as_ref().ok_or_else(|| needed("model"))?;
     let (mut rows, meta) = read_photometry(table)?;
     let zeropoint = meta.entries.into_iter().find(|(key, _)| key == "zeropoint").map(|(_, value)| value);
-    let mut notes = Vec::new();
+    let mut notes: Vec<String> = config.model.as_ref().map(comparable).transpose()?.flatten().into_iter().collect();
     for row in &mut rows {
         let Some(epoch) = epoch_of(row) else { continue };
         let modelled = tracker.at(&epoch).and_then(|geometry| {
             fill_geometry(row, &geometry);
-            add_model(row, &geometry, satellite, &bench.model_settings())
+            add_model(row, &geometry, model)
         });
         if let Err(error) = modelled {
             notes.push(format!("{}: {error}", row.frame));

@@ -8,7 +8,7 @@ use crate::config::Combine;
 use crate::error::{Error, Result};
 use crate::frames::{Exposure, MasterFlat};
 use crate::night::bench::Bench;
-use crate::night::compare::add_model;
+use crate::night::compare::{add_model, comparable};
 use crate::night::manifest::Quadratures;
 use crate::night::pipeline::Options;
 use crate::night::pointing::{Member, combined_rows, measure_member, single_rows};
@@ -233,14 +233,16 @@ pub fn model_stage(
     bench: &Bench,
     notes: &mut Vec<String>,
 ) -> Quadratures {
-    let Some(satellite) = &bench.satellite else { return Quadratures::default() };
-    let settings = bench.model_settings();
+    let Some(model) = &bench.model else { return Quadratures::default() };
+    if let Some(Ok(Some(note))) = bench.config.model.as_ref().map(comparable) {
+        notes.push(note);
+    }
     let errors = Mutex::new(Vec::new());
     let counts: Vec<Quadratures> = frames
         .par_iter_mut()
         .map(|(row, geometry)| {
             let Some(geometry) = geometry else { return Quadratures::default() };
-            match add_model(row, geometry, satellite, &settings) {
+            match add_model(row, geometry, model) {
                 Ok(model) => Quadratures { scenes: 1, sun: model.quadratures.sun, moon: model.quadratures.moon },
                 Err(error) => {
                     if let Ok(mut errors) = errors.lock() {

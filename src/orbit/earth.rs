@@ -53,14 +53,20 @@ impl<From, To> Rotation<From, To> {
     }
 }
 
+/// Sidereal time at Greenwich \[rad\], GMST82(UT1): the angle by which [`teme_to_itrs`] turns, polar motion apart.
+#[must_use]
+pub fn sidereal_rad(epoch: &Epoch, eop: &EarthOrientation) -> f64 {
+    let (u1, u2) = time::ut1(epoch, eop.ut1_utc_s);
+    erfars::rotationtime::Gmst82(u1, u2)
+}
+
 /// TEME to ITRS: `W · R₃(GMST82(UT1))`, W being polar motion.
 ///
 /// # Source
 /// Vallado et al. 2006, AIAA 2006-6753, Appendix C; ERFA `gmst82`, `pom00`.
 #[must_use]
 pub fn teme_to_itrs(epoch: &Epoch, eop: &EarthOrientation) -> Rotation<Teme, Itrs> {
-    let (u1, u2) = time::ut1(epoch, eop.ut1_utc_s);
-    let (s, c) = erfars::rotationtime::Gmst82(u1, u2).sin_cos();
+    let (s, c) = sidereal_rad(epoch, eop).sin_cos();
     let (t1, t2) = time::tt(epoch);
     let mut w = [0.0; 9];
     let (xp, yp) = polar_motion_rad(eop);

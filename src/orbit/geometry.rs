@@ -5,7 +5,7 @@
 use hifitime::Epoch;
 
 use super::airmass::airmass;
-use super::earth::{EarthOrientation, Site, alt_az, geodetic_height_km, spin_velocity, teme_to_itrs};
+use super::earth::{EarthOrientation, Site, alt_az, geodetic_height_km, sidereal_rad, spin_velocity, teme_to_itrs};
 use super::sky::{SkyBodies, topocentric};
 use crate::error::{Error, Result};
 use crate::vector::{Enu, Itrs, Teme, Vector};
@@ -25,6 +25,8 @@ pub struct Geometry {
     pub sun_itrs_km: Vector<Itrs>,
     /// The Moon from the Earth's centre \[km\].
     pub moon_itrs_km: Vector<Itrs>,
+    /// Sidereal time at Greenwich \[rad\]: the angle from the mean equinox of date to the x axis.
+    pub sidereal_rad: f64,
     /// Altitude of the satellite \[rad\].
     pub alt_rad: f64,
     /// Azimuth of the satellite, north through east \[rad\].
@@ -108,6 +110,7 @@ pub fn geometry(
         observer_itrs_km: observer,
         sun_itrs_km: sky.sun_itrs_km,
         moon_itrs_km: sky.moon_itrs_km,
+        sidereal_rad: sidereal_rad(epoch, eop),
         alt_rad,
         az_rad,
         range_km,

@@ -200,3 +200,49 @@ pub const RESIDUALS: &[Column] = &[
     text("verdict", "use, caution or reject"),
     bits("flags", "quality bit mask; the bits are named in meta"),
 ];
+
+/// Columns of a predicted pass, by their names in [`PHOTOMETRY`].
+pub const PREDICTION: [&str; 26] = [
+    "date_mid",
+    "mjd_mid_d",
+    "alt_deg",
+    "az_deg",
+    "range_km",
+    "rate_deg_s",
+    "airmass",
+    "phase_angle_deg",
+    "sun_alt_deg",
+    "moon_alt_deg",
+    "moon_phase_deg",
+    "moon_illum_pct",
+    "moon_sep_deg",
+    "illum",
+    "tle_age_d",
+    "model_v_mag",
+    "sun_v_mag",
+    "earthshine_v_mag",
+    "moon_v_mag",
+    "lunar_earthshine_v_mag",
+    "model_err_mag",
+    "mu_mean_mag_arcsec2",
+    "norad_cat_id",
+    "object_name",
+    "skipped",
+    "flags",
+];
+
+/// Columns of a map of the sky: one row per direction.
+pub const SKY: &[Column] = &[
+    number("alt_deg", "deg", "altitude above the horizon, without refraction"),
+    number("az_deg", "deg", "azimuth from north through east"),
+    number("range_km", "km", "distance from the observer"),
+    text("illum", "largest light: sun, penumbra, moon, lunar_earthshine, earthshine or none"),
+    number("sun_visible_frac", "", "share of the Sun's disc the satellite sees"),
+    number("model_v_mag", "mag", "modelled V magnitude, all lights"),
+    number("sun_v_mag", "mag", "modelled V magnitude by direct sunlight alone"),
+    number("earthshine_v_mag", "mag", "modelled V magnitude by sunlight from the Earth alone"),
+    number("moon_v_mag", "mag", "modelled V magnitude by direct moonlight alone"),
+    number("lunar_earthshine_v_mag", "mag", "modelled V magnitude by moonlight from the Earth alone"),
+    number("model_err_mag", "mag", "numerical error of model_v_mag (quadrature); not how wrong the model is"),
+    number("flux_per_e0", "", "irradiance at the observer by all lights, in units of the Sun's at 1 au"),
+];

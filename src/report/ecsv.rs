@@ -13,7 +13,7 @@ use serde::de::DeserializeOwned;
 use super::columns::{self, Column, Datatype};
 use super::file::write_atomic;
 use super::meta::{Meta, scalar};
-use super::rows::{PhotometryRow, ResidualRow, StarRow};
+use super::rows::{PhotometryRow, ResidualRow, SkyRow, StarRow};
 use crate::error::{Error, Result};
 
 /// Decimals an MJD keeps at least: 9 gave ±41 µs, 10 are the law of the format.
@@ -43,6 +43,39 @@ pub fn write_residuals(path: &Path, rows: &[ResidualRow], meta: &Meta) -> Result
     write(path, rows, columns::RESIDUALS, meta)
 }
 
+/// Writes the [`columns::PREDICTION`] columns of rows.
+///
+/// # Errors
+/// As [`write_photometry`].
+pub fn write_prediction(path: &Path, rows: &[PhotometryRow], meta: &Meta) -> Result<()> {
+    let problem = |e: csv::Error| Error::Table { path: path.into(), line: None, problem: e.to_string() };
+    let records: Vec<csv::StringRecord> = prediction_cells(rows).map_err(problem)?;
+    let chosen: Vec<Column> = picked().map(|i| columns::PHOTOMETRY[i]).collect();
+    write_records(path, &records, &chosen, meta)
+}
+
+/// The cells of [`columns::PREDICTION`], row by row.
+///
+/// # Errors
+/// Those of the writer of CSV; none is known for these rows.
+pub fn prediction_cells(rows: &[PhotometryRow]) -> std::result::Result<Vec<csv::StringRecord>, csv::Error> {
+    let whole = cells(rows)?;
+    Ok(whole.iter().map(|record| picked().map(|i| record.get(i).unwrap_or_default()).collect()).collect())
+}
+
+/// Where the columns of a prediction are among those of photometry.
+fn picked() -> impl Iterator<Item = usize> {
+    columns::PREDICTION.iter().filter_map(|name| columns::PHOTOMETRY.iter().position(|c| c.name == *name))
+}
+
+/// Writes a map of the sky.
+///
+/// # Errors
+/// As [`write_photometry`].
+pub fn write_sky(path: &Path, rows: &[SkyRow], meta: &Meta) -> Result<()> {
+    write(path, rows, columns::SKY, meta)
+}
+
 /// Reads `photometry.ecsv`: columns by name in any order, unknown ones ignored.
 ///
 /// # Errors
@@ -68,12 +101,17 @@ pub fn read_residuals(path: &Path) -> Result<(Vec<ResidualRow>, Meta)> {
 }
 
 fn write<T: Serialize>(path: &Path, rows: &[T], columns: &[Column], meta: &Meta) -> Result<()> {
+    let problem = |e: csv::Error| Error::Table { path: path.into(), line: None, problem: e.to_string() };
+    write_records(path, &cells(rows).map_err(problem)?, columns, meta)
+}
+
+fn write_records(path: &Path, records: &[csv::StringRecord], columns: &[Column], meta: &Meta) -> Result<()> {
     let problem = |problem: String| Error::Table { path: path.into(), line: None, problem };
     if let Some(key) = meta.non_finite_key() {
         return Err(problem(format!("meta {key} is not a finite number; leave the key out")));
     }
     let mut text = header(columns, meta);
-    for (number, record) in cells(rows).map_err(|e| problem(e.to_string()))?.iter().enumerate() {
+    for (number, record) in records.iter().enumerate() {
         for (i, (cell, column)) in record.iter().zip(columns).enumerate() {
             if i > 0 {
                 text.push(',');

@@ -12,7 +12,10 @@ pub mod rows;
 pub mod summary;
 
 pub use columns::{Column, Datatype};
-pub use ecsv::{read_photometry, read_residuals, read_stars, write_photometry, write_residuals, write_stars};
+pub use ecsv::{
+    prediction_cells, read_photometry, read_residuals, read_stars, write_photometry, write_prediction, write_residuals,
+    write_sky, write_stars,
+};
 pub use file::write_atomic;
 pub use meta::{Meta, MetaValue};
-pub use rows::{PhotometryRow, ResidualRow, StarRow};
+pub use rows::{PhotometryRow, ResidualRow, SkyRow, StarRow};

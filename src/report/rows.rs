@@ -271,3 +271,32 @@ pub struct ResidualRow {
     /// Quality bit mask; the bits are named in meta.
     pub flags: i32,
 }
+
+/// One direction of a map of the sky: a row of `sky.ecsv`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct SkyRow {
+    /// Altitude above the horizon, without refraction \[deg\].
+    pub alt_deg: f64,
+    /// Azimuth from north through east \[deg\].
+    pub az_deg: f64,
+    /// Distance from the observer \[km\].
+    pub range_km: f64,
+    /// Largest light: sun, penumbra, moon, lunar_earthshine, earthshine or none.
+    pub illum: String,
+    /// Share of the Sun's disc the satellite sees.
+    pub sun_visible_frac: f64,
+    /// Modelled V magnitude, all lights \[mag\].
+    pub model_v_mag: Option<f64>,
+    /// Modelled V magnitude by direct sunlight alone \[mag\].
+    pub sun_v_mag: Option<f64>,
+    /// Modelled V magnitude by sunlight from the Earth alone \[mag\].
+    pub earthshine_v_mag: Option<f64>,
+    /// Modelled V magnitude by direct moonlight alone \[mag\].
+    pub moon_v_mag: Option<f64>,
+    /// Modelled V magnitude by moonlight from the Earth alone \[mag\].
+    pub lunar_earthshine_v_mag: Option<f64>,
+    /// Numerical error of model_v_mag \[mag\].
+    pub model_err_mag: Option<f64>,
+    /// Irradiance at the observer by all lights, in units of the Sun's at 1 au.
+    pub flux_per_e0: f64,
+}

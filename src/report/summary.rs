@@ -146,6 +146,38 @@ pub fn pass_table(rows: &[PhotometryRow]) -> String {
     text_table(&head, &lines)
 }
 
+/// One line per predicted pass: first and last moment, highest altitude, brightest and faintest V with the moment of the
+/// brightest, the lights in order of appearance, and the largest numerical error.
+#[must_use]
+pub fn pass_lights(rows: &[PhotometryRow]) -> String {
+    let head = ["pass", "from (UTC)", "to", "rows", "alt max", "brightest V", "at", "faintest V", "error", "light"];
+    let clock = |r: &PhotometryRow| r.date_mid.chars().skip(11).take(8).collect::<String>();
+    let lines: Vec<Vec<String>> = passes(rows)
+        .iter()
+        .enumerate()
+        .map(|(i, pass)| {
+            let mut by_v: Vec<&&PhotometryRow> = pass.iter().filter(|r| r.model_v_mag.is_some()).collect();
+            by_v.sort_by(|a, b| a.model_v_mag.unwrap_or(0.0).total_cmp(&b.model_v_mag.unwrap_or(0.0)));
+            let v = |r: Option<&&&PhotometryRow>| r.and_then(|r| r.model_v_mag).map(|v| format!("{v:.2}"));
+            let top = pass.iter().filter_map(|r| r.alt_deg).max_by(f64::total_cmp);
+            let err = pass.iter().filter_map(|r| r.model_err_mag).max_by(f64::total_cmp);
+            vec![
+                (i + 1).to_string(),
+                pass.first().map(|r| r.date_mid.chars().take(19).collect()).unwrap_or_default(),
+                pass.last().map(|r| clock(r)).unwrap_or_default(),
+                pass.len().to_string(),
+                top.map(|a| format!("{a:.1}")).unwrap_or_default(),
+                v(by_v.first()).unwrap_or_default(),
+                by_v.first().map(|r| clock(r)).unwrap_or_default(),
+                v(by_v.last()).unwrap_or_default(),
+                err.map(|e| format!("{e:.1e}")).unwrap_or_default(),
+                lights(pass.iter().map(|r| r.illum.as_str())),
+            ]
+        })
+        .collect();
+    text_table(&head, &lines)
+}
+
 /// Whether a measurement counts in medians: status `ok` (or unsaid) and not rejected by its verdict.
 #[must_use]
 pub fn is_used(status: &str, verdict: &str) -> bool {

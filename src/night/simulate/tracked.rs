@@ -11,7 +11,7 @@ use super::frames::{Studio, real, scatter};
 use super::noise::stream;
 use super::render::{Body, PixelPsf, add_body, add_trail};
 use super::truth::{TargetTruth, Truth};
-use crate::brightness::{ModelSettings, Satellite, brightness};
+use crate::brightness::Model;
 use crate::config;
 use crate::error::{Error, Result};
 use crate::night::clock::{iso_utc, shifted};
@@ -41,7 +41,7 @@ impl Studio<'_> {
     ) -> Result<()> {
         let t = &self.scenario.target;
         let tracker = Tracker::from_config(&self.orbit_config(&t.elements), &self.scenario.site)?;
-        let satellite = Satellite::from_config(&self.model_config())?;
+        let model = Model::from_config(&self.model_config())?;
         let found = passes(&tracker, &start, &end, t.min_alt_deg.to_radians())?;
         let spans: Vec<(Epoch, f64)> =
             found.iter().map(|p| (p.rise.epoch, (p.set.epoch - p.rise.epoch).to_seconds())).collect();
@@ -66,7 +66,7 @@ impl Studio<'_> {
         let name = tracker.elements_at(&start).map(|e| e.name().to_string()).unwrap_or_default();
         for frame in drawn {
             let geometry = tracker.at(&frame.mid)?;
-            frames.push(self.target(frame, &geometry, &name, &satellite, truth)?);
+            frames.push(self.target(frame, &geometry, &name, &model, truth)?);
             progress.tick();
         }
         Ok(())
@@ -77,7 +77,7 @@ impl Studio<'_> {
         frame: StarlessFrame,
         geometry: &Geometry,
         name: &str,
-        satellite: &Satellite,
+        model: &Model,
         truth: &mut Truth,
     ) -> Result<PathBuf> {
         let s = self.scenario;
@@ -85,8 +85,8 @@ impl Studio<'_> {
         let id = 5_000_000 + frame.k as u64;
         let mut rng = stream(s.seed, id, None);
         let gain = self.gain("target.gain_settings", t.gain_settings[frame.k % t.gain_settings.len()])?;
-        let model = brightness(&scene(geometry), satellite, &ModelSettings::default())?;
-        let v_mag = model.total_v_mag.map(|v| v + t.offset_mag + scatter(&mut rng, t.scatter_mag));
+        let modelled = model.brightness(&scene(geometry))?;
+        let v_mag = modelled.total_v_mag.map(|v| v + t.offset_mag + scatter(&mut rng, t.scatter_mag));
         let airmass = geometry.airmass.unwrap_or(f64::INFINITY);
         let solar_b_v = config::Zeropoint::default().target_b_v_mag;
         let rate = v_mag.map_or(0.0, |v| rate_e_s(&s.photometric, v, solar_b_v, airmass));
@@ -134,12 +134,12 @@ impl Studio<'_> {
             y_px: body.y_px,
             flux_e: body.flux_e,
             v_mag,
-            model_v_mag: model.total_v_mag,
-            sun_v_mag: model.sun.v_mag,
-            earthshine_v_mag: model.earthshine.v_mag,
-            moon_v_mag: model.moon.v_mag,
-            lunar_earthshine_v_mag: model.lunar_earthshine.v_mag,
-            illum: model.illum.to_string(),
+            model_v_mag: modelled.total_v_mag,
+            sun_v_mag: modelled.sun.v_mag,
+            earthshine_v_mag: modelled.earthshine.v_mag,
+            moon_v_mag: modelled.moon.v_mag,
+            lunar_earthshine_v_mag: modelled.lunar_earthshine.v_mag,
+            illum: modelled.illum.to_string(),
             alt_deg: geometry.alt_rad.to_degrees(),
             az_deg: geometry.az_rad.to_degrees(),
             range_km: geometry.range_km,

@@ -18,8 +18,11 @@ use crate::error::Result;
 use crate::report::rows::PhotometryRow;
 use crate::report::summary::{is_used, passes, robust};
 
-/// How far below everything else a light is still shown \[mag\].
+/// How far below everything else a light is still shown beside observations \[mag\].
 const LIGHTS_BELOW_MAG: f64 = 3.0;
+/// In a prediction lights are shown at least this far below its brightest moment: moonlight by way of the Earth is
+/// 17 mag below sunlight \[mag\].
+const PREDICTED_RANGE_MAG: f64 = 18.0;
 /// Passes in one figure; more are counted in a note.
 const MOST_PASSES: usize = 6;
 /// Shown size of a figure of one pass \[px\].
@@ -107,6 +110,11 @@ fn limit(row: &PhotometryRow) -> Option<f64> {
     row.limit_v_mag
 }
 
+/// Nothing was observed: the rows are a prediction.
+fn predicted(pass: &[&PhotometryRow]) -> bool {
+    pass.iter().all(|r| r.status.is_empty() && r.v_mag.is_none() && r.limit_v_mag.is_none())
+}
+
 /// The magnitude axis: every accepted point with its error, every limit, the model, and the lights that are near.
 fn magnitude_span(pass: &[&PhotometryRow]) -> Option<Span> {
     let any_used = pass.iter().any(|r| r.v_mag.is_some() && is_used(&r.status, &r.verdict));
@@ -120,7 +128,10 @@ fn magnitude_span(pass: &[&PhotometryRow]) -> Option<Span> {
         .chain(pass.iter().filter_map(|r| r.model_v_mag))
         .filter(|v| v.is_finite())
         .collect();
-    let faintest = main.iter().copied().max_by(f64::total_cmp)? + LIGHTS_BELOW_MAG;
+    let mut faintest = main.iter().copied().max_by(f64::total_cmp)? + LIGHTS_BELOW_MAG;
+    if predicted(pass) {
+        faintest = faintest.max(main.iter().copied().min_by(f64::total_cmp)? + PREDICTED_RANGE_MAG);
+    }
     let lights = pass.iter().flat_map(|r| LIGHTS.iter().filter_map(|(_, _, of)| of(r))).filter(|v| *v <= faintest);
     let mut span = Span::around(main.iter().copied().chain(lights), 1.0)?.reversed();
     if pass.iter().any(|r| limit(r).is_some()) {
@@ -139,11 +150,15 @@ fn draw_pass(sheet: &Sheet, pass: &[&PhotometryRow], top: i32, height: i32) -> D
     let ends = (pass.first().map_or(0.0, |r| seconds(r)), pass.last().map_or(0.0, |r| seconds(r)));
     let number = first.norad_cat_id.map(|n| format!(" {n}")).unwrap_or_default();
     let measured = pass.iter().filter(|r| r.v_mag.is_some() && is_used(&r.status, &r.verdict)).count();
+    let count = if predicted(pass) {
+        format!("{} moments predicted", pass.len())
+    } else {
+        format!("{measured} of {} frames measured", pass.len())
+    };
     let heading = format!(
-        "{}{number} · {} UTC · {measured} of {} frames measured",
+        "{}{number} · {} UTC · {count}",
         first.object_name,
         if ends.0 == ends.1 { clock(ends.0) } else { format!("{}–{}", clock(ends.0), clock(ends.1)) },
-        pass.len()
     );
     write_text(sheet, heading.trim_start_matches([' ', '·']), (160, top), LABEL, INK, (HPos::Left, VPos::Top))?;
 
@@ -279,7 +294,9 @@ fn curves(
     notes.extend(of(|r| r.residual_mag).map(|(m, s)| signed(&format!("residual {m:+.2}, σ {s:.2}"))));
     notes.extend(of(|r| r.v_mag_err_sys).map(|(m, _)| format!("systematic ±{m:.3} mag")));
     notes.extend((beyond > 0).then(|| format!("{beyond} beyond the axis (△)")));
-    notes.extend((without > 0).then(|| format!("{without} without a magnitude")));
+    let brightest = pass.iter().filter_map(|r| r.model_v_mag).min_by(f64::total_cmp).filter(|_| predicted(pass));
+    notes.extend(brightest.map(|v| signed(&format!("brightest V {v:.2}"))));
+    notes.extend((without > 0 && !predicted(pass)).then(|| format!("{without} without a magnitude")));
     entries.extend(notes.into_iter().map(|note| (None, note)));
     Ok(entries)
 }

@@ -3,12 +3,18 @@
 //! Fixed sizes, colour-blind-safe colours (Okabe & Ito 2008), brightness upwards. A figure without data says why.
 
 mod axis;
+mod brdf;
 mod canvas;
 mod light_curve;
 mod panel;
 mod residuals;
+mod sed;
+mod sky_map;
 mod zeropoint;
 
+pub use brdf::{FittedRow, brdf_curves, brdf_fit};
 pub use light_curve::{light_curve, light_curves};
 pub use residuals::residuals_altitude;
+pub use sed::{SedCurve, sed};
+pub use sky_map::{SkyMark, sky_map};
 pub use zeropoint::zeropoint_diagnostics;

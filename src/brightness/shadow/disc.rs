@@ -1,8 +1,6 @@
-//! How much of the Sun or the Moon a satellite sees past the Earth.
+//! Two discs in the sky: how much of one the other covers.
 //!
-//! Angles in rad, distances in km. A hard spherical Earth: no refraction, no absorption, no limb darkening.
-
-use crate::vector::{Itrs, Vector};
+//! Angles in rad. Uniform discs: no limb darkening.
 
 /// Share of a disc of angular radius `disc_rad` left visible by one of `cover_rad` at separation `sep_rad`, 0 to 1.
 ///
@@ -29,27 +27,6 @@ pub fn visible_fraction(disc_rad: f64, cover_rad: f64, sep_rad: f64) -> f64 {
     let segment = b * b * (half - half.sin() * half.cos());
     let overlap = a * a * (x / a).acos() - x * y + segment;
     (1.0 - overlap / (std::f64::consts::PI * a * a)).clamp(0.0, 1.0)
-}
-
-/// Share of a source's disc that a satellite sees past a spherical Earth of `radius_km`, 0 to 1.
-///
-/// `a = asin(R_source/distance)`, `b = asin(R/r)`, c the angle between source and nadir.
-#[must_use]
-pub fn penumbra(satellite_km: &Vector<Itrs>, source_km: &Vector<Itrs>, source_radius_km: f64, radius_km: f64) -> f64 {
-    let to_source = *source_km - *satellite_km;
-    if to_source.norm() < satellite_km.norm() {
-        return 1.0; // a Moon nearer than the Earth is in front of it
-    }
-    let disc_rad = (source_radius_km / to_source.norm()).min(1.0).asin();
-    let cover_rad = (radius_km / satellite_km.norm()).min(1.0).asin();
-    visible_fraction(disc_rad, cover_rad, to_source.angle_to(&-*satellite_km))
-}
-
-/// 1 outside, 0 inside the cylinder behind the Earth: dark from arccos(R/r) past the terminator.
-#[must_use]
-pub fn cylinder(satellite_km: &Vector<Itrs>, source_km: &Vector<Itrs>, radius_km: f64) -> f64 {
-    let past_terminator_rad = source_km.angle_to(satellite_km) - std::f64::consts::FRAC_PI_2;
-    if past_terminator_rad > (radius_km / satellite_km.norm()).min(1.0).acos() { 0.0 } else { 1.0 }
 }
 
 #[cfg(test)]
@@ -83,26 +60,5 @@ mod tests {
             }
             assert_eq!(before, 1.0);
         }
-    }
-
-    #[test]
-    fn the_cylinder_ends_at_the_documented_angles() {
-        for (radius, r, expected_deg) in [(6378.0, 6798.0, 20.245_730_861_159_473_f64), (6378.0, 42_164.0, 81.3)] {
-            let sat = Vector::<Itrs>::new(0.0, 0.0, r);
-            let lit = |past_deg: f64| {
-                let e = -past_deg.to_radians();
-                cylinder(&sat, &(Vector::new(0.0, e.cos(), e.sin()) * 1e9), radius)
-            };
-            let edge = 0.02; // the GEO figure is printed to 0.1 deg: 90 − 8.7
-            assert_eq!((lit(expected_deg - edge), lit(expected_deg + edge)), (1.0, 0.0), "{r}");
-        }
-    }
-
-    #[test]
-    fn in_front_of_the_earth_the_sun_is_whole_and_behind_it_gone() {
-        let sat = Vector::<Itrs>::new(0.0, 0.0, 6800.0);
-        let sun = Vector::new(0.0, 0.0, 1.496e8);
-        assert_eq!(penumbra(&sat, &sun, 695_700.0, 6371.0), 1.0);
-        assert_eq!(penumbra(&sat, &-sun, 695_700.0, 6371.0), 0.0);
     }
 }

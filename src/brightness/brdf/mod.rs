@@ -3,11 +3,23 @@
 //! Unit \[1/sr\]; i, n, o are unit vectors from the surface to the light, along its normal, to the observer.
 //! A mirror has no finite f: whoever integrates light treats it apart.
 
+mod binomial;
+mod check;
+mod disc;
+pub mod fit;
+mod named;
+mod profile;
+mod reflectance;
+
+pub use binomial::Binomial;
+pub use check::REFLECTANCE_MAX;
+pub use disc::{direct_reflection, mirror_reflection};
+pub use named::EARTH_VEGETATION;
+pub use profile::{ProfileRow, ReflectanceRow};
+
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use super::quadrature::{end_clustered, gauss};
-use super::scene::impossible;
 use crate::config;
 use crate::error::{Error, Result};
 use crate::vector::Vector;
@@ -58,49 +70,6 @@ pub enum Brdf {
     },
 }
 
-/// Coefficients of the Greynolds binomial law.
-///
-/// `D = |o_t + i_t|`, `V = −o_t·i_t` with the tangential parts of o and i. With one row f depends on D alone.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Binomial {
-    /// B_ki: a row for each power k of V.
-    pub b: Vec<Vec<f64>>,
-    /// C_ki.
-    pub c: Vec<Vec<f64>>,
-    /// d.
-    pub d: f64,
-    /// First power of d.
-    pub l1: i32,
-}
-
-impl Binomial {
-    /// f at D and V \[1/sr\].
-    #[must_use]
-    pub fn value(&self, d: f64, v: f64) -> f64 {
-        let mut lg_f = 0.0;
-        let mut v_power = 1.0;
-        for k in 0..self.b.len().max(self.c.len()) {
-            let mut row = 0.0;
-            for (i, b) in self.b.get(k).into_iter().flatten().enumerate() {
-                row += b * d.powi(i as i32);
-            }
-            for (i, c) in self.c.get(k).into_iter().flatten().enumerate() {
-                row += 0.5 * c * (self.d.powi(i as i32 + self.l1) * d * d).ln_1p() / std::f64::consts::LN_10;
-            }
-            lg_f += v_power * row;
-            v_power *= v;
-        }
-        10.0_f64.powf(lg_f)
-    }
-}
-
-/// Land with vegetation, 479 nm (Cloud Absorption Radiometer, CLASIC), as fitted by Fankhauser et al. (2023, AJ 166, 59).
-/// One spectral band and one biome: the global mean spherical albedo is near 0.3.
-pub const EARTH_VEGETATION: Brdf = Brdf::Phong { kd: 0.53, ks: 0.28, n: 7.31 };
-
-/// What is known by name.
-const NAMED: [(&str, Brdf); 1] = [("earth-vegetation", EARTH_VEGETATION)];
-
 impl TryFrom<&config::Brdf> for Brdf {
     type Error = Error;
 
@@ -116,10 +85,7 @@ impl TryFrom<&config::Brdf> for Brdf {
                 Brdf::Gaussian { peak_per_sr: *peak_per_sr, sigma: *sigma }
             }
             config::Brdf::Mirror { reflectance } => Brdf::Mirror { reflectance: *reflectance },
-            config::Brdf::Named { name } => {
-                let found = NAMED.into_iter().find(|(known, _)| known == name);
-                found.map(|(_, law)| law).ok_or_else(|| impossible(format!("no scattering law \"{name}\"")))?
-            }
+            config::Brdf::Named { name } => Brdf::named(name)?,
         })
     }
 }
@@ -133,12 +99,10 @@ impl Brdf {
             return 0.0;
         }
         match self {
-            // r·o = 2 (n·i)(n·o) − i·o
-            Brdf::Lambert { .. } | Brdf::Phong { .. } => self.at_mirror_cosine(2.0 * cos_i * cos_o - i.dot(o)),
-            Brdf::Gaussian { peak_per_sr, sigma } => {
+            Brdf::Lambert { .. } | Brdf::Phong { .. } | Brdf::Gaussian { .. } => {
                 // 1 − r·o = |r − o|²/2, without cancellation
                 let apart = *n * (2.0 * cos_i) - *i - *o;
-                peak_per_sr * (-apart.dot(&apart) / (2.0 * sigma)).exp()
+                self.off_mirror(0.5 * apart.dot(&apart))
             }
             Brdf::Abg { a, b, g } => a / (b + tangential(i, n, cos_i, o, cos_o).norm().powf(*g)),
             Brdf::Binomial(law) => {
@@ -150,90 +114,14 @@ impl Brdf {
         }
     }
 
-    /// f as a function of the one scalar it depends on, r·o, for light and observer on the front side \[1/sr\].
-    pub(super) fn at_mirror_cosine(&self, r_o: f64) -> f64 {
+    /// f of a law of r·o alone at t = 1 − r·o, for light and observer on the front side \[1/sr\]; NaN for others.
+    pub(super) fn off_mirror(&self, t: f64) -> f64 {
         match *self {
             Brdf::Lambert { albedo } => albedo / PI,
-            Brdf::Phong { kd, ks, n } => kd / PI + ks * (n + 2.0) / (2.0 * PI) * cosine_power(r_o, n),
+            Brdf::Phong { kd, ks, n } => kd / PI + ks * (n + 2.0) / (2.0 * PI) * cosine_power(t, n),
+            Brdf::Gaussian { peak_per_sr, sigma } => peak_per_sr * (-t.max(0.0) / sigma).exp(),
             _ => f64::NAN,
         }
-    }
-
-    /// The exponent of a lobe that is really there.
-    pub(super) fn lobe_exponent(&self) -> Option<f64> {
-        match *self {
-            Brdf::Phong { ks, n, .. } if ks > 0.0 => Some(n),
-            _ => None,
-        }
-    }
-
-    /// Refuses coefficients that are no reflectance.
-    ///
-    /// # Errors
-    /// [`crate::Error::Model`] for an albedo outside 0 to 1, k_d or k_s below 0, k_d + k_s above 1, n outside 0 to
-    /// [`PHONG_N_MAX`], anything not finite, or a directional-hemispherical reflectance above 1.001.
-    pub fn check(&self, what: &str) -> Result<()> {
-        let share = |name: &str, value: f64| {
-            if (0.0..=1.0).contains(&value) {
-                Ok(())
-            } else {
-                Err(impossible(format!("{what}: {name} = {value}; accepted is 0 to 1")))
-            }
-        };
-        match *self {
-            Brdf::Lambert { albedo } => share("albedo", albedo)?,
-            Brdf::Phong { kd, ks, n } => {
-                share("kd", kd)?;
-                share("ks", ks)?;
-                share("kd + ks", kd + ks)?;
-                if !(0.0..=PHONG_N_MAX).contains(&n) {
-                    return Err(impossible(format!("{what}: n = {n}; accepted is 0 to {PHONG_N_MAX:e}")));
-                }
-            }
-            Brdf::Mirror { reflectance } => share("reflectance", reflectance)?,
-            Brdf::Binomial(_) | Brdf::Abg { .. } | Brdf::Gaussian { .. } => return Ok(()),
-        }
-        for incidence_deg in [0.0_f64, 30.0, 60.0, 85.0] {
-            let reflected = self.hemispherical_reflectance(incidence_deg.to_radians());
-            if reflected > 1.001 {
-                return Err(impossible(format!(
-                    "{what}: reflects {reflected:.4} of the light that falls in at {incidence_deg} deg; at most 1"
-                )));
-            }
-        }
-        Ok(())
-    }
-
-    /// Share of the light falling in at `incidence_rad` that leaves again: ∫ f (n·o) dω over the hemisphere.
-    ///
-    /// For the Phong lobe in polar coordinates (c = cos γ, ψ) about the mirror direction, u = cⁿ⁺¹:
-    /// `k_s (n+2)/(2π(n+1)) ∫₀¹ du ∫ max(0, c cosθ + sqrt(1−c²) sinθ cosψ) dψ`, the inner integral in closed form;
-    /// good to 1e-6 for every exponent.
-    #[must_use]
-    pub fn hemispherical_reflectance(&self, incidence_rad: f64) -> f64 {
-        let (kd, ks, n) = match *self {
-            Brdf::Lambert { albedo } => return albedo,
-            Brdf::Phong { kd, ks, n } => (kd, ks, n),
-            Brdf::Mirror { reflectance } => return reflectance,
-            _ => return f64::NAN,
-        };
-        let (sin_i, cos_i) = incidence_rad.sin_cos();
-        let (nodes, weights) = gauss(80);
-        let mut lobe = 0.0;
-        for (t, weight) in nodes.iter().zip(weights) {
-            let (u, du) = end_clustered(*t);
-            let c = u.powf(1.0 / (n + 1.0)).min(1.0);
-            let (a, b) = (c * cos_i, (1.0 - c * c).sqrt() * sin_i);
-            // ∫ max(0, a + b cosψ) dψ
-            let ring = if a >= b {
-                2.0 * PI * a
-            } else {
-                let edge = (-a / b).acos();
-                2.0 * (a * edge + b * edge.sin())
-            };
-            lobe += weight * du * ring;
-        }
-        kd + ks * (n + 2.0) / (2.0 * PI * (n + 1.0)) * lobe
     }
 }
 
@@ -242,9 +130,9 @@ fn tangential<F>(i: &Vector<F>, n: &Vector<F>, cos_i: f64, o: &Vector<F>, cos_o:
     *o + *i - *n * (cos_i + cos_o)
 }
 
-/// max(0, c)ⁿ through the logarithm, so that n = 1e6 neither overflows nor loses the peak.
-fn cosine_power(c: f64, n: f64) -> f64 {
-    if c > 0.0 { (n * c.min(1.0).ln()).exp() } else { 0.0 }
+/// max(0, 1 − t)ⁿ through the logarithm, so that n = 1e6 neither overflows nor loses the peak.
+fn cosine_power(t: f64, n: f64) -> f64 {
+    if t < 1.0 { (n * (-t.max(0.0)).ln_1p()).exp() } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -329,11 +217,11 @@ mod tests {
     #[test]
     fn a_million_as_exponent_keeps_its_peak() {
         let brdf = Brdf::Phong { kd: 0.0, ks: 1.0, n: 1e6 };
-        let peak = brdf.at_mirror_cosine(1.0 + 1e-16);
+        let peak = brdf.off_mirror(-1e-16);
         assert!((peak / ((1e6 + 2.0) / (2.0 * PI)) - 1.0).abs() < 1e-12);
         // (1 − 1e-9)^1e6 = exp(−1e-3)
-        assert!((brdf.at_mirror_cosine(1.0 - 1e-9) / peak - (-1e-3_f64).exp()).abs() < 1e-6);
-        assert_eq!(brdf.at_mirror_cosine(0.0), 0.0);
+        assert!((brdf.off_mirror(1e-9) / peak - (-1e-3_f64).exp()).abs() < 1e-6);
+        assert_eq!(brdf.off_mirror(1.0), 0.0);
     }
 
     #[test]

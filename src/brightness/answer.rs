@@ -1,0 +1,129 @@
+//! What the model answers: four lights, their sum, its numerical error, what was left out.
+//!
+//! Magnitudes in the band of the settings, irradiances relative to a star of magnitude 0.
+
+use std::fmt;
+
+use super::lamps::mag_of_flux;
+use super::lights::{Lamp, Sum};
+use super::skip::Skip;
+use crate::constants::MAG_PER_LN;
+
+/// Share of the Sun's light below which the satellite is said to be in the penumbra.
+const PENUMBRA_BELOW: f64 = 0.99;
+
+/// One of the four lights.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Light {
+    /// Magnitude; `None` = no light.
+    pub v_mag: Option<f64>,
+    /// Irradiance at the observer relative to a star of magnitude 0.
+    pub flux_ratio: f64,
+}
+
+impl Light {
+    fn of(flux_ratio: f64) -> Self {
+        Self { v_mag: mag_of_flux(flux_ratio), flux_ratio }
+    }
+}
+
+/// What lights a satellite most.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Illum {
+    /// The whole Sun.
+    Sun,
+    /// The Sun, partly behind the Earth.
+    Penumbra,
+    /// The Moon.
+    Moon,
+    /// Moonlight from the Earth.
+    LunarEarthshine,
+    /// Sunlight from the Earth.
+    Earthshine,
+    /// Nothing.
+    None,
+}
+
+impl fmt::Display for Illum {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Illum::Sun => "sun",
+            Illum::Penumbra => "penumbra",
+            Illum::Moon => "moon",
+            Illum::LunarEarthshine => "lunar_earthshine",
+            Illum::Earthshine => "earthshine",
+            Illum::None => "none",
+        })
+    }
+}
+
+/// How many Earth integrals (one per surface) were really evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Quadratures {
+    /// For sunlight.
+    pub sun: usize,
+    /// For moonlight.
+    pub moon: usize,
+}
+
+/// The model's answer for one scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Brightness {
+    /// Sunlight.
+    pub sun: Light,
+    /// Sunlight by way of the Earth.
+    pub earthshine: Light,
+    /// Moonlight.
+    pub moon: Light,
+    /// Moonlight by way of the Earth.
+    pub lunar_earthshine: Light,
+    /// V of all four together; `None` = no light, or the observer cannot see the satellite.
+    pub total_v_mag: Option<f64>,
+    /// The largest light; [`Illum::Penumbra`] when that is a partly covered Sun.
+    pub illum: Illum,
+    /// Share of the Sun's light that gets past the Earth to the satellite.
+    pub sun_visible_frac: f64,
+    /// Estimated numerical error of the total \[mag\]; says nothing about the model's truth.
+    pub err_mag: f64,
+    /// What was left out, and why.
+    pub skipped: Vec<Skip>,
+    /// Earth integrals really evaluated.
+    pub quadratures: Quadratures,
+    /// Nodes of all of them.
+    pub nodes: usize,
+    /// Moonlight was asked for beyond 150° of phase.
+    pub extrapolated: bool,
+    /// Mean V surface brightness \[mag/arcsec²\] over the projected area (corrected) or the whole area (as published).
+    pub mu_mean_mag_arcsec2: Option<f64>,
+}
+
+/// The answer from the four lights: Sun, earthshine, Moon, lunar earthshine.
+pub(super) fn assemble(lights: &[Sum; 4], sun: &Lamp, extrapolated: bool, skipped: Vec<Skip>) -> Brightness {
+    let [sunlight, earthshine, moonlight, lunar_earthshine] = lights.each_ref().map(|l| l.flux);
+    let total: f64 = lights.iter().map(|l| l.flux).sum();
+    let err: f64 = lights.iter().map(|l| l.err).sum();
+    let direct_sun = if sun.visible_frac < PENUMBRA_BELOW { Illum::Penumbra } else { Illum::Sun };
+    let (illum, _) = [
+        (direct_sun, sunlight),
+        (Illum::Earthshine, earthshine),
+        (Illum::Moon, moonlight),
+        (Illum::LunarEarthshine, lunar_earthshine),
+    ]
+    .into_iter()
+    .fold((Illum::None, 0.0), |largest, light| if light.1 > largest.1 { light } else { largest });
+    Brightness {
+        sun: Light::of(sunlight),
+        earthshine: Light::of(earthshine),
+        moon: Light::of(moonlight),
+        lunar_earthshine: Light::of(lunar_earthshine),
+        total_v_mag: mag_of_flux(total),
+        illum,
+        sun_visible_frac: sun.visible_frac,
+        err_mag: if total > 0.0 { MAG_PER_LN * err / total } else { 0.0 },
+        skipped,
+        quadratures: Quadratures { sun: lights[1].quadratures, moon: lights[3].quadratures },
+        nodes: lights.iter().map(|l| l.nodes).sum(),
+        extrapolated,
+        mu_mean_mag_arcsec2: None,
+    }
+}

@@ -1,0 +1,136 @@
+//! The adaptive sum: panels in ζ, each with an order for ζ and one for the rings, the worse of the two refined first.
+//!
+//! Values and errors in 1/sr. Deterministic; work is bounded by the nodes allowed.
+
+use super::facet::Facet;
+use super::outer::{Span, spans};
+use super::piece::{Scratch, Sum, estimate};
+use super::ring::Rings;
+use super::{Accuracy, ReflectedLight};
+use crate::brightness::ground::Ground;
+use crate::brightness::quadrature::{PAIRS, kronrod};
+
+/// The order in ζ from which a panel is halved instead, and the order of its halves.
+const ORDER_MAX: usize = PAIRS - 2;
+const ORDER_OF_HALVES: usize = 3;
+/// Levels of the rings: the pairs, then the last pair on 2, 4, … 64 parts.
+const RING_LEVELS: usize = PAIRS + 6;
+/// From this tolerance on seven digits of the nodes will do.
+const QUICK_FROM: f64 = 3e-7;
+/// Below this tolerance weak singularities are taken care of.
+const CAREFUL_BELOW: f64 = 3e-5;
+/// What is reported is this much more than the rules tell.
+const SAFETY: f64 = 2.0;
+/// Levels the rings go up at a time.
+const RING_STEP: usize = 2;
+/// Narrowest panel in the variable of its span.
+const NARROWEST: f64 = 1e-8;
+/// No tolerance below this is met in 64-bit numbers.
+const TOLERANCE_MIN: f64 = 1e-13;
+
+/// A part of a span with its orders.
+#[derive(Debug, Clone, Copy)]
+struct Panel {
+    span: Span,
+    from: f64,
+    to: f64,
+    order: usize,
+    ring_level: usize,
+    value: f64,
+    err_outer: f64,
+    err_rings: f64,
+}
+
+/// The integral to the accuracy asked.
+pub(super) fn integrate(ground: &Ground, facet: &Facet, accuracy: &Accuracy) -> ReflectedLight {
+    let tolerance = if accuracy.tolerance > TOLERANCE_MIN { accuracy.tolerance } else { TOLERANCE_MIN };
+    let careful = tolerance < CAREFUL_BELOW;
+    let mut rings = Rings {
+        ground,
+        facet,
+        window2: f64::INFINITY,
+        middle: (6.0 * tolerance.powf(0.25)).clamp(0.01, 1.0),
+        smooth_exponent: if careful { 12.0 } else { 4.0 },
+        careful,
+        detail: 0.1 * tolerance.sqrt(),
+    };
+    let spans = spans(&mut rings, 20.0 - 1.3 * tolerance.ln());
+    let level = match tolerance {
+        // what is small beside the direct light may need next to nothing
+        t if t >= 3e-4 => usize::from(accuracy.floor_per_sr <= 0.0),
+        t if t >= 1e-5 => 2,
+        t if t >= 1e-7 => 3,
+        _ => 4,
+    };
+    let mut scratch = Scratch::new(tolerance >= QUICK_FROM);
+    let mut nodes = 0;
+    let mut panels: Vec<Panel> = spans
+        .into_iter()
+        .map(|span| {
+            let order = (level + span.extra_order()).min(ORDER_MAX);
+            Panel::new(&rings, span, (0.0, 1.0), (order, level), &mut scratch, &mut nodes)
+        })
+        .collect();
+    loop {
+        let per_sr: f64 = panels.iter().map(|p| p.value).sum();
+        let err_per_sr: f64 = panels.iter().map(Panel::err).sum();
+        let done = ReflectedLight { per_sr, err_per_sr, nodes };
+        if err_per_sr <= (tolerance * per_sr).max(accuracy.floor_per_sr) || nodes >= accuracy.max_nodes {
+            return done;
+        }
+        let open = panels.iter().enumerate().filter(|(_, p)| p.can_be_refined());
+        let Some((worst, _)) = open.max_by(|a, b| a.1.err().total_cmp(&b.1.err())) else { return done };
+        let p = panels[worst];
+        let mut again = |ends, orders| Panel::new(&rings, p.span, ends, orders, &mut scratch, &mut nodes);
+        if p.wants_rings() {
+            panels[worst] = again((p.from, p.to), (p.order, p.ring_level + RING_STEP));
+        } else if p.order < ORDER_MAX {
+            panels[worst] = again((p.from, p.to), (p.order + 1, p.ring_level));
+        } else {
+            let middle = 0.5 * (p.from + p.to);
+            panels[worst] = again((p.from, middle), (ORDER_OF_HALVES, p.ring_level));
+            panels.push(again((middle, p.to), (ORDER_OF_HALVES, p.ring_level)));
+        }
+    }
+}
+
+impl Panel {
+    fn new(
+        rings: &Rings,
+        span: Span,
+        (from, to): (f64, f64),
+        (order, ring_level): (usize, usize),
+        scratch: &mut Scratch,
+        nodes: &mut usize,
+    ) -> Self {
+        let rule = &kronrod()[order];
+        let half = 0.5 * (to - from);
+        let (mut fine, mut coarse, mut rough, mut err_rings) = (0.0, 0.0, 0.0, 0.0);
+        for j in 0..rule.x.len() {
+            let (zeta, slope) = span.at(from + half * (1.0 + rule.x[j]));
+            let circle = rings.ground.circle(zeta);
+            let Sum { value, err, nodes: n } = rings.integral(&circle, ring_level, scratch);
+            let weight = half * slope * circle.solid_angle;
+            fine += rule.fine[j] * weight * value;
+            coarse += rule.coarse[j] * weight * value;
+            rough += rule.rough[j] * weight * value;
+            err_rings += rule.fine[j] * weight * err;
+            *nodes += n;
+        }
+        let err_outer = if span.is_sharp() { (fine - coarse).abs() } else { estimate(fine, coarse, rough) };
+        Self { span, from, to, order, ring_level, value: fine, err_outer, err_rings }
+    }
+
+    fn err(&self) -> f64 {
+        SAFETY * (self.err_outer + self.err_rings)
+    }
+
+    /// The rings are the worse of the two.
+    fn wants_rings(&self) -> bool {
+        self.ring_level + 1 < RING_LEVELS && (self.err_rings > self.err_outer || self.to - self.from < NARROWEST)
+    }
+
+    fn can_be_refined(&self) -> bool {
+        self.wants_rings() || self.to - self.from >= NARROWEST
+    }
+}

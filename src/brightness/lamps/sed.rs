@@ -1,0 +1,14 @@
+//! The spectrum of moonlight: the Sun's, as much fainter as the Moon is at its phase.
+//!
+//! W m⁻² nm⁻¹ at mean distances. Left out: the redness of the Moon (a grey disc, as published).
+
+use super::{LampSettings, sunlight};
+use crate::brightness::spectrum::Spectrum;
+use crate::constants::AU_KM;
+
+/// A spectrum of the Sun scaled to the Moon at a phase \[deg\]: `f_λ · 10^(−0.4 (m_Moon(α) − m_Sun))`, both magnitudes
+/// in the band of `lamps`.
+#[must_use]
+pub fn moon_spectrum(sun: &Spectrum, phase_deg: f64, lamps: &LampSettings) -> Spectrum {
+    sun.scaled(lamps.moonlight_at_phase(phase_deg).flux / sunlight(AU_KM, lamps).flux)
+}

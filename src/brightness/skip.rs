@@ -1,0 +1,43 @@
+//! What a scene does not need: one line per light and surface left out, with the reason.
+//!
+//! Decided from cheap geometry before anything is integrated; nothing here computes.
+
+use std::fmt;
+use std::sync::Arc;
+
+/// A light, or a surface under a light, that was left out of a scene.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Skip {
+    /// `sun`, `earthshine`, `moon`, `lunar_earthshine` or `all`.
+    pub light: &'static str,
+    /// The surface, where it is not the whole satellite.
+    pub surface: Option<Arc<str>>,
+    /// Why it contributes nothing.
+    pub why: &'static str,
+}
+
+impl Skip {
+    pub(super) fn light(light: &'static str, why: &'static str) -> Self {
+        Self { light, surface: None, why }
+    }
+
+    pub(super) fn surface(light: &'static str, surface: &Arc<str>, why: &'static str) -> Self {
+        Self { light, surface: Some(Arc::clone(surface)), why }
+    }
+}
+
+impl fmt::Display for Skip {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (&self.surface, self.light) {
+            (Some(surface), "all") => write!(f, "{surface}: {}", self.why),
+            (Some(surface), light) => write!(f, "{light}: {surface} {}", self.why),
+            (None, light) => write!(f, "{light}: {}", self.why),
+        }
+    }
+}
+
+/// The lines of several, for a table's `skipped` column.
+#[must_use]
+pub fn skipped_text(skipped: &[Skip]) -> String {
+    skipped.iter().map(Skip::to_string).collect::<Vec<_>>().join("; ")
+}

@@ -1,0 +1,115 @@
+//! Which satellite over which site: arguments, else the configuration. Shared by `passes` and `predict`.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use satphot::Error;
+use satphot::config::{Config, Orbit, Site};
+
+use super::load;
+
+/// Where elements, site and model come from.
+#[derive(Debug, Clone, Args)]
+pub struct OrbitArgs {
+    /// Configuration with [site], [orbit] and [model]; pipeline.toml where the arguments leave something open
+    #[arg(short, long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Set a key of the configuration (repeatable)
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub sets: Vec<String>,
+    /// Elements (TLE, 3LE, OMM JSON) instead of those of the configuration
+    #[arg(long, value_name = "FILE")]
+    pub elements: Option<PathBuf>,
+    /// Catalogue number, when the file holds several objects
+    #[arg(long, value_name = "NUMBER")]
+    pub norad: Option<u64>,
+    /// Use elements older than the limit all the same
+    #[arg(long)]
+    pub force: bool,
+    #[command(flatten)]
+    pub place: SiteArg,
+}
+
+/// The site.
+#[derive(Debug, Clone, Args)]
+pub struct SiteArg {
+    /// Site instead of the configuration's: latitude, longitude [deg], height [m], e.g. -33.77,151.11,70
+    #[arg(long, value_name = "LAT,LON,ALT", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
+    site: Vec<f64>,
+}
+
+impl SiteArg {
+    /// The site of the command line; `None` when it names none.
+    pub fn given(&self) -> anyhow::Result<Option<Site>> {
+        match self.site.as_slice() {
+            [] => Ok(None),
+            [lat_deg, lon_deg, alt_m] => {
+                Ok(Some(Site { name: "command line".into(), lat_deg: *lat_deg, lon_deg: *lon_deg, alt_m: *alt_m }))
+            }
+            _ => Err(bad("--site", "needs three numbers: latitude,longitude,height".into())),
+        }
+    }
+}
+
+impl OrbitArgs {
+    /// The configuration, if one is named or `needed`; `instead` are the arguments that do without.
+    pub fn configuration(&self, needed: bool, instead: &str) -> anyhow::Result<Option<Config>> {
+        configuration(self.config.as_deref(), &self.sets, needed, instead)
+    }
+
+    /// Elements or site are left to the configuration.
+    pub fn incomplete(&self) -> anyhow::Result<bool> {
+        Ok(self.elements.is_none() || self.place.given()?.is_none())
+    }
+
+    /// Elements and site from the arguments, else from the configuration.
+    pub fn orbit_and_site(&self, config: Option<&Config>) -> anyhow::Result<(Orbit, Site)> {
+        let site = match (self.place.given()?, config) {
+            (Some(site), _) => site,
+            (None, Some(config)) => config.site.clone(),
+            (None, None) => return Err(bad("--site", "is not given and there is no configuration".into())),
+        };
+        let mut orbit = match (&self.elements, config.and_then(|c| c.orbit.clone())) {
+            (Some(elements), from_config) => Orbit {
+                elements: elements.clone(),
+                norad_cat_id: None,
+                max_age_d: from_config.as_ref().map_or(14.0, |o| o.max_age_d),
+                force_age: false,
+                ut1_utc_s: from_config.as_ref().map_or(0.0, |o| o.ut1_utc_s),
+                xp_arcsec: from_config.as_ref().map_or(0.0, |o| o.xp_arcsec),
+                yp_arcsec: from_config.as_ref().map_or(0.0, |o| o.yp_arcsec),
+            },
+            (None, Some(orbit)) => orbit,
+            (None, None) => return Err(bad("--elements", "no [orbit] in the configuration; name a file".into())),
+        };
+        orbit.norad_cat_id = self.norad.or(orbit.norad_cat_id);
+        orbit.force_age |= self.force;
+        if !orbit.elements.exists() {
+            return Err(Error::Orbit { problem: format!("no elements at {}", orbit.elements.display()) }.into());
+        }
+        Ok((orbit, site))
+    }
+}
+
+/// The configuration that is named, else pipeline.toml if it is `needed`; an absent one says what to give `instead`.
+pub fn configuration(
+    named: Option<&Path>,
+    sets: &[String],
+    needed: bool,
+    instead: &str,
+) -> anyhow::Result<Option<Config>> {
+    let path = match named {
+        Some(path) => path,
+        None if needed => Path::new("pipeline.toml"),
+        None => return Ok(None),
+    };
+    if !path.exists() {
+        return Err(bad("-c", format!("{} is not there; give {instead} instead", path.display())));
+    }
+    load(path, sets).map(Some)
+}
+
+/// A wrong argument, with what would be right.
+pub fn bad(key: &str, problem: String) -> anyhow::Error {
+    Error::Config { key: key.into(), problem }.into()
+}

@@ -1,0 +1,149 @@
+//! `satphot predict`: what the model expects, for a pass, a whole sky, or geometries stated number by number.
+
+mod geometry;
+mod lamps;
+mod pass;
+mod sed;
+mod sky;
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+use satphot::Error;
+use satphot::brightness::catalogue_names;
+use satphot::config::{self, Config};
+
+use super::orbit_args::bad;
+
+/// Predicts magnitudes and fluxes.
+#[derive(Debug, Args)]
+pub struct Predict {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Debug, Subcommand)]
+enum What {
+    /// Magnitudes along the passes of a satellite over a site
+    Pass(pass::Pass),
+    /// Magnitude of one type of satellite over the whole sky
+    Sky(sky::Sky),
+    /// Fluxes of explicit geometries, for cross-checks with other software
+    Geometry(geometry::Geometry),
+    /// Spectra of moonlight at phases of the Moon, and what a band collects of them
+    Sed(sed::Sed),
+}
+
+impl Predict {
+    pub fn execute(self) -> anyhow::Result<()> {
+        match self.what {
+            What::Pass(v) => v.execute(),
+            What::Sky(v) => v.execute(),
+            What::Geometry(v) => v.execute(),
+            What::Sed(v) => v.execute(),
+        }
+    }
+}
+
+/// Which satellite, and how the model is evaluated.
+#[derive(Debug, Clone, Args)]
+struct ModelArgs {
+    /// Satellite of the catalogue (`satphot satellites` lists them) instead of the configuration's
+    #[arg(long, value_name = "NAME")]
+    satellite: Option<String>,
+    /// Reading of the published model: corrected or as_published
+    #[arg(long, value_name = "MODE", value_parser = ["corrected", "as_published"])]
+    mode: Option<String>,
+    /// Relative tolerance of the Earth-reflected integrals
+    #[arg(long, value_name = "T", value_parser = tolerance)]
+    tolerance: Option<f64>,
+}
+
+impl ModelArgs {
+    /// The model of the configuration with these arguments on top; without a configuration that of the arguments and of
+    /// `--set model.…`.
+    fn over(&self, config: Option<&Config>, sets: &[String]) -> anyhow::Result<config::Model> {
+        let mut model = match (config.and_then(|c| c.model.clone()), &self.satellite) {
+            (Some(model), _) => model,
+            (None, Some(name)) => alone(name, if config.is_none() { sets } else { &[] })?,
+            (None, None) => {
+                let known = catalogue_names().join(", ");
+                return Err(bad("--satellite", format!("no [model] in a configuration; name one of {known}")));
+            }
+        };
+        if let Some(name) = self.satellite.as_ref().filter(|name| **name != model.satellite) {
+            model.satellite.clone_from(name);
+            model.surfaces.clear(); // those were the other satellite's
+        }
+        match self.mode.as_deref() {
+            Some("as_published") => model.mode = config::Mode::AsPublished,
+            Some(_) => model.mode = config::Mode::Corrected,
+            None => {}
+        }
+        model.tolerance = self.tolerance.unwrap_or(model.tolerance);
+        Ok(model)
+    }
+}
+
+/// A model without a configuration: everything at its default but what `--set model.…` changes.
+fn alone(satellite: &str, sets: &[String]) -> anyhow::Result<config::Model> {
+    const NIGHT: &str = "preset = \"macquarie-cdk24\"\n[night]\nname = \"none\"\ninput = [\".\"]\noutput = \".\"\n";
+    if let Some(other) = sets.iter().find(|s| !s.trim_start().starts_with("model.")) {
+        let problem = format!("\"{other}\" has no effect without a configuration; only model.… has");
+        return Err(bad("--set", problem));
+    }
+    let config = Config::from_text(&format!("{NIGHT}[model]\nsatellite = {satellite:?}\n"), sets)?;
+    Ok(config.model.unwrap_or_else(|| config::Model::of(satellite)))
+}
+
+/// Where results go: a folder for everything, or single files told apart by their ending.
+#[derive(Debug, Clone, Args)]
+struct OutArgs {
+    /// Folder for table and figure, or a file: .ecsv is the table, .svg the figure (repeatable)
+    #[arg(short, long, value_name = "DIR|FILE")]
+    out: Vec<PathBuf>,
+}
+
+impl OutArgs {
+    /// The tables and the figures to write; folders are made.
+    fn files(&self, stem: &str) -> anyhow::Result<(Vec<PathBuf>, Vec<PathBuf>)> {
+        let (mut tables, mut figures) = (Vec::new(), Vec::new());
+        let made = |folder: &Path| std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, e));
+        for out in &self.out {
+            let folder = out.parent().filter(|p| !p.as_os_str().is_empty());
+            match out.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
+                Some("ecsv") => tables.push(out.clone()),
+                Some("svg") => figures.push(out.clone()),
+                Some("csv" | "txt" | "dat" | "png" | "pdf" | "fits") => {
+                    let problem = format!("{} is neither .ecsv nor .svg; --csv prints CSV", out.display());
+                    return Err(bad("--out", problem));
+                }
+                _ => {
+                    made(out)?;
+                    tables.push(out.join(format!("{stem}.ecsv")));
+                    figures.push(out.join(format!("{stem}.svg")));
+                    continue;
+                }
+            }
+            folder.map_or(Ok(()), made)?;
+        }
+        Ok((tables, figures))
+    }
+}
+
+/// Runs `work` on `jobs` threads; 0 = all cores. Results must not depend on the number.
+fn on_threads<T: Send>(jobs: usize, work: impl FnOnce() -> T + Send) -> anyhow::Result<T> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(|e| Error::Config {
+        key: "--jobs".into(),
+        problem: format!("{jobs} threads cannot be started ({e})"),
+    })?;
+    Ok(pool.install(work))
+}
+
+/// A relative tolerance on the command line.
+fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(t) if t > 0.0 && t <= 0.5 => Ok(t),
+        _ => Err("not a number above 0, at most 0.5, e.g. 1e-4".into()),
+    }
+}

@@ -1,0 +1,214 @@
+//! `satphot predict pass`: magnitudes along the passes of a satellite over a site, light by light.
+
+use clap::Args;
+use satphot::Error;
+use satphot::brightness::{Model, ModelSettings, Satellite};
+use satphot::night::clock::{iso_utc, parse_utc, seconds_between, shifted};
+use satphot::night::predict::{Window, highest, moments, predict, prediction_meta, visible};
+use satphot::orbit::{Pass as Stay, Tracker};
+use satphot::report::columns::PREDICTION;
+use satphot::report::plot::light_curve;
+use satphot::report::summary::{pass_lights, text_table};
+use satphot::report::{MetaValue, PhotometryRow, prediction_cells, write_prediction};
+
+use super::super::orbit_args::{OrbitArgs, bad};
+use super::super::{bar::Bars, print, tell, threads};
+use super::{ModelArgs, OutArgs, on_threads};
+
+/// Longest window \[h\].
+const LONGEST_H: f64 = 24.0 * 366.0;
+
+const AFTER_HELP: &str = "\
+Rows are whole steps after --start, wherever the satellite is above --min-alt. Every light has its own column: sunlight,
+sunlight by way of the Earth (earthshine), moonlight, moonlight by way of the Earth; a light that is not there is an
+empty cell, and the column skipped says why. Magnitudes are outside the atmosphere unless model.effects.source says
+otherwise; model_err_mag is the numerical error alone.
+
+Examples:
+  satphot predict pass --elements iss.tle --site -33.77,151.11,70 --satellite iss --start 2025-06-09T10:00:00 --hours 1
+  satphot predict pass -c pipeline.toml --start 2025-06-09T00:00:00 --hours 24 -o predicted
+  satphot predict pass -c pipeline.toml --start 2025-06-09T10:25:00 --end 2025-06-09T10:45:00 --step-s 1 --csv
+  satphot predict pass -c pipeline.toml --start 2025-06-09T10:00:00 --hours 1 --set model.effects.shadow=cylinder
+
+-o writes the table (ECSV, the columns of every other table) and the light curve (SVG). Exit code 2 if the satellite is
+never above --min-alt in the window, 5 if the elements are too old.";
+
+/// Predicts the magnitude of a satellite along its passes over a site: total and each light, moment by moment.
+#[derive(Debug, Args)]
+#[command(after_help = AFTER_HELP)]
+pub struct Pass {
+    #[command(flatten)]
+    orbit: OrbitArgs,
+    #[command(flatten)]
+    model: ModelArgs,
+    /// First moment, UTC, e.g. 2025-06-10T06:00:00
+    #[arg(long, value_name = "UTC")]
+    start: String,
+    /// Last moment, UTC
+    #[arg(long, value_name = "UTC", conflicts_with = "hours")]
+    end: Option<String>,
+    /// Length of the window [h]
+    #[arg(long, value_name = "H", default_value_t = 24.0, allow_hyphen_values = true)]
+    hours: f64,
+    /// Time between rows [s]
+    #[arg(long, value_name = "S", default_value_t = 5.0, allow_hyphen_values = true)]
+    step_s: f64,
+    /// Rows only above this altitude [deg]
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_hyphen_values = true)]
+    min_alt: f64,
+    /// Comma-separated values instead of a table
+    #[arg(long)]
+    csv: bool,
+    #[command(flatten)]
+    out: OutArgs,
+    /// Threads; 0 = all cores. The answer does not depend on it
+    #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
+    jobs: usize,
+    /// No progress bar, no notes
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+impl Pass {
+    pub fn execute(self) -> anyhow::Result<()> {
+        let window = self.window()?;
+        let needed = self.orbit.incomplete()? || self.model.satellite.is_none();
+        let config = self.orbit.configuration(needed, "--elements, --site and --satellite")?;
+        let model = self.model.over(config.as_ref(), &self.orbit.sets)?;
+        let (orbit, site) = self.orbit.orbit_and_site(config.as_ref())?;
+        let satellite = Satellite::from_config(&model)?;
+        let engine = Model::new(&satellite, &ModelSettings::try_from(&model)?)?;
+        let tracker = Tracker::from_config(&orbit, &site)?;
+
+        let stays = visible(&tracker, &window)?;
+        if stays.is_empty() {
+            return Err(self.never_up(&tracker, &window)?);
+        }
+        let middle = shifted(window.start, 0.5 * seconds_between(window.start, window.end));
+        if let Some(warning) = tracker.age_warning(&middle).filter(|_| !self.quiet) {
+            tell(&format!("note: {warning}"));
+        }
+        let epochs = moments(&window, &stays)?;
+        let bar = Bars::new(!self.quiet);
+        let rows = on_threads(self.jobs, || predict(&tracker, &engine, &epochs, &bar))??;
+
+        let mut meta = prediction_meta("satphot.prediction/1", &model, Some(&site));
+        meta.push("orbit_source", MetaValue::Text(orbit.elements.display().to_string()));
+        let (tables, figures) = self.out.files("pass")?;
+        for table in &tables {
+            write_prediction(table, &rows, &meta)?;
+        }
+        let name = rows.first().map(|r| r.object_name.clone()).unwrap_or_default();
+        for figure in &figures {
+            light_curve(figure, &rows, &format!("{name} as {}, predicted", satellite.name))?;
+        }
+        self.tell_results(&rows, &stays)?;
+        for file in tables.iter().chain(&figures).filter(|_| !self.quiet) {
+            tell(&format!("wrote {}", file.display()));
+        }
+        Ok(())
+    }
+
+    fn window(&self) -> anyhow::Result<Window> {
+        let start = parse_utc("--start", &self.start)?;
+        let end = match (&self.end, self.hours) {
+            (Some(end), _) => parse_utc("--end", end)?,
+            (None, hours) => {
+                if !(0.0 < hours && hours <= LONGEST_H) {
+                    return Err(bad("--hours", format!("{hours} is outside 0 to {LONGEST_H} h")));
+                }
+                shifted(start, hours * 3600.0)
+            }
+        };
+        let length_h = seconds_between(start, end) / 3600.0;
+        if !(0.0 < length_h && length_h <= LONGEST_H) {
+            let (a, b) = (iso_utc(start, 0), iso_utc(end, 0));
+            let problem = format!("{b} is {length_h:.3} h after --start {a}; accepted is above 0, to {LONGEST_H} h");
+            return Err(bad("--end", problem));
+        }
+        if !(0.001..=600.0).contains(&self.step_s) {
+            return Err(bad("--step-s", format!("{} is outside 0.001 to 600 s", self.step_s)));
+        }
+        if !(0.0..90.0).contains(&self.min_alt) {
+            return Err(bad("--min-alt", format!("{} is outside 0 to 90 deg", self.min_alt)));
+        }
+        Ok(Window { start, end, step_s: self.step_s, min_alt_rad: self.min_alt.to_radians() })
+    }
+
+    /// The error for a satellite that does not come up, with how near it comes.
+    fn never_up(&self, tracker: &Tracker, window: &Window) -> anyhow::Result<anyhow::Error> {
+        let best = highest(tracker, window)?;
+        let highest = best.map_or(String::new(), |top| {
+            format!(" (highest {:.1} deg at {})", top.alt_rad.to_degrees(), iso_utc(top.epoch, 0))
+        });
+        let problem = format!(
+            "the satellite is never above {} deg from {} to {}{highest}; `satphot passes` lists when it is",
+            self.min_alt,
+            iso_utc(window.start, 0),
+            iso_utc(window.end, 0)
+        );
+        Ok(Error::Config { key: "--start".into(), problem }.into())
+    }
+
+    /// The table on standard output: CSV, every row, or one line per pass when files were written.
+    fn tell_results(&self, rows: &[PhotometryRow], stays: &[Stay]) -> anyhow::Result<()> {
+        if self.csv {
+            let mut csv = csv::Writer::from_writer(Vec::new());
+            csv.write_record(PREDICTION)?;
+            for record in prediction_cells(rows)? {
+                csv.write_record(&record)?;
+            }
+            print(&String::from_utf8_lossy(&csv.into_inner()?));
+            return Ok(());
+        }
+        if self.out.out.is_empty() {
+            print(&table(rows));
+            print("\n");
+        }
+        print(&pass_lights(rows));
+        let whole = stays.iter().filter(|s| s.starts_before || s.ends_after).count();
+        if whole > 0 && !self.quiet {
+            tell(&format!("note: {whole} of {} passes cut by the window", stays.len()));
+        }
+        Ok(())
+    }
+}
+
+/// Every row, for reading.
+fn table(rows: &[PhotometryRow]) -> String {
+    let head = [
+        "UTC",
+        "alt",
+        "az",
+        "range km",
+        "phase",
+        "sun alt",
+        "light",
+        "V",
+        "sun",
+        "earthshine",
+        "moon",
+        "lunar earthshine",
+    ];
+    let number = |value: Option<f64>, decimals: usize| value.map_or(String::new(), |v| format!("{v:.decimals$}"));
+    let lines: Vec<Vec<String>> = rows
+        .iter()
+        .map(|r| {
+            vec![
+                r.date_mid.clone(),
+                number(r.alt_deg, 2),
+                number(r.az_deg, 2),
+                number(r.range_km, 1),
+                number(r.phase_angle_deg, 1),
+                number(r.sun_alt_deg, 1),
+                r.illum.clone(),
+                number(r.model_v_mag, 3),
+                number(r.sun_v_mag, 3),
+                number(r.earthshine_v_mag, 3),
+                number(r.moon_v_mag, 3),
+                number(r.lunar_earthshine_v_mag, 3),
+            ]
+        })
+        .collect();
+    text_table(&head, &lines)
+}

@@ -1,0 +1,278 @@
+//! `satphot predict sky`: how bright a type of satellite would be in every direction of one sky.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use clap::Args;
+use satphot::brightness::scene::local_radius_km;
+use satphot::brightness::sky::{SkyGrid, SkyMap, sky_map};
+use satphot::brightness::{Catalogue, ModelSettings, Satellite, ToleranceOf};
+use satphot::config::{self, EarthRadius, LunarEclipse};
+use satphot::night::predict::{flux_per_e0, prediction_meta, sky_rows};
+use satphot::night::progress::Progress as _;
+use satphot::report::columns::SKY;
+use satphot::report::plot::sky_map as draw;
+use satphot::report::summary::text_table;
+use satphot::report::{Meta, MetaValue, SkyRow, write_sky};
+
+use super::super::orbit_args::{SiteArg, bad, configuration};
+use super::super::{bar::Bars, print, tell, threads};
+use super::lamps::{LampArgs, Lamps};
+use super::{ModelArgs, OutArgs, on_threads};
+
+/// Radius of the Earth where no site says which \[km\].
+const RADIUS_KM: f64 = 6378.0;
+
+const AFTER_HELP: &str = "\
+Every direction of the grid holds one satellite where the line of sight meets the sphere of its orbits; the observer is
+on the concentric sphere of the Earth. Give a moment and a site, and Sun and Moon stand where the ephemeris puts them;
+or give their altitude and azimuth. Without --moon-alt-deg a sky of fixed lamps has no Moon. Satellites have no orbit of
+their own here: attitudes that follow the orbit take --track-az-deg as the direction of motion.
+
+The summary gives the median and the range of 68 % twice: every area of the sky counted alike (what a random satellite
+of a filled sky shows), and every altitude and azimuth counted alike (as a grid in both is averaged in publications).
+
+Examples:
+  satphot predict sky --satellite starlink-v1.5 --height-km 550 --site -33.77,151.11,70 --time 2025-06-09T08:30:00
+  satphot predict sky --satellite starlink-v1.5 --height-km 550 --sun-alt-deg -10 --sun-az-deg 90 -o map
+  satphot predict sky --satellite iss --sun-alt-deg -45 --sun-az-deg 90 \\
+                      --moon-alt-deg 45 --moon-az-deg 200 --csv
+As lumos-sat computes it (parallel light, cylinder shadow, array at right angles to nadir), flux only:
+  satphot predict sky --satellite starlink-v1.5 --height-km 550 --mode as_published --sphere-radius-km 6378 \\
+                      --sun-alt-deg -10 --sun-az-deg 90 --grid 90x180 --flux -j 1
+
+--flux prints alt_deg,az_deg,flux: the irradiance at the observer in units of the Sun's at 1 au. In all tables altitude
+runs fastest.";
+
+/// Maps the magnitude of one type of satellite over the whole sky, for a moment or for given Sun and Moon.
+#[derive(Debug, Args)]
+#[command(after_help = AFTER_HELP)]
+pub struct Sky {
+    /// Configuration with [site] and [model]; pipeline.toml where the arguments leave something open
+    #[arg(short, long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Set a key of the configuration (repeatable)
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    #[command(flatten)]
+    model: ModelArgs,
+    #[command(flatten)]
+    place: SiteArg,
+    #[command(flatten)]
+    lamps: LampArgs,
+    /// Height of the orbits [km]; the catalogue's where it has one
+    #[arg(long, value_name = "KM", allow_hyphen_values = true)]
+    height_km: Option<f64>,
+    /// Altitudes from 0 to 90 deg by azimuths from 0 to 360 deg, ends included
+    #[arg(long, value_name = "NALTxNAZ", default_value = "31x73", value_parser = grid)]
+    grid: SkyGrid,
+    /// Azimuth in which the satellites move [deg]
+    #[arg(long, value_name = "DEG", default_value_t = 90.0, allow_hyphen_values = true)]
+    track_az_deg: f64,
+    /// Radius of the spherical Earth instead of the model's [km]
+    #[arg(long, value_name = "KM", allow_hyphen_values = true)]
+    sphere_radius_km: Option<f64>,
+    /// Comma-separated values instead of a summary
+    #[arg(long, conflicts_with = "flux")]
+    csv: bool,
+    /// Comma-separated alt_deg,az_deg,flux instead of a summary
+    #[arg(long)]
+    flux: bool,
+    #[command(flatten)]
+    out: OutArgs,
+    /// Threads; 0 = all cores. The answer does not depend on it
+    #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
+    jobs: usize,
+    /// No progress bar, no notes
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+impl Sky {
+    pub fn execute(self) -> anyhow::Result<()> {
+        self.lamps.check()?;
+        let site = self.place.given()?;
+        let needed = self.model.satellite.is_none() || (site.is_none() && self.lamps.at_a_time());
+        let config = configuration(self.config.as_deref(), &self.sets, needed, "--satellite, and --site for --time")?;
+        let model = self.model.over(config.as_ref(), &self.sets)?;
+        let satellite = Satellite::from_config(&model)?;
+        let mut settings = ModelSettings { tolerance_of: ToleranceOf::Total, ..ModelSettings::try_from(&model)? };
+        let site = site.or_else(|| config.as_ref().filter(|_| self.lamps.at_a_time()).map(|c| c.site.clone()));
+
+        if self.lamps.has_own_phase() {
+            // a phase of one's own is not that of the directions, so neither is their eclipse
+            settings.effects.lunar_eclipse = LunarEclipse::Ignored;
+        }
+        let effects = settings.effects;
+        let lamps = Lamps::new(&self.lamps, site.as_ref(), &settings)?;
+        lamps.check_attitudes(&satellite)?;
+        let radius_km = match (self.sphere_radius_km, &lamps.site_km) {
+            (Some(radius_km), _) => radius_km,
+            (None, Some(site_km)) if effects.earth_radius == EarthRadius::Local => local_radius_km(site_km),
+            (None, _) => RADIUS_KM,
+        };
+        if !(1.0..=1e6).contains(&radius_km) {
+            return Err(bad("--sphere-radius-km", format!("{radius_km} is outside 1 to 1000000 km")));
+        }
+        let height_km = self.height_km(&model)?;
+        let sky = lamps.sky(radius_km, height_km, self.track_az_deg.to_radians())?;
+
+        if effects.lunar_eclipse == LunarEclipse::Applied && sky.moon_out_of_eclipse() < 1.0 && !self.quiet {
+            tell(
+                "note: the Moon is in the Earth's shadow; --moon-phase-deg, or --set model.effects.lunar_eclipse=ignored, \
+                 leaves it lit",
+            );
+        }
+        let bar = Bars::new(!self.quiet);
+        bar.stage("sky", self.grid.az_deg.len());
+        let mut map = on_threads(self.jobs, || sky_map(&sky, &self.grid, &satellite, &settings, &|| bar.tick()))??;
+        bar.done();
+        lamps.scale_moonlight(&mut map);
+        if !self.quiet && map.points.iter().any(|p| p.extrapolated) {
+            tell("note: the Moon's phase is beyond where its law is believed (150 deg; ROLO: 1.55 to 97 deg)");
+        }
+
+        if self.flux {
+            print(&flux_csv(&map)?);
+        }
+        let title = format!("{} at {height_km} km · {}", satellite.name, lamps.when);
+        let (tables, figures) = self.out.files("sky")?;
+        if self.csv || !tables.is_empty() || !figures.is_empty() {
+            let rows = sky_rows(&map);
+            if self.csv {
+                print(&csv_text(&rows)?);
+            }
+            let mut meta = prediction_meta("satphot.sky/1", &model, site.as_ref());
+            describe(&mut meta, &lamps, (radius_km, height_km), self.track_az_deg);
+            tables.iter().try_for_each(|table| write_sky(table, &rows, &meta))?;
+            let notes = figure_notes(&map);
+            figures.iter().try_for_each(|figure| draw(figure, &rows, &lamps.marks, &title, &notes))?;
+        }
+        if !self.csv && !self.flux {
+            print(&format!("{title}\n{}\n{}", lamps.text(), summary(&map)));
+        }
+        for file in tables.iter().chain(&figures).filter(|_| !self.quiet) {
+            tell(&format!("wrote {}", file.display()));
+        }
+        Ok(())
+    }
+
+    /// The height that is given, else the middle of the first orbits the catalogue knows.
+    fn height_km(&self, model: &config::Model) -> anyhow::Result<f64> {
+        match self.height_km {
+            Some(h) if (1.0..=1e6).contains(&h) => return Ok(h),
+            Some(h) => return Err(bad("--height-km", format!("{h} is outside 1 to 1000000 km"))),
+            None => {}
+        }
+        let known = Catalogue::load(model.satellites.as_deref())?;
+        let entry = known.find(&model.satellite).ok().filter(|_| model.surfaces.is_empty());
+        let shell = entry.and_then(|e| e.orbits.first()).map(|shell| shell.height_km.bounds());
+        shell
+            .map(|[low, high]| 0.5 * (low + high))
+            .ok_or_else(|| bad("--height-km", format!("no orbit of {} is known; give the height", model.satellite)))
+    }
+}
+
+/// `NALTxNAZ` as a grid.
+fn grid(text: &str) -> Result<SkyGrid, String> {
+    let (n_alt, n_az) = text
+        .split_once(['x', 'X'])
+        .and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)))
+        .ok_or("not two whole numbers such as 31x73: altitudes x azimuths")?;
+    SkyGrid::new(n_alt, n_az).map_err(|e| e.to_string())
+}
+
+fn flux_csv(map: &SkyMap) -> anyhow::Result<String> {
+    let mut text = String::from("alt_deg,az_deg,flux\n");
+    for ((alt, az), point) in map.grid.directions().zip(&map.points) {
+        writeln!(text, "{alt},{az},{:e}", flux_per_e0(map, point))?;
+    }
+    Ok(text)
+}
+
+fn csv_text(rows: &[SkyRow]) -> anyhow::Result<String> {
+    let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+    csv.write_record(SKY.iter().map(|c| c.name))?;
+    for row in rows {
+        csv.serialize(row)?;
+    }
+    Ok(String::from_utf8_lossy(&csv.into_inner()?).into_owned())
+}
+
+/// What the table says about the sky it is of.
+fn describe(meta: &mut Meta, lamps: &Lamps, (radius_km, height_km): (f64, f64), track_az_deg: f64) {
+    let number = MetaValue::Number;
+    meta.push("sky", MetaValue::Text(lamps.when.clone()));
+    for mark in &lamps.marks {
+        let fields = vec![("alt_deg".into(), number(mark.alt_deg)), ("az_deg".into(), number(mark.az_deg))];
+        meta.push(&mark.name.to_lowercase(), MetaValue::Map(fields));
+    }
+    meta.push("sphere_radius_km", number(radius_km));
+    meta.push("height_km", number(height_km));
+    meta.push("track_az_deg", number(track_az_deg));
+}
+
+/// Median and 68 % of the lit sky, as text.
+fn spread(map: &SkyMap, equal_areas: bool) -> Option<(String, f64)> {
+    let (quantiles, lit) = map.quantiles(&[0.5, 0.16, 0.84], equal_areas);
+    match quantiles.as_slice() {
+        [Some(median), Some(bright), Some(faint)] => {
+            Some((format!("median V {median:.2}, 16 to 84 % {bright:.2} to {faint:.2}"), lit))
+        }
+        _ => None,
+    }
+}
+
+fn figure_notes(map: &SkyMap) -> Vec<String> {
+    let (quantiles, lit) = map.quantiles(&[0.5, 0.16, 0.84], true);
+    let mut notes = vec!["equal areas of sky:".to_string()];
+    if let [Some(median), Some(bright), Some(faint)] = quantiles.as_slice() {
+        notes.push(format!("median V {median:.2}"));
+        notes.push(format!("16–84 % {bright:.2}–{faint:.2}"));
+    }
+    notes.extend(map.brightest().map(|(_, v)| format!("brightest V {v:.2}")));
+    notes.push(format!("{:.0} % of it lit", 100.0 * lit));
+    notes.push("North up, East left".into());
+    notes
+}
+
+/// The statistics, and a few directions as a table.
+fn summary(map: &SkyMap) -> String {
+    let mut text = String::new();
+    let Some((areas, lit)) = spread(map, true) else {
+        return "no light in any direction: the satellites are in the Earth's shadow\n".into();
+    };
+    // Writing to a String cannot fail.
+    let _ = writeln!(text, "equal areas of sky           {areas}  ({:.1} % of the sky lit)", 100.0 * lit);
+    if let Some((uniform, lit)) = spread(map, false) {
+        let _ = writeln!(text, "equal altitudes and azimuths {uniform}  ({:.1} % lit)", 100.0 * lit);
+    }
+    if let Some(((alt, az), v)) = map.brightest() {
+        let _ = writeln!(text, "brightest                    V {v:.2} at altitude {alt:.1}, azimuth {az:.1} deg");
+    }
+    let err = map.points.iter().map(|p| p.err_mag).fold(0.0, f64::max);
+    let _ = writeln!(text, "largest numerical error      {err:.1e} mag\n");
+    text.push_str(&compass(map));
+    text
+}
+
+/// V at eight points of the compass and a few altitudes, from the grid's nearest directions.
+fn compass(map: &SkyMap) -> String {
+    let nearest = |values: &[f64], wanted: f64| {
+        let off = |i: &usize| (values[*i] - wanted).abs();
+        (0..values.len()).min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(0)
+    };
+    let mut altitudes: Vec<usize> =
+        [90.0, 75.0, 60.0, 45.0, 30.0, 20.0, 10.0].map(|alt| nearest(&map.grid.alt_deg, alt)).to_vec();
+    altitudes.dedup();
+    let azimuths = [0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0].map(|az| nearest(&map.grid.az_deg, az));
+    let rows: Vec<Vec<String>> = altitudes
+        .into_iter()
+        .map(|i| {
+            let v = |j: &usize| map.points.get(j * map.grid.alt_deg.len() + i).and_then(|p| p.v_mag());
+            let cells = azimuths.iter().map(|j| v(j).map_or("-".into(), |v| format!("{v:.2}")));
+            std::iter::once(format!("{:.1}", map.grid.alt_deg[i])).chain(cells).collect()
+        })
+        .collect();
+    text_table(&["V at alt", "N", "NE", "E", "SE", "S", "SW", "W", "NW"], &rows)
+}
