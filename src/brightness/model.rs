@@ -38,7 +38,7 @@ impl Model {
     /// Checks surfaces, ground and settings.
     ///
     /// # Errors
-    /// [`Error::Model`] for surfaces or ground that are no reflectors, and for settings out of range.
+    /// [`crate::Error::Model`] for surfaces or ground that are no reflectors, and for settings out of range.
     pub fn new(satellite: &Satellite, settings: &ModelSettings) -> Result<Self> {
         settings.check()?;
         let effects = &settings.effects;
@@ -63,7 +63,7 @@ impl Model {
     /// below the observer's horizon is no error: every light is `None` and `skipped` says so.
     ///
     /// # Errors
-    /// [`Error::Model`] for an impossible scene (satellite below the surface, vectors not finite).
+    /// [`crate::Error::Model`] for an impossible scene (satellite below the surface, vectors not finite).
     pub fn brightness(&self, scene: &Scene) -> Result<Brightness> {
         let settings = &self.settings;
         let radius_km = settings.radius_km(&scene.satellite_km);
