@@ -104,7 +104,9 @@ impl<'a> Stage<'a> {
         for plate in &self.plates {
             let Some(side) = plate.side(&plate.centre) else { continue };
             let toward = lamp.toward(&plate.centre);
-            if side.normal.dot(&toward) < -lamp.disc_rad.sin() && !plate.is_divided() {
+            // parallel light along the surface leaves rounding alone
+            let least = if source_disc == SourceDisc::Point { 1e-12 } else { -lamp.disc_rad.sin() };
+            if side.normal.dot(&toward) < least && !plate.is_divided() {
                 skipped.push(Skip::surface(lamp.name, plate.name(), lamp.words.facing_away));
                 continue;
             }

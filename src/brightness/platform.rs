@@ -20,6 +20,8 @@ use crate::vector::{Itrs, Vector};
 pub const POINT_MAX: f64 = 1e-3;
 /// Relative change between two orders at which a divided plate is done.
 pub const STABLE_TO: f64 = 1e-4;
+/// Cosine below which a plate is seen edge-on: what is left there is rounding.
+const EDGE_ON: f64 = 1e-12;
 /// Orders of the Gauss rule along a side.
 const ORDERS: [usize; 8] = [2, 3, 4, 6, 8, 12, 18, 27];
 
@@ -116,10 +118,10 @@ impl<'a> Plate<'a> {
     /// The side a view sees; `None` edge-on and for a black back.
     pub fn side(&self, view: &View) -> Option<Side<'a>> {
         let spread = self.area_m2() * view.cos_observer.abs() / (view.range_m * view.range_m);
-        if view.cos_observer > 0.0 {
+        if view.cos_observer > EDGE_ON {
             let Prepared { surface, front, .. } = self.prepared;
             Some(Side { normal: self.front, brdf: &surface.brdf, from_ground: front, spread })
-        } else if view.cos_observer < 0.0 {
+        } else if view.cos_observer < -EDGE_ON {
             let (brdf, from_ground) = (self.prepared.surface.back.as_ref()?, self.prepared.back.as_ref()?);
             Some(Side { normal: -self.front, brdf, from_ground, spread })
         } else {

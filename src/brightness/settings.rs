@@ -101,6 +101,10 @@ impl TryFrom<&config::Model> for ModelSettings {
     fn try_from(model: &config::Model) -> Result<Self> {
         let mut band = Band::of_config(&model.band)?;
         if let Some(path) = &model.throughput {
+            if path.as_os_str().is_empty() {
+                let problem = "is empty; name a file of wavelength_nm,transmission".into();
+                return Err(Error::Config { key: "model.throughput".into(), problem });
+            }
             band = band.through(&Curve::from_file(path)?)?;
         }
         Ok(Self {

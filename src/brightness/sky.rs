@@ -210,7 +210,8 @@ impl Sky {
     }
 
     fn point(&self, alt_deg: f64, az_deg: f64, model: &dyn Fn(&Scene) -> Result<Brightness>) -> Result<SkyPoint> {
-        let scene = self.scene(alt_deg.to_radians(), az_deg.to_radians());
+        // 360 deg is 0, to the last digit
+        let scene = self.scene(alt_deg.to_radians(), (az_deg % 360.0).to_radians());
         let b = model(&scene)?;
         Ok(SkyPoint {
             range_km: scene.range_km(),

@@ -116,7 +116,7 @@ struct Fit {
     #[arg(long, value_name = "FILE")]
     toml: Option<PathBuf>,
     /// Draw measurements and fit
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "FILE.svg", value_parser = super::svg_file)]
     plot: Option<PathBuf>,
 }
 
@@ -286,7 +286,7 @@ struct Plot {
     #[arg(long, conflicts_with = "law")]
     list: bool,
     /// Where to draw; NAME.svg if neither this nor --csv is given
-    #[arg(short, long = "out", value_name = "FILE.svg")]
+    #[arg(short, long = "out", value_name = "FILE.svg", value_parser = super::svg_file)]
     out: Option<PathBuf>,
     /// Print the rows of the figure as comma-separated values
     #[arg(long)]
@@ -319,7 +319,7 @@ impl Plot {
         }
         if let Some(path) = self.out.or_else(|| (!self.csv).then(|| PathBuf::from(format!("{title}.svg")))) {
             brdf_curves(&path, &title, &profile, &reflectances)?;
-            tell(&format!("drawn: {}", path.display()));
+            tell(&format!("wrote {}", path.display()));
         }
         Ok(())
     }

@@ -149,6 +149,13 @@ fn threads(text: &str) -> Result<usize, String> {
     }
 }
 
+/// A figure's file: SVG is all that is drawn.
+pub fn svg_file(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let is_svg = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("svg"));
+    if is_svg { Ok(path) } else { Err("figures are SVG: the name must end in .svg".into()) }
+}
+
 /// The exit code of an error.
 pub fn exit_code(error: &anyhow::Error) -> u8 {
     error.downcast_ref::<Error>().map_or(1, Error::exit_code)

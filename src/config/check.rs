@@ -169,7 +169,12 @@ pub(crate) fn check_surface(key: &str, s: &Surface) -> Result<()> {
         Attitude::SunTwoAxes { azimuth_limit_deg, elevation_deg: [low, high] } => {
             range(&key("sun_two_axes.azimuth_limit_deg"), azimuth_limit_deg, 0.0, 180.0, "deg")?;
             range(&key("sun_two_axes.elevation_deg"), low, -90.0, 90.0, "deg")?;
-            range(&key("sun_two_axes.elevation_deg"), high, low, 90.0, "deg, the first not above the second")
+            range(&key("sun_two_axes.elevation_deg"), high, -90.0, 90.0, "deg")?;
+            if low > high {
+                let problem = format!("[{low}, {high}] deg: the first must not be above the second");
+                return Err(bad(&key("sun_two_axes.elevation_deg"), problem));
+            }
+            Ok(())
         }
     }
 }

@@ -153,8 +153,15 @@ fn explain(error: &serde_path_to_error::Error<toml::de::Error>) -> Error {
         let hint = nearest.map(|n| format!("; did you mean \"{n}\"?")).unwrap_or_default();
         return bad(&key, format!("unknown key{hint} Known here: {}", known.join(", ")));
     }
-    let message =
-        message.replace("expected usize", "expected a whole number").replace("expected f64", "expected a number");
+    let message = [
+        ("expected usize", "expected a whole number"),
+        ("expected f64", "expected a number"),
+        ("invalid type: unit variant, expected string only", "expected a name in quotes"),
+        ("expected internally tagged enum Brdf", "expected a law, e.g. { kind = \"lambert\", albedo = 0.3 }"),
+        ("expected struct EffectsTable", "expected a table of effects, e.g. { shadow = \"cylinder\" }"),
+    ]
+    .into_iter()
+    .fold(message, |text, (serde, words)| text.replace(serde, words));
     bad(if path == "." { "pipeline.toml" } else { &path }, message)
 }
 

@@ -20,9 +20,10 @@ const CHUNK: usize = 4096;
 const RESULT: &str = "id,direct_per_E0,earth_per_E0,earth_err_est,nodes,skipped,warn\n";
 
 const AFTER_HELP: &str = "\
-The conventions are fixed, whatever a configuration says: source a point at infinity, sphere of 6378.000 km, the shadow
-a cylinder. Frame: z through the satellite, which is at (0, 0, R + height_m); the source is at (0, cos E, sin E) with
-E = src_elev_deg; x = y cross z. The observer is at obs_x_m, obs_y_m, obs_z_m on the sphere.
+The conventions are fixed, whatever a configuration says: source a point at infinity, sphere
+of 6378.000 km, the shadow a cylinder. Frame: z through the satellite, which is at (0, 0, R +
+height_m); the source is at (0, cos E, sin E) with E = src_elev_deg; x = y cross z. The
+observer is at obs_x_m, obs_y_m, obs_z_m on the sphere.
 
 Columns read (any order; others are ignored; lines beginning with # are skipped):
   id  height_m  src_elev_deg  obs_x_m obs_y_m obs_z_m  nx ny nz  area_m2
@@ -31,18 +32,19 @@ Columns read (any order; others are ignored; lines beginning with # are skipped)
                        mirror (rho, alpha = half angle of the source's disc [deg])
   earth_brdf ep1 ep2 ep3   lambertian (albedo), phong (kd, ks, n)
 
-Columns written: direct_per_E0 and earth_per_E0 are the flux at the observer per unit irradiance of the source [W/m2 per
-W/m2]; earth_err_est is the estimated error of earth_per_E0 in the same unit; nodes is the size of the quadrature;
-skipped says why a flux is zero; warn says what is odd: `energy` for a surface that returns more light than it receives
-(it is computed all the same), a normal that was made unit, or why a row has no numbers.
+Columns written: direct_per_E0 and earth_per_E0 are the flux at the observer per unit
+irradiance of the source [W/m2 per W/m2]; earth_err_est is the estimated error of earth_per_E0
+in the same unit; nodes is the size of the quadrature; skipped says why a flux is zero; warn
+says what is odd: `energy` for a surface that returns more light than it receives (it is
+computed all the same), a normal that was made unit, or why a row has no numbers.
 
 Examples:
   satphot predict geometry cases.csv > fluxes.csv
   satphot predict geometry cases.csv --tolerance 1e-9 -j 1
   gunzip -c cases.csv.gz | satphot predict geometry - | head
 
-Exit code 3 if any row could not be computed (the others are written), 4 if the file cannot be read, 2 if a column is
-missing.";
+Exit code 3 if any row could not be computed (the others are written), 4 if the file cannot be
+read, 2 if a column is missing.";
 
 /// Computes the direct and the Earth-reflected flux of one surface in geometries stated number by number.
 #[derive(Debug, Args)]

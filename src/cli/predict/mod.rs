@@ -147,3 +147,13 @@ fn tolerance(text: &str) -> Result<f64, String> {
         _ => Err("not a number above 0, at most 0.5, e.g. 1e-4".into()),
     }
 }
+
+/// What must be said when the magnitudes are not V: columns and labels keep their names.
+fn band_note(model: &config::Model) -> Option<String> {
+    let named = config::Model::BANDS.contains(&model.band.as_str()) && model.throughput.is_none();
+    match (model.band.as_str(), named) {
+        ("V", true) => None,
+        (band, true) => Some(format!("band {band}, AB")),
+        (band, false) => Some(format!("band of {band} and throughput, AB")),
+    }
+}

@@ -13,25 +13,30 @@ use satphot::report::{MetaValue, PhotometryRow, prediction_cells, write_predicti
 
 use super::super::orbit_args::{OrbitArgs, bad};
 use super::super::{bar::Bars, print, tell, threads};
-use super::{ModelArgs, OutArgs, on_threads};
+use super::{ModelArgs, OutArgs, band_note, on_threads};
 
 /// Longest window \[h\].
 const LONGEST_H: f64 = 24.0 * 366.0;
 
 const AFTER_HELP: &str = "\
-Rows are whole steps after --start, wherever the satellite is above --min-alt. Every light has its own column: sunlight,
-sunlight by way of the Earth (earthshine), moonlight, moonlight by way of the Earth; a light that is not there is an
-empty cell, and the column skipped says why. Magnitudes are outside the atmosphere unless model.effects.source says
-otherwise; model_err_mag is the numerical error alone.
+Rows are whole steps after --start, wherever the satellite is above --min-alt; a pass that
+falls between two steps is shown at its culmination. Every light has its own column: sunlight,
+sunlight by way of the Earth (earthshine), moonlight, moonlight by way of the Earth; a light
+that is not there is an empty cell, and the column skipped says why. Magnitudes are outside
+the atmosphere unless model.effects.source says otherwise; model_err_mag is the numerical
+error alone.
 
 Examples:
-  satphot predict pass --elements iss.tle --site -33.77,151.11,70 --satellite iss --start 2025-06-09T10:00:00 --hours 1
+  satphot predict pass --elements iss.tle --site -33.77,151.11,70 --satellite iss \\
+      --start 2025-06-09T10:00:00 --hours 1
   satphot predict pass -c pipeline.toml --start 2025-06-09T00:00:00 --hours 24 -o predicted
-  satphot predict pass -c pipeline.toml --start 2025-06-09T10:25:00 --end 2025-06-09T10:45:00 --step-s 1 --csv
-  satphot predict pass -c pipeline.toml --start 2025-06-09T10:00:00 --hours 1 --set model.effects.shadow=cylinder
+  satphot predict pass -c pipeline.toml --start 2025-06-09T10:25:00 \\
+      --end 2025-06-09T10:45:00 --step-s 1 --csv
+  satphot predict pass -c pipeline.toml --start 2025-06-09T10:00:00 --hours 1 \\
+      --set model.effects.shadow=cylinder
 
--o writes the table (ECSV, the columns of every other table) and the light curve (SVG). Exit code 2 if the satellite is
-never above --min-alt in the window, 5 if the elements are too old.";
+-o writes the table (ECSV, the columns of every other table) and the light curve (SVG). Exit
+code 2 if the satellite is never above --min-alt in the window, 5 if the elements are too old.";
 
 /// Predicts the magnitude of a satellite along its passes over a site: total and each light, moment by moment.
 #[derive(Debug, Args)]
@@ -99,8 +104,13 @@ impl Pass {
             write_prediction(table, &rows, &meta)?;
         }
         let name = rows.first().map(|r| r.object_name.clone()).unwrap_or_default();
+        let band = band_note(&model);
+        if let Some(band) = band.as_ref().filter(|_| !self.quiet) {
+            tell(&format!("note: magnitudes are of {band}, also where a name or label says V"));
+        }
+        let band = band.map(|band| format!(", {band}")).unwrap_or_default();
         for figure in &figures {
-            light_curve(figure, &rows, &format!("{name} as {}, predicted", satellite.name))?;
+            light_curve(figure, &rows, &format!("{name} as {}, predicted{band}", satellite.name))?;
         }
         self.tell_results(&rows, &stays)?;
         for file in tables.iter().chain(&figures).filter(|_| !self.quiet) {

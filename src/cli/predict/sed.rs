@@ -17,12 +17,13 @@ use super::super::{print, tell};
 const WIDE_NM: (f64, f64) = (300.0, 1050.0);
 
 const AFTER_HELP: &str = "\
-The Moon is grey: its spectrum is the Sun's times 10^(-0.4 (m_Moon - m_Sun)), V_Sun = -26.76, at mean distances. The
-columns are those of ASTM G-173-03; global and direct are what is left of sunlight at the ground, as the published model
-scales it: compared with magnitudes already corrected for extinction they count it twice.
+The Moon is grey: its spectrum is the Sun's times 10^(-0.4 (m_Moon - m_Sun)), V_Sun = -26.76,
+at mean distances. The columns are those of ASTM G-173-03; global and direct are what is left
+of sunlight at the ground, as the published model scales it: compared with magnitudes already
+corrected for extinction they count it twice.
 
-Columns written: v_mag of the source outside the atmosphere; band_w_m2 is the energy in the band, the integral of
-spectrum times transmission; w_m2_300_1050 that from 300 to 1050 nm.
+Columns written: v_mag of the source outside the atmosphere; band_w_m2 is the energy in the
+band, the integral of spectrum times transmission; w_m2_300_1050 that from 300 to 1050 nm.
 
 Examples:
   satphot predict sed
@@ -58,7 +59,7 @@ pub struct Sed {
     #[arg(long)]
     csv: bool,
     /// Draw the spectra into this file (SVG)
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE.svg", value_parser = crate::cli::svg_file)]
     out: Option<PathBuf>,
     /// No notes
     #[arg(short, long)]

@@ -18,31 +18,37 @@ use satphot::report::{Meta, MetaValue, SkyRow, write_sky};
 use super::super::orbit_args::{SiteArg, bad, configuration};
 use super::super::{bar::Bars, print, tell, threads};
 use super::lamps::{LampArgs, Lamps};
-use super::{ModelArgs, OutArgs, on_threads};
+use super::{ModelArgs, OutArgs, band_note, on_threads};
 
 /// Radius of the Earth where no site says which \[km\].
 const RADIUS_KM: f64 = 6378.0;
 
 const AFTER_HELP: &str = "\
-Every direction of the grid holds one satellite where the line of sight meets the sphere of its orbits; the observer is
-on the concentric sphere of the Earth. Give a moment and a site, and Sun and Moon stand where the ephemeris puts them;
-or give their altitude and azimuth. Without --moon-alt-deg a sky of fixed lamps has no Moon. Satellites have no orbit of
-their own here: attitudes that follow the orbit take --track-az-deg as the direction of motion.
+Every direction of the grid holds one satellite where the line of sight meets the sphere of
+its orbits; the observer is on the concentric sphere of the Earth. Give a moment and a site,
+and Sun and Moon stand where the ephemeris puts them; or give their altitude and azimuth.
+Without --moon-alt-deg a sky of fixed lamps has no Moon. Satellites have no orbit of their own
+here: attitudes that follow the orbit take --track-az-deg as the direction of motion.
 
-The summary gives the median and the range of 68 % twice: every area of the sky counted alike (what a random satellite
-of a filled sky shows), and every altitude and azimuth counted alike (as a grid in both is averaged in publications).
+The summary gives the median and the range of 68 % twice: every area of the sky counted alike
+(what a random satellite of a filled sky shows), and every altitude and azimuth counted alike
+(as a grid in both is averaged in publications).
 
 Examples:
-  satphot predict sky --satellite starlink-v1.5 --height-km 550 --site -33.77,151.11,70 --time 2025-06-09T08:30:00
-  satphot predict sky --satellite starlink-v1.5 --height-km 550 --sun-alt-deg -10 --sun-az-deg 90 -o map
+  satphot predict sky --satellite starlink-v1.5 --height-km 550 --site -33.77,151.11,70 \\
+      --time 2025-06-09T08:30:00
+  satphot predict sky --satellite starlink-v1.5 --height-km 550 --sun-alt-deg -10 \\
+      --sun-az-deg 90 -o map
   satphot predict sky --satellite iss --sun-alt-deg -45 --sun-az-deg 90 \\
                       --moon-alt-deg 45 --moon-az-deg 200 --csv
-As lumos-sat computes it (parallel light, cylinder shadow, array at right angles to nadir), flux only:
-  satphot predict sky --satellite starlink-v1.5 --height-km 550 --mode as_published --sphere-radius-km 6378 \\
+As lumos-sat computes it (parallel light, cylinder shadow, array at right angles to nadir),
+flux only:
+  satphot predict sky --satellite starlink-v1.5 --height-km 550 --mode as_published \\
+      --sphere-radius-km 6378 \\
                       --sun-alt-deg -10 --sun-az-deg 90 --grid 90x180 --flux -j 1
 
---flux prints alt_deg,az_deg,flux: the irradiance at the observer in units of the Sun's at 1 au. In all tables altitude
-runs fastest.";
+--flux prints alt_deg,az_deg,flux: the irradiance at the observer in units of the Sun's at 1
+au. In all tables altitude runs fastest.";
 
 /// Maps the magnitude of one type of satellite over the whole sky, for a moment or for given Sun and Moon.
 #[derive(Debug, Args)]
@@ -135,7 +141,12 @@ impl Sky {
         if self.flux {
             print(&flux_csv(&map)?);
         }
-        let title = format!("{} at {height_km} km · {}", satellite.name, lamps.when);
+        let band = band_note(&model);
+        if let Some(band) = band.as_ref().filter(|_| !self.quiet) {
+            tell(&format!("note: magnitudes are of {band}, also where a name or label says V"));
+        }
+        let band = band.map(|band| format!(" · {band}")).unwrap_or_default();
+        let title = format!("{} at {height_km} km · {}{band}", satellite.name, lamps.when);
         let (tables, figures) = self.out.files("sky")?;
         if self.csv || !tables.is_empty() || !figures.is_empty() {
             let rows = sky_rows(&map);

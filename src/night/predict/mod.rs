@@ -135,8 +135,13 @@ pub fn prediction_meta(schema: &str, model: &config::Model, site: Option<&config
         let fields = [("lat_deg", site.lat_deg), ("lon_deg", site.lon_deg), ("alt_m", site.alt_m)];
         meta.push("site", MetaValue::Map(fields.map(|(key, value)| (key.to_string(), number(value))).to_vec()));
     }
-    meta.push("mag_system", text("Vega"));
+    // the bands known by name but V, files, and whatever passes a throughput are AB
+    let vega = model.band == "V" && model.throughput.is_none();
+    meta.push("mag_system", text(if vega { "Vega" } else { "AB" }));
     meta.push("band", text(&model.band));
+    if let Some(throughput) = &model.throughput {
+        meta.push("throughput", text(&throughput.display().to_string()));
+    }
     meta.push("satellite", text(&model.satellite));
     meta.push("mode", text(&name_of(&model.mode)));
     meta.push("tolerance", number(model.tolerance));
