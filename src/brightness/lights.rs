@@ -10,7 +10,7 @@ use super::earthshine::Accuracy;
 use super::ground::Ground;
 use super::lamps::{LampSettings, moonlight, sunlight};
 use super::model::Model;
-use super::platform::{Plate, View};
+use super::platform::{Plate, Side, View};
 use super::scene::{Scene, impossible};
 use super::settings::ToleranceOf;
 use super::shadow::{Colour, lit_fraction};
@@ -102,11 +102,10 @@ impl<'a> Stage<'a> {
         }
         let source_disc = self.model.settings().effects.source_disc;
         for plate in &self.plates {
-            let Some(side) = plate.side(&plate.centre) else { continue };
-            let toward = lamp.toward(&plate.centre);
             // parallel light along the surface leaves rounding alone
             let least = if source_disc == SourceDisc::Point { 1e-12 } else { -lamp.disc_rad.sin() };
-            if side.normal.dot(&toward) < least && !plate.is_divided() {
+            let lit = |side: &Side| side.normal.dot(&lamp.toward(&plate.centre)) >= least;
+            if !plate.is_divided() && !plate.side(&plate.centre).as_ref().is_some_and(lit) {
                 skipped.push(Skip::surface(lamp.name, plate.name(), lamp.words.facing_away));
                 continue;
             }
@@ -144,8 +143,8 @@ impl<'a> Stage<'a> {
             return sum;
         };
         for plate in &self.plates {
-            let Some(side) = plate.side(&plate.centre) else { continue };
-            if !ground.seen_by(&side.normal) && !plate.is_divided() {
+            let sees_ground = |side: &Side| ground.seen_by(&side.normal);
+            if !plate.is_divided() && !plate.side(&plate.centre).as_ref().is_some_and(sees_ground) {
                 skipped.push(Skip::surface(lamp.earth_name, plate.name(), "sees no ground"));
                 continue;
             }

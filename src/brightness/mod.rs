@@ -1,6 +1,6 @@
 //! Model magnitudes: surfaces, lights, and the light that comes by way of the Earth.
 //!
-//! Positions in km in one Earth-fixed frame, areas in m², angles in rad, irradiances as ratios to a star of V = 0.
+//! Positions in km in one Earth-fixed frame, areas in m², angles in rad, irradiances as ratios to a star of magnitude 0.
 //! Left out: self-shadowing between surfaces, light from one surface to another, twilight glow.
 
 pub mod answer;

@@ -1,6 +1,6 @@
 //! The whole sky of one observer: how bright a type of satellite at one height would be in every direction.
 //!
-//! Lengths in km, angles in rad, irradiances relative to a star of V = 0. Observer and orbits on concentric spheres.
+//! Lengths in km, angles in rad, irradiances relative to a star of magnitude 0. Observer and orbits on concentric spheres.
 //! Left out: where the satellites of a constellation really are; every direction is asked.
 
 use rayon::prelude::*;
@@ -88,7 +88,7 @@ impl Body {
 pub struct SkyPoint {
     /// Distance of the satellite \[km\].
     pub range_km: f64,
-    /// Sun, earthshine, Moon, lunar earthshine: irradiance relative to V = 0.
+    /// Sun, earthshine, Moon, lunar earthshine: irradiance relative to a star of magnitude 0.
     pub lights: [f64; 4],
     /// Estimated numerical error of their sum \[mag\].
     pub err_mag: f64,
@@ -261,7 +261,7 @@ impl Sky {
 }
 
 impl SkyPoint {
-    /// All four lights together, relative to V = 0.
+    /// All four lights together, relative to a star of magnitude 0.
     #[must_use]
     pub fn flux(&self) -> f64 {
         self.lights.iter().sum()

@@ -34,6 +34,9 @@ The summary gives the median and the range of 68 % twice: every area of the sky 
 (what a random satellite of a filled sky shows), and every altitude and azimuth counted alike
 (as a grid in both is averaged in publications).
 
+The tolerance is that of the sum of the lights: a light that is faint beside the others is
+computed no better than the sum needs.
+
 Examples:
   satphot predict sky --satellite starlink-v1.5 --height-km 550 --site -33.77,151.11,70 \\
       --time 2025-06-09T08:30:00
