@@ -143,10 +143,12 @@ fn a_night_whose_stars_match_nothing_writes_its_tables_and_ends_with_code_3() {
     for word in ["no star matched", "9 star frames", "field00_00.fits", "pointing_err_arcsec"] {
         assert!(told.contains(word), "{word}: {told}");
     }
-    assert_eq!((summary.counts.ok, summary.counts.failed), (6, 9));
+    // without stars the FWHM is assumed: too narrow here, so that the faintest target may be a limit
+    assert_eq!((summary.counts.ok + summary.counts.nondetection, summary.counts.failed), (6, 9));
+    assert!(summary.counts.ok >= 5);
     assert!(summary.zeropoint.is_none() && !n.result("zeropoint.toml").exists());
     assert!(n.rows().iter().all(|r| r.v_mag.is_none()), "no zeropoint, no magnitudes");
-    assert!(TARGETS.iter().all(|t| n.row(t).inst_mag.is_some()));
+    assert!(TARGETS.iter().all(|t| n.row(t).flux_e.is_some()));
 }
 
 #[test]
@@ -157,7 +159,8 @@ fn one_star_or_two_are_too_few_to_fit_and_the_message_counts_them() {
         let error = summary.poor_error().expect("too few stars");
         assert_eq!(error.exit_code(), 3, "{error}");
         assert!(summary.zeropoint.is_none());
-        assert_eq!(summary.counts.ok, 6, "the target is measured all the same: {error}");
+        let measured = summary.counts.ok + summary.counts.nondetection;
+        assert_eq!(measured, 6, "the target is measured all the same: {error}");
         let told = error.to_string();
         assert!(told.contains("no star matched") || told.contains("need 5"), "{told}");
     }
@@ -266,17 +269,24 @@ fn one_star_frame_that_is_broken_costs_one_row() {
     costs_one_row(frame, "failed", &["no usable pixel"], |n| fill_nan(&n.path(frame)));
     costs_one_row(frame, "failed", &["80x60"], |n| shrink(&n.path(frame)));
     costs_one_row(frame, "failed", &["123", "[detector.e_per_adu]"], card("GAIN", Some("123")));
-    costs_one_row(frame, "failed", &["CTYPE1"], card("CTYPE1", None));
     costs_one_row(frame, "failed", &["DATE-OBS"], card("DATE-OBS", None));
     costs_one_row(frame, "failed", &["EXPTIME"], card("EXPTIME", Some("0.0")));
 }
 
 #[test]
-fn star_frames_without_coordinates_ask_for_a_plate_solution() {
-    let n = night().card("field", "CTYPE1", None).card("field", "CTYPE2", None);
-    let error = n.run().unwrap().poor_error().unwrap();
+fn star_frames_without_coordinates_are_matched_or_where_that_is_forbidden_ask_for_it() {
+    let without = || night().card("field", "CTYPE1", None).card("field", "CTYPE2", None);
+    let never = without().set("stars.solve=\"never\"");
+    let error = never.run().unwrap().poor_error().unwrap();
     assert_eq!(error.exit_code(), 3);
-    assert!(error.to_string().contains("plate-solve"), "{error}");
+    assert!(error.to_string().contains("stars.solve"), "{error}");
+    // most of these fields of a few stars can be matched all the same, and every row says so
+    let matched = without();
+    let summary = matched.run().unwrap();
+    assert!(summary.zeropoint.is_some() && summary.counts.failed < 4, "{:?}", summary.failures);
+    let replaced = satphot::photometry::Flags::WCS_REPLACED;
+    let (rows, _) = satphot::report::read_stars(&matched.result("stars.ecsv")).unwrap();
+    assert!(rows.iter().all(|r| satphot::photometry::Flags(r.flags).has(replaced)));
 }
 
 #[test]

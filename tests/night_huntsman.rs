@@ -101,3 +101,67 @@ fn a_real_frame_gives_its_zeropoint_and_says_what_the_header_gain_does_to_it() {
     println!("EGAIN moves the zeropoint by {shift:+.4} mag");
     assert!((shift - 2.5 * 1.144_744_5f64.log10()).abs() < 0.01, "{shift}");
 }
+
+#[test]
+fn the_real_frame_without_its_world_coordinates_is_put_back_where_it_was() {
+    use satphot::frames::Header;
+    use satphot::night::solve_file::FrameSolver;
+    use satphot::photometry::wcs::Wcs;
+
+    if !Path::new(FRAMES).exists() {
+        println!("skipped: ../shared/data/frames not present");
+        return;
+    }
+    let science = Path::new(FRAMES).join("huntsman_science.fits");
+    let header = Header::read(&science).unwrap();
+    // the trap: SIP terms although CTYPE says plain TAN; they are used
+    assert_eq!(header.text("CTYPE1").as_deref(), Some("RA---TAN"));
+    let own = Wcs::from_keys(&|k| header.number(k), &|k| header.text(k)).unwrap().unwrap();
+    assert!(own.is_distorted());
+
+    // a copy whose header has no coordinates but the mount's, 8 arcmin off
+    let mut bytes = std::fs::read(&science).unwrap();
+    let wcs = ["CTYPE", "CRVAL", "CRPIX", "CUNIT", "CD1_", "CD2_", "A_", "B_", "AP_", "BP_", "LONPOLE", "LATPOLE"];
+    let mut at = 0;
+    while &bytes[at..at + 8] != b"END     " {
+        if wcs.iter().any(|k| bytes[at..].starts_with(k.as_bytes())) {
+            bytes[at..at + 80].copy_from_slice(format!("{:<80}", "COMMENT").as_bytes());
+        }
+        at += 80;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bare.fits");
+    std::fs::write(&path, bytes).unwrap();
+    let config = Config::from_text(&configuration("use_header_egain = true"), &[]).unwrap();
+    let solver = FrameSolver::from_config(&config).unwrap();
+    let found = solver.solve(&path).unwrap();
+    let s = &found.solution;
+    println!(
+        "{} stars of {} detections from {}, rms {:.2} arcsec, {:.4} arcsec/px, chance {:.0e}",
+        s.pairs.len(),
+        found.n_detected,
+        found.source,
+        s.rms_arcsec,
+        s.scale_arcsec,
+        s.chance
+    );
+    assert_eq!(found.source, "RA-MNT/DEC-MNT");
+    assert!(s.pairs.len() >= 10 && s.rms_arcsec < 0.5 && s.chance < 1e-10);
+    assert_eq!(s.mirrored, own.mirrored());
+    assert!((s.scale_arcsec / own.scale_arcsec() - 1.0).abs() < 0.002);
+    // The header itself is off: its stars lie 1.2 px along +x of where it puts them (photutils and SkyMapper say the
+    // same), so the two agree to that, and to half a pixel in shape once the shift is taken off.
+    let places = [(0.0, 0.0), (799.0, 0.0), (0.0, 799.0), (799.0, 799.0), (400.0, 400.0)];
+    let off: Vec<(f64, f64)> = places
+        .iter()
+        .map(|&(x, y)| {
+            let (ra, dec) = own.pixel_to_sky(x, y);
+            let (u, v) = s.wcs.sky_to_pixel(ra, dec).unwrap();
+            (u - x, v - y)
+        })
+        .collect();
+    let mean = off.iter().fold((0.0, 0.0), |m, o| (m.0 + o.0 / 5.0, m.1 + o.1 / 5.0));
+    println!("header against solution: {mean:.2?} px on average, {off:.2?} at corners and centre");
+    assert!(mean.0.hypot(mean.1) < 1.5);
+    assert!(off.iter().all(|o| (o.0 - mean.0).hypot(o.1 - mean.1) < 0.6));
+}

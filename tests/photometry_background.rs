@@ -151,3 +151,28 @@ fn a_constant_frame_has_that_level_and_no_scatter() {
     let sky = background(&frame(Array2::from_elem((100, 70), 42.0)), 64, 3.0).unwrap();
     assert_eq!((sky.level(35.0, 99.0), sky.global_level(), sky.rms(3.0, 3.0)), (42.0, 42.0, 0.0));
 }
+
+/// A sky of 200 e⁻ that falls off as 1 − `fall` (r/r_corner)², with a gradient and trails, and a small even noise.
+fn vignetted(fall: f64, gradient: f64) -> Frame<Electrons> {
+    let (nx, ny) = (960.0, 640.0);
+    frame(Array2::from_shape_fn((ny as usize, nx as usize), |(j, i)| {
+        let (x, y) = (i as f64 - nx / 2.0, j as f64 - ny / 2.0);
+        let r2 = (x * x + y * y) / (0.25 * (nx * nx + ny * ny));
+        let sky = 200.0 * (1.0 - fall * r2) * (1.0 + gradient * x / nx);
+        let trail = if (y - 0.3 * x).abs() % 100.0 < 6.0 { 300.0 } else { 0.0 };
+        (sky + trail + ((i * 7 + j * 13) % 31) as f64 - 15.0) as f32
+    }))
+}
+
+#[test]
+fn the_corner_ratio_is_the_fall_of_the_field_whatever_the_trails_and_the_moon() {
+    let even = background(&vignetted(0.0, 0.0), 64, 3.0).unwrap().corner_ratio().unwrap();
+    assert!((even - 1.0).abs() < 0.01, "{even}");
+    for gradient in [0.0, 0.5] {
+        let got = background(&vignetted(0.2, gradient), 64, 3.0).unwrap().corner_ratio().unwrap();
+        // the rim is the boxes from 0.85 to 1 of the corner, the centre those within 0.3: 1 − 0.2 · 0.85² to 0.93²
+        assert!((0.82..0.87).contains(&got), "gradient {gradient}: {got}");
+    }
+    let half = frame(Array2::from_elem((64, 64), 5.0));
+    assert_eq!(background(&half, 64, 3.0).unwrap().corner_ratio(), None);
+}

@@ -5,6 +5,7 @@
 mod bar;
 mod brdf;
 mod compare;
+mod detector;
 mod flat;
 mod init;
 mod measure;
@@ -14,6 +15,7 @@ mod predict;
 mod run;
 mod satellites;
 mod simulate;
+mod solve;
 mod zeropoint;
 
 use std::path::{Path, PathBuf};
@@ -50,8 +52,12 @@ enum Verb {
     Init(init::Init),
     /// Make a master flat
     Flat(flat::Flat),
+    /// Check gain, read noise, pedestal, step and saturation on flats and bias frames
+    Detector(detector::DetectorVerb),
     /// Fit zeropoint, extinction and colour term to star pointings
     Zeropoint(zeropoint::ZeropointVerb),
+    /// Find where frames are on the sky, without world coordinates in their headers
+    Solve(solve::Solve),
     /// Measure the target in frames, with the geometry of each
     Measure(measure::Measure),
     /// Compare a photometry table with the model
@@ -118,7 +124,9 @@ impl Cli {
             Verb::Run(v) => v.execute(),
             Verb::Init(v) => v.execute(),
             Verb::Flat(v) => v.execute(),
+            Verb::Detector(v) => v.execute(),
             Verb::Zeropoint(v) => v.execute(),
+            Verb::Solve(v) => v.execute(),
             Verb::Measure(v) => v.execute(),
             Verb::Compare(v) => v.execute(),
             Verb::Passes(v) => v.execute(),

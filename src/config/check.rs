@@ -28,9 +28,17 @@ impl Config {
             range("stars.min_snr", stars.min_snr, 0.0, 1e6, "")?;
             range("stars.match_radius_arcsec", stars.match_radius_arcsec, 0.01, 3_600.0, "arcsec")?;
             range("stars.pointing_err_arcsec", stars.pointing_err_arcsec, 0.0, 36_000.0, "arcsec")?;
+            range("stars.epoch_jyear", stars.epoch_jyear, 1850.0, 2150.0, "Julian year")?;
+            range("stars.solve_radius_deg", stars.solve_radius_deg, 0.0, 10.0, "deg")?;
+            range("stars.scale_search_frac", stars.scale_search_frac, 0.0, 0.5, "")?;
+            for (object, [ra_deg, dec_deg]) in &stars.fields {
+                range(&format!("stars.fields.{object} (RA)"), *ra_deg, -360.0, 360.0, "deg")?;
+                range(&format!("stars.fields.{object} (Dec)"), *dec_deg, -90.0, 90.0, "deg")?;
+            }
             range("stars.pointing_gap_s", stars.pointing_gap_s, 0.0, 86_400.0, "s")?;
         }
         self.check_zeropoint()?;
+        self.check_vetting()?;
         if let Some(orbit) = &self.orbit {
             range("orbit.max_age_d", orbit.max_age_d, 0.0, 36_525.0, "d")?;
             range("orbit.ut1_utc_s", orbit.ut1_utc_s, -1.0, 1.0, "s")?;
@@ -99,12 +107,26 @@ impl Config {
         Ok(())
     }
 
+    fn check_vetting(&self) -> Result<()> {
+        let v = &self.vetting;
+        range("vetting.contam_caution_frac", v.contam_caution_frac, 0.0, 1e6, "of the flux")?;
+        range("vetting.contam_reject_frac", v.contam_reject_frac, v.contam_caution_frac, 1e6, "of the flux")?;
+        range("vetting.smear_caution", v.smear_caution, 1.0, 1e6, "")?;
+        range("vetting.corner_ratio_dev", v.corner_ratio_dev, 0.0, 1e6, "")?;
+        range("vetting.sky_drop_frac", v.sky_drop_frac, 0.0, 0.99, "of the sky")?;
+        range("vetting.min_alt_deg", v.min_alt_deg, -90.0, 90.0, "deg")?;
+        range("vetting.dome_rate_deg_s", v.dome_rate_deg_s, 0.0, 1e6, "deg/s")?;
+        range("vetting.peak_caution_frac", v.peak_caution_frac, 0.0, 1e6, "")?;
+        range("vetting.cadence_min_frac", v.cadence_min_frac, 0.0, 1e6, "of EXPTIME")
+    }
+
     fn check_zeropoint(&self) -> Result<()> {
         let z = &self.zeropoint;
         range("zeropoint.max_rejected_frac", z.max_rejected_frac, 0.0, 0.9, "")?;
         range("zeropoint.min_stars", z.min_stars as f64, 1.0, 1e6, "stars")?;
         range("zeropoint.target_b_v_mag", z.target_b_v_mag, -1.0, 4.0, "mag")?;
         range("zeropoint.target_b_v_err_mag", z.target_b_v_err_mag, 0.0, 4.0, "mag")?;
+        range("zeropoint.previous_err_mag", z.previous_err_mag, 0.0, 5.0, "mag")?;
         for (key, pin) in [("zeropoint.pin_k", &z.pin_k), ("zeropoint.pin_c", &z.pin_c)] {
             if let Some(pin) = pin {
                 range(&format!("{key}.value"), pin.value, -10.0, 10.0, "mag")?;

@@ -9,6 +9,7 @@ mod load;
 mod model;
 mod photometry;
 mod surface;
+mod vetting;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -23,8 +24,9 @@ pub use effects::{
 pub(crate) use load::read_layers;
 pub use load::{ELEMENTS, PRESETS, preset_text};
 pub use model::{Model, Orbit};
-pub use photometry::{Combine, Estimator, Flat, Photometry, Pin, Stars, Target, Zeropoint};
+pub use photometry::{ApertureShape, Combine, Estimator, Flat, Photometry, Pin, Solve, Stars, Target, Zeropoint};
 pub use surface::{Attitude, Brdf, Surface};
+pub use vetting::Vetting;
 
 /// The whole night's configuration.
 #[derive(Debug, Clone, Deserialize, Serialize)]
@@ -62,6 +64,9 @@ pub struct Config {
     /// The zeropoint, extinction and colour fit.
     #[serde(default)]
     pub zeropoint: Zeropoint,
+    /// From which number on a frame is used with caution, or not at all.
+    #[serde(default)]
+    pub vetting: Vetting,
     /// The elements of the target; without it no geometry and no model.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub orbit: Option<Orbit>,

@@ -50,6 +50,8 @@ pub struct Photometry {
     pub detect_sigma: f64,
     /// Sigma clip of sky pixels \[σ\].
     pub clip_sigma: f64,
+    /// Carry every flux to the whole light of a star with the growth curve of the star frames.
+    pub aper_correction: bool,
 }
 
 impl Default for Photometry {
@@ -63,8 +65,26 @@ impl Default for Photometry {
             mesh_px: 64,
             detect_sigma: 5.0,
             clip_sigma: 3.0,
+            aper_correction: true,
         }
     }
+}
+
+/// The shape of the target's aperture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ApertureShape {
+    /// The one of the others that holds the target in the smallest area.
+    #[default]
+    Auto,
+    /// A circle.
+    Circle,
+    /// An ellipse.
+    Ellipse,
+    /// A rotated rectangle.
+    Rectangle,
+    /// A rectangle with half a disc at both ends.
+    Pill,
 }
 
 /// How the tracked target is found and measured.
@@ -86,6 +106,8 @@ pub struct Target {
     /// Radius of the circle a limit is measured in when nothing is found \[FWHM\]; the limit is then scaled to the size
     /// of the object in the frames that show it.
     pub limit_r_fwhm: f64,
+    /// Shape of the aperture around the target.
+    pub shape: ApertureShape,
 }
 
 impl Default for Target {
@@ -97,6 +119,7 @@ impl Default for Target {
             detect_sigma: 5.0,
             margin_fwhm: 1.5,
             limit_r_fwhm: 2.0,
+            shape: ApertureShape::Auto,
         }
     }
 }
@@ -112,13 +135,27 @@ pub enum Combine {
     None,
 }
 
+/// When star frames are matched to the catalogue without their header's world coordinates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Solve {
+    /// Where the header has none, or wrong ones.
+    #[default]
+    Auto,
+    /// Never: frames without good world coordinates fail.
+    Never,
+    /// Always: the header's are not looked at.
+    Always,
+}
+
 /// Star pointings and their catalogue.
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stars {
-    /// CSV or ECSV with APASS DR9 columns as VizieR writes them (RAJ2000, DEJ2000, Vmag, e_Vmag, B-V, e_B-V).
+    /// CSV, TSV, ECSV or VOTable with APASS DR9 columns as VizieR writes them (RAJ2000, DEJ2000, Vmag, e_Vmag, B-V, e_B-V).
     pub catalogue: PathBuf,
-    /// Own column names: `ra_deg`, `dec_deg`, `v_mag`, `v_mag_err`, `b_v_mag`, `b_v_err_mag`, `id`.
+    /// Own column names: `ra_deg`, `dec_deg`, `v_mag`, `v_mag_err`, `b_v_mag`, `b_v_err_mag`, `id`, `pm_ra_mas_yr`,
+    /// `pm_dec_mas_yr`, `epoch_jyear`.
     #[serde(default)]
     pub columns: BTreeMap<String, String>,
     /// B−V kept in the fit \[mag\]; Caddy et al. use 0.2 to 0.9.
@@ -140,6 +177,21 @@ pub struct Stars {
     /// How far the header's pointing may be off \[arcsec\].
     #[serde(default = "pointing_err")]
     pub pointing_err_arcsec: f64,
+    /// Epoch of the positions of a catalogue that has proper motions but no column of epochs \[Julian year\].
+    #[serde(default = "catalogue_epoch")]
+    pub epoch_jyear: f64,
+    /// Whether fields are matched without the header's world coordinates.
+    #[serde(default)]
+    pub solve: Solve,
+    /// How far a rough pointing may be off when a field is matched without world coordinates \[deg\].
+    #[serde(default = "solve_radius")]
+    pub solve_radius_deg: f64,
+    /// How far the pixel scale of the optics may be off then, as a share.
+    #[serde(default = "scale_search")]
+    pub scale_search_frac: f64,
+    /// OBJECT -> (RA, Dec) \[deg\] of star pointings whose header does not say where they point.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub fields: BTreeMap<String, [f64; 2]>,
     /// How the frames of one pointing are combined.
     #[serde(default)]
     pub combine: Combine,
@@ -152,9 +204,13 @@ pub struct Stars {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Estimator {
-    /// L1 start, then Tukey biweight to convergence.
+    /// A start that half the stars cannot spoil, then Tukey's biweight to convergence.
     #[default]
     Robust,
+    /// Median start, then least squares with a 3 σ clip to convergence.
+    Clip,
+    /// Huber's weights; biased by one-sided outliers such as blends.
+    Huber,
     /// Ordinary least squares, equal weights.
     Ols,
 }
@@ -185,6 +241,10 @@ pub struct Zeropoint {
     /// Colour term held or pulled \[mag/mag\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pin_c: Option<Pin>,
+    /// Fit the second-order term k'' X (B-V) as well.
+    pub second_order: bool,
+    /// Error added when the zeropoint is that of another night: how much photometric nights differ \[mag\].
+    pub previous_err_mag: f64,
     /// Weight stars by their errors (robust estimator; OLS never does).
     pub weighted: bool,
     /// Fewest stars of a fit.
@@ -204,6 +264,8 @@ impl Default for Zeropoint {
             previous: None,
             pin_k: None,
             pin_c: None,
+            second_order: false,
+            previous_err_mag: 0.03,
             weighted: true,
             min_stars: 5,
             max_rejected_frac: 0.5,
@@ -227,6 +289,15 @@ fn match_radius() -> f64 {
 }
 fn pointing_err() -> f64 {
     120.0
+}
+fn catalogue_epoch() -> f64 {
+    2000.0
+}
+fn solve_radius() -> f64 {
+    1.0
+}
+fn scale_search() -> f64 {
+    0.2
 }
 fn pointing_gap() -> f64 {
     300.0

@@ -137,7 +137,7 @@ impl Detector {
     }
 
     /// Share of full scale that is called saturated.
-    pub(super) fn saturation_frac(&self) -> f64 {
+    pub(crate) fn saturation_frac(&self) -> f64 {
         self.config.saturation_frac
     }
 

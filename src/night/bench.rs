@@ -11,6 +11,7 @@ use crate::error::{Error, Result};
 use crate::frames::{Detector, Electrons, Exposure, Frame, MasterFlat, pixel_scale_arcsec, read};
 use crate::orbit::{EarthOrientation, Site, Tracker};
 use crate::photometry::catalogue::Catalogue;
+use crate::photometry::growth::{GrowthCurve, StarProfile};
 use crate::photometry::zeropoint::Zeropoint;
 
 /// What every frame of the night shares.
@@ -36,6 +37,10 @@ pub struct Bench {
     pub zeropoint: Option<Zeropoint>,
     /// FWHM of the stars \[arcsec\], once star pointings were measured.
     pub fwhm_arcsec: Option<f64>,
+    /// Profile of the stars, once star pointings were measured.
+    pub profile: Option<StarProfile>,
+    /// Growth curve of the stars, once star pointings were measured.
+    pub growth: Option<GrowthCurve>,
 }
 
 impl Bench {
@@ -80,7 +85,9 @@ impl Bench {
                             .into(),
                     });
                 }
-                Some(Catalogue::read(&stars.catalogue, &stars.columns)?)
+                let mut catalogue = Catalogue::read(&stars.catalogue, &stars.columns)?;
+                catalogue.mark_ambiguous(stars.match_radius_arcsec);
+                Some(catalogue)
             }
         };
         Ok(Self {
@@ -94,6 +101,8 @@ impl Bench {
             flat: None,
             zeropoint: None,
             fwhm_arcsec: None,
+            profile: None,
+            growth: None,
         })
     }
 

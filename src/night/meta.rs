@@ -43,7 +43,7 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, inputs_sha256:
         meta.push("satellite", text(&model.satellite));
     }
     if let Some(z) = zeropoint {
-        let cov = z.cov.iter().map(|row| MetaValue::List(row.iter().map(|c| number(*c)).collect())).collect();
+        let cov = z.covariance().iter().map(|row| MetaValue::List(row.iter().map(|c| number(*c)).collect())).collect();
         let fields = vec![
             ("zp_mag".to_string(), number(z.zp_mag)),
             ("k_mag_airmass".to_string(), number(z.k_mag_airmass)),

@@ -7,8 +7,8 @@ use crate::error::{Error, Result};
 use crate::night::bench::Bench;
 use crate::night::meta::table_meta;
 use crate::night::pipeline::Options;
-use crate::night::zeropoint::conditions;
-use crate::report::{self, PhotometryRow, ResidualRow, StarRow};
+use crate::night::previous::conditions;
+use crate::report::{self, PhotometryRow, ResidualRow, StarRow, Thumb};
 
 /// Where and how the results are written.
 pub struct Outputs<'a> {
@@ -18,6 +18,8 @@ pub struct Outputs<'a> {
     pub bench: &'a Bench,
     /// The configuration.
     pub config: &'a Config,
+    /// Pictures of the target frames, in the order of their rows.
+    pub thumbs: &'a [Option<Thumb>],
     /// Hash over all input files.
     pub inputs_sha256: String,
 }
@@ -75,12 +77,24 @@ impl Outputs<'_> {
             report::plot::zeropoint_diagnostics(&path, stars, z.zp_mag, z.k_mag_airmass, z.c_mag_mag)?;
             files.push(path);
         }
+        if self.config.vetting.gallery_frames > 0 {
+            let (path, most) = (self.folder.join("gallery.html"), self.config.vetting.gallery_frames);
+            report::write_gallery(&path, rows, self.thumbs, &self.config.night.name, most)?;
+            files.push(path);
+        }
+        if self.config.stars.is_some() && self.config.photometry.aper_correction {
+            files.push(folder.join("growth.svg"));
+            report::plot::growth_curve(&folder.join("growth.svg"), self.bench.growth.as_ref())?;
+        }
         Ok(files)
     }
 }
 
 /// Writes a text file whole or not at all.
 pub(crate) fn save(path: &Path, text: &str) -> Result<()> {
+    if let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
+        std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, e))?;
+    }
     let temp = path.with_extension("tmp");
     std::fs::write(&temp, text).map_err(|e| Error::io(&temp, e))?;
     std::fs::rename(&temp, path).map_err(|e| Error::io(path, e))

@@ -7,14 +7,17 @@ use crate::error::{Error, Result};
 use crate::frames::{Exposure, FlatMember};
 use crate::night::bench::{Bench, config_sha256};
 use crate::night::compare::residual_rows;
+use crate::night::detector_checks::check as check_detector;
+use crate::night::detector_report::write_checks;
 use crate::night::manifest::{Manifest, Stage, inputs_sha256, manifest_inputs};
 use crate::night::outputs::{Outputs, file_name};
+use crate::night::previous::read_previous;
 use crate::night::progress::Progress;
 use crate::night::stages::{StarStage, master_flat, model_stage, star_stage, target_stage};
 use crate::night::summary::{Counts, Summary};
 use crate::night::survey::{Survey, site_note, survey};
 use crate::night::target::{empty_columns, failed_row};
-use crate::night::zeropoint::{fit_rows, read_previous};
+use crate::night::zeropoint::fit_rows;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::summary::pass_table;
 use crate::report::{PhotometryRow, StarRow};
@@ -60,16 +63,17 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     if survey.targets.is_empty() {
         log.notes.push(no_target(&survey, &bench));
     }
+    let checks = log.stage("detector", |log| check_detector(&survey, &bench, &mut log.notes))?;
     bench.flat = log.stage("flat", |log| master_flat(&survey, &bench, options, progress, &mut log.notes))?;
     let mut stars = log.stage("stars", |log| star_stage(&survey, &bench, options, progress, &mut log.notes))?;
-    bench.fwhm_arcsec = stars.fwhm_arcsec;
+    (bench.fwhm_arcsec, bench.profile, bench.growth) = (stars.fwhm_arcsec, stars.profile, stars.growth.take());
     let mut star_rows = std::mem::take(&mut stars.rows);
     let mut poor = Vec::new();
     bench.zeropoint = zeropoint_stage(&mut star_rows, &stars, &bench, &mut poor, &mut log.notes)?;
     let mut frames = log.stage("target", |log| target_stage(&survey, &bench, options, progress, &mut log.notes))?;
     let quadratures = log.stage("model", |log| model_stage(&mut frames, &bench, &mut log.notes));
 
-    let mut rows: Vec<PhotometryRow> = frames.into_iter().map(|f| f.0).collect();
+    let (mut rows, thumbs): (Vec<PhotometryRow>, Vec<_>) = frames.into_iter().map(|f| (f.row, f.thumb)).unzip();
     rows.extend(std::mem::take(&mut stars.failed));
     rows.extend(rejected_flats(&bench));
     rows.extend(survey.unreadable.iter().map(|u| failed_row(&file_name(&u.path), &u.error)));
@@ -108,8 +112,10 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
         files: Vec::new(),
     };
     let inputs = manifest_inputs(&survey, &rows);
-    let outputs = Outputs { folder: &folder, bench: &bench, config, inputs_sha256: inputs_sha256(&inputs) };
+    let hash = inputs_sha256(&inputs);
+    let outputs = Outputs { folder: &folder, bench: &bench, config, thumbs: &thumbs, inputs_sha256: hash };
     summary.files = log.stage("write", |_| outputs.write(&rows, &star_rows, &residuals, options))?;
+    summary.files.push(write_checks(&folder, &checks)?);
     summary.elapsed_s = progress.elapsed_s();
     let manifest = Manifest {
         config_sha256: config_sha256(config)?,

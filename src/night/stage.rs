@@ -10,12 +10,13 @@ use crate::night::compare::{add_model, comparable, epoch_of, residual_rows};
 use crate::night::meta::table_meta;
 use crate::night::outputs::save;
 use crate::night::pipeline::Options;
+use crate::night::previous::{conditions, read_previous};
 use crate::night::progress::Progress;
 use crate::night::stages::{master_flat, star_stage, target_stage};
 use crate::night::summary::{Counts, zeropoint_text};
 use crate::night::survey::{Survey, survey};
 use crate::night::target::{failed_row, fill_geometry};
-use crate::night::zeropoint::{conditions, fit_rows, read_previous};
+use crate::night::zeropoint::fit_rows;
 use crate::photometry::Flags;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::summary::pass_table;
@@ -117,11 +118,8 @@ impl FittedStars {
     /// [`Error::Io`].
     pub fn write(&self, config: &Config, zeropoint: &Path, stars: Option<&Path>) -> Result<()> {
         if let Ok(fit) = &self.zeropoint {
-            // the fit's own warnings have their place in the file
-            let mut notes: Vec<String> = self.notes.iter().filter(|n| !fit.warnings.contains(n)).cloned().collect();
             let flattened = !self.rows.iter().any(|r| Flags(r.flags).has(Flags::NO_FLAT));
-            notes.push(conditions(config, flattened));
-            save(zeropoint, &fit.to_toml(&notes))?;
+            save(zeropoint, &fit.to_toml(&[conditions(config, flattened)]))?;
         }
         match stars {
             Some(path) => write_stars(path, &self.rows, &table_meta(config, self.zeropoint.as_ref().ok(), None)?),
@@ -167,10 +165,11 @@ pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progre
         bench.zeropoint = Some(zeropoint);
     }
     if config.stars.is_some() && survey.n_star_frames() > 0 {
-        bench.fwhm_arcsec = star_stage(&survey, &bench, options, progress, &mut notes)?.fwhm_arcsec;
+        let stars = star_stage(&survey, &bench, options, progress, &mut notes)?;
+        (bench.fwhm_arcsec, bench.profile) = (stars.fwhm_arcsec, stars.profile);
     }
     let frames = target_stage(&survey, &bench, options, progress, &mut notes)?;
-    let mut rows: Vec<PhotometryRow> = frames.into_iter().map(|f| f.0).collect();
+    let mut rows: Vec<PhotometryRow> = frames.into_iter().map(|f| f.row).collect();
     rows.extend(survey.unreadable.iter().map(|u| failed_row(&crate::night::outputs::file_name(&u.path), &u.error)));
     let counts = Counts::of(&survey, &rows, &[]);
     let failed_frac = counts.failed as f64 / rows.len().max(1) as f64;

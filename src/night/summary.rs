@@ -1,5 +1,6 @@
 //! The night in numbers, and the text printed at its end.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -7,9 +8,14 @@ use serde::Serialize;
 
 use crate::error::Error;
 use crate::night::survey::Survey;
+use crate::night::vet::DECIDING;
+use crate::photometry::Flags;
 use crate::photometry::zeropoint::Zeropoint;
+use crate::report::summary::{is_lower_limit, is_used};
 use crate::report::{PhotometryRow, StarRow};
 
+/// How many reasons the summary prints.
+const SHOWN_DOUBTS: usize = 5;
 /// How many failures the summary prints.
 const SHOWN_FAILURES: usize = 5;
 
@@ -40,6 +46,10 @@ pub struct Counts {
     pub verdict_reject: usize,
     /// Target frames without one.
     pub nondetection: usize,
+    /// Detections that only say "at least so bright".
+    pub lower_limit: usize,
+    /// Why measured target frames are used with caution or not at all: flags and how many of these frames have them.
+    pub doubts: BTreeMap<&'static str, usize>,
     /// Frames left out for a stated reason.
     pub rejected: usize,
     /// Frames that could not be reduced.
@@ -67,6 +77,8 @@ impl Counts {
             verdict_caution: judged("caution"),
             verdict_reject: judged("reject"),
             nondetection: with("nondetection"),
+            lower_limit: rows.iter().filter(|r| is_used(&r.status, &r.verdict) && is_lower_limit(r.flags)).count(),
+            doubts: doubts(rows),
             rejected: with("rejected"),
             failed: with("failed"),
             star_rows: stars.len(),
@@ -78,6 +90,37 @@ impl Counts {
     pub fn failed_frac(&self) -> f64 {
         self.failed as f64 / self.science.max(1) as f64
     }
+
+    /// The reasons for caution and rejection, the most frequent first, and the lower limits; `None` without any.
+    #[must_use]
+    pub fn doubts_text(&self) -> Option<String> {
+        let mut doubts: Vec<(&str, usize)> = self.doubts.iter().map(|(name, n)| (*name, *n)).collect();
+        doubts.sort_by_key(|(name, n)| (std::cmp::Reverse(*n), *name));
+        let mut told: Vec<String> = doubts.iter().take(SHOWN_DOUBTS).map(|(name, n)| format!("{n} {name}")).collect();
+        if doubts.len() > SHOWN_DOUBTS {
+            told.push(format!("{} other reasons", doubts.len() - SHOWN_DOUBTS));
+        }
+        match self.lower_limit {
+            0 => {}
+            1 => told.push("1 lower limit".into()),
+            n => told.push(format!("{n} lower limits")),
+        }
+        (!told.is_empty()).then(|| told.join(", "))
+    }
+}
+
+/// How often each flag that decides a verdict occurs among measured frames that are not simply used.
+fn doubts(rows: &[PhotometryRow]) -> BTreeMap<&'static str, usize> {
+    let judged = |r: &&PhotometryRow| matches!(r.status.as_str(), "ok" | "nondetection") && r.verdict != "use";
+    // lower limits have a count of their own
+    let told = |flag: Flags| DECIDING.has(flag) && flag != Flags::LOWER_LIMIT;
+    let mut doubts = BTreeMap::new();
+    for row in rows.iter().filter(judged) {
+        for (_, name) in Flags::NAMES.iter().filter(|(flag, _)| told(*flag) && Flags(row.flags).has(*flag)) {
+            *doubts.entry(*name).or_default() += 1;
+        }
+    }
+    doubts
 }
 
 /// The night in numbers.
@@ -134,6 +177,9 @@ impl Summary {
             "Target     {} ok (verdict: {} use, {} caution, {} reject), {} nondetection; in all {} rejected, {} failed",
             c.ok, c.verdict_use, c.verdict_caution, c.verdict_reject, c.nondetection, c.rejected, c.failed
         );
+        if let Some(doubts) = c.doubts_text() {
+            let _ = writeln!(t, "Doubts     {doubts}");
+        }
         for (frame, status, reason) in self.failures.iter().take(SHOWN_FAILURES) {
             let _ = writeln!(t, "           {status}: {frame}: {reason}");
         }
@@ -154,7 +200,7 @@ impl Summary {
     }
 }
 
-/// The zeropoint in three lines.
+/// The zeropoint in a few lines.
 #[must_use]
 pub fn zeropoint_text(zeropoint: Option<&Zeropoint>, source: &str) -> String {
     let mut t = String::new();
@@ -174,15 +220,29 @@ pub fn zeropoint_text(zeropoint: Option<&Zeropoint>, source: &str) -> String {
         err(2),
         z.c_note
     );
+    let mut model = "V = V_inst - ZP - k X - C (B-V)".to_owned();
+    if z.second_order() {
+        let _ = writeln!(t, "           k2 {:.4} +- {:.4} ({})", z.k2_mag, err(3), z.k2_note);
+        model += " - k2 X (B-V)";
+    }
     let _ = writeln!(
         t,
-        "           V = V_inst - ZP - k X - C (B-V), V_inst of e-/s; N {} used, {} outliers, rms {:.4} mag; {}",
+        "           {model}, V_inst of e-/s; N {} used, {} outliers, rms {:.4} mag; {}",
         z.n_used, z.n_rejected, z.rms_mag, source
     );
+    if z.pointing_scatter_mag.is_finite() {
+        let chance = z.pointing_p_value.map(|p| format!(", p {p:.3} that they agree")).unwrap_or_default();
+        let _ = writeln!(
+            t,
+            "           {} pointings scatter by {:.4} mag beyond their stars{chance}",
+            z.n_pointings, z.pointing_scatter_mag
+        );
+    }
+    let [b_v, b_v_err] = if z.target_b_v_mag[0].is_finite() { z.target_b_v_mag } else { [0.65, 0.0] };
     let _ = writeln!(
         t,
-        "           error at X 1.5, B-V 0.65: {:.4} mag propagated, {:.4} as the paper adds it",
-        z.err_mag(1.5, 0.65, 0.0),
+        "           error at X 1.5, B-V {b_v}: {:.4} mag propagated, {:.4} as the paper adds it",
+        z.err_mag(1.5, b_v, b_v_err),
         z.err_as_published_mag()
     );
     t

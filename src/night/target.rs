@@ -6,13 +6,17 @@ use crate::error::{Error, Result};
 use crate::frames::Exposure;
 use crate::night::bench::{Bench, sha256_16};
 use crate::night::clock::{iso_utc, mjd_utc};
+use crate::night::cutout::cutout;
+use crate::night::previous::other_night;
+use crate::night::vet::judge;
 use crate::orbit::Geometry;
 use crate::photometry::Flags;
 use crate::photometry::aperture::Shape;
 use crate::photometry::background::background;
 use crate::photometry::flux::Flux;
-use crate::photometry::target::{TargetFound, TargetSettings, measure_target};
-use crate::report::PhotometryRow;
+use crate::photometry::surface_brightness::inst_mu;
+use crate::photometry::target::{Light, TargetFound, TargetSettings, measure_target};
+use crate::report::{PhotometryRow, Thumb};
 
 /// FWHM taken when neither star pointings nor the configuration give one \[arcsec\].
 pub const ASSUMED_FWHM_ARCSEC: f64 = 2.5;
@@ -33,9 +37,20 @@ pub fn failed_row(frame: &str, reason: &Error) -> PhotometryRow {
     }
 }
 
+/// What is known of one target frame.
+#[derive(Debug, Clone)]
+pub struct TargetFrame {
+    /// Its row of the light curve.
+    pub row: PhotometryRow,
+    /// Where the satellite stood.
+    pub geometry: Option<Geometry>,
+    /// A small picture of the target.
+    pub thumb: Option<Thumb>,
+}
+
 /// Measures the target in one frame, with the geometry of its moment.
 #[must_use]
-pub fn measure_frame(exposure: &Exposure, bench: &Bench) -> (PhotometryRow, Option<Geometry>) {
+pub fn measure_frame(exposure: &Exposure, bench: &Bench) -> TargetFrame {
     let mut row = header_columns(exposure, bench);
     let geometry = match geometry_columns(&mut row, exposure, bench) {
         Ok(geometry) => geometry,
@@ -43,12 +58,14 @@ pub fn measure_frame(exposure: &Exposure, bench: &Bench) -> (PhotometryRow, Opti
             row.status = "rejected".into();
             row.verdict = "reject".into();
             row.reason = error.to_string();
-            return (row, None);
+            return TargetFrame { row, geometry: None, thumb: None };
         }
     };
     // a damaged file must cost one row even where a library panics on it
-    let measured =
-        std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| measure_columns(&mut row, exposure, bench)));
+    let mut thumb = None;
+    let measured = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+        measure_columns(&mut row, &mut thumb, exposure, bench)
+    }));
     let result = measured.unwrap_or_else(|_| {
         Err(Error::Fits { path: exposure.path.clone(), problem: "internal error while reading this frame".into() })
     });
@@ -58,12 +75,8 @@ pub fn measure_frame(exposure: &Exposure, bench: &Bench) -> (PhotometryRow, Opti
     } else {
         calibrate(&mut row, bench);
     }
-    let (verdict, because) = verdict(&row);
-    row.verdict = verdict.into();
-    if row.reason.is_empty() && because != Flags::default() {
-        row.reason = format!("flags {because}");
-    }
-    (row, geometry)
+    judge(&mut row, &bench.config.vetting);
+    TargetFrame { row, geometry, thumb }
 }
 
 /// Identity, time and optics, from the header alone.
@@ -121,6 +134,7 @@ pub fn fill_geometry(row: &mut PhotometryRow, g: &Geometry) {
     row.az_deg = Some(g.az_rad.to_degrees());
     row.range_km = Some(g.range_km);
     row.rate_deg_s = Some(g.rate_rad_s.to_degrees());
+    row.az_rate_deg_s = Some(g.az_rate_rad_s.to_degrees());
     row.airmass = g.airmass;
     row.phase_angle_deg = Some(g.phase_angle_rad.to_degrees());
     row.sun_alt_deg = Some(g.sun_alt_rad.to_degrees());
@@ -135,7 +149,12 @@ pub fn fill_geometry(row: &mut PhotometryRow, g: &Geometry) {
 }
 
 /// Finds and measures the target.
-fn measure_columns(row: &mut PhotometryRow, exposure: &Exposure, bench: &Bench) -> Result<()> {
+fn measure_columns(
+    row: &mut PhotometryRow,
+    thumb: &mut Option<Thumb>,
+    exposure: &Exposure,
+    bench: &Bench,
+) -> Result<()> {
     let p = &bench.config.photometry;
     let t = &bench.config.target;
     let scale_arcsec = bench.scale_arcsec(exposure);
@@ -150,6 +169,7 @@ fn measure_columns(row: &mut PhotometryRow, exposure: &Exposure, bench: &Bench) 
         row.flags |= Flags::NO_FLAT.0;
     }
     let sky = background(&frame, p.mesh_px, p.clip_sigma)?;
+    row.sky_corner_ratio = sky.corner_ratio();
     let (nx, ny) = exposure.size_px;
     for (key, at, n) in [("target.x_px", t.x_px, nx), ("target.y_px", t.y_px, ny)] {
         if let Some(at) = at.filter(|at| *at < -0.5 || *at > n as f64 - 0.5) {
@@ -170,15 +190,19 @@ fn measure_columns(row: &mut PhotometryRow, exposure: &Exposure, bench: &Bench) 
         sky_in_px: p.sky_in_fwhm * fwhm_px,
         sky_out_px: p.sky_out_fwhm * fwhm_px,
         clip_sigma: p.clip_sigma,
+        shape: t.shape,
+        contam_frac: bench.config.vetting.contam_caution_frac,
     };
     let well_e = (frame.gain.saturation_adu - frame.gain.pedestal_adu) * frame.gain.e_per_adu.0;
     match measure_target(&frame, &sky, &settings) {
-        TargetFound::Detected { flux, x_px, y_px, .. } => {
+        TargetFound::Detected { flux, x_px, y_px, light, along_trails } => {
             row.x_px = Some(x_px);
             row.y_px = Some(y_px);
             flux_columns(row, &flux, well_e);
+            let corr_mag = aperture_correction(row, bench, fwhm_px, &flux, light.source, along_trails);
+            light_columns(row, &flux, &light, fwhm_px, (exposure.exptime_s, scale_arcsec));
             if flux.snr >= t.detect_sigma {
-                row.inst_mag = Some(-2.5 * (flux.flux_e / exposure.exptime_s).log10());
+                row.inst_mag = Some(-2.5 * (flux.flux_e / exposure.exptime_s).log10() + corr_mag);
                 row.v_mag_err = Some(MAG_PER_LN * flux.flux_err_e / flux.flux_e);
                 row.status = "ok".into();
             } else {
@@ -188,7 +212,7 @@ fn measure_columns(row: &mut PhotometryRow, exposure: &Exposure, bench: &Bench) 
                     "S/N {:.1} of the whole object is below {} (target.detect_sigma)",
                     flux.snr, t.detect_sigma
                 );
-                row.limit_v_mag = inst_limit(t.detect_sigma * flux.flux_err_e, exposure.exptime_s);
+                row.limit_v_mag = inst_limit(t.detect_sigma * flux.flux_err_e, exposure.exptime_s, corr_mag);
             }
         }
         TargetFound::NotDetected { limit_e, x_px, y_px, flux } => {
@@ -197,15 +221,56 @@ fn measure_columns(row: &mut PhotometryRow, exposure: &Exposure, bench: &Bench) 
             row.y_px = Some(y_px);
             row.status = "nondetection".into();
             row.reason = format!("nothing above {} sigma near ({x_px:.0}, {y_px:.0})", t.detect_sigma);
-            row.limit_v_mag = inst_limit(limit_e, exposure.exptime_s);
+            let corr_mag = aperture_correction(row, bench, fwhm_px, &flux, None, false);
+            row.limit_v_mag = inst_limit(limit_e, exposure.exptime_s, corr_mag);
         }
     }
+    *thumb = cutout(&frame, row, [settings.x_px, settings.y_px, settings.search_radius_px]);
     Ok(())
 }
 
+/// What the target looks like and what is mixed with it; surface brightness is instrumental until `calibrate`.
+fn light_columns(
+    row: &mut PhotometryRow,
+    flux: &Flux,
+    light: &Light,
+    fwhm_px: f64,
+    (exptime_s, scale_arcsec): (f64, f64),
+) {
+    row.elongation = Some(light.elongation);
+    row.extent_fwhm = light.extent_px.map(|e| e / fwhm_px);
+    // a flux below its error is no measure of a share
+    row.contam_frac = Some(light.contamination_e / flux.flux_e.max(flux.flux_err_e)).filter(|f| f.is_finite());
+    row.mu_mean_mag_arcsec2 = inst_mu(flux.flux_e, exptime_s, flux.area_px, scale_arcsec);
+    row.mu_peak_mag_arcsec2 = light.peak_disc_e_px.and_then(|e| inst_mu(e, exptime_s, 1.0, scale_arcsec));
+}
+
 /// A limit as an instrumental magnitude, for `calibrate` to turn into V.
-fn inst_limit(limit_e: f64, exptime_s: f64) -> Option<f64> {
-    (limit_e > 0.0 && limit_e.is_finite()).then(|| -2.5 * (limit_e / exptime_s).log10())
+fn inst_limit(limit_e: f64, exptime_s: f64, corr_mag: f64) -> Option<f64> {
+    (limit_e > 0.0 && limit_e.is_finite()).then(|| -2.5 * (limit_e / exptime_s).log10() + corr_mag)
+}
+
+/// What carries the target to its whole light, as the stars of the zeropoint are \[mag\]; 0 without a profile of the stars.
+///
+/// A level measured along trails has none of the target's light in it: then there is no annulus to correct for. The
+/// error of the correction is left in `v_mag_err_sys` for `calibrate`.
+fn aperture_correction(
+    row: &mut PhotometryRow,
+    bench: &Bench,
+    fwhm_px: f64,
+    flux: &Flux,
+    source: Option<Shape>,
+    along_trails: bool,
+) -> f64 {
+    let Some(profile) = bench.profile.filter(|_| bench.config.photometry.aper_correction) else { return 0.0 };
+    let sky = if along_trails { (0.0, 0.0) } else { (flux.sky_in_px, flux.sky_out_px) };
+    let correction = profile.correction_mag(fwhm_px, flux.shape, sky, source);
+    if !correction.is_finite() {
+        return 0.0;
+    }
+    row.aper_corr_mag = Some(correction);
+    row.v_mag_err_sys = Some(profile.correction_err_mag(fwhm_px, flux.shape, sky, source)).filter(|e| e.is_finite());
+    correction
 }
 
 fn flux_columns(row: &mut PhotometryRow, flux: &Flux, well_e: f64) {
@@ -213,7 +278,9 @@ fn flux_columns(row: &mut PhotometryRow, flux: &Flux, well_e: f64) {
     row.aper_shape = flux.shape.name().into();
     match flux.shape {
         Shape::Circle { r_px } => row.aper_r_px = Some(r_px),
-        Shape::Ellipse { a_px, b_px, theta_rad } => {
+        Shape::Ellipse { a_px, b_px, theta_rad }
+        | Shape::Rectangle { a_px, b_px, theta_rad }
+        | Shape::Pill { a_px, b_px, theta_rad } => {
             row.aper_a_px = Some(a_px);
             row.aper_b_px = Some(b_px);
             row.aper_theta_deg = Some(theta_rad.to_degrees());
@@ -231,11 +298,20 @@ fn flux_columns(row: &mut PhotometryRow, flux: &Flux, well_e: f64) {
 
 /// Instrumental to calibrated magnitudes, V = V_inst − ZP − k X − C (B−V).
 ///
-/// The systematic error joins the zeropoint's propagated covariance at this airmass and colour, the colour of the
-/// target and the gain table; the random error is the flux's own.
+/// The systematic error joins the zeropoint's propagated covariance at this airmass and colour, the scatter of one line
+/// of sight as the pointings show it, the colour of the target, the gain table, the aperture correction and, where the
+/// zeropoint is of another night, how much nights differ; the random error is the flux's own.
 pub fn calibrate(row: &mut PhotometryRow, bench: &Bench) {
     let inst_limit = row.limit_v_mag.take();
+    let correction_err = row.v_mag_err_sys.take().unwrap_or(0.0);
+    let inst_mu = [row.mu_mean_mag_arcsec2.take(), row.mu_peak_mag_arcsec2.take()];
     let z = &bench.config.zeropoint;
+    let other = bench.zeropoint.as_ref().and_then(|zeropoint| other_night(zeropoint, row.mjd_mid_d, z));
+    if let Some(other) = &other {
+        row.flags |= Flags::OTHER_ZEROPOINT.0;
+        row.zp_age_d = other.age_d;
+        row.zp_extra_err_mag = Some(other.extra_err_mag);
+    }
     let (Some(zeropoint), Some(airmass)) = (&bench.zeropoint, row.airmass) else {
         if row.status == "ok" || row.status == "nondetection" {
             let missing = if bench.zeropoint.is_none() { "no zeropoint" } else { "no airmass" };
@@ -244,34 +320,18 @@ pub fn calibrate(row: &mut PhotometryRow, bench: &Bench) {
         return;
     };
     let gain_err = if row.e_per_adu_source.contains("header") { 0.0 } else { bench.detector.gain_table_err_mag() };
-    let fit_err = zeropoint.err_mag(airmass, z.target_b_v_mag, z.target_b_v_err_mag);
+    let fit_err = zeropoint.err_one_pointing_mag(airmass, z.target_b_v_mag, z.target_b_v_err_mag);
+    let night_err = other.map_or(0.0, |other| other.extra_err_mag);
     row.v_mag = row.inst_mag.map(|m| zeropoint.v_mag(m, airmass, z.target_b_v_mag));
     row.limit_v_mag = inst_limit.map(|m| zeropoint.v_mag(m, airmass, z.target_b_v_mag));
-    row.v_mag_err_sys = (row.v_mag.is_some() || row.limit_v_mag.is_some()).then(|| fit_err.hypot(gain_err));
+    [row.mu_mean_mag_arcsec2, row.mu_peak_mag_arcsec2] =
+        inst_mu.map(|mu| mu.map(|m| zeropoint.v_mag(m, airmass, z.target_b_v_mag)));
+    let calibrated = row.v_mag.is_some() || row.limit_v_mag.is_some();
+    row.v_mag_err_sys = calibrated.then(|| fit_err.hypot(gain_err).hypot(night_err).hypot(correction_err));
 }
 
 fn join(a: &str, b: &str) -> String {
     if a.is_empty() { b.into() } else { format!("{a}; {b}") }
-}
-
-/// use, caution or reject, from status and flags; and the flags that decided.
-fn verdict(row: &PhotometryRow) -> (&'static str, Flags) {
-    let flags = Flags(row.flags);
-    let reject = Flags(Flags::SATURATED.0 | Flags::EDGE.0);
-    let caution = Flags(
-        Flags::MASKED.0
-            | Flags::CLIP_EDGE.0
-            | Flags::NO_ANNULUS.0
-            | Flags::TIME_UNCERTAIN.0
-            | Flags::NEGATIVE.0
-            | Flags::OLD_ELEMENTS.0,
-    );
-    match row.status.as_str() {
-        "failed" | "rejected" => ("reject", Flags::default()),
-        _ if flags.any(reject) => ("reject", Flags(flags.0 & (reject.0 | caution.0))),
-        _ if flags.any(caution) => ("caution", Flags(flags.0 & caution.0)),
-        _ => ("use", Flags::default()),
-    }
 }
 
 /// Columns that stay empty in this night, and why.
@@ -289,7 +349,7 @@ pub fn empty_columns(config: &Config, bench: &Bench) -> Vec<String> {
         );
     }
     if bench.zeropoint.is_none() {
-        notes.push("no zeropoint: v_mag, v_mag_err_sys, limit_v_mag and residual_mag are empty".into());
+        notes.push("no zeropoint: v_mag, v_mag_err_sys, limit_v_mag, mu_* and residual_mag are empty".into());
     }
     if config.model.is_none() {
         notes.push(
@@ -298,6 +358,6 @@ pub fn empty_columns(config: &Config, bench: &Bench) -> Vec<String> {
                 .into(),
         );
     }
-    notes.push("not measured yet: mu_mean_mag_arcsec2, mu_peak_mag_arcsec2, starlight_v_mag are empty".into());
+    notes.push("not modelled yet: starlight_v_mag is empty".into());
     notes
 }

@@ -1,7 +1,5 @@
 //! From star rows to the zeropoint: the cuts of the configuration, each named in its row, then the fit.
 
-use std::path::Path;
-
 use crate::config::{self, Config};
 use crate::error::{Error, Result};
 use crate::photometry::Flags;
@@ -24,14 +22,15 @@ const TAINTED: Flags = Flags(
 pub fn cut(row: &StarRow, stars: &config::Stars, zeropoint: &config::Zeropoint) -> Option<String> {
     let outside = |value: Option<f64>, [lo, hi]: [f64; 2], name: &str| match value {
         None => Some(format!("no {name}")),
-        Some(v) if v < lo || v > hi => Some(format!("{name} {v:.3} outside {lo} to {hi}")),
-        Some(_) => None,
+        Some(v) if v >= lo && v <= hi => None,
+        Some(v) => Some(format!("{name} {v:.3} outside {lo} to {hi}")),
     };
     let flags = Flags(row.flags);
     if flags.any(TAINTED) {
         return Some(format!("flags {}", Flags(flags.0 & TAINTED.0)));
     }
-    if row.inst_mag.is_none() || row.inst_mag_err.is_none() {
+    // no flux, a negative one, or no exposure time
+    if !row.inst_mag.is_some_and(f64::is_finite) || row.inst_mag_err.is_none() {
         return Some("no positive flux".into());
     }
     if row.match_arcsec.is_none() {
@@ -43,13 +42,17 @@ pub fn cut(row: &StarRow, stars: &config::Stars, zeropoint: &config::Zeropoint) 
     if row.catalogue_v_mag_err.is_some_and(|e| e > stars.v_err_max_mag) {
         return Some(format!("catalogue error above {} mag", stars.v_err_max_mag));
     }
-    let colourless = zeropoint.pin_c.is_some_and(|pin| pin.value == 0.0 && pin.err == 0.0);
+    let colourless = zeropoint.pin_c.is_some_and(|pin| pin.value == 0.0 && pin.err == 0.0) && !zeropoint.second_order;
     outside(row.catalogue_v_mag, stars.v_range_mag, "V")
         .or_else(|| {
             let unneeded = colourless && row.catalogue_b_v_mag.is_none();
             if unneeded { None } else { outside(row.catalogue_b_v_mag, stars.bv_range_mag, "B-V") }
         })
-        .or_else(|| outside(row.airmass, stars.airmass_range, "airmass"))
+        .or_else(|| {
+            // Kasten & Young give 0.9997 at the zenith
+            let [lo, hi] = stars.airmass_range;
+            outside(row.airmass, [if lo == 1.0 { 0.999 } else { lo }, hi], "airmass")
+        })
 }
 
 /// Fits the zeropoint to the rows that pass the cuts and writes status, reason, weight and residual into each row.
@@ -62,10 +65,13 @@ pub fn fit_rows(rows: &mut [StarRow], config: &Config) -> Result<Zeropoint> {
     };
     let mut chosen = Vec::new();
     let mut measurements = Vec::new();
+    let twice = matched_twice(rows);
     for (k, row) in rows.iter_mut().enumerate() {
         row.fit_weight = None;
         row.fit_residual_mag = None;
-        match cut(row, stars, &config.zeropoint) {
+        row.fit_leverage = None;
+        let duplicate = twice[k].then(|| "two detections matched to this catalogue star".to_owned());
+        match cut(row, stars, &config.zeropoint).or(duplicate) {
             Some(reason) => {
                 row.status = "rejected".into();
                 row.reason = reason;
@@ -81,11 +87,13 @@ pub fn fit_rows(rows: &mut [StarRow], config: &Config) -> Result<Zeropoint> {
     if measurements.len() < config.zeropoint.min_stars {
         return Err(Error::Zeropoint { problem: too_few(rows, measurements.len(), config.zeropoint.min_stars) });
     }
-    let zeropoint = fit(&measurements, &config.zeropoint)?;
+    let mut zeropoint = fit(&measurements, &config.zeropoint)?;
+    zeropoint.mjd_mean_d = mean_time(rows, &chosen, &zeropoint.weights);
     for (slot, &k) in chosen.iter().enumerate() {
         let row = &mut rows[k];
         row.fit_weight = Some(zeropoint.weights[slot]).filter(|w| w.is_finite());
         row.fit_residual_mag = Some(zeropoint.residuals_mag[slot]).filter(|r| r.is_finite());
+        row.fit_leverage = Some(zeropoint.leverage[slot]).filter(|h| h.is_finite());
         if zeropoint.weights[slot] == 0.0 {
             row.status = "rejected".into();
             row.reason = "outlier of the fit".into();
@@ -94,37 +102,21 @@ pub fn fit_rows(rows: &mut [StarRow], config: &Config) -> Result<Zeropoint> {
     Ok(zeropoint)
 }
 
-/// Under which conditions a zeropoint holds: another aperture, clip circle (the flat is 1 inside it), camera or flat
-/// moves it. Kept as a note in zeropoint.toml.
-#[must_use]
-pub fn conditions(config: &Config, flattened: bool) -> String {
-    let clip = config.photometry.clip_radius_px.map_or("none".into(), |r| format!("{r} px"));
-    format!(
-        "{CONDITIONS} aperture {} FWHM, clip radius {clip}, camera {}, {}",
-        config.photometry.aper_r_fwhm,
-        config.detector.camera,
-        if flattened { "flattened" } else { "not flattened" }
-    )
+/// Whether another row of the same frame claims the same catalogue star: then nobody knows which of the two it is.
+fn matched_twice(rows: &[StarRow]) -> Vec<bool> {
+    let mut count = std::collections::BTreeMap::<(&str, Option<i64>, &str), usize>::new();
+    for row in rows.iter().filter(|r| !r.star_id.is_empty() && r.match_arcsec.is_some()) {
+        *count.entry((&row.frame, row.pointing, &row.star_id)).or_default() += 1;
+    }
+    let several = |r: &StarRow| count.get(&(&*r.frame, r.pointing, &*r.star_id)).is_some_and(|n| *n > 1);
+    rows.iter().map(several).collect()
 }
 
-const CONDITIONS: &str = "conditions:";
-
-/// Reads a zeropoint of another night, with what should be known of it: its own warnings, and conditions that differ.
-///
-/// # Errors
-/// As [`Zeropoint::read`].
-pub fn read_previous(path: &Path, config: &Config, flattened: bool) -> Result<(Zeropoint, Vec<String>)> {
-    let zeropoint = Zeropoint::read(path)?;
-    let now = conditions(config, flattened);
-    let mut notes = vec![format!("zeropoint of {}", path.display())];
-    for warning in &zeropoint.warnings {
-        if !warning.starts_with(CONDITIONS) {
-            notes.push(format!("zeropoint: {warning}"));
-        } else if *warning != now {
-            notes.push(format!("zeropoint made under other {warning}; now {now}: magnitudes may be off"));
-        }
-    }
-    Ok((zeropoint, notes))
+/// Mean mid-exposure time of the rows the fit used, MJD (UTC) \[d\].
+fn mean_time(rows: &[StarRow], chosen: &[usize], weights: &[f64]) -> Option<f64> {
+    let used = chosen.iter().zip(weights).filter(|(_, w)| **w > 0.0);
+    let times: Vec<f64> = used.filter_map(|(k, _)| rows[*k].mjd_mid_d).filter(|t| t.is_finite()).collect();
+    (!times.is_empty()).then(|| times.iter().sum::<f64>() / times.len() as f64)
 }
 
 fn measurement(row: &StarRow) -> StarMeasurement {

@@ -35,6 +35,9 @@ pub struct Geometry {
     pub range_km: f64,
     /// Angular rate against the stars \[rad/s\]: `ω = |r × v_rel| / r²`, `v_rel = v_sat − Ω × r_obs`.
     pub rate_rad_s: f64,
+    /// Rate of the azimuth \[rad/s\], never negative: what a dome must follow. Over a second of straight motion
+    /// `h ± v/2` of the horizontal parts, so that it is finite in the zenith (at most π).
+    pub az_rate_rad_s: f64,
     /// Direction of that motion on the sky, a unit vector at right angles to the line of sight (star trails run
     /// opposite); zero in the singular case of no motion.
     pub motion_enu: Vector<Enu>,
@@ -71,6 +74,17 @@ pub fn look(site: &Site, eop: &EarthOrientation, epoch: &Epoch, position_km: &Ve
     (alt_rad, az_rad, line.norm())
 }
 
+/// Rate of the azimuth \[rad/s\] of a place `line` moving with `velocity` over the ground: the angle between the horizontal
+/// parts of `line ± velocity · τ/2`, over τ = 1 s.
+///
+/// Far from the zenith this is `|h × v| / h²`; in the zenith, where that has no bound, half a turn a second.
+fn az_rate_rad_s(line: &Vector<Enu>, velocity: &Vector<Enu>) -> f64 {
+    const TAU_S: f64 = 1.0;
+    let flat = |v: Vector<Enu>| Vector::<Enu>::new(v.x(), v.y(), 0.0);
+    let half = *velocity * (0.5 * TAU_S);
+    flat(*line - half).angle_to(&flat(*line + half)) / TAU_S
+}
+
 /// Puts satellite, observer, Sun and Moon together.
 ///
 /// # Errors
@@ -98,6 +112,9 @@ pub fn geometry(
     let across = v_rel - sight * sight.dot(&v_rel);
     let motion = across.unit().unwrap_or(Vector::new(0.0, 0.0, 0.0));
 
+    // Over the ground: the dome turns with the Earth.
+    let v_ground = velocity - spin_velocity(&satellite);
+
     let (sun, moon) = (topocentric(site, &sky.sun_itrs_km), topocentric(site, &sky.moon_itrs_km));
     let (sun_alt_rad, sun_az_rad) = alt_az(&site.to_enu(&sun));
     let (moon_alt_rad, moon_az_rad) = alt_az(&site.to_enu(&moon));
@@ -116,6 +133,7 @@ pub fn geometry(
         range_km,
         // ω = |r × v_rel| / r²
         rate_rad_s: sight.cross(&v_rel).norm() / range_km,
+        az_rate_rad_s: az_rate_rad_s(&site.to_enu(&line), &site.to_enu(&v_ground)),
         motion_enu: site.to_enu(&motion),
         airmass: airmass(alt_rad),
         phase_angle_rad: (sky.sun_itrs_km - satellite).angle_to(&(observer - satellite)),
@@ -129,4 +147,20 @@ pub fn geometry(
         height_km,
         tle_age_d,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_azimuth_rate_is_finite_in_the_zenith_and_the_formula_of_the_books_away_from_it() {
+        let rate = |x: f64, y: f64| az_rate_rad_s(&Vector::new(x, y, 420.0), &Vector::new(0.0, 7.3, 0.0));
+        // |h × v| / h² = 7.3 · 150 / 150²; the second of motion bends it by (v τ / h)² / 12
+        assert!((rate(150.0, 0.0) / (7.3 / 150.0) - 1.0).abs() < 2.5e-4, "{}", rate(150.0, 0.0));
+        assert!((rate(0.0, 0.0) - std::f64::consts::PI).abs() < 1e-12);
+        assert_eq!(rate(0.0, 300.0), 0.0, "straight away from the zenith");
+        assert!(rate(1e-300, 1e-300) <= std::f64::consts::PI);
+        assert_eq!(az_rate_rad_s(&Vector::new(0.0, 0.0, 1.0), &Vector::new(0.0, 0.0, 0.0)), 0.0);
+    }
 }

@@ -30,6 +30,8 @@ pub struct Background {
     rms: Spline,
     global_level: f64,
     global_rms: f64,
+    /// Centre of each box with enough good pixels, from the centre of the frame \[px\], and its level.
+    measured: Vec<(f64, f64, f64)>,
 }
 
 /// Mesh nodes and their second derivatives along y.
@@ -75,6 +77,12 @@ pub fn background(frame: &Frame<Electrons>, mesh_px: usize, clip_sigma: f64) -> 
         .collect();
     let modes = if modes.iter().any(Option::is_some) { modes } else { whole_frame(frame, modes.len(), clip_sigma)? };
 
+    let centre = |b: usize, n: usize| (b * mesh_px) as f64 + 0.5 * (mesh_px.min(n - b * mesh_px) as f64 - n as f64);
+    let measured = modes
+        .iter()
+        .enumerate()
+        .filter_map(|(b, mode)| mode.map(|m| (centre(b % boxes_x, nx), centre(b / boxes_x, ny), m.level)));
+    let measured = measured.collect();
     let filled = fill_from_neighbours(&modes, boxes_y, boxes_x);
     let level = median_3x3(&filled.mapv(|m| m.level));
     let rms = median_3x3(&filled.mapv(|m| m.sigma));
@@ -85,6 +93,7 @@ pub fn background(frame: &Frame<Electrons>, mesh_px: usize, clip_sigma: f64) -> 
         global_rms: stats::median(&mut rms.iter().copied().collect::<Vec<_>>()).unwrap_or(0.0),
         level: Spline::through(level),
         rms: Spline::through(rms),
+        measured,
     })
 }
 
@@ -370,6 +379,28 @@ impl Background {
     #[must_use]
     pub fn level_err(&self, x_px: f64, y_px: f64) -> f64 {
         2.14 * self.rms(x_px, y_px) / self.mesh_px
+    }
+
+    /// Level at the rim of the field over that at its centre: 1 for an even field, less where the beam is cut.
+    ///
+    /// Rim: the boxes beyond 0.85 of the largest distance from the centre, the median of each quadrant, then the mean of
+    /// the four, in which a gradient cancels. Centre: the median of the boxes within 0.3. Trails do not lift a mode.
+    /// `None` where a quadrant has no box at the rim or the centre has no level above zero.
+    #[must_use]
+    pub fn corner_ratio(&self) -> Option<f64> {
+        let farthest = self.measured.iter().map(|(x, y, _)| x.hypot(*y)).fold(0.0, f64::max);
+        let median_where = |inside: &dyn Fn(f64, f64) -> bool| {
+            let mut levels: Vec<f64> =
+                self.measured.iter().filter(|(x, y, _)| inside(*x, *y)).map(|(_, _, level)| *level).collect();
+            stats::median(&mut levels)
+        };
+        let mut rim = 0.0;
+        for (left, below) in [(true, true), (true, false), (false, true), (false, false)] {
+            let quadrant = |x: f64, y: f64| (x < 0.0) == left && (y < 0.0) == below && x.hypot(y) >= 0.85 * farthest;
+            rim += 0.25 * median_where(&quadrant)?;
+        }
+        let centre = median_where(&|x, y| x.hypot(y) <= 0.3 * farthest)?;
+        (centre > 0.0).then(|| rim / centre)
     }
 
     /// Median level over the mesh \[e⁻/px\].

@@ -36,8 +36,27 @@ impl Flags {
     /// A model input was extrapolated (lunar phase law beyond 150 degrees).
     pub const MODEL_EXTRAPOLATED: Flags = Flags(1 << 13);
 
+    /// A star trail or a neighbour adds more than `vetting.contam_caution_frac` of the target's flux.
+    pub const CONTAMINATED: Flags = Flags(1 << 14);
+    /// The target is smeared: longer than the point-spread function and its own size explain.
+    pub const SMEARED: Flags = Flags(1 << 15);
+    /// The background falls off towards the corners otherwise than in the neighbouring frames: something in the beam.
+    pub const VIGNETTED: Flags = Flags(1 << 16);
+    /// A cosmic ray or hot pixel inside the aperture.
+    pub const HIT: Flags = Flags(1 << 17);
+    /// The dome may have cut the beam: the brightness is a lower limit.
+    pub const LOWER_LIMIT: Flags = Flags(1 << 18);
+    /// The cadence contradicts the exposure time.
+    pub const EXPTIME_DOUBTED: Flags = Flags(1 << 19);
+    /// Below the altitude the dome allows.
+    pub const LOW_ALTITUDE: Flags = Flags(1 << 20);
+    /// The zeropoint is that of another night.
+    pub const OTHER_ZEROPOINT: Flags = Flags(1 << 21);
+    /// The header's world coordinates were absent or wrong and have been replaced.
+    pub const WCS_REPLACED: Flags = Flags(1 << 22);
+
     /// Every bit with its name, in order.
-    pub const NAMES: [(Flags, &'static str); 14] = [
+    pub const NAMES: [(Flags, &'static str); 23] = [
         (Self::SATURATED, "saturated"),
         (Self::MASKED, "masked"),
         (Self::EDGE, "edge"),
@@ -52,6 +71,15 @@ impl Flags {
         (Self::OLD_ELEMENTS, "old_elements"),
         (Self::TIME_UNCERTAIN, "time_uncertain"),
         (Self::MODEL_EXTRAPOLATED, "model_extrapolated"),
+        (Self::CONTAMINATED, "contaminated"),
+        (Self::SMEARED, "smeared"),
+        (Self::VIGNETTED, "vignetted"),
+        (Self::HIT, "hit"),
+        (Self::LOWER_LIMIT, "lower_limit"),
+        (Self::EXPTIME_DOUBTED, "exptime_doubted"),
+        (Self::LOW_ALTITUDE, "low_altitude"),
+        (Self::OTHER_ZEROPOINT, "other_zeropoint"),
+        (Self::WCS_REPLACED, "wcs_replaced"),
     ];
 
     /// Sets the bits of `other`.

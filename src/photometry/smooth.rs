@@ -28,6 +28,16 @@ impl Kernel {
         Self { taps: weights.iter().map(|w| (w / sum) as f32).collect() }
     }
 
+    /// The kernel of a variance: each weight squared, not normalised.
+    pub fn squared(&self) -> Self {
+        Self { taps: self.taps.iter().map(|k| k * k).collect() }
+    }
+
+    /// The weights, which sum to 1.
+    pub fn taps(&self) -> &[f32] {
+        &self.taps
+    }
+
     /// Half the width \[px\].
     pub fn radius(&self) -> usize {
         self.taps.len() / 2

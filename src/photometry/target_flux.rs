@@ -1,162 +1,297 @@
-//! The flux of the target and of the places where it was not: over an annulus, or over the level along the trails.
+//! The flux of the target and of the place where it was not: over an annulus, or over the level along the trails.
 //!
-//! Electrons and full-frame pixels. Among trails the error is the scatter of empty apertures treated like the target's
-//! own, where that is larger than what photons explain. Leaves out: where the target is and how large.
+//! Electrons and full-frame pixels. Sky means are of unclipped counts in small blocks: over a target of 30 000 pixels a
+//! hundredth of an electron matters, and a median of skewed counts is wrong by more. Leaves out: where the target is.
 
-use ndarray::{Array2, s};
+use ndarray::Array2;
 
 use crate::frames::{Electrons, Frame};
 use crate::photometry::Flags;
 use crate::photometry::aperture::{Bounds, Shape, for_each_pixel};
 use crate::photometry::background::Background;
-use crate::photometry::flux::{Flux, Sky, annulus_sky, flux_over_sky};
-use crate::photometry::smooth::{Kernel, smooth_image};
+use crate::photometry::flux::{Flux, Sky, flux_over_sky};
 use crate::photometry::stats;
-use crate::photometry::target::{TargetFound, TargetSettings};
-use crate::photometry::target_search::Cutout;
-use crate::photometry::trail_model::{Hole, Level, Strips, catmull_rom};
+use crate::photometry::target::TargetSettings;
+use crate::photometry::target_cells::grown;
+use crate::photometry::target_cutout::{Cutout, Placed};
+use crate::photometry::target_sky::MeanOf;
+use crate::photometry::trail_model::Strips;
+use crate::photometry::trail_under::Under;
 
-/// Significant pixels are not sky \[σ of a frame smoothed with 3 px\].
+/// Cells this significant at a star's scale are not sky \[σ\].
 const NOT_SKY_SIGMA: f64 = 4.0;
 /// A trail is flagged where its light is above this \[σ of a sky pixel\].
 const TRAIL_LIGHT: f64 = 0.3;
+/// The annulus grows until its area is this many times that of the aperture.
+const SKY_AREA: f64 = 3.0;
+/// Side of the blocks an annulus is averaged in \[px\].
+const SKY_BLOCK_PX: usize = 12;
+/// Pixels further than this from the sky are hits \[σ\]; so far out, the skewness of counts costs nothing.
+const HIT_SIGMA: f64 = 5.0;
+/// Blocks further than this from their median do not count \[σ\].
+const CLIP_SIGMA: f64 = 3.0;
+/// Fewest sky pixels; below, the mesh is used.
+const MIN_SKY_PX: usize = 16;
 /// Most empty apertures.
-const MAX_EMPTY: usize = 80;
+const MAX_EMPTY: usize = 40;
 /// Fewest empty apertures whose scatter is believed.
 const MIN_EMPTY: usize = 8;
 
-impl Cutout {
-    /// The cutout as a frame without the light of trails.
-    pub fn cleaned(&self, frame: &Frame<Electrons>) -> Cleaned {
-        let (ny, nx) = self.net.dim();
-        let region = s![self.y0..self.y0 + ny, self.x0..self.x0 + nx];
-        let mut pixels = frame.pixels.slice(region).to_owned();
-        pixels -= &self.trails.light;
-        let mut part = Frame::from_electrons(frame.path.clone(), pixels, frame.gain.clone());
-        part.mask = frame.mask.slice(region).to_owned();
-        part.origin_px = (frame.origin_px.0 + self.x0, frame.origin_px.1 + self.y0);
-        part.full_size_px = frame.full_size_px;
-        // what must not count as sky: trails, and anything significant with a margin of three pixels
-        let kernel = Kernel::gaussian(3.0);
-        let threshold = (NOT_SKY_SIGMA * self.rms_e * kernel.noise_factor()) as f32;
-        let smooth = smooth_image(&self.net, &kernel);
-        let light_limit = 0.1 * self.rms_e as f32;
-        let objects =
-            Array2::from_shape_fn((ny, nx), |at| smooth[at] > threshold || self.trails.light[at] > light_limit);
-        Cleaned { part, not_sky: grown(&objects, 3) }
-    }
+/// A flux and the level along the trails it was measured over, if there are trails.
+pub(crate) struct Measured {
+    pub flux: Flux,
+    pub under: Option<Under>,
+    /// The aperture's pixels less sky and trails, for whoever looks inside: cutout columns and rows.
+    pub net: Array2<f32>,
+    /// Local column and row of the first pixel of `net`.
+    pub net_origin: (usize, usize),
+}
 
-    /// The flux: over the level along the trails, and over an annulus where there are none.
+impl Cutout {
+    /// The flux: over the level along the trails, and over an annulus where there are none or no room beside.
+    ///
+    /// `snr1` is the significance of the cells at the scale of a star: what in it stands out is no sky.
     pub fn flux(
         &self,
         frame: &Frame<Electrons>,
         background: &Background,
-        at: (f64, f64),
-        shape: Shape,
+        at: &Placed,
+        snr1: &Array2<f32>,
         s: &TargetSettings,
-    ) -> Flux {
-        let cleaned = self.cleaned(frame);
-        self.flux_along_trails(&cleaned.part, at, shape, s)
-            .unwrap_or_else(|| self.flux_over_annulus(&cleaned, background, at, shape, s))
+    ) -> Measured {
+        let under = self.strips.as_ref().and_then(|strips| self.under(strips, at));
+        match under {
+            Some(under) => self.flux_along_trails(frame, at, under, s),
+            None => self.flux_over_annulus(frame, background, at, snr1, s),
+        }
     }
 
-    /// The flux over an annulus, which grows until it has enough sky.
+    /// The levels of the lines of cells under an aperture.
+    fn under(&self, strips: &Strips, at: &Placed) -> Option<Under> {
+        let cells = self.in_cells(at);
+        let own = strips.hole((cells.x, cells.y), cells.shape.grown(self.fwhm_cells()));
+        Under::of(strips, own, &[own])
+    }
+
+    /// The part of the frame around an aperture, less `level(i, j)` per pixel of the cutout, over a sky of `sky_e`.
+    fn around(
+        &self,
+        frame: &Frame<Electrons>,
+        at: &Placed,
+        sky_e: f64,
+        level: impl Fn(usize, usize) -> f64,
+    ) -> Frame<Electrons> {
+        let r = at.shape.bounding_radius_px() + 2.0;
+        let (ny, nx) = self.pixels.dim();
+        let range = |c: f64, n: usize| {
+            let lo = (c - r).floor().clamp(0.0, n as f64 - 1.0) as usize;
+            let hi = ((c + r).ceil().clamp(0.0, n as f64 - 1.0) as usize + 1).max(lo + 1);
+            lo..hi
+        };
+        let (columns, rows) = (range(at.x, nx), range(at.y, ny));
+        let part = ndarray::s![rows.clone(), columns.clone()];
+        let mut pixels = self.pixels.slice(part).to_owned();
+        for ((j, i), v) in pixels.indexed_iter_mut() {
+            *v = (f64::from(*v) - level(i + columns.start, j + rows.start) + sky_e) as f32;
+        }
+        let mut net = Frame::from_electrons(frame.path.clone(), pixels, frame.gain.clone());
+        let (x, y) = (self.x0 + columns.start, self.y0 + rows.start);
+        net.mask = frame.mask.slice(ndarray::s![y..y + rows.len(), x..x + columns.len()]).to_owned();
+        net.origin_px = (frame.origin_px.0 + x, frame.origin_px.1 + y);
+        net.full_size_px = frame.full_size_px;
+        net
+    }
+
+    /// The flux over an annulus around the aperture, wide enough for its sky to be known better than the flux.
+    ///
+    /// `σ² = max(F, 0) + A (S + RN²) + A² (σ_S² + σ_Q²)`: σ_S the error of the mean of the annulus, σ_Q that of the
+    /// difference of the sky's surface between annulus and aperture.
     fn flux_over_annulus(
         &self,
-        cleaned: &Cleaned,
+        frame: &Frame<Electrons>,
         background: &Background,
-        at: (f64, f64),
-        shape: Shape,
+        at: &Placed,
+        snr1: &Array2<f32>,
         s: &TargetSettings,
-    ) -> Flux {
-        let (inner, outer) = annulus(shape, s);
-        let width = outer - inner;
-        let (ox, oy) = cleaned.part.origin_px;
-        let not_sky = |i: usize, j: usize| cleaned.not_sky[[j - oy, i - ox]];
-        let mut outer = outer;
-        let mut sky = annulus_sky(&cleaned.part, background, at, (inner, outer), s.clip_sigma, not_sky);
+    ) -> Measured {
+        let (gap, width) = ((s.sky_in_px - s.limit_r_px).max(1.0), (s.sky_out_px - s.sky_in_px).max(2.0));
+        let inner = at.shape.bounding_radius_px() + gap;
+        let wanted = SKY_AREA * at.shape.area_px() / std::f64::consts::PI;
+        let mut outer = (inner + width).max((inner * inner + wanted).sqrt());
+        let mut ring = self.ring(at, (inner, outer), snr1);
         for _ in 0..3 {
-            if sky.n >= 200 {
+            if ring.n >= 200.max(2 * MIN_SKY_PX) {
                 break;
             }
             outer += width;
-            sky = annulus_sky(&cleaned.part, background, at, (inner, outer), s.clip_sigma, not_sky);
+            ring = self.ring(at, (inner, outer), snr1);
         }
-        let mut trail_light = 0f64;
-        let light = |i: usize, j: usize| f64::from(self.trails.light[[j - oy, i - ox]]).max(0.0);
-        let mut flux = flux_over_sky(&cleaned.part, at, shape, (inner, outer), &sky, light);
-        for_each_pixel(&shape, at.0, at.1, Bounds::of(&cleaned.part), |i, j, _| {
-            trail_light = trail_light.max(light(i, j))
-        });
-        if trail_light > TRAIL_LIGHT * self.rms_e {
+        let level_e = self.sky.level(at.x, at.y);
+        let mut flags = ring.flags;
+        let (offset, err2, n) = if ring.n >= MIN_SKY_PX {
+            let mut own = MeanOf::default();
+            for_each_pixel(&at.shape, at.x, at.y, self.bounds(), |i, j, f| {
+                self.sky.add(&mut own, i as f64, j as f64, f)
+            });
+            (ring.offset, ring.variance + self.sky.variance_between(&own, &ring.mean_of), ring.n)
+        } else {
+            flags.set(Flags::NO_ANNULUS);
+            let (ox, oy) = self.origin(frame);
+            (0.0, background.level_err(at.x + ox, at.y + oy).powi(2), 0)
+        };
+        let sky = Sky { level_e: level_e + offset, err_e: err2.sqrt(), rms_e: self.sky.rms(at.x, at.y), n, flags };
+        let light = |i: usize, j: usize| self.light_at(i, j);
+        let net = self.around(frame, at, sky.level_e, |i, j| self.sky.level(i as f64, j as f64) + offset + light(i, j));
+        let (ox, oy) = (frame.origin_px.0 + self.x0, frame.origin_px.1 + self.y0);
+        let mut brightest = 0f64;
+        let extra = |i: usize, j: usize| {
+            (light(i - ox, j - oy) + self.sky.level((i - ox) as f64, (j - oy) as f64) - level_e).max(-sky.level_e)
+        };
+        let place = (at.x + ox as f64, at.y + oy as f64);
+        let mut flux = flux_over_sky(&net, place, at.shape, (inner, outer), &sky, extra);
+        for_each_pixel(&at.shape, at.x, at.y, self.bounds(), |i, j, _| brightest = brightest.max(light(i, j)));
+        if brightest > TRAIL_LIGHT * self.rms_e {
             flux.flags.set(Flags::TRAIL);
         }
-        flux
+        self.measured(net, flux, sky.level_e, None)
     }
 
-    /// The flux over the level beside it along the trails; `None` without trails or without room beside it.
-    ///
-    /// σ² = max(F, 0) + max(Σ f (S + P + RN²) + σ_P² + σ_end², σ_empty²): P the light above the sky S along each line, σ_P² the
-    /// error of its mean, σ_end what trails that end under the target may add, σ_empty the robust scatter about 0 of apertures of the same shape where the target is not.
-    fn flux_along_trails(
-        &self,
-        part: &Frame<Electrons>,
-        at: (f64, f64),
-        shape: Shape,
-        s: &TargetSettings,
-    ) -> Option<Flux> {
-        let strips = self.trails.strips.as_ref()?;
-        let (ox, oy) = (part.origin_px.0 as f64, part.origin_px.1 as f64);
-        let local = (at.0 - ox, at.1 - oy);
-        let own = strips.hole(local, shape.grown(s.fwhm_px));
-        let under = Under::of(strips, own, &[own])?;
-        // the frame less what is beside the target
-        let mut pixels = part.pixels.clone();
-        let mut peak_light = 0f64;
-        let mut mean = (0.0, 0.0);
-        for_each_pixel(&shape, local.0, local.1, whole(self.net.dim()), |i, j, fraction| {
-            let level = under.at(strips.turned.uv(i as f64, j as f64).1);
-            peak_light = peak_light.max(level);
-            mean = (mean.0 + fraction * level, mean.1 + fraction);
-            pixels[[j, i]] = (f64::from(self.trails.pixels[[j, i]]) + self.trails.sky_e - level) as f32;
+    fn measured(&self, net: Frame<Electrons>, flux: Flux, sky_e: f64, under: Option<Under>) -> Measured {
+        let net_origin = (net.origin_px.0, net.origin_px.1);
+        let mut pixels = net.pixels;
+        pixels.mapv_inplace(|v| (f64::from(v) - sky_e) as f32);
+        Measured { flux, under, net: pixels, net_origin }
+    }
+
+    /// All pixels of the cutout.
+    fn bounds(&self) -> Bounds {
+        let (ny, nx) = self.pixels.dim();
+        Bounds { x0: 0, x1: nx, y0: 0, y1: ny }
+    }
+
+    /// Light of trails at a pixel of the cutout.
+    fn light_at(&self, i: usize, j: usize) -> f64 {
+        let (ny, nx) = self.light.dim();
+        f64::from(self.light[[(j / self.net.bin).min(ny - 1), (i / self.net.bin).min(nx - 1)]]).max(0.0)
+    }
+
+    /// The mean of an annulus above the sky's surface; objects, trails and hits left out.
+    fn ring(&self, at: &Placed, (inner, outer): (f64, f64), snr1: &Array2<f32>) -> Ring {
+        let light_limit = 0.1 * self.rms_e;
+        let objects = Array2::from_shape_fn(snr1.dim(), |c| {
+            f64::from(snr1[c]) > NOT_SKY_SIGMA || f64::from(self.light[c]) > light_limit
         });
-        let mut net = Frame::from_electrons(part.path.clone(), pixels, part.gain.clone());
-        net.mask = part.mask.clone();
-        net.origin_px = part.origin_px;
-        net.full_size_px = part.full_size_px;
-        let sky = Sky { level_e: self.trails.sky_e, err_e: 0.0, rms_e: 0.0, n: 0, flags: Flags::default() };
-        let extra = |i: usize, j: usize| {
-            let v = strips.turned.uv(i as f64 - ox, j as f64 - oy).1;
-            under.at(v).max(-self.trails.sky_e)
+        let objects = grown(&objects, (0.5 * self.fwhm_cells()).ceil() as usize);
+        let (my, mx) = objects.dim();
+        let bounds = self.bounds();
+        let across = (2.0 * outer) as usize / SKY_BLOCK_PX + 2;
+        // sum, number and squares of each block
+        let mut blocks = vec![[0f64; 2]; across * across];
+        let mut mean_of = MeanOf::default();
+        let (mut total, mut excluded, mut flags) = (0usize, 0usize, Flags::default());
+        let hit = HIT_SIGMA * self.rms_e;
+        let columns = |r: f64, c: f64, lo: usize, hi: usize| crate::photometry::aperture::cells(c - r, c + r, lo, hi);
+        for j in columns(outer, at.y, bounds.y0, bounds.y1) {
+            let dy = j as f64 - at.y;
+            let reach = (outer * outer - dy * dy).max(0.0).sqrt();
+            for i in columns(reach, at.x, bounds.x0, bounds.x1) {
+                let dx = i as f64 - at.x;
+                if dx * dx + dy * dy < inner * inner {
+                    continue;
+                }
+                let v = f64::from(self.pixels[[j, i]]);
+                if !v.is_finite() {
+                    flags.set(Flags::CLIP_EDGE);
+                    continue;
+                }
+                total += 1;
+                let above = v - self.sky.level(i as f64, j as f64);
+                if objects[[(j / self.net.bin).min(my - 1), (i / self.net.bin).min(mx - 1)]] {
+                    excluded += 1;
+                } else if above.abs() <= hit {
+                    let block = ((dy + outer) as usize / SKY_BLOCK_PX) * across + (dx + outer) as usize / SKY_BLOCK_PX;
+                    blocks[block][0] += above;
+                    blocks[block][1] += 1.0;
+                    self.sky.add(&mut mean_of, i as f64, j as f64, 1.0);
+                }
+            }
+        }
+        if excluded as f64 > 0.02 * total as f64 {
+            flags.set(Flags::CROWDED_ANNULUS);
+        }
+        let whole: Vec<[f64; 2]> = blocks.into_iter().filter(|b| b[1] >= 8.0).collect();
+        let mut means: Vec<f64> = whole.iter().map(|b| b[0] / b[1]).collect();
+        let median = stats::median(&mut means).unwrap_or(0.0);
+        let kept = whole.iter().filter(|b| (b[0] / b[1] - median).abs() <= CLIP_SIGMA * self.rms_e / b[1].sqrt());
+        let (sum, n) = kept.fold((0.0, 0.0), |(s, n), b| (s + b[0], n + b[1]));
+        let variance = self.sky.rms(at.x, at.y).powi(2) / f64::max(n, 1.0);
+        Ring { offset: sum / f64::max(n, 1.0), variance, n: n as usize, mean_of, flags }
+    }
+
+    /// The flux over the level beside it along the trails.
+    ///
+    /// σ² = max(F, 0) + max(Σ f (S + P + RN²) + σ_P² + σ_end², σ_empty²): P the light above the sky S along each line,
+    /// σ_P² the error of its mean, σ_end what trails that end under the target may add, σ_empty the robust scatter about
+    /// 0 of apertures of the same shape where the target is not.
+    fn flux_along_trails(&self, frame: &Frame<Electrons>, at: &Placed, under: Under, s: &TargetSettings) -> Measured {
+        let Some(strips) = self.strips.as_ref() else {
+            return Measured { flux: nothing(at), under: None, net: Array2::zeros((0, 0)), net_origin: (0, 0) };
         };
-        let mut flux = flux_over_sky(&net, at, shape, annulus(shape, s), &sky, extra);
+        let level = |i: usize, j: usize| {
+            let (x, y) = (self.net.in_cells(i as f64), self.net.in_cells(j as f64));
+            under.at(strips.turned.uv(x, y).1)
+        };
+        let level_e = self.sky.level(at.x, at.y);
+        let net = self.around(frame, at, level_e, |i, j| self.sky.level(i as f64, j as f64) + level(i, j));
+        let (ox, oy) = (frame.origin_px.0 + self.x0, frame.origin_px.1 + self.y0);
+        let rms_e = self.sky.rms(at.x, at.y);
+        let sky = Sky { level_e, err_e: 0.0, rms_e: 0.0, n: 0, flags: Flags::default() };
+        let extra = |i: usize, j: usize| {
+            (level(i - ox, j - oy) + self.sky.level((i - ox) as f64, (j - oy) as f64) - level_e).max(-level_e)
+        };
+        let (gap, width) = ((s.sky_in_px - s.limit_r_px).max(1.0), (s.sky_out_px - s.sky_in_px).max(2.0));
+        let inner = at.shape.bounding_radius_px() + gap;
+        let place = (at.x + ox as f64, at.y + oy as f64);
+        let mut flux = flux_over_sky(&net, place, at.shape, (inner, inner + width), &sky, extra);
+        let cells = self.in_cells(at);
+        let hole = strips.hole((cells.x, cells.y), cells.shape);
+        let px = (self.net.bin * self.net.bin) as f64;
         let own_noise = flux.flux_e.max(0.0);
-        let model = under.variance(strips, &strips.hole(local, shape), self.rms_e);
-        let ends = under.variance_of_ends(strips, &strips.hole(local, shape), s.fwhm_px);
+        let model = under.variance(strips, &hole) * px * px;
+        let ends = under.variance_of_ends(strips, &hole, self.fwhm_cells()) * px * px;
         let photons = flux.flux_err_e.powi(2) - own_noise + model + ends;
-        let empty = self.empty_scatter(strips, local, shape, own).unwrap_or(0.0);
+        let empty = self.empty_scatter(strips, at).unwrap_or(0.0);
         flux.flux_err_e = (own_noise + photons.max(empty * empty)).sqrt();
         flux.snr = flux.flux_e / flux.flux_err_e;
-        flux.sky_e_px = self.trails.sky_e + mean.0 / mean.1;
+        let (mut sum, mut area, mut brightest) = (0.0, 0.0, 0f64);
+        for_each_pixel(&at.shape, at.x, at.y, self.bounds(), |i, j, f| {
+            let l = level(i, j);
+            brightest = brightest.max(l);
+            sum += f * l;
+            area += f;
+        });
+        flux.sky_e_px = level_e + sum / f64::max(area, 1.0);
+        flux.sky_rms_e = rms_e;
         flux.sky_err_e_px = model.sqrt() / flux.area_px;
-        flux.sky_rms_e = self.rms_e;
-        flux.n_sky = under.n as usize;
-        if peak_light > TRAIL_LIGHT * self.rms_e {
+        flux.n_sky = (under.n * px) as usize;
+        if brightest > TRAIL_LIGHT * self.rms_e {
             flux.flags.set(Flags::TRAIL);
         }
-        Some(flux)
+        self.measured(net, flux, level_e, Some(under))
     }
 
-    /// 1.4826 median |F| of empty apertures around the target, each over its own level along the trails.
-    fn empty_scatter(&self, strips: &Strips, at: (f64, f64), shape: Shape, target: Hole) -> Option<f64> {
-        let (ny, nx) = self.net.dim();
-        let r = shape.bounding_radius_px();
-        let step = (0.7 * r).max(3.0);
+    /// 1.4826 median |F| of empty apertures around the target, each over its own level along the trails \[e⁻\].
+    fn empty_scatter(&self, strips: &Strips, at: &Placed) -> Option<f64> {
+        let (ny, nx) = self.net.mean.dim();
+        let cells = self.in_cells(at);
+        let target = strips.hole((cells.x, cells.y), cells.shape.grown(self.fwhm_cells()));
+        let r = cells.shape.bounding_radius_px();
+        let step = (0.9 * r).max(3.0);
         let inside = |x: f64, y: f64| x >= r && y >= r && x <= nx as f64 - 1.0 - r && y <= ny as f64 - 1.0 - r;
         let reach = ((nx.max(ny) as f64) / step).ceil().min(12.0) as i32;
         let mut places: Vec<(f64, f64, f64)> = (-reach..=reach)
             .flat_map(|k| (-reach..=reach).map(move |l| (f64::from(k) * step, f64::from(l) * step)))
-            .map(|(dx, dy)| (dx.hypot(dy), at.0 + dx, at.1 + dy))
+            .map(|(dx, dy)| (dx.hypot(dy), cells.x + dx, cells.y + dy))
             .filter(|&(d, x, y)| d > r + target.a && inside(x, y))
             .collect();
         places.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.2.total_cmp(&q.2)).then(p.1.total_cmp(&q.1)));
@@ -165,117 +300,53 @@ impl Cutout {
             if fluxes.len() >= MAX_EMPTY {
                 break;
             }
-            let hole = strips.hole((x, y), shape);
+            let hole = strips.hole((x, y), cells.shape);
             let Some(under) = Under::of(strips, hole, &[hole, target]) else { continue };
             let mut sum = 0.0;
-            for_each_pixel(&shape, x, y, whole((ny, nx)), |i, j, fraction| {
+            let bounds = Bounds { x0: 0, x1: nx, y0: 0, y1: ny };
+            for_each_pixel(&cells.shape, x, y, bounds, |i, j, fraction| {
                 let v = strips.turned.uv(i as f64, j as f64).1;
-                sum += fraction * (f64::from(self.trails.pixels[[j, i]]) - under.at(v));
+                sum += fraction * (f64::from(self.net.mean[[j, i]]) - under.at(v));
             });
             if sum.is_finite() {
                 fluxes.push(sum.abs());
             }
         }
-        (fluxes.len() >= MIN_EMPTY).then(|| stats::median(&mut fluxes)).flatten().map(|m| stats::SIGMA_PER_MAD * m)
-    }
-
-    /// The forced flux at the expected place and what could have been seen there.
-    pub fn limit(&self, frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> TargetFound {
-        let shape = Shape::Circle { r_px: s.limit_r_px };
-        let flux = self.flux(frame, background, (s.x_px, s.y_px), shape, s);
-        // the error without the flux's own Poisson noise: that of an empty aperture
-        let empty = (flux.flux_err_e.powi(2) - flux.flux_e.max(0.0)).sqrt();
-        TargetFound::NotDetected { limit_e: s.detect_sigma * empty, flux, x_px: s.x_px, y_px: s.y_px }
+        let px = (self.net.bin * self.net.bin) as f64;
+        (fluxes.len() >= MIN_EMPTY).then(|| stats::median(&mut fluxes)).flatten().map(|m| stats::SIGMA_PER_MAD * m * px)
     }
 }
 
-/// The cutout with the trails' light taken off, and what of it is not sky.
-pub(crate) struct Cleaned {
-    part: Frame<Electrons>,
-    not_sky: Array2<bool>,
+/// What an annulus says of the sky above the surface.
+struct Ring {
+    offset: f64,
+    /// Of the offset.
+    variance: f64,
+    n: usize,
+    mean_of: MeanOf,
+    flags: Flags,
 }
 
-/// The annulus of an aperture: the gap and the width of the limit's.
-fn annulus(shape: Shape, s: &TargetSettings) -> (f64, f64) {
-    let (gap, width) = ((s.sky_in_px - s.limit_r_px).max(1.0), (s.sky_out_px - s.sky_in_px).max(2.0));
-    let inner = shape.bounding_radius_px() + gap;
-    (inner, inner + width)
-}
-
-/// All pixels of an image.
-fn whole((ny, nx): (usize, usize)) -> Bounds {
-    Bounds { x0: 0, x1: nx, y0: 0, y1: ny }
-}
-
-/// The levels of the lines under an aperture.
-struct Under {
-    first: usize,
-    v0: f64,
-    levels: Vec<Level>,
-    /// Pixels they rest on.
-    n: f64,
-}
-
-impl Under {
-    fn of(strips: &Strips, over: Hole, holes: &[Hole]) -> Option<Self> {
-        let reach = over.a.max(over.b);
-        let lines = strips.lines((over.v - reach, over.v + reach));
-        let mut levels = Vec::with_capacity(lines.len());
-        for q in lines.clone() {
-            let u = over.chord(strips.v_of(q)).unwrap_or((over.u, over.u));
-            levels.push(strips.beside(q, u, holes)?);
-        }
-        if levels.len() < 4 {
-            return None;
-        }
-        let n = levels.iter().map(|l| l.n).sum();
-        Some(Self { first: lines.start, v0: strips.v_of(lines.start), levels, n })
-    }
-
-    /// The level at v, by the cubic through four lines.
-    fn at(&self, v: f64) -> f64 {
-        let x = (v - self.v0).clamp(1.0, self.levels.len() as f64 - 2.001);
-        let k = x.floor() as usize;
-        let of = |q: usize| self.levels[q].mean as f32;
-        f64::from(catmull_rom([of(k - 1), of(k), of(k + 1), of(k + 2)], (x - k as f64) as f32))
-    }
-
-    /// Variance of the sum of the levels under an aperture.
-    fn variance(&self, strips: &Strips, aperture: &Hole, noise_e: f64) -> f64 {
-        let of = |(k, l): (usize, &Level)| {
-            let (from, to) = aperture.chord(strips.v_of(self.first + k)).unwrap_or((0.0, 0.0));
-            (to - from).powi(2) * (noise_e * noise_e + l.mean.max(0.0)) / l.n
-        };
-        self.levels.iter().enumerate().map(of).sum()
-    }
-
-    /// Where the two sides of a line differ by D a trail ends under the aperture, anywhere along its chord c: a level
-    /// between both is wrong by D c/√12. Lines are taken together over the width of a trail; noise is taken off twice.
-    fn variance_of_ends(&self, strips: &Strips, aperture: &Hole, fwhm_px: f64) -> f64 {
-        let width = (1.5 * fwhm_px).round().max(2.0) as usize;
-        let of_trail = |(g, lines): (usize, &[Level])| {
-            let (mut step, mut noise) = (0.0, 0.0);
-            for (k, line) in lines.iter().enumerate() {
-                let (from, to) = aperture.chord(strips.v_of(self.first + g * width + k)).unwrap_or((0.0, 0.0));
-                step += (to - from) * line.step;
-                noise += (to - from).powi(2) * line.step_variance;
-            }
-            (step * step - 2.0 * noise).max(0.0) / 12.0
-        };
-        self.levels.chunks(width).enumerate().map(of_trail).sum()
+/// No measurement at all.
+fn nothing(at: &Placed) -> Flux {
+    Flux {
+        flux_e: f64::NAN,
+        flux_err_e: f64::NAN,
+        sky_e_px: f64::NAN,
+        sky_err_e_px: f64::NAN,
+        sky_rms_e: f64::NAN,
+        area_px: 0.0,
+        n_sky: 0,
+        snr: f64::NAN,
+        peak_e: f64::NAN,
+        shape: at.shape,
+        sky_in_px: f64::NAN,
+        sky_out_px: f64::NAN,
+        flags: Flags::default(),
     }
 }
 
-/// Every true pixel grown by `by` pixels along x and y.
-fn grown(image: &Array2<bool>, by: usize) -> Array2<bool> {
-    let (ny, nx) = image.dim();
-    let mut along = Array2::from_elem((ny, nx), false);
-    let mut out = Array2::from_elem((ny, nx), false);
-    for ((j, i), _) in image.indexed_iter().filter(|(_, v)| **v) {
-        along.slice_mut(s![j, i.saturating_sub(by)..(i + by + 1).min(nx)]).fill(true);
-    }
-    for ((j, i), _) in along.indexed_iter().filter(|(_, v)| **v) {
-        out.slice_mut(s![j.saturating_sub(by)..(j + by + 1).min(ny), i]).fill(true);
-    }
-    out
+/// The shape alone, for settings that need no place.
+pub(crate) fn circle_at(x: f64, y: f64, r_px: f64) -> Placed {
+    Placed { x, y, shape: Shape::Circle { r_px } }
 }

@@ -1,14 +1,14 @@
-//! The outline of the target: the ellipse around its pixels, and the second moments of its light.
+//! The second moments of the target: of its outline, and of its light.
 //!
-//! Columns, rows and semi-axes of a cutout in pixels, angles from +x towards +y. Leaves out: any shape but the ellipse.
+//! Columns, rows and axes of a cutout in cells, angles from +x towards +y. Leaves out: the aperture (`target_enclose`).
 
 use ndarray::Array2;
 
 use crate::photometry::aperture::cells;
 use crate::photometry::centroid::FWHM_PER_SIGMA;
 
-/// An ellipse: centre, semi-axes and angle.
-#[derive(Clone, Copy)]
+/// An ellipse: centre, semi-axes (here standard deviations) and angle.
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Ellipse {
     pub x: f64,
     pub y: f64,
@@ -38,26 +38,21 @@ pub(crate) fn covariance(pixels: &[(usize, usize)]) -> (f64, f64, f64, f64, f64)
     (x, y, xx / n + 1.0 / 12.0, xy / n, yy / n + 1.0 / 12.0)
 }
 
-/// The ellipse of a component's own covariance that holds the centres of all its pixels.
-pub(crate) fn enclosing_ellipse(pixels: &[(usize, usize)]) -> Ellipse {
+/// Standard deviations of a set of pixels.
+pub(crate) fn outline_moments(pixels: &[(usize, usize)]) -> Ellipse {
     let (x, y, xx, xy, yy) = covariance(pixels);
     let (a, b, theta) = axes(xx, xy, yy);
-    let (sin, cos) = theta.sin_cos();
-    let reach = pixels.iter().map(|&(i, j)| {
-        let (dx, dy) = (i as f64 - x, j as f64 - y);
-        ((dx * cos + dy * sin) / a).hypot((dy * cos - dx * sin) / b)
-    });
-    let t = reach.fold(1.0, f64::max);
-    Ellipse { x, y, a: t * a, b: t * b, theta }
+    Ellipse { x, y, a, b, theta }
 }
 
-/// Second moments of the light under an elliptical Gaussian that follows them; `None` where they do not settle.
+/// Second moments of the light under an elliptical Gaussian that follows them, from those of the outline on; `None` where
+/// they do not settle. NaN is no light.
 pub(crate) fn moments(light: &Array2<f32>, outline: &Ellipse, fwhm_px: f64) -> Option<Ellipse> {
     let (ny, nx) = light.dim();
     let least = (fwhm_px / FWHM_PER_SIGMA).powi(2);
     let (mut x, mut y) = (outline.x, outline.y);
     let (sin, cos) = outline.theta.sin_cos();
-    let (p, q) = ((outline.a / 2.0).powi(2).max(least), (outline.b / 2.0).powi(2).max(least));
+    let (p, q) = (outline.a.powi(2).max(least), outline.b.powi(2).max(least));
     let (mut xx, mut xy, mut yy) = (cos * cos * p + sin * sin * q, sin * cos * (p - q), sin * sin * p + cos * cos * q);
     for _ in 0..60 {
         let det = xx * yy - xy * xy;
@@ -67,6 +62,9 @@ pub(crate) fn moments(light: &Array2<f32>, outline: &Ellipse, fwhm_px: f64) -> O
         for j in cells(y - ry, y + ry, 0, ny) {
             for i in cells(x - rx, x + rx, 0, nx) {
                 let (dx, dy) = (i as f64 - x, j as f64 - y);
+                if !light[[j, i]].is_finite() {
+                    continue;
+                }
                 let weight =
                     (-0.5 * (ixx * dx * dx + 2.0 * ixy * dx * dy + iyy * dy * dy)).exp() * f64::from(light[[j, i]]);
                 w += weight;
@@ -90,7 +88,7 @@ pub(crate) fn moments(light: &Array2<f32>, outline: &Ellipse, fwhm_px: f64) -> O
         y += dy;
         let change = (nxx - xx).abs().max((nyy - yy).abs()) / (xx + yy);
         (xx, xy, yy) = (0.5 * (xx + nxx), 0.5 * (xy + nxy), 0.5 * (yy + nyy));
-        if (x - outline.x).hypot(y - outline.y) > outline.a || xx + yy > 16.0 * outline.a * outline.a {
+        if (x - outline.x).hypot(y - outline.y) > 2.0 * outline.a || xx + yy > 16.0 * outline.a * outline.a {
             return None;
         }
         if change < 1e-3 && dx.abs().max(dy.abs()) < 1e-2 {

@@ -7,6 +7,9 @@ use ndarray::Array2;
 /// Most points of the direction search.
 const MAX_POINTS: usize = 20_000;
 
+/// Parallel runs too short to be told from a long target, which together are trails.
+const FAMILY: usize = 3;
+
 /// One trail: its range across and along \[px\].
 #[derive(Debug, Clone, Copy)]
 struct Trail {
@@ -39,8 +42,8 @@ impl Turned {
 
 /// The direction of the trails from +x towards +y \[rad\]; `None` without trails.
 ///
-/// A trail is a run of at least 15 FWHM of the pixels `above` the noise, or of at least a third of the cutout of the
-/// `faint` ones.
+/// There are trails where a run of the pixels `above` the noise, or of the `faint` ones, is as long as a third of the
+/// cutout, or where three parallel runs of the bright ones are 15 FWHM long: one alone may be the target.
 pub(crate) fn trail_direction(above: &Array2<bool>, faint: &Array2<bool>, fwhm_px: f64) -> Option<f64> {
     let dim = above.dim();
     let min_length = (15.0 * fwhm_px).max(60.0);
@@ -55,8 +58,10 @@ pub(crate) fn trail_direction(above: &Array2<bool>, faint: &Array2<bool>, fwhm_p
     // few bright points hold no direction: then the faint ones may
     let theta = direction(if bright.len() as f64 > 2.0 * min_length { &bright } else { &faint }, dim);
     let turned = Turned::new(dim, theta);
-    let found =
-        long_runs(&bright, turned, dim, fwhm_px, min_length) || long_runs(&faint, turned, dim, fwhm_px, min_faint);
+    let runs = long_runs(&bright, turned, dim, fwhm_px, min_length);
+    let found = runs.len() >= FAMILY
+        || runs.iter().any(|t| t.u.1 - t.u.0 >= min_faint)
+        || !long_runs(&faint, turned, dim, fwhm_px, min_faint).is_empty();
     found.then_some(theta)
 }
 
@@ -89,8 +94,14 @@ fn direction(points: &[(usize, usize)], dim: (usize, usize)) -> f64 {
     best_of(fine, 0.01 * degree, 6, 1.0)
 }
 
-/// Whether there are trails: stretches along u of at least `min_length` that are above the noise, gaps of two FWHM allowed.
-fn long_runs(points: &[(usize, usize)], turned: Turned, dim: (usize, usize), fwhm_px: f64, min_length: f64) -> bool {
+/// Stretches along u of at least `min_length` that are above the noise, gaps of two FWHM allowed.
+fn long_runs(
+    points: &[(usize, usize)],
+    turned: Turned,
+    dim: (usize, usize),
+    fwhm_px: f64,
+    min_length: f64,
+) -> Vec<Trail> {
     let half = (dim.0 as f64).hypot(dim.1 as f64) * 0.5 + 2.0;
     let n_v = (2.0 * half) as usize + 2;
     let mut lines: Vec<Vec<f64>> = vec![Vec::new(); n_v];
@@ -127,5 +138,6 @@ fn long_runs(points: &[(usize, usize)], turned: Turned, dim: (usize, usize), fwh
         }
     }
     // a trail is thin: a block wider than this is an object
-    open.iter().any(|t| t.v.1 - t.v.0 < 0.5 * (t.u.1 - t.u.0))
+    open.retain(|t| t.v.1 - t.v.0 < 0.5 * (t.u.1 - t.u.0));
+    open
 }

@@ -1,8 +1,8 @@
 //! The light under an object among star trails: the level along the trails, on both sides of it.
 //!
-//! A trail is straight and as bright here as a little further along, so the mean level along it is the sky plus every
-//! trail, resolved or not, whatever their number. Electrons; u along the trails, v across, in pixels. Ends of trails
-//! inside the stretch are voted down by the longer part. Leaves out: flicker, curvature.
+//! A trail is straight and as bright here as a little further along, so the mean level along it is that of every trail,
+//! resolved or not, whatever their number. Electrons per pixel; u along the trails, v across, in cells of the cutout.
+//! Ends of trails inside the stretch are voted down by the longer part. Leaves out: flicker, curvature.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -13,9 +13,9 @@ use crate::photometry::stats;
 use crate::photometry::trail::Turned;
 
 /// Blocks on each side that make a level.
-const SIDE_BLOCKS: usize = 10;
+const SIDE_BLOCKS: usize = 16;
 /// The same of the model of the whole cutout: what is longer than this along the trails is a trail.
-const SEARCH_BLOCKS: usize = 9;
+const SEARCH_BLOCKS: usize = 16;
 /// Nearest blocks of each side that tell whether both agree.
 const STEP_BLOCKS: usize = 5;
 /// Fewest blocks of a side near the edge of the frame, where a trail may be short.
@@ -23,7 +23,7 @@ const EDGE_BLOCKS: usize = 3;
 /// Blocks further than this from the median do not count \[σ\].
 const CLIP_SIGMA: f64 = 3.0;
 
-/// An ellipse whose light must not enter a level, in the turned coordinates.
+/// A shape whose light must not enter a level, in the turned coordinates; a pill counts as the rectangle around it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Hole {
     pub u: f64,
@@ -32,20 +32,43 @@ pub(crate) struct Hole {
     pub b: f64,
     /// Angle of the major axis from +u towards +v.
     pub phi: f64,
+    /// Whether it has corners.
+    bar: bool,
 }
 
 impl Hole {
     /// The stretch of the line at `v` inside.
     pub fn chord(&self, v: f64) -> Option<(f64, f64)> {
         let (sin, cos) = self.phi.sin_cos();
+        let dv = v - self.v;
+        if self.bar {
+            // |cos·du + sin·dv| ≤ a and |cos·dv − sin·du| ≤ b
+            let between = |slope: f64, offset: f64, limit: f64| -> (f64, f64) {
+                if slope.abs() < 1e-12 {
+                    let inside = offset.abs() <= limit;
+                    return if inside { (f64::NEG_INFINITY, f64::INFINITY) } else { (0.0, -1.0) };
+                }
+                let (p, q) = ((-limit - offset) / slope, (limit - offset) / slope);
+                (p.min(q), p.max(q))
+            };
+            let (one, other) = (between(cos, sin * dv, self.a), between(-sin, cos * dv, self.b));
+            let (from, to) = (one.0.max(other.0), one.1.min(other.1));
+            return (from <= to && from.is_finite() && to.is_finite()).then_some((self.u + from, self.u + to));
+        }
         let (p, q) = (1.0 / (self.a * self.a), 1.0 / (self.b * self.b));
         let (uu, uv, vv) = (cos * cos * p + sin * sin * q, sin * cos * (p - q), sin * sin * p + cos * cos * q);
-        let dv = v - self.v;
         let root = (uv * dv).powi(2) - uu * (vv * dv * dv - 1.0);
         (root >= 0.0).then(|| {
             let (mid, half) = (self.u - uv * dv / uu, root.sqrt() / uu);
             (mid - half, mid + half)
         })
+    }
+
+    /// Largest distance from its centre across the trails.
+    pub fn across(&self) -> f64 {
+        let (sin, cos) = self.phi.sin_cos();
+        let (along, aside) = (self.a * sin, self.b * cos);
+        if self.bar { along.abs() + aside.abs() } else { along.hypot(aside) }
     }
 }
 
@@ -66,12 +89,15 @@ pub(crate) struct Strips {
     block: usize,
     /// Mean of each block, line by line; NaN where less than half of it is on the frame.
     mean: Array2<f32>,
+    /// Scatter of a cell of sky.
     noise_e: f64,
+    /// Pixels of a cell.
+    area_px: f64,
 }
 
 impl Strips {
-    /// `pixels` are NaN where they do not count; `noise_e` is the scatter of a sky pixel, `sky_e` its level there.
-    pub fn new(pixels: &Array2<f32>, theta: f64, fwhm_px: f64, noise_e: f64) -> Self {
+    /// `pixels` are cells of `area_px` pixels, NaN where they do not count; `noise_e` is the scatter of one of sky.
+    pub fn new(pixels: &Array2<f32>, theta: f64, fwhm_px: f64, noise_e: f64, area_px: f64) -> Self {
         let dim = pixels.dim();
         let turned = Turned::new(dim, theta);
         let half = (0.5 * (dim.0 as f64).hypot(dim.1 as f64)).ceil() + 1.0;
@@ -94,14 +120,25 @@ impl Strips {
                 *out = (sum / n as f64) as f32;
             }
         }
-        Self { turned, half, block, mean, noise_e }
+        Self { turned, half, block, mean, noise_e, area_px }
     }
 
     /// A shape at a place of the cutout in the turned coordinates.
     pub fn hole(&self, at: (f64, f64), shape: Shape) -> Hole {
         let (a, b, theta) = shape.axes();
         let (u, v) = self.turned.uv(at.0, at.1);
-        Hole { u, v, a, b, phi: theta - self.turned.sin.atan2(self.turned.cos) }
+        let bar = matches!(shape, Shape::Rectangle { .. } | Shape::Pill { .. });
+        Hole { u, v, a, b, phi: theta - self.theta(), bar }
+    }
+
+    /// Direction of the trails from +x towards +y \[rad\].
+    pub fn theta(&self) -> f64 {
+        self.turned.sin.atan2(self.turned.cos)
+    }
+
+    /// Variance of a cell in which there is `light`.
+    pub fn variance(&self, light: f64) -> f64 {
+        self.noise_e * self.noise_e + light.max(0.0) / self.area_px
     }
 
     /// The level of line `q` under a stretch `u`, from the blocks beside it that are in no hole.
@@ -131,12 +168,34 @@ impl Strips {
             let mut near = side[..side.len().min(STEP_BLOCKS)].to_vec();
             (stats::median(&mut near), near.len() as f64)
         };
-        let variance = (self.noise_e * self.noise_e + mean.max(0.0)) / self.block as f64;
+        let variance = self.variance(mean) / self.block as f64;
         let (step, step_variance) = match (near(&left), near(&right)) {
             ((Some(l), m), (Some(r), n)) => (l - r, FRAC_PI_2 * variance * (1.0 / m + 1.0 / n)),
             _ => (0.0, 0.0),
         };
         Some(Level { mean, step, step_variance, n: (all.len() * self.block) as f64 })
+    }
+
+    /// The level of every line over its whole length, blocks in holes left out; `None` for a line of fewer than four.
+    pub fn profile(&self, holes: &[Hole]) -> Vec<Option<Level>> {
+        let mut work = Vec::new();
+        (0..self.mean.nrows())
+            .map(|q| {
+                let v = q as f64 - self.half;
+                let chords: Vec<(f64, f64)> = holes.iter().filter_map(|h| h.chord(v)).collect();
+                let free = |p: &usize| {
+                    let (from, to) = self.range(*p);
+                    self.mean[[q, *p]].is_finite() && !chords.iter().any(|c| to > c.0 && from < c.1)
+                };
+                work.clear();
+                work.extend((0..self.mean.ncols()).filter(free).map(|p| f64::from(self.mean[[q, p]])));
+                if work.len() < EDGE_BLOCKS + 1 {
+                    return None;
+                }
+                let n = (work.len() * self.block) as f64;
+                self.robust_mean(&mut work).map(|mean| Level { mean, step: 0.0, step_variance: 0.0, n })
+            })
+            .collect()
     }
 
     /// The level everywhere, and by how much it changes from block to block: a model of the sky and the trails.
@@ -171,7 +230,10 @@ impl Strips {
             for p in 0..blocks {
                 let (lo, hi) = (p.saturating_sub(1), (p + 1).min(blocks - 1));
                 let step = (level[[q, hi]] - level[[q, p]]).abs().max((level[[q, p]] - level[[q, lo]]).abs());
-                change[[q, p]] = if step.is_finite() { step } else { 0.0 };
+                // what noise alone changes is no end of a trail
+                let noise =
+                    2.0 * (self.variance(f64::from(level[[q, p]])) / (SEARCH_BLOCKS * self.block) as f64).sqrt();
+                change[[q, p]] = if step.is_finite() { (step - noise as f32).max(0.0) } else { 0.0 };
             }
         }
         let mut light = Array2::from_elem(dim, f32::NAN);
@@ -219,7 +281,7 @@ impl Strips {
     /// Mean of the blocks near their median.
     fn robust_mean(&self, values: &mut [f64]) -> Option<f64> {
         let median = stats::median(values)?;
-        let limit = CLIP_SIGMA * (self.noise_e * self.noise_e + median.max(0.0)).sqrt() / (self.block as f64).sqrt();
+        let limit = CLIP_SIGMA * (self.variance(median) / self.block as f64).sqrt();
         let (sum, n) =
             values.iter().filter(|x| (**x - median).abs() <= limit).fold((0.0, 0usize), |(s, n), x| (s + x, n + 1));
         Some(if n > 0 { sum / n as f64 } else { median })

@@ -1,15 +1,17 @@
 //! Tables and plots, drawn from results alone.
 //!
-//! Rows in, files out: ECSV tables by one schema ([`columns`]), SVG figures from the rows of those tables, the text of
-//! the closing summary. Magnitudes, degrees and kilometres as in the files. Computes no photometry and no model.
+//! Rows in, files out: ECSV tables by one schema ([`columns`]), SVG figures from the rows of those tables, the gallery of
+//! cutouts, the text of the closing summary. Magnitudes, degrees and kilometres as in the files. Computes no photometry and no model.
 
 pub mod columns;
 pub mod ecsv;
 mod file;
+pub mod gallery;
 pub mod meta;
 pub mod plot;
 pub mod rows;
 pub mod summary;
+pub mod thumb;
 
 pub use columns::{Column, Datatype};
 pub use ecsv::{
@@ -17,5 +19,7 @@ pub use ecsv::{
     write_sky, write_stars,
 };
 pub use file::write_atomic;
+pub use gallery::write_gallery;
 pub use meta::{Meta, MetaValue};
 pub use rows::{PhotometryRow, ResidualRow, SkyRow, StarRow};
+pub use thumb::Thumb;

@@ -30,6 +30,8 @@ pub struct PhotometryRow {
     pub time_err_s: Option<f64>,
     /// Header keywords the time is from.
     pub time_source: String,
+    /// Time since the frame of this target before \[s\].
+    pub cadence_s: Option<f64>,
     // --- optics
     /// Filter name of the header.
     pub filter: String,
@@ -60,6 +62,10 @@ pub struct PhotometryRow {
     pub aper_b_px: Option<f64>,
     /// Angle of the major axis from +x towards +y \[deg\].
     pub aper_theta_deg: Option<f64>,
+    /// Ratio of the axes of the target's light.
+    pub elongation: Option<f64>,
+    /// FWHM along the major axis in units of `fwhm_px`.
+    pub extent_fwhm: Option<f64>,
     /// Inner radius of the sky annulus \[px\].
     pub sky_in_px: Option<f64>,
     /// Outer radius of the sky annulus \[px\].
@@ -71,10 +77,16 @@ pub struct PhotometryRow {
     pub flux_err_e: Option<f64>,
     /// Sky level under the aperture, whole exposure \[e⁻/px\].
     pub sky_e_px: Option<f64>,
+    /// Background at the rim of the field over that at its centre.
+    pub sky_corner_ratio: Option<f64>,
     /// Flux_e / flux_err_e.
     pub snr: Option<f64>,
     /// Brightest aperture pixel as a fraction of the saturation level.
     pub peak_frac_sat: Option<f64>,
+    /// Light of trails and neighbours inside the aperture over `flux_e`.
+    pub contam_frac: Option<f64>,
+    /// Added to the magnitude for the light outside the aperture \[mag\].
+    pub aper_corr_mag: Option<f64>,
     /// -2.5 log10 of the flux in electrons per second \[mag\].
     pub inst_mag: Option<f64>,
     /// Apparent V magnitude outside the atmosphere \[mag\].
@@ -83,11 +95,15 @@ pub struct PhotometryRow {
     pub v_mag_err: Option<f64>,
     /// 1-sigma systematic error of v_mag, common to the night \[mag\].
     pub v_mag_err_sys: Option<f64>,
+    /// Time from the night of the zeropoint to this frame; missing if it is this night's own \[d\].
+    pub zp_age_d: Option<f64>,
+    /// Error of using another night's zeropoint \[mag\].
+    pub zp_extra_err_mag: Option<f64>,
     /// Faintest V magnitude that would have been detected \[mag\].
     pub limit_v_mag: Option<f64>,
     /// Mean V surface brightness over the aperture \[mag/arcsec²\].
     pub mu_mean_mag_arcsec2: Option<f64>,
-    /// V surface brightness of the brightest pixel \[mag/arcsec²\].
+    /// V surface brightness of the brightest disc of one FWHM across \[mag/arcsec²\].
     pub mu_peak_mag_arcsec2: Option<f64>,
     // --- geometry
     /// Altitude above the horizon, without refraction \[deg\].
@@ -98,6 +114,8 @@ pub struct PhotometryRow {
     pub range_km: Option<f64>,
     /// Angular rate on the sky \[deg/s\].
     pub rate_deg_s: Option<f64>,
+    /// Rate of the azimuth, which a dome must follow \[deg/s\].
+    pub az_rate_deg_s: Option<f64>,
     /// Airmass.
     pub airmass: Option<f64>,
     /// Angle Sun - satellite - observer \[deg\].
@@ -195,6 +213,8 @@ pub struct StarRow {
     pub snr: Option<f64>,
     /// Brightest aperture pixel as a fraction of the saturation level.
     pub peak_frac_sat: Option<f64>,
+    /// Added to the magnitude for the light outside the aperture \[mag\].
+    pub aper_corr_mag: Option<f64>,
     /// -2.5 log10 of the flux in electrons per second \[mag\].
     pub inst_mag: Option<f64>,
     /// 1-sigma random error of inst_mag \[mag\].
@@ -217,6 +237,8 @@ pub struct StarRow {
     pub fit_weight: Option<f64>,
     /// V_inst - V minus the fit \[mag\].
     pub fit_residual_mag: Option<f64>,
+    /// Share of its own residual this star takes up in the zeropoint fit, 0 to 1.
+    pub fit_leverage: Option<f64>,
     /// Distance of the star from its catalogue place \[arcsec\].
     pub match_arcsec: Option<f64>,
     /// Ok, rejected or failed.

@@ -4,6 +4,7 @@
 
 use super::rows::{PhotometryRow, ResidualRow};
 use crate::constants::SIGMA_PER_MAD;
+use crate::photometry::Flags;
 
 /// Two exposures of one target further apart than this belong to different passes \[s\]. A low-orbit pass lasts a
 /// quarter of an hour at most and the next one comes an hour and a half later.
@@ -98,7 +99,8 @@ pub fn text_table(head: &[&str], rows: &[Vec<String>]) -> String {
 }
 
 /// One line per pass: UTC of the first frame, target, measured of all frames, median and brightest V, largest light,
-/// residual median ± robust σ, and the error budget: median random and median systematic error of V. Rejected measurements are counted but not used.
+/// residual median ± robust σ, and the error budget: median random and median systematic error of V. Rejected measurements are counted but
+/// not used, lower limits are left out of the residuals.
 #[must_use]
 pub fn pass_table(rows: &[PhotometryRow]) -> String {
     let head = [
@@ -121,7 +123,8 @@ pub fn pass_table(rows: &[PhotometryRow]) -> String {
         .map(|(i, pass)| {
             let used: Vec<&&PhotometryRow> = pass.iter().filter(|r| is_used(&r.status, &r.verdict)).collect();
             let v_mag: Vec<f64> = used.iter().filter_map(|r| r.v_mag).collect();
-            let residual = robust(&used.iter().filter_map(|r| r.residual_mag).collect::<Vec<_>>());
+            let measured = used.iter().filter(|r| !is_lower_limit(r.flags));
+            let residual = robust(&measured.filter_map(|r| r.residual_mag).collect::<Vec<_>>());
             let first = pass.first();
             let error = |of: fn(&PhotometryRow) -> Option<f64>| {
                 let values: Vec<f64> = used.iter().filter_map(|r| of(r)).collect();
@@ -184,10 +187,17 @@ pub fn is_used(status: &str, verdict: &str) -> bool {
     matches!(status, "ok" | "") && verdict != "reject"
 }
 
-/// Residuals that count in medians.
+/// Whether a row only says "at least so bright": something may have stood in the beam.
+#[must_use]
+pub fn is_lower_limit(flags: i32) -> bool {
+    Flags(flags).has(Flags::LOWER_LIMIT)
+}
+
+/// Residuals that count in medians: a lower limit on the brightness is no measurement of it.
 #[must_use]
 pub fn used_residuals(rows: &[ResidualRow]) -> Vec<f64> {
-    rows.iter().filter(|r| is_used("", &r.verdict)).filter_map(|r| r.residual_mag).collect()
+    let counts = |r: &&ResidualRow| is_used("", &r.verdict) && !is_lower_limit(r.flags);
+    rows.iter().filter(counts).filter_map(|r| r.residual_mag).collect()
 }
 
 /// The light classes in order of appearance, each once.

@@ -1,6 +1,8 @@
 //! A truth scene: pixel-integrated Gaussians and trails on a sky, realised with a seed.
 #![allow(dead_code)] // every test file uses its own part
 
+pub mod station;
+
 use std::path::PathBuf;
 
 use ndarray::Array2;

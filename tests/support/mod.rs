@@ -162,7 +162,7 @@ impl Night {
     }
 
     /// The lines of the last run's tables without those that name the folder or a hash of configuration and inputs,
-    /// and without the rows of `frames`.
+    /// and without the rows of `frames`; the time since the frame before is blank: that frame may be among `frames`.
     fn table_lines(&self, frames: &[&str]) -> Vec<String> {
         let folder = self.folder.path().display().to_string();
         let names = ["photometry.ecsv", "stars.ecsv", "residuals.ecsv", "zeropoint.toml"];
@@ -170,6 +170,7 @@ impl Night {
         lines
             .filter(|l| !frames.iter().any(|f| l.starts_with(&format!("{f},"))))
             .filter(|l| !l.contains("config_sha256") && !l.contains("input_manifest_sha256") && !l.contains(&folder))
+            .map(|l| if l.starts_with("target_") { without_cadence(&l) } else { l })
             .collect()
     }
 
@@ -186,6 +187,18 @@ impl Night {
     pub fn satphot(&self, args: &[&str]) -> Told {
         satphot(self.folder.path(), args)
     }
+}
+
+/// A line of `photometry.ecsv` or `residuals.ecsv` with nothing under `cadence_s`, if it has that column.
+fn without_cadence(line: &str) -> String {
+    let columns = satphot::report::columns::PHOTOMETRY;
+    let at = columns.iter().position(|c| c.name == "cadence_s").unwrap();
+    // no text before it holds a comma
+    let mut cells: Vec<&str> = line.split(',').collect();
+    if cells.len() >= columns.len() {
+        cells[at] = "";
+    }
+    cells.join(",")
 }
 
 /// What the program said.

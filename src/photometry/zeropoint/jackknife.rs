@@ -1,99 +1,128 @@
-//! The fit again without each pointing: the errors that stars of one pointing share, and pointings that decide alone.
+//! The fit without each star and without each pointing: errors that believe no model, and pointings that decide alone.
 //!
-//! Stars of one pointing share clouds and flat-field errors; a star-wise covariance then quotes a third of the true error.
+//! Magnitudes. Each fit without is one step of Newton from the full fit, which costs a pass over the stars for all of them
+//! together. Stars of one pointing share clouds and flat-field errors; leaving out single stars does not see those.
 
-use super::StarMeasurement;
-use super::robust::{Fit, step, weighted};
-use super::rows::{Rows, Term};
-use crate::config::Estimator;
+use super::mixed::{Means, whitened};
+use super::robust::Fit;
+use super::rows::Rows;
+use super::solve::{Matrix, N, Triangle, Vector, dot, inverse, times};
+use super::terms::Term;
 
 /// Fewest pointings for a covariance.
 pub const FEWEST: usize = 5;
 
-/// Which stars a fit leaves out.
-#[derive(Debug, Clone, Copy)]
-pub enum Skip {
-    /// None of them.
-    None,
-    /// Those of one pointing.
-    Pointing(usize),
-}
-
-impl Skip {
-    /// Whether a star is left out.
-    pub fn covers(self, star: &StarMeasurement) -> bool {
-        matches!(self, Skip::Pointing(p) if star.pointing == p)
-    }
-}
-
-/// What the fits without one pointing say.
+/// What the fits without one star and without one pointing say.
 #[derive(Debug, Clone, Default)]
 pub struct Jackknife {
-    /// Covariance of the centred parameters, from at least [`FEWEST`] pointings.
-    pub cov: Option<[[f64; 3]; 3]>,
-    /// Number of pointings.
-    pub n: usize,
+    /// Covariance of the centred parameters by leaving out stars.
+    pub by_star: Option<Matrix>,
+    /// By leaving out pointings, from at least [`FEWEST`] of them.
+    pub by_pointing: Option<Matrix>,
+    /// Parameters without each pointing, in the order of [`Rows::pointings`]; `None` where a term then cannot be told.
+    pub without: Vec<Option<Vector>>,
+    /// Leverage of each row: diagonal of the hat matrix of the whitened rows; their sum is the number of terms.
+    pub leverage: Vec<f64>,
     /// Pointings without which k would be another one.
     pub warnings: Vec<String>,
 }
 
-/// Leaves out each pointing in turn. Cov = (g−1)/g Σ (θ₍ⱼ₎ − θ̄)(θ₍ⱼ₎ − θ̄)ᵀ.
-pub fn by_pointing(rows: &Rows, fit: &Fit, estimator: Estimator) -> Jackknife {
-    let mut labels: Vec<usize> =
-        (0..rows.len()).filter(|i| fit.weights[*i] > 0.0).map(|i| rows.star(i).pointing).collect();
-    labels.sort_unstable();
-    labels.dedup();
-    let g = labels.len();
-    let mut out = Jackknife { n: g, ..Jackknife::default() };
-    if g < 2 {
-        return out;
+/// Leaves out each star and each pointing in turn. Cov = (n−1)/n Σ (θ₍ⱼ₎ − θ̄)(θ₍ⱼ₎ − θ̄)ᵀ.
+pub fn jackknife(rows: &Rows, fit: &Fit) -> Jackknife {
+    let n = rows.len();
+    let mut out = Jackknife { leverage: vec![0.0; n], ..Jackknife::default() };
+    let means = Means::of(rows, &fit.omega);
+    let g = rows.pointings.len();
+    let mut of_pointing = vec![(Triangle::default(), [0.0; N]); g];
+    for i in (0..n).filter(|i| fit.omega[*i] > 0.0) {
+        let (triangle, score) = &mut of_pointing[rows.group[i]];
+        triangle.add(whitened(rows, i, fit.omega[i], &means, fit.tau2).0, 0.0);
+        // ψ over its slope
+        let push = fit.omega[i] / fit.slope * fit.sigma[i] * fit.pull(rows, i);
+        let a = rows.columns(i);
+        (0..N).for_each(|c| score[c] += push * a[c]);
     }
-    let mut thetas = Vec::with_capacity(g);
-    let mut complete = true;
-    for p in labels {
-        let skip = Skip::Pointing(p);
-        let once = weighted(rows, &fit.sigma, &fit.weights, skip);
-        if once.rank < 1 + rows.terms.iter().filter(|t| t.held().is_none()).count() {
-            out.warnings.push(format!("pointing {p} alone decides a term: without it k or C cannot be told"));
-            complete = false;
-            continue;
-        }
-        let mut theta = fit.theta;
-        for _ in 0..if estimator == Estimator::Ols { 0 } else { 30 } {
-            let next = step(rows, &fit.sigma, &theta, skip);
-            let moved = (0..3).map(|j| (next[j] - theta[j]).abs()).fold(0.0, f64::max);
-            theta = next;
-            if moved < 1e-7 {
-                break;
+    let mut priors = Triangle::default();
+    rows.add_priors(&mut priors);
+    let mut information = priors.information();
+    let parts: Vec<Matrix> = of_pointing.iter().map(|(t, _)| t.information()).collect();
+    parts.iter().for_each(|part| add(&mut information, part, 1.0));
+    let Some(bread) = inverse(&information) else { return out };
+    stars(rows, fit, &means, &bread, &mut out);
+    let mut shifts = Vec::new();
+    for j in 0..g {
+        let mut without = information;
+        add(&mut without, &parts[j], -1.0);
+        // what rounding leaves of a difference is no information
+        let possible = (0..N).all(|c| information[c][c] == 0.0 || without[c][c] > 1e-9 * information[c][c]);
+        let theta = inverse(&without).filter(|_| possible).map(|m| {
+            let step = times(&m, &of_pointing[j].1);
+            std::array::from_fn(|c| fit.theta[c] - step[c])
+        });
+        let p = rows.pointings[j];
+        match &theta {
+            // a single pointing decides everything, which is said elsewhere
+            _ if means.weight[j] == 0.0 || g == 1 => {}
+            None => out.warnings.push(format!("pointing {p} alone decides a term: without it k or C cannot be told")),
+            Some(theta) => {
+                out.warnings.extend(turns_k(rows, fit, &bread, theta, p));
+                shifts.push(*theta);
             }
         }
-        if estimator == Estimator::Ols {
-            theta = once.theta;
-        }
-        out.warnings.extend(leverage(rows, fit, &theta, p));
-        thetas.push(theta);
+        out.without.push(theta);
     }
-    if g >= FEWEST && complete {
-        out.cov = Some(spread(&thetas));
+    if shifts.len() >= FEWEST && shifts.len() == means.with_weight().count() {
+        out.by_pointing = Some(spread(&shifts));
     }
     out
 }
 
+/// The fits without one star, and the leverages.
+fn stars(rows: &Rows, fit: &Fit, means: &Means, bread: &Matrix, out: &mut Jackknife) {
+    let mut cov = [[0.0; N]; N];
+    let mut count = 0.0;
+    for i in (0..rows.len()).filter(|i| fit.omega[*i] > 0.0) {
+        let (white, _) = whitened(rows, i, fit.omega[i], means, fit.tau2);
+        let h = dot(&white, &times(bread, &white)).clamp(0.0, 1.0);
+        out.leverage[i] = h;
+        // the offset of its pointing gives way too
+        let j = rows.group[i];
+        let b = means.shrink(j, fit.tau2);
+        let a = rows.columns(i);
+        let own: Vector = std::array::from_fn(|c| a[c] - b * means.columns[j][c]);
+        let taken = (h + b * fit.omega[i] / means.weight[j]).min(0.999);
+        let push = fit.omega[i] / fit.slope * fit.sigma[i] * fit.pull(rows, i) / (1.0 - taken);
+        let step = times(bread, &own).map(|v| v * push);
+        for (r, row) in cov.iter_mut().enumerate() {
+            row.iter_mut().zip(step).for_each(|(c, s)| *c += step[r] * s);
+        }
+        count += 1.0;
+    }
+    if count > rows.n_free() as f64 {
+        cov.iter_mut().flatten().for_each(|c| *c *= (count - 1.0) / count);
+        out.by_star = Some(cov);
+    }
+}
+
 /// A warning if leaving out one pointing moves k by more than three of its errors, or turns its sign.
-fn leverage(rows: &Rows, fit: &Fit, without: &[f64; 3], pointing: usize) -> Option<String> {
+fn turns_k(rows: &Rows, fit: &Fit, cov: &Matrix, without: &Vector, pointing: usize) -> Option<String> {
     if !matches!(rows.terms[0], Term::Free) {
         return None;
     }
-    let (k, err, other) = (fit.theta[1], fit.cov[1][1].max(0.0).sqrt(), without[1]);
+    let (k, err, other) = (fit.theta[1], cov[1][1].max(0.0).sqrt(), without[1]);
     let turned = k * other < 0.0 && (k - other).abs() > 0.01;
     let moved = (k - other).abs() > (3.0 * err).max(0.01);
     (turned || moved).then(|| format!("k rests on pointing {pointing}: {k:.3} with it, {other:.3} without it"))
 }
 
-fn spread(thetas: &[[f64; 3]]) -> [[f64; 3]; 3] {
+fn add(sum: &mut Matrix, part: &Matrix, sign: f64) {
+    sum.iter_mut().flatten().zip(part.iter().flatten()).for_each(|(s, p)| *s += sign * p);
+}
+
+fn spread(thetas: &[Vector]) -> Matrix {
     let g = thetas.len() as f64;
-    let mean = [0, 1, 2].map(|j| thetas.iter().map(|t| t[j]).sum::<f64>() / g);
-    let mut cov = [[0.0; 3]; 3];
+    let mean: Vector = std::array::from_fn(|j| thetas.iter().map(|t| t[j]).sum::<f64>() / g);
+    let mut cov = [[0.0; N]; N];
     for t in thetas {
         for (i, row) in cov.iter_mut().enumerate() {
             for (j, c) in row.iter_mut().enumerate() {
@@ -102,10 +131,4 @@ fn spread(thetas: &[[f64; 3]]) -> [[f64; 3]; 3] {
         }
     }
     cov
-}
-
-/// Whether covariance `a` is larger than `b`: the mean ratio of the variances of the fitted terms exceeds 1.
-pub fn larger(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> bool {
-    let ratios: Vec<f64> = (0..3).filter(|i| b[*i][*i] > 0.0).map(|i| a[i][i] / b[i][i]).collect();
-    !ratios.is_empty() && ratios.iter().sum::<f64>() / ratios.len() as f64 > 1.0
 }

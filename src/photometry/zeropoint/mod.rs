@@ -1,19 +1,28 @@
-//! Zeropoint, extinction and colour term from catalogue stars: V = V_inst − ZP − k X − C (B−V).
+//! Zeropoint, extinction and colour term from catalogue stars: V = V_inst − ZP − k X − C (B−V) \[− k'' X (B−V)\].
 //!
 //! V_inst = −2.5 log10(electrons per second); magnitudes throughout. Fitted centred on the mean airmass and colour by
-//! orthogonal factors, reported at airmass 0 and colour 0 with the full covariance. Left out: second-order extinction,
-//! drifts in time; cuts on stars are the caller's.
+//! orthogonal factors with an offset for every pointing, reported at airmass 0 and colour 0 with the full covariance. Left
+//! out: drifts in time within a pointing; cuts on stars are the caller's.
 
 mod file;
 mod jackknife;
+mod mixed;
+mod noise;
+mod pointings;
+mod report;
 mod robust;
 mod rows;
 mod solve;
+mod start;
+mod terms;
 
-use crate::config;
+use crate::config::{self, Estimator};
 use crate::error::{Error, Result};
 use crate::photometry::stats;
-use rows::{Rows, Term};
+pub use pointings::Pointing;
+use rows::Rows;
+use solve::quadratic;
+use terms::Term;
 
 /// One catalogue star measured in one pointing. An error that is NaN or not positive is unknown.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,13 +54,21 @@ pub struct Zeropoint {
     pub k_mag_airmass: f64,
     /// Colour term C \[mag/mag\].
     pub c_mag_mag: f64,
-    /// Covariance of (ZP, k, C).
-    pub cov: [[f64; 3]; 3],
-    /// `robust` or `ols`.
+    /// Second-order extinction k'' \[mag/airmass/mag\]; 0 when not fitted.
+    pub k2_mag: f64,
+    /// Covariance of (ZP, k, C, k''); zero for a term that is held. See [`Zeropoint::err_mag`] for what is in it.
+    pub cov: [[f64; 4]; 4],
+    /// Covariance of the model: noise of the stars and an offset per pointing.
+    pub cov_model: [[f64; 4]; 4],
+    /// Covariance by leaving out one star at a time.
+    pub cov_star_jackknife: Option<[[f64; 4]; 4]>,
+    /// Covariance by leaving out one pointing at a time; `None` with fewer than five.
+    pub cov_pointing_jackknife: Option<[[f64; 4]; 4]>,
+    /// `robust`, `clip`, `huber` or `ols`.
     pub estimator: String,
     /// Measurements with weight.
     pub n_used: usize,
-    /// Measurements the robust fit gave no weight.
+    /// Measurements the fit gave no weight.
     pub n_rejected: usize,
     /// Pointings with a used measurement.
     pub n_pointings: usize,
@@ -59,8 +76,14 @@ pub struct Zeropoint {
     pub rms_mag: f64,
     /// 1.4826 MAD of all residuals, the rejected ones included \[mag\].
     pub robust_sigma_mag: f64,
-    /// Scatter beyond the stated errors that makes them agree with the residuals \[mag\].
+    /// Scatter of single stars beyond their stated errors, by maximum likelihood \[mag\].
     pub intrinsic_mag: f64,
+    /// Scatter of the pointings' own offsets \[mag\]; NaN where it cannot be told from that of the stars.
+    pub pointing_scatter_mag: f64,
+    /// Cloud test: χ² of the pointings' offsets per degree of freedom if the errors of their stars were all.
+    pub pointing_chi2_dof: Option<f64>,
+    /// Probability of a χ² at least as large: small = the pointings differ.
+    pub pointing_p_value: Option<f64>,
     /// χ² per degree of freedom of the used measurements with their stated errors alone; `None` without degrees of
     /// freedom or stated errors.
     pub chi2_dof: Option<f64>,
@@ -68,48 +91,76 @@ pub struct Zeropoint {
     pub p_value: Option<f64>,
     /// Condition number of the centred matrix with columns of equal length.
     pub condition: f64,
-    /// Mean airmass of the used measurements.
+    /// Terms the stars can tell apart, ZP included.
+    pub rank: usize,
+    /// Mean airmass of the usable measurements.
     pub airmass_mean: f64,
-    /// Mean B−V of the used measurements \[mag\].
+    /// Mean B−V of the usable measurements \[mag\].
     pub b_v_mean_mag: f64,
     /// Smallest and largest airmass used.
     pub airmass_range: [f64; 2],
     /// Smallest and largest B−V used \[mag\].
     pub b_v_range_mag: [f64; 2],
+    /// Mean mid-exposure time of the used measurements, MJD (UTC) \[d\]; the fit does not know it, the night fills it in.
+    pub mjd_mean_d: Option<f64>,
     /// How k came about: `fitted`, `pinned 0.12`, `refused: all stars within 0.02 airmass`.
     pub k_note: String,
     /// How C came about.
     pub c_note: String,
+    /// How k'' came about, and whether the stars ask for it.
+    pub k2_note: String,
     /// Where the covariance is from.
     pub cov_note: String,
+    /// Colour of the target and its error \[mag\], for the errors told in the file; NaN if unknown.
+    pub target_b_v_mag: [f64; 2],
+    /// The pointings, by number.
+    pub pointings: Vec<Pointing>,
     /// What the observer should know.
     pub warnings: Vec<String>,
     /// Robust weight of each input row, 0 to 1; 0 = rejected or unusable.
     pub weights: Vec<f64>,
-    /// Residual V_inst − V − ZP − k X − C (B−V) of each input row \[mag\]; NaN for an unusable row.
+    /// Residual V_inst − V − ZP − k X − C (B−V) − k'' X (B−V) of each input row \[mag\]; NaN for an unusable row.
     pub residuals_mag: Vec<f64>,
+    /// Share of its own residual each input row takes up in the fit, 0 to 1; 0 if it is not used. The sum is the number
+    /// of terms.
+    pub leverage: Vec<f64>,
 }
 
 impl Zeropoint {
-    /// V = V_inst − ZP − k X − C (B−V) \[mag\].
+    /// V = V_inst − ZP − k X − C (B−V) − k'' X (B−V) \[mag\].
     #[must_use]
     pub fn v_mag(&self, inst_mag: f64, airmass: f64, b_v_mag: f64) -> f64 {
-        inst_mag - self.zp_mag - self.k_mag_airmass * airmass - self.c_mag_mag * b_v_mag
+        inst_mag
+            - self.zp_mag
+            - self.k_mag_airmass * airmass
+            - self.c_mag_mag * b_v_mag
+            - self.k2_mag * airmass * b_v_mag
     }
 
-    /// Error of the calibration at an airmass and a colour \[mag\].
+    /// Error of the calibration at an airmass and a colour \[mag\]: ±1 σ holds the truth in 68 % of nights.
     ///
-    /// σ² = gᵀ Cov g + (C σ_BV)², g = (1, X, B−V). The error of V_inst itself is not in it.
+    /// σ² = gᵀ Cov g + ((C + k'' X) σ_BV)², g = (1, X, B−V, X (B−V)). The covariance, the larger of the jackknives by star
+    /// and by pointing, holds the noise of the stars, their intrinsic scatter and what the scatter between pointings does
+    /// to the fit. Not in it: the error of V_inst itself, and the offset of the target's own line of sight
+    /// ([`Zeropoint::err_one_pointing_mag`]).
     #[must_use]
     pub fn err_mag(&self, airmass: f64, b_v_mag: f64, b_v_err_mag: f64) -> f64 {
-        let g = [1.0, airmass, b_v_mag];
-        let mut var = (self.c_mag_mag * b_v_err_mag).powi(2);
-        for (i, row) in self.cov.iter().enumerate() {
-            for (j, c) in row.iter().enumerate() {
-                var += g[i] * c * g[j];
-            }
-        }
-        var.max(0.0).sqrt()
+        let colour_err = if b_v_err_mag.is_nan() { 0.0 } else { b_v_err_mag };
+        predicted(&self.cov, airmass, b_v_mag).hypot(self.colour_slope(airmass) * colour_err)
+    }
+
+    /// ∂V/∂(B−V) without its sign, C + k'' X.
+    fn colour_slope(&self, airmass: f64) -> f64 {
+        self.c_mag_mag + self.k2_mag * airmass
+    }
+
+    /// [`Zeropoint::err_mag`] with the scatter of one pointing added \[mag\]: the error of a magnitude measured in one
+    /// direction at one time, when the target's line of sight has a cloud or a flat-field error of its own like the
+    /// pointings have.
+    #[must_use]
+    pub fn err_one_pointing_mag(&self, airmass: f64, b_v_mag: f64, b_v_err_mag: f64) -> f64 {
+        let own = if self.pointing_scatter_mag.is_finite() { self.pointing_scatter_mag } else { 0.0 };
+        self.err_mag(airmass, b_v_mag, b_v_err_mag).hypot(own)
     }
 
     /// The error as the paper adds it up, √(σ_ZP² + σ_k² + σ_C²) \[mag\]: no airmass, no colour, no correlation.
@@ -123,125 +174,108 @@ impl Zeropoint {
     pub fn errs(&self) -> [f64; 3] {
         [0, 1, 2].map(|i| self.cov[i][i].max(0.0).sqrt())
     }
+
+    /// Whether k'' was fitted.
+    #[must_use]
+    pub fn second_order(&self) -> bool {
+        self.k2_mag != 0.0 || self.cov[3][3] > 0.0
+    }
+
+    /// The covariance of (ZP, k, C), with k'' where it was fitted, as rows.
+    #[must_use]
+    pub fn covariance(&self) -> Vec<Vec<f64>> {
+        let n = if self.second_order() { 4 } else { 3 };
+        self.cov[..n].iter().map(|row| row[..n].to_vec()).collect()
+    }
 }
 
-/// Condition number above which the observer is warned.
-const CONDITION_WARN: f64 = 30.0;
+/// √(gᵀ Cov g), g = (1, X, B−V, X (B−V)) \[mag\].
+fn predicted(cov: &solve::Matrix, airmass: f64, b_v_mag: f64) -> f64 {
+    quadratic(cov, &[1.0, airmass, b_v_mag, airmass * b_v_mag]).max(0.0).sqrt()
+}
 
-/// Fits ZP, k and C.
+/// Fits ZP, k, C and, where asked for, k''.
 ///
-/// `robust`: L1 or least-median start, Tukey's biweight to convergence, effective variance σ_inst² + σ_cat² + (C σ_BV)² + τ²
-/// with τ from the residuals; covariance of the M-estimator or of the delete-one-pointing jackknife, whichever is larger.
+/// `robust`: a start that outliers cannot spoil, then Tukey's biweight to convergence; `clip`: median start, then a 3 σ clip;
+/// `huber`: Huber's weights. All three weigh by σ_inst² + σ_cat² + (C σ_BV)² + τ², τ by maximum likelihood, and give every
+/// pointing an offset drawn from a common scatter, so that many stars under one cloud count as one pointing.
 /// `ols`: equal weights, s² (AᵀA)⁻¹. The result does not depend on the order of the rows, to the bit.
 ///
 /// # Errors
-/// [`Error::Zeropoint`] with counts: too few stars, no usable row, too large a share rejected.
+/// [`Error::Zeropoint`] with counts: too few stars, no usable row, no clear majority of stars agrees.
 pub fn fit(measurements: &[StarMeasurement], config: &config::Zeropoint) -> Result<Zeropoint> {
-    let terms = [Term::of(config.pin_k), Term::of(config.pin_c)];
-    let mut rows = Rows::select(measurements, terms, config)?;
-    rows.refuse_what_cannot_be_told_apart()?;
-    let start = match config.estimator {
-        config::Estimator::Ols => robust::ols(&rows)?,
-        config::Estimator::Robust => robust::tukey(&rows)?,
+    let second = if config.second_order { Term::Free } else { Term::Absent };
+    let terms = [Term::of(config.pin_k), Term::of(config.pin_c), second];
+    let rows = Rows::select(measurements, terms, config)?;
+    let fit = match config.estimator {
+        Estimator::Ols => robust::ols(&rows)?,
+        other => robust::reweighted(&rows, other)?,
     };
-    let rejected = start.weights.iter().filter(|w| **w == 0.0).count();
-    if rejected as f64 > config.max_rejected_frac * rows.len() as f64 {
-        return Err(Error::Zeropoint {
-            problem: format!(
-                "{rejected} of {} stars rejected, more than zeropoint.max_rejected_frac = {}; no majority agrees: \
-                 check the match, clouds and saturation",
-                rows.len(),
-                config.max_rejected_frac
-            ),
-        });
+    if config.estimator == Estimator::Huber {
+        // Huber's weights reject nobody and follow a majority of outliers: whether there is one, the biweight tells
+        check_majority(&rows, &robust::reweighted(&rows, Estimator::Robust)?, config)?;
     }
+    check_majority(&rows, &fit, config)?;
+    let rejected = fit.weights.iter().filter(|w| **w == 0.0).count();
     rows.enough(rows.len() - rejected, config.min_stars, &format!("{rejected} rejected as outliers"))?;
-    let clustered = jackknife::by_pointing(&rows, &start, config.estimator);
-    Ok(report(&rows, &start, &clustered, config, measurements.len()))
+    Ok(report::report(&rows, &fit, config, measurements.len()))
 }
 
-/// Puts a converged fit into the form the rest of the night uses.
-fn report(
-    rows: &Rows,
-    fit: &robust::Fit,
-    clustered: &jackknife::Jackknife,
-    config: &config::Zeropoint,
-    n_input: usize,
-) -> Zeropoint {
-    let robust = config.estimator == config::Estimator::Robust;
-    let mut warnings = rows.warnings.clone();
-    let (mut cov, mut cov_note) = if robust {
-        (fit.cov, "M-estimator".to_owned())
-    } else {
-        (fit.cov, "least squares, s² (AᵀA)⁻¹".to_owned())
-    };
-    if robust && let Some(jack) = clustered.cov {
-        if jackknife::larger(&jack, &fit.cov) {
-            cov = jack;
-            cov_note =
-                format!("delete-one-pointing jackknife ({} pointings), larger than that of single stars", clustered.n);
-        } else {
-            cov_note = format!("M-estimator, larger than the jackknife of {} pointings", clustered.n);
-        }
-    }
-    if robust && clustered.n > 0 && clustered.n < jackknife::FEWEST {
-        warnings.push(format!(
-            "{} pointings: too few for a jackknife, so a scatter between pointings is not in the errors",
-            clustered.n
-        ));
-    }
-    warnings.extend(clustered.warnings.iter().cloned());
+/// Standard errors of the share of outliers within which a majority is in doubt, and the most they may take.
+const DOUBT: (f64, f64) = (2.0, 0.1);
+/// Rejected stars that agree with one another as well as this share of the good ones are a rival.
+const RIVAL: f64 = 0.5;
 
-    let used: Vec<usize> = (0..rows.len()).filter(|i| fit.weights[*i] > 0.0).collect();
-    let residuals: Vec<f64> = (0..rows.len()).map(|i| rows.residual(i, &fit.theta)).collect();
-    let condition = rows.condition(&fit.weights);
-    if condition > CONDITION_WARN {
-        warnings.push(format!(
-            "condition number {condition:.0}: airmass and colour hardly vary apart; pin a term or spread the pointings"
-        ));
+/// Fails where a majority of good stars is not beyond doubt: then the fit may be that of the bad ones.
+fn check_majority(rows: &Rows, fit: &robust::Fit, config: &config::Zeropoint) -> Result<()> {
+    if config.estimator == Estimator::Ols {
+        return Ok(());
     }
-    if robust && used.len() * 5 < rows.len() * 4 {
-        warnings.push(format!("{} of {} measurements rejected as outliers", rows.len() - used.len(), rows.len()));
+    let n = rows.len() as f64;
+    let rejected = fit.weights.iter().filter(|w| **w == 0.0).count();
+    // blends hide among the good stars: the likelihood counts them too, where there are enough stars for it
+    let hidden = if rows.len() < start::FEW { 0.0 } else { fit.outlier_share };
+    let share = hidden.max(rejected as f64 / n);
+    let doubt = (DOUBT.0 * (share * (1.0 - share) / n).sqrt()).min(DOUBT.1);
+    let agree = agreeing(rows, fit);
+    let rival = agree as f64 > RIVAL * (n - rejected as f64) && rows.len() >= start::FEW;
+    if !rival && share + doubt <= config.max_rejected_frac.max(0.0) || config.max_rejected_frac >= 1.0 {
+        return Ok(());
     }
-    let (zp_mag, cov) = rows.uncentred(&fit.theta, &cov);
-    let range = |f: &dyn Fn(usize) -> f64| {
-        let values = used.iter().map(|i| f(*i)).filter(|v| v.is_finite());
-        let range = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], v| [lo.min(v), hi.max(v)]);
-        if range[0] <= range[1] { range } else { [f64::NAN; 2] }
+    let why = if rival {
+        format!(", and {agree} of the rejected agree with one another")
+    } else {
+        format!(
+            ", +- {doubt:.2} at {} sigma, exceeds zeropoint.max_rejected_frac = {}",
+            DOUBT.0, config.max_rejected_frac
+        )
     };
-    let b_v_range_mag = range(&|i| rows.star(i).b_v_mag);
-    let (chi2_dof, p_value) = rows.chi2(&used, &fit.theta);
-    let mut out = Zeropoint {
-        zp_mag,
-        k_mag_airmass: rows.terms[0].held().unwrap_or(fit.theta[1]),
-        c_mag_mag: rows.terms[1].held().unwrap_or(fit.theta[2]),
-        cov,
-        estimator: if robust { "robust" } else { "ols" }.to_owned(),
-        n_used: used.len(),
-        n_rejected: rows.len() - used.len(),
-        n_pointings: rows.n_pointings(&used),
-        rms_mag: (used.iter().map(|i| residuals[*i].powi(2)).sum::<f64>() / used.len() as f64).sqrt(),
-        robust_sigma_mag: stats::mad_sigma(&mut residuals.clone()).unwrap_or(0.0),
-        intrinsic_mag: fit.intrinsic_mag,
-        chi2_dof,
-        p_value,
-        condition,
-        airmass_mean: rows.mean[0],
-        b_v_mean_mag: if b_v_range_mag[0].is_nan() { f64::NAN } else { rows.mean[1] },
-        airmass_range: range(&|i| rows.star(i).airmass),
-        b_v_range_mag,
-        k_note: rows.terms[0].note(),
-        c_note: rows.terms[1].note(),
-        cov_note,
-        warnings,
-        weights: vec![0.0; n_input],
-        residuals_mag: vec![f64::NAN; n_input],
-    };
-    for (i, r) in residuals.iter().enumerate() {
-        out.weights[rows.input(i)] = fit.weights[i];
-        out.residuals_mag[rows.input(i)] = *r;
+    Err(Error::Zeropoint {
+        problem: format!(
+            "{rejected} of {} stars rejected and {:.2} of all estimated to be outliers{why}: no majority agrees beyond \
+             doubt, so the fit could be that of the outliers (zeropoint.max_rejected_frac); check the match, clouds and \
+             saturation",
+            rows.len(),
+            share,
+        ),
+    })
+}
+
+/// The most rejected stars whose residuals lie within ±2.5 σ of one value.
+fn agreeing(rows: &Rows, fit: &robust::Fit) -> usize {
+    let residual = |i: usize| rows.residual(i, &fit.theta) - fit.offsets[rows.group[i]];
+    let out = (0..rows.len()).filter(|i| fit.weights[*i] == 0.0);
+    let mut list: Vec<(f64, f64)> = out.map(|i| (residual(i), fit.sigma[i])).collect();
+    list.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let width = 5.0 * median(&mut list.iter().map(|l| l.1).collect::<Vec<_>>());
+    let (mut from, mut most) = (0, 0);
+    for to in 0..list.len() {
+        while list[to].0 - list[from].0 > width {
+            from += 1;
+        }
+        most = most.max(to + 1 - from);
     }
-    out
+    most
 }
 
 /// The median of values, which are reordered; 0 if there are none.

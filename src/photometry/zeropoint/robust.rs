@@ -1,72 +1,134 @@
-//! The two estimators: ordinary least squares, and Tukey's biweight from a start that half the stars cannot spoil.
+//! The estimators: Tukey's biweight, a 3 σ clip or Huber's weights about an offset per pointing, and ordinary least squares.
 //!
-//! Magnitudes. Deterministic: the trial subsets of the start come from a fixed sequence. Left out: Huber weights and hard
-//! clipping (biased by one-sided outliers such as blends and saturation).
+//! Magnitudes. Iteratively reweighted: the scatter of stars and pointings follows the fit for the first rounds, then stands
+//! still so that the fit converges.
 
-use super::jackknife::Skip;
+use super::mixed::{Means, dof, scatter_between, triangle};
+use super::noise::{FLOOR_MAG, Noise};
 use super::rows::Rows;
-use super::solve::Triangle;
-use crate::constants::SIGMA_PER_MAD;
+use super::solve::{N, Solution, Vector};
+use super::start;
+use crate::config::Estimator;
 use crate::error::{Error, Result};
 
 /// Tukey's constant: 95 % efficiency for Gaussian errors.
 const TUKEY_C: f64 = 4.685;
-/// Smallest standard deviation of a row \[mag\]; keeps perfect data from dividing by zero.
-const FLOOR_MAG: f64 = 1e-9;
-/// Stated errors are believed to be too large by a factor of ten at most.
-const SMALLEST_SHARE: f64 = 0.1;
+/// Huber's constant: 95 % efficiency.
+const HUBER_C: f64 = 1.345;
+/// The clip \[σ\].
+const CLIP: f64 = 3.0;
+/// Most rounds in which the scatter follows the fit.
+const SCALE_ROUNDS: usize = 25;
+/// Relative change below which the scatter has settled.
+const SETTLED: f64 = 1e-3;
+/// Change of the terms below which the fit has converged \[mag\].
+const CONVERGED_MAG: f64 = 1e-12;
 /// With fewer degrees of freedom than this the stated errors bound the covariance from below.
 const FEW_DOF: f64 = 10.0;
-/// Rows that score a trial start.
-const TRIAL_ROWS: usize = 1_000;
-/// Rows that set the scale; more do not make it better.
-const SCALE_ROWS: usize = 4_000;
-/// Trial subsets of four stars: 99.8 % sure of a clean one among half outliers.
-const TRIALS: usize = 100;
-/// Fewer rows than this hold subsets that agree by chance: then L1 alone starts, and all rows set the scale.
-const FEW: usize = 30;
-/// A trial replaces the L1 start only if its median residual is this much smaller; chance gives 0.85 for Gaussian errors.
-const CLEARLY_BETTER: f64 = 0.7;
+/// Intrinsic scatter in units of the stated errors above which the fit is tried again from them.
+const SUSPICIOUS: f64 = 2.0;
+/// Stars per pointing from which the pointings' own scatter can be told from that of the stars.
+const STARS_PER_POINTING: usize = 2;
 
 /// A converged fit in the centred system.
 #[derive(Debug, Clone)]
 pub struct Fit {
-    /// Offset, k, C.
-    pub theta: [f64; 3],
-    /// Their covariance.
-    pub cov: [[f64; 3]; 3],
+    /// Offset, k, C, k''.
+    pub theta: Vector,
     /// Robust weight per row, 0 to 1.
     pub weights: Vec<f64>,
-    /// Standard deviation each residual is measured by \[mag\].
+    /// Standard deviation of each row \[mag\].
     pub sigma: Vec<f64>,
+    /// Precision each row has in the result \[1/mag²\]: its weight, its σ and the efficiency of the estimator.
+    pub omega: Vec<f64>,
+    /// Slope of the influence function over the weight: by how much a row pushes back when the fit moves.
+    pub slope: f64,
+    /// Offset of each pointing \[mag\].
+    pub offsets: Vec<f64>,
+    /// Variance of the pointings' own offsets \[mag²\].
+    pub tau2: f64,
     /// Scatter beyond the stated errors \[mag\].
     pub intrinsic_mag: f64,
+    /// Share of outliers, those hidden among the good stars included.
+    pub outlier_share: f64,
 }
 
-/// Least squares of the rows with standard deviations and weights, leaving out `skip`.
-pub fn weighted(rows: &Rows, sigma: &[f64], weights: &[f64], skip: Skip) -> super::solve::Solution {
-    let mut triangle = Triangle::default();
-    for i in (0..rows.len()).filter(|i| weights[*i] > 0.0 && !skip.covers(rows.star(*i))) {
-        let scale = weights[i].sqrt() / sigma[i];
-        triangle.add(rows.columns(i).map(|a| a * scale), rows.y(i) * scale);
+impl Fit {
+    /// Robust mean residual of each pointing \[mag\]. The weighted mean has gone only part of the way from the shrunk offset
+    /// that the weights are centred on: (d − û)/slope goes all of it.
+    pub fn deviations(&self, means: &Means) -> Vec<f64> {
+        let one = |(j, u): (usize, &f64)| u + (means.residual(j, &self.theta) - u) / self.slope;
+        self.offsets.iter().enumerate().map(one).collect()
     }
-    rows.add_priors(&mut triangle);
-    triangle.solve()
+
+    /// Logarithm of the likelihood of good stars about their pointings' offsets and outliers anywhere within `range` \[mag\].
+    fn log_likelihood(&self, rows: &Rows, range: f64) -> f64 {
+        let bad = self.outlier_share.clamp(1e-3, 0.999);
+        let star = |i: usize| {
+            let u = self.pull(rows, i);
+            let gauss = (-0.5 * u * u).exp() / (self.sigma[i] * (2.0 * std::f64::consts::PI).sqrt());
+            ((1.0 - bad) * gauss + bad / range.max(FLOOR_MAG)).ln()
+        };
+        let means = Means::of(rows, &self.omega);
+        let pointing = |j: usize| {
+            let deviation = if self.tau2 > 0.0 { self.offsets[j].powi(2) / self.tau2 } else { 0.0 };
+            0.5 * (deviation + (self.tau2 * means.weight[j]).ln_1p())
+        };
+        (0..rows.len()).map(star).sum::<f64>() - (0..rows.pointings.len()).map(pointing).sum::<f64>()
+    }
+
+    /// Residual of row `i` about its pointing's offset, in σ.
+    pub fn pull(&self, rows: &Rows, i: usize) -> f64 {
+        (rows.residual(i, &self.theta) - self.offsets[rows.group[i]]) / self.sigma[i]
+    }
 }
 
-/// Ordinary least squares: equal weights, covariance s² (AᵀA)⁻¹.
+/// Whether the pointings' own scatter enters: enough stars per pointing to tell it from the stars'.
+pub fn has_pointings(rows: &Rows) -> bool {
+    rows.pointings.len() > 1 && rows.len() >= STARS_PER_POINTING * rows.pointings.len()
+}
+
+/// w(u) = ψ(u)/u of an estimator.
+pub fn weight(estimator: Estimator, u: f64) -> f64 {
+    match estimator {
+        Estimator::Robust => {
+            let t = (u / TUKEY_C).powi(2);
+            if t < 1.0 { (1.0 - t).powi(2) } else { 0.0 }
+        }
+        Estimator::Huber => (HUBER_C / u.abs().max(1e-300)).min(1.0),
+        Estimator::Clip => f64::from(u8::from(u.abs() < CLIP)),
+        Estimator::Ols => 1.0,
+    }
+}
+
+/// ψ′(u).
+fn psi_slope(estimator: Estimator, u: f64) -> f64 {
+    match estimator {
+        Estimator::Robust => {
+            let t = (u / TUKEY_C).powi(2);
+            if t < 1.0 { (1.0 - t) * (1.0 - 5.0 * t) } else { 0.0 }
+        }
+        Estimator::Huber => f64::from(u8::from(u.abs() < HUBER_C)),
+        Estimator::Clip | Estimator::Ols => weight(estimator, u),
+    }
+}
+
+/// Least squares of all rows with one precision, no scatter between pointings.
+pub fn plain(rows: &Rows, omega: &[f64]) -> Solution {
+    triangle(rows, omega, &Means::of(rows, omega), 0.0).solve()
+}
+
+/// Ordinary least squares: equal weights, scatter s.
 ///
 /// With a pulled term the scatter s enters the balance and is iterated. Without degrees of freedom s comes from the stated
 /// errors.
 pub fn ols(rows: &Rows) -> Result<Fit> {
     let n = rows.len();
-    let ones = vec![1.0; n];
     let mut y: Vec<f64> = (0..n).map(|i| rows.y(i)).collect();
     let mut s = crate::photometry::stats::mad_sigma(&mut y).unwrap_or(0.0).max(FLOOR_MAG);
-    let mut theta = [0.0; 3];
+    let mut theta = [0.0; N];
     for _ in 0..if rows.has_prior() { 100 } else { 1 } {
-        let solution = weighted(rows, &vec![s; n], &ones, Skip::None);
-        theta = solution.theta;
+        theta = plain(rows, &vec![1.0 / (s * s); n]).theta;
         let next = scatter(rows, &theta)?.max(FLOOR_MAG);
         let done = (next - s).abs() < 1e-12 * s;
         s = next;
@@ -74,12 +136,21 @@ pub fn ols(rows: &Rows) -> Result<Fit> {
             break;
         }
     }
-    let cov = weighted(rows, &vec![s; n], &ones, Skip::None).inverse;
-    Ok(Fit { theta, cov, weights: ones, sigma: vec![s; n], intrinsic_mag: 0.0 })
+    Ok(Fit {
+        theta,
+        weights: vec![1.0; n],
+        sigma: vec![s; n],
+        omega: vec![1.0 / (s * s); n],
+        slope: 1.0,
+        offsets: vec![0.0; rows.pointings.len()],
+        tau2: 0.0,
+        intrinsic_mag: 0.0,
+        outlier_share: 0.0,
+    })
 }
 
 /// Standard deviation of a row about the fit; from the stated errors where no degree of freedom is left.
-fn scatter(rows: &Rows, theta: &[f64; 3]) -> Result<f64> {
+fn scatter(rows: &Rows, theta: &Vector) -> Result<f64> {
     let n = rows.len();
     let dof = n.saturating_sub(rows.n_free());
     if dof > 0 {
@@ -97,222 +168,128 @@ fn scatter(rows: &Rows, theta: &[f64; 3]) -> Result<f64> {
     })
 }
 
-/// Tukey's biweight to convergence.
-pub fn tukey(rows: &Rows) -> Result<Fit> {
-    let n = rows.len();
-    if n == rows.n_free() {
-        return exact(rows);
-    }
-    let mut theta = start(rows);
-    let mut scale = Scale { sigma: vec![1.0; n], intrinsic_mag: 0.0, mad: f64::INFINITY };
-    // the scale follows the fit for the first rounds, then stands still so that the fit converges
-    for round in 0..300 {
-        if round < 20 {
-            scale = Scale::of(rows, &theta, scale.mad);
-        }
-        let next = step(rows, &scale.sigma, &theta, Skip::None);
-        let moved = (0..3).map(|j| (next[j] - theta[j]).abs()).fold(0.0, f64::max);
-        theta = next;
-        if moved < 1e-13 && round >= 20 {
-            break;
-        }
-    }
-    let mut stated: Vec<f64> = (0..n).map(|i| rows.stated_var(i, &theta).sqrt()).collect();
-    check_majority(rows, &scale, super::median(&mut stated))?;
-    let weights = biweights(rows, &scale.sigma, &theta);
-    let cov = m_covariance(rows, &scale.sigma, &weights, &theta);
-    Ok(Fit { theta, cov, weights, sigma: scale.sigma, intrinsic_mag: scale.intrinsic_mag })
-}
-
-/// One step of iteratively reweighted least squares.
-pub fn step(rows: &Rows, sigma: &[f64], theta: &[f64; 3], skip: Skip) -> [f64; 3] {
-    let weights = biweights(rows, sigma, theta);
-    let solution = weighted(rows, sigma, &weights, skip);
-    if solution.rank == 0 { *theta } else { solution.theta }
-}
-
-/// w = (1 − (u/c)²)², u = r/σ; 0 beyond c.
-fn biweights(rows: &Rows, sigma: &[f64], theta: &[f64; 3]) -> Vec<f64> {
-    let weight = |i: usize| {
-        let t = (rows.residual(i, theta) / (TUKEY_C * sigma[i])).powi(2);
-        if t < 1.0 { (1.0 - t).powi(2) } else { 0.0 }
-    };
-    (0..rows.len()).map(weight).collect()
-}
-
 /// As many stars as terms: they are met exactly and the stated errors are all that is known.
 fn exact(rows: &Rows) -> Result<Fit> {
-    let ones = vec![1.0; rows.len()];
-    let free = weighted(rows, &ones, &ones, Skip::None).theta;
+    let n = rows.len();
+    let free = plain(rows, &vec![1.0; n]).theta;
     let spread = scatter(rows, &free)?;
-    let sigma: Vec<f64> = (0..rows.len())
-        .map(|i| if rows.weighted { rows.stated_var(i, &free).sqrt().max(FLOOR_MAG) } else { spread })
-        .collect();
-    let solution = weighted(rows, &sigma, &ones, Skip::None);
-    Ok(Fit { theta: solution.theta, cov: solution.inverse, weights: ones, sigma, intrinsic_mag: 0.0 })
+    let sigma: Vec<f64> =
+        (0..n).map(|i| if rows.weighted { rows.stated_var(i, &free).sqrt().max(FLOOR_MAG) } else { spread }).collect();
+    let omega: Vec<f64> = sigma.iter().map(|s| 1.0 / (s * s)).collect();
+    let theta = plain(rows, &omega).theta;
+    let offsets = vec![0.0; rows.pointings.len()];
+    let weights = vec![1.0; n];
+    Ok(Fit { theta, weights, sigma, omega, slope: 1.0, offsets, tau2: 0.0, intrinsic_mag: 0.0, outlier_share: 0.0 })
 }
 
-/// What residuals are measured by.
-struct Scale {
-    sigma: Vec<f64>,
-    intrinsic_mag: f64,
-    /// Robust scale of the raw residuals \[mag\].
-    mad: f64,
-}
-
-impl Scale {
-    /// σ_i² = s² (stated_i² + τ²): τ where the residuals exceed the stated errors, s < 1 where they stay below them.
-    ///
-    /// Judged by the MAD of the rows the last round did not reject, so that outliers do not widen their own limit.
-    fn of(rows: &Rows, theta: &[f64; 3], last: f64) -> Scale {
-        let n = rows.len();
-        let last = if n < FEW { f64::INFINITY } else { last };
-        let judges: Vec<usize> = (0..n).step_by(n.div_ceil(SCALE_ROWS)).collect();
-        let residuals: Vec<f64> = judges.iter().map(|i| rows.residual(*i, theta)).collect();
-        let stated_var = |i: usize| if rows.weighted { rows.stated_var(i, theta) } else { 0.0 };
-        let stated: Vec<f64> = judges.iter().map(|i| stated_var(*i)).collect();
-        // a fit of p terms meets up to p stars exactly: their residuals say nothing
-        let met = rows.n_free();
-        let typical = |mut u: Vec<f64>| {
-            u.sort_unstable_by(f64::total_cmp);
-            let from = met.min(u.len().saturating_sub(1));
-            SIGMA_PER_MAD * super::median(&mut u[from..])
-        };
-        let inside = |i: usize, tau: f64| {
-            residuals[i].abs() <= TUKEY_C * (stated[i] + tau * tau).sqrt().max(last.max(FLOOR_MAG))
-        };
-        let spread = |tau: f64| {
-            let scaled = |i: usize| residuals[i].abs() / (stated[i] + tau * tau).sqrt().max(FLOOR_MAG);
-            typical((0..judges.len()).filter(|i| inside(*i, tau)).map(scaled).collect())
-        };
-        let mad = typical((0..judges.len()).filter(|i| inside(*i, 0.0)).map(|i| residuals[i].abs()).collect());
-        let (mut tau, mut s) = (0.0, 1.0);
-        let at_zero = spread(0.0);
-        if at_zero > 1.0 {
-            let (mut lo, mut hi) = (0.0, 2.0 * mad.max(FLOOR_MAG));
-            for _ in 0..40 {
-                tau = 0.5 * (lo + hi);
-                if spread(tau) > 1.0 { lo = tau } else { hi = tau }
-            }
-        } else {
-            s = at_zero.max(SMALLEST_SHARE);
-        }
-        let sigma = (0..n).map(|i| (s * (stated_var(i) + tau * tau).sqrt()).max(FLOOR_MAG)).collect();
-        Scale { sigma, intrinsic_mag: if tau > FLOOR_MAG { tau } else { 0.0 }, mad }
+/// Tukey's biweight, the clip or Huber's weights to convergence.
+///
+/// A scatter far beyond the stated errors may be that of outliers in the majority. Then the fit is tried again from the
+/// stated errors alone, and the more likely of the two descriptions is taken.
+pub fn reweighted(rows: &Rows, estimator: Estimator) -> Result<Fit> {
+    if rows.len() == rows.n_free() {
+        return exact(rows);
     }
+    let (theta, spread) = if estimator == Estimator::Clip { start::median(rows) } else { start::robust(rows) };
+    let fit = converge(rows, estimator, theta, Noise::guess(rows, &theta, spread));
+    let mut stated: Vec<f64> = (0..rows.len()).map(|i| rows.stated_var(i, &fit.theta).sqrt()).collect();
+    let stated = super::median(&mut stated);
+    if rows.len() < start::FEW || !rows.weighted || fit.intrinsic_mag < SUSPICIOUS * stated {
+        return Ok(fit);
+    }
+    let theta = start::robust(rows).0;
+    let narrow = converge(rows, estimator, theta, Noise::stated(rows, &theta));
+    let mut residuals: Vec<f64> = (0..rows.len()).map(|i| rows.residual(i, &fit.theta)).collect();
+    residuals.sort_unstable_by(f64::total_cmp);
+    let range = residuals[rows.len() * 99 / 100] - residuals[rows.len() / 100];
+    Ok(if narrow.log_likelihood(rows, range) > fit.log_likelihood(rows, range) { narrow } else { fit })
 }
 
-/// Covariance of the M-estimator (Huber 1981, eq. 7.6.8):
-/// K² · [Σψ² / (n − p)] / [mean ψ′]² · (AᵀA)⁻¹ with ψ(u) = u (1 − (u/c)²)², K = 1 + (p/n) var ψ′ / (mean ψ′)².
-fn m_covariance(rows: &Rows, sigma: &[f64], weights: &[f64], theta: &[f64; 3]) -> [[f64; 3]; 3] {
-    let n = rows.len() as f64;
-    let p = rows.n_free() as f64;
-    let (mut psi2, mut slope, mut slope2) = (0.0, 0.0, 0.0);
+/// The iteration from a start and the scatter about it.
+fn converge(rows: &Rows, estimator: Estimator, theta: Vector, mut noise: Noise) -> Fit {
+    let n = rows.len();
+    let mut fit = Fit {
+        theta,
+        weights: vec![1.0; n],
+        sigma: Vec::new(),
+        omega: vec![0.0; n],
+        slope: 1.0,
+        offsets: vec![0.0; rows.pointings.len()],
+        tau2: 0.0,
+        intrinsic_mag: 0.0,
+        outlier_share: 0.0,
+    };
+    let between = has_pointings(rows);
+    let (mut gain, mut fitted) = (1.0, rows.n_free() as f64);
+    let (mut follow, mut before) = (true, [0.0; 4]);
+    for round in 0..300 {
+        let residuals: Vec<f64> = (0..n).map(|i| rows.residual(i, &fit.theta) - fit.offsets[rows.group[i]]).collect();
+        if follow {
+            noise.improve(rows, &fit.theta, &residuals, fitted, if round == 0 { 40 } else { 3 });
+        }
+        let pull = |i: usize| residuals[i] / noise.sigma[i];
+        for (i, w) in fit.weights.iter_mut().enumerate() {
+            *w = weight(estimator, pull(i));
+        }
+        if follow {
+            (gain, fit.slope) = efficiency(estimator, &fit.weights, pull, fitted);
+        }
+        for i in 0..n {
+            fit.omega[i] = gain * fit.weights[i] / noise.sigma[i].powi(2);
+            if rows.weighted && n as f64 - fitted < FEW_DOF {
+                let stated = rows.stated_var(i, &fit.theta).max(FLOOR_MAG * FLOOR_MAG);
+                fit.omega[i] = fit.omega[i].min(fit.weights[i] / stated);
+            }
+        }
+        // ψ answers a shift by its slope only: with 1/slope more weight the offsets are shrunk by what they are worth
+        let omega: Vec<f64> = fit.omega.iter().map(|w| w / fit.slope).collect();
+        let means = Means::of(rows, &omega);
+        let solution = triangle(rows, &omega, &means, fit.tau2).solve();
+        if solution.rank == 0 {
+            break;
+        }
+        let offsets = means.offsets(&solution.theta, fit.tau2);
+        let change = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+        let moved = change(&solution.theta, &fit.theta).max(change(&offsets, &fit.offsets));
+        let own: f64 = means.with_weight().map(|j| means.shrink(j, fit.tau2)).sum();
+        fitted = rows.n_free() as f64 + own * (1.0 - 2.0 / rows.pointings.len().max(2) as f64);
+        fit.theta = solution.theta;
+        fit.offsets = offsets;
+        if !follow && moved < CONVERGED_MAG {
+            break;
+        }
+        if follow && between {
+            let dof = dof(&means, &solution.inverse, fit.tau2);
+            fit.tau2 = scatter_between(&means.scaled(fit.slope), &fit.deviations(&means), dof);
+        }
+        let now = [noise.sigma[0], noise.sigma[n - 1], gain, fit.tau2];
+        let settled = now.iter().zip(before).all(|(a, b)| (a - b).abs() <= SETTLED * a);
+        follow = follow && round < SCALE_ROUNDS && !settled;
+        before = now;
+    }
+    fit.sigma = noise.sigma;
+    fit.intrinsic_mag = noise.intrinsic_mag;
+    fit.outlier_share = noise.outlier_share;
+    fit
+}
+
+/// Precision of a row per weight and σ⁻², and mean slope over mean weight (Huber 1981, eq. 7.6.8):
+/// (Σψ′)² (1 − p/n) / (K² Σψ² Σw), K = 1 + (p/n) var ψ′ / (mean ψ′)².
+fn efficiency(estimator: Estimator, weights: &[f64], pull: impl Fn(usize) -> f64, fitted: f64) -> (f64, f64) {
+    let n = weights.len() as f64;
+    let (mut psi2, mut slope, mut slope2, mut weight) = (0.0, 0.0, 0.0, 0.0);
     for (i, w) in weights.iter().enumerate() {
-        let u = rows.residual(i, theta) / sigma[i];
-        let t = (u / TUKEY_C).powi(2);
+        let u = pull(i);
+        let d = psi_slope(estimator, u);
         psi2 += (w * u).powi(2);
-        let d = if t < 1.0 { (1.0 - t) * (1.0 - 5.0 * t) } else { 0.0 };
-        slope += d / n;
-        slope2 += d * d / n;
+        slope += d;
+        slope2 += d * d;
+        weight += w;
     }
-    let slope_safe = slope.max(0.1);
-    let k = 1.0 + p / n * (slope2 - slope * slope).max(0.0) / (slope_safe * slope_safe);
-    let factor = k * k * psi2 / (n - p).max(1.0) / (slope_safe * slope_safe);
-    // sigma is scaled, not the result, so that the rows of pulled terms keep their own weight in the balance
-    let wide: Vec<f64> = sigma
-        .iter()
-        .enumerate()
-        .map(|(i, s)| {
-            let found = s * factor.sqrt().max(1e-6);
-            if rows.weighted && n - p < FEW_DOF { found.max(rows.stated_var(i, theta).sqrt()) } else { found }
-        })
-        .collect();
-    weighted(rows, &wide, &vec![1.0; rows.len()], Skip::None).inverse
-}
-
-/// A start that up to half the stars cannot spoil: the L1 fit, or the plane that half the stars are closest to where that
-/// is clearly closer.
-fn start(rows: &Rows) -> [f64; 3] {
-    let n = rows.len();
-    let ones = vec![1.0; n];
-    // L1: weights 1/|r|
-    let mut theta = weighted(rows, &ones, &ones, Skip::None).theta;
-    for _ in 0..20 {
-        let w: Vec<f64> = (0..n).map(|i| 1.0 / rows.residual(i, &theta).abs().max(1e-6)).collect();
-        theta = weighted(rows, &ones, &w, Skip::None).theta;
-    }
-    if n < FEW {
-        return theta;
-    }
-    let (score, trial) = closest(rows, &ones, 0.5, TRIALS);
-    if score < CLEARLY_BETTER * quantile_distance(rows, &ones, &theta, 0.5) { trial } else { theta }
-}
-
-/// Fails where a third of the stars agree ten times better than the fit's scale says: then fewer than half are good, and
-/// the scale is that of the bad ones.
-fn check_majority(rows: &Rows, scale: &Scale, stated_mag: f64) -> Result<()> {
-    let n = rows.len();
-    if n < FEW || scale.mad < 1e-6 || (rows.weighted && scale.intrinsic_mag < 3.0 * stated_mag) {
-        return Ok(());
-    }
-    let (score, _) = closest(rows, &scale.sigma, 0.33, 4 * TRIALS);
-    // 33 % of a Gaussian lie within 0.43 σ
-    if score > 0.1 * 0.43 {
-        return Ok(());
-    }
-    Err(Error::Zeropoint {
-        problem: format!(
-            "a third of {n} stars agree within {:.3} mag, the others scatter by {:.3} mag: no majority agrees, more than \
-             zeropoint.max_rejected_frac would be rejected; check the match, clouds and saturation",
-            score * scale.mad,
-            scale.mad
-        ),
-    })
-}
-
-/// Distance |r|/σ within which a share of the stars lies.
-fn quantile_distance(rows: &Rows, sigma: &[f64], theta: &[f64; 3], share: f64) -> f64 {
-    let n = rows.len();
-    let judges = (0..n).step_by(n.div_ceil(TRIAL_ROWS));
-    let mut u: Vec<f64> = judges.map(|i| rows.residual(i, theta).abs() / sigma[i]).collect();
-    let at = (share * (u.len() - 1) as f64).round() as usize;
-    *u.select_nth_unstable_by(at, f64::total_cmp).1
-}
-
-/// Of many planes through four stars, each improved on the share of stars nearest to it, the one nearest to its share;
-/// with that distance (Rousseeuw 1984, least quantile of residuals).
-fn closest(rows: &Rows, sigma: &[f64], share: f64, trials: usize) -> (f64, [f64; 3]) {
-    let n = rows.len();
-    let mut best = (f64::INFINITY, [0.0; 3]);
-    let mut state = 0x5EED_u64;
-    for _ in 0..trials {
-        let mut weights = vec![0.0; n];
-        for _ in 0..4 {
-            weights[(split_mix(&mut state) % n as u64) as usize] = 1.0;
-        }
-        let mut trial = weighted(rows, sigma, &weights, Skip::None).theta;
-        for _ in 0..2 {
-            let limit = quantile_distance(rows, sigma, &trial, share);
-            weights.fill(0.0);
-            for i in (0..n).step_by(n.div_ceil(TRIAL_ROWS)) {
-                weights[i] = f64::from(u8::from(rows.residual(i, &trial).abs() <= limit * sigma[i]));
-            }
-            trial = weighted(rows, sigma, &weights, Skip::None).theta;
-        }
-        let score = quantile_distance(rows, sigma, &trial, share);
-        if score < best.0 {
-            best = (score, trial);
-        }
-    }
-    best
-}
-
-/// SplitMix64 (Steele, Lea & Flood 2014): a fixed sequence, so that the start is always the same.
-fn split_mix(state: &mut u64) -> u64 {
-    *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^ (z >> 31)
+    let mean = (slope / n).max(0.1);
+    let k = 1.0 + fitted / n * (slope2 / n - mean * mean).max(0.0) / (mean * mean);
+    let left = ((n - fitted) / n).max(1.0 / n);
+    // perfect data: at most a thousand times the stated precision
+    let gain = n * mean * mean * left / (k * k * (psi2 / n).max(1e-3) * weight.max(1e-300));
+    (gain, n * mean / weight.max(1e-300))
 }

@@ -1,13 +1,13 @@
-//! What goes into the fit: usable measurements in a fixed order, the terms that are fitted, held or refused.
+//! What goes into the fit: usable measurements in a fixed order, and the columns of the terms that are fitted.
 //!
-//! Magnitudes. y = V_inst − V against columns (1, X − X̄, (B−V) − mean). A held term is subtracted from y; a term pulled to a
-//! value by an error adds one row; a term the stars cannot tell is refused by name.
+//! Magnitudes. y = V_inst − V against (1, X − X̄, (B−V) − mean, (X − X_p)((B−V) − B_p)). A held term is subtracted from y; a
+//! term pulled to a value by an error adds one row; a term the stars cannot tell is refused by name.
 
 use super::StarMeasurement;
-use super::solve::Triangle;
-use crate::config::{self, Estimator, Pin};
+use super::solve::{Matrix, N, Triangle, Vector, dot};
+use super::terms::Term;
+use crate::config::{self, Estimator};
 use crate::error::{Error, Result};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Narrowest span of airmass from which extinction is fitted.
 const MIN_AIRMASS_SPAN: f64 = 0.05;
@@ -17,80 +17,49 @@ const MIN_COLOUR_SPAN_MAG: f64 = 0.05;
 const CONDITION_REFUSED: f64 = 1e6;
 /// Kasten & Young give 0.9997 at the zenith; anything lower is no airmass.
 const MIN_AIRMASS: f64 = 0.99;
-
-/// What is done with k or C.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Term {
-    /// Fitted freely.
-    Free,
-    /// Fitted, pulled to a value by its error.
-    Prior(f64, f64),
-    /// Held.
-    Fixed(f64),
-    /// Not fitted, taken as 0, and why.
-    Refused(String),
-}
-
-impl Term {
-    /// From the configuration.
-    pub fn of(pin: Option<Pin>) -> Term {
-        match pin {
-            None => Term::Free,
-            Some(p) if p.err > 0.0 => Term::Prior(p.value, p.err),
-            Some(p) => Term::Fixed(p.value),
-        }
-    }
-
-    /// The value, if it is not fitted.
-    pub fn held(&self) -> Option<f64> {
-        match self {
-            Term::Free | Term::Prior(..) => None,
-            Term::Fixed(v) => Some(*v),
-            Term::Refused(_) => Some(0.0),
-        }
-    }
-
-    /// For the report.
-    pub fn note(&self) -> String {
-        match self {
-            Term::Free => "fitted".to_owned(),
-            Term::Prior(v, e) => format!("pinned {v} +- {e} (prior)"),
-            Term::Fixed(v) => format!("pinned {v}"),
-            Term::Refused(why) => format!("refused: {why}"),
-        }
-    }
-}
+/// No star has such a magnitude or colour \[mag\]: 99.999, −99.9 and the like stand for "not measured".
+const SENTINEL_MAG: [f64; 2] = [60.0, 20.0];
 
 /// The usable measurements, sorted so that the order of the input does not matter.
 #[derive(Debug, Clone)]
 pub struct Rows {
     stars: Vec<(usize, StarMeasurement)>,
-    /// Terms of k and C.
-    pub terms: [Term; 2],
+    /// Terms of k, C and k''.
+    pub terms: [Term; 3],
     /// Mean airmass and mean colour, subtracted from the columns.
     pub mean: [f64; 2],
+    /// Airmass and colour subtracted in the product column: the means, or 0 where the other term is not free, so that a
+    /// pinned k or C keeps its meaning.
+    product: [f64; 2],
     /// Median of V_inst − V, subtracted from y so that sums stay small.
     offset: f64,
     /// σ_inst² + σ_cat² of each row \[mag²\], unknown parts filled by the median of the known; 0 if nothing is known.
     var: Vec<f64>,
     /// σ_BV² of each row \[mag²\].
     var_colour: Vec<f64>,
-    /// Whether errors are known and wanted.
+    /// Whether rows are weighted by their errors.
     pub weighted: bool,
-    /// For the report.
+    /// Labels of the pointings, ascending.
+    pub pointings: Vec<usize>,
+    /// Index of the pointing of each row in `pointings`.
+    pub group: Vec<usize>,
+    /// What the observer should know.
     pub warnings: Vec<String>,
 }
 
 impl Rows {
-    /// Keeps the finite rows, in a total order, with errors filled in.
+    /// The usable rows of `all`. A colour may be missing only where the colour term is held at 0 and k'' is not fitted.
     ///
     /// # Errors
-    /// [`Error::Zeropoint`] if fewer than the configured number are left.
-    pub fn select(all: &[StarMeasurement], terms: [Term; 2], config: &config::Zeropoint) -> Result<Rows> {
-        let colourless = terms[1] == Term::Fixed(0.0);
+    /// [`Error::Zeropoint`] if too few are usable.
+    pub fn select(all: &[StarMeasurement], terms: [Term; 3], config: &config::Zeropoint) -> Result<Rows> {
+        let colourless = terms[1] == Term::Fixed(0.0) && terms[2].held().is_some();
         let usable = |s: &StarMeasurement| {
-            let finite = [s.inst_mag, s.v_mag, s.airmass].iter().all(|v| v.is_finite());
-            finite && (s.b_v_mag.is_finite() || colourless) && s.airmass >= MIN_AIRMASS
+            let finite = [s.inst_mag, s.v_mag].iter().all(|v| v.abs() < SENTINEL_MAG[0]);
+            finite
+                && (s.b_v_mag.abs() < SENTINEL_MAG[1] || colourless)
+                && s.airmass.is_finite()
+                && s.airmass >= MIN_AIRMASS
         };
         let mut stars: Vec<(usize, StarMeasurement)> =
             all.iter().copied().enumerate().filter(|(_, s)| usable(s)).collect();
@@ -101,25 +70,33 @@ impl Rows {
             let order = key(a).iter().zip(key(b)).map(|(x, y)| x.total_cmp(&y)).find(|o| o.is_ne());
             order.unwrap_or_else(|| a.pointing.cmp(&b.pointing))
         });
+        let mut pointings: Vec<usize> = stars.iter().map(|(_, s)| s.pointing).collect();
+        pointings.sort_unstable();
+        pointings.dedup();
+        let group = stars.iter().map(|(_, s)| pointings.partition_point(|p| *p < s.pointing)).collect();
         let mut rows = Rows {
             stars,
             terms,
             mean: [0.0; 2],
+            product: [0.0; 2],
             offset: 0.0,
             var: Vec::new(),
             var_colour: Vec::new(),
             weighted: false,
+            pointings,
+            group,
             warnings: Vec::new(),
         };
         let lost = all.len() - rows.len();
         if lost > 0 {
-            let what = "NaN or infinite magnitude, colour or airmass, or airmass below 0.99";
+            let what = "NaN, infinite or sentinel magnitude or colour, no airmass, or airmass below 0.99";
             rows.warnings.push(format!("{lost} of {} measurements left out: {what}", all.len()));
         }
         rows.enough(rows.len(), config.min_stars, &format!("{lost} of {} unusable (NaN)", all.len()))?;
         rows.mean = [rows.mean_of(|s| s.airmass), rows.mean_of(|s| s.b_v_mag)];
         rows.offset = super::median(&mut rows.stars.iter().map(|(_, s)| s.inst_mag - s.v_mag).collect::<Vec<_>>());
         rows.errors(config);
+        rows.refuse_what_cannot_be_told_apart()?;
         Ok(rows)
     }
 
@@ -143,6 +120,11 @@ impl Rows {
         1 + self.terms.iter().filter(|t| matches!(t, Term::Free)).count()
     }
 
+    /// Parameters that are fitted, freely or with a prior.
+    pub fn n_fitted(&self) -> usize {
+        1 + self.terms.iter().filter(|t| t.held().is_none()).count()
+    }
+
     /// Fails if `n` stars cannot carry the fit.
     pub fn enough(&self, n: usize, min_stars: usize, lost: &str) -> Result<()> {
         let need = min_stars.max(self.n_free()).max(2);
@@ -159,10 +141,15 @@ impl Rows {
     }
 
     /// The columns of row `i`; 0 for a term that is not fitted.
-    pub fn columns(&self, i: usize) -> [f64; 3] {
+    pub fn columns(&self, i: usize) -> Vector {
         let s = self.star(i);
-        let column = |t: usize, v: f64| if self.terms[t].held().is_some() { 0.0 } else { v - self.mean[t] };
-        [1.0, column(0, s.airmass), column(1, s.b_v_mag)]
+        let column = |t: usize, v: f64| if self.terms[t].held().is_some() { 0.0 } else { v };
+        [
+            1.0,
+            column(0, s.airmass - self.mean[0]),
+            column(1, s.b_v_mag - self.mean[1]),
+            column(2, (s.airmass - self.product[0]) * (s.b_v_mag - self.product[1])),
+        ]
     }
 
     /// y of row `i` about the median, held terms subtracted \[mag\].
@@ -176,14 +163,16 @@ impl Rows {
     }
 
     /// y − θ·columns \[mag\].
-    pub fn residual(&self, i: usize, theta: &[f64; 3]) -> f64 {
-        let a = self.columns(i);
-        self.y(i) - a[0] * theta[0] - a[1] * theta[1] - a[2] * theta[2]
+    pub fn residual(&self, i: usize, theta: &Vector) -> f64 {
+        self.y(i) - dot(&self.columns(i), theta)
     }
 
-    /// Stated variance of row `i` at the colour term of `theta`: σ_inst² + σ_cat² + (C σ_BV)² \[mag²\].
-    pub fn stated_var(&self, i: usize, theta: &[f64; 3]) -> f64 {
-        let c = self.terms[1].held().unwrap_or(theta[2]);
+    /// Stated variance of row `i` at the colour term of `theta`: σ_inst² + σ_cat² + (∂y/∂(B−V) σ_BV)² \[mag²\].
+    pub fn stated_var(&self, i: usize, theta: &Vector) -> f64 {
+        let mut c = self.terms[1].held().unwrap_or(theta[2]);
+        if self.terms[2].held().is_none() {
+            c += theta[3] * (self.star(i).airmass - self.product[0]);
+        }
         self.var[i] + c * c * self.var_colour[i]
     }
 
@@ -191,7 +180,7 @@ impl Rows {
     pub fn add_priors(&self, triangle: &mut Triangle) {
         for (t, term) in self.terms.iter().enumerate() {
             if let Term::Prior(value, err) = term {
-                let mut a = [0.0; 3];
+                let mut a = [0.0; N];
                 a[t + 1] = 1.0 / err;
                 triangle.add(a, value / err);
             }
@@ -203,8 +192,8 @@ impl Rows {
         self.terms.iter().any(|t| matches!(t, Term::Prior(..)))
     }
 
-    /// Refuses k or C where the stars span too little, or where airmass and colour go together.
-    pub fn refuse_what_cannot_be_told_apart(&mut self) -> Result<()> {
+    /// Refuses the terms the stars span too little for, or that go together.
+    fn refuse_what_cannot_be_told_apart(&mut self) -> Result<()> {
         let spans = [self.span(|s| s.airmass), self.span(|s| s.b_v_mag)];
         if self.terms[0] == Term::Free && spans[0] < MIN_AIRMASS_SPAN {
             self.refuse(0, format!("all stars within {:.2} airmass", spans[0].max(0.0)));
@@ -212,87 +201,111 @@ impl Rows {
         if self.terms[1] == Term::Free && spans[1] < MIN_COLOUR_SPAN_MAG {
             self.refuse(1, format!("all stars within {:.2} mag of B-V", spans[1].max(0.0)));
         }
-        if self.terms == [Term::Free, Term::Free] {
-            let condition = self.condition(&vec![1.0; self.len()]);
-            if condition > CONDITION_REFUSED {
-                self.refuse(1, "colour and airmass are collinear".to_owned());
+        if self.terms[2] == Term::Free {
+            let narrow = [("airmass", spans[0] < MIN_AIRMASS_SPAN), ("B-V", spans[1] < MIN_COLOUR_SPAN_MAG)];
+            if let Some((what, _)) = narrow.iter().find(|n| n.1) {
+                self.refuse(2, format!("the stars span too little {what}"));
+            }
+        }
+        self.centre_the_product();
+        let ones = vec![1.0; self.len()];
+        for (term, why) in [(2, "airmass x colour follows the other terms"), (1, "colour and airmass are collinear")] {
+            let alone = term == 1 && self.terms[0] != Term::Free;
+            if self.terms[term] == Term::Free && !alone && self.condition(&ones).0 > CONDITION_REFUSED {
+                self.refuse(term, why.to_owned());
+                self.centre_the_product();
             }
         }
         self.enough(self.len(), 0, "all of them")
     }
 
+    fn centre_the_product(&mut self) {
+        let centre = |t: usize| if self.terms[1 - t] == Term::Free { self.mean[t] } else { 0.0 };
+        self.product = [centre(0), centre(1)];
+    }
+
     fn refuse(&mut self, term: usize, why: String) {
-        let (name, mean, key) = if term == 0 {
-            ("k", format!("airmass {:.3}", self.mean[0]), "zeropoint.pin_k")
-        } else {
-            ("C", format!("B-V {:.3}", self.mean[1]), "zeropoint.pin_c")
+        let text = match term {
+            0 | 1 => {
+                let (name, at, key) = if term == 0 {
+                    ("k", format!("airmass {:.3}", self.mean[0]), "zeropoint.pin_k")
+                } else {
+                    ("C", format!("B-V {:.3}", self.mean[1]), "zeropoint.pin_c")
+                };
+                format!(
+                    "{name} refused: {why}; taken as 0, so the zeropoint holds near {at} only and its error does not \
+                     cover other values; pin it with {key}"
+                )
+            }
+            _ => format!("k'' refused: {why}; taken as 0"),
         };
-        self.warnings.push(format!(
-            "{name} refused: {why}; taken as 0, so the zeropoint holds near {mean} only and its error does not cover \
-             other values; pin it with {key}"
-        ));
+        self.warnings.push(text);
         self.terms[term] = Term::Refused(why);
     }
 
-    /// Condition number of the fitted columns under weights.
-    pub fn condition(&self, weights: &[f64]) -> f64 {
+    /// Condition number and rank of the fitted columns under weights, centred, with columns of equal length.
+    pub fn condition(&self, weights: &[f64]) -> (f64, usize) {
         let total: f64 = weights.iter().sum();
-        let mean = [1, 2].map(|c| (0..self.len()).map(|i| weights[i] * self.columns(i)[c]).sum::<f64>() / total);
+        let mut mean = [0.0; N];
+        for (i, w) in weights.iter().enumerate() {
+            let a = self.columns(i);
+            (1..N).for_each(|c| mean[c] += w * a[c] / total);
+        }
         let mut triangle = Triangle::default();
         for (i, w) in weights.iter().enumerate().filter(|(_, w)| **w > 0.0) {
             let a = self.columns(i);
-            let centred = |t: usize| if self.terms[t].held().is_some() { 0.0 } else { a[t + 1] - mean[t] };
+            let held = |c: usize| self.terms[c - 1].held().is_some();
             let sqrt = w.sqrt();
-            triangle.add([sqrt, sqrt * centred(0), sqrt * centred(1)], 0.0);
+            let centred = |c: usize| if c > 0 && held(c) { 0.0 } else { sqrt * (a[c] - mean[c]) };
+            triangle.add(std::array::from_fn(centred), 0.0);
         }
-        triangle.solve().condition
+        let solution = triangle.solve();
+        (solution.condition, solution.rank)
     }
 
-    /// ZP and the covariance of (ZP, k, C) from the centred fit: ZP = a − k X̄ − C mean(B−V).
-    pub fn uncentred(&self, theta: &[f64; 3], cov: &[[f64; 3]; 3]) -> (f64, [[f64; 3]; 3]) {
-        let k = self.terms[0].held().unwrap_or(theta[1]);
-        let c = self.terms[1].held().unwrap_or(theta[2]);
+    /// The columns at the mean airmass and colour.
+    pub fn centre(&self) -> Vector {
+        let product = (self.mean[0] - self.product[0]) * (self.mean[1] - self.product[1]);
+        [1.0, 0.0, 0.0, if self.terms[2].held().is_some() { 0.0 } else { product }]
+    }
+
+    /// Terms at airmass 0 and colour 0 and their covariance, from the centred fit:
+    /// ZP = a − k X̄ − C B̄ + k'' X_p B_p, k = k_c − k'' B_p, C = C_c − k'' X_p.
+    pub fn uncentred(&self, theta: &Vector, cov: &Matrix) -> (Vector, Matrix) {
+        let [px, pb] = self.product;
+        let value = |t: usize| self.terms[t].held().unwrap_or(theta[t + 1]);
+        let (k, c, k2) = (value(0), value(1), value(2));
         let colour = if c == 0.0 { 0.0 } else { c * self.mean[1] };
-        let zp = self.offset + theta[0] - k * self.mean[0] - colour;
-        // J = [[1, −X̄, −mean], [0, 1, 0], [0, 0, 1]];  Cov' = J Cov Jᵀ
-        let j = [[1.0, -self.mean[0], -self.mean[1]], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let mut out = [[0.0; 3]; 3];
-        for (a, row) in out.iter_mut().enumerate() {
-            for (b, v) in row.iter_mut().enumerate() {
-                for m in 0..3 {
-                    for n in 0..3 {
-                        *v += j[a][m] * cov[m][n] * j[b][n];
+        let zp = self.offset + theta[0] - k * self.mean[0] - colour + k2 * px * pb;
+        let terms = [zp, k - k2 * pb, c - k2 * px, k2];
+        let j = [
+            [1.0, -self.mean[0], -self.mean[1], px * pb],
+            [0.0, 1.0, 0.0, -pb],
+            [0.0, 0.0, 1.0, -px],
+            [0.0, 0.0, 0.0, 1.0],
+        ];
+        // Cov' = J Cov Jᵀ
+        let mut out = [[0.0; N]; N];
+        for a in 0..N {
+            for b in a..N {
+                let mut v = 0.0;
+                for m in 0..N {
+                    for n in 0..N {
+                        v += j[a][m] * cov[m][n] * j[b][n];
                     }
                 }
+                // symmetric to the bit
+                out[a][b] = v;
+                out[b][a] = v;
             }
         }
-        // symmetric to the bit
-        out[1][0] = out[0][1];
-        out[2][0] = out[0][2];
-        out[2][1] = out[1][2];
-        (zp, out)
-    }
-
-    /// χ²/dof and its probability with the stated errors alone.
-    pub fn chi2(&self, used: &[usize], theta: &[f64; 3]) -> (Option<f64>, Option<f64>) {
-        let known = used.iter().all(|i| self.stated_var(*i, theta) > 0.0);
-        let dof = used.len().saturating_sub(self.n_free());
-        if !known || dof == 0 {
-            return (None, None);
-        }
-        let chi2: f64 = used.iter().map(|i| self.residual(*i, theta).powi(2) / self.stated_var(*i, theta)).sum();
-        let p = ChiSquared::new(dof as f64).ok().map(|d| d.sf(chi2));
-        (Some(chi2 / dof as f64), p)
-    }
-
-    /// Different pointings among `used`.
-    pub fn n_pointings(&self, used: &[usize]) -> usize {
-        used.iter().map(|i| self.star(*i).pointing).collect::<std::collections::BTreeSet<_>>().len()
+        (terms, out)
     }
 
     fn mean_of(&self, value: impl Fn(&StarMeasurement) -> f64) -> f64 {
-        let values: Vec<f64> = self.stars.iter().map(|(_, s)| value(s)).filter(|v| v.is_finite()).collect();
-        if values.is_empty() { 0.0 } else { values.iter().sum::<f64>() / values.len() as f64 }
+        let values = || self.stars.iter().map(|(_, s)| value(s)).filter(|v| v.is_finite());
+        let n = values().count();
+        if n == 0 { 0.0 } else { values().sum::<f64>() / n as f64 }
     }
 
     fn span(&self, value: impl Fn(&StarMeasurement) -> f64) -> f64 {
@@ -316,7 +329,7 @@ impl Rows {
         let (colour, _) = fill(&|s| s.b_v_err_mag);
         self.var = inst.iter().zip(&cat).map(|(a, b)| a + b).collect();
         self.var_colour = colour;
-        self.weighted = config.estimator == Estimator::Robust && config.weighted && self.var.iter().any(|v| *v > 0.0);
+        self.weighted = config.estimator != Estimator::Ols && config.weighted && self.var.iter().any(|v| *v > 0.0);
         if self.weighted {
             for (missing, what) in [(no_inst, "instrumental"), (no_cat, "catalogue")] {
                 if missing > 0 {

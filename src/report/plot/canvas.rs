@@ -112,6 +112,8 @@ pub(super) enum Mark {
     Down,
     /// Arrow towards fainter.
     Limit,
+    /// Open circle with an arrow towards brighter.
+    AtLeast,
     /// A line of this width.
     Line(u32),
     /// A filled band.
@@ -148,6 +150,11 @@ pub(super) fn draw_mark(sheet: &Sheet, mark: Mark, (x, y): (i32, i32), colour: R
             sheet.draw(&PathElement::new(vec![(x, y), (x, y + 26)], stroke(3)))?;
             polygon(vec![(x, y + 34), (x + 7, y + 22), (x - 7, y + 22)])
         }
+        Mark::AtLeast => {
+            sheet.draw(&PathElement::new(vec![(x, y - r), (x, y - 26)], stroke(3)))?;
+            polygon(vec![(x, y - 36), (x + 7, y - 24), (x - 7, y - 24)])?;
+            draw_mark(sheet, Mark::Open, (x, y), colour)
+        }
         Mark::Line(width) => sheet.draw(&PathElement::new(vec![(x - 20, y), (x + 20, y)], stroke(width))),
         Mark::Band => {
             let corners = vec![(x - 20, y - 9), (x + 20, y - 9), (x + 20, y + 9), (x - 20, y + 9)];
@@ -161,8 +168,12 @@ pub(super) fn legend(sheet: &Sheet, at: (i32, i32), entries: &[(Option<(Mark, RG
     for (i, (mark, text)) in entries.iter().enumerate() {
         let y = at.1 + 42 * i as i32;
         if let Some((mark, colour)) = mark {
-            // The arrow hangs from its point; lift it so that it stands in its line.
-            let lift = if *mark == Mark::Limit { 16 } else { 0 };
+            // An arrow leaves its point; shift it so that it stands in its line.
+            let lift = match mark {
+                Mark::Limit => 16,
+                Mark::AtLeast => -10,
+                _ => 0,
+            };
             draw_mark(sheet, *mark, (at.0 + 20, y - lift), *colour)?;
         }
         let indent = if mark.is_some() { 54 } else { 0 };

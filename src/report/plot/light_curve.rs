@@ -16,7 +16,7 @@ use super::canvas::{
 use super::panel::{Panel, Ticks};
 use crate::error::Result;
 use crate::report::rows::PhotometryRow;
-use crate::report::summary::{is_used, passes, robust};
+use crate::report::summary::{is_lower_limit, is_used, passes, robust};
 
 /// How far below everything else a light is still shown beside observations \[mag\].
 const LIGHTS_BELOW_MAG: f64 = 3.0;
@@ -254,12 +254,13 @@ fn curves(
         }
     }
 
-    let (mut full, mut open, mut crossed, mut limits, mut beyond, mut without) = (0, 0, 0, 0, 0, 0);
+    let (mut full, mut open, mut at_least, mut crossed, mut limits, mut beyond, mut without) = (0, 0, 0, 0, 0, 0, 0);
     for row in pass {
         let x = seconds(row);
         if let Some(v) = row.v_mag {
             let (mark, colour, count) = match (is_used(&row.status, &row.verdict), row.verdict.as_str()) {
                 (false, _) => (Mark::Cross, VERMILLION, &mut crossed),
+                (true, _) if is_lower_limit(row.flags) => (Mark::AtLeast, BLUE, &mut at_least),
                 (true, "caution") => (Mark::Open, BLUE, &mut open),
                 (true, _) => (Mark::Full, BLUE, &mut full),
             };
@@ -277,6 +278,7 @@ fn curves(
     for (count, mark, colour, name) in [
         (full, Mark::Full, BLUE, "observed"),
         (open, Mark::Open, BLUE, "observed, caution"),
+        (at_least, Mark::AtLeast, BLUE, "lower limit"),
         (crossed, Mark::Cross, VERMILLION, "rejected"),
         (limits, Mark::Limit, GREY, "not detected: limit"),
     ] {
@@ -286,12 +288,15 @@ fn curves(
     }
     entries.extend(model);
     entries.extend(backgrounds);
-    let of = |value: fn(&PhotometryRow) -> Option<f64>| {
-        robust(&pass.iter().filter(|r| is_used(&r.status, &r.verdict)).filter_map(|r| value(r)).collect::<Vec<_>>())
-    };
+    let used: Vec<&&PhotometryRow> = pass.iter().filter(|r| is_used(&r.status, &r.verdict)).collect();
+    let of =
+        |value: fn(&PhotometryRow) -> Option<f64>| robust(&used.iter().filter_map(|r| value(r)).collect::<Vec<_>>());
     let mut notes = vec![String::new()];
     notes.extend(of(|r| r.v_mag).map(|(m, _)| format!("median V {m:.2}")));
-    notes.extend(of(|r| r.residual_mag).map(|(m, s)| signed(&format!("residual {m:+.2}, σ {s:.2}"))));
+    notes.extend(
+        of(|r| r.residual_mag.filter(|_| !is_lower_limit(r.flags)))
+            .map(|(m, s)| signed(&format!("residual {m:+.2}, σ {s:.2}"))),
+    );
     notes.extend(of(|r| r.v_mag_err_sys).map(|(m, _)| format!("systematic ±{m:.3} mag")));
     notes.extend((beyond > 0).then(|| format!("{beyond} beyond the axis (△)")));
     let brightest = pass.iter().filter_map(|r| r.model_v_mag).min_by(f64::total_cmp).filter(|_| predicted(pass));

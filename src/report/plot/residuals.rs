@@ -15,7 +15,7 @@ use super::canvas::{
 use super::panel::{Panel, Ticks};
 use crate::error::Result;
 use crate::report::rows::ResidualRow;
-use crate::report::summary::{is_used, robust, used_residuals};
+use crate::report::summary::{is_lower_limit, is_used, robust, used_residuals};
 
 const SIZE: (u32, u32) = (960, 640);
 const NAME: &str = "Residuals against altitude";
@@ -70,7 +70,7 @@ pub fn residuals_altitude(path: &Path, rows: &[ResidualRow]) -> Result<()> {
             entries.push((Some((Mark::Band, GREY)), format!("robust σ {sigma:.3}")));
             entries.push((None, String::new()));
         }
-        let (mut rejected, mut cautioned, mut beyond) = (0, 0, 0);
+        let (mut rejected, mut cautioned, mut at_least, mut beyond) = (0, 0, 0, 0);
         for (key, name, mark, colour) in CLASSES {
             let known = |r: &ResidualRow| CLASSES.iter().any(|c| c.0 == r.illum);
             let of_class = points.iter().filter(|(r, _, _)| r.illum == key || (key.is_empty() && !known(r)));
@@ -78,11 +78,13 @@ pub fn residuals_altitude(path: &Path, rows: &[ResidualRow]) -> Result<()> {
             for (row, alt_deg, residual_mag) in of_class {
                 let (mark, colour) = match row.verdict.as_str() {
                     "reject" => (Mark::Cross, GREY),
+                    _ if is_lower_limit(row.flags) => (Mark::AtLeast, colour),
                     "caution" => (Mark::Open, colour),
                     _ => (mark, colour),
                 };
                 rejected += usize::from(mark == Mark::Cross);
                 cautioned += usize::from(mark == Mark::Open);
+                at_least += usize::from(mark == Mark::AtLeast);
                 count += usize::from(mark != Mark::Cross);
                 if mark != Mark::Cross {
                     panel.error_bar(*alt_deg, *residual_mag, row.v_mag_err.unwrap_or(0.0), colour)?;
@@ -95,6 +97,9 @@ pub fn residuals_altitude(path: &Path, rows: &[ResidualRow]) -> Result<()> {
         }
         if cautioned > 0 {
             entries.push((Some((Mark::Open, INK)), format!("open: caution ({cautioned})")));
+        }
+        if at_least > 0 {
+            entries.push((Some((Mark::AtLeast, INK)), format!("lower limit ({at_least}), not in σ")));
         }
         if rejected > 0 {
             entries.push((Some((Mark::Cross, GREY)), format!("rejected ({rejected})")));

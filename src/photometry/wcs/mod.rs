@@ -3,6 +3,10 @@
 //! Pixels 0-based (centre of the first pixel = 0), degrees at the edges, J2000/ICRS. Left out: projections other than
 //! TAN, SCAMP's PV polynomials, lookup-table distortions; a header with those is refused, never half used.
 
+mod header;
+
+use header::{axes_swapped, check_system, matrix};
+
 /// The value of a header card written by [`Wcs::cards`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum WcsValue {
@@ -154,6 +158,52 @@ impl Wcs {
         Wcs { crval_deg, crpix: [x_px + 1.0, y_px + 1.0], cd, inverse, sip: [None, None] }
     }
 
+    /// A tangent-plane system from its terms: the sky point `crval_deg` (RA, Dec) at the 0-based pixel `centre_px`, the
+    /// matrix `cd` (rows ξ, η; columns x, y) \[deg/px\], and the SIP terms (p, q, coefficient) of both axes, orders 2 to 9.
+    ///
+    /// `None` if the matrix is singular or anything is not finite.
+    #[must_use]
+    pub fn from_terms(
+        crval_deg: [f64; 2],
+        centre_px: (f64, f64),
+        cd: [[f64; 2]; 2],
+        sip: [Vec<(i32, i32, f64)>; 2],
+    ) -> Option<Wcs> {
+        let fine = |v: &f64| v.is_finite();
+        let known = |t: &(i32, i32, f64)| t.2.is_finite() && t.0 >= 0 && t.1 >= 0 && (2..=9).contains(&(t.0 + t.1));
+        let inverse = invert(&cd)?;
+        if !(crval_deg.iter().all(fine) && fine(&centre_px.0) && fine(&centre_px.1) && sip.iter().flatten().all(known))
+        {
+            return None;
+        }
+        let sip = sip.map(|terms| {
+            let order = terms.iter().map(|t| (t.0 + t.1) as usize).max()?;
+            Some(Sip { order, terms })
+        });
+        let crval_deg = [crval_deg[0].rem_euclid(360.0), crval_deg[1]];
+        Some(Wcs { crval_deg, crpix: [centre_px.0 + 1.0, centre_px.1 + 1.0], cd, inverse, sip })
+    }
+
+    /// Whether east is along +x where north is along +y, det CD > 0: the sky as seen in a mirror.
+    #[must_use]
+    pub fn mirrored(&self) -> bool {
+        self.cd[0][0] * self.cd[1][1] - self.cd[0][1] * self.cd[1][0] > 0.0
+    }
+
+    /// Rotation at the reference point \[deg\], -180 to 180, as [`Wcs::tan`] takes it.
+    #[must_use]
+    pub fn rotation_deg(&self) -> f64 {
+        // CD = s · diag(±1, 1) · R(−θ): both rows tell θ, their sum is the nearest rotation
+        let sign = if self.mirrored() { 1.0 } else { -1.0 };
+        (sign * self.cd[0][1] - self.cd[1][0]).atan2(sign * self.cd[0][0] + self.cd[1][1]).to_degrees()
+    }
+
+    /// Whether there are distortion terms.
+    #[must_use]
+    pub fn is_distorted(&self) -> bool {
+        self.sip.iter().any(Option::is_some)
+    }
+
     /// Sky to 0-based pixel; `None` on or behind the tangent plane, or where the SIP terms cannot be inverted.
     ///
     /// Newton iteration on u + A(u,v) = U, v + B(u,v) = V, to 1e-9 px. A point where the distortion has folded over
@@ -232,6 +282,31 @@ impl Wcs {
         cards
     }
 
+    /// A FITS header without pixels that holds this system, for a frame of `size_px`: blocks of 2880 bytes.
+    ///
+    /// Numbers are written so that they read back exactly.
+    #[must_use]
+    pub fn header_file(&self, size_px: (usize, usize)) -> Vec<u8> {
+        let fixed = |k: &str, v: String, c: &str| format!("{k:<8}= {v:>20} / {c}");
+        let mut cards = vec![
+            fixed("SIMPLE", "T".into(), "FITS standard"),
+            fixed("BITPIX", "8".into(), ""),
+            fixed("NAXIS", "0".into(), "no pixels"),
+            fixed("WCSAXES", "2".into(), ""),
+            fixed("IMAGEW", size_px.0.to_string(), "[px] width of the frame"),
+            fixed("IMAGEH", size_px.1.to_string(), "[px] height of the frame"),
+        ];
+        cards.extend(self.cards().into_iter().map(|(key, value, comment)| match value {
+            WcsValue::Text(text) => format!("{key:<8}= '{text:<8}' / {comment}"),
+            WcsValue::Real(v) if key.ends_with("_ORDER") => fixed(&key, format!("{v:.0}"), &comment),
+            WcsValue::Real(v) => fixed(&key, format!("{v:E}"), &comment),
+        }));
+        cards.push("END".into());
+        let mut text: String = cards.iter().map(|c| format!("{:<80.80}", c)).collect();
+        text.extend(std::iter::repeat_n(' ', (2880 - text.len() % 2880) % 2880));
+        text.into_bytes()
+    }
+
     /// (u, v) from the distorted (U, V), Newton from the undistorted guess.
     fn undistort(&self, big_u: f64, big_v: f64) -> Option<(f64, f64)> {
         if self.sip.iter().all(Option::is_none) {
@@ -260,75 +335,6 @@ impl Wcs {
     }
 }
 
-/// Whether axis 1 is the declination.
-fn axes_swapped(ctype: &[String; 2]) -> Result<bool, String> {
-    for (i, c) in ctype.iter().enumerate() {
-        if !matches!(c.as_str(), "RA---TAN" | "DEC--TAN" | "RA---TAN-SIP" | "DEC--TAN-SIP") {
-            return Err(format!(
-                "CTYPE{} = '{c}': only RA---TAN and DEC--TAN (with or without -SIP) are read; solve the frame again",
-                i + 1
-            ));
-        }
-    }
-    match (ctype[0].starts_with("RA"), ctype[1].starts_with("RA")) {
-        (true, false) => Ok(false),
-        (false, true) => Ok(true),
-        _ => Err(format!("CTYPE1 = '{}', CTYPE2 = '{}': one must be RA, the other DEC", ctype[0], ctype[1])),
-    }
-}
-
-/// Refuses units, equinoxes and distortions that would be silently wrong.
-fn check_system(number: &dyn Fn(&str) -> Option<f64>, text: &dyn Fn(&str) -> Option<String>) -> Result<(), String> {
-    for key in ["CUNIT1", "CUNIT2"] {
-        if let Some(unit) = text(key).map(|u| u.trim().to_lowercase())
-            && !matches!(unit.as_str(), "" | "deg" | "degree" | "degrees")
-        {
-            return Err(format!("{key} = '{unit}': only deg is read"));
-        }
-    }
-    let radesys = text("RADESYS").or_else(|| text("RADECSYS")).unwrap_or_default().trim().to_uppercase();
-    if radesys.starts_with("FK4") {
-        return Err(format!("RADESYS = '{radesys}': coordinates of B1950 are not read; solve the frame for J2000"));
-    }
-    if radesys != "ICRS"
-        && let Some(equinox) = number("EQUINOX").filter(|e| (e - 2000.0).abs() > 0.5)
-    {
-        return Err(format!("EQUINOX = {equinox}: only 2000.0 is read; solve the frame for J2000"));
-    }
-    let pv = (5..40).map(|m| format!("PV1_{m}")).chain((0..40).map(|m| format!("PV2_{m}")));
-    for key in pv {
-        if number(&key).is_some_and(|v| v != 0.0) {
-            return Err(format!("{key}: PV distortion terms are not read; write the solution with SIP terms"));
-        }
-    }
-    Ok(())
-}
-
-/// The linear part \[deg/px\]: CD, else CDELT · PC, else CDELT with CROTA2.
-fn matrix(number: &dyn Fn(&str) -> Option<f64>) -> Result<[[f64; 2]; 2], String> {
-    let element = |name: &str, i: usize, j: usize| number(&format!("{name}{}_{}", i + 1, j + 1));
-    let any = |name: &str| (0..4).any(|n| element(name, n / 2, n % 2).is_some());
-    let cd = if any("CD") {
-        [0, 1].map(|i| [0, 1].map(|j| element("CD", i, j).unwrap_or(0.0)))
-    } else {
-        let (Some(d1), Some(d2)) = (number("CDELT1"), number("CDELT2")) else {
-            return Err("CD1_1 (or CDELT1, CDELT2) is missing: the pixel scale is unknown".into());
-        };
-        if any("PC") {
-            let pc = |i: usize, j: usize| element("PC", i, j).unwrap_or(if i == j { 1.0 } else { 0.0 });
-            [[d1 * pc(0, 0), d1 * pc(0, 1)], [d2 * pc(1, 0), d2 * pc(1, 1)]]
-        } else {
-            let (s, c) = number("CROTA2").unwrap_or(0.0).to_radians().sin_cos();
-            [[d1 * c, -d2 * s], [d1 * s, d2 * c]]
-        }
-    };
-    if cd.iter().flatten().all(|v| v.is_finite()) {
-        Ok(cd)
-    } else {
-        Err(format!("CD (or PC, CDELT): the matrix {cd:?} is not finite"))
-    }
-}
-
 /// The inverse of a 2×2 matrix; `None` if its rows are parallel to 1e-9.
 fn invert(m: &[[f64; 2]; 2]) -> Option<[[f64; 2]; 2]> {
     let det = m[0][0] * m[1][1] - m[0][1] * m[1][0];
@@ -340,5 +346,4 @@ fn invert(m: &[[f64; 2]; 2]) -> Option<[[f64; 2]; 2]> {
 }
 
 #[cfg(test)]
-#[path = "wcs_tests.rs"]
 mod tests;

@@ -22,6 +22,7 @@ fn comma_semicolon_tab_and_space_tables_read_the_same() {
         v_err_mag: Some(0.03),
         b_v_mag: Some(0.65),
         b_v_err_mag: Some(0.05),
+        ..CatalogueStar::default()
     };
     for d in [",", ";", "\t", "|", " ", "   "] {
         let c = read(&format!("{}\r\n{}\r\n", names.join(d), row.join(d)), &[]).unwrap();
@@ -34,9 +35,9 @@ fn sentinels_are_unknown_and_rows_without_magnitude_are_counted() {
     let c = read(
         "RAJ2000,DEJ2000,Vmag,e_Vmag,B-V,e_B-V,Bmag,e_Bmag\n\
          10,20,12.0,0.0,0.0,0.0,12.6,0.04\n\
-         10,20,12.0,99.999,,,99.999,\n\
-         10,20,12.0,NaN,99.999,0.1,0.0,\n\
-         10,20,12.0,0.03,0.0,0.02,,\n\
+         11,20,12.0,99.999,,,99.999,\n\
+         12,20,12.0,NaN,99.999,0.1,0.0,\n\
+         13,20,12.0,0.03,0.0,0.02,,\n\
          10,20,99.999,,0.5,,,\n\
          10,20,0.0,0.0,0.5,,,\n\
          ,20,12,,0.5,,,\n\
@@ -76,13 +77,16 @@ fn an_empty_file_and_a_file_without_usable_rows_are_errors() {
 }
 
 #[test]
-fn ecsv_keeps_quoted_names_and_refuses_hours() {
+fn ecsv_keeps_quoted_names_and_reads_the_unit_of_places() {
     let head = "# %ECSV 1.0\n# ---\n# delimiter: ','\n# datatype:\n# - {name: RAJ2000, unit: deg, datatype: float64}\n";
-    let c = read(&format!("{head}RAJ2000,DEJ2000,Vmag,\"g'mag\",e_Vmag\n1.5,2.5,12,\"\",\"\"\n"), &[]).unwrap();
+    let body = "RAJ2000,DEJ2000,Vmag,\"g'mag\",e_Vmag\n1.5,2.5,12,\"\",\"\"\n";
+    let c = read(&format!("{head}{body}"), &[]).unwrap();
     assert_eq!((c.stars[0].ra_deg, c.stars[0].v_err_mag), (1.5, None));
     let hours = head.replace("unit: deg", "unit: hourangle");
-    let message = read(&format!("{hours}RAJ2000,DEJ2000,Vmag\n1.5,2.5,12\n"), &[]).unwrap_err().to_string();
-    assert!(message.contains("hourangle"), "{message}");
+    assert_eq!(read(&format!("{hours}{body}"), &[]).unwrap().stars[0].ra_deg, 22.5);
+    let pixels = head.replace("unit: deg", "unit: pix");
+    let message = read(&format!("{pixels}{body}"), &[]).unwrap_err().to_string();
+    assert!(message.contains("`pix`") && message.contains("degrees"), "{message}");
 }
 
 #[test]

@@ -1,0 +1,7 @@
+#!/bin/sh
+# Nights of Moffat stars (beta 2.5, 3.5, 5) and Gaussians at three seeings: star magnitudes and zeropoint against truth,
+# and error against run time of exact aperture overlap for the four shapes. A few minutes.
+set -e
+cd "$(dirname "$0")/.."
+cargo test --release --test night_stars -- --ignored --nocapture
+cargo test --release --test photometry_aperture -- --ignored --nocapture

@@ -1,0 +1,128 @@
+//! What the observer's eye did: verdict and reasons of a frame, by itself and among its neighbours.
+//!
+//! A verdict is the worst of its findings; every finding sets its flag and says in words what was seen, with the number
+//! and, where there is one, the threshold of `[vetting]`. What could not be measured is not judged. Leaves out: the
+//! measurements themselves, which are columns by now.
+
+mod cadence;
+mod frame;
+mod neighbours;
+mod size;
+mod sky;
+
+use crate::config::{Config, Vetting};
+use crate::night::target::TargetFrame;
+use crate::photometry::Flags;
+use crate::report::PhotometryRow;
+
+/// Flags that make a frame one to be cautious with, or to reject. The others inform: of a trail that was taken off, a
+/// flat that is missing for the whole night, the age of the zeropoint.
+pub const DECIDING: Flags = Flags(
+    Flags::SATURATED.0
+        | Flags::MASKED.0
+        | Flags::EDGE.0
+        | Flags::CLIP_EDGE.0
+        | Flags::NEGATIVE.0
+        | Flags::NO_ANNULUS.0
+        | Flags::OLD_ELEMENTS.0
+        | Flags::TIME_UNCERTAIN.0
+        | Flags::CONTAMINATED.0
+        | Flags::SMEARED.0
+        | Flags::VIGNETTED.0
+        | Flags::HIT.0
+        | Flags::LOWER_LIMIT.0
+        | Flags::EXPTIME_DOUBTED.0
+        | Flags::LOW_ALTITUDE.0,
+);
+
+/// What may be done with a frame, from good to bad.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Verdict {
+    Use,
+    Caution,
+    Reject,
+}
+
+impl Verdict {
+    fn name(self) -> &'static str {
+        match self {
+            Verdict::Use => "use",
+            Verdict::Caution => "caution",
+            Verdict::Reject => "reject",
+        }
+    }
+
+    fn of(row: &PhotometryRow) -> Self {
+        match row.verdict.as_str() {
+            "reject" => Verdict::Reject,
+            "caution" => Verdict::Caution,
+            _ => Verdict::Use,
+        }
+    }
+}
+
+/// One thing wrong with a frame.
+#[derive(Debug, Clone, PartialEq)]
+struct Finding {
+    verdict: Verdict,
+    flags: Flags,
+    words: String,
+}
+
+impl Finding {
+    fn caution(flags: Flags, words: String) -> Self {
+        Self { verdict: Verdict::Caution, flags, words }
+    }
+}
+
+/// The verdict of one frame by itself: status, flags and columns against the thresholds.
+///
+/// Words are added to the reason, the worst first. A frame that failed keeps its reason alone.
+pub fn judge(row: &mut PhotometryRow, thresholds: &Vetting) {
+    if row.status == "failed" || row.status == "rejected" {
+        row.verdict = Verdict::Reject.name().into();
+        return;
+    }
+    row.verdict = Verdict::Use.name().into();
+    let mut found = frame::findings(row, thresholds);
+    found.sort_by_key(|f| std::cmp::Reverse(f.verdict)); // stable
+    for finding in found {
+        add(row, finding);
+    }
+}
+
+/// What only the frames before and after a frame tell: cadence against EXPTIME, the level and shape of the background,
+/// the size of the target. Fills `cadence_s`.
+///
+/// Frames of one target are taken in order of time; failed ones count for the cadence and are left as they are. The
+/// result does not depend on the order of `frames`.
+pub fn judge_night(frames: &mut [TargetFrame], config: &Config) {
+    let thresholds = &config.vetting;
+    for target in neighbours::targets(frames) {
+        cadence::fill(frames, &target);
+        for pass in neighbours::passes(frames, &target) {
+            let rows: Vec<&PhotometryRow> = pass.iter().map(|i| &frames[*i].row).collect();
+            let mut found = cadence::findings(&rows, thresholds);
+            let doubted: Vec<usize> = found.iter().map(|(k, _)| *k).collect();
+            found.extend(sky::findings(&rows, thresholds, &doubted));
+            found.extend(size::findings(&rows, thresholds));
+            found.sort_by_key(|(k, f)| (*k, std::cmp::Reverse(f.verdict))); // stable
+            for (k, finding) in found {
+                add(&mut frames[pass[k]].row, finding);
+            }
+        }
+    }
+}
+
+/// Puts a finding into a row: the flag, the worse verdict, the words.
+fn add(row: &mut PhotometryRow, finding: Finding) {
+    if row.status == "failed" || row.status == "rejected" {
+        return;
+    }
+    row.flags |= finding.flags.0;
+    row.verdict = Verdict::of(row).max(finding.verdict).name().into();
+    if !row.reason.is_empty() {
+        row.reason.push_str("; ");
+    }
+    row.reason.push_str(&finding.words);
+}

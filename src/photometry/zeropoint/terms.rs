@@ -1,0 +1,49 @@
+//! What is done with each term of the fit: fitted, pulled, held, or refused by name.
+
+use crate::config::Pin;
+
+/// What is done with k, C or k''.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Term {
+    /// Fitted freely.
+    Free,
+    /// Fitted, pulled to a value by its error.
+    Prior(f64, f64),
+    /// Held.
+    Fixed(f64),
+    /// Not fitted, taken as 0, and why.
+    Refused(String),
+    /// Not asked for, taken as 0.
+    Absent,
+}
+
+impl Term {
+    /// From the configuration.
+    pub fn of(pin: Option<Pin>) -> Term {
+        match pin {
+            None => Term::Free,
+            Some(p) if p.err > 0.0 => Term::Prior(p.value, p.err),
+            Some(p) => Term::Fixed(p.value),
+        }
+    }
+
+    /// The value, if it is not fitted.
+    pub fn held(&self) -> Option<f64> {
+        match self {
+            Term::Free | Term::Prior(..) => None,
+            Term::Fixed(v) => Some(*v),
+            Term::Refused(_) | Term::Absent => Some(0.0),
+        }
+    }
+
+    /// For the report.
+    pub fn note(&self) -> String {
+        match self {
+            Term::Free => "fitted".to_owned(),
+            Term::Prior(v, e) => format!("pinned {v} +- {e} (prior)"),
+            Term::Fixed(v) => format!("pinned {v}"),
+            Term::Refused(why) => format!("refused: {why}"),
+            Term::Absent => "not fitted".to_owned(),
+        }
+    }
+}

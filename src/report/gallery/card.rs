@@ -1,0 +1,80 @@
+//! One frame of the gallery: picture, numbers, verdict and reasons.
+//!
+//! Magnitudes, degrees, UTC as in the table. Leaves out: the drawing over the picture.
+
+use maud::{Markup, html};
+
+use super::overlay::overlay;
+use crate::photometry::Flags;
+use crate::report::rows::PhotometryRow;
+use crate::report::thumb::Thumb;
+
+/// The card of a frame; `place` is its place in the order of the page, `png` its picture in base64.
+pub(super) fn card(place: usize, row: &PhotometryRow, thumb: &Thumb, png: &str) -> Markup {
+    let verdict = known_verdict(&row.verdict);
+    let side_arcsec = row.pix_scale_arcsec.map(|s| format!(", {:.0} arcsec across", s * thumb.size_px().0));
+    let alt = format!("{}: {}{}", row.frame, what(row), side_arcsec.unwrap_or_default());
+    let flags = Flags(row.flags).to_string().replace('+', ", ");
+    html! {
+        li class={ "card " (verdict) } data-place=(place) data-verdict=(verdict) data-time=[row.mjd_mid_d]
+            data-mag=[magnitude(row)] data-snr=[row.snr] data-alt=[row.alt_deg] data-contam=[row.contam_frac] {
+            h3 { (row.frame) }
+            div.picture {
+                img alt=(alt) width=(thumb.width) height=(thumb.height) src={ "data:image/png;base64," (png) };
+                (overlay(row, thumb))
+            }
+            p.verdict {
+                span class={ "badge " (verdict) } { (verdict) } " " (row.object_name)
+                @if row.status == "nondetection" { ", not detected" }
+            }
+            dl {
+                @for (name, value) in numbers(row) { div { dt { (name) } dd { (value) } } }
+            }
+            @if !row.reason.is_empty() {
+                ul.reasons { @for reason in row.reason.split("; ") { li { (reason) } } }
+            }
+            @if !flags.is_empty() { p.flags { "flags: " (flags) } }
+        }
+    }
+}
+
+/// One of the three verdicts.
+fn known_verdict(verdict: &str) -> &'static str {
+    match verdict {
+        "reject" => "reject",
+        "caution" => "caution",
+        _ => "use",
+    }
+}
+
+/// The magnitude by which frames are ordered: V, or the limit.
+fn magnitude(row: &PhotometryRow) -> Option<f64> {
+    row.v_mag.or(row.limit_v_mag).or(row.inst_mag)
+}
+
+fn what(row: &PhotometryRow) -> &'static str {
+    if row.status == "nondetection" { "the search circle, nothing found" } else { "the target in its aperture" }
+}
+
+/// The numbers of a frame that has them, each with its name.
+fn numbers(row: &PhotometryRow) -> Vec<(&'static str, String)> {
+    let clock: String = row.date_mid.chars().take(22).collect();
+    let error = row.v_mag_err.map(|e| format!(" ± {e:.3}")).unwrap_or_default();
+    let lower = if Flags(row.flags).has(Flags::LOWER_LIMIT) { " or brighter" } else { "" };
+    let light = match (row.v_mag, row.limit_v_mag, row.inst_mag) {
+        (Some(v), ..) => Some(("V", format!("{v:.3}{error}{lower}"))),
+        (None, Some(v), _) => Some(("V", format!("fainter than {v:.2}"))),
+        (None, None, Some(v)) => Some(("instrumental", format!("{v:.3}{error}{lower}"))),
+        _ => None,
+    };
+    let number =
+        |name, value: Option<f64>, decimals: usize, unit: &str| value.map(|v| (name, format!("{v:.decimals$}{unit}")));
+    let mut all = vec![("UTC", clock.replace('T', " "))];
+    all.retain(|(_, value)| !value.is_empty());
+    all.extend(light);
+    all.extend(number("S/N", row.snr, 1, ""));
+    all.extend(number("altitude", row.alt_deg, 1, "°"));
+    all.extend(number("exposure", row.exptime_s, 2, " s"));
+    all.extend(number("contamination", row.contam_frac.map(|c| 100.0 * c), 1, " %"));
+    all
+}
