@@ -4,6 +4,7 @@
 //! The library computes and returns; it never prints, never exits and never reads the clock.
 //! Units are in the names; inside functions radians and km, at the edges (TOML, tables) degrees.
 
+pub mod accuracy;
 pub mod brightness;
 pub mod config;
 pub mod constants;

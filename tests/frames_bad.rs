@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 use frames_support::*;
 use rand::{Rng, SeedableRng};
-use satphot::frames::{CardValue, Exposure, Header, classify, mid_time, read, write_u16};
+use satphot::frames::{CardValue, Exposure, Header, classify, mid_time, write_u16};
 
 /// Reads a whole file without caring what it is; the message of what went wrong.
 fn try_read(path: &std::path::Path) -> Result<f64, String> {
@@ -21,7 +21,7 @@ fn try_read(path: &std::path::Path) -> Result<f64, String> {
     e.size_px = header.size_px();
     e.header = header;
     e.path = path.to_path_buf();
-    read(&e, unit_gain(), None).map(|f| sum(&f)).map_err(|e| e.to_string())
+    read(&e, unit_gain(), None, None).map(|f| sum(&f)).map_err(|e| e.to_string())
 }
 
 #[test]

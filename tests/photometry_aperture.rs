@@ -230,54 +230,33 @@ fn shapes_ten_thousand_pixels_long_or_a_thousandth_wide_keep_their_area() {
 }
 
 #[test]
-#[ignore = "prints error against run time; run with --release -- --ignored --nocapture"]
-fn exact_overlap_costs_about_as_much_as_a_few_subpixels() {
-    let ones = Array2::from_elem((400, 400), 1.0);
-    let bounds = Bounds { x0: 0, x1: 400, y0: 0, y1: 400 };
-    println!("shape        method      rms rel. error   max rel. error   us per aperture");
-    for (name, a, b) in [
-        ("circle", 5.0, 5.0),
-        ("circle", 20.0, 20.0),
-        ("ellipse", 60.0, 15.0),
-        ("rectangle", 60.0, 15.0),
-        ("pill", 60.0, 15.0),
-    ] {
-        let shape = shape_named(name, a, b, 0.6);
-        let n = 500;
-        let mut exact_us = 0.0;
-        for method in [0, 1, 5, 10] {
-            let start = std::time::Instant::now();
-            let errors: Vec<f64> = (0..n)
-                .map(|k| {
-                    let f = |a: f64| (f64::from(k) * a).fract();
-                    let (x, y) = (200.0 + f(0.618_033_988_7), 200.0 + f(0.754_877_666_2));
-                    let mut sum = 0.0;
-                    if method == 0 {
-                        for_each_pixel(&shape, x, y, bounds, |i, j, fraction| sum += fraction * ones[[j, i]]);
-                    } else {
-                        // only outline pixels are counted by points; the exact share found on the way is not charged
-                        for_each_pixel(&shape, x, y, bounds, |i, j, fraction| {
-                            let counted = if fraction < 1.0 {
-                                shape.subpixel_fraction(i as f64 - x, j as f64 - y, method)
-                            } else {
-                                1.0
-                            };
-                            sum += counted * ones[[j, i]];
-                        });
-                    }
-                    sum / shape.area_px() - 1.0
-                })
-                .collect();
-            let us = start.elapsed().as_secs_f64() * 1e6 / f64::from(n);
-            let us = us - exact_us;
-            if method == 0 {
-                exact_us = us;
-            }
-            let rms = (errors.iter().map(|e| e * e).sum::<f64>() / f64::from(n)).sqrt();
-            let max = errors.iter().fold(0f64, |m, e| m.max(e.abs()));
-            let method = if method == 0 { "exact".into() } else { format!("subpixel {method}") };
-            println!("{:<12} {method:<11} {rms:>14.1e} {max:>16.1e} {us:>17.1}", format!("{name} {a}x{b}"));
-        }
+fn shares_from_areas_under_the_arc_are_those_of_polygons_clipped_by_the_disc() {
+    let bounds = Bounds { x0: 0, x1: 2500, y0: 0, y1: 2500 };
+    for k in 0..400 {
+        let f = |a: f64| (f64::from(k) * a).fract();
+        let b_px = 2.0 + 30.0 * f(0.569_840_291).powi(2);
+        let a_px = b_px * if k % 4 == 0 { 1.0 } else { 1.0 + 20.0 * f(0.414_213_56).powi(3) };
+        let shape = if a_px == b_px {
+            Shape::Circle { r_px: a_px }
+        } else {
+            // every fifth along an axis
+            let theta_rad = if k % 5 == 0 { std::f64::consts::FRAC_PI_2 } else { 7.0 * f(0.732_050_8) - 3.5 };
+            Shape::Ellipse { a_px, b_px, theta_rad }
+        };
+        // every third centre on a corner or an edge of the grid, where arcs touch it
+        let centre = |a: f64| 1200.0 + if k % 3 == 0 { (2.0 * f(a)).floor() * 0.5 } else { f(a) };
+        let (x, y) = (centre(0.618_033_988_7), centre(0.754_877_666_2));
+        // the polygon's sectors are right to rounding of the whole area, ours to that of a row
+        let tolerance = 1e-14 + 1e-15 * a_px * b_px;
+        let (mut area, mut last) = (0.0, None);
+        for_each_pixel(&shape, x, y, bounds, |i, j, fraction| {
+            let polygon = shape.pixel_fraction(i as f64 - x, j as f64 - y);
+            assert!((fraction - polygon).abs() < tolerance, "{shape:?} at {x} {y}, {i} {j}: {fraction} {polygon}");
+            assert!(last < Some((j, i)));
+            last = Some((j, i));
+            area += fraction;
+        });
+        assert!((area / shape.area_px() - 1.0).abs() < 1e-13, "{shape:?} at {x} {y}: {area}");
     }
 }
 

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use ndarray::Array2;
-use satphot::frames::{Electrons, ElectronsPerAdu, Frame, Gain};
+use satphot::frames::{Electrons, ElectronsPerAdu, Frame, Gain, mask};
 use satphot::photometry::background::background;
 use satphot::photometry::stats;
 
@@ -175,4 +175,124 @@ fn the_corner_ratio_is_the_fall_of_the_field_whatever_the_trails_and_the_moon() 
     }
     let half = frame(Array2::from_elem((64, 64), 5.0));
     assert_eq!(background(&half, 64, 3.0).unwrap().corner_ratio(), None);
+}
+
+/// An even, repeating spread of ±1 about zero.
+fn spread(i: usize, j: usize) -> f64 {
+    ((i * 7 + j * 13) % 31) as f64 / 15.0 - 1.0
+}
+
+#[test]
+fn the_level_keeps_six_digits_on_the_darkest_and_the_brightest_sky() {
+    for sky_e in [1e-3, 1.0, 1e5, 1e9, 1e12] {
+        let pixels = Array2::from_shape_fn((300, 300), |(j, i)| (sky_e * (1.0 + 1e-4 * spread(i, j))) as f32);
+        let sky = background(&frame(pixels), 64, 3.0).unwrap();
+        for (x, y) in [(0.0, 0.0), (150.0, 150.0), (299.0, 10.0)] {
+            // the mode of an even spread is its middle, to a level of the histogram or so
+            assert!((sky.level(x, y) / sky_e - 1.0).abs() < 1e-6, "{sky_e}: {}", sky.level(x, y));
+            assert!((sky.rms(x, y) / (1e-4 * sky_e) - 0.596).abs() < 0.01, "{sky_e}: {}", sky.rms(x, y)); // √(16/45)
+        }
+    }
+}
+
+#[test]
+fn single_electrons_on_a_dark_sky_without_read_noise_leave_it_at_zero() {
+    // 1e-3 e⁻ per pixel and no read noise: one pixel in a thousand holds an electron, the mode is zero
+    let pixels = Array2::from_shape_fn((256, 256), |(j, i)| f32::from(u8::from((j * 256 + i) % 1009 == 0)));
+    let sky = background(&frame(pixels), 64, 3.0).unwrap();
+    assert_eq!((sky.global_level(), sky.global_rms()), (0.0, 0.0));
+}
+
+#[test]
+fn one_good_box_is_the_sky_of_the_whole_frame() {
+    let mut one = frame(Array2::from_shape_fn((320, 448), |(j, i)| (80.0 + 5.0 * spread(i, j)) as f32));
+    let whole = background(&one, 64, 3.0).unwrap();
+    for ((j, i), bits) in one.mask.indexed_iter_mut() {
+        *bits = if (128..192).contains(&j) && (256..320).contains(&i) { 0 } else { satphot::frames::mask::CLIPPED };
+    }
+    let sky = background(&one, 64, 3.0).unwrap();
+    for (x, y) in [(0.0, 0.0), (290.0, 160.0), (447.0, 319.0), (13.0, 300.0)] {
+        assert!((sky.level(x, y) - sky.global_level()).abs() < 1e-9 && (sky.rms(x, y) - sky.global_rms()).abs() < 1e-9);
+    }
+    // the same spread: half a level of the histogram
+    assert!((sky.global_level() - whole.global_level()).abs() < 0.05 * whole.global_rms());
+}
+
+#[test]
+fn a_box_without_a_mode_is_the_mean_of_its_nearest_boxes_with_one() {
+    // boxes of 16 px with levels of their own; those of a lattice are masked
+    let level = |bj: usize, bi: usize| 100.0 + ((bj * 5 + bi * 11) % 17) as f64;
+    let masked = |bj: usize, bi: usize| (bj * bi + bj / 3 + bi / 2) % 3 != 1;
+    let (by, bx) = (13, 17);
+    let mut holed = frame(Array2::from_shape_fn((16 * by, 16 * bx), |(j, i)| level(j / 16, i / 16) as f32));
+    let mut filled = holed.clone();
+    for bj in 0..by {
+        for bi in 0..bx {
+            if !masked(bj, bi) {
+                continue;
+            }
+            let at = |j: usize, i: usize| j.abs_diff(bj).pow(2) + i.abs_diff(bi).pow(2);
+            let good: Vec<(usize, usize)> =
+                (0..by).flat_map(|j| (0..bx).map(move |i| (j, i))).filter(|&(j, i)| !masked(j, i)).collect();
+            let nearest = good.iter().map(|&(j, i)| at(j, i)).min().unwrap();
+            let near: Vec<f64> =
+                good.iter().filter(|&&(j, i)| at(j, i) == nearest).map(|&(j, i)| level(j, i)).collect();
+            let mean = near.iter().sum::<f64>() / near.len() as f64;
+            let part = ndarray::s![16 * bj..16 * bj + 16, 16 * bi..16 * bi + 16];
+            holed.mask.slice_mut(part).fill(satphot::frames::mask::BAD);
+            filled.pixels.slice_mut(part).fill(mean as f32);
+        }
+    }
+    let (got, want) = (background(&holed, 16, 3.0).unwrap(), background(&filled, 16, 3.0).unwrap());
+    for (x, y) in (0..200).map(|k| (f64::from(k * 37 % 272), f64::from(k * 53 % 208))) {
+        // the means went through f32 pixels
+        assert!((got.level(x, y) - want.level(x, y)).abs() < 1e-4, "at {x} {y}");
+    }
+}
+
+#[test]
+fn columns_of_nan_and_frames_below_a_box_are_taken_as_they_are() {
+    let plane = |j: usize, i: usize| 200.0 + 0.01 * j as f64 + 3.0 * spread(i, j);
+    let clean = frame(Array2::from_shape_fn((200, 300), |(j, i)| plane(j, i) as f32));
+    let want = background(&clean, 64, 3.0).unwrap();
+    let mut holed = clean.clone();
+    for i in [0, 63, 64, 150, 151, 299] {
+        holed.pixels.column_mut(i).fill(f32::NAN);
+    }
+    let got = background(&holed, 64, 3.0).unwrap();
+    for (x, y) in [(0.0, 0.0), (64.0, 100.0), (151.0, 10.0), (299.0, 199.0)] {
+        assert!((got.level(x, y) - want.level(x, y)).abs() < 0.1 * want.global_rms(), "at {x} {y}");
+    }
+    for (ny, nx) in [(1, 1), (1, 40), (20, 1), (30, 50)] {
+        let small = frame(Array2::from_shape_fn((ny, nx), |(j, i)| plane(j, i) as f32));
+        let sky = background(&small, 64, 3.0).unwrap();
+        let mut row = vec![0f32; nx];
+        sky.level_row(0, 0, &mut row);
+        assert!(row.iter().all(|v| (*v - 200.0).abs() < 3.5), "{ny}x{nx}: {row:?}");
+        sky.rms_row(0, 0, &mut row);
+        assert!(row.iter().all(|v| (0.0..3.0).contains(v)), "{ny}x{nx}: {row:?}");
+    }
+}
+
+#[test]
+fn the_sky_is_the_same_to_the_bit_for_any_number_of_threads() {
+    let mut image = frame(Array2::from_shape_fn((700, 900), |(j, i)| (50.0 + 8.0 * spread(i, j * i)) as f32));
+    for ((j, i), bits) in image.mask.indexed_iter_mut() {
+        *bits = if (i as f64 - 449.5).hypot(j as f64 - 349.5) > 380.0 { mask::CLIPPED } else { 0 };
+    }
+    let rows = |threads: usize| {
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| {
+            let sky = background(&image, 64, 3.0).unwrap();
+            let mut bits = Vec::new();
+            let mut row = vec![0f32; 900];
+            for j in 0..700 {
+                sky.level_row(j, 0, &mut row);
+                bits.extend(row.iter().map(|v| v.to_bits()));
+                sky.rms_row(j, 0, &mut row);
+                bits.extend(row.iter().map(|v| v.to_bits()));
+            }
+            bits
+        })
+    };
+    assert!(rows(1) == rows(2));
 }

@@ -3,7 +3,7 @@
 
 mod photometry_scene;
 
-use photometry_scene::{Scene, mean_sd};
+use photometry_scene::{Scene, clipped, mean_sd};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 use satphot::frames::mask;
@@ -68,14 +68,56 @@ fn pure_noise_holds_next_to_nothing_at_5_sigma() {
 #[test]
 fn detection_is_the_same_for_any_number_of_threads() {
     let (scene, _) = field(3.0, 8);
-    let frame = scene.expose(2.0, 9);
+    let frame = clipped(scene.expose(2.0, 9), 310.0);
     let in_pool = |n: usize| {
         rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap().install(|| {
             let sky = background(&frame, 64, 3.0).unwrap();
-            format!("{:?}", detect(&frame, &sky, 3.0, None))
+            let sources = detect(&frame, &sky, 3.0, None);
+            format!("{sources:?} {:?}", stellar_fwhm(&frame, &sky, &sources))
         })
     };
-    assert_eq!(in_pool(1), in_pool(3));
+    let one = in_pool(1);
+    assert!(one.len() > 1000 && one == in_pool(2) && one == in_pool(3));
+}
+
+#[test]
+fn a_bright_sky_shows_the_same_stars_as_the_brightest() {
+    let (mut scene, stars) = field(4.0, 5);
+    scene.mean -= 80.0;
+    let peak = scene.mean.iter().copied().fold(0.0, f64::max);
+    // a spread of 1e-4 of the sky, stars in units of the sky
+    for sky_e in [1e5, 1e9, 1e12] {
+        let pixels = scene.mean.indexed_iter().map(|((j, i), star)| {
+            let spread = ((i * 7 + j * 13 + i * j % 11) % 31) as f64 / 15.0 - 1.0;
+            (sky_e * (1.0 + 1e-4 * spread + 0.1 * star / peak)) as f32
+        });
+        let pixels = ndarray::Array2::from_shape_vec(scene.mean.dim(), pixels.collect()).unwrap();
+        let frame = photometry_scene::frame(pixels, 0.0);
+        let sky = background(&frame, 64, 3.0).unwrap();
+        let sources = detect(&frame, &sky, 8.0, Some(4.0));
+        let near = |x: f64, y: f64| sources.iter().any(|s| (s.x_px - x).hypot(s.y_px - y) < 0.7);
+        let found = stars.iter().filter(|(x, y)| near(*x, *y)).count();
+        // the faintest is a 30th of the brightest, some 50 σ
+        assert_eq!((found, sources.len()), (stars.len(), stars.len()), "{sky_e}");
+    }
+}
+
+#[test]
+fn single_electrons_on_a_dark_sky_without_read_noise_are_sources_of_finite_flux() {
+    // 1e-3 e⁻ per pixel: the mode and its scatter are zero, so every electron stands above the sky
+    let frame = Scene::new(300, 300, 1e-3).expose(0.0, 3);
+    let sources = detect(&frame, &background(&frame, 64, 3.0).unwrap(), 5.0, None);
+    let electrons: f64 = frame.pixels.iter().map(|v| f64::from(*v)).sum();
+    assert!(electrons > 50.0 && !sources.is_empty());
+    assert!((sources.iter().map(|s| s.flux_e).sum::<f64>() / electrons - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn frames_without_scatter_hold_no_sources() {
+    for value in [0.0, 42.0, 1e12] {
+        let frame = photometry_scene::frame(ndarray::Array2::from_elem((70, 90), value), 0.0);
+        assert!(detect(&frame, &background(&frame, 64, 3.0).unwrap(), 5.0, Some(10.0)).is_empty());
+    }
 }
 
 #[test]

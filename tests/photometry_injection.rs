@@ -53,17 +53,16 @@ fn assert_unit_pulls(name: &str, pulls: &[f64]) {
     let n = pulls.len() as f64;
     println!("{name}: {n} pulls, mean {mean:+.4} (3/sqrt(N) = {:.4}), sd {sd:.4}", 3.0 / n.sqrt());
     assert!(mean.abs() < 3.0 / n.sqrt(), "{name}: mean {mean}");
-    assert!((sd - 1.0).abs() < 3.0 / (2.0 * n).sqrt(), "{name}: sd {sd}");
+    assert!(pulls.len() >= 3000 && (sd - 1.0).abs() < 0.05, "{name}: sd {sd}");
 }
 
 #[test]
 fn pulls_of_injected_stars_are_unit_gaussians_on_any_sky() {
     for (k, (sky, noise)) in [(5.0, 1.5), (5.0, 3.5), (30.0, 1.5), (150.0, 2.0), (500.0, 3.5)].into_iter().enumerate() {
         let mut all = Vec::new();
-        for (f, fwhm) in [2.5, 3.5, 4.5, 5.5].into_iter().enumerate() {
+        for (f, fwhm) in [2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0].into_iter().enumerate() {
             all.extend(pulls(sky, noise, fwhm, (100 * k + 10 * f) as u64, 0.0));
         }
-        assert!(all.len() >= 1600);
         assert_unit_pulls(&format!("sky {sky} e-, read noise {noise} e-"), &all);
     }
 }
@@ -72,7 +71,7 @@ fn pulls_of_injected_stars_are_unit_gaussians_on_any_sky() {
 fn digitised_counts_do_not_lock_the_sky_to_a_level() {
     // steps of half the sky's noise: a plain median would be wrong by up to a quarter of σ in every pixel
     let mut all = Vec::new();
-    for repeat in 0..4 {
+    for repeat in 0..8 {
         all.extend(pulls(20.0 + 0.3 * repeat as f64, 3.5, 4.0, 7000 + repeat, 2.7));
     }
     assert_unit_pulls("step 2.7 e-", &all);

@@ -143,12 +143,11 @@ struct Outcome {
 
 fn run(snr: f64, length: f64, stars: Stars, seed: u64) -> Outcome {
     let n = 360;
-    // half of the offsets with every second scene, the others with the rest
-    let offsets = if (seed / 5000).is_multiple_of(2) { [0.0, 50.0] } else { [15.0, 90.0] };
-    let results: Vec<Option<(f64, bool)>> = offsets
+    let results: Vec<Option<(f64, bool)>> = [0.0, 15.0, 50.0, 90.0]
         .into_par_iter()
-        .map(|offset| {
-            let seed = seed + offset as u64;
+        .enumerate()
+        .map(|(k, offset)| {
+            let seed = seed + 1000 * k as u64;
             let (scene, truth) = scene(n, snr, length, offset, stars, seed);
             let TargetFound::Detected { flux, x_px, y_px, .. } = at(&scene.expose(READ_NOISE, seed + 77), n) else {
                 return None;
@@ -172,7 +171,7 @@ fn the_target_is_found_and_its_flux_is_right_over_a_grid_of_scenes() {
     for (s, stars) in [Stars::None, Stars::Crossing, Stars::Short].into_iter().enumerate() {
         let (mut tried, mut found) = (0, 0);
         for (b, snr) in [8.0, 15.0, 50.0, 300.0].into_iter().enumerate() {
-            for (l, length) in [0.0, 40.0].into_iter().enumerate() {
+            for (l, length) in [0.0, 12.0, 40.0].into_iter().enumerate() {
                 let got = run(snr, length, stars, (100_000 * s + 10_000 * b + 5_000 * l) as u64);
                 let (mean, sd) = mean_sd(&got.pulls);
                 println!("  S/N {snr}, smear {length} px: {}/{} pull {mean:+.2} ± {sd:.2}", got.found, got.tried);
@@ -183,8 +182,8 @@ fn the_target_is_found_and_its_flux_is_right_over_a_grid_of_scenes() {
             }
         }
         println!("{}: found {found} of {tried}", ["no stars", "trails across the frame", "trails of 90 px"][s]);
-        // one of 16 may lie on the remainder of a short trail
-        assert!(found as f64 >= 0.93 * tried as f64, "{found} of {tried}");
+        // three of 48 may lie on the remainder of a short trail, or be lost beside one
+        assert!(found as f64 >= if stars == Stars::Short { 0.93 } else { 0.97 } * tried as f64, "{found} of {tried}");
     }
     // truth is the whole flux: what the apertures miss counts against them
     let (mean, sd) = mean_sd(&pulls);
@@ -331,12 +330,13 @@ fn an_elongated_target_is_flagged_and_outlined_along_its_smear() {
     assert!((x_px - 210.0).hypot(y_px - 190.0) < 0.5);
     assert!(flux.flags.has(Flags::ELONGATED) && elongation > 3.0, "{elongation}");
     assert!((theta_rad - 0.7).abs() < 0.03, "{theta_rad}");
-    assert!((20.0..42.0).contains(&a_px), "{a_px}");
+    // 20 px, the contour at 3 σ of a peak of 190 σ seen through the filter 7 px further out, 1.5 FWHM of margin, rounding
+    assert!((26.0..36.0).contains(&a_px), "{a_px}");
     assert!((flux.flux_e / 60_000.0 - 1.0).abs() < 4.0 * flux.flux_err_e / 60_000.0);
 }
 
 #[test]
-fn a_gaussian_of_s_n_50_is_enclosed_to_0_99_at_any_size() {
+fn a_gaussian_of_s_n_50_is_enclosed_to_0_995_at_any_size() {
     // noiseless light through an aperture found on the noisy frame: what the aperture misses, no more
     for fwhm in [4.0, 8.0, 16.0, 30.0] {
         let mut clean = Scene::new(500, 500, 0.0);
@@ -350,7 +350,7 @@ fn a_gaussian_of_s_n_50_is_enclosed_to_0_99_at_any_size() {
         };
         let enclosed = satphot::photometry::aperture::shape_sum(&clean.mean, &flux.shape, x_px, y_px) / total;
         println!("FWHM {fwhm}: {:?} encloses {enclosed:.4}", flux.shape);
-        assert!(enclosed > 0.99, "FWHM {fwhm}: {enclosed}");
+        assert!(enclosed > 0.995, "FWHM {fwhm}: {enclosed}");
     }
 }
 

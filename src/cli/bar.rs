@@ -1,9 +1,10 @@
 //! Progress bars on a terminal; nothing when the output is a file, a pipe or `--quiet`.
 
-use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use satphot::night::progress::Progress;
 
 /// One bar per stage.
@@ -11,24 +12,40 @@ pub struct Bars {
     start: Instant,
     visible: bool,
     bar: Mutex<ProgressBar>,
+    /// Bytes of the files worked on in this stage.
+    bytes: Arc<AtomicU64>,
 }
 
 impl Bars {
     /// Bars on standard error if it is a terminal and `wanted`.
     pub fn new(wanted: bool) -> Self {
-        Self { start: Instant::now(), visible: wanted, bar: Mutex::new(ProgressBar::hidden()) }
+        let bytes = Arc::new(AtomicU64::new(0));
+        Self { start: Instant::now(), visible: wanted, bar: Mutex::new(ProgressBar::hidden()), bytes }
     }
+}
+
+/// Frames and megabytes a second since the stage began; megabytes only where files are read.
+fn speed(frames: u64, bytes: u64, elapsed_s: f64) -> String {
+    let per_s = |n: f64| n / elapsed_s.max(1e-3);
+    let megabytes = if bytes > 0 { format!(", {:.0} MB/s", per_s(bytes as f64 / 1e6)) } else { String::new() };
+    format!("{:.1} frames/s{megabytes}", per_s(frames as f64))
 }
 
 impl Progress for Bars {
     fn stage(&self, name: &str, total: usize) {
+        self.bytes.store(0, Ordering::Relaxed);
         if !self.visible {
             return;
         }
         // stderr() hides itself when it is not a terminal
         let bar = ProgressBar::with_draw_target(Some(total as u64), ProgressDrawTarget::stderr());
-        if let Ok(style) = ProgressStyle::with_template("{prefix:>14} {bar:32} {pos}/{len} {per_sec} left {eta}") {
-            bar.set_style(style);
+        if let Ok(style) = ProgressStyle::with_template("{prefix:>14} {bar:32} {pos}/{len} {speed} left {eta}") {
+            let bytes = self.bytes.clone();
+            let told = move |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+                let text = speed(state.pos(), bytes.load(Ordering::Relaxed), state.elapsed().as_secs_f64());
+                _ = out.write_str(&text);
+            };
+            bar.set_style(style.with_key("speed", told));
         }
         bar.set_prefix(name.to_string());
         bar.enable_steady_tick(std::time::Duration::from_millis(200));
@@ -41,6 +58,9 @@ impl Progress for Bars {
             bar.inc(1);
         }
     }
+    fn read(&self, bytes: u64) {
+        self.bytes.fetch_add(bytes, Ordering::Relaxed);
+    }
     fn done(&self) {
         if let Ok(bar) = self.bar.lock() {
             bar.finish();
@@ -48,5 +68,23 @@ impl Progress for Bars {
     }
     fn elapsed_s(&self) -> f64 {
         self.start.elapsed().as_secs_f64()
+    }
+    fn cpu_s(&self) -> Option<f64> {
+        // the fields after the name in brackets: utime and stime are the 12th and 13th, in hundredths of a second
+        let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+        let mut fields = stat.rsplit_once(')')?.1.split_whitespace().skip(11);
+        let mut ticks = || fields.next()?.parse::<f64>().ok();
+        Some((ticks()? + ticks()?) / 100.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn speed_is_frames_and_megabytes_a_second() {
+        assert_eq!(speed(50, 5_000_000_000, 10.0), "5.0 frames/s, 500 MB/s");
+        assert_eq!(speed(0, 0, 0.0), "0.0 frames/s");
     }
 }

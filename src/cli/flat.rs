@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::Error;
-use satphot::frames::{Detector, MasterFlat};
+use satphot::frames::{BAND_BYTES, Detector, MasterFlat};
 use satphot::night::stages::with_threads;
 use satphot::night::survey::survey;
 
@@ -37,7 +37,7 @@ impl Flat {
         }
         let detector = Detector::from_config(&config.detector)?;
         let clip_radius_px = config.photometry.clip_radius_px;
-        let make = || MasterFlat::make(&survey.flats, &detector, &config.flat, clip_radius_px);
+        let make = || MasterFlat::make(&survey.flats, &detector, &config.flat, clip_radius_px, BAND_BYTES);
         let flat = with_threads(self.common.jobs, make)??;
         flat.write(&self.out)?;
         for member in &flat.members {

@@ -38,7 +38,7 @@ impl Measure {
         if self.zeropoint.is_some() {
             config.zeropoint.previous = self.zeropoint;
         }
-        let options = Options { jobs: self.common.jobs, files: self.files, ..Options::default() };
+        let options = Options { files: self.files, ..self.common.options() };
         let progress = self.common.progress();
         let measured = measure_targets(&config, &options, &progress)?;
         measured.write(&config, &self.out)?;

@@ -2,6 +2,7 @@
 //!
 //! Results go to standard output, progress and messages to standard error.
 
+mod accuracy;
 mod bar;
 mod brdf;
 mod compare;
@@ -23,6 +24,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Parser, Subcommand};
 use satphot::Error;
 use satphot::config::Config;
+use satphot::night::pipeline::Options;
 
 const AFTER_HELP: &str = "\
 To begin: `satphot simulate` makes a night to try, `satphot init` a pipeline.toml for your own, `satphot run` reduces it.
@@ -70,6 +72,8 @@ enum Verb {
     Simulate(simulate::Simulate),
     /// Fit scattering laws to measurements, and draw them
     Brdf(brdf::BrdfVerb),
+    /// Measure error against run time of every numerical method
+    Accuracy(accuracy::Accuracy),
     /// List the satellites the model knows
     Satellites(satellites::Satellites),
 }
@@ -86,6 +90,9 @@ pub struct Common {
     /// Threads; 0 = all cores
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
     pub jobs: usize,
+    /// Memory to work in, e.g. 600MB, 2GB, 1GiB [default: 600MB, or what one frame takes]
+    #[arg(long, value_name = "SIZE", value_parser = memory_bytes)]
+    pub max_memory: Option<usize>,
     /// No progress bars, no notes
     #[arg(short, long)]
     pub quiet: bool,
@@ -111,6 +118,11 @@ impl Common {
         Ok(config)
     }
 
+    /// How the work is done: threads and memory.
+    pub fn options(&self) -> Options {
+        Options { jobs: self.jobs, max_memory_bytes: self.max_memory, ..Options::default() }
+    }
+
     /// The listener to progress: bars on a terminal, silence otherwise.
     pub fn progress(&self) -> bar::Bars {
         bar::Bars::new(!self.quiet)
@@ -133,6 +145,7 @@ impl Cli {
             Verb::Predict(v) => v.execute(),
             Verb::Simulate(v) => v.execute(),
             Verb::Brdf(v) => v.execute(),
+            Verb::Accuracy(v) => v.execute(),
             Verb::Satellites(v) => v.execute(),
         }
     }
@@ -155,6 +168,25 @@ fn threads(text: &str) -> Result<usize, String> {
         Ok(n) if n <= 1024 => Ok(n),
         _ => Err("not a whole number from 0 to 1024".into()),
     }
+}
+
+/// An amount of memory: a number and its unit, decimal (MB, GB) or binary (MiB, GiB).
+fn memory_bytes(text: &str) -> Result<usize, String> {
+    let wrong = || "not an amount of memory such as 600MB, 2GB or 1GiB".to_string();
+    let text = text.trim();
+    let (number, unit) = text.split_at(text.find(|c: char| c.is_ascii_alphabetic()).ok_or_else(wrong)?);
+    let scale = match unit.to_ascii_lowercase().as_str() {
+        "mb" => 1e6,
+        "gb" => 1e9,
+        "tb" => 1e12,
+        "mib" => 1_048_576.0,
+        "gib" => 1_073_741_824.0,
+        "tib" => 1_099_511_627_776.0,
+        _ => return Err(wrong()),
+    };
+    let number: f64 = number.trim().parse().map_err(|_| wrong())?;
+    let bytes = number * scale;
+    if (1.0..1e18).contains(&bytes) { Ok(bytes as usize) } else { Err(wrong()) }
 }
 
 /// A figure's file: SVG is all that is drawn.

@@ -53,8 +53,7 @@ impl Run {
         if self.dry_run {
             return dry_run(&config);
         }
-        let options =
-            Options { jobs: self.common.jobs, strict: self.strict, no_figures: self.no_figures, ..Options::default() };
+        let options = Options { strict: self.strict, no_figures: self.no_figures, ..self.common.options() };
         let progress = self.common.progress();
         let summary = run(&config, &options, &progress)?;
         if !self.common.quiet {

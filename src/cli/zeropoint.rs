@@ -61,7 +61,7 @@ impl ZeropointVerb {
         let fitted = match &self.stars {
             Some(table) => zeropoint_from_table(&config, table)?,
             None => {
-                let options = Options { jobs: self.common.jobs, files: self.files, ..Options::default() };
+                let options = Options { files: self.files, ..self.common.options() };
                 fit_stars(&config, &options, &progress)?
             }
         };

@@ -24,7 +24,9 @@ pub use effects::{
 pub(crate) use load::read_layers;
 pub use load::{ELEMENTS, PRESETS, preset_text};
 pub use model::{Model, Orbit};
-pub use photometry::{ApertureShape, Combine, Estimator, Flat, Photometry, Pin, Solve, Stars, Target, Zeropoint};
+pub use photometry::{
+    ApertureShape, Combine, Estimator, Flat, FlatScale, Photometry, Pin, Solve, Stars, Target, Zeropoint,
+};
 pub use surface::{Attitude, Brdf, Surface};
 pub use vetting::Vetting;
 

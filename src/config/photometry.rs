@@ -20,11 +20,24 @@ pub struct Flat {
     pub level_range_frac: [f64; 2],
     /// Fewest flats a master is made of.
     pub min_flats: usize,
+    /// What each flat is divided by before the median is taken.
+    pub scale: FlatScale,
+}
+
+/// What a flat is divided by before the median is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FlatScale {
+    /// Its own level: skies and lamps that drift.
+    #[default]
+    Level,
+    /// Nothing: a lamp that does not drift. Less work on 16-bit files.
+    None,
 }
 
 impl Default for Flat {
     fn default() -> Self {
-        Self { master: None, min_response: 0.2, level_range_frac: [0.02, 0.95], min_flats: 3 }
+        Self { master: None, min_response: 0.2, level_range_frac: [0.02, 0.95], min_flats: 3, scale: FlatScale::Level }
     }
 }
 

@@ -101,6 +101,8 @@ pub(super) struct ImageInfo {
     pub bitpix: i64,
     /// NAXISn of the uncompressed image, fastest first.
     pub axes: Vec<usize>,
+    /// Where its data begin in the file \[bytes\]; absent if no file was scanned.
+    pub data_at: Option<u64>,
 }
 
 #[derive(Debug, Default)]
@@ -218,6 +220,11 @@ impl Header {
     #[must_use]
     pub fn hdu_index(&self) -> usize {
         self.0.image.hdu_index
+    }
+
+    /// Where the image's data begin in the file \[bytes\]; absent if no file was scanned.
+    pub(super) fn data_at(&self) -> Option<u64> {
+        self.0.image.data_at
     }
 
     /// Whether the image is tile-compressed.

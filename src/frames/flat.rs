@@ -4,23 +4,27 @@
 //! or not a number is masked and never divided by. Leaves out darks and illumination correction.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::PathBuf;
 
-use ndarray::Array2;
-use rayon::prelude::*;
+use ndarray::parallel::prelude::*;
+use ndarray::{Array2, Axis};
 
 use super::clip::Region;
+use super::counting::CountingMedian;
 use super::detector::Detector;
 use super::exposure::Exposure;
-use super::frame::mask;
-use super::median::{CountingMedian, StackMedian};
+use super::flat_stack::{Stack, Usable};
+use super::levels::{median_inside, median_of_sample, median_of_stored};
 use super::raw::guarded;
 use super::read::{Pixels, TILE_ROWS};
+use super::stored::Stored;
 use crate::config;
+use crate::config::FlatScale;
 use crate::error::{Error, Result};
 
-/// Memory for the bands of all threads together \[bytes\].
-const BAND_BYTES: usize = 48 << 20;
+/// Memory for the bands of all threads together, where nothing else is asked for \[bytes\].
+pub const BAND_BYTES: usize = 32 << 20;
 
 /// One flat of the night and what became of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,10 +42,8 @@ pub struct FlatMember {
 /// The detector's response, to divide frames by.
 #[derive(Debug, Clone)]
 pub struct MasterFlat {
-    /// Response, median 1, NaN where masked; shape (ny, nx) of the clip circle's box.
+    /// Response, median 1; shape (ny, nx) of the clip circle's box. NaN where masked or outside.
     pub response: Array2<f32>,
-    /// [`mask::BAD`] where the response must not be used, same shape.
-    pub mask: Array2<u8>,
     /// Full-frame (x, y) of `response[[0, 0]]` \[px\].
     pub origin_px: (usize, usize),
     /// Full-frame size (nx, ny) \[px\].
@@ -54,30 +56,26 @@ pub struct MasterFlat {
     pub filter: Option<String>,
 }
 
-/// A usable flat: its place in the list, level, and saturation level.
-struct Usable<'a> {
-    exposure: &'a Exposure,
-    level_adu: f64,
-    saturation_adu: f32,
-}
-
 impl MasterFlat {
     /// Makes the master of `flats`.
     ///
     /// F = median_k[(N_k − pedestal) / level_k], then divided by its own median. Levels and medians inside the clip
-    /// circle. A saturated or NaN pixel is left out of its median; with at most half of the flats left, or at or below
-    /// `config.min_response`, it is masked. Flats of another size than most, or of a level outside
-    /// `config.level_range_frac` of full scale, are rejected with a reason.
+    /// circle. With `config.scale` none, or levels that are all the same, level_k is left out, and 16-bit files are
+    /// combined as they are stored: less work. A saturated or NaN pixel is left out of its median; with at most half of
+    /// the flats left, or at or below `config.min_response`, it is masked. Flats of another size than most, or of a
+    /// level outside `config.level_range_frac` of full scale, are rejected with a reason.
     ///
-    /// Memory: the result and 48 MB.
+    /// Memory: the result, and `band_bytes` for the bands of all threads together. The result depends on neither.
     ///
     /// # Errors
-    /// [`Error::Flat`] if fewer than `config.min_flats` are usable, naming the reasons.
+    /// [`Error::Flat`] if fewer than `config.min_flats` are usable, naming the reasons; [`Error::Fits`] or [`Error::Io`]
+    /// naming a flat that became unreadable after its level was measured.
     pub fn make(
         flats: &[Exposure],
         detector: &Detector,
         config: &config::Flat,
         clip_radius_px: Option<f64>,
+        band_bytes: usize,
     ) -> Result<MasterFlat> {
         let size_px = common_size(flats).ok_or_else(|| Error::Flat {
             problem: "no flat was found; check IMAGETYP or frames.flat, or name a master in flat.master".into(),
@@ -101,16 +99,12 @@ impl MasterFlat {
         }
         let (nx, ny) = region.size_px;
         let mut values = vec![0f32; nx * ny];
-        let rows = (BAND_BYTES / rayon::current_num_threads().max(1) / (usable.len() * nx * 4)).clamp(1, TILE_ROWS);
-        values.par_chunks_mut(nx * rows).enumerate().try_for_each_init(
-            || (StackMedian::new(usable.len()), Vec::new()),
-            |(median, stack), (band, out)| {
-                combine_band(&usable, detector.pedestal_adu(), &region, band * rows, median, stack, out)
-            },
-        )?;
-        let response = Array2::from_shape_vec((ny, nx), values).map_err(|e| Error::Flat { problem: e.to_string() })?;
+        // One level for all is no scale at all, once the master is divided by its median.
+        let scale = config.scale == FlatScale::Level && usable.windows(2).any(|w| w[0].level_adu != w[1].level_adu);
         let filter = usable.first().and_then(|u| u.exposure.filter.clone());
         let filter = filter.filter(|f| usable.iter().all(|u| u.exposure.filter.as_ref() == Some(f)));
+        Stack::open(usable, scale, detector.pedestal_adu(), &region)?.median(band_bytes, &mut values)?;
+        let response = Array2::from_shape_vec((ny, nx), values).map_err(|e| Error::Flat { problem: e.to_string() })?;
         Self::finish(response, &region, config.min_response, true, members, filter)
     }
 
@@ -123,27 +117,20 @@ impl MasterFlat {
         members: Vec<FlatMember>,
         filter: Option<String>,
     ) -> Result<MasterFlat> {
-        if normalise {
-            let level = median_inside(&response, region).filter(|m| *m > 0.0 && m.is_finite()).ok_or_else(|| Error::Flat {
+        let level = if normalise {
+            median_inside(&response, region).filter(|m| *m > 0.0 && m.is_finite()).ok_or_else(|| Error::Flat {
                 problem: "the median of the master flat is not positive: the flats hold no light above the pedestal (detector.pedestal_adu)".into(),
-            })?;
-            response.mapv_inplace(|v| (f64::from(v) / level) as f32);
-        }
+            })?
+        } else {
+            1.0
+        };
         let lowest = min_response.max(0.0) as f32;
-        let mut bits = Array2::zeros(response.dim());
-        let (mut inside, mut masked) = (0usize, 0usize);
-        for (j, (mut values, mut row)) in response.outer_iter_mut().zip(bits.outer_iter_mut()).enumerate() {
-            let kept = region.inside(j);
-            inside += kept.len();
-            for (i, (value, bit)) in values.iter_mut().zip(row.iter_mut()).enumerate() {
-                // Written so that NaN is masked too.
-                if !(*value > lowest && value.is_finite()) {
-                    *value = f32::NAN;
-                    *bit = mask::BAD;
-                    masked += usize::from(kept.contains(&i));
-                }
-            }
-        }
+        let rows = response.axis_iter_mut(Axis(0)).into_par_iter().enumerate();
+        let counts = rows.map(|(j, mut row)| match row.as_slice_mut() {
+            Some(values) => (region.inside(j).len(), finish_row(values, region.inside(j), level, lowest)),
+            None => (0, 0),
+        });
+        let (inside, masked) = counts.reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
         if masked == inside {
             return Err(Error::Flat {
                 problem: format!("every pixel of the master flat is at or below flat.min_response = {min_response}"),
@@ -151,7 +138,6 @@ impl MasterFlat {
         }
         Ok(MasterFlat {
             response,
-            mask: bits,
             origin_px: region.origin_px,
             full_size_px: region.full_size_px,
             members,
@@ -159,6 +145,17 @@ impl MasterFlat {
             filter,
         })
     }
+}
+
+/// Divides a row by the master's level and masks what must not be divided by; how many of those are `inside`.
+fn finish_row(values: &mut [f32], inside: Range<usize>, level: f64, lowest: f32) -> usize {
+    let masked = |values: &[f32]| values.iter().map(|v| usize::from(v.is_nan())).sum::<usize>();
+    for value in values.iter_mut() {
+        let response = (f64::from(*value) / level) as f32;
+        // Written so that NaN is masked too.
+        *value = if response > lowest && response < f32::INFINITY { response } else { f32::NAN };
+    }
+    masked(&values[inside])
 }
 
 /// The size most flats have; the first of equals.
@@ -181,13 +178,21 @@ fn check_member(flat: &Exposure, detector: &Detector, config: &config::Flat, reg
         member.reason = format!("{a}x{b} px, most flats are {c}x{d} px");
         return (member, 0.0);
     }
-    match level_adu(flat, region) {
+    let [lo, hi] = config.level_range_frac;
+    let share = |median: f64| (median - detector.pedestal_adu()) / full_adu;
+    // A level that nothing is divided by need not be exact, unless it decides.
+    let sampled = match config.scale {
+        FlatScale::Level => None,
+        FlatScale::None => sampled_level_adu(flat, region).ok().flatten(),
+    };
+    let decided = |median: &f64| [lo, hi].iter().all(|limit| (share(*median) - limit).abs() > 0.01 * limit);
+    let level = sampled.filter(decided).map_or_else(|| level_adu(flat, region), |median| Ok(Some(median)));
+    match level {
         Err(e) => member.reason = e.to_string(),
         Ok(None) => member.reason = "no finite pixel inside the clip circle".into(),
         Ok(Some(median)) => {
             member.level_adu = median - detector.pedestal_adu();
-            let [lo, hi] = config.level_range_frac;
-            let share = member.level_adu / full_adu;
+            let share = share(median);
             if member.level_adu > 0.0 && share >= lo && share <= hi {
                 member.used = true;
             } else {
@@ -201,8 +206,19 @@ fn check_member(flat: &Exposure, detector: &Detector, config: &config::Flat, reg
     (member, saturation_adu as f32)
 }
 
+/// Median of a thirtieth of the raw pixels inside the clip circle \[ADU\]; `None` for files that are not plain counts.
+fn sampled_level_adu(flat: &Exposure, region: &Region) -> Result<Option<f64>> {
+    match Stored::open(&flat.path, &flat.header)? {
+        Some(stored) => median_of_sample(&stored, region),
+        None => Ok(None),
+    }
+}
+
 /// Median of the raw pixels inside the clip circle \[ADU\].
 fn level_adu(flat: &Exposure, region: &Region) -> Result<Option<f64>> {
+    if let Some(stored) = Stored::open(&flat.path, &flat.header)? {
+        return median_of_stored(&stored, region);
+    }
     guarded(&flat.path, || {
         let (nx, ny) = region.size_px;
         let mut pixels = Pixels::open(&flat.path, &flat.header)?;
@@ -219,47 +235,6 @@ fn level_adu(flat: &Exposure, region: &Region) -> Result<Option<f64>> {
             Ok(())
         })
     })
-}
-
-/// One band of rows: every flat's pixels, scaled, then the median.
-fn combine_band(
-    usable: &[Usable],
-    pedestal_adu: f64,
-    region: &Region,
-    first_row: usize,
-    median: &mut StackMedian,
-    stack: &mut Vec<f32>,
-    out: &mut [f32],
-) -> Result<()> {
-    let nx = region.size_px.0;
-    stack.resize(usable.len() * out.len(), 0.0);
-    for (flat, values) in usable.iter().zip(stack.chunks_mut(out.len())) {
-        let path = &flat.exposure.path;
-        guarded(path, || {
-            let origin = (region.origin_px.0, region.origin_px.1 + first_row);
-            Pixels::open(path, &flat.exposure.header)?.read(origin, (nx, values.len() / nx), values)
-        })?;
-        let (pedestal, per_level) = (pedestal_adu as f32, (1.0 / flat.level_adu) as f32);
-        for v in values.iter_mut() {
-            // Saturated, infinite and NaN pixels do not vote.
-            *v = if *v < flat.saturation_adu && v.is_finite() { (*v - pedestal) * per_level } else { f32::NAN };
-        }
-    }
-    median.run(stack, out);
-    Ok(())
-}
-
-/// Median of the finite pixels inside the circle.
-pub(super) fn median_inside(response: &Array2<f32>, region: &Region) -> Option<f64> {
-    let of = CountingMedian::new().of(|count| {
-        for (j, row) in response.outer_iter().enumerate() {
-            if let Some(values) = row.as_slice() {
-                count(&values[region.inside(j)]);
-            }
-        }
-        Ok::<(), Error>(())
-    });
-    of.ok().flatten()
 }
 
 fn too_few(members: &[FlatMember], need: usize) -> String {

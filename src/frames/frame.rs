@@ -5,9 +5,6 @@ use std::path::PathBuf;
 
 use ndarray::Array2;
 
-/// Raw counts.
-#[derive(Debug, Clone, Copy)]
-pub enum Adu {}
 /// Photo-electrons.
 #[derive(Debug, Clone, Copy)]
 pub enum Electrons {}
@@ -43,11 +40,12 @@ pub mod mask {
     pub const BAD: u8 = 1;
     /// At or above the saturation level of this frame's own gain.
     pub const SATURATED: u8 = 2;
-    /// Outside the clip circle.
+    /// Outside the clip circle: not read, the pixel is NaN.
     pub const CLIPPED: u8 = 4;
 }
 
-/// One exposure, or the part of it that was read. `U` says what the pixels are: [`Adu`] or [`Electrons`].
+/// One exposure, or the part of it that was read. `U` says what the pixels are: [`Electrons`], flattened if there is a
+/// master flat.
 ///
 /// Pixel `[[j, i]]` is the full frame's pixel (x = `origin_px.0` + i, y = `origin_px.1` + j). All positions
 /// elsewhere in satphot are in full-frame coordinates.
@@ -75,5 +73,11 @@ impl Frame<Electrons> {
         let (ny, nx) = pixels.dim();
         let mask = Array2::zeros((ny, nx));
         Self { path, pixels, mask, origin_px: (0, 0), full_size_px: (nx, ny), gain, unit: PhantomData }
+    }
+
+    /// Whether no pixel can be used: all are BAD or CLIPPED.
+    #[must_use]
+    pub fn all_bad(&self) -> bool {
+        self.mask.iter().all(|bits| bits & (mask::BAD | mask::CLIPPED) != 0)
     }
 }

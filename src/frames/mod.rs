@@ -1,23 +1,30 @@
 //! FITS files in and out, headers, the detector, the master flat: everything that touches raw pixels.
 //!
-//! The only room that knows the FITS library. Pixels are f32, ADU before and electrons after
-//! [`Frame::into_electrons`]; x runs along a row, y over rows, both 0-based from the centre of the first pixel.
+//! The only room that knows the FITS library. Pixels of a [`Frame`] are f32 electrons; x runs along a row, y over rows,
+//! both 0-based from the centre of the first pixel.
 
 mod adc;
+mod calibrate;
 mod cards;
 mod clip;
+mod counting;
 mod detector;
 mod exposure;
 mod flat;
 mod flat_file;
+mod flat_kernel;
 mod flat_pairs;
+mod flat_stack;
 mod frame;
+mod levels;
+mod load;
 mod median;
 mod raw;
 mod read;
 mod sample;
 mod scan;
 mod stamp;
+mod stored;
 mod time;
 mod transfer;
 mod write;
@@ -26,10 +33,10 @@ pub use adc::{Counts, Pile, Step, converter_bits};
 pub use cards::{Card, Header};
 pub use detector::{Detector, pixel_scale_arcsec};
 pub use exposure::{Exposure, Role, classify, find_files};
-pub use flat::{FlatMember, MasterFlat};
+pub use flat::{BAND_BYTES, FlatMember, MasterFlat};
 pub use flat_pairs::{BlockPoint, MAX_FLAT_RATIO, PairPoints, Refusal, compare_flats};
-pub use frame::{Adu, Electrons, ElectronsPerAdu, Frame, Gain, GainSetting, mask};
-pub use read::read;
+pub use frame::{Electrons, ElectronsPerAdu, Frame, Gain, GainSetting, mask};
+pub use load::{Buffers, FrameReader, Held, read};
 pub use sample::{Blocks, count_values, read_box};
 pub use time::{MidTime, mid_time};
 pub use transfer::{DarkNoise, GainEstimate, Transfer, fit_transfer};

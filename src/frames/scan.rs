@@ -91,7 +91,8 @@ pub(super) fn scan(path: &Path) -> Result<(Vec<Card>, ImageInfo)> {
                 let bitpix = header.integer(if compressed { "ZBITPIX" } else { "BITPIX" }).unwrap_or(0);
                 let mut cards = hdu.cards;
                 cards.extend(primary.into_iter().filter(inherited));
-                return Ok((cards, ImageInfo { hdu_index: index, compressed, bitpix, axes }));
+                let data_at = u64::try_from(data_at).ok();
+                return Ok((cards, ImageInfo { hdu_index: index, compressed, bitpix, axes, data_at }));
             }
             Kind::Other(what) => seen.push(format!("HDU {index} {what}")),
         }

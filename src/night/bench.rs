@@ -1,5 +1,6 @@
 //! What every frame of the night shares: detector, master flat, orbit, model, zeropoint; and one frame's reduction.
 
+use std::io::Read;
 use std::path::Path;
 
 use sha2::{Digest, Sha256};
@@ -8,11 +9,14 @@ use super::compare::comparable;
 use crate::brightness::Model;
 use crate::config::Config;
 use crate::error::{Error, Result};
-use crate::frames::{Detector, Electrons, Exposure, Frame, MasterFlat, pixel_scale_arcsec, read};
+use crate::frames::{Buffers, Detector, Exposure, FrameReader, Held, MasterFlat, pixel_scale_arcsec};
 use crate::orbit::{EarthOrientation, Site, Tracker};
 use crate::photometry::catalogue::Catalogue;
 use crate::photometry::growth::{GrowthCurve, StarProfile};
 use crate::photometry::zeropoint::Zeropoint;
+
+/// Bytes hashed at a time: they stay in the cache of a core.
+const HASHED_BYTES: usize = 256 << 10;
 
 /// What every frame of the night shares.
 #[derive(Debug)]
@@ -41,6 +45,8 @@ pub struct Bench {
     pub profile: Option<StarProfile>,
     /// Growth curve of the stars, once star pointings were measured.
     pub growth: Option<GrowthCurve>,
+    /// Memory of the frames.
+    pub buffers: Buffers,
 }
 
 impl Bench {
@@ -103,6 +109,7 @@ impl Bench {
             fwhm_arcsec: None,
             profile: None,
             growth: None,
+            buffers: Buffers::default(),
         })
     }
 
@@ -118,40 +125,35 @@ impl Bench {
         pixel_scale_arcsec(self.config.detector.pixel_um, exposure.binning, self.config.telescope.focal_length_mm)
     }
 
+    /// One exposure, ready to be read as flattened electrons inside the clip circle.
+    ///
+    /// # Errors
+    /// Whatever is wrong with this frame: [`Error::Io`], [`Error::GainNotTabulated`], [`Error::Flat`].
+    pub fn open<'a>(&'a self, exposure: &'a Exposure) -> Result<FrameReader<'a>> {
+        let gain = self.detector.gain(exposure)?;
+        FrameReader::open(exposure, gain, self.config.photometry.clip_radius_px, self.flat.as_ref())
+    }
+
     /// One exposure from disk to flattened, clipped electrons.
     ///
     /// # Errors
-    /// Whatever is wrong with this frame: [`Error::Fits`], [`Error::GainNotTabulated`], [`Error::Flat`].
-    pub fn reduce(&self, exposure: &Exposure) -> Result<Frame<Electrons>> {
-        let clip_radius_px = self.config.photometry.clip_radius_px;
-        let gain = self.detector.gain(exposure)?;
-        let mut frame = read(exposure, gain, clip_radius_px)? // Frame<Adu>
-            .into_electrons(); // pedestal gone, so dividing by the flat is now lawful
-        if let Some(flat) = &self.flat {
-            frame = frame.flattened(flat)?;
-        }
-        if let Some(radius_px) = clip_radius_px {
-            frame = frame.clipped(radius_px);
-        }
+    /// Those of [`Bench::open`]; [`Error::Fits`] if the file is damaged or none of its pixels can be used.
+    pub fn reduce(&self, exposure: &Exposure) -> Result<Held<'_>> {
+        self.usable(self.open(exposure)?.whole(&self.buffers)?)
+    }
+
+    /// A frame of which at least one pixel can be used.
+    ///
+    /// # Errors
+    /// [`Error::Fits`] if there is none.
+    pub fn usable<'a>(&self, frame: Held<'a>) -> Result<Held<'a>> {
         if frame.all_bad() {
             return Err(Error::Fits {
-                path: exposure.path.clone(),
+                path: frame.path.clone(),
                 problem: "no usable pixel: all are NaN, masked by the flat or outside the clip circle".into(),
             });
         }
         Ok(frame)
-    }
-
-    /// How many frames fit into memory at once, at most `jobs`.
-    ///
-    /// A frame in work costs about 20 bytes per pixel of the clip box (pixels, mask, detection); 600 MB are spent.
-    #[must_use]
-    pub fn frames_at_once(&self, exposures: &[&Exposure], jobs: usize) -> usize {
-        const BUDGET_BYTES: usize = 600 << 20;
-        const BYTES_PER_PX: usize = 20;
-        let side = self.config.photometry.clip_radius_px.map_or(usize::MAX, |r| 2 * r.ceil() as usize + 1);
-        let largest = exposures.iter().map(|e| e.size_px.0.min(side) * e.size_px.1.min(side)).max().unwrap_or(1);
-        (BUDGET_BYTES / (largest * BYTES_PER_PX).max(1)).clamp(1, jobs.max(1))
     }
 }
 
@@ -162,8 +164,15 @@ impl Bench {
 pub fn sha256_16(path: &Path) -> Result<String> {
     let mut file = std::fs::File::open(path).map_err(|e| Error::io(path, e))?;
     let mut hasher = Sha256::new();
-    std::io::copy(&mut file, &mut hasher).map_err(|e| Error::io(path, e))?;
-    Ok(hex16(&hasher.finalize()))
+    let mut buffer = vec![0; HASHED_BYTES];
+    loop {
+        match file.read(&mut buffer) {
+            Ok(0) => return Ok(hex16(&hasher.finalize())),
+            Ok(n) => hasher.update(&buffer[..n]),
+            Err(e) if e.kind() == std::io::ErrorKind::Interrupted => {}
+            Err(e) => return Err(Error::io(path, e)),
+        }
+    }
 }
 
 /// Hash of everything in the configuration that can change a result: not the folder the results go to.

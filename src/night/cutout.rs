@@ -3,12 +3,12 @@
 //! Frame pixels and electrons in, grey levels out. The picture holds aperture, annulus and a margin about the place that
 //! was measured, binned by whole pixels to at most [`SIDE`]; nothing is interpolated. Leaves out: what is drawn over it.
 
+use std::ops::Range;
+
 use crate::frames::{Electrons, Frame, mask};
-use crate::night::target::TargetFrame;
 use crate::photometry::stats::{mad_sigma, median};
 use crate::report::PhotometryRow;
 use crate::report::Thumb;
-use crate::report::gallery::worst_first;
 use crate::report::thumb::{GREYS, MASKED, OUTSIDE, SATURATED};
 
 /// Largest side of a picture in its own pixels.
@@ -22,10 +22,36 @@ const WHITE_SIGMA: f64 = 12.0;
 /// Below this the stretch is linear, above it logarithmic \[σ\].
 const SOFT_SIGMA: f64 = 3.0;
 
-/// The surroundings of the place measured, or of the search circle (x, y, radius \[px\]) of a frame without a detection;
-/// `None` without a place.
+/// The part of a frame that a picture shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extent {
+    /// First column and row \[px\]; may lie outside the frame.
+    x0: i64,
+    y0: i64,
+    /// Pixels of the frame to one of the picture.
+    bin: usize,
+    /// Side of the picture.
+    side: usize,
+    /// Search circle (x, y, radius \[px\]) of a frame without a detection.
+    search_px: Option<[f64; 3]>,
+}
+
+impl Extent {
+    /// Columns and rows of the frame it covers, as far as they are not negative.
+    #[must_use]
+    pub fn px(&self) -> (Range<usize>, Range<usize>) {
+        let along = |from: i64| {
+            let px = |at: i64| usize::try_from(at).unwrap_or(0);
+            px(from)..px(from + (self.side * self.bin) as i64)
+        };
+        (along(self.x0), along(self.y0))
+    }
+}
+
+/// The surroundings of the place measured, or of the search circle (x, y, radius \[px\]) of a frame without a detection,
+/// on a frame of `full_size_px`; `None` without a place.
 #[must_use]
-pub fn cutout(frame: &Frame<Electrons>, row: &PhotometryRow, search_px: [f64; 3]) -> Option<Thumb> {
+pub fn extent(row: &PhotometryRow, full_size_px: (usize, usize), search_px: [f64; 3]) -> Option<Extent> {
     let (mut x, mut y) = (row.x_px?, row.y_px?);
     let axes = [row.aper_r_px, row.aper_a_px.map(|a| a.hypot(row.aper_b_px.unwrap_or(0.0))), row.sky_out_px];
     let mut reach = axes.into_iter().flatten().filter(|r| r.is_finite()).fold(4.0, f64::max);
@@ -35,7 +61,7 @@ pub fn cutout(frame: &Frame<Electrons>, row: &PhotometryRow, search_px: [f64; 3]
         (x, y) = (search_px[0], search_px[1]);
     }
     // a search as large as the frame needs no more than the frame
-    let (nx, ny) = frame.full_size_px;
+    let (nx, ny) = full_size_px;
     let half = (reach * (1.0 + MARGIN) + 2.0).min(nx.max(ny) as f64);
     if !(x.abs() < 1e9 && y.abs() < 1e9 && half.is_finite()) {
         return None;
@@ -43,15 +69,20 @@ pub fn cutout(frame: &Frame<Electrons>, row: &PhotometryRow, search_px: [f64; 3]
     let bin = ((2.0 * half + 1.0) / SIDE as f64).ceil().max(1.0) as usize;
     let side = (((2.0 * half + 1.0) / bin as f64).ceil() as usize).clamp(1, SIDE);
     let corner = |centre: f64| (centre - (side * bin - 1) as f64 / 2.0).round() as i64;
-    let (x0, y0) = (corner(x), corner(y));
+    Some(Extent { x0: corner(x), y0: corner(y), bin, side, search_px: missed.then_some(search_px) })
+}
+
+/// The picture of that part of a frame, which holds it as far as there are pixels.
+#[must_use]
+pub fn cut(frame: &Frame<Electrons>, extent: &Extent) -> Thumb {
+    let Extent { x0, y0, bin, side, search_px } = *extent;
     let cells: Vec<Cell> = (0..side * side)
         .map(|k| {
             let at = |first: i64, step: usize| first + (step * bin) as i64;
             Cell::of(frame, at(x0, k % side), at(y0, k / side), bin)
         })
         .collect();
-    let search_px = missed.then_some(search_px);
-    Some(Thumb { width: side, height: side, bin, x0, y0, search_px, levels: stretched(&cells) })
+    Thumb { width: side, height: side, bin, x0, y0, search_px, levels: stretched(&cells) }
 }
 
 /// What a pixel of the picture holds.
@@ -120,15 +151,6 @@ fn stretched(cells: &[Cell]) -> Vec<u8> {
         .collect()
 }
 
-/// Keeps the pictures of the `most` frames that are worst, drops the others: 25 kB each.
-pub fn keep_worst(frames: &mut [TargetFrame], most: usize) {
-    let order = worst_first(frames.iter().map(|f| &f.row));
-    let with_picture: Vec<usize> = order.into_iter().filter(|i| frames[*i].thumb.is_some()).collect();
-    for i in with_picture.into_iter().skip(most) {
-        frames[i].thumb = None;
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::path::PathBuf;
@@ -148,6 +170,10 @@ mod tests {
             saturation_adu: 65_535.0,
         };
         Frame::from_electrons(PathBuf::from("x.fits"), pixels, gain)
+    }
+
+    fn cutout(frame: &Frame<Electrons>, row: &PhotometryRow, search_px: [f64; 3]) -> Option<Thumb> {
+        Some(cut(frame, &extent(row, frame.full_size_px, search_px)?))
     }
 
     fn row(x: f64, y: f64, r: f64) -> PhotometryRow {

@@ -20,6 +20,8 @@ pub struct Stage {
     pub name: String,
     /// Wall time \[s\].
     pub wall_s: f64,
+    /// Time of all cores together \[s\], where the system tells.
+    pub cpu_s: Option<f64>,
 }
 
 /// Earth-reflected integrals really evaluated.

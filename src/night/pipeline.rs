@@ -10,10 +10,13 @@ use crate::night::compare::residual_rows;
 use crate::night::detector_checks::check as check_detector;
 use crate::night::detector_report::write_checks;
 use crate::night::manifest::{Manifest, Stage, inputs_sha256, manifest_inputs};
+use crate::night::memory::Memory;
 use crate::night::outputs::{Outputs, file_name};
+use crate::night::pictures::pictures;
 use crate::night::previous::read_previous;
 use crate::night::progress::Progress;
-use crate::night::stages::{StarStage, master_flat, model_stage, star_stage, target_stage};
+use crate::night::stages::{master_flat, model_stage, target_stage, with_threads};
+use crate::night::star_stage::{StarStage, star_stage};
 use crate::night::summary::{Counts, Summary};
 use crate::night::survey::{Survey, site_note, survey};
 use crate::night::target::{empty_columns, failed_row};
@@ -27,6 +30,8 @@ use crate::report::{PhotometryRow, StarRow};
 pub struct Options {
     /// Threads; 0 = all cores.
     pub jobs: usize,
+    /// Memory the run may take; absent = [`Memory::default`].
+    pub max_memory_bytes: Option<usize>,
     /// Files instead of the configured inputs.
     pub files: Vec<PathBuf>,
     /// Any failed frame makes the exit code 3.
@@ -41,6 +46,12 @@ impl Options {
     pub fn threads(&self) -> usize {
         if self.jobs > 0 { self.jobs } else { std::thread::available_parallelism().map_or(1, usize::from) }
     }
+
+    /// Memory to use.
+    #[must_use]
+    pub fn memory(&self) -> Memory {
+        self.max_memory_bytes.map_or_else(Memory::default, |limit_bytes| Memory { limit_bytes, given: true })
+    }
 }
 
 /// Reduces a whole night and writes its tables, figures and summary to `<output>/<name>/`.
@@ -52,6 +63,7 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     let mut bench = Bench::prepare(config)?;
     let survey = survey(config, &options.files, &bench.target_names())?;
     refuse_hopeless(&survey, &bench)?;
+    let short_of_memory = options.memory().check(&survey, &bench)?;
     let folder = config.night.output.join(&config.night.name);
     std::fs::create_dir_all(&folder).map_err(|e| Error::NoInput {
         path: folder.clone(),
@@ -59,6 +71,7 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     })?;
 
     let mut log = Log::new(progress);
+    log.notes.extend(short_of_memory);
     log.notes.extend(site_note(&survey, &config.site));
     if survey.targets.is_empty() {
         log.notes.push(no_target(&survey, &bench));
@@ -71,7 +84,9 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     let mut poor = Vec::new();
     bench.zeropoint = zeropoint_stage(&mut star_rows, &stars, &bench, &mut poor, &mut log.notes)?;
     let mut frames = log.stage("target", |log| target_stage(&survey, &bench, options, progress, &mut log.notes))?;
-    let quadratures = log.stage("model", |log| model_stage(&mut frames, &bench, &mut log.notes));
+    pictures(&mut frames, &survey.targets, &bench, options)?;
+    let quadratures =
+        log.stage("model", |log| with_threads(options.jobs, || model_stage(&mut frames, &bench, &mut log.notes)))?;
 
     let (mut rows, thumbs): (Vec<PhotometryRow>, Vec<_>) = frames.into_iter().map(|f| (f.row, f.thumb)).unzip();
     rows.extend(std::mem::take(&mut stars.failed));
@@ -156,9 +171,10 @@ impl<'a> Log<'a> {
         Self { progress, stages: Vec::new(), notes: Vec::new() }
     }
     fn stage<T>(&mut self, name: &str, work: impl FnOnce(&mut Self) -> T) -> T {
-        let start = self.progress.elapsed_s();
+        let (start, cpu_start) = (self.progress.elapsed_s(), self.progress.cpu_s());
         let result = work(self);
-        self.stages.push(Stage { name: name.into(), wall_s: self.progress.elapsed_s() - start });
+        let cpu_s = self.progress.cpu_s().zip(cpu_start).map(|(end, start)| end - start);
+        self.stages.push(Stage { name: name.into(), wall_s: self.progress.elapsed_s() - start, cpu_s });
         result
     }
 }

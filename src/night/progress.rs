@@ -6,10 +6,16 @@ pub trait Progress: Sync {
     fn stage(&self, name: &str, total: usize);
     /// One step is done.
     fn tick(&self);
+    /// A file of so many bytes was worked on.
+    fn read(&self, _bytes: u64) {}
     /// The stage is over.
     fn done(&self);
     /// Seconds since the listener was made: the library itself never reads the clock.
     fn elapsed_s(&self) -> f64;
+    /// Time all cores have worked for this program \[s\], where the listener can tell.
+    fn cpu_s(&self) -> Option<f64> {
+        None
+    }
 }
 
 /// Listens to nothing.

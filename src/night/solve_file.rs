@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::config::{self, Config};
 use crate::error::{Error, Result};
-use crate::frames::{ElectronsPerAdu, Exposure, Gain, Header, Role, mid_time, pixel_scale_arcsec, read};
+use crate::frames::{Buffers, ElectronsPerAdu, Exposure, Gain, Header, Role, mid_time, pixel_scale_arcsec, read};
 use crate::night::rough::{RoughPosition, rough_positions};
 use crate::night::solve::{Search, catalogue_stars, solve_from};
 use crate::orbit::{EarthOrientation, Site};
@@ -110,11 +110,8 @@ impl FrameSolver {
             saturation_adu: f64::INFINITY,
         };
         let p = &self.photometry;
-        let frame = read(&exposure, gain, p.clip_radius_px)?.into_electrons();
-        let frame = match p.clip_radius_px {
-            Some(radius_px) => frame.clipped(radius_px),
-            None => frame,
-        };
+        let buffers = Buffers::default();
+        let frame = read(&exposure, gain, p.clip_radius_px, None, &buffers)?;
         let sky = background(&frame, p.mesh_px, p.clip_sigma)?;
         let sources = detect(&frame, &sky, p.detect_sigma, p.fwhm_px);
         let positions = self.positions(&exposure);

@@ -12,7 +12,8 @@ use crate::night::outputs::save;
 use crate::night::pipeline::Options;
 use crate::night::previous::{conditions, read_previous};
 use crate::night::progress::Progress;
-use crate::night::stages::{master_flat, star_stage, target_stage};
+use crate::night::stages::{master_flat, target_stage};
+use crate::night::star_stage::star_stage;
 use crate::night::summary::{Counts, zeropoint_text};
 use crate::night::survey::{Survey, survey};
 use crate::night::target::{failed_row, fill_geometry};
@@ -45,6 +46,7 @@ pub fn fit_stars(config: &Config, options: &Options, progress: &dyn Progress) ->
     let mut bench = Bench::prepare(config)?;
     let mut notes = Vec::new();
     let survey = survey_named(config, &options.files, Role::Stars, &bench.target_names(), &mut notes)?;
+    notes.extend(options.memory().check(&survey, &bench)?);
     bench.flat = master_flat(&survey, &bench, options, progress, &mut notes)?;
     let stars = star_stage(&survey, &bench, options, progress, &mut notes)?;
     notes.extend(stars.failed.iter().map(|r| format!("{}: {}", r.frame, r.reason)));
@@ -158,6 +160,7 @@ pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progre
     let mut bench = Bench::prepare(&config)?;
     let mut notes = Vec::new();
     let survey = survey_named(&config, &options.files, Role::Target, &bench.target_names(), &mut notes)?;
+    notes.extend(options.memory().check(&survey, &bench)?);
     bench.flat = master_flat(&survey, &bench, options, progress, &mut notes)?;
     if let Some(path) = &config.zeropoint.previous {
         let (zeropoint, told) = read_previous(path, &config, bench.flat.is_some())?;

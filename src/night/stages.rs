@@ -1,31 +1,26 @@
-//! The stages that go over many frames, each on its own threads: master flat, star pointings, target frames, model.
+//! The stages that go over many frames, each on its own threads: master flat, target frames, model.
+//!
+//! Star pointings are in [`super::star_stage`].
 
-use std::borrow::Cow;
 use std::sync::Mutex;
 
 use rayon::prelude::*;
 
-use crate::config::{self, Combine};
 use crate::error::{Error, Result};
-use crate::frames::{Exposure, MasterFlat};
+use crate::frames::{BAND_BYTES, Exposure, MasterFlat};
 use crate::night::bench::Bench;
-use crate::night::clock::mjd_utc;
 use crate::night::compare::{add_model, comparable};
-use crate::night::cutout::keep_worst;
 use crate::night::manifest::Quadratures;
 use crate::night::pipeline::Options;
-use crate::night::pointing::{Member, combined_rows, measure_member, single_rows};
 use crate::night::previous::age_note;
 use crate::night::progress::Progress;
+use crate::night::queue::in_order;
 use crate::night::survey::Survey;
-use crate::night::target::{ASSUMED_FWHM_ARCSEC, TargetFrame, failed_row, measure_frame};
+use crate::night::target::{ASSUMED_FWHM_ARCSEC, TargetFrame, failed_row, hash_and_measure, internal};
 use crate::night::vet::judge_night;
 use crate::photometry::aperture::Shape;
-use crate::photometry::catalogue::Catalogue;
-use crate::photometry::growth::{FrameGrowth, GrowthCurve, StarProfile};
-use crate::photometry::stats::median;
+use crate::report::PhotometryRow;
 use crate::report::summary::robust;
-use crate::report::{PhotometryRow, StarRow};
 
 /// The master flat: read if configured, made if there are flats, left out if there are none.
 ///
@@ -48,7 +43,7 @@ pub fn master_flat(
     }
     progress.stage("master flat", survey.flats.len());
     let flat = pool(options.threads())?
-        .install(|| MasterFlat::make(&survey.flats, &bench.detector, &bench.config.flat, clip))
+        .install(|| MasterFlat::make(&survey.flats, &bench.detector, &bench.config.flat, clip, BAND_BYTES))
         .map_err(|error| match error {
             Error::Flat { problem } => Error::Flat {
                 problem: format!(
@@ -70,174 +65,15 @@ pub fn with_threads<T: Send>(jobs: usize, work: impl FnOnce() -> T + Send) -> Re
     Ok(pool(Options { jobs, ..Options::default() }.threads())?.install(work))
 }
 
-fn pool(threads: usize) -> Result<rayon::ThreadPool> {
+/// A pool of `threads` threads.
+///
+/// # Errors
+/// As [`with_threads`].
+pub(super) fn pool(threads: usize) -> Result<rayon::ThreadPool> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
         .map_err(|e| Error::Config { key: "--jobs".into(), problem: format!("cannot start {threads} threads: {e}") })
-}
-
-/// What the star pointings gave.
-#[derive(Debug, Default)]
-pub struct StarStage {
-    /// One row per star and pointing (or member).
-    pub rows: Vec<StarRow>,
-    /// Star frames that failed.
-    pub failed: Vec<PhotometryRow>,
-    /// Median FWHM \[arcsec\].
-    pub fwhm_arcsec: Option<f64>,
-    /// Profile of the stars.
-    pub profile: Option<StarProfile>,
-    /// Their growth curve.
-    pub growth: Option<GrowthCurve>,
-    /// Star frames measured.
-    pub n_members: usize,
-}
-
-/// Measures every star pointing.
-///
-/// # Errors
-/// Only what is wrong with the machine; a failed frame is a row.
-pub fn star_stage(
-    survey: &Survey,
-    bench: &Bench,
-    options: &Options,
-    progress: &dyn Progress,
-    notes: &mut Vec<String>,
-) -> Result<StarStage> {
-    let (Some(stars), Some(catalogue)) = (&bench.config.stars, &bench.catalogue) else {
-        if survey.n_star_frames() > 0 {
-            notes.push(format!("{} star frames left out: no [stars] in the configuration", survey.n_star_frames()));
-        }
-        return Ok(StarStage::default());
-    };
-    let exposures: Vec<&Exposure> = survey.pointings.iter().flatten().collect();
-    let catalogue = &of_date(catalogue, &exposures, stars.epoch_jyear, notes);
-    progress.stage("star pointings", exposures.len());
-    let measure = |exposure: &&Exposure| -> Result<Member> {
-        let exposure: &Exposure = exposure;
-        let work = std::panic::AssertUnwindSafe(|| measure_member(exposure, bench, catalogue));
-        let member = std::panic::catch_unwind(work).unwrap_or_else(|_| {
-            Err(Error::Fits { path: exposure.path.clone(), problem: "internal error while reading this frame".into() })
-        });
-        progress.tick();
-        member
-    };
-    let threads = bench.frames_at_once(&exposures, options.threads());
-    let results: Vec<Result<Member>> = pool(threads)?.install(|| exposures.par_iter().map(measure).collect());
-    progress.done();
-
-    let mut stage = StarStage::default();
-    let mut pointings: Vec<Vec<Member>> = Vec::new();
-    let mut results = results.into_iter();
-    for pointing in &survey.pointings {
-        let mut members = Vec::new();
-        for exposure in pointing {
-            match results.next() {
-                Some(Ok(member)) => members.push(member),
-                Some(Err(error)) => {
-                    let mut row = failed_row(&exposure.name, &error);
-                    row.object_name = exposure.object.clone().unwrap_or_default();
-                    row.exptime_s = Some(exposure.exptime_s);
-                    stage.failed.push(row);
-                }
-                None => {}
-            }
-        }
-        // a pointing of which no frame could be measured has no number: it is missing in the tables
-        if !members.is_empty() {
-            pointings.push(members);
-        }
-    }
-    if bench.config.photometry.aper_correction {
-        (stage.growth, stage.profile) = star_profile(&mut pointings, &bench.config.photometry, notes);
-    }
-    let mut fwhm: Vec<f64> = Vec::new();
-    for (number, members) in pointings.iter().enumerate() {
-        fwhm.extend(members.iter().map(|m| m.fwhm_px * m.scale_arcsec));
-        notes.extend(members.iter().filter(|m| !m.note.is_empty()).map(|m| format!("{}: {}", m.frame, m.note)));
-        stage.n_members += members.len();
-        match stars.combine {
-            Combine::Median => stage.rows.extend(combined_rows(members, number, catalogue)),
-            Combine::None => stage.rows.extend(members.iter().flat_map(|m| single_rows(m, number, catalogue))),
-        }
-    }
-    stage.fwhm_arcsec = robust(&fwhm).map(|(median, _)| median);
-    if catalogue.n_skipped > 0 {
-        let why = catalogue.skipped.first().map(|s| format!(", e.g. {s}")).unwrap_or_default();
-        notes.push(format!("catalogue: {} rows skipped{why}", catalogue.n_skipped));
-    }
-    notes.extend(catalogue.notes.iter().map(|note| format!("catalogue: {note}")));
-    Ok(stage)
-}
-
-/// The catalogue with its stars where they stand at the first exposure; one without proper motions as it is.
-fn of_date<'a>(
-    catalogue: &'a Catalogue,
-    exposures: &[&Exposure],
-    epoch_jyear: f64,
-    notes: &mut Vec<String>,
-) -> Cow<'a, Catalogue> {
-    let Some(mid) = exposures.iter().find_map(|e| e.time.as_ref()).map(|t| t.mid) else {
-        return Cow::Borrowed(catalogue);
-    };
-    if !catalogue.has_motions() {
-        return Cow::Borrowed(catalogue);
-    }
-    // Julian year = 2000 + (MJD − 51544.5) / 365.25
-    let jyear = 2000.0 + (mjd_utc(mid) - 51_544.5) / 365.25;
-    notes.push(format!("catalogue: places moved to {jyear:.2} by their proper motions"));
-    Cow::Owned(catalogue.moved_to(jyear, epoch_jyear))
-}
-
-/// The profile of the night's stars, and that of every frame: as wide as its own stars, or else its pointing's, or else
-/// the night's.
-fn star_profile(
-    pointings: &mut [Vec<Member>],
-    photometry: &config::Photometry,
-    notes: &mut Vec<String>,
-) -> (Option<GrowthCurve>, Option<StarProfile>) {
-    let curves: Vec<&FrameGrowth> = pointings.iter().flatten().filter_map(|m| m.growth.as_ref()).collect();
-    // radii in units of the measured FWHM: the configured ones, unless the configuration gives a FWHM of its own
-    let radius = |k: usize, configured: f64| {
-        let of = |m: &Member| Some(m.radii_px[k] / m.growth.as_ref()?.fwhm_px);
-        median(&mut pointings.iter().flatten().filter_map(of).collect::<Vec<_>>()).unwrap_or(configured)
-    };
-    let sky = (radius(1, photometry.sky_in_fwhm), radius(2, photometry.sky_out_fwhm));
-    let Some(growth) = GrowthCurve::of_night(&curves, radius(0, photometry.aper_r_fwhm), sky) else {
-        if pointings.iter().any(|p| !p.is_empty()) {
-            let n: usize = curves.iter().map(|c| c.n_stars).sum();
-            notes.push(format!(
-                "no aperture correction: {n} bright, isolated, unsaturated stars are too few for a growth curve"
-            ));
-        }
-        return (None, None);
-    };
-    let own: Vec<Vec<Option<StarProfile>>> = pointings
-        .iter()
-        .map(|p| p.iter().map(|m| m.growth.as_ref()?.profile(&growth.profile, m.fwhm_px)).collect())
-        .collect();
-    let ratio = |profiles: &mut dyn Iterator<Item = &Option<StarProfile>>| {
-        median(&mut profiles.flatten().map(|p| p.fwhm_ratio).collect::<Vec<_>>())
-    };
-    let fwhm_ratio = ratio(&mut own.iter().flatten()).unwrap_or(growth.profile.fwhm_ratio);
-    let night = StarProfile { fwhm_ratio, ..growth.profile };
-    let mut lent = 0;
-    for (members, own) in pointings.iter_mut().zip(&own) {
-        let of_pointing = ratio(&mut own.iter()).map_or(night, |fwhm_ratio| StarProfile { fwhm_ratio, ..night });
-        for (member, own) in members.iter_mut().zip(own) {
-            lent += usize::from(own.is_none());
-            member.profile = Some(own.unwrap_or(of_pointing));
-        }
-    }
-    notes.push(growth.explanation());
-    if lent > 0 {
-        notes.push(format!(
-            "{lent} star frames have too few bright stars for the width of their own profile: it is their pointing's or \
-             the night's"
-        ));
-    }
-    (Some(growth), Some(night))
 }
 
 /// Measures every target frame; the row and the geometry of each.
@@ -269,23 +105,18 @@ pub fn target_stage(
     }
     let exposures: Vec<&Exposure> = survey.targets.iter().collect();
     progress.stage("target frames", exposures.len());
-    let threads = bench.frames_at_once(&exposures, options.threads());
-    let rows = pool(threads)?.install(|| {
-        exposures
-            .par_iter()
-            .map(|exposure| {
-                let row = measure_frame(exposure, bench);
-                progress.tick();
-                row
-            })
-            .collect()
-    });
+    let room = options.memory().target_frames(bench, &exposures, options.threads());
+    let lost = |exposure: &Exposure| TargetFrame {
+        row: failed_row(&exposure.name, &internal(exposure)),
+        geometry: None,
+        thumb: None,
+    };
+    let mut rows = in_order(&exposures, room, progress, |exposure| hash_and_measure(exposure, bench), lost)?;
+    bench.buffers.clear();
     progress.done();
-    let mut rows: Vec<TargetFrame> = rows;
     limits_for_the_size_of_the_object(&mut rows);
     notes.extend(age_note(rows.iter().map(|f| &f.row)));
     judge_night(&mut rows, &bench.config);
-    keep_worst(&mut rows, bench.config.vetting.gallery_frames);
     Ok(rows)
 }
 

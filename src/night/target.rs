@@ -6,16 +6,15 @@ use crate::error::{Error, Result};
 use crate::frames::Exposure;
 use crate::night::bench::{Bench, sha256_16};
 use crate::night::clock::{iso_utc, mjd_utc};
-use crate::night::cutout::cutout;
 use crate::night::previous::other_night;
+use crate::night::surroundings::look;
 use crate::night::vet::judge;
 use crate::orbit::Geometry;
 use crate::photometry::Flags;
 use crate::photometry::aperture::Shape;
-use crate::photometry::background::background;
 use crate::photometry::flux::Flux;
 use crate::photometry::surface_brightness::inst_mu;
-use crate::photometry::target::{Light, TargetFound, TargetSettings, measure_target};
+use crate::photometry::target::{Light, TargetFound, TargetSettings};
 use crate::report::{PhotometryRow, Thumb};
 
 /// FWHM taken when neither star pointings nor the configuration give one \[arcsec\].
@@ -44,11 +43,20 @@ pub struct TargetFrame {
     pub row: PhotometryRow,
     /// Where the satellite stood.
     pub geometry: Option<Geometry>,
-    /// A small picture of the target.
+    /// A small picture of the target, where [`super::pictures`] made one.
     pub thumb: Option<Thumb>,
 }
 
-/// Measures the target in one frame, with the geometry of its moment.
+/// Measures the target in one frame as [`measure_frame`] does, and takes the hash of its file beside that.
+#[must_use]
+pub fn hash_and_measure(exposure: &Exposure, bench: &Bench) -> TargetFrame {
+    let (hash, mut frame) = rayon::join(|| sha256_16(&exposure.path), || measure_frame(exposure, bench));
+    frame.row.frame_sha256 = hash.unwrap_or_default();
+    frame
+}
+
+/// Measures the target in one frame, with the geometry of its moment; leaves out the hash of the file, for which all of
+/// it must be read.
 #[must_use]
 pub fn measure_frame(exposure: &Exposure, bench: &Bench) -> TargetFrame {
     let mut row = header_columns(exposure, bench);
@@ -62,28 +70,28 @@ pub fn measure_frame(exposure: &Exposure, bench: &Bench) -> TargetFrame {
         }
     };
     // a damaged file must cost one row even where a library panics on it
-    let mut thumb = None;
-    let measured = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-        measure_columns(&mut row, &mut thumb, exposure, bench)
-    }));
-    let result = measured.unwrap_or_else(|_| {
-        Err(Error::Fits { path: exposure.path.clone(), problem: "internal error while reading this frame".into() })
-    });
-    if let Err(error) = result {
+    let measured =
+        std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| measure_columns(&mut row, exposure, bench)));
+    if let Err(error) = measured.unwrap_or_else(|_| Err(internal(exposure))) {
         row.status = "failed".into();
         row.reason = error.to_string();
     } else {
         calibrate(&mut row, bench);
     }
     judge(&mut row, &bench.config.vetting);
-    TargetFrame { row, geometry, thumb }
+    TargetFrame { row, geometry, thumb: None }
+}
+
+/// What is told of a frame on which the program itself failed.
+#[must_use]
+pub fn internal(exposure: &Exposure) -> Error {
+    Error::Fits { path: exposure.path.clone(), problem: "internal error while reading this frame".into() }
 }
 
 /// Identity, time and optics, from the header alone.
 fn header_columns(exposure: &Exposure, bench: &Bench) -> PhotometryRow {
     let mut row = PhotometryRow {
         frame: exposure.name.clone(),
-        frame_sha256: sha256_16(&exposure.path).unwrap_or_default(),
         object_name: exposure.object.clone().unwrap_or_default(),
         exptime_s: Some(exposure.exptime_s),
         filter: exposure.filter.clone().unwrap_or_default(),
@@ -148,38 +156,19 @@ pub fn fill_geometry(row: &mut PhotometryRow, g: &Geometry) {
     }
 }
 
-/// Finds and measures the target.
-fn measure_columns(
-    row: &mut PhotometryRow,
-    thumb: &mut Option<Thumb>,
-    exposure: &Exposure,
-    bench: &Bench,
-) -> Result<()> {
-    let p = &bench.config.photometry;
-    let t = &bench.config.target;
+/// FWHM of the stars of this frame \[px\], if the configuration or the star pointings tell.
+fn known_fwhm_px(exposure: &Exposure, bench: &Bench) -> Option<f64> {
+    bench.config.photometry.fwhm_px.or(bench.fwhm_arcsec.map(|f| f / bench.scale_arcsec(exposure)))
+}
+
+/// Where and how the target is looked for in one frame.
+#[must_use]
+pub fn target_settings(exposure: &Exposure, bench: &Bench) -> TargetSettings {
+    let (p, t) = (&bench.config.photometry, &bench.config.target);
     let scale_arcsec = bench.scale_arcsec(exposure);
-    let fwhm_px =
-        p.fwhm_px.or(bench.fwhm_arcsec.map(|f| f / scale_arcsec)).unwrap_or(ASSUMED_FWHM_ARCSEC / scale_arcsec);
-    let frame = bench.reduce(exposure)?;
-    row.e_per_adu = Some(frame.gain.e_per_adu.0);
-    row.e_per_adu_source = frame.gain.source.clone();
-    row.read_noise_e = Some(frame.gain.read_noise_e);
-    row.fwhm_px = p.fwhm_px.or(bench.fwhm_arcsec.map(|f| f / scale_arcsec));
-    if bench.flat.is_none() {
-        row.flags |= Flags::NO_FLAT.0;
-    }
-    let sky = background(&frame, p.mesh_px, p.clip_sigma)?;
-    row.sky_corner_ratio = sky.corner_ratio();
+    let fwhm_px = known_fwhm_px(exposure, bench).unwrap_or(ASSUMED_FWHM_ARCSEC / scale_arcsec);
     let (nx, ny) = exposure.size_px;
-    for (key, at, n) in [("target.x_px", t.x_px, nx), ("target.y_px", t.y_px, ny)] {
-        if let Some(at) = at.filter(|at| *at < -0.5 || *at > n as f64 - 0.5) {
-            return Err(Error::Config {
-                key: key.into(),
-                problem: format!("{at} is outside this frame of {nx} x {ny} px"),
-            });
-        }
-    }
-    let settings = TargetSettings {
+    TargetSettings {
         x_px: t.x_px.unwrap_or((nx as f64 - 1.0) / 2.0),
         y_px: t.y_px.unwrap_or((ny as f64 - 1.0) / 2.0),
         search_radius_px: t.search_radius_arcsec / scale_arcsec,
@@ -192,9 +181,37 @@ fn measure_columns(
         clip_sigma: p.clip_sigma,
         shape: t.shape,
         contam_frac: bench.config.vetting.contam_caution_frac,
-    };
-    let well_e = (frame.gain.saturation_adu - frame.gain.pedestal_adu) * frame.gain.e_per_adu.0;
-    match measure_target(&frame, &sky, &settings) {
+    }
+}
+
+/// Finds and measures the target.
+fn measure_columns(row: &mut PhotometryRow, exposure: &Exposure, bench: &Bench) -> Result<()> {
+    let t = &bench.config.target;
+    let (nx, ny) = exposure.size_px;
+    for (key, at, n) in [("target.x_px", t.x_px, nx), ("target.y_px", t.y_px, ny)] {
+        if let Some(at) = at.filter(|at| *at < -0.5 || *at > n as f64 - 0.5) {
+            return Err(Error::Config {
+                key: key.into(),
+                problem: format!("{at} is outside this frame of {nx} x {ny} px"),
+            });
+        }
+    }
+    let scale_arcsec = bench.scale_arcsec(exposure);
+    let settings = target_settings(exposure, bench);
+    let fwhm_px = settings.fwhm_px;
+    let reader = bench.open(exposure)?;
+    let seen = look(&reader, bench, &settings)?;
+    let gain = reader.gain();
+    row.e_per_adu = Some(gain.e_per_adu.0);
+    row.e_per_adu_source = gain.source.clone();
+    row.read_noise_e = Some(gain.read_noise_e);
+    row.fwhm_px = known_fwhm_px(exposure, bench);
+    if bench.flat.is_none() {
+        row.flags |= Flags::NO_FLAT.0;
+    }
+    row.sky_corner_ratio = seen.corner_ratio;
+    let well_e = (gain.saturation_adu - gain.pedestal_adu) * gain.e_per_adu.0;
+    match seen.found {
         TargetFound::Detected { flux, x_px, y_px, light, along_trails } => {
             row.x_px = Some(x_px);
             row.y_px = Some(y_px);
@@ -225,7 +242,6 @@ fn measure_columns(
             row.limit_v_mag = inst_limit(limit_e, exposure.exptime_s, corr_mag);
         }
     }
-    *thumb = cutout(&frame, row, [settings.x_px, settings.y_px, settings.search_radius_px]);
     Ok(())
 }
 

@@ -25,20 +25,23 @@ fn windowed(frame: &Frame<Electrons>, background: &Background, x: f64, y: f64, s
     let bounds = Bounds::of(frame);
     let reach = WINDOW_SIGMA * sigma;
     let sky = background.level(x, y);
+    let weight = |d: f64| (-0.5 * d * d / (sigma * sigma)).exp();
+    let columns: Vec<(usize, f64, f64)> = cells(x - reach, x + reach, bounds.x0, bounds.x1)
+        .map(|i| (i - bounds.x0, i as f64 - x, weight(i as f64 - x)))
+        .collect();
     let (mut sum, mut sx, mut sy, mut sq) = (0.0, 0.0, 0.0, 0.0);
     for j in cells(y - reach, y + reach, bounds.y0, bounds.y1) {
-        for i in cells(x - reach, x + reach, bounds.x0, bounds.x1) {
-            let at = [j - bounds.y0, i - bounds.x0];
-            let value = f64::from(frame.pixels[at]);
-            if frame.mask[at] & (mask::BAD | mask::CLIPPED) != 0 || !value.is_finite() {
-                continue;
-            }
-            let (dx, dy) = (i as f64 - x, j as f64 - y);
+        let (pixels, bits) = (frame.pixels.row(j - bounds.y0), frame.mask.row(j - bounds.y0));
+        let dy = j as f64 - y;
+        // the window is the product of two: an exponential per row and column, not per pixel
+        let of_row = weight(dy);
+        for &(i, dx, of_column) in &columns {
+            let value = f64::from(pixels[i]);
             let r2 = dx * dx + dy * dy;
-            if r2 > reach * reach {
+            if bits[i] & (mask::BAD | mask::CLIPPED) != 0 || !value.is_finite() || r2 > reach * reach {
                 continue;
             }
-            let w = (-0.5 * r2 / (sigma * sigma)).exp() * (value - sky);
+            let w = of_row * of_column * (value - sky);
             sum += w;
             sx += w * dx;
             sy += w * dy;

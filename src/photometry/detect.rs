@@ -3,18 +3,16 @@
 //! Electrons and full-frame pixels. Fluxes here are isophotal: good for sorting and matching, never for magnitudes.
 //! Leaves out: galaxies, profile fits.
 
-use rayon::prelude::*;
-
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::Flags;
 use crate::photometry::background::Background;
 use crate::photometry::centroid::{FWHM_PER_SIGMA, adaptive_fwhm};
-use crate::photometry::label::{Run, label, runs_of_row};
-use crate::photometry::smooth::{Kernel, level_offset, net_row, smooth_band};
+use crate::photometry::label::{Run, label};
+use crate::photometry::net::{Net, level_offset};
+use crate::photometry::smooth::Kernel;
 use crate::photometry::stats;
+use crate::photometry::threshold::runs_above;
 
-/// Rows smoothed at a time by one thread.
-const BAND_ROWS: usize = 128;
 /// FWHM of the filter where none is known \[px\].
 const DEFAULT_FWHM_PX: f64 = 3.0;
 
@@ -61,7 +59,7 @@ struct Sums {
 ///
 /// The frame is smoothed with a Gaussian of `fwhm_px` (3 px if unknown): for a star of that width the threshold is its
 /// signal-to-noise. Components are 8-connected; moments are of the unsmoothed pixels. Sorted by flux, brightest first;
-/// the same for any number of threads. Memory: bands of 128 rows and the runs above the threshold.
+/// the same for any number of threads. Memory: a tile of the frame per thread and the runs above the threshold.
 #[must_use]
 pub fn detect(
     frame: &Frame<Electrons>,
@@ -69,35 +67,18 @@ pub fn detect(
     threshold_sigma: f64,
     fwhm_px: Option<f64>,
 ) -> Vec<Source> {
-    let (ny, nx) = frame.pixels.dim();
     let kernel = Kernel::gaussian(fwhm_px.unwrap_or(DEFAULT_FWHM_PX));
-    let offset_e = level_offset(frame, background, 0..ny, 0..nx);
+    let net = Net::new(frame, background, level_offset(frame, background));
     let per_rms = (threshold_sigma * kernel.noise_factor()) as f32;
-    let bands: Vec<Vec<Run>> = (0..ny.div_ceil(BAND_ROWS))
-        .into_par_iter()
-        .map(|band| {
-            let mut runs = Vec::new();
-            let mut rms = vec![0f32; nx];
-            let rows = band * BAND_ROWS..((band + 1) * BAND_ROWS).min(ny);
-            smooth_band(frame, background, offset_e, &kernel, rows, |j, row| {
-                background.rms_row(frame.origin_px.1 + j, frame.origin_px.0, &mut rms);
-                runs_of_row(j, row.iter().zip(&rms).map(|(v, r)| *v > per_rms * r && *v > 0.0), &mut runs);
-            });
-            runs
-        })
-        .collect();
-    let runs: Vec<Run> = bands.into_iter().flatten().collect();
+    let runs = runs_above(&net, frame.pixels.dim(), &kernel, per_rms);
     let (labels, n) = label(&runs);
     let mut sums: Vec<Option<Sums>> = vec![None; n];
-    let mut net = vec![0f32; nx];
-    let mut row_held = usize::MAX;
+    let mut pixels = vec![0f32; frame.pixels.ncols()];
     for (run, &component) in runs.iter().zip(&labels) {
-        if run.row != row_held {
-            net_row(frame, background, offset_e, run.row, &mut net);
-            row_held = run.row;
-        }
+        let pixels = &mut pixels[..run.columns.len()];
+        net.part(run.row, run.columns.clone(), pixels);
         let sums = sums[component].get_or_insert_with(|| Sums::at(run.columns.start as f64, run.row as f64));
-        sums.add(run, &net, frame);
+        sums.add(run, pixels, &net, frame.pixels.dim());
     }
     let mut sources: Vec<Source> = sums.into_iter().flatten().map(|s| s.source(frame.origin_px)).collect();
     sources
@@ -111,12 +92,11 @@ impl Sums {
         Self { x0, y0, npix: 0, peak: f64::NEG_INFINITY, by_flux, by_pixel, flags: Flags::default() }
     }
 
-    fn add(&mut self, run: &Run, net: &[f32], frame: &Frame<Electrons>) {
-        let (ny, nx) = frame.pixels.dim();
+    fn add(&mut self, run: &Run, pixels: &[f32], net: &Net, (ny, nx): (usize, usize)) {
         let y = run.row as f64 - self.y0;
-        let bits = frame.mask.row(run.row);
-        for i in run.columns.clone() {
-            let (x, w, m) = (i as f64 - self.x0, f64::from(net[i]), bits[i]);
+        let (_, bits) = net.rows.part(run.row, run.columns.clone());
+        for ((i, w), m) in run.columns.clone().zip(pixels).zip(bits) {
+            let (x, w) = (i as f64 - self.x0, f64::from(*w));
             for (sum, term) in self.by_pixel.iter_mut().zip([1.0, x, y, x * x, y * y, x * y]) {
                 *sum += term;
             }
@@ -188,9 +168,13 @@ pub fn stellar_fwhm(frame: &Frame<Electrons>, background: &Background, sources: 
     let isolated = |k: usize| {
         let s = &sources[k];
         let reach = 4.0 * s.fwhm_px + 4.0;
-        sources.iter().enumerate().all(|(other, o)| {
-            other == k || o.flux_e < 0.02 * s.flux_e || (o.x_px - s.x_px).hypot(o.y_px - s.y_px) > reach
-        })
+        // far away in one axis, as nearly all are, needs no distance
+        let far = |o: &Source| {
+            (o.x_px - s.x_px).abs() > reach
+                || (o.y_px - s.y_px).abs() > reach
+                || (o.x_px - s.x_px).hypot(o.y_px - s.y_px) > reach
+        };
+        sources.iter().enumerate().all(|(other, o)| other == k || o.flux_e < 0.02 * s.flux_e || far(o))
     };
     let mut widths: Vec<f64> = (0..sources.len())
         .filter(|&k| clean(&sources[k]) && isolated(k))
@@ -202,3 +186,7 @@ pub fn stellar_fwhm(frame: &Frame<Electrons>, background: &Background, sources: 
         .collect();
     stats::sigma_clip(&mut widths, 3.0).map(|c| c.median)
 }
+
+#[cfg(test)]
+#[path = "detect_tests.rs"]
+mod tests;

@@ -21,7 +21,8 @@ impl Flags {
     pub const CROWDED_ANNULUS: Flags = Flags(1 << 5);
     /// No usable annulus: the background mesh was used instead.
     pub const NO_ANNULUS: Flags = Flags(1 << 6);
-    /// The aperture holds light of another catalogue star, more than 0.3 of the flux error.
+    /// The aperture holds light of another catalogue star, more than 0.3 of the flux error; or the match with the
+    /// catalogue is ambiguous: a second star fits the image, or another one bright enough to matter claims it too.
     pub const NEIGHBOUR: Flags = Flags(1 << 7);
     /// The target is elongated (smear, rotation or its own shape).
     pub const ELONGATED: Flags = Flags(1 << 8);

@@ -4,16 +4,21 @@
 //! Poisson counts. Leaves out: the flat's own noise; a flattened frame's electrons are taken as if they had been
 //! counted, which is right to the flat's departure from 1.
 
+use multiversion::multiversion;
+use rayon::prelude::*;
+
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::Flags;
-use crate::photometry::aperture::{Bounds, Shape, cells, for_each_pixel};
+pub(crate) use crate::photometry::annulus::{Sky, annulus_sky, clipped_sky};
+use crate::photometry::annulus::{no_bits, whole_annulus_sky};
+use crate::photometry::aperture::{Bounds, Shape, for_each_row};
 use crate::photometry::background::Background;
-use crate::photometry::stats;
+use crate::photometry::clip::Scratch;
 
-/// Fewest annulus pixels of a sky; below, the background mesh is used.
-const MIN_SKY_PX: usize = 16;
-/// Share of clipped annulus pixels beyond what noise explains, from which the annulus is called crowded.
-const CROWDED_FRAC: f64 = 0.02;
+/// Stars measured by one task: enough to outweigh its start, few enough to share out.
+const STARS_PER_TASK: usize = 32;
+/// f64 sums are kept in this many lanes on every machine, so that all give the same bits.
+const LANES: usize = 8;
 
 /// A measured flux with everything that went into it.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,86 +75,49 @@ pub fn measure(
     sky_out_px: f64,
     clip_sigma: f64,
 ) -> Flux {
-    let sky = annulus_sky(frame, background, (x_px, y_px), (sky_in_px, sky_out_px), clip_sigma, |_, _| false);
-    flux_over_sky(frame, (x_px, y_px), shape, (sky_in_px, sky_out_px), &sky, |_, _| 0.0)
+    let scratch = &mut Scratch::default();
+    measure_with(scratch, frame, background, (x_px, y_px), shape, (sky_in_px, sky_out_px), clip_sigma)
 }
 
-/// The sky of one annulus.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Sky {
-    pub level_e: f64,
-    pub err_e: f64,
-    pub rms_e: f64,
-    /// Pixels kept.
-    pub n: usize,
-    pub flags: Flags,
-}
-
-/// The sky from the unmasked annulus pixels for which `exclude(i, j)` is false.
-pub(crate) fn annulus_sky(
+/// [`measure`] of many stars, in the order of `positions`: each as if alone, to the bit, on any number of threads.
+///
+/// They are visited in the order of their rows, so that the frame passes through memory once.
+#[must_use]
+pub fn measure_all(
     frame: &Frame<Electrons>,
     background: &Background,
-    (x, y): (f64, f64),
-    (inner, outer): (f64, f64),
+    positions: &[(f64, f64)],
+    shape: Shape,
+    (sky_in_px, sky_out_px): (f64, f64),
     clip_sigma: f64,
-    exclude: impl Fn(usize, usize) -> bool,
-) -> Sky {
-    let mut flags = Flags::default();
-    let mut values = Vec::new();
-    let mut excluded = 0usize;
-    let bounds = Bounds::of(frame);
-    let (inner2, outer2) = (inner.max(0.0).powi(2), outer.max(0.0).powi(2));
-    for j in cells(y - outer, y + outer, bounds.y0, bounds.y1) {
-        let dy2 = (j as f64 - y).powi(2);
-        let reach = (outer2 - dy2).max(0.0).sqrt();
-        let row = frame.pixels.row(j - bounds.y0);
-        let bits = frame.mask.row(j - bounds.y0);
-        for i in cells(x - reach, x + reach, bounds.x0, bounds.x1) {
-            let r2 = (i as f64 - x).powi(2) + dy2;
-            if r2 < inner2 || r2 > outer2 {
-                continue;
-            }
-            let (v, m) = (f64::from(row[i - bounds.x0]), bits[i - bounds.x0]);
-            if m & mask::CLIPPED != 0 {
-                flags.set(Flags::CLIP_EDGE);
-            }
-            if m != 0 || !v.is_finite() {
-                continue;
-            }
-            if exclude(i, j) {
-                excluded += 1;
-            } else {
-                values.push(v);
-            }
-        }
-    }
-    let sampled = values.len() + excluded;
-    let estimate = if values.len() >= MIN_SKY_PX { clipped_sky(&mut values, 0.0, clip_sigma) } else { None };
-    let Some((level_e, err_e, clipped)) = estimate else {
-        flags.set(Flags::NO_ANNULUS);
-        let rms_e = background.rms(x, y);
-        return Sky { level_e: background.level(x, y), err_e: background.level_err(x, y), rms_e, n: 0, flags };
-    };
-    let by_noise = 1.0 - stats::gauss_within(clip_sigma);
-    let tolerated = sampled as f64 * (by_noise + CROWDED_FRAC) + 5.0 * (sampled as f64 * by_noise).sqrt();
-    if (clipped.n_rejected + excluded) as f64 > tolerated {
-        flags.set(Flags::CROWDED_ANNULUS);
-    }
-    Sky { level_e, err_e, rms_e: clipped.sigma, n: clipped.n, flags }
+) -> Vec<Flux> {
+    let mut by_row: Vec<usize> = (0..positions.len()).collect();
+    by_row.sort_by(|&a, &b| positions[a].1.total_cmp(&positions[b].1));
+    let mut fluxes: Vec<(usize, Flux)> = by_row
+        .par_chunks(STARS_PER_TASK)
+        .flat_map_iter(|stars| {
+            let mut scratch = Scratch::default();
+            stars.iter().map(move |&k| {
+                let radii = (sky_in_px, sky_out_px);
+                (k, measure_with(&mut scratch, frame, background, positions[k], shape, radii, clip_sigma))
+            })
+        })
+        .collect();
+    fluxes.sort_unstable_by_key(|(k, _)| *k);
+    fluxes.into_iter().map(|(_, flux)| flux).collect()
 }
 
-/// Level and error of the sky from its pixels less `zero_e`, unbiased for Poisson counts with Gaussian read noise.
-///
-/// The median of skewed noise lies below its mean: median = μ − c σγ, γ = λ/σ³ with λ = S the Poisson share of the
-/// variance. For a plain median c = 1/6: a sixth of an electron per pixel, 50 e⁻ in an aperture of 300 px.
-pub(crate) fn clipped_sky(values: &mut [f64], zero_e: f64, clip_sigma: f64) -> Option<(f64, f64, stats::Clipped)> {
-    let clipped = stats::sigma_clip(values, clip_sigma)?;
-    let location = stats::smoothed_median(&values[..clipped.n], clipped.median, clipped.sigma)?;
-    let variance = clipped.sigma * clipped.sigma;
-    let poisson_share = if variance > 0.0 { ((location + zero_e).max(0.0) / variance).min(1.0) } else { 0.0 };
-    let level = location + stats::smoothed_median_skew_shift(clip_sigma) * poisson_share;
-    let err = (stats::smoothed_median_variance_factor() * variance / clipped.n as f64).sqrt();
-    Some((level, err, clipped))
+fn measure_with(
+    scratch: &mut Scratch,
+    frame: &Frame<Electrons>,
+    background: &Background,
+    at: (f64, f64),
+    shape: Shape,
+    radii: (f64, f64),
+    clip_sigma: f64,
+) -> Flux {
+    let sky = whole_annulus_sky(frame, background, at, radii, clip_sigma, scratch);
+    flux_over_sky(frame, at, shape, radii, &sky, |_, _| 0.0)
 }
 
 /// The aperture sum over a given sky; `extra_variance(i, j)` \[e⁻²\] is added for every covered pixel.
@@ -164,25 +132,48 @@ pub(crate) fn flux_over_sky(
     let bounds = Bounds::of(frame);
     let mut flags = sky.flags;
     let (mut area, mut good_area, mut sum, mut extra, mut peak) = (0.0, 0.0, 0.0, 0.0, f64::NAN);
-    for_each_pixel(&shape, x, y, bounds, |i, j, fraction| {
-        let at = [j - bounds.y0, i - bounds.x0];
-        let (v, m) = (f64::from(frame.pixels[at]), frame.mask[at]);
-        area += fraction;
-        if m & mask::SATURATED != 0 {
-            flags.set(Flags::SATURATED);
+    for_each_row(&shape, x, y, bounds, |first, j, shares| {
+        let columns = first - bounds.x0..first - bounds.x0 + shares.len();
+        let (pixels, bits) = (frame.pixels.row(j - bounds.y0), frame.mask.row(j - bounds.y0));
+        // a row at once, if all of it is good: a sum that is finite has no other terms
+        if let (Some(pixels), Some(bits)) = (pixels.to_slice(), bits.to_slice()) {
+            let of_row = row_sums(&pixels[columns.clone()], shares, sky.level_e);
+            if of_row.sum.is_finite() && no_bits(&bits[columns.clone()]) {
+                area += of_row.area;
+                good_area += of_row.area;
+                sum += of_row.sum;
+                if of_row.area > 0.0 {
+                    peak = peak.max(of_row.peak);
+                }
+                for (i, share) in (first..).zip(shares).filter(|(_, share)| **share > 0.0) {
+                    let more = extra_variance(i, j);
+                    // not even a sum where there is nothing to add
+                    if more != 0.0 {
+                        extra += share * share * more;
+                    }
+                }
+                return;
+            }
         }
-        if m & mask::CLIPPED != 0 {
-            flags.set(Flags::CLIP_EDGE);
+        for (i, &share) in columns.zip(shares).filter(|(_, share)| **share > 0.0) {
+            let (v, m) = (f64::from(pixels[i]), bits[i]);
+            area += share;
+            if m & mask::SATURATED != 0 {
+                flags.set(Flags::SATURATED);
+            }
+            if m & mask::CLIPPED != 0 {
+                flags.set(Flags::CLIP_EDGE);
+            }
+            if m & (mask::BAD | mask::CLIPPED) != 0 || !v.is_finite() {
+                flags.set(Flags::MASKED);
+                continue;
+            }
+            good_area += share;
+            // the sky is taken off pixel by pixel: a bright sky costs no digits
+            sum += share * (v - sky.level_e);
+            extra += share * share * extra_variance(i + bounds.x0, j);
+            peak = peak.max(v - sky.level_e);
         }
-        if m & (mask::BAD | mask::CLIPPED) != 0 || !v.is_finite() {
-            flags.set(Flags::MASKED);
-            return;
-        }
-        good_area += fraction;
-        // the sky is taken off pixel by pixel: a bright sky costs no digits
-        sum += fraction * (v - sky.level_e);
-        extra += fraction * fraction * extra_variance(i, j);
-        peak = peak.max(v - sky.level_e);
     });
     let whole = area >= shape.area_px() * (1.0 - 1e-9);
     if !whole {
@@ -213,6 +204,41 @@ pub(crate) fn flux_over_sky(
         sky_out_px,
         flags,
     }
+}
+
+/// Sums over a row of an aperture.
+struct RowSums {
+    /// Σ share.
+    area: f64,
+    /// Σ share (v − zero).
+    sum: f64,
+    /// Highest v − zero with a share; −∞ without any.
+    peak: f64,
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2", "x86_64+sse4.1"))]
+fn row_sums(pixels: &[f32], shares: &[f64], zero: f64) -> RowSums {
+    let (mut areas, mut sums, mut peaks) = ([0f64; LANES], [0f64; LANES], [f64::NEG_INFINITY; LANES]);
+    let ((blocks, rest), (shares, rest_shares)) = (pixels.as_chunks::<LANES>(), shares.as_chunks::<LANES>());
+    for (values, shares) in blocks.iter().zip(shares) {
+        for lane in 0..LANES {
+            let v = f64::from(values[lane]) - zero;
+            areas[lane] += shares[lane];
+            sums[lane] += shares[lane] * v;
+            let v = if shares[lane] > 0.0 { v } else { f64::NEG_INFINITY };
+            peaks[lane] = if v > peaks[lane] { v } else { peaks[lane] };
+        }
+    }
+    for (lane, (value, share)) in rest.iter().zip(rest_shares).enumerate() {
+        let v = f64::from(*value) - zero;
+        areas[lane] += share;
+        sums[lane] += share * v;
+        if *share > 0.0 && v > peaks[lane] {
+            peaks[lane] = v;
+        }
+    }
+    let peak = peaks.iter().fold(f64::NEG_INFINITY, |a, b| if *b > a { *b } else { a });
+    RowSums { area: areas.iter().sum(), sum: sums.iter().sum(), peak }
 }
 
 /// Variance of a sky pixel \[e⁻²\]: S + RN², or the measured scatter² where that is larger beyond its sampling error.

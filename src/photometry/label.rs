@@ -13,9 +13,14 @@ pub(crate) struct Run {
 
 /// The runs of a row where `above` is true, appended to `runs`.
 pub(crate) fn runs_of_row(row: usize, above: impl Iterator<Item = bool>, runs: &mut Vec<Run>) {
+    runs_of_part(row, 0, above, runs);
+}
+
+/// The runs of a part of a row, from the column `first` on, where `above` is true, appended to `runs`.
+pub(crate) fn runs_of_part(row: usize, first: usize, above: impl Iterator<Item = bool>, runs: &mut Vec<Run>) {
     let mut start = None;
-    let mut n = 0;
-    for (i, is_above) in above.enumerate() {
+    let mut n = first;
+    for (i, is_above) in (first..).zip(above) {
         match (is_above, start) {
             (true, None) => start = Some(i),
             (false, Some(s)) => {

@@ -3,16 +3,19 @@
 //! Positions in full-frame pixels, 0-based, centre of the first pixel = 0. Fluxes in electrons. Knows no orbit, no model.
 
 pub mod align;
+mod annulus;
 pub mod aperture;
 pub mod background;
 pub mod catalogue;
 pub mod centroid;
+mod clip;
 mod contamination;
 pub mod detect;
 pub mod flags;
 pub mod flux;
 pub mod growth;
 mod label;
+mod net;
 pub mod plate;
 mod smooth;
 pub mod stats;
@@ -28,9 +31,11 @@ mod target_search;
 mod target_segment;
 mod target_shape;
 mod target_sky;
+mod threshold;
 mod trail;
 mod trail_model;
 mod trail_search;
+mod trail_turn;
 mod trail_under;
 pub mod wcs;
 pub mod zeropoint;

@@ -4,8 +4,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// σ of a Gaussian per median absolute deviation, 1/Φ⁻¹(3/4).
-pub const SIGMA_PER_MAD: f64 = 1.482_602_218_505_602;
+use crate::constants::SIGMA_PER_MAD;
 
 /// Moves the finite values to the front and returns how many there are.
 fn finite_first(values: &mut [f64]) -> usize {
@@ -55,8 +54,14 @@ pub fn quantile(values: &mut [f64], q: f64) -> Option<f64> {
 /// Standard deviation from the median absolute deviation, σ = 1.4826 · median|x − median|.
 /// `None` if no value is finite. Reorders the slice and leaves the values as they are.
 pub fn mad_sigma(values: &mut [f64]) -> Option<f64> {
-    let centre = median(values)?;
-    let mut deviations: Vec<f64> = values.iter().filter(|v| v.is_finite()).map(|v| (v - centre).abs()).collect();
+    let n = finite_first(values);
+    let centre = median_of_finite(&mut values[..n])?;
+    sigma_about(&values[..n], centre)
+}
+
+/// [`mad_sigma`] of finite values whose median is known.
+fn sigma_about(values: &[f64], centre: f64) -> Option<f64> {
+    let mut deviations: Vec<f64> = values.iter().map(|v| (v - centre).abs()).collect();
     median_of_finite(&mut deviations).map(|mad| SIGMA_PER_MAD * mad)
 }
 
@@ -87,11 +92,11 @@ pub fn sigma_clip(values: &mut [f64], k: f64) -> Option<Clipped> {
         return None;
     }
     let shrink = truncation_shrink(k);
-    let mut sigma = mad_sigma(&mut values[..total])?;
+    let mut centre = median_of_finite(&mut values[..total])?;
+    let mut sigma = sigma_about(&values[..total], centre)?;
     if sigma <= 0.0 {
         sigma = mean_and_sd(&values[..total]).1;
     }
-    let mut centre = median_of_finite(&mut values[..total])?;
     let mut n = total;
     for _ in 0..50 {
         let limit = k * sigma;
@@ -118,7 +123,7 @@ pub fn sigma_clip(values: &mut [f64], k: f64) -> Option<Clipped> {
 }
 
 /// Standard deviation of a unit Gaussian cut at ±k: √(1 − 2kφ(k)/(2Φ(k)−1)).
-fn truncation_shrink(k: f64) -> f64 {
+pub(crate) fn truncation_shrink(k: f64) -> f64 {
     let inside = gauss_within(k);
     if inside <= 0.0 {
         return 1.0;
@@ -185,7 +190,7 @@ const MEDIAN_FACTOR: [f64; 21] = [
 ];
 
 /// Half-width of the smoothing of [`smoothed_median`] \[σ\].
-const SMOOTHING_SIGMA: f64 = 0.5;
+pub(crate) const SMOOTHING_SIGMA: f64 = 0.5;
 
 /// The median of values on a lattice: μ with Σ clamp((x − μ)/h, −1, 1) = 0, h = σ/2.
 ///

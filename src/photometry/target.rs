@@ -3,6 +3,8 @@
 //! Electrons and full-frame pixels. Found by `target_search`, outlined by `target_segment`, measured here in the smallest
 //! shape that holds all of it; where nothing is found the answer is a limit. Leaves out: several targets in one frame.
 
+use ndarray::Array2;
+
 use crate::config::ApertureShape;
 use crate::constants::FWHM_PER_SIGMA;
 use crate::frames::{Electrons, Frame};
@@ -15,8 +17,8 @@ use crate::photometry::surface_brightness::brightest_disc;
 use crate::photometry::target_cutout::{Cutout, Placed};
 use crate::photometry::target_enclose::enclosing;
 use crate::photometry::target_flux::{Measured, circle_at};
-use crate::photometry::target_search::{best_candidate, significances};
-use crate::photometry::target_segment::{Segment, segment};
+use crate::photometry::target_search::{Significances, best_candidate};
+use crate::photometry::target_segment::{Segment, scales_needed, segment};
 use crate::photometry::target_shape::{Ellipse, moments, outline_moments};
 
 /// Where and how to look for the target.
@@ -101,6 +103,8 @@ const MOMENTS_SNR: f64 = 15.0;
 const FAINT_SNR: f64 = 15.0;
 /// The rest of it may be as far away \[FWHM\]: that much around is kept out of the trails' profiles, too.
 const FAINT_REACH_FWHM: f64 = 8.0;
+/// Index of the first filter wider than any star.
+const WIDE_SCALE: usize = 2;
 /// The aperture is nowhere narrower than this many FWHM to each side.
 const LEAST_FWHM: f64 = 1.5;
 /// Above this ratio of the axes a target is called elongated.
@@ -119,31 +123,31 @@ const POINT_FWHM: f64 = 0.3;
 /// 3. Its outline at 3 σ is joined with what is fainter and wider around it and with its separate parts; then sky, trails
 ///    and outline once more with it kept out. The aperture is the smallest shape around the outline, plus `margin_px`.
 /// 4. Among trails the sky of each line of pixels is the level of that line on both sides of the aperture, and the error
-///    is at least the scatter of empty apertures treated alike. Without trails the sky is an annulus.
+///    is at least the scatter of empty apertures treated alike. Without trails the sky is an annulus. What the choice of
+///    the aperture added to a faint flux, 2 σ over its significance where it is resolved, is taken off.
 /// 5. [`Flags::TRAIL`] where light of trails was taken off, [`Flags::CONTAMINATED`] where that of trails and neighbours is
 ///    more than `contam_frac` of the flux, [`Flags::HIT`] for a pixel sharper than a star.
 ///
 /// [`TargetFound::NotDetected`] holds the forced flux at the expected place, negative or not, and the limit.
 #[must_use]
 pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> TargetFound {
-    let Some(mut cutout) = Cutout::new(frame, background, s) else {
+    let Some(mut cutout) = Cutout::new(frame, s) else {
         return limit_without_cutout(frame, background, s);
     };
-    let Some((first, _, snr)) = outlined(&cutout, frame, s) else { return limit(cutout, frame, background, s) };
-    let Some(aperture) = aperture(&cutout, &first, snr, s) else { return limit(cutout, frame, background, s) };
+    let Some(first) = outlined(&cutout, frame, s) else { return limit(cutout, frame, background, s) };
+    let Some(aperture) = aperture(&cutout, &first.segment, s) else { return limit(cutout, frame, background, s) };
     // once more with the target kept out of the sky and of the trails' profiles
-    let around = if snr < FAINT_SNR && cutout.strips.is_some() { FAINT_REACH_FWHM * s.fwhm_px } else { 0.0 };
+    let around = if first.snr < FAINT_SNR && cutout.strips.is_some() { FAINT_REACH_FWHM * s.fwhm_px } else { 0.0 };
     cutout.keep_out(&Placed { shape: aperture.shape.grown(around), ..aperture });
-    let again = outlined(&cutout, frame, s);
-    let (outline, snr1, snr) = match again {
-        Some(again) => again,
-        None => (first, cutout.layers().significance(cutout.fwhm_cells(), 1, None), snr),
-    };
-    let Some(aperture) = self::aperture(&cutout, &outline, snr, s) else { return limit(cutout, frame, background, s) };
-    let Measured { mut flux, under, net, net_origin } = cutout.flux(frame, background, &aperture, &snr1, s);
+    let outlined = outlined(&cutout, frame, s)
+        .unwrap_or_else(|| Outlined { snr1: cutout.layers().significance(cutout.fwhm_cells(), 1, None), ..first });
+    let Outlined { segment: outline, snr1, snr, .. } = &outlined;
+    let Some(aperture) = self::aperture(&cutout, outline, s) else { return limit(cutout, frame, background, s) };
+    let Measured { mut flux, under, net, net_origin } = cutout.flux(frame, background, &aperture, snr1, s);
     if !flux.flux_e.is_finite() {
         return limit(cutout, frame, background, s);
     }
+    take_off_chance(&mut flux, &outlined);
     let along_trails = under.is_some();
     let trails = match (&cutout.strips, &under) {
         (Some(strips), Some(under)) => of_trails(&cutout, strips, under, &aperture),
@@ -167,7 +171,7 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
     if cutout.hits.iter().any(inside) {
         flux.flags.set(Flags::HIT);
     }
-    let mut light = shape_of_light(&cutout, &outline, snr);
+    let mut light = shape_of_light(&cutout, outline, *snr);
     light.contamination_e = all.light_e();
     light.peak_disc_e_px = brightest_disc(&net, at, &aperture.shape, s.fwhm_px, cutout.net.bin, rms_e);
     if light.elongation > ELONGATED {
@@ -176,21 +180,42 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
     TargetFound::Detected { flux, x_px: aperture.x + ox, y_px: aperture.y + oy, light, along_trails }
 }
 
-/// The most likely target with all that belongs to it, the significance of the cells at a star's scale, and its own.
-fn outlined(
-    cutout: &Cutout,
-    frame: &Frame<Electrons>,
-    s: &TargetSettings,
-) -> Option<(Segment, ndarray::Array2<f32>, f64)> {
+/// The most likely target.
+struct Outlined {
+    /// All that belongs to it.
+    segment: Segment,
+    /// Significance of the cells at the scale of a star.
+    snr1: Array2<f32>,
+    /// Its own at the scale it was found at.
+    snr: f64,
+    /// Index of that scale.
+    scale: usize,
+}
+
+fn outlined(cutout: &Cutout, frame: &Frame<Electrons>, s: &TargetSettings) -> Option<Outlined> {
     let layers = cutout.layers();
-    let mut snrs = significances(cutout, &layers);
-    let found = best_candidate(cutout, &snrs, frame, s)?;
-    let outline = segment(cutout, &layers, &snrs, &found);
-    Some((outline, snrs.swap_remove(0), found.snr))
+    let mut snrs = Significances::new(&layers, cutout.fwhm_cells());
+    let found = best_candidate(cutout, &mut snrs, frame, s)?;
+    let segment = segment(cutout, &layers, snrs.first(scales_needed(&found)), &found);
+    Some(Outlined { segment, snr1: snrs.at_scale.swap_remove(0), snr: found.snr, scale: found.scale })
+}
+
+/// Takes off what the choice of the aperture added: it lies where the noise helped.
+///
+/// The largest response of a smooth field over k free parameters exceeds that of the truth by χ²_k in its square, so
+/// E(s) = S + k/2S in units of σ. An outline under the wide filters has followed its place, length and angle: k = 4, all
+/// of it in the flux. One at the scale of a star has followed its place, and an aperture of 2 FWHM around shares 0.4 of
+/// the filter's noise: k = 1. σ is that of an empty aperture. What is seen only where the noise helped (near
+/// `detect_sigma`) stays too bright by what is left, 0.1 to 0.2 σ.
+fn take_off_chance(flux: &mut Flux, outlined: &Outlined) {
+    let freedoms = if outlined.scale < WIDE_SCALE { 1.0 } else { 4.0 };
+    let empty = (flux.flux_err_e.powi(2) - flux.flux_e.max(0.0)).max(0.0).sqrt();
+    flux.flux_e -= 0.5 * freedoms / outlined.snr * empty;
+    flux.snr = flux.flux_e / flux.flux_err_e;
 }
 
 /// The smallest shape around the outline plus the margin.
-fn aperture(cutout: &Cutout, outline: &Segment, _snr: f64, s: &TargetSettings) -> Option<Placed> {
+fn aperture(cutout: &Cutout, outline: &Segment, s: &TargetSettings) -> Option<Placed> {
     enclosing(&outline.points(cutout), s.shape, s.margin_px, LEAST_FWHM * s.fwhm_px)
 }
 

@@ -3,6 +3,7 @@
 //! Electrons per pixel; columns and rows of cells. Smoothing at 1, 2, 4 and 8 FWHM costs less and less this way.
 //! Leaves out: fluxes, which are measured in pixels.
 
+use multiversion::multiversion;
 use ndarray::{Array2, Zip};
 
 use crate::constants::FWHM_PER_SIGMA;
@@ -18,10 +19,30 @@ pub(crate) struct Cells {
 }
 
 impl Cells {
-    /// Of an image whose bad pixels are NaN.
-    pub fn of(pixels: &Array2<f32>, fwhm_px: f64) -> Self {
+    /// Of an image of `(ny, nx)` pixels whose bad ones are NaN: `line(j, out)` writes row `j` of it.
+    pub fn of_lines((ny, nx): (usize, usize), fwhm_px: f64, mut line: impl FnMut(usize, &mut [f32])) -> Self {
         let bin = ((fwhm_px / 4.0).floor() as usize).max(1);
-        Self { bin, mean: binned(pixels, bin) }
+        let across = nx / bin;
+        let mut mean = Array2::zeros((ny / bin, across));
+        let mut pixels = vec![0f32; nx];
+        let (mut sum, mut n) = (vec![0f32; across], vec![0f32; across]);
+        let least = 0.5 * (bin * bin) as f32;
+        for (j, row) in mean.as_slice_mut().unwrap_or_default().chunks_exact_mut(across.max(1)).enumerate() {
+            if bin == 1 {
+                line(j, row);
+                continue;
+            }
+            sum.fill(0.0);
+            n.fill(0.0);
+            for k in 0..bin {
+                line(j * bin + k, &mut pixels);
+                add_good(&pixels, bin, &mut sum, &mut n);
+            }
+            row.iter_mut()
+                .zip(sum.iter().zip(&n))
+                .for_each(|(o, (s, n))| *o = if *n >= least { s / n } else { f32::NAN });
+        }
+        Self { bin, mean }
     }
 
     /// A position of pixels in cells.
@@ -35,29 +56,21 @@ impl Cells {
     }
 }
 
-/// Means over squares of `bin` pixels, NaN where fewer than half are good.
-fn binned(pixels: &Array2<f32>, bin: usize) -> Array2<f32> {
-    if bin == 1 {
-        return pixels.clone();
-    }
-    let (ny, nx) = (pixels.nrows() / bin, pixels.ncols() / bin);
-    let mut out = Array2::zeros((ny, nx));
-    let (mut sum, mut n) = (vec![0f32; nx], vec![0f32; nx]);
-    for (j, mut row) in out.rows_mut().into_iter().enumerate() {
-        sum.fill(0.0);
-        n.fill(0.0);
-        for line in 0..bin {
-            for (k, v) in pixels.row(j * bin + line).iter().take(nx * bin).enumerate() {
-                if v.is_finite() {
-                    sum[k / bin] += v;
-                    n[k / bin] += 1.0;
-                }
-            }
+/// Adds the good pixels of a line to the sums of its cells, and their numbers.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2", "x86_64+sse4.1"))]
+fn add_good(pixels: &[f32], bin: usize, sum: &mut [f32], n: &mut [f32]) {
+    for (of_cell, (sum, n)) in pixels.chunks_exact(bin).zip(sum.iter_mut().zip(n)) {
+        for v in of_cell {
+            *sum += if v.is_finite() { *v } else { 0.0 };
+            *n += if v.is_finite() { 1.0 } else { 0.0 };
         }
-        let least = 0.5 * (bin * bin) as f32;
-        row.iter_mut().zip(sum.iter().zip(&n)).for_each(|(o, (s, n))| *o = if *n >= least { s / n } else { f32::NAN });
     }
-    out
+}
+
+/// Row `j` of an image held row by row, as all images of the cutout are.
+pub(crate) fn row_of<T>(image: &Array2<T>, j: usize) -> &[T] {
+    debug_assert!(image.is_standard_layout());
+    image.as_slice().map_or(&[], |all| &all[j * image.ncols()..][..image.ncols()])
 }
 
 /// What the significance of an image is made of, per cell: value, variance, and the systematic doubt about the value.
@@ -98,17 +111,18 @@ impl Layers {
     /// Sums over squares of `rebin` cells, each divided by `per`; what is not seen does not count.
     fn squares(&self, of: &Array2<f32>, per: f32, rebin: usize, hidden: Option<&Array2<bool>>) -> Array2<f32> {
         let (ny, nx) = of.dim();
-        let mut out = Array2::zeros((ny.div_ceil(rebin), nx.div_ceil(rebin)));
+        let across = nx.div_ceil(rebin);
+        let mut out = Array2::zeros((ny.div_ceil(rebin), across));
         let mut line = vec![0f32; nx];
-        for j in 0..ny {
-            line.iter_mut().zip(of.row(j)).zip(self.value.row(j)).for_each(|((o, v), x)| {
-                *o = if x.is_finite() { *v } else { 0.0 };
-            });
-            if let Some(hidden) = hidden {
-                line.iter_mut().zip(hidden.row(j)).filter(|(_, h)| **h).for_each(|(o, _)| *o = 0.0);
+        let rows = out.as_slice_mut().unwrap_or_default().chunks_exact_mut(across.max(1));
+        for (square, to) in rows.enumerate() {
+            for j in square * rebin..((square + 1) * rebin).min(ny) {
+                seen(row_of(of, j), row_of(&self.value, j), &mut line);
+                if let Some(hidden) = hidden {
+                    line.iter_mut().zip(row_of(hidden, j)).for_each(|(o, h)| *o = if *h { 0.0 } else { *o });
+                }
+                add_parts(&line, rebin, per, to);
             }
-            let to = out.row_mut(j / rebin);
-            to.into_iter().zip(line.chunks(rebin)).for_each(|(o, part)| *o += part.iter().sum::<f32>() / per);
         }
         out
     }
@@ -168,26 +182,73 @@ fn elongated_taps(long: f64, wide: f64, theta: f64) -> Vec<(isize, isize, f32)> 
     taps
 }
 
+/// Columns filtered side by side.
+const LANES: usize = 32;
+
 /// Σ weight · image; outside it is 0.
 fn filtered(image: &Array2<f32>, taps: &[(isize, isize, f32)]) -> Array2<f32> {
     let (ny, nx) = image.dim();
-    let mut out: Array2<f32> = Array2::zeros((ny, nx));
-    for &(dj, di, w) in taps {
-        let rows = 0.max(-dj)..(ny as isize).min(ny as isize - dj);
-        let columns = 0.max(-di)..(nx as isize).min(nx as isize - di);
-        if columns.is_empty() {
-            continue;
-        }
-        let n = columns.len();
-        for j in rows {
-            let from = image.row((j + dj) as usize);
-            let from = from.slice(ndarray::s![columns.start + di..columns.start + di + n as isize]);
-            let mut to = out.row_mut(j as usize);
-            let mut to = to.slice_mut(ndarray::s![columns.start..columns.start + n as isize]);
-            to.scaled_add(w, &from);
-        }
+    let r = taps.iter().map(|(dj, di, _)| dj.unsigned_abs().max(di.unsigned_abs())).max().unwrap_or(0);
+    let width = nx.next_multiple_of(LANES);
+    let stride = width + 2 * r;
+    let mut padded = vec![0f32; (ny + 2 * r) * stride];
+    for j in 0..ny {
+        padded[(j + r) * stride + r..][..nx].copy_from_slice(row_of(image, j));
+    }
+    let place = |d: isize| d.wrapping_add_unsigned(r) as usize;
+    let taps: Vec<(usize, f32)> = taps.iter().map(|&(dj, di, w)| (place(dj) * stride + place(di), w)).collect();
+    let mut out = Array2::zeros((ny, nx));
+    let mut line = vec![0f32; width];
+    for (j, mut to) in out.rows_mut().into_iter().enumerate() {
+        weighed(&padded[j * stride..], &taps, &mut line);
+        to.iter_mut().zip(&line).for_each(|(to, from)| *to = *from);
     }
     out
+}
+
+/// Σ weight · pixel at each offset, for a row of whole lanes; every pixel in the order of the taps.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2", "x86_64+sse4.1"))]
+fn weighed(padded: &[f32], taps: &[(usize, f32)], out: &mut [f32]) {
+    for (b, out) in out.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
+        let mut sum = [0f32; LANES];
+        for &(at, w) in taps {
+            let from = &padded[b * LANES + at..][..LANES];
+            for l in 0..LANES {
+                sum[l] += w * from[l];
+            }
+        }
+        *out = sum;
+    }
+}
+
+/// What is seen of a row: 0 where its value is bad.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2", "x86_64+sse4.1"))]
+fn seen(of: &[f32], value: &[f32], out: &mut [f32]) {
+    for ((o, v), x) in out.iter_mut().zip(of).zip(value) {
+        *o = if x.is_finite() { *v } else { 0.0 };
+    }
+}
+
+/// Adds the sums of `rebin` neighbours of a line, each divided by `per`.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2", "x86_64+sse4.1"))]
+fn add_parts(line: &[f32], rebin: usize, per: f32, to: &mut [f32]) {
+    match rebin {
+        1 => add_whole_parts::<1>(line, per, to),
+        2 => add_whole_parts::<2>(line, per, to),
+        4 => add_whole_parts::<4>(line, per, to),
+        8 => add_whole_parts::<8>(line, per, to),
+        _ => to.iter_mut().zip(line.chunks(rebin)).for_each(|(o, part)| *o += part.iter().sum::<f32>() / per),
+    }
+}
+
+/// As [`add_parts`], for a number of neighbours the compiler knows.
+#[inline(always)]
+fn add_whole_parts<const N: usize>(line: &[f32], per: f32, to: &mut [f32]) {
+    let (whole, rest) = line.as_chunks::<N>();
+    to.iter_mut().zip(whole).for_each(|(o, part)| *o += part.iter().sum::<f32>() / per);
+    if let (Some(o), false) = (to.get_mut(whole.len()), rest.is_empty()) {
+        *o += rest.iter().sum::<f32>() / per;
+    }
 }
 
 /// Value over the root of its variance; 0 where there is none.
@@ -199,21 +260,45 @@ fn ratio(value: f32, variance: f32) -> f32 {
 pub(crate) fn grown(image: &Array2<bool>, by: usize) -> Array2<bool> {
     let (ny, nx) = image.dim();
     let mut along = Array2::from_elem((ny, nx), false);
-    let mut out = Array2::from_elem((ny, nx), false);
-    for ((j, i), _) in image.indexed_iter().filter(|(_, v)| **v) {
-        along.slice_mut(ndarray::s![j, i.saturating_sub(by)..(i + by + 1).min(nx)]).fill(true);
+    // along x; a row of nothing stays that
+    let mut any = vec![false; ny];
+    for (j, mut to) in along.rows_mut().into_iter().enumerate() {
+        let from = row_of(image, j);
+        any[j] = from.contains(&true);
+        let mut until = 0; // columns below this are already grown
+        for (i, _) in from.iter().enumerate().filter(|(_, v)| any[j] && **v) {
+            let end = (i + by + 1).min(nx);
+            to.slice_mut(ndarray::s![i.saturating_sub(by).max(until)..end]).fill(true);
+            until = end;
+        }
     }
-    for i in 0..nx {
-        let mut until = 0; // rows below this are already grown
-        for j in 0..ny {
-            if along[[j, i]] {
-                let to = (j + by + 1).min(ny);
-                for k in j.saturating_sub(by).max(until)..to {
-                    out[[k, i]] = true;
-                }
-                until = to;
+    // along y, forth and back: for how many rows a cell of each column still reaches
+    let reach = u32::try_from(by + 1).unwrap_or(u32::MAX);
+    let mut out = Array2::from_elem((ny, nx), false);
+    let all = out.as_slice_mut().unwrap_or_default();
+    for back in [false, true] {
+        let (mut left, mut rows_left) = (vec![0u32; nx], 0);
+        for k in 0..ny {
+            let j = if back { ny - 1 - k } else { k };
+            let before = rows_left;
+            rows_left = if any[j] { reach } else { rows_left.saturating_sub(1) };
+            if before.max(rows_left) > 0 {
+                carry(row_of(&along, j), reach, &mut left, &mut all[j * nx..(j + 1) * nx]);
             }
         }
     }
     out
 }
+
+/// One row of growing along y: `left` = rows for which a cell of each column still reaches.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2", "x86_64+sse4.1"))]
+fn carry(from: &[bool], reach: u32, left: &mut [u32], out: &mut [bool]) {
+    for ((from, left), out) in from.iter().zip(left).zip(out) {
+        *left = if *from { reach } else { left.saturating_sub(1) };
+        *out |= *left > 0;
+    }
+}
+
+#[cfg(test)]
+#[path = "target_cells_tests.rs"]
+mod tests;

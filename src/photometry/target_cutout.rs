@@ -7,10 +7,9 @@ use ndarray::Array2;
 
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::aperture::{Bounds, Shape, cells};
-use crate::photometry::background::Background;
 use crate::photometry::smooth::{Kernel, smooth_image};
 use crate::photometry::target::TargetSettings;
-use crate::photometry::target_cells::{Cells, Layers};
+use crate::photometry::target_cells::{Cells, Layers, row_of};
 use crate::photometry::target_hit::hits;
 use crate::photometry::target_sky::{Block, Surface, blocks};
 use crate::photometry::trail::trail_direction;
@@ -41,7 +40,7 @@ pub(crate) struct Cutout {
     pub hits: Vec<(usize, usize)>,
     /// The pixels less the sky, in cells.
     pub net: Cells,
-    /// Scatter of a sky pixel at the expected place \[e⁻\].
+    /// Scatter of a sky pixel in the middle \[e⁻\].
     pub rms_e: f64,
     pub fwhm_px: f64,
     /// Means along the trails, if there are any, in cells.
@@ -64,7 +63,7 @@ pub(crate) struct Placed {
 
 impl Cutout {
     /// The surroundings of the expected place; `None` if they are off the frame.
-    pub fn new(frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> Option<Self> {
+    pub fn new(frame: &Frame<Electrons>, s: &TargetSettings) -> Option<Self> {
         let bounds = Bounds::of(frame);
         let reach = s.search_radius_px + 100.0 + 2.0 * s.sky_out_px;
         let columns = cells(s.x_px - reach, s.x_px + reach, bounds.x0, bounds.x1);
@@ -84,16 +83,16 @@ impl Cutout {
             [columns.start == bounds.x0, columns.end == bounds.x1, rows.start == bounds.y0, rows.end == bounds.y1];
         let blocks = blocks(&pixels, ((BLOCK_FWHM * s.fwhm_px).round() as usize).clamp(8, 48));
         let sky = Surface::fit(&blocks, pixels.dim(), |_| false);
-        let net = Cells::of(&pixels, s.fwhm_px);
+        let hits = hits(&pixels, &sky, s.fwhm_px);
+        let net = cells_above(&pixels, &sky, &hits, s.fwhm_px);
         let none = Array2::zeros(net.mean.dim());
-        let rms_e = background.rms(s.x_px, s.y_px).max(1e-6);
+        let rms_e = noise_of(&sky, pixels.dim());
         let fwhm_px = s.fwhm_px;
         let (light, unsure) = (none.clone(), none);
-        let hits = hits(&pixels, &sky, s.fwhm_px);
         let mut cutout =
             Self { x0, y0, pixels, blocks, sky, hits, net, rms_e, fwhm_px, strips: None, light, unsure, at_edge };
-        cutout.take_off_sky();
         cutout.find_trails();
+        cutout.model_trails(None);
         Some(cutout)
     }
 
@@ -121,25 +120,13 @@ impl Cutout {
         }
     }
 
-    fn take_off_sky(&mut self) {
-        let mut net = self.pixels.clone();
-        let mut row = vec![0f32; net.ncols()];
-        for (j, mut line) in net.rows_mut().into_iter().enumerate() {
-            self.sky.row(j, &mut row);
-            line.iter_mut().zip(&row).for_each(|(v, s)| *v -= s);
-        }
-        self.hits.iter().for_each(|&(i, j)| net[[j, i]] = f32::NAN);
-        self.net = Cells::of(&net, self.fwhm_px);
-        let (ny, nx) = self.pixels.dim();
-        self.rms_e = self.sky.rms(0.5 * nx as f64, 0.5 * ny as f64).max(1e-6);
-    }
-
     /// Sky and trails once more with a known object kept out of both; where no trail stood out, a faint one is looked
     /// for with the object masked.
     pub fn keep_out(&mut self, object: &Placed) {
         let clear = object.shape.grown(self.fwhm_px);
         self.sky = Surface::fit(&self.blocks, self.pixels.dim(), |b| clear.contains(b.x - object.x, b.y - object.y));
-        self.take_off_sky();
+        self.net = cells_above(&self.pixels, &self.sky, &self.hits, self.fwhm_px);
+        self.rms_e = noise_of(&self.sky, self.pixels.dim());
         let object = self.in_cells(&Placed { shape: clear, ..*object });
         if self.strips.is_some() {
             self.find_trails();
@@ -165,7 +152,7 @@ impl Cutout {
         )
     }
 
-    /// Finds the direction of the trails and models their light.
+    /// Finds the direction of the trails.
     fn find_trails(&mut self) {
         let fwhm = self.fwhm_cells();
         let kernel = Kernel::gaussian(fwhm);
@@ -176,7 +163,6 @@ impl Cutout {
         };
         let theta = trail_direction(&above(TRAIL_SIGMA), &above(FAINT_TRAIL_SIGMA), fwhm);
         self.strips = theta.map(|theta| self.strips_along(theta));
-        self.model_trails(None);
     }
 
     /// Models the trails' light, a known object \[cells\] left out.
@@ -199,15 +185,13 @@ impl Cutout {
         let (ny, nx) = self.light.dim();
         let scale = self.net.bin as f64;
         let mut variance = Array2::zeros((ny, nx));
-        for ((j, i), v) in variance.indexed_iter_mut() {
+        for (j, row) in variance.as_slice_mut().unwrap_or_default().chunks_exact_mut(nx.max(1)).enumerate() {
             // the noise of the sky follows the surface; smooth enough to be looked up every so often
-            *v = if i % 16 == 0 { self.sky.rms(i as f64 * scale, j as f64 * scale).powi(2) as f32 } else { f32::NAN };
+            for (k, (part, light)) in row.chunks_mut(16).zip(row_of(&self.light, j).chunks(16)).enumerate() {
+                let sky = self.sky.rms((16 * k) as f64 * scale, j as f64 * scale).powi(2) as f32;
+                part.iter_mut().zip(light).for_each(|(v, l)| *v = (sky + l.max(0.0)) / area);
+            }
         }
-        for mut row in variance.rows_mut() {
-            let mut last = 0.0;
-            row.iter_mut().for_each(|v| if v.is_nan() { *v = last } else { last = *v });
-        }
-        variance.zip_mut_with(&self.light, |v, l| *v = (*v + l.max(0.0)) / area);
         let doubt = self.strips.as_ref().map(|_| {
             let mut doubt = self.light.mapv(|t| TRAIL_MODEL_ERR * t.max(0.0));
             doubt.scaled_add(END_ERR, &self.unsure);
@@ -215,6 +199,24 @@ impl Cutout {
         });
         Layers { value: self.residual(), variance, doubt }
     }
+}
+
+/// Scatter of a sky pixel in the middle of a cutout \[e⁻\].
+fn noise_of(sky: &Surface, (ny, nx): (usize, usize)) -> f64 {
+    sky.rms(0.5 * nx as f64, 0.5 * ny as f64).max(1e-6)
+}
+
+/// The pixels above the sky, in cells; hits do not count.
+fn cells_above(pixels: &Array2<f32>, sky: &Surface, hits: &[(usize, usize)], fwhm_px: f64) -> Cells {
+    // row by row, as the hits come
+    let mut hits = hits.iter().peekable();
+    Cells::of_lines(pixels.dim(), fwhm_px, |j, out| {
+        sky.row(j, out);
+        out.iter_mut().zip(row_of(pixels, j)).for_each(|(o, v)| *o = v - *o);
+        while let Some((i, _)) = hits.next_if(|hit| hit.1 <= j) {
+            out[*i] = f32::NAN;
+        }
+    })
 }
 
 /// A shape scaled about its centre.

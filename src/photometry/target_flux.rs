@@ -32,6 +32,9 @@ const HIT_SIGMA: f64 = 5.0;
 const CLIP_SIGMA: f64 = 3.0;
 /// Fewest sky pixels; below, the mesh is used.
 const MIN_SKY_PX: usize = 16;
+/// Share of the trails' light in the aperture that their profile may get wrong: it is interpolated twice, and turned by the
+/// error of the trails' direction, which moves the light of a bright one at the rim of the aperture.
+const PROFILE_ERR: f64 = 0.01;
 /// Most empty apertures.
 const MAX_EMPTY: usize = 40;
 /// Fewest empty apertures whose scatter is believed.
@@ -230,9 +233,9 @@ impl Cutout {
 
     /// The flux over the level beside it along the trails.
     ///
-    /// σ² = max(F, 0) + max(Σ f (S + P + RN²) + σ_P² + σ_end², σ_empty²): P the light above the sky S along each line,
-    /// σ_P² the error of its mean, σ_end what trails that end under the target may add, σ_empty the robust scatter about
-    /// 0 of apertures of the same shape where the target is not.
+    /// σ² = max(F, 0) + max(Σ f (S + P + RN²) + σ_P² + σ_end² + (0.01 Σ f P)², σ_empty²): P the light above the sky S
+    /// along each line, σ_P² the error of its mean, σ_end what trails that end under the target may add, σ_empty the
+    /// robust scatter about 0 of apertures of the same shape where the target is not.
     fn flux_along_trails(&self, frame: &Frame<Electrons>, at: &Placed, under: Under, s: &TargetSettings) -> Measured {
         let Some(strips) = self.strips.as_ref() else {
             return Measured { flux: nothing(at), under: None, net: Array2::zeros((0, 0)), net_origin: (0, 0) };
@@ -259,10 +262,6 @@ impl Cutout {
         let own_noise = flux.flux_e.max(0.0);
         let model = under.variance(strips, &hole) * px * px;
         let ends = under.variance_of_ends(strips, &hole, self.fwhm_cells()) * px * px;
-        let photons = flux.flux_err_e.powi(2) - own_noise + model + ends;
-        let empty = self.empty_scatter(strips, at).unwrap_or(0.0);
-        flux.flux_err_e = (own_noise + photons.max(empty * empty)).sqrt();
-        flux.snr = flux.flux_e / flux.flux_err_e;
         let (mut sum, mut area, mut brightest) = (0.0, 0.0, 0f64);
         for_each_pixel(&at.shape, at.x, at.y, self.bounds(), |i, j, f| {
             let l = level(i, j);
@@ -270,6 +269,11 @@ impl Cutout {
             sum += f * l;
             area += f;
         });
+        let profile = (PROFILE_ERR * sum).powi(2);
+        let photons = flux.flux_err_e.powi(2) - own_noise + model + ends + profile;
+        let empty = self.empty_scatter(strips, at).unwrap_or(0.0);
+        flux.flux_err_e = (own_noise + photons.max(empty * empty)).sqrt();
+        flux.snr = flux.flux_e / flux.flux_err_e;
         flux.sky_e_px = level_e + sum / f64::max(area, 1.0);
         flux.sky_rms_e = rms_e;
         flux.sky_err_e_px = model.sqrt() / flux.area_px;
@@ -313,7 +317,10 @@ impl Cutout {
             }
         }
         let px = (self.net.bin * self.net.bin) as f64;
-        (fluxes.len() >= MIN_EMPTY).then(|| stats::median(&mut fluxes)).flatten().map(|m| stats::SIGMA_PER_MAD * m * px)
+        (fluxes.len() >= MIN_EMPTY)
+            .then(|| stats::median(&mut fluxes))
+            .flatten()
+            .map(|m| crate::constants::SIGMA_PER_MAD * m * px)
     }
 }
 

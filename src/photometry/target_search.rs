@@ -31,6 +31,9 @@ const TRAIL_WIDTH_FWHM: f64 = 5.0;
 const LONGEST_FWHM: f64 = 40.0;
 /// By how much the next scale must be better: its outline is less sharp.
 const SCALE_HANDICAP: f64 = 1.05;
+/// From this many thresholds on the outline at a scale is good enough: less, and it ends so far inside a wide target that
+/// the margin does not make up for it.
+const BRIGHT: f64 = 6.0;
 /// A cutout that scatters this much more than its photons is not empty sky.
 const STRUCTURED: f32 = 1.4;
 /// Widths of the filter, in units of the FWHM: the target may be larger and fainter than a star. The last is the
@@ -48,27 +51,44 @@ pub(crate) struct Candidate {
     pub scale: usize,
 }
 
-/// Signal-to-noise of the cutout at every scale: that of scale k on squares of k cells.
-pub(crate) fn significances(cutout: &Cutout, layers: &Layers) -> Vec<Array2<f32>> {
-    let fwhm = cutout.fwhm_cells();
-    let mut unit = 1f32;
-    let mut at_scale = |scale: usize| {
-        let mut snr = layers.significance(scale as f64 * fwhm, scale, None);
-        // what scatters more than its photons is structure of the sky: less sure by that factor
-        let mut sample: Vec<f64> = snr.iter().step_by(3).filter(|v| **v != 0.0).map(|v| f64::from(*v)).collect();
-        unit = stats::mad_sigma(&mut sample).unwrap_or(1.0).max(1.0) as f32;
-        if unit > STRUCTURED {
-            snr.mapv_inplace(|v| v / unit);
-        }
-        snr
-    };
-    let mut all: Vec<Array2<f32>> = SCALES[..ROUND].iter().map(|scale| at_scale(*scale)).collect();
-    let mut elongated = layers.elongated(fwhm, SCALES[ROUND]);
-    if unit > STRUCTURED {
-        elongated.mapv_inplace(|v| v / unit);
+/// Signal-to-noise of the cutout at the scales that were asked for: that of scale k on squares of k cells.
+///
+/// A bright target needs no wide filter.
+pub(crate) struct Significances<'a> {
+    layers: &'a Layers,
+    fwhm: f64,
+    /// Scatter of the last scale in units of its photons' where that is more.
+    unit: f32,
+    pub at_scale: Vec<Array2<f32>>,
+}
+
+impl<'a> Significances<'a> {
+    /// None yet; `fwhm` of a star in cells.
+    pub fn new(layers: &'a Layers, fwhm: f64) -> Self {
+        Self { layers, fwhm, unit: 1.0, at_scale: Vec::new() }
     }
-    all.push(elongated);
-    all
+
+    /// Those of the first `n` scales.
+    pub fn first(&mut self, n: usize) -> &[Array2<f32>] {
+        while self.at_scale.len() < n.min(SCALES.len()) {
+            let k = self.at_scale.len();
+            let mut snr = if k < ROUND {
+                let snr = self.layers.significance(SCALES[k] as f64 * self.fwhm, SCALES[k], None);
+                // what scatters more than its photons is structure of the sky: less sure by that factor
+                let mut sample: Vec<f64> =
+                    snr.iter().step_by(3).filter(|v| **v != 0.0).map(|v| f64::from(*v)).collect();
+                self.unit = stats::mad_sigma(&mut sample).unwrap_or(1.0).max(1.0) as f32;
+                snr
+            } else {
+                self.layers.elongated(self.fwhm, SCALES[k])
+            };
+            if self.unit > STRUCTURED {
+                snr.mapv_inplace(|v| v / self.unit);
+            }
+            self.at_scale.push(snr);
+        }
+        &self.at_scale
+    }
 }
 
 /// The components of an image above `threshold`.
@@ -88,14 +108,15 @@ pub(crate) fn components(snr: &Array2<f32>, threshold: f64) -> Vec<Vec<(usize, u
 /// The component most likely to be the target.
 pub(crate) fn best_candidate(
     cutout: &Cutout,
-    snrs: &[Array2<f32>],
+    snrs: &mut Significances,
     frame: &Frame<Electrons>,
     s: &TargetSettings,
 ) -> Option<Candidate> {
     let mut best: Option<Candidate> = None;
     // cells of short trails, which a wider filter must not take for something else
     let mut trails = Array2::from_elem(cutout.net.mean.dim(), false);
-    for (scale, snr) in snrs.iter().enumerate() {
+    for scale in 0..SCALES.len() {
+        let snr = &snrs.first(scale + 1)[scale];
         for candidate in candidates(cutout, frame, snr, scale, &mut trails, s) {
             let further = candidate.scale as i32 - best.as_ref().map_or(0, |b| b.scale as i32);
             let handicap = SCALE_HANDICAP.powi(further).max(1.0);
@@ -104,7 +125,7 @@ pub(crate) fn best_candidate(
             }
         }
         // bright enough to be outlined at this scale
-        if best.as_ref().is_some_and(|b| b.snr > 5.0 * s.detect_sigma) {
+        if best.as_ref().is_some_and(|b| b.snr > BRIGHT * s.detect_sigma) {
             break;
         }
     }

@@ -5,12 +5,15 @@
 
 use ndarray::Array2;
 
-use crate::photometry::target_cells::{Layers, grown};
+use crate::photometry::target_cells::{Layers, grown, row_of};
 use crate::photometry::target_cutout::Cutout;
 use crate::photometry::target_search::{Candidate, OUTLINE_SIGMA, ROUND, SCALES, components};
 
 /// Peak of a component that is joined \[σ\].
 const JOIN_SIGMA: f64 = 3.7;
+/// The same under a filter wider than a star, of what lies beside the target and not around it: of the places such a
+/// filter finds along the rim of a target noise makes 3.7 σ of one in sixty, and each would add an aperture's worth of sky.
+const JOIN_BESIDE_SIGMA: f64 = 4.5;
 /// Peak of a separate part nearby that is joined \[σ\].
 const PART_SIGMA: f64 = 5.0;
 /// A target this much as significant under a wider filter as under its own, less one σ for the noise, is as wide as that
@@ -62,7 +65,12 @@ impl Segment {
     }
 }
 
-/// The whole of the candidate.
+/// Of how many scales [`segment`] needs the significance.
+pub(crate) fn scales_needed(found: &Candidate) -> usize {
+    if found.snr < BRIGHT_SIGMA { SCALES.len() } else { ROUND.max(found.scale + 2) - 1 }
+}
+
+/// The whole of the candidate; `snrs` = significance at the first [`scales_needed`] scales or more.
 pub(crate) fn segment(cutout: &Cutout, layers: &Layers, snrs: &[Array2<f32>], found: &Candidate) -> Segment {
     let dim = cutout.net.mean.dim();
     let margin = cutout.fwhm_cells().ceil() as usize;
@@ -103,12 +111,9 @@ pub(crate) fn segment(cutout: &Cutout, layers: &Layers, snrs: &[Array2<f32>], fo
     }
     // what is fainter and wider
     for (k, scale) in SCALES[..ROUND].iter().enumerate().skip(found.scale) {
-        let mut hidden = grown(&inside, margin);
-        for cells in &neighbours {
-            let mut one = Array2::from_elem(dim, false);
-            cells.iter().for_each(|&(i, j)| one[[j, i]] = true);
-            hidden.zip_mut_with(&grown(&one, margin), |h, o| *h |= *o);
-        }
+        let mut objects = inside.clone();
+        neighbours.iter().flatten().for_each(|&(i, j)| objects[[j, i]] = true);
+        let mut hidden = grown(&objects, margin);
         let touching = grown(&inside, margin + scale);
         // other objects must not bleed in either
         for other in components(&snrs[k.saturating_sub(1)], OUTLINE_SIGMA + 1.0) {
@@ -120,7 +125,11 @@ pub(crate) fn segment(cutout: &Cutout, layers: &Layers, snrs: &[Array2<f32>], fo
         let snr = layers.significance(*scale as f64 * cutout.fwhm_cells(), *scale, Some(&hidden));
         for part in components(&snr, OUTLINE_SIGMA) {
             let cells = cells_of(&part, *scale, dim);
-            if peak_of(&snr, &part) > JOIN_SIGMA && cells.iter().any(|&(i, j)| touching[[j, i]]) {
+            let peak = peak_of(&snr, &part);
+            if !(peak > JOIN_SIGMA && cells.iter().any(|&(i, j)| touching[[j, i]])) {
+                continue;
+            }
+            if peak > JOIN_BESIDE_SIGMA || k == 0 || surrounds(&cells, &inside) {
                 cells.iter().for_each(|&(i, j)| inside[[j, i]] = true);
             }
         }
@@ -134,6 +143,22 @@ fn seed(found: &Candidate, dim: (usize, usize)) -> Array2<bool> {
     let mut cells = Array2::from_elem(dim, false);
     paint(&mut cells, &found.pixels, SCALES[found.scale]);
     cells
+}
+
+/// Whether the middle of an outline lies in the box around the cells.
+fn surrounds(cells: &[(usize, usize)], inside: &Array2<bool>) -> bool {
+    let (mut n, mut x, mut y) = (0, 0, 0);
+    for j in 0..inside.nrows() {
+        let row = row_of(inside, j);
+        if row.contains(&true) {
+            for (i, _) in row.iter().enumerate().filter(|(_, v)| **v) {
+                (n, x, y) = (n + 1, x + i, y + j);
+            }
+        }
+    }
+    let (x, y) = (x / n.max(1), y / n.max(1));
+    let any = |on: &dyn Fn(&(usize, usize)) -> bool| cells.iter().any(on);
+    any(&|c| c.0 < x) && any(&|c| c.0 > x) && any(&|c| c.1 < y) && any(&|c| c.1 > y)
 }
 
 /// The component of a wider scale that holds the target and is nearly as significant there, out to a quarter of its peak.

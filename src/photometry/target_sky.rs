@@ -3,6 +3,7 @@
 //! Electrons; columns and rows of a cutout. A mesh would follow a target larger than its boxes and swallow it: a surface
 //! of six terms cannot, and it still follows moonlight. Leaves out: trails, which `trail_model` takes off.
 
+use multiversion::multiversion;
 use nalgebra::{SMatrix, SVector};
 use ndarray::{Array2, s};
 
@@ -162,10 +163,7 @@ impl Surface {
     pub fn row(&self, j: usize, out: &mut [f32]) {
         let (c, v) = (&self.coefficients, (j as f64 - self.centre.1) / self.scale.1);
         let (a, b) = (c[0] + v * (c[2] + v * c[5]), c[1] + v * c[4]);
-        for (i, o) in out.iter_mut().enumerate() {
-            let u = (i as f64 - self.centre.0) / self.scale.0;
-            *o = (a + u * (b + u * c[3])) as f32;
-        }
+        parabola([a, b, c[3]], self.centre.0, self.scale.0, out);
     }
 
     /// Scatter of a sky pixel \[e⁻\].
@@ -185,6 +183,15 @@ impl Surface {
     pub fn add(&self, to: &mut MeanOf, x: f64, y: f64, weight: f64) {
         to.sum += self.terms(x, y) * weight;
         to.weight += weight;
+    }
+}
+
+/// a + b u + c u² at u = (i − centre)/scale, from i = 0 on.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2", "x86_64+sse4.1"))]
+fn parabola([a, b, c]: [f64; 3], centre: f64, scale: f64, out: &mut [f32]) {
+    for (i, o) in out.iter_mut().enumerate() {
+        let u = (f64::from(i as u32) - centre) / scale;
+        *o = (a + u * (b + u * c)) as f32;
     }
 }
 

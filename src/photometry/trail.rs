@@ -2,7 +2,10 @@
 //!
 //! Positions are columns and rows of a cutout; u runs along the trails, v across. Leaves out: curved trails.
 
+use multiversion::multiversion;
 use ndarray::Array2;
+
+use crate::photometry::target_cells::row_of;
 
 /// Most points of the direction search.
 const MAX_POINTS: usize = 20_000;
@@ -31,10 +34,12 @@ impl Turned {
         let (sin, cos) = theta.sin_cos();
         Self { x0: 0.5 * dim.1 as f64, y0: 0.5 * dim.0 as f64, sin, cos }
     }
+    #[inline(always)]
     pub fn uv(&self, x: f64, y: f64) -> (f64, f64) {
         let (dx, dy) = (x - self.x0, y - self.y0);
         (dx * self.cos + dy * self.sin, dy * self.cos - dx * self.sin)
     }
+    #[inline(always)]
     pub fn xy(&self, u: f64, v: f64) -> (f64, f64) {
         (self.x0 + u * self.cos - v * self.sin, self.y0 + u * self.sin + v * self.cos)
     }
@@ -49,7 +54,8 @@ pub(crate) fn trail_direction(above: &Array2<bool>, faint: &Array2<bool>, fwhm_p
     let min_length = (15.0 * fwhm_px).max(60.0);
     let min_faint = min_length.max(dim.0.min(dim.1) as f64 / 3.0);
     let points_of = |image: &Array2<bool>| -> Vec<(usize, usize)> {
-        image.indexed_iter().filter(|(_, a)| **a).map(|((j, i), _)| (i, j)).collect()
+        let of_row = |j: usize| row_of(image, j).iter().enumerate().filter(|(_, a)| **a).map(move |(i, _)| (i, j));
+        (0..dim.0).flat_map(of_row).collect()
     };
     let (bright, faint) = (points_of(above), points_of(faint));
     if (faint.len() as f64) < min_length {
@@ -69,15 +75,19 @@ pub(crate) fn trail_direction(above: &Array2<bool>, faint: &Array2<bool>, fwhm_p
 fn direction(points: &[(usize, usize)], dim: (usize, usize)) -> f64 {
     let stride = points.len().div_ceil(MAX_POINTS);
     let half = (dim.0 as f64).hypot(dim.1 as f64) * 0.5 + 2.0;
-    let score = |theta: f64, bin: f64| -> f64 {
-        let turned = Turned::new(dim, theta);
-        let mut counts = vec![0f64; (2.0 * half / bin) as usize + 2];
-        for &(i, j) in points.iter().step_by(stride) {
-            counts[((turned.uv(i as f64, j as f64).1 + half) / bin) as usize] += 1.0;
-        }
-        counts.iter().map(|c| c * c).sum()
+    let centre = Turned::new(dim, 0.0);
+    let about_centre = |&(i, j): &(usize, usize)| (i as f64 - centre.x0, j as f64 - centre.y0);
+    let (dx, dy): (Vec<f64>, Vec<f64>) = points.iter().step_by(stride).map(about_centre).unzip();
+    let mut bins = vec![0i32; dx.len()];
+    let mut counts: Vec<u64> = Vec::new();
+    let mut score = |theta: f64, bin: f64| -> f64 {
+        bins_across(&dx, &dy, theta.sin_cos(), (half, bin), &mut bins);
+        counts.clear();
+        counts.resize((2.0 * half / bin) as usize + 2, 0);
+        bins.iter().for_each(|at| counts[*at as usize] += 1);
+        counts.iter().map(|c| c * c).sum::<u64>() as f64
     };
-    let best_of = |centre: f64, step: f64, n: i32, bin: f64| -> f64 {
+    let mut best_of = |centre: f64, step: f64, n: i32, bin: f64| -> f64 {
         let mut best = (f64::NEG_INFINITY, centre);
         for k in -n..=n {
             let theta = centre + f64::from(k) * step;
@@ -92,6 +102,19 @@ fn direction(points: &[(usize, usize)], dim: (usize, usize)) -> f64 {
     let coarse = best_of(0.0, 0.5 * degree, 180, 4.0);
     let fine = best_of(coarse, 0.05 * degree, 12, 1.5);
     best_of(fine, 0.01 * degree, 6, 1.0)
+}
+
+/// The bin across a direction that each point falls into; `half` and `bin` as for its histogram.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2", "x86_64+sse4.1"))]
+fn bins_across(dx: &[f64], dy: &[f64], (sin, cos): (f64, f64), (half, bin): (f64, f64), out: &mut [i32]) {
+    let points = out.iter_mut().zip(dx.iter().zip(dy));
+    // by a power of two it may as well be multiplied
+    if bin.log2().fract() == 0.0 {
+        let per_bin = 1.0 / bin;
+        points.for_each(|(out, (x, y))| *out = ((y * cos - x * sin + half) * per_bin) as i32);
+    } else {
+        points.for_each(|(out, (x, y))| *out = ((y * cos - x * sin + half) / bin) as i32);
+    }
 }
 
 /// Stretches along u of at least `min_length` that are above the noise, gaps of two FWHM allowed.

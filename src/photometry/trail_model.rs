@@ -5,12 +5,14 @@
 //! Ends of trails inside the stretch are voted down by the longer part. Leaves out: flicker, curvature.
 
 use std::f64::consts::FRAC_PI_2;
+use std::ops::Range;
 
 use ndarray::Array2;
 
 use crate::photometry::aperture::Shape;
 use crate::photometry::stats;
 use crate::photometry::trail::Turned;
+use crate::photometry::trail_turn::{Spread, cubic_along};
 
 /// Blocks on each side that make a level.
 const SIDE_BLOCKS: usize = 16;
@@ -105,19 +107,15 @@ impl Strips {
         let lines = 2 * half as usize + 1;
         let blocks = lines / block + 1;
         let mut mean = Array2::from_elem((lines, blocks), f32::NAN);
-        for ((q, p), out) in mean.indexed_iter_mut() {
-            let v = q as f64 - half;
-            let (mut sum, mut n) = (0.0, 0usize);
-            for k in 0..block {
-                let (x, y) = turned.xy((p * block + k) as f64 - half, v);
-                let value = cubic_at(pixels, x, y);
-                if value.is_finite() {
-                    sum += f64::from(value);
-                    n += 1;
+        let mut line = vec![0f32; blocks * block];
+        for (q, mut means) in mean.rows_mut().into_iter().enumerate() {
+            cubic_along(pixels.as_slice().unwrap_or_default(), dim, &turned, (-half, q as f64 - half), &mut line);
+            for (out, of_block) in means.iter_mut().zip(line.chunks_exact(block)) {
+                let good = of_block.iter().filter(|v| v.is_finite());
+                let (sum, n) = good.fold((0.0, 0usize), |(sum, n), v| (sum + f64::from(*v), n + 1));
+                if 2 * n >= block {
+                    *out = (sum / n as f64) as f32;
                 }
-            }
-            if 2 * n >= block {
-                *out = (sum / n as f64) as f32;
             }
         }
         Self { turned, half, block, mean, noise_e, area_px }
@@ -200,10 +198,24 @@ impl Strips {
 
     /// The level everywhere, and by how much it changes from block to block: a model of the sky and the trails.
     pub fn everywhere(&self, dim: (usize, usize), holes: &[Hole]) -> (Array2<f32>, Array2<f32>) {
+        let (level, change) = self.levels(holes);
+        let spread = Spread::new(self.turned, self.half, self.block, &level, &change);
+        let (mut light, mut unsure) = (Array2::zeros(dim), Array2::zeros(dim));
+        for (j, (mut light, mut unsure)) in light.rows_mut().into_iter().zip(unsure.rows_mut()).enumerate() {
+            if let (Some(light), Some(unsure)) = (light.as_slice_mut(), unsure.as_slice_mut()) {
+                spread.row(j, light, unsure);
+            }
+        }
+        (light, unsure)
+    }
+
+    /// The level of every block from its neighbours on its line, and by how much it changes from block to block.
+    fn levels(&self, holes: &[Hole]) -> (Array2<f32>, Array2<f32>) {
         let (lines, blocks) = self.mean.dim();
         let mut level = Array2::from_elem((lines, blocks), f32::NAN);
         let mut change = Array2::zeros((lines, blocks));
-        let mut work = Vec::new();
+        let mut window = Window::default();
+        let (mut valid, mut values) = (Vec::new(), Vec::new());
         for q in 0..lines {
             let v = q as f64 - self.half;
             let chords: Vec<(f64, f64)> = holes.iter().filter_map(|h| h.chord(v)).collect();
@@ -211,21 +223,25 @@ impl Strips {
                 let (from, to) = self.range(p);
                 chords.iter().any(|c| to > c.0 && from < c.1)
             };
-            let valid: Vec<usize> = (0..blocks).filter(|&p| self.mean[[q, p]].is_finite() && !in_hole(p)).collect();
+            valid.clear();
+            valid.extend((0..blocks).filter(|&p| self.mean[[q, p]].is_finite() && !in_hole(p)));
             if valid.len() < 2 {
                 continue;
             }
+            values.clear();
+            values.extend(valid.iter().map(|p| f64::from(self.mean[[q, *p]])));
+            window.clear();
+            let (mut at, mut of_last) = (0, f32::NAN);
             for p in 0..blocks {
-                let at = valid.partition_point(|k| *k < p);
+                at += usize::from(valid.get(at).is_some_and(|k| *k < p));
                 let own = usize::from(valid.get(at) == Some(&p));
                 let (before, after) = (at, valid.len() - at - own);
                 let side = if own == 1 { before.min(after).clamp(EDGE_BLOCKS, SEARCH_BLOCKS) } else { SIDE_BLOCKS };
-                let range = at - before.min(side)..at + own + after.min(side);
-                work.clear();
-                work.extend(valid[range].iter().map(|k| f64::from(self.mean[[q, *k]])));
-                if let Some(mean) = self.robust_mean(&mut work) {
-                    level[[q, p]] = mean as f32;
+                // beside a line's own blocks the neighbours are the same ones again
+                if window.slide_to(&values, at - before.min(side)..at + own + after.min(side)) {
+                    of_last = self.mean_near_median(&window.sorted) as f32;
                 }
+                level[[q, p]] = of_last;
             }
             for p in 0..blocks {
                 let (lo, hi) = (p.saturating_sub(1), (p + 1).min(blocks - 1));
@@ -236,28 +252,7 @@ impl Strips {
                 change[[q, p]] = if step.is_finite() { (step - noise as f32).max(0.0) } else { 0.0 };
             }
         }
-        let mut light = Array2::from_elem(dim, f32::NAN);
-        let mut unsure = Array2::zeros(dim);
-        for ((j, i), out) in light.indexed_iter_mut() {
-            let (u, v) = self.turned.uv(i as f64, j as f64);
-            let (line, t) = split(v + self.half);
-            let (p, s) = split((u + self.half - 0.5 * (self.block as f64 - 1.0)) / self.block as f64);
-            let (a, b) = (p.clamp(0, blocks as i64 - 1) as usize, (p + 1).clamp(0, blocks as i64 - 1) as usize);
-            let along = |q: i64| -> f32 {
-                let q = q.clamp(0, lines as i64 - 1) as usize;
-                let (l, r) = (level[[q, a]], level[[q, b]]);
-                match (l.is_finite(), r.is_finite()) {
-                    (true, true) => l + s as f32 * (r - l),
-                    (true, false) => l,
-                    _ => r,
-                }
-            };
-            let four = [along(line - 1), along(line), along(line + 1), along(line + 2)];
-            *out = catmull_rom(four, t as f32);
-            let q = line.clamp(0, lines as i64 - 1) as usize;
-            unsure[[j, i]] = change[[q, a]].max(change[[q, b]]);
-        }
-        (light, unsure)
+        (level, change)
     }
 
     /// First line and its place v, and one past the last line, that a range of v touches.
@@ -280,35 +275,62 @@ impl Strips {
 
     /// Mean of the blocks near their median.
     fn robust_mean(&self, values: &mut [f64]) -> Option<f64> {
-        let median = stats::median(values)?;
+        values.sort_unstable_by(f64::total_cmp);
+        (!values.is_empty()).then(|| self.mean_near_median(values))
+    }
+
+    /// The same of sorted ones, at least one.
+    fn mean_near_median(&self, sorted: &[f64]) -> f64 {
+        let middle = sorted.len() / 2;
+        let median = if sorted.len() % 2 == 1 { sorted[middle] } else { 0.5 * (sorted[middle - 1] + sorted[middle]) };
         let limit = CLIP_SIGMA * (self.variance(median) / self.block as f64).sqrt();
-        let (sum, n) =
-            values.iter().filter(|x| (**x - median).abs() <= limit).fold((0.0, 0usize), |(s, n), x| (s + x, n + 1));
-        Some(if n > 0 { sum / n as f64 } else { median })
+        let far = |x: &&f64| !((**x - median).abs() <= limit);
+        let (low, high) = (sorted.iter().take_while(far).count(), sorted.iter().rev().take_while(far).count());
+        if low + high >= sorted.len() {
+            return median;
+        }
+        let near = &sorted[low..sorted.len() - high];
+        near.iter().sum::<f64>() / near.len() as f64
     }
 }
 
-/// Whole and fractional part.
-fn split(x: f64) -> (i64, f64) {
-    let floor = x.floor();
-    (floor as i64, x - floor)
+/// A range of values kept in order while it moves along them.
+#[derive(Default)]
+struct Window {
+    range: Range<usize>,
+    sorted: Vec<f64>,
 }
 
-/// The cubic through the two middle of four equally spaced values.
-pub(crate) fn catmull_rom(p: [f32; 4], t: f32) -> f32 {
-    let (a, b) = (p[2] - p[0], 2.0 * p[0] - 5.0 * p[1] + 4.0 * p[2] - p[3]);
-    p[1] + 0.5 * t * (a + t * (b + t * (3.0 * (p[1] - p[2]) + p[3] - p[0])))
-}
-
-/// Bicubic value of an image; NaN within a pixel of its edge and where a neighbour is NaN.
-fn cubic_at(image: &Array2<f32>, x: f64, y: f64) -> f32 {
-    let ((i, t), (j, s)) = (split(x), split(y));
-    let (ny, nx) = image.dim();
-    if i < 1 || j < 1 || i + 2 >= nx as i64 || j + 2 >= ny as i64 {
-        return f32::NAN;
+impl Window {
+    fn clear(&mut self) {
+        self.range = 0..0;
+        self.sorted.clear();
     }
-    let (i, j) = (i as usize, j as usize);
-    let row =
-        |j: usize| catmull_rom([image[[j, i - 1]], image[[j, i]], image[[j, i + 1]], image[[j, i + 2]]], t as f32);
-    catmull_rom([row(j - 1), row(j), row(j + 1), row(j + 2)], s as f32)
+
+    /// Moves to another range of the values; false if it is there already.
+    fn slide_to(&mut self, values: &[f64], range: Range<usize>) -> bool {
+        if self.range == range {
+            return false;
+        }
+        let old = std::mem::replace(&mut self.range, range.clone());
+        if range.start < old.start || range.end < old.end || range.start >= old.end {
+            self.sorted.clear();
+            self.sorted.extend_from_slice(&values[range]);
+            self.sorted.sort_unstable_by(f64::total_cmp);
+            return true;
+        }
+        for gone in &values[old.start..range.start] {
+            let at = self.sorted.partition_point(|x| x.total_cmp(gone).is_lt());
+            self.sorted.remove(at);
+        }
+        for new in &values[old.end..range.end] {
+            let at = self.sorted.partition_point(|x| x.total_cmp(new).is_lt());
+            self.sorted.insert(at, *new);
+        }
+        true
+    }
 }
+
+#[cfg(test)]
+#[path = "trail_model_tests.rs"]
+mod tests;

@@ -5,15 +5,21 @@
 
 use ndarray::Array2;
 
+use crate::constants::FWHM_PER_SIGMA;
 use crate::photometry::stats;
 use crate::photometry::trail::Turned;
 
 /// A cell counts for at most this \[σ\]: a compact object cannot make a line.
 const CLIP_SIGMA: f64 = 3.0;
-/// Significance a line through the target must have: of some 5000 such lines, one in a hundred frames by chance.
-const THROUGH_SIGMA: f64 = 4.8;
-/// The same for a line anywhere: ten times as many.
-const ANYWHERE_SIGMA: f64 = 5.3;
+/// Significance a line through the target must have: of some 10 000 such lines one in fifty frames by chance. A trail of a
+/// twentieth of the flux of a target of S/N 10 has no more; the flux of a false one is a fraction of the flux's error.
+const THROUGH_SIGMA: f64 = 4.85;
+/// The same for a line anywhere: many more lines, and less to lose.
+const ANYWHERE_SIGMA: f64 = 5.1;
+/// Lines looked at more closely.
+const SHARPENED: usize = 16;
+/// Width of a trail in the coarse cells \[FWHM\].
+const SMEARED_FWHM: f64 = 1.05;
 /// Significance the line must have on each side of the target by itself.
 const SIDE_SIGMA: f64 = 1.5;
 
@@ -45,13 +51,14 @@ pub(crate) fn faint_direction(
     let n = (std::f64::consts::PI / step).ceil() as usize;
     let mut sums: Vec<[f64; 2]> = vec![[0.0; 2]; (2.0 * half / bin) as usize + 2];
     let mut all: Vec<f64> = Vec::new();
-    // significance, angle, offset of the best line through the target and of the best anywhere
-    let mut best = [(0.0, 0.0, 0.0); 2];
+    // of each angle the best line through the target, and the best anywhere
+    let mut lines: Vec<Line> = Vec::new();
     for k in 0..n {
         let theta = k as f64 * std::f64::consts::PI / n as f64;
         let turned = Turned::new(dim, theta);
         add_up(&points, turned, half, bin, &mut sums);
         let own = turned.uv(target.0, target.1).1;
+        let mut best = [true, false].map(|through| Line { snr: 0.0, theta, v: 0.0, through });
         for (q, pair) in sums.windows(2).enumerate() {
             let weight = pair[0][1] + pair[1][1];
             if weight < 8.0 {
@@ -59,26 +66,39 @@ pub(crate) fn faint_direction(
             }
             let snr = (pair[0][0] + pair[1][0]) / weight.sqrt();
             let v = (q + 1) as f64 * bin - half;
-            let through = (v - own).abs() < target.2;
-            for (b, counts) in best.iter_mut().zip([through, true]) {
-                if counts && snr > b.0 {
-                    *b = (snr, theta, v);
-                }
+            let own_line = &mut best[usize::from((v - own).abs() >= target.2)];
+            if snr > own_line.snr {
+                (own_line.snr, own_line.v) = (snr, v);
             }
             if (k + q) % 7 == 0 {
                 all.push(snr);
             }
         }
+        lines.extend(best);
     }
     // a sky that is not white makes lines, too
     let unit = stats::mad_sigma(&mut all).unwrap_or(1.0).max(1.0);
-    let [through, anywhere] = best;
-    [(anywhere, ANYWHERE_SIGMA), (through, THROUGH_SIGMA)]
+    lines.sort_by(|a, b| b.snr.total_cmp(&a.snr));
+    let mut coarse_best: Vec<Line> = lines.iter().filter(|l| l.through).take(SHARPENED).copied().collect();
+    coarse_best.extend(lines.iter().filter(|l| !l.through).take(SHARPENED / 2));
+    let fine = coarse(net, hidden, noise, ((0.4 * fwhm).round() as usize).max(1));
+    let mut sharp: Vec<Line> = coarse_best.iter().map(|l| sharpened(&fine, dim, l, (step, bin, fwhm))).collect();
+    sharp.sort_by(|a, b| b.snr.total_cmp(&a.snr));
+    sharp
         .into_iter()
-        .filter(|((snr, ..), threshold)| *snr > threshold * unit)
-        .map(|((_, theta, v), _)| sharpened(&points, dim, theta, v, step, bin))
-        .find(|&(theta, v)| on_both_sides(&points, Turned::new(dim, theta), v, target, bin))
-        .map(|(theta, _)| theta)
+        .filter(|l| l.snr > unit * if l.through { THROUGH_SIGMA } else { ANYWHERE_SIGMA })
+        .find(|l| on_both_sides(&points, Turned::new(dim, l.theta), l.v, target, bin))
+        .map(|l| l.theta)
+}
+
+/// A line at `v` across the direction `theta`.
+#[derive(Debug, Clone, Copy)]
+struct Line {
+    snr: f64,
+    theta: f64,
+    v: f64,
+    /// Whether it crosses the target.
+    through: bool,
 }
 
 /// Squares of `k` cells outside `hidden`, in units of their noise.
@@ -125,32 +145,40 @@ fn along(points: &[Point], turned: Turned, v: f64, bin: f64, counts: impl Fn(f64
     })
 }
 
-/// The line in finer steps of angle and offset.
-fn sharpened(points: &[Point], dim: (usize, usize), theta: f64, v: f64, step: f64, bin: f64) -> (f64, f64) {
-    const STEPS: usize = 24;
-    let mut best = (f64::NEG_INFINITY, theta, v);
-    let fine = 0.25 * bin;
+/// The line in finer steps of angle and offset, under the Gaussian profile of a trail: `step` of the angle, `bin` of the
+/// offset before.
+fn sharpened(points: &[Point], dim: (usize, usize), line: &Line, (step, bin, fwhm): (f64, f64, f64)) -> Line {
+    const STEPS: usize = 48;
+    let fine = 0.125 * fwhm;
+    let turned = Turned::new(dim, line.theta);
+    let half = 0.5 * (dim.0 as f64).hypot(dim.1 as f64);
+    // what no turn of the line reaches need not be turned
+    let reach = 0.5 * STEPS as f64 * fine + 1.5 * step * half;
+    let near: Vec<&Point> = points.iter().filter(|p| (turned.uv(p.x, p.y).1 - line.v).abs() < reach).collect();
+    let sigma = SMEARED_FWHM * fwhm / FWHM_PER_SIGMA / fine;
+    let taps: Vec<f64> = (-16..=16).map(|k| (-0.5 * (f64::from(k) / sigma).powi(2)).exp()).collect();
+    let mut best = Line { snr: f64::NEG_INFINITY, ..*line };
     for k in -6..=6 {
-        let theta = theta + 0.25 * f64::from(k) * step;
+        let theta = line.theta + 0.25 * f64::from(k) * step;
         let turned = Turned::new(dim, theta);
-        // offsets from 3 bins below to 3 above
         let mut sums = [[0.0; 2]; STEPS];
-        for p in points {
-            let q = (turned.uv(p.x, p.y).1 - v) / fine + 0.5 * STEPS as f64;
+        for p in &near {
+            let q = (turned.uv(p.x, p.y).1 - line.v) / fine + 0.5 * STEPS as f64;
             if let Some(at) = sums.get_mut(q as usize).filter(|_| q >= 0.0) {
                 at[0] += p.value;
                 at[1] += 1.0;
             }
         }
-        for (l, window) in sums.windows(8).enumerate() {
-            let (sum, n) = window.iter().fold((0.0, 0.0), |(s, n), w| (s + w[0], n + w[1]));
+        for (l, window) in sums.windows(taps.len()).enumerate() {
+            let v = line.v + fine * (l as f64 + 16.5 - 0.5 * STEPS as f64);
+            let (sum, n) = window.iter().zip(&taps).fold((0.0, 0.0), |(s, n), (w, t)| (s + t * w[0], n + t * t * w[1]));
             let snr = sum / f64::max(n, 1.0).sqrt();
-            if snr > best.0 {
-                best = (snr, theta, v + fine * (l as f64 + 4.0 - 0.5 * STEPS as f64));
+            if snr > best.snr && (v - line.v).abs() < 1.1 * bin {
+                best = Line { snr, theta, v, ..*line };
             }
         }
     }
-    (best.1, best.2)
+    best
 }
 
 /// Whether the line is there before and behind the target, equally bright within the noise.

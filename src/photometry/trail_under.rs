@@ -2,7 +2,8 @@
 //!
 //! Electrons per pixel; lines of cells along the trails. Leaves out: where the trails are (`trail_model`).
 
-use crate::photometry::trail_model::{Hole, Level, Strips, catmull_rom};
+use crate::photometry::trail_model::{Hole, Level, Strips};
+use crate::photometry::trail_turn::catmull_rom;
 
 /// The levels of the lines under an aperture.
 #[derive(Debug, Clone)]
@@ -35,7 +36,7 @@ impl Under {
     /// The level at v, by the cubic through four lines.
     pub fn at(&self, v: f64) -> f64 {
         let x = (v - self.v0).clamp(1.0, self.levels.len() as f64 - 2.001);
-        let k = x.floor() as usize;
+        let k = x as usize;
         let of = |q: usize| self.levels[q].mean as f32;
         f64::from(catmull_rom([of(k - 1), of(k), of(k + 1), of(k + 2)], (x - k as f64) as f32))
     }

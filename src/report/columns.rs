@@ -106,7 +106,11 @@ pub const PHOTOMETRY: &[Column] = &[
     number("inst_mag", "mag", "-2.5 log10 of the flux in electrons per second, aper_corr_mag included"),
     number("v_mag", "mag", "apparent V magnitude outside the atmosphere"),
     number("v_mag_err", "mag", "1-sigma random error of v_mag"),
-    number("v_mag_err_sys", "mag", "1-sigma systematic error of v_mag, common to the night"),
+    number(
+        "v_mag_err_sys",
+        "mag",
+        "1-sigma systematic error of v_mag: zeropoint, scatter of one pointing, gain table, aperture correction",
+    ),
     number("zp_age_d", "d", "time from the night of the zeropoint to this frame; missing if it is this night's own"),
     number("zp_extra_err_mag", "mag", "error of using another night's zeropoint, part of v_mag_err_sys"),
     number(
@@ -208,7 +212,11 @@ pub const RESIDUALS: &[Column] = &[
     text("illum", "largest light: sun, penumbra, moon, lunar_earthshine, earthshine or none"),
     number("v_mag", "mag", "apparent V magnitude outside the atmosphere"),
     number("v_mag_err", "mag", "1-sigma random error of v_mag"),
-    number("v_mag_err_sys", "mag", "1-sigma systematic error of v_mag, common to the night"),
+    number(
+        "v_mag_err_sys",
+        "mag",
+        "1-sigma systematic error of v_mag: zeropoint, scatter of one pointing, gain table, aperture correction",
+    ),
     number("model_v_mag", "mag", "modelled V magnitude, all lights"),
     number("model_err_mag", "mag", "numerical error of model_v_mag (quadrature); not how wrong the model is"),
     number("residual_mag", "mag", "observed minus modelled magnitude; positive = observed fainter"),
@@ -260,4 +268,34 @@ pub const SKY: &[Column] = &[
     number("lunar_earthshine_v_mag", "mag", "modelled V magnitude by moonlight from the Earth alone"),
     number("model_err_mag", "mag", "numerical error of model_v_mag (quadrature); not how wrong the model is"),
     number("flux_per_e0", "", "irradiance at the observer by all lights, in units of the Sun's at 1 au"),
+];
+
+/// Columns of `accuracy.ecsv`: one row per setting of a knob.
+pub const ACCURACY: &[Column] = &[
+    text("method", "what is computed"),
+    text("case", "the situation"),
+    text("knob", "what is set"),
+    text("setting", "its value"),
+    bits("is_default", "1 = the setting taken unless told otherwise"),
+    bits("on_front", "1 = no other setting of this case has both a smaller err_p95 and less CPU time"),
+    text("err_unit", "what the errors are: relative, or a unit"),
+    number("err_median", "", "half of the cases are better"),
+    number("err_p95", "", "95 of 100 cases are better"),
+    number("err_worst", "", "the worst case"),
+    integer("n", "cases the errors are from"),
+    text("work", "what cpu_us is the time of"),
+    number("cpu_us", "us", "CPU time of one piece of work, user and system, one thread"),
+    number("memory_kb", "kbyte", "memory of one piece of work, where it depends on the setting"),
+    text("reference", "what the errors are measured against"),
+];
+
+/// Columns of `extremes.ecsv`: one row per stiff or extreme case.
+pub const EXTREMES: &[Column] = &[
+    text("area", "part of the program"),
+    text("case", "the case, with the unit of its numbers"),
+    text("expected", "what is expected: a number from a closed form or an independent computation, or a refusal"),
+    text("got", "what came out"),
+    number("error", "", "how far off it is, relative or in the unit of the case; missing for refusals"),
+    number("limit", "", "how far off it may be"),
+    text("verdict", "ok, known limit or WRONG"),
 ];

@@ -13,7 +13,7 @@ use serde::de::DeserializeOwned;
 use super::columns::{self, Column, Datatype};
 use super::file::write_atomic;
 use super::meta::{Meta, scalar};
-use super::rows::{PhotometryRow, ResidualRow, SkyRow, StarRow};
+use super::rows::{AccuracyRow, ExtremeRow, PhotometryRow, ResidualRow, SkyRow, StarRow};
 use crate::error::{Error, Result};
 
 /// Decimals an MJD keeps at least: 9 gave ±41 µs, 10 are the law of the format.
@@ -74,6 +74,22 @@ fn picked() -> impl Iterator<Item = usize> {
 /// As [`write_photometry`].
 pub fn write_sky(path: &Path, rows: &[SkyRow], meta: &Meta) -> Result<()> {
     write(path, rows, columns::SKY, meta)
+}
+
+/// Writes `accuracy.ecsv`.
+///
+/// # Errors
+/// As [`write_photometry`].
+pub fn write_accuracy(path: &Path, rows: &[AccuracyRow], meta: &Meta) -> Result<()> {
+    write(path, rows, columns::ACCURACY, meta)
+}
+
+/// Writes `extremes.ecsv`.
+///
+/// # Errors
+/// As [`write_photometry`].
+pub fn write_extremes(path: &Path, rows: &[ExtremeRow], meta: &Meta) -> Result<()> {
+    write(path, rows, columns::EXTREMES, meta)
 }
 
 /// Reads `photometry.ecsv`: columns by name in any order, unknown ones ignored.

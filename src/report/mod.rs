@@ -3,6 +3,7 @@
 //! Rows in, files out: ECSV tables by one schema ([`columns`]), SVG figures from the rows of those tables, the gallery of
 //! cutouts, the text of the closing summary. Magnitudes, degrees and kilometres as in the files. Computes no photometry and no model.
 
+pub mod accuracy;
 pub mod columns;
 pub mod ecsv;
 mod file;
@@ -21,5 +22,5 @@ pub use ecsv::{
 pub use file::write_atomic;
 pub use gallery::write_gallery;
 pub use meta::{Meta, MetaValue};
-pub use rows::{PhotometryRow, ResidualRow, SkyRow, StarRow};
+pub use rows::{AccuracyRow, ExtremeRow, PhotometryRow, ResidualRow, SkyRow, StarRow};
 pub use thumb::Thumb;

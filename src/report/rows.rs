@@ -93,7 +93,7 @@ pub struct PhotometryRow {
     pub v_mag: Option<f64>,
     /// 1-sigma random error of v_mag \[mag\].
     pub v_mag_err: Option<f64>,
-    /// 1-sigma systematic error of v_mag, common to the night \[mag\].
+    /// 1-sigma systematic error of v_mag \[mag\]: zeropoint, scatter of one pointing, gain table, aperture correction.
     pub v_mag_err_sys: Option<f64>,
     /// Time from the night of the zeropoint to this frame; missing if it is this night's own \[d\].
     pub zp_age_d: Option<f64>,
@@ -280,7 +280,7 @@ pub struct ResidualRow {
     pub v_mag: Option<f64>,
     /// 1-sigma random error of v_mag \[mag\].
     pub v_mag_err: Option<f64>,
-    /// 1-sigma systematic error of v_mag, common to the night \[mag\].
+    /// 1-sigma systematic error of v_mag \[mag\]: zeropoint, scatter of one pointing, gain table, aperture correction.
     pub v_mag_err_sys: Option<f64>,
     /// Modelled V magnitude, all lights \[mag\].
     pub model_v_mag: Option<f64>,
@@ -321,4 +321,58 @@ pub struct SkyRow {
     pub model_err_mag: Option<f64>,
     /// Irradiance at the observer by all lights, in units of the Sun's at 1 au.
     pub flux_per_e0: f64,
+}
+
+/// One setting of a knob: a row of `accuracy.ecsv`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct AccuracyRow {
+    /// What is computed.
+    pub method: String,
+    /// The situation.
+    pub case: String,
+    /// What is set.
+    pub knob: String,
+    /// Its value.
+    pub setting: String,
+    /// 1 = the setting taken unless told otherwise.
+    pub is_default: i32,
+    /// 1 = no other setting of this case has both a smaller err_p95 and less CPU time.
+    pub on_front: i32,
+    /// What the errors are: relative, or a unit.
+    pub err_unit: String,
+    /// Half of the cases are better.
+    pub err_median: Option<f64>,
+    /// 95 of 100 cases are better.
+    pub err_p95: Option<f64>,
+    /// The worst case; missing if one case gave no number.
+    pub err_worst: Option<f64>,
+    /// Cases the errors are from.
+    pub n: i64,
+    /// What cpu_us is the time of.
+    pub work: String,
+    /// CPU time of one piece of work, user and system, one thread \[µs\].
+    pub cpu_us: f64,
+    /// Memory of one piece of work, where it depends on the setting \[kB\].
+    pub memory_kb: Option<f64>,
+    /// What the errors are measured against.
+    pub reference: String,
+}
+
+/// One stiff or extreme case: a row of `extremes.ecsv`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ExtremeRow {
+    /// Part of the program.
+    pub area: String,
+    /// The case, with the unit of its numbers.
+    pub case: String,
+    /// What is expected.
+    pub expected: String,
+    /// What came out.
+    pub got: String,
+    /// How far off it is; missing for refusals.
+    pub error: Option<f64>,
+    /// How far off it may be.
+    pub limit: Option<f64>,
+    /// ok, known limit or WRONG.
+    pub verdict: String,
 }

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use satphot::config::Config;
-use satphot::frames::{Exposure, Frame, Gain, classify};
+use satphot::frames::{Buffers, Electrons, Exposure, Frame, Gain, MasterFlat, classify};
 
 /// A header block of cards, padded.
 pub fn header(cards: &[String]) -> Vec<u8> {
@@ -91,6 +91,18 @@ pub fn shared(what: &str) -> Option<PathBuf> {
     }
     println!("skipped: ../shared/{what} not present");
     None
+}
+
+/// One exposure as electrons, flattened by `flat`.
+pub fn read(
+    exposure: &Exposure,
+    gain: Gain,
+    clip_radius_px: Option<f64>,
+    flat: Option<&MasterFlat>,
+) -> satphot::error::Result<Frame<Electrons>> {
+    let buffers = Buffers::default();
+    let frame = satphot::frames::read(exposure, gain, clip_radius_px, flat, &buffers)?;
+    Ok(Frame::clone(&frame))
 }
 
 pub fn sum<U>(frame: &Frame<U>) -> f64 {

@@ -9,7 +9,7 @@ use ndarray::Array2;
 use rand::SeedableRng;
 use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, Normal, Poisson};
-use satphot::frames::{Electrons, ElectronsPerAdu, Frame, Gain};
+use satphot::frames::{Electrons, ElectronsPerAdu, Frame, Gain, mask};
 use statrs::function::erf::erf;
 
 pub const FWHM_PER_SIGMA: f64 = 2.354_820_045_030_949;
@@ -88,6 +88,19 @@ pub fn frame(pixels: Array2<f32>, read_noise_e: f64) -> Frame<Electrons> {
         saturation_adu: 1e9,
     };
     Frame::from_electrons(PathBuf::from("test.fits"), pixels, gain)
+}
+
+/// What is read inside a clip circle around the middle: NaN and CLIPPED outside.
+pub fn clipped(mut frame: Frame<Electrons>, radius_px: f64) -> Frame<Electrons> {
+    let (ny, nx) = frame.pixels.dim();
+    let (cx, cy) = ((nx as f64 - 1.0) / 2.0, (ny as f64 - 1.0) / 2.0);
+    for ((j, i), bits) in frame.mask.indexed_iter_mut() {
+        if (i as f64 - cx).powi(2) + (j as f64 - cy).powi(2) > radius_px * radius_px {
+            *bits |= mask::CLIPPED;
+            frame.pixels[[j, i]] = f32::NAN;
+        }
+    }
+    frame
 }
 
 /// Mean and standard deviation.

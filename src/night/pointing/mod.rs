@@ -9,6 +9,8 @@ mod rows;
 use std::path::Path;
 
 use hifitime::Epoch;
+use rstar::primitives::GeomWithData;
+use rstar::{AABB, RTree};
 
 use crate::error::{Error, Result};
 use crate::frames::{Exposure, Gain};
@@ -22,7 +24,7 @@ use crate::photometry::background::background;
 use crate::photometry::catalogue::Catalogue;
 use crate::photometry::centroid::centroid;
 use crate::photometry::detect::{Source, detect, stellar_fwhm};
-use crate::photometry::flux::{Flux, measure};
+use crate::photometry::flux::{Flux, measure_all};
 use crate::photometry::growth::{FrameGrowth, StarProfile, frame_growth};
 use crate::photometry::wcs::Wcs;
 
@@ -147,14 +149,15 @@ pub fn measure_member(exposure: &Exposure, bench: &Bench, catalogue: &Catalogue)
     let seeing_px = seeing_px.filter(|_| p.aper_correction);
     let growth = seeing_px.and_then(|seeing_px| frame_growth(&frame, &sky, &sources, seeing_px, p.clip_sigma));
     let radii_px = [p.aper_r_fwhm, p.sky_in_fwhm, p.sky_out_fwhm].map(|r| r * fwhm_px);
-    let mut measured = Vec::new();
-    let mut claims: Vec<Option<usize>> = Vec::new();
+    let source_places = Places::of(sources.iter().map(|s| (s.x_px, s.y_px)));
+    let mut places: Vec<(usize, Option<Nearest>)> = Vec::new();
+    let mut positions: Vec<(f64, f64)> = Vec::new();
     for (index, x, y) in predicted {
         let (x, y) = alignment.apply(x, y);
         if !inside(x, y, exposure.size_px) {
             continue;
         }
-        let nearest = nearest(&sources, x, y, match_px);
+        let nearest = nearest(&sources, &source_places, x, y, match_px);
         let mut at = (x, y);
         if let Some(found) = &nearest {
             let source = &sources[found.source];
@@ -167,8 +170,14 @@ pub fn measure_member(exposure: &Exposure, bench: &Bench, catalogue: &Catalogue)
                 at = centre;
             }
         }
-        let shape = Shape::Circle { r_px: radii_px[0] };
-        let mut flux = measure(&frame, &sky, at.0, at.1, shape, radii_px[1], radii_px[2], p.clip_sigma);
+        places.push((index, nearest));
+        positions.push(at);
+    }
+    let shape = Shape::Circle { r_px: radii_px[0] };
+    let fluxes = measure_all(&frame, &sky, &positions, shape, (radii_px[1], radii_px[2]), p.clip_sigma);
+    let mut measured = Vec::new();
+    let mut claims: Vec<Option<usize>> = Vec::new();
+    for (((index, nearest), at), mut flux) in places.into_iter().zip(positions).zip(fluxes) {
         if nearest.as_ref().is_some_and(|n| n.ambiguous) || catalogue.stars[index].ambiguous {
             flux.flags.set(Flags::NEIGHBOUR);
         }
@@ -247,10 +256,35 @@ struct Nearest {
     ambiguous: bool,
 }
 
-/// The nearest detection within `radius_px`.
-fn nearest(sources: &[Source], x: f64, y: f64, radius_px: f64) -> Option<Nearest> {
+/// Positions \[px\] that can be asked who is near.
+struct Places(RTree<GeomWithData<[f64; 2], usize>>);
+
+impl Places {
+    /// Positions that are not finite are near nothing.
+    fn of(positions: impl Iterator<Item = (f64, f64)>) -> Self {
+        let finite = positions.enumerate().filter(|(_, (x, y))| x.is_finite() && y.is_finite());
+        Self(RTree::bulk_load(finite.map(|(k, (x, y))| GeomWithData::new([x, y], k)).collect()))
+    }
+
+    /// Indices of the positions in a square of half-width `reach_px` around a position, edges included, ascending.
+    fn around(&self, x: f64, y: f64, reach_px: f64) -> Vec<usize> {
+        if !(x.is_finite() && y.is_finite() && reach_px >= 0.0) {
+            return Vec::new();
+        }
+        // a little more, so that rounding loses nobody: who asks decides
+        let reach_px = reach_px + 1e-6;
+        let square = AABB::from_corners([x - reach_px, y - reach_px], [x + reach_px, y + reach_px]);
+        let mut near: Vec<usize> = self.0.locate_in_envelope(&square).map(|point| point.data).collect();
+        near.sort_unstable();
+        near
+    }
+}
+
+/// The nearest detection within `radius_px`; `places` are those of `sources`.
+fn nearest(sources: &[Source], places: &Places, x: f64, y: f64, radius_px: f64) -> Option<Nearest> {
     let distance = |s: &Source| (s.x_px - x).hypot(s.y_px - y);
-    let within: Vec<usize> = (0..sources.len()).filter(|&k| distance(&sources[k]) <= radius_px).collect();
+    let mut within = places.around(x, y, radius_px);
+    within.retain(|&k| distance(&sources[k]) <= radius_px);
     let source = within.iter().copied().min_by(|&a, &b| distance(&sources[a]).total_cmp(&distance(&sources[b])))?;
     let light = sources[source].flux_e;
     let ambiguous = within.iter().any(|&k| k != source && sources[k].flux_e > AMBIGUOUS_FRAC * light);
@@ -286,10 +320,13 @@ fn flag_neighbours(stars: &mut [MemberStar], catalogue: &Catalogue, r_px: f64, f
     let sigma = fwhm_px / crate::constants::FWHM_PER_SIGMA;
     let reach = r_px + 4.0 * sigma;
     let places: Vec<(usize, f64, f64)> = stars.iter().map(|s| (s.index, s.x_px, s.y_px)).collect();
+    let near = Places::of(places.iter().map(|place| (place.1, place.2)));
     for star in stars.iter_mut() {
         let own = catalogue.stars[star.index].v_mag;
-        let light: f64 = places
-            .iter()
+        let light: f64 = near
+            .around(star.x_px, star.y_px, reach)
+            .into_iter()
+            .map(|k| &places[k])
             .filter(|(index, x, y)| {
                 *index != star.index && (x - star.x_px).abs() < reach && (y - star.y_px).abs() < reach
             })
@@ -302,5 +339,27 @@ fn flag_neighbours(stars: &mut [MemberStar], catalogue: &Catalogue, r_px: f64, f
         if light * star.flux.flux_e.abs() > NEIGHBOUR_SIGMA * star.flux.flux_err_e {
             star.flux.flags.set(Flags::NEIGHBOUR);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn those_around_a_place_are_those_of_a_search_through_all() {
+        // a lattice with a few that are nowhere; squares whose edges run through its points
+        let all: Vec<(f64, f64)> = (0..900)
+            .map(|k| (f64::from(k % 30), f64::from(k / 30)))
+            .map(|(x, y)| if (x, y) == (7.0, 7.0) { (f64::NAN, y) } else { (x, y) })
+            .collect();
+        let places = Places::of(all.iter().copied());
+        for (x, y, reach) in [(3.0, 4.0, 2.0), (7.3, 6.9, 5.25), (-2.0, 31.0, 2.0), (15.0, 15.0, 0.0), (50.0, 3.0, 9.0)]
+        {
+            let within = |k: &usize| (all[*k].0 - x).abs() <= reach && (all[*k].1 - y).abs() <= reach;
+            let plain: Vec<usize> = (0..all.len()).filter(within).collect();
+            assert_eq!(places.around(x, y, reach), plain, "{x} {y} {reach}");
+        }
+        assert!(places.around(f64::NAN, 1.0, 5.0).is_empty());
     }
 }

@@ -4,15 +4,18 @@
 //! is convex and symmetric about its centre. Leaves out: growth curves, sky, masks.
 
 mod outline;
+mod oval;
 mod overlap;
 mod pixels;
+mod ring;
 
 use std::f64::consts::PI;
 use std::fmt;
 
 pub(crate) use outline::Outline;
-pub(crate) use pixels::cells;
 pub use pixels::{Bounds, circle_sum, for_each_pixel, shape_sum};
+pub(crate) use pixels::{cells, for_each_row};
+pub(crate) use ring::for_each_ring_run;
 
 /// The outline of an aperture.
 #[derive(Debug, Clone, Copy, PartialEq)]

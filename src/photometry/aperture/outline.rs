@@ -4,13 +4,14 @@
 //! core with or without round caps. Leaves out: which pixels there are.
 
 use super::Shape;
+use super::oval::{MIN_SEMI_AXIS_PX, Oval};
 use super::overlap::{Polygon, unit_disc_polygon_area};
 
 /// What a shape is made of.
 #[derive(Debug, Clone, Copy)]
 enum Kind {
-    /// Inside is p·dx² + 2q·dx·dy + r·dy² ≤ 1; semi-axes a and b.
-    Oval { p: f64, q: f64, r: f64, a: f64, b: f64 },
+    /// A circle or an ellipse.
+    Oval(Oval),
     /// |u| ≤ core and |v| ≤ half width; with caps also all within half a width of the ends (±core, 0).
     Bar { core: f64, half_width: f64, caps: bool },
 }
@@ -28,16 +29,7 @@ impl Outline {
         let (a, b, theta) = shape.axes();
         let (sin, cos) = theta.sin_cos();
         let kind = match shape {
-            Shape::Circle { .. } | Shape::Ellipse { .. } => {
-                let (s, t) = (1.0 / (a * a), 1.0 / (b * b));
-                Kind::Oval {
-                    p: cos * cos * s + sin * sin * t,
-                    q: sin * cos * (s - t),
-                    r: sin * sin * s + cos * cos * t,
-                    a,
-                    b,
-                }
-            }
+            Shape::Circle { .. } | Shape::Ellipse { .. } => Kind::Oval(Oval::new(a, b, (sin, cos))),
             Shape::Rectangle { .. } => Kind::Bar { core: a, half_width: b, caps: false },
             Shape::Pill { .. } => {
                 let cap = b.min(a);
@@ -54,7 +46,7 @@ impl Outline {
 
     pub(super) fn contains(&self, dx: f64, dy: f64) -> bool {
         match self.kind {
-            Kind::Oval { p, q, r, .. } => p * dx * dx + 2.0 * q * dx * dy + r * dy * dy <= 1.0,
+            Kind::Oval(Oval { p, q, r, .. }) => p * dx * dx + 2.0 * q * dx * dy + r * dy * dy <= 1.0,
             Kind::Bar { core, half_width, caps } => {
                 let [u, v] = self.along_across(dx, dy);
                 let beyond = u.abs() - core;
@@ -71,7 +63,7 @@ impl Outline {
         let corners =
             [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(x, y)| self.along_across(dx + x, dy + y));
         let area = match self.kind {
-            Kind::Oval { a, b, .. } => {
+            Kind::Oval(Oval { a, b, .. }) => {
                 let in_disc = corners.map(|[u, v]| [u / a, v / b]);
                 unit_disc_polygon_area(&in_disc) * a * b
             }
@@ -94,14 +86,25 @@ impl Outline {
 
     /// The range of dx inside at `dy`.
     pub(super) fn chord(&self, dy: f64) -> Option<(f64, f64)> {
-        self.line([0.0, dy], [1.0, 0.0])
+        match &self.kind {
+            Kind::Oval(oval) => oval.chord(dy),
+            Kind::Bar { .. } => self.line([0.0, dy], [1.0, 0.0]),
+        }
+    }
+
+    /// The oval, if it is one and wide enough to be integrated row by row.
+    pub(super) fn wide_oval(&self) -> Option<&Oval> {
+        match &self.kind {
+            Kind::Oval(oval) if oval.a.min(oval.b) >= MIN_SEMI_AXIS_PX => Some(oval),
+            _ => None,
+        }
     }
 
     /// The range of t for which `from` + t · `direction` is inside.
     pub(crate) fn line(&self, from: [f64; 2], direction: [f64; 2]) -> Option<(f64, f64)> {
         let ([x, y], [ux, uy]) = (from, direction);
         match self.kind {
-            Kind::Oval { p, q, r, .. } => {
+            Kind::Oval(Oval { p, q, r, .. }) => {
                 // A t² + 2 B t + C ≤ 0
                 let (a, b) =
                     (p * ux * ux + 2.0 * q * ux * uy + r * uy * uy, p * x * ux + q * (x * uy + y * ux) + r * y * uy);
@@ -137,10 +140,7 @@ impl Outline {
     /// Largest dx of the shape and a dy where it is reached.
     pub(super) fn rightmost(&self) -> (f64, f64) {
         match self.kind {
-            Kind::Oval { p, q, r, .. } => {
-                let x = (r / (p * r - q * q)).sqrt();
-                (x, -q * x / r)
-            }
+            Kind::Oval(Oval { x_max, right_y, .. }) => (x_max, right_y),
             Kind::Bar { core, half_width, caps } => {
                 let ahead = core * self.cos.signum();
                 if caps {
@@ -155,7 +155,7 @@ impl Outline {
     /// Largest dy of the shape.
     pub(super) fn top(&self) -> f64 {
         match self.kind {
-            Kind::Oval { p, q, r, .. } => (p / (p * r - q * q)).sqrt(),
+            Kind::Oval(Oval { y_max, .. }) => y_max,
             Kind::Bar { core, half_width, caps } => {
                 core * self.sin.abs() + half_width * if caps { 1.0 } else { self.cos.abs() }
             }

@@ -2,10 +2,13 @@
 //!
 //! Full-frame columns and rows. Inside the outline no pixel is integrated. Leaves out: sky, masks, errors.
 
+use std::ops::Range;
+
 use ndarray::Array2;
 
 use super::Shape;
 use super::outline::Outline;
+use super::oval::LANES;
 use crate::frames::Frame;
 
 /// The pixels that exist: full-frame columns `x0..x1` and rows `y0..y1`.
@@ -40,13 +43,16 @@ impl Bounds {
 }
 
 /// The integers i in `lo..hi` whose unit cells meet the interval from `from` to `to`.
-pub(crate) fn cells(from: f64, to: f64, lo: usize, hi: usize) -> std::ops::Range<usize> {
+#[inline]
+pub(crate) fn cells(from: f64, to: f64, lo: usize, hi: usize) -> Range<usize> {
     if from.is_nan() || to.is_nan() || from > to {
         return lo..lo;
     }
-    let first = (from + 0.5).floor().clamp(lo as f64, hi as f64) as usize;
-    let last = (to + 0.5).floor().clamp(lo as f64 - 1.0, hi as f64 - 1.0) + 1.0;
-    first..(last.max(0.0) as usize).max(first)
+    // clamped above zero first, a cast is the floor: without SSE 4.1 `floor` is a function
+    let first = (from + 0.5).clamp(lo as f64, hi as f64) as usize;
+    let last = (to + 0.5).clamp(lo as f64 - 1.0, hi as f64 - 1.0);
+    let end = if last < 0.0 { 0 } else { last as usize + 1 };
+    first..end.max(first)
 }
 
 /// Calls `visit(i, j, fraction)` for every pixel (column i, row j) of `bounds` that the shape at (`x`, `y`) covers.
@@ -55,18 +61,36 @@ pub(crate) fn cells(from: f64, to: f64, lo: usize, hi: usize) -> std::ops::Range
 /// chords at the two edges of the row (the shape is convex); only outline pixels are integrated. A position that is not
 /// finite or a shape without area visits nothing.
 pub fn for_each_pixel(shape: &Shape, x: f64, y: f64, bounds: Bounds, mut visit: impl FnMut(usize, usize, f64)) {
+    for_each_row(shape, x, y, bounds, |first, j, shares| {
+        for (i, share) in (first..).zip(shares).filter(|(_, share)| **share > 0.0) {
+            visit(i, j, *share);
+        }
+    });
+}
+
+/// The same pixels row by row: `visit(first, j, shares)` with the shares of the columns from `first` on, so that a row
+/// can be summed as a slice. Those at its ends may be 0.
+pub(crate) fn for_each_row(shape: &Shape, x: f64, y: f64, bounds: Bounds, mut visit: impl FnMut(usize, usize, &[f64])) {
     if !(shape.is_drawn() && x.is_finite() && y.is_finite()) {
         return;
     }
     let outline = Outline::of(shape);
+    let oval = outline.wide_oval();
     let (right, right_dy) = outline.rightmost();
     let top = outline.top();
-    for j in cells(y - top, y + top, bounds.y0, bounds.y1) {
-        let (low, high) = (j as f64 - 0.5 - y, j as f64 + 0.5 - y);
+    let rows = cells(y - top, y + top, bounds.y0, bounds.y1);
+    // edges of pixels: i − ½ is exact, so neighbours and rows agree on them to the bit
+    let column_edge = |i: usize| (i as f64 - 0.5) - x;
+    let row_edge = |j: usize| (j as f64 - 0.5) - y;
+    let mut shares = Vec::new();
+    let mut at_high = outline.chord(row_edge(rows.start));
+    for j in rows {
+        let (low, high) = (row_edge(j), row_edge(j + 1));
+        let at_low = std::mem::replace(&mut at_high, outline.chord(high));
         // the range of dx the shape reaches in this row, and the range it fills
         let (mut reach, mut fill) = ((f64::INFINITY, f64::NEG_INFINITY), (f64::NEG_INFINITY, f64::INFINITY));
-        for dy in [low, high] {
-            match outline.chord(dy) {
+        for chord in [at_low, at_high] {
+            match chord {
                 Some((l, r)) => {
                     reach = (reach.0.min(l), reach.1.max(r));
                     fill = (fill.0.max(l), fill.1.min(r));
@@ -85,18 +109,62 @@ pub fn for_each_pixel(shape: &Shape, x: f64, y: f64, bounds: Bounds, mut visit: 
             reach = (-right, right);
         }
         // a little slack on both sides: rounding must not lose a sliver
-        for i in cells(x + reach.0 - 1e-9, x + reach.1 + 1e-9, bounds.x0, bounds.x1) {
-            let dx = i as f64 - x;
-            if dx - 0.5 >= fill.0 && dx + 0.5 <= fill.1 {
-                visit(i, j, 1.0);
-            } else {
-                let fraction = outline.pixel_fraction(dx, j as f64 - y);
-                if fraction > 0.0 {
-                    visit(i, j, fraction);
+        let reached = cells(x + reach.0 - 1e-9, x + reach.1 + 1e-9, bounds.x0, bounds.x1);
+        let filled = columns_within(fill, &reached, x, column_edge);
+        let row = oval.map(|oval| oval.row(low, high, at_low, at_high));
+        shares.clear();
+        shares.resize(reached.len(), 1.0);
+        // the outline's pixels, those left of the filled ones and those right of them, as one sequence
+        let (n_left, n) = (filled.start - reached.start, reached.len() - filled.len());
+        let place = |k: usize| if k < n_left { k } else { k + filled.len() };
+        match &row {
+            Some(row) => {
+                for k in (0..n).step_by(LANES) {
+                    let (mut left, mut right) = ([0.0; LANES], [0.0; LANES]);
+                    for lane in 0..LANES {
+                        let i = reached.start + place(k + lane);
+                        (left[lane], right[lane]) = (column_edge(i), column_edge(i + 1));
+                    }
+                    let of_block = row.shares(&left, &right);
+                    for lane in 0..LANES.min(n - k) {
+                        shares[place(k + lane)] = of_block[lane];
+                    }
+                }
+            }
+            None => {
+                for k in (0..n).map(place) {
+                    shares[k] = outline.pixel_fraction((reached.start + k) as f64 - x, j as f64 - y);
                 }
             }
         }
+        if !shares.is_empty() {
+            visit(reached.start, j, &shares);
+        }
     }
+}
+
+/// The columns of `reached` whose pixels lie wholly in the range `fill` of dx; without any, an empty range at its end.
+fn columns_within(
+    fill: (f64, f64),
+    reached: &Range<usize>,
+    x: f64,
+    column_edge: impl Fn(usize) -> f64,
+) -> Range<usize> {
+    let nothing = reached.end..reached.end;
+    if fill.0 > fill.1 {
+        return nothing;
+    }
+    // a guess by rounding, at most two off, put right by what decides
+    let clamp = |v: f64| v.clamp(reached.start as f64, reached.end as f64) as usize;
+    let mut first = clamp(fill.0 + x + 0.5);
+    for _ in 0..2 {
+        first += usize::from(first < reached.end && column_edge(first) < fill.0);
+    }
+    let mut end = clamp(fill.1 + x + 1.5);
+    for _ in 0..2 {
+        end -= usize::from(end > first && column_edge(end) > fill.1);
+    }
+    if first < end { first..end } else { nothing }
 }
 
 /// Sum of the pixels in a shape: the plain kernel, no sky, no mask.

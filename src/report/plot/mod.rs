@@ -2,6 +2,7 @@
 //!
 //! Fixed sizes, colour-blind-safe colours (Okabe & Ito 2008), brightness upwards. A figure without data says why.
 
+mod accuracy;
 mod axis;
 mod brdf;
 mod canvas;
@@ -14,6 +15,7 @@ mod sky_map;
 mod transfer;
 mod zeropoint;
 
+pub use accuracy::error_against_time;
 pub use brdf::{FittedRow, brdf_curves, brdf_fit};
 pub use growth::growth_curve;
 pub use light_curve::{light_curve, light_curves};

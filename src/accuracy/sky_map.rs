@@ -1,0 +1,89 @@
+//! An all-sky map: error of reading a magnitude between its points, and the cost of the map, by spacing.
+//!
+//! Starlink V1.5 at 550 km with laboratory laws, the Sun 12° below the horizon. Between the points the logarithm of the
+//! flux is linear in altitude and azimuth. The reference is the model in that very direction.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha12Rng;
+
+use super::Stopwatch;
+use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use crate::brightness::settings::PUBLISHED_EARTH_RADIUS_KM;
+use crate::brightness::sky::{Body, Sky, SkyGrid, SkyMap, sky_map};
+use crate::brightness::{Model, ModelSettings, Satellite};
+use crate::error::{Error, Result};
+use crate::vector::Vector;
+
+const SATELLITE: &str = "starlink-v1.5-lab";
+const HEIGHT_KM: f64 = 550.0;
+/// Altitudes and azimuths of the maps.
+const GRIDS: [(usize, usize); 5] = [(10, 19), (16, 37), (31, 73), (46, 121), (91, 181)];
+/// Those of `satphot predict sky` unless told otherwise.
+const DEFAULT: (usize, usize) = (31, 73);
+/// Directions this near the horizon are left out \[rad\]: nobody observes there.
+const LEAST_ALT_RAD: f64 = 0.0873;
+
+/// V between the points of a map; `None` beside a direction without light.
+fn between(map: &SkyMap, alt_deg: f64, az_deg: f64) -> Option<f64> {
+    let (n_alt, n_az) = (map.grid.alt_deg.len(), map.grid.az_deg.len());
+    let (u, w) = (alt_deg / 90.0 * (n_alt - 1) as f64, az_deg / 360.0 * (n_az - 1) as f64);
+    let (i, j) = ((u as usize).min(n_alt - 2), (w as usize).min(n_az - 2));
+    let (s, t) = (u - i as f64, w - j as f64);
+    let at = |di: usize, dj: usize| map.points[(j + dj) * n_alt + i + di].v_mag();
+    Some((1.0 - t) * ((1.0 - s) * at(0, 0)? + s * at(1, 0)?) + t * ((1.0 - s) * at(0, 1)? + s * at(1, 1)?))
+}
+
+pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
+    let axes = [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)];
+    let sun = Body::sun((-12f64).to_radians(), FRAC_PI_2).at_infinity();
+    let sky = Sky::new(axes, (PUBLISHED_EARTH_RADIUS_KM, HEIGHT_KM), 0.0, sun, None)?;
+    let satellite = Satellite::named(SATELLITE)
+        .ok_or_else(|| Error::Model { problem: format!("{SATELLITE} is not in the list of satellites") })?;
+    let settings = ModelSettings { moon: false, ..ModelSettings::default() };
+    let model = Model::new(
+        &satellite,
+        &ModelSettings { earth_radius_km: Some(PUBLISHED_EARTH_RADIUS_KM), ..settings.clone() },
+    )?;
+    let mut rng = ChaCha12Rng::seed_from_u64(8);
+    let mut truth = Vec::new();
+    for _ in 0..stopwatch.effort.of(300, 5000) {
+        // even over the sky: the sine of the altitude is uniform
+        let alt = rng.random_range(LEAST_ALT_RAD.sin()..1.0f64).asin();
+        let az = rng.random_range(0.0..TAU);
+        if let Some(mag) = model.brightness(&sky.scene(alt, az))?.total_v_mag {
+            truth.push((alt.to_degrees(), az.to_degrees(), mag));
+        }
+    }
+    let mut points = Vec::new();
+    for (n_alt, n_az) in GRIDS {
+        let grid = SkyGrid::new(n_alt, n_az)?;
+        let map = sky_map(&sky, &grid, &satellite, &settings, &|| ())?;
+        let off: Vec<f64> =
+            truth.iter().filter_map(|(alt, az, mag)| between(&map, *alt, *az).map(|m| m - mag)).collect();
+        let mut failed = None;
+        let us = cpu_us(stopwatch, || {
+            failed = sky_map(&sky, &grid, &satellite, &settings, &|| ()).err();
+        });
+        if let Some(error) = failed {
+            return Err(error);
+        }
+        let kb = (map.points.len() * size_of_val(&map.points[0])) as f64 / 1024.0;
+        points.extend(Errors::of(&off).map(|errors| Point {
+            setting: format!("{n_alt}x{n_az}"),
+            errors,
+            cpu_us: us,
+            memory_kb: Some(kb),
+            is_default: (n_alt, n_az) == DEFAULT,
+        }));
+    }
+    Ok(Sweep {
+        knob: "grid",
+        work: "one map",
+        error: "mag",
+        reference: "the model in the very direction",
+        default_because: "3 x 5 deg is what a figure shows; a finer map is asked for with --grid",
+        series: vec![Series { label: "Starlink V1.5, Sun at -12 deg".into(), points }],
+    })
+}

@@ -1,0 +1,186 @@
+//! The sky at the rim of the field over that at its centre, read from those boxes of the mesh alone.
+//!
+//! Electrons, positions in pixels from the centre of the field. The rest of a target frame need not be read: rim and
+//! centre are a third of the clip circle. Leaves out what a departure means ([`super::vet`]).
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::error::Result;
+use crate::frames::{Buffers, Electrons, Frame, FrameReader};
+use crate::photometry::background::background;
+use crate::photometry::stats::median;
+
+/// Boxes with fewer good pixels than this share of a whole box do not count, as in the mesh of the whole frame.
+const MIN_GOOD_FRAC: f64 = 0.5;
+/// The rim begins at this share of the largest distance of a box from the centre.
+const RIM_FRAC: f64 = 0.85;
+/// The centre ends at this share of it.
+const CENTRE_FRAC: f64 = 0.3;
+
+/// The boxes of the mesh over the box of the clip circle.
+struct Mesh<'a> {
+    reader: &'a FrameReader<'a>,
+    buffers: &'a Buffers,
+    mesh_px: usize,
+    clip_sigma: f64,
+    size_px: (usize, usize),
+    /// Good pixels a box must have.
+    enough: f64,
+}
+
+/// What is known of a box.
+#[derive(Clone, Copy, PartialEq)]
+enum Known {
+    NotRead,
+    TooFewPixels,
+    Level(f64),
+}
+
+/// Level of the sky at the rim over that at the centre: 1 for an even field, less where the beam is cut.
+///
+/// Rim: the boxes beyond 0.85 of the largest distance from the centre, the median of each quadrant, then the mean of
+/// the four, in which a gradient cancels. Centre: the median of the boxes within 0.3. The boxes and their levels are
+/// those of [`background`] over the whole clip circle. `None` where a quadrant has no box at the rim or the centre has
+/// no level above zero.
+///
+/// # Errors
+/// [`crate::Error::Fits`] if the file is damaged, or has no good pixel at all.
+pub fn corner_ratio(reader: &FrameReader, mesh_px: usize, clip_sigma: f64, buffers: &Buffers) -> Result<Option<f64>> {
+    let (columns, rows) = reader.box_px();
+    let size_px = (columns.len(), rows.len());
+    let enough = MIN_GOOD_FRAC * (mesh_px * mesh_px).min(size_px.0 * size_px.1) as f64;
+    let mesh = Mesh { reader, buffers, mesh_px, clip_sigma, size_px, enough };
+    let (nx, ny) = mesh.boxes();
+    let mut known: Vec<Known> = (0..nx * ny).map(|b| mesh.before_reading(b)).collect();
+    // which boxes are rim depends on the farthest one that has enough good pixels: known once no farther one is unread
+    let farthest = loop {
+        let possible = (0..nx * ny).filter(|b| known[*b] != Known::TooFewPixels);
+        let farthest = possible.map(|b| mesh.distance(b)).fold(0.0, f64::max);
+        let of_use = |b: usize| {
+            let distance = mesh.distance(b);
+            distance >= RIM_FRAC * farthest || distance <= CENTRE_FRAC * farthest
+        };
+        let wanted: Vec<bool> = (0..nx * ny).map(|b| known[b] == Known::NotRead && of_use(b)).collect();
+        if !wanted.contains(&true) {
+            break farthest;
+        }
+        mesh.measure(&wanted, &mut known)?;
+    };
+    let measured: Vec<(f64, f64, f64)> = (0..nx * ny)
+        .filter_map(|b| if let Known::Level(level) = known[b] { Some((b, level)) } else { None })
+        .map(|(b, level)| (mesh.centre(b).0, mesh.centre(b).1, level))
+        .collect();
+    if measured.is_empty() {
+        // no box has enough: the mesh then knows one level for all
+        return Ok(background(&*reader.whole(buffers)?, mesh_px, clip_sigma)?.corner_ratio());
+    }
+    Ok(rim_over_centre(&measured, farthest))
+}
+
+fn rim_over_centre(measured: &[(f64, f64, f64)], farthest: f64) -> Option<f64> {
+    let median_where = |inside: &dyn Fn(f64, f64) -> bool| {
+        let levels = measured.iter().filter(|(x, y, _)| inside(*x, *y)).map(|(_, _, level)| *level);
+        median(&mut levels.collect::<Vec<f64>>())
+    };
+    let mut rim = 0.0;
+    for (left, below) in [(true, true), (true, false), (false, true), (false, false)] {
+        let quadrant = |x: f64, y: f64| (x < 0.0) == left && (y < 0.0) == below && x.hypot(y) >= RIM_FRAC * farthest;
+        rim += 0.25 * median_where(&quadrant)?;
+    }
+    let centre = median_where(&|x, y| x.hypot(y) <= CENTRE_FRAC * farthest)?;
+    (centre > 0.0).then(|| rim / centre)
+}
+
+impl Mesh<'_> {
+    /// Columns and rows of boxes.
+    fn boxes(&self) -> (usize, usize) {
+        (self.size_px.0.div_ceil(self.mesh_px), self.size_px.1.div_ceil(self.mesh_px))
+    }
+
+    /// Centre of a box from the centre of the field \[px\].
+    fn centre(&self, b: usize) -> (f64, f64) {
+        let along = |k: usize, n: usize| {
+            (k * self.mesh_px) as f64 + 0.5 * (self.mesh_px.min(n - k * self.mesh_px) as f64 - n as f64)
+        };
+        let (nx, _) = self.boxes();
+        (along(b % nx, self.size_px.0), along(b / nx, self.size_px.1))
+    }
+
+    fn distance(&self, b: usize) -> f64 {
+        let (x, y) = self.centre(b);
+        x.hypot(y)
+    }
+
+    /// Full-frame columns or rows of boxes `k` to `end` along one axis.
+    fn px(&self, k: usize, end: usize, (from, n): (usize, usize)) -> Range<usize> {
+        from + k * self.mesh_px..from + (end * self.mesh_px).min(n)
+    }
+
+    /// What the clip circle alone says of a box.
+    fn before_reading(&self, b: usize) -> Known {
+        let (columns, rows) = self.reader.box_px();
+        let (nx, _) = self.boxes();
+        let x = self.px(b % nx, b % nx + 1, (columns.start, self.size_px.0));
+        let y = self.px(b / nx, b / nx + 1, (rows.start, self.size_px.1));
+        let inside = |y: usize| {
+            let kept = self.reader.inside(y);
+            kept.end.min(x.end).saturating_sub(kept.start.max(x.start))
+        };
+        let pixels: usize = y.map(inside).sum();
+        if (pixels as f64) < self.enough { Known::TooFewPixels } else { Known::NotRead }
+    }
+
+    /// Reads the wanted boxes, neighbours of a row of boxes together.
+    fn measure(&self, wanted: &[bool], known: &mut [Known]) -> Result<()> {
+        let (nx, ny) = self.boxes();
+        let mut runs: Vec<Range<usize>> = Vec::new();
+        for row in 0..ny {
+            let of_row = (row * nx..(row + 1) * nx).filter(|b| wanted[*b]);
+            let first_of_row = runs.len();
+            for b in of_row {
+                match runs[first_of_row..].last_mut() {
+                    // where rows are compressed whole, a second run would unpack them a second time
+                    Some(run) if run.end == b || !self.reader.reads_parts() => run.end = b + 1,
+                    _ => runs.push(b..b + 1),
+                }
+            }
+        }
+        let levels: Vec<Vec<(usize, Known)>> =
+            runs.into_par_iter().map(|run| self.read_run(run, wanted)).collect::<Result<_>>()?;
+        levels.into_iter().flatten().for_each(|(b, level)| known[b] = level);
+        Ok(())
+    }
+
+    /// The wanted boxes of one run.
+    fn read_run(&self, run: Range<usize>, wanted: &[bool]) -> Result<Vec<(usize, Known)>> {
+        let (nx, _) = self.boxes();
+        let (columns, rows) = self.reader.box_px();
+        let (row, first) = (run.start / nx, run.start % nx);
+        let x = self.px(first, first + run.len(), (columns.start, self.size_px.0));
+        let y = self.px(row, row + 1, (rows.start, self.size_px.1));
+        let frame = self.reader.part(x, y, self.buffers)?;
+        let width = frame.pixels.ncols();
+        run.filter(|b| wanted[*b])
+            .map(|b| {
+                let from = (b % nx - first) * self.mesh_px;
+                Ok((b, self.level(&frame, from..(from + self.mesh_px).min(width))?))
+            })
+            .collect()
+    }
+
+    /// The level of one box: the mesh of a frame of one box.
+    fn level(&self, frame: &Frame<Electrons>, columns: Range<usize>) -> Result<Known> {
+        let part = ndarray::s![.., columns];
+        let (pixels, mask) = (frame.pixels.slice(part).to_owned(), frame.mask.slice(part).to_owned());
+        let (values, marks) = (pixels.as_slice().unwrap_or_default(), mask.as_slice().unwrap_or_default());
+        let good = values.iter().zip(marks).filter(|(v, m)| **m == 0 && v.is_finite()).count();
+        if (good as f64) < self.enough {
+            return Ok(Known::TooFewPixels);
+        }
+        let mut own = Frame::from_electrons(frame.path.clone(), pixels, frame.gain.clone());
+        own.mask = mask;
+        Ok(Known::Level(background(&own, self.mesh_px, self.clip_sigma)?.global_level()))
+    }
+}

@@ -1,0 +1,179 @@
+//! The star pointings of a night: every frame measured, the profile of the stars, the rows of the zeropoint.
+//!
+//! Electrons and full-frame pixels in the members, magnitudes nowhere yet. Leaves out: the fit ([`super::zeropoint`]).
+
+use std::borrow::Cow;
+
+use crate::config::{self, Combine};
+use crate::error::Result;
+use crate::frames::Exposure;
+use crate::night::bench::Bench;
+use crate::night::clock::mjd_utc;
+use crate::night::pipeline::Options;
+use crate::night::pointing::{Member, combined_rows, measure_member, single_rows};
+use crate::night::progress::Progress;
+use crate::night::queue::in_order;
+use crate::night::survey::Survey;
+use crate::night::target::{failed_row, internal};
+use crate::photometry::catalogue::Catalogue;
+use crate::photometry::growth::{FrameGrowth, GrowthCurve, StarProfile};
+use crate::photometry::stats::median;
+use crate::report::summary::robust;
+use crate::report::{PhotometryRow, StarRow};
+
+/// What the star pointings gave.
+#[derive(Debug, Default)]
+pub struct StarStage {
+    /// One row per star and pointing (or member).
+    pub rows: Vec<StarRow>,
+    /// Star frames that failed.
+    pub failed: Vec<PhotometryRow>,
+    /// Median FWHM \[arcsec\].
+    pub fwhm_arcsec: Option<f64>,
+    /// Profile of the stars.
+    pub profile: Option<StarProfile>,
+    /// Their growth curve.
+    pub growth: Option<GrowthCurve>,
+    /// Star frames measured.
+    pub n_members: usize,
+}
+
+/// Measures every star pointing.
+///
+/// # Errors
+/// Only what is wrong with the machine; a failed frame is a row.
+pub fn star_stage(
+    survey: &Survey,
+    bench: &Bench,
+    options: &Options,
+    progress: &dyn Progress,
+    notes: &mut Vec<String>,
+) -> Result<StarStage> {
+    let (Some(stars), Some(catalogue)) = (&bench.config.stars, &bench.catalogue) else {
+        if survey.n_star_frames() > 0 {
+            notes.push(format!("{} star frames left out: no [stars] in the configuration", survey.n_star_frames()));
+        }
+        return Ok(StarStage::default());
+    };
+    let exposures: Vec<&Exposure> = survey.pointings.iter().flatten().collect();
+    let catalogue = &of_date(catalogue, &exposures, stars.epoch_jyear, notes);
+    progress.stage("star pointings", exposures.len());
+    let measure = |exposure: &Exposure| measure_member(exposure, bench, catalogue);
+    let lost = |exposure: &Exposure| -> Result<Member> { Err(internal(exposure)) };
+    let room = options.memory().star_frames(bench, &exposures, options.threads());
+    let results: Vec<Result<Member>> = in_order(&exposures, room, progress, measure, lost)?;
+    bench.buffers.clear();
+    progress.done();
+
+    let mut stage = StarStage::default();
+    let mut pointings: Vec<Vec<Member>> = Vec::new();
+    let mut results = results.into_iter();
+    for pointing in &survey.pointings {
+        let mut members = Vec::new();
+        for exposure in pointing {
+            match results.next() {
+                Some(Ok(member)) => members.push(member),
+                Some(Err(error)) => {
+                    let mut row = failed_row(&exposure.name, &error);
+                    row.object_name = exposure.object.clone().unwrap_or_default();
+                    row.exptime_s = Some(exposure.exptime_s);
+                    stage.failed.push(row);
+                }
+                None => {}
+            }
+        }
+        // a pointing of which no frame could be measured has no number: it is missing in the tables
+        if !members.is_empty() {
+            pointings.push(members);
+        }
+    }
+    if bench.config.photometry.aper_correction {
+        (stage.growth, stage.profile) = star_profile(&mut pointings, &bench.config.photometry, notes);
+    }
+    let mut fwhm: Vec<f64> = Vec::new();
+    for (number, members) in pointings.iter().enumerate() {
+        fwhm.extend(members.iter().map(|m| m.fwhm_px * m.scale_arcsec));
+        notes.extend(members.iter().filter(|m| !m.note.is_empty()).map(|m| format!("{}: {}", m.frame, m.note)));
+        stage.n_members += members.len();
+        match stars.combine {
+            Combine::Median => stage.rows.extend(combined_rows(members, number, catalogue)),
+            Combine::None => stage.rows.extend(members.iter().flat_map(|m| single_rows(m, number, catalogue))),
+        }
+    }
+    stage.fwhm_arcsec = robust(&fwhm).map(|(median, _)| median);
+    if catalogue.n_skipped > 0 {
+        let why = catalogue.skipped.first().map(|s| format!(", e.g. {s}")).unwrap_or_default();
+        notes.push(format!("catalogue: {} rows skipped{why}", catalogue.n_skipped));
+    }
+    notes.extend(catalogue.notes.iter().map(|note| format!("catalogue: {note}")));
+    Ok(stage)
+}
+
+/// The catalogue with its stars where they stand at the first exposure; one without proper motions as it is.
+fn of_date<'a>(
+    catalogue: &'a Catalogue,
+    exposures: &[&Exposure],
+    epoch_jyear: f64,
+    notes: &mut Vec<String>,
+) -> Cow<'a, Catalogue> {
+    let Some(mid) = exposures.iter().find_map(|e| e.time.as_ref()).map(|t| t.mid) else {
+        return Cow::Borrowed(catalogue);
+    };
+    if !catalogue.has_motions() {
+        return Cow::Borrowed(catalogue);
+    }
+    // Julian year = 2000 + (MJD − 51544.5) / 365.25
+    let jyear = 2000.0 + (mjd_utc(mid) - 51_544.5) / 365.25;
+    notes.push(format!("catalogue: places moved to {jyear:.2} by their proper motions"));
+    Cow::Owned(catalogue.moved_to(jyear, epoch_jyear))
+}
+
+/// The profile of the night's stars, and that of every frame: as wide as its own stars, or else its pointing's, or else
+/// the night's.
+fn star_profile(
+    pointings: &mut [Vec<Member>],
+    photometry: &config::Photometry,
+    notes: &mut Vec<String>,
+) -> (Option<GrowthCurve>, Option<StarProfile>) {
+    let curves: Vec<&FrameGrowth> = pointings.iter().flatten().filter_map(|m| m.growth.as_ref()).collect();
+    // radii in units of the measured FWHM: the configured ones, unless the configuration gives a FWHM of its own
+    let radius = |k: usize, configured: f64| {
+        let of = |m: &Member| Some(m.radii_px[k] / m.growth.as_ref()?.fwhm_px);
+        median(&mut pointings.iter().flatten().filter_map(of).collect::<Vec<_>>()).unwrap_or(configured)
+    };
+    let sky = (radius(1, photometry.sky_in_fwhm), radius(2, photometry.sky_out_fwhm));
+    let Some(growth) = GrowthCurve::of_night(&curves, radius(0, photometry.aper_r_fwhm), sky) else {
+        if pointings.iter().any(|p| !p.is_empty()) {
+            let n: usize = curves.iter().map(|c| c.n_stars).sum();
+            notes.push(format!(
+                "no aperture correction: {n} bright, isolated, unsaturated stars are too few for a growth curve"
+            ));
+        }
+        return (None, None);
+    };
+    let own: Vec<Vec<Option<StarProfile>>> = pointings
+        .iter()
+        .map(|p| p.iter().map(|m| m.growth.as_ref()?.profile(&growth.profile, m.fwhm_px)).collect())
+        .collect();
+    let ratio = |profiles: &mut dyn Iterator<Item = &Option<StarProfile>>| {
+        median(&mut profiles.flatten().map(|p| p.fwhm_ratio).collect::<Vec<_>>())
+    };
+    let fwhm_ratio = ratio(&mut own.iter().flatten()).unwrap_or(growth.profile.fwhm_ratio);
+    let night = StarProfile { fwhm_ratio, ..growth.profile };
+    let mut lent = 0;
+    for (members, own) in pointings.iter_mut().zip(&own) {
+        let of_pointing = ratio(&mut own.iter()).map_or(night, |fwhm_ratio| StarProfile { fwhm_ratio, ..night });
+        for (member, own) in members.iter_mut().zip(own) {
+            lent += usize::from(own.is_none());
+            member.profile = Some(own.unwrap_or(of_pointing));
+        }
+    }
+    notes.push(growth.explanation());
+    if lent > 0 {
+        notes.push(format!(
+            "{lent} star frames have too few bright stars for the width of their own profile: it is their pointing's or \
+             the night's"
+        ));
+    }
+    (Some(growth), Some(night))
+}

@@ -1,0 +1,195 @@
+//! The sky of one annulus: a clipped, smoothed median, put right for the skewness of Poisson counts.
+//!
+//! Electrons per pixel, full-frame pixels. Leaves out: the aperture.
+
+use crate::frames::{Electrons, Frame, mask};
+use crate::photometry::Flags;
+use crate::photometry::aperture::{Bounds, cells, for_each_ring_run};
+use crate::photometry::background::Background;
+use crate::photometry::clip::{Scratch, clipped_location};
+use crate::photometry::stats;
+
+/// Fewest annulus pixels of a sky; below, the background mesh is used.
+const MIN_SKY_PX: usize = 16;
+/// Share of clipped annulus pixels beyond what noise explains, from which the annulus is called crowded.
+const CROWDED_FRAC: f64 = 0.02;
+/// Pixels copied at once.
+const BLOCK: usize = 8;
+/// Bytes that memory hands over at once.
+const LINE_BYTES: usize = 64;
+
+/// The sky of one annulus.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sky {
+    pub level_e: f64,
+    pub err_e: f64,
+    pub rms_e: f64,
+    /// Pixels kept.
+    pub n: usize,
+    pub flags: Flags,
+}
+
+/// The sky from the unmasked annulus pixels for which `exclude(i, j)` is false.
+pub(crate) fn annulus_sky(
+    frame: &Frame<Electrons>,
+    background: &Background,
+    at: (f64, f64),
+    radii: (f64, f64),
+    clip_sigma: f64,
+    exclude: impl Fn(usize, usize) -> bool,
+) -> Sky {
+    let scratch = &mut Scratch::default();
+    let (mut flags, mut excluded) = (Flags::default(), 0);
+    let bounds = Bounds::of(frame);
+    for_each_ring_run(at, radii, bounds, |columns, j| {
+        for i in columns {
+            let place = [j - bounds.y0, i - bounds.x0];
+            let (v, m) = (frame.pixels[place], frame.mask[place]);
+            if let Some(v) = sky_pixel(v, m, &mut flags) {
+                if exclude(i, j) {
+                    excluded += 1;
+                } else {
+                    scratch.values.push(v);
+                }
+            }
+        }
+    });
+    sky_of(scratch, excluded, flags, background, at, clip_sigma)
+}
+
+/// The sky from all unmasked annulus pixels, taken as slices of rows; `scratch` is used again for the next star.
+pub(crate) fn whole_annulus_sky(
+    frame: &Frame<Electrons>,
+    background: &Background,
+    at: (f64, f64),
+    radii: (f64, f64),
+    clip_sigma: f64,
+    scratch: &mut Scratch,
+) -> Sky {
+    let values = &mut scratch.values;
+    let mut flags = Flags::default();
+    let bounds = Bounds::of(frame);
+    touch(frame, at, radii.1);
+    let mut n = 0;
+    for_each_ring_run(at, radii, bounds, |columns, j| {
+        let (row, columns) = (j - bounds.y0, columns.start - bounds.x0..columns.end - bounds.x0);
+        let (pixels, bits) = (frame.pixels.row(row), frame.mask.row(row));
+        let most = columns.len().next_multiple_of(BLOCK);
+        if values.len() < n + most {
+            values.resize((n + most).next_power_of_two(), 0.0);
+        }
+        if let (Some(pixels), Some(bits)) = (pixels.to_slice(), bits.to_slice())
+            && no_bits(&bits[columns.clone()])
+        {
+            copy_run(&pixels[columns.start..], columns.len(), &mut values[n..n + most]);
+            n += columns.len();
+            return;
+        }
+        for i in columns {
+            if let Some(value) = sky_pixel(pixels[i], bits[i], &mut flags) {
+                values[n] = value;
+                n += 1;
+            }
+        }
+    });
+    values.truncate(n);
+    // once for all rows, without a branch per pixel
+    if !values.iter().fold(true, |finite, v| finite & v.is_finite()) {
+        values.retain(|v| v.is_finite());
+    }
+    sky_of(scratch, 0, flags, background, at, clip_sigma)
+}
+
+/// Reads one pixel of every cache line within `reach` of a star.
+///
+/// Its rows lie far apart in memory: asked for one after another as they are used, each is waited for; asked for at
+/// once, they are waited for together. That is a fifth of the time of a star.
+fn touch(frame: &Frame<Electrons>, (x, y): (f64, f64), reach: f64) {
+    let bounds = Bounds::of(frame);
+    let columns = cells(x - reach, x + reach, bounds.x0, bounds.x1);
+    let columns = columns.start - bounds.x0..columns.end - bounds.x0;
+    let rows = cells(y - reach, y + reach, bounds.y0, bounds.y1);
+    let (Some(pixels), Some(bits)) = (frame.pixels.as_slice(), frame.mask.as_slice()) else { return };
+    let last = columns.end.saturating_sub(1);
+    let mut any = 0;
+    for row in rows.map(|j| (j - bounds.y0) * (bounds.x1 - bounds.x0)) {
+        for i in columns.clone().step_by(LINE_BYTES / size_of::<f32>()).chain([last]) {
+            any |= pixels[row + i].to_bits();
+        }
+        for i in columns.clone().step_by(LINE_BYTES).chain([last]) {
+            any |= u32::from(bits[row + i]);
+        }
+    }
+    std::hint::black_box(any);
+}
+
+/// Copies the first `n` values of `from`, in whole blocks where there are as many: what is copied too much is
+/// overwritten by the next run.
+fn copy_run(from: &[f32], n: usize, to: &mut [f32]) {
+    if from.len() < to.len() {
+        to[..n].copy_from_slice(&from[..n]);
+        return;
+    }
+    let ((to, _), (from, _)) = (to.as_chunks_mut::<BLOCK>(), from.as_chunks::<BLOCK>());
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = *from;
+    }
+}
+
+/// Whether no pixel of a run has a bit set: eight at a time, the last eight overlapping those before.
+#[inline]
+pub(crate) fn no_bits(bits: &[u8]) -> bool {
+    let Some(last) = bits.last_chunk::<8>() else { return bits.iter().fold(0, |all, m| all | m) == 0 };
+    let words = bits.as_chunks::<8>().0.iter();
+    words.fold(u64::from_ne_bytes(*last), |all, word| all | u64::from_ne_bytes(*word)) == 0
+}
+
+/// The value of a pixel that may be sky.
+fn sky_pixel(value: f32, bits: u8, flags: &mut Flags) -> Option<f32> {
+    if bits & mask::CLIPPED != 0 {
+        flags.set(Flags::CLIP_EDGE);
+    }
+    (bits == 0 && value.is_finite()).then_some(value)
+}
+
+fn sky_of(
+    scratch: &mut Scratch,
+    excluded: usize,
+    mut flags: Flags,
+    background: &Background,
+    (x, y): (f64, f64),
+    clip_sigma: f64,
+) -> Sky {
+    let n = scratch.values.len();
+    let clipped = if n >= MIN_SKY_PX { clipped_location(scratch, clip_sigma) } else { None };
+    let Some(clipped) = clipped else {
+        flags.set(Flags::NO_ANNULUS);
+        let rms_e = background.rms(x, y);
+        return Sky { level_e: background.level(x, y), err_e: background.level_err(x, y), rms_e, n: 0, flags };
+    };
+    let by_noise = 1.0 - stats::gauss_within(clip_sigma);
+    let sampled = (n + excluded) as f64;
+    let tolerated = sampled * (by_noise + CROWDED_FRAC) + 5.0 * (sampled * by_noise).sqrt();
+    if (n - clipped.n + excluded) as f64 > tolerated {
+        flags.set(Flags::CROWDED_ANNULUS);
+    }
+    let (level_e, err_e) = level_and_error(clipped.location, 0.0, clipped.sigma, clipped.n, clip_sigma);
+    Sky { level_e, err_e, rms_e: clipped.sigma, n: clipped.n, flags }
+}
+
+/// Level and error of the sky from its pixels less `zero_e`, unbiased for Poisson counts with Gaussian read noise.
+pub(crate) fn clipped_sky(values: &mut [f64], zero_e: f64, clip_sigma: f64) -> Option<(f64, f64, stats::Clipped)> {
+    let clipped = stats::sigma_clip(values, clip_sigma)?;
+    let location = stats::smoothed_median(&values[..clipped.n], clipped.median, clipped.sigma)?;
+    let (level, err) = level_and_error(location, zero_e, clipped.sigma, clipped.n, clip_sigma);
+    Some((level, err, clipped))
+}
+
+/// The median of skewed noise lies below its mean: median = μ − c σγ, γ = λ/σ³ with λ = S the Poisson share of the
+/// variance. For a plain median c = 1/6: a sixth of an electron per pixel, 50 e⁻ in an aperture of 300 px.
+fn level_and_error(location: f64, zero_e: f64, sigma: f64, n: usize, clip_sigma: f64) -> (f64, f64) {
+    let variance = sigma * sigma;
+    let poisson_share = if variance > 0.0 { ((location + zero_e).max(0.0) / variance).min(1.0) } else { 0.0 };
+    let level = location + stats::smoothed_median_skew_shift(clip_sigma) * poisson_share;
+    (level, (stats::smoothed_median_variance_factor() * variance / n as f64).sqrt())
+}
