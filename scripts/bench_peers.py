@@ -174,7 +174,7 @@ TABLE = [
     ("apertures full", "2000 apertures r = 20 px with annulus", [("sep apertures", 1), ("photutils apertures", None)]),
     ("frame circle", "one frame, circle", [("sep chain", 10)]),
     ("frame full", "one frame, full frame", [("sep chain", 4)]),
-    ("target circle", "one target frame with its SHA-256", [("sep chain", 30)]),
+    ("target circle", "one target frame, the SHA-256 of its file apart", [("sep chain", 30)]),
 ]
 SLOW = ("numpy", "ccdproc")
 

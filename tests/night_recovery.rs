@@ -137,7 +137,7 @@ fn fluxes_zeropoint_and_magnitudes_of_a_mixed_gain_night_are_recovered() {
     // trails cross nearly every frame: the verdict keeps back those they outshine
     let detected = rows.iter().filter(|r| r.status == "ok").count();
     assert!(detected >= 55, "only {detected} of 60 target frames detected");
-    assert!(errors.len() >= 45, "only {} of 60 target frames usable", errors.len());
+    assert!(errors.len() >= 54, "only {} of 60 target frames usable", errors.len());
     assert!(median.abs() < 0.03, "median error of V {median}");
     assert!(sigma < 0.08, "scatter of V {sigma}");
 }
