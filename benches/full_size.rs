@@ -9,8 +9,8 @@
 use std::path::Path;
 use std::time::Instant;
 
-use satphot::config::{Config, FlatScale};
-use satphot::frames::{BAND_BYTES, Electrons, Frame, MasterFlat};
+use satphot::config::Config;
+use satphot::frames::{Electrons, Frame, MasterFlat};
 use satphot::night::bench::Bench;
 use satphot::night::manifest::peak_memory_mb;
 use satphot::night::survey::survey;
@@ -81,13 +81,6 @@ fn main() {
     }
     let mut bench = Bench::prepare(&config).unwrap();
     let survey = survey(&config, &[], &bench.target_names()).unwrap();
-    if let Some(scale) = stage.strip_prefix("flat-") {
-        let scale = if scale == "level" { FlatScale::Level } else { FlatScale::None };
-        let flat = satphot::config::Flat { scale, ..config.flat.clone() };
-        let (detector, clip) = (&bench.detector, config.photometry.clip_radius_px);
-        let make = || MasterFlat::make(&survey.flats, detector, &flat, clip, BAND_BYTES).unwrap();
-        return measured(&format!("{stage} {part}"), &[()], |()| make().members.len());
-    }
     let master = Path::new(folder).join(format!("master_{part}.fits"));
     bench.flat = Some(MasterFlat::read(&master, config.photometry.clip_radius_px, &config.flat).unwrap());
     // what star pointings would have told
@@ -115,7 +108,7 @@ fn main() {
             });
         }
         other => {
-            println!("no stage {other}: flat-level, flat-none, read, background, detect, apertures, frame, target")
+            println!("no stage {other}: read, background, detect, apertures, frame, target")
         }
     }
 }

@@ -13,7 +13,7 @@ use satphot::report::{AccuracyRow, Meta};
 
 use super::{bar::Bars, print, tell};
 
-/// Turns the knob of every numerical method and measures error against a converged reference, and CPU time.
+/// Turns the knobs of numerical methods (--list shows which) and measures error against a converged reference, and CPU time.
 ///
 /// Prints one line per setting and writes a table, a figure per method and a page. On one thread, so that CPU time is
 /// run time. `*` is the default, `.` a setting beaten by another in both error and time.

@@ -72,7 +72,7 @@ enum Verb {
     Simulate(simulate::Simulate),
     /// Fit scattering laws to measurements, and draw them
     Brdf(brdf::BrdfVerb),
-    /// Measure error against run time of every numerical method
+    /// Measure error against run time of numerical methods, and the extreme cases
     Accuracy(accuracy::Accuracy),
     /// List the satellites the model knows
     Satellites(satellites::Satellites),

@@ -31,7 +31,8 @@ pub const BAND_BYTES: usize = 32 << 20;
 pub struct FlatMember {
     /// The file.
     pub path: PathBuf,
-    /// Median level inside the clip circle, above the pedestal \[ADU\]; NaN if it could not be read.
+    /// Median level inside the clip circle, above the pedestal \[ADU\]; NaN if it could not be read. With `flat.scale` none
+    /// that of one row in 32, unless it is near a limit.
     pub level_adu: f64,
     /// Whether it is part of the master.
     pub used: bool,

@@ -187,7 +187,7 @@ impl<'a> FrameReader<'a> {
                             Some(image) => image,
                             None => image.insert(Pixels::open(path, &self.exposure.header)?),
                         };
-                        self.library_tile(image, counts, &columns, first, pixels, bits)
+                        self.converted_tile(image, counts, &columns, first, pixels, bits)
                     }),
                 }
             },
@@ -231,7 +231,7 @@ impl<'a> FrameReader<'a> {
     }
 
     /// Everything else, converted by the library: the columns any row of the tile needs.
-    fn library_tile(
+    fn converted_tile(
         &self,
         image: &mut Pixels<'_>,
         counts: &mut Vec<f32>,

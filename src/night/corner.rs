@@ -9,15 +9,7 @@ use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::frames::{Buffers, Electrons, Frame, FrameReader};
-use crate::photometry::background::background;
-use crate::photometry::stats::median;
-
-/// Boxes with fewer good pixels than this share of a whole box do not count, as in the mesh of the whole frame.
-const MIN_GOOD_FRAC: f64 = 0.5;
-/// The rim begins at this share of the largest distance of a box from the centre.
-const RIM_FRAC: f64 = 0.85;
-/// The centre ends at this share of it.
-const CENTRE_FRAC: f64 = 0.3;
+use crate::photometry::background::{CENTRE_FRAC, MIN_GOOD_FRAC, RIM_FRAC, background, centre_of_box, rim_over_centre};
 
 /// The boxes of the mesh over the box of the clip circle.
 struct Mesh<'a> {
@@ -55,7 +47,7 @@ pub fn corner_ratio(reader: &FrameReader, mesh_px: usize, clip_sigma: f64, buffe
     let (nx, ny) = mesh.boxes();
     let mut known: Vec<Known> = (0..nx * ny).map(|b| mesh.before_reading(b)).collect();
     // which boxes are rim depends on the farthest one that has enough good pixels: known once no farther one is unread
-    let farthest = loop {
+    loop {
         let possible = (0..nx * ny).filter(|b| known[*b] != Known::TooFewPixels);
         let farthest = possible.map(|b| mesh.distance(b)).fold(0.0, f64::max);
         let of_use = |b: usize| {
@@ -64,10 +56,10 @@ pub fn corner_ratio(reader: &FrameReader, mesh_px: usize, clip_sigma: f64, buffe
         };
         let wanted: Vec<bool> = (0..nx * ny).map(|b| known[b] == Known::NotRead && of_use(b)).collect();
         if !wanted.contains(&true) {
-            break farthest;
+            break;
         }
         mesh.measure(&wanted, &mut known)?;
-    };
+    }
     let measured: Vec<(f64, f64, f64)> = (0..nx * ny)
         .filter_map(|b| if let Known::Level(level) = known[b] { Some((b, level)) } else { None })
         .map(|(b, level)| (mesh.centre(b).0, mesh.centre(b).1, level))
@@ -76,21 +68,7 @@ pub fn corner_ratio(reader: &FrameReader, mesh_px: usize, clip_sigma: f64, buffe
         // no box has enough: the mesh then knows one level for all
         return Ok(background(&*reader.whole(buffers)?, mesh_px, clip_sigma)?.corner_ratio());
     }
-    Ok(rim_over_centre(&measured, farthest))
-}
-
-fn rim_over_centre(measured: &[(f64, f64, f64)], farthest: f64) -> Option<f64> {
-    let median_where = |inside: &dyn Fn(f64, f64) -> bool| {
-        let levels = measured.iter().filter(|(x, y, _)| inside(*x, *y)).map(|(_, _, level)| *level);
-        median(&mut levels.collect::<Vec<f64>>())
-    };
-    let mut rim = 0.0;
-    for (left, below) in [(true, true), (true, false), (false, true), (false, false)] {
-        let quadrant = |x: f64, y: f64| (x < 0.0) == left && (y < 0.0) == below && x.hypot(y) >= RIM_FRAC * farthest;
-        rim += 0.25 * median_where(&quadrant)?;
-    }
-    let centre = median_where(&|x, y| x.hypot(y) <= CENTRE_FRAC * farthest)?;
-    (centre > 0.0).then(|| rim / centre)
+    Ok(rim_over_centre(&measured))
 }
 
 impl Mesh<'_> {
@@ -101,11 +79,8 @@ impl Mesh<'_> {
 
     /// Centre of a box from the centre of the field \[px\].
     fn centre(&self, b: usize) -> (f64, f64) {
-        let along = |k: usize, n: usize| {
-            (k * self.mesh_px) as f64 + 0.5 * (self.mesh_px.min(n - k * self.mesh_px) as f64 - n as f64)
-        };
         let (nx, _) = self.boxes();
-        (along(b % nx, self.size_px.0), along(b / nx, self.size_px.1))
+        (centre_of_box(b % nx, self.size_px.0, self.mesh_px), centre_of_box(b / nx, self.size_px.1, self.mesh_px))
     }
 
     fn distance(&self, b: usize) -> f64 {

@@ -30,8 +30,7 @@ pub struct Seen {
 /// Half the side of the square that is read around the expected place \[px\].
 #[must_use]
 pub fn reach_px(s: &TargetSettings) -> f64 {
-    // the cutout of photometry::target and the margin
-    s.search_radius_px + 100.0 + 2.0 * s.sky_out_px + MARGIN_PX
+    s.reach_px() + MARGIN_PX
 }
 
 /// Looks for the target in the frame behind `reader`.

@@ -50,6 +50,14 @@ pub struct TargetSettings {
     pub contam_frac: f64,
 }
 
+impl TargetSettings {
+    /// Half the side of the square around the expected place that a measurement looks at \[px\].
+    #[must_use]
+    pub fn reach_px(&self) -> f64 {
+        self.search_radius_px + 100.0 + 2.0 * self.sky_out_px
+    }
+}
+
 /// What was found.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TargetFound {

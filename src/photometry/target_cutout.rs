@@ -65,7 +65,7 @@ impl Cutout {
     /// The surroundings of the expected place; `None` if they are off the frame.
     pub fn new(frame: &Frame<Electrons>, s: &TargetSettings) -> Option<Self> {
         let bounds = Bounds::of(frame);
-        let reach = s.search_radius_px + 100.0 + 2.0 * s.sky_out_px;
+        let reach = s.reach_px();
         let columns = cells(s.x_px - reach, s.x_px + reach, bounds.x0, bounds.x1);
         let rows = cells(s.y_px - reach, s.y_px + reach, bounds.y0, bounds.y1);
         if columns.len() < 8 || rows.len() < 8 || s.fwhm_px.is_nan() || s.fwhm_px <= 0.0 {

@@ -123,7 +123,7 @@ fn page(sweeps: &[(Method, Sweep)], sections: &[Markup]) -> Markup {
         html! {
             h1 { "Error against run time" }
             p {
-                "Every method with a knob, its knob turned, against a converged reference. CPU time is of one thread on the \
+                "Methods with a knob, the knob turned, against a converged reference. CPU time is of one thread on the \
                  machine that wrote this page; ratios carry over, seconds do not. Settings in grey are beaten by another in \
                  both error and time; bold is what satphot takes unless told otherwise."
             }

@@ -15,7 +15,7 @@ use crate::photometry::stats;
 use crate::{Error, Result};
 
 /// Boxes with fewer good pixels than this share of a whole box are filled from their neighbours.
-const MIN_GOOD_FRAC: f64 = 0.5;
+pub(crate) const MIN_GOOD_FRAC: f64 = 0.5;
 /// Boxes are read side by side over about as many columns: a page of pixels, and the boxes stay in the second-level cache.
 const COLUMNS_TOGETHER: usize = 1024;
 

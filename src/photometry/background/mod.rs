@@ -14,6 +14,7 @@ use crate::frames::{Electrons, Frame};
 use crate::photometry::stats;
 use crate::{Error, Result};
 
+pub(crate) use mesh::MIN_GOOD_FRAC;
 use mesh::{fill_from_neighbours, median_3x3, modes_of_boxes};
 pub(crate) use spline::Pixels;
 use spline::Spline;
@@ -55,10 +56,12 @@ pub fn background(frame: &Frame<Electrons>, mesh_px: usize, clip_sigma: f64) -> 
     }
     let modes = modes_of_boxes(frame, mesh_px, clip_sigma)?;
     let (ny, nx) = frame.pixels.dim();
-    let centre = |b: usize, n: usize| (b * mesh_px) as f64 + 0.5 * (mesh_px.min(n - b * mesh_px) as f64 - n as f64);
     let measured = modes.indexed_iter();
-    let measured =
-        measured.filter_map(|((j, i), mode)| mode.map(|m| (centre(i, nx), centre(j, ny), m.level))).collect();
+    let measured = measured
+        .filter_map(|((j, i), mode)| {
+            mode.map(|m| (centre_of_box(i, nx, mesh_px), centre_of_box(j, ny, mesh_px), m.level))
+        })
+        .collect();
     let filled = fill_from_neighbours(&modes);
     let level = median_3x3(&filled.mapv(|m| m.level));
     let rms = median_3x3(&filled.mapv(|m| m.sigma));
@@ -71,6 +74,32 @@ pub fn background(frame: &Frame<Electrons>, mesh_px: usize, clip_sigma: f64) -> 
         rms: Spline::through(&rms),
         measured,
     })
+}
+
+/// The rim of a field begins at this share of the largest distance of a measured box from the centre.
+pub(crate) const RIM_FRAC: f64 = 0.85;
+/// The centre ends at this share of it.
+pub(crate) const CENTRE_FRAC: f64 = 0.3;
+
+/// Centre along one axis of box `b` of `mesh_px`, from the middle of `n` pixels \[px\].
+pub(crate) fn centre_of_box(b: usize, n: usize, mesh_px: usize) -> f64 {
+    (b * mesh_px) as f64 + 0.5 * (mesh_px.min(n - b * mesh_px) as f64 - n as f64)
+}
+
+/// [`Background::corner_ratio`] of boxes: centre from the middle of the field \[px\], and level.
+pub(crate) fn rim_over_centre(measured: &[(f64, f64, f64)]) -> Option<f64> {
+    let farthest = measured.iter().map(|(x, y, _)| x.hypot(*y)).fold(0.0, f64::max);
+    let median_where = |inside: &dyn Fn(f64, f64) -> bool| {
+        let levels = measured.iter().filter(|(x, y, _)| inside(*x, *y)).map(|(_, _, level)| *level);
+        stats::median(&mut levels.collect::<Vec<f64>>())
+    };
+    let mut rim = 0.0;
+    for (left, below) in [(true, true), (true, false), (false, true), (false, false)] {
+        let quadrant = |x: f64, y: f64| (x < 0.0) == left && (y < 0.0) == below && x.hypot(y) >= RIM_FRAC * farthest;
+        rim += 0.25 * median_where(&quadrant)?;
+    }
+    let centre = median_where(&|x, y| x.hypot(y) <= CENTRE_FRAC * farthest)?;
+    (centre > 0.0).then(|| rim / centre)
 }
 
 impl Background {
@@ -109,24 +138,13 @@ impl Background {
 
     /// Level at the rim of the field over that at its centre: 1 for an even field, less where the beam is cut.
     ///
-    /// Rim: the boxes beyond 0.85 of the largest distance from the centre, the median of each quadrant, then the mean of
-    /// the four, in which a gradient cancels. Centre: the median of the boxes within 0.3. Trails do not lift a mode.
+    /// Rim: the boxes beyond 0.85 of the largest distance from the centre, the median of each quadrant, then
+    /// the mean of the four, in which a gradient cancels. Centre: the median of the boxes within 0.3.
+    /// Trails do not lift a mode.
     /// `None` where a quadrant has no box at the rim or the centre has no level above zero.
     #[must_use]
     pub fn corner_ratio(&self) -> Option<f64> {
-        let farthest = self.measured.iter().map(|(x, y, _)| x.hypot(*y)).fold(0.0, f64::max);
-        let median_where = |inside: &dyn Fn(f64, f64) -> bool| {
-            let mut levels: Vec<f64> =
-                self.measured.iter().filter(|(x, y, _)| inside(*x, *y)).map(|(_, _, level)| *level).collect();
-            stats::median(&mut levels)
-        };
-        let mut rim = 0.0;
-        for (left, below) in [(true, true), (true, false), (false, true), (false, false)] {
-            let quadrant = |x: f64, y: f64| (x < 0.0) == left && (y < 0.0) == below && x.hypot(y) >= 0.85 * farthest;
-            rim += 0.25 * median_where(&quadrant)?;
-        }
-        let centre = median_where(&|x, y| x.hypot(y) <= 0.3 * farthest)?;
-        (centre > 0.0).then(|| rim / centre)
+        rim_over_centre(&self.measured)
     }
 
     /// Median level over the mesh \[e⁻/px\].
