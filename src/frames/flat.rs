@@ -15,7 +15,8 @@ use super::counting::CountingMedian;
 use super::detector::Detector;
 use super::exposure::Exposure;
 use super::flat_stack::{Stack, Usable};
-use super::levels::{median_inside, median_of_sample, median_of_stored};
+use super::levels::{level_step, median_inside, median_of_stored};
+use super::pages::zeros;
 use super::raw::guarded;
 use super::read::{Pixels, TILE_ROWS};
 use super::stored::Stored;
@@ -31,8 +32,8 @@ pub const BAND_BYTES: usize = 32 << 20;
 pub struct FlatMember {
     /// The file.
     pub path: PathBuf,
-    /// Median level inside the clip circle, above the pedestal \[ADU\]; NaN if it could not be read. With `flat.scale` none
-    /// that of one row in 32, unless it is near a limit.
+    /// Median level inside the clip circle, above the pedestal \[ADU\]; NaN if it could not be read. Of a large frame, that
+    /// of rows which hold 2 million pixels.
     pub level_adu: f64,
     /// Whether it is part of the master.
     pub used: bool,
@@ -99,7 +100,7 @@ impl MasterFlat {
             return Err(Error::Flat { problem: too_few(&members, config.min_flats.max(1)) });
         }
         let (nx, ny) = region.size_px;
-        let mut values = vec![0f32; nx * ny];
+        let mut values = zeros(nx * ny);
         // One level for all is no scale at all, once the master is divided by its median.
         let scale = config.scale == FlatScale::Level && usable.windows(2).any(|w| w[0].level_adu != w[1].level_adu);
         let filter = usable.first().and_then(|u| u.exposure.filter.clone());
@@ -180,20 +181,12 @@ fn check_member(flat: &Exposure, detector: &Detector, config: &config::Flat, reg
         return (member, 0.0);
     }
     let [lo, hi] = config.level_range_frac;
-    let share = |median: f64| (median - detector.pedestal_adu()) / full_adu;
-    // A level that nothing is divided by need not be exact, unless it decides.
-    let sampled = match config.scale {
-        FlatScale::Level => None,
-        FlatScale::None => sampled_level_adu(flat, region).ok().flatten(),
-    };
-    let decided = |median: &f64| [lo, hi].iter().all(|limit| (share(*median) - limit).abs() > 0.01 * limit);
-    let level = sampled.filter(decided).map_or_else(|| level_adu(flat, region), |median| Ok(Some(median)));
-    match level {
+    match level_adu(flat, region) {
         Err(e) => member.reason = e.to_string(),
         Ok(None) => member.reason = "no finite pixel inside the clip circle".into(),
         Ok(Some(median)) => {
             member.level_adu = median - detector.pedestal_adu();
-            let share = share(median);
+            let share = member.level_adu / full_adu;
             if member.level_adu > 0.0 && share >= lo && share <= hi {
                 member.used = true;
             } else {
@@ -207,15 +200,7 @@ fn check_member(flat: &Exposure, detector: &Detector, config: &config::Flat, reg
     (member, saturation_adu as f32)
 }
 
-/// Median of a thirtieth of the raw pixels inside the clip circle \[ADU\]; `None` for files that are not plain counts.
-fn sampled_level_adu(flat: &Exposure, region: &Region) -> Result<Option<f64>> {
-    match Stored::open(&flat.path, &flat.header)? {
-        Some(stored) => median_of_sample(&stored, region),
-        None => Ok(None),
-    }
-}
-
-/// Median of the raw pixels inside the clip circle \[ADU\].
+/// Median of the raw pixels inside the clip circle \[ADU\], of every [`level_step`]-th row.
 fn level_adu(flat: &Exposure, region: &Region) -> Result<Option<f64>> {
     if let Some(stored) = Stored::open(&flat.path, &flat.header)? {
         return median_of_stored(&stored, region);
@@ -223,10 +208,12 @@ fn level_adu(flat: &Exposure, region: &Region) -> Result<Option<f64>> {
     guarded(&flat.path, || {
         let (nx, ny) = region.size_px;
         let mut pixels = Pixels::open(&flat.path, &flat.header)?;
-        let mut tile = vec![0f32; nx * TILE_ROWS];
+        let step = level_step(region);
+        let at_once = if step == 1 { TILE_ROWS } else { 1 };
+        let mut tile = vec![0f32; nx * at_once];
         CountingMedian::new().of(|count| {
-            for row in (0..ny).step_by(TILE_ROWS) {
-                let rows = TILE_ROWS.min(ny - row);
+            for row in (step / 2..ny).step_by(step.max(at_once)) {
+                let rows = at_once.min(ny - row);
                 let tile = &mut tile[..nx * rows];
                 pixels.read((region.origin_px.0, region.origin_px.1 + row), (nx, rows), tile)?;
                 for (j, values) in tile.chunks(nx).enumerate() {

@@ -9,6 +9,7 @@ use ndarray::Array2;
 use super::cards::Header;
 use super::clip::Region;
 use super::flat::MasterFlat;
+use super::pages::zeros;
 use super::raw::guarded;
 use super::read::Pixels;
 use super::write::{CardValue, write_f32};
@@ -72,7 +73,7 @@ impl MasterFlat {
         if full_size_px.0 == 0 || full_size_px.1 == 0 || x + w > nx || y + h > ny {
             return Err(uncovered(path, (nx, ny), origin_px, &region));
         }
-        let mut values = vec![0f32; w * h];
+        let mut values = zeros(w * h);
         guarded(path, || Pixels::open(path, &header)?.read((x, y), (w, h), &mut values))?;
         let response = Array2::from_shape_vec((h, w), values).map_err(|e| Error::Flat { problem: e.to_string() })?;
         let normalise = header.logical("NORMED") != Some(true);

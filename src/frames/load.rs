@@ -16,6 +16,7 @@ use super::clip::Region;
 use super::exposure::Exposure;
 use super::flat::MasterFlat;
 use super::frame::{Electrons, Frame, Gain, mask};
+use super::pages::zeros;
 use super::raw::guarded;
 use super::read::{Pixels, TILE_ROWS};
 use super::stored::{PIXEL_BYTES, Stored};
@@ -32,7 +33,7 @@ impl Buffers {
             let fits = |(pixels, _): &(Vec<f32>, Vec<u8>)| (len..=4 * len).contains(&pixels.capacity());
             pool.iter().position(fits).map(|k| pool.swap_remove(k))
         });
-        let Some((mut pixels, mut bits)) = used else { return (vec![0.0; len], vec![0; len]) };
+        let Some((mut pixels, mut bits)) = used else { return (zeros(len), zeros(len)) };
         pixels.resize(len, 0.0);
         bits.resize(len, 0);
         (pixels, bits)

@@ -19,6 +19,7 @@ mod frame;
 mod levels;
 mod load;
 mod median;
+mod pages;
 mod raw;
 mod read;
 mod sample;

@@ -8,8 +8,10 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::error::Result;
-use crate::frames::{Buffers, Electrons, Frame, FrameReader};
-use crate::photometry::background::{CENTRE_FRAC, MIN_GOOD_FRAC, RIM_FRAC, background, centre_of_box, rim_over_centre};
+use crate::frames::{Buffers, FrameReader};
+use crate::photometry::background::{
+    CENTRE_FRAC, MIN_GOOD_FRAC, RIM_FRAC, background, centre_of_box, levels_of_boxes, rim_over_centre,
+};
 
 /// The boxes of the mesh over the box of the clip circle.
 struct Mesh<'a> {
@@ -137,25 +139,23 @@ impl Mesh<'_> {
         let y = self.px(row, row + 1, (rows.start, self.size_px.1));
         let frame = self.reader.part(x, y, self.buffers)?;
         let width = frame.pixels.ncols();
-        run.filter(|b| wanted[*b])
-            .map(|b| {
-                let from = (b % nx - first) * self.mesh_px;
-                Ok((b, self.level(&frame, from..(from + self.mesh_px).min(width))?))
-            })
-            .collect()
-    }
-
-    /// The level of one box: the mesh of a frame of one box.
-    fn level(&self, frame: &Frame<Electrons>, columns: Range<usize>) -> Result<Known> {
-        let part = ndarray::s![.., columns];
-        let (pixels, mask) = (frame.pixels.slice(part).to_owned(), frame.mask.slice(part).to_owned());
-        let (values, marks) = (pixels.as_slice().unwrap_or_default(), mask.as_slice().unwrap_or_default());
-        let good = values.iter().zip(marks).filter(|(v, m)| **m == 0 && v.is_finite()).count();
-        if (good as f64) < self.enough {
-            return Ok(Known::TooFewPixels);
+        let column = |b: usize| b % nx - first;
+        let good = |b: usize| {
+            let columns = column(b) * self.mesh_px..((column(b) + 1) * self.mesh_px).min(width);
+            let part = ndarray::s![.., columns];
+            let good = |(v, m): (&f32, &u8)| *m == 0 && v.is_finite();
+            frame.pixels.slice(part).iter().zip(frame.mask.slice(part)).filter(|at| good(*at)).count()
+        };
+        let wanted = run.filter(|b| wanted[*b]).map(|b| (b, good(b) as f64 >= self.enough));
+        let wanted: Vec<(usize, bool)> = wanted.collect();
+        if !wanted.iter().any(|(_, enough)| *enough) {
+            return Ok(wanted.into_iter().map(|(b, _)| (b, Known::TooFewPixels)).collect());
         }
-        let mut own = Frame::from_electrons(frame.path.clone(), pixels, frame.gain.clone());
-        own.mask = mask;
-        Ok(Known::Level(background(&own, self.mesh_px, self.clip_sigma)?.global_level()))
+        let levels = levels_of_boxes(&frame, self.mesh_px, self.clip_sigma)?;
+        let known = |(b, enough): (usize, bool)| {
+            let level = levels[[0, column(b)]].filter(|_| enough);
+            (b, level.map_or(Known::TooFewPixels, Known::Level))
+        };
+        Ok(wanted.into_iter().map(known).collect())
     }
 }

@@ -10,6 +10,8 @@ mod spline;
 
 use std::ops::Range;
 
+use ndarray::Array2;
+
 use crate::frames::{Electrons, Frame};
 use crate::photometry::stats;
 use crate::{Error, Result};
@@ -100,6 +102,19 @@ pub(crate) fn rim_over_centre(measured: &[(f64, f64, f64)]) -> Option<f64> {
     }
     let centre = median_where(&|x, y| x.hypot(y) <= CENTRE_FRAC * farthest)?;
     (centre > 0.0).then(|| rim / centre)
+}
+
+/// Levels of the boxes of a mesh from the frame's first pixel on \[e⁻/px\], before any is compared with its neighbours;
+/// `None` where a box has too few good pixels.
+///
+/// # Errors
+/// [`crate::Error::Fits`] if no pixel is good.
+pub(crate) fn levels_of_boxes(
+    frame: &Frame<Electrons>,
+    mesh_px: usize,
+    clip_sigma: f64,
+) -> Result<Array2<Option<f64>>> {
+    Ok(modes_of_boxes(frame, mesh_px, clip_sigma)?.mapv(|mode| mode.map(|m| m.level)))
 }
 
 impl Background {
