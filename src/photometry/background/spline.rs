@@ -211,7 +211,6 @@ fn row_between(below: &[Node], above: &[Node], across: &[f64; 4], x: f64, step: 
 }
 
 /// As [`row_between`], taken off the pixels in the same pass: they come from memory while the cubics are worked out.
-/// Within 3 roundings of 32 bits of the pixel and of the change over a box.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2", "x86_64+sse4.1"))]
 fn above_row_between(
     below: &[Node],
@@ -225,15 +224,9 @@ fn above_row_between(
     cubics((below, above), across, place, out.len(), |cubic| {
         let part = cubic.pixels.clone();
         let (values, bits) = (&pixels.values[part.clone()], &pixels.bits[part.clone()]);
-        // About the value at the first pixel, which a pixel is near: what is left is small, and 32 bits hold its digits.
-        let base = cubic.c[0] as f32;
-        let c =
-            [(cubic.c[0] - f64::from(base)) as f32 + offset, cubic.c[1] as f32, cubic.c[2] as f32, cubic.c[3] as f32];
-        let (first, step) = (cubic.first as f32, cubic.step as f32);
         for (i, ((o, v), m)) in out[part].iter_mut().zip(values).zip(bits).enumerate() {
             let usable = (m & pixels.unusable == 0) & v.is_finite();
-            let t = first + i as i32 as f32 * step;
-            let net = (v - base) - (c[0] + t * (c[1] + t * (c[2] + t * c[3])));
+            let net = v - cubic.at(i) - offset;
             *o = if usable { net } else { 0.0 };
         }
     });
