@@ -13,6 +13,7 @@
 # STARS     None, One, Few or Crowded                        default all
 # GRADIENT  level of the sky at the rim over the centre      default 1; try 3 for a Moon near by
 # BIN       bins frame and station: error against run time   default 1; 2.5 is a FWHM of 4 px, six times as fast
+# ANGLE     error of the known direction of trails [degrees]  default 0.3; 0: it is not known
 # DETECT    threshold of the search in sigma                default 5
 # FRAME     measures this one alone
 # OUTLIERS  1 lists frames not found, off by 3.5 sigma, or wrongly flagged

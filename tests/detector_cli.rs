@@ -353,7 +353,7 @@ fn a_real_camera_of_twelve_bits_is_recognised_from_single_frames() {
             "-o",
             "checks",
             "--set",
-            "frames.aliases.gain=[\"CAM-GAIN\"]",
+            "header.aliases.gain=[\"CAM-GAIN\"]",
         ],
     )
     .expect(0, &[]);

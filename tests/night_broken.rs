@@ -100,7 +100,7 @@ fn an_unknown_gain_setting_in_every_frame_names_the_table_to_extend() {
 #[test]
 fn frames_without_a_gain_setting_name_the_keyword_and_both_remedies() {
     let n = night().card("", "GAIN", None);
-    refused(&n, 4, &["header GAIN", "frames.aliases.gain", "detector.use_header_egain"]);
+    refused(&n, 4, &["header GAIN", "header.aliases.gain", "detector.use_header_egain"]);
     let helped = n.set("detector.use_header_egain=true").set("detector.read_noise_e.0=1.5");
     let told = helped.run().map(|s| s.counts.ok).map_err(|e| e.to_string());
     assert!(told.is_ok(), "EGAIN is there and asked for: {told:?}");
@@ -230,6 +230,57 @@ fn one_target_frame_with_a_broken_file_costs_one_row() {
     costs_one_row(frame, "failed", &["not a FITS file"], |n| std::fs::write(n.path(frame), "clouds").unwrap());
     costs_one_row(frame, "failed", &["no usable pixel", "NaN"], |n| fill_nan(&n.path(frame)));
     costs_one_row(frame, "failed", &["80x60", "160x120"], |n| shrink(&n.path(frame)));
+    let card = |keyword: &'static str, value: &'static str| {
+        move |n: &Night| support::set_card(&n.path(frame), keyword, Some(value))
+    };
+    costs_one_row(frame, "failed", &["NAXIS1 = -160 is negative"], card("NAXIS1", "-160"));
+    costs_one_row(frame, "failed", &["truncated", "promises"], card("NAXIS2", "777777701"));
+    costs_one_row(frame, "failed", &["BITPIX = 13"], card("BITPIX", "13"));
+    costs_one_row(frame, "failed", &["BZERO = 'high'"], card("BZERO", "'high'"));
+    costs_one_row(frame, "failed", &["BSCALE = 0"], card("BSCALE", "0"));
+    // Rice tiles under the same name: whole they are the frame, cut in a tile they are a row
+    costs_one_row(frame, "failed", &["tile 61 of 120"], |n| damage_a_tile(&n.path(frame)));
+}
+
+/// Packs a frame into Rice tiles, one per row, and lies about where the 61st begins.
+fn damage_a_tile(path: &Path) {
+    let header = satphot::frames::Header::read(path).unwrap();
+    let value = |c: &satphot::frames::Card| match (c.is_text, c.value.parse::<f64>()) {
+        (false, Ok(number)) => satphot::frames::CardValue::Real(number),
+        _ => satphot::frames::CardValue::Text(c.value.clone()),
+    };
+    let structure =
+        ["SIMPLE", "BITPIX", "NAXIS", "NAXIS1", "NAXIS2", "BZERO", "BSCALE", "EXTEND", "COMMENT", "HISTORY"];
+    let cards: Vec<_> = header
+        .cards()
+        .iter()
+        .filter(|c| !structure.contains(&c.keyword.as_str()))
+        .map(|c| (c.keyword.clone(), value(c), c.comment.clone()))
+        .collect();
+    std::fs::remove_file(path).unwrap();
+    satphot::frames::write_u16(path, &ndarray::Array2::from_elem((120, 160), 1_000), &cards, true).unwrap();
+    let mut bytes = std::fs::read(path).unwrap();
+    let begin = bytes.windows(8).rposition(|w| w == b"XTENSION").unwrap();
+    let end = bytes[begin..].chunks(80).position(|c| c.starts_with(b"END     ")).unwrap() * 80 + begin;
+    let row = (end + 80).div_ceil(2880) * 2880 + 60 * 8;
+    bytes[row + 4..row + 8].copy_from_slice(&i32::MAX.to_be_bytes());
+    std::fs::write(path, bytes).unwrap();
+}
+
+#[test]
+fn a_frame_that_was_changed_after_it_was_written_is_measured_and_told() {
+    let n = night();
+    let frame = n.path(TARGETS[2]);
+    let mut bytes = std::fs::read(&frame).unwrap();
+    let end = bytes.chunks(80).position(|c| c.starts_with(b"END     ")).unwrap() * 80;
+    assert_ne!(end % 2880, 2800, "there must be room for one more card");
+    let cards = format!("{:<80}{:<80}", "DATASUM = '1234567 '", "END");
+    bytes[end..end + 160].copy_from_slice(cards.as_bytes());
+    std::fs::write(&frame, bytes).unwrap();
+    let summary = n.run().unwrap();
+    assert_eq!(summary.counts.ok, 6);
+    let told = |s: &String| s.contains(TARGETS[2]) && s.contains("DATASUM = '1234567'");
+    assert_eq!(summary.notes.iter().filter(|s| told(s)).count(), 1, "{:?}", summary.notes);
 }
 
 #[test]
@@ -239,13 +290,13 @@ fn one_target_frame_with_a_broken_header_costs_one_row() {
         move |n: &Night| support::set_card(&n.path(frame), keyword, value)
     };
     costs_one_row(frame, "failed", &["123", "[detector.e_per_adu]"], card("GAIN", Some("123")));
-    costs_one_row(frame, "failed", &["header GAIN", "frames.aliases.gain"], card("GAIN", None));
+    costs_one_row(frame, "failed", &["header GAIN", "header.aliases.gain"], card("GAIN", None));
     costs_one_row(frame, "failed", &["header GAIN"], card("GAIN", Some("'high'")));
-    costs_one_row(frame, "failed", &["DATE-OBS", "frames.aliases.date_obs"], card("DATE-OBS", None));
+    costs_one_row(frame, "failed", &["DATE-OBS", "header.aliases.date_obs"], card("DATE-OBS", None));
     costs_one_row(frame, "failed", &["DATE-OBS", "yesterday"], card("DATE-OBS", Some("'yesterday'")));
     costs_one_row(frame, "failed", &["EXPTIME", "0 s"], card("EXPTIME", Some("0.0")));
     costs_one_row(frame, "failed", &["EXPTIME", "-1 s"], card("EXPTIME", Some("-1.0")));
-    costs_one_row(frame, "failed", &["EXPTIME", "frames.aliases.exptime"], card("EXPTIME", None));
+    costs_one_row(frame, "failed", &["EXPTIME", "header.aliases.exptime"], card("EXPTIME", None));
 }
 
 #[test]

@@ -54,7 +54,7 @@ pin_c = {{ value = 0.0 }}
 
 fn reduce(detector: &str) -> (Summary, Vec<StarRow>) {
     let folder = tempfile::tempdir().unwrap();
-    let sets = ["frames.aliases.gain=[\"CAM-GAIN\"]".to_string()];
+    let sets = ["header.aliases.gain=[\"CAM-GAIN\"]".to_string()];
     let mut config = Config::from_text(&configuration(detector), &sets).unwrap();
     config.night.output = folder.path().to_path_buf();
     let summary = run(&config, &Options { no_figures: true, ..Options::default() }, &Silent).unwrap();

@@ -204,10 +204,12 @@ fn compressed_frames_give_the_same_table_as_plain_ones() {
 }
 
 #[test]
-fn a_site_in_the_headers_that_is_not_the_configured_one_is_told() {
+fn a_site_in_the_headers_that_is_not_the_configured_one_fails_the_frames_unless_told_otherwise() {
     let same = night().run().unwrap();
     assert!(!same.notes.iter().any(|n| n.contains("another site")), "{:?}", same.notes);
-    let other = night().set("site.lon_deg=150.9").run().unwrap();
+    let (code, words) = night().set("site.lon_deg=150.9").refusal();
+    assert_eq!(code, 4, "{words}");
+    let other = night().set("site.lon_deg=150.9").set("header.check_site=false").run().unwrap();
     let told = other.notes.iter().find(|n| n.contains("another site")).unwrap();
     assert!(told.contains("151.1113") && told.contains("150.9") && told.contains("[site]"), "{told}");
 }

@@ -211,6 +211,7 @@ fn member(flux_e: f64, flags: Flags, profile: Option<StarProfile>) -> Member {
         gain,
         fwhm_px: 3.0,
         scale_arcsec: 1.5,
+        turn: None,
         radii_px: [6.0, 9.0, 15.0],
         flat: true,
         n_detected: 10,

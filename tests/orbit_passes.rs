@@ -145,7 +145,7 @@ const DAYTIME: [(&str, u64); 6] = [
 ];
 
 #[test]
-fn altitudes_are_those_of_the_authors_own_tables_to_5_millidegrees() {
+fn the_authors_own_tables_are_met_to_2_millidegrees_in_altitude_and_6_5_in_azimuth() {
     let orbits = Path::new(SHARED).join("orbits/daytime_passes_2024.tle");
     for (file, norad) in DAYTIME {
         let table = Path::new(SHARED).join("observations").join(file);
@@ -155,7 +155,9 @@ fn altitudes_are_those_of_the_authors_own_tables_to_5_millidegrees() {
         }
         let site = Site::new(-33.7703, 151.1112, 70.0).unwrap();
         let sets = read_elements(&orbits).unwrap();
-        let tracker = Tracker::new(sets, Some(norad), site, EarthOrientation::default()).unwrap();
+        // UT1−UTC of those days (IERS)
+        let eop = EarthOrientation { ut1_utc_s: 0.0059, ..Default::default() };
+        let tracker = Tracker::new(sets, Some(norad), site, eop).unwrap();
         let mut reader = csv::Reader::from_path(table).unwrap();
         let header = reader.headers().unwrap().clone();
         let column = |name: &str| header.iter().position(|h| h == name).unwrap();
@@ -170,7 +172,8 @@ fn altitudes_are_those_of_the_authors_own_tables_to_5_millidegrees() {
             rows += 1;
         }
         println!("{file}: {rows} rows, worst altitude and azimuth {worst_deg:.5?} deg");
-        assert!(rows > 20 && worst_deg[0] < 0.005 && worst_deg[1] < 0.01, "{file}: {worst_deg:?}");
+        // skyfield 1.55 is off by 0.00195 and 0.0065 deg at the most: their axes. From skyfield we are 1e-4 and 2e-4 deg.
+        assert!(rows > 20 && worst_deg[0] < 0.00205 && worst_deg[1] < 0.0067, "{file}: {worst_deg:?}");
     }
 }
 

@@ -5,12 +5,15 @@ mod photometry_scene;
 
 use photometry_scene::mean_sd;
 use photometry_scene::station::{Case, Stars};
+use rand::SeedableRng;
+use rand_chacha::ChaCha12Rng;
+use rand_distr::{Distribution, Normal};
 use rayon::prelude::*;
 use satphot::photometry::Flags;
 use satphot::photometry::background::background;
-use satphot::photometry::target::{TargetFound, TargetSettings, measure_target};
+use satphot::photometry::target::{KnownDirection, TargetFound, TargetSettings, measure_target};
 
-fn settings(case: &Case) -> TargetSettings {
+fn settings(case: &Case, theta: f64) -> TargetSettings {
     let n = case.n as f64;
     TargetSettings {
         x_px: (n - 1.0) / 2.0,
@@ -25,7 +28,15 @@ fn settings(case: &Case) -> TargetSettings {
         clip_sigma: 3.0,
         shape: satphot::config::ApertureShape::Auto,
         contam_frac: 0.05,
+        trail_direction: known_direction(case.seed, theta),
     }
+}
+
+/// The direction of the trails as an ephemeris and the camera's rotation give it, 0.3° uncertain.
+fn known_direction(seed: u64, theta: f64) -> Option<KnownDirection> {
+    let err_rad = std::env::var("ANGLE").ok().and_then(|v| v.parse().ok()).unwrap_or(0.3f64).to_radians();
+    let error = Normal::new(0.0, 1.0).unwrap().sample(&mut ChaCha12Rng::seed_from_u64(seed ^ 0xa791e));
+    (err_rad > 0.0).then_some(KnownDirection { theta_rad: theta + err_rad * error, err_rad })
 }
 
 /// What became of one frame.
@@ -39,6 +50,8 @@ struct Outcome {
     /// Share of the brightest trail and of all trails.
     contamination: (f64, f64),
     flagged: bool,
+    /// What is said of that share.
+    told: f64,
     area_px: f64,
     cpu_ms: f64,
 }
@@ -62,7 +75,7 @@ fn observe(case: &Case) -> Outcome {
     let scene = case.expose();
     let start = cpu_ms();
     let sky = background(&scene.frame, 64, 3.0).unwrap();
-    let found = measure_target(&scene.frame, &sky, &settings(case));
+    let found = measure_target(&scene.frame, &sky, &settings(case, scene.theta));
     let cpu_ms = cpu_ms() - start;
     let (flux, x, y, detected) = match &found {
         TargetFound::Detected { flux, x_px, y_px, .. } => (flux, *x_px, *y_px, true),
@@ -81,6 +94,10 @@ fn observe(case: &Case) -> Outcome {
             light.iter().sum::<f64>() / scene.flux_e,
         ),
         flagged: flux.flags.has(Flags::CONTAMINATED),
+        told: match &found {
+            TargetFound::Detected { light, .. } => light.contamination_e / flux.flux_e,
+            TargetFound::NotDetected { .. } => 0.0,
+        },
         area_px: flux.area_px,
         cpu_ms,
     }
@@ -162,8 +179,8 @@ fn the_whole_table() {
                 for (k, o) in all.iter().enumerate().filter(|(_, o)| o.is_outlier()) {
                     let (brightest, all) = o.contamination;
                     println!(
-                        "    {k}: found {} pull {:+.1} S/N {:.1} area {:.0} trail {brightest:.3} trails {all:.3} flagged {}",
-                        o.found, o.pull, o.snr, o.area_px, o.flagged
+                        "    {k}: found {} pull {:+.1} S/N {:.1} area {:.0} trail {brightest:.3} trails {all:.3} told {:.3} flagged {}",
+                        o.found, o.pull, o.snr, o.area_px, o.told, o.flagged
                     );
                 }
             }

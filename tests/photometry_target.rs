@@ -31,6 +31,7 @@ fn settings(n: f64) -> TargetSettings {
         clip_sigma: 3.0,
         shape: satphot::config::ApertureShape::Auto,
         contam_frac: 0.05,
+        trail_direction: None,
     }
 }
 

@@ -32,6 +32,7 @@ fn settings(n: f64) -> TargetSettings {
         clip_sigma: 3.0,
         shape: ApertureShape::Auto,
         contam_frac: 0.05,
+        trail_direction: None,
     }
 }
 

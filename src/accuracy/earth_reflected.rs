@@ -10,13 +10,15 @@ use super::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
 use crate::brightness::settings::PUBLISHED_EARTH_RADIUS_KM;
 use crate::brightness::sky::{Body, Sky};
-use crate::brightness::{Accuracy, Brdf, Ground, ModelSettings, PreparedBrdf, Scene};
+use crate::brightness::{Accuracy, Brdf, Ground, ModelSettings, PreparedBrdf, Scene, plain_rule};
 use crate::error::Result;
 use crate::vector::{Itrs, Vector};
 
 const HEIGHT_KM: f64 = 550.0;
 const TOLERANCES: [f64; 6] = [1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10];
 const REFERENCE: f64 = 1e-12;
+/// Gauss nodes in ζ and places in φ of a product rule that knows no edge and no lobe.
+const PLAIN: [(usize, usize); 4] = [(8, 16), (16, 32), (32, 64), (64, 128)];
 const MOST_NODES: usize = 20_000_000;
 const AXES: [Vector<Itrs>; 3] = [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)];
 
@@ -84,10 +86,28 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
                 is_default: tolerance == default,
             }));
         }
+        for rule in PLAIN {
+            let plain = |c: &Case| plain_rule(&c.ground, &brdf, &c.normal, &c.observer, rule);
+            let off: Vec<f64> = (cases.iter().zip(&exact).filter(|(_, exact)| **exact > 0.0))
+                .map(|(case, exact)| plain(case) / exact - 1.0)
+                .collect();
+            let all_us = cpu_us(stopwatch, || {
+                for case in &cases {
+                    std::hint::black_box(plain(case));
+                }
+            });
+            points.extend(Errors::of(&off).map(|errors| Point {
+                setting: format!("{}x{}", rule.0, rule.1),
+                errors,
+                cpu_us: all_us / cases.len() as f64,
+                memory_kb: None,
+                is_default: false,
+            }));
+        }
         series.push(Series { label: label.into(), points });
     }
     Ok(Sweep {
-        knob: "tolerance",
+        knob: "tolerance, or nodes of a plain rule",
         work: "one integral",
         error: "relative",
         reference: "the same integral at tolerance 1e-12",

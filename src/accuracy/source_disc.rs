@@ -20,11 +20,11 @@ use crate::vector::{Itrs, Vector};
 const RINGS: (usize, usize) = (400, 256);
 
 /// Lamp, normal, observer.
-type Case = [Vector<Itrs>; 3];
+pub(super) type Case = [Vector<Itrs>; 3];
 
 /// Directions towards the Sun and the observer on the upper side of a plate; every second within a degree of the
 /// mirror direction.
-fn cases(n: usize) -> Vec<Case> {
+pub(super) fn cases(n: usize) -> Vec<Case> {
     let mut rng = ChaCha12Rng::seed_from_u64(7);
     let normal = Vector::new(0.0, 0.0, 1.0);
     let direction = |zenith: f64, azimuth: f64| {
@@ -42,7 +42,7 @@ fn cases(n: usize) -> Vec<Case> {
 }
 
 /// Mean of f (n·s) over the disc, by points of equal solid angle.
-fn by_brute_force(brdf: &Brdf, [lamp, normal, observer]: &Case, disc_rad: f64) -> f64 {
+pub(super) fn by_brute_force(brdf: &Brdf, [lamp, normal, observer]: &Case, disc_rad: f64) -> f64 {
     let Some(u) = lamp.any_perpendicular() else { return f64::NAN };
     let v = lamp.cross(&u);
     let (rings, spokes) = RINGS;

@@ -5,6 +5,9 @@ use super::{Effort, Stopwatch};
 /// CPU time of one setting is measured over at least this long \[s\].
 const LEAST_S: (f64, f64) = (0.02, 0.3);
 
+/// Arcseconds in a radian.
+pub(super) const ARCSEC_PER_RAD: f64 = 206_264.806_247_096_36;
+
 /// How wrong a setting is over its cases, in absolute value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Errors {
@@ -85,6 +88,33 @@ pub struct Sweep {
     pub series: Vec<Series>,
 }
 
+impl Sweep {
+    /// Where the default stands: on the front, or what beats it, in how many situations; and why it is the default.
+    #[must_use]
+    pub fn standing(&self) -> String {
+        let mut behind = Vec::new();
+        let mut n = 0;
+        for series in &self.series {
+            let front = series.on_front();
+            let Some(k) = series.points.iter().position(|p| p.is_default) else { continue };
+            n += 1;
+            if front[k] {
+                continue;
+            }
+            let own = &series.points[k];
+            let beats = |p: &&Point| p.errors.p95 <= own.errors.p95.max(1e-15) && p.cpu_us < own.cpu_us;
+            let best = series.points.iter().filter(beats).min_by(|a, b| a.cpu_us.total_cmp(&b.cpu_us));
+            let by = best.map_or("another".to_string(), |p| {
+                format!("{} takes {:.0} % of its time", p.setting, 100.0 * p.cpu_us / own.cpu_us)
+            });
+            behind.push(format!("{} ({by})", series.label));
+        }
+        let on = format!("on the front in {} of {n}", n - behind.len());
+        let behind = if behind.is_empty() { String::new() } else { format!("; behind it: {}", behind.join(", ")) };
+        format!("{on}{behind}; {}", self.default_because)
+    }
+}
+
 /// CPU time of one call \[µs\]: repeated until the clock's steps do not matter.
 pub(super) fn cpu_us(stopwatch: &Stopwatch, mut work: impl FnMut()) -> f64 {
     let least_s = match stopwatch.effort {
@@ -120,6 +150,27 @@ mod tests {
         let points = vec![point(1e-2, 1.0), point(1e-3, 2.0), point(1e-3, 3.0), point(1e-2, 1.02), point(1e-6, 9.0)];
         let series = Series { label: String::new(), points };
         assert_eq!(series.on_front(), [true, true, false, true, true]);
+    }
+
+    #[test]
+    fn the_standing_of_a_default_names_what_beats_it() {
+        let series = |points: Vec<Point>, label: &str| Series { label: label.into(), points };
+        let default = |p95, us| Point { is_default: true, ..point(p95, us) };
+        let best = Point { setting: "quicker".into(), ..point(1e-3, 2.0) };
+        let sweep = Sweep {
+            knob: "knob",
+            work: "work",
+            error: "relative",
+            reference: "truth",
+            default_because: "it is",
+            series: vec![
+                series(vec![default(1e-3, 4.0), best], "behind"),
+                series(vec![default(1e-6, 9.0), point(1e-3, 2.0)], "on it"),
+                series(vec![point(1.0, 1.0)], "somebody else's"),
+            ],
+        };
+        let told = sweep.standing();
+        assert_eq!(told, "on the front in 1 of 2; behind it: behind (quicker takes 50 % of its time); it is");
     }
 
     #[test]

@@ -16,7 +16,7 @@ use crate::photometry::zeropoint::{StarMeasurement, fit};
 /// ZP, k and C that are put in.
 const TRUTH: [f64; 3] = [-23.37, 0.12, 0.08];
 /// Airmass and B−V of the magnitude that is predicted.
-const AT: (f64, f64) = (1.4, 0.65);
+pub(super) const AT: (f64, f64) = (1.4, 0.65);
 const STARS: usize = 321;
 const POINTINGS: usize = 21;
 
@@ -26,7 +26,7 @@ fn line(airmass: f64, b_v_mag: f64) -> f64 {
 }
 
 /// One night; a share of the stars is too faint by 0.8 mag or so, as saturated or blended ones are.
-fn night(seed: u64, spoilt_frac: f64) -> Vec<StarMeasurement> {
+pub(super) fn night(seed: u64, spoilt_frac: f64) -> Vec<StarMeasurement> {
     let mut rng = ChaCha12Rng::seed_from_u64(seed);
     let normal = |rng: &mut ChaCha12Rng| -> f64 { rng.sample(StandardNormal) };
     let pointings: Vec<(f64, f64)> =

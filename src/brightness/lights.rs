@@ -6,7 +6,7 @@
 use std::f64::consts::PI;
 
 use super::brdf::{Brdf, direct_reflection, mirror_reflection};
-use super::earthshine::Accuracy;
+use super::earthshine::{Accuracy, plain};
 use super::ground::Ground;
 use super::lamps::{LampSettings, moonlight, sunlight};
 use super::model::Model;
@@ -66,27 +66,41 @@ pub(super) struct Stage<'a> {
     model: &'a Model,
     pub radius_km: f64,
     plates: Vec<Plate<'a>>,
+    /// What contributes nothing is computed all the same.
+    everything: bool,
 }
 
 impl<'a> Stage<'a> {
-    /// The surfaces that show the observer a side that scatters; the others go to `skipped`.
-    pub fn new(scene: &Scene, model: &'a Model, skipped: &mut Vec<Skip>) -> Result<Self> {
+    /// The surfaces that show the observer a side that scatters; the others go to `skipped`, unless `everything` is
+    /// wanted.
+    pub fn new(scene: &Scene, model: &'a Model, everything: bool, skipped: &mut Vec<Skip>) -> Result<Self> {
         let radius_km = model.settings().radius_km(&scene.satellite_km);
         let mut plates = Vec::with_capacity(model.surfaces().len());
         for prepared in model.surfaces() {
             let plate = Plate::new(scene, prepared, model.settings().effects.platform_size)?;
-            if plate.shows_a_side() {
+            if everything || plate.shows_a_side() {
                 plates.push(plate);
             } else {
                 skipped.push(Skip::surface("all", &prepared.name, "faces away from the observer"));
             }
         }
-        Ok(Self { model, radius_km, plates })
+        Ok(Self { model, radius_km, plates, everything })
+    }
+
+    /// Nothing but the surface of this name.
+    pub fn only(&mut self, name: &str) {
+        self.plates.retain(|plate| &**plate.name() == name);
+    }
+
+    /// The side of a plate that a view sees.
+    fn side(&self, plate: &Plate<'a>, view: &View) -> Option<Side<'a>> {
+        if self.everything { Some(plate.any_side(view)) } else { plate.side(view) }
     }
 
     /// Area the observer sees, Σ A |n·o| \[m²\].
     pub fn projected_area_m2(&self) -> f64 {
-        self.plates.iter().map(|p| p.area_m2() * p.centre.cos_observer.abs()).sum()
+        let shown = self.plates.iter().filter(|p| p.shows_a_side());
+        shown.map(|p| p.area_m2() * p.centre.cos_observer.abs()).sum()
     }
 
     /// Light of a lamp scattered once by the surfaces.
@@ -95,7 +109,8 @@ impl<'a> Stage<'a> {
     /// Earth, the mean ⟨⟩ over its disc.
     pub fn direct(&self, lamp: &Lamp, skipped: &mut Vec<Skip>) -> Sum {
         let mut sum = Sum::default();
-        if !(lamp.visible_frac > 0.0 && lamp.flux_at_satellite > 0.0) {
+        let shines = lamp.visible_frac > 0.0 && lamp.flux_at_satellite > 0.0;
+        if !(self.everything || shines) {
             let why = if lamp.flux_at_satellite > 0.0 { lamp.words.hidden } else { "gives no light" };
             skipped.push(Skip::light(lamp.name, why));
             return sum;
@@ -105,12 +120,13 @@ impl<'a> Stage<'a> {
             // parallel light along the surface leaves rounding alone
             let least = if source_disc == SourceDisc::Point { 1e-12 } else { -lamp.disc_rad.sin() };
             let lit = |side: &Side| side.normal.dot(&lamp.toward(&plate.centre)) >= least;
-            if !plate.is_divided() && !plate.side(&plate.centre).as_ref().is_some_and(lit) {
+            let whole = !self.everything && !plate.is_divided();
+            if whole && !plate.side(&plate.centre).as_ref().is_some_and(lit) {
                 skipped.push(Skip::surface(lamp.name, plate.name(), lamp.words.facing_away));
                 continue;
             }
             let part = plate.integrate(|view: &View| {
-                let Some(side) = plate.side(view) else { return Sum::default() };
+                let Some(side) = self.side(plate, view) else { return Sum::default() };
                 let toward = lamp.toward(view);
                 let f_cos = match side.brdf {
                     // at the edge of its beam a mirror is as wide as the observer sees it
@@ -137,19 +153,21 @@ impl<'a> Stage<'a> {
         let settings = self.model.settings();
         let ground_at = |view: &View| Ground::new(&view.place_km, self.radius_km, &lamp.position_km, &settings.earth);
         let Some(plate) = self.plates.first() else { return sum };
-        let lit = ground_at(&plate.centre).filter(|g| g.lit_in_view() && lamp.flux_at_ground > 0.0);
+        let lights_ground = |g: &Ground| self.everything || (g.lit_in_view() && lamp.flux_at_ground > 0.0);
+        let lit = ground_at(&plate.centre).filter(lights_ground);
         let Some(ground) = lit else {
             skipped.push(Skip::light(lamp.earth_name, lamp.words.no_lit_ground));
             return sum;
         };
         for plate in &self.plates {
             let sees_ground = |side: &Side| ground.seen_by(&side.normal);
-            if !plate.is_divided() && !plate.side(&plate.centre).as_ref().is_some_and(sees_ground) {
+            let whole = !self.everything && !plate.is_divided();
+            if whole && !plate.side(&plate.centre).as_ref().is_some_and(sees_ground) {
                 skipped.push(Skip::surface(lamp.earth_name, plate.name(), "sees no ground"));
                 continue;
             }
             let part = plate.integrate(|view: &View| {
-                let Some(side) = plate.side(view) else { return Sum::default() };
+                let Some(side) = self.side(plate, view) else { return Sum::default() };
                 let here;
                 let ground = if plate.is_divided() {
                     let Some(g) = ground_at(view) else { return Sum::default() };
@@ -158,10 +176,13 @@ impl<'a> Stage<'a> {
                 } else {
                     &ground
                 };
-                if !ground.seen_by(&side.normal) {
-                    return Sum::default();
+                if !(ground.lit_in_view() && ground.seen_by(&side.normal)) {
+                    let dark = || plain(ground, side.brdf, &side.normal, &view.observer);
+                    let per_sr = if self.everything { dark() } else { 0.0 };
+                    return Sum { flux: side.spread * per_sr, ..Sum::default() };
                 }
                 let floor_per_sr = match settings.tolerance_of {
+                    _ if self.everything => 0.0,
                     ToleranceOf::EachLight => 0.0,
                     // a quarter each: two lamps, two surfaces
                     ToleranceOf::Total => {

@@ -27,6 +27,7 @@ pub use answer::{Brightness, Illum, Light, Quadratures};
 pub use attitude::Attitude;
 pub use brdf::{Binomial, Brdf, direct_reflection};
 pub use catalogue::{Catalogue, Satellite, catalogue_names, catalogue_toml};
+pub(crate) use earthshine::plain_rule;
 pub use earthshine::{Accuracy, PreparedBrdf, ReflectedLight, reflected_by_earth};
 pub use ground::Ground;
 pub use model::{Model, brightness, light_class};

@@ -15,7 +15,7 @@ use super::lights::{Lamp, Lighting, Stage, Sum};
 use super::platform::Prepared;
 use super::scene::{Scene, geodetic_up, impossible, local_radius_km};
 use super::settings::ModelSettings;
-use super::skip::Skip;
+use super::skip::{SWITCHED_OFF, Skip};
 use super::surface::Surface;
 use crate::config::{self, EarthRadius, Effects, Mode, MuArea, Shadow, Source};
 use crate::error::Result;
@@ -65,23 +65,36 @@ impl Model {
     /// # Errors
     /// [`crate::Error::Model`] for an impossible scene (satellite below the surface, vectors not finite).
     pub fn brightness(&self, scene: &Scene) -> Result<Brightness> {
+        self.answer(scene, self.settings.leave_out)
+    }
+
+    /// The same with nothing left out: dark ground, hidden lamps, surfaces turned away are computed too.
+    ///
+    /// # Errors
+    /// As [`Model::brightness`].
+    pub fn brightness_of_everything(&self, scene: &Scene) -> Result<Brightness> {
+        self.answer(scene, false)
+    }
+
+    fn answer(&self, scene: &Scene, leave_out: bool) -> Result<Brightness> {
         let settings = &self.settings;
         let radius_km = settings.radius_km(&scene.satellite_km);
         scene.check(radius_km)?;
         let mut skipped = Vec::new();
         let sun = Lamp::sun(scene, &self.lighting, radius_km);
-        if !above_horizon(scene, settings) {
+        let up = above_horizon(scene, settings);
+        if !up && leave_out {
             skipped.push(Skip::light("all", "satellite below the observer's horizon"));
             return Ok(assemble(&<[Sum; 4]>::default(), &sun, false, skipped));
         }
-        let stage = Stage::new(scene, self, &mut skipped)?;
+        let stage = Stage::new(scene, self, !leave_out, &mut skipped)?;
         let mut lights = <[Sum; 4]>::default();
         let moon = settings.moon.then(|| Lamp::moon(scene, &self.lighting, radius_km));
         let sun_lamp = settings.sun.then_some(&sun);
         for (k, (lamp, name)) in [(sun_lamp, "sun"), (moon.as_ref(), "moon")].into_iter().enumerate() {
             match lamp {
                 Some(lamp) => lights[2 * k] = stage.direct(lamp, &mut skipped),
-                None => skipped.push(Skip::light(name, "switched off")),
+                None => skipped.push(Skip::light(name, SWITCHED_OFF)),
             }
         }
         for (k, lamp) in [sun_lamp, moon.as_ref()].into_iter().enumerate() {
@@ -90,7 +103,7 @@ impl Model {
                 lights[2 * k + 1] = stage.via_earth(lamp, beside, &mut skipped);
             }
         }
-        let dimming = self.extinction(scene)?;
+        let dimming = if up { self.extinction(scene)? } else { 0.0 };
         for light in &mut lights {
             light.flux *= dimming;
             light.err *= dimming;
@@ -105,6 +118,31 @@ impl Model {
         let omega_arcsec2 = area_m2 / (scene.range_km() * 1e3).powi(2) * ARCSEC2_PER_SR;
         answer.mu_mean_mag_arcsec2 = answer.total_v_mag.map(|v| v + 2.5 * omega_arcsec2.log10());
         Ok(answer)
+    }
+
+    /// The light a piece that was left out of a scene sends, computed all the same: the flux relative to a star of
+    /// magnitude 0, before extinction. 0 unless it was left out by choice.
+    ///
+    /// # Errors
+    /// As [`Model::brightness`].
+    pub fn left_out(&self, scene: &Scene, skip: &Skip) -> Result<f64> {
+        let radius_km = self.settings.radius_km(&scene.satellite_km);
+        scene.check(radius_km)?;
+        let mut stage = Stage::new(scene, self, true, &mut Vec::new())?;
+        if let Some(name) = &skip.surface {
+            stage.only(name);
+        }
+        let wanted = |name: &str| skip.light == "all" || skip.light == name;
+        let mut flux = 0.0;
+        for lamp in [Lamp::sun, Lamp::moon].map(|lamp| lamp(scene, &self.lighting, radius_km)) {
+            if wanted(lamp.name) {
+                flux += stage.direct(&lamp, &mut Vec::new()).flux;
+            }
+            if wanted(lamp.earth_name) || (wanted(lamp.name) && skip.is_choice()) {
+                flux += stage.via_earth(&lamp, 0.0, &mut Vec::new()).flux;
+            }
+        }
+        Ok(if above_horizon(scene, &self.settings) { flux } else { 0.0 * flux })
     }
 
     /// The settings it was made with.

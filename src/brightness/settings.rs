@@ -44,6 +44,8 @@ pub struct ModelSettings {
     pub sun: bool,
     /// Moonlight, direct and by way of the Earth.
     pub moon: bool,
+    /// Leave out what contributes nothing; `false` computes it all the same, which tests compare with and `--explain` times.
+    pub leave_out: bool,
 }
 
 impl ModelSettings {
@@ -61,6 +63,7 @@ impl ModelSettings {
             k_mag_airmass: 0.0,
             sun: true,
             moon: true,
+            leave_out: true,
         }
     }
 

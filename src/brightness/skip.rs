@@ -5,6 +5,9 @@
 use std::fmt;
 use std::sync::Arc;
 
+/// Why a lamp the settings switch off is left out.
+pub(super) const SWITCHED_OFF: &str = "switched off";
+
 /// A light, or a surface under a light, that was left out of a scene.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Skip {
@@ -19,6 +22,27 @@ pub struct Skip {
 impl Skip {
     pub(super) fn light(light: &'static str, why: &'static str) -> Self {
         Self { light, surface: None, why }
+    }
+
+    /// Left out because somebody said so, not because it gives no light.
+    #[must_use]
+    pub fn is_choice(&self) -> bool {
+        self.why == SWITCHED_OFF
+    }
+
+    /// The same surface under no light at all: what is left is the cost of asking.
+    #[must_use]
+    pub fn without_lights(&self) -> Self {
+        Self { light: "none", ..self.clone() }
+    }
+
+    /// Which light or surface.
+    #[must_use]
+    pub fn what(&self) -> String {
+        match &self.surface {
+            Some(surface) => format!("{}, {surface}", self.light),
+            None => self.light.to_string(),
+        }
     }
 
     pub(super) fn surface(light: &'static str, surface: &Arc<str>, why: &'static str) -> Self {

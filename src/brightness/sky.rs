@@ -209,6 +209,15 @@ impl Sky {
         }
     }
 
+    /// A satellite under this sky: its sphere, and no Moon where there is none.
+    ///
+    /// # Errors
+    /// As [`Model::new`].
+    pub fn model(&self, satellite: &Satellite, settings: &ModelSettings) -> Result<Model> {
+        let moon = settings.moon && self.moon_km.is_some();
+        Model::new(satellite, &ModelSettings { earth_radius_km: Some(self.radius_km), moon, ..settings.clone() })
+    }
+
     fn point(&self, alt_deg: f64, az_deg: f64, model: &dyn Fn(&Scene) -> Result<Brightness>) -> Result<SkyPoint> {
         // 360 deg is 0, to the last digit
         let scene = self.scene(alt_deg.to_radians(), (az_deg % 360.0).to_radians());
@@ -235,9 +244,7 @@ pub fn sky_map(
     settings: &ModelSettings,
     tick: &(dyn Fn() + Sync),
 ) -> Result<SkyMap> {
-    let moon = settings.moon && sky.moon_km.is_some();
-    let model =
-        Model::new(satellite, &ModelSettings { earth_radius_km: Some(sky.radius_km), moon, ..settings.clone() })?;
+    let model = sky.model(satellite, settings)?;
     let model = |scene: &Scene| model.brightness(scene);
     let rows: Vec<Vec<SkyPoint>> = grid
         .az_deg

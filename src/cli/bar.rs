@@ -70,11 +70,7 @@ impl Progress for Bars {
         self.start.elapsed().as_secs_f64()
     }
     fn cpu_s(&self) -> Option<f64> {
-        // the fields after the name in brackets: utime and stime are the 12th and 13th, in hundredths of a second
-        let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
-        let mut fields = stat.rsplit_once(')')?.1.split_whitespace().skip(11);
-        let mut ticks = || fields.next()?.parse::<f64>().ok();
-        Some((ticks()? + ticks()?) / 100.0)
+        cpu_time::ProcessTime::try_now().ok().map(|t| t.as_duration().as_secs_f64())
     }
 }
 

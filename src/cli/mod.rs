@@ -9,6 +9,7 @@ mod compare;
 mod detector;
 mod flat;
 mod init;
+mod inspect;
 mod measure;
 mod orbit_args;
 mod passes;
@@ -52,6 +53,8 @@ enum Verb {
     Run(run::Run),
     /// Write a commented pipeline.toml to start from
     Init(init::Init),
+    /// Tell what was understood from headers: mid-time, gain, site, pointing, and why
+    Inspect(inspect::Inspect),
     /// Make a master flat
     Flat(flat::Flat),
     /// Check gain, read noise, pedestal, step and saturation on flats and bias frames
@@ -135,6 +138,7 @@ impl Cli {
         match self.verb {
             Verb::Run(v) => v.execute(),
             Verb::Init(v) => v.execute(),
+            Verb::Inspect(v) => v.execute(),
             Verb::Flat(v) => v.execute(),
             Verb::Detector(v) => v.execute(),
             Verb::Zeropoint(v) => v.execute(),

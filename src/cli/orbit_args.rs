@@ -17,13 +17,13 @@ pub struct OrbitArgs {
     /// Set a key of the configuration (repeatable)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
-    /// Elements (TLE, 3LE, OMM JSON) instead of those of the configuration
+    /// Elements instead of those of the configuration: TLE, 3LE, or OMM in JSON, CSV, KVN or XML
     #[arg(long, value_name = "FILE")]
     pub elements: Option<PathBuf>,
     /// Catalogue number, when the file holds several objects
     #[arg(long, value_name = "NUMBER")]
     pub norad: Option<u64>,
-    /// Use elements older than the limit all the same
+    /// Use elements older than the limit, or contradicted by others, all the same
     #[arg(long)]
     pub force: bool,
     #[command(flatten)]

@@ -33,6 +33,9 @@ pub struct Run {
     /// List the files written
     #[arg(short, long)]
     verbose: bool,
+    /// Say on standard error what was left out of each scene and frame, why, and the CPU time that saved
+    #[arg(long)]
+    explain: bool,
     /// Say what each file is and what would be done, and stop
     #[arg(long)]
     dry_run: bool,
@@ -53,7 +56,12 @@ impl Run {
         if self.dry_run {
             return dry_run(&config);
         }
-        let options = Options { strict: self.strict, no_figures: self.no_figures, ..self.common.options() };
+        let options = Options {
+            strict: self.strict,
+            no_figures: self.no_figures,
+            explain: self.explain,
+            ..self.common.options()
+        };
         let progress = self.common.progress();
         let summary = run(&config, &options, &progress)?;
         if !self.common.quiet {
@@ -69,6 +77,9 @@ impl Run {
             .map(|mb| format!(", {mb:.0} MB peak memory"))
             .unwrap_or_default();
         print(&format!("\n{}{memory}\nResults in {}\n", summary.speed(), summary.folder.display()));
+        if let Some(explained) = &summary.explained {
+            tell(&explained.text());
+        }
         if self.verbose {
             for file in &summary.files {
                 print(&format!("  {}\n", file.display()));

@@ -1,6 +1,6 @@
 //! Ranges, checked once: each message gives the key, the value, the accepted range and the unit.
 
-use super::{Attitude, Config, Model, Source, Surface};
+use super::{Attitude, Config, Model, QUANTITIES, Source, Surface};
 use crate::error::{Error, Result};
 
 /// Pass bands known by name.
@@ -19,6 +19,7 @@ impl Config {
         range("telescope.aperture_m", self.telescope.aperture_m, 0.005, 50.0, "m")?;
         range("telescope.focal_length_mm", self.telescope.focal_length_mm, 1.0, 1e6, "mm")?;
         self.check_detector()?;
+        self.check_aliases()?;
         self.check_photometry()?;
         if let Some(stars) = &self.stars {
             ordered("stars.bv_range_mag", stars.bv_range_mag, "mag")?;
@@ -47,6 +48,20 @@ impl Config {
         }
         if let Some(model) = &self.model {
             check_model(model)?;
+        }
+        Ok(())
+    }
+
+    /// A misspelt quantity would be passed over without a word.
+    fn check_aliases(&self) -> Result<()> {
+        for (quantity, keywords) in &self.header.aliases {
+            let key = format!("header.aliases.{quantity}");
+            if !QUANTITIES.contains(&quantity.as_str()) {
+                return Err(bad(&key, format!("is not a quantity; known: {}", QUANTITIES.join(", "))));
+            }
+            if let Some(empty) = keywords.iter().find(|k| k.trim().is_empty()) {
+                return Err(bad(&key, format!("\"{empty}\" is not a header keyword")));
+            }
         }
         Ok(())
     }

@@ -75,7 +75,8 @@ pub enum LunarEclipse {
 pub enum SourceDisc {
     /// Parallel light.
     Point,
-    /// Lobes narrower than the disc are averaged over it.
+    /// Lobes narrower than the disc are averaged over it: a point is wrong by any factor there, and broad laws cost no more
+    /// (`satphot accuracy source-disc`).
     Convolved,
 }
 

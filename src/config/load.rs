@@ -38,7 +38,10 @@ impl Config {
     /// # Errors
     /// [`Error::Config`].
     pub fn from_text(text: &str, sets: &[String]) -> Result<Self> {
-        let config: Config = read_layers(text, sets)?;
+        let mut config: Config = read_layers(text, sets)?;
+        for (quantity, keywords) in std::mem::take(&mut config.frames.aliases) {
+            config.header.aliases.entry(quantity).or_default().extend(keywords);
+        }
         config.check()?;
         Ok(config)
     }

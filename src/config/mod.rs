@@ -45,9 +45,12 @@ pub struct Config {
     pub telescope: Telescope,
     /// The camera.
     pub detector: Detector,
-    /// How frames are told apart and which header keywords are read.
+    /// How frames are told apart.
     #[serde(default)]
     pub frames: Frames,
+    /// Which header keywords are read.
+    #[serde(default)]
+    pub header: HeaderRules,
     /// What the time stamps mean.
     #[serde(default)]
     pub time: Time,
@@ -166,8 +169,47 @@ pub struct Frames {
     /// OBJECT values (case-insensitive, part of the text) that mark a target frame; the satellite's name and
     /// number from the elements are always recognised.
     pub target_objects: Vec<String>,
-    /// Quantity -> own header keywords, tried first: `exptime`, `egain`, `gain`, `filter`, `object`, `imagetyp`, `date_obs`.
+    /// Older place of `header.aliases`; moved there when the file is read.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub aliases: BTreeMap<String, Vec<String>>,
+}
+
+/// Quantities that may have own keywords.
+pub const QUANTITIES: [&str; 17] = [
+    "exptime",
+    "egain",
+    "gain",
+    "offset",
+    "filter",
+    "object",
+    "imagetyp",
+    "date_obs",
+    "site_lat",
+    "site_lon",
+    "site_alt",
+    "ra",
+    "dec",
+    "camera",
+    "binning",
+    "pix_scale",
+    "read_noise",
+];
+
+/// Which header keywords are read, and what they are checked against.
+#[derive(Debug, Clone, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct HeaderRules {
+    /// Light frames whose header tells a site more than 0.1 deg from the configured one fail; false: they are told.
+    pub check_site: bool,
+    /// Quantity -> own header keywords, tried first; the quantities are [`QUANTITIES`].
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub aliases: BTreeMap<String, Vec<String>>,
+}
+
+impl Default for HeaderRules {
+    fn default() -> Self {
+        Self { check_site: true, aliases: BTreeMap::new() }
+    }
 }
 
 /// What a bare DATE-OBS means.

@@ -13,7 +13,7 @@ use super::surface::{Brdf, Surface};
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Orbit {
-    /// TLE, 3LE or OMM JSON; of several sets of one object the nearest in time is used.
+    /// TLE, 3LE or OMM (JSON, CSV, KVN, XML); of several sets of one object the nearest in time is used.
     pub elements: PathBuf,
     /// Catalogue number, when the file holds several objects.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -21,7 +21,7 @@ pub struct Orbit {
     /// Elements older than this are refused \[d\].
     #[serde(default = "max_age")]
     pub max_age_d: f64,
-    /// Use elements older than `max_age_d` all the same.
+    /// Use elements older than `max_age_d`, or contradicted by another set, all the same.
     #[serde(default)]
     pub force_age: bool,
     /// UT1−UTC \[s\] (IERS Bulletin A); 0 costs up to 10 arcsec on a LEO satellite near zenith.
@@ -65,7 +65,8 @@ pub struct Model {
     /// Extinction between satellite and observer \[mag/airmass\], for `effects.source = "extincted"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub k_mag_airmass: Option<f64>,
-    /// Relative tolerance of the Earth-reflected integral.
+    /// Relative tolerance of the Earth-reflected integral. The default 1e-4 is met with 1e-7 to 1e-6 in 95 of 100 cases for 10 to
+    /// 140 µs; 1e-6 takes three to seven times as long (`satphot accuracy earth-reflected`).
     #[serde(default = "tolerance")]
     pub tolerance: f64,
 }

@@ -1,4 +1,4 @@
-//! A header: the 80-byte cards of a FITS file, read by ourselves before the FITS library ever opens the file.
+//! A header: the 80-byte cards of a FITS file, read by ourselves and without the FITS library.
 //!
 //! Values are kept as text and parsed on request; no units here. Leaves out the meaning of keywords
 //! ([`super::exposure`], [`super::time`]) and the checks that make a file safe to open ([`super::scan`]).
@@ -101,8 +101,14 @@ pub(super) struct ImageInfo {
     pub bitpix: i64,
     /// NAXISn of the uncompressed image, fastest first.
     pub axes: Vec<usize>,
+    /// Where its header begins in the file \[bytes\].
+    pub hdu_at: u64,
     /// Where its data begin in the file \[bytes\]; absent if no file was scanned.
     pub data_at: Option<u64>,
+    /// Where they end, padding left out \[bytes\].
+    pub data_end: u64,
+    /// What is odd but no reason to refuse the file.
+    pub warnings: Vec<String>,
 }
 
 #[derive(Debug, Default)]
@@ -117,7 +123,7 @@ struct Inner {
 pub struct Header(Arc<Inner>);
 
 impl Header {
-    /// Scans the cards of `path`, picks the image HDU and checks that the FITS library can open the file safely.
+    /// Scans the cards of `path`, picks the image HDU and holds what it promises against the file.
     ///
     /// The image is the first HDU with a 2-D image (further axes of length 1 are accepted), or with a
     /// tile-compressed one. Nothing but headers is read.
@@ -225,6 +231,17 @@ impl Header {
     /// Where the image's data begin in the file \[bytes\]; absent if no file was scanned.
     pub(super) fn data_at(&self) -> Option<u64> {
         self.0.image.data_at
+    }
+
+    /// Bytes of the file that the image HDU takes: where its header begins, and where its data end.
+    pub(super) fn hdu_bytes(&self) -> (u64, u64) {
+        (self.0.image.hdu_at, self.0.image.data_end)
+    }
+
+    /// What is odd about the file but no reason to refuse it: padding that is missing, characters that are not ASCII.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.0.image.warnings
     }
 
     /// Whether the image is tile-compressed.

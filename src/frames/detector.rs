@@ -83,12 +83,12 @@ impl Detector {
         let setting = exposure.setting.map(|s| s.0);
         let (e_per_adu, source) = if self.config.use_header_egain {
             let value = exposure.header_e_per_adu.ok_or_else(|| {
-                header_error("EGAIN", "absent or not positive; name your keyword in frames.aliases.egain or set detector.use_header_egain = false")
+                header_error("EGAIN", "absent or not positive; name your keyword in header.aliases.egain or set detector.use_header_egain = false")
             })?;
             (value, "header EGAIN".to_string())
         } else {
             let setting = setting.ok_or_else(|| {
-                header_error("GAIN", "no gain setting in the header; name your keyword in frames.aliases.gain or set detector.use_header_egain = true")
+                header_error("GAIN", "no gain setting in the header; name your keyword in header.aliases.gain or set detector.use_header_egain = true")
             })?;
             self.e_per_adu(setting).ok_or_else(|| Error::GainNotTabulated {
                 path: exposure.path.clone(),

@@ -183,7 +183,7 @@ impl<'a> FrameReader<'a> {
                 match &self.stored {
                     Some(stored) => self.stored_tile(stored, bytes, &columns, first, pixels, bits),
                     None => guarded(path, || {
-                        // each thread has a handle of its own on the file: the library allows no other way
+                        // each thread has the memory of its own tiles
                         let image = match image {
                             Some(image) => image,
                             None => image.insert(Pixels::open(path, &self.exposure.header)?),
@@ -231,10 +231,10 @@ impl<'a> FrameReader<'a> {
         Ok(())
     }
 
-    /// Everything else, converted by the library: the columns any row of the tile needs.
+    /// Everything else, decoded on the way: the columns any row of the tile needs.
     fn converted_tile(
         &self,
-        image: &mut Pixels<'_>,
+        image: &mut Pixels,
         counts: &mut Vec<f32>,
         columns: &Range<usize>,
         first_row: usize,

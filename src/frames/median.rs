@@ -6,12 +6,12 @@
 
 /// Pixels sorted at once. Whole cache lines (see the alignment): 42 frames of f32 are 21 kB, which the fastest cache
 /// holds.
-pub(super) const LANES: usize = 128;
+pub(crate) const LANES: usize = 128;
 
 /// One frame's pixels in the network.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
-pub(super) struct Lanes<T>(pub [T; LANES]);
+pub(crate) struct Lanes<T>(pub [T; LANES]);
 
 /// Comparators that bring the wanted ranks of `n` values into place.
 ///
@@ -51,12 +51,12 @@ fn comparators(n: usize, wanted: &[usize]) -> Vec<(usize, usize)> {
 }
 
 /// The two middle ranks of `n` values (equal for odd n).
-pub(super) fn middle(n: usize) -> (usize, usize) {
+pub(crate) fn middle(n: usize) -> (usize, usize) {
     ((n - 1) / 2, n / 2)
 }
 
 /// The comparators of a median of `n` values.
-pub(super) struct Network {
+pub(crate) struct Network {
     /// Number of values.
     pub n: usize,
     pairs: Vec<(usize, usize)>,
@@ -64,7 +64,7 @@ pub(super) struct Network {
 
 impl Network {
     /// For `n` ≥ 1 values.
-    pub(super) fn new(n: usize) -> Self {
+    pub(crate) fn new(n: usize) -> Self {
         let (lo, hi) = middle(n.max(1));
         Self { n, pairs: if n < 2 { Vec::new() } else { comparators(n, &[lo, hi]) } }
     }
@@ -74,7 +74,7 @@ impl Network {
     /// Inlined into kernels compiled for several instruction sets. The comparison by hand is one instruction for each
     /// of minimum and maximum; `f32::min` would first look for NaN, of which there are none here.
     #[inline(always)]
-    pub(super) fn run<T: Copy + PartialOrd>(&self, rows: &mut [Lanes<T>]) {
+    pub(crate) fn run<T: Copy + PartialOrd>(&self, rows: &mut [Lanes<T>]) {
         for &(a, b) in &self.pairs {
             let (low, high) = rows.split_at_mut(b);
             let (low, high) = (&mut low[a].0, &mut high[0].0);

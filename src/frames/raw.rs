@@ -1,8 +1,8 @@
-//! The one place that calls the FITS library's C functions directly.
+//! Writing through the FITS library: the one place that calls its C functions.
 //!
-//! Needed because the safe wrapper parses brackets in file names as filters, always allocates what it reads, cuts
-//! long strings and rounds numbers in cards. Files are opened only after [`super::scan`] has passed them. Every
-//! pointer given to C points into a buffer that outlives the call, and C is told that buffer's true length.
+//! Directly, because the safe wrapper parses brackets in file names as filters, cuts long strings and rounds numbers in
+//! cards. Nothing is read with it: what C does with a damaged file cannot be caught. Every pointer given to C points into
+//! a buffer that outlives the call, and C is told that buffer's true length.
 #![allow(unsafe_code)]
 
 use std::ffi::{CStr, CString, c_int, c_long, c_void};
@@ -12,20 +12,22 @@ use std::ptr;
 
 use fitsio::{FileOpenMode, FitsFile, sys};
 
-use super::cards::Header;
 use super::write::CardValue;
 use crate::error::{Error, Result};
 
 /// Type codes of fitsio.h.
 const TUSHORT: c_int = 20;
 const TFLOAT: c_int = 42;
-const TDOUBLE: c_int = 82;
 const RICE_1: c_int = 11;
 
-/// Runs `work`, turning a panic inside the library into [`Error::Fits`].
+/// Runs `work`, turning a panic inside it into [`Error::Fits`].
 pub(super) fn guarded<T>(path: &Path, work: impl FnOnce() -> Result<T>) -> Result<T> {
-    catch_unwind(AssertUnwindSafe(work))
-        .unwrap_or_else(|_| Err(Error::Fits { path: path.to_path_buf(), problem: "the FITS library panicked".into() }))
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| {
+        Err(Error::Fits {
+            path: path.to_path_buf(),
+            problem: "reading or writing it panicked: a fault of satphot; please report it with this file".into(),
+        })
+    })
 }
 
 /// Status 0 is success; anything else becomes the library's own words.
@@ -54,93 +56,6 @@ fn c_path(path: &Path) -> Result<CString> {
         .to_str()
         .ok_or_else(|| Error::Fits { path: path.to_path_buf(), problem: "the path is not UTF-8".into() })?;
     c_text(path, text)
-}
-
-/// A pixel type the library converts to.
-pub(super) trait Pixel: Copy {
-    /// Type code.
-    const CODE: c_int;
-    /// What a BLANK pixel becomes; 0 tells the library not to look for BLANK.
-    const BLANK: Self;
-}
-impl Pixel for u16 {
-    const CODE: c_int = TUSHORT;
-    const BLANK: u16 = 0;
-}
-impl Pixel for f32 {
-    const CODE: c_int = TFLOAT;
-    const BLANK: f32 = f32::NAN;
-}
-impl Pixel for f64 {
-    const CODE: c_int = TDOUBLE;
-    const BLANK: f64 = f64::NAN;
-}
-
-/// An image open for reading.
-pub(super) struct OpenImage<'a> {
-    file: FitsFile,
-    path: &'a Path,
-    size_px: (usize, usize),
-    n_axes: usize,
-}
-
-impl<'a> OpenImage<'a> {
-    /// Opens the image that `header` was scanned from; brackets in the name are just characters.
-    pub(super) fn open(path: &'a Path, header: &Header) -> Result<Self> {
-        let name = c_path(path)?;
-        let mut raw = ptr::null_mut();
-        let mut status = 0;
-        // SAFETY: `name` is a valid C string; `raw` and `status` are ours.
-        unsafe { sys::ffdkopn(&mut raw, name.as_ptr(), 0, &mut status) };
-        check(path, status, "opening")?;
-        // SAFETY: `raw` comes from a successful ffdkopn and is closed by FitsFile alone.
-        let file = unsafe { FitsFile::from_raw(raw, FileOpenMode::READONLY) };
-        let file = file.map_err(|e| Error::Fits { path: path.to_path_buf(), problem: format!("opening: {e}") })?;
-        let mut image = Self { file, path, size_px: header.size_px(), n_axes: header.n_axes() };
-        let number = c_int::try_from(header.hdu_index() + 1).unwrap_or(c_int::MAX);
-        let mut kind = 0;
-        // SAFETY: the handle is open; `kind` and `status` are ours.
-        unsafe { sys::ffmahd(image.file.as_raw(), number, &mut kind, &mut status) };
-        check(path, status, "going to the image")?;
-        Ok(image)
-    }
-
-    /// Reads columns `x0..x0+nx`, rows `y0..y0+ny` (0-based) into `buffer`, scaled by BSCALE and BZERO; BLANK is NaN.
-    pub(super) fn read<T: Pixel>(
-        &mut self,
-        (x0, y0): (usize, usize),
-        (nx, ny): (usize, usize),
-        buffer: &mut [T],
-    ) -> Result<()> {
-        let (full_nx, full_ny) = self.size_px;
-        if buffer.len() != nx * ny || nx == 0 || ny == 0 || x0 + nx > full_nx || y0 + ny > full_ny {
-            let problem = format!("asked for {nx}x{ny} pixels at ({x0}, {y0}) of {full_nx}x{full_ny}");
-            return Err(Error::Fits { path: self.path.to_path_buf(), problem });
-        }
-        let mut first: Vec<c_long> = vec![1; self.n_axes];
-        let mut last: Vec<c_long> = vec![1; self.n_axes];
-        let mut step: Vec<c_long> = vec![1; self.n_axes];
-        (first[0], first[1]) = (x0 as c_long + 1, y0 as c_long + 1);
-        (last[0], last[1]) = ((x0 + nx) as c_long, (y0 + ny) as c_long);
-        let mut null = T::BLANK;
-        let (mut any_null, mut status) = (0, 0);
-        // SAFETY: the region was checked to lie inside the image and to have exactly `buffer.len()` pixels of type
-        // T::CODE; first, last, step have one entry per axis (at least 2, from the scan).
-        unsafe {
-            sys::ffgsv(
-                self.file.as_raw(),
-                T::CODE,
-                first.as_mut_ptr(),
-                last.as_mut_ptr(),
-                step.as_mut_ptr(),
-                ptr::from_mut(&mut null).cast::<c_void>(),
-                buffer.as_mut_ptr().cast::<c_void>(),
-                &mut any_null,
-                &mut status,
-            );
-        }
-        check(self.path, status, "reading pixels")
-    }
 }
 
 /// What kind of image to write.

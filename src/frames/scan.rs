@@ -1,14 +1,16 @@
-//! The scan that decides whether a file may be handed to the FITS library.
+//! The scan of a file's headers up to its image: whether it holds what it promises, before anything is allocated.
 //!
-//! A division by zero in C cannot be caught and would end the whole night, and a header that lies about its size
-//! would make us allocate what it says. So every header up to the image is checked here: sizes in bytes against the
-//! file, tile sizes, column formats. Leaves out checksums and everything after the image.
+//! Bytes. A header that lies about its size would make us allocate what it says, so every size is held against the length
+//! of the file here ([`super::structure`] knows what a header may say). Leaves out checksums ([`super::checksum`]) and
+//! everything after the image.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::cards::{Card, Header, ImageInfo, join_continued};
+use super::cards::{Card, Header, ImageInfo};
+use super::structure::{Kind, check_hdu, kind};
+use super::tiles;
 use crate::error::{Error, Result};
 
 /// Bytes of a FITS block and of a card (FITS 4.0 section 3.1).
@@ -18,36 +20,16 @@ const CARD: usize = 80;
 const MAX_HEADER: usize = 64 << 20;
 /// Most headers a file may have before its image.
 const MAX_HDUS: usize = 10_000;
-/// Pixels per byte of file that compression can reach; more is a lie.
-const MAX_RATIO: u128 = 4_000;
-/// Longest path the FITS library takes \[bytes\].
-const MAX_PATH: usize = 1_000;
-
-/// What kind of HDU a header describes.
-enum Kind {
-    Image(Vec<usize>),
-    Other(String),
-}
-
-/// One header as far as the sizes are concerned.
-struct Hdu {
-    cards: Vec<Card>,
-    /// Data bytes, without padding.
-    data_bytes: u128,
-}
 
 /// Scans the headers of `path` up to its first 2-D image. See [`Header::read`].
 pub(super) fn scan(path: &Path) -> Result<(Vec<Card>, ImageInfo)> {
     let bad = |problem: String| Error::Fits { path: path.to_path_buf(), problem };
-    match path.to_str() {
-        Some(p) if p.len() <= MAX_PATH => {}
-        _ => return Err(bad(format!("the path is not UTF-8 or longer than {MAX_PATH} bytes; rename the file"))),
-    }
-    let mut file = File::open(path).map_err(|e| Error::io(path, e))?;
-    let meta = file.metadata().map_err(|e| Error::io(path, e))?;
+    // Before it is opened: a pipe would wait for its writer.
+    let meta = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
     if !meta.is_file() {
         return Err(bad("not a regular file".into()));
     }
+    let mut file = File::open(path).map_err(|e| Error::io(path, e))?;
     let file_bytes = u128::from(meta.len());
     let mut at: u64 = 0;
     let mut primary: Vec<Card> = Vec::new();
@@ -79,20 +61,36 @@ pub(super) fn scan(path: &Path) -> Result<(Vec<Card>, ImageInfo)> {
         let header = Header::new(hdu.cards.clone(), ImageInfo::default());
         let padded = end.div_ceil(BLOCK as u128) * BLOCK as u128;
         match kind(&header, index, file_bytes).map_err(|p| bad(format!("HDU {index}: {p}")))? {
-            Kind::Image(_) if padded > file_bytes => {
-                return Err(bad(format!(
-                    "truncated in the padding of HDU {index}: {} bytes are missing to a whole block of {BLOCK}; \
-                     every pixel is there, append that many zero bytes",
-                    padded - file_bytes
-                )));
-            }
             Kind::Image(axes) => {
                 let compressed = header.logical("ZIMAGE") == Some(true) && index > 0;
                 let bitpix = header.integer(if compressed { "ZBITPIX" } else { "BITPIX" }).unwrap_or(0);
+                let mut warnings = hdu.warnings;
+                if padded > file_bytes {
+                    warnings.push(format!(
+                        "cut in the padding of HDU {index}: {} bytes are missing to a whole block of {BLOCK}; every pixel is there",
+                        padded - file_bytes
+                    ));
+                }
+                if bitpix < 0 && header.card("BLANK").is_some() {
+                    warnings.push("BLANK has no meaning for floating-point pixels and is not used".into());
+                }
                 let mut cards = hdu.cards;
                 cards.extend(primary.into_iter().filter(inherited));
-                let data_at = u64::try_from(data_at).ok();
-                return Ok((cards, ImageInfo { hdu_index: index, compressed, bitpix, axes, data_at }));
+                let image = ImageInfo {
+                    hdu_index: index,
+                    compressed,
+                    bitpix,
+                    axes,
+                    hdu_at: at,
+                    data_at: u64::try_from(data_at).ok(),
+                    data_end: u64::try_from(end).unwrap_or(u64::MAX),
+                    warnings,
+                };
+                if compressed {
+                    let header = Header::new(cards.clone(), image.clone());
+                    tiles::refuse_impossible(&file, path, &header)?;
+                }
+                return Ok((cards, image));
             }
             Kind::Other(what) => seen.push(format!("HDU {index} {what}")),
         }
@@ -115,6 +113,7 @@ fn inherited(card: &Card) -> bool {
 /// Why a header could not be taken from the file.
 enum Problem {
     NotAnHdu,
+    Gzip,
     NoEnd,
     Control(usize),
 }
@@ -123,6 +122,7 @@ impl Problem {
     fn text(&self, index: usize) -> String {
         match self {
             Problem::NotAnHdu => "not a FITS file: it does not begin with SIMPLE".into(),
+            Problem::Gzip => "not a FITS file but one packed with gzip: unpack it first (gunzip)".into(),
             Problem::NoEnd => format!("HDU {index}: the header has no END card"),
             Problem::Control(card) => {
                 format!("HDU {index}: card {card} holds control characters (line breaks?) and is not FITS")
@@ -144,12 +144,17 @@ fn read_header(file: &mut File, index: usize) -> std::io::Result<std::result::Re
             }
         }
         let start = if index == 0 { b"SIMPLE  ".as_slice() } else { b"XTENSION".as_slice() };
+        if raw.is_empty() && index == 0 && block[..filled].starts_with(&[0x1f, 0x8b]) {
+            return Ok(Err(Problem::Gzip));
+        }
         if raw.is_empty() && !block[..filled].starts_with(start) {
             return Ok(Err(Problem::NotAnHdu));
         }
-        if filled < BLOCK {
+        if filled == 0 {
             return Ok(Err(Problem::NoEnd));
         }
+        // A header cut behind its END is whole; what its data lack is told by their size.
+        block[filled..].fill(b' ');
         for (i, card) in block.chunks(CARD).enumerate() {
             if card.starts_with(b"END") && card[3..].iter().all(|b| *b == b' ') {
                 raw.extend_from_slice(&block);
@@ -160,227 +165,10 @@ fn read_header(file: &mut File, index: usize) -> std::io::Result<std::result::Re
                 return Ok(Err(Problem::Control(raw.len() / CARD + i)));
             }
         }
+        if filled < BLOCK {
+            return Ok(Err(Problem::NoEnd));
+        }
         raw.extend_from_slice(&block);
     }
     Ok(Err(Problem::NoEnd))
-}
-
-/// Checks the mandatory cards and their order; computes the size of the data.
-fn check_hdu(raw: Vec<u8>, index: usize) -> std::result::Result<Hdu, String> {
-    let cards: Vec<Card> = raw
-        .chunks(CARD)
-        .take_while(|c| !(c.starts_with(b"END") && c[3..].iter().all(|b| *b == b' ')))
-        .filter_map(Card::parse)
-        .collect();
-    let cards = join_continued(cards);
-    let header = Header::new(cards.clone(), ImageInfo::default());
-    let first = if index == 0 { "SIMPLE" } else { "XTENSION" };
-    expect_order(&cards, 0, first)?;
-    expect_order(&cards, 1, "BITPIX")?;
-    expect_order(&cards, 2, "NAXIS")?;
-    if index == 0 && header.logical("SIMPLE") != Some(true) {
-        return Err("SIMPLE is not T: the file says itself that it is not standard FITS".into());
-    }
-    let bitpix = whole(&header, "BITPIX")?;
-    if ![8, 16, 32, 64, -32, -64].contains(&bitpix) {
-        return Err(format!("BITPIX = {bitpix} is none of 8, 16, 32, 64, -32, -64"));
-    }
-    let naxis = whole(&header, "NAXIS")?;
-    if !(0..=99).contains(&naxis) {
-        return Err(format!("NAXIS = {naxis} is outside 0 to 99"));
-    }
-    if header.logical("GROUPS") == Some(true) {
-        return Err("random groups (GROUPS = T) are not images".into());
-    }
-    let mut pixels: u128 = u128::from(naxis > 0);
-    for n in 1..=naxis {
-        let key = format!("NAXIS{n}");
-        expect_order(&cards, 2 + n as usize, &key)?;
-        let length = whole(&header, &key)?;
-        let length = u128::try_from(length).map_err(|_| format!("{key} = {length} is negative"))?;
-        pixels = pixels.checked_mul(length).ok_or_else(|| format!("{key} = {length}: the product overflows"))?;
-    }
-    let (pcount, gcount) =
-        if index == 0 { (0, 1) } else { (optional(&header, "PCOUNT", 0)?, optional(&header, "GCOUNT", 1)?) };
-    let data_bytes = (pixels.checked_add(pcount).and_then(|p| p.checked_mul(gcount)))
-        .and_then(|p| p.checked_mul(u128::from(bitpix.unsigned_abs()) / 8))
-        .filter(|b| *b < 1 << 62)
-        .ok_or("NAXISn, PCOUNT or GCOUNT are absurdly large")?;
-    Ok(Hdu { cards, data_bytes })
-}
-
-fn expect_order(cards: &[Card], at: usize, key: &str) -> std::result::Result<(), String> {
-    match cards.get(at) {
-        Some(c) if c.keyword == key => Ok(()),
-        Some(c) => Err(format!("card {at} is {} where the standard asks for {key}", c.keyword)),
-        None => Err(format!("{key} is missing")),
-    }
-}
-
-/// A mandatory whole number, written as one.
-fn whole(header: &Header, key: &str) -> std::result::Result<i64, String> {
-    let card = header.card(key).ok_or_else(|| format!("{key} is missing"))?;
-    let value = card.value.parse().ok().filter(|_| !card.is_text);
-    value.ok_or_else(|| format!("{key} = {:?} is not a whole number", card.value))
-}
-
-fn optional(header: &Header, key: &str, absent: u128) -> std::result::Result<u128, String> {
-    if header.card(key).is_none() {
-        return Ok(absent);
-    }
-    let value = whole(header, key)?;
-    u128::try_from(value).map_err(|_| format!("{key} = {value} is negative"))
-}
-
-/// Tells images from the rest and checks what the library would divide by.
-fn kind(header: &Header, index: usize, file_bytes: u128) -> std::result::Result<Kind, String> {
-    let xtension = header.text("XTENSION").unwrap_or_default();
-    if index > 0 && (xtension == "BINTABLE" || xtension == "A3DTABLE" || xtension == "TABLE") {
-        check_table(header, xtension == "TABLE")?;
-        if header.logical("ZIMAGE") == Some(true) && xtension == "BINTABLE" {
-            return compressed(header, file_bytes);
-        }
-        return Ok(Kind::Other("is a table".into()));
-    }
-    let axes = axes(header, "NAXIS")?;
-    if index > 0 && xtension != "IMAGE" {
-        return Ok(Kind::Other(format!("has XTENSION = '{xtension}'")));
-    }
-    Ok(image_or_other(axes))
-}
-
-fn axes(header: &Header, name: &str) -> std::result::Result<Vec<usize>, String> {
-    let n = whole(header, name)?;
-    (1..=n)
-        .map(|i| {
-            let key = format!("{name}{i}");
-            let v = whole(header, &key)?;
-            usize::try_from(v).map_err(|_| format!("{key} = {v} is negative"))
-        })
-        .collect()
-}
-
-fn image_or_other(axes: Vec<usize>) -> Kind {
-    let is_image = axes.len() >= 2 && axes[0] > 0 && axes[1] > 0 && axes[2..].iter().all(|n| *n == 1);
-    match axes.as_slice() {
-        _ if is_image => Kind::Image(axes),
-        [] => Kind::Other("holds no data".into()),
-        [_, _, n, ..] if *n > 1 => {
-            Kind::Other(format!("has axes {axes:?}: a cube or a colour image; one plane is needed"))
-        }
-        _ => Kind::Other(format!("has axes {axes:?}")),
-    }
-}
-
-/// Column formats of the plain form, and rows as wide as their columns.
-fn check_table(header: &Header, ascii: bool) -> std::result::Result<(), String> {
-    if whole(header, "BITPIX")? != 8 || whole(header, "NAXIS")? != 2 {
-        return Err("a table needs BITPIX = 8 and NAXIS = 2".into());
-    }
-    let fields = whole(header, "TFIELDS")?;
-    if !(0..=999).contains(&fields) {
-        return Err(format!("TFIELDS = {fields} is outside 0 to 999"));
-    }
-    let mut width: u128 = 0;
-    for n in 1..=fields {
-        let key = format!("TFORM{n}");
-        let form = header.card(&key).filter(|c| c.is_text).map(|c| c.value.as_str());
-        let form = form.ok_or_else(|| format!("{key} is missing"))?;
-        if ascii {
-            let plain = form.starts_with(['A', 'I', 'F', 'E', 'D'])
-                && form[1..].split('.').all(|d| !d.is_empty() && d.len() < 4 && d.bytes().all(|b| b.is_ascii_digit()))
-                && form[1..].split('.').next().is_some_and(|w| w.parse::<u32>().is_ok_and(|w| w > 0));
-            if !plain {
-                return Err(format!("{key} = '{form}' is not a plain column format"));
-            }
-        } else {
-            width += column_bytes(form).ok_or_else(|| format!("{key} = '{form}' is not a plain column format"))?;
-        }
-    }
-    let row = whole(header, "NAXIS1")?;
-    if !ascii && u128::try_from(row).ok() != Some(width) {
-        return Err(format!("NAXIS1 = {row}, but the columns take {width} bytes"));
-    }
-    Ok(())
-}
-
-/// Bytes per row of a TFORM of the plain form `rT` or `rPT(n)` (FITS 4.0 table 18).
-fn column_bytes(form: &str) -> Option<u128> {
-    let digits = form.bytes().take_while(u8::is_ascii_digit).count();
-    let repeat: u128 = if digits == 0 { 1 } else { form[..digits].parse().ok()? };
-    let mut rest = form[digits..].chars();
-    let code = rest.next()?;
-    let rest = rest.as_str();
-    let bytes = match code {
-        'L' | 'B' | 'A' => repeat,
-        'X' => repeat.div_ceil(8),
-        'I' => repeat.checked_mul(2)?,
-        'J' | 'E' => repeat.checked_mul(4)?,
-        'K' | 'D' | 'C' => repeat.checked_mul(8)?,
-        'M' => repeat.checked_mul(16)?,
-        'P' | 'Q' => {
-            let length = rest.get(1..)?;
-            let plain = rest.starts_with(['L', 'X', 'B', 'I', 'J', 'K', 'A', 'E', 'D', 'C', 'M'])
-                && (length.is_empty()
-                    || length
-                        .strip_prefix('(')
-                        .and_then(|l| l.strip_suffix(')'))
-                        .is_some_and(|n| n.bytes().all(|b| b.is_ascii_digit())));
-            return (plain && repeat <= 1).then_some(repeat * if code == 'P' { 8 } else { 16 });
-        }
-        _ => return None,
-    };
-    // `rAw` gives the width of sub-strings; nothing else may follow the code.
-    let width_ok =
-        rest.is_empty() || (code == 'A' && rest.parse::<u32>().is_ok_and(|w| w > 0 && u128::from(w) <= repeat));
-    (width_ok && repeat < 1 << 40).then_some(bytes)
-}
-
-/// A tile-compressed image: tile sizes, number of rows, and a size that the file can hold.
-fn compressed(header: &Header, file_bytes: u128) -> std::result::Result<Kind, String> {
-    const KINDS: [&str; 7] = ["RICE_1", "RICE_ONE", "GZIP_1", "GZIP_2", "PLIO_1", "HCOMPRESS_1", "NOCOMPRESS"];
-    let how = header.text("ZCMPTYPE").unwrap_or_default();
-    if !KINDS.contains(&how.as_str()) {
-        return Err(format!("ZCMPTYPE = '{how}' is none of {}", KINDS.join(", ")));
-    }
-    let bitpix = whole(header, "ZBITPIX")?;
-    if ![8, 16, 32, 64, -32, -64].contains(&bitpix) {
-        return Err(format!("ZBITPIX = {bitpix} is none of 8, 16, 32, 64, -32, -64"));
-    }
-    let n = whole(header, "ZNAXIS")?;
-    if !(1..=6).contains(&n) {
-        return Err(format!("ZNAXIS = {n} is outside 1 to 6"));
-    }
-    let axes = axes(header, "ZNAXIS")?;
-    let (mut pixels, mut tiles) = (1u128, 1u128);
-    for (i, length) in axes.iter().enumerate() {
-        let key = format!("ZTILE{}", i + 1);
-        let default = if i == 0 { *length as i64 } else { 1 };
-        let tile = if header.card(&key).is_some() { whole(header, &key)? } else { default };
-        if tile < 1 || *length < 1 || tile > i64::from(i32::MAX) || *length > i32::MAX as usize {
-            return Err(format!("{key} = {tile} with ZNAXIS{} = {length}: both must be at least 1", i + 1));
-        }
-        pixels = pixels.saturating_mul(*length as u128);
-        tiles = tiles.saturating_mul((*length as u128).div_ceil(tile as u128));
-    }
-    if pixels > file_bytes.saturating_mul(MAX_RATIO) || pixels > 1 << 34 {
-        return Err(format!("ZNAXISn promise {pixels} pixels, more than {file_bytes} bytes can hold"));
-    }
-    let rows = whole(header, "NAXIS2")?;
-    if u128::try_from(rows).ok() != Some(tiles) {
-        return Err(format!("{rows} rows in the table, but ZNAXISn and ZTILEn make {tiles} tiles"));
-    }
-    for i in 1..=99 {
-        let Some(name) = header.text(&format!("ZNAME{i}")) else { break };
-        let value = header.integer(&format!("ZVAL{i}"));
-        let fine = match name.as_str() {
-            "BLOCKSIZE" => value.is_some_and(|v| (1..=1_000_000).contains(&v)),
-            "BYTEPIX" => value.is_some_and(|v| [1, 2, 4, 8].contains(&v)),
-            _ => true,
-        };
-        if !fine {
-            return Err(format!("ZVAL{i} = {value:?} is not a usable {name}"));
-        }
-    }
-    Ok(image_or_other(axes))
 }

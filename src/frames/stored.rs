@@ -1,8 +1,8 @@
 //! Unsigned 16-bit pixels as a file holds them, read without the FITS library: most frames and flats of a night.
 //!
 //! Such an image is big-endian i16 with BZERO = 32768 (FITS 4.0 section 5.2.5), row after row from a place the scan has
-//! checked against the file's length. In order of size the stored values are the counts. Compressed images and every
-//! other BITPIX go through [`super::raw`].
+//! checked against the file's length. In order of size the stored values are the counts. Compressed images are in
+//! [`super::tiles`], every other BITPIX in [`super::plain`].
 
 use std::fs::File;
 use std::ops::Range;
@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 pub(super) const PIXEL_BYTES: usize = 2;
 
 /// What is wrong with a file that ends before its pixels do, though its header was found to be true.
-const SHORTER: &str = "the file became shorter since its header was read";
+pub(super) const SHORTER: &str = "the file became shorter since its header was read";
 
 /// An image of plain unsigned 16-bit pixels.
 #[derive(Debug)]
@@ -100,12 +100,12 @@ pub(super) fn count(bytes: [u8; PIXEL_BYTES]) -> u16 {
 
 /// Reads at a place of the file without moving its position, so that threads may share it.
 #[cfg(unix)]
-fn read_exact_at(file: &File, bytes: &mut [u8], at: u64) -> std::io::Result<()> {
+pub(super) fn read_exact_at(file: &File, bytes: &mut [u8], at: u64) -> std::io::Result<()> {
     std::os::unix::fs::FileExt::read_exact_at(file, bytes, at)
 }
 
 #[cfg(windows)]
-fn read_exact_at(file: &File, mut bytes: &mut [u8], mut at: u64) -> std::io::Result<()> {
+pub(super) fn read_exact_at(file: &File, mut bytes: &mut [u8], mut at: u64) -> std::io::Result<()> {
     while !bytes.is_empty() {
         match std::os::windows::fs::FileExt::seek_read(file, bytes, at)? {
             0 => return Err(std::io::ErrorKind::UnexpectedEof.into()),

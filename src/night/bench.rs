@@ -5,8 +5,9 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
+use super::camera_turn::CameraTurn;
 use super::compare::comparable;
-use crate::brightness::Model;
+use crate::brightness::{Model, ModelSettings, Satellite};
 use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::frames::{Buffers, Detector, Exposure, FrameReader, Held, MasterFlat, pixel_scale_arcsec};
@@ -41,12 +42,16 @@ pub struct Bench {
     pub zeropoint: Option<Zeropoint>,
     /// FWHM of the stars \[arcsec\], once star pointings were measured.
     pub fwhm_arcsec: Option<f64>,
+    /// How the camera is turned on the sky, once star pointings were measured.
+    pub camera_turn: Option<CameraTurn>,
     /// Profile of the stars, once star pointings were measured.
     pub profile: Option<StarProfile>,
     /// Growth curve of the stars, once star pointings were measured.
     pub growth: Option<GrowthCurve>,
     /// Memory of the frames.
     pub buffers: Buffers,
+    /// Nothing is left out of frames and scenes, for tests that compare.
+    pub everything: bool,
 }
 
 impl Bench {
@@ -107,10 +112,25 @@ impl Bench {
             flat: None,
             zeropoint: None,
             fwhm_arcsec: None,
+            camera_turn: None,
             profile: None,
             growth: None,
             buffers: Buffers::default(),
+            everything: false,
         })
+    }
+
+    /// From now on nothing is left out.
+    ///
+    /// # Errors
+    /// As [`Model::new`].
+    pub fn compute_everything(&mut self) -> Result<()> {
+        self.everything = true;
+        if let Some(model) = &self.config.model {
+            let settings = ModelSettings { leave_out: false, ..ModelSettings::try_from(model)? };
+            self.model = Some(Model::new(&Satellite::from_config(model)?, &settings)?);
+        }
+        Ok(())
     }
 
     /// Names by which OBJECT recognises the target.

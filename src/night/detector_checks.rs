@@ -265,8 +265,11 @@ pub fn check_group(group: &Group, known: &Known, effort: Effort) -> GainCheck {
     if let (Some((var, var_err)), Some(g)) =
         (bias.and_then(|b| b.var_adu2), check.measured_e_per_adu.or(check.configured_e_per_adu))
     {
-        check.read_noise_e = Some(g * var.sqrt());
-        check.read_noise_err_e = Some(if var > 0.0 { g * 0.5 * var_err / var.sqrt() } else { 0.0 });
+        // biases that do not differ have a noise below the step of their values, which is no noise of 0
+        if var > 0.0 {
+            check.read_noise_e = Some(g * var.sqrt());
+            check.read_noise_err_e = Some(g * 0.5 * var_err / var.sqrt());
+        }
     }
     check.verdict = verdict(&check);
     check.warnings = warnings(&check);

@@ -247,7 +247,11 @@ pub fn checks_text(checks: &[GainCheck]) -> String {
         };
         let gain = with(c.measured_e_per_adu, c.measured_err_e_per_adu);
         line("gain [e-/ADU]", gain, plain(c.configured_e_per_adu), plain(c.header_e_per_adu), &how);
-        let noise = if c.read_noise_e.is_none() && biases < 2 { "needs two bias frames" } else { "" };
+        let noise = match c.read_noise_e {
+            None if biases < 2 => "needs two bias frames",
+            None => "the bias frames do not differ: less than the step of their values",
+            Some(_) => "",
+        };
         line(
             "read noise [e-]",
             with(c.read_noise_e, c.read_noise_err_e),

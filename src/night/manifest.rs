@@ -135,6 +135,7 @@ impl Manifest<'_> {
             "earth_quadratures": self.quadratures,
             "zeropoint_source": s.zeropoint_source,
             "left_out": s.empty_columns,
+            "left_out_measured": s.explained,
             "notes": s.notes,
             "poor": s.poor,
             "outputs": s.files,

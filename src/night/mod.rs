@@ -3,13 +3,19 @@
 //! `photometry` and `brightness` do not know each other; what they say of one satellite meets here.
 
 pub mod bench;
+pub mod camera_turn;
 pub mod clock;
 pub mod compare;
 pub mod corner;
 pub mod cutout;
+mod damage;
 pub mod detector_checks;
 pub mod detector_measure;
 pub mod detector_report;
+pub mod explain;
+pub mod header_checks;
+pub mod inspect;
+mod inspect_wcs;
 pub mod manifest;
 pub mod matched;
 pub mod memory;

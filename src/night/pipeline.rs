@@ -7,8 +7,11 @@ use crate::error::{Error, Result};
 use crate::frames::{Exposure, FlatMember};
 use crate::night::bench::{Bench, config_sha256};
 use crate::night::compare::residual_rows;
+use crate::night::damage::damage_notes;
 use crate::night::detector_checks::check as check_detector;
 use crate::night::detector_report::write_checks;
+use crate::night::explain::explain_night;
+use crate::night::header_checks::{header_notes, refuse_other_site};
 use crate::night::manifest::{Manifest, Stage, inputs_sha256, manifest_inputs};
 use crate::night::memory::Memory;
 use crate::night::outputs::{Outputs, file_name};
@@ -18,7 +21,7 @@ use crate::night::progress::Progress;
 use crate::night::stages::{master_flat, model_stage, target_stage, with_threads};
 use crate::night::star_stage::{StarStage, star_stage};
 use crate::night::summary::{Counts, Summary};
-use crate::night::survey::{Survey, site_note, survey};
+use crate::night::survey::{Survey, survey};
 use crate::night::target::{empty_columns, failed_row};
 use crate::night::zeropoint::fit_rows;
 use crate::photometry::zeropoint::Zeropoint;
@@ -38,6 +41,10 @@ pub struct Options {
     pub strict: bool,
     /// Draw no figures.
     pub no_figures: bool,
+    /// Measure what was left out of frames and scenes, and what that saved.
+    pub explain: bool,
+    /// Leave nothing out, for tests that compare.
+    pub everything: bool,
 }
 
 impl Options {
@@ -61,7 +68,11 @@ impl Options {
 /// outputs are written but poor is told by [`Summary::poor`].
 pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Result<Summary> {
     let mut bench = Bench::prepare(config)?;
+    if options.everything {
+        bench.compute_everything()?;
+    }
     let survey = survey(config, &options.files, &bench.target_names())?;
+    refuse_other_site(&survey)?;
     refuse_hopeless(&survey, &bench)?;
     let short_of_memory = options.memory().check(&survey, &bench)?;
     let folder = config.night.output.join(&config.night.name);
@@ -72,7 +83,7 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
 
     let mut log = Log::new(progress);
     log.notes.extend(short_of_memory);
-    log.notes.extend(site_note(&survey, &config.site));
+    log.notes.extend(header_notes(&survey, config));
     if survey.targets.is_empty() {
         log.notes.push(no_target(&survey, &bench));
     }
@@ -80,14 +91,19 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     bench.flat = log.stage("flat", |log| master_flat(&survey, &bench, options, progress, &mut log.notes))?;
     let mut stars = log.stage("stars", |log| star_stage(&survey, &bench, options, progress, &mut log.notes))?;
     (bench.fwhm_arcsec, bench.profile, bench.growth) = (stars.fwhm_arcsec, stars.profile, stars.growth.take());
+    bench.camera_turn = stars.camera_turn;
     let mut star_rows = std::mem::take(&mut stars.rows);
     let mut poor = Vec::new();
     bench.zeropoint = zeropoint_stage(&mut star_rows, &stars, &bench, &mut poor, &mut log.notes)?;
     let mut frames = log.stage("target", |log| target_stage(&survey, &bench, options, progress, &mut log.notes))?;
+    let read: Vec<&Exposure> =
+        survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets).collect();
+    log.notes.extend(with_threads(options.jobs, || damage_notes(&read))?);
     pictures(&mut frames, &survey.targets, &bench, options)?;
     let quadratures =
         log.stage("model", |log| with_threads(options.jobs, || model_stage(&mut frames, &bench, &mut log.notes)))?;
 
+    let explained = explain_night(&survey, &frames, &bench, options, progress)?;
     let (mut rows, thumbs): (Vec<PhotometryRow>, Vec<_>) = frames.into_iter().map(|f| (f.row, f.thumb)).unzip();
     rows.extend(std::mem::take(&mut stars.failed));
     rows.extend(rejected_flats(&bench));
@@ -121,6 +137,7 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
         failures: failures(&rows),
         notes: log.notes.clone(),
         empty_columns: empty_columns(config, &bench),
+        explained,
         poor,
         bytes: survey_bytes(&survey),
         elapsed_s: 0.0,

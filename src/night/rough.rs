@@ -5,6 +5,7 @@
 
 use hifitime::Epoch;
 
+use crate::frames::header::{Aliases, sexagesimal};
 use crate::frames::{Exposure, Header};
 use crate::orbit::{EarthOrientation, Site, altaz_to_icrs};
 use crate::photometry::wcs::Wcs;
@@ -21,16 +22,23 @@ pub struct RoughPosition {
 }
 
 /// Keywords of right ascension and declination: the object's, the pointing's, the mount's.
-const EQUATORIAL: [(&str, &str); 6] = [
+const EQUATORIAL: [(&str, &str); 7] = [
     ("OBJCTRA", "OBJCTDEC"),
     ("RA", "DEC"),
     ("OBJRA", "OBJDEC"),
     ("RA_OBJ", "DEC_OBJ"),
     ("TELRA", "TELDEC"),
     ("RA-MNT", "DEC-MNT"),
+    ("RA2000", "DEC2000"),
 ];
 /// Keywords of altitude and azimuth (from north over east).
-const HORIZONTAL: [(&str, &str); 3] = [("CENTALT", "CENTAZ"), ("OBJCTALT", "OBJCTAZ"), ("ALT-OBS", "AZ-OBS")];
+const HORIZONTAL: [(&str, &str); 5] = [
+    ("CENTALT", "CENTAZ"),
+    ("OBJCTALT", "OBJCTAZ"),
+    ("ALT-OBS", "AZ-OBS"),
+    ("ALTITUDE", "AZIMUTH"),
+    ("ELEVATIO", "AZIMUTH"),
+];
 
 /// Every rough position of an exposure, the most trusted first: `field` of the configuration, the header's world
 /// coordinates at the frame's centre, RA and Dec keywords, CRVAL alone, altitude and azimuth.
@@ -43,6 +51,7 @@ pub fn rough_positions(
     field: Option<(&str, [f64; 2])>,
     wcs: Option<&Wcs>,
     site: Option<(&Site, &EarthOrientation)>,
+    aliases: &Aliases,
 ) -> Vec<RoughPosition> {
     let header = &exposure.header;
     let mut found: Vec<RoughPosition> = Vec::new();
@@ -60,7 +69,9 @@ pub fn rough_positions(
         let (ra_deg, dec_deg) = wcs.pixel_to_sky(0.5 * nx as f64, 0.5 * ny as f64);
         add(ra_deg, dec_deg, "the header's world coordinates".into());
     }
-    for (ra_key, dec_key) in EQUATORIAL {
+    let named = |q: &str| aliases.get(q).into_iter().flatten().map(String::as_str).collect::<Vec<_>>();
+    let (own_ra, own_dec) = (named("ra"), named("dec"));
+    for (ra_key, dec_key) in own_ra.into_iter().zip(own_dec).chain(EQUATORIAL) {
         let (Some(ra), Some(dec)) = (right_ascension(header, ra_key), declination(header, dec_key)) else { continue };
         match ra {
             RightAscension::Deg(ra_deg) => add(ra_deg, dec, format!("{ra_key}/{dec_key}")),
@@ -124,32 +135,6 @@ fn declination(header: &Header, key: &str) -> Option<f64> {
     sexagesimal(&header.text(key)?)
 }
 
-/// `-16 10 58.8`, `18:20:48.12`, `18h20m48s`, `-16d10m58s`, `-0 30 0` or a plain number.
-fn sexagesimal(text: &str) -> Option<f64> {
-    let text = text.trim();
-    let negative = text.starts_with('-');
-    let bare = text.trim_start_matches(['+', '-']);
-    let mut sum = 0.0;
-    let mut unit = 1.0;
-    let parts: Vec<&str> = bare
-        .split(|c: char| c == ':' || c.is_whitespace() || "hdms°'\"".contains(c))
-        .filter(|p| !p.is_empty())
-        .collect();
-    if parts.is_empty() || parts.len() > 3 {
-        return None;
-    }
-    for (i, part) in parts.iter().enumerate() {
-        let value: f64 = part.parse().ok().filter(|v: &f64| v.is_finite() && *v >= 0.0)?;
-        // minutes and seconds stay below 60
-        if i > 0 && value >= 60.0 {
-            return None;
-        }
-        sum += value * unit;
-        unit /= 60.0;
-    }
-    Some(if negative { -sum } else { sum })
-}
-
 fn horizontal(
     header: &Header,
     alt_key: &str,
@@ -187,13 +172,14 @@ mod tests {
             filter: None,
             size_px: (100, 100),
             binning: 1,
+            warnings: Vec::new(),
             header: Header::from_text(&cards),
         }
     }
 
     fn places(cards: &str) -> Vec<(f64, f64)> {
         let round = |v: f64| (v * 1e6).round() / 1e6;
-        rough_positions(&exposure(cards), None, None, None)
+        rough_positions(&exposure(cards), None, None, None, &Aliases::new())
             .iter()
             .map(|p| (round(p.ra_deg), round(p.dec_deg)))
             .collect()
@@ -232,9 +218,16 @@ mod tests {
         let site = Site::new(-33.77, 151.11, 70.0).unwrap();
         let mut e = exposure("CENTALT = 60.0\nCENTAZ = 200.0\n");
         let mid = Epoch::from_gregorian_utc_at_midnight(2025, 6, 9);
-        e.time = Some(crate::frames::MidTime { mid, source: String::new(), err_s: 0.0, rejected: vec![] });
+        e.time = Some(crate::frames::MidTime {
+            mid,
+            source: String::new(),
+            kind: crate::frames::TimeKind::Start,
+            err_s: 0.0,
+            rejected: vec![],
+            warnings: vec![],
+        });
         let eop = EarthOrientation::default();
-        let found = rough_positions(&e, None, None, Some((&site, &eop)));
+        let found = rough_positions(&e, None, None, Some((&site, &eop)), &Aliases::new());
         let (alt, az) = crate::orbit::icrs_to_altaz(&site, &eop, &mid, found[0].ra_deg, found[0].dec_deg);
         assert!((alt.to_degrees() - 60.0).abs() < 1e-6 && (az.to_degrees() - 200.0).abs() < 1e-6);
     }
@@ -243,11 +236,11 @@ mod tests {
     fn the_field_of_the_configuration_comes_before_the_header() {
         let e = exposure("RA = 10.0\nDEC = 20.0\nCTYPE1 = 'RA---TAN'\nCRVAL1 = 11.0\nCRVAL2 = 21.0\n");
         let wcs = Wcs::tan(30.0, 40.0, 50.0, 50.0, 1.0, 0.0, false);
-        let found = rough_positions(&e, Some(("SA 110", [280.6, 0.1])), Some(&wcs), None);
+        let found = rough_positions(&e, Some(("SA 110", [280.6, 0.1])), Some(&wcs), None, &Aliases::new());
         assert_eq!(found[0].source, "stars.fields \"SA 110\"");
         assert!(separation_deg(found[1].ra_deg, found[1].dec_deg, 30.0, 40.0) < 1e-6);
         // the header's pair, CRVAL being part of the coordinates, and the pair again in hours
         assert_eq!((found[2].ra_deg, found[3].ra_deg, found.len()), (10.0, 150.0, 4));
-        assert!(rough_positions(&e, None, None, None).iter().any(|p| p.source == "CRVAL1/CRVAL2"));
+        assert!(rough_positions(&e, None, None, None, &Aliases::new()).iter().any(|p| p.source == "CRVAL1/CRVAL2"));
     }
 }

@@ -78,7 +78,7 @@ pub fn field_wcs(exposure: &Exposure, sources: &[Source], bench: &Bench, catalog
         (Solve::Never, _) => Err(error(
             &exposure.path,
             format!(
-                "{why}; stars.solve = \"never\" forbids to solve the frame: set it to \"auto\", or solve it before"
+                "{why}; stars.solve = \"never\" forbids to solve the frame: set it to \"auto\", or solve it before (`satphot solve`)"
             ),
         )),
         (Solve::Auto, Some((wcs, fit))) if !fit.doubted() => Ok(kept(wcs)),
@@ -123,16 +123,18 @@ fn header_wcs(exposure: &Exposure) -> std::result::Result<Option<Wcs>, String> {
 }
 
 /// How well a header's coordinates fit.
-struct Agreement {
-    matched: usize,
+pub(super) struct Agreement {
+    /// Stars that matched.
+    pub matched: usize,
     /// Stars that could have matched: the fewer of those expected on the frame and those detected.
-    possible: usize,
+    pub possible: usize,
     /// Whether scale or rotation are off by the most that can be taken up.
     at_limit: bool,
 }
 
 impl Agreement {
-    fn doubted(&self) -> bool {
+    /// Whether fewer stars match than a right header's would.
+    pub fn doubted(&self) -> bool {
         self.at_limit || (self.matched as f64) < DOUBTED_SHARE * self.possible as f64
     }
     /// Stars a solution must exceed to be believed instead.
@@ -142,7 +144,7 @@ impl Agreement {
 }
 
 /// Whether the catalogue, placed by `wcs`, aligns with the detections better than chance.
-fn agreement(
+pub(super) fn agreement(
     wcs: &Wcs,
     sources: &[Source],
     (nx, ny): (usize, usize),
@@ -179,7 +181,8 @@ fn solved(
     wcs: Option<&Wcs>,
 ) -> std::result::Result<(Solution, String), String> {
     let field = exposure.object.as_ref().and_then(|name| Some((name.as_str(), *stars.fields.get(name)?)));
-    let positions = rough_positions(exposure, field, wcs, Some((&bench.site, &bench.eop)));
+    let positions =
+        rough_positions(exposure, field, wcs, Some((&bench.site, &bench.eop)), &bench.config.header.aliases);
     let scale_arcsec = bench.scale_arcsec(exposure);
     let search = Search {
         radius_deg: stars.solve_radius_deg,

@@ -7,13 +7,14 @@ use std::path::{Path, PathBuf};
 
 use crate::config::{self, Config};
 use crate::error::{Error, Result};
+use crate::frames::header::{Aliases, binning, exposure_time};
 use crate::frames::{Buffers, ElectronsPerAdu, Exposure, Gain, Header, Role, mid_time, pixel_scale_arcsec, read};
 use crate::night::rough::{RoughPosition, rough_positions};
 use crate::night::solve::{Search, catalogue_stars, solve_from};
 use crate::orbit::{EarthOrientation, Site};
 use crate::photometry::background::background;
 use crate::photometry::catalogue::Catalogue;
-use crate::photometry::detect::detect;
+use crate::photometry::detect::{Source, detect};
 use crate::photometry::plate::{SkyStar, Solution};
 use crate::photometry::wcs::Wcs;
 
@@ -37,6 +38,7 @@ pub struct FrameSolver {
     site: Option<Site>,
     fields: BTreeMap<String, [f64; 2]>,
     time: config::Time,
+    aliases: Aliases,
     photometry: config::Photometry,
 }
 
@@ -70,6 +72,7 @@ impl FrameSolver {
             site: None,
             fields: BTreeMap::new(),
             time: config::Time::default(),
+            aliases: Aliases::new(),
             photometry: config::Photometry::default(),
         })
     }
@@ -89,6 +92,7 @@ impl FrameSolver {
             site: Some(Site::from_config(&config.site)?),
             fields: stars.fields.clone(),
             time: config.time.clone(),
+            aliases: config.header.aliases.clone(),
             photometry: config.photometry.clone(),
             ..Self::from_catalogue(&stars.catalogue, &stars.columns)?
         })
@@ -99,21 +103,9 @@ impl FrameSolver {
     /// # Errors
     /// [`Error::Io`], [`Error::Fits`] for a file that is no image; [`Error::Header`] with everything that was tried.
     pub fn solve(&self, path: &Path) -> Result<SolvedFrame> {
-        let exposure = exposure(path, &self.time)?;
+        let exposure = exposure(path, &self.time, &self.aliases)?;
         let scale_arcsec = self.scale(&exposure)?;
-        let gain = Gain {
-            setting: None,
-            e_per_adu: ElectronsPerAdu(1.0),
-            source: "raw counts".into(),
-            read_noise_e: 0.0,
-            pedestal_adu: 0.0,
-            saturation_adu: f64::INFINITY,
-        };
-        let p = &self.photometry;
-        let buffers = Buffers::default();
-        let frame = read(&exposure, gain, p.clip_radius_px, None, &buffers)?;
-        let sky = background(&frame, p.mesh_px, p.clip_sigma)?;
-        let sources = detect(&frame, &sky, p.detect_sigma, p.fwhm_px);
+        let sources = detections(&exposure, &self.photometry)?;
         let positions = self.positions(&exposure);
         let refused =
             |problem: String| Error::Header { path: path.into(), keyword: "world coordinates".into(), problem };
@@ -139,7 +131,8 @@ impl FrameSolver {
         let header = &exposure.header;
         let wcs = Wcs::from_keys(&|k| header.number(k), &|k| header.text(k)).ok().flatten();
         let eop = EarthOrientation::default();
-        rough_positions(exposure, field, wcs.as_ref(), self.site.as_ref().map(|site| (site, &eop)))
+        let site = self.site.as_ref().map(|site| (site, &eop));
+        rough_positions(exposure, field, wcs.as_ref(), site, &self.aliases)
     }
 
     /// The scale given; else of the optics; else of XPIXSZ (which counts the binning) and FOCALLEN.
@@ -162,10 +155,26 @@ impl FrameSolver {
     }
 }
 
+/// What is detected on a frame of raw counts, brightest first.
+pub(super) fn detections(exposure: &Exposure, p: &config::Photometry) -> Result<Vec<Source>> {
+    let gain = Gain {
+        setting: None,
+        e_per_adu: ElectronsPerAdu(1.0),
+        source: "raw counts".into(),
+        read_noise_e: 0.0,
+        pedestal_adu: 0.0,
+        saturation_adu: f64::INFINITY,
+    };
+    let buffers = Buffers::default();
+    let frame = read(exposure, gain, p.clip_radius_px, None, &buffers)?;
+    let sky = background(&frame, p.mesh_px, p.clip_sigma)?;
+    Ok(detect(&frame, &sky, p.detect_sigma, p.fwhm_px))
+}
+
 /// A light frame as far as matching needs it; a header without a time is no hindrance.
-fn exposure(path: &Path, time: &config::Time) -> Result<Exposure> {
+fn exposure(path: &Path, time: &config::Time, aliases: &Aliases) -> Result<Exposure> {
     let header = Header::read(path)?;
-    let exptime_s = header.number("EXPTIME").or_else(|| header.number("EXPOSURE")).unwrap_or(0.0).max(0.0);
+    let exptime_s = exposure_time(&header, aliases).0.map_or(0.0, |t| t.value).max(0.0);
     Ok(Exposure {
         path: PathBuf::from(path),
         name: path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default(),
@@ -173,12 +182,13 @@ fn exposure(path: &Path, time: &config::Time) -> Result<Exposure> {
         role_reason: "named".into(),
         object: header.text("OBJECT"),
         exptime_s,
-        time: mid_time(&header, exptime_s, time, &BTreeMap::new(), path).ok(),
+        time: mid_time(&header, exptime_s, time, aliases, path).ok(),
         setting: None,
         header_e_per_adu: None,
         filter: None,
         size_px: header.size_px(),
-        binning: header.integer("XBINNING").and_then(|b| u32::try_from(b).ok()).filter(|b| *b > 0).unwrap_or(1),
+        binning: binning(&header, aliases).0.value,
+        warnings: Vec::new(),
         header,
     })
 }

@@ -170,6 +170,7 @@ pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progre
     if config.stars.is_some() && survey.n_star_frames() > 0 {
         let stars = star_stage(&survey, &bench, options, progress, &mut notes)?;
         (bench.fwhm_arcsec, bench.profile) = (stars.fwhm_arcsec, stars.profile);
+        bench.camera_turn = stars.camera_turn;
     }
     let frames = target_stage(&survey, &bench, options, progress, &mut notes)?;
     let mut rows: Vec<PhotometryRow> = frames.into_iter().map(|f| f.row).collect();

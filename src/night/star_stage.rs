@@ -8,6 +8,7 @@ use crate::config::{self, Combine};
 use crate::error::Result;
 use crate::frames::Exposure;
 use crate::night::bench::Bench;
+use crate::night::camera_turn::CameraTurn;
 use crate::night::clock::mjd_utc;
 use crate::night::pipeline::Options;
 use crate::night::pointing::{Member, combined_rows, measure_member, single_rows};
@@ -30,6 +31,8 @@ pub struct StarStage {
     pub failed: Vec<PhotometryRow>,
     /// Median FWHM \[arcsec\].
     pub fwhm_arcsec: Option<f64>,
+    /// How the camera is turned on the sky.
+    pub camera_turn: Option<CameraTurn>,
     /// Profile of the stars.
     pub profile: Option<StarProfile>,
     /// Their growth curve.
@@ -90,6 +93,8 @@ pub fn star_stage(
     if bench.config.photometry.aper_correction {
         (stage.growth, stage.profile) = star_profile(&mut pointings, &bench.config.photometry, notes);
     }
+    let turns: Vec<CameraTurn> = pointings.iter().flatten().filter_map(|m| m.turn).collect();
+    stage.camera_turn = CameraTurn::of_night(&turns);
     let mut fwhm: Vec<f64> = Vec::new();
     for (number, members) in pointings.iter().enumerate() {
         fwhm.extend(members.iter().map(|m| m.fwhm_px * m.scale_arcsec));

@@ -11,6 +11,7 @@ use crate::night::survey::Survey;
 use crate::night::vet::DECIDING;
 use crate::photometry::Flags;
 use crate::photometry::zeropoint::Zeropoint;
+use crate::report::explain::Explanation;
 use crate::report::summary::{is_lower_limit, is_used};
 use crate::report::{PhotometryRow, StarRow};
 
@@ -144,6 +145,8 @@ pub struct Summary {
     pub notes: Vec<String>,
     /// Columns that stay empty, and why.
     pub empty_columns: Vec<String>,
+    /// What was left out of frames and scenes and what that saved, where it was asked for.
+    pub explained: Option<Explanation>,
     /// Why the night is not good enough for exit code 0.
     pub poor: Vec<String>,
     /// Bytes of the frames used.

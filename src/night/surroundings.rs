@@ -39,6 +39,9 @@ pub fn reach_px(s: &TargetSettings) -> f64 {
 /// [`crate::Error::Fits`] if the file is damaged or none of its pixels can be used.
 pub fn look(reader: &FrameReader, bench: &Bench, settings: &TargetSettings) -> Result<Seen> {
     let p = &bench.config.photometry;
+    if bench.everything {
+        return look_at_all(reader, bench, settings);
+    }
     if let Some(frame) = around(reader, bench, settings)? {
         let sky = sky_at(&frame, p.mesh_px, p.clip_sigma, settings);
         if let Some(sky) = sky {
@@ -51,6 +54,15 @@ pub fn look(reader: &FrameReader, bench: &Bench, settings: &TargetSettings) -> R
             }
         }
     }
+    look_at_all(reader, bench, settings)
+}
+
+/// The same with all of the clip circle read: what [`look`] leaves out.
+///
+/// # Errors
+/// As [`look`].
+pub fn look_at_all(reader: &FrameReader, bench: &Bench, settings: &TargetSettings) -> Result<Seen> {
+    let p = &bench.config.photometry;
     let frame = bench.usable(reader.whole(&bench.buffers)?)?;
     let sky = background(&frame, p.mesh_px, p.clip_sigma)?;
     Ok(Seen { found: measure_target(&frame, &sky, settings), corner_ratio: sky.corner_ratio() })

@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::config::{self, Config};
+use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::frames::{Exposure, Role, classify, find_files};
 use crate::night::clock::seconds_between;
+use crate::night::header_checks::check_headers;
 
 /// A file that could not be understood: it becomes a row with its reason.
 #[derive(Debug)]
@@ -89,6 +90,7 @@ pub fn survey(config: &Config, files: &[PathBuf], target_names: &[String]) -> Re
     }
     by_time(&mut survey.targets);
     by_time(&mut stars);
+    check_headers(&mut survey, &mut stars, config);
     let gap_s = config.stars.as_ref().map_or(300.0, |s| s.pointing_gap_s);
     survey.pointings = group(stars, gap_s);
     Ok(survey)
@@ -99,39 +101,6 @@ fn own_results(config: &Config, inputs: &[PathBuf]) -> Option<PathBuf> {
     let output = std::fs::canonicalize(&config.night.output).ok()?;
     let holds = |input: &PathBuf| std::fs::canonicalize(input).is_ok_and(|path| path.starts_with(&output));
     Some(if inputs.iter().any(holds) { output.join(&config.night.name) } else { output })
-}
-
-/// Latitude and longitude keywords of the usual camera programs, decimal degrees.
-const SITE_KEYWORDS: [(&str, &str); 5] = [
-    ("SITELAT", "SITELONG"),
-    ("LAT-OBS", "LONG-OBS"),
-    ("OBS-LAT", "OBS-LONG"),
-    ("OBSGEO-B", "OBSGEO-L"),
-    ("LATITUDE", "LONGITUD"),
-];
-/// Header and configuration further apart than this are told \[deg\].
-const SITE_TOLERANCE_DEG: f64 = 0.1;
-
-/// What the headers say of the site, where it is not the configured one: geometry uses the configuration.
-#[must_use]
-pub fn site_note(survey: &Survey, site: &config::Site) -> Option<String> {
-    let differs = |e: &Exposure| {
-        let (lat, lon) = SITE_KEYWORDS.iter().find_map(|(a, b)| Some((e.header.number(a)?, e.header.number(b)?)))?;
-        let unset = lat == 0.0 && lon == 0.0;
-        let turn = (lon - site.lon_deg + 180.0).rem_euclid(360.0) - 180.0;
-        let far = (lat - site.lat_deg).abs() > SITE_TOLERANCE_DEG || turn.abs() > SITE_TOLERANCE_DEG;
-        (far && !unset).then(|| (e.name.clone(), lat, lon))
-    };
-    let lights = survey.pointings.iter().flatten().chain(&survey.targets);
-    let found: Vec<(String, f64, f64)> = lights.filter_map(differs).collect();
-    let (name, lat, lon) = found.first()?;
-    Some(format!(
-        "{} frames say another site, {name}: {lat} {lon} deg, configured {} {} deg (old MaxIm counts longitude west); \
-         the configured one is used: check [site]",
-        found.len(),
-        site.lat_deg,
-        site.lon_deg
-    ))
 }
 
 fn by_time(exposures: &mut [Exposure]) {

@@ -8,13 +8,13 @@ use crate::night::bench::{Bench, sha256_16};
 use crate::night::clock::{iso_utc, mjd_utc};
 use crate::night::previous::other_night;
 use crate::night::surroundings::look;
-use crate::night::vet::judge;
+use crate::night::vet::{judge, without_magnitude};
 use crate::orbit::Geometry;
 use crate::photometry::Flags;
 use crate::photometry::aperture::Shape;
 use crate::photometry::flux::Flux;
 use crate::photometry::surface_brightness::inst_mu;
-use crate::photometry::target::{Light, TargetFound, TargetSettings};
+use crate::photometry::target::{KnownDirection, Light, TargetFound, TargetSettings};
 use crate::report::{PhotometryRow, Thumb};
 
 /// FWHM taken when neither star pointings nor the configuration give one \[arcsec\].
@@ -70,8 +70,9 @@ pub fn measure_frame(exposure: &Exposure, bench: &Bench) -> TargetFrame {
         }
     };
     // a damaged file must cost one row even where a library panics on it
-    let measured =
-        std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| measure_columns(&mut row, exposure, bench)));
+    let measured = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+        measure_columns(&mut row, geometry.as_ref(), exposure, bench)
+    }));
     if let Err(error) = measured.unwrap_or_else(|_| Err(internal(exposure))) {
         row.status = "failed".into();
         row.reason = error.to_string();
@@ -79,6 +80,7 @@ pub fn measure_frame(exposure: &Exposure, bench: &Bench) -> TargetFrame {
         calibrate(&mut row, bench);
     }
     judge(&mut row, &bench.config.vetting);
+    without_magnitude(&mut row);
     TargetFrame { row, geometry, thumb: None }
 }
 
@@ -123,6 +125,8 @@ pub fn geometry_columns(row: &mut PhotometryRow, exposure: &Exposure, bench: &Be
     row.object_name = elements.name().to_string();
     let g = tracker.at(&time.mid)?;
     fill_geometry(row, &g);
+    // σ = ω σ_t, on the sky along the track
+    row.alt_az_err_deg = row.time_err_s.map(|err_s| g.rate_rad_s.to_degrees() * err_s);
     if g.alt_rad <= 0.0 {
         return Err(Error::Orbit {
             problem: format!(
@@ -181,11 +185,22 @@ pub fn target_settings(exposure: &Exposure, bench: &Bench) -> TargetSettings {
         clip_sigma: p.clip_sigma,
         shape: t.shape,
         contam_frac: bench.config.vetting.contam_caution_frac,
+        trail_direction: None,
     }
 }
 
+/// Direction of the star trails, where the star frames tell how the camera is turned.
+fn trail_direction(geometry: Option<&Geometry>, exposure: &Exposure, bench: &Bench) -> Option<KnownDirection> {
+    bench.camera_turn?.trails(geometry?, &bench.site, exposure.time.as_ref()?.err_s)
+}
+
 /// Finds and measures the target.
-fn measure_columns(row: &mut PhotometryRow, exposure: &Exposure, bench: &Bench) -> Result<()> {
+fn measure_columns(
+    row: &mut PhotometryRow,
+    geometry: Option<&Geometry>,
+    exposure: &Exposure,
+    bench: &Bench,
+) -> Result<()> {
     let t = &bench.config.target;
     let (nx, ny) = exposure.size_px;
     for (key, at, n) in [("target.x_px", t.x_px, nx), ("target.y_px", t.y_px, ny)] {
@@ -197,7 +212,8 @@ fn measure_columns(row: &mut PhotometryRow, exposure: &Exposure, bench: &Bench) 
         }
     }
     let scale_arcsec = bench.scale_arcsec(exposure);
-    let settings = target_settings(exposure, bench);
+    let mut settings = target_settings(exposure, bench);
+    settings.trail_direction = trail_direction(geometry, exposure, bench);
     let fwhm_px = settings.fwhm_px;
     let reader = bench.open(exposure)?;
     let seen = look(&reader, bench, &settings)?;
@@ -359,8 +375,8 @@ pub fn empty_columns(config: &Config, bench: &Bench) -> Vec<String> {
     }
     if bench.tracker.is_none() {
         notes.push(
-            "no [orbit]: norad_cat_id, object_id, alt_deg, az_deg, range_km, rate_deg_s, airmass, phase_angle_deg, \
-             sun_alt_deg, moon_*, tle_age_d, v_mag and all model columns are empty"
+            "no [orbit]: norad_cat_id, object_id, alt_deg, az_deg, range_km, rate_deg_s, alt_az_err_deg, airmass, \
+             phase_angle_deg, sun_alt_deg, moon_*, tle_age_d, v_mag and all model columns are empty"
                 .into(),
         );
     }

@@ -1,6 +1,7 @@
-//! Orbit mean-elements messages (CCSDS 502.0-B): JSON, KVN and CelesTrak's CSV, all through one table of keys.
+//! Orbit mean-elements messages (CCSDS 502.0-B): JSON, KVN and CSV, all through one table of keys.
 //!
-//! Keys as CCSDS names them. Bookkeeping keys may be missing; those the orbit is made of may not. No XML.
+//! Keys as CCSDS names them. Bookkeeping keys may be missing; those the orbit is made of may not. XML is in
+//! [`super::elements`].
 
 use serde_json::{Map, Value};
 
@@ -36,35 +37,43 @@ const STATED: [(&str, &[&str]); 4] = [
     ("MEAN_ELEMENT_THEORY", &["SGP4", "SGP/SGP4", "SGP"]),
 ];
 
-/// JSON: one object or an array of objects.
+/// JSON: one object, an array of objects, or objects one after another.
 pub(super) fn parse_json(text: &str) -> Result<Vec<Elements>, Problem> {
-    let value: Value = serde_json::from_str(text).map_err(|e| (Some(e.line()), format!("not valid JSON: {e}")))?;
-    let items = match value {
-        Value::Array(items) => items,
-        other => vec![other],
-    };
+    let mut items = Vec::new();
+    for value in serde_json::Deserializer::from_str(text).into_iter::<Value>() {
+        match value.map_err(|e| (Some(e.line()), format!("not valid JSON: {e}")))? {
+            Value::Array(more) => items.extend(more),
+            other => items.push(other),
+        }
+    }
     items
         .into_iter()
         .enumerate()
         .map(|(i, item)| match item {
-            Value::Object(map) => from_map(map, "OMM JSON").map_err(|p| (None, format!("element set {}: {p}", i + 1))),
+            Value::Object(map) => {
+                let map = map.into_iter().map(|(k, v)| (k.to_ascii_uppercase(), v)).collect();
+                from_map(map, "OMM JSON").map_err(|p| (None, format!("element set {}: {p}", i + 1)))
+            }
             _ => Err((None, format!("element set {}: expected an object in braces", i + 1))),
         })
         .collect()
 }
 
-/// KVN: `KEY = value` lines; each `CCSDS_OMM_VERS` begins a set.
+/// KVN: `KEY = value` lines; each `CCSDS_OMM_VERS` begins a set, and so does a key that stood already.
 pub(super) fn parse_kvn(text: &str) -> Result<Vec<Elements>, Problem> {
     let mut sets: Vec<(usize, Map<String, Value>)> = Vec::new();
     for (i, raw) in text.lines().enumerate() {
         let line = raw.trim();
-        if line.is_empty() || line.starts_with("COMMENT") {
+        if line.is_empty() || line.starts_with("COMMENT") || line.starts_with('#') {
             continue;
         }
         let (key, value) =
             line.split_once('=').ok_or_else(|| (Some(i + 1), format!("expected KEY = value, found \"{line}\"")))?;
-        let (key, value) = (key.trim().to_owned(), value.split('[').next().unwrap_or("").trim().to_owned());
-        if key == "CCSDS_OMM_VERS" {
+        let (key, value) = (key.trim().to_ascii_uppercase(), value.split('[').next().unwrap_or("").trim().to_owned());
+        if key.starts_with("USER_DEFINED") {
+            continue;
+        }
+        if key == "CCSDS_OMM_VERS" || sets.last().is_none_or(|(_, map)| map.contains_key(&key)) {
             sets.push((i + 1, Map::new()));
         }
         if let Some((_, map)) = sets.last_mut() {
@@ -76,7 +85,7 @@ pub(super) fn parse_kvn(text: &str) -> Result<Vec<Elements>, Problem> {
 
 /// CSV with a header row, as CelesTrak writes it.
 pub(super) fn parse_csv(text: &str) -> Result<Vec<Elements>, Problem> {
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.trim_start().as_bytes());
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
     let at = |e: &csv::Error| e.position().map(|p| p.line() as usize);
     let header = reader.headers().map_err(|e| (at(&e), e.to_string()))?.clone();
     reader
@@ -84,14 +93,18 @@ pub(super) fn parse_csv(text: &str) -> Result<Vec<Elements>, Problem> {
         .map(|record| {
             let record = record.map_err(|e| (at(&e), e.to_string()))?;
             let line = record.position().map(|p| p.line() as usize);
-            let map = header.iter().zip(&record).map(|(k, v)| (k.to_owned(), Value::String(v.to_owned()))).collect();
+            let map = header
+                .iter()
+                .zip(&record)
+                .map(|(k, v)| (k.to_ascii_uppercase(), Value::String(v.to_owned())))
+                .collect();
             from_map(map, "OMM CSV").map_err(|p| (line, p))
         })
         .collect()
 }
 
 /// One set from its keys.
-fn from_map(mut map: Map<String, Value>, format: &'static str) -> Result<Elements, String> {
+pub(super) fn from_map(mut map: Map<String, Value>, format: &'static str) -> Result<Elements, String> {
     for value in map.values_mut() {
         if let Value::String(s) = value {
             *s = s.trim().to_owned();
@@ -149,7 +162,8 @@ fn first_bad_number(map: &Map<String, Value>) -> Option<String> {
 /// `YYYY-MM-DDTHH:MM:SS.f` from any epoch CCSDS allows: trailing Z, blank for T, day of year, no fraction.
 fn canonical_epoch(text: &str) -> Result<String, String> {
     let bad = || format!("\"{text}\" is not an ISO date and time");
-    let (date, clock) = text.trim_end_matches(['Z', 'z']).split_once(['T', ' ']).ok_or_else(bad)?;
+    let (date, clock) =
+        text.trim_end_matches(['Z', 'z']).trim_end_matches("+00:00").split_once(['T', ' ']).ok_or_else(bad)?;
     let fields: Vec<&str> = date.split('-').collect();
     let date = match fields[..] {
         [_, _, _] => date.to_owned(),

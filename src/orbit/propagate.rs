@@ -14,12 +14,16 @@ use crate::vector::{Teme, Vector};
 /// Equatorial radius of WGS72, SGP4's Earth \[km\]: a state below it has decayed.
 pub const SGP4_EARTH_RADIUS_KM: f64 = 6_378.135;
 
+/// Below this height nothing stays in orbit \[km\]: drag takes it down within the revolution.
+pub const DECAYED_BELOW_KM: f64 = 100.0;
+
 /// One element set, ready to give states.
 pub struct Propagator {
     constants: sgp4::Constants,
     epoch: Epoch,
     label: String,
     lyddane: bool,
+    perigee_km: f64,
 }
 
 impl Propagator {
@@ -31,18 +35,36 @@ impl Propagator {
         let constants = sgp4::Constants::from_elements_afspc_compatibility_mode(&elements.inner)
             .map_err(|e| Error::Orbit { problem: format!("{}: SGP4 refuses the elements: {e}", elements.label()) })?;
         let lyddane = elements.period_min() > 225.0 && elements.inclination_deg() < 11.5;
-        Ok(Self { constants, epoch: elements.epoch(), label: elements.label(), lyddane })
+        Ok(Self {
+            constants,
+            epoch: elements.epoch(),
+            label: elements.label(),
+            lyddane,
+            perigee_km: elements.perigee_height_km(),
+        })
     }
 
     /// Position \[km\] and velocity \[km/s\] in TEME at `epoch`.
     ///
     /// # Errors
-    /// [`Error::Orbit`] if SGP4 fails or the satellite has decayed.
+    /// [`Error::Orbit`] if SGP4 fails or the satellite has decayed: it would be lower than [`DECAYED_BELOW_KM`].
     pub fn state(&self, epoch: &Epoch) -> Result<(Vector<Teme>, Vector<Teme>)> {
-        self.state_after(days_between(&self.epoch, epoch) * 1_440.0).map_err(|e| match e {
-            Error::Orbit { problem } => Error::Orbit { problem: format!("{problem} (at {})", utc_text(epoch)) },
+        let at_epoch = |problem: String| Error::Orbit { problem: format!("{problem} (at {})", utc_text(epoch)) };
+        let minutes = days_between(&self.epoch, epoch) * 1_440.0;
+        let state = self.state_after(minutes).map_err(|e| match e {
+            Error::Orbit { problem } => at_epoch(problem),
             other => other,
-        })
+        })?;
+        let height_km = state.0.norm() - SGP4_EARTH_RADIUS_KM;
+        if height_km < DECAYED_BELOW_KM {
+            return Err(at_epoch(format!(
+                "{}: decayed: it would be {height_km:.0} km above the Earth's radius, where nothing stays in orbit, {:.1} d \
+                 after its elements; take elements nearer to the time, or another satellite",
+                self.label,
+                minutes / 1_440.0
+            )));
+        }
+        Ok(state)
     }
 
     /// Position \[km\] and velocity \[km/s\] in TEME, `minutes` after the epoch of the elements.
@@ -51,10 +73,12 @@ impl Propagator {
     /// As [`Propagator::state`].
     pub fn state_after(&self, minutes: f64) -> Result<(Vector<Teme>, Vector<Teme>)> {
         let problem = |what: String| Error::Orbit { problem: format!("{}: {what}", self.label) };
-        let p = self
-            .constants
-            .propagate_afspc_compatibility_mode(MinutesSinceEpoch(minutes))
-            .map_err(|e| problem(format!("SGP4 failed: {e}")))?;
+        let p = self.constants.propagate_afspc_compatibility_mode(MinutesSinceEpoch(minutes)).map_err(|e| {
+            // the model of drag ends so before the satellite does
+            let decayed = "; its perigee is so low that it has decayed: take elements nearer to the time";
+            let low = if self.perigee_km < 200.0 { decayed } else { "" };
+            problem(format!("SGP4 failed: {e}{low}"))
+        })?;
         let ([x, y, z], [vx, vy, vz]) = (p.position, p.velocity);
         let (position, velocity) = (Vector::new(x, y, z), Vector::new(vx, vy, vz));
         let r_km = position.norm();
@@ -70,9 +94,15 @@ impl Propagator {
         Ok((position, velocity))
     }
 
-    /// A known weakness of the propagator for this orbit, in one sentence.
+    /// What to know about this orbit or the propagator's weakness for it, in one sentence.
     #[must_use]
     pub fn caveat(&self) -> Option<String> {
+        if self.perigee_km < DECAYED_BELOW_KM {
+            return Some(format!(
+                "{}: the perigee of these elements is {:.0} km above the Earth's radius: it decays, or the set is wrong",
+                self.label, self.perigee_km
+            ));
+        }
         self.lyddane.then(|| {
             format!(
                 "{}: deep-space orbit below 11.5 deg inclination, where this SGP4 may be off by 1 km after hours",

@@ -33,6 +33,9 @@ pub(super) fn parse_file(text: &str) -> Result<Vec<Elements>, Problem> {
                 return Err((Some(first), format!("line 1 without a line 2 after it: \"{}\"", short(l1))));
             }
             (Kind::Name, None) => {
+                if line.starts_with("No GP data found") {
+                    return Err((Some(number), GONE.to_owned()));
+                }
                 orphan(name)?;
                 let title = line.strip_prefix("0 ").unwrap_or(line).trim();
                 name = Some((number, title));
@@ -61,6 +64,10 @@ pub(super) fn parse_set(name: &str, line1: &str, line2: &str) -> Result<Elements
     Elements::new(inner, format).map_err(|problem| (2, format!("{who}: {problem}")))
 }
 
+/// What CelesTrak answers for objects it has no TLE of.
+const GONE: &str = "\"No GP data found\": the server had no such object in this format; numbers above 99999 have no TLE, \
+                    fetch FORMAT=json or csv";
+
 enum Kind {
     Name,
     Line1,
@@ -79,6 +86,9 @@ fn kind(line: &str) -> Kind {
 fn check_line(line: &str) -> Result<(), String> {
     if !line.is_ascii() {
         return Err("holds characters that are not ASCII".to_owned());
+    }
+    if line.contains('\t') {
+        return Err("holds a tab, so that its columns are lost; fetch the set again".to_owned());
     }
     let bytes = line.as_bytes();
     if bytes.len() != 69 {

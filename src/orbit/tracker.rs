@@ -5,6 +5,7 @@
 use hifitime::Epoch;
 
 use super::earth::{EarthOrientation, Site};
+use super::elements::neighbours::{Standing, standings};
 use super::elements::{Elements, check_age, element_names, only_object, read_elements};
 use super::geometry::{Geometry, geometry, look};
 use super::propagate::Propagator;
@@ -15,9 +16,12 @@ use crate::error::{Error, Result};
 /// One satellite over one site.
 #[derive(Debug)]
 pub struct Tracker {
-    /// Of one object, in order of epoch.
+    /// Of one object, in order of epoch; without those that their neighbours refute.
     sets: Vec<Elements>,
     propagators: Vec<Propagator>,
+    standings: Vec<Standing>,
+    /// What is known about the sets that are not used: their epoch and why.
+    refuted: Vec<(Epoch, String)>,
     site: Site,
     eop: EarthOrientation,
     max_age_d: f64,
@@ -45,8 +49,28 @@ impl Tracker {
         only_object(&sets, norad)?;
         let mut sets: Vec<_> = sets.into_iter().filter(|e| norad.is_none_or(|n| n == e.norad_cat_id())).collect();
         sets.sort_by_key(Elements::epoch);
-        let propagators = sets.iter().map(Propagator::new).collect::<Result<_>>()?;
-        Ok(Self { sets, propagators, site, eop, max_age_d: 14.0, force_age: false })
+        let propagators = sets.iter().map(Propagator::new).collect::<Result<Vec<_>>>()?;
+        let standings = standings(&sets, &propagators);
+        let mut tracker = Self {
+            sets: Vec::new(),
+            propagators: Vec::new(),
+            standings: Vec::new(),
+            refuted: Vec::new(),
+            site,
+            eop,
+            max_age_d: 14.0,
+            force_age: false,
+        };
+        for ((set, propagator), standing) in sets.into_iter().zip(propagators).zip(standings) {
+            if let Standing::Refuted(why) = standing {
+                tracker.refuted.push((set.epoch(), why));
+                continue;
+            }
+            tracker.sets.push(set);
+            tracker.propagators.push(propagator);
+            tracker.standings.push(standing);
+        }
+        Ok(tracker)
     }
 
     /// Every way a header may name the satellite.
@@ -70,7 +94,7 @@ impl Tracker {
     /// The elements used at `epoch`: the nearest in time.
     ///
     /// # Errors
-    /// [`Error::Orbit`] if they are too old and age is not forced.
+    /// [`Error::Orbit`] if they are too old, or another set of the same days lies in another plane, and neither is forced.
     pub fn elements_at(&self, epoch: &Epoch) -> Result<&Elements> {
         self.index_at(epoch).map(|i| &self.sets[i])
     }
@@ -102,34 +126,21 @@ impl Tracker {
     pub fn age_warning(&self, epoch: &Epoch) -> Option<String> {
         let i = self.nearest_index(epoch)?;
         let age = check_age(&self.sets[i], epoch, self.max_age_d, true).ok().flatten();
-        let warnings: Vec<String> =
-            [age, self.disagreement(i), self.propagators[i].caveat()].into_iter().flatten().collect();
-        (!warnings.is_empty()).then(|| warnings.join("; "))
-    }
-
-    /// A set whose neighbour in time (within 5 d) puts the satellite more than 500 km elsewhere at the set's epoch:
-    /// checksums do not catch an invented orbit, a neighbour does. Drag and burns stay below 100 km.
-    fn disagreement(&self, i: usize) -> Option<String> {
-        const FAR_KM: f64 = 500.0;
-        const SPAN_D: f64 = 5.0;
-        let set = &self.sets[i];
-        let here = self.propagators[i].state(&set.epoch()).ok()?.0;
-        [i.wrapping_sub(1), i + 1].into_iter().find_map(|j| {
-            let other = self.sets.get(j)?;
-            if other.age_d(&set.epoch()).abs() > SPAN_D {
-                return None;
+        let doubt = match &self.standings[i] {
+            Standing::Doubted(why) => {
+                Some(format!("{why}: the satellite has burnt its engines, or one of them is wrong"))
             }
-            let there = self.propagators[j].state(&set.epoch()).ok()?.0;
-            let apart_km = (here - there).norm();
-            (apart_km > FAR_KM).then(|| {
-                format!(
-                    "elements of {} at {} and at {} put the satellite {apart_km:.0} km apart: one of them is wrong",
-                    set.label(),
-                    super::time::utc_text(&set.epoch()),
-                    super::time::utc_text(&other.epoch()),
-                )
-            })
-        })
+            Standing::Disputed(why) => Some(format!("{why}: one of them is wrong")),
+            Standing::Good | Standing::Refuted(_) => None,
+        };
+        // Told where the refuted set would have been the nearest.
+        let age_d = self.sets[i].age_d(epoch).abs();
+        let nearer = |at: &Epoch| super::time::days_between(at, epoch).abs() <= age_d;
+        let refuted = self.refuted.iter().find(|(at, _)| nearer(at)).map(|(_, why)| {
+            format!("{why}: the first is not used, its neighbours agree with each other and not with it")
+        });
+        let warnings: Vec<String> = [age, doubt, refuted, self.propagators[i].caveat()].into_iter().flatten().collect();
+        (!warnings.is_empty()).then(|| warnings.join("; "))
     }
 
     /// Smallest step in which the satellite's altitude has no hidden turn \[s\]: a share of the period, smaller for
@@ -152,6 +163,14 @@ impl Tracker {
             .nearest_index(epoch)
             .ok_or_else(|| Error::Orbit { problem: "no element sets; give a file in orbit.elements".to_owned() })?;
         check_age(&self.sets[i], epoch, self.max_age_d, self.force_age)?;
-        Ok(i)
+        match &self.standings[i] {
+            Standing::Disputed(why) if !self.force_age => Err(Error::Orbit {
+                problem: format!(
+                    "{why}: one of them is wrong; take the wrong one out of the file, or set orbit.force_age = true to use \
+                     the nearest"
+                ),
+            }),
+            _ => Ok(i),
+        }
     }
 }

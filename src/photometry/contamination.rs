@@ -46,7 +46,8 @@ impl Contamination {
 ///
 /// Per line v of cells: e(v) = level beside the aperture − base, the base being the level of the lines without a trail.
 /// A trail is where e under a Gaussian of one FWHM stands out by 3.4 σ, over the whole length of the cutout or near the
-/// aperture alone; its light is Σ c(v) e(v) over the lines it covers, c the chord of the aperture.
+/// aperture alone, or where one along the known direction was found before; its light is Σ c(v) e(v) over the lines it
+/// covers, c the chord of the aperture.
 pub(crate) fn of_trails(cutout: &Cutout, strips: &Strips, under: &Under, at: &Placed) -> Contamination {
     let cells = cutout.in_cells(at);
     let aperture = strips.hole((cells.x, cells.y), cells.shape);
@@ -69,8 +70,9 @@ pub(crate) fn of_trails(cutout: &Cutout, strips: &Strips, under: &Under, at: &Pl
         .collect();
     let kernel = Kernel::gaussian(cutout.fwhm_cells());
     let (stands_out, stands_out_near) = (matched(&whole, &kernel), matched(&near, &kernel));
+    let found = |k: usize| cutout.trail_v.is_some_and(|v| (strips.v_of(under.first + k) - v).abs() <= 0.5);
     let seeds: Vec<bool> =
-        stands_out.iter().zip(&stands_out_near).map(|(w, n)| *w > TRAIL_SIGMA || *n > TRAIL_SIGMA).collect();
+        (0..stands_out.len()).map(|k| stands_out[k].max(stands_out_near[k]) > TRAIL_SIGMA || found(k)).collect();
     // a trail covers a FWHM on both sides of its ridge
     let reach = cutout.fwhm_cells().round() as usize;
     let covered: Vec<usize> = (0..seeds.len())

@@ -33,6 +33,8 @@ mod target_shape;
 mod target_sky;
 mod threshold;
 mod trail;
+mod trail_bend;
+mod trail_known;
 mod trail_model;
 mod trail_search;
 mod trail_turn;

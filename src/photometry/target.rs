@@ -20,6 +20,7 @@ use crate::photometry::target_flux::{Measured, circle_at};
 use crate::photometry::target_search::{Significances, best_candidate};
 use crate::photometry::target_segment::{Segment, scales_needed, segment};
 use crate::photometry::target_shape::{Ellipse, moments, outline_moments};
+pub use crate::photometry::trail_known::KnownDirection;
 
 /// Where and how to look for the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,6 +49,8 @@ pub struct TargetSettings {
     pub shape: ApertureShape,
     /// Share of the flux from which light of trails and neighbours is flagged.
     pub contam_frac: f64,
+    /// Direction of the star trails, where it is known beforehand.
+    pub trail_direction: Option<KnownDirection>,
 }
 
 impl TargetSettings {
@@ -115,6 +118,8 @@ const FAINT_REACH_FWHM: f64 = 8.0;
 const WIDE_SCALE: usize = 2;
 /// The aperture is nowhere narrower than this many FWHM to each side.
 const LEAST_FWHM: f64 = 1.5;
+/// Among trails a wide spot whose whole light is less significant than this is what a trail left.
+const LEAST_SNR: f64 = 3.0;
 /// Above this ratio of the axes a target is called elongated.
 const ELONGATED: f64 = 1.5;
 /// A target less extended than this is a point source \[FWHM\].
@@ -152,10 +157,11 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
     let Outlined { segment: outline, snr1, snr, .. } = &outlined;
     let Some(aperture) = self::aperture(&cutout, outline, s) else { return limit(cutout, frame, background, s) };
     let Measured { mut flux, under, net, net_origin } = cutout.flux(frame, background, &aperture, snr1, s);
-    if !flux.flux_e.is_finite() {
+    take_off_chance(&mut flux, &outlined);
+    let spot = cutout.strips.is_some() && outlined.scale >= WIDE_SCALE && flux.snr < LEAST_SNR;
+    if spot || !flux.flux_e.is_finite() {
         return limit(cutout, frame, background, s);
     }
-    take_off_chance(&mut flux, &outlined);
     let along_trails = under.is_some();
     let trails = match (&cutout.strips, &under) {
         (Some(strips), Some(under)) => of_trails(&cutout, strips, under, &aperture),

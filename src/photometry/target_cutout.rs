@@ -13,6 +13,8 @@ use crate::photometry::target_cells::{Cells, Layers, row_of};
 use crate::photometry::target_hit::hits;
 use crate::photometry::target_sky::{Block, Surface, blocks};
 use crate::photometry::trail::trail_direction;
+use crate::photometry::trail_bend::Bend;
+use crate::photometry::trail_known::{KnownDirection, line_through};
 use crate::photometry::trail_model::Strips;
 use crate::photometry::trail_search::faint_direction;
 
@@ -20,8 +22,8 @@ use crate::photometry::trail_search::faint_direction;
 const TRAIL_SIGMA: f64 = 4.0;
 /// The same for faint trails, which must be longer to count \[σ\].
 const FAINT_TRAIL_SIGMA: f64 = 2.5;
-/// Share of a trail's light that its constant profile may get wrong (flicker, seeing).
-const TRAIL_MODEL_ERR: f32 = 0.05;
+/// What a line at another angle than the known one must have more \[σ\].
+const ANOTHER_ANGLE_SIGMA: f64 = 0.5;
 /// Share of the change of the model over a block that it may get wrong: where a trail ends.
 const END_ERR: f32 = 0.5;
 /// Blocks of the sky's surface \[FWHM\].
@@ -49,6 +51,12 @@ pub(crate) struct Cutout {
     pub light: Array2<f32>,
     /// By how much it changes over a few cells: where trails end.
     unsure: Array2<f32>,
+    /// Share of it that is not the same all along a trail.
+    flicker: f64,
+    /// Direction of the trails, where it is known beforehand.
+    known: Option<KnownDirection>,
+    /// Where across the trails a faint one along that direction goes through the target [cells].
+    pub trail_v: Option<f64>,
     /// Whether each side (left, right, bottom, top) is the frame's own edge.
     pub at_edge: [bool; 4],
 }
@@ -89,9 +97,26 @@ impl Cutout {
         let rms_e = noise_of(&sky, pixels.dim());
         let fwhm_px = s.fwhm_px;
         let (light, unsure) = (none.clone(), none);
-        let mut cutout =
-            Self { x0, y0, pixels, blocks, sky, hits, net, rms_e, fwhm_px, strips: None, light, unsure, at_edge };
+        let mut cutout = Self {
+            x0,
+            y0,
+            pixels,
+            blocks,
+            sky,
+            hits,
+            net,
+            rms_e,
+            fwhm_px,
+            strips: None,
+            light,
+            unsure,
+            flicker: 0.0,
+            known: s.trail_direction,
+            trail_v: None,
+            at_edge,
+        };
         cutout.find_trails();
+        cutout.straighten(None);
         cutout.model_trails(None);
         Some(cutout)
     }
@@ -136,10 +161,28 @@ impl Cutout {
                 object.shape.contains(i as f64 - object.x, j as f64 - object.y)
             });
             let target = (object.x, object.y, object.shape.bounding_radius_px());
-            let theta = faint_direction(&self.net.mean, &hidden, target, self.noise_of_cell(), self.fwhm_cells());
+            let scale = (self.noise_of_cell(), self.fwhm_cells());
+            let through = self.known.and_then(|known| line_through(&self.net.mean, &hidden, &object, scale, known));
+            // a line at another angle than the known one must be the more certain
+            let doubt = if self.known.is_some() { ANOTHER_ANGLE_SIGMA } else { 0.0 };
+            let known = through.map(|line| line.0);
+            let theta = known.or_else(|| faint_direction(&self.net.mean, &hidden, target, scale, doubt));
+            self.trail_v = through.map(|line| line.1);
             self.strips = theta.map(|theta| self.strips_along(theta));
         }
+        self.straighten(Some(&object));
         self.model_trails(Some(&object));
+    }
+
+    /// Takes what the sky's surface got wrong along the trails off it, a known object \[cells\] left out.
+    fn straighten(&mut self, object: Option<&Placed>) {
+        let Some(strips) = &mut self.strips else { return };
+        let holes: Vec<_> = object.iter().map(|e| strips.hole((e.x, e.y), e.shape)).collect();
+        let Some(bend) = Bend::of(strips, &holes) else { return };
+        strips.straighten(&bend);
+        bend.take_off(&mut self.net.mean);
+        let net = &self.net;
+        self.sky.add_quadratic(|x, y| bend.at(net.in_cells(x), net.in_cells(y)));
     }
 
     fn strips_along(&self, theta: f64) -> Strips {
@@ -169,9 +212,9 @@ impl Cutout {
     fn model_trails(&mut self, object: Option<&Placed>) {
         let Some(strips) = &self.strips else { return };
         let holes: Vec<_> = object.iter().map(|e| strips.hole((e.x, e.y), e.shape)).collect();
-        let (mut light, unsure) = strips.everywhere(self.net.mean.dim(), &holes);
+        let (mut light, unsure, flicker) = strips.everywhere(self.net.mean.dim(), &holes);
         light.mapv_inplace(|v| if v.is_finite() { v } else { 0.0 });
-        (self.light, self.unsure) = (light, unsure);
+        (self.light, self.unsure, self.flicker) = (light, unsure, flicker);
     }
 
     /// The cells without sky and trails; NaN where they are bad.
@@ -193,7 +236,7 @@ impl Cutout {
             }
         }
         let doubt = self.strips.as_ref().map(|_| {
-            let mut doubt = self.light.mapv(|t| TRAIL_MODEL_ERR * t.max(0.0));
+            let mut doubt = self.light.mapv(|t| self.flicker as f32 * t.max(0.0));
             doubt.scaled_add(END_ERR, &self.unsure);
             doubt
         });

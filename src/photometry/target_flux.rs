@@ -37,6 +37,8 @@ const MIN_SKY_PX: usize = 16;
 const PROFILE_ERR: f64 = 0.01;
 /// Most empty apertures.
 const MAX_EMPTY: usize = 40;
+/// √n times the relative error of a σ from a median absolute deviation.
+const MAD_ERR: f64 = 1.17;
 /// Fewest empty apertures whose scatter is believed.
 const MIN_EMPTY: usize = 8;
 
@@ -235,7 +237,7 @@ impl Cutout {
     ///
     /// σ² = max(F, 0) + max(Σ f (S + P + RN²) + σ_P² + σ_end² + (0.01 Σ f P)², σ_empty²): P the light above the sky S
     /// along each line, σ_P² the error of its mean, σ_end what trails that end under the target may add, σ_empty the
-    /// robust scatter about 0 of apertures of the same shape where the target is not.
+    /// robust scatter about 0 of apertures of the same shape where the target is not, less its own error.
     fn flux_along_trails(&self, frame: &Frame<Electrons>, at: &Placed, under: Under, s: &TargetSettings) -> Measured {
         let Some(strips) = self.strips.as_ref() else {
             return Measured { flux: nothing(at), under: None, net: Array2::zeros((0, 0)), net_origin: (0, 0) };
@@ -284,7 +286,7 @@ impl Cutout {
         self.measured(net, flux, level_e, Some(under))
     }
 
-    /// 1.4826 median |F| of empty apertures around the target, each over its own level along the trails \[e⁻\].
+    /// 1.4826 median |F| less its standard error, of empty apertures around the target, each over its own level along the trails \[e⁻\].
     fn empty_scatter(&self, strips: &Strips, at: &Placed) -> Option<f64> {
         let (ny, nx) = self.net.mean.dim();
         let cells = self.in_cells(at);
@@ -320,7 +322,7 @@ impl Cutout {
         (fluxes.len() >= MIN_EMPTY)
             .then(|| stats::median(&mut fluxes))
             .flatten()
-            .map(|m| crate::constants::SIGMA_PER_MAD * m * px)
+            .map(|m| crate::constants::SIGMA_PER_MAD * m * px * (1.0 - MAD_ERR / (fluxes.len() as f64).sqrt()))
     }
 }
 

@@ -154,6 +154,15 @@ impl Surface {
         SVector::from([1.0, u, v, u * u, u * v, v * v])
     }
 
+    /// Adds a quadratic function of the place.
+    pub fn add_quadratic(&mut self, of: impl Fn(f64, f64) -> f64) {
+        let at = |u: f64, v: f64| of(self.centre.0 + u * self.scale.0, self.centre.1 + v * self.scale.1);
+        let (middle, corner) = (at(0.0, 0.0), at(1.0, 1.0));
+        let ([l, r], [b, t]) = ([at(-1.0, 0.0), at(1.0, 0.0)], [at(0.0, -1.0), at(0.0, 1.0)]);
+        let (u, v, uu, vv) = (0.5 * (r - l), 0.5 * (t - b), 0.5 * (r + l) - middle, 0.5 * (t + b) - middle);
+        self.coefficients += SVector::from([middle, u, v, uu, corner - middle - u - v - uu - vv, vv]);
+    }
+
     /// Level of the sky \[e⁻/px\].
     pub fn level(&self, x: f64, y: f64) -> f64 {
         self.terms(x, y).dot(&self.coefficients)
@@ -188,7 +197,7 @@ impl Surface {
 
 /// a + b u + c u² at u = (i − centre)/scale, from i = 0 on.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2", "x86_64+sse4.1"))]
-fn parabola([a, b, c]: [f64; 3], centre: f64, scale: f64, out: &mut [f32]) {
+pub(crate) fn parabola([a, b, c]: [f64; 3], centre: f64, scale: f64, out: &mut [f32]) {
     for (i, o) in out.iter_mut().enumerate() {
         let u = (f64::from(i as u32) - centre) / scale;
         *o = (a + u * (b + u * c)) as f32;

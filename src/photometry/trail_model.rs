@@ -9,9 +9,11 @@ use std::ops::Range;
 
 use ndarray::Array2;
 
+use crate::constants::SIGMA_PER_MAD;
 use crate::photometry::aperture::Shape;
 use crate::photometry::stats;
 use crate::photometry::trail::Turned;
+use crate::photometry::trail_bend::Bend;
 use crate::photometry::trail_turn::{Spread, cubic_along};
 
 /// Blocks on each side that make a level.
@@ -24,6 +26,11 @@ const STEP_BLOCKS: usize = 5;
 const EDGE_BLOCKS: usize = 3;
 /// Blocks further than this from the median do not count \[σ\].
 const CLIP_SIGMA: f64 = 3.0;
+
+/// Least and most share of a trail's light that its constant profile gets wrong.
+const FLICKER: [f64; 2] = [0.01, 0.05];
+/// Lines this bright tell how much trails flicker \[σ of a block\].
+const BRIGHT_SIGMA: f64 = 5.0;
 
 /// A shape whose light must not enter a level, in the turned coordinates; a pill counts as the rectangle around it.
 #[derive(Debug, Clone, Copy)]
@@ -39,6 +46,14 @@ pub(crate) struct Hole {
 }
 
 impl Hole {
+    /// A shape at a place of the cutout.
+    pub fn of(turned: &Turned, at: (f64, f64), shape: Shape) -> Self {
+        let (a, b, theta) = shape.axes();
+        let (u, v) = turned.uv(at.0, at.1);
+        let bar = matches!(shape, Shape::Rectangle { .. } | Shape::Pill { .. });
+        Self { u, v, a, b, phi: theta - turned.sin.atan2(turned.cos), bar }
+    }
+
     /// The stretch of the line at `v` inside.
     pub fn chord(&self, v: f64) -> Option<(f64, f64)> {
         let (sin, cos) = self.phi.sin_cos();
@@ -123,10 +138,7 @@ impl Strips {
 
     /// A shape at a place of the cutout in the turned coordinates.
     pub fn hole(&self, at: (f64, f64), shape: Shape) -> Hole {
-        let (a, b, theta) = shape.axes();
-        let (u, v) = self.turned.uv(at.0, at.1);
-        let bar = matches!(shape, Shape::Rectangle { .. } | Shape::Pill { .. });
-        Hole { u, v, a, b, phi: theta - self.theta(), bar }
+        Hole::of(&self.turned, at, shape)
     }
 
     /// Direction of the trails from +x towards +y \[rad\].
@@ -137,6 +149,45 @@ impl Strips {
     /// Variance of a cell in which there is `light`.
     pub fn variance(&self, light: f64) -> f64 {
         self.noise_e * self.noise_e + light.max(0.0) / self.area_px
+    }
+
+    /// The same of the mean of a block.
+    pub fn variance_of_block(&self, light: f64) -> f64 {
+        self.variance(light) / self.block as f64
+    }
+
+    /// Half the length of a line.
+    pub fn half(&self) -> f64 {
+        self.half
+    }
+
+    /// Number of lines.
+    pub fn n_lines(&self) -> usize {
+        self.mean.nrows()
+    }
+
+    /// Middle u and mean of the blocks of line `q` that are in no hole.
+    pub fn free_blocks(&self, q: usize, holes: &[Hole]) -> Vec<(f64, f64)> {
+        let v = self.v_of(q);
+        let chords: Vec<(f64, f64)> = holes.iter().filter_map(|h| h.chord(v)).collect();
+        let block = |p: usize| {
+            let (from, to) = self.range(p);
+            let value = f64::from(self.mean[[q, p]]);
+            let inside = chords.iter().any(|c| to > c.0 && from < c.1);
+            (value.is_finite() && !inside).then_some((0.5 * (from + to), value))
+        };
+        (0..self.mean.ncols()).filter_map(block).collect()
+    }
+
+    /// Takes a bend of the sky along the lines off every block.
+    pub fn straighten(&mut self, bend: &Bend) {
+        for q in 0..self.mean.nrows() {
+            let v = self.v_of(q);
+            for p in 0..self.mean.ncols() {
+                let (from, to) = self.range(p);
+                self.mean[[q, p]] -= bend.at_uv(0.5 * (from + to), v) as f32;
+            }
+        }
     }
 
     /// The level of line `q` under a stretch `u`, from the blocks beside it that are in no hole.
@@ -196,9 +247,10 @@ impl Strips {
             .collect()
     }
 
-    /// The level everywhere, and by how much it changes from block to block: a model of the sky and the trails.
-    pub fn everywhere(&self, dim: (usize, usize), holes: &[Hole]) -> (Array2<f32>, Array2<f32>) {
-        let (level, change) = self.levels(holes);
+    /// The level everywhere, by how much it changes from block to block, and the share of it by which trails flicker: a
+    /// model of the sky and the trails.
+    pub fn everywhere(&self, dim: (usize, usize), holes: &[Hole]) -> (Array2<f32>, Array2<f32>, f64) {
+        let (level, change, flicker) = self.levels(holes);
         let spread = Spread::new(self.turned, self.half, self.block, &level, &change);
         let (mut light, mut unsure) = (Array2::zeros(dim), Array2::zeros(dim));
         for (j, (mut light, mut unsure)) in light.rows_mut().into_iter().zip(unsure.rows_mut()).enumerate() {
@@ -206,16 +258,18 @@ impl Strips {
                 spread.row(j, light, unsure);
             }
         }
-        (light, unsure)
+        (light, unsure, flicker)
     }
 
-    /// The level of every block from its neighbours on its line, and by how much it changes from block to block.
-    fn levels(&self, holes: &[Hole]) -> (Array2<f32>, Array2<f32>) {
+    /// The level of every block from its neighbours on its line, by how much it changes from block to block, and how much
+    /// the blocks scatter about it.
+    fn levels(&self, holes: &[Hole]) -> (Array2<f32>, Array2<f32>, f64) {
         let (lines, blocks) = self.mean.dim();
         let mut level = Array2::from_elem((lines, blocks), f32::NAN);
         let mut change = Array2::zeros((lines, blocks));
         let mut window = Window::default();
         let (mut valid, mut values) = (Vec::new(), Vec::new());
+        let (mut flicker, mut off) = (Flicker::default(), Vec::new());
         for q in 0..lines {
             let v = q as f64 - self.half;
             let chords: Vec<(f64, f64)> = holes.iter().filter_map(|h| h.chord(v)).collect();
@@ -243,6 +297,12 @@ impl Strips {
                 }
                 level[[q, p]] = of_last;
             }
+            let brightness = f64::from(level[[q, valid[valid.len() / 2]]]);
+            if brightness > BRIGHT_SIGMA * self.variance_of_block(brightness).sqrt() {
+                off.clear();
+                off.extend(valid.iter().map(|p| f64::from((self.mean[[q, *p]] - level[[q, *p]]).abs())));
+                flicker.add(&mut off, brightness, self.variance_of_block(brightness));
+            }
             for p in 0..blocks {
                 let (lo, hi) = (p.saturating_sub(1), (p + 1).min(blocks - 1));
                 let step = (level[[q, hi]] - level[[q, p]]).abs().max((level[[q, p]] - level[[q, lo]]).abs());
@@ -252,7 +312,7 @@ impl Strips {
                 change[[q, p]] = if step.is_finite() { (step - noise as f32).max(0.0) } else { 0.0 };
             }
         }
-        (level, change)
+        (level, change, flicker.share())
     }
 
     /// First line and its place v, and one past the last line, that a range of v touches.
@@ -291,6 +351,30 @@ impl Strips {
         }
         let near = &sorted[low..sorted.len() - high];
         near.iter().sum::<f64>() / near.len() as f64
+    }
+}
+
+/// By how much bright trails scatter along themselves beyond the noise of counts: seeing, scintillation, a direction that
+/// is not quite right.
+#[derive(Default)]
+struct Flicker {
+    excess: f64,
+    light: f64,
+}
+
+impl Flicker {
+    /// Adds a line of known brightness: how far its blocks are off, and what variance counts alone have.
+    fn add(&mut self, off: &mut [f64], brightness: f64, variance: f64) {
+        if let Some(median) = stats::median(off) {
+            self.excess += (SIGMA_PER_MAD * median).powi(2) - variance;
+            self.light += brightness * brightness;
+        }
+    }
+
+    /// Σ (σ² − σ_counts²) / Σ L², its root; the most that is believed where no line is bright enough to tell.
+    fn share(&self) -> f64 {
+        let [least, most] = FLICKER;
+        if self.light > 0.0 { (self.excess.max(0.0) / self.light).sqrt().clamp(least, most) } else { most }
     }
 }
 

@@ -19,26 +19,27 @@ const ANYWHERE_SIGMA: f64 = 5.1;
 /// Lines looked at more closely.
 const SHARPENED: usize = 16;
 /// Width of a trail in the coarse cells \[FWHM\].
-const SMEARED_FWHM: f64 = 1.05;
+pub(crate) const SMEARED_FWHM: f64 = 1.05;
 /// Significance the line must have on each side of the target by itself.
 const SIDE_SIGMA: f64 = 1.5;
 
 /// A coarse cell: place, clipped value \[σ\], and how many cells of the fine grid it holds.
-struct Point {
-    x: f64,
-    y: f64,
-    value: f64,
+pub(crate) struct Point {
+    pub x: f64,
+    pub y: f64,
+    pub value: f64,
 }
 
 /// The direction of the most significant line from +x towards +y \[rad\]; `None` if it may be noise.
 ///
-/// `target` = centre and radius of what is masked by `hidden`; `noise` = scatter of a cell.
+/// `target` = centre and radius of what is masked by `hidden`; `noise` = scatter of a cell; `doubt` is added to the
+/// significance that is asked for.
 pub(crate) fn faint_direction(
     net: &Array2<f32>,
     hidden: &Array2<bool>,
     target: (f64, f64, f64),
-    noise: f64,
-    fwhm: f64,
+    (noise, fwhm): (f64, f64),
+    doubt: f64,
 ) -> Option<f64> {
     let points = coarse(net, hidden, noise, ((0.75 * fwhm).round() as usize).max(1));
     if points.len() < 100 {
@@ -86,7 +87,7 @@ pub(crate) fn faint_direction(
     sharp.sort_by(|a, b| b.snr.total_cmp(&a.snr));
     sharp
         .into_iter()
-        .filter(|l| l.snr > unit * if l.through { THROUGH_SIGMA } else { ANYWHERE_SIGMA })
+        .filter(|l| l.snr > unit * (doubt + if l.through { THROUGH_SIGMA } else { ANYWHERE_SIGMA }))
         .find(|l| on_both_sides(&points, Turned::new(dim, l.theta), l.v, target, bin))
         .map(|l| l.theta)
 }
@@ -102,7 +103,7 @@ struct Line {
 }
 
 /// Squares of `k` cells outside `hidden`, in units of their noise.
-fn coarse(net: &Array2<f32>, hidden: &Array2<bool>, noise: f64, k: usize) -> Vec<Point> {
+pub(crate) fn coarse(net: &Array2<f32>, hidden: &Array2<bool>, noise: f64, k: usize) -> Vec<Point> {
     let (ny, nx) = net.dim();
     let mut points = Vec::new();
     for j in (0..(ny / k) * k).step_by(k) {
@@ -138,7 +139,7 @@ fn add_up(points: &[Point], turned: Turned, half: f64, bin: f64, sums: &mut [[f6
 }
 
 /// Sum and number of the points within a bin of the line, for which `counts(u)`.
-fn along(points: &[Point], turned: Turned, v: f64, bin: f64, counts: impl Fn(f64) -> bool) -> (f64, f64) {
+pub(crate) fn along(points: &[Point], turned: Turned, v: f64, bin: f64, counts: impl Fn(f64) -> bool) -> (f64, f64) {
     points.iter().fold((0.0, 0.0), |(sum, n), p| {
         let (u, at) = turned.uv(p.x, p.y);
         if (at - v).abs() < bin && counts(u) { (sum + p.value, n + 1.0) } else { (sum, n) }

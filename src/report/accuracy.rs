@@ -66,11 +66,45 @@ pub fn write_accuracy_report(folder: &Path, sweeps: &[(Method, Sweep)], meta: &M
     write_atomic(&folder.join("accuracy.html"), page(sweeps, &sections).into_string().as_bytes())
 }
 
-/// Writes `extremes.ecsv` and `extremes.html` into a folder that exists.
+/// A page of cases: its file name without ending, its title, what stands above the table, and the table's head.
+#[derive(Debug)]
+pub struct CasesPage {
+    stem: &'static str,
+    title: &'static str,
+    intro: &'static str,
+    head: [&'static str; 7],
+}
+
+impl CasesPage {
+    /// Name of its files without ending.
+    #[must_use]
+    pub fn stem(&self) -> &'static str {
+        self.stem
+    }
+}
+
+/// The stiff and extreme cases.
+pub const EXTREMES_PAGE: CasesPage = CasesPage {
+    stem: "extremes",
+    title: "Stiff and extreme cases",
+    intro: "What is expected is a closed form, an independent computation, or a refusal that says why.",
+    head: ["area", "case", "expected", "got", "off by", "limit", "verdict"],
+};
+
+/// Two independent paths to each quantity.
+pub const PATHS_PAGE: CasesPage = CasesPage {
+    stem: "paths",
+    title: "Two paths to one number",
+    intro: "The worst disagreement between two computations that share no formula, no series and no quadrature. The limit is \
+            what is known of the lesser of the two.",
+    head: ["quantity", "cases", "one path", "another", "worst apart", "limit", "verdict"],
+};
+
+/// Writes the table and the page of cases, `<stem>.ecsv` and `<stem>.html`, into a folder that exists.
 ///
 /// # Errors
 /// [`Error::Io`], [`Error::Table`].
-pub fn write_extremes_report(folder: &Path, cases: &[Extreme], meta: &Meta) -> Result<()> {
+pub fn write_cases_report(folder: &Path, which: &CasesPage, cases: &[Extreme], meta: &Meta) -> Result<()> {
     let row = |e: &Extreme| ExtremeRow {
         area: e.area.into(),
         case: e.case.clone(),
@@ -81,15 +115,15 @@ pub fn write_extremes_report(folder: &Path, cases: &[Extreme], meta: &Meta) -> R
         verdict: e.verdict.name().into(),
     };
     let rows: Vec<ExtremeRow> = cases.iter().map(row).collect();
-    write_extremes(&folder.join("extremes.ecsv"), &rows, meta)?;
+    write_extremes(&folder.join(format!("{}.ecsv", which.stem)), &rows, meta)?;
     let size = |e: Option<f64>| e.map_or(String::new(), |e| format!("{e:.1e}"));
     let page = whole_page(
-        "Stiff and extreme cases",
+        which.title,
         html! {
-            h1 { "Stiff and extreme cases" }
-            p { "What is expected is a closed form, an independent computation, or a refusal that says why." }
+            h1 { (which.title) }
+            p { (which.intro) }
             table.cases {
-                tr { th { "area" } th { "case" } th { "expected" } th { "got" } th { "off by" } th { "limit" } th { "verdict" } }
+                tr { @for name in which.head { th { (name) } } }
                 @for row in &rows {
                     tr class=(if row.verdict == "ok" { "" } else { "default" }) {
                         td { (row.area) } td { (row.case) } td { (row.expected) } td { (row.got) }
@@ -99,7 +133,7 @@ pub fn write_extremes_report(folder: &Path, cases: &[Extreme], meta: &Meta) -> R
             }
         },
     );
-    write_atomic(&folder.join("extremes.html"), page.into_string().as_bytes())
+    write_atomic(&folder.join(format!("{}.html", which.stem)), page.into_string().as_bytes())
 }
 
 fn whole_page(title: &str, body: Markup) -> Markup {
@@ -142,7 +176,7 @@ fn section(method: &Method, sweep: &Sweep, rows: &[AccuracyRow], svg: &str) -> M
     let error = |e: Option<f64>| e.map_or("no number".to_string(), |e| format!("{e:.1e}"));
     html! {
         h2 id=(method.name) { (method.name) }
-        p { (method.about) ". Reference: " (sweep.reference) ". Default: " (sweep.default_because) "." }
+        p { (method.about) ". Reference: " (sweep.reference) ". Default: " (sweep.standing()) "." }
         (PreEscaped(svg))
         table {
             tr {

@@ -126,6 +126,11 @@ pub const PHOTOMETRY: &[Column] = &[
     number("range_km", "km", "distance from the observer"),
     number("rate_deg_s", "deg / s", "angular rate on the sky"),
     number("az_rate_deg_s", "deg / s", "rate of the azimuth, which a dome must follow"),
+    number(
+        "alt_az_err_deg",
+        "deg",
+        "1-sigma error of the place along the track by time_err_s: rate_deg_s * time_err_s",
+    ),
     number("airmass", "", "airmass"),
     number("phase_angle_deg", "deg", "angle Sun - satellite - observer"),
     number("sun_alt_deg", "deg", "altitude of the Sun at the observer"),

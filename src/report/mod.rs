@@ -6,8 +6,10 @@
 pub mod accuracy;
 pub mod columns;
 pub mod ecsv;
+pub mod explain;
 mod file;
 pub mod gallery;
+pub mod inspect;
 pub mod meta;
 pub mod plot;
 pub mod rows;

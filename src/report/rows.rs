@@ -116,6 +116,8 @@ pub struct PhotometryRow {
     pub rate_deg_s: Option<f64>,
     /// Rate of the azimuth, which a dome must follow \[deg/s\].
     pub az_rate_deg_s: Option<f64>,
+    /// Error of the place along the track by the error of the time \[deg\].
+    pub alt_az_err_deg: Option<f64>,
     /// Airmass.
     pub airmass: Option<f64>,
     /// Angle Sun - satellite - observer \[deg\].

@@ -1,10 +1,10 @@
 //! A FITS writer of a few lines, independent of the library under test, and the paths of the reference data.
-#![allow(dead_code)]
+#![allow(dead_code, clippy::expect_used)]
 
 use std::path::{Path, PathBuf};
 
 use satphot::config::Config;
-use satphot::frames::{Buffers, Electrons, Exposure, Frame, Gain, MasterFlat, classify};
+use satphot::frames::{Buffers, Electrons, Exposure, Frame, Gain, Header, MasterFlat, classify};
 
 /// A header block of cards, padded.
 pub fn header(cards: &[String]) -> Vec<u8> {
@@ -81,6 +81,16 @@ pub fn put(dir: &Path, name: &str, bytes: &[u8]) -> PathBuf {
 /// Classified as whatever it is, with the paper's configuration.
 pub fn exposure(path: &Path) -> Exposure {
     classify(path, &config(&[]), &["ISS (ZARYA)".into()]).unwrap()
+}
+
+/// An exposure of a file that need not say anything about itself.
+pub fn anything(path: &Path, header: Header) -> Exposure {
+    static ANY: std::sync::OnceLock<Exposure> = std::sync::OnceLock::new();
+    let any = ANY.get_or_init(|| {
+        let dir = tempfile::tempdir().expect("a folder");
+        exposure(&put(dir.path(), "x.fits", &fits(8, 1, 1, &light(), &[1])))
+    });
+    Exposure { size_px: header.size_px(), header, path: path.to_path_buf(), ..any.clone() }
 }
 
 /// The reference data, or `None` with a word about it.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use super::{Extreme, absolute, holds, or_wrong, refused, relative};
+use super::{Extreme, absolute, holds, known_limit, or_wrong, refused, relative};
 use crate::brightness::lamps::{MOON_MEAN_DISTANCE_KM, eclipse_factor};
 use crate::brightness::shadow::visible_fraction;
 use crate::brightness::{
@@ -14,13 +14,13 @@ use crate::constants::{AU_KM, SUN_RADIUS_KM};
 use crate::error::Result;
 use crate::vector::{Itrs, Vector};
 
-const AREA: &str = "light";
-const R_KM: f64 = 6378.0;
+pub(super) const AREA: &str = "light";
+pub(super) const R_KM: f64 = 6378.0;
 
-type V = Vector<Itrs>;
+pub(super) type V = Vector<Itrs>;
 
 /// Satellite on the z axis at `r_km`; observer `off_rad` away on the ground; Sun and Moon at elevations there.
-fn scene(r_km: f64, off_rad: f64, sun_deg: f64, moon_deg: f64) -> Scene {
+pub(super) fn scene(r_km: f64, off_rad: f64, sun_deg: f64, moon_deg: f64) -> Scene {
     let toward = |deg: f64| V::new(0.0, deg.to_radians().cos(), deg.to_radians().sin());
     Scene {
         satellite_km: V::new(0.0, 0.0, r_km),
@@ -32,19 +32,19 @@ fn scene(r_km: f64, off_rad: f64, sun_deg: f64, moon_deg: f64) -> Scene {
     }
 }
 
-fn settings(tolerance: f64) -> ModelSettings {
+pub(super) fn settings(tolerance: f64) -> ModelSettings {
     ModelSettings { earth_radius_km: Some(R_KM), ..ModelSettings::new(Mode::Corrected, tolerance) }
 }
 
-fn plate(area_m2: f64, attitude: Attitude, brdf: Brdf) -> Satellite {
+pub(super) fn plate(area_m2: f64, attitude: Attitude, brdf: Brdf) -> Satellite {
     Satellite::of("plate", vec![Surface { name: "plate".into(), area_m2, attitude, brdf, back: None }])
 }
 
-fn white(area_m2: f64) -> Satellite {
+pub(super) fn white(area_m2: f64) -> Satellite {
     plate(area_m2, Attitude::Nadir, Brdf::Lambert { albedo: 1.0 })
 }
 
-fn fluxes(b: &Brightness) -> [f64; 4] {
+pub(super) fn fluxes(b: &Brightness) -> [f64; 4] {
     [b.sun, b.earthshine, b.moon, b.lunar_earthshine].map(|l| l.flux_ratio)
 }
 
@@ -66,6 +66,7 @@ pub(super) fn cases() -> Vec<Extreme> {
     let mut all = Vec::new();
     all.extend(narrow_lobes());
     all.extend(earth_lobes());
+    all.extend(limb_glint());
     all.extend(shadows());
     all.push(or_wrong(AREA, "4 km platform 300 km up", platform()));
     all.extend(geometry());
@@ -126,6 +127,36 @@ fn earth_lobes() -> Vec<Extreme> {
             let got = reflected_by_earth(&ground, &law, &normal, &observer, &Accuracy::relative(1e-9, 4_000_000));
             let case = format!("Earthshine in a lobe of n = {n:e} against a mirror [1/sr]");
             relative(AREA, case, mirror, got.per_sr, 20.0 / n + 1e-8)
+        })
+        .collect()
+}
+
+/// An ABG law of B = 1e-11 whose mirror direction meets the limb of the Earth, the Sun on the horizon (E = 0), under a
+/// ground that glints with n = 200 just there: every break of the integral at one place, over eleven decades. It stops at
+/// its nodes and says so.
+fn limb_glint() -> Vec<Extreme> {
+    // by independent polar coordinates about the lobe in the plane of the surface: 2000 logarithmic rings of 20 000 places;
+    // half of either changes it by 3e-11
+    const FLUX: f64 = 3.702_767_930_3e-15;
+    const HEIGHT_KM: f64 = 550.0;
+    let satellite = V::new(0.0, 0.0, R_KM + HEIGHT_KM);
+    let place = V::new(485.836_362_313_007_94, 1_262.475_127_598_478, 6_232.896_885_177_042);
+    let normal = V::new(0.161_885_966_705_004_24, 0.873_604_149_324_861_1, -0.458_921_261_292_579_65);
+    let law = Brdf::Abg { a: 1e-3, b: 1e-11, g: 1.5 };
+    let earth = Brdf::Phong { kd: 0.0, ks: 0.5, n: 200.0 };
+    let line = place - satellite;
+    let (Some(ground), Some(observer), Some(normal)) =
+        (Ground::new(&satellite, R_KM, &V::new(0.0, 1.0, 0.0), &earth), line.unit(), normal.unit())
+    else {
+        return vec![holds(AREA, "a lobe on the limb", "lit ground in view", false, "none")];
+    };
+    let spread = normal.dot(&observer) / (1e3 * line.norm()).powi(2);
+    [1e-4, 1e-9]
+        .into_iter()
+        .map(|tolerance| {
+            let got = reflected_by_earth(&ground, &law, &normal, &observer, &Accuracy::relative(tolerance, 1_000_000));
+            let case = format!("ABG B = 1e-11 on a glinting limb (n = 200), E = 0, tolerance {tolerance:e}");
+            known_limit((AREA, case), FLUX, spread * got.per_sr, tolerance, 1e-2)
         })
         .collect()
 }

@@ -4,6 +4,7 @@
 //! a known limit and says so.
 
 mod fits;
+mod geometry;
 mod light;
 mod orbits;
 mod pixels;
@@ -55,13 +56,23 @@ pub struct Extreme {
 /// Runs every case.
 #[must_use]
 pub fn extremes() -> Vec<Extreme> {
-    [light::cases(), orbits::cases(), pixels::cases(), fits::cases()].concat()
+    [light::cases(), geometry::cases(), orbits::cases(), pixels::cases(), fits::cases()].concat()
 }
 
 /// A number that should be `expected`, within `limit` of it relative to its size.
 fn relative(area: &'static str, case: impl Into<String>, expected: f64, got: f64, limit: f64) -> Extreme {
     let error = if got == expected { 0.0 } else { (got / expected - 1.0).abs() };
     number(area, case.into(), (expected, got), error, limit)
+}
+
+/// A number known to be off: by up to `known` relative to its size; further off is wrong, and within `limit` is a limit
+/// that is none any more.
+fn known_limit(case: (&'static str, String), expected: f64, got: f64, limit: f64, known: f64) -> Extreme {
+    let mut one = relative(case.0, case.1, expected, got, limit);
+    if one.verdict == Verdict::Wrong && one.error.is_some_and(|e| e <= known) {
+        one.verdict = Verdict::KnownLimit;
+    }
+    one
 }
 
 /// A number that should be `expected`, within `limit` of it.
@@ -121,5 +132,8 @@ mod tests {
     fn a_number_that_is_none_is_wrong_and_not_within_any_limit() {
         assert_eq!(relative("x", "y", 1.0, f64::NAN, 1.0).verdict, Verdict::Wrong);
         assert_eq!(absolute("x", "y", 0.0, f64::INFINITY, 1e300).verdict, Verdict::Wrong);
+        let known = |got| known_limit(("x", "y".into()), 1.0, got, 1e-3, 1e-2).verdict;
+        assert_eq!([known(1.0), known(1.005), known(1.02)], [Verdict::Ok, Verdict::KnownLimit, Verdict::Wrong]);
+        assert_eq!(known(f64::NAN), Verdict::Wrong);
     }
 }

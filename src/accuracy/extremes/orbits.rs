@@ -2,8 +2,9 @@
 
 use hifitime::{Duration, Epoch};
 
-use super::{Extreme, absolute, holds, or_wrong, refused, relative};
+use super::{Extreme, absolute, holds, known_limit, or_wrong, refused, relative};
 use crate::error::Result;
+use crate::orbit::time::days_between;
 use crate::orbit::{EarthOrientation, Elements, Propagator, Site, Tracker, airmass::airmass, check_age};
 
 const AREA: &str = "orbit";
@@ -38,6 +39,7 @@ pub(super) fn cases() -> Vec<Extreme> {
     ] {
         all.push(or_wrong(AREA, case, moved(case, from, to, seconds)));
     }
+    all.push(or_wrong(AREA, "a leap second by its own name", leap_second()));
     for lat_deg in [90.0, -90.0] {
         let case = format!("an observer at latitude {lat_deg}");
         all.push(or_wrong(AREA, &case, pole(&case, lat_deg)));
@@ -94,6 +96,14 @@ fn moved(case: &str, from: &str, to: &str, seconds: f64) -> Result<Extreme> {
     };
     let ((p, v), (q, _)) = (at(from)?, at(to)?);
     Ok(relative(AREA, format!("seconds of motion {case}"), seconds, (q - p).norm() / v.norm(), 5e-4))
+}
+
+/// 23:59:60 is a second of its own; the library of times gives it the label of 23:59:59, which is 1 s early.
+fn leap_second() -> Result<Extreme> {
+    let at = |text: &str| crate::night::clock::parse_utc("time", text);
+    let elapsed_s = 86_400.0 * days_between(&at("2016-12-31T23:59:59")?, &at("2016-12-31T23:59:60")?);
+    let case = "seconds from 23:59:59 to 23:59:60 of 2016-12-31".to_string();
+    Ok(known_limit((AREA, case), 1.0, elapsed_s, 1e-9, 1.0))
 }
 
 /// Altitude and azimuth at a pole are numbers for a whole turn.

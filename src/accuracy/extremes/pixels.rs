@@ -84,6 +84,29 @@ pub(super) fn cases() -> Vec<Extreme> {
             )
         }),
     ));
+    // a star of 1e5 e⁻ on a sky of 1e9: an f32 pixel holds such a level to 64 e⁻, and the flux is below its noise
+    let lost = flux(&frame(|x, y| 1e9 + star(1e5, x, y)));
+    all.push(or_wrong(
+        AREA,
+        "a faint star on a sky of 1e9 e-",
+        lost.map(|f| {
+            let noise_e = (1e9 * std::f64::consts::PI * 144.0f64).sqrt();
+            let fine = (f.flux_e - 1e5).abs() < 3.0 * f.flux_err_e && f.flux_err_e > 0.9 * noise_e;
+            let got = format!("{:.3e} +- {:.3e} e-", f.flux_e, f.flux_err_e);
+            holds(AREA, "a star of 1e5 e- on a sky of 1e9 e-", "within its error, which is the sky's", fine, got)
+        }),
+    ));
+    // single against double precision: the same field with every pixel rounded to f32
+    let (x0, y0, r_px) = (95.3, 96.1, 12.0);
+    let wide = Array2::from_shape_fn((SIDE, SIDE), |(y, x)| 100.0 + ripple(x, y) + star(1e6, x, y));
+    let narrow = wide.mapv(|v| f64::from(v as f32));
+    all.push(relative(
+        AREA,
+        "aperture sum of f32 pixels against f64",
+        circle_sum(&wide, x0, y0, r_px),
+        circle_sum(&narrow, x0, y0, r_px),
+        1e-8,
+    ));
     all.push(refused(AREA, "a frame of NaN", "good", background(&frame(|_, _| f64::NAN), 64, 3.0)));
     let one_level = background(&frame(|_, _| 7.0), 64, 3.0).map(|b| b.global_level());
     all.push(or_wrong(

@@ -10,10 +10,13 @@ mod lobe;
 mod outer;
 mod panel;
 mod piece;
+mod plain;
 mod profile;
 mod ring;
 mod table;
 
+pub(in crate::brightness) use plain::plain;
+pub(crate) use plain::plain_rule;
 pub use profile::PreparedBrdf;
 
 use super::brdf::Brdf;

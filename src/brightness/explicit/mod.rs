@@ -4,6 +4,7 @@
 //! 6378.000 km, a cylinder for its shadow, one side of one flat surface. Lengths in km, area in m², flux in W/m² per
 //! W/m². Left out: everything a mode could change (discs, penumbra, distances, air).
 
+mod everything;
 mod row;
 
 use std::borrow::Cow;
@@ -15,6 +16,7 @@ use super::earthshine::{Accuracy, PreparedBrdf};
 use super::ground::Ground;
 use crate::vector::{Itrs, Vector};
 
+pub use everything::everything;
 pub use row::{COLUMNS, Header, Row, read_row};
 
 /// Radius of the sphere \[km\].

@@ -26,8 +26,9 @@ const TOP_KM: f64 = 200.0;
 const PIECES_KM: [f64; 7] = [0.0, 10.0, 20.0, 30.0, 45.0, 75.0, TOP_KM];
 /// Least radius of a disc \[rad\]: the rounding of angles makes arcs of a smaller one coarse.
 const POINT_RAD: f64 = 1e-6;
-/// Gauss points in a piece.
-const ORDER: usize = 12;
+/// Gauss points in a piece: 12 leave 1e-8 of the Sun's light 550 km up and 1e-6 at worst, 8 leave 3e-6 for three quarters
+/// of the time (`satphot accuracy penumbra`).
+pub(crate) const ORDER: usize = 12;
 
 /// Share of a source's light left by the Earth and its air, 0 to 1: 1 where no ray of the disc passes below 200 km.
 ///
@@ -45,7 +46,14 @@ pub fn atmospheric(r_km: f64, radius_km: f64, disc_rad: f64, from_nadir_rad: f64
 }
 
 /// [`atmospheric`] with `order` Gauss points in a piece.
-fn mean_over_disc(r_km: f64, radius_km: f64, disc_rad: f64, from_nadir_rad: f64, colour: &Colour, order: usize) -> f64 {
+pub(crate) fn mean_over_disc(
+    r_km: f64,
+    radius_km: f64,
+    disc_rad: f64,
+    from_nadir_rad: f64,
+    colour: &Colour,
+    order: usize,
+) -> f64 {
     let disc_rad = disc_rad.max(POINT_RAD);
     let lowest = (from_nadir_rad - disc_rad).max(0.0);
     let air = Air::new(r_km, radius_km, from_nadir_rad, colour);

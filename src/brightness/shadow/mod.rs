@@ -8,6 +8,7 @@ mod colour;
 mod disc;
 
 pub use atmosphere::atmospheric;
+pub(crate) use atmosphere::{ORDER as ATMOSPHERE_ORDER, mean_over_disc};
 pub use colour::Colour;
 pub use disc::visible_fraction;
 

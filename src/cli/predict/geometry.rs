@@ -9,10 +9,11 @@ use csv::{ByteRecord, StringRecord};
 use rayon::prelude::*;
 use satphot::Error;
 use satphot::brightness::explicit::{COLUMNS, Fluxes, Header, explicit, read_row};
+use satphot::night::explain::CasesLeftOut;
 use satphot::night::progress::Progress as _;
 
 use super::super::{bar::Bars, tell, threads};
-use super::{on_threads, tolerance};
+use super::{Clock, on_threads, tolerance};
 
 /// Rows read, computed and written at a time: memory does not grow with the file.
 const CHUNK: usize = 4096;
@@ -59,6 +60,9 @@ pub struct Geometry {
     /// Threads; 0 = all cores. The answer does not depend on it
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
     jobs: usize,
+    /// Say on standard error what was left out of each case, why, and the CPU time that saved
+    #[arg(long)]
+    explain: bool,
     /// No progress bar, no notes
     #[arg(short, long)]
     quiet: bool,
@@ -66,7 +70,12 @@ pub struct Geometry {
 
 impl Geometry {
     pub fn execute(self) -> anyhow::Result<()> {
-        let (rows, failed) = on_threads(self.jobs, || self.run())??;
+        let mut seen = CasesLeftOut::default();
+        let (rows, failed) = on_threads(self.jobs, || self.run(&mut seen))??;
+        if self.explain {
+            let clock = Clock::start();
+            tell(&seen.explanation(self.tolerance, &|| clock.cpu_s()).text());
+        }
         if rows == 0 && !self.quiet {
             tell("note: no case in the file, only a header");
         }
@@ -78,7 +87,7 @@ impl Geometry {
     }
 
     /// Reads, computes and writes chunk by chunk; returns how many rows there were and how many failed.
-    fn run(&self) -> anyhow::Result<(usize, usize)> {
+    fn run(&self, seen: &mut CasesLeftOut) -> anyhow::Result<(usize, usize)> {
         let mut reader = csv::ReaderBuilder::new()
             .comment(Some(b'#'))
             .flexible(true)
@@ -108,6 +117,12 @@ impl Geometry {
             let chunk = records.by_ref().take(CHUNK).collect::<Result<Vec<ByteRecord>, _>>().map_err(unreadable)?;
             if chunk.is_empty() {
                 break;
+            }
+            if self.explain {
+                let cases = chunk.iter().map(|r| StringRecord::from_byte_record_lossy(r.clone()));
+                cases.for_each(|r| {
+                    seen.add(read_row(&header, &r).ok().map(|row| (header.id(&r).to_string(), row.case)))
+                });
             }
             let lines: Vec<(String, bool)> =
                 chunk.into_par_iter().map(|record| line(&header, record, self.tolerance, &bar)).collect();

@@ -9,6 +9,7 @@ mod sky;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
+use cpu_time::ProcessTime;
 use satphot::Error;
 use satphot::brightness::catalogue_names;
 use satphot::config::{self, Config};
@@ -128,6 +129,20 @@ impl OutArgs {
             folder.map_or(Ok(()), made)?;
         }
         Ok((tables, figures))
+    }
+}
+
+/// CPU time of this process, for `--explain`.
+struct Clock(ProcessTime);
+
+impl Clock {
+    fn start() -> Self {
+        Self(ProcessTime::now())
+    }
+
+    /// Since the start \[s\].
+    fn cpu_s(&self) -> f64 {
+        self.0.elapsed().as_secs_f64()
     }
 }
 

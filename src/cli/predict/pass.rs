@@ -1,9 +1,12 @@
 //! `satphot predict pass`: magnitudes along the passes of a satellite over a site, light by light.
 
 use clap::Args;
+use hifitime::Epoch;
 use satphot::Error;
 use satphot::brightness::{Model, ModelSettings, Satellite};
 use satphot::night::clock::{iso_utc, parse_utc, seconds_between, shifted};
+use satphot::night::compare::scene;
+use satphot::night::explain::{explain_low_rows, explain_scenes};
 use satphot::night::predict::{Window, highest, moments, predict, prediction_meta, visible};
 use satphot::orbit::{Pass as Stay, Tracker};
 use satphot::report::columns::PREDICTION;
@@ -13,7 +16,7 @@ use satphot::report::{MetaValue, PhotometryRow, prediction_cells, write_predicti
 
 use super::super::orbit_args::{OrbitArgs, bad};
 use super::super::{bar::Bars, print, tell, threads};
-use super::{ModelArgs, OutArgs, band_note, on_threads};
+use super::{Clock, ModelArgs, OutArgs, band_note, on_threads};
 
 /// Longest window \[h\].
 const LONGEST_H: f64 = 24.0 * 366.0;
@@ -33,7 +36,7 @@ Examples:
   satphot predict pass -c pipeline.toml --start 2025-06-09T10:25:00 \\
       --end 2025-06-09T10:45:00 --step-s 1 --csv
   satphot predict pass -c pipeline.toml --start 2025-06-09T10:00:00 --hours 1 \\
-      --set model.effects.shadow=cylinder
+      --set model.effects.shadow=cylinder --explain
 
 -o writes the table (ECSV, the columns of every other table) and the light curve (SVG). Exit
 code 2 if the satellite is never above --min-alt in the window, 5 if the elements are too old.";
@@ -69,6 +72,9 @@ pub struct Pass {
     /// Threads; 0 = all cores. The answer does not depend on it
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
     jobs: usize,
+    /// Say on standard error what was left out of each scene, why, and the CPU time that saved
+    #[arg(long)]
+    explain: bool,
     /// No progress bar, no notes
     #[arg(short, long)]
     quiet: bool,
@@ -113,6 +119,9 @@ impl Pass {
             light_curve(figure, &rows, &format!("{name} as {}, predicted{band}", satellite.name))?;
         }
         self.tell_results(&rows, &stays)?;
+        if self.explain {
+            explain(&tracker, &engine, &window, &epochs)?;
+        }
         for file in tables.iter().chain(&figures).filter(|_| !self.quiet) {
             tell(&format!("wrote {}", file.display()));
         }
@@ -182,6 +191,18 @@ impl Pass {
         }
         Ok(())
     }
+}
+
+/// Tells what was left out of the rows, and the rows that were left out.
+fn explain(tracker: &Tracker, engine: &Model, window: &Window, epochs: &[Epoch]) -> anyhow::Result<()> {
+    let scenes = epochs.iter().map(|at| Ok(scene(&tracker.at(at)?))).collect::<Result<Vec<_>, Error>>()?;
+    let clock = Clock::start();
+    let label = |i: usize| iso_utc(epochs[i], 0);
+    let mut explained = explain_scenes(engine, &scenes, &label, &|| clock.cpu_s())?;
+    let low = explain_low_rows(tracker, engine, window, epochs, &|| clock.cpu_s())?;
+    explained.items.splice(0..0, low);
+    tell(&explained.text());
+    Ok(())
 }
 
 /// Every row, for reading.

@@ -8,6 +8,7 @@ use satphot::brightness::scene::local_radius_km;
 use satphot::brightness::sky::{SkyGrid, SkyMap, sky_map};
 use satphot::brightness::{Catalogue, ModelSettings, Satellite, ToleranceOf};
 use satphot::config::{self, EarthRadius, LunarEclipse};
+use satphot::night::explain::explain_scenes;
 use satphot::night::predict::{flux_per_e0, prediction_meta, sky_rows};
 use satphot::night::progress::Progress as _;
 use satphot::report::columns::SKY;
@@ -18,7 +19,7 @@ use satphot::report::{Meta, MetaValue, SkyRow, write_sky};
 use super::super::orbit_args::{SiteArg, bad, configuration};
 use super::super::{bar::Bars, print, tell, threads};
 use super::lamps::{LampArgs, Lamps};
-use super::{ModelArgs, OutArgs, band_note, on_threads};
+use super::{Clock, ModelArgs, OutArgs, band_note, on_threads};
 
 /// Radius of the Earth where no site says which \[km\].
 const RADIUS_KM: f64 = 6378.0;
@@ -92,6 +93,9 @@ pub struct Sky {
     /// Threads; 0 = all cores. The answer does not depend on it
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
     jobs: usize,
+    /// Say on standard error what was left out of the directions, why, and the CPU time that saved
+    #[arg(long)]
+    explain: bool,
     /// No progress bar, no notes
     #[arg(short, long)]
     quiet: bool,
@@ -164,6 +168,15 @@ impl Sky {
         }
         if !self.csv && !self.flux {
             print(&format!("{title}\n{}\n{}", lamps.text(), summary(&map)));
+        }
+        if self.explain {
+            let directions: Vec<(f64, f64)> = self.grid.directions().collect();
+            let scene = |(alt, az): &(f64, f64)| sky.scene(alt.to_radians(), (az % 360.0).to_radians());
+            let scenes: Vec<_> = directions.iter().map(scene).collect();
+            let label = |i: usize| format!("alt {:.0} az {:.0}", directions[i].0, directions[i].1);
+            let clock = Clock::start();
+            let explained = explain_scenes(&sky.model(&satellite, &settings)?, &scenes, &label, &|| clock.cpu_s())?;
+            tell(&explained.text());
         }
         for file in tables.iter().chain(&figures).filter(|_| !self.quiet) {
             tell(&format!("wrote {}", file.display()));

@@ -232,6 +232,27 @@ impl Columns {
         matches!(self.inst, Inst::Flux { .. })
     }
 
+    /// Whether the stars have names.
+    pub fn has_names(&self) -> bool {
+        self.id.is_some()
+    }
+
+    /// The columns that must hold numbers.
+    pub fn numbers(&self) -> Vec<usize> {
+        let inst = match self.inst {
+            Inst::Mag(cell) | Inst::Flux { cell, .. } => cell,
+        };
+        let others = [self.inst_err, self.snr, self.v_err, self.colour, self.colour_err, self.airmass, self.altitude];
+        let cells = [Some(inst), Some(self.v), self.exptime, self.e_per_adu].into_iter().chain(others).flatten();
+        cells
+            .flat_map(|cell| match cell {
+                Cell::One(i) => vec![i],
+                Cell::Difference(i, j) | Cell::Quadrature(i, j) => vec![i, j],
+                Cell::Constant(_) => Vec::new(),
+            })
+            .collect()
+    }
+
     /// Whether there is a colour.
     pub fn has_colour(&self) -> bool {
         self.colour.is_some()

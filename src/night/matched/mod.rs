@@ -5,6 +5,7 @@
 
 mod columns;
 mod names;
+mod odd_rows;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -100,8 +101,10 @@ pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
         *out.left_out.entry(reason.to_owned()).or_default() += 1;
         lost.push((line, StarRow { status: "rejected".into(), reason: reason.into(), ..star }));
     };
-    let mut row = Row::default();
+    let (mut row, mut n_rows, mut seen, mut n_again) = (Row::default(), 0, odd_rows::Seen::default(), 0);
     while table.read(&mut row)? {
+        n_rows += 1;
+        odd_rows::no_decimal_comma(&row, &columns, &table)?;
         match table.check(&row) {
             Err(_) => {
                 let star = StarRow { star_id: table.place(&row), ..StarRow::default() };
@@ -109,6 +112,10 @@ pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
             }
             Ok(()) => match columns.star(&row, &table) {
                 (star, Err(reason)) => leave_out(row.line, star, reason),
+                (star, Ok(())) if seen.again(&row, &star, &columns, &table) => {
+                    n_again += 1;
+                    leave_out(row.line, star, "exact duplicate");
+                }
                 (star, Ok(())) => {
                     let filter = columns.filter.map_or("", |i| row.get(i)).to_owned();
                     usable.push((row.line, star, filter));
@@ -116,6 +123,8 @@ pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
             },
         }
     }
+    odd_rows::some_rows(n_rows, &table)?;
+    out.notes.extend(odd_rows::told(n_again));
     let keep = one_filter(&usable, request)?;
     let (mut lines, mut stars) = (Vec::new(), Vec::new());
     for (line, star, filter) in usable {

@@ -15,6 +15,7 @@ use rstar::{AABB, RTree};
 use crate::error::{Error, Result};
 use crate::frames::{Exposure, Gain};
 use crate::night::bench::Bench;
+use crate::night::camera_turn::CameraTurn;
 use crate::night::solve::field_wcs;
 use crate::orbit::{airmass::airmass, icrs_to_altaz};
 use crate::photometry::Flags;
@@ -78,6 +79,8 @@ pub struct Member {
     pub fwhm_px: f64,
     /// Pixel scale \[arcsec/px\].
     pub scale_arcsec: f64,
+    /// How the camera is turned on the sky.
+    pub turn: Option<CameraTurn>,
     /// Radii of aperture and annulus \[px\].
     pub radii_px: [f64; 3],
     /// Whether a flat was applied.
@@ -209,6 +212,7 @@ pub fn measure_member(exposure: &Exposure, bench: &Bench, catalogue: &Catalogue)
         gain: frame.gain.clone(),
         fwhm_px,
         scale_arcsec,
+        turn: CameraTurn::of_frame(wcs, alignment.rotation_rad, exposure.size_px),
         radii_px,
         flat: bench.flat.is_some(),
         n_detected: sources.len(),

@@ -17,10 +17,13 @@ use crate::error::{Error, Result};
 use crate::night::clock::{iso_utc, shifted};
 use crate::night::compare::scene;
 use crate::night::progress::Progress;
-use crate::orbit::{Geometry, Tracker, passes};
+use crate::orbit::{Geometry, Tracker, altaz_to_icrs, passes};
+use crate::photometry::wcs::Wcs;
 
 /// Share of the full well the brightest part of the target is exposed to.
 const TARGET_WELL_FRAC: f64 = 0.3;
+/// Time before and after mid-exposure over which the motion among the stars is taken \[s\].
+const MOTION_S: f64 = 0.05;
 
 /// A tracked frame before it is drawn.
 #[derive(Debug, Clone, Copy)]
@@ -66,7 +69,7 @@ impl Studio<'_> {
         let name = tracker.elements_at(&start).map(|e| e.name().to_string()).unwrap_or_default();
         for frame in drawn {
             let geometry = tracker.at(&frame.mid)?;
-            frames.push(self.target(frame, &geometry, &name, &model, truth)?);
+            frames.push(self.target(frame, (&tracker, &geometry), &name, &model, truth)?);
             progress.tick();
         }
         Ok(())
@@ -75,7 +78,7 @@ impl Studio<'_> {
     fn target(
         &self,
         frame: StarlessFrame,
-        geometry: &Geometry,
+        (tracker, geometry): (&Tracker, &Geometry),
         name: &str,
         model: &Model,
         truth: &mut Truth,
@@ -100,7 +103,7 @@ impl Studio<'_> {
         let exptime_s = (wanted.clamp(t.exptime_range_s[0], t.exptime_range_s[1]) * 1e6).round() / 1e6;
 
         let mut image = self.sky(frame.mid, geometry.alt_rad, geometry.az_rad, exptime_s)?;
-        let trail_px = self.trail_px(geometry, exptime_s);
+        let trail_px = self.trail_px(tracker, frame.mid, exptime_s)?;
         for trail in draw_trails(s, &mut rng, trail_px) {
             let flux_e = rate_e_s(&s.photometric, trail.v_mag, trail.b_v_mag, airmass) * exptime_s;
             add_trail(&mut image, &psf, trail.centre_px, trail_px, flux_e);
@@ -150,16 +153,25 @@ impl Studio<'_> {
         Ok(path)
     }
 
-    /// How far a star moves on the detector during the exposure \[px\]: against the satellite's motion among the stars.
-    /// Columns run with azimuth, rows with altitude.
-    fn trail_px(&self, geometry: &Geometry, exptime_s: f64) -> (f64, f64) {
-        let (sin_az, cos_az) = geometry.az_rad.sin_cos();
-        let (sin_alt, cos_alt) = geometry.alt_rad.sin_cos();
-        let m = &geometry.motion_enu;
-        let along_az = m.x() * cos_az - m.y() * sin_az;
-        let along_alt = -m.x() * sin_az * sin_alt - m.y() * cos_az * sin_alt + m.z() * cos_alt;
-        let px = geometry.rate_rad_s * exptime_s * 206_264.806 / self.scale_arcsec;
-        (-along_az * px, -along_alt * px)
+    /// How far a star moves on the detector during the exposure \[px\]: against the satellite's motion among the stars,
+    /// north being up and east left as in the star frames.
+    fn trail_px(&self, tracker: &Tracker, mid: Epoch, exptime_s: f64) -> Result<(f64, f64)> {
+        let place = |after_s: f64| -> Result<(f64, f64)> {
+            let at = shifted(mid, after_s);
+            let geometry = tracker.at(&at)?;
+            Ok(altaz_to_icrs(tracker.site(), tracker.earth_orientation(), &at, geometry.alt_rad, geometry.az_rad))
+        };
+        let (ra_deg, dec_deg) = place(0.0)?;
+        let north_up = Wcs::tan(ra_deg, dec_deg, 0.0, 0.0, self.scale_arcsec, 0.0, false);
+        let pixel = |after_s: f64| {
+            let (ra_deg, dec_deg) = place(after_s)?;
+            north_up.sky_to_pixel(ra_deg, dec_deg).ok_or_else(|| Error::Orbit {
+                problem: format!("the target moves more than 90 deg in {} s", 2.0 * after_s.abs()),
+            })
+        };
+        let (before, after) = (pixel(-MOTION_S)?, pixel(MOTION_S)?);
+        let per_half_step = 0.5 * exptime_s / MOTION_S;
+        Ok((per_half_step * (before.0 - after.0), per_half_step * (before.1 - after.1)))
     }
 
     fn orbit_config(&self, elements: &Path) -> config::Orbit {

@@ -91,6 +91,13 @@ pub fn judge(row: &mut PhotometryRow, thresholds: &Vetting) {
     }
 }
 
+/// A flux without a magnitude is nothing to use as it is; the reason says already what is missing.
+pub fn without_magnitude(row: &mut PhotometryRow) {
+    if row.status == "ok" && row.v_mag.is_none() {
+        row.verdict = Verdict::of(row).max(Verdict::Caution).name().into();
+    }
+}
+
 /// What only the frames before and after a frame tell: cadence against EXPTIME, the level and shape of the background,
 /// the size of the target. Fills `cadence_s`.
 ///

@@ -1,7 +1,8 @@
 //! Apertures: circle, ellipse, rotated rectangle and pill, and the exact share of each pixel they cover.
 //!
 //! Pixels are unit squares centred on integers; positions in pixels, angles from +x towards +y in radians. Every shape
-//! is convex and symmetric about its centre. Leaves out: growth curves, sky, masks.
+//! is convex and symmetric about its centre. Exact costs what 3 to 5 subpixels cost, which leave 2e-3 at r = 5 px (`satphot
+//! accuracy apertures`). Leaves out: growth curves, sky, masks.
 
 mod outline;
 mod oval;

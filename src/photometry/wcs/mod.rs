@@ -1,76 +1,25 @@
-//! World coordinates: pixel to sky and back on the tangent plane, with SIP distortion.
+//! World coordinates: pixel to sky and back on the tangent plane, with SIP or TPV distortion.
 //!
 //! Pixels 0-based (centre of the first pixel = 0), degrees at the edges, J2000/ICRS. Left out: projections other than
-//! TAN, SCAMP's PV polynomials, lookup-table distortions; a header with those is refused, never half used.
+//! TAN and TPV, lookup-table distortions; a header with those is refused, never half used.
 
+mod cards;
 mod header;
+mod sip;
+mod tpv;
 
-use header::{axes_swapped, check_system, matrix};
-
-/// The value of a header card written by [`Wcs::cards`].
-#[derive(Debug, Clone, PartialEq)]
-pub enum WcsValue {
-    /// A quoted string.
-    Text(String),
-    /// A number.
-    Real(f64),
-}
-
-/// One SIP polynomial, Σ a_pq uᵖ vᑫ with u, v in pixels from CRPIX.
-#[derive(Debug, Clone)]
-struct Sip {
-    order: usize,
-    /// (p, q, coefficient), zero terms left out.
-    terms: Vec<(i32, i32, f64)>,
-}
-
-impl Sip {
-    /// Reads `A_ORDER, A_p_q` (or `B_...`); `None` if the order is absent or below 1.
-    fn from_keys(axis: char, number: &dyn Fn(&str) -> Option<f64>) -> Result<Option<Sip>, String> {
-        let key = format!("{axis}_ORDER");
-        let Some(order) = number(&key) else { return Ok(None) };
-        if !(0.0..=9.0).contains(&order) {
-            return Err(format!("{key}: {order} is not a SIP order (0 to 9)"));
-        }
-        let order = order.round() as usize;
-        let mut terms = Vec::new();
-        for p in 0..=order {
-            for q in 0..=order - p {
-                let key = format!("{axis}_{p}_{q}");
-                let a = number(&key).unwrap_or(0.0);
-                if !a.is_finite() {
-                    return Err(format!("{key}: {a} is not a finite SIP coefficient"));
-                }
-                if a != 0.0 {
-                    terms.push((p as i32, q as i32, a));
-                }
-            }
-        }
-        Ok((!terms.is_empty()).then_some(Sip { order, terms }))
-    }
-
-    /// Value and derivatives along u and v.
-    fn at(&self, u: f64, v: f64) -> (f64, f64, f64) {
-        let mut sum = (0.0, 0.0, 0.0);
-        for &(p, q, a) in &self.terms {
-            let (up, vq) = (u.powi(p), v.powi(q));
-            sum.0 += a * up * vq;
-            if p > 0 {
-                sum.1 += a * f64::from(p) * u.powi(p - 1) * vq;
-            }
-            if q > 0 {
-                sum.2 += a * f64::from(q) * up * v.powi(q - 1);
-            }
-        }
-        sum
-    }
-}
+pub use cards::WcsValue;
+use header::{Projection, axes_swapped, check_system, matrix, pole_deg, projection};
+use sip::{Sip, undistort};
+use tpv::Tpv;
 
 /// A tangent-plane coordinate system.
 ///
 /// (ξ, η) = CD · (u + A(u,v), v + B(u,v)) with (u, v) = pixel − CRPIX; (ξ, η) is the gnomonic projection about CRVAL.
 ///
-/// Source: Calabretta & Greisen 2002 (A&A 395, 1077); Shupe et al. 2005 (ASP 347, 491) for SIP.
+/// With TPV the plane is distorted, not the pixels: (ξ', η') = P(CD · (u, v)).
+///
+/// Source: Calabretta & Greisen 2002 (A&A 395, 1077); Shupe et al. 2005 (ASP 347, 491) for SIP; the FITS registry for TPV.
 #[derive(Debug, Clone)]
 pub struct Wcs {
     /// (RA, Dec) of the reference point \[deg\].
@@ -82,13 +31,15 @@ pub struct Wcs {
     /// Its inverse \[px/deg\].
     inverse: [[f64; 2]; 2],
     sip: [Option<Sip>; 2],
+    tpv: Option<Tpv>,
 }
 
 impl Wcs {
     /// Reads a header through two look-ups: a keyword's number, a keyword's text.
     ///
     /// CD, or PC with CDELT, or CDELT with CROTA2. SIP terms are used whenever `A_ORDER` or `B_ORDER` is there, also when
-    /// CTYPE lacks `-SIP`. `Ok(None)`: the header has no celestial coordinates.
+    /// CTYPE lacks `-SIP`; PV terms on both axes are TPV, also when CTYPE says TAN (SCAMP). `Ok(None)`: the header has no
+    /// celestial coordinates.
     ///
     /// # Errors
     /// The keyword that makes the solution unusable, with its value.
@@ -111,7 +62,7 @@ impl Wcs {
         };
         let mut crval_deg = [need("CRVAL1".into())?, need("CRVAL2".into())?];
         let crpix = [need("CRPIX1".into())?, need("CRPIX2".into())?];
-        let mut cd = matrix(number)?;
+        let mut cd = matrix(number, swapped)?;
         if swapped {
             crval_deg.swap(0, 1);
             cd.swap(0, 1);
@@ -119,19 +70,23 @@ impl Wcs {
         if !(-90.0..=90.0).contains(&crval_deg[1]) {
             return Err(format!("CRVAL: declination {} deg is outside -90 to 90", crval_deg[1]));
         }
-        // A native pole away from 180 deg turns the intermediate plane by the difference.
-        if let Some(pole_deg) = number("LONPOLE").filter(|p| (p - 180.0).abs() > 1e-9) {
-            let (s, c) = (pole_deg - 180.0).to_radians().sin_cos();
-            cd = [0, 1].map(|row| {
-                [0, 1].map(|j| if row == 0 { c * cd[0][j] + s * cd[1][j] } else { c * cd[1][j] - s * cd[0][j] })
-            });
-        }
         let sip = [Sip::from_keys('A', number)?, Sip::from_keys('B', number)?];
+        let has_sip = ["A_ORDER", "B_ORDER"].iter().any(|k| number(k).is_some());
+        let projection = projection(&ctype, number, has_sip, swapped)?;
+        // A native pole away from 180 deg turns the intermediate plane by the difference.
+        let turn_deg = pole_deg(number, projection) - 180.0;
+        let tpv = match projection {
+            Projection::Tan => {
+                cd = turned(&cd, turn_deg);
+                None
+            }
+            Projection::Tpv => Some(Tpv::from_keys(number, swapped, turn_deg)?),
+        };
         let inverse = invert(&cd).ok_or_else(|| {
             format!("CD (or PC, CDELT): the matrix {cd:?} deg/px is singular, so no pixel can be computed from the sky")
         })?;
         crval_deg[0] = crval_deg[0].rem_euclid(360.0);
-        Ok(Some(Wcs { crval_deg, crpix, cd, inverse, sip }))
+        Ok(Some(Wcs { crval_deg, crpix, cd, inverse, sip, tpv }))
     }
 
     /// A plain tangent-plane system: the sky point (`ra_deg`, `dec_deg`) at the 0-based pixel (`x_px`, `y_px`).
@@ -155,7 +110,7 @@ impl Wcs {
         let cd = [[east * cos, east * sin], [-s_deg * sin, s_deg * cos]];
         let inverse = [[cos / east, -sin / s_deg], [sin / east, cos / s_deg]];
         let crval_deg = [ra_deg.rem_euclid(360.0), dec_deg];
-        Wcs { crval_deg, crpix: [x_px + 1.0, y_px + 1.0], cd, inverse, sip: [None, None] }
+        Wcs { crval_deg, crpix: [x_px + 1.0, y_px + 1.0], cd, inverse, sip: [None, None], tpv: None }
     }
 
     /// A tangent-plane system from its terms: the sky point `crval_deg` (RA, Dec) at the 0-based pixel `centre_px`, the
@@ -181,7 +136,7 @@ impl Wcs {
             Some(Sip { order, terms })
         });
         let crval_deg = [crval_deg[0].rem_euclid(360.0), crval_deg[1]];
-        Some(Wcs { crval_deg, crpix: [centre_px.0 + 1.0, centre_px.1 + 1.0], cd, inverse, sip })
+        Some(Wcs { crval_deg, crpix: [centre_px.0 + 1.0, centre_px.1 + 1.0], cd, inverse, sip, tpv: None })
     }
 
     /// Whether east is along +x where north is along +y, det CD > 0: the sky as seen in a mirror.
@@ -201,7 +156,7 @@ impl Wcs {
     /// Whether there are distortion terms.
     #[must_use]
     pub fn is_distorted(&self) -> bool {
-        self.sip.iter().any(Option::is_some)
+        self.sip.iter().any(Option::is_some) || self.tpv.is_some()
     }
 
     /// Sky to 0-based pixel; `None` on or behind the tangent plane, or where the SIP terms cannot be inverted.
@@ -221,9 +176,13 @@ impl Wcs {
         // ξ = cos δ sin Δα / cos c,  η = (cos δ₀ sin δ − sin δ₀ cos δ cos Δα) / cos c
         let xi_deg = (cos_d * sin_a / cos_c).to_degrees();
         let eta_deg = ((cos_0 * sin_d - sin_0 * cos_d * cos_a) / cos_c).to_degrees();
+        let (xi_deg, eta_deg) = match &self.tpv {
+            Some(tpv) => tpv.invert(xi_deg, eta_deg)?,
+            None => (xi_deg, eta_deg),
+        };
         let big_u = self.inverse[0][0] * xi_deg + self.inverse[0][1] * eta_deg;
         let big_v = self.inverse[1][0] * xi_deg + self.inverse[1][1] * eta_deg;
-        let (u, v) = self.undistort(big_u, big_v)?;
+        let (u, v) = undistort(&self.sip, big_u, big_v)?;
         Some((u + self.crpix[0] - 1.0, v + self.crpix[1] - 1.0))
     }
 
@@ -233,8 +192,9 @@ impl Wcs {
         let (u, v) = (x_px + 1.0 - self.crpix[0], y_px + 1.0 - self.crpix[1]);
         let [a, b] = [0, 1].map(|i| self.sip[i].as_ref().map_or(0.0, |s| s.at(u, v).0));
         let (u, v) = (u + a, v + b);
-        let xi = (self.cd[0][0] * u + self.cd[0][1] * v).to_radians();
-        let eta = (self.cd[1][0] * u + self.cd[1][1] * v).to_radians();
+        let (xi_deg, eta_deg) = (self.cd[0][0] * u + self.cd[0][1] * v, self.cd[1][0] * u + self.cd[1][1] * v);
+        let (xi_deg, eta_deg) = self.tpv.as_ref().map_or((xi_deg, eta_deg), |tpv| tpv.apply(xi_deg, eta_deg));
+        let (xi, eta) = (xi_deg.to_radians(), eta_deg.to_radians());
         let (sin_0, cos_0) = self.crval_deg[1].to_radians().sin_cos();
         // tan Δα = ξ / (cos δ₀ − η sin δ₀),  tan δ = (sin δ₀ + η cos δ₀) / √(ξ² + (cos δ₀ − η sin δ₀)²)
         let down = cos_0 - eta * sin_0;
@@ -248,91 +208,15 @@ impl Wcs {
     pub fn scale_arcsec(&self) -> f64 {
         (self.cd[0][0] * self.cd[1][1] - self.cd[0][1] * self.cd[1][0]).abs().sqrt() * 3_600.0
     }
+}
 
-    /// The header cards of this system: keyword, value, comment.
-    #[must_use]
-    pub fn cards(&self) -> Vec<(String, WcsValue, String)> {
-        let sip = if self.sip.iter().any(Option::is_some) { "-SIP" } else { "" };
-        let text = |k: &str, v: String, c: &str| (k.to_owned(), WcsValue::Text(v), c.to_owned());
-        let real = |k: String, v: f64, c: &str| (k, WcsValue::Real(v), c.to_owned());
-        let mut cards = vec![
-            text("CTYPE1", format!("RA---TAN{sip}"), "gnomonic projection"),
-            text("CTYPE2", format!("DEC--TAN{sip}"), "gnomonic projection"),
-            text("CUNIT1", "deg".into(), "unit of CRVAL1"),
-            text("CUNIT2", "deg".into(), "unit of CRVAL2"),
-            text("RADESYS", "ICRS".into(), "reference system"),
-            real("EQUINOX".into(), 2000.0, "[yr] equinox"),
-            real("CRVAL1".into(), self.crval_deg[0], "[deg] right ascension at the reference pixel"),
-            real("CRVAL2".into(), self.crval_deg[1], "[deg] declination at the reference pixel"),
-            real("CRPIX1".into(), self.crpix[0], "[px] reference pixel, first pixel = 1"),
-            real("CRPIX2".into(), self.crpix[1], "[px] reference pixel, first pixel = 1"),
-        ];
-        for i in 0..2 {
-            for j in 0..2 {
-                cards.push(real(format!("CD{}_{}", i + 1, j + 1), self.cd[i][j], "[deg/px] pixel to sky"));
-            }
-        }
-        for (axis, sip) in ['A', 'B'].iter().zip(&self.sip) {
-            let Some(sip) = sip else { continue };
-            cards.push(real(format!("{axis}_ORDER"), sip.order as f64, "SIP polynomial order"));
-            for (p, q, a) in &sip.terms {
-                cards.push(real(format!("{axis}_{p}_{q}"), *a, "SIP coefficient"));
-            }
-        }
-        cards
+/// The matrix with its plane turned.
+fn turned(cd: &[[f64; 2]; 2], turn_deg: f64) -> [[f64; 2]; 2] {
+    if turn_deg.abs() < 1e-9 {
+        return *cd;
     }
-
-    /// A FITS header without pixels that holds this system, for a frame of `size_px`: blocks of 2880 bytes.
-    ///
-    /// Numbers are written so that they read back exactly.
-    #[must_use]
-    pub fn header_file(&self, size_px: (usize, usize)) -> Vec<u8> {
-        let fixed = |k: &str, v: String, c: &str| format!("{k:<8}= {v:>20} / {c}");
-        let mut cards = vec![
-            fixed("SIMPLE", "T".into(), "FITS standard"),
-            fixed("BITPIX", "8".into(), ""),
-            fixed("NAXIS", "0".into(), "no pixels"),
-            fixed("WCSAXES", "2".into(), ""),
-            fixed("IMAGEW", size_px.0.to_string(), "[px] width of the frame"),
-            fixed("IMAGEH", size_px.1.to_string(), "[px] height of the frame"),
-        ];
-        cards.extend(self.cards().into_iter().map(|(key, value, comment)| match value {
-            WcsValue::Text(text) => format!("{key:<8}= '{text:<8}' / {comment}"),
-            WcsValue::Real(v) if key.ends_with("_ORDER") => fixed(&key, format!("{v:.0}"), &comment),
-            WcsValue::Real(v) => fixed(&key, format!("{v:E}"), &comment),
-        }));
-        cards.push("END".into());
-        let mut text: String = cards.iter().map(|c| format!("{:<80.80}", c)).collect();
-        text.extend(std::iter::repeat_n(' ', (2880 - text.len() % 2880) % 2880));
-        text.into_bytes()
-    }
-
-    /// (u, v) from the distorted (U, V), Newton from the undistorted guess.
-    fn undistort(&self, big_u: f64, big_v: f64) -> Option<(f64, f64)> {
-        if self.sip.iter().all(Option::is_none) {
-            return Some((big_u, big_v));
-        }
-        let (mut u, mut v) = (big_u, big_v);
-        for _ in 0..50 {
-            let [a, b] = [0, 1].map(|i| self.sip[i].as_ref().map_or((0.0, 0.0, 0.0), |s| s.at(u, v)));
-            let (fu, fv) = (u + a.0 - big_u, v + b.0 - big_v);
-            let det = (1.0 + a.1) * (1.0 + b.2) - a.2 * b.1;
-            if det.is_nan() || det <= 0.0 {
-                return None;
-            }
-            let (du, dv) = (((1.0 + b.2) * fu - a.2 * fv) / det, ((1.0 + a.1) * fv - b.1 * fu) / det);
-            u -= du;
-            v -= dv;
-            if !(u.is_finite() && v.is_finite()) {
-                return None;
-            }
-            // 1e-9 px, or the last bits of a position far outside the frame
-            if du.abs().max(dv.abs()) < 1e-9_f64.max(1e-14 * u.abs().max(v.abs())) {
-                return Some((u, v));
-            }
-        }
-        None
-    }
+    let (s, c) = turn_deg.to_radians().sin_cos();
+    [[0, 1].map(|j| c * cd[0][j] + s * cd[1][j]), [0, 1].map(|j| c * cd[1][j] - s * cd[0][j])]
 }
 
 /// The inverse of a 2×2 matrix; `None` if its rows are parallel to 1e-9.

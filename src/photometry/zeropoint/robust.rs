@@ -222,7 +222,7 @@ fn converge(rows: &Rows, estimator: Estimator, theta: Vector, mut noise: Noise) 
     let between = has_pointings(rows);
     let (mut gain, mut fitted) = (1.0, rows.n_free() as f64);
     let (mut follow, mut before) = (true, [0.0; 4]);
-    for round in 0..300 {
+    for round in 0..rows.max_rounds {
         let residuals: Vec<f64> = (0..n).map(|i| rows.residual(i, &fit.theta) - fit.offsets[rows.group[i]]).collect();
         if follow {
             noise.improve(rows, &fit.theta, &residuals, fitted, if round == 0 { 40 } else { 3 });

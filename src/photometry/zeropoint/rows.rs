@@ -45,6 +45,8 @@ pub struct Rows {
     pub group: Vec<usize>,
     /// What the observer should know.
     pub warnings: Vec<String>,
+    /// Rounds after which the fit stops.
+    pub max_rounds: usize,
 }
 
 impl Rows {
@@ -86,6 +88,7 @@ impl Rows {
             pointings,
             group,
             warnings: Vec::new(),
+            max_rounds: config.max_rounds,
         };
         let lost = all.len() - rows.len();
         if lost > 0 {

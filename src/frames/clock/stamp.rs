@@ -1,20 +1,22 @@
 //! One time stamp: text or day number to an instant.
 //!
 //! ISO 8601 as FITS writes it, day/month/year of the last century's headers, Julian dates. Instants are kept in TAI so that
-//! adding seconds crosses a leap second correctly. Leaves out what the stamp means ([`super::time`]).
+//! adding seconds crosses a leap second correctly. Leaves out what the stamp means ([`super::meaning`]).
 
 use std::path::Path;
 
 use hifitime::{Epoch, TimeScale, Unit};
 
-use super::cards::{Header, parse_number};
 use crate::error::{Error, Result};
+use crate::frames::cards::{Header, parse_number};
 
 /// An instant and the last digit of its stamp.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stamp {
     pub epoch: Epoch,
     pub resolution_s: f64,
+    /// What is odd about how it is written.
+    pub remark: Option<&'static str>,
 }
 
 /// TIMESYS; UTC if absent (FITS 4.0 section 9.2.1).
@@ -43,7 +45,7 @@ pub(super) fn parse_days(key: &str, text: &str, scale: TimeScale) -> std::result
     let mjd = if key.starts_with("MJD") { days } else { days - 2_400_000.5 };
     // 1957 to 2100.
     if !(35_839.0..88_069.0).contains(&mjd) {
-        return Err("outside 1957 to 2100".into());
+        return Err(format!("{days} days are outside 1957 to 2100"));
     }
     let digits = text.split_once('.').map_or(0, |(_, f)| f.trim().len());
     let day = mjd.floor();
@@ -53,6 +55,7 @@ pub(super) fn parse_days(key: &str, text: &str, scale: TimeScale) -> std::result
     Ok(Stamp {
         epoch: epoch.to_time_scale(TimeScale::TAI),
         resolution_s: 86_400.0 * 10f64.powi(-(digits.min(12) as i32)),
+        remark: None,
     })
 }
 
@@ -75,13 +78,18 @@ pub(super) fn parse_time_after(start: &str, time: &str, scale: TimeScale) -> std
     Ok(if before { Stamp { epoch: stamp.epoch + 1 * Unit::Day, ..stamp } } else { stamp })
 }
 
-/// `yyyy-mm-ddThh:mm:ss[.f][Z]`, also with a space, `yyyy/mm/dd`, or `dd/mm/yy` before the time.
+/// `yyyy-mm-ddThh:mm:ss[.f][Z]`, also with a space, `yyyy/mm/dd`, or `dd/mm/yy` before the time; a zone such as `+10:00`
+/// is taken off. Second 60 is a leap second at 23:59 and a rounded 59.999 elsewhere.
 pub(super) fn parse(text: &str, scale: TimeScale) -> std::result::Result<Stamp, String> {
     let text = text.trim();
     let text = text.strip_suffix("UTC").unwrap_or(text).trim_end();
     let (date, time) = text.split_once(['T', ' ']).ok_or("no time of day")?;
     let (year, month, day) = parse_date(date)?;
     let time = time.trim().trim_end_matches(['Z', 'z']);
+    let (time, zone) = match time.rfind(['+', '-']) {
+        Some(at) => (time[..at].trim_end(), Some(parse_zone(&time[at..])?)),
+        None => (time, None),
+    };
     let mut parts = time.split(':');
     let (h, m, s) = (parts.next(), parts.next(), parts.next());
     let (Some(h), Some(m), Some(s), None) = (h, m, s, parts.next()) else {
@@ -93,13 +101,19 @@ pub(super) fn parse(text: &str, scale: TimeScale) -> std::result::Result<Stamp, 
     };
     let (second, fraction) = s.split_once('.').unwrap_or((s, ""));
     if !fraction.bytes().all(|b| b.is_ascii_digit()) {
-        return Err(format!("'{s}' are not seconds (a time zone is not accepted)"));
+        return Err(format!("'{s}' are not seconds"));
     }
     let (hour, minute) = (whole(h, 23).ok_or("hour outside 0 to 23")?, whole(m, 59).ok_or("minute outside 0 to 59")?);
     let second = whole(second, 60).ok_or("second outside 0 to 60")?;
-    let leap = second == 60;
-    if leap && (scale != TimeScale::UTC || (hour, minute) != (23, 59)) {
-        return Err("second 60 is not a leap second".into());
+    let mut remark = zone.map(|_| "a time zone was taken off").or(date.contains('/').then_some(SLASHES));
+    let leap = second == 60 && scale == TimeScale::UTC && (hour, minute) == (23, 59);
+    if leap {
+        remark = Some("a leap second; the tables count it as the second before, so the time is known to 1 s only");
+    } else if second == 60 {
+        if fraction.bytes().any(|b| b != b'0') {
+            return Err("second 60 is not a leap second".into());
+        }
+        remark = Some("second 60 outside a leap second is read as the next minute");
     }
     let mut nanos_text: String = fraction.chars().take(9).collect();
     while nanos_text.len() < 9 {
@@ -108,8 +122,29 @@ pub(super) fn parse(text: &str, scale: TimeScale) -> std::result::Result<Stamp, 
     let nanos: u32 = nanos_text.parse().map_err(|_| "fraction of a second")?;
     let epoch = Epoch::maybe_from_gregorian(year, month, day, hour, minute, second.min(59), nanos, scale)
         .map_err(|_| format!("{year}-{month:02}-{day:02} is not a date"))?;
-    let epoch = epoch.to_time_scale(TimeScale::TAI) + if leap { 1 } else { 0 } * Unit::Second;
-    Ok(Stamp { epoch, resolution_s: 10f64.powi(-(fraction.len().min(9) as i32)) })
+    let epoch = epoch.to_time_scale(TimeScale::TAI) + i64::from(second == 60) * Unit::Second;
+    let epoch = epoch - zone.unwrap_or(0.0) * Unit::Hour;
+    let resolution_s = if leap { 1.0 } else { 10f64.powi(-(fraction.len().min(9) as i32)) };
+    Ok(Stamp { epoch, resolution_s, remark })
+}
+
+/// Day, month, year: the standard of the last century.
+const SLASHES: &str = "read as day/month/year, which FITS gave up in 1999";
+
+/// `+10:00`, `-0330` or `+10` \[h\].
+fn parse_zone(text: &str) -> std::result::Result<f64, String> {
+    let wrong = || format!("'{text}' is not a time zone");
+    let digits: String = text[1..].chars().filter(|c| *c != ':').collect();
+    if !matches!(digits.len(), 2 | 4) || !digits.bytes().all(|b| b.is_ascii_digit()) {
+        return Err(wrong());
+    }
+    let hours: f64 = digits[..2].parse().map_err(|_| wrong())?;
+    let minutes: f64 = digits.get(2..).filter(|m| !m.is_empty()).unwrap_or("0").parse().map_err(|_| wrong())?;
+    if hours > 14.0 || minutes >= 60.0 {
+        return Err(wrong());
+    }
+    let size = hours + minutes / 60.0;
+    Ok(if text.starts_with('-') { -size } else { size })
 }
 
 fn parse_date(date: &str) -> std::result::Result<(i32, u8, u8), String> {
@@ -127,6 +162,9 @@ fn parse_date(date: &str) -> std::result::Result<(i32, u8, u8), String> {
         _ => return Err("neither yyyy-mm-dd nor dd/mm/yy".into()),
     };
     let year: i32 = year.parse().map_err(|_| "the year is not a number")?;
+    if year == 1 {
+        return Err("year 1: no time was known (SharpCap writes it when its GPS has lost the lock)".into());
+    }
     if !(1957..2100).contains(&year) {
         return Err(format!("year {year} is outside 1957 to 2100"));
     }

@@ -1,0 +1,38 @@
+//! What header keywords mean: the synonyms of every camera program, their units, signs and traps.
+//!
+//! One function per quantity; each gives the value with the keyword it is from and words on anything odd. Units in the
+//! names. Leaves out times ([`super::clock`]) and the decision what a frame is for ([`super::exposure`]).
+
+mod angle;
+mod dump;
+mod exposure_time;
+mod gain;
+mod image;
+mod names;
+mod optics;
+mod site;
+
+pub(crate) use angle::sexagesimal;
+pub use dump::{AnyHeader, header_files, read_any};
+pub use exposure_time::exposure_time;
+pub use gain::{HeaderGain, header_gain};
+pub use image::{Calibration, binning, calibration, colour, row_order, stack};
+pub use names::{Aliases, find, keywords};
+pub use optics::{Optics, filter, optics};
+pub use site::{HeaderSite, SiteCheck, check_site, header_site};
+
+/// A value and where it is from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Told<T> {
+    /// The value.
+    pub value: T,
+    /// The keyword, and what was done to it.
+    pub source: String,
+}
+
+impl<T> Told<T> {
+    /// A value from a keyword.
+    pub fn new(value: T, source: impl Into<String>) -> Self {
+        Self { value, source: source.into() }
+    }
+}

@@ -1,0 +1,64 @@
+//! Camera, filter and pixel scale as a header tells them.
+//!
+//! Scales in arcsec/px, pixels in µm with the binning, focal lengths in mm. Leaves out the configuration, which wins.
+
+use super::Told;
+use super::names::{Aliases, find, keywords};
+use crate::frames::cards::Header;
+use crate::frames::detector::pixel_scale_arcsec;
+
+/// What a header tells of camera and optics.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Optics {
+    /// The camera.
+    pub camera: Option<Told<String>>,
+    /// Pixel scale \[arcsec/px\].
+    pub scale_arcsec: Option<Told<f64>>,
+    /// Offset (black level) setting of the camera.
+    pub offset: Option<Told<f64>>,
+    /// Temperature of the sensor \[°C\].
+    pub temperature_c: Option<Told<f64>>,
+    /// Read noise \[e⁻\].
+    pub read_noise_e: Option<Told<f64>>,
+    /// What is odd.
+    pub warnings: Vec<String>,
+}
+
+/// The filter; `None` where there is none: absent, empty, `Clear`, `L`, or a wheel that says so.
+#[must_use]
+pub fn filter(header: &Header, aliases: &Aliases) -> Option<Told<String>> {
+    let key = find(header, aliases, "filter")?;
+    header.text(&key).map(|value| Told::new(value, key))
+}
+
+/// Camera, scale and the like.
+#[must_use]
+pub fn optics(header: &Header, aliases: &Aliases) -> Optics {
+    let text = |q: &str| find(header, aliases, q).and_then(|k| Some(Told::new(header.text(&k)?, k)));
+    let first = |keys: &[&str]| keys.iter().find_map(|k| Some(Told::new(header.number(k)?, *k)));
+    let positive = |keys: &[&str]| first(keys).filter(|t| t.value > 0.0);
+    let mut warnings = Vec::new();
+    let pixel_um = positive(&["XPIXSZ", "PIXSIZE1", "PIXSZ"]);
+    let focal_mm = positive(&["FOCALLEN", "FOCAL"]);
+    let computed = pixel_um
+        .as_ref()
+        .zip(focal_mm.as_ref())
+        .map(|(p, f)| Told::new(pixel_scale_arcsec(p.value, 1, f.value), format!("{}/{}", p.source, f.source)));
+    let written = positive(&keywords(aliases, "pix_scale"));
+    if let (Some(w), Some(c)) = (&written, &computed)
+        && (w.value / c.value - 1.0).abs() > 0.1
+    {
+        warnings.push(format!(
+            "{} = {:.4} arcsec/px, {} give {:.4}: XPIXSZ holds the binning in most programs, not in all",
+            w.source, w.value, c.source, c.value
+        ));
+    }
+    Optics {
+        camera: text("camera"),
+        scale_arcsec: written.or(computed),
+        offset: first(&keywords(aliases, "offset")),
+        temperature_c: first(&["CCD-TEMP", "CCDTEMP", "CCDATEMP", "CAMTEMP", "SET-TEMP"]),
+        read_noise_e: positive(&keywords(aliases, "read_noise")),
+        warnings,
+    }
+}

@@ -1,0 +1,354 @@
+//! One file as it was understood: everything `satphot inspect` tells, from the header and, where stars are configured,
+//! from the sky.
+//!
+//! Degrees, seconds. Works without a configuration; then gain comes from the camera's table or the header, and nothing is
+//! checked against a site. Leaves out the measuring.
+
+use std::path::Path;
+
+use crate::config::Config;
+use crate::error::{Error, Result};
+use crate::frames::header::{
+    AnyHeader, SiteCheck, Told, binning, calibration, check_site, colour, exposure_time, filter, header_gain,
+    header_site, optics, read_any, row_order, sexagesimal,
+};
+use crate::frames::{Detector, Exposure, Role, light_exptime, mid_time, refusals, sorted};
+use crate::night::clock::{iso_utc, mjd_utc};
+use crate::night::damage::damage;
+use crate::night::header_checks::{SUN_UP_DEG, site_problem, sun_alt_deg, sun_words};
+use crate::night::inspect_wcs::{positions, wcs_told};
+use crate::orbit::{Site, Tracker};
+use crate::photometry::catalogue::Catalogue;
+use crate::report::inspect::{CalibrationTold, From, GainTold, Inspection, PointingTold, SiteTold, TimeTold};
+
+/// Reads headers with or without a configuration.
+#[derive(Debug)]
+pub struct Inspector {
+    pub(super) config: Config,
+    configured: bool,
+    pub(super) catalogue: Option<Catalogue>,
+    target_names: Vec<String>,
+    tracker: Option<Tracker>,
+    /// What of the configuration could not be read, and is done without.
+    pub notes: Vec<String>,
+}
+
+/// A configuration to read headers by, where there is none.
+const NO_NIGHT: &str =
+    "preset = \"macquarie-cdk24\"\n[night]\nname = \"inspect\"\ninput = [\".\"]\noutput = \"satphot-out\"\n";
+
+impl Inspector {
+    /// With the configuration of a night, or without; `sets` are `key=value` on top of none.
+    ///
+    /// Catalogue and elements of the configuration are used where they can be read; where not, `notes` says so.
+    ///
+    /// # Errors
+    /// [`Error::Config`].
+    pub fn new(config: Option<Config>, sets: &[String]) -> Result<Self> {
+        let configured = config.is_some();
+        let config = match config {
+            Some(config) => config,
+            None => Config::from_text(NO_NIGHT, sets)?,
+        };
+        let mut notes = Vec::new();
+        let mut kept = |what: &str, error: Error| notes.push(format!("{what}: {error}"));
+        let stars = config.stars.as_ref().filter(|_| configured);
+        let catalogue = stars.and_then(|s| {
+            Catalogue::read(&s.catalogue, &s.columns).map_err(|e| kept("world coordinates are not checked", e)).ok()
+        });
+        let orbit = config.orbit.as_ref().filter(|_| configured);
+        let tracker = orbit.and_then(|o| {
+            Tracker::from_config(o, &config.site).map_err(|e| kept("the target is not known by name", e)).ok()
+        });
+        let target_names = tracker.as_ref().map(Tracker::names).unwrap_or_default();
+        Ok(Self { configured, catalogue, target_names, tracker, notes, config })
+    }
+
+    /// What is understood of one file.
+    ///
+    /// # Errors
+    /// [`Error::Io`], [`Error::Fits`] for what is neither a FITS file nor the text of a header.
+    pub fn inspect(&self, path: &Path) -> Result<Inspection> {
+        let AnyHeader { header, kind, problem } = read_any(path)?;
+        let mut exposure = sorted(path, header, &self.config, &self.target_names);
+        let header = exposure.header.clone();
+        let aliases = &self.config.header.aliases;
+        let mut refused: Vec<String> = problem.iter().map(short).collect();
+        let (exptime, mut warnings) = exposure_time(&header, aliases);
+        let light = matches!(exposure.role, Role::Stars | Role::Target);
+        if let Err((keyword, problem)) = light_exptime(exptime.clone())
+            && light
+        {
+            refused.push(format!("{keyword}: {problem}"));
+        }
+        if exposure.role == Role::Ignored {
+            refused.push(exposure.role_reason.clone());
+        }
+        if !matches!(exposure.role, Role::Bias | Role::Dark) {
+            let mut config = self.config.clone();
+            if !self.configured {
+                config.detector.pedestal_adu = calibration(&header).zero_adu();
+            }
+            refused.extend(
+                refusals(&header, &config).into_iter().map(|(keyword, problem)| format!("{keyword}: {problem}")),
+            );
+        }
+        exposure.exptime_s = exptime.as_ref().map_or(0.0, |t| t.value).max(0.0);
+        let mut time_rejected = Vec::new();
+        match mid_time(&header, exposure.exptime_s, &self.config.time, aliases, path) {
+            Ok(time) => {
+                warnings.extend(time.warnings.iter().cloned());
+                time_rejected.clone_from(&time.rejected);
+                exposure.time = Some(time);
+            }
+            Err(error) if light => refused.push(short(&error)),
+            Err(_) => {}
+        }
+        let (site, site_rejected) = header_site(&header, aliases);
+        let sun_alt_deg = self.sun_alt_deg(&exposure, site.as_ref().map(|s| (s.lat_deg, s.lon_deg)));
+        if let Some(alt_deg) = sun_alt_deg.filter(|alt| *alt > SUN_UP_DEG && light) {
+            warnings.push(sun_words(alt_deg));
+        }
+        let check = site.as_ref().map_or("not told", |s| self.site_check(s));
+        if light
+            && self.configured
+            && let Some((keyword, problem)) = site_problem(&exposure, &self.config)
+        {
+            let words = format!("{keyword}: {problem}");
+            if self.config.header.check_site { refused.push(words) } else { warnings.push(words) }
+        }
+        if check == "counted west" {
+            warnings.push("the longitude is counted west; the configured site is used".into());
+        }
+        let told = optics(&header, aliases);
+        let (binned, odd) = binning(&header, aliases);
+        exposure.binning = binned.value;
+        warnings.extend(odd);
+        warnings.extend(told.warnings.iter().cloned());
+        let gain = self.gain(&mut exposure, told.camera.as_ref(), &mut warnings);
+        let positions = positions(self, &exposure);
+        let wcs = wcs_told(self, &exposure, told.scale_arcsec.as_ref(), kind == "FITS" && problem.is_none());
+        if kind == "FITS" && problem.is_none() {
+            warnings.extend(damage(path, &header));
+        }
+        warnings.extend(twins(&header));
+        warnings.extend(unset_pointings(&header));
+        let named = calibration(&header).others;
+        if !named.is_empty() {
+            warnings.push(format!("{}: already calibrated? a flat must not be applied twice", named.join(", ")));
+        }
+        Ok(Inspection {
+            file: path.display().to_string(),
+            kind,
+            size_px: [exposure.size_px.0, exposure.size_px.1],
+            role: role_name(exposure.role),
+            type_reason: exposure.role_reason.clone(),
+            object: exposure.object.clone(),
+            usable: refused.is_empty(),
+            refused,
+            time: exposure.time.as_ref().map(|t| TimeTold {
+                date_mid: iso_utc(t.mid, 6),
+                mjd_mid_d: mjd_utc(t.mid),
+                time_source: t.source.clone(),
+                kind: t.kind.name(),
+                time_err_s: rounded(t.err_s),
+                alt_az_err_deg: self.rate_deg_s(&exposure).map(|rate| rate * t.err_s),
+                sun_alt_deg,
+            }),
+            time_rejected,
+            exptime_s: exptime.map(from),
+            gain: GainTold { offset: told.offset.map(from), read_noise_e: told.read_noise_e.map(from), ..gain },
+            site: site.map(|s| SiteTold {
+                lat_deg: s.lat_deg,
+                lon_deg: s.lon_deg,
+                alt_m: s.alt_m,
+                source: s.source,
+                check,
+            }),
+            site_rejected,
+            pointing: positions
+                .into_iter()
+                .map(|p| PointingTold { ra_deg: p.ra_deg, dec_deg: p.dec_deg, source: p.source })
+                .collect(),
+            airmass: header.number("AIRMASS"),
+            camera: told.camera.map(from),
+            filter: filter(&header, aliases).map(from),
+            binning: from(binned),
+            pix_scale_arcsec: told.scale_arcsec.map(from),
+            temperature_c: told.temperature_c.map(from),
+            calibration: calibrated(&header),
+            wcs,
+            warnings,
+        })
+    }
+
+    /// Whether there is a configuration to check against.
+    pub(super) fn configured(&self) -> bool {
+        self.configured
+    }
+
+    fn site_check(&self, told: &crate::frames::header::HeaderSite) -> &'static str {
+        if !self.configured {
+            return "not checked";
+        }
+        match check_site(told, &self.config.site) {
+            SiteCheck::Agrees => "agrees with the configured site",
+            SiteCheck::WestPositive => "counted west",
+            SiteCheck::Differs(_) => "differs from the configured site",
+        }
+    }
+
+    /// Altitude of the Sun at the configured site, else at the header's.
+    fn sun_alt_deg(&self, exposure: &Exposure, header: Option<(f64, f64)>) -> Option<f64> {
+        let site = if self.configured {
+            Site::from_config(&self.config.site).ok()?
+        } else {
+            let (lat_deg, lon_deg) = header?;
+            Site::new(lat_deg, lon_deg, 0.0).ok()?
+        };
+        sun_alt_deg(&site, exposure)
+    }
+
+    /// Setting and conversion: the configured detector's, else the camera's table, else the header's.
+    fn gain(&self, exposure: &mut Exposure, camera: Option<&Told<String>>, warnings: &mut Vec<String>) -> GainTold {
+        let header = header_gain(&exposure.header, &self.config.header.aliases);
+        warnings.extend(header.warnings);
+        exposure.setting = header.setting.as_ref().map(|s| s.value);
+        exposure.header_e_per_adu = header.e_per_adu.as_ref().map(|e| e.value);
+        let mut told = GainTold {
+            gain_setting: header.setting.as_ref().map(|s| s.value.0),
+            gain_setting_source: header.setting.map(|s| s.source),
+            header_e_per_adu: header.e_per_adu.clone().map(from),
+            ..GainTold::default()
+        };
+        let named = camera.filter(|_| !self.configured).map(|c| {
+            let detector = crate::config::Detector { camera: c.value.clone(), ..self.config.detector.clone() };
+            Detector::from_config(&detector)
+        });
+        let detector = if self.configured { Some(Detector::from_config(&self.config.detector)) } else { named };
+        match detector.and_then(std::result::Result::ok).map(|d| d.gain(exposure)) {
+            Some(Ok(gain)) => {
+                told.e_per_adu = Some(gain.e_per_adu.0);
+                told.e_per_adu_source = Some(gain.source);
+            }
+            Some(Err(error)) if self.configured => told.problem = Some(short(&error)),
+            _ => {
+                told.e_per_adu = exposure.header_e_per_adu;
+                told.e_per_adu_source = header.e_per_adu.as_ref().map(|e| format!("header {}", e.source));
+            }
+        }
+        if let (Some(used), Some(own)) = (told.e_per_adu, exposure.header_e_per_adu)
+            && (own / used - 1.0).abs() > 0.1
+        {
+            warnings.push(format!(
+                "the header's {own:.4} e-/ADU differ from {used:.4} of {}",
+                told.e_per_adu_source.as_deref().unwrap_or("the table")
+            ));
+        }
+        told
+    }
+
+    /// Angular rate of the configured satellite at mid-exposure \[deg/s\].
+    fn rate_deg_s(&self, exposure: &Exposure) -> Option<f64> {
+        let geometry = self.tracker.as_ref()?.at(&exposure.time.as_ref()?.mid).ok()?;
+        Some(geometry.rate_rad_s.to_degrees())
+    }
+}
+
+fn from<T>(told: Told<T>) -> From<T> {
+    From { value: told.value, source: told.source }
+}
+
+/// An error without the file's name, which stands above it.
+fn short(error: &Error) -> String {
+    match error {
+        Error::Header { keyword, problem, .. } => format!("{keyword}: {problem}"),
+        Error::Fits { problem, .. } => problem.clone(),
+        other => other.to_string(),
+    }
+}
+
+/// To a microsecond: differences of stamps leave digits of no meaning.
+fn rounded(s: f64) -> f64 {
+    (s * 1e6).round() / 1e6
+}
+
+fn role_name(role: Role) -> &'static str {
+    match role {
+        Role::Flat => "flat",
+        Role::Stars => "light",
+        Role::Target => "target",
+        Role::Bias => "bias",
+        Role::Dark => "dark",
+        Role::Ignored => "ignored",
+    }
+}
+
+fn calibrated(header: &crate::frames::Header) -> CalibrationTold {
+    let c = calibration(header);
+    CalibrationTold {
+        state: c.state(),
+        calstat: c.calstat,
+        pedestal_adu: c.pedestal_adu,
+        others: c.others,
+        row_order: row_order(header),
+        colour: colour(header).map(|(k, v)| format!("{k} = '{v}'")),
+    }
+}
+
+/// Pointings that are zeros: a place on the sky that no program means.
+fn unset_pointings(header: &crate::frames::Header) -> Vec<String> {
+    let zero = |key: &str| header.text(key).filter(|t| sexagesimal(t) == Some(0.0));
+    let pair =
+        |(ra, dec): &(&str, &str)| Some(format!("{ra} = '{}', {dec} = '{}': zeros, unset", zero(ra)?, zero(dec)?));
+    [("OBJCTRA", "OBJCTDEC"), ("RA", "DEC")].iter().filter_map(pair).collect()
+}
+
+/// Keywords that stand twice with different values: the first counts.
+fn twins(header: &crate::frames::Header) -> Vec<String> {
+    let mut odd = Vec::new();
+    for card in header.cards() {
+        let listed = matches!(card.keyword.as_str(), "COMMENT" | "HISTORY" | "CONTINUE" | "" | "END");
+        let Some(first) = header.card(&card.keyword).filter(|f| !listed && f.value != card.value) else { continue };
+        let words = format!("{} stands twice, '{}' and '{}': the first is used", card.keyword, first.value, card.value);
+        if !odd.contains(&words) {
+            odd.push(words);
+        }
+    }
+    odd
+}
+
+/// Warns of exposures that do not fit between their neighbours of the same camera: an exposure time in another unit, or
+/// the first frames after it was changed.
+pub fn mark_cadence(mut frames: Vec<&mut Inspection>) {
+    let start_s = |i: &Inspection| {
+        let exptime_s = i.exptime_s.as_ref()?.value;
+        Some((i.time.as_ref()?.mjd_mid_d * 86_400.0 - exptime_s / 2.0, exptime_s, i.time.as_ref()?.time_err_s))
+    };
+    frames.retain(|i| start_s(i).is_some());
+    let camera = |i: &Inspection| i.camera.as_ref().map(|c| c.value.clone());
+    frames.sort_by(|a, b| {
+        let key = |i: &Inspection| start_s(i).map_or(0.0, |s| s.0);
+        camera(a).cmp(&camera(b)).then(key(a).total_cmp(&key(b)))
+    });
+    for k in 1..frames.len() {
+        let (Some((a_s, exptime_s, a_err)), Some((b_s, _, b_err))) = (start_s(frames[k - 1]), start_s(frames[k]))
+        else {
+            continue;
+        };
+        let spacing_s = b_s - a_s;
+        // a copy of the frame before is no exposure of its own
+        let copy = spacing_s.abs() < 1e-3;
+        if copy || camera(frames[k - 1]) != camera(frames[k]) || spacing_s >= exptime_s - a_err.hypot(b_err) {
+            continue;
+        }
+        let milli = if spacing_s > 0.0 && spacing_s >= exptime_s * 1e-3 && exptime_s > 50.0 * spacing_s {
+            "; is it in milliseconds?"
+        } else {
+            "; the first frames after a change may carry the new exposure time on old data"
+        };
+        let words =
+            format!("{exptime_s} s of exposure do not fit: {} began {spacing_s:.2} s later{milli}", frames[k].file);
+        frames[k - 1].warnings.push(words);
+    }
+}
