@@ -127,7 +127,7 @@ fn magnitudes(mag: f64) -> String {
     }
 }
 
-/// Which of the labelled scenes: runs of neighbours as "from to", at most [`SHOWN_RUNS`] of them; `indices` rise.
+/// Which of the labelled scenes: runs of neighbours as "from to", at most `SHOWN_RUNS` of them; `indices` rise.
 #[must_use]
 pub fn runs(indices: &[usize], labels: &dyn Fn(usize) -> String) -> String {
     let mut ends: Vec<(usize, usize)> = Vec::new();

@@ -1,7 +1,7 @@
 //! Mean orbital elements of one object at one epoch.
 //!
-//! Days, minutes, degrees. Reading is in [`read`], [`super::tle`], [`super::omm`] and [`xml`]; which set fits an epoch in
-//! [`select`]; sets that contradict each other in [`neighbours`]; propagation in [`super::propagate`].
+//! Days, minutes, degrees. Reading is in `read`, `orbit::tle`, `orbit::omm` and `xml`; which set fits an epoch in
+//! `select`; sets that contradict each other in `neighbours`; propagation in `orbit::propagate`.
 
 pub(super) mod neighbours;
 mod read;

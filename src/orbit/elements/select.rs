@@ -65,7 +65,7 @@ pub fn element_names(sets: &[Elements]) -> Vec<String> {
     names
 }
 
-/// Refuses elements older (or newer) than `max_age_d`, unless forced; warns past [`AGE_WARNING_D`].
+/// Refuses elements older (or newer) than `max_age_d`, unless forced; warns past `AGE_WARNING_D`.
 ///
 /// # Errors
 /// [`Error::Orbit`] with the age, the limit and the remedy.
