@@ -41,7 +41,7 @@ def peer_stage(stage, folder):
     import numpy as np
     from astropy.io import fits
 
-    flats, stars = (sorted(glob.glob(f"{folder}/{kind}_*.fits")) for kind in ("flat", "field"))
+    flats, stars = (sorted(glob.glob(f"{folder}/{kind}*_*.fits")) for kind in ("flat", "field"))
     full = "full" in stage.split()
 
     def bands(scaled, every_row):
