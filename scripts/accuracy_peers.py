@@ -42,7 +42,7 @@ def earth_reflected():
     try:
         import lumos.constants, lumos.conversions, lumos.functions, lumos.geometry  # noqa: E401
         import lumos.calculator as calc
-        import lumos.brdf.library as library
+        from lumos.brdf import library
     except ImportError as missing:
         return print(f"lumos-sat: {missing}", file=sys.stderr)
     rng = np.random.default_rng(6)
