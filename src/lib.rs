@@ -8,11 +8,13 @@ pub mod accuracy;
 pub mod brightness;
 pub mod config;
 pub mod constants;
+pub mod detect;
 pub mod error;
 pub mod frames;
 pub mod night;
 pub mod orbit;
 pub mod photometry;
+pub mod published;
 pub mod report;
 pub mod vector;
 

@@ -285,7 +285,7 @@ fn passes_need_no_configuration_when_site_and_elements_are_given() {
     assert!(line.contains(" 32.1 ") && line.contains(" 748.7 "), "{line}");
     let csv = satphot(empty.path(), &[&PASSES[..], &["--csv"]].concat()).expect(0, &[]);
     let widths: Vec<usize> = csv.out.lines().map(|l| l.split(',').count()).collect();
-    assert_eq!(widths, [12; 5], "{}", csv.out);
+    assert_eq!(widths, [14; 5], "{}", csv.out);
     let from_config = night().satphot(&["passes", "--start", "2025-06-09T00:00:00"]).expect(0, &[]);
     assert_eq!(from_config.out, table.out);
     satphot(empty.path(), &["passes", "--start", "2025-06-09T00:00:00"])
@@ -433,4 +433,61 @@ fn nobody_listening_is_not_a_crash() {
         let code = child.wait().unwrap().code();
         assert_eq!(code, Some(if args.contains(&"none.toml") { 4 } else { 0 }), "{args:?}");
     }
+}
+
+// ---------------------------------------------------------------- manners
+
+#[test]
+fn what_init_is_told_stands_in_the_file_and_what_is_no_site_or_satellite_is_refused() {
+    let n = night();
+    let args =
+        ["init", "-", "--site=-24.627,-70.404,2635", "--site-name", "A \"B\"", "--night", "n1", "--input", "raw/n1"];
+    let text = n.satphot(&[&args[..], &["--satellite", "starlink-v2"]].concat()).expect(0, &[]).out;
+    let config = satphot::config::Config::from_text(&text, &[]).unwrap();
+    assert_eq!((config.site.lat_deg, config.site.lon_deg, config.site.alt_m), (-24.627, -70.404, 2635.0));
+    assert_eq!((config.site.name.as_str(), config.night.name.as_str()), ("A \"B\"", "n1"));
+    assert_eq!(config.night.input, [std::path::PathBuf::from("raw/n1")]);
+    assert_eq!(config.model.unwrap().satellite, "starlink-v2");
+    assert!(text.contains("# results go to") && text.contains("name = \"PlaneWave CDK24 f/6.5\""));
+    for (site, word) in [("1,2", "latitude,longitude,height"), ("91,0,0", "lat_deg"), ("a,b,c", "\"a,b,c\"")] {
+        n.satphot(&["init", "-", &format!("--site={site}")]).expect(2, &[word]).without_results();
+    }
+    n.satphot(&["init", "-", "--satellite", "isss"]).expect(2, &["did you mean \"iss\""]).without_results();
+}
+
+#[test]
+fn a_dry_run_says_what_would_be_made_and_makes_nothing() {
+    let n = night();
+    let told = n.satphot(&["run", "--dry-run"]).expect(0, &[]).out;
+    for line in ["flat       of ", "zeropoint  of ", "model      iss", "MB to read, about ", "results    would go to "]
+    {
+        assert!(told.contains(line), "\"{line}\" is not in\n{told}");
+    }
+    let alone = n.satphot(&["run", "--dry-run", "--set", "zeropoint.previous=zp.toml"]);
+    assert!(alone.out.contains("zeropoint  zp.toml") || alone.err.contains("zp.toml"), "{alone:#?}");
+}
+
+#[test]
+fn with_json_every_line_on_standard_error_is_an_object_with_its_event() {
+    let n = night();
+    let told = n.satphot(&["run", "--json", "--no-figures", "-o", "json-out"]).expect(0, &[]);
+    let events: Vec<serde_json::Value> = told.err.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    let with = |event: &str| events.iter().filter(|e| e["event"] == event).count();
+    assert!(with("stage") >= 2 && with("done") >= 2 && with("progress") >= 2, "{}", told.err);
+    let wrong = n.satphot(&["run", "--json", "--set", "night.output=/proc/no"]);
+    let last: serde_json::Value = serde_json::from_str(wrong.err.lines().last().unwrap()).unwrap();
+    assert_eq!(last["event"], "error");
+}
+
+#[test]
+fn shells_and_man_know_every_verb() {
+    let folder = tempfile::tempdir().unwrap();
+    for shell in ["bash", "zsh", "fish"] {
+        let text = satphot(folder.path(), &["completions", shell]).expect(0, &[]).out;
+        assert!(["run", "predict", "report", "zeropoint"].iter().all(|verb| text.contains(verb)), "{shell}");
+    }
+    satphot(folder.path(), &["man", "-o", "pages"]).expect(0, &["pages"]);
+    let page = std::fs::read_to_string(folder.path().join("pages/satphot-predict-sky.1")).unwrap();
+    assert!(page.contains("satphot\\-predict\\-sky") || page.contains("satphot-predict-sky"), "{page}");
+    assert!(satphot(folder.path(), &["man"]).expect(0, &[]).out.starts_with(".ie"));
 }

@@ -145,7 +145,7 @@ fn a_card_tells_the_magnitude_the_verdict_every_reason_and_the_flags() {
         "<li>star trail adds 12 % of the flux (contaminated)</li><li>elements 3.0 d old (old_elements)</li>",
         "11.930 ± 0.050 or brighter",
         "flags: contaminated, lower_limit",
-        r#"<li class="card caution""#,
+        r#" class="card caution""#,
         r#"<span class="badge caution">"#,
         "fainter than 14.20",
         "2025-06-09 10:33:02.50",

@@ -16,6 +16,7 @@ mod paths;
 mod penumbra;
 mod platform;
 mod sky_map;
+mod sky_points;
 mod source_disc;
 mod sweep;
 mod time_grid;
@@ -94,6 +95,11 @@ pub const METHODS: &[Method] = &[
     },
     Method { name: "platform", about: "a platform of kilometres: how it is divided", sweep: platform::sweep },
     Method { name: "sky-map", about: "an all-sky map: spacing of its grid", sweep: sky_map::sweep },
+    Method {
+        name: "sky-points",
+        about: "the median over a sky: how many directions, even or random",
+        sweep: sky_points::sweep,
+    },
     Method {
         name: "time-grid",
         about: "Sun and Moon along a pass or a day: computed anew, or interpolated",

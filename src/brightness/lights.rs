@@ -147,7 +147,8 @@ impl<'a> Stage<'a> {
     /// Light of a lamp scattered first by the ground, then by the surfaces.
     ///
     /// `E_obs/E_lamp = Σ A (n·o)₊ / d² · ∫ f_E (p·s)₊ f (n·w)₊ dω`. No integral is evaluated for a lamp that lights no
-    /// ground in view, nor for a surface that sees no ground. `beside` is the flux of the lights already known.
+    /// ground in view, nor for a surface that sees no ground. `beside` is the flux of the lights already known, to which
+    /// that of the surfaces before is added.
     pub fn via_earth(&self, lamp: &Lamp, beside: f64, skipped: &mut Vec<Skip>) -> Sum {
         let mut sum = Sum::default();
         let settings = self.model.settings();
@@ -186,7 +187,8 @@ impl<'a> Stage<'a> {
                     ToleranceOf::EachLight => 0.0,
                     // a quarter each: two lamps, two surfaces
                     ToleranceOf::Total => {
-                        0.25 * settings.tolerance * beside / (lamp.flux_at_ground * side.spread).max(f64::MIN_POSITIVE)
+                        let known = beside + sum.flux;
+                        0.25 * settings.tolerance * known / (lamp.flux_at_ground * side.spread).max(f64::MIN_POSITIVE)
                     }
                 };
                 let accuracy = Accuracy { tolerance: settings.tolerance, floor_per_sr, max_nodes: settings.max_nodes };

@@ -20,6 +20,7 @@ pub mod settings;
 pub mod shadow;
 mod skip;
 pub mod sky;
+pub mod sky_points;
 pub mod spectrum;
 pub mod surface;
 

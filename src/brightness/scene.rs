@@ -92,7 +92,7 @@ pub fn local_radius_km(place: &Vector<Itrs>) -> f64 {
 }
 
 /// The vertical of a place near the WGS84 ellipsoid: its geodetic normal, to 1e-5 rad up to 10 km height.
-pub(super) fn geodetic_up(place: &Vector<Itrs>) -> Vector<Itrs> {
+pub fn geodetic_up(place: &Vector<Itrs>) -> Vector<Itrs> {
     // ∇(x²/a² + y²/a² + z²/b²)
     let b_over_a = 1.0 - WGS84_F;
     let n = Vector::new(place.x(), place.y(), place.z() / (b_over_a * b_over_a));

@@ -26,7 +26,7 @@ const TO_INFINITY: f64 = 1e7;
 /// Distance of a Moon of which only the direction is known \[km\] (Cox 2002).
 const MOON_KM: f64 = super::lamps::MOON_MEAN_DISTANCE_KM;
 /// Gravitational parameter of the Earth \[km³/s²\] (WGS84).
-const GM_KM3_S2: f64 = 398_600.441_8;
+pub const GM_KM3_S2: f64 = 398_600.441_8;
 
 /// The directions of a map: every altitude with every azimuth.
 #[derive(Debug, Clone, PartialEq)]

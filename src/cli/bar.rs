@@ -4,8 +4,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
+use super::log::{event_line, is_json};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use satphot::night::progress::Progress;
+use serde_json::json;
 
 /// One bar per stage.
 pub struct Bars {
@@ -14,13 +16,21 @@ pub struct Bars {
     bar: Mutex<ProgressBar>,
     /// Bytes of the files worked on in this stage.
     bytes: Arc<AtomicU64>,
+    /// The stage, its pieces of work and those done, for lines of JSON.
+    told: Mutex<(String, usize, usize)>,
 }
 
 impl Bars {
     /// Bars on standard error if it is a terminal and `wanted`.
     pub fn new(wanted: bool) -> Self {
         let bytes = Arc::new(AtomicU64::new(0));
-        Self { start: Instant::now(), visible: wanted, bar: Mutex::new(ProgressBar::hidden()), bytes }
+        Self {
+            start: Instant::now(),
+            visible: wanted,
+            bar: Mutex::new(ProgressBar::hidden()),
+            bytes,
+            told: Mutex::default(),
+        }
     }
 }
 
@@ -34,6 +44,14 @@ fn speed(frames: u64, bytes: u64, elapsed_s: f64) -> String {
 impl Progress for Bars {
     fn stage(&self, name: &str, total: usize) {
         self.bytes.store(0, Ordering::Relaxed);
+        if is_json() {
+            if let Ok(mut told) = self.told.lock() {
+                *told = (name.to_string(), total, 0);
+            }
+            return event_line(
+                &json!({ "event": "stage", "name": name, "total": total, "elapsed_s": self.elapsed_s() }),
+            );
+        }
         if !self.visible {
             return;
         }
@@ -54,6 +72,16 @@ impl Progress for Bars {
         }
     }
     fn tick(&self) {
+        if let (true, Ok(mut told)) = (is_json(), self.told.lock()) {
+            told.2 += 1;
+            // a hundred lines a stage are enough
+            if told.2 * 100 / told.1.max(1) != (told.2 - 1) * 100 / told.1.max(1) {
+                event_line(&json!({
+                    "event": "progress", "name": told.0, "done": told.2, "total": told.1,
+                    "bytes": self.bytes.load(Ordering::Relaxed), "elapsed_s": self.elapsed_s(),
+                }));
+            }
+        }
         if let Ok(bar) = self.bar.lock() {
             bar.inc(1);
         }
@@ -62,6 +90,9 @@ impl Progress for Bars {
         self.bytes.fetch_add(bytes, Ordering::Relaxed);
     }
     fn done(&self) {
+        if let (true, Ok(told)) = (is_json(), self.told.lock()) {
+            event_line(&json!({ "event": "done", "name": told.0, "done": told.2, "elapsed_s": self.elapsed_s() }));
+        }
         if let Ok(bar) = self.bar.lock() {
             bar.finish();
         }

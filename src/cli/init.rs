@@ -4,15 +4,39 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::Error;
+use satphot::brightness::Satellite;
+use satphot::config::Config;
 
 use super::{print, tell};
 
+const EXAMPLES: &str = "\
+Examples:
+  satphot init                                                  every key with its meaning, to fill in
+  satphot init --site-name Paranal --site=-24.627,-70.404,2635 --input raw --night 2025-06-10
+  satphot init - | less                                         to read it only";
+
 /// Writes a commented pipeline.toml: fill in your site, camera and folders.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Init {
     /// File to write; `-` prints it
     #[arg(value_name = "FILE", default_value = "pipeline.toml")]
     file: PathBuf,
+    /// Latitude, longitude [deg, north and east positive] and height [m] of your site
+    #[arg(long, value_name = "LAT,LON,HEIGHT", allow_hyphen_values = true)]
+    site: Option<String>,
+    /// Its name
+    #[arg(long, value_name = "NAME")]
+    site_name: Option<String>,
+    /// Name of the night
+    #[arg(long, value_name = "NAME")]
+    night: Option<String>,
+    /// Folder of the frames
+    #[arg(long, value_name = "DIR")]
+    input: Option<String>,
+    /// Satellite of the catalogue (`satphot satellites` lists them)
+    #[arg(long, value_name = "NAME")]
+    satellite: Option<String>,
     /// Overwrite an existing file
     #[arg(long)]
     force: bool,
@@ -22,8 +46,9 @@ const TEMPLATE: &str = include_str!("../presets/template.toml");
 
 impl Init {
     pub fn execute(self) -> anyhow::Result<()> {
+        let text = self.text()?;
         if self.file.as_os_str() == "-" {
-            print(TEMPLATE);
+            print(&text);
             return Ok(());
         }
         if self.file.exists() && !self.force {
@@ -33,8 +58,57 @@ impl Init {
             }
             .into());
         }
-        std::fs::write(&self.file, TEMPLATE).map_err(|e| Error::io(&self.file, e))?;
+        std::fs::write(&self.file, text).map_err(|e| Error::io(&self.file, e))?;
         tell(&format!("wrote {}; edit it, then `satphot run {}`", self.file.display(), self.file.display()));
         Ok(())
     }
+
+    /// The template with what was said filled in; it is a configuration, or the option is refused.
+    fn text(&self) -> anyhow::Result<String> {
+        let mut text = TEMPLATE.to_owned();
+        let quoted = |t: &str| toml::Value::String(t.to_owned()).to_string();
+        if let Some(site) = &self.site {
+            let numbers: Vec<f64> = site.split(',').map_while(|n| n.trim().parse().ok()).collect();
+            let [lat, lon, alt] = numbers[..] else {
+                let problem = format!("\"{site}\" is not latitude,longitude,height such as -33.7703,151.1113,70");
+                return Err(Error::Config { key: "--site".into(), problem }.into());
+            };
+            for (key, value) in [("lat_deg", lat), ("lon_deg", lon), ("alt_m", alt)] {
+                set(&mut text, "[site]", key, &format!("{value:?}"));
+            }
+        }
+        for (option, section, key) in [
+            (&self.site_name, "[site]", "name"),
+            (&self.night, "[night]", "name"),
+            (&self.satellite, "[model]", "satellite"),
+        ] {
+            if let Some(value) = option {
+                set(&mut text, section, key, &quoted(value));
+            }
+        }
+        if let Some(input) = &self.input {
+            set(&mut text, "[night]", "input", &format!("[{}]", quoted(input)));
+        }
+        let config = Config::from_text(&text, &[])?;
+        config.model.as_ref().map(Satellite::from_config).transpose()?;
+        Ok(text)
+    }
+}
+
+/// Puts another value behind a key of a section of the template; the comment of the line stays.
+fn set(text: &mut String, section: &str, key: &str, value: &str) {
+    let mut within = false;
+    let lines = text.lines().map(|line| {
+        if line.starts_with('[') {
+            within = line.starts_with(section);
+        }
+        match line.split_once(" = ") {
+            Some((k, rest)) if within && k == key => {
+                let comment = rest.find(" #").map(|at| &rest[at..]).unwrap_or_default();
+                format!("{key} = {value}{}{}", if comment.is_empty() { "" } else { "  " }, comment.trim_start())
+            }
+            _ => line.to_owned(),
+        }
+    });
+    *text = lines.collect::<Vec<_>>().join("\n") + "\n";
 }

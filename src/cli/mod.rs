@@ -5,15 +5,23 @@
 mod accuracy;
 mod bar;
 mod brdf;
+mod check_table;
 mod compare;
 mod detector;
+mod export;
 mod flat;
 mod init;
 mod inspect;
+mod limits;
+mod log;
+mod manual;
 mod measure;
 mod orbit_args;
 mod passes;
+mod plot;
 mod predict;
+mod published;
+mod report;
 mod run;
 mod satellites;
 mod simulate;
@@ -65,20 +73,36 @@ enum Verb {
     Solve(solve::Solve),
     /// Measure the target in frames, with the geometry of each
     Measure(measure::Measure),
+    /// Write the report of a finished night, or of several, as one HTML file
+    Report(report::Report),
     /// Compare a photometry table with the model
     Compare(compare::Compare),
     /// List passes of a satellite: rise, culmination, set, Sun, Moon and light
     Passes(passes::Passes),
-    /// Predict: a pass, an all-sky map, explicit geometries
+    /// Predict: a pass, an all-sky map, a day, a month, a constellation, explicit geometries
     Predict(predict::Predict),
+    /// Faintest magnitudes: of a telescope that follows, and of streaks in a survey
+    Limits(limits::Limits),
+    /// Draw what goes into the model: the Moon's laws and spectra
+    Plot(plot::Plot),
+    /// Write results for others: FITS, VOTable, CSV, Parquet; SCORE, CCSDS TDM, UDL, IOD
+    Export(export::Export),
     /// Make a synthetic night with its truth
     Simulate(simulate::Simulate),
     /// Fit scattering laws to measurements, and draw them
     Brdf(brdf::BrdfVerb),
+    /// Compare the numbers of the paper with ours; brightness by light class
+    Published(published::PublishedVerb),
+    /// Check a table of passes against Sun, Moon and elements
+    CheckTable(check_table::CheckTable),
     /// Measure error against run time of numerical methods, and the extreme cases
     Accuracy(accuracy::Accuracy),
     /// List the satellites the model knows
     Satellites(satellites::Satellites),
+    /// Print the completions of a shell
+    Completions(manual::Completions),
+    /// Print or write the manual pages
+    Man(manual::Man),
 }
 
 /// Options every verb has that reads pipeline.toml.
@@ -99,6 +123,9 @@ pub struct Common {
     /// No progress bars, no notes
     #[arg(short, long)]
     pub quiet: bool,
+    /// Progress, notes and errors on standard error as lines of JSON, for programs that watch
+    #[arg(long)]
+    pub json: bool,
     /// Use elements older than orbit.max_age_d all the same
     #[arg(long)]
     pub force: bool,
@@ -107,6 +134,9 @@ pub struct Common {
 impl Common {
     /// Reads the configuration; a missing file says how to get one.
     pub fn load(&self) -> anyhow::Result<Config> {
+        if self.json {
+            log::as_json();
+        }
         if !self.config.exists() {
             return Err(Error::NoInput {
                 path: self.config.clone(),
@@ -144,13 +174,21 @@ impl Cli {
             Verb::Zeropoint(v) => v.execute(),
             Verb::Solve(v) => v.execute(),
             Verb::Measure(v) => v.execute(),
+            Verb::Report(v) => v.execute(),
             Verb::Compare(v) => v.execute(),
             Verb::Passes(v) => v.execute(),
             Verb::Predict(v) => v.execute(),
+            Verb::Limits(v) => v.execute(),
+            Verb::Plot(v) => v.execute(),
+            Verb::Export(v) => v.execute(),
             Verb::Simulate(v) => v.execute(),
             Verb::Brdf(v) => v.execute(),
+            Verb::Published(v) => v.execute(),
+            Verb::CheckTable(v) => v.execute(),
             Verb::Accuracy(v) => v.execute(),
             Verb::Satellites(v) => v.execute(),
+            Verb::Completions(v) => v.execute(),
+            Verb::Man(v) => v.execute(),
         }
     }
 }
@@ -211,8 +249,4 @@ pub fn print(text: &str) {
     let _ = std::io::stdout().write_all(text.as_bytes());
 }
 
-/// A line on standard error; nobody listening is not an error.
-pub fn tell(text: &str) {
-    use std::io::Write as _;
-    let _ = writeln!(std::io::stderr(), "{text}");
-}
+pub use log::tell;

@@ -18,7 +18,7 @@ pub struct OrbitArgs {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
     /// Elements instead of those of the configuration: TLE, 3LE, or OMM in JSON, CSV, KVN or XML
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, visible_alias = "tle", value_name = "FILE")]
     pub elements: Option<PathBuf>,
     /// Catalogue number, when the file holds several objects
     #[arg(long, value_name = "NUMBER")]

@@ -4,14 +4,24 @@ use clap::Args;
 use satphot::brightness::light_class;
 use satphot::night::clock::{iso_utc, parse_utc, shifted};
 use satphot::night::compare::scene;
+use satphot::night::light_class::{PaperLabel, SkyClass, classes};
 use satphot::orbit::{PassEvent, Tracker, passes};
 use satphot::report::summary::text_table;
 
 use super::orbit_args::{OrbitArgs, bad};
 use super::{print, tell};
 
+const AFTER_HELP: &str = "\
+light: what reaches the satellite at rise, culmination and set. sky: where the Sun stands at culmination. The paper's label
+goes by the light on the satellite: day with the Sun up, twilight if sunlight reaches the satellite at any of the three
+moments (or the sky is not yet dark), else night.
+
+Example:
+  satphot passes --elements iss.tle --site -33.77,151.11,70 --start 2025-06-10T06:00:00";
+
 /// Lists the passes of a satellite over a site: rise, culmination, set, with Sun, Moon and the light it is seen by.
 #[derive(Debug, Args)]
+#[command(after_help = AFTER_HELP)]
 pub struct Passes {
     #[command(flatten)]
     orbit: OrbitArgs,
@@ -62,17 +72,19 @@ impl Passes {
             "moon alt",
             "moon %",
             "light",
+            "sky",
+            "paper's label",
         ];
         let mut rows = Vec::new();
         for pass in &found {
-            let mut lights = Vec::new();
+            let (mut lights, mut labels) = (Vec::new(), Vec::new());
             for event in [&pass.rise, &pass.culmination, &pass.set] {
-                let light = light_class(&scene(&tracker.at(&event.epoch)?))?.to_string();
+                let light = light_class(&scene(&event.geometry))?.to_string();
+                labels.push(classes(&event.geometry)?.1);
                 if lights.last() != Some(&light) {
                     lights.push(light);
                 }
             }
-            let culmination = tracker.at(&pass.culmination.epoch)?;
             let deg = |rad: f64| format!("{:.1}", rad.to_degrees());
             let utc = |e: &PassEvent| iso_utc(e.epoch, 0);
             rows.push(vec![
@@ -86,8 +98,10 @@ impl Passes {
                 format!("{:.1}", pass.culmination.range_km),
                 deg(pass.culmination.sun_alt_rad),
                 deg(pass.culmination.moon_alt_rad),
-                format!("{:.0}", 100.0 * culmination.moon_illum_frac),
+                format!("{:.0}", 100.0 * pass.culmination.geometry.moon_illum_frac),
                 lights.join(">"),
+                SkyClass::of_sun_alt(pass.culmination.sun_alt_rad.to_degrees()).to_string(),
+                PaperLabel::of_pass(labels).map_or(String::new(), |l| l.to_string()),
             ]);
         }
         if self.csv {
@@ -104,6 +118,8 @@ impl Passes {
                 "moon_alt_deg",
                 "moon_illum_pct",
                 "illum",
+                "sky_class",
+                "paper_label",
             ];
             print(&format!("{}\n", names.join(",")));
             rows.iter().for_each(|r| print(&format!("{}\n", r.join(","))));

@@ -4,9 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::config::Config;
+use satphot::frames::{Exposure, Role};
 use satphot::night::bench::Bench;
 use satphot::night::pipeline::{Options, run};
-use satphot::night::survey::survey;
+use satphot::night::survey::{Survey, survey};
+use satphot::night::target::empty_columns;
 
 use super::{Common, print, tell};
 
@@ -54,7 +56,7 @@ impl Run {
             config.night.output = out;
         }
         if self.dry_run {
-            return dry_run(&config);
+            return dry_run(&config, self.common.jobs);
         }
         let options = Options {
             strict: self.strict,
@@ -92,11 +94,14 @@ impl Run {
     }
 }
 
-/// What each file is, without touching its pixels.
-fn dry_run(config: &Config) -> anyhow::Result<()> {
+/// CPU time of a frame by its role \[s per million pixels\]: docs/speed.md, with half as much again for slower machines.
+const CPU_S_PER_MPX: [(Role, f64); 3] = [(Role::Flat, 0.0018), (Role::Stars, 0.011), (Role::Target, 0.009)];
+
+/// What each file is and what the run would make of them, without touching their pixels.
+fn dry_run(config: &Config, jobs: usize) -> anyhow::Result<()> {
     let bench = Bench::prepare(config)?;
     let survey = survey(config, &[], &bench.target_names())?;
-    let line = |kind: &str, e: &satphot::frames::Exposure| {
+    let line = |kind: &str, e: &Exposure| {
         let time = e.time.as_ref().map(|t| satphot::night::clock::iso_utc(t.mid, 3)).unwrap_or_default();
         print(&format!("{kind:<10} {:<32} {time:<24} {:>9.4} s  {}\n", e.name, e.exptime_s, e.role_reason));
     };
@@ -109,6 +114,50 @@ fn dry_run(config: &Config) -> anyhow::Result<()> {
     for u in &survey.unreadable {
         print(&format!("unreadable {}: {}\n", u.path.display(), u.error));
     }
-    print(&format!("\nResults would go to {}\n", config.night.output.join(&config.night.name).display()));
+    print(&format!("\n{}", masters(config, &survey, &bench)));
+    for note in empty_columns(config, &bench) {
+        // flats and zeropoint of this night are only made by the run
+        let made = (note.starts_with("no flats") && !survey.flats.is_empty())
+            || (note.starts_with("no zeropoint") && !survey.pointings.is_empty());
+        if !made {
+            print(&format!("missing    {note}\n"));
+        }
+    }
+    let frames: Vec<&Exposure> =
+        survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets).collect();
+    let bytes: u64 = frames.iter().filter_map(|e| std::fs::metadata(&e.path).ok()).map(|m| m.len()).sum();
+    let cpu_s = |e: &&Exposure| {
+        let per_mpx = CPU_S_PER_MPX.iter().find(|(role, _)| *role == e.role).map_or(0.0, |(_, s)| *s);
+        per_mpx * (e.size_px.0 * e.size_px.1) as f64 / 1e6
+    };
+    let threads = Options { jobs, ..Options::default() }.threads() as f64;
+    // starting, plates, model and figures of the smallest night
+    let seconds = 1.0 + frames.iter().map(cpu_s).sum::<f64>() / threads;
+    print(&format!(
+        "work       {} frames, {:.0} MB to read, about {seconds:.0} s on {threads:.0} threads if the disk keeps up\n",
+        frames.len(),
+        bytes as f64 / 1e6
+    ));
+    print(&format!("results    would go to {}\n", config.night.output.join(&config.night.name).display()));
     Ok(())
+}
+
+/// Where master flat and zeropoint would be from.
+fn masters(config: &Config, survey: &Survey, bench: &Bench) -> String {
+    let flat = match &config.flat.master {
+        Some(path) => format!("{}", path.display()),
+        None if survey.flats.is_empty() => "none: frames are not flattened".into(),
+        None => format!("of {} flats", survey.flats.len()),
+    };
+    let zeropoint = match &config.zeropoint.previous {
+        Some(path) => format!("{}", path.display()),
+        None if config.stars.is_none() => "none: no [stars] and no zeropoint.previous".into(),
+        None => format!("of {} star frames in {} pointings", survey.n_star_frames(), survey.pointings.len()),
+    };
+    let elements = match &bench.tracker {
+        Some(_) => config.orbit.as_ref().map(|o| o.elements.display().to_string()).unwrap_or_default(),
+        None => "none".into(),
+    };
+    let model = config.model.as_ref().map_or("none", |m| m.satellite.as_str());
+    format!("flat       {flat}\nzeropoint  {zeropoint}\nelements   {elements}\nmodel      {model}\n")
 }

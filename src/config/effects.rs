@@ -144,6 +144,16 @@ pub enum PlatformSize {
     Subdivided,
 }
 
+/// How directions are spread over the sky where its median is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Sampling {
+    /// Evenly in altitude and azimuth: crowded at the zenith.
+    AltAz,
+    /// Evenly in solid angle: every area of the sky counts alike.
+    SolidAngle,
+}
+
 /// Every effect, decided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Effects {
@@ -171,6 +181,8 @@ pub struct Effects {
     pub mu_area: MuArea,
     /// Satellites that are large against their range.
     pub platform_size: PlatformSize,
+    /// How directions are spread over the sky where its median is taken.
+    pub sampling: Sampling,
 }
 
 /// `[model.effects]`: what differs from the preset.
@@ -213,6 +225,9 @@ pub struct EffectsTable {
     /// Satellites that are large against their range.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub platform_size: Option<PlatformSize>,
+    /// How directions are spread over the sky where its median is taken.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sampling: Option<Sampling>,
 }
 
 impl Effects {
@@ -233,6 +248,7 @@ impl Effects {
                 source: Source::BottomOfAtmosphere,
                 mu_area: MuArea::Total,
                 platform_size: PlatformSize::Point,
+                sampling: Sampling::AltAz,
             },
             Mode::Corrected => Self {
                 shadow: Shadow::Atmospheric,
@@ -247,6 +263,7 @@ impl Effects {
                 source: Source::ExoAtmospheric,
                 mu_area: MuArea::Projected,
                 platform_size: PlatformSize::Subdivided,
+                sampling: Sampling::SolidAngle,
             },
         }
     }
@@ -269,6 +286,7 @@ impl EffectsTable {
             source: self.source.unwrap_or(preset.source),
             mu_area: self.mu_area.unwrap_or(preset.mu_area),
             platform_size: self.platform_size.unwrap_or(preset.platform_size),
+            sampling: self.sampling.unwrap_or(preset.sampling),
         }
     }
 }

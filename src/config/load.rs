@@ -11,7 +11,10 @@ use crate::error::{Error, Result};
 pub const PRESETS: &[(&str, &str)] = &[("macquarie-cdk24", include_str!("../presets/macquarie_cdk24.toml"))];
 
 /// Elements embedded for simulations: name and text (published by CelesTrak for June 2025).
-pub const ELEMENTS: &[(&str, &str)] = &[("iss-2025-june", include_str!("../presets/iss_2025_june.tle"))];
+pub const ELEMENTS: &[(&str, &str)] = &[
+    ("iss-2025-june", include_str!("../presets/iss_2025_june.tle")),
+    ("css-2025-june", include_str!("../presets/css_2025_june.tle")),
+];
 
 /// The text of an embedded preset.
 #[must_use]

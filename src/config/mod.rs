@@ -8,6 +8,7 @@ mod effects;
 mod load;
 mod model;
 mod photometry;
+mod reporter;
 mod surface;
 mod vetting;
 
@@ -19,7 +20,7 @@ use serde::{Deserialize, Serialize};
 pub(crate) use check::{check_surface, range};
 pub use effects::{
     Arrays, Backs, Distances, EarthRadius, Effects, EffectsTable, LunarEclipse, Mode, MoonLaw, MoonPastLimit, MuArea,
-    PlatformSize, Shadow, Source, SourceDisc,
+    PlatformSize, Sampling, Shadow, Source, SourceDisc,
 };
 pub(crate) use load::read_layers;
 pub use load::{ELEMENTS, PRESETS, preset_text};
@@ -27,6 +28,7 @@ pub use model::{Model, Orbit};
 pub use photometry::{
     ApertureShape, Combine, Estimator, Flat, FlatScale, Photometry, Pin, Solve, Stars, Target, Zeropoint,
 };
+pub use reporter::Reporter;
 pub use surface::{Attitude, Brdf, Surface};
 pub use vetting::Vetting;
 
@@ -78,6 +80,9 @@ pub struct Config {
     /// The model to compare with; without it no predicted magnitudes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub model: Option<Model>,
+    /// Who reports, for exports.
+    #[serde(default, skip_serializing_if = "Reporter::is_silent")]
+    pub reporter: Reporter,
 }
 
 /// Where the frames are and where results go.

@@ -202,6 +202,7 @@ pub fn sha256_16(path: &Path) -> Result<String> {
 pub fn config_sha256(config: &Config) -> Result<String> {
     let mut config = config.clone();
     config.night.output = std::path::PathBuf::new();
+    config.reporter = Default::default();
     Ok(sha256_16_text(&config.to_toml()?))
 }
 

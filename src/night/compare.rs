@@ -5,6 +5,7 @@ use hifitime::Epoch;
 use crate::brightness::{Brightness, Model, Scene, skipped_text};
 use crate::config::{self, Mode, Source};
 use crate::error::{Error, Result};
+use crate::night::light_class::{PaperLabel, is_sunlit};
 use crate::orbit::Geometry;
 use crate::photometry::Flags;
 use crate::report::summary::passes;
@@ -65,6 +66,10 @@ pub fn add_model(row: &mut PhotometryRow, geometry: &Geometry, model: &Model) ->
     row.lunar_earthshine_v_mag = model.lunar_earthshine.v_mag;
     row.model_err_mag = model.total_v_mag.map(|_| model.err_mag);
     row.illum = model.illum.to_string();
+    // sunlight that the air bends past the edge of the geometric shadow is sunlight too
+    if is_sunlit(model.illum) && row.paper_label == PaperLabel::Night.to_string() {
+        row.paper_label = PaperLabel::Twilight.to_string();
+    }
     row.skipped = skipped_text(&model.skipped);
     row.residual_mag = match (row.v_mag, row.model_v_mag) {
         (Some(observed), Some(modelled)) => Some(observed - modelled),
@@ -109,6 +114,8 @@ pub fn residual_rows(rows: &[PhotometryRow]) -> Vec<ResidualRow> {
             phase_angle_deg: r.phase_angle_deg,
             moon_sep_deg: r.moon_sep_deg,
             illum: r.illum.clone(),
+            sky_class: r.sky_class.clone(),
+            paper_label: r.paper_label.clone(),
             v_mag: r.v_mag,
             v_mag_err: r.v_mag_err,
             v_mag_err_sys: r.v_mag_err_sys,

@@ -2,9 +2,12 @@
 
 use crate::config::{self, Config, Mode};
 use crate::error::Result;
+use crate::frames::Exposure;
 use crate::night::bench::config_sha256;
+use crate::night::survey::Survey;
 use crate::photometry::Flags;
 use crate::photometry::zeropoint::Zeropoint;
+use crate::report::export::DataMode;
 use crate::report::{Meta, MetaValue};
 
 /// What the tables of one run say about themselves; `inputs_sha256` is the hash over all input files.
@@ -63,6 +66,22 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, inputs_sha256:
     let flags = Flags::NAMES.iter().map(|(flag, name)| ((*name).to_string(), number(f64::from(flag.0)))).collect();
     meta.push("flags", MetaValue::Map(flags));
     Ok(meta)
+}
+
+/// Whether the night is of the sky: the meta key `data_mode`, SIMULATED as soon as one frame of it is drawn.
+///
+/// `satphot simulate` marks its frames with SIMSEED and in SWCREATE.
+#[must_use]
+pub fn data_mode(survey: &Survey) -> DataMode {
+    let drawn = |e: &Exposure| {
+        e.header.card("SIMSEED").is_some()
+            || e.header.text("SWCREATE").is_some_and(|t| t.starts_with("satphot") && t.contains("simulate"))
+    };
+    let pointings = survey.pointings.iter().flatten();
+    match survey.flats.iter().chain(pointings).chain(&survey.targets).any(drawn) {
+        true => DataMode::Simulated,
+        false => DataMode::Real,
+    }
 }
 
 /// Each effect of a model by name, as a file spells it.

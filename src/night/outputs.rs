@@ -8,6 +8,7 @@ use crate::night::bench::Bench;
 use crate::night::meta::table_meta;
 use crate::night::pipeline::Options;
 use crate::night::previous::conditions;
+use crate::report::export::DataMode;
 use crate::report::{self, PhotometryRow, ResidualRow, StarRow, Thumb};
 
 /// Where and how the results are written.
@@ -22,6 +23,8 @@ pub struct Outputs<'a> {
     pub thumbs: &'a [Option<Thumb>],
     /// Hash over all input files.
     pub inputs_sha256: String,
+    /// Whether the frames are real.
+    pub data_mode: DataMode,
 }
 
 impl Outputs<'_> {
@@ -36,7 +39,9 @@ impl Outputs<'_> {
         residuals: &[ResidualRow],
         options: &Options,
     ) -> Result<Vec<PathBuf>> {
-        let meta = table_meta(self.config, self.bench.zeropoint.as_ref(), Some(&self.inputs_sha256))?;
+        let of_stars = table_meta(self.config, self.bench.zeropoint.as_ref(), Some(&self.inputs_sha256))?;
+        let mut meta = of_stars.clone();
+        meta.push("data_mode", self.data_mode.name());
         let mut files = Vec::new();
         let mut add = |name: &str| -> PathBuf {
             let path = self.folder.join(name);
@@ -45,7 +50,7 @@ impl Outputs<'_> {
         };
         report::write_photometry(&add("photometry.ecsv"), rows, &meta)?;
         if self.config.stars.is_some() {
-            report::write_stars(&add("stars.ecsv"), stars, &meta)?;
+            report::write_stars(&add("stars.ecsv"), stars, &of_stars)?;
         }
         if self.bench.model.is_some() {
             report::write_residuals(&add("residuals.ecsv"), residuals, &meta)?;

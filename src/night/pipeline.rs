@@ -14,10 +14,12 @@ use crate::night::explain::explain_night;
 use crate::night::header_checks::{header_notes, refuse_other_site};
 use crate::night::manifest::{Manifest, Stage, inputs_sha256, manifest_inputs};
 use crate::night::memory::Memory;
+use crate::night::meta::data_mode;
 use crate::night::outputs::{Outputs, file_name};
 use crate::night::pictures::pictures;
 use crate::night::previous::read_previous;
 use crate::night::progress::Progress;
+use crate::night::report::write_report;
 use crate::night::stages::{master_flat, model_stage, target_stage, with_threads};
 use crate::night::star_stage::{StarStage, star_stage};
 use crate::night::summary::{Counts, Summary};
@@ -145,7 +147,8 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     };
     let inputs = manifest_inputs(&survey, &rows);
     let hash = inputs_sha256(&inputs);
-    let outputs = Outputs { folder: &folder, bench: &bench, config, thumbs: &thumbs, inputs_sha256: hash };
+    let data_mode = data_mode(&survey);
+    let outputs = Outputs { folder: &folder, bench: &bench, config, thumbs: &thumbs, inputs_sha256: hash, data_mode };
     summary.files = log.stage("write", |_| outputs.write(&rows, &star_rows, &residuals, options))?;
     summary.files.push(write_checks(&folder, &checks)?);
     summary.elapsed_s = progress.elapsed_s();
@@ -159,6 +162,9 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
         summary: &summary,
     };
     summary.files.push(manifest.write(&folder)?);
+    if !options.no_figures {
+        summary.files.push(with_threads(options.jobs, || write_report(&folder, None))??);
+    }
     Ok(summary)
 }
 

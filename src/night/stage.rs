@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::frames::Role;
 use crate::night::bench::Bench;
 use crate::night::compare::{add_model, comparable, epoch_of, residual_rows};
-use crate::night::meta::table_meta;
+use crate::night::meta::{data_mode, table_meta};
 use crate::night::outputs::save;
 use crate::night::pipeline::Options;
 use crate::night::previous::{conditions, read_previous};
@@ -20,6 +20,7 @@ use crate::night::target::{failed_row, fill_geometry};
 use crate::night::zeropoint::fit_rows;
 use crate::photometry::Flags;
 use crate::photometry::zeropoint::Zeropoint;
+use crate::report::export::DataMode;
 use crate::report::summary::pass_table;
 use crate::report::{MetaValue, PhotometryRow, ResidualRow, StarRow, read_photometry, read_stars};
 use crate::report::{write_photometry, write_residuals, write_stars};
@@ -147,6 +148,8 @@ pub struct Measured {
     pub notes: Vec<String>,
     /// Why the result is not good enough for exit code 0.
     pub poor: Option<Error>,
+    /// Whether the frames are real.
+    pub data_mode: DataMode,
 }
 
 /// Measures the target frames of a night (or `options.files`) with a zeropoint made before.
@@ -179,7 +182,7 @@ pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progre
     let failed_frac = counts.failed as f64 / rows.len().max(1) as f64;
     let poor = (failed_frac > config.night.max_failed_frac)
         .then(|| Error::PoorNight { problem: format!("{} of {} frames failed", counts.failed, rows.len()) });
-    Ok(Measured { rows, zeropoint: bench.zeropoint, notes, poor })
+    Ok(Measured { rows, zeropoint: bench.zeropoint, notes, poor, data_mode: data_mode(&survey) })
 }
 
 impl Measured {
@@ -188,7 +191,9 @@ impl Measured {
     /// # Errors
     /// [`Error::Io`].
     pub fn write(&self, config: &Config, path: &Path) -> Result<()> {
-        write_photometry(path, &self.rows, &table_meta(config, self.zeropoint.as_ref(), None)?)
+        let mut meta = table_meta(config, self.zeropoint.as_ref(), None)?;
+        meta.push("data_mode", self.data_mode.name());
+        write_photometry(path, &self.rows, &meta)
     }
 
     /// The passes in a few lines.
@@ -215,6 +220,8 @@ pub struct Compared {
     pub residuals: Vec<ResidualRow>,
     /// The zeropoint of the magnitudes, as the photometry table names it.
     pub zeropoint: Option<MetaValue>,
+    /// Whether its frames are real, as it says.
+    pub data_mode: Option<MetaValue>,
     /// What should be known.
     pub notes: Vec<String>,
 }
@@ -231,7 +238,7 @@ pub fn compare_table(config: &Config, table: &Path) -> Result<Compared> {
     let tracker = bench.tracker.as_ref().ok_or_else(|| needed("orbit"))?;
     let model = bench.model.as_ref().ok_or_else(|| needed("model"))?;
     let (mut rows, meta) = read_photometry(table)?;
-    let zeropoint = meta.entries.into_iter().find(|(key, _)| key == "zeropoint").map(|(_, value)| value);
+    let (zeropoint, data_mode) = (meta.get("zeropoint").cloned(), meta.get("data_mode").cloned());
     let mut notes: Vec<String> = config.model.as_ref().map(comparable).transpose()?.flatten().into_iter().collect();
     for row in &mut rows {
         let Some(epoch) = epoch_of(row) else { continue };
@@ -244,7 +251,7 @@ pub fn compare_table(config: &Config, table: &Path) -> Result<Compared> {
         }
     }
     let residuals = residual_rows(&rows);
-    Ok(Compared { rows, residuals, zeropoint, notes })
+    Ok(Compared { rows, residuals, zeropoint, data_mode, notes })
 }
 
 impl Compared {
@@ -256,6 +263,9 @@ impl Compared {
         let mut meta = table_meta(config, None, None)?;
         if let Some(zeropoint) = &self.zeropoint {
             meta.push("zeropoint", zeropoint.clone());
+        }
+        if let Some(data_mode) = &self.data_mode {
+            meta.push("data_mode", data_mode.clone());
         }
         write_residuals(residuals, &self.residuals, &meta)?;
         match photometry {

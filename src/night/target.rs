@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use crate::frames::Exposure;
 use crate::night::bench::{Bench, sha256_16};
 use crate::night::clock::{iso_utc, mjd_utc};
+use crate::night::light_class::classes;
 use crate::night::previous::other_night;
 use crate::night::surroundings::look;
 use crate::night::vet::{judge, without_magnitude};
@@ -155,6 +156,10 @@ pub fn fill_geometry(row: &mut PhotometryRow, g: &Geometry) {
     row.moon_illum_pct = Some(100.0 * g.moon_illum_frac);
     row.moon_sep_deg = Some(g.moon_sep_rad.to_degrees());
     row.tle_age_d = Some(g.tle_age_d);
+    // a place below the ground has no light, and its row says so elsewhere
+    if let Ok((sky, label)) = classes(g) {
+        (row.sky_class, row.paper_label) = (sky.to_string(), label.to_string());
+    }
     if g.tle_age_d.abs() > OLD_ELEMENTS_D {
         row.flags |= Flags::OLD_ELEMENTS.0;
     }

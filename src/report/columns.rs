@@ -42,18 +42,21 @@ pub struct Column {
     pub description: &'static str,
 }
 
-const fn text(name: &'static str, description: &'static str) -> Column {
+pub(super) const fn text(name: &'static str, description: &'static str) -> Column {
     Column { name, unit: "", datatype: Datatype::Text, description }
 }
-const fn integer(name: &'static str, description: &'static str) -> Column {
+pub(super) const fn integer(name: &'static str, description: &'static str) -> Column {
     Column { name, unit: "", datatype: Datatype::Int64, description }
 }
-const fn bits(name: &'static str, description: &'static str) -> Column {
+pub(super) const fn bits(name: &'static str, description: &'static str) -> Column {
     Column { name, unit: "", datatype: Datatype::Int32, description }
 }
-const fn number(name: &'static str, unit: &'static str, description: &'static str) -> Column {
+pub(super) const fn number(name: &'static str, unit: &'static str, description: &'static str) -> Column {
     Column { name, unit, datatype: Datatype::Float64, description }
 }
+
+/// Columns that tables of an older version lack; read as empty there.
+pub const ADDED_LATER: [&str; 2] = ["sky_class", "paper_label"];
 
 /// Columns of `photometry.ecsv`: one row per target frame.
 pub const PHOTOMETRY: &[Column] = &[
@@ -139,6 +142,8 @@ pub const PHOTOMETRY: &[Column] = &[
     number("moon_illum_pct", "%", "illuminated fraction of the lunar disc"),
     number("moon_sep_deg", "deg", "angle between the target and the Moon on the sky"),
     text("illum", "largest light: sun, penumbra, moon, lunar_earthshine, earthshine or none"),
+    text("sky_class", "where the Sun stands for the observer: day, civil_, nautical_ or astronomical_twilight, night"),
+    text("paper_label", "day, twilight (sunlight on the satellite or in the sky) or night, as Caddy et al. label it"),
     number("tle_age_d", "d", "mid-exposure minus epoch of the elements"),
     // model
     number("model_v_mag", "mag", "modelled V magnitude, all lights"),
@@ -215,6 +220,8 @@ pub const RESIDUALS: &[Column] = &[
     number("phase_angle_deg", "deg", "angle Sun - satellite - observer"),
     number("moon_sep_deg", "deg", "angle between the target and the Moon on the sky"),
     text("illum", "largest light: sun, penumbra, moon, lunar_earthshine, earthshine or none"),
+    text("sky_class", "where the Sun stands for the observer: day, civil_, nautical_ or astronomical_twilight, night"),
+    text("paper_label", "day, twilight (sunlight on the satellite or in the sky) or night, as Caddy et al. label it"),
     number("v_mag", "mag", "apparent V magnitude outside the atmosphere"),
     number("v_mag_err", "mag", "1-sigma random error of v_mag"),
     number(
@@ -230,7 +237,7 @@ pub const RESIDUALS: &[Column] = &[
 ];
 
 /// Columns of a predicted pass, by their names in [`PHOTOMETRY`].
-pub const PREDICTION: [&str; 26] = [
+pub const PREDICTION: [&str; 28] = [
     "date_mid",
     "mjd_mid_d",
     "alt_deg",
@@ -245,6 +252,8 @@ pub const PREDICTION: [&str; 26] = [
     "moon_illum_pct",
     "moon_sep_deg",
     "illum",
+    "sky_class",
+    "paper_label",
     "tle_age_d",
     "model_v_mag",
     "sun_v_mag",
@@ -274,6 +283,9 @@ pub const SKY: &[Column] = &[
     number("model_err_mag", "mag", "numerical error of model_v_mag (quadrature); not how wrong the model is"),
     number("flux_per_e0", "", "irradiance at the observer by all lights, in units of the Sun's at 1 au"),
 ];
+
+/// Columns before those of [`SKY`] where a table holds maps of many moments.
+pub const DAY_OF_SKY: &[Column] = &[text("date_mid", "UTC, ISO 8601"), number("mjd_mid_d", "d", "MJD (UTC)")];
 
 /// Columns of `accuracy.ecsv`: one row per setting of a knob.
 pub const ACCURACY: &[Column] = &[

@@ -14,6 +14,7 @@ use super::columns::{self, Column, Datatype};
 use super::file::write_atomic;
 use super::meta::{Meta, scalar};
 use super::rows::{AccuracyRow, ExtremeRow, PhotometryRow, ResidualRow, SkyRow, StarRow};
+use super::tables::{Table, known, recognised};
 use crate::error::{Error, Result};
 
 /// Decimals an MJD keeps at least: 9 gave ±41 µs, 10 are the law of the format.
@@ -76,6 +77,36 @@ pub fn write_sky(path: &Path, rows: &[SkyRow], meta: &Meta) -> Result<()> {
     write(path, rows, columns::SKY, meta)
 }
 
+/// Writes rows of any table under its columns.
+///
+/// # Errors
+/// As [`write_photometry`].
+pub fn write_rows<T: Serialize>(path: &Path, rows: &[T], columns: &[Column], meta: &Meta) -> Result<()> {
+    write(path, rows, columns, meta)
+}
+
+/// Writes cells made elsewhere under their columns.
+///
+/// # Errors
+/// As [`write_photometry`].
+pub fn write_cells(path: &Path, records: &[csv::StringRecord], columns: &[Column], meta: &Meta) -> Result<()> {
+    write_records(path, records, columns, meta)
+}
+
+/// The rows as comma-separated values under the names of their columns.
+///
+/// # Errors
+/// Those of the writer of CSV; none is known for these rows.
+pub fn csv_text<T: Serialize>(rows: &[T], columns: &[Column]) -> std::result::Result<String, csv::Error> {
+    let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+    writer.write_record(columns.iter().map(|c| c.name))?;
+    for row in rows {
+        writer.serialize(row)?;
+    }
+    let bytes = writer.into_inner().map_err(|e| e.into_error())?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
 /// Writes `accuracy.ecsv`.
 ///
 /// # Errors
@@ -116,7 +147,7 @@ pub fn read_residuals(path: &Path) -> Result<(Vec<ResidualRow>, Meta)> {
     read(path, columns::RESIDUALS)
 }
 
-fn write<T: Serialize>(path: &Path, rows: &[T], columns: &[Column], meta: &Meta) -> Result<()> {
+pub(super) fn write<T: Serialize>(path: &Path, rows: &[T], columns: &[Column], meta: &Meta) -> Result<()> {
     let problem = |e: csv::Error| Error::Table { path: path.into(), line: None, problem: e.to_string() };
     write_records(path, &cells(rows).map_err(problem)?, columns, meta)
 }
@@ -203,36 +234,130 @@ fn quoted(cell: &str) -> String {
     cell.to_owned()
 }
 
-fn read<T: DeserializeOwned>(path: &Path, columns: &[Column]) -> Result<(Vec<T>, Meta)> {
-    let text = fs::read_to_string(path).map_err(|source| Error::io(path, source))?;
-    let problem = |line: Option<usize>, problem: String| Error::Table { path: path.into(), line, problem };
-    if !text.starts_with("# %ECSV") {
-        return Err(problem(Some(1), "not an ECSV file: its first line is not `# %ECSV 1.0`".into()));
-    }
-    let header: Vec<&str> = text.lines().take_while(|line| line.starts_with('#')).collect();
-    let body_at = text.split_inclusive('\n').take(header.len()).map(str::len).sum();
-    let comma = header.iter().any(|line| line.contains("delimiter: ','"));
+/// Reads any table of the schema as text cells: which one it is, its columns tell.
+///
+/// # Errors
+/// As [`read_photometry`]; [`Error::Table`] for a file that is none of the tables.
+pub fn read_table(path: &Path) -> Result<Table> {
+    let file = Opened::new(path)?;
+    let names = file.names()?;
+    let Some((name, columns)) = recognised(&names) else {
+        let known: Vec<&str> = known().iter().map(|(name, _)| *name).collect();
+        let told = format!("its columns are none of satphot's tables; known: {}", known.join(", "));
+        return Err(file.problem(Some(file.header.len() + 1), told));
+    };
+    let places = file.places(&names, &columns)?;
+    let mut records = Vec::new();
+    file.each(&columns, |_, record, _| {
+        records.push(places.iter().map(|i| i.and_then(|i| record.get(i)).unwrap_or_default()).collect());
+        Ok(())
+    })?;
+    let is_unknown = |n: &&str| !columns.iter().any(|c| c.name == *n);
+    let ignored = names.iter().filter(is_unknown).map(str::to_owned).collect();
+    Ok(Table { name, records, ignored, meta: file.meta(), columns })
+}
 
-    let mut reader = csv::ReaderBuilder::new()
-        .delimiter(if comma { b',' } else { b' ' })
-        .from_reader(text.as_bytes().get(body_at..).unwrap_or_default());
-    let line_of = |e: &csv::Error| e.position().map(|p| header.len() + p.line() as usize);
-    let names = reader.headers().map_err(|e| problem(line_of(&e), e.to_string()))?.clone();
-    if let Some(missing) = columns.iter().find(|c| !names.iter().any(|n| n == c.name)) {
-        return Err(problem(Some(header.len() + 1), format!("column {} is missing", missing.name)));
-    }
+fn read<T: DeserializeOwned>(path: &Path, columns: &[Column]) -> Result<(Vec<T>, Meta)> {
+    let file = Opened::new(path)?;
+    let names = file.names()?;
+    file.places(&names, columns)?;
     let mut rows = Vec::new();
-    for record in reader.records() {
-        let record = record.map_err(|e| problem(line_of(&e), e.to_string()))?;
-        let line = record.position().map(|p| header.len() + p.line() as usize);
-        for (cell, name) in record.iter().zip(&names) {
-            if let Some(column) = columns.iter().find(|c| c.name == name) {
-                check(cell, column).map_err(|what| problem(line, what))?;
-            }
+    file.each(columns, |names, record, line| {
+        rows.push(record.deserialize(Some(names)).map_err(|e| file.problem(line, e.to_string()))?);
+        Ok(())
+    })?;
+    Ok((rows, file.meta()))
+}
+
+/// The text of an ECSV file, split into its head and its body.
+struct Opened<'a> {
+    path: &'a Path,
+    text: String,
+    /// Lines that begin with `#`, each with its end in `text`.
+    header: Vec<(usize, usize)>,
+}
+
+impl<'a> Opened<'a> {
+    fn new(path: &'a Path) -> Result<Self> {
+        let text = fs::read_to_string(path).map_err(|source| Error::io(path, source))?;
+        if !text.starts_with("# %ECSV") {
+            let told = "not an ECSV file: its first line is not `# %ECSV 1.0`";
+            return Err(Error::Table { path: path.into(), line: Some(1), problem: told.into() });
         }
-        rows.push(record.deserialize(Some(&names)).map_err(|e| problem(line, e.to_string()))?);
+        let mut at = 0;
+        let mut header = Vec::new();
+        for line in text.split_inclusive('\n').take_while(|line| line.starts_with('#')) {
+            header.push((at, at + line.len()));
+            at += line.len();
+        }
+        Ok(Self { path, text, header })
     }
-    Ok((rows, Meta::from_lines(&meta_lines(&header))))
+
+    fn problem(&self, line: Option<usize>, problem: String) -> Error {
+        Error::Table { path: self.path.into(), line, problem }
+    }
+
+    fn head(&self) -> impl Iterator<Item = &str> {
+        self.header.iter().map(|(from, to)| self.text[*from..*to].trim_end_matches(['\n', '\r']))
+    }
+
+    fn reader(&self) -> csv::Reader<&[u8]> {
+        let comma = self.head().any(|line| line.contains("delimiter: ','"));
+        let body = self.header.last().map_or(0, |(_, to)| *to);
+        csv::ReaderBuilder::new()
+            .delimiter(if comma { b',' } else { b' ' })
+            .from_reader(self.text.as_bytes().get(body..).unwrap_or_default())
+    }
+
+    fn line_of(&self, e: &csv::Error) -> Option<usize> {
+        e.position().map(|p| self.header.len() + p.line() as usize)
+    }
+
+    fn names(&self) -> Result<csv::StringRecord> {
+        self.reader().headers().cloned().map_err(|e| self.problem(self.line_of(&e), e.to_string()))
+    }
+
+    /// Where each column is among the names; `None` for one that older tables do not have.
+    fn places(&self, names: &csv::StringRecord, columns: &[Column]) -> Result<Vec<Option<usize>>> {
+        let line = Some(self.header.len() + 1);
+        let place = |c: &Column| {
+            let at = names.iter().position(|n| n == c.name);
+            if at.is_none() && !columns::ADDED_LATER.contains(&c.name) {
+                let told = format!("column {} is missing; write the table again with this satphot", c.name);
+                return Err(self.problem(line, told));
+            }
+            Ok(at)
+        };
+        if let Some(twice) = columns.iter().find(|c| names.iter().filter(|n| *n == c.name).count() > 1) {
+            return Err(self.problem(line, format!("column {} is there twice; keep one of them", twice.name)));
+        }
+        columns.iter().map(place).collect()
+    }
+
+    /// Each row after the types of its cells have been checked, with the names and its line.
+    fn each(
+        &self,
+        columns: &[Column],
+        mut take: impl FnMut(&csv::StringRecord, csv::StringRecord, Option<usize>) -> Result<()>,
+    ) -> Result<()> {
+        let names = self.names()?;
+        for record in self.reader().records() {
+            let record = record.map_err(|e| self.problem(self.line_of(&e), e.to_string()))?;
+            let line = record.position().map(|p| self.header.len() + p.line() as usize);
+            for (cell, name) in record.iter().zip(&names) {
+                if let Some(column) = columns.iter().find(|c| c.name == name) {
+                    check(cell, column).map_err(|what| self.problem(line, what))?;
+                }
+            }
+            take(&names, record, line)?;
+        }
+        Ok(())
+    }
+
+    fn meta(&self) -> Meta {
+        let lines: Vec<&str> = self.head().collect();
+        Meta::from_lines(&meta_lines(&lines))
+    }
 }
 
 /// Whether a cell holds what its column promises; if not, a sentence with the column and the text.

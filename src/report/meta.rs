@@ -59,6 +59,14 @@ impl Meta {
         self.entries.iter().find_map(|(key, value)| non_finite(key, value))
     }
 
+    /// Every value as a text under its dotted key; a list is one text.
+    #[must_use]
+    pub fn flat(&self) -> Vec<(String, String)> {
+        let mut pairs = Vec::new();
+        self.entries.iter().for_each(|(key, value)| flatten(key, value, &mut pairs));
+        pairs
+    }
+
     /// The lines under `meta: !!omap`, without the leading `# `.
     pub(crate) fn to_lines(&self) -> Vec<String> {
         self.entries.iter().map(|(key, value)| format!("- {{{}: {}}}", scalar(key), flow(value))).collect()
@@ -98,6 +106,14 @@ fn non_finite(key: &str, value: &MetaValue) -> Option<String> {
         MetaValue::Number(number) => (!number.is_finite()).then(|| key.to_owned()),
         MetaValue::Map(pairs) => pairs.iter().find_map(|(k, v)| non_finite(&format!("{key}.{k}"), v)),
         MetaValue::List(items) => items.iter().enumerate().find_map(|(i, v)| non_finite(&format!("{key}[{i}]"), v)),
+    }
+}
+
+fn flatten(key: &str, value: &MetaValue, pairs: &mut Vec<(String, String)>) {
+    match value {
+        MetaValue::Text(text) => pairs.push((key.to_owned(), text.clone())),
+        MetaValue::Map(inner) => inner.iter().for_each(|(k, v)| flatten(&format!("{key}.{k}"), v, pairs)),
+        MetaValue::Number(_) | MetaValue::List(_) => pairs.push((key.to_owned(), flow(value))),
     }
 }
 

@@ -7,22 +7,33 @@ pub mod accuracy;
 pub mod columns;
 pub mod ecsv;
 pub mod explain;
+pub mod export;
 mod file;
+pub mod footprint;
+pub mod forecast;
 pub mod gallery;
 pub mod inspect;
+pub mod limits;
 pub mod meta;
+pub mod moon_laws;
+pub mod page;
 pub mod plot;
+pub mod published;
 pub mod rows;
+pub mod streak;
 pub mod summary;
+pub mod tables;
 pub mod thumb;
+pub mod ucd;
 
 pub use columns::{Column, Datatype};
 pub use ecsv::{
-    prediction_cells, read_photometry, read_residuals, read_stars, write_photometry, write_prediction, write_residuals,
-    write_sky, write_stars,
+    csv_text, prediction_cells, read_photometry, read_residuals, read_stars, read_table, write_cells, write_photometry,
+    write_prediction, write_residuals, write_rows, write_sky, write_stars,
 };
-pub use file::write_atomic;
+pub use file::{write_atomic, write_streamed};
 pub use gallery::write_gallery;
 pub use meta::{Meta, MetaValue};
 pub use rows::{AccuracyRow, ExtremeRow, PhotometryRow, ResidualRow, SkyRow, StarRow};
+pub use tables::Table;
 pub use thumb::Thumb;

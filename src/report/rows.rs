@@ -134,6 +134,12 @@ pub struct PhotometryRow {
     pub moon_sep_deg: Option<f64>,
     /// Largest light: sun, penumbra, moon, lunar_earthshine, earthshine or none.
     pub illum: String,
+    /// Where the Sun stands for the observer: day, civil_, nautical_ or astronomical_twilight, night.
+    #[serde(default)]
+    pub sky_class: String,
+    /// day, twilight or night, as the paper labels it.
+    #[serde(default)]
+    pub paper_label: String,
     /// Mid-exposure minus epoch of the elements \[d\].
     pub tle_age_d: Option<f64>,
     // --- model
@@ -278,6 +284,12 @@ pub struct ResidualRow {
     pub moon_sep_deg: Option<f64>,
     /// Largest light: sun, penumbra, moon, lunar_earthshine, earthshine or none.
     pub illum: String,
+    /// Where the Sun stands for the observer: day, civil_, nautical_ or astronomical_twilight, night.
+    #[serde(default)]
+    pub sky_class: String,
+    /// day, twilight or night, as the paper labels it.
+    #[serde(default)]
+    pub paper_label: String,
     /// Apparent V magnitude outside the atmosphere \[mag\].
     pub v_mag: Option<f64>,
     /// 1-sigma random error of v_mag \[mag\].

@@ -11,6 +11,7 @@ mod table;
 
 pub use band::{Band, Response};
 pub use curve::Curve;
+pub(crate) use curve::{trapezoid, union_nm};
 pub use magnitude::{MagSystem, ab_mag, brightness_ratio, published_ab_mag};
 pub use solar::{SolarColumn, Spectrum};
 pub(crate) use table::embedded;

@@ -6,9 +6,8 @@ use satphot::brightness::sky::{Body, Sky, SkyMap, phase_ratio};
 use satphot::brightness::{ModelSettings, Satellite};
 use satphot::config::{self, Distances, Effects, Shadow, SourceDisc};
 use satphot::night::clock::{iso_utc, parse_utc};
-use satphot::orbit::earth::{Site, alt_az, from_alt_az, sidereal_rad};
-use satphot::orbit::sky::topocentric;
-use satphot::orbit::{EarthOrientation, bodies};
+use satphot::night::predict::dome::Overhead;
+use satphot::orbit::earth::{Site, from_alt_az};
 use satphot::report::plot::SkyMark;
 use satphot::vector::{Enu, Itrs, Vector};
 
@@ -60,6 +59,16 @@ impl LampArgs {
         self.time.is_some()
     }
 
+    /// The moment as it was given.
+    pub fn moment(&self) -> &str {
+        self.time.as_deref().unwrap_or_default()
+    }
+
+    /// The same at another moment.
+    pub fn at(&self, moment: String) -> Self {
+        Self { time: Some(moment), ..self.clone() }
+    }
+
     /// The phase of the Moon is not that of the directions.
     pub fn has_own_phase(&self) -> bool {
         self.moon_phase_deg.is_some()
@@ -100,15 +109,9 @@ impl Lamps {
         let mut sidereal = None;
         let (sun, moon, when) = match (&args.time, &site) {
             (Some(time), Some(site)) => {
-                let epoch = parse_utc("--time", time)?;
-                sidereal = Some(sidereal_rad(&epoch, &EarthOrientation::default()));
-                let seen = bodies(&epoch, &EarthOrientation::default())?;
-                let body = |v: &Vector<Itrs>| {
-                    let from_site = topocentric(site, v);
-                    let (alt_rad, az_rad) = alt_az(&site.to_enu(&from_site));
-                    Body { alt_rad, az_rad, distance_km: from_site.norm() }
-                };
-                (body(&seen.sun_itrs_km), Some(body(&seen.moon_itrs_km)), iso_utc(epoch, 0))
+                let overhead = Overhead::at(site, &parse_utc("--time", time)?)?;
+                sidereal = Some(overhead.sidereal_rad);
+                (overhead.sun, Some(overhead.moon), iso_utc(overhead.epoch, 0))
             }
             (Some(_), None) => return Err(bad("--site", "a moment needs a place: latitude,longitude,height".into())),
             (None, _) => {

@@ -1,10 +1,18 @@
 //! `satphot predict`: what the model expects, for a pass, a whole sky, or geometries stated number by number.
 
+mod constellation;
+mod day;
+mod dome_args;
+mod duty;
 mod geometry;
 mod lamps;
+mod month;
+mod month_text;
 mod pass;
 mod sed;
+mod sequence;
 mod sky;
+mod tally_table;
 
 use std::path::{Path, PathBuf};
 
@@ -29,6 +37,14 @@ enum What {
     Pass(pass::Pass),
     /// Magnitude of one type of satellite over the whole sky
     Sky(sky::Sky),
+    /// Median magnitude of one type of satellite over the sky through 24 hours
+    Day(day::Day),
+    /// Surface brightness of satellites around local midnight for every night of a month, against limits
+    Month(month::Month),
+    /// Share of the time in which a satellite can be observed
+    Duty(duty::Duty),
+    /// How many satellites of a constellation are up, lit and bright, moment by moment
+    Constellation(constellation::Constellation),
     /// Fluxes of explicit geometries, for cross-checks with other software
     Geometry(geometry::Geometry),
     /// Spectra of moonlight at phases of the Moon, and what a band collects of them
@@ -40,6 +56,10 @@ impl Predict {
         match self.what {
             What::Pass(v) => v.execute(),
             What::Sky(v) => v.execute(),
+            What::Day(v) => v.execute(),
+            What::Month(v) => v.execute(),
+            What::Duty(v) => v.execute(),
+            What::Constellation(v) => v.execute(),
             What::Geometry(v) => v.execute(),
             What::Sed(v) => v.execute(),
         }
@@ -99,7 +119,7 @@ fn alone(satellite: &str, sets: &[String]) -> anyhow::Result<config::Model> {
 
 /// Where results go: a folder for everything, or single files told apart by their ending.
 #[derive(Debug, Clone, Args)]
-struct OutArgs {
+pub struct OutArgs {
     /// Folder for table and figure, or a file: .ecsv is the table, .svg the figure (repeatable)
     #[arg(short, long, value_name = "DIR|FILE")]
     out: Vec<PathBuf>,
@@ -107,7 +127,7 @@ struct OutArgs {
 
 impl OutArgs {
     /// The tables and the figures to write; folders are made.
-    fn files(&self, stem: &str) -> anyhow::Result<(Vec<PathBuf>, Vec<PathBuf>)> {
+    pub fn files(&self, stem: &str) -> anyhow::Result<(Vec<PathBuf>, Vec<PathBuf>)> {
         let (mut tables, mut figures) = (Vec::new(), Vec::new());
         let made = |folder: &Path| std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, e));
         for out in &self.out {

@@ -6,19 +6,22 @@ use std::path::PathBuf;
 use clap::Args;
 use satphot::brightness::scene::local_radius_km;
 use satphot::brightness::sky::{SkyGrid, SkyMap, sky_map};
-use satphot::brightness::{Catalogue, ModelSettings, Satellite, ToleranceOf};
+use satphot::brightness::{ModelSettings, Satellite, ToleranceOf};
 use satphot::config::{self, EarthRadius, LunarEclipse};
+use satphot::night::clock::iso_utc;
 use satphot::night::explain::explain_scenes;
 use satphot::night::predict::{flux_per_e0, prediction_meta, sky_rows};
 use satphot::night::progress::Progress as _;
 use satphot::report::columns::SKY;
-use satphot::report::plot::sky_map as draw;
+use satphot::report::plot::{sky_map as draw, sky_sequence};
 use satphot::report::summary::text_table;
-use satphot::report::{Meta, MetaValue, SkyRow, write_sky};
+use satphot::report::{Meta, MetaValue, SkyRow, write_cells, write_sky};
 
 use super::super::orbit_args::{SiteArg, bad, configuration};
 use super::super::{bar::Bars, print, tell, threads};
+use super::dome_args::height_km;
 use super::lamps::{LampArgs, Lamps};
+use super::sequence::{SequenceArgs, SkyOfMoment, cells, columns};
 use super::{Clock, ModelArgs, OutArgs, band_note, on_threads};
 
 /// Radius of the Earth where no site says which \[km\].
@@ -45,6 +48,8 @@ Examples:
       --sun-az-deg 90 -o map
   satphot predict sky --satellite iss --sun-alt-deg -45 --sun-az-deg 90 \\
                       --moon-alt-deg 45 --moon-az-deg 200 --csv
+  satphot predict sky --satellite iss --height-km 420 --site -33.7703,151.1113,70 \\
+      --time 2025-06-11T04:00:00 --sequence 4 --also 2025-06-18T04:00:00 -o skies
 As lumos-sat computes it (parallel light, cylinder shadow, array at right angles to nadir),
 flux only:
   satphot predict sky --satellite starlink-v1.5 --height-km 550 --mode as_published \\
@@ -70,6 +75,8 @@ pub struct Sky {
     place: SiteArg,
     #[command(flatten)]
     lamps: LampArgs,
+    #[command(flatten)]
+    sequence: SequenceArgs,
     /// Height of the orbits [km]; the catalogue's where it has one
     #[arg(long, value_name = "KM", allow_hyphen_values = true)]
     height_km: Option<f64>,
@@ -112,6 +119,9 @@ impl Sky {
         let mut settings = ModelSettings { tolerance_of: ToleranceOf::Total, ..ModelSettings::try_from(&model)? };
         let site = site.or_else(|| config.as_ref().filter(|_| self.lamps.at_a_time()).map(|c| c.site.clone()));
 
+        if self.sequence.is_wanted() {
+            return self.through_the_day(&model, &satellite, &settings, site.as_ref());
+        }
         if self.lamps.has_own_phase() {
             // a phase of one's own is not that of the directions, so neither is their eclipse
             settings.effects.lunar_eclipse = LunarEclipse::Ignored;
@@ -119,15 +129,8 @@ impl Sky {
         let effects = settings.effects;
         let lamps = Lamps::new(&self.lamps, site.as_ref(), &settings)?;
         lamps.check_attitudes(&satellite)?;
-        let radius_km = match (self.sphere_radius_km, &lamps.site_km) {
-            (Some(radius_km), _) => radius_km,
-            (None, Some(site_km)) if effects.earth_radius == EarthRadius::Local => local_radius_km(site_km),
-            (None, _) => RADIUS_KM,
-        };
-        if !(1.0..=1e6).contains(&radius_km) {
-            return Err(bad("--sphere-radius-km", format!("{radius_km} is outside 1 to 1000000 km")));
-        }
-        let height_km = self.height_km(&model)?;
+        let radius_km = self.radius_km(&lamps, &settings)?;
+        let height_km = height_km(self.height_km, &model)?;
         let sky = lamps.sky(radius_km, height_km, self.track_az_deg.to_radians())?;
 
         if effects.lunar_eclipse == LunarEclipse::Applied && sky.moon_out_of_eclipse() < 1.0 && !self.quiet {
@@ -183,20 +186,76 @@ impl Sky {
         }
         Ok(())
     }
+}
 
-    /// The height that is given, else the middle of the first orbits the catalogue knows.
-    fn height_km(&self, model: &config::Model) -> anyhow::Result<f64> {
-        match self.height_km {
-            Some(h) if (1.0..=1e6).contains(&h) => return Ok(h),
-            Some(h) => return Err(bad("--height-km", format!("{h} is outside 1 to 1000000 km"))),
-            None => {}
+impl Sky {
+    /// Radius of the sphere the observer is on.
+    fn radius_km(&self, lamps: &Lamps, settings: &ModelSettings) -> anyhow::Result<f64> {
+        let radius_km = match (self.sphere_radius_km, &lamps.site_km) {
+            (Some(radius_km), _) => radius_km,
+            (None, Some(site_km)) if settings.effects.earth_radius == EarthRadius::Local => local_radius_km(site_km),
+            (None, _) => RADIUS_KM,
+        };
+        if !(1.0..=1e6).contains(&radius_km) {
+            return Err(bad("--sphere-radius-km", format!("{radius_km} is outside 1 to 1000000 km")));
         }
-        let known = Catalogue::load(model.satellites.as_deref())?;
-        let entry = known.find(&model.satellite).ok().filter(|_| model.surfaces.is_empty());
-        let shell = entry.and_then(|e| e.orbits.first()).map(|shell| shell.height_km.bounds());
-        shell
-            .map(|[low, high]| 0.5 * (low + high))
-            .ok_or_else(|| bad("--height-km", format!("no orbit of {} is known; give the height", model.satellite)))
+        Ok(radius_km)
+    }
+
+    /// Maps every few hours: one sheet, one table, a line each.
+    fn through_the_day(
+        &self,
+        model: &config::Model,
+        satellite: &Satellite,
+        settings: &ModelSettings,
+        site: Option<&config::Site>,
+    ) -> anyhow::Result<()> {
+        let days = self.sequence.moments(self.lamps.moment())?;
+        let height_km = height_km(self.height_km, model)?;
+        let bar = Bars::new(!self.quiet);
+        bar.stage("skies", days.iter().map(Vec::len).sum::<usize>() * self.grid.az_deg.len());
+        let (mut skies, mut lines) = (Vec::new(), Vec::new());
+        let mut meta = prediction_meta("satphot.sky_sequence/1", model, site);
+        let across = days.first().map_or(1, Vec::len);
+        for epoch in days.into_iter().flatten() {
+            let lamps = Lamps::new(&self.lamps.at(iso_utc(epoch, 9)), site, settings)?;
+            let radius_km = self.radius_km(&lamps, settings)?;
+            if skies.is_empty() {
+                meta.push("sphere_radius_km", radius_km);
+                meta.push("height_km", height_km);
+                meta.push("track_az_deg", self.track_az_deg);
+            }
+            let sky = lamps.sky(radius_km, height_km, self.track_az_deg.to_radians())?;
+            let map = on_threads(self.jobs, || sky_map(&sky, &self.grid, satellite, settings, &|| bar.tick()))??;
+            let sky = SkyOfMoment { epoch, rows: sky_rows(&map), marks: lamps.marks };
+            let equal_areas = settings.effects.sampling == config::Sampling::SolidAngle;
+            let (text, lit) = spread(&map, equal_areas).unwrap_or(("no light".into(), 0.0));
+            lines.push(sky.line(&text, lit));
+            skies.push(sky);
+        }
+        bar.done();
+        let title = format!("{} at {height_km} km through the day", satellite.name);
+        let (tables, figures) = self.out.files("sky_sequence")?;
+        if self.csv || !tables.is_empty() {
+            let (columns, records) = (columns(), cells(&skies)?);
+            tables.iter().try_for_each(|table| write_cells(table, &records, &columns, &meta))?;
+            if self.csv {
+                let mut csv = csv::Writer::from_writer(Vec::new());
+                csv.write_record(columns.iter().map(|c| c.name))?;
+                records.iter().try_for_each(|record| csv.write_record(record))?;
+                print(&String::from_utf8_lossy(&csv.into_inner()?));
+            }
+        }
+        let panels: Vec<_> = skies.iter().map(SkyOfMoment::panel).collect();
+        figures.iter().try_for_each(|figure| sky_sequence(figure, &panels, across, &title))?;
+        if !self.csv {
+            let head = ["UTC", "Sun deg", "Moon deg", "lit %", "V over the sky"];
+            print(&format!("{title}\n{}", text_table(&head, &lines)));
+        }
+        for file in tables.iter().chain(&figures).filter(|_| !self.quiet) {
+            tell(&format!("wrote {}", file.display()));
+        }
+        Ok(())
     }
 }
 

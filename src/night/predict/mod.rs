@@ -2,7 +2,13 @@
 //!
 //! Times in UTC, steps in s, altitudes in rad; the rows have the columns of every other table. No weather, no detector.
 
+pub mod constellation;
+pub mod day;
+pub mod dome;
+pub mod month;
 mod sky;
+pub mod tally;
+pub mod walker;
 
 use hifitime::Epoch;
 use rayon::prelude::*;

@@ -8,12 +8,13 @@ use rand::Rng;
 use rand_distr::{Distribution, Normal};
 
 use super::field::{Star, draw_field};
-use super::flux::{MoonInSky, rate_e_s, sky_v_mag_arcsec2};
+use super::flux::{rate_e_s, sky_v_mag_arcsec2};
 use super::noise::{Camera, Response, expose, stream};
 use super::render::{PixelPsf, add_star};
 use super::scenario::Scenario;
 use super::truth::{StarTruth, Truth};
 use crate::config::{self};
+use crate::detect::sky_brightness::MoonInSky;
 use crate::error::{Error, Result};
 use crate::frames::{CardValue, Detector, Gain, write_u16};
 use crate::night::clock::{iso_utc, parse_utc, shifted};

@@ -235,9 +235,16 @@ impl Zeropoint {
     /// # Errors
     /// [`Error::Io`]; [`Error::Table`] naming the key, another sign convention or unit, or a covariance that is none.
     pub fn read(path: &Path) -> Result<Zeropoint> {
-        let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
+        Self::parse(path, &std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?)
+    }
+
+    /// As [`Zeropoint::read`], of a text; `path` is for messages.
+    ///
+    /// # Errors
+    /// [`Error::Table`] as there.
+    pub fn parse(path: &Path, text: &str) -> Result<Zeropoint> {
         let bad = |problem: String| Error::Table { path: path.to_owned(), line: None, problem };
-        let file: File = toml::from_str(&text).map_err(|e| {
+        let file: File = toml::from_str(text).map_err(|e| {
             let line = e.span().map(|s| text[..s.start.min(text.len())].matches('\n').count() + 1);
             Error::Table { path: path.to_owned(), line, problem: e.message().to_owned() }
         })?;

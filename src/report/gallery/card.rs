@@ -9,6 +9,12 @@ use crate::photometry::Flags;
 use crate::report::rows::PhotometryRow;
 use crate::report::thumb::Thumb;
 
+/// What the card of a frame is called in links.
+pub(in crate::report) fn card_id(frame: &str) -> String {
+    let plain = frame.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' });
+    "frame-".chars().chain(plain).collect()
+}
+
 /// The card of a frame; `place` is its place in the order of the page, `png` its picture in base64.
 pub(super) fn card(place: usize, row: &PhotometryRow, thumb: &Thumb, png: &str) -> Markup {
     let verdict = known_verdict(&row.verdict);
@@ -16,7 +22,7 @@ pub(super) fn card(place: usize, row: &PhotometryRow, thumb: &Thumb, png: &str) 
     let alt = format!("{}: {}{}", row.frame, what(row), side_arcsec.unwrap_or_default());
     let flags = Flags(row.flags).to_string().replace('+', ", ");
     html! {
-        li class={ "card " (verdict) } data-place=(place) data-verdict=(verdict) data-time=[row.mjd_mid_d]
+        li id=(card_id(&row.frame)) class={ "card " (verdict) } data-place=(place) data-verdict=(verdict) data-time=[row.mjd_mid_d]
             data-mag=[magnitude(row)] data-snr=[row.snr] data-alt=[row.alt_deg] data-contam=[row.contam_frac] {
             h3 { (row.frame) }
             div.picture {

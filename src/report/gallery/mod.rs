@@ -3,7 +3,7 @@
 //! One file that needs no other: pictures as data, a little script to sort, no network. Everything a header says is
 //! escaped. The bytes depend on the rows and pictures alone. Leaves out: light curves and tables of the night.
 
-mod card;
+pub(super) mod card;
 mod overlay;
 
 use std::cmp::Ordering;
@@ -132,7 +132,7 @@ fn not_measured(failed: &[&PhotometryRow], most: usize) -> Markup {
 }
 
 /// Order and choice; shown by the script, without which the order is worst first.
-fn controls() -> Markup {
+pub(super) fn controls() -> Markup {
     let orders = [
         ("place", "worst first"),
         ("time", "time"),
@@ -156,7 +156,7 @@ fn controls() -> Markup {
 }
 
 /// What lines and colours mean.
-fn legend() -> Markup {
+pub(super) fn legend() -> Markup {
     let marks = ["masked or NaN", "saturated", "outside the frame or the clip circle"];
     html! {
         ul.legend {

@@ -2,7 +2,7 @@
 
 /// A span of values on one axis, `from` at the left or bottom end; `from > to` is a reversed axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Span {
+pub(in crate::report) struct Span {
     /// Value at the left or bottom end.
     pub from: f64,
     /// Value at the right or top end.
@@ -11,7 +11,7 @@ pub(super) struct Span {
 
 impl Span {
     /// The span of the finite values with 6 % of room, at least `least` wide; `None` without any value.
-    pub(super) fn around(values: impl IntoIterator<Item = f64>, least: f64) -> Option<Self> {
+    pub(in crate::report) fn around(values: impl IntoIterator<Item = f64>, least: f64) -> Option<Self> {
         let (lo, hi) = values
             .into_iter()
             .filter(|v| v.abs() < 1e15) // finite, and far from where widths overflow
@@ -25,24 +25,24 @@ impl Span {
     }
 
     /// The same values the other way round.
-    pub(super) fn reversed(self) -> Self {
+    pub(in crate::report) fn reversed(self) -> Self {
         Span { from: self.to, to: self.from }
     }
 
-    pub(super) fn low(self) -> f64 {
+    pub(in crate::report) fn low(self) -> f64 {
         self.from.min(self.to)
     }
 
-    pub(super) fn high(self) -> f64 {
+    pub(in crate::report) fn high(self) -> f64 {
         self.from.max(self.to)
     }
 
-    pub(super) fn holds(self, value: f64) -> bool {
+    pub(in crate::report) fn holds(self, value: f64) -> bool {
         (self.low()..=self.high()).contains(&value)
     }
 
     /// Round numbers inside, at most about `count` of them, and the decimals their labels need.
-    pub(super) fn ticks(self, count: usize) -> (Vec<f64>, usize) {
+    pub(in crate::report) fn ticks(self, count: usize) -> (Vec<f64>, usize) {
         let raw = (self.high() - self.low()) / count.max(1) as f64;
         let power = 10f64.powf(raw.log10().floor());
         let step = power * [1.0, 2.0, 5.0, 10.0].into_iter().find(|s| s * power >= raw).unwrap_or(10.0);
@@ -51,7 +51,7 @@ impl Span {
     }
 
     /// Round times inside, at most about `count` of them; the values are seconds.
-    pub(super) fn time_ticks(self, count: usize) -> Vec<f64> {
+    pub(in crate::report) fn time_ticks(self, count: usize) -> Vec<f64> {
         const STEPS_S: [f64; 17] = [
             1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0, 7200.0, 10800.0,
             14400.0, 21600.0,
@@ -70,7 +70,7 @@ fn multiples(span: Span, step: f64) -> Vec<f64> {
 }
 
 /// `hh:mm:ss` of seconds since midnight.
-pub(super) fn clock(seconds: f64) -> String {
+pub(in crate::report) fn clock(seconds: f64) -> String {
     let s = (seconds.round() as i64).rem_euclid(86_400);
     format!("{:02}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60)
 }

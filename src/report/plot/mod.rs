@@ -3,24 +3,39 @@
 //! Fixed sizes, colour-blind-safe colours (Okabe & Ito 2008), brightness upwards. A figure without data says why.
 
 mod accuracy;
-mod axis;
+pub(super) mod axis;
 mod brdf;
 mod canvas;
+mod day;
 mod growth;
+mod labels;
 mod light_curve;
+mod limits;
+mod month;
+mod moon;
 mod panel;
 mod residuals;
 mod sed;
 mod sky_map;
+mod sky_sequence;
+mod streak;
 mod transfer;
 mod zeropoint;
 
 pub use accuracy::error_against_time;
 pub use brdf::{FittedRow, brdf_curves, brdf_fit};
+pub use day::{Violin, day};
 pub use growth::growth_curve;
+pub use labels::{LabelSample, label_histogram};
 pub use light_curve::{light_curve, light_curves};
+pub use limits::{LimitCurve, LimitPanel, limit_panels};
+pub use month::month;
+pub use moon::moon_laws;
 pub use residuals::residuals_altitude;
 pub use sed::{SedCurve, sed};
+pub(super) use sky_map::viridis;
 pub use sky_map::{SkyMark, sky_map};
+pub use sky_sequence::{SkyPanel, sky_sequence};
+pub use streak::{StreakBand, streak};
 pub use transfer::{TransferCurve, photon_transfer};
 pub use zeropoint::zeropoint_diagnostics;

@@ -17,6 +17,8 @@ pub(super) enum Ticks {
     Numbers,
     /// Seconds since midnight as `hh:mm:ss`.
     Clock,
+    /// Seconds since midnight as `hh:mm`, a tick every few hours.
+    Hours,
 }
 
 /// A frame on the sheet with the values of its edges.
@@ -64,18 +66,26 @@ impl Panel<'_, '_> {
                 (HPos::Right, VPos::Center),
             )?;
         }
-        let room = if x_ticks == Ticks::Clock { 170 } else { 100 };
+        let room = match x_ticks {
+            Ticks::Clock => 170,
+            Ticks::Hours => 130,
+            Ticks::Numbers => 100,
+        };
         let count = ((right - left) / room).clamp(3, 10) as usize;
         let (x_values, decimals) = match x_ticks {
             Ticks::Numbers => self.x.ticks(count),
-            Ticks::Clock => (self.x.time_ticks(count), 0),
+            Ticks::Clock | Ticks::Hours => (self.x.time_ticks(count), 0),
         };
         for x in x_values {
             let at = self.px(x);
             self.sheet.draw(&PathElement::new(vec![(at, top), (at, bottom)], line(PALE, 1)))?;
             self.sheet.draw(&PathElement::new(vec![(at, bottom), (at, bottom + 8)], line(INK, 2)))?;
             if !x_title.is_empty() {
-                let text = if x_ticks == Ticks::Clock { clock(x) } else { signed(&format!("{x:.decimals$}")) };
+                let text = match x_ticks {
+                    Ticks::Clock => clock(x),
+                    Ticks::Hours => clock(x).chars().take(5).collect(),
+                    Ticks::Numbers => signed(&format!("{x:.decimals$}")),
+                };
                 write_text(self.sheet, &text, (at, bottom + 14), SMALL, INK, (HPos::Center, VPos::Top))?;
             }
         }

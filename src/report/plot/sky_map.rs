@@ -16,9 +16,8 @@ use crate::report::rows::SkyRow;
 
 /// Shown size \[px\].
 const SIZE: (u32, u32) = (960, 800);
-/// Centre and radius of the sky \[drawn px\].
-const CENTRE: (f64, f64) = (740.0, 830.0);
-const RADIUS: f64 = 610.0;
+/// The one sky of a map.
+const WHOLE: Disc = Disc { centre: (740.0, 830.0), radius: 610.0, small: false };
 /// Left end of colour bar and notes.
 const ASIDE: i32 = 1610;
 /// Between hatch lines, and between samples along them \[drawn px\].
@@ -40,6 +39,15 @@ const VIRIDIS: [(f64, f64, f64); 9] = [
     (253.0, 231.0, 37.0),
 ];
 
+/// The colour at a share of the viridis map: 0 = dark violet, 1 = yellow.
+pub(in crate::report) fn viridis(share: f64) -> (u8, u8, u8) {
+    let at = share.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
+    let i = (at as usize).min(VIRIDIS.len() - 2);
+    let (a, b, t) = (VIRIDIS[i], VIRIDIS[i + 1], at - i as f64);
+    let mix = |a: f64, b: f64| (a + t * (b - a)).round() as u8;
+    (mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
+}
+
 /// The Sun or the Moon on the map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SkyMark {
@@ -51,8 +59,17 @@ pub struct SkyMark {
     pub az_deg: f64,
 }
 
+/// Where a sky is on the sheet \[drawn px\].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Disc {
+    pub centre: (f64, f64),
+    pub radius: f64,
+    /// One of many: no texts inside, Sun and Moon without their names.
+    pub small: bool,
+}
+
 /// Steps of magnitude and their colours.
-struct Levels {
+pub(super) struct Levels {
     step_mag: f64,
     /// Number of the brightest and the faintest step.
     ends: (i64, i64),
@@ -61,10 +78,10 @@ struct Levels {
 }
 
 /// The rows as a grid: altitudes and azimuths in order, and the level of each cell.
-struct Cells {
+pub(super) struct Cells {
     alt_deg: Vec<f64>,
     az_deg: Vec<f64>,
-    level: Vec<Option<i64>>,
+    pub level: Vec<Option<i64>>,
 }
 
 /// Draws a map from the rows of its table, altitude running fastest; `notes` are written below the legend.
@@ -78,11 +95,8 @@ pub fn sky_map(path: &Path, rows: &[SkyRow], marks: &[SkyMark], title: &str, not
     let cells = Cells::of(rows, &levels);
     figure(path, SIZE, |sheet| {
         write_text(sheet, title, (40, 26), TITLE, INK, (HPos::Left, VPos::Top))?;
-        cells.fill(sheet, &levels)?;
-        cells.hatch(sheet)?;
-        graticule(sheet)?;
-        marks.iter().try_for_each(|mark| body(sheet, mark))?;
-        levels.bar(sheet, cells.level.contains(&None))?;
+        WHOLE.sky(sheet, &cells, &levels, marks)?;
+        levels.bar(sheet, ASIDE, cells.level.contains(&None))?;
         for (i, note) in notes.iter().enumerate() {
             write_text(
                 sheet,
@@ -97,11 +111,21 @@ pub fn sky_map(path: &Path, rows: &[SkyRow], marks: &[SkyMark], title: &str, not
     })
 }
 
-/// Where a direction is on the sheet.
-fn place(alt_deg: f64, az_deg: f64) -> (f64, f64) {
-    let r = RADIUS * (90.0 - alt_deg) / 90.0;
-    let (sin_a, cos_a) = az_deg.to_radians().sin_cos();
-    (CENTRE.0 - r * sin_a, CENTRE.1 - r * cos_a)
+impl Disc {
+    /// The cells, the circles of altitude, Sun and Moon.
+    pub(super) fn sky(&self, sheet: &Sheet, cells: &Cells, levels: &Levels, marks: &[SkyMark]) -> Drawn {
+        cells.fill(sheet, self, levels)?;
+        cells.hatch(sheet, self)?;
+        self.graticule(sheet)?;
+        marks.iter().try_for_each(|mark| self.body(sheet, mark))
+    }
+
+    /// Where a direction is on the sheet.
+    fn place(&self, alt_deg: f64, az_deg: f64) -> (f64, f64) {
+        let r = self.radius * (90.0 - alt_deg) / 90.0;
+        let (sin_a, cos_a) = az_deg.to_radians().sin_cos();
+        (self.centre.0 - r * sin_a, self.centre.1 - r * cos_a)
+    }
 }
 
 fn pixel((x, y): (f64, f64)) -> (i32, i32) {
@@ -111,8 +135,8 @@ fn pixel((x, y): (f64, f64)) -> (i32, i32) {
 impl Levels {
     /// The finest round step with at most [`MOST_LEVELS`] from the brightest direction to where 1 % are fainter, so that
     /// a few in the penumbra do not take all the colours; `None` without any magnitude.
-    fn of(rows: &[SkyRow]) -> Option<Self> {
-        let mut lit: Vec<f64> = rows.iter().filter_map(|r| r.model_v_mag).filter(|v| v.is_finite()).collect();
+    pub(super) fn of<'r>(rows: impl IntoIterator<Item = &'r SkyRow>) -> Option<Self> {
+        let mut lit: Vec<f64> = rows.into_iter().filter_map(|r| r.model_v_mag).filter(|v| v.is_finite()).collect();
         lit.sort_by(f64::total_cmp);
         let (low, high) = (*lit.first()?, *lit.get((lit.len() - 1) * 99 / 100)?);
         let steps = [0.02, 0.05, 0.1, 0.2, 0.25, 0.5, 1.0, 2.0, 5.0];
@@ -133,16 +157,13 @@ impl Levels {
     /// Bright is yellow, faint is violet.
     fn colour(&self, level: i64) -> RGBColor {
         let share = (level - self.ends.0) as f64 / (self.count() - 1).max(1) as f64;
-        let at = (1.0 - share.clamp(0.0, 1.0)) * (VIRIDIS.len() - 1) as f64;
-        let i = (at as usize).min(VIRIDIS.len() - 2);
-        let (a, b, t) = (VIRIDIS[i], VIRIDIS[i + 1], at - i as f64);
-        let mix = |a: f64, b: f64| (a + t * (b - a)).round() as u8;
-        RGBColor(mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
+        let (r, g, b) = viridis(1.0 - share);
+        RGBColor(r, g, b)
     }
 
     /// The colour bar, bright on top, and what grey means.
-    fn bar(&self, sheet: &Sheet, dark: bool) -> Drawn {
-        let (left, right, top, bottom) = (ASIDE, ASIDE + 60, 220, 960);
+    pub(super) fn bar(&self, sheet: &Sheet, aside: i32, dark: bool) -> Drawn {
+        let (left, right, top, bottom) = (aside, aside + 60, 220, 960);
         let left_centre = (HPos::Left, VPos::Center);
         write_text(sheet, "V [mag]", (left, top - 50), LABEL, INK, left_centre)?;
         let edge = |level: i64| top + ((bottom - top) as i64 * (level - self.ends.0) / self.count()) as i32;
@@ -175,7 +196,7 @@ impl Levels {
 }
 
 impl Cells {
-    fn of(rows: &[SkyRow], levels: &Levels) -> Self {
+    pub(super) fn of(rows: &[SkyRow], levels: &Levels) -> Self {
         let n_alt = rows.iter().take_while(|r| r.az_deg == rows[0].az_deg).count().max(1);
         Self {
             alt_deg: rows.iter().take(n_alt).map(|r| r.alt_deg).collect(),
@@ -197,7 +218,7 @@ impl Cells {
 
     /// Rings from the horizon inwards; neighbours of one level are one piece. Pieces reach a little under those drawn
     /// after them, so that no seam shows.
-    fn fill(&self, sheet: &Sheet, levels: &Levels) -> Drawn {
+    fn fill(&self, sheet: &Sheet, disc: &Disc, levels: &Levels) -> Drawn {
         for i in 0..self.alt_deg.len() {
             let (low_deg, high_deg) = Self::edges(&self.alt_deg, i);
             let mut start = 0;
@@ -207,7 +228,7 @@ impl Cells {
                 let (from_deg, to_deg) = (Self::edges(&self.az_deg, start).0, Self::edges(&self.az_deg, end).1);
                 let under = if end + 1 < self.az_deg.len() { 0.4 } else { 0.0 };
                 let colour = level.map_or(DARK, |level| levels.colour(level));
-                sector(sheet, (low_deg, (high_deg + 0.4).min(90.0)), (from_deg, to_deg + under), colour)?;
+                disc.sector(sheet, (low_deg, (high_deg + 0.4).min(90.0)), (from_deg, to_deg + under), colour)?;
                 start = end + 1;
             }
         }
@@ -215,15 +236,15 @@ impl Cells {
     }
 
     /// Diagonal lines over what has no light.
-    fn hatch(&self, sheet: &Sheet) -> Drawn {
-        let r = RADIUS as i32;
+    fn hatch(&self, sheet: &Sheet, disc: &Disc) -> Drawn {
+        let r = disc.radius as i32;
         let (spacing, sample) = HATCH;
         for offset in (-2 * r..=2 * r).step_by(spacing as usize) {
             let mut run: Vec<(i32, i32)> = Vec::new();
             for x in (-r..=r + sample).step_by(sample as usize) {
                 let at = (x, offset - x);
-                if x <= r && self.is_dark(at) {
-                    run.push((at.0 + CENTRE.0 as i32, at.1 + CENTRE.1 as i32));
+                if x <= r && self.is_dark(disc, at) {
+                    run.push((at.0 + disc.centre.0 as i32, at.1 + disc.centre.1 as i32));
                     continue;
                 }
                 if let (Some(a), Some(b)) = (run.first(), run.last()) {
@@ -236,9 +257,9 @@ impl Cells {
     }
 
     /// Whether a place, from the centre of the disc, is in a cell without light.
-    fn is_dark(&self, (x, y): (i32, i32)) -> bool {
+    fn is_dark(&self, disc: &Disc, (x, y): (i32, i32)) -> bool {
         let (x, y) = (f64::from(x), f64::from(y));
-        let alt_deg = 90.0 * (1.0 - x.hypot(y) / RADIUS);
+        let alt_deg = 90.0 * (1.0 - x.hypot(y) / disc.radius);
         let az_deg = (-x).atan2(-y).to_degrees().rem_euclid(360.0);
         let nearest = |values: &[f64], v: f64| {
             let off = |i: &usize| (values[*i] - v).abs();
@@ -248,59 +269,71 @@ impl Cells {
     }
 }
 
-/// A piece of a ring between two altitudes and two azimuths.
-fn sector(sheet: &Sheet, alt_deg: (f64, f64), az_deg: (f64, f64), colour: RGBColor) -> Drawn {
-    let steps = ((az_deg.1 - az_deg.0) / 2.0).ceil().max(1.0) as usize;
-    let az = |k: usize| az_deg.0 + (az_deg.1 - az_deg.0) * k as f64 / steps as f64;
-    let mut outline: Vec<(i32, i32)> = (0..=steps).map(|k| pixel(place(alt_deg.0, az(k)))).collect();
-    outline.extend((0..=steps).rev().map(|k| pixel(place(alt_deg.1, az(k)))));
-    outline.dedup();
-    sheet.draw(&Polygon::new(outline, colour.filled()))
-}
+impl Disc {
+    /// A piece of a ring between two altitudes and two azimuths.
+    fn sector(&self, sheet: &Sheet, alt_deg: (f64, f64), az_deg: (f64, f64), colour: RGBColor) -> Drawn {
+        let steps = ((az_deg.1 - az_deg.0) / 2.0).ceil().max(1.0) as usize;
+        let az = |k: usize| az_deg.0 + (az_deg.1 - az_deg.0) * k as f64 / steps as f64;
+        let mut outline: Vec<(i32, i32)> = (0..=steps).map(|k| pixel(self.place(alt_deg.0, az(k)))).collect();
+        outline.extend((0..=steps).rev().map(|k| pixel(self.place(alt_deg.1, az(k)))));
+        outline.dedup();
+        sheet.draw(&Polygon::new(outline, colour.filled()))
+    }
 
-/// Horizon, circles of altitude with their degrees, and the points of the compass.
-fn graticule(sheet: &Sheet) -> Drawn {
-    let centre = pixel(CENTRE);
-    let white = RGBColor(255, 255, 255);
-    for alt_deg in [30.0, 60.0] {
-        let r = (RADIUS * (90.0 - alt_deg) / 90.0) as i32;
-        sheet.draw(&Circle::new(centre, r, ShapeStyle { color: white.mix(0.8), filled: false, stroke_width: 2 }))?;
-        let at = pixel(place(alt_deg, 202.0));
-        let ground = [(at.0 - 34, at.1 - 20), (at.0 + 34, at.1 + 20)];
-        sheet.draw(&Rectangle::new(ground, white.mix(0.75).filled()))?;
-        write_text(sheet, &format!("{alt_deg:.0}°"), at, SMALL, INK, (HPos::Center, VPos::Center))?;
+    /// Horizon, circles of altitude with their degrees, and the points of the compass.
+    fn graticule(&self, sheet: &Sheet) -> Drawn {
+        let centre = pixel(self.centre);
+        let white = RGBColor(255, 255, 255);
+        for alt_deg in [30.0, 60.0] {
+            let r = (self.radius * (90.0 - alt_deg) / 90.0) as i32;
+            sheet.draw(&Circle::new(
+                centre,
+                r,
+                ShapeStyle { color: white.mix(0.8), filled: false, stroke_width: 2 },
+            ))?;
+            if self.small {
+                continue;
+            }
+            let at = pixel(self.place(alt_deg, 202.0));
+            let ground = [(at.0 - 34, at.1 - 20), (at.0 + 34, at.1 + 20)];
+            sheet.draw(&Rectangle::new(ground, white.mix(0.75).filled()))?;
+            write_text(sheet, &format!("{alt_deg:.0}°"), at, SMALL, INK, (HPos::Center, VPos::Center))?;
+        }
+        sheet.draw(&Circle::new(centre, self.radius as i32, stroke(INK, 3)))?;
+        sheet.draw(&PathElement::new(vec![(centre.0 - 10, centre.1), (centre.0 + 10, centre.1)], stroke(white, 2)))?;
+        sheet.draw(&PathElement::new(vec![(centre.0, centre.1 - 10), (centre.0, centre.1 + 10)], stroke(white, 2)))?;
+        for (name, az_deg) in [("N", 0.0), ("E", 90.0), ("S", 180.0), ("W", 270.0)] {
+            let at = pixel(self.place(-5.5, az_deg));
+            write_text(sheet, name, at, LABEL + 4, INK, (HPos::Center, VPos::Center))?;
+        }
+        Ok(())
     }
-    sheet.draw(&Circle::new(centre, RADIUS as i32, stroke(INK, 3)))?;
-    sheet.draw(&PathElement::new(vec![(centre.0 - 10, centre.1), (centre.0 + 10, centre.1)], stroke(white, 2)))?;
-    sheet.draw(&PathElement::new(vec![(centre.0, centre.1 - 10), (centre.0, centre.1 + 10)], stroke(white, 2)))?;
-    for (name, az_deg) in [("N", 0.0), ("E", 90.0), ("S", 180.0), ("W", 270.0)] {
-        let at = pixel(place(-5.5, az_deg));
-        write_text(sheet, name, at, LABEL + 4, INK, (HPos::Center, VPos::Center))?;
-    }
-    Ok(())
-}
 
-/// Sun or Moon with its altitude: at its place, or open outside the rim in its azimuth when it is below the horizon.
-fn body(sheet: &Sheet, mark: &SkyMark) -> Drawn {
-    let up = mark.alt_deg >= 0.0;
-    let fill = if mark.name == "Sun" { ORANGE } else { RGBColor(255, 255, 255) };
-    let shown = (mark.alt_deg.clamp(0.0, 90.0), mark.az_deg);
-    let at = pixel(if up { place(shown.0, shown.1) } else { place(-5.5, shown.1) });
-    if up {
-        sheet.draw(&Circle::new(at, 18, fill.filled()))?;
-        sheet.draw(&Circle::new(at, 18, stroke(INK, 3)))?;
-    } else {
-        sheet.draw(&Circle::new(at, 14, RGBColor(255, 255, 255).filled()))?;
-        sheet.draw(&Circle::new(at, 14, stroke(if mark.name == "Sun" { ORANGE } else { GREY }, 5)))?;
+    /// Sun or Moon with its altitude: at its place, or open outside the rim in its azimuth when it is below the horizon.
+    fn body(&self, sheet: &Sheet, mark: &SkyMark) -> Drawn {
+        let up = mark.alt_deg >= 0.0;
+        let fill = if mark.name == "Sun" { ORANGE } else { RGBColor(255, 255, 255) };
+        let shown = (mark.alt_deg.clamp(0.0, 90.0), mark.az_deg);
+        let at = pixel(if up { self.place(shown.0, shown.1) } else { self.place(-5.5, shown.1) });
+        if up {
+            sheet.draw(&Circle::new(at, 18, fill.filled()))?;
+            sheet.draw(&Circle::new(at, 18, stroke(INK, 3)))?;
+        } else {
+            sheet.draw(&Circle::new(at, 14, RGBColor(255, 255, 255).filled()))?;
+            sheet.draw(&Circle::new(at, 14, stroke(if mark.name == "Sun" { ORANGE } else { GREY }, 5)))?;
+        }
+        if self.small {
+            return Ok(());
+        }
+        let text = signed(&format!("{} {:.1}°", mark.name, mark.alt_deg));
+        // below or above the mark, away from the middle, inside the sheet
+        let half = 9 * text.chars().count() as i32;
+        let x = at.0.clamp(half + 8, sheet.dim_in_pixel().0 as i32 - half);
+        let y = at.1 + if f64::from(at.1) < self.centre.1 { -42 } else { 42 };
+        let ground = [(x - half, y - 20), (x + half, y + 20)];
+        sheet.draw(&Rectangle::new(ground, RGBColor(255, 255, 255).mix(0.75).filled()))?;
+        write_text(sheet, &text, (x, y), SMALL, INK, (HPos::Center, VPos::Center))
     }
-    let text = signed(&format!("{} {:.1}°", mark.name, mark.alt_deg));
-    // below or above the mark, away from the middle, inside the sheet
-    let half = 9 * text.chars().count() as i32;
-    let x = at.0.clamp(half + 8, 2 * SIZE.0 as i32 - half);
-    let y = at.1 + if f64::from(at.1) < CENTRE.1 { -42 } else { 42 };
-    let ground = [(x - half, y - 20), (x + half, y + 20)];
-    sheet.draw(&Rectangle::new(ground, RGBColor(255, 255, 255).mix(0.75).filled()))?;
-    write_text(sheet, &text, (x, y), SMALL, INK, (HPos::Center, VPos::Center))
 }
 
 fn stroke(colour: RGBColor, width: u32) -> ShapeStyle {

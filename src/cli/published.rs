@@ -1,0 +1,184 @@
+//! `satphot published`: what the paper prints beside what is computed here; its table of light classes from any magnitudes.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use satphot::published::labels::{Labelled, read_labelled, summary};
+use satphot::published::{Published, published, table};
+use satphot::report::Meta;
+use satphot::report::plot::{LabelSample, label_histogram};
+use satphot::report::published::{LABELS, LabelRow, write_labels, write_published};
+use satphot::report::summary::text_table;
+
+use super::orbit_args::bad;
+use super::{print, tell, threads};
+
+const AFTER_HELP: &str = "\
+One row per number of Caddy et al., \"The First Observations of Moonlit Satellites\": as printed, by
+the formula and the inputs of the paper (as published), as the physics asks (corrected), a verdict
+and the reason. --csv, --markdown and -o carry the reasons; docs/paper.md is made of --markdown --full.
+
+With --observed the paper's table and histogram of brightness by day, twilight and night instead,
+from the tables of `satphot run` (photometry.ecsv) or `satphot predict pass -o`: observed magnitudes
+where there are any, else modelled ones, each under the label of its pass.
+
+Examples:
+  satphot published
+  satphot published --full --csv > published.csv
+  satphot published --observed satphot-out/2025-06-09/photometry.ecsv -o classes.svg
+
+Exit code 4 for a table that lacks a column, with what is needed.";
+
+/// Compares the numbers of the paper with ours; with --observed its table of light classes from magnitudes.
+#[derive(Debug, Args)]
+#[command(after_help = AFTER_HELP)]
+pub struct PublishedVerb {
+    /// Compute the slow rows too (a month, a day: about a minute)
+    #[arg(long, conflicts_with = "observed")]
+    full: bool,
+    /// Tables of magnitudes: brightness by light class instead of the list of numbers (repeatable)
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    observed: Vec<PathBuf>,
+    /// Comma-separated values instead of a table
+    #[arg(long)]
+    csv: bool,
+    /// Markdown instead of a table
+    #[arg(long, conflicts_with_all = ["csv", "observed"])]
+    markdown: bool,
+    /// File to write: .ecsv is the table, .svg the histogram of --observed (repeatable)
+    #[arg(short, long, value_name = "FILE")]
+    out: Vec<PathBuf>,
+    /// Threads; 0 = all cores
+    #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
+    jobs: usize,
+    /// No notes
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+impl PublishedVerb {
+    pub fn execute(self) -> anyhow::Result<()> {
+        let ends_with = |ending: &str| {
+            let fits = move |p: &&PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
+            self.out.iter().filter(fits).cloned().collect::<Vec<_>>()
+        };
+        let (tables, figures) = (ends_with("ecsv"), ends_with("svg"));
+        if tables.len() + figures.len() < self.out.len() {
+            return Err(bad("--out", "the name must end in .ecsv (table) or .svg (histogram of --observed)".into()));
+        }
+        for folder in self.out.iter().filter_map(|p| p.parent()).filter(|p| !p.as_os_str().is_empty()) {
+            std::fs::create_dir_all(folder).map_err(|e| satphot::Error::io(folder, e))?;
+        }
+        if self.observed.is_empty() {
+            if !figures.is_empty() {
+                return Err(bad("--out", "the list of numbers has no figure; .svg goes with --observed".into()));
+            }
+            self.numbers(&tables)?;
+        } else {
+            self.classes(&tables, &figures)?;
+        }
+        for file in self.out.iter().filter(|_| !self.quiet) {
+            tell(&format!("wrote {}", file.display()));
+        }
+        Ok(())
+    }
+
+    /// The list of numbers.
+    fn numbers(&self, tables: &[PathBuf]) -> anyhow::Result<()> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.jobs).build()?;
+        let rows = pool.install(|| published(self.full))?;
+        let mut meta = meta("satphot.published/1");
+        meta.push("rows", table::counts(&rows));
+        let file_rows: Vec<_> = rows.iter().map(Published::file_row).collect();
+        tables.iter().try_for_each(|path| write_published(path, &file_rows, &meta))?;
+        if self.csv {
+            let mut csv = csv::Writer::from_writer(Vec::new());
+            file_rows.iter().try_for_each(|row| csv.serialize(row))?;
+            print(&String::from_utf8_lossy(&csv.into_inner()?));
+        } else if self.markdown {
+            print(&table::markdown(&rows));
+        } else {
+            print(&format!("{}\n{}\n", table::text(&rows), table::counts(&rows)));
+        }
+        let left_out = rows.iter().filter(|r| r.left_out).count();
+        if left_out > 0 && !self.quiet {
+            tell(&format!("note: {left_out} rows take longer and were left out; --full computes them"));
+        }
+        Ok(())
+    }
+
+    /// The table and the histogram of light classes.
+    fn classes(&self, tables: &[PathBuf], figures: &[PathBuf]) -> anyhow::Result<()> {
+        let (mut rows, mut columns) = (Vec::new(), Vec::new());
+        for path in &self.observed {
+            let read = read_labelled(path)?;
+            if !self.quiet {
+                let (n, file) = (read.rows.len(), path.display());
+                tell(&format!("note: {file}: {n} magnitudes from {}, {} rows without", read.column, read.without));
+            }
+            columns.push(read.column);
+            rows.extend(read.rows);
+        }
+        columns.sort_unstable();
+        columns.dedup();
+        let lines = summary(&rows);
+        let mut meta = meta("satphot.labels/1");
+        meta.push("magnitudes", columns.join(", "));
+        tables.iter().try_for_each(|path| write_labels(path, &lines, &meta))?;
+        let title = match columns.as_slice() {
+            ["v_mag"] => "Observed brightness by light",
+            ["model_v_mag"] => "Modelled brightness by light",
+            _ => "Observed and modelled brightness by light",
+        };
+        for path in figures {
+            label_histogram(path, title, &samples(&rows, &lines))?;
+        }
+        if self.csv {
+            let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+            csv.write_record(LABELS.iter().map(|c| c.name))?;
+            lines.iter().try_for_each(|line| csv.serialize(line))?;
+            print(&String::from_utf8_lossy(&csv.into_inner()?));
+        } else {
+            print(&class_table(&lines));
+        }
+        Ok(())
+    }
+}
+
+fn meta(schema: &str) -> Meta {
+    let mut meta = Meta::default();
+    meta.push("schema", schema);
+    meta.push("tool", concat!("satphot ", env!("CARGO_PKG_VERSION")));
+    meta.push("paper", "Caddy et al., The First Observations of Moonlit Satellites");
+    meta
+}
+
+/// The magnitudes of each class, as the figure wants them.
+fn samples(rows: &[Labelled], lines: &[LabelRow]) -> Vec<LabelSample> {
+    let of = |line: &LabelRow| LabelSample {
+        name: format!("{}: {}", line.paper_label, line.light),
+        v_mag: rows.iter().filter(|r| r.pass.to_string() == line.paper_label).map(|r| r.v_mag).collect(),
+        median_v_mag: line.median_v_mag,
+    };
+    lines.iter().rev().map(of).collect()
+}
+
+fn class_table(lines: &[LabelRow]) -> String {
+    let head = ["label", "light", "n", "median V", "std", "n by frame", "median V", "paper: n", "median V", "std"];
+    let number = |v: Option<f64>| v.map_or("-".to_owned(), |v| format!("{v:.2}"));
+    let line = |l: &LabelRow| {
+        vec![
+            l.paper_label.clone(),
+            l.light.clone(),
+            l.n.to_string(),
+            number(l.median_v_mag),
+            number(l.std_v_mag),
+            l.n_by_frame.to_string(),
+            number(l.median_by_frame_v_mag),
+            l.published_n.to_string(),
+            number(Some(l.published_median_v_mag)),
+            number(Some(l.published_std_v_mag)),
+        ]
+    };
+    text_table(&head, &lines.iter().map(line).collect::<Vec<_>>())
+}

@@ -1,0 +1,205 @@
+//! The report of a finished night, from the files of its folder: tables, manifest, pictures, and the model of its skies.
+//!
+//! Angles in rad between here and the sky, degrees in rows. What is missing in the folder is a note, not an error; only
+//! photometry.ecsv must be there.
+
+use std::path::{Path, PathBuf};
+
+use crate::brightness::catalogue::Satellite;
+use crate::brightness::scene::local_radius_km;
+use crate::brightness::settings::{ModelSettings, ToleranceOf};
+use crate::brightness::sky::{Body, Sky, SkyGrid, sky_map};
+use crate::config::{self, Config};
+use crate::error::{Error, Result};
+use crate::night::clock::from_mjd_utc;
+use crate::night::predict::sky_rows;
+use crate::orbit::earth::{EarthOrientation, Site, alt_az, sidereal_rad};
+use crate::orbit::sky::{bodies, topocentric};
+use crate::photometry::zeropoint::Zeropoint;
+use crate::report::page::{NightPage, PassSky, write_campaign, write_night_page};
+use crate::report::plot::SkyMark;
+use crate::report::summary::passes;
+use crate::report::{Meta, MetaValue, PhotometryRow, SkyRow, read_photometry, read_stars};
+use crate::vector::{Itrs, Vector};
+
+/// Directions of the model of a sky: altitudes and azimuths.
+const GRID: (usize, usize) = (13, 37);
+/// Relative tolerance of the model in the disc of a sky: colours need no more.
+const TOLERANCE: f64 = 1e-2;
+/// Passes whose sky is drawn; a campaign of them would fill the page.
+const MOST_SKIES: usize = 12;
+
+/// Reads a folder of results.
+///
+/// # Errors
+/// [`Error::NoInput`] without photometry.ecsv in it; [`Error::Table`] where a table cannot be understood.
+pub fn night_page(folder: &Path) -> Result<NightPage> {
+    let photometry = folder.join("photometry.ecsv");
+    if !photometry.is_file() {
+        return Err(Error::NoInput {
+            path: folder.to_path_buf(),
+            problem: "holds no photometry.ecsv; name the folder of a finished night (`satphot run` writes it)".into(),
+        });
+    }
+    let (rows, meta) = read_photometry(&photometry)?;
+    let mut notes = Vec::new();
+    let stars = folder.join("stars.ecsv");
+    let stars = if stars.is_file() { read_stars(&stars)?.0 } else { Vec::new() };
+    let zeropoint = folder.join("zeropoint.toml");
+    let zeropoint = if zeropoint.is_file() { Some(Zeropoint::read(&zeropoint)?) } else { None };
+    let text = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap_or_default();
+    let manifest = serde_json::from_str(&text("manifest.json")).unwrap_or_else(|_| {
+        notes.push("no readable manifest.json here: flats, inputs and notes of the run are not shown".into());
+        serde_json::Value::Null
+    });
+    let config_toml = text("effective.toml");
+    let model = match Config::from_text(&config_toml, &[]) {
+        Ok(config) => config.model,
+        Err(_) => {
+            notes.push("no readable effective.toml here: the skies are without their model".into());
+            None
+        }
+    };
+    let skies = skies(&rows, &meta, model.as_ref(), &mut notes);
+    let name = match meta.get("night") {
+        Some(MetaValue::Text(name)) => name.clone(),
+        _ => folder.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
+    };
+    let cards = cards(&text("gallery.html"));
+    Ok(NightPage { name, rows, meta, stars, zeropoint, skies, manifest, config_toml, cards, notes })
+}
+
+/// Writes `report.html` of a folder of results, there or elsewhere; returns its path.
+///
+/// # Errors
+/// As [`night_page`], and [`Error::Io`].
+pub fn write_report(folder: &Path, out: Option<&Path>) -> Result<PathBuf> {
+    let path = out.map_or_else(|| folder.join("report.html"), Path::to_path_buf);
+    write_night_page(&path, &night_page(folder)?)?;
+    Ok(path)
+}
+
+/// Writes the page of several nights, which links to the report of each that has one.
+///
+/// # Errors
+/// As [`night_page`], and [`Error::Io`].
+pub fn write_campaign_report(folders: &[PathBuf], out: &Path) -> Result<()> {
+    let base = out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let night = |folder: &PathBuf| {
+        let report = folder.join("report.html");
+        let link = report.is_file().then(|| relative(base, &report)).flatten().unwrap_or_default();
+        Ok((link, night_page(folder)?))
+    };
+    let nights: Vec<(String, NightPage)> = folders.iter().map(night).collect::<Result<_>>()?;
+    write_campaign(out, &nights)
+}
+
+/// A link from a folder to a file below it; `None` for a file elsewhere, whose path would only hold on this machine.
+fn relative(base: &Path, file: &Path) -> Option<String> {
+    let (base, file) = (base.canonicalize().ok()?, file.canonicalize().ok()?);
+    let parts: Vec<String> = file.strip_prefix(base).ok()?.iter().map(|p| p.to_string_lossy().into_owned()).collect();
+    Some(parts.join("/"))
+}
+
+/// The cards of a gallery with the ids of their frames.
+fn cards(gallery: &str) -> Vec<(String, String)> {
+    let Some((_, rest)) = gallery.split_once("<ol id=\"gallery\">") else { return Vec::new() };
+    let Some((list, _)) = rest.split_once("</ol>") else { return Vec::new() };
+    let card = |part: &str| {
+        let id = part.split_once('"')?.0;
+        Some((id.to_string(), format!("<li id=\"{part}")))
+    };
+    list.split("<li id=\"").skip(1).filter_map(card).collect()
+}
+
+/// Sun, Moon, frames and model of every pass.
+fn skies(rows: &[PhotometryRow], meta: &Meta, model: Option<&config::Model>, notes: &mut Vec<String>) -> Vec<PassSky> {
+    let all = passes(rows);
+    if all.len() > MOST_SKIES {
+        notes.push(format!("the skies of the first {MOST_SKIES} of {} passes are drawn", all.len()));
+    }
+    let site = site(meta);
+    let mut drawn = Vec::new();
+    for (i, pass) in all.iter().take(MOST_SKIES).enumerate() {
+        let (Some(first), Some(middle)) = (pass.first(), pass.get(pass.len() / 2)) else { continue };
+        let clock: String = first.date_mid.chars().take(19).collect();
+        let mut sky = PassSky {
+            title: format!("Pass {}: {} from {}", i + 1, first.object_name, clock.replace('T', " ")),
+            track: pass.iter().map(|r| (*r).clone()).collect(),
+            grid: GRID,
+            ..PassSky::default()
+        };
+        if let Some(site) = &site {
+            match lit_sky(site, middle, pass, model) {
+                Ok((marks, cells)) => (sky.marks, sky.cells) = (marks, cells),
+                Err(error) => notes.push(format!("{}: no model of its sky: {error}", sky.title)),
+            }
+        }
+        drawn.push(sky);
+    }
+    drawn
+}
+
+/// The site of the meta block.
+fn site(meta: &Meta) -> Option<Site> {
+    let Some(MetaValue::Map(pairs)) = meta.get("site") else { return None };
+    let number = |key: &str| {
+        pairs.iter().find_map(|(k, v)| match v {
+            MetaValue::Number(n) if k == key => Some(*n),
+            _ => None,
+        })
+    };
+    Site::new(number("lat_deg")?, number("lon_deg")?, number("alt_m")?).ok()
+}
+
+/// Sun and Moon at the middle of a pass, and the model in every direction at the height of the satellite.
+fn lit_sky(
+    site: &Site,
+    middle: &PhotometryRow,
+    pass: &[&PhotometryRow],
+    model: Option<&config::Model>,
+) -> Result<(Vec<SkyMark>, Vec<SkyRow>)> {
+    let epoch = from_mjd_utc(middle.mjd_mid_d.unwrap_or(f64::NAN));
+    let seen = bodies(&epoch, &EarthOrientation::default())?;
+    let body = |v: &Vector<Itrs>| {
+        let from_site = topocentric(site, v);
+        let (alt_rad, az_rad) = alt_az(&site.to_enu(&from_site));
+        Body { alt_rad, az_rad, distance_km: from_site.norm() }
+    };
+    let (sun, moon) = (body(&seen.sun_itrs_km), body(&seen.moon_itrs_km));
+    let mark = |name: &str, b: &Body| SkyMark {
+        name: name.into(),
+        alt_deg: b.alt_rad.to_degrees(),
+        az_deg: b.az_rad.to_degrees(),
+    };
+    let marks = vec![mark("Sun", &sun), mark("Moon", &moon)];
+    let radius_km = local_radius_km(&site.position());
+    let (Some(model), Some(height_km)) = (model, height_km(middle, radius_km)) else { return Ok((marks, Vec::new())) };
+    let axes =
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|[x, y, z]| site.from_enu(&Vector::new(x, y, z)));
+    let mut sky = Sky::new(axes, (radius_km, height_km), track_az_rad(pass), sun, Some(moon))?;
+    sky.sidereal_rad = sidereal_rad(&epoch, &EarthOrientation::default());
+    let settings =
+        ModelSettings { tolerance: TOLERANCE, tolerance_of: ToleranceOf::Total, ..ModelSettings::try_from(model)? };
+    let map = sky_map(&sky, &SkyGrid::new(GRID.0, GRID.1)?, &Satellite::from_config(model)?, &settings, &|| ())?;
+    Ok((marks, sky_rows(&map)))
+}
+
+/// Height of the satellite over a sphere through the observer: h = √(R² + d² + 2 R d sin a) − R \[km\].
+fn height_km(row: &PhotometryRow, radius_km: f64) -> Option<f64> {
+    let (d, sin_a) = (row.range_km?, row.alt_deg?.to_radians().sin());
+    let h = (radius_km * radius_km + d * d + 2.0 * radius_km * d * sin_a).sqrt() - radius_km;
+    (h > 1.0).then_some(h)
+}
+
+/// Azimuth of the motion over the ground: from the first to the last frame of a pass, each seen from above.
+fn track_az_rad(pass: &[&PhotometryRow]) -> f64 {
+    let ground = |r: &&PhotometryRow| {
+        let (d, alt, az) = (r.range_km?, r.alt_deg?.to_radians(), r.az_deg?.to_radians());
+        Some((d * alt.cos() * az.sin(), d * alt.cos() * az.cos()))
+    };
+    match (pass.first().and_then(ground), pass.last().and_then(ground)) {
+        (Some(a), Some(b)) if a != b => (b.0 - a.0).atan2(b.1 - a.1).rem_euclid(std::f64::consts::TAU),
+        _ => 0.0,
+    }
+}

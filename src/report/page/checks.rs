@@ -1,0 +1,167 @@
+//! Whether the clock and the detector can be believed: cadence against exposure, sources of time, flats, gain.
+
+use std::collections::BTreeMap;
+
+use maud::{Markup, html};
+
+use super::chart::{Chart, Point};
+use super::{NightPage, cell, link, nothing, number, table, tip, verdict_class};
+use crate::photometry::Flags;
+use crate::report::plot::axis::Span;
+use crate::report::rows::PhotometryRow;
+
+/// The section of the clock.
+pub(super) fn timing(page: &NightPage) -> Markup {
+    let timed: Vec<&PhotometryRow> = page.rows.iter().filter(|r| r.mjd_mid_d.is_some()).collect();
+    if timed.is_empty() {
+        return nothing("No frame has a time.");
+    }
+    let mut sources: BTreeMap<&str, (usize, f64)> = BTreeMap::new();
+    for row in &timed {
+        let entry = sources.entry(&row.time_source).or_default();
+        *entry = (entry.0 + 1, entry.1.max(row.time_err_s.unwrap_or(0.0)));
+    }
+    let worst = timed.iter().filter_map(|r| r.alt_az_err_deg).max_by(f64::total_cmp);
+    let doubted = timed.iter().filter(|r| Flags(r.flags).has(Flags::EXPTIME_DOUBTED)).count();
+    let rows: Vec<Vec<Markup>> =
+        sources.iter().map(|(source, (n, err_s))| vec![cell(source), cell(n), number(Some(*err_s), 3)]).collect();
+    html! {
+        (table("", "Where the mid-exposure times are from", &["keywords", "frames", "error at most [s]"], &rows))
+        @if let Some(worst) = worst { p { "By it the place along the track is uncertain by up to " (format!("{worst:.3}")) "°." } }
+        @if doubted > 0 { p.poor { (doubted) " frames whose cadence contradicts their exposure time." } }
+        (cadence(&timed))
+    }
+}
+
+fn cadence(timed: &[&PhotometryRow]) -> Markup {
+    let pairs: Vec<(&PhotometryRow, f64, f64)> = timed
+        .iter()
+        .filter_map(|r| Some((*r, r.exptime_s?, r.cadence_s.filter(|c| *c > 0.0 && *c < 120.0)?)))
+        .collect();
+    let (Some(x), Some(y)) =
+        (Span::around(pairs.iter().map(|p| p.1), 0.2), Span::around(pairs.iter().flat_map(|p| [p.1, p.2]), 1.0))
+    else {
+        return nothing("No two frames of one target lie within two minutes: no cadence to look at.");
+    };
+    let chart = Chart {
+        title: "Cadence against exposure time".into(),
+        width: 460.0,
+        height: 250.0,
+        x,
+        y,
+        x_label: "exposure time [s]".into(),
+        y_label: "cadence [s]".into(),
+        clock: false,
+    };
+    let points: Vec<Point> = pairs
+        .iter()
+        .map(|(row, exptime, cadence)| Point {
+            x: *exptime,
+            y: *cadence,
+            err: None,
+            class: verdict_class(row),
+            href: link(row),
+            tip: format!("cadence {cadence:.2} s, exposure {exptime:.3} s, {}", tip(row)),
+        })
+        .collect();
+    let equal = [(x.low(), Some(x.low())), (x.high(), Some(x.high()))];
+    html! {
+        figure {
+            (chart.with(&html! {}, &html! { (chart.line("zero", &equal)) (chart.points(&points)) }))
+            figcaption { "A frame below the line would have begun before the one before it ended." }
+        }
+    }
+}
+
+/// The section of the detector and the flat.
+pub(super) fn calibration(page: &NightPage) -> Markup {
+    html! { (gains(page)) (flats(page)) (corners(page)) }
+}
+
+fn gains(page: &NightPage) -> Markup {
+    let mut kinds: BTreeMap<(i64, String), (usize, Option<f64>, Option<f64>)> = BTreeMap::new();
+    for row in page.rows.iter().filter(|r| r.e_per_adu.is_some()) {
+        let key = (row.gain_setting.unwrap_or(-1), row.e_per_adu_source.clone());
+        let entry = kinds.entry(key).or_insert((0, row.e_per_adu, row.read_noise_e));
+        entry.0 += 1;
+    }
+    if kinds.is_empty() {
+        return nothing("No frame has a gain.");
+    }
+    let rows: Vec<Vec<Markup>> = kinds
+        .iter()
+        .map(|((setting, source), (n, gain, noise))| {
+            let setting = if *setting < 0 { "not told".to_string() } else { setting.to_string() };
+            vec![cell(setting), cell(n), number(*gain, 4), number(*noise, 2), cell(source)]
+        })
+        .collect();
+    table("", "Gain of the target frames", &["setting [0.1 dB]", "frames", "e⁻/ADU", "read noise [e⁻]", "from"], &rows)
+}
+
+fn flats(page: &NightPage) -> Markup {
+    let Some(flats) = page.manifest.get("flats").and_then(|f| f.as_array()).filter(|f| !f.is_empty()) else {
+        return nothing("No flats: frames are not flattened, or manifest.json is not here.");
+    };
+    let used = |f: &&serde_json::Value| f.get("used").and_then(|u| u.as_bool()).unwrap_or(false);
+    let levels: Vec<f64> = flats.iter().filter(used).filter_map(|f| f.get("level_adu")?.as_f64()).collect();
+    let bounds = levels.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(*v), hi.max(*v)));
+    let masked = page.manifest.get("flat_masked_frac").and_then(|v| v.as_f64());
+    let left: Vec<(&str, &str)> = flats
+        .iter()
+        .filter(|f| !used(f))
+        .map(|f| {
+            let text = |key: &str| f.get(key).and_then(|v| v.as_str()).unwrap_or_default();
+            (text("path").rsplit('/').next().unwrap_or_default(), text("reason"))
+        })
+        .collect();
+    let clip = page.config_toml.lines().find_map(|l| l.strip_prefix("clip_radius_px = "));
+    html! {
+        p {
+            "Master flat of " (levels.len()) " of " (flats.len()) " flats"
+            @if bounds.0 <= bounds.1 { ", levels " (format!("{:.0} to {:.0}", bounds.0, bounds.1)) " ADU" }
+            @if let Some(masked) = masked { ", " (format!("{:.2}", 100.0 * masked)) " % of its pixels masked" }
+            @match clip { Some(r) => { "; frames are clipped at " (r) " px from the centre." }, None => { "; frames are not clipped." } }
+        }
+        @if !left.is_empty() { ul.poor { @for (name, reason) in left { li { (name) ": " (reason) } } } }
+    }
+}
+
+/// The sky at the rim over that at the centre: what stands in the beam, and how well the flat fits.
+fn corners(page: &NightPage) -> Markup {
+    let rows: Vec<&PhotometryRow> =
+        page.rows.iter().filter(|r| r.sky_corner_ratio.is_some() && r.az_deg.is_some()).collect();
+    let (Some(x), Some(y)) = (
+        Span::around(rows.iter().filter_map(|r| r.az_deg), 5.0),
+        Span::around(rows.iter().filter_map(|r| r.sky_corner_ratio), 0.05),
+    ) else {
+        return html! {};
+    };
+    let chart = Chart {
+        title: "Sky at the rim over that at the centre, against azimuth".into(),
+        width: 460.0,
+        height: 250.0,
+        x,
+        y,
+        x_label: "azimuth [deg]".into(),
+        y_label: "sky, rim / centre".into(),
+        clock: false,
+    };
+    let point = |r: &&PhotometryRow| {
+        Some(Point {
+            x: r.az_deg?,
+            y: r.sky_corner_ratio?,
+            err: None,
+            class: verdict_class(r),
+            href: link(r),
+            tip: format!("rim / centre {:.3}, {}", r.sky_corner_ratio?, tip(r)),
+        })
+    };
+    let points: Vec<Point> = rows.iter().filter_map(point).collect();
+    let one = [(x.low(), Some(1.0)), (x.high(), Some(1.0))];
+    html! {
+        figure {
+            (chart.with(&html! {}, &html! { (chart.line("zero", &one)) (chart.points(&points)) }))
+            figcaption { "A drop of single frames is something in the beam; all frames alike, a flat that does not fit." }
+        }
+    }
+}

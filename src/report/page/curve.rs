@@ -1,0 +1,218 @@
+//! Light curve and residuals of every pass: points lead to the picture of their frame.
+//!
+//! Magnitudes upwards to brighter; seconds of the day to the right. Lights that are far fainter than everything else are
+//! left out of the chart: their numbers are in the table.
+
+use maud::{Markup, html};
+
+use super::chart::{Chart, Point};
+use super::{NightPage, link, nothing, tip, verdict_class};
+use crate::report::plot::axis::Span;
+use crate::report::rows::PhotometryRow;
+use crate::report::summary::{is_lower_limit, is_used, passes, robust};
+
+/// How far below everything else a light is still drawn \[mag\].
+const LIGHTS_BELOW_MAG: f64 = 3.0;
+
+type Light = (&'static str, &'static str, fn(&PhotometryRow) -> Option<f64>);
+
+const LIGHTS: [Light; 6] = [
+    ("model", "model", |r| r.model_v_mag),
+    ("Sunlight", "sun", |r| r.sun_v_mag),
+    ("Earthshine", "earthshine", |r| r.earthshine_v_mag),
+    ("Moonlight", "moon", |r| r.moon_v_mag),
+    ("Lunar-Earthshine", "lunar", |r| r.lunar_earthshine_v_mag),
+    ("starlight", "starlight", |r| r.starlight_v_mag),
+];
+
+/// Seconds from the midnight before the first row.
+fn seconds(row: &PhotometryRow, first: &PhotometryRow) -> f64 {
+    let day = first.mjd_mid_d.unwrap_or(0.0).floor();
+    (row.mjd_mid_d.unwrap_or(f64::NAN) - day) * 86_400.0
+}
+
+/// The section of light curves.
+pub(super) fn light_curve(page: &NightPage) -> Markup {
+    let all = passes(&page.rows);
+    let charts: Vec<Markup> = all.iter().enumerate().filter_map(|(i, pass)| one_pass(i, pass)).collect();
+    if charts.is_empty() {
+        return nothing("No frame has a magnitude, a limit or a model: see the reasons under Frames.");
+    }
+    html! {
+        fieldset.toggles hidden {
+            legend { "Show" }
+            @for (name, class, _) in LIGHTS { label { input type="checkbox" checked data-toggle=(class); " " (name) } }
+        }
+        ul.key {
+            @for (name, class, _) in LIGHTS { li { svg width="30" height="10" aria-hidden="true" { path class={ "line " (class) } d="M1 5h28" {} } " " (name) } }
+            @for (name, class) in [("use", "use"), ("caution", "caution"), ("reject", "reject")] {
+                li { svg width="12" height="12" aria-hidden="true" { circle class={ "point " (class) } cx="6" cy="6" r="4" {} } " " (name) }
+            }
+            li { svg width="12" height="16" aria-hidden="true" { path class="limit use" d="M2 1h8m-4 0v12m-4 -5l4 5l4 -5" {} } " fainter than" }
+        }
+        @for chart in charts { (chart) }
+    }
+}
+
+fn one_pass(i: usize, pass: &[&PhotometryRow]) -> Option<Markup> {
+    let first = *pass.first()?;
+    let limit = |r: &PhotometryRow| r.limit_v_mag.filter(|_| r.v_mag.is_none() && r.status == "nondetection");
+    let main: Vec<f64> = pass
+        .iter()
+        .flat_map(|r| [r.v_mag.filter(|_| is_used(&r.status, &r.verdict)), limit(r), r.model_v_mag])
+        .flatten()
+        .chain(pass.iter().filter_map(|r| r.v_mag).filter(|_| pass.iter().all(|r| !is_used(&r.status, &r.verdict))))
+        .filter(|v| v.is_finite())
+        .collect();
+    let faintest = main.iter().copied().max_by(f64::total_cmp)? + LIGHTS_BELOW_MAG;
+    let lights = pass.iter().flat_map(|r| LIGHTS.iter().filter_map(|(_, _, of)| of(r))).filter(|v| *v <= faintest);
+    let y = Span::around(main.iter().copied().chain(lights), 1.0)?.reversed();
+    let x = Span::around(pass.iter().map(|r| seconds(r, first)), 20.0)?;
+    let date: String = first.date_mid.chars().take(10).collect();
+    let title = format!("Pass {}: {} on {date}", i + 1, first.object_name);
+    let chart = Chart {
+        title: title.clone(),
+        width: 940.0,
+        height: 340.0,
+        x,
+        y,
+        x_label: format!("UTC on {date}"),
+        y_label: "V [mag]".into(),
+        clock: true,
+    };
+    let at = |r: &PhotometryRow| seconds(r, first);
+    let point = |r: &&&PhotometryRow, v: f64| Point {
+        x: at(r),
+        y: v,
+        err: r.v_mag_err,
+        class: verdict_class(r),
+        href: link(r),
+        tip: tip(r),
+    };
+    let observed: Vec<Point> = pass.iter().filter_map(|r| Some(point(&r, r.v_mag?))).collect();
+    let limits: Vec<Point> = pass.iter().filter_map(|r| Some(point(&r, limit(r)?))).collect();
+    let shaded =
+        html! { @for (class, from, to, what) in shades(pass, first) { (chart.shade(class, from, to, &what)) } };
+    let body = html! {
+        @for (_, class, of) in LIGHTS {
+            g data-series=(class) { (chart.line(class, &pass.iter().map(|r| (at(r), of(r))).collect::<Vec<_>>())) }
+        }
+        @for limit in &limits { (chart.limit(limit)) }
+        (chart.points(&observed))
+    };
+    let used = observed.iter().filter(|p| p.class != "reject").count();
+    Some(html! {
+        figure {
+            (chart.with(&shaded, &body))
+            figcaption { (title) ": " (observed.len()) " magnitudes, " (used) " of them used, " (limits.len()) " limits. "
+                "Shaded: penumbra and what is not sunlit. A point leads to its picture." }
+        }
+    })
+}
+
+/// Where the satellite is in the penumbra or has no direct sunlight.
+fn shades(pass: &[&PhotometryRow], first: &PhotometryRow) -> Vec<(&'static str, f64, f64, String)> {
+    let class = |r: &PhotometryRow| match r.illum.as_str() {
+        "penumbra" => Some("penumbra"),
+        "moon" | "lunar_earthshine" | "none" => Some("umbra"),
+        _ => None,
+    };
+    let mut shades: Vec<(&'static str, f64, f64, String)> = Vec::new();
+    let mut last = f64::NAN;
+    for row in pass {
+        let at = seconds(row, first);
+        let half = if last.is_finite() { 0.5 * (at - last) } else { 0.0 };
+        match (class(row), shades.last_mut()) {
+            (Some(c), Some(open)) if open.0 == c && open.2 == last => open.2 = at,
+            (Some(c), _) => {
+                shades.push((c, at - half.min(30.0), at, format!("largest light: {}", row.illum.replace('_', "-"))))
+            }
+            (None, _) => {}
+        }
+        last = at;
+    }
+    shades
+}
+
+type Against = (&'static str, fn(&PhotometryRow) -> Option<f64>);
+
+const AGAINST: [Against; 7] = [
+    ("altitude [deg]", |r| r.alt_deg),
+    ("azimuth [deg]", |r| r.az_deg),
+    ("phase angle Sun–satellite–observer [deg]", |r| r.phase_angle_deg),
+    ("distance from the Moon [deg]", |r| r.moon_sep_deg),
+    ("lg of electrons in the aperture", |r| r.flux_e.filter(|f| *f > 0.0).map(f64::log10)),
+    ("FWHM of the target / FWHM of stars", |r| r.extent_fwhm),
+    ("modelled V [mag]", |r| r.model_v_mag),
+];
+
+/// The section of residuals.
+pub(super) fn residuals(page: &NightPage) -> Markup {
+    let rows: Vec<&PhotometryRow> = page.rows.iter().filter(|r| r.residual_mag.is_some() && r.status == "ok").collect();
+    let used = |r: &&&PhotometryRow| is_used(&r.status, &r.verdict) && !is_lower_limit(r.flags);
+    let kept: Vec<f64> = rows.iter().filter(used).filter_map(|r| r.residual_mag).collect();
+    if rows.is_empty() {
+        return nothing("No row has both an observed and a modelled magnitude ([model] and a zeropoint are needed).");
+    }
+    let shown = if kept.is_empty() { rows.iter().filter_map(|r| r.residual_mag).collect() } else { kept.clone() };
+    let Some(y) = Span::around(shown, 0.4) else { return nothing("No residual is a number.") };
+    html! {
+        @match robust(&kept) {
+            Some((m, s)) => p {
+                "Median " (format!("{m:+.3}").replace('-', "−")) " mag, robust scatter " (format!("{s:.3}")) " mag over "
+                (kept.len()) " frames that are used; positive = observed fainter. Rejected frames and lower limits do not count."
+            },
+            None => p { "No frame is used: all are rejected or lower limits." },
+        }
+        div.panels { @for (label, of) in AGAINST { (panel(label, of, &rows, y)) } (in_time(&rows, y)) }
+    }
+}
+
+fn panel(label: &str, of: fn(&PhotometryRow) -> Option<f64>, rows: &[&PhotometryRow], y: Span) -> Markup {
+    let Some(x) = Span::around(rows.iter().filter_map(|r| of(r)), 1e-3) else { return html! {} };
+    one_panel(label, x, y, rows, of)
+}
+
+/// Residuals in order of time, each pass moved beside the one before.
+fn in_time(rows: &[&PhotometryRow], y: Span) -> Markup {
+    let Some(first) =
+        rows.iter().min_by(|a, b| a.mjd_mid_d.unwrap_or(f64::MAX).total_cmp(&b.mjd_mid_d.unwrap_or(f64::MAX)))
+    else {
+        return html! {};
+    };
+    let hours = |r: &PhotometryRow| Some((r.mjd_mid_d? - first.mjd_mid_d?) * 24.0);
+    let Some(x) = Span::around(rows.iter().filter_map(|r| hours(r)), 0.05) else { return html! {} };
+    one_panel("hours since the first frame", x, y, rows, hours)
+}
+
+fn one_panel(
+    label: &str,
+    x: Span,
+    y: Span,
+    rows: &[&PhotometryRow],
+    of: impl Fn(&PhotometryRow) -> Option<f64>,
+) -> Markup {
+    let chart = Chart {
+        title: format!("Residual against {label}"),
+        width: 460.0,
+        height: 250.0,
+        x,
+        y,
+        x_label: label.into(),
+        y_label: "O − C [mag]".into(),
+        clock: false,
+    };
+    let point = |r: &&PhotometryRow| {
+        Some(Point {
+            x: of(r)?,
+            y: r.residual_mag?,
+            err: r.v_mag_err,
+            class: verdict_class(r),
+            href: link(r),
+            tip: format!("O − C {:+.3}, {}", r.residual_mag?, tip(r)),
+        })
+    };
+    let points: Vec<Point> = rows.iter().filter_map(point).collect();
+    let zero = [(x.low(), Some(0.0)), (x.high(), Some(0.0))];
+    html! { figure { (chart.with(&html! {}, &html! { (chart.line("zero", &zero)) (chart.points(&points)) })) } }
+}

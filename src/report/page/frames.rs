@@ -1,0 +1,75 @@
+//! Every frame: its picture with aperture and annulus where there is one, then all of them as a table.
+//!
+//! The cards are those of gallery.html, as many as a page can carry.
+
+use maud::{Markup, PreEscaped, html};
+
+use super::{NightPage, cell, link, nothing, number, table, time_of};
+use crate::report::gallery::{controls, legend};
+use crate::report::rows::PhotometryRow;
+
+/// Pictures may make the page this large \[bytes\].
+const MOST_BYTES: usize = 3_500_000;
+/// Rows of the table; all of them are in photometry.ecsv.
+const MOST_ROWS: usize = 3_000;
+
+/// The section.
+pub(super) fn frames(page: &NightPage) -> Markup {
+    if page.rows.is_empty() {
+        return nothing("There is no frame.");
+    }
+    let mut left = MOST_BYTES;
+    let fits = |card: &&(String, String)| {
+        let fits = card.1.len() <= left;
+        left -= card.1.len().min(left);
+        fits
+    };
+    let cards: Vec<&(String, String)> = page.cards.iter().take_while(fits).collect();
+    html! {
+        @if cards.is_empty() { p.none { "No frame has a picture (vetting.gallery_frames, --no-figures)." } }
+        @else {
+            (legend())
+            (controls())
+            @if cards.len() < page.cards.len() { p { "The worst " (cards.len()) " of " (page.cards.len()) " pictures; all are in gallery.html." } }
+            ol #gallery { @for (_, card) in &cards { (PreEscaped(card)) } }
+        }
+        (all(page, &cards))
+    }
+}
+
+/// The table of all frames; a frame without a card is the target of links itself.
+fn all(page: &NightPage, cards: &[&(String, String)]) -> Markup {
+    let name = |row: &PhotometryRow| {
+        let carded = link(row).is_some_and(|l| cards.iter().any(|c| l[1..] == c.0));
+        let id = link(row).map(|l| l[1..].to_string());
+        html! {
+            @if carded { a href=[link(row)] { (row.frame) } }
+            @else { span id=[id] { (row.frame) } }
+        }
+    };
+    let line = |row: &PhotometryRow| {
+        vec![
+            name(row),
+            cell(time_of(row)),
+            number(row.v_mag.or(row.limit_v_mag), 3),
+            cell(if row.v_mag.is_none() && row.limit_v_mag.is_some() { "limit" } else { "" }),
+            number(row.v_mag_err, 3),
+            number(row.residual_mag, 3),
+            number(row.snr, 1),
+            number(row.alt_deg, 1),
+            cell(row.illum.replace('_', "-")),
+            cell(&row.status),
+            html! { span class={ "badge " (super::verdict_class(row)) } { (row.verdict) } },
+            cell(&row.reason),
+        ]
+    };
+    let rows: Vec<Vec<Markup>> = page.rows.iter().take(MOST_ROWS).map(line).collect();
+    let head = ["frame", "UTC", "V", "", "error", "O − C", "S/N", "altitude", "light", "status", "verdict", "reason"];
+    html! {
+        details open[page.rows.len() <= 40] {
+            summary { "All " (page.rows.len()) " frames as a table" }
+            @if page.rows.len() > MOST_ROWS { p { "The first " (MOST_ROWS) "; all are in photometry.ecsv." } }
+            (table("sortable", "Frames; a click on a heading sorts", &head, &rows))
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! The report of a night: one file that opens anywhere, with everything the night's tables say, and where it is from.
+//!
+//! Inline SVG, a style sheet and a small script; no network, no clock: the same results give the same bytes. Drawn from
+//! the files of a run alone. Leaves out the figures for papers ([`crate::report::plot`]).
+
+mod campaign;
+mod chart;
+mod checks;
+mod curve;
+mod distribution;
+mod frames;
+mod provenance;
+mod sky;
+mod stars;
+mod strip;
+
+use std::path::Path;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use sha2::{Digest, Sha256};
+
+use super::file::write_atomic;
+use super::meta::{Meta, MetaValue};
+use super::plot::SkyMark;
+use super::rows::{PhotometryRow, SkyRow, StarRow};
+use crate::error::Result;
+use crate::photometry::zeropoint::Zeropoint;
+
+pub use campaign::write_campaign;
+
+const STYLE: &str = concat!(include_str!("../gallery/page.css"), include_str!("page.css"));
+const SCRIPT: &str = concat!(include_str!("../gallery/page.js"), include_str!("page.js"));
+
+/// Everything a night's report is made of.
+#[derive(Debug, Default)]
+pub struct NightPage {
+    /// Name of the night.
+    pub name: String,
+    /// Rows of photometry.ecsv.
+    pub rows: Vec<PhotometryRow>,
+    /// Their meta block.
+    pub meta: Meta,
+    /// Rows of stars.ecsv.
+    pub stars: Vec<StarRow>,
+    /// zeropoint.toml.
+    pub zeropoint: Option<Zeropoint>,
+    /// The sky of each pass.
+    pub skies: Vec<PassSky>,
+    /// manifest.json; null without one.
+    pub manifest: serde_json::Value,
+    /// effective.toml.
+    pub config_toml: String,
+    /// Cards of gallery.html: the frame's id and the card as it stands there.
+    pub cards: Vec<(String, String)>,
+    /// What is not in the report, and why.
+    pub notes: Vec<String>,
+}
+
+/// Model, track, Sun and Moon of one pass.
+#[derive(Debug, Default)]
+pub struct PassSky {
+    /// Which pass.
+    pub title: String,
+    /// The model in every direction; empty without one.
+    pub cells: Vec<SkyRow>,
+    /// Numbers of altitudes and azimuths of the cells.
+    pub grid: (usize, usize),
+    /// Sun and Moon.
+    pub marks: Vec<SkyMark>,
+    /// Frames of the pass.
+    pub track: Vec<PhotometryRow>,
+}
+
+/// A part of the page: what links call it, its title, its content.
+struct Section {
+    id: &'static str,
+    title: &'static str,
+    body: Markup,
+}
+
+/// Writes `report.html`.
+///
+/// # Errors
+/// [`crate::Error::Io`] when the file cannot be written.
+pub fn write_night_page(path: &Path, page: &NightPage) -> Result<()> {
+    let section = |id, title, body| Section { id, title, body };
+    let sections = [
+        section("summary", "Summary", strip::summary(page)),
+        section("light-curve", "Light curve", curve::light_curve(page)),
+        section("residuals", "Observed minus modelled", curve::residuals(page)),
+        section("sky", "Sky", sky::skies(page)),
+        section("zeropoint", "Zeropoint", stars::zeropoint(page)),
+        section("frames", "Frames", frames::frames(page)),
+        section("timing", "Timing", checks::timing(page)),
+        section("calibration", "Calibration", checks::calibration(page)),
+        section("distribution", "Distribution", distribution::distribution(page)),
+        section("provenance", "Provenance", provenance::provenance(page)),
+    ];
+    let title = format!("Night {}", page.name);
+    write_atomic(path, whole(&title, &subtitle(page), &sections).into_string().as_bytes())
+}
+
+/// Target, site and telescope in one line.
+fn subtitle(page: &NightPage) -> String {
+    let text = |key: &str| match page.meta.get(key) {
+        Some(MetaValue::Text(t)) => Some(t.clone()),
+        _ => None,
+    };
+    let mut targets: Vec<&str> =
+        page.rows.iter().filter(|r| r.mjd_mid_d.is_some()).map(|r| r.object_name.as_str()).collect();
+    targets.sort_unstable();
+    targets.dedup();
+    let targets: Vec<&str> = targets.into_iter().filter(|t| !t.is_empty()).take(6).collect();
+    let site = match page.meta.get("site") {
+        Some(MetaValue::Map(pairs)) => {
+            let number = |key: &str| {
+                pairs.iter().find_map(|(k, v)| match v {
+                    MetaValue::Number(n) if k == key => Some(*n),
+                    _ => None,
+                })
+            };
+            number("lat_deg").zip(number("lon_deg")).map(|(lat, lon)| format!("latitude {lat}°, longitude {lon}°"))
+        }
+        _ => None,
+    };
+    let parts = [Some(targets.join(", ")).filter(|t| !t.is_empty()), text("telescope").filter(|t| !t.is_empty()), site];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(" · ")
+}
+
+/// The page around its sections.
+fn whole(title: &str, subtitle: &str, sections: &[Section]) -> Markup {
+    let script_hash = STANDARD.encode(Sha256::digest(SCRIPT.as_bytes()));
+    let policy =
+        format!("default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'sha256-{script_hash}'");
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta http-equiv="Content-Security-Policy" content=(policy);
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                a.skip href="#summary" { "To the summary" }
+                header {
+                    h1 { (title) }
+                    p { (subtitle) }
+                    nav aria-label="Sections" { @for s in sections { a href={ "#" (s.id) } { (s.title) } " " } }
+                }
+                main { @for s in sections { section id=(s.id) aria-labelledby={ (s.id) "-title" } {
+                    h2 id={ (s.id) "-title" } { (s.title) }
+                    (s.body)
+                } } }
+                footer { p { "Made by satphot from the tables beside this file. UTC; magnitudes are V (Vega) outside the atmosphere." } }
+                script { (PreEscaped(SCRIPT)) }
+            }
+        }
+    }
+}
+
+/// A section without data says why.
+fn nothing(why: &str) -> Markup {
+    html! { p.none { (why) } }
+}
+
+/// A table that can be sorted: heads, then rows of cells with what they are sorted by.
+fn table(class: &str, caption: &str, head: &[&str], rows: &[Vec<Markup>]) -> Markup {
+    html! {
+        div.scroll tabindex="0" role="group" aria-label=(caption) {
+            table class=(class) {
+                caption { (caption) }
+                thead { tr { @for name in head { th scope="col" { (name) } } } }
+                tbody { @for row in rows { tr { @for cell in row { td { (cell) } } } } }
+            }
+        }
+    }
+}
+
+/// Text of a cell.
+fn cell(text: impl std::fmt::Display) -> Markup {
+    html! { (text.to_string()) }
+}
+
+/// A number with `decimals`, or nothing.
+fn number(value: Option<f64>, decimals: usize) -> Markup {
+    html! { @if let Some(v) = value.filter(|v| v.is_finite()) { (format!("{v:.decimals$}")) } }
+}
+
+/// Clock of a row, without the day.
+fn time_of(row: &PhotometryRow) -> String {
+    row.date_mid.chars().skip(11).take(10).collect()
+}
+
+/// What a point of a chart says about its frame.
+fn tip(row: &PhotometryRow) -> String {
+    let v = match (row.v_mag, row.limit_v_mag) {
+        (Some(v), _) => format!("V {v:.3}{}", row.v_mag_err.map(|e| format!(" ± {e:.3}")).unwrap_or_default()),
+        (None, Some(v)) => format!("fainter than V {v:.2}"),
+        _ => String::new(),
+    };
+    let alt = row.alt_deg.map(|a| format!("altitude {a:.1}°")).unwrap_or_default();
+    let parts = [row.frame.clone(), time_of(row), v, alt, row.illum.replace('_', "-"), row.verdict.clone()];
+    parts.into_iter().filter(|p| !p.is_empty()).collect::<Vec<_>>().join(", ")
+}
+
+/// Where a point leads: to the card of its frame.
+fn link(row: &PhotometryRow) -> Option<String> {
+    (!row.frame.is_empty()).then(|| format!("#{}", super::gallery::card::card_id(&row.frame)))
+}
+
+/// The class of a point, by its verdict.
+fn verdict_class(row: &PhotometryRow) -> &'static str {
+    match row.verdict.as_str() {
+        "reject" => "reject",
+        "caution" => "caution",
+        _ => "use",
+    }
+}

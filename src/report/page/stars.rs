@@ -1,0 +1,156 @@
+//! The zeropoint: its terms, their errors and covariance, what the stars say against every quantity, the error budget.
+//!
+//! V = V_inst − ZP − k X − C (B−V), V_inst of electrons per second. Stars without weight are open circles.
+
+use maud::{Markup, html};
+
+use super::chart::{Chart, Point};
+use super::{NightPage, cell, nothing, number, table};
+use crate::photometry::zeropoint::Zeropoint;
+use crate::report::plot::axis::Span;
+use crate::report::rows::{PhotometryRow, StarRow};
+use crate::report::summary::{is_used, robust};
+
+type View<'a> = (&'static str, &'static str, &'a dyn Fn(&StarRow) -> Option<(f64, f64)>, Option<f64>);
+
+/// The section.
+pub(super) fn zeropoint(page: &NightPage) -> Markup {
+    let Some(z) = &page.zeropoint else {
+        return html! {
+            (nothing("No zeropoint: magnitudes stay instrumental. Star pointings with a catalogue ([stars]), or zeropoint.previous, give one."))
+        };
+    };
+    html! {
+        (terms(z))
+        @if page.stars.iter().any(|s| s.fit_residual_mag.is_some()) { (panels(z, &page.stars)) }
+        @else { (nothing("No star of this night entered it: it is of another night.")) }
+        (budget(page, z))
+    }
+}
+
+fn terms(z: &Zeropoint) -> Markup {
+    let errs: Vec<f64> = (0..4).map(|i| z.cov[i][i].max(0.0).sqrt()).collect();
+    let correlation = |i: usize, j: usize| {
+        let scale = errs[i] * errs[j];
+        if scale > 0.0 { format!("{:+.2}", z.cov[i][j] / scale).replace('-', "−") } else { String::new() }
+    };
+    let named = [
+        ("ZP [mag]", z.zp_mag, "fitted"),
+        ("k [mag/airmass]", z.k_mag_airmass, z.k_note.as_str()),
+        ("C [mag/mag]", z.c_mag_mag, z.c_note.as_str()),
+    ];
+    let rows: Vec<Vec<Markup>> = named
+        .iter()
+        .enumerate()
+        .map(|(i, (name, value, note))| {
+            let mut row = vec![cell(name), number(Some(*value), 4), number(Some(errs[i]), 4)];
+            row.extend((0..3).map(|j| cell(correlation(i, j))));
+            row.push(cell(note));
+            row
+        })
+        .collect();
+    html! {
+        (table("", "Terms of the fit, with the correlations of their errors", &["term", "value", "error", "with ZP", "with k", "with C", "how"], &rows))
+        p {
+            (z.n_used) " measurements used, " (z.n_rejected) " without weight, " (z.n_pointings) " pointings, rms "
+            (format!("{:.4}", z.rms_mag)) " mag"
+            @if z.pointing_scatter_mag.is_finite() { ", pointings scatter by " (format!("{:.4}", z.pointing_scatter_mag)) " mag beyond their stars" }
+            ", estimator " (z.estimator) "."
+        }
+        @if !z.warnings.is_empty() { ul { @for w in &z.warnings { li { (w) } } } }
+    }
+}
+
+fn panels(z: &Zeropoint, stars: &[StarRow]) -> Markup {
+    let difference = |s: &StarRow| Some(s.inst_mag? - s.catalogue_v_mag?);
+    let over_airmass = |s: &StarRow| Some((s.airmass?, difference(s)? - z.c_mag_mag * s.catalogue_b_v_mag?));
+    let over_colour = |s: &StarRow| Some((s.catalogue_b_v_mag?, difference(s)? - z.k_mag_airmass * s.airmass?));
+    let over_mag = |s: &StarRow| Some((s.catalogue_v_mag?, s.fit_residual_mag?));
+    let over_x = |s: &StarRow| Some((s.x_px?, s.fit_residual_mag?));
+    let over_y = |s: &StarRow| Some((s.y_px?, s.fit_residual_mag?));
+    let over_time = |s: &StarRow| Some((s.mjd_mid_d?.fract() * 86_400.0, s.fit_residual_mag?));
+    let views: [View; 6] = [
+        ("airmass X", "V_inst − V − C (B−V) [mag]", &over_airmass, Some(z.k_mag_airmass)),
+        ("B−V [mag]", "V_inst − V − k X [mag]", &over_colour, Some(z.c_mag_mag)),
+        ("V of the catalogue [mag]", "residual [mag]", &over_mag, None),
+        ("UTC", "residual [mag]", &over_time, None),
+        ("x [px]", "residual [mag]", &over_x, None),
+        ("y [px]", "residual [mag]", &over_y, None),
+    ];
+    html! { div.panels { @for view in &views { (panel(z, stars, view)) } } }
+}
+
+/// What a star's point says.
+fn tip(s: &StarRow) -> String {
+    let v = s.catalogue_v_mag.map(|v| format!(": V {v:.2}")).unwrap_or_default();
+    let residual = s.fit_residual_mag.map(|r| format!(", residual {r:+.3}")).unwrap_or_default();
+    let reason = if s.reason.is_empty() { String::new() } else { format!(", {}", s.reason) };
+    format!("{} in {}{v}{residual}{reason}", s.star_id, s.frame)
+}
+
+fn panel(z: &Zeropoint, stars: &[StarRow], (x_label, y_label, of, slope): &View) -> Markup {
+    let used = |s: &&StarRow| s.fit_weight.is_some_and(|w| w > 0.0);
+    let values = |of_y: bool| stars.iter().filter(used).filter_map(of).map(move |p| if of_y { p.1 } else { p.0 });
+    let (Some(x), Some(y)) = (Span::around(values(false), 1e-3), Span::around(values(true), 0.1)) else {
+        return html! {};
+    };
+    let chart = Chart {
+        title: format!("{y_label} against {x_label}"),
+        width: 460.0,
+        height: 250.0,
+        x,
+        y,
+        x_label: (*x_label).into(),
+        y_label: (*y_label).into(),
+        clock: *x_label == "UTC",
+    };
+    let point = |s: &StarRow| {
+        let (px, py) = of(s)?;
+        Some(Point {
+            x: px,
+            y: py,
+            err: None,
+            class: if s.fit_weight.is_some_and(|w| w > 0.0) { "star" } else { "star left" },
+            href: None,
+            tip: tip(s),
+        })
+    };
+    let points: Vec<Point> = stars.iter().filter_map(point).filter(|p| x.holds(p.x)).collect();
+    let fit = |at: f64| Some(slope.map_or(0.0, |k| z.zp_mag + k * at));
+    let body =
+        html! { (chart.points(&points)) (chart.line("zero", &[(x.low(), fit(x.low())), (x.high(), fit(x.high()))])) };
+    html! { figure { (chart.with(&html! {}, &body)) } }
+}
+
+/// What the error of a magnitude is made of, at the middle of the used frames.
+fn budget(page: &NightPage, z: &Zeropoint) -> Markup {
+    let used: Vec<&PhotometryRow> =
+        page.rows.iter().filter(|r| is_used(&r.status, &r.verdict) && r.v_mag.is_some()).collect();
+    let median = |of: fn(&PhotometryRow) -> Option<f64>| {
+        robust(&used.iter().filter_map(|r| of(r)).collect::<Vec<_>>()).map(|m| m.0)
+    };
+    let Some(airmass) = median(|r| r.airmass) else { return html! {} };
+    let b_v = if z.target_b_v_mag[0].is_finite() { z.target_b_v_mag } else { [0.65, 0.0] };
+    let fit = z.err_mag(airmass, b_v[0], 0.0);
+    let one = z.err_one_pointing_mag(airmass, b_v[0], 0.0);
+    let rows = [
+        ("counts, sky, read noise, trails (random)", median(|r| r.v_mag_err), "v_mag_err, median of the used frames"),
+        ("zeropoint, extinction, colour term", Some(fit), "their covariance at this airmass and colour"),
+        (
+            "scatter of one line of sight",
+            Some((one * one - fit * fit).max(0.0).sqrt()),
+            "how pointings differ beyond their stars",
+        ),
+        (
+            "colour of the target",
+            Some((z.err_mag(airmass, b_v[0], b_v[1]).powi(2) - fit * fit).max(0.0).sqrt()),
+            "error of B−V times C",
+        ),
+        ("everything systematic", median(|r| r.v_mag_err_sys), "v_mag_err_sys: gain table and aperture correction too"),
+    ];
+    let rows: Vec<Vec<Markup>> =
+        rows.iter().map(|(name, value, how)| vec![cell(name), number(*value, 4), cell(how)]).collect();
+    html! {
+        (table("", &format!("Error budget at airmass {airmass:.2}, B−V {} [mag]", b_v[0]), &["part", "error", "from"], &rows))
+    }
+}

@@ -1,0 +1,263 @@
+//! The numbers of the paper beside ours: the checklist complete, the values those of an independent computation, the
+//! verdicts what the values say, and the committed page what the program says.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use std::collections::HashSet;
+use std::sync::OnceLock;
+
+use satphot::published::{Published, Verdict, entries, published, table};
+
+fn fast() -> &'static [Published] {
+    static ROWS: OnceLock<Vec<Published>> = OnceLock::new();
+    ROWS.get_or_init(|| published(false).unwrap())
+}
+
+fn row(id: &str) -> &'static Published {
+    fast().iter().find(|r| r.entry.id == id).unwrap_or_else(|| panic!("no row {id}"))
+}
+
+/// Every published number that was looked into, by the ids that stand for it.
+const CHECKLIST: &str = "\
+    iss-solar-area iss-total-area starlink-v1.5-area starlink-v2-area earendil-area
+    night-day-difference night-day-difference-err sigma-phot
+    starcloud-gain starcloud-ratio starcloud-moonlit altitude-term t-eff-iss earendil-beam mu-observed nu-iss
+    stk-mag-lunar-earthshine stk-mag-moon stk-mag-starlight stk-body1-ratio stk-panel-ratio stk-body1-gain
+    limit-full-1 limit-full-5 limit-new-1 limit-new-5 rubin-g rubin-r rubin-i rubin-g-effective
+    iss-night-median iss-night-bright iss-night-faint iss-day-median iss-day-bright iss-day-faint
+    direct-moon-directions chassis-share nights-moon-up nights-unlit duty-twilight duty-day duty-moon bluebird-mu
+    pass-2025-06-08-median pass-2025-06-10-morning-median pass-2025-06-10-evening-median pass-2025-06-12-median
+    nights-detectable
+    iss-chassis-area mu-example mu-results iss-mu-midnight sun-moon-ratio disc-area nadir-panel nadir-panel-albedo
+    projected-area brdf-definition streak-scaling nu-iss-400 starcloud-nu starcloud-nu-of-mu starcloud-nu-of-model
+    stk-body2-ratio stk-least-gain stk-radiance-unit stk-radiance-white stk-lunar-earthshine
+    stk-lunar-earthshine-albedo stk-snr-ratio stk-vega-offset pixel-scale pixel-area-ratio gain-unit zeropoint-gap
+    moon-system median-or-mean v3-over-v2-area starlink-count residual lowest-pass missed-pass extinction-global
+    extinction-direct
+    pass-2024-01-24-moon pass-2024-01-24-sun pass-2024-01-24-moon-alt pass-2025-06-08-moon pass-2025-06-08-sun
+    pass-2025-06-08-alt pass-2025-06-09-range pass-2025-06-09-moon pass-2025-06-09-sun pass-2025-06-09-alt
+    pass-2025-06-10-morning-moon pass-2025-06-10-morning-sun pass-2025-06-10-morning-alt
+    pass-2025-06-10-evening-moon pass-2025-06-10-evening-sun pass-2025-06-10-evening-alt
+    pass-2025-06-11-moon pass-2025-06-11-sun pass-2025-06-11-alt pass-2025-06-12-moon pass-2025-06-12-sun
+    pass-2025-06-12-alt pass-labels full-moon last-quarter moon-distance-term
+    moon-law-2 moon-law-5 moon-law-7 moon-law-10 moon-law-20 moon-law-30 moon-law-60 moon-law-90 moon-surge-2
+    moon-law-holzloehner
+    chassis-reflectance-0 chassis-reflectance-40 chassis-reflectance-60 chassis-reflectance-85
+    array-reflectance-0 array-reflectance-40 array-reflectance-60 array-reflectance-85
+    earth-reflectance-0 earth-reflectance-40 earth-reflectance-60 earth-reflectance-85
+    phong-reflectance-0 phong-reflectance-40 phong-reflectance-60 phong-reflectance-85
+    chassis-peak chassis-half-width lumos-direct lumos-earthshine ab-of-sun
+    zp k c median-night median-twilight median-day std-night std-twilight std-day
+    pass-2025-06-08-max pass-2025-06-10-morning-max pass-2025-06-10-evening-max pass-2025-06-11-max
+    pass-2025-06-12-max pass-2024-01-24-max pass-2025-06-09-css-max pass-2025-06-09-css-median
+    count-night count-twilight count-day pointing-rms";
+
+/// As published and corrected as an independent computation has them, and how near is the same.
+const EXPECTED: &[(&str, f64, f64, f64)] = &[
+    ("iss-solar-area", 2672.36, 2672.36, 0.005),
+    ("iss-chassis-area", 1623.9434, 1623.9434, 0.001),
+    ("iss-chassis-area-cupola", 1628.4434, 1628.4434, 0.001),
+    ("sun-moon-ratio", 372_529.029_846, 398_107.170_553, 0.1),
+    ("starcloud-gain", 14.654_243, 14.487_6, 0.001),
+    ("starcloud-ratio", 727_272.7, 623_781.7, 1.0),
+    ("night-day-difference-err", 1.306, 1.306, 0.001),
+    ("sigma-phot", 0.170_293_86, 0.154_301_65, 1e-6),
+    ("ab-of-sun", -27.055_758, -26.76, 1e-5),
+    ("stk-body2-ratio", 204.237_288, 204.237_288, 1e-4),
+    ("stk-body1-ratio", 828.2, 828.2, 0.1),
+    ("stk-panel-ratio", 93.2, 93.2, 0.1),
+    ("stk-mag-lunar-earthshine", 12.980_897, 12.914_6, 0.001),
+    ("stk-mag-moon", 13.456_934, 13.390_6, 0.001),
+    ("stk-vega-offset", f64::NAN, 0.066, 0.001),
+    ("stk-snr-ratio", 534.0, 294.0, 1.0),
+    ("stk-radiance-unit", 4.9e-6, 1.7e-5, 5e-7),
+    ("stk-radiance-white", f64::NAN, 6e-8, 1e-9),
+    ("stk-lunar-earthshine", f64::NAN, 4.3e-8, 1e-9),
+    ("stk-lunar-earthshine-albedo", f64::NAN, 0.0069, 1e-4),
+    ("iss-diameter-angle", 37.933_895, 37.933_895, 1e-4),
+    ("iss-solid-angle", 1_130.172_563, 1_130.172_563, 1e-3),
+    ("mu-observed", 19.652_862, 19.652_862, 1e-4),
+    ("disc-area", 28.99, 19.652_862, 0.01),
+    ("nadir-panel-albedo", f64::NAN, 0.0149, 1e-4),
+    ("nadir-panel", std::f64::consts::FRAC_1_SQRT_2, 0.0, 1e-9),
+    ("projected-area", 0.5, 1.0, 1e-9),
+    ("t-eff-iss", 9.587_819, 9.587_819, 1e-4),
+    ("altitude-term", 12.019_389, 12.019_389, 1e-4),
+    ("trail-width-iss", 38.186_815, 38.186_815, 1e-4),
+    ("nu-iss", 35.777_846, 27.908_281, 0.002),
+    ("nu-iss-400", 35.887, 27.908_281, 0.002),
+    ("starcloud-nu", f64::NAN, 25.16, 0.02),
+    ("starcloud-nu-of-mu", f64::NAN, 23.8, 0.05),
+    ("starcloud-nu-of-model", f64::NAN, 21.5, 0.05),
+    ("limit-full-1", 21.651_795, f64::NAN, 0.006),
+    ("limit-full-5", 19.671_773, f64::NAN, 0.006),
+    ("limit-new-1", 22.56, f64::NAN, 0.01),
+    ("limit-new-5", 20.27, f64::NAN, 0.01),
+    ("rubin-g", 23.153, 23.55, 0.006),
+    ("rubin-r", 23.182, f64::NAN, 0.002),
+    ("rubin-i", 23.143, f64::NAN, 0.002),
+    ("rubin-g-effective", 23.490_342, 23.490_342, 0.002),
+    ("earendil-beam", 5.781_444, 5.781_444, 1e-3),
+    ("earendil-sun", -14.444_15, -14.444_15, 1e-3),
+    ("earendil-moon", -0.41, -0.41, 0.01),
+    ("duty-twilight", 12.4, 12.4, 0.05),
+    ("duty-day", 53.8, 53.8, 0.05),
+    ("nights-moon-up", 16.0, 16.0, 0.0),
+    ("nights-unlit", 7.0, 7.0, 1.0),
+    ("pixel-scale", f64::NAN, 0.195_748_5, 1e-6),
+    ("pass-2025-06-08-sun", f64::NAN, -44.760_732, 0.03),
+    ("pass-2025-06-08-moon", 92.4, 96.65, 0.06),
+    ("pass-2025-06-08-alt", -88.741_812, 32.1, 0.05),
+    ("pass-2025-06-09-range", f64::NAN, 749.0, 1.0),
+    ("pass-2025-06-09-moon", 93.1, 97.1, 0.1),
+    ("pass-2025-06-09-alt", -51.0, 72.8, 0.15),
+    ("lowest-pass", f64::NAN, 32.1, 0.05),
+    ("missed-pass", f64::NAN, 87.5, 0.1),
+    // 07:43:50 and 19:19 UTC, to ten seconds and a minute
+    ("full-moon", 7.7306, 7.7306, 0.003),
+    ("last-quarter", 19.3167, 19.3167, 0.017),
+    ("moon-law-2", -12.68, -12.82, 0.006),
+    ("moon-law-5", -12.60, -12.61, 0.01),
+    ("moon-law-7", -12.55, -12.52, 0.006),
+    ("moon-law-10", -12.47, -12.41, 0.006),
+    ("moon-law-20", -12.21, -12.12, 0.006),
+    ("moon-law-30", -11.95, -11.86, 0.006),
+    ("moon-law-60", -11.12, -11.05, 0.006),
+    ("moon-law-90", -10.13, -10.07, 0.006),
+    ("moon-surge-2", -12.68, -12.92, 0.006),
+    ("moon-distance-term", 0.0, 0.11, 0.02),
+    ("chassis-reflectance-0", 0.578, 0.578, 5e-4),
+    ("chassis-reflectance-40", 0.567, 0.567, 5e-4),
+    ("chassis-reflectance-60", 0.543, 0.543, 6e-4),
+    ("chassis-reflectance-85", 0.374, 0.374, 5e-4),
+    ("array-reflectance-0", 0.0339, 0.0339, 1e-4),
+    ("array-reflectance-40", 0.0332, 0.0332, 1e-4),
+    ("array-reflectance-60", 0.0301, 0.0301, 1e-4),
+    ("array-reflectance-85", 0.0210, 0.0210, 1e-4),
+    ("earth-reflectance-0", 0.810, 0.810, 5e-4),
+    ("earth-reflectance-40", 0.745, 0.745, 5e-4),
+    ("earth-reflectance-60", 0.673, 0.673, 5e-4),
+    ("earth-reflectance-85", 0.583, 0.583, 5e-4),
+    ("phong-reflectance-0", 1.0, 1.0, 1e-3),
+    ("phong-reflectance-40", 0.766, 0.766, 1e-3),
+    ("phong-reflectance-60", 0.5, 0.5, 1e-3),
+    ("phong-reflectance-85", 0.098, 0.098, 1e-3),
+    ("chassis-peak", 2187.762, 1143.0, 2.0),
+    ("chassis-half-width", 0.18, 0.18, 0.005),
+    ("lumos-direct", 9.439_351_055e-15, 9.439_351_055e-15, 1e-20),
+    ("lumos-earthshine", 1.498_020_037e-13, 1.498_020_037e-13, 1.5e-15),
+    ("extinction-global", 0.22, 0.0, 0.015),
+    ("extinction-direct", 0.36, 0.0, 0.015),
+    ("direct-moon-directions", 0.0, 0.0, 0.0),
+    ("chassis-share", f64::NAN, 94.0, 2.0),
+    // an independent engine with another grid: its own spread
+    ("iss-night-median", 11.28, f64::NAN, 0.25),
+    ("iss-day-median", -2.6, -1.61, 0.15),
+    ("iss-mu-midnight", f64::NAN, 17.7, 0.4),
+    ("bluebird-mu", f64::NAN, 16.4, 0.2),
+    // medians of the passes: which moments count is not known to better
+    ("pass-2025-06-08-median", f64::NAN, 13.15, 0.3),
+    ("pass-2025-06-10-morning-median", f64::NAN, 13.24, 0.3),
+    ("pass-2025-06-10-evening-median", f64::NAN, 12.40, 0.3),
+    ("pass-2025-06-12-median", f64::NAN, 12.08, 0.3),
+];
+
+#[test]
+fn no_number_of_the_checklist_is_missing_and_no_id_is_there_twice() {
+    let mut seen = HashSet::new();
+    for entry in entries() {
+        assert!(seen.insert(entry.id), "{} twice", entry.id);
+        assert!(!entry.place.is_empty() && !entry.quantity.is_empty(), "{}", entry.id);
+        let explained = matches!(entry.verdict, Verdict::Reproduced) || !entry.why.is_empty();
+        assert!(explained, "{}: no reason", entry.id);
+        assert_eq!(entry.printed.is_empty(), entry.value.is_none(), "{}", entry.id);
+    }
+    let missing: Vec<&str> = CHECKLIST.split_whitespace().filter(|id| !seen.contains(id)).collect();
+    assert!(missing.is_empty(), "{missing:?}");
+}
+
+#[test]
+fn every_computed_value_is_that_of_an_independent_computation() {
+    let mut wrong = Vec::new();
+    for (id, as_published, corrected, within) in EXPECTED {
+        let numbers = row(id).numbers;
+        for (what, got, expected) in
+            [("as published", numbers.as_published, as_published), ("corrected", numbers.corrected, corrected)]
+        {
+            let near = expected.is_nan() || got.is_some_and(|got| (got - expected).abs() <= *within);
+            if !near {
+                wrong.push(format!("{id} {what}: {got:?}, expected {expected} +- {within}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn a_reproduced_number_is_within_its_rounding_and_a_wrong_one_is_not() {
+    let mut wrong = Vec::new();
+    for r in fast().iter().filter(|r| !r.left_out && r.entry.is_computed()) {
+        let (e, n) = (&r.entry, r.numbers);
+        let Some(value) = e.value else { continue };
+        let off = |v: Option<f64>| v.map(|v| (v - value).abs());
+        let (published, corrected) = (off(n.as_published), off(n.corrected));
+        let good = match e.verdict {
+            Verdict::Reproduced | Verdict::WithAssumption => published.is_some_and(|d| d <= e.within),
+            Verdict::NotReproduced => [published, corrected].iter().flatten().any(|d| *d > e.within),
+            Verdict::Literature | Verdict::Beside => true,
+        };
+        if !good {
+            wrong.push(format!("{}: {} printed, {n:?}, within {}", e.id, e.printed, e.within));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn the_corrected_values_of_wrong_numbers_are_as_documented() {
+    // what is printed, and by how much ours is another
+    for (id, printed, corrected) in [
+        ("stk-body2-ratio", 240.0, 204.2),
+        ("iss-chassis-area", 1577.89, 1623.94),
+        ("mu-example", 19.70, 19.65),
+        ("mu-results", 20.60, 19.65),
+        ("pixel-scale", 1.0, 0.1957),
+        ("gain-unit", 100.0, 10.0),
+        ("v3-over-v2-area", 4.0, 3.62),
+        ("streak-scaling", 100.0, 10.0),
+    ] {
+        let r = row(id);
+        assert_eq!((r.entry.verdict, r.entry.value), (Verdict::NotReproduced, Some(printed)), "{id}");
+        let got = r.numbers.corrected.unwrap();
+        assert!((got - corrected).abs() < 0.011 * corrected, "{id}: {got}");
+    }
+}
+
+#[test]
+fn literature_is_listed_with_its_source_and_slow_rows_say_so() {
+    let literature: Vec<&Published> = fast().iter().filter(|r| r.entry.verdict == Verdict::Literature).collect();
+    assert!(literature.len() > 25);
+    assert!(literature.iter().all(|r| !r.entry.why.is_empty()));
+    let slow: Vec<&Published> = fast().iter().filter(|r| r.entry.slow).collect();
+    assert!(!slow.is_empty() && slow.iter().all(|r| r.left_out && r.as_published_text() == "(--full)"));
+}
+
+#[test]
+fn the_committed_page_says_what_the_program_says() {
+    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/paper.md")).unwrap();
+    let between = page.split("<!-- published:begin -->").nth(1).and_then(|t| t.split("<!-- published:end -->").next());
+    let between = between.expect("the markers of the table are in docs/paper.md");
+    let lines: HashSet<&str> = between.lines().collect();
+    let mut missing = Vec::new();
+    for r in fast() {
+        let line = r.markdown_line();
+        let id = format!("| `{}` |", r.entry.id);
+        let there = if r.left_out { lines.iter().any(|l| l.starts_with(&id)) } else { lines.contains(line.trim_end()) };
+        if !there {
+            missing.push(line);
+        }
+    }
+    assert!(missing.is_empty(), "run scripts/reproduce_paper.sh; not on the page:\n{}", missing.concat());
+    let ids = between.lines().filter(|l| l.starts_with("| `")).count();
+    assert_eq!(ids, fast().len(), "rows of the page that the program does not know");
+    assert!(page.contains(&table::counts(fast())), "the counts: {}", table::counts(fast()));
+}

@@ -1,0 +1,203 @@
+//! The report of a night: all sections from any rows, escaped, the same bytes twice, and alive in a browser.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use satphot::night::report::{night_page, write_campaign_report, write_report};
+use satphot::report::page::{NightPage, write_night_page};
+use satphot::report::{Meta, PhotometryRow, write_photometry};
+
+const SECTIONS: [&str; 10] = [
+    "summary",
+    "light-curve",
+    "residuals",
+    "sky",
+    "zeropoint",
+    "frames",
+    "timing",
+    "calibration",
+    "distribution",
+    "provenance",
+];
+
+/// The results of the fixture night, made once.
+fn night() -> PathBuf {
+    static FOLDER: std::sync::OnceLock<PathBuf> = std::sync::OnceLock::new();
+    FOLDER
+        .get_or_init(|| {
+            let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report_page");
+            let done = Command::new(env!("CARGO_BIN_EXE_satphot"))
+                .current_dir(env!("CARGO_MANIFEST_DIR"))
+                .args(["run", "-q", "-o"])
+                .arg(&out)
+                .output()
+                .unwrap();
+            assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+            out.join("2025-06-09")
+        })
+        .clone()
+}
+
+/// Writes a page of rows and reads it.
+fn page_of(rows: Vec<PhotometryRow>) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("report.html");
+    write_night_page(&path, &NightPage { name: "n".into(), rows, ..NightPage::default() }).unwrap();
+    std::fs::read_to_string(path).unwrap()
+}
+
+#[test]
+fn the_night_has_ten_sections_links_that_lead_somewhere_and_needs_no_network() {
+    let page = std::fs::read_to_string(night().join("report.html")).unwrap();
+    for id in SECTIONS {
+        assert_eq!(page.matches(&format!("<section id=\"{id}\"")).count(), 1, "{id}");
+        assert!(page.contains(&format!("<a href=\"#{id}\"")), "{id} is not in the navigation");
+    }
+    assert!(page.len() < 5_000_000);
+    // every link is to a place on the page, every place exists once
+    for href in page.split("href=\"").skip(1).map(|rest| rest.split('"').next().unwrap()) {
+        let id = href.strip_prefix('#').unwrap_or_else(|| panic!("{href} leaves the page"));
+        assert_eq!(page.matches(&format!("id=\"{id}\"")).count(), 1, "{href}");
+    }
+    for outside in ["http:", "https:", "src=\"/", "@import", "url("] {
+        assert!(!page.contains(outside), "{outside}");
+    }
+    // every measured frame is a point, of the night's own 24 frames
+    assert_eq!(page.matches("<li id=\"frame-").count(), 24);
+    assert!(no_nan(&page));
+}
+
+#[test]
+fn the_report_made_again_from_the_folder_is_the_same_file() {
+    let folder = night();
+    let again = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report_again.html");
+    write_report(&folder, Some(&again)).unwrap();
+    assert_eq!(std::fs::read(folder.join("report.html")).unwrap(), std::fs::read(again).unwrap());
+}
+
+#[test]
+fn rows_of_any_kind_make_a_page_and_text_of_headers_stays_text() {
+    let empty = page_of(Vec::new());
+    assert!(SECTIONS.iter().all(|id| empty.contains(&format!("<section id=\"{id}\""))));
+    let evil = "<script>alert(1)</script>\"' &";
+    let row = |k: usize| PhotometryRow {
+        frame: format!("{evil}{k}"),
+        object_name: evil.into(),
+        reason: evil.into(),
+        status: ["ok", "nondetection", "failed", "rejected"][k % 4].into(),
+        verdict: ["use", "caution", "reject"][k % 3].into(),
+        date_mid: format!("2025-06-09T10:{:02}:00Z", k % 60),
+        mjd_mid_d: Some(60_835.4 + k as f64 / 1440.0),
+        v_mag: k.is_multiple_of(4).then_some(12.0 + k as f64 * 1e3 * f64::from(u8::from(k == 8))),
+        v_mag_err: Some(0.1),
+        limit_v_mag: (k % 4 == 1).then_some(14.0),
+        alt_deg: Some(-3.0 + k as f64),
+        az_deg: Some(359.0),
+        residual_mag: Some(1e9),
+        cadence_s: Some(0.0),
+        exptime_s: Some(0.0),
+        ..PhotometryRow::default()
+    };
+    let page = page_of((0..20).map(row).collect());
+    assert!(!page.contains("<script>alert"), "text of a header became a script");
+    assert!(page.contains("&lt;script&gt;alert(1)"));
+    let one = page_of(vec![PhotometryRow {
+        frame: "a".into(),
+        status: "ok".into(),
+        v_mag: Some(1.0),
+        ..PhotometryRow::default()
+    }]);
+    assert!(one.contains("<section id=\"distribution\"") && no_nan(&one));
+}
+
+#[test]
+fn a_folder_without_results_says_what_to_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let error = night_page(folder.path()).unwrap_err().to_string();
+    assert!(error.contains("photometry.ecsv") && error.contains("satphot run"), "{error}");
+    // a table alone is enough, and what is missing is said
+    write_photometry(&folder.path().join("photometry.ecsv"), &[], &Meta::default()).unwrap();
+    let page = night_page(folder.path()).unwrap();
+    assert!(page.notes.iter().any(|n| n.contains("manifest.json")));
+    std::fs::write(folder.path().join("photometry.ecsv"), "not a table").unwrap();
+    assert!(night_page(folder.path()).is_err());
+}
+
+#[test]
+fn several_nights_make_one_page_with_a_line_each() {
+    let base = tempfile::tempdir().unwrap();
+    let copy = |name: &str| {
+        let folder = base.path().join(name);
+        std::fs::create_dir(&folder).unwrap();
+        for file in ["photometry.ecsv", "zeropoint.toml", "report.html"] {
+            std::fs::copy(night().join(file), folder.join(file)).unwrap();
+        }
+        folder
+    };
+    let folders = [copy("one"), copy("two")];
+    let out = base.path().join("campaign.html");
+    write_campaign_report(&folders, &out).unwrap();
+    let page = std::fs::read_to_string(&out).unwrap();
+    assert!(page.contains("href=\"one/report.html\"") && page.contains("href=\"two/report.html\""));
+    assert!(page.contains("2 nights"));
+}
+
+/// Whether everything but the script is free of numbers that are none.
+fn no_nan(page: &str) -> bool {
+    let shown = page.split("<script>").next().unwrap().replace("masked or NaN", "");
+    !shown.contains("NaN") && !shown.contains(">inf")
+}
+
+/// The first browser of the Chromium family on this machine.
+fn browser() -> Option<&'static str> {
+    let answers = |name: &&str| Command::new(name).arg("--version").output().is_ok_and(|o| o.status.success());
+    ["chromium", "chromium-browser", "google-chrome"].into_iter().find(answers)
+}
+
+#[test]
+fn in_a_browser_the_gallery_sorts_a_point_leads_to_its_cutout_and_nothing_is_complained_about() {
+    let Some(browser) = browser() else {
+        println!("skipped: no Chromium here");
+        return;
+    };
+    let page = std::fs::read_to_string(night().join("report.html")).unwrap();
+    // the page polices its scripts, so the one that tries it is let in by taking the policy off
+    let policy = page.find("<meta http-equiv").unwrap();
+    let end = policy + page[policy..].find('>').unwrap() + 1;
+    let trial = "<script>(() => {\
+        const said = [];\
+        const order = document.getElementById('order');\
+        const first = () => document.querySelector('#gallery li').id;\
+        const before = first(); order.value = 'snr'; order.dispatchEvent(new Event('change', {bubbles: true}));\
+        said.push('sorted ' + (first() !== before));\
+        const point = document.querySelector('#light-curve a');\
+        said.push('leads ' + (document.querySelector(point.getAttribute('href')) !== null));\
+        const box = document.querySelector('input[data-toggle=model]'); box.click();\
+        said.push('toggled ' + (document.querySelector('g[data-series=model]').style.display === 'none'));\
+        const head = document.querySelector('#frames th:nth-child(3) button'); head.click();\
+        said.push('table ' + head.parentElement.getAttribute('aria-sort'));\
+        said.push('errors ' + errors.length); document.title = said.join(', ');\
+        })();</script></body>";
+    let watch = "<script>const errors = []; window.addEventListener('error', (e) => errors.push(e.message));</script>";
+    let tried = format!("{}{watch}{}", &page[..policy], &page[end..]).replace("</body>", trial);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tried.html");
+    std::fs::write(&path, tried).unwrap();
+    let dump = |path: &Path| {
+        let done = Command::new(browser)
+            .args(["--headless", "--no-sandbox", "--disable-gpu", "--dump-dom", "--enable-logging=stderr", "--v=0"])
+            .arg(format!("--user-data-dir={}", folder.path().join("profile").display()))
+            .arg(format!("file://{}", path.display()))
+            .output()
+            .unwrap();
+        (String::from_utf8_lossy(&done.stdout).into_owned(), String::from_utf8_lossy(&done.stderr).into_owned())
+    };
+    let (dom, _) = dump(&path);
+    let title = dom.split("<title>").nth(1).and_then(|t| t.split("</title>").next()).unwrap_or_default();
+    assert_eq!(title, "sorted true, leads true, toggled true, table ascending, errors 0");
+    // and untouched, under its own policy, it has nothing to say on the console
+    let (dom, console) = dump(&night().join("report.html"));
+    assert!(dom.contains("24 of 24 shown"), "the script did not run under the page's own policy");
+    assert!(!console.contains("CONSOLE"), "{console}");
+}
