@@ -5,7 +5,7 @@
 # usage: scripts/prove_day_month.sh FOLDER_WITH_SPACE [SATPHOT]
 set -euo pipefail
 folder=${1:?usage: prove_day_month.sh FOLDER_WITH_SPACE [SATPHOT]}
-satphot=${2:-}
+satphot=${2:+$(realpath "$2")}
 here=$(cd "$(dirname "$0")/.." && pwd)
 if [ -z "$satphot" ]; then
     (cd "$here" && cargo build --release --locked)
