@@ -12,15 +12,15 @@ use crate::brightness::sky::{Body, Sky, SkyGrid, sky_map};
 use crate::config::{self, Config};
 use crate::error::{Error, Result};
 use crate::night::clock::from_mjd_utc;
+use crate::night::predict::dome::Overhead;
 use crate::night::predict::sky_rows;
-use crate::orbit::earth::{EarthOrientation, Site, alt_az, sidereal_rad};
-use crate::orbit::sky::{bodies, topocentric};
+use crate::orbit::earth::Site;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::page::{NightPage, PassSky, write_campaign, write_night_page};
 use crate::report::plot::SkyMark;
 use crate::report::summary::passes;
 use crate::report::{Meta, MetaValue, PhotometryRow, SkyRow, read_photometry, read_stars};
-use crate::vector::{Itrs, Vector};
+use crate::vector::Vector;
 
 /// Directions of the model of a sky: altitudes and azimuths.
 const GRID: (usize, usize) = (13, 37);
@@ -142,13 +142,7 @@ fn skies(rows: &[PhotometryRow], meta: &Meta, model: Option<&config::Model>, not
 
 /// The site of the meta block.
 fn site(meta: &Meta) -> Option<Site> {
-    let Some(MetaValue::Map(pairs)) = meta.get("site") else { return None };
-    let number = |key: &str| {
-        pairs.iter().find_map(|(k, v)| match v {
-            MetaValue::Number(n) if k == key => Some(*n),
-            _ => None,
-        })
-    };
+    let number = |field| meta.number_in("site", field);
     Site::new(number("lat_deg")?, number("lon_deg")?, number("alt_m")?).ok()
 }
 
@@ -160,13 +154,7 @@ fn lit_sky(
     model: Option<&config::Model>,
 ) -> Result<(Vec<SkyMark>, Vec<SkyRow>)> {
     let epoch = from_mjd_utc(middle.mjd_mid_d.unwrap_or(f64::NAN));
-    let seen = bodies(&epoch, &EarthOrientation::default())?;
-    let body = |v: &Vector<Itrs>| {
-        let from_site = topocentric(site, v);
-        let (alt_rad, az_rad) = alt_az(&site.to_enu(&from_site));
-        Body { alt_rad, az_rad, distance_km: from_site.norm() }
-    };
-    let (sun, moon) = (body(&seen.sun_itrs_km), body(&seen.moon_itrs_km));
+    let Overhead { sun, moon, sidereal_rad, .. } = Overhead::at(site, &epoch)?;
     let mark = |name: &str, b: &Body| SkyMark {
         name: name.into(),
         alt_deg: b.alt_rad.to_degrees(),
@@ -178,7 +166,7 @@ fn lit_sky(
     let axes =
         [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|[x, y, z]| site.from_enu(&Vector::new(x, y, z)));
     let mut sky = Sky::new(axes, (radius_km, height_km), track_az_rad(pass), sun, Some(moon))?;
-    sky.sidereal_rad = sidereal_rad(&epoch, &EarthOrientation::default());
+    sky.sidereal_rad = sidereal_rad;
     let settings =
         ModelSettings { tolerance: TOLERANCE, tolerance_of: ToleranceOf::Total, ..ModelSettings::try_from(model)? };
     let map = sky_map(&sky, &SkyGrid::new(GRID.0, GRID.1)?, &Satellite::from_config(model)?, &settings, &|| ())?;

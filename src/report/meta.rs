@@ -53,6 +53,16 @@ impl Meta {
         self.entries.iter().find(|(k, _)| k == key).map(|(_, v)| v)
     }
 
+    /// The number `field` of the map `key`, e.g. `lat_deg` of `site`.
+    #[must_use]
+    pub fn number_in(&self, key: &str, field: &str) -> Option<f64> {
+        let Some(MetaValue::Map(pairs)) = self.get(key) else { return None };
+        pairs.iter().find_map(|(name, value)| match value {
+            MetaValue::Number(number) if name == field => Some(*number),
+            _ => None,
+        })
+    }
+
     /// The first key, dotted, whose number is NaN or infinite.
     #[must_use]
     pub fn non_finite_key(&self) -> Option<String> {

@@ -91,9 +91,9 @@ impl Facts {
             Some(MetaValue::Text(t)) if !t.is_empty() => Some(t.clone()),
             _ => None,
         };
-        let site = field(meta.get("site"), "lat_deg")
-            .zip(field(meta.get("site"), "lon_deg"))
-            .zip(field(meta.get("site"), "alt_m"))
+        let site = (meta.number_in("site", "lat_deg"))
+            .zip(meta.number_in("site", "lon_deg"))
+            .zip(meta.number_in("site", "alt_m"))
             .map(|((lat, lon), alt)| [lat, lon, alt])
             .or_else(|| config.map(|c| [c.site.lat_deg, c.site.lon_deg, c.site.alt_m]));
         let data_mode = match text("data_mode") {
@@ -114,7 +114,7 @@ impl Facts {
             mag_system: text("mag_system").unwrap_or_else(|| "Vega".into()),
             data_mode,
             detect_sigma: config.map_or(5.0, |c| c.target.detect_sigma),
-            zeropoint: zeropoint(meta.get("zeropoint")),
+            zeropoint: zeropoint(meta),
             tool: text("tool").unwrap_or_else(|| "satphot".into()),
             reporter: match config {
                 Some(config) => reporter.or(&config.reporter),
@@ -189,16 +189,6 @@ pub(super) fn wrong(key: &str, problem: String) -> Error {
     Error::Config { key: key.into(), problem }
 }
 
-fn field(map: Option<&MetaValue>, key: &str) -> Option<f64> {
-    match map {
-        Some(MetaValue::Map(pairs)) => pairs.iter().find(|(k, _)| k == key).and_then(|(_, v)| match v {
-            MetaValue::Number(n) => Some(*n),
-            _ => None,
-        }),
-        _ => None,
-    }
-}
-
 /// Longitudes may be told from 0 to 360 deg; archives want −180 to 180.
 fn checked([lat, lon, alt]: [f64; 3]) -> Result<[f64; 3]> {
     if !(-90.0..=90.0).contains(&lat) || !(-180.0..=360.0).contains(&lon) || !(-500.0..=9_000.0).contains(&alt) {
@@ -212,8 +202,8 @@ fn checked([lat, lon, alt]: [f64; 3]) -> Result<[f64; 3]> {
     Ok([lat, if lon > 180.0 { lon - 360.0 } else { lon }, alt])
 }
 
-fn zeropoint(map: Option<&MetaValue>) -> Option<Zeropoint> {
-    let MetaValue::Map(pairs) = map? else { return None };
+fn zeropoint(meta: &Meta) -> Option<Zeropoint> {
+    let Some(MetaValue::Map(pairs)) = meta.get("zeropoint") else { return None };
     let variance = |i: usize| match pairs.iter().find(|(k, _)| k == "cov").map(|(_, v)| v) {
         Some(MetaValue::List(rows)) => match rows.get(i) {
             Some(MetaValue::List(row)) => match row.get(i) {
@@ -225,10 +215,10 @@ fn zeropoint(map: Option<&MetaValue>) -> Option<Zeropoint> {
         _ => None,
     };
     Some(Zeropoint {
-        zp_mag: field(map, "zp_mag")?,
-        k_mag_airmass: field(map, "k_mag_airmass")?,
+        zp_mag: meta.number_in("zeropoint", "zp_mag")?,
+        k_mag_airmass: meta.number_in("zeropoint", "k_mag_airmass")?,
         zp_err_mag: variance(0),
         k_err_mag_airmass: variance(1),
-        n_used: field(map, "n_used"),
+        n_used: meta.number_in("zeropoint", "n_used"),
     })
 }

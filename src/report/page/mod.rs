@@ -113,18 +113,8 @@ fn subtitle(page: &NightPage) -> String {
     targets.sort_unstable();
     targets.dedup();
     let targets: Vec<&str> = targets.into_iter().filter(|t| !t.is_empty()).take(6).collect();
-    let site = match page.meta.get("site") {
-        Some(MetaValue::Map(pairs)) => {
-            let number = |key: &str| {
-                pairs.iter().find_map(|(k, v)| match v {
-                    MetaValue::Number(n) if k == key => Some(*n),
-                    _ => None,
-                })
-            };
-            number("lat_deg").zip(number("lon_deg")).map(|(lat, lon)| format!("latitude {lat}°, longitude {lon}°"))
-        }
-        _ => None,
-    };
+    let number = |field| page.meta.number_in("site", field);
+    let site = number("lat_deg").zip(number("lon_deg")).map(|(lat, lon)| format!("latitude {lat}°, longitude {lon}°"));
     let parts = [Some(targets.join(", ")).filter(|t| !t.is_empty()), text("telescope").filter(|t| !t.is_empty()), site];
     parts.into_iter().flatten().collect::<Vec<_>>().join(" · ")
 }

@@ -23,6 +23,7 @@ pub(super) fn provenance(page: &NightPage) -> Markup {
             "model",
             [text("satellite"), text("mode")].iter().filter(|t| !t.is_empty()).cloned().collect::<Vec<_>>().join(", "),
         ),
+        ("data", text("data_mode")),
         ("elements", text("orbit_source")),
         ("star catalogue", text("catalogue")),
         ("magnitudes", format!("{} ({})", text("band"), text("mag_system"))),
