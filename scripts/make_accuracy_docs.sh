@@ -68,8 +68,6 @@ for name, default in zip(methods, defaults):
 print(f"""
 [{len(extremes)} stiff and extreme cases](#the-extremes): {len(wrong)} wrong, {len(known)} known limits.
 [{len(paths)} numbers by two independent paths](#two-paths-to-one-number).
-
-The renderer of resolved satellites is not built yet and has no sweep.
 """)
 for name, default in zip(methods, defaults):
     own = [r for r in rows if r["method"] == name]

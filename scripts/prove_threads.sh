@@ -38,7 +38,7 @@ for name, a in one.items():
               f"{a['wall_s'] / b['wall_s']:10.2f} {cpu[1] / b['wall_s']:6.2f}")
 PYTHON
 for table in "$folder"/out_1/*/*; do
-    case $(basename "$table") in effective.toml | manifest.json | satphot.log) continue ;; esac
+    case $(basename "$table") in effective.toml | manifest.json | plan.json | satphot.log*) continue ;; esac
     [ -d "$table" ] || cmp "$table" "$folder/out_2/$(basename "$(dirname "$table")")/$(basename "$table")"
 done
 echo "tables, master flat and gallery are the same bytes"

@@ -121,6 +121,32 @@ pub enum Error {
         /// What failed, with counts.
         problem: String,
     },
+
+    // --- look at what was changed (exit code 6)
+    /// A check of finished results against what they say of themselves failed.
+    #[error("{problem}")]
+    Mismatch {
+        /// Which files differ, and how.
+        problem: String,
+    },
+
+    // --- try again (exit code 75)
+    /// Something outside stood in the way that may be gone the next time: another run in the folder, a server.
+    #[error("{problem}")]
+    Temporary {
+        /// What stood in the way, and when to try again.
+        problem: String,
+    },
+
+    // --- go on later (exit code 128 + signal)
+    /// Asked to stop; what was finished is kept.
+    #[error("{problem}")]
+    Interrupted {
+        /// The signal: 2 from the keyboard, 15 from a scheduler.
+        signal: u8,
+        /// What was finished, and the line that goes on.
+        problem: String,
+    },
 }
 
 impl Error {
@@ -135,6 +161,9 @@ impl Error {
             | Error::Fits { .. }
             | Error::Header { .. }
             | Error::Table { .. } => 4,
+            Error::Mismatch { .. } => 6,
+            Error::Temporary { .. } => 75,
+            Error::Interrupted { signal, .. } => 128 | signal,
             Error::GainNotTabulated { .. } | Error::Flat { .. } | Error::Catalogue { .. } | Error::Orbit { .. } => 5,
         }
     }

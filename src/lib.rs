@@ -10,12 +10,15 @@ pub mod config;
 pub mod constants;
 pub mod detect;
 pub mod error;
+pub mod fetch;
+pub mod file;
 pub mod frames;
 pub mod night;
 pub mod orbit;
 pub mod photometry;
 pub mod published;
 pub mod report;
+pub mod resolved;
 pub mod vector;
 
 pub use error::{Error, Result};

@@ -59,8 +59,7 @@ fn run_prints_its_results_and_nothing_else_on_standard_output() {
     let quiet = n.satphot(&["run", "pipeline.toml", "-q"]).expect(0, &[]);
     assert_eq!(quiet.err, "");
     // the configuration that was saved gives the same night
-    std::fs::copy(n.result("effective.toml"), n.path("again.toml")).unwrap();
-    n.satphot(&["run", "again.toml", "-o", "again"]).expect(0, &[]);
+    n.satphot(&["run", "satphot-out/tiny/effective.toml", "-o", "again"]).expect(0, &[]);
     let first = read_photometry(&n.result("photometry.ecsv")).unwrap().0;
     assert_eq!(read_photometry(&n.path("again/tiny/photometry.ecsv")).unwrap().0, first);
 }
@@ -128,7 +127,7 @@ fn a_wrong_configuration_names_key_value_and_file() {
 fn what_is_missing_before_work_begins_has_its_code_and_leaves_no_results() {
     let cases: [(&[&str], i32, &[&str]); 6] = [
         (&["--set", "night.input=[\"nowhere\"]"], 4, &["nowhere"]),
-        (&["--set", "orbit.elements=none.tle"], 5, &["none.tle", "CelesTrak"]),
+        (&["--set", "orbit.elements=none.tle"], 5, &["none.tle", "satphot fetch elements"]),
         (&["--set", "orbit.norad_cat_id=1"], 5, &["catalogue number 1 "]),
         (&["--set", "stars.catalogue=none.csv"], 5, &["none.csv", "APASS"]),
         (&["--set", "zeropoint.previous=none.toml"], 4, &["none.toml"]),
@@ -208,16 +207,20 @@ fn single_stages_give_the_numbers_of_the_whole_night() {
     let named: Vec<&str> =
         ["zeropoint", "-o", "z1.toml"].into_iter().chain(fields.iter().map(String::as_str)).collect();
     n.satphot(&["zeropoint", "-o", "z0.toml"]).expect(0, &[]);
-    // a single stage does not read every input, so only the hash over them is missing
+    // a single stage does not read every input, so only the hash over them and the seed of the night are missing
+    let of_night = |line: &str| line.contains("input_manifest_sha256") || line.contains("{seed: ");
     let told_by_both = |text: String| -> Vec<String> {
-        text.lines().filter(|l| !l.contains("input_manifest_sha256")).map(str::to_string).collect()
+        let lines = text.lines().filter(|l| !of_night(l) && !l.starts_with("# provenance: "));
+        lines.map(str::to_string).collect()
     };
     let beside = told_by_both(std::fs::read_to_string(n.path("stars.ecsv")).unwrap());
     assert!(beside == told_by_both(n.text("stars.ecsv")), "stars.ecsv beside the zeropoint");
     n.satphot(&named).expect(0, &[]);
     n.satphot(&["zeropoint", "-o", "z2.toml", "--stars", "satphot-out/tiny/stars.ecsv"]).expect(0, &[]);
     for name in ["z0.toml", "z1.toml", "z2.toml"] {
-        assert_eq!(std::fs::read_to_string(n.path(name)).unwrap(), n.text("zeropoint.toml"), "{name}");
+        let text = std::fs::read_to_string(n.path(name)).unwrap();
+        assert!(text.contains("# provenance: tool=satphot"), "{name}");
+        assert_eq!(told_by_both(text), told_by_both(n.text("zeropoint.toml")), "{name}");
     }
 
     // from the night with a master flat made before, and one named file with the night's flats
@@ -465,6 +468,21 @@ fn a_dry_run_says_what_would_be_made_and_makes_nothing() {
     }
     let alone = n.satphot(&["run", "--dry-run", "--set", "zeropoint.previous=zp.toml"]);
     assert!(alone.out.contains("zeropoint  zp.toml") || alone.err.contains("zp.toml"), "{alone:#?}");
+}
+
+#[test]
+fn a_dry_run_lists_all_that_is_missing_and_ends_as_the_run_would() {
+    let n = night();
+    let gone = ["orbit.elements=gone.tle", "stars.catalogue=gone.csv", "flat.master=gone.fits"];
+    let sets = gone.iter().flat_map(|set| ["--set", set]);
+    let args: Vec<&str> = ["run", "--dry-run"].into_iter().chain(sets).collect();
+    let told = n.satphot(&args).expect(4, &["gone.fits"]);
+    let missing: Vec<&str> = told.out.lines().filter(|l| l.starts_with("missing ")).collect();
+    for name in ["gone.tle", "gone.csv", "gone.fits"] {
+        assert!(missing.iter().any(|l| l.contains(name)), "{name} is not in\n{}", told.out);
+    }
+    assert_eq!(told.out.lines().filter(|l| l.starts_with("target ")).count(), 6, "{}", told.out);
+    n.satphot(&["run", "--dry-run", "--set", "orbit.elements=gone.tle"]).expect(5, &["satphot fetch elements"]);
 }
 
 #[test]

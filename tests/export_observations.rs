@@ -8,7 +8,7 @@ use std::path::Path;
 
 use ccsds_ndm::messages::tdm::{Tdm, TdmObservationData};
 use ccsds_ndm::traits::{Ndm, Validate};
-use export_support::{facts, later, meta, missed, row, shared};
+use export_support::{facts, later, meta, missed, python_with, row, run_python, shared};
 use satphot::config::Reporter;
 use satphot::report::PhotometryRow;
 use satphot::report::export::{
@@ -158,6 +158,22 @@ fn a_message_is_ascii_in_short_lines_and_says_degraded_where_it_must() {
 }
 
 #[test]
+fn a_second_reader_in_another_language_finds_the_same_magnitudes_in_a_tracking_data_message() {
+    let Some(python) = python_with("ccsds_ndm") else { return };
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("night.tdm"), tdm(&[row(), later(5, 12.345), later(9, -1.5)], &facts()).unwrap())
+        .unwrap();
+    let script = "from ccsds_ndm.ndm_io import NdmIo\n\
+        m = NdmIo().from_path('night.tdm')\n\
+        o = [o for s in m.body.segment for o in s.data.observation]\n\
+        assert [float(x.mag) for x in o] == [11.934, 12.345, -1.5], [x.mag for x in o]\n\
+        assert o[0].epoch.startswith('2025-06-09T10:33:02.5'), o[0].epoch\n\
+        assert m.body.segment[0].metadata.participant_2 == '1998-067A'\n\
+        print('as expected')";
+    run_python(&python, dir.path(), script);
+}
+
+#[test]
 fn each_satellite_has_segments_of_its_own() {
     let other =
         |seconds| PhotometryRow { norad_cat_id: Some(100_001), object_id: String::new(), ..later(seconds, 9.0) };
@@ -225,6 +241,26 @@ fn a_record_has_documented_fields_of_the_right_kind_and_the_numbers_of_the_row()
     assert_eq!(second["eoobservationDetails"]["surfBrightness"], serde_json::json!([21.5]));
     assert_eq!(first["trackId"], second["trackId"]);
     assert_eq!(udl(&[missed(0)], &facts()).len(), 0);
+}
+
+#[test]
+fn a_validator_of_json_schemas_takes_the_records_and_refuses_broken_ones() {
+    let Some(python) = python_with("jsonschema") else { return };
+    let rows = [row(), PhotometryRow { illum: "penumbra".into(), mu_mean_mag_arcsec2: Some(21.5), ..later(9, 12.0) }];
+    let kept = select(&rows, Choice::default(), false).kept;
+    let text = udl_text(path(), &rows, &kept, &facts(), &UdlNames::default()).unwrap();
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("night.json"), text).unwrap();
+    std::fs::write(dir.path().join("schema.json"), include_str!("data/udl_eoobservation.schema.json")).unwrap();
+    let script = "import json, copy\n\
+        from jsonschema import Draft202012Validator as V\n\
+        s = json.load(open('schema.json')); V.check_schema(s); v = V(s, format_checker=V.FORMAT_CHECKER)\n\
+        n = json.load(open('night.json')); assert len(n) == 2\n\
+        assert not list(v.iter_errors(n)), [e.message for e in v.iter_errors(n)]\n\
+        for key, wrong in [('mag', None), ('senalt', 1165.0), ('azimuth', 400), ('dataMode', 'real'), ('none', 1)]:\n\
+        \x20   bad = copy.deepcopy(n); bad[0][key] = wrong; assert list(v.iter_errors(bad)), key\n\
+        print('as expected')";
+    run_python(&python, dir.path(), script);
 }
 
 #[test]

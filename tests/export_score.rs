@@ -116,9 +116,15 @@ fn a_score_file_passes_its_own_check_whatever_the_names_hold() {
 
 #[test]
 fn a_detection_without_a_limit_gets_the_one_of_its_noise() {
-    let text = score(&[PhotometryRow { limit_v_mag: None, snr: Some(50.0), ..row() }], &facts()).unwrap();
-    // ten times fainter than S/N 50 is S/N 5: 2.5 mag
-    assert_eq!(cell(&cells(&text)[0], "limiting_magnitude"), "14.434");
+    let noise = |flux_e, flux_err_e| PhotometryRow { limit_v_mag: None, flux_e, flux_err_e, ..row() };
+    // 5000 e- with 100 e- of noise, half of its square the target's own: t = 5 sqrt(5000 + t) = 366.3 e-, 2.838 mag fainter
+    let text = score(&[noise(Some(5_000.0), Some(100.0))], &facts()).unwrap();
+    assert_eq!(cell(&cells(&text)[0], "limiting_magnitude"), "14.772");
+    // the same sky under a target a hundred times as bright: the limit stays, 5 mag below where the target rises
+    let text = score(&[noise(Some(500_000.0), Some(505_000f64.sqrt()))], &facts()).unwrap();
+    assert_eq!(cell(&cells(&text)[0], "limiting_magnitude"), "19.772");
+    let error = score(&[noise(None, None)], &facts()).unwrap_err().to_string();
+    assert!(error.contains("limit_v_mag") && error.contains("flux_err_e"), "{error}");
 }
 
 /// A good file whose first row has `value` under `column`.

@@ -332,11 +332,35 @@ fn a_parquet_file_holds_every_row_with_its_units() {
         n += 1;
     }
     assert_eq!(n, rows().len());
-    if let Some(python) = python_with("pyarrow") {
-        let script = "import pyarrow.parquet as p\n\
-            s = p.read_schema('night.parquet')\n\
-            assert s.field('v_mag').metadata[b'unit'] == b'mag', s.field('v_mag').metadata\n\
-            print('as expected')";
-        run_python(&python, dir.path(), script);
-    }
+    let Some(python) = python_with("pyarrow") else { return };
+    let told: Vec<_> = PHOTOMETRY
+        .iter()
+        .map(|c| serde_json::json!([c.name, c.unit, satphot::report::ucd::ucd(c.name), c.description]))
+        .collect();
+    std::fs::write(dir.path().join("schema.json"), serde_json::to_string(&told).unwrap()).unwrap();
+    let v_mag: Vec<Option<f64>> = rows().iter().map(|r| r.v_mag).collect();
+    std::fs::write(dir.path().join("v_mag.json"), serde_json::to_string(&v_mag).unwrap()).unwrap();
+    run_python(&python, dir.path(), PYARROW);
 }
+
+/// pyarrow: unit, UCD and description of every field, the meta block, and what is missing is null.
+#[cfg(feature = "parquet")]
+const PYARROW: &str = r#"
+import json
+import pyarrow.parquet as p
+table = p.read_table("night.parquet")
+schema = json.load(open("schema.json"))
+assert table.column_names == [name for name, *_ in schema]
+for name, *told in schema:
+    meta = table.schema.field(name).metadata
+    for key, value in zip(["unit", "ucd", "description"], told):
+        assert meta.get(key.encode(), b"").decode() == value, (name, key, meta)
+meta = p.read_metadata("night.parquet").metadata
+assert meta[b"site.lat_deg"] == b"-33.77" and meta[b"band"] == b"V", meta
+v = table.column("v_mag")
+assert v.to_pylist() == json.load(open("v_mag.json"))
+assert v.null_count == sum(x is None for x in v.to_pylist()) > 0
+assert not any(x is not None and x != x for c in table.columns for x in c.to_pylist()), "a NaN stands for nothing"
+assert str(table.schema.field("norad_cat_id").type) == "int64" and str(table.schema.field("flags").type) == "int32"
+print("as expected")
+"#;

@@ -54,7 +54,7 @@ fn frames_of_no_use_are_told_from_no_frames() {
 
 #[test]
 fn elements_that_are_missing_or_damaged_are_named() {
-    refused(&night().set("orbit.elements=none.tle"), 5, &["none.tle", "CelesTrak", "[orbit]"]);
+    refused(&night().set("orbit.elements=none.tle"), 5, &["none.tle", "satphot fetch elements", "[orbit]"]);
     let tle = std::fs::read_to_string(original().join("iss-2025-june.tle")).unwrap();
     for (text, word) in [
         (String::new(), "no element sets"),

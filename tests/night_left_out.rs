@@ -200,7 +200,9 @@ fn compressed_frames_give_the_same_table_as_plain_ones() {
     let plain = |r: &PhotometryRow| PhotometryRow { frame: String::new(), frame_sha256: String::new(), ..r.clone() };
     let (a, b): (Vec<_>, Vec<_>) = (n.rows().iter().map(plain).collect(), packed.rows().iter().map(plain).collect());
     assert_eq!(a, b);
-    assert_eq!(n.text("zeropoint.toml"), packed.text("zeropoint.toml"));
+    // the inputs are other files, which the last line tells
+    let fit = |n: &Night| n.text("zeropoint.toml").split("# provenance: ").next().unwrap().to_string();
+    assert_eq!(fit(&n), fit(&packed));
 }
 
 #[test]

@@ -112,6 +112,48 @@ fn rows_of_any_kind_make_a_page_and_text_of_headers_stays_text() {
 }
 
 #[test]
+fn a_night_of_very_many_frames_stays_below_5_mb_and_says_what_it_left_out() {
+    let row = |k: usize| PhotometryRow {
+        frame: format!("target_{k:06}_of_a_long_night.fits"),
+        object_name: "STARLINK-1008".into(),
+        status: "ok".into(),
+        verdict: "caution".into(),
+        reason: "star trail adds 298 % of the flux (contaminated); elements 3.0 d old (old_elements)".into(),
+        date_mid: "2025-06-09T10:33:02.500000Z".into(),
+        mjd_mid_d: Some(60_835.4 + (k / 100) as f64 / 50.0 + (k % 100) as f64 / 86_400.0),
+        v_mag: Some(6.0 + (k % 97) as f64 * 0.01),
+        v_mag_err: Some(0.05),
+        residual_mag: Some((k % 31) as f64 * 0.01),
+        model_v_mag: Some(6.0),
+        alt_deg: Some(40.0),
+        az_deg: Some((k % 360) as f64),
+        phase_angle_deg: Some(60.0 + (k % 7) as f64),
+        moon_sep_deg: Some(80.0 + (k % 11) as f64),
+        flux_e: Some(1e5 + k as f64),
+        extent_fwhm: Some(1.0 + (k % 3) as f64),
+        cadence_s: Some(1.0),
+        exptime_s: Some(0.5),
+        date_avg_minus_mid_s: Some(0.1),
+        illum: "sun".into(),
+        ..PhotometryRow::default()
+    };
+    let rows: Vec<PhotometryRow> = (0..6_000).map(row).collect();
+    let card = |r: &PhotometryRow| {
+        let id = format!("frame-{}", r.frame.replace(['_', '.'], "-"));
+        (id.clone(), format!("<li id=\"{id}\">{}</li>", "x".repeat(9_000)))
+    };
+    let cards = rows.iter().map(card).collect();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("report.html");
+    write_night_page(&path, &NightPage { name: "n".into(), rows, cards, ..NightPage::default() }).unwrap();
+    let page = std::fs::read_to_string(path).unwrap();
+    assert!(page.len() < 5_000_000, "{}", page.len());
+    for said in ["points drawn", "The worst ", "of 6000 pictures", "The first 1000"] {
+        assert!(page.contains(said), "{said}");
+    }
+}
+
+#[test]
 fn a_folder_without_results_says_what_to_name() {
     let folder = tempfile::tempdir().unwrap();
     let error = night_page(folder.path()).unwrap_err().to_string();
@@ -141,6 +183,57 @@ fn several_nights_make_one_page_with_a_line_each() {
     let page = std::fs::read_to_string(&out).unwrap();
     assert!(page.contains("href=\"one/report.html\"") && page.contains("href=\"two/report.html\""));
     assert!(page.contains("2 nights"));
+    for id in
+        ["summary", "month", "residuals", "sky", "zeropoint", "timing", "calibration", "distribution", "provenance"]
+    {
+        assert_eq!(page.matches(&format!("<section id=\"{id}\"")).count(), 1, "{id}");
+    }
+    // a point leads to the picture in the report of its night, and nowhere else
+    assert!(page.contains("href=\"one/report.html#frame-target-0009-fits\""));
+    for href in page.split("href=\"").skip(1).map(|rest| rest.split('"').next().unwrap()) {
+        let known = href.starts_with("one/report.html") || href.starts_with("two/report.html");
+        assert!(known || page.contains(&format!("id=\"{}\"", &href[1..])), "{href}");
+    }
+    assert!(no_nan(&page));
+}
+
+#[test]
+fn the_middle_a_header_states_is_held_against_start_and_exposure_with_median_and_scatter() {
+    let row = |k: usize, off_s: Option<f64>| PhotometryRow {
+        frame: format!("f{k}"),
+        status: "ok".into(),
+        verdict: "use".into(),
+        mjd_mid_d: Some(60_835.4 + k as f64 / 1440.0),
+        date_avg_minus_mid_s: off_s,
+        ..PhotometryRow::default()
+    };
+    let page = page_of((0..5).map(|k| row(k, Some(0.25 + 0.01 * k as f64))).collect());
+    assert!(page.contains("median +0.270 s, scatter 0.015 s over 5 frames"), "{page}");
+    assert!(page_of(vec![row(0, None)]).contains("No header states both its middle"));
+}
+
+#[test]
+fn a_pass_is_a_violin_and_one_of_two_magnitudes_its_points() {
+    let row = |k: usize, pass: f64| PhotometryRow {
+        frame: format!("f{k}-{pass}"),
+        object_name: "ISS".into(),
+        status: "ok".into(),
+        verdict: "use".into(),
+        mjd_mid_d: Some(60_835.4 + pass / 10.0 + k as f64 / 1440.0),
+        date_mid: "2025-06-09T10:33:02Z".into(),
+        illum: "moon".into(),
+        v_mag: Some(12.0 + 0.1 * k as f64),
+        ..PhotometryRow::default()
+    };
+    let of = |rows: Vec<PhotometryRow>| {
+        let page = page_of(rows);
+        let part = page.split("<section id=\"distribution\"").nth(1).unwrap().split("</section>").next().unwrap();
+        (part.matches("column violin").count(), part.matches("circle class=\"point moon").count())
+    };
+    let passes = |n: [usize; 2]| (0..n[0]).map(|k| row(k, 0.0)).chain((0..n[1]).map(|k| row(k, 1.0))).collect();
+    // one violin for each pass, and one for all of this target under this light
+    assert_eq!(of(passes([5, 6])).0, 3);
+    assert_eq!(of(passes([5, 2])), (2, 2));
 }
 
 /// Whether everything but the script is free of numbers that are none.
@@ -175,6 +268,9 @@ fn in_a_browser_the_gallery_sorts_a_point_leads_to_its_cutout_and_nothing_is_com
         said.push('leads ' + (document.querySelector(point.getAttribute('href')) !== null));\
         const box = document.querySelector('input[data-toggle=model]'); box.click();\
         said.push('toggled ' + (document.querySelector('g[data-series=model]').style.display === 'none'));\
+        const fill = () => getComputedStyle(document.querySelector('#light-curve a .point')).fill;\
+        const plain = fill(); document.querySelector('input[data-by]').click();\
+        said.push('coloured ' + (fill() !== plain));\
         const head = document.querySelector('#frames th:nth-child(3) button'); head.click();\
         said.push('table ' + head.parentElement.getAttribute('aria-sort'));\
         said.push('errors ' + errors.length); document.title = said.join(', ');\
@@ -195,7 +291,7 @@ fn in_a_browser_the_gallery_sorts_a_point_leads_to_its_cutout_and_nothing_is_com
     };
     let (dom, _) = dump(&path);
     let title = dom.split("<title>").nth(1).and_then(|t| t.split("</title>").next()).unwrap_or_default();
-    assert_eq!(title, "sorted true, leads true, toggled true, table ascending, errors 0");
+    assert_eq!(title, "sorted true, leads true, toggled true, coloured true, table ascending, errors 0");
     // and untouched, under its own policy, it has nothing to say on the console
     let (dom, console) = dump(&night().join("report.html"));
     assert!(dom.contains("24 of 24 shown"), "the script did not run under the page's own policy");

@@ -1,8 +1,7 @@
 //! Error against run time: methods with a knob, the knob turned, against a converged reference.
 //!
 //! Errors in the unit a sweep names, CPU time in microseconds for one piece of work. The caller brings the clock: the
-//! library never reads it. One thread, so that CPU time is run time. Leaves out what has no knob, and the renderer of
-//! resolved satellites, which is not built yet.
+//! library never reads it. One thread, so that CPU time is run time. Leaves out what has no knob.
 
 mod apertures;
 mod background_mesh;
@@ -15,6 +14,8 @@ mod median;
 mod paths;
 mod penumbra;
 mod platform;
+mod resolved;
+mod sensor;
 mod sky_map;
 mod sky_points;
 mod source_disc;
@@ -94,6 +95,16 @@ pub const METHODS: &[Method] = &[
         sweep: penumbra::sweep,
     },
     Method { name: "platform", about: "a platform of kilometres: how it is divided", sweep: platform::sweep },
+    Method {
+        name: "renderer",
+        about: "resolved pictures of satellites: pixels, rays, sides of round shapes",
+        sweep: resolved::sweep,
+    },
+    Method {
+        name: "sensor",
+        about: "a picture blurred by a telescope: steps of the grid, reach of a star's image",
+        sweep: sensor::sweep,
+    },
     Method { name: "sky-map", about: "an all-sky map: spacing of its grid", sweep: sky_map::sweep },
     Method {
         name: "sky-points",
@@ -125,7 +136,3 @@ pub const METHODS: &[Method] = &[
     Method { name: "fit-rounds", about: "the robust zeropoint fit: its rounds", sweep: fit_rounds::sweep },
     Method { name: "median", about: "the median of flats: network, selection or sort", sweep: median::sweep },
 ];
-
-/// Methods that a later part of the program will have.
-pub const NOT_BUILT_YET: &[(&str, &str)] =
-    &[("renderer", "resolved images of satellites: size of their facets and pixels")];

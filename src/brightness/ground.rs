@@ -92,6 +92,13 @@ impl Ground {
         self.local(normal).z() < self.k
     }
 
+    /// Radiance towards the satellite from the ground in direction `w` (unit, from the satellite) per unit irradiance of
+    /// the lamp \[1/sr\]; 0 beyond the limb and on the dark side.
+    #[must_use]
+    pub fn seen_in(&self, w: &Vector<Itrs>) -> f64 {
+        self.radiance_from(&self.local(w))
+    }
+
     /// Components of a direction in the frame of the vertical.
     pub(super) fn local(&self, v: &Vector<Itrs>) -> Vector<Vertical> {
         let [x, y, z] = &self.axes;

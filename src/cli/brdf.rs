@@ -6,14 +6,20 @@ use clap::{Args, Subcommand, ValueEnum};
 use satphot::Error;
 use satphot::brightness::Brdf;
 use satphot::brightness::brdf::fit::{BrdfFit, FitLaw, FitOptions, MeasuredTable, fit_brdf};
+use satphot::file::write_atomic;
 use satphot::report::plot::{FittedRow, brdf_curves, brdf_fit};
 use satphot::report::summary::text_table;
-use satphot::report::write_atomic;
 
 use super::{print, tell};
 
+const EXAMPLES: &str = "\
+Examples:
+  satphot brdf plot starlink-chassis-lab -o chassis.svg
+  satphot brdf fit measured.csv --law binomial";
+
 /// Fits scattering laws (BRDFs) to measurements, and draws laws.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct BrdfVerb {
     #[command(subcommand)]
     what: What,

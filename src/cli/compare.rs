@@ -7,8 +7,14 @@ use satphot::night::stage::compare_table;
 
 use super::{Common, print, tell};
 
+const EXAMPLES: &str = "\
+Examples:
+  satphot compare satphot-out/2025-06-09/photometry.ecsv
+  satphot compare photometry.ecsv --set model.mode=as_published -o residuals_as_published.ecsv";
+
 /// Predicts the magnitude of every row of a photometry table and writes the residuals, observed minus modelled.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Compare {
     /// photometry.ecsv of `run` or `measure`
     #[arg(value_name = "ECSV")]

@@ -102,7 +102,7 @@ impl DetectorVerb {
             with_threads(common.jobs, || groups.iter().map(|group| check_group(group, &known, Effort::ALL)).collect())?;
         print(&checks_text(&checks));
         if let Some(folder) = &self.out {
-            std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, e))?;
+            satphot::file::make_folder(folder)?;
             print(&format!("{}\n", write_checks(folder, &checks)?.display()));
             let figure = folder.join("photon_transfer.svg");
             photon_transfer(&figure, &curves(&checks))?;

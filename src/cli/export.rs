@@ -255,6 +255,7 @@ impl Export {
         let choice = self.verdicts.as_deref().map_or(Ok(Choice::default()), Choice::named)?;
         let facts = self.facts(table, input)?;
         let selected = select(&rows, choice, format == Format::Score);
+        self.tell_selected(&selected, facts.data_mode);
         let text = match format {
             Format::Score => {
                 let scored = score_text(input, &selected.kept, &facts, !self.no_name)?;
@@ -271,7 +272,6 @@ impl Export {
             }
             _ => iod_text(input, &selected.kept, &facts)?,
         };
-        self.tell_selected(&selected, facts.data_mode);
         Ok(write_atomic(out, text.as_bytes())?)
     }
 

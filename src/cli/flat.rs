@@ -5,18 +5,33 @@ use std::path::PathBuf;
 use clap::Args;
 use satphot::Error;
 use satphot::frames::{BAND_BYTES, Detector, MasterFlat};
+use satphot::night::bench::sha256_16;
+use satphot::night::plan::plan_file::Plan;
+use satphot::night::plan::reduce::plan_flat;
+use satphot::night::provenance::Provenance;
 use satphot::night::stages::with_threads;
 use satphot::night::survey::survey;
 
-use super::{Common, print};
+use super::{Common, print, tell};
+
+const AFTER_HELP: &str = "\
+Examples:
+  satphot flat -o master_flat.fits                            the flats of pipeline.toml's night
+  satphot flat flats/*.fits -o master_flat.fits
+  satphot flat --plan plan.json -o night/master_flat.fits     a step of a plan; what became of each flat goes to
+                                                              master_flat.flats.toml beside it";
 
 /// Makes a master flat: pedestal subtracted, each flat divided by its level, median over the flats, normalised.
 #[derive(Debug, Args)]
+#[command(after_help = AFTER_HELP)]
 pub struct Flat {
     /// Flats; the night's own if none are named
     files: Vec<PathBuf>,
     #[command(flatten)]
     common: Common,
+    /// Make the master flat of this plan, for its other steps; reads no pipeline.toml
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["files", "config", "sets"])]
+    plan: Option<PathBuf>,
     /// Master flat to write
     #[arg(short, long, value_name = "FILE", default_value = "master_flat.fits")]
     out: PathBuf,
@@ -24,7 +39,15 @@ pub struct Flat {
 
 impl Flat {
     pub fn execute(self) -> anyhow::Result<()> {
-        let mut config = self.common.load()?;
+        if let Some(plan) = &self.plan {
+            let (options, progress) = (self.common.plan_options(), self.common.progress());
+            let (flat, notes) = plan_flat(&Plan::read(plan)?, &self.out, &options, &progress)?;
+            notes.iter().filter(|_| !self.common.quiet).for_each(|note| tell(&format!("note: {note}")));
+            self.tell_flat(&flat);
+            return Ok(());
+        }
+        let night = self.common.load()?;
+        let mut config = night.clone();
         if !self.files.is_empty() {
             // files named here are flats, whatever their headers say
             config.frames.flat.push("*".into());
@@ -39,7 +62,14 @@ impl Flat {
         let clip_radius_px = config.photometry.clip_radius_px;
         let make = || MasterFlat::make(&survey.flats, &detector, &config.flat, clip_radius_px, BAND_BYTES);
         let flat = with_threads(self.common.jobs, make)??;
-        flat.write(&self.out)?;
+        let told = Provenance::of_flat(&night, &survey.flats, &|path| sha256_16(path).ok())?;
+        flat.write_with(&self.out, &told.cards())?;
+        self.tell_flat(&flat);
+        Ok(())
+    }
+
+    /// What became of each flat.
+    fn tell_flat(&self, flat: &MasterFlat) {
         for member in &flat.members {
             let what = if member.used { "used".to_string() } else { format!("rejected: {}", member.reason) };
             print(&format!("{:<40} level {:>9.1} ADU  {what}\n", member.path.display(), member.level_adu));
@@ -50,6 +80,5 @@ impl Flat {
             self.out.display(),
             100.0 * flat.masked_frac
         ));
-        Ok(())
     }
 }

@@ -6,6 +6,7 @@ use clap::Args;
 use satphot::Error;
 use satphot::brightness::Satellite;
 use satphot::config::Config;
+use satphot::file::write_atomic;
 
 use super::{print, tell};
 
@@ -58,7 +59,7 @@ impl Init {
             }
             .into());
         }
-        std::fs::write(&self.file, text).map_err(|e| Error::io(&self.file, e))?;
+        write_atomic(&self.file, text.as_bytes())?;
         tell(&format!("wrote {}; edit it, then `satphot run {}`", self.file.display(), self.file.display()));
         Ok(())
     }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Command, CommandFactory};
 use clap_complete::Shell;
-use satphot::Error;
+use satphot::file::{make_folder, write_atomic};
 
 use super::{Cli, print, tell};
 
@@ -54,12 +54,12 @@ impl Man {
             print(&page(&command)?);
             return Ok(());
         };
-        std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, e))?;
+        make_folder(&folder)?;
         let mut written = 0;
         pages(&command, "satphot", &mut |name, text| {
             let path = folder.join(format!("{name}.1"));
             written += 1;
-            std::fs::write(&path, text).map_err(|e| Error::io(&path, e).into())
+            Ok(write_atomic(&path, text.as_bytes())?)
         })?;
         tell(&format!("wrote {written} pages into {}", folder.display()));
         Ok(())

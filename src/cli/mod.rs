@@ -8,7 +8,10 @@ mod brdf;
 mod check_table;
 mod compare;
 mod detector;
+#[cfg(test)]
+mod examples;
 mod export;
+mod fetch;
 mod flat;
 mod init;
 mod inspect;
@@ -16,35 +19,51 @@ mod limits;
 mod log;
 mod manual;
 mod measure;
+mod merge;
 mod orbit_args;
 mod passes;
+mod plan;
 mod plot;
 mod predict;
 mod published;
+mod render;
 mod report;
 mod run;
 mod satellites;
+mod signals;
 mod simulate;
 mod solve;
+mod verify;
 mod zeropoint;
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use satphot::Error;
 use satphot::config::Config;
 use satphot::night::pipeline::Options;
 
 const AFTER_HELP: &str = "\
 To begin: `satphot simulate` makes a night to try, `satphot init` a pipeline.toml for your own, `satphot run` reduces it.
+Examples of a verb are at the end of `satphot VERB --help`.
+
+Examples:
+  satphot simulate -o raw
+  satphot init night.toml --site=-33.7703,151.1113,70 --night 2025-06-09 --input raw
+  satphot run night.toml
+
+Results go to standard output, progress, notes and errors to standard error.
 
 Exit codes:
-  0  outputs complete
-  1  internal error
-  2  usage or configuration
-  3  outputs written, but too many frames failed or no star matched
-  4  input missing or unreadable
-  5  usable flat, gain setting, star catalogue or elements missing";
+    0  outputs complete; some frames may have failed, up to --max-failed-frac
+    1  internal error
+    2  usage or configuration
+    3  outputs written, but too many frames failed (any with --strict), or no star matched
+    4  input missing or unreadable
+    5  usable flat, gain setting, star catalogue or elements missing
+    6  verify, merge: something is not what was recorded
+   75  temporary failure (another run in the folder, the network): try again
+  130  interrupted (143: terminated); finished frames are kept, a new run goes on from them";
 
 /// Photometry of tracked satellites: a night's raw FITS files to calibrated magnitudes, orbit and geometry to
 /// predicted magnitudes, and the residuals between them.
@@ -63,6 +82,10 @@ enum Verb {
     Init(init::Init),
     /// Tell what was understood from headers: mid-time, gain, site, pointing, and why
     Inspect(inspect::Inspect),
+    /// Plan a night in shards, for a cluster or for later
+    Plan(plan::PlanVerb),
+    /// Bring the shards of a plan together
+    Merge(merge::MergeVerb),
     /// Make a master flat
     Flat(flat::Flat),
     /// Check gain, read noise, pedestal, step and saturation on flats and bias frames
@@ -83,10 +106,14 @@ enum Verb {
     Predict(predict::Predict),
     /// Faintest magnitudes: of a telescope that follows, and of streaks in a survey
     Limits(limits::Limits),
-    /// Draw what goes into the model: the Moon's laws and spectra
+    /// Draw what goes into the model: the Moon's laws and spectra, the Earth under Sun and Moon, ground tracks
     Plot(plot::Plot),
     /// Write results for others: FITS, VOTable, CSV, Parquet; SCORE, CCSDS TDM, UDL, IOD
     Export(export::Export),
+    /// Fetch elements and stars: the only verb that uses the network
+    Fetch(fetch::Fetch),
+    /// Render a satellite of many components: its picture, light by light
+    Render(render::Render),
     /// Make a synthetic night with its truth
     Simulate(simulate::Simulate),
     /// Fit scattering laws to measurements, and draw them
@@ -99,10 +126,23 @@ enum Verb {
     Accuracy(accuracy::Accuracy),
     /// List the satellites the model knows
     Satellites(satellites::Satellites),
+    /// Check finished nights: products, hashes, columns, provenance, inputs
+    Verify(verify::Verify),
     /// Print the completions of a shell
     Completions(manual::Completions),
     /// Print or write the manual pages
     Man(manual::Man),
+}
+
+/// How progress is told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ProgressHow {
+    /// Bars, on a terminal.
+    Bar,
+    /// One JSON object a line: stage, progress, done, note, warning, error.
+    Json,
+    /// Nothing; notes are told all the same.
+    None,
 }
 
 /// Options every verb has that reads pipeline.toml.
@@ -126,7 +166,10 @@ pub struct Common {
     /// Progress, notes and errors on standard error as lines of JSON, for programs that watch
     #[arg(long)]
     pub json: bool,
-    /// Use elements older than orbit.max_age_d all the same
+    /// How progress is told on standard error: bars on a terminal, lines of JSON (as --json), or not at all
+    #[arg(long, value_enum, value_name = "HOW", default_value = "bar")]
+    pub progress: ProgressHow,
+    /// Use elements older than orbit.max_age_d all the same; `run` and steps of a plan: also do everything anew
     #[arg(long)]
     pub force: bool,
 }
@@ -134,7 +177,7 @@ pub struct Common {
 impl Common {
     /// Reads the configuration; a missing file says how to get one.
     pub fn load(&self) -> anyhow::Result<Config> {
-        if self.json {
+        if self.json || self.progress == ProgressHow::Json {
             log::as_json();
         }
         if !self.config.exists() {
@@ -144,6 +187,12 @@ impl Common {
             }
             .into());
         }
+        if self.config.is_dir() {
+            let inside = self.config.join("pipeline.toml");
+            let hint = if inside.exists() { format!("; `{}` is in it", inside.display()) } else { String::new() };
+            let problem = format!("is a folder; name the configuration, a file{hint}");
+            return Err(Error::NoInput { path: self.config.clone(), problem }.into());
+        }
         let mut config = load(&self.config, &self.sets)?;
         if let Some(orbit) = &mut config.orbit {
             orbit.force_age |= self.force;
@@ -151,14 +200,22 @@ impl Common {
         Ok(config)
     }
 
-    /// How the work is done: threads and memory.
+    /// How the work is done: threads and memory; a signal asks it to stop.
     pub fn options(&self) -> Options {
-        Options { jobs: self.jobs, max_memory_bytes: self.max_memory, ..Options::default() }
+        Options { jobs: self.jobs, max_memory_bytes: self.max_memory, stop: signals::stop(), ..Options::default() }
+    }
+
+    /// How a step of a plan is done: --force does it anew.
+    pub fn plan_options(&self) -> Options {
+        if self.json {
+            log::as_json();
+        }
+        Options { redo: self.force, ..self.options() }
     }
 
     /// The listener to progress: bars on a terminal, silence otherwise.
     pub fn progress(&self) -> bar::Bars {
-        bar::Bars::new(!self.quiet)
+        bar::Bars::new(!self.quiet && self.progress != ProgressHow::None)
     }
 }
 
@@ -169,6 +226,8 @@ impl Cli {
             Verb::Run(v) => v.execute(),
             Verb::Init(v) => v.execute(),
             Verb::Inspect(v) => v.execute(),
+            Verb::Plan(v) => v.execute(),
+            Verb::Merge(v) => v.execute(),
             Verb::Flat(v) => v.execute(),
             Verb::Detector(v) => v.execute(),
             Verb::Zeropoint(v) => v.execute(),
@@ -181,12 +240,15 @@ impl Cli {
             Verb::Limits(v) => v.execute(),
             Verb::Plot(v) => v.execute(),
             Verb::Export(v) => v.execute(),
+            Verb::Fetch(v) => v.execute(),
+            Verb::Render(v) => v.execute(),
             Verb::Simulate(v) => v.execute(),
             Verb::Brdf(v) => v.execute(),
             Verb::Published(v) => v.execute(),
             Verb::CheckTable(v) => v.execute(),
             Verb::Accuracy(v) => v.execute(),
             Verb::Satellites(v) => v.execute(),
+            Verb::Verify(v) => v.execute(),
             Verb::Completions(v) => v.execute(),
             Verb::Man(v) => v.execute(),
         }

@@ -85,7 +85,11 @@ impl OrbitArgs {
         orbit.norad_cat_id = self.norad.or(orbit.norad_cat_id);
         orbit.force_age |= self.force;
         if !orbit.elements.exists() {
-            return Err(Error::Orbit { problem: format!("no elements at {}", orbit.elements.display()) }.into());
+            let number = orbit.norad_cat_id.map_or("NUMBER".to_owned(), |n| n.to_string());
+            let file = orbit.elements.display();
+            let problem =
+                format!("no elements at {file}; `satphot fetch elements --norad {number} -o {file}` gets them");
+            return Err(Error::Orbit { problem }.into());
         }
         Ok((orbit, site))
     }

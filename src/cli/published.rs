@@ -67,7 +67,7 @@ impl PublishedVerb {
             return Err(bad("--out", "the name must end in .ecsv (table) or .svg (histogram of --observed)".into()));
         }
         for folder in self.out.iter().filter_map(|p| p.parent()).filter(|p| !p.as_os_str().is_empty()) {
-            std::fs::create_dir_all(folder).map_err(|e| satphot::Error::io(folder, e))?;
+            satphot::file::make_folder(folder)?;
         }
         if self.observed.is_empty() {
             if !figures.is_empty() {

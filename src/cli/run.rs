@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::config::Config;
+use satphot::error::{Error, Result};
 use satphot::frames::{Exposure, Role};
 use satphot::night::bench::Bench;
 use satphot::night::pipeline::{Options, run};
@@ -12,8 +13,26 @@ use satphot::night::target::empty_columns;
 
 use super::{Common, print, tell};
 
+const AFTER_HELP: &str = "\
+A run that was stopped, killed or cut off goes on where it was when the same line is run again: every measured frame is kept
+in .satphot/ beside the results, with the hashes of all it depends on, and measured again only where one of them has changed
+(frame, configuration, flat, catalogue, elements, version). --force does everything anew. A second run of a finished night
+takes seconds and gives the same bytes.
+
+Examples:
+  satphot run                                  the night of pipeline.toml
+  satphot run night.toml -j 4 --max-memory 2GB
+  satphot run night.toml --dry-run             what each file is taken for, and what is missing
+  satphot run night.toml -o results --set photometry.aper_r_fwhm=2.5
+  satphot run night.toml --json --quiet 2> run.jsonl
+  satphot run night.toml --force               nothing kept earlier is believed
+
+Exit code 3: outputs written, but too many frames failed or no star matched; 5: flat, catalogue or elements missing;
+75: another run is at work in the folder; 130, 143: interrupted, finished frames are kept.";
+
 /// Reduces the night of a pipeline.toml and writes tables, figures and a summary.
 #[derive(Debug, Args)]
+#[command(after_help = AFTER_HELP)]
 pub struct Run {
     /// Configuration of the night (instead of -c)
     #[arg(value_name = "PIPELINE_TOML")]
@@ -62,6 +81,7 @@ impl Run {
             strict: self.strict,
             no_figures: self.no_figures,
             explain: self.explain,
+            redo: self.common.force,
             ..self.common.options()
         };
         let progress = self.common.progress();
@@ -98,9 +118,16 @@ impl Run {
 const CPU_S_PER_MPX: [(Role, f64); 3] = [(Role::Flat, 0.0018), (Role::Stars, 0.011), (Role::Target, 0.009)];
 
 /// What each file is and what the run would make of them, without touching their pixels.
+///
+/// A piece that is not there is told at the end, with all others, and then is the error the run would stop with.
 fn dry_run(config: &Config, jobs: usize) -> anyhow::Result<()> {
-    let bench = Bench::prepare(config)?;
-    let survey = survey(config, &[], &bench.target_names())?;
+    let (bench, missing) = prepare_without_missing(config)?;
+    let mut names = bench.target_names();
+    if bench.tracker.is_none() {
+        // elements would name the target; the model names the same satellite
+        names.extend(config.model.iter().map(|m| m.satellite.clone()));
+    }
+    let survey = survey(config, &[], &names)?;
     let line = |kind: &str, e: &Exposure| {
         let time = e.time.as_ref().map(|t| satphot::night::clock::iso_utc(t.mid, 3)).unwrap_or_default();
         print(&format!("{kind:<10} {:<32} {time:<24} {:>9.4} s  {}\n", e.name, e.exptime_s, e.role_reason));
@@ -139,7 +166,37 @@ fn dry_run(config: &Config, jobs: usize) -> anyhow::Result<()> {
         bytes as f64 / 1e6
     ));
     print(&format!("results    would go to {}\n", config.night.output.join(&config.night.name).display()));
-    Ok(())
+    for error in &missing {
+        print(&format!("missing    {error}\n"));
+    }
+    match missing.into_iter().next() {
+        Some(first) => Err(first.into()),
+        None => Ok(()),
+    }
+}
+
+/// The bench of the pieces that are there, and an error for each that is not.
+fn prepare_without_missing(config: &Config) -> Result<(Bench, Vec<Error>)> {
+    let mut there = config.clone();
+    let mut missing = Vec::new();
+    for path in config.flat.master.iter().chain(&config.zeropoint.previous).filter(|p| !p.is_file()) {
+        let problem = "no such file (flat.master, zeropoint.previous): name the one of a finished night".to_string();
+        missing.push(Error::NoInput { path: path.clone(), problem });
+    }
+    loop {
+        match Bench::prepare(&there) {
+            Ok(bench) => return Ok((bench, missing)),
+            Err(error @ Error::Orbit { .. }) if there.orbit.is_some() => {
+                there.orbit = None;
+                missing.push(error);
+            }
+            Err(error @ Error::Catalogue { .. }) if there.stars.is_some() => {
+                there.stars = None;
+                missing.push(error);
+            }
+            Err(error) => return Err(error),
+        }
+    }
 }
 
 /// Where master flat and zeropoint would be from.
@@ -156,6 +213,7 @@ fn masters(config: &Config, survey: &Survey, bench: &Bench) -> String {
     };
     let elements = match &bench.tracker {
         Some(_) => config.orbit.as_ref().map(|o| o.elements.display().to_string()).unwrap_or_default(),
+        None if config.orbit.is_some() => "missing, see below".into(),
         None => "none".into(),
     };
     let model = config.model.as_ref().map_or("none", |m| m.satellite.as_str());

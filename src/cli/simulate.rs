@@ -8,8 +8,15 @@ use satphot::night::simulate::{Scenario, simulate};
 
 use super::{bar::Bars, print, tell};
 
+const EXAMPLES: &str = "\
+Examples:
+  satphot simulate -o raw --seed 7                   a small night: flats, star pointings, a tracked ISS, the truth
+  satphot simulate -o raw --set target.n=60 --set target.v_mag=12.5
+  satphot simulate --print-scenario                  every key that can be set";
+
 /// Makes a night of FITS files with its truth: flats, star pointings, tracked target frames.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Simulate {
     /// Scenario, e.g. scripts/night.toml; the small built-in night if absent
     #[arg(value_name = "SIMULATE_TOML")]

@@ -7,6 +7,7 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 use satphot::Error;
+use satphot::file::{make_folder, write_atomic};
 use satphot::night::solve_file::FrameSolver;
 use satphot::night::stages::with_threads;
 use satphot::photometry::plate::case::{Case, Verdict};
@@ -107,7 +108,7 @@ impl Solve {
         let is_case = |p: &Path| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
         let solver = if self.files.iter().all(|f| is_case(f)) { None } else { Some(self.solver()?) };
         if let Some(folder) = &self.out {
-            std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, e))?;
+            make_folder(folder)?;
         }
         let answers: Vec<Answer> = with_threads(self.jobs, || {
             let one = |file: &PathBuf| match &solver {
@@ -232,7 +233,7 @@ fn write_wcs(folder: &Path, answer: &Answer) -> anyhow::Result<()> {
     let Ok(solution) = &answer.solved else { return Ok(()) };
     let stem = answer.file.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let path = folder.join(format!("{}.wcs", stem.trim_end_matches(".fits")));
-    std::fs::write(&path, solution.wcs.header_file(answer.size_px)).map_err(|e| Error::io(&path, e).into())
+    Ok(write_atomic(&path, &solution.wcs.header_file(answer.size_px))?)
 }
 
 fn table(answers: &[Answer]) -> String {

@@ -7,9 +7,18 @@ use satphot::Error;
 use satphot::config::Config;
 use satphot::night::matched::{Request, fit_matched, without_config};
 use satphot::night::pipeline::Options;
+use satphot::night::plan::plan_file::Plan;
+use satphot::night::plan::reduce::{facts_path, plan_zeropoint};
 use satphot::night::stage::{fit_stars, zeropoint_from_table};
+use satphot::night::summary::zeropoint_text;
 
 use super::{Common, print, tell};
+
+const EXAMPLES: &str = "\
+Examples:
+  satphot zeropoint -c pipeline.toml                 the star pointings of the night
+  satphot zeropoint --stars satphot-out/2025-06-09/stars.ecsv --set zeropoint.estimator=ols
+  satphot zeropoint --matched stars.csv --column inst_mag=MAG_AUTO --column airmass=1.2 -o zp.toml";
 
 /// Fits V = V_inst - ZP - k X - C (B-V) to the star pointings of a night, to named star frames, to a stars.ecsv, or to any
 /// table of matched stars.
@@ -19,6 +28,7 @@ use super::{Common, print, tell};
 /// v_mag_err, b_v_mag or b_mag, b_v_err_mag, airmass or alt_deg, pointing, exptime_s, e_per_adu, mjd_mid_d, id, include.
 /// NAME may be a number for all rows (airmass=1.2) or a difference of two columns (b_v_mag=gmag-rmag).
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct ZeropointVerb {
     /// Star frames; the night's own if none are named
     files: Vec<PathBuf>,
@@ -39,6 +49,10 @@ pub struct ZeropointVerb {
     /// Arbitrary constant the instrumental magnitudes of the matched table contain, subtracted first
     #[arg(long, value_name = "MAG", default_value_t = 0.0, requires = "matched", allow_negative_numbers = true)]
     inst_constant: f64,
+    /// Measure the star frames of this plan, for its shards; reads no pipeline.toml. What the stars tell of the camera, and
+    /// frames left out, goes to a file .stars.toml beside the zeropoint
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["files", "stars", "matched", "config", "sets"])]
+    plan: Option<PathBuf>,
     /// Master flat to divide by; made from the night's flats if absent
     #[arg(long, value_name = "FITS")]
     flat: Option<PathBuf>,
@@ -51,6 +65,9 @@ impl ZeropointVerb {
     pub fn execute(self) -> anyhow::Result<()> {
         if let Some(table) = &self.matched {
             return self.fit_matched(table);
+        }
+        if let Some(plan) = &self.plan {
+            return self.of_plan(&Plan::read(plan)?);
         }
         let mut config = self.common.load()?;
         config.zeropoint.previous = None;
@@ -75,6 +92,19 @@ impl ZeropointVerb {
         match fitted.zeropoint {
             Ok(_) => Ok(()),
             Err(problem) => Err(Error::PoorNight { problem }.into()),
+        }
+    }
+
+    fn of_plan(&self, plan: &Plan) -> anyhow::Result<()> {
+        let (options, progress) = (self.common.plan_options(), self.common.progress());
+        let stars = plan_zeropoint(plan, (self.flat.as_deref(), &self.out), &options, &progress)?;
+        stars.notes.iter().filter(|_| !self.common.quiet).for_each(|note| tell(&format!("note: {note}")));
+        let source = format!("{} star measurements", stars.n_rows);
+        print(&zeropoint_text(stars.zeropoint.as_ref(), &source));
+        print(&format!("{}\n{}\n", self.out.display(), facts_path(&self.out).display()));
+        match stars.poor.is_empty() {
+            true => Ok(()),
+            false => Err(Error::PoorNight { problem: stars.poor.join("; ") }.into()),
         }
     }
 

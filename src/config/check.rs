@@ -2,6 +2,7 @@
 
 use super::{Attitude, Config, Model, QUANTITIES, Source, Surface};
 use crate::error::{Error, Result};
+use crate::file::plain_name;
 
 /// Pass bands known by name.
 const BANDS: [&str; 4] = ["V", "g", "r", "i"];
@@ -10,9 +11,7 @@ impl Config {
     /// Checks every number of the configuration.
     pub(super) fn check(&self) -> Result<()> {
         range("night.max_failed_frac", self.night.max_failed_frac, 0.0, 1.0, "")?;
-        if matches!(self.night.name.trim(), "" | "." | "..") || self.night.name.contains(['/', '\\']) {
-            return Err(bad("night.name", format!("\"{}\" must be a plain folder name", self.night.name)));
-        }
+        plain_name("night.name", &self.night.name)?;
         range("site.lat_deg", self.site.lat_deg, -90.0, 90.0, "deg, north positive")?;
         range("site.lon_deg", self.site.lon_deg, -180.0, 360.0, "deg, east positive")?;
         range("site.alt_m", self.site.alt_m, -500.0, 9_000.0, "m")?;
@@ -49,7 +48,7 @@ impl Config {
         if let Some(model) = &self.model {
             check_model(model)?;
         }
-        Ok(())
+        self.fetch.check()
     }
 
     /// A misspelt quantity would be passed over without a word.

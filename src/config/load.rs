@@ -33,6 +33,7 @@ impl Config {
         let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
         let mut config = Self::from_text(&text, sets)?;
         config.resolve_paths(path.parent().unwrap_or(Path::new("")));
+        config.file = path.to_owned();
         Ok(config)
     }
 
@@ -58,17 +59,22 @@ impl Config {
     }
 
     fn resolve_paths(&mut self, base: &Path) {
-        let fix = |p: &mut PathBuf| {
+        self.each_path(&|p: &mut PathBuf| {
             if p.is_relative() && !base.as_os_str().is_empty() {
                 *p = base.join(&*p).components().collect(); // without the "." of `input = ["."]`
             }
-        };
+        });
+    }
+
+    /// Changes every path the configuration holds: inputs, results, catalogue, elements, flat, zeropoint, model.
+    pub fn each_path(&mut self, fix: &dyn Fn(&mut PathBuf)) {
         self.night.input.iter_mut().for_each(fix);
         fix(&mut self.night.output);
         self.flat.master.iter_mut().for_each(fix);
         self.stars.iter_mut().for_each(|s| fix(&mut s.catalogue));
         self.zeropoint.previous.iter_mut().for_each(fix);
         self.orbit.iter_mut().for_each(|o| fix(&mut o.elements));
+        self.fetch.cache.iter_mut().for_each(fix);
         if let Some(model) = &mut self.model {
             model.satellites.iter_mut().chain(&mut model.throughput).for_each(fix);
             if !Model::BANDS.contains(&model.band.as_str()) {

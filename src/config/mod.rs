@@ -5,6 +5,7 @@
 
 mod check;
 mod effects;
+mod fetch;
 mod load;
 mod model;
 mod photometry;
@@ -22,6 +23,7 @@ pub use effects::{
     Arrays, Backs, Distances, EarthRadius, Effects, EffectsTable, LunarEclipse, Mode, MoonLaw, MoonPastLimit, MuArea,
     PlatformSize, Sampling, Shadow, Source, SourceDisc,
 };
+pub use fetch::Fetch;
 pub(crate) use load::read_layers;
 pub use load::{ELEMENTS, PRESETS, preset_text};
 pub use model::{Model, Orbit};
@@ -83,6 +85,12 @@ pub struct Config {
     /// Who reports, for exports.
     #[serde(default, skip_serializing_if = "Reporter::is_silent")]
     pub reporter: Reporter,
+    /// Where and how `satphot fetch` asks.
+    #[serde(default, skip_serializing_if = "Fetch::is_default")]
+    pub fetch: Fetch,
+    /// The file this was read from, for messages; empty for a text.
+    #[serde(skip)]
+    pub file: PathBuf,
 }
 
 /// Where the frames are and where results go.

@@ -3,7 +3,7 @@
 //! Gain settings in 0.1 dB, conversion factors in e⁻/ADU, noise and full well in e⁻, levels in ADU. A setting that is
 //! not tabulated is an error: nothing is interpolated. Leaves out dark current and linearity.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::exposure::Exposure;
 use super::frame::{ElectronsPerAdu, Gain, GainSetting};
@@ -123,6 +123,29 @@ impl Detector {
     pub fn gain_table_err_mag(&self) -> f64 {
         let own = if self.table.is_empty() || self.config.use_header_egain { 0.0 } else { TABLE_ERR_MAG };
         self.config.gain_table_err_mag.unwrap_or(own)
+    }
+
+    /// Name of the table in force, and all its numbers as one line per gain setting (e⁻/ADU, read noise \[e⁻\], full
+    /// well \[e⁻\]; `-` where there is none): what its hash is made of.
+    #[must_use]
+    pub fn gain_table(&self) -> (String, String) {
+        let own =
+            !(self.own.e_per_adu.is_empty() && self.own.read_noise_e.is_empty() && self.own.full_well_e.is_empty());
+        let name = match (self.config.use_header_egain, own) {
+            (true, _) => format!("{}: header EGAIN", self.camera),
+            (false, true) => format!("{}, changed by the configuration", self.camera),
+            (false, false) => self.camera.clone(),
+        };
+        let own = [&self.own.e_per_adu, &self.own.read_noise_e, &self.own.full_well_e];
+        let settings: BTreeSet<i64> =
+            self.table.keys().chain(own.iter().flat_map(|table| table.keys())).copied().collect();
+        let cell = |value: Option<f64>| value.map_or("-".to_string(), |v| v.to_string());
+        let line = |setting: i64| {
+            let e_per_adu = cell(self.e_per_adu(setting).map(|(v, _)| v));
+            let (noise, well) = (cell(self.read_noise_e(setting)), cell(self.full_well_e(setting)));
+            format!("{setting} {e_per_adu} {noise} {well}\n")
+        };
+        (name, settings.into_iter().map(line).collect())
     }
 
     /// Bias level \[ADU\].

@@ -9,6 +9,7 @@ use super::cards::Header;
 use super::clock::{MidTime, mid_time};
 use super::frame::GainSetting;
 use super::header::{Told, binning, calibration, colour, exposure_time, filter, find, header_gain, stack};
+use super::raw::guarded;
 use super::role::{Role, role_by_header, role_by_name};
 use crate::config::Config;
 use crate::error::{Error, Result};
@@ -55,6 +56,10 @@ pub struct Exposure {
 /// [`Error::Io`], [`Error::Fits`]; [`Error::Header`] for lights without exposure time or time, and for what
 /// [`refusals`] names.
 pub fn classify(path: &Path, config: &Config, target_names: &[String]) -> Result<Exposure> {
+    guarded(path, || understood(path, config, target_names))
+}
+
+fn understood(path: &Path, config: &Config, target_names: &[String]) -> Result<Exposure> {
     let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     if let Some((Role::Ignored, reason)) = role_by_name(&name, config) {
         return Ok(blank(path, name, Role::Ignored, reason, Header::default()));

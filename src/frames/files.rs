@@ -15,7 +15,13 @@ pub fn find_files(inputs: &[PathBuf]) -> Result<Vec<PathBuf>> {
     let mut seen = std::collections::BTreeSet::new();
     let mut folders: Vec<PathBuf> = Vec::new();
     for input in inputs {
-        let meta = std::fs::metadata(input).map_err(|e| Error::io(input, e))?;
+        let meta = std::fs::metadata(input).map_err(|e| match e.kind() {
+            std::io::ErrorKind::NotFound => {
+                let problem = "no such file or folder (night.input, or the command line)".to_owned();
+                Error::NoInput { path: input.clone(), problem }
+            }
+            _ => Error::io(input, e),
+        })?;
         if meta.is_dir() {
             folders.push(input.clone());
         } else {

@@ -3,6 +3,7 @@
 //! Response without unit, median 1 inside the clip circle; levels in ADU above the pedestal. A pixel that is zero, low
 //! or not a number is masked and never divided by. Leaves out darks and illumination correction.
 
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -28,7 +29,7 @@ use crate::error::{Error, Result};
 pub const BAND_BYTES: usize = 32 << 20;
 
 /// One flat of the night and what became of it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FlatMember {
     /// The file.
     pub path: PathBuf,
@@ -182,7 +183,8 @@ fn check_member(flat: &Exposure, detector: &Detector, config: &config::Flat, reg
     }
     let [lo, hi] = config.level_range_frac;
     match level_adu(flat, region) {
-        Err(e) => member.reason = e.to_string(),
+        // by its name: where it lies is nothing of a result's
+        Err(e) => member.reason = e.to_string().replace(&*flat.path.to_string_lossy(), &flat.name),
         Ok(None) => member.reason = "no finite pixel inside the clip circle".into(),
         Ok(Some(median)) => {
             member.level_adu = median - detector.pedestal_adu();

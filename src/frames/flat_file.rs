@@ -25,6 +25,14 @@ impl MasterFlat {
     /// # Errors
     /// [`Error::Fits`], [`Error::Io`].
     pub fn write(&self, path: &Path) -> Result<()> {
+        self.write_with(path, &[])
+    }
+
+    /// As [`MasterFlat::write`], with further cards before the history: where the flat is from.
+    ///
+    /// # Errors
+    /// Those of [`MasterFlat::write`].
+    pub fn write_with(&self, path: &Path, more: &[(String, CardValue, String)]) -> Result<()> {
         let used = self.members.iter().filter(|m| m.used).count();
         let card = |key: &str, value: CardValue, comment: &str| (key.to_string(), value, comment.to_string());
         let whole = |n: usize| CardValue::Integer(n as i64);
@@ -43,6 +51,7 @@ impl MasterFlat {
         if let Some(filter) = &self.filter {
             cards.push(card("FILTER", CardValue::Text(filter.clone()), ""));
         }
+        cards.extend_from_slice(more);
         for m in &self.members {
             let name = m.path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
             let line = if m.used {

@@ -4,21 +4,22 @@ use std::marker::PhantomData;
 use std::path::PathBuf;
 
 use ndarray::Array2;
+use serde::{Deserialize, Serialize};
 
 /// Photo-electrons.
 #[derive(Debug, Clone, Copy)]
 pub enum Electrons {}
 
 /// The camera's gain setting \[0.1 dB\], as the header's GAIN of amateur software writes it. Never electrons per ADU.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct GainSetting(pub i64);
 
 /// Electrons per ADU.
-#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Serialize, Deserialize)]
 pub struct ElectronsPerAdu(pub f64);
 
 /// What the detector does at the gain one frame was taken with.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Gain {
     /// The setting, where the header has one.
     pub setting: Option<GainSetting>,

@@ -28,6 +28,7 @@ mod pages;
 mod plain;
 mod raw;
 mod read;
+mod readout;
 mod role;
 mod sample;
 mod scan;
@@ -50,6 +51,8 @@ pub use flat_pairs::{BlockPoint, MAX_FLAT_RATIO, PairPoints, Refusal, compare_fl
 pub use frame::{Electrons, ElectronsPerAdu, Frame, Gain, GainSetting, mask};
 pub use load::{Buffers, FrameReader, Held, read};
 pub(crate) use median::{LANES, Lanes, Network, middle};
+pub(crate) use raw::guarded;
+pub use readout::Camera;
 pub use role::Role;
 pub use sample::{Blocks, count_values, read_box};
 pub use transfer::{DarkNoise, GainEstimate, Transfer, fit_transfer};

@@ -21,7 +21,7 @@ const TFLOAT: c_int = 42;
 const RICE_1: c_int = 11;
 
 /// Runs `work`, turning a panic inside it into [`Error::Fits`].
-pub(super) fn guarded<T>(path: &Path, work: impl FnOnce() -> Result<T>) -> Result<T> {
+pub(crate) fn guarded<T>(path: &Path, work: impl FnOnce() -> Result<T>) -> Result<T> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| {
         Err(Error::Fits {
             path: path.to_path_buf(),

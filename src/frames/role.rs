@@ -2,12 +2,14 @@
 //!
 //! The reason for every decision is kept. Leaves out whether the frame can be used ([`super::exposure`]).
 
+use serde::{Deserialize, Serialize};
+
 use super::cards::Header;
 use super::header::keywords;
 use crate::config::Config;
 
 /// What a frame is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Role {
     /// A flat field.
     Flat,

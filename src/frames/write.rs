@@ -2,12 +2,13 @@
 //!
 //! A file appears under its name only when it is complete. Used by the simulator and the master flat. Leaves out tables.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use ndarray::Array2;
 
 use super::raw::{self, Pixels};
 use crate::error::{Error, Result};
+use crate::file::write_by_path;
 
 /// The value of a card to be written. A `Text` under the keyword HISTORY or COMMENT becomes such lines.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,23 +67,13 @@ fn write(
             });
         }
     }
-    let temporary = temporary(path)?;
-    let written = raw::guarded(path, || raw::write_image(&temporary, pixels, size_px, cards, compress))
-        .and_then(|()| std::fs::rename(&temporary, path).map_err(|e| Error::io(path, e)));
-    if written.is_err() {
-        // The error being reported matters more than a leftover.
-        std::fs::remove_file(&temporary).ok();
-    }
-    written
-}
-
-/// A hidden name beside `path`, free of an earlier run's leftover.
-fn temporary(path: &Path) -> Result<PathBuf> {
-    let name = path.file_name().and_then(|n| n.to_str());
-    let name = name.ok_or_else(|| Error::Fits { path: path.to_path_buf(), problem: "not a UTF-8 file name".into() })?;
-    let temporary = path.with_file_name(format!(".{name}.{}.part", std::process::id()));
-    match std::fs::remove_file(&temporary) {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io(&temporary, e)),
-        _ => Ok(temporary),
-    }
+    // compressed, nothing is known of its size but that of two blocks
+    let bytes_per_px = match pixels {
+        Pixels::U16(_) => 2,
+        Pixels::F32(_) => 4,
+    };
+    let least = if compress { 5_760 } else { 2_880 + (size_px.0 * size_px.1 * bytes_per_px) as u64 };
+    write_by_path(path, least, |temporary| {
+        raw::guarded(path, || raw::write_image(temporary, pixels, size_px, cards, compress))
+    })
 }

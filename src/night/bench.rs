@@ -1,7 +1,7 @@
 //! What every frame of the night shares: detector, master flat, orbit, model, zeropoint; and one frame's reduction.
 
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
@@ -38,6 +38,8 @@ pub struct Bench {
     pub catalogue: Option<Catalogue>,
     /// The master flat, once it is made or read.
     pub flat: Option<MasterFlat>,
+    /// Hash of its file, where it has one; empty else.
+    pub flat_sha256: String,
     /// The zeropoint, once it is fitted or read.
     pub zeropoint: Option<Zeropoint>,
     /// FWHM of the stars \[arcsec\], once star pointings were measured.
@@ -65,12 +67,12 @@ impl Bench {
         let tracker = match &config.orbit {
             None => None,
             Some(orbit) => {
-                if !orbit.elements.exists() {
+                if !orbit.elements.exists() || orbit.elements.is_dir() {
                     return Err(Error::Orbit {
                         problem: format!(
-                            "no elements at {}; get them for the night (e.g. from CelesTrak, FORMAT=JSON or TLE), \
-                             or remove [orbit] to measure without geometry",
-                            orbit.elements.display()
+                            "no elements at {}; `{}` gets them, or remove [orbit] to measure without geometry",
+                            orbit.elements.display(),
+                            config.fetch_line("elements")
                         ),
                     });
                 }
@@ -88,12 +90,14 @@ impl Bench {
         let catalogue = match &config.stars {
             None => None,
             Some(stars) => {
-                if !stars.catalogue.exists() {
+                if !stars.catalogue.exists() || stars.catalogue.is_dir() {
                     return Err(Error::Catalogue {
                         path: stars.catalogue.clone(),
-                        problem: "is not there; get APASS DR9 (VizieR II/336/apass9) for your fields as CSV, \
-                                  or remove [stars] and give zeropoint.previous"
-                            .into(),
+                        problem: format!(
+                            "is not there; `{}` gets APASS DR9 for your fields, or remove [stars] and give \
+                             zeropoint.previous",
+                            config.fetch_line("stars")
+                        ),
                     });
                 }
                 let mut catalogue = Catalogue::read(&stars.catalogue, &stars.columns)?;
@@ -110,6 +114,7 @@ impl Bench {
             model,
             catalogue,
             flat: None,
+            flat_sha256: String::new(),
             zeropoint: None,
             fwhm_arcsec: None,
             camera_turn: None,
@@ -195,14 +200,25 @@ pub fn sha256_16(path: &Path) -> Result<String> {
     }
 }
 
-/// Hash of everything in the configuration that can change a result: not the folder the results go to.
+/// Hash of everything in the configuration that can change a result: files by their names alone, not the folders they
+/// lie in, nor those of frames and results, not `[reporter]` and `[fetch]`.
 ///
 /// # Errors
 /// [`Error::Config`] if the configuration cannot be written as text.
 pub fn config_sha256(config: &Config) -> Result<String> {
     let mut config = config.clone();
-    config.night.output = std::path::PathBuf::new();
+    config.night.output = PathBuf::new();
+    // what went in is told by the hashes of the inputs, wherever and in whatever order they lay
+    config.night.input = Vec::new();
     config.reporter = Default::default();
+    config.fetch = Default::default();
+    let bare = |path: &mut PathBuf| *path = path.file_name().map(PathBuf::from).unwrap_or_default();
+    config.flat.master.iter_mut().for_each(bare);
+    config.zeropoint.previous.iter_mut().for_each(bare);
+    config.stars.iter_mut().for_each(|s| bare(&mut s.catalogue));
+    config.orbit.iter_mut().for_each(|o| bare(&mut o.elements));
+    config.orbit.iter_mut().for_each(|o| o.force_age = false); // told by the flag old_elements and tle_age_d
+    config.model.iter_mut().for_each(|m| m.satellites.iter_mut().chain(&mut m.throughput).for_each(bare));
     Ok(sha256_16_text(&config.to_toml()?))
 }
 

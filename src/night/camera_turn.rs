@@ -4,6 +4,8 @@
 //! is the same wherever it points, but for half a turn at the meridian, which a trail does not notice. Leaves out: mounts
 //! that turn the field, whose star frames do not agree: then nothing is known.
 
+use serde::{Deserialize, Serialize};
+
 use crate::orbit::{Geometry, Site};
 use crate::photometry::target::KnownDirection;
 use crate::photometry::wcs::Wcs;
@@ -16,7 +18,7 @@ const MOST_ERR_RAD: f64 = 0.035;
 const STEP_DEG: f64 = 0.01;
 
 /// Where north is on the detector.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct CameraTurn {
     /// North \[rad\]; half a turn more is the same.
     pub north_rad: f64,

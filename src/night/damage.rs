@@ -6,14 +6,14 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use crate::frames::{Exposure, Header, wrong_checksum};
+use crate::frames::{Exposure, Header, guarded, wrong_checksum};
 
 /// Most files that are named one by one.
 const NAMED: usize = 10;
 
 /// What is wrong with a file that can be read.
 pub(super) fn damage(path: &Path, header: &Header) -> Vec<String> {
-    let sums = wrong_checksum(path, header).unwrap_or_else(|error| Some(error.to_string()));
+    let sums = guarded(path, || wrong_checksum(path, header)).unwrap_or_else(|error| Some(error.to_string()));
     header.warnings().iter().cloned().chain(sums).collect()
 }
 

@@ -12,7 +12,7 @@ use crate::frames::header::{
     AnyHeader, SiteCheck, Told, binning, calibration, check_site, colour, exposure_time, filter, header_gain,
     header_site, optics, read_any, row_order, sexagesimal,
 };
-use crate::frames::{Detector, Exposure, Role, light_exptime, mid_time, refusals, sorted};
+use crate::frames::{Detector, Exposure, Role, guarded, light_exptime, mid_time, refusals, sorted};
 use crate::night::clock::{iso_utc, mjd_utc};
 use crate::night::damage::damage;
 use crate::night::header_checks::{SUN_UP_DEG, site_problem, sun_alt_deg, sun_words};
@@ -51,14 +51,21 @@ impl Inspector {
             None => Config::from_text(NO_NIGHT, sets)?,
         };
         let mut notes = Vec::new();
-        let mut kept = |what: &str, error: Error| notes.push(format!("{what}: {error}"));
+        let mut kept = |what: &str, error: Error, file: &Path, line: String| {
+            let get = if file.exists() { String::new() } else { format!("; `{line}` gets it") };
+            notes.push(format!("{what}: {error}{get}"));
+        };
         let stars = config.stars.as_ref().filter(|_| configured);
         let catalogue = stars.and_then(|s| {
-            Catalogue::read(&s.catalogue, &s.columns).map_err(|e| kept("world coordinates are not checked", e)).ok()
+            Catalogue::read(&s.catalogue, &s.columns)
+                .map_err(|e| kept("world coordinates are not checked", e, &s.catalogue, config.fetch_line("stars")))
+                .ok()
         });
         let orbit = config.orbit.as_ref().filter(|_| configured);
         let tracker = orbit.and_then(|o| {
-            Tracker::from_config(o, &config.site).map_err(|e| kept("the target is not known by name", e)).ok()
+            Tracker::from_config(o, &config.site)
+                .map_err(|e| kept("the target is not known by name", e, &o.elements, config.fetch_line("elements")))
+                .ok()
         });
         let target_names = tracker.as_ref().map(Tracker::names).unwrap_or_default();
         Ok(Self { configured, catalogue, target_names, tracker, notes, config })
@@ -69,6 +76,10 @@ impl Inspector {
     /// # Errors
     /// [`Error::Io`], [`Error::Fits`] for what is neither a FITS file nor the text of a header.
     pub fn inspect(&self, path: &Path) -> Result<Inspection> {
+        guarded(path, || self.understood(path))
+    }
+
+    fn understood(&self, path: &Path) -> Result<Inspection> {
         let AnyHeader { header, kind, problem } = read_any(path)?;
         let mut exposure = sorted(path, header, &self.config, &self.target_names);
         let header = exposure.header.clone();

@@ -23,6 +23,14 @@ const REFERENCE_DEG: f64 = 0.02;
 /// Share by which the scale of coordinates and optics may differ.
 const SCALE_FRAC: f64 = 0.2;
 
+/// What is wrong and what helps; a problem that names `satphot solve` already is not told it again.
+fn with_remedy(problem: &str) -> String {
+    match problem.contains("satphot solve") {
+        true => problem.to_string(),
+        false => format!("{problem}; {REMEDY}"),
+    }
+}
+
 fn header_wcs(exposure: &Exposure) -> Result<Option<Wcs>, String> {
     let h = &exposure.header;
     Wcs::from_keys(&|key| h.number(key), &|key| h.text(key))
@@ -55,7 +63,7 @@ pub(super) fn wcs_told(inspector: &Inspector, exposure: &Exposure, scale: Option
         Ok(Some(wcs)) => wcs,
         Ok(None) => return told,
         Err(problem) => {
-            (told.state, told.note) = ("refused", format!("{problem}; {REMEDY}"));
+            (told.state, told.note) = ("refused", with_remedy(&problem));
             return told;
         }
     };
@@ -69,7 +77,7 @@ pub(super) fn wcs_told(inspector: &Inspector, exposure: &Exposure, scale: Option
     told.mirrored = Some(wcs.mirrored());
     told.distorted = Some(wcs.is_distorted());
     (told.state, told.note) = match contradiction(inspector, exposure, &wcs, scale) {
-        Some(problem) => ("refused", format!("{problem}; {REMEDY}")),
+        Some(problem) => ("refused", with_remedy(&problem)),
         None => ("read", "not checked against stars".into()),
     };
     if image

@@ -2,16 +2,24 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 
+use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::frames::Exposure;
-use crate::night::bench::sha256_16;
-use crate::night::outputs::save;
+use crate::night::bench::{sha256_16, sha256_16_text};
+use crate::night::effective::relative_to;
+use crate::night::log::write_log;
+use crate::night::outputs::{file_name, save};
+use crate::night::plan::products::Products;
+use crate::night::provenance::{Provenance, TOOL, named_files};
 use crate::night::summary::Summary;
 use crate::night::survey::Survey;
 use crate::report::PhotometryRow;
+
+/// Its name in the folder of the night.
+pub const NAME: &str = "manifest.json";
 
 /// One stage and its time.
 #[derive(Debug, Clone, Serialize)]
@@ -22,10 +30,39 @@ pub struct Stage {
     pub wall_s: f64,
     /// Time of all cores together \[s\], where the system tells.
     pub cpu_s: Option<f64>,
+    /// Seconds since the start when it was over.
+    pub end_s: f64,
+    /// Bytes this process read in it, where the system tells.
+    pub bytes_read: Option<u64>,
+    /// Largest resident memory so far, when it was over \[MB\], where the system tells.
+    pub peak_memory_mb: Option<f64>,
+}
+
+/// One file that was written.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Output {
+    /// Path in the folder of the night.
+    pub path: PathBuf,
+    /// Size \[bytes\].
+    pub bytes: u64,
+    /// First 16 hex digits of the SHA-256.
+    pub sha256: String,
+}
+
+impl Output {
+    /// A finished file in `folder`.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn of(folder: &Path, path: &Path) -> Result<Self> {
+        let sha256 = sha256_16(path)?;
+        let bytes = std::fs::metadata(path).map_err(|e| Error::io(path, e))?.len();
+        Ok(Self { path: path.strip_prefix(folder).unwrap_or(path).to_path_buf(), bytes, sha256 })
+    }
 }
 
 /// Earth-reflected integrals really evaluated.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Quadratures {
     /// Scenes modelled.
     pub scenes: usize,
@@ -36,7 +73,7 @@ pub struct Quadratures {
 }
 
 /// One input file.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Input {
     /// Path as found.
     pub path: PathBuf,
@@ -52,18 +89,12 @@ pub struct Input {
 
 /// The inputs of a night, in the order of their roles.
 #[must_use]
-pub fn manifest_inputs(survey: &Survey, rows: &[PhotometryRow]) -> Vec<Input> {
-    // a target frame was read for its row; two folders may hold files of one name
-    let known = |path: &Path| {
-        let name = crate::night::outputs::file_name(path);
-        let mut same = survey.targets.iter().filter(|e| e.name == name);
-        let alone = same.next().is_some_and(|e| e.path == path) && same.next().is_none();
-        rows.iter().find(|r| alone && r.frame == name && !r.frame_sha256.is_empty())
-    };
+pub fn manifest_inputs(survey: &Survey, products: &Products) -> Vec<Input> {
     let input = |path: &Path, role: &str, reason: &str| Input {
         path: path.to_path_buf(),
         bytes: std::fs::metadata(path).map_or(0, |m| m.len()),
-        sha256: known(path).map(|r| r.frame_sha256.clone()).or_else(|| sha256_16(path).ok()).unwrap_or_default(),
+        // most frames were read for their rows
+        sha256: products.sha256(path).unwrap_or_default(),
         role: role.into(),
         reason: reason.into(),
     };
@@ -74,12 +105,12 @@ pub fn manifest_inputs(survey: &Survey, rows: &[PhotometryRow]) -> Vec<Input> {
     inputs
 }
 
-/// Hash over the names and hashes of all inputs, in their order.
+/// Hash over the names and hashes of all inputs, whatever their order: those of a manifest or of a plan.
 #[must_use]
-pub fn inputs_sha256(inputs: &[Input]) -> String {
-    let lines: Vec<String> =
-        inputs.iter().map(|i| format!("{} {}", crate::night::outputs::file_name(&i.path), i.sha256)).collect();
-    crate::night::bench::sha256_16_text(&lines.join("\n"))
+pub fn inputs_sha256<'a>(inputs: impl Iterator<Item = (&'a Path, &'a str)>) -> String {
+    let mut lines: Vec<String> = inputs.map(|(path, hash)| format!("{} {hash}", file_name(path))).collect();
+    lines.sort();
+    sha256_16_text(&lines.join("\n"))
 }
 
 /// Largest resident memory of this process so far \[MB\], where the system tells.
@@ -90,9 +121,37 @@ pub fn peak_memory_mb() -> Option<f64> {
     Some(kb / 1024.0)
 }
 
+/// Bytes this process has read so far, from wherever, where the system tells.
+#[must_use]
+pub fn bytes_read() -> Option<u64> {
+    let told = std::fs::read_to_string("/proc/self/io").ok()?;
+    told.lines().find_map(|l| l.strip_prefix("rchar:"))?.trim().parse().ok()
+}
+
+/// Adds a file that was written after the manifest to its list of outputs.
+///
+/// # Errors
+/// [`Error::Io`]; [`Error::Table`] if the manifest cannot be read.
+pub fn record(folder: &Path, path: &Path) -> Result<()> {
+    let file = folder.join(NAME);
+    let bad = |e: serde_json::Error| Error::Table { path: file.clone(), line: Some(e.line()), problem: e.to_string() };
+    let text = std::fs::read_to_string(&file).map_err(|e| Error::io(&file, e))?;
+    let mut manifest: serde_json::Value = serde_json::from_str(&text).map_err(bad)?;
+    let output = serde_json::to_value(Output::of(folder, path)?).map_err(bad)?;
+    if let Some(outputs) = manifest.get_mut("outputs").and_then(|o| o.as_array_mut()) {
+        outputs.retain(|o| o.get("path") != output.get("path"));
+        outputs.push(output);
+    }
+    save(&file, &(serde_json::to_string_pretty(&manifest).map_err(bad)? + "\n"))
+}
+
 /// The provenance of one run.
 #[derive(Debug)]
 pub struct Manifest<'a> {
+    /// The configuration in force.
+    pub config: &'a Config,
+    /// What every product tells.
+    pub told: &'a Provenance,
     /// Hash of the configuration in force.
     pub config_sha256: String,
     /// The files that went in.
@@ -105,23 +164,40 @@ pub struct Manifest<'a> {
     pub stages: Vec<Stage>,
     /// Earth-reflected integrals.
     pub quadratures: Quadratures,
+    /// The rows of the night.
+    pub rows: &'a [PhotometryRow],
     /// The night in numbers.
     pub summary: &'a Summary,
 }
 
 impl Manifest<'_> {
-    /// Writes `manifest.json` and `satphot.log` into `folder`.
+    /// Writes `manifest.json`, `satphot.log` and `satphot.log.jsonl` into `folder`.
     ///
     /// # Errors
     /// [`Error::Io`].
     pub fn write(&self, folder: &Path) -> Result<PathBuf> {
         let s = self.summary;
+        // the path as found, and from the folder of the night: that one holds wherever the night is moved as a whole
+        let input = |i: &Input| {
+            json!({
+                "path": i.path, "from_here": relative_to(folder, &i.path), "bytes": i.bytes, "sha256": i.sha256,
+                "role": i.role, "reason": i.reason,
+            })
+        };
+        let outputs: Vec<Output> = s.files.iter().map(|path| Output::of(folder, path)).collect::<Result<_>>()?;
+        let files = named_files(self.config).into_iter().map(|(key, path)| {
+            let sha256 = sha256_16(&path).unwrap_or_default();
+            json!({ "key": key, "path": path, "from_here": relative_to(folder, &path), "sha256": sha256 })
+        });
         let value = json!({
-            "tool": concat!("satphot ", env!("CARGO_PKG_VERSION")),
+            "schema": "satphot.manifest/2",
+            "tool": TOOL,
             "night": s.night,
             "config_sha256": self.config_sha256,
-            "inputs": self.inputs,
-            "input_manifest_sha256": inputs_sha256(&self.inputs),
+            "provenance": self.told.0.iter().map(|(k, v)| ((*k).to_string(), json!(v))).collect::<serde_json::Map<_, _>>(),
+            "files": files.collect::<Vec<_>>(),
+            "inputs": self.inputs.iter().map(input).collect::<Vec<_>>(),
+            "input_manifest_sha256": inputs_sha256(self.inputs.iter().map(|i| (i.path.as_path(), i.sha256.as_str()))),
             "flats": self.flats.iter().map(|(path, level_adu, used, reason)| json!({
                 "path": path, "level_adu": level_adu, "used": used, "reason": reason,
             })).collect::<Vec<_>>(),
@@ -138,14 +214,14 @@ impl Manifest<'_> {
             "left_out_measured": s.explained,
             "notes": s.notes,
             "poor": s.poor,
-            "outputs": s.files,
+            "outputs": &outputs,
         });
         let text = serde_json::to_string_pretty(&value).map_err(|e| Error::Table {
-            path: folder.join("manifest.json"),
+            path: folder.join(NAME),
             line: None,
             problem: e.to_string(),
         })?;
-        let path = folder.join("manifest.json");
+        let path = folder.join(NAME);
         save(&path, &(text + "\n"))?;
         let mut log = s.text();
         for note in &s.notes {
@@ -155,6 +231,7 @@ impl Manifest<'_> {
             log.push_str(&format!("{status}: {frame}: {reason}\n"));
         }
         save(&folder.join("satphot.log"), &log)?;
+        write_log(folder, &self.stages, self.rows, &outputs, s)?;
         Ok(path)
     }
 }

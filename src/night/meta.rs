@@ -3,12 +3,29 @@
 use crate::config::{self, Config, Mode};
 use crate::error::Result;
 use crate::frames::Exposure;
-use crate::night::bench::config_sha256;
+use crate::night::provenance::{Provenance, SEED};
 use crate::night::survey::Survey;
 use crate::photometry::Flags;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::export::DataMode;
 use crate::report::{Meta, MetaValue};
+
+/// As [`table_meta`], with the seed of a night that is drawn.
+///
+/// # Errors
+/// Those of [`table_meta`].
+pub fn night_meta(
+    config: &Config,
+    zeropoint: Option<&Zeropoint>,
+    inputs_sha256: &str,
+    seed: Option<i64>,
+) -> Result<Meta> {
+    let mut meta = table_meta(config, zeropoint, Some(inputs_sha256))?;
+    if let Some(seed) = seed {
+        meta.push(SEED.0, seed.to_string());
+    }
+    Ok(meta)
+}
 
 /// What the tables of one run say about themselves; `inputs_sha256` is the hash over all input files.
 ///
@@ -19,10 +36,8 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, inputs_sha256:
     let text = |t: &str| MetaValue::Text(t.into());
     let mut meta = Meta::default();
     meta.push("schema", text("satphot.photometry/1"));
-    meta.push("tool", text(concat!("satphot ", env!("CARGO_PKG_VERSION"))));
-    meta.push("config_sha256", text(&config_sha256(config)?));
-    if let Some(inputs) = inputs_sha256 {
-        meta.push("input_manifest_sha256", text(inputs));
+    for (key, value) in Provenance::of(config, inputs_sha256, None)?.0 {
+        meta.push(key, text(&value));
     }
     meta.push("night", text(&config.night.name));
     meta.push("time_scale", text("UTC"));
@@ -56,12 +71,6 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, inputs_sha256:
             ("model".to_string(), text("V = V_inst - ZP - k X - C (B-V), V_inst = -2.5 log10(e-/s)")),
         ];
         meta.push("zeropoint", MetaValue::Map(fields));
-    }
-    if let Some(stars) = &config.stars {
-        meta.push("catalogue", text(&stars.catalogue.display().to_string()));
-    }
-    if let Some(orbit) = &config.orbit {
-        meta.push("orbit_source", text(&orbit.elements.display().to_string()));
     }
     let flags = Flags::NAMES.iter().map(|(flag, name)| ((*name).to_string(), number(f64::from(flag.0)))).collect();
     meta.push("flags", MetaValue::Map(flags));

@@ -3,11 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use crate::config::Config;
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::file::{make_folder, write_atomic};
 use crate::night::bench::Bench;
-use crate::night::meta::table_meta;
+use crate::night::effective::effective_toml;
+use crate::night::meta::night_meta;
 use crate::night::pipeline::Options;
 use crate::night::previous::conditions;
+use crate::night::provenance::Provenance;
 use crate::report::export::DataMode;
 use crate::report::{self, PhotometryRow, ResidualRow, StarRow, Thumb};
 
@@ -25,6 +28,8 @@ pub struct Outputs<'a> {
     pub inputs_sha256: String,
     /// Whether the frames are real.
     pub data_mode: DataMode,
+    /// Seed of the frames that were drawn.
+    pub seed: Option<i64>,
 }
 
 impl Outputs<'_> {
@@ -39,7 +44,8 @@ impl Outputs<'_> {
         residuals: &[ResidualRow],
         options: &Options,
     ) -> Result<Vec<PathBuf>> {
-        let of_stars = table_meta(self.config, self.bench.zeropoint.as_ref(), Some(&self.inputs_sha256))?;
+        let of_stars = night_meta(self.config, self.bench.zeropoint.as_ref(), &self.inputs_sha256, self.seed)?;
+        let told = Provenance::of(self.config, Some(&self.inputs_sha256), self.seed)?;
         let mut meta = of_stars.clone();
         meta.push("data_mode", self.data_mode.name());
         let mut files = Vec::new();
@@ -58,19 +64,20 @@ impl Outputs<'_> {
         if let Some(zeropoint) = &self.bench.zeropoint {
             save(&add("zeropoint.toml"), &zeropoint.to_toml(&[conditions(self.config, self.bench.flat.is_some())]))?;
         }
-        if let Some(flat) = self.bench.flat.as_ref().filter(|_| self.config.flat.master.is_none()) {
-            flat.write(&add("master_flat.fits"))?;
+        if self.bench.flat.is_some() && self.config.flat.master.is_none() {
+            add("master_flat.fits"); // written as soon as it was made
         }
-        save(&add("effective.toml"), &self.config.to_toml()?)?;
+        save(&add("effective.toml"), &effective_toml(self.config, self.folder)?)?;
         if !options.no_figures {
             files.extend(self.figures(rows, stars, residuals)?);
         }
+        files.iter().try_for_each(|file| told.stamp(file))?;
         Ok(files)
     }
 
     fn figures(&self, rows: &[PhotometryRow], stars: &[StarRow], residuals: &[ResidualRow]) -> Result<Vec<PathBuf>> {
         let folder = self.folder.join("figures");
-        std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, e))?;
+        make_folder(&folder)?;
         let mut files = vec![folder.join("light_curve.svg")];
         report::plot::light_curve(&files[0], rows, &self.config.night.name)?;
         if self.bench.model.is_some() {
@@ -95,14 +102,15 @@ impl Outputs<'_> {
     }
 }
 
-/// Writes a text file whole or not at all.
+/// Makes the folder a file is to lie in.
+pub(crate) fn make_folder_of(path: &Path) -> Result<()> {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).map_or(Ok(()), make_folder)
+}
+
+/// Writes a text file whole or not at all; makes its folder.
 pub(crate) fn save(path: &Path, text: &str) -> Result<()> {
-    if let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, e))?;
-    }
-    let temp = path.with_extension("tmp");
-    std::fs::write(&temp, text).map_err(|e| Error::io(&temp, e))?;
-    std::fs::rename(&temp, path).map_err(|e| Error::io(path, e))
+    make_folder_of(path)?;
+    write_atomic(path, text.as_bytes())
 }
 
 pub(crate) fn file_name(path: &Path) -> String {

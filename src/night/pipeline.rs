@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::config::Config;
 use crate::error::{Error, Result};
+use crate::file::make_folder;
 use crate::frames::{Exposure, FlatMember};
 use crate::night::bench::{Bench, config_sha256};
 use crate::night::compare::residual_rows;
@@ -12,19 +13,25 @@ use crate::night::detector_checks::check as check_detector;
 use crate::night::detector_report::write_checks;
 use crate::night::explain::explain_night;
 use crate::night::header_checks::{header_notes, refuse_other_site};
-use crate::night::manifest::{Manifest, Stage, inputs_sha256, manifest_inputs};
+use crate::night::lock::lock;
+use crate::night::manifest::{Manifest, Stage, bytes_read, manifest_inputs, peak_memory_mb, record};
 use crate::night::memory::Memory;
 use crate::night::meta::data_mode;
 use crate::night::outputs::{Outputs, file_name};
 use crate::night::pictures::pictures;
+use crate::night::plan::plan_file::{FRAMES_PER_SHARD, Plan, set_copies_aside};
+use crate::night::plan::products::{FOLDER, Products};
+use crate::night::plan::whole::judge_whole_night;
 use crate::night::previous::read_previous;
 use crate::night::progress::Progress;
+use crate::night::provenance::{Provenance, simulation_seed};
 use crate::night::report::write_report;
-use crate::night::stages::{master_flat, model_stage, target_stage, with_threads};
+use crate::night::stages::{master_flat, target_stage, with_threads};
 use crate::night::star_stage::{StarStage, star_stage};
+use crate::night::stop::Stop;
 use crate::night::summary::{Counts, Summary};
 use crate::night::survey::{Survey, survey};
-use crate::night::target::{empty_columns, failed_row};
+use crate::night::target::{empty_columns, failed_file_row};
 use crate::night::zeropoint::fit_rows;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::summary::pass_table;
@@ -47,6 +54,10 @@ pub struct Options {
     pub explain: bool,
     /// Leave nothing out, for tests that compare.
     pub everything: bool,
+    /// Do everything anew, also what an earlier run has kept.
+    pub redo: bool,
+    /// A request to stop after the frames in work.
+    pub stop: Stop,
 }
 
 impl Options {
@@ -73,15 +84,18 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     if options.everything {
         bench.compute_everything()?;
     }
-    let survey = survey(config, &options.files, &bench.target_names())?;
+    let mut survey = survey(config, &options.files, &bench.target_names())?;
     refuse_other_site(&survey)?;
     refuse_hopeless(&survey, &bench)?;
     let short_of_memory = options.memory().check(&survey, &bench)?;
     let folder = config.night.output.join(&config.night.name);
-    std::fs::create_dir_all(&folder).map_err(|e| Error::NoInput {
+    make_folder(&folder).map_err(|e| Error::NoInput {
         path: folder.clone(),
-        problem: format!("the folder of the results cannot be made ({e}); choose another night.output"),
+        problem: format!("the folder of the results cannot be made (night.output, -o): {e}"),
     })?;
+    let _lock = lock(&folder)?;
+
+    let products = Products::in_folder(folder.join(FOLDER), &bench, options.redo)?;
 
     let mut log = Log::new(progress);
     log.notes.extend(short_of_memory);
@@ -90,26 +104,33 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
         log.notes.push(no_target(&survey, &bench));
     }
     let checks = log.stage("detector", |log| check_detector(&survey, &bench, &mut log.notes))?;
-    bench.flat = log.stage("flat", |log| master_flat(&survey, &bench, options, progress, &mut log.notes))?;
-    let mut stars = log.stage("stars", |log| star_stage(&survey, &bench, options, progress, &mut log.notes))?;
+    let flat = folder.join("master_flat.fits");
+    log.stage("flat", |log| {
+        master_flat(&survey, &mut bench, (&products, Some(&flat)), options, progress, &mut log.notes)
+    })?;
+    let mut stars =
+        log.stage("stars", |log| star_stage(&survey, &bench, &products, options, progress, &mut log.notes))?;
     (bench.fwhm_arcsec, bench.profile, bench.growth) = (stars.fwhm_arcsec, stars.profile, stars.growth.take());
     bench.camera_turn = stars.camera_turn;
     let mut star_rows = std::mem::take(&mut stars.rows);
     let mut poor = Vec::new();
     bench.zeropoint = zeropoint_stage(&mut star_rows, &stars, &bench, &mut poor, &mut log.notes)?;
-    let mut frames = log.stage("target", |log| target_stage(&survey, &bench, options, progress, &mut log.notes))?;
+    let (mut frames, quadratures) =
+        log.stage("target", |log| target_stage(&survey.targets, &bench, &products, options, progress, &mut log.notes))?;
+    for copy in set_copies_aside(&mut survey, &products, &mut log.notes).into_iter().rev() {
+        frames.remove(copy);
+    }
+    judge_whole_night(&mut frames, config, &mut log.notes);
     let read: Vec<&Exposure> =
         survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets).collect();
     log.notes.extend(with_threads(options.jobs, || damage_notes(&read))?);
     pictures(&mut frames, &survey.targets, &bench, options)?;
-    let quadratures =
-        log.stage("model", |log| with_threads(options.jobs, || model_stage(&mut frames, &bench, &mut log.notes)))?;
 
     let explained = explain_night(&survey, &frames, &bench, options, progress)?;
     let (mut rows, thumbs): (Vec<PhotometryRow>, Vec<_>) = frames.into_iter().map(|f| (f.row, f.thumb)).unzip();
     rows.extend(std::mem::take(&mut stars.failed));
     rows.extend(rejected_flats(&bench));
-    rows.extend(survey.unreadable.iter().map(|u| failed_row(&file_name(&u.path), &u.error)));
+    rows.extend(survey.unreadable.iter().map(|u| failed_file_row(&u.path, &u.error)));
     let counts = Counts::of(&survey, &rows, &star_rows);
     let target_rejected = |r: &&PhotometryRow| r.status == "rejected" && r.object_name != "flat";
     if counts.ok + counts.nondetection == 0
@@ -129,6 +150,11 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
         ));
     }
     let residuals = residual_rows(&rows);
+    log.notes.extend(products.notes());
+    let (kept, made) = products.counts();
+    if kept > 0 {
+        log.notes.push(format!("{kept} of {} star and target frames kept from an earlier run", kept + made));
+    }
     let mut summary = Summary {
         night: config.night.name.clone(),
         folder: folder.clone(),
@@ -145,25 +171,36 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
         elapsed_s: 0.0,
         files: Vec::new(),
     };
-    let inputs = manifest_inputs(&survey, &rows);
-    let hash = inputs_sha256(&inputs);
+    let inputs = manifest_inputs(&survey, &products);
+    let plan = with_threads(options.jobs, || Plan::of(&survey, config, &products, FRAMES_PER_SHARD))??;
+    let hash = plan.inputs_sha256();
     let data_mode = data_mode(&survey);
-    let outputs = Outputs { folder: &folder, bench: &bench, config, thumbs: &thumbs, inputs_sha256: hash, data_mode };
+    let seed = simulation_seed(&survey);
+    let told = Provenance::of(config, Some(&hash), seed)?;
+    let outputs =
+        Outputs { folder: &folder, bench: &bench, config, thumbs: &thumbs, inputs_sha256: hash, data_mode, seed };
     summary.files = log.stage("write", |_| outputs.write(&rows, &star_rows, &residuals, options))?;
     summary.files.push(write_checks(&folder, &checks)?);
+    summary.files.last().map_or(Ok(()), |path| told.stamp(path))?;
+    summary.files.push(folder.join("plan.json"));
+    plan.write(&folder.join("plan.json"))?;
     summary.elapsed_s = progress.elapsed_s();
     let manifest = Manifest {
+        config,
+        told: &told,
         config_sha256: config_sha256(config)?,
         inputs,
         flats: bench.flat.iter().flat_map(|f| &f.members).map(flat_member).collect(),
         flat_masked_frac: bench.flat.as_ref().map(|f| f.masked_frac),
         stages: log.stages,
         quadratures,
+        rows: &rows,
         summary: &summary,
     };
     summary.files.push(manifest.write(&folder)?);
     if !options.no_figures {
         summary.files.push(with_threads(options.jobs, || write_report(&folder, None))??);
+        summary.files.last().map_or(Ok(()), |path| record(&folder, path))?;
     }
     Ok(summary)
 }
@@ -194,17 +231,21 @@ impl<'a> Log<'a> {
         Self { progress, stages: Vec::new(), notes: Vec::new() }
     }
     fn stage<T>(&mut self, name: &str, work: impl FnOnce(&mut Self) -> T) -> T {
-        let (start, cpu_start) = (self.progress.elapsed_s(), self.progress.cpu_s());
+        let (start, cpu_start, read) = (self.progress.elapsed_s(), self.progress.cpu_s(), bytes_read());
         let result = work(self);
         let cpu_s = self.progress.cpu_s().zip(cpu_start).map(|(end, start)| end - start);
-        self.stages.push(Stage { name: name.into(), wall_s: self.progress.elapsed_s() - start, cpu_s });
+        let end_s = self.progress.elapsed_s();
+        let wall_s = end_s - start;
+        let bytes_read = bytes_read().zip(read).map(|(end, start)| end - start);
+        let peak_memory_mb = peak_memory_mb();
+        self.stages.push(Stage { name: name.into(), wall_s, cpu_s, end_s, bytes_read, peak_memory_mb });
         result
     }
 }
 
 /// What no frame of the night can do without is an error before work begins: the gain of every light frame unknown, or
 /// the elements refused for every target frame.
-fn refuse_hopeless(survey: &Survey, bench: &Bench) -> Result<()> {
+pub(super) fn refuse_hopeless(survey: &Survey, bench: &Bench) -> Result<()> {
     let science: Vec<&Exposure> = survey.targets.iter().chain(survey.pointings.iter().flatten()).collect();
     if science.is_empty() && survey.flats.is_empty() {
         return match survey.unreadable.first() {
@@ -245,7 +286,7 @@ fn zeropoint_source(bench: &Bench, n_rows: usize) -> String {
 }
 
 /// Fits the zeropoint, or reads the one given; without either the night goes on without calibrated magnitudes.
-fn zeropoint_stage(
+pub(super) fn zeropoint_stage(
     rows: &mut [StarRow],
     stars: &StarStage,
     bench: &Bench,
@@ -291,7 +332,7 @@ fn flat_member(m: &FlatMember) -> (PathBuf, f64, bool, String) {
 }
 
 /// Flats that did not enter the master, as rows.
-fn rejected_flats(bench: &Bench) -> Vec<PhotometryRow> {
+pub(super) fn rejected_flats(bench: &Bench) -> Vec<PhotometryRow> {
     let Some(flat) = &bench.flat else { return Vec::new() };
     flat.members
         .iter()

@@ -12,6 +12,7 @@ use std::sync::mpsc::sync_channel;
 
 use super::progress::Progress;
 use super::stages::pool;
+use super::stop::Stop;
 use crate::error::{Error, Result};
 use crate::frames::Exposure;
 
@@ -20,13 +21,15 @@ const READ_AHEAD: usize = 2;
 
 /// Runs `work` on every exposure with `threads` threads and at most `frames` frames at once; results in their order.
 ///
-/// A frame on which `work` panics gets `lost` instead.
+/// A frame on which `work` panics gets `lost` instead. Once a stop is requested no further frame is begun; those in work
+/// are finished, and `kept` says what is left of it all.
 ///
 /// # Errors
-/// [`Error::Config`] when the threads cannot be started.
+/// [`Error::Config`] when the threads cannot be started; [`Error::Interrupted`] when a stop came before the last frame.
 pub fn in_order<T: Send>(
     exposures: &[&Exposure],
     (threads, frames): (usize, usize),
+    (stop, kept): (&Stop, &dyn Fn() -> String),
     progress: &dyn Progress,
     work: impl Fn(&Exposure) -> T + Sync,
     lost: impl Fn(&Exposure) -> T + Sync,
@@ -39,7 +42,7 @@ pub fn in_order<T: Send>(
         let reader = move || {
             for (index, exposure) in exposures.iter().enumerate() {
                 warm(&exposure.path);
-                if ready.send(index).is_err() {
+                if stop.requested().is_some() || ready.send(index).is_err() {
                     break;
                 }
             }
@@ -52,7 +55,7 @@ pub fn in_order<T: Send>(
         (0..frames.max(1)).for_each(|_| _ = done.send(()));
         pool.in_place_scope(|frames| {
             for index in next {
-                if room.recv().is_err() {
+                if room.recv().is_err() || stop.requested().is_some() {
                     break;
                 }
                 let done = done.clone();
@@ -70,8 +73,11 @@ pub fn in_order<T: Send>(
         });
         Ok::<(), Error>(())
     })?;
-    let taken = results.into_iter().map(|slot| slot.into_inner().ok().flatten());
-    Ok(taken.zip(exposures).map(|(result, exposure)| result.unwrap_or_else(|| lost(exposure))).collect())
+    let taken: Vec<Option<T>> = results.into_iter().map(|slot| slot.into_inner().ok().flatten()).collect();
+    if taken.iter().any(Option::is_none) {
+        stop.check(kept)?;
+    }
+    Ok(taken.into_iter().zip(exposures).map(|(result, exposure)| result.unwrap_or_else(|| lost(exposure))).collect())
 }
 
 /// Bytes of a file; 0 if it is gone.

@@ -14,12 +14,13 @@ use crate::error::{Error, Result};
 use crate::night::clock::from_mjd_utc;
 use crate::night::predict::dome::Overhead;
 use crate::night::predict::sky_rows;
+use crate::night::provenance::Provenance;
 use crate::orbit::earth::Site;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::page::{NightPage, PassSky, write_campaign, write_night_page};
 use crate::report::plot::SkyMark;
 use crate::report::summary::passes;
-use crate::report::{Meta, MetaValue, PhotometryRow, SkyRow, read_photometry, read_stars};
+use crate::report::{Meta, MetaValue, PhotometryRow, SkyRow, read_meta, read_photometry, read_stars};
 use crate::vector::Vector;
 
 /// Directions of the model of a sky: altitudes and azimuths.
@@ -53,7 +54,7 @@ pub fn night_page(folder: &Path) -> Result<NightPage> {
         serde_json::Value::Null
     });
     let config_toml = text("effective.toml");
-    let model = match Config::from_text(&config_toml, &[]) {
+    let model = match Config::load(&folder.join("effective.toml"), &[]) {
         Ok(config) => config.model,
         Err(_) => {
             notes.push("no readable effective.toml here: the skies are without their model".into());
@@ -66,7 +67,19 @@ pub fn night_page(folder: &Path) -> Result<NightPage> {
         _ => folder.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
     };
     let cards = cards(&text("gallery.html"));
-    Ok(NightPage { name, rows, meta, stars, zeropoint, skies, manifest, config_toml, cards, notes })
+    Ok(NightPage {
+        name,
+        rows,
+        meta,
+        stars,
+        zeropoint,
+        skies,
+        manifest,
+        config_toml,
+        cards,
+        notes,
+        frames_elsewhere: false,
+    })
 }
 
 /// Writes `report.html` of a folder of results, there or elsewhere; returns its path.
@@ -76,6 +89,7 @@ pub fn night_page(folder: &Path) -> Result<NightPage> {
 pub fn write_report(folder: &Path, out: Option<&Path>) -> Result<PathBuf> {
     let path = out.map_or_else(|| folder.join("report.html"), Path::to_path_buf);
     write_night_page(&path, &night_page(folder)?)?;
+    Provenance::of_meta(&read_meta(&folder.join("photometry.ecsv"))?).stamp(&path)?;
     Ok(path)
 }
 

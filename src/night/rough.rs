@@ -223,6 +223,7 @@ mod tests {
             source: String::new(),
             kind: crate::frames::TimeKind::Start,
             err_s: 0.0,
+            avg_minus_mid_s: None,
             rejected: vec![],
             warnings: vec![],
         });

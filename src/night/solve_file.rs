@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 use crate::config::{self, Config};
 use crate::error::{Error, Result};
 use crate::frames::header::{Aliases, binning, exposure_time};
-use crate::frames::{Buffers, ElectronsPerAdu, Exposure, Gain, Header, Role, mid_time, pixel_scale_arcsec, read};
+use crate::frames::{
+    Buffers, ElectronsPerAdu, Exposure, Gain, Header, Role, guarded, mid_time, pixel_scale_arcsec, read,
+};
 use crate::night::rough::{RoughPosition, rough_positions};
 use crate::night::solve::{Search, catalogue_stars, solve_from};
 use crate::orbit::{EarthOrientation, Site};
@@ -103,6 +105,10 @@ impl FrameSolver {
     /// # Errors
     /// [`Error::Io`], [`Error::Fits`] for a file that is no image; [`Error::Header`] with everything that was tried.
     pub fn solve(&self, path: &Path) -> Result<SolvedFrame> {
+        guarded(path, || self.solved(path))
+    }
+
+    fn solved(&self, path: &Path) -> Result<SolvedFrame> {
         let exposure = exposure(path, &self.time, &self.aliases)?;
         let scale_arcsec = self.scale(&exposure)?;
         let sources = detections(&exposure, &self.photometry)?;

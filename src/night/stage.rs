@@ -10,13 +10,16 @@ use crate::night::compare::{add_model, comparable, epoch_of, residual_rows};
 use crate::night::meta::{data_mode, table_meta};
 use crate::night::outputs::save;
 use crate::night::pipeline::Options;
+use crate::night::plan::products::Products;
+use crate::night::plan::whole::judge_whole_night;
 use crate::night::previous::{conditions, read_previous};
 use crate::night::progress::Progress;
+use crate::night::provenance::Provenance;
 use crate::night::stages::{master_flat, target_stage};
 use crate::night::star_stage::star_stage;
 use crate::night::summary::{Counts, zeropoint_text};
 use crate::night::survey::{Survey, survey};
-use crate::night::target::{failed_row, fill_geometry};
+use crate::night::target::{failed_file_row, fill_geometry};
 use crate::night::zeropoint::fit_rows;
 use crate::photometry::Flags;
 use crate::photometry::zeropoint::Zeropoint;
@@ -48,8 +51,9 @@ pub fn fit_stars(config: &Config, options: &Options, progress: &dyn Progress) ->
     let mut notes = Vec::new();
     let survey = survey_named(config, &options.files, Role::Stars, &bench.target_names(), &mut notes)?;
     notes.extend(options.memory().check(&survey, &bench)?);
-    bench.flat = master_flat(&survey, &bench, options, progress, &mut notes)?;
-    let stars = star_stage(&survey, &bench, options, progress, &mut notes)?;
+    let products = Products::default();
+    master_flat(&survey, &mut bench, (&products, None), options, progress, &mut notes)?;
+    let stars = star_stage(&survey, &bench, &products, options, progress, &mut notes)?;
     notes.extend(stars.failed.iter().map(|r| format!("{}: {}", r.frame, r.reason)));
     notes.extend(survey.unreadable.iter().map(|u| u.error.to_string()));
     if survey.n_star_frames() == 0 {
@@ -122,7 +126,8 @@ impl FittedStars {
     pub fn write(&self, config: &Config, zeropoint: &Path, stars: Option<&Path>) -> Result<()> {
         if let Ok(fit) = &self.zeropoint {
             let flattened = !self.rows.iter().any(|r| Flags(r.flags).has(Flags::NO_FLAT));
-            save(zeropoint, &fit.to_toml(&[conditions(config, flattened)]))?;
+            let told = Provenance::of(config, None, None)?;
+            save(zeropoint, &(fit.to_toml(&[conditions(config, flattened)]) + &told.toml_comment()))?;
         }
         match stars {
             Some(path) => write_stars(path, &self.rows, &table_meta(config, self.zeropoint.as_ref().ok(), None)?),
@@ -164,20 +169,23 @@ pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progre
     let mut notes = Vec::new();
     let survey = survey_named(&config, &options.files, Role::Target, &bench.target_names(), &mut notes)?;
     notes.extend(options.memory().check(&survey, &bench)?);
-    bench.flat = master_flat(&survey, &bench, options, progress, &mut notes)?;
+    let products = Products::default();
+    master_flat(&survey, &mut bench, (&products, None), options, progress, &mut notes)?;
     if let Some(path) = &config.zeropoint.previous {
         let (zeropoint, told) = read_previous(path, &config, bench.flat.is_some())?;
         notes.extend(told);
         bench.zeropoint = Some(zeropoint);
     }
     if config.stars.is_some() && survey.n_star_frames() > 0 {
-        let stars = star_stage(&survey, &bench, options, progress, &mut notes)?;
+        let stars = star_stage(&survey, &bench, &products, options, progress, &mut notes)?;
         (bench.fwhm_arcsec, bench.profile) = (stars.fwhm_arcsec, stars.profile);
         bench.camera_turn = stars.camera_turn;
     }
-    let frames = target_stage(&survey, &bench, options, progress, &mut notes)?;
+    bench.model = None; // `compare` adds it
+    let (mut frames, _) = target_stage(&survey.targets, &bench, &products, options, progress, &mut notes)?;
+    judge_whole_night(&mut frames, &config, &mut notes);
     let mut rows: Vec<PhotometryRow> = frames.into_iter().map(|f| f.row).collect();
-    rows.extend(survey.unreadable.iter().map(|u| failed_row(&crate::night::outputs::file_name(&u.path), &u.error)));
+    rows.extend(survey.unreadable.iter().map(|u| failed_file_row(&u.path, &u.error)));
     let counts = Counts::of(&survey, &rows, &[]);
     let failed_frac = counts.failed as f64 / rows.len().max(1) as f64;
     let poor = (failed_frac > config.night.max_failed_frac)

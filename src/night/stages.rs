@@ -1,48 +1,73 @@
-//! The stages that go over many frames, each on its own threads: master flat, target frames, model.
+//! The stages that go over many frames, each on its own threads: master flat, target frames with their model.
 //!
-//! Star pointings are in [`super::star_stage`].
+//! Star pointings are in [`super::star_stage`], what only the whole night tells in [`super::plan::whole`].
 
-use std::sync::Mutex;
+use std::path::Path;
 
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::frames::{BAND_BYTES, Exposure, MasterFlat};
-use crate::night::bench::Bench;
+use crate::frames::{BAND_BYTES, Exposure, FlatMember, MasterFlat};
+use crate::night::bench::{Bench, sha256_16};
 use crate::night::compare::{add_model, comparable};
 use crate::night::manifest::Quadratures;
 use crate::night::pipeline::Options;
-use crate::night::previous::age_note;
+use crate::night::plan::products::Products;
 use crate::night::progress::Progress;
+use crate::night::provenance::Provenance;
 use crate::night::queue::in_order;
 use crate::night::survey::Survey;
-use crate::night::target::{ASSUMED_FWHM_ARCSEC, TargetFrame, failed_row, hash_and_measure, internal};
-use crate::night::vet::judge_night;
-use crate::photometry::aperture::Shape;
+use crate::night::target::{
+    ASSUMED_FWHM_ARCSEC, TargetFrame, failed_row, geometry_columns, internal, measure_frame, row_of_header,
+};
 use crate::report::PhotometryRow;
-use crate::report::summary::robust;
 
-/// The master flat: read if configured, made if there are flats, left out if there are none.
+/// Name of the product of the master flat.
+const FLAT: &str = "flat";
+/// Kind of the products of target frames.
+pub const TARGET: &str = "target";
+
+/// Puts the master flat on the bench: read if configured, made if there are flats, left out if there are none.
+///
+/// With `file` it is written there, and taken from there again where the flats, the program and the configuration are those
+/// of an earlier run.
 ///
 /// # Errors
-/// [`Error::Flat`] when there are flats but too few can be used.
+/// [`Error::Flat`] when there are flats but too few can be used; [`Error::Io`] where `file` cannot be written.
 pub fn master_flat(
     survey: &Survey,
-    bench: &Bench,
+    bench: &mut Bench,
+    (products, file): (&Products, Option<&Path>),
     options: &Options,
     progress: &dyn Progress,
     notes: &mut Vec<String>,
-) -> Result<Option<MasterFlat>> {
+) -> Result<()> {
     let clip = bench.config.photometry.clip_radius_px;
     if let Some(path) = &bench.config.flat.master {
-        return MasterFlat::read(path, clip, &bench.config.flat).map(Some);
+        bench.flat = Some(MasterFlat::read(path, clip, &bench.config.flat)?);
+        bench.flat_sha256 = sha256_16(path)?;
+        return Ok(());
     }
     if survey.flats.is_empty() {
         notes.push("no flats in the night: frames are not flattened".into());
-        return Ok(None);
+        return Ok(());
     }
     progress.stage("master flat", survey.flats.len());
-    let flat = pool(options.threads())?
+    let threads = pool(options.threads())?;
+    let key = match file {
+        Some(_) => threads.install(|| flat_key(survey, products)),
+        None => String::new(),
+    };
+    if let Some(path) = file
+        && let Some((members, hash)) = products.load::<(Vec<FlatMember>, String)>(FLAT, &key)
+        && sha256_16(path).is_ok_and(|now| now == hash)
+        && let Ok(flat) = MasterFlat::read(path, clip, &bench.config.flat)
+    {
+        (bench.flat, bench.flat_sha256) = (Some(MasterFlat { members, ..flat }), hash);
+        progress.done();
+        return Ok(());
+    }
+    let flat = threads
         .install(|| MasterFlat::make(&survey.flats, &bench.detector, &bench.config.flat, clip, BAND_BYTES))
         .map_err(|error| match error {
             Error::Flat { problem } => Error::Flat {
@@ -53,8 +78,22 @@ pub fn master_flat(
             },
             other => other,
         })?;
+    if let Some(path) = file {
+        let told = Provenance::of_flat(&bench.config, &survey.flats, &|p| products.sha256(p).ok())?;
+        flat.write_with(path, &told.cards())?;
+        bench.flat_sha256 = sha256_16(path)?;
+        products.store(FLAT, &key, &(&flat.members, &bench.flat_sha256));
+    }
+    bench.flat = Some(flat);
     progress.done();
-    Ok(Some(flat))
+    Ok(())
+}
+
+/// What the master flat is made of: names and hashes of the flats.
+fn flat_key(survey: &Survey, products: &Products) -> String {
+    let of = |e: &Exposure| format!("{} {}", e.path.display(), products.sha256(&e.path).unwrap_or_default());
+    let flats: Vec<String> = survey.flats.par_iter().map(of).collect();
+    products.key(&std::iter::once(FLAT).chain(flats.iter().map(String::as_str)).collect::<Vec<_>>())
 }
 
 /// Runs `work` on a pool of `jobs` threads; 0 = all cores.
@@ -76,18 +115,20 @@ pub(super) fn pool(threads: usize) -> Result<rayon::ThreadPool> {
         .map_err(|e| Error::Config { key: "--jobs".into(), problem: format!("cannot start {threads} threads: {e}") })
 }
 
-/// Measures every target frame; the row and the geometry of each.
+/// Measures target frames and predicts their brightness: the row and the geometry of each, before anything that takes the
+/// whole night; and the integrals that took.
 ///
 /// # Errors
-/// Only what is wrong with the machine; a failed frame is a row.
+/// Only what is wrong with the machine, or a stop; a failed frame is a row.
 pub fn target_stage(
-    survey: &Survey,
+    exposures: &[Exposure],
     bench: &Bench,
+    products: &Products,
     options: &Options,
     progress: &dyn Progress,
     notes: &mut Vec<String>,
-) -> Result<Vec<TargetFrame>> {
-    if bench.fwhm_arcsec.is_none() && bench.config.photometry.fwhm_px.is_none() && !survey.targets.is_empty() {
+) -> Result<(Vec<TargetFrame>, Quadratures)> {
+    if bench.fwhm_arcsec.is_none() && bench.config.photometry.fwhm_px.is_none() && !exposures.is_empty() {
         notes.push(format!(
             "no FWHM from star pointings or photometry.fwhm_px: target apertures assume {ASSUMED_FWHM_ARCSEC} arcsec"
         ));
@@ -100,130 +141,93 @@ pub fn target_stage(
         );
     }
     if let Some(tracker) = &bench.tracker {
-        let warnings = survey.targets.iter().filter_map(|e| tracker.age_warning(&e.time.as_ref()?.mid));
+        let warnings = exposures.iter().filter_map(|e| tracker.age_warning(&e.time.as_ref()?.mid));
         notes.extend(warnings.take(1));
     }
-    let exposures: Vec<&Exposure> = survey.targets.iter().collect();
-    progress.stage("target frames", exposures.len());
-    let room = options.memory().target_frames(bench, &exposures, options.threads());
-    let lost = |exposure: &Exposure| TargetFrame {
-        row: failed_row(&exposure.name, &internal(exposure)),
-        geometry: None,
-        thumb: None,
-    };
-    let mut rows = in_order(&exposures, room, progress, |exposure| hash_and_measure(exposure, bench), lost)?;
-    bench.buffers.clear();
-    progress.done();
-    limits_for_the_size_of_the_object(&mut rows);
-    notes.extend(age_note(rows.iter().map(|f| &f.row)));
-    judge_night(&mut rows, &bench.config);
-    Ok(rows)
-}
-
-/// Makes the limits of non-detections those of an object as large as the detected ones.
-///
-/// A limit is measured in a small circle; the noise of a larger aperture grows with the root of its area:
-/// Δm = −1.25 log₁₀(A_object / A_measured), with A_object the median aperture of the frames of the same object, in
-/// arcsec² and scaled by (range)⁻² where the ranges are known.
-fn limits_for_the_size_of_the_object(rows: &mut [TargetFrame]) {
-    let size = |r: &PhotometryRow| -> Option<f64> {
-        let scale = r.pix_scale_arcsec?;
-        let shape = match (r.aper_r_px, r.aper_a_px, r.aper_b_px) {
-            (Some(r_px), ..) => Shape::Circle { r_px },
-            (None, Some(a_px), Some(b_px)) => match r.aper_shape.as_str() {
-                "rectangle" => Shape::Rectangle { a_px, b_px, theta_rad: 0.0 },
-                "pill" => Shape::Pill { a_px, b_px, theta_rad: 0.0 },
-                _ => Shape::Ellipse { a_px, b_px, theta_rad: 0.0 },
-            },
-            _ => return None,
-        };
-        Some(shape.area_px() * scale * scale)
-    };
-    let detected: Vec<(String, f64, Option<f64>)> = rows
-        .iter()
-        .map(|f| &f.row)
-        .filter(|r| r.status == "ok" && r.verdict != "reject")
-        .filter_map(|r| Some((r.object_name.clone(), size(r)?, r.range_km)))
-        .collect();
-    for row in rows.iter_mut().map(|f| &mut f.row).filter(|r| r.status == "nondetection") {
-        let (Some(limit), Some(measured)) = (row.limit_v_mag, size(row)) else { continue };
-        let of_object: Vec<f64> = detected
-            .iter()
-            .filter(|(name, ..)| *name == row.object_name)
-            .map(|(_, area, range)| match (range, row.range_km) {
-                (Some(there), Some(here)) => area * (there / here).powi(2),
-                _ => *area,
-            })
-            .collect();
-        if let Some((area, _)) = robust(&of_object)
-            && area > measured
-        {
-            row.limit_v_mag = Some(limit - 1.25 * (area / measured).log10());
-            row.reason += &format!("; limit for an object of {area:.0} arcsec2, as in the frames that show it");
-        }
-    }
-}
-
-/// The model for every frame with a geometry; frames without one keep their columns empty.
-pub fn model_stage(frames: &mut [TargetFrame], bench: &Bench, notes: &mut Vec<String>) -> Quadratures {
-    let Some(model) = &bench.model else { return Quadratures::default() };
-    if let Some(Ok(Some(note))) = bench.config.model.as_ref().map(comparable) {
+    if let (Some(_), Some(Ok(Some(note)))) = (&bench.model, bench.config.model.as_ref().map(comparable)) {
         notes.push(note);
     }
-    let errors = Mutex::new(Vec::new());
-    let counts: Vec<Quadratures> = frames
-        .par_iter_mut()
-        .map(|TargetFrame { row, geometry, .. }| {
-            let Some(geometry) = geometry else { return Quadratures::default() };
-            match add_model(row, geometry, model) {
-                Ok(model) => Quadratures { scenes: 1, sun: model.quadratures.sun, moon: model.quadratures.moon },
-                Err(error) => {
-                    if let Ok(mut errors) = errors.lock() {
-                        errors.push(format!("{}: {error}", row.frame));
-                    }
-                    row.skipped = error.to_string();
-                    Quadratures::default()
-                }
-            }
-        })
-        .collect();
-    let mut errors = errors.into_inner().unwrap_or_default();
-    errors.sort();
-    notes.extend(errors);
-    counts.into_iter().fold(Quadratures::default(), |a, b| Quadratures {
-        scenes: a.scenes + b.scenes,
-        sun: a.sun + b.sun,
-        moon: a.moon + b.moon,
-    })
+    let exposures: Vec<&Exposure> = exposures.iter().collect();
+    let depends = depends(bench, products);
+    let depends: Vec<&str> = depends.iter().map(String::as_str).collect();
+    progress.stage("target frames", exposures.len());
+    let room = options.memory().target_frames(bench, &exposures, options.threads());
+    let work = |exposure: &Exposure| reduced(exposure, bench, products, &depends);
+    let lost = |exposure: &Exposure| Reduced::of(failed_row(exposure, &internal(exposure)));
+    let kept = || {
+        format!(
+            "{} of {} target frames kept; run the same line again to go on",
+            products.count(TARGET, &exposures),
+            exposures.len()
+        )
+    };
+    let reduced = in_order(&exposures, room, (&options.stop, &kept), progress, work, lost)?;
+    bench.buffers.clear();
+    progress.done();
+    let mut quadratures = Quadratures::default();
+    let mut problems = Vec::new();
+    let mut frames = Vec::new();
+    for (Reduced { row, integrals: [scenes, sun, moon], problem }, exposure) in reduced.into_iter().zip(&exposures) {
+        quadratures.scenes += scenes;
+        quadratures.sun += sun;
+        quadratures.moon += moon;
+        problems.extend(problem);
+        // cheap to find again, and only asked for by what explains a night
+        let geometry = geometry_columns(&mut row_of_header(exposure, bench), exposure, bench).ok().flatten();
+        frames.push(TargetFrame { row, geometry, thumb: None });
+    }
+    problems.sort();
+    notes.extend(problems);
+    Ok((frames, quadratures))
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// What is kept of one target frame.
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
+struct Reduced {
+    row: PhotometryRow,
+    /// Scenes modelled, integrals of sunlight and of moonlight by way of the Earth.
+    integrals: [usize; 3],
+    /// Why there is no model of it.
+    problem: Option<String>,
+}
 
-    fn row(status: &str, range_km: f64, r_px: f64) -> TargetFrame {
-        let row = PhotometryRow {
-            object_name: "ISS".into(),
-            status: status.into(),
-            verdict: "use".into(),
-            range_km: Some(range_km),
-            aper_r_px: Some(r_px),
-            pix_scale_arcsec: Some(1.5),
-            limit_v_mag: (status == "nondetection").then_some(15.0),
-            ..PhotometryRow::default()
-        };
-        TargetFrame { row, geometry: None, thumb: None }
+impl Reduced {
+    fn of(row: PhotometryRow) -> Self {
+        Self { row, integrals: [0; 3], problem: None }
     }
+}
 
-    #[test]
-    fn a_limit_is_that_of_the_object_at_its_range_and_of_a_point_where_nothing_is_known() {
-        // three times the radius at the same range: 1.25 log10 9 = 1.193 mag; twice as far away: 1.25 log10 (9/4)
-        let mut rows = vec![row("ok", 500.0, 21.0), row("nondetection", 500.0, 7.0), row("nondetection", 1000.0, 7.0)];
-        limits_for_the_size_of_the_object(&mut rows);
-        assert!((rows[1].row.limit_v_mag.unwrap() - (15.0 - 1.25 * 9f64.log10())).abs() < 1e-12);
-        assert!((rows[2].row.limit_v_mag.unwrap() - (15.0 - 1.25 * 2.25f64.log10())).abs() < 1e-12);
-        let mut alone = vec![row("nondetection", 500.0, 7.0)];
-        limits_for_the_size_of_the_object(&mut alone);
-        assert_eq!(alone[0].row.limit_v_mag, Some(15.0));
-    }
+/// What a target frame's row depends on beside the frame: elements, satellite, flat, stars and zeropoint.
+fn depends(bench: &Bench, products: &Products) -> Vec<String> {
+    let config = &bench.config;
+    let files = config.orbit.iter().map(|o| &o.elements);
+    let files = files.chain(config.model.iter().flat_map(|m| m.satellites.iter().chain(&m.throughput)));
+    let mut all: Vec<String> = files.map(|path| products.sha256(path).unwrap_or_default()).collect();
+    all.push(bench.flat_sha256.clone());
+    all.push(format!("{:?} {:?} {:?}", bench.fwhm_arcsec, bench.profile, bench.camera_turn));
+    all.push(format!("{:?} {}", bench.zeropoint, bench.model.is_some()));
+    all
+}
+
+/// One target frame, kept from an earlier run or measured and modelled.
+fn reduced(exposure: &Exposure, bench: &Bench, products: &Products, depends: &[&str]) -> Reduced {
+    let make = || {
+        let TargetFrame { row, geometry, .. } = measure_frame(exposure, bench);
+        let mut reduced = Reduced::of(row);
+        if let (Some(model), Some(geometry)) = (&bench.model, &geometry) {
+            match add_model(&mut reduced.row, geometry, model) {
+                Ok(model) => reduced.integrals = [1, model.quadratures.sun, model.quadratures.moon],
+                Err(error) => {
+                    reduced.problem = Some(format!("{}: {error}", reduced.row.frame));
+                    reduced.row.skipped = error.to_string();
+                }
+            }
+        }
+        Ok(reduced)
+    };
+    // what failed may have failed by a disk or a network that will be there again
+    let (hash, reduced) = products.of_frame(TARGET, exposure, depends, make, |r: &Reduced| r.row.status != "failed");
+    let mut reduced = reduced.unwrap_or_else(|error: Error| Reduced::of(failed_row(exposure, &error)));
+    reduced.row.frame_sha256 = hash;
+    reduced
 }

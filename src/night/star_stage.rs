@@ -11,6 +11,7 @@ use crate::night::bench::Bench;
 use crate::night::camera_turn::CameraTurn;
 use crate::night::clock::mjd_utc;
 use crate::night::pipeline::Options;
+use crate::night::plan::products::Products;
 use crate::night::pointing::{Member, combined_rows, measure_member, single_rows};
 use crate::night::progress::Progress;
 use crate::night::queue::in_order;
@@ -21,6 +22,9 @@ use crate::photometry::growth::{FrameGrowth, GrowthCurve, StarProfile};
 use crate::photometry::stats::median;
 use crate::report::summary::robust;
 use crate::report::{PhotometryRow, StarRow};
+
+/// Kind of the products of star frames.
+pub const STARS: &str = "stars";
 
 /// What the star pointings gave.
 #[derive(Debug, Default)]
@@ -48,6 +52,7 @@ pub struct StarStage {
 pub fn star_stage(
     survey: &Survey,
     bench: &Bench,
+    products: &Products,
     options: &Options,
     progress: &dyn Progress,
     notes: &mut Vec<String>,
@@ -59,12 +64,24 @@ pub fn star_stage(
         return Ok(StarStage::default());
     };
     let exposures: Vec<&Exposure> = survey.pointings.iter().flatten().collect();
+    let moved_to = jyear(catalogue, &exposures);
     let catalogue = &of_date(catalogue, &exposures, stars.epoch_jyear, notes);
     progress.stage("star pointings", exposures.len());
-    let measure = |exposure: &Exposure| measure_member(exposure, bench, catalogue);
+    let depends = [products.sha256(&stars.catalogue)?, bench.flat_sha256.clone(), format!("{:?}", moved_to)];
+    let depends = depends.each_ref().map(String::as_str);
+    let measure = |exposure: &Exposure| {
+        let make = || measure_member(exposure, bench, catalogue);
+        let member = products.of_frame(STARS, exposure, &depends, make, |_| true).1?;
+        // the header tells the time, also of a member that was kept
+        Ok(Member { mid: exposure.time.as_ref().map_or(member.mid, |t| t.mid), ..member })
+    };
     let lost = |exposure: &Exposure| -> Result<Member> { Err(internal(exposure)) };
     let room = options.memory().star_frames(bench, &exposures, options.threads());
-    let results: Vec<Result<Member>> = in_order(&exposures, room, progress, measure, lost)?;
+    let kept = || {
+        let n = products.count(STARS, &exposures);
+        format!("{n} of {} star frames kept; run the same line again to go on", exposures.len())
+    };
+    let results: Vec<Result<Member>> = in_order(&exposures, room, (&options.stop, &kept), progress, measure, lost)?;
     bench.buffers.clear();
     progress.done();
 
@@ -77,7 +94,7 @@ pub fn star_stage(
             match results.next() {
                 Some(Ok(member)) => members.push(member),
                 Some(Err(error)) => {
-                    let mut row = failed_row(&exposure.name, &error);
+                    let mut row = failed_row(exposure, &error);
                     row.object_name = exposure.object.clone().unwrap_or_default();
                     row.exptime_s = Some(exposure.exptime_s);
                     stage.failed.push(row);
@@ -121,16 +138,15 @@ fn of_date<'a>(
     epoch_jyear: f64,
     notes: &mut Vec<String>,
 ) -> Cow<'a, Catalogue> {
-    let Some(mid) = exposures.iter().find_map(|e| e.time.as_ref()).map(|t| t.mid) else {
-        return Cow::Borrowed(catalogue);
-    };
-    if !catalogue.has_motions() {
-        return Cow::Borrowed(catalogue);
-    }
-    // Julian year = 2000 + (MJD − 51544.5) / 365.25
-    let jyear = 2000.0 + (mjd_utc(mid) - 51_544.5) / 365.25;
+    let Some(jyear) = jyear(catalogue, exposures) else { return Cow::Borrowed(catalogue) };
     notes.push(format!("catalogue: places moved to {jyear:.2} by their proper motions"));
     Cow::Owned(catalogue.moved_to(jyear, epoch_jyear))
+}
+
+/// The time the stars of a catalogue are moved to: Julian year = 2000 + (MJD − 51544.5) / 365.25 of the first exposure.
+fn jyear(catalogue: &Catalogue, exposures: &[&Exposure]) -> Option<f64> {
+    let mid = exposures.iter().find_map(|e| e.time.as_ref()).map(|t| t.mid)?;
+    catalogue.has_motions().then(|| 2000.0 + (mjd_utc(mid) - 51_544.5) / 365.25)
 }
 
 /// The profile of the night's stars, and that of every frame: as wide as its own stars, or else its pointing's, or else

@@ -1,19 +1,22 @@
 //! One target frame, from disk to a row of the light curve. Nothing here stops the night: a failed frame is a row.
 
+use std::path::Path;
+
 use crate::config::Config;
 use crate::constants::MAG_PER_LN;
 use crate::error::{Error, Result};
 use crate::frames::Exposure;
-use crate::night::bench::{Bench, sha256_16};
+use crate::night::bench::Bench;
 use crate::night::clock::{iso_utc, mjd_utc};
 use crate::night::light_class::classes;
+use crate::night::outputs::file_name;
 use crate::night::previous::other_night;
 use crate::night::surroundings::look;
 use crate::night::vet::{judge, without_magnitude};
 use crate::orbit::Geometry;
 use crate::photometry::Flags;
 use crate::photometry::aperture::Shape;
-use crate::photometry::flux::Flux;
+use crate::photometry::flux::{Flux, detectable_e};
 use crate::photometry::surface_brightness::inst_mu;
 use crate::photometry::target::{KnownDirection, Light, TargetFound, TargetSettings};
 use crate::report::{PhotometryRow, Thumb};
@@ -25,16 +28,31 @@ const OLD_ELEMENTS_D: f64 = 2.0;
 /// A mid-time this uncertain is flagged \[s\]: the ISS moves a degree in it.
 const TIME_UNCERTAIN_S: f64 = 1.0;
 
-/// The row of a frame of which nothing is known but its name and what went wrong.
+/// The row of a frame that could not be reduced: its identity and what went wrong.
 #[must_use]
-pub fn failed_row(frame: &str, reason: &Error) -> PhotometryRow {
+pub fn failed_row(exposure: &Exposure, reason: &Error) -> PhotometryRow {
+    failed_file_row(&exposure.path, reason)
+}
+
+/// The row of a file of which nothing is known but its name and what went wrong.
+#[must_use]
+pub fn failed_file_row(path: &Path, reason: &Error) -> PhotometryRow {
     PhotometryRow {
-        frame: frame.into(),
+        frame: file_name(path),
         status: "failed".into(),
         verdict: "reject".into(),
-        reason: reason.to_string(),
+        reason: without_folder(reason, path),
         ..PhotometryRow::default()
     }
+}
+
+/// An error in words, its file by its name: where the night lies on this machine is nothing of a result's.
+fn without_folder(error: &Error, path: &Path) -> String {
+    let mut text = error.to_string().replace(&*path.to_string_lossy(), &file_name(path));
+    if let Error::Catalogue { path, .. } = error {
+        text = text.replace(&*path.to_string_lossy(), &file_name(path));
+    }
+    text
 }
 
 /// What is known of one target frame.
@@ -48,25 +66,17 @@ pub struct TargetFrame {
     pub thumb: Option<Thumb>,
 }
 
-/// Measures the target in one frame as [`measure_frame`] does, and takes the hash of its file beside that.
-#[must_use]
-pub fn hash_and_measure(exposure: &Exposure, bench: &Bench) -> TargetFrame {
-    let (hash, mut frame) = rayon::join(|| sha256_16(&exposure.path), || measure_frame(exposure, bench));
-    frame.row.frame_sha256 = hash.unwrap_or_default();
-    frame
-}
-
 /// Measures the target in one frame, with the geometry of its moment; leaves out the hash of the file, for which all of
 /// it must be read.
 #[must_use]
 pub fn measure_frame(exposure: &Exposure, bench: &Bench) -> TargetFrame {
-    let mut row = header_columns(exposure, bench);
+    let mut row = row_of_header(exposure, bench);
     let geometry = match geometry_columns(&mut row, exposure, bench) {
         Ok(geometry) => geometry,
         Err(error) => {
             row.status = "rejected".into();
             row.verdict = "reject".into();
-            row.reason = error.to_string();
+            row.reason = without_folder(&error, &exposure.path);
             return TargetFrame { row, geometry: None, thumb: None };
         }
     };
@@ -76,7 +86,7 @@ pub fn measure_frame(exposure: &Exposure, bench: &Bench) -> TargetFrame {
     }));
     if let Err(error) = measured.unwrap_or_else(|_| Err(internal(exposure))) {
         row.status = "failed".into();
-        row.reason = error.to_string();
+        row.reason = without_folder(&error, &exposure.path);
     } else {
         calibrate(&mut row, bench);
     }
@@ -92,7 +102,8 @@ pub fn internal(exposure: &Exposure) -> Error {
 }
 
 /// Identity, time and optics, from the header alone.
-fn header_columns(exposure: &Exposure, bench: &Bench) -> PhotometryRow {
+#[must_use]
+pub fn row_of_header(exposure: &Exposure, bench: &Bench) -> PhotometryRow {
     let mut row = PhotometryRow {
         frame: exposure.name.clone(),
         object_name: exposure.object.clone().unwrap_or_default(),
@@ -107,6 +118,7 @@ fn header_columns(exposure: &Exposure, bench: &Bench) -> PhotometryRow {
         row.mjd_mid_d = Some(mjd_utc(time.mid));
         row.time_source = time.source.clone();
         row.time_err_s = Some(time.err_s);
+        row.date_avg_minus_mid_s = time.avg_minus_mid_s;
         if time.err_s >= TIME_UNCERTAIN_S {
             row.flags |= Flags::TIME_UNCERTAIN.0;
         }
@@ -243,6 +255,8 @@ fn measure_columns(
                 row.inst_mag = Some(-2.5 * (flux.flux_e / exposure.exptime_s).log10() + corr_mag);
                 row.v_mag_err = Some(MAG_PER_LN * flux.flux_err_e / flux.flux_e);
                 row.status = "ok".into();
+                let limit_e = detectable_e(flux.flux_e, flux.flux_err_e, t.detect_sigma);
+                row.limit_v_mag = inst_limit(limit_e, exposure.exptime_s, corr_mag);
             } else {
                 // a bright spot, but the whole object does not stand out: among star trails that is no detection
                 row.status = "nondetection".into();

@@ -107,12 +107,21 @@ pub fn spin_velocity(position_km: &Vector<Itrs>) -> Vector<Itrs> {
     Vector::new(0.0, 0.0, EARTH_ROTATION_RAD_S).cross(position_km)
 }
 
+/// Geodetic longitude and latitude \[rad\] and height above the WGS84 ellipsoid \[km\]; `None` at the Earth's centre.
+#[must_use]
+pub fn geodetic(position_km: &Vector<Itrs>) -> Option<(f64, f64, f64)> {
+    if position_km.norm() == 0.0 {
+        return None;
+    }
+    let metres = position_km.to_array().map(|c| c * 1_000.0);
+    let ((lon_rad, lat_rad, height_m), _) = erfars::geodeticgeocentric::Gc2gd(ERFA_WGS84, &metres).ok()?;
+    height_m.is_finite().then_some((lon_rad, lat_rad, height_m / 1_000.0))
+}
+
 /// Geodetic height above the WGS84 ellipsoid \[km\]; `None` at the Earth's centre.
 #[must_use]
 pub fn geodetic_height_km(position_km: &Vector<Itrs>) -> Option<f64> {
-    let metres = position_km.to_array().map(|c| c * 1_000.0);
-    let ((_, _, height_m), _) = erfars::geodeticgeocentric::Gc2gd(ERFA_WGS84, &metres).ok()?;
-    height_m.is_finite().then_some(height_m / 1_000.0)
+    geodetic(position_km).map(|(_, _, height_km)| height_km)
 }
 
 /// An observatory on the WGS84 ellipsoid.

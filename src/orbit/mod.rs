@@ -7,6 +7,7 @@ pub mod airmass;
 pub mod earth;
 pub mod elements;
 pub mod geometry;
+pub mod ground_track;
 pub mod omm;
 pub mod passes;
 pub mod propagate;
@@ -17,7 +18,7 @@ pub mod tracker;
 
 pub use airmass::{airmass, airmass_pickering2002};
 pub use earth::{EarthOrientation, Site};
-pub use elements::{Elements, check_age, element_names, nearest, read_elements};
+pub use elements::{Elements, check_age, element_names, elements_from_bytes, nearest, read_elements};
 pub use geometry::Geometry;
 pub use passes::{Pass, PassEvent, passes};
 pub use propagate::Propagator;

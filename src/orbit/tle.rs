@@ -66,7 +66,7 @@ pub(super) fn parse_set(name: &str, line1: &str, line2: &str) -> Result<Elements
 
 /// What CelesTrak answers for objects it has no TLE of.
 const GONE: &str = "\"No GP data found\": the server had no such object in this format; numbers above 99999 have no TLE, \
-                    fetch FORMAT=json or csv";
+                    fetch FORMAT=json or csv (`satphot fetch elements --format json`)";
 
 enum Kind {
     Name,

@@ -2,6 +2,7 @@
 //!
 //! Pixels, 0-based. Left out: scale errors beyond 1 %, mirrored frames and blind solving (the WCS gives scale and parity).
 
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
 use rstar::RTree;
@@ -9,7 +10,7 @@ use rstar::primitives::GeomWithData;
 use statrs::distribution::{Binomial, DiscreteCDF};
 
 /// A similarity transform about a centre, and the stars it rests on.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Alignment {
     /// Shift of the centre \[px\].
     pub dx_px: f64,

@@ -6,6 +6,7 @@
 
 use multiversion::multiversion;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::Flags;
@@ -21,7 +22,7 @@ const STARS_PER_TASK: usize = 32;
 const LANES: usize = 8;
 
 /// A measured flux with everything that went into it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Flux {
     /// Net flux \[e⁻\]; NaN only if no pixel of the aperture could be used.
     pub flux_e: f64,
@@ -204,6 +205,18 @@ pub(crate) fn flux_over_sky(
         sky_out_px,
         flags,
     }
+}
+
+/// The faintest light that the aperture of a detected object would have shown \[e⁻\].
+///
+/// The flux t whose S/N is `sigma` over the noise that is left without the object's own photons:
+/// `σ₀² = max(σ_F² − max(F, 0), 0)`, `t = σ √(σ₀² + t)`, so `t = σ (σ + √(σ² + 4 σ₀²))/2`. A bright object hides no faint
+/// one: t does not grow with F. NaN if `flux_err_e` is.
+#[must_use]
+pub fn detectable_e(flux_e: f64, flux_err_e: f64, sigma: f64) -> f64 {
+    let rest = flux_err_e * flux_err_e - flux_e.max(0.0);
+    let empty2 = if rest < 0.0 { 0.0 } else { rest };
+    0.5 * sigma * (sigma + (sigma * sigma + 4.0 * empty2).sqrt())
 }
 
 /// Sums over a row of an aperture.

@@ -17,6 +17,7 @@ mod moon;
 pub mod pass_check;
 pub mod pass_rows;
 mod passes;
+pub mod resolved_case;
 mod scattering;
 mod stk;
 mod streaks;

@@ -5,12 +5,12 @@ use std::path::Path;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::ecsv::{write_accuracy, write_extremes};
-use super::file::write_atomic;
 use super::meta::Meta;
 use super::plot::error_against_time;
 use super::rows::{AccuracyRow, ExtremeRow};
 use crate::accuracy::{Extreme, Method, Sweep};
 use crate::error::{Error, Result};
+use crate::file::write_atomic;
 
 const STYLE: &str = "body{font:16px/1.45 system-ui,sans-serif;max-width:76rem;margin:2rem auto;padding:0 1rem;color:#222}\
 table{border-collapse:collapse;font-size:.86rem;margin:.6rem 0 1.6rem}th,td{padding:.15rem .6rem;text-align:right;\

@@ -56,7 +56,7 @@ pub(super) const fn number(name: &'static str, unit: &'static str, description: 
 }
 
 /// Columns that tables of an older version lack; read as empty there.
-pub const ADDED_LATER: [&str; 2] = ["sky_class", "paper_label"];
+pub const ADDED_LATER: [&str; 3] = ["sky_class", "paper_label", "date_avg_minus_mid_s"];
 
 /// Columns of `photometry.ecsv`: one row per target frame.
 pub const PHOTOMETRY: &[Column] = &[
@@ -73,6 +73,11 @@ pub const PHOTOMETRY: &[Column] = &[
     number("time_err_s", "s", "1-sigma error of the mid-exposure time"),
     text("time_source", "header keywords the time is from"),
     number("cadence_s", "s", "time since the frame of this target before, from mid-exposure to mid-exposure"),
+    number(
+        "date_avg_minus_mid_s",
+        "s",
+        "middle the header states itself (DATE-AVG or a synonym) minus start + EXPTIME/2; missing without both stamps",
+    ),
     // optics
     text("filter", "filter name of the header"),
     integer("gain_setting", "gain setting of the camera in units of 0.1 dB"),
@@ -119,7 +124,8 @@ pub const PHOTOMETRY: &[Column] = &[
     number(
         "limit_v_mag",
         "mag",
-        "V magnitude at the detection threshold, for an object as large as in the frames that show it",
+        "V magnitude at the detection threshold (target.detect_sigma): of a detection in its own aperture, else for an \
+         object as large as in the frames that show it",
     ),
     number("mu_mean_mag_arcsec2", "mag / arcsec2", "mean V surface brightness over the aperture"),
     number("mu_peak_mag_arcsec2", "mag / arcsec2", "V surface brightness of the brightest disc of one FWHM across"),

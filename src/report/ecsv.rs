@@ -11,11 +11,11 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::columns::{self, Column, Datatype};
-use super::file::write_atomic;
 use super::meta::{Meta, scalar};
 use super::rows::{AccuracyRow, ExtremeRow, PhotometryRow, ResidualRow, SkyRow, StarRow};
 use super::tables::{Table, known, recognised};
 use crate::error::{Error, Result};
+use crate::file::write_atomic;
 
 /// Decimals an MJD keeps at least: 9 gave ±41 µs, 10 are the law of the format.
 const MJD_DECIMALS: usize = 10;
@@ -145,6 +145,22 @@ pub fn read_stars(path: &Path) -> Result<(Vec<StarRow>, Meta)> {
 /// As [`read_photometry`].
 pub fn read_residuals(path: &Path) -> Result<(Vec<ResidualRow>, Meta)> {
     read(path, columns::RESIDUALS)
+}
+
+/// Reads some columns of any table as rows whose fields have their names.
+///
+/// # Errors
+/// As [`read_photometry`].
+pub fn read_rows<T: DeserializeOwned>(path: &Path, columns: &[Column]) -> Result<(Vec<T>, Meta)> {
+    read(path, columns)
+}
+
+/// Reads the meta block of any table.
+///
+/// # Errors
+/// [`Error::Io`]; [`Error::Table`] for a file that is not ECSV.
+pub fn read_meta(path: &Path) -> Result<Meta> {
+    Ok(Opened::new(path)?.meta())
 }
 
 pub(super) fn write<T: Serialize>(path: &Path, rows: &[T], columns: &[Column], meta: &Meta) -> Result<()> {

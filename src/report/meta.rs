@@ -47,6 +47,14 @@ impl Meta {
         self.entries.push((key.to_owned(), value.into()));
     }
 
+    /// Gives a key another value, in its place; a new key comes last.
+    pub fn set(&mut self, key: &str, value: impl Into<MetaValue>) {
+        match self.entries.iter_mut().find(|(k, _)| k == key) {
+            Some((_, old)) => *old = value.into(),
+            None => self.push(key, value),
+        }
+    }
+
     /// The first value of this key.
     #[must_use]
     pub fn get(&self, key: &str) -> Option<&MetaValue> {

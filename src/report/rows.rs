@@ -32,6 +32,9 @@ pub struct PhotometryRow {
     pub time_source: String,
     /// Time since the frame of this target before \[s\].
     pub cadence_s: Option<f64>,
+    /// Middle the header states itself minus start + EXPTIME/2 \[s\].
+    #[serde(default)]
+    pub date_avg_minus_mid_s: Option<f64>,
     // --- optics
     /// Filter name of the header.
     pub filter: String,
@@ -99,7 +102,8 @@ pub struct PhotometryRow {
     pub zp_age_d: Option<f64>,
     /// Error of using another night's zeropoint \[mag\].
     pub zp_extra_err_mag: Option<f64>,
-    /// Faintest V magnitude that would have been detected \[mag\].
+    /// V magnitude at the detection threshold \[mag\]: of a detection in its own aperture
+    /// ([`crate::photometry::flux::detectable_e`]), else of an object as large as in the frames that show it.
     pub limit_v_mag: Option<f64>,
     /// Mean V surface brightness over the aperture \[mag/arcsec²\].
     pub mu_mean_mag_arcsec2: Option<f64>,

@@ -19,6 +19,7 @@ pub fn ucd(name: &str) -> &'static str {
         "exptime_s" => "time.duration;obs.exposure",
         "time_err_s" => "stat.error;time.epoch",
         "cadence_s" => "time.interval;obs",
+        "date_avg_minus_mid_s" => "time.interval;arith.diff",
         "zp_age_d" | "tle_age_d" => "time.age",
         "filter" => "meta.id;instr.filter",
         "gain_setting" => "instr.setup",

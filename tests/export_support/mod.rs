@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::Mutex;
 
 use satphot::config::Reporter;
 use satphot::report::export::{DataMode, Facts, Zeropoint};
@@ -119,15 +120,45 @@ pub fn shared(name: &str) -> Option<String> {
     text
 }
 
-/// Python with astropy: SATPHOT_PYTHON, else python3; told and `None` where there is none.
+/// A Python that can `import module`: SATPHOT_PYTHON or `python3` if they can, else an environment of our own below the
+/// target folder, into which the module is installed once. Told and `None` without Python, or where nothing can be installed
+/// (offline; SATPHOT_NO_INSTALL is set).
 pub fn python_with(module: &str) -> Option<PathBuf> {
-    let python = std::env::var_os("SATPHOT_PYTHON").map_or_else(|| PathBuf::from("python3"), PathBuf::from);
-    let there = Command::new(&python).args(["-c", &format!("import {module}")]).output();
-    if there.is_ok_and(|o| o.status.success()) {
-        return Some(python);
+    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+    let _held = ONE_AT_A_TIME.lock();
+    let can = |python: &Path| {
+        let tried = Command::new(python).args(["-c", &format!("import {module}")]).output();
+        tried.is_ok_and(|o| o.status.success())
+    };
+    let given = std::env::var_os("SATPHOT_PYTHON").map_or_else(|| PathBuf::from("python3"), PathBuf::from);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python");
+    let own = folder.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
+    if let Some(python) = [&given, &own].into_iter().find(|p| can(p)) {
+        return Some(python.clone());
     }
-    eprintln!("skipped: no Python with {module} (name one in SATPHOT_PYTHON)");
-    None
+    let run = |python: &Path, words: &[&str]| -> Result<(), String> {
+        let output = Command::new(python).args(words).output().map_err(|e| e.to_string())?;
+        let said = String::from_utf8_lossy(&output.stderr).lines().last().unwrap_or_default().to_string();
+        if output.status.success() { Ok(()) } else { Err(said) }
+    };
+    let install = || {
+        if std::env::var_os("SATPHOT_NO_INSTALL").is_some() {
+            return Err("SATPHOT_NO_INSTALL is set".to_string());
+        }
+        if !own.exists() {
+            run(&given, &["-m", "venv", &folder.to_string_lossy()])?;
+        }
+        let quick = ["--quiet", "--disable-pip-version-check", "--retries", "1", "--timeout", "15"];
+        run(&own, &[&["-m", "pip", "install"], &quick[..], &[module]].concat())
+    };
+    match install() {
+        Ok(()) if can(&own) => Some(own),
+        Ok(()) => panic!("{module} was installed into {} and cannot be imported", folder.display()),
+        Err(why) => {
+            eprintln!("skipped: no Python with {module}, and it cannot be installed ({why}); SATPHOT_PYTHON names one");
+            None
+        }
+    }
 }
 
 /// Runs a Python script; it must print `as expected` at its end.

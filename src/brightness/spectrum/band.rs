@@ -71,6 +71,19 @@ impl Band {
         })
     }
 
+    /// A band that lets everything through between two wavelengths \[nm\] and nothing else; energy response, AB magnitudes.
+    ///
+    /// # Errors
+    /// [`Error::Model`] for wavelengths that do not rise or reach beyond the solar spectrum (280 to 4000 nm).
+    pub fn between(from_nm: f64, to_nm: f64) -> Result<Self> {
+        let fault = |problem: String| Error::Model { problem: format!("band {from_nm} to {to_nm} nm: {problem}") };
+        if !(from_nm > 0.0 && from_nm < to_nm && to_nm.is_finite()) {
+            return Err(fault("accepted are two wavelengths above 0 that rise".into()));
+        }
+        let curve = Curve::from_rows(&[vec![from_nm, 1.0], vec![to_nm, 1.0]], 1);
+        Self::from_curve(&format!("{from_nm}-{to_nm} nm"), curve, Response::Energy).map_err(fault)
+    }
+
     /// The band a configuration names: `V`, `g`, `r`, `i`, or a file.
     ///
     /// # Errors

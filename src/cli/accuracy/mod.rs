@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use cpu_time::ProcessTime;
 use satphot::Error;
-use satphot::accuracy::{Effort, Extreme, METHODS, Method, NOT_BUILT_YET, Stopwatch, Sweep, Verdict, extremes, paths};
+use satphot::accuracy::{Effort, Extreme, METHODS, Method, Stopwatch, Sweep, Verdict, extremes, paths};
 use satphot::night::progress::Progress;
 use satphot::night::stages::with_threads;
 use satphot::report::accuracy::{
@@ -67,13 +67,9 @@ impl Accuracy {
     pub fn execute(self) -> anyhow::Result<()> {
         if self.list {
             METHODS.iter().for_each(|m| print(&format!("{:<18} {}\n", m.name, m.about)));
-            NOT_BUILT_YET.iter().for_each(|(name, about)| print(&format!("{name:<18} not built yet: {about}\n")));
             return Ok(());
         }
-        std::fs::create_dir_all(&self.out).map_err(|e| Error::NoInput {
-            path: self.out.clone(),
-            problem: format!("the folder of the results cannot be made ({e}); choose another with -o"),
-        })?;
+        satphot::file::make_folder(&self.out)?;
         if self.extremes {
             return tell_cases(&self.out, &EXTREMES_PAGE, &extremes());
         }

@@ -10,8 +10,14 @@ use clap::{Args, Subcommand};
 
 use super::orbit_args::bad;
 
+const EXAMPLES: &str = "\
+Examples:
+  satphot limits tracked --band V
+  satphot limits streak --satellite starcloud --height-km 500 --mag 5.3";
+
 /// Faintest magnitudes: of a telescope that follows, and of streaks in a survey.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Limits {
     #[command(subcommand)]
     what: What,

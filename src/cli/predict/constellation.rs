@@ -1,7 +1,6 @@
 //! `satphot predict constellation`: how many satellites of a constellation are up, lit and bright, moment by moment.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -9,6 +8,7 @@ use hifitime::Epoch;
 use satphot::Error;
 use satphot::brightness::{Catalogue, Model, ModelSettings, Satellite, ToleranceOf};
 use satphot::config;
+use satphot::file::NewFile;
 use satphot::night::clock::{parse_utc, shifted};
 use satphot::night::manifest::peak_memory_mb;
 use satphot::night::predict::constellation::{Seen, Source, Watch};
@@ -22,7 +22,8 @@ use satphot::report::{Meta, write_cells};
 use super::super::orbit_args::{SiteArg, bad, configuration};
 use super::super::{bar::Bars, print, tell, threads};
 use super::dome_args::site_of;
-use super::tally_table::{MomentTally, Table, merge};
+use super::shards::{shard, together};
+use super::tally_table::{MomentTally, Table, add};
 use super::{ModelArgs, on_threads};
 
 /// Satellites of which the note tells the time.
@@ -39,7 +40,7 @@ each light, brighter than each of --magnitudes, the brightest, median and 16/84 
 from a histogram in steps of 0.02 mag (the column histogram: step:count, step 0 begins at -30).
 
 --shard 2/8 asks every eighth satellite; the tables of all eight, given to --merge, make the
-table of the whole to the last digit. Memory does not grow with the number of satellites or of
+table of the whole, byte for byte (exit code 3 names missing shards). Memory does not grow with the number of satellites or of
 moments; rows of single satellites go straight to --rows.
 
 Examples:
@@ -133,8 +134,9 @@ pub struct Constellation {
 impl Constellation {
     pub fn execute(self) -> anyhow::Result<()> {
         if !self.merge.is_empty() {
-            let (table, meta) = merge(&self.merge)?;
-            return self.tell_table(&table, &meta);
+            let (tables, shards, meta) = together(&self.merge)?;
+            self.tell_table(&add(&tables)?, &meta)?;
+            return shards.lacking().map_or(Ok(()), |error| Err(error.into()));
         }
         let start = parse_utc("--start", self.start.as_deref().unwrap_or_default())?;
         self.check()?;
@@ -315,36 +317,22 @@ impl Constellation {
 
 /// A file of rows that appears when it is whole.
 struct RowsFile {
-    path: PathBuf,
-    temporary: PathBuf,
-    out: BufWriter<File>,
+    out: NewFile,
 }
 
 impl RowsFile {
     fn new(path: &Path) -> anyhow::Result<Self> {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let temporary = path.with_file_name(format!(".{name}.tmp.{}", std::process::id()));
-        let mut out = BufWriter::new(File::create(&temporary).map_err(|e| Error::io(path, e))?);
-        out.write_all(Seen::CSV_HEAD.as_bytes()).map_err(|e| Error::io(path, e))?;
-        Ok(Self { path: path.into(), temporary, out })
+        let mut out = NewFile::create(path)?;
+        out.write_all(Seen::CSV_HEAD.as_bytes()).map_err(|e| out.refused(e))?;
+        Ok(Self { out })
     }
 
     fn line(&mut self, seen: &Seen, epoch: &Epoch) -> satphot::Result<()> {
-        seen.write_csv(epoch, &mut self.out).map_err(|e| Error::io(&self.path, e))
+        seen.write_csv(epoch, &mut self.out).map_err(|e| self.out.refused(e))
     }
 
-    fn finish(mut self) -> anyhow::Result<()> {
-        let done = self.out.flush().and_then(|()| std::fs::rename(&self.temporary, &self.path));
-        Ok(done.map_err(|e| Error::io(&self.path, e))?)
-    }
-}
-
-/// `i/N` with 1 ≤ i ≤ N.
-fn shard(text: &str) -> Result<(usize, usize), String> {
-    let parts = text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
-    match parts {
-        Some((i, n)) if i >= 1 && i <= n => Ok((i, n)),
-        _ => Err("not a shard such as 2/8: its number from 1, and how many there are".into()),
+    fn finish(self) -> anyhow::Result<()> {
+        Ok(self.out.finish()?)
     }
 }
 

@@ -11,6 +11,7 @@ mod month_text;
 mod pass;
 mod sed;
 mod sequence;
+mod shards;
 mod sky;
 mod tally_table;
 
@@ -24,8 +25,14 @@ use satphot::config::{self, Config};
 
 use super::orbit_args::bad;
 
+const EXAMPLES: &str = "\
+Examples:
+  satphot predict pass --start 2025-06-10T06:00:00 -o pass
+  satphot predict sky --satellite iss --sun-alt-deg -45 --sun-az-deg 90 -o sky.svg";
+
 /// Predicts magnitudes and fluxes.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Predict {
     #[command(subcommand)]
     what: What,
@@ -129,7 +136,7 @@ impl OutArgs {
     /// The tables and the figures to write; folders are made.
     pub fn files(&self, stem: &str) -> anyhow::Result<(Vec<PathBuf>, Vec<PathBuf>)> {
         let (mut tables, mut figures) = (Vec::new(), Vec::new());
-        let made = |folder: &Path| std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, e));
+        let made = |folder: &Path| satphot::file::make_folder(folder);
         for out in &self.out {
             let folder = out.parent().filter(|p| !p.as_os_str().is_empty());
             match out.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {

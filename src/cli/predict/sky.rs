@@ -15,13 +15,14 @@ use satphot::night::progress::Progress as _;
 use satphot::report::columns::SKY;
 use satphot::report::plot::{sky_map as draw, sky_sequence};
 use satphot::report::summary::text_table;
-use satphot::report::{Meta, MetaValue, SkyRow, write_cells, write_sky};
+use satphot::report::{Meta, MetaValue, SkyRow, read_rows, write_cells, write_sky};
 
 use super::super::orbit_args::{SiteArg, bad, configuration};
 use super::super::{bar::Bars, print, tell, threads};
 use super::dome_args::height_km;
 use super::lamps::{LampArgs, Lamps};
 use super::sequence::{SequenceArgs, SkyOfMoment, cells, columns};
+use super::shards::{shard, together};
 use super::{Clock, ModelArgs, OutArgs, band_note, on_threads};
 
 /// Radius of the Earth where no site says which \[km\].
@@ -56,6 +57,9 @@ flux only:
       --sphere-radius-km 6378 \\
                       --sun-alt-deg -10 --sun-az-deg 90 --grid 90x180 --flux -j 1
 
+--shard 2/8 computes every eighth azimuth; the tables of all eight, given to --merge, make the
+table of the whole, byte for byte (exit code 3 names missing shards).
+
 --flux prints alt_deg,az_deg,flux: the irradiance at the observer in units of the Sun's at 1
 au. In all tables altitude runs fastest.";
 
@@ -83,6 +87,12 @@ pub struct Sky {
     /// Altitudes from 0 to 90 deg by azimuths from 0 to 360 deg, ends included
     #[arg(long, value_name = "NALTxNAZ", default_value = "31x73", value_parser = grid)]
     grid: SkyGrid,
+    /// Only every N-th azimuth, beginning with the I-th: a table, without summary and figure
+    #[arg(long, value_name = "I/N", value_parser = shard, default_value = "1/1")]
+    shard: (usize, usize),
+    /// Tables of shards to bring together instead of computing
+    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "shard")]
+    merge: Vec<PathBuf>,
     /// Azimuth in which the satellites move [deg]
     #[arg(long, value_name = "DEG", default_value_t = 90.0, allow_hyphen_values = true)]
     track_az_deg: f64,
@@ -109,7 +119,20 @@ pub struct Sky {
 }
 
 impl Sky {
-    pub fn execute(self) -> anyhow::Result<()> {
+    pub fn execute(mut self) -> anyhow::Result<()> {
+        if !self.merge.is_empty() {
+            return self.bring_together();
+        }
+        let (number, of) = self.shard;
+        if of > 1 {
+            let mine = |place: &usize| place % of == number - 1;
+            let az_deg = self.grid.az_deg.iter().enumerate().filter(|(place, _)| mine(place)).map(|(_, az)| *az);
+            self.grid.az_deg = az_deg.collect();
+            if self.sequence.is_wanted() || self.grid.az_deg.is_empty() {
+                let problem = format!("{number}/{of} of one map of {} azimuths", self.grid.az_deg.len());
+                return Err(bad("--shard", problem));
+            }
+        }
         self.lamps.check()?;
         let site = self.place.given()?;
         let needed = self.model.satellite.is_none() || (site.is_none() && self.lamps.at_a_time());
@@ -165,11 +188,17 @@ impl Sky {
             }
             let mut meta = prediction_meta("satphot.sky/1", &model, site.as_ref());
             describe(&mut meta, &lamps, (radius_km, height_km), self.track_az_deg);
+            meta.push("shard", format!("{number}/{of}"));
             tables.iter().try_for_each(|table| write_sky(table, &rows, &meta))?;
             let notes = figure_notes(&map);
-            figures.iter().try_for_each(|figure| draw(figure, &rows, &lamps.marks, &title, &notes))?;
+            figures
+                .iter()
+                .filter(|_| of == 1)
+                .try_for_each(|figure| draw(figure, &rows, &lamps.marks, &title, &notes))?;
         }
-        if !self.csv && !self.flux {
+        if of > 1 && !self.csv && !self.flux {
+            print(&format!("shard {number}/{of}: {} directions\n", map.points.len()));
+        } else if !self.csv && !self.flux {
             print(&format!("{title}\n{}\n{}", lamps.text(), summary(&map)));
         }
         if self.explain {
@@ -181,7 +210,8 @@ impl Sky {
             let explained = explain_scenes(&sky.model(&satellite, &settings)?, &scenes, &label, &|| clock.cpu_s())?;
             tell(&explained.text());
         }
-        for file in tables.iter().chain(&figures).filter(|_| !self.quiet) {
+        let figures = figures.iter().filter(|_| of == 1);
+        for file in tables.iter().chain(figures).filter(|_| !self.quiet) {
             tell(&format!("wrote {}", file.display()));
         }
         Ok(())
@@ -189,6 +219,21 @@ impl Sky {
 }
 
 impl Sky {
+    /// The table of the whole from those of its shards: altitude runs fastest, as in one made at once.
+    fn bring_together(&self) -> anyhow::Result<()> {
+        let (tables, shards, meta) = together(&self.merge)?;
+        let mut rows: Vec<SkyRow> = Vec::new();
+        for table in &tables {
+            rows.extend(read_rows::<SkyRow>(table, SKY)?.0);
+        }
+        rows.sort_by(|a, b| a.az_deg.total_cmp(&b.az_deg).then(a.alt_deg.total_cmp(&b.alt_deg)));
+        let (outs, _) = self.out.files("sky")?;
+        outs.iter().try_for_each(|out| write_sky(out, &rows, &meta))?;
+        print(&if self.csv { csv_text(&rows)? } else { format!("{} directions\n", rows.len()) });
+        outs.iter().filter(|_| !self.quiet).for_each(|out| tell(&format!("wrote {}", out.display())));
+        shards.lacking().map_or(Ok(()), |error| Err(error.into()))
+    }
+
     /// Radius of the sphere the observer is on.
     fn radius_km(&self, lamps: &Lamps, settings: &ModelSettings) -> anyhow::Result<f64> {
         let radius_km = match (self.sphere_radius_km, &lamps.site_km) {

@@ -9,7 +9,7 @@ use satphot::night::clock::{iso_utc, mjd_utc};
 use satphot::night::predict::constellation::SkyMoment;
 use satphot::night::predict::tally::Tally;
 use satphot::report::summary::text_table;
-use satphot::report::{Column, Datatype, Meta};
+use satphot::report::{Column, Datatype};
 
 /// Columns before the counts of magnitudes: name, unit, whole number or not, meaning.
 const BEFORE: [(&str, &str, bool, &str); 13] = [
@@ -136,7 +136,7 @@ impl Table {
 }
 
 /// Adds tables of shards: the same moments and magnitudes in each.
-pub fn merge(paths: &[PathBuf]) -> anyhow::Result<(Table, Meta)> {
+pub fn add(paths: &[PathBuf]) -> anyhow::Result<Table> {
     let mut whole: Option<Table> = None;
     for path in paths {
         let part = read(path)?;
@@ -156,13 +156,8 @@ pub fn merge(paths: &[PathBuf]) -> anyhow::Result<(Table, Meta)> {
             }
         }
     }
-    let mut meta = Meta::default();
-    meta.push("schema", "satphot.constellation/1");
-    meta.push("tool", concat!("satphot ", env!("CARGO_PKG_VERSION")));
-    let names = paths.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ");
-    meta.push("merged", names);
     let empty = Table { magnitudes: Vec::new(), moments: Vec::new() };
-    Ok((whole.unwrap_or(empty), meta))
+    Ok(whole.unwrap_or(empty))
 }
 
 /// Reads a table that was written before.

@@ -61,6 +61,8 @@ pub struct MidTime {
     pub kind: TimeKind,
     /// Error \[s\].
     pub err_s: f64,
+    /// The header's own middle (DATE-AVG and its like) minus start + EXPTIME/2 \[s\]; `None` where it lacks one of them.
+    pub avg_minus_mid_s: Option<f64>,
     /// What was present but not used, each with its reason.
     pub rejected: Vec<String>,
     /// What the observer should know: stamps that contradict each other, programs with known latencies.
@@ -105,6 +107,9 @@ pub fn mid_time(
     if let Some((keyword, problem)) = several {
         return Err(Error::Header { path: path.to_path_buf(), keyword, problem });
     }
+    let mid_of = |kind| found.iter().find(|c| c.kind == kind).map(|c| c.mid);
+    let avg_minus_mid_s =
+        mid_of(TimeKind::Middle).zip(mid_of(TimeKind::Start)).map(|(avg, mid)| (avg - mid).to_seconds());
     let mut found = found.into_iter();
     let Some(best) = found.next() else {
         let tried = if rejected.is_empty() { "none is present".to_string() } else { rejected.join("; ") };
@@ -139,6 +144,7 @@ pub fn mid_time(
         source: format!("{}{offset}", best.source),
         kind: best.kind,
         err_s: config.err_s.unwrap_or(best.err_s),
+        avg_minus_mid_s,
         rejected,
         warnings,
     })

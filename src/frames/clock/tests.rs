@@ -41,6 +41,18 @@ fn gps_beats_start_and_end_beats_the_middle_beats_the_start() {
 }
 
 #[test]
+fn what_the_header_calls_its_middle_is_held_against_start_and_exposure_whichever_of_them_is_used() {
+    let start = "DATE-OBS= '2025-06-09T10:33:00.0'\n";
+    let avg = format!("{start}DATE-AVG= '2025-06-09T10:33:02.6'\n");
+    let gps = format!("{avg}GPS_SUTC= '2025-06-09T10:33:00.123'\nGPS_EUTC= '2025-06-09T10:33:05.123'\n");
+    for cards in [&avg, &gps] {
+        assert!((mid(cards, 5.0).unwrap().avg_minus_mid_s.unwrap() - 0.1).abs() < 1e-6, "{cards}");
+    }
+    assert_eq!(mid(start, 5.0).unwrap().avg_minus_mid_s, None);
+    assert_eq!(mid("DATE-AVG= '2025-06-09T10:33:02.6'\n", 5.0).unwrap().avg_minus_mid_s, None);
+}
+
+#[test]
 fn an_end_far_later_than_the_exposure_is_a_stack_unless_the_configuration_knows_better() {
     let cards = "DATE-OBS= '2025-06-09T10:33:00.0'\nDATE-END= '2025-06-09T10:44:41.0'\n";
     let why = mid(cards, 280.0).unwrap_err().to_string();

@@ -11,6 +11,7 @@ use std::path::Path;
 use hifitime::Epoch;
 use rstar::primitives::GeomWithData;
 use rstar::{AABB, RTree};
+use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::frames::{Exposure, Gain};
@@ -42,7 +43,7 @@ const N_ALIGN: usize = 300;
 const AMBIGUOUS_FRAC: f64 = 0.1;
 
 /// One star in one member frame.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct MemberStar {
     /// Index in the catalogue.
     pub index: usize,
@@ -63,13 +64,14 @@ pub struct MemberStar {
 }
 
 /// One member frame with its stars.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Member {
     /// File name.
     pub frame: String,
     /// OBJECT.
     pub object: String,
-    /// Mid-exposure.
+    /// Mid-exposure; told by the header each time, not kept with what was measured.
+    #[serde(skip)]
     pub mid: Epoch,
     /// Exposure time \[s\].
     pub exptime_s: f64,
@@ -141,11 +143,12 @@ pub fn measure_member(exposure: &Exposure, bench: &Bench, catalogue: &Catalogue)
             problem: format!(
                 "{}: {} catalogue stars expected, {} detected, no match within {} arcsec (stars.pointing_err_arcsec) \
                      and 6 deg of the header's pointing; at least 3 common stars are needed: is the WCS of this field, \
-                     and does the catalogue reach it?",
+                     and does the catalogue reach it (`{} --force` gets one that does)?",
                 exposure.name,
                 brightest.len(),
                 detected.len(),
-                stars.pointing_err_arcsec
+                stars.pointing_err_arcsec,
+                bench.config.fetch_line("stars")
             ),
         },
     )?;

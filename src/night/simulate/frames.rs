@@ -9,14 +9,15 @@ use rand_distr::{Distribution, Normal};
 
 use super::field::{Star, draw_field};
 use super::flux::{rate_e_s, sky_v_mag_arcsec2};
-use super::noise::{Camera, Response, expose, stream};
+use super::noise::{Response, expose, stream};
 use super::render::{PixelPsf, add_star};
 use super::scenario::Scenario;
 use super::truth::{StarTruth, Truth};
 use crate::config::{self};
 use crate::detect::sky_brightness::MoonInSky;
 use crate::error::{Error, Result};
-use crate::frames::{CardValue, Detector, Gain, write_u16};
+use crate::file::{make_folder, write_atomic};
+use crate::frames::{Camera, CardValue, Detector, Gain, write_u16};
 use crate::night::clock::{iso_utc, parse_utc, shifted};
 use crate::night::progress::Progress;
 use crate::orbit::{
@@ -56,7 +57,7 @@ pub(super) struct Studio<'a> {
 /// # Errors
 /// [`Error::Config`] for a gain setting outside the camera table, [`Error::Orbit`], [`Error::Io`].
 pub fn simulate(scenario: &Scenario, folder: &Path, progress: &dyn Progress) -> Result<Simulated> {
-    std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, e))?;
+    make_folder(folder)?;
     let scenario = &with_elements(scenario, folder)?;
     let studio = Studio {
         scenario,
@@ -109,7 +110,7 @@ fn with_elements(scenario: &Scenario, folder: &Path) -> Result<Scenario> {
             ),
         })?;
         scenario.target.elements = folder.join(format!("{name}.tle"));
-        std::fs::write(&scenario.target.elements, text).map_err(|e| Error::io(&scenario.target.elements, e))?;
+        write_atomic(&scenario.target.elements, text.as_bytes())?;
     }
     if scenario.target.n > 0 && !scenario.target.elements.exists() {
         return Err(Error::Orbit {
@@ -135,10 +136,14 @@ impl Studio<'_> {
         self.folder.join(format!("{stem}.fits{}", if self.scenario.compress { ".fz" } else { "" }))
     }
 
+    /// Name of a frame's file.
+    pub(super) fn file_name(&self, stem: &str) -> String {
+        self.path(stem).file_name().map_or(stem.to_owned(), |n| n.to_string_lossy().into_owned())
+    }
+
     /// Full well behind the saturation level the reduction will use \[e⁻\].
     pub(super) fn full_well_e(&self, gain: &Gain) -> f64 {
-        let top_adu = gain.saturation_adu / self.scenario.detector.saturation_frac;
-        (top_adu - gain.pedestal_adu) * gain.e_per_adu.0
+        Camera::at(gain, &self.scenario.detector).full_well_e
     }
 
     pub(super) fn write(
@@ -149,8 +154,7 @@ impl Studio<'_> {
         gain: &Gain,
         cards: Vec<Card>,
     ) -> Result<PathBuf> {
-        let camera =
-            Camera { gain, full_well_e: self.full_well_e(gain), adc_max_adu: self.scenario.detector.adc_max_adu };
+        let camera = Camera::at(gain, &self.scenario.detector);
         let counts = expose(expected_e, camera, &self.response, self.scenario.seed, id);
         let path = self.path(stem);
         write_u16(&path, &counts, &cards, self.scenario.compress)?;
@@ -232,7 +236,7 @@ impl Studio<'_> {
             let header_wcs = Wcs::tan(ra_deg, dec_deg, told.0, told.1, self.scale_arcsec, 0.0, false);
             let psf = PixelPsf::new(&s.psf, self.scale_arcsec, 1.0 + scatter(&mut rng, s.psf.seeing_scatter_frac));
             let stem = format!("field{pointing:02}_{member:02}");
-            let frame_name = self.path(&stem).file_name().map_or(stem.clone(), |n| n.to_string_lossy().into_owned());
+            let frame_name = self.file_name(&stem);
             let mut image = self.sky(mid, alt_rad, az_rad, p.exptime_s)?;
             for star in &stars {
                 let Some((x_px, y_px)) = true_wcs.sky_to_pixel(star.ra_deg, star.dec_deg) else { continue };

@@ -8,6 +8,7 @@ mod flux;
 mod frames;
 mod noise;
 mod render;
+mod resolved;
 mod scenario;
 mod tracked;
 mod truth;

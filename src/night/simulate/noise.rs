@@ -3,11 +3,11 @@
 use ndarray::{Array2, Axis};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Normal, Poisson};
+use rand_distr::{Distribution, Normal};
 use rayon::prelude::*;
 
 use super::scenario::Vignetting;
-use crate::frames::Gain;
+use crate::frames::Camera;
 
 /// Number of streams kept for the rows of one frame.
 const STREAMS_PER_FRAME: u64 = 1 << 20;
@@ -69,20 +69,9 @@ fn respond(row: &mut [f32], j: usize, response: &Response, seed: u64) {
     }
 }
 
-/// What the camera does to electrons.
-#[derive(Debug, Clone, Copy)]
-pub struct Camera<'a> {
-    /// The detector at this frame's gain.
-    pub gain: &'a Gain,
-    /// Full well \[e⁻\].
-    pub full_well_e: f64,
-    /// Largest count of the file \[ADU\].
-    pub adc_max_adu: f64,
-}
-
 /// Expected electrons (before the response) to raw counts, row by row.
 ///
-/// N_adu = round(pedestal + (min(Poisson(λ), full well) + Normal(0, RN)) / (e⁻/ADU)), clipped to 0 … adc_max.
+/// After the response of each pixel, [`Camera::read_out`].
 pub fn expose(
     mut expected_e: Array2<f32>,
     camera: Camera<'_>,
@@ -92,22 +81,13 @@ pub fn expose(
 ) -> Array2<u16> {
     let (ny, nx) = expected_e.dim();
     let mut counts = Array2::<u16>::zeros((ny, nx));
-    let (e_per_adu, pedestal) = (camera.gain.e_per_adu.0, camera.gain.pedestal_adu);
-    let top = camera.adc_max_adu.min(65_535.0);
     expected_e.axis_iter_mut(Axis(0)).into_par_iter().zip(counts.axis_iter_mut(Axis(0))).enumerate().for_each(
         |(j, (mut expected, mut counts))| {
             if let Some(row) = expected.as_slice_mut() {
                 respond(row, j, response, seed);
             }
             let mut rng = stream(seed, frame, Some(j));
-            let read = Normal::new(0.0, camera.gain.read_noise_e).ok();
-            for (lambda, count) in expected.iter().zip(counts.iter_mut()) {
-                let lambda = f64::from(*lambda);
-                let electrons = Poisson::new(lambda).map_or(0.0, |p: Poisson<f64>| p.sample(&mut rng));
-                let noise = read.map_or(0.0, |r| r.sample(&mut rng));
-                let adu = pedestal + (electrons.min(camera.full_well_e) + noise) / e_per_adu;
-                *count = adu.round().clamp(0.0, top) as u16;
-            }
+            camera.read_out(expected.iter().copied(), counts.iter_mut(), &mut rng);
         },
     );
     counts

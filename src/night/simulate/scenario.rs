@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::{self, range, read_layers};
 use crate::error::{Error, Result};
+use crate::file::plain_name;
 
 /// A synthetic night.
 #[derive(Debug, Clone, Deserialize, Serialize)]
@@ -199,6 +200,10 @@ pub struct Target {
     pub norad_cat_id: Option<u64>,
     /// Satellite of the model whose magnitudes are drawn.
     pub satellite: String,
+    /// Satellite of components that is rendered into each frame, as bright as it is rendered, instead of the sketch of a
+    /// station with the model's magnitude: a name or a file of components; `size_m` and `turn_deg_s` are not used then.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resolved: Option<String>,
     /// Passes are followed above this altitude \[deg\].
     pub min_alt_deg: f64,
     /// Gain settings, taken in turn \[0.1 dB\].
@@ -273,6 +278,7 @@ impl Scenario {
     }
 
     fn check(&self) -> Result<()> {
+        plain_name("name", &self.name)?;
         range("frame.nx_px", self.frame.nx_px as f64, 32.0, 32_768.0, "px")?;
         range("frame.ny_px", self.frame.ny_px as f64, 32.0, 32_768.0, "px")?;
         range("frame.binning", f64::from(self.frame.binning), 1.0, 64.0, "")?;

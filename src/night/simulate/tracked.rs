@@ -10,6 +10,7 @@ use super::flux::rate_e_s;
 use super::frames::{Studio, real, scatter};
 use super::noise::stream;
 use super::render::{Body, PixelPsf, add_body, add_trail};
+use super::resolved::{RenderedTruth, Sitter, named, peak_share, sitter};
 use super::truth::{TargetTruth, Truth};
 use crate::brightness::Model;
 use crate::config;
@@ -19,6 +20,7 @@ use crate::night::compare::scene;
 use crate::night::progress::Progress;
 use crate::orbit::{Geometry, Tracker, altaz_to_icrs, passes};
 use crate::photometry::wcs::Wcs;
+use crate::resolved::ComponentSatellite;
 
 /// Share of the full well the brightest part of the target is exposed to.
 const TARGET_WELL_FRAC: f64 = 0.3;
@@ -66,10 +68,12 @@ impl Studio<'_> {
             }
             drawn.push(StarlessFrame { k, mid: shifted(spans[span].0, at) });
         }
+        let components = t.resolved.as_deref().map(named).transpose()?;
         let name = tracker.elements_at(&start).map(|e| e.name().to_string()).unwrap_or_default();
         for frame in drawn {
             let geometry = tracker.at(&frame.mid)?;
-            frames.push(self.target(frame, (&tracker, &geometry), &name, &model, truth)?);
+            let of = (name.as_str(), &model, components.as_ref());
+            frames.push(self.target(frame, (&tracker, &geometry), of, truth)?);
             progress.tick();
         }
         Ok(())
@@ -79,8 +83,7 @@ impl Studio<'_> {
         &self,
         frame: StarlessFrame,
         (tracker, geometry): (&Tracker, &Geometry),
-        name: &str,
-        model: &Model,
+        (name, model, components): (&str, &Model, Option<&ComponentSatellite>),
         truth: &mut Truth,
     ) -> Result<PathBuf> {
         let s = self.scenario;
@@ -89,7 +92,9 @@ impl Studio<'_> {
         let mut rng = stream(s.seed, id, None);
         let gain = self.gain("target.gain_settings", t.gain_settings[frame.k % t.gain_settings.len()])?;
         let modelled = model.brightness(&scene(geometry))?;
-        let v_mag = modelled.total_v_mag.map(|v| v + t.offset_mag + scatter(&mut rng, t.scatter_mag));
+        let sitter = components.map(|satellite| sitter(satellite, geometry)).transpose()?;
+        let shown_v_mag = sitter.as_ref().map_or(modelled.total_v_mag, |s| s.truth.rendered_v_mag);
+        let v_mag = shown_v_mag.map(|v| v + t.offset_mag + scatter(&mut rng, t.scatter_mag));
         let airmass = geometry.airmass.unwrap_or(f64::INFINITY);
         let solar_b_v = config::Zeropoint::default().target_b_v_mag;
         let rate = v_mag.map_or(0.0, |v| rate_e_s(&s.photometric, v, solar_b_v, airmass));
@@ -97,7 +102,9 @@ impl Studio<'_> {
         let psf = PixelPsf::new(&s.psf, self.scale_arcsec, 1.0 + scatter(&mut rng, s.psf.seeing_scatter_frac));
         let px_per_m = 206_264.806 / (geometry.range_km * 1e3) / self.scale_arcsec;
         let size_px = (t.size_m[0] * px_per_m, t.size_m[1] * px_per_m);
-        let lit_px2 = 0.35 * size_px.0 * size_px.1 + 1.13 * psf.fwhm_px.powi(2);
+        let still = |s: &Sitter| s.on_frame(&psf, self.scale_arcsec, (0.0, 0.0), (0.0, 0.0));
+        let peak = sitter.as_ref().map(still).transpose()?.flatten().map(|on| peak_share(&on));
+        let lit_px2 = peak.map_or(0.35 * size_px.0 * size_px.1 + 1.13 * psf.fwhm_px.powi(2), f64::recip);
         let sky_rate = self.sky_rate_e_s_px(frame.mid, geometry.alt_rad, geometry.az_rad)?;
         let wanted = TARGET_WELL_FRAC * self.full_well_e(&gain) / (rate / lit_px2 + sky_rate).max(1e-30);
         let exptime_s = (wanted.clamp(t.exptime_range_s[0], t.exptime_range_s[1]) * 1e6).round() / 1e6;
@@ -120,13 +127,20 @@ impl Studio<'_> {
             smear_px: (smear * smear_angle.cos(), smear * smear_angle.sin()),
             flux_e: rate * exptime_s,
         };
-        add_body(&mut image, &psf, &body);
+        let stem = format!("target_{:04}", frame.k);
+        if let Some(sitter) = sitter {
+            let on = sitter.on_frame(&psf, self.scale_arcsec, (body.x_px, body.y_px), body.smear_px)?;
+            let beside_frac = on.map_or(0.0, |on| on.paint(&on.total(), body.flux_e, &mut image));
+            let frame = self.file_name(&stem);
+            truth.rendered.push(RenderedTruth { frame, beside_frac, ..sitter.truth });
+        } else {
+            add_body(&mut image, &psf, &body);
+        }
 
         let begin = shifted(frame.mid, -0.5 * exptime_s);
         let mut cards = self.cards("Light Frame", name, begin, exptime_s, &gain);
         cards.push(real("CENTALT", geometry.alt_rad.to_degrees(), "[deg] altitude at mid-exposure"));
         cards.push(real("CENTAZ", geometry.az_rad.to_degrees(), "[deg] azimuth at mid-exposure"));
-        let stem = format!("target_{:04}", frame.k);
         let path = self.write(&stem, id, image, &gain, cards)?;
         truth.targets.push(TargetTruth {
             frame: path.file_name().map_or(stem, |n| n.to_string_lossy().into_owned()),

@@ -6,8 +6,10 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::field::Star;
+use super::resolved::RenderedTruth;
 use super::scenario::Scenario;
 use crate::error::{Error, Result};
+use crate::file::{make_folder, write_atomic};
 
 /// One star in one frame.
 #[derive(Debug, Clone, Serialize)]
@@ -55,6 +57,7 @@ pub struct TargetTruth {
 pub struct Truth {
     pub stars: Vec<StarTruth>,
     pub targets: Vec<TargetTruth>,
+    pub rendered: Vec<RenderedTruth>,
     pub catalogue: Vec<Star>,
 }
 
@@ -62,9 +65,12 @@ impl Truth {
     /// Writes truth/, catalogue.csv, the elements and pipeline.toml; returns the path of the last.
     pub fn write(&self, scenario: &Scenario, folder: &Path) -> Result<PathBuf> {
         let truth = folder.join("truth");
-        std::fs::create_dir_all(&truth).map_err(|e| Error::io(&truth, e))?;
+        make_folder(&truth)?;
         table(&truth.join("stars.csv"), &self.stars)?;
         table(&truth.join("target.csv"), &self.targets)?;
+        if !self.rendered.is_empty() {
+            table(&truth.join("resolved.csv"), &self.rendered)?;
+        }
         save(&truth.join("scenario.toml"), &to_toml(scenario)?)?;
         let mut night = format!("[night]\nname = {:?}\ninput = [\".\"]\noutput = \"satphot-out\"\n\n", scenario.name);
         for (name, part) in [
@@ -91,7 +97,7 @@ impl Truth {
             let name = from.file_name().map_or("elements.tle".into(), |n| n.to_string_lossy().into_owned());
             let to = folder.join(&name);
             if std::fs::canonicalize(&to).ok() != std::fs::canonicalize(from).ok() || !to.exists() {
-                std::fs::write(&to, elements).map_err(|e| Error::io(&to, e))?;
+                write_atomic(&to, &elements)?;
             }
             let _ = writeln!(night, "[orbit]\nelements = {name:?}");
             if let Some(id) = scenario.target.norad_cat_id {
@@ -124,14 +130,14 @@ fn to_toml<T: Serialize>(value: &T) -> Result<String> {
 }
 
 fn save(path: &Path, text: &str) -> Result<()> {
-    std::fs::write(path, text).map_err(|e| Error::io(path, e))
+    write_atomic(path, text.as_bytes())
 }
 
 fn table<T: Serialize>(path: &Path, rows: &[T]) -> Result<()> {
     let bad = |e: csv::Error| Error::Table { path: path.into(), line: None, problem: e.to_string() };
-    let mut writer = csv::Writer::from_path(path).map_err(bad)?;
+    let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
         writer.serialize(row).map_err(bad)?;
     }
-    writer.flush().map_err(|e| Error::io(path, e))
+    write_atomic(path, &writer.into_inner().map_err(|e| bad(e.into_error().into()))?)
 }

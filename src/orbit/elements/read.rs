@@ -17,7 +17,14 @@ use crate::orbit::{omm, tle};
 /// # Errors
 /// [`Error::Io`]; [`Error::Table`] with file, line and what was expected; [`Error::NoInput`] for a file without sets.
 pub fn read_elements(path: &Path) -> Result<Vec<Elements>> {
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+    elements_from_bytes(std::fs::read(path).map_err(|e| Error::io(path, e))?, path)
+}
+
+/// As [`read_elements`], from the bytes of a file; `path` is named in errors.
+///
+/// # Errors
+/// Those of [`read_elements`] but [`Error::Io`].
+pub fn elements_from_bytes(bytes: Vec<u8>, path: &Path) -> Result<Vec<Elements>> {
     let table = |line, problem| Error::Table { path: path.to_owned(), line, problem };
     let text = text(bytes).map_err(|problem| table(None, problem))?;
     let start = text.trim_start();

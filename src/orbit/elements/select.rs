@@ -35,7 +35,11 @@ pub(in crate::orbit) fn only_object(sets: &[Elements], norad: Option<u64>) -> Re
             Err(Error::Orbit { problem: "no element sets; give a file in orbit.elements".to_owned() })
         }
         Some(n) if !objects.iter().any(|o| o.0 == n) => Err(Error::Orbit {
-            problem: format!("catalogue number {n} is not in the file of elements; it holds {}", listed()),
+            problem: format!(
+                "catalogue number {n} is not in the file of elements; it holds {}; `satphot fetch elements --norad {n} -o \
+                 FILE` gets it",
+                listed()
+            ),
         }),
         None if objects.len() > 1 => Err(Error::Orbit {
             problem: format!(
@@ -82,7 +86,10 @@ pub fn check_age(elements: &Elements, epoch: &Epoch, max_age_d: f64, force: bool
     if age_d.abs() > max_age_d && !force {
         return Err(Error::Orbit {
             problem: format!(
-                "{facts}: more than orbit.max_age_d = {max_age_d} d; fetch elements nearer to the night, or set orbit.force_age = true"
+                "{facts}: more than orbit.max_age_d = {max_age_d} d; fetch elements nearer to the night (`satphot fetch \
+                 elements --norad {} --date {} -o FILE`), or set orbit.force_age = true",
+                elements.norad_cat_id(),
+                utc_text(epoch)
             ),
         });
     }

@@ -32,7 +32,10 @@ pub(super) fn parse(text: &str) -> Result<Vec<Elements>, Problem> {
                 if key == "OMM" {
                     message = Some((line, Map::new()));
                 } else if key == "HTML" {
-                    return Err((Some(line), "this is a page in HTML; fetch the elements with FORMAT=json".to_owned()));
+                    return Err((
+                        Some(line),
+                        "this is a page in HTML; `satphot fetch elements` gets elements".to_owned(),
+                    ));
                 }
             }
             Event::Text(e) => value.push_str(&e.xml10_content()),

@@ -10,6 +10,7 @@ mod overlap;
 mod pixels;
 mod ring;
 
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use std::fmt;
 
@@ -19,7 +20,7 @@ pub(crate) use pixels::{cells, for_each_row};
 pub(crate) use ring::for_each_ring_run;
 
 /// The outline of an aperture.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Shape {
     /// A circle.
     Circle {

@@ -10,6 +10,8 @@ mod fit;
 mod radial;
 mod stack;
 
+use serde::{Deserialize, Serialize};
+
 use crate::photometry::aperture::Shape;
 use annulus::level_of_wings;
 use collect::collected;
@@ -22,7 +24,7 @@ pub use stack::{FrameGrowth, frame_growth};
 const LEAST_SHARE: f64 = 0.02;
 
 /// The profile of the night's stars.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StarProfile {
     /// Moffat's exponent β; infinite for a Gaussian.
     pub beta: f64,

@@ -3,6 +3,8 @@
 //! Radii in units of the FWHM; rings as shares of the light within 1.5 FWHM. One stack serves the stars of a frame and
 //! the frames of a night. Leaves out: the profile behind it.
 
+use serde::{Deserialize, Serialize};
+
 use crate::frames::{Electrons, Frame};
 use crate::photometry::Flags;
 use crate::photometry::aperture::{Bounds, Shape, for_each_pixel};
@@ -39,7 +41,7 @@ const RING_FLOOR_FRAC: f64 = 0.003;
 const CLIP_SIGMA: f64 = 4.0;
 
 /// The light in rings about stars.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FrameGrowth {
     /// FWHM the radii are in units of \[px\].
     pub fwhm_px: f64,

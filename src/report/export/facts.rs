@@ -3,12 +3,14 @@
 //! From the meta block of the table first, then from the configuration of the run. What a format needs and nobody said
 //! is an error that names the option and the key.
 
+use serde::{Deserialize, Serialize};
+
 use crate::config::{Config, Reporter};
 use crate::error::{Error, Result};
 use crate::report::meta::{Meta, MetaValue};
 
 /// Whether the light came from the sky.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DataMode {
     /// Real frames.
     Real,

@@ -12,6 +12,7 @@ use super::select::{Kept, rounded, total_err_mag};
 use super::time::Utc;
 use crate::error::{Error, Result};
 use crate::photometry::Flags;
+use crate::photometry::flux::detectable_e;
 use crate::report::rows::PhotometryRow;
 
 /// The columns, in the order the server counts them.
@@ -90,8 +91,8 @@ pub fn score_text(path: &Path, observations: &[Kept<'_>], facts: &Facts, names: 
         let number = row.norad_cat_id.ok_or_else(|| lacks("norad_cat_id", "give --norad-cat-id"))?;
         let utc = Utc::read(&row.date_mid).ok_or_else(|| lacks("date_mid", "write the time as UTC"))?;
         let time_err = row.time_err_s.ok_or_else(|| lacks("time_err_s", "set time.err_s and measure again"))?;
-        let limit =
-            limit_v_mag(row, facts).ok_or_else(|| lacks("limit_v_mag, or v_mag and snr", "measure the frame again"))?;
+        let limit = limit_v_mag(row, facts)
+            .ok_or_else(|| lacks("limit_v_mag, or v_mag, flux_e and flux_err_e", "measure the frame again"))?;
         let (mag, err, comment) = match kept {
             Kept::Limit(_) => (String::new(), String::new(), "non-detection".to_owned()),
             Kept::Magnitude(_) => {
@@ -144,10 +145,13 @@ pub fn score_text(path: &Path, observations: &[Kept<'_>], facts: &Facts, names: 
     Ok(Scored { text, warnings })
 }
 
-/// V magnitude at which the target would have met the threshold of detection in this frame: the row's own, or
-/// `V + 2.5 log10(S/N / threshold)` for the noise it was measured with.
+/// V magnitude at the threshold of detection: the row's own, or that of its noise in tables of an older satphot, which
+/// have none for detections: `V − 2.5 log10(t/F)`, t of [`detectable_e`].
 fn limit_v_mag(row: &PhotometryRow, facts: &Facts) -> Option<f64> {
-    let of_noise = || Some(row.v_mag? + 2.5 * (row.snr.filter(|s| *s > 0.0)? / facts.detect_sigma).log10());
+    let of_noise = || {
+        let (v, flux_e, err_e) = (row.v_mag?, row.flux_e.filter(|f| *f > 0.0)?, row.flux_err_e?);
+        Some(v - 2.5 * (detectable_e(flux_e, err_e, facts.detect_sigma) / flux_e).log10())
+    };
     row.limit_v_mag.or_else(of_noise)
 }
 

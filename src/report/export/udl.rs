@@ -55,8 +55,11 @@ pub fn udl_text(
         let _ = write!(text, "{}\n{record}", if first { "" } else { "," });
         first = false;
     }
-    text += if first { "]\n" } else { "\n]\n" };
-    Ok(text)
+    if first {
+        let problem = "no magnitude to report; see what was left out, and --verdicts".into();
+        return Err(Error::NoInput { path: path.into(), problem });
+    }
+    Ok(text + "\n]\n")
 }
 
 /// The name of the pass of each row: start and satellite.

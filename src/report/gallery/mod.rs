@@ -14,10 +14,10 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use sha2::{Digest, Sha256};
 
-use super::file::write_atomic;
 use super::rows::PhotometryRow;
 use super::thumb::{MARKS_RGB, Thumb};
 use crate::error::{Error, Result};
+use crate::file::write_atomic;
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");

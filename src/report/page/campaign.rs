@@ -4,30 +4,138 @@ use std::path::Path;
 
 use maud::{Markup, html};
 
-use super::chart::{Chart, Point};
-use super::{NightPage, Section, cell, distribution, nothing, number, table, whole};
+use super::chart::{Chart, Point, Ticks};
+use super::{NightPage, PassSky, Section, cell, checks, curve, distribution, nothing, number, sky, table, whole};
 use crate::error::Result;
-use crate::report::file::write_atomic;
+use crate::file::write_atomic;
+use crate::photometry::zeropoint::Zeropoint;
+use crate::report::meta::MetaValue;
 use crate::report::plot::axis::Span;
 use crate::report::rows::PhotometryRow;
 use crate::report::summary::{is_used, passes, robust};
 
-/// Writes the page of a campaign; `nights` with the file of each night's own report.
+/// Skies of passes on the page.
+const MOST_SKIES: usize = 12;
+
+/// Writes the page of a campaign: the sections of a night over all of them, with a month of dates; `nights` with the
+/// file of each night's own report, to which points lead.
 ///
 /// # Errors
 /// [`crate::Error::Io`] when the file cannot be written.
 pub fn write_campaign(path: &Path, nights: &[(String, NightPage)]) -> Result<()> {
-    let rows: Vec<PhotometryRow> = nights.iter().flat_map(|(_, n)| n.rows.iter().cloned()).collect();
+    let all = together(nights);
     let section = |id, title, body| Section { id, title, body };
     let sections = [
         section("summary", "Nights", table_of_nights(nights)),
-        section("month", "Magnitudes by date", by_date(&rows)),
-        section("distribution", "Distribution", distribution::histogram(&rows)),
-        section("passes", "Passes", distribution::pass_table(&rows)),
+        section("month", "By date", html! { (by_date(nights, &all.rows)) (surfaces(nights, &all.rows)) }),
+        section("residuals", "Observed minus modelled", curve::residuals(&all)),
+        section("sky", "Sky", sky::skies(&all)),
+        section("zeropoint", "Zeropoint", zeropoints(nights)),
+        section("timing", "Timing", checks::timing(&all)),
+        section("calibration", "Calibration", checks::gains(&all)),
+        section("distribution", "Distribution", distribution::distribution(&all)),
+        section("provenance", "Provenance", made_by(nights)),
     ];
     let title = format!("{} nights", nights.len());
     let names: Vec<&str> = nights.iter().map(|(_, n)| n.name.as_str()).collect();
     write_atomic(path, whole(&title, &names.join(", "), &sections).into_string().as_bytes())
+}
+
+/// The nights as one; the meta block of the first, its site only if it is that of all.
+fn together(nights: &[(String, NightPage)]) -> NightPage {
+    let mut all = NightPage { frames_elsewhere: true, ..NightPage::default() };
+    let lon = |n: &NightPage| n.meta.number_in("site", "lon_deg");
+    for (_, night) in nights {
+        all.rows.extend(night.rows.iter().cloned());
+        let named = |sky: &PassSky| PassSky { title: format!("{}, {}", night.name, sky.title), ..sky.clone() };
+        all.skies.extend(night.skies.iter().map(named));
+    }
+    all.skies.truncate(MOST_SKIES);
+    if let Some((_, first)) = nights.first()
+        && nights.iter().all(|(_, n)| lon(n) == lon(first))
+    {
+        all.meta = first.meta.clone();
+    }
+    all
+}
+
+/// Each night's zeropoint, extinction and colour term against date.
+fn zeropoints(nights: &[(String, NightPage)]) -> Markup {
+    let start = |n: &NightPage| n.rows.iter().filter_map(|r| r.mjd_mid_d).min_by(f64::total_cmp);
+    let known: Vec<(&str, f64, &Zeropoint)> =
+        nights.iter().filter_map(|(_, n)| Some((n.name.as_str(), start(n)?, n.zeropoint.as_ref()?))).collect();
+    let Some(first) = known.iter().map(|k| k.1).min_by(f64::total_cmp).map(f64::floor) else {
+        return nothing("No night has a zeropoint and a frame with a time.");
+    };
+    type Of = fn(&Zeropoint) -> f64;
+    let views: [(&str, usize, Of); 3] = [
+        ("ZP [mag]", 0, |z| z.zp_mag),
+        ("k [mag/airmass]", 1, |z| z.k_mag_airmass),
+        ("C [mag/mag]", 2, |z| z.c_mag_mag),
+    ];
+    let panel = |(name, i, of): &(&str, usize, Of)| {
+        let (Some(x), Some(y)) = (
+            Span::around(known.iter().map(|k| k.1 - first), 1.0),
+            Span::around(known.iter().flat_map(|k| [-1.0, 1.0].map(|s| of(k.2) + s * k.2.errs()[*i])), 0.05),
+        ) else {
+            return html! {};
+        };
+        let chart = Chart {
+            title: format!("{name} of each night"),
+            width: 460.0,
+            height: 250.0,
+            x,
+            y,
+            x_label: format!("days since MJD {first:.0}"),
+            y_label: (*name).into(),
+            ticks: Ticks::Numbers,
+        };
+        let point = |k: &(&str, f64, &Zeropoint)| Point {
+            x: k.1 - first,
+            y: of(k.2),
+            err: Some(k.2.errs()[*i]),
+            class: "star",
+            tip: format!("{}: {name} {:.4} ± {:.4}", k.0, of(k.2), k.2.errs()[*i]),
+            ..Point::default()
+        };
+        html! { figure { (chart.with(&html! {}, &chart.points(&known.iter().map(point).collect::<Vec<_>>()))) } }
+    };
+    html! { div.panels { @for view in &views { (panel(view)) } } }
+}
+
+/// Which program and configuration each night is from.
+fn made_by(nights: &[(String, NightPage)]) -> Markup {
+    let text = |n: &NightPage, key: &str| match n.meta.get(key) {
+        Some(MetaValue::Text(t)) => t.clone(),
+        _ => String::new(),
+    };
+    let keys = [
+        "tool",
+        "data_mode",
+        "mode",
+        "satellite",
+        "orbit_source",
+        "catalogue",
+        "config_sha256",
+        "input_manifest_sha256",
+    ];
+    let line = |(_, n): &(String, NightPage)| {
+        let mut cells = vec![cell(&n.name)];
+        cells.extend(keys.iter().map(|k| cell(text(n, k))));
+        cells
+    };
+    let head: Vec<&str> = ["night"].into_iter().chain(keys).collect();
+    table(
+        "sortable",
+        "What each night is from; more is in its own report",
+        &head,
+        &nights.iter().map(line).collect::<Vec<_>>(),
+    )
+}
+
+/// Mean surface brightness of the used frames against date, with each night's median: what a survey would have to bear.
+fn surfaces(nights: &[(String, NightPage)], rows: &[PhotometryRow]) -> Markup {
+    dated(nights, rows, "Surface brightness by date", "mean μ [mag/arcsec²]", |r| r.mu_mean_mag_arcsec2)
 }
 
 fn table_of_nights(nights: &[(String, NightPage)]) -> Markup {
@@ -74,51 +182,74 @@ fn table_of_nights(nights: &[(String, NightPage)]) -> Markup {
     table("sortable", "Nights; magnitudes V", &head, &nights.iter().map(line).collect::<Vec<_>>())
 }
 
-fn by_date(rows: &[PhotometryRow]) -> Markup {
-    let used: Vec<&PhotometryRow> =
-        rows.iter().filter(|r| is_used(&r.status, &r.verdict) && r.v_mag.is_some() && r.mjd_mid_d.is_some()).collect();
+/// Magnitudes of the used frames against date.
+fn by_date(nights: &[(String, NightPage)], rows: &[PhotometryRow]) -> Markup {
+    html! {
+        ul.key {
+            @for (name, class) in [("sunlit", "sun"), ("penumbra or Earthshine", "earthshine"), ("moonlit or dark", "moon"), ("no model", "starlight")] {
+                li { svg width="12" height="12" aria-hidden="true" { circle class={ "point " (class) } cx="6" cy="6" r="4" {} } " " (name) }
+            }
+        }
+        (dated(nights, rows, "Magnitudes by date", "V [mag]", |r| r.v_mag))
+    }
+}
+
+/// A quantity of the used frames against date, with the median of each night as a dash.
+fn dated(
+    nights: &[(String, NightPage)],
+    rows: &[PhotometryRow],
+    title: &str,
+    label: &str,
+    of: fn(&PhotometryRow) -> Option<f64>,
+) -> Markup {
+    let fits = |r: &&PhotometryRow| is_used(&r.status, &r.verdict) && of(r).is_some() && r.mjd_mid_d.is_some();
+    let used: Vec<&PhotometryRow> = rows.iter().filter(fits).collect();
     let first = used.iter().filter_map(|r| r.mjd_mid_d).min_by(f64::total_cmp).unwrap_or(0.0).floor();
     let day = |r: &PhotometryRow| r.mjd_mid_d.unwrap_or(f64::NAN) - first;
     let (Some(x), Some(y)) =
-        (Span::around(used.iter().map(|r| day(r)), 1.0), Span::around(used.iter().filter_map(|r| r.v_mag), 1.0))
+        (Span::around(used.iter().map(|r| day(r)), 1.0), Span::around(used.iter().filter_map(|r| of(r)), 1.0))
     else {
-        return nothing("No magnitude is used.");
+        return nothing(&format!("{title}: no used frame has one."));
     };
     let earliest = used.iter().min_by(|a, b| day(a).total_cmp(&day(b)));
     let date: String = earliest.map(|r| r.date_mid.chars().take(10).collect()).unwrap_or_default();
     let chart = Chart {
-        title: "Magnitudes by date".into(),
+        title: title.into(),
         width: 940.0,
         height: 320.0,
         x,
         y: y.reversed(),
         x_label: format!("days since {date} 0h UTC"),
-        y_label: "V [mag]".into(),
-        clock: false,
+        y_label: label.into(),
+        ticks: Ticks::Numbers,
     };
-    let class = |r: &PhotometryRow| match r.illum.as_str() {
-        "sun" => "sun",
-        "penumbra" | "earthshine" => "earthshine",
-        "moon" | "lunar_earthshine" => "moon",
-        _ => "starlight",
-    };
-    let points: Vec<Point> = used
-        .iter()
-        .map(|r| Point {
+    let mut points = Vec::new();
+    let mut medians = Vec::new();
+    for (report, night) in nights {
+        let rows: Vec<&PhotometryRow> = night.rows.iter().filter(fits).collect();
+        points.extend(rows.iter().map(|r| Point {
             x: day(r),
-            y: r.v_mag.unwrap_or(f64::NAN),
+            y: of(r).unwrap_or(f64::NAN),
             err: r.v_mag_err,
-            class: class(r),
-            href: None,
+            class: distribution::class_of(distribution::kind_of(r)),
+            href: super::link(r).filter(|_| !report.is_empty()).map(|card| format!("{report}{card}")),
             tip: super::tip(r),
-        })
-        .collect();
-    html! {
-        ul.key {
-            @for (name, class) in [("sunlit", "sun"), ("penumbra or Earthshine", "earthshine"), ("moonlit", "moon"), ("no model or none", "starlight")] {
-                li { svg width="12" height="12" aria-hidden="true" { circle class={ "point " (class) } cx="6" cy="6" r="4" {} } " " (name) }
-            }
+            ..Point::default()
+        }));
+        let spread =
+            |of: fn(&PhotometryRow) -> Option<f64>| robust(&rows.iter().filter_map(|r| of(r)).collect::<Vec<_>>());
+        if let (Some((at, _)), Some((m, s))) = (spread(|r| r.mjd_mid_d), spread(of)) {
+            medians.push((at - first, m, format!("{}: median {m:.2}, scatter {s:.2}", night.name)));
         }
-        figure { (chart.with(&html! {}, &chart.points(&points))) figcaption { (points.len()) " used magnitudes." } }
+    }
+    let body = html! {
+        (chart.points(&points))
+        @for (at, m, tip) in &medians { (chart.dash(*at, 0.012 * (x.high() - x.low()), *m, tip)) }
+    };
+    html! {
+        figure {
+            (chart.with(&html! {}, &body))
+            figcaption { (title) ": " (points.len()) " used frames; dash: median of a night. A point leads to its picture in the report of its night." }
+        }
     }
 }

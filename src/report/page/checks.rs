@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use maud::{Markup, html};
 
-use super::chart::{Chart, Point};
-use super::{NightPage, cell, link, nothing, number, table, tip, verdict_class};
+use super::chart::{Chart, Point, Ticks};
+use super::{NightPage, cell, nothing, number, table, tip, verdict_class};
 use crate::photometry::Flags;
 use crate::report::plot::axis::Span;
 use crate::report::rows::PhotometryRow;
+use crate::report::summary::robust;
 
 /// The section of the clock.
 pub(super) fn timing(page: &NightPage) -> Markup {
@@ -29,11 +30,11 @@ pub(super) fn timing(page: &NightPage) -> Markup {
         (table("", "Where the mid-exposure times are from", &["keywords", "frames", "error at most [s]"], &rows))
         @if let Some(worst) = worst { p { "By it the place along the track is uncertain by up to " (format!("{worst:.3}")) "°." } }
         @if doubted > 0 { p.poor { (doubted) " frames whose cadence contradicts their exposure time." } }
-        (cadence(&timed))
+        div.panels { (cadence(page, &timed)) (stated_middles(page, &timed)) }
     }
 }
 
-fn cadence(timed: &[&PhotometryRow]) -> Markup {
+fn cadence(page: &NightPage, timed: &[&PhotometryRow]) -> Markup {
     let pairs: Vec<(&PhotometryRow, f64, f64)> = timed
         .iter()
         .filter_map(|r| Some((*r, r.exptime_s?, r.cadence_s.filter(|c| *c > 0.0 && *c < 120.0)?)))
@@ -51,7 +52,7 @@ fn cadence(timed: &[&PhotometryRow]) -> Markup {
         y,
         x_label: "exposure time [s]".into(),
         y_label: "cadence [s]".into(),
-        clock: false,
+        ticks: Ticks::Numbers,
     };
     let points: Vec<Point> = pairs
         .iter()
@@ -60,7 +61,8 @@ fn cadence(timed: &[&PhotometryRow]) -> Markup {
             y: *cadence,
             err: None,
             class: verdict_class(row),
-            href: link(row),
+            href: page.link(row),
+            colour: None,
             tip: format!("cadence {cadence:.2} s, exposure {exptime:.3} s, {}", tip(row)),
         })
         .collect();
@@ -73,12 +75,58 @@ fn cadence(timed: &[&PhotometryRow]) -> Markup {
     }
 }
 
-/// The section of the detector and the flat.
-pub(super) fn calibration(page: &NightPage) -> Markup {
-    html! { (gains(page)) (flats(page)) (corners(page)) }
+/// What headers call the middle of their exposures, against start + EXPTIME/2: a driver's delay is an offset, a clock that
+/// is set during the night a step.
+fn stated_middles(page: &NightPage, timed: &[&PhotometryRow]) -> Markup {
+    let first = timed.iter().filter_map(|r| r.mjd_mid_d).min_by(f64::total_cmp).unwrap_or(0.0);
+    let pairs: Vec<(&PhotometryRow, f64, f64)> =
+        timed.iter().filter_map(|r| Some((*r, (r.mjd_mid_d? - first) * 24.0, r.date_avg_minus_mid_s?))).collect();
+    let (Some(x), Some(y), Some((median_s, scatter_s))) = (
+        Span::around(pairs.iter().map(|p| p.1), 0.05),
+        Span::around(pairs.iter().map(|p| p.2), 0.1),
+        robust(&pairs.iter().map(|p| p.2).collect::<Vec<_>>()),
+    ) else {
+        return nothing("No header states both its middle (DATE-AVG) and its start: the two cannot be compared.");
+    };
+    let chart = Chart {
+        title: "DATE-AVG minus start + EXPTIME/2".into(),
+        width: 460.0,
+        height: 250.0,
+        x,
+        y,
+        x_label: "hours since the first frame".into(),
+        y_label: "DATE-AVG − mid [s]".into(),
+        ticks: Ticks::Numbers,
+    };
+    let points: Vec<Point> = pairs
+        .iter()
+        .map(|(row, hours, off_s)| Point {
+            x: *hours,
+            y: *off_s,
+            class: verdict_class(row),
+            href: page.link(row),
+            tip: format!("DATE-AVG − mid {off_s:+.3} s, {}", tip(row)),
+            ..Point::default()
+        })
+        .collect();
+    let zero = [(x.low(), Some(0.0)), (x.high(), Some(0.0))];
+    html! {
+        figure {
+            (chart.with(&html! {}, &html! { (chart.line("zero", &zero)) (chart.points(&points)) }))
+            figcaption {
+                "DATE-AVG of the header minus (start + EXPTIME/2): median " (format!("{median_s:+.3}").replace('-', "−"))
+                " s, scatter " (format!("{scatter_s:.3}")) " s over " (pairs.len()) " frames. An offset is a delay of the driver or the shutter."
+            }
+        }
+    }
 }
 
-fn gains(page: &NightPage) -> Markup {
+/// The section of the detector and the flat.
+pub(super) fn calibration(page: &NightPage) -> Markup {
+    html! { (gains(page)) (flats(page)) div.panels { (corners(page)) } }
+}
+
+pub(super) fn gains(page: &NightPage) -> Markup {
     let mut kinds: BTreeMap<(i64, String), (usize, Option<f64>, Option<f64>)> = BTreeMap::new();
     for row in page.rows.iter().filter(|r| r.e_per_adu.is_some()) {
         let key = (row.gain_setting.unwrap_or(-1), row.e_per_adu_source.clone());
@@ -144,7 +192,7 @@ fn corners(page: &NightPage) -> Markup {
         y,
         x_label: "azimuth [deg]".into(),
         y_label: "sky, rim / centre".into(),
-        clock: false,
+        ticks: Ticks::Numbers,
     };
     let point = |r: &&PhotometryRow| {
         Some(Point {
@@ -152,7 +200,8 @@ fn corners(page: &NightPage) -> Markup {
             y: r.sky_corner_ratio?,
             err: None,
             class: verdict_class(r),
-            href: link(r),
+            href: page.link(r),
+            colour: None,
             tip: format!("rim / centre {:.3}, {}", r.sky_corner_ratio?, tip(r)),
         })
     };

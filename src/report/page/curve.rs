@@ -5,9 +5,10 @@
 
 use maud::{Markup, html};
 
-use super::chart::{Chart, Point};
-use super::{NightPage, link, nothing, tip, verdict_class};
+use super::chart::{Chart, Point, Ticks};
+use super::{MOST_ROWS, NightPage, nothing, tip, verdict_class};
 use crate::report::plot::axis::Span;
+use crate::report::plot::viridis;
 use crate::report::rows::PhotometryRow;
 use crate::report::summary::{is_lower_limit, is_used, passes, robust};
 
@@ -34,7 +35,7 @@ fn seconds(row: &PhotometryRow, first: &PhotometryRow) -> f64 {
 /// The section of light curves.
 pub(super) fn light_curve(page: &NightPage) -> Markup {
     let all = passes(&page.rows);
-    let charts: Vec<Markup> = all.iter().enumerate().filter_map(|(i, pass)| one_pass(i, pass)).collect();
+    let charts: Vec<Markup> = all.iter().enumerate().filter_map(|(i, pass)| one_pass(page, i, pass)).collect();
     if charts.is_empty() {
         return nothing("No frame has a magnitude, a limit or a model: see the reasons under Frames.");
     }
@@ -42,6 +43,7 @@ pub(super) fn light_curve(page: &NightPage) -> Markup {
         fieldset.toggles hidden {
             legend { "Show" }
             @for (name, class, _) in LIGHTS { label { input type="checkbox" checked data-toggle=(class); " " (name) } }
+            label { input type="checkbox" data-by="by-altitude"; " points by altitude" }
         }
         ul.key {
             @for (name, class, _) in LIGHTS { li { svg width="30" height="10" aria-hidden="true" { path class={ "line " (class) } d="M1 5h28" {} } " " (name) } }
@@ -49,12 +51,19 @@ pub(super) fn light_curve(page: &NightPage) -> Markup {
                 li { svg width="12" height="12" aria-hidden="true" { circle class={ "point " (class) } cx="6" cy="6" r="4" {} } " " (name) }
             }
             li { svg width="12" height="16" aria-hidden="true" { path class="limit use" d="M2 1h8m-4 0v12m-4 -5l4 5l4 -5" {} } " fainter than" }
+            li {
+                "altitude 0° "
+                svg width="90" height="10" aria-hidden="true" {
+                    @for k in 0..18 { rect x=(5 * k) y="0" width="5.5" height="10" fill=(altitude_colour(5.0 * f64::from(k) + 2.5)) {} }
+                }
+                " 90°"
+            }
         }
         @for chart in charts { (chart) }
     }
 }
 
-fn one_pass(i: usize, pass: &[&PhotometryRow]) -> Option<Markup> {
+fn one_pass(page: &NightPage, i: usize, pass: &[&PhotometryRow]) -> Option<Markup> {
     let first = *pass.first()?;
     let limit = |r: &PhotometryRow| r.limit_v_mag.filter(|_| r.v_mag.is_none() && r.status == "nondetection");
     let main: Vec<f64> = pass
@@ -66,7 +75,10 @@ fn one_pass(i: usize, pass: &[&PhotometryRow]) -> Option<Markup> {
         .collect();
     let faintest = main.iter().copied().max_by(f64::total_cmp)? + LIGHTS_BELOW_MAG;
     let lights = pass.iter().flat_map(|r| LIGHTS.iter().filter_map(|(_, _, of)| of(r))).filter(|v| *v <= faintest);
-    let y = Span::around(main.iter().copied().chain(lights), 1.0)?.reversed();
+    let bars = pass.iter().filter(|r| is_used(&r.status, &r.verdict)).filter_map(|r| r.v_mag.zip(r.v_mag_err));
+    let bars = bars.flat_map(|(v, e)| [v - e.min(1.0), v + e.min(1.0)]);
+    let mut y = Span::around(main.iter().copied().chain(lights).chain(bars), 1.0)?.reversed();
+    y.from += 0.08 * (y.from - y.to); // room for arrows and for the strip of altitudes
     let x = Span::around(pass.iter().map(|r| seconds(r, first)), 20.0)?;
     let date: String = first.date_mid.chars().take(10).collect();
     let title = format!("Pass {}: {} on {date}", i + 1, first.object_name);
@@ -78,7 +90,7 @@ fn one_pass(i: usize, pass: &[&PhotometryRow]) -> Option<Markup> {
         y,
         x_label: format!("UTC on {date}"),
         y_label: "V [mag]".into(),
-        clock: true,
+        ticks: Ticks::Clock,
     };
     let at = |r: &PhotometryRow| seconds(r, first);
     let point = |r: &&&PhotometryRow, v: f64| Point {
@@ -86,8 +98,9 @@ fn one_pass(i: usize, pass: &[&PhotometryRow]) -> Option<Markup> {
         y: v,
         err: r.v_mag_err,
         class: verdict_class(r),
-        href: link(r),
-        tip: tip(r),
+        href: page.link(r),
+        tip: if page.rows.len() > MOST_ROWS { String::new() } else { tip(r) },
+        colour: r.alt_deg.map(altitude_colour),
     };
     let observed: Vec<Point> = pass.iter().filter_map(|r| Some(point(&r, r.v_mag?))).collect();
     let limits: Vec<Point> = pass.iter().filter_map(|r| Some(point(&r, limit(r)?))).collect();
@@ -99,15 +112,34 @@ fn one_pass(i: usize, pass: &[&PhotometryRow]) -> Option<Markup> {
         }
         @for limit in &limits { (chart.limit(limit)) }
         (chart.points(&observed))
+        (altitudes(&chart, pass, first))
     };
     let used = observed.iter().filter(|p| p.class != "reject").count();
     Some(html! {
         figure {
             (chart.with(&shaded, &body))
             figcaption { (title) ": " (observed.len()) " magnitudes, " (used) " of them used, " (limits.len()) " limits. "
-                "Shaded: penumbra and what is not sunlit. A point leads to its picture." }
+                "Shaded: penumbra and what is not sunlit; strip at the foot: altitude. A point leads to its picture." }
         }
     })
+}
+
+/// Colour of an altitude: dark at the horizon, yellow in the zenith.
+fn altitude_colour(alt_deg: f64) -> String {
+    let (r, g, b) = viridis(alt_deg / 90.0);
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+/// The strip of altitudes, each frame as far as halfway to its neighbours.
+fn altitudes(chart: &Chart, pass: &[&PhotometryRow], first: &PhotometryRow) -> Markup {
+    let known: Vec<(f64, f64)> = pass.iter().filter_map(|r| Some((seconds(r, first), r.alt_deg?))).collect();
+    let middle = |a: usize, b: usize| Some(0.5 * (known.get(a)?.0 + known.get(b)?.0));
+    let piece = |k: usize, (at, alt_deg): (f64, f64)| {
+        let before = k.checked_sub(1).and_then(|p| middle(p, k)).unwrap_or(at - 5.0);
+        let after = middle(k, k + 1).unwrap_or(at + 5.0);
+        chart.foot(before, after, &altitude_colour(alt_deg), &format!("altitude {alt_deg:.1}°"))
+    };
+    html! { @for (k, place) in known.iter().enumerate() { (piece(k, *place)) } }
 }
 
 /// Where the satellite is in the penumbra or has no direct sunlight.
@@ -164,17 +196,23 @@ pub(super) fn residuals(page: &NightPage) -> Markup {
             },
             None => p { "No frame is used: all are rejected or lower limits." },
         }
-        div.panels { @for (label, of) in AGAINST { (panel(label, of, &rows, y)) } (in_time(&rows, y)) }
+        div.panels { @for (label, of) in AGAINST { (panel(page, label, of, &rows, y)) } (in_time(page, &rows, y)) }
     }
 }
 
-fn panel(label: &str, of: fn(&PhotometryRow) -> Option<f64>, rows: &[&PhotometryRow], y: Span) -> Markup {
+fn panel(
+    page: &NightPage,
+    label: &str,
+    of: fn(&PhotometryRow) -> Option<f64>,
+    rows: &[&PhotometryRow],
+    y: Span,
+) -> Markup {
     let Some(x) = Span::around(rows.iter().filter_map(|r| of(r)), 1e-3) else { return html! {} };
-    one_panel(label, x, y, rows, of)
+    one_panel(page, (label, x, y), rows, of)
 }
 
 /// Residuals in order of time, each pass moved beside the one before.
-fn in_time(rows: &[&PhotometryRow], y: Span) -> Markup {
+fn in_time(page: &NightPage, rows: &[&PhotometryRow], y: Span) -> Markup {
     let Some(first) =
         rows.iter().min_by(|a, b| a.mjd_mid_d.unwrap_or(f64::MAX).total_cmp(&b.mjd_mid_d.unwrap_or(f64::MAX)))
     else {
@@ -182,13 +220,12 @@ fn in_time(rows: &[&PhotometryRow], y: Span) -> Markup {
     };
     let hours = |r: &PhotometryRow| Some((r.mjd_mid_d? - first.mjd_mid_d?) * 24.0);
     let Some(x) = Span::around(rows.iter().filter_map(|r| hours(r)), 0.05) else { return html! {} };
-    one_panel("hours since the first frame", x, y, rows, hours)
+    one_panel(page, ("hours since the first frame", x, y), rows, hours)
 }
 
 fn one_panel(
-    label: &str,
-    x: Span,
-    y: Span,
+    page: &NightPage,
+    (label, x, y): (&str, Span, Span),
     rows: &[&PhotometryRow],
     of: impl Fn(&PhotometryRow) -> Option<f64>,
 ) -> Markup {
@@ -200,7 +237,7 @@ fn one_panel(
         y,
         x_label: label.into(),
         y_label: "O − C [mag]".into(),
-        clock: false,
+        ticks: Ticks::Numbers,
     };
     let point = |r: &&PhotometryRow| {
         Some(Point {
@@ -208,7 +245,8 @@ fn one_panel(
             y: r.residual_mag?,
             err: r.v_mag_err,
             class: verdict_class(r),
-            href: link(r),
+            href: page.link(r),
+            colour: r.alt_deg.map(altitude_colour),
             tip: format!("O − C {:+.3}, {}", r.residual_mag?, tip(r)),
         })
     };

@@ -1,17 +1,17 @@
-//! How bright it was: a histogram of each light and the table of passes in the manner of the published ones.
+//! How bright it was: violins, a histogram of each light, and the table of passes in the manner of the published ones.
 
 use maud::{Markup, html};
 
-use super::chart::Chart;
-use super::{NightPage, cell, nothing, number, table};
-use crate::report::plot::axis::Span;
+use super::chart::{Chart, Ticks};
+use super::{NightPage, cell, nothing, number, table, violins};
+use crate::report::plot::axis::{Span, clock};
 use crate::report::rows::PhotometryRow;
 use crate::report::summary::{is_used, passes, robust};
 
 /// Width of a bin \[mag\].
 const BIN_MAG: f64 = 0.25;
 
-const KINDS: [(&str, &str, &[&str]); 3] = [
+pub(super) const KINDS: [(&str, &str, &[&str]); 3] = [
     ("sunlit", "sun", &["sun"]),
     ("penumbra or Earthshine", "earthshine", &["penumbra", "earthshine"]),
     ("moonlit or dark", "moon", &["moon", "lunar_earthshine", "none"]),
@@ -19,7 +19,27 @@ const KINDS: [(&str, &str, &[&str]); 3] = [
 
 /// The section.
 pub(super) fn distribution(page: &NightPage) -> Markup {
-    html! { (histogram(&page.rows)) (pass_table(&page.rows)) }
+    html! {
+        div.panels { (violins::by_pass(&page.rows)) (violins::by_light(&page.rows)) }
+        (histogram(&page.rows))
+        (pass_table(&page.rows, page.meta.number_in("site", "lon_deg")))
+    }
+}
+
+/// Which of [`KINDS`] lights a row; their number where no model tells.
+pub(super) fn kind_of(row: &PhotometryRow) -> usize {
+    KINDS.iter().position(|(_, _, lights)| lights.contains(&row.illum.as_str())).unwrap_or(KINDS.len())
+}
+
+/// The colour of a light of [`kind_of`].
+pub(super) fn class_of(kind: usize) -> &'static str {
+    KINDS.get(kind).map_or("starlight", |k| k.1)
+}
+
+/// The clock of a place by the mean Sun: UTC + longitude/15 h.
+fn local_clock(row: &PhotometryRow, lon_deg: f64) -> Option<String> {
+    let day = (row.mjd_mid_d? + lon_deg / 360.0).rem_euclid(1.0);
+    Some(clock(day * 86_400.0).chars().take(5).collect())
 }
 
 pub(super) fn histogram(rows: &[PhotometryRow]) -> Markup {
@@ -33,7 +53,7 @@ pub(super) fn histogram(rows: &[PhotometryRow]) -> Markup {
     let bins = ((span.high() / bin).ceil() as i64 - first).max(1) as usize;
     let mut counts = vec![[0usize; 4]; bins];
     for row in &used {
-        let kind = KINDS.iter().position(|(_, _, lights)| lights.contains(&row.illum.as_str())).unwrap_or(3);
+        let kind = kind_of(row);
         let at = ((of(row) / bin).floor() as i64 - first).clamp(0, bins as i64 - 1) as usize;
         counts[at][kind] += 1;
     }
@@ -46,7 +66,7 @@ pub(super) fn histogram(rows: &[PhotometryRow]) -> Markup {
         y: Span { from: 0.0, to: 1.08 * most },
         x_label: "V [mag]".into(),
         y_label: "frames".into(),
-        clock: false,
+        ticks: Ticks::Numbers,
     };
     let kinds: Vec<(&str, &str)> = KINDS.iter().map(|(n, c, _)| (*n, *c)).chain([("no model", "starlight")]).collect();
     let body = html! {
@@ -71,8 +91,8 @@ pub(super) fn histogram(rows: &[PhotometryRow]) -> Markup {
     }
 }
 
-/// The passes as published tables give them; the local clock is mean solar time of the site's longitude.
-pub(super) fn pass_table(rows: &[PhotometryRow]) -> Markup {
+/// The passes as published tables give them; the local clock is the mean solar time of the site's longitude, where known.
+pub(super) fn pass_table(rows: &[PhotometryRow], lon_deg: Option<f64>) -> Markup {
     let line = |(i, pass): (usize, &Vec<&PhotometryRow>)| {
         let used: Vec<&PhotometryRow> = pass.iter().filter(|r| is_used(&r.status, &r.verdict)).copied().collect();
         let v: Vec<f64> = used.iter().filter_map(|r| r.v_mag).collect();
@@ -87,6 +107,7 @@ pub(super) fn pass_table(rows: &[PhotometryRow]) -> Markup {
         vec![
             cell(i + 1),
             cell(first.map(|r| r.date_mid.chars().take(19).collect::<String>().replace('T', " ")).unwrap_or_default()),
+            cell(first.zip(lon_deg).and_then(|(r, lon)| local_clock(r, lon)).unwrap_or_default()),
             cell(first.map(|r| r.object_name.clone()).unwrap_or_default()),
             number(median(|r| r.moon_illum_pct), 0),
             number(median(|r| r.moon_alt_deg), 0),
@@ -107,6 +128,7 @@ pub(super) fn pass_table(rows: &[PhotometryRow]) -> Markup {
     let head = [
         "pass",
         "first frame (UTC)",
+        "mean solar",
         "target",
         "Moon lit [%]",
         "Moon alt",

@@ -4,21 +4,19 @@
 
 use maud::{Markup, PreEscaped, html};
 
-use super::{NightPage, cell, link, nothing, number, table, time_of};
+use super::{MOST_ROWS, NightPage, cell, link, nothing, number, table, time_of};
 use crate::report::gallery::{controls, legend};
 use crate::report::rows::PhotometryRow;
 
-/// Pictures may make the page this large \[bytes\].
-const MOST_BYTES: usize = 3_500_000;
-/// Rows of the table; all of them are in photometry.ecsv.
-const MOST_ROWS: usize = 3_000;
+/// What a row of the table takes, generously \[bytes\].
+const BYTES_PER_ROW: usize = 800;
 
-/// The section.
-pub(super) fn frames(page: &NightPage) -> Markup {
+/// The section; pictures and rows take `room` bytes at most.
+pub(super) fn frames(page: &NightPage, room: usize) -> Markup {
     if page.rows.is_empty() {
         return nothing("There is no frame.");
     }
-    let mut left = MOST_BYTES;
+    let mut left = room.saturating_sub(BYTES_PER_ROW * page.rows.len().min(MOST_ROWS));
     let fits = |card: &&(String, String)| {
         let fits = card.1.len() <= left;
         left -= card.1.len().min(left);

@@ -13,6 +13,7 @@ mod provenance;
 mod sky;
 mod stars;
 mod strip;
+mod violins;
 
 use std::path::Path;
 
@@ -21,17 +22,24 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use sha2::{Digest, Sha256};
 
-use super::file::write_atomic;
 use super::meta::{Meta, MetaValue};
 use super::plot::SkyMark;
 use super::rows::{PhotometryRow, SkyRow, StarRow};
 use crate::error::Result;
+use crate::file::write_atomic;
 use crate::photometry::zeropoint::Zeropoint;
 
 pub use campaign::write_campaign;
 
 const STYLE: &str = concat!(include_str!("../gallery/page.css"), include_str!("page.css"));
 const SCRIPT: &str = concat!(include_str!("../gallery/page.js"), include_str!("page.js"));
+
+/// A page of more bytes than this is a burden to open and to send.
+const MOST_BYTES: usize = 4_800_000;
+/// Rows of the table of frames; all of them are in photometry.ecsv.
+const MOST_ROWS: usize = 1_000;
+/// Place of the frames among the sections.
+const FRAMES_AT: usize = 5;
 
 /// Everything a night's report is made of.
 #[derive(Debug, Default)]
@@ -56,10 +64,19 @@ pub struct NightPage {
     pub cards: Vec<(String, String)>,
     /// What is not in the report, and why.
     pub notes: Vec<String>,
+    /// Frames are on another page: points lead nowhere.
+    pub frames_elsewhere: bool,
+}
+
+impl NightPage {
+    /// Where a point leads: to the card of its frame, or to its row, where all rows are on the page.
+    fn link(&self, row: &PhotometryRow) -> Option<String> {
+        if self.frames_elsewhere || self.rows.len() > MOST_ROWS { None } else { link(row) }
+    }
 }
 
 /// Model, track, Sun and Moon of one pass.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Clone)]
 pub struct PassSky {
     /// Which pass.
     pub title: String,
@@ -86,18 +103,21 @@ struct Section {
 /// [`crate::Error::Io`] when the file cannot be written.
 pub fn write_night_page(path: &Path, page: &NightPage) -> Result<()> {
     let section = |id, title, body| Section { id, title, body };
-    let sections = [
+    let mut sections = vec![
         section("summary", "Summary", strip::summary(page)),
         section("light-curve", "Light curve", curve::light_curve(page)),
         section("residuals", "Observed minus modelled", curve::residuals(page)),
         section("sky", "Sky", sky::skies(page)),
         section("zeropoint", "Zeropoint", stars::zeropoint(page)),
-        section("frames", "Frames", frames::frames(page)),
         section("timing", "Timing", checks::timing(page)),
         section("calibration", "Calibration", checks::calibration(page)),
         section("distribution", "Distribution", distribution::distribution(page)),
         section("provenance", "Provenance", provenance::provenance(page)),
     ];
+    // pictures take what the rest leaves
+    let taken: usize = sections.iter().map(|s| s.body.0.len()).sum();
+    let frames = frames::frames(page, MOST_BYTES.saturating_sub(taken));
+    sections.insert(FRAMES_AT, section("frames", "Frames", frames));
     let title = format!("Night {}", page.name);
     write_atomic(path, whole(&title, &subtitle(page), &sections).into_string().as_bytes())
 }
@@ -177,7 +197,7 @@ fn cell(text: impl std::fmt::Display) -> Markup {
 
 /// A number with `decimals`, or nothing.
 fn number(value: Option<f64>, decimals: usize) -> Markup {
-    html! { @if let Some(v) = value.filter(|v| v.is_finite()) { (format!("{v:.decimals$}")) } }
+    html! { @if let Some(v) = value.filter(|v| v.is_finite()) { (format!("{v:.decimals$}").replace('-', "−")) } }
 }
 
 /// Clock of a row, without the day.
@@ -197,7 +217,7 @@ fn tip(row: &PhotometryRow) -> String {
     parts.into_iter().filter(|p| !p.is_empty()).collect::<Vec<_>>().join(", ")
 }
 
-/// Where a point leads: to the card of its frame.
+/// The card of a frame.
 fn link(row: &PhotometryRow) -> Option<String> {
     (!row.frame.is_empty()).then(|| format!("#{}", super::gallery::card::card_id(&row.frame)))
 }

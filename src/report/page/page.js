@@ -34,6 +34,9 @@
       }
     });
   }
+  for (const box of document.querySelectorAll("input[data-by]")) {
+    box.addEventListener("change", () => document.body.classList.toggle(box.dataset.by, box.checked));
+  }
   for (const toggles of document.querySelectorAll("fieldset.toggles")) toggles.hidden = false;
   const show = () => {
     // a link to a frame of which the card is filtered away, or which is in a closed table, shows it

@@ -15,6 +15,7 @@ pub(super) fn provenance(page: &NightPage) -> Markup {
         Some(MetaValue::Number(n)) => n.to_string(),
         _ => String::new(),
     };
+    let both = |name: &str, hash: &str| [text(name), text(hash)].join(" ").trim().to_string();
     let facts = [
         ("made by", text("tool")),
         ("configuration, SHA-256", text("config_sha256")),
@@ -24,8 +25,13 @@ pub(super) fn provenance(page: &NightPage) -> Markup {
             [text("satellite"), text("mode")].iter().filter(|t| !t.is_empty()).cloned().collect::<Vec<_>>().join(", "),
         ),
         ("data", text("data_mode")),
-        ("elements", text("orbit_source")),
-        ("star catalogue", text("catalogue")),
+        ("seed of the drawn frames", text("seed")),
+        ("gain table", both("gain_table", "gain_table_sha256")),
+        ("elements", both("orbit_source", "orbit_sha256")),
+        ("epochs of the elements", text("orbit_epochs")),
+        ("star catalogue", both("catalogue", "catalogue_sha256")),
+        ("zeropoint of another night", both("zeropoint_file", "zeropoint_file_sha256")),
+        ("master flat that was given", both("flat_file", "flat_file_sha256")),
         ("magnitudes", format!("{} ({})", text("band"), text("mag_system"))),
     ];
     let effects = match page.meta.get("effects") {
@@ -41,7 +47,7 @@ pub(super) fn provenance(page: &NightPage) -> Markup {
     html! {
         dl.facts { @for (name, value) in facts.iter().filter(|f| !f.1.is_empty()) { div { dt { (name) } dd { (value) } } } }
         @if !effects.is_empty() { p { "Effects of the model: " (effects.join("; ")) "." } }
-        p { "To make it again: " code { "satphot run -c effective.toml" } " in a folder where the paths of the configuration lead to the same files." }
+        p { "To make it again: " code { "satphot run -c effective.toml" } " in the folder of the results, while the frames are where they were; to check it: " code { "satphot verify ." } }
         @if !page.config_toml.is_empty() { details { summary { "Configuration in force (effective.toml)" } pre { (page.config_toml) } } }
         (inputs(page))
     }

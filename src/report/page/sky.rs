@@ -5,7 +5,7 @@
 use maud::{Markup, html};
 
 use super::chart::px;
-use super::{NightPage, PassSky, link, nothing, tip};
+use super::{NightPage, PassSky, nothing, tip};
 use crate::report::plot::axis::Span;
 use crate::report::plot::viridis;
 use crate::report::rows::PhotometryRow;
@@ -34,11 +34,11 @@ pub(super) fn skies(page: &NightPage) -> Markup {
         .flat_map(|s| s.cells.iter().filter_map(|c| c.model_v_mag).chain(s.track.iter().filter_map(|r| r.v_mag)));
     let scale = Span::around(values.filter(|v| v.is_finite()), 1.0);
     html! {
-        div.panels { @for sky in drawn { (disc(sky, scale)) } }
+        div.panels { @for sky in drawn { (disc(page, sky, scale)) } }
         @if let Some(scale) = scale { (bar(scale)) }
         p.note {
             "Colour: V of the model in every direction at the middle of the pass, at the range its height gives; dots: what "
-            "was observed, on the same scale. No colour: no light. North up, East left, horizon outside."
+            "was observed, on the same scale; the arrow is the direction of motion. No colour: no light. North up, East left, horizon outside."
         }
     }
 }
@@ -50,7 +50,7 @@ fn colour(scale: Option<Span>, v: Option<f64>) -> Option<String> {
     Some(format!("#{r:02x}{g:02x}{b:02x}"))
 }
 
-fn disc(sky: &PassSky, scale: Option<Span>) -> Markup {
+fn disc(page: &NightPage, sky: &PassSky, scale: Option<Span>) -> Markup {
     let side = 2.0 * (RADIUS + ROOM);
     let (c, r) = (px(ROOM + RADIUS), |share: f64| px(RADIUS * share));
     let dots: Vec<(&PhotometryRow, (f64, f64))> =
@@ -68,14 +68,27 @@ fn disc(sky: &PassSky, scale: Option<Span>) -> Markup {
                 }
                 @if way.len() > 1 { path.track d={ "M" (way.join("L")) } {} }
                 @for (row, (x, y)) in &dots {
-                    a href=[link(row)] tabindex="-1" {
+                    a href=[page.link(row)] tabindex="-1" {
                         circle.seen cx=(px(*x)) cy=(px(*y)) r="4.2" fill=(colour(scale, row.v_mag).unwrap_or("none".into())) { title { (tip(row)) } }
                     }
                 }
-                @if let (Some((_, (x, y))), true) = (dots.last(), dots.len() > 1) { circle.end cx=(px(*x)) cy=(px(*y)) r="7" { title { "last frame" } } }
+                (arrow(&dots.iter().map(|d| d.1).collect::<Vec<_>>()))
                 @for mark in &sky.marks { (lamp(&mark.name, mark.alt_deg, mark.az_deg)) }
             }
             figcaption { (sky.title) @if sky.cells.is_empty() { " (no model)" } }
+        }
+    }
+}
+
+/// Which way the track goes: a head beyond the last frame.
+fn arrow(dots: &[(f64, f64)]) -> Markup {
+    let (Some(&(x, y)), Some(&(x0, y0))) = (dots.last(), dots.len().checked_sub(2).and_then(|i| dots.get(i))) else {
+        return html! {};
+    };
+    let turn = (y - y0).atan2(x - x0).to_degrees();
+    html! {
+        path.arrow transform=(format!("translate({} {}) rotate({turn:.1})", px(x), px(y))) d="M6 0L17 0M11 -5L17 0L11 5" {
+            title { "direction of the motion" }
         }
     }
 }

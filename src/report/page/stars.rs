@@ -4,7 +4,7 @@
 
 use maud::{Markup, html};
 
-use super::chart::{Chart, Point};
+use super::chart::{Chart, Point, Ticks};
 use super::{NightPage, cell, nothing, number, table};
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::plot::axis::Span;
@@ -49,6 +49,9 @@ fn terms(z: &Zeropoint) -> Markup {
             row
         })
         .collect();
+    let scaled = |i: usize, j: usize| cell(format!("{:.2}", 1e6 * z.cov[i][j]).replace('-', "−"));
+    let covariance: Vec<Vec<Markup>> =
+        (0..3).map(|i| [vec![cell(["ZP", "k", "C"][i])], (0..3).map(|j| scaled(i, j)).collect()].concat()).collect();
     html! {
         (table("", "Terms of the fit, with the correlations of their errors", &["term", "value", "error", "with ZP", "with k", "with C", "how"], &rows))
         p {
@@ -57,6 +60,7 @@ fn terms(z: &Zeropoint) -> Markup {
             @if z.pointing_scatter_mag.is_finite() { ", pointings scatter by " (format!("{:.4}", z.pointing_scatter_mag)) " mag beyond their stars" }
             ", estimator " (z.estimator) "."
         }
+        details { summary { "Covariance" } (table("", "Covariance of (ZP, k, C) [10⁻⁶ mag²]", &["", "ZP", "k", "C"], &covariance)) }
         @if !z.warnings.is_empty() { ul { @for w in &z.warnings { li { (w) } } } }
     }
 }
@@ -77,7 +81,11 @@ fn panels(z: &Zeropoint, stars: &[StarRow]) -> Markup {
         ("x [px]", "residual [mag]", &over_x, None),
         ("y [px]", "residual [mag]", &over_y, None),
     ];
-    html! { div.panels { @for view in &views { (panel(z, stars, view)) } } }
+    let left = stars.iter().filter(|s| s.fit_weight.is_none_or(|w| w <= 0.0)).count();
+    html! {
+        div.panels { @for view in &views { (panel(z, stars, view)) } }
+        p.note { "Full: stars of the fit. Open: " (left) " measurements that are not in it; the reason of each is in stars.ecsv and in its tip." }
+    }
 }
 
 /// What a star's point says.
@@ -102,7 +110,7 @@ fn panel(z: &Zeropoint, stars: &[StarRow], (x_label, y_label, of, slope): &View)
         y,
         x_label: (*x_label).into(),
         y_label: (*y_label).into(),
-        clock: *x_label == "UTC",
+        ticks: if *x_label == "UTC" { Ticks::Clock } else { Ticks::Numbers },
     };
     let point = |s: &StarRow| {
         let (px, py) = of(s)?;
@@ -113,6 +121,7 @@ fn panel(z: &Zeropoint, stars: &[StarRow], (x_label, y_label, of, slope): &View)
             class: if s.fit_weight.is_some_and(|w| w > 0.0) { "star" } else { "star left" },
             href: None,
             tip: tip(s),
+            colour: None,
         })
     };
     let points: Vec<Point> = stars.iter().filter_map(point).filter(|p| x.holds(p.x)).collect();
@@ -133,20 +142,20 @@ fn budget(page: &NightPage, z: &Zeropoint) -> Markup {
     let b_v = if z.target_b_v_mag[0].is_finite() { z.target_b_v_mag } else { [0.65, 0.0] };
     let fit = z.err_mag(airmass, b_v[0], 0.0);
     let one = z.err_one_pointing_mag(airmass, b_v[0], 0.0);
+    let part = |whole: f64, of: f64| (whole * whole - of * of).max(0.0).sqrt();
+    let (scatter, colour) = (part(one, fit), part(z.err_mag(airmass, b_v[0], b_v[1]), fit));
+    let night = median(|r| r.zp_extra_err_mag).unwrap_or(0.0);
+    let (random, systematic) = (median(|r| r.v_mag_err), median(|r| r.v_mag_err_sys));
+    let named = fit.hypot(scatter).hypot(colour).hypot(night);
     let rows = [
-        ("counts, sky, read noise, trails (random)", median(|r| r.v_mag_err), "v_mag_err, median of the used frames"),
+        ("counts, sky, read noise, trails (random)", random, "v_mag_err, median of the used frames"),
         ("zeropoint, extinction, colour term", Some(fit), "their covariance at this airmass and colour"),
-        (
-            "scatter of one line of sight",
-            Some((one * one - fit * fit).max(0.0).sqrt()),
-            "how pointings differ beyond their stars",
-        ),
-        (
-            "colour of the target",
-            Some((z.err_mag(airmass, b_v[0], b_v[1]).powi(2) - fit * fit).max(0.0).sqrt()),
-            "error of B−V times C",
-        ),
-        ("everything systematic", median(|r| r.v_mag_err_sys), "v_mag_err_sys: gain table and aperture correction too"),
+        ("scatter of one line of sight", Some(scatter), "how pointings differ beyond their stars"),
+        ("colour of the target", Some(colour), "error of B−V times C"),
+        ("zeropoint of another night", Some(night), "zp_extra_err_mag"),
+        ("gain table, aperture correction", systematic.map(|s| part(s, named)), "what is left of v_mag_err_sys"),
+        ("everything systematic", systematic, "v_mag_err_sys, median of the used frames"),
+        ("one frame, in all", random.zip(systematic).map(|(r, s)| r.hypot(s)), "random and systematic in quadrature"),
     ];
     let rows: Vec<Vec<Markup>> =
         rows.iter().map(|(name, value, how)| vec![cell(name), number(*value, 4), cell(how)]).collect();

@@ -4,6 +4,8 @@
 
 use std::path::Path;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use plotters::backend::SVGBackend;
 use plotters::coord::Shift;
 use plotters::drawing::{DrawingArea, DrawingAreaErrorKind, IntoDrawingArea};
@@ -12,7 +14,8 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, IntoFont, IntoTextStyle, RGBColor, ShapeStyle};
 
 use crate::error::{Error, Result};
-use crate::report::file::write_atomic;
+use crate::file::write_atomic;
+use crate::report::raster::Raster;
 
 /// Drawn pixels per shown pixel.
 const SCALE: u32 = 2;
@@ -41,6 +44,16 @@ pub(super) const MARK: i32 = 7;
 
 /// Draws a figure of `shown` (width, height) and writes it in one step.
 pub(super) fn figure(path: &Path, shown: (u32, u32), draw: impl FnOnce(&Sheet) -> Drawn) -> Result<()> {
+    figure_over(path, shown, None, draw)
+}
+
+/// As [`figure`], over a picture that fills a rectangle: left, top, right, bottom \[drawn px\].
+pub(super) fn figure_over(
+    path: &Path,
+    shown: (u32, u32),
+    under: Option<(&Raster, (i32, i32, i32, i32))>,
+    draw: impl FnOnce(&Sheet) -> Drawn,
+) -> Result<()> {
     let size = (shown.0 * SCALE, shown.1 * SCALE);
     let mut svg = String::new();
     {
@@ -50,6 +63,19 @@ pub(super) fn figure(path: &Path, shown: (u32, u32), draw: impl FnOnce(&Sheet) -
             .and_then(|()| draw(&sheet))
             .and_then(|()| sheet.present())
             .map_err(|e| Error::io(path, std::io::Error::other(e.to_string())))?;
+    }
+    if let Some((picture, (left, top, right, bottom))) = under {
+        let png = STANDARD.encode(picture.png().map_err(|e| Error::io(path, e))?);
+        let image = format!(
+            "\n<image x=\"{left}\" y=\"{top}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" \
+             href=\"data:image/png;base64,{png}\"/>",
+            right - left,
+            bottom - top
+        );
+        // after the white ground, which is the first element
+        if let Some(end) = svg.find("/>") {
+            svg.insert_str(end + 2, &image);
+        }
     }
     let drawn = format!("width=\"{}\" height=\"{}\" viewBox", size.0, size.1);
     let scaled = format!("width=\"{}\" height=\"{}\" viewBox", shown.0, shown.1);

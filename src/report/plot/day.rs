@@ -15,14 +15,13 @@ use super::canvas::{
 };
 use super::panel::{Panel, Ticks};
 use crate::error::Result;
+use crate::report::density::density;
 use crate::report::forecast::DayRow;
 
 /// Shown size \[px\].
 const SIZE: (u32, u32) = (960, 780);
 /// Half the width of a violin where it is widest \[drawn px\].
 const VIOLIN: f64 = 24.0;
-/// Least width of the kernel of a violin \[mag\].
-const KERNEL_MAG: f64 = 0.08;
 /// Lights further below the faintest median than this leave the figure \[mag\].
 const LIGHTS_BELOW_MAG: f64 = 2.0;
 
@@ -119,25 +118,20 @@ pub fn day(path: &Path, rows: &[DayRow], violins: &[Violin], title: &str) -> Res
 /// The density of the magnitudes of a pass on both sides of its time, Gaussian kernels of Silverman's width; a pass of
 /// fewer than three is its points.
 fn draw_violin(panel: &Panel, second: f64, violin: &Violin) -> Drawn {
-    let n = violin.v_mag.len() as f64;
     let x = panel.px(second);
-    if violin.v_mag.len() < 3 {
+    let places = density(&violin.v_mag);
+    if places.is_empty() {
         for v in &violin.v_mag {
             panel.mark(Mark::Full, second, *v, GREY)?;
         }
     } else {
-        let mean = violin.v_mag.iter().sum::<f64>() / n;
-        let sigma = (violin.v_mag.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
-        let width = (1.06 * sigma * n.powf(-0.2)).max(KERNEL_MAG);
-        let density = |at: f64| violin.v_mag.iter().map(|v| (-0.5 * ((at - v) / width).powi(2)).exp()).sum::<f64>();
-        let low = violin.v_mag.iter().copied().fold(f64::INFINITY, f64::min) - 2.0 * width;
-        let high = violin.v_mag.iter().copied().fold(f64::NEG_INFINITY, f64::max) + 2.0 * width;
-        let places: Vec<f64> = (0..=40).map(|i| low + (high - low) * f64::from(i) / 40.0).collect();
-        let most = places.iter().map(|v| density(*v)).fold(0.0, f64::max);
-        let half = |v: f64| (VIOLIN * density(v) / most).round() as i32;
-        let inside: Vec<f64> = places.into_iter().filter(|v| panel.y.holds(*v)).collect();
-        let mut outline: Vec<(i32, i32)> = inside.iter().map(|v| (x - half(*v), panel.py(*v))).collect();
-        outline.extend(inside.iter().rev().map(|v| (x + half(*v), panel.py(*v))));
+        let inside: Vec<(i32, i32)> = places
+            .iter()
+            .filter(|(v, _)| panel.y.holds(*v))
+            .map(|(v, d)| ((VIOLIN * d).round() as i32, panel.py(*v)))
+            .collect();
+        let mut outline: Vec<(i32, i32)> = inside.iter().map(|(half, y)| (x - half, *y)).collect();
+        outline.extend(inside.iter().rev().map(|(half, y)| (x + half, *y)));
         panel.sheet.draw(&Polygon::new(outline, GREY.mix(0.75).filled()))?;
     }
     if panel.y.holds(violin.median_mag) {

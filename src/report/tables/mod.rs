@@ -5,7 +5,7 @@
 
 mod csv;
 mod fits;
-mod fits_card;
+pub(super) mod fits_card;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod provenance;

@@ -1,0 +1,68 @@
+//! `satphot merge`: the shards of a plan to the tables of the night.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use satphot::Error;
+use satphot::night::plan::merge::{clean, merge};
+use satphot::night::plan::plan_file::Plan;
+
+use super::{print, tell};
+
+const AFTER_HELP: &str = "\
+The order of the tables does not matter, nor how often a shard is among them. A sum of some shards (--allow-missing) can be
+merged again with the others; the result is that of all at once, and that of `satphot run`, byte for byte.
+
+Exit code 3 names the shards and frames that are missing; nothing is written then.
+
+Examples:
+  satphot merge --plan plan.json shards/*.ecsv -o night/photometry.ecsv
+  satphot merge --plan plan.json shards/0.ecsv shards/2.ecsv --allow-missing -o night/so_far.ecsv";
+
+/// Brings the shards of a plan together: photometry.ecsv, with residuals.ecsv and effective.toml beside it.
+#[derive(Debug, Args)]
+#[command(after_help = AFTER_HELP)]
+pub struct MergeVerb {
+    /// Tables of shards, or sums of them
+    #[arg(value_name = "TABLE", required = true)]
+    tables: Vec<PathBuf>,
+    /// Plan the shards belong to
+    #[arg(long, value_name = "FILE", default_value = "plan.json")]
+    plan: PathBuf,
+    /// Write what is there although frames are missing
+    #[arg(long)]
+    allow_missing: bool,
+    /// Table to write
+    #[arg(short, long, value_name = "FILE", default_value = "photometry.ecsv")]
+    out: PathBuf,
+    /// No notes
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+impl MergeVerb {
+    pub fn execute(self) -> anyhow::Result<()> {
+        let plan = Plan::read(&self.plan)?;
+        let (tables, absent): (Vec<PathBuf>, Vec<PathBuf>) = self.tables.into_iter().partition(|t| t.exists());
+        for table in absent.iter().filter(|_| !self.quiet) {
+            tell(&format!("note: {} is not there", table.display()));
+        }
+        let merged = merge(&plan, &tables, self.allow_missing)?;
+        let files = merged.write(&self.out)?;
+        if merged.missing.is_empty() {
+            clean(&tables);
+        }
+        if !self.quiet {
+            merged.notes.iter().for_each(|note| tell(&format!("note: {note}")));
+            if merged.n_twice > 0 {
+                tell(&format!("note: {} frames were in more than one table, and count once", merged.n_twice));
+            }
+        }
+        print(&merged.text());
+        files.iter().for_each(|file| print(&format!("{}\n", file.display())));
+        match merged.poor {
+            Some(problem) => Err(Error::PoorNight { problem }.into()),
+            None => Ok(()),
+        }
+    }
+}

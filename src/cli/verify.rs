@@ -1,0 +1,59 @@
+//! `satphot verify`: whether finished nights are what they say of themselves.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use satphot::Error;
+use satphot::night::verify::{verify_night, verify_plan};
+
+use super::{print, tell};
+
+const AFTER_HELP: &str = "\
+Examples:
+  satphot verify satphot-out/2025-06-11
+  satphot verify satphot-out/2025-06-11 --inputs     the frames too, which must be there
+  satphot verify plan.json";
+
+/// Checks folders of results against their manifest.json: every product there with the hash that was recorded, its columns
+/// and units, its provenance, the configuration, the inputs.
+///
+/// Exit code 6 with the list of what differs.
+#[derive(Debug, Args)]
+#[command(after_help = AFTER_HELP)]
+pub struct Verify {
+    /// Folders of results, or plan.json files
+    #[arg(required = true, value_name = "DIR|PLAN")]
+    folders: Vec<PathBuf>,
+    /// Inputs that are gone are a problem too, not only a note
+    #[arg(long)]
+    inputs: bool,
+    /// No notes
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+impl Verify {
+    pub fn execute(self) -> anyhow::Result<()> {
+        let mut wrong = Vec::new();
+        for folder in &self.folders {
+            let of_plan = folder.extension().is_some_and(|e| e == "json") && folder.is_file();
+            let found = if of_plan { verify_plan(folder, self.inputs)? } else { verify_night(folder, self.inputs)? };
+            if !self.quiet {
+                found.notes.iter().for_each(|note| tell(&format!("note: {}: {note}", folder.display())));
+            }
+            match found.check(folder) {
+                Ok(()) => print(&format!(
+                    "{}: {} products and {} inputs checked, all as recorded\n",
+                    folder.display(),
+                    found.outputs,
+                    found.inputs
+                )),
+                Err(error) => wrong.push(error.to_string()),
+            }
+        }
+        match wrong.is_empty() {
+            true => Ok(()),
+            false => Err(Error::Mismatch { problem: wrong.join("\n") }.into()),
+        }
+    }
+}

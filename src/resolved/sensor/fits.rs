@@ -1,0 +1,106 @@
+//! A read-out exposure as a FITS file with the headers a reduction needs, and what it was made of.
+//!
+//! Times UTC, DATE-OBS the start of the exposure. The provenance cards are HIERARCH-free: eight letters each.
+
+use std::path::Path;
+
+use hifitime::{Duration, Epoch, Unit};
+use ndarray::Array2;
+
+use super::{Exposure, Sensor};
+use crate::error::Result;
+use crate::frames::{CardValue, write_u16};
+use crate::resolved::image::{Light, RadianceImage};
+
+/// What a file tells of its frame besides the sensor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrameFacts {
+    /// Name of the satellite.
+    pub object: String,
+    /// Middle of the exposure.
+    pub mid: Epoch,
+    /// Altitude of the satellite \[deg\].
+    pub alt_deg: f64,
+    /// Azimuth of the satellite \[deg\].
+    pub az_deg: f64,
+    /// Seed of the noise.
+    pub seed: u64,
+    /// What else should be known of the picture, a line each.
+    pub history: Vec<String>,
+}
+
+/// Writes counts with their cards; a name ending in `.fz` is Rice-compressed.
+///
+/// # Errors
+/// [`crate::Error::Fits`], [`crate::Error::Io`].
+pub fn write_frame(
+    path: &Path,
+    counts: &Array2<u16>,
+    sensor: &Sensor,
+    exposure: &Exposure,
+    image: &RadianceImage,
+    facts: &FrameFacts,
+) -> Result<()> {
+    let compress = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("fz"));
+    write_u16(path, counts, &cards(sensor, exposure, image, facts), compress)
+}
+
+fn cards(
+    sensor: &Sensor,
+    exposure: &Exposure,
+    image: &RadianceImage,
+    facts: &FrameFacts,
+) -> Vec<(String, CardValue, String)> {
+    let s = sensor.settings();
+    let start = facts.mid - 0.5 * exposure.exptime_s * Unit::Second;
+    let mut cards = Vec::new();
+    let mut put = |key: &str, value: CardValue, comment: &str| cards.push((key.into(), value, comment.to_owned()));
+    let text = |value: &str| CardValue::Text(value.to_owned());
+    let real = CardValue::Real;
+    let integer = |value: i64| CardValue::Integer(value);
+    put("IMAGETYP", text("Light Frame"), "type of exposure");
+    put("OBJECT", text(&facts.object), "target of the exposure");
+    put("EXPTIME", real(exposure.exptime_s), "[s] exposure time");
+    put("DATE-OBS", text(&iso_us(start)), "UTC start of exposure");
+    put("TIMESYS", text("UTC"), "time scale");
+    put("GAIN", integer(s.frame.gain_setting), "[0.1 dB] camera gain setting");
+    put("EGAIN", real(sensor.gain.e_per_adu.0), "[e-/ADU] electrons per ADU");
+    put("RDNOISE", real(sensor.gain.read_noise_e), "[e-] read noise");
+    put("INSTRUME", text(&s.detector.camera), "camera");
+    put("TELESCOP", text(&s.telescope.name), "telescope");
+    put("FILTER", text(&s.optics.filter), "filter");
+    put("XBINNING", integer(i64::from(s.frame.binning)), "binning in x");
+    put("YBINNING", integer(i64::from(s.frame.binning)), "binning in y");
+    put("XPIXSZ", real(s.detector.pixel_um * f64::from(s.frame.binning)), "[um] pixel size, binned");
+    put("YPIXSZ", real(s.detector.pixel_um * f64::from(s.frame.binning)), "[um] pixel size, binned");
+    put("FOCALLEN", real(s.telescope.focal_length_mm), "[mm] focal length");
+    put("APTDIA", real(1e3 * s.telescope.aperture_m), "[mm] diameter of the aperture");
+    put("SITELAT", real(s.site.lat_deg), "[deg] latitude, north positive");
+    put("SITELONG", real(s.site.lon_deg), "[deg] longitude, east positive");
+    put("SITEELEV", real(s.site.alt_m), "[m] elevation");
+    put("CENTALT", real(facts.alt_deg), "[deg] altitude at mid-exposure");
+    put("CENTAZ", real(facts.az_deg), "[deg] azimuth at mid-exposure");
+    put("SWCREATE", text(concat!("satphot ", env!("CARGO_PKG_VERSION"), " render")), "simulated data");
+    put("SIMSEED", text(&facts.seed.to_string()), "seed of the noise");
+    put("SIMRANGE", real(image.range_km), "[km] distance of the satellite");
+    put("SIMBANDL", real(image.band_um.0), "[um] band of the radiances, from");
+    put("SIMBANDH", real(image.band_um.1), "[um] band of the radiances, to");
+    put("SIMZP", real(sensor.zp_mag), "[mag] magnitude of 1 e-/s");
+    put("SIMSKY", real(exposure.sky_e_px), "[e-] sky in a pixel");
+    put("SIMDARK", real(exposure.dark_e_px), "[e-] dark current in a pixel");
+    put("SIMFLUX", real(exposure.satellite_e()), "[e-] all light of the satellite, without noise");
+    put("SIMLOST", real(exposure.beside_frac), "share of that beside the frame");
+    for (key, light) in ["SIMSUN", "SIMEARTH", "SIMMOON", "SIMLUNAR", "SIMSTARS"].iter().zip(Light::ALL) {
+        put(key, real(exposure.light_e(light)), &format!("[e-] {}", light.name()));
+    }
+    for line in &facts.history {
+        put("HISTORY", text(line), "");
+    }
+    cards
+}
+
+/// `2025-06-09T10:33:02.500000`, rounded to the microsecond.
+fn iso_us(epoch: Epoch) -> String {
+    let (y, mo, d, h, mi, s, ns) = (epoch + Duration::from_total_nanoseconds(500)).to_gregorian_utc();
+    format!("{y:04}-{mo:02}-{d:02}T{h:02}:{mi:02}:{s:02}.{:06}", ns / 1_000)
+}
