@@ -36,7 +36,7 @@ impl Outputs<'_> {
     /// Writes every table and figure; returns their paths.
     ///
     /// # Errors
-    /// [`Error::Io`].
+    /// [`crate::Error::Io`].
     pub fn write(
         &self,
         rows: &[PhotometryRow],
