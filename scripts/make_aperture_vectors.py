@@ -1,4 +1,4 @@
-"""Writes tests/data/aperture_vectors.csv: aperture sums by photutils, sep and shapely, the oracle of tests/photometry_aperture.rs.
+"""Writes tests/data/aperture_vectors.csv: aperture sums by photutils, sep and shapely, the oracle of tests/photometry/aperture.rs.
 
     python scripts/make_aperture_vectors.py     (needs numpy, photutils >= 2, sep >= 1.4, shapely >= 2)
 

@@ -1,4 +1,4 @@
-"""Writes fixtures/brightness/vectors.csv: the oracle of tests/brightness_own_vectors.rs.
+"""Writes fixtures/brightness/vectors.csv: the oracle of tests/brightness/own_vectors.rs.
 
     python scripts/make_brightness_vectors.py                        (needs numpy only; some minutes)
     python scripts/make_brightness_vectors.py --check OTHER.csv      compares a file of this format, row by row

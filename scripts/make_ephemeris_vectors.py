@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Apparent geocentric directions of the Sun and the Moon from JPL DE421, for tests/orbit_sky.rs.
+"""Apparent geocentric directions of the Sun and the Moon from JPL DE421, for tests/orbit/sky.rs.
 
     # needs the Python packages skyfield and skyfield-data
     python scripts/make_ephemeris_vectors.py > tests/orbit_de421.csv

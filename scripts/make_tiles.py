@@ -1,4 +1,4 @@
-"""Tile-compressed and odd plain FITS files for tests/frames_tiles.rs, written by astropy (BSD-3), with the values astropy reads.
+"""Tile-compressed and odd plain FITS files for tests/frames/tiles.rs, written by astropy (BSD-3), with the values astropy reads.
 
 usage: python scripts/make_tiles.py tests/data/tiles
 

@@ -5,8 +5,8 @@
 # usage: scripts/prove_damage.sh [COUNT=20000] [SEED=1]
 #
 # One mutation alone, written to the folder of temporary files:
-#   MUTATION=17 SEED=1 cargo test --test frames_mutations -- --ignored --exact one_batch --nocapture
+#   MUTATION=17 SEED=1 cargo test --test frames -- --ignored --exact mutations::one_batch --nocapture
 set -euo pipefail
 cd "$(dirname "$0")/.."
-COUNT=${1:-20000} SEED=${2:-1} cargo test --locked --test frames_mutations -- --ignored --exact --nocapture \
-  many_mutated_files_kill_no_process
+COUNT=${1:-20000} SEED=${2:-1} cargo test --locked --test frames -- --ignored --exact --nocapture \
+  mutations::many_mutated_files_kill_no_process

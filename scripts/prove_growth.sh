@@ -3,5 +3,5 @@
 # and error against run time of exact aperture overlap for the four shapes. A few minutes.
 set -e
 cd "$(dirname "$0")/.."
-cargo test --release --test night_stars -- --ignored --nocapture
-cargo test --release --test photometry_aperture -- --ignored --nocapture
+cargo test --release --test night -- --ignored --nocapture stars::
+cargo test --release --test photometry -- --nocapture aperture::

@@ -19,4 +19,4 @@
 # OUTLIERS  1 lists frames not found, off by 3.5 sigma, or wrongly flagged
 set -euo pipefail
 cd "$(dirname "$0")/.."
-FRAMES=${1:-100} cargo test --locked --test photometry_injection_station -- --ignored --nocapture the_whole_table
+FRAMES=${1:-100} cargo test --locked --test photometry -- --ignored --nocapture the_whole_table

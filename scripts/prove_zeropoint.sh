@@ -6,7 +6,7 @@ set -eu
 cd "$(dirname "$0")/.."
 
 echo "== satphot =="
-cargo test --release --test zeropoint_coverage -- --ignored --nocapture --test-threads 1 table_of_estimators |
+cargo test --release --test stars -- --ignored --nocapture --test-threads 1 table_of_estimators |
   grep -v -e '^running' -e '^$'
 
 echo

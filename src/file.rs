@@ -5,7 +5,7 @@
 //! taken away. Names that come from a header or a configuration are held against [`plain_name`] before they are joined to a
 //! folder. Leaves out who may write into a folder ([`crate::night::lock`]).
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -228,14 +228,20 @@ fn beside(path: &Path) -> Result<(PathBuf, PathBuf)> {
         return Err(refusal(&path, ErrorKind::IsADirectory.into(), None));
     }
     let Some(name) = path.file_name() else { return Err(refusal(&path, ErrorKind::InvalidFilename.into(), None)) };
+    let temporary = path.with_file_name(temporary_name(name));
+    Ok((path, temporary))
+}
+
+/// The name of the temporary of a file, hidden, beside it: `.NAME.tmp.<host>.<pid>`.
+pub(crate) fn temporary_name(name: impl AsRef<OsStr>) -> OsString {
+    let name = name.as_ref();
     let mut hidden = OsString::from(".");
     match name.len() {
         0..=NAME_BYTES => hidden.push(name),
         _ => hidden.push(name.to_string_lossy().chars().take(NAME_BYTES / 4).collect::<String>()),
     }
     hidden.push(format!("{MARK}{}.{}", host(), std::process::id()));
-    let temporary = path.with_file_name(hidden);
-    Ok((path, temporary))
+    hidden
 }
 
 /// Renames, and has the folder remember it.

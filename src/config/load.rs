@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
-use super::{Config, Model};
+use super::Config;
 use crate::error::{Error, Result};
 
 /// The embedded presets: name and text.
@@ -77,8 +77,7 @@ impl Config {
         self.fetch.cache.iter_mut().for_each(fix);
         if let Some(model) = &mut self.model {
             model.satellites.iter_mut().chain(&mut model.throughput).for_each(fix);
-            if !Model::BANDS.contains(&model.band.as_str()) {
-                let mut file = PathBuf::from(&model.band);
+            if let Some(mut file) = model.band_file() {
                 fix(&mut file);
                 model.band = file.to_string_lossy().into_owned();
             }

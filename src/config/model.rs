@@ -75,6 +75,12 @@ impl Model {
     /// The bands known by name.
     pub const BANDS: [&str; 4] = ["V", "g", "r", "i"];
 
+    /// The file of the pass band, unless it is one known by name.
+    #[must_use]
+    pub fn band_file(&self) -> Option<PathBuf> {
+        (!Self::BANDS.contains(&self.band.as_str())).then(|| PathBuf::from(&self.band))
+    }
+
     /// A satellite of the catalogue, everything else at its default.
     #[must_use]
     pub fn of(satellite: &str) -> Self {

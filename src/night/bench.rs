@@ -213,12 +213,8 @@ pub fn config_sha256(config: &Config) -> Result<String> {
     config.reporter = Default::default();
     config.fetch = Default::default();
     let bare = |path: &mut PathBuf| *path = path.file_name().map(PathBuf::from).unwrap_or_default();
-    config.flat.master.iter_mut().for_each(bare);
-    config.zeropoint.previous.iter_mut().for_each(bare);
-    config.stars.iter_mut().for_each(|s| bare(&mut s.catalogue));
-    config.orbit.iter_mut().for_each(|o| bare(&mut o.elements));
+    config.each_path(&bare);
     config.orbit.iter_mut().for_each(|o| o.force_age = false); // told by the flag old_elements and tle_age_d
-    config.model.iter_mut().for_each(|m| m.satellites.iter_mut().chain(&mut m.throughput).for_each(bare));
     Ok(sha256_16_text(&config.to_toml()?))
 }
 

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::file::{clear_leftovers, host};
+use crate::night::plan::products::FOLDER;
 
 /// Name of the file in the folder that is worked in.
 const NAME: &str = ".satphot.lock";
@@ -40,6 +41,7 @@ pub fn lock(folder: &Path) -> Result<FolderLock> {
                 // who holds it is for people: a full disk is told by the results
                 let _ = file.set_len(0).and_then(|()| file.write_all(holder.as_bytes()));
                 clear_leftovers(folder, false);
+                clear_leftovers(&folder.join(FOLDER), false);
                 return Ok(FolderLock { path, file: Some(file) });
             }
             Err(TryLockError::WouldBlock) => {

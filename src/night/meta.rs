@@ -1,43 +1,23 @@
 //! The meta block of every table: schema, tool, configuration, site, magnitude system, zeropoint, flag names.
 
 use crate::config::{self, Config, Mode};
-use crate::error::Result;
 use crate::frames::Exposure;
-use crate::night::provenance::{Provenance, SEED};
+use crate::night::provenance::Provenance;
 use crate::night::survey::Survey;
 use crate::photometry::Flags;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::export::DataMode;
 use crate::report::{Meta, MetaValue};
 
-/// As [`table_meta`], with the seed of a night that is drawn.
-///
-/// # Errors
-/// Those of [`table_meta`].
-pub fn night_meta(
-    config: &Config,
-    zeropoint: Option<&Zeropoint>,
-    inputs_sha256: &str,
-    seed: Option<i64>,
-) -> Result<Meta> {
-    let mut meta = table_meta(config, zeropoint, Some(inputs_sha256))?;
-    if let Some(seed) = seed {
-        meta.push(SEED.0, seed.to_string());
-    }
-    Ok(meta)
-}
-
-/// What the tables of one run say about themselves; `inputs_sha256` is the hash over all input files.
-///
-/// # Errors
-/// [`crate::Error::Config`] if the configuration cannot be written as text for its hash.
-pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, inputs_sha256: Option<&str>) -> Result<Meta> {
+/// What the tables of one run say about themselves.
+#[must_use]
+pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, told: &Provenance) -> Meta {
     let number = MetaValue::Number;
     let text = |t: &str| MetaValue::Text(t.into());
     let mut meta = Meta::default();
     meta.push("schema", text("satphot.photometry/1"));
-    for (key, value) in Provenance::of(config, inputs_sha256, None)?.0 {
-        meta.push(key, text(&value));
+    for (key, value) in &told.0 {
+        meta.push(key, text(value));
     }
     meta.push("night", text(&config.night.name));
     meta.push("time_scale", text("UTC"));
@@ -74,7 +54,7 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, inputs_sha256:
     }
     let flags = Flags::NAMES.iter().map(|(flag, name)| ((*name).to_string(), number(f64::from(flag.0)))).collect();
     meta.push("flags", MetaValue::Map(flags));
-    Ok(meta)
+    meta
 }
 
 /// Whether the night is of the sky: the meta key `data_mode`, SIMULATED as soon as one frame of it is drawn.

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::file::{make_folder, write_atomic};
 use crate::night::bench::Bench;
 use crate::night::effective::effective_toml;
-use crate::night::meta::night_meta;
+use crate::night::meta::table_meta;
 use crate::night::pipeline::Options;
 use crate::night::previous::conditions;
 use crate::night::provenance::Provenance;
@@ -24,12 +24,10 @@ pub struct Outputs<'a> {
     pub config: &'a Config,
     /// Pictures of the target frames, in the order of their rows.
     pub thumbs: &'a [Option<Thumb>],
-    /// Hash over all input files.
-    pub inputs_sha256: String,
+    /// What every product tells of where it is from.
+    pub told: &'a Provenance,
     /// Whether the frames are real.
     pub data_mode: DataMode,
-    /// Seed of the frames that were drawn.
-    pub seed: Option<i64>,
 }
 
 impl Outputs<'_> {
@@ -44,8 +42,7 @@ impl Outputs<'_> {
         residuals: &[ResidualRow],
         options: &Options,
     ) -> Result<Vec<PathBuf>> {
-        let of_stars = night_meta(self.config, self.bench.zeropoint.as_ref(), &self.inputs_sha256, self.seed)?;
-        let told = Provenance::of(self.config, Some(&self.inputs_sha256), self.seed)?;
+        let of_stars = table_meta(self.config, self.bench.zeropoint.as_ref(), self.told);
         let mut meta = of_stars.clone();
         meta.push("data_mode", self.data_mode.name());
         let mut files = Vec::new();
@@ -71,7 +68,7 @@ impl Outputs<'_> {
         if !options.no_figures {
             files.extend(self.figures(rows, stars, residuals)?);
         }
-        files.iter().try_for_each(|file| told.stamp(file))?;
+        files.iter().try_for_each(|file| self.told.stamp(file))?;
         Ok(files)
     }
 

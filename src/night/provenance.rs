@@ -6,7 +6,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::config::{Config, Orbit};
+use crate::config::{Config, Model, Orbit};
 use crate::error::{Error, Result};
 use crate::file::write_atomic;
 use crate::frames::{CardValue, Detector, Exposure};
@@ -14,6 +14,7 @@ use crate::night::bench::{config_sha256, sha256_16, sha256_16_text};
 use crate::night::clock::iso_utc;
 use crate::night::manifest::inputs_sha256;
 use crate::night::outputs::file_name;
+use crate::night::plan::plan_file::Plan;
 use crate::night::survey::Survey;
 use crate::orbit::read_elements;
 use crate::report::Meta;
@@ -55,30 +56,46 @@ impl Provenance {
     /// # Errors
     /// [`Error::Config`] if the configuration cannot be written as text for its hash.
     pub fn of(config: &Config, inputs_sha256: Option<&str>, seed: Option<i64>) -> Result<Self> {
+        Self::hashed(config, inputs_sha256, seed, &|path| sha256_16(path).ok())
+    }
+
+    /// Of a plan and its configuration: the hashes of the files are those of the plan, whether they can be read here or not.
+    ///
+    /// # Errors
+    /// Those of [`Provenance::of`].
+    pub fn of_plan(plan: &Plan, config: &Config) -> Result<Self> {
+        let hash = |path: &Path| plan.files.iter().find(|f| f.path == path).map(|f| f.sha256.clone());
+        Self::hashed(config, Some(&plan.inputs_sha256()), plan.seed, &hash)
+    }
+
+    fn hashed(
+        config: &Config,
+        inputs_sha256: Option<&str>,
+        seed: Option<i64>,
+        hash_of: &dyn Fn(&Path) -> Option<String>,
+    ) -> Result<Self> {
         let mut told = vec![("tool", TOOL.to_string()), ("config_sha256", config_sha256(config)?)];
         told.extend(inputs_sha256.map(|hash| ("input_manifest_sha256", hash.to_string())));
         if let Ok(detector) = Detector::from_config(&config.detector) {
             let (name, table) = detector.gain_table();
             told.extend([("gain_table", name), ("gain_table_sha256", sha256_16_text(&table))]);
         }
-        let mut file = |name: &'static str, hash: &'static str, path: &Path| {
+        let file = |told: &mut Vec<_>, name: &'static str, hash: &'static str, path: &Path| {
             told.push((name, file_name(path)));
-            told.extend(sha256_16(path).ok().map(|sha| (hash, sha)));
+            told.extend(hash_of(path).map(|sha| (hash, sha)));
         };
         if let Some(stars) = &config.stars {
-            file("catalogue", "catalogue_sha256", &stars.catalogue);
+            file(&mut told, "catalogue", "catalogue_sha256", &stars.catalogue);
         }
         if let Some(orbit) = &config.orbit {
-            file("orbit_source", "orbit_sha256", &orbit.elements);
+            file(&mut told, "orbit_source", "orbit_sha256", &orbit.elements);
+            told.extend(epochs(orbit).map(|epochs| ("orbit_epochs", epochs)));
         }
         if let Some(path) = &config.zeropoint.previous {
-            file("zeropoint_file", "zeropoint_file_sha256", path);
+            file(&mut told, "zeropoint_file", "zeropoint_file_sha256", path);
         }
         if let Some(path) = &config.flat.master {
-            file("flat_file", "flat_file_sha256", path);
-        }
-        if let Some(epochs) = config.orbit.as_ref().and_then(epochs) {
-            told.push(("orbit_epochs", epochs));
+            file(&mut told, "flat_file", "flat_file_sha256", path);
         }
         told.extend(seed.map(|seed| (SEED.0, seed.to_string())));
         Ok(Self(told))
@@ -174,6 +191,8 @@ pub fn named_files(config: &Config) -> Vec<(&'static str, PathBuf)> {
         files.push(("model.satellites", model.satellites.as_ref()));
         files.push(("model.throughput", model.throughput.as_ref()));
     }
+    let band = config.model.as_ref().and_then(Model::band_file);
+    files.push(("model.band", band.as_ref()));
     files.into_iter().filter_map(|(key, path)| Some((key, path?.clone()))).collect()
 }
 

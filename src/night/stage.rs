@@ -124,13 +124,13 @@ impl FittedStars {
     /// # Errors
     /// [`Error::Io`].
     pub fn write(&self, config: &Config, zeropoint: &Path, stars: Option<&Path>) -> Result<()> {
+        let told = Provenance::of(config, None, None)?;
         if let Ok(fit) = &self.zeropoint {
             let flattened = !self.rows.iter().any(|r| Flags(r.flags).has(Flags::NO_FLAT));
-            let told = Provenance::of(config, None, None)?;
             save(zeropoint, &(fit.to_toml(&[conditions(config, flattened)]) + &told.toml_comment()))?;
         }
         match stars {
-            Some(path) => write_stars(path, &self.rows, &table_meta(config, self.zeropoint.as_ref().ok(), None)?),
+            Some(path) => write_stars(path, &self.rows, &table_meta(config, self.zeropoint.as_ref().ok(), &told)),
             None => Ok(()),
         }
     }
@@ -199,7 +199,7 @@ impl Measured {
     /// # Errors
     /// [`Error::Io`].
     pub fn write(&self, config: &Config, path: &Path) -> Result<()> {
-        let mut meta = table_meta(config, self.zeropoint.as_ref(), None)?;
+        let mut meta = table_meta(config, self.zeropoint.as_ref(), &Provenance::of(config, None, None)?);
         meta.push("data_mode", self.data_mode.name());
         write_photometry(path, &self.rows, &meta)
     }
@@ -268,7 +268,7 @@ impl Compared {
     /// # Errors
     /// [`Error::Io`].
     pub fn write(&self, config: &Config, residuals: &Path, photometry: Option<&Path>) -> Result<()> {
-        let mut meta = table_meta(config, None, None)?;
+        let mut meta = table_meta(config, None, &Provenance::of(config, None, None)?);
         if let Some(zeropoint) = &self.zeropoint {
             meta.push("zeropoint", zeropoint.clone());
         }

@@ -14,7 +14,7 @@ use crate::night::manifest::Quadratures;
 use crate::night::pipeline::Options;
 use crate::night::plan::products::Products;
 use crate::night::progress::Progress;
-use crate::night::provenance::Provenance;
+use crate::night::provenance::{Provenance, named_files};
 use crate::night::queue::in_order;
 use crate::night::survey::Survey;
 use crate::night::target::{
@@ -199,10 +199,9 @@ impl Reduced {
 
 /// What a target frame's row depends on beside the frame: elements, satellite, flat, stars and zeropoint.
 fn depends(bench: &Bench, products: &Products) -> Vec<String> {
-    let config = &bench.config;
-    let files = config.orbit.iter().map(|o| &o.elements);
-    let files = files.chain(config.model.iter().flat_map(|m| m.satellites.iter().chain(&m.throughput)));
-    let mut all: Vec<String> = files.map(|path| products.sha256(path).unwrap_or_default()).collect();
+    let files = named_files(&bench.config).into_iter();
+    let files = files.filter(|(key, _)| key.starts_with("orbit.") || key.starts_with("model."));
+    let mut all: Vec<String> = files.map(|(_, path)| products.sha256(&path).unwrap_or_default()).collect();
     all.push(bench.flat_sha256.clone());
     all.push(format!("{:?} {:?} {:?}", bench.fwhm_arcsec, bench.profile, bench.camera_turn));
     all.push(format!("{:?} {}", bench.zeropoint, bench.model.is_some()));

@@ -15,6 +15,7 @@ use crate::config::{Config, Pin};
 use crate::error::{Error, Result};
 use crate::night::meta::table_meta;
 use crate::night::outputs::save;
+use crate::night::provenance::Provenance;
 use crate::night::zeropoint::fit_rows;
 use crate::photometry::table::{Row, Table};
 use crate::photometry::zeropoint::Zeropoint;
@@ -297,7 +298,7 @@ impl Matched {
             notes.extend(self.taken.iter().map(|(what, from)| format!("{what}: {from}")));
             save(zeropoint, &self.own_convention(&fit.to_toml(&notes)))?;
         }
-        let mut meta = table_meta(config, self.zeropoint.as_ref().ok(), None)?;
+        let mut meta = table_meta(config, self.zeropoint.as_ref().ok(), &Provenance::of(config, None, None)?);
         // the site, the telescope and the catalogue are those of a night, not of this table
         meta.entries.retain(|(key, _)| !matches!(key.as_str(), "night" | "site" | "telescope" | "catalogue"));
         for (key, value) in &mut meta.entries {

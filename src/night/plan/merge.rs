@@ -18,7 +18,7 @@ use crate::error::{Error, Result};
 use crate::night::compare::residual_rows;
 use crate::night::effective::effective_toml;
 use crate::night::outputs::{file_name, make_folder_of, save};
-use crate::night::provenance::{Provenance, SEED};
+use crate::night::provenance::Provenance;
 use crate::night::target::TargetFrame;
 use crate::report::columns::{self, Column, Datatype};
 use crate::report::summary::pass_table;
@@ -325,15 +325,7 @@ impl Merged {
         let effective = path.with_file_name("effective.toml");
         let config = Config::from_text(&self.config_toml, &[])?;
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let inputs = match self.meta.get("input_manifest_sha256") {
-            Some(MetaValue::Text(hash)) => Some(hash.as_str()),
-            _ => None,
-        };
-        let seed = match self.meta.get(SEED.0) {
-            Some(MetaValue::Text(seed)) => seed.parse().ok(),
-            _ => None,
-        };
-        let told = Provenance::of(&config, inputs, seed)?;
+        let told = Provenance::of_meta(&self.meta);
         save(&effective, &(effective_toml(&config, folder)? + &told.toml_comment()))?;
         files.push(effective);
         Ok(files)

@@ -22,7 +22,7 @@ use crate::night::meta::data_mode;
 use crate::night::outputs::{file_name, make_folder_of};
 use crate::night::pipeline::{Options, refuse_hopeless};
 use crate::night::progress::Progress;
-use crate::night::provenance::simulation_seed;
+use crate::night::provenance::{named_files, simulation_seed};
 use crate::night::stages::with_threads;
 use crate::night::survey::{Survey, survey};
 use crate::report::export::DataMode;
@@ -48,7 +48,7 @@ pub struct Plan {
     /// Seed of frames that are drawn.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub seed: Option<i64>,
-    /// Files beside the frames: catalogue, elements, master flat, zeropoint of another night, satellites.
+    /// Files beside the frames: catalogue, elements, master flat, zeropoint of another night, satellites, band.
     pub files: Vec<PlannedFile>,
     /// Target frames of a shard, at most.
     pub frames_per_shard: usize,
@@ -284,16 +284,11 @@ pub(super) fn changed(path: &Path) -> Error {
 
 /// Files of the configuration that results depend on.
 fn files(config: &Config, products: &Products) -> Result<Vec<PlannedFile>> {
-    let mut named: Vec<(&str, &PathBuf)> = Vec::new();
-    named.extend(config.stars.iter().map(|s| ("stars.catalogue", &s.catalogue)));
-    named.extend(config.orbit.iter().map(|o| ("orbit.elements", &o.elements)));
-    named.extend(config.flat.master.iter().map(|p| ("flat.master", p)));
-    named.extend(config.zeropoint.previous.iter().map(|p| ("zeropoint.previous", p)));
-    named.extend(config.model.iter().flat_map(|m| m.satellites.iter().map(|p| ("model.satellites", p))));
-    let file = |(role, path): (&str, &PathBuf)| {
-        Ok(PlannedFile { role: role.into(), path: path.clone(), sha256: products.sha256(path)? })
+    let file = |(role, path): (&str, PathBuf)| {
+        let sha256 = products.sha256(&path)?;
+        Ok(PlannedFile { role: role.into(), path, sha256 })
     };
-    named.into_iter().map(file).collect()
+    named_files(config).into_iter().map(file).collect()
 }
 
 fn planned(exposure: &Exposure, pointing: Option<usize>, products: &Products) -> PlannedFrame {

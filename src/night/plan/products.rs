@@ -15,6 +15,7 @@ use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
 use crate::error::Result;
+use crate::file::temporary_name;
 use crate::frames::Exposure;
 use crate::night::bench::{Bench, config_sha256, sha256_16, sha256_16_text};
 
@@ -153,7 +154,7 @@ impl Products {
             let mut bytes = self.head_line(key, &payload).into_bytes();
             bytes.push(b'\n');
             bytes.extend(payload);
-            let temporary = folder.join(format!("{name}.tmp.{}", std::process::id()));
+            let temporary = folder.join(temporary_name(name));
             fs::create_dir_all(folder)
                 .and_then(|()| fs::write(&temporary, bytes))
                 .and_then(|()| fs::rename(&temporary, folder.join(name)))

@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::frames::{FlatMember, MasterFlat};
 use crate::night::bench::{Bench, sha256_16};
 use crate::night::camera_turn::CameraTurn;
-use crate::night::meta::night_meta;
+use crate::night::meta::table_meta;
 use crate::night::outputs::{file_name, make_folder_of, save};
 use crate::night::pipeline::{Options, rejected_flats, zeropoint_stage};
 use crate::night::previous::conditions;
@@ -258,9 +258,8 @@ pub fn plan_zeropoint(
     let mut rows = std::mem::take(&mut stars.rows);
     bench.zeropoint = zeropoint_stage(&mut rows, &stars, &bench, &mut poor, &mut notes)?;
     notes.extend(products.notes());
-    let inputs = plan.inputs_sha256();
-    let meta = night_meta(&config, bench.zeropoint.as_ref(), &inputs, plan.seed)?;
-    let told = Provenance::of(&config, Some(&inputs), plan.seed)?;
+    let told = Provenance::of_plan(plan, &config)?;
+    let meta = table_meta(&config, bench.zeropoint.as_ref(), &told);
     let text = match &bench.zeropoint {
         Some(zeropoint) => zeropoint.to_toml(&[conditions(&config, bench.flat.is_some())]),
         None => "# This night has no zeropoint: magnitudes stay instrumental.\n".into(),

@@ -16,10 +16,11 @@ use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::night::bench::Bench;
 use crate::night::manifest::peak_memory_mb;
-use crate::night::meta::night_meta;
+use crate::night::meta::table_meta;
 use crate::night::outputs::{make_folder_of, save};
 use crate::night::pipeline::Options;
 use crate::night::progress::Progress;
+use crate::night::provenance::Provenance;
 use crate::night::stages::target_stage;
 use crate::night::survey::Survey;
 use crate::photometry::zeropoint::Zeropoint;
@@ -86,7 +87,10 @@ pub fn measure_shard(plan: &Plan, request: &Request, options: &Options, progress
     // each shard keeps its frames in a folder of its own, so that no two workers write to one file
     let folder = request.out.parent().unwrap_or(Path::new("")).join(FOLDER).join(&made_of[..16]);
     let products = Products::in_folder(folder, &bench, options.redo)?;
-    plan.check_files(&["orbit.elements", "model.satellites", "flat.master"], &products)?;
+    plan.check_files(
+        &["orbit.elements", "model.satellites", "model.throughput", "model.band", "flat.master"],
+        &products,
+    )?;
     let exposures = plan.exposures(frames.iter().copied(), &config, &bench.target_names())?;
     let survey = Survey { targets: exposures, ..Survey::default() };
     notes.extend(options.memory().check(&survey, &bench)?);
@@ -101,7 +105,7 @@ pub fn measure_shard(plan: &Plan, request: &Request, options: &Options, progress
         }
     }
     rows.extend(night_rows);
-    let mut meta = night_meta(&config, bench.zeropoint.as_ref(), &plan.inputs_sha256(), plan.seed)?;
+    let mut meta = table_meta(&config, bench.zeropoint.as_ref(), &Provenance::of_plan(plan, &config)?);
     meta.push("data_mode", plan.data_mode.name());
     meta.set("schema", SHARD_SCHEMA);
     meta.push("made_of", made_of.as_str());

@@ -1,0 +1,16 @@
+//! The program as its users call it, its messages and its documentation.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod accuracy_cli;
+mod check_table;
+mod cli;
+mod config_model;
+mod docs_book;
+mod docs_columns;
+mod inspect_cli;
+mod left_out;
+mod messages;
+mod published;

@@ -1,0 +1,18 @@
+//! Whole nights: recovery, damage, interruption, pieces.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod broken;
+mod fixture;
+mod huntsman;
+mod interrupts;
+mod left_out;
+mod previous;
+mod reading;
+mod recovery;
+mod resume;
+mod shards;
+mod stars;
+mod vetting;

@@ -1,0 +1,146 @@
+//! What is read of a night and how: a target's surroundings tell the same as its whole frame; threads, memory and files
+//! that vanish change no other row.
+#![allow(clippy::unwrap_used)]
+
+use crate::support;
+
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
+use satphot::config::Config;
+use satphot::error::Error;
+use satphot::frames::{BAND_BYTES, MasterFlat};
+use satphot::night::bench::Bench;
+use satphot::night::pipeline::run;
+use satphot::night::progress::Progress;
+use satphot::night::surroundings::{look, reach_px};
+use satphot::night::survey::survey;
+use satphot::night::target::target_settings;
+use satphot::photometry::background::background;
+use satphot::photometry::target::measure_target;
+use support::{Night, TARGETS, simulated};
+
+fn original() -> &'static PathBuf {
+    static NIGHT: OnceLock<PathBuf> = OnceLock::new();
+    NIGHT.get_or_init(|| simulated("night_reading", &[]))
+}
+
+fn night() -> Night {
+    Night::copy_of(original())
+}
+
+#[test]
+fn the_surroundings_of_a_target_tell_the_same_as_its_whole_frame() {
+    let large = simulated("night_reading_large", &["frame.nx_px=900", "frame.ny_px=700", "target.n=4"]);
+    // the place in the middle, near the edge of the circle, and outside of it, where the whole frame must be read
+    for (circle, place) in [(400.0, None), (320.0, Some([350.0, 200.0])), (320.0, Some([60.0, 60.0]))] {
+        let mut sets =
+            vec![format!("photometry.clip_radius_px={circle}"), "target.search_radius_arcsec=45".to_string()];
+        if let Some([x, y]) = place {
+            sets.extend([format!("target.x_px={x}"), format!("target.y_px={y}")]);
+        }
+        let config = Config::load(&large.join("pipeline.toml"), &sets).unwrap();
+        let mut bench = Bench::prepare(&config).unwrap();
+        let survey = survey(&config, &[], &bench.target_names()).unwrap();
+        bench.flat = Some(
+            MasterFlat::make(
+                &survey.flats,
+                &bench.detector,
+                &config.flat,
+                config.photometry.clip_radius_px,
+                BAND_BYTES,
+            )
+            .unwrap(),
+        );
+        assert_eq!(survey.targets.len(), 4);
+        for exposure in &survey.targets {
+            let settings = target_settings(exposure, &bench);
+            assert!(reach_px(&settings) < 300.0, "a part of the frame is enough: {}", reach_px(&settings));
+            let seen = look(&bench.open(exposure).unwrap(), &bench, &settings).unwrap();
+            let p = &config.photometry;
+            let frame = bench.reduce(exposure).unwrap();
+            let sky = background(&frame, p.mesh_px, p.clip_sigma).unwrap();
+            // NaN is NaN: the text of both
+            assert_eq!(format!("{:?}", seen.found), format!("{:?}", measure_target(&frame, &sky, &settings)));
+            assert_eq!(seen.corner_ratio, sky.corner_ratio());
+            assert!(seen.corner_ratio.is_some());
+        }
+    }
+}
+
+#[test]
+fn tables_are_the_same_bytes_for_any_threads_and_any_memory() {
+    let mut n = night();
+    let least = {
+        n.options.max_memory_bytes = Some(1);
+        let (_, message) = n.refusal();
+        let text = message.split("at least ").nth(1).unwrap().split("MB").next().unwrap().to_string();
+        text.parse::<usize>().unwrap() * 1_000_000
+    };
+    let mut seen = Vec::new();
+    for (jobs, memory) in
+        [(1, None), (2, None), (3, Some(least)), (2, Some(least + 3_000_000)), (2, Some(4_000_000_000))]
+    {
+        n.options.jobs = jobs;
+        n.options.max_memory_bytes = memory;
+        n.run().unwrap();
+        let names = ["photometry.ecsv", "stars.ecsv", "residuals.ecsv", "zeropoint.toml", "master_flat.fits"];
+        seen.push(names.map(|name| std::fs::read(n.result(name)).unwrap()));
+    }
+    assert!(seen.iter().all(|s| *s == seen[0]));
+}
+
+#[test]
+fn a_limit_too_small_for_one_frame_is_refused_with_the_least_that_works() {
+    let mut n = night();
+    n.options.max_memory_bytes = Some(20_000_000);
+    let (code, message) = n.refusal();
+    assert_eq!(code, 2, "{message}");
+    for word in ["--max-memory", "20 MB", "at least", "MB is needed", "clip_radius_px"] {
+        assert!(message.contains(word), "\"{word}\" is not in: {message}");
+    }
+}
+
+/// Damages files when the target stage begins: after they were surveyed.
+struct Saboteur {
+    gone: PathBuf,
+    cut: PathBuf,
+}
+
+impl Progress for Saboteur {
+    fn stage(&self, name: &str, _: usize) {
+        if name == "target frames" {
+            std::fs::remove_file(&self.gone).unwrap();
+            let bytes = std::fs::read(&self.cut).unwrap();
+            std::fs::write(&self.cut, &bytes[..bytes.len() / 2]).unwrap();
+        }
+    }
+    fn tick(&self) {}
+    fn done(&self) {}
+    fn elapsed_s(&self) -> f64 {
+        0.0
+    }
+}
+
+#[test]
+fn files_that_vanish_or_shrink_during_the_night_cost_a_row_each() -> Result<(), Error> {
+    let whole = night().set("night.max_failed_frac=0.5");
+    whole.run()?;
+    let n = night().set("night.max_failed_frac=0.5");
+    let saboteur = Saboteur { gone: n.path(TARGETS[1]), cut: n.path(TARGETS[3]) };
+    run(&n.config()?, &n.options, &saboteur)?;
+    for frame in TARGETS {
+        let row = n.row(frame);
+        if frame == TARGETS[1] || frame == TARGETS[3] {
+            assert_eq!((row.status.as_str(), row.verdict.as_str()), ("failed", "reject"), "{}", row.reason);
+            assert!(row.reason.contains(frame), "{}", row.reason);
+        } else {
+            let other = whole.row(frame);
+            assert_eq!(
+                (row.flux_e, row.v_mag, row.sky_corner_ratio),
+                (other.flux_e, other.v_mag, other.sky_corner_ratio)
+            );
+        }
+    }
+    Ok(())
+}

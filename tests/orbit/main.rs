@@ -1,0 +1,8 @@
+//! Elements, propagation, passes, sky.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod elements;
+mod formats;
+mod passes;
+mod sgp4;
+mod sky;

@@ -1,0 +1,18 @@
+//! Apertures, sky, detection and the light of the target.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+#[path = "../photometry_scene/mod.rs"]
+mod photometry_scene;
+
+mod aperture;
+mod background;
+mod detect;
+mod flags;
+mod flux;
+mod growth;
+mod injection;
+mod injection_station;
+mod speed;
+mod stats;
+mod target;
+mod target_light;

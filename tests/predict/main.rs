@@ -1,0 +1,18 @@
+//! Predictions of passes, skies, constellations; limits of detection.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+#[path = "../observed/mod.rs"]
+mod observed;
+#[path = "../support/mod.rs"]
+mod support;
+
+mod constellation;
+mod day;
+mod geometry;
+mod limits_footprint;
+mod limits_simple;
+mod limits_streak;
+mod limits_tracked;
+mod month;
+mod pass;
+mod sky;
