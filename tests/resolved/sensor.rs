@@ -1,7 +1,6 @@
 //! The sensor against laws and an end-to-end reduction: photons kept, electrons of the right number, files that reduce.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-
 use hifitime::Epoch;
 use ndarray::Array2;
 use satphot::brightness::spectrum::{SolarColumn, Spectrum};
