@@ -97,7 +97,7 @@ pub const METHODS: &[Method] = &[
     Method { name: "platform", about: "a platform of kilometres: how it is divided", sweep: platform::sweep },
     Method {
         name: "renderer",
-        about: "resolved pictures of satellites: pixels, rays, sides of round shapes",
+        about: "resolved pictures of satellites: pixels, samples, rays, the Earth's integral, sides of round shapes",
         sweep: resolved::sweep,
     },
     Method {

@@ -1,16 +1,19 @@
-//! The picture of a resolved satellite: error of the light of the whole of it, and the cost, by pixels, rays and sides.
+//! The picture of a resolved satellite: error of the light of the whole of it, and the cost, by pixels, samples, rays, the
+//! Earth's integral and sides.
 //!
-//! The ISS 45° from nadir: by day, and at full Moon in the Earth's shadow. Every light with a share above 0.1 % is a case.
-//! The reference has more of everything; what it has too little of itself (`sides`) is its own series.
+//! The ISS 45° from nadir: by day, and at full Moon in the Earth's shadow. All light, and every light with a share above
+//! 1 %, is a case.
 
 use super::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep};
-use crate::brightness::Scene;
+use crate::brightness::{ModelSettings, Scene};
 use crate::error::Result;
 use crate::resolved::{ComponentSatellite, RenderSettings, Renderer, ResolvedScene};
 use crate::vector::Vector;
 
 const AU_KM: f64 = crate::constants::AU_KM;
+/// Lights of a smaller share of a picture are no case of their own.
+const LEAST_SHARE: f64 = 0.01;
 
 /// By day, and at full Moon at night.
 fn scenes() -> [Scene; 2] {
@@ -26,67 +29,82 @@ fn scenes() -> [Scene; 2] {
     [day, night]
 }
 
-/// Irradiances by light.
-fn irradiances(satellite: &ComponentSatellite, settings: &RenderSettings) -> Result<Vec<f64>> {
-    let mut all = Vec::new();
-    for scene in scenes() {
+/// Irradiances by light, of each scene.
+fn irradiances(satellite: &ComponentSatellite, settings: &RenderSettings) -> Result<Vec<Vec<f64>>> {
+    let of = |scene| {
         let rendered = Renderer::new(&ResolvedScene { satellite: satellite.clone(), scene }, settings)?.picture();
-        all.extend(rendered.image.planes.iter().map(|(l, _)| rendered.image.irradiance_w_m2(*l)));
-    }
-    Ok(all)
+        Ok(rendered.image.planes.iter().map(|(light, _)| rendered.image.irradiance_w_m2(*light)).collect())
+    };
+    scenes().map(of).into_iter().collect()
 }
 
 pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
     let iss = ComponentSatellite::named("iss")?;
     let usual = RenderSettings::default();
     let effort = stopwatch.effort;
-    let finest = RenderSettings {
-        pixels: effort.of(192, 1024),
-        samples: effort.of(3, 4),
-        earth_rays: effort.of(16, 64),
-        ..usual.clone()
-    };
-    let mut knobs: Vec<(&str, RenderSettings, Vec<(String, RenderSettings, bool)>)> = Vec::new();
-    let with = |pixels: usize, samples: usize, rays: usize| RenderSettings {
+    let with = |pixels: usize, samples: usize, earth_rays: usize| RenderSettings {
         pixels,
         samples,
-        earth_rays: rays,
+        earth_rays,
         ..usual.clone()
     };
-    let sizes: &[usize] = effort.of(&[32, 64, 128], &[32, 64, 128, 256, 512]);
-    let pixels = sizes.iter().map(|n| (n.to_string(), with(*n, 2, 16), *n == usual.pixels)).collect();
-    knobs.push(("pixels a side, 2 x 2 samples", finest.clone(), pixels));
-    let rays = [1, 4, 16, 64]
-        .iter()
-        .map(|n| (n.to_string(), with(effort.of(64, 128), 2, *n), *n == usual.earth_rays))
-        .collect();
-    knobs.push(("rays to the Earth a sample", finest.clone(), rays));
-    let sides = |n: usize| RenderSettings { sides: n, ..with(effort.of(64, 256), 2, 16) };
-    let turned = [8, 16, 32, 64, 128].iter().map(|n| (n.to_string(), sides(*n), *n == usual.sides)).collect();
-    knobs.push(("sides of a cylinder", sides(256), turned));
+    // each knob against its own finest value, the others as they are: the errors are of that knob alone
     let mut series = Vec::new();
-    for (label, reference, settings) in knobs {
-        let truth = irradiances(&iss, &reference)?;
-        let brightest =
-            [0, 1].map(|k| truth[k * truth.len() / 2..(k + 1) * truth.len() / 2].iter().copied().fold(0.0, f64::max));
-        let mut points = Vec::new();
-        for (setting, settings, is_default) in settings {
-            let before = (stopwatch.cpu_s)();
-            let found = irradiances(&iss, &settings)?;
-            let cpu_us = 1e6 * ((stopwatch.cpu_s)() - before) / 2.0;
-            let counts = |k: usize| truth[k] > 1e-3 * brightest[usize::from(k >= truth.len() / 2)];
-            let off: Vec<f64> = (0..truth.len()).filter(|k| counts(*k)).map(|k| found[k] / truth[k] - 1.0).collect();
-            let memory_kb = Some(5.0 * 8.0 * (settings.pixels * settings.pixels) as f64 / 1024.0);
-            points.extend(Errors::of(&off).map(|errors| Point { setting, errors, cpu_us, memory_kb, is_default }));
-        }
+    let mut add = |label: &str, finest: RenderSettings, settings: Vec<(String, RenderSettings, bool)>| -> Result<()> {
+        let points = points(stopwatch, &iss, &finest, settings)?;
         series.push(Series { label: label.into(), points });
-    }
+        Ok(())
+    };
+    let sizes: &[usize] = effort.of(&[32, 128, 512], &[32, 64, 128, 256, 512]);
+    let sizes = sizes.iter().map(|n| (n.to_string(), with(*n, 2, 16), *n == usual.pixels)).collect();
+    add("pixels a side, 2 x 2 samples", with(effort.of(512, 1024), 4, 16), sizes)?;
+    let coarse = effort.of(64, 256);
+    let samples = [1, 2, 3, 4, 6].map(|n| (n.to_string(), with(coarse, n, 16), n == usual.samples)).to_vec();
+    add("samples along a side of a pixel", with(coarse, 12, 16), samples)?;
+    let rays = [1, 4, 16, 64].map(|n| (n.to_string(), with(coarse, 2, n), n == usual.earth_rays)).to_vec();
+    add("rays to Earth and sky a sample", with(coarse, 2, effort.of(256, 1024)), rays)?;
+    let integral = |tolerance: f64| RenderSettings {
+        model: ModelSettings { tolerance, ..usual.model.clone() },
+        ..with(coarse, 2, 16)
+    };
+    let tolerances =
+        [1e-1, 1e-2, 1e-3, 1e-4, 1e-6].map(|t| (format!("{t:.0e}"), integral(t), t == usual.model.tolerance)).to_vec();
+    add("tolerance of the Earth's integral", integral(1e-9), tolerances)?;
+    let sides = |n: usize| RenderSettings { sides: n, ..with(coarse, 2, 16) };
+    let turned = [8, 16, 32, 64, 128].map(|n| (n.to_string(), sides(n), n == usual.sides)).to_vec();
+    add("sides of a cylinder", sides(512), turned)?;
     Ok(Sweep {
         knob: "setting",
         work: "one picture",
         error: "relative",
-        reference: "more pixels, samples and rays of the same",
+        reference: "the finest value of the knob, the others unchanged",
         default_because: "512 pixels show half-metre parts of the ISS; its light is good to 1e-3 with far fewer",
         series,
     })
+}
+
+/// Errors and costs of pictures against one of `finest`.
+fn points(
+    stopwatch: &Stopwatch,
+    satellite: &ComponentSatellite,
+    finest: &RenderSettings,
+    settings: Vec<(String, RenderSettings, bool)>,
+) -> Result<Vec<Point>> {
+    let truth = irradiances(satellite, finest)?;
+    let mut points = Vec::new();
+    for (setting, settings, is_default) in settings {
+        let before = (stopwatch.cpu_s)();
+        let found = irradiances(satellite, &settings)?;
+        let cpu_us = 1e6 * ((stopwatch.cpu_s)() - before) / truth.len() as f64;
+        let mut off = Vec::new();
+        for (truth, found) in truth.iter().zip(found) {
+            let total: f64 = truth.iter().sum();
+            let counts = truth.iter().zip(&found).filter(|(t, _)| **t > LEAST_SHARE * total);
+            off.extend(counts.map(|(t, f)| f / t - 1.0));
+            off.push(found.iter().sum::<f64>() / total - 1.0);
+        }
+        let memory_kb = Some(5.0 * 8.0 * (settings.pixels * settings.pixels) as f64 / 1024.0);
+        points.extend(Errors::of(&off).map(|errors| Point { setting, errors, cpu_us, memory_kb, is_default }));
+    }
+    Ok(points)
 }
