@@ -1,6 +1,6 @@
 //! What every frame of the night shares: detector, master flat, orbit, model, zeropoint; and one frame's reduction.
 
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
@@ -185,8 +185,12 @@ impl Bench {
 /// First 16 hex digits of the SHA-256 of a file.
 ///
 /// # Errors
-/// [`Error::Io`].
+/// [`Error::Io`]; also for what is no regular file: a device never ends, a pipe may never begin.
 pub fn sha256_16(path: &Path) -> Result<String> {
+    let is_file = std::fs::metadata(path).map_err(|e| Error::io(path, e))?.is_file();
+    if !is_file {
+        return Err(Error::io(path, std::io::Error::new(ErrorKind::InvalidInput, "is not a regular file")));
+    }
     let mut file = std::fs::File::open(path).map_err(|e| Error::io(path, e))?;
     let mut hasher = Sha256::new();
     let mut buffer = vec![0; HASHED_BYTES];
@@ -194,7 +198,7 @@ pub fn sha256_16(path: &Path) -> Result<String> {
         match file.read(&mut buffer) {
             Ok(0) => return Ok(hex16(&hasher.finalize())),
             Ok(n) => hasher.update(&buffer[..n]),
-            Err(e) if e.kind() == std::io::ErrorKind::Interrupted => {}
+            Err(e) if e.kind() == ErrorKind::Interrupted => {}
             Err(e) => return Err(Error::io(path, e)),
         }
     }

@@ -125,7 +125,8 @@ impl Tracker {
     #[must_use]
     pub fn age_warning(&self, epoch: &Epoch) -> Option<String> {
         let i = self.nearest_index(epoch)?;
-        let age = check_age(&self.sets[i], epoch, self.max_age_d, true).ok().flatten();
+        // too old ones are refused with the same words
+        let age = check_age(&self.sets[i], epoch, self.max_age_d, self.force_age).ok().flatten();
         let doubt = match &self.standings[i] {
             Standing::Doubted(why) => {
                 Some(format!("{why}: the satellite has burnt its engines, or one of them is wrong"))

@@ -97,7 +97,7 @@ pub fn resolved_case(settings: &RenderSettings) -> Result<(Vec<CaseRow>, Vec<Str
     let mut notes: Vec<String> = REASONS.iter().map(|s| (*s).to_owned()).collect();
     for point in &points {
         notes.push(format!(
-            "{}: {}, {} by the observer, cosine to nadir {:+.2}",
+            "{}: {}, for the observer {}, cosine to nadir {:+.2}",
             point.name, point.component, point.view, point.cos_nadir
         ));
     }

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use ccsds_ndm::messages::tdm::{Tdm, TdmObservationData};
 use ccsds_ndm::traits::{Ndm, Validate};
-use export_support::{facts, later, meta, missed, python_with, row, run_python, shared};
+use export_support::{facts, later, meta, missed, python_with, python_with_package, row, run_python, shared};
 use satphot::config::Reporter;
 use satphot::report::PhotometryRow;
 use satphot::report::export::{
@@ -263,6 +263,26 @@ fn a_validator_of_json_schemas_takes_the_records_and_refuses_broken_ones() {
         for key, wrong in [('mag', None), ('senalt', 1165.0), ('azimuth', 400), ('dataMode', 'real'), ('none', 1)]:\n\
         \x20   bad = copy.deepcopy(n); bad[0][key] = wrong; assert list(v.iter_errors(bad)), key\n\
         print('as expected')";
+    run_python(&python, dir.path(), script);
+}
+
+#[test]
+fn the_library_of_the_unified_data_library_reads_the_records_and_gives_them_back() {
+    let Some(python) = python_with_package("unifieddatalibrary", "udl-sdk") else { return };
+    let rows = [row(), PhotometryRow { illum: "penumbra".into(), mu_mean_mag_arcsec2: Some(21.5), ..later(9, 12.0) }];
+    let kept = select(&rows, Choice::default(), false).kept;
+    let text = udl_text(path(), &rows, &kept, &facts(), &UdlNames::default()).unwrap();
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("night.json"), text).unwrap();
+    let script = "import json\n\
+        from unifieddatalibrary.types.shared import EoObservationFull as Record\n\
+        told = json.load(open('night.json')); assert len(told) == 2\n\
+        for record in told:\n\
+        \x20   read = Record.model_validate(record)\n\
+        \x20   assert not read.model_extra and not read.eoobservation_details.model_extra, 'unknown fields'\n\
+        \x20   assert read.to_dict(mode='json', exclude_unset=True, use_api_names=True) == record\n\
+        try: Record.model_validate({**told[0], 'mag': 'bright'})\n\
+        except ValueError: print('as expected')";
     run_python(&python, dir.path(), script);
 }
 

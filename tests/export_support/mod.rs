@@ -124,6 +124,11 @@ pub fn shared(name: &str) -> Option<String> {
 /// target folder, into which the module is installed once. Told and `None` without Python, or where nothing can be installed
 /// (offline; SATPHOT_NO_INSTALL is set).
 pub fn python_with(module: &str) -> Option<PathBuf> {
+    python_with_package(module, module)
+}
+
+/// As [`python_with`] for a module whose package has another name.
+pub fn python_with_package(module: &str, package: &str) -> Option<PathBuf> {
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
     let _held = ONE_AT_A_TIME.lock();
     let can = |python: &Path| {
@@ -149,7 +154,7 @@ pub fn python_with(module: &str) -> Option<PathBuf> {
             run(&given, &["-m", "venv", &folder.to_string_lossy()])?;
         }
         let quick = ["--quiet", "--disable-pip-version-check", "--retries", "1", "--timeout", "15"];
-        run(&own, &[&["-m", "pip", "install"], &quick[..], &[module]].concat())
+        run(&own, &[&["-m", "pip", "install"], &quick[..], &[package]].concat())
     };
     match install() {
         Ok(()) if can(&own) => Some(own),

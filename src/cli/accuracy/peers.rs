@@ -21,7 +21,8 @@ const VARIABLE: &str = "SATPHOT_PYTHON";
 pub fn add(sweeps: &mut [(Method, Sweep)], given: &[PathBuf], full: bool, quiet: bool) -> anyhow::Result<()> {
     let mut pythons = given.to_vec();
     if pythons.is_empty() {
-        pythons = std::env::var_os(VARIABLE).map(|v| std::env::split_paths(&v).collect()).unwrap_or_default();
+        let named = std::env::var_os(VARIABLE).unwrap_or_default();
+        pythons = std::env::split_paths(&named).filter(|path| !path.as_os_str().is_empty()).collect();
     }
     let mut known = sweeps.iter_mut().filter(|(m, _)| METHODS.contains(&m.name)).peekable();
     if pythons.is_empty() && known.peek().is_some() && !quiet {

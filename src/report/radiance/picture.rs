@@ -19,6 +19,9 @@ const BACKGROUND: u8 = 12;
 const INK: u8 = 225;
 /// Dots between tiles.
 const GAP: usize = 6;
+/// Room of the compass beside the captions: lines, and dots for letters of single size.
+const COMPASS_LINES: usize = 3;
+const COMPASS_DOTS: usize = 32;
 /// Smallest side of a picture that stands alone \[dots\].
 const ALONE: usize = 512;
 
@@ -66,8 +69,9 @@ pub fn write_sheet(path: &Path, title: &str, tiles: &[Tile], columns: usize) -> 
     let zoom = if tiles.len() == 1 { ALONE.div_ceil(nx.max(1)) } else { 1 };
     let letter = if nx * zoom >= 380 { 2 } else { 1 };
     let line = (font::HEIGHT + 3) * letter;
-    let captions = tiles.iter().map(|t| t.captions.len()).max().unwrap_or(0);
-    let (cell_w, cell_h) = (nx * zoom + GAP, ny * zoom + captions * line + GAP);
+    // under each picture its scale bar, then its captions, and beside them the compass
+    let lines = (1 + tiles.iter().map(|t| t.captions.len()).max().unwrap_or(0)).max(COMPASS_LINES);
+    let (cell_w, cell_h) = (nx * zoom + GAP, ny * zoom + lines * line + GAP);
     let head = if title.is_empty() { GAP } else { 2 * (font::HEIGHT + 3) + GAP };
     let mut sheet = Sheet::new(columns * cell_w + GAP, rows * cell_h + head);
     sheet.text(GAP, GAP, title, 2);
@@ -75,9 +79,9 @@ pub fn write_sheet(path: &Path, title: &str, tiles: &[Tile], columns: usize) -> 
         let (x0, y0) = (GAP + (k % columns) * cell_w, head + (k / columns) * cell_h);
         sheet.tile(x0, y0, tile, zoom, letter);
         for (row, caption) in tile.captions.iter().enumerate() {
-            let room = nx * zoom / ((font::WIDTH + 1) * letter);
+            let room = (nx * zoom).saturating_sub(COMPASS_DOTS * letter) / ((font::WIDTH + 1) * letter);
             let short: String = caption.chars().take(room).collect();
-            sheet.text(x0, y0 + ny * zoom + 3 + row * line, &short, letter);
+            sheet.text(x0, y0 + ny * zoom + 3 + (1 + row) * line, &short, letter);
         }
     }
     let bytes = sheet.png().map_err(|e| Error::io(path, e))?;
@@ -110,7 +114,7 @@ impl Sheet {
         }
     }
 
-    /// A picture, its first row at the bottom, with scale bar and compass.
+    /// A picture, its first row at the bottom, with scale bar and compass below, where they cover nothing.
     fn tile(&mut self, x0: usize, y0: usize, tile: &Tile, zoom: usize, letter: usize) {
         let (ny, nx) = tile.radiance.dim();
         let brightest = tile.radiance.iter().copied().fold(0.0, f64::max);
@@ -125,15 +129,14 @@ impl Sheet {
         let length_m = round_down(0.25 * nx as f64 * tile.pixel_m);
         let dots = (length_m / tile.pixel_m * zoom as f64).round() as usize;
         let label = format!("{length_m} m = {}\"", three_digits(length_m / tile.pixel_m * tile.pixel_arcsec));
-        let left = x0 + 4 * letter;
-        let base = y0 + height.saturating_sub(6 * letter);
-        self.fill((left, base), (dots.max(1), thick), INK);
-        self.fill((left, base - 2 * letter), (thick, 5 * letter), INK);
-        self.fill((left + dots, base - 2 * letter), (thick, 5 * letter), INK);
-        self.text(left, base.saturating_sub((font::HEIGHT + 4) * letter), &label, letter);
+        let base = y0 + height + 3 + 3 * letter;
+        self.fill((x0, base), (dots.max(1), thick), INK);
+        self.fill((x0, base - 2 * letter), (thick, 5 * letter), INK);
+        self.fill((x0 + dots, base - 2 * letter), (thick, 5 * letter), INK);
+        self.text(x0 + dots + 6 * letter, base - 3 * letter, &label, letter);
         // north up, east left
         let arm = 14 * letter;
-        let (cx, cy) = (x0 + width.saturating_sub(8 * letter), y0 + arm + 14 * letter);
+        let (cx, cy) = (x0 + width.saturating_sub(4 * letter), y0 + height + 3 + arm + (font::HEIGHT + 2) * letter);
         self.fill((cx, cy - arm), (thick, arm), INK);
         self.fill((cx - arm, cy), (arm + thick, thick), INK);
         for k in 0..3 * letter {
