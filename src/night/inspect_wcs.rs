@@ -142,7 +142,7 @@ fn by_stars(
     catalogue: &Catalogue,
 ) -> Option<(&'static str, String)> {
     let sources = detections(exposure, &inspector.config.photometry).ok()?;
-    match agreement(wcs, &sources, exposure.size_px, stars, catalogue) {
+    match agreement(wcs, &sources, (exposure.size_px, inspector.config.photometry.clip_radius_px), stars, catalogue) {
         Some(fit) if !fit.doubted() => {
             Some(("fits the sky", format!("{} of {} catalogue stars", fit.matched, fit.possible)))
         }

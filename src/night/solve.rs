@@ -56,7 +56,9 @@ pub fn field_wcs(exposure: &Exposure, sources: &[Source], bench: &Bench, catalog
         return Ok(FieldWcs { wcs, replaced: false, note: String::new() });
     };
     let fits = match &header {
-        Ok(Some(wcs)) => agreement(wcs, sources, exposure.size_px, stars, catalogue),
+        Ok(Some(wcs)) => {
+            agreement(wcs, sources, (exposure.size_px, bench.config.photometry.clip_radius_px), stars, catalogue)
+        }
         _ => None,
     };
     let why = match (&header, &fits) {
@@ -143,11 +145,12 @@ impl Agreement {
     }
 }
 
-/// Whether the catalogue, placed by `wcs`, aligns with the detections better than chance.
+/// Whether the catalogue, placed by `wcs`, aligns with the detections better than chance. Detections lie in the part of the
+/// frame that is used: its size and photometry.clip_radius_px.
 pub(super) fn agreement(
     wcs: &Wcs,
     sources: &[Source],
-    (nx, ny): (usize, usize),
+    ((nx, ny), clip_radius_px): ((usize, usize), Option<f64>),
     stars: &Stars,
     catalogue: &Catalogue,
 ) -> Option<Agreement> {
@@ -155,8 +158,12 @@ pub(super) fn agreement(
     let margin = stars.pointing_err_arcsec / scale;
     let (cx, cy) = ((nx as f64 - 1.0) / 2.0, (ny as f64 - 1.0) / 2.0);
     let (ra_deg, dec_deg) = wcs.pixel_to_sky(cx, cy);
-    let radius_deg = (cx.hypot(cy) + margin) * scale / 3600.0 * 1.05;
-    let inside = |x: f64, y: f64, m: f64| x > -m && y > -m && x < nx as f64 + m && y < ny as f64 + m;
+    let clip = clip_radius_px.unwrap_or(f64::INFINITY);
+    let radius_deg = (cx.hypot(cy).min(clip) + margin) * scale / 3600.0 * 1.05;
+    let inside = |x: f64, y: f64, m: f64| {
+        let in_frame = x > -m && y > -m && x < nx as f64 + m && y < ny as f64 + m;
+        in_frame && (x - cx).hypot(y - cy) < clip + m
+    };
     let predicted: Vec<(f64, f64)> = catalogue
         .near(ra_deg, dec_deg, radius_deg.min(90.0))
         .into_iter()
