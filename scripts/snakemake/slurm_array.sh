@@ -6,12 +6,14 @@
 #   last=$(python3 -c 'import json; print(len(json.load(open("night/plan.json"))["shards"]) - 1)')
 #   job=$(sbatch --parsable --array=0-"$last" scripts/snakemake/slurm_array.sh night)
 #   sbatch --dependency=afterok:"$job" --wrap 'satphot merge --plan night/plan.json night/shards/*.ecsv -o night/photometry.ecsv'
-# A task that was killed or ran out of time is submitted again by its number (--array=7): what it measured is kept.
+# A task that was killed or ran out of time is submitted again by its number (--array=7): what it measured is kept. The merge that
+# waits for the first array never starts then (DependencyNeverSatisfied): scancel it, and submit it again after the new task.
 #SBATCH --job-name=satphot
 #SBATCH --cpus-per-task=2
 #SBATCH --mem=2G
 #SBATCH --time=00:20:00
-#SBATCH --signal=TERM@30
+# B: satphot takes the place of the batch script (exec below) and is no step; without B: only steps are told
+#SBATCH --signal=B:TERM@30
 #SBATCH --output=satphot_%A_%a.log
 set -euo pipefail
 night=${1:?usage: sbatch --array=0-LAST slurm_array.sh FOLDER_OF_THE_PLAN}

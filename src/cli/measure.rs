@@ -54,6 +54,10 @@ impl Measure {
         if let (Some(plan), Some(shard)) = (&self.plan, self.shard) {
             return self.of_plan(&Plan::read(plan)?, shard);
         }
+        if self.shard.is_some() {
+            let problem = "there is no plan to take it from; give --plan FILE, which needs no -c and no --set".into();
+            return Err(Error::Config { key: "--shard".into(), problem }.into());
+        }
         let mut config = self.common.load()?;
         if self.flat.is_some() {
             config.flat.master = self.flat;

@@ -48,7 +48,7 @@ impl MergeVerb {
             tell(&format!("note: {} is not there", table.display()));
         }
         let merged = merge(&plan, &tables, self.allow_missing)?;
-        let files = merged.write(&self.out)?;
+        let files = merged.write(&plan, &self.out)?;
         if merged.missing.is_empty() {
             clean(&tables);
         }

@@ -1,6 +1,6 @@
-//! Ctrl-C and a scheduler's SIGTERM: the first finishes the frames in work, the second ends at once.
+//! Ctrl-C, a scheduler's SIGTERM, a closed terminal: the first finishes the frames in work, the second ends at once.
 //!
-//! The exit code is 128 + the signal (130, 143). A closed pipe (`| head`) is no signal here: see [`super::print`].
+//! The exit code is 128 + the signal (130, 143, 129). A closed pipe (`| head`) is no signal here: see [`super::print`].
 
 use std::sync::OnceLock;
 
@@ -21,13 +21,15 @@ pub fn stop() -> Stop {
 
 #[cfg(unix)]
 fn connect(stop: &Stop) {
-    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     use signal_hook::flag;
     use std::sync::Arc;
     use std::sync::atomic::AtomicBool;
 
     let asked = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
+    // under nohup a hangup is nothing to end for
+    let hangup = (!hangup_is_ignored()).then_some(SIGHUP);
+    for signal in [SIGINT, SIGTERM].into_iter().chain(hangup) {
         // in this order: the first signal finds `asked` false, the second finds it true and ends the process
         let connected = flag::register_conditional_default(signal, Arc::clone(&asked))
             .and_then(|_| flag::register(signal, Arc::clone(&asked)))
@@ -36,7 +38,9 @@ fn connect(stop: &Stop) {
             return; // the system's own manners: it ends at the first signal
         }
     }
-    let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]) else { return };
+    let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM].into_iter().chain(hangup)) else {
+        return;
+    };
     let tell = move || {
         if signals.forever().next().is_some() {
             super::tell("finishing the frames in work; again to end at once");
@@ -44,6 +48,14 @@ fn connect(stop: &Stop) {
     };
     // without the thread nothing is said, and the frames are finished all the same
     let _ = std::thread::Builder::new().name("signals".into()).spawn(tell);
+}
+
+/// Whether the process was started with SIGHUP ignored, where the system tells.
+#[cfg(unix)]
+fn hangup_is_ignored() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask & 1 == 1)
 }
 
 #[cfg(not(unix))]

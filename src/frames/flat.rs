@@ -20,6 +20,7 @@ use super::levels::{level_step, median_inside, median_of_stored};
 use super::pages::zeros;
 use super::raw::guarded;
 use super::read::{Pixels, TILE_ROWS};
+use super::sample::never_filled;
 use super::stored::Stored;
 use crate::config;
 use crate::config::FlatScale;
@@ -179,6 +180,12 @@ fn check_member(flat: &Exposure, detector: &Detector, config: &config::Flat, reg
     if flat.size_px != region.full_size_px {
         let ((a, b), (c, d)) = (flat.size_px, region.full_size_px);
         member.reason = format!("{a}x{b} px, most flats are {c}x{d} px");
+        return (member, 0.0);
+    }
+    if let Ok(Some(adu)) = never_filled(flat, region.radius_px)
+        && f64::from(adu) < saturation_adu
+    {
+        member.reason = format!("every pixel is {adu} ADU: the file was never filled");
         return (member, 0.0);
     }
     let [lo, hi] = config.level_range_frac;

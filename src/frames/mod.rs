@@ -54,6 +54,6 @@ pub(crate) use median::{LANES, Lanes, Network, middle};
 pub(crate) use raw::guarded;
 pub use readout::Camera;
 pub use role::Role;
-pub use sample::{Blocks, count_values, read_box};
+pub use sample::{Blocks, count_values, never_filled, read_box};
 pub use transfer::{DarkNoise, GainEstimate, Transfer, fit_transfer};
 pub use write::{CardValue, write_f32, write_u16};

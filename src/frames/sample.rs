@@ -100,6 +100,36 @@ impl Blocks {
     }
 }
 
+/// Rows of a frame that tell whether it was ever filled.
+const FILL_ROWS: usize = 5;
+
+/// The one value \[ADU\] that all pixels of five rows inside the clip circle have, if they do: no sky, no bias and no flat
+/// has a row without noise, but the file of a camera that stopped before it wrote the pixels has. BLANK is no value.
+///
+/// # Errors
+/// [`Error::Fits`] if the file is damaged or holds no image.
+pub fn never_filled(exposure: &Exposure, clip_radius_px: Option<f64>) -> Result<Option<f32>> {
+    if exposure.size_px.0 * exposure.size_px.1 < 64 {
+        return Ok(None); // too few to tell
+    }
+    let region = Region::new(exposure.size_px, clip_radius_px);
+    let (nx, ny) = region.size_px;
+    guarded(&exposure.path, || {
+        let mut pixels = Pixels::open(&exposure.path, &exposure.header)?;
+        let mut row = vec![0f32; nx];
+        let mut value = None;
+        for k in 0..FILL_ROWS {
+            let y = (2 * k + 1) * ny / (2 * FILL_ROWS);
+            pixels.read((region.origin_px.0, region.origin_px.1 + y), (nx, 1), &mut row)?;
+            let first = *value.get_or_insert(row[0]);
+            if !row.iter().all(|v| *v == first) {
+                return Ok(None);
+            }
+        }
+        Ok(value)
+    })
+}
+
 /// Reads a rectangle of `size_px` at `origin_px` in rows \[ADU\].
 ///
 /// # Errors

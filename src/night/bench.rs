@@ -10,7 +10,7 @@ use super::compare::comparable;
 use crate::brightness::{Model, ModelSettings, Satellite};
 use crate::config::Config;
 use crate::error::{Error, Result};
-use crate::frames::{Buffers, Detector, Exposure, FrameReader, Held, MasterFlat, pixel_scale_arcsec};
+use crate::frames::{Buffers, Detector, Exposure, FrameReader, Held, MasterFlat, never_filled, pixel_scale_arcsec};
 use crate::orbit::{EarthOrientation, Site, Tracker};
 use crate::photometry::catalogue::Catalogue;
 use crate::photometry::growth::{GrowthCurve, StarProfile};
@@ -153,10 +153,17 @@ impl Bench {
     /// One exposure, ready to be read as flattened electrons inside the clip circle.
     ///
     /// # Errors
-    /// Whatever is wrong with this frame: [`Error::Io`], [`Error::GainNotTabulated`], [`Error::Flat`].
+    /// Whatever is wrong with this frame: [`Error::Io`], [`Error::GainNotTabulated`], [`Error::Flat`], [`Error::Fits`] for
+    /// one that was never filled.
     pub fn open<'a>(&'a self, exposure: &'a Exposure) -> Result<FrameReader<'a>> {
         let gain = self.detector.gain(exposure)?;
-        FrameReader::open(exposure, gain, self.config.photometry.clip_radius_px, self.flat.as_ref())
+        let clip_px = self.config.photometry.clip_radius_px;
+        // one that is saturated all over says so by itself
+        if let Some(adu) = never_filled(exposure, clip_px)?.filter(|adu| f64::from(*adu) < gain.saturation_adu) {
+            let problem = format!("every pixel is {adu} ADU: the file was never filled");
+            return Err(Error::Fits { path: exposure.path.clone(), problem });
+        }
+        FrameReader::open(exposure, gain, clip_px, self.flat.as_ref())
     }
 
     /// One exposure from disk to flattened, clipped electrons.

@@ -16,7 +16,7 @@ use crate::night::predict::dome::Overhead;
 use crate::night::predict::sky_rows;
 use crate::night::provenance::Provenance;
 use crate::orbit::earth::Site;
-use crate::photometry::zeropoint::Zeropoint;
+use crate::photometry::zeropoint::{NO_ZEROPOINT, Zeropoint};
 use crate::report::page::{NightPage, PassSky, write_campaign, write_night_page};
 use crate::report::plot::SkyMark;
 use crate::report::summary::passes;
@@ -47,7 +47,8 @@ pub fn night_page(folder: &Path) -> Result<NightPage> {
     let stars = folder.join("stars.ecsv");
     let stars = if stars.is_file() { read_stars(&stars)?.0 } else { Vec::new() };
     let zeropoint = folder.join("zeropoint.toml");
-    let zeropoint = if zeropoint.is_file() { Some(Zeropoint::read(&zeropoint)?) } else { None };
+    let none = std::fs::read_to_string(&zeropoint).is_ok_and(|text| text.starts_with(NO_ZEROPOINT));
+    let zeropoint = if zeropoint.is_file() && !none { Some(Zeropoint::read(&zeropoint)?) } else { None };
     let text = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap_or_default();
     let manifest = serde_json::from_str(&text("manifest.json")).unwrap_or_else(|_| {
         notes.push("no readable manifest.json here: flats, inputs and notes of the run are not shown".into());

@@ -9,12 +9,13 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::manifest::write_manifest;
 use super::plan_file::{Plan, PlannedFrame, TOOL};
 use super::products::FOLDER;
-use super::shard::SHARD_SCHEMA;
+use super::shard::{SHARD_SCHEMA, table_sha256};
 use super::whole::judge_whole_night;
-use crate::config::Config;
 use crate::error::{Error, Result};
+use crate::night::bench::sha256_16;
 use crate::night::compare::residual_rows;
 use crate::night::effective::effective_toml;
 use crate::night::outputs::{file_name, make_folder_of, save};
@@ -89,11 +90,11 @@ pub struct Merged {
     pub poor: Option<String>,
     /// What should be known.
     pub notes: Vec<String>,
-    config_toml: String,
 }
 
 /// One table, its rows as they were before the whole night was known.
 struct Part {
+    path: PathBuf,
     rows: Vec<PhotometryRow>,
     meta: Meta,
     /// The whole night, with nothing left to do.
@@ -127,7 +128,9 @@ pub fn merge(plan: &Plan, tables: &[PathBuf], allow_missing: bool) -> Result<Mer
     let is_final = parts.iter().any(|p| p.is_final);
     let meta = parts.first().map(|p| p.meta.clone()).unwrap_or_default();
     let mut sum = Sum::new(plan);
-    parts.into_iter().flat_map(|p| p.rows).for_each(|row| sum.take(row));
+    for part in parts {
+        sum.take(part)?;
+    }
     let missing = sum.missing();
     if !missing.is_empty() && !allow_missing {
         return Err(Error::PoorNight { problem: told_missing(&missing, plan) });
@@ -158,17 +161,7 @@ pub fn merge(plan: &Plan, tables: &[PathBuf], allow_missing: bool) -> Result<Mer
     let poor = (failed as f64 > limit * science.max(1) as f64).then(|| {
         format!("{failed} of {science} frames failed, more than the allowed share of {limit} (night.max_failed_frac)")
     });
-    Ok(Merged {
-        rows,
-        raw,
-        meta,
-        modelled: config.model.is_some(),
-        missing,
-        n_twice,
-        poor,
-        notes,
-        config_toml: plan.config_toml.clone(),
-    })
+    Ok(Merged { rows, raw, meta, modelled: config.model.is_some(), missing, n_twice, poor, notes })
 }
 
 /// Reads a table of this plan and puts its rows back to what they were.
@@ -201,7 +194,17 @@ fn part(plan: &Plan, path: &Path) -> Result<Part> {
         let problem = format!("{}: schema \"{schema}\" is neither a shard nor a night", path.display());
         return Err(Error::Mismatch { problem });
     }
-    Ok(Part { rows, meta, is_final: schema == NIGHT_SCHEMA && !partial })
+    if schema == SHARD_SCHEMA && table_sha256(path).is_some_and(|hash| sha256_16(path).is_ok_and(|now| now != hash)) {
+        return Err(altered(path));
+    }
+    Ok(Part { path: path.to_path_buf(), rows, meta, is_final: schema == NIGHT_SCHEMA && !partial })
+}
+
+/// A table is not the one that was written.
+fn altered(path: &Path) -> Error {
+    let problem =
+        format!("{}: was changed after it was measured; measure its shard again with --force", path.display());
+    Error::Mismatch { problem }
 }
 
 /// The meta block without what tells shards and sums apart.
@@ -218,7 +221,9 @@ struct Sum<'a> {
     plan: &'a Plan,
     /// Places of target frames by name and hash.
     places: BTreeMap<(String, &'a str), usize>,
-    targets: BTreeMap<usize, PhotometryRow>,
+    /// Row and the table it is from.
+    targets: BTreeMap<usize, (PhotometryRow, PathBuf)>,
+    /// Those of stars, flats and files that cannot be read: every table brings all of them along.
     others: Vec<PhotometryRow>,
     n_twice: usize,
 }
@@ -230,13 +235,29 @@ impl<'a> Sum<'a> {
         Self { plan, places, targets: BTreeMap::new(), others: Vec::new(), n_twice: 0 }
     }
 
-    fn take(&mut self, row: PhotometryRow) {
-        match self.places.get(&(row.frame.clone(), row.frame_sha256.as_str())) {
-            Some(place) => self.n_twice += usize::from(self.targets.insert(*place, row).is_some()),
-            // every shard brings the rows of stars and flats along
-            None if self.others.contains(&row) => {}
-            None => self.others.push(row),
+    fn take(&mut self, part: Part) -> Result<()> {
+        let mut others = Vec::new();
+        for row in part.rows {
+            let Some(place) = self.places.get(&(row.frame.clone(), row.frame_sha256.as_str())) else {
+                others.push(row);
+                continue;
+            };
+            match self.targets.get(place) {
+                None => _ = self.targets.insert(*place, (row, part.path.clone())),
+                Some((first, _)) if *first == row => self.n_twice += 1,
+                Some((_, other)) => {
+                    let problem = format!(
+                        "{}: {} and {} do not agree on it: one of them was changed; measure its shard again with --force",
+                        row.frame,
+                        other.display(),
+                        part.path.display()
+                    );
+                    return Err(Error::Mismatch { problem });
+                }
+            }
         }
+        add_others(&mut self.others, others);
+        Ok(())
     }
 
     /// Shards whose frames are not all there, each with its missing frames.
@@ -251,21 +272,22 @@ impl<'a> Sum<'a> {
 
     /// Target frames and the others, each in the order of the night.
     fn into_rows(self) -> (Vec<TargetFrame>, Vec<PhotometryRow>) {
-        let frame = |row| TargetFrame { row, geometry: None, thumb: None };
+        let frame = |(row, _)| TargetFrame { row, geometry: None, thumb: None };
         let mut others = self.others;
-        for frame in self.plan.of_role("unreadable") {
-            let row = unreadable_row(frame);
-            if !others.contains(&row) {
-                others.push(row);
-            }
-        }
-        let order = ["stars", "flat", "unreadable"];
-        let place = |row: &PhotometryRow| {
-            let is = |f: &PlannedFrame| file_name(&f.path) == row.frame;
-            order.iter().enumerate().find_map(|(group, role)| Some((group, self.plan.of_role(role).position(is)?)))
-        };
-        others.sort_by_key(|row| place(row).unwrap_or((order.len(), 0))); // stable
+        add_others(&mut others, self.plan.of_role("unreadable").map(unreadable_row).collect());
         (self.targets.into_values().map(frame).collect(), others)
+    }
+}
+
+/// Adds the rows that are not there yet. Files of one name in two folders may have rows that are the same: as many of
+/// them stay as one table has. Stars and flats come first, in the order every table has them.
+fn add_others(all: &mut Vec<PhotometryRow>, more: Vec<PhotometryRow>) {
+    let mut left: Vec<PhotometryRow> = all.clone();
+    for row in more {
+        match left.iter().position(|r| *r == row) {
+            Some(known) => _ = left.remove(known),
+            None => all.push(row),
+        }
     }
 }
 
@@ -300,11 +322,12 @@ fn told_missing(missing: &BTreeMap<usize, Vec<String>>, plan: &Plan) -> String {
 }
 
 impl Merged {
-    /// Writes the table of the night, and beside it residuals.ecsv and the configuration; returns the files.
+    /// Writes the table of the night of a plan, and beside it residuals.ecsv, the configuration and, of a whole night in its
+    /// folder, manifest.json; returns the files.
     ///
     /// # Errors
     /// [`Error::Io`].
-    pub fn write(&self, path: &Path) -> Result<Vec<PathBuf>> {
+    pub fn write(&self, plan: &Plan, path: &Path) -> Result<Vec<PathBuf>> {
         make_folder_of(path)?;
         let mut files = vec![path.to_path_buf()];
         if self.missing.is_empty() {
@@ -314,20 +337,23 @@ impl Merged {
             let rows: Vec<(&PhotometryRow, &Raw)> = self.rows.iter().zip(&self.raw).collect();
             write_rows(path, &rows, &columns, &self.meta)?;
         }
+        // another sum in the same folder has residuals of its own, and no manifest
+        let whole = path.file_name().is_some_and(|n| n == "photometry.ecsv");
         if self.modelled {
-            // another sum in the same folder has residuals of its own
-            let whole = path.file_name().is_some_and(|n| n == "photometry.ecsv");
             let residuals =
                 if whole { path.with_file_name("residuals.ecsv") } else { path.with_extension("residuals.ecsv") };
             write_residuals(&residuals, &residual_rows(&self.rows), &self.meta)?;
             files.push(residuals);
         }
         let effective = path.with_file_name("effective.toml");
-        let config = Config::from_text(&self.config_toml, &[])?;
+        let config = plan.config()?;
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let told = Provenance::of_meta(&self.meta);
         save(&effective, &(effective_toml(&config, folder)? + &told.toml_comment()))?;
         files.push(effective);
+        if whole && self.missing.is_empty() {
+            files.push(write_manifest(plan, folder, &files, &told, &self.notes)?);
+        }
         Ok(files)
     }
 

@@ -186,8 +186,12 @@ impl Plan {
             );
             return Err(Error::Mismatch { problem });
         }
-        let lost = plan.shards.iter().flatten().any(|i| *i >= plan.frames.len());
-        if lost || config_sha256(&plan.config()?)? != plan.config_sha256 {
+        // every target frame is in one shard, once
+        let mut shared: Vec<usize> = plan.shards.iter().flatten().copied().collect();
+        shared.sort_unstable();
+        let targets = (0..plan.frames.len()).filter(|i| plan.frames[*i].role == "target");
+        let whole = shared.into_iter().eq(targets) && !plan.shards.is_empty();
+        if !whole || config_sha256(&plan.config()?)? != plan.config_sha256 {
             let problem = format!("{}: was changed by hand; plan again", path.display());
             return Err(Error::Mismatch { problem });
         }
@@ -267,7 +271,10 @@ impl Plan {
                     "is in the plan but cannot be read here ({e}); is the folder mounted on this machine?"
                 ),
             })?;
-            let now = classify(&frame.path, config, target_names).map_err(|_| changed(&frame.path))?;
+            let now = classify(&frame.path, config, target_names).map_err(|e| match e {
+                Error::Io { .. } => e,
+                _ => changed(&frame.path),
+            })?;
             if bytes != frame.bytes || header_sha256(&now) != frame.header_sha256 {
                 return Err(changed(&frame.path));
             }

@@ -25,6 +25,7 @@ use crate::night::stages::master_flat;
 use crate::night::star_stage::star_stage;
 use crate::night::survey::Survey;
 use crate::photometry::growth::StarProfile;
+use crate::photometry::zeropoint::NO_ZEROPOINT;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::{PhotometryRow, write_stars};
 
@@ -120,8 +121,10 @@ pub fn plan_flat(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<(MasterFlat, Vec<String>)> {
-    let config = Config { stars: None, orbit: None, model: None, ..plan.config()? };
-    let mut bench = Bench::prepare(&config)?;
+    // neither catalogue nor elements need to be there; what the flat tells of itself is of the whole configuration
+    let config = plan.config()?;
+    let mut bench = Bench::prepare(&Config { stars: None, orbit: None, model: None, ..config.clone() })?;
+    bench.config = config.clone();
     if plan.of_role("flat").next().is_none() || config.flat.master.is_some() {
         let problem = match &config.flat.master {
             Some(path) => format!("the plan takes the master flat {} (flat.master)", path.display()),
@@ -164,6 +167,17 @@ fn make_flat(
     };
     let path = out.with_extension("flats.toml");
     save(&path, &toml_text(&path, "What became of each flat.", &flats)?)
+}
+
+/// What became of the flats of a master, and the share of it that is masked; `None` where nothing is told beside it.
+///
+/// # Errors
+/// [`Error::Table`] for a file that cannot be understood.
+pub(super) fn flats_beside(master: &Path) -> Result<Option<(Vec<FlatMember>, f64)>> {
+    let told = master.with_extension("flats.toml");
+    let Ok(text) = std::fs::read_to_string(&told) else { return Ok(None) };
+    let flats: Flats = toml::from_str(&text).map_err(|e| table(&told, e.to_string()))?;
+    Ok(Some((flats.flats, flats.masked_frac)))
 }
 
 /// Puts the master flat on the bench: the configured one, `given`, that beside `near`, or (with `make`) one made there.
@@ -262,7 +276,7 @@ pub fn plan_zeropoint(
     let meta = table_meta(&config, bench.zeropoint.as_ref(), &told);
     let text = match &bench.zeropoint {
         Some(zeropoint) => zeropoint.to_toml(&[conditions(&config, bench.flat.is_some())]),
-        None => "# This night has no zeropoint: magnitudes stay instrumental.\n".into(),
+        None => format!("{NO_ZEROPOINT}: magnitudes stay instrumental.\n"),
     };
     let mut failed = std::mem::take(&mut stars.failed);
     failed.extend(rejected_flats(&bench));

@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::plan_file::{Plan, TOOL, changed};
+use super::plan_file::{Plan, PlannedFrame, TOOL, changed};
 use super::products::{FOLDER, Products, key};
 use super::reduce::{StarFacts, flat_of_plan};
 use crate::config::Config;
 use crate::error::{Error, Result};
-use crate::night::bench::Bench;
+use crate::night::bench::{Bench, sha256_16};
 use crate::night::manifest::peak_memory_mb;
 use crate::night::meta::table_meta;
 use crate::night::outputs::{make_folder_of, save};
@@ -81,7 +81,7 @@ pub fn measure_shard(plan: &Plan, request: &Request, options: &Options, progress
     }
     let night_rows = facts.map(|f| f.rows).unwrap_or_default();
     let made_of = made_of(plan, request, &bench)?;
-    if let Some(rows) = (!options.redo).then(|| same_table(request.out, &made_of)).flatten() {
+    if let Some(rows) = (!options.redo).then(|| same_table(request.out, &made_of, &frames)).flatten() {
         return Ok(Measured { rows, there_already: true, notes });
     }
     // each shard keeps its frames in a folder of its own, so that no two workers write to one file
@@ -120,6 +120,7 @@ pub fn measure_shard(plan: &Plan, request: &Request, options: &Options, progress
         "shard": request.number,
         "table": request.out.file_name().map(|n| n.to_string_lossy()),
         "tool": TOOL,
+        "table_sha256": sha256_16(request.out)?,
         "made_of": made_of,
         "config_sha256": plan.config_sha256,
         "system": format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
@@ -168,9 +169,18 @@ fn made_of(plan: &Plan, request: &Request, bench: &Bench) -> Result<String> {
     Ok(key(&parts))
 }
 
-/// The rows of a table that is there already, if it is made of the same.
-fn same_table(path: &Path, made_of: &str) -> Option<Vec<PhotometryRow>> {
-    let (rows, meta): (_, Meta) = path.is_file().then(|| read_photometry(path).ok()).flatten()?;
-    let same = meta.get("made_of") == Some(&MetaValue::Text(made_of.into())) && sidecar(path).is_file();
+/// The rows of a table that is there already, if it is made of the same and nothing of it was changed since.
+fn same_table(path: &Path, made_of: &str, frames: &[&PlannedFrame]) -> Option<Vec<PhotometryRow>> {
+    let (rows, meta): (Vec<PhotometryRow>, Meta) = path.is_file().then(|| read_photometry(path).ok()).flatten()?;
+    let same = meta.get("made_of") == Some(&MetaValue::Text(made_of.into()))
+        && table_sha256(path).is_some_and(|hash| sha256_16(path).is_ok_and(|now| now == hash))
+        && frames.iter().all(|frame| rows.iter().any(|row| row.frame_sha256 == frame.sha256));
     same.then_some(rows)
+}
+
+/// The hash a shard's table had when it was written, as the file beside it tells.
+pub(super) fn table_sha256(table: &Path) -> Option<String> {
+    let side = std::fs::read_to_string(sidecar(table)).ok()?;
+    let side: serde_json::Value = serde_json::from_str(&side).ok()?;
+    Some(side.get("table_sha256")?.as_str()?.to_owned())
 }

@@ -11,6 +11,9 @@ use super::solve::{Matrix, N};
 use super::{Pointing, Zeropoint, predicted};
 use crate::error::{Error, Result};
 
+/// How the file of a night without a zeropoint begins.
+pub const NO_ZEROPOINT: &str = "# This night has no zeropoint";
+
 /// What a zeropoint.toml may hold; only the three terms and their errors are needed.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -19,6 +19,7 @@ mod terms;
 use crate::config::{self, Estimator};
 use crate::error::{Error, Result};
 use crate::photometry::stats;
+pub use file::NO_ZEROPOINT;
 pub use pointings::Pointing;
 use rows::Rows;
 use solve::quadratic;
