@@ -60,6 +60,12 @@ impl Init {
             .into());
         }
         write_atomic(&self.file, text.as_bytes())?;
+        if self.site.is_none() {
+            tell(
+                "note: site, telescope and camera in it are those of Macquarie University Observatory: put your own in \
+                 their place (--site LAT,LON,ALT fills in the site)",
+            );
+        }
         tell(&format!("wrote {}; edit it, then `satphot run {}`", self.file.display(), self.file.display()));
         Ok(())
     }
@@ -69,7 +75,8 @@ impl Init {
         let mut text = TEMPLATE.to_owned();
         let quoted = |t: &str| toml::Value::String(t.to_owned()).to_string();
         if let Some(site) = &self.site {
-            let numbers: Vec<f64> = site.split(',').map_while(|n| n.trim().parse().ok()).collect();
+            let number = |n: &str| n.trim().parse().ok().filter(|v: &f64| v.is_finite());
+            let numbers: Vec<f64> = site.split(',').map_while(number).collect();
             let [lat, lon, alt] = numbers[..] else {
                 let problem = format!("\"{site}\" is not latitude,longitude,height such as -33.7703,151.1113,70");
                 return Err(Error::Config { key: "--site".into(), problem }.into());

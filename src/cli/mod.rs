@@ -169,9 +169,12 @@ pub struct Common {
     /// How progress is told on standard error: bars on a terminal, lines of JSON (as --json), or not at all
     #[arg(long, value_enum, value_name = "HOW", default_value = "bar")]
     pub progress: ProgressHow,
-    /// Use elements older than orbit.max_age_d all the same; `run` and steps of a plan: also do everything anew
+    /// Do everything anew: nothing kept from an earlier run is believed
     #[arg(long)]
     pub force: bool,
+    /// Use elements older than orbit.max_age_d, or contradicted by others, all the same (orbit.force_age)
+    #[arg(long)]
+    pub force_age: bool,
 }
 
 impl Common {
@@ -195,7 +198,7 @@ impl Common {
         }
         let mut config = load(&self.config, &self.sets)?;
         if let Some(orbit) = &mut config.orbit {
-            orbit.force_age |= self.force;
+            orbit.force_age |= self.force_age;
         }
         Ok(config)
     }

@@ -24,7 +24,7 @@ pub struct OrbitArgs {
     #[arg(long, value_name = "NUMBER")]
     pub norad: Option<u64>,
     /// Use elements older than the limit, or contradicted by others, all the same
-    #[arg(long)]
+    #[arg(long, visible_alias = "force-age")]
     pub force: bool,
     #[command(flatten)]
     pub place: SiteArg,
@@ -87,8 +87,11 @@ impl OrbitArgs {
         if !orbit.elements.exists() {
             let number = orbit.norad_cat_id.map_or("NUMBER".to_owned(), |n| n.to_string());
             let file = orbit.elements.display();
-            let problem =
-                format!("no elements at {file}; `satphot fetch elements --norad {number} -o {file}` gets them");
+            let line = match config.filter(|_| self.elements.is_none()) {
+                Some(config) => config.fetch_line("elements"),
+                None => format!("satphot fetch elements --norad {number} --date YYYY-MM-DD -o {file}"),
+            };
+            let problem = format!("no elements at {file}; `{line}` gets them");
             return Err(Error::Orbit { problem }.into());
         }
         Ok((orbit, site))

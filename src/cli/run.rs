@@ -87,7 +87,7 @@ impl Run {
         let progress = self.common.progress();
         let summary = run(&config, &options, &progress)?;
         if !self.common.quiet {
-            for note in &summary.notes {
+            for note in summary.notes.iter().chain(&summary.kept_note()) {
                 tell(&format!("note: {note}"));
             }
             for note in &summary.empty_columns {

@@ -96,10 +96,16 @@ impl<'a> Desk<'a> {
             return Ok(answer_of(kept));
         }
         if self.offline {
-            let problem = format!("is not in the cache; without --offline it is fetched: {}", query.url);
+            let url = &query.url;
+            let problem = format!("are not in the cache; without --offline they are fetched: {url}");
             return Err(match query.service {
-                Service::Vizier => Error::Catalogue { path: self.cache.folder().to_owned(), problem },
-                _ => Error::Orbit { problem: format!("{} {problem}", self.cache.folder().display()) },
+                Service::Vizier => Error::Catalogue {
+                    path: self.cache.folder().to_owned(),
+                    problem: format!("the stars asked for {problem}"),
+                },
+                _ => Error::Orbit {
+                    problem: format!("the elements asked for {problem} (cache: {})", self.cache.folder().display()),
+                },
             });
         }
         if let Some((until, why)) = self.cache.refusal(query.service, &self.now) {

@@ -90,16 +90,8 @@ impl Bench {
         let catalogue = match &config.stars {
             None => None,
             Some(stars) => {
-                if !stars.catalogue.exists() || stars.catalogue.is_dir() {
-                    return Err(Error::Catalogue {
-                        path: stars.catalogue.clone(),
-                        problem: format!(
-                            "is not there; `{}` gets APASS DR9 for your fields, or remove [stars] and give \
-                             zeropoint.previous",
-                            config.fetch_line("stars")
-                        ),
-                    });
-                }
+                let otherwise = ", or remove [stars] and give zeropoint.previous";
+                catalogue_is_there(&stars.catalogue, &config.fetch_line("stars"), otherwise)?;
                 let mut catalogue = Catalogue::read(&stars.catalogue, &stars.columns)?;
                 catalogue.mark_ambiguous(stars.match_radius_arcsec);
                 Some(catalogue)
@@ -187,6 +179,18 @@ impl Bench {
         }
         Ok(frame)
     }
+}
+
+/// Refuses a star catalogue that is not there, with the line that fetches one and what else could be done.
+///
+/// # Errors
+/// [`Error::Catalogue`].
+pub fn catalogue_is_there(path: &Path, fetch_line: &str, otherwise: &str) -> Result<()> {
+    if path.exists() && !path.is_dir() {
+        return Ok(());
+    }
+    let problem = format!("is not there; `{fetch_line}` gets APASS DR9 for your fields{otherwise}");
+    Err(Error::Catalogue { path: path.into(), problem })
 }
 
 /// First 16 hex digits of the SHA-256 of a file.

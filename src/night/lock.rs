@@ -79,9 +79,25 @@ fn is_file_of(path: &Path, file: &File) -> bool {
     }
 }
 
+impl FolderLock {
+    /// Refuses to go on in a folder that is not the one that was locked.
+    ///
+    /// # Errors
+    /// [`Error::Io`] naming the folder: it was removed, unmounted or replaced meanwhile. It is not made again: where a disk
+    /// was unmounted that would fill another one.
+    pub fn check(&self) -> Result<()> {
+        if self.file.as_ref().is_none_or(|file| is_file_of(&self.path, file)) {
+            return Ok(());
+        }
+        let folder = self.path.parent().unwrap_or(Path::new("."));
+        let words = "the folder was removed, unmounted or replaced during the run; nothing more was written: run again";
+        Err(Error::io(folder, std::io::Error::new(std::io::ErrorKind::NotFound, words)))
+    }
+}
+
 impl Drop for FolderLock {
     fn drop(&mut self) {
-        if self.file.is_some() {
+        if self.file.as_ref().is_some_and(|file| is_file_of(&self.path, file)) {
             // while it is still held, so that nobody else's is taken away
             let _ = std::fs::remove_file(&self.path);
         }
@@ -97,6 +113,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join(NAME), "pid 4999999 on elsewhere\n").unwrap();
         let held = lock(folder.path()).unwrap();
+        held.check().unwrap();
         let second = lock(folder.path()).unwrap_err();
         let text = second.to_string();
         assert_eq!(second.exit_code(), 75);
@@ -110,6 +127,12 @@ mod tests {
     #[test]
     fn a_folder_that_is_not_there_cannot_be_locked() {
         let folder = tempfile::tempdir().unwrap();
+        let night = folder.path().join("night");
+        std::fs::create_dir(&night).unwrap();
+        let held = lock(&night).unwrap();
+        std::fs::remove_dir_all(&night).unwrap();
+        let gone = held.check().unwrap_err();
+        assert!(gone.exit_code() == 4 && gone.to_string().contains("removed, unmounted or replaced"), "{gone}");
         assert!(lock(&folder.path().join("gone")).unwrap_err().to_string().contains("not there"));
     }
 }

@@ -37,7 +37,13 @@ pub fn write_log(
         }));
     }
     let end_s = summary.elapsed_s;
-    lines.extend(summary.notes.iter().map(|text| json!({ "t_s": end_s, "event": "note", "text": text })));
+    lines.extend(
+        summary
+            .notes
+            .iter()
+            .chain(&summary.kept_note())
+            .map(|text| json!({ "t_s": end_s, "event": "note", "text": text })),
+    );
     lines.extend(
         outputs
             .iter()

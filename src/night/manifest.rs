@@ -212,6 +212,7 @@ impl Manifest<'_> {
             "zeropoint_source": s.zeropoint_source,
             "left_out": s.empty_columns,
             "left_out_measured": s.explained,
+            "kept": { "frames": s.kept.0, "of": s.kept.1 },
             "notes": s.notes,
             "poor": s.poor,
             "outputs": &outputs,
@@ -224,7 +225,7 @@ impl Manifest<'_> {
         let path = folder.join(NAME);
         save(&path, &(text + "\n"))?;
         let mut log = s.text();
-        for note in &s.notes {
+        for note in s.notes.iter().chain(&s.kept_note()) {
             log.push_str(&format!("note: {note}\n"));
         }
         for (frame, status, reason) in &s.failures {

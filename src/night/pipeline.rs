@@ -92,7 +92,7 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
         path: folder.clone(),
         problem: format!("the folder of the results cannot be made (night.output, -o): {e}"),
     })?;
-    let _lock = lock(&folder)?;
+    let held = lock(&folder)?;
 
     let products = Products::in_folder(folder.join(FOLDER), &bench, options.redo)?;
 
@@ -114,6 +114,14 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     let mut star_rows = std::mem::take(&mut stars.rows);
     let mut poor = Vec::new();
     bench.zeropoint = zeropoint_stage(&mut star_rows, &stars, &bench, &mut poor, &mut log.notes)?;
+    if bench.zeropoint.is_none()
+        && survey.pointings.is_empty()
+        && !survey.unreadable.is_empty()
+        && config.stars.is_some()
+    {
+        let n = survey.unreadable.len();
+        poor.push(format!("no star frame can be read, and {n} files of the night cannot: were the stars among them?"));
+    }
     let (mut frames, quadratures) =
         log.stage("target", |log| target_stage(&survey.targets, &bench, &products, options, progress, &mut log.notes))?;
     for copy in set_copies_aside(&mut survey, &products, &mut log.notes).into_iter().rev() {
@@ -151,9 +159,6 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     let residuals = residual_rows(&rows);
     log.notes.extend(products.notes());
     let (kept, made) = products.counts();
-    if kept > 0 {
-        log.notes.push(format!("{kept} of {} star and target frames kept from an earlier run", kept + made));
-    }
     let mut summary = Summary {
         night: config.night.name.clone(),
         folder: folder.clone(),
@@ -162,6 +167,7 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
         zeropoint: bench.zeropoint.clone(),
         zeropoint_source: zeropoint_source(&bench, star_rows.len()),
         failures: failures(&rows),
+        kept: (kept, kept + made),
         notes: log.notes.clone(),
         empty_columns: empty_columns(config, &bench),
         explained,
@@ -175,6 +181,7 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     let told = Provenance::of_plan(&plan, config)?;
     let outputs =
         Outputs { folder: &folder, bench: &bench, config, thumbs: &thumbs, told: &told, data_mode: plan.data_mode };
+    held.check()?;
     summary.files = log.stage("write", |_| outputs.write(&rows, &star_rows, &residuals, options))?;
     summary.files.push(write_checks(&folder, &checks)?);
     summary.files.last().map_or(Ok(()), |path| told.stamp(path))?;

@@ -11,6 +11,7 @@ use crate::frames::header::{Aliases, binning, exposure_time};
 use crate::frames::{
     Buffers, ElectronsPerAdu, Exposure, Gain, Header, Role, guarded, mid_time, pixel_scale_arcsec, read,
 };
+use crate::night::bench::catalogue_is_there;
 use crate::night::rough::{RoughPosition, rough_positions};
 use crate::night::solve::{Search, catalogue_stars, solve_from};
 use crate::orbit::{EarthOrientation, Site};
@@ -61,8 +62,10 @@ impl FrameSolver {
     /// From a table of stars alone; the rest from the headers or set afterwards.
     ///
     /// # Errors
-    /// As [`Catalogue::read`].
+    /// [`Error::Catalogue`] if it is not there, with the line that fetches one; as [`Catalogue::read`].
     pub fn from_catalogue(path: &Path, columns: &BTreeMap<String, String>) -> Result<Self> {
+        let line = format!("satphot fetch stars --ra-deg RA --dec-deg DEC --radius-deg 1 -o {}", path.display());
+        catalogue_is_there(path, &line, "")?;
         Ok(Self {
             stars: catalogue_stars(&Catalogue::read(path, columns)?),
             position_deg: None,
@@ -87,6 +90,7 @@ impl FrameSolver {
         let Some(stars) = &config.stars else {
             return Err(Error::Config { key: "stars".into(), problem: "is needed: it names the catalogue".into() });
         };
+        catalogue_is_there(&stars.catalogue, &config.fetch_line("stars"), "")?;
         Ok(Self {
             radius_deg: stars.solve_radius_deg,
             scale_search_frac: stars.scale_search_frac,

@@ -141,6 +141,8 @@ pub struct Summary {
     pub passes: String,
     /// Failed and rejected frames: name, status, reason.
     pub failures: Vec<(String, String, String)>,
+    /// Star and target frames kept from an earlier run, and of how many: nothing of the results depends on it.
+    pub kept: (usize, usize),
     /// What should be known about this night.
     pub notes: Vec<String>,
     /// Columns that stay empty, and why.
@@ -158,6 +160,13 @@ pub struct Summary {
 }
 
 impl Summary {
+    /// What was kept from an earlier run, in words.
+    #[must_use]
+    pub fn kept_note(&self) -> Option<String> {
+        let (kept, all) = self.kept;
+        (kept > 0).then(|| format!("{kept} of {all} star and target frames kept from an earlier run"))
+    }
+
     /// The error of a night whose outputs are written but poor (exit code 3).
     #[must_use]
     pub fn poor_error(&self) -> Option<Error> {
@@ -184,6 +193,8 @@ impl Summary {
             let _ = writeln!(t, "Doubts     {doubts}");
         }
         for (frame, status, reason) in self.failures.iter().take(SHOWN_FAILURES) {
+            // errors of files begin with the name of the file
+            let reason = reason.strip_prefix(&format!("{frame}: ")).unwrap_or(reason);
             let _ = writeln!(t, "           {status}: {frame}: {reason}");
         }
         if self.failures.len() > SHOWN_FAILURES {

@@ -9,6 +9,7 @@ mod fixture;
 mod huntsman;
 mod interrupts;
 mod left_out;
+mod pieces;
 mod previous;
 mod reading;
 mod recovery;

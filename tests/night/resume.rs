@@ -28,10 +28,8 @@ fn same(a: &[Vec<u8>], b: &[Vec<u8>], when: &str) {
 /// How many star and target frames the last run kept of an earlier one, and of how many; by its manifest.
 fn kept(night: &Night) -> Option<(usize, usize)> {
     let manifest = night.manifest();
-    let mut notes = manifest["notes"].as_array().unwrap().iter().map(|n| n.as_str().unwrap());
-    let note = notes.rfind(|n| n.ends_with("star and target frames kept from an earlier run"))?;
-    let mut numbers = note.split_whitespace().filter_map(|w| w.parse().ok());
-    Some((numbers.next()?, numbers.next()?))
+    let number = |key: &str| manifest["kept"][key].as_u64().unwrap() as usize;
+    (number("frames") > 0).then(|| (number("frames"), number("of")))
 }
 
 /// Asks to stop after a number of frames.

@@ -187,6 +187,12 @@ impl Job<'_> {
         if age_d.abs() > 2.0 {
             self.note(&format!("elements {:.1} d from the night: positions may be off by kilometres", age_d.abs()));
         }
+        if !tle && !set.format().starts_with("OMM") {
+            self.note(
+                "the archive keeps TLE for that date: the file holds one, whatever its name or --format; satphot tells by \
+                 its content",
+            );
+        }
         if tle_name && set.format().starts_with("OMM") {
             self.note("the file holds OMM JSON, which satphot tells by its content; other programs may go by its name");
         }

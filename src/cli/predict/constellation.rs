@@ -82,7 +82,7 @@ pub struct Constellation {
     #[arg(long, value_name = "FILE", conflicts_with = "count")]
     elements: Option<PathBuf>,
     /// Use elements older than 14 d all the same
-    #[arg(long)]
+    #[arg(visible_alias = "force-age", long)]
     force: bool,
     /// Height of all orbits [km] instead of the catalogue's shells
     #[arg(long, value_name = "KM", allow_hyphen_values = true)]

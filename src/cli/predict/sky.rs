@@ -126,10 +126,11 @@ impl Sky {
         let (number, of) = self.shard;
         if of > 1 {
             let mine = |place: &usize| place % of == number - 1;
+            let all = self.grid.az_deg.len();
             let az_deg = self.grid.az_deg.iter().enumerate().filter(|(place, _)| mine(place)).map(|(_, az)| *az);
             self.grid.az_deg = az_deg.collect();
             if self.sequence.is_wanted() || self.grid.az_deg.is_empty() {
-                let problem = format!("{number}/{of} of one map of {} azimuths", self.grid.az_deg.len());
+                let problem = format!("{number}/{of} of one map of {all} azimuths");
                 return Err(bad("--shard", problem));
             }
         }

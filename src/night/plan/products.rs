@@ -15,7 +15,7 @@ use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
 use crate::error::Result;
-use crate::file::temporary_name;
+use crate::file::{refusal, temporary_name};
 use crate::frames::Exposure;
 use crate::night::bench::{Bench, config_sha256, sha256_16, sha256_16_text};
 
@@ -44,10 +44,13 @@ impl Products {
     /// Keeps products in `folder`; with `redo` none of those already there is believed.
     ///
     /// # Errors
-    /// [`crate::Error::Config`] if the configuration cannot be written as text for its hash.
+    /// [`crate::Error::Config`] if the configuration cannot be written as text for its hash; [`crate::Error::Io`] where
+    /// the folder cannot be made.
     pub fn in_folder(folder: PathBuf, bench: &Bench, redo: bool) -> Result<Self> {
         let force_age = bench.config.orbit.as_ref().is_some_and(|o| o.force_age);
         let how = format!("{force_age} {}", bench.everything);
+        // here and not later: a folder that goes away during the run stays away
+        fs::create_dir_all(&folder).map_err(|e| refusal(&folder, e, None))?;
         let base = key(&[SCHEMA, env!("CARGO_PKG_VERSION"), &build(), &config_sha256(&bench.config)?, &how]);
         Ok(Self { folder: Some(folder), base, redo, ..Self::default() })
     }
@@ -155,13 +158,10 @@ impl Products {
             bytes.push(b'\n');
             bytes.extend(payload);
             let temporary = folder.join(temporary_name(name));
-            fs::create_dir_all(folder)
-                .and_then(|()| fs::write(&temporary, bytes))
-                .and_then(|()| fs::rename(&temporary, folder.join(name)))
-                .map_err(|e| {
-                    let _ = fs::remove_file(&temporary); // it may not even be there
-                    e.to_string()
-                })
+            fs::write(&temporary, bytes).and_then(|()| fs::rename(&temporary, folder.join(name))).map_err(|e| {
+                let _ = fs::remove_file(&temporary); // it may not even be there
+                e.to_string()
+            })
         });
         if let (Err(problem), Ok(mut first)) = (written, self.unwritten.lock()) {
             first.get_or_insert(format!("{}: {problem}", folder.join(name).display()));

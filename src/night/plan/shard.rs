@@ -86,11 +86,9 @@ pub fn measure_shard(plan: &Plan, request: &Request, options: &Options, progress
     }
     // each shard keeps its frames in a folder of its own, so that no two workers write to one file
     let folder = request.out.parent().unwrap_or(Path::new("")).join(FOLDER).join(&made_of[..16]);
+    let roles = ["orbit.elements", "model.satellites", "model.throughput", "model.band", "flat.master"];
+    plan.check_files(&roles, &Products::default())?;
     let products = Products::in_folder(folder, &bench, options.redo)?;
-    plan.check_files(
-        &["orbit.elements", "model.satellites", "model.throughput", "model.band", "flat.master"],
-        &products,
-    )?;
     let exposures = plan.exposures(frames.iter().copied(), &config, &bench.target_names())?;
     let survey = Survey { targets: exposures, ..Survey::default() };
     notes.extend(options.memory().check(&survey, &bench)?);

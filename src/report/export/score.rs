@@ -134,6 +134,10 @@ pub fn score_text(path: &Path, observations: &[Kept<'_>], facts: &Facts, names: 
     let text = String::from_utf8_lossy(&bytes).into_owned();
     let (refused, told): (Vec<_>, Vec<_>) = check_score(&text).into_iter().partition(|f| !f.warning);
     if let Some(first) = refused.first() {
+        // what was said on the command line or in [reporter] is no fault of the table
+        if let Some((_, option)) = OPTIONS.iter().find(|(column, _)| *column == first.column) {
+            return Err(wrong(option, format!("\"{}\" {}", first.value, first.problem)));
+        }
         let problem = format!("SCORE would refuse the file: {first} ({} in all)", refused.len());
         return Err(Error::Table { path: path.into(), line: None, problem });
     }
@@ -144,6 +148,16 @@ pub fn score_text(path: &Path, observations: &[Kept<'_>], facts: &Facts, names: 
     warnings.extend(too_low(observations, alt_m));
     Ok(Scored { text, warnings })
 }
+
+/// Columns that are told once for all rows, and who tells them.
+const OPTIONS: [(&str, &str); 6] = [
+    ("observer_email", "--email (reporter.email)"),
+    ("observer_orcid", "--orcid (reporter.orcid)"),
+    ("observing_mode", "--observing-mode (reporter.observing_mode)"),
+    ("instrument", "--instrument (reporter.instrument)"),
+    ("data_archive_link", "--archive-link (reporter.data_archive_link)"),
+    ("mpc_code", "--mpc-code (reporter.mpc_code)"),
+];
 
 /// V magnitude at the threshold of detection: the row's own, or that of its noise in tables of an older satphot, which
 /// have none for detections: `V − 2.5 log10(t/F)`, t of [`detectable_e`].

@@ -84,6 +84,10 @@ fn time(cell: &Look<'_>, tell: &mut Tell<'_>) {
                 let problem = "is not a UTC mid-exposure time such as 2025-06-09T10:33:02.500Z";
                 tell("observation_time_utc", time, problem.into(), false);
             }
+            Some(_) if time.get(17..19) == Some("60") => {
+                let problem = "is within a leap second, which the server's clock does not have; leave the row out";
+                tell("observation_time_utc", time, problem.into(), false);
+            }
             // the first artificial satellite
             Some(utc) if utc.mjd < 36_115 => {
                 tell(

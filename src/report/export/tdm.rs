@@ -105,7 +105,21 @@ fn head(facts: &Facts, names: &TdmNames, newest: Utc, own_id: impl Fn() -> Strin
         }
     };
     say(format!("CREATION_DATE = {created}Z"));
-    say(format!("ORIGINATOR = {}", facts.organisation()?));
+    let organisation = facts.organisation()?;
+    for (option, value) in [
+        ("--organisation", Some(organisation)),
+        ("--station", facts.station().ok()),
+        ("--message-id", names.message_id.as_deref()),
+    ] {
+        if let Some(value) = value.filter(|v| v.len() > LINE / 2 || !v.chars().all(|c| (' '..='~').contains(&c))) {
+            let problem = format!(
+                "`{value}`: a tracking data message takes printable ASCII alone, {} letters at most here",
+                LINE / 2
+            );
+            return Err(Error::Config { key: option.into(), problem });
+        }
+    }
+    say(format!("ORIGINATOR = {organisation}"));
     say(format!("MESSAGE_ID = {}", names.message_id.clone().unwrap_or_else(own_id)));
     Ok(text)
 }

@@ -33,7 +33,8 @@ impl Utc {
         let number = |from: usize, to: usize| whole.get(from..to)?.parse::<i64>().ok();
         let (year, month, day) = (number(0, 4)?, number(5, 7)?, number(8, 10)?);
         let (hour, minute, second) = (number(11, 13)?, number(14, 16)?, number(17, 19)?);
-        let leap = second == 60 && hour == 23 && minute == 59;
+        // leap seconds end a June or a December
+        let leap = second == 60 && hour == 23 && minute == 59 && matches!((month, day), (6, 30) | (12, 31));
         if hour > 23 || minute > 59 || (second > 59 && !leap) {
             return None;
         }
