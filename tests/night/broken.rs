@@ -170,10 +170,13 @@ fn one_star_or_two_are_too_few_to_fit_and_the_message_counts_them() {
 
 #[test]
 fn flats_of_which_none_can_be_used_stop_the_night_with_their_levels() {
-    for (adu, word) in [(500, "level 0 ADU"), (65_535, "1.000 of full scale")] {
+    for (adu, why) in [
+        (500, "every pixel is 500 ADU: the file was never filled"),
+        (65_535, "1.000 of full scale, outside flat.level_range_frac"),
+    ] {
         let n = night();
         n.frames("flat").iter().for_each(|p| fill(p, adu));
-        refused(&n, 5, &["0 of 4 flats are usable", "flat_000.fits", word, "flat.level_range_frac"]);
+        refused(&n, 5, &["0 of 4 flats are usable", "flat_000.fits", why]);
     }
     let n = night();
     n.frames("flat").iter().for_each(|p| fill_nan(p));

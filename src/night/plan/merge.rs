@@ -239,6 +239,15 @@ impl<'a> Sum<'a> {
         let mut others = Vec::new();
         for row in part.rows {
             let Some(place) = self.places.get(&(row.frame.clone(), row.frame_sha256.as_str())) else {
+                if !self.plan.frames.iter().any(|f| f.role != "target" && file_name(&f.path) == row.frame) {
+                    let problem = format!(
+                        "{}: {} is no frame of the plan, or not as it was: the table was changed; measure its shard again \
+                         with --force",
+                        part.path.display(),
+                        row.frame
+                    );
+                    return Err(Error::Mismatch { problem });
+                }
                 others.push(row);
                 continue;
             };
