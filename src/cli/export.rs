@@ -41,7 +41,7 @@ pub struct Export {
     /// Format
     #[arg(long, value_name = "FORMAT", required_unless_present = "check")]
     to: Option<Format>,
-    /// File to write
+    /// File to write; - is standard output
     #[arg(short, long, value_name = "FILE", required_unless_present = "check")]
     out: Option<PathBuf>,
     /// Say what SCORE would refuse in a CSV file, row by row, and stop
@@ -150,6 +150,8 @@ impl Export {
         let (Some(format), Some(out)) = (self.to, self.out.take()) else {
             return Err(bad("--to", "give a format and a file (-o)".into()));
         };
+        let to_stdout = cfg!(unix) && out.as_os_str() == "-";
+        let out = if to_stdout { PathBuf::from("/dev/stdout") } else { out };
         let input = self.table()?;
         let same = |a: &Path, b: &Path| {
             std::fs::canonicalize(a).ok().is_some_and(|a| std::fs::canonicalize(b).ok() == Some(a))
@@ -169,7 +171,7 @@ impl Export {
             }
             _ => self.write_observations(format, &table, &input, &out)?,
         }
-        if !self.quiet {
+        if !self.quiet && !to_stdout {
             tell(&format!("wrote {}", out.display()));
         }
         Ok(())
