@@ -199,6 +199,9 @@ fn reduced(more: &[&str]) -> Vec<(f64, f64)> {
         assert!(exposure.beside_frac < 1e-12);
         let facts = FrameFacts {
             object: "ISS (ZARYA)".into(),
+            norad_cat_id: Some(25_544),
+            site: sensor.settings().site.clone(),
+            v_mag: None,
             mid: mid + f64::from(k) * 20.0 * hifitime::Unit::Second,
             alt_deg: 32.1,
             az_deg: 210.0,
