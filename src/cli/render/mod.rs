@@ -206,11 +206,11 @@ impl Render {
             geometry: &geometry,
         };
         let shown = outputs::Shown { of: &of, rendered: &rendered, rows: &rows, settings: &settings };
-        shown.write(&files, self.quiet)?;
-        match &ready {
-            Some(ready) => self.sensor.execute(ready, &shown, &files.frame, (self.csv, self.quiet)),
-            None => Ok(()),
+        // what the sensor refuses leaves no file behind
+        if let Some(ready) = &ready {
+            self.sensor.execute(ready, &shown, &files.frame, (self.csv, self.quiet))?;
         }
+        shown.write(&files, self.quiet)
     }
 }
 

@@ -60,6 +60,9 @@ impl SensorArgs {
         if !(self.exptime_s > 0.0 && self.exptime_s <= LONGEST_S) {
             return Err(bad("--exptime-s", format!("{}; accepted is above 0, at most {LONGEST_S} s", self.exptime_s)));
         }
+        if let Some(sky) = self.sky_mag.filter(|m| !m.is_finite()) {
+            return Err(bad("--sky-mag", format!("{sky}; accepted is a number [mag/arcsec2]")));
+        }
         Ok(Some(SensorSettings::named(name, &self.sensor_set)?))
     }
 
