@@ -50,7 +50,7 @@ fn a_body_off_its_origin_lies_in_the_middle_of_its_picture_and_fills_it() {
     assert!((a.image.pixel_rad / b.image.pixel_rad - 1.0).abs() < 1e-9);
     assert!((a.seen_area_m2 / b.seen_area_m2 - 1.0).abs() < 1e-3, "{} {}", a.seen_area_m2, b.seen_area_m2);
     for rendered in &pictures {
-        let plane = &rendered.image.planes[0].1;
+        let plane = &rendered.image.planes.last().unwrap().1; // starlight, from all sides
         let lit = |rows: bool| {
             let at: Vec<usize> =
                 plane.indexed_iter().filter(|(_, v)| **v > 0.0).map(|((j, i), _)| if rows { j } else { i }).collect();

@@ -131,7 +131,9 @@ impl Shown<'_> {
             Some(l) => meta.push("uniform_earth_w_cm2_sr_um", l),
             None => meta.push("earth", format!("{:?}", s.model.earth)),
         }
-        laws(self.of.satellite).into_iter().for_each(|line| meta.push("scattering", line));
+        if let Some(source) = self.of.satellite.sources.get("scattering") {
+            meta.push("scattering", source.clone());
+        }
         let warnings = self.rendered.warnings.iter().cloned().map(MetaValue::Text).collect();
         meta.push("warnings", MetaValue::List(warnings));
         meta

@@ -98,7 +98,7 @@ fn cards(
     put("SIMRANGE", real(image.range_km), "[km] distance of the satellite");
     put("SIMBANDL", real(image.band_um.0), "[um] band of the radiances, from");
     put("SIMBANDH", real(image.band_um.1), "[um] band of the radiances, to");
-    put("SIMZP", real(sensor.zp_mag), &format!("[mag] {} of 1 e-/s above the air", sensor.zp_band));
+    put("SIMZP", real(sensor.zp_mag), &format!("[mag] {}, of 1 e-/s, air left out", sensor.zp_band));
     if let Some(v_mag) = facts.v_mag {
         put("SIMVMAG", real(v_mag), "[mag] V, Vega, of the satellite above the air");
     }
