@@ -131,7 +131,8 @@ fn a_point_outside_its_component_is_refused_with_the_components_extent() {
     assert!(error.contains("89.00 m beyond a") && error.contains("x 9.00 to 11.00"), "{error}");
     let iss = ComponentSatellite::named("iss").unwrap();
     let renderer = Renderer::new(&scene(&iss), &settings(16)).unwrap();
-    assert_eq!(iss.points.iter().map(|(name, point)| renderer.point(name, point).unwrap()).count(), 3);
+    assert_eq!(iss.points.len(), 3);
+    iss.points.iter().for_each(|(name, point)| assert!(renderer.point(name, point).is_ok(), "{name}"));
 }
 
 #[test]
