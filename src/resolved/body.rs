@@ -8,6 +8,7 @@ use super::joint::{Pose, poses};
 use super::rays::Rays;
 use super::satellite::{ComponentSatellite, Material};
 use super::shape::{Body, Triangle, double_area, wrong};
+use super::surface::extent_m;
 use crate::brightness::{Attitude, Scene};
 use crate::error::Result;
 use crate::vector::{Itrs, Vector};
@@ -52,6 +53,8 @@ pub struct PosedBody {
     pub materials: Vec<Material>,
     /// Names of the components.
     pub names: Vec<String>,
+    /// Boxes of the components along the body's axes, joints at angle 0 \[m\].
+    pub extents_m: Vec<[[f64; 2]; 3]>,
     /// Radius of the sphere about the origin that holds everything \[m\].
     pub radius_m: f64,
     axes: [Vector<Itrs>; 3],
@@ -80,6 +83,7 @@ impl PosedBody {
             facets: Vec::new(),
             materials: satellite.materials.clone(),
             names: satellite.components.iter().map(|c| c.name.clone()).collect(),
+            extents_m: Vec::new(),
             radius_m: 0.0,
             axes,
             joint_of: satellite
@@ -93,7 +97,9 @@ impl PosedBody {
         let mut known: HashMap<(usize, [i64; 3]), usize> = HashMap::new();
         for (component, part) in satellite.components.iter().enumerate() {
             let (material, sheet) = (satellite.material_of(part), part.shape.is_sheet());
-            for triangle in satellite.triangles(part, sides)? {
+            let triangles = satellite.triangles(part, sides)?;
+            body.extents_m.push(extent_m(&triangles));
+            for triangle in triangles {
                 let corners = triangle.map(|v| body.place(component, &v));
                 let Some(normal) = double_area(&corners).unit() else { continue };
                 let key = (material, normal.to_array().map(|x| (x * 1e8).round() as i64));

@@ -26,7 +26,6 @@ impl Directions {
     /// from `low` to `high`.
     #[must_use]
     pub fn new(axis: &Vector<Itrs>, (low, high): (f64, f64), per_set: usize) -> Self {
-        let per_set = per_set.next_power_of_two();
         let n = SETS * per_set;
         let u = axis.any_perpendicular().unwrap_or(*axis);
         let v = axis.cross(&u);

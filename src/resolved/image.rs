@@ -32,6 +32,18 @@ impl Light {
             Light::Starlight => "starlight",
         }
     }
+
+    /// Name in words, for captions.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        match self {
+            Light::Sun => "Sunlight",
+            Light::Earthshine => "Earthshine",
+            Light::Moon => "Moonlight",
+            Light::LunarEarthshine => "Lunar-Earthshine",
+            Light::Starlight => "Starlight",
+        }
+    }
 }
 
 /// Radiance of a satellite at the entrance aperture, one plane per light.

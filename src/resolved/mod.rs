@@ -17,6 +17,8 @@ pub mod sensor;
 pub mod settings;
 pub mod shape;
 pub mod shine;
+pub mod surface;
+pub mod view;
 
 pub use image::{Light, RadianceImage};
 pub use render::{RayCounts, Rendered, Renderer, ResolvedScene, render};

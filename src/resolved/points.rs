@@ -7,8 +7,13 @@ use super::image::Light;
 use super::render::{RayCounts, Renderer};
 use super::satellite::Point;
 use super::shape::Body;
+use super::surface::beyond_m;
 use crate::error::{Error, Result};
-use crate::vector::Vector;
+use crate::vector::{Itrs, Vector};
+
+/// How far a place may lie beyond its component, as a length and as a share of its size: places are read off drawings.
+const BESIDE_M: f64 = 0.05;
+const BESIDE_FRAC: f64 = 0.01;
 
 /// A test point seen from the observer.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,7 +64,7 @@ impl Renderer {
     /// towards the observer) and, of equals, that is nearest to the place (without one: any).
     ///
     /// # Errors
-    /// [`Error::Config`] for a component the satellite does not have, with those it has.
+    /// [`Error::Config`] for a component the satellite does not have, with those it has, and for a place outside it.
     pub fn point(&self, name: &str, point: &Point) -> Result<PointLight> {
         let body = &self.body;
         let wanted = point.component.to_lowercase();
@@ -73,6 +78,10 @@ impl Renderer {
             None => self.around.observer,
         };
         let near = point.at_m.map(|at| body.place(component, &vector(at)));
+        if let (Some(place), Some(at)) = (&near, point.at_m) {
+            self.refuse_outside(component, place, at)
+                .map_err(|problem| Error::Config { key: format!("point {name}"), problem })?;
+        }
         let mut best: Option<(f64, f64, usize, usize)> = None;
         for (k, piece) in body.pieces.iter().enumerate().filter(|(_, p)| p.component == component) {
             let normal = body.facets[piece.facet].normal;
@@ -114,5 +123,25 @@ impl Renderer {
         let radiance = if faces { self.light(k, &place, &sets, &mut RayCounts::default()) } else { [0.0; 5] };
         let component = body.names[component].clone();
         Ok(PointLight { name: name.to_owned(), component, view, radiance, cos_nadir: normal.dot(&self.around.nadir()) })
+    }
+
+    /// A place that lies beyond the surface of its component by more than rounding of what is written down.
+    fn refuse_outside(&self, component: usize, place: &Vector<Itrs>, at: [f64; 3]) -> std::result::Result<(), String> {
+        let body = &self.body;
+        let triangles: Vec<_> = body.pieces.iter().filter(|p| p.component == component).map(|p| p.corners).collect();
+        let ends = body.extents_m[component];
+        let size = ends.iter().map(|[low, high]| (high - low).powi(2)).sum::<f64>().sqrt();
+        let beyond = beyond_m(&triangles, place);
+        if beyond <= BESIDE_M.max(BESIDE_FRAC * size) {
+            return Ok(());
+        }
+        let axis = |k: usize| format!("{} {:.2} to {:.2}", ["x", "y", "z"][k], ends[k][0], ends[k][1]);
+        Err(format!(
+            "{at:?} lies {beyond:.2} m beyond {}, which reaches over {}, {}, {} m (joints at angle 0)",
+            body.names[component],
+            axis(0),
+            axis(1),
+            axis(2)
+        ))
     }
 }

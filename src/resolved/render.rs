@@ -13,15 +13,16 @@ use super::image::{Light, RadianceImage};
 use super::satellite::ComponentSatellite;
 use super::settings::RenderSettings;
 use super::shine::{Shine, Surroundings, shines};
+use super::view::View;
 use crate::brightness::Scene;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::orbit::{Geometry, Tracker};
 use crate::vector::{Itrs, Vector};
 
 /// The satellite is this much larger than a point for its range before rays are no longer parallel.
 const PARALLEL: f64 = 1e-3;
-/// Room about the satellite in a picture that it fills.
-const MARGIN: f64 = 1.05;
+/// Share of what is seen above which black backs are told of.
+const MOSTLY: f64 = 0.5;
 
 /// A satellite of components at one instant before one observer.
 #[derive(Debug, Clone)]
@@ -45,10 +46,8 @@ pub struct Renderer {
     diffuse: Vec<[[f64; 5]; 2]>,
     settings: RenderSettings,
     range_km: f64,
-    /// East and north on the sky.
-    pub east: Vector<Itrs>,
-    /// North on the sky.
-    pub north: Vector<Itrs>,
+    /// How the body lies on the sky.
+    pub view: View,
 }
 
 /// Rays that were cast.
@@ -71,6 +70,8 @@ pub struct Rendered {
     pub v_flux: Vec<(Light, f64)>,
     /// Area the observer sees \[m²\], from the pixels.
     pub seen_area_m2: f64,
+    /// The whole satellite lies in the picture; if not, area and light are those of the part that does.
+    pub whole: bool,
     /// The body throws no shadow on itself: no shadow rays were needed.
     pub convex: bool,
     /// Rays.
@@ -133,33 +134,23 @@ impl Renderer {
         } else {
             Vec::new()
         };
-        // line of sight u; east = pole × u, north = u × east
-        let u = -around.observer;
-        let pole = Vector::new(0.0, 0.0, 1.0);
-        let east = pole.cross(&u).unit().or_else(|| u.any_perpendicular());
-        let east = east.ok_or_else(|| Error::Model { problem: "no line of sight".into() })?;
-        let north = u.cross(&east);
-        Ok(Self {
-            body,
-            around,
-            shines,
-            diffuse,
-            settings: settings.clone(),
-            range_km: of.scene.range_km(),
-            east,
-            north,
-        })
+        let view = View::new(&body, &around.observer)?;
+        Ok(Self { body, around, shines, diffuse, settings: settings.clone(), range_km: of.scene.range_km(), view })
     }
 
     /// Side of a pixel \[m\] at the satellite: as asked for, or so that the satellite fills the picture.
     #[must_use]
     pub fn pixel_m(&self) -> f64 {
-        if let Some(rad) = self.settings.pixel_rad {
-            return rad * self.range_km * 1e3;
+        match self.settings.pixel_rad {
+            Some(rad) => rad * self.range_km * 1e3,
+            None => self.view.filling_pixel_m(self.settings.pixels),
         }
-        let reach = |v: &Vector<Itrs>| v.dot(&self.east).abs().max(v.dot(&self.north).abs());
-        let half = self.body.pieces.iter().flat_map(|p| p.corners.iter().map(reach)).fold(0.0, f64::max);
-        2.0 * MARGIN * half / self.settings.pixels as f64
+    }
+
+    /// The whole satellite lies in the picture.
+    #[must_use]
+    pub fn whole(&self) -> bool {
+        self.view.fits(self.settings.pixels, self.pixel_m())
     }
 
     /// Casts the rays.
@@ -167,17 +158,18 @@ impl Renderer {
     pub fn picture(&self) -> Rendered {
         let n = self.settings.pixels;
         let pixel_m = self.pixel_m();
-        let rows: Vec<(Vec<[f64; 5]>, f64, RayCounts)> = (0..n).into_par_iter().map(|y| self.row(y, pixel_m)).collect();
+        let rows: Vec<Row> = (0..n).into_par_iter().map(|y| self.row(y, pixel_m)).collect();
         let pixel_rad = pixel_m / (self.range_km * 1e3);
         let mut rays = RayCounts::default();
-        let mut covered = 0.0;
-        for (_, part, counts) in &rows {
-            covered += part;
-            rays.view += counts.view;
-            rays.shadow += counts.shadow;
-            rays.surroundings += counts.surroundings;
+        let (mut covered, mut black) = (0.0, 0.0);
+        for row in &rows {
+            covered += row.covered;
+            black += row.black;
+            rays.view += row.rays.view;
+            rays.shadow += row.rays.shadow;
+            rays.surroundings += row.rays.surroundings;
         }
-        let plane = |k: usize| (Light::ALL[k], Array2::from_shape_fn((n, n), |(y, x)| rows[y].0[x][k]));
+        let plane = |k: usize| (Light::ALL[k], Array2::from_shape_fn((n, n), |(y, x)| rows[y].pixels[x][k]));
         let image = RadianceImage {
             pixel_rad,
             range_km: self.range_km,
@@ -193,7 +185,8 @@ impl Renderer {
             convex: self.body.is_convex(),
             rays,
             facets: self.shines.iter().flatten().flatten().count(),
-            warnings: self.warnings(pixel_m),
+            whole: self.whole(),
+            warnings: self.warnings(if covered > 0.0 { black / covered } else { 0.0 }),
         }
     }
 
@@ -219,7 +212,8 @@ impl Renderer {
         }
     }
 
-    fn warnings(&self, pixel_m: f64) -> Vec<String> {
+    /// What a reader should know of a picture of which this share is black backs.
+    fn warnings(&self, black_frac: f64) -> Vec<String> {
         let mut warnings = Vec::new();
         let apparent = self.body.radius_m / (self.range_km * 1e3);
         if apparent > PARALLEL {
@@ -228,8 +222,20 @@ impl Renderer {
                 2.0 * apparent
             ));
         }
-        if self.settings.pixels as f64 * pixel_m < 2.0 * self.body.radius_m && self.settings.pixel_rad.is_some() {
-            warnings.push("the satellite may reach beyond the picture".into());
+        if !self.whole() {
+            let [west, north] = self.view.half_m.map(|half| 2.0 * half);
+            warnings.push(format!(
+                "the satellite, {west:.2} m by {north:.2} m on the sky, reaches beyond the picture of {:.2} m: light, \
+                 magnitude and area are those of the part in it",
+                self.settings.pixels as f64 * self.pixel_m()
+            ));
+        }
+        if black_frac > MOSTLY {
+            warnings.push(format!(
+                "{:.0} % of what is seen are black backs: turn the faces of a mesh around if they point inwards, give \
+                 sheet = true for an open one, or the material a back",
+                100.0 * black_frac
+            ));
         }
         if self.around.lamps.extrapolated {
             warnings.push("the Moon's phase is beyond what the lunar law was fitted to".into());
@@ -237,12 +243,11 @@ impl Renderer {
         warnings
     }
 
-    /// One row: the light of each pixel, the pixels covered, the rays.
-    fn row(&self, y: usize, pixel_m: f64) -> (Vec<[f64; 5]>, f64, RayCounts) {
+    fn row(&self, y: usize, pixel_m: f64) -> Row {
         let (n, k) = (self.settings.pixels, self.settings.samples);
         let (middle, share) = (0.5 * n as f64, 1.0 / (k * k) as f64);
-        let mut counts = RayCounts::default();
-        let mut covered = 0.0;
+        let mut rays = RayCounts::default();
+        let (mut covered, mut black) = (0.0, 0.0);
         let pixels = (0..n)
             .map(|x| {
                 let first = scramble(x, y, 0) as usize;
@@ -252,18 +257,25 @@ impl Renderer {
                     let jitter = [bits & 0xffff, bits >> 16].map(|b| (f64::from(b) + 0.5) / 65_536.0);
                     let at = |pixel: usize, cell: usize, j: f64| pixel as f64 + (cell as f64 + j) / k as f64 - middle;
                     // x grows to the west, y to the north
-                    let place = self.east * (-at(x, s % k, jitter[0]) * pixel_m)
-                        + self.north * (at(y, s / k, jitter[1]) * pixel_m);
-                    counts.view += 1;
+                    let place = self.view.place(at(x, s % k, jitter[0]) * pixel_m, at(y, s / k, jitter[1]) * pixel_m);
+                    rays.view += 1;
                     let Some((piece, met)) = self.body.seen_along(&place, &-self.around.observer) else { continue };
                     covered += share;
-                    let light = self.light(piece, &met, &[first + s], &mut counts);
+                    black += if self.is_black(piece) { share } else { 0.0 };
+                    let light = self.light(piece, &met, &[first + s], &mut rays);
                     sum.iter_mut().zip(light).for_each(|(sum, l)| *sum += share * l);
                 }
                 sum
             })
             .collect();
-        (pixels, covered, counts)
+        Row { pixels, covered, black, rays }
+    }
+
+    /// The observer sees a back that scatters nothing.
+    fn is_black(&self, piece: usize) -> bool {
+        let (side, _) = self.body.side_toward(piece, &self.around.observer);
+        let of = &self.body.pieces[piece];
+        side == 1 && (!of.sheet || self.body.materials[self.body.facets[of.facet].material].back.is_none())
     }
 
     /// What a place on a triangle sends to the observer: Sun, Earthshine, Moon, Lunar-Earthshine, starlight
@@ -383,6 +395,16 @@ impl Renderer {
         }
         light
     }
+}
+
+/// One row of a picture.
+struct Row {
+    /// The light of each pixel.
+    pixels: Vec<[f64; 5]>,
+    /// Pixels covered, and those of them by black backs.
+    covered: f64,
+    black: f64,
+    rays: RayCounts,
 }
 
 /// Weights asked, and those of them that nothing hides; light from other parts.

@@ -77,6 +77,11 @@ impl RenderSettings {
         within("earth_rays", self.earth_rays, 1, 1024)?;
         within("sides", self.sides, 6, 1024)?;
         let refuse = |key: &str, problem: String| Err(Error::Config { key: key.into(), problem });
+        if !self.earth_rays.is_power_of_two() {
+            let above = self.earth_rays.next_power_of_two();
+            let problem = format!("{}; accepted are powers of two, e.g. {} or {above}", self.earth_rays, above / 2);
+            return refuse("earth_rays", problem);
+        }
         if let Some(p) = self.pixel_rad.filter(|p| !(*p > 0.0 && *p < 0.01)) {
             return refuse("pixel_arcsec", format!("{}; accepted is above 0, below 2000", p.to_degrees() * 3600.0));
         }

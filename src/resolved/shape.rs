@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::mesh::read_mesh;
+use super::surface::volume_m3;
 use crate::error::{Error, Result};
 use crate::vector::Vector;
 
@@ -68,7 +69,7 @@ pub enum Shape {
         file: PathBuf,
         /// Metres in a unit of the file.
         scale_m: f64,
-        /// Backs are seen too: an open surface.
+        /// Backs are seen too: an open surface. Without it backs are black, and a closed mesh wound inwards is refused.
         #[serde(default)]
         sheet: bool,
     },
@@ -108,7 +109,8 @@ impl Shape {
     /// The triangles about the shape's own centre; `folder` is where a mesh is looked for.
     ///
     /// # Errors
-    /// [`Error::Model`] for lengths that are not above 0 and vectors without a direction; those of reading a mesh.
+    /// [`Error::Model`] for lengths that are not above 0, vectors without a direction, and a closed mesh whose fronts look
+    /// inwards; those of reading a mesh.
     pub fn triangles(&self, sides: usize, folder: &Path, what: &str) -> Result<Vec<Triangle<Body>>> {
         let unit = |name: &str, v: [f64; 3]| {
             let found = Vector::<Body>::new(v[0], v[1], v[2]).unit();
@@ -146,7 +148,20 @@ impl Shape {
                 &unit("axis", *axis)?,
                 sides,
             )),
-            Shape::Mesh { file, scale_m, .. } => read_mesh(&folder.join(file), above_0("scale_m", *scale_m)?),
+            Shape::Mesh { file, scale_m, sheet } => {
+                let triangles = read_mesh(&folder.join(file), above_0("scale_m", *scale_m)?)?;
+                match volume_m3(&triangles) {
+                    Some(volume) if volume < 0.0 && !sheet => Err(wrong(
+                        what,
+                        format!(
+                            "the closed mesh {} is wound inwards (volume {volume:.3e} m3): turn its faces around, or \
+                             give sheet = true to show the backs too",
+                            file.display()
+                        ),
+                    )),
+                    _ => Ok(triangles),
+                }
+            }
         }
     }
 }

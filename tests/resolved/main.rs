@@ -5,5 +5,7 @@
 mod support;
 
 mod laws;
+mod pictures;
+mod render_cli;
 mod sensor;
 mod simulate_resolved;

@@ -7,6 +7,7 @@ use satphot::brightness::spectrum::{SolarColumn, Spectrum};
 use satphot::config::Config;
 use satphot::night::pipeline::{Options, run};
 use satphot::night::progress::Silent;
+use satphot::report::radiance::snr::snr_rows;
 use satphot::report::read_photometry;
 use satphot::resolved::sensor::{
     Air, Blur, FrameFacts, Pupil, Sampling, Seeing, Sensor, SensorSettings, signal_to_noise, stamp, write_frame,
@@ -180,6 +181,41 @@ fn a_picture_too_bright_fills_the_wells_and_says_so() {
     let full = exposure.n_saturated(sensor.full_well_e());
     assert!(full > 5_000, "{full}");
     assert_eq!(*counts.iter().max().unwrap(), 65_535);
+    assert!(sensor.n_saturated(&counts) >= full);
+    let rows = snr_rows(&signal_to_noise(&exposure, 1.4, &[vec![Light::Sun]]), sensor.n_saturated(&counts));
+    assert!(rows[0].saturated_px as usize >= full);
+}
+
+#[test]
+fn the_header_tells_of_saturation_of_light_beside_the_frame_and_of_the_system_of_its_zeropoint() {
+    let sets = ["frame.nx_px=64", "frame.ny_px=64", "optics.filter=g"].map(String::from);
+    let sensor = Sensor::new(&SensorSettings::named("macquarie-cdk24", &sets).unwrap(), (0.3, 1.05)).unwrap();
+    let (image, air) = (disc(10.0, 1.0), Air { sky_mag_arcsec2: 20.0, extinction_mag: 0.0 });
+    let exposure = sensor.expose(&image, 1.0, &air, (0.0, 0.0)).unwrap();
+    let counts = sensor.read_out(&exposure, 3);
+    let facts = FrameFacts {
+        object: "ISS (ZARYA)".into(),
+        norad_cat_id: None,
+        site: sensor.settings().site.clone(),
+        v_mag: Some(-3.0),
+        mid: Epoch::from_gregorian_utc(2025, 6, 9, 10, 33, 2, 0),
+        alt_deg: 32.1,
+        az_deg: 210.0,
+        seed: 3,
+        history: Vec::new(),
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("full.fits");
+    write_frame(&path, &counts, &sensor, &exposure, &image, &facts).unwrap();
+    let header = String::from_utf8_lossy(&std::fs::read(&path).unwrap()[..2880 * 3]).into_owned();
+    let value = |key: &str| {
+        let (_, rest) = header.split_once(&format!("{key:<8}=")).unwrap();
+        rest.split('/').next().unwrap().trim().trim_end_matches('.').parse::<f64>().unwrap()
+    };
+    assert_eq!(value("SATURATE"), sensor.gain.saturation_adu);
+    assert_eq!(value("SIMNSAT"), sensor.n_saturated(&counts) as f64);
+    assert!(value("SIMNSAT") > 4_000.0 && value("SIMLOST") > 0.1 && value("SIMVMAG") == -3.0);
+    assert!(header.contains("[mag] g, AB, of 1 e-/s") && header.contains("% of the light fell beside the frame"));
 }
 
 /// Differences of measured and true electrons, relative and in errors, of eight frames through a sensor with these settings.
@@ -199,6 +235,9 @@ fn reduced(more: &[&str]) -> Vec<(f64, f64)> {
         assert!(exposure.beside_frac < 1e-12);
         let facts = FrameFacts {
             object: "ISS (ZARYA)".into(),
+            norad_cat_id: Some(25_544),
+            site: sensor.settings().site.clone(),
+            v_mag: None,
             mid: mid + f64::from(k) * 20.0 * hifitime::Unit::Second,
             alt_deg: 32.1,
             az_deg: 210.0,

@@ -12,8 +12,8 @@ use super::bad;
 /// How the picture is made.
 #[derive(Debug, Clone, Args)]
 pub struct ImageArgs {
-    /// Pixels along a side
-    #[arg(long, value_name = "N", default_value_t = 512)]
+    /// Pixels along a side; of a strip: --frame-pixels
+    #[arg(long, value_name = "N", default_value_t = 512, conflicts_with = "pass")]
     pixels: usize,
     /// Side of a pixel [arcsec] [default: the satellite fills the picture]
     #[arg(long, value_name = "ARCSEC")]
@@ -81,7 +81,7 @@ impl ImageArgs {
             }
         }
         settings.model.earth.check("--earth")?;
-        settings.check()?;
+        settings.check().map_err(by_option)?;
         Ok(settings)
     }
 
@@ -105,5 +105,15 @@ impl ImageArgs {
             Ok([sky, airglow]) => Ok(Some([*sky, *airglow])),
             _ => Err(wrong()),
         }
+    }
+}
+
+/// A setting out of range, by the name of its option.
+fn by_option(error: Error) -> anyhow::Error {
+    match error {
+        Error::Config { key, problem } if key == "earth_rays" => bad("--rays", problem),
+        Error::Config { key, problem } if key == "uniform_earth" => bad("--earth", problem),
+        Error::Config { key, problem } => bad(&format!("--{}", key.replace('_', "-")), problem),
+        other => other.into(),
     }
 }

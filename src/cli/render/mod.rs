@@ -1,6 +1,7 @@
 //! `satphot render`: the picture of a satellite of many components, light by light, at one instant or along a pass.
 
 mod areas;
+mod files;
 mod image_args;
 mod outputs;
 mod paper;
@@ -27,8 +28,16 @@ rays, and a note says so.
 
 -o takes a folder, or files told apart by their ending: .fits (the sum, then an image for each
 light), .png (a preview; with --lights-png NAME.png one panel for each light), .ecsv (the table).
+Grey levels of previews are an inverse hyperbolic sine, asinh(300 L/L_white), so that a thousandth
+of the brightest pixel can still be seen: nothing is to be measured from them. The middle of a
+picture is the middle of the satellite's extent on the sky; a picture that cuts it off says so,
+and its light, of the part it holds, goes by the place \"picture\".
 --pass makes one strip of --frames pictures of the pass about --time, and -o FOLDER/ also single
-ones with --single.
+ones with --single; --csv prints its table as CSV.
+
+With --sensor a file of -o is of the frame: .fits its raw counts for `satphot run`, .png a preview
+of them, .ecsv signal over noise; a folder gets NAME_sensor.* beside the pictures. --csv then
+prints the radiances, and the table of signal over noise goes to its .ecsv alone.
 
 Examples:
   satphot render iss --elements iss.tle --site -33.77,151.11,70 \\
@@ -43,6 +52,9 @@ Examples:
   satphot render --list
   satphot render iss --areas
   satphot render --paper-case";
+
+/// Arguments that mean nothing without a picture.
+const OF_A_PICTURE: [&str; 7] = ["elements", "time", "points", "out", "lights_png", "pass", "sensor"];
 
 /// Renders a satellite of many components as a telescope would see it: shadows, Earth's light, every light apart.
 #[derive(Debug, Args)]
@@ -59,25 +71,25 @@ pub struct Render {
     #[command(flatten)]
     image: ImageArgs,
     /// A test point, component or component@x,y,z [m] (repeatable); those of the satellite's file come without asking
-    #[arg(long = "point", value_name = "NAME=PLACE", allow_hyphen_values = true)]
+    #[arg(long = "point", value_name = "NAME=PLACE", allow_hyphen_values = true, conflicts_with = "pass")]
     points: Vec<String>,
     #[command(flatten)]
-    out: outputs::PictureOut,
+    out: files::PictureOut,
     #[command(flatten)]
     pass: pass::PassArgs,
     #[command(flatten)]
     sensor: sensor::SensorArgs,
     /// List the satellites whose components are known
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = OF_A_PICTURE)]
     list: bool,
     /// Print the components' areas beside the catalogue's
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = OF_A_PICTURE)]
     areas: bool,
     /// Print the file of components, to copy and change
-    #[arg(long, conflicts_with = "areas")]
+    #[arg(long, conflicts_with_all = OF_A_PICTURE, conflicts_with = "areas")]
     toml: bool,
     /// The published simulation of the ISS (9 June 2025, 10:33 UTC) beside ours
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = OF_A_PICTURE, conflicts_with = "earth")]
     paper_case: bool,
     /// Comma-separated values instead of a table
     #[arg(long)]
@@ -109,10 +121,13 @@ impl Render {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.jobs).build();
         let pool = pool.map_err(|e| bad("--jobs", format!("{} threads cannot be started ({e})", self.jobs)))?;
         pool.install(|| {
+            let satellite = ComponentSatellite::named(&self.satellite)?;
+            if self.paper_case && satellite.name != "iss" {
+                return Err(bad("--paper-case", format!("is of the iss, not of {}", self.satellite)));
+            }
             if self.paper_case {
                 return paper::print_case(&self.image, self.csv, self.quiet);
             }
-            let satellite = ComponentSatellite::named(&self.satellite)?;
             if self.areas {
                 return areas::print_areas(&satellite, &self.image, self.csv, self.quiet);
             }
@@ -136,7 +151,14 @@ impl Render {
             return Err(bad("--sensor", "exposes one picture, not the strip of a pass".into()));
         }
         if self.pass.wanted() {
-            return self.pass.execute(satellite, &tracker, &epoch, &settings, &self.out, self.quiet);
+            let (out, told) = (&self.out, (self.csv, self.quiet));
+            return self.pass.execute(satellite, &tracker, &epoch, &settings, out, told);
+        }
+        let files = self.out.files(&satellite.name, self.sensor.wanted())?;
+        let sensor = self.sensor.settings()?;
+        if self.csv && sensor.is_some() && files.frame.ecsv.is_empty() {
+            let problem = "prints the radiances; signal over noise goes to a file: -o NAME.ecsv, or a folder";
+            return Err(bad("--csv", problem.into()));
         }
         let geometry = tracker.at(&epoch)?;
         if !(geometry.alt_rad > 0.0) {
@@ -149,7 +171,16 @@ impl Render {
             return Err(bad("--time", problem));
         }
         let renderer = Renderer::new(&ResolvedScene::of(satellite, &geometry), &settings)?;
-        let rendered = renderer.picture();
+        let band_um = renderer.around.lamps.band_um;
+        let ready = sensor.map(|s| self.sensor.ready(&s, band_um, &geometry)).transpose()?;
+        if ready.is_some() && !renderer.whole() {
+            let [west, north] = renderer.view.half_m.map(|half| 2.0 * half / (geometry.range_km * 1e3));
+            let arcsec = west.max(north).to_degrees() * 3600.0;
+            let problem = format!(
+                "the picture cuts off a satellite of {arcsec:.2} arcsec: more --pixels, larger ones, or none of both"
+            );
+            return Err(bad("--pixel-arcsec", problem));
+        }
         let mut points = satellite.points.clone();
         for given in &self.points {
             let (name, place) = given
@@ -158,22 +189,28 @@ impl Render {
             points.insert(name.trim().to_owned(), satphot::resolved::points::parse_point(place)?);
         }
         let lit = points.iter().map(|(name, point)| renderer.point(name, point)).collect::<Result<Vec<_>, _>>()?;
+        files.make_folders()?;
+        let rendered = renderer.picture();
         let rows = radiance_rows(&renderer, &rendered, &lit);
         print(&if self.csv { csv(&rows)? } else { table(&rows) });
         if !self.quiet {
+            outputs::laws(satellite).into_iter().for_each(|line| tell(&format!("note: {line}")));
             notes(&rendered, &renderer);
         }
-        let mut out = self.out.clone();
-        let frames = if self.sensor.wanted() { out.take_fits(&satellite.name)? } else { Vec::new() };
-        out.write(&outputs::Shown {
+        let elements = tracker.elements_at(&epoch)?;
+        let of = outputs::Target {
             satellite,
-            rendered: &rendered,
-            rows: &rows,
+            object: elements.label(),
+            norad_cat_id: elements.norad_cat_id(),
+            site: &site,
             geometry: &geometry,
-            settings: &settings,
-            quiet: self.quiet,
-        })?;
-        self.sensor.execute(satellite, &rendered, &geometry, &frames, (self.csv, self.quiet))
+        };
+        let shown = outputs::Shown { of: &of, rendered: &rendered, rows: &rows, settings: &settings };
+        // what the sensor refuses leaves no file behind
+        if let Some(ready) = &ready {
+            self.sensor.execute(ready, &shown, &files.frame, (self.csv, self.quiet))?;
+        }
+        shown.write(&files, self.quiet)
     }
 }
 

@@ -7,11 +7,14 @@ use satphot::night::clock::{iso_utc, seconds_between, shifted};
 use satphot::orbit::{Tracker, passes};
 use satphot::report::radiance::picture::{Tile, write_preview, write_sheet};
 use satphot::report::summary::text_table;
+use satphot::resolved::body::PosedBody;
+use satphot::resolved::view::View;
 use satphot::resolved::{ComponentSatellite, RenderSettings, Rendered, ResolvedScene, render};
 
 use super::super::{print, tell};
 use super::bad;
-use super::outputs::{PictureOut, peak, tile, total, v_of};
+use super::files::PictureOut;
+use super::outputs::{laws, peak, tile, total, v_of, v_text};
 
 /// Around the instant asked for, where the pass is looked for [s].
 const REACH_S: f64 = 3600.0;
@@ -34,10 +37,10 @@ pub struct PassArgs {
     /// Pixels along a side of each picture of the strip
     #[arg(long, value_name = "N", default_value_t = 192, requires = "pass")]
     frame_pixels: usize,
-    /// All pictures at one scale, that of the nearest
+    /// All pictures at one scale, at which the largest fills its picture
     #[arg(long, requires = "pass")]
     one_scale: bool,
-    /// Also every picture alone, into the folder of -o
+    /// Also every picture alone, into the folder of -o (which must be one)
     #[arg(long, requires = "pass")]
     single: bool,
 }
@@ -54,7 +57,7 @@ impl PassArgs {
         about: &Epoch,
         settings: &RenderSettings,
         out: &PictureOut,
-        quiet: bool,
+        (csv, quiet): (bool, bool),
     ) -> anyhow::Result<()> {
         if !(1..=600).contains(&self.frames) {
             return Err(bad("--frames", format!("{}; accepted is 1 to 600", self.frames)));
@@ -72,15 +75,22 @@ impl PassArgs {
             .map(|k| shifted(pass.rise.epoch, length_s * (k as f64 + 0.5) / self.frames as f64))
             .collect();
         let mut settings = RenderSettings { pixels: self.frame_pixels, ..settings.clone() };
-        if self.one_scale && settings.pixel_rad.is_none() {
-            let scene = ResolvedScene::of(satellite, &pass.culmination.geometry);
-            let renderer = satphot::resolved::Renderer::new(&scene, &settings)?;
-            settings.pixel_rad = Some(renderer.pixel_m() / (pass.culmination.range_km * 1e3));
-        }
         settings.check()?;
-        let files = out.files(&format!("{}_pass", satellite.name))?;
-        if let Some(other) = files.fits.iter().chain(&files.ecsv).find(|_| files.folders.is_empty()) {
-            return Err(bad("--out", format!("{}: a strip is a .png, or a folder", other.display())));
+        let files = out.files(&format!("{}_pass", satellite.name), false)?;
+        if let Some(other) = files.picture.fits.iter().chain(&files.picture.ecsv).find(|_| files.folders.is_empty()) {
+            return Err(bad(
+                "--out",
+                format!("{}: a strip is a .png, or a folder; --csv prints the table", other.display()),
+            ));
+        }
+        if self.single && files.folders.is_empty() {
+            return Err(bad("--single", "puts the pictures into a folder: name one with -o, e.g. -o pass/".into()));
+        }
+        files.make_folders()?;
+        if self.one_scale && settings.pixel_rad.is_none() {
+            let scale = |epoch: &Epoch| one_scale_rad(satellite, tracker, epoch, &settings);
+            let scales = epochs.par_iter().map(scale).collect::<satphot::Result<Vec<f64>>>()?;
+            settings.pixel_rad = scales.into_iter().reduce(f64::max);
         }
         let frames: Vec<(Rendered, f64, f64)> = epochs
             .par_iter()
@@ -94,16 +104,17 @@ impl PassArgs {
         let mut rows = Vec::new();
         for (epoch, (rendered, alt_deg, range_km)) in epochs.iter().zip(&frames) {
             let (image, sum) = (&rendered.image, total(&rendered.image));
-            let v = v_of(rendered).map_or("no light".into(), |v| format!("V {v:.2}"));
+            let v = v_text(v_of(rendered), rendered.whole);
             let clock = iso_utc(*epoch, 0);
             let time = clock.get(11..19).unwrap_or(&clock);
-            let captions = vec![format!("{time}  {v}"), format!("{alt_deg:.0} deg {range_km:.0} km"), peak(&sum)];
+            let place = format!("{alt_deg:.0} deg {range_km:.0} km");
+            let captions = [format!("{time}  {v}"), place].into_iter().chain(peak(&sum, image)).collect();
             rows.push(row(&clock, *alt_deg, rendered));
             tiles.push(tile(image, sum, captions));
         }
         let columns = self.columns.unwrap_or_else(|| (self.frames as f64).sqrt().ceil() as usize);
         let title = format!("{}  {}", satellite.name, iso_utc(pass.culmination.epoch, 0).get(..10).unwrap_or_default());
-        for path in &files.png {
+        for path in &files.picture.png {
             write_sheet(path, &title, &tiles, columns)?;
         }
         let mut single = Vec::new();
@@ -114,13 +125,44 @@ impl PassArgs {
                 single.push(path);
             }
         }
-        print(&text_table(&["UTC", "alt [deg]", "range [km]", "V [mag]", "brightest light", "share [%]"], &rows));
-        files.png.iter().filter(|_| !quiet).for_each(|file| tell(&format!("wrote {}", file.display())));
-        if let (Some(last), false) = (single.last(), quiet) {
-            tell(&format!("wrote {} pictures to {}", single.len(), last.display()));
+        if csv {
+            print("date_mid,alt_deg,range_km,v_mag,brightest_light,share_pct,whole_satellite\n");
+            rows.iter().for_each(|row| print(&format!("{}\n", row.join(","))));
+        } else {
+            let head = ["UTC", "alt [deg]", "range [km]", "V [mag]", "brightest light", "share [%]", "whole"];
+            print(&text_table(&head, &rows));
+        }
+        if quiet {
+            return Ok(());
+        }
+        laws(satellite).into_iter().for_each(|line| tell(&format!("note: {line}")));
+        let parts = frames.iter().filter(|(rendered, ..)| !rendered.whole).count();
+        if parts > 0 {
+            tell(&format!(
+                "note: in {parts} pictures the satellite reaches beyond the picture: V is that of the part in it"
+            ));
+        }
+        files.picture.png.iter().for_each(|file| tell(&format!("wrote {}", file.display())));
+        if let (Some(first), Some(last)) = (single.first(), single.last()) {
+            tell(&format!("wrote {} pictures, {} to {}", single.len(), first.display(), last.display()));
         }
         Ok(())
     }
+}
+
+/// The pixel with which the satellite fills its picture at an instant \[rad\].
+fn one_scale_rad(
+    satellite: &ComponentSatellite,
+    tracker: &Tracker,
+    epoch: &Epoch,
+    settings: &RenderSettings,
+) -> satphot::Result<f64> {
+    let geometry = tracker.at(epoch)?;
+    let scene = ResolvedScene::of(satellite, &geometry).scene;
+    let body = PosedBody::new(satellite, &scene, settings.sides)?;
+    let toward = (scene.observer_km - scene.satellite_km).unit();
+    let toward = toward.ok_or_else(|| satphot::Error::Model { problem: "the satellite is at the observer".into() })?;
+    Ok(View::new(&body, &toward)?.filling_pixel_m(settings.pixels) / (geometry.range_km * 1e3))
 }
 
 fn row(time: &str, alt_deg: f64, rendered: &Rendered) -> Vec<String> {
@@ -139,5 +181,6 @@ fn row(time: &str, alt_deg: f64, rendered: &Rendered) -> Vec<String> {
         v_of(rendered).map_or(String::new(), |v| format!("{v:.2}")),
         name,
         share,
+        if rendered.whole { "yes" } else { "part" }.into(),
     ]
 }

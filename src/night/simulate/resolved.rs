@@ -1,4 +1,5 @@
-//! Tracked frames with a satellite of components: rendered at mid-exposure, blurred, painted as bright as it was rendered.
+//! Tracked frames with a satellite of components: rendered at mid-exposure, blurred, painted as bright as it was rendered,
+//! but for the scenario's offset and scatter.
 //!
 //! Pixels and electrons, V through the scenario's own zeropoint. Left out: the turn within one exposure.
 
@@ -11,6 +12,7 @@ use crate::brightness::lamps::mag_of_flux;
 use crate::error::{Error, Result};
 use crate::orbit::Geometry;
 use crate::resolved::sensor::{Blur, Sampling, Seeing, Stamp, stamp};
+use crate::resolved::shape::SIDES;
 use crate::resolved::{ComponentSatellite, Light, RadianceImage, RenderSettings, ResolvedScene, render};
 
 /// Pixels along a side of a picture; finer than any seeing for a satellite up to a few arcminutes.
@@ -110,13 +112,22 @@ pub fn peak_share(stamp: &Stamp) -> f64 {
     stamp.planes.iter().flat_map(|(_, p)| p.iter().copied()).fold(0.0, f64::max)
 }
 
-/// The satellite of components a scenario names.
+/// The satellite of components a scenario names, its shapes and meshes looked at.
 ///
 /// # Errors
-/// [`Error::Config`] under `target.resolved` for a name that is not known.
+/// [`Error::Config`] under `target.resolved` for a name that is not known, a file that cannot be read, and shapes that
+/// make no sense.
 pub fn named(name: &str) -> Result<ComponentSatellite> {
-    ComponentSatellite::named(name).map_err(|error| match error {
-        Error::Config { problem, .. } => Error::Config { key: "target.resolved".into(), problem },
-        other => other,
+    let checked = || {
+        let satellite = ComponentSatellite::named(name)?;
+        satellite.components.iter().try_for_each(|part| satellite.triangles(part, SIDES).map(|_| ()))?;
+        Ok(satellite)
+    };
+    checked().map_err(|error: Error| {
+        let problem = match error {
+            Error::Config { problem, .. } => problem,
+            other => other.to_string(),
+        };
+        Error::Config { key: "target.resolved".into(), problem }
     })
 }

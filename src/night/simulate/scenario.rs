@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::resolved::named as components;
 use crate::config::{self, range, read_layers};
 use crate::error::{Error, Result};
 use crate::file::plain_name;
@@ -200,8 +201,9 @@ pub struct Target {
     pub norad_cat_id: Option<u64>,
     /// Satellite of the model whose magnitudes are drawn.
     pub satellite: String,
-    /// Satellite of components that is rendered into each frame, as bright as it is rendered, instead of the sketch of a
-    /// station with the model's magnitude: a name or a file of components; `size_m` and `turn_deg_s` are not used then.
+    /// Satellite of components that is rendered into each frame, as bright as it is rendered (and `offset_mag` and
+    /// `scatter_mag`), instead of the sketch of a station with the model's magnitude: a name or a file of components;
+    /// `size_m` and `turn_deg_s` are not used then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolved: Option<String>,
     /// Passes are followed above this altitude \[deg\].
@@ -263,12 +265,23 @@ impl Scenario {
         Self::from_text(include_str!("../../presets/small_night.toml"), sets)
     }
 
-    /// The scenario as TOML.
+    /// The scenario as TOML; keys of the target that are not set stand there as comments.
     ///
     /// # Errors
     /// [`Error::Config`] if it cannot be written as TOML.
     pub fn to_toml(&self) -> Result<String> {
-        toml::to_string_pretty(self).map_err(|e| Error::Config { key: "scenario".into(), problem: e.to_string() })
+        let text = toml::to_string_pretty(self)
+            .map_err(|e| Error::Config { key: "scenario".into(), problem: e.to_string() })?;
+        let mut unset = String::from("[target]\n");
+        if self.target.norad_cat_id.is_none() {
+            unset.push_str("# norad_cat_id = 25544  # needed where the elements hold several objects\n");
+        }
+        if self.target.resolved.is_none() {
+            unset.push_str(
+                "# resolved = \"iss\"  # rendered from its components: a name of `satphot render --list`, or a file\n",
+            );
+        }
+        Ok(text.replacen("[target]\n", &unset, 1))
     }
 
     /// Pixel scale of the binned pixel \[arcsec/px\].
@@ -327,6 +340,6 @@ impl Scenario {
                 });
             }
         }
-        Ok(())
+        self.target.resolved.as_deref().map_or(Ok(()), |name| components(name).map(|_| ()))
     }
 }

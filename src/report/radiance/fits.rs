@@ -16,12 +16,18 @@ use crate::resolved::RadianceImage;
 /// What a file tells of its picture besides the picture itself.
 #[derive(Debug, Clone, Default)]
 pub struct PictureFacts {
-    /// Name of the satellite.
+    /// Name of the satellite, as its elements have it.
     pub object: String,
+    /// Its catalogue number.
+    pub norad_cat_id: Option<u64>,
+    /// Latitude, longitude \[deg\] and height \[m\] of the observer.
+    pub site: Option<[f64; 3]>,
     /// The instant, UTC, ISO 8601.
     pub date_mid: String,
     /// V magnitude of the sum.
     pub v_mag: Option<f64>,
+    /// The picture does not hold the whole satellite: `v_mag` is that of the part in it.
+    pub part: bool,
     /// Altitude and azimuth \[deg\], if they are known.
     pub alt_az_deg: Option<(f64, f64)>,
     /// What a reader should know, a line each.
@@ -79,8 +85,19 @@ fn common(head: &mut Cards, image: &RadianceImage, facts: &PictureFacts) {
         .value("BANDHIGH", &real(image.band_um.1), "[um]")
         .value("WAVELEN", &real(image.wavelength_um), "[um] mean of sunlight in the band")
         .text("ORIENT", "north up, east left", "rows to the north, columns to the west");
-    if let Some(v) = facts.v_mag {
-        head.value("VMAG", &real(v), "[mag] all lights, Vega, no atmosphere");
+    head.value("WHOLE", if facts.part { "F" } else { "T" }, "the picture holds the whole satellite");
+    match facts.v_mag {
+        Some(v) if facts.part => head.value("VMAGPART", &real(v), "[mag] V of the part in the picture, all lights"),
+        Some(v) => head.value("VMAG", &real(v), "[mag] all lights, Vega, no atmosphere"),
+        None => head,
+    };
+    if let Some(number) = facts.norad_cat_id {
+        head.value("NORADID", &number.to_string(), "catalogue number");
+    }
+    if let Some([lat_deg, lon_deg, alt_m]) = facts.site {
+        head.value("SITELAT", &real(lat_deg), "[deg] latitude of the observer, north positive");
+        head.value("SITELONG", &real(lon_deg), "[deg] longitude, east positive");
+        head.value("SITEELEV", &real(alt_m), "[m] elevation");
     }
     if let Some((alt, az)) = facts.alt_az_deg {
         head.value("SATALT", &real(alt), "[deg] altitude of the satellite");

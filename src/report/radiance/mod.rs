@@ -5,6 +5,7 @@
 pub mod fits;
 mod font;
 pub mod picture;
+pub mod snr;
 
 use std::path::Path;
 
@@ -26,7 +27,7 @@ pub const TOTAL: &str = "total";
 /// One light of the whole satellite, or of a test point.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct RadianceRow {
-    /// `satellite`, or the name of a test point.
+    /// `satellite`; `picture` for the part in a picture that does not hold all of it; or the name of a test point.
     pub place: String,
     /// Component of the test point.
     pub component: String,
@@ -48,14 +49,17 @@ pub struct RadianceRow {
 
 /// Columns of the table of a picture.
 pub const RADIANCE: &[Column] = &[
-    text("place", "satellite (the whole of it), or the name of a test point"),
+    text(
+        "place",
+        "satellite (the whole of it); picture (the part in a picture that does not hold all of it); or the name of a test point",
+    ),
     text("component", "component the test point is on"),
     text("view", "test point: seen, hidden behind another part, or faces away from the observer"),
     text("light", "sunlight, earthshine, moonlight, lunar_earthshine, starlight, or total"),
     number(
         "radiance_w_m2_sr",
         "W m-2 sr-1",
-        "radiance in band towards the observer; satellite: mean over what is seen",
+        "radiance in band towards the observer; satellite, picture: mean over what is seen",
     ),
     number("irradiance_w_m2", "W m-2", "irradiance in band at the observer, outside the atmosphere"),
     number("v_mag", "mag", "V magnitude, Vega, outside the atmosphere"),
@@ -63,7 +67,7 @@ pub const RADIANCE: &[Column] = &[
     number("share_frac", "", "share of the total"),
 ];
 
-/// The rows of a picture: every light of the satellite and their sum, then those of the test points.
+/// The rows of a picture: every light of the satellite (of the part in the picture) and their sum, then those of the test points.
 #[must_use]
 pub fn radiance_rows(renderer: &Renderer, rendered: &Rendered, points: &[PointLight]) -> Vec<RadianceRow> {
     let image = &rendered.image;
@@ -75,7 +79,7 @@ pub fn radiance_rows(renderer: &Renderer, rendered: &Rendered, points: &[PointLi
     let mu = |v_flux_per_sr: f64| mag_of_flux(v_flux_per_sr / ARCSEC2_PER_SR);
     let mut satellite = |light: &str, w_m2: f64, v_flux: f64| {
         rows.push(RadianceRow {
-            place: "satellite".into(),
+            place: if rendered.whole { "satellite" } else { "picture" }.into(),
             light: light.into(),
             radiance_w_m2_sr: if seen_sr > 0.0 { w_m2 / seen_sr } else { 0.0 },
             irradiance_w_m2: Some(w_m2),

@@ -1,7 +1,7 @@
 //! Radiance images to look at: PNG with a scale bar and a north arrow, alone, light by light, or as a strip of a pass.
 //!
 //! Grey levels by an inverse hyperbolic sine over the brightest pixel, so that a thousandth of it can still be seen; bars
-//! in metres and arcseconds. Left out: colour, and anything to be measured from a picture.
+//! in metres and arcseconds; captions that are too long go on in the next line. Left out: colour, and anything to be measured from a picture.
 
 use std::path::Path;
 
@@ -24,6 +24,10 @@ const COMPASS_LINES: usize = 3;
 const COMPASS_DOTS: usize = 32;
 /// Smallest side of a picture that stands alone \[dots\].
 const ALONE: usize = 512;
+/// Letters a line of captions has room for at least: a smaller picture gets a wider place.
+const LEAST_LETTERS: usize = 26;
+/// Size of the letters of a title.
+const TITLE: usize = 2;
 
 /// One picture of a sheet.
 #[derive(Debug, Clone)]
@@ -70,18 +74,22 @@ pub fn write_sheet(path: &Path, title: &str, tiles: &[Tile], columns: usize) -> 
     let letter = if nx * zoom >= 380 { 2 } else { 1 };
     let line = (font::HEIGHT + 3) * letter;
     // under each picture its scale bar, then its captions, and beside them the compass
-    let lines = (1 + tiles.iter().map(|t| t.captions.len()).max().unwrap_or(0)).max(COMPASS_LINES);
-    let (cell_w, cell_h) = (nx * zoom + GAP, ny * zoom + lines * line + GAP);
-    let head = if title.is_empty() { GAP } else { 2 * (font::HEIGHT + 3) + GAP };
-    let mut sheet = Sheet::new(columns * cell_w + GAP, rows * cell_h + head);
-    sheet.text(GAP, GAP, title, 2);
-    for (k, tile) in tiles.iter().enumerate() {
+    let step = (font::WIDTH + 1) * letter;
+    let wide = (nx * zoom).max(LEAST_LETTERS * step + COMPASS_DOTS * letter);
+    let room = (wide - COMPASS_DOTS * letter) / step;
+    let captions: Vec<Vec<String>> =
+        tiles.iter().map(|t| t.captions.iter().flat_map(|c| wrapped(c, room)).collect()).collect();
+    let lines = (1 + captions.iter().map(Vec::len).max().unwrap_or(0)).max(COMPASS_LINES);
+    let (cell_w, cell_h) = (wide + GAP, ny * zoom + lines * line + GAP);
+    let head = if title.is_empty() { GAP } else { TITLE * (font::HEIGHT + 3) + GAP };
+    let width = (columns * cell_w + GAP).max(2 * GAP + title.chars().count() * TITLE * (font::WIDTH + 1));
+    let mut sheet = Sheet::new(width, rows * cell_h + head);
+    sheet.text(GAP, GAP, title, TITLE);
+    for (k, (tile, captions)) in tiles.iter().zip(&captions).enumerate() {
         let (x0, y0) = (GAP + (k % columns) * cell_w, head + (k / columns) * cell_h);
-        sheet.tile(x0, y0, tile, zoom, letter);
-        for (row, caption) in tile.captions.iter().enumerate() {
-            let room = (nx * zoom).saturating_sub(COMPASS_DOTS * letter) / ((font::WIDTH + 1) * letter);
-            let short: String = caption.chars().take(room).collect();
-            sheet.text(x0, y0 + ny * zoom + 3 + (1 + row) * line, &short, letter);
+        sheet.tile(x0, y0, tile, zoom, letter, wide);
+        for (row, caption) in captions.iter().enumerate() {
+            sheet.text(x0, y0 + ny * zoom + 3 + (1 + row) * line, caption, letter);
         }
     }
     let bytes = sheet.png().map_err(|e| Error::io(path, e))?;
@@ -115,7 +123,7 @@ impl Sheet {
     }
 
     /// A picture, its first row at the bottom, with scale bar and compass below, where they cover nothing.
-    fn tile(&mut self, x0: usize, y0: usize, tile: &Tile, zoom: usize, letter: usize) {
+    fn tile(&mut self, x0: usize, y0: usize, tile: &Tile, zoom: usize, letter: usize, wide: usize) {
         let (ny, nx) = tile.radiance.dim();
         let brightest = tile.radiance.iter().copied().fold(0.0, f64::max);
         let white = tile.white.unwrap_or(brightest);
@@ -123,7 +131,7 @@ impl Sheet {
             let level = if white > 0.0 { stretch(radiance / white) } else { 0 };
             self.fill((x0 + x * zoom, y0 + (ny - 1 - y) * zoom), (zoom, zoom), level);
         }
-        let (width, height) = (nx * zoom, ny * zoom);
+        let height = ny * zoom;
         let thick = letter;
         // a bar of about a fifth of the width, 1, 2 or 5 times a power of ten
         let length_m = round_down(0.25 * nx as f64 * tile.pixel_m);
@@ -136,7 +144,7 @@ impl Sheet {
         self.text(x0 + dots + 6 * letter, base - 3 * letter, &label, letter);
         // north up, east left
         let arm = 14 * letter;
-        let (cx, cy) = (x0 + width.saturating_sub(4 * letter), y0 + height + 3 + arm + (font::HEIGHT + 2) * letter);
+        let (cx, cy) = (x0 + wide.saturating_sub(4 * letter), y0 + height + 3 + arm + (font::HEIGHT + 2) * letter);
         self.fill((cx, cy - arm), (thick, arm), INK);
         self.fill((cx - arm, cy), (arm + thick, thick), INK);
         for k in 0..3 * letter {
@@ -169,6 +177,19 @@ fn stretch(x: f64) -> u8 {
     (255.0 * (DEPTH * x.max(0.0)).asinh() / DEPTH.asinh()).min(255.0).round() as u8
 }
 
+/// A line on as many as it takes, broken between words; a word longer than a line is broken anywhere.
+fn wrapped(text: &str, room: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        let letters: Vec<char> = word.chars().collect();
+        match lines.last_mut().filter(|line| line.chars().count() + 1 + letters.len() <= room) {
+            Some(line) => *line = format!("{line} {word}"),
+            None => lines.extend(letters.chunks(room.max(1)).map(|piece| piece.iter().collect::<String>())),
+        }
+    }
+    lines
+}
+
 /// The largest of 1, 2, 5 times a power of ten that is not above a length.
 fn round_down(length: f64) -> f64 {
     if !(length > 0.0 && length.is_finite()) {
@@ -194,6 +215,19 @@ mod tests {
         }
         assert_eq!(three_digits(5.507), "5.51");
         assert_eq!(three_digits(123.4), "123");
+    }
+
+    #[test]
+    fn captions_lose_no_letter_in_a_small_picture() {
+        let text = "V 4.21  650 km, altitude 32.1 deg averyveryverylongwordthatfitsnowhere";
+        for room in [1, 7, 12, 26, 200] {
+            let lines = wrapped(text, room);
+            assert!(lines.iter().all(|l| l.chars().count() <= room), "{room}: {lines:?}");
+            let all = |t: &str| t.chars().filter(|c| !c.is_whitespace()).collect::<String>();
+            assert_eq!(all(&lines.concat()), all(text));
+        }
+        assert_eq!(wrapped("lit  by two", 7), ["lit by", "two"]);
+        assert!(wrapped("", 7).is_empty());
     }
 
     #[test]

@@ -28,7 +28,7 @@ use rayon::prelude::*;
 
 use crate::brightness::Band;
 use crate::brightness::lamps::SUN_V_MAG;
-use crate::brightness::spectrum::{SolarColumn, Spectrum};
+use crate::brightness::spectrum::{MagSystem, SolarColumn, Spectrum};
 use crate::detect::tracked::Optics;
 use crate::error::{Error, Result};
 use crate::frames::{Camera, Detector, Gain};
@@ -52,6 +52,8 @@ pub struct Sensor {
     pub e_s_per_w_m2: f64,
     /// Irradiance of the Sun at 1 au in the band \[W m⁻²\].
     pub sun_w_m2: f64,
+    /// Band and system of `zp_mag`, e.g. `V, Vega`.
+    pub zp_band: String,
 }
 
 /// One exposure before its noise.
@@ -109,6 +111,13 @@ impl Sensor {
         let optics = Optics { qe: settings::cut(&optics.qe, band_nm), ..optics };
         let zp_mag = optics.zeropoint_mag(filter.as_ref())?;
         let sun_mag = filter.as_ref().map_or(SUN_V_MAG, Band::sun_mag);
+        let zp_band = filter.as_ref().map_or("V, Vega".into(), |b| {
+            let system = match b.system() {
+                MagSystem::Vega => "Vega",
+                MagSystem::Ab => "AB",
+            };
+            format!("{}, {system}", b.name())
+        });
         let setting = settings.frame.gain_setting;
         let gain =
             Detector::from_config(&settings.detector)?.gain_for_setting(setting).ok_or_else(|| Error::Config {
@@ -122,6 +131,7 @@ impl Sensor {
             zp_mag,
             e_s_per_w_m2: 10f64.powf(0.4 * (zp_mag - sun_mag)) / sun_w_m2,
             sun_w_m2,
+            zp_band,
         })
     }
 
@@ -181,6 +191,18 @@ impl Sensor {
     #[must_use]
     pub fn full_well_e(&self) -> f64 {
         Camera::at(&self.gain, &self.settings.detector).full_well_e
+    }
+
+    /// Pixels of a frame that the reduction will call saturated: at or above the level of [`Gain::saturation_adu`].
+    #[must_use]
+    pub fn n_saturated(&self, counts: &Array2<u16>) -> usize {
+        counts.iter().filter(|n| f64::from(**n) >= self.gain.saturation_adu).count()
+    }
+
+    /// Counts of a pixel without the satellite, expected: pedestal, sky and dark current \[ADU\].
+    #[must_use]
+    pub fn background_adu(&self, exposure: &Exposure) -> f64 {
+        self.gain.pedestal_adu + (exposure.sky_e_px + exposure.dark_e_px) / self.gain.e_per_adu.0
     }
 
     /// Magnitude (V, or that of the filter's band) of an irradiance in the band; `None` without light.
