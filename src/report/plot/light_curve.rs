@@ -149,11 +149,11 @@ fn draw_pass(sheet: &Sheet, pass: &[&PhotometryRow], top: i32, height: i32) -> D
 
     let ends = (pass.first().map_or(0.0, |r| seconds(r)), pass.last().map_or(0.0, |r| seconds(r)));
     let number = first.norad_cat_id.map(|n| format!(" {n}")).unwrap_or_default();
-    let measured = pass.iter().filter(|r| r.v_mag.is_some() && is_used(&r.status, &r.verdict)).count();
+    let used = pass.iter().filter(|r| r.v_mag.is_some() && is_used(&r.status, &r.verdict)).count();
     let count = if predicted(pass) {
         format!("{} moments predicted", pass.len())
     } else {
-        format!("{measured} of {} frames measured", pass.len())
+        format!("{used} of {} frames used", pass.len())
     };
     let heading = format!(
         "{}{number} · {} UTC · {count}",
@@ -279,7 +279,7 @@ fn curves(
         (full, Mark::Full, BLUE, "observed"),
         (open, Mark::Open, BLUE, "observed, caution"),
         (at_least, Mark::AtLeast, BLUE, "lower limit"),
-        (crossed, Mark::Cross, VERMILLION, "rejected"),
+        (crossed, Mark::Cross, VERMILLION, "verdict reject"),
         (limits, Mark::Limit, GREY, "not detected: limit"),
     ] {
         if count > 0 {
