@@ -11,13 +11,16 @@ use crate::brightness::settings::{ModelSettings, ToleranceOf};
 use crate::brightness::sky::{Body, Sky, SkyGrid, sky_map};
 use crate::config::{self, Config};
 use crate::error::{Error, Result};
+use crate::file::make_folder;
 use crate::night::clock::from_mjd_utc;
 use crate::night::predict::dome::Overhead;
 use crate::night::predict::sky_rows;
 use crate::night::provenance::Provenance;
 use crate::orbit::earth::Site;
 use crate::photometry::zeropoint::Zeropoint;
-use crate::report::page::{NightPage, PassSky, write_campaign, write_night_page};
+use crate::report::page::{
+    NightPage, PassSky, write_campaign, write_distribution_figure, write_night_page, write_sky_figure,
+};
 use crate::report::plot::SkyMark;
 use crate::report::summary::passes;
 use crate::report::{Meta, MetaValue, PhotometryRow, SkyRow, read_meta, read_photometry, read_stars};
@@ -91,6 +94,24 @@ pub fn write_report(folder: &Path, out: Option<&Path>) -> Result<PathBuf> {
     write_night_page(&path, &night_page(folder)?)?;
     Provenance::of_meta(&read_meta(&folder.join("photometry.ecsv"))?).stamp(&path)?;
     Ok(path)
+}
+
+/// Writes `report.html` of a folder of results and, as figures, the two parts of it that other figures do not hold:
+/// `figures/sky.svg` and `figures/distribution.svg`; returns the paths.
+///
+/// # Errors
+/// As [`night_page`], and [`Error::Io`].
+pub fn write_report_and_figures(folder: &Path) -> Result<Vec<PathBuf>> {
+    let page = night_page(folder)?;
+    let figures = folder.join("figures");
+    make_folder(&figures)?;
+    let paths = vec![folder.join("report.html"), figures.join("sky.svg"), figures.join("distribution.svg")];
+    write_night_page(&paths[0], &page)?;
+    write_sky_figure(&paths[1], &page)?;
+    write_distribution_figure(&paths[2], &page)?;
+    let told = Provenance::of_meta(&read_meta(&folder.join("photometry.ecsv"))?);
+    paths.iter().try_for_each(|path| told.stamp(path))?;
+    Ok(paths)
 }
 
 /// Writes the page of several nights in order of their dates, which links to the report of each that has one; returns

@@ -1,13 +1,14 @@
 //! The report of a night: one file that opens anywhere, with everything the night's tables say, and where it is from.
 //!
 //! Inline SVG, a style sheet and a small script; no network, no clock: the same results give the same bytes. Drawn from
-//! the files of a run alone. Leaves out the figures for papers ([`crate::report::plot`]).
+//! the files of a run alone. Leaves out most figures for papers ([`crate::report::plot`]).
 
 mod campaign;
 mod chart;
 mod checks;
 mod curve;
 mod distribution;
+mod figure;
 mod frames;
 mod provenance;
 mod sky;
@@ -30,6 +31,7 @@ use crate::file::write_atomic;
 use crate::photometry::zeropoint::Zeropoint;
 
 pub use campaign::write_campaign;
+pub use figure::{write_distribution_figure, write_sky_figure};
 
 const STYLE: &str = concat!(include_str!("../gallery/page.css"), include_str!("page.css"));
 const SCRIPT: &str = concat!(include_str!("../gallery/page.js"), include_str!("page.js"));
