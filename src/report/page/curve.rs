@@ -200,7 +200,8 @@ fn shades(pass: &[&PhotometryRow], first: &PhotometryRow) -> Vec<(&'static str, 
     let mut last = f64::NAN;
     for row in pass {
         let at = seconds(row, first);
-        let half = if last.is_finite() { 0.5 * (at - last) } else { 0.0 };
+        // the first shade begins at the edge of the chart
+        let half = if last.is_finite() { 0.5 * (at - last) } else { f64::INFINITY };
         let what = || format!("largest light: {}", row.illum.replace('_', "-"));
         let open = shades.last_mut().filter(|open| open.2 == last);
         match (class(row), open) {
@@ -213,6 +214,10 @@ fn shades(pass: &[&PhotometryRow], first: &PhotometryRow) -> Vec<(&'static str, 
             (None, None) => {}
         }
         last = at;
+    }
+    // and the last one ends there
+    if let Some(open) = shades.last_mut().filter(|open| open.2 == last) {
+        open.2 = f64::INFINITY;
     }
     shades
 }

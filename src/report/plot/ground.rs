@@ -89,7 +89,7 @@ pub fn ground_map(path: &Path, map: &GroundMap) -> Result<()> {
             let head = vec![turned(15.0, 0.0), turned(-11.0, 11.0), turned(-11.0, -11.0)];
             sheet.draw(&Polygon::new(head, VERMILLION.filled()))?;
         }
-        let track = "track of the satellite, arrows forward in time";
+        let track = "track, arrows forward in time";
         let mut entries = vec![(Some((Mark::Line(4), VERMILLION)), track.to_owned())];
         let mark = |kind: Mark, at: (f64, f64), colour: RGBColor, text: &str, below: bool| {
             let px = (panel.px(at.0), panel.py(at.1));
