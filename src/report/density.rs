@@ -28,8 +28,10 @@ pub(in crate::report) fn density(v_mag: &[f64]) -> Vec<(f64, f64)> {
         // equal values have no extent: the kernel's own half width, so that there is something to see
         return vec![(low - 0.5 * KERNEL_MAG, 1.0), (high + 0.5 * KERNEL_MAG, 1.0)];
     }
-    let places: Vec<(f64, f64)> =
-        (0..=PLACES).map(|i| if i == PLACES { high } else { low + (high - low) * i as f64 / PLACES as f64 }).map(|v| (v, at(v))).collect();
+    let places: Vec<(f64, f64)> = (0..=PLACES)
+        .map(|i| if i == PLACES { high } else { low + (high - low) * i as f64 / PLACES as f64 })
+        .map(|v| (v, at(v)))
+        .collect();
     let most = places.iter().map(|p| p.1).fold(0.0, f64::max);
     places.into_iter().map(|(v, d)| (v, d / most)).collect()
 }

@@ -38,7 +38,11 @@ const GROUND: [&str; 5] = ["ground", "--elements", ELEMENTS, "--time", "2025-06-
 /// Points of the longest line of the track's colour.
 fn track_points(svg: &str) -> usize {
     let lines = svg.split("<polyline").skip(1).map(|l| l.split("/>").next().unwrap());
-    lines.filter(|l| l.contains("#D55E00")).map(|l| l.split("points=\"").nth(1).unwrap().split(' ').count()).max().unwrap()
+    lines
+        .filter(|l| l.contains("#D55E00"))
+        .map(|l| l.split("points=\"").nth(1).unwrap().split(' ').count())
+        .max()
+        .unwrap()
 }
 
 #[test]
@@ -95,6 +99,6 @@ fn an_earth_names_its_viewpoint_by_hemisphere_and_an_unlit_one_has_no_scale() {
     assert!(sydney.contains("band 0.3-1.05 um"));
     // night below: no numbers of a scale, no legend of what is not in view
     assert!(sydney.contains("no lit ground in view") && !sydney.contains("0e0") && !sydney.contains("ring: under"));
-    let day = earth("22,23,35786", "noon.svg");
-    assert!(day.contains("ring: under the Sun") && day.contains("line: where it sets") && day.contains("1e1"));
+    let day = earth("60,10,35786", "afternoon.svg");
+    assert!(day.contains("ring: under the Sun") && day.contains("line: where it sets") && day.contains(">\n1e1\n<"));
 }

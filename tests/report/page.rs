@@ -88,7 +88,8 @@ fn the_head_says_what_was_drawn_where_and_warnings_come_before_notes() {
         ..PhotometryRow::default()
     };
     let page = page_of(vec![row("ok", "a"), row("rejected", "c"), row("failed", "b")]);
-    let said = ["1 of 3 frames could not be reduced; b: truncated", "1 of 3 frames left out before measuring; c: truncated"];
+    let said =
+        ["1 of 3 frames could not be reduced; b: truncated", "1 of 3 frames left out before measuring; c: truncated"];
     assert!(page.find(said[0]).unwrap() < page.find(said[1]).unwrap());
 }
 
@@ -124,7 +125,8 @@ fn sky_and_distribution_are_figures_too_with_the_charts_of_the_page() {
     for (name, section) in [("sky.svg", "sky"), ("distribution.svg", "distribution")] {
         let svg = std::fs::read_to_string(night().join("figures").join(name)).unwrap();
         assert!(svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"174mm\""), "{name}");
-        let part = page.split(&format!("<section id=\"{section}\"")).nth(1).unwrap().split("</section>").next().unwrap();
+        let part =
+            page.split(&format!("<section id=\"{section}\"")).nth(1).unwrap().split("</section>").next().unwrap();
         // and the key of the lights in a line of its own
         let charts = part.matches("<svg class=\"chart").count() + usize::from(section == "distribution");
         assert_eq!(svg.matches("class=\"chart").count(), charts, "{name}");
@@ -248,7 +250,7 @@ fn several_nights_make_one_page_with_a_line_each() {
     let out = base.path().join("campaign.html");
     write_campaign_report(&folders, &out).unwrap();
     let page = std::fs::read_to_string(&out).unwrap();
-    assert!(page.contains("href=\"one/report.html\"") && page.contains("href=\"two/report.html\""));
+    assert!(page.contains("href=\"one/report.html#summary\"") && page.contains("href=\"two/report.html#summary\""));
     assert!(page.contains("2 nights"));
     for id in SECTIONS.into_iter().chain(["month"]) {
         assert_eq!(page.matches(&format!("<section id=\"{id}\"")).count(), 1, "{id}");

@@ -11,8 +11,8 @@ use super::{
 };
 use crate::error::Result;
 use crate::file::write_atomic;
-use crate::report::gallery::legend;
 use crate::photometry::zeropoint::Zeropoint;
+use crate::report::gallery::legend;
 use crate::report::plot::axis::Span;
 use crate::report::rows::PhotometryRow;
 use crate::report::summary::{is_used, passes, robust};

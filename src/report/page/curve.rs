@@ -60,7 +60,8 @@ pub(super) fn light_curves(nights: &[NightPage]) -> Markup {
     let room = (MOST_SMALL / nights.len().max(1)).max(1);
     let of_night = |night: &NightPage| -> (usize, Vec<Markup>) {
         let all = passes(&night.rows);
-        let drawn = all.iter().enumerate().filter_map(|(i, pass)| one_pass(night, i, pass, &SMALL)).take(room).collect();
+        let drawn =
+            all.iter().enumerate().filter_map(|(i, pass)| one_pass(night, i, pass, &SMALL)).take(room).collect();
         (all.len(), drawn)
     };
     let drawn: Vec<(&NightPage, (usize, Vec<Markup>))> = nights.iter().map(|n| (n, of_night(n))).collect();

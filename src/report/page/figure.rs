@@ -114,8 +114,8 @@ fn write(path: &Path, title: &str, rows: &[(Vec<Piece>, usize)], why_empty: &str
             let mut tallest = 0.0f64;
             for (k, piece) in line.iter().enumerate() {
                 let (width, height) = piece.size;
-                // a chart alone is not magnified
-                let scale = (cell / width).min(1.3);
+                // a chart alone is hardly magnified
+                let scale = (cell / width).min(1.1);
                 let (w, h) = (scale * width, scale * height);
                 let x = k as f64 * (cell + GAP) + 0.5 * (cell - w);
                 let place = format!("x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"", px(x), px(y), px(w), px(h));
@@ -157,5 +157,6 @@ fn plain_style() -> String {
             rules = rules.replace(&format!("var({})", name.trim()), value.trim());
         }
     }
-    rules + "\ntext.title { font-family: sans-serif; font-size: 16px; } text.caption { font-family: sans-serif; font-size: 10px; }\n"
+    rules
+        + "\ntext.title { font-family: sans-serif; font-size: 16px; } text.caption { font-family: sans-serif; font-size: 10px; }\n"
 }

@@ -62,7 +62,20 @@ fn all(page: &NightPage, cards: &[&(String, String)]) -> Markup {
         ]
     };
     let rows: Vec<Vec<Markup>> = page.rows.iter().take(MOST_ROWS).map(line).collect();
-    let head = ["frame", "UTC", "V", "fainter than", "error", "O − C", "S/N", "altitude", "light", "status", "verdict", "reason"];
+    let head = [
+        "frame",
+        "UTC",
+        "V",
+        "fainter than",
+        "error",
+        "O − C",
+        "S/N",
+        "altitude",
+        "light",
+        "status",
+        "verdict",
+        "reason",
+    ];
     html! {
         details open[page.rows.len() <= 40] {
             summary { "All " (page.rows.len()) " frames as a table" }

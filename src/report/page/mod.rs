@@ -104,8 +104,9 @@ impl NightPage {
         let config: Option<toml::Table> = self.config_toml.parse().ok();
         let name = config.as_ref().and_then(|c| c.get("site")?.get("name")?.as_str()).filter(|n| !n.is_empty());
         let number = |field| self.meta.number_in("site", field);
-        let place =
-            number("lat_deg").zip(number("lon_deg")).map(|(lat, lon)| format!("latitude {lat}°, longitude {lon}°").replace('-', "−"));
+        let place = number("lat_deg")
+            .zip(number("lon_deg"))
+            .map(|(lat, lon)| format!("latitude {lat}°, longitude {lon}°").replace('-', "−"));
         let parts: Vec<String> = name.map(str::to_owned).into_iter().chain(place).collect();
         (!parts.is_empty()).then(|| parts.join(", "))
     }

@@ -126,7 +126,13 @@ pub(super) fn signed(text: &str) -> String {
 }
 
 /// Text that can be read on any ground: in `colour`, with a rim of ink.
-pub(super) fn write_over(sheet: &Sheet, text: &str, (x, y): (i32, i32), colour: RGBColor, place: (HPos, VPos)) -> Drawn {
+pub(super) fn write_over(
+    sheet: &Sheet,
+    text: &str,
+    (x, y): (i32, i32),
+    colour: RGBColor,
+    place: (HPos, VPos),
+) -> Drawn {
     for (dx, dy) in [(-3, 0), (3, 0), (0, -3), (0, 3), (-2, -2), (2, -2), (-2, 2), (2, 2)] {
         write_text(sheet, text, (x + dx, y + dy), LABEL, INK, place)?;
     }

@@ -183,9 +183,10 @@ mod tests {
     #[test]
     fn the_bar_is_labelled_at_round_radiances_inside_its_three_decades() {
         let ticks = bar_ticks(7.58e-4);
-        assert_eq!(ticks.iter().map(|t| format!("{:.0e}", t.0)).collect::<Vec<_>>(), [
-            "1e-6", "2e-6", "5e-6", "1e-5", "2e-5", "5e-5", "1e-4", "2e-4", "5e-4"
-        ]);
+        assert_eq!(
+            ticks.iter().map(|t| format!("{:.0e}", t.0)).collect::<Vec<_>>(),
+            ["1e-6", "2e-6", "5e-6", "1e-5", "2e-5", "5e-5", "1e-4", "2e-4", "5e-4"]
+        );
         assert!(ticks.iter().all(|t| (0.0..=1.0).contains(&t.1)) && ticks.windows(2).all(|p| p[0].1 < p[1].1));
         assert_eq!(bar_ticks(1.0).len(), 10);
     }

@@ -212,7 +212,8 @@ mod tests {
 
     #[test]
     fn arrows_point_forward_and_none_over_the_edge() {
-        let track: Vec<(f64, f64)> = (0..80).map(|i| ((100.0 + 2.0 * f64::from(i) + 180.0) % 360.0 - 180.0, 0.0)).collect();
+        let track: Vec<(f64, f64)> =
+            (0..80).map(|i| ((100.0 + 2.0 * f64::from(i) + 180.0) % 360.0 - 180.0, 0.0)).collect();
         let heads = arrows(&track);
         assert!((7..=9).contains(&heads.len()) && heads.iter().all(|(_, way)| *way == (1.0, 0.0)), "{heads:?}");
         assert!(arrows(&[(0.0, 0.0); 9]).is_empty() && arrows(&[]).is_empty());

@@ -25,8 +25,8 @@ mod transfer;
 mod zeropoint;
 
 pub use accuracy::error_against_time;
-pub(super) use canvas::PAPER_MM;
 pub use brdf::{FittedRow, brdf_curves, brdf_fit};
+pub(super) use canvas::PAPER_MM;
 pub use day::{Violin, day};
 pub use earth::{EarthMark, earth, earth_raster};
 pub use ground::{GroundMap, ground_map};
