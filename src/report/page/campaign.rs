@@ -45,8 +45,11 @@ pub fn write_campaign(path: &Path, nights: &[NightPage]) -> Result<()> {
     ];
     let taken: usize = sections.iter().map(|s| s.body.0.len()).sum();
     sections.insert(FRAMES_AT, section("frames", "Worst frames", worst(nights, MOST_BYTES.saturating_sub(taken))));
-    let drawn = nights.iter().filter(|n| n.data_mode().is_some()).count();
-    let drawn = if drawn > 0 { format!(" ({drawn} not of the sky: see \"data\")") } else { String::new() };
+    let mut modes: Vec<String> = nights.iter().filter_map(NightPage::data_mode).collect();
+    let count = modes.len();
+    modes.sort_unstable();
+    modes.dedup();
+    let drawn = if count > 0 { format!(" ({}: {count} of {})", modes.join(", "), nights.len()) } else { String::new() };
     let title = format!("{} nights{drawn}", nights.len());
     let names: Vec<&str> = nights.iter().map(|n| n.name.as_str()).collect();
     write_atomic(path, whole(&title, &names.join(", "), &sections).into_string().as_bytes())

@@ -182,7 +182,7 @@ fn arrows(track: &[(f64, f64)]) -> Vec<((f64, f64), (f64, f64))> {
         // none over the edge of the map, or where the satellite stands still
         (dx.abs() < 180.0 && length > 1e-6).then(|| (b, (dx / length, dy / length)))
     };
-    (1..track.len()).filter(|i| (i + every / 2) % every == 0).filter_map(head).collect()
+    (1..track.len()).filter(|i| (*i + every / 2).is_multiple_of(every)).filter_map(head).collect()
 }
 
 /// A closed line: its first point again at its end.
