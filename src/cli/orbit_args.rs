@@ -8,6 +8,9 @@ use satphot::config::{Config, Orbit, Site};
 
 use super::load;
 
+/// Elements older than this are refused where no configuration says otherwise [d].
+pub const MAX_AGE_D: f64 = 14.0;
+
 /// Where elements, site and model come from.
 #[derive(Debug, Clone, Args)]
 pub struct OrbitArgs {
@@ -73,7 +76,7 @@ impl OrbitArgs {
             (Some(elements), from_config) => Orbit {
                 elements: elements.clone(),
                 norad_cat_id: None,
-                max_age_d: from_config.as_ref().map_or(14.0, |o| o.max_age_d),
+                max_age_d: from_config.as_ref().map_or(MAX_AGE_D, |o| o.max_age_d),
                 force_age: false,
                 ut1_utc_s: from_config.as_ref().map_or(0.0, |o| o.ut1_utc_s),
                 xp_arcsec: from_config.as_ref().map_or(0.0, |o| o.xp_arcsec),
@@ -84,16 +87,8 @@ impl OrbitArgs {
         };
         orbit.norad_cat_id = self.norad.or(orbit.norad_cat_id);
         orbit.force_age |= self.force;
-        if !orbit.elements.exists() {
-            let number = orbit.norad_cat_id.map_or("NUMBER".to_owned(), |n| n.to_string());
-            let file = orbit.elements.display();
-            let line = match config.filter(|_| self.elements.is_none()) {
-                Some(config) => config.fetch_line("elements"),
-                None => format!("satphot fetch elements --norad {number} --date YYYY-MM-DD -o {file}"),
-            };
-            let problem = format!("no elements at {file}; `{line}` gets them");
-            return Err(Error::Orbit { problem }.into());
-        }
+        let named_by = config.filter(|_| self.elements.is_none());
+        elements_there(&orbit.elements, orbit.norad_cat_id, named_by)?;
         Ok((orbit, site))
     }
 }
@@ -114,6 +109,20 @@ pub fn configuration(
         return Err(bad("-c", format!("{} is not there; give {instead} instead", path.display())));
     }
     load(path, sets).map(Some)
+}
+
+/// Elements that are not there are an error with the line that gets them: that of the configuration which names them, if
+/// one does.
+pub fn elements_there(file: &Path, norad: Option<u64>, config: Option<&Config>) -> anyhow::Result<()> {
+    if file.exists() {
+        return Ok(());
+    }
+    let (number, file) = (norad.map_or("NUMBER".to_owned(), |n| n.to_string()), file.display());
+    let line = match config {
+        Some(config) => config.fetch_line("elements"),
+        None => format!("satphot fetch elements --norad {number} --date YYYY-MM-DD -o {file}"),
+    };
+    Err(Error::Orbit { problem: format!("no elements at {file}; `{line}` gets them") }.into())
 }
 
 /// A wrong argument, with what would be right.

@@ -6,7 +6,7 @@ use clap::Args;
 use satphot::Error;
 use satphot::night::report::{write_campaign_report, write_report};
 
-use super::print;
+use super::{print, tell};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -38,7 +38,7 @@ impl Report {
             [folder] => write_report(folder, self.out.as_deref())?,
             folders => {
                 let out = self.out.unwrap_or_else(|| "campaign.html".into());
-                write_campaign_report(folders, &out)?;
+                write_campaign_report(folders, &out)?.iter().for_each(|note| tell(&format!("note: {note}")));
                 out
             }
         };

@@ -75,11 +75,11 @@ impl Outputs<'_> {
     fn figures(&self, rows: &[PhotometryRow], stars: &[StarRow], residuals: &[ResidualRow]) -> Result<Vec<PathBuf>> {
         let folder = self.folder.join("figures");
         make_folder(&folder)?;
-        let mut files = vec![folder.join("light_curve.svg")];
-        report::plot::light_curve(&files[0], rows, &self.config.night.name)?;
+        let mut files = report::plot::light_curve_pages(&folder, rows, &self.config.night.name)?;
         if self.bench.model.is_some() {
-            files.push(folder.join("residuals_altitude.svg"));
-            report::plot::residuals_altitude(&files[1], residuals)?;
+            let path = folder.join("residuals_altitude.svg");
+            report::plot::residuals_altitude(&path, residuals)?;
+            files.push(path);
         }
         if let (Some(z), Some(_)) = (&self.bench.zeropoint, &self.config.stars) {
             let path = folder.join("zeropoint.svg");

@@ -24,7 +24,7 @@ use crate::night::plan::whole::judge_whole_night;
 use crate::night::previous::read_previous;
 use crate::night::progress::Progress;
 use crate::night::provenance::Provenance;
-use crate::night::report::write_report;
+use crate::night::report::write_report_and_figures;
 use crate::night::stages::{master_flat, target_stage, with_threads};
 use crate::night::star_stage::{StarStage, star_stage};
 use crate::night::stop::Stop;
@@ -202,8 +202,9 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     };
     summary.files.push(manifest.write(&folder)?);
     if !options.no_figures {
-        summary.files.push(with_threads(options.jobs, || write_report(&folder, None))??);
-        summary.files.last().map_or(Ok(()), |path| record(&folder, path))?;
+        let drawn = with_threads(options.jobs, || write_report_and_figures(&folder))??;
+        drawn.iter().try_for_each(|path| record(&folder, path))?;
+        summary.files.extend(drawn);
     }
     Ok(summary)
 }

@@ -3,7 +3,7 @@
 //! Angles in rad between here and the sky, degrees in rows. What is missing in the folder is a note, not an error; only
 //! photometry.ecsv must be there.
 
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use crate::brightness::catalogue::Satellite;
 use crate::brightness::scene::local_radius_km;
@@ -11,13 +11,16 @@ use crate::brightness::settings::{ModelSettings, ToleranceOf};
 use crate::brightness::sky::{Body, Sky, SkyGrid, sky_map};
 use crate::config::{self, Config};
 use crate::error::{Error, Result};
+use crate::file::make_folder;
 use crate::night::clock::from_mjd_utc;
 use crate::night::predict::dome::Overhead;
 use crate::night::predict::sky_rows;
 use crate::night::provenance::Provenance;
 use crate::orbit::earth::Site;
 use crate::photometry::zeropoint::{NO_ZEROPOINT, Zeropoint};
-use crate::report::page::{NightPage, PassSky, write_campaign, write_night_page};
+use crate::report::page::{
+    NightPage, PassSky, write_campaign, write_distribution_figure, write_night_page, write_sky_figure,
+};
 use crate::report::plot::SkyMark;
 use crate::report::summary::passes;
 use crate::report::{Meta, MetaValue, PhotometryRow, SkyRow, read_meta, read_photometry, read_stars};
@@ -79,7 +82,7 @@ pub fn night_page(folder: &Path) -> Result<NightPage> {
         config_toml,
         cards,
         notes,
-        frames_elsewhere: false,
+        frames_elsewhere: None,
     })
 }
 
@@ -94,26 +97,74 @@ pub fn write_report(folder: &Path, out: Option<&Path>) -> Result<PathBuf> {
     Ok(path)
 }
 
-/// Writes the page of several nights, which links to the report of each that has one.
+/// Writes `report.html` of a folder of results and, as figures, the two parts of it that other figures do not hold:
+/// `figures/sky.svg` and `figures/distribution.svg`; returns the paths.
 ///
 /// # Errors
 /// As [`night_page`], and [`Error::Io`].
-pub fn write_campaign_report(folders: &[PathBuf], out: &Path) -> Result<()> {
-    let base = out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let night = |folder: &PathBuf| {
-        let report = folder.join("report.html");
-        let link = report.is_file().then(|| relative(base, &report)).flatten().unwrap_or_default();
-        Ok((link, night_page(folder)?))
-    };
-    let nights: Vec<(String, NightPage)> = folders.iter().map(night).collect::<Result<_>>()?;
-    write_campaign(out, &nights)
+pub fn write_report_and_figures(folder: &Path) -> Result<Vec<PathBuf>> {
+    let page = night_page(folder)?;
+    let figures = folder.join("figures");
+    make_folder(&figures)?;
+    let paths = vec![folder.join("report.html"), figures.join("sky.svg"), figures.join("distribution.svg")];
+    write_night_page(&paths[0], &page)?;
+    write_sky_figure(&paths[1], &page)?;
+    write_distribution_figure(&paths[2], &page)?;
+    let told = Provenance::of_meta(&read_meta(&folder.join("photometry.ecsv"))?);
+    paths.iter().try_for_each(|path| told.stamp(path))?;
+    Ok(paths)
 }
 
-/// A link from a folder to a file below it; `None` for a file elsewhere, whose path would only hold on this machine.
+/// Writes the page of several nights in order of their dates, which links to the report of each that has one; returns
+/// what should be known: nights to which no link leads, and why.
+///
+/// # Errors
+/// As [`night_page`], and [`Error::Io`].
+pub fn write_campaign_report(folders: &[PathBuf], out: &Path) -> Result<Vec<String>> {
+    let base = out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let (mut nights, mut notes) = (Vec::new(), Vec::new());
+    for folder in folders {
+        let report = folder.join("report.html");
+        let link = if report.is_file() { relative(base, &report) } else { None };
+        if link.is_none() {
+            let why = if report.is_file() { "no relative path leads there" } else { "it has no report.html" };
+            notes.push(format!("no link to the night in {}: {why} (`satphot report` writes it)", folder.display()));
+        }
+        nights.push(NightPage { frames_elsewhere: Some(link.unwrap_or_default()), ..night_page(folder)? });
+    }
+    let start = |n: &NightPage| n.rows.iter().filter_map(|r| r.mjd_mid_d).fold(f64::INFINITY, f64::min);
+    nights.sort_by(|a, b| start(a).total_cmp(&start(b)).then_with(|| a.name.cmp(&b.name)));
+    write_campaign(out, &nights)?;
+    Ok(notes)
+}
+
+/// A link from a folder to a file, up with `..` where it lies elsewhere; `None` where no such path leads, as between
+/// drives.
 fn relative(base: &Path, file: &Path) -> Option<String> {
     let (base, file) = (base.canonicalize().ok()?, file.canonicalize().ok()?);
-    let parts: Vec<String> = file.strip_prefix(base).ok()?.iter().map(|p| p.to_string_lossy().into_owned()).collect();
-    Some(parts.join("/"))
+    let (from, to): (Vec<Component>, Vec<Component>) = (base.components().collect(), file.components().collect());
+    let common = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
+    if common == 0 {
+        return None;
+    }
+    let up = std::iter::repeat_n("..".to_owned(), from.len() - common);
+    let down = to[common..].iter().map(|part| in_link(&part.as_os_str().to_string_lossy()));
+    Some(up.chain(down).collect::<Vec<_>>().join("/"))
+}
+
+/// A name as part of a link: what means something there is written as `%` and its bytes.
+fn in_link(name: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-._~+,=@()".contains(c);
+    let mut buffer = [0; 4];
+    let mut text = String::new();
+    for c in name.chars() {
+        if plain(c) {
+            text.push(c);
+        } else {
+            c.encode_utf8(&mut buffer).bytes().for_each(|b| text += &format!("%{b:02X}"));
+        }
+    }
+    text
 }
 
 /// The cards of a gallery with the ids of their frames.

@@ -10,7 +10,8 @@ const PLACES: usize = 40;
 /// Places \[mag\] from bright to faint and how dense the values are there, the densest 1; empty for fewer than three
 /// values, which are better drawn as points.
 ///
-/// `d(m) = Σ exp(−(m − mᵢ)²/2h²)`, `h = max(1.06 σ n^(−1/5), 0.08 mag)` (Silverman 1986, eq. 3.28), two widths beyond the ends.
+/// `d(m) = Σ exp(−(m − mᵢ)²/2h²)`, `h = max(1.06 σ n^(−1/5), 0.08 mag)` (Silverman 1986, eq. 3.28), cut at
+/// the extremes of the values: nothing is drawn where nothing was measured.
 pub(in crate::report) fn density(v_mag: &[f64]) -> Vec<(f64, f64)> {
     let values: Vec<f64> = v_mag.iter().copied().filter(|v| v.is_finite()).collect();
     if values.len() < 3 {
@@ -20,11 +21,17 @@ pub(in crate::report) fn density(v_mag: &[f64]) -> Vec<(f64, f64)> {
     let mean = values.iter().sum::<f64>() / n;
     let sigma = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
     let width = (1.06 * sigma * n.powf(-0.2)).max(KERNEL_MAG);
-    let low = values.iter().copied().fold(f64::INFINITY, f64::min) - 2.0 * width;
-    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max) + 2.0 * width;
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let at = |v: f64| values.iter().map(|x| (-0.5 * ((v - x) / width).powi(2)).exp()).sum::<f64>();
-    let places: Vec<(f64, f64)> =
-        (0..=PLACES).map(|i| low + (high - low) * i as f64 / PLACES as f64).map(|v| (v, at(v))).collect();
+    if low == high {
+        // equal values have no extent: the kernel's own half width, so that there is something to see
+        return vec![(low - 0.5 * KERNEL_MAG, 1.0), (high + 0.5 * KERNEL_MAG, 1.0)];
+    }
+    let places: Vec<(f64, f64)> = (0..=PLACES)
+        .map(|i| if i == PLACES { high } else { low + (high - low) * i as f64 / PLACES as f64 })
+        .map(|v| (v, at(v)))
+        .collect();
     let most = places.iter().map(|p| p.1).fold(0.0, f64::max);
     places.into_iter().map(|(v, d)| (v, d / most)).collect()
 }
@@ -42,13 +49,13 @@ mod tests {
         let at = |m: f64| places.iter().min_by(|a, b| (a.0 - m).abs().total_cmp(&(b.0 - m).abs())).unwrap().1;
         assert!(at(10.0) > at(12.0) && at(12.0) > at(11.0), "{places:?}");
         assert!(places.iter().all(|p| (0.0..=1.0).contains(&p.1)));
-        assert!(places[0].0 < 10.0 && places[places.len() - 1].0 > 12.0);
+        assert!((places[0].0, places[places.len() - 1].0) == (v[0], v[59]), "cut at the extremes");
     }
 
     #[test]
     fn two_values_are_no_density_and_equal_ones_are_narrow_but_not_nothing() {
         assert!(density(&[1.0, 2.0]).is_empty() && density(&[1.0, f64::NAN, 2.0]).is_empty());
         let places = density(&[5.0; 4]);
-        assert!((places[0].0 - 4.84).abs() < 1e-9 && (places[40].0 - 5.16).abs() < 1e-9);
+        assert_eq!(places, [(4.96, 1.0), (5.04, 1.0)]);
     }
 }

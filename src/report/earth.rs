@@ -13,6 +13,15 @@ use crate::brightness::earth_view::EarthPicture;
 use crate::error::Result;
 use crate::frames::{CardValue, write_f32};
 
+/// A place in words, `151.1 E, 33.8 S`, from longitude east and latitude north \[deg\].
+#[must_use]
+pub fn place_text(lon_deg: f64, lat_deg: f64, decimals: usize) -> String {
+    let side = |v: f64, [positive, negative]: [char; 2]| {
+        format!("{:.decimals$} {}", v.abs(), if v < 0.0 { negative } else { positive })
+    };
+    format!("{}, {}", side(lon_deg, ['E', 'W']), side(lat_deg, ['N', 'S']))
+}
+
 /// Columns of [`EarthRow`].
 pub const EARTH: &[Column] = &[
     text("date", "UTC"),

@@ -26,6 +26,36 @@ impl Raster {
         Self { width, height, rgb }
     }
 
+    /// The colour of a pixel (column, row from the top); black beyond the picture.
+    pub fn at(&self, column: usize, row: usize) -> (u8, u8, u8) {
+        let start = 3 * (row * self.width + column);
+        match self.rgb.get(start..start + 3) {
+            Some([r, g, b]) if column < self.width => (*r, *g, *b),
+            _ => (0, 0, 0),
+        }
+    }
+
+    /// A straight line between two places (from the left, from the top) \[px\], `width` pixels thick; what lies beyond
+    /// the picture is left out.
+    pub fn line(&mut self, from: (f64, f64), to: (f64, f64), (r, g, b): (u8, u8, u8), width: usize) {
+        let steps = (to.0 - from.0).abs().max((to.1 - from.1).abs()).ceil().clamp(1.0, 1e5) as usize;
+        let half = 0.5 * (width as f64 - 1.0);
+        for k in 0..=steps {
+            let t = k as f64 / steps as f64;
+            let corner = |a: f64, b: f64| (a + t * (b - a) - half).floor() as i64;
+            let (x0, y0) = (corner(from.0, to.0), corner(from.1, to.1));
+            for (x, y) in (0..width as i64).flat_map(|i| (0..width as i64).map(move |j| (x0 + i, y0 + j))) {
+                if let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y))
+                    && x < self.width
+                    && y < self.height
+                {
+                    let start = 3 * (y * self.width + x);
+                    self.rgb[start..start + 3].copy_from_slice(&[r, g, b]);
+                }
+            }
+        }
+    }
+
     /// The picture as a PNG file.
     ///
     /// # Errors

@@ -53,6 +53,8 @@ fn run_prints_its_results_and_nothing_else_on_standard_output() {
         "figures/light_curve.svg",
         "figures/residuals_altitude.svg",
         "figures/zeropoint.svg",
+        "figures/sky.svg",
+        "figures/distribution.svg",
     ] {
         assert!(std::fs::metadata(n.result(name)).unwrap().len() > 100, "{name}");
     }

@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use satphot::report::plot::{light_curve, light_curves, residuals_altitude, zeropoint_diagnostics};
+use satphot::report::plot::{light_curve, light_curve_pages, light_curves, residuals_altitude, zeropoint_diagnostics};
 use satphot::report::{PhotometryRow, ResidualRow, StarRow};
 
 /// Figures stay in the build folder, where a person can look at them.
@@ -307,10 +307,21 @@ fn one_figure_is_written_for_each_pass_and_named_after_it() {
 }
 
 #[test]
-fn more_than_six_passes_are_counted_in_a_note() {
+fn more_than_three_passes_are_counted_in_a_note_and_have_figures_of_their_own_no_higher_than_a_page() {
     let rows: Vec<PhotometryRow> = (0..9).flat_map(|i| pass(60_837.0 + 0.07 * f64::from(i), 3, 1)).collect();
     light_curve(&place("nine.svg"), &rows, "Nine").unwrap();
-    assert!(fs::read_to_string(place("nine.svg")).unwrap().contains("… and 3 more passes"));
+    assert!(fs::read_to_string(place("nine.svg")).unwrap().contains("… and 6 more passes"));
+    let dir = place("pages");
+    fs::create_dir_all(&dir).unwrap();
+    let paths = light_curve_pages(&dir, &rows[..21], "Seven").unwrap();
+    let names: Vec<_> = paths.iter().map(|p| p.file_name().unwrap().to_string_lossy().into_owned()).collect();
+    assert_eq!(names, ["light_curve.svg", "light_curve_2.svg", "light_curve_3.svg"]);
+    for (path, passes) in paths.iter().zip([3, 3, 1]) {
+        let svg = fs::read_to_string(path).unwrap();
+        assert_eq!(svg.matches("of 3 frames used").count(), passes, "{}", path.display());
+        let height: f64 = svg.split("height=\"").nth(1).unwrap().split("mm\"").next().unwrap().parse().unwrap();
+        assert!(svg.contains("width=\"174mm\"") && height < 250.0, "{height} mm");
+    }
 }
 
 #[test]

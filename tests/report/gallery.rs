@@ -155,6 +155,17 @@ fn a_card_tells_the_magnitude_the_verdict_every_reason_and_the_flags() {
 }
 
 #[test]
+fn a_limit_and_an_instrumental_magnitude_are_not_ordered_among_magnitudes() {
+    let limit =
+        PhotometryRow { v_mag: None, limit_v_mag: Some(12.03), status: "nondetection".into(), ..row("a", "use") };
+    let instrumental = PhotometryRow { v_mag: None, inst_mag: Some(-11.4), ..row("b", "use") };
+    let page = page(&[limit, instrumental, row("c", "use")], 10);
+    // what has no value for the order comes last
+    assert_eq!(page.matches("data-mag=").count(), 1);
+    assert!(page.contains("data-mag=\"11.93\"") && page.contains("fainter than 12.03"));
+}
+
+#[test]
 fn a_night_writes_its_gallery_the_same_bytes_for_one_thread_and_for_two() {
     let folder = support::simulated("gallery", &[]);
     let mut night = support::Night::copy_of(&folder);

@@ -6,6 +6,7 @@ mod support;
 
 mod figures;
 mod gallery;
+mod ground;
 mod page;
 mod summary;
 mod tables;

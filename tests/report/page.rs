@@ -69,6 +69,75 @@ fn the_night_has_ten_sections_links_that_lead_somewhere_and_needs_no_network() {
 }
 
 #[test]
+fn the_head_says_what_was_drawn_where_and_warnings_come_before_notes() {
+    let page = std::fs::read_to_string(night().join("report.html")).unwrap();
+    assert!(page.contains("<h1>Night 2025-06-09 (SIMULATED)</h1>"));
+    let strip = page.split("<section id=\"summary\"").nth(1).unwrap().split("</section>").next().unwrap();
+    for said in ["Macquarie University Observatory", "SIMULATED", ", scatter ", "left out before measuring"] {
+        assert!(strip.contains(said), "{said}");
+    }
+    let residual = strip.split("observed − modelled").nth(1).unwrap().split("</div>").next().unwrap();
+    assert!(residual.contains("median") && residual.contains("scatter") && !residual.contains('±'), "{residual}");
+    let warned = strip.find("verdict caution or reject: contaminated").unwrap();
+    assert!(warned < strip.find(" notes</summary>").unwrap());
+    // a failed frame is graver than any doubt
+    let row = |status: &str, frame: &str| PhotometryRow {
+        frame: frame.into(),
+        status: status.into(),
+        reason: "truncated".into(),
+        ..PhotometryRow::default()
+    };
+    let page = page_of(vec![row("ok", "a"), row("rejected", "c"), row("failed", "b")]);
+    let said =
+        ["1 of 3 frames could not be reduced; b: truncated", "1 of 3 frames left out before measuring; c: truncated"];
+    assert!(page.find(said[0]).unwrap() < page.find(said[1]).unwrap());
+}
+
+#[test]
+fn shades_of_penumbra_and_umbra_meet_halfway_and_leave_no_gap() {
+    let row = |k: usize, illum: &str| PhotometryRow {
+        frame: format!("f{k}"),
+        status: "ok".into(),
+        verdict: "use".into(),
+        mjd_mid_d: Some(60_835.4 + k as f64 / 1440.0),
+        v_mag: Some(6.0 + k as f64),
+        illum: illum.into(),
+        ..PhotometryRow::default()
+    };
+    let lights = ["sun", "penumbra", "penumbra", "moon", "moon", "sun"];
+    let page = page_of(lights.iter().enumerate().map(|(k, light)| row(k, light)).collect());
+    let edges = |class: &str| {
+        let rect = page.split(&format!("<rect class=\"shade {class}\"")).nth(1).unwrap();
+        let number = |key: &str| -> f64 {
+            rect.split(&format!("{key}=\"")).nth(1).unwrap().split('"').next().unwrap().parse().unwrap()
+        };
+        (number(" x"), number(" x") + number(" width"))
+    };
+    let (penumbra, umbra) = (edges("penumbra"), edges("umbra"));
+    assert!((penumbra.1 - umbra.0).abs() < 0.11, "{penumbra:?} {umbra:?}");
+    // two minutes each, from halfway to halfway
+    assert!(((penumbra.1 - penumbra.0) - (umbra.1 - umbra.0)).abs() < 0.3, "{penumbra:?} {umbra:?}");
+}
+
+#[test]
+fn sky_and_distribution_are_figures_too_with_the_charts_of_the_page() {
+    let page = std::fs::read_to_string(night().join("report.html")).unwrap();
+    for (name, section) in [("sky.svg", "sky"), ("distribution.svg", "distribution")] {
+        let svg = std::fs::read_to_string(night().join("figures").join(name)).unwrap();
+        assert!(svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"174mm\""), "{name}");
+        let part =
+            page.split(&format!("<section id=\"{section}\"")).nth(1).unwrap().split("</section>").next().unwrap();
+        // and the key of the lights in a line of its own
+        let charts = part.matches("<svg class=\"chart").count() + usize::from(section == "distribution");
+        assert_eq!(svg.matches("class=\"chart").count(), charts, "{name}");
+        // programs that draw SVG know no variables, and a figure leads nowhere
+        assert!(charts > 1 && !svg.contains("var(--") && !svg.contains("href") && no_nan(&svg), "{name}");
+    }
+    let manifest = std::fs::read_to_string(night().join("manifest.json")).unwrap();
+    assert!(manifest.contains("figures/sky.svg") && manifest.contains("figures/distribution.svg"));
+}
+
+#[test]
 fn the_report_made_again_from_the_folder_is_the_same_file() {
     let folder = night();
     let again = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report_again.html");
@@ -172,7 +241,7 @@ fn several_nights_make_one_page_with_a_line_each() {
     let copy = |name: &str| {
         let folder = base.path().join(name);
         std::fs::create_dir(&folder).unwrap();
-        for file in ["photometry.ecsv", "zeropoint.toml", "report.html"] {
+        for file in ["photometry.ecsv", "zeropoint.toml", "report.html", "gallery.html"] {
             std::fs::copy(night().join(file), folder.join(file)).unwrap();
         }
         folder
@@ -181,11 +250,9 @@ fn several_nights_make_one_page_with_a_line_each() {
     let out = base.path().join("campaign.html");
     write_campaign_report(&folders, &out).unwrap();
     let page = std::fs::read_to_string(&out).unwrap();
-    assert!(page.contains("href=\"one/report.html\"") && page.contains("href=\"two/report.html\""));
-    assert!(page.contains("2 nights"));
-    for id in
-        ["summary", "month", "residuals", "sky", "zeropoint", "timing", "calibration", "distribution", "provenance"]
-    {
+    assert!(page.contains("href=\"one/report.html#summary\"") && page.contains("href=\"two/report.html#summary\""));
+    assert!(page.contains("<h1>2 nights (SIMULATED: 2 of 2)</h1>"));
+    for id in SECTIONS.into_iter().chain(["month"]) {
         assert_eq!(page.matches(&format!("<section id=\"{id}\"")).count(), 1, "{id}");
     }
     // a point leads to the picture in the report of its night, and nowhere else
@@ -195,6 +262,49 @@ fn several_nights_make_one_page_with_a_line_each() {
         assert!(known || page.contains(&format!("id=\"{}\"", &href[1..])), "{href}");
     }
     assert!(no_nan(&page));
+    // light curves of each night, and its worst frames under names of their own
+    let curves = page.split("<section id=\"light-curve\"").nth(1).unwrap().split("</section>").next().unwrap();
+    assert!(curves.matches("<svg class=\"chart").count() >= 4, "{}", curves.len());
+    assert!(curves.contains("href=\"two/report.html#frame-"));
+    assert_eq!(page.matches("<ol class=\"gallery\">").count(), 2);
+    assert_eq!((page.matches("id=\"night1-frame-").count(), page.matches("id=\"night2-frame-").count()), (6, 6));
+    let residuals = page.split("<section id=\"residuals\"").nth(1).unwrap().split("</section>").next().unwrap();
+    for meaning in ["use", "caution", "reject", "beyond the axis"] {
+        assert!(residuals.split("</ul>").next().unwrap().contains(&format!("</svg> {meaning}</li>")), "{meaning}");
+    }
+    // from a folder beside the nights the links go up
+    let beside = base.path().join("pages");
+    std::fs::create_dir(&beside).unwrap();
+    assert!(write_campaign_report(&folders, &beside.join("c.html")).unwrap().is_empty());
+    let page = std::fs::read_to_string(beside.join("c.html")).unwrap();
+    assert!(page.contains("href=\"../one/report.html#frame-target-0009-fits\""));
+    assert!(page.contains("A point leads to its picture in the report of its night."));
+}
+
+#[test]
+fn nights_of_a_campaign_stand_by_date_and_one_without_a_report_is_named_and_promises_no_link() {
+    let base = tempfile::tempdir().unwrap();
+    let make = |name: &str, mjd: f64| {
+        let folder = base.path().join(name);
+        std::fs::create_dir(&folder).unwrap();
+        let row = PhotometryRow {
+            frame: "f".into(),
+            status: "ok".into(),
+            verdict: "use".into(),
+            mjd_mid_d: Some(mjd),
+            v_mag: Some(6.0),
+            ..PhotometryRow::default()
+        };
+        let mut meta = Meta::default();
+        meta.push("night", name);
+        write_photometry(&folder.join("photometry.ecsv"), &[row], &meta).unwrap();
+        folder
+    };
+    let out = base.path().join("c.html");
+    let notes = write_campaign_report(&[make("late", 60_900.4), make("early", 60_800.4)], &out).unwrap();
+    assert!(notes.len() == 2 && notes[0].contains("late") && notes[0].contains("no report.html"), "{notes:?}");
+    let page = std::fs::read_to_string(out).unwrap();
+    assert!(page.contains("<p>early, late</p>") && !page.contains("A point leads"), "{page}");
 }
 
 #[test]

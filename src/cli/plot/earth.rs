@@ -15,7 +15,7 @@ use satphot::orbit::ground_track::{point_under, terminator};
 use satphot::orbit::{EarthOrientation, bodies};
 use satphot::report::Meta;
 use satphot::report::csv_text;
-use satphot::report::earth::{EARTH, EarthRow, write_earth, write_earth_fits};
+use satphot::report::earth::{EARTH, EarthRow, place_text, write_earth, write_earth_fits};
 use satphot::report::plot::{EarthMark, earth};
 use satphot::report::summary::text_table;
 use satphot::vector::{Itrs, Vector};
@@ -169,12 +169,10 @@ impl Earth {
             notes: vec![
                 row.date.clone(),
                 format!("band {} um", self.band_um.replace(',', "-")),
-                format!("{}: {:.3e} W m-2", row.lamp, row.lamp_w_m2),
-                format!("from {:.1} E, {:.1} N", row.view_lon_deg, row.view_lat_deg),
+                format!("{}: {:.3e} W m⁻²", row.lamp, row.lamp_w_m2),
+                format!("from {}", place_text(row.view_lon_deg, row.view_lat_deg, 1)),
                 format!("{:.0} km high", row.view_height_km),
                 self.albedo.map_or("ground: vegetation".into(), |a| format!("ground: Lambert {a}")),
-                "orange: under the lamp,".into(),
-                "and where it sets".into(),
                 "coasts: Natural Earth".into(),
             ],
         };

@@ -4,28 +4,30 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::Error;
+use satphot::config::{Orbit, Site};
 use satphot::night::clock::{iso_utc, parse_utc, shifted};
 use satphot::orbit::ground_track::{altitude_deg, point_under, terminator};
-use satphot::orbit::{EarthOrientation, Site, Tracker, bodies, read_elements};
+use satphot::orbit::{EarthOrientation, Tracker, bodies};
 use satphot::report::Meta;
 use satphot::report::csv_text;
-use satphot::report::earth::{TRACK, TrackRow, write_track};
+use satphot::report::earth::{TRACK, TrackRow, place_text, write_track};
 use satphot::report::plot::{GroundMap, ground_map};
 use satphot::report::summary::text_table;
 
-use super::super::orbit_args::{SiteArg, bad};
+use super::super::orbit_args::{MAX_AGE_D, SiteArg, bad, elements_there};
 use super::super::predict::OutArgs;
 use super::super::{print, tell};
 
 /// Points of each terminator.
 const TERMINATOR: usize = 360;
-/// Moments between two rows of the printed table, for the line drawn.
-const FINE: usize = 5;
+/// Longest step of the line drawn [s]: a low orbit moves two degrees in it.
+const STEP_S: f64 = 30.0;
 
 const AFTER_HELP: &str = "\
 The map shows the moment of --time: day, twilight and night, where the Moon is up, the points
 under Sun and Moon and the lines on which they set (centres, no refraction). The track runs
-half of --span-min before and after.
+half of --span-min before and after; arrows point the way of the satellite. A file that ends
+in .png holds the map alone, without axes and words.
 
 Examples:
   satphot plot ground --elements iss.tle --time 2025-06-09T10:33:00 --site -33.77,151.11,70 -o map.svg
@@ -50,6 +52,9 @@ pub struct Ground {
     /// Rows of the table
     #[arg(long, value_name = "N", default_value_t = 32)]
     rows: usize,
+    /// Use elements older than 14 d, or contradicted by others, all the same
+    #[arg(long)]
+    force: bool,
     #[command(flatten)]
     place: SiteArg,
     /// Comma-separated values instead of a table
@@ -71,19 +76,24 @@ impl Ground {
             return Err(bad("--rows", format!("{} is outside 2 to 100000", self.rows)));
         }
         let epoch = parse_utc("--time", &self.time)?;
-        if !self.elements.exists() {
-            return Err(Error::Orbit { problem: format!("no elements at {}", self.elements.display()) }.into());
-        }
+        elements_there(&self.elements, self.norad, None)?;
         let site = self.place.given()?;
-        let observer = match &site {
-            Some(site) => Site::from_config(site)?,
-            None => Site::new(0.0, 0.0, 0.0)?,
+        let nowhere = || Site { name: String::new(), lat_deg: 0.0, lon_deg: 0.0, alt_m: 0.0 };
+        let orbit = Orbit {
+            elements: self.elements.clone(),
+            norad_cat_id: self.norad,
+            max_age_d: MAX_AGE_D,
+            force_age: self.force,
+            ut1_utc_s: 0.0,
+            xp_arcsec: 0.0,
+            yp_arcsec: 0.0,
         };
         let eop = EarthOrientation::default();
-        let tracker = Tracker::new(read_elements(&self.elements)?, self.norad, observer, eop)?;
+        let tracker = Tracker::from_config(&orbit, &site.clone().unwrap_or_else(nowhere))?;
+        tracker.elements_at(&epoch).map_err(by_argument)?;
         let row = |after_s: f64| -> anyhow::Result<TrackRow> {
             let at = shifted(epoch, after_s);
-            let g = tracker.at(&at)?;
+            let g = tracker.at(&at).map_err(by_argument)?;
             let (lon_deg, lat_deg, height_km) = point_under(&g.satellite_itrs_km)
                 .ok_or_else(|| Error::Orbit { problem: "the satellite is at the Earth's centre".into() })?;
             Ok(TrackRow {
@@ -103,11 +113,11 @@ impl Ground {
         let under = |km| point_under(km).map_or((0.0, 0.0), |(lon, lat, _)| (lon, lat));
         let under_deg = [under(&sky.sun_itrs_km), under(&sky.moon_itrs_km)];
         let name = tracker.elements_at(&epoch)?.name().to_string();
-        let (tables, figures) = self.out.files("ground")?;
+        let (tables, figures) = self.out.files_of("ground", &["svg", "png"])?;
         let meta = self.meta(&name, under_deg);
         tables.iter().try_for_each(|path| write_track(path, &rows, &meta))?;
         if !figures.is_empty() {
-            let n = FINE * self.rows.min(400);
+            let n = (2.0 * half_s / STEP_S).ceil().max(2.0) as usize + 1;
             let fine = (0..n).map(|i| row(at(i, n))).collect::<anyhow::Result<Vec<_>>>()?;
             let now = row(0.0)?;
             let map = GroundMap {
@@ -127,12 +137,10 @@ impl Ground {
         }
         if !self.quiet {
             tell(&format!(
-                "note: at {} the Sun is in the zenith at {:.2} E, {:.2} N, the Moon at {:.2} E, {:.2} N",
+                "note: at {} the Sun is in the zenith at {}, the Moon at {}",
                 iso_utc(epoch, 0),
-                under_deg[0].0,
-                under_deg[0].1,
-                under_deg[1].0,
-                under_deg[1].1
+                place_text(under_deg[0].0, under_deg[0].1, 2),
+                place_text(under_deg[1].0, under_deg[1].1, 2),
             ));
             if let Some(warning) = tracker.age_warning(&epoch) {
                 tell(&format!("note: {warning}"));
@@ -156,6 +164,16 @@ impl Ground {
             meta.push(&format!("sub_{lamp}_lat_deg"), lat);
         }
         meta
+    }
+}
+
+/// The remedy of a refusal as this verb knows it: it has no configuration.
+fn by_argument(error: Error) -> Error {
+    match error {
+        Error::Orbit { problem } => {
+            Error::Orbit { problem: problem.replace("set orbit.force_age = true", "give --force") }
+        }
+        other => other,
     }
 }
 

@@ -135,15 +135,22 @@ pub struct OutArgs {
 impl OutArgs {
     /// The tables and the figures to write; folders are made.
     pub fn files(&self, stem: &str) -> anyhow::Result<(Vec<PathBuf>, Vec<PathBuf>)> {
+        self.files_of(stem, &["svg"])
+    }
+
+    /// As [`OutArgs::files`], with the endings a figure may have.
+    pub fn files_of(&self, stem: &str, endings: &[&str]) -> anyhow::Result<(Vec<PathBuf>, Vec<PathBuf>)> {
         let (mut tables, mut figures) = (Vec::new(), Vec::new());
         let made = |folder: &Path| satphot::file::make_folder(folder);
         for out in &self.out {
             let folder = out.parent().filter(|p| !p.as_os_str().is_empty());
             match out.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
                 Some("ecsv") => tables.push(out.clone()),
-                Some("svg") => figures.push(out.clone()),
-                Some("csv" | "txt" | "dat" | "png" | "pdf" | "fits") => {
-                    let problem = format!("{} is neither .ecsv nor .svg; --csv prints CSV", out.display());
+                Some(ending) if endings.contains(&ending) => figures.push(out.clone()),
+                Some("csv" | "txt" | "dat" | "svg" | "png" | "pdf" | "fits") => {
+                    let known: Vec<String> = endings.iter().map(|e| format!(".{e}")).collect();
+                    let problem =
+                        format!("{} is neither .ecsv nor {}; --csv prints CSV", out.display(), known.join(" nor "));
                     return Err(bad("--out", problem));
                 }
                 _ => {

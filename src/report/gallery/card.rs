@@ -53,9 +53,10 @@ fn known_verdict(verdict: &str) -> &'static str {
     }
 }
 
-/// The magnitude by which frames are ordered: V, or the limit.
+/// The magnitude by which frames are ordered: V alone. A limit is no magnitude and an instrumental one has another zero:
+/// frames without V come last.
 fn magnitude(row: &PhotometryRow) -> Option<f64> {
-    row.v_mag.or(row.limit_v_mag).or(row.inst_mag)
+    row.v_mag
 }
 
 fn what(row: &PhotometryRow) -> &'static str {

@@ -2,14 +2,17 @@
 
 use std::path::Path;
 
-use maud::{Markup, html};
+use maud::{Markup, PreEscaped, html};
 
 use super::chart::{Chart, Point, Ticks};
-use super::{NightPage, PassSky, Section, cell, checks, curve, distribution, nothing, number, sky, table, whole};
+use super::{
+    FRAMES_AT, MOST_BYTES, NightPage, PassSky, Section, cell, checks, curve, distribution, nothing, number, sky, strip,
+    table, whole,
+};
 use crate::error::Result;
 use crate::file::write_atomic;
 use crate::photometry::zeropoint::Zeropoint;
-use crate::report::meta::MetaValue;
+use crate::report::gallery::legend;
 use crate::report::plot::axis::Span;
 use crate::report::rows::PhotometryRow;
 use crate::report::summary::{is_used, passes, robust};
@@ -17,17 +20,21 @@ use crate::report::summary::{is_used, passes, robust};
 /// Skies of passes on the page.
 const MOST_SKIES: usize = 12;
 
-/// Writes the page of a campaign: the sections of a night over all of them, with a month of dates; `nights` with the
-/// file of each night's own report, to which points lead.
+/// Pictures of a night.
+const MOST_CARDS: usize = 6;
+
+/// Writes the page of a campaign: the sections of a night over all of them, with a month of dates; `nights` in order,
+/// each with the link to its own report ([`NightPage::frames_elsewhere`]), to which points lead.
 ///
 /// # Errors
 /// [`crate::Error::Io`] when the file cannot be written.
-pub fn write_campaign(path: &Path, nights: &[(String, NightPage)]) -> Result<()> {
+pub fn write_campaign(path: &Path, nights: &[NightPage]) -> Result<()> {
     let all = together(nights);
     let section = |id, title, body| Section { id, title, body };
-    let sections = [
+    let mut sections = vec![
         section("summary", "Nights", table_of_nights(nights)),
         section("month", "By date", html! { (by_date(nights, &all.rows)) (surfaces(nights, &all.rows)) }),
+        section("light-curve", "Light curves", curve::light_curves(nights)),
         section("residuals", "Observed minus modelled", curve::residuals(&all)),
         section("sky", "Sky", sky::skies(&all)),
         section("zeropoint", "Zeropoint", zeropoints(nights)),
@@ -36,23 +43,30 @@ pub fn write_campaign(path: &Path, nights: &[(String, NightPage)]) -> Result<()>
         section("distribution", "Distribution", distribution::distribution(&all)),
         section("provenance", "Provenance", made_by(nights)),
     ];
-    let title = format!("{} nights", nights.len());
-    let names: Vec<&str> = nights.iter().map(|(_, n)| n.name.as_str()).collect();
+    let taken: usize = sections.iter().map(|s| s.body.0.len()).sum();
+    sections.insert(FRAMES_AT, section("frames", "Worst frames", worst(nights, MOST_BYTES.saturating_sub(taken))));
+    let mut modes: Vec<String> = nights.iter().filter_map(NightPage::data_mode).collect();
+    let count = modes.len();
+    modes.sort_unstable();
+    modes.dedup();
+    let drawn = if count > 0 { format!(" ({}: {count} of {})", modes.join(", "), nights.len()) } else { String::new() };
+    let title = format!("{} nights{drawn}", nights.len());
+    let names: Vec<&str> = nights.iter().map(|n| n.name.as_str()).collect();
     write_atomic(path, whole(&title, &names.join(", "), &sections).into_string().as_bytes())
 }
 
 /// The nights as one; the meta block of the first, its site only if it is that of all.
-fn together(nights: &[(String, NightPage)]) -> NightPage {
-    let mut all = NightPage { frames_elsewhere: true, ..NightPage::default() };
+fn together(nights: &[NightPage]) -> NightPage {
+    let mut all = NightPage { frames_elsewhere: Some(String::new()), ..NightPage::default() };
     let lon = |n: &NightPage| n.meta.number_in("site", "lon_deg");
-    for (_, night) in nights {
+    for night in nights {
         all.rows.extend(night.rows.iter().cloned());
         let named = |sky: &PassSky| PassSky { title: format!("{}, {}", night.name, sky.title), ..sky.clone() };
         all.skies.extend(night.skies.iter().map(named));
     }
     all.skies.truncate(MOST_SKIES);
-    if let Some((_, first)) = nights.first()
-        && nights.iter().all(|(_, n)| lon(n) == lon(first))
+    if let Some(first) = nights.first()
+        && nights.iter().all(|n| lon(n) == lon(first))
     {
         all.meta = first.meta.clone();
     }
@@ -60,10 +74,10 @@ fn together(nights: &[(String, NightPage)]) -> NightPage {
 }
 
 /// Each night's zeropoint, extinction and colour term against date.
-fn zeropoints(nights: &[(String, NightPage)]) -> Markup {
+fn zeropoints(nights: &[NightPage]) -> Markup {
     let start = |n: &NightPage| n.rows.iter().filter_map(|r| r.mjd_mid_d).min_by(f64::total_cmp);
     let known: Vec<(&str, f64, &Zeropoint)> =
-        nights.iter().filter_map(|(_, n)| Some((n.name.as_str(), start(n)?, n.zeropoint.as_ref()?))).collect();
+        nights.iter().filter_map(|n| Some((n.name.as_str(), start(n)?, n.zeropoint.as_ref()?))).collect();
     let Some(first) = known.iter().map(|k| k.1).min_by(f64::total_cmp).map(f64::floor) else {
         return nothing("No night has a zeropoint and a frame with a time.");
     };
@@ -103,12 +117,33 @@ fn zeropoints(nights: &[(String, NightPage)]) -> Markup {
     html! { div.panels { @for view in &views { (panel(view)) } } }
 }
 
+/// The worst frames of each night, as its gallery shows them, and the way to all of them; `room` bytes at most.
+fn worst(nights: &[NightPage], mut room: usize) -> Markup {
+    let mut of_nights = Vec::new();
+    for (k, night) in nights.iter().enumerate() {
+        let mut shown = Vec::new();
+        for (id, card) in night.cards.iter().take(MOST_CARDS) {
+            if card.len() > room {
+                break;
+            }
+            room -= card.len();
+            // frames of two nights may have one name
+            shown.push(card.replacen(&format!("id=\"{id}\""), &format!("id=\"night{}-{id}\"", k + 1), 1));
+        }
+        of_nights.push((night, shown));
+    }
+    html! {
+        (legend())
+        @for (night, shown) in of_nights {
+            h3 { (night.linked_name("frames")) ": " (shown.len()) " of " (night.cards.len()) " pictures, the worst first" }
+            @if night.cards.is_empty() { p.none { "No frame has a picture (vetting.gallery_frames, --no-figures)." } }
+            ol.gallery { @for card in &shown { (PreEscaped(card)) } }
+        }
+    }
+}
+
 /// Which program and configuration each night is from.
-fn made_by(nights: &[(String, NightPage)]) -> Markup {
-    let text = |n: &NightPage, key: &str| match n.meta.get(key) {
-        Some(MetaValue::Text(t)) => t.clone(),
-        _ => String::new(),
-    };
+fn made_by(nights: &[NightPage]) -> Markup {
     let keys = [
         "tool",
         "data_mode",
@@ -119,9 +154,9 @@ fn made_by(nights: &[(String, NightPage)]) -> Markup {
         "config_sha256",
         "input_manifest_sha256",
     ];
-    let line = |(_, n): &(String, NightPage)| {
+    let line = |n: &NightPage| {
         let mut cells = vec![cell(&n.name)];
-        cells.extend(keys.iter().map(|k| cell(text(n, k))));
+        cells.extend(keys.iter().map(|k| cell(n.told(k).unwrap_or_default())));
         cells
     };
     let head: Vec<&str> = ["night"].into_iter().chain(keys).collect();
@@ -134,12 +169,12 @@ fn made_by(nights: &[(String, NightPage)]) -> Markup {
 }
 
 /// Mean surface brightness of the used frames against date, with each night's median: what a survey would have to bear.
-fn surfaces(nights: &[(String, NightPage)], rows: &[PhotometryRow]) -> Markup {
+fn surfaces(nights: &[NightPage], rows: &[PhotometryRow]) -> Markup {
     dated(nights, rows, "Surface brightness by date", "mean μ [mag/arcsec²]", |r| r.mu_mean_mag_arcsec2)
 }
 
-fn table_of_nights(nights: &[(String, NightPage)]) -> Markup {
-    let line = |(link, night): &(String, NightPage)| {
+fn table_of_nights(nights: &[NightPage]) -> Markup {
+    let line = |night: &NightPage| {
         let used: Vec<&PhotometryRow> = night.rows.iter().filter(|r| is_used(&r.status, &r.verdict)).collect();
         let spread =
             |of: fn(&PhotometryRow) -> Option<f64>| robust(&used.iter().filter_map(|r| of(r)).collect::<Vec<_>>());
@@ -147,7 +182,8 @@ fn table_of_nights(nights: &[(String, NightPage)]) -> Markup {
         let with = |status: &str| night.rows.iter().filter(|r| r.status == status).count();
         let z = night.zeropoint.as_ref();
         vec![
-            html! { @if link.is_empty() { (night.name) } @else { a href=(link) { (night.name) } } },
+            night.linked_name("summary"),
+            cell(night.data_mode().unwrap_or_else(|| "sky".into())),
             cell(passes(&night.rows).len()),
             cell(night.rows.len()),
             cell(with("ok")),
@@ -160,16 +196,17 @@ fn table_of_nights(nights: &[(String, NightPage)]) -> Markup {
             number(z.map(|z| z.zp_mag), 3),
             number(z.map(|z| z.errs()[0]), 3),
             number(z.map(|z| z.k_mag_airmass), 3),
-            number(robust(&used.iter().filter_map(|r| r.moon_illum_pct).collect::<Vec<_>>()).map(|m| m.0), 0),
+            number(strip::moon_lit_pct(&night.rows), 0),
         ]
     };
     let head = [
         "night",
+        "data",
         "passes",
         "frames",
         "measured",
         "not detected",
-        "failed",
+        "left out or failed",
         "median V",
         "scatter",
         "O − C",
@@ -183,7 +220,7 @@ fn table_of_nights(nights: &[(String, NightPage)]) -> Markup {
 }
 
 /// Magnitudes of the used frames against date.
-fn by_date(nights: &[(String, NightPage)], rows: &[PhotometryRow]) -> Markup {
+fn by_date(nights: &[NightPage], rows: &[PhotometryRow]) -> Markup {
     html! {
         ul.key {
             @for (name, class) in [("sunlit", "sun"), ("penumbra or Earthshine", "earthshine"), ("moonlit or dark", "moon"), ("no model", "starlight")] {
@@ -196,7 +233,7 @@ fn by_date(nights: &[(String, NightPage)], rows: &[PhotometryRow]) -> Markup {
 
 /// A quantity of the used frames against date, with the median of each night as a dash.
 fn dated(
-    nights: &[(String, NightPage)],
+    nights: &[NightPage],
     rows: &[PhotometryRow],
     title: &str,
     label: &str,
@@ -225,14 +262,14 @@ fn dated(
     };
     let mut points = Vec::new();
     let mut medians = Vec::new();
-    for (report, night) in nights {
+    for night in nights {
         let rows: Vec<&PhotometryRow> = night.rows.iter().filter(fits).collect();
         points.extend(rows.iter().map(|r| Point {
             x: day(r),
             y: of(r).unwrap_or(f64::NAN),
             err: r.v_mag_err,
             class: distribution::class_of(distribution::kind_of(r)),
-            href: super::link(r).filter(|_| !report.is_empty()).map(|card| format!("{report}{card}")),
+            href: night.link(r),
             tip: super::tip(r),
             ..Point::default()
         }));
@@ -249,7 +286,10 @@ fn dated(
     html! {
         figure {
             (chart.with(&html! {}, &body))
-            figcaption { (title) ": " (points.len()) " used frames; dash: median of a night. A point leads to its picture in the report of its night." }
+            figcaption {
+                (title) ": " (points.len()) " used frames; dash: median of a night."
+                @if points.iter().any(|p| p.href.is_some()) { " A point leads to its picture in the report of its night." }
+            }
         }
     }
 }

@@ -15,6 +15,19 @@ use crate::report::summary::{is_lower_limit, is_used, passes, robust};
 /// How far below everything else a light is still drawn \[mag\].
 const LIGHTS_BELOW_MAG: f64 = 3.0;
 
+/// Light curves of a campaign.
+const MOST_SMALL: usize = 60;
+
+/// How large a light curve is \[CSS px\], and whether its caption explains it.
+struct Size {
+    width: f64,
+    height: f64,
+    told: bool,
+}
+
+const WIDE: Size = Size { width: 940.0, height: 340.0, told: true };
+const SMALL: Size = Size { width: 460.0, height: 250.0, told: false };
+
 type Light = (&'static str, &'static str, fn(&PhotometryRow) -> Option<f64>);
 
 const LIGHTS: [Light; 6] = [
@@ -35,10 +48,39 @@ fn seconds(row: &PhotometryRow, first: &PhotometryRow) -> f64 {
 /// The section of light curves.
 pub(super) fn light_curve(page: &NightPage) -> Markup {
     let all = passes(&page.rows);
-    let charts: Vec<Markup> = all.iter().enumerate().filter_map(|(i, pass)| one_pass(page, i, pass)).collect();
+    let charts: Vec<Markup> = all.iter().enumerate().filter_map(|(i, pass)| one_pass(page, i, pass, &WIDE)).collect();
     if charts.is_empty() {
         return nothing("No frame has a magnitude, a limit or a model: see the reasons under Frames.");
     }
+    html! { (light_key()) @for chart in charts { (chart) } }
+}
+
+/// The light curves of several nights as small panels, a line of them for each night.
+pub(super) fn light_curves(nights: &[NightPage]) -> Markup {
+    let room = (MOST_SMALL / nights.len().max(1)).max(1);
+    let of_night = |night: &NightPage| -> (usize, Vec<Markup>) {
+        let all = passes(&night.rows);
+        let drawn =
+            all.iter().enumerate().filter_map(|(i, pass)| one_pass(night, i, pass, &SMALL)).take(room).collect();
+        (all.len(), drawn)
+    };
+    let drawn: Vec<(&NightPage, (usize, Vec<Markup>))> = nights.iter().map(|n| (n, of_night(n))).collect();
+    if drawn.iter().all(|(_, (_, charts))| charts.is_empty()) {
+        return nothing("No night has a frame with a magnitude, a limit or a model.");
+    }
+    html! {
+        (light_key())
+        p.note { "Shaded: penumbra and what is not sunlit; strip at the foot: altitude." }
+        @for (night, (passes, charts)) in drawn {
+            h3 { (night.linked_name("light-curve")) ": " (passes) " passes"
+                @if charts.len() < passes { ", " (charts.len()) " drawn; the others are in the night's own report or have nothing to draw" } }
+            div.panels { @for chart in charts { (chart) } }
+        }
+    }
+}
+
+/// Switches and key of light curves.
+fn light_key() -> Markup {
     html! {
         fieldset.toggles hidden {
             legend { "Show" }
@@ -47,9 +89,7 @@ pub(super) fn light_curve(page: &NightPage) -> Markup {
         }
         ul.key {
             @for (name, class, _) in LIGHTS { li { svg width="30" height="10" aria-hidden="true" { path class={ "line " (class) } d="M1 5h28" {} } " " (name) } }
-            @for (name, class) in [("use", "use"), ("caution", "caution"), ("reject", "reject")] {
-                li { svg width="12" height="12" aria-hidden="true" { circle class={ "point " (class) } cx="6" cy="6" r="4" {} } " " (name) }
-            }
+            (verdict_key())
             li { svg width="12" height="16" aria-hidden="true" { path class="limit use" d="M2 1h8m-4 0v12m-4 -5l4 5l4 -5" {} } " fainter than" }
             li {
                 "altitude 0° "
@@ -59,11 +99,10 @@ pub(super) fn light_curve(page: &NightPage) -> Markup {
                 " 90°"
             }
         }
-        @for chart in charts { (chart) }
     }
 }
 
-fn one_pass(page: &NightPage, i: usize, pass: &[&PhotometryRow]) -> Option<Markup> {
+fn one_pass(page: &NightPage, i: usize, pass: &[&PhotometryRow], size: &Size) -> Option<Markup> {
     let first = *pass.first()?;
     let limit = |r: &PhotometryRow| r.limit_v_mag.filter(|_| r.v_mag.is_none() && r.status == "nondetection");
     let main: Vec<f64> = pass
@@ -84,8 +123,8 @@ fn one_pass(page: &NightPage, i: usize, pass: &[&PhotometryRow]) -> Option<Marku
     let title = format!("Pass {}: {} on {date}", i + 1, first.object_name);
     let chart = Chart {
         title: title.clone(),
-        width: 940.0,
-        height: 340.0,
+        width: size.width,
+        height: size.height,
         x,
         y,
         x_label: format!("UTC on {date}"),
@@ -118,10 +157,19 @@ fn one_pass(page: &NightPage, i: usize, pass: &[&PhotometryRow]) -> Option<Marku
     Some(html! {
         figure {
             (chart.with(&shaded, &body))
-            figcaption { (title) ": " (observed.len()) " magnitudes, " (used) " of them used, " (limits.len()) " limits. "
-                "Shaded: penumbra and what is not sunlit; strip at the foot: altitude. A point leads to its picture." }
+            figcaption { (title) ": " (observed.len()) " magnitudes, " (used) " of them used, " (limits.len()) " limits."
+                @if size.told { " Shaded: penumbra and what is not sunlit; strip at the foot: altitude. A point leads to its picture." } }
         }
     })
+}
+
+/// What the colours of points mean.
+fn verdict_key() -> Markup {
+    html! {
+        @for verdict in ["use", "caution", "reject"] {
+            li { svg width="12" height="12" aria-hidden="true" { circle class={ "point " (verdict) } cx="6" cy="6" r="4" {} } " " (verdict) }
+        }
+    }
 }
 
 /// Colour of an altitude: dark at the horizon, yellow in the zenith.
@@ -142,7 +190,7 @@ fn altitudes(chart: &Chart, pass: &[&PhotometryRow], first: &PhotometryRow) -> M
     html! { @for (k, place) in known.iter().enumerate() { (piece(k, *place)) } }
 }
 
-/// Where the satellite is in the penumbra or has no direct sunlight.
+/// Where the satellite is in the penumbra or has no direct sunlight; each shade reaches halfway to its neighbours.
 fn shades(pass: &[&PhotometryRow], first: &PhotometryRow) -> Vec<(&'static str, f64, f64, String)> {
     let class = |r: &PhotometryRow| match r.illum.as_str() {
         "penumbra" => Some("penumbra"),
@@ -153,15 +201,24 @@ fn shades(pass: &[&PhotometryRow], first: &PhotometryRow) -> Vec<(&'static str, 
     let mut last = f64::NAN;
     for row in pass {
         let at = seconds(row, first);
-        let half = if last.is_finite() { 0.5 * (at - last) } else { 0.0 };
-        match (class(row), shades.last_mut()) {
-            (Some(c), Some(open)) if open.0 == c && open.2 == last => open.2 = at,
-            (Some(c), _) => {
-                shades.push((c, at - half.min(30.0), at, format!("largest light: {}", row.illum.replace('_', "-"))))
+        // the first shade begins at the edge of the chart
+        let half = if last.is_finite() { 0.5 * (at - last) } else { f64::INFINITY };
+        let what = || format!("largest light: {}", row.illum.replace('_', "-"));
+        let open = shades.last_mut().filter(|open| open.2 == last);
+        match (class(row), open) {
+            (Some(c), Some(open)) if open.0 == c => open.2 = at,
+            (now, Some(open)) => {
+                open.2 = last + half;
+                shades.extend(now.map(|c| (c, at - half, at, what())));
             }
-            (None, _) => {}
+            (Some(c), None) => shades.push((c, at - half, at, what())),
+            (None, None) => {}
         }
         last = at;
+    }
+    // and the last one ends there
+    if let Some(open) = shades.last_mut().filter(|open| open.2 == last) {
+        open.2 = f64::INFINITY;
     }
     shades
 }
@@ -192,9 +249,13 @@ pub(super) fn residuals(page: &NightPage) -> Markup {
         @match robust(&kept) {
             Some((m, s)) => p {
                 "Median " (format!("{m:+.3}").replace('-', "−")) " mag, robust scatter " (format!("{s:.3}")) " mag over "
-                (kept.len()) " frames that are used; positive = observed fainter. Rejected frames and lower limits do not count."
+                (kept.len()) " frames that are used; positive = observed fainter. Frames with the verdict reject and lower limits do not count."
             },
-            None => p { "No frame is used: all are rejected or lower limits." },
+            None => p { "No frame is used: all have the verdict reject or are lower limits." },
+        }
+        ul.key {
+            (verdict_key())
+            li { svg width="12" height="12" aria-hidden="true" { circle class="point beyond" cx="6" cy="6" r="4" {} } " beyond the axis" }
         }
         div.panels { @for (label, of) in AGAINST { (panel(page, label, of, &rows, y)) } (in_time(page, &rows, y)) }
     }

@@ -49,8 +49,8 @@ fn all(page: &NightPage, cards: &[&(String, String)]) -> Markup {
         vec![
             name(row),
             cell(time_of(row)),
-            number(row.v_mag.or(row.limit_v_mag), 3),
-            cell(if row.v_mag.is_none() && row.limit_v_mag.is_some() { "limit" } else { "" }),
+            number(row.v_mag, 3),
+            number(row.limit_v_mag.filter(|_| row.v_mag.is_none()), 2),
             number(row.v_mag_err, 3),
             number(row.residual_mag, 3),
             number(row.snr, 1),
@@ -62,7 +62,20 @@ fn all(page: &NightPage, cards: &[&(String, String)]) -> Markup {
         ]
     };
     let rows: Vec<Vec<Markup>> = page.rows.iter().take(MOST_ROWS).map(line).collect();
-    let head = ["frame", "UTC", "V", "", "error", "O − C", "S/N", "altitude", "light", "status", "verdict", "reason"];
+    let head = [
+        "frame",
+        "UTC",
+        "V",
+        "fainter than",
+        "error",
+        "O − C",
+        "S/N",
+        "altitude",
+        "light",
+        "status",
+        "verdict",
+        "reason",
+    ];
     html! {
         details open[page.rows.len() <= 40] {
             summary { "All " (page.rows.len()) " frames as a table" }

@@ -1,13 +1,14 @@
 //! The report of a night: one file that opens anywhere, with everything the night's tables say, and where it is from.
 //!
 //! Inline SVG, a style sheet and a small script; no network, no clock: the same results give the same bytes. Drawn from
-//! the files of a run alone. Leaves out the figures for papers ([`crate::report::plot`]).
+//! the files of a run alone. Leaves out most figures for papers ([`crate::report::plot`]).
 
 mod campaign;
 mod chart;
 mod checks;
 mod curve;
 mod distribution;
+mod figure;
 mod frames;
 mod provenance;
 mod sky;
@@ -30,6 +31,7 @@ use crate::file::write_atomic;
 use crate::photometry::zeropoint::Zeropoint;
 
 pub use campaign::write_campaign;
+pub use figure::{write_distribution_figure, write_sky_figure};
 
 const STYLE: &str = concat!(include_str!("../gallery/page.css"), include_str!("page.css"));
 const SCRIPT: &str = concat!(include_str!("../gallery/page.js"), include_str!("page.js"));
@@ -64,14 +66,54 @@ pub struct NightPage {
     pub cards: Vec<(String, String)>,
     /// What is not in the report, and why.
     pub notes: Vec<String>,
-    /// Frames are on another page: points lead nowhere.
-    pub frames_elsewhere: bool,
+    /// The page that has the frames, as a link, where it is not this one; empty without such a page: points lead nowhere.
+    pub frames_elsewhere: Option<String>,
 }
 
 impl NightPage {
-    /// Where a point leads: to the card of its frame, or to its row, where all rows are on the page.
+    /// Where a point leads: to the card of its frame, or to its row, where all rows are on the page of the frames.
     fn link(&self, row: &PhotometryRow) -> Option<String> {
-        if self.frames_elsewhere || self.rows.len() > MOST_ROWS { None } else { link(row) }
+        let card = link(row).filter(|_| self.rows.len() <= MOST_ROWS)?;
+        match self.frames_elsewhere.as_deref() {
+            None => Some(card),
+            Some("") => None,
+            Some(report) => Some(format!("{report}{card}")),
+        }
+    }
+
+    /// The night's name, leading to a part of its report, where it is on another page that is known.
+    fn linked_name(&self, part: &str) -> Markup {
+        html! {
+            @match self.frames_elsewhere.as_deref().filter(|report| !report.is_empty()) {
+                Some(report) => a href={ (report) "#" (part) } { (self.name) },
+                None => (self.name),
+            }
+        }
+    }
+
+    /// A text of the meta block; `None` where it is empty.
+    fn told(&self, key: &str) -> Option<String> {
+        match self.meta.get(key) {
+            Some(MetaValue::Text(t)) => Some(t.clone()).filter(|t| !t.is_empty()),
+            _ => None,
+        }
+    }
+
+    /// Name of the site, from the configuration in force, and its place, from the meta block.
+    fn site(&self) -> Option<String> {
+        let config: Option<toml::Table> = self.config_toml.parse().ok();
+        let name = config.as_ref().and_then(|c| c.get("site")?.get("name")?.as_str()).filter(|n| !n.is_empty());
+        let number = |field| self.meta.number_in("site", field);
+        let place = number("lat_deg")
+            .zip(number("lon_deg"))
+            .map(|(lat, lon)| format!("latitude {lat}°, longitude {lon}°").replace('-', "−"));
+        let parts: Vec<String> = name.map(str::to_owned).into_iter().chain(place).collect();
+        (!parts.is_empty()).then(|| parts.join(", "))
+    }
+
+    /// `SIMULATED`, `TEST` or `EXERCISE`, which nobody must take for a night of the sky; `None` for real frames.
+    fn data_mode(&self) -> Option<String> {
+        self.told("data_mode").filter(|mode| mode != "REAL")
     }
 }
 
@@ -118,24 +160,20 @@ pub fn write_night_page(path: &Path, page: &NightPage) -> Result<()> {
     let taken: usize = sections.iter().map(|s| s.body.0.len()).sum();
     let frames = frames::frames(page, MOST_BYTES.saturating_sub(taken));
     sections.insert(FRAMES_AT, section("frames", "Frames", frames));
-    let title = format!("Night {}", page.name);
+    let drawn = page.data_mode().map(|mode| format!(" ({mode})")).unwrap_or_default();
+    let title = format!("Night {}{drawn}", page.name);
     write_atomic(path, whole(&title, &subtitle(page), &sections).into_string().as_bytes())
 }
 
 /// Target, site and telescope in one line.
 fn subtitle(page: &NightPage) -> String {
-    let text = |key: &str| match page.meta.get(key) {
-        Some(MetaValue::Text(t)) => Some(t.clone()),
-        _ => None,
-    };
     let mut targets: Vec<&str> =
         page.rows.iter().filter(|r| r.mjd_mid_d.is_some()).map(|r| r.object_name.as_str()).collect();
     targets.sort_unstable();
     targets.dedup();
     let targets: Vec<&str> = targets.into_iter().filter(|t| !t.is_empty()).take(6).collect();
-    let number = |field| page.meta.number_in("site", field);
-    let site = number("lat_deg").zip(number("lon_deg")).map(|(lat, lon)| format!("latitude {lat}°, longitude {lon}°"));
-    let parts = [Some(targets.join(", ")).filter(|t| !t.is_empty()), text("telescope").filter(|t| !t.is_empty()), site];
+    let parts =
+        [page.data_mode(), Some(targets.join(", ")).filter(|t| !t.is_empty()), page.told("telescope"), page.site()];
     parts.into_iter().flatten().collect::<Vec<_>>().join(" · ")
 }
 

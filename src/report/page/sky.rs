@@ -23,9 +23,14 @@ fn place(alt_deg: f64, az_deg: f64) -> (f64, f64) {
     (ROOM + RADIUS - r * sin, ROOM + RADIUS - r * cos)
 }
 
+/// The skies with a frame of which the place is known.
+pub(super) fn drawn(page: &NightPage) -> Vec<&PassSky> {
+    page.skies.iter().filter(|s| s.track.iter().any(|r| r.alt_deg.is_some())).collect()
+}
+
 /// The section.
 pub(super) fn skies(page: &NightPage) -> Markup {
-    let drawn: Vec<&PassSky> = page.skies.iter().filter(|s| s.track.iter().any(|r| r.alt_deg.is_some())).collect();
+    let drawn = drawn(page);
     if drawn.is_empty() {
         return nothing("No frame has a place on the sky ([orbit] is needed).");
     }

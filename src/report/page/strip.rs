@@ -6,7 +6,7 @@ use maud::{Markup, html};
 
 use super::{NightPage, nothing};
 use crate::report::rows::PhotometryRow;
-use crate::report::summary::{is_used, robust};
+use crate::report::summary::{is_lower_limit, is_used, robust};
 
 /// The section.
 pub(super) fn summary(page: &NightPage) -> Markup {
@@ -21,10 +21,14 @@ pub(super) fn summary(page: &NightPage) -> Markup {
         robust(&among.iter().filter_map(|r| of(r)).collect::<Vec<_>>())
     };
     let timed: Vec<&PhotometryRow> = rows.iter().filter(|r| r.moon_phase_deg.is_some()).collect();
-    let mut figures: Vec<(&str, String)> = vec![(
+    let mut figures: Vec<(&str, String)> = Vec::new();
+    figures.push(("night", page.name.clone()));
+    figures.extend(page.site().map(|site| ("site", site)));
+    figures.extend(page.data_mode().map(|mode| ("data", mode)));
+    figures.push((
         "frames",
         format!(
-            "{} measured ({} use, {} caution, {} reject), {} not detected, {} rejected, {} failed",
+            "{} measured (verdict: {} use, {} caution, {} reject), {} not detected, {} left out before measuring, {} failed",
             with("ok"),
             judged("use"),
             judged("caution"),
@@ -33,12 +37,13 @@ pub(super) fn summary(page: &NightPage) -> Markup {
             with("rejected"),
             with("failed")
         ),
-    )];
+    ));
     if let Some((m, s)) = median(|r| r.v_mag, &used) {
         figures.push(("median V", format!("{m:.2}, scatter {s:.2} mag")));
     }
     if let Some((m, s)) = median(|r| r.residual_mag, &used) {
-        figures.push(("observed − modelled", format!("{} ± {s:.2} mag", format!("{m:+.2}").replace('-', "−"))));
+        let median = format!("{m:+.2}").replace('-', "−");
+        figures.push(("observed − modelled", format!("median {median}, scatter {s:.2} mag")));
     }
     if let Some(z) = &page.zeropoint {
         let [zp, k, c] = z.errs();
@@ -51,9 +56,7 @@ pub(super) fn summary(page: &NightPage) -> Markup {
             .replace('-', "−"),
         ));
     }
-    if let (Some((illum, _)), Some((alt, _))) =
-        (median(|r| r.moon_illum_pct, &timed), median(|r| r.moon_alt_deg, &timed))
-    {
+    if let (Some(illum), Some((alt, _))) = (moon_lit_pct(rows), median(|r| r.moon_alt_deg, &timed)) {
         let place = if alt > 0.0 { format!("{alt:.0}° up") } else { "below the horizon".into() };
         figures.push(("Moon", format!("{illum:.0} % lit, {place} (median over the frames)")));
     }
@@ -66,22 +69,55 @@ pub(super) fn summary(page: &NightPage) -> Markup {
     }
 }
 
+/// How much of the Moon is lit \[%\]: the median over every frame of the night with a time, measured or not.
+pub(super) fn moon_lit_pct(rows: &[PhotometryRow]) -> Option<f64> {
+    robust(&rows.iter().filter_map(|r| r.moon_illum_pct).collect::<Vec<_>>()).map(|m| m.0)
+}
+
+/// What is wrong with frames of the night, the gravest first: those that failed, those left out, then what made verdicts
+/// `caution` or `reject`, by how many frames it touched.
+fn doubts(page: &NightPage) -> Vec<String> {
+    let mut told = Vec::new();
+    for (status, what) in [("failed", "could not be reduced"), ("rejected", "left out before measuring")] {
+        let of: Vec<&PhotometryRow> = page.rows.iter().filter(|r| r.status == status).collect();
+        if let Some(first) = of.first() {
+            told.push(format!("{} of {} frames {what}; {}: {}", of.len(), page.rows.len(), first.frame, first.reason));
+        }
+    }
+    let counted = page.manifest.get("counts").and_then(|c| c.get("doubts")).and_then(|d| d.as_object());
+    let mut reasons: Vec<(&String, u64)> =
+        counted.into_iter().flatten().filter_map(|(name, n)| Some((name, n.as_u64()?))).collect();
+    reasons.sort_by_key(|(name, n)| (std::cmp::Reverse(*n), *name));
+    told.extend(reasons.into_iter().map(|(name, n)| format!("{n} frames with verdict caution or reject: {name}")));
+    let limits = page.rows.iter().filter(|r| is_used(&r.status, &r.verdict) && is_lower_limit(r.flags)).count();
+    if limits > 0 {
+        told.push(format!("{limits} used frames say only \"at least so bright\" (lower limits)"));
+    }
+    told
+}
+
 /// What went wrong, the gravest first, and what should be known.
 fn notes(page: &NightPage) -> Markup {
     let list = |key: &str| -> Vec<String> {
         let items = page.manifest.get(key).and_then(|v| v.as_array());
         items.map(|a| a.iter().filter_map(|v| v.as_str().map(str::to_owned)).collect()).unwrap_or_default()
     };
-    let (poor, told, left_out) = (list("poor"), list("notes"), list("left_out"));
+    let (poor, doubts, left_out) = (list("poor"), doubts(page), list("left_out"));
+    // notes about what is missing before those that only tell how it was done
+    let told: Vec<String> = page.notes.iter().cloned().chain(list("notes")).collect();
     html! {
         @if !poor.is_empty() {
             h3 { "Why this night is poor" }
             ul.poor { @for p in &poor { li { (p) } } }
         }
-        @if !told.is_empty() || !page.notes.is_empty() {
+        @if !doubts.is_empty() {
+            h3 { "Warnings, the gravest first" }
+            ul.poor.doubts { @for d in &doubts { li { (d) } } }
+        }
+        @if !told.is_empty() {
             details open[told.len() <= 6] {
-                summary { (told.len() + page.notes.len()) " notes" }
-                ul { @for n in told.iter().chain(&page.notes) { li { (n) } } }
+                summary { (told.len()) " notes" }
+                ul { @for n in &told { li { (n) } } }
             }
         }
         @if !left_out.is_empty() {

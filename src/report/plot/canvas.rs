@@ -20,6 +20,9 @@ use crate::report::raster::Raster;
 /// Drawn pixels per shown pixel.
 const SCALE: u32 = 2;
 
+/// Width of a figure: the text of an A4 page, two columns of a journal \[mm\].
+pub(in crate::report) const PAPER_MM: f64 = 174.0;
+
 pub(super) type Sheet<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub(super) type DrawError = DrawingAreaErrorKind<std::io::Error>;
 pub(super) type Drawn = std::result::Result<(), DrawError>;
@@ -78,7 +81,8 @@ pub(super) fn figure_over(
         }
     }
     let drawn = format!("width=\"{}\" height=\"{}\" viewBox", size.0, size.1);
-    let scaled = format!("width=\"{}\" height=\"{}\" viewBox", shown.0, shown.1);
+    let height_mm = PAPER_MM * f64::from(shown.1) / f64::from(shown.0);
+    let scaled = format!("width=\"{PAPER_MM:.0}mm\" height=\"{height_mm:.1}mm\" viewBox");
     write_atomic(path, svg.replacen(&drawn, &scaled, 1).as_bytes())
 }
 
@@ -105,9 +109,34 @@ pub(super) fn write_text(
     sheet.draw(&Text::new(printable(text), at, style))
 }
 
-/// Numbers with a proper minus sign.
+/// Numbers with a proper minus sign: a hyphen before a digit where a number may begin, or in an exponent. Those of dates,
+/// ranges and words stay what they are.
 pub(super) fn signed(text: &str) -> String {
-    text.replace('-', "−")
+    let chars: Vec<char> = text.chars().collect();
+    let at = |i: Option<usize>| i.and_then(|i| chars.get(i)).copied();
+    let digit = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit());
+    let minus = |i: usize| {
+        let (one, two) = (i.checked_sub(1), i.checked_sub(2));
+        let exponent = matches!(at(one), Some('e' | 'E')) && digit(at(two));
+        let begins = at(one).is_none_or(|c| !c.is_alphanumeric() && !matches!(c, '-' | '.' | ')'));
+        let number = digit(at(Some(i + 1))) || (at(Some(i + 1)) == Some('.') && digit(at(Some(i + 2))));
+        number && (begins || exponent)
+    };
+    chars.iter().enumerate().map(|(i, c)| if *c == '-' && minus(i) { '−' } else { *c }).collect()
+}
+
+/// Text that can be read on any ground: in `colour`, with a rim of ink.
+pub(super) fn write_over(
+    sheet: &Sheet,
+    text: &str,
+    (x, y): (i32, i32),
+    colour: RGBColor,
+    place: (HPos, VPos),
+) -> Drawn {
+    for (dx, dy) in [(-3, 0), (3, 0), (0, -3), (0, 3), (-2, -2), (2, -2), (-2, 2), (2, 2)] {
+        write_text(sheet, text, (x + dx, y + dy), LABEL, INK, place)?;
+    }
+    write_text(sheet, text, (x, y), LABEL, colour, place)
 }
 
 /// XML 1.0 has no control characters.
@@ -206,4 +235,24 @@ pub(super) fn legend(sheet: &Sheet, at: (i32, i32), entries: &[(Option<(Mark, RG
         write_text(sheet, text, (at.0 + indent, y), SMALL, INK, (HPos::Left, VPos::Center))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::signed;
+
+    #[test]
+    fn numbers_have_a_minus_sign_and_dates_ranges_and_words_a_hyphen() {
+        for (plain, shown) in [
+            ("-0.5", "−0.5"),
+            ("residual -0.12, σ 0.3", "residual −0.12, σ 0.3"),
+            ("7.58e-4", "7.58e−4"),
+            ("2025-06-09T10:33:00Z", "2025-06-09T10:33:00Z"),
+            ("band 0.3-1.05 um", "band 0.3-1.05 um"),
+            ("STARLINK-1008, Lunar-Earthshine", "STARLINK-1008, Lunar-Earthshine"),
+            ("(-.5)", "(−.5)"),
+        ] {
+            assert_eq!(signed(plain), shown);
+        }
+    }
 }

@@ -8,7 +8,7 @@ use plotters::element::{Circle, PathElement, Rectangle};
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, RGBAColor, RGBColor, ShapeStyle};
 
-use super::canvas::{Drawn, INK, LABEL, ORANGE, SMALL, Sheet, TITLE, figure_over, signed, write_text};
+use super::canvas::{Drawn, INK, LABEL, ORANGE, SMALL, Sheet, TITLE, figure_over, signed, write_over, write_text};
 use super::viridis;
 use crate::brightness::earth_view::{EarthPicture, Viewpoint};
 use crate::error::{Error, Result};
@@ -72,11 +72,12 @@ pub fn earth(path: &Path, picture: &EarthPicture, title: &str, mark: &EarthMark)
         }
         polyline(sheet, picture, &mark.terminator_deg, stroke(ORANGE.mix(1.0), 3))?;
         if let Some(at) = place(picture, mark.under_deg) {
+            sheet.draw(&Circle::new(at, 16, stroke(INK.mix(1.0), 11)))?;
             sheet.draw(&Circle::new(at, 16, stroke(ORANGE.mix(1.0), 5)))?;
-            write_text(sheet, &mark.lamp, (at.0 + 26, at.1), LABEL, ORANGE, (HPos::Left, VPos::Center))?;
+            write_over(sheet, &mark.lamp, (at.0 + 30, at.1), WHITE, (HPos::Left, VPos::Center))?;
         }
         bar(sheet, picture.brightest())?;
-        for (i, note) in mark.notes.iter().enumerate() {
+        for (i, note) in mark.notes.iter().chain(&legend(picture, mark)).enumerate() {
             let at = (1_500, 1_010 + 44 * i as i32);
             write_text(sheet, &signed(note), at, SMALL - 3, INK, (HPos::Left, VPos::Center))?;
         }
@@ -135,10 +136,30 @@ fn graticule(sheet: &Sheet, picture: &EarthPicture) -> Drawn {
     Ok(())
 }
 
-/// The colour bar, bright on top.
+/// What orange means, of what is in view.
+fn legend(picture: &EarthPicture, mark: &EarthMark) -> Vec<String> {
+    let ring = place(picture, mark.under_deg).map(|_| format!("ring: under the {}", mark.lamp));
+    let line = mark.terminator_deg.iter().any(|at| place(picture, *at).is_some()).then(|| "line: where it sets".into());
+    ring.into_iter().chain(line).collect()
+}
+
+/// Radiances for the labels of the bar: 1, and 2 and 5 where there is room, times powers of ten, with their height on it
+/// as a share from the faint end.
+fn bar_ticks(brightest: f64) -> Vec<(f64, f64)> {
+    let (top, low) = (brightest.log10(), brightest.log10() - DECADES);
+    let decades = low.floor() as i32..=top.ceil() as i32;
+    let values = decades.flat_map(|power| [1.0, 2.0, 5.0].map(|n: f64| n * 10f64.powi(power)));
+    values.map(|v| (v, (v.log10() - low) / DECADES)).filter(|(_, share)| (-1e-9..=1.0 + 1e-9).contains(share)).collect()
+}
+
+/// The colour bar, bright on top; without light it has nothing to say.
 fn bar(sheet: &Sheet, brightest: f64) -> Drawn {
     let (left, right, top, bottom) = (1_520, 1_580, 230, 930);
     let left_centre = (HPos::Left, VPos::Center);
+    if !(brightest > 0.0) {
+        sheet.draw(&Rectangle::new([(left, top), (right, top + 60)], RGBColor(DARK.0, DARK.1, DARK.2).filled()))?;
+        return write_text(sheet, "no lit ground in view", (left, top + 100), SMALL, INK, left_centre);
+    }
     write_text(sheet, "radiance", (left, top - 90), LABEL, INK, left_centre)?;
     write_text(sheet, "[W m⁻² sr⁻¹]", (left, top - 48), LABEL, INK, left_centre)?;
     for y in (top..bottom).step_by(5) {
@@ -147,10 +168,26 @@ fn bar(sheet: &Sheet, brightest: f64) -> Drawn {
         sheet.draw(&Rectangle::new([(left, y), (right, y + 6)], RGBColor(r, g, b).filled()))?;
     }
     sheet.draw(&Rectangle::new([(left, top), (right, bottom)], stroke(INK.mix(1.0), 2)))?;
-    for k in 0..=3 {
-        let y = top + (bottom - top) * k / 3;
-        let value = brightest * 10f64.powf(-DECADES * f64::from(k) / 3.0);
-        write_text(sheet, &signed(&format!("{value:.2e}")), (right + 16, y), SMALL, INK, left_centre)?;
+    for (value, share) in bar_ticks(brightest) {
+        let y = bottom - (share * f64::from(bottom - top)).round() as i32;
+        sheet.draw(&PathElement::new(vec![(right, y), (right + 8, y)], stroke(INK.mix(1.0), 2)))?;
+        write_text(sheet, &signed(&format!("{value:.0e}")), (right + 16, y), SMALL, INK, left_centre)?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bar_is_labelled_at_round_radiances_inside_its_three_decades() {
+        let ticks = bar_ticks(7.58e-4);
+        assert_eq!(
+            ticks.iter().map(|t| format!("{:.0e}", t.0)).collect::<Vec<_>>(),
+            ["1e-6", "2e-6", "5e-6", "1e-5", "2e-5", "5e-5", "1e-4", "2e-4", "5e-4"]
+        );
+        assert!(ticks.iter().all(|t| (0.0..=1.0).contains(&t.1)) && ticks.windows(2).all(|p| p[0].1 < p[1].1));
+        assert_eq!(bar_ticks(1.0).len(), 10);
+    }
 }

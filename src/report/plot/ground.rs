@@ -4,15 +4,17 @@
 
 use std::path::Path;
 
-use plotters::style::RGBColor;
+use plotters::element::Polygon;
 use plotters::style::text_anchor::{HPos, VPos};
+use plotters::style::{Color, RGBColor};
 
 use super::axis::Span;
 use super::canvas::{
     BLUE, GREY, INK, Mark, ORANGE, SMALL, TITLE, VERMILLION, draw_mark, figure_over, legend, write_text,
 };
 use super::panel::{Panel, Ticks};
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::file::write_atomic;
 use crate::orbit::ground_track::altitude_deg;
 use crate::report::coast::coast;
 use crate::report::raster::Raster;
@@ -24,6 +26,10 @@ const SIZE: (u32, u32) = (960, 660);
 const FRAME: (i32, i32, i32, i32) = (160, 110, 1_880, 970);
 /// Columns and rows of the shading.
 const CELLS: (usize, usize) = (360, 180);
+/// Dots of a cell in a PNG.
+const ZOOM: usize = 4;
+/// Arrows along the track.
+const ARROWS: usize = 8;
 const DAY: [f64; 3] = [253.0, 246.0, 222.0];
 const NIGHT: [f64; 3] = [150.0, 152.0, 164.0];
 const MOONLIT: [f64; 3] = [194.0, 204.0, 226.0];
@@ -49,12 +55,15 @@ pub struct GroundMap {
     pub site: Option<(String, (f64, f64))>,
 }
 
-/// Draws the map.
+/// Draws the map; as PNG, the map alone without axes and words.
 ///
 /// # Errors
 /// [`crate::Error::Io`] when the file cannot be written.
 pub fn ground_map(path: &Path, map: &GroundMap) -> Result<()> {
     let raster = shading(map)?;
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+        return write_atomic(path, &preview(&raster, map).png().map_err(|e| Error::io(path, e))?);
+    }
     figure_over(path, SIZE, Some((&raster, FRAME)), |sheet| {
         write_text(sheet, &map.title, (40, 26), TITLE, INK, (HPos::Left, VPos::Top))?;
         let (x, y) = (Span { from: -180.0, to: 180.0 }, Span { from: -90.0, to: 90.0 });
@@ -71,11 +80,23 @@ pub fn ground_map(path: &Path, map: &GroundMap) -> Result<()> {
             line(&closed(terminator), colour, 3)?;
         }
         line(&map.track_deg, VERMILLION, 4)?;
-        let mut entries = vec![(Some((Mark::Line(4), VERMILLION)), "track of the satellite".to_owned())];
+        for (at, way) in arrows(&map.track_deg) {
+            let (x, y) = (panel.px(at.0), panel.py(at.1));
+            let turned = |along: f64, across: f64| {
+                let (dx, dy) = (along * way.0 - across * way.1, along * way.1 + across * way.0);
+                (x + dx.round() as i32, y - dy.round() as i32)
+            };
+            let head = vec![turned(15.0, 0.0), turned(-11.0, 11.0), turned(-11.0, -11.0)];
+            sheet.draw(&Polygon::new(head, VERMILLION.filled()))?;
+        }
+        let track = "track, arrows forward in time";
+        let mut entries = vec![(Some((Mark::Line(4), VERMILLION)), track.to_owned())];
         let mark = |kind: Mark, at: (f64, f64), colour: RGBColor, text: &str, below: bool| {
             let px = (panel.px(at.0), panel.py(at.1));
             draw_mark(sheet, kind, px, colour)?;
             let (side, shift) = if at.0 > 130.0 { (HPos::Right, -18) } else { (HPos::Left, 18) };
+            // inside the frame at the poles
+            let below = px.1 - 44 < FRAME.1 || (below && px.1 + 48 < FRAME.3);
             let off = if below { 26 } else { -22 };
             write_text(sheet, text, (px.0 + shift, px.1 + off), SMALL, INK, (side, VPos::Center))
         };
@@ -124,6 +145,46 @@ fn shading(map: &GroundMap) -> Result<Raster> {
     Ok(Raster::of(CELLS, |column, row| colours[row * nx + column]))
 }
 
+/// The map without words, [`ZOOM`] dots a cell.
+fn preview(shading: &Raster, map: &GroundMap) -> Raster {
+    let dots = (CELLS.0 * ZOOM, CELLS.1 * ZOOM);
+    let mut picture = Raster::of(dots, |column, row| shading.at(column / ZOOM, row / ZOOM));
+    let scale = dots.0 as f64 / 360.0;
+    let dot = |(lon, lat): (f64, f64)| ((lon + 180.0) * scale, (90.0 - lat) * scale);
+    let mut line = |points: &[(f64, f64)], colour: RGBColor, width: usize| {
+        for pair in broken(points).windows(2) {
+            if let (Some(a), Some(b)) = (pair[0].1, pair[1].1) {
+                picture.line(dot((pair[0].0, a)), dot((pair[1].0, b)), colour.rgb(), width);
+            }
+        }
+    };
+    coast().iter().for_each(|coast| line(coast, GREY, 1));
+    for (terminator, colour) in map.terminators_deg.iter().zip([ORANGE, BLUE]) {
+        line(&closed(terminator), colour, 2);
+    }
+    line(&map.track_deg, VERMILLION, 3);
+    let site = map.site.iter().map(|(_, at)| (*at, INK));
+    let satellite = map.satellite.iter().map(|(_, at)| (*at, VERMILLION));
+    for (at, colour) in site.chain(satellite).chain(map.under_deg.into_iter().zip([ORANGE, BLUE])) {
+        picture.line(dot(at), dot(at), INK.rgb(), 13);
+        picture.line(dot(at), dot(at), colour.rgb(), 9);
+    }
+    picture
+}
+
+/// Heads of arrows along a track: a place, and the direction there as a unit vector with y up. Steps are equal in time.
+fn arrows(track: &[(f64, f64)]) -> Vec<((f64, f64), (f64, f64))> {
+    let every = (track.len() / ARROWS).max(1);
+    let head = |i: usize| {
+        let (a, b) = (track[i - 1], track[i]);
+        let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+        let length = dx.hypot(dy);
+        // none over the edge of the map, or where the satellite stands still
+        (dx.abs() < 180.0 && length > 1e-6).then(|| (b, (dx / length, dy / length)))
+    };
+    (1..track.len()).filter(|i| (*i + every / 2).is_multiple_of(every)).filter_map(head).collect()
+}
+
 /// A closed line: its first point again at its end.
 fn closed(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     points.iter().chain(points.first()).copied().collect()
@@ -148,6 +209,15 @@ fn broken(points: &[(f64, f64)]) -> Vec<(f64, Option<f64>)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn arrows_point_forward_and_none_over_the_edge() {
+        let track: Vec<(f64, f64)> =
+            (0..80).map(|i| ((100.0 + 2.0 * f64::from(i) + 180.0) % 360.0 - 180.0, 0.0)).collect();
+        let heads = arrows(&track);
+        assert!((7..=9).contains(&heads.len()) && heads.iter().all(|(_, way)| *way == (1.0, 0.0)), "{heads:?}");
+        assert!(arrows(&[(0.0, 0.0); 9]).is_empty() && arrows(&[]).is_empty());
+    }
 
     #[test]
     fn a_line_is_broken_at_the_edge_of_the_map_alone() {

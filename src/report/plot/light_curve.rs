@@ -23,8 +23,9 @@ const LIGHTS_BELOW_MAG: f64 = 3.0;
 /// In a prediction lights are shown at least this far below its brightest moment: moonlight by way of the Earth is
 /// 17 mag below sunlight \[mag\].
 const PREDICTED_RANGE_MAG: f64 = 18.0;
-/// Passes in one figure; more are counted in a note.
-const MOST_PASSES: usize = 6;
+/// Passes in one figure, which is then as high as a page; more are counted in a note, and have figures of their own in
+/// [`light_curve_pages`].
+const MOST_PASSES: usize = 3;
 /// Shown size of a figure of one pass \[px\].
 const ONE_PASS: (u32, u32) = (960, 640);
 /// Height of one of several passes \[drawn px\].
@@ -43,7 +44,7 @@ const LIGHTS: [Light; 5] = [
     ("starlight", GREY, |r| r.starlight_v_mag),
 ];
 
-/// Draws every pass of the rows, one block each (the first six; a note counts the rest).
+/// Draws every pass of the rows, one block each (the first three; a note counts the rest).
 ///
 /// Without a magnitude, limit or model the figure says so.
 ///
@@ -77,6 +78,25 @@ pub fn light_curve(path: &Path, rows: &[PhotometryRow], title: &str) -> Result<(
         }
         Ok(())
     })
+}
+
+/// Writes `light_curve.svg` with the first three passes into `dir`, and `light_curve_2.svg` and so on with the next three
+/// each; returns the paths.
+///
+/// # Errors
+/// As [`light_curve`].
+pub fn light_curve_pages(dir: &Path, rows: &[PhotometryRow], title: &str) -> Result<Vec<PathBuf>> {
+    let mut paths = vec![dir.join("light_curve.svg")];
+    light_curve(&paths[0], rows, title)?;
+    let all = passes(rows);
+    let drawable: Vec<&Vec<&PhotometryRow>> = all.iter().filter(|p| magnitude_span(p).is_some()).collect();
+    for (page, some) in drawable.chunks(MOST_PASSES).enumerate().skip(1) {
+        let path = dir.join(format!("light_curve_{}.svg", page + 1));
+        let rows: Vec<PhotometryRow> = some.iter().flat_map(|p| p.iter().map(|r| (*r).clone())).collect();
+        light_curve(&path, &rows, title)?;
+        paths.push(path);
+    }
+    Ok(paths)
 }
 
 /// Writes one figure per pass into `dir`, named `light_curve_<number>_<UTC of the first frame>.svg`, and returns the
@@ -149,11 +169,11 @@ fn draw_pass(sheet: &Sheet, pass: &[&PhotometryRow], top: i32, height: i32) -> D
 
     let ends = (pass.first().map_or(0.0, |r| seconds(r)), pass.last().map_or(0.0, |r| seconds(r)));
     let number = first.norad_cat_id.map(|n| format!(" {n}")).unwrap_or_default();
-    let measured = pass.iter().filter(|r| r.v_mag.is_some() && is_used(&r.status, &r.verdict)).count();
+    let used = pass.iter().filter(|r| r.v_mag.is_some() && is_used(&r.status, &r.verdict)).count();
     let count = if predicted(pass) {
         format!("{} moments predicted", pass.len())
     } else {
-        format!("{measured} of {} frames measured", pass.len())
+        format!("{used} of {} frames used", pass.len())
     };
     let heading = format!(
         "{}{number} · {} UTC · {count}",
@@ -279,7 +299,7 @@ fn curves(
         (full, Mark::Full, BLUE, "observed"),
         (open, Mark::Open, BLUE, "observed, caution"),
         (at_least, Mark::AtLeast, BLUE, "lower limit"),
-        (crossed, Mark::Cross, VERMILLION, "rejected"),
+        (crossed, Mark::Cross, VERMILLION, "verdict reject"),
         (limits, Mark::Limit, GREY, "not detected: limit"),
     ] {
         if count > 0 {

@@ -1,6 +1,6 @@
 //! Figures as SVG, drawn from the rows of the tables and the growth curve alone.
 //!
-//! Fixed sizes, colour-blind-safe colours (Okabe & Ito 2008), brightness upwards. A figure without data says why.
+//! 174 mm wide, colour-blind-safe colours (Okabe & Ito 2008), brightness upwards. A figure without data says why.
 
 mod accuracy;
 pub(super) mod axis;
@@ -26,12 +26,13 @@ mod zeropoint;
 
 pub use accuracy::error_against_time;
 pub use brdf::{FittedRow, brdf_curves, brdf_fit};
+pub(super) use canvas::PAPER_MM;
 pub use day::{Violin, day};
 pub use earth::{EarthMark, earth, earth_raster};
 pub use ground::{GroundMap, ground_map};
 pub use growth::growth_curve;
 pub use labels::{LabelSample, label_histogram};
-pub use light_curve::{light_curve, light_curves};
+pub use light_curve::{light_curve, light_curve_pages, light_curves};
 pub use limits::{LimitCurve, LimitPanel, limit_panels};
 pub use month::month;
 pub use moon::moon_laws;

@@ -102,7 +102,7 @@ pub fn residuals_altitude(path: &Path, rows: &[ResidualRow]) -> Result<()> {
             entries.push((Some((Mark::AtLeast, INK)), format!("lower limit ({at_least}), not in σ")));
         }
         if rejected > 0 {
-            entries.push((Some((Mark::Cross, GREY)), format!("rejected ({rejected})")));
+            entries.push((Some((Mark::Cross, GREY)), format!("verdict reject ({rejected})")));
         }
         entries.push((None, String::new()));
         if beyond > 0 {
