@@ -18,7 +18,7 @@ trap 'rm -rf "$work"' EXIT
 cd "$work/night"
 results=satphot-out/kills
 hashes() { # of the data products: not of those that tell times (manifest, logs) or of what is kept between runs
-    (cd "$results" && find . -type f ! -path './.satphot/*' ! -name manifest.json ! -name 'satphot.log*' ! -name report.html \
+    (cd "$results" && find . -type f ! -path './.satphot/*' ! -name manifest.json ! -name 'satphot.log*' \
         ! -name plan.json -print0 | sort -z | xargs -0 sha256sum)
 }
 start=$(date +%s%N)

@@ -511,3 +511,12 @@ fn shells_and_man_know_every_verb() {
     assert!(page.contains("satphot\\-predict\\-sky") || page.contains("satphot-predict-sky"), "{page}");
     assert!(satphot(folder.path(), &["man"]).expect(0, &[]).out.starts_with(".ie"));
 }
+
+#[test]
+fn what_is_missing_is_told_with_the_line_that_fetches_it() {
+    let n = night();
+    let stars = ["solve", "field00_00.fits", "--catalogue", "none.csv", "--ra", "10", "--dec", "10"];
+    n.satphot(&stars).expect(5, &["none.csv", "satphot fetch stars", "-o none.csv"]);
+    let elements = ["passes", "--elements", "none.tle", "--site", SITE, "--start", "2025-06-10T06:00:00"];
+    n.satphot(&elements).expect(5, &["satphot fetch elements --norad NUMBER --date YYYY-MM-DD -o none.tle"]);
+}

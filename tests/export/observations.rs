@@ -145,8 +145,12 @@ fn a_message_has_the_lines_of_the_shared_example() {
 
 #[test]
 fn a_message_is_ascii_in_short_lines_and_says_degraded_where_it_must() {
-    let reporter = Reporter { organisation: Some("Sternwarte Bückeburg ☾".repeat(20)), ..facts().reporter };
-    let facts = Facts { reporter, ..facts() };
+    for words in ["Sternwarte Bückeburg", &"long ".repeat(30), "two\nlines"] {
+        let reporter = Reporter { organisation: Some(words.into()), ..facts().reporter };
+        let told = tdm(&[row()], &Facts { reporter, ..facts() }).unwrap_err();
+        assert!(told.exit_code() == 2 && told.to_string().contains("--organisation"), "{told}");
+    }
+    let facts = facts();
     let rows = [PhotometryRow { verdict: "caution".into(), ..row() }];
     let kept = select(&rows, Choice::named("use,caution").unwrap(), false).kept;
     let text = tdm_text(path(), &rows, &kept, &facts, &TdmNames::default()).unwrap();

@@ -148,6 +148,8 @@ fn every_rule_of_the_server_is_found_with_row_column_and_value() {
         ("observation_time_utc", "2025-06-09 10:33:02Z"),
         ("observation_time_utc", "2025-06-09T10:33:02"),
         ("observation_time_utc", "2025-02-30T10:33:02Z"),
+        ("observation_time_utc", "2025-06-09T23:59:60Z"),
+        ("observation_time_utc", "2016-12-31T23:59:60Z"),
         ("observation_time_uncertainty_sec", "-1"),
         ("observation_time_uncertainty_sec", "n/a"),
         ("apparent_magnitude", "bright"),

@@ -110,7 +110,7 @@ fn unusable_flats_are_rejected_with_a_reason_and_too_few_stop_the_night() {
     let dir = tempfile::tempdir().unwrap();
     let mut flats: Vec<Exposure> =
         (0..3).map(|k| flat(dir.path(), &format!("good{k}.fits"), &sky(30, 20, 20_000.0, k + 1), false)).collect();
-    flats.push(flat(dir.path(), "dark.fits", &Array2::from_elem((20, 30), 510), false));
+    flats.push(flat(dir.path(), "dark.fits", &Array2::from_shape_fn((20, 30), |(_, x)| 510 + (x % 2) as u16), false));
     flats.push(flat(dir.path(), "bright.fits", &Array2::from_elem((20, 30), 65_535), false));
     flats.push(flat(dir.path(), "zero.fits", &Array2::zeros((20, 30)), false));
     flats.push(flat(dir.path(), "small.fits", &sky(20, 20, 20_000.0, 4), false));
@@ -124,7 +124,7 @@ fn unusable_flats_are_rejected_with_a_reason_and_too_few_stop_the_night() {
     let used: Vec<bool> = master.members.iter().map(|m| m.used).collect();
     assert_eq!(used, [true, true, true, false, false, false, false, false, false]);
     for (m, word) in
-        master.members[3..].iter().zip(["level 10", "outside", "outside", "20x20", "no finite pixel", "gone.fits"])
+        master.members[3..].iter().zip(["level 10", "outside", "never filled", "20x20", "no finite pixel", "gone.fits"])
     {
         assert!(m.reason.contains(word), "{m:?}");
     }

@@ -144,7 +144,7 @@ fn a_frame_that_was_never_filled_is_a_row_with_that_reason_and_such_a_flat_is_le
     let why = "every pixel is 700 ADU: the file was never filled";
     fill(&night.path(TARGETS[2]), 700);
     fill(&night.path("flat_001.fits"), 700);
-    night.satphot(&["run", "-q", "--no-figures"]).expect(0, &[why]);
+    night.satphot(&["run", "-q", "--no-figures"]).expect(0, &[]);
     let row = night.row(TARGETS[2]);
     assert!(row.status == "failed" && row.reason.ends_with(why) && row.v_mag.is_none(), "{}", row.reason);
     let manifest = night.manifest();
