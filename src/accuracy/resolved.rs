@@ -78,7 +78,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
         work: "one picture",
         error: "relative",
         reference: "the finest value of the knob, the others unchanged",
-        default_because: "512 pixels show half-metre parts of the ISS; its light is good to 1e-3 with far fewer",
+        default_because: "512 pixels show half-metre parts of the ISS; half of the lights are good to 1e-4, the faintest to 5e-3",
         series,
     })
 }

@@ -86,7 +86,7 @@ impl ResolvedScene {
     /// A satellite where its elements put it at an instant, seen from the tracker's site.
     ///
     /// # Errors
-    /// [`Error::Orbit`] of the elements.
+    /// [`crate::Error::Orbit`] of the elements.
     pub fn at(satellite: &ComponentSatellite, tracker: &Tracker, epoch: &Epoch) -> Result<Self> {
         Ok(Self::of(satellite, &tracker.at(epoch)?))
     }
@@ -109,7 +109,7 @@ impl ResolvedScene {
 /// The picture of a scene.
 ///
 /// # Errors
-/// [`Error::Config`] for settings out of range; [`Error::Model`] for an impossible scene.
+/// [`crate::Error::Config`] for settings out of range; [`crate::Error::Model`] for an impossible scene.
 pub fn render(scene: &ResolvedScene, settings: &RenderSettings) -> Result<Rendered> {
     Ok(Renderer::new(scene, settings)?.picture())
 }
