@@ -28,7 +28,7 @@ if [ ! -x "$venv/bin/snakemake" ]; then
 fi
 
 # ---- one node: its own munge socket and key, ports beside those of a usual SLURM
-state=$(mktemp -d /tmp/prove_slurm.XXXXXX)
+state=$(mktemp -d)
 chmod 755 "$state"
 shut_down() {
     set +e
