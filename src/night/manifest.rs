@@ -145,6 +145,25 @@ pub fn record(folder: &Path, path: &Path) -> Result<()> {
     save(&file, &(serde_json::to_string_pretty(&manifest).map_err(bad)? + "\n"))
 }
 
+/// An input as a manifest in `folder` tells it: its path as found, and from there, which holds wherever a night is moved as a
+/// whole.
+pub(super) fn input_json(folder: &Path, i: &Input) -> serde_json::Value {
+    json!({
+        "path": i.path, "from_here": relative_to(folder, &i.path), "bytes": i.bytes, "sha256": i.sha256,
+        "role": i.role, "reason": i.reason,
+    })
+}
+
+/// A file the configuration names, likewise.
+pub(super) fn file_json(folder: &Path, key: &str, path: &Path, sha256: &str) -> serde_json::Value {
+    json!({ "key": key, "path": path, "from_here": relative_to(folder, path), "sha256": sha256 })
+}
+
+/// What every product tells, likewise.
+pub(super) fn told_json(told: &Provenance) -> serde_json::Map<String, serde_json::Value> {
+    told.0.iter().map(|(key, value)| ((*key).to_string(), json!(value))).collect()
+}
+
 /// The provenance of one run.
 #[derive(Debug)]
 pub struct Manifest<'a> {
@@ -177,26 +196,18 @@ impl Manifest<'_> {
     /// [`Error::Io`].
     pub fn write(&self, folder: &Path) -> Result<PathBuf> {
         let s = self.summary;
-        // the path as found, and from the folder of the night: that one holds wherever the night is moved as a whole
-        let input = |i: &Input| {
-            json!({
-                "path": i.path, "from_here": relative_to(folder, &i.path), "bytes": i.bytes, "sha256": i.sha256,
-                "role": i.role, "reason": i.reason,
-            })
-        };
         let outputs: Vec<Output> = s.files.iter().map(|path| Output::of(folder, path)).collect::<Result<_>>()?;
-        let files = named_files(self.config).into_iter().map(|(key, path)| {
-            let sha256 = sha256_16(&path).unwrap_or_default();
-            json!({ "key": key, "path": path, "from_here": relative_to(folder, &path), "sha256": sha256 })
-        });
+        let files = named_files(self.config)
+            .into_iter()
+            .map(|(key, path)| file_json(folder, key, &path, &sha256_16(&path).unwrap_or_default()));
         let value = json!({
             "schema": "satphot.manifest/2",
             "tool": TOOL,
             "night": s.night,
             "config_sha256": self.config_sha256,
-            "provenance": self.told.0.iter().map(|(k, v)| ((*k).to_string(), json!(v))).collect::<serde_json::Map<_, _>>(),
+            "provenance": told_json(self.told),
             "files": files.collect::<Vec<_>>(),
-            "inputs": self.inputs.iter().map(input).collect::<Vec<_>>(),
+            "inputs": self.inputs.iter().map(|i| input_json(folder, i)).collect::<Vec<_>>(),
             "input_manifest_sha256": inputs_sha256(self.inputs.iter().map(|i| (i.path.as_path(), i.sha256.as_str()))),
             "flats": self.flats.iter().map(|(path, level_adu, used, reason)| json!({
                 "path": path, "level_adu": level_adu, "used": used, "reason": reason,

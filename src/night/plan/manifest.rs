@@ -7,13 +7,12 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::plan_file::{Plan, TOOL};
+use super::plan_file::{Plan, PlannedFrame};
 use super::reduce::flats_beside;
 use crate::error::{Error, Result};
-use crate::night::effective::relative_to;
-use crate::night::manifest::{NAME, Output};
+use crate::night::manifest::{Input, NAME, Output, file_json, input_json, told_json};
 use crate::night::outputs::save;
-use crate::night::provenance::Provenance;
+use crate::night::provenance::{Provenance, TOOL};
 
 /// Products of the steps before, where they lie beside the table.
 const BESIDE: [&str; 3] = ["stars.ecsv", "zeropoint.toml", "master_flat.fits"];
@@ -34,23 +33,21 @@ pub fn write_manifest(
     let outputs: Vec<Output> =
         files.iter().cloned().chain(beside).map(|path| Output::of(folder, &path)).collect::<Result<_>>()?;
     let flats = flats_beside(&folder.join("master_flat.fits"))?;
-    let inputs = plan.frames.iter().map(|frame| {
-        json!({
-            "path": frame.path, "from_here": relative_to(folder, &frame.path), "bytes": frame.bytes,
-            "sha256": frame.sha256, "role": frame.role, "reason": frame.reason,
-        })
-    });
-    let named = plan.files.iter().map(|file| {
-        json!({
-            "key": file.role, "path": file.path, "from_here": relative_to(folder, &file.path), "sha256": file.sha256,
-        })
-    });
+    let input = |frame: &PlannedFrame| Input {
+        path: frame.path.clone(),
+        bytes: frame.bytes,
+        sha256: frame.sha256.clone(),
+        role: frame.role.clone(),
+        reason: frame.reason.clone(),
+    };
+    let inputs = plan.frames.iter().map(|frame| input_json(folder, &input(frame)));
+    let named = plan.files.iter().map(|file| file_json(folder, &file.role, &file.path, &file.sha256));
     let value = json!({
         "schema": "satphot.manifest/2",
         "tool": TOOL,
         "night": config.night.name,
         "config_sha256": plan.config_sha256,
-        "provenance": told.0.iter().map(|(k, v)| ((*k).to_string(), json!(v))).collect::<serde_json::Map<_, _>>(),
+        "provenance": told_json(told),
         "files": named.collect::<Vec<_>>(),
         "inputs": inputs.collect::<Vec<_>>(),
         "input_manifest_sha256": plan.inputs_sha256(),

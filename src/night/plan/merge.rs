@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::manifest::write_manifest;
-use super::plan_file::{Plan, PlannedFrame, TOOL};
+use super::plan_file::{Plan, PlannedFrame};
 use super::products::FOLDER;
 use super::shard::{SHARD_SCHEMA, table_sha256};
 use super::whole::judge_whole_night;
@@ -19,7 +19,7 @@ use crate::night::bench::sha256_16;
 use crate::night::compare::residual_rows;
 use crate::night::effective::effective_toml;
 use crate::night::outputs::{file_name, make_folder_of, save};
-use crate::night::provenance::Provenance;
+use crate::night::provenance::{Provenance, TOOL};
 use crate::night::target::TargetFrame;
 use crate::report::columns::{self, Column, Datatype};
 use crate::report::summary::pass_table;

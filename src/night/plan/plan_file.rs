@@ -22,7 +22,7 @@ use crate::night::meta::data_mode;
 use crate::night::outputs::{file_name, make_folder_of};
 use crate::night::pipeline::{Options, refuse_hopeless};
 use crate::night::progress::Progress;
-use crate::night::provenance::{named_files, simulation_seed};
+use crate::night::provenance::{TOOL, named_files, simulation_seed};
 use crate::night::stages::with_threads;
 use crate::night::survey::{Survey, survey};
 use crate::report::export::DataMode;
@@ -31,8 +31,6 @@ use crate::report::export::DataMode;
 pub const FRAMES_PER_SHARD: usize = 100;
 /// What a plan says it is.
 const SCHEMA: &str = "satphot.plan/1";
-/// The program and its version, as plans and shards name it.
-pub const TOOL: &str = concat!("satphot ", env!("CARGO_PKG_VERSION"));
 
 /// A night in pieces.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

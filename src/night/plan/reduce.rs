@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::plan_file::{Plan, TOOL};
+use super::plan_file::Plan;
 use super::products::{FOLDER, Products};
 use crate::config::Config;
 use crate::error::{Error, Result};
@@ -20,7 +20,7 @@ use crate::night::outputs::{file_name, make_folder_of, save};
 use crate::night::pipeline::{Options, rejected_flats, zeropoint_stage};
 use crate::night::previous::conditions;
 use crate::night::progress::Progress;
-use crate::night::provenance::Provenance;
+use crate::night::provenance::{Provenance, TOOL};
 use crate::night::stages::master_flat;
 use crate::night::star_stage::star_stage;
 use crate::night::survey::Survey;

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::plan_file::{Plan, PlannedFrame, TOOL, changed};
+use super::plan_file::{Plan, PlannedFrame, changed};
 use super::products::{FOLDER, Products, key};
 use super::reduce::{StarFacts, flat_of_plan};
 use crate::config::Config;
@@ -20,7 +20,7 @@ use crate::night::meta::table_meta;
 use crate::night::outputs::{make_folder_of, save};
 use crate::night::pipeline::Options;
 use crate::night::progress::Progress;
-use crate::night::provenance::Provenance;
+use crate::night::provenance::{Provenance, TOOL};
 use crate::night::stages::target_stage;
 use crate::night::survey::Survey;
 use crate::photometry::zeropoint::Zeropoint;
