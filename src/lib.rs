@@ -13,6 +13,7 @@ pub mod error;
 pub mod fetch;
 pub mod file;
 pub mod frames;
+pub mod instant;
 pub mod night;
 pub mod orbit;
 pub mod photometry;

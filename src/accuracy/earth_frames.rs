@@ -18,7 +18,7 @@ use crate::vector::{Itrs, Vector};
 type Matrix = [f64; 9];
 
 /// What Bulletin A may say.
-pub(super) const EOP: EarthOrientation = EarthOrientation { ut1_utc_s: 0.2, xp_arcsec: 0.18, yp_arcsec: 0.24 };
+pub(super) const EOP: EarthOrientation = EarthOrientation { ut1_utc_s: Some(0.2), xp_arcsec: 0.18, yp_arcsec: 0.24 };
 const IDENTITY: Matrix = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 
 /// A matrix times a vector.
@@ -37,7 +37,7 @@ fn polar_motion((t1, t2): TwoPartJd) -> Matrix {
 /// The older chain: precession and nutation of 1976/1980, sidereal time of 1982/1994. It shares no series with that of
 /// 2006, and lacks the 0.02″ by which the axes were tied to the quasars and the corrections found since.
 pub(super) fn iau_1980(epoch: &Epoch) -> Matrix {
-    let ((t1, t2), (u1, u2)) = (tt(epoch), ut1(epoch, EOP.ut1_utc_s));
+    let ((t1, t2), (u1, u2)) = (tt(epoch), ut1(epoch, EOP.ut1_utc_s_at(epoch)));
     let (mut precession_nutation, mut m) = ([0.0; 9], [0.0; 9]);
     erfars::precnutpolar::Pnm80(t1, t2, &mut precession_nutation);
     let sidereal = erfars::rotationtime::Gst94(u1, u2);
@@ -46,7 +46,7 @@ pub(super) fn iau_1980(epoch: &Epoch) -> Matrix {
 }
 
 fn iau_2000b(epoch: &Epoch) -> Matrix {
-    let ((t1, t2), (u1, u2)) = (tt(epoch), ut1(epoch, EOP.ut1_utc_s));
+    let ((t1, t2), (u1, u2)) = (tt(epoch), ut1(epoch, EOP.ut1_utc_s_at(epoch)));
     let [xp, yp] = [EOP.xp_arcsec, EOP.yp_arcsec].map(|a| a / ARCSEC_PER_RAD);
     let mut m = [0.0; 9];
     erfars::precnutpolar::C2t00b(t1, t2, u1, u2, xp, yp, &mut m);
@@ -54,7 +54,7 @@ fn iau_2000b(epoch: &Epoch) -> Matrix {
 }
 
 fn without_nutation(epoch: &Epoch) -> Matrix {
-    let ((t1, t2), (u1, u2)) = (tt(epoch), ut1(epoch, EOP.ut1_utc_s));
+    let ((t1, t2), (u1, u2)) = (tt(epoch), ut1(epoch, EOP.ut1_utc_s_at(epoch)));
     let (mut precession, mut m) = ([0.0; 9], [0.0; 9]);
     erfars::precnutpolar::Pmat06(t1, t2, &mut precession);
     let sidereal = erfars::rotationtime::Gmst06(u1, u2, t1, t2);
@@ -63,7 +63,7 @@ fn without_nutation(epoch: &Epoch) -> Matrix {
 }
 
 fn without_precession(epoch: &Epoch) -> Matrix {
-    let ((t1, t2), (u1, u2)) = (tt(epoch), ut1(epoch, EOP.ut1_utc_s));
+    let ((t1, t2), (u1, u2)) = (tt(epoch), ut1(epoch, EOP.ut1_utc_s_at(epoch)));
     let mut m = [0.0; 9];
     erfars::precnutpolar::C2tcio(&IDENTITY, erfars::rotationtime::Era00(u1, u2), &polar_motion((t1, t2)), &mut m);
     m
@@ -87,7 +87,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
         ("no polar motion", |e, v| {
             gcrs_to_itrs(e, &EarthOrientation { ut1_utc_s: EOP.ut1_utc_s, ..Default::default() }).apply(v)
         }),
-        ("no UT1 - UTC", |e, v| gcrs_to_itrs(e, &EarthOrientation { ut1_utc_s: 0.0, ..EOP }).apply(v)),
+        ("no UT1 - UTC", |e, v| gcrs_to_itrs(e, &EarthOrientation { ut1_utc_s: Some(0.0), ..EOP }).apply(v)),
         ("no nutation", |e, v| turned(&without_nutation(e), v)),
         ("no precession", |e, v| turned(&without_precession(e), v)),
     ];
@@ -124,9 +124,9 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
         error: "arcsec",
         reference: "IAU 2006/2000A with UT1 and polar motion",
         default_because: "the whole chain costs about as much as the lights of one row and leaves no error to think about; IAU \
-                          2000B would do with 0.001 arcsec in a tenth of the time. UT1 and the pole come from \
-                          orbit.ut1_utc_s, orbit.xp_arcsec and orbit.yp_arcsec and are 0 unless given: the lines \"no UT1 - \
-                          UTC\" and \"no polar motion\", far below the error of elements",
+                          2000B would do with 0.001 arcsec in a tenth of the time. UT1 comes from the IERS table of this version (or \
+                          orbit.ut1_utc_s); the pole comes from orbit.xp_arcsec and orbit.yp_arcsec and is 0 unless given: \
+                          the line \"no polar motion\", far below the error of elements",
         series,
     })
 }

@@ -19,7 +19,8 @@ use super::skip::{SWITCHED_OFF, Skip};
 use super::surface::Surface;
 use crate::config::{self, EarthRadius, Effects, Mode, MuArea, Shadow, Source};
 use crate::error::Result;
-use crate::orbit::airmass::airmass;
+use crate::orbit::airmass::{Atmosphere, airmass};
+use crate::orbit::earth::geodetic_height_km;
 use crate::vector::{Itrs, Vector};
 
 /// Square arcseconds in a steradian.
@@ -162,7 +163,7 @@ impl Model {
         }
         let up = vertical(scene, &self.settings);
         let alt_rad = FRAC_PI_2 - up.angle_to(&(scene.satellite_km - scene.observer_km));
-        let airmass = airmass(alt_rad).ok_or_else(|| impossible("extinction below the horizon".into()))?;
+        let airmass = airmass(alt_rad, &atmosphere(scene, &self.settings)).ok_or_else(|| impossible("extinction below the horizon".into()))?;
         Ok(flux_of_mag(self.settings.k_mag_airmass * airmass))
     }
 }
@@ -207,6 +208,13 @@ pub fn light_class(scene: &Scene) -> Result<Illum> {
 /// The satellite is above the plane of the observer's horizon: no refraction, no mountains.
 fn above_horizon(scene: &Scene, settings: &ModelSettings) -> bool {
     (scene.satellite_km - scene.observer_km).dot(&vertical(scene, settings)) > 0.0
+}
+
+/// The standard atmosphere at the observer's height above the ellipsoid; a sphere has no heights: at sea level.
+fn atmosphere(scene: &Scene, settings: &ModelSettings) -> Atmosphere {
+    let sphere = settings.earth_radius_km.is_some() || settings.effects.earth_radius == EarthRadius::Published;
+    let height_km = if sphere { None } else { geodetic_height_km(&scene.observer_km) };
+    Atmosphere::at_height_m(1_000.0 * height_km.unwrap_or(0.0))
 }
 
 /// The observer's vertical: through the centre of a sphere, or the ellipsoid's.

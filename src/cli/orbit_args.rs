@@ -78,7 +78,7 @@ impl OrbitArgs {
                 norad_cat_id: None,
                 max_age_d: from_config.as_ref().map_or(MAX_AGE_D, |o| o.max_age_d),
                 force_age: false,
-                ut1_utc_s: from_config.as_ref().map_or(0.0, |o| o.ut1_utc_s),
+                ut1_utc_s: from_config.as_ref().and_then(|o| o.ut1_utc_s),
                 xp_arcsec: from_config.as_ref().map_or(0.0, |o| o.xp_arcsec),
                 yp_arcsec: from_config.as_ref().map_or(0.0, |o| o.yp_arcsec),
             },

@@ -41,7 +41,9 @@ impl Config {
         self.check_vetting()?;
         if let Some(orbit) = &self.orbit {
             range("orbit.max_age_d", orbit.max_age_d, 0.0, 36_525.0, "d")?;
-            range("orbit.ut1_utc_s", orbit.ut1_utc_s, -1.0, 1.0, "s")?;
+            if let Some(ut1_utc_s) = orbit.ut1_utc_s {
+                range("orbit.ut1_utc_s", ut1_utc_s, -1.0, 1.0, "s")?;
+            }
             range("orbit.xp_arcsec", orbit.xp_arcsec, -2.0, 2.0, "arcsec")?;
             range("orbit.yp_arcsec", orbit.yp_arcsec, -2.0, 2.0, "arcsec")?;
         }

@@ -24,9 +24,9 @@ pub struct Orbit {
     /// Use elements older than `max_age_d`, or contradicted by another set, all the same.
     #[serde(default)]
     pub force_age: bool,
-    /// UT1−UTC \[s\] (IERS Bulletin A); 0 costs up to 10 arcsec on a LEO satellite near zenith.
-    #[serde(default)]
-    pub ut1_utc_s: f64,
+    /// UT1−UTC \[s\] instead of that of the embedded IERS table (1972 to a year after this version).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ut1_utc_s: Option<f64>,
     /// Polar motion x \[arcsec\].
     #[serde(default)]
     pub xp_arcsec: f64,

@@ -1,8 +1,9 @@
-//! Time in and out as text: ISO 8601 UTC with a fixed number of decimals, and MJD(UTC).
+//! Time in and out as text: ISO 8601 with a fixed number of decimals, and MJD(UTC).
 
 use hifitime::{Duration, Epoch, TimeScale, Unit};
 
 use crate::error::{Error, Result};
+use crate::instant;
 
 /// `2025-06-09T10:33:02.500Z` with `decimals` (0 to 9), rounded half up.
 #[must_use]
@@ -29,16 +30,31 @@ pub fn from_mjd_utc(mjd_d: f64) -> Epoch {
     Epoch::from_mjd_utc(mjd_d)
 }
 
-/// Reads `2025-06-11T08:30:00`, with or without fraction and `Z`, as UTC.
+/// Reads a time that a user or a table gives, as [`instant::read`]: UTC unless a zone stands behind it, a date alone is its
+/// 0 h UTC.
 ///
 /// # Errors
-/// [`Error::Config`] naming `key` when the text is not a date and time.
+/// [`Error::Config`] naming `key`, the text, what is wrong with it and what is accepted.
 pub fn parse_utc(key: &str, text: &str) -> Result<Epoch> {
-    let bare = text.trim().trim_end_matches(['Z', 'z']).trim_end_matches(" UTC").replace(' ', "T");
-    Epoch::from_gregorian_str(&format!("{bare} UTC")).map_err(|e| Error::Config {
+    instant::read(text).map(|t| t.epoch).map_err(|problem| not_a_time(key, text, &problem))
+}
+
+/// Reads a date of the calendar without a time of day: year, month, day.
+///
+/// # Errors
+/// As [`parse_utc`].
+pub fn parse_date(key: &str, text: &str) -> Result<(i32, u8, u8)> {
+    instant::read_date(text).map_err(|problem| Error::Config {
         key: key.into(),
-        problem: format!("\"{text}\" is not a UTC time such as 2025-06-11T08:30:00 ({e})"),
+        problem: format!("\"{text}\" is not a date: {problem}; accepted is a date such as 2025-06-11"),
     })
+}
+
+fn not_a_time(key: &str, text: &str, problem: &str) -> Error {
+    Error::Config {
+        key: key.into(),
+        problem: format!("\"{text}\" is not a time: {problem}; {}", instant::ACCEPTED),
+    }
 }
 
 /// Seconds from `a` to `b`.

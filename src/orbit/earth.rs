@@ -4,7 +4,8 @@
 
 use hifitime::Epoch;
 
-use super::time;
+use super::airmass::Atmosphere;
+use super::{time, ut1};
 use crate::config;
 use crate::constants::EARTH_ROTATION_RAD_S;
 use crate::error::{Error, Result};
@@ -17,15 +18,36 @@ const ERFA_WGS84: i32 = 1;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Gcrs {}
 
-/// How the Earth is turned beyond what is computable: IERS Bulletin A. All zero if unknown.
+/// How the Earth is turned beyond what is computable. By default UT1 − UTC of the embedded IERS table
+/// ([`super::ut1`]), and no polar motion.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct EarthOrientation {
-    /// UT1 − UTC \[s\].
-    pub ut1_utc_s: f64,
+    /// UT1 − UTC \[s\]; `None` takes that of the embedded table at each instant.
+    pub ut1_utc_s: Option<f64>,
     /// Polar motion x \[arcsec\].
     pub xp_arcsec: f64,
     /// Polar motion y \[arcsec\].
     pub yp_arcsec: f64,
+}
+
+impl EarthOrientation {
+    /// From `[orbit]`: what it gives, else the table.
+    #[must_use]
+    pub fn from_config(orbit: &config::Orbit) -> Self {
+        Self { ut1_utc_s: orbit.ut1_utc_s, xp_arcsec: orbit.xp_arcsec, yp_arcsec: orbit.yp_arcsec }
+    }
+
+    /// UT1 − UTC at an instant \[s\]: the one given, else that of the table.
+    #[must_use]
+    pub fn ut1_utc_s_at(&self, epoch: &Epoch) -> f64 {
+        self.ut1_utc_s.unwrap_or_else(|| ut1::ut1_utc_s(epoch))
+    }
+
+    /// What to tell the observer about an instant at which UT1 − UTC is neither given nor in the table.
+    #[must_use]
+    pub fn warning(&self, epoch: &Epoch) -> Option<String> {
+        if self.ut1_utc_s.is_some() { None } else { ut1::warning(epoch) }
+    }
 }
 
 /// A rotation, rows first: `out[i] = Σ_j m[3i+j] in[j]`.
@@ -56,7 +78,7 @@ impl<From, To> Rotation<From, To> {
 /// Sidereal time at Greenwich \[rad\], GMST82(UT1): the angle by which [`teme_to_itrs`] turns, polar motion apart.
 #[must_use]
 pub fn sidereal_rad(epoch: &Epoch, eop: &EarthOrientation) -> f64 {
-    let (u1, u2) = time::ut1(epoch, eop.ut1_utc_s);
+    let (u1, u2) = time::ut1(epoch, eop.ut1_utc_s_at(epoch));
     erfars::rotationtime::Gmst82(u1, u2)
 }
 
@@ -90,7 +112,7 @@ pub fn teme_to_itrs(epoch: &Epoch, eop: &EarthOrientation) -> Rotation<Teme, Itr
 /// 75 µs; IAU 2000B would take 7 and be off by 0.001″ (`satphot accuracy earth-frames`).
 #[must_use]
 pub fn gcrs_to_itrs(epoch: &Epoch, eop: &EarthOrientation) -> Rotation<Gcrs, Itrs> {
-    let ((t1, t2), (u1, u2)) = (time::tt(epoch), time::ut1(epoch, eop.ut1_utc_s));
+    let ((t1, t2), (u1, u2)) = (time::tt(epoch), time::ut1(epoch, eop.ut1_utc_s_at(epoch)));
     let (xp, yp) = polar_motion_rad(eop);
     let mut m = [0.0; 9];
     erfars::precnutpolar::C2t06a(t1, t2, u1, u2, xp, yp, &mut m);
@@ -167,6 +189,12 @@ impl Site {
             })?;
         let position_km = Vector::new(x, y, z) * 1e-3;
         Ok(Self { lat_rad, lon_rad, height_km: alt_m / 1_000.0, position_km })
+    }
+
+    /// The standard atmosphere at the height of the site.
+    #[must_use]
+    pub fn atmosphere(&self) -> Atmosphere {
+        Atmosphere::at_height_m(1_000.0 * self.height_km)
     }
 
     /// Position \[km\].
@@ -267,7 +295,7 @@ mod tests {
     #[test]
     fn rotations_keep_lengths_and_undo_themselves_and_both_frames_spin_alike() {
         let (epoch, later) = (Epoch::from_mjd_utc(60_835.4), Epoch::from_mjd_utc(60_835.5));
-        let eop = EarthOrientation { ut1_utc_s: 0.05, xp_arcsec: 0.1, yp_arcsec: 0.4 };
+        let eop = EarthOrientation { ut1_utc_s: Some(0.05), xp_arcsec: 0.1, yp_arcsec: 0.4 };
         let v = Vector::<Teme>::new(1.0, 2.0, 3.0);
         let r = teme_to_itrs(&epoch, &eop);
         assert!((r.undo(&r.apply(&v)) - v).norm() < 1e-14);

@@ -41,7 +41,7 @@ pub struct Geometry {
     /// Direction of that motion on the sky, a unit vector at right angles to the line of sight (star trails run
     /// opposite); zero in the singular case of no motion.
     pub motion_enu: Vector<Enu>,
-    /// Airmass (Kasten & Young 1989); `None` below the horizon.
+    /// Airmass (Kasten & Young 1989 at the refracted altitude); `None` below the horizon.
     pub airmass: Option<f64>,
     /// Angle Sun-satellite-observer \[rad\]; 0 = full.
     pub phase_angle_rad: f64,
@@ -135,7 +135,7 @@ pub fn geometry(
         rate_rad_s: sight.cross(&v_rel).norm() / range_km,
         az_rate_rad_s: az_rate_rad_s(&site.to_enu(&line), &site.to_enu(&v_ground)),
         motion_enu: site.to_enu(&motion),
-        airmass: airmass(alt_rad),
+        airmass: airmass(alt_rad, &site.atmosphere()),
         phase_angle_rad: (sky.sun_itrs_km - satellite).angle_to(&(observer - satellite)),
         sun_alt_rad,
         sun_az_rad,

@@ -15,8 +15,9 @@ pub mod sky;
 pub mod time;
 pub mod tle;
 pub mod tracker;
+pub mod ut1;
 
-pub use airmass::{airmass, airmass_pickering2002};
+pub use airmass::{Atmosphere, airmass, airmass_pickering2002};
 pub use earth::{EarthOrientation, Site};
 pub use elements::{Elements, check_age, element_names, elements_from_bytes, nearest, read_elements};
 pub use geometry::Geometry;

@@ -7,6 +7,7 @@ use serde_json::{Map, Value};
 
 use super::elements::Elements;
 use super::tle::Problem;
+use crate::instant::{self, Instant};
 
 /// Keys that do not enter the orbit, with what stands for a missing one.
 const BOOKKEEPING: [(&str, &str); 6] = [
@@ -159,11 +160,19 @@ fn first_bad_number(map: &Map<String, Value>) -> Option<String> {
     })
 }
 
-/// `YYYY-MM-DDTHH:MM:SS.f` from any epoch CCSDS allows: trailing Z, blank for T, day of year, no fraction.
+/// `YYYY-MM-DDTHH:MM:SS.f` from any epoch CCSDS allows: trailing Z, blank for T, day of year, no fraction; and from one with
+/// an offset from UTC.
 fn canonical_epoch(text: &str) -> Result<String, String> {
     let bad = || format!("\"{text}\" is not an ISO date and time");
+    let is_utc = text.ends_with(['Z', 'z']);
+    if let Ok(Instant { epoch, has_zone: true, is_date_only: false }) = instant::read(text)
+        && !is_utc
+    {
+        let (y, mo, d, h, mi, s, ns) = epoch.to_gregorian_utc();
+        return Ok(format!("{y:04}-{mo:02}-{d:02}T{h:02}:{mi:02}:{s:02}.{ns:09}"));
+    }
     let (date, clock) =
-        text.trim_end_matches(['Z', 'z']).trim_end_matches("+00:00").split_once(['T', ' ']).ok_or_else(bad)?;
+        text.trim_end_matches(['Z', 'z']).split_once(['T', ' ']).ok_or_else(bad)?;
     let fields: Vec<&str> = date.split('-').collect();
     let date = match fields[..] {
         [_, _, _] => date.to_owned(),

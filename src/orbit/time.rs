@@ -28,6 +28,18 @@ pub fn ut1(epoch: &Epoch, ut1_utc_s: f64) -> TwoPartJd {
     (day, fraction + ut1_utc_s / 86_400.0)
 }
 
+/// Modified Julian Date of UTC \[d\].
+#[must_use]
+pub fn mjd_utc_d(epoch: &Epoch) -> f64 {
+    epoch.to_mjd_utc_days()
+}
+
+/// The date of an MJD (UTC), `2025-06-09`, for messages.
+#[must_use]
+pub fn date_text(mjd_d: f64) -> String {
+    utc_text(&Epoch::from_mjd_utc(mjd_d)).chars().take(10).collect()
+}
+
 /// Elapsed (SI) time from `from` to `to` \[d\]; leap seconds in between are counted.
 #[must_use]
 pub fn days_between(from: &Epoch, to: &Epoch) -> f64 {

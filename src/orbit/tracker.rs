@@ -35,8 +35,7 @@ impl Tracker {
     /// Those of [`read_elements`]; [`Error::Orbit`] for several objects and no number, or elements SGP4 refuses.
     pub fn from_config(orbit: &config::Orbit, site: &config::Site) -> Result<Self> {
         let sets = read_elements(&orbit.elements)?;
-        let eop =
-            EarthOrientation { ut1_utc_s: orbit.ut1_utc_s, xp_arcsec: orbit.xp_arcsec, yp_arcsec: orbit.yp_arcsec };
+        let eop = EarthOrientation::from_config(orbit);
         let tracker = Self::new(sets, orbit.norad_cat_id, Site::from_config(site)?, eop)?;
         Ok(Self { max_age_d: orbit.max_age_d, force_age: orbit.force_age, ..tracker })
     }
@@ -140,7 +139,7 @@ impl Tracker {
         let refuted = self.refuted.iter().find(|(at, _)| nearer(at)).map(|(_, why)| {
             format!("{why}: the first is not used, its neighbours agree with each other and not with it")
         });
-        let warnings: Vec<String> = [age, doubt, refuted, self.propagators[i].caveat()].into_iter().flatten().collect();
+        let warnings: Vec<String> = [age, doubt, refuted, self.propagators[i].caveat(), self.eop.warning(epoch)].into_iter().flatten().collect();
         (!warnings.is_empty()).then(|| warnings.join("; "))
     }
 

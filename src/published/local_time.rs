@@ -5,6 +5,7 @@
 
 use hifitime::Epoch;
 
+use crate::instant;
 use crate::night::clock::shifted;
 
 /// What is accepted as a zone, for messages.
@@ -40,6 +41,12 @@ impl Zone {
 
     /// The instant of a local date and time.
     pub fn to_utc(self, text: &str) -> Result<Epoch, String> {
+        // a time that names its own zone is of that zone
+        if let Ok(given) = instant::read(text)
+            && given.has_zone
+        {
+            return Ok(given.epoch);
+        }
         let civil = civil(text)?;
         let as_utc = epoch(civil).ok_or_else(|| format!("\"{text}\" is no date of the calendar"))?;
         let minutes = match self {

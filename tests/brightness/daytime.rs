@@ -198,7 +198,7 @@ fn altitude_and_azimuth_of_every_daytime_row_follow_from_the_elements() {
                 norad_cat_id: Some(norad),
                 max_age_d: 14.0,
                 force_age: false,
-                ut1_utc_s: 0.0,
+                ut1_utc_s: None,
                 xp_arcsec: 0.0,
                 yp_arcsec: 0.0,
             };

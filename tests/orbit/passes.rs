@@ -104,7 +104,7 @@ fn daytime_satellites_stand_where_the_telescope_found_them() {
     let sets = read_elements(&orbits).unwrap();
     let site = || Site::new(-33.7703, 151.1112, 70.0).unwrap();
     // UT1−UTC of 2024-01-18..29 (IERS). The file's computation has it, too, and no polar motion.
-    let eop = EarthOrientation { ut1_utc_s: 0.0059, ..Default::default() };
+    let eop = EarthOrientation { ut1_utc_s: Some(0.0059), ..Default::default() };
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_path(table).unwrap();
     let header = reader.headers().unwrap().clone();
     let column = |name: &str| header.iter().position(|h| h == name).unwrap();
@@ -156,7 +156,7 @@ fn the_authors_own_tables_are_met_to_2_millidegrees_in_altitude_and_6_5_in_azimu
         let site = Site::new(-33.7703, 151.1112, 70.0).unwrap();
         let sets = read_elements(&orbits).unwrap();
         // UT1−UTC of those days (IERS)
-        let eop = EarthOrientation { ut1_utc_s: 0.0059, ..Default::default() };
+        let eop = EarthOrientation { ut1_utc_s: Some(0.0059), ..Default::default() };
         let tracker = Tracker::new(sets, Some(norad), site, eop).unwrap();
         let mut reader = csv::Reader::from_path(table).unwrap();
         let header = reader.headers().unwrap().clone();
@@ -377,7 +377,7 @@ const ASTROPY: [Horizon; 4] = [
 #[test]
 fn sun_moon_and_satellite_stand_on_the_horizon_where_astropy_puts_them() {
     for (text, [ut1_utc_s, xp_arcsec, yp_arcsec], expected) in ASTROPY {
-        let eop = EarthOrientation { ut1_utc_s, xp_arcsec, yp_arcsec };
+        let eop = EarthOrientation { ut1_utc_s: Some(ut1_utc_s), xp_arcsec, yp_arcsec };
         let e = Elements::from_tle(ISS[0], ISS[1], ISS[2]).unwrap();
         let g = Tracker::new(vec![e], None, macquarie(), eop).unwrap().at(&utc(text)).unwrap();
         let got =
@@ -421,7 +421,7 @@ fn a_tracker_from_the_configuration_keeps_its_age_limit_and_names_a_missing_file
         norad_cat_id: None,
         max_age_d: 3.0,
         force_age: false,
-        ut1_utc_s: 0.0,
+        ut1_utc_s: None,
         xp_arcsec: 0.0,
         yp_arcsec: 0.0,
     };

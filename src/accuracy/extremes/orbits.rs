@@ -5,7 +5,7 @@ use hifitime::{Duration, Epoch};
 use super::{Extreme, absolute, holds, known_limit, or_wrong, refused, relative};
 use crate::error::Result;
 use crate::orbit::time::days_between;
-use crate::orbit::{EarthOrientation, Elements, Propagator, Site, Tracker, airmass::airmass, check_age};
+use crate::orbit::{Atmosphere, EarthOrientation, Elements, Propagator, Site, Tracker, airmass::airmass, check_age};
 
 const AREA: &str = "orbit";
 /// The ISS of 2025-06-08 (CelesTrak).
@@ -44,13 +44,14 @@ pub(super) fn cases() -> Vec<Extreme> {
         let case = format!("an observer at latitude {lat_deg}");
         all.push(or_wrong(AREA, &case, pole(&case, lat_deg)));
     }
-    all.push(absolute(AREA, "airmass at the zenith", 1.0, airmass(90f64.to_radians()).unwrap_or(f64::NAN), 5e-4));
+    let air = Atmosphere::at_height_m(0.0);
+    all.push(absolute(AREA, "airmass at the zenith", 1.0, airmass(90f64.to_radians(), &air).unwrap_or(f64::NAN), 5e-4));
     all.push(holds(
         AREA,
         "airmass below the horizon",
         "none",
-        airmass(-0.01).is_none(),
-        format!("{:?}", airmass(-0.01)),
+        airmass(-0.01, &air).is_none(),
+        format!("{:?}", airmass(-0.01, &air)),
     ));
     all.push(refused(AREA, "a site at latitude 91", "lat", Site::new(91.0, 0.0, 0.0)));
     all

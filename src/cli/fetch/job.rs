@@ -11,7 +11,7 @@ use satphot::fetch::{
     fields_of_night, one_query_each,
 };
 use satphot::file::write_atomic;
-use satphot::night::clock::{iso_utc, parse_utc};
+use satphot::night::clock::{iso_utc, parse_utc, shifted};
 use satphot::night::survey::{Survey, survey};
 use satphot::orbit::{element_names, nearest, read_elements};
 use satphot::photometry::catalogue::Catalogue;
@@ -115,8 +115,10 @@ impl Job<'_> {
     /// The moment elements are for, and what told it.
     fn moment(&self) -> anyhow::Result<(Epoch, &'static str)> {
         if let Some(date) = &self.verb.date {
-            let text = if date.contains(['T', ' ']) { date.clone() } else { format!("{date}T12:00:00") };
-            return Ok((parse_utc("--date", &text)?, "--date"));
+            let at = parse_utc("--date", date)?;
+            // a date alone means its noon: elements of either side of it serve
+            let is_date_only = satphot::instant::read(date).is_ok_and(|t| t.is_date_only && !t.has_zone);
+            return Ok((if is_date_only { shifted(at, 43_200.0) } else { at }, "--date"));
         }
         let Some(config) = self.config else { return Ok((*self.desk.now(), "now")) };
         if let Ok(survey) = survey(config, &[], &[]) {

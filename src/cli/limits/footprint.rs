@@ -4,6 +4,7 @@ use std::cell::RefCell;
 use std::path::PathBuf;
 
 use clap::Args;
+use hifitime::Epoch;
 use satphot::Error;
 use satphot::brightness::lamps::LampSettings;
 use satphot::brightness::{Attitude, Band, Scene};
@@ -182,13 +183,13 @@ impl Footprint {
         if self.csv {
             print(&csv_text(&table)?);
         } else {
-            print(&self.beam_text(&site, tracker.is_some())?);
+            print(&self.beam_text(&site, start, tracker.is_some())?);
             for (name, all) in &found {
                 print(&self.lamp_text(name, all, &utc));
             }
         }
         if let Some(path) = &self.out {
-            write_footprint(path, &table, &self.meta(&site))?;
+            write_footprint(path, &table, &self.meta(&site, start))?;
             if !self.quiet {
                 tell(&format!("wrote {}", path.display()));
             }
@@ -230,7 +231,7 @@ impl Footprint {
         Ok(attitude)
     }
 
-    fn meta(&self, site: &satphot::config::Site) -> Meta {
+    fn meta(&self, site: &satphot::config::Site, start: Epoch) -> Meta {
         let number = MetaValue::Number;
         let mut meta = Meta::default();
         meta.push("schema", "satphot.footprint/1");
@@ -238,7 +239,7 @@ impl Footprint {
         meta.push("time_scale", "UTC");
         let fields = [("lat_deg", site.lat_deg), ("lon_deg", site.lon_deg), ("alt_m", site.alt_m)];
         meta.push("site", MetaValue::Map(fields.map(|(key, value)| (key.to_string(), number(value))).to_vec()));
-        meta.push("start", self.start.as_str());
+        meta.push("start", iso_utc(start, 0));
         meta.push("hours", number(self.hours));
         meta.push("area_m2", number(self.area_m2));
         meta.push("reflectance", number(self.reflectance));
@@ -253,7 +254,12 @@ impl Footprint {
     }
 
     /// The beam itself, and the chance of meeting it.
-    fn beam_text(&self, site: &satphot::config::Site, from_elements: bool) -> anyhow::Result<String> {
+    fn beam_text(
+        &self,
+        site: &satphot::config::Site,
+        start: Epoch,
+        from_elements: bool,
+    ) -> anyhow::Result<String> {
         let divergence_rad = self.divergence_deg.to_radians();
         if from_elements {
             return Ok(format!("beam of {} deg; orbit by elements\n", self.divergence_deg));
@@ -276,7 +282,7 @@ impl Footprint {
             self.inclination_deg,
             self.node_deg,
             self.phase_deg,
-            self.start,
+            iso_utc(start, 0),
         ))
     }
 

@@ -84,7 +84,7 @@ impl Ground {
             norad_cat_id: self.norad,
             max_age_d: MAX_AGE_D,
             force_age: self.force,
-            ut1_utc_s: 0.0,
+            ut1_utc_s: None,
             xp_arcsec: 0.0,
             yp_arcsec: 0.0,
         };

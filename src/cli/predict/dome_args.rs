@@ -71,8 +71,7 @@ pub fn site_of(given: Option<config::Site>, config: Option<&config::Config>) -> 
 pub fn first_moment(date: Option<&str>, start: Option<&str>) -> anyhow::Result<Epoch> {
     match (start, date) {
         (Some(start), _) => Ok(parse_utc("--start", start)?),
-        (None, Some(date)) if date.len() == 10 => Ok(parse_utc("--date", &format!("{date}T00:00:00"))?),
-        (None, Some(date)) => Err(bad("--date", format!("\"{date}\" is not a date such as 2025-06-11"))),
+        (None, Some(date)) => Ok(parse_utc("--date", date)?),
         (None, None) => Err(bad("--date", "give a date (UTC), or --start with a moment".into())),
     }
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use satphot::brightness::{Brdf, ModelSettings, Satellite, ToleranceOf};
 use satphot::config::{Config, Mode};
+use satphot::night::clock::parse_date;
 use satphot::night::predict::dome::Dome;
 use satphot::night::predict::month::{MonthSatellite, Night, TrackedLimits, days_in_month, nights, predict_month};
 use satphot::night::predict::prediction_meta;
@@ -212,24 +213,15 @@ impl Month {
     }
 
     fn nights(&self, offset_h: f64) -> anyhow::Result<Vec<Night>> {
-        let part = |text: &str, at: std::ops::Range<usize>| text.get(at).and_then(|t| t.parse::<u16>().ok());
-        let wrong = |key: &str, text: &str, like: &str| bad(key, format!("\"{text}\" is not {like}"));
         if let Some(text) = &self.month {
-            let (year, month) = match (text.len(), part(text, 0..4), part(text, 5..7)) {
-                (7, Some(year), Some(month)) => (i32::from(year), month.min(99) as u8),
-                _ => return Err(wrong("--month", text, "a month such as 2025-06")),
-            };
+            let (year, month, first) = satphot::instant::read_date(&format!("{}-01", text.trim())).map_err(|problem| {
+                bad("--month", format!("\"{text}\" is not a month: {problem}; accepted is a month such as 2025-06"))
+            })?;
             let n = days_in_month(year, month)?;
-            return Ok(nights((year, month, 1), self.nights.unwrap_or(n), offset_h)?);
+            return Ok(nights((year, month, first), self.nights.unwrap_or(n), offset_h)?);
         }
-        let text = self.date.as_deref().unwrap_or_default();
-        match (text.len(), part(text, 0..4), part(text, 5..7), part(text, 8..10)) {
-            (10, Some(year), Some(month), Some(day)) => {
-                let date = (i32::from(year), month.min(99) as u8, day.min(99) as u8);
-                Ok(nights(date, self.nights.unwrap_or(30), offset_h)?)
-            }
-            _ => Err(wrong("--date", text, "a date such as 2025-06-11")),
-        }
+        let date = parse_date("--date", self.date.as_deref().unwrap_or_default())?;
+        Ok(nights(date, self.nights.unwrap_or(30), offset_h)?)
     }
 
     fn model_of(&self, name: &str, mode: Mode, config: Option<&Config>) -> anyhow::Result<satphot::config::Model> {

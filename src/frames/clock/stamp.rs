@@ -9,6 +9,7 @@ use hifitime::{Epoch, TimeScale, Unit};
 
 use crate::error::{Error, Result};
 use crate::frames::cards::{Header, parse_number};
+use crate::instant;
 
 /// An instant and the last digit of its stamp.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,15 +80,15 @@ pub(super) fn parse_time_after(start: &str, time: &str, scale: TimeScale) -> std
 }
 
 /// `yyyy-mm-ddThh:mm:ss[.f][Z]`, also with a space, `yyyy/mm/dd`, or `dd/mm/yy` before the time; a zone such as `+10:00`
-/// is taken off. Second 60 is a leap second at 23:59 and a rounded 59.999 elsewhere.
+/// is taken off. Second 60 is a leap second where there was one and a rounded 59.999 elsewhere.
 pub(super) fn parse(text: &str, scale: TimeScale) -> std::result::Result<Stamp, String> {
     let text = text.trim();
     let text = text.strip_suffix("UTC").unwrap_or(text).trim_end();
     let (date, time) = text.split_once(['T', ' ']).ok_or("no time of day")?;
     let (year, month, day) = parse_date(date)?;
     let time = time.trim().trim_end_matches(['Z', 'z']);
-    let (time, zone) = match time.rfind(['+', '-']) {
-        Some(at) => (time[..at].trim_end(), Some(parse_zone(&time[at..])?)),
+    let (time, zone) = match time.rfind(['+', '-', '−']) {
+        Some(at) => (time[..at].trim_end(), Some(f64::from(instant::offset_min(&time[at..])?) / 60.0)),
         None => (time, None),
     };
     let mut parts = time.split(':');
@@ -106,7 +107,12 @@ pub(super) fn parse(text: &str, scale: TimeScale) -> std::result::Result<Stamp, 
     let (hour, minute) = (whole(h, 23).ok_or("hour outside 0 to 23")?, whole(m, 59).ok_or("minute outside 0 to 59")?);
     let second = whole(second, 60).ok_or("second outside 0 to 60")?;
     let mut remark = zone.map(|_| "a time zone was taken off").or(date.contains('/').then_some(SLASHES));
-    let leap = second == 60 && scale == TimeScale::UTC && (hour, minute) == (23, 59);
+    let no_date = || format!("{year}-{month:02}-{day:02} is not a date");
+    let zone_h = zone.unwrap_or(0.0);
+    let leap = second == 60 && scale == TimeScale::UTC && {
+        let begins = Epoch::maybe_from_gregorian(year, month, day, hour, minute, 0, 0, scale).map_err(|_| no_date())?;
+        instant::has_leap_second(&(begins - zone_h * Unit::Hour))
+    };
     if leap {
         remark = Some("a leap second; the tables count it as the second before, so the time is known to 1 s only");
     } else if second == 60 {
@@ -121,31 +127,15 @@ pub(super) fn parse(text: &str, scale: TimeScale) -> std::result::Result<Stamp, 
     }
     let nanos: u32 = nanos_text.parse().map_err(|_| "fraction of a second")?;
     let epoch = Epoch::maybe_from_gregorian(year, month, day, hour, minute, second.min(59), nanos, scale)
-        .map_err(|_| format!("{year}-{month:02}-{day:02} is not a date"))?;
+        .map_err(|_| no_date())?;
     let epoch = epoch.to_time_scale(TimeScale::TAI) + i64::from(second == 60) * Unit::Second;
-    let epoch = epoch - zone.unwrap_or(0.0) * Unit::Hour;
+    let epoch = epoch - zone_h * Unit::Hour;
     let resolution_s = if leap { 1.0 } else { 10f64.powi(-(fraction.len().min(9) as i32)) };
     Ok(Stamp { epoch, resolution_s, remark })
 }
 
 /// Day, month, year: the standard of the last century.
 const SLASHES: &str = "read as day/month/year, which FITS gave up in 1999";
-
-/// `+10:00`, `-0330` or `+10` \[h\].
-fn parse_zone(text: &str) -> std::result::Result<f64, String> {
-    let wrong = || format!("'{text}' is not a time zone");
-    let digits: String = text[1..].chars().filter(|c| *c != ':').collect();
-    if !matches!(digits.len(), 2 | 4) || !digits.bytes().all(|b| b.is_ascii_digit()) {
-        return Err(wrong());
-    }
-    let hours: f64 = digits[..2].parse().map_err(|_| wrong())?;
-    let minutes: f64 = digits.get(2..).filter(|m| !m.is_empty()).unwrap_or("0").parse().map_err(|_| wrong())?;
-    if hours > 14.0 || minutes >= 60.0 {
-        return Err(wrong());
-    }
-    let size = hours + minutes / 60.0;
-    Ok(if text.starts_with('-') { -size } else { size })
-}
 
 fn parse_date(date: &str) -> std::result::Result<(i32, u8, u8), String> {
     let separator = if date.contains('/') { '/' } else { '-' };

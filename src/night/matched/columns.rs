@@ -5,7 +5,7 @@
 use crate::constants::MAG_PER_LN;
 use crate::error::{Error, Result};
 use crate::night::clock::{mjd_utc, parse_utc};
-use crate::orbit::airmass::airmass;
+use crate::orbit::airmass::{Atmosphere, airmass};
 use crate::photometry::table::{Row, Table};
 use crate::report::StarRow;
 
@@ -262,7 +262,12 @@ impl Columns {
     ///
     /// # Errors
     /// Why the row cannot enter the fit, without numbers, so that it can be counted.
-    pub fn star(&self, row: &Row, table: &Table) -> (StarRow, std::result::Result<(), &'static str>) {
+    pub fn star(
+        &self,
+        row: &Row,
+        table: &Table,
+        atmosphere: &Atmosphere,
+    ) -> (StarRow, std::result::Result<(), &'static str>) {
         let value = |cell: Option<Cell>| cell.and_then(|c| c.number(row));
         let error = |cell: Option<Cell>| value(cell).filter(|e| *e > 0.0 && *e < 9.99);
         let mag = |cell: Cell| cell.number(row).filter(|m| m.abs() < 90.0);
@@ -282,7 +287,7 @@ impl Columns {
             ..StarRow::default()
         };
         star.alt_deg = value(self.altitude).filter(|a| (0.0..=90.0).contains(a));
-        star.airmass = value(self.airmass).filter(|x| *x < 100.0).or_else(|| airmass(star.alt_deg?.to_radians()));
+        star.airmass = value(self.airmass).filter(|x| *x < 100.0).or_else(|| airmass(star.alt_deg?.to_radians(), atmosphere));
         let inst_err = value(self.inst_err).filter(|e| *e > 0.0);
         let mut problem = Ok(());
         match self.inst {

@@ -17,6 +17,7 @@ use crate::night::meta::table_meta;
 use crate::night::outputs::save;
 use crate::night::provenance::Provenance;
 use crate::night::zeropoint::fit_rows;
+use crate::orbit::Atmosphere;
 use crate::photometry::table::{Row, Table};
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::{MetaValue, StarRow, write_stars};
@@ -97,6 +98,7 @@ pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
         notes: table.notes.iter().chain(&columns.notes).cloned().collect(),
         table: request.table.display().to_string(),
     };
+    let atmosphere = Atmosphere::at_height_m(config.site.alt_m);
     let (mut usable, mut lost) = (Vec::new(), Vec::new());
     let mut leave_out = |line: usize, star: StarRow, reason: &str| {
         *out.left_out.entry(reason.to_owned()).or_default() += 1;
@@ -111,7 +113,7 @@ pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
                 let star = StarRow { star_id: table.place(&row), ..StarRow::default() };
                 leave_out(row.line, star, "damaged row");
             }
-            Ok(()) => match columns.star(&row, &table) {
+            Ok(()) => match columns.star(&row, &table, &atmosphere) {
                 (star, Err(reason)) => leave_out(row.line, star, reason),
                 (star, Ok(())) if seen.again(&row, &star, &columns, &table) => {
                     n_again += 1;

@@ -200,7 +200,7 @@ pub fn measure_member(exposure: &Exposure, bench: &Bench, catalogue: &Catalogue)
             match_px: nearest.as_ref().map(|n| n.distance_px),
             alt_rad,
             az_rad,
-            airmass: airmass(alt_rad),
+            airmass: airmass(alt_rad, &bench.site.atmosphere()),
         });
         claims.push(nearest.map(|n| n.source));
     }

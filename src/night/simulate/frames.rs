@@ -241,7 +241,7 @@ impl Studio<'_> {
             for star in &stars {
                 let Some((x_px, y_px)) = true_wcs.sky_to_pixel(star.ra_deg, star.dec_deg) else { continue };
                 let (alt, _) = icrs_to_altaz(&self.site, &self.eop, &mid, star.ra_deg, star.dec_deg);
-                let Some(airmass) = airmass(alt) else { continue };
+                let Some(airmass) = airmass(alt, &self.site.atmosphere()) else { continue };
                 let rate = rate_e_s(&s.photometric, star.v_mag + cloud, star.b_v_mag, airmass);
                 add_star(&mut image, &psf, x_px, y_px, rate * p.exptime_s);
                 let inside = x_px > -0.5

@@ -194,7 +194,7 @@ impl Studio<'_> {
             norad_cat_id: self.scenario.target.norad_cat_id,
             max_age_d: 14.0,
             force_age: false,
-            ut1_utc_s: 0.0,
+            ut1_utc_s: None,
             xp_arcsec: 0.0,
             yp_arcsec: 0.0,
         }
