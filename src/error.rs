@@ -10,8 +10,8 @@ use std::path::PathBuf;
 #[non_exhaustive]
 pub enum Error {
     // --- fix the configuration (exit code 2)
-    /// A key or a value of the configuration is wrong.
-    #[error("configuration: {key}: {problem}")]
+    /// A key or a value of the configuration, or an argument of the command line (whose name begins with `--`), is wrong.
+    #[error("{}{key}: {problem}", if is_option(key) { "" } else { "configuration: " })]
     Config {
         /// Dotted key, e.g. `photometry.clip_radius_px`.
         key: String,
@@ -172,6 +172,11 @@ impl Error {
     pub fn io(path: impl Into<PathBuf>, source: std::io::Error) -> Self {
         Error::Io { path: path.into(), source }
     }
+}
+
+/// Whether a key is an option of the command line, not one of the configuration.
+fn is_option(key: &str) -> bool {
+    key.starts_with('-')
 }
 
 /// The result of everything that can stop a night.

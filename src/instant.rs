@@ -41,7 +41,8 @@ pub fn read(text: &str) -> Result<Instant, String> {
     if is_date_only && clock_text.len() < rest.len() {
         return Err("no time of day stands after the T".into());
     }
-    let zone_at = clock_text.find(|c: char| !(c.is_ascii_digit() || matches!(c, ':' | '.' | ','))).unwrap_or(clock_text.len());
+    let zone_at =
+        clock_text.find(|c: char| !(c.is_ascii_digit() || matches!(c, ':' | '.' | ','))).unwrap_or(clock_text.len());
     let (clock_text, zone_text) = if is_date_only { ("00:00", clock_text) } else { clock_text.split_at(zone_at) };
     let (hour, minute, second, nanos) = clock(clock_text)?;
     let zone_text = zone_text.trim();

@@ -163,7 +163,8 @@ impl Model {
         }
         let up = vertical(scene, &self.settings);
         let alt_rad = FRAC_PI_2 - up.angle_to(&(scene.satellite_km - scene.observer_km));
-        let airmass = airmass(alt_rad, &atmosphere(scene, &self.settings)).ok_or_else(|| impossible("extinction below the horizon".into()))?;
+        let airmass = airmass(alt_rad, &atmosphere(scene, &self.settings))
+            .ok_or_else(|| impossible("extinction below the horizon".into()))?;
         Ok(flux_of_mag(self.settings.k_mag_airmass * airmass))
     }
 }

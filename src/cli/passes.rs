@@ -1,17 +1,22 @@
 //! `satphot passes`: when a satellite can be seen, and by which light.
 
 use clap::Args;
+use hifitime::Epoch;
 use satphot::brightness::light_class;
 use satphot::night::clock::{iso_utc, parse_utc, shifted};
 use satphot::night::compare::scene;
 use satphot::night::light_class::{PaperLabel, SkyClass, classes};
-use satphot::orbit::{PassEvent, Tracker, passes};
+use satphot::orbit::{PassEvent, Tracker, WholePass, whole_passes};
 use satphot::report::summary::text_table;
 
 use super::orbit_args::{OrbitArgs, bad};
 use super::{print, tell};
 
 const AFTER_HELP: &str = "\
+A pass of which a part lies in the window is listed whole; the column \"outside the window\" names which of rise,
+culmination and set lie before --start or after the end. A satellite that neither rises nor sets (geostationary) has no
+culmination: its cells are empty, and a note says so.
+
 light: what reaches the satellite at rise, culmination and set. sky: where the Sun stands at culmination. The paper's label
 goes by the light on the satellite: day with the Sun up, twilight if sunlight reaches the satellite at any of the three
 moments (or the sky is not yet dark), else night.
@@ -25,7 +30,7 @@ Example:
 pub struct Passes {
     #[command(flatten)]
     orbit: OrbitArgs,
-    /// First moment, UTC, e.g. 2025-06-10T06:00:00
+    /// First moment, e.g. 2025-06-10T06:00:00 (UTC), or with a zone: 2025-06-10T16:00:00+10:00
     #[arg(long, value_name = "UTC")]
     start: String,
     /// Length of the search [h]
@@ -58,76 +63,116 @@ impl Passes {
         if let Some(warning) = tracker.age_warning(&shifted(start, self.hours * 1800.0)) {
             tell(&format!("note: {warning}"));
         }
-        let found = passes(&tracker, &start, &end, self.min_alt.to_radians())?;
-        let header = [
-            "rise (UTC)",
-            "culmination (UTC)",
-            "set (UTC)",
-            "az rise",
-            "alt max",
-            "az max",
-            "az set",
-            "range km",
-            "sun alt",
-            "moon alt",
-            "moon %",
-            "light",
-            "sky",
-            "paper's label",
-        ];
-        let mut rows = Vec::new();
-        for pass in &found {
-            let (mut lights, mut labels) = (Vec::new(), Vec::new());
-            for event in [&pass.rise, &pass.culmination, &pass.set] {
-                let light = light_class(&scene(&event.geometry))?.to_string();
-                labels.push(classes(&event.geometry)?.1);
-                if lights.last() != Some(&light) {
-                    lights.push(light);
-                }
-            }
-            let deg = |rad: f64| format!("{:.1}", rad.to_degrees());
-            let utc = |e: &PassEvent| iso_utc(e.epoch, 0);
-            rows.push(vec![
-                utc(&pass.rise),
-                utc(&pass.culmination),
-                utc(&pass.set),
-                deg(pass.rise.az_rad),
-                deg(pass.culmination.alt_rad),
-                deg(pass.culmination.az_rad),
-                deg(pass.set.az_rad),
-                format!("{:.1}", pass.culmination.range_km),
-                deg(pass.culmination.sun_alt_rad),
-                deg(pass.culmination.moon_alt_rad),
-                format!("{:.0}", 100.0 * pass.culmination.geometry.moon_illum_frac),
-                lights.join(">"),
-                SkyClass::of_sun_alt(pass.culmination.sun_alt_rad.to_degrees()).to_string(),
-                PaperLabel::of_pass(labels).map_or(String::new(), |l| l.to_string()),
-            ]);
-        }
+        let window = (start, end);
+        let found = whole_passes(&tracker, &window.0, &window.1, self.min_alt.to_radians())?;
+        let rows = found.iter().map(|pass| row(pass, window)).collect::<anyhow::Result<Vec<_>>>()?;
+        let notes: Vec<String> = found.iter().map(|pass| note(pass, self.min_alt)).collect();
         if self.csv {
-            let names = [
-                "rise_utc",
-                "culmination_utc",
-                "set_utc",
-                "rise_az_deg",
-                "max_alt_deg",
-                "max_az_deg",
-                "set_az_deg",
-                "range_km",
-                "sun_alt_deg",
-                "moon_alt_deg",
-                "moon_illum_pct",
-                "illum",
-                "sky_class",
-                "paper_label",
-            ];
-            print(&format!("{}\n", names.join(",")));
-            rows.iter().for_each(|r| print(&format!("{}\n", r.join(","))));
-        } else if rows.is_empty() {
+            print(&format!("{},note\n", NAMES.join(",")));
+            rows.iter().zip(&notes).for_each(|(r, note)| print(&format!("{},{note}\n", r.join(","))));
+            return Ok(());
+        }
+        if rows.is_empty() {
             print(&format!("no pass above {} deg in these {} h\n", self.min_alt, self.hours));
         } else {
-            print(&text_table(&header, &rows));
+            print(&text_table(&HEADER, &rows));
+        }
+        for (pass, note) in found.iter().zip(&notes).filter(|(_, note)| !note.is_empty()) {
+            tell(&format!("note: the pass at {}: {note}", iso_utc(pass.inside.rise.epoch, 0)));
         }
         Ok(())
     }
+}
+
+const HEADER: [&str; 15] = [
+    "rise (UTC)",
+    "culmination (UTC)",
+    "set (UTC)",
+    "az rise",
+    "alt max",
+    "az max",
+    "az set",
+    "range km",
+    "sun alt",
+    "moon alt",
+    "moon %",
+    "light",
+    "sky",
+    "paper's label",
+    "outside the window",
+];
+/// The same columns of the comma-separated values.
+const NAMES: [&str; 15] = [
+    "rise_utc",
+    "culmination_utc",
+    "set_utc",
+    "rise_az_deg",
+    "max_alt_deg",
+    "max_az_deg",
+    "set_az_deg",
+    "range_km",
+    "sun_alt_deg",
+    "moon_alt_deg",
+    "moon_illum_pct",
+    "illum",
+    "sky_class",
+    "paper_label",
+    "outside_window",
+];
+
+/// The cells of a pass; what it does not have is empty. Light and label of a pass without rise, culmination or set are
+/// those of its first, highest and last moment in the window.
+fn row(pass: &WholePass, (start, end): (Epoch, Epoch)) -> anyhow::Result<Vec<String>> {
+    let (mut lights, mut labels) = (Vec::new(), Vec::new());
+    for (event, in_window) in
+        [(&pass.rise, &pass.inside.rise), (&pass.culmination, &pass.inside.culmination), (&pass.set, &pass.inside.set)]
+    {
+        let geometry = &event.as_ref().unwrap_or(in_window).geometry;
+        let light = light_class(&scene(geometry))?.to_string();
+        labels.push(classes(geometry)?.1);
+        if lights.last() != Some(&light) {
+            lights.push(light);
+        }
+    }
+    let cell =
+        |event: &Option<PassEvent>, text: &dyn Fn(&PassEvent) -> String| event.as_ref().map(text).unwrap_or_default();
+    let deg = |rad: f64| format!("{:.1}", rad.to_degrees());
+    let utc = |event: &Option<PassEvent>| cell(event, &|e| iso_utc(e.epoch, 0));
+    let top = |text: &dyn Fn(&PassEvent) -> String| cell(&pass.culmination, text);
+    Ok(vec![
+        utc(&pass.rise),
+        utc(&pass.culmination),
+        utc(&pass.set),
+        cell(&pass.rise, &|e| deg(e.az_rad)),
+        top(&|e| deg(e.alt_rad)),
+        top(&|e| deg(e.az_rad)),
+        cell(&pass.set, &|e| deg(e.az_rad)),
+        top(&|e| format!("{:.1}", e.range_km)),
+        top(&|e| deg(e.sun_alt_rad)),
+        top(&|e| deg(e.moon_alt_rad)),
+        top(&|e| format!("{:.0}", 100.0 * e.geometry.moon_illum_frac)),
+        lights.join(">"),
+        top(&|e| SkyClass::of_sun_alt(e.sun_alt_rad.to_degrees()).to_string()),
+        PaperLabel::of_pass(labels).map_or(String::new(), |l| l.to_string()),
+        pass.outside(&start, &end).join(" "),
+    ])
+}
+
+/// What is to be said of a pass without a rise or a set; empty for all others.
+fn note(pass: &WholePass, min_alt_deg: f64) -> String {
+    let what = match (&pass.rise, &pass.set) {
+        (Some(_), Some(_)) => return String::new(),
+        (None, None) => "does not rise or set",
+        (None, Some(_)) => "does not rise",
+        (Some(_), None) => "does not set",
+    };
+    let [from, to] = pass.searched.map(|epoch| iso_utc(epoch, 0));
+    let end = if pass.elements_end { " (the elements reach no further)" } else { "" };
+    let inside = &pass.inside;
+    let lowest = inside.rise.alt_rad.min(inside.set.alt_rad).to_degrees();
+    format!(
+        "above {min_alt_deg} deg all the time from {from} to {to}{end}: it {what} and has no culmination; altitude {lowest:.1} \
+         to {:.1} deg at the ends and the highest moment of the window",
+        inside.culmination.alt_rad.to_degrees()
+    )
 }

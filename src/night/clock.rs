@@ -51,10 +51,7 @@ pub fn parse_date(key: &str, text: &str) -> Result<(i32, u8, u8)> {
 }
 
 fn not_a_time(key: &str, text: &str, problem: &str) -> Error {
-    Error::Config {
-        key: key.into(),
-        problem: format!("\"{text}\" is not a time: {problem}; {}", instant::ACCEPTED),
-    }
+    Error::Config { key: key.into(), problem: format!("\"{text}\" is not a time: {problem}; {}", instant::ACCEPTED) }
 }
 
 /// Seconds from `a` to `b`.

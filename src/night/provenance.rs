@@ -16,7 +16,7 @@ use crate::night::manifest::inputs_sha256;
 use crate::night::outputs::file_name;
 use crate::night::plan::plan_file::Plan;
 use crate::night::survey::Survey;
-use crate::orbit::read_elements;
+use crate::orbit::read_elements_for;
 use crate::report::Meta;
 
 /// Keys that every product of a night must tell, and what they are called as cards of a FITS header.
@@ -205,7 +205,7 @@ pub fn simulation_seed(survey: &Survey) -> Option<i64> {
 
 /// `2025-06-10T10:07:36Z` of one set of elements, `first .. last (n sets)` of several; those of the object alone.
 fn epochs(orbit: &Orbit) -> Option<String> {
-    let sets = read_elements(&orbit.elements).ok()?;
+    let (sets, _) = read_elements_for(&orbit.elements, orbit.norad_cat_id).ok()?;
     let wanted = |id: u64| orbit.norad_cat_id.is_none_or(|n| n == id);
     let mut epochs: Vec<_> = sets.iter().filter(|s| wanted(s.norad_cat_id())).map(|s| s.epoch()).collect();
     epochs.sort();

@@ -183,7 +183,10 @@ mod tests {
         for h in [30.0_f64, 45.0, 60.0, 80.0] {
             let h_rad = h.to_radians();
             assert!((kasten_young1989(h_rad).unwrap() * h_rad.sin() - 1.0).abs() < 0.004, "{h}");
-            assert!((kasten_young1989(h_rad).unwrap() / airmass_pickering2002(h_rad).unwrap() - 1.0).abs() < 0.002, "{h}");
+            assert!(
+                (kasten_young1989(h_rad).unwrap() / airmass_pickering2002(h_rad).unwrap() - 1.0).abs() < 0.002,
+                "{h}"
+            );
         }
         assert!((airmass_pickering2002(0.0).unwrap() - 38.75).abs() < 0.01);
     }

@@ -5,7 +5,7 @@
 
 use serde_json::{Map, Value};
 
-use super::elements::Elements;
+use super::elements::{DamagedSet, Elements, ElementsFile};
 use super::tle::Problem;
 use crate::instant::{self, Instant};
 
@@ -39,7 +39,7 @@ const STATED: [(&str, &[&str]); 4] = [
 ];
 
 /// JSON: one object, an array of objects, or objects one after another.
-pub(super) fn parse_json(text: &str) -> Result<Vec<Elements>, Problem> {
+pub(super) fn parse_json(text: &str) -> Result<ElementsFile, Problem> {
     let mut items = Vec::new();
     for value in serde_json::Deserializer::from_str(text).into_iter::<Value>() {
         match value.map_err(|e| (Some(e.line()), format!("not valid JSON: {e}")))? {
@@ -47,21 +47,37 @@ pub(super) fn parse_json(text: &str) -> Result<Vec<Elements>, Problem> {
             other => items.push(other),
         }
     }
-    items
-        .into_iter()
-        .enumerate()
-        .map(|(i, item)| match item {
-            Value::Object(map) => {
-                let map = map.into_iter().map(|(k, v)| (k.to_ascii_uppercase(), v)).collect();
-                from_map(map, "OMM JSON").map_err(|p| (None, format!("element set {}: {p}", i + 1)))
-            }
-            _ => Err((None, format!("element set {}: expected an object in braces", i + 1))),
-        })
-        .collect()
+    let mut file = ElementsFile::default();
+    for (i, item) in items.into_iter().enumerate() {
+        let Value::Object(map) = item else {
+            return Err((None, format!("element set {}: expected an object in braces", i + 1)));
+        };
+        let map = map.into_iter().map(|(k, v)| (k.to_ascii_uppercase(), v)).collect();
+        add_set(&mut file, map, "OMM JSON", None, &format!("element set {}: ", i + 1));
+    }
+    Ok(file)
+}
+
+/// Adds one set from its keys, or what is wrong with it.
+pub(super) fn add_set(
+    file: &mut ElementsFile,
+    map: Map<String, Value>,
+    format: &'static str,
+    line: Option<usize>,
+    at: &str,
+) {
+    let text = |key: &str| map.get(key).map(|v| v.as_str().map_or_else(|| v.to_string(), str::to_owned));
+    let number =
+        text("NORAD_CAT_ID").and_then(|t| t.trim().parse::<f64>().ok()).filter(|n| n.fract() == 0.0 && *n >= 0.0);
+    let (numbers, name) = (number.map(|n| n as u64).into_iter().collect(), text("OBJECT_NAME").unwrap_or_default());
+    match from_map(map, format) {
+        Ok(set) => file.sets.push(set),
+        Err(problem) => file.damaged.push(DamagedSet { line, problem: format!("{at}{problem}"), numbers, name }),
+    }
 }
 
 /// KVN: `KEY = value` lines; each `CCSDS_OMM_VERS` begins a set, and so does a key that stood already.
-pub(super) fn parse_kvn(text: &str) -> Result<Vec<Elements>, Problem> {
+pub(super) fn parse_kvn(text: &str) -> Result<ElementsFile, Problem> {
     let mut sets: Vec<(usize, Map<String, Value>)> = Vec::new();
     for (i, raw) in text.lines().enumerate() {
         let line = raw.trim();
@@ -81,31 +97,29 @@ pub(super) fn parse_kvn(text: &str) -> Result<Vec<Elements>, Problem> {
             map.insert(key, Value::String(value));
         }
     }
-    sets.into_iter().map(|(line, map)| from_map(map, "OMM KVN").map_err(|p| (Some(line), p))).collect()
+    let mut file = ElementsFile::default();
+    sets.into_iter().for_each(|(line, map)| add_set(&mut file, map, "OMM KVN", Some(line), ""));
+    Ok(file)
 }
 
 /// CSV with a header row, as CelesTrak writes it.
-pub(super) fn parse_csv(text: &str) -> Result<Vec<Elements>, Problem> {
+pub(super) fn parse_csv(text: &str) -> Result<ElementsFile, Problem> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
     let at = |e: &csv::Error| e.position().map(|p| p.line() as usize);
     let header = reader.headers().map_err(|e| (at(&e), e.to_string()))?.clone();
-    reader
-        .records()
-        .map(|record| {
-            let record = record.map_err(|e| (at(&e), e.to_string()))?;
-            let line = record.position().map(|p| p.line() as usize);
-            let map = header
-                .iter()
-                .zip(&record)
-                .map(|(k, v)| (k.to_ascii_uppercase(), Value::String(v.to_owned())))
-                .collect();
-            from_map(map, "OMM CSV").map_err(|p| (line, p))
-        })
-        .collect()
+    let mut file = ElementsFile::default();
+    for record in reader.records() {
+        let record = record.map_err(|e| (at(&e), e.to_string()))?;
+        let line = record.position().map(|p| p.line() as usize);
+        let map: Map<String, Value> =
+            header.iter().zip(&record).map(|(k, v)| (k.to_ascii_uppercase(), Value::String(v.to_owned()))).collect();
+        add_set(&mut file, map, "OMM CSV", line, "");
+    }
+    Ok(file)
 }
 
 /// One set from its keys.
-pub(super) fn from_map(mut map: Map<String, Value>, format: &'static str) -> Result<Elements, String> {
+fn from_map(mut map: Map<String, Value>, format: &'static str) -> Result<Elements, String> {
     for value in map.values_mut() {
         if let Value::String(s) = value {
             *s = s.trim().to_owned();
@@ -171,8 +185,7 @@ fn canonical_epoch(text: &str) -> Result<String, String> {
         let (y, mo, d, h, mi, s, ns) = epoch.to_gregorian_utc();
         return Ok(format!("{y:04}-{mo:02}-{d:02}T{h:02}:{mi:02}:{s:02}.{ns:09}"));
     }
-    let (date, clock) =
-        text.trim_end_matches(['Z', 'z']).split_once(['T', ' ']).ok_or_else(bad)?;
+    let (date, clock) = text.trim_end_matches(['Z', 'z']).split_once(['T', ' ']).ok_or_else(bad)?;
     let fields: Vec<&str> = date.split('-').collect();
     let date = match fields[..] {
         [_, _, _] => date.to_owned(),

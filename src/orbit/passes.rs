@@ -1,4 +1,6 @@
-//! When the satellite is up: rise, culmination and set above a smallest altitude.
+//! When the satellite is up inside a window of time: its stays above a smallest altitude, cut by the window.
+//!
+//! The whole pass of each, beyond the window, is in [`super::whole_pass`].
 //!
 //! Radians and km; times to better than 0.01 s. Geometric altitudes. No brightness and no weather.
 
@@ -38,7 +40,7 @@ pub struct PassEvent {
 pub struct Pass {
     /// Where it comes up; the start of the window if `starts_before`.
     pub rise: PassEvent,
-    /// Its highest point.
+    /// Its highest point inside the window, an end of the window where the pass is cut before or after it culminates.
     pub culmination: PassEvent,
     /// Where it goes down; the end of the window if `ends_after`.
     pub set: PassEvent,
@@ -57,6 +59,16 @@ pub struct Pass {
 /// # Errors
 /// [`Error::Orbit`] if the window is empty or too long, or the elements fail anywhere in it.
 pub fn passes(tracker: &Tracker, start: &Epoch, end: &Epoch, min_alt_rad: f64) -> Result<Vec<Pass>> {
+    stays(tracker, start, end, min_alt_rad).map(|(_, stays)| stays)
+}
+
+/// As [`passes`], with the search itself for what lies outside the window.
+pub(super) fn stays<'a>(
+    tracker: &'a Tracker,
+    start: &'a Epoch,
+    end: &Epoch,
+    min_alt_rad: f64,
+) -> Result<(Search<'a>, Vec<Pass>)> {
     let length_s = days_between(start, end) * 86_400.0;
     if !(length_s > 0.0 && min_alt_rad.is_finite()) {
         return Err(Error::Orbit {
@@ -74,14 +86,16 @@ pub fn passes(tracker: &Tracker, start: &Epoch, end: &Epoch, min_alt_rad: f64) -
         });
     }
     let search = Search { tracker, start, min_alt_rad };
-    search.passes(length_s, n as usize)
+    let found = search.passes(length_s, n as usize)?;
+    Ok((search, found))
 }
 
 /// Seconds after `start`, and the height above the smallest altitude there \[rad\].
-type Node = (f64, f64);
+pub(super) type Node = (f64, f64);
 
-struct Search<'a> {
-    tracker: &'a Tracker,
+/// A search of altitudes by seconds after `start`.
+pub(super) struct Search<'a> {
+    pub(super) tracker: &'a Tracker,
     start: &'a Epoch,
     min_alt_rad: f64,
 }
@@ -141,7 +155,7 @@ impl Search<'_> {
     }
 
     /// Golden-section search of the maximum of `sign · altitude` between two times.
-    fn turning_point(&self, mut lo: f64, mut hi: f64, sign: f64) -> Result<Node> {
+    pub(super) fn turning_point(&self, mut lo: f64, mut hi: f64, sign: f64) -> Result<Node> {
         const GOLDEN: f64 = 0.618_033_988_749_894_9;
         let (mut a, mut b) = (self.node(hi - GOLDEN * (hi - lo))?, self.node(lo + GOLDEN * (hi - lo))?);
         while hi - lo > TIME_TOLERANCE_S {
@@ -157,7 +171,7 @@ impl Search<'_> {
     }
 
     /// Where the altitude crosses the limit between a node below it and one above; the time returned is above.
-    fn crossing(&self, below: Node, above: Node) -> Result<f64> {
+    pub(super) fn crossing(&self, below: Node, above: Node) -> Result<f64> {
         let (mut lo, mut hi) = (below.0, above.0);
         while (hi - lo).abs() > TIME_TOLERANCE_S {
             let middle = self.node(0.5 * (lo + hi))?;
@@ -170,11 +184,11 @@ impl Search<'_> {
         Ok(hi)
     }
 
-    fn node(&self, t_s: f64) -> Result<Node> {
+    pub(super) fn node(&self, t_s: f64) -> Result<Node> {
         Ok((t_s, self.tracker.altitude_at(&self.epoch(t_s))? - self.min_alt_rad))
     }
 
-    fn event(&self, t_s: f64) -> Result<PassEvent> {
+    pub(super) fn event(&self, t_s: f64) -> Result<PassEvent> {
         let geometry = self.tracker.at(&self.epoch(t_s))?;
         Ok(PassEvent {
             epoch: geometry.epoch,
@@ -187,7 +201,7 @@ impl Search<'_> {
         })
     }
 
-    fn epoch(&self, t_s: f64) -> Epoch {
+    pub(super) fn epoch(&self, t_s: f64) -> Epoch {
         *self.start + t_s * Unit::Second
     }
 }

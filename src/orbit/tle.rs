@@ -2,14 +2,14 @@
 //!
 //! Columns of 69 ASCII characters. Nothing is repaired: a wrong checksum is a wrong orbit until shown otherwise.
 
-use super::elements::Elements;
+use super::elements::{DamagedSet, Elements, ElementsFile};
 
 /// Where (1-based line, where known) and what is wrong.
 pub(super) type Problem = (Option<usize>, String);
 
-/// Every set of a TLE or 3LE file.
-pub(super) fn parse_file(text: &str) -> Result<Vec<Elements>, Problem> {
-    let mut sets = Vec::new();
+/// Every set of a TLE or 3LE file, damaged ones apart.
+pub(super) fn parse_file(text: &str) -> Result<ElementsFile, Problem> {
+    let mut file = ElementsFile::default();
     let mut name: Option<(usize, &str)> = None;
     let mut line1: Option<(usize, &str)> = None;
     for (i, raw) in text.lines().enumerate() {
@@ -17,36 +17,80 @@ pub(super) fn parse_file(text: &str) -> Result<Vec<Elements>, Problem> {
         if line.is_empty() || line.starts_with('#') {
             continue;
         }
-        match (kind(line), line1) {
-            (Kind::Line1, None) => line1 = Some((number, line)),
+        let what = kind(line);
+        if let (Some((first, l1)), Kind::Line1 | Kind::Name) = (line1, &what) {
+            let title = name.map_or("", |n| n.1);
+            file.damaged.push(without_line2((first, l1), title));
+            (name, line1) = (None, None);
+        }
+        match (what, line1) {
+            (Kind::Line1, _) => line1 = Some((number, line)),
             (Kind::Line2, Some((first, l1))) => {
                 let title = name.map_or("", |n| n.1);
-                let set = parse_set(title, l1, line)
-                    .map_err(|(which, problem)| (Some(if which == 2 { number } else { first }), problem))?;
-                sets.push(set);
+                match parse_set(title, l1, line) {
+                    Ok(set) => file.sets.push(set),
+                    Err((which, problem)) => file.damaged.push(DamagedSet {
+                        line: Some(if which == 2 { number } else { first }),
+                        problem,
+                        numbers: numbers_of(&[l1, line]),
+                        name: title.to_owned(),
+                    }),
+                }
                 (name, line1) = (None, None);
             }
             (Kind::Line2, None) => {
-                return Err((Some(number), format!("line 2 without a line 1 before it: \"{}\"", short(line))));
+                let title = name.take().map_or("", |n| n.1);
+                file.damaged.push(DamagedSet {
+                    line: Some(number),
+                    problem: format!("line 2 without a line 1 before it: \"{}\"", short(line)),
+                    numbers: numbers_of(&[line]),
+                    name: title.to_owned(),
+                });
             }
-            (_, Some((first, l1))) => {
-                return Err((Some(first), format!("line 1 without a line 2 after it: \"{}\"", short(l1))));
-            }
-            (Kind::Name, None) => {
+            (Kind::Name, _) => {
                 if line.starts_with("No GP data found") {
                     return Err((Some(number), GONE.to_owned()));
                 }
-                orphan(name)?;
+                file.damaged.extend(orphan(name));
                 let title = line.strip_prefix("0 ").unwrap_or(line).trim();
                 name = Some((number, title));
             }
         }
     }
-    if let Some((number, l1)) = line1 {
-        return Err((Some(number), format!("line 1 without a line 2 after it: \"{}\"", short(l1))));
+    if let Some(l1) = line1 {
+        file.damaged.push(without_line2(l1, name.take().map_or("", |n| n.1)));
     }
-    orphan(name)?;
-    Ok(sets)
+    file.damaged.extend(orphan(name));
+    Ok(file)
+}
+
+fn without_line2((first, line1): (usize, &str), name: &str) -> DamagedSet {
+    DamagedSet {
+        line: Some(first),
+        problem: format!("line 1 without a line 2 after it: \"{}\"", short(line1)),
+        numbers: numbers_of(&[line1]),
+        name: name.to_owned(),
+    }
+}
+
+/// The catalogue numbers of lines of elements, as far as they can be read, without repeats; `A0001` is 100001 (alpha-5).
+fn numbers_of(lines: &[&str]) -> Vec<u64> {
+    let number = |line: &&str| -> Option<u64> {
+        let field = line.strip_prefix("1 ").or_else(|| line.strip_prefix("2 "))?.get(..5)?.trim();
+        let (first, rest) = field.split_at_checked(1)?;
+        let letter = first.chars().next().filter(char::is_ascii_uppercase);
+        match letter {
+            // I and O are left out of the letters
+            Some(c) if !matches!(c, 'I' | 'O') && rest.len() == 4 => {
+                let skipped = u64::from(c > 'I') + u64::from(c > 'O');
+                Some((u64::from(c) - u64::from('A') + 10 - skipped) * 10_000 + rest.parse::<u64>().ok()?)
+            }
+            _ => field.parse().ok(),
+        }
+    };
+    let mut numbers: Vec<u64> = lines.iter().filter_map(number).collect();
+    numbers.dedup();
+    numbers
 }
 
 /// One set; an error says which line (1 or 2) is wrong.
@@ -104,14 +148,15 @@ fn check_line(line: &str) -> Result<(), String> {
     Ok(())
 }
 
-fn orphan(name: Option<(usize, &str)>) -> Result<(), Problem> {
-    match name {
-        None => Ok(()),
-        Some((number, text)) => Err((
-            Some(number),
-            format!("\"{}\" is not followed by two lines of elements (comments begin with #)", short(text)),
-        )),
-    }
+/// A name, or a piece of a line, that no lines of elements follow.
+fn orphan(name: Option<(usize, &str)>) -> Option<DamagedSet> {
+    let (number, text) = name?;
+    Some(DamagedSet {
+        line: Some(number),
+        problem: format!("\"{}\" is not followed by two lines of elements (comments begin with #)", short(text)),
+        numbers: numbers_of(&[text]),
+        name: text.to_owned(),
+    })
 }
 
 fn short(line: &str) -> String {

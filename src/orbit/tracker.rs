@@ -6,7 +6,7 @@ use hifitime::Epoch;
 
 use super::earth::{EarthOrientation, Site};
 use super::elements::neighbours::{Standing, standings};
-use super::elements::{Elements, check_age, element_names, only_object, read_elements};
+use super::elements::{Elements, check_age, element_names, only_object, read_elements_for};
 use super::geometry::{Geometry, geometry, look};
 use super::propagate::Propagator;
 use super::sky::bodies;
@@ -26,18 +26,20 @@ pub struct Tracker {
     eop: EarthOrientation,
     max_age_d: f64,
     force_age: bool,
+    /// Damaged sets of other objects in the file.
+    file_warnings: Vec<String>,
 }
 
 impl Tracker {
     /// From `[orbit]` and `[site]`.
     ///
     /// # Errors
-    /// Those of [`read_elements`]; [`Error::Orbit`] for several objects and no number, or elements SGP4 refuses.
+    /// Those of [`read_elements_for`]; [`Error::Orbit`] for several objects and no number, or elements SGP4 refuses.
     pub fn from_config(orbit: &config::Orbit, site: &config::Site) -> Result<Self> {
-        let sets = read_elements(&orbit.elements)?;
+        let (sets, warnings) = read_elements_for(&orbit.elements, orbit.norad_cat_id)?;
         let eop = EarthOrientation::from_config(orbit);
         let tracker = Self::new(sets, orbit.norad_cat_id, Site::from_config(site)?, eop)?;
-        Ok(Self { max_age_d: orbit.max_age_d, force_age: orbit.force_age, ..tracker })
+        Ok(Self { max_age_d: orbit.max_age_d, force_age: orbit.force_age, file_warnings: warnings, ..tracker })
     }
 
     /// From element sets; elements older than 14 d are refused.
@@ -59,6 +61,7 @@ impl Tracker {
             eop,
             max_age_d: 14.0,
             force_age: false,
+            file_warnings: Vec::new(),
         };
         for ((set, propagator), standing) in sets.into_iter().zip(propagators).zip(standings) {
             if let Standing::Refuted(why) = standing {
@@ -139,7 +142,12 @@ impl Tracker {
         let refuted = self.refuted.iter().find(|(at, _)| nearer(at)).map(|(_, why)| {
             format!("{why}: the first is not used, its neighbours agree with each other and not with it")
         });
-        let warnings: Vec<String> = [age, doubt, refuted, self.propagators[i].caveat(), self.eop.warning(epoch)].into_iter().flatten().collect();
+        let of_file = self.file_warnings.iter().cloned();
+        let warnings: Vec<String> = [age, doubt, refuted, self.propagators[i].caveat(), self.eop.warning(epoch)]
+            .into_iter()
+            .flatten()
+            .chain(of_file)
+            .collect();
         (!warnings.is_empty()).then(|| warnings.join("; "))
     }
 
@@ -148,6 +156,11 @@ impl Tracker {
     pub(super) fn safe_step_s(&self) -> f64 {
         let fastest = |e: &Elements| e.period_min() * 60.0 / 120.0 * (1.0 - e.eccentricity()).powf(1.5);
         self.sets.iter().map(fastest).fold(f64::INFINITY, f64::min).clamp(1.0, 300.0)
+    }
+
+    /// The longest period of the sets \[s\].
+    pub(super) fn longest_period_s(&self) -> f64 {
+        self.sets.iter().map(|e| 60.0 * e.period_min()).fold(0.0, f64::max)
     }
 
     fn nearest_index(&self, epoch: &Epoch) -> Option<usize> {

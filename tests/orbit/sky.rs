@@ -43,7 +43,8 @@ const STARS: [[f64; 8]; 4] = [
 fn stars_stand_where_erfa_puts_them_to_10_milliarcsec_and_the_way_back_returns_them() {
     let site = Site::new(-33.7703, 151.1113, 70.0).unwrap();
     for [mjd, ra, dec, ut1_utc_s, xp_arcsec, yp_arcsec, alt_deg, az_deg] in STARS {
-        let (epoch, eop) = (Epoch::from_mjd_utc(mjd), EarthOrientation { ut1_utc_s: Some(ut1_utc_s), xp_arcsec, yp_arcsec });
+        let (epoch, eop) =
+            (Epoch::from_mjd_utc(mjd), EarthOrientation { ut1_utc_s: Some(ut1_utc_s), xp_arcsec, yp_arcsec });
         let (alt, az) = icrs_to_altaz(&site, &eop, &epoch, ra, dec);
         let (d_alt, d_az) = ((alt.to_degrees() - alt_deg) * 3.6e6, (az.to_degrees() - az_deg) * 3.6e6 * alt.cos());
         println!("{d_alt:.2} mas, {d_az:.2} mas");

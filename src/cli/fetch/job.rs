@@ -13,7 +13,7 @@ use satphot::fetch::{
 use satphot::file::write_atomic;
 use satphot::night::clock::{iso_utc, parse_utc, shifted};
 use satphot::night::survey::{Survey, survey};
-use satphot::orbit::{element_names, nearest, read_elements};
+use satphot::orbit::{element_names, nearest, read_elements_for};
 use satphot::photometry::catalogue::Catalogue;
 
 use super::super::orbit_args::bad;
@@ -86,8 +86,9 @@ impl Job<'_> {
     /// Elements that are there but too old for the night are a reason to fetch.
     fn doubt_old_elements(&self, orbit: &config::Orbit) {
         let Ok((at, from)) = self.moment() else { return };
-        let Ok(sets) = read_elements(&orbit.elements) else { return };
-        let Ok(set) = nearest(&sets, self.verb.norad.or(orbit.norad_cat_id), &at) else { return };
+        let norad = self.verb.norad.or(orbit.norad_cat_id);
+        let Ok((sets, _)) = read_elements_for(&orbit.elements, norad) else { return };
+        let Ok(set) = nearest(&sets, norad, &at) else { return };
         let age_d = set.age_d(&at).abs();
         if age_d > orbit.max_age_d {
             self.note(&format!(
@@ -253,7 +254,7 @@ impl Job<'_> {
     /// Names of the target, by which its frames are told from star pointings: of its elements, or as the model calls it.
     fn target_names(&self, config: &Config) -> Vec<String> {
         let Some(orbit) = &config.orbit else { return Vec::new() };
-        if let Ok(sets) = read_elements(&orbit.elements) {
+        if let Ok((sets, _)) = read_elements_for(&orbit.elements, orbit.norad_cat_id) {
             return element_names(&sets);
         }
         let names: Vec<String> =

@@ -254,12 +254,7 @@ impl Footprint {
     }
 
     /// The beam itself, and the chance of meeting it.
-    fn beam_text(
-        &self,
-        site: &satphot::config::Site,
-        start: Epoch,
-        from_elements: bool,
-    ) -> anyhow::Result<String> {
+    fn beam_text(&self, site: &satphot::config::Site, start: Epoch, from_elements: bool) -> anyhow::Result<String> {
         let divergence_rad = self.divergence_deg.to_radians();
         if from_elements {
             return Ok(format!("beam of {} deg; orbit by elements\n", self.divergence_deg));

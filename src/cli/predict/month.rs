@@ -214,9 +214,10 @@ impl Month {
 
     fn nights(&self, offset_h: f64) -> anyhow::Result<Vec<Night>> {
         if let Some(text) = &self.month {
-            let (year, month, first) = satphot::instant::read_date(&format!("{}-01", text.trim())).map_err(|problem| {
-                bad("--month", format!("\"{text}\" is not a month: {problem}; accepted is a month such as 2025-06"))
-            })?;
+            let (year, month, first) =
+                satphot::instant::read_date(&format!("{}-01", text.trim())).map_err(|problem| {
+                    bad("--month", format!("\"{text}\" is not a month: {problem}; accepted is a month such as 2025-06"))
+                })?;
             let n = days_in_month(year, month)?;
             return Ok(nights((year, month, first), self.nights.unwrap_or(n), offset_h)?);
         }

@@ -38,8 +38,9 @@ Examples:
   satphot predict pass -c pipeline.toml --start 2025-06-09T10:00:00 --hours 1 \\
       --set model.effects.shadow=cylinder --explain
 
--o writes the table (ECSV, the columns of every other table) and the light curve (SVG). Exit
-code 2 if the satellite is never above --min-alt in the window, 5 if the elements are too old.";
+-o writes the table (ECSV, the columns of every other table) and the light curve (SVG). A window
+in which the satellite is never above --min-alt is answered with \"no pass\", exit code 0 and
+a table without rows; elements that are too old are exit code 5.";
 
 /// Predicts the magnitude of a satellite along its passes over a site: total and each light, moment by moment.
 #[derive(Debug, Args)]
@@ -92,9 +93,6 @@ impl Pass {
         let tracker = Tracker::from_config(&orbit, &site)?;
 
         let stays = visible(&tracker, &window)?;
-        if stays.is_empty() {
-            return Err(self.never_up(&tracker, &window)?);
-        }
         let middle = shifted(window.start, 0.5 * seconds_between(window.start, window.end));
         if let Some(warning) = tracker.age_warning(&middle).filter(|_| !self.quiet) {
             tell(&format!("note: {warning}"));
@@ -105,7 +103,7 @@ impl Pass {
 
         let mut meta = prediction_meta("satphot.prediction/1", &model, Some(&site));
         meta.push("orbit_source", MetaValue::Text(orbit.elements.display().to_string()));
-        let (tables, figures) = self.out.files("pass")?;
+        let (tables, mut figures) = self.out.files("pass")?;
         for table in &tables {
             write_prediction(table, &rows, &meta)?;
         }
@@ -115,10 +113,19 @@ impl Pass {
             tell(&format!("note: magnitudes are of {band}, also where a name or label says V"));
         }
         let band = band.map(|band| format!(", {band}")).unwrap_or_default();
+        if rows.is_empty() {
+            for figure in figures.drain(..).filter(|_| !self.quiet) {
+                tell(&format!("note: {} is not drawn: there is no pass", figure.display()));
+            }
+        }
         for figure in &figures {
             light_curve(figure, &rows, &format!("{name} as {}, predicted{band}", satellite.name))?;
         }
-        self.tell_results(&rows, &stays)?;
+        if rows.is_empty() {
+            self.tell_no_pass(&tracker, &window)?;
+        } else {
+            self.tell_results(&rows, &stays)?;
+        }
         if self.explain {
             explain(&tracker, &engine, &window, &epochs)?;
         }
@@ -154,19 +161,27 @@ impl Pass {
         Ok(Window { start, end, step_s: self.step_s, min_alt_rad: self.min_alt.to_radians() })
     }
 
-    /// The error for a satellite that does not come up, with how near it comes.
-    fn never_up(&self, tracker: &Tracker, window: &Window) -> anyhow::Result<anyhow::Error> {
+    /// The answer for a satellite that does not come up, with how near it comes.
+    fn tell_no_pass(&self, tracker: &Tracker, window: &Window) -> anyhow::Result<()> {
         let best = highest(tracker, window)?;
         let highest = best.map_or(String::new(), |top| {
             format!(" (highest {:.1} deg at {})", top.alt_rad.to_degrees(), iso_utc(top.epoch, 0))
         });
-        let problem = format!(
-            "the satellite is never above {} deg from {} to {}{highest}; `satphot passes` lists when it is",
+        if self.csv {
+            print(&format!("{}\n", PREDICTION.join(",")));
+        }
+        let answer = format!(
+            "no pass: the satellite is never above {} deg from {} to {}{highest}; `satphot passes` lists when it is",
             self.min_alt,
             iso_utc(window.start, 0),
             iso_utc(window.end, 0)
         );
-        Ok(Error::Config { key: "--start".into(), problem }.into())
+        if self.csv {
+            tell(&answer)
+        } else {
+            print(&format!("{answer}\n"))
+        }
+        Ok(())
     }
 
     /// The table on standard output: CSV, every row, or one line per pass when files were written.

@@ -287,7 +287,8 @@ impl Columns {
             ..StarRow::default()
         };
         star.alt_deg = value(self.altitude).filter(|a| (0.0..=90.0).contains(a));
-        star.airmass = value(self.airmass).filter(|x| *x < 100.0).or_else(|| airmass(star.alt_deg?.to_radians(), atmosphere));
+        star.airmass =
+            value(self.airmass).filter(|x| *x < 100.0).or_else(|| airmass(star.alt_deg?.to_radians(), atmosphere));
         let inst_err = value(self.inst_err).filter(|e| *e > 0.0);
         let mut problem = Ok(());
         match self.inst {

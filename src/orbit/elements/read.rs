@@ -5,9 +5,83 @@
 
 use std::path::Path;
 
-use super::{Elements, xml};
+use super::{Elements, element_names, xml};
 use crate::error::{Error, Result};
 use crate::orbit::{omm, tle};
+
+/// A set of a file that cannot be read, and what is known of whose it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DamagedSet {
+    /// 1-based line, where known.
+    pub line: Option<usize>,
+    /// What is wrong, as a sentence.
+    pub problem: String,
+    /// Catalogue numbers that stand in it; none if none can be read.
+    pub numbers: Vec<u64>,
+    /// The name above it; empty without one.
+    pub name: String,
+}
+
+impl DamagedSet {
+    /// It may be a set of the object of this number and these names.
+    fn may_be_of(&self, number: u64, names: &[String]) -> bool {
+        if self.numbers.contains(&number) {
+            return true;
+        }
+        // an altered number does not hide the name
+        let is_named = names.iter().any(|n| n.eq_ignore_ascii_case(self.name.trim()));
+        is_named || (self.numbers.is_empty() && self.name.is_empty())
+    }
+}
+
+/// What a file of elements holds: the sets that can be read, and those that cannot.
+#[derive(Debug, Clone, Default)]
+pub struct ElementsFile {
+    /// The sets, in order of the file.
+    pub sets: Vec<Elements>,
+    /// What is damaged.
+    pub damaged: Vec<DamagedSet>,
+}
+
+/// Reads the sets for one object: as [`read_elements`], but a damaged set of *another* object is a warning, not an error.
+/// All readable sets are returned; which object is meant is `norad`, or the only one of the file.
+///
+/// # Errors
+/// As [`read_elements`] for a damaged set that may be of the object; [`Error::Orbit`] for one of another object where no
+/// number says which is meant.
+pub fn read_elements_for(path: &Path, norad: Option<u64>) -> Result<(Vec<Elements>, Vec<String>)> {
+    let file = parsed(std::fs::read(path).map_err(|e| Error::io(path, e))?, path)?;
+    let Some(first) = file.damaged.first() else { return Ok((file.sets, Vec::new())) };
+    let Some(number) = norad else {
+        let known: Vec<String> = file.sets.iter().map(Elements::label).collect();
+        if first.numbers.is_empty() || file.sets.iter().any(|s| first.numbers.contains(&s.norad_cat_id())) {
+            return Err(strict(path, first));
+        }
+        let numbers: Vec<String> = first.numbers.iter().map(u64::to_string).collect();
+        let problem = format!(
+            "the file of elements holds several objects, {} and a damaged set of {}; set orbit.norad_cat_id to one of the \
+             numbers",
+            known.join(", "),
+            numbers.join(" or ")
+        );
+        return Err(Error::Orbit { problem });
+    };
+    let own: Vec<Elements> = file.sets.iter().filter(|s| s.norad_cat_id() == number).cloned().collect();
+    let names = element_names(&own);
+    if let Some(ours) = file.damaged.iter().find(|d| d.may_be_of(number, &names)) {
+        return Err(strict(path, ours));
+    }
+    let warning = |d: &DamagedSet| {
+        let line = d.line.map(|l| format!(":{l}")).unwrap_or_default();
+        format!("{}{line}: {}; it is of another object and is not used", path.display(), d.problem)
+    };
+    Ok((file.sets, file.damaged.iter().map(warning).collect()))
+}
+
+/// The error of a damaged set.
+fn strict(path: &Path, damaged: &DamagedSet) -> Error {
+    Error::Table { path: path.to_owned(), line: damaged.line, problem: damaged.problem.clone() }
+}
 
 /// Reads every element set of a file: TLE, 3LE (name lines with or without `0 `), OMM JSON, KVN, CSV or XML.
 ///
@@ -25,11 +99,20 @@ pub fn read_elements(path: &Path) -> Result<Vec<Elements>> {
 /// # Errors
 /// Those of [`read_elements`] but [`Error::Io`].
 pub fn elements_from_bytes(bytes: Vec<u8>, path: &Path) -> Result<Vec<Elements>> {
+    let file = parsed(bytes, path)?;
+    match file.damaged.first() {
+        Some(damaged) => Err(strict(path, damaged)),
+        None => Ok(file.sets),
+    }
+}
+
+/// The sets of a file, readable or not.
+fn parsed(bytes: Vec<u8>, path: &Path) -> Result<ElementsFile> {
     let table = |line, problem| Error::Table { path: path.to_owned(), line, problem };
     let text = text(bytes).map_err(|problem| table(None, problem))?;
     let start = text.trim_start();
     let first = start.lines().find(|l| !l.trim().is_empty() && !l.trim_start().starts_with('#')).unwrap_or_default();
-    let sets = if start.starts_with(['{', '[']) {
+    let file = if start.starts_with(['{', '[']) {
         omm::parse_json(&text)
     } else if start.starts_with('<') {
         xml::parse(&text)
@@ -41,13 +124,13 @@ pub fn elements_from_bytes(bytes: Vec<u8>, path: &Path) -> Result<Vec<Elements>>
         tle::parse_file(&text)
     }
     .map_err(|(line, problem)| table(line, problem))?;
-    if sets.is_empty() {
+    if file.sets.is_empty() && file.damaged.is_empty() {
         return Err(Error::NoInput {
             path: path.to_owned(),
             problem: "no element sets in this file; expected TLE, 3LE or OMM JSON".to_owned(),
         });
     }
-    Ok(sets)
+    Ok(file)
 }
 
 /// Whether the first line that is no comment is a `KEY = value` of an OMM.

@@ -7,14 +7,14 @@ use quick_xml::events::Event;
 use quick_xml::reader::Reader;
 use serde_json::{Map, Value};
 
-use super::Elements;
-use crate::orbit::omm::from_map;
+use super::ElementsFile;
+use crate::orbit::omm::add_set;
 use crate::orbit::tle::Problem;
 
 /// Every message of the text.
-pub(super) fn parse(text: &str) -> Result<Vec<Elements>, Problem> {
+pub(super) fn parse(text: &str) -> Result<ElementsFile, Problem> {
     let mut reader = Reader::from_str(text);
-    let mut sets = Vec::new();
+    let mut file = ElementsFile::default();
     // Line of the message and its keys; the name and the text of the innermost element.
     let mut message: Option<(usize, Map<String, Value>)> = None;
     let mut key = String::new();
@@ -52,7 +52,7 @@ pub(super) fn parse(text: &str) -> Result<Vec<Elements>, Problem> {
                 let name = local(e.local_name().as_ref());
                 if name == "OMM" {
                     if let Some((first, keys)) = message.take() {
-                        sets.push(from_map(keys, "OMM XML").map_err(|p| (Some(first), p))?);
+                        add_set(&mut file, keys, "OMM XML", Some(first), "");
                     }
                 } else if name == key
                     && let Some((_, keys)) = &mut message
@@ -74,10 +74,10 @@ pub(super) fn parse(text: &str) -> Result<Vec<Elements>, Problem> {
     if let Some((first, _)) = message {
         return Err((Some(first), "the message that begins here does not end: the file was cut".to_owned()));
     }
-    if sets.is_empty() {
+    if file.sets.is_empty() && file.damaged.is_empty() {
         return Err((None, "XML without an orbit mean-elements message; fetch FORMAT=xml or FORMAT=json".to_owned()));
     }
-    Ok(sets)
+    Ok(file)
 }
 
 fn local(name: &str) -> String {
