@@ -4,11 +4,16 @@ mod cli;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 
 fn main() -> ExitCode {
-    let args = cli::Cli::parse();
-    match args.execute() {
+    let command = cli::Cli::command();
+    let matches = command.clone().get_matches();
+    let args = match cli::Cli::from_arg_matches(&matches) {
+        Ok(args) => args,
+        Err(error) => error.exit(),
+    };
+    match cli::finite::check(&matches, &command).and_then(|()| args.execute()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             cli::tell(&format!("satphot: {error}"));

@@ -12,6 +12,7 @@ mod detector;
 mod examples;
 mod export;
 mod fetch;
+pub mod finite;
 mod flat;
 mod init;
 mod inspect;

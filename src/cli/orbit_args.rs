@@ -3,10 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use hifitime::Epoch;
 use satphot::Error;
 use satphot::config::{Config, Orbit, Site};
+use satphot::orbit::EarthOrientation;
 
-use super::load;
+use super::{load, tell};
 
 /// Elements older than this are refused where no configuration says otherwise [d].
 pub const MAX_AGE_D: f64 = 14.0;
@@ -123,6 +125,13 @@ pub fn elements_there(file: &Path, norad: Option<u64>, config: Option<&Config>) 
         None => format!("satphot fetch elements --norad {number} --date YYYY-MM-DD -o {file}"),
     };
     Err(Error::Orbit { problem: format!("no elements at {file}; `{line}` gets them") }.into())
+}
+
+/// A note where UT1 - UTC of a moment is neither given nor in the embedded table.
+pub fn tell_unknown_ut1(epoch: &Epoch, quiet: bool) {
+    if let Some(warning) = EarthOrientation::default().warning(epoch).filter(|_| !quiet) {
+        tell(&format!("note: {warning}"));
+    }
 }
 
 /// A wrong argument, with what would be right.

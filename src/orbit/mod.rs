@@ -21,7 +21,8 @@ pub mod whole_pass;
 pub use airmass::{Atmosphere, airmass, airmass_pickering2002};
 pub use earth::{EarthOrientation, Site};
 pub use elements::{
-    Elements, check_age, element_names, elements_from_bytes, nearest, read_elements, read_elements_for,
+    Elements, check_age, element_names, elements_from_bytes, nearest, read_elements, read_elements_file,
+    read_elements_for,
 };
 pub use geometry::Geometry;
 pub use passes::{Pass, PassEvent, passes};

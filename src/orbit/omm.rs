@@ -104,7 +104,8 @@ pub(super) fn parse_kvn(text: &str) -> Result<ElementsFile, Problem> {
 
 /// CSV with a header row, as CelesTrak writes it.
 pub(super) fn parse_csv(text: &str) -> Result<ElementsFile, Problem> {
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
+    let mut reader =
+        csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).flexible(true).from_reader(text.as_bytes());
     let at = |e: &csv::Error| e.position().map(|p| p.line() as usize);
     let header = reader.headers().map_err(|e| (at(&e), e.to_string()))?.clone();
     let mut file = ElementsFile::default();
@@ -113,6 +114,16 @@ pub(super) fn parse_csv(text: &str) -> Result<ElementsFile, Problem> {
         let line = record.position().map(|p| p.line() as usize);
         let map: Map<String, Value> =
             header.iter().zip(&record).map(|(k, v)| (k.to_ascii_uppercase(), Value::String(v.to_owned()))).collect();
+        if record.len() != header.len() {
+            let text = |key: &str| map.get(key).and_then(Value::as_str).unwrap_or_default();
+            file.damaged.push(DamagedSet {
+                line,
+                problem: format!("the row has {} fields, the header {}: it was cut", record.len(), header.len()),
+                numbers: text("NORAD_CAT_ID").parse().into_iter().collect(),
+                name: text("OBJECT_NAME").to_owned(),
+            });
+            continue;
+        }
         add_set(&mut file, map, "OMM CSV", line, "");
     }
     Ok(file)

@@ -14,3 +14,4 @@ mod inspect_cli;
 mod left_out;
 mod messages;
 mod published;
+mod times;

@@ -266,3 +266,90 @@ proptest::proptest! {
         }
     }
 }
+
+#[test]
+fn a_damaged_set_of_another_object_is_a_warning_and_one_of_the_object_an_error() {
+    use satphot::orbit::read_elements_for;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mixed.tle");
+    let read = |text: &str, norad| {
+        std::fs::write(&path, text).unwrap();
+        read_elements_for(&path, norad)
+    };
+    let iss = format!("ISS (ZARYA)\n{L1}\n{L2}\n");
+    let bad_sum = format!("{}5", &C1[..68]);
+    assert_ne!(bad_sum, C1, "the test could not fail");
+    // checksum, a cut line, a line that is missing, a name without lines
+    for damaged in [
+        format!("CSS (TIANHE)\n{bad_sum}\n{C2}\n"),
+        format!("CSS (TIANHE)\n{C1}\n{}\n", &C2[..50]),
+        format!("CSS (TIANHE)\n{C1}\n"),
+        format!("CSS (TIANHE)\n{C2}\n"),
+        format!("CSS (TIANHE)\n1 48274U\n{C2}\n"),
+        "CSS (TIANHE)\n".to_owned(),
+    ] {
+        for text in [format!("{damaged}{iss}"), format!("{iss}{damaged}")] {
+            let (sets, warnings) = read(&text, Some(25544)).unwrap_or_else(|e| panic!("{e}\n{text}"));
+            assert_eq!(sets.len(), 1, "{text}");
+            assert!(warnings.iter().all(|w| w.contains("mixed.tle:") && w.contains("another object")), "{warnings:?}");
+            assert!(!warnings.is_empty());
+            // the object itself is damaged
+            assert_eq!(read(&text, Some(48274)).map(|_| ()).is_err(), damaged.len() > 20, "{text}");
+        }
+    }
+    // without a number nobody says which object is meant
+    let text = format!("{iss}CSS (TIANHE)\n{bad_sum}\n{C2}\n");
+    let error = read(&text, None).unwrap_err();
+    assert!(error.exit_code() == 5 && error.to_string().contains("orbit.norad_cat_id"), "{error}");
+    // a damaged set of the object among its own good ones, and one whose number alone was altered
+    let error = read(&format!("{iss}ISS (ZARYA)\n{L1}\n{}\n", &L2[..60]), Some(25544)).unwrap_err();
+    assert!(error.exit_code() == 4 && error.to_string().contains("mixed.tle:6"), "{error}");
+    let altered = L1.replace("25544", "25545");
+    let error = read(&format!("{iss}ISS (ZARYA)\n{altered}\n{L2}\n"), Some(25544)).unwrap_err();
+    assert_eq!(error.exit_code(), 4, "{error}");
+}
+
+#[test]
+fn a_damaged_message_of_another_object_is_a_warning_in_json_and_csv() {
+    use satphot::orbit::read_elements_for;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mixed");
+    let set = |name: &str, number: &str, e: &str| {
+        format!(
+            "{{\"OBJECT_NAME\": \"{name}\", \"NORAD_CAT_ID\": {number}, \"EPOCH\": \"2025-06-08T01:41:33.5\", \"MEAN_MOTION\": 15.5, \
+             \"ECCENTRICITY\": {e}, \"INCLINATION\": 51.6, \"RA_OF_ASC_NODE\": 10, \"ARG_OF_PERICENTER\": 20, \"MEAN_ANOMALY\": 30, \
+             \"BSTAR\": 0.0001}}"
+        )
+    };
+    std::fs::write(&path, format!("[{}, {}]", set("CSS", "48274", "7"), set("ISS", "25544", "0.0001"))).unwrap();
+    let (sets, warnings) = read_elements_for(&path, Some(25544)).unwrap();
+    assert!(sets.len() == 1 && warnings.len() == 1 && warnings[0].contains("eccentricity"), "{warnings:?}");
+    assert_eq!(read_elements_for(&path, Some(48274)).unwrap_err().exit_code(), 4);
+    let head = "OBJECT_NAME,NORAD_CAT_ID,EPOCH,MEAN_MOTION,ECCENTRICITY,INCLINATION,RA_OF_ASC_NODE,ARG_OF_PERICENTER,MEAN_ANOMALY,BSTAR";
+    let row =
+        |name: &str, number: &str| format!("{name},{number},2025-06-08T01:41:33.5,15.5,0.0001,51.6,10,20,30,0.0001");
+    std::fs::write(&path, format!("{head}\n{}\nCSS,48274,2025-06-08T01:4\n", row("ISS", "25544"))).unwrap();
+    let (sets, warnings) = read_elements_for(&path, Some(25544)).unwrap();
+    assert!(sets.len() == 1 && warnings.len() == 1 && warnings[0].contains("fields"), "{warnings:?}");
+}
+
+#[test]
+fn the_epoch_of_a_message_may_have_an_offset() {
+    let of = |epoch: &str| {
+        let text = format!(
+            "{{\"OBJECT_NAME\": \"ISS\", \"NORAD_CAT_ID\": 25544, \"EPOCH\": \"{epoch}\", \"MEAN_MOTION\": 15.5, \"ECCENTRICITY\": \
+             0.0001, \"INCLINATION\": 51.6, \"RA_OF_ASC_NODE\": 10, \"ARG_OF_PERICENTER\": 20, \"MEAN_ANOMALY\": 30, \"BSTAR\": 0.0001}}"
+        );
+        read_text(&text)
+    };
+    let utc = of("2025-06-08T01:41:33.5").unwrap()[0].epoch();
+    for same in [
+        "2025-06-08T01:41:33.5Z",
+        "2025-06-08T11:41:33.5+10:00",
+        "2025-06-07T22:11:33.5-0330",
+        "2025-06-08T01:41:33.5+00:00",
+    ] {
+        assert_eq!(of(same).unwrap()[0].epoch(), utc, "{same}");
+    }
+    assert!(of("2025-02-30T01:41:33").is_err() && of("2025-06-08T25:41:33").is_err());
+}

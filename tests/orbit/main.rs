@@ -4,5 +4,7 @@
 mod elements;
 mod formats;
 mod passes;
+mod rotation;
 mod sgp4;
 mod sky;
+mod whole_passes;

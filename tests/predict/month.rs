@@ -173,3 +173,35 @@ fn months_dates_and_telescopes_that_are_none_are_refused_by_name() {
         assert!(told.code != 0 && told.err.contains(word), "{args:?}: {told:?}");
     }
 }
+
+#[test]
+fn the_lit_share_of_a_night_is_that_of_the_day_at_its_moment() {
+    // one moment, the same directions: local midnight of the evening of 9 June is 14 h UTC
+    let folder = tempfile::tempdir().unwrap();
+    let sampling = ["--points", "80", "--csv", "-q"];
+    let mut shares = Vec::new();
+    for date in ["2025-06-09", "2025-06-01", "2025-06-25"] {
+        let args = ["--date", date, "--nights", "1", "--steps", "1", "--around-h", "0", "--satellites", "iss"];
+        let night =
+            rows(&month(folder.path(), &[&args[..], &["--height-km", "420"], &sampling].concat()).expect(0, &[]).out);
+        let start = format!("{date}T14:00:00");
+        let head = ["predict", "day", "--site", SITE, "--satellite", "iss", "--height-km", "420", "--start", &start];
+        let day = satphot(folder.path(), &[&head[..], &["--hours", "0.1", "--step-min", "6"], &sampling].concat());
+        let day = rows(&day.expect(0, &[]).out);
+        assert_eq!(number(&night[0], "lit_frac"), number(&day[0], "lit_frac"), "{date}");
+        shares.push(number(&day[0], "lit_frac"));
+    }
+    assert!(shares.iter().any(|s| *s != shares[0]), "the test could not fail: {shares:?}");
+}
+
+#[test]
+fn the_moons_illuminated_share_is_called_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["--date", "2025-06-09", "--nights", "1", "--steps", "1", "--satellites", "iss", "--points", "20", "-q"];
+    let told = month(folder.path(), &args).expect(0, &[]);
+    // 97 % of the Moon's disc is lit; that is no share of the sky
+    let line = told.out.lines().find(|l| l.starts_with("2025-06-09")).unwrap();
+    let head = told.out.lines().find(|l| l.trim_start().starts_with("night")).unwrap();
+    assert!(head.contains("Moon %") && !head.contains("lit %"), "{head}");
+    assert_eq!(line.split_whitespace().nth(2), Some("97"), "{line}");
+}

@@ -122,16 +122,32 @@ fn a_pass_shorter_than_the_step_is_its_culmination() {
 }
 
 #[test]
+fn a_window_without_a_pass_is_an_answer_with_a_table_without_rows() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["--satellite", "iss", "--hours", "1", "--min-alt", "60"];
+    let told = pass_in(folder.path(), EVENING, &args).expect(0, &[]);
+    for word in ["no pass", "never above 60 deg", "highest 19.1 deg", "satphot passes"] {
+        assert!(told.out.contains(word), "{word}\n{}", told.out);
+    }
+    let csv = pass_in(folder.path(), EVENING, &[&args[..], &["--csv"]].concat()).expect(0, &["no pass"]);
+    assert_eq!(csv.out.trim_end(), PREDICTION.join(","));
+    let told = pass_in(folder.path(), EVENING, &[&args[..], &["-o", "p.ecsv", "-o", "p.svg"]].concat());
+    told.expect(0, &["p.svg is not drawn"]);
+    let table = std::fs::read_to_string(folder.path().join("p.ecsv")).unwrap();
+    assert_eq!(table.lines().filter(|l| !l.starts_with('#')).count(), 1, "{table}");
+    assert!(!folder.path().join("p.svg").exists());
+}
+
+#[test]
 fn arguments_that_cannot_be_used_are_named_with_a_remedy() {
     let iss = ["--satellite", "iss"];
     let with = |more: &[&str]| pass(EVENING, &[&iss[..], more].concat());
     for (more, words) in [
         (&["--hours", "0"][..], &["--hours", "outside 0 to 8784"][..]),
         (&["--end", "2025-06-09T08:00:00"], &["--end", "after --start", "above 0"]),
-        (&["--end", "later"], &["--end", "UTC time such as"]),
+        (&["--end", "later"], &["--end", "is not a time"]),
         (&["--hours", "1", "--step-s", "0"], &["--step-s", "0.001 to 600"]),
         (&["--hours", "1", "--min-alt", "95"], &["--min-alt", "0 to 90"]),
-        (&["--hours", "1", "--min-alt", "60"], &["never above 60 deg", "highest 19.1 deg", "satphot passes"]),
         (&["--hours", "1", "--set", "site.lat_deg=1"], &["--set", "model."]),
         (&["--hours", "1", "--set", "model.tolerance=0"], &["model.tolerance"]),
         (&["--hours", "1", "-o", "table.csv"], &["--out", ".ecsv", "--csv"]),

@@ -20,7 +20,7 @@ use satphot::report::footprint::{FOOTPRINT, FootprintRow, write_footprint};
 use satphot::report::summary::text_table;
 use satphot::report::{Meta, MetaValue};
 
-use super::super::orbit_args::{OrbitArgs, bad};
+use super::super::orbit_args::{OrbitArgs, bad, tell_unknown_ut1};
 use super::super::{print, tell};
 use super::{positive, within};
 
@@ -149,6 +149,9 @@ impl Footprint {
         };
         if let Some(warning) = tracker.as_ref().and_then(|t| t.age_warning(&start)).filter(|_| !self.quiet) {
             tell(&format!("note: {warning}"));
+        }
+        if tracker.is_none() {
+            tell_unknown_ut1(&start, self.quiet);
         }
         let at = |t_s: f64| -> satphot::Result<Scene> {
             let epoch = shifted(start, t_s);

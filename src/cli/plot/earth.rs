@@ -20,7 +20,7 @@ use satphot::report::plot::{EarthMark, earth};
 use satphot::report::summary::text_table;
 use satphot::vector::{Itrs, Vector};
 
-use super::super::orbit_args::bad;
+use super::super::orbit_args::{bad, tell_unknown_ut1};
 use super::super::{print, tell};
 
 /// Points of a mean over a pixel, along a side.
@@ -82,6 +82,7 @@ impl Earth {
     pub fn execute(self) -> anyhow::Result<()> {
         let files = self.files()?;
         let epoch = parse_utc("--time", &self.time)?;
+        tell_unknown_ut1(&epoch, self.quiet);
         let [lon, lat, height] = numbers::<3>("--from", &self.from, "longitude, latitude and height")?;
         let [low_um, high_um] = numbers::<2>("--band-um", &self.band_um, "two wavelengths")?;
         if !(0.28 <= low_um && low_um < high_um && high_um <= 4.0) {

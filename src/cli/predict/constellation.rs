@@ -16,10 +16,10 @@ use satphot::night::predict::prediction_meta;
 use satphot::night::predict::tally::Tally;
 use satphot::night::predict::walker::{Pattern, Walker};
 use satphot::night::progress::Progress;
-use satphot::orbit::{Propagator, Site, check_age, read_elements};
+use satphot::orbit::{Propagator, Site, check_age, read_elements_file};
 use satphot::report::{Meta, write_cells};
 
-use super::super::orbit_args::{SiteArg, bad, configuration};
+use super::super::orbit_args::{SiteArg, bad, configuration, tell_unknown_ut1};
 use super::super::{bar::Bars, print, tell, threads};
 use super::dome_args::site_of;
 use super::shards::{shard, together};
@@ -139,6 +139,7 @@ impl Constellation {
             return shards.lacking().map_or(Ok(()), |error| Err(error.into()));
         }
         let start = parse_utc("--start", self.start.as_deref().unwrap_or_default())?;
+        tell_unknown_ut1(&start, self.quiet);
         self.check()?;
         let given = self.place.given()?;
         let needed = self.model.satellite.is_none() || given.is_none();
@@ -217,7 +218,16 @@ impl Constellation {
 
     /// Of each object the set nearest to the first moment; what cannot be used is told.
     fn elements(&self, path: &Path, start: &Epoch) -> anyhow::Result<Source> {
-        let mut sets = read_elements(path)?;
+        let file = read_elements_file(path)?;
+        if let Some(first) = file.damaged.first().filter(|_| !self.quiet) {
+            let (n, line) = (file.damaged.len(), first.line.map(|l| format!(":{l}")).unwrap_or_default());
+            tell(&format!(
+                "note: {n} damaged sets are not used; the first: {}{line}: {}",
+                path.display(),
+                first.problem
+            ));
+        }
+        let mut sets = file.sets;
         let age = |e: &satphot::orbit::Elements| e.age_d(start).abs();
         sets.sort_by(|a, b| a.norad_cat_id().cmp(&b.norad_cat_id()).then(age(a).total_cmp(&age(b))));
         sets.dedup_by_key(|e| e.norad_cat_id());

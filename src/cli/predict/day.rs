@@ -13,7 +13,7 @@ use satphot::report::plot::{Violin, day as draw};
 use satphot::report::summary::text_table;
 use satphot::report::{MetaValue, csv_text, read_photometry, write_rows};
 
-use super::super::orbit_args::{SiteArg, configuration};
+use super::super::orbit_args::{SiteArg, configuration, tell_unknown_ut1};
 use super::super::{bar::Bars, print, tell, threads};
 use super::dome_args::{SamplingArgs, first_moment, height_km, mode_name, site_of};
 use super::{ModelArgs, OutArgs, band_note, on_threads};
@@ -93,6 +93,7 @@ pub struct Day {
 impl Day {
     pub fn execute(self) -> anyhow::Result<()> {
         let start = first_moment(self.date.as_deref(), self.start.as_deref())?;
+        tell_unknown_ut1(&start, self.quiet);
         let epochs = day_moments(start, self.hours, self.step_min)?;
         let given = self.place.given()?;
         let needed = self.model.satellite.is_none() || given.is_none();

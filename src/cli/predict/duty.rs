@@ -17,7 +17,7 @@ use satphot::report::forecast::{DUTY, DutyRow};
 use satphot::report::summary::text_table;
 use satphot::report::{csv_text, write_rows};
 
-use super::super::orbit_args::{SiteArg, bad, configuration};
+use super::super::orbit_args::{SiteArg, bad, configuration, tell_unknown_ut1};
 use super::super::{bar::Bars, print, tell, threads};
 use super::dome_args::{SamplingArgs, first_moment, height_km, site_of};
 use super::{ModelArgs, OutArgs, on_threads};
@@ -91,6 +91,7 @@ pub struct Duty {
 impl Duty {
     pub fn execute(self) -> anyhow::Result<()> {
         let start = first_moment(self.date.as_deref(), self.start.as_deref())?;
+        tell_unknown_ut1(&start, self.quiet);
         let given = self.place.given()?;
         let config = configuration(self.config.as_deref(), &self.sets, given.is_none(), "--site")?;
         let place = site_of(given, config.as_ref())?;

@@ -14,7 +14,7 @@ use satphot::report::forecast::{MONTH, MonthRow};
 use satphot::report::plot::month as draw;
 use satphot::report::{Meta, MetaValue, csv_text, write_rows};
 
-use super::super::orbit_args::{SiteArg, bad, configuration};
+use super::super::orbit_args::{SiteArg, bad, configuration, tell_unknown_ut1};
 use super::super::{bar::Bars, print, tell, threads};
 use super::dome_args::{SamplingArgs, height_km, mode_name, site_of};
 use super::month_text::{first_mirrors, summary, table, unlit_notes};
@@ -158,6 +158,9 @@ impl Month {
             tell(&format!("note: local time is UTC{offset_h:+.0} h by the longitude; --utc-offset-h sets it"));
         }
         let nights = self.nights(offset_h)?;
+        if let Some(first) = nights.first() {
+            tell_unknown_ut1(&first.midnight, self.quiet);
+        }
         let limits = self.telescope.limits()?;
         let satellites = self.all_satellites(&site, config.as_ref())?;
         let bar = Bars::new(!self.quiet);

@@ -40,7 +40,7 @@ pub fn table(rows: &[&MonthRow]) -> String {
             names.push(&r.object_name);
         }
     }
-    let mut head = vec!["night", "Moon deg", "lit %", "sky", "1 sigma", "5 sigma"];
+    let mut head = vec!["night", "Moon deg", "Moon %", "sky", "1 sigma", "5 sigma"];
     head.extend(&names);
     let nights: Vec<&&MonthRow> =
         rows.iter().filter(|r| names.first().is_some_and(|first| r.object_name == *first)).collect();

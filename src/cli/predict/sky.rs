@@ -8,7 +8,7 @@ use satphot::brightness::scene::local_radius_km;
 use satphot::brightness::sky::{SkyGrid, SkyMap, sky_map};
 use satphot::brightness::{ModelSettings, Satellite, ToleranceOf};
 use satphot::config::{self, EarthRadius, LunarEclipse};
-use satphot::night::clock::iso_utc;
+use satphot::night::clock::{iso_utc, parse_utc};
 use satphot::night::explain::explain_scenes;
 use satphot::night::predict::{flux_per_e0, prediction_meta, sky_rows};
 use satphot::night::progress::Progress as _;
@@ -17,7 +17,7 @@ use satphot::report::plot::{sky_map as draw, sky_sequence};
 use satphot::report::summary::text_table;
 use satphot::report::{Meta, MetaValue, SkyRow, read_rows, write_cells, write_sky};
 
-use super::super::orbit_args::{SiteArg, bad, configuration};
+use super::super::orbit_args::{SiteArg, bad, configuration, tell_unknown_ut1};
 use super::super::{bar::Bars, print, tell, threads};
 use super::dome_args::height_km;
 use super::lamps::{LampArgs, Lamps};
@@ -135,6 +135,9 @@ impl Sky {
             }
         }
         self.lamps.check()?;
+        if self.lamps.at_a_time() {
+            tell_unknown_ut1(&parse_utc("--time", self.lamps.moment())?, self.quiet);
+        }
         let site = self.place.given()?;
         let needed = self.model.satellite.is_none() || (site.is_none() && self.lamps.at_a_time());
         let config = configuration(self.config.as_deref(), &self.sets, needed, "--satellite, and --site for --time")?;

@@ -41,6 +41,13 @@ pub struct SkyLight {
     pub skipped: Vec<String>,
 }
 
+/// Share of directions (and moments) in which a satellite has any light, of those that were asked; NaN if none was. This is
+/// `lit_frac` of the tables and `lit %` of the summaries.
+#[must_use]
+pub fn lit_frac(lit: usize, asked: usize) -> f64 {
+    lit as f64 / asked as f64
+}
+
 /// Asks a dome in every direction at one moment.
 ///
 /// # Errors
@@ -129,7 +136,7 @@ fn row(overhead: &Overhead, mut sky: SkyLight) -> DayRow {
         moon_phase_deg: overhead.moon_phase_rad.to_degrees(),
         moon_illum_pct: 50.0 * (1.0 + overhead.moon_phase_rad.cos()),
         n_points: sky.n_points as i64,
-        lit_frac: of_all(sky.v_mag.len()),
+        lit_frac: lit_frac(sky.v_mag.len(), sky.n_points),
         model_v_mag: spread.map(|s| s.median),
         model_v_p16_mag: spread.map(|s| s.p16),
         model_v_p84_mag: spread.map(|s| s.p84),

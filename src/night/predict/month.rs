@@ -6,7 +6,7 @@
 use hifitime::{Epoch, TimeScale, Unit};
 use rayon::prelude::*;
 
-use super::day::sky_light;
+use super::day::{lit_frac, sky_light};
 use super::dome::{Dome, Overhead};
 use crate::brightness::sky_points::{SkyPoints, Spread};
 use crate::config::Mode;
@@ -200,7 +200,7 @@ fn month_row(
         v_mag.extend(sky.v_mag);
         mu.extend(sky.mu_mag_arcsec2);
     }
-    let lit_frac = v_mag.len() as f64 / asked as f64;
+    let lit_frac = lit_frac(v_mag.len(), asked);
     let is_lit = lit_frac >= LIT_FROM;
     let spread = |values: &mut Vec<f64>| Spread::of(values).filter(|_| is_lit);
     let (v, mu) = (spread(&mut v_mag), spread(&mut mu));

@@ -8,7 +8,7 @@ mod read;
 mod select;
 mod xml;
 
-pub use read::{DamagedSet, ElementsFile, elements_from_bytes, read_elements, read_elements_for};
+pub use read::{DamagedSet, ElementsFile, elements_from_bytes, read_elements, read_elements_file, read_elements_for};
 pub(super) use select::only_object;
 pub use select::{check_age, element_names, nearest};
 

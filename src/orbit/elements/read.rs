@@ -34,6 +34,9 @@ impl DamagedSet {
     }
 }
 
+/// Damaged sets of other objects that are named one by one.
+const MOST_WARNINGS: usize = 3;
+
 /// What a file of elements holds: the sets that can be read, and those that cannot.
 #[derive(Debug, Clone, Default)]
 pub struct ElementsFile {
@@ -75,7 +78,11 @@ pub fn read_elements_for(path: &Path, norad: Option<u64>) -> Result<(Vec<Element
         let line = d.line.map(|l| format!(":{l}")).unwrap_or_default();
         format!("{}{line}: {}; it is of another object and is not used", path.display(), d.problem)
     };
-    Ok((file.sets, file.damaged.iter().map(warning).collect()))
+    let mut warnings: Vec<String> = file.damaged.iter().take(MOST_WARNINGS).map(warning).collect();
+    if file.damaged.len() > MOST_WARNINGS {
+        warnings.push(format!("and {} more damaged sets of other objects", file.damaged.len() - MOST_WARNINGS));
+    }
+    Ok((file.sets, warnings))
 }
 
 /// The error of a damaged set.
@@ -92,6 +99,18 @@ fn strict(path: &Path, damaged: &DamagedSet) -> Error {
 /// [`Error::Io`]; [`Error::Table`] with file, line and what was expected; [`Error::NoInput`] for a file without sets.
 pub fn read_elements(path: &Path) -> Result<Vec<Elements>> {
     elements_from_bytes(std::fs::read(path).map_err(|e| Error::io(path, e))?, path)
+}
+
+/// Reads what can be read of a file of elements, for those who use every object in it.
+///
+/// # Errors
+/// As [`read_elements`] for a file of which nothing can be read.
+pub fn read_elements_file(path: &Path) -> Result<ElementsFile> {
+    let file = parsed(std::fs::read(path).map_err(|e| Error::io(path, e))?, path)?;
+    match file.damaged.first() {
+        Some(damaged) if file.sets.is_empty() => Err(strict(path, damaged)),
+        _ => Ok(file),
+    }
 }
 
 /// As [`read_elements`], from the bytes of a file; `path` is named in errors.
