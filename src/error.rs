@@ -19,6 +19,20 @@ pub enum Error {
         problem: String,
     },
 
+    /// Several things stand against a night before its work begins; the first decides the exit code.
+    #[error(
+        "{} problems before any frame is measured:\n{}{}",
+        problems.len(),
+        problems.iter().map(|p| format!("  {p}")).collect::<Vec<_>>().join("\n"),
+        if paste.is_empty() { String::new() } else { format!("\nlines to paste into pipeline.toml:\n{}", paste.trim_end()) }
+    )]
+    Preflight {
+        /// Each of them.
+        problems: Vec<Error>,
+        /// Lines that pipeline.toml lacks, by table; empty if none would help.
+        paste: String,
+    },
+
     // --- fix the input files (exit code 4)
     /// A file or folder cannot be read or written.
     #[error("{path}: {source}")]
@@ -161,6 +175,7 @@ impl Error {
             | Error::Fits { .. }
             | Error::Header { .. }
             | Error::Table { .. } => 4,
+            Error::Preflight { problems, .. } => problems.first().map_or(2, Error::exit_code),
             Error::Mismatch { .. } => 6,
             Error::Temporary { .. } => 75,
             Error::Interrupted { signal, .. } => 128 | signal,

@@ -4,11 +4,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::config::Config;
-use satphot::error::{Error, Result};
 use satphot::frames::{Exposure, Role};
 use satphot::night::bench::Bench;
 use satphot::night::pipeline::{Options, run};
-use satphot::night::survey::{Survey, survey};
+use satphot::night::plan::products::Products;
+use satphot::night::preflight::{Preflight, preflight};
+use satphot::night::scale::check_stars;
+use satphot::night::survey::Survey;
 use satphot::night::target::empty_columns;
 
 use super::{Common, print, tell};
@@ -22,12 +24,13 @@ takes seconds and gives the same bytes.
 Examples:
   satphot run                                  the night of pipeline.toml
   satphot run night.toml -j 4 --max-memory 2GB
-  satphot run night.toml --dry-run             what each file is taken for, and what is missing
+  satphot run night.toml --dry-run             what each file is taken for, and all that is missing, with lines to paste
   satphot run night.toml -o results --set photometry.aper_r_fwhm=2.5
   satphot run night.toml --json --quiet 2> run.jsonl
   satphot run night.toml --force               nothing kept earlier is believed
 
-Exit code 3: outputs written, but too many frames failed or no star matched; 5: flat, catalogue or elements missing;
+Exit code 2: the configuration contradicts the frames (another camera, a scale more than 2 % from that of the stars);
+3: outputs written, but too many frames failed or no star matched; 5: flat, catalogue or elements missing;
 75: another run is at work in the folder; 130, 143: interrupted, finished frames are kept.";
 
 /// Reduces the night of a pipeline.toml and writes tables, figures and a summary.
@@ -57,7 +60,7 @@ pub struct Run {
     /// Say on standard error what was left out of each scene and frame, why, and the CPU time that saved
     #[arg(long)]
     explain: bool,
-    /// Say what each file is and what would be done, and stop
+    /// Say what each file is, what would be done and all that is missing, and stop with the exit code of the run
     #[arg(long)]
     dry_run: bool,
 }
@@ -117,17 +120,19 @@ impl Run {
 /// CPU time of a frame by its role \[s per million pixels\]: docs/speed.md, with half as much again for slower machines.
 const CPU_S_PER_MPX: [(Role, f64); 3] = [(Role::Flat, 0.0018), (Role::Stars, 0.011), (Role::Target, 0.009)];
 
-/// What each file is and what the run would make of them, without touching their pixels.
+/// What each file is and what the run would make of them, without touching their pixels, after every check that the run
+/// makes before it reads any; only where headers contradict the configured scale, stars are asked as the run asks them.
 ///
-/// A piece that is not there is told at the end, with all others, and then is the error the run would stop with.
+/// Everything that is missing is told at the end, with the lines to paste, and ends as the run would.
 fn dry_run(config: &Config, jobs: usize) -> anyhow::Result<()> {
-    let (bench, missing) = prepare_without_missing(config)?;
-    let mut names = bench.target_names();
-    if bench.tracker.is_none() {
-        // elements would name the target; the model names the same satellite
-        names.extend(config.model.iter().map(|m| m.satellite.clone()));
+    let mut preflight = preflight(config, &[])?;
+    let Preflight { bench, survey, findings } = &mut preflight;
+    if findings.scale_in_doubt && findings.errors.is_empty() {
+        match check_stars(survey, bench, &Products::default(), jobs) {
+            Ok(notes) => findings.notes.extend(notes),
+            Err(error) => findings.errors.push(error),
+        }
     }
-    let survey = survey(config, &[], &names)?;
     let line = |kind: &str, e: &Exposure| {
         let time = e.time.as_ref().map(|t| satphot::night::clock::iso_utc(t.mid, 3)).unwrap_or_default();
         print(&format!("{kind:<10} {:<32} {time:<24} {:>9.4} s  {}\n", e.name, e.exptime_s, e.role_reason));
@@ -141,8 +146,11 @@ fn dry_run(config: &Config, jobs: usize) -> anyhow::Result<()> {
     for u in &survey.unreadable {
         print(&format!("unreadable {}: {}\n", u.path.display(), u.error));
     }
-    print(&format!("\n{}", masters(config, &survey, &bench)));
-    for note in empty_columns(config, &bench) {
+    for s in &survey.set_aside {
+        print(&format!("set aside  {}: {}\n", s.path.display(), s.reason));
+    }
+    print(&format!("\n{}", masters(config, survey, bench)));
+    for note in empty_columns(config, bench) {
         // flats and zeropoint of this night are only made by the run
         let made = (note.starts_with("no flats") && !survey.flats.is_empty())
             || (note.starts_with("no zeropoint") && !survey.pointings.is_empty());
@@ -150,6 +158,23 @@ fn dry_run(config: &Config, jobs: usize) -> anyhow::Result<()> {
             print(&format!("missing    {note}\n"));
         }
     }
+    print(&work(survey, jobs));
+    print(&format!("results    would go to {}\n", config.night.output.join(&config.night.name).display()));
+    for note in &findings.notes {
+        print(&format!("note       {note}\n"));
+    }
+    for error in &findings.errors {
+        print(&format!("missing    {error}\n"));
+    }
+    let paste = findings.paste();
+    if !paste.is_empty() {
+        print(&format!("\nlines to paste into pipeline.toml:\n{paste}"));
+    }
+    preflight.ready().map(|_| ()).map_err(Into::into)
+}
+
+/// How much there is to read, and how long that may take.
+fn work(survey: &Survey, jobs: usize) -> String {
     let frames: Vec<&Exposure> =
         survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets).collect();
     let bytes: u64 = frames.iter().filter_map(|e| std::fs::metadata(&e.path).ok()).map(|m| m.len()).sum();
@@ -160,43 +185,11 @@ fn dry_run(config: &Config, jobs: usize) -> anyhow::Result<()> {
     let threads = Options { jobs, ..Options::default() }.threads() as f64;
     // starting, plates, model and figures of the smallest night
     let seconds = 1.0 + frames.iter().map(cpu_s).sum::<f64>() / threads;
-    print(&format!(
+    format!(
         "work       {} frames, {:.0} MB to read, about {seconds:.0} s on {threads:.0} threads if the disk keeps up\n",
         frames.len(),
         bytes as f64 / 1e6
-    ));
-    print(&format!("results    would go to {}\n", config.night.output.join(&config.night.name).display()));
-    for error in &missing {
-        print(&format!("missing    {error}\n"));
-    }
-    match missing.into_iter().next() {
-        Some(first) => Err(first.into()),
-        None => Ok(()),
-    }
-}
-
-/// The bench of the pieces that are there, and an error for each that is not.
-fn prepare_without_missing(config: &Config) -> Result<(Bench, Vec<Error>)> {
-    let mut there = config.clone();
-    let mut missing = Vec::new();
-    for path in config.flat.master.iter().chain(&config.zeropoint.previous).filter(|p| !p.is_file()) {
-        let problem = "no such file (flat.master, zeropoint.previous): name the one of a finished night".to_string();
-        missing.push(Error::NoInput { path: path.clone(), problem });
-    }
-    loop {
-        match Bench::prepare(&there) {
-            Ok(bench) => return Ok((bench, missing)),
-            Err(error @ Error::Orbit { .. }) if there.orbit.is_some() => {
-                there.orbit = None;
-                missing.push(error);
-            }
-            Err(error @ Error::Catalogue { .. }) if there.stars.is_some() => {
-                there.stars = None;
-                missing.push(error);
-            }
-            Err(error) => return Err(error),
-        }
-    }
+    )
 }
 
 /// Where master flat and zeropoint would be from.

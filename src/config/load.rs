@@ -42,7 +42,8 @@ impl Config {
     /// # Errors
     /// [`Error::Config`].
     pub fn from_text(text: &str, sets: &[String]) -> Result<Self> {
-        let mut config: Config = read_layers(text, sets)?;
+        let table = layers(text, sets)?;
+        let mut config: Config = deserialize(table.clone()).map_err(|error| with_all_missing(error, &table))?;
         for (quantity, keywords) in std::mem::take(&mut config.frames.aliases) {
             config.header.aliases.entry(quantity).or_default().extend(keywords);
         }
@@ -90,6 +91,11 @@ impl Config {
 /// # Errors
 /// [`Error::Config`].
 pub(crate) fn read_layers<T: serde::de::DeserializeOwned>(text: &str, sets: &[String]) -> Result<T> {
+    deserialize(layers(text, sets)?).map_err(|(error, _)| error)
+}
+
+/// Preset, then the text, then `--set`, as one table.
+fn layers(text: &str, sets: &[String]) -> Result<Table> {
     let mut user: Table = text.parse().map_err(|e: toml::de::Error| bad("TOML", e.to_string()))?;
     for set in sets {
         apply_set(&mut user, set)?;
@@ -99,7 +105,92 @@ pub(crate) fn read_layers<T: serde::de::DeserializeOwned>(text: &str, sets: &[St
         Some(name) => preset_table(name)?,
     };
     merge(&mut table, user);
+    Ok(table)
+}
+
+/// What serde does not take, in our words, and whether it is a key that it does not know.
+fn deserialize<T: serde::de::DeserializeOwned>(table: Table) -> std::result::Result<T, (Error, bool)> {
     serde_path_to_error::deserialize(Value::Table(table)).map_err(|e| explain(&e))
+}
+
+/// Tables and keys that a night cannot do without, each with a value that is refused until it is filled in, and what it is;
+/// those of the last tables are needed where the table is there.
+const NEEDED: [(&str, &[(&str, &str, &str)]); 7] = [
+    (
+        "night",
+        &[
+            ("name", "\"\"", "name of the night"),
+            ("input", "[]", "folders or files of the frames"),
+            ("output", "\"\"", "folder of the results"),
+        ],
+    ),
+    (
+        "site",
+        &[
+            ("name", "\"\"", "name of the site"),
+            ("lat_deg", "nan", "latitude, north positive [deg]"),
+            ("lon_deg", "nan", "longitude, east positive [deg]"),
+            ("alt_m", "nan", "height [m]"),
+        ],
+    ),
+    (
+        "telescope",
+        &[
+            ("name", "\"\"", "name of the telescope"),
+            ("aperture_m", "nan", "clear aperture [m]"),
+            ("focal_length_mm", "nan", "focal length [mm]"),
+        ],
+    ),
+    (
+        "detector",
+        &[
+            ("camera", "\"\"", "a camera of the table, e.g. asi6200mm, or any name with detector.e_per_adu"),
+            ("pixel_um", "nan", "pixel pitch, unbinned [um]"),
+            ("pedestal_adu", "nan", "bias level of a raw frame [ADU]"),
+        ],
+    ),
+    (
+        "stars",
+        &[
+            ("catalogue", "\"\"", "star catalogue; `satphot fetch stars` gets one"),
+            ("bv_range_mag", "[nan, nan]", "range of B-V of the stars [mag]"),
+            ("v_range_mag", "[nan, nan]", "range of V of the stars [mag]"),
+        ],
+    ),
+    ("orbit", &[("elements", "\"\"", "file of elements; `satphot fetch elements` gets one")]),
+    ("model", &[("satellite", "\"\"", "a satellite of the catalogue; `satphot satellites` lists them")]),
+];
+/// Tables of [`NEEDED`] that a night may do without.
+const OPTIONAL: [&str; 3] = ["stars", "orbit", "model"];
+
+/// The error of a configuration that lacks keys, naming all of them with the lines to paste; any other error as it is.
+fn with_all_missing((error, unknown_key): (Error, bool), table: &Table) -> Error {
+    if unknown_key {
+        return error; // the key that is missing may be the one that is misspelt
+    }
+    let mut n = 0;
+    let mut lines = String::new();
+    for (name, keys) in NEEDED {
+        let there = match table.get(name) {
+            None if OPTIONAL.contains(&name) => continue,
+            None => None,
+            Some(Value::Table(there)) => Some(there),
+            Some(_) => return error,
+        };
+        let lacking: Vec<_> = keys.iter().filter(|(key, ..)| there.is_none_or(|t| !t.contains_key(*key))).collect();
+        if !lacking.is_empty() {
+            lines += &format!("\n[{name}]");
+        }
+        for (key, value, what) in lacking {
+            lines += &format!("\n{key} = {value}   # {what}");
+            n += 1;
+        }
+    }
+    match n {
+        0 => error,
+        1 => bad("pipeline.toml", format!("a key is missing; the line to paste, with your value:{lines}")),
+        _ => bad("pipeline.toml", format!("{n} keys are missing; the lines to paste, with your values:{lines}")),
+    }
 }
 
 fn bad(key: &str, problem: String) -> Error {
@@ -153,7 +244,7 @@ fn apply_set(table: &mut Table, set: &str) -> Result<()> {
 }
 
 /// Turns serde's message into one that names the dotted key and, for a typing error, the nearest known key.
-fn explain(error: &serde_path_to_error::Error<toml::de::Error>) -> Error {
+fn explain(error: &serde_path_to_error::Error<toml::de::Error>) -> (Error, bool) {
     let message = error.inner().message().to_string();
     let path = error.path().to_string();
     if let Some((unknown, known)) = unknown_field(&message) {
@@ -162,7 +253,7 @@ fn explain(error: &serde_path_to_error::Error<toml::de::Error>) -> Error {
         let nearest =
             known.iter().max_by(|a, b| strsim::jaro_winkler(&unknown, a).total_cmp(&strsim::jaro_winkler(&unknown, b)));
         let hint = nearest.map(|n| format!("; did you mean \"{n}\"?")).unwrap_or_default();
-        return bad(&key, format!("unknown key{hint} Known here: {}", known.join(", ")));
+        return (bad(&key, format!("unknown key{hint} Known here: {}", known.join(", "))), true);
     }
     let message = [
         ("expected usize", "expected a whole number"),
@@ -173,7 +264,7 @@ fn explain(error: &serde_path_to_error::Error<toml::de::Error>) -> Error {
     ]
     .into_iter()
     .fold(message, |text, (serde, words)| text.replace(serde, words));
-    bad(if path == "." { "pipeline.toml" } else { &path }, message)
+    (bad(if path == "." { "pipeline.toml" } else { &path }, message), false)
 }
 
 /// `unknown field `x`, expected one of `a`, `b`` -> (x, [a, b]).
@@ -203,6 +294,37 @@ mod tests {
         assert!(e.contains("photometry.clip_radius:") && e.contains("did you mean \"clip_radius_px\""), "{e}");
         let e = Config::from_text(&format!("{NIGHT}[photometri]\n"), &[]).unwrap_err().to_string();
         assert!(e.contains("\"photometry\""), "{e}");
+    }
+
+    #[test]
+    fn all_missing_keys_are_named_at_once_with_lines_that_are_refused_until_filled_in() {
+        let text = "[night]\nname = \"n\"\noutput = \"o\"\n[telescope]\naperture_m = 0.6\n[detector]\n[orbit]\n";
+        let e = Config::from_text(text, &[]).unwrap_err().to_string();
+        for word in [
+            "11 keys",
+            "[night]\ninput",
+            "[site]\nname",
+            "lat_deg",
+            "focal_length_mm",
+            "pedestal_adu",
+            "[orbit]\nelements",
+        ] {
+            assert!(e.contains(word), "{word} is not in\n{e}");
+        }
+        for word in ["[stars]", "[model]", "output =", "aperture_m ="] {
+            assert!(!e.contains(word), "{word} is in\n{e}");
+        }
+        // the lines as they are do not pass for a configuration
+        let lacks_site = "[night]\nname = \"n\"\ninput = [\"i\"]\noutput = \"o\"\n[telescope]\nname = \"\"\naperture_m = 0.6\n\
+                          focal_length_mm = 3962.0\n[detector]\ncamera = \"asi6200mm\"\npixel_um = 3.76\npedestal_adu = 500.0\n";
+        let e = Config::from_text(lacks_site, &[]).unwrap_err().to_string();
+        let lines = &e[e.find("[site]").unwrap()..];
+        let e = Config::from_text(&format!("{lacks_site}{lines}\n"), &[]).unwrap_err().to_string();
+        assert!(e.contains("site.lat_deg") && e.contains("NaN"), "{e}");
+        // a misspelt key is told as one
+        let e =
+            Config::from_text(&lacks_site.replace("focal_length_mm", "focal_lenght_mm"), &[]).unwrap_err().to_string();
+        assert!(e.contains("did you mean \"focal_length_mm\""), "{e}");
     }
 
     #[test]

@@ -132,6 +132,10 @@ pub struct Telescope {
     pub aperture_m: f64,
     /// Focal length \[mm\].
     pub focal_length_mm: f64,
+    /// A pixel scale of the stars more than 2 % from that of focal length, pixel pitch and binning is an error; false: it is
+    /// reported, and the configured scale used.
+    #[serde(default = "yes", skip_serializing_if = "is_true")]
+    pub check_scale: bool,
 }
 
 /// The camera. A number given here wins over the table of the named camera.
@@ -214,6 +218,10 @@ pub const QUANTITIES: [&str; 17] = [
 pub struct HeaderRules {
     /// Light frames whose header tells a site more than 0.1 deg from the configured one fail; false: they are told.
     pub check_site: bool,
+    /// Frames whose header names another camera than `detector.camera` are set aside, and an error where most do; false:
+    /// they are reported, and the configured camera is used.
+    #[serde(skip_serializing_if = "is_true")]
+    pub check_camera: bool,
     /// Quantity -> own header keywords, tried first; the quantities are [`QUANTITIES`].
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub aliases: BTreeMap<String, Vec<String>>,
@@ -221,7 +229,7 @@ pub struct HeaderRules {
 
 impl Default for HeaderRules {
     fn default() -> Self {
-        Self { check_site: true, aliases: BTreeMap::new() }
+        Self { check_site: true, check_camera: true, aliases: BTreeMap::new() }
     }
 }
 
@@ -253,6 +261,12 @@ pub struct Time {
     pub err_s: Option<f64>,
 }
 
+fn yes() -> bool {
+    true
+}
+fn is_true(value: &bool) -> bool {
+    *value
+}
 fn half() -> f64 {
     0.5
 }

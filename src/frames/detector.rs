@@ -49,7 +49,7 @@ impl Detector {
     /// # Errors
     /// [`Error::Config`] if the camera is unknown and neither `e_per_adu` nor `use_header_egain` is given.
     pub fn from_config(config: &config::Detector) -> Result<Detector> {
-        let (camera, table) = camera_table(&config.camera);
+        let (_, table) = camera_table(&config.camera);
         if table.is_empty() && config.e_per_adu.is_empty() && !config.use_header_egain {
             return Err(Error::Config {
                 key: "detector.camera".into(),
@@ -61,6 +61,15 @@ impl Detector {
                 ),
             });
         }
+        Self::of_any_camera(config)
+    }
+
+    /// As [`Detector::from_config`], of a camera that may be unknown: its table is then empty.
+    ///
+    /// # Errors
+    /// [`Error::Config`] for an entry of the configuration's tables that is not a gain setting.
+    pub(crate) fn of_any_camera(config: &config::Detector) -> Result<Detector> {
+        let (camera, table) = camera_table(&config.camera);
         let own = Own {
             e_per_adu: by_setting("detector.e_per_adu", &config.e_per_adu)?,
             read_noise_e: by_setting("detector.read_noise_e", &config.read_noise_e)?,
@@ -146,6 +155,21 @@ impl Detector {
             format!("{setting} {e_per_adu} {noise} {well}\n")
         };
         (name, settings.into_iter().map(line).collect())
+    }
+
+    /// Whether the tables hold electrons per ADU and read noise at a gain setting \[0.1 dB\].
+    pub(crate) fn tabulated(&self, setting: i64) -> (bool, bool) {
+        (self.e_per_adu(setting).is_some(), self.read_noise_e(setting).is_some())
+    }
+
+    /// What the tables suggest for a gain setting \[0.1 dB\] that they lack: electrons per ADU by the decibel law,
+    /// `g(s) = g(t) · 10^((t − s)/200)`, from the nearest setting t, and the read noise \[e⁻\] of that setting. Only for
+    /// a proposal that the observer judges: the law does not know where a camera switches its conversion gain.
+    pub(crate) fn suggestion(&self, setting: i64) -> Option<(f64, f64)> {
+        let both = |t: &i64| Some((*t, self.e_per_adu(*t)?.0, self.read_noise_e(*t)?));
+        let known = self.table.keys().chain(self.own.e_per_adu.keys()).filter_map(both);
+        let (nearest, e_per_adu, read_noise_e) = known.min_by_key(|(t, _, _)| ((t - setting).abs(), *t))?;
+        Some((e_per_adu * 10f64.powf((nearest - setting) as f64 / 200.0), read_noise_e))
     }
 
     /// Bias level \[ADU\].
@@ -306,6 +330,12 @@ mod tests {
         assert_eq!((low.e_per_adu.0, low.read_noise_e), (0.792, 3.52));
         assert!((low.saturation_adu - 0.95 * (500.0 + 51400.0 / 0.792)).abs() < 1e-9);
         assert!(d.gain_for_setting(97).is_none() && d.gain_for_setting(120).is_none());
+        // both sides of the switch to high conversion gain: the same electrons per ADU, less than half the noise
+        let (before, after) = (d.gain_for_setting(99).unwrap(), d.gain_for_setting(100).unwrap());
+        assert_eq!((before.read_noise_e, after.read_noise_e), (3.4, 1.55));
+        assert!((after.e_per_adu.0 - 51_400.0 * 10f64.powf(-0.5) / 65_535.0).abs() < 1e-4);
+        let step_mag = 2.5 * (before.e_per_adu.0 / after.e_per_adu.0).log10();
+        assert!((step_mag - 0.0125).abs() < 0.001, "{step_mag}"); // a tenth of a decibel is 0.0125 mag
         assert!((d.gain_table_err_mag() - 0.05).abs() < 1e-15);
     }
 

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use super::cards::Header;
 use super::clock::{MidTime, mid_time};
 use super::frame::GainSetting;
-use super::header::{Told, binning, calibration, colour, exposure_time, filter, find, header_gain, stack};
+use super::header::{Told, binning, calibration, colour, cube, exposure_time, filter, find, header_gain, stack};
 use super::raw::guarded;
 use super::role::{Role, role_by_header, role_by_name};
 use crate::config::Config;
@@ -110,7 +110,7 @@ pub(crate) fn sorted(path: &Path, header: Header, config: &Config, target_names:
 
 /// Why a flat or a light frame cannot be measured, by its header alone: keywords and problems with their remedies.
 ///
-/// Stacks, colour sensors, frames that are already flat-fielded, and frames whose bias is off while
+/// Stacks, colour sensors, cubes of several exposures, frames that are already flat-fielded, and frames whose bias is off while
 /// `detector.pedestal_adu` would be taken off again.
 #[must_use]
 pub fn refusals(header: &Header, config: &Config) -> Vec<(String, String)> {
@@ -122,6 +122,13 @@ pub fn refusals(header: &Header, config: &Config) -> Vec<(String, String)> {
         let problem = format!(
             "'{pattern}': a colour sensor; satphot measures monochrome frames only: write one colour plane per file \
              (Siril: `split_cfa`, then the green planes) without this keyword"
+        );
+        (key, problem)
+    }));
+    why.extend(cube(header).map(|(key, planes)| {
+        let problem = format!(
+            "a cube of {planes} planes: satphot reads one exposure per file, because each plane needs its own time; write \
+             every plane to a file of its own with its own DATE-OBS"
         );
         (key, problem)
     }));

@@ -136,8 +136,11 @@ fn image_or_other(axes: Vec<usize>) -> std::result::Result<Kind, String> {
     Ok(match axes.as_slice() {
         _ if is_image => Kind::Image(axes),
         [] => Kind::Other("holds no data".into()),
-        [_, _, n, ..] if *n > 1 => {
-            Kind::Other(format!("has axes {axes:?}: a cube or a colour image; one plane is needed"))
+        [_, _, more @ ..] if more.iter().any(|n| *n > 1) => {
+            Kind::Other(match more.iter().fold(1_usize, |all, n| all.saturating_mul(*n)) {
+                3 => format!("has axes {axes:?}: a colour image of 3 planes; one colour plane per file is read"),
+                n => format!("has axes {axes:?}: a cube of {n} planes; one exposure per file is read"),
+            })
         }
         _ => Kind::Other(format!("has axes {axes:?}")),
     })

@@ -8,7 +8,7 @@ use sha2::{Digest, Sha256};
 use super::camera_turn::CameraTurn;
 use super::compare::comparable;
 use crate::brightness::{Model, ModelSettings, Satellite};
-use crate::config::Config;
+use crate::config::{self, Config};
 use crate::error::{Error, Result};
 use crate::frames::{Buffers, Detector, Exposure, FrameReader, Held, MasterFlat, never_filled, pixel_scale_arcsec};
 use crate::orbit::{EarthOrientation, Site, Tracker};
@@ -62,42 +62,31 @@ impl Bench {
     /// # Errors
     /// [`Error::Orbit`], [`Error::Catalogue`] (exit code 5) or [`Error::Config`] when something configured is missing.
     pub fn prepare(config: &Config) -> Result<Self> {
-        let detector = Detector::from_config(&config.detector)?;
+        let (bench, missing) = Self::gather(config)?;
+        missing.into_iter().next().map_or(Ok(bench), Err)
+    }
+
+    /// As [`Bench::prepare`], with everything that can be read, and an error for each piece that cannot: a bench with
+    /// errors serves to look for more of them, and never to measure.
+    ///
+    /// # Errors
+    /// [`Error::Config`] for a site that is none.
+    pub fn gather(config: &Config) -> Result<(Self, Vec<Error>)> {
+        let mut missing = Vec::new();
+        let mut keep = |error: Error| missing.push(error);
+        let detector = Detector::from_config(&config.detector).or_else(|error| {
+            keep(error);
+            Detector::of_any_camera(&config.detector)
+        })?;
         let site = Site::from_config(&config.site)?;
-        let tracker = match &config.orbit {
-            None => None,
-            Some(orbit) => {
-                if !orbit.elements.exists() || orbit.elements.is_dir() {
-                    return Err(Error::Orbit {
-                        problem: format!(
-                            "no elements at {}; `{}` gets them, or remove [orbit] to measure without geometry",
-                            orbit.elements.display(),
-                            config.fetch_line("elements")
-                        ),
-                    });
-                }
-                Some(Tracker::from_config(orbit, &config.site)?)
-            }
-        };
+        let tracker = config.orbit.as_ref().and_then(|orbit| tracker(orbit, config).map_err(&mut keep).ok());
         let eop = tracker.as_ref().map(|t| *t.earth_orientation()).unwrap_or_default();
-        let model = match &config.model {
-            None => None,
-            Some(model) => {
-                comparable(model)?;
-                Some(Model::from_config(model)?)
-            }
-        };
-        let catalogue = match &config.stars {
-            None => None,
-            Some(stars) => {
-                let otherwise = ", or remove [stars] and give zeropoint.previous";
-                catalogue_is_there(&stars.catalogue, &config.fetch_line("stars"), otherwise)?;
-                let mut catalogue = Catalogue::read(&stars.catalogue, &stars.columns)?;
-                catalogue.mark_ambiguous(stars.match_radius_arcsec);
-                Some(catalogue)
-            }
-        };
-        Ok(Self {
+        let model = config
+            .model
+            .as_ref()
+            .and_then(|model| comparable(model).and_then(|_| Model::from_config(model)).map_err(&mut keep).ok());
+        let catalogue = config.stars.as_ref().and_then(|stars| catalogue(stars, config).map_err(&mut keep).ok());
+        let bench = Self {
             config: config.clone(),
             detector,
             site,
@@ -114,7 +103,8 @@ impl Bench {
             growth: None,
             buffers: Buffers::default(),
             everything: false,
-        })
+        };
+        Ok((bench, missing))
     }
 
     /// From now on nothing is left out.
@@ -179,6 +169,29 @@ impl Bench {
         }
         Ok(frame)
     }
+}
+
+/// The configured elements on the configured site.
+fn tracker(orbit: &config::Orbit, config: &Config) -> Result<Tracker> {
+    if !orbit.elements.exists() || orbit.elements.is_dir() {
+        return Err(Error::Orbit {
+            problem: format!(
+                "no elements at {}; `{}` gets them, or remove [orbit] to measure without geometry",
+                orbit.elements.display(),
+                config.fetch_line("elements")
+            ),
+        });
+    }
+    Tracker::from_config(orbit, &config.site)
+}
+
+/// The configured star catalogue, its ambiguous entries marked.
+fn catalogue(stars: &config::Stars, config: &Config) -> Result<Catalogue> {
+    let otherwise = ", or remove [stars] and give zeropoint.previous";
+    catalogue_is_there(&stars.catalogue, &config.fetch_line("stars"), otherwise)?;
+    let mut catalogue = Catalogue::read(&stars.catalogue, &stars.columns)?;
+    catalogue.mark_ambiguous(stars.match_radius_arcsec);
+    Ok(catalogue)
 }
 
 /// Refuses a star catalogue that is not there, with the line that fetches one and what else could be done.

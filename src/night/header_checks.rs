@@ -7,8 +7,10 @@ use std::collections::BTreeMap;
 
 use crate::config::{self, Config};
 use crate::error::{Error, Result};
-use crate::frames::Exposure;
-use crate::frames::header::{SiteCheck, check_site, header_site, row_order};
+use crate::frames::header::{SiteCheck, check_site, header_site, optics, row_order};
+use crate::frames::{Detector, Exposure};
+use crate::night::clock::mjd_utc;
+use crate::night::header_warnings::{Stamp, cadence_conflicts, egain_warning_of, header_warnings};
 use crate::night::survey::{Survey, Unreadable};
 use crate::orbit::{EarthOrientation, Site, bodies, sun_altaz};
 
@@ -72,26 +74,52 @@ pub fn refuse_other_site(survey: &Survey) -> Result<()> {
     other.map_or(Ok(()), Err)
 }
 
-/// What the headers of the night say that its observer should know: sites, clocks, exposure times, the Sun.
+/// What the headers of the night say that its observer should know: sites, clocks, exposure times, the Sun, and whatever
+/// `satphot inspect` warns of, once for all frames that say it.
 #[must_use]
-pub fn header_notes(survey: &Survey, config: &Config) -> Vec<String> {
+pub fn header_notes(survey: &Survey, config: &Config, detector: &Detector) -> Vec<String> {
     let lights: Vec<&Exposure> = survey.pointings.iter().flatten().chain(&survey.targets).collect();
     let mut notes: Vec<String> = Vec::new();
     notes.extend(site_note(&lights, config));
     notes.extend(sun_note(&lights, &config.site));
     // one note per warning, with the number of frames: messages differ in their values
-    let mut counted: BTreeMap<String, (usize, &str, &str)> = BTreeMap::new();
+    let mut counted: BTreeMap<String, (usize, &str, String)> = BTreeMap::new();
     for e in &lights {
-        for warning in &e.warnings {
+        let own = e.warnings.iter().cloned();
+        let all = own.chain(header_warnings(e, config, true)).chain(egain_warning_of(e, detector));
+        for warning in all {
             let kind: String = warning.chars().filter(|c| !c.is_ascii_digit()).collect();
-            counted.entry(kind).or_insert((0, &e.name, warning)).0 += 1;
+            counted.entry(kind).and_modify(|(n, ..)| *n += 1).or_insert((1, &e.name, warning));
         }
     }
     notes.extend(counted.into_values().map(|(n, name, warning)| {
         let frames = if n == 1 { name.to_string() } else { format!("{n} frames, {name}") };
         format!("{frames}: {warning}")
     }));
+    notes.extend(cadence_note(&lights, config));
     notes
+}
+
+/// Exposures that do not fit between their neighbours: how many, and the first.
+fn cadence_note(lights: &[&Exposure], config: &Config) -> Option<String> {
+    let stamp = |e: &&&Exposure| {
+        let time = e.time.as_ref()?;
+        Some(Stamp {
+            name: e.name.clone(),
+            camera: optics(&e.header, &config.header.aliases).camera.map(|c| c.value),
+            start_s: mjd_utc(time.mid) * 86_400.0 - e.exptime_s / 2.0,
+            exptime_s: e.exptime_s,
+            err_s: time.err_s,
+        })
+    };
+    let stamps: Vec<Stamp> = lights.iter().filter_map(|e| stamp(&e)).collect();
+    let conflicts = cadence_conflicts(&stamps);
+    let (first, words) = conflicts.first()?;
+    let name = &stamps[*first].name;
+    Some(match conflicts.len() {
+        1 => format!("{name}: {words}"),
+        n => format!("{n} frames, {name}: {words}"),
+    })
 }
 
 fn site_note(lights: &[&Exposure], config: &Config) -> Option<String> {

@@ -10,13 +10,15 @@ use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::frames::header::{
     AnyHeader, SiteCheck, Told, binning, calibration, check_site, colour, exposure_time, filter, header_gain,
-    header_site, optics, read_any, row_order, sexagesimal,
+    header_site, optics, read_any, row_order,
 };
 use crate::frames::{Detector, Exposure, Role, guarded, light_exptime, mid_time, refusals, sorted};
 use crate::night::clock::{iso_utc, mjd_utc};
 use crate::night::damage::damage;
 use crate::night::header_checks::{SUN_UP_DEG, site_problem, sun_alt_deg, sun_words};
+use crate::night::header_warnings::{Stamp, cadence_conflicts, egain_warning, header_warnings};
 use crate::night::inspect_wcs::{positions, wcs_told};
+use crate::night::instrument::other_camera;
 use crate::orbit::{Site, Tracker};
 use crate::photometry::catalogue::Catalogue;
 use crate::report::inspect::{CalibrationTold, From, GainTold, Inspection, PointingTold, SiteTold, TimeTold};
@@ -135,18 +137,19 @@ impl Inspector {
         let (binned, odd) = binning(&header, aliases);
         exposure.binning = binned.value;
         warnings.extend(odd);
-        warnings.extend(told.warnings.iter().cloned());
+        if self.configured
+            && self.config.header.check_camera
+            && let Some((keyword, name)) = other_camera(&exposure, &self.config)
+        {
+            let configured = &self.config.detector.camera;
+            refused.push(format!("{keyword}: '{name}' is another camera than detector.camera = \"{configured}\""));
+        }
+        warnings.extend(header_warnings(&exposure, &self.config, self.configured));
         let gain = self.gain(&mut exposure, told.camera.as_ref(), &mut warnings);
         let positions = positions(self, &exposure);
         let wcs = wcs_told(self, &exposure, told.scale_arcsec.as_ref(), kind == "FITS" && problem.is_none());
         if kind == "FITS" && problem.is_none() {
             warnings.extend(damage(path, &header));
-        }
-        warnings.extend(twins(&header));
-        warnings.extend(unset_pointings(&header));
-        let named = calibration(&header).others;
-        if !named.is_empty() {
-            warnings.push(format!("{}: already calibrated? a flat must not be applied twice", named.join(", ")));
         }
         Ok(Inspection {
             file: path.display().to_string(),
@@ -248,14 +251,8 @@ impl Inspector {
                 told.e_per_adu_source = header.e_per_adu.as_ref().map(|e| format!("header {}", e.source));
             }
         }
-        if let (Some(used), Some(own)) = (told.e_per_adu, exposure.header_e_per_adu)
-            && (own / used - 1.0).abs() > 0.1
-        {
-            warnings.push(format!(
-                "the header's {own:.4} e-/ADU differ from {used:.4} of {}",
-                told.e_per_adu_source.as_deref().unwrap_or("the table")
-            ));
-        }
+        let used = told.e_per_adu.map(|value| (value, told.e_per_adu_source.as_deref().unwrap_or("the table")));
+        warnings.extend(egain_warning(exposure.header_e_per_adu, used));
         told
     }
 
@@ -307,59 +304,23 @@ fn calibrated(header: &crate::frames::Header) -> CalibrationTold {
     }
 }
 
-/// Pointings that are zeros: a place on the sky that no program means.
-fn unset_pointings(header: &crate::frames::Header) -> Vec<String> {
-    let zero = |key: &str| header.text(key).filter(|t| sexagesimal(t) == Some(0.0));
-    let pair =
-        |(ra, dec): &(&str, &str)| Some(format!("{ra} = '{}', {dec} = '{}': zeros, unset", zero(ra)?, zero(dec)?));
-    [("OBJCTRA", "OBJCTDEC"), ("RA", "DEC")].iter().filter_map(pair).collect()
-}
-
-/// Keywords that stand twice with different values: the first counts.
-fn twins(header: &crate::frames::Header) -> Vec<String> {
-    let mut odd = Vec::new();
-    for card in header.cards() {
-        let listed = matches!(card.keyword.as_str(), "COMMENT" | "HISTORY" | "CONTINUE" | "" | "END");
-        let Some(first) = header.card(&card.keyword).filter(|f| !listed && f.value != card.value) else { continue };
-        let words = format!("{} stands twice, '{}' and '{}': the first is used", card.keyword, first.value, card.value);
-        if !odd.contains(&words) {
-            odd.push(words);
-        }
-    }
-    odd
-}
-
 /// Warns of exposures that do not fit between their neighbours of the same camera: an exposure time in another unit, or
 /// the first frames after it was changed.
 pub fn mark_cadence(mut frames: Vec<&mut Inspection>) {
-    let start_s = |i: &Inspection| {
+    let stamp = |i: &Inspection| {
         let exptime_s = i.exptime_s.as_ref()?.value;
-        Some((i.time.as_ref()?.mjd_mid_d * 86_400.0 - exptime_s / 2.0, exptime_s, i.time.as_ref()?.time_err_s))
+        let time = i.time.as_ref()?;
+        Some(Stamp {
+            name: i.file.clone(),
+            camera: i.camera.as_ref().map(|c| c.value.clone()),
+            start_s: time.mjd_mid_d * 86_400.0 - exptime_s / 2.0,
+            exptime_s,
+            err_s: time.time_err_s,
+        })
     };
-    frames.retain(|i| start_s(i).is_some());
-    let camera = |i: &Inspection| i.camera.as_ref().map(|c| c.value.clone());
-    frames.sort_by(|a, b| {
-        let key = |i: &Inspection| start_s(i).map_or(0.0, |s| s.0);
-        camera(a).cmp(&camera(b)).then(key(a).total_cmp(&key(b)))
-    });
-    for k in 1..frames.len() {
-        let (Some((a_s, exptime_s, a_err)), Some((b_s, _, b_err))) = (start_s(frames[k - 1]), start_s(frames[k]))
-        else {
-            continue;
-        };
-        let spacing_s = b_s - a_s;
-        // a copy of the frame before is no exposure of its own
-        let copy = spacing_s.abs() < 1e-3;
-        if copy || camera(frames[k - 1]) != camera(frames[k]) || spacing_s >= exptime_s - a_err.hypot(b_err) {
-            continue;
-        }
-        let milli = if spacing_s > 0.0 && spacing_s >= exptime_s * 1e-3 && exptime_s > 50.0 * spacing_s {
-            "; is it in milliseconds?"
-        } else {
-            "; the first frames after a change may carry the new exposure time on old data"
-        };
-        let words =
-            format!("{exptime_s} s of exposure do not fit: {} began {spacing_s:.2} s later{milli}", frames[k].file);
-        frames[k - 1].warnings.push(words);
+    let (places, stamps): (Vec<usize>, Vec<Stamp>) =
+        frames.iter().enumerate().filter_map(|(k, i)| Some((k, stamp(i)?))).unzip();
+    for (k, words) in cadence_conflicts(&stamps) {
+        frames[places[k]].warnings.push(words);
     }
 }

@@ -7,7 +7,8 @@ use crate::frames::header::Told;
 use crate::frames::{Exposure, Header, pixel_scale_arcsec};
 use crate::night::inspect::Inspector;
 use crate::night::rough::{RoughPosition, rough_positions};
-use crate::night::solve::agreement;
+use crate::night::scale::configured_arcsec;
+use crate::night::solve::{Search, agreement, catalogue_stars, confirms, solve_from};
 use crate::night::solve_file::detections;
 use crate::orbit::{EarthOrientation, Site};
 use crate::photometry::catalogue::{Catalogue, separation_deg};
@@ -134,6 +135,8 @@ fn is_chip(header: &Header) -> bool {
 }
 
 /// State and words by the catalogue stars; `None` if none are expected in the frame or its pixels cannot be read.
+///
+/// Coordinates that fit few stars, or none, are compared with a solution of the field, as a run does.
 fn by_stars(
     inspector: &Inspector,
     exposure: &Exposure,
@@ -142,17 +145,32 @@ fn by_stars(
     catalogue: &Catalogue,
 ) -> Option<(&'static str, String)> {
     let sources = detections(exposure, &inspector.config.photometry).ok()?;
-    match agreement(wcs, &sources, (exposure.size_px, inspector.config.photometry.clip_radius_px), stars, catalogue) {
-        Some(fit) if !fit.doubted() => {
-            Some(("fits the sky", format!("{} of {} catalogue stars", fit.matched, fit.possible)))
+    let used = (exposure.size_px, inspector.config.photometry.clip_radius_px);
+    let fit = agreement(wcs, &sources, used, stars, catalogue);
+    if let Some(fit) = fit.as_ref().filter(|fit| !fit.doubted()) {
+        return Some(("fits the sky", format!("{} of {} catalogue stars", fit.matched, fit.possible)));
+    }
+    let config = &inspector.config;
+    let search = Search {
+        radius_deg: stars.solve_radius_deg,
+        scale_arcsec: configured_arcsec(exposure, config),
+        scale_search_frac: stars.scale_search_frac,
+        mirrored: None,
+    };
+    let positions = positions(inspector, exposure);
+    let solution = solve_from(&positions, &sources, exposure.size_px, &catalogue_stars(catalogue), search);
+    if let Ok((solution, _)) = solution.as_ref()
+        && confirms(solution, wcs, exposure.size_px, stars)
+    {
+        return Some(("fits the sky", format!("{} stars of a solution confirm it", solution.pairs.len())));
+    }
+    Some(match fit {
+        Some(fit) => {
+            ("refused", format!("header WCS fits {} of {} catalogue stars only; {REMEDY}", fit.matched, fit.possible))
         }
-        Some(fit) => Some((
-            "refused",
-            format!("header WCS fits {} of {} catalogue stars only; {REMEDY}", fit.matched, fit.possible),
-        )),
-        None => Some((
+        None => (
             "refused",
             format!("header WCS does not fit the sky: no match with {}; {REMEDY}", stars.catalogue.display()),
-        )),
-    }
+        ),
+    })
 }

@@ -87,6 +87,9 @@ pub struct Input {
     pub reason: String,
 }
 
+/// Role of a frame that does not belong to the others of the night.
+pub const SET_ASIDE: &str = "set_aside";
+
 /// The inputs of a night, in the order of their roles.
 #[must_use]
 pub fn manifest_inputs(survey: &Survey, products: &Products) -> Vec<Input> {
@@ -102,6 +105,7 @@ pub fn manifest_inputs(survey: &Survey, products: &Products) -> Vec<Input> {
     let exposures = survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets);
     let mut inputs: Vec<Input> = exposures.chain(&survey.others).map(of).collect();
     inputs.extend(survey.unreadable.iter().map(|u| input(&u.path, "unreadable", &u.error.to_string())));
+    inputs.extend(survey.set_aside.iter().map(|s| input(&s.path, SET_ASIDE, &s.reason)));
     inputs
 }
 

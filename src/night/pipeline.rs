@@ -12,7 +12,6 @@ use crate::night::damage::damage_notes;
 use crate::night::detector_checks::check as check_detector;
 use crate::night::detector_report::write_checks;
 use crate::night::explain::explain_night;
-use crate::night::header_checks::{header_notes, refuse_other_site};
 use crate::night::lock::lock;
 use crate::night::manifest::{Manifest, Stage, bytes_read, manifest_inputs, peak_memory_mb, record};
 use crate::night::memory::Memory;
@@ -21,16 +20,18 @@ use crate::night::pictures::pictures;
 use crate::night::plan::plan_file::{FRAMES_PER_SHARD, Plan, set_copies_aside};
 use crate::night::plan::products::{FOLDER, Products};
 use crate::night::plan::whole::judge_whole_night;
+use crate::night::preflight::preflight;
 use crate::night::previous::read_previous;
 use crate::night::progress::Progress;
 use crate::night::provenance::Provenance;
 use crate::night::report::write_report_and_figures;
+use crate::night::scale::check_stars;
 use crate::night::stages::{master_flat, target_stage, with_threads};
 use crate::night::star_stage::{StarStage, star_stage};
 use crate::night::stop::Stop;
 use crate::night::summary::{Counts, Summary};
-use crate::night::survey::{Survey, survey};
-use crate::night::target::{empty_columns, failed_file_row};
+use crate::night::survey::Survey;
+use crate::night::target::{empty_columns, failed_file_row, set_aside_row};
 use crate::night::zeropoint::fit_rows;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::summary::pass_table;
@@ -79,13 +80,10 @@ impl Options {
 /// What must be there before work begins (exit codes 2, 4, 5). A failed frame is a row, never an error; a night whose
 /// outputs are written but poor is told by [`Summary::poor`].
 pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Result<Summary> {
-    let mut bench = Bench::prepare(config)?;
+    let (mut bench, mut survey, found) = preflight(config, &options.files)?.ready()?;
     if options.everything {
         bench.compute_everything()?;
     }
-    let mut survey = survey(config, &options.files, &bench.target_names())?;
-    refuse_other_site(&survey)?;
-    refuse_hopeless(&survey, &bench)?;
     let short_of_memory = options.memory().check(&survey, &bench)?;
     let folder = config.night.output.join(&config.night.name);
     make_folder(&folder).map_err(|e| Error::NoInput {
@@ -98,7 +96,10 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
 
     let mut log = Log::new(progress);
     log.notes.extend(short_of_memory);
-    log.notes.extend(header_notes(&survey, config));
+    log.notes.extend(found);
+    log.notes.extend(log_set_aside(&survey));
+    let scale = log.stage("scale", |_| check_stars(&survey, &bench, &products, options.jobs))?;
+    log.notes.extend(scale);
     if survey.targets.is_empty() {
         log.notes.push(no_target(&survey, &bench));
     }
@@ -138,6 +139,7 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     rows.extend(std::mem::take(&mut stars.failed));
     rows.extend(rejected_flats(&bench));
     rows.extend(survey.unreadable.iter().map(|u| failed_file_row(&u.path, &u.error)));
+    rows.extend(survey.set_aside.iter().map(|s| set_aside_row(&s.path, &s.reason)));
     let counts = Counts::of(&survey, &rows, &star_rows);
     let target_rejected = |r: &&PhotometryRow| r.status == "rejected" && r.object_name != "flat";
     if counts.ok + counts.nondetection == 0
@@ -247,38 +249,11 @@ impl<'a> Log<'a> {
     }
 }
 
-/// What no frame of the night can do without is an error before work begins: the gain of every light frame unknown, or
-/// the elements refused for every target frame.
-pub(super) fn refuse_hopeless(survey: &Survey, bench: &Bench) -> Result<()> {
-    let science: Vec<&Exposure> = survey.targets.iter().chain(survey.pointings.iter().flatten()).collect();
-    if science.is_empty() && survey.flats.is_empty() {
-        return match survey.unreadable.first() {
-            Some(first) => Err(Error::NoInput {
-                path: bench.config.night.input.first().cloned().unwrap_or_default(),
-                problem: format!("none of the {} files can be used; the first: {}", survey.len(), first.error),
-            }),
-            None => Err(Error::NoInput {
-                path: bench.config.night.input.first().cloned().unwrap_or_default(),
-                problem: "holds no flat, star or target frames (IMAGETYP, OBJECT; or name them in [frames])".into(),
-            }),
-        };
-    }
-    let gains: Vec<Result<_>> = science.iter().map(|e| bench.detector.gain(e)).collect();
-    if gains.iter().all(Result::is_err)
-        && let Some(Err(first)) = gains.into_iter().next()
-    {
-        return Err(first);
-    }
-    if let Some(tracker) = &bench.tracker {
-        let refused: Vec<Error> =
-            survey.targets.iter().filter_map(|e| tracker.elements_at(&e.time.as_ref()?.mid).err()).collect();
-        if refused.len() == survey.targets.len()
-            && let Some(first) = refused.into_iter().next()
-        {
-            return Err(first);
-        }
-    }
-    Ok(())
+/// How many frames were set aside, and why the first.
+fn log_set_aside(survey: &Survey) -> Option<String> {
+    let first = survey.set_aside.first()?;
+    let n = survey.set_aside.len();
+    Some(format!("{n} frames set aside, {}: {}", file_name(&first.path), first.reason))
 }
 
 fn zeropoint_source(bench: &Bench, n_rows: usize) -> String {

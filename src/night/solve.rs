@@ -22,7 +22,7 @@ use crate::photometry::wcs::Wcs;
 pub struct FieldWcs {
     /// The coordinates.
     pub wcs: Wcs,
-    /// Whether they are not the header's.
+    /// Whether the header's were absent or wrong.
     pub replaced: bool,
     /// What should be known: why the header's were replaced, residuals of the match.
     pub note: String,
@@ -42,9 +42,9 @@ const LIMITS: (f64, f64) = (0.009, 0.1);
 
 /// The world coordinates of a star frame with detections `sources`, brightest first.
 ///
-/// `stars.solve` = `auto`: the header's if they fit, else a solution, `replaced` and a note; a header that fits less than
-/// half of the stars gives way to a solution that fits clearly more. `never`: the header's or nothing. `always`: a
-/// solution; the header's place is still a hint.
+/// `stars.solve` = `auto`: the header's if they fit, else a solution; a header that fits less than half of the stars gives
+/// way to a solution that fits clearly more. `never`: the header's or nothing. `always`: a solution; the header's place is
+/// still a hint. A solution that confirms the header refines it; only where it does not are they `replaced`, with a note.
 ///
 /// # Errors
 /// [`Error::Header`] if there are no usable world coordinates, with everything that was tried and what would help.
@@ -85,14 +85,16 @@ pub fn field_wcs(exposure: &Exposure, sources: &[Source], bench: &Bench, catalog
         )),
         (Solve::Auto, Some((wcs, fit))) if !fit.doubted() => Ok(kept(wcs)),
         (Solve::Auto, Some((wcs, fit))) => match solved(exposure, sources, bench, stars, catalogue, Some(wcs)) {
-            Ok((s, from)) if s.pairs.len() as f64 > fit.yields_to() => Ok(found(&s, &why, &from)),
+            Ok((s, from)) if s.pairs.len() as f64 > fit.yields_to() => {
+                Ok(found(&s, &why, &from, (Some(wcs), exposure.size_px, stars)))
+            }
             // nothing better was found: few stars are what there is
             _ => Ok(kept(wcs)),
         },
         (Solve::Auto, None) | (Solve::Always, _) => {
             let why = if stars.solve == Solve::Always { "stars.solve = \"always\"" } else { &why };
             solved(exposure, sources, bench, stars, catalogue, wcs)
-                .map(|(s, from)| found(&s, why, &from))
+                .map(|(s, from)| found(&s, why, &from, (wcs, exposure.size_px, stars)))
                 .map_err(|tried| error(&exposure.path, format!("{why}, and no solution: {tried}")))
         }
     }
@@ -102,7 +104,17 @@ fn kept(wcs: &Wcs) -> FieldWcs {
     FieldWcs { wcs: wcs.clone(), replaced: false, note: String::new() }
 }
 
-fn found(solution: &Solution, why: &str, from: &str) -> FieldWcs {
+/// The coordinates of a solution. Those of a header it confirms are refined, not replaced: they were right, as far as a
+/// header is ever believed.
+fn found(
+    solution: &Solution,
+    why: &str,
+    from: &str,
+    (header, size_px, stars): (Option<&Wcs>, (usize, usize), &Stars),
+) -> FieldWcs {
+    if header.is_some_and(|header| confirms(solution, header, size_px, stars)) {
+        return FieldWcs { wcs: solution.wcs.clone(), replaced: false, note: String::new() };
+    }
     let parity = if solution.mirrored { ", mirrored" } else { "" };
     let note = format!(
         "{why}: replaced, {} stars, rms {:.2} arcsec, {:.4} arcsec/px{parity}, chance {:.0e} (from {from})",
@@ -114,12 +126,25 @@ fn found(solution: &Solution, why: &str, from: &str) -> FieldWcs {
     FieldWcs { wcs: solution.wcs.clone(), replaced: true, note }
 }
 
+/// Whether a solution says of a header's coordinates that they are right: the frame's centre within
+/// `stars.pointing_err_arcsec`, parity the same, scale and rotation within what an alignment takes up.
+pub(super) fn confirms(solution: &Solution, header: &Wcs, (nx, ny): (usize, usize), stars: &Stars) -> bool {
+    let (x, y) = ((nx as f64 - 1.0) / 2.0, (ny as f64 - 1.0) / 2.0);
+    let (told, solved) = (header.pixel_to_sky(x, y), solution.wcs.pixel_to_sky(x, y));
+    let off_arcsec = separation_deg(told.0, told.1, solved.0, solved.1) * 3600.0;
+    let turn_deg = (header.rotation_deg() - solution.wcs.rotation_deg()).rem_euclid(360.0);
+    off_arcsec <= stars.pointing_err_arcsec
+        && header.mirrored() == solution.wcs.mirrored()
+        && (header.scale_arcsec() / solution.wcs.scale_arcsec() - 1.0).abs() <= LIMITS.0
+        && turn_deg.min(360.0 - turn_deg).to_radians() <= LIMITS.1
+}
+
 fn error(path: &Path, problem: String) -> Error {
     Error::Header { path: path.into(), keyword: "CTYPE1/CD1_1".into(), problem }
 }
 
 /// The WCS of an exposure's header; `Ok(None)` if it has none.
-fn header_wcs(exposure: &Exposure) -> std::result::Result<Option<Wcs>, String> {
+pub(super) fn header_wcs(exposure: &Exposure) -> std::result::Result<Option<Wcs>, String> {
     let h = &exposure.header;
     Wcs::from_keys(&|key| h.number(key), &|key| h.text(key))
 }
@@ -130,11 +155,17 @@ pub(super) struct Agreement {
     pub matched: usize,
     /// Stars that could have matched: the fewer of those expected on the frame and those detected.
     pub possible: usize,
+    /// Scale of the stars \[arcsec/px\].
+    pub scale_arcsec: f64,
     /// Whether scale or rotation are off by the most that can be taken up.
     at_limit: bool,
 }
 
 impl Agreement {
+    /// Whether scale or rotation are off by the most that can be taken up.
+    pub fn at_limit(&self) -> bool {
+        self.at_limit
+    }
     /// Whether fewer stars match than a right header's would.
     pub fn doubted(&self) -> bool {
         self.at_limit || (self.matched as f64) < DOUBTED_SHARE * self.possible as f64
@@ -175,7 +206,9 @@ pub(super) fn agreement(
     let fit = align(&predicted, &detected, margin, stars.match_radius_arcsec / scale)?;
     let expected = predicted.iter().map(|p| fit.apply(p.0, p.1)).filter(|p| inside(p.0, p.1, 0.0)).count();
     let at_limit = (fit.scale - 1.0).abs() > LIMITS.0 || fit.rotation_rad.abs() > LIMITS.1;
-    Some(Agreement { matched: fit.n, possible: expected.min(detected.len()), at_limit })
+    // places on the frame that lie further apart mean a finer scale
+    let scale_arcsec = scale / fit.scale;
+    Some(Agreement { matched: fit.n, possible: expected.min(detected.len()), scale_arcsec, at_limit })
 }
 
 /// A solution and the position it started from, or everything that was tried.

@@ -8,18 +8,20 @@ use crate::frames::Role;
 use crate::night::bench::Bench;
 use crate::night::compare::{add_model, comparable, epoch_of, residual_rows};
 use crate::night::meta::{data_mode, table_meta};
-use crate::night::outputs::save;
+use crate::night::outputs::{file_name, save};
 use crate::night::pipeline::Options;
 use crate::night::plan::products::Products;
 use crate::night::plan::whole::judge_whole_night;
+use crate::night::preflight::preflight_of;
 use crate::night::previous::{conditions, read_previous};
 use crate::night::progress::Progress;
 use crate::night::provenance::Provenance;
+use crate::night::scale::check_stars;
 use crate::night::stages::{master_flat, target_stage};
 use crate::night::star_stage::star_stage;
 use crate::night::summary::{Counts, zeropoint_text};
 use crate::night::survey::{Survey, survey};
-use crate::night::target::{failed_file_row, fill_geometry};
+use crate::night::target::{failed_file_row, fill_geometry, set_aside_row};
 use crate::night::zeropoint::fit_rows;
 use crate::photometry::Flags;
 use crate::photometry::zeropoint::Zeropoint;
@@ -47,11 +49,10 @@ pub fn fit_stars(config: &Config, options: &Options, progress: &dyn Progress) ->
     if config.stars.is_none() {
         return Err(Error::Config { key: "stars".into(), problem: "is needed to fit a zeropoint".into() });
     }
-    let mut bench = Bench::prepare(config)?;
-    let mut notes = Vec::new();
-    let survey = survey_named(config, &options.files, Role::Stars, &bench.target_names(), &mut notes)?;
+    let (mut bench, survey, mut notes) = named_night(config, &options.files, Role::Stars)?;
     notes.extend(options.memory().check(&survey, &bench)?);
     let products = Products::default();
+    notes.extend(check_stars(&survey, &bench, &products, options.jobs)?);
     master_flat(&survey, &mut bench, (&products, None), options, progress, &mut notes)?;
     let stars = star_stage(&survey, &bench, &products, options, progress, &mut notes)?;
     notes.extend(stars.failed.iter().map(|r| format!("{}: {}", r.frame, r.reason)));
@@ -69,6 +70,17 @@ pub fn fit_stars(config: &Config, options: &Options, progress: &dyn Progress) ->
         return Ok(FittedStars { rows, zeropoint: Err(problem), notes });
     }
     fitted(rows, config, notes)
+}
+
+/// The night, or the `files` of it that have a role, once every check before the first pixel is passed.
+fn named_night(config: &Config, files: &[PathBuf], role: Role) -> Result<(Bench, Survey, Vec<String>)> {
+    let (bench, errors) = Bench::gather(config)?;
+    let mut notes = Vec::new();
+    let survey = survey_named(config, files, role, &bench.target_names(), &mut notes);
+    let (bench, survey, found) = preflight_of(bench, errors, survey).ready()?;
+    notes.extend(found);
+    notes.extend(survey.set_aside.iter().map(|s| format!("{}: set aside: {}", file_name(&s.path), s.reason)));
+    Ok((bench, survey, notes))
 }
 
 /// The files of the night; or the `files` named by the user, which have `role` whatever their headers say, beside the
@@ -165,11 +177,10 @@ pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progre
     let mut config = config.clone();
     // the stars only tell the FWHM here: without their catalogue the night goes on
     config.stars = config.stars.filter(|s| config.photometry.fwhm_px.is_none() && s.catalogue.exists());
-    let mut bench = Bench::prepare(&config)?;
-    let mut notes = Vec::new();
-    let survey = survey_named(&config, &options.files, Role::Target, &bench.target_names(), &mut notes)?;
+    let (mut bench, survey, mut notes) = named_night(&config, &options.files, Role::Target)?;
     notes.extend(options.memory().check(&survey, &bench)?);
     let products = Products::default();
+    notes.extend(check_stars(&survey, &bench, &products, options.jobs)?);
     master_flat(&survey, &mut bench, (&products, None), options, progress, &mut notes)?;
     if let Some(path) = &config.zeropoint.previous {
         let (zeropoint, told) = read_previous(path, &config, bench.flat.is_some())?;
@@ -186,6 +197,7 @@ pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progre
     judge_whole_night(&mut frames, &config, &mut notes);
     let mut rows: Vec<PhotometryRow> = frames.into_iter().map(|f| f.row).collect();
     rows.extend(survey.unreadable.iter().map(|u| failed_file_row(&u.path, &u.error)));
+    rows.extend(survey.set_aside.iter().map(|s| set_aside_row(&s.path, &s.reason)));
     let counts = Counts::of(&survey, &rows, &[]);
     let failed_frac = counts.failed as f64 / rows.len().max(1) as f64;
     let poor = (failed_frac > config.night.max_failed_frac)

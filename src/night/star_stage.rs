@@ -15,8 +15,9 @@ use crate::night::plan::products::Products;
 use crate::night::pointing::{Member, combined_rows, measure_member, single_rows};
 use crate::night::progress::Progress;
 use crate::night::queue::in_order;
+use crate::night::scale::{Evidence, MOST_FRAC, configured_arcsec, judged};
 use crate::night::survey::Survey;
-use crate::night::target::{failed_row, internal};
+use crate::night::target::{failed_row, internal, set_aside_row};
 use crate::photometry::catalogue::Catalogue;
 use crate::photometry::growth::{FrameGrowth, GrowthCurve, StarProfile};
 use crate::photometry::stats::median;
@@ -87,11 +88,24 @@ pub fn star_stage(
 
     let mut stage = StarStage::default();
     let mut pointings: Vec<Vec<Member>> = Vec::new();
+    let scale = scale_of(&exposures, &results, bench, notes)?;
     let mut results = results.into_iter();
     for pointing in &survey.pointings {
         let mut members = Vec::new();
         for exposure in pointing {
             match results.next() {
+                Some(Ok(member)) if scale.is_some_and(|s| is_another(&member, exposure, s, bench)) => {
+                    let reason = format!(
+                        "its stars solve to {:.4} arcsec/px, those of the other star frames to {:.4}: another telescope or \
+                         binning; set aside",
+                        member.solved_scale_arcsec(),
+                        scale.unwrap_or(f64::NAN) * configured_arcsec(exposure, &bench.config)
+                    );
+                    let mut row = set_aside_row(&exposure.path, &reason);
+                    row.object_name = exposure.object.clone().unwrap_or_default();
+                    row.exptime_s = Some(exposure.exptime_s);
+                    stage.failed.push(row);
+                }
                 Some(Ok(member)) => members.push(member),
                 Some(Err(error)) => {
                     let mut row = failed_row(exposure, &error);
@@ -129,6 +143,33 @@ pub fn star_stage(
     }
     notes.extend(catalogue.notes.iter().map(|note| format!("catalogue: {note}")));
     Ok(stage)
+}
+
+/// The scale of all star frames, as a share of the configured one; `None` if none was measured.
+///
+/// # Errors
+/// [`Error::Config`](crate::Error::Config) where the stars solve to another scale than the configured one.
+fn scale_of(
+    exposures: &[&Exposure],
+    results: &[Result<Member>],
+    bench: &Bench,
+    notes: &mut Vec<String>,
+) -> Result<Option<f64>> {
+    let config = &bench.config;
+    let measured = exposures.iter().zip(results).filter_map(|(e, r)| Some((*e, r.as_ref().ok()?)));
+    let all: Vec<(&Exposure, f64)> = measured.map(|(e, member)| (e, member.solved_scale_arcsec())).collect();
+    let mut ratios: Vec<f64> = all.iter().map(|(e, scale)| scale / configured_arcsec(e, config)).collect();
+    let (Some(ratio), Some((first, _))) = (median(&mut ratios), all.first()) else { return Ok(None) };
+    let source = format!("stars of {} frames", all.len());
+    let found = Evidence { ratio, scale_arcsec: ratio * configured_arcsec(first, config), source };
+    notes.extend(judged(&found, config)?);
+    Ok(Some(ratio))
+}
+
+/// Whether a frame's scale is not that of the others.
+fn is_another(member: &Member, exposure: &Exposure, ratio: f64, bench: &Bench) -> bool {
+    let own = member.solved_scale_arcsec() / configured_arcsec(exposure, &bench.config);
+    !((own / ratio - 1.0).abs() <= MOST_FRAC)
 }
 
 /// The catalogue with its stars where they stand at the first exposure; one without proper motions as it is.

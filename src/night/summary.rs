@@ -35,6 +35,8 @@ pub struct Counts {
     pub others: usize,
     /// Files whose header could not be understood.
     pub unreadable: usize,
+    /// Frames that do not belong to the others: another camera, binning, size, focal length or read-out mode.
+    pub set_aside: usize,
     /// Star, target and unreadable frames: those that can fail.
     pub science: usize,
     /// Target frames with a detection.
@@ -72,6 +74,7 @@ impl Counts {
             targets: survey.targets.len(),
             others: survey.others.len(),
             unreadable: survey.unreadable.len(),
+            set_aside: survey.set_aside.len(),
             science: survey.targets.len() + survey.n_star_frames() + survey.unreadable.len(),
             ok: with("ok"),
             verdict_use: judged("use"),
@@ -179,11 +182,15 @@ impl Summary {
         let c = &self.counts;
         let mut t = String::new();
         let _ = writeln!(t, "Night {}", self.night);
-        let _ = writeln!(
+        let _ = write!(
             t,
             "Frames     {} files: {} flats, {} star, {} target, {} other, {} unreadable",
             c.files, c.flats, c.stars, c.targets, c.others, c.unreadable
         );
+        if c.set_aside > 0 {
+            let _ = write!(t, ", {} set aside", c.set_aside);
+        }
+        t.push('\n');
         let _ = writeln!(
             t,
             "Target     {} ok (verdict: {} use, {} caution, {} reject), {} nondetection; in all {} rejected, {} failed",

@@ -17,6 +17,17 @@ pub struct Unreadable {
     pub error: Error,
 }
 
+/// A frame that can be read but does not belong to the night's others: it becomes a row with its reason.
+#[derive(Debug, Clone)]
+pub struct SetAside {
+    /// The file.
+    pub path: PathBuf,
+    /// What it would have been.
+    pub role: Role,
+    /// Why it is set aside, and what would take it in.
+    pub reason: String,
+}
+
 /// The night's files by role, each list in the order of time and name.
 #[derive(Debug, Default)]
 pub struct Survey {
@@ -30,13 +41,16 @@ pub struct Survey {
     pub others: Vec<Exposure>,
     /// Files that could not be understood.
     pub unreadable: Vec<Unreadable>,
+    /// Frames that do not belong to the others.
+    pub set_aside: Vec<SetAside>,
 }
 
 impl Survey {
     /// Number of files.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.flats.len() + self.n_star_frames() + self.targets.len() + self.others.len() + self.unreadable.len()
+        let measured = self.flats.len() + self.n_star_frames() + self.targets.len();
+        measured + self.others.len() + self.unreadable.len() + self.set_aside.len()
     }
 
     /// Whether there is no file at all.
@@ -49,6 +63,12 @@ impl Survey {
     #[must_use]
     pub fn n_star_frames(&self) -> usize {
         self.pointings.iter().map(Vec::len).sum()
+    }
+
+    /// Puts star frames, in the order of time, into pointings.
+    pub(super) fn group_stars(&mut self, stars: Vec<Exposure>, config: &Config) {
+        let gap_s = config.stars.as_ref().map_or(300.0, |s| s.pointing_gap_s);
+        self.pointings = group(stars, gap_s);
     }
 }
 
@@ -91,8 +111,7 @@ pub fn survey(config: &Config, files: &[PathBuf], target_names: &[String]) -> Re
     by_time(&mut survey.targets);
     by_time(&mut stars);
     check_headers(&mut survey, &mut stars, config);
-    let gap_s = config.stars.as_ref().map_or(300.0, |s| s.pointing_gap_s);
-    survey.pointings = group(stars, gap_s);
+    survey.group_stars(stars, config);
     Ok(survey)
 }
 

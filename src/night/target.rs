@@ -46,6 +46,18 @@ pub fn failed_file_row(path: &Path, reason: &Error) -> PhotometryRow {
     }
 }
 
+/// The row of a frame that was set aside: it does not belong to the others of the night.
+#[must_use]
+pub fn set_aside_row(path: &Path, reason: &str) -> PhotometryRow {
+    PhotometryRow {
+        frame: file_name(path),
+        status: "rejected".into(),
+        verdict: "reject".into(),
+        reason: reason.into(),
+        ..PhotometryRow::default()
+    }
+}
+
 /// An error in words, its file by its name: where the night lies on this machine is nothing of a result's.
 fn without_folder(error: &Error, path: &Path) -> String {
     let mut text = error.to_string().replace(&*path.to_string_lossy(), &file_name(path));

@@ -13,7 +13,7 @@ use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::frames::Header;
 use crate::night::bench::{config_sha256, sha256_16};
-use crate::night::manifest::{NAME, Output, inputs_sha256};
+use crate::night::manifest::{NAME, Output, SET_ASIDE, inputs_sha256};
 use crate::night::outputs::file_name;
 use crate::night::plan::plan_file::Plan;
 use crate::night::provenance::{KEYS, OF_FLAT, SEED, TOOL};
@@ -239,7 +239,7 @@ fn rows_of_frames(folder: &Path, recorded: &Recorded, found: &mut Verified) {
     let Ok((rows, _)) = read_photometry(&folder.join("photometry.ecsv")) else { return };
     let mut left: BTreeMap<String, isize> = BTreeMap::new();
     rows.iter().for_each(|row| *left.entry(row.frame.clone()).or_default() += 1);
-    for input in recorded.inputs.iter().filter(|i| matches!(i.role.as_str(), "target" | "unreadable")) {
+    for input in recorded.inputs.iter().filter(|i| matches!(i.role.as_str(), "target" | "unreadable" | SET_ASIDE)) {
         let n = left.entry(file_name(&input.path)).or_default();
         *n -= 1;
         if *n < 0 {

@@ -184,6 +184,16 @@ fn colour_sensors_are_refused_with_the_remedy_and_mono_is_not() {
 }
 
 #[test]
+fn a_cube_of_other_than_three_planes_is_a_cube_and_no_colour_sensor() {
+    for (card, planes) in [("NAXIS3 = 17", "17"), ("NAXIS3 = 2", "2"), ("NAXIS3 = 1\nNAXIS4 = 4", "4")] {
+        let i = light(&format!("{card}\n"));
+        assert!(!i.usable && says(&i.refused, &["a cube of", planes, "DATE-OBS"]), "{card}: {:?}", i.refused);
+        assert!(!says(&i.refused, &["colour"]), "{card}: {:?}", i.refused);
+    }
+    assert!(light("NAXIS3 = 1\n").usable);
+}
+
+#[test]
 fn calibration_is_not_done_twice() {
     let done = light("CALSTAT = 'BDF'\nPEDESTAL = -100\n");
     assert!(!done.usable && says(&done.refused, &["CALSTAT", "flat-fielded"]), "{:?}", done.refused);

@@ -232,7 +232,7 @@ fn one_target_frame_with_a_broken_file_costs_one_row() {
     costs_one_row(frame, "failed", &["empty"], |n| std::fs::write(n.path(frame), "").unwrap());
     costs_one_row(frame, "failed", &["not a FITS file"], |n| std::fs::write(n.path(frame), "clouds").unwrap());
     costs_one_row(frame, "failed", &["no usable pixel", "NaN"], |n| fill_nan(&n.path(frame)));
-    costs_one_row(frame, "failed", &["80x60", "160x120"], |n| shrink(&n.path(frame)));
+    costs_one_row(frame, "rejected", &["80x60", "160x120"], |n| shrink(&n.path(frame)));
     let card = |keyword: &'static str, value: &'static str| {
         move |n: &Night| support::set_card(&n.path(frame), keyword, Some(value))
     };
@@ -321,7 +321,7 @@ fn one_star_frame_that_is_broken_costs_one_row() {
         move |n: &Night| support::set_card(&n.path(frame), keyword, value)
     };
     costs_one_row(frame, "failed", &["no usable pixel"], |n| fill_nan(&n.path(frame)));
-    costs_one_row(frame, "failed", &["80x60"], |n| shrink(&n.path(frame)));
+    costs_one_row(frame, "rejected", &["80x60"], |n| shrink(&n.path(frame)));
     costs_one_row(frame, "failed", &["123", "[detector.e_per_adu]"], card("GAIN", Some("123")));
     costs_one_row(frame, "failed", &["DATE-OBS"], card("DATE-OBS", None));
     costs_one_row(frame, "failed", &["EXPTIME"], card("EXPTIME", Some("0.0")));

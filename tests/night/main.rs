@@ -7,6 +7,7 @@ mod support;
 mod broken;
 mod fixture;
 mod huntsman;
+mod instrument;
 mod interrupts;
 mod left_out;
 mod pieces;

@@ -194,8 +194,13 @@ fn never_refuses_what_auto_would_replace_and_always_solves_what_auto_would_keep(
     let error = answer(&path, &never).unwrap_err().to_string();
     assert!(error.contains("does not fit the sky") && error.contains("stars.solve"), "{error}");
     assert!(!answer(&frame_name(1), &never).unwrap().replaced);
-    let always = answer(&frame_name(1), &bench(&["stars.solve=\"always\""])).unwrap();
+    let always = answer(&path, &bench(&["stars.solve=\"always\""])).unwrap();
     assert!(always.replaced && always.note.contains("always"), "{}", always.note);
+    // a header that the solution confirms was right: it is refined and not reported as replaced
+    let right = answer(&frame_name(1), &bench(&["stars.solve=\"always\""])).unwrap();
+    assert!(!right.replaced && right.note.is_empty(), "{}", right.note);
+    let own = wcs_of(&classify(&frame_name(1), &never.config, &[]).unwrap());
+    assert!(apart(&right.wcs, &own) > 1.0, "the solution is used, not the header");
 }
 
 #[test]

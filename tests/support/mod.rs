@@ -270,6 +270,15 @@ pub fn set_card(path: &Path, keyword: &str, value: Option<&str>) {
     std::fs::write(path, bytes).unwrap();
 }
 
+/// Writes another card, `KEYWORD = value / comment`, over one of the first header.
+pub fn replace_card(path: &Path, keyword: &str, card: &str) {
+    let mut bytes = std::fs::read(path).unwrap();
+    let at = find_card(&bytes, keyword).0.unwrap_or_else(|| panic!("no card {keyword} in {}", path.display()));
+    assert!(card.len() <= CARD, "{card}");
+    bytes[at..at + CARD].copy_from_slice(format!("{card:<80}").as_bytes());
+    std::fs::write(path, bytes).unwrap();
+}
+
 /// Gives every pixel of a u16 frame the same value \[ADU\].
 pub fn fill(path: &Path, value_adu: u16) {
     let mut bytes = std::fs::read(path).unwrap();

@@ -1,4 +1,4 @@
-//! The exposure time: seconds, unless comment, unit or the other keywords say milliseconds.
+//! The exposure time: seconds, unless comment, unit or the other keywords say milliseconds; the first keyword above zero.
 //!
 //! Leaves out the range a light frame may have ([`super::super::exposure`]) and the cadence of the night.
 
@@ -10,7 +10,10 @@ use crate::frames::clock::span_s;
 /// Keywords that disagree by more than this share are told.
 const DISAGREE_FRAC: f64 = 0.05;
 
-/// Exposure time \[s\] with its keyword, and what is odd: unreadable values, keywords that disagree, milliseconds.
+/// Exposure time \[s\] with its keyword, and what is odd: unreadable values, zeros, keywords that disagree, milliseconds.
+///
+/// A value of zero or less is passed over where another keyword has a positive one (some drivers write `EXPTIME = 0` next
+/// to a right `EXPOSURE`), and a warning says so; where all are zero the first is returned.
 ///
 /// Milliseconds are recognised by the comment (`[ms]`), by the unit in a string (`'5000 ms'`), and where another keyword or
 /// end minus start is a thousand times shorter.
@@ -24,6 +27,12 @@ pub fn exposure_time(header: &Header, aliases: &Aliases) -> (Option<Told<f64>>, 
         match duration_s(&text, &comment) {
             Some((seconds, milli)) => found.push((key, seconds, milli)),
             None => warnings.push(format!("{key} = '{text}' is not an exposure time")),
+        }
+    }
+    if let Some(positive) = found.iter().position(|(_, seconds, _)| *seconds > 0.0) {
+        let used = found[positive];
+        for (key, seconds, _) in found.drain(..positive) {
+            warnings.push(format!("{key} = {seconds} s is no exposure; {} = {} s is used instead", used.0, used.1));
         }
     }
     let Some(&(key, mut seconds, milli)) = found.first() else { return (None, warnings) };
@@ -88,6 +97,24 @@ mod tests {
         assert!(warnings[0].contains("milliseconds"), "{warnings:?}");
         let span = "EXPTIME = 5000\nDATE-OBS= '2025-06-09T10:33:00.0'\nDATE-END= '2025-06-09T10:33:05.1'\n";
         assert_eq!(value(span), Some(5.0));
+    }
+
+    #[test]
+    fn a_zero_is_passed_over_where_a_synonym_is_positive_and_that_is_said() {
+        let (told, warnings) = of("EXPTIME =                  0.0\nEXPOSURE=                  5.0\n");
+        assert_eq!(told.unwrap(), Told::new(5.0, "EXPOSURE"));
+        assert!(warnings.len() == 1 && warnings[0].contains("EXPTIME = 0 s") && warnings[0].contains("EXPOSURE = 5"));
+        for (cards, seconds) in [
+            ("EXPTIME = 0\nXPOSURE = 2.5\n", 2.5),
+            ("EXPTIME = -1.0\nEXPOSURE= 0\nEXP_TIME= '300 s'\n", 300.0),
+            ("EXPTIME = 0\nTELAPSE = 7.5\n", 7.5),
+            ("EXPTIME = 0\nEXPOSURE= 2500 / [ms]\n", 2.5),
+        ] {
+            assert_eq!(of(cards).0.unwrap().value, seconds, "{cards}");
+        }
+        // nothing positive: the zero stands, and whoever needs an exposure refuses it by its keyword
+        let (told, warnings) = of("EXPTIME = 0\nEXPOSURE= 0\n");
+        assert_eq!((told.unwrap(), warnings.len()), (Told::new(0.0, "EXPTIME"), 0));
     }
 
     #[test]

@@ -26,7 +26,7 @@ pub fn stack(header: &Header) -> Option<(String, String)> {
     images.map(|n| ("HISTORY".into(), format!("{n} images integrated")))
 }
 
-/// The pattern of a colour sensor, or that there are planes of colours.
+/// The pattern of a colour sensor, or that there are three planes of colours.
 #[must_use]
 pub fn colour(header: &Header) -> Option<(String, String)> {
     let mono =
@@ -35,9 +35,24 @@ pub fn colour(header: &Header) -> Option<(String, String)> {
         .iter()
         .find_map(|k| Some(((*k).to_string(), header.text(k).filter(|v| !mono(v))?)));
     pattern.or_else(|| {
-        let planes = header.integer("NAXIS3").filter(|n| *n > 1)?;
-        Some(("NAXIS3".into(), format!("{planes} planes")))
+        let (keyword, planes) = planes(header)?;
+        (planes == 3).then(|| (keyword, format!("{planes} planes")))
     })
+}
+
+/// The keyword and the number of images a cube holds, where it is not three planes of colours: a sequence of exposures, a
+/// stack of extensions, a spectrum.
+#[must_use]
+pub fn cube(header: &Header) -> Option<(String, i64)> {
+    planes(header).filter(|(_, n)| *n != 3)
+}
+
+/// Images beyond the first two axes, with the keyword of the first axis longer than 1.
+fn planes(header: &Header) -> Option<(String, i64)> {
+    let long = |axis: &i64| header.integer(&format!("NAXIS{axis}")).filter(|n| *n > 1);
+    let axes: Vec<(i64, i64)> = (3..=9).filter_map(|axis| Some((axis, long(&axis)?))).collect();
+    let (first, _) = axes.first()?;
+    Some((format!("NAXIS{first}"), axes.iter().fold(1_i64, |all, (_, n)| all.saturating_mul(*n))))
 }
 
 /// What calibration a header tells of.

@@ -4,6 +4,7 @@
 //! names. Leaves out times (`clock`) and the decision what a frame is for (`exposure`).
 
 mod angle;
+mod camera;
 mod dump;
 mod exposure_time;
 mod gain;
@@ -13,10 +14,11 @@ mod optics;
 mod site;
 
 pub(crate) use angle::sexagesimal;
+pub use camera::{CameraCheck, check_camera};
 pub use dump::{AnyHeader, header_files, read_any};
 pub use exposure_time::exposure_time;
 pub use gain::{HeaderGain, header_gain};
-pub use image::{Calibration, binning, calibration, colour, row_order, stack};
+pub use image::{Calibration, binning, calibration, colour, cube, row_order, stack};
 pub use names::{Aliases, find, keywords};
 pub use optics::{Optics, filter, optics};
 pub use site::{HeaderSite, SiteCheck, check_site, header_site};

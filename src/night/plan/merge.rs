@@ -18,9 +18,10 @@ use crate::error::{Error, Result};
 use crate::night::bench::sha256_16;
 use crate::night::compare::residual_rows;
 use crate::night::effective::effective_toml;
+use crate::night::manifest::SET_ASIDE;
 use crate::night::outputs::{file_name, make_folder_of, save};
 use crate::night::provenance::{Provenance, TOOL};
-use crate::night::target::TargetFrame;
+use crate::night::target::{TargetFrame, set_aside_row};
 use crate::report::columns::{self, Column, Datatype};
 use crate::report::summary::pass_table;
 use crate::report::{
@@ -283,7 +284,8 @@ impl<'a> Sum<'a> {
     fn into_rows(self) -> (Vec<TargetFrame>, Vec<PhotometryRow>) {
         let frame = |(row, _)| TargetFrame { row, geometry: None, thumb: None };
         let mut others = self.others;
-        add_others(&mut others, self.plan.of_role("unreadable").map(unreadable_row).collect());
+        let aside = self.plan.of_role(SET_ASIDE).map(|frame| set_aside_row(&frame.path, &frame.reason));
+        add_others(&mut others, self.plan.of_role("unreadable").map(unreadable_row).chain(aside).collect());
         (self.targets.into_values().map(frame).collect(), others)
     }
 }

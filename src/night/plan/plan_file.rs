@@ -15,16 +15,16 @@ use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::file::write_atomic;
 use crate::frames::{Exposure, Role, classify};
-use crate::night::bench::{Bench, config_sha256};
-use crate::night::header_checks::{header_notes, refuse_other_site};
-use crate::night::manifest::inputs_sha256;
+use crate::night::bench::config_sha256;
+use crate::night::manifest::{SET_ASIDE, inputs_sha256};
 use crate::night::meta::data_mode;
 use crate::night::outputs::{file_name, make_folder_of};
-use crate::night::pipeline::{Options, refuse_hopeless};
+use crate::night::pipeline::Options;
+use crate::night::preflight::preflight;
 use crate::night::progress::Progress;
 use crate::night::provenance::{TOOL, named_files, simulation_seed};
 use crate::night::stages::with_threads;
-use crate::night::survey::{Survey, survey};
+use crate::night::survey::Survey;
 use crate::report::export::DataMode;
 
 /// Target frames of a shard unless told otherwise: a few minutes of work, against seconds to start a worker.
@@ -74,7 +74,7 @@ pub struct PlannedFile {
 pub struct PlannedFrame {
     /// Where it is.
     pub path: PathBuf,
-    /// What it is for: flat, stars, target, bias, dark, ignored or unreadable.
+    /// What it is for: flat, stars, target, bias, dark, ignored, unreadable or set_aside.
     pub role: String,
     /// Why; of an unreadable file, what is wrong with it.
     pub reason: String,
@@ -101,11 +101,7 @@ pub fn make_plan(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<(Plan, Vec<String>)> {
-    let bench = Bench::prepare(&Config { stars: None, ..config.clone() })?;
-    let mut survey = survey(config, &options.files, &bench.target_names())?;
-    refuse_other_site(&survey)?;
-    refuse_hopeless(&survey, &bench)?;
-    let mut notes = header_notes(&survey, config);
+    let (_, mut survey, mut notes) = preflight(config, &options.files)?.ready()?;
     let products = Products::default();
     let all: Vec<&Exposure> =
         survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets).collect();
@@ -145,6 +141,7 @@ impl Plan {
             let problem = u.error.to_string().replace(&*u.path.to_string_lossy(), &file_name(&u.path));
             file(&u.path, "unreadable", &problem, products)
         }));
+        frames.extend(survey.set_aside.iter().map(|s| file(&s.path, SET_ASIDE, &s.reason, products)));
         let targets: Vec<usize> = (0..frames.len()).filter(|i| frames[*i].role == "target").collect();
         let mut shards: Vec<Vec<usize>> = targets.chunks(frames_per_shard).map(<[usize]>::to_vec).collect();
         if shards.is_empty() {

@@ -21,6 +21,7 @@ use crate::night::pipeline::{Options, rejected_flats, zeropoint_stage};
 use crate::night::previous::conditions;
 use crate::night::progress::Progress;
 use crate::night::provenance::{Provenance, TOOL};
+use crate::night::scale::check_stars;
 use crate::night::stages::master_flat;
 use crate::night::star_stage::star_stage;
 use crate::night::survey::Survey;
@@ -262,6 +263,7 @@ pub fn plan_zeropoint(
         survey.pointings[number].push(exposure);
     }
     notes.extend(options.memory().check(&survey, &bench)?);
+    notes.extend(check_stars(&survey, &bench, &products, options.jobs)?);
     flat_of_plan(plan, (flat, Some(out), true), &mut bench, options, progress, &mut notes)?;
     let mut stars = star_stage(&survey, &bench, &products, options, progress, &mut notes)?;
     for frame in plan.of_role("stars") {

@@ -101,6 +101,15 @@ pub struct Member {
     pub stars: Vec<MemberStar>,
 }
 
+impl Member {
+    /// Scale of its stars \[arcsec/px\]: that of its world coordinates, as the alignment corrects it.
+    #[must_use]
+    pub fn solved_scale_arcsec(&self) -> f64 {
+        // places on the frame that lie further apart mean a finer scale
+        self.scale_arcsec / self.alignment.scale
+    }
+}
+
 /// Measures every catalogue star of one star frame.
 ///
 /// # Errors

@@ -223,7 +223,7 @@ impl InstrumentArgs {
             Err(Error::Config { problem, .. }) => Err(bad(
                 "--gain-setting",
                 format!(
-                    "{problem} (gain settings of asi6200mm: 0, 50, 99, 150, ... 450; or give --read-noise-e and \
+                    "{problem} (gain settings of asi6200mm: 0, 50, 99, 100, 150, ... 450; or give --read-noise-e and \
                          --saturation-e)"
                 ),
             )),
