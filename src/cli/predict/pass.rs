@@ -119,6 +119,9 @@ impl Pass {
             light_curve(figure, &rows, &format!("{name} as {}, predicted{band}", satellite.name))?;
         }
         self.tell_results(&rows, &stays)?;
+        if !self.csv {
+            print(&satellite.standing_line());
+        }
         if self.explain {
             explain(&tracker, &engine, &window, &epochs)?;
         }
