@@ -1,11 +1,12 @@
 //! The lit Earth as a satellite sees it: directions to ground points, their light, and every edge in that view.
 //!
-//! A sphere under parallel light. Directions from the satellite are (ζ, φ): ζ is the zenith angle of the satellite at
+//! A sphere, under parallel light or under a Moon at its distance. Directions from the satellite are (ζ, φ): ζ is the zenith angle of the satellite at
 //! the ground point, φ turns about the vertical. Distances enter as the ratio k = R/r only. No twilight, no clouds.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::brdf::Brdf;
+use super::lamps::NearMoon;
 use crate::vector::{Itrs, Vector};
 
 /// Axes of the satellite's vertical: z up, y to the light, x = y × z.
@@ -23,10 +24,25 @@ pub struct Ground {
     pub(super) k: f64,
     /// The lamp, in the frame of the vertical: (0, cos E, sin E).
     pub(super) lamp: Vector<Vertical>,
-    /// E, the lamp's elevation at the sub-satellite point.
+    /// E, the lamp's elevation at the sub-satellite point above the plane through the Earth's centre.
     pub(super) elevation_rad: f64,
+    /// How far the sub-satellite point is inside the lit cap: E under parallel light, E − arcsin(R/D) under a lamp at D.
+    pub(super) lit_rad: f64,
+    near: Option<Near>,
     /// How the ground scatters.
     pub(super) law: GroundLaw,
+}
+
+/// What every place on the ground has of its own under a Moon at its distance.
+#[derive(Debug, Clone, Copy)]
+struct Near {
+    /// R/D.
+    ratio: f64,
+    /// From the Moon to the Sun.
+    to_sun: Vector<Vertical>,
+    /// Its component away from the Earth's centre.
+    sun_outward: f64,
+    moon: NearMoon,
 }
 
 /// The ground's scattering law, taken apart.
@@ -47,9 +63,10 @@ pub(super) struct Circle {
     pub theta: (f64, f64),
     /// dω = `solid_angle` dζ dφ.
     pub solid_angle: f64,
-    /// p·s = a + b sin φ, the sine of the lamp's elevation at the ground.
+    /// p·s = (a + b sin φ)/δ, the sine of the lamp's elevation at the ground; δ is 1 under parallel light, the lamp's
+    /// distance from the place over that from the Earth's centre otherwise.
     pub height: (f64, f64),
-    /// r·u = a + b sin φ, the cosine between the mirror image of the lamp in the ground and the satellite.
+    /// r·u = (a + b sin φ)/δ, the cosine between the mirror image of the lamp in the ground and the satellite.
     pub glint: (f64, f64),
 }
 
@@ -75,14 +92,39 @@ impl Ground {
             k,
             lamp: Vector::new(0.0, cos_e, sin_e),
             elevation_rad: sin_e.atan2(cos_e),
+            lit_rad: sin_e.atan2(cos_e),
+            near: None,
             law: GroundLaw::new(brdf),
         })
     }
 
-    /// Some ground in view is lit: E > −arccos(R/r).
+    /// The ground under a satellite, every place lit by the Moon as it is seen from there: direction, distance, phase.
+    ///
+    /// With s the Moon's direction from the Earth's centre, ε = R/D and δ² = 1 + ε² − 2ε p·s, a place p sees it in the
+    /// direction (s − εp)/δ, at the distance δD, at the phase cos α = σ·(εp − s)/δ (σ from the Moon to the Sun).
+    /// Irradiances are relative to that at the Earth's centre. `None` as for [`Ground::new`].
+    #[must_use]
+    pub fn under_moon(satellite_km: &Vector<Itrs>, radius_km: f64, moon: &NearMoon, brdf: &Brdf) -> Option<Self> {
+        let mut ground = Self::new(satellite_km, radius_km, &moon.position_km, brdf)?;
+        let ratio = radius_km / moon.position_km.norm();
+        if !(ratio < 1.0) {
+            return None;
+        }
+        let to_sun = ground.local(&moon.to_sun);
+        ground.lit_rad -= ratio.asin();
+        ground.near = Some(Near { ratio, to_sun, sun_outward: to_sun.dot(&ground.lamp), moon: *moon });
+        Some(ground)
+    }
+
+    /// Some ground in view is lit: E > −arccos(R/r), under a lamp at the distance D E > arcsin(R/D) − arccos(R/r).
     #[must_use]
     pub fn lit_in_view(&self) -> bool {
-        self.elevation_rad > -self.k.acos()
+        self.lit_rad > -self.k.acos()
+    }
+
+    /// The light is not smooth over the ground: the lunar law has a kink among the phases it is seen at.
+    pub(super) fn has_kink(&self) -> bool {
+        self.near.is_some_and(|near| near.moon.phase.sharp)
     }
 
     /// A surface with this unit normal has some ground in front of it: its angle to nadir is below 90° + asin(R/r).
@@ -119,13 +161,15 @@ impl Ground {
         let (cos_e, sin_e) = (self.lamp.y(), self.lamp.z());
         // ζ + θ
         let sum = (sin_z * theta.1 + cos_z * theta.0, cos_z * theta.1 - sin_z * theta.0);
+        // (s − εp)·p and (s − εp) mirrored in p, towards the satellite
+        let ratio = self.near.map_or(0.0, |near| near.ratio);
         Circle {
             eta: (sin_eta, cos_eta),
             theta,
             solid_angle: self.k * self.k * sin_z * cos_z / cos_eta,
-            height: (theta.1 * sin_e, theta.0 * cos_e),
+            height: (theta.1 * sin_e - ratio, theta.0 * cos_e),
             // r·u = 2 (p·s)(p·u) − s·u = cos(ζ+θ) sin E + sin(ζ+θ) cos E sin φ
-            glint: (sum.1 * sin_e, sum.0 * cos_e),
+            glint: (sum.1 * sin_e - ratio * cos_z, sum.0 * cos_e),
         }
     }
 
@@ -142,37 +186,71 @@ impl Ground {
         self.radiance(&circle, phi)
     }
 
-    /// The same on a circle; φ as (sin, cos). `L = f_E(s, p, −w) max(0, p·s)`.
+    /// The same on a circle; φ as (sin, cos). `L = f_E(s, p, −w) max(0, p·s)`, times the irradiance at the place over that
+    /// at the Earth's centre.
     pub(super) fn radiance(&self, circle: &Circle, phi: (f64, f64)) -> f64 {
         let height = circle.height.0 + circle.height.1 * phi.0;
         if !(height > 0.0) {
             return 0.0;
         }
+        let (moonlight, per_delta) = self.near.map_or((1.0, 1.0), |near| near.light(circle, phi));
         let f = match &self.law {
             GroundLaw::Phong { diffuse, peak, n } => {
-                let glint = circle.glint.0 + circle.glint.1 * phi.0;
+                let glint = (circle.glint.0 + circle.glint.1 * phi.0) * per_delta;
                 diffuse + if glint > 0.0 { peak * glint.min(1.0).powf(*n) } else { 0.0 }
             }
-            GroundLaw::Other(brdf) => brdf.value(&self.lamp, &circle.ground_point(phi), &-circle.direction(phi)),
+            GroundLaw::Other(brdf) => {
+                let place = circle.ground_point(phi);
+                let lamp = self.near.map_or(self.lamp, |near| (self.lamp - place * near.ratio) * per_delta);
+                brdf.value(&lamp, &place, &-circle.direction(phi))
+            }
         };
-        f * height
+        f * height * moonlight
     }
 
-    /// ζ where the terminator touches a circle, θ = |E|; `None` for a satellite that cannot see it.
+    /// What a row of nodes (cos u, sin u), u = φ − 90°, has of its own: multiplies their weights by the irradiance over that
+    /// at the Earth's centre and over δ, and puts 1/δ into `per_delta`. Nothing is done under parallel light.
+    #[inline(always)]
+    pub(super) fn weigh(
+        &self,
+        circle: &Circle,
+        (cos, sin): (&[f64], &[f64]),
+        weight: &mut [f64],
+        per_delta: &mut [f64],
+    ) {
+        let Some(near) = &self.near else { return };
+        for (((weight, per_delta), cos), sin) in weight.iter_mut().zip(per_delta).zip(cos).zip(sin) {
+            let (light, inverse) = near.light(circle, (*cos, -sin));
+            *weight *= light;
+            *per_delta = inverse;
+        }
+    }
+
+    /// ζ where the terminator touches a circle, θ = |E|, or |E − arcsin(R/D)|; `None` for a satellite that cannot see it.
     pub(super) fn terminator_zeta(&self) -> Option<f64> {
-        let (sin_t, cos_t) = self.elevation_rad.abs().sin_cos();
+        let (sin_t, cos_t) = self.lit_rad.abs().sin_cos();
         (cos_t > self.k).then(|| sin_t.atan2(cos_t - self.k))
     }
 
-    /// The ζ at which ζ + θ has a value between 0 and 180°, by Newton's method on the rising 2ζ − η; `None` beyond the
-    /// limb.
-    pub(super) fn zeta_of_glint_angle(&self, wanted: f64) -> Option<f64> {
-        let sum = |zeta: f64| 2.0 * zeta - (self.k * zeta.sin()).asin();
-        if !(wanted > 0.0 && wanted < sum(FRAC_PI_2)) {
+    /// The ζ at which the lamp is seen as in a mirror in the ground, ζ + θ = 90° − E and the lamp's parallax; `None` beyond
+    /// the limb.
+    pub(super) fn zeta_of_glint(&self) -> Option<f64> {
+        let ratio = self.near.map_or(0.0, |near| near.ratio);
+        self.zeta_of_glint_angle(FRAC_PI_2 - self.elevation_rad, |zeta| {
+            let (sin, cos) = zeta.sin_cos();
+            (-(ratio * sin).asin(), -ratio * cos)
+        })
+    }
+
+    /// The ζ at which ζ + θ and a small `shift`, given with its slope, have a value between 0 and 180°, by Newton's method on
+    /// the rising 2ζ − η; `None` beyond the limb.
+    fn zeta_of_glint_angle(&self, wanted: f64, shift: impl Fn(f64) -> (f64, f64)) -> Option<f64> {
+        let sum = |zeta: f64| 2.0 * zeta - (self.k * zeta.sin()).asin() + shift(zeta).0;
+        if !(wanted > sum(0.0) && wanted < sum(FRAC_PI_2)) {
             return None;
         }
         let (mut low, mut high) = (0.0, FRAC_PI_2);
-        let mut zeta = (wanted / (2.0 - self.k)).min(FRAC_PI_2);
+        let mut zeta = (wanted / (2.0 - self.k)).clamp(0.0, FRAC_PI_2);
         for _ in 0..60 {
             let off = sum(zeta) - wanted;
             if off > 0.0 {
@@ -181,7 +259,7 @@ impl Ground {
                 low = zeta
             }
             let sin_eta = self.k * zeta.sin();
-            let slope = 2.0 - self.k * zeta.cos() / (1.0 - sin_eta * sin_eta).sqrt();
+            let slope = 2.0 - self.k * zeta.cos() / (1.0 - sin_eta * sin_eta).sqrt() + shift(zeta).1;
             let next = zeta - off / slope;
             let next = if next > low && next < high { next } else { 0.5 * (low + high) };
             if (next - zeta).abs() < 1e-15 {
@@ -206,15 +284,63 @@ impl Ground {
     }
 
     /// ζ at which an edge of the lobe touches a circle: ζ + θ = |E| and 180° − |E|.
-    pub(super) fn lobe_edge_zetas(&self) -> [Option<f64>; 2] {
-        let e = self.elevation_rad.abs();
-        [self.zeta_of_glint_angle(e), self.zeta_of_glint_angle(PI - e)]
+    ///
+    /// Under a lamp at a distance `sin(E ∓ (ζ + θ)) = ε cos ζ`, so that arcsin(ε cos ζ) is added for one sign of E, taken off
+    /// for the other.
+    pub(super) fn lobe_edge_zetas(&self) -> [Option<f64>; 3] {
+        let e = self.elevation_rad;
+        let Some(near) = self.near else {
+            let flat = |_: f64| (0.0, 0.0);
+            return [self.zeta_of_glint_angle(e.abs(), flat), self.zeta_of_glint_angle(PI - e.abs(), flat), None];
+        };
+        let parallax = |sign: f64| {
+            move |zeta: f64| {
+                let (sin, cos) = zeta.sin_cos();
+                let across = near.ratio * cos;
+                (sign * across.asin(), -sign * near.ratio * sin / (1.0 - across * across).sqrt())
+            }
+        };
+        [
+            self.zeta_of_glint_angle(e, parallax(1.0)),
+            self.zeta_of_glint_angle(-e, parallax(-1.0)),
+            if e < 0.0 {
+                self.zeta_of_glint_angle(PI + e, parallax(-1.0))
+            } else {
+                self.zeta_of_glint_angle(PI - e, parallax(1.0))
+            },
+        ]
+    }
+
+    /// θ, the angle from the sub-satellite point, at which the terminator crosses the azimuth u from the lamp's; not above 0
+    /// where it does not.
+    pub(super) fn terminator_theta(&self, cos_u: f64) -> f64 {
+        // cos θ sin E + sin θ cos E cos u = ε
+        let side = cos_u * self.lamp.y();
+        let theta = (-self.lamp.z() * side.signum()).atan2(side.abs());
+        let ratio = self.near.map_or(0.0, |near| near.ratio);
+        theta + side.signum() * (ratio / self.lamp.z().hypot(side).max(ratio + f64::MIN_POSITIVE)).asin()
     }
 
     /// ζ of a nadir angle η; `None` beyond the limb.
     pub(super) fn zeta_of_nadir_angle(&self, eta_rad: f64) -> Option<f64> {
         let sin_z = eta_rad.sin() / self.k;
         (eta_rad > 0.0 && eta_rad < FRAC_PI_2 && sin_z < 1.0).then(|| sin_z.asin())
+    }
+}
+
+impl Near {
+    /// At a place of a circle, φ as (sin, cos): the irradiance across the beam over that at the Earth's centre, over δ; 1/δ.
+    #[inline(always)]
+    fn light(&self, circle: &Circle, phi: (f64, f64)) -> (f64, f64) {
+        let ratio = self.ratio;
+        // p·s − ε, so that δ² = 1 − ε² − 2ε (p·s − ε)
+        let height = circle.height.0 + circle.height.1 * phi.0;
+        let per_delta2 = 1.0 / (1.0 - ratio * ratio - 2.0 * ratio * height);
+        let per_delta = per_delta2.sqrt();
+        let sun_up = circle.theta.0 * (self.to_sun.x() * phi.1 + self.to_sun.y() * phi.0)
+            + circle.theta.1 * self.to_sun.z();
+        let phase = self.moon.phase.at((ratio * sun_up - self.sun_outward) * per_delta);
+        (phase * if self.moon.by_distance { per_delta2 * per_delta } else { per_delta }, per_delta)
     }
 }
 

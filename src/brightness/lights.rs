@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use super::brdf::{Brdf, direct_reflection, mirror_reflection};
 use super::earthshine::{Accuracy, plain};
 use super::ground::Ground;
-use super::lamps::{LampSettings, moonlight, sunlight};
+use super::lamps::{LampSettings, NearMoon, moonlight, sunlight};
 use super::model::Model;
 use super::platform::{Plate, Side, View};
 use super::scene::{Scene, impossible};
@@ -32,7 +32,10 @@ pub(super) struct Lamp {
     /// Share of its light that reaches the satellite.
     pub visible_frac: f64,
     pub flux_at_satellite: f64,
+    /// As at the Earth's centre.
     pub flux_at_ground: f64,
+    /// The Sun, for a lamp that every place on the ground sees for itself \[km\].
+    sun_of_patches_km: Option<Vector<Itrs>>,
     pub extrapolated: bool,
     words: Words,
 }
@@ -152,9 +155,17 @@ impl<'a> Stage<'a> {
     pub fn via_earth(&self, lamp: &Lamp, beside: f64, skipped: &mut Vec<Skip>) -> Sum {
         let mut sum = Sum::default();
         let settings = self.model.settings();
-        let ground_at = |view: &View| Ground::new(&view.place_km, self.radius_km, &lamp.position_km, &settings.earth);
         let Some(plate) = self.plates.first() else { return sum };
         let lights_ground = |g: &Ground| self.everything || (g.lit_in_view() && lamp.flux_at_ground > 0.0);
+        // parallel light reaches as far and farther: where it reaches nothing the Moon's phases are not asked for
+        let parallel =
+            |place: &Vector<Itrs>| Ground::new(place, self.radius_km, &lamp.position_km, &settings.earth);
+        let reached = parallel(&plate.centre.place_km).is_some_and(|g| lights_ground(&g));
+        let near = if reached { lamp.over_ground(self.model.lighting(), self.radius_km) } else { None };
+        let ground_at = |view: &View| match &near {
+            Some(moon) => Ground::under_moon(&view.place_km, self.radius_km, moon, &settings.earth),
+            None => parallel(&view.place_km),
+        };
         let lit = ground_at(&plate.centre).filter(lights_ground);
         let Some(ground) = lit else {
             skipped.push(Skip::light(lamp.earth_name, lamp.words.no_lit_ground));
@@ -228,6 +239,7 @@ impl Lamp {
             visible_frac: lighting.share(scene, &scene.sun_km, SUN_RADIUS_KM, radius_km),
             flux_at_satellite: sunlight(distance_km, &lighting.lamps).flux,
             flux_at_ground: sunlight(scene.sun_km.norm(), &lighting.lamps).flux,
+            sun_of_patches_km: None,
             extrapolated: false,
             words: Words {
                 hidden: "in umbra",
@@ -237,7 +249,8 @@ impl Lamp {
         }
     }
 
-    /// The Moon in a scene; its phase is that seen from the satellite, on the ground that seen from the Earth's centre.
+    /// The Moon in a scene; its phase is that seen from the satellite, on the ground that seen from the Earth's centre, to
+    /// which that of every place is a ratio.
     pub fn moon(scene: &Scene, lighting: &Lighting, radius_km: f64) -> Lamp {
         let distance_km = (scene.moon_km - scene.satellite_km).norm();
         let at_satellite = moonlight(&scene.satellite_km, &scene.moon_km, &scene.sun_km, &lighting.lamps);
@@ -250,6 +263,7 @@ impl Lamp {
             visible_frac: lighting.share(scene, &scene.moon_km, MOON_RADIUS_KM, radius_km),
             flux_at_satellite: at_satellite.flux,
             flux_at_ground: at_ground.flux,
+            sun_of_patches_km: Some(scene.sun_km),
             extrapolated: at_satellite.extrapolated || at_ground.extrapolated,
             words: Words {
                 hidden: "below the satellite's horizon",
@@ -257,6 +271,11 @@ impl Lamp {
                 no_lit_ground: "no moonlit ground in view",
             },
         }
+    }
+
+    /// The lamp over the ground, place by place; `None` for parallel light.
+    pub fn over_ground(&self, lighting: &Lighting, radius_km: f64) -> Option<NearMoon> {
+        lighting.lamps.moon_over_ground(&self.position_km, &self.sun_of_patches_km?, radius_km)
     }
 
     /// From a place on the satellite, unit.

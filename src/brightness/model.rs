@@ -152,6 +152,10 @@ impl Model {
         &self.settings
     }
 
+    pub(super) fn lighting(&self) -> &Lighting {
+        &self.lighting
+    }
+
     pub(super) fn surfaces(&self) -> &[Prepared] {
         &self.surfaces
     }
@@ -191,7 +195,9 @@ pub fn light_class(scene: &Scene) -> Result<Illum> {
         LazyLock::new(|| Lighting::new(&Effects { shadow: Shadow::Penumbra, ..Effects::of(Mode::Corrected) }, None));
     let lighting = LIGHTING.as_ref().map_err(|e| impossible(e.to_string()))?;
     let (sun, moon) = (Lamp::sun(scene, lighting, radius_km), Lamp::moon(scene, lighting, radius_km));
-    let moonlit_ground = Ground::new(&scene.satellite_km, radius_km, &moon.position_km, &EARTH_VEGETATION)
+    let moonlit_ground = moon
+        .over_ground(lighting, radius_km)
+        .and_then(|moon| Ground::under_moon(&scene.satellite_km, radius_km, &moon, &EARTH_VEGETATION))
         .is_some_and(|ground| ground.lit_in_view());
     Ok(if sun.visible_frac >= 1.0 {
         Illum::Sun

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use satphot::brightness::catalogue::{Component, Entry, Shell};
+use satphot::brightness::catalogue::{Component, Entry, NOT_COMPARED, Shell, Standing};
 use satphot::brightness::{Brdf, Catalogue, catalogue_toml};
 use satphot::config;
 use satphot::report::summary::text_table;
@@ -61,7 +61,7 @@ impl Satellites {
         } else if self.name.is_some() {
             print(&whole(&shown[0])?);
         } else {
-            let rows: Vec<_> = list(&shown).iter().map(|r| [0, 1, 2, 3, 4, 7].map(|i| r[i].clone()).to_vec()).collect();
+            let rows: Vec<_> = list(&shown).iter().map(|r| [0, 1, 2, 3, 4, 7, 8].map(|i| r[i].clone()).to_vec()).collect();
             print(&text_table(&HEAD, &rows));
         }
         for entry in shown.iter().filter(|_| self.name.is_some()) {
@@ -71,8 +71,19 @@ impl Satellites {
     }
 }
 
-const HEAD: [&str; 6] = ["name", "title", "area m2", "surfaces", "orbit", "areas from"];
-const COLUMNS: [&str; 8] = ["name", "title", "area_m2", "surfaces", "orbits", "launched", "planned", "area_source"];
+const HEAD: [&str; 7] = ["name", "title", "area m2", "surfaces", "orbit", "areas from", "scatter mag"];
+const COLUMNS: [&str; 10] = [
+    "name",
+    "title",
+    "area_m2",
+    "surfaces",
+    "orbits",
+    "launched",
+    "planned",
+    "area_source",
+    "scatter_mag",
+    "caveat",
+];
 const SURFACE_COLUMNS: [&str; 7] =
     ["surface", "area_m2", "attitude", "brdf", "reflectance_0deg", "reflectance_60deg", "back"];
 const SURFACE_HEAD: [&str; 7] = ["surface", "area m2", "attitude", "scattering", "R(0)", "R(60)", "back"];
@@ -93,6 +104,8 @@ fn list(entries: &[Entry]) -> Vec<Vec<String>> {
             e.counts.as_ref().map_or(String::new(), |c| c.launched.to_string()),
             e.counts.as_ref().map_or(String::new(), |c| c.planned.to_string()),
             source(e),
+            e.scatter_mag.map_or(NOT_COMPARED.into(), |s| s.to_string()),
+            e.caveat.clone(),
         ]
     };
     entries.iter().map(row).collect()
@@ -133,6 +146,7 @@ fn whole(entry: &Entry) -> anyhow::Result<String> {
     if !entry.components.is_empty() {
         text += &format!("\n{}", parts(entry));
     }
+    text += &format!("\nobservations: {}\n", Standing::from(entry).text());
     if !entry.notes.is_empty() {
         text += "\n";
         entry.notes.iter().for_each(|note| text += &format!("note: {note}\n"));

@@ -69,6 +69,17 @@ pub enum LunarEclipse {
     Applied,
 }
 
+/// Moonlight on the ground, where Lunar-Earthshine comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GroundMoonlight {
+    /// Everywhere as at the Earth's centre: one direction, one distance, one phase.
+    Parallel,
+    /// Every place sees the Moon in its own direction, at its own distance and phase angle: 0.04 mag under a high Moon, up to
+    /// 0.8 mag under one that is about to set.
+    PerPatch,
+}
+
 /// The discs of Sun and Moon in a direct reflection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -167,6 +178,8 @@ pub struct Effects {
     pub moon_past_limit: MoonPastLimit,
     /// The Earth's shadow on the Moon.
     pub lunar_eclipse: LunarEclipse,
+    /// Moonlight on the ground, where Lunar-Earthshine comes from.
+    pub ground_moonlight: GroundMoonlight,
     /// The discs of Sun and Moon in a direct reflection.
     pub source_disc: SourceDisc,
     /// Radius of the spherical Earth.
@@ -204,6 +217,9 @@ pub struct EffectsTable {
     /// The Earth's shadow on the Moon.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lunar_eclipse: Option<LunarEclipse>,
+    /// Moonlight on the ground, where Lunar-Earthshine comes from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ground_moonlight: Option<GroundMoonlight>,
     /// The discs of Sun and Moon in a direct reflection.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source_disc: Option<SourceDisc>,
@@ -241,6 +257,7 @@ impl Effects {
                 moon_law: MoonLaw::Cox,
                 moon_past_limit: MoonPastLimit::Polynomial,
                 lunar_eclipse: LunarEclipse::Ignored,
+                ground_moonlight: GroundMoonlight::Parallel,
                 source_disc: SourceDisc::Point,
                 earth_radius: EarthRadius::Published,
                 arrays: Arrays::SunAzimuth,
@@ -256,6 +273,7 @@ impl Effects {
                 moon_law: MoonLaw::Cox,
                 moon_past_limit: MoonPastLimit::Tapered,
                 lunar_eclipse: LunarEclipse::Applied,
+                ground_moonlight: GroundMoonlight::PerPatch,
                 source_disc: SourceDisc::Convolved,
                 earth_radius: EarthRadius::Local,
                 arrays: Arrays::AsListed,
@@ -279,6 +297,7 @@ impl EffectsTable {
             moon_law: self.moon_law.unwrap_or(preset.moon_law),
             moon_past_limit: self.moon_past_limit.unwrap_or(preset.moon_past_limit),
             lunar_eclipse: self.lunar_eclipse.unwrap_or(preset.lunar_eclipse),
+            ground_moonlight: self.ground_moonlight.unwrap_or(preset.ground_moonlight),
             source_disc: self.source_disc.unwrap_or(preset.source_disc),
             earth_radius: self.earth_radius.unwrap_or(preset.earth_radius),
             arrays: self.arrays.unwrap_or(preset.arrays),

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 
 pub(crate) use check::{check_surface, range};
 pub use effects::{
-    Arrays, Backs, Distances, EarthRadius, Effects, EffectsTable, LunarEclipse, Mode, MoonLaw, MoonPastLimit, MuArea,
+    Arrays, Backs, Distances, EarthRadius, Effects, EffectsTable, GroundMoonlight, LunarEclipse, Mode, MoonLaw, MoonPastLimit, MuArea,
     PlatformSize, Sampling, Shadow, Source, SourceDisc,
 };
 pub use fetch::Fetch;

@@ -1,5 +1,6 @@
 //! The meta block of every table: schema, tool, configuration, site, magnitude system, zeropoint, flag names.
 
+use crate::brightness::catalogue::Standing;
 use crate::config::{self, Config, Mode};
 use crate::frames::Exposure;
 use crate::night::provenance::Provenance;
@@ -39,6 +40,9 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, told: &Provena
         meta.push("mode", text(mode));
         meta.push("effects", effects_meta(model));
         meta.push("satellite", text(&model.satellite));
+        if let Ok(standing) = Standing::of(model) {
+            standing.push_to(&mut meta);
+        }
     }
     if let Some(z) = zeropoint {
         let cov = z.covariance().iter().map(|row| MetaValue::List(row.iter().map(|c| number(*c)).collect())).collect();

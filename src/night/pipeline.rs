@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::brightness::catalogue::Standing;
 use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::file::make_folder;
@@ -165,6 +166,7 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
         night: config.night.name.clone(),
         folder: folder.clone(),
         passes: if counts.targets > 0 { format!("\n{}", pass_table(&rows)) } else { String::new() },
+        model: model_text(config),
         counts,
         zeropoint: bench.zeropoint.clone(),
         zeropoint_source: zeropoint_source(&bench, star_rows.len()),
@@ -209,6 +211,13 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
         summary.files.extend(drawn);
     }
     Ok(summary)
+}
+
+/// The model of the target, and what observations say of it.
+fn model_text(config: &Config) -> Option<String> {
+    let model = config.model.as_ref()?;
+    let standing = Standing::of(model).ok()?;
+    Some(format!("{}: {}", model.satellite, standing.text()))
 }
 
 /// Why no frame was taken for one of the target, and how to name those that are.

@@ -140,6 +140,8 @@ pub struct Summary {
     pub zeropoint: Option<Zeropoint>,
     /// Where it is from.
     pub zeropoint_source: String,
+    /// The model the target is compared with, and what observations say of it.
+    pub model: Option<String>,
     /// The passes, a line each.
     pub passes: String,
     /// Failed and rejected frames: name, status, reason.
@@ -208,6 +210,9 @@ impl Summary {
             let _ = writeln!(t, "           and {} more, in photometry.ecsv", self.failures.len() - SHOWN_FAILURES);
         }
         t.push_str(&zeropoint_text(self.zeropoint.as_ref(), &self.zeropoint_source));
+        if let Some(model) = &self.model {
+            let _ = writeln!(t, "Model      {model}");
+        }
         t.push_str(&self.passes);
         t
     }

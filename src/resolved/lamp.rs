@@ -5,7 +5,7 @@
 use crate::brightness::lamps::{LampSettings, flux_of_mag, moonlight, sunlight};
 use crate::brightness::shadow::{Colour, lit_fraction};
 use crate::brightness::spectrum::{SolarColumn, Spectrum};
-use crate::brightness::{Band, ModelSettings, Scene};
+use crate::brightness::{Band, Brdf, Ground, ModelSettings, NearMoon, Scene};
 use crate::constants::{AU_KM, MOON_RADIUS_KM, SUN_RADIUS_KM};
 use crate::error::{Error, Result};
 use crate::vector::{Itrs, Vector};
@@ -37,8 +37,10 @@ pub struct Lamp {
     pub disc_rad: f64,
     /// Irradiance at the satellite past the Earth, across the beam \[W m⁻²\].
     pub at_satellite_w_m2: f64,
-    /// Irradiance at the ground under it \[W m⁻²\].
+    /// Irradiance at the ground as at the Earth's centre \[W m⁻²\].
     pub at_ground_w_m2: f64,
+    /// What every place on the ground has of its own; `None` for parallel light.
+    pub near: Option<NearMoon>,
     /// Share of its light that gets past the Earth.
     pub visible_frac: f64,
     /// V flux, relative to a star of magnitude 0, of 1 W m⁻² of its light in the band.
@@ -130,6 +132,7 @@ impl Lamps {
                 disc_rad: (body_km / line.norm()).min(1.0).asin(),
                 at_satellite_w_m2: frac * w_m2(&scene.satellite_km),
                 at_ground_w_m2: ground,
+                near: None,
                 visible_frac: frac,
                 v_per_w_m2: if ground > 0.0 { flux(&in_v, &origin) / ground } else { 0.0 },
             })
@@ -139,6 +142,7 @@ impl Lamps {
         let moon = lamp(scene.moon_km, MOON_RADIUS_KM, &|lamps, place| {
             moonlight(place, &scene.moon_km, &scene.sun_km, lamps).flux
         })?;
+        let moon = Lamp { near: in_band.moon_over_ground(&scene.moon_km, &scene.sun_km, radius_km), ..moon };
         let extrapolated = moonlight(&scene.satellite_km, &scene.moon_km, &scene.sun_km, &in_v).extrapolated;
         let (from_nm, to_nm) = wide.transmission().range_nm();
         Ok(Self {
@@ -159,6 +163,16 @@ impl Lamps {
 }
 
 impl Lamp {
+    /// The ground under a satellite in this light; `None` where none of it in view is lit.
+    #[must_use]
+    pub fn ground(&self, satellite_km: &Vector<Itrs>, radius_km: f64, earth: &Brdf) -> Option<Ground> {
+        let ground = match &self.near {
+            Some(moon) => Ground::under_moon(satellite_km, radius_km, moon, earth),
+            None => Ground::new(satellite_km, radius_km, &self.position_km, earth),
+        };
+        ground.filter(|g| g.lit_in_view() && self.at_ground_w_m2 > 0.0)
+    }
+
     /// The same, switched off.
     fn dark(self) -> Self {
         Self { at_satellite_w_m2: 0.0, at_ground_w_m2: 0.0, ..self }

@@ -85,10 +85,7 @@ impl Surroundings {
         let width_um = lamps.band_um.1 - lamps.band_um.0;
         // W cm⁻² sr⁻¹ µm⁻¹ of the paper's uniform Earth; it stands for Lunar-Earthshine alone
         let uniform = [None, settings.uniform_earth_w_cm2_sr_um.map(|l| l * 1e4 * width_um)];
-        let ground = |lamp: &Lamp| {
-            let ground = Ground::new(&scene.satellite_km, radius_km, &lamp.position_km, &model.earth);
-            ground.filter(|g| g.lit_in_view() && lamp.at_ground_w_m2 > 0.0)
-        };
+        let ground = |lamp: &Lamp| lamp.ground(&scene.satellite_km, radius_km, &model.earth);
         let grounds = [ground(&lamps.sun), ground(&lamps.moon)];
         let field = |lamp: &Lamp, ground: &Option<Ground>, uniform: Option<f64>| match (uniform, ground) {
             (Some(l), _) => vec![l; earth.unit.len()],

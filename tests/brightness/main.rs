@@ -19,6 +19,7 @@ mod extremes;
 mod lamps;
 mod laws;
 mod light_classes;
+mod moonlit_ground;
 mod own_vectors;
 mod plot_moon;
 mod points;

@@ -7,8 +7,11 @@ use rand_chacha::ChaCha12Rng;
 
 use super::super::{penumbra, source_disc};
 use crate::brightness::shadow::visible_fraction;
-use crate::brightness::{Accuracy, Brdf, Ground, direct_reflection, reflected_by_earth};
-use crate::config::SourceDisc;
+use crate::brightness::lamps::{LampSettings, moonlight};
+use crate::brightness::{Accuracy, Band, Brdf, Ground, direct_reflection, reflected_by_earth};
+use crate::config::{Effects, Mode, SourceDisc};
+use crate::constants::AU_KM;
+use crate::error::Result;
 use crate::vector::{Itrs, Vector};
 
 const R_KM: f64 = 6378.0;
@@ -93,6 +96,79 @@ pub(super) fn earth_integrals() -> (f64, usize) {
         n += 1;
     }
     (worst, n)
+}
+
+/// Rings and places of the sum over patches.
+const PATCHES: (usize, usize) = (500, 1000);
+
+/// Moonlight by way of the ground: a sum over patches, each with the Moon where it is seen from there, its distance and its
+/// phase. No parallel light, no view, no edge; the lunar law written out. In V, relative to a star of magnitude 0.
+fn over_patches(
+    (r_km, normal, observer): &(f64, Vector<Itrs>, Vector<Itrs>),
+    (albedo, law): (f64, &Brdf),
+    (moon_km, sun_km): (&Vector<Itrs>, &Vector<Itrs>),
+) -> f64 {
+    let satellite = Vector::new(0.0, 0.0, *r_km);
+    let edge = (R_KM / r_km).acos();
+    let to_sun = *sun_km - *moon_km;
+    let (rings, places) = PATCHES;
+    let mut sum = 0.0;
+    for i in 0..rings {
+        let theta = edge * (i as f64 + 0.5) / rings as f64;
+        for k in 0..places {
+            let turn = std::f64::consts::TAU * (k as f64 + 0.5) / places as f64;
+            let up = Vector::new(theta.sin() * turn.cos(), theta.sin() * turn.sin(), theta.cos());
+            let to_moon = *moon_km - up * R_KM;
+            let (line, cos_moon) = (satellite - up * R_KM, up.dot(&to_moon) / to_moon.norm());
+            let toward = line * (1.0 / line.norm());
+            let cos_in = -normal.dot(&toward);
+            if cos_moon <= 0.0 || cos_in <= 0.0 {
+                continue;
+            }
+            let alpha_deg = to_sun.angle_to(&-to_moon).to_degrees();
+            let v_mag = -12.73
+                + 0.026 * alpha_deg
+                + 4e-9 * alpha_deg.powi(4)
+                + 5.0 * (to_moon.norm() / 384_400.0 * to_sun.norm() / AU_KM).log10();
+            let radiance = 10f64.powf(-0.4 * v_mag) * albedo / std::f64::consts::PI * cos_moon;
+            let solid_angle = toward.dot(&up) * theta.sin() * R_KM * R_KM / line.dot(&line);
+            sum += radiance * law.value(&-toward, normal, observer) * cos_in * solid_angle;
+        }
+    }
+    sum * edge / rings as f64 * std::f64::consts::TAU / places as f64
+}
+
+/// Lunar-Earthshine with the Moon from the zenith of the satellite to where only a sliver of ground is lit.
+pub(super) fn moonlit_ground() -> Result<(f64, usize)> {
+    let v = Band::of_config("V")?;
+    let lamps = LampSettings::new(&Effects::of(Mode::Corrected), &v)?;
+    let albedo = 0.3;
+    let laws = [Brdf::Lambert { albedo: 1.0 }, Brdf::Phong { kd: 0.3, ks: 0.4, n: 12.0 }];
+    let (mut worst, mut n) = (0.0f64, 0);
+    let cases = [(88.0, 4.0), (60.0, 25.0), (30.0, 100.0), (15.0, 60.0), (4.0, 5.0), (0.0, 40.0), (-10.0, 20.0), (-15.0, 90.0)];
+    for (k, (alt_deg, phase_deg)) in cases.into_iter().enumerate() {
+        let at = |deg: f64| Vector::new(0.0, deg.to_radians().cos(), deg.to_radians().sin());
+        let moon_km = at(alt_deg) * [384_400.0, 360_000.0, 404_000.0][k % 3];
+        // on either side of the line from the Earth
+        let side = if k % 2 == 0 { phase_deg } else { -phase_deg };
+        let sun_km = moon_km + at(180.0 + alt_deg + side) * AU_KM;
+        let r_km = R_KM + [420.0, 550.0, 1200.0][(k / 3) % 3];
+        let (Some(normal), Some(observer)) =
+            (Vector::new(0.1, 0.3, -1.0).unit(), Vector::new(0.3, -0.2, -1.0).unit())
+        else {
+            continue;
+        };
+        let Some(moon) = lamps.moon_over_ground(&moon_km, &sun_km, R_KM) else { continue };
+        let satellite = Vector::new(0.0, 0.0, r_km);
+        let Some(ground) = Ground::under_moon(&satellite, R_KM, &moon, &Brdf::Lambert { albedo }) else { continue };
+        let law = &laws[k % 2];
+        let light = reflected_by_earth(&ground, law, &normal, &observer, &Accuracy::relative(1e-8, 5_000_000)).per_sr;
+        let ours = light * moonlight(&Vector::new(0.0, 0.0, 0.0), &moon_km, &sun_km, &lamps).flux;
+        let other = over_patches(&(r_km, normal, observer), (albedo, law), (&moon_km, &sun_km));
+        worst = worst.max((ours / other - 1.0).abs());
+        n += 1;
+    }
+    Ok((worst, n))
 }
 
 pub(super) fn disc_means(sun_rad: f64) -> (f64, usize) {

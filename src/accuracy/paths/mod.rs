@@ -42,6 +42,13 @@ pub fn paths() -> Vec<Extreme> {
             1e-8,
         ),
         two(
+            "Lunar-Earthshine, the Moon 88 to -15 deg high under the satellite [relative]",
+            "rings from the satellite, the Moon's place on each in closed form",
+            "500 x 1000 patches, the Moon seen from each: direction, distance, phase",
+            light::moonlit_ground,
+            2e-3,
+        ),
+        two(
             "direct light over the Sun's disc [relative to the brightest]",
             "averages in closed form and by edges",
             "102 400 points of the disc",
@@ -259,6 +266,6 @@ mod tests {
         let all = paths();
         let wrong: Vec<&Extreme> = all.iter().filter(|e| e.verdict != Verdict::Ok).collect();
         assert!(wrong.is_empty(), "{wrong:#?}");
-        assert!(all.len() >= 11);
+        assert!(all.len() >= 12);
     }
 }

@@ -21,6 +21,13 @@ pub struct Entry {
     /// What it is, in a few words.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub title: String,
+    /// Scatter of observed less modelled magnitudes \[mag\], `sources.scatter` says of which; absent where they were not
+    /// compared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scatter_mag: Option<f64>,
+    /// What must be said with every magnitude of it.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub caveat: String,
     /// What a reader must know before using it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
@@ -191,6 +198,9 @@ impl Entry {
         let bad = |key: String, problem: &str| Err(Error::Config { key, problem: problem.into() });
         if self.surfaces.is_empty() {
             return bad(format!("{key}.surfaces"), "at least one surface is needed");
+        }
+        if let Some(scatter_mag) = self.scatter_mag {
+            range(&format!("{key}.scatter_mag"), scatter_mag, 0.0, 100.0, "mag")?;
         }
         for (at, surface) in self.surfaces.iter().enumerate() {
             check_surface(&format!("{key}.surfaces.{}", surface.name), surface)?;

@@ -4,6 +4,7 @@
 //! Areas in m². The numbers themselves are in `presets/satellites.toml`; a file of the user has the same form.
 
 mod entry;
+mod standing;
 
 use std::path::Path;
 use std::sync::LazyLock;
@@ -15,6 +16,7 @@ use crate::config::{self, Effects, read_layers};
 use crate::error::{Error, Result};
 
 pub use entry::{Component, ComponentSum, Counts, Entry, Shell, Span};
+pub use standing::{NOT_COMPARED, Standing};
 
 /// The catalogue that comes with the program.
 const TEXT: &str = include_str!("../../presets/satellites.toml");
@@ -31,6 +33,8 @@ pub struct Satellite {
     pub surfaces: Vec<Surface>,
     /// Where areas and scattering are from.
     pub source: String,
+    /// What observations say of its magnitudes.
+    pub standing: Standing,
 }
 
 /// `[[satellites]]`: the form of the catalogue.
@@ -90,7 +94,7 @@ impl Satellite {
     /// A satellite of these surfaces, from nowhere else.
     #[must_use]
     pub fn of(name: &str, surfaces: Vec<Surface>) -> Self {
-        Self { name: name.into(), surfaces, source: "own surfaces".into() }
+        Self { name: name.into(), surfaces, source: "own surfaces".into(), standing: Standing::default() }
     }
 
     /// A satellite of the catalogue that comes with the program; case and `_` or blank for `-` do not matter.
@@ -111,7 +115,18 @@ impl Satellite {
             return Self::try_from(catalogue.find(&model.satellite)?);
         }
         let surfaces = built(&model.surfaces, "model")?;
-        Ok(Satellite { name: model.satellite.clone(), surfaces, source: "configuration, model.surfaces".into() })
+        Ok(Satellite {
+            name: model.satellite.clone(),
+            surfaces,
+            source: "configuration, model.surfaces".into(),
+            standing: Standing::default(),
+        })
+    }
+
+    /// What observations say of it, on a line of its own, the name before it.
+    #[must_use]
+    pub fn standing_line(&self) -> String {
+        format!("model {}: {}\n", self.name, self.standing.text())
     }
 
     /// The satellite under the choices for arrays and backs; doing it twice changes nothing more.
@@ -135,6 +150,7 @@ impl TryFrom<&Entry> for Satellite {
             name: entry.name.clone(),
             surfaces: built(&entry.surfaces, &format!("satellites.{}", entry.name))?,
             source: sources.join("; "),
+            standing: Standing::from(entry),
         })
     }
 }

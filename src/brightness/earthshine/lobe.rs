@@ -55,10 +55,7 @@ pub(super) fn lobe(rings: &mut Rings, low: f64, drop: f64, edges: &mut Vec<Edge>
 /// either side.
 fn passing(rings: &Rings) -> [Option<f64>; 2] {
     let (ground, facet) = (rings.ground, rings.facet);
-    // cos θ sin E + sin θ cos E cos u = 0
-    let (cos_e, sin_e) = (ground.lamp.y(), ground.lamp.z());
-    let side = facet.u_mirror.cos() * cos_e;
-    let theta = (-sin_e * side.signum()).atan2(side.abs());
+    let theta = ground.terminator_theta(facet.u_mirror.cos());
     let (sin_t, cos_t) = theta.sin_cos();
     let terminator = (theta > 0.0 && cos_t > ground.k).then(|| sin_t.atan2(cos_t - ground.k));
     // sin η n_t cos(u − u_n) = cos η n_z

@@ -159,8 +159,8 @@ pub(super) fn spans(rings: &mut Rings, drop: f64) -> Vec<Span> {
     let horizon = ground.zeta_of_nadir_angle(Facet::tangent_nadir_angle(&facet.normal));
     let terminator = ground.terminator_zeta();
     let mut low = 0.0_f64;
-    if ground.elevation_rad < 0.0 {
-        // within θ < |E| all is dark
+    if ground.lit_rad < 0.0 {
+        // within that distance all is dark
         let Some(zeta) = terminator else { return Vec::new() };
         low = zeta;
     }
@@ -231,8 +231,8 @@ fn in_order(edges: &mut Vec<Edge>, low: f64) {
 
 /// The ring on which the lamp is seen as in a mirror in the ground, ζ + θ = 90° − E.
 fn glint(ground: &Ground, n: f64) -> Option<Edge> {
-    let wanted = FRAC_PI_2 - ground.elevation_rad;
-    let zeta = if wanted <= 0.0 { 0.0 } else { ground.zeta_of_glint_angle(wanted).unwrap_or(FRAC_PI_2) };
+    let below = FRAC_PI_2 - ground.elevation_rad <= 0.0;
+    let zeta = if below { 0.0 } else { ground.zeta_of_glint().unwrap_or(FRAC_PI_2) };
     let sin_eta = ground.k * zeta.sin();
     let slope = 2.0 - ground.k * zeta.cos() / (1.0 - sin_eta * sin_eta).sqrt();
     let scale = n.powf(-0.5) / slope;

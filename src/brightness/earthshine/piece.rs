@@ -60,12 +60,13 @@ pub(super) struct Scratch {
     weight: [f64; ROW],
     x2: [f64; ROW],
     f: [f64; ROW],
+    per_delta: [f64; ROW],
 }
 
 impl Scratch {
     pub fn new(quick: bool) -> Self {
         let row = [0.0; ROW];
-        Self { quick, rules: kronrod(), cos: row, sin: row, weight: row, x2: row, f: row }
+        Self { quick, rules: kronrod(), cos: row, sin: row, weight: row, x2: row, f: row, per_delta: [1.0; ROW] }
     }
 }
 
@@ -134,7 +135,8 @@ impl Piece<'_> {
                 coarse += v * f;
                 rough += u * f;
             }
-            let err = if shape == Shape::Clustered { (fine - coarse).abs() } else { estimate(fine, coarse, rough) };
+            let sharp = shape == Shape::Clustered || self.ground.has_kink();
+            let err = if sharp { (fine - coarse).abs() } else { estimate(fine, coarse, rough) };
             sum += Sum { value: fine, err, nodes: n };
         }
         sum
@@ -156,22 +158,29 @@ impl Piece<'_> {
             coarse += scratch.f[..count].iter().step_by(2).sum::<f64>();
         }
         let step = TAU / n as f64;
-        Sum { value: fine * step, err: estimate(fine * step, 2.0 * coarse * step, 2.0 * coarse * step), nodes: n }
+        let (fine, coarse) = (fine * step, 2.0 * coarse * step);
+        let err = if self.ground.has_kink() { (fine - coarse).abs() } else { estimate(fine, coarse, coarse) };
+        Sum { value: fine, err, nodes: n }
     }
 
     /// Multiplies by the radiance of ground with a lobe.
     #[inline(always)]
-    fn shine<const QUICK: bool>(&self, cos: &[f64], weight: &mut [f64], (diffuse, peak, n): (f64, f64, f64)) {
+    fn shine<const QUICK: bool>(
+        &self,
+        (cos, per_delta): (&[f64], &[f64]),
+        weight: &mut [f64],
+        (diffuse, peak, n): (f64, f64, f64),
+    ) {
         let (height, glint) = (self.circle.height, self.circle.glint);
-        for (weight, cos) in weight.iter_mut().zip(cos) {
-            let lobe = positive_power::<QUICK>(glint.0 + glint.1 * cos, n);
+        for ((weight, cos), per_delta) in weight.iter_mut().zip(cos).zip(per_delta) {
+            let lobe = positive_power::<QUICK>((glint.0 + glint.1 * cos) * per_delta, n);
             *weight *= (height.0 + height.1 * cos).max(0.0) * (diffuse + peak * lobe);
         }
     }
 
     /// weight · L f (n·w) at the nodes (cos u, sin u) of a row, into `f`.
     fn evaluate(&self, n: usize, scratch: &mut Scratch) {
-        let Scratch { quick, cos, sin, weight, x2, f, .. } = scratch;
+        let Scratch { quick, cos, sin, weight, x2, f, per_delta, .. } = scratch;
         let quick = *quick;
         let (cos, sin, weight, x2, f) = (&cos[..n], &sin[..n], &mut weight[..n], &mut x2[..n], &mut f[..n]);
         let (facet, circle) = (self.facet, self.circle);
@@ -179,12 +188,16 @@ impl Piece<'_> {
         let (sin_eta, cos_eta) = circle.eta;
         // cos φ = −sin u, sin φ = cos u
         let (nx, ny, nz) = (-sin_eta * normal.x(), sin_eta * normal.y(), -cos_eta * normal.z());
+        if matches!(self.ground.law, GroundLaw::Phong { .. }) {
+            self.ground.weigh(circle, (cos, sin), weight, &mut per_delta[..n]);
+        }
         match &self.ground.law {
-            GroundLaw::Phong { diffuse, peak, n } if *peak > 0.0 => {
+            GroundLaw::Phong { diffuse, peak, n: exponent } if *peak > 0.0 => {
+                let (places, law) = ((cos, &per_delta[..n]), (*diffuse, *peak, *exponent));
                 if quick {
-                    self.shine::<true>(cos, weight, (*diffuse, *peak, *n));
+                    self.shine::<true>(places, weight, law);
                 } else {
-                    self.shine::<false>(cos, weight, (*diffuse, *peak, *n));
+                    self.shine::<false>(places, weight, law);
                 }
             }
             GroundLaw::Phong { diffuse, .. } => {

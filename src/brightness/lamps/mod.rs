@@ -5,12 +5,14 @@
 
 mod eclipse;
 mod moon;
+mod near;
 mod rolo;
 mod sed;
 mod settings;
 
 pub use eclipse::{UMBRA_FLOOR, eclipse_factor};
 pub use moon::{FULL_MOON_V_MAG, MOON_LAW_MAX_DEG, MOON_MEAN_DISTANCE_KM, moon_v_mag, moonlight, opposition_factor};
+pub use near::NearMoon;
 pub use rolo::{ROLO_RANGE_DEG, Rolo};
 pub use sed::moon_spectrum;
 pub use settings::{LampSettings, MOON_COLOUR_PHASE_DEG};

@@ -17,7 +17,7 @@ pub const MOON_MEAN_DISTANCE_KM: f64 = 384_400.0;
 /// Phase angle up to which the law of Cox is believed \[deg\]; it was fitted to less.
 pub const MOON_LAW_MAX_DEG: f64 = 150.0;
 /// Phase angle below which the surge is added \[deg\] (Krisciunas & Schaefer 1991, PASP 103, 1033).
-const OPPOSITION_DEG: f64 = 7.0;
+pub(super) const OPPOSITION_DEG: f64 = 7.0;
 
 /// Moonlight at a place, from the geometry Sun, Moon, place.
 ///

@@ -4,7 +4,7 @@
 
 use super::Rolo;
 use crate::brightness::spectrum::{Band, SolarColumn, Spectrum};
-use crate::config::{Distances, Effects, LunarEclipse, MoonLaw, MoonPastLimit, Source};
+use crate::config::{Distances, Effects, GroundMoonlight, LunarEclipse, MoonLaw, MoonPastLimit, Source};
 use crate::error::{Error, Result};
 
 /// Phase angle the Moon's colour of the law of Cox belongs to \[deg\]; it reddens by 0.05 mag in g−V from 7° to 90°.
@@ -21,6 +21,8 @@ pub struct LampSettings {
     pub moon_past_limit: MoonPastLimit,
     /// The Earth's shadow on the Moon.
     pub lunar_eclipse: LunarEclipse,
+    /// Moonlight on the ground.
+    pub ground_moonlight: GroundMoonlight,
     /// Magnitude of the Sun at 1 au in the band and its system.
     pub sun_mag: f64,
     /// (m − V) of the Moon less (m − V) of the Sun: what the lunar law of V is corrected by for the Moon's own colour.
@@ -55,6 +57,7 @@ impl LampSettings {
             moon_law: effects.moon_law,
             moon_past_limit: effects.moon_past_limit,
             lunar_eclipse: effects.lunar_eclipse,
+            ground_moonlight: effects.ground_moonlight,
             sun_mag: band.sun_mag(),
             moon_minus_sun_colour_mag: -2.5 * ratio.log10(),
             source_dimming_mag,

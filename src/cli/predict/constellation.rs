@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use hifitime::Epoch;
 use satphot::Error;
+use satphot::brightness::catalogue::Standing;
 use satphot::brightness::{Catalogue, Model, ModelSettings, Satellite, ToleranceOf};
 use satphot::config;
 use satphot::file::NewFile;
@@ -136,6 +137,9 @@ impl Constellation {
         if !self.merge.is_empty() {
             let (tables, shards, meta) = together(&self.merge)?;
             self.tell_table(&add(&tables)?, &meta)?;
+            if let Some(line) = Standing::line_of(&meta).filter(|_| !self.csv) {
+                print(&format!("model {line}\n"));
+            }
             return shards.lacking().map_or(Ok(()), |error| Err(error.into()));
         }
         let start = parse_utc("--start", self.start.as_deref().unwrap_or_default())?;
@@ -151,7 +155,8 @@ impl Constellation {
         let place = site_of(given, config.as_ref())?;
         let site = Site::from_config(&place)?;
         let settings = ModelSettings { tolerance_of: ToleranceOf::Total, ..ModelSettings::try_from(&model)? };
-        let engine = Model::new(&Satellite::from_config(&model)?, &settings)?;
+        let satellite = Satellite::from_config(&model)?;
+        let engine = Model::new(&satellite, &settings)?;
         let source = self.source(&model, &start)?;
         let watch = Watch {
             site: &site,
@@ -168,6 +173,9 @@ impl Constellation {
         meta.push("min_alt_deg", self.min_alt);
         meta.push("shard", format!("{}/{}", self.shard.0, self.shard.1));
         self.tell_table(&table, &meta)?;
+        if !self.csv {
+            print(&satellite.standing_line());
+        }
         if !self.quiet {
             self.tell_cost(&bar, source.len());
         }

@@ -145,6 +145,7 @@ impl Day {
             if !observed.is_empty() {
                 print(&format!("\n{}", passes_text(&observed)));
             }
+            print(&format!("\n{}", satellite.standing_line()));
         }
         for file in tables.iter().chain(&figures).filter(|_| !self.quiet) {
             tell(&format!("wrote {}", file.display()));

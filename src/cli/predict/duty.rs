@@ -98,10 +98,11 @@ impl Duty {
         let site = Site::from_config(&place)?;
         let sun = on_threads(self.jobs, || sun_time(&site, &start, self.days))??;
         let mut rows = sun_rows(&sun);
-        let mut meta = satphot::report::Meta::default();
+        let (mut meta, mut standing) = (satphot::report::Meta::default(), String::new());
         if self.model.satellite.is_some() {
             let model = self.model_of(config.as_ref())?;
             rows.push(self.moonlight(&site, &model, &start, &sun)?);
+            standing = Satellite::from_config(&model)?.standing_line();
             meta = prediction_meta("satphot.duty/1", &model, Some(&place));
         } else {
             meta.push("schema", "satphot.duty/1");
@@ -117,7 +118,7 @@ impl Duty {
         if self.csv {
             print(&csv_text(&rows, DUTY)?);
         } else {
-            print(&format!("{} d from {}\n{}", self.days, iso_utc(start, 0), text(&rows)));
+            print(&format!("{} d from {}\n{}{standing}", self.days, iso_utc(start, 0), text(&rows)));
         }
         for file in tables.iter().filter(|_| !self.quiet) {
             tell(&format!("wrote {}", file.display()));

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use satphot::brightness::catalogue::Standing;
 use satphot::brightness::{Brdf, ModelSettings, Satellite, ToleranceOf};
 use satphot::config::{Config, Mode};
 use satphot::night::clock::parse_date;
@@ -197,6 +198,7 @@ impl Month {
                 print(&format!("{} · {span}\n{}\n", mode_name(mode), table(&of_mode)));
             }
             print(&summary(&rows));
+            self.standings(config.as_ref())?.iter().for_each(|(name, s)| print(&format!("model {name}: {}\n", s.text())));
         }
         for row in first_mirrors(&rows).filter(|_| !self.quiet) {
             tell(&format!("note: {} ({}): {}; not drawn", row.object_name, row.mode, row.note));
@@ -239,6 +241,13 @@ impl Month {
         Ok(model)
     }
 
+    /// What observations say of each satellite, once for both modes.
+    fn standings(&self, config: Option<&Config>) -> anyhow::Result<Vec<(String, Standing)>> {
+        let mode = self.modes().first().copied().unwrap_or_default();
+        let of = |name: &String| Ok((name.clone(), Standing::of(&self.model_of(name, mode, config)?)?));
+        self.satellites.iter().map(of).collect()
+    }
+
     fn all_satellites(&self, site: &Site, config: Option<&Config>) -> anyhow::Result<Vec<MonthSatellite>> {
         let mut all = Vec::new();
         for mode in self.modes() {
@@ -265,7 +274,9 @@ impl Month {
         let mode = self.modes().first().copied().unwrap_or_default();
         let model = self.model_of(first, mode, config)?;
         let mut meta = prediction_meta("satphot.month/1", &model, Some(place));
-        meta.entries.retain(|(key, _)| key != "satellite" && key != "flags");
+        meta.entries.retain(|(key, _)| key != "satellite" && key != "flags" && !key.starts_with("model_"));
+        let standings = self.standings(config)?.into_iter().map(|(name, s)| (name, s.text().into())).collect();
+        meta.push("model_standing", MetaValue::Map(standings));
         if self.mode == "both" {
             meta.entries.retain(|(key, _)| key != "effects" && key != "mode");
             meta.push("mode", "both, see the column");

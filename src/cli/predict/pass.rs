@@ -126,6 +126,9 @@ impl Pass {
         } else {
             self.tell_results(&rows, &stays)?;
         }
+        if !self.csv {
+            print(&satellite.standing_line());
+        }
         if self.explain {
             explain(&tracker, &engine, &window, &epochs)?;
         }

@@ -203,7 +203,7 @@ impl Sky {
         if of > 1 && !self.csv && !self.flux {
             print(&format!("shard {number}/{of}: {} directions\n", map.points.len()));
         } else if !self.csv && !self.flux {
-            print(&format!("{title}\n{}\n{}", lamps.text(), summary(&map)));
+            print(&format!("{title}\n{}\n{}{}", lamps.text(), summary(&map), satellite.standing_line()));
         }
         if self.explain {
             let directions: Vec<(f64, f64)> = self.grid.directions().collect();
@@ -233,7 +233,8 @@ impl Sky {
         rows.sort_by(|a, b| a.az_deg.total_cmp(&b.az_deg).then(a.alt_deg.total_cmp(&b.alt_deg)));
         let (outs, _) = self.out.files("sky")?;
         outs.iter().try_for_each(|out| write_sky(out, &rows, &meta))?;
-        print(&if self.csv { csv_text(&rows)? } else { format!("{} directions\n", rows.len()) });
+        let standing = Standing::line_of(&meta).map(|line| format!("model {line}\n")).unwrap_or_default();
+        print(&if self.csv { csv_text(&rows)? } else { format!("{} directions\n{standing}", rows.len()) });
         outs.iter().filter(|_| !self.quiet).for_each(|out| tell(&format!("wrote {}", out.display())));
         shards.lacking().map_or(Ok(()), |error| Err(error.into()))
     }
@@ -299,7 +300,7 @@ impl Sky {
         figures.iter().try_for_each(|figure| sky_sequence(figure, &panels, across, &title))?;
         if !self.csv {
             let head = ["UTC", "Sun deg", "Moon deg", "lit %", "V over the sky"];
-            print(&format!("{title}\n{}", text_table(&head, &lines)));
+            print(&format!("{title}\n{}{}", text_table(&head, &lines), satellite.standing_line()));
         }
         for file in tables.iter().chain(&figures).filter(|_| !self.quiet) {
             tell(&format!("wrote {}", file.display()));

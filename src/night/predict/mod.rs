@@ -14,6 +14,7 @@ use hifitime::Epoch;
 use rayon::prelude::*;
 
 use crate::brightness::Model;
+use crate::brightness::catalogue::Standing;
 use crate::config;
 use crate::error::{Error, Result};
 use crate::night::clock::{iso_utc, mjd_utc, seconds_between, shifted};
@@ -149,6 +150,9 @@ pub fn prediction_meta(schema: &str, model: &config::Model, site: Option<&config
         meta.push("throughput", text(&throughput.display().to_string()));
     }
     meta.push("satellite", text(&model.satellite));
+    if let Ok(standing) = Standing::of(model) {
+        standing.push_to(&mut meta);
+    }
     meta.push("mode", text(&name_of(&model.mode)));
     meta.push("tolerance", number(model.tolerance));
     meta.push("effects", effects_meta(model));

@@ -5,6 +5,7 @@
 use maud::{Markup, html};
 
 use super::{NightPage, nothing};
+use crate::brightness::catalogue::Standing;
 use crate::report::rows::PhotometryRow;
 use crate::report::summary::{is_lower_limit, is_used, robust};
 
@@ -44,6 +45,9 @@ pub(super) fn summary(page: &NightPage) -> Markup {
     if let Some((m, s)) = median(|r| r.residual_mag, &used) {
         let median = format!("{m:+.2}").replace('-', "−");
         figures.push(("observed − modelled", format!("median {median}, scatter {s:.2} mag")));
+    }
+    if let Some(model) = Standing::line_of(&page.meta) {
+        figures.push(("model", model));
     }
     if let Some(z) = &page.zeropoint {
         let [zp, k, c] = z.errs();

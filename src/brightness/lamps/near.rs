@@ -1,0 +1,173 @@
+//! Moonlight on the ground: every place sees the Moon in its own direction, at its own distance and at its own phase.
+//!
+//! Ratios to the irradiance at the Earth's centre. The Moon is 60 Earth radii away: its direction differs by up to 0.95°
+//! between places, its irradiance by up to 3.5 %, its phase by as much as its direction. Left out: the Moon's disc, half a
+//! degree across, and refraction; both matter where the Moon rises or sets alone.
+
+use super::LampSettings;
+use crate::brightness::polynomial::{TERMS, fit};
+use crate::config::{Distances, GroundMoonlight, MoonLaw, MoonPastLimit};
+use crate::vector::{Itrs, Vector};
+
+use super::moon::{MOON_LAW_MAX_DEG, OPPOSITION_DEG};
+
+/// Half of the shortest range of sin(α/2) that is interpolated over.
+const LEAST_HALF_RANGE: f64 = 1e-4;
+/// Phase angle from which the variable is cos(α/2) \[deg\].
+const TURN_DEG: f64 = 90.0;
+
+/// The Moon over the ground, for [`crate::brightness::Ground::under_moon`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NearMoon {
+    /// From the Earth's centre \[km\].
+    pub(in crate::brightness) position_km: Vector<Itrs>,
+    /// From the Moon to the Sun, unit.
+    pub(in crate::brightness) to_sun: Vector<Itrs>,
+    /// Irradiance falls with the square of the distance.
+    pub(in crate::brightness) by_distance: bool,
+    pub(in crate::brightness) phase: PhaseCurve,
+}
+
+/// The lunar law over the phases at which one moment's ground sees the Moon, relative to that at the Earth's centre.
+///
+/// Polynomials in sin(α/2), beyond 90° of phase in cos(α/2): smooth in either, and had from the phase's cosine by one root.
+/// Two of them where the law has a kink in the range. Relative error below 1e-8.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::brightness) struct PhaseCurve {
+    /// 1: sin(α/2); −1: cos(α/2).
+    sign: f64,
+    /// Where the second polynomial begins.
+    kink: f64,
+    pieces: [Piece; 2],
+    /// The law is not smooth over the range: it has a kink there, or the tip of the cone at full Moon.
+    pub sharp: bool,
+}
+
+/// A polynomial about the middle of its range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Piece {
+    middle: f64,
+    per_half_range: f64,
+    c: [f64; TERMS],
+}
+
+impl LampSettings {
+    /// The Moon over a ground of this radius \[km\], patch by patch; `None` where moonlight is to be parallel, or without
+    /// any at the Earth's centre.
+    #[must_use]
+    pub fn moon_over_ground(
+        &self,
+        moon_km: &Vector<Itrs>,
+        sun_km: &Vector<Itrs>,
+        radius_km: f64,
+    ) -> Option<NearMoon> {
+        if self.ground_moonlight == GroundMoonlight::Parallel {
+            return None;
+        }
+        let to_sun = (*sun_km - *moon_km).unit()?;
+        let phase_deg = to_sun.angle_to(&-*moon_km).to_degrees();
+        // no place on the ground is seen farther from the Earth's centre, from the Moon
+        let reach_deg = (radius_km / moon_km.norm()).min(1.0).asin().to_degrees();
+        Some(NearMoon {
+            position_km: *moon_km,
+            to_sun,
+            by_distance: self.distances == Distances::Applied,
+            phase: PhaseCurve::new(self, phase_deg, reach_deg)?,
+        })
+    }
+}
+
+impl PhaseCurve {
+    /// The law of `lamps` from `phase_deg − reach_deg` to `phase_deg + reach_deg`; `None` where it gives no light in the
+    /// middle.
+    fn new(lamps: &LampSettings, phase_deg: f64, reach_deg: f64) -> Option<Self> {
+        let centre = lamps.moonlight_at_phase(phase_deg).flux;
+        if !(centre > 0.0) {
+            return None;
+        }
+        let past_half = phase_deg > TURN_DEG;
+        let of_deg = |deg: f64| {
+            let (sin, cos) = (0.5 * deg.clamp(0.0, 180.0)).to_radians().sin_cos();
+            if past_half { cos } else { sin }
+        };
+        let law = |x: f64| {
+            let half_rad = if past_half { x.min(1.0).acos() } else { x.min(1.0).asin() };
+            lamps.moonlight_at_phase(2.0 * half_rad.to_degrees()).flux / centre
+        };
+        let ends = [of_deg(phase_deg - reach_deg), of_deg(phase_deg + reach_deg)];
+        let (from, to) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+        let kinks_deg = [
+            (lamps.moon_law == MoonLaw::CoxOpposition).then_some(OPPOSITION_DEG),
+            (lamps.moon_past_limit == MoonPastLimit::Tapered).then_some(MOON_LAW_MAX_DEG),
+        ];
+        let kink = kinks_deg.into_iter().flatten().map(of_deg).find(|x| *x > from && *x < to);
+        let piece = |from: f64, to: f64| {
+            let (middle, half) = (0.5 * (from + to), (0.5 * (to - from)).max(LEAST_HALF_RANGE));
+            Piece { middle, per_half_range: 1.0 / half, c: fit(&law, middle - half, middle + half) }
+        };
+        let pieces = match kink {
+            Some(kink) => [piece(from, kink), piece(kink, to)],
+            None => [piece(from, to); 2],
+        };
+        Some(Self {
+            sign: if past_half { -1.0 } else { 1.0 },
+            kink: kink.unwrap_or(f64::INFINITY),
+            pieces,
+            sharp: kink.is_some() || phase_deg < reach_deg,
+        })
+    }
+
+    /// Irradiance at a place that sees the Moon at this phase (its cosine), over that at the Earth's centre.
+    #[inline(always)]
+    pub fn at(&self, cos_phase: f64) -> f64 {
+        let x = (0.5 * (1.0 - self.sign * cos_phase)).max(0.0).sqrt();
+        let p = if x < self.kink { &self.pieces[0] } else { &self.pieces[1] };
+        let y = (x - p.middle) * p.per_half_range;
+        let y2 = y * y;
+        let [c0, c1, c2, c3, c4, c5] = p.c;
+        (c0 + c1 * y) + y2 * ((c2 + c3 * y) + y2 * (c4 + c5 * y))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brightness::spectrum::Band;
+    use crate::config::{Effects, Mode};
+
+    #[test]
+    fn the_curve_is_the_law_at_every_phase_the_ground_sees() {
+        for (law, past) in [
+            (MoonLaw::Cox, MoonPastLimit::Tapered),
+            (MoonLaw::Cox, MoonPastLimit::Polynomial),
+            (MoonLaw::CoxOpposition, MoonPastLimit::Tapered),
+            (MoonLaw::Rolo, MoonPastLimit::Tapered),
+        ] {
+            let effects = Effects { moon_law: law, moon_past_limit: past, ..Effects::of(Mode::Corrected) };
+            let lamps = LampSettings::new(&effects, &Band::named("V").unwrap()).unwrap();
+            let reach_deg = 0.96;
+            for step in 0..1800 {
+                let phase_deg = 0.1 * f64::from(step);
+                let curve = PhaseCurve::new(&lamps, phase_deg, reach_deg).unwrap();
+                let flux = |deg: f64| lamps.moonlight_at_phase(deg).flux;
+                let most = flux((phase_deg - reach_deg).max(0.0)) / flux(phase_deg);
+                for part in -8..=8 {
+                    let deg = (phase_deg + reach_deg * f64::from(part) / 8.0).clamp(0.0, 180.0);
+                    let (got, expected) = (curve.at(deg.to_radians().cos()), flux(deg) / flux(phase_deg));
+                    assert!((got - expected).abs() < 2e-8 * most, "{law:?} {past:?} {phase_deg} {deg}: {got} {expected}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn kinks_of_the_law_and_the_tip_at_full_moon_are_told() {
+        let curve = |law: MoonLaw, phase_deg: f64| {
+            let effects = Effects { moon_law: law, ..Effects::of(Mode::Corrected) };
+            let lamps = LampSettings::new(&effects, &Band::named("V").unwrap()).unwrap();
+            PhaseCurve::new(&lamps, phase_deg, 0.95).unwrap().sharp
+        };
+        assert!(curve(MoonLaw::Cox, 0.5) && curve(MoonLaw::Cox, 149.3) && curve(MoonLaw::CoxOpposition, 7.4));
+        assert!(!curve(MoonLaw::Cox, 1.0) && !curve(MoonLaw::Cox, 7.4) && !curve(MoonLaw::Cox, 90.0));
+    }
+}
