@@ -30,7 +30,7 @@ use crate::night::star_stage::{StarStage, star_stage};
 use crate::night::stop::Stop;
 use crate::night::summary::{Counts, Summary};
 use crate::night::survey::{Survey, survey};
-use crate::night::target::{empty_columns, failed_file_row};
+use crate::night::target::{failed_file_row, missing_parts};
 use crate::night::zeropoint::fit_rows;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::summary::pass_table;
@@ -169,7 +169,7 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
         failures: failures(&rows),
         kept: (kept, kept + made),
         notes: log.notes.clone(),
-        empty_columns: empty_columns(config, &bench),
+        empty_columns: missing_parts(config, &bench).iter().map(ToString::to_string).collect(),
         explained,
         poor,
         bytes: survey_bytes(&survey),

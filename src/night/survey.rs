@@ -30,6 +30,8 @@ pub struct Survey {
     pub others: Vec<Exposure>,
     /// Files that could not be understood.
     pub unreadable: Vec<Unreadable>,
+    /// Those of them that another site was told for.
+    pub other_site: Vec<PathBuf>,
 }
 
 impl Survey {

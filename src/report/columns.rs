@@ -157,7 +157,6 @@ pub const PHOTOMETRY: &[Column] = &[
     number("earthshine_v_mag", "mag", "modelled V magnitude by sunlight from the Earth alone"),
     number("moon_v_mag", "mag", "modelled V magnitude by direct moonlight alone"),
     number("lunar_earthshine_v_mag", "mag", "modelled V magnitude by moonlight from the Earth alone"),
-    number("starlight_v_mag", "mag", "modelled V magnitude by starlight alone"),
     number("model_err_mag", "mag", "numerical error of model_v_mag (quadrature); not how wrong the model is"),
     number("residual_mag", "mag", "observed minus modelled magnitude; positive = observed fainter"),
     text("skipped", "what was left out, and why"),

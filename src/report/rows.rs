@@ -157,8 +157,6 @@ pub struct PhotometryRow {
     pub moon_v_mag: Option<f64>,
     /// Modelled V magnitude by moonlight from the Earth alone \[mag\].
     pub lunar_earthshine_v_mag: Option<f64>,
-    /// Modelled V magnitude by starlight alone \[mag\].
-    pub starlight_v_mag: Option<f64>,
     /// 1-sigma error of model_v_mag \[mag\].
     pub model_err_mag: Option<f64>,
     /// Observed minus modelled magnitude; positive = observed fainter \[mag\].

@@ -69,8 +69,7 @@ pub fn ucd(name: &str) -> &'static str {
         | "sun_v_mag"
         | "earthshine_v_mag"
         | "moon_v_mag"
-        | "lunar_earthshine_v_mag"
-        | "starlight_v_mag" => "phot.mag;em.opt.V;meta.modelled",
+        | "lunar_earthshine_v_mag" => "phot.mag;em.opt.V;meta.modelled",
         "model_err_mag" => "stat.error;phot.mag;em.opt.V;meta.modelled",
         "residual_mag" => "phot.mag;em.opt.V;arith.diff",
         "flux_per_e0" => "phot.flux;arith.ratio",

@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::night::meta::table_meta;
 use crate::night::outputs::save;
 use crate::night::provenance::Provenance;
-use crate::night::zeropoint::fit_rows;
+use crate::night::zeropoint::fit_counting;
 use crate::photometry::table::{Row, Table};
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::{MetaValue, StarRow, write_stars};
@@ -145,14 +145,11 @@ pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
         );
     }
     out.notes.extend(exposures_differ(&stars, &columns));
-    out.zeropoint = match fitted(&mut stars, &mut config, &columns) {
+    out.zeropoint = match fitted(&mut stars, &mut config, &columns, &mut out.left_out) {
         Ok(zeropoint) => Ok(zeropoint),
         Err(error @ Error::Zeropoint { .. }) => Err(error.to_string()),
         Err(error) => return Err(error),
     };
-    for star in stars.iter().filter(|s| s.status == "rejected" && s.fit_weight.is_none()) {
-        *out.left_out.entry(without_value(&star.reason)).or_default() += 1;
-    }
     lost.extend(lines.into_iter().zip(stars));
     lost.sort_by_key(|(line, _)| *line);
     out.rows = lost.into_iter().map(|(_, star)| star).collect();
@@ -164,7 +161,12 @@ pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
 /// The cuts of a night ask for an error, an S/N, an airmass and a match; a table may lack them: 0 stands for an unknown error
 /// while the fit runs, and is taken out again. A star that is in the table twice was measured twice: the name that would make
 /// two detections of it in one frame is held back.
-fn fitted(stars: &mut [StarRow], config: &mut Config, columns: &Columns) -> Result<Zeropoint> {
+fn fitted(
+    stars: &mut [StarRow],
+    config: &mut Config,
+    columns: &Columns,
+    cuts: &mut BTreeMap<String, usize>,
+) -> Result<Zeropoint> {
     let none = Some(Pin { value: 0.0, err: 0.0 });
     let refused = |key: &str, what: &str| Error::Config {
         key: format!("zeropoint.{key}"),
@@ -197,7 +199,7 @@ fn fitted(stars: &mut [StarRow], config: &mut Config, columns: &Columns) -> Resu
             star.airmass = Some(1.0);
         }
     }
-    let zeropoint = fit_rows(stars, config);
+    let zeropoint = fit_counting(stars, config, cuts);
     for (star, (star_id, had)) in stars.iter_mut().zip(had) {
         star.star_id = star_id;
         star.inst_mag_err = star.inst_mag_err.filter(|_| had[0]);
@@ -247,12 +249,6 @@ fn one_filter(rows: &[(usize, StarRow, String)], request: &Request) -> Result<Op
             all.join(", ")
         ),
     })
-}
-
-/// `B-V 1.053 outside 0.2 to 0.9` without the value of the one star.
-fn without_value(reason: &str) -> String {
-    let parts = reason.split_once(" outside ").and_then(|(value, range)| Some((value.rsplit_once(' ')?.0, range)));
-    parts.map_or_else(|| reason.to_owned(), |(name, range)| format!("{name} outside {range}"))
 }
 
 /// Numbers pointings in the order of the table; without a column of them every night is one.

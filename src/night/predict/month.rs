@@ -240,6 +240,7 @@ fn month_row(
         detected_5sigma: brighter(five),
         model_err_mag: v.map(|_| err_mag),
         note: note.into(),
+        beam_looked_for: satellite.is_mirror && is_lit,
     })
 }
 

@@ -223,7 +223,7 @@ fn table_of_nights(nights: &[NightPage]) -> Markup {
 fn by_date(nights: &[NightPage], rows: &[PhotometryRow]) -> Markup {
     html! {
         ul.key {
-            @for (name, class) in [("sunlit", "sun"), ("penumbra or Earthshine", "earthshine"), ("moonlit or dark", "moon"), ("no model", "starlight")] {
+            @for (name, class) in [("sunlit", "sun"), ("penumbra or Earthshine", "earthshine"), ("moonlit or dark", "moon"), ("no model", "unmodelled")] {
                 li { svg width="12" height="12" aria-hidden="true" { circle class={ "point " (class) } cx="6" cy="6" r="4" {} } " " (name) }
             }
         }

@@ -30,13 +30,12 @@ const SMALL: Size = Size { width: 460.0, height: 250.0, told: false };
 
 type Light = (&'static str, &'static str, fn(&PhotometryRow) -> Option<f64>);
 
-const LIGHTS: [Light; 6] = [
+const LIGHTS: [Light; 5] = [
     ("model", "model", |r| r.model_v_mag),
     ("Sunlight", "sun", |r| r.sun_v_mag),
     ("Earthshine", "earthshine", |r| r.earthshine_v_mag),
     ("Moonlight", "moon", |r| r.moon_v_mag),
     ("Lunar-Earthshine", "lunar", |r| r.lunar_earthshine_v_mag),
-    ("starlight", "starlight", |r| r.starlight_v_mag),
 ];
 
 /// Seconds from the midnight before the first row.

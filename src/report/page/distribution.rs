@@ -33,7 +33,7 @@ pub(super) fn kind_of(row: &PhotometryRow) -> usize {
 
 /// The colour of a light of [`kind_of`].
 pub(super) fn class_of(kind: usize) -> &'static str {
-    KINDS.get(kind).map_or("starlight", |k| k.1)
+    KINDS.get(kind).map_or("unmodelled", |k| k.1)
 }
 
 /// The clock of a place by the mean Sun: UTC + longitude/15 h.
@@ -68,7 +68,7 @@ pub(super) fn histogram(rows: &[PhotometryRow]) -> Markup {
         y_label: "frames".into(),
         ticks: Ticks::Numbers,
     };
-    let kinds: Vec<(&str, &str)> = KINDS.iter().map(|(n, c, _)| (*n, *c)).chain([("no model", "starlight")]).collect();
+    let kinds: Vec<(&str, &str)> = KINDS.iter().map(|(n, c, _)| (*n, *c)).chain([("no model", "unmodelled")]).collect();
     let body = html! {
         @for (i, counted) in counts.iter().enumerate() {
             @for (k, (name, class)) in kinds.iter().enumerate().rev() {

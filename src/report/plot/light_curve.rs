@@ -36,12 +36,11 @@ const LEGEND_X: i32 = 1490;
 /// A light of the model: its name, colour and magnitude in a row.
 type Light = (&'static str, RGBColor, fn(&PhotometryRow) -> Option<f64>);
 
-const LIGHTS: [Light; 5] = [
+const LIGHTS: [Light; 4] = [
     ("Sunlight", ORANGE, |r| r.sun_v_mag),
     ("Earthshine", GREEN, |r| r.earthshine_v_mag),
     ("Moonlight", SKY_BLUE, |r| r.moon_v_mag),
     ("Lunar-Earthshine", PURPLE, |r| r.lunar_earthshine_v_mag),
-    ("starlight", GREY, |r| r.starlight_v_mag),
 ];
 
 /// Draws every pass of the rows, one block each (the first three; a note counts the rest).
