@@ -34,6 +34,7 @@ use crate::night::target::{failed_file_row, missing_parts};
 use crate::night::zeropoint::fit_rows;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::summary::pass_table;
+use crate::report::words::{Status, Verdict};
 use crate::report::{PhotometryRow, StarRow};
 
 /// How a run is done, apart from what it does.
@@ -139,7 +140,7 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     rows.extend(rejected_flats(&bench));
     rows.extend(survey.unreadable.iter().map(|u| failed_file_row(&u.path, &u.error)));
     let counts = Counts::of(&survey, &rows, &star_rows);
-    let target_rejected = |r: &&PhotometryRow| r.status == "rejected" && r.object_name != "flat";
+    let target_rejected = |r: &&PhotometryRow| r.status == Status::Rejected && r.object_name != "flat";
     if counts.ok + counts.nondetection == 0
         && let Some(first) = rows.iter().find(target_rejected)
     {
@@ -344,8 +345,8 @@ pub(super) fn rejected_flats(bench: &Bench) -> Vec<PhotometryRow> {
         .map(|m| PhotometryRow {
             frame: file_name(&m.path),
             object_name: "flat".into(),
-            status: "rejected".into(),
-            verdict: "reject".into(),
+            status: Status::Rejected.into(),
+            verdict: Verdict::Reject.into(),
             reason: format!("flat: {}", m.reason),
             ..PhotometryRow::default()
         })
@@ -354,7 +355,7 @@ pub(super) fn rejected_flats(bench: &Bench) -> Vec<PhotometryRow> {
 
 fn failures(rows: &[PhotometryRow]) -> Vec<(String, String, String)> {
     rows.iter()
-        .filter(|r| r.status == "failed" || r.status == "rejected")
+        .filter(|r| r.status == Status::Failed || r.status == Status::Rejected)
         .map(|r| (r.frame.clone(), r.status.clone(), r.reason.clone()))
         .collect()
 }

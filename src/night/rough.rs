@@ -224,6 +224,7 @@ mod tests {
             mid,
             source: String::new(),
             kind: crate::frames::TimeKind::Start,
+            stamp: crate::report::words::TimeStamp::Start,
             err_s: 0.0,
             avg_minus_mid_s: None,
             rejected: vec![],

@@ -20,6 +20,7 @@ use crate::photometry::aperture::Shape;
 use crate::photometry::flux::{Flux, detectable_e};
 use crate::photometry::surface_brightness::inst_mu;
 use crate::photometry::target::{KnownDirection, Light, TargetFound, TargetSettings};
+use crate::report::words::{Status, Verdict};
 use crate::report::{PhotometryRow, Thumb};
 
 /// FWHM taken when neither star pointings nor the configuration give one \[arcsec\].
@@ -40,8 +41,8 @@ pub fn failed_row(exposure: &Exposure, reason: &Error) -> PhotometryRow {
 pub fn failed_file_row(path: &Path, reason: &Error) -> PhotometryRow {
     PhotometryRow {
         frame: file_name(path),
-        status: "failed".into(),
-        verdict: "reject".into(),
+        status: Status::Failed.into(),
+        verdict: Verdict::Reject.into(),
         reason: without_folder(reason, path),
         ..PhotometryRow::default()
     }
@@ -118,6 +119,7 @@ pub fn row_of_header(exposure: &Exposure, bench: &Bench) -> PhotometryRow {
         row.date_mid = iso_utc(time.mid, 6);
         row.mjd_mid_d = Some(mjd_utc(time.mid));
         row.time_source = time.source.clone();
+        row.time_stamp = time.stamp.into();
         row.time_err_s = Some(time.err_s);
         row.date_avg_minus_mid_s = time.avg_minus_mid_s;
         if time.err_s >= TIME_UNCERTAIN_S {
@@ -344,7 +346,8 @@ fn flux_columns(row: &mut PhotometryRow, flux: &Flux, well_e: f64) {
     row.flux_err_e = finite(flux.flux_err_e);
     row.sky_e_px = finite(flux.sky_e_px);
     row.snr = finite(flux.snr);
-    row.peak_frac_sat = finite(flux.peak_e / well_e);
+    // the converter sees the sky too: by day it may fill most of the range
+    row.peak_frac_sat = finite((flux.peak_e + flux.sky_e_px) / well_e);
     row.flags |= flux.flags.0;
 }
 
@@ -365,7 +368,7 @@ pub fn calibrate(row: &mut PhotometryRow, bench: &Bench) {
         row.zp_extra_err_mag = Some(other.extra_err_mag);
     }
     let (Some(zeropoint), Some(airmass)) = (&bench.zeropoint, row.airmass) else {
-        if row.status == "ok" || row.status == "nondetection" {
+        if row.status == Status::Ok || row.status == Status::Nondetection {
             let missing = if bench.zeropoint.is_none() { "no zeropoint" } else { "no airmass" };
             row.reason = join(&row.reason, &format!("{missing}: v_mag left empty"));
         }

@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::photometry::Flags;
 use crate::photometry::zeropoint::{StarMeasurement, Zeropoint, fit};
 use crate::report::StarRow;
+use crate::report::words::Status;
 
 /// Flags that keep a star out of the fit.
 const TAINTED: Flags = Flags(
@@ -144,11 +145,7 @@ pub fn fit_rows(rows: &mut [StarRow], config: &Config) -> Result<Zeropoint> {
 ///
 /// # Errors
 /// As [`fit_rows`].
-pub fn fit_counting(
-    rows: &mut [StarRow],
-    config: &Config,
-    cuts: &mut BTreeMap<String, usize>,
-) -> Result<Zeropoint> {
+pub fn fit_counting(rows: &mut [StarRow], config: &Config, cuts: &mut BTreeMap<String, usize>) -> Result<Zeropoint> {
     let Some(stars) = &config.stars else {
         return Err(Error::Config { key: "stars".into(), problem: "is needed to fit a zeropoint".into() });
     };
@@ -162,12 +159,12 @@ pub fn fit_counting(
         let duplicate = twice[k].then_some(Cut::Twice);
         match cut(row, stars, &config.zeropoint).or(duplicate) {
             Some(reason) => {
-                row.status = "rejected".into();
+                row.status = Status::Rejected.into();
                 row.reason = reason.to_string();
                 *cuts.entry(reason.of_all()).or_default() += 1;
             }
             None => {
-                row.status = "ok".into();
+                row.status = Status::Ok.into();
                 row.reason.clear();
                 chosen.push(k);
                 measurements.push(measurement(row));
@@ -175,7 +172,9 @@ pub fn fit_counting(
         }
     }
     if measurements.len() < config.zeropoint.min_stars {
-        return Err(Error::Zeropoint { problem: too_few(rows.len(), measurements.len(), config.zeropoint.min_stars, cuts) });
+        return Err(Error::Zeropoint {
+            problem: too_few(rows.len(), measurements.len(), config.zeropoint.min_stars, cuts),
+        });
     }
     let mut zeropoint = fit(&measurements, &config.zeropoint)?;
     zeropoint.mjd_mean_d = mean_time(rows, &chosen, &zeropoint.weights);
@@ -185,7 +184,7 @@ pub fn fit_counting(
         row.fit_residual_mag = Some(zeropoint.residuals_mag[slot]).filter(|r| r.is_finite());
         row.fit_leverage = Some(zeropoint.leverage[slot]).filter(|h| h.is_finite());
         if zeropoint.weights[slot] == 0.0 {
-            row.status = "rejected".into();
+            row.status = Status::Rejected.into();
             row.reason = "outlier of the fit".into();
         }
     }

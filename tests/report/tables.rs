@@ -14,7 +14,7 @@ use satphot::report::{
 
 /// The law: every column of `photometry.ecsv`, in order, group by group.
 const LAW: &str = "frame frame_sha256 norad_cat_id object_id object_name \
-    date_mid mjd_mid_d exptime_s time_err_s time_source cadence_s date_avg_minus_mid_s \
+    date_mid mjd_mid_d exptime_s time_err_s time_source time_stamp cadence_s date_avg_minus_mid_s \
     filter gain_setting e_per_adu e_per_adu_source read_noise_e fwhm_px pix_scale_arcsec \
     x_px y_px aper_shape aper_r_px aper_a_px aper_b_px aper_theta_deg elongation extent_fwhm \
     sky_in_px sky_out_px \

@@ -19,6 +19,7 @@ use crate::night::provenance::Provenance;
 use crate::night::zeropoint::fit_counting;
 use crate::photometry::table::{Row, Table};
 use crate::photometry::zeropoint::Zeropoint;
+use crate::report::words::Status;
 use crate::report::{MetaValue, StarRow, write_stars};
 use columns::{Columns, PER_SECOND_UNIT};
 use names::Finder;
@@ -100,7 +101,7 @@ pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
     let (mut usable, mut lost) = (Vec::new(), Vec::new());
     let mut leave_out = |line: usize, star: StarRow, reason: &str| {
         *out.left_out.entry(reason.to_owned()).or_default() += 1;
-        lost.push((line, StarRow { status: "rejected".into(), reason: reason.into(), ..star }));
+        lost.push((line, StarRow { status: Status::Rejected.into(), reason: reason.into(), ..star }));
     };
     let (mut row, mut n_rows, mut seen, mut n_again) = (Row::default(), 0, odd_rows::Seen::default(), 0);
     while table.read(&mut row)? {

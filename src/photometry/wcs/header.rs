@@ -16,10 +16,7 @@ pub(super) fn axes_swapped(ctype: &[String; 2]) -> Result<bool, String> {
     for (i, c) in ctype.iter().enumerate() {
         let known = ["RA---TAN", "DEC--TAN", "RA---TAN-SIP", "DEC--TAN-SIP", "RA---TPV", "DEC--TPV"];
         if !known.contains(&c.as_str()) {
-            return Err(format!(
-                "CTYPE{} = '{c}': only RA and Dec in TAN, TAN-SIP and TPV are read",
-                i + 1
-            ));
+            return Err(format!("CTYPE{} = '{c}': only RA and Dec in TAN, TAN-SIP and TPV are read", i + 1));
         }
     }
     match (ctype[0].starts_with("RA"), ctype[1].starts_with("RA")) {

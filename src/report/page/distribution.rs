@@ -4,6 +4,7 @@ use maud::{Markup, html};
 
 use super::chart::{Chart, Ticks};
 use super::{NightPage, cell, nothing, number, table, violins};
+use crate::brightness::Illum;
 use crate::report::plot::axis::{Span, clock};
 use crate::report::rows::PhotometryRow;
 use crate::report::summary::{is_used, passes, robust};
@@ -11,10 +12,10 @@ use crate::report::summary::{is_used, passes, robust};
 /// Width of a bin \[mag\].
 const BIN_MAG: f64 = 0.25;
 
-pub(super) const KINDS: [(&str, &str, &[&str]); 3] = [
-    ("sunlit", "sun", &["sun"]),
-    ("penumbra or Earthshine", "earthshine", &["penumbra", "earthshine"]),
-    ("moonlit or dark", "moon", &["moon", "lunar_earthshine", "none"]),
+pub(super) const KINDS: [(&str, &str, &[Illum]); 3] = [
+    ("sunlit", "sun", &[Illum::Sun]),
+    ("penumbra or Earthshine", "earthshine", &[Illum::Penumbra, Illum::Earthshine]),
+    ("moonlit or dark", "moon", &[Illum::Moon, Illum::LunarEarthshine, Illum::None]),
 ];
 
 /// The section.
@@ -28,7 +29,8 @@ pub(super) fn distribution(page: &NightPage) -> Markup {
 
 /// Which of [`KINDS`] lights a row; their number where no model tells.
 pub(super) fn kind_of(row: &PhotometryRow) -> usize {
-    KINDS.iter().position(|(_, _, lights)| lights.contains(&row.illum.as_str())).unwrap_or(KINDS.len())
+    let light = Illum::from_cell(&row.illum);
+    KINDS.iter().position(|(_, _, lights)| light.is_some_and(|l| lights.contains(&l))).unwrap_or(KINDS.len())
 }
 
 /// The colour of a light of [`kind_of`].
