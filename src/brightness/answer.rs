@@ -44,16 +44,34 @@ pub enum Illum {
     None,
 }
 
-impl fmt::Display for Illum {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
+impl Illum {
+    /// All of them.
+    pub const ALL: [Illum; 6] =
+        [Illum::Sun, Illum::Penumbra, Illum::Moon, Illum::LunarEarthshine, Illum::Earthshine, Illum::None];
+
+    /// The word in the column `illum`.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
             Illum::Sun => "sun",
             Illum::Penumbra => "penumbra",
             Illum::Moon => "moon",
             Illum::LunarEarthshine => "lunar_earthshine",
             Illum::Earthshine => "earthshine",
             Illum::None => "none",
-        })
+        }
+    }
+
+    /// The light of a cell of that column; `None` for an empty cell (no model) and any other text.
+    #[must_use]
+    pub fn from_cell(cell: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|light| light.as_str() == cell)
+    }
+}
+
+impl fmt::Display for Illum {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.as_str())
     }
 }
 

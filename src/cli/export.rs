@@ -10,6 +10,7 @@ use satphot::report::export::{
     udl_text,
 };
 use satphot::report::tables::{Table, provenance, write_csv, write_fits, write_votable};
+use satphot::report::words::Verdict;
 use satphot::report::{PhotometryRow, read_table, write_atomic, write_streamed};
 
 use super::orbit_args::{SiteArg, bad};
@@ -214,9 +215,9 @@ impl Export {
         let Some(at) = table.columns.iter().position(|c| c.name == "verdict") else {
             return Err(bad("--verdicts", format!("a table of {} has no verdicts; leave the option out", table.name)));
         };
-        table.records.retain(|record| match record.get(at) {
-            Some("caution") => choice.caution,
-            Some("reject") => choice.reject,
+        table.records.retain(|record| match record.get(at).and_then(Verdict::from_cell) {
+            Some(Verdict::Caution) => choice.caution,
+            Some(Verdict::Reject) => choice.reject,
             _ => true,
         });
         Ok(())

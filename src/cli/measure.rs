@@ -8,6 +8,7 @@ use satphot::night::pipeline::Options;
 use satphot::night::plan::plan_file::Plan;
 use satphot::night::plan::shard::{Request, measure_shard};
 use satphot::night::stage::measure_targets;
+use satphot::report::words::Status;
 
 use super::{Common, print, tell};
 
@@ -90,8 +91,8 @@ impl Measure {
         let (options, progress) = (self.common.plan_options(), self.common.progress());
         let measured = measure_shard(plan, &request, &options, &progress)?;
         measured.notes.iter().filter(|_| !self.common.quiet).for_each(|note| tell(&format!("note: {note}")));
-        let n = |status: &str| measured.rows.iter().filter(|r| r.status == status).count();
-        let counts = ["ok", "nondetection", "rejected", "failed"].map(|s| format!("{} {s}", n(s))).join(", ");
+        let n = |status: Status| measured.rows.iter().filter(|r| r.status == status).count();
+        let counts = Status::ALL.map(|s| format!("{} {s}", n(s))).join(", ");
         let there = if measured.there_already { " (was there already)" } else { "" };
         print(&format!("shard {number}: {counts}\n{}{there}\n", self.out.display()));
         Ok(())

@@ -11,7 +11,7 @@ use satphot::night::plan::products::Products;
 use satphot::night::preflight::{Preflight, preflight};
 use satphot::night::scale::check_stars;
 use satphot::night::survey::Survey;
-use satphot::night::target::empty_columns;
+use satphot::night::target::{Missing, missing_parts};
 
 use super::{Common, print, tell};
 
@@ -150,12 +150,15 @@ fn dry_run(config: &Config, jobs: usize) -> anyhow::Result<()> {
         print(&format!("set aside  {}: {}\n", s.path.display(), s.reason));
     }
     print(&format!("\n{}", masters(config, survey, bench)));
-    for note in empty_columns(config, bench) {
+    for part in missing_parts(config, bench) {
         // flats and zeropoint of this night are only made by the run
-        let made = (note.starts_with("no flats") && !survey.flats.is_empty())
-            || (note.starts_with("no zeropoint") && !survey.pointings.is_empty());
+        let made = match part {
+            Missing::Flats => !survey.flats.is_empty(),
+            Missing::Zeropoint => !survey.pointings.is_empty(),
+            Missing::Orbit | Missing::Model => false,
+        };
         if !made {
-            print(&format!("missing    {note}\n"));
+            print(&format!("missing    {part}\n"));
         }
     }
     print(&work(survey, jobs));

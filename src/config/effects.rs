@@ -15,6 +15,17 @@ pub enum Mode {
     Corrected,
 }
 
+impl Mode {
+    /// The word in tables, in the configuration and on the command line.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Mode::AsPublished => "as_published",
+            Mode::Corrected => "corrected",
+        }
+    }
+}
+
 /// The Earth's shadow on the satellite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]

@@ -183,6 +183,11 @@ impl Detector {
         self.config.saturation_frac * self.config.adc_max_adu
     }
 
+    /// Whether the conversion factor is the header's EGAIN.
+    pub(crate) fn uses_header_egain(&self) -> bool {
+        self.config.use_header_egain
+    }
+
     /// Share of full scale that is called saturated.
     pub(crate) fn saturation_frac(&self) -> f64 {
         self.config.saturation_frac

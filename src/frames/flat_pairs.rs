@@ -80,6 +80,14 @@ pub enum Refusal {
     },
 }
 
+impl Refusal {
+    /// Whether the frames are not what the camera wrote: copies, or combined or smoothed ones.
+    #[must_use]
+    pub fn doubts_the_frames(&self) -> bool {
+        matches!(self, Refusal::Identical | Refusal::Uncertain { .. })
+    }
+}
+
 /// Compares two flats block by block.
 ///
 /// With levels m_a, m_b above the pedestal and q = m_a/m_b in each block, d = a − q b holds no pixel response and

@@ -10,6 +10,7 @@ use crate::photometry::stats::{mad_sigma, median};
 use crate::report::PhotometryRow;
 use crate::report::Thumb;
 use crate::report::thumb::{GREYS, MASKED, OUTSIDE, SATURATED};
+use crate::report::words::Status;
 
 /// Largest side of a picture in its own pixels.
 pub const SIDE: usize = 160;
@@ -55,7 +56,7 @@ pub fn extent(row: &PhotometryRow, full_size_px: (usize, usize), search_px: [f64
     let (mut x, mut y) = (row.x_px?, row.y_px?);
     let axes = [row.aper_r_px, row.aper_a_px.map(|a| a.hypot(row.aper_b_px.unwrap_or(0.0))), row.sky_out_px];
     let mut reach = axes.into_iter().flatten().filter(|r| r.is_finite()).fold(4.0, f64::max);
-    let missed = row.status == "nondetection";
+    let missed = row.status == Status::Nondetection;
     if missed {
         reach = reach.max((x - search_px[0]).hypot(y - search_px[1]) + reach).max(search_px[2]);
         (x, y) = (search_px[0], search_px[1]);

@@ -66,6 +66,9 @@ pub struct GainCheck {
     pub configured_e_per_adu: Option<f64>,
     /// Where that is from.
     pub configured_source: String,
+    /// Whether it is the header's EGAIN.
+    #[serde(skip)]
+    pub egain_in_use: bool,
     /// EGAIN of the headers \[e⁻/ADU\].
     #[serde(skip_serializing_if = "Option::is_none", serialize_with = "six_digits")]
     pub header_e_per_adu: Option<f64>,
@@ -127,6 +130,9 @@ pub struct GainCheck {
     pub warnings: Vec<String>,
     /// Frames and pairs that could not be used, and why.
     pub problems: Vec<String>,
+    /// Those of `problems` that doubt the frames themselves: a warning each.
+    #[serde(skip)]
+    pub doubtful_frames: Vec<String>,
     /// The photon transfer, for its figure.
     #[serde(skip)]
     pub transfer: Option<Transfer>,
@@ -285,6 +291,7 @@ fn take_known(check: &mut GainCheck, gain: Option<&Gain>, known: &Known) {
     let Some(gain) = gain else { return };
     check.configured_e_per_adu = Some(gain.e_per_adu.0);
     check.configured_source = gain.source.clone();
+    check.egain_in_use = known.detector.is_some_and(Detector::uses_header_egain);
     check.configured_read_noise_e = Some(gain.read_noise_e);
     check.configured_saturation_adu = Some(gain.saturation_adu);
     check.full_scale_adu = known.detector.map(|d| gain.saturation_adu / d.saturation_frac());
@@ -339,7 +346,11 @@ fn take_values(check: &mut GainCheck, flats: &Counts, lights: &Counts, bias: Opt
 }
 
 fn take_pairs(check: &mut GainCheck, pairs: FlatPairs) {
-    check.problems.extend(pairs.refused.iter().map(|(names, refusal)| format!("{names}: {refusal}")));
+    for (names, refusal) in &pairs.refused {
+        let problem = format!("{names}: {refusal}");
+        check.doubtful_frames.extend(refusal.doubts_the_frames().then(|| problem.clone()));
+        check.problems.push(problem);
+    }
     check.n_pairs = pairs.pairs.len();
     check.blocks = pairs.pairs.iter().map(|p| p.blocks.iter().map(|b| (b.level_adu, b.var_adu2)).collect()).collect();
     check.method = pairs.why_not;

@@ -42,10 +42,7 @@ pub(super) fn warnings(c: &GainCheck) -> Vec<String> {
     read_noise_warning(c, &who, &mut told);
     pedestal_warnings(c, &who, &mut told);
     saturation_warnings(c, &who, &mut told);
-    let told_by_frames = ["identical", "does not grow"];
-    told.extend(
-        c.problems.iter().filter(|p| told_by_frames.iter().any(|w| p.contains(w))).map(|p| format!("{who}: {p}")),
-    );
+    told.extend(c.doubtful_frames.iter().map(|p| format!("{who}: {p}")));
     told
 }
 
@@ -64,7 +61,7 @@ fn gain_warnings(c: &GainCheck, who: &str, told: &mut Vec<String>) {
             ));
         }
         if let Some(egain) = c.header_e_per_adu.filter(|e| differs(c, *e) == Some(true))
-            && c.configured_source != "header EGAIN"
+            && !c.egain_in_use
         {
             told.push(format!(
                 "{who}: {measured}, but EGAIN of the header says {}: {}",
@@ -73,7 +70,7 @@ fn gain_warnings(c: &GainCheck, who: &str, told: &mut Vec<String>) {
             ));
         }
     } else if let (Some(egain), Some(spacing)) = (c.header_e_per_adu, c.spacing_adu.filter(|s| *s > 1.5))
-        && c.configured_source == "header EGAIN"
+        && c.egain_in_use
     {
         told.push(format!(
             "{who}: the values are {} ADU apart, so EGAIN {} may be per count of the converter and {} per ADU of the file; \

@@ -21,6 +21,7 @@ pub(super) fn check_headers(survey: &mut Survey, stars: &mut Vec<Exposure>, conf
             let (good, bad): (Vec<_>, Vec<_>) =
                 std::mem::take(list).into_iter().map(|e| (site_problem(&e, config), e)).partition(|(p, _)| p.is_none());
             *list = good.into_iter().map(|(_, e)| e).collect();
+            survey.other_site.extend(bad.iter().map(|(_, e)| e.path.clone()));
             survey.unreadable.extend(bad.into_iter().filter_map(|(p, e)| refused(e, p)));
         }
     }
@@ -66,7 +67,7 @@ pub fn refuse_other_site(survey: &Survey) -> Result<()> {
         return Ok(());
     }
     let other = survey.unreadable.iter().find_map(|u| match &u.error {
-        Error::Header { path, keyword, problem } if problem.starts_with("another site") => {
+        Error::Header { path, keyword, problem } if survey.other_site.contains(path) => {
             Some(Error::Header { path: path.clone(), keyword: keyword.clone(), problem: problem.clone() })
         }
         _ => None,

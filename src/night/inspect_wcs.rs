@@ -24,12 +24,9 @@ const REFERENCE_DEG: f64 = 0.02;
 /// Share by which the scale of coordinates and optics may differ.
 const SCALE_FRAC: f64 = 0.2;
 
-/// What is wrong and what helps; a problem that names `satphot solve` already is not told it again.
+/// What is wrong and what helps.
 fn with_remedy(problem: &str) -> String {
-    match problem.contains("satphot solve") {
-        true => problem.to_string(),
-        false => format!("{problem}; {REMEDY}"),
-    }
+    format!("{problem}; {REMEDY}")
 }
 
 fn header_wcs(exposure: &Exposure) -> Result<Option<Wcs>, String> {
@@ -114,7 +111,7 @@ fn contradiction(inspector: &Inspector, exposure: &Exposure, wcs: &Wcs, scale: O
     let allowed_deg = nx.hypot(ny) / 2.0 * wcs.scale_arcsec() / 3_600.0 + POINTING_DEG;
     let reference = header.number("CRVAL1").zip(header.number("CRVAL2"));
     let pointings: Vec<RoughPosition> =
-        positions(inspector, exposure).into_iter().filter(|p| !p.source.starts_with("CRVAL")).collect();
+        positions(inspector, exposure).into_iter().filter(|p| !p.is_reference).collect();
     let agrees = |p: &RoughPosition| {
         let at_reference = reference.is_some_and(|(r, d)| separation_deg(p.ra_deg, p.dec_deg, r, d) < REFERENCE_DEG);
         at_reference || separation_deg(p.ra_deg, p.dec_deg, ra_deg, dec_deg) < allowed_deg

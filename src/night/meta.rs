@@ -1,7 +1,7 @@
 //! The meta block of every table: schema, tool, configuration, site, magnitude system, zeropoint, flag names.
 
 use crate::brightness::catalogue::Standing;
-use crate::config::{self, Config, Mode};
+use crate::config::{self, Config};
 use crate::frames::Exposure;
 use crate::night::provenance::Provenance;
 use crate::night::survey::Survey;
@@ -33,11 +33,7 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, told: &Provena
     meta.push("mag_system", text("Vega"));
     meta.push("band", text("V"));
     if let Some(model) = &config.model {
-        let mode = match model.mode {
-            Mode::AsPublished => "as_published",
-            Mode::Corrected => "corrected",
-        };
-        meta.push("mode", text(mode));
+        meta.push("mode", text(model.mode.as_str()));
         meta.push("effects", effects_meta(model));
         meta.push("satellite", text(&model.satellite));
         if let Ok(standing) = Standing::of(model) {

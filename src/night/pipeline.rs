@@ -32,10 +32,11 @@ use crate::night::star_stage::{StarStage, star_stage};
 use crate::night::stop::Stop;
 use crate::night::summary::{Counts, Summary};
 use crate::night::survey::Survey;
-use crate::night::target::{empty_columns, failed_file_row, set_aside_row};
+use crate::night::target::{failed_file_row, missing_parts, set_aside_row};
 use crate::night::zeropoint::fit_rows;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::summary::pass_table;
+use crate::report::words::{Status, Verdict};
 use crate::report::{PhotometryRow, StarRow};
 
 /// How a run is done, apart from what it does.
@@ -142,7 +143,7 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     rows.extend(survey.unreadable.iter().map(|u| failed_file_row(&u.path, &u.error)));
     rows.extend(survey.set_aside.iter().map(|s| set_aside_row(&s.path, &s.reason)));
     let counts = Counts::of(&survey, &rows, &star_rows);
-    let target_rejected = |r: &&PhotometryRow| r.status == "rejected" && r.object_name != "flat";
+    let target_rejected = |r: &&PhotometryRow| r.status == Status::Rejected && r.object_name != "flat";
     if counts.ok + counts.nondetection == 0
         && let Some(first) = rows.iter().find(target_rejected)
     {
@@ -173,7 +174,7 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
         failures: failures(&rows),
         kept: (kept, kept + made),
         notes: log.notes.clone(),
-        empty_columns: empty_columns(config, &bench),
+        empty_columns: missing_parts(config, &bench).iter().map(ToString::to_string).collect(),
         explained,
         poor,
         bytes: survey_bytes(&survey),
@@ -328,8 +329,8 @@ pub(super) fn rejected_flats(bench: &Bench) -> Vec<PhotometryRow> {
         .map(|m| PhotometryRow {
             frame: file_name(&m.path),
             object_name: "flat".into(),
-            status: "rejected".into(),
-            verdict: "reject".into(),
+            status: Status::Rejected.into(),
+            verdict: Verdict::Reject.into(),
             reason: format!("flat: {}", m.reason),
             ..PhotometryRow::default()
         })
@@ -338,7 +339,7 @@ pub(super) fn rejected_flats(bench: &Bench) -> Vec<PhotometryRow> {
 
 fn failures(rows: &[PhotometryRow]) -> Vec<(String, String, String)> {
     rows.iter()
-        .filter(|r| r.status == "failed" || r.status == "rejected")
+        .filter(|r| r.status == Status::Failed || r.status == Status::Rejected)
         .map(|r| (r.frame.clone(), r.status.clone(), r.reason.clone()))
         .collect()
 }

@@ -19,6 +19,8 @@ pub struct RoughPosition {
     pub dec_deg: f64,
     /// The keywords or the key of the configuration.
     pub source: String,
+    /// Whether it is the reference point of the world coordinates (CRVAL), which says nothing beside them.
+    pub is_reference: bool,
 }
 
 /// Keywords of right ascension and declination: the object's, the pointing's, the mount's.
@@ -56,27 +58,27 @@ pub fn rough_positions(
     let header = &exposure.header;
     let mut found: Vec<RoughPosition> = Vec::new();
     let mut as_hours = Vec::new();
-    let mut add = |ra_deg: f64, dec_deg: f64, source: String| {
+    let mut place = |ra_deg: f64, dec_deg: f64, source: String, is_reference: bool| {
         if ra_deg.is_finite() && (-90.0..=90.0).contains(&dec_deg) && (ra_deg, dec_deg) != (0.0, 0.0) {
-            found.push(RoughPosition { ra_deg: ra_deg.rem_euclid(360.0), dec_deg, source });
+            found.push(RoughPosition { ra_deg: ra_deg.rem_euclid(360.0), dec_deg, source, is_reference });
         }
     };
     if let Some((name, [ra_deg, dec_deg])) = field {
-        add(ra_deg, dec_deg, format!("stars.fields \"{name}\""));
+        place(ra_deg, dec_deg, format!("stars.fields \"{name}\""), false);
     }
     if let Some(wcs) = wcs {
         let (nx, ny) = exposure.size_px;
         let (ra_deg, dec_deg) = wcs.pixel_to_sky(0.5 * nx as f64, 0.5 * ny as f64);
-        add(ra_deg, dec_deg, "the header's world coordinates".into());
+        place(ra_deg, dec_deg, "the header's world coordinates".into(), false);
     }
     let named = |q: &str| aliases.get(q).into_iter().flatten().map(String::as_str).collect::<Vec<_>>();
     let (own_ra, own_dec) = (named("ra"), named("dec"));
     for (ra_key, dec_key) in own_ra.into_iter().zip(own_dec).chain(EQUATORIAL) {
         let (Some(ra), Some(dec)) = (right_ascension(header, ra_key), declination(header, dec_key)) else { continue };
         match ra {
-            RightAscension::Deg(ra_deg) => add(ra_deg, dec, format!("{ra_key}/{dec_key}")),
+            RightAscension::Deg(ra_deg) => place(ra_deg, dec, format!("{ra_key}/{dec_key}"), false),
             RightAscension::Unknown(value) => {
-                add(value, dec, format!("{ra_key}/{dec_key}"));
+                place(value, dec, format!("{ra_key}/{dec_key}"), false);
                 if (0.0..24.0).contains(&value) {
                     as_hours.push((value * 15.0, dec, format!("{ra_key}/{dec_key} in hours")));
                 }
@@ -87,17 +89,17 @@ pub fn rough_positions(
         && let (Some(ra), Some(dec)) = (header.number("CRVAL1"), header.number("CRVAL2"))
         && header.text("CTYPE1").is_none_or(|c| c.to_uppercase().starts_with("RA"))
     {
-        add(ra, dec, "CRVAL1/CRVAL2".into());
+        place(ra, dec, "CRVAL1/CRVAL2".into(), true);
     }
     if let (Some((site, eop)), Some(mid)) = (site, exposure.time.as_ref().map(|t| t.mid)) {
         for (alt_key, az_key) in HORIZONTAL {
             if let Some((ra, dec)) = horizontal(header, alt_key, az_key, site, eop, &mid) {
-                add(ra, dec, format!("{alt_key}/{az_key}"));
+                place(ra, dec, format!("{alt_key}/{az_key}"), false);
             }
         }
     }
     for (ra, dec, source) in as_hours {
-        add(ra, dec, source);
+        place(ra, dec, source, false);
     }
     found
 }
@@ -222,6 +224,7 @@ mod tests {
             mid,
             source: String::new(),
             kind: crate::frames::TimeKind::Start,
+            stamp: crate::report::words::TimeStamp::Start,
             err_s: 0.0,
             avg_minus_mid_s: None,
             rejected: vec![],
@@ -242,6 +245,8 @@ mod tests {
         assert!(separation_deg(found[1].ra_deg, found[1].dec_deg, 30.0, 40.0) < 1e-6);
         // the header's pair, CRVAL being part of the coordinates, and the pair again in hours
         assert_eq!((found[2].ra_deg, found[3].ra_deg, found.len()), (10.0, 150.0, 4));
-        assert!(rough_positions(&e, None, None, None, &Aliases::new()).iter().any(|p| p.source == "CRVAL1/CRVAL2"));
+        let alone = rough_positions(&e, None, None, None, &Aliases::new());
+        assert!(alone.iter().any(|p| p.source == "CRVAL1/CRVAL2" && p.is_reference));
+        assert_eq!(alone.iter().filter(|p| p.is_reference).count(), 1);
     }
 }

@@ -135,7 +135,7 @@ impl FrameSolver {
 
     fn positions(&self, exposure: &Exposure) -> Vec<RoughPosition> {
         if let Some((ra_deg, dec_deg)) = self.position_deg {
-            return vec![RoughPosition { ra_deg, dec_deg, source: "--ra --dec".into() }];
+            return vec![RoughPosition { ra_deg, dec_deg, source: "--ra --dec".into(), is_reference: false }];
         }
         let field = exposure.object.as_ref().and_then(|name| Some((name.as_str(), *self.fields.get(name)?)));
         let header = &exposure.header;

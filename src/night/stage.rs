@@ -27,6 +27,7 @@ use crate::photometry::Flags;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::export::DataMode;
 use crate::report::summary::pass_table;
+use crate::report::words::Status;
 use crate::report::{MetaValue, PhotometryRow, ResidualRow, StarRow, read_photometry, read_stars};
 use crate::report::{write_photometry, write_residuals, write_stars};
 
@@ -219,13 +220,13 @@ impl Measured {
     /// The passes in a few lines.
     #[must_use]
     pub fn text(&self) -> String {
-        let n = |status: &str| self.rows.iter().filter(|r| r.status == status).count();
+        let n = |status: Status| self.rows.iter().filter(|r| r.status == status).count();
         let counts = format!(
             "{} ok, {} nondetection, {} rejected, {} failed\n",
-            n("ok"),
-            n("nondetection"),
-            n("rejected"),
-            n("failed")
+            n(Status::Ok),
+            n(Status::Nondetection),
+            n(Status::Rejected),
+            n(Status::Failed)
         );
         counts + &pass_table(&self.rows)
     }

@@ -21,6 +21,7 @@ use crate::night::target::{
     ASSUMED_FWHM_ARCSEC, TargetFrame, failed_row, geometry_columns, internal, measure_frame, row_of_header,
 };
 use crate::report::PhotometryRow;
+use crate::report::words::Status;
 
 /// Name of the product of the master flat.
 const FLAT: &str = "flat";
@@ -225,7 +226,8 @@ fn reduced(exposure: &Exposure, bench: &Bench, products: &Products, depends: &[&
         Ok(reduced)
     };
     // what failed may have failed by a disk or a network that will be there again
-    let (hash, reduced) = products.of_frame(TARGET, exposure, depends, make, |r: &Reduced| r.row.status != "failed");
+    let (hash, reduced) =
+        products.of_frame(TARGET, exposure, depends, make, |r: &Reduced| r.row.status != Status::Failed);
     let mut reduced = reduced.unwrap_or_else(|error: Error| Reduced::of(failed_row(exposure, &error)));
     reduced.row.frame_sha256 = hash;
     reduced

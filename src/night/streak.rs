@@ -143,6 +143,7 @@ impl Passing {
         Ok(StreakRow {
             object_name: self.name.clone(),
             mag_source: mag_source.into(),
+            is_modelled: false,
             area_m2: self.area_m2,
             height_km: self.height_km,
             range_km: self.range_km,

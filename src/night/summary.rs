@@ -13,6 +13,7 @@ use crate::photometry::Flags;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::explain::Explanation;
 use crate::report::summary::{is_lower_limit, is_used};
+use crate::report::words::{Status, Verdict};
 use crate::report::{PhotometryRow, StarRow};
 
 /// How many reasons the summary prints.
@@ -65,8 +66,8 @@ impl Counts {
     /// Counts of a finished night.
     #[must_use]
     pub fn of(survey: &Survey, rows: &[PhotometryRow], stars: &[StarRow]) -> Self {
-        let with = |status: &str| rows.iter().filter(|r| r.status == status).count();
-        let judged = |verdict: &str| rows.iter().filter(|r| r.status == "ok" && r.verdict == verdict).count();
+        let with = |status: Status| rows.iter().filter(|r| r.status == status).count();
+        let judged = |verdict: Verdict| rows.iter().filter(|r| r.status == Status::Ok && r.verdict == verdict).count();
         Self {
             files: survey.len(),
             flats: survey.flats.len(),
@@ -76,15 +77,15 @@ impl Counts {
             unreadable: survey.unreadable.len(),
             set_aside: survey.set_aside.len(),
             science: survey.targets.len() + survey.n_star_frames() + survey.unreadable.len(),
-            ok: with("ok"),
-            verdict_use: judged("use"),
-            verdict_caution: judged("caution"),
-            verdict_reject: judged("reject"),
-            nondetection: with("nondetection"),
+            ok: with(Status::Ok),
+            verdict_use: judged(Verdict::Use),
+            verdict_caution: judged(Verdict::Caution),
+            verdict_reject: judged(Verdict::Reject),
+            nondetection: with(Status::Nondetection),
             lower_limit: rows.iter().filter(|r| is_used(&r.status, &r.verdict) && is_lower_limit(r.flags)).count(),
             doubts: doubts(rows),
-            rejected: with("rejected"),
-            failed: with("failed"),
+            rejected: with(Status::Rejected),
+            failed: with(Status::Failed),
             star_rows: stars.len(),
         }
     }
@@ -115,7 +116,9 @@ impl Counts {
 
 /// How often each flag that decides a verdict occurs among measured frames that are not simply used.
 fn doubts(rows: &[PhotometryRow]) -> BTreeMap<&'static str, usize> {
-    let judged = |r: &&PhotometryRow| matches!(r.status.as_str(), "ok" | "nondetection") && r.verdict != "use";
+    let judged = |r: &&PhotometryRow| {
+        matches!(Status::from_cell(&r.status), Some(Status::Ok | Status::Nondetection)) && r.verdict != Verdict::Use
+    };
     // lower limits have a count of their own
     let told = |flag: Flags| DECIDING.has(flag) && flag != Flags::LOWER_LIMIT;
     let mut doubts = BTreeMap::new();

@@ -43,6 +43,8 @@ pub struct Survey {
     pub unreadable: Vec<Unreadable>,
     /// Frames that do not belong to the others.
     pub set_aside: Vec<SetAside>,
+    /// Those of them that another site was told for.
+    pub other_site: Vec<PathBuf>,
 }
 
 impl Survey {

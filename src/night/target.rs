@@ -1,5 +1,6 @@
 //! One target frame, from disk to a row of the light curve. Nothing here stops the night: a failed frame is a row.
 
+use std::fmt;
 use std::path::Path;
 
 use crate::config::Config;
@@ -19,6 +20,7 @@ use crate::photometry::aperture::Shape;
 use crate::photometry::flux::{Flux, detectable_e};
 use crate::photometry::surface_brightness::inst_mu;
 use crate::photometry::target::{KnownDirection, Light, TargetFound, TargetSettings};
+use crate::report::words::{Status, Verdict};
 use crate::report::{PhotometryRow, Thumb};
 
 /// FWHM taken when neither star pointings nor the configuration give one \[arcsec\].
@@ -39,8 +41,8 @@ pub fn failed_row(exposure: &Exposure, reason: &Error) -> PhotometryRow {
 pub fn failed_file_row(path: &Path, reason: &Error) -> PhotometryRow {
     PhotometryRow {
         frame: file_name(path),
-        status: "failed".into(),
-        verdict: "reject".into(),
+        status: Status::Failed.into(),
+        verdict: Verdict::Reject.into(),
         reason: without_folder(reason, path),
         ..PhotometryRow::default()
     }
@@ -129,6 +131,7 @@ pub fn row_of_header(exposure: &Exposure, bench: &Bench) -> PhotometryRow {
         row.date_mid = iso_utc(time.mid, 6);
         row.mjd_mid_d = Some(mjd_utc(time.mid));
         row.time_source = time.source.clone();
+        row.time_stamp = time.stamp.into();
         row.time_err_s = Some(time.err_s);
         row.date_avg_minus_mid_s = time.avg_minus_mid_s;
         if time.err_s >= TIME_UNCERTAIN_S {
@@ -355,7 +358,8 @@ fn flux_columns(row: &mut PhotometryRow, flux: &Flux, well_e: f64) {
     row.flux_err_e = finite(flux.flux_err_e);
     row.sky_e_px = finite(flux.sky_e_px);
     row.snr = finite(flux.snr);
-    row.peak_frac_sat = finite(flux.peak_e / well_e);
+    // the converter sees the sky too: by day it may fill most of the range
+    row.peak_frac_sat = finite((flux.peak_e + flux.sky_e_px) / well_e);
     row.flags |= flux.flags.0;
 }
 
@@ -376,13 +380,13 @@ pub fn calibrate(row: &mut PhotometryRow, bench: &Bench) {
         row.zp_extra_err_mag = Some(other.extra_err_mag);
     }
     let (Some(zeropoint), Some(airmass)) = (&bench.zeropoint, row.airmass) else {
-        if row.status == "ok" || row.status == "nondetection" {
+        if row.status == Status::Ok || row.status == Status::Nondetection {
             let missing = if bench.zeropoint.is_none() { "no zeropoint" } else { "no airmass" };
             row.reason = join(&row.reason, &format!("{missing}: v_mag left empty"));
         }
         return;
     };
-    let gain_err = if row.e_per_adu_source.contains("header") { 0.0 } else { bench.detector.gain_table_err_mag() };
+    let gain_err = bench.detector.gain_table_err_mag();
     let fit_err = zeropoint.err_one_pointing_mag(airmass, z.target_b_v_mag, z.target_b_v_err_mag);
     let night_err = other.map_or(0.0, |other| other.extra_err_mag);
     row.v_mag = row.inst_mag.map(|m| zeropoint.v_mag(m, airmass, z.target_b_v_mag));
@@ -397,30 +401,46 @@ fn join(a: &str, b: &str) -> String {
     if a.is_empty() { b.into() } else { format!("{a}; {b}") }
 }
 
-/// Columns that stay empty in this night, and why.
+/// A part of a night without which columns stay empty; as text, which ones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Missing {
+    /// No flat and no master flat.
+    Flats,
+    /// No `[orbit]`.
+    Orbit,
+    /// No zeropoint, neither of this night nor of another.
+    Zeropoint,
+    /// No `[model]`.
+    Model,
+}
+
+impl fmt::Display for Missing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Missing::Flats => "no flats: frames are not flattened, every row carries the flag no_flat",
+            Missing::Orbit => {
+                "no [orbit]: norad_cat_id, object_id, alt_deg, az_deg, range_km, rate_deg_s, alt_az_err_deg, airmass, \
+                 phase_angle_deg, sun_alt_deg, moon_*, tle_age_d, v_mag and all model columns are empty"
+            }
+            Missing::Zeropoint => "no zeropoint: v_mag, v_mag_err_sys, limit_v_mag, mu_* and residual_mag are empty",
+            Missing::Model => {
+                "no [model]: model_v_mag, sun_v_mag, earthshine_v_mag, moon_v_mag, lunar_earthshine_v_mag, \
+                 model_err_mag, residual_mag and illum are empty"
+            }
+        })
+    }
+}
+
+/// What this night goes without.
 #[must_use]
-pub fn empty_columns(config: &Config, bench: &Bench) -> Vec<String> {
-    let mut notes = Vec::new();
-    if bench.flat.is_none() {
-        notes.push("no flats: frames are not flattened, every row carries the flag no_flat".into());
-    }
-    if bench.tracker.is_none() {
-        notes.push(
-            "no [orbit]: norad_cat_id, object_id, alt_deg, az_deg, range_km, rate_deg_s, alt_az_err_deg, airmass, \
-             phase_angle_deg, sun_alt_deg, moon_*, tle_age_d, v_mag and all model columns are empty"
-                .into(),
-        );
-    }
-    if bench.zeropoint.is_none() {
-        notes.push("no zeropoint: v_mag, v_mag_err_sys, limit_v_mag, mu_* and residual_mag are empty".into());
-    }
-    if config.model.is_none() {
-        notes.push(
-            "no [model]: model_v_mag, sun_v_mag, earthshine_v_mag, moon_v_mag, lunar_earthshine_v_mag, model_err_mag, \
-             residual_mag and illum are empty"
-                .into(),
-        );
-    }
-    notes.push("not modelled yet: starlight_v_mag is empty".into());
-    notes
+pub fn missing_parts(config: &Config, bench: &Bench) -> Vec<Missing> {
+    [
+        (Missing::Flats, bench.flat.is_none()),
+        (Missing::Orbit, bench.tracker.is_none()),
+        (Missing::Zeropoint, bench.zeropoint.is_none()),
+        (Missing::Model, config.model.is_none()),
+    ]
+    .into_iter()
+    .filter_map(|(part, missing)| missing.then_some(part))
+    .collect()
 }

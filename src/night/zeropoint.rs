@@ -1,10 +1,14 @@
 //! From star rows to the zeropoint: the cuts of the configuration, each named in its row, then the fit.
 
+use std::collections::BTreeMap;
+use std::fmt;
+
 use crate::config::{self, Config};
 use crate::error::{Error, Result};
 use crate::photometry::Flags;
 use crate::photometry::zeropoint::{StarMeasurement, Zeropoint, fit};
 use crate::report::StarRow;
+use crate::report::words::Status;
 
 /// Flags that keep a star out of the fit.
 const TAINTED: Flags = Flags(
@@ -17,41 +21,115 @@ const TAINTED: Flags = Flags(
         | Flags::NO_ANNULUS.0,
 );
 
+/// A quantity with a range of its own in the configuration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Ranged {
+    /// V of the catalogue \[mag\].
+    V,
+    /// Colour of the catalogue \[mag\].
+    Colour,
+    /// Airmass.
+    Airmass,
+}
+
+impl fmt::Display for Ranged {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Ranged::V => "V",
+            Ranged::Colour => "B-V",
+            Ranged::Airmass => "airmass",
+        })
+    }
+}
+
+/// Why a star does not enter the fit; as text, what stands in its row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Cut {
+    /// These flags.
+    Flags(Flags),
+    /// No flux, a negative one, or no exposure time.
+    NoFlux,
+    /// No detection near the place of the catalogue \[arcsec\].
+    NoDetection(f64),
+    /// S/N below this.
+    Snr(f64),
+    /// Error of the catalogue above this \[mag\].
+    CatalogueErr(f64),
+    /// A value that is needed is missing.
+    Without(Ranged),
+    /// A value outside of its range.
+    Outside {
+        /// Which.
+        what: Ranged,
+        /// The star's.
+        value: f64,
+        /// Smallest and largest allowed.
+        range: [f64; 2],
+    },
+    /// Two detections of one frame claim the same star of the catalogue.
+    Twice,
+}
+
+impl Cut {
+    /// The same for all stars that the same cut takes: without the value of the one star.
+    #[must_use]
+    pub fn of_all(&self) -> String {
+        match self {
+            Cut::Outside { what, range: [lo, hi], .. } => format!("{what} outside {lo} to {hi}"),
+            other => other.to_string(),
+        }
+    }
+}
+
+impl fmt::Display for Cut {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Cut::Flags(flags) => write!(f, "flags {flags}"),
+            Cut::NoFlux => write!(f, "no positive flux"),
+            Cut::NoDetection(arcsec) => write!(f, "no detection within {arcsec} arcsec"),
+            Cut::Snr(least) => write!(f, "snr below {least}"),
+            Cut::CatalogueErr(most) => write!(f, "catalogue error above {most} mag"),
+            Cut::Without(what) => write!(f, "no {what}"),
+            Cut::Outside { what, value, range: [lo, hi] } => write!(f, "{what} {value:.3} outside {lo} to {hi}"),
+            Cut::Twice => write!(f, "two detections matched to this catalogue star"),
+        }
+    }
+}
+
 /// Why a star does not enter the fit; `None` if it does. A colour is needed unless the colour term is pinned to 0.
 #[must_use]
-pub fn cut(row: &StarRow, stars: &config::Stars, zeropoint: &config::Zeropoint) -> Option<String> {
-    let outside = |value: Option<f64>, [lo, hi]: [f64; 2], name: &str| match value {
-        None => Some(format!("no {name}")),
-        Some(v) if v >= lo && v <= hi => None,
-        Some(v) => Some(format!("{name} {v:.3} outside {lo} to {hi}")),
+pub fn cut(row: &StarRow, stars: &config::Stars, zeropoint: &config::Zeropoint) -> Option<Cut> {
+    let outside = |value: Option<f64>, range: [f64; 2], what: Ranged| match value {
+        None => Some(Cut::Without(what)),
+        Some(v) if v >= range[0] && v <= range[1] => None,
+        Some(value) => Some(Cut::Outside { what, value, range }),
     };
     let flags = Flags(row.flags);
     if flags.any(TAINTED) {
-        return Some(format!("flags {}", Flags(flags.0 & TAINTED.0)));
+        return Some(Cut::Flags(Flags(flags.0 & TAINTED.0)));
     }
-    // no flux, a negative one, or no exposure time
     if !row.inst_mag.is_some_and(f64::is_finite) || row.inst_mag_err.is_none() {
-        return Some("no positive flux".into());
+        return Some(Cut::NoFlux);
     }
     if row.match_arcsec.is_none() {
-        return Some(format!("no detection within {} arcsec", stars.match_radius_arcsec));
+        return Some(Cut::NoDetection(stars.match_radius_arcsec));
     }
     if row.snr.is_none_or(|snr| snr < stars.min_snr) {
-        return Some(format!("snr below {}", stars.min_snr));
+        return Some(Cut::Snr(stars.min_snr));
     }
     if row.catalogue_v_mag_err.is_some_and(|e| e > stars.v_err_max_mag) {
-        return Some(format!("catalogue error above {} mag", stars.v_err_max_mag));
+        return Some(Cut::CatalogueErr(stars.v_err_max_mag));
     }
     let colourless = zeropoint.pin_c.is_some_and(|pin| pin.value == 0.0 && pin.err == 0.0) && !zeropoint.second_order;
-    outside(row.catalogue_v_mag, stars.v_range_mag, "V")
+    outside(row.catalogue_v_mag, stars.v_range_mag, Ranged::V)
         .or_else(|| {
             let unneeded = colourless && row.catalogue_b_v_mag.is_none();
-            if unneeded { None } else { outside(row.catalogue_b_v_mag, stars.bv_range_mag, "B-V") }
+            if unneeded { None } else { outside(row.catalogue_b_v_mag, stars.bv_range_mag, Ranged::Colour) }
         })
         .or_else(|| {
             // Kasten & Young give 0.9997 at the zenith
             let [lo, hi] = stars.airmass_range;
-            outside(row.airmass, [if lo == 1.0 { 0.999 } else { lo }, hi], "airmass")
+            outside(row.airmass, [if lo == 1.0 { 0.999 } else { lo }, hi], Ranged::Airmass)
         })
 }
 
@@ -60,6 +138,14 @@ pub fn cut(row: &StarRow, stars: &config::Stars, zeropoint: &config::Zeropoint) 
 /// # Errors
 /// [`Error::Zeropoint`] naming how many stars each cut left.
 pub fn fit_rows(rows: &mut [StarRow], config: &Config) -> Result<Zeropoint> {
+    fit_counting(rows, config, &mut BTreeMap::new())
+}
+
+/// [`fit_rows`], and how many stars each cut took, by [`Cut::of_all`].
+///
+/// # Errors
+/// As [`fit_rows`].
+pub fn fit_counting(rows: &mut [StarRow], config: &Config, cuts: &mut BTreeMap<String, usize>) -> Result<Zeropoint> {
     let Some(stars) = &config.stars else {
         return Err(Error::Config { key: "stars".into(), problem: "is needed to fit a zeropoint".into() });
     };
@@ -70,14 +156,15 @@ pub fn fit_rows(rows: &mut [StarRow], config: &Config) -> Result<Zeropoint> {
         row.fit_weight = None;
         row.fit_residual_mag = None;
         row.fit_leverage = None;
-        let duplicate = twice[k].then(|| "two detections matched to this catalogue star".to_owned());
+        let duplicate = twice[k].then_some(Cut::Twice);
         match cut(row, stars, &config.zeropoint).or(duplicate) {
             Some(reason) => {
-                row.status = "rejected".into();
-                row.reason = reason;
+                row.status = Status::Rejected.into();
+                row.reason = reason.to_string();
+                *cuts.entry(reason.of_all()).or_default() += 1;
             }
             None => {
-                row.status = "ok".into();
+                row.status = Status::Ok.into();
                 row.reason.clear();
                 chosen.push(k);
                 measurements.push(measurement(row));
@@ -85,7 +172,9 @@ pub fn fit_rows(rows: &mut [StarRow], config: &Config) -> Result<Zeropoint> {
         }
     }
     if measurements.len() < config.zeropoint.min_stars {
-        return Err(Error::Zeropoint { problem: too_few(rows, measurements.len(), config.zeropoint.min_stars) });
+        return Err(Error::Zeropoint {
+            problem: too_few(rows.len(), measurements.len(), config.zeropoint.min_stars, cuts),
+        });
     }
     let mut zeropoint = fit(&measurements, &config.zeropoint)?;
     zeropoint.mjd_mean_d = mean_time(rows, &chosen, &zeropoint.weights);
@@ -95,7 +184,7 @@ pub fn fit_rows(rows: &mut [StarRow], config: &Config) -> Result<Zeropoint> {
         row.fit_residual_mag = Some(zeropoint.residuals_mag[slot]).filter(|r| r.is_finite());
         row.fit_leverage = Some(zeropoint.leverage[slot]).filter(|h| h.is_finite());
         if zeropoint.weights[slot] == 0.0 {
-            row.status = "rejected".into();
+            row.status = Status::Rejected.into();
             row.reason = "outlier of the fit".into();
         }
     }
@@ -104,7 +193,7 @@ pub fn fit_rows(rows: &mut [StarRow], config: &Config) -> Result<Zeropoint> {
 
 /// Whether another row of the same frame claims the same catalogue star: then nobody knows which of the two it is.
 fn matched_twice(rows: &[StarRow]) -> Vec<bool> {
-    let mut count = std::collections::BTreeMap::<(&str, Option<i64>, &str), usize>::new();
+    let mut count = BTreeMap::<(&str, Option<i64>, &str), usize>::new();
     for row in rows.iter().filter(|r| !r.star_id.is_empty() && r.match_arcsec.is_some()) {
         *count.entry((&row.frame, row.pointing, &row.star_id)).or_default() += 1;
     }
@@ -135,19 +224,11 @@ fn measurement(row: &StarRow) -> StarMeasurement {
 }
 
 /// The sentence that says where the stars went.
-fn too_few(rows: &[StarRow], kept: usize, need: usize) -> String {
-    let mut counts = std::collections::BTreeMap::<String, usize>::new();
-    for row in rows.iter().filter(|r| r.status == "rejected") {
-        // "V 15.203 outside 10.5 to 15" and "snr below 10" without their numbers
-        let words = row.reason.split(|c: char| c.is_ascii_digit()).next().unwrap_or("").trim_end_matches([' ', '-']);
-        let kind = words.to_string() + if row.reason.contains("outside") { " out of range" } else { "" };
-        *counts.entry(kind).or_default() += 1;
-    }
-    let lost: Vec<String> = counts.iter().map(|(reason, n)| format!("{n} {reason}")).collect();
+fn too_few(n: usize, kept: usize, need: usize, cuts: &BTreeMap<String, usize>) -> String {
+    let lost: Vec<String> = cuts.iter().map(|(cut, n)| format!("{n} {cut}")).collect();
     let lost = if lost.is_empty() { String::new() } else { format!(" ({})", lost.join(", ")) };
     format!(
-        "{kept} of {} star measurements left by the cuts, need {need}{lost}; take more stars, widen [stars], \
-         lower zeropoint.min_stars, or give zeropoint.previous",
-        rows.len()
+        "{kept} of {n} star measurements left by the cuts, need {need}{lost}; take more stars, widen [stars], \
+         lower zeropoint.min_stars, or give zeropoint.previous"
     )
 }

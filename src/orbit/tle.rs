@@ -101,11 +101,27 @@ pub(super) fn parse_set(name: &str, line1: &str, line2: &str) -> Result<Elements
     }
     let title = (!name.is_empty()).then(|| name.to_owned());
     let inner = sgp4::Elements::from_tle(title, line1.as_bytes(), line2.as_bytes()).map_err(|e| {
-        let problem = e.to_string();
-        (if problem.contains("line 2") { 2 } else { 1 }, format!("{who}: {problem}"))
+        let of_another = line1.get(2..7) != line2.get(2..7);
+        (if !of_another && reads_as_line_1(line1) { 2 } else { 1 }, format!("{who}: {e}"))
     })?;
     let format = if name.is_empty() { "TLE" } else { "3LE" };
     Elements::new(inner, format).map_err(|problem| (2, format!("{who}: {problem}")))
+}
+
+/// Whether a first line can be read beside a second line that is right: then what is wrong stands on the other.
+fn reads_as_line_1(line1: &str) -> bool {
+    // Spacetrack Report No. 3's example but for the number of the object and the checksum
+    let mut line2 = *b"2 88888  72.8435 115.9689 0086731  52.6988 110.5714 16.05824518  1050";
+    if let (Some(own), Some(number)) = (line1.as_bytes().get(2..7), line2.get_mut(2..7)) {
+        number.copy_from_slice(own);
+    }
+    line2[68] = b'0' + (checksum(&line2[..68]) % 10) as u8;
+    sgp4::Elements::from_tle(None, line1.as_bytes(), &line2).is_ok()
+}
+
+/// Sum of the digits and the number of minus signs.
+fn checksum(columns: &[u8]) -> u32 {
+    columns.iter().map(|&b| if b == b'-' { 1 } else { char::from(b).to_digit(10).unwrap_or(0) }).sum()
 }
 
 /// What CelesTrak answers for objects it has no TLE of.
@@ -139,9 +155,7 @@ fn check_line(line: &str) -> Result<(), String> {
         return Err(format!("has {} characters, expected 69 (the last is the checksum)", bytes.len()));
     }
     // checksum = (Σ digits + number of minus signs) mod 10
-    let sum: u32 =
-        bytes[..68].iter().map(|&b| if b == b'-' { 1 } else { char::from(b).to_digit(10).unwrap_or(0) }).sum();
-    let (expected, found) = (sum % 10, char::from(bytes[68]));
+    let (expected, found) = (checksum(&bytes[..68]) % 10, char::from(bytes[68]));
     if found.to_digit(10) != Some(expected) {
         return Err(format!("checksum is '{found}', expected {expected}; the line was altered, fetch the set again"));
     }

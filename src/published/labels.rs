@@ -6,8 +6,10 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use crate::brightness::Illum;
 use crate::error::{Error, Result};
 use crate::night::clock::{mjd_utc, parse_utc};
+use crate::night::light_class::is_sunlit;
 use crate::night::light_class::{PaperLabel, SkyClass};
 use crate::report::published::LabelRow;
 use crate::report::summary::{PASS_GAP_S, is_used};
@@ -114,7 +116,7 @@ pub fn read_labelled(path: &Path) -> Result<LabelledTable> {
             None => {
                 let sun_alt_deg =
                     number("sun_alt_deg")?.ok_or_else(|| fail(at, "no paper_label and no sun_alt_deg".into()))?;
-                let sunlit = matches!(cell(record, "illum").as_str(), "sun" | "penumbra");
+                let sunlit = Illum::from_cell(&cell(record, "illum")).is_some_and(is_sunlit);
                 PaperLabel::of(SkyClass::of_sun_alt(sun_alt_deg), sunlit)
             }
         };

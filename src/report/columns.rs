@@ -56,7 +56,7 @@ pub(super) const fn number(name: &'static str, unit: &'static str, description: 
 }
 
 /// Columns that tables of an older version lack; read as empty there.
-pub const ADDED_LATER: [&str; 3] = ["sky_class", "paper_label", "date_avg_minus_mid_s"];
+pub const ADDED_LATER: [&str; 4] = ["sky_class", "paper_label", "date_avg_minus_mid_s", "time_stamp"];
 
 /// Columns of `photometry.ecsv`: one row per target frame.
 pub const PHOTOMETRY: &[Column] = &[
@@ -65,18 +65,19 @@ pub const PHOTOMETRY: &[Column] = &[
     text("frame_sha256", "first 16 hex digits of the SHA-256 of the source file"),
     integer("norad_cat_id", "satellite catalogue number"),
     text("object_id", "COSPAR international designator"),
-    text("object_name", "name of the target"),
+    text("object_name", "name of the target: of the elements, else OBJECT of the header"),
     // time
     text("date_mid", "mid-exposure UTC, ISO 8601"),
     number("mjd_mid_d", "d", "mid-exposure MJD (UTC)"),
     number("exptime_s", "s", "exposure time"),
     number("time_err_s", "s", "1-sigma error of the mid-exposure time"),
     text("time_source", "header keywords the time is from"),
+    text("time_stamp", "what the stamps of the time mark: start, middle, end or start_end (one of each)"),
     number("cadence_s", "s", "time since the frame of this target before, from mid-exposure to mid-exposure"),
     number(
         "date_avg_minus_mid_s",
         "s",
-        "middle the header states itself (DATE-AVG or a synonym) minus start + EXPTIME/2; missing without both stamps",
+        "middle the header states itself (DATE-AVG or a synonym) minus (start + EXPTIME/2); missing without both stamps",
     ),
     // optics
     text("filter", "filter name of the header"),
@@ -84,11 +85,23 @@ pub const PHOTOMETRY: &[Column] = &[
     number("e_per_adu", "electron / adu", "electrons per ADU at this gain setting"),
     text("e_per_adu_source", "where e_per_adu is from"),
     number("read_noise_e", "electron", "read noise per pixel"),
-    number("fwhm_px", "pix", "full width at half maximum of the image"),
+    number(
+        "fwhm_px",
+        "pix",
+        "FWHM of the stars: photometry.fwhm_px, else the median of the star frames; missing where neither tells",
+    ),
     number("pix_scale_arcsec", "arcsec / pix", "pixel scale"),
     // pixel
-    number("x_px", "pix", "centroid along a row, 0-based from the centre of the first pixel"),
-    number("y_px", "pix", "centroid over rows, 0-based from the centre of the first pixel"),
+    number(
+        "x_px",
+        "pix",
+        "centre of the aperture along a row, 0-based from the centre of the first pixel; a non-detection's is the expected place",
+    ),
+    number(
+        "y_px",
+        "pix",
+        "centre of the aperture over rows, 0-based from the centre of the first pixel; a non-detection's is the expected place",
+    ),
     text("aper_shape", "shape of the aperture: circle, ellipse, rectangle or pill"),
     number("aper_r_px", "pix", "aperture radius (circle)"),
     number("aper_a_px", "pix", "half the length of the aperture (semi-major axis of an ellipse)"),
@@ -101,14 +114,19 @@ pub const PHOTOMETRY: &[Column] = &[
     // flux
     number("flux_e", "electron", "net flux in the aperture, whole exposure; can be negative"),
     number("flux_err_e", "electron", "1-sigma random error of flux_e"),
-    number("sky_e_px", "electron / pix", "sky level under the aperture, whole exposure"),
+    number(
+        "sky_e_px",
+        "electron / pix",
+        "sky level under the aperture, whole exposure; with the mean light of trails where the level is taken along them",
+    ),
     number("sky_corner_ratio", "", "background at the rim of the field over that at its centre"),
     number("snr", "", "flux_e / flux_err_e"),
-    number("peak_frac_sat", "", "brightest aperture pixel as a fraction of the saturation level"),
+    number("peak_frac_sat", "", "brightest aperture pixel, with the sky, as a fraction of the saturation level"),
     number(
         "contam_frac",
         "",
-        "light of star trails and neighbours inside the aperture over flux_e; taken off where it could be",
+        "light of star trails and neighbours inside the aperture over flux_e (over flux_err_e where that is larger); that of \
+         trails is subtracted from flux_e",
     ),
     number("aper_corr_mag", "mag", "added to the magnitude for the light outside the aperture (growth curve)"),
     number("inst_mag", "mag", "-2.5 log10 of the flux in electrons per second, aper_corr_mag included"),
@@ -117,7 +135,8 @@ pub const PHOTOMETRY: &[Column] = &[
     number(
         "v_mag_err_sys",
         "mag",
-        "1-sigma systematic error of v_mag: zeropoint, scatter of one pointing, gain table, aperture correction",
+        "1-sigma systematic error of v_mag: zeropoint, scatter of one pointing, colour of the target, gain table, aperture \
+         correction, another night's zeropoint",
     ),
     number("zp_age_d", "d", "time from the night of the zeropoint to this frame; missing if it is this night's own"),
     number("zp_extra_err_mag", "mag", "error of using another night's zeropoint, part of v_mag_err_sys"),
@@ -133,7 +152,7 @@ pub const PHOTOMETRY: &[Column] = &[
     number("alt_deg", "deg", "altitude above the horizon, without refraction"),
     number("az_deg", "deg", "azimuth from north through east"),
     number("range_km", "km", "distance from the observer"),
-    number("rate_deg_s", "deg / s", "angular rate on the sky"),
+    number("rate_deg_s", "deg / s", "angular rate against the stars"),
     number("az_rate_deg_s", "deg / s", "rate of the azimuth, which a dome must follow"),
     number(
         "alt_az_err_deg",
@@ -157,10 +176,9 @@ pub const PHOTOMETRY: &[Column] = &[
     number("earthshine_v_mag", "mag", "modelled V magnitude by sunlight from the Earth alone"),
     number("moon_v_mag", "mag", "modelled V magnitude by direct moonlight alone"),
     number("lunar_earthshine_v_mag", "mag", "modelled V magnitude by moonlight from the Earth alone"),
-    number("starlight_v_mag", "mag", "modelled V magnitude by starlight alone"),
     number("model_err_mag", "mag", "numerical error of model_v_mag (quadrature); not how wrong the model is"),
     number("residual_mag", "mag", "observed minus modelled magnitude; positive = observed fainter"),
-    text("skipped", "what was left out, and why"),
+    text("skipped", "what the model left out, and why"),
     // state
     text("status", "ok, nondetection, rejected or failed"),
     text("verdict", "use, caution or reject"),
@@ -175,41 +193,61 @@ pub const STARS: &[Column] = &[
     integer("pointing", "number of the star pointing, from 0"),
     text("object_name", "name of the pointing"),
     text("star_id", "identifier of the star in the catalogue"),
-    number("ra_deg", "deg", "right ascension of the catalogue (ICRS)"),
-    number("dec_deg", "deg", "declination of the catalogue (ICRS)"),
+    number("ra_deg", "deg", "right ascension of the catalogue (ICRS), moved to the night where it has proper motions"),
+    number("dec_deg", "deg", "declination of the catalogue (ICRS), moved to the night where it has proper motions"),
     text("date_mid", "mid-exposure UTC, ISO 8601; mean of the members"),
     number("mjd_mid_d", "d", "mid-exposure MJD (UTC); mean of the members"),
-    number("exptime_s", "s", "exposure time"),
-    integer("gain_setting", "gain setting of the camera in units of 0.1 dB"),
-    number("e_per_adu", "electron / adu", "electrons per ADU at this gain setting"),
-    number("x_px", "pix", "centroid along a row, 0-based from the centre of the first pixel"),
-    number("y_px", "pix", "centroid over rows, 0-based from the centre of the first pixel"),
-    number("aper_r_px", "pix", "aperture radius (circle)"),
-    number("sky_in_px", "pix", "inner radius of the sky annulus"),
-    number("sky_out_px", "pix", "outer radius of the sky annulus"),
-    number("fwhm_px", "pix", "full width at half maximum of the image"),
+    number("exptime_s", "s", "exposure time; mean of the members"),
+    integer("gain_setting", "gain setting of the camera in units of 0.1 dB; missing where members differ"),
+    number("e_per_adu", "electron / adu", "electrons per ADU at this gain setting; missing where members differ"),
+    number(
+        "x_px",
+        "pix",
+        "centre of the aperture along a row in the first member, 0-based from the centre of the first pixel",
+    ),
+    number(
+        "y_px",
+        "pix",
+        "centre of the aperture over rows in the first member, 0-based from the centre of the first pixel",
+    ),
+    number("aper_r_px", "pix", "aperture radius (circle); mean of the members"),
+    number("sky_in_px", "pix", "inner radius of the sky annulus; mean of the members"),
+    number("sky_out_px", "pix", "outer radius of the sky annulus; mean of the members"),
+    number("fwhm_px", "pix", "FWHM of the stars of the frame, or photometry.fwhm_px; mean of the members"),
     number("flux_e", "electron", "net flux in the aperture per exposure; combined: rate times exptime_s"),
     number("flux_err_e", "electron", "1-sigma random error of flux_e"),
-    number("sky_e_px", "electron / pix", "sky level under the aperture, whole exposure"),
+    number("sky_e_px", "electron / pix", "sky level under the aperture, whole exposure; mean of the members"),
     number("snr", "", "flux_e / flux_err_e"),
-    number("peak_frac_sat", "", "brightest aperture pixel as a fraction of the saturation level"),
+    number(
+        "peak_frac_sat",
+        "",
+        "brightest aperture pixel, with the sky, as a fraction of the saturation level; largest of the members",
+    ),
     number("aper_corr_mag", "mag", "added to the magnitude for the light outside the aperture (growth curve)"),
     number("inst_mag", "mag", "-2.5 log10 of the flux in electrons per second, aper_corr_mag included"),
     number("inst_mag_err", "mag", "1-sigma random error of inst_mag"),
-    number("alt_deg", "deg", "altitude above the horizon, without refraction"),
-    number("az_deg", "deg", "azimuth from north through east"),
+    number("alt_deg", "deg", "altitude above the horizon, without refraction; mean of the members"),
+    number("az_deg", "deg", "azimuth from north through east; of the first member"),
     number("airmass", "", "airmass; mean of the members"),
     number("catalogue_v_mag", "mag", "V magnitude of the catalogue"),
     number("catalogue_v_mag_err", "mag", "1-sigma error of catalogue_v_mag"),
     number("catalogue_b_v_mag", "mag", "colour B-V of the catalogue"),
     number("catalogue_b_v_mag_err", "mag", "1-sigma error of catalogue_b_v_mag"),
-    number("fit_weight", "", "weight of this star in the zeropoint fit; 0 = not used"),
+    number(
+        "fit_weight",
+        "",
+        "robust weight of this star in the zeropoint fit, 0 to 1; 0 = an outlier, missing = a cut kept it out",
+    ),
     number("fit_residual_mag", "mag", "V_inst - V minus the fit"),
     number("fit_leverage", "", "share of its own residual this star takes up in the zeropoint fit, 0 to 1"),
-    number("match_arcsec", "arcsec", "distance of the star from its catalogue place"),
-    text("status", "ok, rejected or failed"),
+    number(
+        "match_arcsec",
+        "arcsec",
+        "distance of the detection from the aligned place of the catalogue; mean of the members",
+    ),
+    text("status", "ok or rejected; empty where no zeropoint was fitted"),
     text("reason", "why, when status is not ok"),
-    bits("flags", "quality bit mask; the bits are named in meta"),
+    bits("flags", "quality bit mask of all members; the bits are named in meta"),
 ];
 
 /// Columns of `residuals.ecsv`: one row per target frame that has both a magnitude and a model.
@@ -233,7 +271,8 @@ pub const RESIDUALS: &[Column] = &[
     number(
         "v_mag_err_sys",
         "mag",
-        "1-sigma systematic error of v_mag: zeropoint, scatter of one pointing, gain table, aperture correction",
+        "1-sigma systematic error of v_mag: zeropoint, scatter of one pointing, colour of the target, gain table, aperture \
+         correction, another night's zeropoint",
     ),
     number("model_v_mag", "mag", "modelled V magnitude, all lights"),
     number("model_err_mag", "mag", "numerical error of model_v_mag (quadrature); not how wrong the model is"),
@@ -274,20 +313,42 @@ pub const PREDICTION: [&str; 28] = [
     "flags",
 ];
 
+/// What `mu_mean_mag_arcsec2` is where nothing is measured.
+const MODEL_MU: &str =
+    "mean V surface brightness of the model over the satellite's area, seen in projection (as_published: all of it)";
+
+/// The columns of [`PREDICTION`] with what they say of a prediction.
+#[must_use]
+pub fn prediction() -> Vec<Column> {
+    let of = |name: &&str| PHOTOMETRY.iter().find(|c| c.name == *name).copied();
+    let said = |column: Column| match column.name {
+        "date_mid" => Column { description: "moment of the row, UTC, ISO 8601", ..column },
+        "mjd_mid_d" => Column { description: "moment of the row, MJD (UTC)", ..column },
+        "tle_age_d" => Column { description: "moment of the row minus epoch of the elements", ..column },
+        "mu_mean_mag_arcsec2" => Column { description: MODEL_MU, ..column },
+        _ => column,
+    };
+    PREDICTION.iter().filter_map(of).map(said).collect()
+}
+
 /// Columns of a map of the sky: one row per direction.
 pub const SKY: &[Column] = &[
     number("alt_deg", "deg", "altitude above the horizon, without refraction"),
     number("az_deg", "deg", "azimuth from north through east"),
     number("range_km", "km", "distance from the observer"),
     text("illum", "largest light: sun, penumbra, moon, lunar_earthshine, earthshine or none"),
-    number("sun_visible_frac", "", "share of the Sun's disc the satellite sees"),
+    number("sun_visible_frac", "", "share of the Sun's light that gets past the Earth to the satellite"),
     number("model_v_mag", "mag", "modelled V magnitude, all lights"),
     number("sun_v_mag", "mag", "modelled V magnitude by direct sunlight alone"),
     number("earthshine_v_mag", "mag", "modelled V magnitude by sunlight from the Earth alone"),
     number("moon_v_mag", "mag", "modelled V magnitude by direct moonlight alone"),
     number("lunar_earthshine_v_mag", "mag", "modelled V magnitude by moonlight from the Earth alone"),
     number("model_err_mag", "mag", "numerical error of model_v_mag (quadrature); not how wrong the model is"),
-    number("flux_per_e0", "", "irradiance at the observer by all lights, in units of the Sun's at 1 au"),
+    number(
+        "flux_per_e0",
+        "",
+        "irradiance at the observer by all lights, in units of the Sun's at 1 au as the model scales it",
+    ),
 ];
 
 /// Columns before those of [`SKY`] where a table holds maps of many moments.
@@ -299,12 +360,12 @@ pub const ACCURACY: &[Column] = &[
     text("case", "the situation"),
     text("knob", "what is set"),
     text("setting", "its value"),
-    bits("is_default", "1 = the setting taken unless told otherwise"),
+    bits("is_default", "1 = the default setting"),
     bits("on_front", "1 = no other setting of this case has both a smaller err_p95 and less CPU time"),
     text("err_unit", "what the errors are: relative, or a unit"),
-    number("err_median", "", "half of the cases are better"),
-    number("err_p95", "", "95 of 100 cases are better"),
-    number("err_worst", "", "the worst case"),
+    number("err_median", "", "median error: half of the cases are better"),
+    number("err_p95", "", "95th percentile of the error: 95 of 100 cases are better"),
+    number("err_worst", "", "the worst case; missing if one case gave no number"),
     integer("n", "cases the errors are from"),
     text("work", "what cpu_us is the time of"),
     number("cpu_us", "us", "CPU time of one piece of work, user and system, one thread"),

@@ -51,7 +51,7 @@ pub fn write_residuals(path: &Path, rows: &[ResidualRow], meta: &Meta) -> Result
 pub fn write_prediction(path: &Path, rows: &[PhotometryRow], meta: &Meta) -> Result<()> {
     let problem = |e: csv::Error| Error::Table { path: path.into(), line: None, problem: e.to_string() };
     let records: Vec<csv::StringRecord> = prediction_cells(rows).map_err(problem)?;
-    let chosen: Vec<Column> = picked().map(|i| columns::PHOTOMETRY[i]).collect();
+    let chosen: Vec<Column> = columns::prediction();
     write_records(path, &records, &chosen, meta)
 }
 

@@ -213,6 +213,9 @@ pub struct MonthRow {
     pub model_err_mag: Option<f64>,
     /// What must be known of this row.
     pub note: String,
+    /// Whether the satellite is a mirror that is lit, so that its beam was looked for.
+    #[serde(skip)]
+    pub beam_looked_for: bool,
 }
 
 /// Columns of `duty.ecsv`: one row per way of observing.

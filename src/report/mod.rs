@@ -29,6 +29,7 @@ pub mod summary;
 pub mod tables;
 pub mod thumb;
 pub mod ucd;
+pub mod words;
 
 pub use crate::file::{write_atomic, write_streamed};
 pub use columns::{Column, Datatype};

@@ -17,7 +17,7 @@ pub struct PhotometryRow {
     pub norad_cat_id: Option<i64>,
     /// COSPAR international designator.
     pub object_id: String,
-    /// Name of the target.
+    /// Name of the target: of the elements, else OBJECT of the header.
     pub object_name: String,
     // --- time
     /// Mid-exposure UTC, ISO 8601.
@@ -30,9 +30,13 @@ pub struct PhotometryRow {
     pub time_err_s: Option<f64>,
     /// Header keywords the time is from.
     pub time_source: String,
-    /// Time since the frame of this target before \[s\].
+    /// What the stamps of the time mark: start, middle, end or start_end (one of each).
+    #[serde(default)]
+    pub time_stamp: String,
+    /// Time since the frame of this target before, from mid-exposure to mid-exposure \[s\].
     pub cadence_s: Option<f64>,
-    /// Middle the header states itself minus start + EXPTIME/2 \[s\].
+    /// Middle the header states itself (DATE-AVG or a synonym) minus (start + EXPTIME/2); missing without both stamps
+    /// \[s\].
     #[serde(default)]
     pub date_avg_minus_mid_s: Option<f64>,
     // --- optics
@@ -46,28 +50,30 @@ pub struct PhotometryRow {
     pub e_per_adu_source: String,
     /// Read noise per pixel \[e⁻\].
     pub read_noise_e: Option<f64>,
-    /// Full width at half maximum of the image \[px\].
+    /// FWHM of the stars: photometry.fwhm_px, else the median of the star frames; missing where neither tells \[px\].
     pub fwhm_px: Option<f64>,
     /// Pixel scale \[arcsec/px\].
     pub pix_scale_arcsec: Option<f64>,
     // --- pixel
-    /// Centroid along a row, 0-based from the centre of the first pixel \[px\].
+    /// Centre of the aperture along a row, 0-based from the centre of the first pixel; a non-detection's is the
+    /// expected place \[px\].
     pub x_px: Option<f64>,
-    /// Centroid over rows, 0-based from the centre of the first pixel \[px\].
+    /// Centre of the aperture over rows, 0-based from the centre of the first pixel; a non-detection's is the
+    /// expected place \[px\].
     pub y_px: Option<f64>,
     /// Shape of the aperture: circle, ellipse, rectangle or pill.
     pub aper_shape: String,
     /// Aperture radius (circle) \[px\].
     pub aper_r_px: Option<f64>,
-    /// Semi-major axis of the aperture \[px\].
+    /// Half the length of the aperture (semi-major axis of an ellipse) \[px\].
     pub aper_a_px: Option<f64>,
-    /// Semi-minor axis of the aperture \[px\].
+    /// Half the width of the aperture (semi-minor axis of an ellipse) \[px\].
     pub aper_b_px: Option<f64>,
     /// Angle of the major axis from +x towards +y \[deg\].
     pub aper_theta_deg: Option<f64>,
     /// Ratio of the axes of the target's light.
     pub elongation: Option<f64>,
-    /// FWHM along the major axis in units of `fwhm_px`.
+    /// FWHM of the target along its major axis in units of fwhm_px.
     pub extent_fwhm: Option<f64>,
     /// Inner radius of the sky annulus \[px\].
     pub sky_in_px: Option<f64>,
@@ -78,32 +84,35 @@ pub struct PhotometryRow {
     pub flux_e: Option<f64>,
     /// 1-sigma random error of flux_e \[e⁻\].
     pub flux_err_e: Option<f64>,
-    /// Sky level under the aperture, whole exposure \[e⁻/px\].
+    /// Sky level under the aperture, whole exposure; with the mean light of trails where the level is taken along
+    /// them \[e⁻/px\].
     pub sky_e_px: Option<f64>,
     /// Background at the rim of the field over that at its centre.
     pub sky_corner_ratio: Option<f64>,
-    /// Flux_e / flux_err_e.
+    /// flux_e / flux_err_e.
     pub snr: Option<f64>,
-    /// Brightest aperture pixel as a fraction of the saturation level.
+    /// Brightest aperture pixel, with the sky, as a fraction of the saturation level.
     pub peak_frac_sat: Option<f64>,
-    /// Light of trails and neighbours inside the aperture over `flux_e`.
+    /// Light of star trails and neighbours inside the aperture over flux_e (over flux_err_e where that is larger);
+    /// that of trails is subtracted from flux_e.
     pub contam_frac: Option<f64>,
-    /// Added to the magnitude for the light outside the aperture \[mag\].
+    /// Added to the magnitude for the light outside the aperture (growth curve) \[mag\].
     pub aper_corr_mag: Option<f64>,
-    /// -2.5 log10 of the flux in electrons per second \[mag\].
+    /// -2.5 log10 of the flux in electrons per second, aper_corr_mag included \[mag\].
     pub inst_mag: Option<f64>,
     /// Apparent V magnitude outside the atmosphere \[mag\].
     pub v_mag: Option<f64>,
     /// 1-sigma random error of v_mag \[mag\].
     pub v_mag_err: Option<f64>,
-    /// 1-sigma systematic error of v_mag \[mag\]: zeropoint, scatter of one pointing, gain table, aperture correction.
+    /// 1-sigma systematic error of v_mag: zeropoint, scatter of one pointing, colour of the target, gain table,
+    /// aperture correction, another night's zeropoint \[mag\].
     pub v_mag_err_sys: Option<f64>,
     /// Time from the night of the zeropoint to this frame; missing if it is this night's own \[d\].
     pub zp_age_d: Option<f64>,
-    /// Error of using another night's zeropoint \[mag\].
+    /// Error of using another night's zeropoint, part of v_mag_err_sys \[mag\].
     pub zp_extra_err_mag: Option<f64>,
-    /// V magnitude at the detection threshold \[mag\]: of a detection in its own aperture
-    /// ([`crate::photometry::flux::detectable_e`]), else of an object as large as in the frames that show it.
+    /// V magnitude at the detection threshold (target.detect_sigma): of a detection in its own aperture, else for an
+    /// object as large as in the frames that show it \[mag\].
     pub limit_v_mag: Option<f64>,
     /// Mean V surface brightness over the aperture \[mag/arcsec²\].
     pub mu_mean_mag_arcsec2: Option<f64>,
@@ -116,11 +125,11 @@ pub struct PhotometryRow {
     pub az_deg: Option<f64>,
     /// Distance from the observer \[km\].
     pub range_km: Option<f64>,
-    /// Angular rate on the sky \[deg/s\].
+    /// Angular rate against the stars \[deg/s\].
     pub rate_deg_s: Option<f64>,
     /// Rate of the azimuth, which a dome must follow \[deg/s\].
     pub az_rate_deg_s: Option<f64>,
-    /// Error of the place along the track by the error of the time \[deg\].
+    /// 1-sigma error of the place along the track by time_err_s: rate_deg_s * time_err_s \[deg\].
     pub alt_az_err_deg: Option<f64>,
     /// Airmass.
     pub airmass: Option<f64>,
@@ -141,7 +150,7 @@ pub struct PhotometryRow {
     /// Where the Sun stands for the observer: day, civil_, nautical_ or astronomical_twilight, night.
     #[serde(default)]
     pub sky_class: String,
-    /// day, twilight or night, as the paper labels it.
+    /// day, twilight (sunlight on the satellite or in the sky) or night, as Caddy et al. label it.
     #[serde(default)]
     pub paper_label: String,
     /// Mid-exposure minus epoch of the elements \[d\].
@@ -157,16 +166,14 @@ pub struct PhotometryRow {
     pub moon_v_mag: Option<f64>,
     /// Modelled V magnitude by moonlight from the Earth alone \[mag\].
     pub lunar_earthshine_v_mag: Option<f64>,
-    /// Modelled V magnitude by starlight alone \[mag\].
-    pub starlight_v_mag: Option<f64>,
-    /// 1-sigma error of model_v_mag \[mag\].
+    /// Numerical error of model_v_mag (quadrature); not how wrong the model is \[mag\].
     pub model_err_mag: Option<f64>,
     /// Observed minus modelled magnitude; positive = observed fainter \[mag\].
     pub residual_mag: Option<f64>,
-    /// What was left out, and why.
+    /// What the model left out, and why.
     pub skipped: String,
     // --- state
-    /// Ok, nondetection, rejected or failed.
+    /// ok, nondetection, rejected or failed.
     pub status: String,
     /// Use, caution or reject.
     pub verdict: String,
@@ -183,57 +190,57 @@ pub struct StarRow {
     pub frame: String,
     /// Number of exposures combined.
     pub n_members: Option<i64>,
-    /// Number of the star pointing, from 1.
+    /// Number of the star pointing, from 0.
     pub pointing: Option<i64>,
     /// Name of the pointing.
     pub object_name: String,
     /// Identifier of the star in the catalogue.
     pub star_id: String,
-    /// Right ascension of the catalogue (ICRS) \[deg\].
+    /// Right ascension of the catalogue (ICRS), moved to the night where it has proper motions \[deg\].
     pub ra_deg: Option<f64>,
-    /// Declination of the catalogue (ICRS) \[deg\].
+    /// Declination of the catalogue (ICRS), moved to the night where it has proper motions \[deg\].
     pub dec_deg: Option<f64>,
     /// Mid-exposure UTC, ISO 8601; mean of the members.
     pub date_mid: String,
     /// Mid-exposure MJD (UTC); mean of the members \[d\].
     pub mjd_mid_d: Option<f64>,
-    /// Exposure time \[s\].
+    /// Exposure time; mean of the members \[s\].
     pub exptime_s: Option<f64>,
-    /// Gain setting of the camera in units of 0.1 dB.
+    /// Gain setting of the camera in units of 0.1 dB; missing where members differ.
     pub gain_setting: Option<i64>,
-    /// Electrons per ADU at this gain setting \[e⁻/ADU\].
+    /// Electrons per ADU at this gain setting; missing where members differ \[e⁻/ADU\].
     pub e_per_adu: Option<f64>,
-    /// Centroid along a row, 0-based from the centre of the first pixel \[px\].
+    /// Centre of the aperture along a row in the first member, 0-based from the centre of the first pixel \[px\].
     pub x_px: Option<f64>,
-    /// Centroid over rows, 0-based from the centre of the first pixel \[px\].
+    /// Centre of the aperture over rows in the first member, 0-based from the centre of the first pixel \[px\].
     pub y_px: Option<f64>,
-    /// Aperture radius (circle) \[px\].
+    /// Aperture radius (circle); mean of the members \[px\].
     pub aper_r_px: Option<f64>,
-    /// Inner radius of the sky annulus \[px\].
+    /// Inner radius of the sky annulus; mean of the members \[px\].
     pub sky_in_px: Option<f64>,
-    /// Outer radius of the sky annulus \[px\].
+    /// Outer radius of the sky annulus; mean of the members \[px\].
     pub sky_out_px: Option<f64>,
-    /// Full width at half maximum of the image \[px\].
+    /// FWHM of the stars of the frame, or photometry.fwhm_px; mean of the members \[px\].
     pub fwhm_px: Option<f64>,
     /// Net flux in the aperture per exposure; combined: rate times exptime_s \[e⁻\].
     pub flux_e: Option<f64>,
     /// 1-sigma random error of flux_e \[e⁻\].
     pub flux_err_e: Option<f64>,
-    /// Sky level under the aperture, whole exposure \[e⁻/px\].
+    /// Sky level under the aperture, whole exposure; mean of the members \[e⁻/px\].
     pub sky_e_px: Option<f64>,
-    /// Flux_e / flux_err_e.
+    /// flux_e / flux_err_e.
     pub snr: Option<f64>,
-    /// Brightest aperture pixel as a fraction of the saturation level.
+    /// Brightest aperture pixel, with the sky, as a fraction of the saturation level; largest of the members.
     pub peak_frac_sat: Option<f64>,
-    /// Added to the magnitude for the light outside the aperture \[mag\].
+    /// Added to the magnitude for the light outside the aperture (growth curve) \[mag\].
     pub aper_corr_mag: Option<f64>,
-    /// -2.5 log10 of the flux in electrons per second \[mag\].
+    /// -2.5 log10 of the flux in electrons per second, aper_corr_mag included \[mag\].
     pub inst_mag: Option<f64>,
     /// 1-sigma random error of inst_mag \[mag\].
     pub inst_mag_err: Option<f64>,
-    /// Altitude above the horizon, without refraction \[deg\].
+    /// Altitude above the horizon, without refraction; mean of the members \[deg\].
     pub alt_deg: Option<f64>,
-    /// Azimuth from north through east \[deg\].
+    /// Azimuth from north through east; of the first member \[deg\].
     pub az_deg: Option<f64>,
     /// Airmass; mean of the members.
     pub airmass: Option<f64>,
@@ -245,19 +252,19 @@ pub struct StarRow {
     pub catalogue_b_v_mag: Option<f64>,
     /// 1-sigma error of catalogue_b_v_mag \[mag\].
     pub catalogue_b_v_mag_err: Option<f64>,
-    /// Weight of this star in the zeropoint fit; 0 = not used.
+    /// Robust weight of this star in the zeropoint fit, 0 to 1; 0 = an outlier, missing = a cut kept it out.
     pub fit_weight: Option<f64>,
     /// V_inst - V minus the fit \[mag\].
     pub fit_residual_mag: Option<f64>,
     /// Share of its own residual this star takes up in the zeropoint fit, 0 to 1.
     pub fit_leverage: Option<f64>,
-    /// Distance of the star from its catalogue place \[arcsec\].
+    /// Distance of the detection from the aligned place of the catalogue; mean of the members \[arcsec\].
     pub match_arcsec: Option<f64>,
-    /// Ok, rejected or failed.
+    /// Ok or rejected; empty where no zeropoint was fitted.
     pub status: String,
     /// Why, when status is not ok.
     pub reason: String,
-    /// Quality bit mask; the bits are named in meta.
+    /// Quality bit mask of all members; the bits are named in meta.
     pub flags: i32,
 }
 
@@ -291,18 +298,19 @@ pub struct ResidualRow {
     /// Where the Sun stands for the observer: day, civil_, nautical_ or astronomical_twilight, night.
     #[serde(default)]
     pub sky_class: String,
-    /// day, twilight or night, as the paper labels it.
+    /// day, twilight (sunlight on the satellite or in the sky) or night, as Caddy et al. label it.
     #[serde(default)]
     pub paper_label: String,
     /// Apparent V magnitude outside the atmosphere \[mag\].
     pub v_mag: Option<f64>,
     /// 1-sigma random error of v_mag \[mag\].
     pub v_mag_err: Option<f64>,
-    /// 1-sigma systematic error of v_mag \[mag\]: zeropoint, scatter of one pointing, gain table, aperture correction.
+    /// 1-sigma systematic error of v_mag: zeropoint, scatter of one pointing, colour of the target, gain table,
+    /// aperture correction, another night's zeropoint \[mag\].
     pub v_mag_err_sys: Option<f64>,
     /// Modelled V magnitude, all lights \[mag\].
     pub model_v_mag: Option<f64>,
-    /// 1-sigma error of model_v_mag \[mag\].
+    /// Numerical error of model_v_mag (quadrature); not how wrong the model is \[mag\].
     pub model_err_mag: Option<f64>,
     /// Observed minus modelled magnitude; positive = observed fainter \[mag\].
     pub residual_mag: Option<f64>,
@@ -323,7 +331,7 @@ pub struct SkyRow {
     pub range_km: f64,
     /// Largest light: sun, penumbra, moon, lunar_earthshine, earthshine or none.
     pub illum: String,
-    /// Share of the Sun's disc the satellite sees.
+    /// Share of the Sun's light that gets past the Earth to the satellite.
     pub sun_visible_frac: f64,
     /// Modelled V magnitude, all lights \[mag\].
     pub model_v_mag: Option<f64>,
@@ -335,9 +343,9 @@ pub struct SkyRow {
     pub moon_v_mag: Option<f64>,
     /// Modelled V magnitude by moonlight from the Earth alone \[mag\].
     pub lunar_earthshine_v_mag: Option<f64>,
-    /// Numerical error of model_v_mag \[mag\].
+    /// Numerical error of model_v_mag (quadrature); not how wrong the model is \[mag\].
     pub model_err_mag: Option<f64>,
-    /// Irradiance at the observer by all lights, in units of the Sun's at 1 au.
+    /// Irradiance at the observer by all lights, in units of the Sun's at 1 au as the model scales it.
     pub flux_per_e0: f64,
 }
 
@@ -352,15 +360,15 @@ pub struct AccuracyRow {
     pub knob: String,
     /// Its value.
     pub setting: String,
-    /// 1 = the setting taken unless told otherwise.
+    /// 1 = the default setting.
     pub is_default: i32,
     /// 1 = no other setting of this case has both a smaller err_p95 and less CPU time.
     pub on_front: i32,
     /// What the errors are: relative, or a unit.
     pub err_unit: String,
-    /// Half of the cases are better.
+    /// Median error: half of the cases are better.
     pub err_median: Option<f64>,
-    /// 95 of 100 cases are better.
+    /// 95th percentile of the error: 95 of 100 cases are better.
     pub err_p95: Option<f64>,
     /// The worst case; missing if one case gave no number.
     pub err_worst: Option<f64>,
@@ -383,11 +391,11 @@ pub struct ExtremeRow {
     pub area: String,
     /// The case, with the unit of its numbers.
     pub case: String,
-    /// What is expected.
+    /// What is expected: a number from a closed form or an independent computation, or a refusal.
     pub expected: String,
     /// What came out.
     pub got: String,
-    /// How far off it is; missing for refusals.
+    /// How far off it is, relative or in the unit of the case; missing for refusals.
     pub error: Option<f64>,
     /// How far off it may be.
     pub limit: Option<f64>,

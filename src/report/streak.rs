@@ -18,6 +18,9 @@ pub struct StreakRow {
     pub object_name: String,
     /// Where its magnitude is from.
     pub mag_source: String,
+    /// Whether that is the model.
+    #[serde(skip)]
+    pub is_modelled: bool,
     /// Area \[m²\].
     pub area_m2: f64,
     /// Height of the orbit \[km\].

@@ -5,6 +5,7 @@
 use super::rows::{PhotometryRow, ResidualRow};
 use crate::constants::SIGMA_PER_MAD;
 use crate::photometry::Flags;
+use crate::report::words::{Status, Verdict};
 
 /// Two exposures of one target further apart than this belong to different passes \[s\]. A low-orbit pass lasts a
 /// quarter of an hour at most and the next one comes an hour and a half later.
@@ -36,7 +37,7 @@ fn median(values: &mut [f64]) -> Option<f64> {
 /// Rows without a time and rejected ones, whose time or place is impossible, belong to no pass.
 #[must_use]
 pub fn passes(rows: &[PhotometryRow]) -> Vec<Vec<&PhotometryRow>> {
-    let in_time = |r: &&PhotometryRow| r.mjd_mid_d.is_some_and(f64::is_finite) && r.status != "rejected";
+    let in_time = |r: &&PhotometryRow| r.mjd_mid_d.is_some_and(f64::is_finite) && r.status != Status::Rejected;
     let mut timed: Vec<&PhotometryRow> = rows.iter().filter(in_time).collect();
     timed.sort_by(|a, b| target(a).cmp(&target(b)).then(mjd(a).total_cmp(&mjd(b))));
     let mut passes: Vec<Vec<&PhotometryRow>> = Vec::new();
@@ -184,7 +185,8 @@ pub fn pass_lights(rows: &[PhotometryRow]) -> String {
 /// Whether a measurement counts in medians: status `ok` (or unsaid) and not rejected by its verdict.
 #[must_use]
 pub fn is_used(status: &str, verdict: &str) -> bool {
-    matches!(status, "ok" | "") && verdict != "reject"
+    let measured = status.is_empty() || *status == Status::Ok;
+    measured && *verdict != Verdict::Reject
 }
 
 /// Whether a row only says "at least so bright": something may have stood in the beam.

@@ -65,19 +65,16 @@ pub fn ucd(name: &str) -> &'static str {
         "airmass" => "obs.airMass",
         "phase_angle_deg" | "moon_phase_deg" => "pos.phaseAng",
         "moon_illum_pct" | "sun_visible_frac" => "phys.area;arith.ratio",
-        "model_v_mag"
-        | "sun_v_mag"
-        | "earthshine_v_mag"
-        | "moon_v_mag"
-        | "lunar_earthshine_v_mag"
-        | "starlight_v_mag" => "phot.mag;em.opt.V;meta.modelled",
+        "model_v_mag" | "sun_v_mag" | "earthshine_v_mag" | "moon_v_mag" | "lunar_earthshine_v_mag" => {
+            "phot.mag;em.opt.V;meta.modelled"
+        }
         "model_err_mag" => "stat.error;phot.mag;em.opt.V;meta.modelled",
         "residual_mag" => "phot.mag;em.opt.V;arith.diff",
         "flux_per_e0" => "phot.flux;arith.ratio",
         "fit_weight" => "stat.weight",
         "fit_residual_mag" => "stat.fit.residual",
         "fit_leverage" => "stat.fit.param",
-        "illum" | "sky_class" | "paper_label" | "aper_shape" => "meta.code",
+        "illum" | "sky_class" | "paper_label" | "aper_shape" | "time_stamp" => "meta.code",
         "status" => "meta.code.status",
         "verdict" | "flags" => "meta.code.qual",
         "reason" | "skipped" | "time_source" | "e_per_adu_source" => "meta.note",

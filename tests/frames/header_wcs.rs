@@ -111,7 +111,7 @@ fn what_would_be_half_used_is_refused_by_keyword_with_the_remedy() {
         read(&cards).err().unwrap_or_else(|| panic!("{extra:?} is accepted"))
     };
     for (extra, words) in [
-        (vec![("CTYPE1", "RA---ZPN"), ("CTYPE2", "DEC--ZPN")], "satphot solve"),
+        (vec![("CTYPE1", "RA---ZPN"), ("CTYPE2", "DEC--ZPN")], "only RA and Dec in TAN"),
         (vec![("CTYPE1", "RA---TNX"), ("CTYPE2", "DEC--TNX")], "CTYPE1"),
         (vec![("CTYPE1", "RA---TPV")], "one axis is TPV"),
         (vec![("PV2_1", "0.9996")], "PV2_1"),

@@ -25,6 +25,7 @@ fn good() -> PhotometryRow {
         exptime_s: Some(2.0),
         time_err_s: Some(0.5),
         time_source: "DATE-OBS + EXPTIME/2".into(),
+        time_stamp: "start".into(),
         gain_setting: Some(200),
         read_noise_e: Some(3.0),
         sky_e_px: Some(400.0),

@@ -4,6 +4,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod descriptions;
 mod figures;
 mod gallery;
 mod ground;

@@ -14,7 +14,7 @@ use satphot::report::{
 
 /// The law: every column of `photometry.ecsv`, in order, group by group.
 const LAW: &str = "frame frame_sha256 norad_cat_id object_id object_name \
-    date_mid mjd_mid_d exptime_s time_err_s time_source cadence_s date_avg_minus_mid_s \
+    date_mid mjd_mid_d exptime_s time_err_s time_source time_stamp cadence_s date_avg_minus_mid_s \
     filter gain_setting e_per_adu e_per_adu_source read_noise_e fwhm_px pix_scale_arcsec \
     x_px y_px aper_shape aper_r_px aper_a_px aper_b_px aper_theta_deg elongation extent_fwhm \
     sky_in_px sky_out_px \
@@ -23,7 +23,7 @@ const LAW: &str = "frame frame_sha256 norad_cat_id object_id object_name \
     mu_mean_mag_arcsec2 mu_peak_mag_arcsec2 \
     alt_deg az_deg range_km rate_deg_s az_rate_deg_s alt_az_err_deg airmass phase_angle_deg sun_alt_deg moon_alt_deg moon_phase_deg \
     moon_illum_pct moon_sep_deg illum sky_class paper_label tle_age_d \
-    model_v_mag sun_v_mag earthshine_v_mag moon_v_mag lunar_earthshine_v_mag starlight_v_mag model_err_mag \
+    model_v_mag sun_v_mag earthshine_v_mag moon_v_mag lunar_earthshine_v_mag model_err_mag \
     residual_mag skipped \
     status verdict reason flags";
 

@@ -47,7 +47,7 @@ fn reason(change: impl Fn(&mut StarRow)) -> String {
     let mut row = rows(1).into_iter().find(|r| r.catalogue_v_mag_err < Some(0.14)).unwrap();
     assert_eq!(cut(&row, config.stars.as_ref().unwrap(), &config.zeropoint), None);
     change(&mut row);
-    cut(&row, config.stars.as_ref().unwrap(), &config.zeropoint).unwrap_or_default()
+    cut(&row, config.stars.as_ref().unwrap(), &config.zeropoint).map(|cut| cut.to_string()).unwrap_or_default()
 }
 
 #[test]

@@ -137,7 +137,7 @@ impl Streak {
         let row = |p: &Passing, (source, anchor): (&str, &Anchor)| p.row((source, anchor), &camera, &visit, colour);
         let mut rows = Vec::new();
         for (p, (source, anchor)) in passing.iter().zip(&chosen) {
-            rows.push(row(p, (source, anchor))?);
+            rows.push(StreakRow { is_modelled: self.model, ..row(p, (source, anchor))? });
         }
         let (tables, figures) = self.out.files("streak")?;
         let mut all = rows.clone();

@@ -169,11 +169,11 @@ pub fn paper_text(rows: &[StreakRow], all: &[StreakRow], visit: &Visit, publishe
     );
     let mut sources: Vec<&str> = Vec::new();
     for r in all {
-        if !sources.contains(&r.mag_source.as_str()) && !r.mag_source.starts_with("model") {
+        if !sources.contains(&r.mag_source.as_str()) && !r.is_modelled {
             sources.push(&r.mag_source);
         }
     }
-    let modelled = all.iter().any(|r| r.mag_source.starts_with("model"));
+    let modelled = all.iter().any(|r| r.is_modelled);
     let mut head: Vec<&str> = vec!["satellite"];
     head.extend(modelled.then_some("model"));
     head.extend(&sources);
@@ -186,7 +186,7 @@ pub fn paper_text(rows: &[StreakRow], all: &[StreakRow], visit: &Visit, publishe
             };
             let mut cells = vec![own.object_name.clone()];
             if modelled {
-                cells.push(of(&|r| r.mag_source.starts_with("model")));
+                cells.push(of(&|r| r.is_modelled));
             }
             cells.extend(sources.iter().map(|s| of(&|r| r.mag_source == *s)));
             cells

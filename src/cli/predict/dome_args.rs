@@ -78,8 +78,5 @@ pub fn first_moment(date: Option<&str>, start: Option<&str>) -> anyhow::Result<E
 
 /// The label of a mode as the command line spells it.
 pub fn mode_name(mode: config::Mode) -> &'static str {
-    match mode {
-        config::Mode::AsPublished => "as_published",
-        config::Mode::Corrected => "corrected",
-    }
+    mode.as_str()
 }

@@ -9,7 +9,7 @@ use satphot::report::summary::text_table;
 pub fn first_mirrors(rows: &[MonthRow]) -> impl Iterator<Item = &MonthRow> {
     let mut told: Vec<(&str, &str)> = Vec::new();
     rows.iter().filter(move |r| {
-        let new = r.note.contains("beam") && !told.contains(&(&r.object_name, &r.mode));
+        let new = r.beam_looked_for && !told.contains(&(&r.object_name, &r.mode));
         if new {
             told.push((&r.object_name, &r.mode));
         }
@@ -114,7 +114,7 @@ fn runs(nights: &[&str]) -> String {
 
 /// For the figure: which nights the satellites of each height are not lit.
 pub fn unlit_notes(rows: &[MonthRow]) -> Vec<String> {
-    let mirrors: Vec<&str> = rows.iter().filter(|r| r.note.contains("beam")).map(|r| r.object_name.as_str()).collect();
+    let mirrors: Vec<&str> = rows.iter().filter(|r| r.beam_looked_for).map(|r| r.object_name.as_str()).collect();
     let rows: Vec<&MonthRow> = rows.iter().filter(|r| !mirrors.contains(&r.object_name.as_str())).collect();
     let mut heights: Vec<f64> = rows.iter().map(|r| r.height_km).collect();
     heights.sort_by(f64::total_cmp);

@@ -10,6 +10,7 @@ use super::stamp::{self, Stamp};
 use super::{Candidate, TimeKind, seconds};
 use crate::config::DateObsMeans;
 use crate::frames::cards::Header;
+use crate::report::words::TimeStamp;
 
 /// Start and end of the exposure, in order of preference. Sources: FITS 4.0 section 4.4.2.1; N.I.N.A. (QHY and
 /// ToupTek GPS cards); LCO and Subaru headers.
@@ -191,6 +192,7 @@ impl<'a> Finder<'a> {
                 mid: a.epoch + (b.epoch - a.epoch) / 2,
                 source: format!("({begin} + {end})/2"),
                 kind: if gps { TimeKind::Gps } else { TimeKind::StartEnd },
+                stamp: TimeStamp::StartAndEnd,
                 err_s,
             });
         }
@@ -263,6 +265,7 @@ impl<'a> Finder<'a> {
                 mid: mid.epoch,
                 source: key.to_string(),
                 kind: TimeKind::Middle,
+                stamp: TimeStamp::Middle,
                 err_s: least_s.max(gap_s.abs()).max(mid.resolution_s / 2.0),
             });
         }
@@ -295,13 +298,16 @@ impl<'a> Finder<'a> {
     /// Shifts a stamp to the middle of the exposure.
     fn shifted(&self, key: &str, stamp: Stamp, what: Meaning, why: &str, kind: TimeKind) -> Candidate {
         let half = seconds(self.exptime_s / 2.0);
-        let (mid, source): (Epoch, String) = match what {
-            Meaning::Start | Meaning::Unclear => (stamp.epoch + half, format!("{key} + EXPTIME/2{why}")),
-            Meaning::Middle => (stamp.epoch, format!("{key} as the middle{why}")),
-            Meaning::End => (stamp.epoch - half, format!("{key} - EXPTIME/2{why}")),
+        let (mid, marks, source): (Epoch, TimeStamp, String) = match what {
+            Meaning::Start | Meaning::Unclear => {
+                (stamp.epoch + half, TimeStamp::Start, format!("{key} + EXPTIME/2{why}"))
+            }
+            Meaning::Middle => (stamp.epoch, TimeStamp::Middle, format!("{key} as the middle{why}")),
+            Meaning::End => (stamp.epoch - half, TimeStamp::End, format!("{key} - EXPTIME/2{why}")),
         };
         let unclear_s = if what == Meaning::Unclear { self.exptime_s } else { 0.0 };
-        Candidate { mid, source, kind, err_s: stamp.resolution_s.max(0.5).max(unclear_s).max(self.doubt_s) }
+        let err_s = stamp.resolution_s.max(0.5).max(unclear_s).max(self.doubt_s);
+        Candidate { mid, source, kind, stamp: marks, err_s }
     }
 
     /// Local time written as UTC: DATE-LOC equals DATE-OBS, or differs by what is no time zone of the site.

@@ -17,6 +17,7 @@ use super::cards::Header;
 use super::header::Aliases;
 use crate::config;
 use crate::error::{Error, Result};
+use crate::report::words::TimeStamp;
 use candidates::Finder;
 
 pub(super) use candidates::span_s;
@@ -59,6 +60,8 @@ pub struct MidTime {
     pub source: String,
     /// The kind of stamp.
     pub kind: TimeKind,
+    /// Which moment of the exposure the stamp marks.
+    pub stamp: TimeStamp,
     /// Error \[s\].
     pub err_s: f64,
     /// The header's own middle (DATE-AVG and its like) minus start + EXPTIME/2 \[s\]; `None` where it lacks one of them.
@@ -75,6 +78,7 @@ struct Candidate {
     mid: Epoch,
     source: String,
     kind: TimeKind,
+    stamp: TimeStamp,
     err_s: f64,
 }
 
@@ -143,6 +147,7 @@ pub fn mid_time(
         mid: (best.mid + seconds(config.offset_s)).to_time_scale(TimeScale::UTC),
         source: format!("{}{offset}", best.source),
         kind: best.kind,
+        stamp: best.stamp,
         err_s: config.err_s.unwrap_or(best.err_s),
         avg_minus_mid_s,
         rejected,

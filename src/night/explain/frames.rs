@@ -13,7 +13,7 @@ use crate::night::pipeline::Options;
 use crate::night::progress::Progress;
 use crate::night::surroundings::{Seen, look, look_at_all};
 use crate::night::survey::Survey;
-use crate::night::target::{TargetFrame, empty_columns, target_settings};
+use crate::night::target::{TargetFrame, missing_parts, target_settings};
 use crate::photometry::target::TargetFound;
 use crate::report::explain::{Explanation, LeftOut, runs};
 
@@ -61,8 +61,10 @@ fn stages(survey: &Survey, bench: &Bench) -> Vec<LeftOut> {
         each_us: None,
         changes_mag: None,
     };
-    let mut items: Vec<LeftOut> =
-        empty_columns(&bench.config, bench).into_iter().map(|why| nothing("stage", why, 1, 1, String::new())).collect();
+    let mut items: Vec<LeftOut> = missing_parts(&bench.config, bench)
+        .into_iter()
+        .map(|part| nothing("stage", part.to_string(), 1, 1, String::new()))
+        .collect();
     if let Some(path) = &bench.config.zeropoint.previous {
         items.push(nothing("zeropoint fit", format!("taken from {}", path.display()), 1, 1, String::new()));
     }

@@ -16,10 +16,11 @@ use crate::error::{Error, Result};
 use crate::night::meta::table_meta;
 use crate::night::outputs::save;
 use crate::night::provenance::Provenance;
-use crate::night::zeropoint::fit_rows;
+use crate::night::zeropoint::fit_counting;
 use crate::orbit::Atmosphere;
 use crate::photometry::table::{Row, Table};
 use crate::photometry::zeropoint::Zeropoint;
+use crate::report::words::Status;
 use crate::report::{MetaValue, StarRow, write_stars};
 use columns::{Columns, PER_SECOND_UNIT};
 use names::Finder;
@@ -102,7 +103,7 @@ pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
     let (mut usable, mut lost) = (Vec::new(), Vec::new());
     let mut leave_out = |line: usize, star: StarRow, reason: &str| {
         *out.left_out.entry(reason.to_owned()).or_default() += 1;
-        lost.push((line, StarRow { status: "rejected".into(), reason: reason.into(), ..star }));
+        lost.push((line, StarRow { status: Status::Rejected.into(), reason: reason.into(), ..star }));
     };
     let (mut row, mut n_rows, mut seen, mut n_again) = (Row::default(), 0, odd_rows::Seen::default(), 0);
     while table.read(&mut row)? {
@@ -147,14 +148,11 @@ pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
         );
     }
     out.notes.extend(exposures_differ(&stars, &columns));
-    out.zeropoint = match fitted(&mut stars, &mut config, &columns) {
+    out.zeropoint = match fitted(&mut stars, &mut config, &columns, &mut out.left_out) {
         Ok(zeropoint) => Ok(zeropoint),
         Err(error @ Error::Zeropoint { .. }) => Err(error.to_string()),
         Err(error) => return Err(error),
     };
-    for star in stars.iter().filter(|s| s.status == "rejected" && s.fit_weight.is_none()) {
-        *out.left_out.entry(without_value(&star.reason)).or_default() += 1;
-    }
     lost.extend(lines.into_iter().zip(stars));
     lost.sort_by_key(|(line, _)| *line);
     out.rows = lost.into_iter().map(|(_, star)| star).collect();
@@ -166,7 +164,12 @@ pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
 /// The cuts of a night ask for an error, an S/N, an airmass and a match; a table may lack them: 0 stands for an unknown error
 /// while the fit runs, and is taken out again. A star that is in the table twice was measured twice: the name that would make
 /// two detections of it in one frame is held back.
-fn fitted(stars: &mut [StarRow], config: &mut Config, columns: &Columns) -> Result<Zeropoint> {
+fn fitted(
+    stars: &mut [StarRow],
+    config: &mut Config,
+    columns: &Columns,
+    cuts: &mut BTreeMap<String, usize>,
+) -> Result<Zeropoint> {
     let none = Some(Pin { value: 0.0, err: 0.0 });
     let refused = |key: &str, what: &str| Error::Config {
         key: format!("zeropoint.{key}"),
@@ -199,7 +202,7 @@ fn fitted(stars: &mut [StarRow], config: &mut Config, columns: &Columns) -> Resu
             star.airmass = Some(1.0);
         }
     }
-    let zeropoint = fit_rows(stars, config);
+    let zeropoint = fit_counting(stars, config, cuts);
     for (star, (star_id, had)) in stars.iter_mut().zip(had) {
         star.star_id = star_id;
         star.inst_mag_err = star.inst_mag_err.filter(|_| had[0]);
@@ -249,12 +252,6 @@ fn one_filter(rows: &[(usize, StarRow, String)], request: &Request) -> Result<Op
             all.join(", ")
         ),
     })
-}
-
-/// `B-V 1.053 outside 0.2 to 0.9` without the value of the one star.
-fn without_value(reason: &str) -> String {
-    let parts = reason.split_once(" outside ").and_then(|(value, range)| Some((value.rsplit_once(' ')?.0, range)));
-    parts.map_or_else(|| reason.to_owned(), |(name, range)| format!("{name} outside {range}"))
 }
 
 /// Numbers pointings in the order of the table; without a column of them every night is one.

@@ -24,6 +24,7 @@ use crate::night::provenance::{Provenance, TOOL};
 use crate::night::target::{TargetFrame, set_aside_row};
 use crate::report::columns::{self, Column, Datatype};
 use crate::report::summary::pass_table;
+use crate::report::words::{Status, Verdict};
 use crate::report::{
     Meta, MetaValue, PhotometryRow, read_photometry, read_rows, write_photometry, write_residuals, write_rows,
 };
@@ -157,7 +158,7 @@ pub fn merge(plan: &Plan, tables: &[PathBuf], allow_missing: bool) -> Result<Mer
         notes.push(told_missing(&missing, plan));
     }
     let science = plan.frames.iter().filter(|f| matches!(f.role.as_str(), "target" | "stars" | "unreadable")).count();
-    let failed = rows.iter().filter(|r| r.status == "failed").count();
+    let failed = rows.iter().filter(|r| r.status == Status::Failed).count();
     let limit = config.night.max_failed_frac;
     let poor = (failed as f64 > limit * science.max(1) as f64).then(|| {
         format!("{failed} of {science} frames failed, more than the allowed share of {limit} (night.max_failed_frac)")
@@ -306,8 +307,8 @@ fn add_others(all: &mut Vec<PhotometryRow>, more: Vec<PhotometryRow>) {
 fn unreadable_row(frame: &PlannedFrame) -> PhotometryRow {
     PhotometryRow {
         frame: file_name(&frame.path),
-        status: "failed".into(),
-        verdict: "reject".into(),
+        status: Status::Failed.into(),
+        verdict: Verdict::Reject.into(),
         reason: frame.reason.clone(),
         ..PhotometryRow::default()
     }
@@ -371,8 +372,8 @@ impl Merged {
     /// Counts and passes in a few lines.
     #[must_use]
     pub fn text(&self) -> String {
-        let n = |status: &str| self.rows.iter().filter(|r| r.status == status).count();
-        let counts = ["ok", "nondetection", "rejected", "failed"].map(|s| format!("{} {s}", n(s))).join(", ");
+        let n = |status: Status| self.rows.iter().filter(|r| r.status == status).count();
+        let counts = Status::ALL.map(|s| format!("{} {s}", n(s))).join(", ");
         format!("{counts}\n{}", pass_table(&self.rows))
     }
 }

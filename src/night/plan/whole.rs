@@ -10,6 +10,7 @@ use crate::night::vet::judge_night;
 use crate::photometry::aperture::Shape;
 use crate::report::PhotometryRow;
 use crate::report::summary::robust;
+use crate::report::words::{Status, Verdict};
 
 /// Everything that is said of frames once all of them are measured; to be done once, to all of a night.
 pub fn judge_whole_night(frames: &mut [TargetFrame], config: &Config, notes: &mut Vec<String>) {
@@ -40,10 +41,10 @@ fn limits_for_the_size_of_the_object(rows: &mut [TargetFrame]) {
     let detected: Vec<(String, f64, Option<f64>)> = rows
         .iter()
         .map(|f| &f.row)
-        .filter(|r| r.status == "ok" && r.verdict != "reject")
+        .filter(|r| r.status == Status::Ok && r.verdict != Verdict::Reject)
         .filter_map(|r| Some((r.object_name.clone(), size(r)?, r.range_km)))
         .collect();
-    for row in rows.iter_mut().map(|f| &mut f.row).filter(|r| r.status == "nondetection") {
+    for row in rows.iter_mut().map(|f| &mut f.row).filter(|r| r.status == Status::Nondetection) {
         let (Some(limit), Some(measured)) = (row.limit_v_mag, size(row)) else { continue };
         let of_object: Vec<f64> = detected
             .iter()

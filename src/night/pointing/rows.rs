@@ -104,13 +104,14 @@ fn row(pointing: usize, members: &[&Member], stars: &[&MemberStar], rate: &Rate,
     }
     let airmasses: Option<Vec<f64>> = stars.iter().map(|s| s.airmass).collect();
     let same = |f: fn(&Member) -> f64| members.iter().all(|m| f(m) == f(first)).then(|| f(first));
-    let positive = rate.value > 0.0 && rate.value.is_finite();
+    // of an even number of members near zero light the one may be positive and the other not
+    let positive = [rate.value, rate.whole].iter().all(|r| *r > 0.0 && r.is_finite());
     let corrected = positive && members.iter().any(|m| m.profile.is_some());
     let match_px: Vec<f64> = stars.iter().filter_map(|s| s.match_px).collect();
     let detected = 2 * match_px.len() > stars.len() || (match_px.len() == stars.len());
     let full_well = |m: &Member, s: &MemberStar| {
         let well_e = (m.gain.saturation_adu - m.gain.pedestal_adu) * m.gain.e_per_adu.0;
-        s.flux.peak_e / well_e
+        (s.flux.peak_e + s.flux.sky_e_px) / well_e
     };
     let peak = members.iter().zip(stars).map(|(m, s)| full_well(m, s)).filter(|p| p.is_finite()).fold(0.0, f64::max);
     StarRow {

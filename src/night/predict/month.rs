@@ -216,10 +216,7 @@ fn month_row(
     };
     Ok(MonthRow {
         object_name: satellite.name.clone(),
-        mode: match satellite.mode {
-            Mode::AsPublished => "as_published".into(),
-            Mode::Corrected => "corrected".into(),
-        },
+        mode: satellite.mode.as_str().into(),
         height_km: satellite.dome.height_km(),
         night: night.label.clone(),
         date_mid: iso_utc(night.midnight, 0),
@@ -240,6 +237,7 @@ fn month_row(
         detected_5sigma: brighter(five),
         model_err_mag: v.map(|_| err_mag),
         note: note.into(),
+        beam_looked_for: satellite.is_mirror && is_lit,
     })
 }
 

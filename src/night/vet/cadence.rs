@@ -11,13 +11,14 @@ use crate::config::Vetting;
 use crate::night::target::TargetFrame;
 use crate::photometry::Flags;
 use crate::report::PhotometryRow;
+use crate::report::words::{Status, TimeStamp};
 
 /// Fills `cadence_s`: mid-exposure to mid-exposure since the frame of this target before, failed or not.
 pub(super) fn fill(frames: &mut [TargetFrame], target: &[usize]) {
     let cadences: Vec<f64> = target.windows(2).map(|w| seconds_between(&frames[w[0]].row, &frames[w[1]].row)).collect();
     for (i, cadence_s) in target.iter().skip(1).zip(cadences) {
         let row = &mut frames[*i].row;
-        if row.status != "failed" {
+        if row.status != Status::Failed {
             row.cadence_s = Some(cadence_s);
         }
     }
@@ -79,13 +80,10 @@ fn clock_err_s(rows: &[&PhotometryRow], range: RangeInclusive<usize>) -> f64 {
 /// Where starts are stamped, the earlier one was not over; where ends are stamped, the later one began too early;
 /// where neither is, the longer one.
 fn doubted(earlier: &PhotometryRow, mine_s: f64, next_s: f64) -> usize {
-    let source = &earlier.time_source;
-    if source.contains("+ EXPTIME/2") {
-        0
-    } else if source.contains("- EXPTIME/2") {
-        1
-    } else {
-        usize::from(next_s > mine_s)
+    match TimeStamp::from_cell(&earlier.time_stamp) {
+        Some(TimeStamp::Start) => 0,
+        Some(TimeStamp::End) => 1,
+        _ => usize::from(next_s > mine_s),
     }
 }
 

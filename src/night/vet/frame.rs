@@ -3,10 +3,11 @@
 //! Flags come from the measurement, limits from `[vetting]`. Each sentence ends with the flag's name, by which the
 //! table can be searched.
 
-use super::{Finding, Verdict};
+use super::Finding;
 use crate::config::Vetting;
 use crate::photometry::Flags;
 use crate::report::PhotometryRow;
+use crate::report::words::{Status, Verdict};
 
 /// Everything wrong with this frame, in the order of the light path: pixels, aperture, time, orbit, dome.
 pub(super) fn findings(row: &PhotometryRow, t: &Vetting) -> Vec<Finding> {
@@ -49,7 +50,7 @@ fn pixels(row: &PhotometryRow, t: &Vetting) -> Vec<Finding> {
 fn contamination(row: &PhotometryRow, t: &Vetting) -> Option<Finding> {
     let flags = Flags(row.flags);
     let by = if flags.has(Flags::TRAIL) { "star trail" } else { "star or neighbour" };
-    let share = row.contam_frac.filter(|_| row.status == "ok");
+    let share = row.contam_frac.filter(|_| row.status == Status::Ok);
     match share {
         Some(share) if share > t.contam_caution_frac || flags.has(Flags::CONTAMINATED) => {
             let verdict = if share > t.contam_reject_frac { Verdict::Reject } else { Verdict::Caution };

@@ -14,6 +14,7 @@ use crate::config::{Config, Vetting};
 use crate::night::target::TargetFrame;
 use crate::photometry::Flags;
 use crate::report::PhotometryRow;
+use crate::report::words::{Status, Verdict};
 
 /// Flags that make a frame one to be cautious with, or to reject. The others inform: of a trail that was taken off, a
 /// flat that is missing for the whole night, the age of the zeropoint.
@@ -35,30 +36,9 @@ pub const DECIDING: Flags = Flags(
         | Flags::LOW_ALTITUDE.0,
 );
 
-/// What may be done with a frame, from good to bad.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Verdict {
-    Use,
-    Caution,
-    Reject,
-}
-
-impl Verdict {
-    fn name(self) -> &'static str {
-        match self {
-            Verdict::Use => "use",
-            Verdict::Caution => "caution",
-            Verdict::Reject => "reject",
-        }
-    }
-
-    fn of(row: &PhotometryRow) -> Self {
-        match row.verdict.as_str() {
-            "reject" => Verdict::Reject,
-            "caution" => Verdict::Caution,
-            _ => Verdict::Use,
-        }
-    }
+/// The verdict of a row so far: one that says none is to be used.
+fn verdict_of(row: &PhotometryRow) -> Verdict {
+    Verdict::from_cell(&row.verdict).unwrap_or(Verdict::Use)
 }
 
 /// One thing wrong with a frame.
@@ -79,11 +59,11 @@ impl Finding {
 ///
 /// Words are added to the reason, the worst first. A frame that failed keeps its reason alone.
 pub fn judge(row: &mut PhotometryRow, thresholds: &Vetting) {
-    if row.status == "failed" || row.status == "rejected" {
-        row.verdict = Verdict::Reject.name().into();
+    if matches!(Status::from_cell(&row.status), Some(Status::Failed | Status::Rejected)) {
+        row.verdict = Verdict::Reject.into();
         return;
     }
-    row.verdict = Verdict::Use.name().into();
+    row.verdict = Verdict::Use.into();
     let mut found = frame::findings(row, thresholds);
     found.sort_by_key(|f| std::cmp::Reverse(f.verdict)); // stable
     for finding in found {
@@ -93,8 +73,8 @@ pub fn judge(row: &mut PhotometryRow, thresholds: &Vetting) {
 
 /// A flux without a magnitude is nothing to use as it is; the reason says already what is missing.
 pub fn without_magnitude(row: &mut PhotometryRow) {
-    if row.status == "ok" && row.v_mag.is_none() {
-        row.verdict = Verdict::of(row).max(Verdict::Caution).name().into();
+    if row.status == Status::Ok && row.v_mag.is_none() {
+        row.verdict = verdict_of(row).max(Verdict::Caution).into();
     }
 }
 
@@ -123,11 +103,11 @@ pub fn judge_night(frames: &mut [TargetFrame], config: &Config) {
 
 /// Puts a finding into a row: the flag, the worse verdict, the words.
 fn add(row: &mut PhotometryRow, finding: Finding) {
-    if row.status == "failed" || row.status == "rejected" {
+    if matches!(Status::from_cell(&row.status), Some(Status::Failed | Status::Rejected)) {
         return;
     }
     row.flags |= finding.flags.0;
-    row.verdict = Verdict::of(row).max(finding.verdict).name().into();
+    row.verdict = verdict_of(row).max(finding.verdict).into();
     if !row.reason.is_empty() {
         row.reason.push_str("; ");
     }

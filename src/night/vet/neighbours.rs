@@ -8,6 +8,7 @@ use crate::night::target::TargetFrame;
 use crate::photometry::stats::{mad_sigma, median};
 use crate::report::PhotometryRow;
 use crate::report::summary::PASS_GAP_S;
+use crate::report::words::Status;
 
 /// Frames in a row that may be astray together.
 const MOST_IN_A_ROW: usize = 3;
@@ -29,7 +30,8 @@ pub(super) fn targets(frames: &[TargetFrame]) -> Vec<Vec<usize>> {
         let row = &frames[i].row;
         (row.norad_cat_id, if row.norad_cat_id.is_some() { "" } else { &row.object_name })
     };
-    let timed = |i: &usize| frames[*i].row.mjd_mid_d.is_some_and(f64::is_finite) && frames[*i].row.status != "rejected";
+    let timed =
+        |i: &usize| frames[*i].row.mjd_mid_d.is_some_and(f64::is_finite) && frames[*i].row.status != Status::Rejected;
     let mut order: Vec<usize> = (0..frames.len()).filter(timed).collect();
     order.sort_by(|&a, &b| {
         let by_time = mjd(&frames[a].row).total_cmp(&mjd(&frames[b].row));

@@ -9,6 +9,7 @@ use crate::config::Vetting;
 use crate::photometry::Flags;
 use crate::photometry::stats::median;
 use crate::report::PhotometryRow;
+use crate::report::words::Status;
 
 /// Fewest frames of a pass that tell the size of its target.
 const FEWEST: usize = 4;
@@ -19,7 +20,7 @@ const POINT_ELONGATION: f64 = 1.5;
 
 /// Frames in which the target is longer than it should be.
 pub(super) fn findings(rows: &[&PhotometryRow], t: &Vetting) -> Vec<(usize, Finding)> {
-    let believed = |r: &PhotometryRow| r.status == "ok" && r.snr.is_some_and(|snr| snr >= SHAPE_SNR);
+    let believed = |r: &PhotometryRow| r.status == Status::Ok && r.snr.is_some_and(|snr| snr >= SHAPE_SNR);
     // ranges known for all, or the size taken as constant
     let by_range = rows.iter().all(|r| r.range_km.is_some());
     let range = |r: &PhotometryRow| r.range_km.filter(|_| by_range).unwrap_or(1.0);

@@ -16,10 +16,7 @@ pub(super) fn axes_swapped(ctype: &[String; 2]) -> Result<bool, String> {
     for (i, c) in ctype.iter().enumerate() {
         let known = ["RA---TAN", "DEC--TAN", "RA---TAN-SIP", "DEC--TAN-SIP", "RA---TPV", "DEC--TPV"];
         if !known.contains(&c.as_str()) {
-            return Err(format!(
-                "CTYPE{} = '{c}': only RA and Dec in TAN, TAN-SIP and TPV are read; `satphot solve` finds the place again",
-                i + 1
-            ));
+            return Err(format!("CTYPE{} = '{c}': only RA and Dec in TAN, TAN-SIP and TPV are read", i + 1));
         }
     }
     match (ctype[0].starts_with("RA"), ctype[1].starts_with("RA")) {
@@ -56,8 +53,7 @@ pub(super) fn projection(
             // PixInsight writes (0, 0) where it means the pole of TAN
             if at[0] != 0.0 || (at[1] != 0.0 && at[1] != 90.0) {
                 return Err(format!(
-                    "PV{lon}_1 = {}, PV{lon}_2 = {}: a tangent plane off its own pole is not read; `satphot solve` finds the \
-                     place again",
+                    "PV{lon}_1 = {}, PV{lon}_2 = {}: a tangent plane off its own pole is not read",
                     at[0], at[1]
                 ));
             }
@@ -65,7 +61,7 @@ pub(super) fn projection(
         }
         (lon_term, lat_term) => {
             let (axis, term) = lat_term.map(|m| (lat, m)).or(lon_term.map(|m| (lon, m))).unwrap_or((lon, 0));
-            Err(format!("PV{axis}_{term}: PV terms on one axis only; `satphot solve` finds the place again"))
+            Err(format!("PV{axis}_{term}: PV terms on one axis only"))
         }
     }
 }

@@ -14,6 +14,7 @@ use crate::error::{Error, Result};
 use crate::photometry::Flags;
 use crate::photometry::flux::detectable_e;
 use crate::report::rows::PhotometryRow;
+use crate::report::words::Verdict;
 
 /// The columns, in the order the server counts them.
 pub const HEADER: [&str; 27] = [
@@ -257,7 +258,7 @@ fn comment(row: &PhotometryRow) -> String {
         parts.push(format!("random error {} mag", error_text(random)));
         parts.push(format!("systematic error {} mag", error_text(systematic)));
     }
-    if row.verdict == "caution" || row.verdict == "reject" {
+    if row.verdict == Verdict::Caution || row.verdict == Verdict::Reject {
         parts.push(format!("{}: {}", row.verdict, Flags(row.flags)));
     }
     one_line(&parts.join("; "))

@@ -6,6 +6,7 @@
 use crate::error::{Error, Result};
 use crate::report::rows::PhotometryRow;
 use crate::report::summary::is_lower_limit;
+use crate::report::words::{Status, Verdict};
 
 /// Verdicts that are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -104,20 +105,24 @@ pub fn select(rows: &[PhotometryRow], choice: Choice, limits: bool) -> Selected<
 }
 
 fn judge(row: &PhotometryRow, choice: Choice, limits: bool) -> std::result::Result<Kept<'_>, &'static str> {
-    match row.status.as_str() {
-        "ok" | "nondetection" => {}
-        "rejected" => return Err("rejected frames"),
+    match Status::from_cell(&row.status) {
+        Some(Status::Ok | Status::Nondetection) => {}
+        Some(Status::Rejected) => return Err("rejected frames"),
         _ => return Err("failed frames"),
     }
-    match row.verdict.as_str() {
-        "caution" if !choice.caution => return Err("of verdict caution (--verdicts use,caution writes them)"),
-        "reject" if !choice.reject => return Err("of verdict reject (--verdicts use,caution,reject writes them)"),
+    match Verdict::from_cell(&row.verdict) {
+        Some(Verdict::Caution) if !choice.caution => {
+            return Err("of verdict caution (--verdicts use,caution writes them)");
+        }
+        Some(Verdict::Reject) if !choice.reject => {
+            return Err("of verdict reject (--verdicts use,caution,reject writes them)");
+        }
         _ => {}
     }
     if row.mjd_mid_d.is_none() {
         return Err("without a time");
     }
-    if row.status == "nondetection" {
+    if row.status == Status::Nondetection {
         return match row.limit_v_mag {
             Some(_) if limits => Ok(Kept::Limit(row)),
             Some(_) => Err("non-detections (the format has no place for limits)"),

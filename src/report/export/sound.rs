@@ -8,6 +8,7 @@ use std::path::Path;
 use super::time::Utc;
 use crate::error::{Error, Result};
 use crate::report::rows::PhotometryRow;
+use crate::report::words::{Status, Verdict};
 
 /// Largest difference between `date_mid` and `mjd_mid_d` \[s\]: the text has microseconds, the number 0.6 µs.
 const TIME_TOLERANCE_S: f64 = 1e-3;
@@ -27,9 +28,10 @@ pub fn sound(path: &Path, rows: &[PhotometryRow]) -> Result<()> {
 }
 
 fn first_wrong(row: &PhotometryRow) -> Option<(&'static str, String)> {
-    let word = |column, value: &str, known: &[&str]| {
+    let word = |column, value: &str, known: &[&'static str]| {
         (!known.contains(&value)).then(|| (column, format!("`{value}` is not one of {}", known.join(", "))))
     };
+    let verdicts: Vec<&str> = Verdict::ALL.iter().map(|v| v.as_str()).chain([""]).collect();
     let range = |column, value: Option<f64>, low: f64, high: f64, unit: &str| {
         let outside = |v: &f64| !(low..=high).contains(v);
         value
@@ -37,8 +39,8 @@ fn first_wrong(row: &PhotometryRow) -> Option<(&'static str, String)> {
             .map(|v| (column, format!("{v} is outside {low} to {high} {unit}; correct it or empty it")))
     };
     let big = 1e12;
-    word("status", &row.status, &["ok", "nondetection", "rejected", "failed"])
-        .or_else(|| word("verdict", &row.verdict, &["use", "caution", "reject", ""]))
+    word("status", &row.status, &Status::ALL.map(Status::as_str))
+        .or_else(|| word("verdict", &row.verdict, &verdicts))
         .or_else(|| time(row))
         .or_else(|| range("exptime_s", row.exptime_s, 1e-6, 1e6, "s"))
         .or_else(|| range("time_err_s", row.time_err_s, 0.0, 86_400.0, "s"))
@@ -53,7 +55,7 @@ fn first_wrong(row: &PhotometryRow) -> Option<(&'static str, String)> {
         .or_else(|| range("v_mag_err_sys", row.v_mag_err_sys, 0.0, 100.0, "mag"))
         .or_else(|| range("limit_v_mag", row.limit_v_mag, -40.0, 60.0, "mag"))
         .or_else(|| {
-            let undetected = row.status == "nondetection" && row.v_mag.is_some();
+            let undetected = row.status == Status::Nondetection && row.v_mag.is_some();
             undetected.then(|| ("v_mag", "a non-detection has no magnitude; empty it or correct the status".into()))
         })
         .or_else(|| range("alt_deg", row.alt_deg, -90.0, 90.0, "deg"))

@@ -14,6 +14,7 @@ use super::time::Utc;
 use crate::error::{Error, Result};
 use crate::report::rows::PhotometryRow;
 use crate::report::summary::passes;
+use crate::report::words::Verdict;
 
 /// Longest line of the notation.
 const LINE: usize = 254;
@@ -175,7 +176,7 @@ fn segment(path: &Path, rows: &[&PhotometryRow], pass: Utc, facts: &Facts) -> Re
         say(format!("INTEGRATION_INTERVAL = {exptime_s:?}"));
         say("INTEGRATION_REF = MIDDLE".into());
     }
-    let usable = rows.iter().all(|r| r.verdict == "use" || r.verdict.is_empty());
+    let usable = rows.iter().all(|r| r.verdict == Verdict::Use || r.verdict.is_empty());
     say(format!("DATA_QUALITY = {}", if usable { "VALIDATED" } else { "DEGRADED" }));
     say("META_STOP".into());
     say("DATA_START".into());

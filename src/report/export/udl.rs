@@ -13,7 +13,9 @@ use serde_json::{Map, Value, json};
 use super::facts::{Facts, wrong};
 use super::select::{Kept, total_err_mag};
 use super::time::Utc;
+use crate::brightness::Illum;
 use crate::error::{Error, Result};
+use crate::night::light_class::{PaperLabel, SkyClass};
 use crate::report::rows::PhotometryRow;
 use crate::report::summary::passes;
 
@@ -94,13 +96,7 @@ fn record(
     let text = |t: &str| (!t.is_empty()).then(|| json!(t));
     let number = |v: Option<f64>| v.map(|v| json!(v));
     let zeropoint = facts.zeropoint;
-    // the Sun's light is the largest wherever it arrives at all
-    let (umbra, penumbra) = match row.illum.as_str() {
-        "" => (None, None),
-        "sun" => (Some(json!(false)), Some(json!(false))),
-        "penumbra" => (Some(json!(false)), Some(json!(true))),
-        _ => (Some(json!(true)), Some(json!(false))),
-    };
+    let [umbra, penumbra] = shadow(row).map(|known| known.map(|b| json!(b)));
     let details = filled([
         ("gain", number(row.e_per_adu)),
         ("magInstrumental", number(row.inst_mag)),
@@ -169,4 +165,20 @@ fn sky_mag_arcsec2(row: &PhotometryRow, zp_mag: f64) -> Option<f64> {
 /// The fields that have a value: nothing is ever null.
 fn filled<const N: usize>(fields: [(&str, Option<Value>); N]) -> Map<String, Value> {
     fields.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?))).collect()
+}
+
+/// Whether the satellite is in the umbra, and in the penumbra, as far as the row knows.
+///
+/// The largest light is sunlight only where sunlit sides are seen: a sunlit satellite may show Earthshine or nothing, so
+/// these alone do not say that it is in the umbra. In a night sky the paper's label does: it is `night` in the umbra.
+fn shadow(row: &PhotometryRow) -> [Option<bool>; 2] {
+    let night_sky = row.sky_class == SkyClass::Night.to_string();
+    match (Illum::from_cell(&row.illum), PaperLabel::from_text(&row.paper_label)) {
+        (None, _) => [None, None],
+        (Some(Illum::Sun), _) => [Some(false), Some(false)],
+        (Some(Illum::Penumbra), _) => [Some(false), Some(true)],
+        (_, Some(PaperLabel::Night)) | (Some(Illum::Moon | Illum::LunarEarthshine), None) => [Some(true), Some(false)],
+        (_, Some(PaperLabel::Twilight)) if night_sky => [Some(false), None],
+        (_, _) => [None, None],
+    }
 }

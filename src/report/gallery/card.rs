@@ -8,6 +8,7 @@ use super::overlay::overlay;
 use crate::photometry::Flags;
 use crate::report::rows::PhotometryRow;
 use crate::report::thumb::Thumb;
+use crate::report::words::{Status, Verdict};
 
 /// What the card of a frame is called in links.
 pub(in crate::report) fn card_id(frame: &str) -> String {
@@ -31,7 +32,7 @@ pub(super) fn card(place: usize, row: &PhotometryRow, thumb: &Thumb, png: &str) 
             }
             p.verdict {
                 span class={ "badge " (verdict) } { (verdict) } " " (row.object_name)
-                @if row.status == "nondetection" { ", not detected" }
+                @if row.status == Status::Nondetection { ", not detected" }
             }
             dl {
                 @for (name, value) in numbers(row) { div { dt { (name) } dd { (value) } } }
@@ -46,11 +47,7 @@ pub(super) fn card(place: usize, row: &PhotometryRow, thumb: &Thumb, png: &str) 
 
 /// One of the three verdicts.
 fn known_verdict(verdict: &str) -> &'static str {
-    match verdict {
-        "reject" => "reject",
-        "caution" => "caution",
-        _ => "use",
-    }
+    Verdict::from_cell(verdict).unwrap_or(Verdict::Use).as_str()
 }
 
 /// The magnitude by which frames are ordered: V alone. A limit is no magnitude and an instrumental one has another zero:
@@ -60,7 +57,7 @@ fn magnitude(row: &PhotometryRow) -> Option<f64> {
 }
 
 fn what(row: &PhotometryRow) -> &'static str {
-    if row.status == "nondetection" { "the search circle, nothing found" } else { "the target in its aperture" }
+    if row.status == Status::Nondetection { "the search circle, nothing found" } else { "the target in its aperture" }
 }
 
 /// The numbers of a frame that has them, each with its name.

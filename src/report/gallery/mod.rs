@@ -18,6 +18,7 @@ use super::rows::PhotometryRow;
 use super::thumb::{MARKS_RGB, Thumb};
 use crate::error::{Error, Result};
 use crate::file::write_atomic;
+use crate::report::words::{Status, Verdict};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
@@ -33,10 +34,10 @@ pub fn worst_first<'a>(rows: impl IntoIterator<Item = &'a PhotometryRow>) -> Vec
 }
 
 fn compare(a: &PhotometryRow, b: &PhotometryRow) -> Ordering {
-    let rank = |r: &PhotometryRow| match (r.status.as_str(), r.verdict.as_str()) {
-        ("failed" | "rejected", _) => 0,
-        (_, "reject") => 1,
-        (_, "caution") => 2,
+    let rank = |r: &PhotometryRow| match (Status::from_cell(&r.status), Verdict::from_cell(&r.verdict)) {
+        (Some(Status::Failed | Status::Rejected), _) => 0,
+        (_, Some(Verdict::Reject)) => 1,
+        (_, Some(Verdict::Caution)) => 2,
         _ => 3,
     };
     let contam = |r: &PhotometryRow| r.contam_frac.unwrap_or(0.0);
@@ -69,8 +70,11 @@ pub fn write_gallery(
         let png = thumb.png().map_err(|e| Error::io(path, e))?;
         cards.push(card::card(place, &rows[*i], thumb, &STANDARD.encode(png)));
     }
-    let failed: Vec<&PhotometryRow> =
-        order.iter().map(|i| &rows[*i]).filter(|r| matches!(r.status.as_str(), "failed" | "rejected")).collect();
+    let failed: Vec<&PhotometryRow> = order
+        .iter()
+        .map(|i| &rows[*i])
+        .filter(|r| matches!(Status::from_cell(&r.status), Some(Status::Failed | Status::Rejected)))
+        .collect();
     let page = page(title, rows, &failed, &cards, most);
     write_atomic(path, page.into_string().as_bytes())
 }
@@ -81,8 +85,12 @@ fn page(title: &str, rows: &[PhotometryRow], failed: &[&PhotometryRow], cards: &
     let policy =
         format!("default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'sha256-{script_hash}'");
     let measured = rows.len() - failed.len();
-    let with = |verdict: &str| {
-        rows.iter().filter(|r| !matches!(r.status.as_str(), "failed" | "rejected") && r.verdict == verdict).count()
+    let with = |verdict: Verdict| {
+        rows.iter()
+            .filter(|r| {
+                !matches!(Status::from_cell(&r.status), Some(Status::Failed | Status::Rejected)) && r.verdict == verdict
+            })
+            .count()
     };
     html! {
         (DOCTYPE)
@@ -98,8 +106,8 @@ fn page(title: &str, rows: &[PhotometryRow], failed: &[&PhotometryRow], cards: &
                 header {
                     h1 { "Gallery of " (title) }
                     p {
-                        (measured) " target frames: " (with("use")) " use, " (with("caution")) " caution, "
-                        (with("reject")) " reject; " (failed.len()) " not measured. "
+                        (measured) " target frames: " (with(Verdict::Use)) " use, " (with(Verdict::Caution)) " caution, "
+                        (with(Verdict::Reject)) " reject; " (failed.len()) " not measured. "
                         @if cards.len() < measured { "The worst " (cards.len()) " are shown." }
                     }
                     (legend())
@@ -146,7 +154,7 @@ pub(super) fn controls() -> Markup {
             label { "Order " select #order { @for (key, name) in orders { option value=(key) { (name) } } } }
             fieldset {
                 legend { "Show" }
-                @for verdict in ["reject", "caution", "use"] {
+                @for verdict in [Verdict::Reject, Verdict::Caution, Verdict::Use] {
                     label { input type="checkbox" name="verdict" value=(verdict) checked; " " (verdict) }
                 }
             }

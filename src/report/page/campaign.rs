@@ -16,6 +16,7 @@ use crate::report::gallery::legend;
 use crate::report::plot::axis::Span;
 use crate::report::rows::PhotometryRow;
 use crate::report::summary::{is_used, passes, robust};
+use crate::report::words::Status;
 
 /// Skies of passes on the page.
 const MOST_SKIES: usize = 12;
@@ -179,16 +180,16 @@ fn table_of_nights(nights: &[NightPage]) -> Markup {
         let spread =
             |of: fn(&PhotometryRow) -> Option<f64>| robust(&used.iter().filter_map(|r| of(r)).collect::<Vec<_>>());
         let (v, residual) = (spread(|r| r.v_mag), spread(|r| r.residual_mag));
-        let with = |status: &str| night.rows.iter().filter(|r| r.status == status).count();
+        let with = |status: Status| night.rows.iter().filter(|r| r.status == status).count();
         let z = night.zeropoint.as_ref();
         vec![
             night.linked_name("summary"),
             cell(night.data_mode().unwrap_or_else(|| "sky".into())),
             cell(passes(&night.rows).len()),
             cell(night.rows.len()),
-            cell(with("ok")),
-            cell(with("nondetection")),
-            cell(with("rejected") + with("failed")),
+            cell(with(Status::Ok)),
+            cell(with(Status::Nondetection)),
+            cell(with(Status::Rejected) + with(Status::Failed)),
             number(v.map(|s| s.0), 2),
             number(v.map(|s| s.1), 2),
             number(residual.map(|s| s.0), 3),
@@ -223,7 +224,7 @@ fn table_of_nights(nights: &[NightPage]) -> Markup {
 fn by_date(nights: &[NightPage], rows: &[PhotometryRow]) -> Markup {
     html! {
         ul.key {
-            @for (name, class) in [("sunlit", "sun"), ("penumbra or Earthshine", "earthshine"), ("moonlit or dark", "moon"), ("no model", "starlight")] {
+            @for (name, class) in [("sunlit", "sun"), ("penumbra or Earthshine", "earthshine"), ("moonlit or dark", "moon"), ("no model", "unmodelled")] {
                 li { svg width="12" height="12" aria-hidden="true" { circle class={ "point " (class) } cx="6" cy="6" r="4" {} } " " (name) }
             }
         }

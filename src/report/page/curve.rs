@@ -7,10 +7,12 @@ use maud::{Markup, html};
 
 use super::chart::{Chart, Point, Ticks};
 use super::{MOST_ROWS, NightPage, nothing, tip, verdict_class};
+use crate::brightness::Illum;
 use crate::report::plot::axis::Span;
 use crate::report::plot::viridis;
 use crate::report::rows::PhotometryRow;
 use crate::report::summary::{is_lower_limit, is_used, passes, robust};
+use crate::report::words::{Status, Verdict};
 
 /// How far below everything else a light is still drawn \[mag\].
 const LIGHTS_BELOW_MAG: f64 = 3.0;
@@ -30,13 +32,12 @@ const SMALL: Size = Size { width: 460.0, height: 250.0, told: false };
 
 type Light = (&'static str, &'static str, fn(&PhotometryRow) -> Option<f64>);
 
-const LIGHTS: [Light; 6] = [
+const LIGHTS: [Light; 5] = [
     ("model", "model", |r| r.model_v_mag),
     ("Sunlight", "sun", |r| r.sun_v_mag),
     ("Earthshine", "earthshine", |r| r.earthshine_v_mag),
     ("Moonlight", "moon", |r| r.moon_v_mag),
     ("Lunar-Earthshine", "lunar", |r| r.lunar_earthshine_v_mag),
-    ("starlight", "starlight", |r| r.starlight_v_mag),
 ];
 
 /// Seconds from the midnight before the first row.
@@ -104,7 +105,7 @@ fn light_key() -> Markup {
 
 fn one_pass(page: &NightPage, i: usize, pass: &[&PhotometryRow], size: &Size) -> Option<Markup> {
     let first = *pass.first()?;
-    let limit = |r: &PhotometryRow| r.limit_v_mag.filter(|_| r.v_mag.is_none() && r.status == "nondetection");
+    let limit = |r: &PhotometryRow| r.limit_v_mag.filter(|_| r.v_mag.is_none() && r.status == Status::Nondetection);
     let main: Vec<f64> = pass
         .iter()
         .flat_map(|r| [r.v_mag.filter(|_| is_used(&r.status, &r.verdict)), limit(r), r.model_v_mag])
@@ -153,7 +154,7 @@ fn one_pass(page: &NightPage, i: usize, pass: &[&PhotometryRow], size: &Size) ->
         (chart.points(&observed))
         (altitudes(&chart, pass, first))
     };
-    let used = observed.iter().filter(|p| p.class != "reject").count();
+    let used = observed.iter().filter(|p| p.class != Verdict::Reject.as_str()).count();
     Some(html! {
         figure {
             (chart.with(&shaded, &body))
@@ -166,7 +167,7 @@ fn one_pass(page: &NightPage, i: usize, pass: &[&PhotometryRow], size: &Size) ->
 /// What the colours of points mean.
 fn verdict_key() -> Markup {
     html! {
-        @for verdict in ["use", "caution", "reject"] {
+        @for verdict in Verdict::ALL {
             li { svg width="12" height="12" aria-hidden="true" { circle class={ "point " (verdict) } cx="6" cy="6" r="4" {} } " " (verdict) }
         }
     }
@@ -192,9 +193,9 @@ fn altitudes(chart: &Chart, pass: &[&PhotometryRow], first: &PhotometryRow) -> M
 
 /// Where the satellite is in the penumbra or has no direct sunlight; each shade reaches halfway to its neighbours.
 fn shades(pass: &[&PhotometryRow], first: &PhotometryRow) -> Vec<(&'static str, f64, f64, String)> {
-    let class = |r: &PhotometryRow| match r.illum.as_str() {
-        "penumbra" => Some("penumbra"),
-        "moon" | "lunar_earthshine" | "none" => Some("umbra"),
+    let class = |r: &PhotometryRow| match Illum::from_cell(&r.illum) {
+        Some(Illum::Penumbra) => Some("penumbra"),
+        Some(Illum::Moon | Illum::LunarEarthshine | Illum::None) => Some("umbra"),
         _ => None,
     };
     let mut shades: Vec<(&'static str, f64, f64, String)> = Vec::new();
@@ -237,7 +238,8 @@ const AGAINST: [Against; 7] = [
 
 /// The section of residuals.
 pub(super) fn residuals(page: &NightPage) -> Markup {
-    let rows: Vec<&PhotometryRow> = page.rows.iter().filter(|r| r.residual_mag.is_some() && r.status == "ok").collect();
+    let rows: Vec<&PhotometryRow> =
+        page.rows.iter().filter(|r| r.residual_mag.is_some() && r.status == Status::Ok).collect();
     let used = |r: &&&PhotometryRow| is_used(&r.status, &r.verdict) && !is_lower_limit(r.flags);
     let kept: Vec<f64> = rows.iter().filter(used).filter_map(|r| r.residual_mag).collect();
     if rows.is_empty() {

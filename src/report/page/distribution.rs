@@ -4,6 +4,7 @@ use maud::{Markup, html};
 
 use super::chart::{Chart, Ticks};
 use super::{NightPage, cell, nothing, number, table, violins};
+use crate::brightness::Illum;
 use crate::report::plot::axis::{Span, clock};
 use crate::report::rows::PhotometryRow;
 use crate::report::summary::{is_used, passes, robust};
@@ -11,10 +12,10 @@ use crate::report::summary::{is_used, passes, robust};
 /// Width of a bin \[mag\].
 const BIN_MAG: f64 = 0.25;
 
-pub(super) const KINDS: [(&str, &str, &[&str]); 3] = [
-    ("sunlit", "sun", &["sun"]),
-    ("penumbra or Earthshine", "earthshine", &["penumbra", "earthshine"]),
-    ("moonlit or dark", "moon", &["moon", "lunar_earthshine", "none"]),
+pub(super) const KINDS: [(&str, &str, &[Illum]); 3] = [
+    ("sunlit", "sun", &[Illum::Sun]),
+    ("penumbra or Earthshine", "earthshine", &[Illum::Penumbra, Illum::Earthshine]),
+    ("moonlit or dark", "moon", &[Illum::Moon, Illum::LunarEarthshine, Illum::None]),
 ];
 
 /// The section.
@@ -28,12 +29,13 @@ pub(super) fn distribution(page: &NightPage) -> Markup {
 
 /// Which of [`KINDS`] lights a row; their number where no model tells.
 pub(super) fn kind_of(row: &PhotometryRow) -> usize {
-    KINDS.iter().position(|(_, _, lights)| lights.contains(&row.illum.as_str())).unwrap_or(KINDS.len())
+    let light = Illum::from_cell(&row.illum);
+    KINDS.iter().position(|(_, _, lights)| light.is_some_and(|l| lights.contains(&l))).unwrap_or(KINDS.len())
 }
 
 /// The colour of a light of [`kind_of`].
 pub(super) fn class_of(kind: usize) -> &'static str {
-    KINDS.get(kind).map_or("starlight", |k| k.1)
+    KINDS.get(kind).map_or("unmodelled", |k| k.1)
 }
 
 /// The clock of a place by the mean Sun: UTC + longitude/15 h.
@@ -68,7 +70,7 @@ pub(super) fn histogram(rows: &[PhotometryRow]) -> Markup {
         y_label: "frames".into(),
         ticks: Ticks::Numbers,
     };
-    let kinds: Vec<(&str, &str)> = KINDS.iter().map(|(n, c, _)| (*n, *c)).chain([("no model", "starlight")]).collect();
+    let kinds: Vec<(&str, &str)> = KINDS.iter().map(|(n, c, _)| (*n, *c)).chain([("no model", "unmodelled")]).collect();
     let body = html! {
         @for (i, counted) in counts.iter().enumerate() {
             @for (k, (name, class)) in kinds.iter().enumerate().rev() {

@@ -68,7 +68,7 @@ pub fn write_distribution_figure(path: &Path, page: &NightPage) -> Result<()> {
 
 /// What the colours of lights mean, in a line.
 fn light_key() -> Markup {
-    let kinds = KINDS.iter().map(|k| (k.0, k.1)).chain([("no model", "starlight")]);
+    let kinds = KINDS.iter().map(|k| (k.0, k.1)).chain([("no model", "unmodelled")]);
     html! {
         svg.chart viewBox=(format!("0 0 {WIDTH:.0} 16")) {
             @for (k, (name, class)) in kinds.enumerate() {

@@ -29,6 +29,7 @@ use super::rows::{PhotometryRow, SkyRow, StarRow};
 use crate::error::Result;
 use crate::file::write_atomic;
 use crate::photometry::zeropoint::Zeropoint;
+use crate::report::words::Verdict;
 
 pub use campaign::write_campaign;
 pub use figure::{write_distribution_figure, write_sky_figure};
@@ -262,9 +263,5 @@ fn link(row: &PhotometryRow) -> Option<String> {
 
 /// The class of a point, by its verdict.
 fn verdict_class(row: &PhotometryRow) -> &'static str {
-    match row.verdict.as_str() {
-        "reject" => "reject",
-        "caution" => "caution",
-        _ => "use",
-    }
+    Verdict::from_cell(&row.verdict).unwrap_or(Verdict::Use).as_str()
 }

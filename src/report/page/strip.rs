@@ -8,6 +8,7 @@ use super::{NightPage, nothing};
 use crate::brightness::catalogue::Standing;
 use crate::report::rows::PhotometryRow;
 use crate::report::summary::{is_lower_limit, is_used, robust};
+use crate::report::words::{Status, Verdict};
 
 /// The section.
 pub(super) fn summary(page: &NightPage) -> Markup {
@@ -15,8 +16,8 @@ pub(super) fn summary(page: &NightPage) -> Markup {
     if rows.is_empty() {
         return html! { (nothing("photometry.ecsv has no row: no frame of a target was found.")) (notes(page)) };
     }
-    let with = |status: &str| rows.iter().filter(|r| r.status == status).count();
-    let judged = |verdict: &str| rows.iter().filter(|r| r.status == "ok" && r.verdict == verdict).count();
+    let with = |status: Status| rows.iter().filter(|r| r.status == status).count();
+    let judged = |verdict: Verdict| rows.iter().filter(|r| r.status == Status::Ok && r.verdict == verdict).count();
     let used: Vec<&PhotometryRow> = rows.iter().filter(|r| is_used(&r.status, &r.verdict)).collect();
     let median = |of: fn(&PhotometryRow) -> Option<f64>, among: &[&PhotometryRow]| {
         robust(&among.iter().filter_map(|r| of(r)).collect::<Vec<_>>())
@@ -30,13 +31,13 @@ pub(super) fn summary(page: &NightPage) -> Markup {
         "frames",
         format!(
             "{} measured (verdict: {} use, {} caution, {} reject), {} not detected, {} left out before measuring, {} failed",
-            with("ok"),
-            judged("use"),
-            judged("caution"),
-            judged("reject"),
-            with("nondetection"),
-            with("rejected"),
-            with("failed")
+            with(Status::Ok),
+            judged(Verdict::Use),
+            judged(Verdict::Caution),
+            judged(Verdict::Reject),
+            with(Status::Nondetection),
+            with(Status::Rejected),
+            with(Status::Failed)
         ),
     ));
     if let Some((m, s)) = median(|r| r.v_mag, &used) {
@@ -82,7 +83,7 @@ pub(super) fn moon_lit_pct(rows: &[PhotometryRow]) -> Option<f64> {
 /// `caution` or `reject`, by how many frames it touched.
 fn doubts(page: &NightPage) -> Vec<String> {
     let mut told = Vec::new();
-    for (status, what) in [("failed", "could not be reduced"), ("rejected", "left out before measuring")] {
+    for (status, what) in [(Status::Failed, "could not be reduced"), (Status::Rejected, "left out before measuring")] {
         let of: Vec<&PhotometryRow> = page.rows.iter().filter(|r| r.status == status).collect();
         if let Some(first) = of.first() {
             told.push(format!("{} of {} frames {what}; {}: {}", of.len(), page.rows.len(), first.frame, first.reason));

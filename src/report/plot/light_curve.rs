@@ -14,9 +14,11 @@ use super::canvas::{
     legend, no_data, signed, write_text,
 };
 use super::panel::{Panel, Ticks};
+use crate::brightness::Illum;
 use crate::error::Result;
 use crate::report::rows::PhotometryRow;
 use crate::report::summary::{is_lower_limit, is_used, passes, robust};
+use crate::report::words::{Status, Verdict};
 
 /// How far below everything else a light is still shown beside observations \[mag\].
 const LIGHTS_BELOW_MAG: f64 = 3.0;
@@ -36,12 +38,11 @@ const LEGEND_X: i32 = 1490;
 /// A light of the model: its name, colour and magnitude in a row.
 type Light = (&'static str, RGBColor, fn(&PhotometryRow) -> Option<f64>);
 
-const LIGHTS: [Light; 5] = [
+const LIGHTS: [Light; 4] = [
     ("Sunlight", ORANGE, |r| r.sun_v_mag),
     ("Earthshine", GREEN, |r| r.earthshine_v_mag),
     ("Moonlight", SKY_BLUE, |r| r.moon_v_mag),
     ("Lunar-Earthshine", PURPLE, |r| r.lunar_earthshine_v_mag),
-    ("starlight", GREY, |r| r.starlight_v_mag),
 ];
 
 /// Draws every pass of the rows, one block each (the first three; a note counts the rest).
@@ -124,7 +125,7 @@ pub fn light_curves(dir: &Path, rows: &[PhotometryRow], title: &str) -> Result<V
 
 /// Whether a row has a limit instead of a magnitude.
 fn limit(row: &PhotometryRow) -> Option<f64> {
-    if row.v_mag.is_some() || matches!(row.status.as_str(), "failed" | "rejected") {
+    if row.v_mag.is_some() || matches!(Status::from_cell(&row.status), Some(Status::Failed | Status::Rejected)) {
         return None;
     }
     row.limit_v_mag
@@ -221,12 +222,13 @@ fn shade(
         };
         let from = start.checked_sub(1).and_then(|i| edge(i, start)).unwrap_or(panel.x.from);
         let to = edge(end - 1, end).unwrap_or(panel.x.to);
-        let (colour, name) = match first.illum.as_str() {
-            "" => (RGBColor(255, 255, 255), String::new()),
-            "sun" => (RGBColor(255, 246, 214), "sunlit".to_owned()),
-            "penumbra" => (RGBColor(243, 230, 240), "penumbra".to_owned()),
-            "none" => (RGBColor(229, 235, 243), "umbra: no light".to_owned()),
-            light => (RGBColor(229, 235, 243), format!("umbra: {}", light.replace('_', "-"))),
+        // where sunlight is not the largest, the satellite need not be in the umbra: its lit sides may look away
+        let (colour, name) = match Illum::from_cell(&first.illum) {
+            None => (RGBColor(255, 255, 255), String::new()),
+            Some(Illum::Sun) => (RGBColor(255, 246, 214), "sunlit".to_owned()),
+            Some(Illum::Penumbra) => (RGBColor(243, 230, 240), "penumbra".to_owned()),
+            Some(Illum::None) => (RGBColor(229, 235, 243), "no light".to_owned()),
+            Some(light) => (RGBColor(229, 235, 243), light.as_str().replace('_', "-")),
         };
         panel.shade(from, to, colour)?;
         let (left, right) = (panel.px(from), panel.px(to));
@@ -278,10 +280,10 @@ fn curves(
     for row in pass {
         let x = seconds(row);
         if let Some(v) = row.v_mag {
-            let (mark, colour, count) = match (is_used(&row.status, &row.verdict), row.verdict.as_str()) {
+            let (mark, colour, count) = match (is_used(&row.status, &row.verdict), Verdict::from_cell(&row.verdict)) {
                 (false, _) => (Mark::Cross, VERMILLION, &mut crossed),
                 (true, _) if is_lower_limit(row.flags) => (Mark::AtLeast, BLUE, &mut at_least),
-                (true, "caution") => (Mark::Open, BLUE, &mut open),
+                (true, Some(Verdict::Caution)) => (Mark::Open, BLUE, &mut open),
                 (true, _) => (Mark::Full, BLUE, &mut full),
             };
             *count += 1;

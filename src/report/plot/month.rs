@@ -33,14 +33,14 @@ const STYLES: [(RGBColor, Mark); 8] = [
     (RGBColor(90, 90, 200), Mark::Dot),
 ];
 
-/// Draws a month from the rows of its table, of one mode. A mirror whose beam misses the observer is left out; `notes`
+/// Draws a month from the rows of its table, of one mode. A mirror whose beam was looked for is left out; `notes`
 /// are written below the legend.
 ///
 /// # Errors
 /// [`crate::Error::Io`] when the file cannot be written.
 pub fn month(path: &Path, rows: &[MonthRow], title: &str, notes: &[String]) -> Result<()> {
     let mut names: Vec<&str> = Vec::new();
-    for row in rows.iter().filter(|r| !r.note.contains("beam")) {
+    for row in rows.iter().filter(|r| !r.beam_looked_for) {
         if !names.contains(&row.object_name.as_str()) && row.mu_mean_mag_arcsec2.is_some() {
             names.push(&row.object_name);
         }

@@ -16,6 +16,7 @@ use super::panel::{Panel, Ticks};
 use crate::error::Result;
 use crate::report::rows::ResidualRow;
 use crate::report::summary::{is_lower_limit, is_used, robust, used_residuals};
+use crate::report::words::Verdict;
 
 const SIZE: (u32, u32) = (960, 640);
 const NAME: &str = "Residuals against altitude";
@@ -76,10 +77,10 @@ pub fn residuals_altitude(path: &Path, rows: &[ResidualRow]) -> Result<()> {
             let of_class = points.iter().filter(|(r, _, _)| r.illum == key || (key.is_empty() && !known(r)));
             let mut count = 0;
             for (row, alt_deg, residual_mag) in of_class {
-                let (mark, colour) = match row.verdict.as_str() {
-                    "reject" => (Mark::Cross, GREY),
+                let (mark, colour) = match Verdict::from_cell(&row.verdict) {
+                    Some(Verdict::Reject) => (Mark::Cross, GREY),
                     _ if is_lower_limit(row.flags) => (Mark::AtLeast, colour),
-                    "caution" => (Mark::Open, colour),
+                    Some(Verdict::Caution) => (Mark::Open, colour),
                     _ => (mark, colour),
                 };
                 rejected += usize::from(mark == Mark::Cross);

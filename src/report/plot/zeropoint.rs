@@ -17,6 +17,7 @@ use super::panel::{Panel, Ticks};
 use crate::error::Result;
 use crate::report::rows::StarRow;
 use crate::report::summary::robust;
+use crate::report::words::Status;
 
 const SIZE: (u32, u32) = (960, 1240);
 const NAME: &str = "Zeropoint fit";
@@ -147,7 +148,7 @@ fn star(row: &StarRow, midnight: f64, (zp, k, c): (f64, f64, f64)) -> Option<Sta
     let (airmass, b_v_mag) = (term(row.airmass, k)?, term(row.catalogue_b_v_mag, c)?);
     let difference = finite(row.inst_mag)? - v_mag;
     Some(Star {
-        used: row.status == "ok" && row.fit_weight.is_none_or(|w| w > 0.0),
+        used: row.status == Status::Ok && row.fit_weight.is_none_or(|w| w > 0.0),
         airmass,
         b_v_mag,
         v_mag,

@@ -42,12 +42,11 @@ pub struct Table {
 /// The tables that can be told apart by their columns.
 #[must_use]
 pub fn known() -> Vec<(&'static str, Vec<Column>)> {
-    let prediction = columns::PREDICTION.iter().filter_map(|n| columns::PHOTOMETRY.iter().find(|c| c.name == *n));
     vec![
         ("photometry", columns::PHOTOMETRY.to_vec()),
         ("stars", columns::STARS.to_vec()),
         ("residuals", columns::RESIDUALS.to_vec()),
-        ("prediction", prediction.copied().collect()),
+        ("prediction", columns::prediction()),
         ("sky", columns::SKY.to_vec()),
     ]
 }

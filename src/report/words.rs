@@ -1,0 +1,115 @@
+//! The words that text columns are made of: each spelled once, compared as values.
+//!
+//! A column holds the word ([`Status::as_str`]); what decides compares with the value: `row.status == Status::Ok`. Leaves
+//! out sentences for people (`reason`, `skipped`, `time_source`), by which nothing is decided.
+
+/// A word of a text column: its spelling, the way back, and comparison with a cell.
+macro_rules! words {
+    ($(#[$about:meta])* $name:ident: $n:literal { $($(#[$of:meta])* $variant:ident = $word:literal),+ $(,)? }) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum $name { $($(#[$of])* $variant),+ }
+
+        impl $name {
+            /// All of them, in order.
+            pub const ALL: [$name; $n] = [$($name::$variant),+];
+
+            /// The word in the column.
+            #[must_use]
+            pub const fn as_str(self) -> &'static str {
+                match self { $($name::$variant => $word),+ }
+            }
+
+            /// The value of a cell; `None` for an empty cell and any other text.
+            #[must_use]
+            pub fn from_cell(cell: &str) -> Option<Self> {
+                Self::ALL.into_iter().find(|value| value.as_str() == cell)
+            }
+        }
+
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.pad(self.as_str())
+            }
+        }
+
+        impl From<$name> for String {
+            fn from(value: $name) -> String {
+                value.as_str().to_owned()
+            }
+        }
+
+        impl PartialEq<$name> for String {
+            fn eq(&self, value: &$name) -> bool {
+                self == value.as_str()
+            }
+        }
+
+        impl PartialEq<$name> for str {
+            fn eq(&self, value: &$name) -> bool {
+                self == value.as_str()
+            }
+        }
+    };
+}
+
+words! {
+    /// What became of a frame or a star: the column `status`.
+    Status: 4 {
+        /// Measured.
+        Ok = "ok",
+        /// Measured, and nothing found: the row has a limit.
+        Nondetection = "nondetection",
+        /// Not measured, or not used, because of what it is; the reason says why.
+        Rejected = "rejected",
+        /// Could not be read or measured.
+        Failed = "failed",
+    }
+}
+
+words! {
+    /// What may be done with a frame, from good to bad: the column `verdict`.
+    Verdict: 3 {
+        /// To be used as it is.
+        Use = "use",
+        /// To be looked at first.
+        Caution = "caution",
+        /// Not to be used.
+        Reject = "reject",
+    }
+}
+
+words! {
+    /// Which moment of the exposure the stamp marks that its time is from: the column `time_stamp`.
+    TimeStamp: 4 {
+        /// The start; half of EXPTIME was added.
+        Start = "start",
+        /// The middle.
+        Middle = "middle",
+        /// The end; half of EXPTIME was subtracted.
+        End = "end",
+        /// Start and end, two stamps.
+        StartAndEnd = "start_end",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Status, TimeStamp, Verdict};
+
+    #[test]
+    fn a_word_comes_back_as_its_value_and_no_other_text_does() {
+        for status in Status::ALL {
+            assert_eq!(Status::from_cell(status.as_str()), Some(status));
+            assert!(String::from(status) == status && *status.as_str() == status);
+        }
+        for stamp in TimeStamp::ALL {
+            assert_eq!(TimeStamp::from_cell(stamp.as_str()), Some(stamp));
+        }
+        assert!(Verdict::Use < Verdict::Caution && Verdict::Caution < Verdict::Reject);
+        assert_eq!(Verdict::from_cell("reject"), Some(Verdict::Reject));
+        for cell in ["", "OK", "okay", "use ", "rejected frames"] {
+            assert_eq!((Status::from_cell(cell), Verdict::from_cell(cell)), (None, None), "{cell:?}");
+        }
+    }
+}
