@@ -163,8 +163,9 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
         };
         let mut measured = cutout.flux(frame, background, &aperture, &outlined.snr1, s);
         take_off_chance(&mut measured.flux, &outlined);
-        // what is not seen without its hits consists of them
-        let of_hits = !(measured.flux.snr >= s.detect_sigma) && cutout.has_hit(&aperture);
+        // what is not seen without its hits, or is less than they are, consists of them
+        let hits_e = cutout.hit_light(&aperture);
+        let of_hits = hits_e.is_some_and(|e| !(measured.flux.snr >= s.detect_sigma) || e > measured.flux.flux_e);
         tries += 1;
         if !of_hits || tries >= MOST_HITS {
             break (outlined, aperture, measured);
@@ -195,7 +196,7 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
     }
     let at = (aperture.x - nx as f64, aperture.y - ny as f64);
     let rms_e = cutout.sky.rms(aperture.x, aperture.y);
-    if cutout.has_hit(&aperture) {
+    if cutout.hit_light(&aperture).is_some() {
         flux.flags.set(Flags::HIT);
     }
     let mut light = shape_of_light(&cutout, outline, *snr);

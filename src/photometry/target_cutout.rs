@@ -251,13 +251,17 @@ impl Cutout {
         self.mask(&pixels);
     }
 
-    /// Whether a hit lies in an aperture.
-    pub fn has_hit(&self, at: &Placed) -> bool {
+    /// What hits add to the light in an aperture \[e⁻\]; `None` without any.
+    pub fn hit_light(&self, at: &Placed) -> Option<f64> {
         let r = at.shape.bounding_radius_px();
         let (ny, nx) = self.hits.dim();
         let (columns, rows) = (cells(at.x - r, at.x + r, 0, nx), cells(at.y - r, at.y + r, 0, ny));
         let inside = |i: usize, j: usize| at.shape.contains(i as f64 - at.x, j as f64 - at.y);
-        rows.into_iter().any(|j| columns.clone().any(|i| self.hits[[j, i]] && inside(i, j)))
+        rows.into_iter()
+            .flat_map(|j| columns.clone().map(move |i| (i, j)))
+            .filter(|&(i, j)| self.hits[[j, i]] && inside(i, j))
+            .map(|(i, j)| f64::from(self.pixels[[j, i]]) - self.without_hit(i, j))
+            .reduce(|sum, e| sum + e)
     }
 
     fn seen(&self) -> Seen<'_> {

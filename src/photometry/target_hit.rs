@@ -21,6 +21,12 @@ const BESIDE_SIGMA: f64 = 3.0;
 const SHARPEST: f64 = 0.75;
 /// And this much where it is 2 px or less: there optics and pixels make the image, not the air.
 const SHARPEST_UNDERSAMPLED: f64 = 0.85;
+/// Where two neighbours of a star's pixel hold less than this much of it, a star is hardly wider than a pixel.
+const UNDERSAMPLED_RATIO: f64 = 1.0;
+/// A line this near the middle of a pixel is centred on it [px].
+const CENTRED_PX: f64 = 0.25;
+/// Threshold for lines of centred rows, of which there are many \[σ\].
+const CENTRED_SIGMA: f64 = 4.0;
 /// Directions of lines: a half turn in as many steps.
 const DIRECTIONS: usize = 16;
 /// Lengths of lines that are tried for the brightest pixels of a candidate \[px\].
@@ -28,7 +34,11 @@ const LENGTHS: [i64; 7] = [1, 2, 3, 5, 9, 17, 33];
 /// Lengths that are tried everywhere in a cutout \[px\].
 const SHORT_LENGTHS: usize = 4;
 /// Farthest neighbours a line is compared with \[px\].
-const FARTHEST_PX: usize = 4;
+const FARTHEST_PX: i64 = 4;
+/// So many of the lengths have a bound of their own.
+const BOUNDED: usize = 5;
+/// Lines of this length or more are bounded at their ends, too [px].
+const LONG_PX: i64 = 5;
 /// Two neighbours that need not hold more than this share of a star's pixels say nothing about them.
 const LEAST_RATIO: f64 = 0.05;
 /// Widths of lines \[px\]: light between two rows of pixels fills both.
@@ -40,43 +50,90 @@ const ROUNDS: usize = 6;
 
 /// What any image of the sky must obey, however it is made of stars.
 ///
-/// Any image is a sum of point sources seen through the point-spread function. For a symmetric one that falls off as a
-/// Gaussian does or more slowly, the mean of two pixels at ±d from a third is at least g(d) times the third: for one
-/// Gaussian at distance u the ratio is g(d) cosh(u d/s²) ≥ g(d), and what holds for each star holds for their sum, and
-/// for the sum over the pixels of a line. The same holds for two rows of pixels and the rows at distance d on both sides
-/// of them. The ratios are those of pixels that integrate the sharpest Gaussian, 0.75 to 0.85 FWHM wide.
+/// Any image is a sum of point sources seen through the point-spread function. Of one star the pixels at a distance d on
+/// both sides of a line of pixels hold at least r(d) times what the line itself holds, wherever the star is; what holds
+/// for each star holds for their sum. r is the least ratio over all places of the star, of pixels that integrate the
+/// sharpest Gaussian there may be, 0.75 to 0.85 FWHM wide.
 #[derive(Debug, Clone)]
 pub(crate) struct Sharpness {
-    /// For a line of each width: sum of the two pixels at a distance of 1, 2, … px over the sum of those between them.
-    ratios: [Vec<f64>; WIDTHS],
+    /// By angle from the nearest axis, width and length of the line; one entry per distance d = 1, 2, … px.
+    ratios: Vec<[[Vec<f64>; BOUNDED]; WIDTHS]>,
     /// The least mean of the eight neighbours over a pixel.
     around: f64,
 }
+
+/// The places beyond both ends of a line that count as beside it, from this length on: so a star beyond the end, of which
+/// the line holds a wing, is none of its own.
+fn ends(length: i64) -> Option<[i64; 2]> {
+    (length >= LONG_PX).then_some([-(length / 2) - 1, (length - 1) / 2 + 1])
+}
+
+/// Steps of the place of a star over a pixel.
+const SUBPIXELS: i64 = 4;
+/// A star farther from a pixel leaves nothing there [px].
+const STAR_REACH_PX: i64 = 24;
 
 impl Sharpness {
     /// Of stars of this FWHM \[px\].
     pub fn of(fwhm_px: f64) -> Self {
         let undersampled = (2.0 - 0.5 * fwhm_px).clamp(0.0, 1.0);
         let sharpest = SHARPEST + (SHARPEST_UNDERSAMPLED - SHARPEST) * undersampled;
-        let sigma = sharpest * fwhm_px / FWHM_PER_SIGMA;
-        let share = |at: f64| {
-            let edge = |x: f64| erf(x / (sigma * std::f64::consts::SQRT_2));
-            0.5 * (edge(at + 0.5) - edge(at - 0.5))
+        let root = sharpest * fwhm_px / FWHM_PER_SIGMA * std::f64::consts::SQRT_2;
+        let table: Vec<f64> = (0..=STAR_REACH_PX * SUBPIXELS)
+            .map(|k| k as f64 / SUBPIXELS as f64)
+            .map(|at| 0.5 * (erf((at + 0.5) / root) - erf((at - 0.5) / root)))
+            .collect();
+        // of a pixel at a distance in steps
+        let share = |steps: i64| table.get(steps.unsigned_abs() as usize).copied().unwrap_or(0.0);
+        let ratio = |slope: f64, width: i64, length: i64, d: i64| -> f64 {
+            let line: Vec<(i64, i64)> =
+                (-(length / 2)..=(length - 1) / 2).map(|t| (t, (t as f64 * slope).round() as i64)).collect();
+            let mut least = f64::INFINITY;
+            for x in SUBPIXELS * (-(length / 2) - 2)..=SUBPIXELS * ((length - 1) / 2 + 2) {
+                let across = (x as f64 * slope).round() as i64;
+                for y in across - SUBPIXELS..=across + SUBPIXELS * width {
+                    let (mut own, mut beside) = (0.0, 0.0);
+                    let at = |v: i64| share(SUBPIXELS * v - y);
+                    for &(t, v) in &line {
+                        let along = share(SUBPIXELS * t - x);
+                        own += along * (0..width).map(|k| at(v + k)).sum::<f64>();
+                        beside += along * (at(v - d) + at(v + width - 1 + d));
+                    }
+                    for t in ends(length).into_iter().flatten() {
+                        let v = (t as f64 * slope).round() as i64;
+                        beside += share(SUBPIXELS * t - x) * (v - d..v + width + d).map(at).sum::<f64>();
+                    }
+                    // what a star far from the line leaves on it is no test of its shape
+                    if own > 0.02 {
+                        least = f64::min(least, beside / own);
+                    }
+                }
+            }
+            least
         };
-        // a star in the middle has the least beside it; the integral over pixels does not change that, but is looked at
-        let ratio = |width: usize, d: usize| {
-            let (half, d) = (0.5 * (width as f64 - 1.0), d as f64);
-            let of_star_at = |u: f64| {
-                let own: f64 = (0..width).map(|k| share(k as f64 - half - u)).sum();
-                (share(half + d - u) + share(half + d + u)) / own
-            };
-            (0..=20).map(|k| of_star_at(0.05 * f64::from(k))).fold(f64::INFINITY, f64::min)
-        };
-        let ratios = [1, 2].map(|width| {
-            (1..=FARTHEST_PX).map(|d| ratio(width, d)).take_while(|r| *r > LEAST_RATIO).collect::<Vec<f64>>()
-        });
-        let g = 0.5 * ratio(1, 1);
+        let ratios = (0..=DIRECTIONS / 4)
+            .map(|k| {
+                let slope = (std::f64::consts::PI * k as f64 / DIRECTIONS as f64).tan();
+                [1, 2].map(|width| {
+                    std::array::from_fn(|l| {
+                        (1..=FARTHEST_PX)
+                            .map(|d| ratio(slope, width, LENGTHS[l], d))
+                            .take_while(|r| *r > LEAST_RATIO)
+                            .collect()
+                    })
+                })
+            })
+            .collect();
+        let g = share(SUBPIXELS) / share(0);
         Self { ratios, around: 0.5 * (g + g * g) }
+    }
+
+    /// What a line of a direction, width and length may at most hold: the entries of `ratios`.
+    fn ratios(&self, direction: usize, width: i64, length: usize) -> &[f64] {
+        let quarter = DIRECTIONS / 2;
+        let angle = (direction % quarter).min(quarter - direction % quarter);
+        // a longer line has no other least ratio: that of a star at its end
+        &self.ratios[angle][width as usize - 1][length.min(BOUNDED - 1)]
     }
 }
 
@@ -135,39 +192,93 @@ impl Seen<'_> {
                 let across = (t as f64 * slope).round() as i64 + v;
                 if flat { (i + t, j + across) } else { (i + across, j + t) }
             };
-            for (width, ratios) in (1i64..).zip(&self.sharpness.ratios) {
-                for (d, ratio) in (1i64..).zip(ratios) {
-                    let (mut excess, mut variance, mut line) = (0.0, 0.0, Vec::new());
-                    let mut done = 0;
-                    for &length in lengths {
-                        // the longer line adds pixels at both ends
-                        let is_new = |t: &i64| done == 0 || *t < -(done / 2) || *t > (done - 1) / 2;
-                        for t in (-(length / 2)..=(length - 1) / 2).filter(is_new) {
-                            let value = |v: i64| self.neighbour(at(t, v).0, at(t, v).1);
-                            let own = (0..width).try_fold(0.0, |sum, v| {
-                                self.above(at(t, v).0, at(t, v).1).map(|value| sum + value)
-                            });
-                            let (Some(own), Some(one), Some(other)) = (own, value(-d), value(width - 1 + d)) else {
-                                continue;
-                            };
-                            let beside = one + other;
-                            excess += own - beside / ratio;
-                            variance += width as f64 * noise
-                                + beside.max(0.0) / ratio
-                                + (2.0 * noise + beside.max(0.0)) / (ratio * ratio);
-                            line.extend((0..width).map(|v| at(t, v)));
+            for (width, d) in (1..=WIDTHS as i64).flat_map(|w| (1..=FARTHEST_PX).map(move |d| (w, d))) {
+                let (mut own, mut beside, mut n, mut line) = (0.0, 0.0, 0.0, Vec::new());
+                let mut done = 0;
+                for (l, &length) in lengths.iter().enumerate() {
+                    let Some(ratio) = self.sharpness.ratios(k, width, l).get(d as usize - 1) else { continue };
+                    // the longer line adds pixels at both ends
+                    let is_new = |t: &i64| done == 0 || *t < -(done / 2) || *t > (done - 1) / 2;
+                    for t in (-(length / 2)..=(length - 1) / 2).filter(is_new) {
+                        let value = |v: i64| self.neighbour(at(t, v).0, at(t, v).1);
+                        let light = (0..width)
+                            .try_fold(0.0, |sum, v| self.above(at(t, v).0, at(t, v).1).map(|value| sum + value));
+                        let (Some(light), Some(one), Some(other)) = (light, value(-d), value(width - 1 + d)) else {
+                            continue;
+                        };
+                        (own, beside, n) = (own + light, beside + one + other, n + 1.0);
+                        line.extend((0..width).map(|v| at(t, v)));
+                    }
+                    done = length;
+                    let (mut around, mut pixels) = (beside, 2.0 * n);
+                    for t in ends(length).into_iter().flatten() {
+                        for v in -d..width + d {
+                            let (x, y) = at(t, v);
+                            if let Some(value) = self.neighbour(x, y) {
+                                (around, pixels) = (around + value, pixels + 1.0);
+                            }
                         }
-                        done = length;
-                        let s = excess / f64::sqrt(variance);
-                        if s > sigma && best.as_ref().is_none_or(|b| s > b.0) {
-                            best = Some((s, line.clone()));
-                        }
+                    }
+                    let allowed = around.max(0.0) / ratio;
+                    let variance =
+                        noise * (n * width as f64 + pixels / (ratio * ratio)) + allowed * (1.0 + 1.0 / ratio);
+                    let s = (own - around / ratio) / f64::sqrt(variance);
+                    if s > sigma && best.as_ref().is_none_or(|b| s > b.0) {
+                        best = Some((s, line.clone()));
                     }
                 }
             }
         }
         let (_, line) = best?;
         // of the line, what is light at all
+        let light = |&(x, y): &(i64, i64)| self.above(x, y).is_some_and(|v| v > noise.sqrt());
+        Some(line.into_iter().filter(light).map(|(x, y)| (x as usize, y as usize)).collect())
+    }
+
+    /// As [`Self::sharp_line`] where a star is hardly wider than a pixel: of a straight line through the pixel only those
+    /// rows that it crosses near the middle of a pixel, for between two pixels a track looks as a star does.
+    fn sharp_where_centred(&self, (i, j): (usize, usize), sigma: f64) -> Option<Vec<(usize, usize)>> {
+        let ratio = *self.sharpness.ratios(0, 1, 0).first().filter(|r| **r < UNDERSAMPLED_RATIO)?;
+        let (i, j) = (i as i64, j as i64);
+        let noise = self.sky.rms(i as f64, j as f64).powi(2);
+        let mut best: Option<(f64, Vec<(i64, i64)>)> = None;
+        for k in 0..2 * DIRECTIONS {
+            let theta = std::f64::consts::PI * k as f64 / (2 * DIRECTIONS) as f64;
+            let (sin, cos) = theta.sin_cos();
+            let flat = cos.abs() >= sin.abs();
+            let slope = if flat { sin / cos } else { cos / sin };
+            for offset in [-0.25, 0.0, 0.25] {
+                let (mut own, mut beside, mut n, mut line, mut done) = (0.0, 0.0, 0.0, Vec::new(), 0);
+                for &length in &LENGTHS[3..] {
+                    let is_new = |t: &i64| done == 0 || *t < -(done / 2) || *t > (done - 1) / 2;
+                    for t in (-(length / 2)..=(length - 1) / 2).filter(is_new) {
+                        let exact = t as f64 * slope + offset;
+                        let across = exact.round() as i64;
+                        let at = |v: i64| if flat { (i + t, j + across + v) } else { (i + across + v, j + t) };
+                        // where it lies between two pixels both are of the line, and neither is counted
+                        line.push(at(0));
+                        if (exact - across as f64).abs() > CENTRED_PX {
+                            line.push(at(if exact > across as f64 { 1 } else { -1 }));
+                            continue;
+                        }
+                        let value = |v: i64| self.neighbour(at(v).0, at(v).1);
+                        let (Some(light), Some(one), Some(other)) = (self.above(at(0).0, at(0).1), value(-1), value(1))
+                        else {
+                            continue;
+                        };
+                        (own, beside, n) = (own + light, beside + one + other, n + 1.0);
+                    }
+                    done = length;
+                    let allowed = beside.max(0.0) / ratio;
+                    let variance = n * noise * (1.0 + 2.0 / (ratio * ratio)) + allowed * (1.0 + 1.0 / ratio);
+                    let s = (own - beside / ratio) / f64::sqrt(variance);
+                    if s > sigma && best.as_ref().is_none_or(|b| s > b.0) {
+                        best = Some((s, line.clone()));
+                    }
+                }
+            }
+        }
+        let (_, line) = best?;
         let light = |&(x, y): &(i64, i64)| self.above(x, y).is_some_and(|v| v > noise.sqrt());
         Some(line.into_iter().filter(light).map(|(x, y)| (x as usize, y as usize)).collect())
     }
@@ -232,8 +343,10 @@ pub(crate) fn hits_among(seen: &Seen, mut pixels: Vec<(usize, usize)>) -> Vec<(u
     pixels.sort_by(|p, q| above(q).total_cmp(&above(p)).then(p.cmp(q)));
     pixels.truncate(BRIGHTEST);
     let sigma = if beside_a_hit { BESIDE_SIGMA } else { CANDIDATE_SIGMA };
-    let mut found: Vec<(usize, usize)> =
-        pixels.into_iter().filter_map(|at| seen.sharp_line(at, &LENGTHS, sigma)).flatten().collect();
+    let sharp = |at: (usize, usize)| {
+        seen.sharp_line(at, &LENGTHS, sigma).or_else(|| seen.sharp_where_centred(at, sigma.max(CENTRED_SIGMA)))
+    };
+    let mut found: Vec<(usize, usize)> = pixels.into_iter().filter_map(sharp).flatten().collect();
     found.sort_unstable_by_key(|(i, j)| (*j, *i));
     found.dedup();
     found
