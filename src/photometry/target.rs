@@ -17,7 +17,7 @@ use crate::photometry::surface_brightness::brightest_disc;
 use crate::photometry::target_cutout::{Cutout, Placed};
 use crate::photometry::target_enclose::enclosing;
 use crate::photometry::target_flux::{Measured, circle_at};
-use crate::photometry::target_search::{Significances, best_candidate};
+use crate::photometry::target_search::{SCALES, Significances, best_candidate};
 use crate::photometry::target_segment::{Segment, scales_needed, segment};
 use crate::photometry::target_shape::{Ellipse, moments, outline_moments};
 pub use crate::photometry::trail_known::KnownDirection;
@@ -118,6 +118,8 @@ const FAINT_REACH_FWHM: f64 = 8.0;
 const WIDE_SCALE: usize = 2;
 /// The aperture is nowhere narrower than this many FWHM to each side.
 const LEAST_FWHM: f64 = 1.5;
+/// Searches of a frame, each without the hits that the one before took for the target.
+const MOST_HITS: usize = 40;
 /// Among trails a wide spot whose whole light is less significant than this is what a trail left.
 const LEAST_SNR: f64 = 3.0;
 /// Above this ratio of the axes a target is called elongated.
@@ -147,17 +149,30 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
     let Some(mut cutout) = Cutout::new(frame, s) else {
         return limit_without_cutout(frame, background, s);
     };
-    let Some(first) = outlined(&cutout, frame, s) else { return limit(cutout, frame, background, s) };
-    let Some(aperture) = aperture(&cutout, &first.segment, s) else { return limit(cutout, frame, background, s) };
-    // once more with the target kept out of the sky and of the trails' profiles
-    let around = if first.snr < FAINT_SNR && cutout.strips.is_some() { FAINT_REACH_FWHM * s.fwhm_px } else { 0.0 };
-    cutout.keep_out(&Placed { shape: aperture.shape.grown(around), ..aperture });
-    let outlined = outlined(&cutout, frame, s)
-        .unwrap_or_else(|| Outlined { snr1: cutout.layers().significance(cutout.fwhm_cells(), 1, None), ..first });
-    let Outlined { segment: outline, snr1, snr, .. } = &outlined;
-    let Some(aperture) = self::aperture(&cutout, outline, s) else { return limit(cutout, frame, background, s) };
-    let Measured { mut flux, under, net, net_origin } = cutout.flux(frame, background, &aperture, snr1, s);
-    take_off_chance(&mut flux, &outlined);
+    let mut tries = 0;
+    let (outlined, aperture, Measured { mut flux, under, net, net_origin }) = loop {
+        let Some(first) = outlined(&mut cutout, frame, s) else { return limit(cutout, frame, background, s) };
+        let Some(aperture) = aperture(&cutout, &first.segment, s) else { return limit(cutout, frame, background, s) };
+        // once more with the target kept out of the sky and of the trails' profiles
+        let around = if first.snr < FAINT_SNR && cutout.strips.is_some() { FAINT_REACH_FWHM * s.fwhm_px } else { 0.0 };
+        cutout.keep_out(&Placed { shape: aperture.shape.grown(around), ..aperture });
+        let outlined = outlined(&mut cutout, frame, s)
+            .unwrap_or_else(|| Outlined { snr1: cutout.layers().significance(cutout.fwhm_cells(), 1, None), ..first });
+        let Some(aperture) = self::aperture(&cutout, &outlined.segment, s) else {
+            return limit(cutout, frame, background, s);
+        };
+        let mut measured = cutout.flux(frame, background, &aperture, &outlined.snr1, s);
+        take_off_chance(&mut measured.flux, &outlined);
+        // what is not seen without its hits, or is less than they are, consists of them
+        let hits_e = cutout.hit_light(&aperture);
+        let of_hits = hits_e.is_some_and(|e| !(measured.flux.snr >= s.detect_sigma) || e > measured.flux.flux_e);
+        tries += 1;
+        if !of_hits || tries >= MOST_HITS {
+            break (outlined, aperture, measured);
+        }
+        cutout.mask_cells(&outlined.segment.cells());
+    };
+    let Outlined { segment: outline, snr, .. } = &outlined;
     let spot = cutout.strips.is_some() && outlined.scale >= WIDE_SCALE && flux.snr < LEAST_SNR;
     if spot || !flux.flux_e.is_finite() {
         return limit(cutout, frame, background, s);
@@ -181,8 +196,7 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
     }
     let at = (aperture.x - nx as f64, aperture.y - ny as f64);
     let rms_e = cutout.sky.rms(aperture.x, aperture.y);
-    let inside = |&(i, j): &(usize, usize)| aperture.shape.contains(i as f64 - aperture.x, j as f64 - aperture.y);
-    if cutout.hits.iter().any(inside) {
+    if cutout.hit_light(&aperture).is_some() {
         flux.flags.set(Flags::HIT);
     }
     let mut light = shape_of_light(&cutout, outline, *snr);
@@ -206,12 +220,22 @@ struct Outlined {
     scale: usize,
 }
 
-fn outlined(cutout: &Cutout, frame: &Frame<Electrons>, s: &TargetSettings) -> Option<Outlined> {
-    let layers = cutout.layers();
-    let mut snrs = Significances::new(&layers, cutout.fwhm_cells());
-    let found = best_candidate(cutout, &mut snrs, frame, s)?;
-    let segment = segment(cutout, &layers, snrs.first(scales_needed(&found)), &found);
-    Some(Outlined { segment, snr1: snrs.at_scale.swap_remove(0), snr: found.snr, scale: found.scale })
+/// The most likely target, after the hits that looked like one have been masked, one after the other.
+fn outlined(cutout: &mut Cutout, frame: &Frame<Electrons>, s: &TargetSettings) -> Option<Outlined> {
+    for _ in 0..MOST_HITS {
+        let layers = cutout.layers();
+        let mut snrs = Significances::new(&layers, cutout.fwhm_cells());
+        let found = best_candidate(cutout, &mut snrs, frame, s)?;
+        if cutout.mask_hits(&found.pixels, SCALES[found.scale]) {
+            continue;
+        }
+        let segment = segment(cutout, &layers, snrs.first(scales_needed(&found)), &found);
+        if cutout.mask_hits(&segment.cells(), 1) {
+            continue;
+        }
+        return Some(Outlined { segment, snr1: snrs.at_scale.swap_remove(0), snr: found.snr, scale: found.scale });
+    }
+    None
 }
 
 /// Takes off what the choice of the aperture added: it lies where the noise helped.

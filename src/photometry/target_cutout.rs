@@ -10,7 +10,7 @@ use crate::photometry::aperture::{Bounds, Shape, cells};
 use crate::photometry::smooth::{Kernel, smooth_image};
 use crate::photometry::target::TargetSettings;
 use crate::photometry::target_cells::{Cells, Layers, row_of};
-use crate::photometry::target_hit::hits;
+use crate::photometry::target_hit::{Seen, Sharpness, hits, hits_among};
 use crate::photometry::target_sky::{Block, Surface, blocks};
 use crate::photometry::trail::trail_direction;
 use crate::photometry::trail_bend::Bend;
@@ -38,8 +38,9 @@ pub(crate) struct Cutout {
     pub pixels: Array2<f32>,
     blocks: Vec<Block>,
     pub sky: Surface,
-    /// Pixels sharper than a star.
-    pub hits: Vec<(usize, usize)>,
+    /// Where pixels are sharper than a star.
+    pub hits: Array2<bool>,
+    sharpness: Sharpness,
     /// The pixels less the sky, in cells.
     pub net: Cells,
     /// Scatter of a sky pixel in the middle \[e⁻\].
@@ -91,7 +92,8 @@ impl Cutout {
             [columns.start == bounds.x0, columns.end == bounds.x1, rows.start == bounds.y0, rows.end == bounds.y1];
         let blocks = blocks(&pixels, ((BLOCK_FWHM * s.fwhm_px).round() as usize).clamp(8, 48));
         let sky = Surface::fit(&blocks, pixels.dim(), |_| false);
-        let hits = hits(&pixels, &sky, s.fwhm_px);
+        let sharpness = Sharpness::of(s.fwhm_px);
+        let hits = hits(&pixels, &sky, &sharpness);
         let net = cells_above(&pixels, &sky, &hits, s.fwhm_px);
         let none = Array2::zeros(net.mean.dim());
         let rms_e = noise_of(&sky, pixels.dim());
@@ -104,6 +106,7 @@ impl Cutout {
             blocks,
             sky,
             hits,
+            sharpness,
             net,
             rms_e,
             fwhm_px,
@@ -217,6 +220,84 @@ impl Cutout {
         (self.light, self.unsure, self.flicker) = (light, unsure, flicker);
     }
 
+    /// Masks the hits among the brightest pixels of what may be the target, given in squares of `rebin` cells; whether
+    /// there were any.
+    pub fn mask_hits(&mut self, squares: &[(usize, usize)], rebin: usize) -> bool {
+        let (ny, nx) = self.pixels.dim();
+        let side = rebin * self.net.bin;
+        let span = |k: usize, n: usize| (k * side).min(n)..((k + 1) * side).min(n);
+        let inside =
+            squares.iter().flat_map(|&(i, j)| span(j, ny).flat_map(move |y| span(i, nx).map(move |x| (x, y)))).collect();
+        let found = hits_among(&self.seen(), inside);
+        self.mask(&found);
+        !found.is_empty()
+    }
+
+    /// Takes pixels for hits.
+    fn mask(&mut self, found: &[(usize, usize)]) {
+        for &(i, j) in found {
+            self.hits[[j, i]] = true;
+        }
+        found.iter().for_each(|&(i, j)| self.renew_cell(i / self.net.bin, j / self.net.bin));
+    }
+
+    /// Takes all of an outline for the remainder of hits.
+    pub fn mask_cells(&mut self, cells: &[(usize, usize)]) {
+        let bin = self.net.bin;
+        let pixels: Vec<(usize, usize)> = cells
+            .iter()
+            .flat_map(|&(i, j)| (0..bin).flat_map(move |y| (0..bin).map(move |x| (i * bin + x, j * bin + y))))
+            .collect();
+        self.mask(&pixels);
+    }
+
+    /// What hits add to the light in an aperture \[e⁻\]; `None` without any.
+    pub fn hit_light(&self, at: &Placed) -> Option<f64> {
+        let r = at.shape.bounding_radius_px();
+        let (ny, nx) = self.hits.dim();
+        let (columns, rows) = (cells(at.x - r, at.x + r, 0, nx), cells(at.y - r, at.y + r, 0, ny));
+        let inside = |i: usize, j: usize| at.shape.contains(i as f64 - at.x, j as f64 - at.y);
+        rows.into_iter()
+            .flat_map(|j| columns.clone().map(move |i| (i, j)))
+            .filter(|&(i, j)| self.hits[[j, i]] && inside(i, j))
+            .map(|(i, j)| f64::from(self.pixels[[j, i]]) - self.without_hit(i, j))
+            .reduce(|sum, e| sum + e)
+    }
+
+    fn seen(&self) -> Seen<'_> {
+        Seen { pixels: &self.pixels, sky: &self.sky, sharpness: &self.sharpness, hits: &self.hits }
+    }
+
+    /// A pixel \[e⁻\]; that of a hit is the mean of those around it.
+    pub fn without_hit(&self, i: usize, j: usize) -> f64 {
+        let own = f64::from(self.pixels[[j, i]]);
+        if !self.hits[[j, i]] {
+            return own;
+        }
+        let filled = self.seen().filled(i as i64, j as i64);
+        filled.map_or(own, |above| above + self.sky.level(i as f64, j as f64)).min(own)
+    }
+
+    /// The mean of a cell once more, after pixels of it have been masked.
+    fn renew_cell(&mut self, i: usize, j: usize) {
+        let bin = self.net.bin;
+        let (my, mx) = self.net.mean.dim();
+        if i >= mx || j >= my {
+            return;
+        }
+        let (mut sum, mut n) = (0.0, 0usize);
+        for y in j * bin..(j + 1) * bin {
+            for x in i * bin..(i + 1) * bin {
+                let v = self.pixels[[y, x]];
+                if v.is_finite() && !self.hits[[y, x]] {
+                    sum += f64::from(v) - self.sky.level(x as f64, y as f64);
+                    n += 1;
+                }
+            }
+        }
+        self.net.mean[[j, i]] = if 2 * n >= bin * bin { (sum / n as f64) as f32 } else { f32::NAN };
+    }
+
     /// The cells without sky and trails; NaN where they are bad.
     pub fn residual(&self) -> Array2<f32> {
         &self.net.mean - &self.light
@@ -250,15 +331,11 @@ fn noise_of(sky: &Surface, (ny, nx): (usize, usize)) -> f64 {
 }
 
 /// The pixels above the sky, in cells; hits do not count.
-fn cells_above(pixels: &Array2<f32>, sky: &Surface, hits: &[(usize, usize)], fwhm_px: f64) -> Cells {
-    // row by row, as the hits come
-    let mut hits = hits.iter().peekable();
+fn cells_above(pixels: &Array2<f32>, sky: &Surface, hits: &Array2<bool>, fwhm_px: f64) -> Cells {
     Cells::of_lines(pixels.dim(), fwhm_px, |j, out| {
         sky.row(j, out);
-        out.iter_mut().zip(row_of(pixels, j)).for_each(|(o, v)| *o = v - *o);
-        while let Some((i, _)) = hits.next_if(|hit| hit.1 <= j) {
-            out[*i] = f32::NAN;
-        }
+        let row = row_of(pixels, j).iter().zip(row_of(hits, j));
+        out.iter_mut().zip(row).for_each(|(o, (v, hit))| *o = if *hit { f32::NAN } else { v - *o });
     })
 }
 

@@ -6,6 +6,7 @@ mod photometry_scene;
 
 mod aperture;
 mod background;
+mod cosmic;
 mod detect;
 mod flags;
 mod flux;

@@ -1,0 +1,162 @@
+//! Tracks of cosmic rays are not reported as the satellite, and real points as sharp as the pixels allow are kept.
+#![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests, too
+
+use crate::photometry_scene;
+
+use photometry_scene::Scene;
+use photometry_scene::tracks::Track;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha12Rng;
+use rayon::prelude::*;
+use satphot::photometry::Flags;
+use satphot::photometry::background::background;
+use satphot::photometry::target::{TargetFound, TargetSettings, measure_target};
+
+const SKY: f64 = 60.0;
+const READ_NOISE: f64 = 2.0;
+/// Scatter of a sky pixel.
+const SIGMA: f64 = 8.0;
+/// Side of a frame, and the radius of the search in it [px].
+const SIDE: usize = 240;
+const SEARCH: f64 = 60.0;
+const HITS: usize = 4;
+
+fn settings(fwhm: f64) -> TargetSettings {
+    TargetSettings {
+        x_px: SIDE as f64 / 2.0,
+        y_px: SIDE as f64 / 2.0,
+        search_radius_px: SEARCH,
+        detect_sigma: 5.0,
+        margin_px: 1.5 * fwhm,
+        limit_r_px: 2.0 * fwhm,
+        fwhm_px: fwhm,
+        sky_in_px: 3.0 * fwhm,
+        sky_out_px: 5.0 * fwhm,
+        clip_sigma: 3.0,
+        shape: satphot::config::ApertureShape::Auto,
+        contam_frac: 0.05,
+        trail_direction: None,
+    }
+}
+
+/// Flux at which a point has the given signal-to-noise in a circle of 2 FWHM.
+fn flux_of_snr(snr: f64, fwhm: f64) -> f64 {
+    let variance = std::f64::consts::PI * (2.0 * fwhm).powi(2) * SIGMA * SIGMA;
+    0.5 * (snr * snr + (snr.powi(4) + 4.0 * snr * snr * variance).sqrt())
+}
+
+/// A place in the search region.
+fn place(rng: &mut ChaCha12Rng) -> (f64, f64) {
+    let (r, angle) = (SEARCH * rng.random::<f64>().sqrt() * 0.97, rng.random_range(0.0..std::f64::consts::TAU));
+    (SIDE as f64 / 2.0 + r * angle.cos(), SIDE as f64 / 2.0 + r * angle.sin())
+}
+
+/// What became of frames.
+#[derive(Debug, Default, Clone, Copy)]
+struct Tally {
+    frames: usize,
+    /// Reported where nothing is but a track.
+    false_detections: usize,
+    /// The target, where there is one.
+    found: usize,
+    /// Of the found: without a flag of a hit, and yet off by more than 4 σ.
+    wrong: usize,
+    /// Of the found: flagged.
+    flagged: usize,
+}
+
+fn frames(n: u64, fwhm: f64, snr: Option<(f64, f64)>, hits: usize, seed: u64) -> Tally {
+    (0..n)
+        .into_par_iter()
+        .map(|k| {
+            let mut rng = ChaCha12Rng::seed_from_u64(seed + 7919 * k);
+            let mut scene = Scene::new(SIDE, SIDE, SKY);
+            let target = snr.map(|(from, to)| {
+                let flux = flux_of_snr(from * (to / from).powf(rng.random()), fwhm);
+                let (x, y) = place(&mut rng);
+                scene.star(x, y, flux, fwhm);
+                (x, y, flux)
+            });
+            let mut frame = scene.expose(READ_NOISE, seed + 7919 * k + 1);
+            let mut any = || {
+                let at = place(&mut rng);
+                Track::any(&mut rng, at)
+            };
+            let tracks: Vec<Track> = (0..hits).map(|_| any()).collect();
+            tracks.iter().for_each(|t| t.strike(&mut frame.pixels, &mut rng));
+            let mut tally = Tally { frames: 1, ..Tally::default() };
+            let sky = background(&frame, 64, 3.0).unwrap();
+            if let TargetFound::Detected { flux, x_px, y_px, .. } = measure_target(&frame, &sky, &settings(fwhm))
+                && flux.snr >= 5.0
+            {
+                let here = target.filter(|t| (t.0 - x_px).hypot(t.1 - y_px) < 1.0f64.max(fwhm));
+                if let Some((_, _, truth)) = here {
+                    tally.found = 1;
+                    tally.flagged = usize::from(flux.flags.has(Flags::HIT));
+                    let off = (flux.flux_e - truth).abs() > 4.0 * flux.flux_err_e;
+                    tally.wrong = usize::from(off && tally.flagged == 0);
+                } else {
+                    tally.false_detections = 1;
+                    if std::env::var_os("OUTLIERS").is_some() {
+                        let near = tracks.iter().min_by(|a, b| a.distance(x_px, y_px).total_cmp(&b.distance(x_px, y_px)));
+                        let near = near.map(|t| (t.path.len() as f64 * 0.05, t.charge_e, t.distance(x_px, y_px)));
+                        println!(
+                            "  FWHM {fwhm} frame {k}: S/N {:.1} flux {:.0} at {x_px:.1} {y_px:.1}, {} flags {}, target {target:.0?}, next track (length, charge, distance) {near:.1?}",
+                            flux.snr, flux.flux_e, flux.shape.name(), flux.flags
+                        );
+                    }
+                }
+            }
+            tally
+        })
+        .reduce(Tally::default, |a, b| Tally {
+            frames: a.frames + b.frames,
+            false_detections: a.false_detections + b.false_detections,
+            found: a.found + b.found,
+            wrong: a.wrong + b.wrong,
+            flagged: a.flagged + b.flagged,
+        })
+}
+
+#[test]
+#[ignore = "minutes; run by scripts/prove_target.sh"]
+fn tracks_in_a_thousand_frames() {
+    let n = std::env::var("FRAMES").ok().and_then(|v| v.parse().ok()).unwrap_or(1000);
+    let widths: Vec<f64> = match std::env::var("FWHM") {
+        Ok(list) => list.split(',').map(|w| w.parse().unwrap()).collect(),
+        Err(_) => vec![1.5, 2.0, 2.5, 3.0, 4.0, 6.0, 10.0],
+    };
+    println!("FWHM  target   hits  frames  false  found  flagged  wrong");
+    for fwhm in widths {
+        for (name, snr, hits) in [
+            ("none", None, HITS),
+            ("S/N 5-50", Some((5.0, 50.0)), HITS),
+            ("S/N 5-50", Some((5.0, 50.0)), 0),
+        ] {
+            let t = frames(n, fwhm, snr, hits, 1_000_003);
+            println!(
+                "{fwhm:4.1}  {name:8} {hits:4} {:7} {:6} {:6} {:8} {:6}",
+                t.frames, t.false_detections, t.found, t.flagged, t.wrong
+            );
+        }
+    }
+}
+
+pub fn dump() {
+    let (fwhm, seed, k) = (2.5, 1_000_003u64, 0u64);
+    for (k, cx, cy, snr) in [(0u64, 148usize, 82usize, None), (20, 72, 129, None), (27, 137, 158, None), (9,139,103,None)] {
+    let mut rng = ChaCha12Rng::seed_from_u64(seed + 7919 * k);
+    let mut scene = Scene::new(SIDE, SIDE, SKY);
+    let _: Option<f64> = snr;
+    let _ = (&mut scene, fwhm);
+    let mut frame = scene.expose(READ_NOISE, seed + 7919 * k + 1);
+    let mut any = || { let at = place(&mut rng); Track::any(&mut rng, at) };
+    let tracks: Vec<Track> = (0..HITS).map(|_| any()).collect();
+    tracks.iter().for_each(|t| t.strike(&mut frame.pixels, &mut rng));
+    println!("frame {k}");
+    for j in cy - 9..cy + 10 {
+        println!("{j:4}: {}", (cx - 12..cx + 13).map(|i| format!("{:5.0}", frame.pixels[[j, i]] - 60.0)).collect::<String>());
+    }
+    }
+    let _ = k;
+}
