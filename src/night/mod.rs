@@ -15,6 +15,7 @@ pub mod detector_report;
 pub mod effective;
 pub mod explain;
 pub mod header_checks;
+pub mod identity;
 pub mod inspect;
 mod inspect_wcs;
 pub mod light_class;
