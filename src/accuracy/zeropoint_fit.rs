@@ -43,7 +43,17 @@ pub(super) fn night(seed: u64, spoilt_frac: f64) -> Vec<StarMeasurement> {
                 y += (0.8 + 0.6 * normal(&mut rng)).abs();
             }
             let inst_mag = v_mag + y;
-            StarMeasurement { inst_mag, inst_err_mag, v_mag, v_err_mag, b_v_mag, b_v_err_mag: 0.0, airmass, pointing }
+            StarMeasurement {
+                inst_mag,
+                inst_err_mag,
+                v_mag,
+                v_err_mag,
+                b_v_mag,
+                b_v_err_mag: 0.0,
+                airmass,
+                pointing,
+                star: None,
+            }
         })
         .collect()
 }

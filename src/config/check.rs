@@ -143,6 +143,12 @@ impl Config {
         range("zeropoint.target_b_v_mag", z.target_b_v_mag, -1.0, 4.0, "mag")?;
         range("zeropoint.target_b_v_err_mag", z.target_b_v_err_mag, 0.0, 4.0, "mag")?;
         range("zeropoint.previous_err_mag", z.previous_err_mag, 0.0, 5.0, "mag")?;
+        range("zeropoint.pointing_scatter_prior_mag", z.pointing_scatter_prior_mag, 0.0, 1.0, "mag")?;
+        range("zeropoint.no_flat_err_mag", z.no_flat_err_mag, 0.0, 1.0, "mag")?;
+        range("zeropoint.k_prior.value", z.k_prior.value, 0.0, 5.0, "mag/airmass")?;
+        range("zeropoint.k_prior.err", z.k_prior.err, 1e-4, 5.0, "mag/airmass")?;
+        range("zeropoint.c_prior.value", z.c_prior.value, -5.0, 5.0, "mag/mag")?;
+        range("zeropoint.c_prior.err", z.c_prior.err, 1e-4, 5.0, "mag/mag")?;
         for (key, pin) in [("zeropoint.pin_k", &z.pin_k), ("zeropoint.pin_c", &z.pin_c)] {
             if let Some(pin) = pin {
                 range(&format!("{key}.value"), pin.value, -10.0, 10.0, "mag")?;

@@ -230,7 +230,7 @@ pub enum Estimator {
 }
 
 /// A term held at a value, or pulled to it when an error is given.
-#[derive(Debug, Clone, Copy, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pin {
     /// The value \[mag, or mag per airmass, or mag per mag\].
@@ -256,6 +256,16 @@ pub struct Zeropoint {
     /// Colour term held or pulled \[mag/mag\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pin_c: Option<Pin>,
+    /// Extinction and its error where the stars cannot tell it \[mag/airmass\]: V at sites from sea level to 2600 m
+    /// (0.12 Paranal, Patat et al. 2011, A&A 527, A91; 0.13 La Silla; 0.2 at sea level, Hayes & Latham 1975).
+    pub k_prior: Pin,
+    /// Colour term and its error where the stars cannot tell it \[mag/mag\]: a V filter has |C| < 0.1, an unfiltered
+    /// camera up to 0.3.
+    pub c_prior: Pin,
+    /// How much pointings of this site scatter \[mag\], rms: enters where fewer than ten pointings tell it.
+    pub pointing_scatter_prior_mag: f64,
+    /// Error of a magnitude by the vignetting of frames without flats \[mag\]: 0.02 measured within the clip circle.
+    pub no_flat_err_mag: f64,
     /// Fit the second-order term k'' X (B-V) as well.
     pub second_order: bool,
     /// Error added when the zeropoint is that of another night: how much photometric nights differ \[mag\].
@@ -291,6 +301,10 @@ impl Default for Zeropoint {
             previous: None,
             pin_k: None,
             pin_c: None,
+            k_prior: Pin { value: 0.15, err: 0.05 },
+            c_prior: Pin { value: 0.0, err: 0.2 },
+            pointing_scatter_prior_mag: 0.03,
+            no_flat_err_mag: 0.02,
             second_order: false,
             previous_err_mag: 0.03,
             weighted: true,

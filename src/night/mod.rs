@@ -16,6 +16,7 @@ pub mod effective;
 pub mod explain;
 pub mod header_checks;
 pub mod header_warnings;
+pub mod identity;
 pub mod inspect;
 mod inspect_wcs;
 mod instrument;

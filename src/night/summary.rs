@@ -259,6 +259,11 @@ pub fn zeropoint_text(zeropoint: Option<&Zeropoint>, source: &str) -> String {
         "           {model}, V_inst of e-/s; N {} used, {} outliers, rms {:.4} mag; {}",
         z.n_used, z.n_rejected, z.rms_mag, source
     );
+    if z.n_stars > 0 {
+        let [zp, k, c] = z.multipliers_95();
+        let words = z.n_words();
+        let _ = writeln!(t, "           {words}; 95 %: the errors of ZP, k and C times {zp:.2}, {k:.2} and {c:.2}");
+    }
     if z.pointing_scatter_mag.is_finite() {
         let chance = z.pointing_p_value.map(|p| format!(", p {p:.3} that they agree")).unwrap_or_default();
         let _ = writeln!(

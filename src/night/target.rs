@@ -366,8 +366,8 @@ fn flux_columns(row: &mut PhotometryRow, flux: &Flux, well_e: f64) {
 /// Instrumental to calibrated magnitudes, V = V_inst − ZP − k X − C (B−V).
 ///
 /// The systematic error joins the zeropoint's propagated covariance at this airmass and colour, the scatter of one line
-/// of sight as the pointings show it, the colour of the target, the gain table, the aperture correction and, where the
-/// zeropoint is of another night, how much nights differ; the random error is the flux's own.
+/// of sight as the pointings show it, the colour of the target, the gain table, the aperture correction, the vignetting of
+/// a frame without flat and, where the zeropoint is of another night, how much nights differ; the random error is the flux's own.
 pub fn calibrate(row: &mut PhotometryRow, bench: &Bench) {
     let inst_limit = row.limit_v_mag.take();
     let correction_err = row.v_mag_err_sys.take().unwrap_or(0.0);
@@ -388,13 +388,15 @@ pub fn calibrate(row: &mut PhotometryRow, bench: &Bench) {
     };
     let gain_err = bench.detector.gain_table_err_mag();
     let fit_err = zeropoint.err_one_pointing_mag(airmass, z.target_b_v_mag, z.target_b_v_err_mag);
+    let vignetting_err = if Flags(row.flags).has(Flags::NO_FLAT) { z.no_flat_err_mag } else { 0.0 };
     let night_err = other.map_or(0.0, |other| other.extra_err_mag);
     row.v_mag = row.inst_mag.map(|m| zeropoint.v_mag(m, airmass, z.target_b_v_mag));
     row.limit_v_mag = inst_limit.map(|m| zeropoint.v_mag(m, airmass, z.target_b_v_mag));
     [row.mu_mean_mag_arcsec2, row.mu_peak_mag_arcsec2] =
         inst_mu.map(|mu| mu.map(|m| zeropoint.v_mag(m, airmass, z.target_b_v_mag)));
     let calibrated = row.v_mag.is_some() || row.limit_v_mag.is_some();
-    row.v_mag_err_sys = calibrated.then(|| fit_err.hypot(gain_err).hypot(night_err).hypot(correction_err));
+    row.v_mag_err_sys =
+        calibrated.then(|| fit_err.hypot(gain_err).hypot(night_err).hypot(correction_err).hypot(vignetting_err));
 }
 
 fn join(a: &str, b: &str) -> String {
@@ -417,7 +419,10 @@ pub enum Missing {
 impl fmt::Display for Missing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Missing::Flats => "no flats: frames are not flattened, every row carries the flag no_flat",
+            Missing::Flats => {
+                "no flats: frames are not flattened, every row carries the flag no_flat, and v_mag_err_sys holds the \
+                 vignetting of zeropoint.no_flat_err_mag"
+            }
             Missing::Orbit => {
                 "no [orbit]: norad_cat_id, object_id, alt_deg, az_deg, range_km, rate_deg_s, alt_az_err_deg, airmass, \
                  phase_angle_deg, sun_alt_deg, moon_*, tle_age_d, v_mag and all model columns are empty"

@@ -5,8 +5,9 @@ use std::fmt;
 
 use crate::config::{self, Config};
 use crate::error::{Error, Result};
+use crate::night::identity;
 use crate::photometry::Flags;
-use crate::photometry::zeropoint::{StarMeasurement, Zeropoint, fit};
+use crate::photometry::zeropoint::{StarMeasurement, Zeropoint, fit_among};
 use crate::report::StarRow;
 use crate::report::words::Status;
 
@@ -138,14 +139,20 @@ pub fn cut(row: &StarRow, stars: &config::Stars, zeropoint: &config::Zeropoint) 
 /// # Errors
 /// [`Error::Zeropoint`] naming how many stars each cut left.
 pub fn fit_rows(rows: &mut [StarRow], config: &Config) -> Result<Zeropoint> {
-    fit_counting(rows, config, &mut BTreeMap::new())
+    let stars = identity::stars(rows, true);
+    fit_stars(rows, &stars, config, &mut BTreeMap::new())
 }
 
-/// [`fit_rows`], and how many stars each cut took, by [`Cut::of_all`].
+/// As [`fit_rows`], with the star of each row known; `cuts` counts how many stars each cut took, by [`Cut::of_all`].
 ///
 /// # Errors
 /// As [`fit_rows`].
-pub fn fit_counting(rows: &mut [StarRow], config: &Config, cuts: &mut BTreeMap<String, usize>) -> Result<Zeropoint> {
+pub fn fit_stars(
+    rows: &mut [StarRow],
+    identities: &[Option<usize>],
+    config: &Config,
+    cuts: &mut BTreeMap<String, usize>,
+) -> Result<Zeropoint> {
     let Some(stars) = &config.stars else {
         return Err(Error::Config { key: "stars".into(), problem: "is needed to fit a zeropoint".into() });
     };
@@ -167,7 +174,7 @@ pub fn fit_counting(rows: &mut [StarRow], config: &Config, cuts: &mut BTreeMap<S
                 row.status = Status::Ok.into();
                 row.reason.clear();
                 chosen.push(k);
-                measurements.push(measurement(row));
+                measurements.push(measurement(row, identities.get(k).copied().flatten()));
             }
         }
     }
@@ -176,7 +183,15 @@ pub fn fit_counting(rows: &mut [StarRow], config: &Config, cuts: &mut BTreeMap<S
             problem: too_few(rows.len(), measurements.len(), config.zeropoint.min_stars, cuts),
         });
     }
-    let mut zeropoint = fit(&measurements, &config.zeropoint)?;
+    let population = colours_before_the_cut(rows, identities, stars, &config.zeropoint);
+    let mut zeropoint = fit_among(&measurements, &population, &config.zeropoint)?;
+    if rows.iter().any(|row| Flags(row.flags).has(Flags::NO_FLAT)) {
+        zeropoint.warnings.push(format!(
+            "star frames without flats: {} mag of vignetting (zeropoint.no_flat_err_mag) are added to v_mag_err_sys of \
+             frames without flats",
+            config.zeropoint.no_flat_err_mag
+        ));
+    }
     zeropoint.mjd_mean_d = mean_time(rows, &chosen, &zeropoint.weights);
     for (slot, &k) in chosen.iter().enumerate() {
         let row = &mut rows[k];
@@ -189,6 +204,27 @@ pub fn fit_counting(rows: &mut [StarRow], config: &Config, cuts: &mut BTreeMap<S
         }
     }
     Ok(zeropoint)
+}
+
+/// B−V and its error of every star that passes all cuts but the one on B−V: how far errors of the colours mislead the fit
+/// depends on the stars that were there before it.
+fn colours_before_the_cut(
+    rows: &[StarRow],
+    identities: &[Option<usize>],
+    stars: &config::Stars,
+    zeropoint: &config::Zeropoint,
+) -> Vec<[f64; 2]> {
+    let every = config::Stars { bv_range_mag: [-20.0, 20.0], ..stars.clone() };
+    let mut seen = std::collections::HashSet::new();
+    let mut out = Vec::new();
+    for (k, row) in rows.iter().enumerate() {
+        let Some(b_v) = row.catalogue_b_v_mag.filter(|b_v| b_v.is_finite()) else { continue };
+        let new = identities.get(k).copied().flatten().is_none_or(|star| seen.insert(star));
+        if new && cut(row, &every, zeropoint).is_none() {
+            out.push([b_v, row.catalogue_b_v_mag_err.filter(|e| e.is_finite()).unwrap_or(0.0)]);
+        }
+    }
+    out
 }
 
 /// Whether another row of the same frame claims the same catalogue star: then nobody knows which of the two it is.
@@ -208,7 +244,7 @@ fn mean_time(rows: &[StarRow], chosen: &[usize], weights: &[f64]) -> Option<f64>
     (!times.is_empty()).then(|| times.iter().sum::<f64>() / times.len() as f64)
 }
 
-fn measurement(row: &StarRow) -> StarMeasurement {
+fn measurement(row: &StarRow, star: Option<usize>) -> StarMeasurement {
     // `cut` has made sure of every value that is needed; an unknown catalogue error counts as 0 and the fit's own
     // scatter estimate takes its place
     StarMeasurement {
@@ -220,6 +256,7 @@ fn measurement(row: &StarRow) -> StarMeasurement {
         b_v_err_mag: row.catalogue_b_v_mag_err.unwrap_or(0.0),
         airmass: row.airmass.unwrap_or(f64::NAN),
         pointing: row.pointing.unwrap_or(0).max(0) as usize,
+        star,
     }
 }
 

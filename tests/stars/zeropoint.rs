@@ -51,6 +51,7 @@ fn jkt() -> Option<(Vec<StarMeasurement>, Vec<StarMeasurement>)> {
             b_v_err_mag: f64::NAN,
             airmass: airmass.parse().unwrap(),
             pointing: i,
+            star: None,
         };
         all.push(star);
         if included == "T" {

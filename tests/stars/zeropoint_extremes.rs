@@ -304,6 +304,7 @@ fn a_dozen_good_stars_of_unequal_errors_are_all_kept_and_the_error_is_honest() {
                     b_v_err_mag: 0.001,
                     airmass,
                     pointing: i / 4,
+                    star: None,
                 }
             })
             .collect();

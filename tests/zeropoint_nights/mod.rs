@@ -84,6 +84,7 @@ pub fn exact(n: usize, scale: f64) -> Vec<StarMeasurement> {
             b_v_err_mag: 0.0,
             airmass,
             pointing: i % 7,
+            star: None,
         }
     };
     (0..n).map(star).collect()
@@ -116,6 +117,7 @@ impl Night {
                 b_v_err_mag: 0.0,
                 airmass,
                 pointing,
+                star: None,
             }
         };
         (0..self.stars).map(star).collect()

@@ -25,6 +25,7 @@ fn exact(n: usize) -> Vec<StarMeasurement> {
                 b_v_err_mag: 0.0,
                 airmass,
                 pointing: i % 7,
+                star: None,
             }
         })
         .collect()

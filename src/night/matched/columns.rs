@@ -48,6 +48,7 @@ pub struct Columns {
     exptime: Option<Cell>,
     e_per_adu: Option<Cell>,
     mjd: Option<usize>,
+    place: Option<(Cell, Cell)>,
     id: Option<usize>,
     include: Option<usize>,
     /// The filter of each row.
@@ -134,6 +135,7 @@ impl Columns {
             exptime: find.find("exptime_s")?,
             e_per_adu: find.find("e_per_adu")?,
             mjd: column("mjd_mid_d")?,
+            place: find.find("ra_deg")?.zip(find.find("dec_deg")?),
             id: column("id")?,
             include: column("include")?,
             filter: column("filter")?,
@@ -284,6 +286,8 @@ impl Columns {
             catalogue_b_v_mag: value(self.colour).filter(|c| c.abs() < 9.99),
             catalogue_b_v_mag_err: error(self.colour_err),
             snr: value(self.snr).filter(|s| *s > 0.0),
+            ra_deg: value(self.place.map(|p| p.0)).filter(|ra| (-360.0..=360.0).contains(ra)),
+            dec_deg: value(self.place.map(|p| p.1)).filter(|dec| (-90.0..=90.0).contains(dec)),
             ..StarRow::default()
         };
         star.alt_deg = value(self.altitude).filter(|a| (0.0..=90.0).contains(a));

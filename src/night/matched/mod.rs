@@ -13,10 +13,11 @@ use std::path::Path;
 
 use crate::config::{Config, Pin};
 use crate::error::{Error, Result};
+use crate::night::identity;
 use crate::night::meta::table_meta;
 use crate::night::outputs::save;
 use crate::night::provenance::Provenance;
-use crate::night::zeropoint::fit_counting;
+use crate::night::zeropoint::fit_stars;
 use crate::orbit::Atmosphere;
 use crate::photometry::table::{Row, Table};
 use crate::photometry::zeropoint::Zeropoint;
@@ -190,6 +191,7 @@ fn fitted(
             cuts.airmass_range = [0.9, 1.1];
         }
     }
+    let identities = identity::stars(stars, columns.has_names());
     let had: Vec<(String, [bool; 2])> = stars
         .iter_mut()
         .map(|s| (std::mem::take(&mut s.star_id), [s.inst_mag_err.is_some(), s.snr.is_some()]))
@@ -202,7 +204,7 @@ fn fitted(
             star.airmass = Some(1.0);
         }
     }
-    let zeropoint = fit_counting(stars, config, cuts);
+    let zeropoint = fit_stars(stars, &identities, config, cuts);
     for (star, (star_id, had)) in stars.iter_mut().zip(had) {
         star.star_id = star_id;
         star.inst_mag_err = star.inst_mag_err.filter(|_| had[0]);
@@ -374,9 +376,16 @@ impl Matched {
             if z.intrinsic_mag > 0.0 { format!(", intrinsic scatter {:.4}", z.intrinsic_mag) } else { String::new() };
         let _ = writeln!(
             t,
-            "           N {} used, {} outliers, {} pointings, rms {:.4} mag{intrinsic}; {}",
-            z.n_used, z.n_rejected, z.n_pointings, z.rms_mag, z.estimator
+            "           N {} used, {} outliers, {}, {} pointings, rms {:.4} mag{intrinsic}; {}",
+            z.n_used,
+            z.n_rejected,
+            z.n_words(),
+            z.n_pointings,
+            z.rms_mag,
+            z.estimator
         );
+        let [zp, k, c] = z.multipliers_95();
+        let _ = writeln!(t, "           95 %: the errors of ZP, k and C times {zp:.2}, {k:.2} and {c:.2}");
         // a term that is not fitted has no variance, so where it is taken does not matter
         let at = |mean: f64, else_: f64| if mean.is_finite() { mean } else { else_ };
         let (x, colour) = (at(z.airmass_mean, 1.0), at(z.b_v_mean_mag, 0.0));

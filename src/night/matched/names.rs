@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::photometry::table::{Row, Table, number};
 
 /// Keys of `--column` with the names that are known without it, best first; `{}` is the band, `{l}` the band in small letters.
-const KNOWN: [(&str, &str); 20] = [
+const KNOWN: [(&str, &str); 22] = [
     (
         "inst_mag",
         "inst_mag mag_inst m_inst minst instmag instrumental_mag mag_instrumental MAG_AUTO MAG_APER MAG_BEST MAG_PSF \
@@ -39,6 +39,11 @@ const KNOWN: [(&str, &str); 20] = [
     ("e_per_adu", "e_per_adu egain"),
     ("mjd_mid_d", "mjd_mid_d mjd mjd_mid mjd_obs MJD-OBS jd jd_utc date_mid date-obs"),
     ("id", "star_id id name star number source_id object_id recno label"),
+    ("ra_deg", "ra_deg ra catalogue_ra_deg RAJ2000 RA_ICRS ra_j2000 ALPHA_J2000 ALPHAWIN_J2000 _RAJ2000 RADEG"),
+    (
+        "dec_deg",
+        "dec_deg dec catalogue_dec_deg DEJ2000 DE_ICRS dec_j2000 DELTA_J2000 DELTAWIN_J2000 _DEJ2000 DECDEG DEDEG",
+    ),
     ("include", "include incl in_fit"),
     ("filter", "filter passband band filt"),
 ];

@@ -39,6 +39,10 @@ struct File {
     _err_propagated_mag: Option<f64>,
     #[serde(rename = "predictions")]
     _predictions: Option<toml::Value>,
+    covariance_95: Option<Vec<Vec<f64>>>,
+    /// Made anew from the two covariances.
+    #[serde(rename = "multiplier_95")]
+    _multiplier_95: Option<toml::Value>,
     covariance_model: Option<Vec<Vec<f64>>>,
     covariance_star_jackknife: Option<Vec<Vec<f64>>>,
     covariance_pointing_jackknife: Option<Vec<Vec<f64>>>,
@@ -47,13 +51,18 @@ struct File {
     #[serde(default)]
     n_used: usize,
     #[serde(default)]
+    n_stars: usize,
+    #[serde(default)]
     n_rejected: usize,
     #[serde(default)]
     n_pointings: usize,
     rms_mag: Option<f64>,
     robust_sigma_mag: Option<f64>,
     intrinsic_mag: Option<f64>,
+    star_scatter_mag: Option<f64>,
     pointing_scatter_mag: Option<f64>,
+    line_of_sight_mag: Option<f64>,
+    colour_share: Option<f64>,
     pointing_chi2_dof: Option<f64>,
     pointing_p_value: Option<f64>,
     chi2_dof: Option<f64>,
@@ -131,6 +140,9 @@ impl Zeropoint {
         line("covariance", format!("{} # of {terms}", rows(&self.cov, n)));
         line("correlation", rows(&correlation(&self.cov), n));
         line("cov_note", text(&self.cov_note));
+        let [zp, k, c] = self.multipliers_95().map(|m| number((1e4 * m).round() / 1e4));
+        line("multiplier_95", format!("[{zp}, {k}, {c}] # of the errors of ZP, k, C, for 95 % of nights"));
+        line("covariance_95", format!("{} # holds the truth in 95 % of nights", rows(&self.cov_95, n)));
         for (key, cov) in [
             ("covariance_star_jackknife", self.cov_star_jackknife),
             ("covariance_pointing_jackknife", self.cov_pointing_jackknife),
@@ -151,11 +163,21 @@ impl Zeropoint {
         }
         line("estimator", text(&self.estimator));
         line("n_used", self.n_used.to_string());
+        line("n_stars", format!("{} # different stars among them", self.n_stars));
         line("n_rejected", self.n_rejected.to_string());
         line("n_pointings", self.n_pointings.to_string());
         line("rms_mag", number(self.rms_mag));
         line("robust_sigma_mag", number(self.robust_sigma_mag));
         line("intrinsic_mag", format!("{} # of single stars beyond their errors", number(self.intrinsic_mag)));
+        line("star_scatter_mag", format!("{} # of a star, shared by its visits", number(self.star_scatter_mag)));
+        line(
+            "line_of_sight_mag",
+            format!("{} # of one line of sight, in err_one_pointing_mag", number(self.line_of_sight_mag)),
+        );
+        line(
+            "colour_share",
+            format!("{} # of the variance of the colours that is not their error", number(self.colour_share)),
+        );
         line("pointing_scatter_mag", format!("{} # of the pointings' own offsets", number(self.pointing_scatter_mag)));
         let mut known = |key: &str, value: Option<f64>, comment: &str| {
             if let Some(v) = value {
@@ -208,10 +230,11 @@ impl Zeropoint {
         for airmass in TOLD_AIRMASS {
             let _ = write!(
                 out,
-                "\n[[predictions]]\nairmass = {}\nb_v_mag = {}\nerr_mag = {}\nerr_one_pointing_mag = {}\n",
+                "\n[[predictions]]\nairmass = {}\nb_v_mag = {}\nerr_mag = {}\nerr_95_mag = {}\nerr_one_pointing_mag = {}\n",
                 number(airmass),
                 number(b_v),
                 number(self.err_mag(airmass, b_v, b_v_err)),
+                number(self.err_95_mag(airmass, b_v, b_v_err)),
                 number(self.err_one_pointing_mag(airmass, b_v, b_v_err))
             );
             let jackknives = [
@@ -276,6 +299,9 @@ impl Zeropoint {
             _ => return Err(bad("give covariance, or zp_err_mag, k_err_mag_airmass and c_err_mag_mag".into())),
         };
         let k2_mag = file.k2_mag.unwrap_or(0.0);
+        // a file of satphot holds the warning already
+        let negative = super::negative_k(file.k_mag_airmass, cov[1][1].max(0.0).sqrt());
+        warnings.extend(negative.filter(|_| file.estimator.is_empty()));
         for (key, v) in [
             ("zp_mag", file.zp_mag),
             ("k_mag_airmass", file.k_mag_airmass),
@@ -295,16 +321,24 @@ impl Zeropoint {
             c_mag_mag: file.c_mag_mag,
             k2_mag,
             cov,
+            cov_95: match file.covariance_95 {
+                Some(cov) => square(cov)?,
+                None => super::marginal::Quoted::of(cov, f64::INFINITY).cov_95,
+            },
             cov_model: file.covariance_model.map_or(Ok(cov), square)?,
             cov_star_jackknife: file.covariance_star_jackknife.map(square).transpose()?,
             cov_pointing_jackknife: file.covariance_pointing_jackknife.map(square).transpose()?,
             estimator: file.estimator,
             n_used: file.n_used,
+            n_stars: file.n_stars,
             n_rejected: file.n_rejected,
             n_pointings: file.n_pointings,
             rms_mag: file.rms_mag.unwrap_or(f64::NAN),
             robust_sigma_mag: file.robust_sigma_mag.unwrap_or(f64::NAN),
             intrinsic_mag: file.intrinsic_mag.unwrap_or(f64::NAN),
+            star_scatter_mag: file.star_scatter_mag.unwrap_or(f64::NAN),
+            line_of_sight_mag: file.line_of_sight_mag.unwrap_or(f64::NAN),
+            colour_share: file.colour_share.unwrap_or(1.0),
             pointing_scatter_mag: file.pointing_scatter_mag.unwrap_or(f64::NAN),
             pointing_chi2_dof: file.pointing_chi2_dof,
             pointing_p_value: file.pointing_p_value,

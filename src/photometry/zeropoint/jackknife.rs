@@ -3,6 +3,7 @@
 //! Magnitudes. Each fit without is one step of Newton from the full fit, which costs a pass over the stars for all of them
 //! together. Stars of one pointing share clouds and flat-field errors; leaving out single stars does not see those.
 
+use super::crossed::Sums;
 use super::mixed::{Means, whitened};
 use super::robust::Fit;
 use super::rows::Rows;
@@ -73,6 +74,62 @@ pub fn jackknife(rows: &Rows, fit: &Fit) -> Jackknife {
     }
     if shifts.len() >= FEWEST && shifts.len() == means.with_weight().count() {
         out.by_pointing = Some(spread(&shifts));
+    }
+    out
+}
+
+/// The fits without one star, all its visits together, and without one pointing, where stars are measured repeatedly; `sums`
+/// are the rows as the fit weighs them, `sds` the scatters of pointings and stars. Each is one step of Newton in the metric
+/// of all rows: θ₍₋ⱼ₎ = θ − (M − Mⱼ)⁻¹ sⱼ, Mⱼ and sⱼ the parts of AᵀV⁻¹A and AᵀV⁻¹r of the rows that are left out.
+pub fn repeated(rows: &Rows, fit: &Fit, sums: &Sums, sds: [&[f64]; 2]) -> Jackknife {
+    let n = rows.len();
+    let (g, m) = (rows.pointings.len(), rows.n_stars);
+    let mut out = Jackknife { leverage: vec![0.0; n], ..Jackknife::default() };
+    let solved = sums.solve(sds[0], sds[1]);
+    let Some(information) = inverse(&solved.cov) else { return out };
+    // V⁻¹ of a column: what its own offsets leave of it
+    let left: Vec<(Vec<f64>, Vec<f64>)> = (0..N)
+        .map(|c| {
+            let s = Sums::without_terms(rows, &fit.omega, |i| rows.columns(i)[c]).solve(sds[0], sds[1]);
+            (s.pointings, s.stars)
+        })
+        .collect();
+    let mut of_star = vec![([[0.0; N]; N], [0.0; N]); m];
+    let mut of_pointing = vec![([[0.0; N]; N], [0.0; N]); g];
+    for i in (0..n).filter(|i| fit.omega[*i] > 0.0) {
+        let (a, p, q) = (rows.columns(i), rows.group[i], rows.star_of[i]);
+        let white: Vector = std::array::from_fn(|c| fit.omega[i] * (a[c] - left[c].0[p] - left[c].1[q]));
+        let r = fit.pseudo_value(rows, i) - dot(&a, &solved.theta) - solved.pointings[p] - solved.stars[q];
+        out.leverage[i] = dot(&a, &times(&solved.cov, &white)).clamp(0.0, 1.0);
+        for (matrix, score) in [&mut of_star[q], &mut of_pointing[p]] {
+            for x in 0..N {
+                score[x] += a[x] * fit.omega[i] * r;
+                (0..N).for_each(|y| matrix[x][y] += 0.5 * (a[x] * white[y] + a[y] * white[x]));
+            }
+        }
+    }
+    let mut without = |part: &(Matrix, Vector)| -> Option<Vector> {
+        let mut left = information;
+        add(&mut left, &part.0, -1.0);
+        let possible = (0..N).all(|c| information[c][c] == 0.0 || left[c][c] > 1e-3 * information[c][c]);
+        let step = times(&inverse(&left).filter(|_| possible)?, &part.1);
+        Some(std::array::from_fn(|c| solved.theta[c] - step[c]))
+    };
+    let stars: Option<Vec<Vector>> = of_star.iter().map(&mut without).collect();
+    if let Some(stars) = stars.filter(|s| s.len() > rows.n_free()) {
+        out.by_star = Some(spread(&stars));
+    }
+    out.without = of_pointing.iter().map(&mut without).collect();
+    for (p, theta) in rows.pointings.iter().zip(&out.without) {
+        match theta {
+            _ if g == 1 => {}
+            None => out.warnings.push(format!("pointing {p} alone decides a term: without it k or C cannot be told")),
+            Some(theta) => out.warnings.extend(turns_k(rows, fit, &solved.cov, theta, *p)),
+        }
+    }
+    let pointings: Option<Vec<Vector>> = out.without.iter().copied().collect();
+    if let Some(pointings) = pointings.filter(|p| p.len() >= FEWEST) {
+        out.by_pointing = Some(spread(&pointings));
     }
     out
 }

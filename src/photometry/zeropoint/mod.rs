@@ -4,11 +4,15 @@
 //! orthogonal factors with an offset for every pointing, reported at airmass 0 and colour 0 with the full covariance. Left
 //! out: drifts in time within a pointing; cuts on stars are the caller's.
 
+mod clouds;
+mod crossed;
 mod file;
 mod jackknife;
+mod marginal;
 mod mixed;
 mod noise;
 mod pointings;
+mod repeated;
 mod report;
 mod robust;
 mod rows;
@@ -44,6 +48,8 @@ pub struct StarMeasurement {
     pub airmass: f64,
     /// Which pointing; stars of one pointing may share an error (a cloud).
     pub pointing: usize,
+    /// Which star: the catalogue's error of a star is the same in all of its measurements. `None`: a star of its own.
+    pub star: Option<usize>,
 }
 
 /// A zeropoint with all that is needed to use and to judge it.
@@ -59,6 +65,9 @@ pub struct Zeropoint {
     pub k2_mag: f64,
     /// Covariance of (ZP, k, C, k''); zero for a term that is held. See [`Zeropoint::err_mag`] for what is in it.
     pub cov: [[f64; 4]; 4],
+    /// Covariance whose ±√(gᵀ Cov g) holds the truth in 95 % of nights: wider than 1.96 σ where few stars or pointings tell
+    /// the scatter.
+    pub cov_95: [[f64; 4]; 4],
     /// Covariance of the model: noise of the stars and an offset per pointing.
     pub cov_model: [[f64; 4]; 4],
     /// Covariance by leaving out one star at a time.
@@ -69,6 +78,8 @@ pub struct Zeropoint {
     pub estimator: String,
     /// Measurements with weight.
     pub n_used: usize,
+    /// Different stars among them.
+    pub n_stars: usize,
     /// Measurements the fit gave no weight.
     pub n_rejected: usize,
     /// Pointings with a used measurement.
@@ -79,8 +90,15 @@ pub struct Zeropoint {
     pub robust_sigma_mag: f64,
     /// Scatter of single stars beyond their stated errors, by maximum likelihood \[mag\].
     pub intrinsic_mag: f64,
+    /// Scatter of the stars' own offsets that their visits share \[mag\]; NaN where stars are measured once.
+    pub star_scatter_mag: f64,
     /// Scatter of the pointings' own offsets \[mag\]; NaN where it cannot be told from that of the stars.
     pub pointing_scatter_mag: f64,
+    /// Scatter of one line of sight \[mag\]: that of the pointings, or what is known of the site where few tell it.
+    pub line_of_sight_mag: f64,
+    /// Share of the variance of the stars' colours that is not their error; C is fitted to the colours that are expected
+    /// with it (errors in variables). 1 without errors of the colours.
+    pub colour_share: f64,
     /// Cloud test: χ² of the pointings' offsets per degree of freedom if the errors of their stars were all.
     pub pointing_chi2_dof: Option<f64>,
     /// Probability of a χ² at least as large: small = the pointings differ.
@@ -150,6 +168,22 @@ impl Zeropoint {
         predicted(&self.cov, airmass, b_v_mag).hypot(self.colour_slope(airmass) * colour_err)
     }
 
+    /// Half-width of the 95 % interval of the calibration at an airmass and a colour \[mag\].
+    #[must_use]
+    pub fn err_95_mag(&self, airmass: f64, b_v_mag: f64, b_v_err_mag: f64) -> f64 {
+        let colour_err = if b_v_err_mag.is_nan() { 0.0 } else { marginal::SIGMAS[1] * b_v_err_mag };
+        predicted(&self.cov_95, airmass, b_v_mag).hypot(self.colour_slope(airmass) * colour_err)
+    }
+
+    /// What the errors of ZP, k and C are multiplied by for 95 %; 1.96 for a term that is held exactly.
+    #[must_use]
+    pub fn multipliers_95(&self) -> [f64; 3] {
+        [0, 1, 2].map(|i| {
+            let ratio = (self.cov_95[i][i] / self.cov[i][i]).sqrt();
+            if ratio.is_finite() { ratio } else { marginal::SIGMAS[1] }
+        })
+    }
+
     /// ∂V/∂(B−V) without its sign, C + k'' X.
     fn colour_slope(&self, airmass: f64) -> f64 {
         self.c_mag_mag + self.k2_mag * airmass
@@ -160,14 +194,20 @@ impl Zeropoint {
     /// pointings have.
     #[must_use]
     pub fn err_one_pointing_mag(&self, airmass: f64, b_v_mag: f64, b_v_err_mag: f64) -> f64 {
-        let own = if self.pointing_scatter_mag.is_finite() { self.pointing_scatter_mag } else { 0.0 };
-        self.err_mag(airmass, b_v_mag, b_v_err_mag).hypot(own)
+        let own = [self.line_of_sight_mag, self.pointing_scatter_mag].into_iter().find(|s| s.is_finite());
+        self.err_mag(airmass, b_v_mag, b_v_err_mag).hypot(own.unwrap_or(0.0))
     }
 
     /// The error as the paper adds it up, √(σ_ZP² + σ_k² + σ_C²) \[mag\]: no airmass, no colour, no correlation.
     #[must_use]
     pub fn err_as_published_mag(&self) -> f64 {
         (self.cov[0][0] + self.cov[1][1] + self.cov[2][2]).max(0.0).sqrt()
+    }
+
+    /// `2350 star measurements of 25 stars`.
+    #[must_use]
+    pub fn n_words(&self) -> String {
+        format!("{} star measurements of {} stars", self.n_used, self.n_stars)
     }
 
     /// Standard errors of (ZP, k, C).
@@ -205,21 +245,91 @@ fn predicted(cov: &solve::Matrix, airmass: f64, b_v_mag: f64) -> f64 {
 /// # Errors
 /// [`Error::Zeropoint`] with counts: too few stars, no usable row, no clear majority of stars agrees.
 pub fn fit(measurements: &[StarMeasurement], config: &config::Zeropoint) -> Result<Zeropoint> {
+    fit_among(measurements, &[], config)
+}
+
+/// As [`fit`], of stars chosen from a `population` by their colour: B−V and its error \[mag\] of all of them. A cut on measured
+/// colours narrows them, and how far an error of a colour misleads depends on what was there before the cut.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_among(
+    measurements: &[StarMeasurement],
+    population: &[[f64; 2]],
+    config: &config::Zeropoint,
+) -> Result<Zeropoint> {
     let second = if config.second_order { Term::Free } else { Term::Absent };
     let terms = [Term::of(config.pin_k), Term::of(config.pin_c), second];
-    let rows = Rows::select(measurements, terms, config)?;
-    let fit = match config.estimator {
-        Estimator::Ols => robust::ols(&rows)?,
-        other => robust::reweighted(&rows, other)?,
-    };
+    let mut rows = Rows::select(measurements, population, terms, config)?;
+    let mut zeropoint = fit_rows(&rows, config, measurements.len())?;
+    let (k, err) = (zeropoint.k_mag_airmass, zeropoint.errs()[1]);
+    if k < 0.0 && -k > err && rows.terms[0] == Term::Free && !zeropoint.second_order() {
+        rows.hold(0, config.k_prior, format!("the stars give {k:.3} +- {err:.3}, and air does not brighten stars"));
+        zeropoint = fit_rows(&rows, config, measurements.len())?;
+    }
+    zeropoint.warnings.extend(negative_k(zeropoint.k_mag_airmass, zeropoint.errs()[1]));
+    Ok(zeropoint)
+}
+
+/// What should be known of an extinction below zero.
+fn negative_k(k: f64, err: f64) -> Option<String> {
+    (k < 0.0).then(|| {
+        format!(
+            "k = {k:.3} +- {err:.3} is below zero: extinction is not; check the airmasses, or pin k (zeropoint.pin_k)"
+        )
+    })
+}
+
+/// The fit of rows whose terms are decided.
+fn fit_rows(rows: &Rows, config: &config::Zeropoint, n_input: usize) -> Result<Zeropoint> {
+    if config.estimator == Estimator::Ols {
+        return Ok(report::report(rows, &robust::ols(rows)?, None, config, n_input));
+    }
+    let fit = robust::reweighted(rows, config.estimator, config)?;
     if config.estimator == Estimator::Huber {
         // Huber's weights reject nobody and follow a majority of outliers: whether there is one, the biweight tells
-        check_majority(&rows, &robust::reweighted(&rows, Estimator::Robust)?, config)?;
+        check_majority(rows, &robust::reweighted(rows, Estimator::Robust, config)?, config)?;
     }
-    check_majority(&rows, &fit, config)?;
+    check_majority(rows, &fit, config)?;
     let rejected = fit.weights.iter().filter(|w| **w == 0.0).count();
     rows.enough(rows.len() - rejected, config.min_stars, &format!("{rejected} rejected as outliers"))?;
-    Ok(report::report(&rows, &fit, config, measurements.len()))
+    let (cleared, fit, clouds) = without_clouds(rows, fit, config)?;
+    Ok(report::report(&cleared, &fit, clouds.as_ref(), config, n_input))
+}
+
+/// Rounds of telling clouds and fitting without them.
+const CLOUD_ROUNDS: usize = 3;
+
+/// The rows with the expected clouds taken out and their fit, where some pointings are under clouds; as they are where none
+/// is believed in.
+fn without_clouds(
+    rows: &Rows,
+    fit: robust::Fit,
+    config: &config::Zeropoint,
+) -> Result<(Rows, robust::Fit, Option<clouds::Clouds>)> {
+    let look = |rows: &Rows, fit: &robust::Fit, taken: &[f64]| {
+        let sums = fit.sums(rows);
+        let stars = fit.offsets_of_stars(rows);
+        let one = |p: usize| {
+            let (d, w) = sums.pointing_residual(p, &fit.theta, &stars);
+            (d + taken.get(p).copied().unwrap_or(0.0), w.recip())
+        };
+        let (d, v): (Vec<f64>, Vec<f64>) = (0..rows.pointings.len()).map(one).unzip();
+        clouds::find(&d, &v)
+    };
+    let first = if robust::has_pointings(rows) { look(rows, &fit, &[]) } else { None };
+    let Some(mut found) = first.clone().filter(clouds::Clouds::believed) else { return Ok((rows.clone(), fit, first)) };
+    let mut out = (rows.clone(), fit);
+    for _ in 0..CLOUD_ROUNDS {
+        let shift: Vec<f64> = rows.group.iter().map(|p| found.mean_mag[*p]).collect();
+        let cleared = rows.shifted(&shift);
+        let fit = robust::reweighted(&cleared, config.estimator, config)?;
+        let next = look(&cleared, &fit, &found.mean_mag);
+        out = (cleared, fit);
+        let Some(next) = next.filter(clouds::Clouds::believed) else { break };
+        found = next;
+    }
+    Ok((out.0, out.1, Some(found)))
 }
 
 /// Standard errors of the share of outliers within which a majority is in doubt, and the most they may take.
@@ -237,7 +347,9 @@ fn check_majority(rows: &Rows, fit: &robust::Fit, config: &config::Zeropoint) ->
     // blends hide among the good stars: the likelihood counts them too, where there are enough stars for it
     let hidden = if rows.len() < start::FEW { 0.0 } else { fit.outlier_share };
     let share = hidden.max(rejected as f64 / n);
-    let doubt = (DOUBT.0 * (share * (1.0 - share) / n).sqrt()).min(DOUBT.1);
+    // visits of one star fail together
+    let independent = if rows.repeated { rows.n_stars as f64 } else { n };
+    let doubt = (DOUBT.0 * (share * (1.0 - share) / independent).sqrt()).min(DOUBT.1);
     let agree = agreeing(rows, fit);
     let rival = agree as f64 > RIVAL * (n - rejected as f64) && rows.len() >= start::FEW;
     if !rival && share + doubt <= config.max_rejected_frac.max(0.0) || config.max_rejected_frac >= 1.0 {

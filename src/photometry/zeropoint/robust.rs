@@ -3,12 +3,15 @@
 //! Magnitudes. Iteratively reweighted: the scatter of stars and pointings follows the fit for the first rounds, then stands
 //! still so that the fit converges.
 
+use super::crossed::Sums;
+use super::marginal::{Prior, Problem, Stars};
 use super::mixed::{Means, dof, scatter_between, triangle};
 use super::noise::{FLOOR_MAG, Noise};
+use super::repeated;
 use super::rows::Rows;
 use super::solve::{N, Solution, Vector};
 use super::start;
-use crate::config::Estimator;
+use crate::config::{self, Estimator};
 use crate::error::{Error, Result};
 
 /// Tukey's constant: 95 % efficiency for Gaussian errors.
@@ -18,11 +21,11 @@ const HUBER_C: f64 = 1.345;
 /// The clip \[σ\].
 const CLIP: f64 = 3.0;
 /// Most rounds in which the scatter follows the fit.
-const SCALE_ROUNDS: usize = 25;
+pub const SCALE_ROUNDS: usize = 25;
 /// Relative change below which the scatter has settled.
 const SETTLED: f64 = 1e-3;
 /// Change of the terms below which the fit has converged \[mag\].
-const CONVERGED_MAG: f64 = 1e-12;
+pub const CONVERGED_MAG: f64 = 1e-12;
 /// With fewer degrees of freedom than this the stated errors bound the covariance from below.
 const FEW_DOF: f64 = 10.0;
 /// Intrinsic scatter in units of the stated errors above which the fit is tried again from them.
@@ -51,9 +54,62 @@ pub struct Fit {
     pub intrinsic_mag: f64,
     /// Share of outliers, those hidden among the good stars included.
     pub outlier_share: f64,
+    /// Offset of the star of each row \[mag\]; 0 where stars are measured once.
+    pub star_offset: Vec<f64>,
+    /// Stated variances and weights of the stars, where they are measured repeatedly.
+    pub stars: Stars,
+    /// Variance of the stars in units of the stated one.
+    pub kappa: f64,
+    /// Parameters fitted, the shrunk offsets counted by what they take up.
+    pub fitted: f64,
 }
 
 impl Fit {
+    /// A fit of `n` rows in `g` pointings before the first round.
+    pub fn start(theta: Vector, n: usize, g: usize) -> Fit {
+        Fit {
+            theta,
+            weights: vec![1.0; n],
+            sigma: Vec::new(),
+            omega: vec![0.0; n],
+            slope: 1.0,
+            offsets: vec![0.0; g],
+            tau2: 0.0,
+            intrinsic_mag: 0.0,
+            outlier_share: 0.0,
+            star_offset: vec![0.0; n],
+            stars: Stars::default(),
+            kappa: 1.0,
+            fitted: 0.0,
+        }
+    }
+
+    /// Values whose weighted least squares are this fit: ψ answers a shift by its slope only.
+    pub fn pseudo_value(&self, rows: &Rows, i: usize) -> f64 {
+        let r = self.pull(rows, i) * self.sigma[i];
+        rows.y(i) - r * (1.0 - 1.0 / self.slope)
+    }
+
+    /// The same fit of rows that have the offsets of their stars taken out.
+    pub fn without_star_offsets(&self) -> Fit {
+        Fit { star_offset: vec![0.0; self.star_offset.len()], ..self.clone() }
+    }
+
+    /// Offset of each star; none where stars are measured once.
+    pub fn offsets_of_stars(&self, rows: &Rows) -> Vec<f64> {
+        if !rows.repeated {
+            return Vec::new();
+        }
+        let mut out = vec![0.0; rows.n_stars];
+        (0..rows.len()).for_each(|i| out[rows.star_of[i]] = self.star_offset[i]);
+        out
+    }
+
+    /// The sums of the rows as the fit weighs them.
+    pub fn sums(&self, rows: &Rows) -> Sums {
+        Sums::of(rows, &self.omega, |i| self.pseudo_value(rows, i))
+    }
+
     /// Robust mean residual of each pointing \[mag\]. The weighted mean has gone only part of the way from the shrunk offset
     /// that the weights are centred on: (d − û)/slope goes all of it.
     pub fn deviations(&self, means: &Means) -> Vec<f64> {
@@ -79,7 +135,8 @@ impl Fit {
 
     /// Residual of row `i` about its pointing's offset, in σ.
     pub fn pull(&self, rows: &Rows, i: usize) -> f64 {
-        (rows.residual(i, &self.theta) - self.offsets[rows.group[i]]) / self.sigma[i]
+        let offsets = self.offsets[rows.group[i]] + self.star_offset[i];
+        (rows.residual(i, &self.theta) - offsets) / self.sigma[i]
     }
 }
 
@@ -136,17 +193,9 @@ pub fn ols(rows: &Rows) -> Result<Fit> {
             break;
         }
     }
-    Ok(Fit {
-        theta,
-        weights: vec![1.0; n],
-        sigma: vec![s; n],
-        omega: vec![1.0 / (s * s); n],
-        slope: 1.0,
-        offsets: vec![0.0; rows.pointings.len()],
-        tau2: 0.0,
-        intrinsic_mag: 0.0,
-        outlier_share: 0.0,
-    })
+    let fitted = rows.n_free() as f64;
+    let start = Fit::start(theta, n, rows.pointings.len());
+    Ok(Fit { sigma: vec![s; n], omega: vec![1.0 / (s * s); n], fitted, ..start })
 }
 
 /// Standard deviation of a row about the fit; from the stated errors where no degree of freedom is left.
@@ -177,28 +226,31 @@ fn exact(rows: &Rows) -> Result<Fit> {
         (0..n).map(|i| if rows.weighted { rows.stated_var(i, &free).sqrt().max(FLOOR_MAG) } else { spread }).collect();
     let omega: Vec<f64> = sigma.iter().map(|s| 1.0 / (s * s)).collect();
     let theta = plain(rows, &omega).theta;
-    let offsets = vec![0.0; rows.pointings.len()];
-    let weights = vec![1.0; n];
-    Ok(Fit { theta, weights, sigma, omega, slope: 1.0, offsets, tau2: 0.0, intrinsic_mag: 0.0, outlier_share: 0.0 })
+    let fitted = rows.n_free() as f64;
+    Ok(Fit { sigma, omega, fitted, ..Fit::start(theta, n, rows.pointings.len()) })
 }
 
 /// Tukey's biweight, the clip or Huber's weights to convergence.
 ///
 /// A scatter far beyond the stated errors may be that of outliers in the majority. Then the fit is tried again from the
 /// stated errors alone, and the more likely of the two descriptions is taken.
-pub fn reweighted(rows: &Rows, estimator: Estimator) -> Result<Fit> {
+pub fn reweighted(rows: &Rows, estimator: Estimator, config: &config::Zeropoint) -> Result<Fit> {
     if rows.len() == rows.n_free() {
         return exact(rows);
     }
     let (theta, spread) = if estimator == Estimator::Clip { start::median(rows) } else { start::robust(rows) };
-    let fit = converge(rows, estimator, theta, Noise::guess(rows, &theta, spread));
+    let of = |theta, noise| {
+        let one = if rows.repeated { repeated::converge } else { converge };
+        one(rows, estimator, theta, noise, config)
+    };
+    let fit = of(theta, Noise::guess(rows, &theta, spread));
     let mut stated: Vec<f64> = (0..rows.len()).map(|i| rows.stated_var(i, &fit.theta).sqrt()).collect();
     let stated = super::median(&mut stated);
     if rows.len() < start::FEW || !rows.weighted || fit.intrinsic_mag < SUSPICIOUS * stated {
         return Ok(fit);
     }
     let theta = start::robust(rows).0;
-    let narrow = converge(rows, estimator, theta, Noise::stated(rows, &theta));
+    let narrow = of(theta, Noise::stated(rows, &theta));
     let mut residuals: Vec<f64> = (0..rows.len()).map(|i| rows.residual(i, &fit.theta)).collect();
     residuals.sort_unstable_by(f64::total_cmp);
     let range = residuals[rows.len() * 99 / 100] - residuals[rows.len() / 100];
@@ -206,19 +258,12 @@ pub fn reweighted(rows: &Rows, estimator: Estimator) -> Result<Fit> {
 }
 
 /// The iteration from a start and the scatter about it.
-fn converge(rows: &Rows, estimator: Estimator, theta: Vector, mut noise: Noise) -> Fit {
+fn converge(rows: &Rows, estimator: Estimator, theta: Vector, mut noise: Noise, config: &config::Zeropoint) -> Fit {
     let n = rows.len();
-    let mut fit = Fit {
-        theta,
-        weights: vec![1.0; n],
-        sigma: Vec::new(),
-        omega: vec![0.0; n],
-        slope: 1.0,
-        offsets: vec![0.0; rows.pointings.len()],
-        tau2: 0.0,
-        intrinsic_mag: 0.0,
-        outlier_share: 0.0,
-    };
+    let g = rows.pointings.len();
+    let prior = Prior::of(rows, config);
+    let ones = vec![1.0; g];
+    let mut fit = Fit::start(theta, n, g);
     let between = has_pointings(rows);
     let (mut gain, mut fitted) = (1.0, rows.n_free() as f64);
     let (mut follow, mut before) = (true, [0.0; 4]);
@@ -236,11 +281,8 @@ fn converge(rows: &Rows, estimator: Estimator, theta: Vector, mut noise: Noise) 
         }
         for i in 0..n {
             fit.omega[i] = gain * fit.weights[i] / noise.sigma[i].powi(2);
-            if rows.weighted && n as f64 - fitted < FEW_DOF {
-                let stated = rows.stated_var(i, &fit.theta).max(FLOOR_MAG * FLOOR_MAG);
-                fit.omega[i] = fit.omega[i].min(fit.weights[i] / stated);
-            }
         }
+        limit_precision(rows, &mut fit, fitted);
         // ψ answers a shift by its slope only: with 1/slope more weight the offsets are shrunk by what they are worth
         let omega: Vec<f64> = fit.omega.iter().map(|w| w / fit.slope).collect();
         let means = Means::of(rows, &omega);
@@ -258,7 +300,21 @@ fn converge(rows: &Rows, estimator: Estimator, theta: Vector, mut noise: Noise) 
         if !follow && moved < CONVERGED_MAG {
             break;
         }
-        if follow && between {
+        if let (true, Prior::Site(_)) = (follow && between, prior) {
+            // few pointings: their scatter with what is known of the site's
+            let pseudo = |i: usize| rows.y(i) - residuals[i] * (1.0 - 1.0 / fit.slope);
+            let sums = Sums::of(rows, &fit.omega, pseudo);
+            let problem = Problem {
+                sums: &sums,
+                prior,
+                offsets_mag: repeated::typical_offsets(&sums, &fit.theta, &[], g),
+                stars: &Stars::default(),
+                pointing_weight: &ones,
+                kappa: 1.0,
+                tau_mag: fit.tau2.sqrt(),
+            };
+            fit.tau2 = problem.integrate(true).tau_mag.powi(2);
+        } else if follow && between {
             let dof = dof(&means, &solution.inverse, fit.tau2);
             fit.tau2 = scatter_between(&means.scaled(fit.slope), &fit.deviations(&means), dof);
         }
@@ -268,14 +324,26 @@ fn converge(rows: &Rows, estimator: Estimator, theta: Vector, mut noise: Noise) 
         before = now;
     }
     fit.sigma = noise.sigma;
+    fit.fitted = fitted;
     fit.intrinsic_mag = noise.intrinsic_mag;
     fit.outlier_share = noise.outlier_share;
     fit
 }
 
+/// With few degrees of freedom the stated errors bound the precision of the rows from above.
+pub fn limit_precision(rows: &Rows, fit: &mut Fit, fitted: f64) {
+    if !rows.weighted || rows.len() as f64 - fitted >= FEW_DOF {
+        return;
+    }
+    for i in 0..rows.len() {
+        let stated = rows.stated_var(i, &fit.theta).max(FLOOR_MAG * FLOOR_MAG);
+        fit.omega[i] = fit.omega[i].min(fit.weights[i] / stated);
+    }
+}
+
 /// Precision of a row per weight and σ⁻², and mean slope over mean weight (Huber 1981, eq. 7.6.8):
 /// (Σψ′)² (1 − p/n) / (K² Σψ² Σw), K = 1 + (p/n) var ψ′ / (mean ψ′)².
-fn efficiency(estimator: Estimator, weights: &[f64], pull: impl Fn(usize) -> f64, fitted: f64) -> (f64, f64) {
+pub fn efficiency(estimator: Estimator, weights: &[f64], pull: impl Fn(usize) -> f64, fitted: f64) -> (f64, f64) {
     let n = weights.len() as f64;
     let (mut psi2, mut slope, mut slope2, mut weight) = (0.0, 0.0, 0.0, 0.0);
     for (i, w) in weights.iter().enumerate() {

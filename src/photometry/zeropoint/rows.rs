@@ -4,9 +4,10 @@
 //! term pulled to a value by an error adds one row; a term the stars cannot tell is refused by name.
 
 use super::StarMeasurement;
+use super::crossed::Sums;
 use super::solve::{Matrix, N, Triangle, Vector, dot};
 use super::terms::Term;
-use crate::config::{self, Estimator};
+use crate::config::{self, Estimator, Pin};
 use crate::error::{Error, Result};
 
 /// Narrowest span of airmass from which extinction is fitted.
@@ -19,6 +20,47 @@ const CONDITION_REFUSED: f64 = 1e6;
 const MIN_AIRMASS: f64 = 0.99;
 /// No star has such a magnitude or colour \[mag\]: 99.999, −99.9 and the like stand for "not measured".
 const SENTINEL_MAG: [f64; 2] = [60.0, 20.0];
+
+/// More rows than this per star: stars are measured repeatedly.
+const REPEATED: f64 = 1.05;
+/// Predicted error of a term in units of that of its prior above which it is held there.
+const TIMES_PRIOR: f64 = 5.0;
+/// Correlation of airmass and colour that is called collinear.
+const COLLINEAR: f64 = 0.9;
+/// Smallest share of the variance of the colours that must be the stars' own.
+const BELIEVED_SHARE: f64 = 0.1;
+
+/// What the errors of the colours do to the colour term.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Calibration {
+    /// Share λ of the variance of the colours that is the stars' own; 1 without errors.
+    pub share: f64,
+    /// Relative error of λ, and so of C.
+    pub rel_err: f64,
+    /// Root mean square error of the colours \[mag\].
+    pub err_mag: f64,
+}
+
+impl Default for Calibration {
+    fn default() -> Self {
+        Calibration { share: 1.0, rel_err: 0.0, err_mag: 0.0 }
+    }
+}
+
+/// Index of the star of each row and the number of stars; a row without identity is a star of its own.
+fn identities(stars: &[(usize, StarMeasurement)]) -> (Vec<usize>, usize) {
+    let mut index = std::collections::BTreeMap::new();
+    let mut n = 0;
+    let of = stars
+        .iter()
+        .map(|(_, s)| {
+            let next = s.star.map_or(n, |id| *index.entry(id).or_insert(n));
+            n += usize::from(next == n);
+            next
+        })
+        .collect();
+    (of, n)
+}
 
 /// The usable measurements, sorted so that the order of the input does not matter.
 #[derive(Debug, Clone)]
@@ -35,8 +77,22 @@ pub struct Rows {
     offset: f64,
     /// σ_inst² + σ_cat² of each row \[mag²\], unknown parts filled by the median of the known; 0 if nothing is known.
     var: Vec<f64>,
-    /// σ_BV² of each row \[mag²\].
+    /// σ_cat² of each row \[mag²\]: the same for all visits of a star.
+    var_catalogue: Vec<f64>,
+    /// Variance of the true colour of each row about its expected value \[mag²\].
     var_colour: Vec<f64>,
+    /// B−V of each row as far as its error lets it be believed \[mag\] (errors in variables).
+    colour: Vec<f64>,
+    /// What the errors of the colours did.
+    pub calibration: Calibration,
+    /// Index of the star of each row.
+    pub star_of: Vec<usize>,
+    /// Different stars among the rows.
+    pub n_stars: usize,
+    /// Whether stars are measured repeatedly, so that the catalogue's error of a star is shared by its visits.
+    pub repeated: bool,
+    /// Subtracted from y: offsets of stars and clouds a fit has found \[mag\].
+    pub shift: Vec<f64>,
     /// Whether rows are weighted by their errors.
     pub weighted: bool,
     /// Labels of the pointings, ascending.
@@ -54,7 +110,12 @@ impl Rows {
     ///
     /// # Errors
     /// [`Error::Zeropoint`] if too few are usable.
-    pub fn select(all: &[StarMeasurement], terms: [Term; 3], config: &config::Zeropoint) -> Result<Rows> {
+    pub fn select(
+        all: &[StarMeasurement],
+        population: &[[f64; 2]],
+        terms: [Term; 3],
+        config: &config::Zeropoint,
+    ) -> Result<Rows> {
         let colourless = terms[1] == Term::Fixed(0.0) && terms[2].held().is_some();
         let usable = |s: &StarMeasurement| {
             let finite = [s.inst_mag, s.v_mag].iter().all(|v| v.abs() < SENTINEL_MAG[0]);
@@ -70,12 +131,14 @@ impl Rows {
                 [s.airmass, s.b_v_mag, s.v_mag, s.inst_mag, s.inst_err_mag, s.v_err_mag, s.b_v_err_mag]
             };
             let order = key(a).iter().zip(key(b)).map(|(x, y)| x.total_cmp(&y)).find(|o| o.is_ne());
-            order.unwrap_or_else(|| a.pointing.cmp(&b.pointing))
+            order.unwrap_or_else(|| (a.pointing, a.star).cmp(&(b.pointing, b.star)))
         });
         let mut pointings: Vec<usize> = stars.iter().map(|(_, s)| s.pointing).collect();
         pointings.sort_unstable();
         pointings.dedup();
         let group = stars.iter().map(|(_, s)| pointings.partition_point(|p| *p < s.pointing)).collect();
+        let (star_of, n_stars) = identities(&stars);
+        let n = stars.len();
         let mut rows = Rows {
             stars,
             terms,
@@ -83,7 +146,14 @@ impl Rows {
             product: [0.0; 2],
             offset: 0.0,
             var: Vec::new(),
+            var_catalogue: Vec::new(),
             var_colour: Vec::new(),
+            colour: Vec::new(),
+            calibration: Calibration::default(),
+            star_of,
+            n_stars,
+            repeated: config.estimator != Estimator::Ols && n as f64 > REPEATED * n_stars as f64,
+            shift: vec![0.0; n],
             weighted: false,
             pointings,
             group,
@@ -99,7 +169,8 @@ impl Rows {
         rows.mean = [rows.mean_of(|s| s.airmass), rows.mean_of(|s| s.b_v_mag)];
         rows.offset = super::median(&mut rows.stars.iter().map(|(_, s)| s.inst_mag - s.v_mag).collect::<Vec<_>>());
         rows.errors(config);
-        rows.refuse_what_cannot_be_told_apart()?;
+        rows.believe_colours(population, config);
+        rows.refuse_what_cannot_be_told_apart(config)?;
         Ok(rows)
     }
 
@@ -150,8 +221,8 @@ impl Rows {
         [
             1.0,
             column(0, s.airmass - self.mean[0]),
-            column(1, s.b_v_mag - self.mean[1]),
-            column(2, (s.airmass - self.product[0]) * (s.b_v_mag - self.product[1])),
+            column(1, self.colour[i] - self.mean[1]),
+            column(2, (s.airmass - self.product[0]) * (self.colour[i] - self.product[1])),
         ]
     }
 
@@ -162,7 +233,17 @@ impl Rows {
             Some(h) if h != 0.0 => h * (v - self.mean[t]),
             _ => 0.0,
         };
-        s.inst_mag - s.v_mag - self.offset - held(0, s.airmass) - held(1, s.b_v_mag)
+        s.inst_mag - s.v_mag - self.offset - held(0, s.airmass) - held(1, self.colour[i]) - self.shift[i]
+    }
+
+    /// The column of a term, fitted or held.
+    pub fn column_of_term(&self, term: usize, i: usize) -> f64 {
+        if term == 0 { self.star(i).airmass - self.mean[0] } else { self.colour[i] - self.mean[1] }
+    }
+
+    /// The same rows with offsets subtracted from y.
+    pub fn shifted(&self, shift: &[f64]) -> Rows {
+        Rows { shift: shift.to_vec(), ..self.clone() }
     }
 
     /// y − θ·columns \[mag\].
@@ -170,23 +251,39 @@ impl Rows {
         self.y(i) - dot(&self.columns(i), theta)
     }
 
-    /// Stated variance of row `i` at the colour term of `theta`: σ_inst² + σ_cat² + (∂y/∂(B−V) σ_BV)² \[mag²\].
+    /// Stated variance of row `i` at the colour term of `theta`: σ_inst² + σ_cat² + (∂y/∂(B−V) σ_BV)² \[mag²\]; σ_inst²
+    /// alone where stars are measured repeatedly and the rest is the star's own.
     pub fn stated_var(&self, i: usize, theta: &Vector) -> f64 {
+        if self.repeated { self.var[i] } else { self.var[i] + self.colour_var(i, theta) }
+    }
+
+    /// What the catalogue's errors of magnitude and colour add to all rows of the star of row `i` \[mag²\].
+    pub fn star_var(&self, i: usize, theta: &Vector) -> f64 {
+        self.var_catalogue[i] + self.colour_var(i, theta)
+    }
+
+    fn colour_var(&self, i: usize, theta: &Vector) -> f64 {
         let mut c = self.terms[1].held().unwrap_or(theta[2]);
         if self.terms[2].held().is_none() {
             c += theta[3] * (self.star(i).airmass - self.product[0]);
         }
-        self.var[i] + c * c * self.var_colour[i]
+        c * c * self.var_colour[i]
+    }
+
+    /// Terms pulled to a value: column, value, error.
+    pub fn priors(&self) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
+        self.terms.iter().enumerate().filter_map(|(t, term)| match term {
+            Term::Prior(value, err) => Some((t + 1, *value, *err)),
+            _ => None,
+        })
     }
 
     /// Adds the rows of pulled terms to a fit of rows whitened by their true standard deviation.
     pub fn add_priors(&self, triangle: &mut Triangle) {
-        for (t, term) in self.terms.iter().enumerate() {
-            if let Term::Prior(value, err) = term {
-                let mut a = [0.0; N];
-                a[t + 1] = 1.0 / err;
-                triangle.add(a, value / err);
-            }
+        for (t, value, err) in self.priors() {
+            let mut a = [0.0; N];
+            a[t] = 1.0 / err;
+            triangle.add(a, value / err);
         }
     }
 
@@ -196,13 +293,17 @@ impl Rows {
     }
 
     /// Refuses the terms the stars span too little for, or that go together.
-    fn refuse_what_cannot_be_told_apart(&mut self) -> Result<()> {
+    fn refuse_what_cannot_be_told_apart(&mut self, config: &config::Zeropoint) -> Result<()> {
+        let priors = [config.k_prior, config.c_prior];
         let spans = [self.span(|s| s.airmass), self.span(|s| s.b_v_mag)];
         if self.terms[0] == Term::Free && spans[0] < MIN_AIRMASS_SPAN {
-            self.refuse(0, format!("all stars within {:.2} airmass", spans[0].max(0.0)));
+            self.hold(0, priors[0], format!("all stars within {:.2} airmass", spans[0].max(0.0)));
         }
         if self.terms[1] == Term::Free && spans[1] < MIN_COLOUR_SPAN_MAG {
-            self.refuse(1, format!("all stars within {:.2} mag of B-V", spans[1].max(0.0)));
+            self.hold(1, priors[1], format!("all stars within {:.2} mag of B-V", spans[1].max(0.0)));
+        }
+        if self.terms[1] == Term::Free && self.calibration.share < BELIEVED_SHARE {
+            self.hold(1, priors[1], "the colours scatter hardly more than their errors".to_owned());
         }
         if self.terms[2] == Term::Free {
             let narrow = [("airmass", spans[0] < MIN_AIRMASS_SPAN), ("B-V", spans[1] < MIN_COLOUR_SPAN_MAG)];
@@ -212,13 +313,12 @@ impl Rows {
         }
         self.centre_the_product();
         let ones = vec![1.0; self.len()];
-        for (term, why) in [(2, "airmass x colour follows the other terms"), (1, "colour and airmass are collinear")] {
-            let alone = term == 1 && self.terms[0] != Term::Free;
-            if self.terms[term] == Term::Free && !alone && self.condition(&ones).0 > CONDITION_REFUSED {
-                self.refuse(term, why.to_owned());
-                self.centre_the_product();
-            }
+        if self.terms[2] == Term::Free && self.condition(&ones).0 > CONDITION_REFUSED {
+            self.refuse(2, "airmass x colour follows the other terms".to_owned());
+            self.centre_the_product();
         }
+        self.refuse_by_predicted_error(priors, config);
+        self.centre_the_product();
         self.enough(self.len(), 0, "all of them")
     }
 
@@ -227,22 +327,117 @@ impl Rows {
         self.product = [centre(0), centre(1)];
     }
 
-    fn refuse(&mut self, term: usize, why: String) {
-        let text = match term {
-            0 | 1 => {
-                let (name, at, key) = if term == 0 {
-                    ("k", format!("airmass {:.3}", self.mean[0]), "zeropoint.pin_k")
-                } else {
-                    ("C", format!("B-V {:.3}", self.mean[1]), "zeropoint.pin_c")
-                };
-                format!(
-                    "{name} refused: {why}; taken as 0, so the zeropoint holds near {at} only and its error does not \
-                     cover other values; pin it with {key}"
-                )
+    /// Holds k or C at its prior where the fit would tell less of it than the prior knows: predicted error above
+    /// [`TIMES_PRIOR`] times that of the prior, from the stated errors and the prior of the scatter between pointings.
+    fn refuse_by_predicted_error(&mut self, priors: [Pin; 2], config: &config::Zeropoint) {
+        for _ in 0..2 {
+            let predicted = self.predicted_errs(config.pointing_scatter_prior_mag);
+            let ratio = |t: usize| {
+                let free = self.terms[t] == Term::Free && priors[t].err > 0.0;
+                if free { predicted[t] / (TIMES_PRIOR * priors[t].err) } else { 0.0 }
+            };
+            let term = usize::from(ratio(1) > ratio(0));
+            if !(ratio(term) > 1.0) {
+                return;
             }
-            _ => format!("k'' refused: {why}; taken as 0"),
-        };
-        self.warnings.push(text);
+            let r = self.correlation();
+            let collinear = self.terms[1 - term].held().is_none() && r.abs() > COLLINEAR;
+            let err = if predicted[term].is_finite() { format!("{:.2}", predicted[term]) } else { "infinite".into() };
+            let why = if collinear {
+                format!("colour and airmass are collinear (correlation {r:.5}, predicted error {err})")
+            } else {
+                format!("predicted error {err}, above {TIMES_PRIOR} times that of its prior")
+            };
+            self.hold(term, priors[term], why);
+        }
+    }
+
+    /// Errors of k and C that the design, the stated errors and a scatter between pointings promise; infinite where the
+    /// terms cannot be told apart.
+    fn predicted_errs(&self, pointing_mag: f64) -> [f64; 2] {
+        let n = self.len();
+        if self.condition(&vec![1.0; n]).0 > CONDITION_REFUSED {
+            return [f64::INFINITY; 2];
+        }
+        let zero = [0.0; N];
+        let stated: Vec<f64> = (0..n).map(|i| self.stated_var(i, &zero)).collect();
+        let known = stated.iter().sum::<f64>() / n as f64;
+        let mut y: Vec<f64> = (0..n).map(|i| self.y(i)).collect();
+        let rough = crate::photometry::stats::mad_sigma(&mut y).unwrap_or(0.0).powi(2);
+        let typical = if known > 0.0 { known } else { rough };
+        let omega: Vec<f64> = stated.iter().map(|v| 1.0 / v.max(0.01 * typical).max(1e-12)).collect();
+        let mut of_star = vec![0.0_f64; self.n_stars];
+        (0..n).for_each(|i| of_star[self.star_of[i]] = self.star_var(i, &zero).sqrt());
+        let sums = Sums::of(self, &omega, |_| 0.0);
+        // one pointing is an offset of all stars
+        let scatter = if self.pointings.len() > 1 { pointing_mag } else { 0.0 };
+        let cov = sums.solve(&vec![scatter; self.pointings.len()], &of_star).cov;
+        [cov[1][1].sqrt(), cov[2][2].sqrt()]
+    }
+
+    /// Correlation of airmass and colour over the rows.
+    fn correlation(&self) -> f64 {
+        let (mut xx, mut cc, mut xc) = (0.0, 0.0, 0.0);
+        for i in 0..self.len() {
+            let (x, c) = (self.column_of_term(0, i), self.column_of_term(1, i));
+            (xx, cc, xc) = (xx + x * x, cc + c * c, xc + x * c);
+        }
+        let product = (xx * cc).sqrt();
+        if product > 0.0 { xc / product } else { 0.0 }
+    }
+
+    /// The expected true colour of each star, b = μ + λ (B − μ) with λ = σ_b²/(σ_b² + σ_BV²) (regression calibration,
+    /// Carroll et al. 2006, Measurement Error in Nonlinear Models, ch. 4): the error of the colours would else make C too
+    /// small by the factor λ. μ and σ_b² are those of the population the stars are drawn from, before any cut on B−V.
+    fn believe_colours(&mut self, population: &[[f64; 2]], config: &config::Zeropoint) {
+        self.colour = self.stars.iter().map(|(_, s)| s.b_v_mag).collect();
+        if config.estimator == Estimator::Ols || self.var_colour.iter().all(|v| *v == 0.0) {
+            return;
+        }
+        let mut seen = vec![false; self.n_stars];
+        let mut moments: Vec<(f64, f64)> = (0..self.len())
+            .filter(|i| !std::mem::replace(&mut seen[self.star_of[*i]], true) && self.colour[*i].is_finite())
+            .map(|i| (self.colour[i], self.var_colour[i]))
+            .collect();
+        if population.len() > moments.len() {
+            moments = population.iter().map(|[b_v, err]| (*b_v, err * err)).collect();
+        }
+        let n = moments.len() as f64;
+        if n < 3.0 {
+            return;
+        }
+        let mean = moments.iter().map(|m| m.0).sum::<f64>() / n;
+        let observed = moments.iter().map(|m| (m.0 - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        let errors = moments.iter().map(|m| m.1).sum::<f64>() / n;
+        let own = (observed - errors).max(0.0);
+        let share = if observed > 0.0 { own / observed } else { 1.0 };
+        // λ = 1 − σ²/S²; S² of n stars is known to √(2/(n − 1))
+        let rel_err = if share > 0.0 { (1.0 - share) / share * (2.0 / (n - 1.0)).sqrt() } else { 0.0 };
+        self.calibration = Calibration { share, rel_err, err_mag: errors.sqrt() };
+        if share < BELIEVED_SHARE {
+            return;
+        }
+        for (b_v, v) in self.colour.iter_mut().zip(&mut self.var_colour) {
+            let believed = own / (own + *v);
+            *b_v = mean + believed * (*b_v - mean);
+            *v *= believed;
+        }
+    }
+
+    /// Holds a term at its prior, by name.
+    pub fn hold(&mut self, term: usize, prior: Pin, why: String) {
+        let (name, unit, key) = if term == 0 { ("k", " mag/airmass", "k") } else { ("C", " mag/mag", "c") };
+        self.warnings.push(format!(
+            "{name} refused: {why}; held at {} +- {}{unit}, its prior (zeropoint.{key}_prior), and that error is in the \
+             error of the zeropoint; a value of this night is given with zeropoint.pin_{key}",
+            prior.value, prior.err
+        ));
+        self.terms[term] = Term::Held(prior, why);
+    }
+
+    /// Refuses k''.
+    fn refuse(&mut self, term: usize, why: String) {
+        self.warnings.push(format!("k'' refused: {why}; taken as 0"));
         self.terms[term] = Term::Refused(why);
     }
 
@@ -330,7 +525,8 @@ impl Rows {
         let (inst, no_inst) = fill(&|s| s.inst_err_mag);
         let (cat, no_cat) = fill(&|s| s.v_err_mag);
         let (colour, _) = fill(&|s| s.b_v_err_mag);
-        self.var = inst.iter().zip(&cat).map(|(a, b)| a + b).collect();
+        self.var = if self.repeated { inst } else { inst.iter().zip(&cat).map(|(a, b)| a + b).collect() };
+        self.var_catalogue = cat;
         self.var_colour = colour;
         self.weighted = config.estimator != Estimator::Ols && config.weighted && self.var.iter().any(|v| *v > 0.0);
         if self.weighted {

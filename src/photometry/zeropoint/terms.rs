@@ -11,6 +11,8 @@ pub enum Term {
     Prior(f64, f64),
     /// Held.
     Fixed(f64),
+    /// Not fitted, held at the value of its prior, whose error enters the covariance; and why.
+    Held(Pin, String),
     /// Not fitted, taken as 0, and why.
     Refused(String),
     /// Not asked for, taken as 0.
@@ -32,8 +34,14 @@ impl Term {
         match self {
             Term::Free | Term::Prior(..) => None,
             Term::Fixed(v) => Some(*v),
+            Term::Held(prior, _) => Some(prior.value),
             Term::Refused(_) | Term::Absent => Some(0.0),
         }
+    }
+
+    /// The error of a value that is held and not exactly known; 0 otherwise.
+    pub fn held_err(&self) -> f64 {
+        if let Term::Held(prior, _) = self { prior.err } else { 0.0 }
     }
 
     /// For the report.
@@ -42,6 +50,7 @@ impl Term {
             Term::Free => "fitted".to_owned(),
             Term::Prior(v, e) => format!("pinned {v} +- {e} (prior)"),
             Term::Fixed(v) => format!("pinned {v}"),
+            Term::Held(p, why) => format!("refused: {why}; held at {} +- {}, its prior", p.value, p.err),
             Term::Refused(why) => format!("refused: {why}"),
             Term::Absent => "not fitted".to_owned(),
         }

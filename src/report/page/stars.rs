@@ -55,7 +55,7 @@ fn terms(z: &Zeropoint) -> Markup {
     html! {
         (table("", "Terms of the fit, with the correlations of their errors", &["term", "value", "error", "with ZP", "with k", "with C", "how"], &rows))
         p {
-            (z.n_used) " measurements used, " (z.n_rejected) " without weight, " (z.n_pointings) " pointings, rms "
+            "" @if z.n_stars > 0 { (z.n_words()) " used, " } @else { (z.n_used) " measurements used, " } (z.n_rejected) " without weight, " (z.n_pointings) " pointings, rms "
             (format!("{:.4}", z.rms_mag)) " mag"
             @if z.pointing_scatter_mag.is_finite() { ", pointings scatter by " (format!("{:.4}", z.pointing_scatter_mag)) " mag beyond their stars" }
             ", estimator " (z.estimator) "."

@@ -1,0 +1,191 @@
+//! Clouds only dim: pointings under a cloud are told from the clear ones by the one-sided tail of their offsets.
+//!
+//! Magnitudes. d_j = m + u_j + z_j c_j + e_j with u_j of variance τ², z_j = 1 with probability π and c_j exponential of mean
+//! μ, by expectation and maximisation (Dempster, Laird & Rubin 1977); the clouds are believed by the likelihood
+//! ratio to m + u_j + e_j alone. Left out: clouds over most of the pointings, which
+//! nothing in a night tells from a lower zeropoint.
+
+use std::f64::consts::{PI, SQRT_2};
+
+use statrs::function::erf::erfc;
+
+/// Fewest pointings among which clouds are looked for.
+const FEWEST: usize = 6;
+/// Twice the log-likelihood ratio at which clouds are as likely as not.
+const EVIDENCE: f64 = 2.0;
+/// Below this there is nothing one-sided.
+const NOTHING: f64 = 0.5;
+/// Share of the shift that stays in the error however sure the clouds are: how thick they are is not exponential.
+const UNKNOWN_SHAPE: f64 = 0.2;
+/// Largest share of clouded pointings.
+const MOST: f64 = 0.5;
+/// Rounds of expectation and maximisation.
+const ROUNDS: usize = 80;
+/// Parameters that are fitted to the offsets.
+const FITTED: f64 = 4.0;
+/// Smallest scatter in units of the pointings' own errors.
+const SMALLEST: f64 = 0.1;
+
+/// Pointings under clouds.
+#[derive(Debug, Clone)]
+pub struct Clouds {
+    /// Expected extinction by cloud of each pointing \[mag\].
+    pub mean_mag: Vec<f64>,
+    /// Precision each pointing keeps, 0 to 1: whether it is clouded is not known for sure.
+    pub weight: Vec<f64>,
+    /// Probability that a pointing is clouded.
+    pub probability: Vec<f64>,
+    /// Scatter of the clear pointings \[mag\].
+    pub tau_mag: f64,
+    /// By how much the clouds would move the zeropoint if they were taken as scatter \[mag\].
+    pub shift_mag: f64,
+    /// How far to believe in the clouds, 0 to 1.
+    pub belief: f64,
+}
+
+impl Clouds {
+    /// Whether the zeropoint is to be that of the clear pointings.
+    pub fn believed(&self) -> bool {
+        self.belief >= 0.5
+    }
+
+    /// Error of the zeropoint by not knowing for sure \[mag\].
+    pub fn doubt_mag(&self) -> f64 {
+        let shape = if self.believed() { UNKNOWN_SHAPE } else { 0.0 };
+        (self.belief * (1.0 - self.belief)).sqrt().max(shape) * self.shift_mag.abs()
+    }
+}
+
+/// One set of parameters and its log-likelihood.
+#[derive(Debug, Clone, Copy)]
+struct State {
+    m: f64,
+    tau2: f64,
+    share: f64,
+    depth: f64,
+    log_likelihood: f64,
+}
+
+fn gauss(x: f64, s: f64) -> f64 {
+    (-0.5 * (x / s).powi(2)).exp() / (s * (2.0 * PI).sqrt())
+}
+
+/// Ratio φ/Φ.
+fn hazard(t: f64) -> f64 {
+    if t < -30.0 {
+        return -t;
+    }
+    (-0.5 * t * t).exp() / (2.0 * PI).sqrt() / (0.5 * erfc(-t / SQRT_2))
+}
+
+/// Density of an exponential of mean `depth` plus a Gaussian of `s`.
+fn dimmed(x: f64, s: f64, depth: f64) -> f64 {
+    let t = x / s - s / depth;
+    // far below: Φ is φ over the hazard, and the exponentials cancel to the Gaussian
+    if t < -5.0 {
+        return gauss(x, s) * s / depth / hazard(t).max(1e-300);
+    }
+    (0.5 * (s / depth).powi(2) - x / depth).exp() / depth * 0.5 * erfc(-t / SQRT_2)
+}
+
+/// Deviations `d` of the pointings with their variances `v`; `None` where no cloud is needed to explain them. A pointing
+/// without variance (no star used) takes no part.
+pub fn find(d: &[f64], v: &[f64]) -> Option<Clouds> {
+    let used: Vec<usize> = (0..d.len()).filter(|j| v[*j].is_finite() && d[*j].is_finite()).collect();
+    if used.len() < FEWEST {
+        return None;
+    }
+    let clear = normal(d, v, &used);
+    let mut values: Vec<f64> = used.iter().map(|j| d[*j]).collect();
+    values.sort_unstable_by(f64::total_cmp);
+    let at = |q: f64| values[(q * (values.len() - 1) as f64).round() as usize];
+    let own = used.iter().map(|j| v[*j]).sum::<f64>() / used.len() as f64;
+    let low = at(0.35);
+    let lower = at(0.1);
+    let mut state = State {
+        m: low,
+        tau2: ((low - lower).powi(2) - own).max(own * 0.25).max(1e-16),
+        share: 0.25,
+        depth: (at(0.9) - low).max(own.sqrt()),
+        log_likelihood: f64::NEG_INFINITY,
+    };
+    let floor = SMALLEST * SMALLEST * own;
+    let mut out = Clouds {
+        mean_mag: vec![0.0; d.len()],
+        weight: vec![1.0; d.len()],
+        probability: vec![0.0; d.len()],
+        tau_mag: 0.0,
+        shift_mag: 0.0,
+        belief: 0.0,
+    };
+    for _ in 0..ROUNDS {
+        state = step(d, v, &used, state, floor, &mut out);
+    }
+    let gain = 2.0 * (state.log_likelihood - clear.log_likelihood);
+    if !(gain > NOTHING) {
+        return None;
+    }
+    out.belief = 1.0 / (1.0 + (0.5 * (EVIDENCE - gain)).exp());
+    // maximum likelihood is too small by the parameters that were fitted: location, slope, share and depth
+    let clear_ones: f64 = used.iter().map(|j| out.weight[*j]).sum();
+    out.tau_mag = (state.tau2 * clear_ones / (clear_ones - FITTED).max(1.0)).sqrt();
+    out.shift_mag = clear.m - state.m;
+    Some(out)
+}
+
+/// One step of expectation and maximisation; the likelihood is that before the step.
+fn step(d: &[f64], v: &[f64], used: &[usize], state: State, floor: f64, out: &mut Clouds) -> State {
+    let State { m, tau2, share, depth, .. } = state;
+    let (mut log_likelihood, mut precision, mut sum, mut clouded, mut dimming) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    let (mut excess, mut squares) = (0.0, 0.0);
+    for j in used.iter().copied() {
+        let s2 = tau2 + v[j];
+        let (s, x) = (s2.sqrt(), d[j] - m);
+        let (f0, f1) = ((1.0 - share) * gauss(x, s), share * dimmed(x, s, depth));
+        let total = (f0 + f1).max(1e-300);
+        log_likelihood += total.ln();
+        let p = (f1 / total).clamp(0.0, 1.0);
+        let t = x / s - s / depth;
+        let h = hazard(t);
+        let c = (s * (t + h)).max(0.0);
+        let var_c = (s2 * (1.0 - h * (h + t))).max(0.0);
+        let mean = p * c;
+        let var = p * (var_c + c * c) - mean * mean;
+        out.mean_mag[j] = mean;
+        out.weight[j] = (1.0 - var / s2).clamp(0.02, 1.0);
+        out.probability[j] = p;
+        precision += 1.0 / s2;
+        sum += (d[j] - mean) / s2;
+        clouded += p;
+        dimming += mean;
+        excess += ((x - mean).powi(2) + var - s2) / (s2 * s2);
+        squares += 1.0 / (s2 * s2);
+    }
+    let n = used.len() as f64;
+    State {
+        m: sum / precision,
+        tau2: (tau2 + excess / squares).max(floor),
+        share: ((clouded + 0.5) / (n + 2.0)).min(MOST),
+        depth: (dimming / clouded.max(0.1)).max(1e-6),
+        log_likelihood,
+    }
+}
+
+/// One Gaussian scatter.
+fn normal(d: &[f64], v: &[f64], used: &[usize]) -> State {
+    let mut tau2 = 0.0;
+    let mut m = 0.0;
+    for _ in 0..60 {
+        let sums = used.iter().fold((0.0, 0.0), |(w, y), j| (w + 1.0 / (tau2 + v[*j]), y + d[*j] / (tau2 + v[*j])));
+        m = sums.1 / sums.0;
+        let (mut excess, mut squares) = (0.0, 0.0);
+        for j in used.iter().copied() {
+            let s2 = tau2 + v[j];
+            excess += ((d[j] - m).powi(2) - s2) / (s2 * s2);
+            squares += 1.0 / (s2 * s2);
+        }
+        tau2 = (tau2 + excess / squares).max(0.0);
+    }
+    let log_likelihood = used.iter().map(|j| gauss(d[*j] - m, (tau2 + v[*j]).sqrt()).max(1e-300).ln()).sum();
+    State { m, tau2, share: 0.0, depth: 0.0, log_likelihood }
+}
