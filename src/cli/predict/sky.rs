@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
+use satphot::brightness::catalogue::Standing;
 use satphot::brightness::scene::local_radius_km;
 use satphot::brightness::sky::{SkyGrid, SkyMap, sky_map};
 use satphot::brightness::{ModelSettings, Satellite, ToleranceOf};
