@@ -1,6 +1,6 @@
 //! The Earth under one lamp as a picture: radiance towards a viewpoint, pixels of equal solid angle, north up, east right.
 //!
-//! W m⁻² sr⁻¹ in a band, km, rad. The engine's sphere under parallel light and its scattering law; left out: clouds, land and
+//! W m⁻² sr⁻¹ in a band, km, rad. The engine's sphere under its lamps, and its scattering law; left out: clouds, land and
 //! sea, the air's own light, twilight, the Moon's colour (light has that of the Sun).
 
 use ndarray::{Array2, Axis};
@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::brdf::Brdf;
 use super::ground::Ground;
-use super::lamps::{LampSettings, moonlight, sunlight};
+use super::lamps::{LampSettings, NearMoon, moonlight, sunlight};
 use super::scene::{impossible, local_radius_km};
 use crate::constants::AU_KM;
 use crate::error::Result;
@@ -39,11 +39,12 @@ impl EarthLamp {
         }
     }
 
-    /// Irradiance at the Earth's centre's distance \[W m⁻²\] in a band in which the Sun at 1 au has `sun_w_m2`, and whether
+    /// Irradiance at a place, from the Earth's centre \[km\], across the beam \[W m⁻²\] in a band in which the Sun at 1 au has `sun_w_m2`, and whether
     /// the lunar law was stretched. Ratios are those of the band of `lamps`.
     #[must_use]
     pub fn irradiance_w_m2(
         self,
+        place_km: &Vector<Itrs>,
         sun_km: &Vector<Itrs>,
         moon_km: &Vector<Itrs>,
         lamps: &LampSettings,
@@ -51,7 +52,7 @@ impl EarthLamp {
     ) -> (f64, bool) {
         let light = match self {
             EarthLamp::Sun => sunlight(sun_km.norm(), lamps),
-            EarthLamp::Moon => moonlight(&Vector::new(0.0, 0.0, 0.0), moon_km, sun_km, lamps),
+            EarthLamp::Moon => moonlight(place_km, moon_km, sun_km, lamps),
         };
         (sun_w_m2 * light.flux / sunlight(AU_KM, lamps).flux, light.extrapolated)
     }
@@ -136,7 +137,8 @@ impl Viewpoint {
     }
 }
 
-/// Draws the Earth lit from the geocentric direction `lamp` with `lamp_w_m2`, as `n` by `n` pixels, each the mean of
+/// Draws the Earth lit from the geocentric direction `lamp` with `lamp_w_m2` (at the Earth's centre, where every place sees a
+/// Moon of its own, `near`), as `n` by `n` pixels, each the mean of
 /// `sub` by `sub` points.
 ///
 /// `L = E f_E(s, p, −w) max(0, p·s)`.
@@ -145,7 +147,7 @@ impl Viewpoint {
 /// [`crate::Error::Model`] for a law that is no reflector, an irradiance that is negative, and sizes out of range.
 pub fn earth_picture(
     view: &Viewpoint,
-    lamp: &Vector<Itrs>,
+    (lamp, near): (&Vector<Itrs>, Option<&NearMoon>),
     lamp_w_m2: f64,
     earth: &Brdf,
     (n, sub): (usize, usize),
@@ -157,8 +159,12 @@ pub fn earth_picture(
     if !(lamp_w_m2 >= 0.0 && lamp_w_m2.is_finite()) {
         return Err(impossible(format!("the lamp's irradiance {lamp_w_m2} W/m2 is no number from 0 up")));
     }
-    let ground = Ground::new(&view.position_km, view.radius_km, lamp, earth)
-        .ok_or_else(|| impossible("the viewpoint is inside the Earth, or the lamp has no direction".into()))?;
+    let ground = match near {
+        Some(moon) => Ground::under_moon(&view.position_km, view.radius_km, moon, earth),
+        None => Ground::new(&view.position_km, view.radius_km, lamp, earth),
+    };
+    let ground =
+        ground.ok_or_else(|| impossible("the viewpoint is inside the Earth, or the lamp has no direction".into()))?;
     let half_side = (1.0 + MARGIN) * 2.0 * (0.5 * view.limb_rad()).sin();
     let step = 2.0 * half_side / n as f64;
     let mut radiance = Array2::zeros((n, n));
@@ -221,7 +227,7 @@ mod tests {
             let toward = view.position_km.unit().unwrap();
             let side = Vector::new(0.0, 0.0, 1.0);
             let lamp = toward * a.cos() + side * a.sin();
-            let picture = earth_picture(&view, &lamp, 1_361.0, &LAMBERT, (256, 4)).unwrap();
+            let picture = earth_picture(&view, (&lamp, None), 1_361.0, &LAMBERT, (256, 4)).unwrap();
             let k = view.radius_km / view.position_km.norm();
             let expected = 1_361.0 * 2.0 / 3.0 * 0.3 * k * k * (a.sin() + (PI - a) * a.cos()) / PI;
             let ratio = picture.irradiance_w_m2() / expected;
@@ -233,10 +239,10 @@ mod tests {
     fn under_the_lamp_the_ground_has_albedo_e_over_pi_and_behind_the_terminator_none() {
         let view = Viewpoint::new(100.0, 10.0, 35_786.0).unwrap();
         let lamp = view.up;
-        let picture = earth_picture(&view, &lamp, 3.0e-3, &LAMBERT, (301, 1)).unwrap();
+        let picture = earth_picture(&view, (&lamp, None), 3.0e-3, &LAMBERT, (301, 1)).unwrap();
         assert!((picture.radiance[[150, 150]] / (0.3 * 3.0e-3 / PI) - 1.0).abs() < 1e-4);
         // a lamp in the east: its terminator passes through nadir, the west is dark, the east is lit
-        let picture = earth_picture(&view, &view.east, 1.0, &LAMBERT, (300, 1)).unwrap();
+        let picture = earth_picture(&view, (&view.east, None), 1.0, &LAMBERT, (300, 1)).unwrap();
         assert_eq!(picture.radiance[[150, 149]], 0.0);
         assert!(picture.radiance[[150, 150]] > 0.0 && picture.radiance[[150, 100]] == 0.0);
         // beyond the limb there is nothing
@@ -246,7 +252,7 @@ mod tests {
     #[test]
     fn ground_points_are_drawn_where_their_light_is_seen() {
         let view = Viewpoint::new(151.0, -33.0, 420.0).unwrap();
-        let picture = earth_picture(&view, &view.up, 1.0, &LAMBERT, (200, 2)).unwrap();
+        let picture = earth_picture(&view, (&view.up, None), 1.0, &LAMBERT, (200, 2)).unwrap();
         let (x, y) = picture.pixel_of(view.ground_point(&view.position_km).unwrap());
         assert!((x - 100.0).abs() < 1e-9 && (y - 100.0).abs() < 1e-9);
         // north is up, east to the right, the antipode behind
@@ -279,8 +285,8 @@ mod tests {
         assert!(Viewpoint::new(0.0, 0.0, -5.0).unwrap_err().to_string().contains("-5 km"));
         let view = Viewpoint::new(0.0, 0.0, 400.0).unwrap();
         let lamp = view.up;
-        assert!(earth_picture(&view, &lamp, f64::NAN, &LAMBERT, (100, 1)).is_err());
-        assert!(earth_picture(&view, &lamp, 1.0, &LAMBERT, (1, 1)).is_err());
-        assert!(earth_picture(&view, &lamp, 1.0, &Brdf::Lambert { albedo: 2.0 }, (100, 1)).is_err());
+        assert!(earth_picture(&view, (&lamp, None), f64::NAN, &LAMBERT, (100, 1)).is_err());
+        assert!(earth_picture(&view, (&lamp, None), 1.0, &LAMBERT, (1, 1)).is_err());
+        assert!(earth_picture(&view, (&lamp, None), 1.0, &Brdf::Lambert { albedo: 2.0 }, (100, 1)).is_err());
     }
 }

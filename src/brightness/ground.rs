@@ -337,8 +337,8 @@ impl Near {
         let height = circle.height.0 + circle.height.1 * phi.0;
         let per_delta2 = 1.0 / (1.0 - ratio * ratio - 2.0 * ratio * height);
         let per_delta = per_delta2.sqrt();
-        let sun_up = circle.theta.0 * (self.to_sun.x() * phi.1 + self.to_sun.y() * phi.0)
-            + circle.theta.1 * self.to_sun.z();
+        let sun_up =
+            circle.theta.0 * (self.to_sun.x() * phi.1 + self.to_sun.y() * phi.0) + circle.theta.1 * self.to_sun.z();
         let phase = self.moon.phase.at((ratio * sun_up - self.sun_outward) * per_delta);
         (phase * if self.moon.by_distance { per_delta2 * per_delta } else { per_delta }, per_delta)
     }

@@ -158,8 +158,7 @@ impl<'a> Stage<'a> {
         let Some(plate) = self.plates.first() else { return sum };
         let lights_ground = |g: &Ground| self.everything || (g.lit_in_view() && lamp.flux_at_ground > 0.0);
         // parallel light reaches as far and farther: where it reaches nothing the Moon's phases are not asked for
-        let parallel =
-            |place: &Vector<Itrs>| Ground::new(place, self.radius_km, &lamp.position_km, &settings.earth);
+        let parallel = |place: &Vector<Itrs>| Ground::new(place, self.radius_km, &lamp.position_km, &settings.earth);
         let reached = parallel(&plate.centre.place_km).is_some_and(|g| lights_ground(&g));
         let near = if reached { lamp.over_ground(self.model.lighting(), self.radius_km) } else { None };
         let ground_at = |view: &View| match &near {

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::published::labels::{Labelled, read_labelled, summary};
-use satphot::published::{Published, published, table};
-use satphot::report::Meta;
+use satphot::published::{Published, Rule, published, table};
 use satphot::report::plot::{LabelSample, label_histogram};
 use satphot::report::published::{LABELS, LabelRow, write_labels, write_published};
 use satphot::report::summary::text_table;
+use satphot::report::{Meta, MetaValue};
 
 use super::orbit_args::bad;
 use super::{print, tell, threads};
@@ -16,7 +16,8 @@ use super::{print, tell, threads};
 const AFTER_HELP: &str = "\
 One row per number of Caddy et al., \"The First Observations of Moonlit Satellites\": as printed, by
 the formula and the inputs of the paper (as published), as the physics asks (corrected), a verdict
-and the reason. --csv, --markdown and -o carry the reasons; docs/paper.md is made of --markdown --full.
+and the reason. The verdict follows from the rule of the row, a tolerance per kind of number; the rules
+stand above the table. --csv, --markdown and -o carry the reasons; docs/paper.md is made of --markdown --full.
 
 With --observed the paper's table and histogram of brightness by day, twilight and night instead,
 from the tables of `satphot run` (photometry.ecsv) or `satphot predict pass -o`: observed magnitudes
@@ -89,6 +90,8 @@ impl PublishedVerb {
         let rows = pool.install(|| published(self.full))?;
         let mut meta = meta("satphot.published/1");
         meta.push("rows", table::counts(&rows));
+        let rules = Rule::ALL.map(|rule| (rule.name().to_owned(), rule.asks().into()));
+        meta.push("rules", MetaValue::Map(rules.to_vec()));
         let file_rows: Vec<_> = rows.iter().map(Published::file_row).collect();
         tables.iter().try_for_each(|path| write_published(path, &file_rows, &meta))?;
         if self.csv {
@@ -98,7 +101,7 @@ impl PublishedVerb {
         } else if self.markdown {
             print(&table::markdown(&rows));
         } else {
-            print(&format!("{}\n{}\n", table::text(&rows), table::counts(&rows)));
+            print(&format!("{}\n{}\n{}\n", table::legend(), table::text(&rows), table::counts(&rows)));
         }
         let left_out = rows.iter().filter(|r| r.left_out).count();
         if left_out > 0 && !self.quiet {

@@ -61,7 +61,8 @@ impl Satellites {
         } else if self.name.is_some() {
             print(&whole(&shown[0])?);
         } else {
-            let rows: Vec<_> = list(&shown).iter().map(|r| [0, 1, 2, 3, 4, 7, 8].map(|i| r[i].clone()).to_vec()).collect();
+            let rows: Vec<_> =
+                list(&shown).iter().map(|r| [0, 1, 2, 3, 4, 7, 8].map(|i| r[i].clone()).to_vec()).collect();
             print(&text_table(&HEAD, &rows));
         }
         for entry in shown.iter().filter(|_| self.name.is_some()) {
@@ -72,18 +73,8 @@ impl Satellites {
 }
 
 const HEAD: [&str; 7] = ["name", "title", "area m2", "surfaces", "orbit", "areas from", "scatter mag"];
-const COLUMNS: [&str; 10] = [
-    "name",
-    "title",
-    "area_m2",
-    "surfaces",
-    "orbits",
-    "launched",
-    "planned",
-    "area_source",
-    "scatter_mag",
-    "caveat",
-];
+const COLUMNS: [&str; 10] =
+    ["name", "title", "area_m2", "surfaces", "orbits", "launched", "planned", "area_source", "scatter_mag", "caveat"];
 const SURFACE_COLUMNS: [&str; 7] =
     ["surface", "area_m2", "attitude", "brdf", "reflectance_0deg", "reflectance_60deg", "back"];
 const SURFACE_HEAD: [&str; 7] = ["surface", "area m2", "attitude", "scattering", "R(0)", "R(60)", "back"];

@@ -20,8 +20,8 @@ use serde::{Deserialize, Serialize};
 
 pub(crate) use check::{check_surface, range};
 pub use effects::{
-    Arrays, Backs, Distances, EarthRadius, Effects, EffectsTable, GroundMoonlight, LunarEclipse, Mode, MoonLaw, MoonPastLimit, MuArea,
-    PlatformSize, Sampling, Shadow, Source, SourceDisc,
+    Arrays, Backs, Distances, EarthRadius, Effects, EffectsTable, GroundMoonlight, LunarEclipse, Mode, MoonLaw,
+    MoonPastLimit, MuArea, PlatformSize, Sampling, Shadow, Source, SourceDisc,
 };
 pub use fetch::Fetch;
 pub(crate) use load::read_layers;

@@ -3,8 +3,9 @@
 //! % of 24 h, counts of the 30 nights; local time of Sydney in June, UTC+10.
 
 use super::context::{Context, sky_points};
-use super::entry::{Entry, Numbers, Verdict, row};
+use super::entry::{Basis, Entry, Numbers, row};
 use super::pass_check::sun_and_moon;
+use super::rule::Rule;
 use crate::brightness::ModelSettings;
 use crate::brightness::ToleranceOf;
 use crate::config::Mode;
@@ -15,7 +16,7 @@ use crate::night::light_class::SUNRISE_ALT_DEG;
 use crate::night::predict::dome::{Dome, Overhead};
 use crate::night::predict::month::{MonthSatellite, Night, TrackedLimits, nights, predict_month};
 use crate::night::progress::Silent;
-use Verdict::{Reproduced, WithAssumption};
+use Basis::{Assumed, Stated};
 
 const PRACTICE: &str = "section Practicality of Moonlit Observations";
 const MONTH: &str = "section Detection Thresholds";
@@ -33,36 +34,33 @@ const MOMENTS: usize = 5;
 
 pub(super) const ROWS: &[Entry] = &[
     row("duty-twilight", PRACTICE, "twilight, share of 24 h", "%", 1)
-        .printed("~12.5", 12.5, 0.2)
-        .is(
-            Reproduced,
-            "from sunset (-0.833 deg) to -18 deg and back, twice 89.1 min on 11 June; from 0 deg it is 13.0 %",
-        )
+        .printed("~12.5", 12.5, Rule::Share)
+        .is(Stated, "from sunset (-0.833 deg) to -18 deg and back, twice 89.1 min on 11 June; from 0 deg it is 13.0 %")
         .by(|c| Ok(Numbers::both(sun_above_pct(c, -18.0)? - sun_above_pct(c, SUNRISE_ALT_DEG)?))),
     row("duty-day", PRACTICE, "twilight and day, share of 24 h", "%", 1)
-        .printed("~54", 54.0, 0.5)
-        .is(Reproduced, "Sun above -18 deg")
+        .printed("~54", 54.0, Rule::Share)
+        .is(Stated, "Sun above -18 deg")
         .by(|c| Ok(Numbers::both(sun_above_pct(c, -18.0)?))),
     row("duty-moon", PRACTICE, "with moonlit satellites, share of 24 h", "%", 1)
-        .printed("effectively 100", 100.0, 0.5)
+        .printed("effectively 100", 100.0, Rule::Share)
         .is(
-            Reproduced,
+            Stated,
             "at full Moon some direction of the sky has moonlight in every ten minutes of \
             night; weather apart",
         )
         .by(duty_moon),
     row("nights-moon-up", MONTH, "nights of June 2025 with the Moon up at midnight", "", 0)
-        .printed("approximately half", 15.0, 1.5)
-        .is(Reproduced, "16 of 30, 3 to 18 June")
+        .printed("approximately half", 15.0, Rule::AboutCount)
+        .is(Stated, "16 of 30, 3 to 18 June")
         .by(nights_moon_up),
     row("nights-unlit", MONTH, "nights on which no satellite at 420 km over the site has moonlight at midnight", "", 0)
-        .printed("~6", 6.0, 2.0)
-        .is(Reproduced, "7 nights, 22 to 28 June; 29 June is lit near the horizon alone")
+        .printed("~6", 6.0, Rule::AboutCount)
+        .is(Stated, "7 nights, 22 to 28 June; 29 June is lit near the horizon alone")
         .by(nights_unlit),
     row("nights-detectable", MONTH, "nights on which the ISS is above the 1-sigma limit at midnight", "", 0)
-        .printed("11", 11.0, 4.0)
+        .printed("11", 11.0, Rule::Count)
         .is(
-            WithAssumption,
+            Assumed,
             "the limits of one pixel as printed; the published count needs a surface brightness 2.3 mag \
                 fainter than the \
              model's over the station's own solid angle",

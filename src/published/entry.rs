@@ -1,8 +1,9 @@
-//! One row: a number as printed, how it is computed here, and what is to be thought of it.
+//! One row: a number as printed, how it is computed here, and by which rule the two are judged.
 //!
-//! Values in the unit of the row. A row without a computation is literature.
+//! Values in the unit of the row. No verdict is written down: each follows from the row's rule and the numbers.
 
 use super::context::Context;
+use super::rule::Rule;
 use crate::error::Result;
 
 /// What is to be thought of a published number.
@@ -18,6 +19,21 @@ pub enum Verdict {
     Literature,
     /// Not in the paper: a number its reader will want beside it.
     Beside,
+    /// Left out of this table as slow.
+    NotComputed,
+}
+
+/// What a number rests on; with the rule it makes the verdict.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Basis {
+    /// Inputs and formula are stated.
+    Stated,
+    /// An assumption the paper does not state is needed.
+    Assumed,
+    /// A measurement or another's number: not derivable.
+    Literature,
+    /// Not in the paper.
+    Beside,
 }
 
 impl Verdict {
@@ -30,6 +46,7 @@ impl Verdict {
             Self::NotReproduced => "not reproduced",
             Self::Literature => "literature",
             Self::Beside => "beside the paper",
+            Self::NotComputed => "not computed",
         }
     }
 }
@@ -70,6 +87,8 @@ impl Numbers {
 
 /// How a row is computed.
 type Compute = fn(&Context) -> Result<Numbers>;
+/// What is judged where it is none of the numbers shown.
+type Judge = fn(&Context) -> Result<f64>;
 
 /// One row before it is computed.
 #[derive(Debug, Clone, Copy)]
@@ -88,15 +107,18 @@ pub struct Entry {
     pub printed: &'static str,
     /// The same as a number.
     pub value: Option<f64>,
-    /// How near a computed value must be to be called the same: the rounding in print, or the spread of the reference.
-    pub within: f64,
-    /// What is to be thought of it.
-    pub verdict: Verdict,
+    /// What it is held against where that is not the number printed.
+    pub against: Option<f64>,
+    /// How near a computed value must be to be called the same.
+    pub rule: Option<Rule>,
+    /// What it rests on.
+    pub basis: Basis,
     /// Why they differ, or what was assumed, or the source.
     pub why: &'static str,
     /// Takes longer than a second.
     pub slow: bool,
     compute: Option<Compute>,
+    judge: Option<Judge>,
 }
 
 /// A computed row.
@@ -106,6 +128,8 @@ pub struct Published {
     pub entry: Entry,
     /// The answer.
     pub numbers: Numbers,
+    /// What the rule is put to: by the paper's way where there is one.
+    pub judged: Option<f64>,
     /// It was left out as too slow.
     pub left_out: bool,
 }
@@ -126,23 +150,40 @@ pub(super) const fn row(
         decimals,
         printed: "",
         value: None,
-        within: 0.0,
-        verdict: Verdict::Beside,
+        against: None,
+        rule: None,
+        basis: Basis::Beside,
         why: "",
         slow: false,
         compute: None,
+        judge: None,
     }
 }
 
 impl Entry {
-    /// As printed, as a number, and how near is the same.
-    pub(super) const fn printed(self, printed: &'static str, value: f64, within: f64) -> Self {
-        Self { printed, value: Some(value), within, ..self }
+    /// As printed, as a number, and the rule of its kind.
+    pub(super) const fn printed(self, printed: &'static str, value: f64, rule: Rule) -> Self {
+        Self { printed, value: Some(value), rule: Some(rule), ..self }
     }
 
-    /// Verdict and reason.
-    pub(super) const fn is(self, verdict: Verdict, why: &'static str) -> Self {
-        Self { verdict, why, ..self }
+    /// What it is held against though the paper does not print it as a number, and the rule.
+    pub(super) const fn against(self, value: f64, rule: Rule) -> Self {
+        Self { against: Some(value), rule: Some(rule), ..self }
+    }
+
+    /// By the formula as printed, held against what the physics gives.
+    pub(super) const fn formula(self) -> Self {
+        Self { rule: Some(Rule::Formula), ..self }
+    }
+
+    /// What is judged where it is none of the numbers shown.
+    pub(super) const fn judged_by(self, judge: Judge) -> Self {
+        Self { judge: Some(judge), ..self }
+    }
+
+    /// What it rests on, and why the numbers differ, what was assumed, or the source.
+    pub(super) const fn is(self, basis: Basis, why: &'static str) -> Self {
+        Self { basis, why, ..self }
     }
 
     /// How it is computed.
@@ -171,6 +212,63 @@ impl Entry {
             Some(compute) => compute(context)?.finite(),
             None => Numbers::default(),
         };
-        Ok(Published { entry: *self, numbers, left_out })
+        let judged = match self.judge.filter(|_| !left_out) {
+            Some(judge) => Some(judge(context)?),
+            None => numbers.as_published.or(numbers.corrected),
+        };
+        Ok(Published { entry: *self, numbers, judged, left_out })
+    }
+}
+
+impl Published {
+    /// What the number is held against: by a formula what the physics gives, else what is printed.
+    #[must_use]
+    pub fn held_against(&self) -> Option<f64> {
+        match self.entry.rule {
+            Some(Rule::Formula) => self.numbers.corrected,
+            _ => self.entry.against.or(self.entry.value),
+        }
+    }
+
+    /// How far it may be from that \[unit of the row\]; `None` for a row that is not judged.
+    #[must_use]
+    pub fn tolerance(&self) -> Option<f64> {
+        let (rule, value) = self.entry.rule.filter(|_| self.is_judged()).zip(self.held_against())?;
+        Some(rule.tolerance(self.entry.printed, value, self.entry.is_mag()))
+    }
+
+    /// A rule is put to it.
+    #[must_use]
+    pub fn is_judged(&self) -> bool {
+        matches!(self.entry.basis, Basis::Stated | Basis::Assumed)
+    }
+
+    /// The verdict, by the rule and the numbers; what cannot be computed at all is not reproduced.
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        match self.entry.basis {
+            Basis::Literature => return Verdict::Literature,
+            Basis::Beside => return Verdict::Beside,
+            _ if self.left_out => return Verdict::NotComputed,
+            Basis::Stated | Basis::Assumed => {}
+        }
+        let agrees = match (self.entry.rule, self.judged, self.held_against()) {
+            (Some(rule), Some(judged), Some(value)) => {
+                rule.agrees(judged, self.entry.printed, value, self.entry.is_mag())
+            }
+            _ => false,
+        };
+        match self.entry.basis {
+            _ if !agrees => Verdict::NotReproduced,
+            Basis::Assumed => Verdict::WithAssumption,
+            _ => Verdict::Reproduced,
+        }
+    }
+}
+
+impl Entry {
+    /// Its unit is a magnitude.
+    fn is_mag(&self) -> bool {
+        self.unit.starts_with("mag")
     }
 }

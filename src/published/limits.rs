@@ -4,7 +4,8 @@
 
 use super::areas::scale_arcsec;
 use super::context::Context;
-use super::entry::{Entry, Numbers, Verdict, row};
+use super::entry::{Basis, Entry, Numbers, row};
+use super::rule::Rule;
 use crate::brightness::lamps::{FULL_MOON_V_MAG, SUN_V_MAG};
 use crate::detect::footprint::{PUBLISHED_DIVERGENCE_DEG, beam_diameter_km, glint_mag};
 use crate::detect::sky_brightness_table::sky_at_moon_phase;
@@ -12,7 +13,7 @@ use crate::detect::survey::{LimitKind, RUBIN, SeeingMeaning};
 use crate::detect::tracked::{Area, Calculator};
 use crate::error::{Error, Result};
 use crate::vector::{Itrs, Vector};
-use Verdict::{Beside, Reproduced, WithAssumption};
+use Basis::{Assumed, Beside, Stated};
 
 const MONTH: &str = "section Detection Thresholds";
 const ASTRONOMY: &str = "section Implications for Astronomy";
@@ -34,39 +35,39 @@ const RUBIN_WHY: &str = "rubin_sim's throughputs, one exposure of 15 s, sky 19.4
 
 pub(super) const ROWS: &[Entry] = &[
     row("limit-full-1", MONTH, "1-sigma limit, full Moon", "mag arcsec-2", 2)
-        .printed("21.65", 21.65, 0.01)
-        .is(WithAssumption, LIMIT_WHY)
+        .printed("21.65", 21.65, Rule::Limit)
+        .is(Assumed, LIMIT_WHY)
         .by(|c| limit(c, FULL_SKY, 1.0)),
     row("limit-full-5", MONTH, "5-sigma limit, full Moon", "mag arcsec-2", 2)
-        .printed("19.67", 19.67, 0.01)
-        .is(WithAssumption, LIMIT_WHY)
+        .printed("19.67", 19.67, Rule::Limit)
+        .is(Assumed, LIMIT_WHY)
         .by(|c| limit(c, FULL_SKY, 5.0)),
     row("limit-new-1", MONTH, "1-sigma limit, new Moon", "mag arcsec-2", 2)
-        .printed("22.56", 22.56, 0.01)
-        .is(WithAssumption, LIMIT_WHY)
+        .printed("22.56", 22.56, Rule::Limit)
+        .is(Assumed, LIMIT_WHY)
         .by(|c| limit(c, NEW_SKY, 1.0)),
     row("limit-new-5", MONTH, "5-sigma limit, new Moon", "mag arcsec-2", 2)
-        .printed("20.27", 20.27, 0.01)
-        .is(WithAssumption, LIMIT_WHY)
+        .printed("20.27", 20.27, Rule::Limit)
+        .is(Assumed, LIMIT_WHY)
         .by(|c| limit(c, NEW_SKY, 5.0)),
     row("sky-full", ASTRONOMY, "sky at full Moon, g", "mag arcsec-2", 1)
-        .printed("19.4", 19.4, 0.05)
-        .is(Reproduced, "the table of DECam's exposure-time calculator")
+        .printed("19.4", 19.4, Rule::Digits)
+        .is(Stated, "the table of DECam's exposure-time calculator")
         .by(|_| Ok(Numbers::both(sky_at_moon_phase("g", 0.0)?))),
     row("sky-new", MONTH, "sky at new Moon, g", "mag arcsec-2", 1)
         .is(Beside, "the same table; the limits at new Moon need 22.1 to 22.2")
         .by(|_| Ok(Numbers::both(sky_at_moon_phase("g", 180.0)?))),
     row("rubin-g", ASTRONOMY, "Rubin, 5-sigma limit in 15 s, g", "mag", 2)
-        .printed("23.13", 23.13, 0.03)
-        .is(WithAssumption, RUBIN_WHY)
+        .printed("23.13", 23.13, Rule::Limit)
+        .is(Assumed, RUBIN_WHY)
         .by(|_| rubin("g")),
     row("rubin-r", ASTRONOMY, "the same, r", "mag", 2)
-        .printed("23.16", 23.16, 0.03)
-        .is(WithAssumption, RUBIN_WHY)
+        .printed("23.16", 23.16, Rule::Limit)
+        .is(Assumed, RUBIN_WHY)
         .by(|_| rubin("r")),
     row("rubin-i", ASTRONOMY, "the same, i", "mag", 2)
-        .printed("23.12", 23.12, 0.03)
-        .is(WithAssumption, RUBIN_WHY)
+        .printed("23.12", 23.12, Rule::Limit)
+        .is(Assumed, RUBIN_WHY)
         .by(|_| rubin("i")),
     row("rubin-g-effective", ASTRONOMY, "the same, g, with 0.7 arcsec the width of the images", "mag", 2)
         .is(Beside, "the other reading of the seeing")
@@ -75,8 +76,8 @@ pub(super) const ROWS: &[Entry] = &[
             Ok(Numbers::both(visit.limit_mag(LimitKind::Point, 5.0)?))
         }),
     row("earendil-beam", MONTH, "Earendil-1, diameter of the beam on the ground", "km", 2)
-        .printed("5.8", 5.8, 0.05)
-        .is(Reproduced, "2 x 625 km tan(0.53 deg/2), pointing to nadir")
+        .printed("5.8", 5.8, Rule::Digits)
+        .is(Stated, "2 x 625 km tan(0.53 deg/2), pointing to nadir")
         .by(|_| Ok(Numbers::both(beam_diameter_km(EARENDIL.0, PUBLISHED_DIVERGENCE_DEG.to_radians())?))),
     row("earendil-sun", MONTH, "Earendil-1 in sunlight, inside its beam", "mag", 2)
         .is(Beside, "radiance is kept: outside the beam nothing")

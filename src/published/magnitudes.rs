@@ -6,7 +6,8 @@ use std::path::Path;
 
 use super::areas::scale_arcsec;
 use super::context::Context;
-use super::entry::{Entry, Numbers, Verdict, row};
+use super::entry::{Basis, Entry, Numbers, row};
+use super::rule::Rule;
 use crate::brightness::lamps::{FULL_MOON_V_MAG, SUN_V_MAG, moon_v_mag};
 use crate::brightness::spectrum::{MagSystem, SolarColumn, Spectrum, ab_mag, brightness_ratio, published_ab_mag};
 use crate::brightness::{Band, Brdf};
@@ -14,7 +15,7 @@ use crate::config::Mode;
 use crate::error::{Error, Result};
 use crate::photometry::zeropoint::Zeropoint;
 use crate::vector::{Itrs, Vector};
-use Verdict::{Beside, NotReproduced, Reproduced};
+use Basis::{Beside, Stated};
 
 /// As the introduction has them \[mag\].
 const SUN_PRINTED_MAG: f64 = -26.5;
@@ -40,12 +41,12 @@ const RESULTS: &str = "section Observational Results";
 
 pub(super) const ROWS: &[Entry] = &[
     row("sun-moon-difference", INTRODUCTION, "full Moon less Sun", "mag", 2)
-        .printed("14", 14.0, 0.5)
-        .is(Reproduced, "-12.5 less -26.5; corrected: V at mean distances, -12.73 less -26.76")
+        .printed("14", 14.0, Rule::Digits)
+        .is(Stated, "-12.5 less -26.5; corrected: V at mean distances, -12.73 less -26.76")
         .by(|_| Ok(Numbers::pair(MOON_PRINTED_MAG - SUN_PRINTED_MAG, FULL_MOON_V_MAG - SUN_V_MAG))),
     row("sun-moon-ratio", INTRODUCTION, "Sun over full Moon", "", 0)
-        .printed("~400,000", 4e5, 5e3)
-        .is(NotReproduced, "printed is 2.5^14, the number is 10^(0.4 14)")
+        .printed("~400,000", 4e5, Rule::About)
+        .is(Stated, "printed is 2.5^14, the number is 10^(0.4 14)")
         .by(|_| {
             let difference_mag = MOON_PRINTED_MAG - SUN_PRINTED_MAG;
             Ok(Numbers::pair(
@@ -54,27 +55,27 @@ pub(super) const ROWS: &[Entry] = &[
             ))
         }),
     row("starlink-moonlit", INTRODUCTION, "Starlink V1.5 by moonlight", "mag", 2)
-        .printed("~20", 20.0, 0.5)
-        .is(Reproduced, "6 + 14, as if moonlight went the ways of sunlight")
+        .printed("~20", 20.0, Rule::About)
+        .is(Stated, "6 + 14, as if moonlight went the ways of sunlight")
         .by(|_| {
             let by_moon = |difference: f64| STARLINK_SUNLIT_MAG + difference;
             Ok(Numbers::pair(by_moon(MOON_PRINTED_MAG - SUN_PRINTED_MAG), by_moon(FULL_MOON_V_MAG - SUN_V_MAG)))
         }),
     row("starcloud-ratio", INTRODUCTION, "16 km2 over Starlink V1.5", "", 0)
-        .printed("~730,000", 730_000.0, 5e3)
-        .is(Reproduced, "16e6/22, the array alone; corrected: all of its 25.65 m2")
+        .printed("~730,000", 730_000.0, Rule::About)
+        .is(Stated, "16e6/22, the array alone; corrected: all of its 25.65 m2")
         .by(starcloud_ratio),
     row("starcloud-gain", INTRODUCTION, "the same in magnitudes", "mag", 2)
-        .printed("14.7", 14.7, 0.05)
-        .is(Reproduced, "2.5 lg of it")
+        .printed("14.7", 14.7, Rule::Digits)
+        .is(Stated, "2.5 lg of it")
         .by(|context| {
             let Numbers { as_published, corrected } = starcloud_ratio(context)?;
             let mag = |ratio: Option<f64>| ratio.map(|r| 2.5 * r.log10());
             Ok(Numbers { as_published: mag(as_published), corrected: mag(corrected) })
         }),
     row("starcloud-moonlit", INTRODUCTION, "16 km2 platform by moonlight", "mag", 2)
-        .printed("~5.3", 5.3, 0.05)
-        .is(Reproduced, "20 less 14.7; the full scattering model is not in it")
+        .printed("~5.3", 5.3, Rule::About)
+        .is(Stated, "20 less 14.7; the full scattering model is not in it")
         .by(|context| {
             let Numbers { as_published, corrected } = starcloud_ratio(context)?;
             let by_moon = |sun_moon: f64, ratio: f64| STARLINK_SUNLIT_MAG + sun_moon - 2.5 * ratio.log10();
@@ -84,28 +85,28 @@ pub(super) const ROWS: &[Entry] = &[
             })
         }),
     row("starcloud-angle", INTRODUCTION, "4 km x 4 km at 500 km", "arcmin", 1)
-        .printed("of the full Moon", 31.0, 3.6)
-        .is(Reproduced, "27.5 along a side; corrected: the disc of the same area. The Moon is 29 to 34 wide")
+        .printed("of the full Moon", 31.0, Rule::About)
+        .is(Stated, "27.5 along a side; corrected: the disc of the same area. The Moon is 29 to 34 wide")
         .by(|_| {
             let arcmin = |m: f64| (m / 500e3).to_degrees() * 60.0;
             Ok(Numbers::pair(arcmin(4e3), arcmin((16e6 * 4.0 / std::f64::consts::PI).sqrt())))
         }),
     row("night-day-difference", RESULTS, "ISS by night less by day", "mag", 2)
-        .printed("13.12", 13.12, 0.005)
-        .is(Reproduced, "12.02 less -1.10, both measured")
+        .printed("13.12", 13.12, Rule::Digits)
+        .is(Stated, "12.02 less -1.10, both measured")
         .by(|_| Ok(Numbers::both(NIGHT.0 - DAY.0))),
     row("night-day-difference-err", RESULTS, "its error", "mag", 2)
-        .printed("1.30", 1.30, 0.01)
+        .printed("1.30", 1.30, Rule::Digits)
         .is(
-            Reproduced,
+            Stated,
             "the two standard deviations in quadrature: the spread of single observations, not \
             the error of medians",
         )
         .by(|_| Ok(Numbers::both(NIGHT.1.hypot(DAY.1)))),
     row("sigma-phot", REDUCTION, "photometric error", "mag", 4)
-        .printed("0.17", 0.17, 0.005)
+        .printed("0.17", 0.17, Rule::Digits)
         .is(
-            Reproduced,
+            Stated,
             "the three errors in quadrature; corrected: each times its airmass 1.5 or colour 0.65, no \
                 covariance known",
         )
@@ -114,16 +115,17 @@ pub(super) const ROWS: &[Entry] = &[
             Ok(Numbers::pair(zeropoint.err_as_published_mag(), zeropoint.err_mag(AIRMASS, SUN_B_V_MAG, 0.0)))
         }),
     row("zeropoint-gap", "section Detection Thresholds", "zeropoint of the limits less the measured one", "mag", 1)
+        .against(0.0, Rule::Limit)
         .is(
-            NotReproduced,
+            Stated,
             "the published limits need 1 e-/s in a pixel of 0.196 arcsec at 21.62 mag/arcsec2, 25.16 mag \
                 for the whole; \
              measured is 23.37, its unit (electrons or counts per second) not stated",
         )
         .by(|context| Ok(Numbers::corrected(PIXEL_ZP_MAG - 5.0 * scale_arcsec(context).log10() - 23.37))),
     row("moon-system", "section Spectral Modelling of Moonlight", "full Moon", "mag", 2)
-        .printed("-12.73 V band ABmag", -12.73, 0.005)
-        .is(NotReproduced, "the law is of V in the Vega system; corrected: V of the same Moon in AB")
+        .printed("-12.73 V band ABmag", -12.73, Rule::Digits)
+        .is(Stated, "the law is of V in the Vega system; corrected: V of the same Moon in AB")
         .by(|_| {
             let v = Band::of_config("V")?;
             let [vega, ab] = [MagSystem::Vega, MagSystem::Ab].map(|system| v.sun_mag_in(system));
@@ -140,21 +142,24 @@ pub(super) const ROWS: &[Entry] = &[
         "mag",
         2,
     )
+    .formula()
     .is(
-        NotReproduced,
+        Stated,
         "magnitudes are corrected for extinction, yet the source is scaled at the bottom of the \
                 atmosphere: counted twice",
     )
     .by(|_| extinction(SolarColumn::Global)),
     row("extinction-direct", "section Spectral Modelling of Moonlight", "the same of the direct spectrum", "mag", 2)
-        .is(NotReproduced, "as above, had the direct column been taken")
+        .formula()
+        .is(Stated, "as above, had the direct column been taken")
         .by(|_| extinction(SolarColumn::Direct)),
     row("ab-constant", "section Simplified Brightness Model", "magnitude 0 in W m-2 Hz-1, as a magnitude", "mag", 1)
-        .printed("56.1", 56.1, 0.05)
-        .is(Reproduced, "corrected: 3631 Jy")
+        .printed("56.1", 56.1, Rule::Digits)
+        .is(Stated, "corrected: 3631 Jy")
         .by(|_| Ok(Numbers { as_published: ab_mag(1.0).map(|m| -m), corrected: Some(-2.5 * 3631e-26_f64.log10()) })),
     row("brdf-definition", "equation of the BRDF", "the definition printed over the right one, seen at 60 deg", "", 2)
-        .is(NotReproduced, "f = dL_o/(L_i cos theta_i d omega_i); printed is 1/cos theta_e more")
+        .formula()
+        .is(Stated, "f = dL_o/(L_i cos theta_i d omega_i); printed is 1/cos theta_e more")
         .by(|_| {
             let (up, seen_deg) = (Vector::<Itrs>::new(0.0, 0.0, 1.0), 60.0_f64);
             let (sin, cos) = seen_deg.to_radians().sin_cos();

@@ -18,6 +18,7 @@ pub mod pass_check;
 pub mod pass_rows;
 mod passes;
 pub mod resolved_case;
+mod rule;
 mod scattering;
 mod stk;
 mod streaks;
@@ -25,7 +26,8 @@ pub mod table;
 pub mod trackers;
 
 pub use context::Context;
-pub use entry::{Entry, Numbers, Published, Verdict};
+pub use entry::{Basis, Entry, Numbers, Published, Verdict};
+pub use rule::Rule;
 
 use rayon::prelude::*;
 

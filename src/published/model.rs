@@ -4,11 +4,12 @@
 //! solid angle. 288 directions.
 
 use super::context::{Context, quantile};
-use super::entry::{Entry, Numbers, Verdict, row};
+use super::entry::{Basis, Entry, Numbers, row};
+use super::rule::Rule;
 use crate::brightness::{Brightness, Satellite};
 use crate::config::Mode;
 use crate::error::Result;
-use Verdict::{Beside, NotReproduced, Reproduced, WithAssumption};
+use Basis::{Assumed, Beside, Stated};
 
 const CURVE: &str = "section Practicality of Moonlit Observations";
 const SEQUENCE: &str = "figure of the 24-hour sequence";
@@ -28,28 +29,28 @@ const DAY_WHY: &str = "noon, the same directions; even in solid angle the median
 
 pub(super) const ROWS: &[Entry] = &[
     row("iss-night-median", CURVE, "ISS by night, median over the sky", "mag", 2)
-        .printed("11.25", 11.25, 0.5)
-        .is(WithAssumption, NIGHT_WHY)
+        .printed("11.25", 11.25, Rule::Model)
+        .is(Assumed, NIGHT_WHY)
         .by(|c| iss(c, MIDNIGHT, 0.5)),
     row("iss-night-bright", CURVE, "the same, 16 % are brighter", "mag", 2)
-        .printed("9.52", 9.52, 0.5)
-        .is(WithAssumption, NIGHT_WHY)
+        .printed("9.52", 9.52, Rule::Model)
+        .is(Assumed, NIGHT_WHY)
         .by(|c| iss(c, MIDNIGHT, 0.16)),
     row("iss-night-faint", CURVE, "the same, 16 % are fainter", "mag", 2)
-        .printed("13.97", 13.97, 0.7)
-        .is(WithAssumption, NIGHT_WHY)
+        .printed("13.97", 13.97, Rule::Model)
+        .is(Assumed, NIGHT_WHY)
         .by(|c| iss(c, MIDNIGHT, 0.84)),
     row("iss-day-median", CURVE, "ISS by day, median over the sky", "mag", 2)
-        .printed("-2.66", -2.66, 0.3)
-        .is(WithAssumption, DAY_WHY)
+        .printed("-2.66", -2.66, Rule::Model)
+        .is(Assumed, DAY_WHY)
         .by(|c| iss(c, NOON, 0.5)),
     row("iss-day-bright", CURVE, "the same, 16 % are brighter", "mag", 2)
-        .printed("-3.44", -3.44, 0.3)
-        .is(WithAssumption, DAY_WHY)
+        .printed("-3.44", -3.44, Rule::Model)
+        .is(Assumed, DAY_WHY)
         .by(|c| iss(c, NOON, 0.16)),
     row("iss-day-faint", CURVE, "the same, 16 % are fainter", "mag", 2)
-        .printed("-0.27", -0.27, 0.5)
-        .is(WithAssumption, DAY_WHY)
+        .printed("-0.27", -0.27, Rule::Model)
+        .is(Assumed, DAY_WHY)
         .by(|c| iss(c, NOON, 0.84)),
     row(
         "direct-moon-directions",
@@ -58,24 +59,24 @@ pub(super) const ROWS: &[Entry] = &[
         "",
         0,
     )
-    .printed("none", 0.0, 0.0)
-    .is(Reproduced, "of 288 each")
+    .printed("none", 0.0, Rule::Count)
+    .is(Stated, "of 288 each")
     .by(direct_moon),
     row("chassis-share", SEQUENCE, "share of the moonlit flux that the chassis supplies, median direction", "%", 1)
         .is(Beside, "the attitude of the arrays moves the median by less than 0.1 mag")
         .by(chassis_share),
     row("iss-mu-midnight", MONTH, "ISS, surface brightness at midnight of full Moon, median", "mag arcsec-2", 2)
-        .printed("20.05", 20.05, 0.3)
+        .printed("20.05", 20.05, Rule::Model)
         .is(
-            NotReproduced,
+            Stated,
             "of the published median, 11.25, it needs 3311 arcsec2; over the station's own solid angle in \
                 each direction it \
              is 2.3 mag brighter",
         )
         .by(|c| surface_brightness(c, "iss", ISS_KM, 0.5)),
     row("bluebird-mu", MONTH, "Bluebird FM1, peak surface brightness", "mag arcsec-2", 2)
-        .printed("16.34", 16.34, 0.5)
-        .is(WithAssumption, "full Moon, median; the albedo is not published, ours is 0.6: 0.6 to 0.75 gives the number")
+        .printed("16.34", 16.34, Rule::Model)
+        .is(Assumed, "full Moon, median; the albedo is not published, ours is 0.6: 0.6 to 0.75 gives the number")
         .by(|c| surface_brightness(c, "bluebird-fm1", 520.0, 0.5)),
 ];
 

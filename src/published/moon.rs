@@ -5,8 +5,9 @@
 use hifitime::Epoch;
 
 use super::context::Context;
-use super::entry::{Entry, Numbers, Verdict, row};
+use super::entry::{Basis, Entry, Numbers, row};
 use super::pass_check::sun_and_moon;
+use super::rule::Rule;
 use crate::brightness::Band;
 use crate::brightness::lamps::{LampSettings, MOON_MEAN_DISTANCE_KM, mag_of_flux, moon_v_mag};
 use crate::config::{Effects, Mode, MoonLaw, MoonPastLimit, Source};
@@ -15,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::night::clock::{parse_utc, seconds_between, shifted};
 use crate::orbit::sky::bodies_gcrs;
 use crate::orbit::{EarthOrientation, bodies};
-use Verdict::{Beside, Literature, Reproduced};
+use Basis::{Beside, Literature, Stated};
 
 const LAW: &str = "section Spectral Modelling of Moonlight";
 /// Middle of the paper's campaign.
@@ -30,11 +31,8 @@ const fn at_phase(id: &'static str, quantity: &'static str) -> Entry {
 
 pub(super) const ROWS: &[Entry] = &[
     row("moon-law-0", LAW, "V of the full Moon", "mag", 2)
-        .printed("-12.73", -12.73, 0.005)
-        .is(
-            Reproduced,
-            "the law at 0 deg; corrected: with the surge of Krisciunas & Schaefer, which overshoots by 0.1 mag",
-        )
+        .printed("-12.73", -12.73, Rule::Digits)
+        .is(Stated, "the law at 0 deg; corrected: with the surge of Krisciunas & Schaefer, which overshoots by 0.1 mag")
         .by(|_| pair_of_laws(0.0, MoonLaw::CoxOpposition)),
     row("moon-surge-2", LAW, "V of the Moon at 2 deg", "mag", 2)
         .is(Beside, "as published: Cox; corrected: with the surge of Krisciunas & Schaefer below 7 deg")

@@ -5,7 +5,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::context::{Context, settings};
-use super::entry::{Entry, Numbers, Verdict, row};
+use super::entry::{Basis, Entry, Numbers, row};
 use crate::brightness::explicit::RADIUS_KM;
 use crate::brightness::lamps::SUN_V_MAG;
 use crate::brightness::lamps::flux_of_mag;
@@ -14,7 +14,7 @@ use crate::config::{Arrays, Distances, Mode, Shadow, Source, SourceDisc};
 use crate::constants::{AU_KM, SUN_RADIUS_KM};
 use crate::error::Result;
 use crate::vector::{Itrs, Vector};
-use Verdict::Beside;
+use Basis::Beside;
 
 const LAWS: &str = "section Lumos-sat, Two Component Model";
 

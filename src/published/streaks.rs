@@ -3,7 +3,8 @@
 //! Satellites in the zenith, distance = height, as the paper has it; Rubin's mirror 8.4 m, seeing 0.7″, 15 s.
 
 use super::context::Context;
-use super::entry::{Entry, Numbers, Verdict, row};
+use super::entry::{Basis, Entry, Numbers, row};
+use super::rule::Rule;
 use crate::brightness::lamps::FULL_MOON_V_MAG;
 use crate::config::Mode;
 use crate::detect::simple::{
@@ -13,7 +14,7 @@ use crate::detect::simple::{
 use crate::detect::streak::{effective_surface_brightness, t_eff_simple_s, width_arcsec, zenith_rate_rad_s};
 use crate::detect::survey::RUBIN;
 use crate::error::{Error, Result};
-use Verdict::{Beside, NotReproduced, Reproduced, WithAssumption};
+use Basis::{Assumed, Beside, Stated};
 
 const SIMPLE: &str = "section Simplified Brightness Model";
 const ASTRONOMY: &str = "section Implications for Astronomy";
@@ -38,19 +39,20 @@ pub(super) const ROWS: &[Entry] = &[
         .is(Beside, "A/d2")
         .by(|c| Ok(Numbers::both(solid_angle_arcsec2(c.area_m2("iss")?, ISS_KM * 1e3, Diameter::Square)?))),
     row("mu-observed", MONTH, "ISS, surface brightness of the observed median", "mag arcsec-2", 2)
-        .printed("19.65", 19.65, 0.005)
-        .is(Reproduced, "12.02 over 4250.25 m2 at 400 km")
+        .printed("19.65", 19.65, Rule::Digits)
+        .is(Stated, "12.02 over 4250.25 m2 at 400 km")
         .by(mu),
     row("mu-example", ASTRONOMY, "the same in the example of a streak", "mag arcsec-2", 2)
-        .printed("19.70", 19.70, 0.005)
-        .is(NotReproduced, MU_WHY)
+        .printed("19.70", 19.70, Rule::Digits)
+        .is(Stated, MU_WHY)
         .by(mu),
     row("mu-results", "section Observational Results", "the same in the results", "mag arcsec-2", 2)
-        .printed("20.60", 20.60, 0.005)
-        .is(NotReproduced, "the same inputs give 19.65; 20.60 needs 2704 arcsec2, an aperture of 52 arcsec perhaps")
+        .printed("20.60", 20.60, Rule::Digits)
+        .is(Stated, "the same inputs give 19.65; 20.60 needs 2704 arcsec2, an aperture of 52 arcsec perhaps")
         .by(mu),
     row("disc-area", SIMPLE, "surface brightness with A = (pi/4) D as printed", "mag arcsec-2", 2)
-        .is(NotReproduced, "A = (pi/4) D2; the linear form makes the disc 5.4 km wide")
+        .formula()
+        .is(Stated, "A = (pi/4) D2; the linear form makes the disc 5.4 km wide")
         .by(|c| {
             let of = |reading| -> Result<f64> {
                 Ok(surface_brightness(ISS_V_MAG, solid_angle_arcsec2(c.area_m2("iss")?, ISS_KM * 1e3, reading)?))
@@ -58,8 +60,9 @@ pub(super) const ROWS: &[Entry] = &[
             Ok(Numbers::pair(of(Diameter::Linear)?, of(Diameter::Square)?))
         }),
     row("nadir-panel", SIMPLE, "cosine of incidence on a panel facing nadir, Moon at 45 deg", "", 3)
+        .formula()
         .is(
-            NotReproduced,
+            Stated,
             "cos theta_i = sin alpha_M is that of a panel facing the zenith: a Moon above the horizon \
                 shines on the back of \
              this one, which has Lunar-Earthshine alone",
@@ -70,14 +73,15 @@ pub(super) const ROWS: &[Entry] = &[
             Ok(Numbers::pair(of(PanelLight::SineOfAltitude), of(PanelLight::Geometric)))
         }),
     row("nadir-panel-albedo", SIMPLE, "reflectance times cosines the observed median would need", "", 4)
-        .is(NotReproduced, "direct moonlight on 4250.25 m2 at 400 km; no real surface is so dark")
+        .is(Beside, "direct moonlight on 4250.25 m2 at 400 km; no real surface is so dark")
         .by(|c| {
             let panel = Panel { lamp_alt_rad: std::f64::consts::FRAC_PI_2, ..panel(c)? };
             let needed = 10f64.powf(-0.4 * (ISS_V_MAG - FULL_MOON_V_MAG));
             Ok(Numbers::corrected(needed / panel.flux_ratio(&SimpleEffects::of(Mode::AsPublished))?))
         }),
     row("projected-area", SIMPLE, "flux with a projected area, over that with the panel's own, seen at 60 deg", "", 2)
-        .is(NotReproduced, "a projected area holds the observer's cosine already: printed it counts twice")
+        .formula()
+        .is(Stated, "a projected area holds the observer's cosine already: printed it counts twice")
         .by(|c| {
             let panel = Panel { emission_rad: 60f64.to_radians(), ..panel(c)? };
             let published = SimpleEffects::of(Mode::AsPublished);
@@ -88,16 +92,16 @@ pub(super) const ROWS: &[Entry] = &[
         .is(Beside, "2 sqrt(A/pi (R + d)/GM), R = 6371 km; in the paper a point of a figure")
         .by(|c| Ok(Numbers::both(1e3 * t_eff_simple_s(c.area_m2("iss")?, ISS_KM)?))),
     row("altitude-term", ASTRONOMY, "what 2000 km changes of the effective exposure at 300 km", "%", 1)
-        .printed("~12", 12.0, 0.5)
-        .is(Reproduced, "sqrt(8371/6671)")
+        .printed("~12", 12.0, Rule::About)
+        .is(Stated, "sqrt(8371/6671)")
         .by(|_| Ok(Numbers::both(100.0 * (t_eff_simple_s(1.0, 2000.0)? / t_eff_simple_s(1.0, 300.0)? - 1.0)))),
     row("trail-width-iss", SIMPLE, "ISS, width of the trail before Rubin", "arcsec", 2)
         .is(Beside, "satellite, defocus and seeing in quadrature")
         .by(|c| Ok(Numbers::both(rubin_width(c.area_m2("iss")?, ISS_KM)?))),
     row("nu-iss", ASTRONOMY, "ISS, effective surface brightness of the streak", "mag arcsec-2", 2)
-        .printed("35.78", 35.78, 0.005)
+        .printed("35.78", 35.78, Rule::Digits)
         .is(
-            WithAssumption,
+            Assumed,
             "at 420 km, not the 400 stated; and with the light thinned twice, over the trail and by \
                 t_eff/t_exp. Corrected: \
              once, at 400 km",
@@ -111,9 +115,9 @@ pub(super) const ROWS: &[Entry] = &[
         .is(Beside, "by both readings")
         .by(|c| streak_of(c, "iss", ISS_V_MAG, ISS_KM)),
     row("streak-scaling", ASTRONOMY, "brightness of the streak for 100 times the area", "", 1)
-        .printed("100", 100.0, 0.5)
+        .printed("100", 100.0, Rule::Formula)
         .is(
-            NotReproduced,
+            Stated,
             "follows from thinning the light twice. Spread once over a trail as wide as the satellite it is \
                 the square root; \
              100 only while the seeing sets the width",
@@ -135,8 +139,8 @@ pub(super) const ROWS: &[Entry] = &[
 
 /// A streak of Starcloud: the paper finds it too faint for Rubin.
 const fn starcloud(id: &'static str, quantity: &'static str) -> Entry {
-    row(id, ASTRONOMY, quantity, "mag arcsec-2", 2).printed("too faint", RUBIN_G, 0.0).is(
-        NotReproduced,
+    row(id, ASTRONOMY, quantity, "mag arcsec-2", 2).printed("too faint", RUBIN_G, Rule::Formula).is(
+        Stated,
         "the verdict hangs on how often the light is thinned and on the surface brightness taken: corrected \
             it goes from 2 mag \
          below the limit to 1.7 above it. V is compared with a limit in g, of a point",

@@ -4,6 +4,7 @@
 
 use super::entry::{Published, Verdict};
 use super::pass_check::CheckedPass;
+use super::rule::Rule;
 use crate::night::clock::iso_utc;
 use crate::report::published::{CheckedRow, PublishedRow};
 use crate::report::summary::text_table;
@@ -11,12 +12,13 @@ use crate::report::summary::text_table;
 /// What stands for a value that was not computed because it takes long.
 const SLOW: &str = "(--full)";
 /// The order of the page: what the reader must know first.
-const ORDER: [(Verdict, &str); 5] = [
+const ORDER: [(Verdict, &str); 6] = [
     (Verdict::NotReproduced, "Not reproduced, or wrong in print"),
     (Verdict::WithAssumption, "Reproduced with an assumption the paper does not state"),
     (Verdict::Reproduced, "Reproduced"),
     (Verdict::Beside, "Beside the paper: what its numbers rest on"),
-    (Verdict::Literature, "Literature: measured, or another's; listed, not computed"),
+    (Verdict::Literature, "Literature: measured, or another's; listed, not judged"),
+    (Verdict::NotComputed, "Not computed here"),
 ];
 
 impl Published {
@@ -46,6 +48,12 @@ impl Published {
         self.number(self.numbers.corrected)
     }
 
+    /// The rule it is judged by; empty for a row that is not.
+    #[must_use]
+    pub fn rule_text(&self) -> &'static str {
+        self.entry.rule.filter(|_| self.is_judged()).map_or("", Rule::name)
+    }
+
     /// The row of a file.
     #[must_use]
     pub fn file_row(&self) -> PublishedRow {
@@ -59,7 +67,9 @@ impl Published {
             published: e.value,
             as_published: self.numbers.as_published,
             corrected: self.numbers.corrected,
-            verdict: e.verdict.text().into(),
+            rule: self.rule_text().into(),
+            tolerance: self.tolerance(),
+            verdict: self.verdict().text().into(),
             why: e.why.into(),
         }
     }
@@ -76,6 +86,7 @@ impl Published {
             e.printed.to_owned(),
             self.as_published_text(),
             self.corrected_text(),
+            self.rule_text().to_owned(),
             e.why.to_owned(),
         ];
         format!("| {} |\n", cells.map(|c| c.replace('|', "\\|")).join(" | "))
@@ -85,7 +96,7 @@ impl Published {
 /// A table for reading, without the reasons.
 #[must_use]
 pub fn text(rows: &[Published]) -> String {
-    let head = ["id", "quantity", "unit", "published", "as published", "corrected", "verdict"];
+    let head = ["id", "quantity", "unit", "published", "as published", "corrected", "rule", "verdict"];
     let line = |r: &Published| {
         let e = &r.entry;
         vec![
@@ -95,7 +106,8 @@ pub fn text(rows: &[Published]) -> String {
             e.printed.to_owned(),
             r.as_published_text(),
             r.corrected_text(),
-            e.verdict.text().to_owned(),
+            r.rule_text().to_owned(),
+            r.verdict().text().to_owned(),
         ]
     };
     text_table(&head, &rows.iter().map(line).collect::<Vec<_>>())
@@ -104,17 +116,31 @@ pub fn text(rows: &[Published]) -> String {
 /// The tables of the page, one per verdict.
 #[must_use]
 pub fn markdown(rows: &[Published]) -> String {
-    let mut text = format!("{}.\n\n", counts(rows));
+    let mut text = format!("{}.\n\n{}\n", counts(rows), legend());
     for (verdict, title) in ORDER {
-        let of: Vec<&Published> = rows.iter().filter(|r| r.entry.verdict == verdict).collect();
+        let of: Vec<&Published> = rows.iter().filter(|r| r.verdict() == verdict).collect();
         if of.is_empty() {
             continue;
         }
         text.push_str(&format!("### {title} ({})\n\n", of.len()));
-        text.push_str("| id | where | quantity | unit | published | as published | corrected | why |\n");
-        text.push_str("|---|---|---|---|---|---|---|---|\n");
+        text.push_str("| id | where | quantity | unit | published | as published | corrected | rule | why |\n");
+        text.push_str("|---|---|---|---|---|---|---|---|---|\n");
         text.extend(of.iter().map(|r| r.markdown_line()));
         text.push('\n');
+    }
+    text
+}
+
+/// The rules of the verdicts, a line each.
+#[must_use]
+pub fn legend() -> String {
+    let mut text = String::from(
+        "Rules of the verdicts: a number is reproduced where the one computed as published (or, where the paper gives no way, \
+         corrected) agrees with the printed one by the rule of its kind; with an assumption where the paper does not state all \
+         that is needed; otherwise not reproduced.\n\n",
+    );
+    for rule in Rule::ALL {
+        text.push_str(&format!("- {}: {}\n", rule.name(), rule.asks()));
     }
     text
 }
@@ -122,8 +148,9 @@ pub fn markdown(rows: &[Published]) -> String {
 /// How many rows have which verdict, in one line.
 #[must_use]
 pub fn counts(rows: &[Published]) -> String {
-    let count = |verdict| rows.iter().filter(|r| r.entry.verdict == verdict).count();
-    let parts = ORDER.map(|(verdict, _)| format!("{} {}", count(verdict), verdict.text()));
+    let count = |verdict| rows.iter().filter(|r| r.verdict() == verdict).count();
+    let told = ORDER.iter().filter(|(verdict, _)| *verdict != Verdict::NotComputed || count(*verdict) > 0);
+    let parts: Vec<String> = told.map(|(verdict, _)| format!("{} {}", count(*verdict), verdict.text())).collect();
     format!("{} rows: {}", rows.len(), parts.join(", "))
 }
 

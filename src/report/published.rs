@@ -21,7 +21,16 @@ const PUBLISHED: &[Column] = &[
     number("published", "", "the same as a number"),
     number("as_published", "", "computed by the formula and the inputs of the paper"),
     number("corrected", "", "computed as the physics asks"),
-    text("verdict", "reproduced, with an assumption, not reproduced, literature, beside the paper"),
+    text(
+        "rule",
+        "kind of number, by which it is judged: digits, about, count, ...; empty for a row that is not judged",
+    ),
+    number(
+        "tolerance",
+        "",
+        "how far it may be from what it is held against, in the unit of the row; 0 for counts and bounds",
+    ),
+    text("verdict", "reproduced, with an assumption, not reproduced, literature, beside the paper, not computed"),
     text("why", "why they differ, what was assumed, or the source"),
 ];
 
@@ -44,6 +53,10 @@ pub struct PublishedRow {
     pub as_published: Option<f64>,
     /// As the physics asks.
     pub corrected: Option<f64>,
+    /// The rule it is judged by.
+    pub rule: String,
+    /// How far it may be off.
+    pub tolerance: Option<f64>,
     /// What is to be thought of it.
     pub verdict: String,
     /// Why.

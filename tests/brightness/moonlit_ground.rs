@@ -117,7 +117,8 @@ fn every_patch_sees_its_own_moon_to_two_thousandths_of_a_magnitude() {
             // the sum's own error: a difference from a quarter of the patches, of which a third is left; twice that
             let oracle_mag = 1.0857 * if light == GroundMoonlight::PerPatch { row.err } else { 4.0 * row.err };
             assert!(off.abs() <= err_mag + oracle_mag + 2e-6, "{}: {off} beyond {err_mag} + {oracle_mag}", row.text);
-            worst = if tolerance > 1e-5 { (worst.0.max(off.abs()), worst.1) } else { (worst.0, worst.1.max(off.abs())) };
+            worst =
+                if tolerance > 1e-5 { (worst.0.max(off.abs()), worst.1) } else { (worst.0, worst.1.max(off.abs())) };
         }
     }
     println!("{} rows, worst {:.1e} mag at tolerance 1e-4, {:.1e} at 1e-6", rows.len(), worst.0, worst.1);
@@ -136,9 +137,9 @@ fn parallel_moonlight_is_wrong_by_tenths_where_the_moon_is_low() {
     };
     // too faint by 0.035 mag at 60 deg, too bright by 0.81 at −15 deg, by an evaluation of its own; phases and heights differ
     assert!(range(60.0).1 > 0.03 && range(60.0).0 > -0.1, "{:?}", range(60.0));
-    assert!(range(4.0).1 < -0.05, "{:?}", range(4.0));
-    assert!(range(0.0).0 < -0.25, "{:?}", range(0.0));
-    assert!(range(-15.0).0 < -0.4, "{:?}", range(-15.0));
+    assert!(range(30.0).0 < -0.03 && range(15.0).0 < -0.08, "{:?} {:?}", range(30.0), range(15.0));
+    assert!(range(4.0).0 < -0.2 && range(0.0).0 < -0.39, "{:?} {:?}", range(4.0), range(0.0));
+    assert!(range(-15.0).0 < -0.81, "{:?}", range(-15.0));
 }
 
 /// One patch sum of its own at the six altitudes of the record, 420 km, a level Lambert plate over Lambert ground.
@@ -189,7 +190,8 @@ fn a_moon_at_infinity_shines_in_parallel() {
         scene.moon_km = scene.moon_km * 1e7;
         // the phase of the Earth's centre is kept
         scene.sun_km = scene.sun_km * 1e7;
-        let flux = |light| brightness(&scene, &row.plate, &settings(row, 1e-8, light)).unwrap().lunar_earthshine.flux_ratio;
+        let flux =
+            |light| brightness(&scene, &row.plate, &settings(row, 1e-8, light)).unwrap().lunar_earthshine.flux_ratio;
         let (near, parallel) = (flux(GroundMoonlight::PerPatch), flux(GroundMoonlight::Parallel));
         assert!((near - parallel).abs() <= 1e-6 * parallel, "{}: {near} {parallel}", row.text);
     }

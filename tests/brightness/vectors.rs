@@ -180,7 +180,7 @@ fn the_direct_flux_is_the_reference_to_1e_8() {
             brdf: row.brdf.clone(),
             back: None,
         };
-        let satellite = Satellite { name: row.id.clone(), surfaces: vec![plate], source: "test".into() };
+        let satellite = Satellite::of(&row.id, vec![plate]);
         let scene = Scene {
             satellite_km: row.satellite_km,
             velocity_km_s: Vector::new(7.6, 0.0, 0.0),

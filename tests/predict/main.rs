@@ -16,3 +16,4 @@ mod limits_tracked;
 mod month;
 mod pass;
 mod sky;
+mod standing;

@@ -6,8 +6,8 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
 use super::super::{penumbra, source_disc};
-use crate::brightness::shadow::visible_fraction;
 use crate::brightness::lamps::{LampSettings, moonlight};
+use crate::brightness::shadow::visible_fraction;
 use crate::brightness::{Accuracy, Band, Brdf, Ground, direct_reflection, reflected_by_earth};
 use crate::config::{Effects, Mode, SourceDisc};
 use crate::constants::AU_KM;
@@ -145,7 +145,8 @@ pub(super) fn moonlit_ground() -> Result<(f64, usize)> {
     let albedo = 0.3;
     let laws = [Brdf::Lambert { albedo: 1.0 }, Brdf::Phong { kd: 0.3, ks: 0.4, n: 12.0 }];
     let (mut worst, mut n) = (0.0f64, 0);
-    let cases = [(88.0, 4.0), (60.0, 25.0), (30.0, 100.0), (15.0, 60.0), (4.0, 5.0), (0.0, 40.0), (-10.0, 20.0), (-15.0, 90.0)];
+    let cases =
+        [(88.0, 4.0), (60.0, 25.0), (30.0, 100.0), (15.0, 60.0), (4.0, 5.0), (0.0, 40.0), (-10.0, 20.0), (-15.0, 90.0)];
     for (k, (alt_deg, phase_deg)) in cases.into_iter().enumerate() {
         let at = |deg: f64| Vector::new(0.0, deg.to_radians().cos(), deg.to_radians().sin());
         let moon_km = at(alt_deg) * [384_400.0, 360_000.0, 404_000.0][k % 3];
@@ -153,8 +154,7 @@ pub(super) fn moonlit_ground() -> Result<(f64, usize)> {
         let side = if k % 2 == 0 { phase_deg } else { -phase_deg };
         let sun_km = moon_km + at(180.0 + alt_deg + side) * AU_KM;
         let r_km = R_KM + [420.0, 550.0, 1200.0][(k / 3) % 3];
-        let (Some(normal), Some(observer)) =
-            (Vector::new(0.1, 0.3, -1.0).unit(), Vector::new(0.3, -0.2, -1.0).unit())
+        let (Some(normal), Some(observer)) = (Vector::new(0.1, 0.3, -1.0).unit(), Vector::new(0.3, -0.2, -1.0).unit())
         else {
             continue;
         };

@@ -118,7 +118,11 @@ impl Panel {
             err_rings += rule.fine[j] * weight * err;
             *nodes += n;
         }
-        let err_outer = if span.is_sharp() || rings.ground.has_kink() { (fine - coarse).abs() } else { estimate(fine, coarse, rough) };
+        let err_outer = if span.is_sharp() || rings.ground.has_kink() {
+            (fine - coarse).abs()
+        } else {
+            estimate(fine, coarse, rough)
+        };
         Self { span, from, to, order, ring_level, value: fine, err_outer, err_rings }
     }
 

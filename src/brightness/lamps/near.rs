@@ -55,12 +55,7 @@ impl LampSettings {
     /// The Moon over a ground of this radius \[km\], patch by patch; `None` where moonlight is to be parallel, or without
     /// any at the Earth's centre.
     #[must_use]
-    pub fn moon_over_ground(
-        &self,
-        moon_km: &Vector<Itrs>,
-        sun_km: &Vector<Itrs>,
-        radius_km: f64,
-    ) -> Option<NearMoon> {
+    pub fn moon_over_ground(&self, moon_km: &Vector<Itrs>, sun_km: &Vector<Itrs>, radius_km: f64) -> Option<NearMoon> {
         if self.ground_moonlight == GroundMoonlight::Parallel {
             return None;
         }
@@ -154,7 +149,10 @@ mod tests {
                 for part in -8..=8 {
                     let deg = (phase_deg + reach_deg * f64::from(part) / 8.0).clamp(0.0, 180.0);
                     let (got, expected) = (curve.at(deg.to_radians().cos()), flux(deg) / flux(phase_deg));
-                    assert!((got - expected).abs() < 2e-8 * most, "{law:?} {past:?} {phase_deg} {deg}: {got} {expected}");
+                    assert!(
+                        (got - expected).abs() < 2e-8 * most,
+                        "{law:?} {past:?} {phase_deg} {deg}: {got} {expected}"
+                    );
                 }
             }
         }

@@ -106,8 +106,19 @@ impl Earth {
                 .map_err(|_| bad("--band-um", "the Moon's light is known from 0.35 to 2.38 um".into()))?,
         };
         let lamps = LampSettings::new(&Effects::of(Mode::Corrected), &coloured)?;
-        let (lamp_w_m2, extrapolated) = lamp.irradiance_w_m2(&sky.sun_itrs_km, &sky.moon_itrs_km, &lamps, sun_w_m2);
-        let picture = earth_picture(&view, &body, lamp_w_m2, &ground, (self.pixels, SUB))?;
+        let lit = |place_km: &Vector<Itrs>| {
+            lamp.irradiance_w_m2(place_km, &sky.sun_itrs_km, &sky.moon_itrs_km, &lamps, sun_w_m2)
+        };
+        let (lamp_w_m2, extrapolated) = lit(&Vector::new(0.0, 0.0, 0.0));
+        let near = match lamp {
+            EarthLamp::Sun => None,
+            EarthLamp::Moon => lamps.moon_over_ground(&sky.moon_itrs_km, &sky.sun_itrs_km, view.radius_km),
+        };
+        let under_lamp_w_m2 = match body.unit() {
+            Some(up) if near.is_some() => lit(&(up * view.radius_km)).0,
+            _ => lamp_w_m2,
+        };
+        let picture = earth_picture(&view, (&body, near.as_ref()), lamp_w_m2, &ground, (self.pixels, SUB))?;
         let n = Vector::<Itrs>::new(0.0, 0.0, 1.0);
         let under = point_under(&body).unwrap_or_default();
         let brightest = picture.brightest();
@@ -123,7 +134,7 @@ impl Earth {
             lamp_lat_deg: under.1,
             lamp_w_m2,
             moon_phase_deg: (sky.sun_itrs_km - sky.moon_itrs_km).angle_to(&-sky.moon_itrs_km).to_degrees(),
-            radiance_under_lamp_w_m2_sr: lamp_w_m2 * ground.value(&n, &n, &n),
+            radiance_under_lamp_w_m2_sr: under_lamp_w_m2 * ground.value(&n, &n, &n),
             radiance_max_w_m2_sr: brightest,
             radiance_max_w_cm2_sr_um: 1e-4 * brightest / (high_um - low_um),
             irradiance_w_m2: picture.irradiance_w_m2(),

@@ -198,7 +198,9 @@ impl Month {
                 print(&format!("{} · {span}\n{}\n", mode_name(mode), table(&of_mode)));
             }
             print(&summary(&rows));
-            self.standings(config.as_ref())?.iter().for_each(|(name, s)| print(&format!("model {name}: {}\n", s.text())));
+            self.standings(config.as_ref())?
+                .iter()
+                .for_each(|(name, s)| print(&format!("model {name}: {}\n", s.text())));
         }
         for row in first_mirrors(&rows).filter(|_| !self.quiet) {
             tell(&format!("note: {} ({}): {}; not drawn", row.object_name, row.mode, row.note));
