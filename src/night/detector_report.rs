@@ -39,6 +39,7 @@ pub(super) fn warnings(c: &GainCheck) -> Vec<String> {
     let mut told = Vec::new();
     let who = name(c);
     gain_warnings(c, &who, &mut told);
+    unknown_read_noise_warning(c, &who, &mut told);
     read_noise_warning(c, &who, &mut told);
     pedestal_warnings(c, &who, &mut told);
     saturation_warnings(c, &who, &mut told);
@@ -82,6 +83,17 @@ fn gain_warnings(c: &GainCheck, who: &str, told: &mut Vec<String>) {
     }
     if c.header_differs {
         told.push(format!("{who}: EGAIN differs between headers of this setting (another read-out mode?)"));
+    }
+}
+
+/// A gain that took all the noise without light for none: neither bias frames nor a table tell the read noise.
+fn unknown_read_noise_warning(c: &GainCheck, who: &str, told: &mut Vec<String>) {
+    let held = c.transfer.as_ref().is_some_and(|t| !t.from_slope);
+    if held && c.read_noise_e.is_none() && c.configured_read_noise_e.is_none() {
+        told.push(format!(
+            "{who}: the read noise is not known and was taken as 0 for the gain, which is too small by the share of the read \
+             noise in the variance of the flats: give bias frames (--bias) or detector.read_noise_e"
+        ));
     }
 }
 

@@ -267,7 +267,8 @@ fn measure_columns(
             let corr_mag = aperture_correction(row, bench, fwhm_px, &flux, light.source, along_trails);
             light_columns(row, &flux, &light, fwhm_px, (exposure.exptime_s, scale_arcsec));
             if flux.snr >= t.detect_sigma {
-                row.inst_mag = Some(-2.5 * (flux.flux_e / exposure.exptime_s).log10() + corr_mag);
+                let inst_mag = -2.5 * (flux.flux_e / exposure.exptime_s).log10() + corr_mag;
+                row.inst_mag = Some(inst_mag).filter(|m| m.is_finite());
                 row.v_mag_err = Some(MAG_PER_LN * flux.flux_err_e / flux.flux_e);
                 row.status = "ok".into();
                 let limit_e = detectable_e(flux.flux_e, flux.flux_err_e, t.detect_sigma);
@@ -313,10 +314,12 @@ fn light_columns(
 
 /// A limit as an instrumental magnitude, for `calibrate` to turn into V.
 fn inst_limit(limit_e: f64, exptime_s: f64, corr_mag: f64) -> Option<f64> {
-    (limit_e > 0.0 && limit_e.is_finite()).then(|| -2.5 * (limit_e / exptime_s).log10() + corr_mag)
+    let limit = || -2.5 * (limit_e / exptime_s).log10() + corr_mag;
+    (limit_e > 0.0).then(limit).filter(|m| m.is_finite())
 }
 
-/// What carries the target to its whole light, as the stars of the zeropoint are \[mag\]; 0 without a profile of the stars.
+/// What carries the target to its whole light, as the stars of the zeropoint are \[mag\]; 0 without a profile of the stars,
+/// NaN, with a reason, where the profile gives none for this aperture.
 ///
 /// A level measured along trails has none of the target's light in it: then there is no annulus to correct for. The
 /// error of the correction is left in `v_mag_err_sys` for `calibrate`.
@@ -332,7 +335,10 @@ fn aperture_correction(
     let sky = if along_trails { (0.0, 0.0) } else { (flux.sky_in_px, flux.sky_out_px) };
     let correction = profile.correction_mag(fwhm_px, flux.shape, sky, source);
     if !correction.is_finite() {
-        return 0.0;
+        let why = "no aperture correction: next to nothing of a star's light would fall into this aperture, so there is no \
+                   magnitude";
+        row.reason = join(&row.reason, why);
+        return f64::NAN;
     }
     row.aper_corr_mag = Some(correction);
     row.v_mag_err_sys = Some(profile.correction_err_mag(fwhm_px, flux.shape, sky, source)).filter(|e| e.is_finite());

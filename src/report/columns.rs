@@ -131,7 +131,7 @@ pub const PHOTOMETRY: &[Column] = &[
     number("aper_corr_mag", "mag", "added to the magnitude for the light outside the aperture (growth curve)"),
     number("inst_mag", "mag", "-2.5 log10 of the flux in electrons per second, aper_corr_mag included"),
     number("v_mag", "mag", "apparent V magnitude outside the atmosphere"),
-    number("v_mag_err", "mag", "1-sigma random error of v_mag"),
+    number("v_mag_err", "mag", "1-sigma random error of v_mag and of inst_mag"),
     number(
         "v_mag_err_sys",
         "mag",

@@ -102,7 +102,7 @@ pub struct PhotometryRow {
     pub inst_mag: Option<f64>,
     /// Apparent V magnitude outside the atmosphere \[mag\].
     pub v_mag: Option<f64>,
-    /// 1-sigma random error of v_mag \[mag\].
+    /// 1-sigma random error of v_mag and of inst_mag \[mag\].
     pub v_mag_err: Option<f64>,
     /// 1-sigma systematic error of v_mag: zeropoint, scatter of one pointing, colour of the target, gain table,
     /// aperture correction, another night's zeropoint \[mag\].

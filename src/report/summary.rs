@@ -22,6 +22,13 @@ pub fn robust(values: &[f64]) -> Option<(f64, f64)> {
     Some((centre, SIGMA_PER_MAD * median(&mut deviations)?))
 }
 
+/// Robust scatter of the finite values; `None` of fewer than two: one value does not tell how much values scatter.
+#[must_use]
+pub fn scatter(values: &[f64]) -> Option<f64> {
+    let finite = values.iter().filter(|v| v.is_finite()).count();
+    robust(values).map(|(_, sigma)| sigma).filter(|_| finite > 1)
+}
+
 /// The middle value, or the mean of the two middle ones.
 fn median(values: &mut [f64]) -> Option<f64> {
     values.sort_by(f64::total_cmp);
@@ -99,9 +106,12 @@ pub fn text_table(head: &[&str], rows: &[Vec<String>]) -> String {
     text
 }
 
-/// One line per pass: UTC of the first frame, target, measured of all frames, median and brightest V, largest light,
-/// residual median ± robust σ, and the error budget: median random and median systematic error of V. Rejected measurements are counted but
-/// not used, lower limits are left out of the residuals.
+/// One line per pass: UTC of the first frame, target, how many magnitudes are used of how many frames, their median and
+/// brightest V, the largest light of the frames, median and robust σ of the used residuals (observed − modelled), and the
+/// median random and systematic errors of the used magnitudes.
+///
+/// Used are those of [`counts`]. A number that the pass does not give is an empty cell: a median without a magnitude, a σ
+/// of one residual.
 #[must_use]
 pub fn pass_table(rows: &[PhotometryRow]) -> String {
     let head = [
@@ -122,10 +132,9 @@ pub fn pass_table(rows: &[PhotometryRow]) -> String {
         .iter()
         .enumerate()
         .map(|(i, pass)| {
-            let used: Vec<&&PhotometryRow> = pass.iter().filter(|r| is_used(&r.status, &r.verdict)).collect();
+            let used: Vec<&&PhotometryRow> = pass.iter().filter(|r| counts(r)).collect();
             let v_mag: Vec<f64> = used.iter().filter_map(|r| r.v_mag).collect();
-            let measured = used.iter().filter(|r| !is_lower_limit(r.flags));
-            let residual = robust(&measured.filter_map(|r| r.residual_mag).collect::<Vec<_>>());
+            let residuals: Vec<f64> = used.iter().filter_map(|r| r.residual_mag).collect();
             let first = pass.first();
             let error = |of: fn(&PhotometryRow) -> Option<f64>| {
                 let values: Vec<f64> = used.iter().filter_map(|r| of(r)).collect();
@@ -140,8 +149,8 @@ pub fn pass_table(rows: &[PhotometryRow]) -> String {
                 robust(&v_mag).map(|(m, _)| format!("{m:.2}")).unwrap_or_default(),
                 v_mag.iter().copied().min_by(f64::total_cmp).map(|v| format!("{v:.2}")).unwrap_or_default(),
                 lights(pass.iter().map(|r| r.illum.as_str())),
-                residual.map(|(m, _)| format!("{m:+.3}")).unwrap_or_default(),
-                residual.map(|(_, s)| format!("{s:.3}")).unwrap_or_default(),
+                robust(&residuals).map(|(m, _)| format!("{m:+.3}")).unwrap_or_default(),
+                scatter(&residuals).map(|s| format!("{s:.3}")).unwrap_or_default(),
                 error(|r| r.v_mag_err),
                 error(|r| r.v_mag_err_sys),
             ]
@@ -193,6 +202,12 @@ pub fn is_used(status: &str, verdict: &str) -> bool {
 #[must_use]
 pub fn is_lower_limit(flags: i32) -> bool {
     Flags(flags).has(Flags::LOWER_LIMIT)
+}
+
+/// Whether a row's magnitude counts in medians: there is one, it is used, and it is no lower limit on the brightness.
+#[must_use]
+pub fn counts(row: &PhotometryRow) -> bool {
+    row.v_mag.is_some_and(f64::is_finite) && is_used(&row.status, &row.verdict) && !is_lower_limit(row.flags)
 }
 
 /// Residuals that count in medians: a lower limit on the brightness is no measurement of it.

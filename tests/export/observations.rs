@@ -162,6 +162,22 @@ fn a_message_is_ascii_in_short_lines_and_says_degraded_where_it_must() {
 }
 
 #[test]
+fn a_message_is_validated_only_where_every_row_was_judged_to_be_used() {
+    let facts = facts();
+    let quality = |verdicts: [&str; 2]| {
+        let rows = [row(), later(5, 12.0)].into_iter().zip(verdicts);
+        let rows: Vec<PhotometryRow> = rows.map(|(r, v)| PhotometryRow { verdict: v.into(), ..r }).collect();
+        let kept = select(&rows, Choice::named("use,caution").unwrap(), false).kept;
+        let text = tdm_text(path(), &rows, &kept, &facts, &TdmNames::default()).unwrap();
+        text.lines().find_map(|l| l.strip_prefix("DATA_QUALITY = ")).unwrap().to_owned()
+    };
+    assert_eq!(quality(["use", "use"]), "VALIDATED");
+    assert_eq!(quality(["use", "caution"]), "DEGRADED");
+    assert_eq!(quality(["use", ""]), "RAW");
+    assert_eq!(quality(["", "caution"]), "DEGRADED");
+}
+
+#[test]
 fn a_second_reader_in_another_language_finds_the_same_magnitudes_in_a_tracking_data_message() {
     let Some(python) = python_with("ccsds_ndm") else { return };
     let dir = tempfile::tempdir().unwrap();
@@ -211,6 +227,25 @@ fn follows(object: &serde_json::Value, fields: &str) {
         };
         assert!(good, "{key}: {value}");
     }
+}
+
+#[test]
+fn a_sunlit_satellite_that_shows_earthshine_is_not_said_to_be_in_the_umbra() {
+    let shadow = |illum: &str, label: &str, sky: &str| {
+        let row =
+            PhotometryRow { illum: illum.into(), paper_label: label.into(), sky_class: sky.into(), ..later(9, 12.0) };
+        let record = udl(&[row], &facts()).remove(0);
+        (record.get("umbra").and_then(|v| v.as_bool()), record.get("penumbra").and_then(|v| v.as_bool()))
+    };
+    assert_eq!(shadow("sun", "twilight", "night"), (Some(false), Some(false)));
+    assert_eq!(shadow("penumbra", "twilight", "night"), (Some(false), Some(true)));
+    assert_eq!(shadow("moon", "night", "night"), (Some(true), Some(false)));
+    // its lit sides look away: by day nothing tells, in a night sky the label does
+    assert_eq!(shadow("earthshine", "day", "day"), (None, None));
+    assert_eq!(shadow("none", "day", "day"), (None, None));
+    assert_eq!(shadow("earthshine", "twilight", "night"), (Some(false), None));
+    assert_eq!(shadow("lunar_earthshine", "twilight", "civil_twilight"), (None, None));
+    assert_eq!(shadow("", "", ""), (None, None));
 }
 
 #[test]

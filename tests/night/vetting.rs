@@ -225,6 +225,26 @@ fn frames_that_overlap_are_doubted_and_the_frame_that_was_not_over_is_the_wrong_
 }
 
 #[test]
+fn which_of_two_overlapping_frames_is_doubted_hangs_on_what_the_stamp_marks_and_on_no_words() {
+    // frame 8 is 12 s long in a cadence of 5 s: its own stamp fits, its end and the start of the next do not
+    let doubted = |stamp: &str, source: &str| {
+        let rows = vetted(pass(20, 5.0, |k, r| {
+            (r.time_stamp, r.time_source) = (stamp.into(), source.into());
+            if k == 8 {
+                (r.exptime_s, r.sky_e_px) = (Some(12.0), None);
+                let moved_s = if stamp == "end" { -5.0 } else { 5.0 };
+                r.mjd_mid_d = r.mjd_mid_d.map(|m| m + moved_s / 86_400.0);
+            }
+        }));
+        flagged(&rows, Flags::EXPTIME_DOUBTED)
+    };
+    for source in ["DATE-OBS + EXPTIME/2", "DATE-OBS - EXPTIME/2", "a clock of my own", ""] {
+        assert_eq!(doubted("start", source), [8], "{source}");
+        assert_eq!(doubted("end", source), [8], "{source}");
+    }
+}
+
+#[test]
 fn milliseconds_taken_for_seconds_are_doubted_in_every_frame_and_stamps_of_whole_seconds_in_none() {
     let rows = vetted(pass(12, 1.0, |k, r| {
         r.exptime_s = Some(500.0);

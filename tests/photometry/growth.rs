@@ -260,6 +260,8 @@ fn corrections_of_nothing_are_nan_and_of_everything_zero_and_never_panic() {
     for fwhm in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(profile.correction_mag(fwhm, circle, (9.0, 15.0), None).is_nan());
     }
+    // a hundredth of the width holds 2e-4 of the light: no number is better than one that was cut at 4 mag
+    assert!(profile.correction_mag(10.0, Shape::Circle { r_px: 0.1 }, (0.0, 0.0), None).is_nan());
     assert!(profile.correction_mag(3.0, Shape::Circle { r_px: 0.0 }, (9.0, 15.0), None).is_nan());
     assert!(profile.correction_mag(3.0, Shape::Circle { r_px: 1e5 }, (0.0, 0.0), None).abs() < 1e-6);
     // an aperture far too small for its source: a floor, not an infinity

@@ -2,7 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // tests
 
 use proptest::prelude::*;
-use satphot::report::summary::{PASS_GAP_S, pass_table, passes, robust, text_table};
+use satphot::photometry::Flags;
+use satphot::report::summary::{PASS_GAP_S, pass_table, passes, robust, scatter, text_table};
 use satphot::report::{PhotometryRow, ResidualRow, summary::used_residuals};
 
 fn row(mjd: f64, norad: i64, v_mag: Option<f64>, verdict: &str) -> PhotometryRow {
@@ -99,6 +100,65 @@ fn the_pass_table_counts_all_frames_and_uses_only_the_good() {
     let expected =
         ["1", "2025-06-09T10:33:02", "OBJECT", "25544", "2", "4", "12.05", "11.90", "moon", "+0.050", "0.222"];
     assert_eq!(line, expected, "\n{text}");
+}
+
+/// The cells of a pass by their headings.
+fn cells(rows: &[PhotometryRow]) -> impl Fn(&str) -> String {
+    let text = pass_table(rows);
+    let lines: Vec<Vec<char>> = text.lines().map(|l| l.chars().collect()).collect();
+    // the rule below the head shows where the columns are
+    let rule: Vec<(usize, usize)> = {
+        let mut found = Vec::new();
+        let mut start = None;
+        for (i, c) in lines[1].iter().chain([&' ']).enumerate() {
+            match (c, start) {
+                ('-', None) => start = Some(i),
+                (' ', Some(from)) => {
+                    found.push((from, i));
+                    start = None;
+                }
+                _ => {}
+            }
+        }
+        found
+    };
+    let cell = move |line: usize, (from, to): (usize, usize)| -> String {
+        lines[line].iter().skip(from).take(to - from).collect::<String>().trim().to_owned()
+    };
+    move |name| {
+        let at = rule.iter().find(|at| cell(0, **at) == name).unwrap_or_else(|| panic!("{name}"));
+        cell(2, *at)
+    }
+}
+
+#[test]
+fn a_pass_of_one_magnitude_has_a_median_and_no_scatter() {
+    let one = PhotometryRow { v_mag_err: Some(0.02), v_mag_err_sys: Some(0.05), ..row(6e4, 1, Some(12.5), "use") };
+    let cell = cells(&[one]);
+    assert_eq!((cell("used").as_str(), cell("frames").as_str(), cell("median V").as_str()), ("1", "1", "12.50"));
+    assert_eq!((cell("residual").as_str(), cell("sigma").as_str()), ("+0.500", ""));
+    assert_eq!((cell("V err").as_str(), cell("V err sys").as_str()), ("0.020", "0.050"));
+    assert_eq!((scatter(&[5.0]), scatter(&[5.0, f64::NAN]), scatter(&[])), (None, None, None));
+    assert!((scatter(&[1.0, 2.0]).unwrap() - 0.5 * 1.482_602_218_505_602).abs() < 1e-12);
+}
+
+#[test]
+fn a_pass_without_a_magnitude_has_empty_cells_and_not_the_errors_of_nothing() {
+    // measured, but no zeropoint: a flux has an error, a magnitude there is not
+    let bare = PhotometryRow { status: "ok".into(), v_mag_err: Some(0.02), ..row(6e4, 1, None, "caution") };
+    let cell = cells(&[bare, row(6e4 + 1e-4, 1, None, "use")]);
+    assert_eq!((cell("used").as_str(), cell("frames").as_str()), ("0", "2"));
+    for name in ["median V", "brightest V", "residual", "sigma", "V err", "V err sys"] {
+        assert_eq!(cell(name), "", "{name}");
+    }
+}
+
+#[test]
+fn a_lower_limit_on_the_brightness_is_counted_as_a_frame_and_used_in_no_median() {
+    let limit = PhotometryRow { flags: Flags::LOWER_LIMIT.0, ..row(6e4 + 1e-4, 1, Some(14.0), "caution") };
+    let cell = cells(&[row(6e4, 1, Some(12.0), "use"), limit, row(6e4 + 2e-4, 1, Some(12.2), "use")]);
+    assert_eq!((cell("used").as_str(), cell("frames").as_str()), ("2", "3"));
+    assert_eq!((cell("median V").as_str(), cell("residual").as_str()), ("12.10", "+0.100"));
 }
 
 #[test]

@@ -20,6 +20,15 @@ const PER_PLANE: usize = 22;
 /// Most satellites.
 pub const MAX_SATELLITES: usize = 1_000_000_000;
 
+/// Inclination of the circular orbit at a height \[km\] whose node follows the Sun \[rad\]: `cos i = −ω_Sun / (1.5 n J₂ (R/a)²)`.
+/// `None` where the flattening is too weak for any.
+fn sun_synchronous_rad(height_km: f64) -> Option<f64> {
+    let radius_km = WGS84_A_KM + height_km;
+    let j2_rad_s = 1.5 * (GM_KM3_S2 / radius_km.powi(3)).sqrt() * J2 * (WGS84_A_KM / radius_km).powi(2);
+    let cos_i = -SUN_RAD_S / j2_rad_s;
+    (cos_i >= -1.0).then(|| cos_i.acos())
+}
+
 /// Where a pattern is wanted to differ from what its shells say.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Pattern {
@@ -104,6 +113,14 @@ impl Walker {
                 let problem = format!("the shell at {} km has none in the catalogue ({})", shell.height_km, shell.kind);
                 return Err(bad("--inclination-deg", problem));
             }
+            if inclination.is_none()
+                && let Some(high) = height_km.into_iter().find(|h| sun_synchronous_rad(*h).is_none())
+            {
+                let problem = format!(
+                    "{high} km: no circular orbit above about 5970 km is Sun-synchronous; give --inclination-deg"
+                );
+                return Err(bad("--height-km", problem));
+            }
             let own = (k + 1) * count / shells.len() - k * count / shells.len();
             let planes = pattern.planes.unwrap_or(own.div_ceil(PER_PLANE)).clamp(1, own.max(1));
             rings.push(Ring {
@@ -160,7 +177,7 @@ impl Walker {
         let radius_km = WGS84_A_KM + height_km;
         let n_rad_s = (GM_KM3_S2 / radius_km.powi(3)).sqrt();
         let j2_rad_s = 1.5 * n_rad_s * J2 * (WGS84_A_KM / radius_km).powi(2);
-        let inclination = ring.inclination.unwrap_or_else(|| (-SUN_RAD_S / j2_rad_s).clamp(-1.0, 1.0).acos());
+        let inclination = ring.inclination.or_else(|| sun_synchronous_rad(height_km))?;
         let (sin_i, cos_i) = inclination.sin_cos();
         let node = TAU * j as f64 / ring.planes as f64 - j2_rad_s * cos_i * t_s;
         let offset = (ring.phasing * j) as f64 / ring.count.max(1) as f64;
@@ -224,6 +241,18 @@ mod tests {
         assert!((drift_deg(shell(Span::One(800.0), None, "Sun-synchronous")) - 0.9856).abs() < 1e-3);
         // the ISS of June 2025: -4.95 deg a day
         assert!((drift_deg(shell(Span::One(416.0), Some(51.64), "")) + 4.97).abs() < 0.05);
+    }
+
+    #[test]
+    fn a_height_without_a_sun_synchronous_orbit_is_refused_and_not_made_retrograde() {
+        // Vallado 2013, Fundamentals of Astrodynamics, section 11.4: 98.6 deg at 800 km; none above 5974 km
+        assert!((sun_synchronous_rad(800.0).unwrap().to_degrees() - 98.6).abs() < 0.05);
+        assert!(sun_synchronous_rad(5_950.0).is_some() && sun_synchronous_rad(6_000.0).is_none());
+        let kind = [shell(Span::One(550.0), None, "Sun-synchronous")];
+        let high = Pattern { height_km: Some(8_000.0), ..Pattern::default() };
+        assert!(Walker::new(&kind, 10, &high).unwrap_err().to_string().contains("8000 km"));
+        let inclined = Pattern { inclination_rad: Some(1.7), ..high };
+        assert!(Walker::new(&kind, 10, &inclined).is_ok());
     }
 
     #[test]

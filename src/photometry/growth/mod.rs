@@ -20,7 +20,7 @@ use radial::Radial;
 pub use curve::GrowthCurve;
 pub use stack::{FrameGrowth, frame_growth};
 
-/// A correction is never larger than that of an aperture that holds this share.
+/// An aperture that holds less than this share of the light is not corrected.
 const LEAST_SHARE: f64 = 0.02;
 
 /// The profile of the night's stars.
@@ -73,7 +73,8 @@ impl StarProfile {
     /// C is the share of the light in the aperture, A its area, S the mean light per px² in the annulus, which was taken
     /// for sky. The source is a uniform ellipse with the axes of `source` (a point if `None`) blurred by the star
     /// profile, centred on the aperture; pixels are integrated in the mean over subpixel places. `sky` with outer ≤ inner
-    /// or an outer radius that is not finite leaves the annulus out. NaN if the FWHM or the aperture has no size.
+    /// or an outer radius that is not finite leaves the annulus out. NaN if the FWHM or the aperture has no size, and where
+    /// less than 2 % of the light is left: a correction of more than 4 mag is none.
     ///
     /// Accuracy: points exact to the pixel series (1e-4 for FWHM ≥ 2 px); with corners or an extended source the
     /// quadrature is right to 1e-3 mag. Takes less than a millisecond.
@@ -90,7 +91,7 @@ impl StarProfile {
             let ring = Shape::Circle { r_px: outer }.area_px() - Shape::Circle { r_px: inner }.area_px();
             share -= aperture.area_px() * (within(outer) - within(inner)) / ring;
         }
-        2.5 * share.max(LEAST_SHARE).log10()
+        if share >= LEAST_SHARE { 2.5 * share.log10() } else { f64::NAN }
     }
 
     /// Error of [`StarProfile::correction_mag`] from the error of 1/β \[mag\].

@@ -257,6 +257,8 @@ fn comment(row: &PhotometryRow) -> String {
     if let (Some(random), Some(systematic)) = (row.v_mag_err, row.v_mag_err_sys) {
         parts.push(format!("random error {} mag", error_text(random)));
         parts.push(format!("systematic error {} mag", error_text(systematic)));
+    } else {
+        parts.push("random error alone, the systematic one is not known".to_owned());
     }
     if row.verdict == Verdict::Caution || row.verdict == Verdict::Reject {
         parts.push(format!("{}: {}", row.verdict, Flags(row.flags)));

@@ -139,7 +139,8 @@ fn judge(row: &PhotometryRow, choice: Choice, limits: bool) -> std::result::Resu
     }
 }
 
-/// Total 1-sigma error of a magnitude \[mag\]: random and systematic in quadrature.
+/// Total 1-sigma error of a magnitude \[mag\]: random and systematic in quadrature; the random one where the systematic
+/// one is not known, which formats with room for a comment say.
 pub(super) fn total_err_mag(row: &PhotometryRow) -> Option<f64> {
     row.v_mag_err.map(|random| random.hypot(row.v_mag_err_sys.unwrap_or(0.0)))
 }

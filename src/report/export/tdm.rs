@@ -176,8 +176,7 @@ fn segment(path: &Path, rows: &[&PhotometryRow], pass: Utc, facts: &Facts) -> Re
         say(format!("INTEGRATION_INTERVAL = {exptime_s:?}"));
         say("INTEGRATION_REF = MIDDLE".into());
     }
-    let usable = rows.iter().all(|r| r.verdict == Verdict::Use || r.verdict.is_empty());
-    say(format!("DATA_QUALITY = {}", if usable { "VALIDATED" } else { "DEGRADED" }));
+    say(format!("DATA_QUALITY = {}", data_quality(rows)));
     say("META_STOP".into());
     say("DATA_START".into());
     for (row, utc) in rows.iter().zip(&times) {
@@ -187,6 +186,16 @@ fn segment(path: &Path, rows: &[&PhotometryRow], pass: Utc, facts: &Facts) -> Re
     }
     say("DATA_STOP".into());
     Ok(text)
+}
+
+/// `VALIDATED` if every row was judged to be used, `RAW` if nobody judged some of them, `DEGRADED` otherwise.
+fn data_quality(rows: &[&PhotometryRow]) -> &'static str {
+    let judged = |r: &&PhotometryRow| Verdict::from_cell(&r.verdict);
+    match rows.iter().map(|r| judged(r)).all(|v| v.is_none_or(|v| v == Verdict::Use)) {
+        true if rows.iter().all(|r| judged(r).is_some()) => "VALIDATED",
+        true => "RAW",
+        false => "DEGRADED",
+    }
 }
 
 /// Range of the random and the systematic errors.

@@ -15,7 +15,7 @@ use crate::photometry::zeropoint::Zeropoint;
 use crate::report::gallery::legend;
 use crate::report::plot::axis::Span;
 use crate::report::rows::PhotometryRow;
-use crate::report::summary::{is_used, passes, robust};
+use crate::report::summary::{counts, is_used, passes, robust, scatter};
 use crate::report::words::Status;
 
 /// Skies of passes on the page.
@@ -176,10 +176,9 @@ fn surfaces(nights: &[NightPage], rows: &[PhotometryRow]) -> Markup {
 
 fn table_of_nights(nights: &[NightPage]) -> Markup {
     let line = |night: &NightPage| {
-        let used: Vec<&PhotometryRow> = night.rows.iter().filter(|r| is_used(&r.status, &r.verdict)).collect();
-        let spread =
-            |of: fn(&PhotometryRow) -> Option<f64>| robust(&used.iter().filter_map(|r| of(r)).collect::<Vec<_>>());
-        let (v, residual) = (spread(|r| r.v_mag), spread(|r| r.residual_mag));
+        let used: Vec<&PhotometryRow> = night.rows.iter().filter(|r| counts(r)).collect();
+        let values = |of: fn(&PhotometryRow) -> Option<f64>| used.iter().filter_map(|r| of(r)).collect::<Vec<_>>();
+        let (v, residual) = (values(|r| r.v_mag), values(|r| r.residual_mag));
         let with = |status: Status| night.rows.iter().filter(|r| r.status == status).count();
         let z = night.zeropoint.as_ref();
         vec![
@@ -190,10 +189,10 @@ fn table_of_nights(nights: &[NightPage]) -> Markup {
             cell(with(Status::Ok)),
             cell(with(Status::Nondetection)),
             cell(with(Status::Rejected) + with(Status::Failed)),
-            number(v.map(|s| s.0), 2),
-            number(v.map(|s| s.1), 2),
-            number(residual.map(|s| s.0), 3),
-            number(residual.map(|s| s.1), 3),
+            number(robust(&v).map(|s| s.0), 2),
+            number(scatter(&v), 2),
+            number(robust(&residual).map(|s| s.0), 3),
+            number(scatter(&residual), 3),
             number(z.map(|z| z.zp_mag), 3),
             number(z.map(|z| z.errs()[0]), 3),
             number(z.map(|z| z.k_mag_airmass), 3),
@@ -276,8 +275,10 @@ fn dated(
         }));
         let spread =
             |of: fn(&PhotometryRow) -> Option<f64>| robust(&rows.iter().filter_map(|r| of(r)).collect::<Vec<_>>());
-        if let (Some((at, _)), Some((m, s))) = (spread(|r| r.mjd_mid_d), spread(of)) {
-            medians.push((at - first, m, format!("{}: median {m:.2}, scatter {s:.2}", night.name)));
+        if let (Some((at, _)), Some((m, _))) = (spread(|r| r.mjd_mid_d), spread(of)) {
+            let scattered = scatter(&rows.iter().filter_map(|r| of(r)).collect::<Vec<_>>());
+            let scattered = scattered.map(|s| format!(", scatter {s:.2}")).unwrap_or_default();
+            medians.push((at - first, m, format!("{}: median {m:.2}{scattered}", night.name)));
         }
     }
     let body = html! {

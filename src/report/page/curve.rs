@@ -11,7 +11,7 @@ use crate::brightness::Illum;
 use crate::report::plot::axis::Span;
 use crate::report::plot::viridis;
 use crate::report::rows::PhotometryRow;
-use crate::report::summary::{is_lower_limit, is_used, passes, robust};
+use crate::report::summary::{is_lower_limit, is_used, passes, robust, scatter};
 use crate::report::words::{Status, Verdict};
 
 /// How far below everything else a light is still drawn \[mag\].
@@ -249,8 +249,9 @@ pub(super) fn residuals(page: &NightPage) -> Markup {
     let Some(y) = Span::around(shown, 0.4) else { return nothing("No residual is a number.") };
     html! {
         @match robust(&kept) {
-            Some((m, s)) => p {
-                "Median " (format!("{m:+.3}").replace('-', "−")) " mag, robust scatter " (format!("{s:.3}")) " mag over "
+            Some((m, _)) => p {
+                "Median " (format!("{m:+.3}").replace('-', "−")) " mag"
+                @if let Some(s) = scatter(&kept) { ", robust scatter " (format!("{s:.3}")) " mag" } ", over "
                 (kept.len()) " frames that are used; positive = observed fainter. Frames with the verdict reject and lower limits do not count."
             },
             None => p { "No frame is used: all have the verdict reject or are lower limits." },

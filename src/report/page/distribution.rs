@@ -7,7 +7,7 @@ use super::{NightPage, cell, nothing, number, table, violins};
 use crate::brightness::Illum;
 use crate::report::plot::axis::{Span, clock};
 use crate::report::rows::PhotometryRow;
-use crate::report::summary::{is_used, passes, robust};
+use crate::report::summary::{counts, is_used, passes, robust, scatter};
 
 /// Width of a bin \[mag\].
 const BIN_MAG: f64 = 0.25;
@@ -96,16 +96,16 @@ pub(super) fn histogram(rows: &[PhotometryRow]) -> Markup {
 /// The passes as published tables give them; the local clock is the mean solar time of the site's longitude, where known.
 pub(super) fn pass_table(rows: &[PhotometryRow], lon_deg: Option<f64>) -> Markup {
     let line = |(i, pass): (usize, &Vec<&PhotometryRow>)| {
-        let used: Vec<&PhotometryRow> = pass.iter().filter(|r| is_used(&r.status, &r.verdict)).copied().collect();
+        let used: Vec<&PhotometryRow> = pass.iter().filter(|r| counts(r)).copied().collect();
         let v: Vec<f64> = used.iter().filter_map(|r| r.v_mag).collect();
         let median = |of: fn(&PhotometryRow) -> Option<f64>| {
             robust(&pass.iter().filter_map(|r| of(r)).collect::<Vec<_>>()).map(|m| m.0)
         };
         let first = pass.first();
-        let spread = robust(&v);
         let residual = robust(&used.iter().filter_map(|r| r.residual_mag).collect::<Vec<_>>());
         let mut lights: Vec<&str> = pass.iter().map(|r| r.illum.as_str()).filter(|l| !l.is_empty()).collect();
-        lights.dedup();
+        let mut seen: Vec<&str> = Vec::new();
+        lights.retain(|light| !seen.contains(light) && (seen.push(light), true).1);
         vec![
             cell(i + 1),
             cell(first.map(|r| r.date_mid.chars().take(19).collect::<String>().replace('T', " ")).unwrap_or_default()),
@@ -118,8 +118,8 @@ pub(super) fn pass_table(rows: &[PhotometryRow], lon_deg: Option<f64>) -> Markup
             cell(lights.join(", ").replace('_', "-")),
             cell(format!("{} of {}", v.len(), pass.len())),
             number(v.iter().copied().min_by(f64::total_cmp), 2),
-            number(spread.map(|s| s.0), 2),
-            number(spread.map(|s| s.1), 2),
+            number(robust(&v).map(|s| s.0), 2),
+            number(scatter(&v), 2),
             number(residual.map(|s| s.0), 2),
         ]
     };

@@ -7,7 +7,7 @@ use maud::{Markup, html};
 use super::{NightPage, nothing};
 use crate::brightness::catalogue::Standing;
 use crate::report::rows::PhotometryRow;
-use crate::report::summary::{is_lower_limit, is_used, robust};
+use crate::report::summary::{counts, is_lower_limit, is_used, robust, scatter};
 use crate::report::words::{Status, Verdict};
 
 /// The section.
@@ -18,7 +18,7 @@ pub(super) fn summary(page: &NightPage) -> Markup {
     }
     let with = |status: Status| rows.iter().filter(|r| r.status == status).count();
     let judged = |verdict: Verdict| rows.iter().filter(|r| r.status == Status::Ok && r.verdict == verdict).count();
-    let used: Vec<&PhotometryRow> = rows.iter().filter(|r| is_used(&r.status, &r.verdict)).collect();
+    let used: Vec<&PhotometryRow> = rows.iter().filter(|r| counts(r)).collect();
     let median = |of: fn(&PhotometryRow) -> Option<f64>, among: &[&PhotometryRow]| {
         robust(&among.iter().filter_map(|r| of(r)).collect::<Vec<_>>())
     };
@@ -40,12 +40,14 @@ pub(super) fn summary(page: &NightPage) -> Markup {
             with(Status::Failed)
         ),
     ));
-    if let Some((m, s)) = median(|r| r.v_mag, &used) {
-        figures.push(("median V", format!("{m:.2}, scatter {s:.2} mag")));
+    let values = |of: fn(&PhotometryRow) -> Option<f64>| used.iter().filter_map(|r| of(r)).collect::<Vec<_>>();
+    let scattered = |of| scatter(&values(of)).map_or(" mag".to_owned(), |s| format!(", scatter {s:.2} mag"));
+    if let Some((m, _)) = robust(&values(|r| r.v_mag)) {
+        figures.push(("median V", format!("{m:.2}{}", scattered(|r| r.v_mag))));
     }
-    if let Some((m, s)) = median(|r| r.residual_mag, &used) {
+    if let Some((m, _)) = robust(&values(|r| r.residual_mag)) {
         let median = format!("{m:+.2}").replace('-', "−");
-        figures.push(("observed − modelled", format!("median {median}, scatter {s:.2} mag")));
+        figures.push(("observed − modelled", format!("median {median}{}", scattered(|r| r.residual_mag))));
     }
     if let Some(model) = Standing::line_of(&page.meta) {
         figures.push(("model", model));

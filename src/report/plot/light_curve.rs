@@ -17,7 +17,7 @@ use super::panel::{Panel, Ticks};
 use crate::brightness::Illum;
 use crate::error::Result;
 use crate::report::rows::PhotometryRow;
-use crate::report::summary::{is_lower_limit, is_used, passes, robust};
+use crate::report::summary::{counts, is_lower_limit, is_used, passes, robust, scatter};
 use crate::report::words::{Status, Verdict};
 
 /// How far below everything else a light is still shown beside observations \[mag\].
@@ -310,15 +310,14 @@ fn curves(
     }
     entries.extend(model);
     entries.extend(backgrounds);
-    let used: Vec<&&PhotometryRow> = pass.iter().filter(|r| is_used(&r.status, &r.verdict)).collect();
+    let used: Vec<&&PhotometryRow> = pass.iter().filter(|r| counts(r)).collect();
     let of =
         |value: fn(&PhotometryRow) -> Option<f64>| robust(&used.iter().filter_map(|r| value(r)).collect::<Vec<_>>());
     let mut notes = vec![String::new()];
     notes.extend(of(|r| r.v_mag).map(|(m, _)| format!("median V {m:.2}")));
-    notes.extend(
-        of(|r| r.residual_mag.filter(|_| !is_lower_limit(r.flags)))
-            .map(|(m, s)| signed(&format!("residual {m:+.2}, σ {s:.2}"))),
-    );
+    let scattered = scatter(&used.iter().filter_map(|r| r.residual_mag).collect::<Vec<_>>());
+    let scattered = scattered.map(|s| format!(", σ {s:.2}")).unwrap_or_default();
+    notes.extend(of(|r| r.residual_mag).map(|(m, _)| signed(&format!("residual {m:+.2}{scattered}"))));
     notes.extend(of(|r| r.v_mag_err_sys).map(|(m, _)| format!("systematic ±{m:.3} mag")));
     notes.extend((beyond > 0).then(|| format!("{beyond} beyond the axis (△)")));
     let brightest = pass.iter().filter_map(|r| r.model_v_mag).min_by(f64::total_cmp).filter(|_| predicted(pass));

@@ -15,7 +15,7 @@ use super::canvas::{
 use super::panel::{Panel, Ticks};
 use crate::error::Result;
 use crate::report::rows::ResidualRow;
-use crate::report::summary::{is_lower_limit, is_used, robust, used_residuals};
+use crate::report::summary::{is_lower_limit, is_used, robust, scatter, used_residuals};
 use crate::report::words::Verdict;
 
 const SIZE: (u32, u32) = (960, 640);
@@ -43,6 +43,7 @@ pub fn residuals_altitude(path: &Path, rows: &[ResidualRow]) -> Result<()> {
         .filter(|p| p.1.is_finite() && p.2.is_finite())
         .collect();
     let counted = robust(&used_residuals(rows));
+    let scattered = scatter(&used_residuals(rows));
     let used = points.iter().filter(|(r, _, _)| is_used("", &r.verdict));
     let in_range: Vec<f64> = used.map(|p| p.2).chain([0.0]).collect();
     let every: Vec<f64> = points.iter().map(|p| p.2).chain([0.0]).collect();
@@ -68,7 +69,9 @@ pub fn residuals_altitude(path: &Path, rows: &[ResidualRow]) -> Result<()> {
         if let Some((median, sigma)) = counted {
             panel.polyline(&across(median), INK, 5)?;
             entries.push((Some((Mark::Line(5), INK)), signed(&format!("median {median:+.3}"))));
-            entries.push((Some((Mark::Band, GREY)), format!("robust σ {sigma:.3}")));
+            if scattered.is_some() {
+                entries.push((Some((Mark::Band, GREY)), format!("robust σ {sigma:.3}")));
+            }
             entries.push((None, String::new()));
         }
         let (mut rejected, mut cautioned, mut at_least, mut beyond) = (0, 0, 0, 0);

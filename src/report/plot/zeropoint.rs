@@ -16,7 +16,7 @@ use super::canvas::{
 use super::panel::{Panel, Ticks};
 use crate::error::Result;
 use crate::report::rows::StarRow;
-use crate::report::summary::robust;
+use crate::report::summary::scatter;
 use crate::report::words::Status;
 
 const SIZE: (u32, u32) = (960, 1240);
@@ -164,7 +164,7 @@ fn star(row: &StarRow, midnight: f64, (zp, k, c): (f64, f64, f64)) -> Option<Sta
 fn heading(sheet: &Sheet, stars: &[Star], used: &[f64], (zp, k, c): (f64, f64, f64)) -> Drawn {
     let left = (HPos::Left, VPos::Center);
     write_text(sheet, NAME, (40, 26), TITLE, INK, (HPos::Left, VPos::Top))?;
-    let scatter = robust(used).map(|(_, s)| format!(" · robust σ {s:.3} mag")).unwrap_or_default();
+    let scatter = scatter(used).map(|s| format!(" · robust σ {s:.3} mag")).unwrap_or_default();
     let fit = signed(&format!("ZP {zp:.3} · k {k:.3} · C {c:.3}{scatter}"));
     write_text(sheet, &fit, (1880, 46), LABEL, INK, (HPos::Right, VPos::Center))?;
     draw_mark(sheet, Mark::Dot, (60, 116), BLUE)?;
