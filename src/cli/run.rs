@@ -7,6 +7,8 @@ use satphot::config::Config;
 use satphot::error::{Error, Result};
 use satphot::frames::{Exposure, Role};
 use satphot::night::bench::Bench;
+use satphot::night::filters::{agree_on_band, reduce_one_filter};
+use satphot::night::identity::{other_names, set_others_aside};
 use satphot::night::pipeline::{Options, run};
 use satphot::night::survey::{Survey, survey};
 use satphot::night::target::empty_columns;
@@ -121,13 +123,26 @@ const CPU_S_PER_MPX: [(Role, f64); 3] = [(Role::Flat, 0.0018), (Role::Stars, 0.0
 ///
 /// A piece that is not there is told at the end, with all others, and then is the error the run would stop with.
 fn dry_run(config: &Config, jobs: usize) -> anyhow::Result<()> {
-    let (bench, missing) = prepare_without_missing(config)?;
+    let (mut bench, mut missing) = prepare_without_missing(config)?;
     let mut names = bench.target_names();
     if bench.tracker.is_none() {
         // elements would name the target; the model names the same satellite
         names.extend(config.model.iter().map(|m| m.satellite.clone()));
     }
-    let survey = survey(config, &[], &names)?;
+    let mut survey = survey(config, &[], &names)?;
+    let others = other_names(bench.tracker.as_ref(), config);
+    set_others_aside(&mut survey, config, &names, &others);
+    let mut notes = Vec::new();
+    let previous_there = config.zeropoint.previous.as_ref().is_none_or(|path| path.is_file());
+    match reduce_one_filter(&mut survey, config) {
+        Ok(()) if previous_there => match agree_on_band(&survey, &mut bench, true) {
+            Ok(told) => notes = told,
+            Err(error) => missing.push(error),
+        },
+        Ok(()) => {}
+        Err(error) => missing.push(error),
+    }
+    notes.extend(bench.model_note());
     let line = |kind: &str, e: &Exposure| {
         let time = e.time.as_ref().map(|t| satphot::night::clock::iso_utc(t.mid, 3)).unwrap_or_default();
         print(&format!("{kind:<10} {:<32} {time:<24} {:>9.4} s  {}\n", e.name, e.exptime_s, e.role_reason));
@@ -137,11 +152,15 @@ fn dry_run(config: &Config, jobs: usize) -> anyhow::Result<()> {
         pointing.iter().for_each(|e| line(&format!("stars {number}"), e));
     }
     survey.targets.iter().for_each(|e| line("target", e));
-    survey.others.iter().for_each(|e| line("left alone", e));
+    for e in &survey.others {
+        let aside = matches!(e.role, Role::OtherTarget | Role::OtherFilter);
+        line(if aside { e.role.name() } else { "left alone" }, e);
+    }
     for u in &survey.unreadable {
         print(&format!("unreadable {}: {}\n", u.path.display(), u.error));
     }
     print(&format!("\n{}", masters(config, &survey, &bench)));
+    notes.iter().for_each(|note| print(&format!("note       {note}\n")));
     for note in empty_columns(config, &bench) {
         // flats and zeropoint of this night are only made by the run
         let made = (note.starts_with("no flats") && !survey.flats.is_empty())

@@ -12,10 +12,11 @@ use crate::frames::header::{
     AnyHeader, SiteCheck, Told, binning, calibration, check_site, colour, exposure_time, filter, header_gain,
     header_site, optics, read_any, row_order, sexagesimal,
 };
-use crate::frames::{Detector, Exposure, Role, guarded, light_exptime, mid_time, refusals, sorted};
+use crate::frames::{Detector, Exposure, Role, guarded, light_exptime, mid_time, other_satellite, refusals, sorted};
 use crate::night::clock::{iso_utc, mjd_utc};
 use crate::night::damage::damage;
 use crate::night::header_checks::{SUN_UP_DEG, site_problem, sun_alt_deg, sun_words};
+use crate::night::identity::other_names;
 use crate::night::inspect_wcs::{positions, wcs_told};
 use crate::orbit::{Site, Tracker};
 use crate::photometry::catalogue::Catalogue;
@@ -28,6 +29,7 @@ pub struct Inspector {
     configured: bool,
     pub(super) catalogue: Option<Catalogue>,
     target_names: Vec<String>,
+    others: Vec<String>,
     tracker: Option<Tracker>,
     /// What of the configuration could not be read, and is done without.
     pub notes: Vec<String>,
@@ -68,7 +70,8 @@ impl Inspector {
                 .ok()
         });
         let target_names = tracker.as_ref().map(Tracker::names).unwrap_or_default();
-        Ok(Self { configured, catalogue, target_names, tracker, notes, config })
+        let others = other_names(tracker.as_ref(), &config);
+        Ok(Self { others, configured, catalogue, target_names, tracker, notes, config })
     }
 
     /// What is understood of one file.
@@ -82,11 +85,16 @@ impl Inspector {
     fn understood(&self, path: &Path) -> Result<Inspection> {
         let AnyHeader { header, kind, problem } = read_any(path)?;
         let mut exposure = sorted(path, header, &self.config, &self.target_names);
+        if let Some(reason) = other_satellite(&exposure, &self.config, &self.target_names, &self.others)
+            && self.tracker.is_some()
+        {
+            (exposure.role, exposure.role_reason) = (Role::OtherTarget, reason);
+        }
         let header = exposure.header.clone();
         let aliases = &self.config.header.aliases;
         let mut refused: Vec<String> = problem.iter().map(short).collect();
         let (exptime, mut warnings) = exposure_time(&header, aliases);
-        let light = matches!(exposure.role, Role::Stars | Role::Target);
+        let light = matches!(exposure.role, Role::Stars | Role::Target | Role::OtherTarget);
         if let Err((keyword, problem)) = light_exptime(exptime.clone())
             && light
         {
@@ -292,6 +300,8 @@ fn role_name(role: Role) -> &'static str {
         Role::Bias => "bias",
         Role::Dark => "dark",
         Role::Ignored => "ignored",
+        Role::OtherTarget => "other target",
+        Role::OtherFilter => "other filter",
     }
 }
 

@@ -5,6 +5,7 @@ use crate::frames::Exposure;
 use crate::night::provenance::Provenance;
 use crate::night::survey::Survey;
 use crate::photometry::Flags;
+use crate::photometry::bands::Band;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::export::DataMode;
 use crate::report::{Meta, MetaValue};
@@ -29,8 +30,16 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, told: &Provena
     ];
     meta.push("site", MetaValue::Map(site));
     meta.push("telescope", text(&config.telescope.name));
-    meta.push("mag_system", text("Vega"));
-    meta.push("band", text("V"));
+    // without a zeropoint there are no magnitudes but instrumental and modelled ones
+    let band = zeropoint.map(|z| z.band.unwrap_or(Band::V)).or(config.photometry.band);
+    meta.push("mag_system", text(band.map_or("Vega", Band::mag_system)));
+    meta.push("band", text(band.map_or("none", Band::name)));
+    if let Some(light) = zeropoint.and_then(|z| z.light.as_ref()) {
+        meta.push("filter", text(&light.filter));
+    }
+    if let Some(how) = zeropoint.and_then(Zeropoint::band_text) {
+        meta.push("calibration", text(&how));
+    }
     if let Some(model) = &config.model {
         let mode = match model.mode {
             Mode::AsPublished => "as_published",
@@ -39,6 +48,7 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, told: &Provena
         meta.push("mode", text(mode));
         meta.push("effects", effects_meta(model));
         meta.push("satellite", text(&model.satellite));
+        meta.push("model_band", text(&model.band));
     }
     if let Some(z) = zeropoint {
         let cov = z.covariance().iter().map(|row| MetaValue::List(row.iter().map(|c| number(*c)).collect())).collect();
@@ -48,7 +58,10 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, told: &Provena
             ("c_mag_mag".to_string(), number(z.c_mag_mag)),
             ("cov".to_string(), MetaValue::List(cov)),
             ("n_used".to_string(), number(z.n_used as f64)),
-            ("model".to_string(), text("V = V_inst - ZP - k X - C (B-V), V_inst = -2.5 log10(e-/s)")),
+            (
+                "model".to_string(),
+                text(&format!("{0} = {0}_inst - ZP - k X - C (B-V), {0}_inst = -2.5 log10(e-/s)", z.band_name())),
+            ),
         ];
         meta.push("zeropoint", MetaValue::Map(fields));
     }

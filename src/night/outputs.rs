@@ -74,11 +74,12 @@ impl Outputs<'_> {
 
     fn figures(&self, rows: &[PhotometryRow], stars: &[StarRow], residuals: &[ResidualRow]) -> Result<Vec<PathBuf>> {
         let folder = self.folder.join("figures");
+        let band = self.bench.zeropoint.as_ref().map_or("V", |z| z.band_name());
         make_folder(&folder)?;
-        let mut files = report::plot::light_curve_pages(&folder, rows, &self.config.night.name)?;
+        let mut files = report::plot::light_curve_pages(&folder, rows, &self.config.night.name, band)?;
         if self.bench.model.is_some() {
             let path = folder.join("residuals_altitude.svg");
-            report::plot::residuals_altitude(&path, residuals)?;
+            report::plot::residuals_altitude_in(&path, residuals, band)?;
             files.push(path);
         }
         if let (Some(z), Some(_)) = (&self.bench.zeropoint, &self.config.stars) {
@@ -88,7 +89,7 @@ impl Outputs<'_> {
         }
         if self.config.vetting.gallery_frames > 0 {
             let (path, most) = (self.folder.join("gallery.html"), self.config.vetting.gallery_frames);
-            report::write_gallery(&path, rows, self.thumbs, &self.config.night.name, most)?;
+            report::write_gallery(&path, rows, self.thumbs, &self.config.night.name, (most, band))?;
             files.push(path);
         }
         if self.config.stars.is_some() && self.config.photometry.aper_correction {

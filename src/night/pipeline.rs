@@ -12,6 +12,7 @@ use crate::night::damage::damage_notes;
 use crate::night::detector_checks::check as check_detector;
 use crate::night::detector_report::write_checks;
 use crate::night::explain::explain_night;
+use crate::night::filters::{agree_on_band, reduce_one_filter};
 use crate::night::header_checks::{header_notes, refuse_other_site};
 use crate::night::lock::lock;
 use crate::night::manifest::{Manifest, Stage, bytes_read, manifest_inputs, peak_memory_mb, record};
@@ -33,7 +34,7 @@ use crate::night::survey::{Survey, survey};
 use crate::night::target::{empty_columns, failed_file_row};
 use crate::night::zeropoint::fit_rows;
 use crate::photometry::zeropoint::Zeropoint;
-use crate::report::summary::pass_table;
+use crate::report::summary::pass_table_in;
 use crate::report::{PhotometryRow, StarRow};
 
 /// How a run is done, apart from what it does.
@@ -84,8 +85,11 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
         bench.compute_everything()?;
     }
     let mut survey = survey(config, &options.files, &bench.target_names())?;
+    bench.set_others_aside(&mut survey);
+    reduce_one_filter(&mut survey, config)?;
     refuse_other_site(&survey)?;
     refuse_hopeless(&survey, &bench)?;
+    let of_band = agree_on_band(&survey, &mut bench, true)?;
     let short_of_memory = options.memory().check(&survey, &bench)?;
     let folder = config.night.output.join(&config.night.name);
     make_folder(&folder).map_err(|e| Error::NoInput {
@@ -98,6 +102,8 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
 
     let mut log = Log::new(progress);
     log.notes.extend(short_of_memory);
+    log.notes.extend(of_band);
+    log.notes.extend(bench.model_note());
     log.notes.extend(header_notes(&survey, config));
     if survey.targets.is_empty() {
         log.notes.push(no_target(&survey, &bench));
@@ -162,7 +168,11 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     let mut summary = Summary {
         night: config.night.name.clone(),
         folder: folder.clone(),
-        passes: if counts.targets > 0 { format!("\n{}", pass_table(&rows)) } else { String::new() },
+        passes: if counts.targets > 0 {
+            format!("\n{}", pass_table_in(&rows, bench.zeropoint.as_ref().map_or("V", |z| z.band_name())))
+        } else {
+            String::new()
+        },
         counts,
         zeropoint: bench.zeropoint.clone(),
         zeropoint_source: zeropoint_source(&bench, star_rows.len()),
@@ -300,7 +310,7 @@ pub(super) fn zeropoint_stage(
     if let Some(path) = &bench.config.zeropoint.previous {
         let (zeropoint, told) = read_previous(path, &bench.config, bench.flat.is_some())?;
         notes.extend(told);
-        return Ok(Some(zeropoint));
+        return Ok(Some(of_band(zeropoint, bench)));
     }
     if bench.config.stars.is_none() {
         notes.push("no [stars] and no zeropoint.previous: magnitudes stay instrumental".into());
@@ -321,7 +331,7 @@ pub(super) fn zeropoint_stage(
     match fit_rows(rows, &bench.config) {
         Ok(zeropoint) => {
             notes.extend(zeropoint.warnings.iter().map(|w| format!("zeropoint: {w}")));
-            Ok(Some(zeropoint))
+            Ok(Some(of_band(zeropoint, bench)))
         }
         Err(error @ Error::Zeropoint { .. }) => {
             poor.push(error.to_string());
@@ -329,6 +339,14 @@ pub(super) fn zeropoint_stage(
         }
         Err(error) => Err(error),
     }
+}
+
+/// The zeropoint with the band that was agreed on.
+pub(super) fn of_band(mut zeropoint: Zeropoint, bench: &Bench) -> Zeropoint {
+    if let Some(calibrated) = &bench.calibrated {
+        (zeropoint.band, zeropoint.light) = (Some(calibrated.band), Some(calibrated.light.clone()));
+    }
+    zeropoint
 }
 
 fn flat_member(m: &FlatMember) -> (PathBuf, f64, bool, String) {

@@ -6,10 +6,11 @@ use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::frames::Role;
 use crate::night::bench::Bench;
-use crate::night::compare::{add_model, comparable, epoch_of, residual_rows};
+use crate::night::compare::{add_model, band_of_model, comparable, epoch_of, residual_rows};
+use crate::night::filters::{agree_on_band, reduce_one_filter};
 use crate::night::meta::{data_mode, table_meta};
 use crate::night::outputs::save;
-use crate::night::pipeline::Options;
+use crate::night::pipeline::{Options, of_band};
 use crate::night::plan::products::Products;
 use crate::night::plan::whole::judge_whole_night;
 use crate::night::previous::{conditions, read_previous};
@@ -22,10 +23,11 @@ use crate::night::survey::{Survey, survey};
 use crate::night::target::{failed_file_row, fill_geometry};
 use crate::night::zeropoint::fit_rows;
 use crate::photometry::Flags;
+use crate::photometry::bands::{Band, Light};
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::export::DataMode;
-use crate::report::summary::pass_table;
-use crate::report::{MetaValue, PhotometryRow, ResidualRow, StarRow, read_photometry, read_stars};
+use crate::report::summary::pass_table_in;
+use crate::report::{Meta, MetaValue, PhotometryRow, ResidualRow, StarRow, read_photometry, read_stars};
 use crate::report::{write_photometry, write_residuals, write_stars};
 
 /// What `satphot zeropoint` found.
@@ -49,7 +51,10 @@ pub fn fit_stars(config: &Config, options: &Options, progress: &dyn Progress) ->
     }
     let mut bench = Bench::prepare(config)?;
     let mut notes = Vec::new();
-    let survey = survey_named(config, &options.files, Role::Stars, &bench.target_names(), &mut notes)?;
+    let mut survey = survey_named(config, &options.files, Role::Stars, &bench.target_names(), &mut notes)?;
+    bench.set_others_aside(&mut survey);
+    reduce_one_filter(&mut survey, config)?;
+    notes.extend(agree_on_band(&survey, &mut bench, true)?);
     notes.extend(options.memory().check(&survey, &bench)?);
     let products = Products::default();
     master_flat(&survey, &mut bench, (&products, None), options, progress, &mut notes)?;
@@ -68,7 +73,7 @@ pub fn fit_stars(config: &Config, options: &Options, progress: &dyn Progress) ->
         let problem = format!("no star matched in {} star frames; the first: {first}", survey.n_star_frames());
         return Ok(FittedStars { rows, zeropoint: Err(problem), notes });
     }
-    fitted(rows, config, notes)
+    fitted(rows, config, notes).map(|fitted| fitted.of_band(&bench))
 }
 
 /// The files of the night; or the `files` named by the user, which have `role` whatever their headers say, beside the
@@ -102,8 +107,28 @@ fn survey_named(
 /// # Errors
 /// [`Error::Table`] when the table cannot be read.
 pub fn zeropoint_from_table(config: &Config, table: &Path) -> Result<FittedStars> {
-    let (rows, _) = read_stars(table)?;
-    fitted(rows, config, Vec::new())
+    let (rows, meta) = read_stars(table)?;
+    let mut fitted = fitted(rows, config, Vec::new())?;
+    let (band, light) = band_of_table(&meta);
+    if let (Some(declared), Some(band)) = (config.photometry.band, band)
+        && declared != band
+    {
+        let problem = format!("\"{declared}\" is declared, but the magnitudes of {} are {band}", table.display());
+        return Err(Error::Config { key: "photometry.band".into(), problem });
+    }
+    if let Ok(zeropoint) = &mut fitted.zeropoint {
+        (zeropoint.band, zeropoint.light) = (band.or(config.photometry.band), light);
+    }
+    Ok(fitted)
+}
+
+/// Band and filter of a table, as its meta block tells them.
+fn band_of_table(meta: &Meta) -> (Option<Band>, Option<Light>) {
+    let text = |key: &str| match meta.get(key) {
+        Some(MetaValue::Text(text)) => Some(text.as_str()),
+        _ => None,
+    };
+    (text("band").and_then(Band::named), text("filter").map(Light::named))
 }
 
 fn fitted(mut rows: Vec<StarRow>, config: &Config, mut notes: Vec<String>) -> Result<FittedStars> {
@@ -119,6 +144,11 @@ fn fitted(mut rows: Vec<StarRow>, config: &Config, mut notes: Vec<String>) -> Re
 }
 
 impl FittedStars {
+    /// The fit with the band that was agreed on.
+    fn of_band(self, bench: &Bench) -> Self {
+        Self { zeropoint: self.zeropoint.map(|zeropoint| of_band(zeropoint, bench)), ..self }
+    }
+
     /// Writes zeropoint.toml (if there is a fit) and the star table.
     ///
     /// # Errors
@@ -167,14 +197,17 @@ pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progre
     config.stars = config.stars.filter(|s| config.photometry.fwhm_px.is_none() && s.catalogue.exists());
     let mut bench = Bench::prepare(&config)?;
     let mut notes = Vec::new();
-    let survey = survey_named(&config, &options.files, Role::Target, &bench.target_names(), &mut notes)?;
+    let mut survey = survey_named(&config, &options.files, Role::Target, &bench.target_names(), &mut notes)?;
+    bench.set_others_aside(&mut survey);
+    reduce_one_filter(&mut survey, &config)?;
+    notes.extend(agree_on_band(&survey, &mut bench, false)?);
     notes.extend(options.memory().check(&survey, &bench)?);
     let products = Products::default();
     master_flat(&survey, &mut bench, (&products, None), options, progress, &mut notes)?;
     if let Some(path) = &config.zeropoint.previous {
         let (zeropoint, told) = read_previous(path, &config, bench.flat.is_some())?;
         notes.extend(told);
-        bench.zeropoint = Some(zeropoint);
+        bench.zeropoint = Some(of_band(zeropoint, &bench));
     }
     if config.stars.is_some() && survey.n_star_frames() > 0 {
         let stars = star_stage(&survey, &bench, &products, options, progress, &mut notes)?;
@@ -215,7 +248,7 @@ impl Measured {
             n("rejected"),
             n("failed")
         );
-        counts + &pass_table(&self.rows)
+        counts + &pass_table_in(&self.rows, self.zeropoint.as_ref().map_or("V", |z| z.band_name()))
     }
 }
 
@@ -230,6 +263,8 @@ pub struct Compared {
     pub zeropoint: Option<MetaValue>,
     /// Whether its frames are real, as it says.
     pub data_mode: Option<MetaValue>,
+    /// Its band, magnitude system and filter, as it says.
+    pub of_band: Vec<(String, MetaValue)>,
     /// What should be known.
     pub notes: Vec<String>,
 }
@@ -248,18 +283,29 @@ pub fn compare_table(config: &Config, table: &Path) -> Result<Compared> {
     let (mut rows, meta) = read_photometry(table)?;
     let (zeropoint, data_mode) = (meta.get("zeropoint").cloned(), meta.get("data_mode").cloned());
     let mut notes: Vec<String> = config.model.as_ref().map(comparable).transpose()?.flatten().into_iter().collect();
+    let (band, _) = band_of_table(&meta);
+    let band = band.unwrap_or(Band::V);
+    notes.extend(band_of_model(&config, band)?);
+    notes.extend(bench.model_note());
+    let same_band = config.model.as_ref().is_some_and(|m| m.band == band.name());
+    let of_band: Vec<(String, MetaValue)> = meta
+        .entries
+        .iter()
+        .filter(|(key, _)| matches!(key.as_str(), "band" | "mag_system" | "filter" | "calibration"))
+        .cloned()
+        .collect();
     for row in &mut rows {
         let Some(epoch) = epoch_of(row) else { continue };
         let modelled = tracker.at(&epoch).and_then(|geometry| {
             fill_geometry(row, &geometry);
-            add_model(row, &geometry, model)
+            add_model(row, &geometry, model, same_band)
         });
         if let Err(error) = modelled {
             notes.push(format!("{}: {error}", row.frame));
         }
     }
     let residuals = residual_rows(&rows);
-    Ok(Compared { rows, residuals, zeropoint, data_mode, notes })
+    Ok(Compared { rows, residuals, zeropoint, data_mode, of_band, notes })
 }
 
 impl Compared {
@@ -269,6 +315,9 @@ impl Compared {
     /// [`Error::Io`].
     pub fn write(&self, config: &Config, residuals: &Path, photometry: Option<&Path>) -> Result<()> {
         let mut meta = table_meta(config, None, &Provenance::of(config, None, None)?);
+        for (key, value) in &self.of_band {
+            meta.set(key, value.clone());
+        }
         if let Some(zeropoint) = &self.zeropoint {
             meta.push("zeropoint", zeropoint.clone());
         }
@@ -285,6 +334,10 @@ impl Compared {
     /// The passes in a few lines.
     #[must_use]
     pub fn text(&self) -> String {
-        pass_table(&self.rows)
+        let band = self.of_band.iter().find(|(key, _)| key == "band").map(|(_, value)| value);
+        match band {
+            Some(MetaValue::Text(band)) if band != "none" => pass_table_in(&self.rows, band),
+            _ => pass_table_in(&self.rows, "V"),
+        }
     }
 }

@@ -7,6 +7,7 @@ use crate::error::{Error, Result};
 use crate::frames::{Exposure, Role, classify, find_files};
 use crate::night::clock::seconds_between;
 use crate::night::header_checks::check_headers;
+use crate::photometry::bands::Light;
 
 /// A file that could not be understood: it becomes a row with its reason.
 #[derive(Debug)]
@@ -26,10 +27,12 @@ pub struct Survey {
     pub pointings: Vec<Vec<Exposure>>,
     /// Target frames.
     pub targets: Vec<Exposure>,
-    /// Bias, dark and ignored frames.
+    /// Bias, dark and ignored frames, and those of other satellites and filters.
     pub others: Vec<Exposure>,
     /// Files that could not be understood.
     pub unreadable: Vec<Unreadable>,
+    /// The filter that is reduced, once it is chosen ([`crate::night::filters`]).
+    pub light: Option<Light>,
 }
 
 impl Survey {
@@ -43,6 +46,12 @@ impl Survey {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// Number of frames that were set aside as this role.
+    #[must_use]
+    pub fn n_aside(&self, role: Role) -> usize {
+        self.others.iter().filter(|e| e.role == role).count()
     }
 
     /// Number of star frames.
@@ -77,7 +86,9 @@ pub fn survey(config: &Config, files: &[PathBuf], target_names: &[String]) -> Re
                 Role::Flat => survey.flats.push(exposure),
                 Role::Stars => stars.push(exposure),
                 Role::Target => survey.targets.push(exposure),
-                Role::Bias | Role::Dark | Role::Ignored => survey.others.push(exposure),
+                Role::Bias | Role::Dark | Role::Ignored | Role::OtherTarget | Role::OtherFilter => {
+                    survey.others.push(exposure);
+                }
             },
             Err(error) => survey.unreadable.push(Unreadable { path, error }),
         }

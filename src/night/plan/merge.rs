@@ -22,7 +22,7 @@ use crate::night::outputs::{file_name, make_folder_of, save};
 use crate::night::provenance::{Provenance, TOOL};
 use crate::night::target::TargetFrame;
 use crate::report::columns::{self, Column, Datatype};
-use crate::report::summary::pass_table;
+use crate::report::summary::pass_table_in;
 use crate::report::{
     Meta, MetaValue, PhotometryRow, read_photometry, read_rows, write_photometry, write_residuals, write_rows,
 };
@@ -371,7 +371,11 @@ impl Merged {
     pub fn text(&self) -> String {
         let n = |status: &str| self.rows.iter().filter(|r| r.status == status).count();
         let counts = ["ok", "nondetection", "rejected", "failed"].map(|s| format!("{} {s}", n(s))).join(", ");
-        format!("{counts}\n{}", pass_table(&self.rows))
+        let band = match self.meta.get("band") {
+            Some(MetaValue::Text(band)) if band != "none" => band.as_str(),
+            _ => "V",
+        };
+        format!("{counts}\n{}", pass_table_in(&self.rows, band))
     }
 }
 

@@ -16,6 +16,7 @@ use crate::error::{Error, Result};
 use crate::file::write_atomic;
 use crate::frames::{Exposure, Role, classify};
 use crate::night::bench::{Bench, config_sha256};
+use crate::night::filters::{agree_on_band, aside_notes, reduce_one_filter};
 use crate::night::header_checks::{header_notes, refuse_other_site};
 use crate::night::manifest::inputs_sha256;
 use crate::night::meta::data_mode;
@@ -25,6 +26,7 @@ use crate::night::progress::Progress;
 use crate::night::provenance::{TOOL, named_files, simulation_seed};
 use crate::night::stages::with_threads;
 use crate::night::survey::{Survey, survey};
+use crate::photometry::bands::Light;
 use crate::report::export::DataMode;
 
 /// Target frames of a shard unless told otherwise: a few minutes of work, against seconds to start a worker.
@@ -46,6 +48,9 @@ pub struct Plan {
     /// Seed of frames that are drawn.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub seed: Option<i64>,
+    /// The filter that is reduced.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub light: Option<Light>,
     /// Files beside the frames: catalogue, elements, master flat, zeropoint of another night, satellites, band.
     pub files: Vec<PlannedFile>,
     /// Target frames of a shard, at most.
@@ -74,7 +79,7 @@ pub struct PlannedFile {
 pub struct PlannedFrame {
     /// Where it is.
     pub path: PathBuf,
-    /// What it is for: flat, stars, target, bias, dark, ignored or unreadable.
+    /// What it is for: flat, stars, target, bias, dark, ignored, other target, other filter or unreadable.
     pub role: String,
     /// Why; of an unreadable file, what is wrong with it.
     pub reason: String,
@@ -101,11 +106,15 @@ pub fn make_plan(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<(Plan, Vec<String>)> {
-    let bench = Bench::prepare(&Config { stars: None, ..config.clone() })?;
+    let mut bench = Bench::prepare(&Config { stars: None, ..config.clone() })?;
     let mut survey = survey(config, &options.files, &bench.target_names())?;
+    bench.set_others_aside(&mut survey);
+    reduce_one_filter(&mut survey, config)?;
     refuse_other_site(&survey)?;
     refuse_hopeless(&survey, &bench)?;
-    let mut notes = header_notes(&survey, config);
+    let mut notes = band_at_planning(&survey, &mut bench)?;
+    notes.extend(header_notes(&survey, config));
+    notes.extend(bench.model_note());
     let products = Products::default();
     let all: Vec<&Exposure> =
         survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets).collect();
@@ -123,6 +132,12 @@ pub fn make_plan(
     set_copies_aside(&mut survey, &products, &mut notes);
     let plan = with_threads(options.jobs, || Plan::of(&survey, config, &products, frames_per_shard))??;
     Ok((plan, notes))
+}
+
+/// As the run will agree on the band of the result, as far as files tell that need not be there yet.
+fn band_at_planning(survey: &Survey, bench: &mut Bench) -> Result<Vec<String>> {
+    let there = bench.config.zeropoint.previous.as_ref().is_none_or(|path| path.is_file());
+    if there { agree_on_band(survey, bench, false) } else { Ok(aside_notes(survey)) }
 }
 
 impl Plan {
@@ -156,6 +171,7 @@ impl Plan {
             config_sha256: config_sha256(config)?,
             data_mode: data_mode(survey),
             seed: simulation_seed(survey),
+            light: survey.light.clone(),
             files: files(config, products)?,
             frames_per_shard,
             shards,
@@ -297,8 +313,7 @@ fn files(config: &Config, products: &Products) -> Result<Vec<PlannedFile>> {
 }
 
 fn planned(exposure: &Exposure, pointing: Option<usize>, products: &Products) -> PlannedFrame {
-    let role = format!("{:?}", exposure.role).to_lowercase();
-    let frame = file(&exposure.path, &role, &exposure.role_reason, products);
+    let frame = file(&exposure.path, exposure.role.name(), &exposure.role_reason, products);
     PlannedFrame { pointing, header_sha256: header_sha256(exposure), ..frame }
 }
 

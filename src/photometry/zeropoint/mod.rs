@@ -18,6 +18,7 @@ mod terms;
 
 use crate::config::{self, Estimator};
 use crate::error::{Error, Result};
+use crate::photometry::bands::{Band, Calibrated, Light};
 use crate::photometry::stats;
 pub use file::NO_ZEROPOINT;
 pub use pointings::Pointing;
@@ -104,6 +105,10 @@ pub struct Zeropoint {
     pub b_v_range_mag: [f64; 2],
     /// Mean mid-exposure time of the used measurements, MJD (UTC) \[d\]; the fit does not know it, the night fills it in.
     pub mjd_mean_d: Option<f64>,
+    /// Band of the catalogue magnitudes; the fit does not know it, the night fills it in.
+    pub band: Option<Band>,
+    /// Filter of the star frames; the fit does not know it either.
+    pub light: Option<Light>,
     /// How k came about: `fitted`, `pinned 0.12`, `refused: all stars within 0.02 airmass`.
     pub k_note: String,
     /// How C came about.
@@ -148,6 +153,22 @@ impl Zeropoint {
     pub fn err_mag(&self, airmass: f64, b_v_mag: f64, b_v_err_mag: f64) -> f64 {
         let colour_err = if b_v_err_mag.is_nan() { 0.0 } else { b_v_err_mag };
         predicted(&self.cov, airmass, b_v_mag).hypot(self.colour_slope(airmass) * colour_err)
+    }
+
+    /// Its band in words, as [`Calibrated::text`]; `None` where it is not known.
+    #[must_use]
+    pub fn band_text(&self) -> Option<String> {
+        let band = self.band?;
+        Some(match &self.light {
+            Some(light) => Calibrated::known(band, light.clone()).text(),
+            None => band.to_string(),
+        })
+    }
+
+    /// The name of its band, V where it does not say.
+    #[must_use]
+    pub fn band_name(&self) -> &'static str {
+        self.band.unwrap_or(Band::V).name()
     }
 
     /// ∂V/∂(B−V) without its sign, C + k'' X.

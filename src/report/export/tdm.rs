@@ -87,7 +87,7 @@ fn head(facts: &Facts, names: &TdmNames, newest: Utc, own_id: impl Fn() -> Strin
     say(format!(
         "COMMENT TOOL {}; photometric system {}, band {}; apparent magnitudes outside the atmosphere, no correction for \
          range",
-        facts.tool, facts.mag_system, facts.band
+        facts.tool, facts.mag_system, facts.calibration
     ));
     let created = match &names.creation_date {
         Some(given) => {
@@ -175,7 +175,7 @@ fn segment(path: &Path, rows: &[&PhotometryRow], pass: Utc, facts: &Facts) -> Re
         say(format!("INTEGRATION_INTERVAL = {exptime_s:?}"));
         say("INTEGRATION_REF = MIDDLE".into());
     }
-    let usable = rows.iter().all(|r| r.verdict == "use" || r.verdict.is_empty());
+    let usable = rows.iter().all(|r| r.verdict == "use" || r.verdict.is_empty()) && !facts.declared;
     say(format!("DATA_QUALITY = {}", if usable { "VALIDATED" } else { "DEGRADED" }));
     say("META_STOP".into());
     say("DATA_START".into());

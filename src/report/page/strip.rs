@@ -39,7 +39,9 @@ pub(super) fn summary(page: &NightPage) -> Markup {
         ),
     ));
     if let Some((m, s)) = median(|r| r.v_mag, &used) {
-        figures.push(("median V", format!("{m:.2}, scatter {s:.2} mag")));
+        let (name, of) =
+            if page.band() == "V" { ("median V", String::new()) } else { ("median", format!("{} ", page.band())) };
+        figures.push((name, format!("{of}{m:.2}, scatter {s:.2} mag")));
     }
     if let Some((m, s)) = median(|r| r.residual_mag, &used) {
         let median = format!("{m:+.2}").replace('-', "−");
