@@ -16,7 +16,9 @@ pub fn other_names(tracker: Option<&Tracker>, config: &Config) -> Vec<String> {
     let mut names: Vec<String> = tracker.map(|t| t.others().to_vec()).unwrap_or_default();
     let file = config.model.as_ref().and_then(|m| m.satellites.as_deref());
     if let Ok(catalogue) = Catalogue::load(file) {
-        let objects = catalogue.entries().iter().flat_map(|e| &e.objects);
+        // elements without a name: the catalogue knows the target's
+        let number = tracker.map_or(0, |t| t.object().1);
+        let objects = catalogue.entries().iter().filter(|e| !e.has_number(number)).flat_map(|e| &e.objects);
         names.extend(objects.map(|o| o.trim_end_matches(['*', '-', ' ', '(']).to_owned()));
     }
     names.retain(|n| !n.is_empty());

@@ -5,7 +5,7 @@ use crate::frames::Exposure;
 use crate::night::provenance::Provenance;
 use crate::night::survey::Survey;
 use crate::photometry::Flags;
-use crate::photometry::bands::Band;
+use crate::photometry::bands::{Band, Calibrated};
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::export::DataMode;
 use crate::report::{Meta, MetaValue};
@@ -68,6 +68,16 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, told: &Provena
     let flags = Flags::NAMES.iter().map(|(flag, name)| ((*name).to_string(), number(f64::from(flag.0)))).collect();
     meta.push("flags", MetaValue::Map(flags));
     meta
+}
+
+/// Puts the band that was agreed on into the meta block of tables whose fit failed: their stars can be fitted again.
+pub fn set_band(meta: &mut Meta, calibrated: Option<&Calibrated>) {
+    if let Some(calibrated) = calibrated {
+        meta.set("mag_system", calibrated.band.mag_system());
+        meta.set("band", calibrated.band.name());
+        meta.set("filter", calibrated.light.filter.as_str());
+        meta.set("calibration", calibrated.text());
+    }
 }
 
 /// Whether the night is of the sky: the meta key `data_mode`, SIMULATED as soon as one frame of it is drawn.

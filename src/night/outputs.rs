@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::file::{make_folder, write_atomic};
 use crate::night::bench::Bench;
 use crate::night::effective::effective_toml;
-use crate::night::meta::table_meta;
+use crate::night::meta::{set_band, table_meta};
 use crate::night::pipeline::Options;
 use crate::night::previous::conditions;
 use crate::night::provenance::Provenance;
@@ -42,7 +42,10 @@ impl Outputs<'_> {
         residuals: &[ResidualRow],
         options: &Options,
     ) -> Result<Vec<PathBuf>> {
-        let of_stars = table_meta(self.config, self.bench.zeropoint.as_ref(), self.told);
+        let mut of_stars = table_meta(self.config, self.bench.zeropoint.as_ref(), self.told);
+        if self.bench.zeropoint.is_none() {
+            set_band(&mut of_stars, self.bench.calibrated.as_ref());
+        }
         let mut meta = of_stars.clone();
         meta.push("data_mode", self.data_mode.name());
         let mut files = Vec::new();

@@ -8,7 +8,7 @@ use crate::frames::Role;
 use crate::night::bench::Bench;
 use crate::night::compare::{add_model, band_of_model, comparable, epoch_of, residual_rows};
 use crate::night::filters::{agree_on_band, reduce_one_filter};
-use crate::night::meta::{data_mode, table_meta};
+use crate::night::meta::{data_mode, set_band, table_meta};
 use crate::night::outputs::save;
 use crate::night::pipeline::{Options, of_band};
 use crate::night::plan::products::Products;
@@ -23,7 +23,7 @@ use crate::night::survey::{Survey, survey};
 use crate::night::target::{failed_file_row, fill_geometry};
 use crate::night::zeropoint::fit_rows;
 use crate::photometry::Flags;
-use crate::photometry::bands::{Band, Light};
+use crate::photometry::bands::{Band, Calibrated, Light};
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::export::DataMode;
 use crate::report::summary::pass_table_in;
@@ -37,6 +37,8 @@ pub struct FittedStars {
     pub rows: Vec<StarRow>,
     /// The fit, or why there is none.
     pub zeropoint: std::result::Result<Zeropoint, String>,
+    /// The band that was agreed on, where frames were measured.
+    pub calibrated: Option<Calibrated>,
     /// What should be known.
     pub notes: Vec<String>,
 }
@@ -71,7 +73,7 @@ pub fn fit_stars(config: &Config, options: &Options, progress: &dyn Progress) ->
     if rows.is_empty() {
         let first = stars.failed.first().map(|r| r.reason.clone()).unwrap_or_default();
         let problem = format!("no star matched in {} star frames; the first: {first}", survey.n_star_frames());
-        return Ok(FittedStars { rows, zeropoint: Err(problem), notes });
+        return Ok(FittedStars { rows, zeropoint: Err(problem), calibrated: bench.calibrated, notes });
     }
     fitted(rows, config, notes).map(|fitted| fitted.of_band(&bench))
 }
@@ -140,13 +142,14 @@ fn fitted(mut rows: Vec<StarRow>, config: &Config, mut notes: Vec<String>) -> Re
         Err(error @ Error::Zeropoint { .. }) => Err(error.to_string()),
         Err(error) => return Err(error),
     };
-    Ok(FittedStars { rows, zeropoint, notes })
+    Ok(FittedStars { rows, zeropoint, calibrated: None, notes })
 }
 
 impl FittedStars {
     /// The fit with the band that was agreed on.
     fn of_band(self, bench: &Bench) -> Self {
-        Self { zeropoint: self.zeropoint.map(|zeropoint| of_band(zeropoint, bench)), ..self }
+        let zeropoint = self.zeropoint.map(|zeropoint| of_band(zeropoint, bench));
+        Self { zeropoint, calibrated: bench.calibrated.clone(), ..self }
     }
 
     /// Writes zeropoint.toml (if there is a fit) and the star table.
@@ -160,7 +163,13 @@ impl FittedStars {
             save(zeropoint, &(fit.to_toml(&[conditions(config, flattened)]) + &told.toml_comment()))?;
         }
         match stars {
-            Some(path) => write_stars(path, &self.rows, &table_meta(config, self.zeropoint.as_ref().ok(), &told)),
+            Some(path) => {
+                let mut meta = table_meta(config, self.zeropoint.as_ref().ok(), &told);
+                if self.zeropoint.is_err() {
+                    set_band(&mut meta, self.calibrated.as_ref());
+                }
+                write_stars(path, &self.rows, &meta)
+            }
             None => Ok(()),
         }
     }

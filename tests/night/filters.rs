@@ -165,7 +165,7 @@ fn exports_of_a_night_in_g_never_say_v() {
     let n = renamed_column(night("filter_g_exports", ["gp"; 3]), "gmag").set("model.band=\"g\"");
     n.run().unwrap();
     let table = n.result("photometry.ecsv").display().to_string();
-    let who = ["--organisation", "X", "--station", "S", "--force"];
+    let who = ["--organisation", "X", "--station", "S", "--verdicts", "use,caution"];
     for (format, right, wrong) in [
         ("tdm", "RECEIVE_BAND = g", "RECEIVE_BAND = V"),
         ("udl", "BAND_g", "BAND_V"),
@@ -173,7 +173,7 @@ fn exports_of_a_night_in_g_never_say_v() {
     ] {
         let out = n.path(&format!("out.{format}")).display().to_string();
         let mut args = vec!["export", &table, "--to", format, "-o", &out];
-        args.extend(if format == "votable" { &who[..0] } else { &who[..4] });
+        args.extend(if format == "votable" { &who[..0] } else { &who[..] });
         n.satphot(&args).expect(0, &[]);
         let text = fs::read_to_string(&out).unwrap();
         assert!(text.contains(right), "{format}: no {right} in {text}");

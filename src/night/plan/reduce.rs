@@ -16,7 +16,7 @@ use crate::frames::{FlatMember, MasterFlat};
 use crate::night::bench::{Bench, sha256_16};
 use crate::night::camera_turn::CameraTurn;
 use crate::night::filters::{agree_on_band, check_master};
-use crate::night::meta::table_meta;
+use crate::night::meta::{set_band, table_meta};
 use crate::night::outputs::{file_name, make_folder_of, save};
 use crate::night::pipeline::{Options, rejected_flats, zeropoint_stage};
 use crate::night::previous::conditions;
@@ -278,7 +278,10 @@ pub fn plan_zeropoint(
     bench.zeropoint = zeropoint_stage(&mut rows, &stars, &bench, &mut poor, &mut notes)?;
     notes.extend(products.notes());
     let told = Provenance::of_plan(plan, &config)?;
-    let meta = table_meta(&config, bench.zeropoint.as_ref(), &told);
+    let mut meta = table_meta(&config, bench.zeropoint.as_ref(), &told);
+    if bench.zeropoint.is_none() {
+        set_band(&mut meta, bench.calibrated.as_ref());
+    }
     let text = match &bench.zeropoint {
         Some(zeropoint) => zeropoint.to_toml(&[conditions(&config, bench.flat.is_some())]),
         None => format!("{NO_ZEROPOINT}: magnitudes stay instrumental.\n"),

@@ -69,6 +69,7 @@ const UNFILTERED: &[&str] = &[
     "uvircutl",
     "cv",
     "cr",
+    "notpresent",
 ];
 
 /// Words, small letters and digits alone, for filters without magnitudes of stars.
@@ -176,6 +177,12 @@ const NOISE: &[&str] = &[
     "generic",
     "the",
     "planetarium",
+    "upper",
+    "lower",
+    "top",
+    "bottom",
+    "wheel",
+    "xxx",
     "mm",
     "mounted",
     "unmounted",
@@ -185,7 +192,7 @@ const NOISE: &[&str] = &[
     "a",
 ];
 const JOHNSON: &[&str] = &["johnson", "cousins", "bessell", "bessel", "kron", "jc", "ubvri", "ubv", "landolt"];
-const SLOAN: &[&str] = &["sloan", "sdss", "ps1", "panstarrs", "pan", "starrs", "skymapper", "lsst", "prime"];
+const SLOAN: &[&str] = &["sloan", "sdss", "ps1", "panstarrs", "pan", "starrs", "skymapper", "lsst", "hsc", "prime"];
 const COLOUR_SET: &[&str] = &["rgb", "lrgb", "tri", "tricolor", "tricolour", "bayer"];
 
 /// What the text of FILTER means; an absent card is an empty text.
@@ -234,7 +241,10 @@ pub fn filter_meaning(text: &str) -> Meaning {
     };
     let found = match (johnson, sloan, colour_set, gaia) {
         (true, ..) if letter.len() == 1 => family(true),
-        (_, true, ..) => family(false).or_else(|| family(false)),
+        // HSC numbers its filters: r2
+        (_, true, ..) => family(false)
+            .or_else(|| single(&letter.to_lowercase()))
+            .or_else(|| single(letter.trim_end_matches(|c: char| c.is_ascii_digit()))),
         (_, _, true, _) => match letter.to_lowercase().as_str() {
             "r" => Some(Meaning::Band(Band::TriRed)),
             "g" => Some(Meaning::Band(Band::TriGreen)),

@@ -6,13 +6,13 @@ fn every_spelling_of_a_filter_means_its_band() {
     for (band, spellings) in [
         (
             V,
-            "V|Johnson_V|Bessell V|johnson v|V (Bessell)|Bessel-V|VJ|Astrodon V|Filter_V|Chroma V|Johnson-Cousins V|V, Clear",
+            "V|Johnson_V|Bessell V|johnson v|V (Bessell)|Bessel-V|VJ|Astrodon V|Filter_V|Chroma V|Johnson-Cousins V|V, Clear|upper: Clear  lower: V",
         ),
         (B, "Johnson B|Bessell_B|BJ"),
         (R, "Rc|R_c|Cousins R|Johnson R (Bessell)|Bessell R"),
         (I, "I|Ic|Cousins_I"),
-        (SloanG, "g|g'|gp|SDSS-g|SDSS-G|SDSS g|sdss_g|g_band|SG|Sloan g'|g DECam SDSS c0001 4720.0 1520.0|g’"),
-        (SloanR, "r|r'|rp|SDSS-R|SR|r DECam SDSS c0002 6415.0 1480.0|Sloan R"),
+        (SloanG, "g|g'|gp|SDSS-g|SDSS-G|SDSS g|sdss_g|g_band|SG|Sloan g'|g DECam SDSS c0001 4720.0 1520.0|g’|SDSS-GP-XXX"),
+        (SloanR, "r|r'|rp|SDSS-R|SR|HSC-r2|r DECam SDSS c0002 6415.0 1480.0|Sloan R"),
         (SloanI, "i|ip|SI|i DECam SDSS c0003 7835.0 1470.0"),
         (SloanZ, "zs|z|SDSS z|ZS"),
         (TriGreen, "TG|Green|green|tg|LRGB_G"),
@@ -24,7 +24,7 @@ fn every_spelling_of_a_filter_means_its_band() {
         }
     }
     for text in
-        "|  |L|l|Lum|LUM|Luminance|Clear|CLEAR|clr|air|None|Empty|Open|No filter|Filter_L|'Clear'|UV/IR Cut".split('|')
+        "|  |L|l|Lum|LUM|Luminance|Clear|CLEAR|clr|air|None|Empty|Open|No filter|Filter_L|'Clear'|UV/IR Cut|NOTPRESENT".split('|')
     {
         assert_eq!(filter_meaning(text), Meaning::Unfiltered, "{text}");
     }
