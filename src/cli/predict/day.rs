@@ -161,7 +161,9 @@ impl Day {
                 && observed.iter().any(|r| r.v_mag.is_some())
             {
                 let path = path.display();
-                tell(&format!("warning: {path}: its magnitudes are of band {of}, the model's of {band} (--set model.band={of})"));
+                tell(&format!(
+                    "warning: {path}: its magnitudes are of band {of}, the model's of {band} (--set model.band={of})"
+                ));
             }
             let passes = observed_passes(&observed, rows);
             if passes.is_empty() && !self.quiet {

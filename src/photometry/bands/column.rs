@@ -18,7 +18,7 @@ const WHOLE: [(&str, Band); 9] = [
     ("Visual", Band::V),
 ];
 /// Words that tell nothing of the band.
-const NOISE: [&str; 30] = [
+const NOISE: [&str; 33] = [
     "mag",
     "mags",
     "magnitude",
@@ -49,6 +49,9 @@ const NOISE: [&str; 30] = [
     "lit",
     "m",
     "standard",
+    "psfmag",
+    "apermag",
+    "automag",
 ];
 const JOHNSON: [&str; 8] = ["johnson", "cousins", "bessell", "bessel", "jkc", "jc", "landolt", "ubvri"];
 const SLOAN: [&str; 7] = ["sdss", "sloan", "ps1", "panstarrs", "ps", "skymapper", "lsst"];
@@ -74,6 +77,7 @@ pub fn column_band(name: &str) -> Option<Band> {
         }
         letters.push(without_mag(token));
     }
+    letters.dedup(); // Johnson_V (V)
     let [one] = letters.as_slice() else { return None };
     // APASS writes g'mag, LCO gp
     let primed = one.ends_with('\'');
@@ -114,7 +118,7 @@ pub fn column_band(name: &str) -> Option<Band> {
 
 /// `Vmag` is V, `gMeanPSFMag` g, `magV` V.
 fn without_mag(token: &str) -> &str {
-    const ENDS: [&str; 8] = ["MeanPSFMag", "MeanKronMag", "MeanApMag", "PSFMag", "mag", "Mag", "psf", "_"];
+    const ENDS: [&str; 9] = ["MeanPSFMag", "MeanKronMag", "MeanApMag", "PSFMag", "PSF", "mag", "Mag", "psf", "_"];
     for end in ENDS {
         if let Some(rest) = token.strip_suffix(end).filter(|rest| !rest.is_empty()) {
             return rest;

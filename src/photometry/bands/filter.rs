@@ -56,7 +56,6 @@ const UNFILTERED: &[&str] = &[
     "no",
     "unfiltered",
     "white",
-    "w",
     "na",
     "null",
     "nil",
@@ -229,6 +228,18 @@ pub fn filter_meaning(text: &str) -> Meaning {
             tokens.retain(bare);
         }
     }
+    // `None (Clear)`, `Blue (B)`
+    if tokens.len() > 1 {
+        let each: Vec<Meaning> = tokens.iter().filter_map(|t| single(t).or_else(|| word(&t.to_lowercase()))).collect();
+        if let Some(first) = each.iter().find(|m| !matches!(m, Meaning::Either(..)))
+            && each.len() == tokens.len()
+            && each.iter().all(|m| {
+                m == first || matches!((m, first), (Meaning::Either(a, b), Meaning::Band(x)) if a == x || b == x)
+            })
+        {
+            return first.clone();
+        }
+    }
     let joined = tokens.concat();
     let [one] = tokens.as_slice() else {
         let bands = matches!(tokens.as_slice(), [_, b] if matches!(b.as_str(), "c" | "C" | "j" | "J" | "p"));
@@ -276,6 +287,11 @@ fn single(text: &str) -> Option<Meaning> {
         "r" | "r'" | "r*" | "rp" | "SR" => Band::SloanR,
         "i" | "i'" | "i*" | "ip" | "SI" => Band::SloanI,
         "z" | "z'" | "z*" | "zp" | "zs" | "SZ" | "ZS" => Band::SloanZ,
+        "sg" => Band::SloanG,
+        "sr" => Band::SloanR,
+        "si" => Band::SloanI,
+        "sz" => Band::SloanZ,
+        "su" => Band::SloanU,
         "y" | "Y" => Band::PanStarrsY,
         "g’" | "g′" | "g`" => Band::SloanG,
         "r’" | "r′" | "r`" => Band::SloanR,
@@ -311,7 +327,8 @@ fn tokens(text: &str) -> Vec<String> {
     let part = |c: char| !(c.is_alphanumeric() || matches!(c, '\'' | '’' | '′' | '`' | '*'));
     let measure = |t: &str| {
         let t = t.to_lowercase();
-        let number = t.trim_end_matches("nm").trim_end_matches('a').trim_start_matches(['c', '#']);
+        let number =
+            t.trim_end_matches("nm").trim_end_matches("mm").trim_end_matches('a').trim_start_matches(['c', '#']);
         !number.is_empty() && number.chars().all(|c| c.is_ascii_digit() || c == '.')
     };
     let mut found: Vec<String> = Vec::new();

@@ -6,25 +6,28 @@ fn every_spelling_of_a_filter_means_its_band() {
     for (band, spellings) in [
         (
             V,
-            "V|Johnson_V|Bessell V|johnson v|V (Bessell)|Bessel-V|VJ|Astrodon V|Filter_V|Chroma V|Johnson-Cousins V|V, Clear|upper: Clear  lower: V",
+            "V|Johnson_V|Bessell V|johnson v|V (Bessell)|Bessel-V|VJ|Astrodon V|Filter_V|Chroma V|Johnson-Cousins V|V, Clear|upper: Clear  lower: V|Johnson V 50mm",
         ),
         (B, "Johnson B|Bessell_B|BJ"),
         (R, "Rc|R_c|Cousins R|Johnson R (Bessell)|Bessell R"),
         (I, "I|Ic|Cousins_I"),
-        (SloanG, "g|g'|gp|SDSS-g|SDSS-G|SDSS g|sdss_g|g_band|SG|Sloan g'|g DECam SDSS c0001 4720.0 1520.0|g’|SDSS-GP-XXX"),
-        (SloanR, "r|r'|rp|SDSS-R|SR|HSC-r2|r DECam SDSS c0002 6415.0 1480.0|Sloan R"),
+        (
+            SloanG,
+            "g|g'|gp|SDSS-g|SDSS-G|SDSS g|sdss_g|g_band|SG|Sloan g'|g DECam SDSS c0001 4720.0 1520.0|g’|SDSS-GP-XXX",
+        ),
+        (SloanR, "r|r'|rp|SDSS-R|SR|HSC-r2|sr|r DECam SDSS c0002 6415.0 1480.0|Sloan R"),
         (SloanI, "i|ip|SI|i DECam SDSS c0003 7835.0 1470.0"),
         (SloanZ, "zs|z|SDSS z|ZS"),
         (TriGreen, "TG|Green|green|tg|LRGB_G"),
         (TriRed, "TR|Red|RGB R|Baader Red"),
-        (TriBlue, "TB|Blue|Astronomik Deep-Sky Blue"),
+        (TriBlue, "TB|Blue|Astronomik Deep-Sky Blue|Blue (B)"),
     ] {
         for text in spellings.split('|') {
             assert_eq!(filter_meaning(text), Meaning::Band(band), "{text}");
         }
     }
     for text in
-        "|  |L|l|Lum|LUM|Luminance|Clear|CLEAR|clr|air|None|Empty|Open|No filter|Filter_L|'Clear'|UV/IR Cut|NOTPRESENT".split('|')
+        "|  |L|l|Lum|LUM|Luminance|Clear|CLEAR|clr|air|None|Empty|Open|No filter|Filter_L|'Clear'|UV/IR Cut|NOTPRESENT|None (Clear)".split('|')
     {
         assert_eq!(filter_meaning(text), Meaning::Unfiltered, "{text}");
     }
@@ -38,7 +41,7 @@ fn every_spelling_of_a_filter_means_its_band() {
         assert!(matches!(filter_meaning(text), Meaning::Either(..)), "{text}");
     }
     // a place in the wheel, a wheel's name, a letter of the wrong case: nobody knows
-    for text in ["1", "5", "EFW", "ZWO EFW", "UNKNOWN", "v", "b", "Moravian EFW"] {
+    for text in ["1", "5", "EFW", "ZWO EFW", "UNKNOWN", "v", "b", "w", "W", "Moravian EFW"] {
         assert_eq!(filter_meaning(text), Meaning::Unknown, "{text}");
     }
 }
@@ -47,11 +50,11 @@ fn every_spelling_of_a_filter_means_its_band() {
 fn every_usual_column_name_tells_its_band() {
     use Band::*;
     for (band, names) in [
-        (V, "Vmag|v_mag|Johnson_V|mag_V|V_mag|V|catalogue_v_mag|v_jkc_mag|magV|Vmag_std"),
+        (V, "Vmag|v_mag|Johnson_V|mag_V|V_mag|V|catalogue_v_mag|v_jkc_mag|magV|Vmag_std|Johnson_V (V)"),
         (B, "Bmag|b_mag|Johnson_B|B"),
         (R, "Rmag|R|Cousins_R|r_jkc_mag|Rc"),
         (I, "Imag|Ic|i_jkc_mag"),
-        (SloanG, "gmag|g'mag|g_mag|g_psf|gMeanPSFMag|g_sdss_mag|gp|g_ps1_mag|SDSS_g|gPSFMag|Sloan_g|mag_g"),
+        (SloanG, "gmag|g'mag|g_mag|g_psf|gMeanPSFMag|g_sdss_mag|gp|g_ps1_mag|SDSS_g|gPSFMag|Sloan_g|mag_g|psfMag_g"),
         (SloanR, "rmag|r'mag|r_psf|rMeanPSFMag|rp_mag"),
         (SloanI, "imag|i'mag"),
         (SloanZ, "zmag|z_psf"),
