@@ -29,7 +29,7 @@ pub mod surface;
 pub use answer::{Brightness, Illum, Light, Quadratures};
 pub use attitude::Attitude;
 pub use brdf::{Binomial, Brdf, direct_reflection};
-pub use catalogue::{Catalogue, Satellite, catalogue_names, catalogue_toml};
+pub use catalogue::{Catalogue, Entry, Satellite, catalogue_names, catalogue_toml};
 pub(crate) use earthshine::plain_rule;
 pub use earthshine::{Accuracy, PreparedBrdf, ReflectedLight, reflected_by_earth};
 pub use ground::Ground;

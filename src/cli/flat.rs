@@ -6,6 +6,7 @@ use clap::Args;
 use satphot::Error;
 use satphot::frames::{BAND_BYTES, Detector, MasterFlat};
 use satphot::night::bench::sha256_16;
+use satphot::night::filters::{aside_notes, reduce_one_filter};
 use satphot::night::plan::plan_file::Plan;
 use satphot::night::plan::reduce::plan_flat;
 use satphot::night::provenance::Provenance;
@@ -52,7 +53,9 @@ impl Flat {
             // files named here are flats, whatever their headers say
             config.frames.flat.push("*".into());
         }
-        let survey = survey(&config, &self.files, &[])?;
+        let mut survey = survey(&config, &self.files, &[])?;
+        reduce_one_filter(&mut survey, &config)?;
+        aside_notes(&survey).iter().filter(|_| !self.common.quiet).for_each(|note| tell(&format!("note: {note}")));
         if survey.flats.is_empty() {
             return Err(
                 Error::Flat { problem: "no flats found (IMAGETYP, or patterns in [frames] flat)".into() }.into()

@@ -126,7 +126,7 @@ const CPU_S_PER_MPX: [(Role, f64); 3] = [(Role::Flat, 0.0018), (Role::Stars, 0.0
 /// Everything that is missing is told at the end, with the lines to paste, and ends as the run would.
 fn dry_run(config: &Config, jobs: usize) -> anyhow::Result<()> {
     let mut preflight = preflight(config, &[])?;
-    let Preflight { bench, survey, findings } = &mut preflight;
+    let Preflight { bench, survey, findings, .. } = &mut preflight;
     if findings.scale_in_doubt && findings.errors.is_empty() {
         match check_stars(survey, bench, &Products::default(), jobs) {
             Ok(notes) => findings.notes.extend(notes),
@@ -142,7 +142,10 @@ fn dry_run(config: &Config, jobs: usize) -> anyhow::Result<()> {
         pointing.iter().for_each(|e| line(&format!("stars {number}"), e));
     }
     survey.targets.iter().for_each(|e| line("target", e));
-    survey.others.iter().for_each(|e| line("left alone", e));
+    for e in &survey.others {
+        let aside = matches!(e.role, Role::OtherTarget | Role::OtherFilter);
+        line(if aside { e.role.name() } else { "left alone" }, e);
+    }
     for u in &survey.unreadable {
         print(&format!("unreadable {}: {}\n", u.path.display(), u.error));
     }

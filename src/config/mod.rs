@@ -49,6 +49,9 @@ pub struct Config {
     pub telescope: Telescope,
     /// The camera.
     pub detector: Detector,
+    /// Which of the frames are reduced.
+    #[serde(default, skip_serializing_if = "Input::is_default")]
+    pub input: Input,
     /// How frames are told apart.
     #[serde(default)]
     pub frames: Frames,
@@ -169,6 +172,21 @@ pub struct Detector {
     /// Share of the saturation level above which a pixel is called saturated.
     #[serde(default = "saturation_frac")]
     pub saturation_frac: f64,
+}
+
+/// Which of the frames are reduced.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Input {
+    /// The filter to reduce, in any spelling (`V`, `Johnson_V`, `none`), where a night has frames of several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub filter: Option<String>,
+}
+
+impl Input {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// How frames are told apart. Patterns are file-name globs (`*`, `?`) and win over the header.

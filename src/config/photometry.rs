@@ -7,6 +7,8 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
+use crate::photometry::bands::Band;
+
 /// The master flat.
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
@@ -45,6 +47,9 @@ impl Default for Flat {
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Photometry {
+    /// Band of the calibrated magnitudes, where filter and catalogue do not tell it or contradict each other.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub band: Option<Band>,
     /// Circle kept around the detector centre \[px\]; absent = the whole frame. Caddy et al. use 2500.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clip_radius_px: Option<f64>,
@@ -71,6 +76,7 @@ pub struct Photometry {
 impl Default for Photometry {
     fn default() -> Self {
         Self {
+            band: None,
             clip_radius_px: None,
             fwhm_px: None,
             aper_r_fwhm: 2.0,

@@ -53,7 +53,7 @@ pub use load::{Buffers, FrameReader, Held, read};
 pub(crate) use median::{LANES, Lanes, Network, middle};
 pub(crate) use raw::guarded;
 pub use readout::Camera;
-pub use role::Role;
+pub use role::{Role, other_satellite};
 pub use sample::{Blocks, count_values, never_filled, read_box};
 pub use transfer::{DarkNoise, GainEstimate, Transfer, fit_transfer};
 pub use write::{CardValue, write_f32, write_u16};

@@ -5,6 +5,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::cards::Header;
+use super::exposure::Exposure;
 use super::header::keywords;
 use crate::config::Config;
 
@@ -23,6 +24,54 @@ pub enum Role {
     Dark,
     /// Left alone, for the reason given.
     Ignored,
+    /// A frame of another satellite than the one of this run (not used).
+    OtherTarget,
+    /// A frame of another filter than the one of this run (not used).
+    OtherFilter,
+}
+
+impl Role {
+    /// Its name, in plans and listings.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Role::Flat => "flat",
+            Role::Stars => "stars",
+            Role::Target => "target",
+            Role::Bias => "bias",
+            Role::Dark => "dark",
+            Role::Ignored => "ignored",
+            Role::OtherTarget => "other target",
+            Role::OtherFilter => "other filter",
+        }
+    }
+}
+
+/// Why a light frame is one of another satellite: its OBJECT holds a name of `others` that is longer than any of
+/// `target_names` in it, and neither a pattern of file names nor `frames.target_objects` says what it is.
+#[must_use]
+pub fn other_satellite(
+    exposure: &Exposure,
+    config: &Config,
+    target_names: &[String],
+    others: &[String],
+) -> Option<String> {
+    let light = matches!(exposure.role, Role::Stars | Role::Target);
+    if !light || role_by_name(&exposure.name, config).is_some() {
+        return None;
+    }
+    let object = exposure.object.as_deref()?;
+    if config.frames.target_objects.iter().any(|name| names_object(name, object)) {
+        return None;
+    }
+    let longest = |names: &[String]| {
+        let variants = names.iter().flat_map(|n| name_variants(n)).filter(|n| names_object(n, object));
+        variants.max_by_key(|n| letters(n).len())
+    };
+    let other = longest(others)?;
+    let own = longest(target_names).map_or(0, |n| letters(&n).len());
+    (letters(&other).len() > own)
+        .then(|| format!("OBJECT = '{object}' is another satellite (\"{other}\") than the target of this run"))
 }
 
 /// The role a file's name gives, with the reason: the globs of the configuration.
@@ -116,7 +165,19 @@ fn names_object(name: &str, object: &str) -> bool {
     if wanted.len() <= 3 || wanted.bytes().all(|b| b.is_ascii_digit()) {
         return object.split(|c: char| !c.is_ascii_alphanumeric()).any(|w| w.to_ascii_lowercase() == wanted);
     }
-    letters(object).contains(&wanted)
+    // STARLINK-1007 is not in STARLINK-10071
+    let plain: Vec<(usize, char)> = object
+        .char_indices()
+        .filter(|(_, c)| c.is_alphanumeric())
+        .flat_map(|(at, c)| c.to_lowercase().map(move |c| (at, c)))
+        .collect();
+    let wanted: Vec<char> = wanted.chars().collect();
+    let digit = |c: Option<&char>| c.is_some_and(char::is_ascii_digit);
+    plain.windows(wanted.len()).any(|window| {
+        let same = window.iter().map(|(_, c)| c).eq(&wanted);
+        let after = window.last().and_then(|(at, c)| object[at + c.len_utf8().min(object.len() - at)..].chars().next());
+        same && !(digit(wanted.last()) && digit(after.as_ref()))
+    })
 }
 
 fn letters(text: &str) -> String {
@@ -157,6 +218,7 @@ mod tests {
         assert!(!found("ISS (ZARYA)", "Mission field") && !found("25544", "NGC 125544"));
         assert!(found("25544", "norad 25544") && found("STARLINK-2242", "starlink 2242"));
         assert!(!found("", "anything") && !found("()", "x"));
+        assert!(!found("STARLINK-1007", "STARLINK-10071") && found("STARLINK-1007", "Starlink 1007 2"));
     }
 
     #[test]

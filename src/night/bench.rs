@@ -7,11 +7,14 @@ use sha2::{Digest, Sha256};
 
 use super::camera_turn::CameraTurn;
 use super::compare::comparable;
+use super::satellite_identity::{model_notes, other_names, set_others_aside};
+use super::survey::Survey;
 use crate::brightness::{Model, ModelSettings, Satellite};
 use crate::config::{self, Config};
 use crate::error::{Error, Result};
 use crate::frames::{Buffers, Detector, Exposure, FrameReader, Held, MasterFlat, never_filled, pixel_scale_arcsec};
 use crate::orbit::{EarthOrientation, Site, Tracker};
+use crate::photometry::bands::Calibrated;
 use crate::photometry::catalogue::Catalogue;
 use crate::photometry::growth::{GrowthCurve, StarProfile};
 use crate::photometry::zeropoint::Zeropoint;
@@ -42,6 +45,8 @@ pub struct Bench {
     pub flat_sha256: String,
     /// The zeropoint, once it is fitted or read.
     pub zeropoint: Option<Zeropoint>,
+    /// The band of the calibrated magnitudes, once it is agreed on ([`crate::night::filters`]).
+    pub calibrated: Option<Calibrated>,
     /// FWHM of the stars \[arcsec\], once star pointings were measured.
     pub fwhm_arcsec: Option<f64>,
     /// How the camera is turned on the sky, once star pointings were measured.
@@ -97,6 +102,7 @@ impl Bench {
             flat: None,
             flat_sha256: String::new(),
             zeropoint: None,
+            calibrated: None,
             fwhm_arcsec: None,
             camera_turn: None,
             profile: None,
@@ -120,10 +126,29 @@ impl Bench {
         Ok(())
     }
 
+    /// Whether observed and modelled magnitudes are of one band.
+    #[must_use]
+    pub fn residuals(&self) -> bool {
+        let observed = self.zeropoint.as_ref().map(|z| z.band_name());
+        self.config.model.as_ref().is_none_or(|m| observed.is_none_or(|band| band == m.band))
+    }
+
     /// Names by which OBJECT recognises the target.
     #[must_use]
     pub fn target_names(&self) -> Vec<String> {
         self.tracker.as_ref().map(Tracker::names).unwrap_or_default()
+    }
+
+    /// Sets the frames of other satellites aside.
+    pub fn set_others_aside(&self, survey: &mut Survey) {
+        let others = other_names(self.tracker.as_ref(), &self.config);
+        set_others_aside(survey, &self.config, &self.target_names(), &others);
+    }
+
+    /// Which model the satellite is compared with, and what contradicts it.
+    #[must_use]
+    pub fn model_note(&self) -> Vec<String> {
+        model_notes(self.tracker.as_ref(), &self.config)
     }
 
     /// Pixel scale of one exposure \[arcsec/px\].

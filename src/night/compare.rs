@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::night::light_class::{PaperLabel, is_sunlit};
 use crate::orbit::Geometry;
 use crate::photometry::Flags;
+use crate::photometry::bands::Band;
 use crate::report::summary::passes;
 use crate::report::{PhotometryRow, ResidualRow};
 
@@ -27,17 +28,16 @@ pub fn scene(g: &Geometry) -> Scene {
 /// Whether the model may stand beside magnitudes that are corrected for extinction, and what must be said if it does.
 ///
 /// # Errors
-/// [`Error::Config`] for a band other than V, and for a source that carries extinction itself in corrected mode: it
+/// [`Error::Config`] for a throughput, and for a source that carries extinction itself in corrected mode: it
 /// would count twice.
 pub fn comparable(model: &config::Model) -> Result<Option<String>> {
-    if model.band != "V" || model.throughput.is_some() {
+    if model.throughput.is_some() {
         return Err(Error::Config {
-            key: "model.band".into(),
-            problem: format!(
-                "\"{}\": observed magnitudes are V, so the model's must be too; use \"V\" without model.throughput \
-                 (`satphot predict` takes any band)",
-                model.band
-            ),
+            key: "model.throughput".into(),
+            problem:
+                "observed magnitudes are those of a band outside the telescope, so the model's must be too: remove it \
+                      (`satphot predict` takes any band and throughput)"
+                    .into(),
         });
     }
     let source = model.resolved_effects().source;
@@ -53,11 +53,39 @@ pub fn comparable(model: &config::Model) -> Result<Option<String>> {
     }
 }
 
-/// Puts the model's magnitudes into a row, and the residual, observed minus modelled.
+/// Whether observed magnitudes of `observed` and those of the model are of one band, so that residuals can be formed; a word
+/// on it if not.
+///
+/// # Errors
+/// [`Error::Config`] where the configuration asks for another band of the model than V and than the one observed.
+pub fn band_of_model(config: &config::Config, observed: Band) -> Result<Option<String>> {
+    let Some(model) = config.model.as_ref().filter(|m| m.band != observed.name()) else { return Ok(None) };
+    let known = config::Model::BANDS.contains(&observed.name());
+    let remedy = if known {
+        format!("set model.band = \"{observed}\" to compare them")
+    } else {
+        format!("the model knows {}", config::Model::BANDS.join(", "))
+    };
+    if model.band == Band::V.name() {
+        return Ok(Some(format!(
+            "observed magnitudes are of band {observed}, modelled ones of {}: no residuals are formed; {remedy}",
+            model.band
+        )));
+    }
+    Err(Error::Config {
+        key: "model.band".into(),
+        problem: format!(
+            "\"{}\": observed magnitudes are {observed}, so the model's must be too; {remedy} (`satphot predict` takes any band)",
+            model.band
+        ),
+    })
+}
+
+/// Puts the model's magnitudes into a row, and where they are of the observed band the residual, observed minus modelled.
 ///
 /// # Errors
 /// [`crate::Error::Model`] for an impossible scene.
-pub fn add_model(row: &mut PhotometryRow, geometry: &Geometry, model: &Model) -> Result<Brightness> {
+pub fn add_model(row: &mut PhotometryRow, geometry: &Geometry, model: &Model, same_band: bool) -> Result<Brightness> {
     let model = model.brightness(&scene(geometry))?;
     row.model_v_mag = model.total_v_mag;
     row.sun_v_mag = model.sun.v_mag;
@@ -72,7 +100,7 @@ pub fn add_model(row: &mut PhotometryRow, geometry: &Geometry, model: &Model) ->
     }
     row.skipped = skipped_text(&model.skipped);
     row.residual_mag = match (row.v_mag, row.model_v_mag) {
-        (Some(observed), Some(modelled)) => Some(observed - modelled),
+        (Some(observed), Some(modelled)) if same_band => Some(observed - modelled),
         _ => None,
     };
     if model.extrapolated {

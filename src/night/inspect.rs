@@ -12,13 +12,14 @@ use crate::frames::header::{
     AnyHeader, SiteCheck, Told, binning, calibration, check_site, colour, exposure_time, filter, header_gain,
     header_site, optics, read_any, row_order,
 };
-use crate::frames::{Detector, Exposure, Role, guarded, light_exptime, mid_time, refusals, sorted};
+use crate::frames::{Detector, Exposure, Role, guarded, light_exptime, mid_time, other_satellite, refusals, sorted};
 use crate::night::clock::{iso_utc, mjd_utc};
 use crate::night::damage::damage;
 use crate::night::header_checks::{SUN_UP_DEG, site_problem, sun_alt_deg, sun_words};
 use crate::night::header_warnings::{Stamp, cadence_conflicts, egain_warning, header_warnings};
 use crate::night::inspect_wcs::{positions, wcs_told};
 use crate::night::instrument::other_camera;
+use crate::night::satellite_identity::other_names;
 use crate::orbit::{Site, Tracker};
 use crate::photometry::catalogue::Catalogue;
 use crate::report::inspect::{CalibrationTold, From, GainTold, Inspection, PointingTold, SiteTold, TimeTold};
@@ -30,6 +31,7 @@ pub struct Inspector {
     configured: bool,
     pub(super) catalogue: Option<Catalogue>,
     target_names: Vec<String>,
+    others: Vec<String>,
     tracker: Option<Tracker>,
     /// What of the configuration could not be read, and is done without.
     pub notes: Vec<String>,
@@ -70,7 +72,8 @@ impl Inspector {
                 .ok()
         });
         let target_names = tracker.as_ref().map(Tracker::names).unwrap_or_default();
-        Ok(Self { configured, catalogue, target_names, tracker, notes, config })
+        let others = other_names(tracker.as_ref(), &config);
+        Ok(Self { others, configured, catalogue, target_names, tracker, notes, config })
     }
 
     /// What is understood of one file.
@@ -84,11 +87,16 @@ impl Inspector {
     fn understood(&self, path: &Path) -> Result<Inspection> {
         let AnyHeader { header, kind, problem } = read_any(path)?;
         let mut exposure = sorted(path, header, &self.config, &self.target_names);
+        if let Some(reason) = other_satellite(&exposure, &self.config, &self.target_names, &self.others)
+            && self.tracker.is_some()
+        {
+            (exposure.role, exposure.role_reason) = (Role::OtherTarget, reason);
+        }
         let header = exposure.header.clone();
         let aliases = &self.config.header.aliases;
         let mut refused: Vec<String> = problem.iter().map(short).collect();
         let (exptime, mut warnings) = exposure_time(&header, aliases);
-        let light = matches!(exposure.role, Role::Stars | Role::Target);
+        let light = matches!(exposure.role, Role::Stars | Role::Target | Role::OtherTarget);
         if let Err((keyword, problem)) = light_exptime(exptime.clone())
             && light
         {
@@ -289,6 +297,8 @@ fn role_name(role: Role) -> &'static str {
         Role::Bias => "bias",
         Role::Dark => "dark",
         Role::Ignored => "ignored",
+        Role::OtherTarget => "other target",
+        Role::OtherFilter => "other filter",
     }
 }
 

@@ -241,6 +241,6 @@ pub(super) fn kind_of(role: Role) -> &'static str {
         Role::Flat => "flat",
         Role::Stars => "star frame",
         Role::Target => "target frame",
-        Role::Bias | Role::Dark | Role::Ignored => "frame",
+        Role::Bias | Role::Dark | Role::Ignored | Role::OtherTarget | Role::OtherFilter => "frame",
     }
 }

@@ -6,6 +6,7 @@ use crate::frames::Exposure;
 use crate::night::provenance::Provenance;
 use crate::night::survey::Survey;
 use crate::photometry::Flags;
+use crate::photometry::bands::{Band, Calibrated};
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::export::DataMode;
 use crate::report::{Meta, MetaValue};
@@ -30,8 +31,16 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, told: &Provena
     ];
     meta.push("site", MetaValue::Map(site));
     meta.push("telescope", text(&config.telescope.name));
-    meta.push("mag_system", text("Vega"));
-    meta.push("band", text("V"));
+    // without a zeropoint there are no magnitudes but instrumental and modelled ones
+    let band = zeropoint.map(|z| z.band.unwrap_or(Band::V)).or(config.photometry.band);
+    meta.push("mag_system", text(band.map_or("Vega", Band::mag_system)));
+    meta.push("band", text(band.map_or("none", Band::name)));
+    if let Some(light) = zeropoint.and_then(|z| z.light.as_ref()) {
+        meta.push("filter", text(&light.filter));
+    }
+    if let Some(how) = zeropoint.and_then(Zeropoint::band_text) {
+        meta.push("calibration", text(&how));
+    }
     if let Some(model) = &config.model {
         meta.push("mode", text(model.mode.as_str()));
         meta.push("effects", effects_meta(model));
@@ -39,6 +48,7 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, told: &Provena
         if let Ok(standing) = Standing::of(model) {
             standing.push_to(&mut meta);
         }
+        meta.push("model_band", text(&model.band));
     }
     if let Some(z) = zeropoint {
         let cov = z.covariance().iter().map(|row| MetaValue::List(row.iter().map(|c| number(*c)).collect())).collect();
@@ -48,13 +58,26 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, told: &Provena
             ("c_mag_mag".to_string(), number(z.c_mag_mag)),
             ("cov".to_string(), MetaValue::List(cov)),
             ("n_used".to_string(), number(z.n_used as f64)),
-            ("model".to_string(), text("V = V_inst - ZP - k X - C (B-V), V_inst = -2.5 log10(e-/s)")),
+            (
+                "model".to_string(),
+                text(&format!("{0} = {0}_inst - ZP - k X - C (B-V), {0}_inst = -2.5 log10(e-/s)", z.band_name())),
+            ),
         ];
         meta.push("zeropoint", MetaValue::Map(fields));
     }
     let flags = Flags::NAMES.iter().map(|(flag, name)| ((*name).to_string(), number(f64::from(flag.0)))).collect();
     meta.push("flags", MetaValue::Map(flags));
     meta
+}
+
+/// Puts the band that was agreed on into the meta block of tables whose fit failed: their stars can be fitted again.
+pub fn set_band(meta: &mut Meta, calibrated: Option<&Calibrated>) {
+    if let Some(calibrated) = calibrated {
+        meta.set("mag_system", calibrated.band.mag_system());
+        meta.set("band", calibrated.band.name());
+        meta.set("filter", calibrated.light.filter.as_str());
+        meta.set("calibration", calibrated.text());
+    }
 }
 
 /// Whether the night is of the sky: the meta key `data_mode`, SIMULATED as soon as one frame of it is drawn.

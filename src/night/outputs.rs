@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::file::{make_folder, write_atomic};
 use crate::night::bench::Bench;
 use crate::night::effective::effective_toml;
-use crate::night::meta::table_meta;
+use crate::night::meta::{set_band, table_meta};
 use crate::night::pipeline::Options;
 use crate::night::previous::conditions;
 use crate::night::provenance::Provenance;
@@ -42,7 +42,10 @@ impl Outputs<'_> {
         residuals: &[ResidualRow],
         options: &Options,
     ) -> Result<Vec<PathBuf>> {
-        let of_stars = table_meta(self.config, self.bench.zeropoint.as_ref(), self.told);
+        let mut of_stars = table_meta(self.config, self.bench.zeropoint.as_ref(), self.told);
+        if self.bench.zeropoint.is_none() {
+            set_band(&mut of_stars, self.bench.calibrated.as_ref());
+        }
         let mut meta = of_stars.clone();
         meta.push("data_mode", self.data_mode.name());
         let mut files = Vec::new();
@@ -74,11 +77,12 @@ impl Outputs<'_> {
 
     fn figures(&self, rows: &[PhotometryRow], stars: &[StarRow], residuals: &[ResidualRow]) -> Result<Vec<PathBuf>> {
         let folder = self.folder.join("figures");
+        let band = self.bench.zeropoint.as_ref().map_or("V", |z| z.band_name());
         make_folder(&folder)?;
-        let mut files = report::plot::light_curve_pages(&folder, rows, &self.config.night.name)?;
+        let mut files = report::plot::light_curve_pages(&folder, rows, &self.config.night.name, band)?;
         if self.bench.model.is_some() {
             let path = folder.join("residuals_altitude.svg");
-            report::plot::residuals_altitude(&path, residuals)?;
+            report::plot::residuals_altitude_in(&path, residuals, band)?;
             files.push(path);
         }
         if let (Some(z), Some(_)) = (&self.bench.zeropoint, &self.config.stars) {
@@ -88,7 +92,7 @@ impl Outputs<'_> {
         }
         if self.config.vetting.gallery_frames > 0 {
             let (path, most) = (self.folder.join("gallery.html"), self.config.vetting.gallery_frames);
-            report::write_gallery(&path, rows, self.thumbs, &self.config.night.name, most)?;
+            report::write_gallery(&path, rows, self.thumbs, &self.config.night.name, (most, band))?;
             files.push(path);
         }
         if self.config.stars.is_some() && self.config.photometry.aper_correction {

@@ -35,7 +35,7 @@ use crate::night::survey::Survey;
 use crate::night::target::{failed_file_row, missing_parts, set_aside_row};
 use crate::night::zeropoint::fit_rows;
 use crate::photometry::zeropoint::Zeropoint;
-use crate::report::summary::pass_table;
+use crate::report::summary::pass_table_in;
 use crate::report::words::{Status, Verdict};
 use crate::report::{PhotometryRow, StarRow};
 
@@ -166,7 +166,11 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
     let mut summary = Summary {
         night: config.night.name.clone(),
         folder: folder.clone(),
-        passes: if counts.targets > 0 { format!("\n{}", pass_table(&rows)) } else { String::new() },
+        passes: if counts.targets > 0 {
+            format!("\n{}", pass_table_in(&rows, bench.zeropoint.as_ref().map_or("V", |z| z.band_name())))
+        } else {
+            String::new()
+        },
         model: model_text(config),
         counts,
         zeropoint: bench.zeropoint.clone(),
@@ -285,7 +289,7 @@ pub(super) fn zeropoint_stage(
     if let Some(path) = &bench.config.zeropoint.previous {
         let (zeropoint, told) = read_previous(path, &bench.config, bench.flat.is_some())?;
         notes.extend(told);
-        return Ok(Some(zeropoint));
+        return Ok(Some(of_band(zeropoint, bench)));
     }
     if bench.config.stars.is_none() {
         notes.push("no [stars] and no zeropoint.previous: magnitudes stay instrumental".into());
@@ -306,7 +310,7 @@ pub(super) fn zeropoint_stage(
     match fit_rows(rows, &bench.config) {
         Ok(zeropoint) => {
             notes.extend(zeropoint.warnings.iter().map(|w| format!("zeropoint: {w}")));
-            Ok(Some(zeropoint))
+            Ok(Some(of_band(zeropoint, bench)))
         }
         Err(error @ Error::Zeropoint { .. }) => {
             poor.push(error.to_string());
@@ -314,6 +318,14 @@ pub(super) fn zeropoint_stage(
         }
         Err(error) => Err(error),
     }
+}
+
+/// The zeropoint with the band that was agreed on.
+pub(super) fn of_band(mut zeropoint: Zeropoint, bench: &Bench) -> Zeropoint {
+    if let Some(calibrated) = &bench.calibrated {
+        (zeropoint.band, zeropoint.light) = (Some(calibrated.band), Some(calibrated.light.clone()));
+    }
+    zeropoint
 }
 
 fn flat_member(m: &FlatMember) -> (PathBuf, f64, bool, String) {

@@ -12,6 +12,7 @@ use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::frames::{Exposure, Header, Role};
 use crate::night::bench::Bench;
+use crate::night::filters::{agree_on_band, reduce_one_filter};
 use crate::night::header_checks::{header_notes, refuse_other_site};
 use crate::night::instrument::check_instrument;
 use crate::night::scale;
@@ -65,6 +66,8 @@ pub struct Preflight {
     pub survey: Survey,
     /// What was found.
     pub findings: Findings,
+    /// Whether a zeropoint is fitted to the stars of this night.
+    fits: bool,
 }
 
 /// A check: looks at a night, takes frames out of it, says what it found.
@@ -72,6 +75,8 @@ type Check = fn(&mut Preflight);
 
 /// The checks, in the order in which their errors count: the first decides the exit code.
 const CHECKS: &[(&str, Check)] = &[
+    ("satellites", |p| p.bench.set_others_aside(&mut p.survey)),
+    ("filter", |p| p.refuse(|p| reduce_one_filter(&mut p.survey, &p.bench.config))),
     ("site", |p| p.refuse(|p| refuse_other_site(&p.survey))),
     ("files", |p| p.refuse(files)),
     ("instrument", |p| check_instrument(&mut p.survey, &p.bench.config, &mut p.findings)),
@@ -79,6 +84,8 @@ const CHECKS: &[(&str, Check)] = &[
     ("elements", |p| p.refuse(elements)),
     ("master flat", |p| p.refuse(master_flat)),
     ("zeropoint", |p| p.refuse(previous_zeropoint)),
+    ("band", |p| p.refuse(band)),
+    ("model", |p| p.findings.notes.extend(p.bench.model_note())),
     ("scale", |p| p.refuse(headers_of_scale)),
     ("headers", |p| p.findings.notes.extend(header_notes(&p.survey, &p.bench.config, &p.bench.detector))),
 ];
@@ -95,16 +102,17 @@ pub fn preflight(config: &Config, files: &[PathBuf]) -> Result<Preflight> {
         names.extend(config.model.iter().map(|m| m.satellite.clone()));
     }
     let survey = survey(config, files, &names);
-    Ok(preflight_of(bench, errors, survey))
+    Ok(preflight_of(bench, errors, survey, true))
 }
 
-/// As [`preflight`], of files that were sorted already; `errors` are those of the bench.
+/// As [`preflight`], of files that were sorted already; `errors` are those of the bench, `fits` says whether a zeropoint is
+/// fitted to the stars of this night.
 #[must_use]
-pub fn preflight_of(bench: Bench, errors: Vec<Error>, survey: Result<Survey>) -> Preflight {
+pub fn preflight_of(bench: Bench, errors: Vec<Error>, survey: Result<Survey>, fits: bool) -> Preflight {
     let mut findings = Findings { errors, ..Findings::default() };
     let survey = survey.map_err(|error| findings.errors.push(error));
     let there = survey.is_ok();
-    let mut preflight = Preflight { bench, survey: survey.unwrap_or_default(), findings };
+    let mut preflight = Preflight { bench, survey: survey.unwrap_or_default(), findings, fits };
     if there {
         CHECKS.iter().for_each(|(_, check)| check(&mut preflight));
     }
@@ -117,7 +125,7 @@ impl Preflight {
     /// # Errors
     /// The only error found, or [`Error::Preflight`] with all of them and the lines to paste.
     pub fn ready(self) -> Result<(Bench, Survey, Vec<String>)> {
-        let Self { bench, survey, mut findings } = self;
+        let Self { bench, survey, mut findings, .. } = self;
         let paste = findings.paste();
         match findings.errors.len() {
             0 => {
@@ -159,7 +167,7 @@ fn files(p: &mut Preflight) -> Result<()> {
 /// Electrons per ADU and read noise of every gain setting of the light frames: an error where a kind of frames has none of
 /// them, else a note; the lines that are missing in either case.
 fn gains(p: &mut Preflight) {
-    let Preflight { bench, survey, findings } = p;
+    let Preflight { bench, survey, findings, .. } = p;
     let lights: Vec<&Exposure> = survey.pointings.iter().flatten().chain(&survey.targets).collect();
     let mut first: Option<Error> = None;
     for role in [Role::Target, Role::Stars] {
@@ -252,6 +260,17 @@ fn previous_zeropoint(p: &mut Preflight) -> Result<()> {
     }
     let problem = "no such file (zeropoint.previous): name the zeropoint.toml of a finished night".to_string();
     Err(Error::NoInput { path: path.clone(), problem })
+}
+
+/// What filter, catalogue, master flat, the zeropoint of another night and the configuration say of the band.
+fn band(p: &mut Preflight) -> Result<()> {
+    // a zeropoint that cannot be read has its own error
+    if p.bench.config.zeropoint.previous.as_ref().is_some_and(|path| Zeropoint::read(path).is_err()) {
+        return Ok(());
+    }
+    let notes = agree_on_band(&p.survey, &mut p.bench, p.fits)?;
+    p.findings.notes.extend(notes);
+    Ok(())
 }
 
 /// The scale, as far as headers tell it.

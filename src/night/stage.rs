@@ -6,10 +6,10 @@ use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::frames::Role;
 use crate::night::bench::Bench;
-use crate::night::compare::{add_model, comparable, epoch_of, residual_rows};
-use crate::night::meta::{data_mode, table_meta};
+use crate::night::compare::{add_model, band_of_model, comparable, epoch_of, residual_rows};
+use crate::night::meta::{data_mode, set_band, table_meta};
 use crate::night::outputs::{file_name, save};
-use crate::night::pipeline::Options;
+use crate::night::pipeline::{Options, of_band};
 use crate::night::plan::products::Products;
 use crate::night::plan::whole::judge_whole_night;
 use crate::night::preflight::preflight_of;
@@ -24,11 +24,12 @@ use crate::night::survey::{Survey, survey};
 use crate::night::target::{failed_file_row, fill_geometry, set_aside_row};
 use crate::night::zeropoint::fit_rows;
 use crate::photometry::Flags;
+use crate::photometry::bands::{Band, Calibrated, Light};
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::export::DataMode;
-use crate::report::summary::pass_table;
+use crate::report::summary::pass_table_in;
 use crate::report::words::Status;
-use crate::report::{MetaValue, PhotometryRow, ResidualRow, StarRow, read_photometry, read_stars};
+use crate::report::{Meta, MetaValue, PhotometryRow, ResidualRow, StarRow, read_photometry, read_stars};
 use crate::report::{write_photometry, write_residuals, write_stars};
 
 /// What `satphot zeropoint` found.
@@ -38,6 +39,8 @@ pub struct FittedStars {
     pub rows: Vec<StarRow>,
     /// The fit, or why there is none.
     pub zeropoint: std::result::Result<Zeropoint, String>,
+    /// The band that was agreed on, where frames were measured.
+    pub calibrated: Option<Calibrated>,
     /// What should be known.
     pub notes: Vec<String>,
 }
@@ -68,9 +71,9 @@ pub fn fit_stars(config: &Config, options: &Options, progress: &dyn Progress) ->
     if rows.is_empty() {
         let first = stars.failed.first().map(|r| r.reason.clone()).unwrap_or_default();
         let problem = format!("no star matched in {} star frames; the first: {first}", survey.n_star_frames());
-        return Ok(FittedStars { rows, zeropoint: Err(problem), notes });
+        return Ok(FittedStars { rows, zeropoint: Err(problem), calibrated: bench.calibrated, notes });
     }
-    fitted(rows, config, notes)
+    fitted(rows, config, notes).map(|fitted| fitted.of_band(&bench))
 }
 
 /// The night, or the `files` of it that have a role, once every check before the first pixel is passed.
@@ -78,7 +81,7 @@ fn named_night(config: &Config, files: &[PathBuf], role: Role) -> Result<(Bench,
     let (bench, errors) = Bench::gather(config)?;
     let mut notes = Vec::new();
     let survey = survey_named(config, files, role, &bench.target_names(), &mut notes);
-    let (bench, survey, found) = preflight_of(bench, errors, survey).ready()?;
+    let (bench, survey, found) = preflight_of(bench, errors, survey, role == Role::Stars).ready()?;
     notes.extend(found);
     notes.extend(survey.set_aside.iter().map(|s| format!("{}: set aside: {}", file_name(&s.path), s.reason)));
     Ok((bench, survey, notes))
@@ -115,8 +118,28 @@ fn survey_named(
 /// # Errors
 /// [`Error::Table`] when the table cannot be read.
 pub fn zeropoint_from_table(config: &Config, table: &Path) -> Result<FittedStars> {
-    let (rows, _) = read_stars(table)?;
-    fitted(rows, config, Vec::new())
+    let (rows, meta) = read_stars(table)?;
+    let mut fitted = fitted(rows, config, Vec::new())?;
+    let (band, light) = band_of_table(&meta);
+    if let (Some(declared), Some(band)) = (config.photometry.band, band)
+        && declared != band
+    {
+        let problem = format!("\"{declared}\" is declared, but the magnitudes of {} are {band}", table.display());
+        return Err(Error::Config { key: "photometry.band".into(), problem });
+    }
+    if let Ok(zeropoint) = &mut fitted.zeropoint {
+        (zeropoint.band, zeropoint.light) = (band.or(config.photometry.band), light);
+    }
+    Ok(fitted)
+}
+
+/// Band and filter of a table, as its meta block tells them.
+fn band_of_table(meta: &Meta) -> (Option<Band>, Option<Light>) {
+    let text = |key: &str| match meta.get(key) {
+        Some(MetaValue::Text(text)) => Some(text.as_str()),
+        _ => None,
+    };
+    (text("band").and_then(Band::named), text("filter").map(Light::named))
 }
 
 fn fitted(mut rows: Vec<StarRow>, config: &Config, mut notes: Vec<String>) -> Result<FittedStars> {
@@ -128,10 +151,16 @@ fn fitted(mut rows: Vec<StarRow>, config: &Config, mut notes: Vec<String>) -> Re
         Err(error @ Error::Zeropoint { .. }) => Err(error.to_string()),
         Err(error) => return Err(error),
     };
-    Ok(FittedStars { rows, zeropoint, notes })
+    Ok(FittedStars { rows, zeropoint, calibrated: None, notes })
 }
 
 impl FittedStars {
+    /// The fit with the band that was agreed on.
+    fn of_band(self, bench: &Bench) -> Self {
+        let zeropoint = self.zeropoint.map(|zeropoint| of_band(zeropoint, bench));
+        Self { zeropoint, calibrated: bench.calibrated.clone(), ..self }
+    }
+
     /// Writes zeropoint.toml (if there is a fit) and the star table.
     ///
     /// # Errors
@@ -143,7 +172,13 @@ impl FittedStars {
             save(zeropoint, &(fit.to_toml(&[conditions(config, flattened)]) + &told.toml_comment()))?;
         }
         match stars {
-            Some(path) => write_stars(path, &self.rows, &table_meta(config, self.zeropoint.as_ref().ok(), &told)),
+            Some(path) => {
+                let mut meta = table_meta(config, self.zeropoint.as_ref().ok(), &told);
+                if self.zeropoint.is_err() {
+                    set_band(&mut meta, self.calibrated.as_ref());
+                }
+                write_stars(path, &self.rows, &meta)
+            }
             None => Ok(()),
         }
     }
@@ -186,7 +221,7 @@ pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progre
     if let Some(path) = &config.zeropoint.previous {
         let (zeropoint, told) = read_previous(path, &config, bench.flat.is_some())?;
         notes.extend(told);
-        bench.zeropoint = Some(zeropoint);
+        bench.zeropoint = Some(of_band(zeropoint, &bench));
     }
     if config.stars.is_some() && survey.n_star_frames() > 0 {
         let stars = star_stage(&survey, &bench, &products, options, progress, &mut notes)?;
@@ -228,7 +263,7 @@ impl Measured {
             n(Status::Rejected),
             n(Status::Failed)
         );
-        counts + &pass_table(&self.rows)
+        counts + &pass_table_in(&self.rows, self.zeropoint.as_ref().map_or("V", |z| z.band_name()))
     }
 }
 
@@ -243,6 +278,8 @@ pub struct Compared {
     pub zeropoint: Option<MetaValue>,
     /// Whether its frames are real, as it says.
     pub data_mode: Option<MetaValue>,
+    /// Its band, magnitude system and filter, as it says.
+    pub of_band: Vec<(String, MetaValue)>,
     /// What should be known.
     pub notes: Vec<String>,
 }
@@ -261,18 +298,29 @@ pub fn compare_table(config: &Config, table: &Path) -> Result<Compared> {
     let (mut rows, meta) = read_photometry(table)?;
     let (zeropoint, data_mode) = (meta.get("zeropoint").cloned(), meta.get("data_mode").cloned());
     let mut notes: Vec<String> = config.model.as_ref().map(comparable).transpose()?.flatten().into_iter().collect();
+    let (band, _) = band_of_table(&meta);
+    let band = band.unwrap_or(Band::V);
+    notes.extend(band_of_model(&config, band)?);
+    notes.extend(bench.model_note());
+    let same_band = config.model.as_ref().is_some_and(|m| m.band == band.name());
+    let of_band: Vec<(String, MetaValue)> = meta
+        .entries
+        .iter()
+        .filter(|(key, _)| matches!(key.as_str(), "band" | "mag_system" | "filter" | "calibration"))
+        .cloned()
+        .collect();
     for row in &mut rows {
         let Some(epoch) = epoch_of(row) else { continue };
         let modelled = tracker.at(&epoch).and_then(|geometry| {
             fill_geometry(row, &geometry);
-            add_model(row, &geometry, model)
+            add_model(row, &geometry, model, same_band)
         });
         if let Err(error) = modelled {
             notes.push(format!("{}: {error}", row.frame));
         }
     }
     let residuals = residual_rows(&rows);
-    Ok(Compared { rows, residuals, zeropoint, data_mode, notes })
+    Ok(Compared { rows, residuals, zeropoint, data_mode, of_band, notes })
 }
 
 impl Compared {
@@ -282,6 +330,9 @@ impl Compared {
     /// [`Error::Io`].
     pub fn write(&self, config: &Config, residuals: &Path, photometry: Option<&Path>) -> Result<()> {
         let mut meta = table_meta(config, None, &Provenance::of(config, None, None)?);
+        for (key, value) in &self.of_band {
+            meta.set(key, value.clone());
+        }
         if let Some(zeropoint) = &self.zeropoint {
             meta.push("zeropoint", zeropoint.clone());
         }
@@ -298,6 +349,10 @@ impl Compared {
     /// The passes in a few lines.
     #[must_use]
     pub fn text(&self) -> String {
-        pass_table(&self.rows)
+        let band = self.of_band.iter().find(|(key, _)| key == "band").map(|(_, value)| value);
+        match band {
+            Some(MetaValue::Text(band)) if band != "none" => pass_table_in(&self.rows, band),
+            _ => pass_table_in(&self.rows, "V"),
+        }
     }
 }

@@ -215,7 +215,7 @@ fn reduced(exposure: &Exposure, bench: &Bench, products: &Products, depends: &[&
         let TargetFrame { row, geometry, .. } = measure_frame(exposure, bench);
         let mut reduced = Reduced::of(row);
         if let (Some(model), Some(geometry)) = (&bench.model, &geometry) {
-            match add_model(&mut reduced.row, geometry, model) {
+            match add_model(&mut reduced.row, geometry, model, bench.residuals()) {
                 Ok(model) => reduced.integrals = [1, model.quadratures.sun, model.quadratures.moon],
                 Err(error) => {
                     reduced.problem = Some(format!("{}: {error}", reduced.row.frame));

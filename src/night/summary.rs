@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use crate::error::Error;
+use crate::frames::Role;
 use crate::night::survey::Survey;
 use crate::night::vet::DECIDING;
 use crate::photometry::Flags;
@@ -34,6 +35,10 @@ pub struct Counts {
     pub targets: usize,
     /// Bias, dark and ignored frames.
     pub others: usize,
+    /// Of these, frames of another satellite.
+    pub other_target: usize,
+    /// Of these, frames of another filter.
+    pub other_filter: usize,
     /// Files whose header could not be understood.
     pub unreadable: usize,
     /// Frames that do not belong to the others: another camera, binning, size, focal length or read-out mode.
@@ -74,6 +79,8 @@ impl Counts {
             stars: survey.n_star_frames(),
             targets: survey.targets.len(),
             others: survey.others.len(),
+            other_target: survey.n_aside(Role::OtherTarget),
+            other_filter: survey.n_aside(Role::OtherFilter),
             unreadable: survey.unreadable.len(),
             set_aside: survey.set_aside.len(),
             science: survey.targets.len() + survey.n_star_frames() + survey.unreadable.len(),
@@ -94,6 +101,13 @@ impl Counts {
     #[must_use]
     pub fn failed_frac(&self) -> f64 {
         self.failed as f64 / self.science.max(1) as f64
+    }
+
+    /// How many of the others are of another satellite or filter, in words; empty without any.
+    fn aside_text(&self) -> String {
+        let of =
+            |n: usize, what: &str| if n > 0 { format!("; set aside: {n} of another {what}") } else { String::new() };
+        of(self.other_target, "target") + &of(self.other_filter, "filter")
     }
 
     /// The reasons for caution and rejection, the most frequent first, and the lower limits; `None` without any.
@@ -189,8 +203,14 @@ impl Summary {
         let _ = writeln!(t, "Night {}", self.night);
         let _ = write!(
             t,
-            "Frames     {} files: {} flats, {} star, {} target, {} other, {} unreadable",
-            c.files, c.flats, c.stars, c.targets, c.others, c.unreadable
+            "Frames     {} files: {} flats, {} star, {} target, {} other, {} unreadable{}",
+            c.files,
+            c.flats,
+            c.stars,
+            c.targets,
+            c.others,
+            c.unreadable,
+            c.aside_text()
         );
         if c.set_aside > 0 {
             let _ = write!(t, ", {} set aside", c.set_aside);
@@ -249,15 +269,19 @@ pub fn zeropoint_text(zeropoint: Option<&Zeropoint>, source: &str) -> String {
         err(2),
         z.c_note
     );
-    let mut model = "V = V_inst - ZP - k X - C (B-V)".to_owned();
+    let mut model = format!("{0} = {0}_inst - ZP - k X - C (B-V)", z.band_name());
     if z.second_order() {
         let _ = writeln!(t, "           k2 {:.4} +- {:.4} ({})", z.k2_mag, err(3), z.k2_note);
         model += " - k2 X (B-V)";
     }
     let _ = writeln!(
         t,
-        "           {model}, V_inst of e-/s; N {} used, {} outliers, rms {:.4} mag; {}",
-        z.n_used, z.n_rejected, z.rms_mag, source
+        "           {model}, {}_inst of e-/s; N {} used, {} outliers, rms {:.4} mag; {}",
+        z.band_name(),
+        z.n_used,
+        z.n_rejected,
+        z.rms_mag,
+        source
     );
     if z.n_stars > 0 {
         let [zp, k, c] = z.multipliers_95();

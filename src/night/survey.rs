@@ -7,6 +7,7 @@ use crate::error::{Error, Result};
 use crate::frames::{Exposure, Role, classify, find_files};
 use crate::night::clock::seconds_between;
 use crate::night::header_checks::check_headers;
+use crate::photometry::bands::Light;
 
 /// A file that could not be understood: it becomes a row with its reason.
 #[derive(Debug)]
@@ -37,7 +38,7 @@ pub struct Survey {
     pub pointings: Vec<Vec<Exposure>>,
     /// Target frames.
     pub targets: Vec<Exposure>,
-    /// Bias, dark and ignored frames.
+    /// Bias, dark and ignored frames, and those of other satellites and filters.
     pub others: Vec<Exposure>,
     /// Files that could not be understood.
     pub unreadable: Vec<Unreadable>,
@@ -45,6 +46,8 @@ pub struct Survey {
     pub set_aside: Vec<SetAside>,
     /// Those of them that another site was told for.
     pub other_site: Vec<PathBuf>,
+    /// The filter that is reduced, once it is chosen ([`crate::night::filters`]).
+    pub light: Option<Light>,
 }
 
 impl Survey {
@@ -59,6 +62,12 @@ impl Survey {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// Number of frames that were set aside as this role.
+    #[must_use]
+    pub fn n_aside(&self, role: Role) -> usize {
+        self.others.iter().filter(|e| e.role == role).count()
     }
 
     /// Number of star frames.
@@ -99,7 +108,9 @@ pub fn survey(config: &Config, files: &[PathBuf], target_names: &[String]) -> Re
                 Role::Flat => survey.flats.push(exposure),
                 Role::Stars => stars.push(exposure),
                 Role::Target => survey.targets.push(exposure),
-                Role::Bias | Role::Dark | Role::Ignored => survey.others.push(exposure),
+                Role::Bias | Role::Dark | Role::Ignored | Role::OtherTarget | Role::OtherFilter => {
+                    survey.others.push(exposure);
+                }
             },
             Err(error) => survey.unreadable.push(Unreadable { path, error }),
         }

@@ -22,6 +22,8 @@ pub struct Tracker {
     standings: Vec<Standing>,
     /// What is known about the sets that are not used: their epoch and why.
     refuted: Vec<(Epoch, String)>,
+    /// Names of the other objects of the file.
+    others: Vec<String>,
     site: Site,
     eop: EarthOrientation,
     max_age_d: f64,
@@ -48,7 +50,8 @@ impl Tracker {
     /// As [`Tracker::from_config`].
     pub fn new(sets: Vec<Elements>, norad: Option<u64>, site: Site, eop: EarthOrientation) -> Result<Self> {
         only_object(&sets, norad)?;
-        let mut sets: Vec<_> = sets.into_iter().filter(|e| norad.is_none_or(|n| n == e.norad_cat_id())).collect();
+        let (mut sets, others): (Vec<_>, Vec<_>) =
+            sets.into_iter().partition(|e| norad.is_none_or(|n| n == e.norad_cat_id()));
         sets.sort_by_key(Elements::epoch);
         let propagators = sets.iter().map(Propagator::new).collect::<Result<Vec<_>>>()?;
         let standings = standings(&sets, &propagators);
@@ -57,6 +60,7 @@ impl Tracker {
             propagators: Vec::new(),
             standings: Vec::new(),
             refuted: Vec::new(),
+            others: element_names(&others),
             site,
             eop,
             max_age_d: 14.0,
@@ -79,6 +83,19 @@ impl Tracker {
     #[must_use]
     pub fn names(&self) -> Vec<String> {
         element_names(&self.sets)
+    }
+
+    /// Every way a header may name the other satellites of the file of elements.
+    #[must_use]
+    pub fn others(&self) -> &[String] {
+        &self.others
+    }
+
+    /// Name (empty for none) and catalogue number of the satellite.
+    #[must_use]
+    pub fn object(&self) -> (&str, u64) {
+        let named = self.sets.iter().find(|e| !e.name().is_empty()).or_else(|| self.sets.first());
+        named.map_or(("", 0), |e| (e.name(), e.norad_cat_id()))
     }
 
     /// The site.

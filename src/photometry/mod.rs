@@ -6,6 +6,7 @@ pub mod align;
 mod annulus;
 pub mod aperture;
 pub mod background;
+pub mod bands;
 pub mod catalogue;
 pub mod centroid;
 mod clip;

@@ -14,6 +14,7 @@ use super::columns::{self, Column, Datatype};
 use super::meta::{Meta, scalar};
 use super::rows::{AccuracyRow, ExtremeRow, PhotometryRow, ResidualRow, SkyRow, StarRow};
 use super::tables::{Table, known, recognised};
+use super::ucd::description_in;
 use crate::error::{Error, Result};
 use crate::file::write_atomic;
 
@@ -193,14 +194,15 @@ fn write_records(path: &Path, records: &[csv::StringRecord], columns: &[Column],
 /// The commented YAML header and the row of names.
 fn header(columns: &[Column], meta: &Meta) -> String {
     let mut text = String::from("# %ECSV 1.0\n# ---\n# delimiter: ','\n# datatype:\n");
-    for Column { name, unit, datatype, description } in columns {
+    for column in columns {
+        let Column { name, unit, datatype, .. } = column;
         let unit = if unit.is_empty() { String::new() } else { format!("unit: {}, ", scalar(unit)) };
         // Writing to a String cannot fail.
         let _ = writeln!(
             text,
             "# - {{name: {name}, {unit}datatype: {}, description: {}}}",
             datatype.ecsv(),
-            scalar(description)
+            scalar(&description_in(column, meta))
         );
     }
     if !meta.entries.is_empty() {

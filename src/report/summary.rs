@@ -114,19 +114,16 @@ pub fn text_table(head: &[&str], rows: &[Vec<String>]) -> String {
 /// of one residual.
 #[must_use]
 pub fn pass_table(rows: &[PhotometryRow]) -> String {
+    pass_table_in(rows, "V")
+}
+
+/// As [`pass_table`], of magnitudes of another band than V.
+#[must_use]
+pub fn pass_table_in(rows: &[PhotometryRow], band: &str) -> String {
+    let named = ["median ?", "brightest ?", "? err", "? err sys"].map(|name| name.replace('?', band));
     let head = [
-        "pass",
-        "UTC",
-        "target",
-        "used",
-        "frames",
-        "median V",
-        "brightest V",
-        "light",
-        "residual",
-        "sigma",
-        "V err",
-        "V err sys",
+        "pass", "UTC", "target", "used", "frames", &named[0], &named[1], "light", "residual", "sigma", &named[2],
+        &named[3],
     ];
     let lines: Vec<Vec<String>> = passes(rows)
         .iter()

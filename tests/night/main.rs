@@ -5,6 +5,7 @@
 mod support;
 
 mod broken;
+mod filters;
 mod fixture;
 mod huntsman;
 mod instrument;

@@ -50,7 +50,7 @@ fn page(rows: &[PhotometryRow], most: usize) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("gallery.html");
     let thumbs: Vec<Option<Thumb>> = rows.iter().map(|r| (r.status != "failed").then(thumb)).collect();
-    write_gallery(&path, rows, &thumbs, "2025-06-09", most).unwrap();
+    write_gallery(&path, rows, &thumbs, "2025-06-09", (most, "V")).unwrap();
     std::fs::read_to_string(path).unwrap()
 }
 
@@ -112,7 +112,7 @@ fn what_a_hostile_header_says_is_text_and_never_html() {
     let page = {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("gallery.html");
-        write_gallery(&path, &[row, failed(evil, evil)], &[Some(thumb())], evil, 10).unwrap();
+        write_gallery(&path, &[row, failed(evil, evil)], &[Some(thumb())], evil, (10, "V")).unwrap();
         std::fs::read_to_string(path).unwrap()
     };
     assert_eq!(page.matches("<script>").count(), 1, "only our own");

@@ -18,6 +18,9 @@ pub struct Entry {
     /// Other names it is found by.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub aliases: Vec<String>,
+    /// Which objects it is a model of: catalogue numbers, and names as elements have them, `*` for any ending.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub objects: Vec<String>,
     /// What it is, in a few words.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub title: String,
@@ -152,6 +155,32 @@ pub struct ComponentSum {
 }
 
 impl Entry {
+    /// Whether an object of this name and catalogue number is one of its satellites, as far as `objects` says.
+    #[must_use]
+    pub fn is_of(&self, name: &str, number: u64) -> bool {
+        let name = name.trim().to_lowercase();
+        let fits = |object: &String| {
+            let object = object.trim().to_lowercase();
+            match object.strip_suffix('*') {
+                Some(start) => !name.is_empty() && name.starts_with(start),
+                None => !name.is_empty() && name == object,
+            }
+        };
+        self.has_number(number) || self.objects.iter().any(fits)
+    }
+
+    /// Whether `objects` holds this catalogue number.
+    #[must_use]
+    pub fn has_number(&self, number: u64) -> bool {
+        self.objects.iter().any(|object| object.trim().parse() == Ok(number))
+    }
+
+    /// Whether `objects` holds catalogue numbers: then an object of another number is none of its satellites.
+    #[must_use]
+    pub fn has_numbers(&self) -> bool {
+        self.objects.iter().any(|object| object.trim().parse::<u64>().is_ok())
+    }
+
     /// Area of all surfaces \[m²\].
     #[must_use]
     pub fn area_m2(&self) -> f64 {

@@ -113,7 +113,7 @@ impl Day {
 
         let bar = Bars::new(!self.quiet);
         let rows = on_threads(self.jobs, || predict_day(&site, &dome, &points, &epochs, &bar))??;
-        let observed = self.passes(&rows)?;
+        let observed = self.passes(&rows, &model.band)?;
 
         let band = band_note(&model);
         if let Some(band) = band.as_ref().filter(|_| !self.quiet) {
@@ -154,10 +154,19 @@ impl Day {
     }
 
     /// The passes of every table named; a table without one is told.
-    fn passes(&self, rows: &[DayRow]) -> anyhow::Result<Vec<ObservedPass>> {
+    fn passes(&self, rows: &[DayRow], band: &str) -> anyhow::Result<Vec<ObservedPass>> {
         let mut all = Vec::new();
         for path in &self.observed {
-            let (observed, _) = read_photometry(path)?;
+            let (observed, meta) = read_photometry(path)?;
+            if let Some(MetaValue::Text(of)) = meta.get("band").filter(|_| !self.quiet)
+                && of != band
+                && observed.iter().any(|r| r.v_mag.is_some())
+            {
+                let path = path.display();
+                tell(&format!(
+                    "warning: {path}: its magnitudes are of band {of}, the model's of {band} (--set model.band={of})"
+                ));
+            }
             let passes = observed_passes(&observed, rows);
             if passes.is_empty() && !self.quiet {
                 let n = observed.len();

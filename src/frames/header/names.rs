@@ -16,7 +16,7 @@ const USUAL: [(&str, &[&str]); 11] = [
     ("egain", &["EGAIN", "CVF"]),
     ("gain", &["GAIN"]),
     ("offset", &["OFFSET", "BLKLEVEL"]),
-    ("filter", &["FILTER", "FILTERS", "INSFLNAM", "FILTER01", "FILTER1", "FWHEEL"]),
+    ("filter", &["FILTER", "FILTERS", "INSFLNAM", "FILTER01", "FILTER1"]),
     ("object", &["OBJECT", "OBJNAME"]),
     ("imagetyp", &["IMAGETYP", "OBSTYPE", "FRAME", "IMAGETYPE", "FRAMETYP", "CALFRAME"]),
     ("camera", &["INSTRUME", "CAMERAID", "CAMERA", "DETECTOR"]),

@@ -24,7 +24,11 @@ pub struct Optics {
     pub warnings: Vec<String>,
 }
 
-/// The filter; `None` where there is none: absent, empty, `Clear`, `L`, or a wheel that says so.
+/// The text of FILTER and its synonyms; `None` where it is absent. What it means, [`filter_meaning`] tells.
+///
+/// FWHEEL is no synonym: N.I.N.A. and Sequence Generator Pro write the name of the wheel there.
+///
+/// [`filter_meaning`]: crate::photometry::bands::filter_meaning
 #[must_use]
 pub fn filter(header: &Header, aliases: &Aliases) -> Option<Told<String>> {
     let key = find(header, aliases, "filter")?;

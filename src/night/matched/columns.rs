@@ -6,6 +6,7 @@ use crate::constants::MAG_PER_LN;
 use crate::error::{Error, Result};
 use crate::night::clock::{mjd_utc, parse_utc};
 use crate::orbit::airmass::{Atmosphere, airmass};
+use crate::photometry::bands::{Band, column_band};
 use crate::photometry::table::{Row, Table};
 use crate::report::StarRow;
 
@@ -227,6 +228,13 @@ impl Columns {
     /// Whether there is an airmass, or an altitude to make it from.
     pub fn has_airmass(&self) -> bool {
         self.airmass.is_some() || self.altitude.is_some()
+    }
+
+    /// The column of the catalogue magnitudes and its band, where its name tells.
+    pub fn catalogue_band(&self, table: &Table) -> Option<(String, Band)> {
+        let Cell::One(i) = self.v else { return None };
+        let name = table.columns[i].name.clone();
+        column_band(&name).map(|band| (name, band))
     }
 
     /// Whether instrumental magnitudes are made from fluxes.

@@ -7,7 +7,7 @@ mod columns;
 mod names;
 mod odd_rows;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -19,6 +19,7 @@ use crate::night::outputs::save;
 use crate::night::provenance::Provenance;
 use crate::night::zeropoint::fit_stars;
 use crate::orbit::Atmosphere;
+use crate::photometry::bands::{Band, Meaning, filter_meaning};
 use crate::photometry::table::{Row, Table};
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::words::Status;
@@ -85,6 +86,7 @@ pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
     let mut table = Table::open(request.table)?;
     let find = Finder { table: &table, columns: &request.columns, band: request.band };
     let columns = Columns::find(&find, request.inst_constant_mag)?;
+    check_band(&columns, &table, request)?;
     let mut config = config.clone();
     if config.stars.is_none() {
         config.stars = without_config(&[])?.stars;
@@ -133,7 +135,7 @@ pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
     let keep = one_filter(&usable, request)?;
     let (mut lines, mut stars) = (Vec::new(), Vec::new());
     for (line, star, filter) in usable {
-        if keep.as_ref().is_none_or(|keep| filter == *keep) {
+        if keep.as_ref().is_none_or(|keep| keep.contains(&filter)) {
             lines.push(line);
             stars.push(star);
         } else {
@@ -149,7 +151,8 @@ pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
         );
     }
     out.notes.extend(exposures_differ(&stars, &columns));
-    out.zeropoint = match fitted(&mut stars, &mut config, &columns, &mut out.left_out) {
+    let band = Band::declared(request.band);
+    out.zeropoint = match fitted(&mut stars, &mut config, &columns, band, &mut out.left_out) {
         Ok(zeropoint) => Ok(zeropoint),
         Err(error @ Error::Zeropoint { .. }) => Err(error.to_string()),
         Err(error) => return Err(error),
@@ -169,6 +172,7 @@ fn fitted(
     stars: &mut [StarRow],
     config: &mut Config,
     columns: &Columns,
+    band: Option<Band>,
     cuts: &mut BTreeMap<String, usize>,
 ) -> Result<Zeropoint> {
     let none = Some(Pin { value: 0.0, err: 0.0 });
@@ -215,6 +219,7 @@ fn fitted(
         }
     }
     let mut zeropoint = zeropoint?;
+    zeropoint.band = band;
     if !columns.has_airmass() {
         zeropoint.k_note = "refused: no airmass column".to_owned();
         zeropoint.airmass_mean = f64::NAN;
@@ -236,22 +241,49 @@ fn fitted(
     Ok(zeropoint)
 }
 
-/// The filter to keep of a table of several; `None` if it has one or none.
-fn one_filter(rows: &[(usize, StarRow, String)], request: &Request) -> Result<Option<String>> {
-    let filters: std::collections::BTreeSet<&str> = rows.iter().map(|r| r.2.as_str()).collect();
-    if filters.len() < 2 {
-        return Ok(None);
+/// The filters to keep of a table of several, by their spellings; `None` where all rows are kept.
+fn one_filter(rows: &[(usize, StarRow, String)], request: &Request) -> Result<Option<BTreeSet<String>>> {
+    let filters: BTreeSet<&str> = rows.iter().map(|r| r.2.as_str()).collect();
+    let band = Band::declared(request.band);
+    let is_own = |text: &&&str| {
+        let of_band = |band: Band| match filter_meaning(text) {
+            meaning @ (Meaning::Band(_) | Meaning::Either(..)) => meaning.may_be(band),
+            _ => false,
+        };
+        **text == request.band || band.is_some_and(of_band)
+    };
+    let own: BTreeSet<String> = filters.iter().filter(is_own).map(|t| (*t).to_owned()).collect();
+    if !own.is_empty() {
+        return Ok((own.len() < filters.len()).then_some(own));
     }
-    if filters.contains(request.band) {
-        return Ok(Some(request.band.to_owned()));
+    let all: Vec<&str> = filters.iter().copied().collect();
+    let refuse = |what: String| {
+        let problem = format!("{} holds measurements {what}", request.table.display());
+        Err(Error::Config { key: format!("--band {}", request.band), problem })
+    };
+    match all.as_slice() {
+        [] => Ok(None),
+        // a place in a wheel, or no filter: the band is the user's word
+        [one] if matches!(filter_meaning(one), Meaning::Unfiltered | Meaning::Unknown) => Ok(None),
+        [one] => refuse(format!(
+            "through the filter {one}: name its band with --band, and its catalogue magnitudes with --column v_mag"
+        )),
+        _ => refuse(format!("in several filters, {}: name one of them with --band", all.join(", "))),
     }
-    let all: Vec<&str> = filters.into_iter().collect();
+}
+
+/// Refuses catalogue magnitudes of another band than the one asked for.
+fn check_band(columns: &Columns, table: &Table, request: &Request) -> Result<()> {
+    let Some((name, band)) = columns.catalogue_band(table) else { return Ok(()) };
+    // `r_mag` may be Cousins's R in a table that has small letters alone
+    let same = Band::declared(request.band).is_none_or(|asked| asked.name().eq_ignore_ascii_case(band.name()));
+    if same {
+        return Ok(());
+    }
     Err(Error::Config {
         key: format!("--band {}", request.band),
         problem: format!(
-            "{} holds measurements in several filters, {}: name one of them with --band",
-            request.table.display(),
-            all.join(", ")
+            "the catalogue magnitudes are those of column `{name}`, which is of band {band}: say --band {band}"
         ),
     })
 }

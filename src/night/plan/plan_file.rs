@@ -25,6 +25,7 @@ use crate::night::progress::Progress;
 use crate::night::provenance::{TOOL, named_files, simulation_seed};
 use crate::night::stages::with_threads;
 use crate::night::survey::Survey;
+use crate::photometry::bands::Light;
 use crate::report::export::DataMode;
 
 /// Target frames of a shard unless told otherwise: a few minutes of work, against seconds to start a worker.
@@ -46,6 +47,9 @@ pub struct Plan {
     /// Seed of frames that are drawn.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub seed: Option<i64>,
+    /// The filter that is reduced.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub light: Option<Light>,
     /// Files beside the frames: catalogue, elements, master flat, zeropoint of another night, satellites, band.
     pub files: Vec<PlannedFile>,
     /// Target frames of a shard, at most.
@@ -74,7 +78,7 @@ pub struct PlannedFile {
 pub struct PlannedFrame {
     /// Where it is.
     pub path: PathBuf,
-    /// What it is for: flat, stars, target, bias, dark, ignored, unreadable or set_aside.
+    /// What it is for: flat, stars, target, bias, dark, ignored, other target, other filter, unreadable or set_aside.
     pub role: String,
     /// Why; of an unreadable file, what is wrong with it.
     pub reason: String,
@@ -153,6 +157,7 @@ impl Plan {
             config_sha256: config_sha256(config)?,
             data_mode: data_mode(survey),
             seed: simulation_seed(survey),
+            light: survey.light.clone(),
             files: files(config, products)?,
             frames_per_shard,
             shards,
@@ -294,8 +299,7 @@ fn files(config: &Config, products: &Products) -> Result<Vec<PlannedFile>> {
 }
 
 fn planned(exposure: &Exposure, pointing: Option<usize>, products: &Products) -> PlannedFrame {
-    let role = format!("{:?}", exposure.role).to_lowercase();
-    let frame = file(&exposure.path, &role, &exposure.role_reason, products);
+    let frame = file(&exposure.path, exposure.role.name(), &exposure.role_reason, products);
     PlannedFrame { pointing, header_sha256: header_sha256(exposure), ..frame }
 }
 

@@ -15,7 +15,8 @@ use crate::error::{Error, Result};
 use crate::frames::{FlatMember, MasterFlat};
 use crate::night::bench::{Bench, sha256_16};
 use crate::night::camera_turn::CameraTurn;
-use crate::night::meta::table_meta;
+use crate::night::filters::{agree_on_band, check_master};
+use crate::night::meta::{set_band, table_meta};
 use crate::night::outputs::{file_name, make_folder_of, save};
 use crate::night::pipeline::{Options, rejected_flats, zeropoint_stage};
 use crate::night::previous::conditions;
@@ -208,6 +209,9 @@ pub(super) fn flat_of_plan(
             return Err(Error::Flat { problem: problem.into() });
         }
     };
+    if let Some(light) = &plan.light {
+        notes.extend(check_master(&path, light, &bench.config)?);
+    }
     let flat = MasterFlat::read(&path, clip, &bench.config.flat)?;
     bench.flat_sha256 = sha256_16(&path)?;
     let told = path.with_extension("flats.toml");
@@ -255,13 +259,14 @@ pub fn plan_zeropoint(
     plan.check_files(&["stars.catalogue", "flat.master", "zeropoint.previous"], &products)?;
     let mut notes = Vec::new();
     let mut poor = Vec::new();
-    let mut survey = Survey::default();
+    let mut survey = Survey { light: plan.light.clone(), ..Survey::default() };
     let exposures = plan.exposures(plan.of_role("stars"), &config, &bench.target_names())?;
     for (exposure, frame) in exposures.into_iter().zip(plan.of_role("stars")) {
         let number = frame.pointing.unwrap_or(0);
         survey.pointings.resize_with(survey.pointings.len().max(number + 1), Vec::new);
         survey.pointings[number].push(exposure);
     }
+    notes.extend(agree_on_band(&survey, &mut bench, true)?);
     notes.extend(options.memory().check(&survey, &bench)?);
     notes.extend(check_stars(&survey, &bench, &products, options.jobs)?);
     flat_of_plan(plan, (flat, Some(out), true), &mut bench, options, progress, &mut notes)?;
@@ -275,7 +280,10 @@ pub fn plan_zeropoint(
     bench.zeropoint = zeropoint_stage(&mut rows, &stars, &bench, &mut poor, &mut notes)?;
     notes.extend(products.notes());
     let told = Provenance::of_plan(plan, &config)?;
-    let meta = table_meta(&config, bench.zeropoint.as_ref(), &told);
+    let mut meta = table_meta(&config, bench.zeropoint.as_ref(), &told);
+    if bench.zeropoint.is_none() {
+        set_band(&mut meta, bench.calibrated.as_ref());
+    }
     let text = match &bench.zeropoint {
         Some(zeropoint) => zeropoint.to_toml(&[conditions(&config, bench.flat.is_some())]),
         None => format!("{NO_ZEROPOINT}: magnitudes stay instrumental.\n"),

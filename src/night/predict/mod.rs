@@ -124,7 +124,7 @@ fn predicted(tracker: &Tracker, model: &Model, epoch: &Epoch) -> Result<Photomet
         ..PhotometryRow::default()
     };
     fill_geometry(&mut row, &geometry);
-    let modelled = add_model(&mut row, &geometry, model)?;
+    let modelled = add_model(&mut row, &geometry, model, true)?;
     row.mu_mean_mag_arcsec2 = modelled.mu_mean_mag_arcsec2;
     Ok(row)
 }

@@ -8,6 +8,7 @@ use super::CatalogueStar;
 use super::angle::Angle;
 use super::names::{B_MAG, GAIA, N_OBS, PLACES, TYCHO, TYCHO_ID, known};
 use super::transform::{self, Johnson, Value};
+use crate::photometry::bands::{Band, column_band};
 use crate::photometry::table::{Column, Row, Table};
 
 /// Epoch of the positions of Gaia DR3 \[Julian year\].
@@ -130,6 +131,22 @@ impl Layout {
             epoch: find.optional("epoch_jyear")?,
             epoch_jyear: is_gaia.then_some(GAIA_EPOCH_JYEAR),
         })
+    }
+
+    /// The band of the magnitudes, where name or descriptor of their column tell it, and the column in words.
+    pub fn band(&self, table: &Table) -> (Option<Band>, String) {
+        match &self.source {
+            Source::Own { v, .. } => {
+                let column = &table.columns[*v];
+                let of_ucd = || {
+                    let ucd = column.ucd.to_ascii_uppercase();
+                    (ucd.contains("EM.OPT.V") || ucd == "PHOT_JHN_V").then_some(Band::V)
+                };
+                (column_band(&column.name).or_else(of_ucd), format!("column `{}`", column.name))
+            }
+            Source::Tycho(_) => (Some(Band::V), "V made from BT and VT".to_owned()),
+            Source::Gaia(_) => (Some(Band::V), "V made from G, BP and RP".to_owned()),
+        }
     }
 
     /// Whether one star may have several entries: Gaia's are all different ones, however close.

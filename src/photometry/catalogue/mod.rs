@@ -15,6 +15,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use crate::error::{Error, Result};
+use crate::photometry::bands::Band;
 use crate::photometry::table::{Row, Table};
 use layout::Layout;
 pub use sky::separation_deg;
@@ -62,6 +63,10 @@ pub struct Catalogue {
     pub skipped: Vec<String>,
     /// What should be known: magnitudes made from others, duplicates dropped.
     pub notes: Vec<String>,
+    /// The band of the magnitudes, where the column tells it.
+    pub band: Option<Band>,
+    /// The column they are from, in words.
+    pub band_from: String,
     /// Built by the first look at a place.
     pub(crate) tree: OnceLock<sky::Tree>,
 }
@@ -93,7 +98,10 @@ impl Catalogue {
         };
         let mut table = Table::open(path).map_err(unreadable)?;
         let layout = Layout::find(&table, columns).map_err(fail)?;
-        let mut catalogue = Catalogue { notes: table.notes.clone(), ..Catalogue::default() };
+        let (band, column) = layout.band(&table);
+        let file = path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned());
+        let band_from = format!("{column} of the catalogue {file}");
+        let mut catalogue = Catalogue { notes: table.notes.clone(), band, band_from, ..Catalogue::default() };
         catalogue.notes.extend(layout.notes.iter().cloned());
         let mut row = Row::default();
         while table.read(&mut row).map_err(unreadable)? {

@@ -10,6 +10,7 @@ use serde::Deserialize;
 use super::solve::{Matrix, N};
 use super::{Pointing, Zeropoint, predicted};
 use crate::error::{Error, Result};
+use crate::photometry::bands::{Band, Light};
 
 /// How the file of a night without a zeropoint begins.
 pub const NO_ZEROPOINT: &str = "# This night has no zeropoint";
@@ -18,6 +19,10 @@ pub const NO_ZEROPOINT: &str = "# This night has no zeropoint";
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
+    /// Band of the catalogue magnitudes; absent in files of older versions.
+    band: Option<Band>,
+    /// Filter of the star frames; absent in files of older versions and of matched tables.
+    filter: Option<String>,
     convention: Option<String>,
     inst_mag_unit: Option<String>,
     zp_mag: f64,
@@ -103,8 +108,12 @@ struct PointingTable {
     offset_err_mag: f64,
 }
 
-const CONVENTION: &str = "V = V_inst - ZP - k X - C (B-V)";
-const CONVENTION_2: &str = "V = V_inst - ZP - k X - C (B-V) - k2 X (B-V)";
+/// The sign convention, for magnitudes of `band`.
+fn convention(band: &str, second_order: bool) -> String {
+    let second = if second_order { " - k2 X (B-V)" } else { "" };
+    format!("{band} = {band}_inst - ZP - k X - C (B-V){second}")
+}
+
 const UNIT: &str = "-2.5 log10(electrons per second)";
 /// Airmasses the file tells the error at.
 const TOLD_AIRMASS: [f64; 4] = [1.0, 1.4, 2.0, 3.0];
@@ -121,7 +130,14 @@ impl Zeropoint {
         let mut line = |key: &str, value: String| {
             let _ = writeln!(out, "{key} = {value}");
         };
-        line("convention", text(if self.second_order() { CONVENTION_2 } else { CONVENTION }));
+        line("convention", text(&convention(self.band_name(), self.second_order())));
+        if let Some(band) = self.band {
+            let how = self.band_text().filter(|t| t != band.name()).map(|t| format!(" # {t}")).unwrap_or_default();
+            line("band", text(band.name()) + &how);
+        }
+        if let Some(light) = &self.light {
+            line("filter", text(&light.filter));
+        }
         line("inst_mag_unit", text(UNIT));
         line("zp_mag", number(self.zp_mag));
         line("zp_err_mag", number(errs[0]));
@@ -274,9 +290,9 @@ impl Zeropoint {
             let line = e.span().map(|s| text[..s.start.min(text.len())].matches('\n').count() + 1);
             Error::Table { path: path.to_owned(), line, problem: e.message().to_owned() }
         })?;
-        let convention = if file.k2_mag.is_some() { CONVENTION_2 } else { CONVENTION };
+        let convention = convention(file.band.unwrap_or(Band::V).name(), file.k2_mag.is_some());
         for (key, value, want) in
-            [("convention", &file.convention, convention), ("inst_mag_unit", &file.inst_mag_unit, UNIT)]
+            [("convention", &file.convention, convention.as_str()), ("inst_mag_unit", &file.inst_mag_unit, UNIT)]
         {
             if let Some(v) = value.as_ref().filter(|v| *v != want) {
                 return Err(bad(format!("{key} = \"{v}\"; only \"{want}\" is read: convert the numbers")));
@@ -346,6 +362,8 @@ impl Zeropoint {
             p_value: file.p_value,
             condition: file.condition.unwrap_or(f64::NAN),
             rank: file.rank.unwrap_or(0),
+            band: file.band,
+            light: file.filter.as_deref().map(Light::named),
             mjd_mean_d: file.mjd_mean_d.filter(|d| d.is_finite()),
             target_b_v_mag: file.target_b_v_mag.unwrap_or(nan2),
             airmass_mean: file.airmass_mean.unwrap_or(f64::NAN),

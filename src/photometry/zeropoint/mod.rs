@@ -22,6 +22,7 @@ mod terms;
 
 use crate::config::{self, Estimator};
 use crate::error::{Error, Result};
+use crate::photometry::bands::{Band, Calibrated, Light};
 use crate::photometry::stats;
 pub use file::NO_ZEROPOINT;
 pub use pointings::Pointing;
@@ -122,6 +123,10 @@ pub struct Zeropoint {
     pub b_v_range_mag: [f64; 2],
     /// Mean mid-exposure time of the used measurements, MJD (UTC) \[d\]; the fit does not know it, the night fills it in.
     pub mjd_mean_d: Option<f64>,
+    /// Band of the catalogue magnitudes; the fit does not know it, the night fills it in.
+    pub band: Option<Band>,
+    /// Filter of the star frames; the fit does not know it either.
+    pub light: Option<Light>,
     /// How k came about: `fitted`, `pinned 0.12`, `refused: all stars within 0.02 airmass`.
     pub k_note: String,
     /// How C came about.
@@ -182,6 +187,22 @@ impl Zeropoint {
             let ratio = (self.cov_95[i][i] / self.cov[i][i]).sqrt();
             if ratio.is_finite() { ratio } else { marginal::SIGMAS[1] }
         })
+    }
+
+    /// Its band in words, as [`Calibrated::text`]; `None` where it is not known.
+    #[must_use]
+    pub fn band_text(&self) -> Option<String> {
+        let band = self.band?;
+        Some(match &self.light {
+            Some(light) => Calibrated::known(band, light.clone()).text(),
+            None => band.to_string(),
+        })
+    }
+
+    /// The name of its band, V where it does not say.
+    #[must_use]
+    pub fn band_name(&self) -> &'static str {
+        self.band.unwrap_or(Band::V).name()
     }
 
     /// ∂V/∂(B−V) without its sign, C + k'' X.

@@ -136,6 +136,8 @@ pub fn report(
         airmass_range: range(&|i| rows.star(i).airmass),
         b_v_range_mag,
         mjd_mean_d: None,
+        band: None,
+        light: None,
         k_note: rows.terms[0].note(),
         c_note: rows.terms[1].note(),
         k2_note: second_order(rows, fit, &inference.at_scatters, used.len()),

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::{Config, Reporter};
 use crate::error::{Error, Result};
+use crate::photometry::bands::{Band, Calibrated, How, Light};
 use crate::report::meta::{Meta, MetaValue};
 
 /// Whether the light came from the sky.
@@ -69,6 +70,10 @@ pub struct Facts {
     pub camera: Option<String>,
     /// Band of the magnitudes, `V`.
     pub band: String,
+    /// Band and how the magnitudes came into it, in words: `V, unfiltered, colour-transformed`.
+    pub calibration: String,
+    /// The magnitudes are of a band that the filter is not of, because the observer declares it.
+    pub declared: bool,
     /// System of the magnitudes, `Vega`.
     pub mag_system: String,
     /// Whether the frames are real; `None` where the table does not say.
@@ -107,12 +112,16 @@ impl Facts {
                 )
             })?),
         };
+        let band = text("band").unwrap_or_else(|| "V".into());
+        let known = Band::named(&band).zip(text("filter")).map(|(band, f)| Calibrated::known(band, Light::named(&f)));
         Ok(Self {
+            calibration: text("calibration").unwrap_or_else(|| band.clone()),
+            declared: known.is_some_and(|known| known.how == How::Declared),
             site: site.map(checked).transpose()?,
             site_name: config.map(|c| c.site.name.clone()),
             telescope: text("telescope").or_else(|| config.map(|c| c.telescope.name.clone())),
             camera: config.map(|c| c.detector.camera.clone()),
-            band: text("band").unwrap_or_else(|| "V".into()),
+            band,
             mag_system: text("mag_system").unwrap_or_else(|| "Vega".into()),
             data_mode,
             detect_sigma: config.map_or(5.0, |c| c.target.detect_sigma),

@@ -12,6 +12,7 @@ use super::select::{Kept, rounded, total_err_mag};
 use super::time::Utc;
 use crate::error::{Error, Result};
 use crate::photometry::Flags;
+use crate::photometry::bands::{Band, Meaning, filter_meaning};
 use crate::photometry::flux::detectable_e;
 use crate::report::rows::PhotometryRow;
 use crate::report::words::Verdict;
@@ -233,10 +234,13 @@ impl Who {
 
 /// The filter in words: what stood in the beam, and the band the magnitudes were carried to.
 fn filter(of_header: &str, band: &str) -> String {
-    match one_line(of_header.trim()).as_str() {
-        "" => format!("{band} (unfiltered colour-transformed)"),
-        same if same == band => band.to_owned(),
-        other => format!("{band} (from {other} colour-transformed)"),
+    let own = Band::named(band);
+    match filter_meaning(of_header) {
+        Meaning::Unfiltered => format!("{band} (unfiltered colour-transformed)"),
+        Meaning::Band(_) | Meaning::Either(..) if own.is_some_and(|own| filter_meaning(of_header).may_be(own)) => {
+            band.to_owned()
+        }
+        _ => format!("{band} (from {} colour-transformed)", one_line(of_header.trim())),
     }
 }
 

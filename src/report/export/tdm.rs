@@ -88,7 +88,7 @@ fn head(facts: &Facts, names: &TdmNames, newest: Utc, own_id: impl Fn() -> Strin
     say(format!(
         "COMMENT TOOL {}; photometric system {}, band {}; apparent magnitudes outside the atmosphere, no correction for \
          range",
-        facts.tool, facts.mag_system, facts.band
+        facts.tool, facts.mag_system, facts.calibration
     ));
     let created = match &names.creation_date {
         Some(given) => {
@@ -176,7 +176,7 @@ fn segment(path: &Path, rows: &[&PhotometryRow], pass: Utc, facts: &Facts) -> Re
         say(format!("INTEGRATION_INTERVAL = {exptime_s:?}"));
         say("INTEGRATION_REF = MIDDLE".into());
     }
-    say(format!("DATA_QUALITY = {}", data_quality(rows)));
+    say(format!("DATA_QUALITY = {}", data_quality(rows, facts.declared)));
     say("META_STOP".into());
     say("DATA_START".into());
     for (row, utc) in rows.iter().zip(&times) {
@@ -189,9 +189,10 @@ fn segment(path: &Path, rows: &[&PhotometryRow], pass: Utc, facts: &Facts) -> Re
 }
 
 /// `VALIDATED` if every row was judged to be used, `RAW` if nobody judged some of them, `DEGRADED` otherwise.
-fn data_quality(rows: &[&PhotometryRow]) -> &'static str {
+fn data_quality(rows: &[&PhotometryRow], declared: bool) -> &'static str {
     let judged = |r: &&PhotometryRow| Verdict::from_cell(&r.verdict);
     match rows.iter().map(|r| judged(r)).all(|v| v.is_none_or(|v| v == Verdict::Use)) {
+        true if declared => "DEGRADED",
         true if rows.iter().all(|r| judged(r).is_some()) => "VALIDATED",
         true => "RAW",
         false => "DEGRADED",

@@ -136,7 +136,7 @@ fn record(
             "descriptor",
             Some(json!(format!(
                 "{} magnitude ({}), apparent, outside the atmosphere; {}",
-                facts.band, facts.mag_system, facts.tool
+                facts.calibration, facts.mag_system, facts.tool
             ))),
         ),
         ("zeroptd", zeropoint.map(|z| json!(-z.zp_mag))),

@@ -17,7 +17,7 @@ pub(in crate::report) fn card_id(frame: &str) -> String {
 }
 
 /// The card of a frame; `place` is its place in the order of the page, `png` its picture in base64.
-pub(super) fn card(place: usize, row: &PhotometryRow, thumb: &Thumb, png: &str) -> Markup {
+pub(super) fn card(place: usize, row: &PhotometryRow, thumb: &Thumb, png: &str, band: &str) -> Markup {
     let verdict = known_verdict(&row.verdict);
     let side_arcsec = row.pix_scale_arcsec.map(|s| format!(", {:.0} arcsec across", s * thumb.size_px().0));
     let alt = format!("{}: {}{}", row.frame, what(row), side_arcsec.unwrap_or_default());
@@ -35,7 +35,7 @@ pub(super) fn card(place: usize, row: &PhotometryRow, thumb: &Thumb, png: &str) 
                 @if row.status == Status::Nondetection { ", not detected" }
             }
             dl {
-                @for (name, value) in numbers(row) { div { dt { (name) } dd { (value) } } }
+                @for (name, value) in numbers(row, band) { div { dt { (name) } dd { (value) } } }
             }
             @if !row.reason.is_empty() {
                 ul.reasons { @for reason in row.reason.split("; ") { li { (reason) } } }
@@ -61,13 +61,13 @@ fn what(row: &PhotometryRow) -> &'static str {
 }
 
 /// The numbers of a frame that has them, each with its name.
-fn numbers(row: &PhotometryRow) -> Vec<(&'static str, String)> {
+fn numbers<'a>(row: &PhotometryRow, band: &'a str) -> Vec<(&'a str, String)> {
     let clock: String = row.date_mid.chars().take(22).collect();
     let error = row.v_mag_err.map(|e| format!(" ± {e:.3}")).unwrap_or_default();
     let lower = if Flags(row.flags).has(Flags::LOWER_LIMIT) { " or brighter" } else { "" };
     let light = match (row.v_mag, row.limit_v_mag, row.inst_mag) {
-        (Some(v), ..) => Some(("V", format!("{v:.3}{error}{lower}"))),
-        (None, Some(v), _) => Some(("V", format!("fainter than {v:.2}"))),
+        (Some(v), ..) => Some((band, format!("{v:.3}{error}{lower}"))),
+        (None, Some(v), _) => Some((band, format!("fainter than {v:.2}"))),
         (None, None, Some(v)) => Some(("instrumental", format!("{v:.3}{error}{lower}"))),
         _ => None,
     };

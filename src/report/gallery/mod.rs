@@ -51,7 +51,7 @@ fn compare(a: &PhotometryRow, b: &PhotometryRow) -> Ordering {
 }
 
 /// Writes the gallery of `rows`, each with its picture if it has one (`thumbs` may be shorter than `rows`): at most
-/// `most` pictures, the worst first.
+/// `most` pictures, the worst first, magnitudes of `band`.
 ///
 /// # Errors
 /// [`Error::Io`].
@@ -60,7 +60,7 @@ pub fn write_gallery(
     rows: &[PhotometryRow],
     thumbs: &[Option<Thumb>],
     title: &str,
-    most: usize,
+    (most, band): (usize, &str),
 ) -> Result<()> {
     let order = worst_first(rows);
     let picture = |i: usize| thumbs.get(i).and_then(Option::as_ref);
@@ -68,7 +68,7 @@ pub fn write_gallery(
     for (place, i) in order.iter().filter(|i| picture(**i).is_some()).take(most).enumerate() {
         let Some(thumb) = picture(*i) else { continue };
         let png = thumb.png().map_err(|e| Error::io(path, e))?;
-        cards.push(card::card(place, &rows[*i], thumb, &STANDARD.encode(png)));
+        cards.push(card::card(place, &rows[*i], thumb, &STANDARD.encode(png), band));
     }
     let failed: Vec<&PhotometryRow> = order
         .iter()

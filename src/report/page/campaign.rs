@@ -199,6 +199,7 @@ fn table_of_nights(nights: &[NightPage]) -> Markup {
             number(strip::moon_lit_pct(&night.rows), 0),
         ]
     };
+    let middle = format!("median {}", bands(nights));
     let head = [
         "night",
         "data",
@@ -207,7 +208,7 @@ fn table_of_nights(nights: &[NightPage]) -> Markup {
         "measured",
         "not detected",
         "left out or failed",
-        "median V",
+        middle.as_str(),
         "scatter",
         "O − C",
         "scatter",
@@ -216,7 +217,20 @@ fn table_of_nights(nights: &[NightPage]) -> Markup {
         "k",
         "Moon lit [%]",
     ];
-    table("sortable", "Nights; magnitudes V", &head, &nights.iter().map(line).collect::<Vec<_>>())
+    table(
+        "sortable",
+        &format!("Nights; magnitudes {}", bands(nights)),
+        &head,
+        &nights.iter().map(line).collect::<Vec<_>>(),
+    )
+}
+
+/// The bands of the nights, each once.
+fn bands(nights: &[NightPage]) -> String {
+    let mut bands: Vec<&str> = nights.iter().map(NightPage::band).collect();
+    bands.sort_unstable();
+    bands.dedup();
+    if bands.is_empty() { "V".into() } else { bands.join(" or ") }
 }
 
 /// Magnitudes of the used frames against date.
@@ -227,7 +241,7 @@ fn by_date(nights: &[NightPage], rows: &[PhotometryRow]) -> Markup {
                 li { svg width="12" height="12" aria-hidden="true" { circle class={ "point " (class) } cx="6" cy="6" r="4" {} } " " (name) }
             }
         }
-        (dated(nights, rows, "Magnitudes by date", "V [mag]", |r| r.v_mag))
+        (dated(nights, rows, "Magnitudes by date", &format!("{} [mag]", bands(nights)), |r| r.v_mag))
     }
 }
 

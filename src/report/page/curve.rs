@@ -129,7 +129,7 @@ fn one_pass(page: &NightPage, i: usize, pass: &[&PhotometryRow], size: &Size) ->
         x,
         y,
         x_label: format!("UTC on {date}"),
-        y_label: "V [mag]".into(),
+        y_label: format!("{} [mag]", page.band()),
         ticks: Ticks::Clock,
     };
     let at = |r: &PhotometryRow| seconds(r, first);

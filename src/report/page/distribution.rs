@@ -21,9 +21,9 @@ pub(super) const KINDS: [(&str, &str, &[Illum]); 3] = [
 /// The section.
 pub(super) fn distribution(page: &NightPage) -> Markup {
     html! {
-        div.panels { (violins::by_pass(&page.rows)) (violins::by_light(&page.rows)) }
-        (histogram(&page.rows))
-        (pass_table(&page.rows, page.meta.number_in("site", "lon_deg")))
+        div.panels { (violins::by_pass(page)) (violins::by_light(page)) }
+        (histogram(page))
+        (pass_table(page))
     }
 }
 
@@ -44,7 +44,8 @@ fn local_clock(row: &PhotometryRow, lon_deg: f64) -> Option<String> {
     Some(clock(day * 86_400.0).chars().take(5).collect())
 }
 
-pub(super) fn histogram(rows: &[PhotometryRow]) -> Markup {
+pub(super) fn histogram(page: &NightPage) -> Markup {
+    let (rows, band) = (&page.rows, page.band());
     let used: Vec<&PhotometryRow> =
         rows.iter().filter(|r| is_used(&r.status, &r.verdict) && r.v_mag.is_some()).collect();
     let of = |r: &PhotometryRow| r.v_mag.unwrap_or(f64::NAN);
@@ -66,7 +67,7 @@ pub(super) fn histogram(rows: &[PhotometryRow]) -> Markup {
         height: 260.0,
         x: Span { from: first as f64 * bin, to: (first + bins as i64) as f64 * bin },
         y: Span { from: 0.0, to: 1.08 * most },
-        x_label: "V [mag]".into(),
+        x_label: format!("{band} [mag]"),
         y_label: "frames".into(),
         ticks: Ticks::Numbers,
     };
@@ -77,7 +78,7 @@ pub(super) fn histogram(rows: &[PhotometryRow]) -> Markup {
                 @let below: usize = counted[..=k].iter().sum();
                 @if counted[k] > 0 {
                     @let from = (first + i as i64) as f64 * bin;
-                    (chart.column(class, (from, from + bin), below as f64, &format!("V {from:.2} to {:.2}: {} {name}", from + bin, counted[k])))
+                    (chart.column(class, (from, from + bin), below as f64, &format!("{band} {from:.2} to {:.2}: {} {name}", from + bin, counted[k])))
                 }
             }
         }
@@ -94,7 +95,9 @@ pub(super) fn histogram(rows: &[PhotometryRow]) -> Markup {
 }
 
 /// The passes as published tables give them; the local clock is the mean solar time of the site's longitude, where known.
-pub(super) fn pass_table(rows: &[PhotometryRow], lon_deg: Option<f64>) -> Markup {
+pub(super) fn pass_table(page: &NightPage) -> Markup {
+    let (rows, lon_deg, band) = (&page.rows, page.meta.number_in("site", "lon_deg"), page.band());
+    let (brightest, middle) = (format!("brightest {band}"), format!("median {band}"));
     let line = |(i, pass): (usize, &Vec<&PhotometryRow>)| {
         let used: Vec<&PhotometryRow> = pass.iter().filter(|r| counts(r)).copied().collect();
         let v: Vec<f64> = used.iter().filter_map(|r| r.v_mag).collect();
@@ -138,10 +141,10 @@ pub(super) fn pass_table(rows: &[PhotometryRow], lon_deg: Option<f64>) -> Markup
         "alt max",
         "light",
         "used",
-        "brightest V",
-        "median V",
+        brightest.as_str(),
+        middle.as_str(),
         "scatter",
         "O − C",
     ];
-    table("sortable", "Passes; angles in degrees, magnitudes V", &head, &lines)
+    table("sortable", &format!("Passes; angles in degrees, magnitudes {band}"), &head, &lines)
 }

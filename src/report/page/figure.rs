@@ -57,9 +57,9 @@ pub fn write_distribution_figure(path: &Path, page: &NightPage) -> Result<()> {
     let captioned = |markup: &Markup, text: &str| -> Vec<Piece> {
         pieces(markup).into_iter().map(|p| Piece { caption: text.into(), ..p }).collect()
     };
-    let by_pass = captioned(&violins::by_pass(&page.rows), "each pass; below: UTC of its first used frame");
-    let by_light = captioned(&violins::by_light(&page.rows), "each target under each light");
-    let histogram = captioned(&distribution::histogram(&page.rows), "all of them, by the largest light of the model");
+    let by_pass = captioned(&violins::by_pass(&page), "each pass; below: UTC of its first used frame");
+    let by_light = captioned(&violins::by_light(&page), "each target under each light");
+    let histogram = captioned(&distribution::histogram(&page), "all of them, by the largest light of the model");
     let key = if histogram.is_empty() { Vec::new() } else { captioned(&light_key(), "") };
     let violins: Vec<Piece> = by_pass.into_iter().chain(by_light).collect();
     let rows = [(violins, 2), (histogram, 1), (key, 1)];
@@ -86,6 +86,7 @@ fn unlinked(page: &NightPage) -> NightPage {
         name: page.name.clone(),
         rows: page.rows.clone(),
         skies: page.skies.clone(),
+        meta: page.meta.clone(),
         frames_elsewhere: Some(String::new()),
         ..NightPage::default()
     }

@@ -65,7 +65,7 @@ fn all(page: &NightPage, cards: &[&(String, String)]) -> Markup {
     let head = [
         "frame",
         "UTC",
-        "V",
+        page.band(),
         "fainter than",
         "error",
         "O − C",

@@ -72,6 +72,14 @@ pub struct NightPage {
 }
 
 impl NightPage {
+    /// The band of its magnitudes; V where the table does not tell.
+    pub(super) fn band(&self) -> &str {
+        match self.meta.get("band") {
+            Some(MetaValue::Text(band)) if band != "none" => band,
+            _ => "V",
+        }
+    }
+
     /// Where a point leads: to the card of its frame, or to its row, where all rows are on the page of the frames.
     fn link(&self, row: &PhotometryRow) -> Option<String> {
         let card = link(row).filter(|_| self.rows.len() <= MOST_ROWS)?;

@@ -16,6 +16,7 @@ pub(super) fn provenance(page: &NightPage) -> Markup {
         _ => String::new(),
     };
     let both = |name: &str, hash: &str| [text(name), text(hash)].join(" ").trim().to_string();
+    let calibration = Some(text("calibration")).filter(|c| !c.is_empty()).unwrap_or_else(|| text("band"));
     let facts = [
         ("made by", text("tool")),
         ("configuration, SHA-256", text("config_sha256")),
@@ -32,7 +33,7 @@ pub(super) fn provenance(page: &NightPage) -> Markup {
         ("star catalogue", both("catalogue", "catalogue_sha256")),
         ("zeropoint of another night", both("zeropoint_file", "zeropoint_file_sha256")),
         ("master flat that was given", both("flat_file", "flat_file_sha256")),
-        ("magnitudes", format!("{} ({})", text("band"), text("mag_system"))),
+        ("magnitudes", format!("{} ({})", calibration, text("mag_system"))),
     ];
     let effects = match page.meta.get("effects") {
         Some(MetaValue::Map(pairs)) => pairs

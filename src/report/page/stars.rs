@@ -11,7 +11,7 @@ use crate::report::plot::axis::Span;
 use crate::report::rows::{PhotometryRow, StarRow};
 use crate::report::summary::{is_used, robust};
 
-type View<'a> = (&'static str, &'static str, &'a dyn Fn(&StarRow) -> Option<(f64, f64)>, Option<f64>);
+type View<'a> = (&'a str, &'a str, &'a dyn Fn(&StarRow) -> Option<(f64, f64)>, Option<f64>);
 
 /// The section.
 pub(super) fn zeropoint(page: &NightPage) -> Markup {
@@ -73,10 +73,14 @@ fn panels(z: &Zeropoint, stars: &[StarRow]) -> Markup {
     let over_x = |s: &StarRow| Some((s.x_px?, s.fit_residual_mag?));
     let over_y = |s: &StarRow| Some((s.y_px?, s.fit_residual_mag?));
     let over_time = |s: &StarRow| Some((s.mjd_mid_d?.fract() * 86_400.0, s.fit_residual_mag?));
+    let band = z.band_name();
+    let minus_c = format!("{band}_inst − {band} − C (B−V) [mag]");
+    let minus_k = format!("{band}_inst − {band} − k X [mag]");
+    let of_catalogue = format!("{band} of the catalogue [mag]");
     let views: [View; 6] = [
-        ("airmass X", "V_inst − V − C (B−V) [mag]", &over_airmass, Some(z.k_mag_airmass)),
-        ("B−V [mag]", "V_inst − V − k X [mag]", &over_colour, Some(z.c_mag_mag)),
-        ("V of the catalogue [mag]", "residual [mag]", &over_mag, None),
+        ("airmass X", &minus_c, &over_airmass, Some(z.k_mag_airmass)),
+        ("B−V [mag]", &minus_k, &over_colour, Some(z.c_mag_mag)),
+        (&of_catalogue, "residual [mag]", &over_mag, None),
         ("UTC", "residual [mag]", &over_time, None),
         ("x [px]", "residual [mag]", &over_x, None),
         ("y [px]", "residual [mag]", &over_y, None),

@@ -43,7 +43,9 @@ pub(super) fn summary(page: &NightPage) -> Markup {
     let values = |of: fn(&PhotometryRow) -> Option<f64>| used.iter().filter_map(|r| of(r)).collect::<Vec<_>>();
     let scattered = |of| scatter(&values(of)).map_or(" mag".to_owned(), |s| format!(", scatter {s:.2} mag"));
     if let Some((m, _)) = robust(&values(|r| r.v_mag)) {
-        figures.push(("median V", format!("{m:.2}{}", scattered(|r| r.v_mag))));
+        let (name, of) =
+            if page.band() == "V" { ("median V", String::new()) } else { ("median", format!("{} ", page.band())) };
+        figures.push((name, format!("{of}{m:.2}{}", scattered(|r| r.v_mag))));
     }
     if let Some((m, _)) = robust(&values(|r| r.residual_mag)) {
         let median = format!("{m:+.2}").replace('-', "−");

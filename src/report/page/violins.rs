@@ -5,6 +5,7 @@
 
 use maud::{Markup, html};
 
+use super::NightPage;
 use super::chart::{Chart, Point, Ticks};
 use super::distribution::{KINDS, class_of, kind_of};
 use crate::report::density::density;
@@ -40,7 +41,8 @@ fn magnitudes<'a>(rows: impl Iterator<Item = &'a PhotometryRow>) -> Vec<f64> {
 }
 
 /// One violin a pass.
-pub(super) fn by_pass(rows: &[PhotometryRow]) -> Markup {
+pub(super) fn by_pass(page: &NightPage) -> Markup {
+    let rows = &page.rows;
     let group = |(i, pass): (usize, &Vec<&PhotometryRow>)| {
         let kept: Vec<&PhotometryRow> = pass.iter().copied().filter(used).collect();
         let first = kept.first()?;
@@ -56,13 +58,14 @@ pub(super) fn by_pass(rows: &[PhotometryRow]) -> Markup {
     let groups: Vec<Group> = passes(rows).iter().enumerate().filter_map(group).collect();
     chart(
         "Magnitudes of each pass",
-        &groups,
+        (&groups, page.band()),
         "Below: number of the pass and the UTC of its first used frame; colour: the light of most of its frames.",
     )
 }
 
 /// One violin for each target under each light.
-pub(super) fn by_light(rows: &[PhotometryRow]) -> Markup {
+pub(super) fn by_light(page: &NightPage) -> Markup {
+    let rows = &page.rows;
     let kept: Vec<&PhotometryRow> = rows.iter().filter(used).collect();
     let mut keys: Vec<(&str, usize)> = kept.iter().map(|r| (r.object_name.as_str(), kind_of(r))).collect();
     keys.sort_unstable();
@@ -78,10 +81,10 @@ pub(super) fn by_light(rows: &[PhotometryRow]) -> Markup {
         }
     };
     let groups: Vec<Group> = keys.iter().map(group).collect();
-    chart("Magnitudes of each target by light", &groups, "The light is the largest of the model.")
+    chart("Magnitudes of each target by light", (&groups, page.band()), "The light is the largest of the model.")
 }
 
-fn chart(title: &str, groups: &[Group], about: &str) -> Markup {
+fn chart(title: &str, (groups, band): (&[Group], &str), about: &str) -> Markup {
     let shown = &groups[..groups.len().min(MOST)];
     let violins: Vec<Vec<(f64, f64)>> = shown.iter().map(|g| density(&g.v_mag)).collect();
     let ends = violins.iter().flatten().map(|place| place.0);
@@ -96,15 +99,18 @@ fn chart(title: &str, groups: &[Group], about: &str) -> Markup {
         x: Span { from: 0.0, to: shown.len() as f64 },
         y: y.reversed(),
         x_label: String::new(),
-        y_label: "V [mag]".into(),
+        y_label: format!("{band} [mag]"),
         ticks: Ticks::Names(shown.iter().map(|g| g.name.clone()).collect()),
     };
     let one = |(i, g): (usize, &Group)| {
         let at = i as f64 + 0.5;
         let n = g.v_mag.len();
         let median = robust(&g.v_mag).map(|m| m.0);
-        let tip =
-            format!("{}: {n} magnitudes{}", g.told, median.map(|m| format!(", median V {m:.2}")).unwrap_or_default());
+        let tip = format!(
+            "{}: {n} magnitudes{}",
+            g.told,
+            median.map(|m| format!(", median {band} {m:.2}")).unwrap_or_default()
+        );
         let points: Vec<Point> = g
             .v_mag
             .iter()

@@ -52,6 +52,14 @@ const LIGHTS: [Light; 4] = [
 /// # Errors
 /// [`crate::Error::Io`] when the file cannot be written.
 pub fn light_curve(path: &Path, rows: &[PhotometryRow], title: &str) -> Result<()> {
+    light_curve_in(path, rows, title, "V")
+}
+
+/// As [`light_curve`], of magnitudes of another band than V.
+///
+/// # Errors
+/// As [`light_curve`].
+pub fn light_curve_in(path: &Path, rows: &[PhotometryRow], title: &str, band: &str) -> Result<()> {
     let all = passes(rows);
     let drawable: Vec<&Vec<&PhotometryRow>> = all.iter().filter(|p| magnitude_span(p).is_some()).collect();
     if drawable.is_empty() {
@@ -75,26 +83,26 @@ pub fn light_curve(path: &Path, rows: &[PhotometryRow], title: &str) -> Result<(
         }
         let block = if shown == 1 { 2 * ONE_PASS.1 as i32 - 110 } else { BLOCK };
         for (i, pass) in drawable.iter().take(shown).enumerate() {
-            draw_pass(sheet, pass, 90 + block * i as i32, block)?;
+            draw_pass(sheet, pass, (90 + block * i as i32, block), band)?;
         }
         Ok(())
     })
 }
 
 /// Writes `light_curve.svg` with the first three passes into `dir`, and `light_curve_2.svg` and so on with the next three
-/// each; returns the paths.
+/// each, of magnitudes of `band`; returns the paths.
 ///
 /// # Errors
 /// As [`light_curve`].
-pub fn light_curve_pages(dir: &Path, rows: &[PhotometryRow], title: &str) -> Result<Vec<PathBuf>> {
+pub fn light_curve_pages(dir: &Path, rows: &[PhotometryRow], title: &str, band: &str) -> Result<Vec<PathBuf>> {
     let mut paths = vec![dir.join("light_curve.svg")];
-    light_curve(&paths[0], rows, title)?;
+    light_curve_in(&paths[0], rows, title, band)?;
     let all = passes(rows);
     let drawable: Vec<&Vec<&PhotometryRow>> = all.iter().filter(|p| magnitude_span(p).is_some()).collect();
     for (page, some) in drawable.chunks(MOST_PASSES).enumerate().skip(1) {
         let path = dir.join(format!("light_curve_{}.svg", page + 1));
         let rows: Vec<PhotometryRow> = some.iter().flat_map(|p| p.iter().map(|r| (*r).clone())).collect();
-        light_curve(&path, &rows, title)?;
+        light_curve_in(&path, &rows, title, band)?;
         paths.push(path);
     }
     Ok(paths)
@@ -162,7 +170,7 @@ fn magnitude_span(pass: &[&PhotometryRow]) -> Option<Span> {
 }
 
 /// One pass: heading, magnitudes, altitude, legend, from `top` over `height` drawn pixels.
-fn draw_pass(sheet: &Sheet, pass: &[&PhotometryRow], top: i32, height: i32) -> Drawn {
+fn draw_pass(sheet: &Sheet, pass: &[&PhotometryRow], (top, height): (i32, i32), band: &str) -> Drawn {
     let (Some(y), Some(first)) = (magnitude_span(pass), pass.first()) else { return Ok(()) };
     let midnight = first.mjd_mid_d.unwrap_or(0.0).floor();
     let seconds = |r: &PhotometryRow| (r.mjd_mid_d.unwrap_or(0.0) - midnight) * 86_400.0;
@@ -190,8 +198,8 @@ fn draw_pass(sheet: &Sheet, pass: &[&PhotometryRow], top: i32, height: i32) -> D
     let x_title = format!("UTC {day}");
     let magnitudes = Panel { sheet, frame: (160, top + 84, 1430, split), x, y };
     let unnamed = shade(&magnitudes, pass, &seconds, true)?;
-    magnitudes.axes(Ticks::Clock, if altitude.is_some() { "" } else { &x_title }, "V [mag]")?;
-    let entries = curves(&magnitudes, pass, &seconds, unnamed)?;
+    magnitudes.axes(Ticks::Clock, if altitude.is_some() { "" } else { &x_title }, &format!("{band} [mag]"))?;
+    let entries = curves(&magnitudes, pass, &seconds, (unnamed, band))?;
     legend(sheet, (LEGEND_X, top + 100), &entries)?;
     if let Some(y) = altitude {
         let panel = Panel { sheet, frame: (160, split + 26, 1430, bottom), x, y };
@@ -250,7 +258,7 @@ fn curves(
     panel: &Panel,
     pass: &[&PhotometryRow],
     seconds: &dyn Fn(&PhotometryRow) -> f64,
-    backgrounds: Legend,
+    (backgrounds, name): (Legend, &str),
 ) -> std::result::Result<Legend, super::canvas::DrawError> {
     let mut model = Legend::new();
     let band: Vec<(f64, f64, f64)> = pass
@@ -314,10 +322,11 @@ fn curves(
     let of =
         |value: fn(&PhotometryRow) -> Option<f64>| robust(&used.iter().filter_map(|r| value(r)).collect::<Vec<_>>());
     let mut notes = vec![String::new()];
-    notes.extend(of(|r| r.v_mag).map(|(m, _)| format!("median V {m:.2}")));
-    let scattered = scatter(&used.iter().filter_map(|r| r.residual_mag).collect::<Vec<_>>());
+    notes.extend(of(|r| r.v_mag).map(|(m, _)| format!("median {name} {m:.2}")));
+    let residual = |r: &PhotometryRow| r.residual_mag.filter(|_| !is_lower_limit(r.flags));
+    let scattered = scatter(&used.iter().filter_map(|r| residual(r)).collect::<Vec<_>>());
     let scattered = scattered.map(|s| format!(", σ {s:.2}")).unwrap_or_default();
-    notes.extend(of(|r| r.residual_mag).map(|(m, _)| signed(&format!("residual {m:+.2}{scattered}"))));
+    notes.extend(of(residual).map(|(m, _)| signed(&format!("residual {m:+.2}{scattered}"))));
     notes.extend(of(|r| r.v_mag_err_sys).map(|(m, _)| format!("systematic ±{m:.3} mag")));
     notes.extend((beyond > 0).then(|| format!("{beyond} beyond the axis (△)")));
     let brightest = pass.iter().filter_map(|r| r.model_v_mag).min_by(f64::total_cmp).filter(|_| predicted(pass));

@@ -37,6 +37,14 @@ const CLASSES: [(&str, &str, Mark, RGBColor); 7] = [
 /// # Errors
 /// [`crate::Error::Io`] when the file cannot be written.
 pub fn residuals_altitude(path: &Path, rows: &[ResidualRow]) -> Result<()> {
+    residuals_altitude_in(path, rows, "V")
+}
+
+/// As [`residuals_altitude`], of magnitudes of another band than V.
+///
+/// # Errors
+/// As [`residuals_altitude`].
+pub fn residuals_altitude_in(path: &Path, rows: &[ResidualRow], band: &str) -> Result<()> {
     let points: Vec<(&ResidualRow, f64, f64)> = rows
         .iter()
         .filter_map(|r| Some((r, r.alt_deg?, r.residual_mag?)))
@@ -64,7 +72,7 @@ pub fn residuals_altitude(path: &Path, rows: &[ResidualRow]) -> Result<()> {
         if let Some((median, sigma)) = counted {
             panel.band(&[(x.from, median - sigma, median + sigma), (x.to, median - sigma, median + sigma)], GREY)?;
         }
-        panel.axes(Ticks::Numbers, "altitude [deg]", "observed − modelled V [mag]")?;
+        panel.axes(Ticks::Numbers, "altitude [deg]", &format!("observed − modelled {band} [mag]"))?;
         panel.polyline(&across(0.0), INK, 2)?;
         if let Some((median, sigma)) = counted {
             panel.polyline(&across(median), INK, 5)?;

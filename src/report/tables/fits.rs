@@ -11,7 +11,7 @@ use super::units::fits_unit;
 use super::{Cell, Provenance, Table};
 use crate::report::columns::Datatype;
 use crate::report::meta::Meta;
-use crate::report::ucd::ucd;
+use crate::report::ucd::{description_in, ucd_in};
 
 /// Writes `table`, the star measurements behind its zeropoint (none: an HDU without rows) and its provenance.
 ///
@@ -56,8 +56,8 @@ struct Head<'a> {
     /// Bytes of a cell.
     width: usize,
     unit: &'a str,
-    ucd: &'a str,
-    description: &'a str,
+    ucd: String,
+    description: String,
 }
 
 enum Rows<'a> {
@@ -84,20 +84,20 @@ impl<'a> Columns<'a> {
                 Datatype::Int64 | Datatype::Float64 => 8,
             },
             unit: fits_unit(column.unit),
-            ucd: ucd(column.name),
-            description: column.description,
+            ucd: ucd_in(column.name, &table.meta),
+            description: description_in(column, &table.meta),
         });
         Self { heads: heads.collect(), rows: Rows::Table(table) }
     }
 
     fn of_pairs(pairs: &'a Provenance) -> Self {
-        let head = |name: &str, description, ucd, width: usize| Head {
+        let head = |name: &str, description: &str, ucd: &str, width: usize| Head {
             name: name.into(),
             datatype: Datatype::Text,
             width: width.max(1),
             unit: "",
-            ucd,
-            description,
+            ucd: ucd.into(),
+            description: description.into(),
         };
         let widest = |text: fn(&(String, String)) -> &String| pairs.iter().map(|p| ascii(text(p)).len()).max();
         Self {
@@ -232,9 +232,9 @@ fn header(name: &str, columns: &Columns<'_>, row_bytes: usize, meta: &Meta) -> C
             cards.text(&key("TCTYP"), "UTC", "").text(&key("TCUNI"), "d", "").text(&key("TRPOS"), "TOPOCENT", "");
         }
         if !head.ucd.is_empty() {
-            cards.text(&key("TUCD"), head.ucd, "");
+            cards.text(&key("TUCD"), &head.ucd, "");
         }
-        cards.text(&key("TCOMM"), head.description, "");
+        cards.text(&key("TCOMM"), &head.description, "");
     }
     cards
 }

@@ -16,7 +16,7 @@ use parquet::file::properties::WriterProperties;
 
 use super::{Cell, Table};
 use crate::report::columns::Datatype;
-use crate::report::ucd::ucd;
+use crate::report::ucd::{description_in, ucd_in};
 
 /// Rows turned into columns at a time.
 const BATCH: usize = 65_536;
@@ -36,7 +36,9 @@ pub fn write_parquet(out: &mut (impl Write + Send), table: &Table) -> io::Result
                 Datatype::Int32 => DataType::Int32,
                 Datatype::Float64 => DataType::Float64,
             };
-            let told = [("unit", column.unit), ("ucd", ucd(column.name)), ("description", column.description)];
+            let ucd = ucd_in(column.name, &table.meta);
+            let description = description_in(column, &table.meta);
+            let told = [("unit", column.unit), ("ucd", ucd.as_str()), ("description", description.as_str())];
             let told = told.into_iter().filter(|(_, v)| !v.is_empty()).map(|(k, v)| (k.to_owned(), v.to_owned()));
             Field::new(column.name, datatype, true).with_metadata(HashMap::from_iter(told))
         })

@@ -8,7 +8,7 @@ use std::io::{self, Write};
 use super::Table;
 use super::units::vo_unit;
 use crate::report::columns::Datatype;
-use crate::report::ucd::ucd;
+use crate::report::ucd::{description_in, ucd_in};
 
 /// Writes `table` as VOTable.
 ///
@@ -45,7 +45,8 @@ pub fn write_votable(out: &mut impl Write, table: &Table) -> io::Result<()> {
             Datatype::Float64 => ("double", ""),
         };
         write!(out, "<FIELD ID=\"{0}\" name=\"{0}\" datatype=\"{datatype}\"{array}", column.name)?;
-        for (attribute, value) in [("unit", vo_unit(column.unit)), ("ucd", ucd(column.name))] {
+        let ucd = ucd_in(column.name, &table.meta);
+        for (attribute, value) in [("unit", vo_unit(column.unit)), ("ucd", ucd.as_str())] {
             if !value.is_empty() {
                 write!(out, " {attribute}=\"{}\"", escaped(value))?;
             }
@@ -53,7 +54,7 @@ pub fn write_votable(out: &mut impl Write, table: &Table) -> io::Result<()> {
         if column.name == "mjd_mid_d" {
             write!(out, " ref=\"mjd_utc\"")?;
         }
-        writeln!(out, "><DESCRIPTION>{}</DESCRIPTION></FIELD>", escaped(column.description))?;
+        writeln!(out, "><DESCRIPTION>{}</DESCRIPTION></FIELD>", escaped(&description_in(column, &table.meta)))?;
     }
     out.write_all(b"<DATA><TABLEDATA>\n")?;
     for record in &table.records {
