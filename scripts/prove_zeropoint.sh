@@ -7,7 +7,12 @@ cd "$(dirname "$0")/.."
 
 echo "== satphot =="
 cargo test --release --test stars -- --ignored --nocapture --test-threads 1 table_of_estimators |
-  grep -v -e '^running' -e '^$'
+  grep -v -e "^running" -e "^$"
+
+echo
+echo "== satphot: repeated stars, few pointings, errors of colours, clouds (1000 nights a design) =="
+cargo test --release --test stars -- --ignored --nocapture --test-threads 1 table_of_designs |
+  grep -v -e "^running" -e "^$"
 
 echo
 echo "== numpy: the same geometry, the estimators of other packages (300 nights a case) =="

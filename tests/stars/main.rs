@@ -17,6 +17,7 @@ mod plate_frames;
 mod wcs;
 mod zeropoint;
 mod zeropoint_coverage;
+mod zeropoint_designs;
 mod zeropoint_extremes;
 mod zeropoint_night;
 mod zeropoint_terms;

@@ -37,12 +37,14 @@ fn problem(result: Result<Zeropoint, Error>) -> String {
 fn finite(z: &Zeropoint) -> bool {
     z.cov.iter().flatten().all(|c| c.is_finite()) && z.err_mag(1.4, 0.65, 0.1).is_finite()
 }
-/// k is refused by name, and the zeropoint holds where the stars are.
+/// k is refused by name and held at its prior with its error, and the zeropoint holds where the stars are.
 fn refuses_k(stars: &[StarMeasurement], why: &str) {
     for config in [robust(), ols(), Config { estimator: Estimator::Clip, ..robust() }] {
         let z = fit(stars, &config).unwrap();
         assert!(z.k_note.starts_with(why), "{}", z.k_note);
-        assert_eq!((z.k_mag_airmass, z.cov[1][1]), (0.0, 0.0));
+        // 0 without an error would be wrong by the whole extinction one airmass away
+        assert_eq!(z.k_mag_airmass, 0.15);
+        assert!((z.errs()[1] - 0.05).abs() < 1e-12 && z.k_note.contains("held at 0.15 +- 0.05"), "{}", z.k_note);
         assert!(z.warnings.iter().any(|w| w.starts_with("k refused") && w.contains("pin_k")), "{:?}", z.warnings);
         let x = z.airmass_mean;
         assert!((z.v_mag(0.0, x, 0.65) + truth(x, 0.65)).abs() < 0.02);
@@ -82,11 +84,12 @@ fn an_airmass_span_of_two_hundredths_refuses_k() {
 }
 
 #[test]
-fn one_pointing_refuses_k_and_says_that_its_cloud_is_not_in_the_error() {
+fn one_pointing_refuses_k_and_says_that_the_scatter_of_pointings_is_not_measured() {
     let stars = Night { pointings: 1, ..CALM }.measure(1);
     refuses_k(&stars, "refused: all stars within 0.00 airmass");
     let z = fit(&stars, &robust()).unwrap();
-    assert!(z.warnings.iter().any(|w| w.contains("leaves out how much pointings scatter")), "{:?}", z.warnings);
+    let said = "how much pointings scatter is not measured, and a prior of 0.03 mag";
+    assert!(z.warnings.iter().any(|w| w.contains(said)), "{:?}", z.warnings);
     assert!(z.pointing_scatter_mag.is_nan() && z.pointing_p_value.is_none());
 }
 
@@ -115,11 +118,12 @@ fn one_pointing_far_in_airmass_is_named_when_k_rests_on_it() {
 }
 
 #[test]
-fn colour_and_airmass_on_one_line_refuse_c_and_nearly_so_warn() {
+fn colour_and_airmass_on_one_line_hold_k_and_nearly_so_warn() {
     let collinear = Night { colour: |_, x| 0.2 + 0.7 * (x - 1.03), ..CALM }.measure(1);
     let z = fit(&collinear, &robust()).unwrap();
-    assert_eq!(z.c_note, "refused: colour and airmass are collinear");
-    assert!(finite(&z));
+    // C taken as 0 would put 0.08 x 0.7 mag per airmass into k with a small error: k is what is known from elsewhere
+    assert!(z.k_note.starts_with("refused: colour and airmass are collinear"), "{}", z.k_note);
+    assert!(finite(&z) && z.c_note == "fitted" && (z.c_mag_mag - TRUTH[2]).abs() < 2.0 * z.errs()[2]);
     // r = 0.999: told apart, badly, and said so
     let nearly = Night { colour: |r, x| 0.2 + 0.7 * (x - 1.03) + 0.01 * normal(r), ..CALM }.measure(1);
     let z = fit(&nearly, &robust()).unwrap();
@@ -172,7 +176,7 @@ fn three_stars_give_three_terms_without_chi2_and_their_stated_errors() {
     for config in [few(robust()), few(ols())] {
         // the first three stars lie on one line of airmass and colour
         let z = fit(&stars[..3], &config).unwrap();
-        assert!(z.c_note.contains("collinear") && finite(&z));
+        assert!(z.k_note.contains("collinear") && finite(&z));
         let z = fit(&[stars[0], stars[18], stars[22]], &config).unwrap();
         assert!(near(&z, TRUTH, 1e-9) && z.chi2_dof.is_none() && z.p_value.is_none() && z.errs()[0] > 0.01);
     }

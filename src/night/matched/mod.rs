@@ -142,13 +142,8 @@ pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
             leave_out(line, star, "other filter");
         }
     }
-    number_pointings(&mut stars);
-    if stars.iter().all(|s| s.object_name.is_empty()) {
-        out.notes.push(
-            "no column of pointings: the stars of a night count as one, and the error leaves out how much pointings \
-             scatter; name the column with --column pointing=NAME (FIELD, OBJECT, ...)"
-                .into(),
-        );
+    if let Some(note) = number_pointings(&mut stars) {
+        out.notes.push(note);
     }
     out.notes.extend(exposures_differ(&stars, &columns));
     let band = Band::declared(request.band);
@@ -288,23 +283,40 @@ fn check_band(columns: &Columns, table: &Table, request: &Request) -> Result<()>
     })
 }
 
-/// Numbers pointings in the order of the table; without a column of them every night is one.
-fn number_pointings(stars: &mut [StarRow]) {
+/// Numbers pointings in the order of the table; without a column of them the rows of one time are one pointing where times
+/// repeat, else every night is one. With what should be known of that.
+fn number_pointings(stars: &mut [StarRow]) -> Option<String> {
+    const NAME_IT: &str = "name the column with --column pointing=NAME (FIELD, OBJECT, ...)";
+    let mut numbers = BTreeMap::new();
     if stars.iter().any(|s| !s.object_name.is_empty()) {
-        let mut numbers = BTreeMap::new();
         for star in stars {
             let next = numbers.len() as i64;
             star.pointing = Some(*numbers.entry(star.object_name.clone()).or_insert(next));
         }
-        return;
+        return None;
     }
     let mut times: Vec<f64> = stars.iter().filter_map(|s| s.mjd_mid_d).collect();
     times.sort_by(f64::total_cmp);
+    let mut different = times.clone();
+    different.dedup();
+    if times.len() == stars.len() && different.len() > 1 && 2 * different.len() <= times.len() {
+        for star in stars {
+            star.pointing = star.mjd_mid_d.map(|t| different.partition_point(|d| *d < t) as i64);
+        }
+        return Some(format!(
+            "no column of pointings: the rows of one time are taken as one pointing, {} of them; {NAME_IT}",
+            different.len()
+        ));
+    }
     let begins: Vec<f64> = times.windows(2).filter(|w| w[1] - w[0] > NIGHT_GAP_D).map(|w| w[1]).collect();
     for star in stars {
         let night = star.mjd_mid_d.map_or(0, |t| begins.partition_point(|b| *b <= t));
         star.pointing = Some(night as i64);
     }
+    Some(format!(
+        "no column of pointings: the stars of a night count as one, and how much pointings scatter is not measured but \
+         taken from zeropoint.pointing_scatter_prior_mag; {NAME_IT}"
+    ))
 }
 
 /// A warning when magnitudes of different exposures stand side by side.

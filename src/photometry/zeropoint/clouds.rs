@@ -1,7 +1,7 @@
 //! Clouds only dim: pointings under a cloud are told from the clear ones by the one-sided tail of their offsets.
 //!
-//! Magnitudes. d_j = m + u_j + z_j c_j + e_j with u_j of variance τ², z_j = 1 with probability π and c_j exponential of mean
-//! μ, by expectation and maximisation (Dempster, Laird & Rubin 1977); the clouds are believed by the likelihood
+//! Magnitudes. d_j = m + u_j + z_j c_j + e_j with u_j of variance τ², z_j = 1 with probability π and c_j exponential
+//! or Gaussian of positive mean, by expectation and maximisation (Dempster, Laird & Rubin 1977); the clouds are believed by the likelihood
 //! ratio to m + u_j + e_j alone. Left out: clouds over most of the pointings, which
 //! nothing in a night tells from a lower zeropoint.
 
@@ -13,14 +13,20 @@ use statrs::function::erf::erfc;
 const FEWEST: usize = 6;
 /// Twice the log-likelihood ratio at which clouds are as likely as not.
 const EVIDENCE: f64 = 2.0;
+/// What a parameter more costs.
+const ONE_MORE: f64 = 4.0;
 /// Below this there is nothing one-sided.
 const NOTHING: f64 = 0.5;
 /// Share of the shift that stays in the error however sure the clouds are: how thick they are is not exponential.
-const UNKNOWN_SHAPE: f64 = 0.2;
+const UNKNOWN_SHAPE: f64 = 0.12;
 /// Largest share of clouded pointings.
 const MOST: f64 = 0.5;
 /// Rounds of expectation and maximisation.
 const ROUNDS: usize = 80;
+/// Share of the scatter of the clear pointings that stays in the error: which of them are clear is itself estimated.
+const UNKNOWN_SPLIT: f64 = 0.25;
+/// By how much the scatter of the clear pointings is widened for the same reason.
+const WIDENED: f64 = 1.15;
 /// Parameters that are fitted to the offsets.
 const FITTED: f64 = 4.0;
 /// Smallest scatter in units of the pointings' own errors.
@@ -51,9 +57,21 @@ impl Clouds {
 
     /// Error of the zeropoint by not knowing for sure \[mag\].
     pub fn doubt_mag(&self) -> f64 {
-        let shape = if self.believed() { UNKNOWN_SHAPE } else { 0.0 };
-        (self.belief * (1.0 - self.belief)).sqrt().max(shape) * self.shift_mag.abs()
+        let sure = (self.belief * (1.0 - self.belief)).sqrt();
+        if !self.believed() {
+            return sure * self.shift_mag.abs();
+        }
+        (sure.max(UNKNOWN_SHAPE) * self.shift_mag).hypot(UNKNOWN_SPLIT * self.tau_mag)
     }
+}
+
+/// How thick clouds are.
+#[derive(Debug, Clone, Copy)]
+enum Depth {
+    /// Exponential of this mean \[mag\]: many thin ones.
+    Exponential(f64),
+    /// Gaussian of this mean and standard deviation \[mag\], the mean at least as large: all of one kind.
+    Gaussian(f64, f64),
 }
 
 /// One set of parameters and its log-likelihood.
@@ -62,8 +80,37 @@ struct State {
     m: f64,
     tau2: f64,
     share: f64,
-    depth: f64,
+    depth: Depth,
     log_likelihood: f64,
+}
+
+impl Depth {
+    /// Density of a deviation `x` under a cloud, mean and variance of the cloud given it; `s` is the scatter without cloud.
+    fn given(self, x: f64, s: f64) -> (f64, f64, f64) {
+        match self {
+            Depth::Exponential(depth) => {
+                let t = x / s - s / depth;
+                let h = hazard(t);
+                (dimmed(x, s, depth), (s * (t + h)).max(0.0), (s * s * (1.0 - h * (h + t))).max(0.0))
+            }
+            Depth::Gaussian(mean, sd) => {
+                let own = sd * sd / (sd * sd + s * s);
+                (gauss(x - mean, sd.hypot(s)), (mean + own * (x - mean)).max(0.0), own * s * s)
+            }
+        }
+    }
+
+    /// The most likely depth: of all clouds together their expected number, Σ E c and Σ E c².
+    fn next(self, number: f64, sum: f64, squares: f64) -> Depth {
+        let mean = (sum / number.max(0.1)).max(1e-6);
+        match self {
+            Depth::Exponential(_) => Depth::Exponential(mean),
+            Depth::Gaussian(..) => {
+                let sd = (squares / number.max(0.1) - mean * mean).max(0.0).sqrt();
+                Depth::Gaussian(mean, sd.clamp(1e-9, mean))
+            }
+        }
+    }
 }
 
 fn gauss(x: f64, s: f64) -> f64 {
@@ -102,15 +149,16 @@ pub fn find(d: &[f64], v: &[f64]) -> Option<Clouds> {
     let own = used.iter().map(|j| v[*j]).sum::<f64>() / used.len() as f64;
     let low = at(0.35);
     let lower = at(0.1);
-    let mut state = State {
+    let depth = (at(0.9) - low).max(own.sqrt());
+    let begin = |depth| State {
         m: low,
         tau2: ((low - lower).powi(2) - own).max(own * 0.25).max(1e-16),
         share: 0.25,
-        depth: (at(0.9) - low).max(own.sqrt()),
+        depth,
         log_likelihood: f64::NEG_INFINITY,
     };
     let floor = SMALLEST * SMALLEST * own;
-    let mut out = Clouds {
+    let empty = Clouds {
         mean_mag: vec![0.0; d.len()],
         weight: vec![1.0; d.len()],
         probability: vec![0.0; d.len()],
@@ -118,17 +166,23 @@ pub fn find(d: &[f64], v: &[f64]) -> Option<Clouds> {
         shift_mag: 0.0,
         belief: 0.0,
     };
-    for _ in 0..ROUNDS {
-        state = step(d, v, &used, state, floor, &mut out);
-    }
-    let gain = 2.0 * (state.log_likelihood - clear.log_likelihood);
+    let kind = |depth: Depth, parameters: f64| {
+        let (mut out, mut state) = (empty.clone(), begin(depth));
+        for _ in 0..ROUNDS {
+            state = step(d, v, &used, state, floor, &mut out);
+        }
+        (2.0 * (state.log_likelihood - clear.log_likelihood) - parameters, state, out)
+    };
+    let thin = kind(Depth::Exponential(depth), 0.0);
+    let alike = kind(Depth::Gaussian(depth, 0.3 * depth), ONE_MORE);
+    let (gain, state, mut out) = if alike.0 > thin.0 { alike } else { thin };
     if !(gain > NOTHING) {
         return None;
     }
     out.belief = 1.0 / (1.0 + (0.5 * (EVIDENCE - gain)).exp());
     // maximum likelihood is too small by the parameters that were fitted: location, slope, share and depth
     let clear_ones: f64 = used.iter().map(|j| out.weight[*j]).sum();
-    out.tau_mag = (state.tau2 * clear_ones / (clear_ones - FITTED).max(1.0)).sqrt();
+    out.tau_mag = WIDENED * (state.tau2 * clear_ones / (clear_ones - FITTED).max(1.0)).sqrt();
     out.shift_mag = clear.m - state.m;
     Some(out)
 }
@@ -137,18 +191,15 @@ pub fn find(d: &[f64], v: &[f64]) -> Option<Clouds> {
 fn step(d: &[f64], v: &[f64], used: &[usize], state: State, floor: f64, out: &mut Clouds) -> State {
     let State { m, tau2, share, depth, .. } = state;
     let (mut log_likelihood, mut precision, mut sum, mut clouded, mut dimming) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    let (mut excess, mut squares) = (0.0, 0.0);
+    let (mut excess, mut squares, mut dimming2) = (0.0, 0.0, 0.0);
     for j in used.iter().copied() {
         let s2 = tau2 + v[j];
         let (s, x) = (s2.sqrt(), d[j] - m);
-        let (f0, f1) = ((1.0 - share) * gauss(x, s), share * dimmed(x, s, depth));
+        let (density, c, var_c) = depth.given(x, s);
+        let (f0, f1) = ((1.0 - share) * gauss(x, s), share * density);
         let total = (f0 + f1).max(1e-300);
         log_likelihood += total.ln();
         let p = (f1 / total).clamp(0.0, 1.0);
-        let t = x / s - s / depth;
-        let h = hazard(t);
-        let c = (s * (t + h)).max(0.0);
-        let var_c = (s2 * (1.0 - h * (h + t))).max(0.0);
         let mean = p * c;
         let var = p * (var_c + c * c) - mean * mean;
         out.mean_mag[j] = mean;
@@ -158,6 +209,7 @@ fn step(d: &[f64], v: &[f64], used: &[usize], state: State, floor: f64, out: &mu
         sum += (d[j] - mean) / s2;
         clouded += p;
         dimming += mean;
+        dimming2 += p * (var_c + c * c);
         excess += ((x - mean).powi(2) + var - s2) / (s2 * s2);
         squares += 1.0 / (s2 * s2);
     }
@@ -166,7 +218,7 @@ fn step(d: &[f64], v: &[f64], used: &[usize], state: State, floor: f64, out: &mu
         m: sum / precision,
         tau2: (tau2 + excess / squares).max(floor),
         share: ((clouded + 0.5) / (n + 2.0)).min(MOST),
-        depth: (dimming / clouded.max(0.1)).max(1e-6),
+        depth: depth.next(clouded, dimming, dimming2),
         log_likelihood,
     }
 }
@@ -187,5 +239,5 @@ fn normal(d: &[f64], v: &[f64], used: &[usize]) -> State {
         tau2 = (tau2 + excess / squares).max(0.0);
     }
     let log_likelihood = used.iter().map(|j| gauss(d[*j] - m, (tau2 + v[*j]).sqrt()).max(1e-300).ln()).sum();
-    State { m, tau2, share: 0.0, depth: 0.0, log_likelihood }
+    State { m, tau2, share: 0.0, depth: Depth::Exponential(0.0), log_likelihood }
 }

@@ -312,7 +312,8 @@ fn quote(
         let other = other.as_ref().map_or([0.0; 3], errs);
         one.as_ref().map(errs).is_some_and(|e| (0..3).any(|i| e[i] > JUMP * of_model[i].max(other[i])))
     };
-    for (which, by) in [(0, "star"), (1, "pointing")] {
+    // twice: what one was measured by may itself fall
+    for (which, by) in [(0, "star"), (1, "pointing"), (0, "star")] {
         let (one, other) =
             if which == 0 { (&jack.by_star, &jack.by_pointing) } else { (&jack.by_pointing, &jack.by_star) };
         if jumps(one, other) {
