@@ -138,14 +138,15 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
 
     let explained = explain_night(&survey, &frames, &bench, options, progress)?;
     let (mut rows, thumbs): (Vec<PhotometryRow>, Vec<_>) = frames.into_iter().map(|f| (f.row, f.thumb)).unzip();
+    let n_target_rows = rows.len();
     rows.extend(std::mem::take(&mut stars.failed));
     rows.extend(rejected_flats(&bench));
     rows.extend(survey.unreadable.iter().map(|u| failed_file_row(&u.path, &u.error)));
     rows.extend(survey.set_aside.iter().map(|s| set_aside_row(&s.path, &s.reason)));
     let counts = Counts::of(&survey, &rows, &star_rows);
-    let target_rejected = |r: &&PhotometryRow| r.status == Status::Rejected && r.object_name != "flat";
+    let of_targets = &rows[..n_target_rows];
     if counts.ok + counts.nondetection == 0
-        && let Some(first) = rows.iter().find(target_rejected)
+        && let Some(first) = of_targets.iter().find(|r| r.status == Status::Rejected)
     {
         poor.push(format!(
             "none of {} target frames could be measured; {}: {}",

@@ -103,7 +103,7 @@ fn the_pass_table_counts_all_frames_and_uses_only_the_good() {
 }
 
 /// The cells of a pass by their headings.
-fn cells(rows: &[PhotometryRow]) -> impl Fn(&str) -> String {
+fn cells(rows: &[PhotometryRow]) -> impl Fn(&str) -> String + use<> {
     let text = pass_table(rows);
     let lines: Vec<Vec<char>> = text.lines().map(|l| l.chars().collect()).collect();
     // the rule below the head shows where the columns are

@@ -146,8 +146,12 @@ pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
         out.notes.push(note);
     }
     out.notes.extend(exposures_differ(&stars, &columns));
-    let band = Band::declared(request.band);
-    out.zeropoint = match fitted(&mut stars, &mut config, &columns, band, &mut out.left_out) {
+    let mut cuts = BTreeMap::new();
+    let zeropoint = fitted(&mut stars, &mut config, &columns, Band::declared(request.band), &mut cuts);
+    for (cut, n) in cuts {
+        *out.left_out.entry(cut).or_default() += n;
+    }
+    out.zeropoint = match zeropoint {
         Ok(zeropoint) => Ok(zeropoint),
         Err(error @ Error::Zeropoint { .. }) => Err(error.to_string()),
         Err(error) => return Err(error),

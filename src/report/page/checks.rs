@@ -162,7 +162,8 @@ fn flats(page: &NightPage) -> Markup {
             (text("path").rsplit('/').next().unwrap_or_default(), text("reason"))
         })
         .collect();
-    let clip = page.config_toml.lines().find_map(|l| l.strip_prefix("clip_radius_px = "));
+    let config: Option<toml::Table> = page.config_toml.parse().ok();
+    let clip = config.as_ref().and_then(|c| c.get("photometry")?.get("clip_radius_px"));
     html! {
         p {
             "Master flat of " (levels.len()) " of " (flats.len()) " flats"
