@@ -226,8 +226,10 @@ impl Cutout {
         let (ny, nx) = self.pixels.dim();
         let side = rebin * self.net.bin;
         let span = |k: usize, n: usize| (k * side).min(n)..((k + 1) * side).min(n);
-        let inside =
-            squares.iter().flat_map(|&(i, j)| span(j, ny).flat_map(move |y| span(i, nx).map(move |x| (x, y)))).collect();
+        let inside = squares
+            .iter()
+            .flat_map(|&(i, j)| span(j, ny).flat_map(move |y| span(i, nx).map(move |x| (x, y))))
+            .collect();
         let found = hits_among(&self.seen(), inside);
         self.mask(&found);
         !found.is_empty()

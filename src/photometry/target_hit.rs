@@ -320,8 +320,11 @@ pub(crate) fn hits(pixels: &Array2<f32>, sky: &Surface, sharpness: &Sharpness) -
     }
     for _ in 0..ROUNDS {
         let seen = Seen { pixels, sky, sharpness, hits: &hits };
-        let found: Vec<(usize, usize)> =
-            bright.iter().filter_map(|&at| seen.sharp_line(at, &LENGTHS[..SHORT_LENGTHS], HIT_SIGMA)).flatten().collect();
+        let found: Vec<(usize, usize)> = bright
+            .iter()
+            .filter_map(|&at| seen.sharp_line(at, &LENGTHS[..SHORT_LENGTHS], HIT_SIGMA))
+            .flatten()
+            .collect();
         if found.is_empty() {
             break;
         }
@@ -335,7 +338,8 @@ pub(crate) fn hits(pixels: &Array2<f32>, sky: &Surface, sharpness: &Sharpness) -
 pub(crate) fn hits_among(seen: &Seen, mut pixels: Vec<(usize, usize)>) -> Vec<(usize, usize)> {
     let (ny, nx) = seen.hits.dim();
     let beside_a_hit = pixels.iter().any(|&(i, j)| {
-        (j.saturating_sub(1)..(j + 2).min(ny)).any(|y| (i.saturating_sub(1)..(i + 2).min(nx)).any(|x| seen.hits[[y, x]]))
+        (j.saturating_sub(1)..(j + 2).min(ny))
+            .any(|y| (i.saturating_sub(1)..(i + 2).min(nx)).any(|x| seen.hits[[y, x]]))
     });
     let above = |at: &(usize, usize)| seen.above(at.0 as i64, at.1 as i64).unwrap_or(f64::NEG_INFINITY);
     let stands_out = |at: &(usize, usize)| above(at) > 1.5 * seen.sky.rms(at.0 as f64, at.1 as f64);

@@ -128,11 +128,9 @@ fn tracks_in_a_thousand_frames() {
     };
     println!("FWHM  target   hits  frames  false  found  flagged  wrong");
     for fwhm in widths {
-        for (name, snr, hits) in [
-            ("none", None, HITS),
-            ("S/N 5-50", Some((5.0, 50.0)), HITS),
-            ("S/N 5-50", Some((5.0, 50.0)), 0),
-        ] {
+        for (name, snr, hits) in
+            [("none", None, HITS), ("S/N 5-50", Some((5.0, 50.0)), HITS), ("S/N 5-50", Some((5.0, 50.0)), 0)]
+        {
             let t = frames(n, fwhm, snr, hits, 1_000_003);
             println!(
                 "{fwhm:4.1}  {name:8} {hits:4} {:7} {:6} {:6} {:8} {:6}",
@@ -144,19 +142,27 @@ fn tracks_in_a_thousand_frames() {
 
 pub fn dump() {
     let (fwhm, seed, k) = (2.5, 1_000_003u64, 0u64);
-    for (k, cx, cy, snr) in [(0u64, 148usize, 82usize, None), (20, 72, 129, None), (27, 137, 158, None), (9,139,103,None)] {
-    let mut rng = ChaCha12Rng::seed_from_u64(seed + 7919 * k);
-    let mut scene = Scene::new(SIDE, SIDE, SKY);
-    let _: Option<f64> = snr;
-    let _ = (&mut scene, fwhm);
-    let mut frame = scene.expose(READ_NOISE, seed + 7919 * k + 1);
-    let mut any = || { let at = place(&mut rng); Track::any(&mut rng, at) };
-    let tracks: Vec<Track> = (0..HITS).map(|_| any()).collect();
-    tracks.iter().for_each(|t| t.strike(&mut frame.pixels, &mut rng));
-    println!("frame {k}");
-    for j in cy - 9..cy + 10 {
-        println!("{j:4}: {}", (cx - 12..cx + 13).map(|i| format!("{:5.0}", frame.pixels[[j, i]] - 60.0)).collect::<String>());
-    }
+    for (k, cx, cy, snr) in
+        [(0u64, 148usize, 82usize, None), (20, 72, 129, None), (27, 137, 158, None), (9, 139, 103, None)]
+    {
+        let mut rng = ChaCha12Rng::seed_from_u64(seed + 7919 * k);
+        let mut scene = Scene::new(SIDE, SIDE, SKY);
+        let _: Option<f64> = snr;
+        let _ = (&mut scene, fwhm);
+        let mut frame = scene.expose(READ_NOISE, seed + 7919 * k + 1);
+        let mut any = || {
+            let at = place(&mut rng);
+            Track::any(&mut rng, at)
+        };
+        let tracks: Vec<Track> = (0..HITS).map(|_| any()).collect();
+        tracks.iter().for_each(|t| t.strike(&mut frame.pixels, &mut rng));
+        println!("frame {k}");
+        for j in cy - 9..cy + 10 {
+            println!(
+                "{j:4}: {}",
+                (cx - 12..cx + 13).map(|i| format!("{:5.0}", frame.pixels[[j, i]] - 60.0)).collect::<String>()
+            );
+        }
     }
     let _ = k;
 }
