@@ -20,12 +20,7 @@ pub enum Error {
     },
 
     /// Several things stand against a night before its work begins; the first decides the exit code.
-    #[error(
-        "{} problems before any frame is measured:\n{}{}",
-        problems.len(),
-        problems.iter().map(|p| format!("  {p}")).collect::<Vec<_>>().join("\n"),
-        if paste.is_empty() { String::new() } else { format!("\nlines to paste into pipeline.toml:\n{}", paste.trim_end()) }
-    )]
+    #[error("{}", all_of(problems, paste))]
     Preflight {
         /// Each of them.
         problems: Vec<Error>,
@@ -192,6 +187,21 @@ impl Error {
 /// Whether a key is an option of the command line, not one of the configuration.
 fn is_option(key: &str) -> bool {
     key.starts_with('-')
+}
+
+/// Problems a line each, and the lines to paste.
+fn all_of(problems: &[Error], paste: &str) -> String {
+    let mut text = match problems {
+        [only] => only.to_string(),
+        _ => {
+            let lines: Vec<String> = problems.iter().map(|p| format!("  {p}")).collect();
+            format!("{} problems before any frame is measured:\n{}", problems.len(), lines.join("\n"))
+        }
+    };
+    if !paste.is_empty() {
+        text += &format!("\nlines to paste into pipeline.toml:\n{}", paste.trim_end());
+    }
+    text
 }
 
 /// The result of everything that can stop a night.

@@ -181,7 +181,7 @@ impl Solve {
         hint.mirrored = self.mirrored().or(hint.mirrored);
         (hint.ra_deg, hint.dec_deg) = self.ra.zip(self.dec).unwrap_or((hint.ra_deg, hint.dec_deg));
         let start = Instant::now();
-        let effort = Effort { max_detections: self.brightest };
+        let effort = Effort { max_detections: self.brightest, ..Effort::default() };
         let solved = solve_with(&stars, &detections, case.size_px(), &hint, effort);
         answer.time_s = start.elapsed().as_secs_f64();
         answer.verdict = Some(case.verdict(solved.as_ref().ok()));

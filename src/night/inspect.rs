@@ -147,6 +147,7 @@ impl Inspector {
         warnings.extend(odd);
         if self.configured
             && self.config.header.check_camera
+            && (light || exposure.role == Role::Flat)
             && let Some((keyword, name)) = other_camera(&exposure, &self.config)
         {
             let configured = &self.config.detector.camera;

@@ -26,9 +26,12 @@ pub(super) fn check_instrument(survey: &mut Survey, config: &Config, findings: &
         ("target frames", std::mem::take(&mut survey.targets)),
     ];
     let mut aside = Vec::new();
+    if config.header.check_camera {
+        findings.errors.extend(refused_camera(&kinds, config));
+    }
     for (kind, frames) in &mut kinds {
         if config.header.check_camera {
-            let (same, other) = by_camera(kind, std::mem::take(frames), config, findings);
+            let (same, other) = by_camera(std::mem::take(frames), config);
             *frames = same;
             aside.extend(other);
         }
@@ -96,36 +99,42 @@ pub(super) fn other_camera(exposure: &Exposure, config: &Config) -> Option<(Stri
         .then_some((camera.source, camera.value))
 }
 
-fn by_camera(
-    kind: &str,
-    frames: Vec<Exposure>,
-    config: &Config,
-    findings: &mut Findings,
-) -> (Vec<Exposure>, Vec<SetAside>) {
-    let configured = &config.detector.camera;
-    let others: Vec<(String, String)> = frames.iter().filter_map(|e| other_camera(e, config)).collect();
-    if 2 * others.len() > frames.len() {
-        let names = counted(others.iter().map(|(_, name)| format!("\"{name}\"")));
-        let name = others.first().map(|(_, name)| name.clone()).unwrap_or_default();
-        let keyword = others.first().map(|(keyword, _)| keyword.clone()).unwrap_or_default();
-        findings.errors.push(Error::Config {
-            key: "detector.camera".into(),
-            problem: format!(
-                "is \"{configured}\", but {keyword} of {} of {} {kind} is another camera: {names}; set detector.camera = \
-                 \"{name}\" with its pixel_um, pedestal_adu and gain tables, or header.check_camera = false to use the \
-                 configured one all the same",
-                others.len(),
-                frames.len(),
-            ),
-        });
+/// Frames of the configured camera, and those set aside; none is where most are of another: then the night is refused.
+fn by_camera(frames: Vec<Exposure>, config: &Config) -> (Vec<Exposure>, Vec<SetAside>) {
+    if mostly_other(&frames, config).is_some() {
         return (frames, Vec::new());
     }
     split(frames, |e| {
         let (keyword, name) = other_camera(e, config)?;
         Some(format!(
-            "{keyword} = '{name}': another camera than detector.camera = \"{configured}\"; header.check_camera = false \
-             takes it all the same"
+            "{keyword} = '{name}': another camera than detector.camera = \"{}\"; header.check_camera = false takes it all \
+             the same",
+            config.detector.camera
         ))
+    })
+}
+
+/// The other cameras of frames of one kind, where those are most: keyword and name of each frame.
+fn mostly_other(frames: &[Exposure], config: &Config) -> Option<Vec<(String, String)>> {
+    let others: Vec<(String, String)> = frames.iter().filter_map(|e| other_camera(e, config)).collect();
+    (2 * others.len() > frames.len()).then_some(others)
+}
+
+/// The error of a night with kinds of frames most of which are of another camera.
+fn refused_camera(kinds: &[(&str, Vec<Exposure>); 3], config: &Config) -> Option<Error> {
+    let told: Vec<(&str, usize, Vec<(String, String)>)> =
+        kinds.iter().filter_map(|(kind, frames)| Some((*kind, frames.len(), mostly_other(frames, config)?))).collect();
+    let (keyword, name) = told.first()?.2.first()?.clone();
+    let counts: Vec<String> = told.iter().map(|(kind, n, others)| format!("{} of {n} {kind}", others.len())).collect();
+    let names = counted(told.iter().flat_map(|(.., others)| others).map(|(_, name)| format!("\"{name}\"")));
+    Some(Error::Config {
+        key: "detector.camera".into(),
+        problem: format!(
+            "is \"{}\", but {keyword} of {} is another camera: {names}; set detector.camera = \"{name}\" with its pixel_um, \
+             pedestal_adu and gain tables, or header.check_camera = false to use the configured one all the same",
+            config.detector.camera,
+            counts.join(", ")
+        ),
     })
 }
 

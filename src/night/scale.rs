@@ -10,25 +10,28 @@ use crate::frames::{Exposure, pixel_scale_arcsec};
 use crate::night::bench::Bench;
 use crate::night::plan::products::Products;
 use crate::night::rough::rough_positions;
-use crate::night::solve::{Search, agreement, catalogue_stars, header_wcs, solve_from};
+use crate::night::solve::{Search, agreement, catalogue_stars, header_wcs, solve_from_with};
 use crate::night::solve_file::detections;
 use crate::night::stages::with_threads;
 use crate::night::survey::Survey;
 use crate::photometry::catalogue::Catalogue;
 use crate::photometry::detect::Source;
-use crate::photometry::plate::SkyStar;
+use crate::photometry::plate::{Effort, SkyStar};
 use crate::photometry::stats::median;
 
 /// Largest share by which the scale of the stars may differ from the configured one.
 pub const MOST_FRAC: f64 = 0.02;
 /// Share beyond which nominal values of the headers are no rounding: refused where no field tells better.
 const NOMINAL_FRAC: f64 = 0.2;
-/// Star frames that are asked, one of each pointing first.
-const ASKED: usize = 6;
-/// Frames that confirm a scale which is not the configured one.
-const CONFIRMED: usize = 3;
-/// Frames that are searched at every scale there may be.
+/// Star frames that are asked, and that confirm a scale which is not the configured one.
+const ASKED: usize = 3;
+/// Frames that are searched at every scale there may be, where the headers say nothing of the scale or contradict the
+/// configuration; one where they agree with it, so that a night without stars costs little.
 const SEARCHED: usize = 2;
+/// How far from the rough position that search looks at most \[deg\].
+const SEARCHED_RADIUS_DEG: f64 = 0.3;
+/// Its effort at each scale: the brightest stars are there at the right one.
+const SEARCHED_EFFORT: Effort = Effort { max_detections: 16, max_levels: 2 };
 /// Diagonals of a frame between which the scale is looked for \[deg\].
 const DIAGONALS_DEG: (f64, f64) = (0.02, 10.0);
 /// Step of that search: each covers a share of [`LADDER_FRAC`] on both sides.
@@ -63,7 +66,7 @@ pub(super) fn configured_arcsec(exposure: &Exposure, config: &Config) -> f64 {
 
 /// What FOCALLEN and XPIXSZ of a header, else PIXSCALE, say of the scale; `None` where they say nothing.
 ///
-/// XPIXSZ holds the binning in most programs and not in all: the reading that is closer to the configuration counts.
+/// XPIXSZ holds the binning in most programs and not in all: the reading that is closer to the configured pixel counts.
 #[must_use]
 pub fn nominal(exposure: &Exposure, config: &Config) -> Option<Evidence> {
     let configured = configured_arcsec(exposure, config);
@@ -79,9 +82,13 @@ pub fn nominal(exposure: &Exposure, config: &Config) -> Option<Evidence> {
         return Some(of(scale, format!("{focal_key} = {focal_mm} mm")));
     };
     let source = format!("{focal_key} = {focal_mm} mm with {pixel_key} = {pixel_um:.4} um");
-    let read = |binning: u32| of(pixel_scale_arcsec(pixel_um, binning, focal_mm), source.clone());
-    let off = |e: &Evidence| e.ratio.ln().abs();
-    [read(1), read(exposure.binning)].into_iter().min_by(|a, b| off(a).total_cmp(&off(b)))
+    // with the binning in it or without it: whichever is the configured pitch, as far as either is
+    let binned = exposure.binning.max(1);
+    let pitches_um = [pixel_um, pixel_um * f64::from(binned)];
+    let expected_um = config.detector.pixel_um * f64::from(binned);
+    let off = |um: &f64| (um / expected_um).ln().abs();
+    let pitch_um = pitches_um.into_iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
+    Some(of(pixel_scale_arcsec(pitch_um, 1, focal_mm), source))
 }
 
 /// The words of nominal values that differ from the configured scale.
@@ -147,9 +154,9 @@ pub(super) fn check_headers(survey: &Survey, bench: &Bench) -> Result<bool> {
 
 /// Asks stars of the night for the scale, before anything is measured or written.
 ///
-/// One frame that solves to the configured scale is enough; another scale is confirmed by up to three frames. Where no
-/// field solves near the configured scale, two are searched at every scale from 0.02 to 10 degrees of field. Returns what
-/// should be known.
+/// One frame that solves to the configured scale is enough; another scale is confirmed by up to three frames. Where none of
+/// three solves near the configured scale or that of its header, up to two are searched at every scale from 0.02 to 10
+/// degrees of field. Returns what should be known.
 ///
 /// # Errors
 /// [`Error::Config`] naming both values and the key, where the stars solve to another scale than the configured one; also
@@ -229,30 +236,27 @@ fn solved(
     (stars, catalogue): (&Stars, &Catalogue),
     products: &Products,
 ) -> (Option<Evidence>, usize) {
-    // the middle of each pointing first, then the others
-    let middle = |p: &'_ Vec<Exposure>| p.len() / 2;
-    let firsts = survey.pointings.iter().filter_map(|p| p.get(middle(p)));
-    let rest =
-        survey.pointings.iter().flat_map(|p| p.iter().enumerate().filter(|(k, _)| *k != middle(p)).map(|(_, e)| e));
-    let asked: Vec<&Exposure> = firsts.chain(rest).take(ASKED).collect();
+    let asked = spread(survey);
     let mut frames: Vec<Asked> = asked.iter().map(|exposure| Asked { exposure, sources: None }).collect();
     let sky = catalogue_stars(catalogue);
     let mut found: Vec<(&str, f64, f64)> = Vec::new();
-    for effort in [Effort::Near, Effort::Wide] {
-        for frame in frames.iter_mut().take(if effort == Effort::Near { ASKED } else { SEARCHED }) {
+    let agrees = nominal_of(survey, &bench.config).is_some_and(|n| !n.is_off(MOST_FRAC));
+    let searched = if agrees { 1 } else { SEARCHED };
+    for reach in [Reach::Near, Reach::Wide] {
+        for frame in frames.iter_mut().take(if reach == Reach::Near { ASKED } else { searched }) {
             let exposure = frame.exposure;
-            let key = key(exposure, stars, effort, products);
+            let key = key(exposure, stars, reach, products);
             let name = format!("{SCALE}.{}", exposure.name);
             let kept = key.as_ref().and_then(|key| products.load::<Option<f64>>(&name, key));
             let scale = kept.unwrap_or_else(|| {
-                let scale = frame.scale(bench, (stars, catalogue), &sky, effort);
+                let scale = frame.scale(bench, (stars, catalogue), &sky, reach);
                 key.iter().for_each(|key| products.store(&name, key, &scale));
                 scale
             });
             let Some(scale) = scale else { continue };
             found.push((&exposure.name, scale, scale / configured_arcsec(exposure, &bench.config)));
             let right = (found[0].2 - 1.0).abs() <= MOST_FRAC;
-            if right || found.len() == CONFIRMED {
+            if right {
                 break;
             }
         }
@@ -267,15 +271,29 @@ fn solved(
     (Some(Evidence { ratio, scale_arcsec: ratio * configured, source }), asked.len())
 }
 
+/// The frames that are asked: of the first, the middle and the last pointing, and where there are fewer, others.
+fn spread(survey: &Survey) -> Vec<&Exposure> {
+    let n = survey.pointings.len();
+    let mut asked: Vec<&Exposure> = Vec::new();
+    let first = [0, n / 2, n.saturating_sub(1)];
+    let middles = first.into_iter().filter_map(|k| survey.pointings.get(k)).filter_map(|p| p.get(p.len() / 2));
+    for exposure in middles.chain(survey.pointings.iter().flatten()) {
+        if asked.len() < ASKED && asked.iter().all(|e| e.path != exposure.path) {
+            asked.push(exposure);
+        }
+    }
+    asked
+}
+
 /// What an answer depends on; `None` for a frame that cannot be read.
-fn key(exposure: &Exposure, stars: &Stars, effort: Effort, products: &Products) -> Option<String> {
+fn key(exposure: &Exposure, stars: &Stars, reach: Reach, products: &Products) -> Option<String> {
     let (frame, catalogue) = (products.sha256(&exposure.path).ok()?, products.sha256(&stars.catalogue).ok()?);
-    Some(products.key(&[SCALE, &exposure.name, &frame, &catalogue, &format!("{effort:?}")]))
+    Some(products.key(&[SCALE, &exposure.name, &frame, &catalogue, &format!("{reach:?}")]))
 }
 
 /// How far from the configured scale is looked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Effort {
+enum Reach {
     /// As far as `stars.scale_search_frac`, and about the scales the header gives.
     Near,
     /// At every scale there may be.
@@ -295,7 +313,7 @@ impl Asked<'_> {
         bench: &Bench,
         (stars, catalogue): (&Stars, &Catalogue),
         sky: &[SkyStar],
-        effort: Effort,
+        reach: Reach,
     ) -> Option<f64> {
         let (exposure, config) = (self.exposure, &bench.config);
         if self.sources.is_none() {
@@ -312,24 +330,31 @@ impl Asked<'_> {
         let field = exposure.object.as_ref().and_then(|name| Some((name.as_str(), *stars.fields.get(name)?)));
         let site = Some((&bench.site, &bench.eop));
         let positions = rough_positions(exposure, field, wcs.as_ref(), site, &config.header.aliases);
-        let near = |scale_arcsec: f64, scale_search_frac: f64| {
-            let search = Search { radius_deg: stars.solve_radius_deg, scale_arcsec, scale_search_frac, mirrored: None };
-            let solution = solve_from(&positions, sources, exposure.size_px, sky, search).ok()?;
+        let solve = |scale_arcsec: f64, scale_search_frac: f64, radius_deg: f64, effort: Effort| {
+            let search = Search { radius_deg, scale_arcsec, scale_search_frac, mirrored: None };
+            let solution = solve_from_with(&positions, sources, exposure.size_px, sky, (search, effort)).ok()?;
             Some(solution.0.scale_arcsec)
         };
-        match effort {
-            Effort::Near => near(configured_arcsec(exposure, config), stars.scale_search_frac).or_else(|| {
+        let radius_deg = stars.solve_radius_deg;
+        match reach {
+            Reach::Near => {
+                let configured = configured_arcsec(exposure, config);
                 let told = [wcs.map(|w| w.scale_arcsec()), nominal(exposure, config).map(|n| n.scale_arcsec)];
-                told.into_iter().flatten().find_map(|scale| near(scale, MOST_FRAC.max(stars.scale_search_frac)))
-            }),
-            Effort::Wide => ladder(exposure).into_iter().find_map(|scale| near(scale, LADDER_FRAC)),
+                let told = told.into_iter().flatten().filter(|s| !((s / configured - 1.0).abs() <= MOST_FRAC));
+                std::iter::once(configured)
+                    .chain(told)
+                    .find_map(|scale| solve(scale, stars.scale_search_frac, radius_deg, Effort::default()))
+            }
+            Reach::Wide => ladder(exposure)
+                .into_iter()
+                .find_map(|scale| solve(scale, LADDER_FRAC, radius_deg.min(SEARCHED_RADIUS_DEG), SEARCHED_EFFORT)),
         }
     }
 }
 
-/// Scales from the finest to the coarsest a frame may have \[arcsec/px\].
+/// Scales from the coarsest a frame may have to the finest \[arcsec/px\]: fewer stars bright enough come first.
 fn ladder(exposure: &Exposure) -> Vec<f64> {
     let diagonal_px = (exposure.size_px.0 as f64).hypot(exposure.size_px.1 as f64).max(1.0);
     let (finest, coarsest) = (DIAGONALS_DEG.0 * 3600.0 / diagonal_px, DIAGONALS_DEG.1 * 3600.0 / diagonal_px);
-    std::iter::successors(Some(finest), |scale| Some(scale * LADDER_STEP)).take_while(|s| *s < coarsest).collect()
+    std::iter::successors(Some(coarsest), |scale| Some(scale / LADDER_STEP)).take_while(|s| *s > finest).collect()
 }

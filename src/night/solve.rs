@@ -277,6 +277,17 @@ pub fn solve_from(
     stars: &[SkyStar],
     search: Search,
 ) -> std::result::Result<(Solution, String), String> {
+    solve_from_with(positions, sources, size_px, stars, (search, plate::Effort::default()))
+}
+
+/// As [`solve_from`], with another effort.
+pub(super) fn solve_from_with(
+    positions: &[RoughPosition],
+    sources: &[Source],
+    size_px: (usize, usize),
+    stars: &[SkyStar],
+    (search, effort): (Search, plate::Effort),
+) -> std::result::Result<(Solution, String), String> {
     let detections = starlike(sources);
     let mut tried: Vec<(&RoughPosition, String)> = Vec::new();
     for position in positions {
@@ -294,7 +305,7 @@ pub fn solve_from(
             scale_search_frac: search.scale_search_frac,
             mirrored: search.mirrored,
         };
-        match plate::solve(stars, &detections, size_px, &hint) {
+        match plate::solve_with(stars, &detections, size_px, &hint, effort) {
             Ok(solution) => return Ok((solution, position.source.clone())),
             Err(refusal) => tried.push((position, refusal.to_string())),
         }

@@ -191,7 +191,13 @@ fn few_bright_detections_find_less_but_nothing_wrong() {
         let mut right = 0;
         for seed in 0..6 {
             let field = Field::new(&KINDS[6], 200 + seed);
-            if let Ok(s) = solve_with(&field.stars, &field.detections, SIZE, &field.hint, Effort { max_detections }) {
+            if let Ok(s) = solve_with(
+                &field.stars,
+                &field.detections,
+                SIZE,
+                &field.hint,
+                Effort { max_detections, ..Effort::default() },
+            ) {
                 assert!(field.is_right(&s, 2.0));
                 right += 1;
             }

@@ -33,6 +33,9 @@ const NOISE: [&str; 15] = [
     "imager",
 ];
 
+/// A hexadecimal number of so many digits is a serial number.
+const SERIAL: usize = 9;
+
 /// Compares the camera a header names with the configured one.
 ///
 /// Two names are of the same camera where one model designation holds the other without splitting a number:
@@ -73,8 +76,12 @@ fn designation(name: &str) -> String {
     words.filter(|word| !NOISE.contains(word)).collect()
 }
 
-/// Whether there is a model in a designation: a number of three digits, or letters with a number.
+/// Whether there is a model in a designation: a number of three digits, or letters with a number; no serial number, which is
+/// long and hexadecimal.
 fn names_a_model(designation: &str) -> bool {
+    if designation.len() >= SERIAL && designation.bytes().all(|b| b.is_ascii_hexdigit()) {
+        return false;
+    }
     let digits = designation.chars().filter(char::is_ascii_digit).count();
     digits > 0 && (digits < designation.len() || digits >= 3)
 }
@@ -132,7 +139,7 @@ mod tests {
         ] {
             assert_eq!(check_camera(told, configured), CameraCheck::Other, "{told} {configured}");
         }
-        for told in ["ASI Camera (1)", "QHYCCD-Cameras-Capture", "Vatt", "1"] {
+        for told in ["ASI Camera (1)", "QHYCCD-Cameras-Capture", "Vatt", "1", "371d420013090900"] {
             assert_eq!(check_camera(told, "asi6200mm"), CameraCheck::NoModel, "{told}");
         }
     }

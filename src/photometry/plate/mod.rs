@@ -166,11 +166,13 @@ const TILE_RADIUS_DEG: f64 = 1.5;
 pub struct Effort {
     /// Most detections triangles are made of.
     pub max_detections: usize,
+    /// Most rounds, from few bright stars to many; four are all.
+    pub max_levels: usize,
 }
 
 impl Default for Effort {
     fn default() -> Self {
-        Effort { max_detections: 32 }
+        Effort { max_detections: 32, max_levels: 4 }
     }
 }
 

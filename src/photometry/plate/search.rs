@@ -87,7 +87,7 @@ pub(super) fn search(field: &Field, n_tiles: f64, effort: Effort) -> Result<Foun
     let mut tried = 0u64;
     let mut best: Option<Found> = None;
     let mut done: Option<Level> = None;
-    for level in LEVELS.into_iter().chain(sparse) {
+    for level in LEVELS.into_iter().take(effort.max_levels).chain(sparse) {
         let level = Level { n_spots: level.n_spots.min(n_spots).min(effort.max_detections), ..level };
         // deeper in stars alone is worth a round, the same again is not
         if done.is_some_and(|d| d.n_spots == level.n_spots && d.rank >= level.rank && d.longest >= level.longest) {
