@@ -193,7 +193,7 @@ impl Ground {
         if !(height > 0.0) {
             return 0.0;
         }
-        let (moonlight, per_delta) = self.near.map_or((1.0, 1.0), |near| near.light(circle, phi));
+        let (moonlight, per_delta) = self.near.map_or((1.0, 1.0), |near| near.light::<false>(circle, phi));
         let f = match &self.law {
             GroundLaw::Phong { diffuse, peak, n } => {
                 let glint = (circle.glint.0 + circle.glint.1 * phi.0) * per_delta;
@@ -210,7 +210,6 @@ impl Ground {
 
     /// What a row of nodes (cos u, sin u), u = φ − 90°, has of its own: multiplies their weights by the irradiance over that
     /// at the Earth's centre and over δ, and puts 1/δ into `per_delta`. Nothing is done under parallel light.
-    #[inline(always)]
     pub(super) fn weigh(
         &self,
         circle: &Circle,
@@ -219,10 +218,10 @@ impl Ground {
         per_delta: &mut [f64],
     ) {
         let Some(near) = &self.near else { return };
-        for (((weight, per_delta), cos), sin) in weight.iter_mut().zip(per_delta).zip(cos).zip(sin) {
-            let (light, inverse) = near.light(circle, (*cos, -sin));
-            *weight *= light;
-            *per_delta = inverse;
+        if near.moon.phase.is_whole() {
+            near.weigh::<true>(circle, (cos, sin), weight, per_delta);
+        } else {
+            near.weigh::<false>(circle, (cos, sin), weight, per_delta);
         }
     }
 
@@ -329,9 +328,24 @@ impl Ground {
 }
 
 impl Near {
+    /// [`Ground::weigh`] for a curve of one polynomial, or of any number.
+    fn weigh<const WHOLE: bool>(
+        &self,
+        circle: &Circle,
+        (cos, sin): (&[f64], &[f64]),
+        weight: &mut [f64],
+        per_delta: &mut [f64],
+    ) {
+        for (((weight, per_delta), cos), sin) in weight.iter_mut().zip(per_delta).zip(cos).zip(sin) {
+            let (light, inverse) = self.light::<WHOLE>(circle, (*cos, -sin));
+            *weight *= light;
+            *per_delta = inverse;
+        }
+    }
+
     /// At a place of a circle, φ as (sin, cos): the irradiance across the beam over that at the Earth's centre, over δ; 1/δ.
     #[inline(always)]
-    fn light(&self, circle: &Circle, phi: (f64, f64)) -> (f64, f64) {
+    fn light<const WHOLE: bool>(&self, circle: &Circle, phi: (f64, f64)) -> (f64, f64) {
         let ratio = self.ratio;
         // p·s − ε, so that δ² = 1 − ε² − 2ε (p·s − ε)
         let height = circle.height.0 + circle.height.1 * phi.0;
@@ -339,7 +353,7 @@ impl Near {
         let per_delta = per_delta2.sqrt();
         let sun_up =
             circle.theta.0 * (self.to_sun.x() * phi.1 + self.to_sun.y() * phi.0) + circle.theta.1 * self.to_sun.z();
-        let phase = self.moon.phase.at((ratio * sun_up - self.sun_outward) * per_delta);
+        let phase = self.moon.phase.at::<WHOLE>((ratio * sun_up - self.sun_outward) * per_delta);
         (phase * if self.moon.by_distance { per_delta2 * per_delta } else { per_delta }, per_delta)
     }
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use satphot::brightness::Satellite;
 use satphot::night::stage::compare_table;
 
 use super::{Common, print, tell};
@@ -38,6 +39,9 @@ impl Compare {
             tell(&format!("note: {note}"));
         }
         print(&compared.text());
+        if let Some(model) = &config.model {
+            print(&Satellite::from_config(model)?.standing_line());
+        }
         print(&format!("{}\n", self.out.display()));
         Ok(())
     }

@@ -10,7 +10,7 @@ use satphot::brightness::{
     Accuracy, Attitude, Brdf, Brightness, Ground, Illum, Model, ModelSettings, Satellite, Scene, Surface, brightness,
     light_class, reflected_by_earth, skipped_text,
 };
-use satphot::config::{Arrays, Effects, Mode, Source};
+use satphot::config::{Arrays, Effects, GroundMoonlight, Mode, Source};
 use satphot::vector::{Itrs, Vector};
 
 type V = Vector<Itrs>;
@@ -261,9 +261,10 @@ fn under_a_full_moon_the_published_and_the_corrected_mode_differ_by_the_distance
     let mut s = scene(6798.0, 0.05, -70.0, 70.0);
     s.moon_km = s.moon_km * (405_000.0 / 384_400.0);
     let run = |mode| {
-        // the published source, at the ground, and the published arrays are other effects
-        let (source, arrays) = (Source::ExoAtmospheric, Arrays::AsListed);
-        let settings = ModelSettings { effects: Effects { source, arrays, ..Effects::of(mode) }, ..sphere(1e-8) };
+        // the published source, at the ground, the published arrays and the published moonlight on the ground are other effects
+        let (source, arrays, ground_moonlight) = (Source::ExoAtmospheric, Arrays::AsListed, GroundMoonlight::Parallel);
+        let effects = Effects { source, arrays, ground_moonlight, ..Effects::of(mode) };
+        let settings = ModelSettings { effects, ..sphere(1e-8) };
         brightness(&s, &iss(), &settings).unwrap()
     };
     let (published, corrected) = (run(Mode::AsPublished), run(Mode::Corrected));

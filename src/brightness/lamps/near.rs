@@ -112,11 +112,17 @@ impl PhaseCurve {
         })
     }
 
-    /// Irradiance at a place that sees the Moon at this phase (its cosine), over that at the Earth's centre.
+    /// One polynomial is all: [`PhaseCurve::at`] may leave the choice out.
+    pub fn is_whole(&self) -> bool {
+        self.kink == f64::INFINITY
+    }
+
+    /// Irradiance at a place that sees the Moon at this phase (its cosine), over that at the Earth's centre; `WHOLE` for a
+    /// curve of one polynomial.
     #[inline(always)]
-    pub fn at(&self, cos_phase: f64) -> f64 {
+    pub fn at<const WHOLE: bool>(&self, cos_phase: f64) -> f64 {
         let x = (0.5 * (1.0 - self.sign * cos_phase)).max(0.0).sqrt();
-        let p = if x < self.kink { &self.pieces[0] } else { &self.pieces[1] };
+        let p = if WHOLE || x < self.kink { &self.pieces[0] } else { &self.pieces[1] };
         let y = (x - p.middle) * p.per_half_range;
         let y2 = y * y;
         let [c0, c1, c2, c3, c4, c5] = p.c;
@@ -148,7 +154,7 @@ mod tests {
                 let most = flux((phase_deg - reach_deg).max(0.0)) / flux(phase_deg);
                 for part in -8..=8 {
                     let deg = (phase_deg + reach_deg * f64::from(part) / 8.0).clamp(0.0, 180.0);
-                    let (got, expected) = (curve.at(deg.to_radians().cos()), flux(deg) / flux(phase_deg));
+                    let (got, expected) = (curve.at::<false>(deg.to_radians().cos()), flux(deg) / flux(phase_deg));
                     assert!(
                         (got - expected).abs() < 2e-8 * most,
                         "{law:?} {past:?} {phase_deg} {deg}: {got} {expected}"
