@@ -5,6 +5,7 @@ use crate::frames::Exposure;
 use crate::night::provenance::Provenance;
 use crate::night::survey::Survey;
 use crate::photometry::Flags;
+use crate::photometry::target::LIMIT_COMPLETENESS;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::export::DataMode;
 use crate::report::{Meta, MetaValue};
@@ -29,6 +30,13 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, told: &Provena
     ];
     meta.push("site", MetaValue::Map(site));
     meta.push("telescope", text(&config.telescope.name));
+    let limit = vec![
+        ("completeness".to_string(), number(LIMIT_COMPLETENESS)),
+        ("detect_sigma".to_string(), number(config.target.detect_sigma)),
+        ("of_nondetections".to_string(), text("point sources injected into the search region of the frame and searched for")),
+        ("of_detections".to_string(), text("noise of the aperture: threshold and 1.645 sigma")),
+    ];
+    meta.push("limit_v_mag", MetaValue::Map(limit));
     meta.push("mag_system", text("Vega"));
     meta.push("band", text("V"));
     if let Some(model) = &config.model {

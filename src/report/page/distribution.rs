@@ -6,7 +6,7 @@ use super::chart::{Chart, Ticks};
 use super::{NightPage, cell, nothing, number, table, violins};
 use crate::report::plot::axis::{Span, clock};
 use crate::report::rows::PhotometryRow;
-use crate::report::summary::{is_used, passes, robust};
+use crate::report::summary::{is_used, old_elements_note, passes, robust};
 
 /// Width of a bin \[mag\].
 const BIN_MAG: f64 = 0.25;
@@ -141,5 +141,8 @@ pub(super) fn pass_table(rows: &[PhotometryRow], lon_deg: Option<f64>) -> Markup
         "scatter",
         "O − C",
     ];
-    table("sortable", "Passes; angles in degrees, magnitudes V", &head, &lines)
+    html! {
+        (table("sortable", "Passes; angles in degrees, magnitudes V", &head, &lines))
+        @if let Some(note) = old_elements_note(rows) { p { (note) } }
+    }
 }
