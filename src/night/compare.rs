@@ -150,10 +150,17 @@ pub fn residual_rows(rows: &[PhotometryRow]) -> Vec<ResidualRow> {
             model_v_mag: r.model_v_mag,
             model_err_mag: r.model_err_mag,
             residual_mag: r.residual_mag,
-            verdict: r.verdict.clone(),
+            verdict: residual_verdict(r).into(),
             flags: r.flags,
         })
         .collect()
+}
+
+/// The verdict of a residual: that of the magnitude, and `caution` at best where old elements gave the geometry that the
+/// model was computed for.
+fn residual_verdict(row: &PhotometryRow) -> &str {
+    let old = Flags(row.flags).has(Flags::OLD_ELEMENTS);
+    if old && row.verdict == "use" { "caution" } else { &row.verdict }
 }
 
 /// The epoch of a row, from its MJD.
@@ -189,5 +196,15 @@ mod tests {
         ];
         assert_eq!(pass_numbers(&rows), [1, 1, 2, 1]);
         assert_eq!(residual_rows(&rows)[2].residual_mag, Some(0.5));
+    }
+
+    #[test]
+    fn old_elements_make_the_residual_one_to_be_cautious_with_and_leave_the_magnitude_as_it_is() {
+        let mut rows = [row(60_000.0, 12.0, 11.5), row(60_000.001, 12.0, 11.5), row(60_000.002, 12.0, 11.5)];
+        rows[1].flags = Flags::OLD_ELEMENTS.0;
+        (rows[2].flags, rows[2].verdict) = (Flags::OLD_ELEMENTS.0, "reject".into());
+        let verdicts: Vec<String> = residual_rows(&rows).into_iter().map(|r| r.verdict).collect();
+        assert_eq!(verdicts, ["use", "caution", "reject"]);
+        assert_eq!(rows[1].verdict, "use");
     }
 }

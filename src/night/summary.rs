@@ -134,10 +134,13 @@ fn doubts(rows: &[PhotometryRow]) -> BTreeMap<&'static str, usize> {
         matches!(Status::from_cell(&r.status), Some(Status::Ok | Status::Nondetection)) && r.verdict != Verdict::Use
     };
     // lower limits have a count of their own
-    let told = |flag: Flags| DECIDING.has(flag) && flag != Flags::LOWER_LIMIT;
+    let told = |row: &PhotometryRow, flag: Flags| {
+        let decides = DECIDING.has(flag) || (flag == Flags::OLD_ELEMENTS && row.status == "nondetection");
+        decides && flag != Flags::LOWER_LIMIT
+    };
     let mut doubts = BTreeMap::new();
     for row in rows.iter().filter(judged) {
-        for (_, name) in Flags::NAMES.iter().filter(|(flag, _)| told(*flag) && Flags(row.flags).has(*flag)) {
+        for (_, name) in Flags::NAMES.iter().filter(|(flag, _)| told(row, *flag) && Flags(row.flags).has(*flag)) {
             *doubts.entry(*name).or_default() += 1;
         }
     }

@@ -17,6 +17,8 @@ use crate::photometry::surface_brightness::brightest_disc;
 use crate::photometry::target_cutout::{Cutout, Placed};
 use crate::photometry::target_enclose::enclosing;
 use crate::photometry::target_flux::{Measured, circle_at};
+use crate::photometry::target_limit::Injection;
+pub use crate::photometry::target_limit::{LIMIT_COMPLETENESS, LIMIT_MARGIN_SIGMA};
 use crate::photometry::target_search::{SCALES, Significances, best_candidate};
 use crate::photometry::target_segment::{Segment, scales_needed, segment};
 use crate::photometry::target_shape::{Ellipse, moments, outline_moments};
@@ -77,18 +79,30 @@ pub enum TargetFound {
         /// Whether the sky is the level along the trails beside it: then there is no annulus, and no light of the target
         /// in the sky.
         along_trails: bool,
+        /// What could have been seen, where the whole object does not reach `detect_sigma`: then it is no detection.
+        unseen: Option<Box<Unseen>>,
     },
     /// Nothing above the threshold.
     NotDetected {
-        /// `detect_sigma` times the error of an empty aperture of `limit_r_px` at the expected place \[e⁻\].
+        /// Flux of a point source at which 95 % of those put into the search region are detected \[e⁻\]; NaN where
+        /// nothing can be.
         limit_e: f64,
-        /// What that aperture holds, negative or not.
+        /// What an aperture of `limit_r_px` at the expected place holds, negative or not.
         flux: Flux,
         /// The expected place \[px\].
         x_px: f64,
         /// The expected place \[px\].
         y_px: f64,
     },
+}
+
+/// What a frame without a detection says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unseen {
+    /// As in [`TargetFound::NotDetected`].
+    pub limit_e: f64,
+    /// Forced flux at the expected place.
+    pub flux: Flux,
 }
 
 /// The light of a target, and what is mixed with it.
@@ -143,9 +157,40 @@ const POINT_FWHM: f64 = 0.3;
 /// 5. [`Flags::TRAIL`] where light of trails was taken off, [`Flags::CONTAMINATED`] where that of trails and neighbours is
 ///    more than `contam_frac` of the flux, [`Flags::HIT`] for a pixel sharper than a star.
 ///
-/// [`TargetFound::NotDetected`] holds the forced flux at the expected place, negative or not, and the limit.
+/// [`TargetFound::NotDetected`] holds the forced flux at the expected place, negative or not, and the limit: the flux at
+/// which 95 % of point sources that are put into this frame's search region are detected by the same search.
 #[must_use]
 pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> TargetFound {
+    let mut found = found_in(frame, background, s);
+    match &mut found {
+        TargetFound::NotDetected { limit_e, flux, .. } => *limit_e = self::limit_e(frame, background, s, flux),
+        TargetFound::Detected { flux, unseen, .. } if !(flux.snr >= s.detect_sigma) => {
+            let forced = match Cutout::new(frame, s) {
+                Some(cutout) => limit(cutout, frame, background, s),
+                None => limit_without_cutout(frame, background, s),
+            };
+            if let TargetFound::NotDetected { flux, .. } = forced {
+                let limit_e = self::limit_e(frame, background, s, &flux);
+                *unseen = Some(Box::new(Unseen { limit_e, flux }));
+            }
+        }
+        TargetFound::Detected { .. } => {}
+    }
+    found
+}
+
+/// The limit by injection, where an aperture at the expected place holds `forced`.
+fn limit_e(frame: &Frame<Electrons>, background: &Background, s: &TargetSettings, forced: &Flux) -> f64 {
+    let Some(cutout) = Cutout::new(frame, s) else { return f64::NAN };
+    // the error without the flux's own Poisson noise: that of an empty aperture
+    let empty_e = (forced.flux_err_e.powi(2) - forced.flux_e.max(0.0)).max(0.0).sqrt();
+    let injection =
+        Injection { frame, background, settings: s, trails: cutout.strips.is_some(), seed: cutout.fingerprint() };
+    injection.limit_e(empty_e)
+}
+
+/// What is found, without a limit (`limit_e` is NaN, `unseen` is empty).
+pub(crate) fn found_in(frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> TargetFound {
     let Some(mut cutout) = Cutout::new(frame, s) else {
         return limit_without_cutout(frame, background, s);
     };
@@ -205,7 +250,7 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
     if light.elongation > ELONGATED {
         flux.flags.set(Flags::ELONGATED);
     }
-    TargetFound::Detected { flux, x_px: aperture.x + ox, y_px: aperture.y + oy, light, along_trails }
+    TargetFound::Detected { flux, x_px: aperture.x + ox, y_px: aperture.y + oy, light, along_trails, unseen: None }
 }
 
 /// The most likely target.
@@ -282,16 +327,14 @@ fn shape_of_light(cutout: &Cutout, outline: &Segment, snr: f64) -> Light {
     }
 }
 
-/// The forced flux at the expected place and what could have been seen there.
+/// The forced flux at the expected place.
 fn limit(mut cutout: Cutout, frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> TargetFound {
     let (ox, oy) = cutout.origin(frame);
     let place = circle_at(s.x_px - ox, s.y_px - oy, s.limit_r_px);
     cutout.keep_out(&place);
     let snr1 = cutout.layers().significance(cutout.fwhm_cells(), 1, None);
     let flux = cutout.flux(frame, background, &place, &snr1, s).flux;
-    // the error without the flux's own Poisson noise: that of an empty aperture
-    let empty = (flux.flux_err_e.powi(2) - flux.flux_e.max(0.0)).sqrt();
-    TargetFound::NotDetected { limit_e: s.detect_sigma * empty, flux, x_px: s.x_px, y_px: s.y_px }
+    TargetFound::NotDetected { limit_e: f64::NAN, flux, x_px: s.x_px, y_px: s.y_px }
 }
 
 /// The limit where the expected place is off the frame: nothing measurable.

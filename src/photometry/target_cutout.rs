@@ -3,6 +3,8 @@
 //! Electrons. Pixels of the cutout, and cells of it ([`Cells`]) for everything but fluxes. Two passes: once with nothing
 //! known, once more with the target kept out of sky and trails. Leaves out: which object is the target.
 
+use std::sync::Arc;
+
 use ndarray::Array2;
 
 use crate::frames::{Electrons, Frame, mask};
@@ -40,7 +42,7 @@ pub(crate) struct Cutout {
     pub sky: Surface,
     /// Where pixels are sharper than a star.
     pub hits: Array2<bool>,
-    sharpness: Sharpness,
+    sharpness: Arc<Sharpness>,
     /// The pixels less the sky, in cells.
     pub net: Cells,
     /// Scatter of a sky pixel in the middle \[e⁻\].
@@ -127,6 +129,14 @@ impl Cutout {
     /// Full-frame position of the cutout's first pixel.
     pub fn origin(&self, frame: &Frame<Electrons>) -> (f64, f64) {
         ((frame.origin_px.0 + self.x0) as f64, (frame.origin_px.1 + self.y0) as f64)
+    }
+
+    /// A number that the pixels alone decide, for whoever needs chance that is the same every time.
+    pub fn fingerprint(&self) -> u64 {
+        // FNV-1a over every so many pixels
+        self.pixels.iter().step_by(7).fold(0xCBF2_9CE4_8422_2325, |hash, v| {
+            (hash ^ u64::from(v.to_bits())).wrapping_mul(0x0000_0100_0000_01B3)
+        })
     }
 
     /// FWHM of a star \[cells\].
@@ -226,11 +236,9 @@ impl Cutout {
         let (ny, nx) = self.pixels.dim();
         let side = rebin * self.net.bin;
         let span = |k: usize, n: usize| (k * side).min(n)..((k + 1) * side).min(n);
-        let inside = squares
-            .iter()
-            .flat_map(|&(i, j)| span(j, ny).flat_map(move |y| span(i, nx).map(move |x| (x, y))))
-            .collect();
-        let found = hits_among(&self.seen(), inside);
+        let inside: Vec<(usize, usize)> =
+            squares.iter().flat_map(|&(i, j)| span(j, ny).flat_map(move |y| span(i, nx).map(move |x| (x, y)))).collect();
+        let found = hits_among(&self.seen(), &inside);
         self.mask(&found);
         !found.is_empty()
     }

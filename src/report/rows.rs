@@ -84,6 +84,13 @@ pub struct PhotometryRow {
     pub flux_e: Option<f64>,
     /// 1-sigma random error of flux_e \[e⁻\].
     pub flux_err_e: Option<f64>,
+    /// Of a non-detection: flux in a circle of target.limit_r_fwhm at the expected place (target.x_px and y_px, else the
+    /// middle of the frame), whatever is there; can be negative \[e⁻\].
+    #[serde(default)]
+    pub forced_flux_e: Option<f64>,
+    /// 1-sigma random error of forced_flux_e \[e⁻\].
+    #[serde(default)]
+    pub forced_flux_err_e: Option<f64>,
     /// Sky level under the aperture, whole exposure; with the mean light of trails where the level is taken along
     /// them \[e⁻/px\].
     pub sky_e_px: Option<f64>,
@@ -111,8 +118,9 @@ pub struct PhotometryRow {
     pub zp_age_d: Option<f64>,
     /// Error of using another night's zeropoint, part of v_mag_err_sys \[mag\].
     pub zp_extra_err_mag: Option<f64>,
-    /// V magnitude at the detection threshold (target.detect_sigma): of a detection in its own aperture, else for an
-    /// object as large as in the frames that show it \[mag\].
+    /// V magnitude at which 95 % of targets are detected \[mag\]. Of a non-detection: of point sources injected into this
+    /// frame's search region, scaled to the size of the object where other frames resolve it. Of a detection: in its
+    /// own aperture, target.detect_sigma and 1.645 sigma ([`crate::photometry::flux::detectable_e`]).
     pub limit_v_mag: Option<f64>,
     /// Mean V surface brightness over the aperture \[mag/arcsec²\].
     pub mu_mean_mag_arcsec2: Option<f64>,
@@ -177,7 +185,7 @@ pub struct PhotometryRow {
     pub status: String,
     /// Use, caution or reject.
     pub verdict: String,
-    /// Why, when status is not ok or verdict is not use.
+    /// Why, when status is not ok or verdict is not use; and what old elements spoil.
     pub reason: String,
     /// Quality bit mask; the bits are named in meta.
     pub flags: i32,
@@ -314,7 +322,7 @@ pub struct ResidualRow {
     pub model_err_mag: Option<f64>,
     /// Observed minus modelled magnitude; positive = observed fainter \[mag\].
     pub residual_mag: Option<f64>,
-    /// Use, caution or reject.
+    /// Use, caution or reject, of the residual: caution at best where the elements are more than 2 d old.
     pub verdict: String,
     /// Quality bit mask; the bits are named in meta.
     pub flags: i32,

@@ -153,7 +153,30 @@ pub fn pass_table_in(rows: &[PhotometryRow], band: &str) -> String {
             ]
         })
         .collect();
-    text_table(&head, &lines)
+    text_table(&head, &lines) + &old_elements_note(rows).map(|note| format!("{note}\n")).unwrap_or_default()
+}
+
+/// What old elements spoil, and in which passes; `None` where all are recent.
+#[must_use]
+pub fn old_elements_note(rows: &[PhotometryRow]) -> Option<String> {
+    let old = |r: &&PhotometryRow| Flags(r.flags).has(Flags::OLD_ELEMENTS);
+    let of: Vec<String> = passes(rows)
+        .iter()
+        .zip(1..)
+        .filter(|(pass, _)| pass.iter().any(|r| old(r)))
+        .map(|(_, number): (_, usize)| number.to_string())
+        .collect();
+    let oldest = rows.iter().filter(old).filter_map(|r| r.tle_age_d).map(f64::abs).max_by(f64::total_cmp);
+    let frames = rows.iter().filter(old).count();
+    (frames > 0).then(|| {
+        let age = oldest.map(|d| format!(" (up to {d:.1} d)")).unwrap_or_default();
+        let pass = if of.len() == 1 { "pass" } else { "passes" };
+        format!(
+            "Elements older than 2 d{age} in {frames} frames of {pass} {}: the geometry, the model and the residuals carry \
+             their error; the measured magnitudes do not.",
+            of.join(", ")
+        )
+    })
 }
 
 /// One line per predicted pass: first and last moment, highest altitude, brightest and faintest V with the moment of the

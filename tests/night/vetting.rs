@@ -124,7 +124,12 @@ fn low_altitude_a_fast_azimuth_old_elements_and_an_uncertain_clock_are_told_with
     judge(&mut zenith, &any_dome);
     assert_eq!(zenith.verdict, "use");
     let old = judged(|r| (r.flags, r.tle_age_d) = (Flags::OLD_ELEMENTS.0, Some(-3.4)));
-    expect(&old, "caution", Flags::OLD_ELEMENTS, &["elements 3.4 d old"]);
+    expect(&old, "use", Flags::OLD_ELEMENTS, &["elements 3.4 d old", "the magnitude does not"]);
+    let unseen = judged(|r| {
+        (r.flags, r.tle_age_d) = (Flags::OLD_ELEMENTS.0, Some(2.2));
+        (r.status, r.v_mag) = ("nondetection".into(), None);
+    });
+    expect(&unseen, "caution", Flags::OLD_ELEMENTS, &["elements 2.2 d old", "outside the search region"]);
     let clock = judged(|r| (r.flags, r.time_err_s) = (Flags::TIME_UNCERTAIN.0, Some(1.5)));
     expect(&clock, "caution", Flags::TIME_UNCERTAIN, &["1.5 s", "1.35 deg"]);
 }

@@ -76,7 +76,13 @@ fn circumstances(row: &PhotometryRow, t: &Vetting) -> Vec<Finding> {
     }
     if flags.has(Flags::OLD_ELEMENTS) {
         let age = row.tle_age_d.map(|d| format!("{:.1} d ", d.abs())).unwrap_or_default();
-        found.push(Finding::caution(Flags::OLD_ELEMENTS, format!("elements {age}old (old_elements)")));
+        // the light was counted whatever the elements say; without light they alone say that the target was there
+        let (verdict, taints) = match row.status.as_str() {
+            "nondetection" => (Verdict::Caution, "the target may have been outside the search region"),
+            _ => (Verdict::Use, "the geometry and the residual carry their error, the magnitude does not"),
+        };
+        let words = format!("elements {age}old: {taints} (old_elements)");
+        found.push(Finding { verdict, flags: Flags::OLD_ELEMENTS, words });
     }
     if let Some(alt) = row.alt_deg.filter(|alt| *alt < t.min_alt_deg) {
         let words = format!(

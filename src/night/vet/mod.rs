@@ -17,7 +17,8 @@ use crate::report::PhotometryRow;
 use crate::report::words::{Status, Verdict};
 
 /// Flags that make a frame one to be cautious with, or to reject. The others inform: of a trail that was taken off, a
-/// flat that is missing for the whole night, the age of the zeropoint.
+/// flat that is missing for the whole night, the age of the zeropoint. Old elements spoil what is computed from them,
+/// not a measured magnitude: they decide where nothing was measured.
 pub const DECIDING: Flags = Flags(
     Flags::SATURATED.0
         | Flags::MASKED.0
@@ -25,7 +26,6 @@ pub const DECIDING: Flags = Flags(
         | Flags::CLIP_EDGE.0
         | Flags::NEGATIVE.0
         | Flags::NO_ANNULUS.0
-        | Flags::OLD_ELEMENTS.0
         | Flags::TIME_UNCERTAIN.0
         | Flags::CONTAMINATED.0
         | Flags::SMEARED.0

@@ -96,7 +96,7 @@ pub fn score_text(path: &Path, observations: &[Kept<'_>], facts: &Facts, names: 
         let limit = limit_v_mag(row, facts)
             .ok_or_else(|| lacks("limit_v_mag, or v_mag, flux_e and flux_err_e", "measure the frame again"))?;
         let (mag, err, comment) = match kept {
-            Kept::Limit(_) => (String::new(), String::new(), "non-detection".to_owned()),
+            Kept::Limit(_) => (String::new(), String::new(), comment_of_limit(row)),
             Kept::Magnitude(_) => {
                 let (Some(mag), Some(err)) = (row.v_mag, total_err_mag(row)) else {
                     return Err(lacks("v_mag and v_mag_err", "measure the frame again"));
@@ -161,8 +161,8 @@ const OPTIONS: [(&str, &str); 6] = [
     ("mpc_code", "--mpc-code (reporter.mpc_code)"),
 ];
 
-/// V magnitude at the threshold of detection: the row's own, or that of its noise in tables of an older satphot, which
-/// have none for detections: `V − 2.5 log10(t/F)`, t of [`detectable_e`].
+/// V magnitude at which 95 % of targets are detected: the row's own, or, in tables of an older satphot, which have none
+/// for detections, the one at the threshold of its noise: `V − 2.5 log10(t/F)`, t of [`detectable_e`].
 fn limit_v_mag(row: &PhotometryRow, facts: &Facts) -> Option<f64> {
     let of_noise = || {
         let (v, flux_e, err_e) = (row.v_mag?, row.flux_e.filter(|f| *f > 0.0)?, row.flux_err_e?);
@@ -250,6 +250,21 @@ fn error_text(err_mag: f64) -> String {
     rounded(err_mag, decimals.min(9)).to_string()
 }
 
+/// Of a non-detection: what its limit is.
+fn comment_of_limit(row: &PhotometryRow) -> String {
+    let mut parts =
+        vec!["non-detection".to_owned(), "limiting_magnitude: 95 % of targets of it injected into the frame are detected".to_owned()];
+    parts.extend(old_elements(row));
+    one_line(&parts.join("; "))
+}
+
+/// What is said of elements more than 2 days old.
+fn old_elements(row: &PhotometryRow) -> Option<String> {
+    let age = row.tle_age_d.map(|d| format!(" ({:.1} d)", d.abs())).unwrap_or_default();
+    let spoilt = if row.status == "nondetection" { "target may be outside the field searched" } else { "magnitude is not affected" };
+    Flags(row.flags).has(Flags::OLD_ELEMENTS).then(|| format!("orbital elements older than 2 d{age}: {spoilt}"))
+}
+
 fn comment(row: &PhotometryRow) -> String {
     let mut parts = vec!["tracked".to_owned()];
     if !row.illum.is_empty() {
@@ -264,6 +279,7 @@ fn comment(row: &PhotometryRow) -> String {
     } else {
         parts.push("random error alone, the systematic one is not known".to_owned());
     }
+    parts.extend(old_elements(row));
     if row.verdict == Verdict::Caution || row.verdict == Verdict::Reject {
         parts.push(format!("{}: {}", row.verdict, Flags(row.flags)));
     }

@@ -12,6 +12,7 @@ use super::facts::{DataMode, Facts};
 use super::select::{Kept, rounded};
 use super::time::Utc;
 use crate::error::{Error, Result};
+use crate::photometry::Flags;
 use crate::report::rows::PhotometryRow;
 use crate::report::summary::passes;
 use crate::report::words::Verdict;
@@ -161,6 +162,9 @@ fn segment(path: &Path, rows: &[&PhotometryRow], pass: Utc, facts: &Facts) -> Re
     let mut say = |line: String| text += &kvn(&line);
     say(format!("COMMENT SITE_WGS84 LAT {lat:.6} deg LON {lon:.6} deg ALT {alt_m:.1} m"));
     say(format!("COMMENT MAG 1-sigma: {}; per point in the companion ECSV", errors(rows)));
+    if let Some(age_d) = rows.iter().filter(|r| Flags(r.flags).has(Flags::OLD_ELEMENTS)).find_map(|r| r.tle_age_d) {
+        say(format!("COMMENT orbital elements older than 2 d ({:.1} d): the magnitudes are not affected", age_d.abs()));
+    }
     say(format!("TRACK_ID = {}-{target}", pass.compact()));
     say("DATA_TYPES = MAG".into());
     say("TIME_SYSTEM = UTC".into());

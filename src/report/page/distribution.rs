@@ -7,7 +7,7 @@ use super::{NightPage, cell, nothing, number, table, violins};
 use crate::brightness::Illum;
 use crate::report::plot::axis::{Span, clock};
 use crate::report::rows::PhotometryRow;
-use crate::report::summary::{counts, is_used, passes, robust, scatter};
+use crate::report::summary::{counts, is_used, old_elements_note, passes, robust, scatter};
 
 /// Width of a bin \[mag\].
 const BIN_MAG: f64 = 0.25;
@@ -146,5 +146,8 @@ pub(super) fn pass_table(page: &NightPage) -> Markup {
         "scatter",
         "O − C",
     ];
-    table("sortable", &format!("Passes; angles in degrees, magnitudes {band}"), &head, &lines)
+    html! {
+        (table("sortable", &format!("Passes; angles in degrees, magnitudes {band}"), &head, &lines))
+        @if let Some(note) = old_elements_note(rows) { p { (note) } }
+    }
 }
