@@ -12,7 +12,7 @@ use statrs::function::erf::erfc;
 /// Fewest pointings among which clouds are looked for.
 const FEWEST: usize = 6;
 /// Twice the log-likelihood ratio at which clouds are as likely as not, and from which they are believed.
-const EVIDENCE: f64 = 2.0;
+const EVIDENCE: f64 = 3.0;
 /// What a parameter more costs.
 const ONE_MORE: f64 = 4.0;
 /// Share of the shift that stays in the error however sure the clouds are: how thick they are is not exponential.
