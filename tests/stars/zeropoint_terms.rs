@@ -135,12 +135,19 @@ fn colour_and_airmass_on_one_line_hold_k_and_nearly_so_warn() {
 fn a_correlation_of_099_between_colour_and_airmass_keeps_honest_errors() {
     // sd of the colour on the line 0.2, about it 0.029: r = 0.99
     let night = Night { colour: |r, x| 0.2 + 0.7 * (x - 1.03) + 0.029 * normal(r), ..CALM };
-    let mut inside = 0;
+    let (mut inside, mut held) = (0, 0);
     for seed in 0..100 {
         let z = fit(&night.measure(seed), &robust()).unwrap();
+        if z.k_note != "fitted" {
+            // k = 0.12 with an error of 0.08 comes out below its error under zero in one night of a hundred
+            assert!(z.k_note.contains("air does not brighten stars") && z.errs()[1] == 0.05, "{}", z.k_note);
+            held += 1;
+            continue;
+        }
         assert!((8.0..30.0).contains(&z.condition), "{}", z.condition);
         inside += i32::from((z.c_mag_mag - TRUTH[2]).abs() < z.errs()[2]);
     }
+    assert!(held <= 4, "{held}");
     // 68 with a binomial error of 4.7
     assert!((54..84).contains(&inside), "{inside} of 100");
 }

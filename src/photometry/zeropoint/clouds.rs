@@ -11,12 +11,10 @@ use statrs::function::erf::erfc;
 
 /// Fewest pointings among which clouds are looked for.
 const FEWEST: usize = 6;
-/// Twice the log-likelihood ratio at which clouds are as likely as not.
-const EVIDENCE: f64 = 2.0;
+/// Twice the log-likelihood ratio at which clouds are as likely as not, and from which they are believed.
+const EVIDENCE: f64 = 3.0;
 /// What a parameter more costs.
 const ONE_MORE: f64 = 4.0;
-/// Below this there is nothing one-sided.
-const NOTHING: f64 = 0.5;
 /// Share of the shift that stays in the error however sure the clouds are: how thick they are is not exponential.
 const UNKNOWN_SHAPE: f64 = 0.12;
 /// Largest share of clouded pointings.
@@ -50,17 +48,9 @@ pub struct Clouds {
 }
 
 impl Clouds {
-    /// Whether the zeropoint is to be that of the clear pointings.
-    pub fn believed(&self) -> bool {
-        self.belief >= 0.5
-    }
-
     /// Error of the zeropoint by not knowing for sure \[mag\].
     pub fn doubt_mag(&self) -> f64 {
         let sure = (self.belief * (1.0 - self.belief)).sqrt();
-        if !self.believed() {
-            return sure * self.shift_mag.abs();
-        }
         (sure.max(UNKNOWN_SHAPE) * self.shift_mag).hypot(UNKNOWN_SPLIT * self.tau_mag)
     }
 }
@@ -176,7 +166,7 @@ pub fn find(d: &[f64], v: &[f64]) -> Option<Clouds> {
     let thin = kind(Depth::Exponential(depth), 0.0);
     let alike = kind(Depth::Gaussian(depth, 0.3 * depth), ONE_MORE);
     let (gain, state, mut out) = if alike.0 > thin.0 { alike } else { thin };
-    if !(gain > NOTHING) {
+    if !(gain >= EVIDENCE) {
         return None;
     }
     out.belief = 1.0 / (1.0 + (0.5 * (EVIDENCE - gain)).exp());

@@ -26,7 +26,12 @@ pub struct Jackknife {
     pub leverage: Vec<f64>,
     /// Pointings without which k would be another one.
     pub warnings: Vec<String>,
+    /// Whether k is that of a single pointing: without it k moves by more than [`RESTS`] of its errors.
+    pub rests: bool,
 }
+
+/// Errors by which k moves without the pointing it rests on.
+const RESTS: f64 = 8.0;
 
 /// Leaves out each star and each pointing in turn. Cov = (n−1)/n Σ (θ₍ⱼ₎ − θ̄)(θ₍ⱼ₎ − θ̄)ᵀ.
 pub fn jackknife(rows: &Rows, fit: &Fit) -> Jackknife {
@@ -67,6 +72,7 @@ pub fn jackknife(rows: &Rows, fit: &Fit) -> Jackknife {
             None => out.warnings.push(format!("pointing {p} alone decides a term: without it k or C cannot be told")),
             Some(theta) => {
                 out.warnings.extend(turns_k(rows, fit, &bread, theta, p));
+                out.rests |= rests(rows, fit, &bread, theta);
                 shifts.push(*theta);
             }
         }
@@ -124,7 +130,10 @@ pub fn repeated(rows: &Rows, fit: &Fit, sums: &Sums, sds: [&[f64]; 2]) -> Jackkn
         match theta {
             _ if g == 1 => {}
             None => out.warnings.push(format!("pointing {p} alone decides a term: without it k or C cannot be told")),
-            Some(theta) => out.warnings.extend(turns_k(rows, fit, &solved.cov, theta, *p)),
+            Some(theta) => {
+                out.warnings.extend(turns_k(rows, fit, &solved.cov, theta, *p));
+                out.rests |= rests(rows, fit, &solved.cov, theta);
+            }
         }
     }
     let pointings: Option<Vec<Vector>> = out.without.iter().copied().collect();
@@ -170,6 +179,11 @@ fn turns_k(rows: &Rows, fit: &Fit, cov: &Matrix, without: &Vector, pointing: usi
     let turned = k * other < 0.0 && (k - other).abs() > 0.01;
     let moved = (k - other).abs() > (3.0 * err).max(0.01);
     (turned || moved).then(|| format!("k rests on pointing {pointing}: {k:.3} with it, {other:.3} without it"))
+}
+
+fn rests(rows: &Rows, fit: &Fit, cov: &Matrix, without: &Vector) -> bool {
+    let err = cov[1][1].max(0.0).sqrt();
+    matches!(rows.terms[0], Term::Free) && (fit.theta[1] - without[1]).abs() > (RESTS * err).max(0.01)
 }
 
 fn add(sum: &mut Matrix, part: &Matrix, sign: f64) {

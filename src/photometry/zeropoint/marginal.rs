@@ -26,6 +26,8 @@ const PRIOR_DOF: f64 = 4.0;
 const STATED_SD: f64 = 1.5;
 /// Relative density below which a scatter is left out.
 const NEGLIGIBLE: f64 = 1e-4;
+/// Degrees of freedom from which Student's t is a Gaussian.
+const MANY: f64 = 1e5;
 /// Dense rows above which fewer scatters are tried.
 const LARGE: usize = 60;
 
@@ -265,8 +267,11 @@ impl Quoted {
 
 /// Student's t: the two-sided interval of probability `share`.
 pub fn quantile(share: f64, dof: f64) -> f64 {
-    let t = StudentsT::new(0.0, 1.0, dof.max(1.0)).map(|d| d.inverse_cdf(0.5 + 0.5 * share));
     let gauss = if share > 0.9 { SIGMAS[1] } else { SIGMAS[0] };
+    if !(dof < MANY) {
+        return gauss;
+    }
+    let t = StudentsT::new(0.0, 1.0, dof.max(1.0)).map(|d| d.inverse_cdf(0.5 + 0.5 * share));
     t.ok().filter(|t| t.is_finite()).map_or(gauss, |t| t.max(gauss))
 }
 

@@ -339,7 +339,7 @@ fn without_clouds(
         clouds::find(&d, &v)
     };
     let first = if robust::has_pointings(rows) { look(rows, &fit, &[]) } else { None };
-    let Some(mut found) = first.clone().filter(clouds::Clouds::believed) else { return Ok((rows.clone(), fit, first)) };
+    let Some(mut found) = first else { return Ok((rows.clone(), fit, None)) };
     let mut out = (rows.clone(), fit);
     for _ in 0..CLOUD_ROUNDS {
         let shift: Vec<f64> = rows.group.iter().map(|p| found.mean_mag[*p]).collect();
@@ -347,7 +347,7 @@ fn without_clouds(
         let fit = robust::reweighted(&cleared, config.estimator, config)?;
         let next = look(&cleared, &fit, &found.mean_mag);
         out = (cleared, fit);
-        let Some(next) = next.filter(clouds::Clouds::believed) else { break };
+        let Some(next) = next else { break };
         found = next;
     }
     Ok((out.0, out.1, Some(found)))

@@ -46,7 +46,12 @@ pub fn report(
     } else {
         jackknife(rows, fit)
     };
-    let seen = pointings(rows, fit);
+    // the pointings as they are, clouds and all
+    let mut offsets = fit.offsets.clone();
+    if let Some(clouds) = clouds {
+        offsets.iter_mut().zip(&clouds.mean_mag).for_each(|(u, mean)| *u += mean);
+    }
+    let seen = pointings(&all.shifted(&whole.star_offset), &Fit { offsets, ..fit.clone() });
     let mut warnings = rows.warnings.clone();
     let g = seen.list.len();
     if config.estimator != Estimator::Ols && g < TOLD_BY && matches!(inference.prior, Prior::Site(_)) {
@@ -58,7 +63,7 @@ pub fn report(
             format!("{g} pointings: too few to know their scatter well, so a {prior} is in the error")
         });
     }
-    warnings.extend(clouds.filter(|c| c.believed()).map(|c| cloud_text(c, rows)));
+    warnings.extend(clouds.map(|c| cloud_text(c, rows)));
     if config.estimator == Estimator::Ols && (rows.len() as f64) > 1.05 * rows.n_stars as f64 {
         warnings.push(format!(
             "{} measurements of {} stars are taken as independent by ordinary least squares: the errors are too small; \
@@ -196,14 +201,11 @@ struct Inference {
     clouded: bool,
     /// Error of C by that of the colours' share \[mag/mag\].
     colour_err: f64,
-    /// Error of the offset by doubtful clouds \[mag\].
-    doubt_mag: f64,
 }
 
 impl Inference {
-    fn of(rows: &Rows, fit: &Fit, seen: Option<&Clouds>, config: &config::Zeropoint) -> Inference {
-        let clouds = seen.filter(|c| c.believed());
-        let doubt_mag = seen.map_or(0.0, Clouds::doubt_mag);
+    fn of(rows: &Rows, fit: &Fit, clouds: Option<&Clouds>, config: &config::Zeropoint) -> Inference {
+        let doubt_mag = clouds.map_or(0.0, Clouds::doubt_mag);
         let (g, n) = (rows.pointings.len(), rows.len() as f64);
         let sums = fit.sums(rows);
         let ols = config.estimator == Estimator::Ols;
@@ -253,7 +255,6 @@ impl Inference {
             tau_rms_mag,
             clouded: clouds.is_some(),
             colour_err,
-            doubt_mag,
         };
         let held = out.held(rows, fit);
         held.iter().for_each(|(slope, err)| out.model.add(slope, *err));
@@ -316,7 +317,8 @@ fn quote(
     for (which, by) in [(0, "star"), (1, "pointing"), (0, "star")] {
         let (one, other) =
             if which == 0 { (&jack.by_star, &jack.by_pointing) } else { (&jack.by_pointing, &jack.by_star) };
-        if jumps(one, other) {
+        // where k rests on one pointing the model cannot know whether it was clouded
+        if jumps(one, other) && !(which == 1 && jack.rests) {
             warnings.push(format!(
                 "the fits without one {by} scatter more than {JUMP} times as far as the model and the other jackknife say: a \
                  single {by} decides a term, and the model is quoted instead"
@@ -325,6 +327,11 @@ fn quote(
         }
     }
     let g = seen.list.len();
+    let at_k = |cov: &Matrix| cov[1][1];
+    if let Some(pointing) = jack.by_pointing.as_ref().filter(|p| jack.rests && at_k(p) > at_k(&model.cov)) {
+        let note = format!("delete-one-pointing jackknife ({g} pointings): k rests on one of them");
+        return (Quoted::of(*pointing, seen.dof.max(1.0)), jack, note);
+    }
     let few = rows.len() < rows.n_free() + FEWEST_DOF;
     let held = rows.terms.iter().any(|t| t.held_err() > 0.0);
     let why = if inference.clouded {
@@ -355,7 +362,6 @@ fn quote(
         };
         let mut quoted = Quoted::of(cov, dof);
         quoted.add(&[0.0, 0.0, 1.0, 0.0], inference.colour_err);
-        quoted.add(&[1.0, 0.0, 0.0, 0.0], inference.doubt_mag);
         return (quoted, jack, note);
     };
     (model, jack, format!("model of stars and pointings, averaged over their scatters; no jackknife: {why}"))
