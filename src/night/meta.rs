@@ -35,7 +35,10 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, told: &Provena
     let limit = vec![
         ("completeness".to_string(), number(LIMIT_COMPLETENESS)),
         ("detect_sigma".to_string(), number(config.target.detect_sigma)),
-        ("of_nondetections".to_string(), text("point sources injected into the search region of the frame and searched for")),
+        (
+            "of_nondetections".to_string(),
+            text("point sources injected into the search region of the frame and searched for"),
+        ),
         ("of_detections".to_string(), text("noise of the aperture: threshold and 1.645 sigma")),
     ];
     meta.push("limit_v_mag", MetaValue::Map(limit));

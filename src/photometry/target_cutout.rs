@@ -134,9 +134,10 @@ impl Cutout {
     /// A number that the pixels alone decide, for whoever needs chance that is the same every time.
     pub fn fingerprint(&self) -> u64 {
         // FNV-1a over every so many pixels
-        self.pixels.iter().step_by(7).fold(0xCBF2_9CE4_8422_2325, |hash, v| {
-            (hash ^ u64::from(v.to_bits())).wrapping_mul(0x0000_0100_0000_01B3)
-        })
+        self.pixels
+            .iter()
+            .step_by(7)
+            .fold(0xCBF2_9CE4_8422_2325, |hash, v| (hash ^ u64::from(v.to_bits())).wrapping_mul(0x0000_0100_0000_01B3))
     }
 
     /// FWHM of a star \[cells\].
@@ -236,8 +237,10 @@ impl Cutout {
         let (ny, nx) = self.pixels.dim();
         let side = rebin * self.net.bin;
         let span = |k: usize, n: usize| (k * side).min(n)..((k + 1) * side).min(n);
-        let inside: Vec<(usize, usize)> =
-            squares.iter().flat_map(|&(i, j)| span(j, ny).flat_map(move |y| span(i, nx).map(move |x| (x, y)))).collect();
+        let inside: Vec<(usize, usize)> = squares
+            .iter()
+            .flat_map(|&(i, j)| span(j, ny).flat_map(move |y| span(i, nx).map(move |x| (x, y))))
+            .collect();
         let found = hits_among(&self.seen(), &inside);
         self.mask(&found);
         !found.is_empty()

@@ -292,7 +292,8 @@ impl Patch<'_> {
                     }
                     done = length;
                     let (mut around, mut pixels) = (beside, 2.0 * n);
-                    for (t, v) in ends(length).into_iter().flatten().flat_map(|t| (-d..width + d).map(move |v| (t, v))) {
+                    for (t, v) in ends(length).into_iter().flatten().flat_map(|t| (-d..width + d).map(move |v| (t, v)))
+                    {
                         let value = self.at(&self.beside, at(t, v));
                         if value.is_finite() {
                             (around, pixels) = (around + END_WEIGHT * value, pixels + END_WEIGHT * END_WEIGHT);

@@ -140,9 +140,7 @@ impl Injection<'_> {
         let mut pixels = self.frame.pixels.slice(part).to_owned();
         let mut rng = ChaCha12Rng::seed_from_u64(self.seed ^ (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15));
         let root = s.fwhm_px / FWHM_PER_SIGMA * std::f64::consts::SQRT_2;
-        let share = |i: usize, at: f64| {
-            0.5 * (erf((i as f64 + 0.5 - at) / root) - erf((i as f64 - 0.5 - at) / root))
-        };
+        let share = |i: usize, at: f64| 0.5 * (erf((i as f64 + 0.5 - at) / root) - erf((i as f64 - 0.5 - at) / root));
         for ((j, i), pixel) in pixels.indexed_iter_mut() {
             let mean = flux_e * share(i + columns.start, at_x) * share(j + rows.start, at_y);
             if mean > 1e-6 {

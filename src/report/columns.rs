@@ -286,7 +286,10 @@ pub const RESIDUALS: &[Column] = &[
     number("model_v_mag", "mag", "modelled V magnitude, all lights"),
     number("model_err_mag", "mag", "numerical error of model_v_mag (quadrature); not how wrong the model is"),
     number("residual_mag", "mag", "observed minus modelled magnitude; positive = observed fainter"),
-    text("verdict", "use, caution or reject, of the residual: caution at best where the elements are more than 2 d old"),
+    text(
+        "verdict",
+        "use, caution or reject, of the residual: caution at best where the elements are more than 2 d old",
+    ),
     bits("flags", "quality bit mask; the bits are named in meta"),
 ];
 

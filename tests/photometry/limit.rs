@@ -68,7 +68,13 @@ fn scene(sky: Sky, fwhm: f64, rng: &mut ChaCha12Rng) -> Scene {
 }
 
 /// The frame with a point source in it whose photons are counted.
-fn with_target(frame: &Frame<Electrons>, (x, y): (f64, f64), flux: f64, fwhm: f64, rng: &mut ChaCha12Rng) -> Frame<Electrons> {
+fn with_target(
+    frame: &Frame<Electrons>,
+    (x, y): (f64, f64),
+    flux: f64,
+    fwhm: f64,
+    rng: &mut ChaCha12Rng,
+) -> Frame<Electrons> {
     let mut alone = Scene::new(SIDE, SIDE, 0.0);
     alone.star(x, y, flux, fwhm);
     let mut frame = frame.clone();

@@ -252,8 +252,10 @@ fn error_text(err_mag: f64) -> String {
 
 /// Of a non-detection: what its limit is.
 fn comment_of_limit(row: &PhotometryRow) -> String {
-    let mut parts =
-        vec!["non-detection".to_owned(), "limiting_magnitude: 95 % of targets of it injected into the frame are detected".to_owned()];
+    let mut parts = vec![
+        "non-detection".to_owned(),
+        "limiting_magnitude: 95 % of targets of it injected into the frame are detected".to_owned(),
+    ];
     parts.extend(old_elements(row));
     one_line(&parts.join("; "))
 }
@@ -261,7 +263,11 @@ fn comment_of_limit(row: &PhotometryRow) -> String {
 /// What is said of elements more than 2 days old.
 fn old_elements(row: &PhotometryRow) -> Option<String> {
     let age = row.tle_age_d.map(|d| format!(" ({:.1} d)", d.abs())).unwrap_or_default();
-    let spoilt = if row.status == "nondetection" { "target may be outside the field searched" } else { "magnitude is not affected" };
+    let spoilt = if row.status == "nondetection" {
+        "target may be outside the field searched"
+    } else {
+        "magnitude is not affected"
+    };
     Flags(row.flags).has(Flags::OLD_ELEMENTS).then(|| format!("orbital elements older than 2 d{age}: {spoilt}"))
 }
 
