@@ -45,11 +45,16 @@ pub fn ut1_utc_s(epoch: &Epoch) -> f64 {
     }
     if mjd_d >= last.0 {
         // no leap second is announced beyond the table
-        return last.1 + epoch.leap_seconds_iers() as f64;
+        return last.1 + tai_utc_s(epoch);
     }
     let after = rows.partition_point(|r| r.0 <= mjd_d).max(1);
     let ((a_d, a_s), (b_d, b_s)) = (rows[after - 1], rows[after]);
-    a_s + (b_s - a_s) * (mjd_d - a_d) / (b_d - a_d) + epoch.leap_seconds_iers() as f64
+    a_s + (b_s - a_s) * (mjd_d - a_d) / (b_d - a_d) + tai_utc_s(epoch)
+}
+
+/// TAI − UTC \[s\], by the same labels that [`super::time::ut1`] counts from: the sum does not break at a leap second.
+fn tai_utc_s(epoch: &Epoch) -> f64 {
+    (epoch.to_tai_duration() - epoch.to_utc_duration()).to_seconds()
 }
 
 /// The days the table covers, as words for messages: `1972-01-01 to 2027-10-29 (predicted from 2026-10-23)`.
@@ -101,9 +106,18 @@ mod tests {
 
     #[test]
     fn ut1_runs_on_through_a_leap_second() {
-        let before = Epoch::from_gregorian_utc_hms(2016, 12, 31, 23, 59, 58);
-        let after = Epoch::from_gregorian_utc_hms(2017, 1, 1, 0, 0, 1);
-        assert!((ut1_utc_s(&after) - ut1_utc_s(&before) - 1.0).abs() < 1e-6);
+        // UT1 as the rotation of the Earth uses it, second by second of TAI through 2016-12-31T23:59:60
+        let first = Epoch::from_gregorian_utc_hms(2016, 12, 31, 23, 59, 0).to_time_scale(hifitime::TimeScale::TAI);
+        let ut1_s = |k: i64| {
+            let epoch = first + k * hifitime::Unit::Second;
+            let (day, fraction) = crate::orbit::time::ut1(&epoch, ut1_utc_s(&epoch));
+            (day - 2_457_753.5 + fraction) * 86_400.0
+        };
+        for k in 0..120 {
+            assert!((ut1_s(k + 1) - ut1_s(k) - 1.0).abs() < 1e-5, "{k}: {}", ut1_s(k + 1) - ut1_s(k));
+        }
+        let day = |y, m, d| ut1_utc_s(&Epoch::from_gregorian_utc_at_midnight(y, m, d));
+        assert!((day(2017, 1, 1) - day(2016, 12, 31) - 1.0).abs() < 0.005);
     }
 
     #[test]

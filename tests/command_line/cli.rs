@@ -318,7 +318,7 @@ fn bad_arguments_of_passes_are_named_with_their_range() {
         ("-33.77,151.11", noon, &[][..], 2, "three numbers"),
         ("-133.77,151.11,70", noon, &[], 2, "site.lat_deg: -133.77"),
         ("-33.77,1510,70", noon, &[], 2, "site.lon_deg: 1510"),
-        ("nan,151.11,70", noon, &[], 2, "site.lat_deg: NaN"),
+        ("nan,151.11,70", noon, &[], 2, "--site: NaN"),
         ("a,b,c", noon, &[], 2, "--site"),
         (SITE, "today", &[], 2, "\"today\" is not a time: "),
         (SITE, "2025-06", &[], 2, "2025-06"),

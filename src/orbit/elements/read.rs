@@ -56,7 +56,9 @@ pub fn read_elements_for(path: &Path, norad: Option<u64>) -> Result<(Vec<Element
     let file = parsed(std::fs::read(path).map_err(|e| Error::io(path, e))?, path)?;
     let Some(first) = file.damaged.first() else { return Ok((file.sets, Vec::new())) };
     let Some(number) = norad else {
-        let known: Vec<String> = file.sets.iter().map(Elements::label).collect();
+        let mut known: Vec<String> = file.sets.iter().map(Elements::label).collect();
+        known.sort();
+        known.dedup();
         if first.numbers.is_empty() || file.sets.iter().any(|s| first.numbers.contains(&s.norad_cat_id())) {
             return Err(strict(path, first));
         }
