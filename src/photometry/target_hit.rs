@@ -51,7 +51,9 @@ const LEAST_RATIO: f64 = 0.05;
 /// Widths of lines \[px\]: light between two rows of pixels fills both.
 const WIDTHS: usize = 2;
 /// Brightest pixels of a candidate that are examined.
-const BRIGHTEST: usize = 60;
+const BRIGHTEST: usize = 48;
+/// What the row of a line must show by itself for the line to be looked at \[σ\].
+const PIVOT_SIGMA: f64 = 0.5;
 /// Rounds over a cutout: a hit that is masked no longer hides the one next to it.
 const ROUNDS: usize = 6;
 
@@ -246,14 +248,15 @@ impl Patch<'_> {
     }
 
     /// Whether a line through the pixel can be sharp at all: its own row, one or two pixels wide, must be.
-    fn may_be_sharp(&self, (i, j): (i64, i64)) -> bool {
+    fn may_be_sharp(&self, (i, j): (i64, i64), noise: f64) -> bool {
         (1..=WIDTHS as i64).any(|width| {
             let largest = self.sharpness.largest_ratios(width);
             [(1, 0), (0, 1)].into_iter().any(|(dx, dy)| {
                 let own: f64 = (0..width).map(|v| self.at(&self.own, (i + v * dx, j + v * dy))).sum();
                 (1i64..).zip(largest).any(|(d, ratio)| {
                     let value = |v: i64| self.at(&self.beside, (i + v * dx, j + v * dy));
-                    own > (value(-d) + value(width - 1 + d)) / ratio
+                    let excess = own - (value(-d) + value(width - 1 + d)) / ratio;
+                    excess > PIVOT_SIGMA * (noise * (width as f64 + 2.0 / (ratio * ratio))).sqrt()
                 })
             })
         })
@@ -406,7 +409,10 @@ pub(crate) fn hits(pixels: &Array2<f32>, sky: &Surface, sharpness: &Sharpness) -
         let line = |&(i, j): &(usize, usize)| {
             let at = (i as i64, j as i64);
             let noise = sky.rms(i as f64, j as f64).powi(2);
-            patch.may_be_sharp(at).then(|| patch.sharp_line(at, &LENGTHS[..SHORT_LENGTHS], noise, HIT_SIGMA)).flatten()
+            patch
+                .may_be_sharp(at, noise)
+                .then(|| patch.sharp_line(at, &LENGTHS[..SHORT_LENGTHS], noise, HIT_SIGMA))
+                .flatten()
         };
         let found: Vec<(i64, i64)> = bright.iter().filter_map(line).flatten().collect();
         if found.is_empty() {
@@ -447,7 +453,7 @@ pub(crate) fn hits_among(seen: &Seen, pixels: &[(usize, usize)]) -> Vec<(usize, 
     bright.truncate(BRIGHTEST);
     let sharp = |(i, j): (usize, usize)| {
         let (at, noise) = ((i as i64, j as i64), noise(i, j));
-        if !patch.may_be_sharp(at) {
+        if !patch.may_be_sharp(at, noise) {
             return None;
         }
         let centred = || patch.sharp_where_centred(at, noise, sigma.max(CENTRED_SIGMA));

@@ -140,29 +140,11 @@ fn tracks_in_a_thousand_frames() {
     }
 }
 
-pub fn dump() {
-    let (fwhm, seed, k) = (2.5, 1_000_003u64, 0u64);
-    for (k, cx, cy, snr) in
-        [(0u64, 148usize, 82usize, None), (20, 72, 129, None), (27, 137, 158, None), (9, 139, 103, None)]
-    {
-        let mut rng = ChaCha12Rng::seed_from_u64(seed + 7919 * k);
-        let mut scene = Scene::new(SIDE, SIDE, SKY);
-        let _: Option<f64> = snr;
-        let _ = (&mut scene, fwhm);
-        let mut frame = scene.expose(READ_NOISE, seed + 7919 * k + 1);
-        let mut any = || {
-            let at = place(&mut rng);
-            Track::any(&mut rng, at)
-        };
-        let tracks: Vec<Track> = (0..HITS).map(|_| any()).collect();
-        tracks.iter().for_each(|t| t.strike(&mut frame.pixels, &mut rng));
-        println!("frame {k}");
-        for j in cy - 9..cy + 10 {
-            println!(
-                "{j:4}: {}",
-                (cx - 12..cx + 13).map(|i| format!("{:5.0}", frame.pixels[[j, i]] - 60.0)).collect::<String>()
-            );
-        }
-    }
-    let _ = k;
+#[test]
+fn tracks_are_not_reported_as_the_target_where_stars_are_wide_enough() {
+    let empty = frames(6, 4.0, None, HITS, 1_000_003);
+    let with_target = frames(6, 4.0, Some((10.0, 50.0)), HITS, 1_000_003);
+    println!("{empty:?}\n{with_target:?}");
+    assert!(empty.false_detections == 0 && with_target.false_detections == 0, "{empty:?} {with_target:?}");
+    assert!(with_target.found >= 4, "{with_target:?}");
 }
