@@ -290,7 +290,7 @@ fn passes_need_no_configuration_when_site_and_elements_are_given() {
     assert!(line.contains(" 32.1 ") && line.contains(" 748.7 "), "{line}");
     let csv = satphot(empty.path(), &[&PASSES[..], &["--csv"]].concat()).expect(0, &[]);
     let widths: Vec<usize> = csv.out.lines().map(|l| l.split(',').count()).collect();
-    assert_eq!(widths, [14; 5], "{}", csv.out);
+    assert_eq!(widths, [16; 5], "{}", csv.out);
     let from_config = night().satphot(&["passes", "--start", "2025-06-09T00:00:00"]).expect(0, &[]);
     assert_eq!(from_config.out, table.out);
     satphot(empty.path(), &["passes", "--start", "2025-06-09T00:00:00"])
