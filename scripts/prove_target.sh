@@ -20,7 +20,3 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 FRAMES=${1:-100} cargo test --locked --test photometry -- --ignored --nocapture the_whole_table
-# cosmic-ray tracks, four a frame, with and without a target, by FWHM; FWHM=4,6 picks widths
-FRAMES=${TRACK_FRAMES:-1000} cargo test --locked --test photometry -- --ignored --nocapture tracks_in_a_thousand_frames
-# targets injected at the limit of their own frame: even skies, gradients, trails, so many frames of each
-FRAMES=${LIMIT_FRAMES:-100} cargo test --locked --test photometry -- --ignored --nocapture targets_at_the_limit

@@ -7,7 +7,6 @@ use crate::night::provenance::Provenance;
 use crate::night::survey::Survey;
 use crate::photometry::Flags;
 use crate::photometry::bands::{Band, Calibrated};
-use crate::photometry::target::LIMIT_COMPLETENESS;
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::export::DataMode;
 use crate::report::{Meta, MetaValue};
@@ -32,16 +31,6 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, told: &Provena
     ];
     meta.push("site", MetaValue::Map(site));
     meta.push("telescope", text(&config.telescope.name));
-    let limit = vec![
-        ("completeness".to_string(), number(LIMIT_COMPLETENESS)),
-        ("detect_sigma".to_string(), number(config.target.detect_sigma)),
-        (
-            "of_nondetections".to_string(),
-            text("point sources injected into the search region of the frame and searched for"),
-        ),
-        ("of_detections".to_string(), text("noise of the aperture: threshold and 1.645 sigma")),
-    ];
-    meta.push("limit_v_mag", MetaValue::Map(limit));
     // without a zeropoint there are no magnitudes but instrumental and modelled ones
     let band = zeropoint.map(|z| z.band.unwrap_or(Band::V)).or(config.photometry.band);
     meta.push("mag_system", text(band.map_or("Vega", Band::mag_system)));

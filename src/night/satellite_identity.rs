@@ -18,7 +18,11 @@ pub fn other_names(tracker: Option<&Tracker>, config: &Config) -> Vec<String> {
     if let Ok(catalogue) = Catalogue::load(file) {
         // elements without a name: the catalogue knows the target's
         let number = tracker.map_or(0, |t| t.object().1);
-        let objects = catalogue.entries().iter().filter(|e| !e.has_number(number)).flat_map(|e| &e.objects);
+        // without elements the model says which satellite is the target
+        let model = config.model.as_ref().filter(|_| tracker.is_none()).and_then(|m| catalogue.find(&m.satellite).ok());
+        let is_target = |o: &&String| model.is_some_and(|own| own.objects.contains(*o));
+        let of_others = catalogue.entries().iter().filter(|e| !e.has_number(number));
+        let objects = of_others.flat_map(|e| &e.objects).filter(|o| !is_target(o));
         names.extend(objects.map(|o| o.trim_end_matches(['*', '-', ' ', '(']).to_owned()));
     }
     names.retain(|n| !n.is_empty());

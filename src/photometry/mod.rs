@@ -28,7 +28,6 @@ mod target_cutout;
 mod target_enclose;
 mod target_flux;
 mod target_hit;
-mod target_limit;
 mod target_search;
 mod target_segment;
 mod target_shape;

@@ -17,9 +17,7 @@ use crate::photometry::surface_brightness::brightest_disc;
 use crate::photometry::target_cutout::{Cutout, Placed};
 use crate::photometry::target_enclose::enclosing;
 use crate::photometry::target_flux::{Measured, circle_at};
-use crate::photometry::target_limit::Injection;
-pub use crate::photometry::target_limit::{LIMIT_COMPLETENESS, LIMIT_MARGIN_SIGMA};
-use crate::photometry::target_search::{SCALES, Significances, best_candidate};
+use crate::photometry::target_search::{Significances, best_candidate};
 use crate::photometry::target_segment::{Segment, scales_needed, segment};
 use crate::photometry::target_shape::{Ellipse, moments, outline_moments};
 pub use crate::photometry::trail_known::KnownDirection;
@@ -79,30 +77,18 @@ pub enum TargetFound {
         /// Whether the sky is the level along the trails beside it: then there is no annulus, and no light of the target
         /// in the sky.
         along_trails: bool,
-        /// What could have been seen, where the whole object does not reach `detect_sigma`: then it is no detection.
-        unseen: Option<Box<Unseen>>,
     },
     /// Nothing above the threshold.
     NotDetected {
-        /// Flux of a point source at which 95 % of those put into the search region are detected \[e⁻\]; NaN where
-        /// nothing can be.
+        /// `detect_sigma` times the error of an empty aperture of `limit_r_px` at the expected place \[e⁻\].
         limit_e: f64,
-        /// What an aperture of `limit_r_px` at the expected place holds, negative or not.
+        /// What that aperture holds, negative or not.
         flux: Flux,
         /// The expected place \[px\].
         x_px: f64,
         /// The expected place \[px\].
         y_px: f64,
     },
-}
-
-/// What a frame without a detection says.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Unseen {
-    /// As in [`TargetFound::NotDetected`].
-    pub limit_e: f64,
-    /// Forced flux at the expected place.
-    pub flux: Flux,
 }
 
 /// The light of a target, and what is mixed with it.
@@ -132,8 +118,6 @@ const FAINT_REACH_FWHM: f64 = 8.0;
 const WIDE_SCALE: usize = 2;
 /// The aperture is nowhere narrower than this many FWHM to each side.
 const LEAST_FWHM: f64 = 1.5;
-/// Searches of a frame, each without the hits that the one before took for the target.
-const MOST_HITS: usize = 40;
 /// Among trails a wide spot whose whole light is less significant than this is what a trail left.
 const LEAST_SNR: f64 = 3.0;
 /// Above this ratio of the axes a target is called elongated.
@@ -157,67 +141,23 @@ const POINT_FWHM: f64 = 0.3;
 /// 5. [`Flags::TRAIL`] where light of trails was taken off, [`Flags::CONTAMINATED`] where that of trails and neighbours is
 ///    more than `contam_frac` of the flux, [`Flags::HIT`] for a pixel sharper than a star.
 ///
-/// [`TargetFound::NotDetected`] holds the forced flux at the expected place, negative or not, and the limit: the flux at
-/// which 95 % of point sources that are put into this frame's search region are detected by the same search.
+/// [`TargetFound::NotDetected`] holds the forced flux at the expected place, negative or not, and the limit.
 #[must_use]
 pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> TargetFound {
-    let mut found = found_in(frame, background, s);
-    match &mut found {
-        TargetFound::NotDetected { limit_e, flux, .. } => *limit_e = self::limit_e(frame, background, s, flux),
-        TargetFound::Detected { flux, unseen, .. } if !(flux.snr >= s.detect_sigma) => {
-            let forced = match Cutout::new(frame, s) {
-                Some(cutout) => limit(cutout, frame, background, s),
-                None => limit_without_cutout(frame, background, s),
-            };
-            if let TargetFound::NotDetected { flux, .. } = forced {
-                let limit_e = self::limit_e(frame, background, s, &flux);
-                *unseen = Some(Box::new(Unseen { limit_e, flux }));
-            }
-        }
-        TargetFound::Detected { .. } => {}
-    }
-    found
-}
-
-/// The limit by injection, where an aperture at the expected place holds `forced`.
-fn limit_e(frame: &Frame<Electrons>, background: &Background, s: &TargetSettings, forced: &Flux) -> f64 {
-    let Some(cutout) = Cutout::new(frame, s) else { return f64::NAN };
-    // the error without the flux's own Poisson noise: that of an empty aperture
-    let empty_e = (forced.flux_err_e.powi(2) - forced.flux_e.max(0.0)).max(0.0).sqrt();
-    let injection =
-        Injection { frame, background, settings: s, trails: cutout.strips.is_some(), seed: cutout.fingerprint() };
-    injection.limit_e(empty_e)
-}
-
-/// What is found, without a limit (`limit_e` is NaN, `unseen` is empty).
-pub(crate) fn found_in(frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> TargetFound {
     let Some(mut cutout) = Cutout::new(frame, s) else {
         return limit_without_cutout(frame, background, s);
     };
-    let mut tries = 0;
-    let (outlined, aperture, Measured { mut flux, under, net, net_origin }) = loop {
-        let Some(first) = outlined(&mut cutout, frame, s) else { return limit(cutout, frame, background, s) };
-        let Some(aperture) = aperture(&cutout, &first.segment, s) else { return limit(cutout, frame, background, s) };
-        // once more with the target kept out of the sky and of the trails' profiles
-        let around = if first.snr < FAINT_SNR && cutout.strips.is_some() { FAINT_REACH_FWHM * s.fwhm_px } else { 0.0 };
-        cutout.keep_out(&Placed { shape: aperture.shape.grown(around), ..aperture });
-        let outlined = outlined(&mut cutout, frame, s)
-            .unwrap_or_else(|| Outlined { snr1: cutout.layers().significance(cutout.fwhm_cells(), 1, None), ..first });
-        let Some(aperture) = self::aperture(&cutout, &outlined.segment, s) else {
-            return limit(cutout, frame, background, s);
-        };
-        let mut measured = cutout.flux(frame, background, &aperture, &outlined.snr1, s);
-        take_off_chance(&mut measured.flux, &outlined);
-        // what is not seen without its hits, or is less than they are, consists of them
-        let hits_e = cutout.hit_light(&aperture);
-        let of_hits = hits_e.is_some_and(|e| !(measured.flux.snr >= s.detect_sigma) || e > measured.flux.flux_e);
-        tries += 1;
-        if !of_hits || tries >= MOST_HITS {
-            break (outlined, aperture, measured);
-        }
-        cutout.mask_cells(&outlined.segment.cells());
-    };
-    let Outlined { segment: outline, snr, .. } = &outlined;
+    let Some(first) = outlined(&cutout, frame, s) else { return limit(cutout, frame, background, s) };
+    let Some(aperture) = aperture(&cutout, &first.segment, s) else { return limit(cutout, frame, background, s) };
+    // once more with the target kept out of the sky and of the trails' profiles
+    let around = if first.snr < FAINT_SNR && cutout.strips.is_some() { FAINT_REACH_FWHM * s.fwhm_px } else { 0.0 };
+    cutout.keep_out(&Placed { shape: aperture.shape.grown(around), ..aperture });
+    let outlined = outlined(&cutout, frame, s)
+        .unwrap_or_else(|| Outlined { snr1: cutout.layers().significance(cutout.fwhm_cells(), 1, None), ..first });
+    let Outlined { segment: outline, snr1, snr, .. } = &outlined;
+    let Some(aperture) = self::aperture(&cutout, outline, s) else { return limit(cutout, frame, background, s) };
+    let Measured { mut flux, under, net, net_origin } = cutout.flux(frame, background, &aperture, snr1, s);
+    take_off_chance(&mut flux, &outlined);
     let spot = cutout.strips.is_some() && outlined.scale >= WIDE_SCALE && flux.snr < LEAST_SNR;
     if spot || !flux.flux_e.is_finite() {
         return limit(cutout, frame, background, s);
@@ -241,7 +181,8 @@ pub(crate) fn found_in(frame: &Frame<Electrons>, background: &Background, s: &Ta
     }
     let at = (aperture.x - nx as f64, aperture.y - ny as f64);
     let rms_e = cutout.sky.rms(aperture.x, aperture.y);
-    if cutout.hit_light(&aperture).is_some() {
+    let inside = |&(i, j): &(usize, usize)| aperture.shape.contains(i as f64 - aperture.x, j as f64 - aperture.y);
+    if cutout.hits.iter().any(inside) {
         flux.flags.set(Flags::HIT);
     }
     let mut light = shape_of_light(&cutout, outline, *snr);
@@ -250,7 +191,7 @@ pub(crate) fn found_in(frame: &Frame<Electrons>, background: &Background, s: &Ta
     if light.elongation > ELONGATED {
         flux.flags.set(Flags::ELONGATED);
     }
-    TargetFound::Detected { flux, x_px: aperture.x + ox, y_px: aperture.y + oy, light, along_trails, unseen: None }
+    TargetFound::Detected { flux, x_px: aperture.x + ox, y_px: aperture.y + oy, light, along_trails }
 }
 
 /// The most likely target.
@@ -265,22 +206,12 @@ struct Outlined {
     scale: usize,
 }
 
-/// The most likely target, after the hits that looked like one have been masked, one after the other.
-fn outlined(cutout: &mut Cutout, frame: &Frame<Electrons>, s: &TargetSettings) -> Option<Outlined> {
-    for _ in 0..MOST_HITS {
-        let layers = cutout.layers();
-        let mut snrs = Significances::new(&layers, cutout.fwhm_cells());
-        let found = best_candidate(cutout, &mut snrs, frame, s)?;
-        if cutout.mask_hits(&found.pixels, SCALES[found.scale]) {
-            continue;
-        }
-        let segment = segment(cutout, &layers, snrs.first(scales_needed(&found)), &found);
-        if cutout.mask_hits(&segment.cells(), 1) {
-            continue;
-        }
-        return Some(Outlined { segment, snr1: snrs.at_scale.swap_remove(0), snr: found.snr, scale: found.scale });
-    }
-    None
+fn outlined(cutout: &Cutout, frame: &Frame<Electrons>, s: &TargetSettings) -> Option<Outlined> {
+    let layers = cutout.layers();
+    let mut snrs = Significances::new(&layers, cutout.fwhm_cells());
+    let found = best_candidate(cutout, &mut snrs, frame, s)?;
+    let segment = segment(cutout, &layers, snrs.first(scales_needed(&found)), &found);
+    Some(Outlined { segment, snr1: snrs.at_scale.swap_remove(0), snr: found.snr, scale: found.scale })
 }
 
 /// Takes off what the choice of the aperture added: it lies where the noise helped.
@@ -327,14 +258,16 @@ fn shape_of_light(cutout: &Cutout, outline: &Segment, snr: f64) -> Light {
     }
 }
 
-/// The forced flux at the expected place.
+/// The forced flux at the expected place and what could have been seen there.
 fn limit(mut cutout: Cutout, frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> TargetFound {
     let (ox, oy) = cutout.origin(frame);
     let place = circle_at(s.x_px - ox, s.y_px - oy, s.limit_r_px);
     cutout.keep_out(&place);
     let snr1 = cutout.layers().significance(cutout.fwhm_cells(), 1, None);
     let flux = cutout.flux(frame, background, &place, &snr1, s).flux;
-    TargetFound::NotDetected { limit_e: f64::NAN, flux, x_px: s.x_px, y_px: s.y_px }
+    // the error without the flux's own Poisson noise: that of an empty aperture
+    let empty = (flux.flux_err_e.powi(2) - flux.flux_e.max(0.0)).sqrt();
+    TargetFound::NotDetected { limit_e: s.detect_sigma * empty, flux, x_px: s.x_px, y_px: s.y_px }
 }
 
 /// The limit where the expected place is off the frame: nothing measurable.

@@ -3,8 +3,6 @@
 //! Electrons. Pixels of the cutout, and cells of it ([`Cells`]) for everything but fluxes. Two passes: once with nothing
 //! known, once more with the target kept out of sky and trails. Leaves out: which object is the target.
 
-use std::sync::Arc;
-
 use ndarray::Array2;
 
 use crate::frames::{Electrons, Frame, mask};
@@ -12,7 +10,7 @@ use crate::photometry::aperture::{Bounds, Shape, cells};
 use crate::photometry::smooth::{Kernel, smooth_image};
 use crate::photometry::target::TargetSettings;
 use crate::photometry::target_cells::{Cells, Layers, row_of};
-use crate::photometry::target_hit::{Seen, Sharpness, hits, hits_among};
+use crate::photometry::target_hit::hits;
 use crate::photometry::target_sky::{Block, Surface, blocks};
 use crate::photometry::trail::trail_direction;
 use crate::photometry::trail_bend::Bend;
@@ -40,9 +38,8 @@ pub(crate) struct Cutout {
     pub pixels: Array2<f32>,
     blocks: Vec<Block>,
     pub sky: Surface,
-    /// Where pixels are sharper than a star.
-    pub hits: Array2<bool>,
-    sharpness: Arc<Sharpness>,
+    /// Pixels sharper than a star.
+    pub hits: Vec<(usize, usize)>,
     /// The pixels less the sky, in cells.
     pub net: Cells,
     /// Scatter of a sky pixel in the middle \[e⁻\].
@@ -94,8 +91,7 @@ impl Cutout {
             [columns.start == bounds.x0, columns.end == bounds.x1, rows.start == bounds.y0, rows.end == bounds.y1];
         let blocks = blocks(&pixels, ((BLOCK_FWHM * s.fwhm_px).round() as usize).clamp(8, 48));
         let sky = Surface::fit(&blocks, pixels.dim(), |_| false);
-        let sharpness = Sharpness::of(s.fwhm_px);
-        let hits = hits(&pixels, &sky, &sharpness);
+        let hits = hits(&pixels, &sky, s.fwhm_px);
         let net = cells_above(&pixels, &sky, &hits, s.fwhm_px);
         let none = Array2::zeros(net.mean.dim());
         let rms_e = noise_of(&sky, pixels.dim());
@@ -108,7 +104,6 @@ impl Cutout {
             blocks,
             sky,
             hits,
-            sharpness,
             net,
             rms_e,
             fwhm_px,
@@ -129,15 +124,6 @@ impl Cutout {
     /// Full-frame position of the cutout's first pixel.
     pub fn origin(&self, frame: &Frame<Electrons>) -> (f64, f64) {
         ((frame.origin_px.0 + self.x0) as f64, (frame.origin_px.1 + self.y0) as f64)
-    }
-
-    /// A number that the pixels alone decide, for whoever needs chance that is the same every time.
-    pub fn fingerprint(&self) -> u64 {
-        // FNV-1a over every so many pixels
-        self.pixels
-            .iter()
-            .step_by(7)
-            .fold(0xCBF2_9CE4_8422_2325, |hash, v| (hash ^ u64::from(v.to_bits())).wrapping_mul(0x0000_0100_0000_01B3))
     }
 
     /// FWHM of a star \[cells\].
@@ -231,86 +217,6 @@ impl Cutout {
         (self.light, self.unsure, self.flicker) = (light, unsure, flicker);
     }
 
-    /// Masks the hits among the brightest pixels of what may be the target, given in squares of `rebin` cells; whether
-    /// there were any.
-    pub fn mask_hits(&mut self, squares: &[(usize, usize)], rebin: usize) -> bool {
-        let (ny, nx) = self.pixels.dim();
-        let side = rebin * self.net.bin;
-        let span = |k: usize, n: usize| (k * side).min(n)..((k + 1) * side).min(n);
-        let inside: Vec<(usize, usize)> = squares
-            .iter()
-            .flat_map(|&(i, j)| span(j, ny).flat_map(move |y| span(i, nx).map(move |x| (x, y))))
-            .collect();
-        let found = hits_among(&self.seen(), &inside);
-        self.mask(&found);
-        !found.is_empty()
-    }
-
-    /// Takes pixels for hits.
-    fn mask(&mut self, found: &[(usize, usize)]) {
-        for &(i, j) in found {
-            self.hits[[j, i]] = true;
-        }
-        found.iter().for_each(|&(i, j)| self.renew_cell(i / self.net.bin, j / self.net.bin));
-    }
-
-    /// Takes all of an outline for the remainder of hits.
-    pub fn mask_cells(&mut self, cells: &[(usize, usize)]) {
-        let bin = self.net.bin;
-        let pixels: Vec<(usize, usize)> = cells
-            .iter()
-            .flat_map(|&(i, j)| (0..bin).flat_map(move |y| (0..bin).map(move |x| (i * bin + x, j * bin + y))))
-            .collect();
-        self.mask(&pixels);
-    }
-
-    /// What hits add to the light in an aperture \[e⁻\]; `None` without any.
-    pub fn hit_light(&self, at: &Placed) -> Option<f64> {
-        let r = at.shape.bounding_radius_px();
-        let (ny, nx) = self.hits.dim();
-        let (columns, rows) = (cells(at.x - r, at.x + r, 0, nx), cells(at.y - r, at.y + r, 0, ny));
-        let inside = |i: usize, j: usize| at.shape.contains(i as f64 - at.x, j as f64 - at.y);
-        rows.into_iter()
-            .flat_map(|j| columns.clone().map(move |i| (i, j)))
-            .filter(|&(i, j)| self.hits[[j, i]] && inside(i, j))
-            .map(|(i, j)| f64::from(self.pixels[[j, i]]) - self.without_hit(i, j))
-            .reduce(|sum, e| sum + e)
-    }
-
-    fn seen(&self) -> Seen<'_> {
-        Seen { pixels: &self.pixels, sky: &self.sky, sharpness: &self.sharpness, hits: &self.hits }
-    }
-
-    /// A pixel \[e⁻\]; that of a hit is the mean of those around it.
-    pub fn without_hit(&self, i: usize, j: usize) -> f64 {
-        let own = f64::from(self.pixels[[j, i]]);
-        if !self.hits[[j, i]] {
-            return own;
-        }
-        let filled = self.seen().filled(i as i64, j as i64);
-        filled.map_or(own, |above| above + self.sky.level(i as f64, j as f64)).min(own)
-    }
-
-    /// The mean of a cell once more, after pixels of it have been masked.
-    fn renew_cell(&mut self, i: usize, j: usize) {
-        let bin = self.net.bin;
-        let (my, mx) = self.net.mean.dim();
-        if i >= mx || j >= my {
-            return;
-        }
-        let (mut sum, mut n) = (0.0, 0usize);
-        for y in j * bin..(j + 1) * bin {
-            for x in i * bin..(i + 1) * bin {
-                let v = self.pixels[[y, x]];
-                if v.is_finite() && !self.hits[[y, x]] {
-                    sum += f64::from(v) - self.sky.level(x as f64, y as f64);
-                    n += 1;
-                }
-            }
-        }
-        self.net.mean[[j, i]] = if 2 * n >= bin * bin { (sum / n as f64) as f32 } else { f32::NAN };
-    }
-
     /// The cells without sky and trails; NaN where they are bad.
     pub fn residual(&self) -> Array2<f32> {
         &self.net.mean - &self.light
@@ -344,11 +250,15 @@ fn noise_of(sky: &Surface, (ny, nx): (usize, usize)) -> f64 {
 }
 
 /// The pixels above the sky, in cells; hits do not count.
-fn cells_above(pixels: &Array2<f32>, sky: &Surface, hits: &Array2<bool>, fwhm_px: f64) -> Cells {
+fn cells_above(pixels: &Array2<f32>, sky: &Surface, hits: &[(usize, usize)], fwhm_px: f64) -> Cells {
+    // row by row, as the hits come
+    let mut hits = hits.iter().peekable();
     Cells::of_lines(pixels.dim(), fwhm_px, |j, out| {
         sky.row(j, out);
-        let row = row_of(pixels, j).iter().zip(row_of(hits, j));
-        out.iter_mut().zip(row).for_each(|(o, (v, hit))| *o = if *hit { f32::NAN } else { v - *o });
+        out.iter_mut().zip(row_of(pixels, j)).for_each(|(o, v)| *o = v - *o);
+        while let Some((i, _)) = hits.next_if(|hit| hit.1 <= j) {
+            out[*i] = f32::NAN;
+        }
     })
 }
 

@@ -97,8 +97,7 @@ impl Cutout {
         let part = ndarray::s![rows.clone(), columns.clone()];
         let mut pixels = self.pixels.slice(part).to_owned();
         for ((j, i), v) in pixels.indexed_iter_mut() {
-            let (i, j) = (i + columns.start, j + rows.start);
-            *v = (self.without_hit(i, j) - level(i, j) + sky_e) as f32;
+            *v = (f64::from(*v) - level(i + columns.start, j + rows.start) + sky_e) as f32;
         }
         let mut net = Frame::from_electrons(frame.path.clone(), pixels, frame.gain.clone());
         let (x, y) = (self.x0 + columns.start, self.y0 + rows.start);

@@ -238,14 +238,14 @@ fn is_hot_pixel(cutout: &Cutout, squares: &[(usize, usize)], side: usize) -> boo
     let residual = |i: usize, j: usize| {
         let light = cutout.light[[(j / bin).min(my - 1), (i / bin).min(mx - 1)]];
         let v = f64::from(cutout.pixels[[j, i]] - light) - cutout.sky.level(i as f64, j as f64);
-        if v.is_finite() && !cutout.hits[[j, i]] { v } else { 0.0 }
+        if v.is_finite() { v } else { 0.0 }
     };
     let mut brightest = (f64::NEG_INFINITY, 0, 0);
     for &(i, j) in squares {
         for jj in j * side..((j + 1) * side).min(ny) {
             for ii in i * side..((i + 1) * side).min(nx) {
                 let v = f64::from(cutout.pixels[[jj, ii]]);
-                if v > brightest.0 && !cutout.hits[[jj, ii]] {
+                if v > brightest.0 {
                     brightest = (v, ii, jj);
                 }
             }

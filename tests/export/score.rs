@@ -97,7 +97,7 @@ fn a_score_file_has_the_cells_of_the_shared_example() {
         }
     }
     assert_eq!(cell(&mine[0], "observer_orcid"), cell(&theirs[0], "observer_orcid"));
-    assert_eq!(cell(&mine[1], "comments"), "non-detection");
+    assert!(cell(&mine[1], "comments").starts_with("non-detection"));
 }
 
 #[test]

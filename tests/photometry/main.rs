@@ -13,7 +13,6 @@ mod flux;
 mod growth;
 mod injection;
 mod injection_station;
-mod limit;
 mod speed;
 mod stats;
 mod target;

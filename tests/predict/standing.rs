@@ -90,7 +90,18 @@ fn every_prediction_says_so_in_its_text_and_in_the_meta_block_of_its_table() {
         (
             "few.ecsv",
             "constellation",
-            vec!["--site", SITE, "--start", "2025-06-11T08:00:00", "--steps", "1", "--count", "300"],
+            vec![
+                "--site",
+                SITE,
+                "--start",
+                "2025-06-11T08:00:00",
+                "--steps",
+                "1",
+                "--count",
+                "300",
+                "--inclination-deg",
+                "53",
+            ],
         ),
         ("month.ecsv", "month", vec!["--site", SITE, "--month", "2025-06", "--nights", "1", "--points", "20"]),
     ];

@@ -343,13 +343,16 @@ fn a_table_of_several_filters_and_the_letters_of_textbooks_are_understood() {
     is_truth(&m, TRUTH[0]);
     assert_eq!(m.left_out["other filter"], 240, "{}", m.text());
     // the errors of a colour made of two columns are those of both, by their names or as the user says
-    let mut text_g = String::from("flux_e,exptime,g_psf,e_g_psf,r_psf,e_r_psf,airmass\n");
+    let mut text_g = String::from("flux_e,exptime,V_psf,e_V_psf,R_psf,e_R_psf,airmass\n");
     for s in stars() {
         let _ = writeln!(text_g, "{},1,{},0.03,{},0.04,{}", s.flux_e_s, s.v, s.v - s.b_v, s.airmass);
     }
-    let m = fit_text(&text_g, &[("v_mag", "g_psf"), ("b_v_mag", "g_psf-r_psf")]).unwrap();
+    // magnitudes of g are no V
+    let other = fit_text(&text_g.replace("V_psf", "g_psf"), &[("v_mag", "g_psf"), ("b_v_mag", "g_psf-R_psf")]);
+    assert!(other.unwrap_err().to_string().contains("say --band g"));
+    let m = fit_text(&text_g, &[("v_mag", "V_psf"), ("b_v_mag", "V_psf-R_psf")]).unwrap();
     assert!(
-        (m.rows[0].catalogue_b_v_mag_err.unwrap() - 0.05).abs() < 1e-12 && m.colour == "g_psf-r_psf",
+        (m.rows[0].catalogue_b_v_mag_err.unwrap() - 0.05).abs() < 1e-12 && m.colour == "V_psf-R_psf",
         "{}",
         m.text()
     );

@@ -252,10 +252,7 @@ fn error_text(err_mag: f64) -> String {
 
 /// Of a non-detection: what its limit is.
 fn comment_of_limit(row: &PhotometryRow) -> String {
-    let mut parts = vec![
-        "non-detection".to_owned(),
-        "limiting_magnitude: 95 % of targets of it injected into the frame are detected".to_owned(),
-    ];
+    let mut parts = vec!["non-detection".to_owned(), "limiting_magnitude is the detection threshold".to_owned()];
     parts.extend(old_elements(row));
     one_line(&parts.join("; "))
 }
