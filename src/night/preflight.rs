@@ -218,7 +218,8 @@ fn missing_settings(bench: &Bench, lights: &[&Exposure]) -> Vec<MissingKey> {
             lines.push(MissingKey { table: "detector.e_per_adu".into(), line });
         }
         let in_header = header_read_noise(exposure);
-        if !has_noise && !(egain && in_header.is_some()) {
+        let from_header = egain && in_header.is_some();
+        if !has_noise && !from_header {
             let line = of(in_header, "RDNOISE", suggestion.map(|s| s.1));
             lines.push(MissingKey { table: "detector.read_noise_e".into(), line });
         }

@@ -163,7 +163,7 @@ pub fn old_elements_note(rows: &[PhotometryRow]) -> Option<String> {
     let of: Vec<String> = passes(rows)
         .iter()
         .zip(1..)
-        .filter(|(pass, _)| pass.iter().any(|r| old(r)))
+        .filter(|(pass, _)| pass.iter().any(&old))
         .map(|(_, number): (_, usize)| number.to_string())
         .collect();
     let oldest = rows.iter().filter(old).filter_map(|r| r.tle_age_d).map(f64::abs).max_by(f64::total_cmp);

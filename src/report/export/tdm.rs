@@ -195,7 +195,7 @@ fn segment(path: &Path, rows: &[&PhotometryRow], pass: Utc, facts: &Facts) -> Re
 /// `VALIDATED` if every row was judged to be used, `RAW` if nobody judged some of them, `DEGRADED` otherwise.
 fn data_quality(rows: &[&PhotometryRow], declared: bool) -> &'static str {
     let judged = |r: &&PhotometryRow| Verdict::from_cell(&r.verdict);
-    match rows.iter().map(|r| judged(r)).all(|v| v.is_none_or(|v| v == Verdict::Use)) {
+    match rows.iter().map(judged).all(|v| v.is_none_or(|v| v == Verdict::Use)) {
         true if declared => "DEGRADED",
         true if rows.iter().all(|r| judged(r).is_some()) => "VALIDATED",
         true => "RAW",
