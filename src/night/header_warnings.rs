@@ -1,7 +1,7 @@
 //! What is odd about one frame's header and no reason to refuse it: the same words in `satphot inspect` and in a run.
 //!
 //! Arcsec/px, e⁻/ADU. Leaves out what reading the frame already found ([`Exposure::warnings`]: exposure, time, gain,
-//! binning) and what only the whole night shows ([`super::header_checks`], [`super::instrument`]).
+//! binning) and what only the whole night shows ([`super::header_checks`], `instrument`).
 
 use crate::config::Config;
 use crate::frames::header::{CameraCheck, calibration, check_camera, optics, sexagesimal};

@@ -2,7 +2,7 @@
 //! single stages.
 //!
 //! A check adds errors (the night is refused, all of them told at once), notes, and lines to paste into pipeline.toml. A
-//! new check is a function and a line in [`CHECKS`]. Leaves out what only pixels tell ([`super::scale::check_stars`]).
+//! new check is a function and a line in `CHECKS`. Leaves out what only pixels tell ([`super::scale::check_stars`]).
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

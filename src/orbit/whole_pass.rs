@@ -56,7 +56,7 @@ struct Side {
 /// Every pass above `min_alt_rad` that has a part between `start` and `end`, whole, in order of time.
 ///
 /// # Errors
-/// As [`super::passes`].
+/// As [`super::passes()`].
 pub fn whole_passes(tracker: &Tracker, start: &Epoch, end: &Epoch, min_alt_rad: f64) -> Result<Vec<WholePass>> {
     let (search, found) = stays(tracker, start, end, min_alt_rad)?;
     found.into_iter().map(|inside| whole(&search, inside, start)).collect()
