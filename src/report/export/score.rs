@@ -161,8 +161,8 @@ const OPTIONS: [(&str, &str); 6] = [
     ("mpc_code", "--mpc-code (reporter.mpc_code)"),
 ];
 
-/// V magnitude at which 95 % of targets are detected: the row's own, or, in tables of an older satphot, which have none
-/// for detections, the one at the threshold of its noise: `V − 2.5 log10(t/F)`, t of [`detectable_e`].
+/// V magnitude at the threshold of detection: the row's own, or that of its noise in tables of an older satphot, which
+/// have none for detections: `V − 2.5 log10(t/F)`, t of [`detectable_e`].
 fn limit_v_mag(row: &PhotometryRow, facts: &Facts) -> Option<f64> {
     let of_noise = || {
         let (v, flux_e, err_e) = (row.v_mag?, row.flux_e.filter(|f| *f > 0.0)?, row.flux_err_e?);
