@@ -82,7 +82,7 @@ impl Outputs<'_> {
         let mut files = report::plot::light_curve_pages(&folder, rows, &self.config.night.name, band)?;
         if self.bench.model.is_some() {
             let path = folder.join("residuals_altitude.svg");
-            report::plot::residuals_altitude_in(&path, residuals, band)?;
+            report::plot::residuals_altitude(&path, residuals, band)?;
             files.push(path);
         }
         if let (Some(z), Some(_)) = (&self.bench.zeropoint, &self.config.stars) {

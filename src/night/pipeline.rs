@@ -35,7 +35,7 @@ use crate::night::survey::Survey;
 use crate::night::target::{failed_file_row, missing_parts, set_aside_row};
 use crate::night::zeropoint::fit_rows;
 use crate::photometry::zeropoint::Zeropoint;
-use crate::report::summary::pass_table_in;
+use crate::report::summary::pass_table;
 use crate::report::words::{Status, Verdict};
 use crate::report::{PhotometryRow, StarRow};
 
@@ -168,7 +168,7 @@ pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Resul
         night: config.night.name.clone(),
         folder: folder.clone(),
         passes: if counts.targets > 0 {
-            format!("\n{}", pass_table_in(&rows, bench.zeropoint.as_ref().map_or("V", |z| z.band_name())))
+            format!("\n{}", pass_table(&rows, bench.zeropoint.as_ref().map_or("V", |z| z.band_name())))
         } else {
             String::new()
         },

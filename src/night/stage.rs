@@ -27,7 +27,7 @@ use crate::photometry::Flags;
 use crate::photometry::bands::{Band, Calibrated, Light};
 use crate::photometry::zeropoint::Zeropoint;
 use crate::report::export::DataMode;
-use crate::report::summary::pass_table_in;
+use crate::report::summary::pass_table;
 use crate::report::words::Status;
 use crate::report::{Meta, MetaValue, PhotometryRow, ResidualRow, StarRow, read_photometry, read_stars};
 use crate::report::{write_photometry, write_residuals, write_stars};
@@ -263,7 +263,7 @@ impl Measured {
             n(Status::Rejected),
             n(Status::Failed)
         );
-        counts + &pass_table_in(&self.rows, self.zeropoint.as_ref().map_or("V", |z| z.band_name()))
+        counts + &pass_table(&self.rows, self.zeropoint.as_ref().map_or("V", |z| z.band_name()))
     }
 }
 
@@ -351,8 +351,8 @@ impl Compared {
     pub fn text(&self) -> String {
         let band = self.of_band.iter().find(|(key, _)| key == "band").map(|(_, value)| value);
         match band {
-            Some(MetaValue::Text(band)) if band != "none" => pass_table_in(&self.rows, band),
-            _ => pass_table_in(&self.rows, "V"),
+            Some(MetaValue::Text(band)) if band != "none" => pass_table(&self.rows, band),
+            _ => pass_table(&self.rows, "V"),
         }
     }
 }

@@ -107,19 +107,13 @@ pub fn text_table(head: &[&str], rows: &[Vec<String>]) -> String {
 }
 
 /// One line per pass: UTC of the first frame, target, how many magnitudes are used of how many frames, their median and
-/// brightest V, the largest light of the frames, median and robust σ of the used residuals (observed − modelled), and the
+/// brightest one in `band`, the largest light of the frames, median and robust σ of the used residuals (observed − modelled), and the
 /// median random and systematic errors of the used magnitudes.
 ///
 /// Used are those of [`counts`]. A number that the pass does not give is an empty cell: a median without a magnitude, a σ
 /// of one residual.
 #[must_use]
-pub fn pass_table(rows: &[PhotometryRow]) -> String {
-    pass_table_in(rows, "V")
-}
-
-/// As [`pass_table`], of magnitudes of another band than V.
-#[must_use]
-pub fn pass_table_in(rows: &[PhotometryRow], band: &str) -> String {
+pub fn pass_table(rows: &[PhotometryRow], band: &str) -> String {
     let named = ["median ?", "brightest ?", "? err", "? err sys"].map(|name| name.replace('?', band));
     let head = [
         "pass", "UTC", "target", "used", "frames", &named[0], &named[1], "light", "residual", "sigma", &named[2],

@@ -176,7 +176,7 @@ fn identical_rows_give_identical_figures() {
         assert_eq!(fs::read(a).unwrap(), fs::read(b).unwrap());
     };
     twice(&|p| light_curve(p, &night_of_three(), "A night").unwrap());
-    twice(&|p| residuals_altitude(p, &residuals(90)).unwrap());
+    twice(&|p| residuals_altitude(p, &residuals(90), "V").unwrap());
     twice(&|p| zeropoint_diagnostics(p, &stars(321), -23.37, 0.12, 0.08).unwrap());
 }
 
@@ -261,12 +261,12 @@ fn no_input_breaks_a_figure() {
         assert_well_formed(&fs::read_to_string(&path).unwrap());
     }
     for n in [0, 1, 2, 90] {
-        residuals_altitude(&place("r.svg"), &residuals(n)).unwrap();
+        residuals_altitude(&place("r.svg"), &residuals(n), "V").unwrap();
         assert_well_formed(&fs::read_to_string(place("r.svg")).unwrap());
         zeropoint_diagnostics(&place("z.svg"), &stars(n), -23.0, 0.1, 0.0).unwrap();
         assert_well_formed(&fs::read_to_string(place("z.svg")).unwrap());
     }
-    residuals_altitude(&place("r.svg"), &[ResidualRow::default(), ResidualRow::default()]).unwrap();
+    residuals_altitude(&place("r.svg"), &[ResidualRow::default(), ResidualRow::default()], "V").unwrap();
     zeropoint_diagnostics(&place("z.svg"), &[StarRow::default()], f64::NAN, 0.0, 0.0).unwrap();
     assert_well_formed(&fs::read_to_string(place("z.svg")).unwrap());
 }
@@ -279,7 +279,7 @@ fn an_empty_figure_says_why() {
     };
     assert!(text(&[]).contains("no data: no target frame"));
     assert!(text(&[PhotometryRow::default()]).contains("no data: none of 1 frames has a time"));
-    residuals_altitude(&place("why_r.svg"), &[]).unwrap();
+    residuals_altitude(&place("why_r.svg"), &[], "V").unwrap();
     assert!(fs::read_to_string(place("why_r.svg")).unwrap().contains("no data: no frame has both"));
     zeropoint_diagnostics(&place("why_z.svg"), &[], -23.0, 0.1, 0.1).unwrap();
     assert!(fs::read_to_string(place("why_z.svg")).unwrap().contains("no data: no star was measured"));

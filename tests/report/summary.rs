@@ -95,7 +95,7 @@ fn the_pass_table_counts_all_frames_and_uses_only_the_good() {
         row(60_000.000_2, 25544, Some(2.0), "reject"),
         row(60_000.000_3, 25544, None, "use"),
     ];
-    let text = pass_table(&rows);
+    let text = pass_table(&rows, "V");
     let line: Vec<&str> = text.lines().nth(2).unwrap().split_whitespace().collect();
     let expected =
         ["1", "2025-06-09T10:33:02", "OBJECT", "25544", "2", "4", "12.05", "11.90", "moon", "+0.050", "0.222"];
@@ -104,7 +104,7 @@ fn the_pass_table_counts_all_frames_and_uses_only_the_good() {
 
 /// The cells of a pass by their headings.
 fn cells(rows: &[PhotometryRow]) -> impl Fn(&str) -> String + use<> {
-    let text = pass_table(rows);
+    let text = pass_table(rows, "V");
     let lines: Vec<Vec<char>> = text.lines().map(|l| l.chars().collect()).collect();
     // the rule below the head shows where the columns are
     let rule: Vec<(usize, usize)> = {

@@ -23,7 +23,7 @@ use crate::night::outputs::{file_name, make_folder_of, save};
 use crate::night::provenance::{Provenance, TOOL};
 use crate::night::target::{TargetFrame, set_aside_row};
 use crate::report::columns::{self, Column, Datatype};
-use crate::report::summary::pass_table_in;
+use crate::report::summary::pass_table;
 use crate::report::words::{Status, Verdict};
 use crate::report::{
     Meta, MetaValue, PhotometryRow, read_photometry, read_rows, write_photometry, write_residuals, write_rows,
@@ -378,7 +378,7 @@ impl Merged {
             Some(MetaValue::Text(band)) if band != "none" => band.as_str(),
             _ => "V",
         };
-        format!("{counts}\n{}", pass_table_in(&self.rows, band))
+        format!("{counts}\n{}", pass_table(&self.rows, band))
     }
 }
 

@@ -36,7 +36,7 @@ pub use light_curve::{light_curve, light_curve_pages, light_curves};
 pub use limits::{LimitCurve, LimitPanel, limit_panels};
 pub use month::month;
 pub use moon::moon_laws;
-pub use residuals::{residuals_altitude, residuals_altitude_in};
+pub use residuals::residuals_altitude;
 pub use sed::{SedCurve, sed};
 pub(super) use sky_map::viridis;
 pub use sky_map::{SkyMark, sky_map};

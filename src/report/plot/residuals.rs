@@ -32,19 +32,12 @@ const CLASSES: [(&str, &str, Mark, RGBColor); 7] = [
     ("", "light not known", Mark::Full, BLUE),
 ];
 
-/// Draws residual against altitude with median and robust σ; rejected points are crosses, cautioned ones open circles.
+/// Draws residual against altitude with median and robust σ; rejected points are crosses, cautioned ones open circles;
+/// `band` names the magnitudes.
 ///
 /// # Errors
 /// [`crate::Error::Io`] when the file cannot be written.
-pub fn residuals_altitude(path: &Path, rows: &[ResidualRow]) -> Result<()> {
-    residuals_altitude_in(path, rows, "V")
-}
-
-/// As [`residuals_altitude`], of magnitudes of another band than V.
-///
-/// # Errors
-/// As [`residuals_altitude`].
-pub fn residuals_altitude_in(path: &Path, rows: &[ResidualRow], band: &str) -> Result<()> {
+pub fn residuals_altitude(path: &Path, rows: &[ResidualRow], band: &str) -> Result<()> {
     let points: Vec<(&ResidualRow, f64, f64)> = rows
         .iter()
         .filter_map(|r| Some((r, r.alt_deg?, r.residual_mag?)))
