@@ -5,12 +5,12 @@
 #![allow(clippy::unwrap_used)]
 
 use divan::{Bencher, black_box};
+use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::sky::{Body, Sky, SkyGrid, sky_map};
 use satphot::brightness::{
     Accuracy, Brdf, Ground, ModelSettings, PreparedBrdf, ReflectedLight, Satellite, ToleranceOf,
 };
 use satphot::config::Mode;
-use satphot::vector::{Itrs, Vector};
 
 fn main() {
     divan::main();

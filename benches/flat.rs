@@ -8,7 +8,9 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use ndarray::Array2;
 use satphot::config::Config;
-use satphot::frames::{BAND_BYTES, CardValue, Detector, Exposure, MasterFlat, classify, write_u16};
+use satphot::fits::{CardValue, write_u16};
+use satphot::frames::flat::{BAND_BYTES, MasterFlat};
+use satphot::frames::{Detector, Exposure, classify};
 
 fn main() {
     divan::main();

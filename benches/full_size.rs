@@ -10,15 +10,16 @@ use std::path::Path;
 use std::time::Instant;
 
 use satphot::config::Config;
-use satphot::frames::{Electrons, Frame, MasterFlat};
-use satphot::night::bench::Bench;
-use satphot::night::manifest::peak_memory_mb;
-use satphot::night::survey::survey;
-use satphot::night::target::measure_frame;
+use satphot::frames::flat::MasterFlat;
+use satphot::frames::{Electrons, Frame};
 use satphot::photometry::aperture::Shape;
 use satphot::photometry::background::{Background, background};
 use satphot::photometry::detect::detect;
 use satphot::photometry::flux::measure_all;
+use satphot::pipeline::prepared::Bench;
+use satphot::pipeline::products::manifest::peak_memory_mb;
+use satphot::pipeline::survey::files::survey;
+use satphot::pipeline::target::frame::measure_frame;
 
 /// Least CPU time of a measurement \[s\].
 const LEAST_CPU_S: f64 = 2.0;

@@ -10,9 +10,9 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use ndarray::Array2;
 use satphot::config::Config;
-use satphot::frames::{
-    Buffers, CardValue, ElectronsPerAdu, Exposure, FrameReader, Gain, MasterFlat, classify, read, write_f32, write_u16,
-};
+use satphot::fits::{CardValue, write_f32, write_u16};
+use satphot::frames::flat::MasterFlat;
+use satphot::frames::{Buffers, ElectronsPerAdu, Exposure, FrameReader, Gain, classify, read};
 
 fn main() {
     divan::main();

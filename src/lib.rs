@@ -5,21 +5,25 @@
 //! Units are in the names; inside functions radians and km, at the edges (TOML, tables) degrees.
 
 pub mod accuracy;
+pub mod astrometry;
+pub mod base;
 pub mod brightness;
 pub mod config;
-pub mod constants;
-pub mod detect;
-pub mod error;
+pub mod detector;
+pub mod export;
 pub mod fetch;
-pub mod file;
+pub mod figures;
+pub mod fits;
 pub mod frames;
-pub mod instant;
-pub mod night;
 pub mod orbit;
+pub mod paper;
 pub mod photometry;
-pub mod published;
+pub mod pipeline;
 pub mod report;
 pub mod resolved;
-pub mod vector;
+pub mod simulate;
+pub mod tables;
+pub mod visibility;
+pub mod zeropoint;
 
-pub use error::{Error, Result};
+pub use base::error::{Error, Result};

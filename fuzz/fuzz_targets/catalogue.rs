@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use libfuzzer_sys::fuzz_target;
-use satphot::photometry::catalogue::Catalogue;
+use satphot::astrometry::catalogue::Catalogue;
 use satphot_fuzz::as_file;
 
 satphot_fuzz::entry!();
@@ -19,6 +19,6 @@ fuzz_target!(|bytes: &[u8]| {
         let moved = catalogue.moved_to(2025.5, 2000.0);
         let _ = moved.near(star.ra_deg, star.dec_deg, 0.5);
     }
-    let _ = satphot::report::read_photometry(&path);
-    let _ = satphot::report::read_table(&path);
+    let _ = satphot::tables::read_photometry(&path);
+    let _ = satphot::tables::read_table(&path);
 });

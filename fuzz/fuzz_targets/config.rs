@@ -4,7 +4,7 @@
 use libfuzzer_sys::fuzz_target;
 use satphot::config::Config;
 use satphot::frames::Detector;
-use satphot::night::simulate::Scenario;
+use satphot::simulate::Scenario;
 use satphot::orbit::Site;
 
 const NIGHT: &str = "preset = \"macquarie-cdk24\"\n[night]\nname = \"n\"\ninput = [\".\"]\noutput = \"o\"\n";

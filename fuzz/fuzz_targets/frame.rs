@@ -5,7 +5,8 @@ use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
 use satphot::config::Config;
-use satphot::frames::{Buffers, ElectronsPerAdu, Gain, classify, count_values, read, wrong_checksum};
+use satphot::frames::{Buffers, ElectronsPerAdu, Gain, classify, count_values, read};
+use satphot::fits::wrong_checksum;
 use satphot_fuzz::{as_file, as_fits};
 
 const NIGHT: &str = "preset = \"macquarie-cdk24\"\n[night]\nname = \"n\"\ninput = [\".\"]\noutput = \"o\"\n";

@@ -5,8 +5,9 @@ use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
 use satphot::config::Config;
-use satphot::frames::{Header, classify};
-use satphot::night::inspect::Inspector;
+use satphot::fits::Header;
+use satphot::frames::classify;
+use satphot::pipeline::inspect::file::Inspector;
 use satphot_fuzz::{as_file, as_fits};
 
 const NIGHT: &str =

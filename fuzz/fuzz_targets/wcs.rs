@@ -2,8 +2,8 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use satphot::frames::Header;
-use satphot::photometry::wcs::Wcs;
+use satphot::fits::Header;
+use satphot::astrometry::wcs::Wcs;
 
 satphot_fuzz::entry!();
 

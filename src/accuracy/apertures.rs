@@ -7,7 +7,7 @@ use rand_chacha::ChaCha12Rng;
 
 use super::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::photometry::aperture::{Bounds, Shape, for_each_pixel};
 
 /// Points along each side of a pixel; 0 is the exact share.

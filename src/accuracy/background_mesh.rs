@@ -10,8 +10,8 @@ use rand_distr::StandardNormal;
 
 use super::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use crate::base::error::Result;
 use crate::config;
-use crate::error::Result;
 use crate::frames::{ElectronsPerAdu, Frame, Gain};
 use crate::photometry::background::background;
 

@@ -9,11 +9,11 @@ use rand_chacha::ChaCha12Rng;
 
 use super::Stopwatch;
 use super::sweep::{ARCSEC_PER_RAD, Errors, Point, Series, Sweep, cpu_us};
-use crate::error::Result;
+use crate::base::error::Result;
+use crate::base::vector::{Itrs, Vector};
 use crate::orbit::EarthOrientation;
 use crate::orbit::earth::{Gcrs, gcrs_to_itrs};
 use crate::orbit::time::{TwoPartJd, tt, ut1};
-use crate::vector::{Itrs, Vector};
 
 type Matrix = [f64; 9];
 

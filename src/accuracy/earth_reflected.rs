@@ -8,11 +8,11 @@ use rand_chacha::ChaCha12Rng;
 
 use super::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use crate::base::error::Result;
+use crate::base::vector::{Itrs, Vector};
 use crate::brightness::settings::PUBLISHED_EARTH_RADIUS_KM;
 use crate::brightness::sky::{Body, Sky};
 use crate::brightness::{Accuracy, Brdf, Ground, ModelSettings, PreparedBrdf, Scene, plain_rule};
-use crate::error::Result;
-use crate::vector::{Itrs, Vector};
 
 const HEIGHT_KM: f64 = 550.0;
 const TOLERANCES: [f64; 6] = [1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10];

@@ -9,13 +9,13 @@ use rand_chacha::ChaCha12Rng;
 
 use super::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use crate::base::constants::AU_KM;
+use crate::base::error::{Error, Result};
+use crate::base::vector::{Itrs, Vector};
 use crate::brightness::{Model, ModelSettings, Satellite, Scene};
-use crate::constants::AU_KM;
-use crate::error::{Error, Result};
 use crate::orbit::earth::sidereal_rad;
 use crate::orbit::time::tt;
 use crate::orbit::{EarthOrientation, SkyBodies, bodies};
-use crate::vector::{Itrs, Vector};
 
 const SATELLITE: &str = "starlink-v1.5-lab";
 const HEIGHT_KM: f64 = 550.0;

@@ -5,9 +5,9 @@
 use super::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
 use super::zeropoint_fit::{AT, night};
+use crate::base::error::Result;
 use crate::config;
-use crate::error::Result;
-use crate::photometry::zeropoint::{StarMeasurement, fit};
+use crate::zeropoint::fit::{StarMeasurement, fit};
 
 const ROUNDS: [usize; 8] = [1, 2, 4, 8, 16, 32, 64, config::Zeropoint::MAX_ROUNDS];
 

@@ -8,8 +8,8 @@ use rand_chacha::ChaCha12Rng;
 
 use super::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
-use crate::error::Result;
-use crate::frames::{LANES, Lanes, Network, middle};
+use crate::base::error::Result;
+use crate::frames::flat::{LANES, Lanes, Network, middle};
 
 /// Frames in a stack.
 const FRAMES: [usize; 3] = [9, 25, 42];

@@ -11,6 +11,7 @@ mod ephemeris;
 mod extremes;
 mod fit_rounds;
 mod median;
+pub mod output;
 mod paths;
 mod penumbra;
 mod platform;
@@ -27,7 +28,7 @@ pub use extremes::{Extreme, Verdict, extremes};
 pub use paths::paths;
 pub use sweep::{Errors, Point, Series, Sweep};
 
-use crate::error::Result;
+use crate::base::error::Result;
 
 /// How much is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -8,9 +8,9 @@ use rand_chacha::ChaCha12Rng;
 
 use super::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use crate::base::constants::{AU_KM, SUN_RADIUS_KM};
+use crate::base::error::Result;
 use crate::brightness::shadow::{ATMOSPHERE_ORDER, Colour, mean_over_disc, visible_fraction};
-use crate::constants::{AU_KM, SUN_RADIUS_KM};
-use crate::error::Result;
 
 const RADIUS_KM: f64 = 6378.0;
 const ORDERS: [usize; 7] = [2, 4, 6, 8, 12, 18, 24];

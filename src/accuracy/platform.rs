@@ -8,12 +8,12 @@ use rand_chacha::ChaCha12Rng;
 
 use super::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use crate::base::constants::AU_KM;
+use crate::base::error::Result;
+use crate::base::vector::Vector;
 use crate::brightness::settings::PUBLISHED_EARTH_RADIUS_KM;
 use crate::brightness::{Attitude, Brdf, Model, ModelSettings, Satellite, Scene, Surface};
 use crate::config::{Mode, PlatformSize};
-use crate::constants::AU_KM;
-use crate::error::Result;
-use crate::vector::Vector;
 
 const R_KM: f64 = PUBLISHED_EARTH_RADIUS_KM;
 const SIDE_KM: f64 = 4.0;

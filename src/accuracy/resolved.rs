@@ -6,12 +6,12 @@
 
 use super::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep};
+use crate::base::error::Result;
+use crate::base::vector::Vector;
 use crate::brightness::{ModelSettings, Scene};
-use crate::error::Result;
 use crate::resolved::{ComponentSatellite, RenderSettings, Renderer, ResolvedScene};
-use crate::vector::Vector;
 
-const AU_KM: f64 = crate::constants::AU_KM;
+const AU_KM: f64 = crate::base::constants::AU_KM;
 /// Lights of a smaller share of a picture are no case of their own.
 const LEAST_SHARE: f64 = 0.01;
 

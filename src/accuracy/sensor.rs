@@ -4,7 +4,7 @@ use ndarray::Array2;
 
 use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
 use super::{Effort, Stopwatch};
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::resolved::sensor::{Blur, Pupil, Sampling, Seeing, Stamp, stamp};
 use crate::resolved::{Light, RadianceImage};
 

@@ -10,11 +10,11 @@ use rand_chacha::ChaCha12Rng;
 
 use super::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use crate::base::error::{Error, Result};
+use crate::base::vector::Vector;
 use crate::brightness::settings::PUBLISHED_EARTH_RADIUS_KM;
 use crate::brightness::sky::{Body, Sky, SkyGrid, SkyMap, sky_map};
 use crate::brightness::{Model, ModelSettings, Satellite};
-use crate::error::{Error, Result};
-use crate::vector::Vector;
 
 const SATELLITE: &str = "starlink-v1.5-lab";
 const HEIGHT_KM: f64 = 550.0;

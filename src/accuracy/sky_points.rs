@@ -5,14 +5,14 @@
 
 use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
 use super::{Effort, Stopwatch};
+use crate::base::error::{Error, Result};
+use crate::base::time::from_mjd_utc;
 use crate::brightness::sky_points::{SkyPoints, Spread};
 use crate::brightness::{ModelSettings, Satellite, ToleranceOf};
 use crate::config::{Mode, Sampling};
-use crate::error::{Error, Result};
-use crate::night::clock::from_mjd_utc;
-use crate::night::predict::day::sky_light;
-use crate::night::predict::dome::{Dome, Overhead};
 use crate::orbit::Site;
+use crate::visibility::forecast::day::sky_light;
+use crate::visibility::forecast::dome::{Dome, Overhead};
 
 /// MJD (UTC) of the first sky: noon of 11 June 2025 at Macquarie, and the step between skies \[d\].
 const FROM_MJD_D: f64 = 60_837.083_3;

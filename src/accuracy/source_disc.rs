@@ -10,11 +10,11 @@ use rand_chacha::ChaCha12Rng;
 
 use super::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use crate::base::constants::{AU_KM, SUN_RADIUS_KM};
+use crate::base::error::Result;
+use crate::base::vector::{Itrs, Vector};
 use crate::brightness::{Brdf, ModelSettings, direct_reflection};
 use crate::config::SourceDisc;
-use crate::constants::{AU_KM, SUN_RADIUS_KM};
-use crate::error::Result;
-use crate::vector::{Itrs, Vector};
 
 /// Rings of the reference, and points on each: the mean of a law as wide as the disc to about 1e-7.
 const RINGS: (usize, usize) = (400, 256);

@@ -9,7 +9,7 @@ use rand_chacha::ChaCha12Rng;
 
 use super::Stopwatch;
 use super::sweep::{ARCSEC_PER_RAD, Errors, Point, Series, Sweep, cpu_us};
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::orbit::{EarthOrientation, SkyBodies, bodies};
 
 /// Step \[s\] and points of the interpolation.

@@ -9,9 +9,9 @@ use rand_distr::StandardNormal;
 
 use super::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use crate::base::error::Result;
 use crate::config::{self, Estimator};
-use crate::error::Result;
-use crate::photometry::zeropoint::{StarMeasurement, fit};
+use crate::zeropoint::fit::{StarMeasurement, fit};
 
 /// ZP, k and C that are put in.
 const TRUTH: [f64; 3] = [-23.37, 0.12, 0.08];

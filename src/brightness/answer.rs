@@ -7,7 +7,7 @@ use std::fmt;
 use super::lamps::mag_of_flux;
 use super::lights::{Lamp, Sum};
 use super::skip::Skip;
-use crate::constants::MAG_PER_LN;
+use crate::base::constants::MAG_PER_LN;
 
 /// Share of the Sun's light below which the satellite is said to be in the penumbra.
 const PENUMBRA_BELOW: f64 = 0.99;

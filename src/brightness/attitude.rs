@@ -7,9 +7,9 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::scene::{Scene, impossible};
+use crate::base::error::Result;
+use crate::base::vector::{Itrs, Vector};
 use crate::config;
-use crate::error::Result;
-use crate::vector::{Itrs, Vector};
 
 /// Sine of the angle to a singular direction below which the Sun counts as lying in it: 0.2 arcsec.
 const SINGULAR: f64 = 1e-6;

@@ -10,10 +10,10 @@ use super::brdf::Brdf;
 use super::ground::Ground;
 use super::lamps::{LampSettings, NearMoon, moonlight, sunlight};
 use super::scene::{impossible, local_radius_km};
-use crate::constants::AU_KM;
-use crate::error::Result;
+use crate::base::constants::AU_KM;
+use crate::base::error::Result;
+use crate::base::vector::{Enu, Itrs, Vector};
 use crate::orbit::Site;
-use crate::vector::{Enu, Itrs, Vector};
 
 /// Room around the disc, as a share of its radius.
 const MARGIN: f64 = 0.04;

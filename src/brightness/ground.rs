@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::brdf::Brdf;
 use super::lamps::NearMoon;
-use crate::vector::{Itrs, Vector};
+use crate::base::vector::{Itrs, Vector};
 
 /// Axes of the satellite's vertical: z up, y to the light, x = y × z.
 #[derive(Debug, Clone, Copy, PartialEq)]

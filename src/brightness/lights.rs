@@ -16,10 +16,10 @@ use super::settings::ToleranceOf;
 use super::shadow::{Colour, lit_fraction};
 use super::skip::Skip;
 use super::spectrum::Band;
+use crate::base::constants::{MOON_RADIUS_KM, SUN_RADIUS_KM};
+use crate::base::error::Result;
+use crate::base::vector::{Itrs, Vector};
 use crate::config::{Effects, Shadow, SourceDisc};
-use crate::constants::{MOON_RADIUS_KM, SUN_RADIUS_KM};
-use crate::error::Result;
-use crate::vector::{Itrs, Vector};
 
 /// Sun or Moon in one scene.
 pub(super) struct Lamp {

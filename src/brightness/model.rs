@@ -17,11 +17,11 @@ use super::scene::{Scene, geodetic_up, impossible, local_radius_km};
 use super::settings::ModelSettings;
 use super::skip::{SWITCHED_OFF, Skip};
 use super::surface::Surface;
+use crate::base::error::Result;
+use crate::base::vector::{Itrs, Vector};
 use crate::config::{self, EarthRadius, Effects, Mode, MuArea, Shadow, Source};
-use crate::error::Result;
 use crate::orbit::airmass::{Atmosphere, airmass};
 use crate::orbit::earth::geodetic_height_km;
-use crate::vector::{Itrs, Vector};
 
 /// Square arcseconds in a steradian.
 const ARCSEC2_PER_SR: f64 = 206_264.806_247_096_36 * 206_264.806_247_096_36;

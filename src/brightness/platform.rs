@@ -9,12 +9,12 @@ use std::sync::Arc;
 use super::brdf::Brdf;
 use super::earthshine::PreparedBrdf;
 use super::lights::{Sum, unit};
-use super::quadrature::gauss;
 use super::scene::{Scene, impossible};
 use super::surface::Surface;
+use crate::base::error::Result;
+use crate::base::quadrature::gauss;
+use crate::base::vector::{Itrs, Vector};
 use crate::config::PlatformSize;
-use crate::error::Result;
-use crate::vector::{Itrs, Vector};
 
 /// sqrt(area)/range above which a plate is no point.
 pub const POINT_MAX: f64 = 1e-3;

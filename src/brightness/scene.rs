@@ -2,9 +2,9 @@
 //!
 //! Geocentric vectors in km in one Earth-fixed frame; nothing here knows surfaces or lights.
 
-use crate::constants::{MOON_RADIUS_KM, SUN_RADIUS_KM, WGS84_A_KM, WGS84_F};
-use crate::error::{Error, Result};
-use crate::vector::{Itrs, Vector};
+use crate::base::constants::{MOON_RADIUS_KM, SUN_RADIUS_KM, WGS84_A_KM, WGS84_F};
+use crate::base::error::{Error, Result};
+use crate::base::vector::{Itrs, Vector};
 
 /// One instant, geocentric, Earth-fixed.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,9 +5,9 @@
 use super::brdf::{Brdf, EARTH_VEGETATION};
 use super::scene::{impossible, local_radius_km};
 use super::spectrum::{Band, Curve};
+use crate::base::error::{Error, Result};
+use crate::base::vector::{Itrs, Vector};
 use crate::config::{self, EarthRadius, Effects, Mode};
-use crate::error::{Error, Result};
-use crate::vector::{Itrs, Vector};
 
 /// Radius of the spherical Earth of the published model \[km\] (lumos-sat).
 pub const PUBLISHED_EARTH_RADIUS_KM: f64 = 6378.0;

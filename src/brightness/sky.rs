@@ -12,10 +12,10 @@ use super::model::Model;
 use super::scene::{Scene, impossible};
 use super::settings::ModelSettings;
 use super::spectrum::Band;
-use crate::constants::AU_KM;
-use crate::error::Result;
+use crate::base::constants::AU_KM;
+use crate::base::error::Result;
+use crate::base::vector::{Enu, Itrs, Vector};
 use crate::orbit::earth::from_alt_az;
-use crate::vector::{Enu, Itrs, Vector};
 
 /// Most directions of one map.
 pub const MAX_POINTS: usize = 4_000_000;

@@ -9,8 +9,8 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
 use super::scene::impossible;
+use crate::base::error::Result;
 use crate::config::Sampling;
-use crate::error::Result;
 
 /// Most directions of one sky.
 pub const MAX_SKY_POINTS: usize = 1_000_000;

@@ -5,9 +5,9 @@
 use super::attitude::Attitude;
 use super::brdf::Brdf;
 use super::scene::{Scene, impossible};
+use crate::base::error::{Error, Result};
+use crate::base::vector::{Itrs, Vector};
 use crate::config;
-use crate::error::{Error, Result};
-use crate::vector::{Itrs, Vector};
 
 /// A flat surface.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use super::log::{event_line, is_json};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
-use satphot::night::progress::Progress;
+use satphot::base::progress::Progress;
 use serde_json::json;
 
 /// One bar per stage.

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand, ValueEnum};
 use satphot::Error;
+use satphot::base::file::write_atomic;
 use satphot::brightness::Brdf;
 use satphot::brightness::brdf::fit::{BrdfFit, FitLaw, FitOptions, MeasuredTable, fit_brdf};
-use satphot::file::write_atomic;
-use satphot::report::plot::{FittedRow, brdf_curves, brdf_fit};
+use satphot::figures::{FittedRow, brdf_curves, brdf_fit};
 use satphot::report::summary::text_table;
 
 use super::{print, tell};

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::brightness::Satellite;
-use satphot::night::stage::compare_table;
+use satphot::pipeline::single_stages::compare_table;
 
 use super::{Common, print, tell};
 

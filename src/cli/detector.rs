@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use satphot::Error;
 use satphot::config::Config;
+use satphot::detector::measure::Effort;
+use satphot::figures::{TransferCurve, photon_transfer};
 use satphot::frames::{Detector, Role, classify};
-use satphot::night::detector_checks::{GainCheck, Known, check_group, groups};
-use satphot::night::detector_measure::Effort;
-use satphot::night::detector_report::{checks_text, short, two, write_checks};
-use satphot::night::stages::with_threads;
-use satphot::night::survey::{Survey, Unreadable, survey};
-use satphot::report::plot::{TransferCurve, photon_transfer};
+use satphot::pipeline::detector::checks::{GainCheck, Known, check_group, groups};
+use satphot::pipeline::detector::report::{checks_text, short, two, write_checks};
+use satphot::pipeline::stages::with_threads;
+use satphot::pipeline::survey::files::{Survey, Unreadable, survey};
 
 use super::{Common, print, tell};
 
@@ -102,7 +102,7 @@ impl DetectorVerb {
             with_threads(common.jobs, || groups.iter().map(|group| check_group(group, &known, Effort::ALL)).collect())?;
         print(&checks_text(&checks));
         if let Some(folder) = &self.out {
-            satphot::file::make_folder(folder)?;
+            satphot::base::file::make_folder(folder)?;
             print(&format!("{}\n", write_checks(folder, &checks)?.display()));
             let figure = folder.join("photon_transfer.svg");
             photon_transfer(&figure, &curves(&checks))?;

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use satphot::Error;
 use satphot::config::{Config, Reporter};
-use satphot::report::export::{
+use satphot::export::{
     Choice, DataMode, Facts, Selected, TdmNames, UdlNames, check_score, iod_text, score_text, select, sound, tdm_text,
     udl_text,
 };
-use satphot::report::tables::{Table, provenance, write_csv, write_fits, write_votable};
-use satphot::report::words::Verdict;
-use satphot::report::{PhotometryRow, read_table, write_atomic, write_streamed};
+use satphot::report::{write_atomic, write_streamed};
+use satphot::tables::formats::{Table, provenance, write_csv, write_fits, write_votable};
+use satphot::tables::words::Verdict;
+use satphot::tables::{PhotometryRow, read_table};
 
 use super::orbit_args::{SiteArg, bad};
 use super::{load, print, tell};
@@ -337,7 +338,7 @@ impl Export {
 
 #[cfg(feature = "parquet")]
 fn parquet(table: &Table, out: &Path) -> anyhow::Result<()> {
-    Ok(write_streamed(out, |file| satphot::report::tables::write_parquet(file, table))?)
+    Ok(write_streamed(out, |file| satphot::tables::formats::write_parquet(file, table))?)
 }
 
 #[cfg(not(feature = "parquet"))]

@@ -4,14 +4,15 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::Error;
-use satphot::frames::{BAND_BYTES, Detector, MasterFlat};
-use satphot::night::bench::sha256_16;
-use satphot::night::filters::{aside_notes, reduce_one_filter};
-use satphot::night::plan::plan_file::Plan;
-use satphot::night::plan::reduce::plan_flat;
-use satphot::night::provenance::Provenance;
-use satphot::night::stages::with_threads;
-use satphot::night::survey::survey;
+use satphot::frames::Detector;
+use satphot::frames::flat::{BAND_BYTES, MasterFlat};
+use satphot::pipeline::prepared::sha256_16;
+use satphot::pipeline::products::provenance::Provenance;
+use satphot::pipeline::shards::plan_file::Plan;
+use satphot::pipeline::shards::reduce::plan_flat;
+use satphot::pipeline::stages::with_threads;
+use satphot::pipeline::survey::files::survey;
+use satphot::pipeline::survey::filters::{aside_notes, reduce_one_filter};
 
 use super::{Common, print, tell};
 

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::Error;
+use satphot::base::file::write_atomic;
 use satphot::brightness::Satellite;
 use satphot::config::Config;
-use satphot::file::write_atomic;
 
 use super::{print, tell};
 

@@ -6,9 +6,9 @@ use clap::Args;
 use rayon::prelude::*;
 use satphot::Error;
 use satphot::frames::header::header_files;
-use satphot::night::inspect::{Inspector, mark_cadence};
-use satphot::night::stages::with_threads;
-use satphot::report::inspect::Inspection;
+use satphot::pipeline::inspect::file::{Inspector, mark_cadence};
+use satphot::pipeline::inspect::record::Inspection;
+use satphot::pipeline::stages::with_threads;
 
 use super::{load, print, tell};
 

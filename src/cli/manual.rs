@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Command, CommandFactory};
 use clap_complete::Shell;
-use satphot::file::{make_folder, write_atomic};
+use satphot::base::file::{make_folder, write_atomic};
 
 use super::{Cli, print, tell};
 

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::Error;
-use satphot::night::pipeline::Options;
-use satphot::night::plan::plan_file::Plan;
-use satphot::night::plan::shard::{Request, measure_shard};
-use satphot::night::stage::measure_targets;
-use satphot::report::words::Status;
+use satphot::pipeline::run::Options;
+use satphot::pipeline::shards::plan_file::Plan;
+use satphot::pipeline::shards::shard::{Request, measure_shard};
+use satphot::pipeline::single_stages::measure_targets;
+use satphot::tables::words::Status;
 
 use super::{Common, print, tell};
 

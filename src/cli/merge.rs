@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::Error;
-use satphot::night::plan::merge::{clean, merge};
-use satphot::night::plan::plan_file::Plan;
+use satphot::pipeline::shards::merge::{clean, merge};
+use satphot::pipeline::shards::plan_file::Plan;
 
 use super::{print, tell};
 

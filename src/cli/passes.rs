@@ -2,11 +2,11 @@
 
 use clap::Args;
 use hifitime::Epoch;
+use satphot::base::time::{iso_utc, parse_utc, shifted};
 use satphot::brightness::light_class;
-use satphot::night::clock::{iso_utc, parse_utc, shifted};
-use satphot::night::compare::scene;
-use satphot::night::light_class::{PaperLabel, SkyClass, classes};
+use satphot::brightness::light_class::{PaperLabel, SkyClass, classes};
 use satphot::orbit::{PassEvent, Tracker, WholePass, whole_passes};
+use satphot::pipeline::compare::scene;
 use satphot::report::summary::text_table;
 
 use super::orbit_args::{OrbitArgs, bad};

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use satphot::night::pipeline::Options;
-use satphot::night::plan::plan_file::{FRAMES_PER_SHARD, make_plan};
+use satphot::pipeline::run::Options;
+use satphot::pipeline::shards::plan_file::{FRAMES_PER_SHARD, make_plan};
 
 use super::{Common, print, tell};
 

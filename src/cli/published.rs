@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use satphot::published::labels::{Labelled, read_labelled, summary};
-use satphot::published::{Published, Rule, published, table};
-use satphot::report::plot::{LabelSample, label_histogram};
-use satphot::report::published::{LABELS, LabelRow, write_labels, write_published};
+use satphot::figures::{LabelSample, label_histogram};
+use satphot::paper::labels::{Labelled, read_labelled, summary};
+use satphot::paper::tables::{LABELS, LabelRow, write_labels, write_published};
+use satphot::paper::{Published, Rule, published, table};
 use satphot::report::summary::text_table;
-use satphot::report::{Meta, MetaValue};
+use satphot::tables::{Meta, MetaValue};
 
 use super::orbit_args::bad;
 use super::{print, tell, threads};
@@ -68,7 +68,7 @@ impl PublishedVerb {
             return Err(bad("--out", "the name must end in .ecsv (table) or .svg (histogram of --observed)".into()));
         }
         for folder in self.out.iter().filter_map(|p| p.parent()).filter(|p| !p.as_os_str().is_empty()) {
-            satphot::file::make_folder(folder)?;
+            satphot::base::file::make_folder(folder)?;
         }
         if self.observed.is_empty() {
             if !figures.is_empty() {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::Error;
-use satphot::night::report::{write_campaign_report, write_report};
+use satphot::pipeline::products::page::{write_campaign_report, write_report};
 
 use super::{print, tell};
 

@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use clap::Args;
 use satphot::config::Config;
 use satphot::frames::{Exposure, Role};
-use satphot::night::bench::Bench;
-use satphot::night::pipeline::{Options, run};
-use satphot::night::plan::products::Products;
-use satphot::night::preflight::{Preflight, preflight};
-use satphot::night::scale::check_stars;
-use satphot::night::survey::Survey;
-use satphot::night::target::{Missing, missing_parts};
+use satphot::pipeline::prepared::Bench;
+use satphot::pipeline::run::{Options, run};
+use satphot::pipeline::shards::products::Products;
+use satphot::pipeline::survey::files::Survey;
+use satphot::pipeline::survey::preflight::{Preflight, preflight};
+use satphot::pipeline::survey::scale::check_stars;
+use satphot::pipeline::target::frame::{Missing, missing_parts};
 
 use super::{Common, print, tell};
 
@@ -98,7 +98,7 @@ impl Run {
             }
         }
         print(&summary.text());
-        let memory = satphot::night::manifest::peak_memory_mb()
+        let memory = satphot::pipeline::products::manifest::peak_memory_mb()
             .map(|mb| format!(", {mb:.0} MB peak memory"))
             .unwrap_or_default();
         print(&format!("\n{}{memory}\nResults in {}\n", summary.speed(), summary.folder.display()));
@@ -134,7 +134,7 @@ fn dry_run(config: &Config, jobs: usize) -> anyhow::Result<()> {
         }
     }
     let line = |kind: &str, e: &Exposure| {
-        let time = e.time.as_ref().map(|t| satphot::night::clock::iso_utc(t.mid, 3)).unwrap_or_default();
+        let time = e.time.as_ref().map(|t| satphot::base::time::iso_utc(t.mid, 3)).unwrap_or_default();
         print(&format!("{kind:<10} {:<32} {time:<24} {:>9.4} s  {}\n", e.name, e.exptime_s, e.role_reason));
     };
     survey.flats.iter().for_each(|e| line("flat", e));

@@ -4,7 +4,7 @@
 
 use std::sync::OnceLock;
 
-use satphot::night::stop::Stop;
+use satphot::base::stop::Stop;
 
 /// The request of this program, connected to the signals at the first call.
 ///

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::Error;
-use satphot::night::simulate::{Scenario, simulate};
+use satphot::simulate::{Scenario, simulate};
 
 use super::{bar::Bars, print, tell};
 
@@ -66,7 +66,7 @@ impl Simulate {
             .into());
         }
         let progress = Bars::new(!self.quiet);
-        let made = satphot::night::stages::with_threads(self.jobs, || simulate(&scenario, &self.out, &progress))??;
+        let made = satphot::pipeline::stages::with_threads(self.jobs, || simulate(&scenario, &self.out, &progress))??;
         for note in &made.notes {
             tell(&format!("note: {note}"));
         }

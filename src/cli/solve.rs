@@ -7,12 +7,12 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 use satphot::Error;
-use satphot::file::{make_folder, write_atomic};
-use satphot::night::solve_file::FrameSolver;
-use satphot::night::stages::with_threads;
-use satphot::photometry::plate::case::{Case, Verdict};
-use satphot::photometry::plate::{Effort, Solution, solve_with};
-use satphot::photometry::wcs::WcsValue;
+use satphot::astrometry::plate::case::{Case, Verdict};
+use satphot::astrometry::plate::{Effort, Solution, solve_with};
+use satphot::astrometry::wcs::WcsValue;
+use satphot::base::file::{make_folder, write_atomic};
+use satphot::pipeline::stages::with_threads;
+use satphot::pipeline::stars::solve_file::FrameSolver;
 
 use super::{load, print, tell};
 

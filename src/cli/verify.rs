@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::Error;
-use satphot::night::verify::{verify_night, verify_plan};
+use satphot::pipeline::products::verify::{verify_night, verify_plan};
 
 use super::{print, tell};
 

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use satphot::Error;
 use satphot::config::Config;
-use satphot::night::matched::{Request, fit_matched, without_config};
-use satphot::night::pipeline::Options;
-use satphot::night::plan::plan_file::Plan;
-use satphot::night::plan::reduce::{facts_path, plan_zeropoint};
-use satphot::night::stage::{fit_stars, zeropoint_from_table};
-use satphot::night::summary::zeropoint_text;
+use satphot::pipeline::products::summary::zeropoint_text;
+use satphot::pipeline::run::Options;
+use satphot::pipeline::shards::plan_file::Plan;
+use satphot::pipeline::shards::reduce::{facts_path, plan_zeropoint};
+use satphot::pipeline::single_stages::{fit_stars, zeropoint_from_table};
+use satphot::zeropoint::matched::{Request, fit_matched, without_config};
 
 use super::{Common, print, tell};
 

@@ -1,8 +1,8 @@
 //! Ranges, checked once: each message gives the key, the value, the accepted range and the unit.
 
 use super::{Attitude, Config, Model, QUANTITIES, Source, Surface};
-use crate::error::{Error, Result};
-use crate::file::plain_name;
+use crate::base::error::{Error, Result};
+use crate::base::file::plain_name;
 
 /// Pass bands known by name.
 const BANDS: [&str; 4] = ["V", "g", "r", "i"];

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::load::read_layers;
 use super::{Config, range};
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 
 /// Addresses, patience and cache of `satphot fetch`; every key has a default.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
 use super::Config;
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 
 /// The embedded presets: name and text.
 pub const PRESETS: &[(&str, &str)] = &[("macquarie-cdk24", include_str!("../presets/macquarie_cdk24.toml"))];

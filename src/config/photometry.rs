@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::photometry::bands::Band;
+use crate::zeropoint::bands::Band;
 
 /// The master flat.
 #[derive(Debug, Clone, Deserialize, Serialize)]

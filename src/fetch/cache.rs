@@ -10,9 +10,9 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::query::{Query, Service};
-use crate::error::{Error, Result};
-use crate::file::write_atomic;
-use crate::night::clock::{iso_utc, parse_utc};
+use crate::base::error::{Error, Result};
+use crate::base::file::write_atomic;
+use crate::base::time::{iso_utc, parse_utc};
 
 /// The note beside an answer.
 #[derive(Debug, Serialize, Deserialize)]

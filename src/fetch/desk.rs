@@ -11,9 +11,9 @@ use super::answers::{Content, words};
 use super::cache::{Cache, Found, Kept};
 use super::link::{Link, Reply};
 use super::query::{Query, Service};
+use crate::base::error::{Error, Result};
+use crate::base::time::{iso_utc, seconds_between, shifted};
 use crate::config::Fetch;
-use crate::error::{Error, Result};
-use crate::night::clock::{iso_utc, seconds_between, shifted};
 
 /// A clock that runs back by less than this is a clock that was set \[s\].
 const CLOCK_SLACK_S: f64 = 300.0;

@@ -7,8 +7,8 @@ use hifitime::Epoch;
 use super::answers::{check_gp, check_nearest, gp_sets, nearest_sets};
 use super::desk::{Answer, Desk};
 use super::query::{Object, Query, Service, celestrak_query, satchecker_query};
+use crate::base::error::{Error, Result};
 use crate::config::Fetch;
-use crate::error::{Error, Result};
 use crate::orbit::time::{days_between, utc_text};
 use crate::orbit::{Elements, nearest};
 

@@ -2,13 +2,13 @@
 //!
 //! Degrees. A field is the circle around a frame, widened by how far its pointing may be off. Leaves out the pixels.
 
+use crate::astrometry::catalogue::separation_deg;
+use crate::astrometry::initial_pointing::rough_positions;
+use crate::astrometry::wcs::Wcs;
 use crate::config::Config;
 use crate::frames::{Exposure, pixel_scale_arcsec};
-use crate::night::rough::rough_positions;
-use crate::night::survey::Survey;
 use crate::orbit::{EarthOrientation, Site};
-use crate::photometry::catalogue::separation_deg;
-use crate::photometry::wcs::Wcs;
+use crate::pipeline::survey::files::Survey;
 
 /// Centres are rounded to this \[deg\], so that another night of the same field asks the same question.
 const GRID_DEG: f64 = 0.01;

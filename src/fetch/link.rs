@@ -12,8 +12,8 @@ use sgp4::chrono::DateTime;
 use ureq::http::HeaderMap;
 use ureq::tls::{PemItem, RootCerts, TlsConfig, parse_pem};
 
+use crate::base::error::{Error, Result};
 use crate::config::Fetch;
-use crate::error::{Error, Result};
 
 /// Redirections followed.
 const REDIRECTS: u32 = 4;

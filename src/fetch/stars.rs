@@ -8,9 +8,9 @@ use super::apass::{self, Rows};
 use super::desk::{Answer, Desk};
 use super::fields::Field;
 use super::query::apass_query;
+use crate::base::error::{Error, Result};
+use crate::base::time::iso_utc;
 use crate::config::Fetch;
-use crate::error::{Error, Result};
-use crate::night::clock::iso_utc;
 
 /// A catalogue as text.
 #[derive(Debug, Clone)]

@@ -7,7 +7,7 @@
 use multiversion::multiversion;
 
 use super::frame::{Gain, mask};
-use super::stored::{PIXEL_BYTES, count};
+use crate::fits::stored::{PIXEL_BYTES, count};
 
 /// Stored unsigned 16-bit pixels to ADU: exact in f32.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2", "x86_64+sse4.1"))]

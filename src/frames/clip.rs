@@ -4,7 +4,7 @@
 
 /// A rectangle of the full frame, and the circle inside it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Region {
+pub(crate) struct Region {
     /// First column and row.
     pub origin_px: (usize, usize),
     /// Columns and rows.
@@ -17,7 +17,7 @@ pub(super) struct Region {
 
 impl Region {
     /// The bounding box of the circle on a frame of `full_size_px` (both at least 1).
-    pub(super) fn new(full_size_px: (usize, usize), radius_px: Option<f64>) -> Region {
+    pub(crate) fn new(full_size_px: (usize, usize), radius_px: Option<f64>) -> Region {
         let (nx, ny) = full_size_px;
         let Some(r) = radius_px else {
             return Region { origin_px: (0, 0), size_px: (nx, ny), full_size_px, radius_px };
@@ -34,7 +34,7 @@ impl Region {
     }
 
     /// Columns of the rectangle that are inside the circle in its row `j` (0-based in the rectangle).
-    pub(super) fn inside(&self, j: usize) -> std::ops::Range<usize> {
+    pub(crate) fn inside(&self, j: usize) -> std::ops::Range<usize> {
         let width = self.size_px.0;
         let Some(r) = self.radius_px else { return 0..width };
         let (cx, cy) = ((self.full_size_px.0 as f64 - 1.0) / 2.0, (self.full_size_px.1 as f64 - 1.0) / 2.0);

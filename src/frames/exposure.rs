@@ -5,14 +5,14 @@
 
 use std::path::{Path, PathBuf};
 
-use super::cards::Header;
 use super::clock::{MidTime, mid_time};
 use super::frame::GainSetting;
 use super::header::{Told, binning, calibration, colour, cube, exposure_time, filter, find, header_gain, stack};
-use super::raw::guarded;
 use super::role::{Role, role_by_header, role_by_name};
+use crate::base::error::{Error, Result};
 use crate::config::Config;
-use crate::error::{Error, Result};
+use crate::fits::cards::Header;
+use crate::fits::raw::guarded;
 
 /// One file of the night, as far as its header tells.
 #[derive(Debug, Clone)]

@@ -14,13 +14,13 @@ use rayon::prelude::*;
 use super::calibrate::{calibrate, calibrate_stored};
 use super::clip::Region;
 use super::exposure::Exposure;
-use super::flat::MasterFlat;
+use super::flat::master::MasterFlat;
 use super::frame::{Electrons, Frame, Gain, mask};
-use super::pages::zeros;
-use super::raw::guarded;
 use super::read::{Pixels, TILE_ROWS};
-use super::stored::{PIXEL_BYTES, Stored};
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
+use crate::base::pages::zeros;
+use crate::fits::raw::guarded;
+use crate::fits::stored::{PIXEL_BYTES, Stored};
 
 /// Memory of frames that are done, for the next ones. There are never more than frames were held at once.
 #[derive(Debug, Default)]

@@ -1,16 +1,16 @@
 //! An image open for reading as ADU, whatever its BITPIX, scaling and compression.
 //!
 //! Rectangles of raw pixels in f32; BSCALE, BZERO and BLANK are applied here. Leaves out what the pixels mean
-//! ([`super::load`], [`super::flat`]).
+//! ([`super::load`], [`super::flat::master`]).
 
 use std::path::Path;
 
 use super::calibrate::decode;
-use super::cards::Header;
-use super::plain::Plain;
-use super::stored::Stored;
-use super::tiles::Tiles;
-use crate::error::Result;
+use crate::base::error::Result;
+use crate::fits::cards::Header;
+use crate::fits::plain::Plain;
+use crate::fits::stored::Stored;
+use crate::fits::tiles::Tiles;
 
 /// Rows read at a time: a tile of a full-size frame stays near 2 MB.
 pub(super) const TILE_ROWS: usize = 64;

@@ -4,10 +4,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::cards::Header;
 use super::exposure::Exposure;
 use super::header::keywords;
 use crate::config::Config;
+use crate::fits::cards::Header;
 
 /// What a frame is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

@@ -1,14 +1,14 @@
 //! A fair part of a frame's raw pixels: square blocks spread over the clip circle, or every value counted in one pass.
 //!
 //! ADU as in the file, blocks of 64x64 px. Bounded in time and memory whatever the frame's size. Leaves out what the
-//! values mean ([`super::adc`], [`super::transfer`]).
+//! values mean ([`crate::detector::adc`], [`crate::detector::transfer`]).
 
-use super::adc::Counts;
 use super::clip::Region;
 use super::exposure::Exposure;
-use super::raw::guarded;
 use super::read::{Pixels, TILE_ROWS};
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
+use crate::detector::adc::Counts;
+use crate::fits::raw::guarded;
 
 /// Side of a block \[px\].
 const BLOCK_PX: usize = 64;

@@ -6,10 +6,10 @@ use hifitime::Epoch;
 
 use super::airmass::Atmosphere;
 use super::{time, ut1};
+use crate::base::constants::EARTH_ROTATION_RAD_S;
+use crate::base::error::{Error, Result};
+use crate::base::vector::{Enu, Itrs, Teme, Vector};
 use crate::config;
-use crate::constants::EARTH_ROTATION_RAD_S;
-use crate::error::{Error, Result};
-use crate::vector::{Enu, Itrs, Teme, Vector};
 
 /// ERFA's number of the WGS84 ellipsoid.
 const ERFA_WGS84: i32 = 1;
@@ -258,7 +258,7 @@ pub fn from_alt_az(alt_rad: f64, az_rad: f64) -> Vector<Enu> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constants::{WGS84_A_KM, WGS84_F};
+    use crate::base::constants::{WGS84_A_KM, WGS84_F};
 
     #[test]
     fn a_site_on_the_equator_is_one_equatorial_radius_out_and_one_on_the_pole_a_polar_one() {

@@ -7,8 +7,8 @@ use hifitime::Epoch;
 use super::airmass::airmass;
 use super::earth::{EarthOrientation, Site, alt_az, geodetic_height_km, sidereal_rad, spin_velocity, teme_to_itrs};
 use super::sky::{SkyBodies, topocentric};
-use crate::error::{Error, Result};
-use crate::vector::{Enu, Itrs, Teme, Vector};
+use crate::base::error::{Error, Result};
+use crate::base::vector::{Enu, Itrs, Teme, Vector};
 
 /// Where everything is at one instant.
 #[derive(Debug, Clone)]

@@ -3,8 +3,8 @@
 //! deg on the WGS84 ellipsoid, east and north positive; centres of Sun and Moon, without refraction.
 
 use super::earth::{Site, alt_az, geodetic};
-use crate::error::Result;
-use crate::vector::{Enu, Itrs, Vector};
+use crate::base::error::Result;
+use crate::base::vector::{Enu, Itrs, Vector};
 
 /// Geodetic longitude, latitude \[deg\] and height \[km\] under a place; `None` at the Earth's centre.
 #[must_use]
@@ -54,7 +54,7 @@ pub fn terminator(body_km: &Vector<Itrs>, n: usize) -> Result<Vec<(f64, f64)>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constants::{AU_KM, WGS84_A_KM};
+    use crate::base::constants::{AU_KM, WGS84_A_KM};
 
     #[test]
     fn on_its_terminator_a_lamp_is_90_degrees_from_the_zenith() {

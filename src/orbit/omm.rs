@@ -7,7 +7,8 @@ use serde_json::{Map, Value};
 
 use super::elements::{DamagedSet, Elements, ElementsFile};
 use super::tle::Problem;
-use crate::instant::{self, Instant};
+use crate::base::instant;
+use crate::base::instant::Instant;
 
 /// Keys that do not enter the orbit, with what stands for a missing one.
 const BOOKKEEPING: [(&str, &str); 6] = [

@@ -9,7 +9,7 @@ use hifitime::{Epoch, Unit};
 use super::geometry::Geometry;
 use super::time::{days_between, utc_text};
 use super::tracker::Tracker;
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 
 /// Most samples of one search: 100 days of a low orbit in a second of computing; longer windows are to be split.
 const MAX_SAMPLES: f64 = 5e6;

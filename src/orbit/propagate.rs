@@ -8,8 +8,8 @@ use sgp4::MinutesSinceEpoch;
 
 use super::elements::Elements;
 use super::time::{days_between, utc_text};
-use crate::error::{Error, Result};
-use crate::vector::{Teme, Vector};
+use crate::base::error::{Error, Result};
+use crate::base::vector::{Teme, Vector};
 
 /// Equatorial radius of WGS72, SGP4's Earth \[km\]: a state below it has decayed.
 pub const SGP4_EARTH_RADIUS_KM: f64 = 6_378.135;

@@ -8,9 +8,9 @@ use hifitime::Epoch;
 
 use super::earth::{EarthOrientation, Gcrs, Rotation, Site, alt_az, from_alt_az, gcrs_to_itrs, spin_velocity};
 use super::time::{tt, utc_text};
-use crate::constants::{AU_KM, SPEED_OF_LIGHT_KM_S};
-use crate::error::{Error, Result};
-use crate::vector::{Itrs, Vector};
+use crate::base::constants::{AU_KM, SPEED_OF_LIGHT_KM_S};
+use crate::base::error::{Error, Result};
+use crate::base::vector::{Itrs, Vector};
 
 /// Distance to the Sun in the relativistic term of aberration (0.4 µas) \[au\].
 const SUN_DISTANCE_FOR_ABERRATION_AU: f64 = 1.0;

@@ -10,8 +10,8 @@ use super::elements::{Elements, check_age, element_names, only_object, read_elem
 use super::geometry::{Geometry, geometry, look};
 use super::propagate::Propagator;
 use super::sky::bodies;
+use crate::base::error::{Error, Result};
 use crate::config;
-use crate::error::{Error, Result};
 
 /// One satellite over one site.
 #[derive(Debug)]

@@ -8,7 +8,7 @@ use hifitime::Epoch;
 use super::passes::{Node, Pass, PassEvent, Search, stays};
 use super::time::days_between;
 use super::tracker::Tracker;
-use crate::error::Result;
+use crate::base::error::Result;
 
 /// How far beyond the window a rise or set is looked for \[s\]: two days, in which the Earth turns twice under a satellite,
 /// and two periods.

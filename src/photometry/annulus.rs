@@ -2,12 +2,12 @@
 //!
 //! Electrons per pixel, full-frame pixels. Leaves out: the aperture.
 
+use crate::base::stats;
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::Flags;
 use crate::photometry::aperture::{Bounds, cells, for_each_ring_run};
 use crate::photometry::background::Background;
 use crate::photometry::clip::{Scratch, clipped_location};
-use crate::photometry::stats;
 
 /// Fewest annulus pixels of a sky; below, the background mesh is used.
 const MIN_SKY_PX: usize = 16;

@@ -6,8 +6,8 @@
 
 use multiversion::multiversion;
 
-use crate::constants::SIGMA_PER_MAD;
-use crate::photometry::stats;
+use crate::base::constants::SIGMA_PER_MAD;
+use crate::base::stats;
 
 /// f64 sums are kept in this many lanes on every machine, so that all give the same bits.
 const LANES: usize = 16;

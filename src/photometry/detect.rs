@@ -3,6 +3,7 @@
 //! Electrons and full-frame pixels. Fluxes here are isophotal: good for sorting and matching, never for magnitudes.
 //! Leaves out: galaxies, profile fits.
 
+use crate::base::stats;
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::Flags;
 use crate::photometry::background::Background;
@@ -10,7 +11,6 @@ use crate::photometry::centroid::{FWHM_PER_SIGMA, adaptive_fwhm};
 use crate::photometry::label::{Run, label};
 use crate::photometry::net::{Net, level_offset};
 use crate::photometry::smooth::Kernel;
-use crate::photometry::stats;
 use crate::photometry::threshold::runs_above;
 
 /// FWHM of the filter where none is known \[px\].

@@ -2,10 +2,10 @@
 //!
 //! Magnitudes, degrees, UTC. Returns text; the program prints it.
 
-use super::rows::{PhotometryRow, ResidualRow};
-use crate::constants::SIGMA_PER_MAD;
+use crate::base::constants::SIGMA_PER_MAD;
 use crate::photometry::Flags;
-use crate::report::words::{Status, Verdict};
+use crate::tables::rows::{PhotometryRow, ResidualRow};
+use crate::tables::words::{Status, Verdict};
 
 /// Two exposures of one target further apart than this belong to different passes \[s\]. A low-orbit pass lasts a
 /// quarter of an hour at most and the next one comes an hour and a half later.

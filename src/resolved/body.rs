@@ -9,9 +9,9 @@ use super::rays::Rays;
 use super::satellite::{ComponentSatellite, Material};
 use super::shape::{Body, Triangle, double_area, wrong};
 use super::surface::extent_m;
+use crate::base::error::Result;
+use crate::base::vector::{Itrs, Vector};
 use crate::brightness::{Attitude, Scene};
-use crate::error::Result;
-use crate::vector::{Itrs, Vector};
 
 /// Height above a face below which a corner lies in its plane, relative to the body.
 const IN_PLANE: f64 = 1e-7;

@@ -5,7 +5,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::vector::{Itrs, Vector};
+use crate::base::vector::{Itrs, Vector};
 
 /// Sets of directions; one sample of a pixel uses one.
 pub const SETS: usize = 16;

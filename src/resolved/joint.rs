@@ -6,8 +6,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::shape::{Body, wrong};
-use crate::error::Result;
-use crate::vector::Vector;
+use crate::base::error::Result;
+use crate::base::vector::Vector;
 
 /// Sine of the angle between Sun and axis below which the joint stays at angle 0: 0.2 arcsec.
 const SINGULAR: f64 = 1e-6;

@@ -2,13 +2,13 @@
 //!
 //! Irradiances W m⁻², radiances W m⁻² sr⁻¹, wavelengths µm. Surfaces are grey: the colour of a light is that of its lamp.
 
+use crate::base::constants::{AU_KM, MOON_RADIUS_KM, SUN_RADIUS_KM};
+use crate::base::error::{Error, Result};
+use crate::base::vector::{Itrs, Vector};
 use crate::brightness::lamps::{LampSettings, flux_of_mag, moonlight, sunlight};
 use crate::brightness::shadow::{Colour, lit_fraction};
 use crate::brightness::spectrum::{SolarColumn, Spectrum};
 use crate::brightness::{Band, Brdf, Ground, ModelSettings, NearMoon, Scene};
-use crate::constants::{AU_KM, MOON_RADIUS_KM, SUN_RADIUS_KM};
-use crate::error::{Error, Result};
-use crate::vector::{Itrs, Vector};
 
 /// Band of the published simulation \[µm\].
 pub const WIDE_UM: (f64, f64) = (0.3, 1.05);

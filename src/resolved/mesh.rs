@@ -7,8 +7,8 @@ use std::io::BufReader;
 use std::path::Path;
 
 use super::shape::{Body, Triangle, double_area};
-use crate::error::{Error, Result};
-use crate::vector::Vector;
+use crate::base::error::{Error, Result};
+use crate::base::vector::Vector;
 
 /// Most triangles of one file: half a gigabyte of them in memory.
 const MAX_TRIANGLES: usize = 4_000_000;

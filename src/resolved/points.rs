@@ -8,8 +8,8 @@ use super::render::{RayCounts, Renderer};
 use super::satellite::Point;
 use super::shape::Body;
 use super::surface::beyond_m;
-use crate::error::{Error, Result};
-use crate::vector::{Itrs, Vector};
+use crate::base::error::{Error, Result};
+use crate::base::vector::{Itrs, Vector};
 
 /// How far a place may lie beyond its component, as a length and as a share of its size: places are read off drawings.
 const BESIDE_M: f64 = 0.05;

@@ -6,9 +6,9 @@
 use super::body::PosedBody;
 use super::satellite::ComponentSatellite;
 use super::shape::{Body, projected_m2};
+use crate::base::error::Result;
+use crate::base::vector::{Itrs, Vector};
 use crate::brightness::Catalogue;
-use crate::error::Result;
-use crate::vector::{Itrs, Vector};
 
 /// A part of the catalogue, or of the components alone, and its areas.
 #[derive(Debug, Clone, PartialEq)]

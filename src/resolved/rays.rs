@@ -13,7 +13,7 @@ use obvhs::ray::{Ray, RayHit};
 use obvhs::{Boundable, BvhBuildParams};
 
 use super::shape::Triangle;
-use crate::vector::Vector;
+use crate::base::vector::Vector;
 
 /// How much larger the boxes are, relative to the body: far above the rounding of 32 bits.
 const MARGIN: f64 = 1e-6;
@@ -148,7 +148,7 @@ mod tests {
     use rand_chacha::ChaCha12Rng;
 
     use super::*;
-    use crate::vector::Enu;
+    use crate::base::vector::Enu;
 
     #[test]
     fn the_tree_finds_what_asking_every_triangle_finds() {

@@ -14,10 +14,10 @@ use super::satellite::ComponentSatellite;
 use super::settings::RenderSettings;
 use super::shine::{Shine, Surroundings, shines};
 use super::view::View;
+use crate::base::error::Result;
+use crate::base::vector::{Itrs, Vector};
 use crate::brightness::Scene;
-use crate::error::Result;
 use crate::orbit::{Geometry, Tracker};
-use crate::vector::{Itrs, Vector};
 
 /// The satellite is this much larger than a point for its range before rays are no longer parallel.
 const PARALLEL: f64 = 1e-3;

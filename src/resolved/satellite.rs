@@ -10,10 +10,10 @@ use serde::{Deserialize, Serialize};
 
 use super::joint::Joint;
 use super::shape::{Body, Shape, Triangle, wrong};
+use crate::base::error::{Error, Result};
+use crate::base::vector::Vector;
 use crate::brightness::Brdf;
 use crate::config::{self, read_layers};
-use crate::error::{Error, Result};
-use crate::vector::Vector;
 
 /// The satellites that come with the program: name and text.
 const EMBEDDED: [(&str, &str); 4] = [

@@ -4,8 +4,8 @@
 
 use super::lamp::{InBand, WIDE_UM};
 use super::shape::SIDES;
+use crate::base::error::{Error, Result};
 use crate::brightness::{Brdf, ModelSettings};
-use crate::error::{Error, Result};
 
 /// Surface brightness of the night sky and of the airglow below, V \[mag arcsec⁻²\]: starlight and zodiacal light between
 /// 22.0 and 22.7, airglow near 22 (Leinert et al. 1998, A&AS 127, 1: 22 to 23 in V at high latitudes).

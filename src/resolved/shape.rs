@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 
 use super::mesh::read_mesh;
 use super::surface::volume_m3;
-use crate::error::{Error, Result};
-use crate::vector::Vector;
+use crate::base::error::{Error, Result};
+use crate::base::vector::Vector;
 
 /// The satellite's own axes: x forward, y against the orbit's angular momentum, z to the centre of the Earth (LVLH).
 #[derive(Debug, Clone, Copy, PartialEq)]

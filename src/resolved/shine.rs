@@ -9,10 +9,10 @@ use super::body::PosedBody;
 use super::directions::Directions;
 use super::lamp::{Lamp, Lamps};
 use super::settings::RenderSettings;
+use crate::base::error::{Error, Result};
+use crate::base::vector::{Itrs, Vector};
 use crate::brightness::{Accuracy, Brdf, Ground, PreparedBrdf, Scene, direct_reflection};
 use crate::config::SourceDisc;
-use crate::error::{Error, Result};
-use crate::vector::{Itrs, Vector};
 
 /// Nodes of the plain rule over the Earth's disc: cosine, azimuth.
 const DISC_NODES: (usize, usize) = (16, 48);

@@ -5,7 +5,7 @@
 use std::f64::consts::TAU;
 
 use super::shape::{Triangle, double_area};
-use crate::vector::Vector;
+use crate::base::vector::Vector;
 
 /// Sum of the area vectors, relative to the area, below which a surface counts as closed.
 const CLOSED: f64 = 1e-5;

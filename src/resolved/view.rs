@@ -3,8 +3,8 @@
 //! Metres across the line of sight, x to the west and y to the north. The middle of a picture is the middle of the extent.
 
 use super::body::PosedBody;
-use crate::error::{Error, Result};
-use crate::vector::{Itrs, Vector};
+use crate::base::error::{Error, Result};
+use crate::base::vector::{Itrs, Vector};
 
 /// Room about the satellite in a picture that it fills.
 const MARGIN: f64 = 1.05;

@@ -4,9 +4,9 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
+use satphot::base::vector::{Enu, Vector};
 use satphot::brightness::{Binomial, Brdf, direct_reflection};
 use satphot::config::SourceDisc;
-use satphot::vector::{Enu, Vector};
 
 pub const UP: Vector<Enu> = Vector::new(0.0, 0.0, 1.0);
 /// Angular radius of the Sun as the laboratory peak is quoted for \[rad\].

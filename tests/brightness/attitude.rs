@@ -6,9 +6,9 @@ use std::f64::consts::PI;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::{Attitude, Brdf, Scene, Surface};
 use satphot::config;
-use satphot::vector::{Itrs, Vector};
 
 type V = Vector<Itrs>;
 const AU_KM: f64 = 149_597_870.7;

@@ -6,10 +6,10 @@ use crate::brdf_common;
 use std::f64::consts::{PI, TAU};
 
 use brdf_common::{SUN_RAD, UP, chassis_with_v, convolved, direction, every_law, gauss, gaussian, phong};
+use satphot::base::vector::{Enu, Vector};
 use satphot::brightness::brdf::mirror_reflection;
 use satphot::brightness::{Brdf, direct_reflection};
 use satphot::config::SourceDisc;
-use satphot::vector::{Enu, Vector};
 
 /// The laws whose averages are hardest near a horizon, one of a kind.
 fn one_of_each() -> Vec<Brdf> {

@@ -13,7 +13,7 @@ fn entry(name: &str) -> Entry {
 }
 
 /// A model that takes its satellites from a text.
-fn with_file(text: &str, satellite: &str) -> satphot::error::Result<Satellite> {
+fn with_file(text: &str, satellite: &str) -> satphot::base::error::Result<Satellite> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("own.toml");
     std::fs::write(&path, text).unwrap();
@@ -235,8 +235,8 @@ fn the_mirror_film_makes_v2_as_bright_by_day_as_it_is_while_the_laboratory_chass
 
 #[test]
 fn a_mirror_that_sends_sunlight_to_nadir_is_seen_there_and_nowhere_else() {
+    use satphot::base::vector::Vector;
     use satphot::brightness::Scene;
-    use satphot::vector::Vector;
     let satellite_km = Vector::new(0.0, 0.0, 6378.0 + 625.0);
     let scene = |observer_km| Scene {
         satellite_km,

@@ -204,7 +204,7 @@ fn altitude_and_azimuth_of_every_daytime_row_follow_from_the_elements() {
             };
             satphot::orbit::Tracker::from_config(&orbit, &site).unwrap()
         });
-        let epoch = satphot::night::clock::parse_utc("utc", &row["utc"]).unwrap();
+        let epoch = satphot::base::time::parse_utc("utc", &row["utc"]).unwrap();
         let g = tracker.at(&epoch).unwrap();
         let off = |got_rad: f64, name: &str| (got_rad.to_degrees() - number(row, name)).abs();
         worst[0] = worst[0].max(off(g.alt_rad, "alt_deg"));

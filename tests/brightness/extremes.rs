@@ -3,9 +3,9 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::{Attitude, Brdf, Brightness, Model, ModelSettings, Satellite, Scene, Surface, brightness};
 use satphot::config::{Mode, PlatformSize, Shadow};
-use satphot::vector::{Itrs, Vector};
 
 type V = Vector<Itrs>;
 const AU_KM: f64 = 149_597_870.7;

@@ -5,6 +5,8 @@
 use std::path::Path;
 
 use hifitime::Epoch;
+use satphot::base::constants::AU_KM;
+use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::Band;
 use satphot::brightness::lamps::{
     LampSettings, UMBRA_FLOOR, eclipse_factor, flux_of_mag, mag_of_flux, moon_v_mag, moonlight, sunlight,
@@ -12,9 +14,7 @@ use satphot::brightness::lamps::{
 use satphot::brightness::shadow::{cylinder, visible_fraction};
 use satphot::brightness::spectrum::brightness_ratio;
 use satphot::config::{Distances, Effects, LunarEclipse, Mode, MoonLaw, MoonPastLimit, Source};
-use satphot::constants::AU_KM;
 use satphot::orbit::{EarthOrientation, bodies};
-use satphot::vector::{Itrs, Vector};
 
 const OUTSIDE: Source = Source::ExoAtmospheric;
 

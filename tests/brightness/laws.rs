@@ -6,12 +6,12 @@ use std::f64::consts::PI;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::{
     Accuracy, Attitude, Brdf, Brightness, Ground, Illum, Model, ModelSettings, Satellite, Scene, Surface, brightness,
     light_class, reflected_by_earth, skipped_text,
 };
 use satphot::config::{Arrays, Effects, GroundMoonlight, Mode, Source};
-use satphot::vector::{Itrs, Vector};
 
 type V = Vector<Itrs>;
 const AU_KM: f64 = 149_597_870.7;

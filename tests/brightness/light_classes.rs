@@ -8,9 +8,9 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use satphot::brightness::Illum;
-use satphot::night::light_class::{PaperLabel, SUNRISE_ALT_DEG, SkyClass, is_sunlit};
-use satphot::published::labels::{read_labelled, summary};
-use satphot::report::{Meta, PhotometryRow, read_photometry, write_photometry};
+use satphot::brightness::light_class::{PaperLabel, SUNRISE_ALT_DEG, SkyClass, is_sunlit};
+use satphot::paper::labels::{read_labelled, summary};
+use satphot::tables::{Meta, PhotometryRow, read_photometry, write_photometry};
 use support::{Told, satphot};
 
 const ELEMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/night/iss-2025-june.tle");

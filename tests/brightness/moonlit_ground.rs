@@ -5,12 +5,12 @@
 //! three grounds, three surfaces.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::{
     Accuracy, Attitude, Brdf, Ground, ModelSettings, Satellite, Scene, Surface, brightness, reflected_by_earth,
 };
 use satphot::config::{GroundMoonlight, Mode};
 use satphot::resolved::lamp::{InBand, Lamps};
-use satphot::vector::{Itrs, Vector};
 
 type V = Vector<Itrs>;
 const R_KM: f64 = 6378.0;

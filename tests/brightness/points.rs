@@ -6,6 +6,7 @@ use crate::observed;
 
 use std::f64::consts::PI;
 
+use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::lamps::eclipse_factor;
 use satphot::brightness::spectrum::{SolarColumn, Spectrum, ab_mag, published_ab_mag};
 use satphot::brightness::{
@@ -13,7 +14,6 @@ use satphot::brightness::{
 };
 use satphot::config::SourceDisc;
 use satphot::orbit::{EarthOrientation, bodies};
-use satphot::vector::{Itrs, Vector};
 use serde_json::Value;
 
 type V = Vector<Itrs>;

@@ -5,9 +5,9 @@
 use crate::observed;
 
 use observed::*;
+use satphot::base::constants::AU_KM;
 use satphot::brightness::{Attitude, Model, ModelSettings};
 use satphot::config::Shadow;
-use satphot::constants::AU_KM;
 
 const TABLE: &str = "reference/pomenis_starlink_2022.csv";
 

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::{Accuracy, Binomial, Brdf, Ground, PreparedBrdf, ReflectedLight, reflected_by_earth};
-use satphot::vector::{Itrs, Vector};
 
 const RADIUS_KM: f64 = 6378.0;
 const VEGETATION: Brdf = Brdf::Phong { kd: 0.53, ks: 0.28, n: 7.31 };

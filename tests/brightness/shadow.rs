@@ -5,10 +5,10 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::Path;
 
+use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::shadow::{Colour, atmospheric, lit_fraction, visible_fraction};
 use satphot::brightness::spectrum::{Band, published_ab_mag};
 use satphot::config::Shadow;
-use satphot::vector::{Itrs, Vector};
 
 const R_KM: f64 = 6378.0;
 const SUN_RAD: f64 = 0.2666 * PI / 180.0;

@@ -4,11 +4,11 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::{
     Accuracy, Attitude, Binomial, Brdf, Ground, ModelSettings, PreparedBrdf, Satellite, Scene, Surface, brightness,
 };
 use satphot::config::{Mode, Source};
-use satphot::vector::{Itrs, Vector};
 
 /// One row: geometry in the frame of the satellite's vertical, lengths in km.
 #[derive(Clone)]

@@ -7,9 +7,9 @@ use crate::support;
 
 use std::path::Path;
 
-use satphot::night::light_class::PaperLabel;
-use satphot::published::Context;
-use satphot::published::pass_check::{CheckedPass, Standing};
+use satphot::brightness::light_class::PaperLabel;
+use satphot::paper::Context;
+use satphot::paper::pass_check::{CheckedPass, Standing};
 use support::{Told, satphot};
 
 /// Row of the table: lit share of the Moon \[%\], altitudes of Sun and Moon, phase angle \[deg\], V of the Moon by Cox, at
@@ -83,7 +83,7 @@ fn the_other_passes_are_where_the_reference_has_them() {
     for (i, alt_deg, utc) in [(3, 44.5, "17:05"), (4, 59.5, "09:44"), (5, 68.3, "08:56"), (6, 50.1, "17:04")] {
         let pass = rows[i].pass.as_ref().unwrap();
         assert!(pass.at_stated_time && (pass.alt_deg - alt_deg).abs() < 0.1, "{i} {pass:?}");
-        assert!(satphot::night::clock::iso_utc(pass.epoch, 0).contains(utc), "{i} {pass:?}");
+        assert!(satphot::base::time::iso_utc(pass.epoch, 0).contains(utc), "{i} {pass:?}");
         assert_eq!(Some(pass.label), rows[i].stated.label, "{i}");
     }
     assert_eq!(rows[5].pass.as_ref().unwrap().label, PaperLabel::Twilight, "sunlit at the start, Sun at -24 deg");

@@ -7,7 +7,7 @@ use crate::support;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use satphot::report::{PhotometryRow, read_photometry, read_residuals};
+use satphot::tables::{PhotometryRow, read_photometry, read_residuals};
 use support::{Night, TARGETS, hashes, satphot, simulated};
 
 fn original() -> &'static PathBuf {

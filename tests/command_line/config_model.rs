@@ -5,11 +5,11 @@ use satphot::config::{Arrays, Config, Effects, Mode};
 
 const NIGHT: &str = "preset = \"macquarie-cdk24\"\n[night]\nname = \"n\"\ninput = [\"in\"]\noutput = \"out\"\n";
 
-fn model(keys: &str) -> satphot::error::Result<Config> {
+fn model(keys: &str) -> satphot::base::error::Result<Config> {
     Config::from_text(&format!("{NIGHT}[model]\nsatellite = \"iss\"\n{keys}"), &[])
 }
 
-fn surface(attitude: &str) -> satphot::error::Result<Config> {
+fn surface(attitude: &str) -> satphot::base::error::Result<Config> {
     model(&format!(
         "[[model.surfaces]]\nname = \"wing\"\narea_m2 = 4.0\nattitude = {attitude}\nbrdf = {{ kind = \"lambert\", albedo = 0.2 }}\n"
     ))

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use satphot::photometry::Flags;
-use satphot::report::columns::{Column, PHOTOMETRY, RESIDUALS, SKY, STARS};
+use satphot::tables::columns::{Column, PHOTOMETRY, RESIDUALS, SKY, STARS};
 
 const TABLES: [(&str, &str, &[Column]); 4] = [
     ("photometry.ecsv", "One row per target frame, and per frame that failed, with its reason.", PHOTOMETRY),

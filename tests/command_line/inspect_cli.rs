@@ -180,7 +180,7 @@ fn a_real_frame_with_wrong_coordinates_is_measured_by_pixel_position() {
         satphot(folder.path(), &["inspect", "--json", "-c", "pipeline.toml", frame.to_str().unwrap()]).expect(0, &[]);
     assert_eq!(lines(&told)[0]["wcs"]["state"], "refused");
     satphot(folder.path(), &["run", "pipeline.toml"]).expect(0, &[]);
-    let rows = satphot::report::read_photometry(&folder.path().join("out/a/photometry.ecsv")).unwrap().0;
+    let rows = satphot::tables::read_photometry(&folder.path().join("out/a/photometry.ecsv")).unwrap().0;
     // the trail: some object of the frame is found and measured, with its time
     assert!(rows[0].status == "ok" && rows[0].inst_mag.is_some() && rows[0].snr.unwrap() > 5.0, "{:?}", rows[0]);
     assert!(rows[0].date_mid.starts_with("2002-07-26T19:36:06.57") && rows[0].time_err_s.unwrap() > 0.5);

@@ -5,10 +5,10 @@ use crate::support;
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
+use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::{Attitude, Brdf, Brightness, Model, ModelSettings, Satellite, Scene, Surface, ToleranceOf};
 use satphot::config::{Mode, Shadow};
-use satphot::night::explain::explain_scenes;
-use satphot::vector::{Itrs, Vector};
+use satphot::pipeline::explain::explain_scenes;
 use support::{Night, simulated};
 
 const R_KM: f64 = 6378.0;

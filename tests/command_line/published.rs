@@ -5,7 +5,7 @@
 use std::collections::HashSet;
 use std::sync::OnceLock;
 
-use satphot::published::{Basis, Published, Rule, Verdict, entries, published, table};
+use satphot::paper::{Basis, Published, Rule, Verdict, entries, published, table};
 
 fn fast() -> &'static [Published] {
     static ROWS: OnceLock<Vec<Published>> = OnceLock::new();

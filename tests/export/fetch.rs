@@ -8,8 +8,8 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
 use fetch_support::{HTML, NEAREST_TLE, Reply, STARS, Server, apass, iss_omm};
+use satphot::base::time::{iso_utc, shifted};
 use satphot::config::ELEMENTS;
-use satphot::night::clock::{iso_utc, shifted};
 
 /// A folder to work in, with a cache of its own and no proxies.
 struct Place {

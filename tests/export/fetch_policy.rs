@@ -356,7 +356,7 @@ fn stars_of_overlapping_fields_are_one_catalogue_that_satphot_reads() {
     assert_eq!((got.n, got.n_repeated, got.n_without_v), (3, 1, 1));
     let path = cache.path().join("apass.csv");
     std::fs::write(&path, &got.text).unwrap();
-    let read = satphot::photometry::catalogue::Catalogue::read(&path, &Default::default()).unwrap();
+    let read = satphot::astrometry::catalogue::Catalogue::read(&path, &Default::default()).unwrap();
     assert_eq!((read.stars.len(), read.n_skipped), (3, 0));
     let s = &read.stars[0];
     assert_eq!((s.id.as_str(), s.ra_deg, s.dec_deg, s.v_mag), ("16572870", 0.345154, -0.907018, 13.399));

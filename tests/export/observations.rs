@@ -10,10 +10,8 @@ use ccsds_ndm::messages::tdm::{Tdm, TdmObservationData};
 use ccsds_ndm::traits::{Ndm, Validate};
 use export_support::{facts, later, meta, missed, python_with, python_with_package, row, run_python, shared};
 use satphot::config::Reporter;
-use satphot::report::PhotometryRow;
-use satphot::report::export::{
-    Choice, DataMode, Facts, TdmNames, UdlNames, iod_text, score_text, select, tdm_text, udl_text,
-};
+use satphot::export::{Choice, DataMode, Facts, TdmNames, UdlNames, iod_text, score_text, select, tdm_text, udl_text};
+use satphot::tables::PhotometryRow;
 
 fn path() -> &'static Path {
     Path::new("photometry.ecsv")
@@ -331,9 +329,9 @@ fn longitudes_beyond_180_deg_are_written_west() {
     assert_eq!(udl(&[row()], &facts)[0]["senlon"], -156.0);
     let mut told = meta();
     told.entries.retain(|(k, _)| k != "site");
-    let number = |k: &str, v: f64| (k.to_owned(), satphot::report::MetaValue::Number(v));
+    let number = |k: &str, v: f64| (k.to_owned(), satphot::tables::MetaValue::Number(v));
     let site = vec![number("lat_deg", 10.0), number("lon_deg", 204.0), number("alt_m", 3_000.0)];
-    told.push("site", satphot::report::MetaValue::Map(site));
+    told.push("site", satphot::tables::MetaValue::Map(site));
     assert_eq!(Facts::new(&told, None, Reporter::default()).unwrap().site, Some([10.0, -156.0, 3_000.0]));
 }
 

@@ -8,9 +8,9 @@ use std::path::Path;
 
 use export_support::{facts, later, missed, row, shared};
 use satphot::config::Reporter;
+use satphot::export::{Choice, Facts, Finding, SCORE_HEADER, check_score, score_text, select, sound};
 use satphot::photometry::Flags;
-use satphot::report::PhotometryRow;
-use satphot::report::export::{Choice, Facts, Finding, SCORE_HEADER, check_score, score_text, select, sound};
+use satphot::tables::PhotometryRow;
 
 fn path() -> &'static Path {
     Path::new("photometry.ecsv")

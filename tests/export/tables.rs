@@ -10,11 +10,11 @@ use export_support::{later, meta, missed, python_with, row, run_python};
 use fitsio::FitsFile;
 use quick_xml::Reader;
 use quick_xml::events::Event;
-use satphot::report::columns::{Datatype, PHOTOMETRY};
-use satphot::report::tables::{Table, provenance, write_csv, write_fits, write_votable};
-use satphot::report::{
+use satphot::report::write_streamed;
+use satphot::tables::columns::{Datatype, PHOTOMETRY};
+use satphot::tables::formats::{Table, provenance, write_csv, write_fits, write_votable};
+use satphot::tables::{
     Meta, PhotometryRow, ResidualRow, StarRow, read_table, write_photometry, write_residuals, write_stars,
-    write_streamed,
 };
 
 /// Names that break careless writers.
@@ -320,7 +320,7 @@ fn a_parquet_file_holds_every_row_with_its_units() {
     let dir = tempfile::tempdir().unwrap();
     let table = table(dir.path(), &rows());
     let path = dir.path().join("night.parquet");
-    write_streamed(&path, |file| satphot::report::tables::write_parquet(file, &table)).unwrap();
+    write_streamed(&path, |file| satphot::tables::formats::write_parquet(file, &table)).unwrap();
     let reader = SerializedFileReader::new(std::fs::File::open(&path).unwrap()).unwrap();
     let at = |name: &str| PHOTOMETRY.iter().position(|c| c.name == name).unwrap();
     let mut n = 0;
@@ -335,7 +335,7 @@ fn a_parquet_file_holds_every_row_with_its_units() {
     let Some(python) = python_with("pyarrow") else { return };
     let told: Vec<_> = PHOTOMETRY
         .iter()
-        .map(|c| serde_json::json!([c.name, c.unit, satphot::report::ucd::ucd(c.name), c.description]))
+        .map(|c| serde_json::json!([c.name, c.unit, satphot::tables::ucd::ucd(c.name), c.description]))
         .collect();
     std::fs::write(dir.path().join("schema.json"), serde_json::to_string(&told).unwrap()).unwrap();
     let v_mag: Vec<Option<f64>> = rows().iter().map(|r| r.v_mag).collect();

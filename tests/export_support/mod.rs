@@ -6,8 +6,8 @@ use std::process::Command;
 use std::sync::Mutex;
 
 use satphot::config::Reporter;
-use satphot::report::export::{DataMode, Facts, Zeropoint};
-use satphot::report::{Meta, MetaValue, PhotometryRow};
+use satphot::export::{DataMode, Facts, Zeropoint};
+use satphot::tables::{Meta, MetaValue, PhotometryRow};
 
 /// The first exposure of the shared examples.
 pub fn row() -> PhotometryRow {

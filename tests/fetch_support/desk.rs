@@ -6,9 +6,9 @@ use std::time::Duration;
 
 use hifitime::Epoch;
 use satphot::Error;
+use satphot::base::time::parse_utc;
 use satphot::config::Fetch;
 use satphot::fetch::{Cache, Desk, FetchedElements, Object, Outside, Wanted, WhichService, fetch_elements};
-use satphot::night::clock::parse_utc;
 
 use super::Server;
 

@@ -4,7 +4,8 @@
 use crate::frames_support;
 
 use frames_support::*;
-use satphot::frames::{CardValue, Header, mid_time, write_u16, wrong_checksum};
+use satphot::fits::{CardValue, Header, write_u16, wrong_checksum};
+use satphot::frames::mid_time;
 
 /// Reads a whole file without caring what it is; the message of what went wrong.
 fn try_read(path: &std::path::Path) -> Result<f64, String> {

@@ -4,7 +4,7 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use satphot::frames::{Counts, converter_bits};
+use satphot::detector::{Counts, converter_bits};
 
 fn counts(values: &[f32]) -> Counts {
     let mut counts = Counts::default();

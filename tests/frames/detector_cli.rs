@@ -9,7 +9,7 @@ use ndarray::Array2;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use satphot::frames::{CardValue, write_u16};
+use satphot::fits::{CardValue, write_u16};
 use support::{Night, Told, satphot, simulated};
 
 /// A camera that writes frames of 320x256 px.

@@ -4,7 +4,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal, Poisson};
-use satphot::frames::{DarkNoise, PairPoints, Refusal, Transfer, compare_flats, fit_transfer};
+use satphot::detector::{DarkNoise, PairPoints, Refusal, Transfer, compare_flats, fit_transfer};
 
 const SIDE: usize = 64;
 

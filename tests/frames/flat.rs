@@ -8,7 +8,9 @@ use std::path::Path;
 use frames_support::*;
 use ndarray::Array2;
 use satphot::config::FlatScale;
-use satphot::frames::{BAND_BYTES, CardValue, Detector, Exposure, MasterFlat, classify, mask, write_f32, write_u16};
+use satphot::fits::{CardValue, write_f32, write_u16};
+use satphot::frames::flat::{BAND_BYTES, MasterFlat};
+use satphot::frames::{Detector, Exposure, classify, mask};
 
 const PEDESTAL: f64 = 500.0;
 

@@ -7,8 +7,10 @@ use std::path::{Path, PathBuf};
 
 use frames_support::*;
 use ndarray::Array2;
-use satphot::error::Error;
-use satphot::frames::{Buffers, ElectronsPerAdu, Exposure, FrameReader, Gain, MasterFlat, mask, write_f32, write_u16};
+use satphot::base::error::Error;
+use satphot::fits::{write_f32, write_u16};
+use satphot::frames::flat::MasterFlat;
+use satphot::frames::{Buffers, ElectronsPerAdu, Exposure, FrameReader, Gain, mask};
 
 /// Counts over the whole range of 16 bits.
 fn counts(nx: usize, ny: usize) -> Array2<u16> {
@@ -63,9 +65,9 @@ fn storages(dir: &Path, nx: usize, ny: usize) -> Vec<(&'static str, PathBuf, Arr
         light().into_iter().filter(|c| !c.starts_with("OBJECT") && !c.starts_with("IMAGETYP")).chain(cards).collect();
     let path = |name: &str| dir.join(name);
     let as_cards: Vec<_> = [("IMAGETYP", "LIGHT"), ("DATE-OBS", "2025-06-09T10:33:00.500"), ("OBJECT", "ISS")]
-        .map(|(k, v)| (k.to_string(), satphot::frames::CardValue::Text(v.into()), String::new()))
+        .map(|(k, v)| (k.to_string(), satphot::fits::CardValue::Text(v.into()), String::new()))
         .into_iter()
-        .chain([("EXPTIME".to_string(), satphot::frames::CardValue::Real(5.0), String::new())])
+        .chain([("EXPTIME".to_string(), satphot::fits::CardValue::Real(5.0), String::new())])
         .collect();
     write_u16(&path("u16.fits"), &whole, &as_cards, false).unwrap();
     write_u16(&path("u16.fits.fz"), &whole, &as_cards, true).unwrap();

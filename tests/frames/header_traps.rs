@@ -6,12 +6,12 @@ use crate::headers;
 use headers::{says, shared, told, told_at_macquarie, told_with};
 use satphot::config::Config;
 use satphot::frames::Role;
-use satphot::night::inspect::Inspector;
-use satphot::night::survey::survey;
+use satphot::pipeline::inspect::file::Inspector;
+use satphot::pipeline::survey::files::survey;
 
 const START: &str = "EXPTIME = 5.0\nDATE-OBS = '2025-06-09T10:33:00.000'\n";
 
-fn light(lines: &str) -> satphot::report::inspect::Inspection {
+fn light(lines: &str) -> satphot::pipeline::inspect::record::Inspection {
     told(&format!("{START}{lines}"))
 }
 

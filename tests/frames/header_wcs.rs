@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use satphot::photometry::wcs::Wcs;
+use satphot::astrometry::wcs::Wcs;
 
 /// Headers and places by astropy 8.0.2, written by scripts/make_wcs_vectors.py.
 const VECTORS: &str = include_str!("../data/wcs_vectors.txt");

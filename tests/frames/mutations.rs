@@ -15,7 +15,8 @@ use frames_support::*;
 use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use satphot::frames::{Header, classify, wrong_checksum};
+use satphot::fits::{Header, wrong_checksum};
+use satphot::frames::classify;
 
 /// Address space of a child \[kB\]: a mutated file of 12 kB must not ask for more. Threads and the program take 300 MB.
 const MEMORY_KB: u64 = 2_000_000;

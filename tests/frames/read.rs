@@ -5,7 +5,8 @@ use crate::frames_support;
 
 use frames_support::*;
 use ndarray::Array2;
-use satphot::frames::{CardValue, Detector, Header, Role, classify, mask, write_f32, write_u16};
+use satphot::fits::{CardValue, Header, write_f32, write_u16};
+use satphot::frames::{Detector, Role, classify, mask};
 
 /// Pixel values that reach the extremes of 16 bits.
 fn pattern(nx: usize, ny: usize) -> Array2<u16> {
@@ -295,7 +296,7 @@ fn floats_keep_their_bits_and_files_are_found() {
     let sub = dir.path().join("sub");
     std::fs::create_dir(&sub).unwrap();
     write_f32(&sub.join("d.fits"), &pixels, &[]).unwrap();
-    let found = satphot::frames::find_files(&[dir.path().into(), sub.clone(), sub.join("d.fits")]).unwrap();
+    let found = satphot::fits::find_files(&[dir.path().into(), sub.clone(), sub.join("d.fits")]).unwrap();
     let names: Vec<_> = found.iter().map(|p| p.strip_prefix(dir.path()).unwrap().to_str().unwrap()).collect();
     assert_eq!(names, ["a.fits.fz", "b.FIT", "c.fts", "sub/d.fits"]);
     let mut e = exposure(&put(dir.path(), "x.fits", &fits(8, 1, 1, &light(), &[1])));
@@ -305,6 +306,6 @@ fn floats_keep_their_bits_and_files_are_found() {
     let frame = read(&e, unit_gain(), None, None).unwrap();
     assert!(frame.pixels.iter().zip(&pixels).all(|(a, b)| a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan()));
     let empty = tempfile::tempdir().unwrap();
-    let e = satphot::frames::find_files(&[empty.path().into()]).unwrap_err();
+    let e = satphot::fits::find_files(&[empty.path().into()]).unwrap_err();
     assert!(e.exit_code() == 4 && e.to_string().contains(empty.path().to_str().unwrap()), "{e}");
 }

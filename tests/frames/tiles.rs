@@ -6,7 +6,7 @@ use crate::frames_support;
 use std::path::PathBuf;
 
 use frames_support::*;
-use satphot::frames::{Header, wrong_checksum};
+use satphot::fits::{Header, wrong_checksum};
 
 /// Name; sum of the finite pixels; sum of pixel times (1 + its number in rows mod 97); undefined pixels. Each image has
 /// 31 x 23 px; pixels rounded to f32.

@@ -4,7 +4,9 @@
 use std::path::{Path, PathBuf};
 
 use satphot::config::Config;
-use satphot::frames::{Buffers, Electrons, Exposure, Frame, Gain, Header, MasterFlat, classify};
+use satphot::fits::Header;
+use satphot::frames::flat::MasterFlat;
+use satphot::frames::{Buffers, Electrons, Exposure, Frame, Gain, classify};
 
 /// A header block of cards, padded.
 pub fn header(cards: &[String]) -> Vec<u8> {
@@ -109,7 +111,7 @@ pub fn read(
     gain: Gain,
     clip_radius_px: Option<f64>,
     flat: Option<&MasterFlat>,
-) -> satphot::error::Result<Frame<Electrons>> {
+) -> satphot::base::error::Result<Frame<Electrons>> {
     let buffers = Buffers::default();
     let frame = satphot::frames::read(exposure, gain, clip_radius_px, flat, &buffers)?;
     Ok(Frame::clone(&frame))

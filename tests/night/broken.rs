@@ -251,10 +251,10 @@ fn one_target_frame_with_a_broken_file_costs_one_row() {
 
 /// Packs a frame into Rice tiles, one per row, and lies about where the 61st begins.
 fn damage_a_tile(path: &Path) {
-    let header = satphot::frames::Header::read(path).unwrap();
-    let value = |c: &satphot::frames::Card| match (c.is_text, c.value.parse::<f64>()) {
-        (false, Ok(number)) => satphot::frames::CardValue::Real(number),
-        _ => satphot::frames::CardValue::Text(c.value.clone()),
+    let header = satphot::fits::Header::read(path).unwrap();
+    let value = |c: &satphot::fits::Card| match (c.is_text, c.value.parse::<f64>()) {
+        (false, Ok(number)) => satphot::fits::CardValue::Real(number),
+        _ => satphot::fits::CardValue::Text(c.value.clone()),
     };
     let structure =
         ["SIMPLE", "BITPIX", "NAXIS", "NAXIS1", "NAXIS2", "BZERO", "BSCALE", "EXTEND", "COMMENT", "HISTORY"];
@@ -265,7 +265,7 @@ fn damage_a_tile(path: &Path) {
         .map(|c| (c.keyword.clone(), value(c), c.comment.clone()))
         .collect();
     std::fs::remove_file(path).unwrap();
-    satphot::frames::write_u16(path, &ndarray::Array2::from_elem((120, 160), 1_000), &cards, true).unwrap();
+    satphot::fits::write_u16(path, &ndarray::Array2::from_elem((120, 160), 1_000), &cards, true).unwrap();
     let mut bytes = std::fs::read(path).unwrap();
     let begin = bytes.windows(8).rposition(|w| w == b"XTENSION").unwrap();
     let end = bytes[begin..].chunks(80).position(|c| c.starts_with(b"END     ")).unwrap() * 80 + begin;
@@ -343,7 +343,7 @@ fn star_frames_without_coordinates_are_matched_or_where_that_is_forbidden_ask_fo
     let summary = matched.run().unwrap();
     assert!(summary.zeropoint.is_some() && summary.counts.failed < 4, "{:?}", summary.failures);
     let replaced = satphot::photometry::Flags::WCS_REPLACED;
-    let (rows, _) = satphot::report::read_stars(&matched.result("stars.ecsv")).unwrap();
+    let (rows, _) = satphot::tables::read_stars(&matched.result("stars.ecsv")).unwrap();
     assert!(rows.iter().all(|r| satphot::photometry::Flags(r.flags).has(replaced)));
 }
 
@@ -442,6 +442,6 @@ fn files_of_one_name_in_two_folders_keep_their_own_hashes() {
     let manifest = n.manifest();
     for input in manifest["inputs"].as_array().unwrap() {
         let path = PathBuf::from(input["path"].as_str().unwrap());
-        assert_eq!(input["sha256"], satphot::night::bench::sha256_16(&path).unwrap(), "{}", path.display());
+        assert_eq!(input["sha256"], satphot::pipeline::prepared::sha256_16(&path).unwrap(), "{}", path.display());
     }
 }

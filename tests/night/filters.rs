@@ -5,7 +5,7 @@
 use std::fs;
 use std::path::Path;
 
-use satphot::report::{MetaValue, read_meta};
+use satphot::tables::{MetaValue, read_meta};
 
 use crate::support::{Night, simulated};
 

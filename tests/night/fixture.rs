@@ -3,10 +3,10 @@
 
 use std::path::{Path, PathBuf};
 
+use satphot::base::progress::Silent;
 use satphot::config::Config;
-use satphot::night::pipeline::{Options, run};
-use satphot::night::progress::Silent;
-use satphot::night::simulate::{Scenario, simulate};
+use satphot::pipeline::run::{Options, run};
+use satphot::simulate::{Scenario, simulate};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 

@@ -3,11 +3,12 @@
 
 use std::path::Path;
 
+use satphot::base::progress::Silent;
 use satphot::config::Config;
-use satphot::night::pipeline::{Options, run};
-use satphot::night::progress::Silent;
-use satphot::night::summary::Summary;
-use satphot::report::{StarRow, read_stars, summary::robust};
+use satphot::pipeline::products::summary::Summary;
+use satphot::pipeline::run::{Options, run};
+use satphot::report::summary::robust;
+use satphot::tables::{StarRow, read_stars};
 
 const FRAMES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/frames");
 
@@ -104,9 +105,9 @@ fn a_real_frame_gives_its_zeropoint_and_says_what_the_header_gain_does_to_it() {
 
 #[test]
 fn the_real_frame_without_its_world_coordinates_is_put_back_where_it_was() {
-    use satphot::frames::Header;
-    use satphot::night::solve_file::FrameSolver;
-    use satphot::photometry::wcs::Wcs;
+    use satphot::astrometry::wcs::Wcs;
+    use satphot::fits::Header;
+    use satphot::pipeline::stars::solve_file::FrameSolver;
 
     if !Path::new(FRAMES).exists() {
         println!("skipped: ../shared/data/frames not present");

@@ -86,7 +86,7 @@ fn a_terminated_run_ends_with_143_and_the_next_one_with_the_bytes_of_an_undistur
 fn the_second_run_in_a_folder_is_refused_with_75_and_harms_nothing() {
     let n = night();
     std::fs::create_dir_all(n.result("")).unwrap();
-    let held = satphot::night::lock::lock(&n.result("")).unwrap();
+    let held = satphot::pipeline::products::lock::lock(&n.result("")).unwrap();
     run(&n).expect(75, &["another run", &format!("pid {}", std::process::id()), "tiny"]).without_results();
     assert!(!n.result("photometry.ecsv").exists());
     drop(held);
@@ -143,7 +143,7 @@ fn a_read_only_folder_and_one_that_vanishes_are_told_by_name() {
     }
     n.satphot(&["run", "-q", "--set", "night.output=pipeline.toml"]).expect(4, &["pipeline.toml", "folder is needed"]);
     let gone = n.path("gone/table.ecsv");
-    let error = satphot::file::write_atomic(&gone, b"x").unwrap_err();
+    let error = satphot::base::file::write_atomic(&gone, b"x").unwrap_err();
     assert!(error.to_string().contains("not there") && error.exit_code() == 4, "{error}");
 }
 

@@ -6,8 +6,8 @@ use crate::support;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use satphot::night::summary::Summary;
-use satphot::report::PhotometryRow;
+use satphot::pipeline::products::summary::Summary;
+use satphot::tables::PhotometryRow;
 use support::{Night, TARGETS, simulated};
 
 fn original() -> &'static PathBuf {

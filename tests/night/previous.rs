@@ -4,7 +4,7 @@
 use crate::support;
 
 use satphot::photometry::Flags;
-use satphot::report::PhotometryRow;
+use satphot::tables::PhotometryRow;
 use support::{Night, TARGETS, simulated};
 
 /// A night without its star pointings but with the zeropoint they gave, edited, and its rows with those of the whole night.

@@ -7,17 +7,17 @@ use crate::support;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
+use satphot::base::error::Error;
+use satphot::base::progress::Progress;
 use satphot::config::Config;
-use satphot::error::Error;
-use satphot::frames::{BAND_BYTES, MasterFlat};
-use satphot::night::bench::Bench;
-use satphot::night::pipeline::run;
-use satphot::night::progress::Progress;
-use satphot::night::surroundings::{look, reach_px};
-use satphot::night::survey::survey;
-use satphot::night::target::target_settings;
+use satphot::frames::flat::{BAND_BYTES, MasterFlat};
 use satphot::photometry::background::background;
-use satphot::photometry::target::measure_target;
+use satphot::photometry::target::measure::measure_target;
+use satphot::pipeline::prepared::Bench;
+use satphot::pipeline::run::run;
+use satphot::pipeline::survey::files::survey;
+use satphot::pipeline::target::frame::target_settings;
+use satphot::pipeline::target::window::{look, reach_px};
 use support::{Night, TARGETS, simulated};
 
 fn original() -> &'static PathBuf {

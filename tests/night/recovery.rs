@@ -4,12 +4,12 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use satphot::base::progress::Silent;
 use satphot::config::Config;
-use satphot::night::pipeline::{Options, run};
-use satphot::night::progress::Silent;
-use satphot::night::simulate::{Scenario, simulate};
-use satphot::night::summary::Summary;
-use satphot::report::{PhotometryRow, StarRow, read_photometry, read_stars};
+use satphot::pipeline::products::summary::Summary;
+use satphot::pipeline::run::{Options, run};
+use satphot::simulate::{Scenario, simulate};
+use satphot::tables::{PhotometryRow, StarRow, read_photometry, read_stars};
 
 /// The night of the issue: 20 pointings and 60 target frames at the gain settings 200, 250 and 300 in turn.
 const NIGHT: [&str; 9] = [
@@ -149,7 +149,7 @@ fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     let scenario = Scenario::small_night(&sets).unwrap();
     let bytes = |threads: usize| -> Vec<(String, Vec<u8>)> {
         let folder = tempfile::tempdir().unwrap();
-        let made = satphot::night::stages::with_threads(threads, || simulate(&scenario, folder.path(), &Silent));
+        let made = satphot::pipeline::stages::with_threads(threads, || simulate(&scenario, folder.path(), &Silent));
         let mut files = made.unwrap().unwrap().frames;
         files.push(folder.path().join("truth/stars.csv"));
         files.push(folder.path().join("truth/target.csv"));

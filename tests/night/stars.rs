@@ -5,20 +5,20 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use hifitime::Epoch;
+use satphot::astrometry::align::Alignment;
+use satphot::astrometry::catalogue::Catalogue;
+use satphot::base::progress::Silent;
 use satphot::config::Config;
 use satphot::frames::{ElectronsPerAdu, Gain};
-use satphot::night::pipeline::{Options, run};
-use satphot::night::pointing::{Member, MemberStar, combined_rows};
-use satphot::night::progress::Silent;
-use satphot::night::simulate::{Scenario, simulate};
-use satphot::night::summary::Summary;
 use satphot::photometry::Flags;
-use satphot::photometry::align::Alignment;
 use satphot::photometry::aperture::Shape;
-use satphot::photometry::catalogue::Catalogue;
 use satphot::photometry::flux::Flux;
 use satphot::photometry::growth::StarProfile;
-use satphot::report::{StarRow, read_stars};
+use satphot::pipeline::products::summary::Summary;
+use satphot::pipeline::run::{Options, run};
+use satphot::pipeline::stars::pointing::{Member, MemberStar, combined_rows};
+use satphot::simulate::{Scenario, simulate};
+use satphot::tables::{StarRow, read_stars};
 
 fn simulated(folder: &Path, sets: &[&str]) -> Scenario {
     let sets: Vec<String> = sets.iter().map(|s| (*s).to_string()).collect();

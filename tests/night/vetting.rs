@@ -5,13 +5,13 @@ use crate::support;
 
 use std::path::Path;
 
+use satphot::base::progress::Silent;
 use satphot::config::{Config, Vetting};
-use satphot::night::pipeline::{Options, run};
-use satphot::night::progress::Silent;
-use satphot::night::target::TargetFrame;
-use satphot::night::vet::{judge, judge_night};
 use satphot::photometry::Flags;
-use satphot::report::{PhotometryRow, read_photometry};
+use satphot::pipeline::run::{Options, run};
+use satphot::pipeline::target::frame::TargetFrame;
+use satphot::pipeline::vet::{judge, judge_night};
+use satphot::tables::{PhotometryRow, read_photometry};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 

@@ -4,9 +4,9 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 
+use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::{Brdf, Brightness, Model, ModelSettings, Satellite, Scene, Surface};
 use satphot::config::{Distances, Mode, Shadow, Source, SourceDisc};
-use satphot::vector::{Itrs, Vector};
 
 /// Radius of the reference geometry.
 pub const R_KM: f64 = 6378.0;

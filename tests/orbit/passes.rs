@@ -192,7 +192,7 @@ fn the_angular_rate_is_that_of_the_line_of_sight_against_the_stars() {
         let inertial = |g: &satphot::orbit::Geometry, dt_s: f64| {
             let (s, c) = (7.292_115e-5 * dt_s).sin_cos();
             let [x, y, z] = (g.satellite_itrs_km - g.observer_itrs_km).unit().unwrap().to_array();
-            satphot::vector::Vector::<satphot::vector::Itrs>::new(c * x - s * y, s * x + c * y, z)
+            satphot::base::vector::Vector::<satphot::base::vector::Itrs>::new(c * x - s * y, s * x + c * y, z)
         };
         let (before, after) = (inertial(&a, -dt_s), inertial(&b, dt_s));
         let rate = before.angle_to(&after) / (2.0 * dt_s);

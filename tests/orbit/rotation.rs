@@ -1,6 +1,6 @@
 //! Satellites of old epochs against skyfield 1.55, which has its own table of UT1.
 
-use satphot::night::clock::parse_utc;
+use satphot::base::time::parse_utc;
 use satphot::orbit::{EarthOrientation, Elements, Site, Tracker};
 
 const LINE_2: &str = "2 25544  51.6387 309.4583 0002050 206.9520 269.5937 15.49905811513682";

@@ -1,7 +1,7 @@
 //! Whole passes: a window that cuts a pass changes nothing but what lies outside it.
 
 use hifitime::{Duration, Epoch};
-use satphot::night::clock::{iso_utc, parse_utc};
+use satphot::base::time::{iso_utc, parse_utc};
 use satphot::orbit::passes::passes;
 use satphot::orbit::{EarthOrientation, Elements, Site, Tracker, WholePass, whole_passes};
 

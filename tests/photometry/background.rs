@@ -4,9 +4,9 @@
 use std::path::{Path, PathBuf};
 
 use ndarray::Array2;
+use satphot::base::stats;
 use satphot::frames::{Electrons, ElectronsPerAdu, Frame, Gain, mask};
 use satphot::photometry::background::background;
-use satphot::photometry::stats;
 
 fn gain() -> Gain {
     Gain {

@@ -8,12 +8,12 @@ use photometry_scene::frame;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, Normal};
+use satphot::base::stats;
 use satphot::frames::{Electrons, Frame, mask};
 use satphot::photometry::Flags;
 use satphot::photometry::aperture::Shape;
 use satphot::photometry::background::{Background, background};
 use satphot::photometry::flux::{Flux, measure, measure_all};
-use satphot::photometry::stats;
 
 /// Flux, area, sky, its scatter, pixels kept, highest pixel, flags but those of the sky's crowding.
 struct Plain {

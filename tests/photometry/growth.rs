@@ -314,7 +314,7 @@ fn the_figure_of_the_growth_curve_shows_the_choice_and_an_empty_one_says_why() {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
     let night = night(3.5, &[3.0], 3);
     let path = folder.join("growth.svg");
-    satphot::report::plot::growth_curve(&path, Some(&night.curve)).unwrap();
+    satphot::figures::growth_curve(&path, Some(&night.curve)).unwrap();
     let svg = std::fs::read_to_string(&path).unwrap();
     assert!(svg.contains("FWHM holds 0.98") && svg.contains("49 stars") && !svg.contains("NaN"));
     // the points lie on the line: the curve is the profile's within its errors
@@ -325,6 +325,6 @@ fn the_figure_of_the_growth_curve_shows_the_choice_and_an_empty_one_says_why() {
     let best = night.curve.best_snr_r_fwhm;
     assert!((0.6..0.8).contains(&best), "{best}"); // 0.67 FWHM for a Gaussian
     let path = folder.join("growth_empty.svg");
-    satphot::report::plot::growth_curve(&path, None).unwrap();
+    satphot::figures::growth_curve(&path, None).unwrap();
     assert!(std::fs::read_to_string(&path).unwrap().contains("no data"));
 }

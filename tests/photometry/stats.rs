@@ -4,7 +4,7 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, Normal, Poisson};
-use satphot::photometry::stats::*;
+use satphot::base::stats::*;
 
 #[test]
 fn median_and_quantile_leave_out_nan_and_agree_with_sorting() {

@@ -9,7 +9,7 @@ use rand_chacha::ChaCha12Rng;
 use rayon::prelude::*;
 use satphot::photometry::Flags;
 use satphot::photometry::background::background;
-use satphot::photometry::target::{Light, TargetFound, TargetSettings, measure_target};
+use satphot::photometry::target::measure::{Light, TargetFound, TargetSettings, measure_target};
 
 const FWHM: f64 = 4.0;
 const SKY: f64 = 60.0;

@@ -13,7 +13,7 @@ use satphot::photometry::aperture::Shape;
 use satphot::photometry::background::background;
 use satphot::photometry::flux::Flux;
 use satphot::photometry::surface_brightness::inst_mu;
-use satphot::photometry::target::{Light, TargetFound, TargetSettings, measure_target};
+use satphot::photometry::target::measure::{Light, TargetFound, TargetSettings, measure_target};
 
 const FWHM: f64 = 4.0;
 const SKY: f64 = 60.0;

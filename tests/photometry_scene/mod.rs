@@ -106,5 +106,5 @@ pub fn clipped(mut frame: Frame<Electrons>, radius_px: f64) -> Frame<Electrons> 
 
 /// Mean and standard deviation.
 pub fn mean_sd(values: &[f64]) -> (f64, f64) {
-    satphot::photometry::stats::mean_and_sd(values)
+    satphot::base::stats::mean_and_sd(values)
 }

@@ -4,9 +4,9 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Exp1, Normal, Poisson};
-use satphot::photometry::catalogue::separation_deg;
-use satphot::photometry::plate::{Detection, Hint, SkyStar, Solution};
-use satphot::photometry::wcs::Wcs;
+use satphot::astrometry::catalogue::separation_deg;
+use satphot::astrometry::plate::{Detection, Hint, SkyStar, Solution};
+use satphot::astrometry::wcs::Wcs;
 
 /// Size of the frames \[px\]: 31' x 21' at 0.194 arcsec/px.
 pub const SIZE: (usize, usize) = (9576, 6388);

@@ -6,16 +6,16 @@ use crate::support;
 use std::collections::HashMap;
 use std::path::Path;
 
+use satphot::base::progress::Silent;
+use satphot::base::time::parse_utc;
 use satphot::brightness::sky_points::SkyPoints;
 use satphot::brightness::{ModelSettings, Satellite, ToleranceOf};
 use satphot::config::{Mode, Sampling};
-use satphot::night::clock::parse_utc;
-use satphot::night::predict::day::{day_moments, observed_passes, predict_day, sky_light};
-use satphot::night::predict::dome::{Dome, Overhead};
-use satphot::night::progress::Silent;
 use satphot::orbit::Site;
-use satphot::report::PhotometryRow;
-use satphot::report::forecast::DayRow;
+use satphot::tables::PhotometryRow;
+use satphot::visibility::forecast::day::{day_moments, observed_passes, predict_day, sky_light};
+use satphot::visibility::forecast::dome::{Dome, Overhead};
+use satphot::visibility::forecast_tables::DayRow;
 use support::{Told, satphot};
 
 const SITE: &str = "-33.7703,151.1113,70";
@@ -244,8 +244,8 @@ fn tables_of_observations_are_drawn_and_empty_or_foreign_ones_are_told() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let rows: Vec<PhotometryRow> = (0..6).map(|i| frame(f64::from(i), Some(11.5 + 0.2 * f64::from(i)))).collect();
-    satphot::report::write_photometry(&at("seen.ecsv"), &rows, &satphot::report::Meta::default()).unwrap();
-    satphot::report::write_photometry(&at("none.ecsv"), &[frame(0.0, None)], &satphot::report::Meta::default())
+    satphot::tables::write_photometry(&at("seen.ecsv"), &rows, &satphot::tables::Meta::default()).unwrap();
+    satphot::tables::write_photometry(&at("none.ecsv"), &[frame(0.0, None)], &satphot::tables::Meta::default())
         .unwrap();
     std::fs::write(at("empty.ecsv"), "").unwrap();
     let base = ["day", "--satellite", "bluebird-fm1", "--site", SITE, "--date", "2025-06-11", "--points", "40"];

@@ -3,13 +3,13 @@
 
 use crate::support;
 
+use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::lamps::LampSettings;
 use satphot::brightness::{Attitude, Band, Scene};
 use satphot::config::{Effects, Mode};
-use satphot::detect::footprint::{
+use satphot::visibility::footprint::{
     Approach, CircularOrbit, Lamp, Mirror, approaches, beam_diameter_km, crossings_per_day, glint_mag,
 };
-use satphot::vector::{Itrs, Vector};
 use support::satphot;
 
 const R_KM: f64 = 6371.0;
@@ -211,7 +211,7 @@ fn a_beam_of_unknown_node_and_phase_meets_a_site_as_often_as_is_said() {
         let mut before = true; // one that begins inside is not counted
         for i in 0..(86_400.0 / step_s) as u32 {
             let t = f64::from(i) * step_s;
-            let (s, c) = (satphot::constants::EARTH_ROTATION_RAD_S * t).sin_cos();
+            let (s, c) = (satphot::base::constants::EARTH_ROTATION_RAD_S * t).sin_cos();
             let r = orbit.state(t).0;
             let apart = (r.x() * c + r.y() * s) * lat.cos() + r.z() * lat.sin();
             let inside = (apart / r.norm()).acos() * R_KM < 0.5 * wide_km;

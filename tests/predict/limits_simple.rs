@@ -7,9 +7,9 @@ use crate::support;
 use std::f64::consts::PI;
 
 use proptest::prelude::*;
+use satphot::base::constants::FWHM_PER_SIGMA;
 use satphot::config::Mode;
-use satphot::constants::FWHM_PER_SIGMA;
-use satphot::detect::simple::{
+use satphot::visibility::simple::{
     Diameter, Panel, SimpleEffects, angle_arcsec, diameter_m, effective_solid_angle_arcsec2,
     invariant_surface_brightness, magnitude, psf_solid_angle_arcsec2, solid_angle_arcsec2, summed_solid_angle_arcsec2,
     surface_brightness,

@@ -8,11 +8,11 @@ use std::collections::HashMap;
 use rand::SeedableRng;
 use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, Normal, Poisson};
-use satphot::detect::sky_brightness::{MoonInSky, moonlight_nl, moonlit_sky_v_mag_arcsec2};
-use satphot::detect::sky_brightness_table::sky_of_v;
-use satphot::detect::tracked::{Area, Noise, limit_mag};
 use satphot::frames::pixel_scale_arcsec;
-use satphot::night::telescope::macquarie;
+use satphot::visibility::sky_brightness::{MoonInSky, moonlight_nl, moonlit_sky_v_mag_arcsec2};
+use satphot::visibility::sky_brightness_table::sky_of_v;
+use satphot::visibility::telescope::macquarie;
+use satphot::visibility::tracked::{Area, Noise, limit_mag};
 use serde_json::Value;
 use support::{Told, satphot};
 

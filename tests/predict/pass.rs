@@ -7,12 +7,12 @@ use crate::support;
 use std::collections::HashMap;
 use std::path::Path;
 
+use satphot::base::time::parse_utc;
 use satphot::brightness::Model;
 use satphot::config;
-use satphot::night::clock::parse_utc;
-use satphot::night::compare::scene;
 use satphot::orbit::{EarthOrientation, Site, Tracker, read_elements};
-use satphot::report::columns::PREDICTION;
+use satphot::pipeline::compare::scene;
+use satphot::tables::columns::PREDICTION;
 use support::{Told, satphot};
 
 const ELEMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/night/iss-2025-june.tle");

@@ -5,11 +5,11 @@ use crate::support;
 
 use std::collections::HashMap;
 
+use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::sky::{Body, Sky};
 use satphot::brightness::{Model, ModelSettings, Satellite, ToleranceOf};
 use satphot::config::{self, Mode};
-use satphot::report::columns::SKY;
-use satphot::vector::{Itrs, Vector};
+use satphot::tables::columns::SKY;
 use support::{Told, satphot};
 
 const NIGHT: [&str; 10] = [

@@ -2,10 +2,10 @@
 //! readers of the code. Both say the same, in words and in units.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // tests
 
-use satphot::report::Column;
-use satphot::report::columns::{ACCURACY, EXTREMES, PHOTOMETRY, RESIDUALS, SKY, STARS};
+use satphot::tables::Column;
+use satphot::tables::columns::{ACCURACY, EXTREMES, PHOTOMETRY, RESIDUALS, SKY, STARS};
 
-const ROWS: &str = include_str!("../../src/report/rows.rs");
+const ROWS: &str = include_str!("../../src/tables/rows.rs");
 
 /// The columns of each struct of `rows.rs`.
 const TABLES: [(&str, &[Column]); 6] = [

@@ -4,8 +4,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use satphot::report::plot::{light_curve, light_curve_pages, light_curves, residuals_altitude, zeropoint_diagnostics};
-use satphot::report::{PhotometryRow, ResidualRow, StarRow};
+use satphot::figures::{light_curve, light_curve_pages, light_curves, residuals_altitude, zeropoint_diagnostics};
+use satphot::tables::{PhotometryRow, ResidualRow, StarRow};
 
 /// Figures stay in the build folder, where a person can look at them.
 fn place(name: &str) -> PathBuf {

@@ -4,10 +4,12 @@
 use crate::support;
 
 use base64::Engine;
+use satphot::figures::Thumb;
+use satphot::figures::thumb::{GREYS, MARKS_RGB, MASKED, OUTSIDE, SATURATED};
 use satphot::photometry::Flags;
 use satphot::report::gallery::worst_first;
-use satphot::report::thumb::{GREYS, MARKS_RGB, MASKED, OUTSIDE, SATURATED};
-use satphot::report::{PhotometryRow, Thumb, write_gallery};
+use satphot::report::write_gallery;
+use satphot::tables::PhotometryRow;
 
 fn thumb() -> Thumb {
     // 3 x 2 pixels, the lower row black to white, the upper one the three marks

@@ -4,9 +4,9 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use satphot::night::report::{night_page, write_campaign_report, write_report};
+use satphot::pipeline::products::page::{night_page, write_campaign_report, write_report};
 use satphot::report::page::{NightPage, write_night_page};
-use satphot::report::{Meta, PhotometryRow, write_photometry};
+use satphot::tables::{Meta, PhotometryRow, write_photometry};
 
 const SECTIONS: [&str; 10] = [
     "summary",

@@ -3,8 +3,9 @@
 
 use proptest::prelude::*;
 use satphot::photometry::Flags;
+use satphot::report::summary::used_residuals;
 use satphot::report::summary::{PASS_GAP_S, pass_table, passes, robust, scatter, text_table};
-use satphot::report::{PhotometryRow, ResidualRow, summary::used_residuals};
+use satphot::tables::{PhotometryRow, ResidualRow};
 
 fn row(mjd: f64, norad: i64, v_mag: Option<f64>, verdict: &str) -> PhotometryRow {
     PhotometryRow {

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use proptest::prelude::*;
 use satphot::Error;
-use satphot::report::columns::{PHOTOMETRY, RESIDUALS, STARS};
-use satphot::report::{
+use satphot::tables::columns::{PHOTOMETRY, RESIDUALS, STARS};
+use satphot::tables::{
     Column, Meta, MetaValue, PhotometryRow, ResidualRow, StarRow, read_photometry, read_residuals, read_stars,
     write_photometry, write_residuals, write_stars,
 };

@@ -3,11 +3,11 @@
 
 use std::path::Path;
 
+use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::{self, Attitude, Brdf, ModelSettings, Satellite, Scene, Surface};
 use satphot::resolved::projected::{areas, silhouette_m2};
 use satphot::resolved::shape::double_area;
 use satphot::resolved::{ComponentSatellite, Light, RayCounts, RenderSettings, Renderer, ResolvedScene, render};
-use satphot::vector::{Itrs, Vector};
 
 const R_KM: f64 = 6378.137;
 const AU_KM: f64 = 149_597_870.7;
@@ -284,7 +284,7 @@ fn what_is_seen_in_the_picture_is_the_silhouette() {
 #[test]
 fn of_the_published_case_panel_and_radiator_have_no_direct_moonlight_and_body_1_has() {
     let (rows, notes) =
-        satphot::published::resolved_case::resolved_case(&RenderSettings { pixels: 96, ..RenderSettings::default() })
+        satphot::paper::resolved_case::resolved_case(&RenderSettings { pixels: 96, ..RenderSettings::default() })
             .unwrap();
     assert!(notes.iter().any(|n| n.contains("204")) && notes.iter().any(|n| n.contains("per cm2")));
     let of = |quantity: &str, whose: &str| {

@@ -3,12 +3,12 @@
 
 use std::path::Path;
 
+use satphot::base::vector::Vector;
 use satphot::brightness::{Brdf, Catalogue, Scene};
-use satphot::report::radiance::fits::{PictureFacts, write_picture};
-use satphot::report::radiance::radiance_rows;
+use satphot::figures::radiance::fits::{PictureFacts, write_picture};
+use satphot::figures::radiance::radiance_rows;
 use satphot::resolved::points::parse_point;
 use satphot::resolved::{ComponentSatellite, RenderSettings, Renderer, ResolvedScene, render};
-use satphot::vector::Vector;
 
 const R_KM: f64 = 6378.137;
 

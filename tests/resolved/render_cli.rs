@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use satphot::report::read_photometry;
+use satphot::tables::read_photometry;
 
 const ELEMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/src/presets/iss_2025_june.tle");
 

@@ -3,16 +3,16 @@
 
 use hifitime::Epoch;
 use ndarray::Array2;
+use satphot::base::progress::Silent;
 use satphot::brightness::spectrum::{SolarColumn, Spectrum};
 use satphot::config::Config;
-use satphot::night::pipeline::{Options, run};
-use satphot::night::progress::Silent;
-use satphot::report::radiance::snr::snr_rows;
-use satphot::report::read_photometry;
+use satphot::figures::radiance::snr::snr_rows;
+use satphot::pipeline::run::{Options, run};
 use satphot::resolved::sensor::{
     Air, Blur, FrameFacts, Pupil, Sampling, Seeing, Sensor, SensorSettings, signal_to_noise, stamp, write_frame,
 };
 use satphot::resolved::{Light, RadianceImage};
+use satphot::tables::read_photometry;
 
 const ARCSEC: f64 = 4.848_136_811_095_36e-6;
 

@@ -6,7 +6,7 @@ use crate::support;
 use std::collections::HashMap;
 use std::path::Path;
 
-use satphot::night::simulate::Scenario;
+use satphot::simulate::Scenario;
 use support::{Night, simulated};
 
 /// Rows of a table of the truth, by frame: column name to text.

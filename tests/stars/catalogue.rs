@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use satphot::photometry::catalogue::{Catalogue, CatalogueStar, separation_deg};
+use satphot::astrometry::catalogue::{Catalogue, CatalogueStar, separation_deg};
 use satphot::{Error, Result};
 
 /// The file in the shared data, or `None` with a line that says so.

@@ -8,9 +8,9 @@ use std::process::Command;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use satphot::night::matched::{Matched, Request, fit_matched, without_config};
-use satphot::photometry::zeropoint::Zeropoint;
-use satphot::report::read_stars;
+use satphot::tables::read_stars;
+use satphot::zeropoint::fit::Zeropoint;
+use satphot::zeropoint::matched::{Matched, Request, fit_matched, without_config};
 use satphot::{Error, Result};
 
 fn shared(name: &str) -> Option<PathBuf> {

@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use satphot::night::matched::{Matched, Request, fit_matched, without_config};
+use satphot::zeropoint::matched::{Matched, Request, fit_matched, without_config};
 use satphot::{Error, Result};
 
 fn fit_text(text: &str) -> Result<Matched> {

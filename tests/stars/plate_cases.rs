@@ -4,7 +4,7 @@
 use crate::plate_field;
 
 use plate_field::{Field, KINDS, SIZE, cpu_s};
-use satphot::photometry::plate::{Refusal, solve};
+use satphot::astrometry::plate::{Refusal, solve};
 
 /// Fewest stars on the frame of a field that must be solved: three make a hypothesis, two speak for it.
 const ENOUGH: usize = 5;
@@ -73,7 +73,7 @@ fn a_known_parity_halves_the_hypotheses_and_refuses_the_mirror_image_of_the_sky(
     assert!(matches!(solve(&field.stars, &field.detections, SIZE, &hint), Err(Refusal::NoMatch { .. })));
     // a catalogue turned over at the equator holds the mirror image of every field
     let turned: Vec<_> =
-        field.stars.iter().map(|s| satphot::photometry::plate::SkyStar { dec_deg: -s.dec_deg, ..*s }).collect();
+        field.stars.iter().map(|s| satphot::astrometry::plate::SkyStar { dec_deg: -s.dec_deg, ..*s }).collect();
     hint.dec_deg = -hint.dec_deg;
     assert!(solve(&turned, &field.detections, SIZE, &hint).unwrap().mirrored);
 }

@@ -6,9 +6,9 @@ use crate::plate_field;
 use plate_field::{Field, KINDS, Kind, SCALE, SIZE, TYPICAL, cpu_s, seen, sky};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use satphot::photometry::catalogue::separation_deg;
-use satphot::photometry::plate::{Detection, Effort, Model, Refusal, SkyStar, solve, solve_with};
-use satphot::photometry::wcs::Wcs;
+use satphot::astrometry::catalogue::separation_deg;
+use satphot::astrometry::plate::{Detection, Effort, Model, Refusal, SkyStar, solve, solve_with};
+use satphot::astrometry::wcs::Wcs;
 
 #[test]
 fn fewer_than_four_detections_or_stars_are_refused_with_their_number() {
@@ -81,7 +81,7 @@ fn values_that_are_not_finite_are_passed_over() {
         (0.0, 0.0, 0.2, f64::INFINITY),
         (0.0, 0.0, 100.0, 1.0),
     ] {
-        let hint = satphot::photometry::plate::Hint { ra_deg, dec_deg, scale_arcsec, radius_deg, ..field.hint };
+        let hint = satphot::astrometry::plate::Hint { ra_deg, dec_deg, scale_arcsec, radius_deg, ..field.hint };
         let refusal = solve(&field.stars, &field.detections, SIZE, &hint).unwrap_err();
         assert!(matches!(refusal, Refusal::Hint(_)), "{refusal}");
     }
@@ -149,9 +149,9 @@ fn a_distorted_frame_is_followed_to_its_corners() {
     .unwrap();
     let kind = Kind { stars_per_deg2: 1000.0, ..TYPICAL };
     let (detections, n_true) = seen(&mut rng, &stars, &truth, &kind);
-    let hint = satphot::photometry::plate::Hint { ra_deg: 83.1, ..Field::new(&kind, 1).hint };
+    let hint = satphot::astrometry::plate::Hint { ra_deg: 83.1, ..Field::new(&kind, 1).hint };
     let solution =
-        solve(&stars, &detections, SIZE, &satphot::photometry::plate::Hint { dec_deg: -5.1, ..hint }).unwrap();
+        solve(&stars, &detections, SIZE, &satphot::astrometry::plate::Hint { dec_deg: -5.1, ..hint }).unwrap();
     assert_eq!(solution.model, Model::Sip3);
     assert!(solution.pairs.len() as f64 > 0.9 * n_true as f64, "{} of {n_true}", solution.pairs.len());
     for (x, y) in [(0.0, 0.0), (9575.0, 0.0), (0.0, 6387.0), (9575.0, 6387.0), centre] {
@@ -166,9 +166,9 @@ fn a_wide_search_finds_a_field_five_degrees_from_the_hint() {
     let field = Field::new(&TYPICAL, 10);
     let plane = Wcs::tan(field.hint.ra_deg, field.hint.dec_deg, 0.0, 0.0, 3600.0, 0.0, true);
     let (ra_deg, dec_deg) = plane.pixel_to_sky(3.0, -4.0);
-    let hint = satphot::photometry::plate::Hint { ra_deg, dec_deg, radius_deg: 6.0, ..field.hint };
+    let hint = satphot::astrometry::plate::Hint { ra_deg, dec_deg, radius_deg: 6.0, ..field.hint };
     assert!(field.is_right(&solve(&field.stars, &field.detections, SIZE, &hint).unwrap(), 1.0));
-    let near = satphot::photometry::plate::Hint { radius_deg: 1.0, ..hint };
+    let near = satphot::astrometry::plate::Hint { radius_deg: 1.0, ..hint };
     assert!(solve(&field.stars, &field.detections, SIZE, &near).is_err());
 }
 

@@ -3,17 +3,17 @@
 
 use std::path::{Path, PathBuf};
 
+use satphot::astrometry::catalogue::separation_deg;
+use satphot::astrometry::wcs::Wcs;
+use satphot::base::progress::Silent;
 use satphot::config::{Config, Solve};
 use satphot::frames::{Exposure, classify};
-use satphot::night::bench::Bench;
-use satphot::night::pipeline::{Options, run};
-use satphot::night::progress::Silent;
-use satphot::night::solve::{FieldWcs, field_wcs};
-use satphot::night::solve_file::FrameSolver;
 use satphot::photometry::background::background;
-use satphot::photometry::catalogue::separation_deg;
 use satphot::photometry::detect::detect;
-use satphot::photometry::wcs::Wcs;
+use satphot::pipeline::prepared::Bench;
+use satphot::pipeline::run::{Options, run};
+use satphot::pipeline::stars::solve::{FieldWcs, field_wcs};
+use satphot::pipeline::stars::solve_file::FrameSolver;
 
 const NIGHT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/night");
 const SIZE: (f64, f64) = (300.0, 220.0);
@@ -67,7 +67,7 @@ fn truth(k: usize, bench: &Bench) -> FieldWcs {
     answer(&frame_name(k), bench).unwrap()
 }
 
-fn answer(path: &Path, bench: &Bench) -> satphot::error::Result<FieldWcs> {
+fn answer(path: &Path, bench: &Bench) -> satphot::base::error::Result<FieldWcs> {
     let exposure = classify(path, &bench.config, &[])?;
     let frame = bench.reduce(&exposure)?;
     let sky = background(&frame, 32, 3.0)?;

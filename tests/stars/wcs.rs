@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use satphot::photometry::wcs::Wcs;
+use satphot::astrometry::wcs::Wcs;
 
 const VECTORS: &str = include_str!("../data/wcs_sip_vectors.csv");
 

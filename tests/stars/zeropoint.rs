@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use satphot::config::{Estimator, Pin, Zeropoint as Config};
-use satphot::photometry::zeropoint::{StarMeasurement, Zeropoint, fit};
+use satphot::zeropoint::fit::{StarMeasurement, Zeropoint, fit};
 
 use crate::zeropoint_nights;
 

@@ -6,7 +6,7 @@
 use crate::zeropoint_nights;
 
 use satphot::config::{Estimator, Zeropoint as Config};
-use satphot::photometry::zeropoint::fit;
+use satphot::zeropoint::fit::fit;
 use zeropoint_nights::{Fits, Night, PAPER, equal, symmetric, wild};
 
 fn with(estimator: Estimator) -> Config {

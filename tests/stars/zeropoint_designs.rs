@@ -8,9 +8,9 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use satphot::config::{Config as Whole, Pin, Zeropoint as Config};
-use satphot::night::zeropoint::fit_rows;
-use satphot::photometry::zeropoint::{StarMeasurement, Zeropoint, fit};
-use satphot::report::StarRow;
+use satphot::tables::StarRow;
+use satphot::zeropoint::fit::{StarMeasurement, Zeropoint, fit};
+use satphot::zeropoint::stars::fit_rows;
 use zeropoint_nights::{AT, TRUTH, normal, off, truth};
 
 /// Stars with a catalogue error of their own, the same in all visits; a visit is a pointing of all of them.

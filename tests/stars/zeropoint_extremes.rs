@@ -7,7 +7,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use satphot::config::{Estimator, Zeropoint as Config};
-use satphot::photometry::zeropoint::{StarMeasurement, Zeropoint, fit};
+use satphot::zeropoint::fit::{StarMeasurement, Zeropoint, fit};
 use zeropoint_nights::{Night, TRUTH, exact, normal, off, symmetric, truth};
 
 /// The paper's geometry without clouds.

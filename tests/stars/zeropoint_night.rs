@@ -5,9 +5,9 @@ use crate::support;
 use crate::zeropoint_nights;
 
 use satphot::config::Config;
-use satphot::night::zeropoint::{cut, fit_rows};
 use satphot::photometry::Flags;
-use satphot::report::{StarRow, read_stars};
+use satphot::tables::{StarRow, read_stars};
+use satphot::zeropoint::stars::{cut, fit_rows};
 use support::{Night as Folder, simulated};
 use zeropoint_nights::{PAPER, off};
 
@@ -171,7 +171,7 @@ fn every_pointing_is_drawn_with_its_offset() {
     let mut all = rows(6);
     let z = fit_rows(&mut all, &config()).unwrap();
     let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("zeropoint_pointings.svg");
-    satphot::report::plot::zeropoint_diagnostics(&path, &all, z.zp_mag, z.k_mag_airmass, z.c_mag_mag).unwrap();
+    satphot::figures::zeropoint_diagnostics(&path, &all, z.zp_mag, z.k_mag_airmass, z.c_mag_mag).unwrap();
     let svg = std::fs::read_to_string(&path).unwrap();
     let purple = svg.lines().filter(|l| l.starts_with("<circle") && l.contains("fill=\"#CC79A7\"")).count();
     assert_eq!(purple, z.n_pointings + 1, "one mark per pointing and the legend");

@@ -7,7 +7,7 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use satphot::Error;
 use satphot::config::{Estimator, Pin, Zeropoint as Config};
-use satphot::photometry::zeropoint::{StarMeasurement, Zeropoint, fit};
+use satphot::zeropoint::fit::{StarMeasurement, Zeropoint, fit};
 use zeropoint_nights::{Night, TRUTH, exact, normal, truth};
 
 /// The paper's geometry without clouds.

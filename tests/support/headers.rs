@@ -4,8 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use satphot::config::Config;
-use satphot::night::inspect::Inspector;
-use satphot::report::inspect::Inspection;
+use satphot::pipeline::inspect::file::Inspector;
+use satphot::pipeline::inspect::record::Inspection;
 
 /// The reference data, or `None` with a word about it.
 pub fn shared(what: &str) -> Option<PathBuf> {

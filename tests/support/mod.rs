@@ -4,12 +4,12 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use satphot::base::progress::Silent;
 use satphot::config::Config;
-use satphot::night::pipeline::{Options, run};
-use satphot::night::progress::Silent;
-use satphot::night::simulate::{Scenario, simulate};
-use satphot::night::summary::Summary;
-use satphot::report::PhotometryRow;
+use satphot::pipeline::products::summary::Summary;
+use satphot::pipeline::run::{Options, run};
+use satphot::simulate::{Scenario, simulate};
+use satphot::tables::PhotometryRow;
 
 /// 18 frames of 160x120 px, reduced in a third of a second; 39 star measurements, 3 passes.
 pub const TINY: &[&str] = &[
@@ -146,7 +146,7 @@ impl Night {
 
     /// The photometry of the last run.
     pub fn rows(&self) -> Vec<PhotometryRow> {
-        satphot::report::read_photometry(&self.result("photometry.ecsv")).unwrap().0
+        satphot::tables::read_photometry(&self.result("photometry.ecsv")).unwrap().0
     }
 
     /// The row of one frame.
@@ -191,7 +191,7 @@ impl Night {
 
 /// A line of `photometry.ecsv` or `residuals.ecsv` with nothing under `cadence_s`, if it has that column.
 fn without_cadence(line: &str) -> String {
-    let columns = satphot::report::columns::PHOTOMETRY;
+    let columns = satphot::tables::columns::PHOTOMETRY;
     let at = columns.iter().position(|c| c.name == "cadence_s").unwrap();
     // no text before it holds a comma
     let mut cells: Vec<&str> = line.split(',').collect();
@@ -317,7 +317,7 @@ pub fn hashes(folder: &Path) -> Vec<(PathBuf, String)> {
         .map(|e| e.unwrap().path())
         .filter(|p| p.is_file())
         .map(|p| {
-            let hash = satphot::night::bench::sha256_16(&p).unwrap();
+            let hash = satphot::pipeline::prepared::sha256_16(&p).unwrap();
             (p, hash)
         })
         .collect();

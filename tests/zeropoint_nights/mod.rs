@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Beta, StandardNormal};
 use rayon::prelude::*;
 use satphot::config::Zeropoint as Config;
-use satphot::photometry::zeropoint::{StarMeasurement, Zeropoint, fit};
+use satphot::zeropoint::fit::{StarMeasurement, Zeropoint, fit};
 
 /// ZP, k and C of every simulated night.
 pub const TRUTH: [f64; 3] = [-23.37, 0.12, 0.08];

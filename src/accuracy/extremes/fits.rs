@@ -2,7 +2,7 @@
 
 use super::{Extreme, Verdict, absolute, holds, or_wrong, refused, relative};
 use crate::config::Zeropoint as Config;
-use crate::photometry::zeropoint::{StarMeasurement, fit};
+use crate::zeropoint::fit::{StarMeasurement, fit};
 
 const AREA: &str = "zeropoint";
 /// ZP, k and C put in.
@@ -105,7 +105,7 @@ pub(super) fn cases() -> Vec<Extreme> {
 }
 
 /// A term the stars cannot carry: refused by name, or left out and told.
-fn named(case: &str, term: &str, result: crate::Result<crate::photometry::zeropoint::Zeropoint>) -> Extreme {
+fn named(case: &str, term: &str, result: crate::Result<crate::zeropoint::fit::Zeropoint>) -> Extreme {
     match result {
         Err(error) => holds(AREA, case, "refused or told", error.to_string().contains(term), error.to_string()),
         Ok(z) => {

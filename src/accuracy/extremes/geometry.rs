@@ -9,12 +9,12 @@ use hifitime::Epoch;
 
 use super::light::{AREA, R_KM, V, fluxes, plate, scene, settings, white};
 use super::{Extreme, absolute, holds, or_wrong, relative};
+use crate::base::constants::{AU_KM, SUN_RADIUS_KM};
+use crate::base::error::Result;
 use crate::brightness::lamps::{LampSettings, eclipse_factor, moon_v_mag, moonlight};
 use crate::brightness::shadow::penumbra;
 use crate::brightness::{Attitude, Brdf, ModelSettings, brightness, direct_reflection};
 use crate::config::SourceDisc;
-use crate::constants::{AU_KM, SUN_RADIUS_KM};
-use crate::error::Result;
 use crate::orbit::{EarthOrientation, bodies};
 
 pub(super) fn cases() -> Vec<Extreme> {

@@ -3,6 +3,9 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::{Extreme, absolute, holds, known_limit, or_wrong, refused, relative};
+use crate::base::constants::{AU_KM, SUN_RADIUS_KM};
+use crate::base::error::Result;
+use crate::base::vector::{Itrs, Vector};
 use crate::brightness::lamps::{MOON_MEAN_DISTANCE_KM, eclipse_factor};
 use crate::brightness::shadow::visible_fraction;
 use crate::brightness::{
@@ -10,9 +13,6 @@ use crate::brightness::{
     direct_reflection, reflected_by_earth,
 };
 use crate::config::{Mode, PlatformSize, SourceDisc};
-use crate::constants::{AU_KM, SUN_RADIUS_KM};
-use crate::error::Result;
-use crate::vector::{Itrs, Vector};
 
 pub(super) const AREA: &str = "light";
 pub(super) const R_KM: f64 = 6378.0;

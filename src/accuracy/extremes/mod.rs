@@ -9,7 +9,7 @@ mod light;
 mod orbits;
 mod pixels;
 
-use crate::error::Result;
+use crate::base::error::Result;
 
 /// What became of a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use hifitime::{Duration, Epoch};
 
 use super::{Extreme, absolute, holds, known_limit, or_wrong, refused, relative};
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::orbit::time::days_between;
 use crate::orbit::{Atmosphere, EarthOrientation, Elements, Propagator, Site, Tracker, airmass::airmass, check_age};
 
@@ -101,7 +101,7 @@ fn moved(case: &str, from: &str, to: &str, seconds: f64) -> Result<Extreme> {
 
 /// 23:59:60 is a second of its own; the library of times gives it the label of 23:59:59, which is 1 s early.
 fn leap_second() -> Result<Extreme> {
-    let at = |text: &str| crate::night::clock::parse_utc("time", text);
+    let at = |text: &str| crate::base::time::parse_utc("time", text);
     let elapsed_s = 86_400.0 * days_between(&at("2016-12-31T23:59:59")?, &at("2016-12-31T23:59:60")?);
     let case = "seconds from 23:59:59 to 23:59:60 of 2016-12-31".to_string();
     Ok(known_limit((AREA, case), 1.0, elapsed_s, 1e-9, 1.0))

@@ -3,7 +3,7 @@
 use ndarray::Array2;
 
 use super::{Extreme, absolute, holds, or_wrong, refused, relative};
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::frames::{Electrons, ElectronsPerAdu, Frame, Gain};
 use crate::photometry::Flags;
 use crate::photometry::aperture::{Shape, circle_sum};

@@ -6,13 +6,13 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
 use super::super::{penumbra, source_disc};
+use crate::base::constants::AU_KM;
+use crate::base::error::Result;
+use crate::base::vector::{Itrs, Vector};
 use crate::brightness::lamps::{LampSettings, moonlight};
 use crate::brightness::shadow::visible_fraction;
 use crate::brightness::{Accuracy, Band, Brdf, Ground, direct_reflection, reflected_by_earth};
 use crate::config::{Effects, Mode, SourceDisc};
-use crate::constants::AU_KM;
-use crate::error::Result;
-use crate::vector::{Itrs, Vector};
 
 const R_KM: f64 = 6378.0;
 

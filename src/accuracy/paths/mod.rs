@@ -20,14 +20,14 @@ use super::extremes::{Extreme, Verdict};
 use super::median;
 use super::sweep::ARCSEC_PER_RAD;
 use super::zeropoint_fit::night;
+use crate::base::constants::{AU_KM, SUN_RADIUS_KM};
+use crate::base::error::Result;
+use crate::base::vector::Vector;
 use crate::config::{self, Estimator};
-use crate::constants::{AU_KM, SUN_RADIUS_KM};
-use crate::error::Result;
 use crate::orbit::earth::{gcrs_to_itrs, teme_to_itrs};
 use crate::orbit::{EarthOrientation, bodies};
 use crate::photometry::aperture::{Shape, circle_sum, for_each_pixel};
-use crate::photometry::zeropoint::fit;
-use crate::vector::Vector;
+use crate::zeropoint::fit::fit;
 
 /// Every quantity with two paths; a line is wrong where they disagree by more than what is known of the lesser one.
 #[must_use]

@@ -4,8 +4,8 @@
 //! [`Brdf::check`] whether it also returns no more light than it receives.
 
 use super::{Brdf, PHONG_N_MAX};
+use crate::base::error::Result;
 use crate::brightness::scene::impossible;
-use crate::error::Result;
 
 /// Largest share of the light a surface may return: 1, with room for coefficients rounded to three digits.
 pub const REFLECTANCE_MAX: f64 = 1.001;

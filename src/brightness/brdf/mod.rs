@@ -20,9 +20,9 @@ pub use profile::{ProfileRow, ReflectanceRow};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use crate::base::error::{Error, Result};
+use crate::base::vector::Vector;
 use crate::config;
-use crate::error::{Error, Result};
-use crate::vector::Vector;
 
 /// Largest Phong exponent: half width 0.07°, narrower than the disc of the Sun, so that a mirror is meant.
 pub const PHONG_N_MAX: f64 = 1e6;
@@ -138,7 +138,7 @@ fn cosine_power(t: f64, n: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vector::Enu;
+    use crate::base::vector::Enu;
 
     fn direction(zenith_deg: f64, azimuth_deg: f64) -> Vector<Enu> {
         let ((sz, cz), (sa, ca)) = (zenith_deg.to_radians().sin_cos(), azimuth_deg.to_radians().sin_cos());

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use super::{Binomial, Brdf};
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 
 /// Land with vegetation, 479 nm (Cloud Absorption Radiometer, CLASIC), as fitted by Fankhauser et al. (2023, AJ 166, 59).
 /// One spectral band and one biome: the global mean spherical albedo is near 0.3.

@@ -3,7 +3,7 @@
 //! Degrees and 1/sr. Fine near the mirror direction, where laboratory laws have their peak.
 
 use super::Brdf;
-use crate::vector::{Enu, Vector};
+use crate::base::vector::{Enu, Vector};
 
 /// f at one outgoing angle in the plane of incidence.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::Brdf;
 use super::binomial::{Binomial, power_of_ten};
-use crate::brightness::quadrature::{end_clustered, gauss, half_cosine};
+use crate::base::quadrature::{end_clustered, gauss, half_cosine};
 
 /// Nodes of a panel about the mirror direction.
 const LOBE_ORDER: usize = 40;

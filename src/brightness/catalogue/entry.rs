@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::base::error::{Error, Result};
 use crate::config::{self, check_surface, range};
-use crate::error::{Error, Result};
 
 /// A satellite of the catalogue, or of the user's own file.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]

@@ -12,8 +12,8 @@ use std::sync::LazyLock;
 use serde::{Deserialize, Serialize};
 
 use super::surface::Surface;
+use crate::base::error::{Error, Result};
 use crate::config::{self, Effects, read_layers};
-use crate::error::{Error, Result};
 
 pub use entry::{Component, ComponentSum, Counts, Entry, Shell, Span};
 pub use standing::{NOT_COMPARED, Standing};

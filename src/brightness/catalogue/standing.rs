@@ -3,9 +3,9 @@
 //! Magnitudes. An entry that states no scatter was not compared with observations, and says so.
 
 use super::{Catalogue, Entry};
+use crate::base::error::Result;
 use crate::config;
-use crate::error::Result;
-use crate::report::{Meta, MetaValue};
+use crate::tables::{Meta, MetaValue};
 
 /// What stands for a scatter nobody measured.
 pub const NOT_COMPARED: &str = "not compared with observations";

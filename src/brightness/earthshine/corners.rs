@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use super::facet::wrapped;
 use super::ring::{Rings, half_angle};
-use crate::brightness::quadrature::smooth_step;
+use crate::base::quadrature::smooth_step;
 
 /// Rings looked at between two edges.
 const STEPS: usize = 16;

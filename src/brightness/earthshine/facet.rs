@@ -5,8 +5,8 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::profile::{Metric, PreparedBrdf};
+use crate::base::vector::{Itrs, Vector};
 use crate::brightness::ground::{Circle, Ground, Vertical};
-use crate::vector::{Itrs, Vector};
 
 /// A surface, an observer, and the direction in which the observer sees the ground as in a mirror.
 pub(super) struct Facet<'a> {

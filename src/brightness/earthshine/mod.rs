@@ -15,13 +15,13 @@ mod profile;
 mod ring;
 mod table;
 
-pub(in crate::brightness) use plain::plain;
+pub(crate) use plain::plain;
 pub(crate) use plain::plain_rule;
 pub use profile::PreparedBrdf;
 
 use super::brdf::Brdf;
 use super::ground::Ground;
-use crate::vector::{Itrs, Vector};
+use crate::base::vector::{Itrs, Vector};
 use facet::Facet;
 use profile::Law;
 

@@ -11,8 +11,8 @@ use super::lobe::lobe;
 use super::piece::extra_order;
 use super::profile::Metric;
 use super::ring::Rings;
+use crate::base::quadrature::{end_clustered, smooth_step};
 use crate::brightness::ground::Ground;
-use crate::brightness::quadrature::{end_clustered, smooth_step};
 
 /// A span longer than this many scales is graded.
 const GRADED_FROM: f64 = 2.0;

@@ -7,8 +7,8 @@ use super::outer::{Span, spans};
 use super::piece::{Scratch, Sum, estimate};
 use super::ring::Rings;
 use super::{Accuracy, ReflectedLight};
+use crate::base::quadrature::{PAIRS, kronrod};
 use crate::brightness::ground::Ground;
-use crate::brightness::quadrature::{PAIRS, kronrod};
 
 /// The order in ζ from which a panel is halved instead, and the order of its halves.
 const ORDER_MAX: usize = PAIRS - 2;

@@ -10,8 +10,8 @@ use std::sync::OnceLock;
 use super::arithmetic::{exp, positive_power};
 use super::facet::Facet;
 use super::profile::Metric;
+use crate::base::quadrature::{PAIRS, Pair, end_clustered, kronrod};
 use crate::brightness::ground::{Circle, Ground, GroundLaw};
-use crate::brightness::quadrature::{PAIRS, Pair, end_clustered, kronrod};
 
 /// How far the digits of the finer rule are trusted beyond those it shares with the coarser.
 const INDEPENDENCE: f64 = 10.0;

@@ -5,21 +5,16 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
+use crate::base::quadrature::gauss;
+use crate::base::vector::{Itrs, Vector};
 use crate::brightness::brdf::Brdf;
 use crate::brightness::ground::{Ground, Vertical};
-use crate::brightness::quadrature::gauss;
-use crate::vector::{Itrs, Vector};
 
 /// Rings, and places on each, for what is left out: as many nodes as a usual integral takes at the default tolerance.
 const NODES: (usize, usize) = (18, 32);
 
 /// [`plain_rule`] of 576 nodes.
-pub(in crate::brightness) fn plain(
-    ground: &Ground,
-    brdf: &Brdf,
-    normal: &Vector<Itrs>,
-    observer: &Vector<Itrs>,
-) -> f64 {
+pub(crate) fn plain(ground: &Ground, brdf: &Brdf, normal: &Vector<Itrs>, observer: &Vector<Itrs>) -> f64 {
     plain_rule(ground, brdf, normal, observer, NODES)
 }
 

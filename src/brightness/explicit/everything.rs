@@ -3,10 +3,10 @@
 //! Units of [`Fluxes`]. For tests and for `--explain`, which times it; [`super::explicit`] is what is used.
 
 use super::{Case, Fluxes, RADIUS_KM, Scattering, Sight};
+use crate::base::vector::Vector;
 use crate::brightness::brdf::Brdf;
 use crate::brightness::earthshine::plain;
 use crate::brightness::ground::Ground;
-use crate::vector::Vector;
 
 /// [`super::explicit`] without asking first what is needed: what gives no light is multiplied by 0 instead.
 #[must_use]

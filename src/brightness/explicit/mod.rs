@@ -14,7 +14,7 @@ use std::sync::LazyLock;
 use super::brdf::Brdf;
 use super::earthshine::{Accuracy, PreparedBrdf};
 use super::ground::Ground;
-use crate::vector::{Itrs, Vector};
+use crate::base::vector::{Itrs, Vector};
 
 pub use everything::everything;
 pub use row::{COLUMNS, Header, Row, read_row};

@@ -6,8 +6,8 @@
 use csv::StringRecord;
 
 use super::{Case, RADIUS_KM, Scattering};
+use crate::base::vector::{Itrs, Vector};
 use crate::brightness::brdf::Brdf;
-use crate::vector::{Itrs, Vector};
 
 /// The columns a file must have.
 pub const COLUMNS: [&str; 18] = [

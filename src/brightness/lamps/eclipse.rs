@@ -4,10 +4,10 @@
 
 use std::f64::consts::PI;
 
-use crate::brightness::quadrature::gauss;
+use crate::base::constants::{MOON_RADIUS_KM, SUN_RADIUS_KM, WGS84_A_KM};
+use crate::base::quadrature::gauss;
+use crate::base::vector::{Itrs, Vector};
 use crate::brightness::shadow::visible_fraction;
-use crate::constants::{MOON_RADIUS_KM, SUN_RADIUS_KM, WGS84_A_KM};
-use crate::vector::{Itrs, Vector};
 
 /// Light left in the umbra of a lunar eclipse, relative to the full Moon: refracted and red. An order of magnitude.
 pub const UMBRA_FLOOR: f64 = 1e-4;
@@ -46,7 +46,7 @@ pub fn eclipse_factor(moon_km: &Vector<Itrs>, sun_km: &Vector<Itrs>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constants::AU_KM;
+    use crate::base::constants::AU_KM;
 
     #[test]
     fn the_moon_is_red_in_the_umbra_dim_in_the_penumbra_and_whole_outside() {

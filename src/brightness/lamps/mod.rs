@@ -17,8 +17,8 @@ pub use rolo::{ROLO_RANGE_DEG, Rolo};
 pub use sed::moon_spectrum;
 pub use settings::{LampSettings, MOON_COLOUR_PHASE_DEG};
 
+use crate::base::constants::AU_KM;
 use crate::config::Distances;
-use crate::constants::AU_KM;
 
 /// V of the Sun at 1 au, Vega system (Willmer 2018, ApJS 236, 47).
 pub const SUN_V_MAG: f64 = -26.76;

@@ -5,9 +5,9 @@
 
 use super::settings::LampSettings;
 use super::{Lamplight, ROLO_RANGE_DEG, SUN_V_MAG, eclipse_factor, flux_of_mag};
+use crate::base::constants::AU_KM;
+use crate::base::vector::{Itrs, Vector};
 use crate::config::{Distances, LunarEclipse, MoonLaw, MoonPastLimit};
-use crate::constants::AU_KM;
-use crate::vector::{Itrs, Vector};
 
 /// V of the full Moon seen from the Earth's mean distance, without the opposition surge (Cox 2002, Allen's
 /// Astrophysical Quantities, 4th ed.).

@@ -5,9 +5,9 @@
 //! degree across, and refraction; both matter where the Moon rises or sets alone.
 
 use super::LampSettings;
+use crate::base::vector::{Itrs, Vector};
 use crate::brightness::polynomial::{TERMS, fit};
 use crate::config::{Distances, GroundMoonlight, MoonLaw, MoonPastLimit};
-use crate::vector::{Itrs, Vector};
 
 use super::moon::{MOON_LAW_MAX_DEG, OPPOSITION_DEG};
 
@@ -20,12 +20,12 @@ const TURN_DEG: f64 = 90.0;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearMoon {
     /// From the Earth's centre \[km\].
-    pub(in crate::brightness) position_km: Vector<Itrs>,
+    pub(crate) position_km: Vector<Itrs>,
     /// From the Moon to the Sun, unit.
-    pub(in crate::brightness) to_sun: Vector<Itrs>,
+    pub(crate) to_sun: Vector<Itrs>,
     /// Irradiance falls with the square of the distance.
-    pub(in crate::brightness) by_distance: bool,
-    pub(in crate::brightness) phase: PhaseCurve,
+    pub(crate) by_distance: bool,
+    pub(crate) phase: PhaseCurve,
 }
 
 /// The lunar law over the phases at which one moment's ground sees the Moon, relative to that at the Earth's centre.
@@ -34,7 +34,7 @@ pub struct NearMoon {
 /// Two of them where the law has a kink in the range. Error below 1e-7 of the brightest place, in the taper beyond the end
 /// of the lunar law (150°), where there is next to no light, below 1e-6.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::brightness) struct PhaseCurve {
+pub(crate) struct PhaseCurve {
     /// 1: sin(α/2); −1: cos(α/2).
     sign: f64,
     /// Where the second polynomial begins.

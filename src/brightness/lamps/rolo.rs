@@ -3,8 +3,8 @@
 //! Phase angles in deg. Zero libration; the terms odd in the Sun's selenographic longitude cancel between waxing and
 //! waning, and so do not appear. Left out: the smoothing of the bands onto soil spectra (they scatter by 0.02 mag).
 
+use crate::base::error::{Error, Result};
 use crate::brightness::spectrum::{Band, Curve, Spectrum, embedded};
-use crate::error::{Error, Result};
 
 /// Phase angles ROLO was fitted to \[deg\] (Kieffer & Stone 2005).
 pub const ROLO_RANGE_DEG: (f64, f64) = (1.55, 97.0);

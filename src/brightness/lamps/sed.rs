@@ -3,8 +3,8 @@
 //! W m⁻² nm⁻¹ at mean distances. Left out: the redness of the Moon (a grey disc, as published).
 
 use super::{LampSettings, sunlight};
+use crate::base::constants::AU_KM;
 use crate::brightness::spectrum::Spectrum;
-use crate::constants::AU_KM;
 
 /// A spectrum of the Sun scaled to the Moon at a phase \[deg\]: `f_λ · 10^(−0.4 (m_Moon(α) − m_Sun))`, both magnitudes
 /// in the band of `lamps`.

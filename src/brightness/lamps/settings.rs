@@ -3,9 +3,9 @@
 //! Magnitudes in the band's own system. Computed once; nothing here depends on the scene.
 
 use super::Rolo;
+use crate::base::error::{Error, Result};
 use crate::brightness::spectrum::{Band, SolarColumn, Spectrum};
 use crate::config::{Distances, Effects, GroundMoonlight, LunarEclipse, MoonLaw, MoonPastLimit, Source};
-use crate::error::{Error, Result};
 
 /// Phase angle the Moon's colour of the law of Cox belongs to \[deg\]; it reddens by 0.05 mag in g−V from 7° to 90°.
 pub const MOON_COLOUR_PHASE_DEG: f64 = 30.0;
@@ -79,9 +79,9 @@ fn dimming_mag(band: &Band, sun: &Spectrum, column: SolarColumn) -> Result<f64> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::constants::AU_KM;
     use crate::brightness::lamps::{SUN_V_MAG, mag_of_flux, sunlight};
     use crate::config::Mode;
-    use crate::constants::AU_KM;
 
     fn of(mode: Mode) -> LampSettings {
         LampSettings::new(&Effects::of(mode), &Band::named("V").unwrap()).unwrap()

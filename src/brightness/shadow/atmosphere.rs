@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::OnceLock;
 
 use super::colour::Colour;
-use crate::brightness::quadrature::{gauss, half_cosine};
+use crate::base::quadrature::{gauss, half_cosine};
 
 /// Bending of a ray that grazes the ground \[rad\]: twice the refraction at the horizon, 35′ (Bennett 1982, J. Navig.
 /// 35, 255, has 34.5′ at 10 °C and 1010 hPa).

@@ -2,8 +2,8 @@
 //!
 //! Magnitudes at the zenith. Left out: aerosol, water vapour, the oxygen lines (0.03 mag of the i band at the zenith).
 
+use crate::base::error::{Error, Result};
 use crate::brightness::spectrum::{Band, Curve, SolarColumn, Spectrum, embedded};
-use crate::error::{Error, Result};
 
 /// Effective wavelength of V in sunlight \[nm\]: that of Bessell's band and the ASTM G-173 spectrum.
 const V_EFFECTIVE_NM: f64 = 550.0;

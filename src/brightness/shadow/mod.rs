@@ -12,8 +12,8 @@ pub(crate) use atmosphere::{ORDER as ATMOSPHERE_ORDER, mean_over_disc};
 pub use colour::Colour;
 pub use disc::visible_fraction;
 
+use crate::base::vector::{Itrs, Vector};
 use crate::config::Shadow;
-use crate::vector::{Itrs, Vector};
 
 /// Share of a source's light that reaches a satellite past a spherical Earth of `radius_km`, 0 to 1.
 ///

@@ -9,8 +9,8 @@ use super::curve::{Curve, trapezoid, union_nm};
 use super::magnitude::{MagSystem, ab_mag};
 use super::solar::{SolarColumn, Spectrum};
 use super::table;
-use crate::constants::SPEED_OF_LIGHT_KM_S;
-use crate::error::{Error, Result};
+use crate::base::constants::SPEED_OF_LIGHT_KM_S;
+use crate::base::error::{Error, Result};
 
 /// What the transmission of a table multiplies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use super::table;
-use crate::error::Result;
+use crate::base::error::Result;
 
 /// Values at rising wavelengths, straight lines between them, zero outside.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::curve::Curve;
 use super::table;
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 
 const ASTM: &str = include_str!("../../presets/spectra/astm_g173_03.csv");
 

@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 
 /// The rows of a file, `columns` numbers in each, wavelengths strictly rising.
 ///

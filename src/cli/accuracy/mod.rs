@@ -7,13 +7,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use cpu_time::ProcessTime;
 use satphot::Error;
-use satphot::accuracy::{Effort, Extreme, METHODS, Method, Stopwatch, Sweep, Verdict, extremes, paths};
-use satphot::night::progress::Progress;
-use satphot::night::stages::with_threads;
-use satphot::report::accuracy::{
+use satphot::accuracy::output::{
     CasesPage, EXTREMES_PAGE, PATHS_PAGE, accuracy_rows, write_accuracy_report, write_cases_report,
 };
-use satphot::report::{AccuracyRow, Meta};
+use satphot::accuracy::{Effort, Extreme, METHODS, Method, Stopwatch, Sweep, Verdict, extremes, paths};
+use satphot::base::progress::Progress;
+use satphot::pipeline::stages::with_threads;
+use satphot::tables::{AccuracyRow, Meta};
 
 use super::{bar::Bars, print, tell};
 
@@ -69,7 +69,7 @@ impl Accuracy {
             METHODS.iter().for_each(|m| print(&format!("{:<18} {}\n", m.name, m.about)));
             return Ok(());
         }
-        satphot::file::make_folder(&self.out)?;
+        satphot::base::file::make_folder(&self.out)?;
         if self.extremes {
             return tell_cases(&self.out, &EXTREMES_PAGE, &extremes());
         }

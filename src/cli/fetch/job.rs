@@ -5,16 +5,16 @@ use std::path::{Path, PathBuf};
 
 use hifitime::Epoch;
 use satphot::Error;
+use satphot::astrometry::catalogue::Catalogue;
+use satphot::base::file::write_atomic;
+use satphot::base::time::{iso_utc, parse_utc, shifted};
 use satphot::config::{self, Config};
 use satphot::fetch::{
     Desk, Field, Object, Wanted, WhichService, apass_query, element_queries, fetch_elements, fetch_stars,
     fields_of_night, one_query_each,
 };
-use satphot::file::write_atomic;
-use satphot::night::clock::{iso_utc, parse_utc, shifted};
-use satphot::night::survey::{Survey, survey};
 use satphot::orbit::{element_names, nearest, read_elements_for};
-use satphot::photometry::catalogue::Catalogue;
+use satphot::pipeline::survey::files::{Survey, survey};
 
 use super::super::orbit_args::bad;
 use super::super::print;
@@ -118,7 +118,7 @@ impl Job<'_> {
         if let Some(date) = &self.verb.date {
             let at = parse_utc("--date", date)?;
             // a date alone means its noon: elements of either side of it serve
-            let is_date_only = satphot::instant::read(date).is_ok_and(|t| t.is_date_only && !t.has_zone);
+            let is_date_only = satphot::base::instant::read(date).is_ok_and(|t| t.is_date_only && !t.has_zone);
             return Ok((if is_date_only { shifted(at, 43_200.0) } else { at }, "--date"));
         }
         let Some(config) = self.config else { return Ok((*self.desk.now(), "now")) };

@@ -6,19 +6,19 @@ use std::path::PathBuf;
 use clap::Args;
 use hifitime::Epoch;
 use satphot::Error;
+use satphot::base::time::{iso_utc, parse_utc, shifted};
 use satphot::brightness::lamps::LampSettings;
 use satphot::brightness::{Attitude, Band, Scene};
 use satphot::config::{Effects, Mode};
-use satphot::detect::footprint::{
-    Approach, CircularOrbit, Lamp, Mirror, PUBLISHED_DIVERGENCE_DEG, approaches, beam_diameter_km, crossings_per_day,
-};
-use satphot::night::clock::{iso_utc, parse_utc, shifted};
-use satphot::night::compare::scene;
 use satphot::orbit::geometry::geometry;
 use satphot::orbit::{EarthOrientation, Site, Tracker, bodies};
-use satphot::report::footprint::{FOOTPRINT, FootprintRow, write_footprint};
+use satphot::pipeline::compare::scene;
 use satphot::report::summary::text_table;
-use satphot::report::{Meta, MetaValue};
+use satphot::tables::{Meta, MetaValue};
+use satphot::visibility::footprint::{
+    Approach, CircularOrbit, Lamp, Mirror, PUBLISHED_DIVERGENCE_DEG, approaches, beam_diameter_km, crossings_per_day,
+};
+use satphot::visibility::footprint_table::{FOOTPRINT, FootprintRow, write_footprint};
 
 use super::super::orbit_args::{OrbitArgs, bad, tell_unknown_ut1};
 use super::super::{print, tell};

@@ -3,12 +3,12 @@
 use clap::Args;
 use satphot::brightness::lamps::FULL_MOON_V_MAG;
 use satphot::config::Mode;
-use satphot::detect::simple::{
+use satphot::report::summary::text_table;
+use satphot::visibility::published_streaks::nadir_panel_mag;
+use satphot::visibility::simple::{
     Panel, SimpleEffects, angle_arcsec, diameter_m, effective_solid_angle_arcsec2, invariant_surface_brightness,
     magnitude, solid_angle_arcsec2, summed_solid_angle_arcsec2, surface_brightness,
 };
-use satphot::night::streak::nadir_panel_mag;
-use satphot::report::summary::text_table;
 
 use super::super::orbit_args::bad;
 use super::super::print;

@@ -2,15 +2,15 @@
 
 use clap::Args;
 use satphot::Error;
+use satphot::base::time::parse_utc;
 use satphot::brightness::{Catalogue, Satellite};
-use satphot::detect::streak::{Camera, Leg, on_circle, t_eff_simple_s};
-use satphot::detect::survey::{PUBLISHED_LIMITS, SeeingMeaning, Survey, Tint, Visit, colour_mag};
-use satphot::night::clock::parse_utc;
-use satphot::night::streak::{ANCHORS, Anchor, PAPER_MU, Passing, bands, model_mu};
+use satphot::figures::{StreakBand, streak as draw};
 use satphot::orbit::{Site, Tracker};
-use satphot::report::plot::{StreakBand, streak as draw};
-use satphot::report::streak::{StreakRow, write_streak};
-use satphot::report::{Meta, MetaValue};
+use satphot::tables::{Meta, MetaValue};
+use satphot::visibility::published_streaks::{ANCHORS, Anchor, PAPER_MU, Passing, bands, model_mu};
+use satphot::visibility::streak::{Camera, Leg, on_circle, t_eff_simple_s};
+use satphot::visibility::streak_table::{StreakRow, write_streak};
+use satphot::visibility::survey::{PUBLISHED_LIMITS, SeeingMeaning, Survey, Tint, Visit, colour_mag};
 
 use super::super::orbit_args::{OrbitArgs, bad};
 use super::super::predict::OutArgs;

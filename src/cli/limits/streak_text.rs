@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use satphot::detect::survey::{LimitKind, SeeingMeaning, Visit};
-use satphot::report::streak::{STREAK, StreakRow};
 use satphot::report::summary::text_table;
+use satphot::visibility::streak_table::{STREAK, StreakRow};
+use satphot::visibility::survey::{LimitKind, SeeingMeaning, Visit};
 
 /// A number or a dash.
 fn cell(value: Option<f64>, decimals: usize) -> String {
@@ -206,7 +206,7 @@ fn band_limits(visit: &Visit, published: Option<f64>) -> String {
         .map(|band| {
             let of = |meaning| Visit { sky_mag_arcsec2: visit.sky_mag_arcsec2, ..visit.survey.visit(*band, meaning) };
             let (air, images) = (of(SeeingMeaning::At500nm), of(SeeingMeaning::Effective));
-            let printed = satphot::detect::survey::PUBLISHED_LIMITS
+            let printed = satphot::visibility::survey::PUBLISHED_LIMITS
                 .iter()
                 .find(|(name, _)| *name == band.name && published.is_some())
                 .map_or(String::new(), |(_, mag)| format!("{mag}"));

@@ -4,21 +4,21 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use satphot::Error;
+use satphot::base::time::{iso_utc, parse_utc};
+use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::brdf::EARTH_VEGETATION;
 use satphot::brightness::earth_view::{EarthLamp, EarthPicture, Viewpoint, earth_picture};
 use satphot::brightness::lamps::LampSettings;
 use satphot::brightness::spectrum::{SolarColumn, Spectrum};
 use satphot::brightness::{Band, Brdf};
 use satphot::config::{Effects, Mode};
-use satphot::night::clock::{iso_utc, parse_utc};
+use satphot::figures::{EarthMark, earth};
 use satphot::orbit::ground_track::{point_under, terminator};
 use satphot::orbit::{EarthOrientation, bodies};
-use satphot::report::Meta;
-use satphot::report::csv_text;
-use satphot::report::earth::{EARTH, EarthRow, place_text, write_earth, write_earth_fits};
-use satphot::report::plot::{EarthMark, earth};
 use satphot::report::summary::text_table;
-use satphot::vector::{Itrs, Vector};
+use satphot::tables::Meta;
+use satphot::tables::csv_text;
+use satphot::visibility::earth_tables::{EARTH, EarthRow, place_text, write_earth, write_earth_fits};
 
 use super::super::orbit_args::{bad, tell_unknown_ut1};
 use super::super::{print, tell};

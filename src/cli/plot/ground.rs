@@ -4,15 +4,15 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::Error;
+use satphot::base::time::{iso_utc, parse_utc, shifted};
 use satphot::config::{Orbit, Site};
-use satphot::night::clock::{iso_utc, parse_utc, shifted};
+use satphot::figures::{GroundMap, ground_map};
 use satphot::orbit::ground_track::{altitude_deg, point_under, terminator};
 use satphot::orbit::{EarthOrientation, Tracker, bodies};
-use satphot::report::Meta;
-use satphot::report::csv_text;
-use satphot::report::earth::{TRACK, TrackRow, place_text, write_track};
-use satphot::report::plot::{GroundMap, ground_map};
 use satphot::report::summary::text_table;
+use satphot::tables::Meta;
+use satphot::tables::csv_text;
+use satphot::visibility::earth_tables::{TRACK, TrackRow, place_text, write_track};
 
 use super::super::orbit_args::{MAX_AGE_D, SiteArg, bad, elements_there};
 use super::super::predict::OutArgs;

@@ -6,12 +6,12 @@ use clap::Args;
 use satphot::Error;
 use satphot::brightness::Band;
 use satphot::brightness::lamps::{LampSettings, mag_of_flux, moon_spectrum, moon_v_mag};
+use satphot::brightness::moon_laws_table::{MOON_LAWS, MoonLawRow, write_moon_laws};
 use satphot::brightness::spectrum::{SolarColumn, Spectrum};
 use satphot::config::{Effects, Mode, MoonLaw, Source};
-use satphot::report::Meta;
-use satphot::report::moon_laws::{MOON_LAWS, MoonLawRow, write_moon_laws};
-use satphot::report::plot::{SedCurve, moon_laws};
+use satphot::figures::{SedCurve, moon_laws};
 use satphot::report::summary::text_table;
+use satphot::tables::Meta;
 
 use super::super::predict::OutArgs;
 use super::super::{print, tell};

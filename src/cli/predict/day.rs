@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::brightness::{ModelSettings, Satellite, ToleranceOf};
-use satphot::night::predict::day::{ObservedPass, day_moments, observed_passes, predict_day};
-use satphot::night::predict::dome::Dome;
-use satphot::night::predict::prediction_meta;
+use satphot::figures::{Violin, day as draw};
 use satphot::orbit::Site;
-use satphot::report::forecast::{DAY, DayRow, OBSERVED, ObservedRow};
-use satphot::report::plot::{Violin, day as draw};
 use satphot::report::summary::text_table;
-use satphot::report::{MetaValue, csv_text, read_photometry, write_rows};
+use satphot::tables::{MetaValue, csv_text, read_photometry, write_rows};
+use satphot::visibility::forecast::day::{ObservedPass, day_moments, observed_passes, predict_day};
+use satphot::visibility::forecast::dome::Dome;
+use satphot::visibility::forecast::prediction_meta;
+use satphot::visibility::forecast_tables::{DAY, DayRow, OBSERVED, ObservedRow};
 
 use super::super::orbit_args::{SiteArg, configuration, tell_unknown_ut1};
 use super::super::{bar::Bars, print, tell, threads};

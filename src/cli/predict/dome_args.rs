@@ -2,10 +2,10 @@
 
 use clap::Args;
 use hifitime::Epoch;
+use satphot::base::time::parse_utc;
 use satphot::brightness::Catalogue;
 use satphot::brightness::sky_points::SkyPoints;
 use satphot::config::{self, Sampling};
-use satphot::night::clock::parse_utc;
 
 use super::super::orbit_args::bad;
 

@@ -4,18 +4,18 @@ use std::path::PathBuf;
 
 use clap::Args;
 use hifitime::Epoch;
+use satphot::base::time::iso_utc;
 use satphot::brightness::{ModelSettings, Satellite, ToleranceOf};
 use satphot::config::{self, Config};
-use satphot::detect::duty_cycle::{SunTime, sun_time, v_mag_of_mu};
-use satphot::night::clock::iso_utc;
-use satphot::night::predict::day::{day_moments, predict_day};
-use satphot::night::predict::dome::Dome;
-use satphot::night::predict::month::TrackedLimits;
-use satphot::night::predict::prediction_meta;
 use satphot::orbit::Site;
-use satphot::report::forecast::{DUTY, DutyRow};
 use satphot::report::summary::text_table;
-use satphot::report::{csv_text, write_rows};
+use satphot::tables::{csv_text, write_rows};
+use satphot::visibility::duty_cycle::{SunTime, sun_time, v_mag_of_mu};
+use satphot::visibility::forecast::day::{day_moments, predict_day};
+use satphot::visibility::forecast::dome::Dome;
+use satphot::visibility::forecast::month::TrackedLimits;
+use satphot::visibility::forecast::prediction_meta;
+use satphot::visibility::forecast_tables::{DUTY, DutyRow};
 
 use super::super::orbit_args::{SiteArg, bad, configuration, tell_unknown_ut1};
 use super::super::{bar::Bars, print, tell, threads};
@@ -98,7 +98,7 @@ impl Duty {
         let site = Site::from_config(&place)?;
         let sun = on_threads(self.jobs, || sun_time(&site, &start, self.days))??;
         let mut rows = sun_rows(&sun);
-        let (mut meta, mut standing) = (satphot::report::Meta::default(), String::new());
+        let (mut meta, mut standing) = (satphot::tables::Meta::default(), String::new());
         if self.model.satellite.is_some() {
             let model = self.model_of(config.as_ref())?;
             rows.push(self.moonlight(&site, &model, &start, &sun)?);
@@ -149,7 +149,7 @@ impl Duty {
         let dome = Dome::new(site, &satellite, &settings, height_km, std::f64::consts::FRAC_PI_2)?;
         let points = self.sampling.points(self.points, model)?;
         let dark = |epoch: &Epoch| -> satphot::Result<bool> {
-            Ok(satphot::night::predict::dome::Overhead::at(site, epoch)?.sun.alt_rad.to_degrees() <= NIGHT_DEG)
+            Ok(satphot::visibility::forecast::dome::Overhead::at(site, epoch)?.sun.alt_rad.to_degrees() <= NIGHT_DEG)
         };
         let mut nights = Vec::new();
         for epoch in day_moments(*start, self.days * 24.0, self.step_min)? {

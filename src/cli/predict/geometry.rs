@@ -8,9 +8,9 @@ use clap::Args;
 use csv::{ByteRecord, StringRecord};
 use rayon::prelude::*;
 use satphot::Error;
+use satphot::base::progress::Progress as _;
 use satphot::brightness::explicit::{COLUMNS, Fluxes, Header, explicit, read_row};
-use satphot::night::explain::CasesLeftOut;
-use satphot::night::progress::Progress as _;
+use satphot::pipeline::explain::CasesLeftOut;
 
 use super::super::{bar::Bars, tell, threads};
 use super::{Clock, on_threads, tolerance};

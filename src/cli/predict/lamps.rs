@@ -1,15 +1,15 @@
 //! Where Sun and Moon stand over a map: by the ephemeris at a moment, or as the arguments say.
 
 use clap::Args;
+use satphot::base::time::{iso_utc, parse_utc};
+use satphot::base::vector::{Enu, Itrs, Vector};
 use satphot::brightness::attitude::Attitude;
 use satphot::brightness::sky::{Body, Sky, SkyMap, phase_ratio};
 use satphot::brightness::{ModelSettings, Satellite};
 use satphot::config::{self, Distances, Effects, Shadow, SourceDisc};
-use satphot::night::clock::{iso_utc, parse_utc};
-use satphot::night::predict::dome::Overhead;
+use satphot::figures::SkyMark;
 use satphot::orbit::earth::{Site, from_alt_az};
-use satphot::report::plot::SkyMark;
-use satphot::vector::{Enu, Itrs, Vector};
+use satphot::visibility::forecast::dome::Overhead;
 
 use super::super::orbit_args::bad;
 

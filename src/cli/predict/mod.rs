@@ -141,7 +141,7 @@ impl OutArgs {
     /// As [`OutArgs::files`], with the endings a figure may have.
     pub fn files_of(&self, stem: &str, endings: &[&str]) -> anyhow::Result<(Vec<PathBuf>, Vec<PathBuf>)> {
         let (mut tables, mut figures) = (Vec::new(), Vec::new());
-        let made = |folder: &Path| satphot::file::make_folder(folder);
+        let made = |folder: &Path| satphot::base::file::make_folder(folder);
         for out in &self.out {
             let folder = out.parent().filter(|p| !p.as_os_str().is_empty());
             match out.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {

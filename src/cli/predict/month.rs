@@ -3,17 +3,19 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use satphot::base::time::parse_date;
 use satphot::brightness::catalogue::Standing;
 use satphot::brightness::{Brdf, ModelSettings, Satellite, ToleranceOf};
 use satphot::config::{Config, Mode};
-use satphot::night::clock::parse_date;
-use satphot::night::predict::dome::Dome;
-use satphot::night::predict::month::{MonthSatellite, Night, TrackedLimits, days_in_month, nights, predict_month};
-use satphot::night::predict::prediction_meta;
+use satphot::figures::month as draw;
 use satphot::orbit::Site;
-use satphot::report::forecast::{MONTH, MonthRow};
-use satphot::report::plot::month as draw;
-use satphot::report::{Meta, MetaValue, csv_text, write_rows};
+use satphot::tables::{Meta, MetaValue, csv_text, write_rows};
+use satphot::visibility::forecast::dome::Dome;
+use satphot::visibility::forecast::month::{
+    MonthSatellite, Night, TrackedLimits, days_in_month, nights, predict_month,
+};
+use satphot::visibility::forecast::prediction_meta;
+use satphot::visibility::forecast_tables::{MONTH, MonthRow};
 
 use super::super::orbit_args::{SiteArg, bad, configuration, tell_unknown_ut1};
 use super::super::{bar::Bars, print, tell, threads};
@@ -222,7 +224,7 @@ impl Month {
     fn nights(&self, offset_h: f64) -> anyhow::Result<Vec<Night>> {
         if let Some(text) = &self.month {
             let (year, month, first) =
-                satphot::instant::read_date(&format!("{}-01", text.trim())).map_err(|problem| {
+                satphot::base::instant::read_date(&format!("{}-01", text.trim())).map_err(|problem| {
                     bad("--month", format!("\"{text}\" is not a month: {problem}; accepted is a month such as 2025-06"))
                 })?;
             let n = days_in_month(year, month)?;

@@ -1,9 +1,9 @@
 //! The words of `satphot predict month`: the table of the nights, what each satellite comes to, what the figure notes.
 
-use satphot::night::clock::parse_utc;
-use satphot::night::predict::month::LIT_FROM;
-use satphot::report::forecast::MonthRow;
+use satphot::base::time::parse_utc;
 use satphot::report::summary::text_table;
+use satphot::visibility::forecast::month::LIT_FROM;
+use satphot::visibility::forecast_tables::MonthRow;
 
 /// The first row of each mirror whose beam was looked for.
 pub fn first_mirrors(rows: &[MonthRow]) -> impl Iterator<Item = &MonthRow> {

@@ -3,16 +3,16 @@
 use clap::Args;
 use hifitime::Epoch;
 use satphot::Error;
+use satphot::base::time::{iso_utc, parse_utc, seconds_between, shifted};
 use satphot::brightness::{Model, ModelSettings, Satellite};
-use satphot::night::clock::{iso_utc, parse_utc, seconds_between, shifted};
-use satphot::night::compare::scene;
-use satphot::night::explain::{explain_low_rows, explain_scenes};
-use satphot::night::predict::{Window, highest, moments, predict, prediction_meta, visible};
+use satphot::figures::light_curve;
 use satphot::orbit::{Pass as Stay, Tracker};
-use satphot::report::columns::PREDICTION;
-use satphot::report::plot::light_curve;
+use satphot::pipeline::compare::scene;
+use satphot::pipeline::explain::{explain_low_rows, explain_scenes};
 use satphot::report::summary::{pass_lights, text_table};
-use satphot::report::{MetaValue, PhotometryRow, prediction_cells, write_prediction};
+use satphot::tables::columns::PREDICTION;
+use satphot::tables::{MetaValue, PhotometryRow, prediction_cells, write_prediction};
+use satphot::visibility::forecast::{Window, highest, moments, predict, prediction_meta, visible};
 
 use super::super::orbit_args::{OrbitArgs, bad};
 use super::super::{bar::Bars, print, tell, threads};

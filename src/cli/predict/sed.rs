@@ -8,7 +8,7 @@ use satphot::brightness::Band;
 use satphot::brightness::lamps::{LampSettings, Lamplight, SUN_V_MAG, mag_of_flux, moon_spectrum};
 use satphot::brightness::spectrum::{SolarColumn, Spectrum};
 use satphot::config::{Effects, Mode, MoonLaw, Source};
-use satphot::report::plot::{SedCurve, sed};
+use satphot::figures::{SedCurve, sed};
 use satphot::report::summary::text_table;
 
 use super::super::{print, tell};

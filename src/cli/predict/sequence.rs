@@ -3,10 +3,10 @@
 use clap::Args;
 use csv::StringRecord;
 use hifitime::Epoch;
-use satphot::night::clock::{iso_utc, mjd_utc, parse_utc, shifted};
-use satphot::report::columns::{Column, DAY_OF_SKY, SKY};
-use satphot::report::plot::{SkyMark, SkyPanel};
-use satphot::report::{SkyRow, csv_text};
+use satphot::base::time::{iso_utc, mjd_utc, parse_utc, shifted};
+use satphot::figures::{SkyMark, SkyPanel};
+use satphot::tables::columns::{Column, DAY_OF_SKY, SKY};
+use satphot::tables::{SkyRow, csv_text};
 
 use super::super::orbit_args::bad;
 

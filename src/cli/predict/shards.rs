@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use satphot::Error;
-use satphot::report::{Meta, MetaValue, read_meta};
+use satphot::tables::{Meta, MetaValue, read_meta};
 
 /// The shards a table holds, from 1, and of how many.
 #[derive(Debug, Clone, PartialEq, Eq)]

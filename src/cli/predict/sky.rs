@@ -4,19 +4,19 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
+use satphot::base::progress::Progress as _;
+use satphot::base::time::{iso_utc, parse_utc};
 use satphot::brightness::catalogue::Standing;
 use satphot::brightness::scene::local_radius_km;
 use satphot::brightness::sky::{SkyGrid, SkyMap, sky_map};
 use satphot::brightness::{ModelSettings, Satellite, ToleranceOf};
 use satphot::config::{self, EarthRadius, LunarEclipse};
-use satphot::night::clock::{iso_utc, parse_utc};
-use satphot::night::explain::explain_scenes;
-use satphot::night::predict::{flux_per_e0, prediction_meta, sky_rows};
-use satphot::night::progress::Progress as _;
-use satphot::report::columns::SKY;
-use satphot::report::plot::{sky_map as draw, sky_sequence};
+use satphot::figures::{sky_map as draw, sky_sequence};
+use satphot::pipeline::explain::explain_scenes;
 use satphot::report::summary::text_table;
-use satphot::report::{Meta, MetaValue, SkyRow, read_rows, write_cells, write_sky};
+use satphot::tables::columns::SKY;
+use satphot::tables::{Meta, MetaValue, SkyRow, read_rows, write_cells, write_sky};
+use satphot::visibility::forecast::{flux_per_e0, prediction_meta, sky_rows};
 
 use super::super::orbit_args::{SiteArg, bad, configuration, tell_unknown_ut1};
 use super::super::{bar::Bars, print, tell, threads};

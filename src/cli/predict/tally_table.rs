@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 
 use csv::StringRecord;
 use satphot::Error;
-use satphot::night::clock::{iso_utc, mjd_utc};
-use satphot::night::predict::constellation::SkyMoment;
-use satphot::night::predict::tally::Tally;
+use satphot::base::time::{iso_utc, mjd_utc};
 use satphot::report::summary::text_table;
-use satphot::report::{Column, Datatype};
+use satphot::tables::{Column, Datatype};
+use satphot::visibility::forecast::constellation::SkyMoment;
+use satphot::visibility::forecast::tally::Tally;
 
 /// Columns before the counts of magnitudes: name, unit, whole number or not, meaning.
 const BEFORE: [(&str, &str, bool, &str); 13] = [

@@ -9,9 +9,9 @@ mod pass;
 mod sensor;
 
 use clap::Args;
-use satphot::night::clock::{iso_utc, parse_utc};
+use satphot::base::time::{iso_utc, parse_utc};
+use satphot::figures::radiance::{RadianceRow, TOTAL, radiance_rows};
 use satphot::orbit::Tracker;
-use satphot::report::radiance::{RadianceRow, TOTAL, radiance_rows};
 use satphot::report::summary::text_table;
 use satphot::resolved::{ComponentSatellite, Rendered, Renderer, ResolvedScene};
 
@@ -240,7 +240,7 @@ fn notes(rendered: &Rendered, renderer: &Renderer) {
 }
 
 fn csv(rows: &[RadianceRow]) -> anyhow::Result<String> {
-    Ok(satphot::report::ecsv::csv_text(rows, satphot::report::radiance::RADIANCE)?)
+    Ok(satphot::tables::ecsv::csv_text(rows, satphot::figures::radiance::RADIANCE)?)
 }
 
 fn table(rows: &[RadianceRow]) -> String {

@@ -1,15 +1,15 @@
 //! What is written of a picture: FITS, PNG, table.
 
 use ndarray::Array2;
+use satphot::base::time::iso_utc;
 use satphot::brightness::lamps::mag_of_flux;
 use satphot::config::Site;
-use satphot::night::clock::iso_utc;
+use satphot::figures::radiance::fits::{PictureFacts, write_picture};
+use satphot::figures::radiance::picture::{Tile, write_preview, write_sheet};
+use satphot::figures::radiance::{RadianceRow, write_radiance};
 use satphot::orbit::Geometry;
-use satphot::report::radiance::fits::{PictureFacts, write_picture};
-use satphot::report::radiance::picture::{Tile, write_preview, write_sheet};
-use satphot::report::radiance::{RadianceRow, write_radiance};
-use satphot::report::{Meta, MetaValue};
 use satphot::resolved::{ComponentSatellite, RadianceImage, RenderSettings, Rendered};
+use satphot::tables::{Meta, MetaValue};
 
 use super::super::tell;
 use super::files::Files;

@@ -1,6 +1,6 @@
 //! The published simulation of the resolved ISS beside ours.
 
-use satphot::published::resolved_case::{CaseRow, resolved_case};
+use satphot::paper::resolved_case::{CaseRow, resolved_case};
 use satphot::report::summary::text_table;
 
 use super::super::{print, tell};

@@ -3,9 +3,9 @@
 use clap::Args;
 use hifitime::Epoch;
 use rayon::prelude::*;
-use satphot::night::clock::{iso_utc, seconds_between, shifted};
+use satphot::base::time::{iso_utc, seconds_between, shifted};
+use satphot::figures::radiance::picture::{Tile, write_preview, write_sheet};
 use satphot::orbit::{Tracker, passes};
-use satphot::report::radiance::picture::{Tile, write_preview, write_sheet};
 use satphot::report::summary::text_table;
 use satphot::resolved::body::PosedBody;
 use satphot::resolved::view::View;

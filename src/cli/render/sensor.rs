@@ -2,9 +2,9 @@
 
 use clap::Args;
 use ndarray::Array2;
+use satphot::figures::radiance::picture::{Tile, write_preview};
+use satphot::figures::radiance::snr::{SnrRow, snr_rows, write_snr};
 use satphot::orbit::Geometry;
-use satphot::report::radiance::picture::{Tile, write_preview};
-use satphot::report::radiance::snr::{SnrRow, snr_rows, write_snr};
 use satphot::report::summary::text_table;
 use satphot::resolved::Light;
 use satphot::resolved::sensor::{Air, Exposure, FrameFacts, Sensor, SensorSettings, signal_to_noise, write_frame};

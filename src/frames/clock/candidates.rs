@@ -9,8 +9,8 @@ use super::meaning::{Meaning, meaning, program_warning};
 use super::stamp::{self, Stamp};
 use super::{Candidate, TimeKind, seconds};
 use crate::config::DateObsMeans;
-use crate::frames::cards::Header;
-use crate::report::words::TimeStamp;
+use crate::fits::cards::Header;
+use crate::tables::words::TimeStamp;
 
 /// Start and end of the exposure, in order of preference. Sources: FITS 4.0 section 4.4.2.1; N.I.N.A. (QHY and
 /// ToupTek GPS cards); LCO and Subaru headers.
@@ -41,7 +41,7 @@ const TIMES_OF_DAY: [&str; 9] =
 const SEVERAL_S: (f64, f64) = (10.0, 2.0);
 
 /// Seconds from the start to the end the header tells, whatever the exposure time; the keywords.
-pub(in crate::frames) fn span_s(header: &Header) -> Option<(f64, String)> {
+pub(crate) fn span_s(header: &Header) -> Option<(f64, String)> {
     let scale = stamp::time_scale(header, std::path::Path::new("")).ok()?;
     let mut finder = Finder::new(header, scale, 0.0);
     PAIRS.iter().find_map(|(begin, end, _)| {

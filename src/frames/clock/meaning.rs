@@ -4,7 +4,7 @@
 
 use hifitime::Epoch;
 
-use crate::frames::cards::Header;
+use crate::fits::cards::Header;
 
 /// What a stamp marks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -13,11 +13,11 @@ use std::path::Path;
 
 use hifitime::{Duration, Epoch, TimeScale, Unit};
 
-use super::cards::Header;
 use super::header::Aliases;
+use crate::base::error::{Error, Result};
 use crate::config;
-use crate::error::{Error, Result};
-use crate::report::words::TimeStamp;
+use crate::fits::cards::Header;
+use crate::tables::words::TimeStamp;
 use candidates::Finder;
 
 pub(super) use candidates::span_s;

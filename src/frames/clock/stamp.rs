@@ -7,9 +7,9 @@ use std::path::Path;
 
 use hifitime::{Epoch, TimeScale, Unit};
 
-use crate::error::{Error, Result};
-use crate::frames::cards::{Header, parse_number};
-use crate::instant;
+use crate::base::error::{Error, Result};
+use crate::base::instant;
+use crate::fits::cards::{Header, parse_number};
 
 /// An instant and the last digit of its stamp.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,9 +5,9 @@
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Result};
-use crate::frames::cards::Header;
-use crate::frames::files::find_files;
+use crate::base::error::{Error, Result};
+use crate::fits::cards::Header;
+use crate::fits::files::find_files;
 
 /// Longest text or bare header that is read \[bytes\].
 const MAX_BYTES: u64 = 4 << 20;

@@ -1,10 +1,10 @@
 //! The exposure time: seconds, unless comment, unit or the other keywords say milliseconds; the first keyword above zero.
 //!
-//! Leaves out the range a light frame may have ([`super::super::exposure`]) and the cadence of the night.
+//! Leaves out the range a light frame may have ([`crate::frames::exposure`]) and the cadence of the night.
 
 use super::Told;
 use super::names::{Aliases, keywords};
-use crate::frames::cards::{Header, parse_number};
+use crate::fits::cards::{Header, parse_number};
 use crate::frames::clock::span_s;
 
 /// Keywords that disagree by more than this share are told.

@@ -1,11 +1,11 @@
 //! GAIN: the camera's setting for amateur programs, electrons per ADU for observatories.
 //!
 //! Settings in 0.1 dB as the camera counts them, conversion in e⁻/ADU. Leaves out the camera tables
-//! ([`super::super::detector`]), which win over the header unless the configuration says otherwise.
+//! ([`crate::frames::camera`]), which win over the header unless the configuration says otherwise.
 
 use super::Told;
 use super::names::{Aliases, keywords};
-use crate::frames::cards::Header;
+use crate::fits::cards::Header;
 use crate::frames::frame::GainSetting;
 
 /// What a header says of the gain.

@@ -1,10 +1,10 @@
 //! What was done to the pixels before we see them: stacking, colour, calibration, binning, order of the rows.
 //!
-//! Pedestals in ADU. Leaves out what is refused because of it ([`super::super::exposure`]).
+//! Pedestals in ADU. Leaves out what is refused because of it ([`crate::frames::exposure`]).
 
 use super::Told;
 use super::names::{Aliases, keywords};
-use crate::frames::cards::Header;
+use crate::fits::cards::Header;
 
 /// Counts of combined exposures.
 const COUNTS: [&str; 7] = ["STACKCNT", "NCOMBINE", "SNAPSHOT", "LIVESTAC", "NUMFRAME", "NSTACK", "STACKED"];

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::cards::Header;
+use crate::fits::cards::Header;
 
 /// Quantity -> the observer's own keywords: `[header.aliases]`.
 pub type Aliases = BTreeMap<String, Vec<String>>;

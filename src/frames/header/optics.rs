@@ -4,8 +4,8 @@
 
 use super::Told;
 use super::names::{Aliases, find, keywords};
-use crate::frames::cards::Header;
-use crate::frames::detector::pixel_scale_arcsec;
+use crate::fits::cards::Header;
+use crate::frames::camera::pixel_scale_arcsec;
 
 /// What a header tells of camera and optics.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -28,7 +28,7 @@ pub struct Optics {
 ///
 /// FWHEEL is no synonym: N.I.N.A. and Sequence Generator Pro write the name of the wheel there.
 ///
-/// [`filter_meaning`]: crate::photometry::bands::filter_meaning
+/// [`filter_meaning`]: crate::zeropoint::bands::filter_meaning
 #[must_use]
 pub fn filter(header: &Header, aliases: &Aliases) -> Option<Told<String>> {
     let key = find(header, aliases, "filter")?;

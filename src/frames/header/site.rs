@@ -6,7 +6,7 @@
 use super::names::Aliases;
 use super::sexagesimal;
 use crate::config;
-use crate::frames::cards::Header;
+use crate::fits::cards::Header;
 
 /// Where a header says the telescope stands.
 #[derive(Debug, Clone, PartialEq)]

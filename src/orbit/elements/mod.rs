@@ -17,7 +17,7 @@ use sgp4::chrono::{Datelike, Timelike};
 
 use super::time::days_between;
 use super::tle;
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 
 /// One set of mean elements (TLE, 3LE or OMM) for SGP4.
 #[derive(Debug, Clone)]

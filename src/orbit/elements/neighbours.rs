@@ -6,9 +6,9 @@
 use std::fmt;
 
 use super::Elements;
+use crate::base::vector::{Teme, Vector};
 use crate::orbit::propagate::Propagator;
 use crate::orbit::time::utc_text;
-use crate::vector::{Teme, Vector};
 
 /// Sets farther apart in time than this are not compared \[d\].
 const SPAN_D: f64 = 14.0;
@@ -22,7 +22,7 @@ const FAR_SPAN_D: f64 = 5.0;
 
 /// What the neighbours in time say about one set.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::orbit) enum Standing {
+pub(crate) enum Standing {
     /// They agree, or there are none.
     Good,
     /// They put the satellite elsewhere along its path: a burn, or one of them is wrong.
@@ -48,7 +48,7 @@ impl Gap {
 }
 
 /// The standing of each set of one object, in order of epoch.
-pub(in crate::orbit) fn standings(sets: &[Elements], propagators: &[Propagator]) -> Vec<Standing> {
+pub(crate) fn standings(sets: &[Elements], propagators: &[Propagator]) -> Vec<Standing> {
     let gaps: Vec<Vec<Gap>> = (0..sets.len()).map(|i| gaps(i, sets, propagators)).collect();
     // A set that agrees in plane with somebody is supported.
     let supported = |i: usize| {

@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use super::{Elements, element_names, xml};
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 use crate::orbit::{omm, tle};
 
 /// A set of a file that cannot be read, and what is known of whose it is.

@@ -5,7 +5,7 @@
 use hifitime::Epoch;
 
 use super::Elements;
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 use crate::orbit::time::utc_text;
 
 /// Age from which a warning is due \[d\]: the along-track error of a LEO satellite then reaches kilometres.
@@ -25,7 +25,7 @@ pub fn nearest<'a>(sets: &'a [Elements], norad: Option<u64>, epoch: &Epoch) -> R
 }
 
 /// Checks that `norad` (or the single object) is among the sets.
-pub(in crate::orbit) fn only_object(sets: &[Elements], norad: Option<u64>) -> Result<()> {
+pub(crate) fn only_object(sets: &[Elements], norad: Option<u64>) -> Result<()> {
     let mut objects: Vec<(u64, String)> = sets.iter().map(|e| (e.norad_cat_id(), e.label())).collect();
     objects.sort();
     objects.dedup_by_key(|o| o.0);

@@ -12,8 +12,8 @@ use std::ops::Range;
 
 use ndarray::Array2;
 
+use crate::base::stats;
 use crate::frames::{Electrons, Frame};
-use crate::photometry::stats;
 use crate::{Error, Result};
 
 pub(crate) use mesh::MIN_GOOD_FRAC;

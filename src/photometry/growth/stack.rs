@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::base::stats;
 use crate::frames::{Electrons, Frame};
 use crate::photometry::Flags;
 use crate::photometry::aperture::{Bounds, Shape, for_each_pixel};
@@ -12,7 +13,6 @@ use crate::photometry::background::Background;
 use crate::photometry::centroid::centroid;
 use crate::photometry::detect::Source;
 use crate::photometry::flux::annulus_sky;
-use crate::photometry::stats;
 
 /// Number of rings.
 pub(super) const N: usize = 12;

@@ -5,13 +5,13 @@
 use maud::{Markup, html};
 
 use super::overlay::overlay;
+use crate::figures::thumb::Thumb;
 use crate::photometry::Flags;
-use crate::report::rows::PhotometryRow;
-use crate::report::thumb::Thumb;
-use crate::report::words::{Status, Verdict};
+use crate::tables::rows::PhotometryRow;
+use crate::tables::words::{Status, Verdict};
 
 /// What the card of a frame is called in links.
-pub(in crate::report) fn card_id(frame: &str) -> String {
+pub(crate) fn card_id(frame: &str) -> String {
     let plain = frame.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' });
     "frame-".chars().chain(plain).collect()
 }

@@ -14,11 +14,11 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use sha2::{Digest, Sha256};
 
-use super::rows::PhotometryRow;
-use super::thumb::{MARKS_RGB, Thumb};
-use crate::error::{Error, Result};
-use crate::file::write_atomic;
-use crate::report::words::{Status, Verdict};
+use crate::base::error::{Error, Result};
+use crate::base::file::write_atomic;
+use crate::figures::thumb::{MARKS_RGB, Thumb};
+use crate::tables::rows::PhotometryRow;
+use crate::tables::words::{Status, Verdict};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");

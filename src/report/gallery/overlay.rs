@@ -5,8 +5,8 @@
 
 use maud::{Markup, html};
 
-use crate::report::rows::PhotometryRow;
-use crate::report::thumb::Thumb;
+use crate::figures::thumb::Thumb;
+use crate::tables::rows::PhotometryRow;
 
 /// Longest scale bar as a share of the picture.
 const BAR: f64 = 0.4;

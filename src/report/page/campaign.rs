@@ -4,19 +4,19 @@ use std::path::Path;
 
 use maud::{Markup, PreEscaped, html};
 
-use super::chart::{Chart, Point, Ticks};
 use super::{
     FRAMES_AT, MOST_BYTES, NightPage, PassSky, Section, cell, checks, curve, distribution, nothing, number, sky, strip,
     table, whole,
 };
-use crate::error::Result;
-use crate::file::write_atomic;
-use crate::photometry::zeropoint::Zeropoint;
+use crate::base::error::Result;
+use crate::base::file::write_atomic;
+use crate::figures::axis::Span;
+use crate::figures::chart::{Chart, Point, Ticks};
 use crate::report::gallery::legend;
-use crate::report::plot::axis::Span;
-use crate::report::rows::PhotometryRow;
 use crate::report::summary::{counts, is_used, passes, robust, scatter};
-use crate::report::words::Status;
+use crate::tables::rows::PhotometryRow;
+use crate::tables::words::Status;
+use crate::zeropoint::fit::Zeropoint;
 
 /// Skies of passes on the page.
 const MOST_SKIES: usize = 12;

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use maud::{Markup, html};
 
-use super::chart::{Chart, Point, Ticks};
 use super::{NightPage, cell, nothing, number, table, tip, verdict_class};
+use crate::figures::axis::Span;
+use crate::figures::chart::{Chart, Point, Ticks};
 use crate::photometry::Flags;
-use crate::report::plot::axis::Span;
-use crate::report::rows::PhotometryRow;
 use crate::report::summary::robust;
+use crate::tables::rows::PhotometryRow;
 
 /// The section of the clock.
 pub(super) fn timing(page: &NightPage) -> Markup {

@@ -5,14 +5,14 @@
 
 use maud::{Markup, html};
 
-use super::chart::{Chart, Point, Ticks};
 use super::{MOST_ROWS, NightPage, nothing, tip, verdict_class};
 use crate::brightness::Illum;
-use crate::report::plot::axis::Span;
-use crate::report::plot::viridis;
-use crate::report::rows::PhotometryRow;
+use crate::figures::axis::Span;
+use crate::figures::chart::{Chart, Point, Ticks};
+use crate::figures::viridis;
 use crate::report::summary::{is_lower_limit, is_used, passes, robust, scatter};
-use crate::report::words::{Status, Verdict};
+use crate::tables::rows::PhotometryRow;
+use crate::tables::words::{Status, Verdict};
 
 /// How far below everything else a light is still drawn \[mag\].
 const LIGHTS_BELOW_MAG: f64 = 3.0;

@@ -2,12 +2,12 @@
 
 use maud::{Markup, html};
 
-use super::chart::{Chart, Ticks};
 use super::{NightPage, cell, nothing, number, table, violins};
 use crate::brightness::Illum;
-use crate::report::plot::axis::{Span, clock};
-use crate::report::rows::PhotometryRow;
+use crate::figures::axis::{Span, clock};
+use crate::figures::chart::{Chart, Ticks};
 use crate::report::summary::{counts, is_used, old_elements_note, passes, robust, scatter};
+use crate::tables::rows::PhotometryRow;
 
 /// Width of a bin \[mag\].
 const BIN_MAG: f64 = 0.25;

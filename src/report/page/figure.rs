@@ -7,12 +7,12 @@ use std::path::Path;
 
 use maud::{Markup, PreEscaped, html};
 
-use super::chart::px;
 use super::distribution::KINDS;
 use super::{NightPage, STYLE, distribution, sky, violins};
-use crate::error::Result;
-use crate::file::write_atomic;
-use crate::report::plot::PAPER_MM;
+use crate::base::error::Result;
+use crate::base::file::write_atomic;
+use crate::figures::PAPER_MM;
+use crate::figures::chart::px;
 
 /// Width of a sheet in its own units; [`PAPER_MM`] on paper.
 const WIDTH: f64 = 740.0;

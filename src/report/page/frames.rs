@@ -6,7 +6,7 @@ use maud::{Markup, PreEscaped, html};
 
 use super::{MOST_ROWS, NightPage, cell, link, nothing, number, table, time_of};
 use crate::report::gallery::{controls, legend};
-use crate::report::rows::PhotometryRow;
+use crate::tables::rows::PhotometryRow;
 
 /// What a row of the table takes, generously \[bytes\].
 const BYTES_PER_ROW: usize = 800;

@@ -1,10 +1,9 @@
 //! The report of a night: one file that opens anywhere, with everything the night's tables say, and where it is from.
 //!
 //! Inline SVG, a style sheet and a small script; no network, no clock: the same results give the same bytes. Drawn from
-//! the files of a run alone. Leaves out most figures for papers ([`crate::report::plot`]).
+//! the files of a run alone. Leaves out most figures for papers ([`crate::figures`]).
 
 mod campaign;
-mod chart;
 mod checks;
 mod curve;
 mod distribution;
@@ -23,13 +22,13 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use sha2::{Digest, Sha256};
 
-use super::meta::{Meta, MetaValue};
-use super::plot::SkyMark;
-use super::rows::{PhotometryRow, SkyRow, StarRow};
-use crate::error::Result;
-use crate::file::write_atomic;
-use crate::photometry::zeropoint::Zeropoint;
-use crate::report::words::Verdict;
+use crate::base::error::Result;
+use crate::base::file::write_atomic;
+use crate::figures::SkyMark;
+use crate::tables::meta::{Meta, MetaValue};
+use crate::tables::rows::{PhotometryRow, SkyRow, StarRow};
+use crate::tables::words::Verdict;
+use crate::zeropoint::fit::Zeropoint;
 
 pub use campaign::write_campaign;
 pub use figure::{write_distribution_figure, write_sky_figure};

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::{NightPage, cell, table};
-use crate::report::meta::MetaValue;
+use crate::tables::meta::MetaValue;
 
 /// Input files that are listed; all of them are in manifest.json.
 const MOST_INPUTS: usize = 400;

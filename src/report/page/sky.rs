@@ -4,11 +4,11 @@
 
 use maud::{Markup, html};
 
-use super::chart::px;
 use super::{NightPage, PassSky, nothing, tip};
-use crate::report::plot::axis::Span;
-use crate::report::plot::viridis;
-use crate::report::rows::PhotometryRow;
+use crate::figures::axis::Span;
+use crate::figures::chart::px;
+use crate::figures::viridis;
+use crate::tables::rows::PhotometryRow;
 
 /// Radius of the disc and room around it \[CSS px\].
 const RADIUS: f64 = 150.0;

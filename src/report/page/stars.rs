@@ -4,12 +4,12 @@
 
 use maud::{Markup, html};
 
-use super::chart::{Chart, Point, Ticks};
 use super::{NightPage, cell, nothing, number, table};
-use crate::photometry::zeropoint::Zeropoint;
-use crate::report::plot::axis::Span;
-use crate::report::rows::{PhotometryRow, StarRow};
+use crate::figures::axis::Span;
+use crate::figures::chart::{Chart, Point, Ticks};
 use crate::report::summary::{is_used, robust};
+use crate::tables::rows::{PhotometryRow, StarRow};
+use crate::zeropoint::fit::Zeropoint;
 
 type View<'a> = (&'a str, &'a str, &'a dyn Fn(&StarRow) -> Option<(f64, f64)>, Option<f64>);
 

@@ -6,9 +6,9 @@ use maud::{Markup, html};
 
 use super::{NightPage, nothing};
 use crate::brightness::catalogue::Standing;
-use crate::report::rows::PhotometryRow;
 use crate::report::summary::{counts, is_lower_limit, is_used, robust, scatter};
-use crate::report::words::{Status, Verdict};
+use crate::tables::rows::PhotometryRow;
+use crate::tables::words::{Status, Verdict};
 
 /// The section.
 pub(super) fn summary(page: &NightPage) -> Markup {

@@ -6,12 +6,12 @@
 use maud::{Markup, html};
 
 use super::NightPage;
-use super::chart::{Chart, Point, Ticks};
 use super::distribution::{KINDS, class_of, kind_of};
-use crate::report::density::density;
-use crate::report::plot::axis::Span;
-use crate::report::rows::PhotometryRow;
+use crate::figures::axis::Span;
+use crate::figures::chart::{Chart, Point, Ticks};
+use crate::figures::density::density;
 use crate::report::summary::{is_lower_limit, is_used, passes, robust};
+use crate::tables::rows::PhotometryRow;
 
 /// Violins in one chart; more are counted below it.
 const MOST: usize = 24;

@@ -3,12 +3,12 @@
 //! mag and mag/arcsec² in V or the filter's band. Moonlight by Krisciunas & Schaefer, twilight by Patat et al.
 
 use super::{Air, Sensor};
-use crate::detect::sky_brightness::{
+use crate::base::error::{Error, Result};
+use crate::orbit::Geometry;
+use crate::visibility::sky_brightness::{
     MoonInSky, moonlit_sky_v_mag_arcsec2, nl_of_v_mag_arcsec2, twilight_nl, v_mag_arcsec2_of_nl,
 };
-use crate::detect::sky_brightness_table::sky_of_v;
-use crate::error::{Error, Result};
-use crate::orbit::Geometry;
+use crate::visibility::sky_brightness_table::sky_of_v;
 
 impl Sensor {
     /// Sky and extinction where the satellite stands: dark sky, moonlight and twilight; k X of the settings.

@@ -7,8 +7,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use statrs::function::gamma::gamma;
 
-use crate::constants::FWHM_PER_SIGMA;
-use crate::error::{Error, Result};
+use crate::base::constants::FWHM_PER_SIGMA;
+use crate::base::error::{Error, Result};
 
 /// Arcseconds in a radian.
 pub(crate) const ARCSEC_PER_RAD: f64 = 206_264.806_247_096_36;

@@ -8,9 +8,9 @@ use hifitime::{Duration, Epoch, Unit};
 use ndarray::Array2;
 
 use super::{Exposure, Sensor, signal_to_noise};
+use crate::base::error::Result;
 use crate::config;
-use crate::error::Result;
-use crate::frames::{CardValue, write_u16};
+use crate::fits::{CardValue, write_u16};
 use crate::resolved::image::{Light, RadianceImage};
 
 /// What a file tells of its frame besides the sensor.

@@ -26,13 +26,13 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
+use crate::base::error::{Error, Result};
 use crate::brightness::Band;
 use crate::brightness::lamps::SUN_V_MAG;
 use crate::brightness::spectrum::{MagSystem, SolarColumn, Spectrum};
-use crate::detect::tracked::Optics;
-use crate::error::{Error, Result};
 use crate::frames::{Camera, Detector, Gain};
 use crate::resolved::image::{Light, RadianceImage};
+use crate::visibility::tracked::Optics;
 
 /// Streams of the noise: one for each row of a frame.
 const NOISE_STREAM: u64 = 1 << 40;

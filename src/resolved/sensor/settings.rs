@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 
 use super::blur::{Blur, Pupil, Seeing};
 use super::stamp::Sampling;
+use crate::base::error::{Error, Result};
 use crate::brightness::Band;
 use crate::brightness::spectrum::Curve;
 use crate::config::{self, range, read_layers};
-use crate::detect::tracked::{Optics, flat_qe, qe_named};
-use crate::error::{Error, Result};
 use crate::frames::pixel_scale_arcsec;
+use crate::visibility::tracked::{Optics, flat_qe, qe_named};
 
 /// Sensors known by name, and their text.
 pub const SENSORS: &[(&str, &str)] = &[("macquarie-cdk24", include_str!("../../presets/sensor_cdk24.toml"))];

@@ -8,7 +8,7 @@ use ndarray::{Array2, s};
 use super::blur::{ARCSEC_PER_RAD, Blur, sinc};
 use super::fourier::{convolve, spread};
 use super::resample::{Ruler, bin, resample};
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 use crate::resolved::image::{Light, RadianceImage};
 
 /// Most pixels along a side of the grid on which the picture is blurred.

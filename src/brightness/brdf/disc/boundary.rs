@@ -3,7 +3,7 @@
 //! Panels grow away from each place where the curve comes near the point, so that a lobe on the very edge costs a few
 //! panels more, not accuracy.
 
-use crate::brightness::quadrature::gauss;
+use crate::base::quadrature::gauss;
 
 /// Nodes of a panel.
 const ORDER: usize = 16;

@@ -6,7 +6,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::{View, solid_angle};
-use crate::brightness::quadrature::{gauss, half_cosine};
+use crate::base::quadrature::{gauss, half_cosine};
 
 /// Relative error aimed at.
 const TOLERANCE: f64 = 1e-9;

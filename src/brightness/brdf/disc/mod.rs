@@ -11,8 +11,8 @@ mod primitive;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::Brdf;
+use crate::base::vector::Vector;
 use crate::config::SourceDisc;
-use crate::vector::Vector;
 
 /// A disc up to this radius is a point \[rad\]: 2 milliarcseconds.
 const POINT_RAD: f64 = 1e-8;

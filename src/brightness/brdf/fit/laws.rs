@@ -5,9 +5,9 @@
 use std::sync::Arc;
 
 use super::table::Geometry;
+use crate::base::error::Result;
 use crate::brightness::brdf::{Binomial, Brdf, PHONG_N_MAX};
 use crate::brightness::scene::impossible;
-use crate::error::Result;
 
 /// Largest coefficient of a binomial fit, either way.
 const COEFFICIENT_MAX: f64 = 1000.0;

@@ -16,8 +16,8 @@ use self::laws::Free;
 use self::levenberg::{Problem, RANK_TOLERANCE, column_norms, scaled};
 use self::table::Geometry;
 use super::Brdf;
+use crate::base::error::Result;
 use crate::brightness::scene::impossible;
-use crate::error::Result;
 
 /// f below this counts as this in lg f \[1/sr\].
 const FLOOR_PER_SR: f64 = 1e-12;

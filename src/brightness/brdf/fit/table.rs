@@ -5,9 +5,9 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::base::error::{Error, Result};
+use crate::base::vector::{Enu, Vector};
 use crate::brightness::brdf::{Brdf, tangential};
-use crate::error::{Error, Result};
-use crate::vector::{Enu, Vector};
 
 /// Largest f a table may hold \[1/sr\]: nothing scatters into less than a square microradian.
 const BRDF_MAX_PER_SR: f64 = 1e12;

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use satphot::detect::tracked::Area;
-use satphot::report::plot::{LimitCurve, LimitPanel, limit_panels};
+use satphot::figures::{LimitCurve, LimitPanel, limit_panels};
+use satphot::visibility::tracked::Area;
 
 use super::Tracked;
 use super::instrument::Instrument;

@@ -7,12 +7,12 @@ use satphot::Error;
 use satphot::brightness::Band;
 use satphot::brightness::spectrum::Curve;
 use satphot::config::{self, Config};
-use satphot::detect::tracked::{
+use satphot::frames::pixel_scale_arcsec;
+use satphot::visibility::telescope::{CameraAt, GAIN_SETTING, preset};
+use satphot::visibility::tracked::{
     CDK24_OBSTRUCTION, Calculator, DARK_E_S_PX, FILTER_TRANSMISSION, FWHM_ARCSEC, OPTICS_TRANSMISSION, Optics, flat_qe,
     qe_named,
 };
-use satphot::frames::pixel_scale_arcsec;
-use satphot::night::telescope::{CameraAt, GAIN_SETTING, preset};
 
 use crate::cli::load;
 use crate::cli::orbit_args::bad;

@@ -1,11 +1,11 @@
 //! The skies of `satphot limits tracked`: given, by the Moon's phase, or by where the Moon stands.
 
 use clap::Args;
-use satphot::detect::sky_brightness::{
+use satphot::visibility::sky_brightness::{
     DARK_V_MAG_ARCSEC2, K_V_MAG_AIRMASS, LEAST_MOON_SEP_DEG, MoonInSky, moonlit_sky_v_mag_arcsec2, nl_of_v_mag_arcsec2,
     twilight_nl, v_mag_arcsec2_of_nl,
 };
-use satphot::detect::sky_brightness_table::{sky_at_moon_phase, sky_of_v};
+use satphot::visibility::sky_brightness_table::{sky_at_moon_phase, sky_of_v};
 
 use crate::cli::orbit_args::bad;
 

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use satphot::detect::tracked::{Area, Calculator, PUBLISHED_ZP_MAG};
-use satphot::report::limits::LimitRow;
 use satphot::report::summary::text_table;
+use satphot::visibility::limits_table::LimitRow;
+use satphot::visibility::tracked::{Area, Calculator, PUBLISHED_ZP_MAG};
 
 use super::instrument::Instrument;
 use super::sky::SkyCase;

@@ -1,0 +1,376 @@
+//! Where each quantity stands in a catalogue, and one of its rows to a star.
+//!
+//! Magnitudes and degrees. The configuration wins over names, names over descriptors.
+
+use std::collections::BTreeMap;
+
+use super::CatalogueStar;
+use super::angle::Angle;
+use super::names::{B_MAG, GAIA, N_OBS, PLACES, TYCHO, TYCHO_ID, known};
+use super::transform;
+use super::transform::{Johnson, Value};
+use crate::tables::read::{Column, Row, Table};
+use crate::zeropoint::bands::{Band, column_band};
+
+/// Epoch of the positions of Gaia DR3 \[Julian year\].
+const GAIA_EPOCH_JYEAR: f64 = 2016.0;
+/// Twice the proper motion of Barnard's star; more is no measurement \[mas/yr\].
+const LARGEST_MOTION_MAS_YR: f64 = 2e4;
+
+/// A cell, or the difference of two.
+#[derive(Debug, Clone, Copy)]
+enum Cell {
+    One(usize),
+    Difference(usize, usize),
+}
+
+/// What V is made from.
+#[derive(Debug)]
+enum Source {
+    /// A column of magnitudes and one of errors.
+    Own { v: usize, v_err: Option<usize> },
+    /// BT, its error, VT, its error.
+    Tycho([Option<usize>; 4]),
+    /// G, BP, RP, each with its error.
+    Gaia([Option<usize>; 6]),
+}
+
+impl Source {
+    fn notes(&self) -> Vec<String> {
+        match self {
+            Source::Own { .. } => Vec::new(),
+            Source::Tycho(_) => vec![
+                "V and B-V made from BT and VT of Tycho (ESA 1997: 0.015 and 0.05 mag, -0.2 < BT-VT < 1.8, not M stars)"
+                    .to_owned(),
+            ],
+            Source::Gaia(_) => vec![
+                "V made from G, BP and RP of Gaia (DR3 documentation, table 5.9: 0.03 mag), B-V by way of BT and VT \
+                 (0.1 mag)"
+                    .to_owned(),
+            ],
+        }
+    }
+}
+
+/// Where each quantity stands.
+#[derive(Debug)]
+pub struct Layout {
+    ra: (usize, Angle),
+    dec: (usize, Angle),
+    source: Source,
+    b_v: Option<Cell>,
+    /// Error of the colour; of a difference those of both.
+    b_v_err: [Option<usize>; 2],
+    /// B with its error, and the V that is subtracted from it with its error.
+    b_minus_v: Option<[Option<usize>; 4]>,
+    id: Vec<usize>,
+    n_obs: Option<usize>,
+    /// Columns of the proper motion, and what makes mas/yr of them.
+    motion: Option<([usize; 2], f64)>,
+    epoch: Option<usize>,
+    epoch_jyear: Option<f64>,
+    /// What should be known of how values are made.
+    pub notes: Vec<String>,
+}
+
+type Found<T> = Result<T, String>;
+
+impl Layout {
+    /// Finds the columns.
+    ///
+    /// # Errors
+    /// A column that is missing, with those present and the key that helps; a unit or an equinox that is not read.
+    pub fn find(table: &Table, columns: &BTreeMap<String, String>) -> Found<Layout> {
+        let find = Finder { table, columns };
+        let (ra, dec) = find.place()?;
+        let own_v = find.optional("v_mag")?;
+        let any = |names: &[&str]| names.iter().find_map(|name| table.column(name));
+        let all = |names: &[&[&str]]| names.iter().map(|n| any(n)).collect::<Vec<_>>();
+        let (tycho, gaia) = (all(&TYCHO), all(&GAIA));
+        let source = if let Some(v) = own_v {
+            Source::Own { v, v_err: find.error_of(v, "v_mag", "v_mag_err")? }
+        } else if let ([Some(_), _, Some(_), _], Ok(at)) = (&tycho[..], tycho.clone().try_into()) {
+            Source::Tycho(at)
+        } else if let ([Some(_), _, Some(_), _, Some(_), _], Ok(at)) = (&gaia[..], gaia.clone().try_into()) {
+            Source::Gaia(at)
+        } else {
+            return Err(
+                find.missing("v_mag", "Vmag") + "; or give BTmag and VTmag (Tycho-2), or Gmag, BPmag and RPmag (Gaia)"
+            );
+        };
+        let b_v = find.colour()?;
+        let b_v_err = match b_v {
+            Some(Cell::One(i)) => [find.error_of(i, "b_v_mag", "b_v_err_mag")?, None],
+            Some(Cell::Difference(i, j)) => match find.own("b_v_err_mag")? {
+                Some(own) => [Some(own), None],
+                None => [find.error_after(i), find.error_after(j)],
+            },
+            None => [None, None],
+        };
+        // B−V of B and V only where both are the catalogue's own Johnson magnitudes
+        let johnson_v = known("v_mag").and_then(|k| any(k.names));
+        let b_minus_v = any(B_MAG[0]).zip(johnson_v).map(|(b, v)| {
+            let v_err = known("v_mag_err").and_then(|k| any(k.names));
+            [Some(b), any(B_MAG[1]), Some(v), v_err]
+        });
+        // VizieR's and the archive's own columns of places are of the epoch of the data release
+        let place = table.columns[ra.0].name.as_str();
+        let is_gaia = any(GAIA[0]).is_some() && matches!(place, "RA_ICRS" | "ra");
+        let mut notes = source.notes();
+        let motion = find.motion(&mut notes)?;
+        Ok(Layout {
+            ra,
+            dec,
+            source,
+            b_v,
+            b_v_err,
+            b_minus_v,
+            id: find.id()?,
+            n_obs: any(N_OBS),
+            motion,
+            notes,
+            epoch: find.optional("epoch_jyear")?,
+            epoch_jyear: is_gaia.then_some(GAIA_EPOCH_JYEAR),
+        })
+    }
+
+    /// The band of the magnitudes, where name or descriptor of their column tell it, and the column in words.
+    pub fn band(&self, table: &Table) -> (Option<Band>, String) {
+        match &self.source {
+            Source::Own { v, .. } => {
+                let column = &table.columns[*v];
+                let of_ucd = || {
+                    let ucd = column.ucd.to_ascii_uppercase();
+                    (ucd.contains("EM.OPT.V") || ucd == "PHOT_JHN_V").then_some(Band::V)
+                };
+                (column_band(&column.name).or_else(of_ucd), format!("column `{}`", column.name))
+            }
+            Source::Tycho(_) => (Some(Band::V), "V made from BT and VT".to_owned()),
+            Source::Gaia(_) => (Some(Band::V), "V made from G, BP and RP".to_owned()),
+        }
+    }
+
+    /// Whether one star may have several entries: Gaia's are all different ones, however close.
+    pub fn may_hold_duplicates(&self) -> bool {
+        !matches!(self.source, Source::Gaia(_))
+    }
+
+    /// One row.
+    ///
+    /// # Errors
+    /// No place or no magnitude, with what stands there.
+    pub fn star(&self, row: &Row, table: &Table) -> Found<CatalogueStar> {
+        let angle = |(i, angle): (usize, Angle), hours: bool, name: &str| {
+            angle.degrees(row.get(i), hours).ok_or_else(|| format!("no {name} (`{}`)", row.get(i)))
+        };
+        let ra_deg = angle(self.ra, true, "right ascension")?;
+        let dec_deg = angle(self.dec, false, "declination")?;
+        if !(-360.0..=360.0).contains(&ra_deg) || !(-90.0..=90.0).contains(&dec_deg) {
+            return Err(format!("position {ra_deg} {dec_deg} deg is not on the sky"));
+        }
+        let johnson = self.johnson(row)?;
+        let colour = self.colour(row).or(johnson.b_v);
+        let id = self.id.iter().map(|i| row.get(*i)).filter(|t| !t.is_empty()).collect::<Vec<_>>().join("-");
+        let motion = self.motion.and_then(|(at, factor)| {
+            let value = |i: usize| row.number(i).map(|v| v * factor).filter(|v| v.abs() < LARGEST_MOTION_MAS_YR);
+            value(at[0]).zip(value(at[1]))
+        });
+        let epoch = self.epoch.and_then(|i| row.number(i)).filter(|e| (1800.0..2200.0).contains(e));
+        Ok(CatalogueStar {
+            id: if id.is_empty() { table.place(row) } else { id },
+            ra_deg: ra_deg.rem_euclid(360.0),
+            dec_deg,
+            v_mag: johnson.v.0,
+            v_err_mag: johnson.v.1,
+            b_v_mag: colour.map(|c| c.0),
+            b_v_err_mag: colour.and_then(|c| c.1),
+            n_obs: self.n_obs.and_then(|i| row.number(i)).filter(|n| *n >= 0.0 && *n < 1e9).map(|n| n as u32),
+            pm_ra_mas_yr: motion.map(|m| m.0),
+            pm_dec_mas_yr: motion.map(|m| m.1),
+            epoch_jyear: epoch.or(self.epoch_jyear),
+            ..CatalogueStar::default()
+        })
+    }
+
+    fn johnson(&self, row: &Row) -> Found<Johnson> {
+        let value = |at: &[Option<usize>]| -> Option<Value> {
+            Some((magnitude(row, at[0]?)?, at[1].and_then(|i| error(row, i))))
+        };
+        match &self.source {
+            Source::Own { v, v_err } => match value(&[Some(*v), *v_err]) {
+                Some(v) => Ok(Johnson { v, b_v: None }),
+                None => Err(format!("no V magnitude (`{}`)", row.get(*v))),
+            },
+            Source::Tycho(at) => match (value(&at[..2]), value(&at[2..])) {
+                (Some(bt), Some(vt)) => transform::tycho(bt, vt)
+                    .ok_or_else(|| format!("BT-VT {:.3} outside {:?}", bt.0 - vt.0, transform::TYCHO_RANGE_MAG)),
+                _ => Err("no V magnitude (BT or VT is missing)".to_owned()),
+            },
+            Source::Gaia(at) => match (value(&at[..2]), value(&at[2..4]), value(&at[4..])) {
+                (Some(g), Some(bp), Some(rp)) => transform::gaia(g, bp, rp)
+                    .ok_or_else(|| format!("BP-RP {:.3} outside {:?}", bp.0 - rp.0, transform::GAIA_RANGE_MAG)),
+                _ => Err("no V magnitude (G, BP or RP is missing)".to_owned()),
+            },
+        }
+    }
+
+    /// B−V and its error: the table's own, else from B and V.
+    fn colour(&self, row: &Row) -> Option<Value> {
+        let err = match self.b_v_err {
+            [Some(i), Some(j)] => error(row, i).zip(error(row, j)).map(|(a, b)| a.hypot(b)),
+            [one, other] => one.or(other).and_then(|i| error(row, i)),
+        };
+        let known_errors = self.b_v_err.iter().any(Option::is_some);
+        let own = match self.b_v {
+            Some(Cell::One(i)) => row.number(i),
+            Some(Cell::Difference(i, j)) => magnitude(row, i).zip(magnitude(row, j)).map(|(a, b)| a - b),
+            None => None,
+        };
+        // 9.999 is unknown; 0.0 beside a column of errors that holds none is too, and not an A0 star
+        let own = own.filter(|c| c.abs() < 9.99 && (*c != 0.0 || !known_errors || err.is_some()));
+        if let Some(own) = own {
+            return Some((own, err));
+        }
+        let [b, b_err, v, v_err] = self.b_minus_v?;
+        let err = |at: Option<usize>| at.and_then(|i| error(row, i));
+        Some((magnitude(row, b?)? - magnitude(row, v?)?, err(b_err).zip(err(v_err)).map(|(b, v)| b.hypot(v))))
+    }
+}
+
+/// Looks for columns.
+struct Finder<'a> {
+    table: &'a Table,
+    columns: &'a BTreeMap<String, String>,
+}
+
+impl Finder<'_> {
+    fn missing(&self, key: &str, usual: &str) -> String {
+        format!(
+            "column `{usual}` is missing; present: {}; name it with stars.columns.{key} = \"...\"",
+            self.table.names()
+        )
+    }
+
+    /// The column the configuration names.
+    fn own(&self, key: &str) -> Found<Option<usize>> {
+        let Some(name) = self.columns.get(key) else { return Ok(None) };
+        let missing = || format!("column `{name}` (stars.columns.{key}) is missing; present: {}", self.table.names());
+        self.table.column(name).map(Some).ok_or_else(missing)
+    }
+
+    fn by_ucd(&self, key: &str) -> Option<usize> {
+        let ucds = known(key).map_or(&[] as &[&str], |k| k.ucds);
+        let has = |ucd: &&str| self.table.columns.iter().position(|c| c.ucd.eq_ignore_ascii_case(ucd));
+        ucds.iter().find_map(has)
+    }
+
+    /// By the configuration, by name, by descriptor.
+    fn optional(&self, key: &str) -> Found<Option<usize>> {
+        let own = self.own(key)?;
+        let by_name = || known(key).and_then(|k| k.names.iter().find_map(|n| self.table.column(n)));
+        Ok(own.or_else(by_name).or_else(|| self.by_ucd(key)))
+    }
+
+    /// The errors of column `at`, which is that of `key`: named for themselves, else after it. A column the configuration
+    /// names never gets the errors of another.
+    fn error_of(&self, at: usize, key: &str, err_key: &str) -> Found<Option<usize>> {
+        if !self.columns.contains_key(key) || self.columns.contains_key(err_key) {
+            return self.optional(err_key);
+        }
+        Ok(self.error_after(at))
+    }
+
+    /// The errors of column `at` by its name: `e_gmag`, `gmag_err`, `gmagerr`, `gmag_error`.
+    fn error_after(&self, at: usize) -> Option<usize> {
+        let name = &self.table.columns[at].name;
+        let after = [format!("e_{name}"), format!("{name}_err"), format!("{name}err"), format!("{name}_error")];
+        after.iter().find_map(|n| self.table.column(n))
+    }
+
+    /// The colour; the configuration may ask for a difference of two columns.
+    fn colour(&self) -> Found<Option<Cell>> {
+        if let Some((a, b)) = self.columns.get("b_v_mag").filter(|n| self.table.column(n).is_none()).and_then(|n| {
+            let (a, b) = n.split_once('-')?;
+            self.table.column(a.trim()).zip(self.table.column(b.trim()))
+        }) {
+            return Ok(Some(Cell::Difference(a, b)));
+        }
+        Ok(self.optional("b_v_mag")?.map(Cell::One))
+    }
+
+    fn place(&self) -> Found<((usize, Angle), (usize, Angle))> {
+        let (mut ra, mut dec) = (self.own("ra_deg")?, self.own("dec_deg")?);
+        let pair = PLACES.iter().find_map(|(a, d)| self.table.column(a).zip(self.table.column(d)));
+        if let Some((a, d)) = pair {
+            (ra, dec) = (ra.or(Some(a)), dec.or(Some(d)));
+        }
+        let old = |c: &&Column| c.name.contains("1950") || c.name.contains("B1900");
+        let told = || match self.table.columns.iter().find(old) {
+            Some(c) => {
+                format!("; `{}` is of another equinox: ask for J2000 (VizieR: -out.add=_RAJ2000,_DEJ2000)", c.name)
+            }
+            None => String::new(),
+        };
+        let ra = ra.or_else(|| self.by_ucd("ra_deg").filter(|i| !old(&&self.table.columns[*i])));
+        let dec = dec.or_else(|| self.by_ucd("dec_deg").filter(|i| !old(&&self.table.columns[*i])));
+        let ra = ra.ok_or_else(|| self.missing("ra_deg", PLACES[0].0) + &told())?;
+        let dec = dec.ok_or_else(|| self.missing("dec_deg", PLACES[0].1) + &told())?;
+        let angle = |i: usize| {
+            let column = &self.table.columns[i];
+            let system = column.system.to_ascii_uppercase();
+            if old(&column) || system.contains("FK4") || system.contains("B1950") || system.contains("GALACTIC") {
+                let system = if system.is_empty() { "B1950" } else { &column.system };
+                return Err(format!(
+                    "column `{}` is of {system}; J2000 (ICRS, FK5) is needed: ask for it (VizieR: \
+                     -out.add=_RAJ2000,_DEJ2000)",
+                    column.name
+                ));
+            }
+            Angle::of(column).map(|angle| (i, angle))
+        };
+        Ok((angle(ra)?, angle(dec)?))
+    }
+
+    fn id(&self) -> Found<Vec<usize>> {
+        let tycho: Option<Vec<usize>> = TYCHO_ID.iter().map(|n| self.table.column(n)).collect();
+        match (self.own("id")?, tycho) {
+            (Some(own), _) => Ok(vec![own]),
+            (None, Some(three)) => Ok(three),
+            (None, None) => Ok(self.optional("id")?.into_iter().collect()),
+        }
+    }
+
+    /// The columns of the proper motion with what makes mas/yr of their unit; a unit that is none of a motion is told.
+    fn motion(&self, notes: &mut Vec<String>) -> Found<Option<([usize; 2], f64)>> {
+        let (Some(ra), Some(dec)) = (self.optional("pm_ra_mas_yr")?, self.optional("pm_dec_mas_yr")?) else {
+            return Ok(None);
+        };
+        let factor = |i: usize| match self.table.columns[i].unit.to_ascii_lowercase().trim() {
+            "" => Some(1.0),
+            u if u.starts_with("mas") => Some(1.0),
+            u if u.starts_with("arcsec") && u.ends_with(['r', '1']) => Some(1e3),
+            _ => None,
+        };
+        if let (Some(a), Some(d)) = (factor(ra), factor(dec))
+            && a == d
+        {
+            return Ok(Some(([ra, dec], a)));
+        }
+        let [a, d] = [ra, dec].map(|i| &self.table.columns[i]);
+        notes.push(format!(
+            "proper motions left out: `{}` is in `{}`, `{}` in `{}`; mas/yr (right ascension with cos dec) is read",
+            a.name, a.unit, d.name, d.unit
+        ));
+        Ok(None)
+    }
+}
+
+/// A magnitude; 0.0, −99, 99.999 and their like are unknown.
+fn magnitude(row: &Row, i: usize) -> Option<f64> {
+    row.number(i).filter(|m| *m != 0.0 && (-9.0..60.0).contains(m))
+}
+
+/// An error; what is not positive, or 9.99 and above, is unknown.
+fn error(row: &Row, i: usize) -> Option<f64> {
+    row.number(i).filter(|e| *e > 0.0 && *e < 9.99)
+}

@@ -1,0 +1,157 @@
+//! The star catalogue: any table with places and magnitudes, by the names VizieR gives its columns or by own ones.
+//!
+//! Degrees and magnitudes. Values that stand for "unknown" (blank, NaN, 0.0 errors, 99.999) become `None`; a row without
+//! position or magnitude is counted with its reason. V of Tycho-2 and Gaia is made from their own magnitudes. Left out: the
+//! network, equinoxes other than J2000, parallaxes.
+
+mod angle;
+mod layout;
+mod names;
+mod sky;
+#[cfg(test)]
+mod tests;
+mod transform;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::OnceLock;
+
+use crate::base::error::{Error, Result};
+use crate::tables::read::{Row, Table};
+use crate::zeropoint::bands::Band;
+use layout::Layout;
+pub use sky::separation_deg;
+
+/// One entry.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct CatalogueStar {
+    /// Name or number; the row number if the table has none.
+    pub id: String,
+    /// Right ascension, J2000 \[deg\], 0 to 360.
+    pub ra_deg: f64,
+    /// Declination, J2000 \[deg\].
+    pub dec_deg: f64,
+    /// V \[mag\].
+    pub v_mag: f64,
+    /// Its error, if known \[mag\].
+    pub v_err_mag: Option<f64>,
+    /// Colour B−V, if known \[mag\].
+    pub b_v_mag: Option<f64>,
+    /// Its error, if known \[mag\].
+    pub b_v_err_mag: Option<f64>,
+    /// Nights or images the entry rests on, if known.
+    pub n_obs: Option<u32>,
+    /// Proper motion in right ascension, with the factor cos δ, if known \[mas/yr\].
+    pub pm_ra_mas_yr: Option<f64>,
+    /// Proper motion in declination, if known \[mas/yr\].
+    pub pm_dec_mas_yr: Option<f64>,
+    /// Epoch of the position, if known \[Julian year\].
+    pub epoch_jyear: Option<f64>,
+    /// Another entry lies within the match radius and is not fainter by more than 3 mag: a detection there may be of either.
+    /// Set by [`Catalogue::mark_ambiguous`].
+    pub ambiguous: bool,
+    /// Distance of the nearest other entry, if that is within the match radius \[arcsec\].
+    pub neighbour_arcsec: Option<f64>,
+}
+
+/// The entries of a file, in its order; a star that is in it twice is here once.
+#[derive(Debug, Clone, Default)]
+pub struct Catalogue {
+    /// Usable entries.
+    pub stars: Vec<CatalogueStar>,
+    /// Rows without position or magnitude.
+    pub n_skipped: usize,
+    /// Why, for the first [`SKIPPED_SHOWN`] of them.
+    pub skipped: Vec<String>,
+    /// What should be known: magnitudes made from others, duplicates dropped.
+    pub notes: Vec<String>,
+    /// The band of the magnitudes, where the column tells it.
+    pub band: Option<Band>,
+    /// The column they are from, in words.
+    pub band_from: String,
+    /// Built by the first look at a place.
+    pub(crate) tree: OnceLock<sky::Tree>,
+}
+
+/// How many reasons of skipped rows are kept.
+pub const SKIPPED_SHOWN: usize = 10;
+
+impl Catalogue {
+    /// Reads `path`: CSV, TSV, ECSV, VOTable, or what [`Table`] reads beside them.
+    ///
+    /// `columns` maps `ra_deg`, `dec_deg`, `v_mag`, `v_mag_err`, `b_v_mag`, `b_v_err_mag`, `id`, `pm_ra_mas_yr`,
+    /// `pm_dec_mas_yr` and `epoch_jyear` to names of the file; `b_v_mag` may be a difference, `g_psf-r_psf`. Without it
+    /// columns are known by the names VizieR gives those of APASS, Tycho-2, Gaia and others, and by their descriptors (UCD).
+    /// V = 0.0 and V ≥ 90 are read as unknown, as are errors that are not positive, and a B−V of exactly 0.0 whose error is
+    /// given as unknown.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; [`Error::Config`] for an unknown key of `stars.columns`; [`Error::Catalogue`] if the file is no table, if
+    /// a column is missing or of another equinox or unit, or if no usable star is left.
+    pub fn read(path: &Path, columns: &BTreeMap<String, String>) -> Result<Catalogue> {
+        names::check_keys(columns)?;
+        let fail = |problem: String| Error::Catalogue { path: path.to_owned(), problem };
+        // a table that cannot be read is a catalogue that cannot be used (exit code 5)
+        let unreadable = |error: Error| match error {
+            Error::Table { line, problem, .. } => {
+                fail(line.map_or(problem.clone(), |line| format!("line {line}: {problem}")))
+            }
+            other => other,
+        };
+        let mut table = Table::open(path).map_err(unreadable)?;
+        let layout = Layout::find(&table, columns).map_err(fail)?;
+        let (band, column) = layout.band(&table);
+        let file = path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned());
+        let band_from = format!("{column} of the catalogue {file}");
+        let mut catalogue = Catalogue { notes: table.notes.clone(), band, band_from, ..Catalogue::default() };
+        catalogue.notes.extend(layout.notes.iter().cloned());
+        let mut row = Row::default();
+        while table.read(&mut row).map_err(unreadable)? {
+            match table.check(&row).and_then(|()| layout.star(&row, &table)) {
+                Ok(star) => catalogue.stars.push(star),
+                Err(reason) => {
+                    catalogue.n_skipped += 1;
+                    if catalogue.skipped.len() < SKIPPED_SHOWN {
+                        catalogue.skipped.push(format!("{}: {reason}", table.place(&row)));
+                    }
+                }
+            }
+        }
+        if catalogue.stars.is_empty() {
+            return Err(fail(match catalogue.skipped.first() {
+                Some(first) => format!("holds no usable star: {} rows skipped, first {first}", catalogue.n_skipped),
+                None => "holds no rows under its column names".to_owned(),
+            }));
+        }
+        if layout.may_hold_duplicates() {
+            let n = sky::drop_duplicates(&mut catalogue.stars);
+            if n > 0 {
+                catalogue
+                    .notes
+                    .push(format!("{n} entries of stars that are in it twice dropped (1 arcsec, same magnitude)"));
+            }
+        }
+        Ok(catalogue)
+    }
+
+    /// A catalogue of these stars.
+    #[must_use]
+    pub fn from_stars(stars: Vec<CatalogueStar>) -> Catalogue {
+        Catalogue { stars, ..Catalogue::default() }
+    }
+
+    /// Indices of the stars within `radius_deg` of a point, brightest first.
+    ///
+    /// The first call builds a tree of all places: do not move stars after it, but make a new catalogue.
+    #[must_use]
+    pub fn near(&self, ra_deg: f64, dec_deg: f64, radius_deg: f64) -> Vec<usize> {
+        let tree = self.tree.get_or_init(|| sky::Tree::of(&self.stars));
+        let near = |i: &usize| {
+            let s = &self.stars[*i];
+            separation_deg(ra_deg, dec_deg, s.ra_deg, s.dec_deg) <= radius_deg
+        };
+        let mut found: Vec<usize> = tree.within(ra_deg, dec_deg, radius_deg).filter(near).collect();
+        found.sort_by(|&a, &b| self.stars[a].v_mag.total_cmp(&self.stars[b].v_mag).then(a.cmp(&b)));
+        found
+    }
+}

@@ -1,0 +1,287 @@
+//! A frame on the sky without world coordinates: stars matched to a catalogue from a rough position and the pixel scale.
+//!
+//! Degrees, arcseconds and pixels (0-based). Rotation and parity are free. Triangles of bright detections are looked for
+//! among triangles of bright catalogue stars; each agreement is a hypothesis, judged by how many other stars it brings
+//! together, and accepted when chance does not do that once in 10⁵ fields. Then TAN and, where the stars carry it, SIP.
+//! Leaves out: search without any position, plates larger than about ten degrees.
+
+pub mod case;
+mod field;
+mod finish;
+pub mod fit;
+mod grid;
+mod judge;
+mod lists;
+mod search;
+
+use std::fmt;
+
+use crate::astrometry::wcs::Wcs;
+use field::Field;
+pub use fit::Model;
+
+/// A catalogue star: the three numbers the match needs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SkyStar {
+    /// Right ascension \[deg\].
+    pub ra_deg: f64,
+    /// Declination \[deg\].
+    pub dec_deg: f64,
+    /// Magnitude in any band: it only orders the stars.
+    pub v_mag: f64,
+}
+
+/// A detection on the frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Detection {
+    /// Position \[px\], 0-based.
+    pub x_px: f64,
+    /// Position \[px\].
+    pub y_px: f64,
+    /// Flux in any unit: it only orders the detections.
+    pub flux: f64,
+}
+
+/// What is known before: where the frame's centre is, and the scale of the optics.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hint {
+    /// Right ascension \[deg\].
+    pub ra_deg: f64,
+    /// Declination \[deg\].
+    pub dec_deg: f64,
+    /// How far the frame's centre may be from there \[deg\].
+    pub radius_deg: f64,
+    /// Pixel scale \[arcsec/px\].
+    pub scale_arcsec: f64,
+    /// How far the scale may be off, as a share.
+    pub scale_search_frac: f64,
+    /// Whether the sky is mirrored on the frame, where the optics say so; `None` = either.
+    pub mirrored: Option<bool>,
+}
+
+/// A star found on the frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pair {
+    /// Index in the catalogue.
+    pub star: usize,
+    /// Index in the detections.
+    pub detection: usize,
+    /// Detected minus fitted place, east and north \[arcsec\].
+    pub residual_arcsec: (f64, f64),
+}
+
+/// A frame on the sky.
+#[derive(Debug, Clone)]
+pub struct Solution {
+    /// World coordinates, the reference point at the frame's centre.
+    pub wcs: Wcs,
+    /// What was fitted.
+    pub model: Model,
+    /// The stars it rests on, in the order of the catalogue; each star and each detection once.
+    pub pairs: Vec<Pair>,
+    /// Root mean square distance of the pairs \[arcsec\].
+    pub rms_arcsec: f64,
+    /// Probability that chance brings as many stars together in any of the hypotheses tried.
+    pub chance: f64,
+    /// Hypotheses tried.
+    pub n_hypotheses: u64,
+    /// Pixel scale \[arcsec/px\].
+    pub scale_arcsec: f64,
+    /// Rotation \[deg\], as in [`Wcs::tan`]: 0 = north along +y; positive turns the sky from +x towards +y.
+    pub rotation_deg: f64,
+    /// Whether east is along +x where north is along +y: not as the sky is seen by eye.
+    pub mirrored: bool,
+    /// (RA, Dec) of the frame's centre \[deg\].
+    pub centre_deg: (f64, f64),
+}
+
+/// Why there is no solution.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Refusal {
+    /// The hint cannot be used.
+    Hint(String),
+    /// Too few detections for any match.
+    FewDetections {
+        /// How many, duplicates and those off the frame left out.
+        n: usize,
+    },
+    /// Too few catalogue stars for any match.
+    FewStars {
+        /// How many.
+        n: usize,
+        /// Within this distance of the hint \[deg\].
+        radius_deg: f64,
+    },
+    /// Nothing fits better than chance.
+    NoMatch {
+        /// Detections that were tried.
+        n_detections: usize,
+        /// Stars that were tried.
+        n_stars: usize,
+        /// Hypotheses that were judged.
+        n_hypotheses: u64,
+        /// Most stars any brought together, and the probability that chance does it.
+        best: Option<(usize, f64)>,
+    },
+    /// The stars that match lie on a line: a mirrored sky fits them as well.
+    OnALine {
+        /// How many.
+        n: usize,
+    },
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Refusal::Hint(problem) => f.write_str(problem),
+            Refusal::FewDetections { n } => write!(f, "{n} detections on the frame, {MIN_MATCHED} are needed"),
+            Refusal::FewStars { n, radius_deg } => {
+                write!(f, "{n} catalogue stars within {radius_deg:.2} deg of the hint, {MIN_MATCHED} are needed")
+            }
+            Refusal::NoMatch { n_detections, n_stars, n_hypotheses, best } => {
+                write!(
+                    f,
+                    "{n_detections} detections fit {n_stars} catalogue stars no better than chance \
+                     ({n_hypotheses} hypotheses"
+                )?;
+                match best {
+                    Some((n, chance)) => write!(f, "; the best brings {n} stars together, chance {chance:.1e})"),
+                    None => f.write_str(")"),
+                }
+            }
+            Refusal::OnALine { n } => write!(f, "the {n} stars that match lie on a line: the parity is open"),
+        }
+    }
+}
+
+/// Fewest stars of a solution: three make a hypothesis, a fourth can speak for it.
+pub const MIN_MATCHED: usize = 4;
+/// Largest probability that an accepted solution is chance.
+pub const MAX_CHANCE: f64 = 1e-5;
+/// Widest search about one tangent plane \[deg\]; wider ones are made of several.
+const TILE_RADIUS_DEG: f64 = 1.5;
+
+/// Effort of a search: what is traded against run time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Effort {
+    /// Most detections triangles are made of.
+    pub max_detections: usize,
+    /// Most rounds, from few bright stars to many; four are all.
+    pub max_levels: usize,
+}
+
+impl Default for Effort {
+    fn default() -> Self {
+        Effort { max_detections: 32, max_levels: 4 }
+    }
+}
+
+/// Finds where a frame of `size_px` (nx, ny) is on the sky.
+///
+/// Neither list needs to be in any order; positions and brightnesses that are not finite are passed over. The answer does
+/// not depend on threads. A search wider than 1.5° is made in circles of that radius, from the hint outwards.
+///
+/// # Errors
+/// [`Refusal`]: too little to match, nothing better than chance, or a parity that stays open.
+pub fn solve(
+    catalogue: &[SkyStar],
+    detections: &[Detection],
+    size_px: (usize, usize),
+    hint: &Hint,
+) -> Result<Solution, Refusal> {
+    solve_with(catalogue, detections, size_px, hint, Effort::default())
+}
+
+/// As [`solve`], with another effort.
+///
+/// # Errors
+/// As [`solve`].
+pub fn solve_with(
+    catalogue: &[SkyStar],
+    detections: &[Detection],
+    size_px: (usize, usize),
+    hint: &Hint,
+    effort: Effort,
+) -> Result<Solution, Refusal> {
+    check(hint, size_px)?;
+    let tiles = tiles(hint);
+    let mut first = None;
+    let (mut tried, mut most) = (0, None::<(usize, f64)>);
+    for tile in &tiles {
+        let answer = Field::new(catalogue, detections, size_px, tile).and_then(|field| {
+            search::search(&field, tiles.len() as f64, effort)
+                .and_then(|found| finish::solution(&field, found, catalogue, detections))
+        });
+        match answer {
+            Ok(solution) => return Ok(solution),
+            Err(Refusal::NoMatch { n_hypotheses, best, .. }) if tiles.len() > 1 => {
+                tried += n_hypotheses;
+                most = [most, best].into_iter().flatten().min_by(|a, b| a.1.total_cmp(&b.1));
+                first.get_or_insert(Refusal::NoMatch {
+                    n_detections: detections.len(),
+                    n_stars: catalogue.len(),
+                    n_hypotheses: tried,
+                    best: most,
+                });
+            }
+            Err(other) => {
+                first.get_or_insert(other);
+            }
+        }
+    }
+    let refusal = first.unwrap_or_else(|| Refusal::Hint("the search radius is empty".into()));
+    Err(match refusal {
+        Refusal::NoMatch { n_detections, n_stars, .. } if tiles.len() > 1 => {
+            Refusal::NoMatch { n_detections, n_stars, n_hypotheses: tried, best: most }
+        }
+        other => other,
+    })
+}
+
+fn check(hint: &Hint, (nx, ny): (usize, usize)) -> Result<(), Refusal> {
+    let bad = |problem: String| Err(Refusal::Hint(problem));
+    if !hint.ra_deg.is_finite() || !(-90.0..=90.0).contains(&hint.dec_deg) {
+        return bad(format!("the rough position {} {} deg is not on the sky", hint.ra_deg, hint.dec_deg));
+    }
+    if !(1e-3..=3600.0).contains(&hint.scale_arcsec) {
+        return bad(format!("the scale {} arcsec/px is not between 0.001 and 3600", hint.scale_arcsec));
+    }
+    if !(0.0..=0.5).contains(&hint.scale_search_frac) {
+        return bad(format!("the scale search {} is not between 0 and 0.5", hint.scale_search_frac));
+    }
+    if !(0.0..=10.0).contains(&hint.radius_deg) {
+        return bad(format!("the search radius {} deg is not between 0 and 10", hint.radius_deg));
+    }
+    let diagonal_deg = (nx as f64).hypot(ny as f64) * hint.scale_arcsec / 3600.0;
+    if nx == 0 || ny == 0 || diagonal_deg > 20.0 {
+        return bad(format!("a frame of {nx} x {ny} px, {diagonal_deg:.1} deg across: 20 deg is the most"));
+    }
+    Ok(())
+}
+
+/// The circles a wide search is made of, from the hint outwards.
+fn tiles(hint: &Hint) -> Vec<Hint> {
+    if hint.radius_deg <= TILE_RADIUS_DEG {
+        return vec![*hint];
+    }
+    let plane = Wcs::tan(hint.ra_deg, hint.dec_deg, 0.0, 0.0, 3600.0, 0.0, true);
+    // squares inside the circles leave no gap
+    let step = TILE_RADIUS_DEG * std::f64::consts::SQRT_2;
+    let n = (hint.radius_deg / step).ceil() as i32;
+    let mut places: Vec<(f64, f64)> = (-n..=n)
+        .flat_map(|i| (-n..=n).map(move |j| (f64::from(i) * step, f64::from(j) * step)))
+        .filter(|p| p.0.hypot(p.1) <= hint.radius_deg + TILE_RADIUS_DEG)
+        .collect();
+    places.sort_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)));
+    places
+        .into_iter()
+        .map(|(x, y)| {
+            let (ra_deg, dec_deg) = plane.pixel_to_sky(x, y);
+            Hint { ra_deg, dec_deg, radius_deg: TILE_RADIUS_DEG, ..*hint }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+#[path = "tests.rs"]
+mod tests;

@@ -1,0 +1,14 @@
+//! What every room stands on: the error, constants, vectors, time as text, statistics, quadrature, atomic files.
+
+pub mod constants;
+pub mod error;
+pub mod file;
+pub mod instant;
+pub(crate) mod pages;
+pub mod progress;
+pub(crate) mod quadrature;
+pub mod stats;
+pub mod stop;
+pub mod time;
+pub(crate) mod utc;
+pub mod vector;

@@ -1,0 +1,118 @@
+//! Error against run time: every setting of one method's knob, the fronts, the defaults.
+//!
+//! lg error (95 of 100 cases are better) over lg CPU time. Down and to the left is better.
+
+use std::path::Path;
+
+use plotters::style::RGBColor;
+use plotters::style::text_anchor::{HPos, VPos};
+
+use super::axis::Span;
+use super::canvas::{
+    BLUE, GREEN, GREY, INK, Mark, ORANGE, PURPLE, SKY_BLUE, SMALL, TITLE, VERMILLION, figure, legend, no_data, signed,
+    write_text,
+};
+use super::panel::{Panel, Ticks};
+use crate::accuracy::{Series, Sweep};
+use crate::base::error::Result;
+
+const SIZE: (u32, u32) = (1060, 640);
+const COLOURS: [RGBColor; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, GREY];
+/// Errors below are rounding: drawn here.
+const LEAST: f64 = 1e-16;
+/// An error that is no number is drawn as this.
+const MOST: f64 = 1e3;
+
+/// Height and width of a letter of a label.
+const LETTER: (i32, i32) = (22, 12);
+
+/// Where the name of a setting is written.
+struct Label {
+    /// Left and lower corner.
+    at: (i32, i32),
+    width: i32,
+}
+
+impl Label {
+    /// To the right of a mark, or to its left where the frame ends.
+    fn beside((x, y): (i32, i32), text: &str, right_end: i32) -> Self {
+        let width = LETTER.1 * text.chars().count() as i32;
+        let left = if x + 12 + width > right_end { x - 12 - width } else { x + 12 };
+        Self { at: (left, y - 8), width }
+    }
+
+    fn covers(&self, other: &Self) -> bool {
+        let apart = (self.at.0 - other.at.0, (self.at.1 - other.at.1).abs());
+        apart.1 < LETTER.0 && apart.0 < other.width && -apart.0 < self.width
+    }
+}
+
+/// Draws the settings of a sweep: filled on the front, open behind it, a square for the default; each labelled.
+///
+/// # Errors
+/// [`crate::Error::Io`].
+pub fn error_against_time(path: &Path, name: &str, sweep: &Sweep) -> Result<()> {
+    let height = |error: f64| if error.is_finite() { error.clamp(LEAST, MOST).log10() } else { MOST.log10() };
+    let every = || sweep.series.iter().flat_map(|s| &s.points);
+    let times = every().map(|p| p.cpu_us.max(1e-6).log10());
+    let (Some(x), Some(y)) = (Span::around(times, 0.5), Span::around(every().map(|p| height(p.errors.p95)), 1.0))
+    else {
+        return no_data(path, SIZE, name, "no setting could be measured");
+    };
+    figure(path, SIZE, |sheet| {
+        write_text(sheet, &format!("Error against run time: {name}"), (40, 26), TITLE, INK, (HPos::Left, VPos::Top))?;
+        let panel = Panel { sheet, frame: (170, 110, 1440, 1130), x, y };
+        panel.axes(
+            Ticks::Numbers,
+            &format!("lg CPU time of {} [µs]", sweep.work),
+            &signed(&format!("lg error [{}], 95 % of cases", sweep.error)),
+        )?;
+        let mut entries = Vec::new();
+        let mut labels: Vec<Label> = Vec::new();
+        for (k, series) in sweep.series.iter().enumerate() {
+            // another program's curve has the colour of ours in the same situation, and a thin line
+            let own = |s: &Series| s.points.iter().any(|p| p.is_default);
+            let twin = sweep.series.iter().position(|s| own(s) && series.label.ends_with(&s.label));
+            let colour = COLOURS[twin.unwrap_or(k) % COLOURS.len()];
+            let width = if own(series) { 3 } else { 1 };
+            let place = |k: usize| {
+                let p = &series.points[k];
+                (p.cpu_us.max(1e-6).log10(), height(p.errors.p95))
+            };
+            let front = series.on_front();
+            let mut on_front: Vec<usize> = (0..front.len()).filter(|k| front[*k]).collect();
+            on_front.sort_by(|a, b| place(*a).0.total_cmp(&place(*b).0));
+            let line: Vec<(f64, Option<f64>)> = on_front.iter().map(|k| (place(*k).0, Some(place(*k).1))).collect();
+            panel.polyline(&line, colour, width)?;
+            for (k, point) in series.points.iter().enumerate() {
+                let mark = match (point.is_default, front[k]) {
+                    (true, _) => Mark::Square,
+                    (false, true) => Mark::Full,
+                    (false, false) => Mark::Open,
+                };
+                let (at_x, at_y) = place(k);
+                panel.mark(mark, at_x, at_y, colour)?;
+                let text = signed(&point.setting);
+                let label = Label::beside((panel.px(at_x), panel.py(at_y)), &text, panel.frame.2);
+                // what would cover another label is left to the table
+                if !labels.iter().any(|l| l.covers(&label)) {
+                    write_text(sheet, &text, label.at, SMALL - 7, colour, (HPos::Left, VPos::Bottom))?;
+                    labels.push(label);
+                }
+            }
+            entries.push((Some((Mark::Full, colour)), series.label.clone()));
+        }
+        entries.push((None, String::new()));
+        entries.push((Some((Mark::Square, INK)), "default".into()));
+        entries.push((Some((Mark::Full, INK)), "on the front".into()));
+        entries.push((Some((Mark::Open, INK)), "beaten by another setting".into()));
+        if sweep.series.iter().any(|s| !s.points.iter().any(|p| p.is_default)) {
+            entries.push((None, "thin: another program".into()));
+        }
+        if every().any(|p| p.errors.p95 < LEAST) {
+            entries.push((None, "no error: drawn at −16".into()));
+        }
+        entries.push((None, format!("knob: {}", sweep.knob)));
+        legend(sheet, (1480, 130), &entries)
+    })
+}

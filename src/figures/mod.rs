@@ -1,0 +1,53 @@
+//! Figures as SVG, drawn from the rows of the tables and the growth curve alone.
+//!
+//! 174 mm wide, colour-blind-safe colours (Okabe & Ito 2008), brightness upwards. A figure without data says why.
+
+mod accuracy;
+pub(crate) mod axis;
+mod brdf;
+mod canvas;
+pub(crate) mod chart;
+pub(crate) mod coast;
+mod day;
+pub(crate) mod density;
+mod earth;
+mod ground;
+mod growth;
+mod labels;
+mod light_curve;
+mod limits;
+mod month;
+mod moon;
+mod panel;
+pub mod radiance;
+pub(crate) mod raster;
+mod residuals;
+mod sed;
+mod sky_map;
+mod sky_sequence;
+mod streak;
+pub mod thumb;
+mod transfer;
+mod zeropoint;
+
+pub use accuracy::error_against_time;
+pub use brdf::{FittedRow, brdf_curves, brdf_fit};
+pub(crate) use canvas::PAPER_MM;
+pub use day::{Violin, day};
+pub use earth::{EarthMark, earth, earth_raster};
+pub use ground::{GroundMap, ground_map};
+pub use growth::growth_curve;
+pub use labels::{LabelSample, label_histogram};
+pub use light_curve::{light_curve, light_curve_pages, light_curves};
+pub use limits::{LimitCurve, LimitPanel, limit_panels};
+pub use month::month;
+pub use moon::moon_laws;
+pub use residuals::residuals_altitude;
+pub use sed::{SedCurve, sed};
+pub(crate) use sky_map::viridis;
+pub use sky_map::{SkyMark, sky_map};
+pub use sky_sequence::{SkyPanel, sky_sequence};
+pub use streak::{StreakBand, streak};
+pub use thumb::Thumb;
+pub use transfer::{TransferCurve, photon_transfer};
+pub use zeropoint::zeropoint_diagnostics;

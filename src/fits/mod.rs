@@ -1,0 +1,20 @@
+//! FITS files as bytes: cards, checksums, pixels plain and tiled, and the writer.
+
+pub(crate) mod card_out;
+pub(crate) mod cards;
+pub(crate) mod checksum;
+pub(crate) mod files;
+pub(crate) mod linear;
+pub(crate) mod plain;
+pub(crate) mod raw;
+pub(crate) mod scan;
+pub(crate) mod stored;
+pub(crate) mod structure;
+pub(crate) mod tiles;
+pub(crate) mod write;
+
+pub use cards::{Card, Header};
+pub use checksum::wrong_checksum;
+pub use files::find_files;
+pub(crate) use raw::guarded;
+pub use write::{CardValue, write_f32, write_u16};

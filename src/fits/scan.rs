@@ -1,0 +1,174 @@
+//! The scan of a file's headers up to its image: whether it holds what it promises, before anything is allocated.
+//!
+//! Bytes. A header that lies about its size would make us allocate what it says, so every size is held against the length
+//! of the file here ([`super::structure`] knows what a header may say). Leaves out checksums ([`super::checksum`]) and
+//! everything after the image.
+
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::Path;
+
+use super::cards::{Card, Header, ImageInfo};
+use super::structure::{Kind, check_hdu, kind};
+use super::tiles;
+use crate::base::error::{Error, Result};
+
+/// Bytes of a FITS block and of a card (FITS 4.0 section 3.1).
+const BLOCK: usize = 2880;
+const CARD: usize = 80;
+/// No honest header is longer \[bytes\].
+const MAX_HEADER: usize = 64 << 20;
+/// Most headers a file may have before its image.
+const MAX_HDUS: usize = 10_000;
+
+/// Scans the headers of `path` up to its first 2-D image. See [`Header::read`].
+pub(crate) fn scan(path: &Path) -> Result<(Vec<Card>, ImageInfo)> {
+    let bad = |problem: String| Error::Fits { path: path.to_path_buf(), problem };
+    // Before it is opened: a pipe would wait for its writer.
+    let meta = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
+    if !meta.is_file() {
+        return Err(bad("not a regular file".into()));
+    }
+    let mut file = File::open(path).map_err(|e| Error::io(path, e))?;
+    let file_bytes = u128::from(meta.len());
+    let mut at: u64 = 0;
+    let mut primary: Vec<Card> = Vec::new();
+    let mut seen: Vec<String> = Vec::new();
+    for index in 0..MAX_HDUS {
+        if u128::from(at) >= file_bytes {
+            if index == 0 {
+                return Err(bad("the file is empty".into()));
+            }
+            break;
+        }
+        file.seek(SeekFrom::Start(at)).map_err(|e| Error::io(path, e))?;
+        let raw = match read_header(&mut file, index).map_err(|e| Error::io(path, e))? {
+            Ok(raw) => raw,
+            // Fill after the last HDU is allowed (FITS 4.0 section 3.5).
+            Err(Problem::NotAnHdu) if index > 0 => break,
+            Err(problem) => return Err(bad(problem.text(index))),
+        };
+        let data_at = u128::from(at) + raw.len() as u128;
+        let hdu = check_hdu(raw, index).map_err(|p| bad(format!("HDU {index}: {p}")))?;
+        let end = data_at + hdu.data_bytes;
+        if end > file_bytes {
+            return Err(bad(format!(
+                "truncated: the header of HDU {index} promises {} bytes of data, the file holds {}",
+                hdu.data_bytes,
+                file_bytes.saturating_sub(data_at)
+            )));
+        }
+        let header = Header::new(hdu.cards.clone(), ImageInfo::default());
+        let padded = end.div_ceil(BLOCK as u128) * BLOCK as u128;
+        match kind(&header, index, file_bytes).map_err(|p| bad(format!("HDU {index}: {p}")))? {
+            Kind::Image(axes) => {
+                let compressed = header.logical("ZIMAGE") == Some(true) && index > 0;
+                let bitpix = header.integer(if compressed { "ZBITPIX" } else { "BITPIX" }).unwrap_or(0);
+                let mut warnings = hdu.warnings;
+                if padded > file_bytes {
+                    warnings.push(format!(
+                        "cut in the padding of HDU {index}: {} bytes are missing to a whole block of {BLOCK}; every pixel is there",
+                        padded - file_bytes
+                    ));
+                }
+                if bitpix < 0 && header.card("BLANK").is_some() {
+                    warnings.push("BLANK has no meaning for floating-point pixels and is not used".into());
+                }
+                let mut cards = hdu.cards;
+                cards.extend(primary.into_iter().filter(inherited));
+                let image = ImageInfo {
+                    hdu_index: index,
+                    compressed,
+                    bitpix,
+                    axes,
+                    hdu_at: at,
+                    data_at: u64::try_from(data_at).ok(),
+                    data_end: u64::try_from(end).unwrap_or(u64::MAX),
+                    warnings,
+                };
+                if compressed {
+                    let header = Header::new(cards.clone(), image.clone());
+                    tiles::refuse_impossible(&file, path, &header)?;
+                }
+                return Ok((cards, image));
+            }
+            Kind::Other(what) => seen.push(format!("HDU {index} {what}")),
+        }
+        if index == 0 {
+            primary = hdu.cards;
+        }
+        at = u64::try_from(padded).map_err(|_| bad("sizes beyond 64 bit".into()))?;
+    }
+    Err(bad(format!("no 2-D image in this file ({})", seen.join("; "))))
+}
+
+/// A primary card that an extension may inherit: everything but the structure.
+fn inherited(card: &Card) -> bool {
+    !matches!(
+        card.keyword.as_str(),
+        "SIMPLE" | "BITPIX" | "NAXIS" | "EXTEND" | "END" | "BSCALE" | "BZERO" | "BLANK" | "CHECKSUM" | "DATASUM"
+    ) && !(card.keyword.starts_with("NAXIS"))
+}
+
+/// Why a header could not be taken from the file.
+enum Problem {
+    NotAnHdu,
+    Gzip,
+    NoEnd,
+    Control(usize),
+}
+
+impl Problem {
+    fn text(&self, index: usize) -> String {
+        match self {
+            Problem::NotAnHdu => "not a FITS file: it does not begin with SIMPLE".into(),
+            Problem::Gzip => "not a FITS file but one packed with gzip: unpack it first (gunzip)".into(),
+            Problem::NoEnd => format!("HDU {index}: the header has no END card"),
+            Problem::Control(card) => {
+                format!("HDU {index}: card {card} holds control characters (line breaks?) and is not FITS")
+            }
+        }
+    }
+}
+
+/// Reads the blocks of one header, END included.
+fn read_header(file: &mut File, index: usize) -> std::io::Result<std::result::Result<Vec<u8>, Problem>> {
+    let mut raw = Vec::new();
+    let mut block = [0u8; BLOCK];
+    while raw.len() < MAX_HEADER {
+        let mut filled = 0;
+        while filled < BLOCK {
+            match file.read(&mut block[filled..])? {
+                0 => break,
+                n => filled += n,
+            }
+        }
+        let start = if index == 0 { b"SIMPLE  ".as_slice() } else { b"XTENSION".as_slice() };
+        if raw.is_empty() && index == 0 && block[..filled].starts_with(&[0x1f, 0x8b]) {
+            return Ok(Err(Problem::Gzip));
+        }
+        if raw.is_empty() && !block[..filled].starts_with(start) {
+            return Ok(Err(Problem::NotAnHdu));
+        }
+        if filled == 0 {
+            return Ok(Err(Problem::NoEnd));
+        }
+        // A header cut behind its END is whole; what its data lack is told by their size.
+        block[filled..].fill(b' ');
+        for (i, card) in block.chunks(CARD).enumerate() {
+            if card.starts_with(b"END") && card[3..].iter().all(|b| *b == b' ') {
+                raw.extend_from_slice(&block);
+                return Ok(Ok(raw));
+            }
+            // Accents in comments are tolerated, control characters are not.
+            if card.iter().any(|b| *b < 0x20 || *b == 0x7f) {
+                return Ok(Err(Problem::Control(raw.len() / CARD + i)));
+            }
+        }
+        if filled < BLOCK {
+            return Ok(Err(Problem::NoEnd));
+        }
+        raw.extend_from_slice(&block);
+    }
+    Ok(Err(Problem::NoEnd))
+}

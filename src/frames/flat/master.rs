@@ -1,0 +1,244 @@
+//! The master flat: the median of the night's flats, each divided by its own level, streamed in row bands.
+//!
+//! Response without unit, median 1 inside the clip circle; levels in ADU above the pedestal. A pixel that is zero, low
+//! or not a number is masked and never divided by. Leaves out darks and illumination correction.
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::PathBuf;
+
+use ndarray::parallel::prelude::*;
+use ndarray::{Array2, Axis};
+
+use super::counting::CountingMedian;
+use super::levels::{level_step, median_inside, median_of_stored};
+use super::stack::{Stack, Usable};
+use crate::base::error::{Error, Result};
+use crate::base::pages::zeros;
+use crate::config;
+use crate::config::FlatScale;
+use crate::fits::raw::guarded;
+use crate::fits::stored::Stored;
+use crate::frames::camera::Detector;
+use crate::frames::clip::Region;
+use crate::frames::exposure::Exposure;
+use crate::frames::read::{Pixels, TILE_ROWS};
+use crate::frames::sample::never_filled;
+
+/// Memory for the bands of all threads together, where nothing else is asked for \[bytes\].
+pub const BAND_BYTES: usize = 32 << 20;
+
+/// One flat of the night and what became of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FlatMember {
+    /// The file.
+    pub path: PathBuf,
+    /// Median level inside the clip circle, above the pedestal \[ADU\]; NaN if it could not be read. Of a large frame, that
+    /// of rows which hold 2 million pixels.
+    pub level_adu: f64,
+    /// Whether it is part of the master.
+    pub used: bool,
+    /// Why not; empty if used.
+    pub reason: String,
+}
+
+/// The detector's response, to divide frames by.
+#[derive(Debug, Clone)]
+pub struct MasterFlat {
+    /// Response, median 1; shape (ny, nx) of the clip circle's box. NaN where masked or outside.
+    pub response: Array2<f32>,
+    /// Full-frame (x, y) of `response[[0, 0]]` \[px\].
+    pub origin_px: (usize, usize),
+    /// Full-frame size (nx, ny) \[px\].
+    pub full_size_px: (usize, usize),
+    /// Every flat that was offered.
+    pub members: Vec<FlatMember>,
+    /// Share of the pixels inside the clip circle that are masked.
+    pub masked_frac: f64,
+    /// Filter of the flats, where all agree.
+    pub filter: Option<String>,
+}
+
+impl MasterFlat {
+    /// Makes the master of `flats`.
+    ///
+    /// F = median_k[(N_k − pedestal) / level_k], then divided by its own median. Levels and medians inside the clip
+    /// circle. With `config.scale` none, or levels that are all the same, level_k is left out, and 16-bit files are
+    /// combined as they are stored: less work. A saturated or NaN pixel is left out of its median; with at most half of
+    /// the flats left, or at or below `config.min_response`, it is masked. Flats of another size than most, or of a
+    /// level outside `config.level_range_frac` of full scale, are rejected with a reason.
+    ///
+    /// Memory: the result, and `band_bytes` for the bands of all threads together. The result depends on neither.
+    ///
+    /// # Errors
+    /// [`Error::Flat`] if fewer than `config.min_flats` are usable, naming the reasons; [`Error::Fits`] or [`Error::Io`]
+    /// naming a flat that became unreadable after its level was measured.
+    pub fn make(
+        flats: &[Exposure],
+        detector: &Detector,
+        config: &config::Flat,
+        clip_radius_px: Option<f64>,
+        band_bytes: usize,
+    ) -> Result<MasterFlat> {
+        let size_px = common_size(flats).ok_or_else(|| Error::Flat {
+            problem: "no flat was found; check IMAGETYP or frames.flat, or name a master in flat.master".into(),
+        })?;
+        let region = Region::new(size_px, clip_radius_px);
+        let checked: Vec<(FlatMember, f32)> =
+            flats.par_iter().map(|flat| check_member(flat, detector, config, &region)).collect();
+        let usable: Vec<Usable> = flats
+            .iter()
+            .zip(&checked)
+            .filter(|(_, (member, _))| member.used)
+            .map(|(exposure, (member, saturation_adu))| Usable {
+                exposure,
+                level_adu: member.level_adu,
+                saturation_adu: *saturation_adu,
+            })
+            .collect();
+        let members: Vec<FlatMember> = checked.iter().map(|(m, _)| m.clone()).collect();
+        if usable.len() < config.min_flats.max(1) {
+            return Err(Error::Flat { problem: too_few(&members, config.min_flats.max(1)) });
+        }
+        let (nx, ny) = region.size_px;
+        let mut values = zeros(nx * ny);
+        // One level for all is no scale at all, once the master is divided by its median.
+        let scale = config.scale == FlatScale::Level && usable.windows(2).any(|w| w[0].level_adu != w[1].level_adu);
+        let filter = usable.first().and_then(|u| u.exposure.filter.clone());
+        let filter = filter.filter(|f| usable.iter().all(|u| u.exposure.filter.as_ref() == Some(f)));
+        Stack::open(usable, scale, detector.pedestal_adu(), &region)?.median(band_bytes, &mut values)?;
+        let response = Array2::from_shape_vec((ny, nx), values).map_err(|e| Error::Flat { problem: e.to_string() })?;
+        Self::finish(response, &region, config.min_response, true, members, filter)
+    }
+
+    /// Normalises (where asked) and masks what must not be divided by.
+    pub(crate) fn finish(
+        mut response: Array2<f32>,
+        region: &Region,
+        min_response: f64,
+        normalise: bool,
+        members: Vec<FlatMember>,
+        filter: Option<String>,
+    ) -> Result<MasterFlat> {
+        let level = if normalise {
+            median_inside(&response, region).filter(|m| *m > 0.0 && m.is_finite()).ok_or_else(|| Error::Flat {
+                problem: "the median of the master flat is not positive: the flats hold no light above the pedestal (detector.pedestal_adu)".into(),
+            })?
+        } else {
+            1.0
+        };
+        let lowest = min_response.max(0.0) as f32;
+        let rows = response.axis_iter_mut(Axis(0)).into_par_iter().enumerate();
+        let counts = rows.map(|(j, mut row)| match row.as_slice_mut() {
+            Some(values) => (region.inside(j).len(), finish_row(values, region.inside(j), level, lowest)),
+            None => (0, 0),
+        });
+        let (inside, masked) = counts.reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+        if masked == inside {
+            return Err(Error::Flat {
+                problem: format!("every pixel of the master flat is at or below flat.min_response = {min_response}"),
+            });
+        }
+        Ok(MasterFlat {
+            response,
+            origin_px: region.origin_px,
+            full_size_px: region.full_size_px,
+            members,
+            masked_frac: masked as f64 / inside.max(1) as f64,
+            filter,
+        })
+    }
+}
+
+/// Divides a row by the master's level and masks what must not be divided by; how many of those are `inside`.
+fn finish_row(values: &mut [f32], inside: Range<usize>, level: f64, lowest: f32) -> usize {
+    let masked = |values: &[f32]| values.iter().map(|v| usize::from(v.is_nan())).sum::<usize>();
+    for value in values.iter_mut() {
+        let response = (f64::from(*value) / level) as f32;
+        // Written so that NaN is masked too.
+        *value = if response > lowest && response < f32::INFINITY { response } else { f32::NAN };
+    }
+    masked(&values[inside])
+}
+
+/// The size most flats have; the first of equals.
+fn common_size(flats: &[Exposure]) -> Option<(usize, usize)> {
+    let mut votes: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+    flats.iter().for_each(|f| *votes.entry(f.size_px).or_default() += 1);
+    let most = votes.values().copied().max()?;
+    flats.iter().map(|f| f.size_px).find(|s| votes.get(s) == Some(&most)).filter(|s| s.0 > 0 && s.1 > 0)
+}
+
+/// Measures the level of a flat and judges it; second: its saturation level \[ADU\].
+fn check_member(flat: &Exposure, detector: &Detector, config: &config::Flat, region: &Region) -> (FlatMember, f32) {
+    // A flat needs no electrons: with an unknown gain the converter alone says what is saturated.
+    let gain = detector.gain(flat).ok();
+    let saturation_adu = gain.map_or(detector.saturation_of_converter_adu(), |g| g.saturation_adu);
+    let full_adu = saturation_adu / detector.saturation_frac() - detector.pedestal_adu();
+    let mut member = FlatMember { path: flat.path.clone(), level_adu: f64::NAN, used: false, reason: String::new() };
+    if flat.size_px != region.full_size_px {
+        let ((a, b), (c, d)) = (flat.size_px, region.full_size_px);
+        member.reason = format!("{a}x{b} px, most flats are {c}x{d} px");
+        return (member, 0.0);
+    }
+    if let Ok(Some(adu)) = never_filled(flat, region.radius_px)
+        && f64::from(adu) < saturation_adu
+    {
+        member.reason = format!("every pixel is {adu} ADU: the file was never filled");
+        return (member, 0.0);
+    }
+    let [lo, hi] = config.level_range_frac;
+    match level_adu(flat, region) {
+        // by its name: where it lies is nothing of a result's
+        Err(e) => member.reason = e.to_string().replace(&*flat.path.to_string_lossy(), &flat.name),
+        Ok(None) => member.reason = "no finite pixel inside the clip circle".into(),
+        Ok(Some(median)) => {
+            member.level_adu = median - detector.pedestal_adu();
+            let share = member.level_adu / full_adu;
+            if member.level_adu > 0.0 && share >= lo && share <= hi {
+                member.used = true;
+            } else {
+                member.reason = format!(
+                    "level {:.0} ADU above the pedestal is {share:.3} of full scale, outside flat.level_range_frac {lo} to {hi}",
+                    member.level_adu
+                );
+            }
+        }
+    }
+    (member, saturation_adu as f32)
+}
+
+/// Median of the raw pixels inside the clip circle \[ADU\], of every [`level_step`]-th row.
+fn level_adu(flat: &Exposure, region: &Region) -> Result<Option<f64>> {
+    if let Some(stored) = Stored::open(&flat.path, &flat.header)? {
+        return median_of_stored(&stored, region);
+    }
+    guarded(&flat.path, || {
+        let (nx, ny) = region.size_px;
+        let mut pixels = Pixels::open(&flat.path, &flat.header)?;
+        let step = level_step(region);
+        let at_once = if step == 1 { TILE_ROWS } else { 1 };
+        let mut tile = vec![0f32; nx * at_once];
+        CountingMedian::new().of(|count| {
+            for row in (step / 2..ny).step_by(step.max(at_once)) {
+                let rows = at_once.min(ny - row);
+                let tile = &mut tile[..nx * rows];
+                pixels.read((region.origin_px.0, region.origin_px.1 + row), (nx, rows), tile)?;
+                for (j, values) in tile.chunks(nx).enumerate() {
+                    count(&values[region.inside(row + j)]);
+                }
+            }
+            Ok(())
+        })
+    })
+}
+
+fn too_few(members: &[FlatMember], need: usize) -> String {
+    let used = members.iter().filter(|m| m.used).count();
+    let name = |m: &FlatMember| m.path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let reasons: Vec<String> =
+        members.iter().filter(|m| !m.used).take(5).map(|m| format!("{}: {}", name(m), m.reason)).collect();
+    let why = if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join("; ")) };
+    format!("{used} of {} flats are usable, flat.min_flats = {need}{why}", members.len())
+}

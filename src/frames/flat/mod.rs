@@ -1,0 +1,12 @@
+//! The master flat: levels, medians of stacks, the file it is kept in.
+
+pub(crate) mod counting;
+pub(crate) mod file;
+pub(crate) mod kernel;
+pub(crate) mod levels;
+pub(crate) mod master;
+pub(crate) mod median;
+pub(crate) mod stack;
+
+pub use master::{BAND_BYTES, FlatMember, MasterFlat};
+pub(crate) use median::{LANES, Lanes, Network, middle};

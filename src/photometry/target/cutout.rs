@@ -1,0 +1,273 @@
+//! The part of the frame where the target can be: its sky, its trails, and what is left.
+//!
+//! Electrons. Pixels of the cutout, and cells of it ([`Cells`]) for everything but fluxes. Two passes: once with nothing
+//! known, once more with the target kept out of sky and trails. Leaves out: which object is the target.
+
+use ndarray::Array2;
+
+use crate::frames::{Electrons, Frame, mask};
+use crate::photometry::aperture::{Bounds, Shape, cells};
+use crate::photometry::smooth::{Kernel, smooth_image};
+use crate::photometry::target::cells::{Cells, Layers, row_of};
+use crate::photometry::target::cosmic_rays::hits;
+use crate::photometry::target::measure::TargetSettings;
+use crate::photometry::target::sky::{Block, Surface, blocks};
+use crate::photometry::trails::bend::Bend;
+use crate::photometry::trails::direction::trail_direction;
+use crate::photometry::trails::known::{KnownDirection, line_through};
+use crate::photometry::trails::model::Strips;
+use crate::photometry::trails::search::faint_direction;
+
+/// Threshold of the pixels that make trails \[σ of the smoothed frame\].
+const TRAIL_SIGMA: f64 = 4.0;
+/// The same for faint trails, which must be longer to count \[σ\].
+const FAINT_TRAIL_SIGMA: f64 = 2.5;
+/// What a line at another angle than the known one must have more \[σ\].
+const ANOTHER_ANGLE_SIGMA: f64 = 0.5;
+/// Share of the change of the model over a block that it may get wrong: where a trail ends.
+const END_ERR: f32 = 0.5;
+/// Blocks of the sky's surface \[FWHM\].
+const BLOCK_FWHM: f64 = 1.6;
+
+/// The part of the frame where the target can be.
+pub(crate) struct Cutout {
+    /// Local columns and rows of the frame.
+    pub x0: usize,
+    pub y0: usize,
+    /// Electrons; NaN where a pixel is bad or clipped.
+    pub pixels: Array2<f32>,
+    blocks: Vec<Block>,
+    pub sky: Surface,
+    /// Pixels sharper than a star.
+    pub hits: Vec<(usize, usize)>,
+    /// The pixels less the sky, in cells.
+    pub net: Cells,
+    /// Scatter of a sky pixel in the middle \[e⁻\].
+    pub rms_e: f64,
+    pub fwhm_px: f64,
+    /// Means along the trails, if there are any, in cells.
+    pub strips: Option<Strips>,
+    /// Light of the trails \[e⁻ per pixel\], in cells.
+    pub light: Array2<f32>,
+    /// By how much it changes over a few cells: where trails end.
+    unsure: Array2<f32>,
+    /// Share of it that is not the same all along a trail.
+    flicker: f64,
+    /// Direction of the trails, where it is known beforehand.
+    known: Option<KnownDirection>,
+    /// Where across the trails a faint one along that direction goes through the target [cells].
+    pub trail_v: Option<f64>,
+    /// Whether each side (left, right, bottom, top) is the frame's own edge.
+    pub at_edge: [bool; 4],
+}
+
+/// A shape at a place of the cutout \[px\].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Placed {
+    pub x: f64,
+    pub y: f64,
+    pub shape: Shape,
+}
+
+impl Cutout {
+    /// The surroundings of the expected place; `None` if they are off the frame.
+    pub fn new(frame: &Frame<Electrons>, s: &TargetSettings) -> Option<Self> {
+        let bounds = Bounds::of(frame);
+        let reach = s.reach_px();
+        let columns = cells(s.x_px - reach, s.x_px + reach, bounds.x0, bounds.x1);
+        let rows = cells(s.y_px - reach, s.y_px + reach, bounds.y0, bounds.y1);
+        if columns.len() < 8 || rows.len() < 8 || s.fwhm_px.is_nan() || s.fwhm_px <= 0.0 {
+            return None;
+        }
+        let (x0, y0) = (columns.start - bounds.x0, rows.start - bounds.y0);
+        let part = ndarray::s![y0..y0 + rows.len(), x0..x0 + columns.len()];
+        let mut pixels = frame.pixels.slice(part).to_owned();
+        pixels.zip_mut_with(&frame.mask.slice(part), |v, m| {
+            if m & (mask::BAD | mask::CLIPPED) != 0 || !v.is_finite() {
+                *v = f32::NAN;
+            }
+        });
+        let at_edge =
+            [columns.start == bounds.x0, columns.end == bounds.x1, rows.start == bounds.y0, rows.end == bounds.y1];
+        let blocks = blocks(&pixels, ((BLOCK_FWHM * s.fwhm_px).round() as usize).clamp(8, 48));
+        let sky = Surface::fit(&blocks, pixels.dim(), |_| false);
+        let hits = hits(&pixels, &sky, s.fwhm_px);
+        let net = cells_above(&pixels, &sky, &hits, s.fwhm_px);
+        let none = Array2::zeros(net.mean.dim());
+        let rms_e = noise_of(&sky, pixels.dim());
+        let fwhm_px = s.fwhm_px;
+        let (light, unsure) = (none.clone(), none);
+        let mut cutout = Self {
+            x0,
+            y0,
+            pixels,
+            blocks,
+            sky,
+            hits,
+            net,
+            rms_e,
+            fwhm_px,
+            strips: None,
+            light,
+            unsure,
+            flicker: 0.0,
+            known: s.trail_direction,
+            trail_v: None,
+            at_edge,
+        };
+        cutout.find_trails();
+        cutout.straighten(None);
+        cutout.model_trails(None);
+        Some(cutout)
+    }
+
+    /// Full-frame position of the cutout's first pixel.
+    pub fn origin(&self, frame: &Frame<Electrons>) -> (f64, f64) {
+        ((frame.origin_px.0 + self.x0) as f64, (frame.origin_px.1 + self.y0) as f64)
+    }
+
+    /// FWHM of a star \[cells\].
+    pub fn fwhm_cells(&self) -> f64 {
+        self.fwhm_px / self.net.bin as f64
+    }
+
+    /// Scatter of a cell of sky \[e⁻ per pixel\].
+    pub fn noise_of_cell(&self) -> f64 {
+        self.rms_e / self.net.bin as f64
+    }
+
+    /// A place of pixels in cells.
+    pub fn in_cells(&self, at: &Placed) -> Placed {
+        Placed {
+            x: self.net.in_cells(at.x),
+            y: self.net.in_cells(at.y),
+            shape: scaled(at.shape, 1.0 / self.net.bin as f64),
+        }
+    }
+
+    /// Sky and trails once more with a known object kept out of both; where no trail stood out, a faint one is looked
+    /// for with the object masked.
+    pub fn keep_out(&mut self, object: &Placed) {
+        let clear = object.shape.grown(self.fwhm_px);
+        self.sky = Surface::fit(&self.blocks, self.pixels.dim(), |b| clear.contains(b.x - object.x, b.y - object.y));
+        self.net = cells_above(&self.pixels, &self.sky, &self.hits, self.fwhm_px);
+        self.rms_e = noise_of(&self.sky, self.pixels.dim());
+        let object = self.in_cells(&Placed { shape: clear, ..*object });
+        if self.strips.is_some() {
+            self.find_trails();
+        }
+        if self.strips.is_none() {
+            let hidden = Array2::from_shape_fn(self.net.mean.dim(), |(j, i)| {
+                object.shape.contains(i as f64 - object.x, j as f64 - object.y)
+            });
+            let target = (object.x, object.y, object.shape.bounding_radius_px());
+            let scale = (self.noise_of_cell(), self.fwhm_cells());
+            let through = self.known.and_then(|known| line_through(&self.net.mean, &hidden, &object, scale, known));
+            // a line at another angle than the known one must be the more certain
+            let doubt = if self.known.is_some() { ANOTHER_ANGLE_SIGMA } else { 0.0 };
+            let known = through.map(|line| line.0);
+            let theta = known.or_else(|| faint_direction(&self.net.mean, &hidden, target, scale, doubt));
+            self.trail_v = through.map(|line| line.1);
+            self.strips = theta.map(|theta| self.strips_along(theta));
+        }
+        self.straighten(Some(&object));
+        self.model_trails(Some(&object));
+    }
+
+    /// Takes what the sky's surface got wrong along the trails off it, a known object \[cells\] left out.
+    fn straighten(&mut self, object: Option<&Placed>) {
+        let Some(strips) = &mut self.strips else { return };
+        let holes: Vec<_> = object.iter().map(|e| strips.hole((e.x, e.y), e.shape)).collect();
+        let Some(bend) = Bend::of(strips, &holes) else { return };
+        strips.straighten(&bend);
+        bend.take_off(&mut self.net.mean);
+        let net = &self.net;
+        self.sky.add_quadratic(|x, y| bend.at(net.in_cells(x), net.in_cells(y)));
+    }
+
+    fn strips_along(&self, theta: f64) -> Strips {
+        Strips::new(
+            &self.net.mean,
+            theta,
+            self.fwhm_cells(),
+            self.noise_of_cell(),
+            (self.net.bin * self.net.bin) as f64,
+        )
+    }
+
+    /// Finds the direction of the trails.
+    fn find_trails(&mut self) {
+        let fwhm = self.fwhm_cells();
+        let kernel = Kernel::gaussian(fwhm);
+        let smooth = smooth_image(&self.net.mean.mapv(|v| if v.is_finite() { v } else { 0.0 }), &kernel);
+        let above = |sigma: f64| {
+            let threshold = (sigma * self.noise_of_cell() * kernel.noise_factor()) as f32;
+            smooth.mapv(|v| v > threshold)
+        };
+        let theta = trail_direction(&above(TRAIL_SIGMA), &above(FAINT_TRAIL_SIGMA), fwhm);
+        self.strips = theta.map(|theta| self.strips_along(theta));
+    }
+
+    /// Models the trails' light, a known object \[cells\] left out.
+    fn model_trails(&mut self, object: Option<&Placed>) {
+        let Some(strips) = &self.strips else { return };
+        let holes: Vec<_> = object.iter().map(|e| strips.hole((e.x, e.y), e.shape)).collect();
+        let (mut light, unsure, flicker) = strips.everywhere(self.net.mean.dim(), &holes);
+        light.mapv_inplace(|v| if v.is_finite() { v } else { 0.0 });
+        (self.light, self.unsure, self.flicker) = (light, unsure, flicker);
+    }
+
+    /// The cells without sky and trails; NaN where they are bad.
+    pub fn residual(&self) -> Array2<f32> {
+        &self.net.mean - &self.light
+    }
+
+    /// What the significance of the residual is made of: the noise knows the trails' light and how well it is known.
+    pub fn layers(&self) -> Layers {
+        let area = (self.net.bin * self.net.bin) as f32;
+        let (ny, nx) = self.light.dim();
+        let scale = self.net.bin as f64;
+        let mut variance = Array2::zeros((ny, nx));
+        for (j, row) in variance.as_slice_mut().unwrap_or_default().chunks_exact_mut(nx.max(1)).enumerate() {
+            // the noise of the sky follows the surface; smooth enough to be looked up every so often
+            for (k, (part, light)) in row.chunks_mut(16).zip(row_of(&self.light, j).chunks(16)).enumerate() {
+                let sky = self.sky.rms((16 * k) as f64 * scale, j as f64 * scale).powi(2) as f32;
+                part.iter_mut().zip(light).for_each(|(v, l)| *v = (sky + l.max(0.0)) / area);
+            }
+        }
+        let doubt = self.strips.as_ref().map(|_| {
+            let mut doubt = self.light.mapv(|t| self.flicker as f32 * t.max(0.0));
+            doubt.scaled_add(END_ERR, &self.unsure);
+            doubt
+        });
+        Layers { value: self.residual(), variance, doubt }
+    }
+}
+
+/// Scatter of a sky pixel in the middle of a cutout \[e⁻\].
+fn noise_of(sky: &Surface, (ny, nx): (usize, usize)) -> f64 {
+    sky.rms(0.5 * nx as f64, 0.5 * ny as f64).max(1e-6)
+}
+
+/// The pixels above the sky, in cells; hits do not count.
+fn cells_above(pixels: &Array2<f32>, sky: &Surface, hits: &[(usize, usize)], fwhm_px: f64) -> Cells {
+    // row by row, as the hits come
+    let mut hits = hits.iter().peekable();
+    Cells::of_lines(pixels.dim(), fwhm_px, |j, out| {
+        sky.row(j, out);
+        out.iter_mut().zip(row_of(pixels, j)).for_each(|(o, v)| *o = v - *o);
+        while let Some((i, _)) = hits.next_if(|hit| hit.1 <= j) {
+            out[*i] = f32::NAN;
+        }
+    })
+}
+
+/// A shape scaled about its centre.
+pub(crate) fn scaled(shape: Shape, by: f64) -> Shape {
+    match shape {
+        Shape::Circle { r_px } => Shape::Circle { r_px: by * r_px },
+        Shape::Ellipse { a_px, b_px, theta_rad } => Shape::Ellipse { a_px: by * a_px, b_px: by * b_px, theta_rad },
+        Shape::Rectangle { a_px, b_px, theta_rad } => Shape::Rectangle { a_px: by * a_px, b_px: by * b_px, theta_rad },
+        Shape::Pill { a_px, b_px, theta_rad } => Shape::Pill { a_px: by * a_px, b_px: by * b_px, theta_rad },
+    }
+}

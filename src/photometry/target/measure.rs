@@ -1,0 +1,278 @@
+//! The tracked satellite: a compact or resolved object near the expected place, among parallel star trails.
+//!
+//! Electrons and full-frame pixels. Found by `target_search`, outlined by `target_segment`, measured here in the smallest
+//! shape that holds all of it; where nothing is found the answer is a limit. Leaves out: several targets in one frame.
+
+use ndarray::Array2;
+
+use crate::base::constants::FWHM_PER_SIGMA;
+use crate::config::ApertureShape;
+use crate::frames::{Electrons, Frame};
+use crate::photometry::Flags;
+use crate::photometry::aperture::Shape;
+use crate::photometry::background::Background;
+use crate::photometry::flux::{Flux, measure};
+use crate::photometry::surface_brightness::brightest_disc;
+use crate::photometry::target::cutout::{Cutout, Placed};
+use crate::photometry::target::enclose::enclosing;
+use crate::photometry::target::flux::{Measured, circle_at};
+use crate::photometry::target::search::{Significances, best_candidate};
+use crate::photometry::target::segment::{Segment, scales_needed, segment};
+use crate::photometry::target::shape::{Ellipse, moments, outline_moments};
+use crate::photometry::trails::contamination::{Contamination, of_neighbours, of_trails};
+pub use crate::photometry::trails::known::KnownDirection;
+
+/// Where and how to look for the target.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TargetSettings {
+    /// Expected place \[px\].
+    pub x_px: f64,
+    /// Expected place \[px\].
+    pub y_px: f64,
+    /// How far from there the target may be \[px\].
+    pub search_radius_px: f64,
+    /// Threshold of the whole target \[σ\].
+    pub detect_sigma: f64,
+    /// Added around the object's own outline \[px\].
+    pub margin_px: f64,
+    /// Aperture radius of a limit \[px\].
+    pub limit_r_px: f64,
+    /// FWHM of a point source \[px\].
+    pub fwhm_px: f64,
+    /// Inner radius of the annulus of an aperture of `limit_r_px` \[px\].
+    pub sky_in_px: f64,
+    /// Outer radius of that annulus \[px\]; the target's own annulus keeps its gap and at least its width.
+    pub sky_out_px: f64,
+    /// Clip of the sky pixels \[σ\].
+    pub clip_sigma: f64,
+    /// Shape of the aperture.
+    pub shape: ApertureShape,
+    /// Share of the flux from which light of trails and neighbours is flagged.
+    pub contam_frac: f64,
+    /// Direction of the star trails, where it is known beforehand.
+    pub trail_direction: Option<KnownDirection>,
+}
+
+impl TargetSettings {
+    /// Half the side of the square around the expected place that a measurement looks at \[px\].
+    #[must_use]
+    pub fn reach_px(&self) -> f64 {
+        self.search_radius_px + 100.0 + 2.0 * self.sky_out_px
+    }
+}
+
+/// What was found.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TargetFound {
+    /// The target.
+    Detected {
+        /// Its flux, in the aperture that encloses it.
+        flux: Flux,
+        /// Centre of the aperture \[px\].
+        x_px: f64,
+        /// Centre of the aperture \[px\].
+        y_px: f64,
+        /// What its light looks like.
+        light: Light,
+        /// Whether the sky is the level along the trails beside it: then there is no annulus, and no light of the target
+        /// in the sky.
+        along_trails: bool,
+    },
+    /// Nothing above the threshold.
+    NotDetected {
+        /// `detect_sigma` times the error of an empty aperture of `limit_r_px` at the expected place \[e⁻\].
+        limit_e: f64,
+        /// What that aperture holds, negative or not.
+        flux: Flux,
+        /// The expected place \[px\].
+        x_px: f64,
+        /// The expected place \[px\].
+        y_px: f64,
+    },
+}
+
+/// The light of a target, and what is mixed with it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Light {
+    /// Angle of its major axis from +x towards +y \[rad\].
+    pub theta_rad: f64,
+    /// Ratio of its axes.
+    pub elongation: f64,
+    /// FWHM along the major axis \[px\]: 2.355 σ of its second moments; `None` where they cannot be trusted.
+    pub extent_px: Option<f64>,
+    /// The even ellipse that, seen through the point-spread function, has its second moments; `None` for a point source.
+    pub source: Option<Shape>,
+    /// Electrons per pixel in the brightest disc of one FWHM across; `None` where noise could be that bright.
+    pub peak_disc_e_px: Option<f64>,
+    /// Light of trails and neighbours inside the aperture \[e⁻\]; that of trails has been taken off the flux.
+    pub contamination_e: f64,
+}
+
+/// From this signal-to-noise on the moments of the target are trusted.
+const MOMENTS_SNR: f64 = 15.0;
+/// Below this signal-to-noise only the brightest part of a target among trails may have been outlined at first.
+const FAINT_SNR: f64 = 15.0;
+/// The rest of it may be as far away \[FWHM\]: that much around is kept out of the trails' profiles, too.
+const FAINT_REACH_FWHM: f64 = 8.0;
+/// Index of the first filter wider than any star.
+const WIDE_SCALE: usize = 2;
+/// The aperture is nowhere narrower than this many FWHM to each side.
+const LEAST_FWHM: f64 = 1.5;
+/// Among trails a wide spot whose whole light is less significant than this is what a trail left.
+const LEAST_SNR: f64 = 3.0;
+/// Above this ratio of the axes a target is called elongated.
+const ELONGATED: f64 = 1.5;
+/// A target less extended than this is a point source \[FWHM\].
+const POINT_FWHM: f64 = 0.3;
+
+/// Finds and measures the target, or says how bright it could have been.
+///
+/// 1. Around the expected place a quadratic surface is the sky. Long straight runs give the direction of the star trails;
+///    where there are none, the best line outside the target may be one faint trail. The robust mean level along that
+///    direction is taken off; where it changes (trails end) it is doubted.
+/// 2. What is left is smoothed at 1, 2, 4 and 8 FWHM. A candidate peaks above `detect_sigma` within the search radius,
+///    does not run out of the cutout, is not one of a family of equal parallel streaks, and is not a single hot pixel.
+///    Of several the nearer wins over the brighter; objects cut by an edge and streaks along the trails come last.
+/// 3. Its outline at 3 σ is joined with what is fainter and wider around it and with its separate parts; then sky, trails
+///    and outline once more with it kept out. The aperture is the smallest shape around the outline, plus `margin_px`.
+/// 4. Among trails the sky of each line of pixels is the level of that line on both sides of the aperture, and the error
+///    is at least the scatter of empty apertures treated alike. Without trails the sky is an annulus. What the choice of
+///    the aperture added to a faint flux, 2 σ over its significance where it is resolved, is taken off.
+/// 5. [`Flags::TRAIL`] where light of trails was taken off, [`Flags::CONTAMINATED`] where that of trails and neighbours is
+///    more than `contam_frac` of the flux, [`Flags::HIT`] for a pixel sharper than a star.
+///
+/// [`TargetFound::NotDetected`] holds the forced flux at the expected place, negative or not, and the limit.
+#[must_use]
+pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> TargetFound {
+    let Some(mut cutout) = Cutout::new(frame, s) else {
+        return limit_without_cutout(frame, background, s);
+    };
+    let Some(first) = outlined(&cutout, frame, s) else { return limit(cutout, frame, background, s) };
+    let Some(aperture) = aperture(&cutout, &first.segment, s) else { return limit(cutout, frame, background, s) };
+    // once more with the target kept out of the sky and of the trails' profiles
+    let around = if first.snr < FAINT_SNR && cutout.strips.is_some() { FAINT_REACH_FWHM * s.fwhm_px } else { 0.0 };
+    cutout.keep_out(&Placed { shape: aperture.shape.grown(around), ..aperture });
+    let outlined = outlined(&cutout, frame, s)
+        .unwrap_or_else(|| Outlined { snr1: cutout.layers().significance(cutout.fwhm_cells(), 1, None), ..first });
+    let Outlined { segment: outline, snr1, snr, .. } = &outlined;
+    let Some(aperture) = self::aperture(&cutout, outline, s) else { return limit(cutout, frame, background, s) };
+    let Measured { mut flux, under, net, net_origin } = cutout.flux(frame, background, &aperture, snr1, s);
+    take_off_chance(&mut flux, &outlined);
+    let spot = cutout.strips.is_some() && outlined.scale >= WIDE_SCALE && flux.snr < LEAST_SNR;
+    if spot || !flux.flux_e.is_finite() {
+        return limit(cutout, frame, background, s);
+    }
+    let along_trails = under.is_some();
+    let trails = match (&cutout.strips, &under) {
+        (Some(strips), Some(under)) => of_trails(&cutout, strips, under, &aperture),
+        _ => Contamination::default(),
+    };
+    let (ox, oy) = cutout.origin(frame);
+    let (nx, ny) = (net_origin.0 - ox as usize, net_origin.1 - oy as usize);
+    let beside = of_neighbours(&cutout, &outline.neighbours, &aperture, (&net, (nx, ny)));
+    let all = Contamination {
+        trails_e: trails.trails_e,
+        neighbours_e: beside.neighbours_e,
+        err_e: trails.err_e.hypot(beside.err_e),
+    };
+    // a flux below its error is no measure of a share
+    if all.exceeds(s.contam_frac, (flux.flux_e - beside.neighbours_e).max(flux.flux_err_e)) {
+        flux.flags.set(Flags::CONTAMINATED);
+    }
+    let at = (aperture.x - nx as f64, aperture.y - ny as f64);
+    let rms_e = cutout.sky.rms(aperture.x, aperture.y);
+    let inside = |&(i, j): &(usize, usize)| aperture.shape.contains(i as f64 - aperture.x, j as f64 - aperture.y);
+    if cutout.hits.iter().any(inside) {
+        flux.flags.set(Flags::HIT);
+    }
+    let mut light = shape_of_light(&cutout, outline, *snr);
+    light.contamination_e = all.light_e();
+    light.peak_disc_e_px = brightest_disc(&net, at, &aperture.shape, s.fwhm_px, cutout.net.bin, rms_e);
+    if light.elongation > ELONGATED {
+        flux.flags.set(Flags::ELONGATED);
+    }
+    TargetFound::Detected { flux, x_px: aperture.x + ox, y_px: aperture.y + oy, light, along_trails }
+}
+
+/// The most likely target.
+struct Outlined {
+    /// All that belongs to it.
+    segment: Segment,
+    /// Significance of the cells at the scale of a star.
+    snr1: Array2<f32>,
+    /// Its own at the scale it was found at.
+    snr: f64,
+    /// Index of that scale.
+    scale: usize,
+}
+
+fn outlined(cutout: &Cutout, frame: &Frame<Electrons>, s: &TargetSettings) -> Option<Outlined> {
+    let layers = cutout.layers();
+    let mut snrs = Significances::new(&layers, cutout.fwhm_cells());
+    let found = best_candidate(cutout, &mut snrs, frame, s)?;
+    let segment = segment(cutout, &layers, snrs.first(scales_needed(&found)), &found);
+    Some(Outlined { segment, snr1: snrs.at_scale.swap_remove(0), snr: found.snr, scale: found.scale })
+}
+
+/// Takes off what the choice of the aperture added: it lies where the noise helped.
+///
+/// The largest response of a smooth field over k free parameters exceeds that of the truth by χ²_k in its square, so
+/// E(s) = S + k/2S in units of σ. An outline under the wide filters has followed its place, length and angle: k = 4, all
+/// of it in the flux. One at the scale of a star has followed its place, and an aperture of 2 FWHM around shares 0.4 of
+/// the filter's noise: k = 1. σ is that of an empty aperture. What is seen only where the noise helped (near
+/// `detect_sigma`) stays too bright by what is left, 0.1 to 0.2 σ.
+fn take_off_chance(flux: &mut Flux, outlined: &Outlined) {
+    let freedoms = if outlined.scale < WIDE_SCALE { 1.0 } else { 4.0 };
+    let empty = (flux.flux_err_e.powi(2) - flux.flux_e.max(0.0)).max(0.0).sqrt();
+    flux.flux_e -= 0.5 * freedoms / outlined.snr * empty;
+    flux.snr = flux.flux_e / flux.flux_err_e;
+}
+
+/// The smallest shape around the outline plus the margin.
+fn aperture(cutout: &Cutout, outline: &Segment, s: &TargetSettings) -> Option<Placed> {
+    enclosing(&outline.points(cutout), s.shape, s.margin_px, LEAST_FWHM * s.fwhm_px)
+}
+
+/// Moments of the light where it is bright enough, of the outline where it is not.
+fn shape_of_light(cutout: &Cutout, outline: &Segment, snr: f64) -> Light {
+    let of_outline = outline_moments(&outline.cells());
+    let fwhm = cutout.fwhm_cells();
+    let settled = (snr > MOMENTS_SNR).then(|| moments(&cutout.residual(), &of_outline, fwhm)).flatten();
+    let Ellipse { a, b, theta, .. } = settled.unwrap_or(of_outline);
+    let px = cutout.net.bin as f64;
+    // of a star, seen in cells
+    let own = (fwhm / FWHM_PER_SIGMA).powi(2) + (1.0 - 1.0 / (px * px)) / 12.0;
+    let source = settled.and_then(|m| {
+        let half = |sigma: f64| 2.0 * px * (sigma * sigma - own).max(0.0).sqrt();
+        let (a_px, b_px) = (half(m.a), half(m.b));
+        let extended = a_px > POINT_FWHM * cutout.fwhm_px;
+        extended.then_some(Shape::Ellipse { a_px, b_px: b_px.max(0.05 * cutout.fwhm_px), theta_rad: theta })
+    });
+    Light {
+        theta_rad: theta,
+        elongation: a / b,
+        extent_px: settled.map(|m| FWHM_PER_SIGMA * px * m.a),
+        source,
+        peak_disc_e_px: None,
+        contamination_e: 0.0,
+    }
+}
+
+/// The forced flux at the expected place and what could have been seen there.
+fn limit(mut cutout: Cutout, frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> TargetFound {
+    let (ox, oy) = cutout.origin(frame);
+    let place = circle_at(s.x_px - ox, s.y_px - oy, s.limit_r_px);
+    cutout.keep_out(&place);
+    let snr1 = cutout.layers().significance(cutout.fwhm_cells(), 1, None);
+    let flux = cutout.flux(frame, background, &place, &snr1, s).flux;
+    // the error without the flux's own Poisson noise: that of an empty aperture
+    let empty = (flux.flux_err_e.powi(2) - flux.flux_e.max(0.0)).sqrt();
+    TargetFound::NotDetected { limit_e: s.detect_sigma * empty, flux, x_px: s.x_px, y_px: s.y_px }
+}
+
+/// The limit where the expected place is off the frame: nothing measurable.
+fn limit_without_cutout(frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> TargetFound {
+    let shape = Shape::Circle { r_px: s.limit_r_px };
+    let flux = measure(frame, background, s.x_px, s.y_px, shape, s.sky_in_px, s.sky_out_px, s.clip_sigma);
+    TargetFound::NotDetected { limit_e: f64::NAN, flux, x_px: s.x_px, y_px: s.y_px }
+}

@@ -1,0 +1,12 @@
+//! The tracked satellite in its frame: found, outlined, measured.
+
+pub(crate) mod cells;
+pub(crate) mod cosmic_rays;
+pub(crate) mod cutout;
+pub(crate) mod enclose;
+pub(crate) mod flux;
+pub mod measure;
+pub(crate) mod search;
+pub(crate) mod segment;
+pub(crate) mod shape;
+pub(crate) mod sky;

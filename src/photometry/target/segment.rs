@@ -1,0 +1,219 @@
+//! Where the target ends: its component grown by what belongs to it, fainter and wider than the scale it was found at.
+//!
+//! Cells. What is found is hidden and the rest looked at again through a wider filter, so that a bright core does not
+//! bleed into the outline. Compact objects beside the target are neighbours. Leaves out: the shape of the aperture.
+
+use ndarray::Array2;
+
+use crate::photometry::target::cells::{Layers, grown, row_of};
+use crate::photometry::target::cutout::Cutout;
+use crate::photometry::target::search::{Candidate, OUTLINE_SIGMA, ROUND, SCALES, components};
+
+/// Peak of a component that is joined \[σ\].
+const JOIN_SIGMA: f64 = 3.7;
+/// The same under a filter wider than a star, of what lies beside the target and not around it: of the places such a
+/// filter finds along the rim of a target noise makes 3.7 σ of one in sixty, and each would add an aperture's worth of sky.
+const JOIN_BESIDE_SIGMA: f64 = 4.5;
+/// Peak of a separate part nearby that is joined \[σ\].
+const PART_SIGMA: f64 = 5.0;
+/// A target this much as significant under a wider filter as under its own, less one σ for the noise, is as wide as that
+/// filter. Of a star twice the width leaves 0.8: at 7 σ or less it may get too wide an aperture; a station whose brightest
+/// module was found gets the whole.
+const EXTENDED: f64 = 0.7;
+/// From this significance on its own scale shows the target well enough \[σ\].
+const BRIGHT_SIGMA: f64 = 25.0;
+/// Where a smoothed target ends, in units of its peak.
+const RIM: f64 = 0.3;
+/// The same of the elongated filter, which is longer than most targets.
+const RIM_ELONGATED: f64 = 0.6;
+/// The same for a faint one \[σ\].
+const FAINT_OUTLINE_SIGMA: f64 = 2.2;
+/// How far a separate part may be \[FWHM\].
+const PART_REACH_FWHM: f64 = 5.0;
+/// Peak of a point source that is a neighbour and not a part \[σ\].
+const NEIGHBOUR_SIGMA: f64 = 6.0;
+/// Largest size of the outline of a point source \[FWHM\].
+const NEIGHBOUR_SIZE_FWHM: f64 = 4.0;
+
+/// The cells of the target, and the point sources that are not part of it.
+pub(crate) struct Segment {
+    pub inside: Array2<bool>,
+    /// Cells of each neighbour.
+    pub neighbours: Vec<Vec<(usize, usize)>>,
+}
+
+impl Segment {
+    /// Centres of the cells of the outline \[px of the cutout\].
+    pub fn points(&self, cutout: &Cutout) -> Vec<[f64; 2]> {
+        let (ny, nx) = self.inside.dim();
+        let mut points = Vec::new();
+        for (j, row) in self.inside.rows().into_iter().enumerate() {
+            // only the ends of a row can be corners of the hull
+            let first = row.iter().position(|v| *v);
+            let last = row.iter().rposition(|v| *v);
+            for i in [first, last].into_iter().flatten() {
+                points.push([cutout.net.to_px(i as f64), cutout.net.to_px(j as f64)]);
+            }
+        }
+        debug_assert!(points.len() <= 2 * ny && nx > 0);
+        points
+    }
+
+    /// Columns and rows of the cells inside.
+    pub fn cells(&self) -> Vec<(usize, usize)> {
+        self.inside.indexed_iter().filter(|(_, v)| **v).map(|((j, i), _)| (i, j)).collect()
+    }
+}
+
+/// Of how many scales [`segment`] needs the significance.
+pub(crate) fn scales_needed(found: &Candidate) -> usize {
+    if found.snr < BRIGHT_SIGMA { SCALES.len() } else { ROUND.max(found.scale + 2) - 1 }
+}
+
+/// The whole of the candidate; `snrs` = significance at the first [`scales_needed`] scales or more.
+pub(crate) fn segment(cutout: &Cutout, layers: &Layers, snrs: &[Array2<f32>], found: &Candidate) -> Segment {
+    let dim = cutout.net.mean.dim();
+    let margin = cutout.fwhm_cells().ceil() as usize;
+    let mut inside = Array2::from_elem(dim, false);
+    let own = components_at(&snrs[found.scale], found, &seed(found, dim), (SCALES[found.scale], found.scale == ROUND));
+    let faint = found.scale >= 2 && found.snr < BRIGHT_SIGMA;
+    paint(&mut inside, own.as_ref().filter(|_| faint).unwrap_or(&found.pixels), SCALES[found.scale]);
+    let mut neighbours: Vec<Vec<(usize, usize)>> = Vec::new();
+    // what a wider filter shows as well is as wide as that filter
+    let wider = if found.snr < BRIGHT_SIGMA { SCALES.len() } else { 0 };
+    for (k, (scale, snr)) in SCALES.iter().zip(snrs).enumerate().take(wider).skip(found.scale + 1) {
+        if let Some(part) = components_at(snr, found, &inside, (*scale, k == ROUND)) {
+            paint(&mut inside, &part, *scale);
+        }
+    }
+    // separate parts of the finest scales
+    for (scale, snr) in SCALES.iter().zip(snrs).take(2).filter(|(scale, _)| **scale <= SCALES[found.scale]) {
+        for _ in 0..2 {
+            let reach = grown(&inside, (PART_REACH_FWHM * cutout.fwhm_cells()) as usize);
+            for part in components(snr, OUTLINE_SIGMA) {
+                let cells = cells_of(&part, *scale, dim);
+                let peak = peak_of(snr, &part);
+                let joined = cells.iter().all(|&(i, j)| inside[[j, i]]);
+                if joined || peak < PART_SIGMA {
+                    continue;
+                }
+                let touches = cells.iter().any(|&(i, j)| inside[[j, i]]);
+                let near = cells.iter().any(|&(i, j)| reach[[j, i]]);
+                if !touches && *scale == 1 && peak > NEIGHBOUR_SIGMA && is_point(&cells, cutout.fwhm_cells(), peak) {
+                    if !neighbours.contains(&cells) {
+                        neighbours.push(cells);
+                    }
+                } else if touches || (near && cells.len() as f64 > 2.0 * cutout.fwhm_cells().powi(2)) {
+                    cells.iter().for_each(|&(i, j)| inside[[j, i]] = true);
+                }
+            }
+        }
+    }
+    // what is fainter and wider
+    for (k, scale) in SCALES[..ROUND].iter().enumerate().skip(found.scale) {
+        let mut objects = inside.clone();
+        neighbours.iter().flatten().for_each(|&(i, j)| objects[[j, i]] = true);
+        let mut hidden = grown(&objects, margin);
+        let touching = grown(&inside, margin + scale);
+        // other objects must not bleed in either
+        for other in components(&snrs[k.saturating_sub(1)], OUTLINE_SIGMA + 1.0) {
+            let cells = cells_of(&other, SCALES[k.saturating_sub(1)], dim);
+            if !cells.iter().any(|&(i, j)| touching[[j, i]]) {
+                cells.iter().for_each(|&(i, j)| hidden[[j, i]] = true);
+            }
+        }
+        let snr = layers.significance(*scale as f64 * cutout.fwhm_cells(), *scale, Some(&hidden));
+        for part in components(&snr, OUTLINE_SIGMA) {
+            let cells = cells_of(&part, *scale, dim);
+            let peak = peak_of(&snr, &part);
+            if !(peak > JOIN_SIGMA && cells.iter().any(|&(i, j)| touching[[j, i]])) {
+                continue;
+            }
+            if peak > JOIN_BESIDE_SIGMA || k == 0 || surrounds(&cells, &inside) {
+                cells.iter().for_each(|&(i, j)| inside[[j, i]] = true);
+            }
+        }
+    }
+    neighbours.retain(|cells| cells.iter().any(|&(i, j)| !inside[[j, i]]));
+    Segment { inside, neighbours }
+}
+
+/// The cells of a candidate.
+fn seed(found: &Candidate, dim: (usize, usize)) -> Array2<bool> {
+    let mut cells = Array2::from_elem(dim, false);
+    paint(&mut cells, &found.pixels, SCALES[found.scale]);
+    cells
+}
+
+/// Whether the middle of an outline lies in the box around the cells.
+fn surrounds(cells: &[(usize, usize)], inside: &Array2<bool>) -> bool {
+    let (mut n, mut x, mut y) = (0, 0, 0);
+    for j in 0..inside.nrows() {
+        let row = row_of(inside, j);
+        if row.contains(&true) {
+            for (i, _) in row.iter().enumerate().filter(|(_, v)| **v) {
+                (n, x, y) = (n + 1, x + i, y + j);
+            }
+        }
+    }
+    let (x, y) = (x / n.max(1), y / n.max(1));
+    let any = |on: &dyn Fn(&(usize, usize)) -> bool| cells.iter().any(on);
+    any(&|c| c.0 < x) && any(&|c| c.0 > x) && any(&|c| c.1 < y) && any(&|c| c.1 > y)
+}
+
+/// The component of a wider scale that holds the target and is nearly as significant there, out to a quarter of its peak.
+fn components_at(
+    snr: &Array2<f32>,
+    found: &Candidate,
+    inside: &Array2<bool>,
+    (scale, elongated): (usize, bool),
+) -> Option<Vec<(usize, usize)>> {
+    let (ny, nx) = inside.dim();
+    let held = |part: &[(usize, usize)]| {
+        part.iter().any(|&(i, j)| inside[[(j * scale + scale / 2).min(ny - 1), (i * scale + scale / 2).min(nx - 1)]])
+    };
+    let peaks = components(snr, FAINT_OUTLINE_SIGMA).into_iter().filter(|part| held(part));
+    let part = peaks.max_by(|p, q| peak_of(snr, p).total_cmp(&peak_of(snr, q)))?;
+    let peak = peak_of(snr, &part);
+    if peak < EXTENDED * found.snr - 1.0 {
+        return None;
+    }
+    let rim = if elongated { RIM_ELONGATED } else { RIM };
+    let level = (rim * peak).max(FAINT_OUTLINE_SIGMA);
+    components(snr, level).into_iter().filter(|part| held(part)).max_by_key(Vec::len)
+}
+
+fn peak_of(snr: &Array2<f32>, part: &[(usize, usize)]) -> f64 {
+    part.iter().map(|&(i, j)| f64::from(snr[[j, i]])).fold(0.0, f64::max)
+}
+
+/// The cells of squares of `scale` cells.
+fn cells_of(squares: &[(usize, usize)], scale: usize, (ny, nx): (usize, usize)) -> Vec<(usize, usize)> {
+    let mut cells = Vec::with_capacity(squares.len() * scale * scale);
+    for &(i, j) in squares {
+        for jj in j * scale..((j + 1) * scale).min(ny) {
+            for ii in i * scale..((i + 1) * scale).min(nx) {
+                cells.push((ii, jj));
+            }
+        }
+    }
+    cells
+}
+
+fn paint(image: &mut Array2<bool>, squares: &[(usize, usize)], scale: usize) {
+    cells_of(squares, scale, image.dim()).into_iter().for_each(|(i, j)| image[[j, i]] = true);
+}
+
+/// Whether an outline is as round and small as that of a point source of this significance.
+///
+/// A Gaussian of width √2 FWHM (seen through the filter) falls to 3 σ at r = √2 FWHM √(ln(peak/3) / 4 ln 2).
+fn is_point(cells: &[(usize, usize)], fwhm: f64, peak: f64) -> bool {
+    let range = |values: &mut dyn Iterator<Item = usize>| {
+        let (lo, hi) = values.fold((usize::MAX, 0), |(lo, hi), v| (lo.min(v), hi.max(v)));
+        (hi + 1 - lo) as f64
+    };
+    let (width, height) = (range(&mut cells.iter().map(|c| c.0)), range(&mut cells.iter().map(|c| c.1)));
+    let r = (2.0 * (peak / OUTLINE_SIGMA).ln() / (4.0 * std::f64::consts::LN_2)).sqrt() * fwhm;
+    let longest = (2.6 * r + 2.0).min(2.0 * NEIGHBOUR_SIZE_FWHM * fwhm);
+    width.max(height) <= longest && width.max(height) < 1.6 * width.min(height) + 1.0
+}

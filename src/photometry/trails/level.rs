@@ -1,0 +1,68 @@
+//! The levels of the lines under an aperture, from both sides of it, and what they leave uncertain.
+//!
+//! Electrons per pixel; lines of cells along the trails. Leaves out: where the trails are (`trail_model`).
+
+use crate::photometry::trails::model::{Hole, Level, Strips};
+use crate::photometry::trails::rotate::catmull_rom;
+
+/// The levels of the lines under an aperture.
+#[derive(Debug, Clone)]
+pub(crate) struct Under {
+    /// First line.
+    pub first: usize,
+    v0: f64,
+    pub levels: Vec<Level>,
+    /// Cells they rest on.
+    pub n: f64,
+}
+
+impl Under {
+    /// Of the lines that `over` touches; `holes` do not count. `None` where a line has no room beside it.
+    pub fn of(strips: &Strips, over: Hole, holes: &[Hole]) -> Option<Self> {
+        let reach = over.across() + 1.0;
+        let lines = strips.lines((over.v - reach, over.v + reach));
+        let mut levels = Vec::with_capacity(lines.len());
+        for q in lines.clone() {
+            let u = over.chord(strips.v_of(q)).unwrap_or((over.u, over.u));
+            levels.push(strips.beside(q, u, holes)?);
+        }
+        if levels.len() < 4 {
+            return None;
+        }
+        let n = levels.iter().map(|l| l.n).sum();
+        Some(Self { first: lines.start, v0: strips.v_of(lines.start), levels, n })
+    }
+
+    /// The level at v, by the cubic through four lines.
+    pub fn at(&self, v: f64) -> f64 {
+        let x = (v - self.v0).clamp(1.0, self.levels.len() as f64 - 2.001);
+        let k = x as usize;
+        let of = |q: usize| self.levels[q].mean as f32;
+        f64::from(catmull_rom([of(k - 1), of(k), of(k + 1), of(k + 2)], (x - k as f64) as f32))
+    }
+
+    /// Variance of the sum of the levels over the cells of an aperture.
+    pub fn variance(&self, strips: &Strips, aperture: &Hole) -> f64 {
+        let of = |(k, l): (usize, &Level)| {
+            let (from, to) = aperture.chord(strips.v_of(self.first + k)).unwrap_or((0.0, 0.0));
+            (to - from).powi(2) * strips.variance(l.mean) / l.n
+        };
+        self.levels.iter().enumerate().map(of).sum()
+    }
+
+    /// Where the two sides of a line differ by D a trail ends under the aperture, anywhere along its chord c: a level
+    /// between both is wrong by D c/√12. Lines are taken together over the width of a trail; noise is taken off twice.
+    pub fn variance_of_ends(&self, strips: &Strips, aperture: &Hole, fwhm: f64) -> f64 {
+        let width = (1.5 * fwhm).round().max(2.0) as usize;
+        let of_trail = |(g, lines): (usize, &[Level])| {
+            let (mut step, mut noise) = (0.0, 0.0);
+            for (k, line) in lines.iter().enumerate() {
+                let (from, to) = aperture.chord(strips.v_of(self.first + g * width + k)).unwrap_or((0.0, 0.0));
+                step += (to - from) * line.step;
+                noise += (to - from).powi(2) * line.step_variance;
+            }
+            (step * step - 2.0 * noise).max(0.0) / 12.0
+        };
+        self.levels.chunks(width).enumerate().map(of_trail).sum()
+    }
+}

@@ -1,0 +1,10 @@
+//! Star trails of a tracked frame: their direction, their light, what they add to the target.
+
+pub(crate) mod bend;
+pub(crate) mod contamination;
+pub(crate) mod direction;
+pub(crate) mod known;
+pub(crate) mod level;
+pub(crate) mod model;
+pub(crate) mod rotate;
+pub(crate) mod search;

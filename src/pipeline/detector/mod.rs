@@ -1,0 +1,4 @@
+//! What the frames of a night say of the detector, against its table and the headers.
+
+pub mod checks;
+pub mod report;

@@ -1,0 +1,147 @@
+//! What was left out of a night: stages without input, pixels that are not read, lights and surfaces of the model.
+//!
+//! CPU seconds from the listener's clock, magnitudes. Reads a few frames again, changes nothing.
+
+use super::{each_us, explain_scenes, sample};
+use crate::base::error::Result;
+use crate::base::progress::Progress;
+use crate::brightness::Scene;
+use crate::brightness::lamps::mag_of_flux;
+use crate::frames::{Exposure, FrameReader};
+use crate::photometry::target::measure::TargetFound;
+use crate::pipeline::compare::scene;
+use crate::pipeline::explain::text::{Explanation, LeftOut, runs};
+use crate::pipeline::prepared::Bench;
+use crate::pipeline::run::Options;
+use crate::pipeline::survey::files::Survey;
+use crate::pipeline::target::frame::{TargetFrame, missing_parts, target_settings};
+use crate::pipeline::target::window::{Seen, look, look_at_all};
+
+/// Frames a piece is computed for.
+const FRAMES: usize = 3;
+
+/// Stages, rows of pixels, lights and surfaces left out of a night; `None` unless it is asked for.
+///
+/// # Errors
+/// As [`explain_scenes`]; a frame that cannot be read again is left out here.
+pub fn explain_night(
+    survey: &Survey,
+    frames: &[TargetFrame],
+    bench: &Bench,
+    options: &Options,
+    progress: &dyn Progress,
+) -> Result<Option<Explanation>> {
+    if !options.explain {
+        return Ok(None);
+    }
+    let cpu_s = || progress.cpu_s().unwrap_or(0.0);
+    let modelled: Vec<(&str, Scene)> =
+        frames.iter().filter_map(|f| Some((f.row.frame.as_str(), scene(f.geometry.as_ref()?)))).collect();
+    let scenes: Vec<Scene> = modelled.iter().map(|(_, scene)| *scene).collect();
+    let mut explained = match &bench.model {
+        Some(model) => explain_scenes(model, &scenes, &|i| modelled[i].0.to_string(), &cpu_s)?,
+        None => Explanation::default(),
+    };
+    let mut items = stages(survey, bench);
+    items.extend(outside_the_circle(survey, bench, &cpu_s));
+    items.extend(away_from_the_target(survey, bench, &cpu_s));
+    items.append(&mut explained.items);
+    Ok(Some(Explanation { items, ..explained }))
+}
+
+/// Stages without input, and frames that nobody asked for: there is nothing to compute.
+fn stages(survey: &Survey, bench: &Bench) -> Vec<LeftOut> {
+    let nothing = |what: &str, why: String, count: usize, of: usize, scenes: String| LeftOut {
+        what: what.into(),
+        why,
+        count,
+        of,
+        scenes,
+        timed: 0,
+        each_us: None,
+        changes_mag: None,
+    };
+    let mut items: Vec<LeftOut> = missing_parts(&bench.config, bench)
+        .into_iter()
+        .map(|part| nothing("stage", part.to_string(), 1, 1, String::new()))
+        .collect();
+    if let Some(path) = &bench.config.zeropoint.previous {
+        items.push(nothing("zeropoint fit", format!("taken from {}", path.display()), 1, 1, String::new()));
+    }
+    if !survey.others.is_empty() {
+        let name = |i: usize| survey.others[i].name.clone();
+        let all: Vec<usize> = (0..survey.others.len()).collect();
+        let why = "neither flat, stars nor target".to_string();
+        items.push(nothing("frames", why, survey.others.len(), survey.len(), runs(&all, &name)));
+    }
+    items
+}
+
+/// Pixels outside of the clip circle are not read.
+fn outside_the_circle(survey: &Survey, bench: &Bench, cpu_s: &dyn Fn() -> f64) -> Option<LeftOut> {
+    let radius_px = bench.config.photometry.clip_radius_px?;
+    let all: Vec<&Exposure> = survey.pointings.iter().flatten().chain(&survey.targets).collect();
+    let chosen = sample(&all, FRAMES);
+    let exposure = chosen.first()?;
+    let reader = bench.open(exposure).ok()?;
+    let inside: usize = reader.box_px().1.map(|y| reader.inside(y).len()).sum();
+    let total = exposure.size_px.0 * exposure.size_px.1;
+    if inside >= total {
+        return None;
+    }
+    let time = |clip: Option<f64>| {
+        each_us(cpu_s, chosen.len(), |k| {
+            let read = || {
+                let gain = bench.detector.gain(chosen[k])?;
+                FrameReader::open(chosen[k], gain, clip, None)?.whole(&bench.buffers).map(drop)
+            };
+            std::hint::black_box(read().is_ok());
+        })
+    };
+    Some(LeftOut {
+        what: format!("rows and spans, {:.0} % of the pixels", 100.0 * (1.0 - inside as f64 / total as f64)),
+        why: format!("outside the clip circle of {radius_px} px"),
+        count: all.len(),
+        of: all.len(),
+        scenes: "star and target frames".into(),
+        timed: chosen.len(),
+        each_us: Some((time(None) - time(Some(radius_px))).max(0.0)),
+        changes_mag: None,
+    })
+}
+
+/// Of a target frame only the surroundings of the target are read and measured.
+fn away_from_the_target(survey: &Survey, bench: &Bench, cpu_s: &dyn Fn() -> f64) -> Option<LeftOut> {
+    let all: Vec<&Exposure> = survey.targets.iter().collect();
+    let chosen = sample(&all, FRAMES);
+    let look_at = |k: usize, whole: bool| -> Option<Seen> {
+        let (reader, settings) = (bench.open(chosen[k]).ok()?, target_settings(chosen[k], bench));
+        if whole { look_at_all(&reader, bench, &settings).ok() } else { look(&reader, bench, &settings).ok() }
+    };
+    let light = |seen: Option<Seen>| {
+        seen.map(|s| match s.found {
+            TargetFound::Detected { flux, .. } | TargetFound::NotDetected { flux, .. } => flux.flux_e,
+        })
+    };
+    let mut changes_mag = 0.0f64;
+    for k in 0..chosen.len() {
+        let (some, whole) = (light(look_at(k, false))?, light(look_at(k, true))?);
+        let changed = if some == whole { 0.0 } else { mag_of_flux(some / whole).map_or(f64::INFINITY, f64::abs) };
+        changes_mag = changes_mag.max(changed);
+    }
+    let time = |whole: bool| {
+        each_us(cpu_s, chosen.len(), |k| {
+            std::hint::black_box(look_at(k, whole).is_some());
+        })
+    };
+    (!chosen.is_empty()).then(|| LeftOut {
+        what: "pixels of target frames".into(),
+        why: "the target cannot be there".into(),
+        count: all.len(),
+        of: all.len(),
+        scenes: "target frames".into(),
+        timed: chosen.len(),
+        each_us: Some((time(true) - time(false)).max(0.0)),
+        changes_mag: Some(changes_mag),
+    })
+}

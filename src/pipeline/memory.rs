@@ -1,0 +1,171 @@
+//! How many frames may be in work at once, from the memory they take: what a night holds, byte by byte.
+//!
+//! Bytes. Frames are counted with all they can need, so that the limit holds for the worst of them; cores never multiply
+//! frames. Leaves out rows and notes: a kilobyte a frame.
+
+use super::prepared::Bench;
+use super::survey::files::Survey;
+use super::target::frame::target_settings;
+use super::target::window::reach_px;
+use crate::base::error::{Error, Result};
+use crate::frames::Exposure;
+use crate::frames::flat::BAND_BYTES;
+
+/// The program, its libraries and tables \[bytes\].
+const PROGRAM_BYTES: usize = 40_000_000;
+/// A row of the catalogue with its places in the index.
+const STAR_BYTES: usize = 250;
+/// The master flat: f32.
+const FLAT_BYTES_PER_PX: usize = 4;
+/// A frame: f32 and its mask.
+const FRAME_BYTES_PER_PX: usize = 5;
+/// What looking for the target takes beside its pixels: cutout, cells, significances at four scales.
+const SEARCH_BYTES_PER_PX: usize = 40;
+/// Detections, mesh and measurements of one frame.
+const SOURCES_BYTES: usize = 10_000_000;
+/// Rows of f32 a thread holds while it filters a band.
+const BAND_ROWS: usize = 200;
+/// Stack, buffers and what the allocator keeps for a thread.
+const THREAD_BYTES: usize = 2_000_000;
+
+/// The memory a run may take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Memory {
+    /// Limit \[bytes\].
+    pub limit_bytes: usize,
+    /// Whether it is the user's own: then a frame that does not fit is an error.
+    pub given: bool,
+}
+
+impl Default for Memory {
+    fn default() -> Self {
+        Self { limit_bytes: 600_000_000, given: false }
+    }
+}
+
+/// What one stage takes \[bytes\].
+#[derive(Debug, Clone, Copy)]
+struct Need {
+    held: usize,
+    frame: usize,
+    thread: usize,
+}
+
+impl Need {
+    fn least(&self) -> usize {
+        self.held + self.frame + self.thread
+    }
+}
+
+impl Memory {
+    /// Threads, at most `threads`, and star frames in work at once.
+    #[must_use]
+    pub fn star_frames(&self, bench: &Bench, exposures: &[&Exposure], threads: usize) -> (usize, usize) {
+        self.room(stars(bench, exposures, bench.flat.is_some()), threads)
+    }
+
+    /// Threads, at most `threads`, and target frames in work at once.
+    #[must_use]
+    pub fn target_frames(&self, bench: &Bench, exposures: &[&Exposure], threads: usize) -> (usize, usize) {
+        self.room(targets(bench, exposures, bench.flat.is_some()), threads)
+    }
+
+    fn room(&self, need: Need, threads: usize) -> (usize, usize) {
+        let for_threads = self.limit_bytes.saturating_sub(need.held + need.frame);
+        let threads = (for_threads / need.thread.max(1)).clamp(1, threads.max(1));
+        let for_frames = self.limit_bytes.saturating_sub(need.held + threads * need.thread);
+        (threads, (for_frames / need.frame.max(1)).clamp(1, threads))
+    }
+
+    /// Whether the night can be reduced in this memory; a note where more than the limit nobody gave is taken.
+    ///
+    /// # Errors
+    /// [`Error::Config`] naming `--max-memory` and the least that works.
+    pub fn check(&self, survey: &Survey, bench: &Bench) -> Result<Option<String>> {
+        let flat = !survey.flats.is_empty() || bench.config.flat.master.is_some();
+        let star_frames: Vec<&Exposure> = survey.pointings.iter().flatten().collect();
+        let target_frames: Vec<&Exposure> = survey.targets.iter().collect();
+        let needs = [
+            (!star_frames.is_empty() && bench.config.stars.is_some()).then(|| stars(bench, &star_frames, flat)),
+            (!target_frames.is_empty()).then(|| targets(bench, &target_frames, flat)),
+            (!survey.flats.is_empty()).then(|| flats(bench, &survey.flats)),
+        ];
+        let least = needs.iter().flatten().map(Need::least).max().unwrap_or(0);
+        if least <= self.limit_bytes {
+            return Ok(None);
+        }
+        let (limit_mb, least_mb) = (self.limit_bytes / 1_000_000, least.div_ceil(1_000_000));
+        if self.given {
+            let problem = format!(
+                "{limit_mb} MB do not hold one frame of this night with its flat: at least {least_mb}MB is needed, or a \
+                 smaller photometry.clip_radius_px"
+            );
+            return Err(Error::Config { key: "--max-memory".into(), problem });
+        }
+        Ok(Some(format!(
+            "one frame of this night with its flat takes {least_mb} MB, more than the {limit_mb} MB of --max-memory: one is \
+             worked on at a time"
+        )))
+    }
+}
+
+/// Pixels of the largest box of the clip circle, and its width.
+fn largest_box(bench: &Bench, exposures: &[&Exposure]) -> (usize, usize) {
+    let side = bench.config.photometry.clip_radius_px.map_or(usize::MAX, |r| (2.0 * r).ceil() as usize + 1);
+    let size = |e: &&Exposure| (e.size_px.0.min(side), e.size_px.1.min(side));
+    exposures.iter().map(size).map(|(nx, ny)| (nx * ny, nx)).max().unwrap_or((0, 0))
+}
+
+/// What is in memory whatever the stage, with the master flat of the same box.
+fn held(bench: &Bench, px: usize, flat: bool) -> usize {
+    let stars = bench.catalogue.as_ref().map_or(0, |c| c.stars.len());
+    PROGRAM_BYTES + stars * STAR_BYTES + if flat { px * FLAT_BYTES_PER_PX } else { 0 }
+}
+
+fn stars(bench: &Bench, exposures: &[&Exposure], flat: bool) -> Need {
+    let (px, width) = largest_box(bench, exposures);
+    Need {
+        held: held(bench, px, flat),
+        frame: px * FRAME_BYTES_PER_PX + SOURCES_BYTES,
+        thread: THREAD_BYTES + 4 * BAND_ROWS * width,
+    }
+}
+
+/// A target frame may be read whole, and is then searched as well.
+fn targets(bench: &Bench, exposures: &[&Exposure], flat: bool) -> Need {
+    let (px, width) = largest_box(bench, exposures);
+    let reach = exposures.iter().map(|e| reach_px(&target_settings(e, bench))).fold(0.0, f64::max);
+    let side = (2.0 * reach).min(1e9) as usize;
+    let search = px.min(side.min(width) * side);
+    Need {
+        held: held(bench, px, flat),
+        frame: px * FRAME_BYTES_PER_PX + search * (FRAME_BYTES_PER_PX + SEARCH_BYTES_PER_PX),
+        // a row of boxes of the mesh
+        thread: THREAD_BYTES + FRAME_BYTES_PER_PX * bench.config.photometry.mesh_px * width,
+    }
+}
+
+fn flats(bench: &Bench, exposures: &[Exposure]) -> Need {
+    let exposures: Vec<&Exposure> = exposures.iter().collect();
+    let (px, _) = largest_box(bench, &exposures);
+    Need { held: held(bench, px, true), frame: BAND_BYTES, thread: THREAD_BYTES }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cores_never_multiply_frames_and_one_is_always_worked_on() {
+        let need = Need { held: 160, frame: 130, thread: 5 };
+        let room = |limit_bytes, threads| Memory { limit_bytes, given: false }.room(need, threads);
+        assert_eq!(room(600, 1), (1, 1));
+        assert_eq!(room(600, 2), (2, 2));
+        assert_eq!(room(1_000_000, 64), (64, 64));
+        assert_eq!(room(100, 64), (1, 1));
+        for (limit, threads) in [(600, 64), (600, 8), (300, 4), (430, 2), (1_000, 16)] {
+            let (threads, frames) = room(limit, threads);
+            assert!(need.held + frames * need.frame + threads * need.thread <= limit, "{limit}: {threads} {frames}");
+        }
+    }
+}

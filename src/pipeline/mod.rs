@@ -1,0 +1,20 @@
+//! Where the halves meet: the pipeline of a night, the comparison with the model, the simulation.
+//!
+//! `photometry` and `brightness` do not know each other; what they say of one satellite meets here.
+
+pub mod compare;
+pub mod detector;
+pub mod explain;
+pub mod inspect;
+pub mod memory;
+pub mod ordered_map;
+pub mod prepared;
+pub mod products;
+pub mod run;
+pub mod shards;
+pub mod single_stages;
+pub mod stages;
+pub mod stars;
+pub mod survey;
+pub mod target;
+pub mod vet;

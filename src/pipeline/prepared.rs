@@ -1,0 +1,283 @@
+//! What every frame of the night shares: detector, master flat, orbit, model, zeropoint; and one frame's reduction.
+
+use std::io::{ErrorKind, Read};
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+use super::compare::comparable;
+use super::survey::files::Survey;
+use super::survey::satellite::{model_notes, other_names, set_others_aside};
+use crate::astrometry::catalogue::Catalogue;
+use crate::astrometry::field_rotation::CameraTurn;
+use crate::base::error::{Error, Result};
+use crate::brightness::{Model, ModelSettings, Satellite};
+use crate::config::{self, Config};
+use crate::frames::flat::MasterFlat;
+use crate::frames::{Buffers, Detector, Exposure, FrameReader, Held, never_filled, pixel_scale_arcsec};
+use crate::orbit::{EarthOrientation, Site, Tracker};
+use crate::photometry::growth::{GrowthCurve, StarProfile};
+use crate::zeropoint::bands::Calibrated;
+use crate::zeropoint::fit::Zeropoint;
+
+/// Bytes hashed at a time: they stay in the cache of a core.
+const HASHED_BYTES: usize = 256 << 10;
+
+/// What every frame of the night shares.
+#[derive(Debug)]
+pub struct Bench {
+    /// The configuration.
+    pub config: Config,
+    /// The camera.
+    pub detector: Detector,
+    /// The observatory.
+    pub site: Site,
+    /// Earth orientation of the configuration.
+    pub eop: EarthOrientation,
+    /// The orbit, if elements are configured.
+    pub tracker: Option<Tracker>,
+    /// The model, if one is configured.
+    pub model: Option<Model>,
+    /// The star catalogue, if star pointings are configured.
+    pub catalogue: Option<Catalogue>,
+    /// The master flat, once it is made or read.
+    pub flat: Option<MasterFlat>,
+    /// Hash of its file, where it has one; empty else.
+    pub flat_sha256: String,
+    /// The zeropoint, once it is fitted or read.
+    pub zeropoint: Option<Zeropoint>,
+    /// The band of the calibrated magnitudes, once it is agreed on ([`crate::pipeline::survey::filters`]).
+    pub calibrated: Option<Calibrated>,
+    /// FWHM of the stars \[arcsec\], once star pointings were measured.
+    pub fwhm_arcsec: Option<f64>,
+    /// How the camera is turned on the sky, once star pointings were measured.
+    pub camera_turn: Option<CameraTurn>,
+    /// Profile of the stars, once star pointings were measured.
+    pub profile: Option<StarProfile>,
+    /// Growth curve of the stars, once star pointings were measured.
+    pub growth: Option<GrowthCurve>,
+    /// Memory of the frames.
+    pub buffers: Buffers,
+    /// Nothing is left out of frames and scenes, for tests that compare.
+    pub everything: bool,
+}
+
+impl Bench {
+    /// Reads everything that must be there before work begins.
+    ///
+    /// # Errors
+    /// [`Error::Orbit`], [`Error::Catalogue`] (exit code 5) or [`Error::Config`] when something configured is missing.
+    pub fn prepare(config: &Config) -> Result<Self> {
+        let (bench, missing) = Self::gather(config)?;
+        missing.into_iter().next().map_or(Ok(bench), Err)
+    }
+
+    /// As [`Bench::prepare`], with everything that can be read, and an error for each piece that cannot: a bench with
+    /// errors serves to look for more of them, and never to measure.
+    ///
+    /// # Errors
+    /// [`Error::Config`] for a site that is none.
+    pub fn gather(config: &Config) -> Result<(Self, Vec<Error>)> {
+        let mut missing = Vec::new();
+        let mut keep = |error: Error| missing.push(error);
+        let detector = Detector::from_config(&config.detector).or_else(|error| {
+            keep(error);
+            Detector::of_any_camera(&config.detector)
+        })?;
+        let site = Site::from_config(&config.site)?;
+        let tracker = config.orbit.as_ref().and_then(|orbit| tracker(orbit, config).map_err(&mut keep).ok());
+        let eop = tracker.as_ref().map(|t| *t.earth_orientation()).unwrap_or_default();
+        let model = config
+            .model
+            .as_ref()
+            .and_then(|model| comparable(model).and_then(|_| Model::from_config(model)).map_err(&mut keep).ok());
+        let catalogue = config.stars.as_ref().and_then(|stars| catalogue(stars, config).map_err(&mut keep).ok());
+        let bench = Self {
+            config: config.clone(),
+            detector,
+            site,
+            eop,
+            tracker,
+            model,
+            catalogue,
+            flat: None,
+            flat_sha256: String::new(),
+            zeropoint: None,
+            calibrated: None,
+            fwhm_arcsec: None,
+            camera_turn: None,
+            profile: None,
+            growth: None,
+            buffers: Buffers::default(),
+            everything: false,
+        };
+        Ok((bench, missing))
+    }
+
+    /// From now on nothing is left out.
+    ///
+    /// # Errors
+    /// As [`Model::new`].
+    pub fn compute_everything(&mut self) -> Result<()> {
+        self.everything = true;
+        if let Some(model) = &self.config.model {
+            let settings = ModelSettings { leave_out: false, ..ModelSettings::try_from(model)? };
+            self.model = Some(Model::new(&Satellite::from_config(model)?, &settings)?);
+        }
+        Ok(())
+    }
+
+    /// Whether observed and modelled magnitudes are of one band.
+    #[must_use]
+    pub fn residuals(&self) -> bool {
+        let observed = self.zeropoint.as_ref().map(|z| z.band_name());
+        self.config.model.as_ref().is_none_or(|m| observed.is_none_or(|band| band == m.band))
+    }
+
+    /// Names by which OBJECT recognises the target.
+    #[must_use]
+    pub fn target_names(&self) -> Vec<String> {
+        self.tracker.as_ref().map(Tracker::names).unwrap_or_default()
+    }
+
+    /// Sets the frames of other satellites aside.
+    pub fn set_others_aside(&self, survey: &mut Survey) {
+        let others = other_names(self.tracker.as_ref(), &self.config);
+        set_others_aside(survey, &self.config, &self.target_names(), &others);
+    }
+
+    /// Which model the satellite is compared with, and what contradicts it.
+    #[must_use]
+    pub fn model_note(&self) -> Vec<String> {
+        model_notes(self.tracker.as_ref(), &self.config)
+    }
+
+    /// Pixel scale of one exposure \[arcsec/px\].
+    #[must_use]
+    pub fn scale_arcsec(&self, exposure: &Exposure) -> f64 {
+        pixel_scale_arcsec(self.config.detector.pixel_um, exposure.binning, self.config.telescope.focal_length_mm)
+    }
+
+    /// One exposure, ready to be read as flattened electrons inside the clip circle.
+    ///
+    /// # Errors
+    /// Whatever is wrong with this frame: [`Error::Io`], [`Error::GainNotTabulated`], [`Error::Flat`], [`Error::Fits`] for
+    /// one that was never filled.
+    pub fn open<'a>(&'a self, exposure: &'a Exposure) -> Result<FrameReader<'a>> {
+        let gain = self.detector.gain(exposure)?;
+        let clip_px = self.config.photometry.clip_radius_px;
+        // one that is saturated all over says so by itself
+        if let Some(adu) = never_filled(exposure, clip_px)?.filter(|adu| f64::from(*adu) < gain.saturation_adu) {
+            let problem = format!("every pixel is {adu} ADU: the file was never filled");
+            return Err(Error::Fits { path: exposure.path.clone(), problem });
+        }
+        FrameReader::open(exposure, gain, clip_px, self.flat.as_ref())
+    }
+
+    /// One exposure from disk to flattened, clipped electrons.
+    ///
+    /// # Errors
+    /// Those of [`Bench::open`]; [`Error::Fits`] if the file is damaged or none of its pixels can be used.
+    pub fn reduce(&self, exposure: &Exposure) -> Result<Held<'_>> {
+        self.usable(self.open(exposure)?.whole(&self.buffers)?)
+    }
+
+    /// A frame of which at least one pixel can be used.
+    ///
+    /// # Errors
+    /// [`Error::Fits`] if there is none.
+    pub fn usable<'a>(&self, frame: Held<'a>) -> Result<Held<'a>> {
+        if frame.all_bad() {
+            return Err(Error::Fits {
+                path: frame.path.clone(),
+                problem: "no usable pixel: all are NaN, masked by the flat or outside the clip circle".into(),
+            });
+        }
+        Ok(frame)
+    }
+}
+
+/// The configured elements on the configured site.
+fn tracker(orbit: &config::Orbit, config: &Config) -> Result<Tracker> {
+    if !orbit.elements.exists() || orbit.elements.is_dir() {
+        return Err(Error::Orbit {
+            problem: format!(
+                "no elements at {}; `{}` gets them, or remove [orbit] to measure without geometry",
+                orbit.elements.display(),
+                config.fetch_line("elements")
+            ),
+        });
+    }
+    Tracker::from_config(orbit, &config.site)
+}
+
+/// The configured star catalogue, its ambiguous entries marked.
+fn catalogue(stars: &config::Stars, config: &Config) -> Result<Catalogue> {
+    let otherwise = ", or remove [stars] and give zeropoint.previous";
+    catalogue_is_there(&stars.catalogue, &config.fetch_line("stars"), otherwise)?;
+    let mut catalogue = Catalogue::read(&stars.catalogue, &stars.columns)?;
+    catalogue.mark_ambiguous(stars.match_radius_arcsec);
+    Ok(catalogue)
+}
+
+/// Refuses a star catalogue that is not there, with the line that fetches one and what else could be done.
+///
+/// # Errors
+/// [`Error::Catalogue`].
+pub fn catalogue_is_there(path: &Path, fetch_line: &str, otherwise: &str) -> Result<()> {
+    if path.exists() && !path.is_dir() {
+        return Ok(());
+    }
+    let problem = format!("is not there; `{fetch_line}` gets APASS DR9 for your fields{otherwise}");
+    Err(Error::Catalogue { path: path.into(), problem })
+}
+
+/// First 16 hex digits of the SHA-256 of a file.
+///
+/// # Errors
+/// [`Error::Io`]; also for what is no regular file: a device never ends, a pipe may never begin.
+pub fn sha256_16(path: &Path) -> Result<String> {
+    let is_file = std::fs::metadata(path).map_err(|e| Error::io(path, e))?.is_file();
+    if !is_file {
+        return Err(Error::io(path, std::io::Error::new(ErrorKind::InvalidInput, "is not a regular file")));
+    }
+    let mut file = std::fs::File::open(path).map_err(|e| Error::io(path, e))?;
+    let mut hasher = Sha256::new();
+    let mut buffer = vec![0; HASHED_BYTES];
+    loop {
+        match file.read(&mut buffer) {
+            Ok(0) => return Ok(hex16(&hasher.finalize())),
+            Ok(n) => hasher.update(&buffer[..n]),
+            Err(e) if e.kind() == ErrorKind::Interrupted => {}
+            Err(e) => return Err(Error::io(path, e)),
+        }
+    }
+}
+
+/// Hash of everything in the configuration that can change a result: files by their names alone, not the folders they
+/// lie in, nor those of frames and results, not `[reporter]` and `[fetch]`.
+///
+/// # Errors
+/// [`Error::Config`] if the configuration cannot be written as text.
+pub fn config_sha256(config: &Config) -> Result<String> {
+    let mut config = config.clone();
+    config.night.output = PathBuf::new();
+    // what went in is told by the hashes of the inputs, wherever and in whatever order they lay
+    config.night.input = Vec::new();
+    config.reporter = Default::default();
+    config.fetch = Default::default();
+    let bare = |path: &mut PathBuf| *path = path.file_name().map(PathBuf::from).unwrap_or_default();
+    config.each_path(&bare);
+    config.orbit.iter_mut().for_each(|o| o.force_age = false); // told by the flag old_elements and tle_age_d
+    Ok(sha256_16_text(&config.to_toml()?))
+}
+
+/// First 16 hex digits of the SHA-256 of a text.
+#[must_use]
+pub fn sha256_16_text(text: &str) -> String {
+    hex16(&Sha256::digest(text.as_bytes()))
+}
+
+fn hex16(digest: &[u8]) -> String {
+    digest.iter().take(8).map(|b| format!("{b:02x}")).collect()
+}

@@ -1,0 +1,253 @@
+//! manifest.json: what went in, with which program and configuration, how long each stage took, what was left out.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use crate::base::error::{Error, Result};
+use crate::config::Config;
+use crate::frames::Exposure;
+use crate::pipeline::prepared::{sha256_16, sha256_16_text};
+use crate::pipeline::products::effective::relative_to;
+use crate::pipeline::products::log::write_log;
+use crate::pipeline::products::outputs::{file_name, save};
+use crate::pipeline::products::provenance::{Provenance, TOOL, named_files};
+use crate::pipeline::products::summary::Summary;
+use crate::pipeline::shards::products::Products;
+use crate::pipeline::survey::files::Survey;
+use crate::tables::PhotometryRow;
+
+/// Its name in the folder of the night.
+pub const NAME: &str = "manifest.json";
+
+/// One stage and its time.
+#[derive(Debug, Clone, Serialize)]
+pub struct Stage {
+    /// Name.
+    pub name: String,
+    /// Wall time \[s\].
+    pub wall_s: f64,
+    /// Time of all cores together \[s\], where the system tells.
+    pub cpu_s: Option<f64>,
+    /// Seconds since the start when it was over.
+    pub end_s: f64,
+    /// Bytes this process read in it, where the system tells.
+    pub bytes_read: Option<u64>,
+    /// Largest resident memory so far, when it was over \[MB\], where the system tells.
+    pub peak_memory_mb: Option<f64>,
+}
+
+/// One file that was written.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Output {
+    /// Path in the folder of the night.
+    pub path: PathBuf,
+    /// Size \[bytes\].
+    pub bytes: u64,
+    /// First 16 hex digits of the SHA-256.
+    pub sha256: String,
+}
+
+impl Output {
+    /// A finished file in `folder`.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn of(folder: &Path, path: &Path) -> Result<Self> {
+        let sha256 = sha256_16(path)?;
+        let bytes = std::fs::metadata(path).map_err(|e| Error::io(path, e))?.len();
+        Ok(Self { path: path.strip_prefix(folder).unwrap_or(path).to_path_buf(), bytes, sha256 })
+    }
+}
+
+/// Earth-reflected integrals really evaluated.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Quadratures {
+    /// Scenes modelled.
+    pub scenes: usize,
+    /// Integrals of sunlight by way of the Earth.
+    pub sun: usize,
+    /// Integrals of moonlight by way of the Earth.
+    pub moon: usize,
+}
+
+/// One input file.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Input {
+    /// Path as found.
+    pub path: PathBuf,
+    /// Size \[bytes\].
+    pub bytes: u64,
+    /// First 16 hex digits of the SHA-256.
+    pub sha256: String,
+    /// What it was taken for.
+    pub role: String,
+    /// Why.
+    pub reason: String,
+}
+
+/// Role of a frame that does not belong to the others of the night.
+pub const SET_ASIDE: &str = "set_aside";
+
+/// The inputs of a night, in the order of their roles.
+#[must_use]
+pub fn manifest_inputs(survey: &Survey, products: &Products) -> Vec<Input> {
+    let input = |path: &Path, role: &str, reason: &str| Input {
+        path: path.to_path_buf(),
+        bytes: std::fs::metadata(path).map_or(0, |m| m.len()),
+        // most frames were read for their rows
+        sha256: products.sha256(path).unwrap_or_default(),
+        role: role.into(),
+        reason: reason.into(),
+    };
+    let of = |e: &Exposure| input(&e.path, &format!("{:?}", e.role).to_lowercase(), &e.role_reason);
+    let exposures = survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets);
+    let mut inputs: Vec<Input> = exposures.chain(&survey.others).map(of).collect();
+    inputs.extend(survey.unreadable.iter().map(|u| input(&u.path, "unreadable", &u.error.to_string())));
+    inputs.extend(survey.set_aside.iter().map(|s| input(&s.path, SET_ASIDE, &s.reason)));
+    inputs
+}
+
+/// Hash over the names and hashes of all inputs, whatever their order: those of a manifest or of a plan.
+#[must_use]
+pub fn inputs_sha256<'a>(inputs: impl Iterator<Item = (&'a Path, &'a str)>) -> String {
+    let mut lines: Vec<String> = inputs.map(|(path, hash)| format!("{} {hash}", file_name(path))).collect();
+    lines.sort();
+    sha256_16_text(&lines.join("\n"))
+}
+
+/// Largest resident memory of this process so far \[MB\], where the system tells.
+#[must_use]
+pub fn peak_memory_mb() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let kb: f64 = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?.split_whitespace().next()?.parse().ok()?;
+    Some(kb / 1024.0)
+}
+
+/// Bytes this process has read so far, from wherever, where the system tells.
+#[must_use]
+pub fn bytes_read() -> Option<u64> {
+    let told = std::fs::read_to_string("/proc/self/io").ok()?;
+    told.lines().find_map(|l| l.strip_prefix("rchar:"))?.trim().parse().ok()
+}
+
+/// Adds a file that was written after the manifest to its list of outputs.
+///
+/// # Errors
+/// [`Error::Io`]; [`Error::Table`] if the manifest cannot be read.
+pub fn record(folder: &Path, path: &Path) -> Result<()> {
+    let file = folder.join(NAME);
+    let bad = |e: serde_json::Error| Error::Table { path: file.clone(), line: Some(e.line()), problem: e.to_string() };
+    let text = std::fs::read_to_string(&file).map_err(|e| Error::io(&file, e))?;
+    let mut manifest: serde_json::Value = serde_json::from_str(&text).map_err(bad)?;
+    let output = serde_json::to_value(Output::of(folder, path)?).map_err(bad)?;
+    if let Some(outputs) = manifest.get_mut("outputs").and_then(|o| o.as_array_mut()) {
+        outputs.retain(|o| o.get("path") != output.get("path"));
+        outputs.push(output);
+    }
+    save(&file, &(serde_json::to_string_pretty(&manifest).map_err(bad)? + "\n"))
+}
+
+/// An input as a manifest in `folder` tells it: its path as found, and from there, which holds wherever a night is moved as a
+/// whole.
+pub(crate) fn input_json(folder: &Path, i: &Input) -> serde_json::Value {
+    json!({
+        "path": i.path, "from_here": relative_to(folder, &i.path), "bytes": i.bytes, "sha256": i.sha256,
+        "role": i.role, "reason": i.reason,
+    })
+}
+
+/// A file the configuration names, likewise.
+pub(crate) fn file_json(folder: &Path, key: &str, path: &Path, sha256: &str) -> serde_json::Value {
+    json!({ "key": key, "path": path, "from_here": relative_to(folder, path), "sha256": sha256 })
+}
+
+/// What every product tells, likewise.
+pub(crate) fn told_json(told: &Provenance) -> serde_json::Map<String, serde_json::Value> {
+    told.0.iter().map(|(key, value)| ((*key).to_string(), json!(value))).collect()
+}
+
+/// The provenance of one run.
+#[derive(Debug)]
+pub struct Manifest<'a> {
+    /// The configuration in force.
+    pub config: &'a Config,
+    /// What every product tells.
+    pub told: &'a Provenance,
+    /// Hash of the configuration in force.
+    pub config_sha256: String,
+    /// The files that went in.
+    pub inputs: Vec<Input>,
+    /// The flats of the master: file, level \[ADU\], whether used, and why not.
+    pub flats: Vec<(PathBuf, f64, bool, String)>,
+    /// Share of the master flat's pixels that are masked.
+    pub flat_masked_frac: Option<f64>,
+    /// The stages with their times.
+    pub stages: Vec<Stage>,
+    /// Earth-reflected integrals.
+    pub quadratures: Quadratures,
+    /// The rows of the night.
+    pub rows: &'a [PhotometryRow],
+    /// The night in numbers.
+    pub summary: &'a Summary,
+}
+
+impl Manifest<'_> {
+    /// Writes `manifest.json`, `satphot.log` and `satphot.log.jsonl` into `folder`.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn write(&self, folder: &Path) -> Result<PathBuf> {
+        let s = self.summary;
+        let outputs: Vec<Output> = s.files.iter().map(|path| Output::of(folder, path)).collect::<Result<_>>()?;
+        let files = named_files(self.config)
+            .into_iter()
+            .map(|(key, path)| file_json(folder, key, &path, &sha256_16(&path).unwrap_or_default()));
+        let value = json!({
+            "schema": "satphot.manifest/2",
+            "tool": TOOL,
+            "night": s.night,
+            "config_sha256": self.config_sha256,
+            "provenance": told_json(self.told),
+            "files": files.collect::<Vec<_>>(),
+            "inputs": self.inputs.iter().map(|i| input_json(folder, i)).collect::<Vec<_>>(),
+            "input_manifest_sha256": inputs_sha256(self.inputs.iter().map(|i| (i.path.as_path(), i.sha256.as_str()))),
+            "flats": self.flats.iter().map(|(path, level_adu, used, reason)| json!({
+                "path": path, "level_adu": level_adu, "used": used, "reason": reason,
+            })).collect::<Vec<_>>(),
+            "flat_masked_frac": self.flat_masked_frac,
+            "stages": self.stages,
+            "elapsed_s": s.elapsed_s,
+            "peak_memory_mb": peak_memory_mb(),
+            "system": format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+            "bytes": s.bytes,
+            "counts": s.counts,
+            "earth_quadratures": self.quadratures,
+            "zeropoint_source": s.zeropoint_source,
+            "left_out": s.empty_columns,
+            "left_out_measured": s.explained,
+            "kept": { "frames": s.kept.0, "of": s.kept.1 },
+            "notes": s.notes,
+            "poor": s.poor,
+            "outputs": &outputs,
+        });
+        let text = serde_json::to_string_pretty(&value).map_err(|e| Error::Table {
+            path: folder.join(NAME),
+            line: None,
+            problem: e.to_string(),
+        })?;
+        let path = folder.join(NAME);
+        save(&path, &(text + "\n"))?;
+        let mut log = s.text();
+        for note in s.notes.iter().chain(&s.kept_note()) {
+            log.push_str(&format!("note: {note}\n"));
+        }
+        for (frame, status, reason) in &s.failures {
+            log.push_str(&format!("{status}: {frame}: {reason}\n"));
+        }
+        save(&folder.join("satphot.log"), &log)?;
+        write_log(folder, &self.stages, self.rows, &outputs, s)?;
+        Ok(path)
+    }
+}

@@ -1,0 +1,108 @@
+//! The meta block of every table: schema, tool, configuration, site, magnitude system, zeropoint, flag names.
+
+use crate::brightness::catalogue::Standing;
+use crate::config::{self, Config};
+use crate::export::DataMode;
+use crate::frames::Exposure;
+use crate::photometry::Flags;
+use crate::pipeline::products::provenance::Provenance;
+use crate::pipeline::survey::files::Survey;
+use crate::tables::{Meta, MetaValue};
+use crate::zeropoint::bands::{Band, Calibrated};
+use crate::zeropoint::fit::Zeropoint;
+
+/// What the tables of one run say about themselves.
+#[must_use]
+pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, told: &Provenance) -> Meta {
+    let number = MetaValue::Number;
+    let text = |t: &str| MetaValue::Text(t.into());
+    let mut meta = Meta::default();
+    meta.push("schema", text("satphot.photometry/1"));
+    for (key, value) in &told.0 {
+        meta.push(key, text(value));
+    }
+    meta.push("night", text(&config.night.name));
+    meta.push("time_scale", text("UTC"));
+    meta.push("time_ref", text("MIDDLE"));
+    let site = vec![
+        ("lat_deg".to_string(), number(config.site.lat_deg)),
+        ("lon_deg".to_string(), number(config.site.lon_deg)),
+        ("alt_m".to_string(), number(config.site.alt_m)),
+    ];
+    meta.push("site", MetaValue::Map(site));
+    meta.push("telescope", text(&config.telescope.name));
+    // without a zeropoint there are no magnitudes but instrumental and modelled ones
+    let band = zeropoint.map(|z| z.band.unwrap_or(Band::V)).or(config.photometry.band);
+    meta.push("mag_system", text(band.map_or("Vega", Band::mag_system)));
+    meta.push("band", text(band.map_or("none", Band::name)));
+    if let Some(light) = zeropoint.and_then(|z| z.light.as_ref()) {
+        meta.push("filter", text(&light.filter));
+    }
+    if let Some(how) = zeropoint.and_then(Zeropoint::band_text) {
+        meta.push("calibration", text(&how));
+    }
+    if let Some(model) = &config.model {
+        meta.push("mode", text(model.mode.as_str()));
+        meta.push("effects", effects_meta(model));
+        meta.push("satellite", text(&model.satellite));
+        if let Ok(standing) = Standing::of(model) {
+            standing.push_to(&mut meta);
+        }
+        meta.push("model_band", text(&model.band));
+    }
+    if let Some(z) = zeropoint {
+        let cov = z.covariance().iter().map(|row| MetaValue::List(row.iter().map(|c| number(*c)).collect())).collect();
+        let fields = vec![
+            ("zp_mag".to_string(), number(z.zp_mag)),
+            ("k_mag_airmass".to_string(), number(z.k_mag_airmass)),
+            ("c_mag_mag".to_string(), number(z.c_mag_mag)),
+            ("cov".to_string(), MetaValue::List(cov)),
+            ("n_used".to_string(), number(z.n_used as f64)),
+            (
+                "model".to_string(),
+                text(&format!("{0} = {0}_inst - ZP - k X - C (B-V), {0}_inst = -2.5 log10(e-/s)", z.band_name())),
+            ),
+        ];
+        meta.push("zeropoint", MetaValue::Map(fields));
+    }
+    let flags = Flags::NAMES.iter().map(|(flag, name)| ((*name).to_string(), number(f64::from(flag.0)))).collect();
+    meta.push("flags", MetaValue::Map(flags));
+    meta
+}
+
+/// Puts the band that was agreed on into the meta block of tables whose fit failed: their stars can be fitted again.
+pub fn set_band(meta: &mut Meta, calibrated: Option<&Calibrated>) {
+    if let Some(calibrated) = calibrated {
+        meta.set("mag_system", calibrated.band.mag_system());
+        meta.set("band", calibrated.band.name());
+        meta.set("filter", calibrated.light.filter.as_str());
+        meta.set("calibration", calibrated.text());
+    }
+}
+
+/// Whether the night is of the sky: the meta key `data_mode`, SIMULATED as soon as one frame of it is drawn.
+///
+/// `satphot simulate` marks its frames with SIMSEED and in SWCREATE.
+#[must_use]
+pub fn data_mode(survey: &Survey) -> DataMode {
+    let drawn = |e: &Exposure| {
+        e.header.card("SIMSEED").is_some()
+            || e.header.text("SWCREATE").is_some_and(|t| t.starts_with("satphot") && t.contains("simulate"))
+    };
+    let pointings = survey.pointings.iter().flatten();
+    match survey.flats.iter().chain(pointings).chain(&survey.targets).any(drawn) {
+        true => DataMode::Simulated,
+        false => DataMode::Real,
+    }
+}
+
+/// Each effect of a model by name, as a file spells it.
+#[must_use]
+pub fn effects_meta(model: &config::Model) -> MetaValue {
+    let table = match toml::Value::try_from(model.resolved_effects()) {
+        Ok(toml::Value::Table(table)) => table,
+        _ => toml::Table::new(),
+    };
+    let spelled = |v: &toml::Value| MetaValue::Text(v.as_str().unwrap_or_default().into());
+    MetaValue::Map(table.iter().map(|(key, value)| (key.clone(), spelled(value))).collect())
+}

@@ -1,0 +1,12 @@
+//! What a run leaves behind, where it is from, and whether it is whole.
+
+pub mod effective;
+pub mod lock;
+pub mod log;
+pub mod manifest;
+pub mod meta;
+pub mod outputs;
+pub mod page;
+pub mod provenance;
+pub mod summary;
+pub mod verify;

@@ -1,0 +1,121 @@
+//! What a run leaves behind: tables, master flat, zeropoint, configuration, figures.
+
+use std::path::{Path, PathBuf};
+
+use crate::base::error::Result;
+use crate::base::file::{make_folder, write_atomic};
+use crate::config::Config;
+use crate::export::DataMode;
+use crate::figures::Thumb;
+use crate::pipeline::prepared::Bench;
+use crate::pipeline::products::effective::effective_toml;
+use crate::pipeline::products::meta::{set_band, table_meta};
+use crate::pipeline::products::provenance::Provenance;
+use crate::pipeline::run::Options;
+use crate::report;
+use crate::tables::{PhotometryRow, ResidualRow, StarRow};
+use crate::zeropoint::previous::conditions;
+
+/// Where and how the results are written.
+pub struct Outputs<'a> {
+    /// Folder of the night.
+    pub folder: &'a Path,
+    /// What the frames shared.
+    pub bench: &'a Bench,
+    /// The configuration.
+    pub config: &'a Config,
+    /// Pictures of the target frames, in the order of their rows.
+    pub thumbs: &'a [Option<Thumb>],
+    /// What every product tells of where it is from.
+    pub told: &'a Provenance,
+    /// Whether the frames are real.
+    pub data_mode: DataMode,
+}
+
+impl Outputs<'_> {
+    /// Writes every table and figure; returns their paths.
+    ///
+    /// # Errors
+    /// [`crate::Error::Io`].
+    pub fn write(
+        &self,
+        rows: &[PhotometryRow],
+        stars: &[StarRow],
+        residuals: &[ResidualRow],
+        options: &Options,
+    ) -> Result<Vec<PathBuf>> {
+        let mut of_stars = table_meta(self.config, self.bench.zeropoint.as_ref(), self.told);
+        if self.bench.zeropoint.is_none() {
+            set_band(&mut of_stars, self.bench.calibrated.as_ref());
+        }
+        let mut meta = of_stars.clone();
+        meta.push("data_mode", self.data_mode.name());
+        let mut files = Vec::new();
+        let mut add = |name: &str| -> PathBuf {
+            let path = self.folder.join(name);
+            files.push(path.clone());
+            path
+        };
+        crate::tables::write_photometry(&add("photometry.ecsv"), rows, &meta)?;
+        if self.config.stars.is_some() {
+            crate::tables::write_stars(&add("stars.ecsv"), stars, &of_stars)?;
+        }
+        if self.bench.model.is_some() {
+            crate::tables::write_residuals(&add("residuals.ecsv"), residuals, &meta)?;
+        }
+        if let Some(zeropoint) = &self.bench.zeropoint {
+            save(&add("zeropoint.toml"), &zeropoint.to_toml(&[conditions(self.config, self.bench.flat.is_some())]))?;
+        }
+        if self.bench.flat.is_some() && self.config.flat.master.is_none() {
+            add("master_flat.fits"); // written as soon as it was made
+        }
+        save(&add("effective.toml"), &effective_toml(self.config, self.folder)?)?;
+        if !options.no_figures {
+            files.extend(self.figures(rows, stars, residuals)?);
+        }
+        files.iter().try_for_each(|file| self.told.stamp(file))?;
+        Ok(files)
+    }
+
+    fn figures(&self, rows: &[PhotometryRow], stars: &[StarRow], residuals: &[ResidualRow]) -> Result<Vec<PathBuf>> {
+        let folder = self.folder.join("figures");
+        let band = self.bench.zeropoint.as_ref().map_or("V", |z| z.band_name());
+        make_folder(&folder)?;
+        let mut files = crate::figures::light_curve_pages(&folder, rows, &self.config.night.name, band)?;
+        if self.bench.model.is_some() {
+            let path = folder.join("residuals_altitude.svg");
+            crate::figures::residuals_altitude(&path, residuals, band)?;
+            files.push(path);
+        }
+        if let (Some(z), Some(_)) = (&self.bench.zeropoint, &self.config.stars) {
+            let path = folder.join("zeropoint.svg");
+            crate::figures::zeropoint_diagnostics(&path, stars, z.zp_mag, z.k_mag_airmass, z.c_mag_mag)?;
+            files.push(path);
+        }
+        if self.config.vetting.gallery_frames > 0 {
+            let (path, most) = (self.folder.join("gallery.html"), self.config.vetting.gallery_frames);
+            report::write_gallery(&path, rows, self.thumbs, &self.config.night.name, (most, band))?;
+            files.push(path);
+        }
+        if self.config.stars.is_some() && self.config.photometry.aper_correction {
+            files.push(folder.join("growth.svg"));
+            crate::figures::growth_curve(&folder.join("growth.svg"), self.bench.growth.as_ref())?;
+        }
+        Ok(files)
+    }
+}
+
+/// Makes the folder a file is to lie in.
+pub(crate) fn make_folder_of(path: &Path) -> Result<()> {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).map_or(Ok(()), make_folder)
+}
+
+/// Writes a text file whole or not at all; makes its folder.
+pub(crate) fn save(path: &Path, text: &str) -> Result<()> {
+    make_folder_of(path)?;
+    write_atomic(path, text.as_bytes())
+}
+
+pub(crate) fn file_name(path: &Path) -> String {
+    path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned())
+}

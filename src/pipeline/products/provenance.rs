@@ -1,0 +1,262 @@
+//! What every product says of where it is from: program, configuration, inputs, gain table, elements, catalogue, seed.
+//!
+//! Hashes are the first 16 hex digits of SHA-256. Files go by their names, never by the folders they lie in; nothing here
+//! knows the clock or the machine, so that the same night gives the same bytes anywhere. Leaves out times and memory
+//! ([`super::manifest`]) and the checks ([`super::verify`]).
+
+use std::path::{Path, PathBuf};
+
+use crate::base::error::{Error, Result};
+use crate::base::file::write_atomic;
+use crate::base::time::iso_utc;
+use crate::config::{Config, Model, Orbit};
+use crate::fits::CardValue;
+use crate::frames::{Detector, Exposure};
+use crate::orbit::read_elements_for;
+use crate::pipeline::prepared::{config_sha256, sha256_16, sha256_16_text};
+use crate::pipeline::products::manifest::inputs_sha256;
+use crate::pipeline::products::outputs::file_name;
+use crate::pipeline::shards::plan_file::Plan;
+use crate::pipeline::survey::files::Survey;
+use crate::tables::Meta;
+
+/// Keys that every product of a night must tell, and what they are called as cards of a FITS header.
+pub const KEYS: [(&str, &str, &str); 14] = [
+    ("tool", "SWCREATE", "program"),
+    ("config_sha256", "CONFHASH", "SHA-256 of the configuration"),
+    ("input_manifest_sha256", "INPHASH", "SHA-256 over the inputs"),
+    ("gain_table", "GAINTAB", "gain table"),
+    ("gain_table_sha256", "GAINHASH", "SHA-256 of the gain table"),
+    ("catalogue", "CATALOG", "star catalogue"),
+    ("catalogue_sha256", "CATHASH", "SHA-256 of the star catalogue"),
+    ("orbit_source", "ELEMENTS", "file of elements"),
+    ("orbit_sha256", "ELEMHASH", "SHA-256 of the elements"),
+    ("orbit_epochs", "ELEMEPO", "epochs of the elements"),
+    ("zeropoint_file", "ZPFILE", "zeropoint of another night"),
+    ("zeropoint_file_sha256", "ZPHASH", "SHA-256 of that file"),
+    ("flat_file", "FLATFILE", "master flat that was given"),
+    ("flat_file_sha256", "FLATHASH", "SHA-256 of that file"),
+];
+/// Those of a master flat.
+pub const OF_FLAT: [&str; 6] =
+    ["tool", "config_sha256", "input_manifest_sha256", "gain_table", "gain_table_sha256", SEED.0];
+/// The key of the seed of a night that is drawn, and its card, which every frame of `satphot simulate` has.
+pub const SEED: (&str, &str) = ("seed", "SIMSEED");
+
+/// The program and its version.
+pub const TOOL: &str = concat!("satphot ", env!("CARGO_PKG_VERSION"));
+
+/// Keys and values, in order.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Provenance(pub Vec<(&'static str, String)>);
+
+impl Provenance {
+    /// Of a configuration, with the hash over all inputs and the seed of a drawn night where they are known. A file that
+    /// cannot be read has no hash: whoever needs it says so.
+    ///
+    /// # Errors
+    /// [`Error::Config`] if the configuration cannot be written as text for its hash.
+    pub fn of(config: &Config, inputs_sha256: Option<&str>, seed: Option<i64>) -> Result<Self> {
+        Self::hashed(config, inputs_sha256, seed, &|path| sha256_16(path).ok())
+    }
+
+    /// Of a plan and its configuration: the hashes of the files are those of the plan, whether they can be read here or not.
+    ///
+    /// # Errors
+    /// Those of [`Provenance::of`].
+    pub fn of_plan(plan: &Plan, config: &Config) -> Result<Self> {
+        let hash = |path: &Path| plan.files.iter().find(|f| f.path == path).map(|f| f.sha256.clone());
+        Self::hashed(config, Some(&plan.inputs_sha256()), plan.seed, &hash)
+    }
+
+    fn hashed(
+        config: &Config,
+        inputs_sha256: Option<&str>,
+        seed: Option<i64>,
+        hash_of: &dyn Fn(&Path) -> Option<String>,
+    ) -> Result<Self> {
+        let mut told = vec![("tool", TOOL.to_string()), ("config_sha256", config_sha256(config)?)];
+        told.extend(inputs_sha256.map(|hash| ("input_manifest_sha256", hash.to_string())));
+        if let Ok(detector) = Detector::from_config(&config.detector) {
+            let (name, table) = detector.gain_table();
+            told.extend([("gain_table", name), ("gain_table_sha256", sha256_16_text(&table))]);
+        }
+        let file = |told: &mut Vec<_>, name: &'static str, hash: &'static str, path: &Path| {
+            told.push((name, file_name(path)));
+            told.extend(hash_of(path).map(|sha| (hash, sha)));
+        };
+        if let Some(stars) = &config.stars {
+            file(&mut told, "catalogue", "catalogue_sha256", &stars.catalogue);
+        }
+        if let Some(orbit) = &config.orbit {
+            file(&mut told, "orbit_source", "orbit_sha256", &orbit.elements);
+            told.extend(epochs(orbit).map(|epochs| ("orbit_epochs", epochs)));
+        }
+        if let Some(path) = &config.zeropoint.previous {
+            file(&mut told, "zeropoint_file", "zeropoint_file_sha256", path);
+        }
+        if let Some(path) = &config.flat.master {
+            file(&mut told, "flat_file", "flat_file_sha256", path);
+        }
+        told.extend(seed.map(|seed| (SEED.0, seed.to_string())));
+        Ok(Self(told))
+    }
+
+    /// As the meta block of a table of the night tells it.
+    #[must_use]
+    pub fn of_meta(meta: &Meta) -> Self {
+        let flat = meta.flat();
+        let keys = KEYS.iter().map(|(key, ..)| *key).chain([SEED.0]);
+        let told = |key| flat.iter().find(|(k, _)| k == key).map(|(_, value)| (key, value.clone()));
+        Self(keys.filter_map(told).collect())
+    }
+
+    /// Of a master flat, whose only inputs are its flats: it is kept when the other frames of the night change. `hash` tells
+    /// that of a file.
+    ///
+    /// # Errors
+    /// Those of [`Provenance::of`].
+    pub fn of_flat(config: &Config, flats: &[Exposure], hash: &dyn Fn(&Path) -> Option<String>) -> Result<Self> {
+        let hashes: Vec<String> = flats.iter().map(|e| hash(&e.path).unwrap_or_default()).collect();
+        let inputs = inputs_sha256(flats.iter().map(|e| e.path.as_path()).zip(hashes.iter().map(String::as_str)));
+        let seed = flats.iter().find_map(|e| e.header.integer(SEED.1));
+        let mut told = Self::of(config, Some(&inputs), seed)?;
+        told.0.retain(|(key, _)| OF_FLAT.contains(key));
+        Ok(told)
+    }
+
+    /// The value of a key.
+    #[must_use]
+    pub fn get(&self, key: &str) -> Option<&str> {
+        self.0.iter().find(|(k, _)| *k == key).map(|(_, value)| value.as_str())
+    }
+
+    /// As cards of a FITS header.
+    #[must_use]
+    pub fn cards(&self) -> Vec<(String, CardValue, String)> {
+        let plain = |text: &str| text.chars().map(|c| if (' '..='~').contains(&c) { c } else { '?' }).collect();
+        let card = |(key, value): &(&str, String)| {
+            if *key == SEED.0 {
+                let seed = value.parse().map_or(CardValue::Text(plain(value)), CardValue::Integer);
+                return Some((SEED.1.to_string(), seed, "seed of the drawn frames".to_string()));
+            }
+            let (_, keyword, comment) = KEYS.iter().find(|(k, _, _)| k == key)?;
+            Some(((*keyword).to_string(), CardValue::Text(plain(value)), (*comment).to_string()))
+        };
+        self.0.iter().filter_map(card).collect()
+    }
+
+    /// In one line: `tool=satphot 0.1.0; config_sha256=…`.
+    #[must_use]
+    pub fn line(&self) -> String {
+        // a comment of HTML ends at two dashes; a line at its end
+        let plain = |text: &str| text.replace("--", "- -").replace(|c: char| c.is_control(), " ");
+        let pairs: Vec<String> = self.0.iter().map(|(key, value)| format!("{key}={}", plain(value))).collect();
+        format!("provenance: {}", pairs.join("; "))
+    }
+
+    /// The line as a comment of TOML.
+    #[must_use]
+    pub fn toml_comment(&self) -> String {
+        format!("# {}\n", self.line())
+    }
+
+    /// Puts the line, as a comment, at the end of a finished text file: `.toml`, `.svg`, `.html`. Others are left alone.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn stamp(&self, path: &Path) -> Result<()> {
+        let comment = match path.extension().and_then(|e| e.to_str()) {
+            Some("toml") => self.toml_comment(),
+            Some("svg" | "html") => format!("<!-- {} -->\n", self.line()),
+            _ => return Ok(()),
+        };
+        let mut text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
+        if !text.ends_with('\n') {
+            text.push('\n');
+        }
+        write_atomic(path, (text + &comment).as_bytes())
+    }
+}
+
+/// The files a configuration names beside the frames, by the key that names them.
+#[must_use]
+pub fn named_files(config: &Config) -> Vec<(&'static str, PathBuf)> {
+    let mut files: Vec<(&'static str, Option<&PathBuf>)> = vec![
+        ("flat.master", config.flat.master.as_ref()),
+        ("stars.catalogue", config.stars.as_ref().map(|s| &s.catalogue)),
+        ("zeropoint.previous", config.zeropoint.previous.as_ref()),
+        ("orbit.elements", config.orbit.as_ref().map(|o| &o.elements)),
+    ];
+    if let Some(model) = &config.model {
+        files.push(("model.satellites", model.satellites.as_ref()));
+        files.push(("model.throughput", model.throughput.as_ref()));
+    }
+    let band = config.model.as_ref().and_then(Model::band_file);
+    files.push(("model.band", band.as_ref()));
+    files.into_iter().filter_map(|(key, path)| Some((key, path?.clone()))).collect()
+}
+
+/// The seed of a night of which a frame is drawn: SIMSEED of the first one that has it.
+#[must_use]
+pub fn simulation_seed(survey: &Survey) -> Option<i64> {
+    let exposures = survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets);
+    exposures.map(|e: &Exposure| e.header.integer(SEED.1)).find(Option::is_some).flatten()
+}
+
+/// `2025-06-10T10:07:36Z` of one set of elements, `first .. last (n sets)` of several; those of the object alone.
+fn epochs(orbit: &Orbit) -> Option<String> {
+    let (sets, _) = read_elements_for(&orbit.elements, orbit.norad_cat_id).ok()?;
+    let wanted = |id: u64| orbit.norad_cat_id.is_none_or(|n| n == id);
+    let mut epochs: Vec<_> = sets.iter().filter(|s| wanted(s.norad_cat_id())).map(|s| s.epoch()).collect();
+    epochs.sort();
+    match epochs.as_slice() {
+        [] => None,
+        [one] => Some(iso_utc(*one, 0)),
+        [first, .., last] => Some(format!("{} .. {} ({} sets)", iso_utc(*first, 0), iso_utc(*last, 0), epochs.len())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn config() -> Config {
+        let night = "preset = \"macquarie-cdk24\"\n[night]\nname = \"n\"\ninput = [\"i\"]\noutput = \"o\"\n\
+                     [stars]\ncatalogue = \"/nowhere/stars.csv\"\nbv_range_mag = [0.2, 0.9]\nv_range_mag = [8.0, 14.0]\n";
+        Config::from_text(night, &[]).unwrap()
+    }
+
+    #[test]
+    fn what_is_told_has_no_folder_and_changes_with_the_gain_table() {
+        let told = Provenance::of(&config(), Some("abc"), Some(7)).unwrap();
+        assert_eq!(told.get("catalogue"), Some("stars.csv"));
+        assert_eq!((told.get("catalogue_sha256"), told.get("seed")), (None, Some("7")));
+        assert!(!told.line().contains("/nowhere"), "{}", told.line());
+        let mut other = config();
+        other.detector.e_per_adu.insert("200".into(), 0.123);
+        let other = Provenance::of(&other, Some("abc"), None).unwrap();
+        assert_ne!(other.get("gain_table_sha256"), told.get("gain_table_sha256"));
+        assert!(told.cards().iter().any(|(k, v, _)| k == "SIMSEED" && *v == CardValue::Integer(7)));
+        assert!(told.cards().iter().all(|(k, _, _)| k.len() <= 8));
+    }
+
+    #[test]
+    fn the_line_can_stand_in_a_comment_of_any_text() {
+        let told = Provenance(vec![("tool", "a-->\nb".into())]);
+        assert_eq!(told.line(), "provenance: tool=a- -> b");
+        let folder = tempfile::tempdir().unwrap();
+        for (name, text) in [("a.toml", "x = 1"), ("a.svg", "<svg></svg>\n"), ("a.ecsv", "a\n")] {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            told.stamp(&path).unwrap();
+            let stamped = std::fs::read_to_string(&path).unwrap();
+            assert!(
+                stamped.starts_with(text) && stamped.contains("provenance: ") != name.ends_with("ecsv"),
+                "{stamped}"
+            );
+        }
+        let read: toml::Table = std::fs::read_to_string(folder.path().join("a.toml")).unwrap().parse().unwrap();
+        assert_eq!(read.len(), 1);
+    }
+}

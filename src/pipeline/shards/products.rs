@@ -1,0 +1,224 @@
+//! What a night keeps of every frame, so that no run does again what an earlier one has done.
+//!
+//! One small file per frame in `.satphot/` beside the results, with the SHA-256 of everything it depends on: the program,
+//! the configuration, the frame, the products before it. Where that agrees the file is taken, else the frame is measured
+//! again. Values are kept bit for bit. Leaves out what depends on several frames: that is made anew each time.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use sha2::{Digest, Sha256};
+
+use crate::base::error::Result;
+use crate::base::file::{refusal, temporary_name};
+use crate::frames::Exposure;
+use crate::pipeline::prepared::{Bench, config_sha256, sha256_16, sha256_16_text};
+
+/// Name of the folder of products, hidden from searches for frames.
+pub const FOLDER: &str = ".satphot";
+/// Raised whenever what is kept, or how it is computed, changes between versions of the program.
+const SCHEMA: &str = "satphot.product/1";
+
+/// What is kept of single frames, and the hashes of files read so far.
+#[derive(Debug, Default)]
+pub struct Products {
+    /// Folder of the products; `None` keeps nothing.
+    folder: Option<PathBuf>,
+    /// Everything that all of them depend on.
+    base: String,
+    /// Nothing kept earlier is believed.
+    redo: bool,
+    hashes: Mutex<BTreeMap<PathBuf, String>>,
+    kept: AtomicUsize,
+    made: AtomicUsize,
+    /// The first product that could not be written, and why.
+    unwritten: Mutex<Option<String>>,
+}
+
+impl Products {
+    /// Keeps products in `folder`; with `redo` none of those already there is believed.
+    ///
+    /// # Errors
+    /// [`crate::Error::Config`] if the configuration cannot be written as text for its hash; [`crate::Error::Io`] where
+    /// the folder cannot be made.
+    pub fn in_folder(folder: PathBuf, bench: &Bench, redo: bool) -> Result<Self> {
+        let force_age = bench.config.orbit.as_ref().is_some_and(|o| o.force_age);
+        let how = format!("{force_age} {}", bench.everything);
+        // here and not later: a folder that goes away during the run stays away
+        fs::create_dir_all(&folder).map_err(|e| refusal(&folder, e, None))?;
+        let base = key(&[SCHEMA, env!("CARGO_PKG_VERSION"), &build(), &config_sha256(&bench.config)?, &how]);
+        Ok(Self { folder: Some(folder), base, redo, ..Self::default() })
+    }
+
+    /// First 16 hex digits of the SHA-256 of a file, which is read once at most.
+    ///
+    /// # Errors
+    /// [`crate::Error::Io`].
+    pub fn sha256(&self, path: &Path) -> Result<String> {
+        if let Some(known) = self.hashes.lock().ok().and_then(|hashes| hashes.get(path).cloned()) {
+            return Ok(known);
+        }
+        let hash = sha256_16(path)?;
+        if let Ok(mut hashes) = self.hashes.lock() {
+            hashes.insert(path.to_path_buf(), hash.clone());
+        }
+        Ok(hash)
+    }
+
+    /// The product `kind` of a frame: kept from an earlier run, or made and kept. `depends` names everything it depends on
+    /// beside the frame itself, the program and the configuration; `keep` says whether a product is worth keeping. Errors are
+    /// never kept.
+    ///
+    /// A frame without a file of products is hashed while it is measured; with one, before, and then perhaps no pixel is
+    /// looked at. Returns the frame's hash (empty where it cannot be read) with the product.
+    pub fn of_frame<T: Serialize + DeserializeOwned + Send>(
+        &self,
+        kind: &str,
+        exposure: &Exposure,
+        depends: &[&str],
+        make: impl FnOnce() -> Result<T> + Send,
+        keep: impl FnOnce(&T) -> bool,
+    ) -> (String, Result<T>) {
+        let hash_of = || self.sha256(&exposure.path).unwrap_or_default();
+        let name = product_name(kind, &exposure.path);
+        let key_of = |hash: &str| {
+            let all: Vec<&str> =
+                [kind, exposure.name.as_str(), hash].into_iter().chain(depends.iter().copied()).collect();
+            self.key(&all)
+        };
+        if self.has(&name) {
+            let hash = hash_of();
+            if let Some(product) = self.load(&name, &key_of(&hash)) {
+                self.kept.fetch_add(1, Ordering::Relaxed);
+                return (hash, Ok(product));
+            }
+        }
+        let (hash, product) = rayon::join(hash_of, make);
+        // a frame that cannot be read now may be readable next time
+        if let Ok(product) = &product
+            && !hash.is_empty()
+            && keep(product)
+        {
+            self.store(&name, &key_of(&hash), product);
+        }
+        self.made.fetch_add(1, Ordering::Relaxed);
+        (hash, product)
+    }
+
+    /// The key of a product: SHA-256 over what it depends on.
+    #[must_use]
+    pub fn key(&self, depends: &[&str]) -> String {
+        let all: Vec<&str> = std::iter::once(self.base.as_str()).chain(depends.iter().copied()).collect();
+        key(&all)
+    }
+
+    /// Whether a file of this name is there, of whatever key.
+    #[must_use]
+    pub fn has(&self, name: &str) -> bool {
+        !self.redo && self.folder.as_ref().is_some_and(|folder| folder.join(name).is_file())
+    }
+
+    /// How many of these frames have a product of this kind by this program and configuration.
+    #[must_use]
+    pub fn count(&self, kind: &str, exposures: &[&Exposure]) -> usize {
+        let Some(folder) = &self.folder else { return 0 };
+        let head = format!("{SCHEMA} {} ", self.base);
+        let there = |e: &&&Exposure| {
+            let bytes = fs::read(folder.join(product_name(kind, &e.path)));
+            bytes.is_ok_and(|b| b.starts_with(head.as_bytes()))
+        };
+        exposures.iter().filter(there).count()
+    }
+
+    /// A product of this key; `None` if there is none, or its file is damaged: it is made again then.
+    pub fn load<T: DeserializeOwned>(&self, name: &str, key: &str) -> Option<T> {
+        let folder = self.folder.as_ref().filter(|_| !self.redo)?;
+        let bytes = fs::read(folder.join(name)).ok()?;
+        let split = bytes.iter().position(|b| *b == b'\n')?;
+        let (head, payload) = (std::str::from_utf8(&bytes[..split]).ok()?, &bytes[split + 1..]);
+        if head != self.head_line(key, payload) {
+            return None;
+        }
+        postcard::from_bytes(payload).ok()
+    }
+
+    /// Keeps a product. One that cannot be written costs the next run its work, nothing more: it is told at the end.
+    ///
+    /// The file is renamed into its place but not forced to the disk, which would cost more than many a frame: a file that
+    /// a crash of the machine tore does not agree with the hash in its first line, and is made again.
+    pub fn store<T: Serialize>(&self, name: &str, key: &str, product: &T) {
+        let Some(folder) = &self.folder else { return };
+        let written = postcard::to_stdvec(product).map_err(|e| e.to_string()).and_then(|payload| {
+            let mut bytes = self.head_line(key, &payload).into_bytes();
+            bytes.push(b'\n');
+            bytes.extend(payload);
+            let temporary = folder.join(temporary_name(name));
+            fs::write(&temporary, bytes).and_then(|()| fs::rename(&temporary, folder.join(name))).map_err(|e| {
+                let _ = fs::remove_file(&temporary); // it may not even be there
+                e.to_string()
+            })
+        });
+        if let (Err(problem), Ok(mut first)) = (written, self.unwritten.lock()) {
+            first.get_or_insert(format!("{}: {problem}", folder.join(name).display()));
+        }
+    }
+
+    /// Products taken from an earlier run, and frames worked on.
+    #[must_use]
+    pub fn counts(&self) -> (usize, usize) {
+        (self.kept.load(Ordering::Relaxed), self.made.load(Ordering::Relaxed))
+    }
+
+    /// What should be known: that a product could not be kept.
+    #[must_use]
+    pub fn notes(&self) -> Vec<String> {
+        let unwritten = self.unwritten.lock().ok().and_then(|first| first.clone());
+        unwritten.map(|why| format!("not every frame is kept for another run: {why}")).into_iter().collect()
+    }
+
+    /// First line of a product: what it is, of which program and configuration, of what, and the hash of its contents.
+    fn head_line(&self, key: &str, payload: &[u8]) -> String {
+        format!("{SCHEMA} {} {key} {}", self.base, hex(&Sha256::digest(payload)))
+    }
+
+    /// Takes the folder away: what was kept for is done.
+    pub fn clear(&self) {
+        if let Some(folder) = &self.folder {
+            let _ = fs::remove_dir_all(folder); // left files cost a little room, nothing else
+        }
+    }
+}
+
+/// Two folders may hold files of one name, so the name of a product is of the whole path.
+fn product_name(kind: &str, path: &Path) -> String {
+    format!("{kind}-{}", sha256_16_text(&path.to_string_lossy()))
+}
+
+/// SHA-256 over texts, each with its length.
+#[must_use]
+pub fn key(parts: &[&str]) -> String {
+    let mut hasher = Sha256::new();
+    for part in parts {
+        hasher.update((part.len() as u64).to_le_bytes());
+        hasher.update(part.as_bytes());
+    }
+    hex(&hasher.finalize())
+}
+
+fn hex(digest: &[u8]) -> String {
+    digest.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// Size and time of the program's own file: a program that was built anew under one version number is another one.
+///
+/// Kept in the keys of products alone, never in results.
+fn build() -> String {
+    let file = std::env::current_exe().and_then(fs::metadata);
+    let of = |m: fs::Metadata| format!("{} {:?}", m.len(), m.modified().ok());
+    file.map(of).unwrap_or_default()
+}

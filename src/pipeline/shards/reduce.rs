@@ -1,0 +1,314 @@
+//! The steps that take many frames and come before the shards: the master flat, and the stars with the zeropoint.
+//!
+//! Each leaves a file for people and tools (`master_flat.fits`, `zeropoint.toml`, `stars.ecsv`) and beside it one with what
+//! the next step must know: `master_flat.flats.toml`, what became of each flat; `zeropoint.stars.toml`, what the stars tell
+//! of camera and seeing, and the rows of frames that were left out. Leaves out the shards ([`super::shard`]).
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::plan_file::Plan;
+use super::products::{FOLDER, Products};
+use crate::astrometry::field_rotation::CameraTurn;
+use crate::base::error::{Error, Result};
+use crate::base::progress::Progress;
+use crate::config::Config;
+use crate::frames::flat::{FlatMember, MasterFlat};
+use crate::photometry::growth::StarProfile;
+use crate::pipeline::prepared::{Bench, sha256_16};
+use crate::pipeline::products::meta::{set_band, table_meta};
+use crate::pipeline::products::outputs::{file_name, make_folder_of, save};
+use crate::pipeline::products::provenance::{Provenance, TOOL};
+use crate::pipeline::run::{Options, rejected_flats, zeropoint_stage};
+use crate::pipeline::stages::master_flat;
+use crate::pipeline::stars::stage::star_stage;
+use crate::pipeline::survey::files::Survey;
+use crate::pipeline::survey::filters::{agree_on_band, check_master};
+use crate::pipeline::survey::scale::check_stars;
+use crate::tables::{PhotometryRow, write_stars};
+use crate::zeropoint::fit::NO_ZEROPOINT;
+use crate::zeropoint::fit::Zeropoint;
+use crate::zeropoint::previous::conditions;
+
+/// What became of each flat: `master_flat.flats.toml` beside `master_flat.fits`.
+#[derive(Debug, Serialize, Deserialize)]
+struct Flats {
+    tool: String,
+    config_sha256: String,
+    /// Hash of the master flat this is about.
+    flat_sha256: String,
+    /// Share of its pixels that are masked.
+    masked_frac: f64,
+    #[serde(default)]
+    flats: Vec<FlatMember>,
+}
+
+/// What target frames must know of the stars: `zeropoint.stars.toml` beside `zeropoint.toml`.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct StarFacts {
+    /// The program.
+    pub tool: String,
+    /// Hash of the configuration.
+    pub config_sha256: String,
+    /// Hash of the master flat of the star frames; empty without one.
+    pub flat_sha256: String,
+    /// Whether zeropoint.toml holds a zeropoint.
+    pub zeropoint: bool,
+    /// Why there is none, where there should be one.
+    #[serde(default)]
+    pub poor: Vec<String>,
+    /// Median FWHM \[arcsec\].
+    pub fwhm_arcsec: Option<f64>,
+    /// How the camera is turned on the sky.
+    pub camera_turn: Option<CameraTurn>,
+    /// Profile of the stars.
+    pub profile: Option<StarProfile>,
+    /// Rows of star frames that failed, and of flats that were rejected.
+    #[serde(default)]
+    pub rows: Vec<PhotometryRow>,
+}
+
+/// Where the facts beside a zeropoint are.
+#[must_use]
+pub fn facts_path(zeropoint: &Path) -> PathBuf {
+    zeropoint.with_extension("stars.toml")
+}
+
+impl StarFacts {
+    /// Reads the facts beside a zeropoint of this plan.
+    ///
+    /// # Errors
+    /// [`Error::NoInput`] without them; [`Error::Mismatch`] for those of another plan.
+    pub fn read(zeropoint: &Path, plan: &Plan) -> Result<Self> {
+        let path = facts_path(zeropoint);
+        let text = std::fs::read_to_string(&path).map_err(|e| Error::NoInput {
+            path: path.clone(),
+            problem: format!("{e}; `satphot zeropoint --plan` writes it beside {}", file_name(zeropoint)),
+        })?;
+        let facts: Self = toml::from_str(&text).map_err(|e| table(&path, e.to_string()))?;
+        if (facts.tool.as_str(), facts.config_sha256.as_str()) != (TOOL, plan.config_sha256.as_str()) {
+            return Err(of_another(&path, "`satphot zeropoint --plan`"));
+        }
+        Ok(facts)
+    }
+}
+
+fn table(path: &Path, problem: String) -> Error {
+    Error::Table { path: path.into(), line: None, problem }
+}
+
+fn of_another(path: &Path, again: &str) -> Error {
+    let problem = format!("{}: was made by another plan or version; run {again} of this plan again", path.display());
+    Error::Mismatch { problem }
+}
+
+fn toml_text<T: Serialize>(path: &Path, told: &str, value: &T) -> Result<String> {
+    Ok(format!("# {told}\n{}", toml::to_string(value).map_err(|e| table(path, e.to_string()))?))
+}
+
+/// Products beside a file.
+fn products_beside(file: &Path, bench: &Bench, options: &Options) -> Result<Products> {
+    let folder = file.parent().unwrap_or(Path::new("")).join(FOLDER);
+    Products::in_folder(folder, bench, options.redo)
+}
+
+/// Makes the master flat of a plan.
+///
+/// # Errors
+/// [`Error::Flat`]; [`Error::Mismatch`] where a flat is not that of the plan; [`Error::Io`].
+pub fn plan_flat(
+    plan: &Plan,
+    out: &Path,
+    options: &Options,
+    progress: &dyn Progress,
+) -> Result<(MasterFlat, Vec<String>)> {
+    // neither catalogue nor elements need to be there; what the flat tells of itself is of the whole configuration
+    let config = plan.config()?;
+    let mut bench = Bench::prepare(&Config { stars: None, orbit: None, model: None, ..config.clone() })?;
+    bench.config = config.clone();
+    if plan.of_role("flat").next().is_none() || config.flat.master.is_some() {
+        let problem = match &config.flat.master {
+            Some(path) => format!("the plan takes the master flat {} (flat.master)", path.display()),
+            None => "the plan has no flats (IMAGETYP, or patterns in [frames] flat)".into(),
+        };
+        return Err(Error::Flat { problem });
+    }
+    let mut notes = Vec::new();
+    make_flat(plan, out, &mut bench, options, progress, &mut notes)?;
+    let flat = bench.flat.take().ok_or_else(|| Error::Flat { problem: "none was made".into() })?;
+    Ok((flat, notes))
+}
+
+/// Puts the master flat of the plan on the bench, made into `out` or found there.
+fn make_flat(
+    plan: &Plan,
+    out: &Path,
+    bench: &mut Bench,
+    options: &Options,
+    progress: &dyn Progress,
+    notes: &mut Vec<String>,
+) -> Result<()> {
+    make_folder_of(out)?;
+    let products = products_beside(out, bench, options)?;
+    let flats = plan.exposures(plan.of_role("flat"), &plan.config()?, &[])?;
+    let survey = Survey { flats, ..Survey::default() };
+    master_flat(&survey, bench, (&products, Some(out)), options, progress, notes)?;
+    for frame in plan.of_role("flat") {
+        if products.sha256(&frame.path)? != frame.sha256 {
+            return Err(super::plan_file::changed(&frame.path));
+        }
+    }
+    let Some(flat) = &bench.flat else { return Ok(()) };
+    let flats = Flats {
+        tool: TOOL.into(),
+        config_sha256: plan.config_sha256.clone(),
+        flat_sha256: bench.flat_sha256.clone(),
+        masked_frac: flat.masked_frac,
+        flats: flat.members.iter().map(|m| FlatMember { path: file_name(&m.path).into(), ..m.clone() }).collect(),
+    };
+    let path = out.with_extension("flats.toml");
+    save(&path, &toml_text(&path, "What became of each flat.", &flats)?)
+}
+
+/// What became of the flats of a master, and the share of it that is masked; `None` where nothing is told beside it.
+///
+/// # Errors
+/// [`Error::Table`] for a file that cannot be understood.
+pub(super) fn flats_beside(master: &Path) -> Result<Option<(Vec<FlatMember>, f64)>> {
+    let told = master.with_extension("flats.toml");
+    let Ok(text) = std::fs::read_to_string(&told) else { return Ok(None) };
+    let flats: Flats = toml::from_str(&text).map_err(|e| table(&told, e.to_string()))?;
+    Ok(Some((flats.flats, flats.masked_frac)))
+}
+
+/// Puts the master flat on the bench: the configured one, `given`, that beside `near`, or (with `make`) one made there.
+///
+/// # Errors
+/// [`Error::Flat`] where there is none; [`Error::Mismatch`] for one of another plan.
+pub(super) fn flat_of_plan(
+    plan: &Plan,
+    (given, near, make): (Option<&Path>, Option<&Path>, bool),
+    bench: &mut Bench,
+    options: &Options,
+    progress: &dyn Progress,
+    notes: &mut Vec<String>,
+) -> Result<()> {
+    let clip = bench.config.photometry.clip_radius_px;
+    if given.is_none() && (bench.config.flat.master.is_some() || plan.of_role("flat").next().is_none()) {
+        return master_flat(&Survey::default(), bench, (&Products::default(), None), options, progress, notes);
+    }
+    let beside = near.map(|near| near.with_file_name("master_flat.fits"));
+    let path = match (given.map(Path::to_path_buf), beside) {
+        (Some(path), _) => path,
+        (None, Some(path)) if make => return make_flat(plan, &path, bench, options, progress, notes),
+        (None, Some(path)) if path.is_file() => path,
+        _ => {
+            let problem = "this night has flats: make the master with `satphot flat --plan PLAN -o master_flat.fits` and \
+                           name it with --flat, or lay it beside the zeropoint";
+            return Err(Error::Flat { problem: problem.into() });
+        }
+    };
+    if let Some(light) = &plan.light {
+        notes.extend(check_master(&path, light, &bench.config)?);
+    }
+    let flat = MasterFlat::read(&path, clip, &bench.config.flat)?;
+    bench.flat_sha256 = sha256_16(&path)?;
+    let told = path.with_extension("flats.toml");
+    let members = match std::fs::read_to_string(&told) {
+        Err(_) => Vec::new(), // a master of another program has none
+        Ok(text) => {
+            let flats: Flats = toml::from_str(&text).map_err(|e| table(&told, e.to_string()))?;
+            if flats.flat_sha256 != bench.flat_sha256 || flats.config_sha256 != plan.config_sha256 {
+                return Err(of_another(&told, "`satphot flat --plan`"));
+            }
+            flats.flats
+        }
+    };
+    bench.flat = Some(MasterFlat { members, ..flat });
+    Ok(())
+}
+
+/// What the stars of a plan gave.
+#[derive(Debug)]
+pub struct PlannedStars {
+    /// The zeropoint in force.
+    pub zeropoint: Option<Zeropoint>,
+    /// Star measurements.
+    pub n_rows: usize,
+    /// Why the night is not good enough for exit code 0.
+    pub poor: Vec<String>,
+    /// What should be known.
+    pub notes: Vec<String>,
+}
+
+/// Measures the star frames of a plan, fits the zeropoint (or takes the configured one) and writes `out`, `stars.ecsv` and
+/// the facts beside it; a night without a zeropoint gets an `out` that says so.
+///
+/// # Errors
+/// What must be there before work begins; [`Error::Mismatch`] where a frame is not that of the plan; [`Error::Io`].
+pub fn plan_zeropoint(
+    plan: &Plan,
+    (flat, out): (Option<&Path>, &Path),
+    options: &Options,
+    progress: &dyn Progress,
+) -> Result<PlannedStars> {
+    let config = plan.config()?;
+    let mut bench = Bench::prepare(&config)?;
+    let products = products_beside(out, &bench, options)?;
+    plan.check_files(&["stars.catalogue", "flat.master", "zeropoint.previous"], &products)?;
+    let mut notes = Vec::new();
+    let mut poor = Vec::new();
+    let mut survey = Survey { light: plan.light.clone(), ..Survey::default() };
+    let exposures = plan.exposures(plan.of_role("stars"), &config, &bench.target_names())?;
+    for (exposure, frame) in exposures.into_iter().zip(plan.of_role("stars")) {
+        let number = frame.pointing.unwrap_or(0);
+        survey.pointings.resize_with(survey.pointings.len().max(number + 1), Vec::new);
+        survey.pointings[number].push(exposure);
+    }
+    notes.extend(agree_on_band(&survey, &mut bench, true)?);
+    notes.extend(options.memory().check(&survey, &bench)?);
+    notes.extend(check_stars(&survey, &bench, &products, options.jobs)?);
+    flat_of_plan(plan, (flat, Some(out), true), &mut bench, options, progress, &mut notes)?;
+    let mut stars = star_stage(&survey, &bench, &products, options, progress, &mut notes)?;
+    for frame in plan.of_role("stars") {
+        if products.sha256(&frame.path).is_ok_and(|now| now != frame.sha256) {
+            return Err(super::plan_file::changed(&frame.path));
+        }
+    }
+    let mut rows = std::mem::take(&mut stars.rows);
+    bench.zeropoint = zeropoint_stage(&mut rows, &stars, &bench, &mut poor, &mut notes)?;
+    notes.extend(products.notes());
+    let told = Provenance::of_plan(plan, &config)?;
+    let mut meta = table_meta(&config, bench.zeropoint.as_ref(), &told);
+    if bench.zeropoint.is_none() {
+        set_band(&mut meta, bench.calibrated.as_ref());
+    }
+    let text = match &bench.zeropoint {
+        Some(zeropoint) => zeropoint.to_toml(&[conditions(&config, bench.flat.is_some())]),
+        None => format!("{NO_ZEROPOINT}: magnitudes stay instrumental.\n"),
+    };
+    let mut failed = std::mem::take(&mut stars.failed);
+    failed.extend(rejected_flats(&bench));
+    let facts = StarFacts {
+        tool: TOOL.into(),
+        config_sha256: plan.config_sha256.clone(),
+        flat_sha256: bench.flat_sha256.clone(),
+        zeropoint: bench.zeropoint.is_some(),
+        poor: poor.clone(),
+        fwhm_arcsec: stars.fwhm_arcsec,
+        camera_turn: stars.camera_turn,
+        profile: stars.profile,
+        rows: failed,
+    };
+    save(out, &(text + &told.toml_comment()))?;
+    if config.stars.is_some() {
+        write_stars(&out.with_file_name("stars.ecsv"), &rows, &meta)?;
+    }
+    let path = facts_path(out);
+    save(
+        &path,
+        &toml_text(&path, "What target frames must know of the stars; read by `satphot measure --plan`.", &facts)?,
+    )?;
+    Ok(PlannedStars { zeropoint: bench.zeropoint, n_rows: rows.len(), poor, notes })
+}

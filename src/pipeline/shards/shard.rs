@@ -1,0 +1,184 @@
+//! One shard: target frames of a plan to a table of rows, wherever and in whatever order shards are measured.
+//!
+//! The table (`satphot.shard/1`) holds the rows as they are before anything that takes the whole night, and the rows of
+//! star frames and flats that were left out, at full precision; nothing of when, where or by which worker it was made. That
+//! is in the JSON file beside it. Leaves out the sum ([`super::merge`]).
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde_json::json;
+
+use super::plan_file::{Plan, PlannedFrame, changed};
+use super::products::{FOLDER, Products, key};
+use super::reduce::{StarFacts, flat_of_plan};
+use crate::base::error::{Error, Result};
+use crate::base::progress::Progress;
+use crate::config::Config;
+use crate::pipeline::prepared::{Bench, sha256_16};
+use crate::pipeline::products::manifest::peak_memory_mb;
+use crate::pipeline::products::meta::table_meta;
+use crate::pipeline::products::outputs::{make_folder_of, save};
+use crate::pipeline::products::provenance::{Provenance, TOOL};
+use crate::pipeline::run::Options;
+use crate::pipeline::stages::target_stage;
+use crate::pipeline::survey::files::Survey;
+use crate::tables::{Meta, MetaValue, PhotometryRow, read_photometry, write_photometry};
+use crate::zeropoint::fit::Zeropoint;
+
+/// What the meta block of a shard says it is.
+pub const SHARD_SCHEMA: &str = "satphot.shard/1";
+
+/// Which shard, with what, to which file.
+#[derive(Debug, Clone, Copy)]
+pub struct Request<'a> {
+    /// Number of the shard, from 0.
+    pub number: usize,
+    /// zeropoint.toml of the plan, with the facts of the stars beside it; without one magnitudes stay instrumental.
+    pub zeropoint: Option<&'a Path>,
+    /// Master flat; that beside the zeropoint unless told otherwise.
+    pub flat: Option<&'a Path>,
+    /// Table to write.
+    pub out: &'a Path,
+}
+
+/// What became of a shard.
+#[derive(Debug)]
+pub struct Measured {
+    /// Rows written; those of the table that is there already where it is the same.
+    pub rows: Vec<PhotometryRow>,
+    /// The table was there already: nothing was done.
+    pub there_already: bool,
+    /// What should be known.
+    pub notes: Vec<String>,
+}
+
+/// Measures one shard and writes its table, and `<out>.json` beside it.
+///
+/// A table of the same plan, configuration, version and calibration is left as it is.
+///
+/// # Errors
+/// [`Error::Mismatch`] for a file that is not that of the plan, before anything is written; [`Error::Interrupted`] with
+/// what is kept for another try; else what must be there before work begins.
+pub fn measure_shard(plan: &Plan, request: &Request, options: &Options, progress: &dyn Progress) -> Result<Measured> {
+    let frames = plan.shard(request.number)?;
+    let config = plan.config()?;
+    // the stars have told what they tell; their catalogue is not needed
+    let mut bench = Bench::prepare(&Config { stars: None, ..config.clone() })?;
+    let mut notes = Vec::new();
+    let facts = request.zeropoint.map(|path| StarFacts::read(path, plan)).transpose()?;
+    if let (Some(facts), Some(path)) = (&facts, request.zeropoint) {
+        bench.zeropoint = if facts.zeropoint { Some(Zeropoint::read(path)?) } else { None };
+        (bench.fwhm_arcsec, bench.profile, bench.camera_turn) = (facts.fwhm_arcsec, facts.profile, facts.camera_turn);
+    }
+    flat_of_plan(plan, (request.flat, request.zeropoint, false), &mut bench, options, progress, &mut notes)?;
+    if let Some(facts) = facts.as_ref().filter(|f| f.flat_sha256 != bench.flat_sha256) {
+        let problem = format!(
+            "the master flat ({}) is not the one the zeropoint was made with ({}); give that one with --flat",
+            bench.flat_sha256, facts.flat_sha256
+        );
+        return Err(Error::Mismatch { problem });
+    }
+    let night_rows = facts.map(|f| f.rows).unwrap_or_default();
+    let made_of = made_of(plan, request, &bench)?;
+    if let Some(rows) = (!options.redo).then(|| same_table(request.out, &made_of, &frames)).flatten() {
+        return Ok(Measured { rows, there_already: true, notes });
+    }
+    // each shard keeps its frames in a folder of its own, so that no two workers write to one file
+    let folder = request.out.parent().unwrap_or(Path::new("")).join(FOLDER).join(&made_of[..16]);
+    let roles = ["orbit.elements", "model.satellites", "model.throughput", "model.band", "flat.master"];
+    plan.check_files(&roles, &Products::default())?;
+    let products = Products::in_folder(folder, &bench, options.redo)?;
+    let exposures = plan.exposures(frames.iter().copied(), &config, &bench.target_names())?;
+    let survey = Survey { targets: exposures, ..Survey::default() };
+    notes.extend(options.memory().check(&survey, &bench)?);
+    make_folder_of(request.out)?;
+    let (measured, _) = target_stage(&survey.targets, &bench, &products, options, progress, &mut notes)?;
+    let mut rows: Vec<PhotometryRow> = measured.into_iter().map(|f| f.row).collect();
+    for (row, frame) in rows.iter_mut().zip(&frames) {
+        if row.frame_sha256.is_empty() {
+            row.frame_sha256.clone_from(&frame.sha256);
+        } else if row.frame_sha256 != frame.sha256 {
+            return Err(changed(&frame.path));
+        }
+    }
+    rows.extend(night_rows);
+    let mut meta = table_meta(&config, bench.zeropoint.as_ref(), &Provenance::of_plan(plan, &config)?);
+    meta.push("data_mode", plan.data_mode.name());
+    meta.set("schema", SHARD_SCHEMA);
+    meta.push("made_of", made_of.as_str());
+    write_photometry(request.out, &rows, &meta)?;
+    let bytes: u64 = frames.iter().map(|f| f.bytes).sum();
+    notes.extend(products.notes());
+    let (kept, made) = products.counts();
+    if kept > 0 {
+        notes.push(format!("{kept} of {} frames kept from an earlier run", kept + made));
+    }
+    let side = json!({
+        "shard": request.number,
+        "table": request.out.file_name().map(|n| n.to_string_lossy()),
+        "tool": TOOL,
+        "table_sha256": sha256_16(request.out)?,
+        "made_of": made_of,
+        "config_sha256": plan.config_sha256,
+        "system": format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+        "threads": options.threads(),
+        "frames": frames.len(),
+        "frames_kept": kept,
+        "bytes": bytes,
+        "wall_s": progress.elapsed_s(),
+        "cpu_s": progress.cpu_s(),
+        "peak_memory_mb": peak_memory_mb(),
+        "counts": counts(&rows[..frames.len()]),
+        "notes": notes,
+    });
+    save(&sidecar(request.out), &format!("{side:#}\n"))?;
+    products.clear();
+    Ok(Measured { rows, there_already: false, notes })
+}
+
+/// The file with times and memory beside a shard's table.
+#[must_use]
+pub fn sidecar(table: &Path) -> PathBuf {
+    table.with_extension("json")
+}
+
+/// Frames by status.
+fn counts(rows: &[PhotometryRow]) -> BTreeMap<&str, usize> {
+    let mut counts = BTreeMap::new();
+    rows.iter().for_each(|r| *counts.entry(r.status.as_str()).or_default() += 1);
+    counts
+}
+
+/// Hash over everything the table of a shard depends on: version, configuration, frames, calibration, elements.
+fn made_of(plan: &Plan, request: &Request, bench: &Bench) -> Result<String> {
+    let text = |path: Option<PathBuf>| -> Result<String> {
+        path.map_or(Ok(String::new()), |p| std::fs::read_to_string(&p).map_err(|e| Error::io(&p, e)))
+    };
+    let zeropoint = text(request.zeropoint.map(Path::to_path_buf))?;
+    let facts = text(request.zeropoint.map(super::reduce::facts_path))?;
+    let inputs = plan.inputs_sha256();
+    let force_age = plan.config()?.orbit.is_some_and(|o| o.force_age).to_string();
+    let mut parts =
+        vec![SHARD_SCHEMA, TOOL, &plan.config_sha256, &inputs, &zeropoint, &facts, &bench.flat_sha256, &force_age];
+    parts.extend(plan.files.iter().flat_map(|f| [f.role.as_str(), f.sha256.as_str()]));
+    let frames = plan.shard(request.number)?;
+    parts.extend(frames.iter().map(|f| f.sha256.as_str()));
+    Ok(key(&parts))
+}
+
+/// The rows of a table that is there already, if it is made of the same and nothing of it was changed since.
+fn same_table(path: &Path, made_of: &str, frames: &[&PlannedFrame]) -> Option<Vec<PhotometryRow>> {
+    let (rows, meta): (Vec<PhotometryRow>, Meta) = path.is_file().then(|| read_photometry(path).ok()).flatten()?;
+    let same = meta.get("made_of") == Some(&MetaValue::Text(made_of.into()))
+        && table_sha256(path).is_some_and(|hash| sha256_16(path).is_ok_and(|now| now == hash))
+        && frames.iter().all(|frame| rows.iter().any(|row| row.frame_sha256 == frame.sha256));
+    same.then_some(rows)
+}
+
+/// The hash a shard's table had when it was written, as the file beside it tells.
+pub(super) fn table_sha256(table: &Path) -> Option<String> {
+    let side = std::fs::read_to_string(sidecar(table)).ok()?;
+    let side: serde_json::Value = serde_json::from_str(&side).ok()?;
+    Some(side.get("table_sha256")?.as_str()?.to_owned())
+}

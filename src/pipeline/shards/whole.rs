@@ -1,0 +1,95 @@
+//! What only the whole night tells of a frame: its limit by the size of the object, its verdict among its neighbours.
+//!
+//! Frames measured elsewhere, in whatever order and number of shards, come together here; a night on one machine as well.
+//! Magnitudes, arcsec². Leaves out where the frames are from ([`super::merge`]).
+
+use crate::config::Config;
+use crate::photometry::aperture::Shape;
+use crate::pipeline::target::frame::TargetFrame;
+use crate::pipeline::vet::judge_night;
+use crate::report::summary::robust;
+use crate::tables::PhotometryRow;
+use crate::tables::words::{Status, Verdict};
+use crate::zeropoint::previous::age_note;
+
+/// Everything that is said of frames once all of them are measured; to be done once, to all of a night.
+pub fn judge_whole_night(frames: &mut [TargetFrame], config: &Config, notes: &mut Vec<String>) {
+    limits_for_the_size_of_the_object(frames);
+    notes.extend(age_note(frames.iter().map(|f| &f.row)));
+    judge_night(frames, config);
+}
+
+/// Makes the limits of non-detections those of an object as large as the detected ones.
+///
+/// A limit is measured in a small circle; the noise of a larger aperture grows with the root of its area:
+/// Δm = −1.25 log₁₀(A_object / A_measured), with A_object the median aperture of the frames of the same object, in
+/// arcsec² and scaled by (range)⁻² where the ranges are known.
+fn limits_for_the_size_of_the_object(rows: &mut [TargetFrame]) {
+    let size = |r: &PhotometryRow| -> Option<f64> {
+        let scale = r.pix_scale_arcsec?;
+        let shape = match (r.aper_r_px, r.aper_a_px, r.aper_b_px) {
+            (Some(r_px), ..) => Shape::Circle { r_px },
+            (None, Some(a_px), Some(b_px)) => match r.aper_shape.as_str() {
+                "rectangle" => Shape::Rectangle { a_px, b_px, theta_rad: 0.0 },
+                "pill" => Shape::Pill { a_px, b_px, theta_rad: 0.0 },
+                _ => Shape::Ellipse { a_px, b_px, theta_rad: 0.0 },
+            },
+            _ => return None,
+        };
+        Some(shape.area_px() * scale * scale)
+    };
+    let detected: Vec<(String, f64, Option<f64>)> = rows
+        .iter()
+        .map(|f| &f.row)
+        .filter(|r| r.status == Status::Ok && r.verdict != Verdict::Reject)
+        .filter_map(|r| Some((r.object_name.clone(), size(r)?, r.range_km)))
+        .collect();
+    for row in rows.iter_mut().map(|f| &mut f.row).filter(|r| r.status == Status::Nondetection) {
+        let (Some(limit), Some(measured)) = (row.limit_v_mag, size(row)) else { continue };
+        let of_object: Vec<f64> = detected
+            .iter()
+            .filter(|(name, ..)| *name == row.object_name)
+            .map(|(_, area, range)| match (range, row.range_km) {
+                (Some(there), Some(here)) => area * (there / here).powi(2),
+                _ => *area,
+            })
+            .collect();
+        if let Some((area, _)) = robust(&of_object)
+            && area > measured
+        {
+            row.limit_v_mag = Some(limit - 1.25 * (area / measured).log10());
+            row.reason += &format!("; limit for an object of {area:.0} arcsec2, as in the frames that show it");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(status: &str, range_km: f64, r_px: f64) -> TargetFrame {
+        let row = PhotometryRow {
+            object_name: "ISS".into(),
+            status: status.into(),
+            verdict: "use".into(),
+            range_km: Some(range_km),
+            aper_r_px: Some(r_px),
+            pix_scale_arcsec: Some(1.5),
+            limit_v_mag: (status == "nondetection").then_some(15.0),
+            ..PhotometryRow::default()
+        };
+        TargetFrame { row, geometry: None, thumb: None }
+    }
+
+    #[test]
+    fn a_limit_is_that_of_the_object_at_its_range_and_of_a_point_where_nothing_is_known() {
+        // three times the radius at the same range: 1.25 log10 9 = 1.193 mag; twice as far away: 1.25 log10 (9/4)
+        let mut rows = vec![row("ok", 500.0, 21.0), row("nondetection", 500.0, 7.0), row("nondetection", 1000.0, 7.0)];
+        limits_for_the_size_of_the_object(&mut rows);
+        assert!((rows[1].row.limit_v_mag.unwrap() - (15.0 - 1.25 * 9f64.log10())).abs() < 1e-12);
+        assert!((rows[2].row.limit_v_mag.unwrap() - (15.0 - 1.25 * 2.25f64.log10())).abs() < 1e-12);
+        let mut alone = vec![row("nondetection", 500.0, 7.0)];
+        limits_for_the_size_of_the_object(&mut alone);
+        assert_eq!(alone[0].row.limit_v_mag, Some(15.0));
+    }
+}

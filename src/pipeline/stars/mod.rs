@@ -1,0 +1,7 @@
+//! Star pointings: solved, measured, made into the rows of the zeropoint.
+
+pub mod pointing;
+pub mod solve;
+pub mod solve_file;
+pub mod stage;
+pub mod vignetting;

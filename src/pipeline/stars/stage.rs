@@ -1,0 +1,241 @@
+//! The star pointings of a night: every frame measured, the profile of the stars, the rows of the zeropoint.
+//!
+//! Electrons and full-frame pixels in the members, magnitudes nowhere yet. Leaves out: the fit ([`crate::zeropoint::stars`]).
+
+use std::borrow::Cow;
+
+use crate::astrometry::catalogue::Catalogue;
+use crate::astrometry::field_rotation::CameraTurn;
+use crate::base::error::Result;
+use crate::base::progress::Progress;
+use crate::base::stats::median;
+use crate::base::time::mjd_utc;
+use crate::config::{self, Combine};
+use crate::frames::Exposure;
+use crate::photometry::growth::{FrameGrowth, GrowthCurve, StarProfile};
+use crate::pipeline::ordered_map::in_order;
+use crate::pipeline::prepared::Bench;
+use crate::pipeline::run::Options;
+use crate::pipeline::shards::products::Products;
+use crate::pipeline::stars::pointing::{Member, combined_rows, measure_member, single_rows};
+use crate::pipeline::survey::files::Survey;
+use crate::pipeline::survey::scale::{Evidence, MOST_FRAC, configured_arcsec, judged};
+use crate::pipeline::target::frame::{failed_row, internal, set_aside_row};
+use crate::report::summary::robust;
+use crate::tables::{PhotometryRow, StarRow};
+
+/// Kind of the products of star frames.
+pub const STARS: &str = "stars";
+
+/// What the star pointings gave.
+#[derive(Debug, Default)]
+pub struct StarStage {
+    /// One row per star and pointing (or member).
+    pub rows: Vec<StarRow>,
+    /// Star frames that failed.
+    pub failed: Vec<PhotometryRow>,
+    /// Median FWHM \[arcsec\].
+    pub fwhm_arcsec: Option<f64>,
+    /// How the camera is turned on the sky.
+    pub camera_turn: Option<CameraTurn>,
+    /// Profile of the stars.
+    pub profile: Option<StarProfile>,
+    /// Their growth curve.
+    pub growth: Option<GrowthCurve>,
+    /// Star frames measured.
+    pub n_members: usize,
+}
+
+/// Measures every star pointing.
+///
+/// # Errors
+/// Only what is wrong with the machine; a failed frame is a row.
+pub fn star_stage(
+    survey: &Survey,
+    bench: &Bench,
+    products: &Products,
+    options: &Options,
+    progress: &dyn Progress,
+    notes: &mut Vec<String>,
+) -> Result<StarStage> {
+    let (Some(stars), Some(catalogue)) = (&bench.config.stars, &bench.catalogue) else {
+        if survey.n_star_frames() > 0 {
+            notes.push(format!("{} star frames left out: no [stars] in the configuration", survey.n_star_frames()));
+        }
+        return Ok(StarStage::default());
+    };
+    let exposures: Vec<&Exposure> = survey.pointings.iter().flatten().collect();
+    let moved_to = jyear(catalogue, &exposures);
+    let catalogue = &of_date(catalogue, &exposures, stars.epoch_jyear, notes);
+    progress.stage("star pointings", exposures.len());
+    let depends = [products.sha256(&stars.catalogue)?, bench.flat_sha256.clone(), format!("{:?}", moved_to)];
+    let depends = depends.each_ref().map(String::as_str);
+    let measure = |exposure: &Exposure| {
+        let make = || measure_member(exposure, bench, catalogue);
+        let member = products.of_frame(STARS, exposure, &depends, make, |_| true).1?;
+        // the header tells the time, also of a member that was kept
+        Ok(Member { mid: exposure.time.as_ref().map_or(member.mid, |t| t.mid), ..member })
+    };
+    let lost = |exposure: &Exposure| -> Result<Member> { Err(internal(exposure)) };
+    let room = options.memory().star_frames(bench, &exposures, options.threads());
+    let kept = || {
+        let n = products.count(STARS, &exposures);
+        format!("{n} of {} star frames kept; run the same line again to go on", exposures.len())
+    };
+    let results: Vec<Result<Member>> = in_order(&exposures, room, (&options.stop, &kept), progress, measure, lost)?;
+    bench.buffers.clear();
+    progress.done();
+
+    let mut stage = StarStage::default();
+    let mut pointings: Vec<Vec<Member>> = Vec::new();
+    let scale = scale_of(&exposures, &results, bench, notes)?;
+    let mut results = results.into_iter();
+    for pointing in &survey.pointings {
+        let mut members = Vec::new();
+        for exposure in pointing {
+            match results.next() {
+                Some(Ok(member)) if scale.is_some_and(|s| is_another(&member, exposure, s, bench)) => {
+                    let reason = format!(
+                        "its stars solve to {:.4} arcsec/px, those of the other star frames to {:.4}: another telescope or \
+                         binning; set aside",
+                        member.solved_scale_arcsec(),
+                        scale.unwrap_or(f64::NAN) * configured_arcsec(exposure, &bench.config)
+                    );
+                    let mut row = set_aside_row(&exposure.path, &reason);
+                    row.object_name = exposure.object.clone().unwrap_or_default();
+                    row.exptime_s = Some(exposure.exptime_s);
+                    stage.failed.push(row);
+                }
+                Some(Ok(member)) => members.push(member),
+                Some(Err(error)) => {
+                    let mut row = failed_row(exposure, &error);
+                    row.object_name = exposure.object.clone().unwrap_or_default();
+                    row.exptime_s = Some(exposure.exptime_s);
+                    stage.failed.push(row);
+                }
+                None => {}
+            }
+        }
+        // a pointing of which no frame could be measured has no number: it is missing in the tables
+        if !members.is_empty() {
+            pointings.push(members);
+        }
+    }
+    if bench.config.photometry.aper_correction {
+        (stage.growth, stage.profile) = star_profile(&mut pointings, &bench.config.photometry, notes);
+    }
+    let turns: Vec<CameraTurn> = pointings.iter().flatten().filter_map(|m| m.turn).collect();
+    stage.camera_turn = CameraTurn::of_night(&turns);
+    let mut fwhm: Vec<f64> = Vec::new();
+    for (number, members) in pointings.iter().enumerate() {
+        fwhm.extend(members.iter().map(|m| m.fwhm_px * m.scale_arcsec));
+        notes.extend(members.iter().filter(|m| !m.note.is_empty()).map(|m| format!("{}: {}", m.frame, m.note)));
+        stage.n_members += members.len();
+        match stars.combine {
+            Combine::Median => stage.rows.extend(combined_rows(members, number, catalogue)),
+            Combine::None => stage.rows.extend(members.iter().flat_map(|m| single_rows(m, number, catalogue))),
+        }
+    }
+    stage.fwhm_arcsec = robust(&fwhm).map(|(median, _)| median);
+    if catalogue.n_skipped > 0 {
+        let why = catalogue.skipped.first().map(|s| format!(", e.g. {s}")).unwrap_or_default();
+        notes.push(format!("catalogue: {} rows skipped{why}", catalogue.n_skipped));
+    }
+    notes.extend(catalogue.notes.iter().map(|note| format!("catalogue: {note}")));
+    Ok(stage)
+}
+
+/// The scale of all star frames, as a share of the configured one; `None` if none was measured.
+///
+/// # Errors
+/// [`Error::Config`](crate::Error::Config) where the stars solve to another scale than the configured one.
+fn scale_of(
+    exposures: &[&Exposure],
+    results: &[Result<Member>],
+    bench: &Bench,
+    notes: &mut Vec<String>,
+) -> Result<Option<f64>> {
+    let config = &bench.config;
+    let measured = exposures.iter().zip(results).filter_map(|(e, r)| Some((*e, r.as_ref().ok()?)));
+    let all: Vec<(&Exposure, f64)> = measured.map(|(e, member)| (e, member.solved_scale_arcsec())).collect();
+    let mut ratios: Vec<f64> = all.iter().map(|(e, scale)| scale / configured_arcsec(e, config)).collect();
+    let (Some(ratio), Some((first, _))) = (median(&mut ratios), all.first()) else { return Ok(None) };
+    let source = format!("stars of {} frames", all.len());
+    let found = Evidence { ratio, scale_arcsec: ratio * configured_arcsec(first, config), source };
+    notes.extend(judged(&found, config)?);
+    Ok(Some(ratio))
+}
+
+/// Whether a frame's scale is not that of the others.
+fn is_another(member: &Member, exposure: &Exposure, ratio: f64, bench: &Bench) -> bool {
+    let own = member.solved_scale_arcsec() / configured_arcsec(exposure, &bench.config);
+    !((own / ratio - 1.0).abs() <= MOST_FRAC)
+}
+
+/// The catalogue with its stars where they stand at the first exposure; one without proper motions as it is.
+fn of_date<'a>(
+    catalogue: &'a Catalogue,
+    exposures: &[&Exposure],
+    epoch_jyear: f64,
+    notes: &mut Vec<String>,
+) -> Cow<'a, Catalogue> {
+    let Some(jyear) = jyear(catalogue, exposures) else { return Cow::Borrowed(catalogue) };
+    notes.push(format!("catalogue: places moved to {jyear:.2} by their proper motions"));
+    Cow::Owned(catalogue.moved_to(jyear, epoch_jyear))
+}
+
+/// The time the stars of a catalogue are moved to: Julian year = 2000 + (MJD − 51544.5) / 365.25 of the first exposure.
+fn jyear(catalogue: &Catalogue, exposures: &[&Exposure]) -> Option<f64> {
+    let mid = exposures.iter().find_map(|e| e.time.as_ref()).map(|t| t.mid)?;
+    catalogue.has_motions().then(|| 2000.0 + (mjd_utc(mid) - 51_544.5) / 365.25)
+}
+
+/// The profile of the night's stars, and that of every frame: as wide as its own stars, or else its pointing's, or else
+/// the night's.
+fn star_profile(
+    pointings: &mut [Vec<Member>],
+    photometry: &config::Photometry,
+    notes: &mut Vec<String>,
+) -> (Option<GrowthCurve>, Option<StarProfile>) {
+    let curves: Vec<&FrameGrowth> = pointings.iter().flatten().filter_map(|m| m.growth.as_ref()).collect();
+    // radii in units of the measured FWHM: the configured ones, unless the configuration gives a FWHM of its own
+    let radius = |k: usize, configured: f64| {
+        let of = |m: &Member| Some(m.radii_px[k] / m.growth.as_ref()?.fwhm_px);
+        median(&mut pointings.iter().flatten().filter_map(of).collect::<Vec<_>>()).unwrap_or(configured)
+    };
+    let sky = (radius(1, photometry.sky_in_fwhm), radius(2, photometry.sky_out_fwhm));
+    let Some(growth) = GrowthCurve::of_night(&curves, radius(0, photometry.aper_r_fwhm), sky) else {
+        if pointings.iter().any(|p| !p.is_empty()) {
+            let n: usize = curves.iter().map(|c| c.n_stars).sum();
+            notes.push(format!(
+                "no aperture correction: {n} bright, isolated, unsaturated stars are too few for a growth curve"
+            ));
+        }
+        return (None, None);
+    };
+    let own: Vec<Vec<Option<StarProfile>>> = pointings
+        .iter()
+        .map(|p| p.iter().map(|m| m.growth.as_ref()?.profile(&growth.profile, m.fwhm_px)).collect())
+        .collect();
+    let ratio = |profiles: &mut dyn Iterator<Item = &Option<StarProfile>>| {
+        median(&mut profiles.flatten().map(|p| p.fwhm_ratio).collect::<Vec<_>>())
+    };
+    let fwhm_ratio = ratio(&mut own.iter().flatten()).unwrap_or(growth.profile.fwhm_ratio);
+    let night = StarProfile { fwhm_ratio, ..growth.profile };
+    let mut lent = 0;
+    for (members, own) in pointings.iter_mut().zip(&own) {
+        let of_pointing = ratio(&mut own.iter()).map_or(night, |fwhm_ratio| StarProfile { fwhm_ratio, ..night });
+        for (member, own) in members.iter_mut().zip(own) {
+            lent += usize::from(own.is_none());
+            member.profile = Some(own.unwrap_or(of_pointing));
+        }
+    }
+    notes.push(growth.explanation());
+    if lent > 0 {
+        notes.push(format!(
+            "{lent} star frames have too few bright stars for the width of their own profile: it is their pointing's or \
+             the night's"
+        ));
+    }
+    (Some(growth), Some(night))
+}

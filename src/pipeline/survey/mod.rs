@@ -1,0 +1,11 @@
+//! Which file is what, and whether the files belong together: roles, filter, camera, satellite, pixel scale.
+
+pub(crate) mod damage;
+pub mod files;
+pub mod filters;
+pub mod header_checks;
+pub mod header_warnings;
+pub(crate) mod instrument;
+pub mod preflight;
+pub mod satellite;
+pub mod scale;

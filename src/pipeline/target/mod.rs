@@ -1,0 +1,6 @@
+//! One target frame, from disk to a row of the light curve, and its picture.
+
+pub mod frame;
+pub mod picture;
+pub mod pictures;
+pub mod window;

@@ -1,0 +1,104 @@
+//! The part of a target frame that is read: where the target can be, and the sky at the rim and the centre of the field.
+//!
+//! Electrons and full-frame pixels. A measurement of the target asks nothing of the rest of the frame, unless it finds no
+//! sky around the place; then all of the clip circle is read. So the numbers are those of the whole frame, whichever way.
+
+use std::ops::Range;
+
+use crate::base::error::Result;
+use crate::frames::{Electrons, Frame, FrameReader, Held};
+use crate::photometry::Flags;
+use crate::photometry::background::{Background, background};
+use crate::photometry::target::measure::{TargetFound, TargetSettings, measure_target};
+use crate::pipeline::prepared::Bench;
+use crate::pipeline::stars::vignetting::corner_ratio;
+
+/// Read around the cutout of the target \[px\]: enough that what lies at the edge of the cutout sees the frame go on.
+const MARGIN_PX: f64 = 64.0;
+/// Boxes of the mesh to each side of the expected place.
+const BOXES_AROUND: usize = 2;
+
+/// What was found in a frame.
+#[derive(Debug)]
+pub struct Seen {
+    /// The target, or its limit.
+    pub found: TargetFound,
+    /// Level of the sky at the rim over that at the centre.
+    pub corner_ratio: Option<f64>,
+}
+
+/// Half the side of the square that is read around the expected place \[px\].
+#[must_use]
+pub fn reach_px(s: &TargetSettings) -> f64 {
+    s.reach_px() + MARGIN_PX
+}
+
+/// Looks for the target in the frame behind `reader`.
+///
+/// # Errors
+/// [`crate::Error::Fits`] if the file is damaged or none of its pixels can be used.
+pub fn look(reader: &FrameReader, bench: &Bench, settings: &TargetSettings) -> Result<Seen> {
+    let p = &bench.config.photometry;
+    if bench.everything {
+        return look_at_all(reader, bench, settings);
+    }
+    if let Some(frame) = around(reader, bench, settings)? {
+        let sky = sky_at(&frame, p.mesh_px, p.clip_sigma, settings);
+        if let Some(sky) = sky {
+            let found = measure_target(&frame, &sky, settings);
+            let (TargetFound::Detected { flux, .. } | TargetFound::NotDetected { flux, .. }) = &found;
+            if !flux.flags.has(Flags::NO_ANNULUS) && flux.flux_e.is_finite() {
+                drop(frame);
+                let corner_ratio = corner_ratio(reader, p.mesh_px, p.clip_sigma, &bench.buffers)?;
+                return Ok(Seen { found, corner_ratio });
+            }
+        }
+    }
+    look_at_all(reader, bench, settings)
+}
+
+/// The same with all of the clip circle read: what [`look`] leaves out.
+///
+/// # Errors
+/// As [`look`].
+pub fn look_at_all(reader: &FrameReader, bench: &Bench, settings: &TargetSettings) -> Result<Seen> {
+    let p = &bench.config.photometry;
+    let frame = bench.usable(reader.whole(&bench.buffers)?)?;
+    let sky = background(&frame, p.mesh_px, p.clip_sigma)?;
+    Ok(Seen { found: measure_target(&frame, &sky, settings), corner_ratio: sky.corner_ratio() })
+}
+
+/// The surroundings of the expected place, if any of their pixels can be used.
+fn around<'b>(reader: &FrameReader, bench: &'b Bench, s: &TargetSettings) -> Result<Option<Held<'b>>> {
+    let reach = reach_px(s);
+    let span = |at: f64, within: Range<usize>| {
+        let first = (at - reach).floor().max(0.0) as usize;
+        let end = (at + reach).ceil().max(0.0) as usize;
+        first.clamp(within.start, within.end)..end.clamp(within.start, within.end)
+    };
+    let (columns, rows) = reader.box_px();
+    let (columns, rows) = (span(s.x_px, columns), span(s.y_px, rows));
+    if columns.is_empty() || rows.is_empty() {
+        return Ok(None);
+    }
+    let frame = reader.part(columns, rows, &bench.buffers)?;
+    Ok(Some(frame).filter(|f| !f.all_bad()))
+}
+
+/// The sky in a few boxes around the expected place, if any of their pixels is good.
+fn sky_at(frame: &Frame<Electrons>, mesh_px: usize, clip_sigma: f64, s: &TargetSettings) -> Option<Background> {
+    let (ny, nx) = frame.pixels.dim();
+    let reach = BOXES_AROUND * mesh_px + mesh_px / 2;
+    let span = |at: f64, origin: usize, n: usize| {
+        let at = (at.max(0.0) as usize).saturating_sub(origin).min(n - 1);
+        at.saturating_sub(reach)..(at + reach).min(n)
+    };
+    let (columns, rows) = (span(s.x_px, frame.origin_px.0, nx), span(s.y_px, frame.origin_px.1, ny));
+    let part = ndarray::s![rows.clone(), columns.clone()];
+    let pixels = frame.pixels.slice(part).to_owned();
+    let mut own = Frame::from_electrons(frame.path.clone(), pixels, frame.gain.clone());
+    own.mask = frame.mask.slice(part).to_owned();
+    own.origin_px = (frame.origin_px.0 + columns.start, frame.origin_px.1 + rows.start);
+    own.full_size_px = frame.full_size_px;
+    background(&own, mesh_px, clip_sigma).ok()
+}

@@ -1,0 +1,53 @@
+//! The size of the target against its size in the other frames of the pass: smear by the mount or the rotator.
+//!
+//! In units of the FWHM. A target of true size K at range R shows `e² = 1 + (K/R)²`; K is the median over the pass, so a
+//! resolved station is its own measure. Leaves out: a pass smeared in most of its frames, which looks like a large
+//! target, and the turning of a body within a pass, for which the threshold leaves room.
+
+use super::Finding;
+use crate::base::stats::median;
+use crate::config::Vetting;
+use crate::photometry::Flags;
+use crate::tables::PhotometryRow;
+use crate::tables::words::Status;
+
+/// Fewest frames of a pass that tell the size of its target.
+const FEWEST: usize = 4;
+/// Signal-to-noise from which the shape of the light is believed: that of the moments.
+const SHAPE_SNR: f64 = 15.0;
+/// A target smaller than the FWHM has no shape of its own: longer than this it is smeared.
+const POINT_ELONGATION: f64 = 1.5;
+
+/// Frames in which the target is longer than it should be.
+pub(super) fn findings(rows: &[&PhotometryRow], t: &Vetting) -> Vec<(usize, Finding)> {
+    let believed = |r: &PhotometryRow| r.status == Status::Ok && r.snr.is_some_and(|snr| snr >= SHAPE_SNR);
+    // ranges known for all, or the size taken as constant
+    let by_range = rows.iter().all(|r| r.range_km.is_some());
+    let range = |r: &PhotometryRow| r.range_km.filter(|_| by_range).unwrap_or(1.0);
+    let extent = |r: &PhotometryRow| r.extent_fwhm.filter(|e| e.is_finite() && believed(r));
+    // K = R √(e² − 1)
+    let mut sizes: Vec<f64> =
+        rows.iter().filter_map(|r| Some(range(r) * (extent(r)?.powi(2) - 1.0).max(0.0).sqrt())).collect();
+    if sizes.len() < FEWEST {
+        return Vec::new();
+    }
+    let Some(size) = median(&mut sizes) else { return Vec::new() };
+    let judge = |(k, r): (usize, &&PhotometryRow)| -> Option<(usize, Finding)> {
+        let extent = extent(r)?;
+        let own = size / range(r);
+        let expected = 1.0f64.hypot(own);
+        let words = if extent > t.smear_caution * expected {
+            format!(
+                "{extent:.1} FWHM long where the pass lets expect {expected:.1} (vetting.smear_caution {}): smeared",
+                t.smear_caution
+            )
+        } else if own < 1.0 && r.elongation.is_some_and(|e| e > POINT_ELONGATION) {
+            let ratio = r.elongation.unwrap_or(f64::NAN);
+            format!("a target smaller than the seeing, yet its axes are {ratio:.1} to 1: smeared")
+        } else {
+            return None;
+        };
+        Some((k, Finding::caution(Flags::SMEARED, words)))
+    };
+    rows.iter().enumerate().filter_map(judge).collect()
+}

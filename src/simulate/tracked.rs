@@ -1,0 +1,206 @@
+//! The tracked frames: when they are taken, how bright the satellite is, how the stars trail behind it.
+
+use std::path::{Path, PathBuf};
+
+use hifitime::Epoch;
+use rand::Rng;
+
+use super::field::draw_trails;
+use super::flux::rate_e_s;
+use super::frames::{Studio, real, scatter};
+use super::noise::stream;
+use super::render::{Body, PixelPsf, add_body, add_trail};
+use super::resolved::{RenderedTruth, Sitter, named, peak_share, sitter};
+use super::truth::{TargetTruth, Truth};
+use crate::astrometry::wcs::Wcs;
+use crate::base::error::{Error, Result};
+use crate::base::progress::Progress;
+use crate::base::time::{iso_utc, shifted};
+use crate::brightness::Model;
+use crate::config;
+use crate::orbit::{Geometry, Tracker, altaz_to_icrs, passes};
+use crate::pipeline::compare::scene;
+use crate::resolved::ComponentSatellite;
+
+/// Share of the full well the brightest part of the target is exposed to.
+const TARGET_WELL_FRAC: f64 = 0.3;
+/// Time before and after mid-exposure over which the motion among the stars is taken \[s\].
+const MOTION_S: f64 = 0.05;
+
+/// A tracked frame before it is drawn.
+#[derive(Debug, Clone, Copy)]
+struct StarlessFrame {
+    k: usize,
+    mid: Epoch,
+}
+
+impl Studio<'_> {
+    /// The tracked frames, spread evenly over the time the satellite is above `min_alt_deg`.
+    pub(super) fn targets(
+        &self,
+        (start, end): (Epoch, Epoch),
+        frames: &mut Vec<PathBuf>,
+        truth: &mut Truth,
+        notes: &mut Vec<String>,
+        progress: &dyn Progress,
+    ) -> Result<()> {
+        let t = &self.scenario.target;
+        let tracker = Tracker::from_config(&self.orbit_config(&t.elements), &self.scenario.site)?;
+        let model = Model::from_config(&self.model_config())?;
+        let found = passes(&tracker, &start, &end, t.min_alt_deg.to_radians())?;
+        let spans: Vec<(Epoch, f64)> =
+            found.iter().map(|p| (p.rise.epoch, (p.set.epoch - p.rise.epoch).to_seconds())).collect();
+        let total_s: f64 = spans.iter().map(|s| s.1).sum();
+        if spans.is_empty() || total_s <= 0.0 {
+            return Err(Error::Config {
+                key: "target".into(),
+                problem: format!("no pass above {} deg between start_utc and end_utc", t.min_alt_deg),
+            });
+        }
+        notes.push(format!("{} passes above {} deg, {total_s:.0} s", spans.len(), t.min_alt_deg));
+        let mut drawn: Vec<StarlessFrame> = Vec::new();
+        for k in 0..t.n {
+            let mut at = (k as f64 + 0.5) / t.n as f64 * total_s;
+            let mut span = 0;
+            while span + 1 < spans.len() && at > spans[span].1 {
+                at -= spans[span].1;
+                span += 1;
+            }
+            drawn.push(StarlessFrame { k, mid: shifted(spans[span].0, at) });
+        }
+        let components = t.resolved.as_deref().map(named).transpose()?;
+        let name = tracker.elements_at(&start).map(|e| e.name().to_string()).unwrap_or_default();
+        for frame in drawn {
+            let geometry = tracker.at(&frame.mid)?;
+            let of = (name.as_str(), &model, components.as_ref());
+            frames.push(self.target(frame, (&tracker, &geometry), of, truth)?);
+            progress.tick();
+        }
+        Ok(())
+    }
+
+    fn target(
+        &self,
+        frame: StarlessFrame,
+        (tracker, geometry): (&Tracker, &Geometry),
+        (name, model, components): (&str, &Model, Option<&ComponentSatellite>),
+        truth: &mut Truth,
+    ) -> Result<PathBuf> {
+        let s = self.scenario;
+        let t = &s.target;
+        let id = 5_000_000 + frame.k as u64;
+        let mut rng = stream(s.seed, id, None);
+        let gain = self.gain("target.gain_settings", t.gain_settings[frame.k % t.gain_settings.len()])?;
+        let modelled = model.brightness(&scene(geometry))?;
+        let sitter = components.map(|satellite| sitter(satellite, geometry)).transpose()?;
+        let shown_v_mag = sitter.as_ref().map_or(modelled.total_v_mag, |s| s.truth.rendered_v_mag);
+        let v_mag = shown_v_mag.map(|v| v + t.offset_mag + scatter(&mut rng, t.scatter_mag));
+        let airmass = geometry.airmass.unwrap_or(f64::INFINITY);
+        let solar_b_v = config::Zeropoint::default().target_b_v_mag;
+        let rate = v_mag.map_or(0.0, |v| rate_e_s(&s.photometric, v, solar_b_v, airmass));
+
+        let psf = PixelPsf::new(&s.psf, self.scale_arcsec, 1.0 + scatter(&mut rng, s.psf.seeing_scatter_frac));
+        let px_per_m = 206_264.806 / (geometry.range_km * 1e3) / self.scale_arcsec;
+        let size_px = (t.size_m[0] * px_per_m, t.size_m[1] * px_per_m);
+        let still = |s: &Sitter| s.on_frame(&psf, self.scale_arcsec, (0.0, 0.0), (0.0, 0.0));
+        let peak = sitter.as_ref().map(still).transpose()?.flatten().map(|on| peak_share(&on));
+        let lit_px2 = peak.map_or(0.35 * size_px.0 * size_px.1 + 1.13 * psf.fwhm_px.powi(2), f64::recip);
+        let sky_rate = self.sky_rate_e_s_px(frame.mid, geometry.alt_rad, geometry.az_rad)?;
+        let wanted = TARGET_WELL_FRAC * self.full_well_e(&gain) / (rate / lit_px2 + sky_rate).max(1e-30);
+        let exptime_s = (wanted.clamp(t.exptime_range_s[0], t.exptime_range_s[1]) * 1e6).round() / 1e6;
+
+        let mut image = self.sky(frame.mid, geometry.alt_rad, geometry.az_rad, exptime_s)?;
+        let trail_px = self.trail_px(tracker, frame.mid, exptime_s)?;
+        for trail in draw_trails(s, &mut rng, trail_px) {
+            let flux_e = rate_e_s(&s.photometric, trail.v_mag, trail.b_v_mag, airmass) * exptime_s;
+            add_trail(&mut image, &psf, trail.centre_px, trail_px, flux_e);
+        }
+        let off = t.off_centre_arcsec / self.scale_arcsec;
+        let smear = t.smear_arcsec / self.scale_arcsec * exptime_s.min(1.0);
+        let smear_angle = rng.random::<f64>() * std::f64::consts::TAU;
+        let body = Body {
+            x_px: (s.frame.nx_px as f64 - 1.0) / 2.0 + scatter(&mut rng, off),
+            y_px: (s.frame.ny_px as f64 - 1.0) / 2.0 + scatter(&mut rng, off),
+            size_px,
+            angle_rad: geometry.az_rad + t.turn_deg_s.to_radians() * frame.k as f64,
+            turn_rad: t.turn_deg_s.to_radians() * exptime_s,
+            smear_px: (smear * smear_angle.cos(), smear * smear_angle.sin()),
+            flux_e: rate * exptime_s,
+        };
+        let stem = format!("target_{:04}", frame.k);
+        if let Some(sitter) = sitter {
+            let on = sitter.on_frame(&psf, self.scale_arcsec, (body.x_px, body.y_px), body.smear_px)?;
+            let beside_frac = on.map_or(0.0, |on| on.paint(&on.total(), body.flux_e, &mut image));
+            let frame = self.file_name(&stem);
+            truth.rendered.push(RenderedTruth { frame, beside_frac, ..sitter.truth });
+        } else {
+            add_body(&mut image, &psf, &body);
+        }
+
+        let begin = shifted(frame.mid, -0.5 * exptime_s);
+        let mut cards = self.cards("Light Frame", name, begin, exptime_s, &gain);
+        cards.push(real("CENTALT", geometry.alt_rad.to_degrees(), "[deg] altitude at mid-exposure"));
+        cards.push(real("CENTAZ", geometry.az_rad.to_degrees(), "[deg] azimuth at mid-exposure"));
+        let path = self.write(&stem, id, image, &gain, cards)?;
+        truth.targets.push(TargetTruth {
+            frame: path.file_name().map_or(stem, |n| n.to_string_lossy().into_owned()),
+            date_mid: iso_utc(frame.mid, 6),
+            exptime_s,
+            gain_setting: gain.setting.map_or(0, |g| g.0),
+            x_px: body.x_px,
+            y_px: body.y_px,
+            flux_e: body.flux_e,
+            v_mag,
+            model_v_mag: modelled.total_v_mag,
+            sun_v_mag: modelled.sun.v_mag,
+            earthshine_v_mag: modelled.earthshine.v_mag,
+            moon_v_mag: modelled.moon.v_mag,
+            lunar_earthshine_v_mag: modelled.lunar_earthshine.v_mag,
+            illum: modelled.illum.to_string(),
+            alt_deg: geometry.alt_rad.to_degrees(),
+            az_deg: geometry.az_rad.to_degrees(),
+            range_km: geometry.range_km,
+            rate_deg_s: geometry.rate_rad_s.to_degrees(),
+            airmass: geometry.airmass,
+            trail_length_px: trail_px.0.hypot(trail_px.1),
+        });
+        Ok(path)
+    }
+
+    /// How far a star moves on the detector during the exposure \[px\]: against the satellite's motion among the stars,
+    /// north being up and east left as in the star frames.
+    fn trail_px(&self, tracker: &Tracker, mid: Epoch, exptime_s: f64) -> Result<(f64, f64)> {
+        let place = |after_s: f64| -> Result<(f64, f64)> {
+            let at = shifted(mid, after_s);
+            let geometry = tracker.at(&at)?;
+            Ok(altaz_to_icrs(tracker.site(), tracker.earth_orientation(), &at, geometry.alt_rad, geometry.az_rad))
+        };
+        let (ra_deg, dec_deg) = place(0.0)?;
+        let north_up = Wcs::tan(ra_deg, dec_deg, 0.0, 0.0, self.scale_arcsec, 0.0, false);
+        let pixel = |after_s: f64| {
+            let (ra_deg, dec_deg) = place(after_s)?;
+            north_up.sky_to_pixel(ra_deg, dec_deg).ok_or_else(|| Error::Orbit {
+                problem: format!("the target moves more than 90 deg in {} s", 2.0 * after_s.abs()),
+            })
+        };
+        let (before, after) = (pixel(-MOTION_S)?, pixel(MOTION_S)?);
+        let per_half_step = 0.5 * exptime_s / MOTION_S;
+        Ok((per_half_step * (before.0 - after.0), per_half_step * (before.1 - after.1)))
+    }
+
+    fn orbit_config(&self, elements: &Path) -> config::Orbit {
+        config::Orbit {
+            elements: elements.to_path_buf(),
+            norad_cat_id: self.scenario.target.norad_cat_id,
+            max_age_d: 14.0,
+            force_age: false,
+            ut1_utc_s: None,
+            xp_arcsec: 0.0,
+            yp_arcsec: 0.0,
+        }
+    }
+
+    fn model_config(&self) -> config::Model {
+        config::Model::of(&self.scenario.target.satellite)
+    }
+}

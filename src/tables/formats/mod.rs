@@ -1,0 +1,99 @@
+//! A table of a run as text cells under the one schema, and the formats it can be written in.
+//!
+//! Cells are the texts of the ECSV file, so a number is written elsewhere with the digits it has there. An empty cell
+//! is missing; none is NaN. Leaves out what the schema does not know, and says so.
+
+mod csv;
+mod fits;
+#[cfg(feature = "parquet")]
+mod parquet;
+mod provenance;
+mod units;
+mod votable;
+
+use ::csv::StringRecord;
+
+use super::columns;
+use super::columns::{Column, Datatype};
+use super::meta::Meta;
+
+pub use csv::write_csv;
+pub use fits::write_fits;
+#[cfg(feature = "parquet")]
+pub use parquet::write_parquet;
+pub use provenance::{Provenance, provenance};
+pub use votable::write_votable;
+
+/// One table: its columns, its rows as texts in the order of the columns, its meta block.
+#[derive(Debug, Clone, Default)]
+pub struct Table {
+    /// `photometry`, `stars`, `residuals`, `prediction` or `sky`.
+    pub name: &'static str,
+    /// The columns, in order.
+    pub columns: Vec<Column>,
+    /// The rows: one text per column, checked against its type.
+    pub records: Vec<StringRecord>,
+    /// What the table says about itself.
+    pub meta: Meta,
+    /// Columns of the file that the schema does not know.
+    pub ignored: Vec<String>,
+}
+
+/// The tables that can be told apart by their columns.
+#[must_use]
+pub fn known() -> Vec<(&'static str, Vec<Column>)> {
+    vec![
+        ("photometry", columns::PHOTOMETRY.to_vec()),
+        ("stars", columns::STARS.to_vec()),
+        ("residuals", columns::RESIDUALS.to_vec()),
+        ("prediction", columns::prediction()),
+        ("sky", columns::SKY.to_vec()),
+    ]
+}
+
+/// The known table that has most of these column names, if it has at least half of them.
+pub(crate) fn recognised(names: &StringRecord) -> Option<(&'static str, Vec<Column>)> {
+    let hits = |columns: &[Column]| columns.iter().filter(|c| names.iter().any(|n| n == c.name)).count();
+    let missing = |columns: &[Column]| columns.len() - hits(columns);
+    known()
+        .into_iter()
+        .max_by_key(|(_, columns)| (hits(columns), std::cmp::Reverse(missing(columns))))
+        .filter(|(_, columns)| 2 * hits(columns) >= columns.len())
+}
+
+/// One cell as a value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Cell<'a> {
+    /// Text; empty = missing.
+    Text(&'a str),
+    /// A whole number of 64 bits, or missing.
+    Int64(Option<i64>),
+    /// A mask of 32 bits, or missing.
+    Int32(Option<i32>),
+    /// A finite number, or missing.
+    Float64(Option<f64>),
+}
+
+impl Table {
+    /// The cells of a row as values, in the order of the columns.
+    pub fn cells<'a>(&'a self, record: &'a StringRecord) -> impl Iterator<Item = Cell<'a>> {
+        self.columns.iter().enumerate().map(|(i, column)| {
+            let text = record.get(i).unwrap_or_default();
+            match column.datatype {
+                Datatype::Text => Cell::Text(text),
+                Datatype::Int64 => Cell::Int64(text.parse().ok()),
+                Datatype::Int32 => Cell::Int32(text.parse().ok()),
+                Datatype::Float64 => Cell::Float64(text.parse().ok().filter(|v: &f64| v.is_finite())),
+            }
+        })
+    }
+
+    /// The rows in typed form, by the names of the columns.
+    ///
+    /// # Errors
+    /// Those of the reader of CSV; none for a table that was read under its schema.
+    pub fn rows<T: serde::de::DeserializeOwned>(&self) -> Result<Vec<T>, ::csv::Error> {
+        let names: StringRecord = self.columns.iter().map(|c| c.name).collect();
+        self.records.iter().map(|record| record.deserialize(Some(&names))).collect()
+    }
+}

@@ -1,0 +1,20 @@
+//! Can it be seen? From a magnitude and a rate to a limit: exposure times, surface brightness, streaks, surveys, hours.
+//!
+//! Magnitudes in the band stated, angles in the unit of the name, times in s. Nothing here knows a frame or a pixel value.
+
+pub mod duty_cycle;
+pub mod earth_tables;
+pub mod footprint;
+pub mod footprint_table;
+pub mod forecast;
+pub mod forecast_tables;
+pub mod limits_table;
+pub mod published_streaks;
+pub mod simple;
+pub mod sky_brightness;
+pub mod sky_brightness_table;
+pub mod streak;
+pub mod streak_table;
+pub mod survey;
+pub mod telescope;
+pub mod tracked;

@@ -1,0 +1,448 @@
+//! A zeropoint from a table of matched stars, made by whatever measured them: no frames, no configuration needed.
+//!
+//! Magnitudes; V = V_inst − ZP − k X − C (B−V) with the instrumental magnitudes as the table has them. A column that is not
+//! there (airmass, colour, errors) costs its term, not the fit. The table is never changed.
+
+mod columns;
+mod names;
+mod odd_rows;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+use std::path::Path;
+
+use crate::base::error::{Error, Result};
+use crate::config::{Config, Pin};
+use crate::orbit::Atmosphere;
+use crate::pipeline::products::meta::table_meta;
+use crate::pipeline::products::outputs::save;
+use crate::pipeline::products::provenance::Provenance;
+use crate::tables::read::{Row, Table};
+use crate::tables::words::Status;
+use crate::tables::{MetaValue, StarRow, write_stars};
+use crate::zeropoint::bands::{Band, Meaning, filter_meaning};
+use crate::zeropoint::fit::Zeropoint;
+use crate::zeropoint::star_identity;
+use crate::zeropoint::stars::fit_stars;
+use columns::{Columns, PER_SECOND_UNIT};
+use names::Finder;
+
+/// A pause this long between measurements begins another night [d].
+const NIGHT_GAP_D: f64 = 0.3;
+
+/// A table of matched stars and how to read it.
+#[derive(Debug, Clone)]
+pub struct Request<'a> {
+    /// The table: CSV, TSV, ECSV, VOTable or what else [`Table`] reads.
+    pub table: &'a Path,
+    /// Names of columns, or numbers for all rows, by key: `inst_mag`, `flux`, `v_mag`, `b_v_mag`, `airmass`, ...
+    pub columns: BTreeMap<String, String>,
+    /// The band of the catalogue magnitudes, `V` as a rule.
+    pub band: &'a str,
+    /// Subtracted from the instrumental magnitudes \[mag\]: the arbitrary 25 or 30 some tables add.
+    pub inst_constant_mag: f64,
+}
+
+/// The fit to a matched table.
+#[derive(Debug)]
+pub struct Matched {
+    /// Every row of the table with its weight and residual, or why it was left out.
+    pub rows: Vec<StarRow>,
+    /// The fit, or why there is none.
+    pub zeropoint: std::result::Result<Zeropoint, String>,
+    /// What each quantity was taken from.
+    pub taken: Vec<(String, String)>,
+    /// The unit of the instrumental magnitudes.
+    pub inst_unit: String,
+    /// The colour of the term C.
+    pub colour: String,
+    /// The band.
+    pub band: String,
+    /// Rows left out before the fit, by reason.
+    pub left_out: BTreeMap<String, usize>,
+    /// What should be known.
+    pub notes: Vec<String>,
+    table: String,
+}
+
+/// A configuration for a table alone: no cuts but those `sets` (`stars.bv_range_mag=[0.2, 0.9]`) ask for.
+///
+/// # Errors
+/// [`Error::Config`] for a wrong setting.
+pub fn without_config(sets: &[String]) -> Result<Config> {
+    const TEXT: &str = "preset = \"macquarie-cdk24\"\n[night]\nname = \"matched\"\ninput = []\noutput = \".\"\n\
+        [stars]\ncatalogue = \"none\"\nbv_range_mag = [-20.0, 20.0]\nv_range_mag = [-90.0, 90.0]\n\
+        airmass_range = [0.9, 100.0]\nv_err_max_mag = 10.0\nmin_snr = 0.0\n";
+    Config::from_text(TEXT, sets)
+}
+
+/// Fits the zeropoint to a table of matched stars.
+///
+/// # Errors
+/// [`Error::Table`] or [`Error::Config`] when a column that is needed is missing, with those present; a fit that fails is told
+/// in [`Matched::zeropoint`].
+pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
+    names::check_keys(&request.columns)?;
+    let mut table = Table::open(request.table)?;
+    let find = Finder { table: &table, columns: &request.columns, band: request.band };
+    let columns = Columns::find(&find, request.inst_constant_mag)?;
+    check_band(&columns, &table, request)?;
+    let mut config = config.clone();
+    if config.stars.is_none() {
+        config.stars = without_config(&[])?.stars;
+    }
+    let mut out = Matched {
+        rows: Vec::new(),
+        zeropoint: Err(String::new()),
+        taken: columns.taken.clone(),
+        inst_unit: columns.unit.clone(),
+        colour: columns.colour_name.clone(),
+        band: request.band.to_owned(),
+        left_out: BTreeMap::new(),
+        notes: table.notes.iter().chain(&columns.notes).cloned().collect(),
+        table: request.table.display().to_string(),
+    };
+    let atmosphere = Atmosphere::at_height_m(config.site.alt_m);
+    let (mut usable, mut lost) = (Vec::new(), Vec::new());
+    let mut leave_out = |line: usize, star: StarRow, reason: &str| {
+        *out.left_out.entry(reason.to_owned()).or_default() += 1;
+        lost.push((line, StarRow { status: Status::Rejected.into(), reason: reason.into(), ..star }));
+    };
+    let (mut row, mut n_rows, mut seen, mut n_again) = (Row::default(), 0, odd_rows::Seen::default(), 0);
+    while table.read(&mut row)? {
+        n_rows += 1;
+        odd_rows::no_decimal_comma(&row, &columns, &table)?;
+        match table.check(&row) {
+            Err(_) => {
+                let star = StarRow { star_id: table.place(&row), ..StarRow::default() };
+                leave_out(row.line, star, "damaged row");
+            }
+            Ok(()) => match columns.star(&row, &table, &atmosphere) {
+                (star, Err(reason)) => leave_out(row.line, star, reason),
+                (star, Ok(())) if seen.again(&row, &star, &columns, &table) => {
+                    n_again += 1;
+                    leave_out(row.line, star, "exact duplicate");
+                }
+                (star, Ok(())) => {
+                    let filter = columns.filter.map_or("", |i| row.get(i)).to_owned();
+                    usable.push((row.line, star, filter));
+                }
+            },
+        }
+    }
+    odd_rows::some_rows(n_rows, &table)?;
+    out.notes.extend(odd_rows::told(n_again));
+    let keep = one_filter(&usable, request)?;
+    let (mut lines, mut stars) = (Vec::new(), Vec::new());
+    for (line, star, filter) in usable {
+        if keep.as_ref().is_none_or(|keep| keep.contains(&filter)) {
+            lines.push(line);
+            stars.push(star);
+        } else {
+            leave_out(line, star, "other filter");
+        }
+    }
+    if let Some(note) = number_pointings(&mut stars) {
+        out.notes.push(note);
+    }
+    out.notes.extend(exposures_differ(&stars, &columns));
+    let mut cuts = BTreeMap::new();
+    let zeropoint = fitted(&mut stars, &mut config, &columns, Band::declared(request.band), &mut cuts);
+    for (cut, n) in cuts {
+        *out.left_out.entry(cut).or_default() += n;
+    }
+    out.zeropoint = match zeropoint {
+        Ok(zeropoint) => Ok(zeropoint),
+        Err(error @ Error::Zeropoint { .. }) => Err(error.to_string()),
+        Err(error) => return Err(error),
+    };
+    lost.extend(lines.into_iter().zip(stars));
+    lost.sort_by_key(|(line, _)| *line);
+    out.rows = lost.into_iter().map(|(_, star)| star).collect();
+    Ok(out)
+}
+
+/// The fit, with the terms refused that have no column.
+///
+/// The cuts of a night ask for an error, an S/N, an airmass and a match; a table may lack them: 0 stands for an unknown error
+/// while the fit runs, and is taken out again. A star that is in the table twice was measured twice: the name that would make
+/// two detections of it in one frame is held back.
+fn fitted(
+    stars: &mut [StarRow],
+    config: &mut Config,
+    columns: &Columns,
+    band: Option<Band>,
+    cuts: &mut BTreeMap<String, usize>,
+) -> Result<Zeropoint> {
+    let none = Some(Pin { value: 0.0, err: 0.0 });
+    let refused = |key: &str, what: &str| Error::Config {
+        key: format!("zeropoint.{key}"),
+        problem: format!("a term of {what} needs a column of it: name it with --column"),
+    };
+    if !columns.has_colour() {
+        if config.zeropoint.pin_c.is_some_and(|pin| pin.value != 0.0) {
+            return Err(refused("pin_c", "colour"));
+        }
+        config.zeropoint.pin_c = none;
+    }
+    if !columns.has_airmass() {
+        if config.zeropoint.pin_k.is_some_and(|pin| pin.value != 0.0) {
+            return Err(refused("pin_k", "airmass"));
+        }
+        config.zeropoint.pin_k = none;
+        if let Some(cuts) = &mut config.stars {
+            cuts.airmass_range = [0.9, 1.1];
+        }
+    }
+    let identities = star_identity::stars(stars, columns.has_names());
+    let had: Vec<(String, [bool; 2])> = stars
+        .iter_mut()
+        .map(|s| (std::mem::take(&mut s.star_id), [s.inst_mag_err.is_some(), s.snr.is_some()]))
+        .collect();
+    for star in stars.iter_mut() {
+        star.inst_mag_err = star.inst_mag_err.or(Some(0.0));
+        star.snr = star.snr.or(Some(f64::MAX));
+        star.match_arcsec = Some(0.0);
+        if !columns.has_airmass() {
+            star.airmass = Some(1.0);
+        }
+    }
+    let zeropoint = fit_stars(stars, &identities, config, cuts);
+    for (star, (star_id, had)) in stars.iter_mut().zip(had) {
+        star.star_id = star_id;
+        star.inst_mag_err = star.inst_mag_err.filter(|_| had[0]);
+        star.snr = star.snr.filter(|_| had[1]);
+        star.match_arcsec = None;
+        if !columns.has_airmass() {
+            star.airmass = None;
+        }
+    }
+    let mut zeropoint = zeropoint?;
+    zeropoint.band = band;
+    if !columns.has_airmass() {
+        zeropoint.k_note = "refused: no airmass column".to_owned();
+        zeropoint.airmass_mean = f64::NAN;
+        zeropoint.airmass_range = [f64::NAN; 2];
+        zeropoint.warnings.push(
+            "k refused: no airmass column; taken as 0, so the zeropoint holds the extinction of these frames (--column \
+             airmass=NAME, or a number)"
+                .to_owned(),
+        );
+    }
+    if !columns.has_colour() {
+        zeropoint.c_note = "refused: no colour column".to_owned();
+        zeropoint.warnings.push(
+            "C refused: no colour column; taken as 0, so the zeropoint holds for the mean colour of these stars (--column \
+             b_v_mag=NAME, or b_mag=NAME)"
+                .to_owned(),
+        );
+    }
+    Ok(zeropoint)
+}
+
+/// The filters to keep of a table of several, by their spellings; `None` where all rows are kept.
+fn one_filter(rows: &[(usize, StarRow, String)], request: &Request) -> Result<Option<BTreeSet<String>>> {
+    let filters: BTreeSet<&str> = rows.iter().map(|r| r.2.as_str()).collect();
+    let band = Band::declared(request.band);
+    let is_own = |text: &&&str| {
+        let of_band = |band: Band| match filter_meaning(text) {
+            meaning @ (Meaning::Band(_) | Meaning::Either(..)) => meaning.may_be(band),
+            _ => false,
+        };
+        **text == request.band || band.is_some_and(of_band)
+    };
+    let own: BTreeSet<String> = filters.iter().filter(is_own).map(|t| (*t).to_owned()).collect();
+    if !own.is_empty() {
+        return Ok((own.len() < filters.len()).then_some(own));
+    }
+    let all: Vec<&str> = filters.iter().copied().collect();
+    let refuse = |what: String| {
+        let problem = format!("{} holds measurements {what}", request.table.display());
+        Err(Error::Config { key: format!("--band {}", request.band), problem })
+    };
+    match all.as_slice() {
+        [] => Ok(None),
+        // a place in a wheel, or no filter: the band is the user's word
+        [one] if matches!(filter_meaning(one), Meaning::Unfiltered | Meaning::Unknown) => Ok(None),
+        [one] => refuse(format!(
+            "through the filter {one}: name its band with --band, and its catalogue magnitudes with --column v_mag"
+        )),
+        _ => refuse(format!("in several filters, {}: name one of them with --band", all.join(", "))),
+    }
+}
+
+/// Refuses catalogue magnitudes of another band than the one asked for.
+fn check_band(columns: &Columns, table: &Table, request: &Request) -> Result<()> {
+    let Some((name, band)) = columns.catalogue_band(table) else { return Ok(()) };
+    // `r_mag` may be Cousins's R in a table that has small letters alone
+    let same = Band::declared(request.band).is_none_or(|asked| asked.name().eq_ignore_ascii_case(band.name()));
+    if same {
+        return Ok(());
+    }
+    Err(Error::Config {
+        key: format!("--band {}", request.band),
+        problem: format!(
+            "the catalogue magnitudes are those of column `{name}`, which is of band {band}: say --band {band}"
+        ),
+    })
+}
+
+/// Numbers pointings in the order of the table; without a column of them the rows of one time are one pointing where times
+/// repeat, else every night is one. With what should be known of that.
+fn number_pointings(stars: &mut [StarRow]) -> Option<String> {
+    const NAME_IT: &str = "name the column with --column pointing=NAME (FIELD, OBJECT, ...)";
+    let mut numbers = BTreeMap::new();
+    if stars.iter().any(|s| !s.object_name.is_empty()) {
+        for star in stars {
+            let next = numbers.len() as i64;
+            star.pointing = Some(*numbers.entry(star.object_name.clone()).or_insert(next));
+        }
+        return None;
+    }
+    let mut times: Vec<f64> = stars.iter().filter_map(|s| s.mjd_mid_d).collect();
+    times.sort_by(f64::total_cmp);
+    let mut different = times.clone();
+    different.dedup();
+    if times.len() == stars.len() && different.len() > 1 && 2 * different.len() <= times.len() {
+        for star in stars {
+            star.pointing = star.mjd_mid_d.map(|t| different.partition_point(|d| *d < t) as i64);
+        }
+        return Some(format!(
+            "no column of pointings: the rows of one time are taken as one pointing, {} of them; {NAME_IT}",
+            different.len()
+        ));
+    }
+    let begins: Vec<f64> = times.windows(2).filter(|w| w[1] - w[0] > NIGHT_GAP_D).map(|w| w[1]).collect();
+    for star in stars {
+        let night = star.mjd_mid_d.map_or(0, |t| begins.partition_point(|b| *b <= t));
+        star.pointing = Some(night as i64);
+    }
+    Some(format!(
+        "no column of pointings: the stars of a night count as one, and how much pointings scatter is not measured but \
+         taken from zeropoint.pointing_scatter_prior_mag; {NAME_IT}"
+    ))
+}
+
+/// A warning when magnitudes of different exposures stand side by side.
+fn exposures_differ(stars: &[StarRow], columns: &Columns) -> Option<String> {
+    let mut times = stars.iter().filter_map(|s| s.exptime_s);
+    let first = times.next()?;
+    let differ = !columns.of_flux() && times.any(|t| (t - first).abs() > 1e-6 * first);
+    differ.then(|| {
+        "exposure times differ, and instrumental magnitudes are taken as they are: if they are not per second, give the \
+         flux (--column flux=NAME)"
+            .to_owned()
+    })
+}
+
+impl Matched {
+    /// Writes zeropoint.toml, if there is a fit, and the rows with weights and residuals.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn write(&self, config: &Config, zeropoint: &Path, table: &Path) -> Result<()> {
+        if let Ok(fit) = &self.zeropoint {
+            let mut notes: Vec<String> = self.notes.clone();
+            notes.push(format!("fit to the matched stars of {}", self.table));
+            notes.extend(self.taken.iter().map(|(what, from)| format!("{what}: {from}")));
+            save(zeropoint, &self.own_convention(&fit.to_toml(&notes)))?;
+        }
+        let mut meta = table_meta(config, self.zeropoint.as_ref().ok(), &Provenance::of(config, None, None)?);
+        // the site, the telescope and the catalogue are those of a night, not of this table
+        meta.entries.retain(|(key, _)| !matches!(key.as_str(), "night" | "site" | "telescope" | "catalogue"));
+        for (key, value) in &mut meta.entries {
+            match key.as_str() {
+                "band" => *value = MetaValue::Text(self.band.clone()),
+                "mag_system" => *value = MetaValue::Text("that of the table".into()),
+                _ => {}
+            }
+        }
+        meta.push("matched_table", MetaValue::Text(self.table.clone()));
+        meta.push("inst_mag_unit", MetaValue::Text(self.inst_unit.clone()));
+        meta.push("colour", MetaValue::Text(self.colour.clone()));
+        write_stars(table, &self.rows, &meta)
+    }
+
+    /// A zeropoint.toml that says its own unit, band and colour: one that is not of V and electrons per second must not be
+    /// read as that of a night.
+    fn own_convention(&self, toml: &str) -> String {
+        let text = |s: String| toml::Value::String(s).to_string();
+        let mut out = String::new();
+        for line in toml.lines() {
+            if line.starts_with("inst_mag_unit = ") && self.inst_unit != PER_SECOND_UNIT {
+                let _ = writeln!(out, "inst_mag_unit = {}", text(self.inst_unit.clone()));
+            } else if line.starts_with("convention = ") && (self.band != "V" || self.colour != "B-V") {
+                let _ = writeln!(out, "convention = {}", text(self.convention()));
+            } else if line.starts_with("# Zeropoint") && self.inst_unit != PER_SECOND_UNIT {
+                let _ = writeln!(out, "# Zeropoint, extinction and colour term of a matched table; X is the airmass.");
+            } else {
+                let _ = writeln!(out, "{line}");
+            }
+        }
+        out
+    }
+
+    fn convention(&self) -> String {
+        let second = self.zeropoint.as_ref().is_ok_and(Zeropoint::second_order);
+        let second = if second { format!(" - k'' X ({})", self.colour) } else { String::new() };
+        format!("{0} = {0}_inst - ZP - k X - C ({1}){second}", self.band, self.colour)
+    }
+
+    /// The fit in a few lines.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut t = String::new();
+        let lost: Vec<String> = self.left_out.iter().map(|(reason, n)| format!("{n} {reason}")).collect();
+        let lost = if lost.is_empty() { "none left out".to_owned() } else { format!("left out: {}", lost.join("; ")) };
+        let _ = writeln!(t, "Table      {}: {} rows, {lost}", self.table, self.rows.len());
+        let taken: Vec<String> = self.taken.iter().map(|(what, from)| format!("{what}: {from}")).collect();
+        let _ = writeln!(t, "Columns    {}", taken.join(", "));
+        let Ok(z) = &self.zeropoint else {
+            t.push_str("Zeropoint  none\n");
+            return t;
+        };
+        let errs = z.errs();
+        let _ = writeln!(
+            t,
+            "Zeropoint  ZP {:.6} +- {:.6}  k {:.6} +- {:.6} ({})  C {:.6} +- {:.6} ({})",
+            z.zp_mag, errs[0], z.k_mag_airmass, errs[1], z.k_note, z.c_mag_mag, errs[2], z.c_note
+        );
+        let _ = writeln!(t, "           {}; inst: {}", self.convention(), self.inst_unit);
+        let signed = |v: f64| if v < 0.0 { format!("- {:.6}", -v) } else { format!("+ {v:.6}") };
+        let mut sum = format!("{} = inst {}", self.band, signed(-z.zp_mag));
+        if z.k_mag_airmass != 0.0 {
+            let _ = write!(sum, " {} X", signed(-z.k_mag_airmass));
+        }
+        if z.c_mag_mag != 0.0 {
+            let _ = write!(sum, " {} ({})", signed(-z.c_mag_mag), self.colour);
+        }
+        if z.second_order() {
+            let _ = write!(sum, " {} X ({})", signed(-z.k2_mag), self.colour);
+        }
+        let _ = writeln!(t, "           that is {sum} (where a zeropoint is added: {:.6})", -z.zp_mag);
+        let intrinsic =
+            if z.intrinsic_mag > 0.0 { format!(", intrinsic scatter {:.4}", z.intrinsic_mag) } else { String::new() };
+        let _ = writeln!(
+            t,
+            "           N {} used, {} outliers, {}, {} pointings, rms {:.4} mag{intrinsic}; {}",
+            z.n_used,
+            z.n_rejected,
+            z.n_words(),
+            z.n_pointings,
+            z.rms_mag,
+            z.estimator
+        );
+        let [zp, k, c] = z.multipliers_95();
+        let _ = writeln!(t, "           95 %: the errors of ZP, k and C times {zp:.2}, {k:.2} and {c:.2}");
+        // a term that is not fitted has no variance, so where it is taken does not matter
+        let at = |mean: f64, else_: f64| if mean.is_finite() { mean } else { else_ };
+        let (x, colour) = (at(z.airmass_mean, 1.0), at(z.b_v_mean_mag, 0.0));
+        let _ = writeln!(
+            t,
+            "           error at the mean airmass and colour: {:.4} mag propagated, {:.4} as the paper adds it",
+            z.err_mag(x, colour, 0.0),
+            z.err_as_published_mag()
+        );
+        t
+    }
+}

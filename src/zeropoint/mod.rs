@@ -1,0 +1,8 @@
+//! From matched stars to zeropoint, extinction and colour term.
+
+pub mod bands;
+pub mod fit;
+pub mod matched;
+pub mod previous;
+pub mod star_identity;
+pub mod stars;
