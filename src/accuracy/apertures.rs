@@ -5,7 +5,7 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
-use super::Stopwatch;
+use super::effort::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
 use crate::base::error::Result;
 use crate::photometry::aperture::{Bounds, Shape, for_each_pixel};

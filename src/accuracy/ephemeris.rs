@@ -7,7 +7,7 @@ use hifitime::{Duration, Epoch};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
-use super::Stopwatch;
+use super::effort::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
 use crate::base::constants::AU_KM;
 use crate::base::error::{Error, Result};

@@ -2,7 +2,7 @@
 //!
 //! The nights of [`super::zeropoint_fit`]; errors in magnitudes of the magnitude the fit predicts, against the converged fit.
 
-use super::Stopwatch;
+use super::effort::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
 use super::zeropoint_fit::{AT, night};
 use crate::base::error::Result;

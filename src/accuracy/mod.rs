@@ -7,6 +7,7 @@ mod apertures;
 mod background_mesh;
 mod earth_frames;
 mod earth_reflected;
+mod effort;
 mod ephemeris;
 mod extremes;
 mod fit_rounds;
@@ -24,39 +25,13 @@ mod sweep;
 mod time_grid;
 mod zeropoint_fit;
 
+pub use effort::{Effort, Stopwatch};
+
 pub use extremes::{Extreme, Verdict, extremes};
 pub use paths::paths;
 pub use sweep::{Errors, Point, Series, Sweep};
 
 use crate::base::error::Result;
-
-/// How much is measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Effort {
-    /// Few cases, under a minute for all sweeps together.
-    Quick,
-    /// Enough cases for a worst error that means something.
-    Full,
-}
-
-impl Effort {
-    /// `quick` or `full`, as the effort is.
-    fn of<T>(self, quick: T, full: T) -> T {
-        match self {
-            Effort::Quick => quick,
-            Effort::Full => full,
-        }
-    }
-}
-
-/// What a sweep needs from outside.
-#[derive(Clone, Copy)]
-pub struct Stopwatch<'a> {
-    /// CPU seconds this process has used so far.
-    pub cpu_s: &'a dyn Fn() -> f64,
-    /// How much is measured.
-    pub effort: Effort,
-}
 
 /// One method: its name, one line about it, and its sweep.
 #[derive(Debug, Clone, Copy)]

@@ -6,7 +6,7 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
-use super::Stopwatch;
+use super::effort::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
 use crate::base::constants::{AU_KM, SUN_RADIUS_KM};
 use crate::base::error::Result;

@@ -4,7 +4,7 @@
 //! The ISS 45° from nadir: by day, and at full Moon in the Earth's shadow. All light, and every light with a share above
 //! 1 %, is a case.
 
-use super::Stopwatch;
+use super::effort::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep};
 use crate::base::error::Result;
 use crate::base::vector::Vector;

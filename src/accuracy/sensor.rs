@@ -2,8 +2,9 @@
 
 use ndarray::Array2;
 
+use super::effort::Effort;
+use super::effort::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
-use super::{Effort, Stopwatch};
 use crate::base::error::Result;
 use crate::resolved::sensor::{Blur, Pupil, Sampling, Seeing, Stamp, stamp};
 use crate::resolved::{Light, RadianceImage};

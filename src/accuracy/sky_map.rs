@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
-use super::Stopwatch;
+use super::effort::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
 use crate::base::error::{Error, Result};
 use crate::base::vector::Vector;

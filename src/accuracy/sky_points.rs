@@ -3,8 +3,9 @@
 //! Magnitudes. Skies over Macquarie around the full Moon of June 2025, by day, in twilight and at night. The reference is
 //! the median of very many directions of the same kind of spiral, which is far better than any setting.
 
+use super::effort::Effort;
+use super::effort::Stopwatch;
 use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
-use super::{Effort, Stopwatch};
 use crate::base::error::{Error, Result};
 use crate::base::time::from_mjd_utc;
 use crate::brightness::sky_points::{SkyPoints, Spread};

@@ -1,6 +1,7 @@
 //! One knob turned: for each setting the errors over many cases and what a case costs.
 
-use super::{Effort, Stopwatch};
+use super::effort::Effort;
+use super::effort::Stopwatch;
 
 /// CPU time of one setting is measured over at least this long \[s\].
 const LEAST_S: (f64, f64) = (0.02, 0.3);

@@ -7,7 +7,7 @@ use hifitime::{Duration, Epoch};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
-use super::Stopwatch;
+use super::effort::Stopwatch;
 use super::sweep::{ARCSEC_PER_RAD, Errors, Point, Series, Sweep, cpu_us};
 use crate::base::error::Result;
 use crate::orbit::{EarthOrientation, SkyBodies, bodies};

@@ -20,3 +20,6 @@ pub const FWHM_PER_SIGMA: f64 = 2.354_820_045_030_949_3;
 pub const SIGMA_PER_MAD: f64 = 1.482_602_218_505_602;
 /// Magnitudes per unit of natural logarithm of flux, 2.5/ln 10.
 pub const MAG_PER_LN: f64 = 1.085_736_204_758_129_6;
+
+/// Equatorial radius of WGS72, SGP4's Earth \[km\]: a state below it has decayed.
+pub const SGP4_EARTH_RADIUS_KM: f64 = 6_378.135;

@@ -4,8 +4,9 @@
 
 use std::fmt;
 
+use super::flux_sum::Sum;
 use super::lamps::mag_of_flux;
-use super::lights::{Lamp, Sum};
+use super::lights::Lamp;
 use super::skip::Skip;
 use crate::base::constants::MAG_PER_LN;
 

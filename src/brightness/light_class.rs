@@ -5,10 +5,10 @@
 
 use std::fmt;
 
+use super::scene::scene;
 use crate::base::error::Result;
 use crate::brightness::{Illum, light_class};
 use crate::orbit::Geometry;
-use crate::pipeline::compare::scene;
 
 /// Altitude of the Sun's centre at sunrise and sunset: 34′ of refraction and 16′ of its radius \[deg\]
 /// (Explanatory Supplement to the Astronomical Almanac, 3rd ed., §12.2).

@@ -3,6 +3,7 @@
 //! Irradiances relative to a star of magnitude 0, areas in m², range in m. What a scene does not need is not computed,
 //! and the reason is written down. Left out: light scattered from one surface to another.
 
+use super::flux_sum::Sum;
 use std::f64::consts::PI;
 
 use super::brdf::{Brdf, direct_reflection, mirror_reflection};
@@ -11,7 +12,7 @@ use super::ground::Ground;
 use super::lamps::{LampSettings, NearMoon, moonlight, sunlight};
 use super::model::Model;
 use super::platform::{Plate, Side, View};
-use super::scene::{Scene, impossible};
+use super::scene::Scene;
 use super::settings::ToleranceOf;
 use super::shadow::{Colour, lit_fraction};
 use super::skip::Skip;
@@ -53,15 +54,6 @@ pub(super) struct Lighting {
     lamps: LampSettings,
     shadow: Shadow,
     colour: Colour,
-}
-
-/// Sum of a light over the surfaces, its numerical error, and what the Earth integrals took.
-#[derive(Default)]
-pub(super) struct Sum {
-    pub flux: f64,
-    pub err: f64,
-    pub quadratures: usize,
-    pub nodes: usize,
 }
 
 /// One satellite before one observer: all that both ways of light have in common.
@@ -216,16 +208,6 @@ impl<'a> Stage<'a> {
     }
 }
 
-impl Sum {
-    /// Adds a part, its flux and error scaled.
-    pub fn add(&mut self, part: &Sum, scale: f64) {
-        self.flux += scale * part.flux;
-        self.err += scale * part.err;
-        self.quadratures += part.quadratures;
-        self.nodes += part.nodes;
-    }
-}
-
 impl Lamp {
     /// The Sun in a scene.
     pub fn sun(scene: &Scene, lighting: &Lighting, radius_km: f64) -> Lamp {
@@ -296,8 +278,4 @@ impl Lighting {
     fn share(&self, scene: &Scene, source_km: &Vector<Itrs>, source_radius_km: f64, radius_km: f64) -> f64 {
         lit_fraction(&scene.satellite_km, source_km, source_radius_km, radius_km, self.shadow, &self.colour)
     }
-}
-
-pub(super) fn unit(v: Vector<Itrs>, to: &str) -> Result<Vector<Itrs>> {
-    v.unit().ok_or_else(|| impossible(format!("no direction from the satellite to the {to}: {:?} km", v.to_array())))
 }

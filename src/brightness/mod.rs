@@ -10,6 +10,7 @@ pub mod catalogue;
 pub mod earth_view;
 pub mod earthshine;
 pub mod explicit;
+mod flux_sum;
 mod ground;
 pub mod lamps;
 pub mod light_class;

@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 use super::brdf::Brdf;
 use super::earthshine::PreparedBrdf;
-use super::lights::{Sum, unit};
+use super::flux_sum::Sum;
+use super::flux_sum::unit;
 use super::scene::{Scene, impossible};
 use super::surface::Surface;
 use crate::base::error::Result;

@@ -5,6 +5,7 @@
 use crate::base::constants::{MOON_RADIUS_KM, SUN_RADIUS_KM, WGS84_A_KM, WGS84_F};
 use crate::base::error::{Error, Result};
 use crate::base::vector::{Itrs, Vector};
+use crate::orbit::Geometry;
 
 /// One instant, geocentric, Earth-fixed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -102,6 +103,19 @@ pub fn geodetic_up(place: &Vector<Itrs>) -> Vector<Itrs> {
 /// A model input that makes no sense.
 pub(super) fn impossible(problem: String) -> Error {
     Error::Model { problem }
+}
+
+/// The scene of the brightness engine at one instant.
+#[must_use]
+pub fn scene(g: &Geometry) -> Scene {
+    Scene {
+        satellite_km: g.satellite_itrs_km,
+        velocity_km_s: g.satellite_velocity_itrs_km_s,
+        observer_km: g.observer_itrs_km,
+        sun_km: g.sun_itrs_km,
+        moon_km: g.moon_itrs_km,
+        sidereal_rad: g.sidereal_rad,
+    }
 }
 
 #[cfg(test)]

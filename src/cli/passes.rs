@@ -5,8 +5,8 @@ use hifitime::Epoch;
 use satphot::base::time::{iso_utc, parse_utc, shifted};
 use satphot::brightness::light_class;
 use satphot::brightness::light_class::{PaperLabel, SkyClass, classes};
+use satphot::brightness::scene::scene;
 use satphot::orbit::{PassEvent, Tracker, WholePass, whole_passes};
-use satphot::pipeline::compare::scene;
 use satphot::report::summary::text_table;
 
 use super::orbit_args::{OrbitArgs, bad};

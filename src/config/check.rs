@@ -1,6 +1,11 @@
 //! Ranges, checked once: each message gives the key, the value, the accepted range and the unit.
 
-use super::{Attitude, Config, Model, QUANTITIES, Source, Surface};
+use super::Attitude;
+use super::Model;
+use super::Source;
+use super::Surface;
+use super::file::Config;
+use super::file::QUANTITIES;
 use crate::base::error::{Error, Result};
 use crate::base::file::plain_name;
 

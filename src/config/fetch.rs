@@ -6,8 +6,9 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
+use super::file::Config;
 use super::load::read_layers;
-use super::{Config, range};
+use super::range;
 use crate::base::error::{Error, Result};
 
 /// Addresses, patience and cache of `satphot fetch`; every key has a default.

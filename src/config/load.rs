@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
-use super::Config;
+use super::file::Config;
 use crate::base::error::{Error, Result};
 
 /// The embedded presets: name and text.

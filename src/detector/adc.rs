@@ -3,6 +3,14 @@
 //! ADU as in the file. Cameras pad their 12 or 14 bits with zeros (values x16, x4), and drivers give EGAIN for either
 //! kind of count; a converter that is full piles pixels up on one value. Leaves out electrons ([`super::transfer`]).
 
+use crate::base::error::Error;
+use crate::base::error::Result;
+use crate::fits::raw::guarded;
+use crate::frames::clip::Region;
+use crate::frames::exposure::Exposure;
+use crate::frames::read::Pixels;
+use crate::frames::read::TILE_ROWS;
+
 /// Values that fit a 16-bit file.
 const N_LEVELS: usize = 65_536;
 /// Share of pixels that must agree with a step: dead columns, overscan and rounding by others are the rest.
@@ -229,4 +237,34 @@ pub fn converter_bits(step: Option<Step>, pile: Option<Pile>) -> Option<u32> {
         return Some((16.0 - spacing.log2()).round().clamp(1.0, 16.0) as u32);
     }
     pile.map(|p| (p.top_adu + 1.0).log2().ceil().clamp(1.0, 16.0) as u32)
+}
+
+/// Counts the raw values inside the clip circle; of a frame of more than `max_px` only every n-th tile of 64 rows.
+///
+/// # Errors
+/// [`Error::Fits`] if the file is damaged or holds no image.
+pub fn count_values(exposure: &Exposure, clip_radius_px: Option<f64>, max_px: usize) -> Result<Counts> {
+    let (full_nx, full_ny) = exposure.size_px;
+    if full_nx == 0 || full_ny == 0 {
+        return Err(Error::Fits { path: exposure.path.clone(), problem: "no image in the header".into() });
+    }
+    let region = Region::new(exposure.size_px, clip_radius_px);
+    let (nx, ny) = region.size_px;
+    let stride = (nx * ny).div_ceil(max_px.max(1)).max(1);
+    guarded(&exposure.path, || {
+        let mut pixels = Pixels::open(&exposure.path, &exposure.header)?;
+        let mut counts = Counts::default();
+        let mut tile = vec![0f32; nx * TILE_ROWS.min(ny)];
+        // tall frames are thinned by tiles, low ones by single rows
+        let tile_rows = if ny / TILE_ROWS >= 4 * stride { TILE_ROWS } else { (ny / (4 * stride)).clamp(1, TILE_ROWS) };
+        for first in (0..ny).step_by(tile_rows * stride) {
+            let rows = tile_rows.min(ny - first);
+            let tile = &mut tile[..nx * rows];
+            pixels.read((region.origin_px.0, region.origin_px.1 + first), (nx, rows), tile)?;
+            for (j, values) in tile.chunks(nx).enumerate() {
+                counts.add(&values[region.inside(first + j)]);
+            }
+        }
+        Ok(counts)
+    })
 }

@@ -4,6 +4,8 @@
 //! and metres. Position, range and range rate stay blank: they are for measured values alone.
 //! Source: score.cps.iau.org, "Data format", and the server's own checks ([`super::score_check`]).
 
+use super::score_form::HEADER;
+use super::score_form::refused_below_deg;
 use std::path::Path;
 
 use super::facts::{DataMode, Facts, needed, said, wrong};
@@ -16,37 +18,6 @@ use crate::photometry::flux::detectable_e;
 use crate::tables::rows::PhotometryRow;
 use crate::tables::words::Verdict;
 use crate::zeropoint::bands::{Band, Meaning, filter_meaning};
-
-/// The columns, in the order the server counts them.
-pub const HEADER: [&str; 27] = [
-    "satellite_name",
-    "norad_cat_id",
-    "observation_time_utc",
-    "observation_time_uncertainty_sec",
-    "apparent_magnitude",
-    "apparent_magnitude_uncertainty",
-    "observer_latitude_deg",
-    "observer_longitude_deg",
-    "observer_altitude_m",
-    "limiting_magnitude",
-    "instrument",
-    "observing_mode",
-    "observing_filter",
-    "observer_email",
-    "observer_orcid",
-    "satellite_right_ascension_deg",
-    "satellite_declination_deg",
-    "sigma_2_ra",
-    "sigma_ra_sigma_dec",
-    "sigma_2_dec",
-    "range_to_satellite_km",
-    "range_to_satellite_uncertainty_km",
-    "range_rate_of_satellite_km_per_sec",
-    "range_rate_of_satellite_uncertainty_km_per_sec",
-    "comments",
-    "data_archive_link",
-    "mpc_code",
-];
 
 /// Warnings told at once.
 const MOST_WARNINGS: usize = 5;
@@ -169,16 +140,6 @@ fn limit_v_mag(row: &PhotometryRow, facts: &Facts) -> Option<f64> {
         Some(v - 2.5 * (detectable_e(flux_e, err_e, facts.detect_sigma) / flux_e).log10())
     };
     row.limit_v_mag.or_else(of_noise)
-}
-
-/// Altitude below which the server may take a satellite for set, because it reads metres as kilometres \[deg\].
-///
-/// `acos(R/(R + h)) − 5°` with h in km where m are meant and −5° the lowest altitude the server takes: 27° for a site
-/// 1165 m high, 40° for 2663 m.
-#[must_use]
-pub(super) fn refused_below_deg(alt_m: f64) -> f64 {
-    const R_KM: f64 = 6371.0;
-    (R_KM / (R_KM + alt_m.max(0.0))).acos().to_degrees() - 5.0
 }
 
 fn too_low(observations: &[Kept<'_>], alt_m: f64) -> Option<String> {

@@ -7,7 +7,7 @@
 use std::collections::HashSet;
 use std::fmt;
 
-use super::score::HEADER;
+use super::score_form::HEADER;
 use super::score_rules::check_row;
 
 /// One thing that is wrong, or odd.

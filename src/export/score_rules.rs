@@ -3,7 +3,8 @@
 //! Degrees, metres, seconds, magnitudes, arcsec², km, km/s as the columns say. Source: the server's models and forms
 //! (github.com/iausathub/score, 2025), its "Data format" page. Leaves out what needs the network.
 
-use super::score::{HEADER, refused_below_deg};
+use super::score_form::HEADER;
+use super::score_form::refused_below_deg;
 use crate::base::utc::Utc;
 
 /// Where a finding goes: column, value, problem with its remedy, whether the server takes it all the same.

@@ -1,6 +1,7 @@
 //! FITS files as bytes: cards, checksums, pixels plain and tiled, and the writer.
 
 pub(crate) mod card_out;
+pub(crate) mod card_value;
 pub(crate) mod cards;
 pub(crate) mod checksum;
 pub(crate) mod files;
@@ -13,8 +14,10 @@ pub(crate) mod structure;
 pub(crate) mod tiles;
 pub(crate) mod write;
 
+pub use card_value::CardValue;
 pub use cards::{Card, Header};
 pub use checksum::wrong_checksum;
 pub use files::find_files;
 pub(crate) use raw::guarded;
-pub use write::{CardValue, write_f32, write_u16};
+pub use write::write_f32;
+pub use write::write_u16;

@@ -12,7 +12,7 @@ use std::ptr;
 
 use fitsio::{FileOpenMode, FitsFile, sys};
 
-use super::write::CardValue;
+use super::card_value::CardValue;
 use crate::base::error::{Error, Result};
 
 /// Type codes of fitsio.h.

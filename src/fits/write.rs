@@ -2,6 +2,7 @@
 //!
 //! A file appears under its name only when it is complete. Used by the simulator and the master flat. Leaves out tables.
 
+use super::card_value::CardValue;
 use std::path::Path;
 
 use ndarray::Array2;
@@ -10,19 +11,6 @@ use super::raw;
 use super::raw::Pixels;
 use crate::base::error::{Error, Result};
 use crate::base::file::write_by_path;
-
-/// The value of a card to be written. A `Text` under the keyword HISTORY or COMMENT becomes such lines.
-#[derive(Debug, Clone, PartialEq)]
-pub enum CardValue {
-    /// A string, of any length.
-    Text(String),
-    /// A whole number.
-    Integer(i64),
-    /// A finite real number, written so that it reads back exactly.
-    Real(f64),
-    /// T or F.
-    Logical(bool),
-}
 
 /// Writes raw counts as 16-bit integers with BZERO = 32768; `compress` makes a Rice tile-compressed extension.
 ///

@@ -245,14 +245,6 @@ impl Detector {
     }
 }
 
-/// Angle of one pixel on the sky \[arcsec\], for a pixel pitch \[µm\], binning and focal length \[mm\].
-///
-/// s = atan(p b / f).
-#[must_use]
-pub fn pixel_scale_arcsec(pixel_um: f64, binning: u32, focal_length_mm: f64) -> f64 {
-    (pixel_um * 1e-3 * f64::from(binning) / focal_length_mm).atan().to_degrees() * 3_600.0
-}
-
 /// The value of a table of one entry.
 fn only(table: &BTreeMap<i64, f64>) -> Option<f64> {
     table.values().next().copied().filter(|_| table.len() == 1)

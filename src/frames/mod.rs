@@ -5,26 +5,30 @@
 
 mod calibrate;
 mod camera;
-mod clip;
+pub(crate) mod clip;
 mod clock;
-mod exposure;
+pub(crate) mod exposure;
 pub mod flat;
 mod frame;
 pub mod header;
 mod load;
-mod read;
+pub(crate) mod read;
 mod readout;
 mod role;
 mod sample;
 
-pub use camera::{Detector, pixel_scale_arcsec};
+pub use camera::Detector;
 pub use clock::{MidTime, TimeKind, mid_time};
 pub use exposure::{Exposure, classify, refusals};
 pub(crate) use exposure::{light_exptime, sorted};
+pub use header::optics::pixel_scale_arcsec;
 
 pub use frame::{Electrons, ElectronsPerAdu, Frame, Gain, GainSetting, mask};
 pub use load::{Buffers, FrameReader, Held, read};
 
+pub use crate::detector::adc::count_values;
 pub use readout::Camera;
 pub use role::{Role, other_satellite};
-pub use sample::{Blocks, count_values, never_filled, read_box};
+pub use sample::Blocks;
+pub use sample::never_filled;
+pub use sample::read_box;

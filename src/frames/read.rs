@@ -13,10 +13,10 @@ use crate::fits::stored::Stored;
 use crate::fits::tiles::Tiles;
 
 /// Rows read at a time: a tile of a full-size frame stays near 2 MB.
-pub(super) const TILE_ROWS: usize = 64;
+pub(crate) const TILE_ROWS: usize = 64;
 
 /// An image open for reading as f32, whatever its BITPIX.
-pub(super) enum Pixels {
+pub(crate) enum Pixels {
     /// Plain unsigned 16 bit: exact in f32.
     Stored(Stored, Vec<u8>),
     /// Every other uncompressed image.
@@ -26,7 +26,7 @@ pub(super) enum Pixels {
 }
 
 impl Pixels {
-    pub(super) fn open(path: &Path, header: &Header) -> Result<Self> {
+    pub(crate) fn open(path: &Path, header: &Header) -> Result<Self> {
         if header.is_compressed() {
             return Ok(Self::Compressed(Box::new(Tiles::open(path, header)?)));
         }
@@ -37,7 +37,7 @@ impl Pixels {
     }
 
     /// Fills `out` with the rectangle at `origin_px` of `size_px`; BLANK becomes NaN.
-    pub(super) fn read(&mut self, origin_px: (usize, usize), size_px: (usize, usize), out: &mut [f32]) -> Result<()> {
+    pub(crate) fn read(&mut self, origin_px: (usize, usize), size_px: (usize, usize), out: &mut [f32]) -> Result<()> {
         match self {
             Self::Stored(stored, bytes) => {
                 stored.read(origin_px, size_px, bytes)?;

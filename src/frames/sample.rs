@@ -5,9 +5,8 @@
 
 use super::clip::Region;
 use super::exposure::Exposure;
-use super::read::{Pixels, TILE_ROWS};
-use crate::base::error::{Error, Result};
-use crate::detector::adc::Counts;
+use super::read::Pixels;
+use crate::base::error::Result;
 use crate::fits::raw::guarded;
 
 /// Side of a block \[px\].
@@ -139,36 +138,6 @@ pub fn read_box(exposure: &Exposure, origin_px: (usize, usize), size_px: (usize,
         let mut values = vec![0f32; size_px.0 * size_px.1];
         Pixels::open(&exposure.path, &exposure.header)?.read(origin_px, size_px, &mut values)?;
         Ok(values)
-    })
-}
-
-/// Counts the raw values inside the clip circle; of a frame of more than `max_px` only every n-th tile of 64 rows.
-///
-/// # Errors
-/// [`Error::Fits`] if the file is damaged or holds no image.
-pub fn count_values(exposure: &Exposure, clip_radius_px: Option<f64>, max_px: usize) -> Result<Counts> {
-    let (full_nx, full_ny) = exposure.size_px;
-    if full_nx == 0 || full_ny == 0 {
-        return Err(Error::Fits { path: exposure.path.clone(), problem: "no image in the header".into() });
-    }
-    let region = Region::new(exposure.size_px, clip_radius_px);
-    let (nx, ny) = region.size_px;
-    let stride = (nx * ny).div_ceil(max_px.max(1)).max(1);
-    guarded(&exposure.path, || {
-        let mut pixels = Pixels::open(&exposure.path, &exposure.header)?;
-        let mut counts = Counts::default();
-        let mut tile = vec![0f32; nx * TILE_ROWS.min(ny)];
-        // tall frames are thinned by tiles, low ones by single rows
-        let tile_rows = if ny / TILE_ROWS >= 4 * stride { TILE_ROWS } else { (ny / (4 * stride)).clamp(1, TILE_ROWS) };
-        for first in (0..ny).step_by(tile_rows * stride) {
-            let rows = tile_rows.min(ny - first);
-            let tile = &mut tile[..nx * rows];
-            pixels.read((region.origin_px.0, region.origin_px.1 + first), (nx, rows), tile)?;
-            for (j, values) in tile.chunks(nx).enumerate() {
-                counts.add(&values[region.inside(first + j)]);
-            }
-        }
-        Ok(counts)
     })
 }
 

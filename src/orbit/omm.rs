@@ -5,8 +5,8 @@
 
 use serde_json::{Map, Value};
 
+use super::elements::set::Problem;
 use super::elements::{DamagedSet, Elements, ElementsFile};
-use super::tle::Problem;
 use crate::base::instant;
 use crate::base::instant::Instant;
 

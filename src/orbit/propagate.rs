@@ -3,6 +3,7 @@
 //! km, km/s and minutes, in TEME. The crate's default mode (WGS84, IAU sidereal time) is 218 m off after days and is
 //! not used. Deep-space orbits below 11.5° inclination may be off by 1 km after hours ([`Propagator::caveat`]).
 
+use crate::base::constants::SGP4_EARTH_RADIUS_KM;
 use hifitime::Epoch;
 use sgp4::MinutesSinceEpoch;
 
@@ -10,9 +11,6 @@ use super::elements::Elements;
 use super::time::{days_between, utc_text};
 use crate::base::error::{Error, Result};
 use crate::base::vector::{Teme, Vector};
-
-/// Equatorial radius of WGS72, SGP4's Earth \[km\]: a state below it has decayed.
-pub const SGP4_EARTH_RADIUS_KM: f64 = 6_378.135;
 
 /// Below this height nothing stays in orbit \[km\]: drag takes it down within the revolution.
 pub const DECAYED_BELOW_KM: f64 = 100.0;

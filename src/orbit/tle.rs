@@ -2,10 +2,8 @@
 //!
 //! Columns of 69 ASCII characters. Nothing is repaired: a wrong checksum is a wrong orbit until shown otherwise.
 
+use super::elements::set::Problem;
 use super::elements::{DamagedSet, Elements, ElementsFile};
-
-/// Where (1-based line, where known) and what is wrong.
-pub(super) type Problem = (Option<usize>, String);
 
 /// Every set of a TLE or 3LE file, damaged ones apart.
 pub(super) fn parse_file(text: &str) -> Result<ElementsFile, Problem> {

@@ -9,9 +9,9 @@ use super::pass_check::{CheckedPass, FoundPass, sun_and_moon};
 use super::rule::Rule;
 use crate::base::error::{Error, Result};
 use crate::base::time::{parse_utc, shifted};
+use crate::brightness::scene::scene;
 use crate::config::Mode;
 use crate::orbit::passes;
-use crate::pipeline::compare::scene;
 use Basis::{Beside, Literature, Stated};
 
 const TABLE: &str = "table of passes";

@@ -13,6 +13,7 @@ pub mod flux;
 pub mod growth;
 mod label;
 mod net;
+mod rows;
 mod smooth;
 pub mod surface_brightness;
 pub mod target;

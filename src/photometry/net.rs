@@ -2,9 +2,8 @@
 //!
 //! Electrons. Bad and clipped pixels are 0, as sky is. Leaves out: filters.
 
+use super::rows::Rows;
 use std::ops::Range;
-
-use ndarray::{CowArray, Ix2};
 
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::background::{Background, Pixels};
@@ -12,29 +11,6 @@ use crate::photometry::flux::clipped_sky;
 
 /// About as many pixels as [`level_offset`] looks at.
 const OFFSET_PX: usize = 100_000;
-
-/// The rows of a frame, each a slice.
-pub(crate) struct Rows<'a> {
-    pixels: CowArray<'a, f32, Ix2>,
-    mask: CowArray<'a, u8, Ix2>,
-    nx: usize,
-}
-
-impl<'a> Rows<'a> {
-    /// Of a frame; only one whose rows are not laid out one after another is copied.
-    pub fn of(frame: &'a Frame<Electrons>) -> Self {
-        let (pixels, mask) = (frame.pixels.as_standard_layout(), frame.mask.as_standard_layout());
-        Self { pixels, mask, nx: frame.pixels.ncols() }
-    }
-
-    /// Pixels and mask of a part of the local row `j`.
-    pub fn part(&self, j: usize, columns: Range<usize>) -> (&[f32], &[u8]) {
-        let at = j * self.nx + columns.start..j * self.nx + columns.end;
-        // in standard layout there always is a slice
-        let pixels = self.pixels.as_slice().map_or(&[][..], |p| &p[at.clone()]);
-        (pixels, self.mask.as_slice().map_or(&[][..], |m| &m[at]))
-    }
-}
 
 /// A frame and the sky under it.
 pub(crate) struct Net<'a> {

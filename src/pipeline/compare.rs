@@ -1,29 +1,17 @@
 //! Observed against modelled: fills the model columns of photometry rows, makes residual rows and passes.
 
+use crate::brightness::scene::scene;
 use hifitime::Epoch;
 
 use crate::base::error::{Error, Result};
 use crate::brightness::light_class::{PaperLabel, is_sunlit};
-use crate::brightness::{Brightness, Model, Scene, skipped_text};
+use crate::brightness::{Brightness, Model, skipped_text};
 use crate::config::{self, Mode, Source};
 use crate::orbit::Geometry;
 use crate::photometry::Flags;
 use crate::report::summary::passes;
 use crate::tables::{PhotometryRow, ResidualRow};
 use crate::zeropoint::bands::Band;
-
-/// The scene of the brightness engine at one instant.
-#[must_use]
-pub fn scene(g: &Geometry) -> Scene {
-    Scene {
-        satellite_km: g.satellite_itrs_km,
-        velocity_km_s: g.satellite_velocity_itrs_km_s,
-        observer_km: g.observer_itrs_km,
-        sun_km: g.sun_itrs_km,
-        moon_km: g.moon_itrs_km,
-        sidereal_rad: g.sidereal_rad,
-    }
-}
 
 /// Whether the model may stand beside magnitudes that are corrected for extinction, and what must be said if it does.
 ///

@@ -5,7 +5,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::shape::{Body, wrong};
+use super::shape::wrong;
+use super::triangle::Body;
 use crate::base::error::Result;
 use crate::base::vector::Vector;
 

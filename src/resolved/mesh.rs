@@ -6,7 +6,9 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use super::shape::{Body, Triangle, double_area};
+use super::triangle::Body;
+use super::triangle::Triangle;
+use super::triangle::double_area;
 use crate::base::error::{Error, Result};
 use crate::base::vector::Vector;
 

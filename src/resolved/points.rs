@@ -6,8 +6,8 @@ use super::directions::SETS;
 use super::image::Light;
 use super::render::{RayCounts, Renderer};
 use super::satellite::Point;
-use super::shape::Body;
 use super::surface::beyond_m;
+use super::triangle::Body;
 use crate::base::error::{Error, Result};
 use crate::base::vector::{Itrs, Vector};
 

@@ -5,7 +5,8 @@
 
 use super::body::PosedBody;
 use super::satellite::ComponentSatellite;
-use super::shape::{Body, projected_m2};
+use super::triangle::Body;
+use super::triangle::projected_m2;
 use crate::base::error::Result;
 use crate::base::vector::{Itrs, Vector};
 use crate::brightness::Catalogue;

@@ -12,7 +12,7 @@ use obvhs::bvh2::builder::build_bvh2;
 use obvhs::ray::{Ray, RayHit};
 use obvhs::{Boundable, BvhBuildParams};
 
-use super::shape::Triangle;
+use super::triangle::Triangle;
 use crate::base::vector::Vector;
 
 /// How much larger the boxes are, relative to the body: far above the rounding of 32 bits.

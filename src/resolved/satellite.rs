@@ -9,7 +9,10 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::joint::Joint;
-use super::shape::{Body, Shape, Triangle, wrong};
+use super::shape::Shape;
+use super::shape::wrong;
+use super::triangle::Body;
+use super::triangle::Triangle;
 use crate::base::error::{Error, Result};
 use crate::base::vector::Vector;
 use crate::brightness::Brdf;

@@ -4,7 +4,8 @@
 
 use std::f64::consts::TAU;
 
-use super::shape::{Triangle, double_area};
+use super::triangle::Triangle;
+use super::triangle::double_area;
 use crate::base::vector::Vector;
 
 /// Sum of the area vectors, relative to the area, below which a surface counts as closed.
@@ -72,7 +73,8 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::resolved::shape::{Body, Shape};
+    use crate::resolved::shape::Shape;
+    use crate::resolved::triangle::Body;
 
     fn of(shape: &Shape) -> Vec<Triangle<Body>> {
         shape.triangles(32, Path::new("."), "test").unwrap()

@@ -94,3 +94,6 @@ pub fn draw_trails(scenario: &Scenario, rng: &mut impl Rng, (dx_px, dy_px): (f64
         })
         .collect()
 }
+
+/// Streams of the star fields lie beyond those of the frames.
+pub const FIELD_STREAM: u64 = 1 << 24;

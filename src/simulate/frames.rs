@@ -1,5 +1,6 @@
 //! The frames of the synthetic night: what is exposed when, drawn, made noisy and written.
 
+pub(crate) use super::field::FIELD_STREAM;
 use std::path::{Path, PathBuf};
 
 use hifitime::Epoch;
@@ -25,9 +26,6 @@ use crate::orbit::{
     EarthOrientation, Site, airmass::airmass, altaz_to_icrs, bodies, icrs_to_altaz, moon_altaz, sun_altaz,
 };
 use crate::visibility::sky_brightness::MoonInSky;
-
-/// Streams of the star fields lie beyond those of the frames.
-pub const FIELD_STREAM: u64 = 1 << 24;
 
 /// What was written.
 #[derive(Debug, Clone)]

@@ -9,6 +9,7 @@ mod frames;
 mod noise;
 mod render;
 mod resolved;
+mod satellites;
 mod scenario;
 mod tracked;
 mod truth;

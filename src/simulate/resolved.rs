@@ -8,11 +8,10 @@ use serde::Serialize;
 
 use super::render::PixelPsf;
 use super::scenario::PsfKind;
-use crate::base::error::{Error, Result};
+use crate::base::error::Result;
 use crate::brightness::lamps::mag_of_flux;
 use crate::orbit::Geometry;
 use crate::resolved::sensor::{Blur, Sampling, Seeing, Stamp, stamp};
-use crate::resolved::shape::SIDES;
 use crate::resolved::{ComponentSatellite, Light, RadianceImage, RenderSettings, ResolvedScene, render};
 
 /// Pixels along a side of a picture; finer than any seeing for a satellite up to a few arcminutes.
@@ -110,24 +109,4 @@ impl Sitter {
 /// Share of the light in the brightest pixel of a stamp whose sum is 1.
 pub fn peak_share(stamp: &Stamp) -> f64 {
     stamp.planes.iter().flat_map(|(_, p)| p.iter().copied()).fold(0.0, f64::max)
-}
-
-/// The satellite of components a scenario names, its shapes and meshes looked at.
-///
-/// # Errors
-/// [`Error::Config`] under `target.resolved` for a name that is not known, a file that cannot be read, and shapes that
-/// make no sense.
-pub fn named(name: &str) -> Result<ComponentSatellite> {
-    let checked = || {
-        let satellite = ComponentSatellite::named(name)?;
-        satellite.components.iter().try_for_each(|part| satellite.triangles(part, SIDES).map(|_| ()))?;
-        Ok(satellite)
-    };
-    checked().map_err(|error: Error| {
-        let problem = match error {
-            Error::Config { problem, .. } => problem,
-            other => other.to_string(),
-        };
-        Error::Config { key: "target.resolved".into(), problem }
-    })
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::resolved::named as components;
+use super::satellites::named as components;
 use crate::base::error::{Error, Result};
 use crate::base::file::plain_name;
 use crate::config::{self, range, read_layers};

@@ -10,16 +10,20 @@ use super::flux::rate_e_s;
 use super::frames::{Studio, real, scatter};
 use super::noise::stream;
 use super::render::{Body, PixelPsf, add_body, add_trail};
-use super::resolved::{RenderedTruth, Sitter, named, peak_share, sitter};
+use super::resolved::RenderedTruth;
+use super::resolved::Sitter;
+use super::resolved::peak_share;
+use super::resolved::sitter;
+use super::satellites::named;
 use super::truth::{TargetTruth, Truth};
 use crate::astrometry::wcs::Wcs;
 use crate::base::error::{Error, Result};
 use crate::base::progress::Progress;
 use crate::base::time::{iso_utc, shifted};
 use crate::brightness::Model;
+use crate::brightness::scene::scene;
 use crate::config;
 use crate::orbit::{Geometry, Tracker, altaz_to_icrs, passes};
-use crate::pipeline::compare::scene;
 use crate::resolved::ComponentSatellite;
 
 /// Share of the full well the brightest part of the target is exposed to.

@@ -12,7 +12,9 @@ use rand_chacha::ChaCha12Rng;
 use rayon::prelude::*;
 use satphot::photometry::Flags;
 use satphot::photometry::background::background;
-use satphot::photometry::target::measure::{TargetFound, TargetSettings, measure_target};
+use satphot::photometry::target::measure::TargetFound;
+use satphot::photometry::target::measure::measure_target;
+use satphot::photometry::target::settings::TargetSettings;
 
 const SKY: f64 = 60.0;
 const READ_NOISE: f64 = 2.0;

@@ -11,7 +11,10 @@ use rand_distr::{Distribution, Normal};
 use rayon::prelude::*;
 use satphot::photometry::Flags;
 use satphot::photometry::background::background;
-use satphot::photometry::target::measure::{KnownDirection, TargetFound, TargetSettings, measure_target};
+use satphot::photometry::target::measure::KnownDirection;
+use satphot::photometry::target::measure::TargetFound;
+use satphot::photometry::target::measure::measure_target;
+use satphot::photometry::target::settings::TargetSettings;
 
 fn settings(case: &Case, theta: f64) -> TargetSettings {
     let n = case.n as f64;

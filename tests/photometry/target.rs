@@ -9,7 +9,10 @@ use rand_chacha::ChaCha12Rng;
 use rayon::prelude::*;
 use satphot::photometry::Flags;
 use satphot::photometry::background::background;
-use satphot::photometry::target::measure::{Light, TargetFound, TargetSettings, measure_target};
+use satphot::photometry::target::measure::Light;
+use satphot::photometry::target::measure::TargetFound;
+use satphot::photometry::target::measure::measure_target;
+use satphot::photometry::target::settings::TargetSettings;
 
 const FWHM: f64 = 4.0;
 const SKY: f64 = 60.0;

@@ -13,7 +13,10 @@ use satphot::photometry::aperture::Shape;
 use satphot::photometry::background::background;
 use satphot::photometry::flux::Flux;
 use satphot::photometry::surface_brightness::inst_mu;
-use satphot::photometry::target::measure::{Light, TargetFound, TargetSettings, measure_target};
+use satphot::photometry::target::measure::Light;
+use satphot::photometry::target::measure::TargetFound;
+use satphot::photometry::target::measure::measure_target;
+use satphot::photometry::target::settings::TargetSettings;
 
 const FWHM: f64 = 4.0;
 const SKY: f64 = 60.0;

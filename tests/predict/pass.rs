@@ -9,9 +9,9 @@ use std::path::Path;
 
 use satphot::base::time::parse_utc;
 use satphot::brightness::Model;
+use satphot::brightness::scene::scene;
 use satphot::config;
 use satphot::orbit::{EarthOrientation, Site, Tracker, read_elements};
-use satphot::pipeline::compare::scene;
 use satphot::tables::columns::PREDICTION;
 use support::{Told, satphot};
 

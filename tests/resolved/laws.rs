@@ -6,7 +6,7 @@ use std::path::Path;
 use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::{self, Attitude, Brdf, ModelSettings, Satellite, Scene, Surface};
 use satphot::resolved::projected::{areas, silhouette_m2};
-use satphot::resolved::shape::double_area;
+use satphot::resolved::triangle::double_area;
 use satphot::resolved::{ComponentSatellite, Light, RayCounts, RenderSettings, Renderer, ResolvedScene, render};
 
 const R_KM: f64 = 6378.137;

@@ -8,7 +8,10 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::{Detection, Hint, SkyStar, Solution};
+use super::problem::Detection;
+use super::problem::Hint;
+use super::problem::SkyStar;
+use super::problem::Solution;
 use crate::astrometry::catalogue::separation_deg;
 use crate::astrometry::wcs::Wcs;
 use crate::base::error::{Error, Result};

@@ -4,7 +4,10 @@
 //! in an empty part of the sky, and comparable with the rank of a detection among those of the frame.
 
 use super::grid::Grid;
-use super::{Detection, Hint, Refusal, SkyStar};
+use super::problem::Detection;
+use super::problem::Hint;
+use super::problem::Refusal;
+use super::problem::SkyStar;
 use crate::astrometry::wcs::Wcs;
 
 /// Stars up to this rank judge a hypothesis.
@@ -63,7 +66,7 @@ impl Field {
         );
         let radius_arcsec = hint.radius_deg * 3600.0;
         let spots = spots(detections, size);
-        if spots.len() < super::MIN_MATCHED {
+        if spots.len() < super::problem::MIN_MATCHED {
             return Err(Refusal::FewDetections { n: spots.len() });
         }
         let plane = Wcs::tan(hint.ra_deg, hint.dec_deg, 0.0, 0.0, 1.0, 0.0, true);
@@ -71,7 +74,7 @@ impl Field {
         let frame_area = size.0 * size.1 * hint.scale_arcsec * hint.scale_arcsec;
         let near = near(catalogue, &plane, hint, reach_arcsec);
         let stars = ranked(near, (frame_area / std::f64::consts::PI).sqrt());
-        if stars.len() < super::MIN_MATCHED {
+        if stars.len() < super::problem::MIN_MATCHED {
             return Err(Refusal::FewStars { n: stars.len(), radius_deg: reach_arcsec / 3600.0 });
         }
         let places: Vec<(f64, f64)> = stars.iter().map(|s| s.at).collect();

@@ -5,7 +5,12 @@ use super::fit::{Match, fit_best};
 use super::grid::Grid;
 use super::judge::Found;
 use super::lists::Lists;
-use super::{Detection, MIN_MATCHED, Pair, Refusal, SkyStar, Solution};
+use super::problem::Detection;
+use super::problem::MIN_MATCHED;
+use super::problem::Pair;
+use super::problem::Refusal;
+use super::problem::SkyStar;
+use super::problem::Solution;
 use crate::astrometry::wcs::Wcs;
 
 /// Matched stars narrower than this share of their length leave the parity open.

@@ -4,12 +4,12 @@
 //! three are met by construction. The search multiplies by the number of hypotheses. A hypothesis is given up as soon as
 //! the detections, brightest first, speak against it (Wald's sequential test).
 
-use statrs::distribution::{Binomial, DiscreteCDF};
+use super::chance::tail;
 
 use super::field::Field;
 use super::fit::{Model, fit};
 use super::lists::{Lists, unique_pairs};
-use super::search::Similarity;
+use super::similarity::Similarity;
 use crate::astrometry::wcs::Wcs;
 
 /// A detection counts as brought together with a star within this many σ: room for the lever arm of a small triangle.
@@ -118,14 +118,6 @@ impl<'a> Judge<'a> {
     pub fn best_chance(&self) -> f64 {
         self.best.as_ref().map_or(1.0, |b| b.chance)
     }
-}
-
-/// P(at least k of n), each with probability p.
-pub(super) fn tail(n: u64, p: f64, k: u64) -> f64 {
-    if k == 0 {
-        return 1.0;
-    }
-    Binomial::new(p, n).map_or(1.0, |b| b.sf(k - 1))
 }
 
 /// Fits a hypothesis to the stars it brings together, and counts them.

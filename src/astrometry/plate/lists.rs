@@ -1,9 +1,9 @@
 //! Two lists matched under world coordinates, and the chance that they agree as well by accident.
 
+use super::chance::tail;
 use super::field::Field;
 use super::fit::{Fit, Match};
 use super::grid::Grid;
-use super::judge::tail;
 use crate::astrometry::wcs::Wcs;
 
 /// Radii at which matches are counted: each half of the one before.

@@ -3,7 +3,8 @@
 //! Two questions kept apart: [`Brdf::check_parameters`] asks whether f is a finite non-negative function,
 //! [`Brdf::check`] whether it also returns no more light than it receives.
 
-use super::{Brdf, PHONG_N_MAX};
+use super::law::Brdf;
+use super::law::PHONG_N_MAX;
 use crate::base::error::Result;
 use crate::brightness::scene::impossible;
 

@@ -4,7 +4,8 @@
 
 use std::sync::Arc;
 
-use super::{Binomial, Brdf};
+use super::Binomial;
+use super::law::Brdf;
 use crate::base::error::{Error, Result};
 
 /// Land with vegetation, 479 nm (Cloud Absorption Radiometer, CLASIC), as fitted by Fankhauser et al. (2023, AJ 166, 59).

@@ -2,7 +2,7 @@
 //!
 //! Degrees and 1/sr. Fine near the mirror direction, where laboratory laws have their peak.
 
-use super::Brdf;
+use super::law::Brdf;
 use crate::base::vector::{Enu, Vector};
 
 /// f at one outgoing angle in the plane of incidence.

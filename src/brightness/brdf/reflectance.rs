@@ -5,8 +5,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use super::Brdf;
 use super::binomial::{Binomial, power_of_ten};
+use super::law::Brdf;
 use crate::base::quadrature::{end_clustered, gauss, half_cosine};
 
 /// Nodes of a panel about the mirror direction.

@@ -2,7 +2,8 @@
 //!
 //! Magnitudes. An entry that states no scatter was not compared with observations, and says so.
 
-use super::{Catalogue, Entry};
+use super::Entry;
+use super::list::Catalogue;
 use crate::base::error::Result;
 use crate::config;
 use crate::tables::{Meta, MetaValue};

@@ -4,7 +4,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::outer::Edge;
+use super::edge::Edge;
 use super::profile::Metric;
 use super::ring::Rings;
 

@@ -5,6 +5,7 @@
 
 mod arithmetic;
 mod corners;
+mod edge;
 mod facet;
 mod lobe;
 mod outer;

@@ -3,6 +3,9 @@
 //! ζ in rad. Tangencies of terminator, horizon and lobe ends, corners, the lobe's nearest place and the ends of its
 //! reach are all found beforehand, so that no rule is laid across one.
 
+use super::edge::Edge;
+use super::edge::GRADED_FROM;
+use super::edge::WIDE;
 use std::f64::consts::FRAC_PI_2;
 
 use super::corners::corners;
@@ -14,25 +17,8 @@ use super::ring::Rings;
 use crate::base::quadrature::{end_clustered, smooth_step};
 use crate::brightness::ground::Ground;
 
-/// A span longer than this many scales is graded.
-const GRADED_FROM: f64 = 2.0;
-/// Lobes wider than this are left to the rule.
-const WIDE: f64 = 0.5;
 /// Edges closer than this are one \[rad\].
 const SAME_RAD: f64 = 1e-14;
-
-/// Where spans meet.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Edge {
-    pub zeta: f64,
-    /// The ring integral behaves like a root here.
-    pub root: bool,
-    /// It behaves like a small power or a step.
-    pub sharp: bool,
-    /// It changes over this length before the edge, and behind it; infinite where nothing special happens.
-    pub before: f64,
-    pub behind: f64,
-}
 
 /// One range of ζ and its variable t, 0 to 1.
 #[derive(Debug, Clone, Copy)]
@@ -59,19 +45,6 @@ enum Grade {
     No,
     FromStart { scale: f64, reach: f64 },
     FromEnd { scale: f64, reach: f64 },
-}
-
-impl Edge {
-    pub fn plain(zeta: f64) -> Self {
-        Self { zeta, root: false, sharp: false, before: f64::INFINITY, behind: f64::INFINITY }
-    }
-
-    fn merge(&mut self, o: &Self) {
-        self.root |= o.root;
-        self.sharp |= o.sharp;
-        self.before = self.before.min(o.before);
-        self.behind = self.behind.min(o.behind);
-    }
 }
 
 impl Span {

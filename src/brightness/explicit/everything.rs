@@ -2,7 +2,11 @@
 //!
 //! Units of [`Fluxes`]. For tests and for `--explain`, which times it; [`super::explicit`] is what is used.
 
-use super::{Case, Fluxes, RADIUS_KM, Scattering, Sight};
+use super::case::Case;
+use super::case::Fluxes;
+use super::case::RADIUS_KM;
+use super::case::Scattering;
+use super::case::Sight;
 use crate::base::vector::Vector;
 use crate::brightness::brdf::Brdf;
 use crate::brightness::earthshine::plain;

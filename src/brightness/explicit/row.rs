@@ -5,7 +5,9 @@
 
 use csv::StringRecord;
 
-use super::{Case, RADIUS_KM, Scattering};
+use super::case::Case;
+use super::case::RADIUS_KM;
+use super::case::Scattering;
 use crate::base::vector::{Itrs, Vector};
 use crate::brightness::brdf::Brdf;
 

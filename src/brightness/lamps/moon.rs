@@ -3,8 +3,14 @@
 //! Phase angles in deg, as the laws are printed; distances in km. The Moon is a uniform disc without libration, waxing
 //! as bright as waning.
 
+use super::ROLO_RANGE_DEG;
+use super::eclipse_factor;
+use super::opposition::MOON_LAW_MAX_DEG;
+use super::opposition::OPPOSITION_DEG;
 use super::settings::LampSettings;
-use super::{Lamplight, ROLO_RANGE_DEG, SUN_V_MAG, eclipse_factor, flux_of_mag};
+use super::sun::Lamplight;
+use super::sun::SUN_V_MAG;
+use super::sun::flux_of_mag;
 use crate::base::constants::AU_KM;
 use crate::base::vector::{Itrs, Vector};
 use crate::config::{Distances, LunarEclipse, MoonLaw, MoonPastLimit};
@@ -14,10 +20,6 @@ use crate::config::{Distances, LunarEclipse, MoonLaw, MoonPastLimit};
 pub const FULL_MOON_V_MAG: f64 = -12.73;
 /// Distance the lunar laws belong to \[km\] (Cox 2002; Kieffer & Stone 2005).
 pub const MOON_MEAN_DISTANCE_KM: f64 = 384_400.0;
-/// Phase angle up to which the law of Cox is believed \[deg\]; it was fitted to less.
-pub const MOON_LAW_MAX_DEG: f64 = 150.0;
-/// Phase angle below which the surge is added \[deg\] (Krisciunas & Schaefer 1991, PASP 103, 1033).
-pub(super) const OPPOSITION_DEG: f64 = 7.0;
 
 /// Moonlight at a place, from the geometry Sun, Moon, place.
 ///
@@ -90,7 +92,7 @@ pub fn opposition_factor(phase_deg: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brightness::lamps::mag_of_flux;
+    use crate::brightness::lamps::sun::mag_of_flux;
     use crate::brightness::spectrum::Band;
     use crate::config::{Effects, Mode};
 

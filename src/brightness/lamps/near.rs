@@ -9,7 +9,8 @@ use crate::base::vector::{Itrs, Vector};
 use crate::brightness::polynomial::{TERMS, fit};
 use crate::config::{Distances, GroundMoonlight, MoonLaw, MoonPastLimit};
 
-use super::moon::{MOON_LAW_MAX_DEG, OPPOSITION_DEG};
+use super::opposition::MOON_LAW_MAX_DEG;
+use super::opposition::OPPOSITION_DEG;
 
 /// Half of the shortest range of sin(α/2) that is interpolated over.
 const LEAST_HALF_RANGE: f64 = 1e-4;

@@ -2,7 +2,8 @@
 //!
 //! W m⁻² nm⁻¹ at mean distances. Left out: the redness of the Moon (a grey disc, as published).
 
-use super::{LampSettings, sunlight};
+use super::LampSettings;
+use super::sun::sunlight;
 use crate::base::constants::AU_KM;
 use crate::brightness::spectrum::Spectrum;
 

@@ -80,7 +80,9 @@ fn dimming_mag(band: &Band, sun: &Spectrum, column: SolarColumn) -> Result<f64> 
 mod tests {
     use super::*;
     use crate::base::constants::AU_KM;
-    use crate::brightness::lamps::{SUN_V_MAG, mag_of_flux, sunlight};
+    use crate::brightness::lamps::sun::SUN_V_MAG;
+    use crate::brightness::lamps::sun::mag_of_flux;
+    use crate::brightness::lamps::sun::sunlight;
     use crate::config::Mode;
 
     fn of(mode: Mode) -> LampSettings {

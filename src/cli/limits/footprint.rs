@@ -8,11 +8,11 @@ use hifitime::Epoch;
 use satphot::Error;
 use satphot::base::time::{iso_utc, parse_utc, shifted};
 use satphot::brightness::lamps::LampSettings;
+use satphot::brightness::scene::scene;
 use satphot::brightness::{Attitude, Band, Scene};
 use satphot::config::{Effects, Mode};
 use satphot::orbit::geometry::geometry;
 use satphot::orbit::{EarthOrientation, Site, Tracker, bodies};
-use satphot::pipeline::compare::scene;
 use satphot::report::summary::text_table;
 use satphot::tables::{Meta, MetaValue};
 use satphot::visibility::footprint::{

@@ -10,9 +10,10 @@ use super::master::MasterFlat;
 use crate::base::error::{Error, Result};
 use crate::base::pages::zeros;
 use crate::config;
+pub(crate) use crate::fits::card_value::CardValue;
 use crate::fits::cards::Header;
 use crate::fits::raw::guarded;
-use crate::fits::write::{CardValue, write_f32};
+use crate::fits::write::write_f32;
 use crate::frames::clip::Region;
 use crate::frames::read::Pixels;
 

@@ -2,8 +2,8 @@
 //!
 //! Leaves out the range a light frame may have ([`crate::frames::exposure`]) and the cadence of the night.
 
-use super::Told;
 use super::names::{Aliases, keywords};
+use super::sourced::Told;
 use crate::fits::cards::{Header, parse_number};
 use crate::frames::clock::span_s;
 

@@ -3,8 +3,8 @@
 //! Settings in 0.1 dB as the camera counts them, conversion in e⁻/ADU. Leaves out the camera tables
 //! ([`crate::frames::camera`]), which win over the header unless the configuration says otherwise.
 
-use super::Told;
 use super::names::{Aliases, keywords};
+use super::sourced::Told;
 use crate::fits::cards::Header;
 use crate::frames::frame::GainSetting;
 

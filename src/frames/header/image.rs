@@ -2,8 +2,8 @@
 //!
 //! Pedestals in ADU. Leaves out what is refused because of it ([`crate::frames::exposure`]).
 
-use super::Told;
 use super::names::{Aliases, keywords};
+use super::sourced::Told;
 use crate::fits::cards::Header;
 
 /// Counts of combined exposures.

@@ -10,8 +10,11 @@ mod exposure_time;
 mod gain;
 mod image;
 mod names;
-mod optics;
+pub(crate) mod optics;
 mod site;
+mod sourced;
+
+pub use sourced::Told;
 
 pub(crate) use angle::sexagesimal;
 pub use camera::{CameraCheck, check_camera};
@@ -22,19 +25,3 @@ pub use image::{Calibration, binning, calibration, colour, cube, row_order, stac
 pub use names::{Aliases, find, keywords};
 pub use optics::{Optics, filter, optics};
 pub use site::{HeaderSite, SiteCheck, check_site, header_site};
-
-/// A value and where it is from.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Told<T> {
-    /// The value.
-    pub value: T,
-    /// The keyword, and what was done to it.
-    pub source: String,
-}
-
-impl<T> Told<T> {
-    /// A value from a keyword.
-    pub fn new(value: T, source: impl Into<String>) -> Self {
-        Self { value, source: source.into() }
-    }
-}

@@ -2,10 +2,9 @@
 //!
 //! Scales in arcsec/px, pixels in µm with the binning, focal lengths in mm. Leaves out the configuration, which wins.
 
-use super::Told;
 use super::names::{Aliases, find, keywords};
+use super::sourced::Told;
 use crate::fits::cards::Header;
-use crate::frames::camera::pixel_scale_arcsec;
 
 /// What a header tells of camera and optics.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -65,4 +64,12 @@ pub fn optics(header: &Header, aliases: &Aliases) -> Optics {
         read_noise_e: positive(&keywords(aliases, "read_noise")),
         warnings,
     }
+}
+
+/// Angle of one pixel on the sky \[arcsec\], for a pixel pitch \[µm\], binning and focal length \[mm\].
+///
+/// s = atan(p b / f).
+#[must_use]
+pub fn pixel_scale_arcsec(pixel_um: f64, binning: u32, focal_length_mm: f64) -> f64 {
+    (pixel_um * 1e-3 * f64::from(binning) / focal_length_mm).atan().to_degrees() * 3_600.0
 }

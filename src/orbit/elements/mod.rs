@@ -6,11 +6,19 @@
 pub(super) mod neighbours;
 mod read;
 mod select;
+pub(crate) mod set;
 mod xml;
 
-pub use read::{DamagedSet, ElementsFile, elements_from_bytes, read_elements, read_elements_file, read_elements_for};
+pub use set::Elements;
+
+pub use read::elements_from_bytes;
+pub use read::read_elements;
+pub use read::read_elements_file;
+pub use read::read_elements_for;
 pub(super) use select::only_object;
 pub use select::{check_age, element_names, nearest};
+pub use set::DamagedSet;
+pub use set::ElementsFile;
 
 use hifitime::Epoch;
 use sgp4::chrono::{Datelike, Timelike};
@@ -18,16 +26,6 @@ use sgp4::chrono::{Datelike, Timelike};
 use super::time::days_between;
 use super::tle;
 use crate::base::error::{Error, Result};
-
-/// One set of mean elements (TLE, 3LE or OMM) for SGP4.
-#[derive(Debug, Clone)]
-pub struct Elements {
-    pub(super) inner: sgp4::Elements,
-    name: String,
-    object_id: String,
-    epoch: Epoch,
-    format: &'static str,
-}
 
 impl Elements {
     /// Wraps what the parser made, after checking the ranges SGP4 does not check. The problem is a sentence.
@@ -125,7 +123,7 @@ impl Elements {
         const GM_KM3_S2: f64 = 398_600.8;
         let n_rad_s = std::f64::consts::TAU / (self.period_min() * 60.0);
         let a_km = (GM_KM3_S2 / (n_rad_s * n_rad_s)).cbrt();
-        a_km * (1.0 - self.eccentricity()) - super::propagate::SGP4_EARTH_RADIUS_KM
+        a_km * (1.0 - self.eccentricity()) - crate::base::constants::SGP4_EARTH_RADIUS_KM
     }
 
     /// Age at `epoch` \[d\]: positive when the elements are older than the epoch, negative when newer.

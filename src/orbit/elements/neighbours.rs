@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use super::Elements;
+use super::set::Elements;
 use crate::base::vector::{Teme, Vector};
 use crate::orbit::propagate::Propagator;
 use crate::orbit::time::utc_text;

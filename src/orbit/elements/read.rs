@@ -3,48 +3,16 @@
 //! Text in UTF-8 or Latin-1, with or without a byte-order mark, lines ended as on Unix, Windows or old Macs. The formats
 //! themselves are in [`crate::orbit::tle`], [`crate::orbit::omm`] and [`super::xml`].
 
+use super::set::DamagedSet;
+use super::set::ElementsFile;
+use super::set::MOST_WARNINGS;
 use std::path::Path;
 
-use super::{Elements, element_names, xml};
+use super::element_names;
+use super::set::Elements;
+use super::xml;
 use crate::base::error::{Error, Result};
 use crate::orbit::{omm, tle};
-
-/// A set of a file that cannot be read, and what is known of whose it is.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DamagedSet {
-    /// 1-based line, where known.
-    pub line: Option<usize>,
-    /// What is wrong, as a sentence.
-    pub problem: String,
-    /// Catalogue numbers that stand in it; none if none can be read.
-    pub numbers: Vec<u64>,
-    /// The name above it; empty without one.
-    pub name: String,
-}
-
-impl DamagedSet {
-    /// It may be a set of the object of this number and these names.
-    fn may_be_of(&self, number: u64, names: &[String]) -> bool {
-        if self.numbers.contains(&number) {
-            return true;
-        }
-        // an altered number does not hide the name
-        let is_named = names.iter().any(|n| n.eq_ignore_ascii_case(self.name.trim()));
-        is_named || (self.numbers.is_empty() && self.name.is_empty())
-    }
-}
-
-/// Damaged sets of other objects that are named one by one.
-const MOST_WARNINGS: usize = 3;
-
-/// What a file of elements holds: the sets that can be read, and those that cannot.
-#[derive(Debug, Clone, Default)]
-pub struct ElementsFile {
-    /// The sets, in order of the file.
-    pub sets: Vec<Elements>,
-    /// What is damaged.
-    pub damaged: Vec<DamagedSet>,
-}
 
 /// Reads the sets for one object: as [`read_elements`], but a damaged set of *another* object is a warning, not an error.
 /// All readable sets are returned; which object is meant is `norad`, or the only one of the file.

@@ -4,7 +4,7 @@
 
 use hifitime::Epoch;
 
-use super::Elements;
+use super::set::Elements;
 use crate::base::error::{Error, Result};
 use crate::orbit::time::utc_text;
 

@@ -8,8 +8,8 @@ use quick_xml::reader::Reader;
 use serde_json::{Map, Value};
 
 use super::ElementsFile;
+use super::set::Problem;
 use crate::orbit::omm::add_set;
-use crate::orbit::tle::Problem;
 
 /// Every message of the text.
 pub(super) fn parse(text: &str) -> Result<ElementsFile, Problem> {

@@ -3,9 +3,9 @@
 //! Pixels relative to the centre of the shape. Ovals (circle, ellipse) are conics; bars (rectangle, pill) are a straight
 //! core with or without round caps. Leaves out: which pixels there are.
 
-use super::Shape;
 use super::oval::{MIN_SEMI_AXIS_PX, Oval};
 use super::overlap::{Polygon, unit_disc_polygon_area};
+use super::shape::Shape;
 
 /// What a shape is made of.
 #[derive(Debug, Clone, Copy)]

@@ -6,9 +6,9 @@ use std::ops::Range;
 
 use ndarray::Array2;
 
-use super::Shape;
 use super::outline::Outline;
 use super::oval::LANES;
+use super::shape::Shape;
 use crate::frames::Frame;
 
 /// The pixels that exist: full-frame columns `x0..x1` and rows `y0..y1`.

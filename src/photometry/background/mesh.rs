@@ -11,7 +11,7 @@ use super::histogram::Bins;
 use super::mode::{Mode, mode_of_box};
 use crate::base::stats;
 use crate::frames::{Electrons, Frame};
-use crate::photometry::net::Rows;
+use crate::photometry::rows::Rows;
 use crate::{Error, Result};
 
 /// Boxes with fewer good pixels than this share of a whole box are filled from their neighbours.

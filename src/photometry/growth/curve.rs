@@ -3,8 +3,9 @@
 //! Radii in FWHM as measured under a Gaussian window; light as shares of the whole.
 
 use super::fit::{Fitted, fit};
+use super::profile::StarProfile;
+use super::radial::Radial;
 use super::stack::{CORE, EDGES_FWHM, FrameGrowth, N, stack};
-use super::{StarProfile, radial::Radial};
 use crate::photometry::aperture::Shape;
 
 /// 1/β must exceed this many of its errors, or the profile counts as a Gaussian.

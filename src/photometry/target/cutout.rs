@@ -3,14 +3,16 @@
 //! Electrons. Pixels of the cutout, and cells of it ([`Cells`]) for everything but fluxes. Two passes: once with nothing
 //! known, once more with the target kept out of sky and trails. Leaves out: which object is the target.
 
+use super::placed::Placed;
+use super::placed::scaled;
 use ndarray::Array2;
 
+use super::settings::TargetSettings;
 use crate::frames::{Electrons, Frame, mask};
-use crate::photometry::aperture::{Bounds, Shape, cells};
+use crate::photometry::aperture::{Bounds, cells};
 use crate::photometry::smooth::{Kernel, smooth_image};
 use crate::photometry::target::cells::{Cells, Layers, row_of};
 use crate::photometry::target::cosmic_rays::hits;
-use crate::photometry::target::measure::TargetSettings;
 use crate::photometry::target::sky::{Block, Surface, blocks};
 use crate::photometry::trails::bend::Bend;
 use crate::photometry::trails::direction::trail_direction;
@@ -59,14 +61,6 @@ pub(crate) struct Cutout {
     pub trail_v: Option<f64>,
     /// Whether each side (left, right, bottom, top) is the frame's own edge.
     pub at_edge: [bool; 4],
-}
-
-/// A shape at a place of the cutout \[px\].
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Placed {
-    pub x: f64,
-    pub y: f64,
-    pub shape: Shape,
 }
 
 impl Cutout {
@@ -260,14 +254,4 @@ fn cells_above(pixels: &Array2<f32>, sky: &Surface, hits: &[(usize, usize)], fwh
             out[*i] = f32::NAN;
         }
     })
-}
-
-/// A shape scaled about its centre.
-pub(crate) fn scaled(shape: Shape, by: f64) -> Shape {
-    match shape {
-        Shape::Circle { r_px } => Shape::Circle { r_px: by * r_px },
-        Shape::Ellipse { a_px, b_px, theta_rad } => Shape::Ellipse { a_px: by * a_px, b_px: by * b_px, theta_rad },
-        Shape::Rectangle { a_px, b_px, theta_rad } => Shape::Rectangle { a_px: by * a_px, b_px: by * b_px, theta_rad },
-        Shape::Pill { a_px, b_px, theta_rad } => Shape::Pill { a_px: by * a_px, b_px: by * b_px, theta_rad },
-    }
 }

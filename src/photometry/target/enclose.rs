@@ -5,9 +5,9 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use super::placed::Placed;
 use crate::config::ApertureShape;
 use crate::photometry::aperture::Shape;
-use crate::photometry::target::cutout::Placed;
 
 /// A simpler shape is taken where it is at most this much larger than the smallest.
 const SIMPLER: f64 = 1.1;

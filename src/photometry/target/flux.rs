@@ -5,6 +5,8 @@
 
 use ndarray::Array2;
 
+use super::placed::Placed;
+use super::settings::TargetSettings;
 use crate::base::stats;
 use crate::frames::{Electrons, Frame};
 use crate::photometry::Flags;
@@ -12,8 +14,7 @@ use crate::photometry::aperture::{Bounds, Shape, for_each_pixel};
 use crate::photometry::background::Background;
 use crate::photometry::flux::{Flux, Sky, flux_over_sky};
 use crate::photometry::target::cells::grown;
-use crate::photometry::target::cutout::{Cutout, Placed};
-use crate::photometry::target::measure::TargetSettings;
+use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::sky::MeanOf;
 use crate::photometry::trails::level::Under;
 use crate::photometry::trails::model::Strips;

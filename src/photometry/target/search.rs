@@ -5,12 +5,12 @@
 
 use ndarray::Array2;
 
+use super::settings::TargetSettings;
 use crate::base::stats;
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::label::{Run, label, runs_of_row};
 use crate::photometry::target::cells::Layers;
 use crate::photometry::target::cutout::Cutout;
-use crate::photometry::target::measure::TargetSettings;
 use crate::photometry::target::shape::{axes, covariance};
 
 /// Threshold of the outline \[σ of the smoothed cutout\].

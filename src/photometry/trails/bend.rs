@@ -7,10 +7,11 @@
 use nalgebra::{Matrix3, Vector3};
 use ndarray::Array2;
 
+use super::exclusion::Hole;
 use crate::base::stats;
 use crate::photometry::target::sky::parabola;
 use crate::photometry::trails::direction::Turned;
-use crate::photometry::trails::model::{Hole, Strips};
+use crate::photometry::trails::model::Strips;
 
 /// Blocks further than this from their line do not count \[σ\].
 const CLIP_SIGMA: f64 = 3.0;

@@ -8,7 +8,8 @@ use ndarray::Array2;
 use crate::base::stats;
 use crate::photometry::aperture::{Bounds, Shape, for_each_pixel};
 use crate::photometry::smooth::Kernel;
-use crate::photometry::target::cutout::{Cutout, Placed};
+use crate::photometry::target::cutout::Cutout;
+use crate::photometry::target::placed::Placed;
 use crate::photometry::trails::level::Under;
 use crate::photometry::trails::model::Strips;
 

@@ -6,10 +6,10 @@
 
 use ndarray::Array2;
 
+use super::exclusion::Hole;
 use crate::base::constants::FWHM_PER_SIGMA;
-use crate::photometry::target::cutout::Placed;
+use crate::photometry::target::placed::Placed;
 use crate::photometry::trails::direction::Turned;
-use crate::photometry::trails::model::Hole;
 use crate::photometry::trails::search::{SMEARED_FWHM, along, coarse};
 
 /// Direction of the star trails of a frame, known from elsewhere.

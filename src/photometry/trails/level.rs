@@ -2,7 +2,9 @@
 //!
 //! Electrons per pixel; lines of cells along the trails. Leaves out: where the trails are (`trail_model`).
 
-use crate::photometry::trails::model::{Hole, Level, Strips};
+use super::exclusion::Hole;
+use crate::photometry::trails::model::Level;
+use crate::photometry::trails::model::Strips;
 use crate::photometry::trails::rotate::catmull_rom;
 
 /// The levels of the lines under an aperture.

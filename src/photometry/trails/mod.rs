@@ -3,6 +3,7 @@
 pub(crate) mod bend;
 pub(crate) mod contamination;
 pub(crate) mod direction;
+mod exclusion;
 pub(crate) mod known;
 pub(crate) mod level;
 pub(crate) mod model;

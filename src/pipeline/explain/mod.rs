@@ -17,9 +17,9 @@ pub use frames::explain_night;
 use crate::base::constants::MAG_PER_LN;
 use crate::base::error::Result;
 use crate::base::time::{seconds_between, shifted};
+use crate::brightness::scene::scene;
 use crate::brightness::{Brightness, Model, Scene, Skip};
 use crate::orbit::Tracker;
-use crate::pipeline::compare::scene;
 use crate::pipeline::explain::text::{Explanation, LeftOut, runs};
 use crate::visibility::forecast::Window;
 

@@ -9,7 +9,9 @@ use crate::base::error::Result;
 use crate::frames::{Electrons, Frame, FrameReader, Held};
 use crate::photometry::Flags;
 use crate::photometry::background::{Background, background};
-use crate::photometry::target::measure::{TargetFound, TargetSettings, measure_target};
+use crate::photometry::target::measure::TargetFound;
+use crate::photometry::target::measure::measure_target;
+use crate::photometry::target::settings::TargetSettings;
 use crate::pipeline::prepared::Bench;
 use crate::pipeline::stars::vignetting::corner_ratio;
 

@@ -4,10 +4,21 @@ use std::path::Path;
 
 use maud::{Markup, PreEscaped, html};
 
-use super::{
-    FRAMES_AT, MOST_BYTES, NightPage, PassSky, Section, cell, checks, curve, distribution, nothing, number, sky, strip,
-    table, whole,
-};
+use super::checks;
+use super::curve;
+use super::distribution;
+use super::parts::FRAMES_AT;
+use super::parts::MOST_BYTES;
+use super::parts::NightPage;
+use super::parts::PassSky;
+use super::parts::Section;
+use super::parts::cell;
+use super::parts::nothing;
+use super::parts::number;
+use super::parts::table;
+use super::parts::whole;
+use super::sky;
+use super::strip;
 use crate::base::error::Result;
 use crate::base::file::write_atomic;
 use crate::figures::axis::Span;
@@ -282,9 +293,9 @@ fn dated(
             x: day(r),
             y: of(r).unwrap_or(f64::NAN),
             err: r.v_mag_err,
-            class: distribution::class_of(distribution::kind_of(r)),
+            class: crate::report::page::kinds::class_of(crate::report::page::kinds::kind_of(r)),
             href: night.link(r),
-            tip: super::tip(r),
+            tip: super::parts::tip(r),
             ..Point::default()
         }));
         let spread =

@@ -4,7 +4,13 @@ use std::collections::BTreeMap;
 
 use maud::{Markup, html};
 
-use super::{NightPage, cell, nothing, number, table, tip, verdict_class};
+use super::parts::NightPage;
+use super::parts::cell;
+use super::parts::nothing;
+use super::parts::number;
+use super::parts::table;
+use super::parts::tip;
+use super::parts::verdict_class;
 use crate::figures::axis::Span;
 use crate::figures::chart::{Chart, Point, Ticks};
 use crate::photometry::Flags;

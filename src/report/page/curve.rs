@@ -5,7 +5,11 @@
 
 use maud::{Markup, html};
 
-use super::{MOST_ROWS, NightPage, nothing, tip, verdict_class};
+use super::parts::MOST_ROWS;
+use super::parts::NightPage;
+use super::parts::nothing;
+use super::parts::tip;
+use super::parts::verdict_class;
 use crate::brightness::Illum;
 use crate::figures::axis::Span;
 use crate::figures::chart::{Chart, Point, Ticks};

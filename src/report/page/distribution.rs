@@ -1,9 +1,15 @@
 //! How bright it was: violins, a histogram of each light, and the table of passes in the manner of the published ones.
 
+use super::kinds::KINDS;
+use super::kinds::kind_of;
 use maud::{Markup, html};
 
-use super::{NightPage, cell, nothing, number, table, violins};
-use crate::brightness::Illum;
+use super::parts::NightPage;
+use super::parts::cell;
+use super::parts::nothing;
+use super::parts::number;
+use super::parts::table;
+use super::violins;
 use crate::figures::axis::{Span, clock};
 use crate::figures::chart::{Chart, Ticks};
 use crate::report::summary::{counts, is_used, old_elements_note, passes, robust, scatter};
@@ -12,12 +18,6 @@ use crate::tables::rows::PhotometryRow;
 /// Width of a bin \[mag\].
 const BIN_MAG: f64 = 0.25;
 
-pub(super) const KINDS: [(&str, &str, &[Illum]); 3] = [
-    ("sunlit", "sun", &[Illum::Sun]),
-    ("penumbra or Earthshine", "earthshine", &[Illum::Penumbra, Illum::Earthshine]),
-    ("moonlit or dark", "moon", &[Illum::Moon, Illum::LunarEarthshine, Illum::None]),
-];
-
 /// The section.
 pub(super) fn distribution(page: &NightPage) -> Markup {
     html! {
@@ -25,17 +25,6 @@ pub(super) fn distribution(page: &NightPage) -> Markup {
         (histogram(page))
         (pass_table(page))
     }
-}
-
-/// Which of [`KINDS`] lights a row; their number where no model tells.
-pub(super) fn kind_of(row: &PhotometryRow) -> usize {
-    let light = Illum::from_cell(&row.illum);
-    KINDS.iter().position(|(_, _, lights)| light.is_some_and(|l| lights.contains(&l))).unwrap_or(KINDS.len())
-}
-
-/// The colour of a light of [`kind_of`].
-pub(super) fn class_of(kind: usize) -> &'static str {
-    KINDS.get(kind).map_or("unmodelled", |k| k.1)
 }
 
 /// The clock of a place by the mean Sun: UTC + longitude/15 h.

@@ -7,8 +7,12 @@ use std::path::Path;
 
 use maud::{Markup, PreEscaped, html};
 
-use super::distribution::KINDS;
-use super::{NightPage, STYLE, distribution, sky, violins};
+use super::distribution;
+use super::kinds::KINDS;
+use super::parts::NightPage;
+use super::parts::STYLE;
+use super::sky;
+use super::violins;
 use crate::base::error::Result;
 use crate::base::file::write_atomic;
 use crate::figures::PAPER_MM;

@@ -4,7 +4,14 @@
 
 use maud::{Markup, PreEscaped, html};
 
-use super::{MOST_ROWS, NightPage, cell, link, nothing, number, table, time_of};
+use super::parts::MOST_ROWS;
+use super::parts::NightPage;
+use super::parts::cell;
+use super::parts::link;
+use super::parts::nothing;
+use super::parts::number;
+use super::parts::table;
+use super::parts::time_of;
 use crate::report::gallery::{controls, legend};
 use crate::tables::rows::PhotometryRow;
 
@@ -57,7 +64,7 @@ fn all(page: &NightPage, cards: &[&(String, String)]) -> Markup {
             number(row.alt_deg, 1),
             cell(row.illum.replace('_', "-")),
             cell(&row.status),
-            html! { span class={ "badge " (super::verdict_class(row)) } { (row.verdict) } },
+            html! { span class={ "badge " (super::parts::verdict_class(row)) } { (row.verdict) } },
             cell(&row.reason),
         ]
     };

@@ -2,7 +2,9 @@
 
 use maud::{Markup, html};
 
-use super::{NightPage, cell, table};
+use super::parts::NightPage;
+use super::parts::cell;
+use super::parts::table;
 use crate::tables::meta::MetaValue;
 
 /// Input files that are listed; all of them are in manifest.json.

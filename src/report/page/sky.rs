@@ -4,7 +4,10 @@
 
 use maud::{Markup, html};
 
-use super::{NightPage, PassSky, nothing, tip};
+use super::parts::NightPage;
+use super::parts::PassSky;
+use super::parts::nothing;
+use super::parts::tip;
 use crate::figures::axis::Span;
 use crate::figures::chart::px;
 use crate::figures::viridis;

@@ -4,7 +4,11 @@
 
 use maud::{Markup, html};
 
-use super::{NightPage, cell, nothing, number, table};
+use super::parts::NightPage;
+use super::parts::cell;
+use super::parts::nothing;
+use super::parts::number;
+use super::parts::table;
 use crate::figures::axis::Span;
 use crate::figures::chart::{Chart, Point, Ticks};
 use crate::report::summary::{is_used, robust};

@@ -4,7 +4,8 @@
 
 use maud::{Markup, html};
 
-use super::{NightPage, nothing};
+use super::parts::NightPage;
+use super::parts::nothing;
 use crate::brightness::catalogue::Standing;
 use crate::report::summary::{counts, is_lower_limit, is_used, robust, scatter};
 use crate::tables::rows::PhotometryRow;

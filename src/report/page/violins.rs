@@ -5,8 +5,10 @@
 
 use maud::{Markup, html};
 
-use super::NightPage;
-use super::distribution::{KINDS, class_of, kind_of};
+use super::kinds::KINDS;
+use super::kinds::class_of;
+use super::kinds::kind_of;
+use super::parts::NightPage;
 use crate::figures::axis::Span;
 use crate::figures::chart::{Chart, Point, Ticks};
 use crate::figures::density::density;

@@ -2,7 +2,8 @@
 //!
 //! mag and mag/arcsec² in V or the filter's band. Moonlight by Krisciunas & Schaefer, twilight by Patat et al.
 
-use super::{Air, Sensor};
+use super::Air;
+use super::exposure::Sensor;
 use crate::base::error::{Error, Result};
 use crate::orbit::Geometry;
 use crate::visibility::sky_brightness::{

@@ -7,7 +7,9 @@ use std::path::Path;
 use hifitime::{Duration, Epoch, Unit};
 use ndarray::Array2;
 
-use super::{Exposure, Sensor, signal_to_noise};
+use super::exposure::Exposure;
+use super::exposure::Sensor;
+use super::signal_to_noise;
 use crate::base::error::Result;
 use crate::config;
 use crate::fits::{CardValue, write_u16};

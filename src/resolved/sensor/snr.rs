@@ -4,7 +4,7 @@
 
 use ndarray::Array2;
 
-use super::Exposure;
+use super::exposure::Exposure;
 use crate::resolved::image::Light;
 
 /// Share of the light that the summed pixels hold.

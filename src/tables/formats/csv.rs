@@ -6,7 +6,7 @@ use std::io::{self, Write};
 
 use ::csv::{QuoteStyle, WriterBuilder};
 
-use super::Table;
+use super::table::Table;
 
 /// Writes `table` as comma-separated values, RFC 4180 with lines that end in LF.
 ///

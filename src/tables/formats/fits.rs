@@ -6,8 +6,10 @@
 
 use std::io::{self, Write};
 
+use super::Provenance;
+use super::table::Cell;
+use super::table::Table;
 use super::units::fits_unit;
-use super::{Cell, Provenance, Table};
 use crate::fits::card_out::{BLOCK, Cards, Sum, ascii};
 use crate::tables::columns::Datatype;
 use crate::tables::meta::Meta;

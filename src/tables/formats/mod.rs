@@ -8,14 +8,16 @@ mod fits;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod provenance;
+mod table;
 mod units;
 mod votable;
+
+pub use table::{Cell, Table};
 
 use ::csv::StringRecord;
 
 use super::columns;
 use super::columns::{Column, Datatype};
-use super::meta::Meta;
 
 pub use csv::write_csv;
 pub use fits::write_fits;
@@ -23,21 +25,6 @@ pub use fits::write_fits;
 pub use parquet::write_parquet;
 pub use provenance::{Provenance, provenance};
 pub use votable::write_votable;
-
-/// One table: its columns, its rows as texts in the order of the columns, its meta block.
-#[derive(Debug, Clone, Default)]
-pub struct Table {
-    /// `photometry`, `stars`, `residuals`, `prediction` or `sky`.
-    pub name: &'static str,
-    /// The columns, in order.
-    pub columns: Vec<Column>,
-    /// The rows: one text per column, checked against its type.
-    pub records: Vec<StringRecord>,
-    /// What the table says about itself.
-    pub meta: Meta,
-    /// Columns of the file that the schema does not know.
-    pub ignored: Vec<String>,
-}
 
 /// The tables that can be told apart by their columns.
 #[must_use]
@@ -59,19 +46,6 @@ pub(crate) fn recognised(names: &StringRecord) -> Option<(&'static str, Vec<Colu
         .into_iter()
         .max_by_key(|(_, columns)| (hits(columns), std::cmp::Reverse(missing(columns))))
         .filter(|(_, columns)| 2 * hits(columns) >= columns.len())
-}
-
-/// One cell as a value.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Cell<'a> {
-    /// Text; empty = missing.
-    Text(&'a str),
-    /// A whole number of 64 bits, or missing.
-    Int64(Option<i64>),
-    /// A mask of 32 bits, or missing.
-    Int32(Option<i32>),
-    /// A finite number, or missing.
-    Float64(Option<f64>),
 }
 
 impl Table {

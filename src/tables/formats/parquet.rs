@@ -14,7 +14,8 @@ use parquet::basic::Compression;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 
-use super::{Cell, Table};
+use super::table::Cell;
+use super::table::Table;
 use crate::tables::columns::Datatype;
 use crate::tables::ucd::{description_in, ucd_in};
 

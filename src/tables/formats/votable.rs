@@ -5,7 +5,7 @@
 
 use std::io::{self, Write};
 
-use super::Table;
+use super::table::Table;
 use super::units::vo_unit;
 use crate::tables::columns::Datatype;
 use crate::tables::ucd::{description_in, ucd_in};

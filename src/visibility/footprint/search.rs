@@ -3,7 +3,10 @@
 //! Times in s after the start, km, rad. The angle between beam and observer is sampled, every minimum between samples
 //! refined, and its two edges bracketed and halved: a beam that crosses in less than a second is not missed between steps.
 
-use super::{Beam, Spot, glint_mag, reflected};
+use super::beam::Beam;
+use super::beam::Spot;
+use super::beam::glint_mag;
+use super::beam::reflected;
 use crate::base::constants::{MOON_RADIUS_KM, SUN_RADIUS_KM};
 use crate::base::error::{Error, Result};
 use crate::base::vector::{Itrs, Vector};

@@ -7,8 +7,10 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use super::Pointing;
 use super::solve::{Matrix, N};
-use super::{Pointing, Zeropoint, predicted};
+use super::zeropoint::Zeropoint;
+use super::zeropoint::predicted;
 use crate::base::error::{Error, Result};
 use crate::zeropoint::bands::{Band, Light};
 
@@ -316,7 +318,7 @@ impl Zeropoint {
         };
         let k2_mag = file.k2_mag.unwrap_or(0.0);
         // a file of satphot holds the warning already
-        let negative = super::negative_k(file.k_mag_airmass, cov[1][1].max(0.0).sqrt());
+        let negative = super::zeropoint::negative_k(file.k_mag_airmass, cov[1][1].max(0.0).sqrt());
         warnings.extend(negative.filter(|_| file.estimator.is_empty()));
         for (key, v) in [
             ("zp_mag", file.zp_mag),

@@ -5,10 +5,10 @@
 
 use super::crossed::Sums;
 use super::mixed::{Means, whitened};
-use super::robust::Fit;
 use super::rows::Rows;
 use super::solve::{Matrix, N, Triangle, Vector, dot, inverse, times};
 use super::terms::Term;
+use super::weights::Fit;
 
 /// Fewest pointings for a covariance.
 pub const FEWEST: usize = 5;

@@ -9,9 +9,9 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::function::erf::erf;
 
 use super::crossed::{Solved, Sums};
-use super::robust::has_pointings;
 use super::rows::Rows;
 use super::solve::{Matrix, N, Vector};
+use super::weights::has_pointings;
 use crate::config;
 
 /// From so many pointings on the prior of their scatter is not used: they tell it themselves.

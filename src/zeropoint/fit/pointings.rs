@@ -6,9 +6,10 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
 use super::mixed::{Means, dof, scatter_between, triangle};
-use super::robust::{Fit, has_pointings};
 use super::rows::Rows;
 use super::solve::{Matrix, quadratic};
+use super::weights::Fit;
+use super::weights::has_pointings;
 
 /// Two-sided probability of a 3 σ deviation of a Gaussian.
 const THREE_SIGMA: f64 = 0.0027;

@@ -7,9 +7,14 @@
 use super::crossed::Sums;
 use super::marginal::{Marginal, Prior, Problem, Stars};
 use super::noise::Noise;
-use super::robust::{CONVERGED_MAG, Fit, SCALE_ROUNDS, efficiency, limit_precision, weight};
 use super::rows::Rows;
 use super::solve::Vector;
+use super::weights::CONVERGED_MAG;
+use super::weights::Fit;
+use super::weights::SCALE_ROUNDS;
+use super::weights::efficiency;
+use super::weights::limit_precision;
+use super::weights::weight;
 use crate::config::{self, Estimator};
 
 /// Deviations of a star in its scatter at which its weight begins to fall, and at which it is 0 (Hampel).

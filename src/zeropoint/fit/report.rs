@@ -11,11 +11,12 @@ use super::crossed::Sums;
 use super::jackknife::{Jackknife, jackknife, repeated};
 use super::marginal::{Prior, Problem, Quoted, SHARES, TOLD_BY, quantile};
 use super::pointings::{Pointings, pointings};
-use super::robust::Fit;
 use super::rows::Rows;
 use super::solve::{Matrix, Vector, quadratic};
+use super::stats;
 use super::terms::Term;
-use super::{Zeropoint, stats};
+use super::weights::Fit;
+use super::zeropoint::Zeropoint;
 use crate::config::{self, Estimator};
 
 /// χ² per degree of freedom below which the stated errors are doubted.

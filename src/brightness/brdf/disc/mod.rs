@@ -10,7 +10,7 @@ mod primitive;
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use super::Brdf;
+use super::law::Brdf;
 use crate::base::vector::Vector;
 use crate::config::SourceDisc;
 

@@ -9,7 +9,8 @@ use super::boundary::{Point, circulation, nearest};
 use super::primitive::Primitive;
 use super::{View, solid_angle};
 use crate::base::quadrature::gauss;
-use crate::brightness::brdf::{Binomial, Brdf};
+use crate::brightness::brdf::Binomial;
+use crate::brightness::brdf::law::Brdf;
 
 /// Largest ratio of the disc to its distance from the peak for which seven points are tried.
 const FAR: f64 = 0.05;

@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use super::table::Geometry;
 use crate::base::error::Result;
-use crate::brightness::brdf::{Binomial, Brdf, PHONG_N_MAX};
+use crate::brightness::brdf::Binomial;
+use crate::brightness::brdf::law::Brdf;
+use crate::brightness::brdf::law::PHONG_N_MAX;
 use crate::brightness::scene::impossible;
 
 /// Largest coefficient of a binomial fit, either way.

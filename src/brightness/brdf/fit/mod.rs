@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 use self::laws::Free;
 use self::levenberg::{Problem, RANK_TOLERANCE, column_norms, scaled};
 use self::table::Geometry;
-use super::Brdf;
+use super::law::Brdf;
 use crate::base::error::Result;
 use crate::brightness::scene::impossible;
 

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 
 use crate::base::error::{Error, Result};
 use crate::base::vector::{Enu, Vector};
-use crate::brightness::brdf::{Brdf, tangential};
+use crate::brightness::brdf::law::Brdf;
+use crate::brightness::brdf::tangential;
 
 /// Largest f a table may hold \[1/sr\]: nothing scatters into less than a square microradian.
 const BRDF_MAX_PER_SR: f64 = 1e12;

@@ -5,7 +5,7 @@
 
 mod held;
 
-use super::StarMeasurement;
+use super::measurement::StarMeasurement;
 use super::solve::{Matrix, N, Triangle, Vector, dot};
 use super::terms::Term;
 use crate::base::error::{Error, Result};

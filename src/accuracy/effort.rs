@@ -1,0 +1,29 @@
+//! How much work a sweep may do, and the clock it is timed with.
+
+/// How much is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effort {
+    /// Few cases, under a minute for all sweeps together.
+    Quick,
+    /// Enough cases for a worst error that means something.
+    Full,
+}
+
+impl Effort {
+    /// `quick` or `full`, as the effort is.
+    pub(super) fn of<T>(self, quick: T, full: T) -> T {
+        match self {
+            Effort::Quick => quick,
+            Effort::Full => full,
+        }
+    }
+}
+
+/// What a sweep needs from outside.
+#[derive(Clone, Copy)]
+pub struct Stopwatch<'a> {
+    /// CPU seconds this process has used so far.
+    pub cpu_s: &'a dyn Fn() -> f64,
+    /// How much is measured.
+    pub effort: Effort,
+}

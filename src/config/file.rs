@@ -1,0 +1,281 @@
+//! The tables of the configuration file: one struct each.
+
+use super::fetch::Fetch;
+use super::model::Model;
+use super::model::Orbit;
+use super::photometry::Flat;
+use super::photometry::Photometry;
+use super::photometry::Stars;
+use super::photometry::Target;
+use super::photometry::Zeropoint;
+use super::reporter::Reporter;
+use super::vetting::Vetting;
+use serde::Deserialize;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// The whole night's configuration.
+#[derive(Debug, Clone, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    /// Name of an embedded preset that fills what this file leaves out, e.g. `macquarie-cdk24`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub preset: Option<String>,
+    /// Where the frames are and where results go.
+    pub night: Night,
+    /// The observatory.
+    pub site: Site,
+    /// The optics.
+    pub telescope: Telescope,
+    /// The camera.
+    pub detector: Detector,
+    /// Which of the frames are reduced.
+    #[serde(default, skip_serializing_if = "Input::is_default")]
+    pub input: Input,
+    /// How frames are told apart.
+    #[serde(default)]
+    pub frames: Frames,
+    /// Which header keywords are read.
+    #[serde(default)]
+    pub header: HeaderRules,
+    /// What the time stamps mean.
+    #[serde(default)]
+    pub time: Time,
+    /// The master flat.
+    #[serde(default)]
+    pub flat: Flat,
+    /// Background, detection, apertures.
+    #[serde(default)]
+    pub photometry: Photometry,
+    /// How the tracked target is found and measured.
+    #[serde(default)]
+    pub target: Target,
+    /// Star pointings and their catalogue; without it a previous zeropoint is needed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stars: Option<Stars>,
+    /// The zeropoint, extinction and colour fit.
+    #[serde(default)]
+    pub zeropoint: Zeropoint,
+    /// From which number on a frame is used with caution, or not at all.
+    #[serde(default)]
+    pub vetting: Vetting,
+    /// The elements of the target; without it no geometry and no model.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub orbit: Option<Orbit>,
+    /// The model to compare with; without it no predicted magnitudes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model: Option<Model>,
+    /// Who reports, for exports.
+    #[serde(default, skip_serializing_if = "Reporter::is_silent")]
+    pub reporter: Reporter,
+    /// Where and how `satphot fetch` asks.
+    #[serde(default, skip_serializing_if = "Fetch::is_default")]
+    pub fetch: Fetch,
+    /// The file this was read from, for messages; empty for a text.
+    #[serde(skip)]
+    pub file: PathBuf,
+}
+
+/// Where the frames are and where results go.
+#[derive(Debug, Clone, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Night {
+    /// Name of the night; results go to `<output>/<name>/`.
+    pub name: String,
+    /// Folders (searched recursively) or files.
+    pub input: Vec<PathBuf>,
+    /// Folder of the results.
+    pub output: PathBuf,
+    /// Largest share of science frames that may fail before the exit code says so.
+    #[serde(default = "half")]
+    pub max_failed_frac: f64,
+}
+
+/// The observatory, WGS84.
+#[derive(Debug, Clone, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Site {
+    /// Name, for titles.
+    pub name: String,
+    /// Geodetic latitude, north positive \[deg\].
+    pub lat_deg: f64,
+    /// Longitude, east positive \[deg\].
+    pub lon_deg: f64,
+    /// Height above the ellipsoid \[m\].
+    pub alt_m: f64,
+}
+
+/// The optics.
+#[derive(Debug, Clone, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Telescope {
+    /// Name, for titles.
+    pub name: String,
+    /// Clear aperture \[m\].
+    pub aperture_m: f64,
+    /// Focal length \[mm\].
+    pub focal_length_mm: f64,
+    /// A pixel scale of the stars more than 2 % from that of focal length, pixel pitch and binning is an error; false: it is
+    /// reported, and the configured scale used.
+    #[serde(default = "yes", skip_serializing_if = "is_true")]
+    pub check_scale: bool,
+}
+
+/// The camera. A number given here wins over the table of the named camera.
+#[derive(Debug, Clone, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Detector {
+    /// A camera of the embedded table (`asi6200mm`), or any name when `e_per_adu` is given.
+    pub camera: String,
+    /// Pixel pitch, unbinned \[µm\].
+    pub pixel_um: f64,
+    /// Bias level of a raw frame \[ADU\].
+    pub pedestal_adu: f64,
+    /// Largest value the file can hold \[ADU\].
+    #[serde(default = "adc_max")]
+    pub adc_max_adu: f64,
+    /// Take electrons per ADU from the header (EGAIN and synonyms) instead of the table.
+    #[serde(default)]
+    pub use_header_egain: bool,
+    /// Systematic error of the gain table \[mag\]; the camera's own value if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gain_table_err_mag: Option<f64>,
+    /// Gain setting (0.1 dB, as a string) -> electrons per ADU; extends or overrides the camera's table.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub e_per_adu: BTreeMap<String, f64>,
+    /// Gain setting -> read noise \[e⁻\].
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub read_noise_e: BTreeMap<String, f64>,
+    /// Gain setting -> full well \[e⁻\].
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub full_well_e: BTreeMap<String, f64>,
+    /// Share of the saturation level above which a pixel is called saturated.
+    #[serde(default = "saturation_frac")]
+    pub saturation_frac: f64,
+}
+
+/// Which of the frames are reduced.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Input {
+    /// The filter to reduce, in any spelling (`V`, `Johnson_V`, `none`), where a night has frames of several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub filter: Option<String>,
+}
+
+impl Input {
+    pub(super) fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// How frames are told apart. Patterns are file-name globs (`*`, `?`) and win over the header.
+#[derive(Debug, Clone, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Frames {
+    /// Files that are flats.
+    pub flat: Vec<String>,
+    /// Files that are star pointings.
+    pub stars: Vec<String>,
+    /// Files that are target frames.
+    pub target: Vec<String>,
+    /// Files to leave alone.
+    pub ignore: Vec<String>,
+    /// OBJECT values (case-insensitive, part of the text) that mark a target frame; the satellite's name and
+    /// number from the elements are always recognised.
+    pub target_objects: Vec<String>,
+    /// Older place of `header.aliases`; moved there when the file is read.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub aliases: BTreeMap<String, Vec<String>>,
+}
+
+/// Quantities that may have own keywords.
+pub const QUANTITIES: [&str; 17] = [
+    "exptime",
+    "egain",
+    "gain",
+    "offset",
+    "filter",
+    "object",
+    "imagetyp",
+    "date_obs",
+    "site_lat",
+    "site_lon",
+    "site_alt",
+    "ra",
+    "dec",
+    "camera",
+    "binning",
+    "pix_scale",
+    "read_noise",
+];
+
+/// Which header keywords are read, and what they are checked against.
+#[derive(Debug, Clone, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct HeaderRules {
+    /// Light frames whose header tells a site more than 0.1 deg from the configured one fail; false: they are told.
+    pub check_site: bool,
+    /// Frames whose header names another camera than `detector.camera` are set aside, and an error where most do; false:
+    /// they are reported, and the configured camera is used.
+    #[serde(skip_serializing_if = "is_true")]
+    pub check_camera: bool,
+    /// Quantity -> own header keywords, tried first; the quantities are [`QUANTITIES`].
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub aliases: BTreeMap<String, Vec<String>>,
+}
+
+impl Default for HeaderRules {
+    fn default() -> Self {
+        Self { check_site: true, check_camera: true, aliases: BTreeMap::new() }
+    }
+}
+
+/// What a bare DATE-OBS means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DateObsMeans {
+    /// Decide from the header.
+    #[default]
+    Header,
+    /// Start of the exposure.
+    Start,
+    /// Middle of the exposure.
+    Mid,
+    /// End of the exposure.
+    End,
+}
+
+/// What the time stamps mean.
+#[derive(Debug, Clone, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Time {
+    /// What DATE-OBS means.
+    pub date_obs_means: DateObsMeans,
+    /// Added to every time stamp \[s\]: clock error and driver latency.
+    pub offset_s: f64,
+    /// Error of the mid-exposure time \[s\]; from the source of the time if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub err_s: Option<f64>,
+}
+
+pub(super) fn yes() -> bool {
+    true
+}
+
+pub(super) fn is_true(value: &bool) -> bool {
+    *value
+}
+
+pub(super) fn half() -> f64 {
+    0.5
+}
+
+pub(super) fn adc_max() -> f64 {
+    65_535.0
+}
+
+pub(super) fn saturation_frac() -> f64 {
+    0.95
+}

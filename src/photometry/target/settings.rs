@@ -1,0 +1,43 @@
+//! What the search for the target is given.
+
+use crate::config::ApertureShape;
+use crate::photometry::trails::known::KnownDirection;
+
+/// Where and how to look for the target.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TargetSettings {
+    /// Expected place \[px\].
+    pub x_px: f64,
+    /// Expected place \[px\].
+    pub y_px: f64,
+    /// How far from there the target may be \[px\].
+    pub search_radius_px: f64,
+    /// Threshold of the whole target \[σ\].
+    pub detect_sigma: f64,
+    /// Added around the object's own outline \[px\].
+    pub margin_px: f64,
+    /// Aperture radius of a limit \[px\].
+    pub limit_r_px: f64,
+    /// FWHM of a point source \[px\].
+    pub fwhm_px: f64,
+    /// Inner radius of the annulus of an aperture of `limit_r_px` \[px\].
+    pub sky_in_px: f64,
+    /// Outer radius of that annulus \[px\]; the target's own annulus keeps its gap and at least its width.
+    pub sky_out_px: f64,
+    /// Clip of the sky pixels \[σ\].
+    pub clip_sigma: f64,
+    /// Shape of the aperture.
+    pub shape: ApertureShape,
+    /// Share of the flux from which light of trails and neighbours is flagged.
+    pub contam_frac: f64,
+    /// Direction of the star trails, where it is known beforehand.
+    pub trail_direction: Option<KnownDirection>,
+}
+
+impl TargetSettings {
+    /// Half the side of the square around the expected place that a measurement looks at \[px\].
+    #[must_use]
+    pub fn reach_px(&self) -> f64 {
+        self.search_radius_px + 100.0 + 2.0 * self.sky_out_px
+    }
+}
