@@ -18,7 +18,7 @@ use satphot::photometry::detect::detect;
 use satphot::photometry::flux::measure_all;
 use satphot::pipeline::prepared::Bench;
 use satphot::pipeline::products::manifest::peak_memory_mb;
-use satphot::pipeline::survey::files::survey;
+use satphot::pipeline::survey::read::survey;
 use satphot::pipeline::target::frame::measure_frame;
 
 /// Least CPU time of a measurement \[s\].

@@ -7,7 +7,7 @@ use libfuzzer_sys::fuzz_target;
 use satphot::config::Config;
 use satphot::fits::Header;
 use satphot::frames::classify;
-use satphot::pipeline::inspect::file::Inspector;
+use satphot::pipeline::inspect::inspector::Inspector;
 use satphot_fuzz::{as_file, as_fits};
 
 const NIGHT: &str =

@@ -1,7 +1,7 @@
 //! What stops a night, a stage or a file: one enum, grouped by what the observer must do.
 //!
 //! Each message names the file, the keyword, the value and the remedy. What only taints a row is a flag
-//! ([`crate::photometry::flags::Flags`]) in that row, never an error.
+//! ([`crate::tables::flags::Flags`]) in that row, never an error.
 
 use std::path::PathBuf;
 

@@ -302,6 +302,21 @@ fn free_bytes(path: &Path) -> Option<u64> {
     }
 }
 
+/// Makes the folder a file is to lie in.
+pub(crate) fn make_folder_of(path: &Path) -> Result<()> {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).map_or(Ok(()), make_folder)
+}
+
+/// Writes a text file whole or not at all; makes its folder.
+pub(crate) fn save(path: &Path, text: &str) -> Result<()> {
+    make_folder_of(path)?;
+    write_atomic(path, text.as_bytes())
+}
+
+pub(crate) fn file_name(path: &Path) -> String {
+    path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

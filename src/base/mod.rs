@@ -3,12 +3,14 @@
 pub mod constants;
 pub mod error;
 pub mod file;
+pub mod hash;
 pub mod instant;
 pub(crate) mod pages;
 pub mod progress;
 pub(crate) mod quadrature;
 pub mod stats;
 pub mod stop;
+pub mod threads;
 pub mod time;
 pub(crate) mod utc;
 pub mod vector;

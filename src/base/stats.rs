@@ -243,3 +243,21 @@ pub fn smoothed_median_skew_shift(clip: f64) -> f64 {
     let tail = gauss_density(k);
     2.0 * c * (gauss_density(c) + (k * k - 1.0) * tail) / (gauss_within(c) - 2.0 * c * tail) / 6.0
 }
+
+/// Median and robust scatter, `(med x, 1.4826 · med |x − med x|)`, of the finite values; `None` without any.
+///
+/// The scatter equals σ for a Gaussian and is 0 for a single value.
+#[must_use]
+pub fn robust(values: &[f64]) -> Option<(f64, f64)> {
+    let mut kept: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    let centre = median(&mut kept)?;
+    let mut deviations: Vec<f64> = kept.iter().map(|v| (v - centre).abs()).collect();
+    Some((centre, SIGMA_PER_MAD * median(&mut deviations)?))
+}
+
+/// Robust scatter of the finite values; `None` of fewer than two: one value does not tell how much values scatter.
+#[must_use]
+pub fn scatter(values: &[f64]) -> Option<f64> {
+    let finite = values.iter().filter(|v| v.is_finite()).count();
+    robust(values).map(|(_, sigma)| sigma).filter(|_| finite > 1)
+}

@@ -1,4 +1,4 @@
-//! The two ways of light, [`Stage::direct`] and [`Stage::via_earth`], and the two lamps that go them.
+//! The two ways of light, [`VisibleSurfaces::direct`] and [`VisibleSurfaces::via_earth`], and the two lamps that go them.
 //!
 //! Irradiances relative to a star of magnitude 0, areas in m², range in m. What a scene does not need is not computed,
 //! and the reason is written down. Left out: light scattered from one surface to another.
@@ -10,10 +10,9 @@ use super::brdf::{Brdf, direct_reflection, mirror_reflection};
 use super::earthshine::{Accuracy, plain};
 use super::ground::Ground;
 use super::lamps::{LampSettings, NearMoon, moonlight, sunlight};
-use super::model::Model;
-use super::platform::{Plate, Side, View};
+use super::platform::{Plate, Prepared, Side, View};
 use super::scene::Scene;
-use super::settings::ToleranceOf;
+use super::settings::{ModelSettings, ToleranceOf};
 use super::shadow::{Colour, lit_fraction};
 use super::skip::Skip;
 use super::spectrum::Band;
@@ -57,29 +56,36 @@ pub(super) struct Lighting {
 }
 
 /// One satellite before one observer: all that both ways of light have in common.
-pub(super) struct Stage<'a> {
-    model: &'a Model,
+pub(super) struct VisibleSurfaces<'a> {
+    settings: &'a ModelSettings,
+    lighting: &'a Lighting,
     pub radius_km: f64,
     plates: Vec<Plate<'a>>,
     /// What contributes nothing is computed all the same.
     everything: bool,
 }
 
-impl<'a> Stage<'a> {
+impl<'a> VisibleSurfaces<'a> {
     /// The surfaces that show the observer a side that scatters; the others go to `skipped`, unless `everything` is
     /// wanted.
-    pub fn new(scene: &Scene, model: &'a Model, everything: bool, skipped: &mut Vec<Skip>) -> Result<Self> {
-        let radius_km = model.settings().radius_km(&scene.satellite_km);
-        let mut plates = Vec::with_capacity(model.surfaces().len());
-        for prepared in model.surfaces() {
-            let plate = Plate::new(scene, prepared, model.settings().effects.platform_size)?;
+    pub fn new(
+        scene: &Scene,
+        (surfaces, lighting): (&'a [Prepared], &'a Lighting),
+        settings: &'a ModelSettings,
+        everything: bool,
+        skipped: &mut Vec<Skip>,
+    ) -> Result<Self> {
+        let radius_km = settings.radius_km(&scene.satellite_km);
+        let mut plates = Vec::with_capacity(surfaces.len());
+        for prepared in surfaces {
+            let plate = Plate::new(scene, prepared, settings.effects.platform_size)?;
             if everything || plate.shows_a_side() {
                 plates.push(plate);
             } else {
                 skipped.push(Skip::surface("all", &prepared.name, "faces away from the observer"));
             }
         }
-        Ok(Self { model, radius_km, plates, everything })
+        Ok(Self { settings, lighting, radius_km, plates, everything })
     }
 
     /// Nothing but the surface of this name.
@@ -110,7 +116,7 @@ impl<'a> Stage<'a> {
             skipped.push(Skip::light(lamp.name, why));
             return sum;
         }
-        let source_disc = self.model.settings().effects.source_disc;
+        let source_disc = self.settings.effects.source_disc;
         for plate in &self.plates {
             // parallel light along the surface leaves rounding alone
             let least = if source_disc == SourceDisc::Point { 1e-12 } else { -lamp.disc_rad.sin() };
@@ -146,13 +152,13 @@ impl<'a> Stage<'a> {
     /// that of the surfaces before is added.
     pub fn via_earth(&self, lamp: &Lamp, beside: f64, skipped: &mut Vec<Skip>) -> Sum {
         let mut sum = Sum::default();
-        let settings = self.model.settings();
+        let settings = self.settings;
         let Some(plate) = self.plates.first() else { return sum };
         let lights_ground = |g: &Ground| self.everything || (g.lit_in_view() && lamp.flux_at_ground > 0.0);
         // parallel light reaches as far and farther: where it reaches nothing the Moon's phases are not asked for
         let parallel = |place: &Vector<Itrs>| Ground::new(place, self.radius_km, &lamp.position_km, &settings.earth);
         let reached = parallel(&plate.centre.place_km).is_some_and(|g| lights_ground(&g));
-        let near = if reached { lamp.over_ground(self.model.lighting(), self.radius_km) } else { None };
+        let near = if reached { lamp.over_ground(self.lighting, self.radius_km) } else { None };
         let ground_at = |view: &View| match &near {
             Some(moon) => Ground::under_moon(&view.place_km, self.radius_km, moon, &settings.earth),
             None => parallel(&view.place_km),

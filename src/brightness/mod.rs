@@ -7,6 +7,7 @@ pub mod answer;
 pub mod attitude;
 pub mod brdf;
 pub mod catalogue;
+pub mod columns;
 pub mod earth_view;
 pub mod earthshine;
 pub mod explicit;

@@ -14,7 +14,7 @@ use super::ground::Ground;
 use super::lamps::flux_of_mag;
 use super::lights::Lamp;
 use super::lights::Lighting;
-use super::lights::Stage;
+use super::lights::VisibleSurfaces;
 use super::platform::Prepared;
 use super::scene::{Scene, geodetic_up, impossible, local_radius_km};
 use super::settings::ModelSettings;
@@ -91,7 +91,7 @@ impl Model {
             skipped.push(Skip::light("all", "satellite below the observer's horizon"));
             return Ok(assemble(&<[Sum; 4]>::default(), &sun, false, skipped));
         }
-        let stage = Stage::new(scene, self, !leave_out, &mut skipped)?;
+        let stage = VisibleSurfaces::new(scene, (&self.surfaces, &self.lighting), settings, !leave_out, &mut skipped)?;
         let mut lights = <[Sum; 4]>::default();
         let moon = settings.moon.then(|| Lamp::moon(scene, &self.lighting, radius_km));
         let sun_lamp = settings.sun.then_some(&sun);
@@ -132,7 +132,8 @@ impl Model {
     pub fn left_out(&self, scene: &Scene, skip: &Skip) -> Result<f64> {
         let radius_km = self.settings.radius_km(&scene.satellite_km);
         scene.check(radius_km)?;
-        let mut stage = Stage::new(scene, self, true, &mut Vec::new())?;
+        let mut stage =
+            VisibleSurfaces::new(scene, (&self.surfaces, &self.lighting), &self.settings, true, &mut Vec::new())?;
         if let Some(name) = &skip.surface {
             stage.only(name);
         }

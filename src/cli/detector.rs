@@ -5,14 +5,19 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use satphot::Error;
+use satphot::base::threads::with_threads;
 use satphot::config::Config;
 use satphot::detector::measure::Effort;
 use satphot::figures::{TransferCurve, photon_transfer};
 use satphot::frames::{Detector, Role, classify};
-use satphot::pipeline::detector::checks::{GainCheck, Known, check_group, groups};
+use satphot::pipeline::detector::checks::Known;
+use satphot::pipeline::detector::checks::check_group;
+use satphot::pipeline::detector::checks::groups;
+use satphot::pipeline::detector::gain_check::GainCheck;
 use satphot::pipeline::detector::report::{checks_text, short, two, write_checks};
-use satphot::pipeline::stages::with_threads;
-use satphot::pipeline::survey::files::{Survey, Unreadable, survey};
+use satphot::pipeline::survey::files::Survey;
+use satphot::pipeline::survey::files::Unreadable;
+use satphot::pipeline::survey::read::survey;
 
 use super::{Common, print, tell};
 

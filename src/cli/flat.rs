@@ -4,15 +4,15 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::Error;
+use satphot::base::hash::sha256_16;
+use satphot::base::threads::with_threads;
 use satphot::frames::Detector;
 use satphot::frames::flat::{BAND_BYTES, MasterFlat};
-use satphot::pipeline::prepared::sha256_16;
 use satphot::pipeline::products::provenance::Provenance;
 use satphot::pipeline::shards::plan_file::Plan;
 use satphot::pipeline::shards::reduce::plan_flat;
-use satphot::pipeline::stages::with_threads;
-use satphot::pipeline::survey::files::survey;
 use satphot::pipeline::survey::filters::{aside_notes, reduce_one_filter};
+use satphot::pipeline::survey::read::survey;
 
 use super::{Common, print, tell};
 

@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use rayon::prelude::*;
 use satphot::Error;
+use satphot::base::threads::with_threads;
 use satphot::frames::header::header_files;
-use satphot::pipeline::inspect::file::{Inspector, mark_cadence};
+use satphot::pipeline::inspect::file::mark_cadence;
+use satphot::pipeline::inspect::inspector::Inspector;
 use satphot::pipeline::inspect::record::Inspection;
-use satphot::pipeline::stages::with_threads;
 
 use super::{load, print, tell};
 

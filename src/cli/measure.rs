@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::Error;
-use satphot::pipeline::run::Options;
+use satphot::pipeline::options::Options;
 use satphot::pipeline::shards::plan_file::Plan;
 use satphot::pipeline::shards::shard::{Request, measure_shard};
 use satphot::pipeline::single_stages::measure_targets;

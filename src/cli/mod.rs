@@ -42,7 +42,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use satphot::Error;
 use satphot::config::Config;
-use satphot::pipeline::run::Options;
+use satphot::pipeline::options::Options;
 
 const AFTER_HELP: &str = "\
 To begin: `satphot simulate` makes a night to try, `satphot init` a pipeline.toml for your own, `satphot run` reduces it.

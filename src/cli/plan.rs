@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use satphot::pipeline::run::Options;
+use satphot::pipeline::options::Options;
 use satphot::pipeline::shards::plan_file::{FRAMES_PER_SHARD, make_plan};
 
 use super::{Common, print, tell};

@@ -66,7 +66,7 @@ impl Simulate {
             .into());
         }
         let progress = Bars::new(!self.quiet);
-        let made = satphot::pipeline::stages::with_threads(self.jobs, || simulate(&scenario, &self.out, &progress))??;
+        let made = satphot::base::threads::with_threads(self.jobs, || simulate(&scenario, &self.out, &progress))??;
         for note in &made.notes {
             tell(&format!("note: {note}"));
         }

@@ -11,7 +11,7 @@ use satphot::astrometry::plate::case::{Case, Verdict};
 use satphot::astrometry::plate::{Effort, Solution, solve_with};
 use satphot::astrometry::wcs::WcsValue;
 use satphot::base::file::{make_folder, write_atomic};
-use satphot::pipeline::stages::with_threads;
+use satphot::base::threads::with_threads;
 use satphot::pipeline::stars::solve_file::FrameSolver;
 
 use super::{load, print, tell};

@@ -6,6 +6,7 @@ use super::Source;
 use super::Surface;
 use super::file::Config;
 use super::file::QUANTITIES;
+use super::range::range;
 use crate::base::error::{Error, Result};
 use crate::base::file::plain_name;
 
@@ -237,17 +238,8 @@ fn direction(key: &str, v: [f64; 3]) -> Result<()> {
     Err(bad(key, format!("{v:?} has no direction; three numbers are needed that are not all 0")))
 }
 
-fn bad(key: &str, problem: String) -> Error {
+pub(crate) fn bad(key: &str, problem: String) -> Error {
     Error::Config { key: key.into(), problem }
-}
-
-/// `lo <= value <= hi`, or an error with the unit.
-pub(crate) fn range(key: &str, value: f64, lo: f64, hi: f64, unit: &str) -> Result<()> {
-    if value >= lo && value <= hi {
-        return Ok(());
-    }
-    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-    Err(bad(key, format!("{value} is outside {lo} to {hi}{unit}")))
 }
 
 fn ordered(key: &str, [lo, hi]: [f64; 2], unit: &str) -> Result<()> {

@@ -6,8 +6,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use super::file::Config;
-use super::load::read_layers;
+use super::layers::read_layers;
 use super::range;
 use crate::base::error::{Error, Result};
 
@@ -114,20 +113,5 @@ impl Fetch {
         range("fetch.max_wait_s", self.max_wait_s, 0.0, 3_600.0, "s")?;
         range("fetch.max_mb", self.max_mb, 0.001, 4_000.0, "MB")?;
         range("fetch.update_h", self.update_h, 2.0, 8_760.0, "h; CelesTrak renews its data every 2 h")
-    }
-}
-
-impl Config {
-    /// The line that fetches the `elements` or the `stars` this configuration names, for messages.
-    #[must_use]
-    pub fn fetch_line(&self, what: &str) -> String {
-        let file = match self.file.to_string_lossy() {
-            file if file.is_empty() => "pipeline.toml".to_owned(),
-            file if file.contains([' ', '\'', '"', '$', '&', ';', '(', ')']) => format!("{file:?}"),
-            file => file.into_owned(),
-        };
-        let numbered = self.orbit.as_ref().is_some_and(|o| o.norad_cat_id.is_some());
-        let which = if what == "elements" && !numbered { " --norad NUMBER" } else { "" };
-        format!("satphot fetch {what} -c {file}{which}")
     }
 }

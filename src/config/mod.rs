@@ -4,12 +4,15 @@
 //! Paths in the file are relative to the file. Nothing here reads frames or knows physics.
 
 mod check;
+pub(crate) mod digest;
 mod effects;
 mod fetch;
 mod file;
+mod layers;
 mod load;
 mod model;
 mod photometry;
+mod range;
 mod reporter;
 mod surface;
 mod vetting;
@@ -18,18 +21,21 @@ pub use file::{Config, DateObsMeans, Detector, Frames, HeaderRules, Input, Night
 
 use serde::{Deserialize, Serialize};
 
-pub(crate) use check::{check_surface, range};
+pub(crate) use check::check_surface;
 pub use effects::{
     Arrays, Backs, Distances, EarthRadius, Effects, EffectsTable, GroundMoonlight, LunarEclipse, Mode, MoonLaw,
     MoonPastLimit, MuArea, PlatformSize, Sampling, Shadow, Source, SourceDisc,
 };
 pub use fetch::Fetch;
-pub(crate) use load::read_layers;
-pub use load::{ELEMENTS, PRESETS, preset_text};
+pub use layers::PRESETS;
+pub use layers::preset_text;
+pub(crate) use layers::read_layers;
+pub use load::ELEMENTS;
 pub use model::{Model, Orbit};
 pub use photometry::{
     ApertureShape, Combine, Estimator, Flat, FlatScale, Photometry, Pin, Solve, Stars, Target, Zeropoint,
 };
+pub(crate) use range::range;
 pub use reporter::Reporter;
 pub use surface::{Attitude, Brdf, Surface};
 pub use vetting::Vetting;

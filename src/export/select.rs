@@ -4,8 +4,8 @@
 //! never a magnitude. Everything left out is counted with its reason.
 
 use crate::base::error::{Error, Result};
-use crate::report::summary::is_lower_limit;
 use crate::tables::rows::PhotometryRow;
+use crate::tables::selection::is_lower_limit;
 use crate::tables::words::{Status, Verdict};
 
 /// Verdicts that are written.

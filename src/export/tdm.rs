@@ -13,7 +13,7 @@ use super::select::{Kept, rounded};
 use crate::base::error::{Error, Result};
 use crate::base::utc::Utc;
 use crate::photometry::Flags;
-use crate::report::summary::passes;
+use crate::tables::row_passes::passes;
 use crate::tables::rows::PhotometryRow;
 use crate::tables::words::Verdict;
 

@@ -16,7 +16,7 @@ use crate::base::error::{Error, Result};
 use crate::base::utc::Utc;
 use crate::brightness::Illum;
 use crate::brightness::light_class::{PaperLabel, SkyClass};
-use crate::report::summary::passes;
+use crate::tables::row_passes::passes;
 use crate::tables::rows::PhotometryRow;
 
 /// What is the same in every record and not in the table.

@@ -15,9 +15,14 @@ use super::canvas::{
 };
 use super::panel::{Panel, Ticks};
 use crate::base::error::Result;
+use crate::base::stats::robust;
+use crate::base::stats::scatter;
 use crate::brightness::Illum;
-use crate::report::summary::{counts, is_lower_limit, is_used, passes, robust, scatter};
+use crate::tables::row_passes::passes;
 use crate::tables::rows::PhotometryRow;
+use crate::tables::selection::counts;
+use crate::tables::selection::is_lower_limit;
+use crate::tables::selection::is_used;
 use crate::tables::words::{Status, Verdict};
 
 /// How far below everything else a light is still shown beside observations \[mag\].

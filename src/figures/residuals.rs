@@ -14,8 +14,12 @@ use super::canvas::{
 };
 use super::panel::{Panel, Ticks};
 use crate::base::error::Result;
-use crate::report::summary::{is_lower_limit, is_used, robust, scatter, used_residuals};
+use crate::base::stats::robust;
+use crate::base::stats::scatter;
 use crate::tables::rows::ResidualRow;
+use crate::tables::selection::is_lower_limit;
+use crate::tables::selection::is_used;
+use crate::tables::selection::used_residuals;
 use crate::tables::words::Verdict;
 
 const SIZE: (u32, u32) = (960, 640);

@@ -15,7 +15,7 @@ use super::canvas::{
 };
 use super::panel::{Panel, Ticks};
 use crate::base::error::Result;
-use crate::report::summary::scatter;
+use crate::base::stats::scatter;
 use crate::tables::rows::StarRow;
 use crate::tables::words::Status;
 

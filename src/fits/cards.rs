@@ -4,11 +4,7 @@
 //! ([`crate::frames::exposure`], [`crate::frames::time`]) and the checks that make a file safe to open ([`super::scan`]).
 
 use std::collections::HashMap;
-use std::path::Path;
 use std::sync::Arc;
-
-use super::scan;
-use crate::base::error::Result;
 
 /// One header card.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -123,19 +119,6 @@ struct Inner {
 pub struct Header(Arc<Inner>);
 
 impl Header {
-    /// Scans the cards of `path`, picks the image HDU and holds what it promises against the file.
-    ///
-    /// The image is the first HDU with a 2-D image (further axes of length 1 are accepted), or with a
-    /// tile-compressed one. Nothing but headers is read.
-    ///
-    /// # Errors
-    /// [`Error::Io`](crate::Error::Io) if the file cannot be read; [`Error::Fits`](crate::Error::Fits) saying what is
-    /// wrong: not FITS, damaged or lying header, truncated (with the bytes expected and present), no 2-D image.
-    pub fn read(path: &Path) -> Result<Header> {
-        let (cards, image) = scan::scan(path)?;
-        Ok(Self::new(cards, image))
-    }
-
     /// From the text of a header: lines, or 80-character cards in one long line. Nothing is validated.
     #[must_use]
     pub fn from_text(text: &str) -> Header {

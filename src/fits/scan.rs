@@ -21,6 +21,21 @@ const MAX_HEADER: usize = 64 << 20;
 /// Most headers a file may have before its image.
 const MAX_HDUS: usize = 10_000;
 
+impl Header {
+    /// Scans the cards of `path`, picks the image HDU and holds what it promises against the file.
+    ///
+    /// The image is the first HDU with a 2-D image (further axes of length 1 are accepted), or with a
+    /// tile-compressed one. Nothing but headers is read.
+    ///
+    /// # Errors
+    /// [`Error::Io`](crate::Error::Io) if the file cannot be read; [`Error::Fits`](crate::Error::Fits) saying what is
+    /// wrong: not FITS, damaged or lying header, truncated (with the bytes expected and present), no 2-D image.
+    pub fn read(path: &Path) -> Result<Header> {
+        let (cards, image) = scan(path)?;
+        Ok(Header::new(cards, image))
+    }
+}
+
 /// Scans the headers of `path` up to its first 2-D image. See [`Header::read`].
 pub(crate) fn scan(path: &Path) -> Result<(Vec<Card>, ImageInfo)> {
     let bad = |problem: String| Error::Fits { path: path.to_path_buf(), problem };

@@ -3,6 +3,11 @@
 //! Exposure times in s, sizes in px. Reads headers only, no pixels; the reason for every decision is kept. Leaves out
 //! the pointing (photometry's WCS) and the site (configuration).
 
+use super::role::letters;
+use super::role::name_variants;
+use super::role::names_object;
+use serde::Deserialize;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 use super::clock::{MidTime, mid_time};
@@ -182,4 +187,31 @@ fn blank(path: &Path, name: String, role: Role, role_reason: String, header: Hea
         warnings: Vec::new(),
         header,
     }
+}
+
+/// Why a light frame is one of another satellite: its OBJECT holds a name of `others` that is longer than any of
+/// `target_names` in it, and neither a pattern of file names nor `frames.target_objects` says what it is.
+#[must_use]
+pub fn other_satellite(
+    exposure: &Exposure,
+    config: &Config,
+    target_names: &[String],
+    others: &[String],
+) -> Option<String> {
+    let light = matches!(exposure.role, Role::Stars | Role::Target);
+    if !light || role_by_name(&exposure.name, config).is_some() {
+        return None;
+    }
+    let object = exposure.object.as_deref()?;
+    if config.frames.target_objects.iter().any(|name| names_object(name, object)) {
+        return None;
+    }
+    let longest = |names: &[String]| {
+        let variants = names.iter().flat_map(|n| name_variants(n)).filter(|n| names_object(n, object));
+        variants.max_by_key(|n| letters(n).len())
+    };
+    let other = longest(others)?;
+    let own = longest(target_names).map_or(0, |n| letters(&n).len());
+    (letters(&other).len() > own)
+        .then(|| format!("OBJECT = '{object}' is another satellite (\"{other}\") than the target of this run"))
 }

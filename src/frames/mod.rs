@@ -27,8 +27,9 @@ pub use frame::{Electrons, ElectronsPerAdu, Frame, Gain, GainSetting, mask};
 pub use load::{Buffers, FrameReader, Held, read};
 
 pub use crate::detector::adc::count_values;
+pub use exposure::other_satellite;
 pub use readout::Camera;
-pub use role::{Role, other_satellite};
+pub use role::Role;
 pub use sample::Blocks;
 pub use sample::never_filled;
 pub use sample::read_box;

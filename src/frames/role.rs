@@ -4,7 +4,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::exposure::Exposure;
 use super::header::keywords;
 use crate::config::Config;
 use crate::fits::cards::Header;
@@ -45,33 +44,6 @@ impl Role {
             Role::OtherFilter => "other filter",
         }
     }
-}
-
-/// Why a light frame is one of another satellite: its OBJECT holds a name of `others` that is longer than any of
-/// `target_names` in it, and neither a pattern of file names nor `frames.target_objects` says what it is.
-#[must_use]
-pub fn other_satellite(
-    exposure: &Exposure,
-    config: &Config,
-    target_names: &[String],
-    others: &[String],
-) -> Option<String> {
-    let light = matches!(exposure.role, Role::Stars | Role::Target);
-    if !light || role_by_name(&exposure.name, config).is_some() {
-        return None;
-    }
-    let object = exposure.object.as_deref()?;
-    if config.frames.target_objects.iter().any(|name| names_object(name, object)) {
-        return None;
-    }
-    let longest = |names: &[String]| {
-        let variants = names.iter().flat_map(|n| name_variants(n)).filter(|n| names_object(n, object));
-        variants.max_by_key(|n| letters(n).len())
-    };
-    let other = longest(others)?;
-    let own = longest(target_names).map_or(0, |n| letters(&n).len());
-    (letters(&other).len() > own)
-        .then(|| format!("OBJECT = '{object}' is another satellite (\"{other}\") than the target of this run"))
 }
 
 /// The role a file's name gives, with the reason: the globs of the configuration.
@@ -145,7 +117,7 @@ pub(super) fn role_by_header(
 }
 
 /// `ISS (ZARYA)` is also known as `ISS` and as `ZARYA`.
-fn name_variants(name: &str) -> Vec<String> {
+pub(crate) fn name_variants(name: &str) -> Vec<String> {
     let mut variants = vec![name.trim().to_string()];
     if let Some((before, rest)) = name.split_once('(') {
         variants.push(before.trim().to_string());
@@ -157,7 +129,7 @@ fn name_variants(name: &str) -> Vec<String> {
 
 /// Whether `object` contains `name`, ignoring case, spaces and punctuation; numbers and names of up to three
 /// letters only as a whole word.
-fn names_object(name: &str, object: &str) -> bool {
+pub(crate) fn names_object(name: &str, object: &str) -> bool {
     let wanted = letters(name);
     if wanted.is_empty() {
         return false;
@@ -180,7 +152,7 @@ fn names_object(name: &str, object: &str) -> bool {
     })
 }
 
-fn letters(text: &str) -> String {
+pub(crate) fn letters(text: &str) -> String {
     text.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
 }
 

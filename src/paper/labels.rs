@@ -12,7 +12,8 @@ use crate::brightness::Illum;
 use crate::brightness::light_class::is_sunlit;
 use crate::brightness::light_class::{PaperLabel, SkyClass};
 use crate::paper::tables::LabelRow;
-use crate::report::summary::{PASS_GAP_S, is_used};
+use crate::tables::row_passes::PASS_GAP_S;
+use crate::tables::selection::is_used;
 
 /// The paper's own table: label, observations, median, standard deviation.
 const PAPER: [(PaperLabel, i64, f64, f64); 3] = [
@@ -164,7 +165,7 @@ pub fn summary(rows: &[Labelled]) -> Vec<LabelRow> {
 /// The middle value, or the mean of the two middle ones.
 #[must_use]
 pub fn median(values: &[f64]) -> Option<f64> {
-    crate::report::summary::robust(values).map(|(median, _)| median)
+    crate::base::stats::robust(values).map(|(median, _)| median)
 }
 
 /// Standard deviation about the mean, of a sample; `None` for fewer than two.

@@ -8,7 +8,6 @@ pub mod background;
 pub mod centroid;
 mod clip;
 pub mod detect;
-pub mod flags;
 pub mod flux;
 pub mod growth;
 mod label;
@@ -20,4 +19,4 @@ pub mod target;
 mod threshold;
 pub mod trails;
 
-pub use flags::Flags;
+pub use crate::tables::flags::Flags;

@@ -1,15 +1,11 @@
 //! Observed against modelled: fills the model columns of photometry rows, makes residual rows and passes.
 
-use crate::brightness::scene::scene;
 use hifitime::Epoch;
 
 use crate::base::error::{Error, Result};
-use crate::brightness::light_class::{PaperLabel, is_sunlit};
-use crate::brightness::{Brightness, Model, skipped_text};
 use crate::config::{self, Mode, Source};
-use crate::orbit::Geometry;
 use crate::photometry::Flags;
-use crate::report::summary::passes;
+use crate::tables::row_passes::passes;
 use crate::tables::{PhotometryRow, ResidualRow};
 use crate::zeropoint::bands::Band;
 
@@ -67,34 +63,6 @@ pub fn band_of_model(config: &config::Config, observed: Band) -> Result<Option<S
             model.band
         ),
     })
-}
-
-/// Puts the model's magnitudes into a row, and where they are of the observed band the residual, observed minus modelled.
-///
-/// # Errors
-/// [`crate::Error::Model`] for an impossible scene.
-pub fn add_model(row: &mut PhotometryRow, geometry: &Geometry, model: &Model, same_band: bool) -> Result<Brightness> {
-    let model = model.brightness(&scene(geometry))?;
-    row.model_v_mag = model.total_v_mag;
-    row.sun_v_mag = model.sun.v_mag;
-    row.earthshine_v_mag = model.earthshine.v_mag;
-    row.moon_v_mag = model.moon.v_mag;
-    row.lunar_earthshine_v_mag = model.lunar_earthshine.v_mag;
-    row.model_err_mag = model.total_v_mag.map(|_| model.err_mag);
-    row.illum = model.illum.to_string();
-    // sunlight that the air bends past the edge of the geometric shadow is sunlight too
-    if is_sunlit(model.illum) && row.paper_label == PaperLabel::Night.to_string() {
-        row.paper_label = PaperLabel::Twilight.to_string();
-    }
-    row.skipped = skipped_text(&model.skipped);
-    row.residual_mag = match (row.v_mag, row.model_v_mag) {
-        (Some(observed), Some(modelled)) if same_band => Some(observed - modelled),
-        _ => None,
-    };
-    if model.extrapolated {
-        row.flags |= Flags::MODEL_EXTRAPOLATED.0;
-    }
-    Ok(model)
 }
 
 /// Number of the pass of each row (1-based); rows without a time belong to pass 0.

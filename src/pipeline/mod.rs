@@ -7,6 +7,7 @@ pub mod detector;
 pub mod explain;
 pub mod inspect;
 pub mod memory;
+pub mod options;
 pub mod ordered_map;
 pub mod prepared;
 pub mod products;

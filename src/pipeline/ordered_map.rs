@@ -10,10 +10,10 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::mpsc::sync_channel;
 
-use super::stages::pool;
 use crate::base::error::{Error, Result};
 use crate::base::progress::Progress;
 use crate::base::stop::Stop;
+use crate::base::threads::pool;
 use crate::frames::Exposure;
 
 /// Files the reader may be ahead of the workers.

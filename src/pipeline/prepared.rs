@@ -1,9 +1,9 @@
 //! What every frame of the night shares: detector, master flat, orbit, model, zeropoint; and one frame's reduction.
 
-use std::io::{ErrorKind, Read};
-use std::path::{Path, PathBuf};
+use std::io::Read;
+use std::path::Path;
 
-use sha2::{Digest, Sha256};
+use sha2::Digest;
 
 use super::compare::comparable;
 use super::survey::files::Survey;
@@ -21,7 +21,7 @@ use crate::zeropoint::bands::Calibrated;
 use crate::zeropoint::fit::Zeropoint;
 
 /// Bytes hashed at a time: they stay in the cache of a core.
-const HASHED_BYTES: usize = 256 << 10;
+pub(crate) const HASHED_BYTES: usize = 256 << 10;
 
 /// What every frame of the night shares.
 #[derive(Debug)]
@@ -232,52 +232,6 @@ pub fn catalogue_is_there(path: &Path, fetch_line: &str, otherwise: &str) -> Res
     Err(Error::Catalogue { path: path.into(), problem })
 }
 
-/// First 16 hex digits of the SHA-256 of a file.
-///
-/// # Errors
-/// [`Error::Io`]; also for what is no regular file: a device never ends, a pipe may never begin.
-pub fn sha256_16(path: &Path) -> Result<String> {
-    let is_file = std::fs::metadata(path).map_err(|e| Error::io(path, e))?.is_file();
-    if !is_file {
-        return Err(Error::io(path, std::io::Error::new(ErrorKind::InvalidInput, "is not a regular file")));
-    }
-    let mut file = std::fs::File::open(path).map_err(|e| Error::io(path, e))?;
-    let mut hasher = Sha256::new();
-    let mut buffer = vec![0; HASHED_BYTES];
-    loop {
-        match file.read(&mut buffer) {
-            Ok(0) => return Ok(hex16(&hasher.finalize())),
-            Ok(n) => hasher.update(&buffer[..n]),
-            Err(e) if e.kind() == ErrorKind::Interrupted => {}
-            Err(e) => return Err(Error::io(path, e)),
-        }
-    }
-}
-
-/// Hash of everything in the configuration that can change a result: files by their names alone, not the folders they
-/// lie in, nor those of frames and results, not `[reporter]` and `[fetch]`.
-///
-/// # Errors
-/// [`Error::Config`] if the configuration cannot be written as text.
-pub fn config_sha256(config: &Config) -> Result<String> {
-    let mut config = config.clone();
-    config.night.output = PathBuf::new();
-    // what went in is told by the hashes of the inputs, wherever and in whatever order they lay
-    config.night.input = Vec::new();
-    config.reporter = Default::default();
-    config.fetch = Default::default();
-    let bare = |path: &mut PathBuf| *path = path.file_name().map(PathBuf::from).unwrap_or_default();
-    config.each_path(&bare);
-    config.orbit.iter_mut().for_each(|o| o.force_age = false); // told by the flag old_elements and tle_age_d
-    Ok(sha256_16_text(&config.to_toml()?))
-}
-
-/// First 16 hex digits of the SHA-256 of a text.
-#[must_use]
-pub fn sha256_16_text(text: &str) -> String {
-    hex16(&Sha256::digest(text.as_bytes()))
-}
-
-fn hex16(digest: &[u8]) -> String {
+pub(crate) fn hex16(digest: &[u8]) -> String {
     digest.iter().take(8).map(|b| format!("{b:02x}")).collect()
 }

@@ -1,31 +1,39 @@
 //! The night as one sentence: survey, flat, star pointings, zeropoint, target frames, comparison, tables.
 
+use super::options::Options;
 use std::path::{Path, PathBuf};
 
+use super::products::record::Stage;
 use crate::base::error::{Error, Result};
+use crate::base::file::file_name;
 use crate::base::file::make_folder;
 use crate::base::progress::Progress;
-use crate::base::stop::Stop;
+use crate::base::threads::with_threads;
 use crate::brightness::catalogue::Standing;
 use crate::config::Config;
+use crate::config::digest::config_sha256;
 use crate::frames::Exposure;
 use crate::frames::flat::FlatMember;
 use crate::pipeline::compare::residual_rows;
 use crate::pipeline::detector::checks::check as check_detector;
 use crate::pipeline::detector::report::write_checks;
 use crate::pipeline::explain::explain_night;
-use crate::pipeline::memory::Memory;
-use crate::pipeline::prepared::{Bench, config_sha256};
+use crate::pipeline::prepared::Bench;
 use crate::pipeline::products::lock::lock;
-use crate::pipeline::products::manifest::{Manifest, Stage, bytes_read, manifest_inputs, peak_memory_mb, record};
-use crate::pipeline::products::outputs::{Outputs, file_name};
+use crate::pipeline::products::manifest::Manifest;
+use crate::pipeline::products::manifest::bytes_read;
+use crate::pipeline::products::manifest::manifest_inputs;
+use crate::pipeline::products::manifest::peak_memory_mb;
+use crate::pipeline::products::manifest::record;
+use crate::pipeline::products::outputs::Outputs;
 use crate::pipeline::products::page::write_report_and_figures;
 use crate::pipeline::products::provenance::Provenance;
 use crate::pipeline::products::summary::{Counts, Summary};
 use crate::pipeline::shards::plan_file::{FRAMES_PER_SHARD, Plan, set_copies_aside};
 use crate::pipeline::shards::products::{FOLDER, Products};
 use crate::pipeline::shards::whole::judge_whole_night;
-use crate::pipeline::stages::{master_flat, target_stage, with_threads};
+use crate::pipeline::stages::master_flat;
+use crate::pipeline::stages::target_stage;
 use crate::pipeline::stars::stage::{StarStage, star_stage};
 use crate::pipeline::survey::damage::damage_notes;
 use crate::pipeline::survey::files::Survey;
@@ -39,43 +47,6 @@ use crate::tables::{PhotometryRow, StarRow};
 use crate::zeropoint::fit::Zeropoint;
 use crate::zeropoint::previous::read_previous;
 use crate::zeropoint::stars::fit_rows;
-
-/// How a run is done, apart from what it does.
-#[derive(Debug, Clone, Default)]
-pub struct Options {
-    /// Threads; 0 = all cores.
-    pub jobs: usize,
-    /// Memory the run may take; absent = [`Memory::default`].
-    pub max_memory_bytes: Option<usize>,
-    /// Files instead of the configured inputs.
-    pub files: Vec<PathBuf>,
-    /// Any failed frame makes the exit code 3.
-    pub strict: bool,
-    /// Draw no figures.
-    pub no_figures: bool,
-    /// Measure what was left out of frames and scenes, and what that saved.
-    pub explain: bool,
-    /// Leave nothing out, for tests that compare.
-    pub everything: bool,
-    /// Do everything anew, also what an earlier run has kept.
-    pub redo: bool,
-    /// A request to stop after the frames in work.
-    pub stop: Stop,
-}
-
-impl Options {
-    /// Threads to use.
-    #[must_use]
-    pub fn threads(&self) -> usize {
-        if self.jobs > 0 { self.jobs } else { std::thread::available_parallelism().map_or(1, usize::from) }
-    }
-
-    /// Memory to use.
-    #[must_use]
-    pub fn memory(&self) -> Memory {
-        self.max_memory_bytes.map_or_else(Memory::default, |limit_bytes| Memory { limit_bytes, given: true })
-    }
-}
 
 /// Reduces a whole night and writes its tables, figures and summary to `<output>/<name>/`.
 ///

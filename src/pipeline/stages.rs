@@ -2,25 +2,33 @@
 //!
 //! Star pointings are in [`super::stars::stage`], what only the whole night tells in [`super::shards::whole`].
 
+use crate::base::threads::pool;
 use std::path::Path;
 
 use rayon::prelude::*;
 
+use super::options::Options;
+use super::products::inputs::named_files;
+use super::target::outcome::TargetFrame;
 use crate::base::error::{Error, Result};
+use crate::base::hash::sha256_16;
 use crate::base::progress::Progress;
+use crate::brightness::columns::add_model;
 use crate::frames::Exposure;
 use crate::frames::flat::{BAND_BYTES, FlatMember, MasterFlat};
-use crate::pipeline::compare::{add_model, comparable};
+use crate::pipeline::compare::comparable;
 use crate::pipeline::ordered_map::in_order;
-use crate::pipeline::prepared::{Bench, sha256_16};
+use crate::pipeline::prepared::Bench;
 use crate::pipeline::products::manifest::Quadratures;
-use crate::pipeline::products::provenance::{Provenance, named_files};
-use crate::pipeline::run::Options;
+use crate::pipeline::products::provenance::Provenance;
 use crate::pipeline::shards::products::Products;
 use crate::pipeline::survey::files::Survey;
-use crate::pipeline::target::frame::{
-    ASSUMED_FWHM_ARCSEC, TargetFrame, failed_row, geometry_columns, internal, measure_frame, row_of_header,
-};
+use crate::pipeline::target::frame::ASSUMED_FWHM_ARCSEC;
+use crate::pipeline::target::frame::failed_row;
+use crate::pipeline::target::frame::geometry_columns;
+use crate::pipeline::target::frame::internal;
+use crate::pipeline::target::frame::measure_frame;
+use crate::pipeline::target::frame::row_of_header;
 use crate::tables::PhotometryRow;
 use crate::tables::words::Status;
 
@@ -96,25 +104,6 @@ fn flat_key(survey: &Survey, products: &Products) -> String {
     let of = |e: &Exposure| format!("{} {}", e.path.display(), products.sha256(&e.path).unwrap_or_default());
     let flats: Vec<String> = survey.flats.par_iter().map(of).collect();
     products.key(&std::iter::once(FLAT).chain(flats.iter().map(String::as_str)).collect::<Vec<_>>())
-}
-
-/// Runs `work` on a pool of `jobs` threads; 0 = all cores.
-///
-/// # Errors
-/// [`Error::Config`] when the threads cannot be started.
-pub fn with_threads<T: Send>(jobs: usize, work: impl FnOnce() -> T + Send) -> Result<T> {
-    Ok(pool(Options { jobs, ..Options::default() }.threads())?.install(work))
-}
-
-/// A pool of `threads` threads.
-///
-/// # Errors
-/// As [`with_threads`].
-pub(super) fn pool(threads: usize) -> Result<rayon::ThreadPool> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|e| Error::Config { key: "--jobs".into(), problem: format!("cannot start {threads} threads: {e}") })
 }
 
 /// Measures target frames and predicts their brightness: the row and the geometry of each, before anything that takes the

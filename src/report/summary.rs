@@ -2,74 +2,12 @@
 //!
 //! Magnitudes, degrees, UTC. Returns text; the program prints it.
 
-use crate::base::constants::SIGMA_PER_MAD;
+use crate::base::stats::robust;
+use crate::base::stats::scatter;
 use crate::photometry::Flags;
-use crate::tables::rows::{PhotometryRow, ResidualRow};
-use crate::tables::words::{Status, Verdict};
-
-/// Two exposures of one target further apart than this belong to different passes \[s\]. A low-orbit pass lasts a
-/// quarter of an hour at most and the next one comes an hour and a half later.
-pub const PASS_GAP_S: f64 = 1_200.0;
-
-/// Median and robust scatter, `(med x, 1.4826 · med |x − med x|)`, of the finite values; `None` without any.
-///
-/// The scatter equals σ for a Gaussian and is 0 for a single value.
-#[must_use]
-pub fn robust(values: &[f64]) -> Option<(f64, f64)> {
-    let mut kept: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-    let centre = median(&mut kept)?;
-    let mut deviations: Vec<f64> = kept.iter().map(|v| (v - centre).abs()).collect();
-    Some((centre, SIGMA_PER_MAD * median(&mut deviations)?))
-}
-
-/// Robust scatter of the finite values; `None` of fewer than two: one value does not tell how much values scatter.
-#[must_use]
-pub fn scatter(values: &[f64]) -> Option<f64> {
-    let finite = values.iter().filter(|v| v.is_finite()).count();
-    robust(values).map(|(_, sigma)| sigma).filter(|_| finite > 1)
-}
-
-/// The middle value, or the mean of the two middle ones.
-fn median(values: &mut [f64]) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let upper = *values.get(values.len() / 2)?;
-    if values.len() % 2 == 1 {
-        return Some(upper);
-    }
-    Some(0.5 * (values.get(values.len() / 2 - 1)? + upper))
-}
-
-/// The passes of a night: rows of one target without a gap longer than [`PASS_GAP_S`], in order of time.
-///
-/// Rows without a time and rejected ones, whose time or place is impossible, belong to no pass.
-#[must_use]
-pub fn passes(rows: &[PhotometryRow]) -> Vec<Vec<&PhotometryRow>> {
-    let in_time = |r: &&PhotometryRow| r.mjd_mid_d.is_some_and(f64::is_finite) && r.status != Status::Rejected;
-    let mut timed: Vec<&PhotometryRow> = rows.iter().filter(in_time).collect();
-    timed.sort_by(|a, b| target(a).cmp(&target(b)).then(mjd(a).total_cmp(&mjd(b))));
-    let mut passes: Vec<Vec<&PhotometryRow>> = Vec::new();
-    for row in timed {
-        match passes.last_mut() {
-            Some(pass) if pass.last().is_some_and(|last| same_pass(last, row)) => pass.push(row),
-            _ => passes.push(vec![row]),
-        }
-    }
-    passes.sort_by(|a, b| a.first().map_or(0.0, |r| mjd(r)).total_cmp(&b.first().map_or(0.0, |r| mjd(r))));
-    passes
-}
-
-fn target(row: &PhotometryRow) -> (Option<i64>, &str) {
-    // The number names the target; the name counts only where there is no number.
-    (row.norad_cat_id, if row.norad_cat_id.is_some() { "" } else { row.object_name.as_str() })
-}
-
-fn mjd(row: &PhotometryRow) -> f64 {
-    row.mjd_mid_d.unwrap_or(f64::NAN)
-}
-
-fn same_pass(last: &PhotometryRow, row: &PhotometryRow) -> bool {
-    target(last) == target(row) && (mjd(row) - mjd(last)) * 86_400.0 <= PASS_GAP_S
-}
+use crate::tables::row_passes::passes;
+use crate::tables::rows::PhotometryRow;
+use crate::tables::selection::counts;
 
 /// A table of plain text: columns two spaces apart, numbers to the right, the rest to the left, a rule below the head.
 ///
@@ -203,32 +141,6 @@ pub fn pass_lights(rows: &[PhotometryRow]) -> String {
         })
         .collect();
     text_table(&head, &lines)
-}
-
-/// Whether a measurement counts in medians: status `ok` (or unsaid) and not rejected by its verdict.
-#[must_use]
-pub fn is_used(status: &str, verdict: &str) -> bool {
-    let measured = status.is_empty() || *status == Status::Ok;
-    measured && *verdict != Verdict::Reject
-}
-
-/// Whether a row only says "at least so bright": something may have stood in the beam.
-#[must_use]
-pub fn is_lower_limit(flags: i32) -> bool {
-    Flags(flags).has(Flags::LOWER_LIMIT)
-}
-
-/// Whether a row's magnitude counts in medians: there is one, it is used, and it is no lower limit on the brightness.
-#[must_use]
-pub fn counts(row: &PhotometryRow) -> bool {
-    row.v_mag.is_some_and(f64::is_finite) && is_used(&row.status, &row.verdict) && !is_lower_limit(row.flags)
-}
-
-/// Residuals that count in medians: a lower limit on the brightness is no measurement of it.
-#[must_use]
-pub fn used_residuals(rows: &[ResidualRow]) -> Vec<f64> {
-    let counts = |r: &&ResidualRow| is_used("", &r.verdict) && !is_lower_limit(r.flags);
-    rows.iter().filter(counts).filter_map(|r| r.residual_mag).collect()
 }
 
 /// The light classes in order of appearance, each once.

@@ -2,10 +2,13 @@
 
 pub mod columns;
 pub mod ecsv;
+pub mod flags;
 pub mod formats;
 pub mod meta;
 pub mod read;
+pub mod row_passes;
 pub mod rows;
+pub mod selection;
 pub mod ucd;
 pub mod words;
 

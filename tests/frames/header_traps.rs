@@ -6,8 +6,8 @@ use crate::headers;
 use headers::{says, shared, told, told_at_macquarie, told_with};
 use satphot::config::Config;
 use satphot::frames::Role;
-use satphot::pipeline::inspect::file::Inspector;
-use satphot::pipeline::survey::files::survey;
+use satphot::pipeline::inspect::inspector::Inspector;
+use satphot::pipeline::survey::read::survey;
 
 const START: &str = "EXPTIME = 5.0\nDATE-OBS = '2025-06-09T10:33:00.000'\n";
 

@@ -442,6 +442,6 @@ fn files_of_one_name_in_two_folders_keep_their_own_hashes() {
     let manifest = n.manifest();
     for input in manifest["inputs"].as_array().unwrap() {
         let path = PathBuf::from(input["path"].as_str().unwrap());
-        assert_eq!(input["sha256"], satphot::pipeline::prepared::sha256_16(&path).unwrap(), "{}", path.display());
+        assert_eq!(input["sha256"], satphot::base::hash::sha256_16(&path).unwrap(), "{}", path.display());
     }
 }

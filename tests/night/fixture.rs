@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use satphot::base::progress::Silent;
 use satphot::config::Config;
-use satphot::pipeline::run::{Options, run};
+use satphot::pipeline::options::Options;
+use satphot::pipeline::run::run;
 use satphot::simulate::{Scenario, simulate};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");

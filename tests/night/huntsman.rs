@@ -4,10 +4,11 @@
 use std::path::Path;
 
 use satphot::base::progress::Silent;
+use satphot::base::stats::robust;
 use satphot::config::Config;
+use satphot::pipeline::options::Options;
 use satphot::pipeline::products::summary::Summary;
-use satphot::pipeline::run::{Options, run};
-use satphot::report::summary::robust;
+use satphot::pipeline::run::run;
 use satphot::tables::{StarRow, read_stars};
 
 const FRAMES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/frames");

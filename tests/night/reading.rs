@@ -15,7 +15,7 @@ use satphot::photometry::background::background;
 use satphot::photometry::target::measure::measure_target;
 use satphot::pipeline::prepared::Bench;
 use satphot::pipeline::run::run;
-use satphot::pipeline::survey::files::survey;
+use satphot::pipeline::survey::read::survey;
 use satphot::pipeline::target::frame::target_settings;
 use satphot::pipeline::target::window::{look, reach_px};
 use support::{Night, TARGETS, simulated};

@@ -6,8 +6,9 @@ use std::path::Path;
 
 use satphot::base::progress::Silent;
 use satphot::config::Config;
+use satphot::pipeline::options::Options;
 use satphot::pipeline::products::summary::Summary;
-use satphot::pipeline::run::{Options, run};
+use satphot::pipeline::run::run;
 use satphot::simulate::{Scenario, simulate};
 use satphot::tables::{PhotometryRow, StarRow, read_photometry, read_stars};
 
@@ -132,7 +133,7 @@ fn fluxes_zeropoint_and_magnitudes_of_a_mixed_gain_night_are_recovered() {
         .filter(|r| r.status == "ok" && r.verdict != "reject")
         .map(|r| r.v_mag.unwrap() - truth[&r.frame])
         .collect();
-    let (median, sigma) = satphot::report::summary::robust(&errors).unwrap();
+    let (median, sigma) = satphot::base::stats::robust(&errors).unwrap();
     println!("target: {} of 60 frames, median V error {median:+.3}, robust sigma {sigma:.3}", errors.len());
     // trails cross nearly every frame: the verdict keeps back those they outshine
     let detected = rows.iter().filter(|r| r.status == "ok").count();
@@ -149,7 +150,7 @@ fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     let scenario = Scenario::small_night(&sets).unwrap();
     let bytes = |threads: usize| -> Vec<(String, Vec<u8>)> {
         let folder = tempfile::tempdir().unwrap();
-        let made = satphot::pipeline::stages::with_threads(threads, || simulate(&scenario, folder.path(), &Silent));
+        let made = satphot::base::threads::with_threads(threads, || simulate(&scenario, folder.path(), &Silent));
         let mut files = made.unwrap().unwrap().frames;
         files.push(folder.path().join("truth/stars.csv"));
         files.push(folder.path().join("truth/target.csv"));

@@ -70,7 +70,7 @@ fn a_night_stopped_anywhere_ends_with_the_bytes_of_an_undisturbed_one() {
         night.options.jobs = 1;
         let stop = Stop::default();
         let listener = StopAfter { frames, seen: AtomicUsize::new(0), stop: stop.clone() };
-        let options = satphot::pipeline::run::Options { stop, ..night.options.clone() };
+        let options = satphot::pipeline::options::Options { stop, ..night.options.clone() };
         let error = run(&night.config().unwrap(), &options, &listener).unwrap_err();
         assert_eq!(error.exit_code(), 143);
         let text = error.to_string();

@@ -8,8 +8,9 @@ use std::path::Path;
 use satphot::base::progress::Silent;
 use satphot::config::{Config, Vetting};
 use satphot::photometry::Flags;
-use satphot::pipeline::run::{Options, run};
-use satphot::pipeline::target::frame::TargetFrame;
+use satphot::pipeline::options::Options;
+use satphot::pipeline::run::run;
+use satphot::pipeline::target::outcome::TargetFrame;
 use satphot::pipeline::vet::{judge, judge_night};
 use satphot::tables::{PhotometryRow, read_photometry};
 

@@ -2,9 +2,14 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // tests
 
 use proptest::prelude::*;
+use satphot::base::stats::robust;
+use satphot::base::stats::scatter;
 use satphot::photometry::Flags;
-use satphot::report::summary::used_residuals;
-use satphot::report::summary::{PASS_GAP_S, pass_table, passes, robust, scatter, text_table};
+use satphot::report::summary::pass_table;
+use satphot::report::summary::text_table;
+use satphot::tables::row_passes::PASS_GAP_S;
+use satphot::tables::row_passes::passes;
+use satphot::tables::selection::used_residuals;
 use satphot::tables::{PhotometryRow, ResidualRow};
 
 fn row(mjd: f64, norad: i64, v_mag: Option<f64>, verdict: &str) -> PhotometryRow {

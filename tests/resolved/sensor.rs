@@ -7,7 +7,8 @@ use satphot::base::progress::Silent;
 use satphot::brightness::spectrum::{SolarColumn, Spectrum};
 use satphot::config::Config;
 use satphot::figures::radiance::snr::snr_rows;
-use satphot::pipeline::run::{Options, run};
+use satphot::pipeline::options::Options;
+use satphot::pipeline::run::run;
 use satphot::resolved::sensor::{
     Air, Blur, FrameFacts, Pupil, Sampling, Seeing, Sensor, SensorSettings, signal_to_noise, stamp, write_frame,
 };

@@ -10,8 +10,9 @@ use satphot::config::{Config, Solve};
 use satphot::frames::{Exposure, classify};
 use satphot::photometry::background::background;
 use satphot::photometry::detect::detect;
+use satphot::pipeline::options::Options;
 use satphot::pipeline::prepared::Bench;
-use satphot::pipeline::run::{Options, run};
+use satphot::pipeline::run::run;
 use satphot::pipeline::stars::solve::{FieldWcs, field_wcs};
 use satphot::pipeline::stars::solve_file::FrameSolver;
 

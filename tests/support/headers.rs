@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use satphot::config::Config;
-use satphot::pipeline::inspect::file::Inspector;
+use satphot::pipeline::inspect::inspector::Inspector;
 use satphot::pipeline::inspect::record::Inspection;
 
 /// The reference data, or `None` with a word about it.

@@ -6,8 +6,9 @@ use std::process::Command;
 
 use satphot::base::progress::Silent;
 use satphot::config::Config;
+use satphot::pipeline::options::Options;
 use satphot::pipeline::products::summary::Summary;
-use satphot::pipeline::run::{Options, run};
+use satphot::pipeline::run::run;
 use satphot::simulate::{Scenario, simulate};
 use satphot::tables::PhotometryRow;
 
@@ -317,7 +318,7 @@ pub fn hashes(folder: &Path) -> Vec<(PathBuf, String)> {
         .map(|e| e.unwrap().path())
         .filter(|p| p.is_file())
         .map(|p| {
-            let hash = satphot::pipeline::prepared::sha256_16(&p).unwrap();
+            let hash = satphot::base::hash::sha256_16(&p).unwrap();
             (p, hash)
         })
         .collect();

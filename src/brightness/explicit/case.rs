@@ -1,14 +1,15 @@
 //! One explicit case: directions, scattering, fluxes.
 
-use super::MAX_NODES;
-use super::ROUNDING;
-use super::prepared;
+use super::row;
 use crate::base::vector::Itrs;
 use crate::base::vector::Vector;
 use crate::brightness::brdf::Brdf;
 use crate::brightness::earthshine::Accuracy;
+use crate::brightness::earthshine::PreparedBrdf;
 use crate::brightness::ground::Ground;
+use std::borrow::Cow;
 use std::f64::consts::PI;
+use std::sync::LazyLock;
 
 /// Radius of the sphere \[km\].
 pub const RADIUS_KM: f64 = 6378.0;
@@ -163,5 +164,26 @@ impl Sight<'_> {
         let height = place.dot(&self.source);
         let f = if height > 0.0 { self.case.earth.value(&self.source, &place, &-m) } else { 0.0 };
         (f * height > 0.0).then_some((f * height, f))
+    }
+}
+
+/// Nodes after which one integral stops; `warn` then says that the tolerance was not reached.
+pub(super) const MAX_NODES: usize = 1_000_000;
+
+/// Rounding of what needs no quadrature, relative.
+pub(super) const ROUNDING: f64 = 1e-14;
+
+/// The law ready for integrals; those known by name, which are costly to make ready, once and for all.
+pub(super) fn prepared(brdf: &Brdf) -> Cow<'static, PreparedBrdf> {
+    static KNOWN: LazyLock<Vec<(Brdf, PreparedBrdf)>> = LazyLock::new(|| {
+        let laws = row::STARLINK.iter().filter_map(|(_, name)| Brdf::named(name).ok());
+        laws.map(|law| (law.clone(), PreparedBrdf::new(&law))).collect()
+    });
+    match brdf {
+        Brdf::Binomial(_) => KNOWN
+            .iter()
+            .find(|(law, _)| law == brdf)
+            .map_or_else(|| Cow::Owned(PreparedBrdf::new(brdf)), |(_, ready)| Cow::Borrowed(ready)),
+        _ => Cow::Owned(PreparedBrdf::new(brdf)),
     }
 }

@@ -11,35 +11,11 @@ mod row;
 pub use case::{Case, Fluxes, RADIUS_KM, Scattering};
 
 use case::Sight;
-use std::borrow::Cow;
-use std::sync::LazyLock;
 
-use super::brdf::Brdf;
-use super::earthshine::PreparedBrdf;
 use crate::base::vector::Vector;
 
 pub use everything::everything;
 pub use row::{COLUMNS, Header, Row, read_row};
-
-/// Nodes after which one integral stops; `warn` then says that the tolerance was not reached.
-const MAX_NODES: usize = 1_000_000;
-/// Rounding of what needs no quadrature, relative.
-const ROUNDING: f64 = 1e-14;
-
-/// The law ready for integrals; those known by name, which are costly to make ready, once and for all.
-fn prepared(brdf: &Brdf) -> Cow<'static, PreparedBrdf> {
-    static KNOWN: LazyLock<Vec<(Brdf, PreparedBrdf)>> = LazyLock::new(|| {
-        let laws = row::STARLINK.iter().filter_map(|(_, name)| Brdf::named(name).ok());
-        laws.map(|law| (law.clone(), PreparedBrdf::new(&law))).collect()
-    });
-    match brdf {
-        Brdf::Binomial(_) => KNOWN
-            .iter()
-            .find(|(law, _)| law == brdf)
-            .map_or_else(|| Cow::Owned(PreparedBrdf::new(brdf)), |(_, ready)| Cow::Borrowed(ready)),
-        _ => Cow::Owned(PreparedBrdf::new(brdf)),
-    }
-}
 
 /// The two fluxes of a case; the Earth-reflected one to the relative `tolerance`.
 ///

@@ -12,7 +12,7 @@ use satphot::accuracy::output::{
 };
 use satphot::accuracy::{Effort, Extreme, METHODS, Method, Stopwatch, Sweep, Verdict, extremes, paths};
 use satphot::base::progress::Progress;
-use satphot::pipeline::stages::with_threads;
+use satphot::base::threads::with_threads;
 use satphot::tables::{AccuracyRow, Meta};
 
 use super::{bar::Bars, print, tell};

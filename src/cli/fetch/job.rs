@@ -14,7 +14,8 @@ use satphot::fetch::{
     fields_of_night, one_query_each,
 };
 use satphot::orbit::{element_names, nearest, read_elements_for};
-use satphot::pipeline::survey::files::{Survey, survey};
+use satphot::pipeline::survey::files::Survey;
+use satphot::pipeline::survey::read::survey;
 
 use super::super::orbit_args::bad;
 use super::super::print;

@@ -14,7 +14,7 @@ use crate::photometry::smooth::{Kernel, smooth_image};
 use crate::photometry::target::cells::{Cells, Layers, row_of};
 use crate::photometry::target::cosmic_rays::hits;
 use crate::photometry::target::sky::{Block, Surface, blocks};
-use crate::photometry::trails::bend::Bend;
+use crate::photometry::trails::bend_fit::bend_of;
 use crate::photometry::trails::direction::trail_direction;
 use crate::photometry::trails::known::{KnownDirection, line_through};
 use crate::photometry::trails::model::Strips;
@@ -172,7 +172,7 @@ impl Cutout {
     fn straighten(&mut self, object: Option<&Placed>) {
         let Some(strips) = &mut self.strips else { return };
         let holes: Vec<_> = object.iter().map(|e| strips.hole((e.x, e.y), e.shape)).collect();
-        let Some(bend) = Bend::of(strips, &holes) else { return };
+        let Some(bend) = bend_of(strips, &holes) else { return };
         strips.straighten(&bend);
         bend.take_off(&mut self.net.mean);
         let net = &self.net;

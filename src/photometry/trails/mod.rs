@@ -1,6 +1,7 @@
 //! Star trails of a tracked frame: their direction, their light, what they add to the target.
 
 pub(crate) mod bend;
+pub(crate) mod bend_fit;
 pub(crate) mod contamination;
 pub(crate) mod direction;
 mod exclusion;

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::checks::GainCheck;
+use super::gain_check::GainCheck;
 use crate::base::error::{Error, Result};
-use crate::pipeline::products::outputs::save;
+use crate::base::file::save;
 
 /// Gains further apart than this (and than 3 σ) disagree.
 const GAIN_TOLERANCE: f64 = 0.05;

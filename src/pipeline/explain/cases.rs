@@ -4,7 +4,9 @@
 
 use std::collections::BTreeMap;
 
-use super::{SCENES, brighter_mag, each_us};
+use super::timing::SCENES;
+use super::timing::brighter_mag;
+use super::timing::each_us;
 use crate::brightness::explicit::{Case, Fluxes, everything, explicit};
 use crate::pipeline::explain::text::{Explanation, LeftOut, runs};
 

@@ -2,7 +2,9 @@
 //!
 //! CPU seconds from the listener's clock, magnitudes. Reads a few frames again, changes nothing.
 
-use super::{each_us, explain_scenes, sample};
+use super::scenes::explain_scenes;
+use super::timing::each_us;
+use super::timing::sample;
 use crate::base::error::Result;
 use crate::base::progress::Progress;
 use crate::brightness::Scene;
@@ -11,10 +13,12 @@ use crate::brightness::scene::scene;
 use crate::frames::{Exposure, FrameReader};
 use crate::photometry::target::measure::TargetFound;
 use crate::pipeline::explain::text::{Explanation, LeftOut, runs};
+use crate::pipeline::options::Options;
 use crate::pipeline::prepared::Bench;
-use crate::pipeline::run::Options;
 use crate::pipeline::survey::files::Survey;
-use crate::pipeline::target::frame::{TargetFrame, missing_parts, target_settings};
+use crate::pipeline::target::frame::missing_parts;
+use crate::pipeline::target::frame::target_settings;
+use crate::pipeline::target::outcome::TargetFrame;
 use crate::pipeline::target::window::{Seen, look, look_at_all};
 
 /// Frames a piece is computed for.

@@ -4,6 +4,7 @@
 //! Degrees, seconds. Works without a configuration; then gain comes from the camera's table or the header, and nothing is
 //! checked against a site. Leaves out the measuring.
 
+use super::inspector::Inspector;
 use std::path::Path;
 
 use crate::astrometry::catalogue::Catalogue;
@@ -24,19 +25,6 @@ use crate::pipeline::survey::header_checks::{SUN_UP_DEG, site_problem, sun_alt_d
 use crate::pipeline::survey::header_warnings::{Stamp, cadence_conflicts, egain_warning, header_warnings};
 use crate::pipeline::survey::instrument::other_camera;
 use crate::pipeline::survey::satellite::other_names;
-
-/// Reads headers with or without a configuration.
-#[derive(Debug)]
-pub struct Inspector {
-    pub(crate) config: Config,
-    configured: bool,
-    pub(crate) catalogue: Option<Catalogue>,
-    target_names: Vec<String>,
-    others: Vec<String>,
-    tracker: Option<Tracker>,
-    /// What of the configuration could not be read, and is done without.
-    pub notes: Vec<String>,
-}
 
 /// A configuration to read headers by, where there is none.
 const NO_NIGHT: &str =

@@ -2,6 +2,7 @@
 //!
 //! Degrees. A system that cannot be right is refused with the remedy; the frame can still be measured by pixel position.
 
+use super::inspector::Inspector;
 use crate::astrometry::catalogue::{Catalogue, separation_deg};
 use crate::astrometry::initial_pointing::{RoughPosition, rough_positions};
 use crate::astrometry::wcs::Wcs;
@@ -10,7 +11,6 @@ use crate::fits::Header;
 use crate::frames::header::Told;
 use crate::frames::{Exposure, pixel_scale_arcsec};
 use crate::orbit::{EarthOrientation, Site};
-use crate::pipeline::inspect::file::Inspector;
 use crate::pipeline::inspect::record::WcsTold;
 use crate::pipeline::stars::solve::{Search, agreement, catalogue_stars, confirms, solve_from};
 use crate::pipeline::stars::solve_file::detections;

@@ -7,9 +7,10 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
+use super::record::Output;
+use super::record::Stage;
 use crate::base::error::Result;
 use crate::base::file::write_atomic;
-use crate::pipeline::products::manifest::{Output, Stage};
 use crate::pipeline::products::summary::Summary;
 use crate::tables::PhotometryRow;
 

@@ -1,18 +1,24 @@
 //! manifest.json: what went in, with which program and configuration, how long each stage took, what was left out.
 
+use super::inputs::SET_ASIDE;
+use super::inputs::inputs_sha256;
+use super::record::Output;
+use super::record::Stage;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
+use super::inputs::TOOL;
+use super::inputs::named_files;
 use crate::base::error::{Error, Result};
+use crate::base::file::save;
+use crate::base::hash::sha256_16;
 use crate::config::Config;
 use crate::frames::Exposure;
-use crate::pipeline::prepared::{sha256_16, sha256_16_text};
 use crate::pipeline::products::effective::relative_to;
 use crate::pipeline::products::log::write_log;
-use crate::pipeline::products::outputs::{file_name, save};
-use crate::pipeline::products::provenance::{Provenance, TOOL, named_files};
+use crate::pipeline::products::provenance::Provenance;
 use crate::pipeline::products::summary::Summary;
 use crate::pipeline::shards::products::Products;
 use crate::pipeline::survey::files::Survey;
@@ -20,46 +26,6 @@ use crate::tables::PhotometryRow;
 
 /// Its name in the folder of the night.
 pub const NAME: &str = "manifest.json";
-
-/// One stage and its time.
-#[derive(Debug, Clone, Serialize)]
-pub struct Stage {
-    /// Name.
-    pub name: String,
-    /// Wall time \[s\].
-    pub wall_s: f64,
-    /// Time of all cores together \[s\], where the system tells.
-    pub cpu_s: Option<f64>,
-    /// Seconds since the start when it was over.
-    pub end_s: f64,
-    /// Bytes this process read in it, where the system tells.
-    pub bytes_read: Option<u64>,
-    /// Largest resident memory so far, when it was over \[MB\], where the system tells.
-    pub peak_memory_mb: Option<f64>,
-}
-
-/// One file that was written.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Output {
-    /// Path in the folder of the night.
-    pub path: PathBuf,
-    /// Size \[bytes\].
-    pub bytes: u64,
-    /// First 16 hex digits of the SHA-256.
-    pub sha256: String,
-}
-
-impl Output {
-    /// A finished file in `folder`.
-    ///
-    /// # Errors
-    /// [`Error::Io`].
-    pub fn of(folder: &Path, path: &Path) -> Result<Self> {
-        let sha256 = sha256_16(path)?;
-        let bytes = std::fs::metadata(path).map_err(|e| Error::io(path, e))?.len();
-        Ok(Self { path: path.strip_prefix(folder).unwrap_or(path).to_path_buf(), bytes, sha256 })
-    }
-}
 
 /// Earth-reflected integrals really evaluated.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -87,9 +53,6 @@ pub struct Input {
     pub reason: String,
 }
 
-/// Role of a frame that does not belong to the others of the night.
-pub const SET_ASIDE: &str = "set_aside";
-
 /// The inputs of a night, in the order of their roles.
 #[must_use]
 pub fn manifest_inputs(survey: &Survey, products: &Products) -> Vec<Input> {
@@ -107,14 +70,6 @@ pub fn manifest_inputs(survey: &Survey, products: &Products) -> Vec<Input> {
     inputs.extend(survey.unreadable.iter().map(|u| input(&u.path, "unreadable", &u.error.to_string())));
     inputs.extend(survey.set_aside.iter().map(|s| input(&s.path, SET_ASIDE, &s.reason)));
     inputs
-}
-
-/// Hash over the names and hashes of all inputs, whatever their order: those of a manifest or of a plan.
-#[must_use]
-pub fn inputs_sha256<'a>(inputs: impl Iterator<Item = (&'a Path, &'a str)>) -> String {
-    let mut lines: Vec<String> = inputs.map(|(path, hash)| format!("{} {hash}", file_name(path))).collect();
-    lines.sort();
-    sha256_16_text(&lines.join("\n"))
 }
 
 /// Largest resident memory of this process so far \[MB\], where the system tells.

@@ -1,12 +1,10 @@
 //! The meta block of every table: schema, tool, configuration, site, magnitude system, zeropoint, flag names.
 
 use crate::brightness::catalogue::Standing;
-use crate::config::{self, Config};
-use crate::export::DataMode;
-use crate::frames::Exposure;
+use crate::brightness::columns::effects_meta;
+use crate::config::Config;
 use crate::photometry::Flags;
 use crate::pipeline::products::provenance::Provenance;
-use crate::pipeline::survey::files::Survey;
 use crate::tables::{Meta, MetaValue};
 use crate::zeropoint::bands::{Band, Calibrated};
 use crate::zeropoint::fit::Zeropoint;
@@ -78,31 +76,4 @@ pub fn set_band(meta: &mut Meta, calibrated: Option<&Calibrated>) {
         meta.set("filter", calibrated.light.filter.as_str());
         meta.set("calibration", calibrated.text());
     }
-}
-
-/// Whether the night is of the sky: the meta key `data_mode`, SIMULATED as soon as one frame of it is drawn.
-///
-/// `satphot simulate` marks its frames with SIMSEED and in SWCREATE.
-#[must_use]
-pub fn data_mode(survey: &Survey) -> DataMode {
-    let drawn = |e: &Exposure| {
-        e.header.card("SIMSEED").is_some()
-            || e.header.text("SWCREATE").is_some_and(|t| t.starts_with("satphot") && t.contains("simulate"))
-    };
-    let pointings = survey.pointings.iter().flatten();
-    match survey.flats.iter().chain(pointings).chain(&survey.targets).any(drawn) {
-        true => DataMode::Simulated,
-        false => DataMode::Real,
-    }
-}
-
-/// Each effect of a model by name, as a file spells it.
-#[must_use]
-pub fn effects_meta(model: &config::Model) -> MetaValue {
-    let table = match toml::Value::try_from(model.resolved_effects()) {
-        Ok(toml::Value::Table(table)) => table,
-        _ => toml::Table::new(),
-    };
-    let spelled = |v: &toml::Value| MetaValue::Text(v.as_str().unwrap_or_default().into());
-    MetaValue::Map(table.iter().map(|(key, value)| (key.clone(), spelled(value))).collect())
 }

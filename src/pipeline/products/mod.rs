@@ -1,6 +1,7 @@
 //! What a run leaves behind, where it is from, and whether it is whole.
 
 pub mod effective;
+pub mod inputs;
 pub mod lock;
 pub mod log;
 pub mod manifest;
@@ -8,5 +9,6 @@ pub mod meta;
 pub mod outputs;
 pub mod page;
 pub mod provenance;
+pub mod record;
 pub mod summary;
 pub mod verify;

@@ -1,17 +1,18 @@
 //! What a run leaves behind: tables, master flat, zeropoint, configuration, figures.
 
+use crate::base::file::save;
 use std::path::{Path, PathBuf};
 
 use crate::base::error::Result;
-use crate::base::file::{make_folder, write_atomic};
+use crate::base::file::make_folder;
 use crate::config::Config;
 use crate::export::DataMode;
 use crate::figures::Thumb;
+use crate::pipeline::options::Options;
 use crate::pipeline::prepared::Bench;
 use crate::pipeline::products::effective::effective_toml;
 use crate::pipeline::products::meta::{set_band, table_meta};
 use crate::pipeline::products::provenance::Provenance;
-use crate::pipeline::run::Options;
 use crate::report;
 use crate::tables::{PhotometryRow, ResidualRow, StarRow};
 use crate::zeropoint::previous::conditions;
@@ -103,19 +104,4 @@ impl Outputs<'_> {
         }
         Ok(files)
     }
-}
-
-/// Makes the folder a file is to lie in.
-pub(crate) fn make_folder_of(path: &Path) -> Result<()> {
-    path.parent().filter(|p| !p.as_os_str().is_empty()).map_or(Ok(()), make_folder)
-}
-
-/// Writes a text file whole or not at all; makes its folder.
-pub(crate) fn save(path: &Path, text: &str) -> Result<()> {
-    make_folder_of(path)?;
-    write_atomic(path, text.as_bytes())
-}
-
-pub(crate) fn file_name(path: &Path) -> String {
-    path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned())
 }

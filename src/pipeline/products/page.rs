@@ -20,7 +20,7 @@ use crate::pipeline::products::provenance::Provenance;
 use crate::report::page::{
     NightPage, PassSky, write_campaign, write_distribution_figure, write_night_page, write_sky_figure,
 };
-use crate::report::summary::passes;
+use crate::tables::row_passes::passes;
 use crate::tables::{Meta, MetaValue, PhotometryRow, SkyRow, read_meta, read_photometry, read_stars};
 use crate::visibility::forecast::dome::Overhead;
 use crate::visibility::forecast::sky_rows;

@@ -4,20 +4,22 @@
 //! knows the clock or the machine, so that the same night gives the same bytes anywhere. Leaves out times and memory
 //! ([`super::manifest`]) and the checks ([`super::verify`]).
 
-use std::path::{Path, PathBuf};
+use super::inputs::TOOL;
+use std::path::Path;
 
+use super::inputs::inputs_sha256;
 use crate::base::error::{Error, Result};
+use crate::base::file::file_name;
 use crate::base::file::write_atomic;
+use crate::base::hash::sha256_16;
+use crate::base::hash::sha256_16_text;
 use crate::base::time::iso_utc;
-use crate::config::{Config, Model, Orbit};
+use crate::config::digest::config_sha256;
+use crate::config::{Config, Orbit};
 use crate::fits::CardValue;
 use crate::frames::{Detector, Exposure};
 use crate::orbit::read_elements_for;
-use crate::pipeline::prepared::{config_sha256, sha256_16, sha256_16_text};
-use crate::pipeline::products::manifest::inputs_sha256;
-use crate::pipeline::products::outputs::file_name;
 use crate::pipeline::shards::plan_file::Plan;
-use crate::pipeline::survey::files::Survey;
 use crate::tables::Meta;
 
 /// Keys that every product of a night must tell, and what they are called as cards of a FITS header.
@@ -42,9 +44,6 @@ pub const OF_FLAT: [&str; 6] =
     ["tool", "config_sha256", "input_manifest_sha256", "gain_table", "gain_table_sha256", SEED.0];
 /// The key of the seed of a night that is drawn, and its card, which every frame of `satphot simulate` has.
 pub const SEED: (&str, &str) = ("seed", "SIMSEED");
-
-/// The program and its version.
-pub const TOOL: &str = concat!("satphot ", env!("CARGO_PKG_VERSION"));
 
 /// Keys and values, in order.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -177,31 +176,6 @@ impl Provenance {
         }
         write_atomic(path, (text + &comment).as_bytes())
     }
-}
-
-/// The files a configuration names beside the frames, by the key that names them.
-#[must_use]
-pub fn named_files(config: &Config) -> Vec<(&'static str, PathBuf)> {
-    let mut files: Vec<(&'static str, Option<&PathBuf>)> = vec![
-        ("flat.master", config.flat.master.as_ref()),
-        ("stars.catalogue", config.stars.as_ref().map(|s| &s.catalogue)),
-        ("zeropoint.previous", config.zeropoint.previous.as_ref()),
-        ("orbit.elements", config.orbit.as_ref().map(|o| &o.elements)),
-    ];
-    if let Some(model) = &config.model {
-        files.push(("model.satellites", model.satellites.as_ref()));
-        files.push(("model.throughput", model.throughput.as_ref()));
-    }
-    let band = config.model.as_ref().and_then(Model::band_file);
-    files.push(("model.band", band.as_ref()));
-    files.into_iter().filter_map(|(key, path)| Some((key, path?.clone()))).collect()
-}
-
-/// The seed of a night of which a frame is drawn: SIMSEED of the first one that has it.
-#[must_use]
-pub fn simulation_seed(survey: &Survey) -> Option<i64> {
-    let exposures = survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets);
-    exposures.map(|e: &Exposure| e.header.integer(SEED.1)).find(Option::is_some).flatten()
 }
 
 /// `2025-06-10T10:07:36Z` of one set of elements, `first .. last (n sets)` of several; those of the object alone.

@@ -1,7 +1,7 @@
 //! `satphot verify`: whether a finished night is what its manifest says: every product there and unchanged, its schema, its
 //! provenance, the configuration, the inputs.
 //!
-//! Hashes are those of [`crate::pipeline::prepared::sha256_16`]. Nothing is computed again: a product that was changed together with its
+//! Hashes are those of [`crate::base::hash::sha256_16`]. Nothing is computed again: a product that was changed together with its
 //! manifest is not found out. Leaves out the pixels.
 
 use std::collections::BTreeMap;
@@ -9,13 +9,20 @@ use std::path::{Component, Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::inputs::SET_ASIDE;
+use super::inputs::TOOL;
+use super::inputs::inputs_sha256;
+use super::record::Output;
 use crate::base::error::{Error, Result};
+use crate::base::file::file_name;
+use crate::base::hash::sha256_16;
 use crate::config::Config;
+use crate::config::digest::config_sha256;
 use crate::fits::Header;
-use crate::pipeline::prepared::{config_sha256, sha256_16};
-use crate::pipeline::products::manifest::{NAME, Output, SET_ASIDE, inputs_sha256};
-use crate::pipeline::products::outputs::file_name;
-use crate::pipeline::products::provenance::{KEYS, OF_FLAT, SEED, TOOL};
+use crate::pipeline::products::manifest::NAME;
+use crate::pipeline::products::provenance::KEYS;
+use crate::pipeline::products::provenance::OF_FLAT;
+use crate::pipeline::products::provenance::SEED;
 use crate::pipeline::shards::plan_file::Plan;
 use crate::tables::columns::{Column, PHOTOMETRY, RESIDUALS, STARS};
 use crate::tables::read::Table;

@@ -10,9 +10,15 @@ use serde_json::json;
 use super::plan_file::{Plan, PlannedFrame};
 use super::reduce::flats_beside;
 use crate::base::error::{Error, Result};
-use crate::pipeline::products::manifest::{Input, NAME, Output, file_json, input_json, told_json};
-use crate::pipeline::products::outputs::save;
-use crate::pipeline::products::provenance::{Provenance, TOOL};
+use crate::base::file::save;
+use crate::pipeline::products::inputs::TOOL;
+use crate::pipeline::products::manifest::Input;
+use crate::pipeline::products::manifest::NAME;
+use crate::pipeline::products::manifest::file_json;
+use crate::pipeline::products::manifest::input_json;
+use crate::pipeline::products::manifest::told_json;
+use crate::pipeline::products::provenance::Provenance;
+use crate::pipeline::products::record::Output;
 
 /// Products of the steps before, where they lie beside the table.
 const BESIDE: [&str; 3] = ["stars.ecsv", "zeropoint.toml", "master_flat.fits"];

@@ -16,8 +16,11 @@ use sha2::{Digest, Sha256};
 
 use crate::base::error::Result;
 use crate::base::file::{refusal, temporary_name};
+use crate::base::hash::sha256_16;
+use crate::base::hash::sha256_16_text;
+use crate::config::digest::config_sha256;
 use crate::frames::Exposure;
-use crate::pipeline::prepared::{Bench, config_sha256, sha256_16, sha256_16_text};
+use crate::pipeline::prepared::Bench;
 
 /// Name of the folder of products, hidden from searches for frames.
 pub const FOLDER: &str = ".satphot";

@@ -3,11 +3,11 @@
 //! Frames measured elsewhere, in whatever order and number of shards, come together here; a night on one machine as well.
 //! Magnitudes, arcsec². Leaves out where the frames are from ([`super::merge`]).
 
+use crate::base::stats::robust;
 use crate::config::Config;
 use crate::photometry::aperture::Shape;
-use crate::pipeline::target::frame::TargetFrame;
+use crate::pipeline::target::outcome::TargetFrame;
 use crate::pipeline::vet::judge_night;
-use crate::report::summary::robust;
 use crate::tables::PhotometryRow;
 use crate::tables::words::{Status, Verdict};
 use crate::zeropoint::previous::age_note;

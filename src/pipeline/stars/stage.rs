@@ -9,19 +9,19 @@ use crate::astrometry::field_rotation::CameraTurn;
 use crate::base::error::Result;
 use crate::base::progress::Progress;
 use crate::base::stats::median;
+use crate::base::stats::robust;
 use crate::base::time::mjd_utc;
 use crate::config::{self, Combine};
 use crate::frames::Exposure;
 use crate::photometry::growth::{FrameGrowth, GrowthCurve, StarProfile};
+use crate::pipeline::options::Options;
 use crate::pipeline::ordered_map::in_order;
 use crate::pipeline::prepared::Bench;
-use crate::pipeline::run::Options;
 use crate::pipeline::shards::products::Products;
 use crate::pipeline::stars::pointing::{Member, combined_rows, measure_member, single_rows};
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::survey::scale::{Evidence, MOST_FRAC, configured_arcsec, judged};
 use crate::pipeline::target::frame::{failed_row, internal, set_aside_row};
-use crate::report::summary::robust;
 use crate::tables::{PhotometryRow, StarRow};
 
 /// Kind of the products of star frames.

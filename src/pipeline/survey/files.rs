@@ -1,13 +1,11 @@
 //! What each file of the night is: flats, star pointings, target frames, and those that cannot be read.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use crate::base::error::{Error, Result};
+use crate::base::error::Error;
 use crate::base::time::seconds_between;
 use crate::config::Config;
-use crate::fits::find_files;
-use crate::frames::{Exposure, Role, classify};
-use crate::pipeline::survey::header_checks::check_headers;
+use crate::frames::{Exposure, Role};
 use crate::zeropoint::bands::Light;
 
 /// A file that could not be understood: it becomes a row with its reason.
@@ -84,59 +82,14 @@ impl Survey {
     }
 }
 
-/// Reads every header of the night (or of `files`, if any are given) and sorts the files by role.
-///
-/// Results of an earlier run inside an input folder are not inputs.
-///
-/// # Errors
-/// [`Error::NoInput`] when there is no FITS file.
-pub fn survey(config: &Config, files: &[PathBuf], target_names: &[String]) -> Result<Survey> {
-    let inputs = if files.is_empty() { &config.night.input } else { files };
-    if inputs.is_empty() {
-        return Err(Error::Config { key: "night.input".into(), problem: "is empty; name folders or files".into() });
-    }
-    let found = find_files(inputs)?;
-    let own = own_results(config, inputs);
-    let is_own = |path: &Path| match (&own, std::fs::canonicalize(path)) {
-        (Some(own), Ok(path)) => path.starts_with(own),
-        _ => false,
-    };
-    let mut survey = Survey::default();
-    let mut stars = Vec::new();
-    for path in found.into_iter().filter(|p| files.contains(p) || !is_own(p)) {
-        match classify(&path, config, target_names) {
-            Ok(exposure) => match exposure.role {
-                Role::Flat => survey.flats.push(exposure),
-                Role::Stars => stars.push(exposure),
-                Role::Target => survey.targets.push(exposure),
-                Role::Bias | Role::Dark | Role::Ignored | Role::OtherTarget | Role::OtherFilter => {
-                    survey.others.push(exposure);
-                }
-            },
-            Err(error) => survey.unreadable.push(Unreadable { path, error }),
-        }
-    }
-    if survey.is_empty() && stars.is_empty() {
-        return Err(Error::NoInput {
-            path: inputs.first().cloned().unwrap_or_default(),
-            problem: "holds results of satphot only, no frames".into(),
-        });
-    }
-    by_time(&mut survey.targets);
-    by_time(&mut stars);
-    check_headers(&mut survey, &mut stars, config);
-    survey.group_stars(stars, config);
-    Ok(survey)
-}
-
 /// The folder whose files are results: night.output, or the night's own part of it where that holds the inputs too.
-fn own_results(config: &Config, inputs: &[PathBuf]) -> Option<PathBuf> {
+pub(crate) fn own_results(config: &Config, inputs: &[PathBuf]) -> Option<PathBuf> {
     let output = std::fs::canonicalize(&config.night.output).ok()?;
     let holds = |input: &PathBuf| std::fs::canonicalize(input).is_ok_and(|path| path.starts_with(&output));
     Some(if inputs.iter().any(holds) { output.join(&config.night.name) } else { output })
 }
 
-fn by_time(exposures: &mut [Exposure]) {
+pub(crate) fn by_time(exposures: &mut [Exposure]) {
     exposures.sort_by(|a, b| {
         let time = |e: &Exposure| e.time.as_ref().map(|t| t.mid);
         time(a).cmp(&time(b)).then_with(|| a.path.cmp(&b.path))

@@ -6,12 +6,12 @@
 
 use std::collections::BTreeMap;
 
+use super::findings::Findings;
 use crate::base::error::Error;
 use crate::config::Config;
 use crate::frames::header::{CameraCheck, check_camera, optics};
 use crate::frames::{Exposure, Role};
 use crate::pipeline::survey::files::{SetAside, Survey};
-use crate::pipeline::survey::preflight::Findings;
 
 /// Focal lengths of one telescope differ by less than this share in the headers of a night.
 const SAME_FOCAL_FRAC: f64 = 0.02;

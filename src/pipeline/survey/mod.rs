@@ -3,9 +3,11 @@
 pub(crate) mod damage;
 pub mod files;
 pub mod filters;
+pub mod findings;
 pub mod header_checks;
 pub mod header_warnings;
 pub(crate) mod instrument;
 pub mod preflight;
+pub mod read;
 pub mod satellite;
 pub mod scale;

@@ -4,16 +4,18 @@
 //! A check adds errors (the night is refused, all of them told at once), notes, and lines to paste into pipeline.toml. A
 //! new check is a function and a line in `CHECKS`. Leaves out what only pixels tell ([`super::scale::check_stars`]).
 
+use super::findings::Findings;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use super::read::survey;
 use crate::base::error::{Error, Result};
 use crate::config::Config;
 use crate::fits::Header;
 use crate::frames::{Exposure, Role};
 use crate::pipeline::prepared::Bench;
-use crate::pipeline::survey::files::{Survey, survey};
+use crate::pipeline::survey::files::Survey;
 use crate::pipeline::survey::filters::{agree_on_band, reduce_one_filter};
 use crate::pipeline::survey::header_checks::{header_notes, refuse_other_site};
 use crate::pipeline::survey::instrument::check_instrument;
@@ -27,35 +29,6 @@ pub struct MissingKey {
     pub table: String,
     /// `key = value`, with a comment on where the value is from.
     pub line: String,
-}
-
-/// What the checks found.
-#[derive(Debug, Default)]
-pub struct Findings {
-    /// Why the night is refused.
-    pub errors: Vec<Error>,
-    /// What should be known.
-    pub notes: Vec<String>,
-    /// Lines that would mend errors, or let frames be measured that now fail.
-    pub missing: Vec<MissingKey>,
-    /// Whether headers contradict the configured scale, so that the stars must be asked.
-    pub scale_in_doubt: bool,
-}
-
-impl Findings {
-    /// The lines to paste, table by table; empty if nothing is missing.
-    #[must_use]
-    pub fn paste(&self) -> String {
-        let mut tables: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
-        let mut lines: Vec<&MissingKey> = self.missing.iter().collect();
-        lines.dedup();
-        lines.iter().for_each(|m| tables.entry(&m.table).or_default().push(&m.line));
-        let mut text = String::new();
-        for (table, lines) in tables {
-            let _ = writeln!(text, "[{table}]\n{}", lines.join("\n"));
-        }
-        text
-    }
 }
 
 /// A night that was looked at before its work begins.

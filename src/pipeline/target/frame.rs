@@ -1,14 +1,15 @@
 //! One target frame, from disk to a row of the light curve. Nothing here stops the night: a failed frame is a row.
 
+use super::outcome::TargetFrame;
+use crate::brightness::columns::fill_geometry;
 use std::fmt;
 use std::path::Path;
 
 use crate::base::constants::MAG_PER_LN;
 use crate::base::error::{Error, Result};
+use crate::base::file::file_name;
 use crate::base::time::{iso_utc, mjd_utc};
-use crate::brightness::light_class::classes;
 use crate::config::Config;
-use crate::figures::Thumb;
 use crate::frames::Exposure;
 use crate::orbit::Geometry;
 use crate::photometry::Flags;
@@ -20,7 +21,6 @@ use crate::photometry::target::measure::Light;
 use crate::photometry::target::measure::TargetFound;
 use crate::photometry::target::settings::TargetSettings;
 use crate::pipeline::prepared::Bench;
-use crate::pipeline::products::outputs::file_name;
 use crate::pipeline::target::window::look;
 use crate::pipeline::vet::{judge, without_magnitude};
 use crate::tables::PhotometryRow;
@@ -30,7 +30,7 @@ use crate::zeropoint::previous::other_night;
 /// FWHM taken when neither star pointings nor the configuration give one \[arcsec\].
 pub const ASSUMED_FWHM_ARCSEC: f64 = 2.5;
 /// Elements older than this are flagged \[d\] (arcminutes of error are normal beyond it).
-const OLD_ELEMENTS_D: f64 = 2.0;
+pub(crate) const OLD_ELEMENTS_D: f64 = 2.0;
 /// A mid-time this uncertain is flagged \[s\]: the ISS moves a degree in it.
 const TIME_UNCERTAIN_S: f64 = 1.0;
 
@@ -71,17 +71,6 @@ fn without_folder(error: &Error, path: &Path) -> String {
         text = text.replace(&*path.to_string_lossy(), &file_name(path));
     }
     text
-}
-
-/// What is known of one target frame.
-#[derive(Debug, Clone)]
-pub struct TargetFrame {
-    /// Its row of the light curve.
-    pub row: PhotometryRow,
-    /// Where the satellite stood.
-    pub geometry: Option<Geometry>,
-    /// A small picture of the target, where [`super::pictures`] made one.
-    pub thumb: Option<Thumb>,
 }
 
 /// Measures the target in one frame, with the geometry of its moment; leaves out the hash of the file, for which all of
@@ -170,30 +159,6 @@ pub fn geometry_columns(row: &mut PhotometryRow, exposure: &Exposure, bench: &Be
         });
     }
     Ok(Some(g))
-}
-
-/// The geometry columns.
-pub fn fill_geometry(row: &mut PhotometryRow, g: &Geometry) {
-    row.alt_deg = Some(g.alt_rad.to_degrees());
-    row.az_deg = Some(g.az_rad.to_degrees());
-    row.range_km = Some(g.range_km);
-    row.rate_deg_s = Some(g.rate_rad_s.to_degrees());
-    row.az_rate_deg_s = Some(g.az_rate_rad_s.to_degrees());
-    row.airmass = g.airmass;
-    row.phase_angle_deg = Some(g.phase_angle_rad.to_degrees());
-    row.sun_alt_deg = Some(g.sun_alt_rad.to_degrees());
-    row.moon_alt_deg = Some(g.moon_alt_rad.to_degrees());
-    row.moon_phase_deg = Some(g.moon_phase_rad.to_degrees());
-    row.moon_illum_pct = Some(100.0 * g.moon_illum_frac);
-    row.moon_sep_deg = Some(g.moon_sep_rad.to_degrees());
-    row.tle_age_d = Some(g.tle_age_d);
-    // a place below the ground has no light, and its row says so elsewhere
-    if let Ok((sky, label)) = classes(g) {
-        (row.sky_class, row.paper_label) = (sky.to_string(), label.to_string());
-    }
-    if g.tle_age_d.abs() > OLD_ELEMENTS_D {
-        row.flags |= Flags::OLD_ELEMENTS.0;
-    }
 }
 
 /// FWHM of the stars of this frame \[px\], if the configuration or the star pointings tell.

@@ -5,14 +5,15 @@
 
 use rayon::prelude::*;
 
-use super::frame::{TargetFrame, target_settings};
+use super::frame::target_settings;
+use super::outcome::TargetFrame;
 use super::picture::{cut, extent};
 use crate::base::error::Result;
+use crate::base::threads::with_threads;
 use crate::figures::Thumb;
 use crate::frames::Exposure;
+use crate::pipeline::options::Options;
 use crate::pipeline::prepared::Bench;
-use crate::pipeline::run::Options;
-use crate::pipeline::stages::with_threads;
 use crate::report::gallery::worst_first;
 use crate::tables::PhotometryRow;
 

@@ -9,7 +9,7 @@ use super::Finding;
 use super::neighbours::seconds_between;
 use crate::config::Vetting;
 use crate::photometry::Flags;
-use crate::pipeline::target::frame::TargetFrame;
+use crate::pipeline::target::outcome::TargetFrame;
 use crate::tables::PhotometryRow;
 use crate::tables::words::{Status, TimeStamp};
 

@@ -10,9 +10,9 @@ mod neighbours;
 mod size;
 mod sky;
 
+use super::target::outcome::TargetFrame;
 use crate::config::{Config, Vetting};
 use crate::photometry::Flags;
-use crate::pipeline::target::frame::TargetFrame;
 use crate::tables::PhotometryRow;
 use crate::tables::words::{Status, Verdict};
 

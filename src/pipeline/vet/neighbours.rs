@@ -5,9 +5,9 @@
 //! which no neighbour can tell from weather.
 
 use crate::base::stats::{mad_sigma, median};
-use crate::pipeline::target::frame::TargetFrame;
-use crate::report::summary::PASS_GAP_S;
+use crate::pipeline::target::outcome::TargetFrame;
 use crate::tables::PhotometryRow;
+use crate::tables::row_passes::PASS_GAP_S;
 use crate::tables::words::Status;
 
 /// Frames in a row that may be astray together.

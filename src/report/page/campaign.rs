@@ -21,11 +21,15 @@ use super::sky;
 use super::strip;
 use crate::base::error::Result;
 use crate::base::file::write_atomic;
+use crate::base::stats::robust;
+use crate::base::stats::scatter;
 use crate::figures::axis::Span;
 use crate::figures::chart::{Chart, Point, Ticks};
 use crate::report::gallery::legend;
-use crate::report::summary::{counts, is_used, passes, robust, scatter};
+use crate::tables::row_passes::passes;
 use crate::tables::rows::PhotometryRow;
+use crate::tables::selection::counts;
+use crate::tables::selection::is_used;
 use crate::tables::words::Status;
 use crate::zeropoint::fit::Zeropoint;
 

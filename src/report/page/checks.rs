@@ -11,10 +11,10 @@ use super::parts::number;
 use super::parts::table;
 use super::parts::tip;
 use super::parts::verdict_class;
+use crate::base::stats::robust;
 use crate::figures::axis::Span;
 use crate::figures::chart::{Chart, Point, Ticks};
 use crate::photometry::Flags;
-use crate::report::summary::robust;
 use crate::tables::rows::PhotometryRow;
 
 /// The section of the clock.

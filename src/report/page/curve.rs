@@ -10,12 +10,16 @@ use super::parts::NightPage;
 use super::parts::nothing;
 use super::parts::tip;
 use super::parts::verdict_class;
+use crate::base::stats::robust;
+use crate::base::stats::scatter;
 use crate::brightness::Illum;
 use crate::figures::axis::Span;
 use crate::figures::chart::{Chart, Point, Ticks};
 use crate::figures::viridis;
-use crate::report::summary::{is_lower_limit, is_used, passes, robust, scatter};
+use crate::tables::row_passes::passes;
 use crate::tables::rows::PhotometryRow;
+use crate::tables::selection::is_lower_limit;
+use crate::tables::selection::is_used;
 use crate::tables::words::{Status, Verdict};
 
 /// How far below everything else a light is still drawn \[mag\].

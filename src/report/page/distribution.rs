@@ -10,10 +10,15 @@ use super::parts::nothing;
 use super::parts::number;
 use super::parts::table;
 use super::violins;
+use crate::base::stats::robust;
+use crate::base::stats::scatter;
 use crate::figures::axis::{Span, clock};
 use crate::figures::chart::{Chart, Ticks};
-use crate::report::summary::{counts, is_used, old_elements_note, passes, robust, scatter};
+use crate::report::summary::old_elements_note;
+use crate::tables::row_passes::passes;
 use crate::tables::rows::PhotometryRow;
+use crate::tables::selection::counts;
+use crate::tables::selection::is_used;
 
 /// Width of a bin \[mag\].
 const BIN_MAG: f64 = 0.25;

@@ -9,10 +9,11 @@ use super::parts::cell;
 use super::parts::nothing;
 use super::parts::number;
 use super::parts::table;
+use crate::base::stats::robust;
 use crate::figures::axis::Span;
 use crate::figures::chart::{Chart, Point, Ticks};
-use crate::report::summary::{is_used, robust};
 use crate::tables::rows::{PhotometryRow, StarRow};
+use crate::tables::selection::is_used;
 use crate::zeropoint::fit::Zeropoint;
 
 type View<'a> = (&'a str, &'a str, &'a dyn Fn(&StarRow) -> Option<(f64, f64)>, Option<f64>);

@@ -6,9 +6,13 @@ use maud::{Markup, html};
 
 use super::parts::NightPage;
 use super::parts::nothing;
+use crate::base::stats::robust;
+use crate::base::stats::scatter;
 use crate::brightness::catalogue::Standing;
-use crate::report::summary::{counts, is_lower_limit, is_used, robust, scatter};
 use crate::tables::rows::PhotometryRow;
+use crate::tables::selection::counts;
+use crate::tables::selection::is_lower_limit;
+use crate::tables::selection::is_used;
 use crate::tables::words::{Status, Verdict};
 
 /// The section.

@@ -9,11 +9,14 @@ use super::kinds::KINDS;
 use super::kinds::class_of;
 use super::kinds::kind_of;
 use super::parts::NightPage;
+use crate::base::stats::robust;
 use crate::figures::axis::Span;
 use crate::figures::chart::{Chart, Point, Ticks};
 use crate::figures::density::density;
-use crate::report::summary::{is_lower_limit, is_used, passes, robust};
+use crate::tables::row_passes::passes;
 use crate::tables::rows::PhotometryRow;
+use crate::tables::selection::is_lower_limit;
+use crate::tables::selection::is_used;
 
 /// Violins in one chart; more are counted below it.
 const MOST: usize = 24;

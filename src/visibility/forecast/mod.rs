@@ -18,12 +18,12 @@ use crate::base::progress::Progress;
 use crate::base::time::{iso_utc, mjd_utc, seconds_between, shifted};
 use crate::brightness::Model;
 use crate::brightness::catalogue::Standing;
+use crate::brightness::columns::add_model;
+use crate::brightness::columns::effects_meta;
+use crate::brightness::columns::fill_geometry;
 use crate::config;
 use crate::orbit::{Pass, PassEvent, Tracker, passes};
 use crate::photometry::Flags;
-use crate::pipeline::compare::add_model;
-use crate::pipeline::products::meta::effects_meta;
-use crate::pipeline::target::frame::fill_geometry;
 use crate::tables::{Meta, MetaValue, PhotometryRow};
 
 pub use sky::{flux_per_e0, sky_rows};

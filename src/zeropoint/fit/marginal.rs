@@ -10,8 +10,8 @@ use statrs::function::erf::erf;
 
 use super::crossed::{Solved, Sums};
 use super::rows::Rows;
+use super::rows::has_pointings;
 use super::solve::{Matrix, N, Vector};
-use super::weights::has_pointings;
 use crate::config;
 
 /// From so many pointings on the prior of their scatter is not used: they tell it themselves.

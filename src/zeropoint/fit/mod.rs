@@ -111,7 +111,7 @@ fn without_clouds(
         let (d, v): (Vec<f64>, Vec<f64>) = (0..rows.pointings.len()).map(one).unzip();
         clouds::find(&d, &v)
     };
-    let first = if weights::has_pointings(rows) { look(rows, &fit, &[]) } else { None };
+    let first = if rows::has_pointings(rows) { look(rows, &fit, &[]) } else { None };
     let Some(mut found) = first else { return Ok((rows.clone(), fit, None)) };
     let mut out = (rows.clone(), fit);
     for _ in 0..CLOUD_ROUNDS {

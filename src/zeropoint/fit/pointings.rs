@@ -7,9 +7,9 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
 use super::mixed::{Means, dof, scatter_between, triangle};
 use super::rows::Rows;
+use super::rows::has_pointings;
 use super::solve::{Matrix, quadratic};
 use super::weights::Fit;
-use super::weights::has_pointings;
 
 /// Two-sided probability of a 3 σ deviation of a Gaussian.
 const THREE_SIGMA: f64 = 0.0027;

@@ -9,28 +9,22 @@ use super::mixed::{Means, dof, scatter_between, triangle};
 use super::noise::{FLOOR_MAG, Noise};
 use super::repeated;
 use super::rows::Rows;
+use super::rows::has_pointings;
 use super::solve::{N, Solution, Vector};
 use super::start;
 use super::weights::CONVERGED_MAG;
 use super::weights::Fit;
 use super::weights::SCALE_ROUNDS;
 use super::weights::efficiency;
-use super::weights::has_pointings;
 use super::weights::limit_precision;
 use super::weights::weight;
 use crate::base::error::{Error, Result};
 use crate::config::{self, Estimator};
 
-/// The clip \[σ\].
-pub(crate) const CLIP: f64 = 3.0;
 /// Relative change below which the scatter has settled.
 const SETTLED: f64 = 1e-3;
-/// With fewer degrees of freedom than this the stated errors bound the covariance from below.
-pub(crate) const FEW_DOF: f64 = 10.0;
 /// Intrinsic scatter in units of the stated errors above which the fit is tried again from them.
 const SUSPICIOUS: f64 = 2.0;
-/// Stars per pointing from which the pointings' own scatter can be told from that of the stars.
-pub(crate) const STARS_PER_POINTING: usize = 2;
 
 /// Least squares of all rows with one precision, no scatter between pointings.
 pub fn plain(rows: &Rows, omega: &[f64]) -> Solution {

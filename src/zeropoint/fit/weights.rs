@@ -4,9 +4,6 @@ use super::crossed::Sums;
 use super::marginal::Stars;
 use super::mixed::Means;
 use super::noise::FLOOR_MAG;
-use super::robust::CLIP;
-use super::robust::FEW_DOF;
-use super::robust::STARS_PER_POINTING;
 use super::rows::Rows;
 use super::solve::Vector;
 use crate::config::Estimator;
@@ -130,11 +127,6 @@ impl Fit {
     }
 }
 
-/// Whether the pointings' own scatter enters: enough stars per pointing to tell it from the stars'.
-pub fn has_pointings(rows: &Rows) -> bool {
-    rows.pointings.len() > 1 && rows.len() >= STARS_PER_POINTING * rows.pointings.len()
-}
-
 /// w(u) = ψ(u)/u of an estimator.
 pub fn weight(estimator: Estimator, u: f64) -> f64 {
     match estimator {
@@ -191,3 +183,9 @@ pub fn efficiency(estimator: Estimator, weights: &[f64], pull: impl Fn(usize) ->
     let gain = n * mean * mean * left / (k * k * (psi2 / n).max(1e-3) * weight.max(1e-300));
     (gain, n * mean / weight.max(1e-300))
 }
+
+/// The clip \[σ\].
+pub(crate) const CLIP: f64 = 3.0;
+
+/// With fewer degrees of freedom than this the stated errors bound the covariance from below.
+pub(crate) const FEW_DOF: f64 = 10.0;

@@ -12,10 +12,10 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::base::error::{Error, Result};
+use crate::base::file::save;
 use crate::config::{Config, Pin};
 use crate::orbit::Atmosphere;
 use crate::pipeline::products::meta::table_meta;
-use crate::pipeline::products::outputs::save;
 use crate::pipeline::products::provenance::Provenance;
 use crate::tables::read::{Row, Table};
 use crate::tables::words::Status;

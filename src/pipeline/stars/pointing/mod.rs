@@ -4,29 +4,30 @@
 //! per second. The alignment (shift and rotation) is the same, but nothing is resampled, so the noise stays white,
 //! members of different gain, exposure or seeing do not bias the star, and only one frame is in memory.
 
+mod member;
 mod rows;
+
+pub use member::{Member, MemberStar};
 
 use std::path::Path;
 
-use hifitime::Epoch;
 use rstar::primitives::GeomWithData;
 use rstar::{AABB, RTree};
-use serde::{Deserialize, Serialize};
 
-use crate::astrometry::align::{Alignment, align};
+use crate::astrometry::align::align;
 use crate::astrometry::catalogue::Catalogue;
 use crate::astrometry::field_rotation::CameraTurn;
 use crate::astrometry::wcs::Wcs;
 use crate::base::error::{Error, Result};
-use crate::frames::{Exposure, Gain};
+use crate::frames::Exposure;
 use crate::orbit::{airmass::airmass, icrs_to_altaz};
 use crate::photometry::Flags;
 use crate::photometry::aperture::Shape;
 use crate::photometry::background::background;
 use crate::photometry::centroid::centroid;
 use crate::photometry::detect::{Source, detect, stellar_fwhm};
-use crate::photometry::flux::{Flux, measure_all};
-use crate::photometry::growth::{FrameGrowth, StarProfile, frame_growth};
+use crate::photometry::flux::measure_all;
+use crate::photometry::growth::frame_growth;
 use crate::pipeline::prepared::Bench;
 use crate::pipeline::stars::solve::field_wcs;
 
@@ -41,74 +42,6 @@ const NEIGHBOUR_SIGMA: f64 = 0.3;
 const N_ALIGN: usize = 300;
 /// Of two objects at one place the fainter counts if it has more than this share of the brighter one's light.
 const AMBIGUOUS_FRAC: f64 = 0.1;
-
-/// One star in one member frame.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct MemberStar {
-    /// Index in the catalogue.
-    pub index: usize,
-    /// Position \[px\].
-    pub x_px: f64,
-    /// Position \[px\].
-    pub y_px: f64,
-    /// The measurement.
-    pub flux: Flux,
-    /// Distance of the detection from the aligned catalogue position \[px\]; `None` = not detected.
-    pub match_px: Option<f64>,
-    /// Altitude \[rad\].
-    pub alt_rad: f64,
-    /// Azimuth \[rad\].
-    pub az_rad: f64,
-    /// Airmass.
-    pub airmass: Option<f64>,
-}
-
-/// One member frame with its stars.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Member {
-    /// File name.
-    pub frame: String,
-    /// OBJECT.
-    pub object: String,
-    /// Mid-exposure; told by the header each time, not kept with what was measured.
-    #[serde(skip)]
-    pub mid: Epoch,
-    /// Exposure time \[s\].
-    pub exptime_s: f64,
-    /// The detector at this frame's gain.
-    pub gain: Gain,
-    /// FWHM of the stars \[px\].
-    pub fwhm_px: f64,
-    /// Pixel scale \[arcsec/px\].
-    pub scale_arcsec: f64,
-    /// How the camera is turned on the sky.
-    pub turn: Option<CameraTurn>,
-    /// Radii of aperture and annulus \[px\].
-    pub radii_px: [f64; 3],
-    /// Whether a flat was applied.
-    pub flat: bool,
-    /// Detections in the frame.
-    pub n_detected: usize,
-    /// The alignment of the catalogue to the frame.
-    pub alignment: Alignment,
-    /// The growth curve of its stars, if it has any bright enough.
-    pub growth: Option<FrameGrowth>,
-    /// The profile its stars are carried to their whole light with, once the night's is known.
-    pub profile: Option<StarProfile>,
-    /// What should be known of it: how its world coordinates were found.
-    pub note: String,
-    /// Its stars, in the order of the catalogue.
-    pub stars: Vec<MemberStar>,
-}
-
-impl Member {
-    /// Scale of its stars \[arcsec/px\]: that of its world coordinates, as the alignment corrects it.
-    #[must_use]
-    pub fn solved_scale_arcsec(&self) -> f64 {
-        // places on the frame that lie further apart mean a finer scale
-        self.scale_arcsec / self.alignment.scale
-    }
-}
 
 /// Measures every catalogue star of one star frame.
 ///

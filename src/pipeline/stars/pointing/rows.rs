@@ -2,7 +2,8 @@
 //!
 //! Electrons per second, magnitudes of them; `inst_mag` is of the star's whole light where a profile is known.
 
-use super::{Member, MemberStar};
+use super::member::Member;
+use super::member::MemberStar;
 use crate::astrometry::catalogue::Catalogue;
 use crate::base::constants::MAG_PER_LN;
 use crate::base::stats::{median, median_variance_factor};

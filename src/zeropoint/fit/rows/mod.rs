@@ -419,3 +419,11 @@ impl Rows {
         }
     }
 }
+
+/// Stars per pointing from which the pointings' own scatter can be told from that of the stars.
+pub(crate) const STARS_PER_POINTING: usize = 2;
+
+/// Whether the pointings' own scatter enters: enough stars per pointing to tell it from the stars'.
+pub fn has_pointings(rows: &Rows) -> bool {
+    rows.pointings.len() > 1 && rows.len() >= STARS_PER_POINTING * rows.pointings.len()
+}

@@ -1,8 +1,8 @@
 //! What taints a row: a bit mask that travels with every flux.
 
+use serde::Deserialize;
+use serde::Serialize;
 use std::fmt;
-
-use serde::{Deserialize, Serialize};
 
 /// Quality bits of a measurement; the names are written in the meta of every table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]

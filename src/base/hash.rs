@@ -1,0 +1,39 @@
+//! SHA-256 of files and texts, as 16 hexadecimal digits.
+
+use super::error::Error;
+use super::error::Result;
+use crate::pipeline::prepared::HASHED_BYTES;
+use crate::pipeline::prepared::hex16;
+use sha2::Digest;
+use sha2::Sha256;
+use std::io::ErrorKind;
+use std::io::Read;
+use std::path::Path;
+
+/// First 16 hex digits of the SHA-256 of a file.
+///
+/// # Errors
+/// [`Error::Io`]; also for what is no regular file: a device never ends, a pipe may never begin.
+pub fn sha256_16(path: &Path) -> Result<String> {
+    let is_file = std::fs::metadata(path).map_err(|e| Error::io(path, e))?.is_file();
+    if !is_file {
+        return Err(Error::io(path, std::io::Error::new(ErrorKind::InvalidInput, "is not a regular file")));
+    }
+    let mut file = std::fs::File::open(path).map_err(|e| Error::io(path, e))?;
+    let mut hasher = Sha256::new();
+    let mut buffer = vec![0; HASHED_BYTES];
+    loop {
+        match file.read(&mut buffer) {
+            Ok(0) => return Ok(hex16(&hasher.finalize())),
+            Ok(n) => hasher.update(&buffer[..n]),
+            Err(e) if e.kind() == ErrorKind::Interrupted => {}
+            Err(e) => return Err(Error::io(path, e)),
+        }
+    }
+}
+
+/// First 16 hex digits of the SHA-256 of a text.
+#[must_use]
+pub fn sha256_16_text(text: &str) -> String {
+    hex16(&Sha256::digest(text.as_bytes()))
+}

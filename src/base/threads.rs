@@ -1,0 +1,25 @@
+//! Thread pools of a stated size.
+
+use super::error::Error;
+use super::error::Result;
+use crate::pipeline::options::Options;
+use rayon::prelude::*;
+
+/// Runs `work` on a pool of `jobs` threads; 0 = all cores.
+///
+/// # Errors
+/// [`Error::Config`] when the threads cannot be started.
+pub fn with_threads<T: Send>(jobs: usize, work: impl FnOnce() -> T + Send) -> Result<T> {
+    Ok(pool(Options { jobs, ..Options::default() }.threads())?.install(work))
+}
+
+/// A pool of `threads` threads.
+///
+/// # Errors
+/// As [`with_threads`].
+pub(crate) fn pool(threads: usize) -> Result<rayon::ThreadPool> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|e| Error::Config { key: "--jobs".into(), problem: format!("cannot start {threads} threads: {e}") })
+}

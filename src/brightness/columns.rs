@@ -1,0 +1,79 @@
+//! The columns of a row that geometry and model fill.
+
+use super::Brightness;
+use super::Model;
+use super::light_class::PaperLabel;
+use super::light_class::classes;
+use super::light_class::is_sunlit;
+use super::scene::scene;
+use super::skipped_text;
+use crate::base::error::Result;
+use crate::config;
+use crate::orbit::Geometry;
+use crate::photometry::Flags;
+use crate::pipeline::target::frame::OLD_ELEMENTS_D;
+use crate::tables::MetaValue;
+use crate::tables::PhotometryRow;
+
+/// The geometry columns.
+pub fn fill_geometry(row: &mut PhotometryRow, g: &Geometry) {
+    row.alt_deg = Some(g.alt_rad.to_degrees());
+    row.az_deg = Some(g.az_rad.to_degrees());
+    row.range_km = Some(g.range_km);
+    row.rate_deg_s = Some(g.rate_rad_s.to_degrees());
+    row.az_rate_deg_s = Some(g.az_rate_rad_s.to_degrees());
+    row.airmass = g.airmass;
+    row.phase_angle_deg = Some(g.phase_angle_rad.to_degrees());
+    row.sun_alt_deg = Some(g.sun_alt_rad.to_degrees());
+    row.moon_alt_deg = Some(g.moon_alt_rad.to_degrees());
+    row.moon_phase_deg = Some(g.moon_phase_rad.to_degrees());
+    row.moon_illum_pct = Some(100.0 * g.moon_illum_frac);
+    row.moon_sep_deg = Some(g.moon_sep_rad.to_degrees());
+    row.tle_age_d = Some(g.tle_age_d);
+    // a place below the ground has no light, and its row says so elsewhere
+    if let Ok((sky, label)) = classes(g) {
+        (row.sky_class, row.paper_label) = (sky.to_string(), label.to_string());
+    }
+    if g.tle_age_d.abs() > OLD_ELEMENTS_D {
+        row.flags |= Flags::OLD_ELEMENTS.0;
+    }
+}
+
+/// Puts the model's magnitudes into a row, and where they are of the observed band the residual, observed minus modelled.
+///
+/// # Errors
+/// [`crate::Error::Model`] for an impossible scene.
+pub fn add_model(row: &mut PhotometryRow, geometry: &Geometry, model: &Model, same_band: bool) -> Result<Brightness> {
+    let model = model.brightness(&scene(geometry))?;
+    row.model_v_mag = model.total_v_mag;
+    row.sun_v_mag = model.sun.v_mag;
+    row.earthshine_v_mag = model.earthshine.v_mag;
+    row.moon_v_mag = model.moon.v_mag;
+    row.lunar_earthshine_v_mag = model.lunar_earthshine.v_mag;
+    row.model_err_mag = model.total_v_mag.map(|_| model.err_mag);
+    row.illum = model.illum.to_string();
+    // sunlight that the air bends past the edge of the geometric shadow is sunlight too
+    if is_sunlit(model.illum) && row.paper_label == PaperLabel::Night.to_string() {
+        row.paper_label = PaperLabel::Twilight.to_string();
+    }
+    row.skipped = skipped_text(&model.skipped);
+    row.residual_mag = match (row.v_mag, row.model_v_mag) {
+        (Some(observed), Some(modelled)) if same_band => Some(observed - modelled),
+        _ => None,
+    };
+    if model.extrapolated {
+        row.flags |= Flags::MODEL_EXTRAPOLATED.0;
+    }
+    Ok(model)
+}
+
+/// Each effect of a model by name, as a file spells it.
+#[must_use]
+pub fn effects_meta(model: &config::Model) -> MetaValue {
+    let table = match toml::Value::try_from(model.resolved_effects()) {
+        Ok(toml::Value::Table(table)) => table,
+        _ => toml::Table::new(),
+    };
+    let spelled = |v: &toml::Value| MetaValue::Text(v.as_str().unwrap_or_default().into());
+    MetaValue::Map(table.iter().map(|(key, value)| (key.clone(), spelled(value))).collect())
+}

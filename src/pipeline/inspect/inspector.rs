@@ -1,0 +1,18 @@
+//! Reads headers with or without a configuration.
+
+use crate::astrometry::catalogue::Catalogue;
+use crate::config::Config;
+use crate::orbit::Tracker;
+
+/// Reads headers with or without a configuration.
+#[derive(Debug)]
+pub struct Inspector {
+    pub(crate) config: Config,
+    pub(super) configured: bool,
+    pub(crate) catalogue: Option<Catalogue>,
+    pub(super) target_names: Vec<String>,
+    pub(super) others: Vec<String>,
+    pub(super) tracker: Option<Tracker>,
+    /// What of the configuration could not be read, and is done without.
+    pub notes: Vec<String>,
+}

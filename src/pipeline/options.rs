@@ -1,0 +1,42 @@
+//! What a run of the night is asked to do.
+
+use super::memory::Memory;
+use crate::base::stop::Stop;
+use std::path::PathBuf;
+
+/// How a run is done, apart from what it does.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Threads; 0 = all cores.
+    pub jobs: usize,
+    /// Memory the run may take; absent = [`Memory::default`].
+    pub max_memory_bytes: Option<usize>,
+    /// Files instead of the configured inputs.
+    pub files: Vec<PathBuf>,
+    /// Any failed frame makes the exit code 3.
+    pub strict: bool,
+    /// Draw no figures.
+    pub no_figures: bool,
+    /// Measure what was left out of frames and scenes, and what that saved.
+    pub explain: bool,
+    /// Leave nothing out, for tests that compare.
+    pub everything: bool,
+    /// Do everything anew, also what an earlier run has kept.
+    pub redo: bool,
+    /// A request to stop after the frames in work.
+    pub stop: Stop,
+}
+
+impl Options {
+    /// Threads to use.
+    #[must_use]
+    pub fn threads(&self) -> usize {
+        if self.jobs > 0 { self.jobs } else { std::thread::available_parallelism().map_or(1, usize::from) }
+    }
+
+    /// Memory to use.
+    #[must_use]
+    pub fn memory(&self) -> Memory {
+        self.max_memory_bytes.map_or_else(Memory::default, |limit_bytes| Memory { limit_bytes, given: true })
+    }
+}

@@ -1,0 +1,35 @@
+//! What the preflight found: errors, warnings, notes.
+
+use super::preflight::MissingKey;
+use crate::base::error::Error;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+/// What the checks found.
+#[derive(Debug, Default)]
+pub struct Findings {
+    /// Why the night is refused.
+    pub errors: Vec<Error>,
+    /// What should be known.
+    pub notes: Vec<String>,
+    /// Lines that would mend errors, or let frames be measured that now fail.
+    pub missing: Vec<MissingKey>,
+    /// Whether headers contradict the configured scale, so that the stars must be asked.
+    pub scale_in_doubt: bool,
+}
+
+impl Findings {
+    /// The lines to paste, table by table; empty if nothing is missing.
+    #[must_use]
+    pub fn paste(&self) -> String {
+        let mut tables: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        let mut lines: Vec<&MissingKey> = self.missing.iter().collect();
+        lines.dedup();
+        lines.iter().for_each(|m| tables.entry(&m.table).or_default().push(&m.line));
+        let mut text = String::new();
+        for (table, lines) in tables {
+            let _ = writeln!(text, "[{table}]\n{}", lines.join("\n"));
+        }
+        text
+    }
+}
