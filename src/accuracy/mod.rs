@@ -10,6 +10,7 @@ mod earth_reflected;
 mod effort;
 mod ephemeris;
 mod extremes;
+pub mod figure;
 mod fit_rounds;
 mod median;
 pub mod output;

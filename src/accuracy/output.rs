@@ -4,10 +4,10 @@ use std::path::Path;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+use crate::accuracy::figure::error_against_time;
 use crate::accuracy::{Extreme, Method, Sweep};
 use crate::base::error::{Error, Result};
 use crate::base::file::write_atomic;
-use crate::figures::error_against_time;
 use crate::tables::ecsv::{write_accuracy, write_extremes};
 use crate::tables::meta::Meta;
 use crate::tables::rows::{AccuracyRow, ExtremeRow};

@@ -2,8 +2,6 @@
 
 use super::error::Error;
 use super::error::Result;
-use crate::pipeline::prepared::HASHED_BYTES;
-use crate::pipeline::prepared::hex16;
 use sha2::Digest;
 use sha2::Sha256;
 use std::io::ErrorKind;
@@ -36,4 +34,11 @@ pub fn sha256_16(path: &Path) -> Result<String> {
 #[must_use]
 pub fn sha256_16_text(text: &str) -> String {
     hex16(&Sha256::digest(text.as_bytes()))
+}
+
+/// Bytes hashed at a time: they stay in the cache of a core.
+pub(crate) const HASHED_BYTES: usize = 256 << 10;
+
+pub(crate) fn hex16(digest: &[u8]) -> String {
+    digest.iter().take(8).map(|b| format!("{b:02x}")).collect()
 }

@@ -2,15 +2,19 @@
 
 use super::error::Error;
 use super::error::Result;
-use crate::pipeline::options::Options;
-use rayon::prelude::*;
 
 /// Runs `work` on a pool of `jobs` threads; 0 = all cores.
 ///
 /// # Errors
 /// [`Error::Config`] when the threads cannot be started.
 pub fn with_threads<T: Send>(jobs: usize, work: impl FnOnce() -> T + Send) -> Result<T> {
-    Ok(pool(Options { jobs, ..Options::default() }.threads())?.install(work))
+    Ok(pool(threads(jobs))?.install(work))
+}
+
+/// Threads to use when `jobs` are asked for: 0 = all cores.
+#[must_use]
+pub fn threads(jobs: usize) -> usize {
+    if jobs > 0 { jobs } else { std::thread::available_parallelism().map_or(1, usize::from) }
 }
 
 /// A pool of `threads` threads.

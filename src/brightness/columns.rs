@@ -11,7 +11,6 @@ use crate::base::error::Result;
 use crate::config;
 use crate::orbit::Geometry;
 use crate::photometry::Flags;
-use crate::pipeline::target::frame::OLD_ELEMENTS_D;
 use crate::tables::MetaValue;
 use crate::tables::PhotometryRow;
 
@@ -77,3 +76,6 @@ pub fn effects_meta(model: &config::Model) -> MetaValue {
     let spelled = |v: &toml::Value| MetaValue::Text(v.as_str().unwrap_or_default().into());
     MetaValue::Map(table.iter().map(|(key, value)| (key.clone(), spelled(value))).collect())
 }
+
+/// Elements older than this are flagged \[d\] (arcminutes of error are normal beyond it).
+pub(crate) const OLD_ELEMENTS_D: f64 = 2.0;

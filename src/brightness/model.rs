@@ -156,14 +156,6 @@ impl Model {
         &self.settings
     }
 
-    pub(super) fn lighting(&self) -> &Lighting {
-        &self.lighting
-    }
-
-    pub(super) fn surfaces(&self) -> &[Prepared] {
-        &self.surfaces
-    }
-
     /// 10^(−0.4 k X), X the airmass of the satellite; 1 unless the source is extincted.
     fn extinction(&self, scene: &Scene) -> Result<f64> {
         if self.settings.effects.source != Source::Extincted {

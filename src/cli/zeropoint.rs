@@ -121,7 +121,7 @@ impl ZeropointVerb {
         let columns = self.columns.iter().cloned().collect();
         let request = Request { table, columns, band: &self.band, inst_constant_mag: self.inst_constant };
         let matched = fit_matched(&config, &request)?;
-        matched.write(&config, &self.out, &rows)?;
+        satphot::pipeline::matched::write_matched(&matched, &config, &self.out, &rows)?;
         let warnings = matched.zeropoint.as_ref().map(|z| z.warnings.clone()).unwrap_or_default();
         for note in matched.notes.iter().chain(&warnings).filter(|_| !self.common.quiet) {
             tell(&format!("note: {note}"));

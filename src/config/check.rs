@@ -6,8 +6,8 @@ use super::Source;
 use super::Surface;
 use super::file::Config;
 use super::file::QUANTITIES;
-use super::range::range;
-use crate::base::error::{Error, Result};
+use super::range::{bad, range};
+use crate::base::error::Result;
 use crate::base::file::plain_name;
 
 /// Pass bands known by name.
@@ -236,10 +236,6 @@ fn direction(key: &str, v: [f64; 3]) -> Result<()> {
         return Ok(());
     }
     Err(bad(key, format!("{v:?} has no direction; three numbers are needed that are not all 0")))
-}
-
-pub(crate) fn bad(key: &str, problem: String) -> Error {
-    Error::Config { key: key.into(), problem }
 }
 
 fn ordered(key: &str, [lo, hi]: [f64; 2], unit: &str) -> Result<()> {

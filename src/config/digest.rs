@@ -3,7 +3,6 @@
 use super::Config;
 use crate::base::error::Result;
 use crate::base::hash::sha256_16_text;
-use sha2::Digest;
 use std::path::PathBuf;
 
 /// Hash of everything in the configuration that can change a result: files by their names alone, not the folders they

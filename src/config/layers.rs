@@ -1,6 +1,6 @@
 //! The layers of a configuration: presets, the file, settings of the command line.
 
-use super::load::bad;
+use super::range::bad;
 use crate::base::error::Error;
 use crate::base::error::Result;
 use toml::Table;

@@ -2,6 +2,7 @@
 
 use super::layers::deserialize;
 use super::layers::layers;
+use super::range::bad;
 use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
@@ -157,10 +158,6 @@ fn with_all_missing((error, unknown_key): (Error, bool), table: &Table) -> Error
         1 => bad("pipeline.toml", format!("a key is missing; the line to paste, with your value:{lines}")),
         _ => bad("pipeline.toml", format!("{n} keys are missing; the lines to paste, with your values:{lines}")),
     }
-}
-
-pub(crate) fn bad(key: &str, problem: String) -> Error {
-    Error::Config { key: key.into(), problem }
 }
 
 impl Config {

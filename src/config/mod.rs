@@ -19,8 +19,6 @@ mod vetting;
 
 pub use file::{Config, DateObsMeans, Detector, Frames, HeaderRules, Input, Night, QUANTITIES, Site, Telescope, Time};
 
-use serde::{Deserialize, Serialize};
-
 pub(crate) use check::check_surface;
 pub use effects::{
     Arrays, Backs, Distances, EarthRadius, Effects, EffectsTable, GroundMoonlight, LunarEclipse, Mode, MoonLaw,

@@ -1,6 +1,6 @@
 //! Whether a value lies in its range.
 
-use super::check::bad;
+use crate::base::error::Error;
 use crate::base::error::Result;
 
 /// `lo <= value <= hi`, or an error with the unit.
@@ -10,4 +10,8 @@ pub(crate) fn range(key: &str, value: f64, lo: f64, hi: f64, unit: &str) -> Resu
     }
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
     Err(bad(key, format!("{value} is outside {lo} to {hi}{unit}")))
+}
+
+pub(crate) fn bad(key: &str, problem: String) -> Error {
+    Error::Config { key: key.into(), problem }
 }

@@ -28,25 +28,25 @@ pub(super) type DrawError = DrawingAreaErrorKind<std::io::Error>;
 pub(super) type Drawn = std::result::Result<(), DrawError>;
 
 // Okabe & Ito (2008), https://jfly.uni-koeln.de/color/: distinct for every common colour vision.
-pub(super) const INK: RGBColor = RGBColor(34, 34, 34);
-pub(super) const GREY: RGBColor = RGBColor(120, 120, 120);
+pub(crate) const INK: RGBColor = RGBColor(34, 34, 34);
+pub(crate) const GREY: RGBColor = RGBColor(120, 120, 120);
 pub(super) const PALE: RGBColor = RGBColor(222, 222, 222);
-pub(super) const ORANGE: RGBColor = RGBColor(230, 159, 0);
-pub(super) const SKY_BLUE: RGBColor = RGBColor(86, 180, 233);
-pub(super) const GREEN: RGBColor = RGBColor(0, 158, 115);
-pub(super) const BLUE: RGBColor = RGBColor(0, 114, 178);
-pub(super) const VERMILLION: RGBColor = RGBColor(213, 94, 0);
-pub(super) const PURPLE: RGBColor = RGBColor(204, 121, 167);
+pub(crate) const ORANGE: RGBColor = RGBColor(230, 159, 0);
+pub(crate) const SKY_BLUE: RGBColor = RGBColor(86, 180, 233);
+pub(crate) const GREEN: RGBColor = RGBColor(0, 158, 115);
+pub(crate) const BLUE: RGBColor = RGBColor(0, 114, 178);
+pub(crate) const VERMILLION: RGBColor = RGBColor(213, 94, 0);
+pub(crate) const PURPLE: RGBColor = RGBColor(204, 121, 167);
 
 /// Heights of text.
-pub(super) const TITLE: i32 = 44;
+pub(crate) const TITLE: i32 = 44;
 pub(super) const LABEL: i32 = 34;
-pub(super) const SMALL: i32 = 31;
+pub(crate) const SMALL: i32 = 31;
 /// Radius of a mark.
 pub(super) const MARK: i32 = 7;
 
 /// Draws a figure of `shown` (width, height) and writes it in one step.
-pub(super) fn figure(path: &Path, shown: (u32, u32), draw: impl FnOnce(&Sheet) -> Drawn) -> Result<()> {
+pub(crate) fn figure(path: &Path, shown: (u32, u32), draw: impl FnOnce(&Sheet) -> Drawn) -> Result<()> {
     figure_over(path, shown, None, draw)
 }
 
@@ -87,7 +87,7 @@ pub(super) fn figure_over(
 }
 
 /// A figure that says why it is empty.
-pub(super) fn no_data(path: &Path, shown: (u32, u32), title: &str, reason: &str) -> Result<()> {
+pub(crate) fn no_data(path: &Path, shown: (u32, u32), title: &str, reason: &str) -> Result<()> {
     figure(path, shown, |sheet| {
         let (w, h) = sheet.dim_in_pixel();
         write_text(sheet, title, (30, 24), TITLE, INK, (HPos::Left, VPos::Top))?;
@@ -97,7 +97,7 @@ pub(super) fn no_data(path: &Path, shown: (u32, u32), title: &str, reason: &str)
 }
 
 /// Text at a place; characters XML forbids become blanks.
-pub(super) fn write_text(
+pub(crate) fn write_text(
     sheet: &Sheet,
     text: &str,
     at: (i32, i32),
@@ -111,7 +111,7 @@ pub(super) fn write_text(
 
 /// Numbers with a proper minus sign: a hyphen before a digit where a number may begin, or in an exponent. Those of dates,
 /// ranges and words stay what they are.
-pub(super) fn signed(text: &str) -> String {
+pub(crate) fn signed(text: &str) -> String {
     let chars: Vec<char> = text.chars().collect();
     let at = |i: Option<usize>| i.and_then(|i| chars.get(i)).copied();
     let digit = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit());
@@ -146,7 +146,7 @@ pub(super) fn printable(text: &str) -> String {
 
 /// What stands for one point or line, in the figure and in its legend.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Mark {
+pub(crate) enum Mark {
     /// Filled circle.
     Full,
     /// Small circle, one of very many.
@@ -219,7 +219,7 @@ pub(super) fn draw_mark(sheet: &Sheet, mark: Mark, (x, y): (i32, i32), colour: R
 }
 
 /// Writes legend lines downwards from `at`, each with its mark; an entry without a mark is a plain line of text.
-pub(super) fn legend(sheet: &Sheet, at: (i32, i32), entries: &[(Option<(Mark, RGBColor)>, String)]) -> Drawn {
+pub(crate) fn legend(sheet: &Sheet, at: (i32, i32), entries: &[(Option<(Mark, RGBColor)>, String)]) -> Drawn {
     for (i, (mark, text)) in entries.iter().enumerate() {
         let y = at.1 + 42 * i as i32;
         if let Some((mark, colour)) = mark {

@@ -2,10 +2,9 @@
 //!
 //! 174 mm wide, colour-blind-safe colours (Okabe & Ito 2008), brightness upwards. A figure without data says why.
 
-mod accuracy;
 pub(crate) mod axis;
 mod brdf;
-mod canvas;
+pub(crate) mod canvas;
 pub(crate) mod chart;
 pub(crate) mod coast;
 mod day;
@@ -18,7 +17,7 @@ mod light_curve;
 mod limits;
 mod month;
 mod moon;
-mod panel;
+pub(crate) mod panel;
 pub mod radiance;
 pub(crate) mod raster;
 mod residuals;
@@ -30,7 +29,6 @@ pub mod thumb;
 mod transfer;
 mod zeropoint;
 
-pub use accuracy::error_against_time;
 pub use brdf::{FittedRow, brdf_curves, brdf_fit};
 pub(crate) use canvas::PAPER_MM;
 pub use day::{Violin, day};

@@ -12,7 +12,7 @@ use super::canvas::{Drawn, INK, LABEL, MARK, Mark, PALE, SMALL, Sheet, draw_mark
 
 /// How the horizontal axis is labelled.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Ticks {
+pub(crate) enum Ticks {
     /// Plain numbers.
     Numbers,
     /// Seconds since midnight as `hh:mm:ss`.
@@ -22,7 +22,7 @@ pub(super) enum Ticks {
 }
 
 /// A frame on the sheet with the values of its edges.
-pub(super) struct Panel<'a, 'b> {
+pub(crate) struct Panel<'a, 'b> {
     pub sheet: &'a Sheet<'b>,
     /// Left, top, right, bottom \[drawn px\].
     pub frame: (i32, i32, i32, i32),
@@ -37,19 +37,19 @@ fn line(colour: RGBColor, width: u32) -> ShapeStyle {
 }
 
 impl Panel<'_, '_> {
-    pub(super) fn px(&self, x: f64) -> i32 {
+    pub(crate) fn px(&self, x: f64) -> i32 {
         let (left, _, right, _) = self.frame;
         left + ((x - self.x.from) / (self.x.to - self.x.from) * f64::from(right - left)).round().clamp(-1e6, 1e6) as i32
     }
 
-    pub(super) fn py(&self, y: f64) -> i32 {
+    pub(crate) fn py(&self, y: f64) -> i32 {
         let (_, top, _, bottom) = self.frame;
         bottom
             - ((y - self.y.from) / (self.y.to - self.y.from) * f64::from(bottom - top)).round().clamp(-1e6, 1e6) as i32
     }
 
     /// Grid, frame, tick labels and axis titles. An empty `x_title` leaves the labels of the x axis out too.
-    pub(super) fn axes(&self, x_ticks: Ticks, x_title: &str, y_title: &str) -> Drawn {
+    pub(crate) fn axes(&self, x_ticks: Ticks, x_title: &str, y_title: &str) -> Drawn {
         let (left, top, right, bottom) = self.frame;
         let y_count = ((bottom - top) / 60).clamp(4, 10) as usize;
         let (y_values, decimals) = self.y.ticks(y_count);
@@ -102,7 +102,7 @@ impl Panel<'_, '_> {
     }
 
     /// A mark at a value. Returns whether it lies inside; outside it is an open triangle on the edge.
-    pub(super) fn mark(
+    pub(crate) fn mark(
         &self,
         mark: Mark,
         x: f64,
@@ -134,7 +134,7 @@ impl Panel<'_, '_> {
     }
 
     /// A line through the values, broken at `None` and cut at the frame; a lone value is a dash.
-    pub(super) fn polyline(&self, points: &[(f64, Option<f64>)], colour: RGBColor, width: u32) -> Drawn {
+    pub(crate) fn polyline(&self, points: &[(f64, Option<f64>)], colour: RGBColor, width: u32) -> Drawn {
         let style = line(colour, width);
         let at = |i: usize| points.get(i).and_then(|(x, y)| y.filter(|y| y.is_finite()).map(|y| (*x, y)));
         let mut run: Vec<(i32, i32)> = Vec::new();

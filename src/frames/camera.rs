@@ -300,6 +300,7 @@ fn camera_table(name: &str) -> (String, BTreeMap<i64, Row>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frames::pixel_scale_arcsec;
 
     fn detector(sets: &[&str]) -> Result<Detector> {
         let night = "preset = \"macquarie-cdk24\"\n[night]\nname = \"n\"\ninput = [\"i\"]\noutput = \"o\"\n";

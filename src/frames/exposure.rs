@@ -6,8 +6,6 @@
 use super::role::letters;
 use super::role::name_variants;
 use super::role::names_object;
-use serde::Deserialize;
-use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 use super::clock::{MidTime, mid_time};

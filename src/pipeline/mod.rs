@@ -6,6 +6,7 @@ pub mod compare;
 pub mod detector;
 pub mod explain;
 pub mod inspect;
+pub mod matched;
 pub mod memory;
 pub mod options;
 pub mod ordered_map;

@@ -2,6 +2,7 @@
 
 use super::memory::Memory;
 use crate::base::stop::Stop;
+use crate::base::threads::threads;
 use std::path::PathBuf;
 
 /// How a run is done, apart from what it does.
@@ -31,7 +32,7 @@ impl Options {
     /// Threads to use.
     #[must_use]
     pub fn threads(&self) -> usize {
-        if self.jobs > 0 { self.jobs } else { std::thread::available_parallelism().map_or(1, usize::from) }
+        threads(self.jobs)
     }
 
     /// Memory to use.

@@ -1,9 +1,7 @@
 //! What every frame of the night shares: detector, master flat, orbit, model, zeropoint; and one frame's reduction.
 
-use std::io::Read;
 use std::path::Path;
 
-use sha2::Digest;
 
 use super::compare::comparable;
 use super::survey::files::Survey;
@@ -19,9 +17,6 @@ use crate::orbit::{EarthOrientation, Site, Tracker};
 use crate::photometry::growth::{GrowthCurve, StarProfile};
 use crate::zeropoint::bands::Calibrated;
 use crate::zeropoint::fit::Zeropoint;
-
-/// Bytes hashed at a time: they stay in the cache of a core.
-pub(crate) const HASHED_BYTES: usize = 256 << 10;
 
 /// What every frame of the night shares.
 #[derive(Debug)]
@@ -230,8 +225,4 @@ pub fn catalogue_is_there(path: &Path, fetch_line: &str, otherwise: &str) -> Res
     }
     let problem = format!("is not there; `{fetch_line}` gets APASS DR9 for your fields{otherwise}");
     Err(Error::Catalogue { path: path.into(), problem })
-}
-
-pub(crate) fn hex16(digest: &[u8]) -> String {
-    digest.iter().take(8).map(|b| format!("{b:02x}")).collect()
 }

@@ -18,7 +18,7 @@ pub mod settings;
 pub mod shape;
 pub mod shine;
 pub mod surface;
-mod triangle;
+pub mod triangle;
 pub mod view;
 
 pub use image::{Light, RadianceImage};

@@ -230,6 +230,7 @@ pub(super) fn wrong(what: &str, problem: String) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::resolved::triangle::{double_area, projected_m2};
 
     const HERE: &str = ".";
 

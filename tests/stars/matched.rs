@@ -200,7 +200,7 @@ fn fluxes_in_adu_become_electrons_per_second_where_both_numbers_are_given() {
     // then, and only then, a night may use it
     let folder = tempfile::tempdir().unwrap();
     let (toml, ecsv) = (folder.path().join("z.toml"), folder.path().join("m.ecsv"));
-    m.write(&without_config(&[]).unwrap(), &toml, &ecsv).unwrap();
+    satphot::pipeline::matched::write_matched(&m, &without_config(&[]).unwrap(), &toml, &ecsv).unwrap();
     assert_eq!(Zeropoint::read(&toml).unwrap().zp_mag, z.zp_mag);
     let rows = read_stars(&ecsv).unwrap().0;
     assert_eq!((rows.len(), rows[243].reason.as_str()), (244, "no exposure time"));

@@ -164,6 +164,19 @@ pub struct Satellite {
     pub standing: Standing,
 }
 
+impl Standing {
+    /// That of the satellite a configuration asks for; surfaces of one's own were not compared.
+    ///
+    /// # Errors
+    /// As [`Catalogue::load`] and [`Catalogue::find`].
+    pub fn of(model: &config::Model) -> Result<Self> {
+        if !model.surfaces.is_empty() {
+            return Ok(Self::default());
+        }
+        Ok(Self::from(Catalogue::load(model.satellites.as_deref())?.find(&model.satellite)?))
+    }
+}
+
 impl Satellite {
     /// A satellite of these surfaces, from nowhere else.
     #[must_use]

@@ -3,9 +3,6 @@
 //! Magnitudes. An entry that states no scatter was not compared with observations, and says so.
 
 use super::Entry;
-use super::list::Catalogue;
-use crate::base::error::Result;
-use crate::config;
 use crate::tables::{Meta, MetaValue};
 
 /// What stands for a scatter nobody measured.
@@ -37,17 +34,6 @@ impl From<&Entry> for Standing {
 }
 
 impl Standing {
-    /// That of the satellite a configuration asks for; surfaces of one's own were not compared.
-    ///
-    /// # Errors
-    /// As [`Catalogue::load`] and [`Catalogue::find`].
-    pub fn of(model: &config::Model) -> Result<Self> {
-        if !model.surfaces.is_empty() {
-            return Ok(Self::default());
-        }
-        Ok(Self::from(Catalogue::load(model.satellites.as_deref())?.find(&model.satellite)?))
-    }
-
     /// In one line, without the name.
     #[must_use]
     pub fn text(&self) -> String {

@@ -1,6 +1,5 @@
 //! One explicit case: directions, scattering, fluxes.
 
-use super::row;
 use crate::base::vector::Itrs;
 use crate::base::vector::Vector;
 use crate::brightness::brdf::Brdf;
@@ -176,7 +175,7 @@ pub(super) const ROUNDING: f64 = 1e-14;
 /// The law ready for integrals; those known by name, which are costly to make ready, once and for all.
 pub(super) fn prepared(brdf: &Brdf) -> Cow<'static, PreparedBrdf> {
     static KNOWN: LazyLock<Vec<(Brdf, PreparedBrdf)>> = LazyLock::new(|| {
-        let laws = row::STARLINK.iter().filter_map(|(_, name)| Brdf::named(name).ok());
+        let laws = STARLINK.iter().filter_map(|(_, name)| Brdf::named(name).ok());
         laws.map(|law| (law.clone(), PreparedBrdf::new(&law))).collect()
     });
     match brdf {
@@ -187,3 +186,7 @@ pub(super) fn prepared(brdf: &Brdf) -> Cow<'static, PreparedBrdf> {
         _ => Cow::Owned(PreparedBrdf::new(brdf)),
     }
 }
+
+/// The measured laws: name in the column `brdf`, name in the program.
+pub(crate) const STARLINK: [(&str, &str); 2] =
+    [("binomial_starlink_v15_chassis", "starlink-chassis-lab"), ("binomial_starlink_v15_solar", "starlink-array-lab")];

@@ -51,6 +51,10 @@ pub fn explicit(case: &Case, tolerance: f64) -> Option<Fluxes> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::PI;
+
+    use crate::base::vector::Itrs;
+    use crate::brightness::brdf::Brdf;
 
     fn case(scattering: Scattering) -> Case {
         Case {

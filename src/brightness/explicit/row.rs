@@ -3,6 +3,7 @@
 //! Lengths in m, elevations and discs in degrees, as in the file. Columns in any order; columns nobody asks for are
 //! ignored. A cell that cannot be used is named with its column, its value and what is accepted.
 
+pub(crate) use super::case::STARLINK;
 use csv::StringRecord;
 
 use super::case::Case;
@@ -36,9 +37,6 @@ pub const COLUMNS: [&str; 18] = [
 /// The scattering laws of the column `brdf`, with their parameters, for messages.
 const LAWS: &str = "lambertian (albedo), phong (kd, ks, n), gaussian (A, sigma), abg (A, B, g), \
                     binomial_starlink_v15_chassis, binomial_starlink_v15_solar, mirror (rho, alpha in deg)";
-/// The measured laws: name in the column `brdf`, name in the program.
-pub(super) const STARLINK: [(&str, &str); 2] =
-    [("binomial_starlink_v15_chassis", "starlink-chassis-lab"), ("binomial_starlink_v15_solar", "starlink-array-lab")];
 /// The laws of the column `earth_brdf`.
 const EARTH_LAWS: &str = "lambertian (albedo), phong (kd, ks, n)";
 /// A normal this far from unit length is said to be so.

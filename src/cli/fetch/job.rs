@@ -19,7 +19,7 @@ use satphot::pipeline::survey::read::survey;
 
 use super::super::orbit_args::bad;
 use super::super::print;
-use super::{ElementFormat, ElementSource, Fetch};
+use super::args::{ElementFormat, ElementSource, Fetch};
 
 /// One call: what was asked for, with what it needs.
 pub struct Job<'a> {

@@ -7,7 +7,7 @@ use satphot::resolved::RenderSettings;
 use satphot::resolved::lamp::InBand;
 use satphot::resolved::settings::STARLIGHT_MAG_ARCSEC2;
 
-use super::bad;
+use super::super::orbit_args::bad;
 
 /// How the picture is made.
 #[derive(Debug, Clone, Args)]

@@ -9,6 +9,6 @@ pub mod measure;
 pub(crate) mod placed;
 pub(crate) mod search;
 pub(crate) mod segment;
-pub(crate) mod settings;
+pub mod settings;
 pub(crate) mod shape;
 pub(crate) mod sky;

@@ -6,8 +6,6 @@
 use super::gain_check::GainCheck;
 use std::collections::BTreeMap;
 
-use serde::Serialize;
-
 use super::report::{verdict, warnings};
 use crate::base::error::{Error, Result};
 use crate::config::Config;
@@ -28,15 +26,6 @@ pub struct Known<'a> {
     pub pedestal_adu: Option<f64>,
     /// Circle kept around the centre \[px\].
     pub clip_radius_px: Option<f64>,
-}
-
-/// Six significant digits: more than any of these numbers has.
-pub(crate) fn six_digits<S: serde::Serializer>(
-    value: &Option<f64>,
-    serializer: S,
-) -> std::result::Result<S::Ok, S::Error> {
-    let v = value.unwrap_or(f64::NAN);
-    serializer.serialize_f64(format!("{v:.5e}").parse().unwrap_or(v))
 }
 
 /// Checks the detector on the night's own frames: two flats, two bias frames and two lights of each gain setting.

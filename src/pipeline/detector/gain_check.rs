@@ -1,6 +1,5 @@
 //! One gain setting, measured and compared.
 
-use super::checks::six_digits;
 use crate::detector::Transfer;
 use serde::Serialize;
 
@@ -122,4 +121,13 @@ pub struct GainCheck {
     /// Whether headers of one setting give different EGAIN.
     #[serde(skip)]
     pub header_differs: bool,
+}
+
+/// Six significant digits: more than any of these numbers has.
+pub(crate) fn six_digits<S: serde::Serializer>(
+    value: &Option<f64>,
+    serializer: S,
+) -> std::result::Result<S::Ok, S::Error> {
+    let v = value.unwrap_or(f64::NAN);
+    serializer.serialize_f64(format!("{v:.5e}").parse().unwrap_or(v))
 }

@@ -20,9 +20,6 @@ use crate::visibility::forecast::Window;
 use hifitime::Epoch;
 use std::collections::BTreeMap;
 
-/// A piece is computed again and again for at least this long \[s\].
-pub(super) const LEAST_S: f64 = 0.01;
-
 pub(super) fn flux(b: &Brightness) -> f64 {
     [b.sun, b.earthshine, b.moon, b.lunar_earthshine].iter().map(|l| l.flux_ratio).sum()
 }

@@ -1,6 +1,5 @@
 //! How scenes are sampled and timed.
 
-use super::scenes::LEAST_S;
 use crate::base::constants::MAG_PER_LN;
 
 /// Scenes a piece is computed for.
@@ -34,3 +33,6 @@ pub(super) fn brighter_mag(flux: f64, more: f64) -> f64 {
         _ => MAG_PER_LN * (more / flux).abs().ln_1p(),
     }
 }
+
+/// A piece is computed again and again for at least this long \[s\].
+pub(super) const LEAST_S: f64 = 0.01;

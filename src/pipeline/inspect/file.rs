@@ -22,8 +22,8 @@ use crate::pipeline::inspect::record::{CalibrationTold, From, GainTold, Inspecti
 use crate::pipeline::inspect::wcs::{positions, wcs_told};
 use crate::pipeline::survey::damage::damage;
 use crate::pipeline::survey::header_checks::{SUN_UP_DEG, site_problem, sun_alt_deg, sun_words};
+use crate::pipeline::survey::header_warnings::other_camera;
 use crate::pipeline::survey::header_warnings::{Stamp, cadence_conflicts, egain_warning, header_warnings};
-use crate::pipeline::survey::instrument::other_camera;
 use crate::pipeline::survey::satellite::other_names;
 
 /// A configuration to read headers by, where there is none.

@@ -1,6 +1,5 @@
 //! What goes into a night: files, their digest, the simulation they are from.
 
-use super::provenance::SEED;
 use crate::base::file::file_name;
 use crate::base::hash::sha256_16_text;
 use crate::config::Config;
@@ -65,3 +64,6 @@ pub fn data_mode(survey: &Survey) -> DataMode {
         false => DataMode::Real,
     }
 }
+
+/// The key of the seed of a night that is drawn, and its card, which every frame of `satphot simulate` has.
+pub const SEED: (&str, &str) = ("seed", "SIMSEED");

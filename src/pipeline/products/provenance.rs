@@ -4,6 +4,7 @@
 //! knows the clock or the machine, so that the same night gives the same bytes anywhere. Leaves out times and memory
 //! ([`super::manifest`]) and the checks ([`super::verify`]).
 
+use super::inputs::SEED;
 use super::inputs::TOOL;
 use std::path::Path;
 
@@ -19,7 +20,6 @@ use crate::config::{Config, Orbit};
 use crate::fits::CardValue;
 use crate::frames::{Detector, Exposure};
 use crate::orbit::read_elements_for;
-use crate::pipeline::shards::plan_file::Plan;
 use crate::tables::Meta;
 
 /// Keys that every product of a night must tell, and what they are called as cards of a FITS header.
@@ -42,8 +42,6 @@ pub const KEYS: [(&str, &str, &str); 14] = [
 /// Those of a master flat.
 pub const OF_FLAT: [&str; 6] =
     ["tool", "config_sha256", "input_manifest_sha256", "gain_table", "gain_table_sha256", SEED.0];
-/// The key of the seed of a night that is drawn, and its card, which every frame of `satphot simulate` has.
-pub const SEED: (&str, &str) = ("seed", "SIMSEED");
 
 /// Keys and values, in order.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -59,16 +57,7 @@ impl Provenance {
         Self::hashed(config, inputs_sha256, seed, &|path| sha256_16(path).ok())
     }
 
-    /// Of a plan and its configuration: the hashes of the files are those of the plan, whether they can be read here or not.
-    ///
-    /// # Errors
-    /// Those of [`Provenance::of`].
-    pub fn of_plan(plan: &Plan, config: &Config) -> Result<Self> {
-        let hash = |path: &Path| plan.files.iter().find(|f| f.path == path).map(|f| f.sha256.clone());
-        Self::hashed(config, Some(&plan.inputs_sha256()), plan.seed, &hash)
-    }
-
-    fn hashed(
+    pub(crate) fn hashed(
         config: &Config,
         inputs_sha256: Option<&str>,
         seed: Option<i64>,

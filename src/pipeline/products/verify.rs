@@ -9,6 +9,7 @@ use std::path::{Component, Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::inputs::SEED;
 use super::inputs::SET_ASIDE;
 use super::inputs::TOOL;
 use super::inputs::inputs_sha256;
@@ -22,7 +23,6 @@ use crate::fits::Header;
 use crate::pipeline::products::manifest::NAME;
 use crate::pipeline::products::provenance::KEYS;
 use crate::pipeline::products::provenance::OF_FLAT;
-use crate::pipeline::products::provenance::SEED;
 use crate::pipeline::shards::plan_file::Plan;
 use crate::tables::columns::{Column, PHOTOMETRY, RESIDUALS, STARS};
 use crate::tables::read::Table;

@@ -3,6 +3,7 @@
 //! Bytes. The same files and configuration give the same plan; what a shard holds follows from the plan alone. Paths are
 //! as the maker of the plan saw them: workers run in the same folder. Leaves out how frames got their roles (`survey`).
 
+use crate::pipeline::products::provenance::Provenance;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
@@ -348,4 +349,15 @@ pub fn set_copies_aside(survey: &mut Survey, products: &Products, notes: &mut Ve
         survey.others.push(copy);
     }
     copies.into_iter().map(|(place, _)| place).collect()
+}
+
+impl Provenance {
+    /// Of a plan and its configuration: the hashes of the files are those of the plan, whether they can be read here or not.
+    ///
+    /// # Errors
+    /// Those of [`Provenance::of`].
+    pub fn of_plan(plan: &Plan, config: &Config) -> Result<Self> {
+        let hash = |path: &Path| plan.files.iter().find(|f| f.path == path).map(|f| f.sha256.clone());
+        Self::hashed(config, Some(&plan.inputs_sha256()), plan.seed, &hash)
+    }
 }

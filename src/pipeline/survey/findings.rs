@@ -1,6 +1,5 @@
 //! What the preflight found: errors, warnings, notes.
 
-use super::preflight::MissingKey;
 use crate::base::error::Error;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -32,4 +31,13 @@ impl Findings {
         }
         text
     }
+}
+
+/// A line that pipeline.toml lacks.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct MissingKey {
+    /// Its table, e.g. `detector.e_per_adu`.
+    pub table: String,
+    /// `key = value`, with a comment on where the value is from.
+    pub line: String,
 }

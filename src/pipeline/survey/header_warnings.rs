@@ -7,7 +7,6 @@ use crate::config::Config;
 use crate::fits::Header;
 use crate::frames::header::{CameraCheck, calibration, check_camera, optics, sexagesimal};
 use crate::frames::{Detector, Exposure};
-use crate::pipeline::survey::instrument::other_camera;
 use crate::pipeline::survey::scale::nominal_warning;
 
 /// Share by which the header's electrons per ADU may differ from the table's.
@@ -127,4 +126,11 @@ fn twins(header: &Header) -> Vec<String> {
         }
     }
     odd
+}
+
+/// The camera of a header, where it is another than the configured one.
+pub(crate) fn other_camera(exposure: &Exposure, config: &Config) -> Option<(String, String)> {
+    let camera = optics(&exposure.header, &config.header.aliases).camera?;
+    (check_camera(&camera.value, &config.detector.camera) == CameraCheck::Other)
+        .then_some((camera.source, camera.value))
 }

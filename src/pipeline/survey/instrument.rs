@@ -4,12 +4,12 @@
 //! the rest of their kind, are set aside with a reason; where most frames differ the configuration is wrong. Leaves out the
 //! scale the stars solve to ([`super::scale`]) and the filters.
 
+use super::header_warnings::other_camera;
 use std::collections::BTreeMap;
 
 use super::findings::Findings;
 use crate::base::error::Error;
 use crate::config::Config;
-use crate::frames::header::{CameraCheck, check_camera, optics};
 use crate::frames::{Exposure, Role};
 use crate::pipeline::survey::files::{SetAside, Survey};
 
@@ -90,13 +90,6 @@ fn focal_mm(exposure: &Exposure) -> Option<f64> {
 
 fn readout(exposure: &Exposure) -> Option<String> {
     READOUT.iter().find_map(|k| exposure.header.text(k)).map(|mode| format!("'{}'", mode.trim()))
-}
-
-/// The camera of a header, where it is another than the configured one.
-pub(crate) fn other_camera(exposure: &Exposure, config: &Config) -> Option<(String, String)> {
-    let camera = optics(&exposure.header, &config.header.aliases).camera?;
-    (check_camera(&camera.value, &config.detector.camera) == CameraCheck::Other)
-        .then_some((camera.source, camera.value))
 }
 
 /// Frames of the configured camera, and those set aside; none is where most are of another: then the night is refused.

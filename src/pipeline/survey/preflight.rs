@@ -5,8 +5,8 @@
 //! new check is a function and a line in `CHECKS`. Leaves out what only pixels tell ([`super::scale::check_stars`]).
 
 use super::findings::Findings;
+use super::findings::MissingKey;
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use super::read::survey;
@@ -21,15 +21,6 @@ use crate::pipeline::survey::header_checks::{header_notes, refuse_other_site};
 use crate::pipeline::survey::instrument::check_instrument;
 use crate::pipeline::survey::scale;
 use crate::zeropoint::fit::Zeropoint;
-
-/// A line that pipeline.toml lacks.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub struct MissingKey {
-    /// Its table, e.g. `detector.e_per_adu`.
-    pub table: String,
-    /// `key = value`, with a comment on where the value is from.
-    pub line: String,
-}
 
 /// A night that was looked at before its work begins.
 #[derive(Debug)]

@@ -29,8 +29,6 @@ use crate::zeropoint::previous::other_night;
 
 /// FWHM taken when neither star pointings nor the configuration give one \[arcsec\].
 pub const ASSUMED_FWHM_ARCSEC: f64 = 2.5;
-/// Elements older than this are flagged \[d\] (arcminutes of error are normal beyond it).
-pub(crate) const OLD_ELEMENTS_D: f64 = 2.0;
 /// A mid-time this uncertain is flagged \[s\]: the ISS moves a degree in it.
 const TIME_UNCERTAIN_S: f64 = 1.0;
 

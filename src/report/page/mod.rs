@@ -22,9 +22,6 @@ pub use parts::{NightPage, PassSky};
 use parts::{FRAMES_AT, MOST_BYTES, Section, whole};
 use std::path::Path;
 
-use base64::Engine;
-use sha2::Digest;
-
 use crate::base::error::Result;
 use crate::base::file::write_atomic;
 

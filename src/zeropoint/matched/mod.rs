@@ -12,14 +12,11 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::base::error::{Error, Result};
-use crate::base::file::save;
 use crate::config::{Config, Pin};
 use crate::orbit::Atmosphere;
-use crate::pipeline::products::meta::table_meta;
-use crate::pipeline::products::provenance::Provenance;
+use crate::tables::StarRow;
 use crate::tables::read::{Row, Table};
 use crate::tables::words::Status;
-use crate::tables::{MetaValue, StarRow, write_stars};
 use crate::zeropoint::bands::{Band, Meaning, filter_meaning};
 use crate::zeropoint::fit::Zeropoint;
 use crate::zeropoint::star_identity;
@@ -62,7 +59,7 @@ pub struct Matched {
     pub left_out: BTreeMap<String, usize>,
     /// What should be known.
     pub notes: Vec<String>,
-    table: String,
+    pub(crate) table: String,
 }
 
 /// A configuration for a table alone: no cuts but those `sets` (`stars.bv_range_mag=[0.2, 0.9]`) ask for.
@@ -336,36 +333,9 @@ fn exposures_differ(stars: &[StarRow], columns: &Columns) -> Option<String> {
 }
 
 impl Matched {
-    /// Writes zeropoint.toml, if there is a fit, and the rows with weights and residuals.
-    ///
-    /// # Errors
-    /// [`Error::Io`].
-    pub fn write(&self, config: &Config, zeropoint: &Path, table: &Path) -> Result<()> {
-        if let Ok(fit) = &self.zeropoint {
-            let mut notes: Vec<String> = self.notes.clone();
-            notes.push(format!("fit to the matched stars of {}", self.table));
-            notes.extend(self.taken.iter().map(|(what, from)| format!("{what}: {from}")));
-            save(zeropoint, &self.own_convention(&fit.to_toml(&notes)))?;
-        }
-        let mut meta = table_meta(config, self.zeropoint.as_ref().ok(), &Provenance::of(config, None, None)?);
-        // the site, the telescope and the catalogue are those of a night, not of this table
-        meta.entries.retain(|(key, _)| !matches!(key.as_str(), "night" | "site" | "telescope" | "catalogue"));
-        for (key, value) in &mut meta.entries {
-            match key.as_str() {
-                "band" => *value = MetaValue::Text(self.band.clone()),
-                "mag_system" => *value = MetaValue::Text("that of the table".into()),
-                _ => {}
-            }
-        }
-        meta.push("matched_table", MetaValue::Text(self.table.clone()));
-        meta.push("inst_mag_unit", MetaValue::Text(self.inst_unit.clone()));
-        meta.push("colour", MetaValue::Text(self.colour.clone()));
-        write_stars(table, &self.rows, &meta)
-    }
-
     /// A zeropoint.toml that says its own unit, band and colour: one that is not of V and electrons per second must not be
     /// read as that of a night.
-    fn own_convention(&self, toml: &str) -> String {
+    pub(crate) fn own_convention(&self, toml: &str) -> String {
         let text = |s: String| toml::Value::String(s).to_string();
         let mut out = String::new();
         for line in toml.lines() {

@@ -7,14 +7,14 @@ use std::path::Path;
 use plotters::style::RGBColor;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::axis::Span;
-use super::canvas::{
+use super::sweep::{Series, Sweep};
+use crate::base::error::Result;
+use crate::figures::axis::Span;
+use crate::figures::canvas::{
     BLUE, GREEN, GREY, INK, Mark, ORANGE, PURPLE, SKY_BLUE, SMALL, TITLE, VERMILLION, figure, legend, no_data, signed,
     write_text,
 };
-use super::panel::{Panel, Ticks};
-use crate::accuracy::{Series, Sweep};
-use crate::base::error::Result;
+use crate::figures::panel::{Panel, Ticks};
 
 const SIZE: (u32, u32) = (1060, 640);
 const COLOURS: [RGBColor; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, GREY];
