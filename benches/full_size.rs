@@ -16,7 +16,7 @@ use satphot::photometry::aperture::Shape;
 use satphot::photometry::background::{Background, background};
 use satphot::photometry::detect::detect;
 use satphot::photometry::flux::measure_all;
-use satphot::pipeline::prepared::Bench;
+use satphot::pipeline::prepared::{Calibrated, Flattened, Prepared, Seeing};
 use satphot::pipeline::products::manifest::peak_memory_mb;
 use satphot::pipeline::survey::read::survey;
 use satphot::pipeline::target::frame::measure_frame;
@@ -80,12 +80,14 @@ fn main() {
     if part == "full" {
         config.photometry.clip_radius_px = None;
     }
-    let mut bench = Bench::prepare(&config).unwrap();
-    let survey = survey(&config, &[], &bench.target_names()).unwrap();
+    let prepared = Prepared::prepare(&config).unwrap();
+    let survey = survey(&config, &[], &prepared.target_names()).unwrap();
     let master = Path::new(folder).join(format!("master_{part}.fits"));
-    bench.flat = Some(MasterFlat::read(&master, config.photometry.clip_radius_px, &config.flat).unwrap());
-    // what star pointings would have told
-    bench.fwhm_arcsec = Some(2.0);
+    let flat = Some(MasterFlat::read(&master, config.photometry.clip_radius_px, &config.flat).unwrap());
+    let flattened = Flattened { prepared, flat, flat_sha256: String::new() };
+    // what star pointings would have given
+    let seeing = Seeing { fwhm_arcsec: Some(2.0), ..Seeing::default() };
+    let night = Calibrated { flattened, seeing, zeropoint: None };
     let stars = &survey.pointings[0];
     let name = format!("{stage} {part}");
     let chain = |frame: &Frame<Electrons>| {
@@ -95,11 +97,11 @@ fn main() {
         fluxes(frame, &sky, &places)
     };
     match stage.as_str() {
-        "read" => measured(&name, stars, |e| bench.reduce(e).unwrap().pixels.len()),
-        "frame" => measured(&name, stars, |e| chain(&bench.reduce(e).unwrap())),
-        "target" => measured(&name, &survey.targets, |e| usize::from(measure_frame(e, &bench).row.flux_e.is_some())),
+        "read" => measured(&name, stars, |e| night.reduce(e).unwrap().pixels.len()),
+        "frame" => measured(&name, stars, |e| chain(&night.reduce(e).unwrap())),
+        "target" => measured(&name, &survey.targets, |e| usize::from(measure_frame(e, &night).row.flux_e.is_some())),
         "background" | "detect" | "apertures" => {
-            let frame = bench.reduce(&stars[0]).unwrap();
+            let frame = night.reduce(&stars[0]).unwrap();
             let sky = background(&frame, 64, 3.0).unwrap();
             let places = places(frame.full_size_px, 60.0);
             measured(&name, &[()], |()| match stage.as_str() {

@@ -6,13 +6,13 @@ use clap::Args;
 use satphot::config::Config;
 use satphot::frames::{Exposure, Role};
 use satphot::pipeline::options::Options;
-use satphot::pipeline::prepared::Bench;
+use satphot::pipeline::prepared::Prepared;
 use satphot::pipeline::run::run;
 use satphot::pipeline::shards::products::Products;
 use satphot::pipeline::survey::files::Survey;
 use satphot::pipeline::survey::preflight::{Preflight, preflight};
 use satphot::pipeline::survey::scale::check_stars;
-use satphot::pipeline::target::frame::{Missing, missing_parts};
+use satphot::pipeline::target::frame::missing_parts;
 
 use super::{Common, print, tell};
 
@@ -127,9 +127,9 @@ const CPU_S_PER_MPX: [(Role, f64); 3] = [(Role::Flat, 0.0018), (Role::Stars, 0.0
 /// Everything that is missing is told at the end, with the lines to paste, and ends as the run would.
 fn dry_run(config: &Config, jobs: usize) -> anyhow::Result<()> {
     let mut preflight = preflight(config, &[])?;
-    let Preflight { bench, survey, findings, .. } = &mut preflight;
+    let Preflight { prepared, survey, findings, .. } = &mut preflight;
     if findings.scale_in_doubt && findings.errors.is_empty() {
-        match check_stars(survey, bench, &Products::default(), jobs) {
+        match check_stars(survey, prepared, &Products::default(), jobs) {
             Ok(notes) => findings.notes.extend(notes),
             Err(error) => findings.errors.push(error),
         }
@@ -153,17 +153,12 @@ fn dry_run(config: &Config, jobs: usize) -> anyhow::Result<()> {
     for s in &survey.set_aside {
         print(&format!("set aside  {}: {}\n", s.path.display(), s.reason));
     }
-    print(&format!("\n{}", masters(config, survey, bench)));
-    for part in missing_parts(config, bench) {
-        // flats and zeropoint of this night are only made by the run
-        let made = match part {
-            Missing::Flats => !survey.flats.is_empty(),
-            Missing::Zeropoint => !survey.pointings.is_empty(),
-            Missing::Orbit | Missing::Model => false,
-        };
-        if !made {
-            print(&format!("missing    {part}\n"));
-        }
+    print(&format!("\n{}", masters(config, survey, prepared)));
+    // flats and zeropoint of this night are only made by the run
+    let has_flat = config.flat.master.is_some() || !survey.flats.is_empty();
+    let has_zeropoint = config.zeropoint.previous.is_some() || !survey.pointings.is_empty();
+    for part in missing_parts(prepared, has_flat, has_zeropoint) {
+        print(&format!("missing    {part}\n"));
     }
     print(&work(survey, jobs));
     print(&format!("results    would go to {}\n", config.night.output.join(&config.night.name).display()));
@@ -200,7 +195,7 @@ fn work(survey: &Survey, jobs: usize) -> String {
 }
 
 /// Where master flat and zeropoint would be from.
-fn masters(config: &Config, survey: &Survey, bench: &Bench) -> String {
+fn masters(config: &Config, survey: &Survey, prepared: &Prepared) -> String {
     let flat = match &config.flat.master {
         Some(path) => format!("{}", path.display()),
         None if survey.flats.is_empty() => "none: frames are not flattened".into(),
@@ -211,7 +206,7 @@ fn masters(config: &Config, survey: &Survey, bench: &Bench) -> String {
         None if config.stars.is_none() => "none: no [stars] and no zeropoint.previous".into(),
         None => format!("of {} star frames in {} pointings", survey.n_star_frames(), survey.pointings.len()),
     };
-    let elements = match &bench.tracker {
+    let elements = match &prepared.tracker {
         Some(_) => config.orbit.as_ref().map(|o| o.elements.display().to_string()).unwrap_or_default(),
         None if config.orbit.is_some() => "missing, see below".into(),
         None => "none".into(),

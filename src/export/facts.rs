@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::base::error::{Error, Result};
 use crate::config::{Config, Reporter};
 use crate::tables::meta::{Meta, MetaValue};
-use crate::zeropoint::bands::{Band, Calibrated, How, Light};
+use crate::zeropoint::bands::{Band, CalibratedBand, How, Light};
 
 /// Whether the light came from the sky.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -113,7 +113,8 @@ impl Facts {
             })?),
         };
         let band = text("band").unwrap_or_else(|| "V".into());
-        let known = Band::named(&band).zip(text("filter")).map(|(band, f)| Calibrated::known(band, Light::named(&f)));
+        let known =
+            Band::named(&band).zip(text("filter")).map(|(band, f)| CalibratedBand::known(band, Light::named(&f)));
         Ok(Self {
             calibration: text("calibration").unwrap_or_else(|| band.clone()),
             declared: known.is_some_and(|known| known.how == How::Declared),

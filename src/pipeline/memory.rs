@@ -3,7 +3,7 @@
 //! Bytes. Frames are counted with all they can need, so that the limit holds for the worst of them; cores never multiply
 //! frames. Leaves out rows and notes: a kilobyte a frame.
 
-use super::prepared::Bench;
+use super::prepared::{Calibrated, Flattened, Prepared};
 use super::survey::files::Survey;
 use super::target::frame::target_settings;
 use super::target::window::reach_px;
@@ -60,14 +60,14 @@ impl Need {
 impl Memory {
     /// Threads, at most `threads`, and star frames in work at once.
     #[must_use]
-    pub fn star_frames(&self, bench: &Bench, exposures: &[&Exposure], threads: usize) -> (usize, usize) {
-        self.room(stars(bench, exposures, bench.flat.is_some()), threads)
+    pub fn star_frames(&self, night: &Flattened, exposures: &[&Exposure], threads: usize) -> (usize, usize) {
+        self.room(stars(night, exposures, night.flat.is_some()), threads)
     }
 
     /// Threads, at most `threads`, and target frames in work at once.
     #[must_use]
-    pub fn target_frames(&self, bench: &Bench, exposures: &[&Exposure], threads: usize) -> (usize, usize) {
-        self.room(targets(bench, exposures, bench.flat.is_some()), threads)
+    pub fn target_frames(&self, night: &Calibrated, exposures: &[&Exposure], threads: usize) -> (usize, usize) {
+        self.room(targets(night, night.seeing.fwhm_arcsec, exposures, night.flat.is_some()), threads)
     }
 
     fn room(&self, need: Need, threads: usize) -> (usize, usize) {
@@ -81,14 +81,14 @@ impl Memory {
     ///
     /// # Errors
     /// [`Error::Config`] naming `--max-memory` and the least that works.
-    pub fn check(&self, survey: &Survey, bench: &Bench) -> Result<Option<String>> {
-        let flat = !survey.flats.is_empty() || bench.config.flat.master.is_some();
+    pub fn check(&self, survey: &Survey, night: &Prepared) -> Result<Option<String>> {
+        let flat = !survey.flats.is_empty() || night.config.flat.master.is_some();
         let star_frames: Vec<&Exposure> = survey.pointings.iter().flatten().collect();
         let target_frames: Vec<&Exposure> = survey.targets.iter().collect();
         let needs = [
-            (!star_frames.is_empty() && bench.config.stars.is_some()).then(|| stars(bench, &star_frames, flat)),
-            (!target_frames.is_empty()).then(|| targets(bench, &target_frames, flat)),
-            (!survey.flats.is_empty()).then(|| flats(bench, &survey.flats)),
+            (!star_frames.is_empty() && night.config.stars.is_some()).then(|| stars(night, &star_frames, flat)),
+            (!target_frames.is_empty()).then(|| targets(night, None, &target_frames, flat)),
+            (!survey.flats.is_empty()).then(|| flats(night, &survey.flats)),
         ];
         let least = needs.iter().flatten().map(Need::least).max().unwrap_or(0);
         if least <= self.limit_bytes {
@@ -110,45 +110,45 @@ impl Memory {
 }
 
 /// Pixels of the largest box of the clip circle, and its width.
-fn largest_box(bench: &Bench, exposures: &[&Exposure]) -> (usize, usize) {
-    let side = bench.config.photometry.clip_radius_px.map_or(usize::MAX, |r| (2.0 * r).ceil() as usize + 1);
+fn largest_box(night: &Prepared, exposures: &[&Exposure]) -> (usize, usize) {
+    let side = night.config.photometry.clip_radius_px.map_or(usize::MAX, |r| (2.0 * r).ceil() as usize + 1);
     let size = |e: &&Exposure| (e.size_px.0.min(side), e.size_px.1.min(side));
     exposures.iter().map(size).map(|(nx, ny)| (nx * ny, nx)).max().unwrap_or((0, 0))
 }
 
 /// What is in memory whatever the stage, with the master flat of the same box.
-fn held(bench: &Bench, px: usize, flat: bool) -> usize {
-    let stars = bench.catalogue.as_ref().map_or(0, |c| c.stars.len());
+fn held(night: &Prepared, px: usize, flat: bool) -> usize {
+    let stars = night.catalogue.as_ref().map_or(0, |c| c.stars.len());
     PROGRAM_BYTES + stars * STAR_BYTES + if flat { px * FLAT_BYTES_PER_PX } else { 0 }
 }
 
-fn stars(bench: &Bench, exposures: &[&Exposure], flat: bool) -> Need {
-    let (px, width) = largest_box(bench, exposures);
+fn stars(night: &Prepared, exposures: &[&Exposure], flat: bool) -> Need {
+    let (px, width) = largest_box(night, exposures);
     Need {
-        held: held(bench, px, flat),
+        held: held(night, px, flat),
         frame: px * FRAME_BYTES_PER_PX + SOURCES_BYTES,
         thread: THREAD_BYTES + 4 * BAND_ROWS * width,
     }
 }
 
 /// A target frame may be read whole, and is then searched as well.
-fn targets(bench: &Bench, exposures: &[&Exposure], flat: bool) -> Need {
-    let (px, width) = largest_box(bench, exposures);
-    let reach = exposures.iter().map(|e| reach_px(&target_settings(e, bench))).fold(0.0, f64::max);
+fn targets(night: &Prepared, fwhm_arcsec: Option<f64>, exposures: &[&Exposure], flat: bool) -> Need {
+    let (px, width) = largest_box(night, exposures);
+    let reach = exposures.iter().map(|e| reach_px(&target_settings(e, night, fwhm_arcsec))).fold(0.0, f64::max);
     let side = (2.0 * reach).min(1e9) as usize;
     let search = px.min(side.min(width) * side);
     Need {
-        held: held(bench, px, flat),
+        held: held(night, px, flat),
         frame: px * FRAME_BYTES_PER_PX + search * (FRAME_BYTES_PER_PX + SEARCH_BYTES_PER_PX),
         // a row of boxes of the mesh
-        thread: THREAD_BYTES + FRAME_BYTES_PER_PX * bench.config.photometry.mesh_px * width,
+        thread: THREAD_BYTES + FRAME_BYTES_PER_PX * night.config.photometry.mesh_px * width,
     }
 }
 
-fn flats(bench: &Bench, exposures: &[Exposure]) -> Need {
+fn flats(night: &Prepared, exposures: &[Exposure]) -> Need {
     let exposures: Vec<&Exposure> = exposures.iter().collect();
-    let (px, _) = largest_box(bench, &exposures);
-    Need { held: held(bench, px, true), frame: BAND_BYTES, thread: THREAD_BYTES }
+    let (px, _) = largest_box(night, &exposures);
+    Need { held: held(night, px, true), frame: BAND_BYTES, thread: THREAD_BYTES }
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
-//! What every frame of the night shares: detector, master flat, orbit, model, zeropoint; and one frame's reduction.
+//! What every frame of the night shares, stage by stage: [`Prepared`] before a pixel is read, [`Flattened`] with the master
+//! flat, [`Calibrated`] with what the stars gave. Each stage has all of the one before and is made from it.
 
+use std::ops::Deref;
 use std::path::Path;
-
 
 use super::compare::comparable;
 use super::survey::files::Survey;
@@ -15,12 +16,12 @@ use crate::frames::flat::MasterFlat;
 use crate::frames::{Buffers, Detector, Exposure, FrameReader, Held, never_filled, pixel_scale_arcsec};
 use crate::orbit::{EarthOrientation, Site, Tracker};
 use crate::photometry::growth::{GrowthCurve, StarProfile};
-use crate::zeropoint::bands::Calibrated;
+use crate::zeropoint::bands::CalibratedBand;
 use crate::zeropoint::fit::Zeropoint;
 
-/// What every frame of the night shares.
+/// What every frame of the night shares before any pixel is read.
 #[derive(Debug)]
-pub struct Bench {
+pub struct Prepared {
     /// The configuration.
     pub config: Config,
     /// The camera.
@@ -35,39 +36,84 @@ pub struct Bench {
     pub model: Option<Model>,
     /// The star catalogue, if star pointings are configured.
     pub catalogue: Option<Catalogue>,
-    /// The master flat, once it is made or read.
-    pub flat: Option<MasterFlat>,
-    /// Hash of its file, where it has one; empty else.
-    pub flat_sha256: String,
-    /// The zeropoint, once it is fitted or read.
-    pub zeropoint: Option<Zeropoint>,
-    /// The band of the calibrated magnitudes, once it is agreed on ([`crate::pipeline::survey::filters`]).
-    pub calibrated: Option<Calibrated>,
-    /// FWHM of the stars \[arcsec\], once star pointings were measured.
-    pub fwhm_arcsec: Option<f64>,
-    /// How the camera is turned on the sky, once star pointings were measured.
-    pub camera_turn: Option<CameraTurn>,
-    /// Profile of the stars, once star pointings were measured.
-    pub profile: Option<StarProfile>,
-    /// Growth curve of the stars, once star pointings were measured.
-    pub growth: Option<GrowthCurve>,
+    /// The band of the calibrated magnitudes; `None` where filter, catalogue and configuration name none
+    /// ([`crate::pipeline::survey::filters`]).
+    pub band: Option<CalibratedBand>,
     /// Memory of the frames.
     pub buffers: Buffers,
-    /// Nothing is left out of frames and scenes, for tests that compare.
-    pub everything: bool,
+    /// Exhaustive mode: nothing is left out of frames and scenes, for tests that compare.
+    pub exhaustive: bool,
 }
 
-impl Bench {
+/// A prepared night with its master flat.
+#[derive(Debug)]
+pub struct Flattened {
+    /// What was prepared.
+    pub prepared: Prepared,
+    /// The master flat; `None` for a night without flats.
+    pub flat: Option<MasterFlat>,
+    /// Hash of the file of the master flat; empty where it has none.
+    pub flat_sha256: String,
+}
+
+impl Deref for Flattened {
+    type Target = Prepared;
+    fn deref(&self) -> &Prepared {
+        &self.prepared
+    }
+}
+
+/// What the star pointings of a night say of every one of its frames; all `None` for a night without stars.
+#[derive(Debug, Clone, Default)]
+pub struct Seeing {
+    /// Median FWHM of the stars \[arcsec\].
+    pub fwhm_arcsec: Option<f64>,
+    /// How the camera is turned on the sky.
+    pub camera_turn: Option<CameraTurn>,
+    /// Profile of the stars.
+    pub profile: Option<StarProfile>,
+    /// Growth curve of the stars.
+    pub growth: Option<GrowthCurve>,
+}
+
+/// A flattened night with what its stars gave: ready for target frames.
+#[derive(Debug)]
+pub struct Calibrated {
+    /// The night before its stars.
+    pub flattened: Flattened,
+    /// What the stars say of every frame.
+    pub seeing: Seeing,
+    /// The zeropoint, fitted or read; `None` leaves magnitudes instrumental.
+    pub zeropoint: Option<Zeropoint>,
+}
+
+impl Deref for Calibrated {
+    type Target = Flattened;
+    fn deref(&self) -> &Flattened {
+        &self.flattened
+    }
+}
+
+impl Calibrated {
+    /// Whether observed and modelled magnitudes are of one band.
+    #[must_use]
+    pub fn model_is_of_band(&self) -> bool {
+        let observed = self.zeropoint.as_ref().map(|z| z.band_name());
+        self.config.model.as_ref().is_none_or(|m| observed.is_none_or(|band| band == m.band))
+    }
+}
+
+impl Prepared {
     /// Reads everything that must be there before work begins.
     ///
     /// # Errors
     /// [`Error::Orbit`], [`Error::Catalogue`] (exit code 5) or [`Error::Config`] when something configured is missing.
     pub fn prepare(config: &Config) -> Result<Self> {
-        let (bench, missing) = Self::gather(config)?;
-        missing.into_iter().next().map_or(Ok(bench), Err)
+        let (prepared, missing) = Self::gather(config)?;
+        missing.into_iter().next().map_or(Ok(prepared), Err)
     }
 
-    /// As [`Bench::prepare`], with everything that can be read, and an error for each piece that cannot: a bench with
+    /// As [`Prepared::prepare`], with everything that can be read, and an error for each piece that cannot: one with
     /// errors serves to look for more of them, and never to measure.
     ///
     /// # Errors
@@ -87,7 +133,7 @@ impl Bench {
             .as_ref()
             .and_then(|model| comparable(model).and_then(|_| Model::from_config(model)).map_err(&mut keep).ok());
         let catalogue = config.stars.as_ref().and_then(|stars| catalogue(stars, config).map_err(&mut keep).ok());
-        let bench = Self {
+        let prepared = Self {
             config: config.clone(),
             detector,
             site,
@@ -95,38 +141,24 @@ impl Bench {
             tracker,
             model,
             catalogue,
-            flat: None,
-            flat_sha256: String::new(),
-            zeropoint: None,
-            calibrated: None,
-            fwhm_arcsec: None,
-            camera_turn: None,
-            profile: None,
-            growth: None,
+            band: None,
             buffers: Buffers::default(),
-            everything: false,
+            exhaustive: false,
         };
-        Ok((bench, missing))
+        Ok((prepared, missing))
     }
 
     /// From now on nothing is left out.
     ///
     /// # Errors
     /// As [`Model::new`].
-    pub fn compute_everything(&mut self) -> Result<()> {
-        self.everything = true;
+    pub fn make_exhaustive(&mut self) -> Result<()> {
+        self.exhaustive = true;
         if let Some(model) = &self.config.model {
             let settings = ModelSettings { leave_out: false, ..ModelSettings::try_from(model)? };
             self.model = Some(Model::new(&Satellite::from_config(model)?, &settings)?);
         }
         Ok(())
-    }
-
-    /// Whether observed and modelled magnitudes are of one band.
-    #[must_use]
-    pub fn residuals(&self) -> bool {
-        let observed = self.zeropoint.as_ref().map(|z| z.band_name());
-        self.config.model.as_ref().is_none_or(|m| observed.is_none_or(|band| band == m.band))
     }
 
     /// Names by which OBJECT recognises the target.
@@ -152,7 +184,9 @@ impl Bench {
     pub fn scale_arcsec(&self, exposure: &Exposure) -> f64 {
         pixel_scale_arcsec(self.config.detector.pixel_um, exposure.binning, self.config.telescope.focal_length_mm)
     }
+}
 
+impl Flattened {
     /// One exposure, ready to be read as flattened electrons inside the clip circle.
     ///
     /// # Errors
@@ -172,11 +206,13 @@ impl Bench {
     /// One exposure from disk to flattened, clipped electrons.
     ///
     /// # Errors
-    /// Those of [`Bench::open`]; [`Error::Fits`] if the file is damaged or none of its pixels can be used.
+    /// Those of [`Flattened::open`]; [`Error::Fits`] if the file is damaged or none of its pixels can be used.
     pub fn reduce(&self, exposure: &Exposure) -> Result<Held<'_>> {
         self.usable(self.open(exposure)?.whole(&self.buffers)?)
     }
+}
 
+impl Prepared {
     /// A frame of which at least one pixel can be used.
     ///
     /// # Errors

@@ -1,194 +1,285 @@
-//! The night as one sentence: survey, flat, star pointings, zeropoint, target frames, comparison, tables.
+//! A night from its files to its tables: survey, master flat, zeropoint, target frames, comparison with the model.
 
-use super::options::Options;
 use std::path::{Path, PathBuf};
 
-use super::products::record::Stage;
 use crate::base::error::{Error, Result};
-use crate::base::file::file_name;
-use crate::base::file::make_folder;
+use crate::base::file::{file_name, make_folder};
 use crate::base::progress::Progress;
 use crate::base::threads::with_threads;
 use crate::brightness::catalogue::Standing;
 use crate::config::Config;
 use crate::config::digest::config_sha256;
+use crate::figures::Thumb;
 use crate::frames::Exposure;
 use crate::frames::flat::FlatMember;
 use crate::pipeline::compare::residual_rows;
 use crate::pipeline::detector::checks::check as check_detector;
+use crate::pipeline::detector::gain_check::GainCheck;
 use crate::pipeline::detector::report::write_checks;
 use crate::pipeline::explain::explain_night;
-use crate::pipeline::prepared::Bench;
-use crate::pipeline::products::lock::lock;
-use crate::pipeline::products::manifest::Manifest;
-use crate::pipeline::products::manifest::bytes_read;
-use crate::pipeline::products::manifest::manifest_inputs;
-use crate::pipeline::products::manifest::peak_memory_mb;
-use crate::pipeline::products::manifest::record;
+use crate::pipeline::explain::text::Explanation;
+use crate::pipeline::options::Options;
+use crate::pipeline::prepared::{Calibrated, Flattened, Prepared};
+use crate::pipeline::products::lock::{FolderLock, lock};
+use crate::pipeline::products::manifest::{Manifest, Quadratures, bytes_read, manifest_inputs, peak_memory_mb, record};
 use crate::pipeline::products::outputs::Outputs;
 use crate::pipeline::products::page::write_report_and_figures;
 use crate::pipeline::products::provenance::Provenance;
+use crate::pipeline::products::record::Stage;
 use crate::pipeline::products::summary::{Counts, Summary};
 use crate::pipeline::shards::plan_file::{FRAMES_PER_SHARD, Plan, set_copies_aside};
 use crate::pipeline::shards::products::{FOLDER, Products};
 use crate::pipeline::shards::whole::judge_whole_night;
-use crate::pipeline::stages::master_flat;
-use crate::pipeline::stages::target_stage;
-use crate::pipeline::stars::stage::{StarStage, star_stage};
+use crate::pipeline::stages::{master_flat, rejected_flats, target_stage};
+use crate::pipeline::stars::stage::star_stage;
+use crate::pipeline::stars::zeropoint::zeropoint_stage;
 use crate::pipeline::survey::damage::damage_notes;
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::survey::preflight::preflight;
 use crate::pipeline::survey::scale::check_stars;
 use crate::pipeline::target::frame::{failed_file_row, missing_parts, set_aside_row};
+use crate::pipeline::target::outcome::TargetFrame;
 use crate::pipeline::target::pictures::pictures;
 use crate::report::summary::pass_table;
-use crate::tables::words::{Status, Verdict};
-use crate::tables::{PhotometryRow, StarRow};
-use crate::zeropoint::fit::Zeropoint;
-use crate::zeropoint::previous::read_previous;
-use crate::zeropoint::stars::fit_rows;
+use crate::tables::words::Status;
+use crate::tables::{PhotometryRow, ResidualRow, StarRow};
 
 /// Reduces a whole night and writes its tables, figures and summary to `<output>/<name>/`.
 ///
 /// # Errors
 /// What must be there before work begins (exit codes 2, 4, 5). A failed frame is a row, never an error; a night whose
-/// outputs are written but poor is told by [`Summary::poor`].
+/// outputs are written but poor is described by [`Summary::poor`].
 pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Result<Summary> {
-    let (mut bench, mut survey, found) = preflight(config, &options.files)?.ready()?;
-    if options.everything {
-        bench.compute_everything()?;
-    }
-    let short_of_memory = options.memory().check(&survey, &bench)?;
-    let folder = config.night.output.join(&config.night.name);
-    make_folder(&folder).map_err(|e| Error::NoInput {
-        path: folder.clone(),
-        problem: format!("the folder of the results cannot be made (night.output, -o): {e}"),
-    })?;
-    let held = lock(&folder)?;
+    let (prepared, mut night) = Run::prepare(config, options, progress)?;
+    let checks = night.check(&prepared)?;
+    let flattened = night.flatten(prepared)?;
+    let (calibrated, stars) = night.calibrate(flattened)?;
+    let measured = night.measure(&calibrated)?;
+    let compared = night.compare(&calibrated, stars, measured)?;
+    night.write(&calibrated, &checks, compared)
+}
 
-    let products = Products::in_folder(folder.join(FOLDER), &bench, options.redo)?;
+/// What every stage of one run uses: its options, the files of the night, the folder of the results and the log.
+struct Run<'a> {
+    config: &'a Config,
+    options: &'a Options,
+    progress: &'a dyn Progress,
+    survey: Survey,
+    folder: PathBuf,
+    lock: FolderLock,
+    products: Products,
+    log: Log<'a>,
+    /// Why the night is not good enough for exit code 0.
+    poor: Vec<String>,
+}
 
-    let mut log = Log::new(progress);
-    log.notes.extend(short_of_memory);
-    log.notes.extend(found);
-    log.notes.extend(log_set_aside(&survey));
-    let scale = log.stage("scale", |_| check_stars(&survey, &bench, &products, options.jobs))?;
-    log.notes.extend(scale);
-    if survey.targets.is_empty() {
-        log.notes.push(no_target(&survey, &bench));
-    }
-    let checks = log.stage("detector", |log| check_detector(&survey, &bench, &mut log.notes))?;
-    let flat = folder.join("master_flat.fits");
-    log.stage("flat", |log| {
-        master_flat(&survey, &mut bench, (&products, Some(&flat)), options, progress, &mut log.notes)
-    })?;
-    let mut stars =
-        log.stage("stars", |log| star_stage(&survey, &bench, &products, options, progress, &mut log.notes))?;
-    (bench.fwhm_arcsec, bench.profile, bench.growth) = (stars.fwhm_arcsec, stars.profile, stars.growth.take());
-    bench.camera_turn = stars.camera_turn;
-    let mut star_rows = std::mem::take(&mut stars.rows);
-    let mut poor = Vec::new();
-    bench.zeropoint = zeropoint_stage(&mut star_rows, &stars, &bench, &mut poor, &mut log.notes)?;
-    if bench.zeropoint.is_none()
-        && survey.pointings.is_empty()
-        && !survey.unreadable.is_empty()
-        && config.stars.is_some()
-    {
-        let n = survey.unreadable.len();
-        poor.push(format!("no star frame can be read, and {n} files of the night cannot: were the stars among them?"));
-    }
-    let (mut frames, quadratures) =
-        log.stage("target", |log| target_stage(&survey.targets, &bench, &products, options, progress, &mut log.notes))?;
-    for copy in set_copies_aside(&mut survey, &products, &mut log.notes).into_iter().rev() {
-        frames.remove(copy);
-    }
-    judge_whole_night(&mut frames, config, &mut log.notes);
-    let read: Vec<&Exposure> =
-        survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets).collect();
-    log.notes.extend(with_threads(options.jobs, || damage_notes(&read))?);
-    pictures(&mut frames, &survey.targets, &bench, options)?;
+/// Rows of the star pointings, and of star frames that failed.
+struct Stars {
+    rows: Vec<StarRow>,
+    failed: Vec<PhotometryRow>,
+}
 
-    let explained = explain_night(&survey, &frames, &bench, options, progress)?;
-    let (mut rows, thumbs): (Vec<PhotometryRow>, Vec<_>) = frames.into_iter().map(|f| (f.row, f.thumb)).unzip();
-    let n_target_rows = rows.len();
-    rows.extend(std::mem::take(&mut stars.failed));
-    rows.extend(rejected_flats(&bench));
-    rows.extend(survey.unreadable.iter().map(|u| failed_file_row(&u.path, &u.error)));
-    rows.extend(survey.set_aside.iter().map(|s| set_aside_row(&s.path, &s.reason)));
-    let counts = Counts::of(&survey, &rows, &star_rows);
-    let of_targets = &rows[..n_target_rows];
-    if counts.ok + counts.nondetection == 0
-        && let Some(first) = of_targets.iter().find(|r| r.status == Status::Rejected)
-    {
-        poor.push(format!(
-            "none of {} target frames could be measured; {}: {}",
-            counts.targets, first.frame, first.reason
-        ));
+/// Target frames, measured and modelled one by one and judged together.
+struct Measured {
+    frames: Vec<TargetFrame>,
+    quadratures: Quadratures,
+    explained: Option<Explanation>,
+}
+
+/// The tables of a night.
+struct Compared {
+    rows: Vec<PhotometryRow>,
+    stars: Vec<StarRow>,
+    residuals: Vec<ResidualRow>,
+    /// Pictures of the target frames, which are the first of `rows`.
+    thumbs: Vec<Option<Thumb>>,
+    counts: Counts,
+    quadratures: Quadratures,
+    explained: Option<Explanation>,
+}
+
+impl<'a> Run<'a> {
+    /// Reads the configuration's files and every header, makes every check before the first pixel, and takes the folder of
+    /// the results.
+    fn prepare(config: &'a Config, options: &'a Options, progress: &'a dyn Progress) -> Result<(Prepared, Self)> {
+        let (mut prepared, survey, found) = preflight(config, &options.files)?.ready()?;
+        if options.everything {
+            prepared.make_exhaustive()?;
+        }
+        let short_of_memory = options.memory().check(&survey, &prepared)?;
+        let folder = config.night.output.join(&config.night.name);
+        make_folder(&folder).map_err(|e| Error::NoInput {
+            path: folder.clone(),
+            problem: format!("the folder of the results cannot be made (night.output, -o): {e}"),
+        })?;
+        let lock = lock(&folder)?;
+        let products = Products::in_folder(folder.join(FOLDER), &prepared, options.redo)?;
+        let mut log = Log::new(progress);
+        log.notes.extend(short_of_memory);
+        log.notes.extend(found);
+        log.notes.extend(note_set_aside(&survey));
+        Ok((prepared, Self { config, options, progress, survey, folder, lock, products, log, poor: Vec::new() }))
     }
-    let failed_frac = counts.failed_frac();
-    let limit = if options.strict { 0.0 } else { config.night.max_failed_frac };
-    if failed_frac > limit {
-        poor.push(format!(
-            "{} of {} frames failed, more than the allowed share of {limit} (night.max_failed_frac)",
-            counts.failed, counts.science
-        ));
+
+    /// The pixel scale and the detector against what the frames say of them.
+    fn check(&mut self, prepared: &Prepared) -> Result<Vec<GainCheck>> {
+        let Self { survey, products, options, log, .. } = self;
+        let scale = log.stage("scale", |_| check_stars(survey, prepared, products, options.jobs))?;
+        log.notes.extend(scale);
+        if survey.targets.is_empty() {
+            log.notes.push(no_target(survey, prepared));
+        }
+        log.stage("detector", |log| check_detector(survey, prepared, &mut log.notes))
     }
-    let residuals = residual_rows(&rows);
-    log.notes.extend(products.notes());
-    let (kept, made) = products.counts();
-    let mut summary = Summary {
-        night: config.night.name.clone(),
-        folder: folder.clone(),
-        passes: if counts.targets > 0 {
-            format!("\n{}", pass_table(&rows, bench.zeropoint.as_ref().map_or("V", |z| z.band_name())))
-        } else {
-            String::new()
-        },
-        model: model_text(config),
-        counts,
-        zeropoint: bench.zeropoint.clone(),
-        zeropoint_source: zeropoint_source(&bench, star_rows.len()),
-        failures: failures(&rows),
-        kept: (kept, kept + made),
-        notes: log.notes.clone(),
-        empty_columns: missing_parts(config, &bench).iter().map(ToString::to_string).collect(),
-        explained,
-        poor,
-        bytes: survey_bytes(&survey),
-        elapsed_s: 0.0,
-        files: Vec::new(),
-    };
-    let inputs = manifest_inputs(&survey, &products);
-    let plan = with_threads(options.jobs, || Plan::of(&survey, config, &products, FRAMES_PER_SHARD))??;
-    let told = Provenance::of_plan(&plan, config)?;
-    let outputs =
-        Outputs { folder: &folder, bench: &bench, config, thumbs: &thumbs, told: &told, data_mode: plan.data_mode };
-    held.check()?;
-    summary.files = log.stage("write", |_| outputs.write(&rows, &star_rows, &residuals, options))?;
-    summary.files.push(write_checks(&folder, &checks)?);
-    summary.files.last().map_or(Ok(()), |path| told.stamp(path))?;
-    summary.files.push(folder.join("plan.json"));
-    plan.write(&folder.join("plan.json"))?;
-    summary.elapsed_s = progress.elapsed_s();
-    let manifest = Manifest {
-        config,
-        told: &told,
-        config_sha256: config_sha256(config)?,
-        inputs,
-        flats: bench.flat.iter().flat_map(|f| &f.members).map(flat_member).collect(),
-        flat_masked_frac: bench.flat.as_ref().map(|f| f.masked_frac),
-        stages: log.stages,
-        quadratures,
-        rows: &rows,
-        summary: &summary,
-    };
-    summary.files.push(manifest.write(&folder)?);
-    if !options.no_figures {
-        let drawn = with_threads(options.jobs, || write_report_and_figures(&folder))??;
-        drawn.iter().try_for_each(|path| record(&folder, path))?;
-        summary.files.extend(drawn);
+
+    /// The master flat, written as soon as it is made.
+    fn flatten(&mut self, prepared: Prepared) -> Result<Flattened> {
+        let Self { survey, products, options, progress, log, .. } = self;
+        let file = self.folder.join("master_flat.fits");
+        log.stage("flat", |log| {
+            master_flat(survey, prepared, (products, Some(&file)), options, *progress, &mut log.notes)
+        })
     }
-    Ok(summary)
+
+    /// The star pointings measured, and the zeropoint fitted to them.
+    fn calibrate(&mut self, flattened: Flattened) -> Result<(Calibrated, Stars)> {
+        let Self { survey, products, options, progress, log, poor, .. } = self;
+        let mut stars =
+            log.stage("stars", |log| star_stage(survey, &flattened, products, options, *progress, &mut log.notes))?;
+        let zeropoint = zeropoint_stage(&mut stars.rows, &stars.failed, &flattened, poor, &mut log.notes)?;
+        let no_star_frames = survey.pointings.is_empty() && !survey.unreadable.is_empty();
+        if zeropoint.is_none() && no_star_frames && self.config.stars.is_some() {
+            let n = survey.unreadable.len();
+            poor.push(format!(
+                "no star frame can be read, and {n} files of the night cannot: were the stars among them?"
+            ));
+        }
+        let calibrated = Calibrated { flattened, seeing: stars.seeing, zeropoint };
+        Ok((calibrated, Stars { rows: stars.rows, failed: stars.failed }))
+    }
+
+    /// Every target frame measured and modelled, then judged among its neighbours.
+    fn measure(&mut self, night: &Calibrated) -> Result<Measured> {
+        let Self { survey, products, options, progress, log, .. } = self;
+        let (mut frames, quadratures) = log.stage("target", |log| {
+            target_stage(&survey.targets, night, products, options, *progress, &mut log.notes)
+        })?;
+        for copy in set_copies_aside(survey, products, &mut log.notes).into_iter().rev() {
+            frames.remove(copy);
+        }
+        judge_whole_night(&mut frames, self.config, &mut log.notes);
+        let read: Vec<&Exposure> =
+            survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets).collect();
+        log.notes.extend(with_threads(options.jobs, || damage_notes(&read))?);
+        pictures(&mut frames, &survey.targets, night, options)?;
+        let explained = explain_night(survey, &frames, night, options, *progress)?;
+        Ok(Measured { frames, quadratures, explained })
+    }
+
+    /// The rows of the tables: target frames, then whatever else has a row, and the residuals from the model.
+    fn compare(&mut self, night: &Calibrated, stars: Stars, measured: Measured) -> Result<Compared> {
+        let Measured { frames, quadratures, explained } = measured;
+        let (mut rows, thumbs): (Vec<PhotometryRow>, Vec<_>) = frames.into_iter().map(|f| (f.row, f.thumb)).unzip();
+        let n_target_rows = rows.len();
+        rows.extend(stars.failed);
+        rows.extend(rejected_flats(night));
+        rows.extend(self.survey.unreadable.iter().map(|u| failed_file_row(&u.path, &u.error)));
+        rows.extend(self.survey.set_aside.iter().map(|s| set_aside_row(&s.path, &s.reason)));
+        let counts = Counts::of(&self.survey, &rows, &stars.rows);
+        self.judge(&counts, &rows[..n_target_rows]);
+        let residuals = residual_rows(&rows);
+        Ok(Compared { rows, stars: stars.rows, residuals, thumbs, counts, quadratures, explained })
+    }
+
+    /// Whether the night as a whole is good enough for exit code 0.
+    fn judge(&mut self, counts: &Counts, of_targets: &[PhotometryRow]) {
+        if counts.ok + counts.nondetection == 0
+            && let Some(first) = of_targets.iter().find(|r| r.status == Status::Rejected)
+        {
+            self.poor.push(format!(
+                "none of {} target frames could be measured; {}: {}",
+                counts.targets, first.frame, first.reason
+            ));
+        }
+        let limit = if self.options.strict { 0.0 } else { self.config.night.max_failed_frac };
+        if counts.failed_frac() > limit {
+            self.poor.push(format!(
+                "{} of {} frames failed, more than the allowed share of {limit} (night.max_failed_frac)",
+                counts.failed, counts.science
+            ));
+        }
+    }
+
+    /// Writes tables, figures, plan, manifest and report; returns the summary.
+    fn write(mut self, night: &Calibrated, checks: &[GainCheck], compared: Compared) -> Result<Summary> {
+        let (config, options, folder) = (self.config, self.options, self.folder.clone());
+        self.log.notes.extend(self.products.notes());
+        let mut summary = self.summary(night, &compared);
+        let inputs = manifest_inputs(&self.survey, &self.products);
+        let of_plan = || Plan::of(&self.survey, config, &self.products, FRAMES_PER_SHARD);
+        let plan = with_threads(options.jobs, of_plan)??;
+        let provenance = Provenance::of_plan(&plan, config)?;
+        let Compared { rows, stars, residuals, thumbs, .. } = &compared;
+        let data_mode = plan.data_mode;
+        let outputs = Outputs { folder: &folder, night, config, thumbs, told: &provenance, data_mode };
+        self.lock.check()?;
+        summary.files = self.log.stage("write", |_| outputs.write(rows, stars, residuals, options))?;
+        let of_checks = write_checks(&folder, checks)?;
+        provenance.stamp(&of_checks)?;
+        let of_plan = folder.join("plan.json");
+        plan.write(&of_plan)?;
+        summary.files.extend([of_checks, of_plan]);
+        summary.elapsed_s = self.progress.elapsed_s();
+        let manifest = Manifest {
+            config,
+            told: &provenance,
+            config_sha256: config_sha256(config)?,
+            inputs,
+            flats: night.flat.iter().flat_map(|f| &f.members).map(flat_member).collect(),
+            flat_masked_frac: night.flat.as_ref().map(|f| f.masked_frac),
+            stages: self.log.stages,
+            quadratures: compared.quadratures,
+            rows,
+            summary: &summary,
+        };
+        summary.files.push(manifest.write(&folder)?);
+        if !options.no_figures {
+            let drawn = with_threads(options.jobs, || write_report_and_figures(&folder))??;
+            drawn.iter().try_for_each(|path| record(&folder, path))?;
+            summary.files.extend(drawn);
+        }
+        Ok(summary)
+    }
+
+    /// The night in numbers; files and times are added when it is written.
+    fn summary(&self, night: &Calibrated, compared: &Compared) -> Summary {
+        let (kept, made) = self.products.counts();
+        let band = night.zeropoint.as_ref().map_or("V", |z| z.band_name());
+        Summary {
+            night: self.config.night.name.clone(),
+            folder: self.folder.clone(),
+            passes: match compared.counts.targets {
+                0 => String::new(),
+                _ => format!("\n{}", pass_table(&compared.rows, band)),
+            },
+            model: model_text(self.config),
+            counts: compared.counts.clone(),
+            zeropoint: night.zeropoint.clone(),
+            zeropoint_source: zeropoint_source(night, compared.stars.len()),
+            failures: failures(&compared.rows),
+            kept: (kept, kept + made),
+            notes: self.log.notes.clone(),
+            empty_columns: missing_parts(night, night.flat.is_some(), night.zeropoint.is_some())
+                .iter()
+                .map(ToString::to_string)
+                .collect(),
+            explained: compared.explained.clone(),
+            poor: self.poor.clone(),
+            bytes: survey_bytes(&self.survey),
+            elapsed_s: 0.0,
+            files: Vec::new(),
+        }
+    }
 }
 
 /// The model of the target, and what observations say of it.
@@ -199,8 +290,8 @@ fn model_text(config: &Config) -> Option<String> {
 }
 
 /// Why no frame was taken for one of the target, and how to name those that are.
-fn no_target(survey: &Survey, bench: &Bench) -> String {
-    let names = bench.target_names();
+fn no_target(survey: &Survey, night: &Prepared) -> String {
+    let names = night.target_names();
     let known = if names.is_empty() {
         "without [orbit] the target's name is not known".to_string()
     } else {
@@ -210,6 +301,38 @@ fn no_target(survey: &Survey, bench: &Bench) -> String {
         "no target frames among {} files: {known}; name it in frames.target_objects, or its files in frames.target",
         survey.len()
     )
+}
+
+/// How many frames were set aside, and why the first.
+fn note_set_aside(survey: &Survey) -> Option<String> {
+    let first = survey.set_aside.first()?;
+    let n = survey.set_aside.len();
+    Some(format!("{n} frames set aside, {}: {}", file_name(&first.path), first.reason))
+}
+
+fn zeropoint_source(night: &Calibrated, n_rows: usize) -> String {
+    match (&night.zeropoint, &night.config.zeropoint.previous) {
+        (None, _) => "none".into(),
+        (Some(_), Some(path)) => path.display().to_string(),
+        (Some(_), None) => format!("fit to {n_rows} star measurements of this night"),
+    }
+}
+
+fn flat_member(m: &FlatMember) -> (PathBuf, f64, bool, String) {
+    (m.path.clone(), m.level_adu, m.used, m.reason.clone())
+}
+
+fn failures(rows: &[PhotometryRow]) -> Vec<(String, String, String)> {
+    rows.iter()
+        .filter(|r| r.status == Status::Failed || r.status == Status::Rejected)
+        .map(|r| (r.frame.clone(), r.status.clone(), r.reason.clone()))
+        .collect()
+}
+
+fn survey_bytes(survey: &Survey) -> u64 {
+    let size = |path: &Path| std::fs::metadata(path).map_or(0, |m| m.len());
+    let exposures = survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets);
+    exposures.map(|e| size(&e.path)).sum()
 }
 
 /// Stages with their times, and what should be told at the end.
@@ -234,103 +357,4 @@ impl<'a> Log<'a> {
         self.stages.push(Stage { name: name.into(), wall_s, cpu_s, end_s, bytes_read, peak_memory_mb });
         result
     }
-}
-
-/// How many frames were set aside, and why the first.
-fn log_set_aside(survey: &Survey) -> Option<String> {
-    let first = survey.set_aside.first()?;
-    let n = survey.set_aside.len();
-    Some(format!("{n} frames set aside, {}: {}", file_name(&first.path), first.reason))
-}
-
-fn zeropoint_source(bench: &Bench, n_rows: usize) -> String {
-    match (&bench.zeropoint, &bench.config.zeropoint.previous) {
-        (None, _) => "none".into(),
-        (Some(_), Some(path)) => path.display().to_string(),
-        (Some(_), None) => format!("fit to {n_rows} star measurements of this night"),
-    }
-}
-
-/// Fits the zeropoint, or reads the one given; without either the night goes on without calibrated magnitudes.
-pub(super) fn zeropoint_stage(
-    rows: &mut [StarRow],
-    stars: &StarStage,
-    bench: &Bench,
-    poor: &mut Vec<String>,
-    notes: &mut Vec<String>,
-) -> Result<Option<Zeropoint>> {
-    if let Some(path) = &bench.config.zeropoint.previous {
-        let (zeropoint, told) = read_previous(path, &bench.config, bench.flat.is_some())?;
-        notes.extend(told);
-        return Ok(Some(of_band(zeropoint, bench)));
-    }
-    if bench.config.stars.is_none() {
-        notes.push("no [stars] and no zeropoint.previous: magnitudes stay instrumental".into());
-        return Ok(None);
-    }
-    if rows.is_empty() {
-        if stars.failed.is_empty() {
-            notes.push("no star pointings in the night and no zeropoint.previous: magnitudes stay instrumental".into());
-        } else {
-            poor.push(format!(
-                "no star matched the catalogue in any of {} star frames; the first: {}",
-                stars.failed.len(),
-                stars.failed[0].reason
-            ));
-        }
-        return Ok(None);
-    }
-    match fit_rows(rows, &bench.config) {
-        Ok(zeropoint) => {
-            notes.extend(zeropoint.warnings.iter().map(|w| format!("zeropoint: {w}")));
-            Ok(Some(of_band(zeropoint, bench)))
-        }
-        Err(error @ Error::Zeropoint { .. }) => {
-            poor.push(error.to_string());
-            Ok(None)
-        }
-        Err(error) => Err(error),
-    }
-}
-
-/// The zeropoint with the band that was agreed on.
-pub(super) fn of_band(mut zeropoint: Zeropoint, bench: &Bench) -> Zeropoint {
-    if let Some(calibrated) = &bench.calibrated {
-        (zeropoint.band, zeropoint.light) = (Some(calibrated.band), Some(calibrated.light.clone()));
-    }
-    zeropoint
-}
-
-fn flat_member(m: &FlatMember) -> (PathBuf, f64, bool, String) {
-    (m.path.clone(), m.level_adu, m.used, m.reason.clone())
-}
-
-/// Flats that did not enter the master, as rows.
-pub(super) fn rejected_flats(bench: &Bench) -> Vec<PhotometryRow> {
-    let Some(flat) = &bench.flat else { return Vec::new() };
-    flat.members
-        .iter()
-        .filter(|m| !m.used)
-        .map(|m| PhotometryRow {
-            frame: file_name(&m.path),
-            object_name: "flat".into(),
-            status: Status::Rejected.into(),
-            verdict: Verdict::Reject.into(),
-            reason: format!("flat: {}", m.reason),
-            ..PhotometryRow::default()
-        })
-        .collect()
-}
-
-fn failures(rows: &[PhotometryRow]) -> Vec<(String, String, String)> {
-    rows.iter()
-        .filter(|r| r.status == Status::Failed || r.status == Status::Rejected)
-        .map(|r| (r.frame.clone(), r.status.clone(), r.reason.clone()))
-        .collect()
-}
-
-fn survey_bytes(survey: &Survey) -> u64 {
-    let size = |path: &Path| std::fs::metadata(path).map_or(0, |m| m.len());
-    let exposures = survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets);
-    exposures.map(|e| size(&e.path)).sum()
 }

@@ -19,16 +19,16 @@ use crate::pipeline::compare::band_of_model;
 use crate::pipeline::compare::comparable;
 use crate::pipeline::compare::epoch_of;
 use crate::pipeline::compare::residual_rows;
-use crate::pipeline::prepared::Bench;
+use crate::pipeline::prepared::{Calibrated, Prepared, Seeing};
 use crate::pipeline::products::meta::set_band;
 use crate::pipeline::products::meta::table_meta;
 use crate::pipeline::products::provenance::Provenance;
 use crate::pipeline::products::summary::{Counts, zeropoint_text};
-use crate::pipeline::run::of_band;
 use crate::pipeline::shards::products::Products;
 use crate::pipeline::shards::whole::judge_whole_night;
 use crate::pipeline::stages::{master_flat, target_stage};
 use crate::pipeline::stars::stage::star_stage;
+use crate::pipeline::stars::zeropoint::of_band;
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::survey::preflight::preflight_of;
 use crate::pipeline::survey::scale::check_stars;
@@ -38,7 +38,7 @@ use crate::report::summary::pass_table;
 use crate::tables::words::Status;
 use crate::tables::{Meta, MetaValue, PhotometryRow, ResidualRow, StarRow, read_photometry, read_stars};
 use crate::tables::{write_photometry, write_residuals, write_stars};
-use crate::zeropoint::bands::{Band, Calibrated, Light};
+use crate::zeropoint::bands::{Band, CalibratedBand, Light};
 use crate::zeropoint::fit::Zeropoint;
 use crate::zeropoint::previous::{conditions, read_previous};
 use crate::zeropoint::stars::fit_rows;
@@ -51,7 +51,7 @@ pub struct FittedStars {
     /// The fit, or why there is none.
     pub zeropoint: std::result::Result<Zeropoint, String>,
     /// The band that was agreed on, where frames were measured.
-    pub calibrated: Option<Calibrated>,
+    pub calibrated: Option<CalibratedBand>,
     /// What should be known.
     pub notes: Vec<String>,
 }
@@ -64,12 +64,12 @@ pub fn fit_stars(config: &Config, options: &Options, progress: &dyn Progress) ->
     if config.stars.is_none() {
         return Err(Error::Config { key: "stars".into(), problem: "is needed to fit a zeropoint".into() });
     }
-    let (mut bench, survey, mut notes) = named_night(config, &options.files, Role::Stars)?;
-    notes.extend(options.memory().check(&survey, &bench)?);
+    let (prepared, survey, mut notes) = named_night(config, &options.files, Role::Stars)?;
+    notes.extend(options.memory().check(&survey, &prepared)?);
     let products = Products::default();
-    notes.extend(check_stars(&survey, &bench, &products, options.jobs)?);
-    master_flat(&survey, &mut bench, (&products, None), options, progress, &mut notes)?;
-    let stars = star_stage(&survey, &bench, &products, options, progress, &mut notes)?;
+    notes.extend(check_stars(&survey, &prepared, &products, options.jobs)?);
+    let prepared = master_flat(&survey, prepared, (&products, None), options, progress, &mut notes)?;
+    let stars = star_stage(&survey, &prepared, &products, options, progress, &mut notes)?;
     notes.extend(stars.failed.iter().map(|r| format!("{}: {}", r.frame, r.reason)));
     notes.extend(survey.unreadable.iter().map(|u| u.error.to_string()));
     if survey.n_star_frames() == 0 {
@@ -82,20 +82,20 @@ pub fn fit_stars(config: &Config, options: &Options, progress: &dyn Progress) ->
     if rows.is_empty() {
         let first = stars.failed.first().map(|r| r.reason.clone()).unwrap_or_default();
         let problem = format!("no star matched in {} star frames; the first: {first}", survey.n_star_frames());
-        return Ok(FittedStars { rows, zeropoint: Err(problem), calibrated: bench.calibrated, notes });
+        return Ok(FittedStars { rows, zeropoint: Err(problem), calibrated: prepared.band.clone(), notes });
     }
-    fitted(rows, config, notes).map(|fitted| fitted.of_band(&bench))
+    fitted(rows, config, notes).map(|fitted| fitted.of_band(&prepared))
 }
 
 /// The night, or the `files` of it that have a role, once every check before the first pixel is passed.
-fn named_night(config: &Config, files: &[PathBuf], role: Role) -> Result<(Bench, Survey, Vec<String>)> {
-    let (bench, errors) = Bench::gather(config)?;
+fn named_night(config: &Config, files: &[PathBuf], role: Role) -> Result<(Prepared, Survey, Vec<String>)> {
+    let (prepared, errors) = Prepared::gather(config)?;
     let mut notes = Vec::new();
-    let survey = survey_named(config, files, role, &bench.target_names(), &mut notes);
-    let (bench, survey, found) = preflight_of(bench, errors, survey, role == Role::Stars).ready()?;
+    let survey = survey_named(config, files, role, &prepared.target_names(), &mut notes);
+    let (prepared, survey, found) = preflight_of(prepared, errors, survey, role == Role::Stars).ready()?;
     notes.extend(found);
     notes.extend(survey.set_aside.iter().map(|s| format!("{}: set aside: {}", file_name(&s.path), s.reason)));
-    Ok((bench, survey, notes))
+    Ok((prepared, survey, notes))
 }
 
 /// The files of the night; or the `files` named by the user, which have `role` whatever their headers say, beside the
@@ -167,9 +167,9 @@ fn fitted(mut rows: Vec<StarRow>, config: &Config, mut notes: Vec<String>) -> Re
 
 impl FittedStars {
     /// The fit with the band that was agreed on.
-    fn of_band(self, bench: &Bench) -> Self {
-        let zeropoint = self.zeropoint.map(|zeropoint| of_band(zeropoint, bench));
-        Self { zeropoint, calibrated: bench.calibrated.clone(), ..self }
+    fn of_band(self, prepared: &Prepared) -> Self {
+        let zeropoint = self.zeropoint.map(|zeropoint| of_band(zeropoint, prepared));
+        Self { zeropoint, calibrated: prepared.band.clone(), ..self }
     }
 
     /// Writes zeropoint.toml (if there is a fit) and the star table.
@@ -224,23 +224,25 @@ pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progre
     let mut config = config.clone();
     // the stars only tell the FWHM here: without their catalogue the night goes on
     config.stars = config.stars.filter(|s| config.photometry.fwhm_px.is_none() && s.catalogue.exists());
-    let (mut bench, survey, mut notes) = named_night(&config, &options.files, Role::Target)?;
-    notes.extend(options.memory().check(&survey, &bench)?);
+    let (mut prepared, survey, mut notes) = named_night(&config, &options.files, Role::Target)?;
+    notes.extend(options.memory().check(&survey, &prepared)?);
     let products = Products::default();
-    notes.extend(check_stars(&survey, &bench, &products, options.jobs)?);
-    master_flat(&survey, &mut bench, (&products, None), options, progress, &mut notes)?;
+    notes.extend(check_stars(&survey, &prepared, &products, options.jobs)?);
+    prepared.model = None; // `compare` adds it
+    let flattened = master_flat(&survey, prepared, (&products, None), options, progress, &mut notes)?;
+    let mut zeropoint = None;
     if let Some(path) = &config.zeropoint.previous {
-        let (zeropoint, told) = read_previous(path, &config, bench.flat.is_some())?;
+        let (read, told) = read_previous(path, &config, flattened.flat.is_some())?;
         notes.extend(told);
-        bench.zeropoint = Some(of_band(zeropoint, &bench));
+        zeropoint = Some(of_band(read, &flattened));
     }
-    if config.stars.is_some() && survey.n_star_frames() > 0 {
-        let stars = star_stage(&survey, &bench, &products, options, progress, &mut notes)?;
-        (bench.fwhm_arcsec, bench.profile) = (stars.fwhm_arcsec, stars.profile);
-        bench.camera_turn = stars.camera_turn;
-    }
-    bench.model = None; // `compare` adds it
-    let (mut frames, _) = target_stage(&survey.targets, &bench, &products, options, progress, &mut notes)?;
+    let seeing = if config.stars.is_some() && survey.n_star_frames() > 0 {
+        star_stage(&survey, &flattened, &products, options, progress, &mut notes)?.seeing
+    } else {
+        Seeing::default()
+    };
+    let night = Calibrated { flattened, seeing, zeropoint };
+    let (mut frames, _) = target_stage(&survey.targets, &night, &products, options, progress, &mut notes)?;
     judge_whole_night(&mut frames, &config, &mut notes);
     let mut rows: Vec<PhotometryRow> = frames.into_iter().map(|f| f.row).collect();
     rows.extend(survey.unreadable.iter().map(|u| failed_file_row(&u.path, &u.error)));
@@ -249,7 +251,7 @@ pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progre
     let failed_frac = counts.failed as f64 / rows.len().max(1) as f64;
     let poor = (failed_frac > config.night.max_failed_frac)
         .then(|| Error::PoorNight { problem: format!("{} of {} frames failed", counts.failed, rows.len()) });
-    Ok(Measured { rows, zeropoint: bench.zeropoint, notes, poor, data_mode: data_mode(&survey) })
+    Ok(Measured { rows, zeropoint: night.zeropoint, notes, poor, data_mode: data_mode(&survey) })
 }
 
 impl Measured {
@@ -302,17 +304,17 @@ pub struct Compared {
 pub fn compare_table(config: &Config, table: &Path) -> Result<Compared> {
     let mut config = config.clone();
     config.stars = None;
-    let bench = Bench::prepare(&config)?;
+    let prepared = Prepared::prepare(&config)?;
     let needed = |key: &str| Error::Config { key: key.into(), problem: "is needed to compare with the model".into() };
-    let tracker = bench.tracker.as_ref().ok_or_else(|| needed("orbit"))?;
-    let model = bench.model.as_ref().ok_or_else(|| needed("model"))?;
+    let tracker = prepared.tracker.as_ref().ok_or_else(|| needed("orbit"))?;
+    let model = prepared.model.as_ref().ok_or_else(|| needed("model"))?;
     let (mut rows, meta) = read_photometry(table)?;
     let (zeropoint, data_mode) = (meta.get("zeropoint").cloned(), meta.get("data_mode").cloned());
     let mut notes: Vec<String> = config.model.as_ref().map(comparable).transpose()?.flatten().into_iter().collect();
     let (band, _) = band_of_table(&meta);
     let band = band.unwrap_or(Band::V);
     notes.extend(band_of_model(&config, band)?);
-    notes.extend(bench.model_note());
+    notes.extend(prepared.model_note());
     let same_band = config.model.as_ref().is_some_and(|m| m.band == band.name());
     let of_band: Vec<(String, MetaValue)> = meta
         .entries

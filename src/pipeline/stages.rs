@@ -11,6 +11,7 @@ use super::options::Options;
 use super::products::inputs::named_files;
 use super::target::outcome::TargetFrame;
 use crate::base::error::{Error, Result};
+use crate::base::file::file_name;
 use crate::base::hash::sha256_16;
 use crate::base::progress::Progress;
 use crate::brightness::columns::add_model;
@@ -18,7 +19,7 @@ use crate::frames::Exposure;
 use crate::frames::flat::{BAND_BYTES, FlatMember, MasterFlat};
 use crate::pipeline::compare::comparable;
 use crate::pipeline::ordered_map::in_order;
-use crate::pipeline::prepared::Bench;
+use crate::pipeline::prepared::{Calibrated, Flattened, Prepared};
 use crate::pipeline::products::manifest::Quadratures;
 use crate::pipeline::products::provenance::Provenance;
 use crate::pipeline::shards::products::Products;
@@ -30,14 +31,14 @@ use crate::pipeline::target::frame::internal;
 use crate::pipeline::target::frame::measure_frame;
 use crate::pipeline::target::frame::row_of_header;
 use crate::tables::PhotometryRow;
-use crate::tables::words::Status;
+use crate::tables::words::{Status, Verdict};
 
 /// Name of the product of the master flat.
 const FLAT: &str = "flat";
 /// Kind of the products of target frames.
 pub const TARGET: &str = "target";
 
-/// Puts the master flat on the bench: read if configured, made if there are flats, left out if there are none.
+/// The night with its master flat: read if one is configured, made if there are flats, none if there are none.
 ///
 /// With `file` it is written there, and taken from there again where the flats, the program and the configuration are those
 /// of an earlier run.
@@ -46,21 +47,20 @@ pub const TARGET: &str = "target";
 /// [`Error::Flat`] when there are flats but too few can be used; [`Error::Io`] where `file` cannot be written.
 pub fn master_flat(
     survey: &Survey,
-    bench: &mut Bench,
+    night: Prepared,
     (products, file): (&Products, Option<&Path>),
     options: &Options,
     progress: &dyn Progress,
     notes: &mut Vec<String>,
-) -> Result<()> {
-    let clip = bench.config.photometry.clip_radius_px;
-    if let Some(path) = &bench.config.flat.master {
-        bench.flat = Some(MasterFlat::read(path, clip, &bench.config.flat)?);
-        bench.flat_sha256 = sha256_16(path)?;
-        return Ok(());
+) -> Result<Flattened> {
+    let clip = night.config.photometry.clip_radius_px;
+    if let Some(path) = &night.config.flat.master {
+        let flat = Some(MasterFlat::read(path, clip, &night.config.flat)?);
+        return Ok(Flattened { flat, flat_sha256: sha256_16(path)?, prepared: night });
     }
     if survey.flats.is_empty() {
         notes.push("no flats in the night: frames are not flattened".into());
-        return Ok(());
+        return Ok(Flattened { flat: None, flat_sha256: String::new(), prepared: night });
     }
     progress.stage("master flat", survey.flats.len());
     let threads = pool(options.threads())?;
@@ -69,16 +69,15 @@ pub fn master_flat(
         None => String::new(),
     };
     if let Some(path) = file
-        && let Some((members, hash)) = products.load::<(Vec<FlatMember>, String)>(FLAT, &key)
-        && sha256_16(path).is_ok_and(|now| now == hash)
-        && let Ok(flat) = MasterFlat::read(path, clip, &bench.config.flat)
+        && let Some((members, flat_sha256)) = products.load::<(Vec<FlatMember>, String)>(FLAT, &key)
+        && sha256_16(path).is_ok_and(|now| now == flat_sha256)
+        && let Ok(flat) = MasterFlat::read(path, clip, &night.config.flat)
     {
-        (bench.flat, bench.flat_sha256) = (Some(MasterFlat { members, ..flat }), hash);
         progress.done();
-        return Ok(());
+        return Ok(Flattened { flat: Some(MasterFlat { members, ..flat }), flat_sha256, prepared: night });
     }
     let flat = threads
-        .install(|| MasterFlat::make(&survey.flats, &bench.detector, &bench.config.flat, clip, BAND_BYTES))
+        .install(|| MasterFlat::make(&survey.flats, &night.detector, &night.config.flat, clip, BAND_BYTES))
         .map_err(|error| match error {
             Error::Flat { problem } => Error::Flat {
                 problem: format!(
@@ -88,15 +87,15 @@ pub fn master_flat(
             },
             other => other,
         })?;
+    let mut flat_sha256 = String::new();
     if let Some(path) = file {
-        let told = Provenance::of_flat(&bench.config, &survey.flats, &|p| products.sha256(p).ok())?;
+        let told = Provenance::of_flat(&night.config, &survey.flats, &|p| products.sha256(p).ok())?;
         flat.write_with(path, &told.cards())?;
-        bench.flat_sha256 = sha256_16(path)?;
-        products.store(FLAT, &key, &(&flat.members, &bench.flat_sha256));
+        flat_sha256 = sha256_16(path)?;
+        products.store(FLAT, &key, &(&flat.members, &flat_sha256));
     }
-    bench.flat = Some(flat);
     progress.done();
-    Ok(())
+    Ok(Flattened { flat: Some(flat), flat_sha256, prepared: night })
 }
 
 /// What the master flat is made of: names and hashes of the flats.
@@ -113,37 +112,37 @@ fn flat_key(survey: &Survey, products: &Products) -> String {
 /// Only what is wrong with the machine, or a stop; a failed frame is a row.
 pub fn target_stage(
     exposures: &[Exposure],
-    bench: &Bench,
+    night: &Calibrated,
     products: &Products,
     options: &Options,
     progress: &dyn Progress,
     notes: &mut Vec<String>,
 ) -> Result<(Vec<TargetFrame>, Quadratures)> {
-    if bench.fwhm_arcsec.is_none() && bench.config.photometry.fwhm_px.is_none() && !exposures.is_empty() {
+    if night.seeing.fwhm_arcsec.is_none() && night.config.photometry.fwhm_px.is_none() && !exposures.is_empty() {
         notes.push(format!(
             "no FWHM from star pointings or photometry.fwhm_px: target apertures assume {ASSUMED_FWHM_ARCSEC} arcsec"
         ));
     }
-    if bench.config.photometry.aper_correction && bench.profile.is_none() && bench.zeropoint.is_some() {
+    if night.config.photometry.aper_correction && night.seeing.profile.is_none() && night.zeropoint.is_some() {
         notes.push(
             "no aperture correction of the target: the profile of this night's stars is not known; where the wings of \
              the images are wide, magnitudes are faint by a few hundredths"
                 .into(),
         );
     }
-    if let Some(tracker) = &bench.tracker {
+    if let Some(tracker) = &night.tracker {
         let warnings = exposures.iter().filter_map(|e| tracker.age_warning(&e.time.as_ref()?.mid));
         notes.extend(warnings.take(1));
     }
-    if let (Some(_), Some(Ok(Some(note)))) = (&bench.model, bench.config.model.as_ref().map(comparable)) {
+    if let (Some(_), Some(Ok(Some(note)))) = (&night.model, night.config.model.as_ref().map(comparable)) {
         notes.push(note);
     }
     let exposures: Vec<&Exposure> = exposures.iter().collect();
-    let depends = depends(bench, products);
+    let depends = depends(night, products);
     let depends: Vec<&str> = depends.iter().map(String::as_str).collect();
     progress.stage("target frames", exposures.len());
-    let room = options.memory().target_frames(bench, &exposures, options.threads());
-    let work = |exposure: &Exposure| reduced(exposure, bench, products, &depends);
+    let room = options.memory().target_frames(night, &exposures, options.threads());
+    let work = |exposure: &Exposure| reduced(exposure, night, products, &depends);
     let lost = |exposure: &Exposure| Reduced::of(failed_row(exposure, &internal(exposure)));
     let kept = || {
         format!(
@@ -153,7 +152,7 @@ pub fn target_stage(
         )
     };
     let reduced = in_order(&exposures, room, (&options.stop, &kept), progress, work, lost)?;
-    bench.buffers.clear();
+    night.buffers.clear();
     progress.done();
     let mut quadratures = Quadratures::default();
     let mut problems = Vec::new();
@@ -164,7 +163,7 @@ pub fn target_stage(
         quadratures.moon += moon;
         problems.extend(problem);
         // cheap to find again, and only asked for by what explains a night
-        let geometry = geometry_columns(&mut row_of_header(exposure, bench), exposure, bench).ok().flatten();
+        let geometry = geometry_columns(&mut row_of_header(exposure, night), exposure, night).ok().flatten();
         frames.push(TargetFrame { row, geometry, thumb: None });
     }
     problems.sort();
@@ -189,23 +188,23 @@ impl Reduced {
 }
 
 /// What a target frame's row depends on beside the frame: elements, satellite, flat, stars and zeropoint.
-fn depends(bench: &Bench, products: &Products) -> Vec<String> {
-    let files = named_files(&bench.config).into_iter();
+fn depends(night: &Calibrated, products: &Products) -> Vec<String> {
+    let files = named_files(&night.config).into_iter();
     let files = files.filter(|(key, _)| key.starts_with("orbit.") || key.starts_with("model."));
     let mut all: Vec<String> = files.map(|(_, path)| products.sha256(&path).unwrap_or_default()).collect();
-    all.push(bench.flat_sha256.clone());
-    all.push(format!("{:?} {:?} {:?}", bench.fwhm_arcsec, bench.profile, bench.camera_turn));
-    all.push(format!("{:?} {}", bench.zeropoint, bench.model.is_some()));
+    all.push(night.flat_sha256.clone());
+    all.push(format!("{:?} {:?} {:?}", night.seeing.fwhm_arcsec, night.seeing.profile, night.seeing.camera_turn));
+    all.push(format!("{:?} {}", night.zeropoint, night.model.is_some()));
     all
 }
 
 /// One target frame, kept from an earlier run or measured and modelled.
-fn reduced(exposure: &Exposure, bench: &Bench, products: &Products, depends: &[&str]) -> Reduced {
+fn reduced(exposure: &Exposure, night: &Calibrated, products: &Products, depends: &[&str]) -> Reduced {
     let make = || {
-        let TargetFrame { row, geometry, .. } = measure_frame(exposure, bench);
+        let TargetFrame { row, geometry, .. } = measure_frame(exposure, night);
         let mut reduced = Reduced::of(row);
-        if let (Some(model), Some(geometry)) = (&bench.model, &geometry) {
-            match add_model(&mut reduced.row, geometry, model, bench.residuals()) {
+        if let (Some(model), Some(geometry)) = (&night.model, &geometry) {
+            match add_model(&mut reduced.row, geometry, model, night.model_is_of_band()) {
                 Ok(model) => reduced.integrals = [1, model.quadratures.sun, model.quadratures.moon],
                 Err(error) => {
                     reduced.problem = Some(format!("{}: {error}", reduced.row.frame));
@@ -221,4 +220,21 @@ fn reduced(exposure: &Exposure, bench: &Bench, products: &Products, depends: &[&
     let mut reduced = reduced.unwrap_or_else(|error: Error| Reduced::of(failed_row(exposure, &error)));
     reduced.row.frame_sha256 = hash;
     reduced
+}
+
+/// Flats that did not enter the master, as rows.
+pub(crate) fn rejected_flats(night: &Flattened) -> Vec<PhotometryRow> {
+    let Some(flat) = &night.flat else { return Vec::new() };
+    flat.members
+        .iter()
+        .filter(|m| !m.used)
+        .map(|m| PhotometryRow {
+            frame: file_name(&m.path),
+            object_name: "flat".into(),
+            status: Status::Rejected.into(),
+            verdict: Verdict::Reject.into(),
+            reason: format!("flat: {}", m.reason),
+            ..PhotometryRow::default()
+        })
+        .collect()
 }

@@ -13,7 +13,7 @@ use satphot::config::Config;
 use satphot::frames::flat::{BAND_BYTES, MasterFlat};
 use satphot::photometry::background::background;
 use satphot::photometry::target::measure::measure_target;
-use satphot::pipeline::prepared::Bench;
+use satphot::pipeline::prepared::{Calibrated, Flattened, Prepared, Seeing};
 use satphot::pipeline::run::run;
 use satphot::pipeline::survey::read::survey;
 use satphot::pipeline::target::frame::target_settings;
@@ -40,12 +40,12 @@ fn the_surroundings_of_a_target_tell_the_same_as_its_whole_frame() {
             sets.extend([format!("target.x_px={x}"), format!("target.y_px={y}")]);
         }
         let config = Config::load(&large.join("pipeline.toml"), &sets).unwrap();
-        let mut bench = Bench::prepare(&config).unwrap();
-        let survey = survey(&config, &[], &bench.target_names()).unwrap();
-        bench.flat = Some(
+        let prepared = Prepared::prepare(&config).unwrap();
+        let survey = survey(&config, &[], &prepared.target_names()).unwrap();
+        let flat = Some(
             MasterFlat::make(
                 &survey.flats,
-                &bench.detector,
+                &prepared.detector,
                 &config.flat,
                 config.photometry.clip_radius_px,
                 BAND_BYTES,
@@ -53,12 +53,14 @@ fn the_surroundings_of_a_target_tell_the_same_as_its_whole_frame() {
             .unwrap(),
         );
         assert_eq!(survey.targets.len(), 4);
+        let flattened = Flattened { prepared, flat, flat_sha256: String::new() };
+        let night = Calibrated { flattened, seeing: Seeing::default(), zeropoint: None };
         for exposure in &survey.targets {
-            let settings = target_settings(exposure, &bench);
+            let settings = target_settings(exposure, &night, None);
             assert!(reach_px(&settings) < 300.0, "a part of the frame is enough: {}", reach_px(&settings));
-            let seen = look(&bench.open(exposure).unwrap(), &bench, &settings).unwrap();
+            let seen = look(&night.open(exposure).unwrap(), &night, &settings).unwrap();
             let p = &config.photometry;
-            let frame = bench.reduce(exposure).unwrap();
+            let frame = night.reduce(exposure).unwrap();
             let sky = background(&frame, p.mesh_px, p.clip_sigma).unwrap();
             // NaN is NaN: the text of both
             assert_eq!(format!("{:?}", seen.found), format!("{:?}", measure_target(&frame, &sky, &settings)));

@@ -11,7 +11,7 @@ use satphot::frames::{Exposure, classify};
 use satphot::photometry::background::background;
 use satphot::photometry::detect::detect;
 use satphot::pipeline::options::Options;
-use satphot::pipeline::prepared::Bench;
+use satphot::pipeline::prepared::{Flattened, Prepared};
 use satphot::pipeline::run::run;
 use satphot::pipeline::stars::solve::{FieldWcs, field_wcs};
 use satphot::pipeline::stars::solve_file::FrameSolver;
@@ -64,23 +64,24 @@ fn wcs_of(exposure: &Exposure) -> Wcs {
 }
 
 /// The header's own coordinates of the fixture: shifted from the truth by what its mount is off, 15 arcsec or so.
-fn truth(k: usize, bench: &Bench) -> FieldWcs {
-    answer(&frame_name(k), bench).unwrap()
+fn truth(k: usize, night: &Flattened) -> FieldWcs {
+    answer(&frame_name(k), night).unwrap()
 }
 
-fn answer(path: &Path, bench: &Bench) -> satphot::base::error::Result<FieldWcs> {
-    let exposure = classify(path, &bench.config, &[])?;
-    let frame = bench.reduce(&exposure)?;
+fn answer(path: &Path, night: &Flattened) -> satphot::base::error::Result<FieldWcs> {
+    let exposure = classify(path, &night.config, &[])?;
+    let frame = night.reduce(&exposure)?;
     let sky = background(&frame, 32, 3.0)?;
     let sources = detect(&frame, &sky, 5.0, None);
-    field_wcs(&exposure, &sources, bench, bench.catalogue.as_ref().unwrap())
+    field_wcs(&exposure, &sources, night, night.catalogue.as_ref().unwrap())
 }
 
-fn bench(sets: &[&str]) -> Bench {
+fn night(sets: &[&str]) -> Flattened {
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
     let mut config = Config::load(&Path::new(NIGHT).join("pipeline.toml"), &sets).unwrap();
     (config.orbit, config.model) = (None, None);
-    Bench::prepare(&config).unwrap()
+    let prepared = Prepared::prepare(&config).unwrap();
+    Flattened { prepared, flat: None, flat_sha256: String::new() }
 }
 
 /// Largest distance of two systems over the corners and the centre \[arcsec\].
@@ -94,18 +95,18 @@ fn apart(a: &Wcs, b: &Wcs) -> f64 {
 
 #[test]
 fn good_world_coordinates_are_kept_as_they_are() {
-    let bench = bench(&[]);
+    let night = night(&[]);
     for k in 0..5 {
-        let found = truth(k, &bench);
+        let found = truth(k, &night);
         assert!(!found.replaced && found.note.is_empty(), "{}", found.note);
-        let exposure = classify(&frame_name(k), &bench.config, &[]).unwrap();
+        let exposure = classify(&frame_name(k), &night.config, &[]).unwrap();
         assert_eq!(found.wcs.pixel_to_sky(7.0, 9.0), wcs_of(&exposure).pixel_to_sky(7.0, 9.0));
     }
 }
 
 #[test]
 fn wrong_world_coordinates_are_found_out_and_replaced_by_those_of_the_sky() {
-    let bench = bench(&[]);
+    let night = night(&[]);
     let folder = tempfile::tempdir().unwrap();
     type Edit = fn(&str, f64) -> Option<f64>;
     let edits: [(&str, Edit); 8] = [
@@ -133,12 +134,12 @@ fn wrong_world_coordinates_are_found_out_and_replaced_by_those_of_the_sky() {
     ];
     for k in [0, 1, 4] {
         let path = folder.path().join("frame.fits");
-        let solved = FrameSolver::from_config(&bench.config).unwrap().solve(&frame_name(k)).unwrap().solution;
+        let solved = FrameSolver::from_config(&night.config).unwrap().solve(&frame_name(k)).unwrap().solution;
         // the header's coordinates differ from the sky by what the mount was off, the solution by its error
-        assert!(apart(&truth(k, &bench).wcs, &solved.wcs) < 60.0);
+        assert!(apart(&truth(k, &night).wcs, &solved.wcs) < 60.0);
         for (name, edit) in edits {
             edited(&frame_name(k), &path, &edit, &[]);
-            let found = answer(&path, &bench).unwrap();
+            let found = answer(&path, &night).unwrap();
             assert!(found.replaced, "field {k}, {name}: kept");
             assert!(apart(&found.wcs, &solved.wcs) < 0.5, "field {k}, {name}: {}", apart(&found.wcs, &solved.wcs));
             assert!(found.note.contains("replaced") && found.note.contains("rms"), "{}", found.note);
@@ -148,11 +149,11 @@ fn wrong_world_coordinates_are_found_out_and_replaced_by_those_of_the_sky() {
 
 #[test]
 fn a_header_without_world_coordinates_is_solved_from_any_rough_position() {
-    let bench = bench(&[]);
+    let night = night(&[]);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("frame.fits");
     let strip = |key: &str, v: f64| (!is_wcs(key)).then_some(v);
-    let good = wcs_of(&classify(&frame_name(2), &bench.config, &[]).unwrap());
+    let good = wcs_of(&classify(&frame_name(2), &night.config, &[]).unwrap());
     let (ra, dec) = good.pixel_to_sky(150.0, 110.0);
     let sexagesimal = |v: f64| {
         let (whole, minutes) = (v.abs().trunc(), v.abs().fract() * 60.0);
@@ -167,21 +168,21 @@ fn a_header_without_world_coordinates_is_solved_from_any_rough_position() {
         ("CRVAL1", vec![real("CRVAL1", ra), real("CRVAL2", dec)]),
     ] {
         edited(&frame_name(2), &path, &strip, &cards);
-        let found = answer(&path, &bench).unwrap();
+        let found = answer(&path, &night).unwrap();
         assert!(found.replaced && found.note.contains(source), "{source}: {}", found.note);
         assert!(apart(&found.wcs, &good) < 60.0, "{source}");
     }
     // altitude and azimuth of the fixture's own geometry
-    let exposure = classify(&frame_name(2), &bench.config, &[]).unwrap();
+    let exposure = classify(&frame_name(2), &night.config, &[]).unwrap();
     let mid = exposure.time.as_ref().unwrap().mid;
-    let (alt, az) = satphot::orbit::icrs_to_altaz(&bench.site, &bench.eop, &mid, ra, dec);
+    let (alt, az) = satphot::orbit::icrs_to_altaz(&night.site, &night.eop, &mid, ra, dec);
     edited(&frame_name(2), &path, &strip, &[real("CENTALT", alt.to_degrees()), real("CENTAZ", az.to_degrees())]);
-    assert!(answer(&path, &bench).unwrap().note.contains("CENTALT"));
+    assert!(answer(&path, &night).unwrap().note.contains("CENTALT"));
     // nothing at all: the error names the remedy, and the configuration is one
     edited(&frame_name(2), &path, &strip, &[]);
-    let error = answer(&path, &bench).unwrap_err().to_string();
+    let error = answer(&path, &night).unwrap_err().to_string();
     assert!(error.contains("stars.fields") && error.contains("FIELD 02") && error.contains("OBJCTRA"), "{error}");
-    let configured = self::bench(&[&format!("stars.fields={{ \"FIELD 02\" = [{}, {}] }}", ra + 0.3, dec)]);
+    let configured = self::night(&[&format!("stars.fields={{ \"FIELD 02\" = [{}, {}] }}", ra + 0.3, dec)]);
     assert!(answer(&path, &configured).unwrap().note.contains("stars.fields"));
 }
 
@@ -190,15 +191,15 @@ fn never_refuses_what_auto_would_replace_and_always_solves_what_auto_would_keep(
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("frame.fits");
     edited(&frame_name(1), &path, &|k, v| Some(if k == "CRVAL2" { v + 0.9 } else { v }), &[]);
-    let never = bench(&["stars.solve=\"never\""]);
+    let never = night(&["stars.solve=\"never\""]);
     assert_eq!(never.config.stars.as_ref().unwrap().solve, Solve::Never);
     let error = answer(&path, &never).unwrap_err().to_string();
     assert!(error.contains("does not fit the sky") && error.contains("stars.solve"), "{error}");
     assert!(!answer(&frame_name(1), &never).unwrap().replaced);
-    let always = answer(&path, &bench(&["stars.solve=\"always\""])).unwrap();
+    let always = answer(&path, &night(&["stars.solve=\"always\""])).unwrap();
     assert!(always.replaced && always.note.contains("always"), "{}", always.note);
     // a header that the solution confirms was right: it is refined and not reported as replaced
-    let right = answer(&frame_name(1), &bench(&["stars.solve=\"always\""])).unwrap();
+    let right = answer(&frame_name(1), &night(&["stars.solve=\"always\""])).unwrap();
     assert!(!right.replaced && right.note.is_empty(), "{}", right.note);
     let own = wcs_of(&classify(&frame_name(1), &never.config, &[]).unwrap());
     assert!(apart(&right.wcs, &own) > 1.0, "the solution is used, not the header");
@@ -209,11 +210,11 @@ fn a_place_or_a_scale_that_is_wrong_altogether_is_refused_with_what_was_tried() 
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("frame.fits");
     edited(&frame_name(1), &path, &|k, v| Some(if k == "CRVAL2" { v + 5.0 } else { v }), &[]);
-    let error = answer(&path, &bench(&[])).unwrap_err().to_string();
+    let error = answer(&path, &night(&[])).unwrap_err().to_string();
     assert!(error.contains("the header's world coordinates") && error.contains("solve_radius_deg"), "{error}");
     // the optics of another telescope, and no good header to save the frame
     edited(&frame_name(1), &path, &|k, v| Some(if k == "CD1_1" { -v } else { v }), &[]);
-    let error = answer(&path, &bench(&["telescope.focal_length_mm=2000.0"])).unwrap_err().to_string();
+    let error = answer(&path, &night(&["telescope.focal_length_mm=2000.0"])).unwrap_err().to_string();
     assert!(error.contains("focal_length_mm") && error.contains("arcsec/px"), "{error}");
 }
 
@@ -228,7 +229,7 @@ fn a_night_without_world_coordinates_gives_the_zeropoint_of_the_night_with_them(
         let to = folder.path().join(path.file_name().unwrap());
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         if name.starts_with("field") {
-            let h = classify(&path, &bench(&[]).config, &[]).unwrap();
+            let h = classify(&path, &night(&[]).config, &[]).unwrap();
             let (ra, dec) = wcs_of(&h).pixel_to_sky(100.0, 200.0);
             let cards = [format!("RA      = {ra:>20.8} / deg"), format!("DEC     = {dec:>20.8}")];
             edited(&path, &to, &|key, v| (!is_wcs(key)).then_some(v), &cards);

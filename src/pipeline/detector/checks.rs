@@ -14,7 +14,7 @@ use crate::detector::measure::{
 };
 use crate::detector::{Counts, DarkNoise, converter_bits};
 use crate::frames::{Detector, Exposure, Gain, GainSetting, Role, classify};
-use crate::pipeline::prepared::Bench;
+use crate::pipeline::prepared::Prepared;
 use crate::pipeline::survey::files::Survey;
 
 /// What is known of a detector before its frames are looked at.
@@ -35,12 +35,12 @@ pub struct Known<'a> {
 ///
 /// # Errors
 /// [`Error::Config`] only.
-pub fn check(survey: &Survey, bench: &Bench, notes: &mut Vec<String>) -> Result<Vec<GainCheck>> {
-    let groups = groups(survey, &bench.config)?;
+pub fn check(survey: &Survey, prepared: &Prepared, notes: &mut Vec<String>) -> Result<Vec<GainCheck>> {
+    let groups = groups(survey, &prepared.config)?;
     let known = Known {
-        detector: Some(&bench.detector),
-        pedestal_adu: Some(bench.detector.pedestal_adu()),
-        clip_radius_px: bench.config.photometry.clip_radius_px,
+        detector: Some(&prepared.detector),
+        pedestal_adu: Some(prepared.detector.pedestal_adu()),
+        clip_radius_px: prepared.config.photometry.clip_radius_px,
     };
     let checks: Vec<GainCheck> = groups.iter().map(|group| check_group(group, &known, Effort::RUN)).collect();
     notes.extend(checks.iter().flat_map(|c| c.warnings.iter().map(|w| format!("detector: {w}"))));

@@ -14,7 +14,7 @@ use crate::frames::{Exposure, FrameReader};
 use crate::photometry::target::measure::TargetFound;
 use crate::pipeline::explain::text::{Explanation, LeftOut, runs};
 use crate::pipeline::options::Options;
-use crate::pipeline::prepared::Bench;
+use crate::pipeline::prepared::Calibrated;
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::target::frame::missing_parts;
 use crate::pipeline::target::frame::target_settings;
@@ -31,7 +31,7 @@ const FRAMES: usize = 3;
 pub fn explain_night(
     survey: &Survey,
     frames: &[TargetFrame],
-    bench: &Bench,
+    night: &Calibrated,
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<Option<Explanation>> {
@@ -42,19 +42,19 @@ pub fn explain_night(
     let modelled: Vec<(&str, Scene)> =
         frames.iter().filter_map(|f| Some((f.row.frame.as_str(), scene(f.geometry.as_ref()?)))).collect();
     let scenes: Vec<Scene> = modelled.iter().map(|(_, scene)| *scene).collect();
-    let mut explained = match &bench.model {
+    let mut explained = match &night.model {
         Some(model) => explain_scenes(model, &scenes, &|i| modelled[i].0.to_string(), &cpu_s)?,
         None => Explanation::default(),
     };
-    let mut items = stages(survey, bench);
-    items.extend(outside_the_circle(survey, bench, &cpu_s));
-    items.extend(away_from_the_target(survey, bench, &cpu_s));
+    let mut items = stages(survey, night);
+    items.extend(outside_the_circle(survey, night, &cpu_s));
+    items.extend(away_from_the_target(survey, night, &cpu_s));
     items.append(&mut explained.items);
     Ok(Some(Explanation { items, ..explained }))
 }
 
 /// Stages without input, and frames that nobody asked for: there is nothing to compute.
-fn stages(survey: &Survey, bench: &Bench) -> Vec<LeftOut> {
+fn stages(survey: &Survey, night: &Calibrated) -> Vec<LeftOut> {
     let nothing = |what: &str, why: String, count: usize, of: usize, scenes: String| LeftOut {
         what: what.into(),
         why,
@@ -65,11 +65,11 @@ fn stages(survey: &Survey, bench: &Bench) -> Vec<LeftOut> {
         each_us: None,
         changes_mag: None,
     };
-    let mut items: Vec<LeftOut> = missing_parts(&bench.config, bench)
+    let mut items: Vec<LeftOut> = missing_parts(night, night.flat.is_some(), night.zeropoint.is_some())
         .into_iter()
         .map(|part| nothing("stage", part.to_string(), 1, 1, String::new()))
         .collect();
-    if let Some(path) = &bench.config.zeropoint.previous {
+    if let Some(path) = &night.config.zeropoint.previous {
         items.push(nothing("zeropoint fit", format!("taken from {}", path.display()), 1, 1, String::new()));
     }
     if !survey.others.is_empty() {
@@ -82,12 +82,12 @@ fn stages(survey: &Survey, bench: &Bench) -> Vec<LeftOut> {
 }
 
 /// Pixels outside of the clip circle are not read.
-fn outside_the_circle(survey: &Survey, bench: &Bench, cpu_s: &dyn Fn() -> f64) -> Option<LeftOut> {
-    let radius_px = bench.config.photometry.clip_radius_px?;
+fn outside_the_circle(survey: &Survey, night: &Calibrated, cpu_s: &dyn Fn() -> f64) -> Option<LeftOut> {
+    let radius_px = night.config.photometry.clip_radius_px?;
     let all: Vec<&Exposure> = survey.pointings.iter().flatten().chain(&survey.targets).collect();
     let chosen = sample(&all, FRAMES);
     let exposure = chosen.first()?;
-    let reader = bench.open(exposure).ok()?;
+    let reader = night.open(exposure).ok()?;
     let inside: usize = reader.box_px().1.map(|y| reader.inside(y).len()).sum();
     let total = exposure.size_px.0 * exposure.size_px.1;
     if inside >= total {
@@ -96,8 +96,8 @@ fn outside_the_circle(survey: &Survey, bench: &Bench, cpu_s: &dyn Fn() -> f64) -
     let time = |clip: Option<f64>| {
         each_us(cpu_s, chosen.len(), |k| {
             let read = || {
-                let gain = bench.detector.gain(chosen[k])?;
-                FrameReader::open(chosen[k], gain, clip, None)?.whole(&bench.buffers).map(drop)
+                let gain = night.detector.gain(chosen[k])?;
+                FrameReader::open(chosen[k], gain, clip, None)?.whole(&night.buffers).map(drop)
             };
             std::hint::black_box(read().is_ok());
         })
@@ -115,12 +115,13 @@ fn outside_the_circle(survey: &Survey, bench: &Bench, cpu_s: &dyn Fn() -> f64) -
 }
 
 /// Of a target frame only the surroundings of the target are read and measured.
-fn away_from_the_target(survey: &Survey, bench: &Bench, cpu_s: &dyn Fn() -> f64) -> Option<LeftOut> {
+fn away_from_the_target(survey: &Survey, night: &Calibrated, cpu_s: &dyn Fn() -> f64) -> Option<LeftOut> {
     let all: Vec<&Exposure> = survey.targets.iter().collect();
     let chosen = sample(&all, FRAMES);
     let look_at = |k: usize, whole: bool| -> Option<Seen> {
-        let (reader, settings) = (bench.open(chosen[k]).ok()?, target_settings(chosen[k], bench));
-        if whole { look_at_all(&reader, bench, &settings).ok() } else { look(&reader, bench, &settings).ok() }
+        let (reader, settings) =
+            (night.open(chosen[k]).ok()?, target_settings(chosen[k], night, night.seeing.fwhm_arcsec));
+        if whole { look_at_all(&reader, night, &settings).ok() } else { look(&reader, night, &settings).ok() }
     };
     let light = |seen: Option<Seen>| {
         seen.map(|s| match s.found {

@@ -6,7 +6,7 @@ use crate::config::Config;
 use crate::photometry::Flags;
 use crate::pipeline::products::provenance::Provenance;
 use crate::tables::{Meta, MetaValue};
-use crate::zeropoint::bands::{Band, Calibrated};
+use crate::zeropoint::bands::{Band, CalibratedBand};
 use crate::zeropoint::fit::Zeropoint;
 
 /// What the tables of one run say about themselves.
@@ -69,7 +69,7 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, told: &Provena
 }
 
 /// Puts the band that was agreed on into the meta block of tables whose fit failed: their stars can be fitted again.
-pub fn set_band(meta: &mut Meta, calibrated: Option<&Calibrated>) {
+pub fn set_band(meta: &mut Meta, calibrated: Option<&CalibratedBand>) {
     if let Some(calibrated) = calibrated {
         meta.set("mag_system", calibrated.band.mag_system());
         meta.set("band", calibrated.band.name());

@@ -9,7 +9,7 @@ use crate::config::Config;
 use crate::export::DataMode;
 use crate::figures::Thumb;
 use crate::pipeline::options::Options;
-use crate::pipeline::prepared::Bench;
+use crate::pipeline::prepared::Calibrated;
 use crate::pipeline::products::effective::effective_toml;
 use crate::pipeline::products::meta::{set_band, table_meta};
 use crate::pipeline::products::provenance::Provenance;
@@ -22,7 +22,7 @@ pub struct Outputs<'a> {
     /// Folder of the night.
     pub folder: &'a Path,
     /// What the frames shared.
-    pub bench: &'a Bench,
+    pub night: &'a Calibrated,
     /// The configuration.
     pub config: &'a Config,
     /// Pictures of the target frames, in the order of their rows.
@@ -45,9 +45,9 @@ impl Outputs<'_> {
         residuals: &[ResidualRow],
         options: &Options,
     ) -> Result<Vec<PathBuf>> {
-        let mut of_stars = table_meta(self.config, self.bench.zeropoint.as_ref(), self.told);
-        if self.bench.zeropoint.is_none() {
-            set_band(&mut of_stars, self.bench.calibrated.as_ref());
+        let mut of_stars = table_meta(self.config, self.night.zeropoint.as_ref(), self.told);
+        if self.night.zeropoint.is_none() {
+            set_band(&mut of_stars, self.night.band.as_ref());
         }
         let mut meta = of_stars.clone();
         meta.push("data_mode", self.data_mode.name());
@@ -61,13 +61,13 @@ impl Outputs<'_> {
         if self.config.stars.is_some() {
             crate::tables::write_stars(&add("stars.ecsv"), stars, &of_stars)?;
         }
-        if self.bench.model.is_some() {
+        if self.night.model.is_some() {
             crate::tables::write_residuals(&add("residuals.ecsv"), residuals, &meta)?;
         }
-        if let Some(zeropoint) = &self.bench.zeropoint {
-            save(&add("zeropoint.toml"), &zeropoint.to_toml(&[conditions(self.config, self.bench.flat.is_some())]))?;
+        if let Some(zeropoint) = &self.night.zeropoint {
+            save(&add("zeropoint.toml"), &zeropoint.to_toml(&[conditions(self.config, self.night.flat.is_some())]))?;
         }
-        if self.bench.flat.is_some() && self.config.flat.master.is_none() {
+        if self.night.flat.is_some() && self.config.flat.master.is_none() {
             add("master_flat.fits"); // written as soon as it was made
         }
         save(&add("effective.toml"), &effective_toml(self.config, self.folder)?)?;
@@ -80,15 +80,15 @@ impl Outputs<'_> {
 
     fn figures(&self, rows: &[PhotometryRow], stars: &[StarRow], residuals: &[ResidualRow]) -> Result<Vec<PathBuf>> {
         let folder = self.folder.join("figures");
-        let band = self.bench.zeropoint.as_ref().map_or("V", |z| z.band_name());
+        let band = self.night.zeropoint.as_ref().map_or("V", |z| z.band_name());
         make_folder(&folder)?;
         let mut files = crate::figures::light_curve_pages(&folder, rows, &self.config.night.name, band)?;
-        if self.bench.model.is_some() {
+        if self.night.model.is_some() {
             let path = folder.join("residuals_altitude.svg");
             crate::figures::residuals_altitude(&path, residuals, band)?;
             files.push(path);
         }
-        if let (Some(z), Some(_)) = (&self.bench.zeropoint, &self.config.stars) {
+        if let (Some(z), Some(_)) = (&self.night.zeropoint, &self.config.stars) {
             let path = folder.join("zeropoint.svg");
             crate::figures::zeropoint_diagnostics(&path, stars, z.zp_mag, z.k_mag_airmass, z.c_mag_mag)?;
             files.push(path);
@@ -100,7 +100,7 @@ impl Outputs<'_> {
         }
         if self.config.stars.is_some() && self.config.photometry.aper_correction {
             files.push(folder.join("growth.svg"));
-            crate::figures::growth_curve(&folder.join("growth.svg"), self.bench.growth.as_ref())?;
+            crate::figures::growth_curve(&folder.join("growth.svg"), self.night.seeing.growth.as_ref())?;
         }
         Ok(files)
     }

@@ -20,7 +20,7 @@ use crate::base::hash::sha256_16;
 use crate::base::hash::sha256_16_text;
 use crate::config::digest::config_sha256;
 use crate::frames::Exposure;
-use crate::pipeline::prepared::Bench;
+use crate::pipeline::prepared::Prepared;
 
 /// Name of the folder of products, hidden from searches for frames.
 pub const FOLDER: &str = ".satphot";
@@ -49,12 +49,12 @@ impl Products {
     /// # Errors
     /// [`crate::Error::Config`] if the configuration cannot be written as text for its hash; [`crate::Error::Io`] where
     /// the folder cannot be made.
-    pub fn in_folder(folder: PathBuf, bench: &Bench, redo: bool) -> Result<Self> {
-        let force_age = bench.config.orbit.as_ref().is_some_and(|o| o.force_age);
-        let how = format!("{force_age} {}", bench.everything);
+    pub fn in_folder(folder: PathBuf, night: &Prepared, redo: bool) -> Result<Self> {
+        let force_age = night.config.orbit.as_ref().is_some_and(|o| o.force_age);
+        let how = format!("{force_age} {}", night.exhaustive);
         // here and not later: a folder that goes away during the run stays away
         fs::create_dir_all(&folder).map_err(|e| refusal(&folder, e, None))?;
-        let base = key(&[SCHEMA, env!("CARGO_PKG_VERSION"), &build(), &config_sha256(&bench.config)?, &how]);
+        let base = key(&[SCHEMA, env!("CARGO_PKG_VERSION"), &build(), &config_sha256(&night.config)?, &how]);
         Ok(Self { folder: Some(folder), base, redo, ..Self::default() })
     }
 

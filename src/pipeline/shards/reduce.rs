@@ -21,14 +21,14 @@ use crate::config::Config;
 use crate::frames::flat::{FlatMember, MasterFlat};
 use crate::photometry::growth::StarProfile;
 use crate::pipeline::options::Options;
-use crate::pipeline::prepared::Bench;
+use crate::pipeline::prepared::{Flattened, Prepared};
 use crate::pipeline::products::inputs::TOOL;
 use crate::pipeline::products::meta::{set_band, table_meta};
 use crate::pipeline::products::provenance::Provenance;
-use crate::pipeline::run::rejected_flats;
-use crate::pipeline::run::zeropoint_stage;
 use crate::pipeline::stages::master_flat;
+use crate::pipeline::stages::rejected_flats;
 use crate::pipeline::stars::stage::star_stage;
+use crate::pipeline::stars::zeropoint::zeropoint_stage;
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::survey::filters::{agree_on_band, check_master};
 use crate::pipeline::survey::scale::check_stars;
@@ -114,9 +114,9 @@ fn toml_text<T: Serialize>(path: &Path, told: &str, value: &T) -> Result<String>
 }
 
 /// Products beside a file.
-fn products_beside(file: &Path, bench: &Bench, options: &Options) -> Result<Products> {
+fn products_beside(file: &Path, night: &Prepared, options: &Options) -> Result<Products> {
     let folder = file.parent().unwrap_or(Path::new("")).join(FOLDER);
-    Products::in_folder(folder, bench, options.redo)
+    Products::in_folder(folder, night, options.redo)
 }
 
 /// Makes the master flat of a plan.
@@ -131,8 +131,8 @@ pub fn plan_flat(
 ) -> Result<(MasterFlat, Vec<String>)> {
     // neither catalogue nor elements need to be there; what the flat tells of itself is of the whole configuration
     let config = plan.config()?;
-    let mut bench = Bench::prepare(&Config { stars: None, orbit: None, model: None, ..config.clone() })?;
-    bench.config = config.clone();
+    let mut night = Prepared::prepare(&Config { stars: None, orbit: None, model: None, ..config.clone() })?;
+    night.config = config.clone();
     if plan.of_role("flat").next().is_none() || config.flat.master.is_some() {
         let problem = match &config.flat.master {
             Some(path) => format!("the plan takes the master flat {} (flat.master)", path.display()),
@@ -141,40 +141,41 @@ pub fn plan_flat(
         return Err(Error::Flat { problem });
     }
     let mut notes = Vec::new();
-    make_flat(plan, out, &mut bench, options, progress, &mut notes)?;
-    let flat = bench.flat.take().ok_or_else(|| Error::Flat { problem: "none was made".into() })?;
+    let flattened = make_flat(plan, out, night, options, progress, &mut notes)?;
+    let flat = flattened.flat.ok_or_else(|| Error::Flat { problem: "none was made".into() })?;
     Ok((flat, notes))
 }
 
-/// Puts the master flat of the plan on the bench, made into `out` or found there.
+/// The night with the master flat of the plan, made into `out` or found there.
 fn make_flat(
     plan: &Plan,
     out: &Path,
-    bench: &mut Bench,
+    night: Prepared,
     options: &Options,
     progress: &dyn Progress,
     notes: &mut Vec<String>,
-) -> Result<()> {
+) -> Result<Flattened> {
     make_folder_of(out)?;
-    let products = products_beside(out, bench, options)?;
+    let products = products_beside(out, &night, options)?;
     let flats = plan.exposures(plan.of_role("flat"), &plan.config()?, &[])?;
     let survey = Survey { flats, ..Survey::default() };
-    master_flat(&survey, bench, (&products, Some(out)), options, progress, notes)?;
+    let night = master_flat(&survey, night, (&products, Some(out)), options, progress, notes)?;
     for frame in plan.of_role("flat") {
         if products.sha256(&frame.path)? != frame.sha256 {
             return Err(super::plan_file::changed(&frame.path));
         }
     }
-    let Some(flat) = &bench.flat else { return Ok(()) };
+    let Some(flat) = &night.flat else { return Ok(night) };
     let flats = Flats {
         tool: TOOL.into(),
         config_sha256: plan.config_sha256.clone(),
-        flat_sha256: bench.flat_sha256.clone(),
+        flat_sha256: night.flat_sha256.clone(),
         masked_frac: flat.masked_frac,
         flats: flat.members.iter().map(|m| FlatMember { path: file_name(&m.path).into(), ..m.clone() }).collect(),
     };
     let path = out.with_extension("flats.toml");
-    save(&path, &toml_text(&path, "What became of each flat.", &flats)?)
+    save(&path, &toml_text(&path, "What became of each flat.", &flats)?)?;
+    Ok(night)
 }
 
 /// What became of the flats of a master, and the share of it that is masked; `None` where nothing is told beside it.
@@ -188,26 +189,26 @@ pub(super) fn flats_beside(master: &Path) -> Result<Option<(Vec<FlatMember>, f64
     Ok(Some((flats.flats, flats.masked_frac)))
 }
 
-/// Puts the master flat on the bench: the configured one, `given`, that beside `near`, or (with `make`) one made there.
+/// The night with its master flat: the configured one, `given`, that beside `near`, or (with `make`) one made there.
 ///
 /// # Errors
 /// [`Error::Flat`] where there is none; [`Error::Mismatch`] for one of another plan.
 pub(super) fn flat_of_plan(
     plan: &Plan,
     (given, near, make): (Option<&Path>, Option<&Path>, bool),
-    bench: &mut Bench,
+    night: Prepared,
     options: &Options,
     progress: &dyn Progress,
     notes: &mut Vec<String>,
-) -> Result<()> {
-    let clip = bench.config.photometry.clip_radius_px;
-    if given.is_none() && (bench.config.flat.master.is_some() || plan.of_role("flat").next().is_none()) {
-        return master_flat(&Survey::default(), bench, (&Products::default(), None), options, progress, notes);
+) -> Result<Flattened> {
+    let clip = night.config.photometry.clip_radius_px;
+    if given.is_none() && (night.config.flat.master.is_some() || plan.of_role("flat").next().is_none()) {
+        return master_flat(&Survey::default(), night, (&Products::default(), None), options, progress, notes);
     }
     let beside = near.map(|near| near.with_file_name("master_flat.fits"));
     let path = match (given.map(Path::to_path_buf), beside) {
         (Some(path), _) => path,
-        (None, Some(path)) if make => return make_flat(plan, &path, bench, options, progress, notes),
+        (None, Some(path)) if make => return make_flat(plan, &path, night, options, progress, notes),
         (None, Some(path)) if path.is_file() => path,
         _ => {
             let problem = "this night has flats: make the master with `satphot flat --plan PLAN -o master_flat.fits` and \
@@ -216,23 +217,22 @@ pub(super) fn flat_of_plan(
         }
     };
     if let Some(light) = &plan.light {
-        notes.extend(check_master(&path, light, &bench.config)?);
+        notes.extend(check_master(&path, light, &night.config)?);
     }
-    let flat = MasterFlat::read(&path, clip, &bench.config.flat)?;
-    bench.flat_sha256 = sha256_16(&path)?;
+    let flat = MasterFlat::read(&path, clip, &night.config.flat)?;
+    let flat_sha256 = sha256_16(&path)?;
     let told = path.with_extension("flats.toml");
     let members = match std::fs::read_to_string(&told) {
         Err(_) => Vec::new(), // a master of another program has none
         Ok(text) => {
             let flats: Flats = toml::from_str(&text).map_err(|e| table(&told, e.to_string()))?;
-            if flats.flat_sha256 != bench.flat_sha256 || flats.config_sha256 != plan.config_sha256 {
+            if flats.flat_sha256 != flat_sha256 || flats.config_sha256 != plan.config_sha256 {
                 return Err(of_another(&told, "`satphot flat --plan`"));
             }
             flats.flats
         }
     };
-    bench.flat = Some(MasterFlat { members, ..flat });
-    Ok(())
+    Ok(Flattened { flat: Some(MasterFlat { members, ..flat }), flat_sha256, prepared: night })
 }
 
 /// What the stars of a plan gave.
@@ -260,51 +260,51 @@ pub fn plan_zeropoint(
     progress: &dyn Progress,
 ) -> Result<PlannedStars> {
     let config = plan.config()?;
-    let mut bench = Bench::prepare(&config)?;
-    let products = products_beside(out, &bench, options)?;
+    let mut night = Prepared::prepare(&config)?;
+    let products = products_beside(out, &night, options)?;
     plan.check_files(&["stars.catalogue", "flat.master", "zeropoint.previous"], &products)?;
     let mut notes = Vec::new();
     let mut poor = Vec::new();
     let mut survey = Survey { light: plan.light.clone(), ..Survey::default() };
-    let exposures = plan.exposures(plan.of_role("stars"), &config, &bench.target_names())?;
+    let exposures = plan.exposures(plan.of_role("stars"), &config, &night.target_names())?;
     for (exposure, frame) in exposures.into_iter().zip(plan.of_role("stars")) {
         let number = frame.pointing.unwrap_or(0);
         survey.pointings.resize_with(survey.pointings.len().max(number + 1), Vec::new);
         survey.pointings[number].push(exposure);
     }
-    notes.extend(agree_on_band(&survey, &mut bench, true)?);
-    notes.extend(options.memory().check(&survey, &bench)?);
-    notes.extend(check_stars(&survey, &bench, &products, options.jobs)?);
-    flat_of_plan(plan, (flat, Some(out), true), &mut bench, options, progress, &mut notes)?;
-    let mut stars = star_stage(&survey, &bench, &products, options, progress, &mut notes)?;
+    notes.extend(agree_on_band(&survey, &mut night, true)?);
+    notes.extend(options.memory().check(&survey, &night)?);
+    notes.extend(check_stars(&survey, &night, &products, options.jobs)?);
+    let night = flat_of_plan(plan, (flat, Some(out), true), night, options, progress, &mut notes)?;
+    let mut stars = star_stage(&survey, &night, &products, options, progress, &mut notes)?;
     for frame in plan.of_role("stars") {
         if products.sha256(&frame.path).is_ok_and(|now| now != frame.sha256) {
             return Err(super::plan_file::changed(&frame.path));
         }
     }
     let mut rows = std::mem::take(&mut stars.rows);
-    bench.zeropoint = zeropoint_stage(&mut rows, &stars, &bench, &mut poor, &mut notes)?;
+    let zeropoint = zeropoint_stage(&mut rows, &stars.failed, &night, &mut poor, &mut notes)?;
     notes.extend(products.notes());
     let told = Provenance::of_plan(plan, &config)?;
-    let mut meta = table_meta(&config, bench.zeropoint.as_ref(), &told);
-    if bench.zeropoint.is_none() {
-        set_band(&mut meta, bench.calibrated.as_ref());
+    let mut meta = table_meta(&config, zeropoint.as_ref(), &told);
+    if zeropoint.is_none() {
+        set_band(&mut meta, night.band.as_ref());
     }
-    let text = match &bench.zeropoint {
-        Some(zeropoint) => zeropoint.to_toml(&[conditions(&config, bench.flat.is_some())]),
+    let text = match &zeropoint {
+        Some(zeropoint) => zeropoint.to_toml(&[conditions(&config, night.flat.is_some())]),
         None => format!("{NO_ZEROPOINT}: magnitudes stay instrumental.\n"),
     };
     let mut failed = std::mem::take(&mut stars.failed);
-    failed.extend(rejected_flats(&bench));
+    failed.extend(rejected_flats(&night));
     let facts = StarFacts {
         tool: TOOL.into(),
         config_sha256: plan.config_sha256.clone(),
-        flat_sha256: bench.flat_sha256.clone(),
-        zeropoint: bench.zeropoint.is_some(),
+        flat_sha256: night.flat_sha256.clone(),
+        zeropoint: zeropoint.is_some(),
         poor: poor.clone(),
-        fwhm_arcsec: stars.fwhm_arcsec,
-        camera_turn: stars.camera_turn,
-        profile: stars.profile,
+        fwhm_arcsec: stars.seeing.fwhm_arcsec,
+        camera_turn: stars.seeing.camera_turn,
+        profile: stars.seeing.profile,
         rows: failed,
     };
     save(out, &(text + &told.toml_comment()))?;
@@ -316,5 +316,5 @@ pub fn plan_zeropoint(
         &path,
         &toml_text(&path, "What target frames must know of the stars; read by `satphot measure --plan`.", &facts)?,
     )?;
-    Ok(PlannedStars { zeropoint: bench.zeropoint, n_rows: rows.len(), poor, notes })
+    Ok(PlannedStars { zeropoint, n_rows: rows.len(), poor, notes })
 }

@@ -19,7 +19,7 @@ use crate::base::hash::sha256_16;
 use crate::base::progress::Progress;
 use crate::config::Config;
 use crate::pipeline::options::Options;
-use crate::pipeline::prepared::Bench;
+use crate::pipeline::prepared::{Calibrated, Prepared, Seeing};
 use crate::pipeline::products::inputs::TOOL;
 use crate::pipeline::products::manifest::peak_memory_mb;
 use crate::pipeline::products::meta::table_meta;
@@ -67,23 +67,27 @@ pub fn measure_shard(plan: &Plan, request: &Request, options: &Options, progress
     let frames = plan.shard(request.number)?;
     let config = plan.config()?;
     // the stars have told what they tell; their catalogue is not needed
-    let mut bench = Bench::prepare(&Config { stars: None, ..config.clone() })?;
+    let prepared = Prepared::prepare(&Config { stars: None, ..config.clone() })?;
     let mut notes = Vec::new();
     let facts = request.zeropoint.map(|path| StarFacts::read(path, plan)).transpose()?;
+    let (mut zeropoint, mut seeing) = (None, Seeing::default());
     if let (Some(facts), Some(path)) = (&facts, request.zeropoint) {
-        bench.zeropoint = if facts.zeropoint { Some(Zeropoint::read(path)?) } else { None };
-        (bench.fwhm_arcsec, bench.profile, bench.camera_turn) = (facts.fwhm_arcsec, facts.profile, facts.camera_turn);
+        zeropoint = if facts.zeropoint { Some(Zeropoint::read(path)?) } else { None };
+        let StarFacts { fwhm_arcsec, profile, camera_turn, .. } = *facts;
+        seeing = Seeing { fwhm_arcsec, profile, camera_turn, growth: None };
     }
-    flat_of_plan(plan, (request.flat, request.zeropoint, false), &mut bench, options, progress, &mut notes)?;
-    if let Some(facts) = facts.as_ref().filter(|f| f.flat_sha256 != bench.flat_sha256) {
+    let which = (request.flat, request.zeropoint, false);
+    let flattened = flat_of_plan(plan, which, prepared, options, progress, &mut notes)?;
+    let night = Calibrated { flattened, seeing, zeropoint };
+    if let Some(facts) = facts.as_ref().filter(|f| f.flat_sha256 != night.flat_sha256) {
         let problem = format!(
             "the master flat ({}) is not the one the zeropoint was made with ({}); give that one with --flat",
-            bench.flat_sha256, facts.flat_sha256
+            night.flat_sha256, facts.flat_sha256
         );
         return Err(Error::Mismatch { problem });
     }
     let night_rows = facts.map(|f| f.rows).unwrap_or_default();
-    let made_of = made_of(plan, request, &bench)?;
+    let made_of = made_of(plan, request, &night)?;
     if let Some(rows) = (!options.redo).then(|| same_table(request.out, &made_of, &frames)).flatten() {
         return Ok(Measured { rows, there_already: true, notes });
     }
@@ -91,12 +95,12 @@ pub fn measure_shard(plan: &Plan, request: &Request, options: &Options, progress
     let folder = request.out.parent().unwrap_or(Path::new("")).join(FOLDER).join(&made_of[..16]);
     let roles = ["orbit.elements", "model.satellites", "model.throughput", "model.band", "flat.master"];
     plan.check_files(&roles, &Products::default())?;
-    let products = Products::in_folder(folder, &bench, options.redo)?;
-    let exposures = plan.exposures(frames.iter().copied(), &config, &bench.target_names())?;
+    let products = Products::in_folder(folder, &night, options.redo)?;
+    let exposures = plan.exposures(frames.iter().copied(), &config, &night.target_names())?;
     let survey = Survey { targets: exposures, ..Survey::default() };
-    notes.extend(options.memory().check(&survey, &bench)?);
+    notes.extend(options.memory().check(&survey, &night)?);
     make_folder_of(request.out)?;
-    let (measured, _) = target_stage(&survey.targets, &bench, &products, options, progress, &mut notes)?;
+    let (measured, _) = target_stage(&survey.targets, &night, &products, options, progress, &mut notes)?;
     let mut rows: Vec<PhotometryRow> = measured.into_iter().map(|f| f.row).collect();
     for (row, frame) in rows.iter_mut().zip(&frames) {
         if row.frame_sha256.is_empty() {
@@ -106,7 +110,7 @@ pub fn measure_shard(plan: &Plan, request: &Request, options: &Options, progress
         }
     }
     rows.extend(night_rows);
-    let mut meta = table_meta(&config, bench.zeropoint.as_ref(), &Provenance::of_plan(plan, &config)?);
+    let mut meta = table_meta(&config, night.zeropoint.as_ref(), &Provenance::of_plan(plan, &config)?);
     meta.push("data_mode", plan.data_mode.name());
     meta.set("schema", SHARD_SCHEMA);
     meta.push("made_of", made_of.as_str());
@@ -154,7 +158,7 @@ fn counts(rows: &[PhotometryRow]) -> BTreeMap<&str, usize> {
 }
 
 /// Hash over everything the table of a shard depends on: version, configuration, frames, calibration, elements.
-fn made_of(plan: &Plan, request: &Request, bench: &Bench) -> Result<String> {
+fn made_of(plan: &Plan, request: &Request, night: &Calibrated) -> Result<String> {
     let text = |path: Option<PathBuf>| -> Result<String> {
         path.map_or(Ok(String::new()), |p| std::fs::read_to_string(&p).map_err(|e| Error::io(&p, e)))
     };
@@ -163,7 +167,7 @@ fn made_of(plan: &Plan, request: &Request, bench: &Bench) -> Result<String> {
     let inputs = plan.inputs_sha256();
     let force_age = plan.config()?.orbit.is_some_and(|o| o.force_age).to_string();
     let mut parts =
-        vec![SHARD_SCHEMA, TOOL, &plan.config_sha256, &inputs, &zeropoint, &facts, &bench.flat_sha256, &force_age];
+        vec![SHARD_SCHEMA, TOOL, &plan.config_sha256, &inputs, &zeropoint, &facts, &night.flat_sha256, &force_age];
     parts.extend(plan.files.iter().flat_map(|f| [f.role.as_str(), f.sha256.as_str()]));
     let frames = plan.shard(request.number)?;
     parts.extend(frames.iter().map(|f| f.sha256.as_str()));

@@ -5,3 +5,4 @@ pub mod solve;
 pub mod solve_file;
 pub mod stage;
 pub mod vignetting;
+pub(crate) mod zeropoint;

@@ -16,7 +16,7 @@ use crate::base::error::{Error, Result};
 use crate::config::{Solve, Stars};
 use crate::frames::Exposure;
 use crate::photometry::detect::Source;
-use crate::pipeline::prepared::Bench;
+use crate::pipeline::prepared::Prepared;
 
 /// The world coordinates of a star frame.
 #[derive(Debug, Clone)]
@@ -49,16 +49,21 @@ const LIMITS: (f64, f64) = (0.009, 0.1);
 ///
 /// # Errors
 /// [`Error::Header`] if there are no usable world coordinates, with everything that was tried and what would help.
-pub fn field_wcs(exposure: &Exposure, sources: &[Source], bench: &Bench, catalogue: &Catalogue) -> Result<FieldWcs> {
+pub fn field_wcs(
+    exposure: &Exposure,
+    sources: &[Source],
+    prepared: &Prepared,
+    catalogue: &Catalogue,
+) -> Result<FieldWcs> {
     let header = header_wcs(exposure);
-    let Some(stars) = &bench.config.stars else {
+    let Some(stars) = &prepared.config.stars else {
         let problem = "no TAN world coordinates, and no [stars] catalogue to find them with".to_owned();
         let wcs = header.map_err(|p| error(&exposure.path, p))?.ok_or_else(|| error(&exposure.path, problem))?;
         return Ok(FieldWcs { wcs, replaced: false, note: String::new() });
     };
     let fits = match &header {
         Ok(Some(wcs)) => {
-            agreement(wcs, sources, (exposure.size_px, bench.config.photometry.clip_radius_px), stars, catalogue)
+            agreement(wcs, sources, (exposure.size_px, prepared.config.photometry.clip_radius_px), stars, catalogue)
         }
         _ => None,
     };
@@ -85,7 +90,7 @@ pub fn field_wcs(exposure: &Exposure, sources: &[Source], bench: &Bench, catalog
             ),
         )),
         (Solve::Auto, Some((wcs, fit))) if !fit.doubted() => Ok(kept(wcs)),
-        (Solve::Auto, Some((wcs, fit))) => match solved(exposure, sources, bench, stars, catalogue, Some(wcs)) {
+        (Solve::Auto, Some((wcs, fit))) => match solved(exposure, sources, prepared, stars, catalogue, Some(wcs)) {
             Ok((s, from)) if s.pairs.len() as f64 > fit.yields_to() => {
                 Ok(found(&s, &why, &from, (Some(wcs), exposure.size_px, stars)))
             }
@@ -94,7 +99,7 @@ pub fn field_wcs(exposure: &Exposure, sources: &[Source], bench: &Bench, catalog
         },
         (Solve::Auto, None) | (Solve::Always, _) => {
             let why = if stars.solve == Solve::Always { "stars.solve = \"always\"" } else { &why };
-            solved(exposure, sources, bench, stars, catalogue, wcs)
+            solved(exposure, sources, prepared, stars, catalogue, wcs)
                 .map(|(s, from)| found(&s, why, &from, (wcs, exposure.size_px, stars)))
                 .map_err(|tried| error(&exposure.path, format!("{why}, and no solution: {tried}")))
         }
@@ -216,15 +221,15 @@ pub(crate) fn agreement(
 fn solved(
     exposure: &Exposure,
     sources: &[Source],
-    bench: &Bench,
+    prepared: &Prepared,
     stars: &Stars,
     catalogue: &Catalogue,
     wcs: Option<&Wcs>,
 ) -> std::result::Result<(Solution, String), String> {
     let field = exposure.object.as_ref().and_then(|name| Some((name.as_str(), *stars.fields.get(name)?)));
     let positions =
-        rough_positions(exposure, field, wcs, Some((&bench.site, &bench.eop)), &bench.config.header.aliases);
-    let scale_arcsec = bench.scale_arcsec(exposure);
+        rough_positions(exposure, field, wcs, Some((&prepared.site, &prepared.eop)), &prepared.config.header.aliases);
+    let scale_arcsec = prepared.scale_arcsec(exposure);
     let search = Search {
         radius_deg: stars.solve_radius_deg,
         scale_arcsec,

@@ -16,7 +16,7 @@ use crate::frames::Exposure;
 use crate::photometry::growth::{FrameGrowth, GrowthCurve, StarProfile};
 use crate::pipeline::options::Options;
 use crate::pipeline::ordered_map::in_order;
-use crate::pipeline::prepared::Bench;
+use crate::pipeline::prepared::{Flattened, Seeing};
 use crate::pipeline::shards::products::Products;
 use crate::pipeline::stars::pointing::{Member, combined_rows, measure_member, single_rows};
 use crate::pipeline::survey::files::Survey;
@@ -34,14 +34,8 @@ pub struct StarStage {
     pub rows: Vec<StarRow>,
     /// Star frames that failed.
     pub failed: Vec<PhotometryRow>,
-    /// Median FWHM \[arcsec\].
-    pub fwhm_arcsec: Option<f64>,
-    /// How the camera is turned on the sky.
-    pub camera_turn: Option<CameraTurn>,
-    /// Profile of the stars.
-    pub profile: Option<StarProfile>,
-    /// Their growth curve.
-    pub growth: Option<GrowthCurve>,
+    /// What the stars say of every frame.
+    pub seeing: Seeing,
     /// Star frames measured.
     pub n_members: usize,
 }
@@ -52,13 +46,13 @@ pub struct StarStage {
 /// Only what is wrong with the machine; a failed frame is a row.
 pub fn star_stage(
     survey: &Survey,
-    bench: &Bench,
+    night: &Flattened,
     products: &Products,
     options: &Options,
     progress: &dyn Progress,
     notes: &mut Vec<String>,
 ) -> Result<StarStage> {
-    let (Some(stars), Some(catalogue)) = (&bench.config.stars, &bench.catalogue) else {
+    let (Some(stars), Some(catalogue)) = (&night.config.stars, &night.catalogue) else {
         if survey.n_star_frames() > 0 {
             notes.push(format!("{} star frames left out: no [stars] in the configuration", survey.n_star_frames()));
         }
@@ -68,38 +62,38 @@ pub fn star_stage(
     let moved_to = jyear(catalogue, &exposures);
     let catalogue = &of_date(catalogue, &exposures, stars.epoch_jyear, notes);
     progress.stage("star pointings", exposures.len());
-    let depends = [products.sha256(&stars.catalogue)?, bench.flat_sha256.clone(), format!("{:?}", moved_to)];
+    let depends = [products.sha256(&stars.catalogue)?, night.flat_sha256.clone(), format!("{:?}", moved_to)];
     let depends = depends.each_ref().map(String::as_str);
     let measure = |exposure: &Exposure| {
-        let make = || measure_member(exposure, bench, catalogue);
+        let make = || measure_member(exposure, night, catalogue);
         let member = products.of_frame(STARS, exposure, &depends, make, |_| true).1?;
         // the header tells the time, also of a member that was kept
         Ok(Member { mid: exposure.time.as_ref().map_or(member.mid, |t| t.mid), ..member })
     };
     let lost = |exposure: &Exposure| -> Result<Member> { Err(internal(exposure)) };
-    let room = options.memory().star_frames(bench, &exposures, options.threads());
+    let room = options.memory().star_frames(night, &exposures, options.threads());
     let kept = || {
         let n = products.count(STARS, &exposures);
         format!("{n} of {} star frames kept; run the same line again to go on", exposures.len())
     };
     let results: Vec<Result<Member>> = in_order(&exposures, room, (&options.stop, &kept), progress, measure, lost)?;
-    bench.buffers.clear();
+    night.buffers.clear();
     progress.done();
 
     let mut stage = StarStage::default();
     let mut pointings: Vec<Vec<Member>> = Vec::new();
-    let scale = scale_of(&exposures, &results, bench, notes)?;
+    let scale = scale_of(&exposures, &results, night, notes)?;
     let mut results = results.into_iter();
     for pointing in &survey.pointings {
         let mut members = Vec::new();
         for exposure in pointing {
             match results.next() {
-                Some(Ok(member)) if scale.is_some_and(|s| is_another(&member, exposure, s, bench)) => {
+                Some(Ok(member)) if scale.is_some_and(|s| is_another(&member, exposure, s, night)) => {
                     let reason = format!(
                         "its stars solve to {:.4} arcsec/px, those of the other star frames to {:.4}: another telescope or \
                          binning; set aside",
                         member.solved_scale_arcsec(),
-                        scale.unwrap_or(f64::NAN) * configured_arcsec(exposure, &bench.config)
+                        scale.unwrap_or(f64::NAN) * configured_arcsec(exposure, &night.config)
                     );
                     let mut row = set_aside_row(&exposure.path, &reason);
                     row.object_name = exposure.object.clone().unwrap_or_default();
@@ -121,11 +115,11 @@ pub fn star_stage(
             pointings.push(members);
         }
     }
-    if bench.config.photometry.aper_correction {
-        (stage.growth, stage.profile) = star_profile(&mut pointings, &bench.config.photometry, notes);
+    if night.config.photometry.aper_correction {
+        (stage.seeing.growth, stage.seeing.profile) = star_profile(&mut pointings, &night.config.photometry, notes);
     }
     let turns: Vec<CameraTurn> = pointings.iter().flatten().filter_map(|m| m.turn).collect();
-    stage.camera_turn = CameraTurn::of_night(&turns);
+    stage.seeing.camera_turn = CameraTurn::of_night(&turns);
     let mut fwhm: Vec<f64> = Vec::new();
     for (number, members) in pointings.iter().enumerate() {
         fwhm.extend(members.iter().map(|m| m.fwhm_px * m.scale_arcsec));
@@ -136,7 +130,7 @@ pub fn star_stage(
             Combine::None => stage.rows.extend(members.iter().flat_map(|m| single_rows(m, number, catalogue))),
         }
     }
-    stage.fwhm_arcsec = robust(&fwhm).map(|(median, _)| median);
+    stage.seeing.fwhm_arcsec = robust(&fwhm).map(|(median, _)| median);
     if catalogue.n_skipped > 0 {
         let why = catalogue.skipped.first().map(|s| format!(", e.g. {s}")).unwrap_or_default();
         notes.push(format!("catalogue: {} rows skipped{why}", catalogue.n_skipped));
@@ -152,10 +146,10 @@ pub fn star_stage(
 fn scale_of(
     exposures: &[&Exposure],
     results: &[Result<Member>],
-    bench: &Bench,
+    night: &Flattened,
     notes: &mut Vec<String>,
 ) -> Result<Option<f64>> {
-    let config = &bench.config;
+    let config = &night.config;
     let measured = exposures.iter().zip(results).filter_map(|(e, r)| Some((*e, r.as_ref().ok()?)));
     let all: Vec<(&Exposure, f64)> = measured.map(|(e, member)| (e, member.solved_scale_arcsec())).collect();
     let mut ratios: Vec<f64> = all.iter().map(|(e, scale)| scale / configured_arcsec(e, config)).collect();
@@ -167,8 +161,8 @@ fn scale_of(
 }
 
 /// Whether a frame's scale is not that of the others.
-fn is_another(member: &Member, exposure: &Exposure, ratio: f64, bench: &Bench) -> bool {
-    let own = member.solved_scale_arcsec() / configured_arcsec(exposure, &bench.config);
+fn is_another(member: &Member, exposure: &Exposure, ratio: f64, night: &Flattened) -> bool {
+    let own = member.solved_scale_arcsec() / configured_arcsec(exposure, &night.config);
     !((own / ratio - 1.0).abs() <= MOST_FRAC)
 }
 

@@ -2,7 +2,7 @@
 //!
 //! A run reduces the frames of one filter: that of `input.filter`, or the only one among the star and target frames. Frames
 //! of others are set aside with their reason and counted. What the filter, the catalogue, a zeropoint of another night and
-//! the user say of the band must agree before any pixel is read ([`Calibrated::of`]).
+//! the user say of the band must agree before any pixel is read ([`CalibratedBand::of`]).
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,9 +12,9 @@ use crate::config::Config;
 use crate::fits::Header;
 use crate::frames::header::filter;
 use crate::frames::{Exposure, Role};
-use crate::pipeline::prepared::Bench;
+use crate::pipeline::prepared::Prepared;
 use crate::pipeline::survey::files::Survey;
-use crate::zeropoint::bands::{Band, Calibrated, Light, Meaning, filter_meaning};
+use crate::zeropoint::bands::{Band, CalibratedBand, Light, Meaning, filter_meaning};
 use crate::zeropoint::fit::Zeropoint;
 
 /// Frames of one filter by role: flats, star frames, target frames.
@@ -212,19 +212,19 @@ pub fn aside_notes(survey: &Survey) -> Vec<String> {
 }
 
 /// Brings filter, catalogue, master flat, zeropoint of another night and the user's declaration together, before pixels are
-/// read, and puts the band of the result on the bench; returns what should be known. `fits` = the run fits a zeropoint to
+/// read, and puts the band of the result on the prepared; returns what should be known. `fits` = the run fits a zeropoint to
 /// its own star frames unless another night's is given.
 ///
 /// # Errors
 /// [`Error::Config`] where they contradict each other: `photometry.band`, `flat.master`, `zeropoint.previous`, `model.band`.
-pub fn agree_on_band(survey: &Survey, bench: &mut Bench, fits: bool) -> Result<Vec<String>> {
+pub fn agree_on_band(survey: &Survey, prepared: &mut Prepared, fits: bool) -> Result<Vec<String>> {
     let mut notes = aside_notes(survey);
     let Some(light) = survey.light.clone() else { return Ok(notes) };
-    let declared = bench.config.photometry.band;
-    if let Some(path) = &bench.config.flat.master {
-        notes.extend(check_master(path, &light, &bench.config)?);
+    let declared = prepared.config.photometry.band;
+    if let Some(path) = &prepared.config.flat.master {
+        notes.extend(check_master(path, &light, &prepared.config)?);
     }
-    let reference = match (&bench.config.zeropoint.previous, &bench.catalogue) {
+    let reference = match (&prepared.config.zeropoint.previous, &prepared.catalogue) {
         (Some(path), _) => {
             // one that cannot be read is told by whoever reads it for its numbers
             let previous = Zeropoint::read(path)?;
@@ -239,10 +239,10 @@ pub fn agree_on_band(survey: &Survey, bench: &mut Bench, fits: bool) -> Result<V
         _ => None,
     };
     let Some((band, from)) = reference else { return Ok(notes) };
-    let calibrated = Calibrated::of(&light, (band, &from), declared)?;
+    let calibrated = CalibratedBand::of(&light, (band, &from), declared)?;
     notes.push(format!("magnitudes are {}", calibrated.text()));
-    notes.extend(crate::pipeline::compare::band_of_model(&bench.config, calibrated.band)?);
-    bench.calibrated = Some(calibrated);
+    notes.extend(crate::pipeline::compare::band_of_model(&prepared.config, calibrated.band)?);
+    prepared.band = Some(calibrated);
     Ok(notes)
 }
 

@@ -14,7 +14,7 @@ use crate::base::error::{Error, Result};
 use crate::config::Config;
 use crate::fits::Header;
 use crate::frames::{Exposure, Role};
-use crate::pipeline::prepared::Bench;
+use crate::pipeline::prepared::Prepared;
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::survey::filters::{agree_on_band, reduce_one_filter};
 use crate::pipeline::survey::header_checks::{header_notes, refuse_other_site};
@@ -26,7 +26,7 @@ use crate::zeropoint::fit::Zeropoint;
 #[derive(Debug)]
 pub struct Preflight {
     /// What every frame shares; pieces with an error are missing.
-    pub bench: Bench,
+    pub prepared: Prepared,
     /// The files by role.
     pub survey: Survey,
     /// What was found.
@@ -40,19 +40,19 @@ type Check = fn(&mut Preflight);
 
 /// The checks, in the order in which their errors count: the first decides the exit code.
 const CHECKS: &[(&str, Check)] = &[
-    ("satellites", |p| p.bench.set_others_aside(&mut p.survey)),
-    ("filter", |p| p.refuse(|p| reduce_one_filter(&mut p.survey, &p.bench.config))),
+    ("satellites", |p| p.prepared.set_others_aside(&mut p.survey)),
+    ("filter", |p| p.refuse(|p| reduce_one_filter(&mut p.survey, &p.prepared.config))),
     ("site", |p| p.refuse(|p| refuse_other_site(&p.survey))),
     ("files", |p| p.refuse(files)),
-    ("instrument", |p| check_instrument(&mut p.survey, &p.bench.config, &mut p.findings)),
+    ("instrument", |p| check_instrument(&mut p.survey, &p.prepared.config, &mut p.findings)),
     ("gain", gains),
     ("elements", |p| p.refuse(elements)),
     ("master flat", |p| p.refuse(master_flat)),
     ("zeropoint", |p| p.refuse(previous_zeropoint)),
     ("band", |p| p.refuse(band)),
-    ("model", |p| p.findings.notes.extend(p.bench.model_note())),
+    ("model", |p| p.findings.notes.extend(p.prepared.model_note())),
     ("scale", |p| p.refuse(headers_of_scale)),
-    ("headers", |p| p.findings.notes.extend(header_notes(&p.survey, &p.bench.config, &p.bench.detector))),
+    ("headers", |p| p.findings.notes.extend(header_notes(&p.survey, &p.prepared.config, &p.prepared.detector))),
 ];
 
 /// Reads the configuration's files and every header of the night (or of `files`), and makes every check.
@@ -60,24 +60,24 @@ const CHECKS: &[(&str, Check)] = &[
 /// # Errors
 /// [`Error::Config`] for a site that is none. Whatever else is wrong is in [`Preflight::findings`].
 pub fn preflight(config: &Config, files: &[PathBuf]) -> Result<Preflight> {
-    let (bench, errors) = Bench::gather(config)?;
-    let mut names = bench.target_names();
-    if bench.tracker.is_none() && !errors.is_empty() {
+    let (prepared, errors) = Prepared::gather(config)?;
+    let mut names = prepared.target_names();
+    if prepared.tracker.is_none() && !errors.is_empty() {
         // elements would name the target; the model names the same satellite
         names.extend(config.model.iter().map(|m| m.satellite.clone()));
     }
     let survey = survey(config, files, &names);
-    Ok(preflight_of(bench, errors, survey, true))
+    Ok(preflight_of(prepared, errors, survey, true))
 }
 
-/// As [`preflight`], of files that were sorted already; `errors` are those of the bench, `fits` says whether a zeropoint is
+/// As [`preflight`], of files that were sorted already; `errors` are those of the prepared, `fits` says whether a zeropoint is
 /// fitted to the stars of this night.
 #[must_use]
-pub fn preflight_of(bench: Bench, errors: Vec<Error>, survey: Result<Survey>, fits: bool) -> Preflight {
+pub fn preflight_of(prepared: Prepared, errors: Vec<Error>, survey: Result<Survey>, fits: bool) -> Preflight {
     let mut findings = Findings { errors, ..Findings::default() };
     let survey = survey.map_err(|error| findings.errors.push(error));
     let there = survey.is_ok();
-    let mut preflight = Preflight { bench, survey: survey.unwrap_or_default(), findings, fits };
+    let mut preflight = Preflight { prepared, survey: survey.unwrap_or_default(), findings, fits };
     if there {
         CHECKS.iter().for_each(|(_, check)| check(&mut preflight));
     }
@@ -89,15 +89,15 @@ impl Preflight {
     ///
     /// # Errors
     /// The only error found, or [`Error::Preflight`] with all of them and the lines to paste.
-    pub fn ready(self) -> Result<(Bench, Survey, Vec<String>)> {
-        let Self { bench, survey, mut findings, .. } = self;
+    pub fn ready(self) -> Result<(Prepared, Survey, Vec<String>)> {
+        let Self { prepared, survey, mut findings, .. } = self;
         let paste = findings.paste();
         match findings.errors.len() {
             0 => {
                 if !paste.is_empty() {
                     findings.notes.push(format!("pipeline.toml lacks\n{}", paste.trim_end()));
                 }
-                Ok((bench, survey, findings.notes))
+                Ok((prepared, survey, findings.notes))
             }
             1 if findings.missing.len() < 2 => Err(findings.errors.swap_remove(0)),
             _ => Err(Error::Preflight { problems: findings.errors, paste }),
@@ -114,7 +114,7 @@ impl Preflight {
 
 /// What no night can do without: a frame.
 fn files(p: &mut Preflight) -> Result<()> {
-    let Preflight { survey, bench, .. } = p;
+    let Preflight { survey, prepared, .. } = p;
     if survey.n_star_frames() + survey.targets.len() + survey.flats.len() > 0 {
         return Ok(());
     }
@@ -126,18 +126,18 @@ fn files(p: &mut Preflight) -> Result<()> {
         Some(first) => format!("none of the {} files can be used; the first: {}", survey.len(), first.error),
         None => "holds no flat, star or target frames (IMAGETYP, OBJECT; or name them in [frames])".into(),
     };
-    Err(Error::NoInput { path: bench.config.night.input.first().cloned().unwrap_or_default(), problem })
+    Err(Error::NoInput { path: prepared.config.night.input.first().cloned().unwrap_or_default(), problem })
 }
 
 /// Electrons per ADU and read noise of every gain setting of the light frames: an error where a kind of frames has none of
 /// them, else a note; the lines that are missing in either case.
 fn gains(p: &mut Preflight) {
-    let Preflight { bench, survey, findings, .. } = p;
+    let Preflight { prepared, survey, findings, .. } = p;
     let lights: Vec<&Exposure> = survey.pointings.iter().flatten().chain(&survey.targets).collect();
     let mut first: Option<Error> = None;
     for role in [Role::Target, Role::Stars] {
         let of_role: Vec<&&Exposure> = lights.iter().filter(|e| e.role == role).collect();
-        let errors: Vec<Error> = of_role.iter().filter_map(|e| bench.detector.gain(e).err()).collect();
+        let errors: Vec<Error> = of_role.iter().filter_map(|e| prepared.detector.gain(e).err()).collect();
         let (n, all) = (errors.len(), of_role.len());
         let Some(error) = errors.into_iter().next() else { continue };
         if n == all {
@@ -150,20 +150,20 @@ fn gains(p: &mut Preflight) {
     // an unknown camera was told already, with the same keys
     let unknown = findings.errors.iter().any(|e| matches!(e, Error::Config { key, .. } if key == "detector.camera"));
     findings.errors.extend(first.filter(|_| !unknown));
-    findings.missing.extend(missing_settings(bench, &lights));
+    findings.missing.extend(missing_settings(prepared, &lights));
 }
 
 /// Lines for the gain settings of the frames that the tables lack: the header's number, else a proposal, else a zero that the
 /// configuration refuses until it is filled in.
-fn missing_settings(bench: &Bench, lights: &[&Exposure]) -> Vec<MissingKey> {
-    let detector = &bench.detector;
+fn missing_settings(prepared: &Prepared, lights: &[&Exposure]) -> Vec<MissingKey> {
+    let detector = &prepared.detector;
     let mut settings: BTreeMap<i64, (usize, &Exposure)> = BTreeMap::new();
     for e in lights {
         if let Some(setting) = e.setting {
             settings.entry(setting.0).or_insert((0, e)).0 += 1;
         }
     }
-    let egain = bench.config.detector.use_header_egain;
+    let egain = prepared.config.detector.use_header_egain;
     let mut lines = Vec::new();
     for (setting, (n, exposure)) in settings {
         let (has_gain, has_noise) = detector.tabulated(setting);
@@ -198,7 +198,7 @@ fn header_read_noise(exposure: &Exposure) -> Option<f64> {
 
 /// Elements that are refused for every target frame.
 fn elements(p: &mut Preflight) -> Result<()> {
-    let Some(tracker) = &p.bench.tracker else { return Ok(()) };
+    let Some(tracker) = &p.prepared.tracker else { return Ok(()) };
     let targets = &p.survey.targets;
     let mut refused: Vec<Error> =
         targets.iter().filter_map(|e| tracker.elements_at(&e.time.as_ref()?.mid).err()).collect();
@@ -210,7 +210,7 @@ fn elements(p: &mut Preflight) -> Result<()> {
 
 /// A master flat of another night that is not there, or no FITS file.
 fn master_flat(p: &mut Preflight) -> Result<()> {
-    let Some(path) = &p.bench.config.flat.master else { return Ok(()) };
+    let Some(path) = &p.prepared.config.flat.master else { return Ok(()) };
     if path.is_file() {
         return Header::read(path).map(|_| ());
     }
@@ -220,7 +220,7 @@ fn master_flat(p: &mut Preflight) -> Result<()> {
 
 /// A zeropoint of another night that is not there, or cannot be understood.
 fn previous_zeropoint(p: &mut Preflight) -> Result<()> {
-    let Some(path) = &p.bench.config.zeropoint.previous else { return Ok(()) };
+    let Some(path) = &p.prepared.config.zeropoint.previous else { return Ok(()) };
     if path.is_file() {
         return Zeropoint::read(path).map(|_| ());
     }
@@ -231,16 +231,16 @@ fn previous_zeropoint(p: &mut Preflight) -> Result<()> {
 /// What filter, catalogue, master flat, the zeropoint of another night and the configuration say of the band.
 fn band(p: &mut Preflight) -> Result<()> {
     // a zeropoint that cannot be read has its own error
-    if p.bench.config.zeropoint.previous.as_ref().is_some_and(|path| Zeropoint::read(path).is_err()) {
+    if p.prepared.config.zeropoint.previous.as_ref().is_some_and(|path| Zeropoint::read(path).is_err()) {
         return Ok(());
     }
-    let notes = agree_on_band(&p.survey, &mut p.bench, p.fits)?;
+    let notes = agree_on_band(&p.survey, &mut p.prepared, p.fits)?;
     p.findings.notes.extend(notes);
     Ok(())
 }
 
 /// The scale, as far as headers tell it.
 fn headers_of_scale(p: &mut Preflight) -> Result<()> {
-    p.findings.scale_in_doubt = scale::check_headers(&p.survey, &p.bench)?;
+    p.findings.scale_in_doubt = scale::check_headers(&p.survey, &p.prepared)?;
     Ok(())
 }

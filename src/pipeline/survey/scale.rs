@@ -13,7 +13,7 @@ use crate::config::{Config, Stars};
 use crate::frames::header::optics;
 use crate::frames::{Exposure, pixel_scale_arcsec};
 use crate::photometry::detect::Source;
-use crate::pipeline::prepared::Bench;
+use crate::pipeline::prepared::Prepared;
 use crate::pipeline::shards::products::Products;
 use crate::pipeline::stars::solve::{Search, agreement, catalogue_stars, header_wcs, solve_from_with};
 use crate::pipeline::stars::solve_file::detections;
@@ -135,14 +135,14 @@ pub fn nominal_of(survey: &Survey, config: &Config) -> Option<Evidence> {
 
 /// What the headers alone leave of the scale: nothing to ask, a contradiction that the stars must decide, or an error where
 /// there are no stars to ask.
-pub(crate) fn check_headers(survey: &Survey, bench: &Bench) -> Result<bool> {
-    let config = &bench.config;
+pub(crate) fn check_headers(survey: &Survey, prepared: &Prepared) -> Result<bool> {
+    let config = &prepared.config;
     if !config.telescope.check_scale {
         return Ok(false);
     }
     let (wcs, nominal) = (of_headers(survey, config), nominal_of(survey, config));
-    let can_solve = bench.catalogue.is_some() && survey.n_star_frames() > 0;
-    if can_solve || config.stars.is_some() && bench.catalogue.is_none() {
+    let can_solve = prepared.catalogue.is_some() && survey.n_star_frames() > 0;
+    if can_solve || config.stars.is_some() && prepared.catalogue.is_none() {
         return Ok(can_solve && wcs.iter().chain(&nominal).any(|e| e.is_off(MOST_FRAC)));
     }
     match (wcs, nominal) {
@@ -161,13 +161,13 @@ pub(crate) fn check_headers(survey: &Survey, bench: &Bench) -> Result<bool> {
 /// # Errors
 /// [`Error::Config`] naming both values and the key, where the stars solve to another scale than the configured one; also
 /// where no field solves and the nominal values of the headers are more than 20 % off.
-pub fn check_stars(survey: &Survey, bench: &Bench, products: &Products, jobs: usize) -> Result<Vec<String>> {
-    let config = &bench.config;
-    let (Some(stars), Some(catalogue)) = (&config.stars, &bench.catalogue) else { return Ok(Vec::new()) };
+pub fn check_stars(survey: &Survey, prepared: &Prepared, products: &Products, jobs: usize) -> Result<Vec<String>> {
+    let config = &prepared.config;
+    let (Some(stars), Some(catalogue)) = (&config.stars, &prepared.catalogue) else { return Ok(Vec::new()) };
     if survey.n_star_frames() == 0 {
         return Ok(Vec::new());
     }
-    let (found, asked) = with_threads(jobs, || solved(survey, bench, (stars, catalogue), products))?;
+    let (found, asked) = with_threads(jobs, || solved(survey, prepared, (stars, catalogue), products))?;
     let Some(found) = found else {
         let nominal = nominal_of(survey, config).filter(|n| n.is_off(NOMINAL_FRAC) && config.telescope.check_scale);
         return match nominal {
@@ -232,7 +232,7 @@ pub(crate) fn refusal(evidence: &Evidence, config: &Config) -> Error {
 /// The scale the stars solve to, and how many frames were asked.
 fn solved(
     survey: &Survey,
-    bench: &Bench,
+    prepared: &Prepared,
     (stars, catalogue): (&Stars, &Catalogue),
     products: &Products,
 ) -> (Option<Evidence>, usize) {
@@ -240,7 +240,7 @@ fn solved(
     let mut frames: Vec<Asked> = asked.iter().map(|exposure| Asked { exposure, sources: None }).collect();
     let sky = catalogue_stars(catalogue);
     let mut found: Vec<(&str, f64, f64)> = Vec::new();
-    let agrees = nominal_of(survey, &bench.config).is_some_and(|n| !n.is_off(MOST_FRAC));
+    let agrees = nominal_of(survey, &prepared.config).is_some_and(|n| !n.is_off(MOST_FRAC));
     let searched = if agrees { 1 } else { SEARCHED };
     for reach in [Reach::Near, Reach::Wide] {
         for frame in frames.iter_mut().take(if reach == Reach::Near { ASKED } else { searched }) {
@@ -249,12 +249,12 @@ fn solved(
             let name = format!("{SCALE}.{}", exposure.name);
             let kept = key.as_ref().and_then(|key| products.load::<Option<f64>>(&name, key));
             let scale = kept.unwrap_or_else(|| {
-                let scale = frame.scale(bench, (stars, catalogue), &sky, reach);
+                let scale = frame.scale(prepared, (stars, catalogue), &sky, reach);
                 key.iter().for_each(|key| products.store(&name, key, &scale));
                 scale
             });
             let Some(scale) = scale else { continue };
-            found.push((&exposure.name, scale, scale / configured_arcsec(exposure, &bench.config)));
+            found.push((&exposure.name, scale, scale / configured_arcsec(exposure, &prepared.config)));
             let right = (found[0].2 - 1.0).abs() <= MOST_FRAC;
             if right {
                 break;
@@ -310,12 +310,12 @@ impl Asked<'_> {
     /// The scale \[arcsec/px\] the frame's stars solve to.
     fn scale(
         &mut self,
-        bench: &Bench,
+        prepared: &Prepared,
         (stars, catalogue): (&Stars, &Catalogue),
         sky: &[SkyStar],
         reach: Reach,
     ) -> Option<f64> {
-        let (exposure, config) = (self.exposure, &bench.config);
+        let (exposure, config) = (self.exposure, &prepared.config);
         if self.sources.is_none() {
             self.sources = Some(detections(exposure, &config.photometry).unwrap_or_default());
         }
@@ -328,7 +328,7 @@ impl Asked<'_> {
             return Some(fit.scale_arcsec);
         }
         let field = exposure.object.as_ref().and_then(|name| Some((name.as_str(), *stars.fields.get(name)?)));
-        let site = Some((&bench.site, &bench.eop));
+        let site = Some((&prepared.site, &prepared.eop));
         let positions = rough_positions(exposure, field, wcs.as_ref(), site, &config.header.aliases);
         let solve = |scale_arcsec: f64, scale_search_frac: f64, radius_deg: f64, effort: Effort| {
             let search = Search { radius_deg, scale_arcsec, scale_search_frac, mirrored: None };

@@ -9,7 +9,6 @@ use crate::base::constants::MAG_PER_LN;
 use crate::base::error::{Error, Result};
 use crate::base::file::file_name;
 use crate::base::time::{iso_utc, mjd_utc};
-use crate::config::Config;
 use crate::frames::Exposure;
 use crate::orbit::Geometry;
 use crate::photometry::Flags;
@@ -20,7 +19,7 @@ use crate::photometry::target::measure::KnownDirection;
 use crate::photometry::target::measure::Light;
 use crate::photometry::target::measure::TargetFound;
 use crate::photometry::target::settings::TargetSettings;
-use crate::pipeline::prepared::Bench;
+use crate::pipeline::prepared::{Calibrated, Prepared};
 use crate::pipeline::target::window::look;
 use crate::pipeline::vet::{judge, without_magnitude};
 use crate::tables::PhotometryRow;
@@ -74,9 +73,9 @@ fn without_folder(error: &Error, path: &Path) -> String {
 /// Measures the target in one frame, with the geometry of its moment; leaves out the hash of the file, for which all of
 /// it must be read.
 #[must_use]
-pub fn measure_frame(exposure: &Exposure, bench: &Bench) -> TargetFrame {
-    let mut row = row_of_header(exposure, bench);
-    let geometry = match geometry_columns(&mut row, exposure, bench) {
+pub fn measure_frame(exposure: &Exposure, night: &Calibrated) -> TargetFrame {
+    let mut row = row_of_header(exposure, night);
+    let geometry = match geometry_columns(&mut row, exposure, night) {
         Ok(geometry) => geometry,
         Err(error) => {
             row.status = "rejected".into();
@@ -87,15 +86,15 @@ pub fn measure_frame(exposure: &Exposure, bench: &Bench) -> TargetFrame {
     };
     // a damaged file must cost one row even where a library panics on it
     let measured = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-        measure_columns(&mut row, geometry.as_ref(), exposure, bench)
+        measure_columns(&mut row, geometry.as_ref(), exposure, night)
     }));
     if let Err(error) = measured.unwrap_or_else(|_| Err(internal(exposure))) {
         row.status = "failed".into();
         row.reason = without_folder(&error, &exposure.path);
     } else {
-        calibrate(&mut row, bench);
+        calibrate(&mut row, night);
     }
-    judge(&mut row, &bench.config.vetting);
+    judge(&mut row, &night.config.vetting);
     without_magnitude(&mut row);
     TargetFrame { row, geometry, thumb: None }
 }
@@ -108,14 +107,14 @@ pub fn internal(exposure: &Exposure) -> Error {
 
 /// Identity, time and optics, from the header alone.
 #[must_use]
-pub fn row_of_header(exposure: &Exposure, bench: &Bench) -> PhotometryRow {
+pub fn row_of_header(exposure: &Exposure, night: &Prepared) -> PhotometryRow {
     let mut row = PhotometryRow {
         frame: exposure.name.clone(),
         object_name: exposure.object.clone().unwrap_or_default(),
         exptime_s: Some(exposure.exptime_s),
         filter: exposure.filter.clone().unwrap_or_default(),
         gain_setting: exposure.setting.map(|g| g.0),
-        pix_scale_arcsec: Some(bench.scale_arcsec(exposure)),
+        pix_scale_arcsec: Some(night.scale_arcsec(exposure)),
         ..PhotometryRow::default()
     };
     if let Some(time) = &exposure.time {
@@ -136,8 +135,8 @@ pub fn row_of_header(exposure: &Exposure, bench: &Bench) -> PhotometryRow {
 ///
 /// # Errors
 /// Elements refused, or the satellite below the horizon: then this frame cannot show it.
-pub fn geometry_columns(row: &mut PhotometryRow, exposure: &Exposure, bench: &Bench) -> Result<Option<Geometry>> {
-    let (Some(tracker), Some(time)) = (&bench.tracker, &exposure.time) else { return Ok(None) };
+pub fn geometry_columns(row: &mut PhotometryRow, exposure: &Exposure, night: &Prepared) -> Result<Option<Geometry>> {
+    let (Some(tracker), Some(time)) = (&night.tracker, &exposure.time) else { return Ok(None) };
     let elements = tracker.elements_at(&time.mid)?;
     row.norad_cat_id = i64::try_from(elements.norad_cat_id()).ok();
     row.object_id = elements.object_id().to_string();
@@ -160,16 +159,16 @@ pub fn geometry_columns(row: &mut PhotometryRow, exposure: &Exposure, bench: &Be
 }
 
 /// FWHM of the stars of this frame \[px\], if the configuration or the star pointings tell.
-fn known_fwhm_px(exposure: &Exposure, bench: &Bench) -> Option<f64> {
-    bench.config.photometry.fwhm_px.or(bench.fwhm_arcsec.map(|f| f / bench.scale_arcsec(exposure)))
+fn known_fwhm_px(exposure: &Exposure, night: &Prepared, fwhm_arcsec: Option<f64>) -> Option<f64> {
+    night.config.photometry.fwhm_px.or(fwhm_arcsec.map(|f| f / night.scale_arcsec(exposure)))
 }
 
 /// Where and how the target is looked for in one frame.
 #[must_use]
-pub fn target_settings(exposure: &Exposure, bench: &Bench) -> TargetSettings {
-    let (p, t) = (&bench.config.photometry, &bench.config.target);
-    let scale_arcsec = bench.scale_arcsec(exposure);
-    let fwhm_px = known_fwhm_px(exposure, bench).unwrap_or(ASSUMED_FWHM_ARCSEC / scale_arcsec);
+pub fn target_settings(exposure: &Exposure, night: &Prepared, fwhm_arcsec: Option<f64>) -> TargetSettings {
+    let (p, t) = (&night.config.photometry, &night.config.target);
+    let scale_arcsec = night.scale_arcsec(exposure);
+    let fwhm_px = known_fwhm_px(exposure, night, fwhm_arcsec).unwrap_or(ASSUMED_FWHM_ARCSEC / scale_arcsec);
     let (nx, ny) = exposure.size_px;
     TargetSettings {
         x_px: t.x_px.unwrap_or((nx as f64 - 1.0) / 2.0),
@@ -183,14 +182,14 @@ pub fn target_settings(exposure: &Exposure, bench: &Bench) -> TargetSettings {
         sky_out_px: p.sky_out_fwhm * fwhm_px,
         clip_sigma: p.clip_sigma,
         shape: t.shape,
-        contam_frac: bench.config.vetting.contam_caution_frac,
+        contam_frac: night.config.vetting.contam_caution_frac,
         trail_direction: None,
     }
 }
 
 /// Direction of the star trails, where the star frames tell how the camera is turned.
-fn trail_direction(geometry: Option<&Geometry>, exposure: &Exposure, bench: &Bench) -> Option<KnownDirection> {
-    bench.camera_turn?.trails(geometry?, &bench.site, exposure.time.as_ref()?.err_s)
+fn trail_direction(geometry: Option<&Geometry>, exposure: &Exposure, night: &Calibrated) -> Option<KnownDirection> {
+    night.seeing.camera_turn?.trails(geometry?, &night.site, exposure.time.as_ref()?.err_s)
 }
 
 /// Finds and measures the target.
@@ -198,9 +197,9 @@ fn measure_columns(
     row: &mut PhotometryRow,
     geometry: Option<&Geometry>,
     exposure: &Exposure,
-    bench: &Bench,
+    night: &Calibrated,
 ) -> Result<()> {
-    let t = &bench.config.target;
+    let t = &night.config.target;
     let (nx, ny) = exposure.size_px;
     for (key, at, n) in [("target.x_px", t.x_px, nx), ("target.y_px", t.y_px, ny)] {
         if let Some(at) = at.filter(|at| *at < -0.5 || *at > n as f64 - 0.5) {
@@ -210,18 +209,18 @@ fn measure_columns(
             });
         }
     }
-    let scale_arcsec = bench.scale_arcsec(exposure);
-    let mut settings = target_settings(exposure, bench);
-    settings.trail_direction = trail_direction(geometry, exposure, bench);
+    let scale_arcsec = night.scale_arcsec(exposure);
+    let mut settings = target_settings(exposure, night, night.seeing.fwhm_arcsec);
+    settings.trail_direction = trail_direction(geometry, exposure, night);
     let fwhm_px = settings.fwhm_px;
-    let reader = bench.open(exposure)?;
-    let seen = look(&reader, bench, &settings)?;
+    let reader = night.open(exposure)?;
+    let seen = look(&reader, night, &settings)?;
     let gain = reader.gain();
     row.e_per_adu = Some(gain.e_per_adu.0);
     row.e_per_adu_source = gain.source.clone();
     row.read_noise_e = Some(gain.read_noise_e);
-    row.fwhm_px = known_fwhm_px(exposure, bench);
-    if bench.flat.is_none() {
+    row.fwhm_px = known_fwhm_px(exposure, night, night.seeing.fwhm_arcsec);
+    if night.flat.is_none() {
         row.flags |= Flags::NO_FLAT.0;
     }
     row.sky_corner_ratio = seen.corner_ratio;
@@ -231,7 +230,7 @@ fn measure_columns(
             row.x_px = Some(x_px);
             row.y_px = Some(y_px);
             flux_columns(row, &flux, well_e);
-            let corr_mag = aperture_correction(row, bench, fwhm_px, &flux, light.source, along_trails);
+            let corr_mag = aperture_correction(row, night, fwhm_px, &flux, light.source, along_trails);
             light_columns(row, &flux, &light, fwhm_px, (exposure.exptime_s, scale_arcsec));
             if flux.snr >= t.detect_sigma {
                 let inst_mag = -2.5 * (flux.flux_e / exposure.exptime_s).log10() + corr_mag;
@@ -256,7 +255,7 @@ fn measure_columns(
             row.y_px = Some(y_px);
             row.status = "nondetection".into();
             row.reason = format!("nothing above {} sigma near ({x_px:.0}, {y_px:.0})", t.detect_sigma);
-            let corr_mag = aperture_correction(row, bench, fwhm_px, &flux, None, false);
+            let corr_mag = aperture_correction(row, night, fwhm_px, &flux, None, false);
             row.limit_v_mag = inst_limit(limit_e, exposure.exptime_s, corr_mag);
         }
     }
@@ -292,13 +291,13 @@ fn inst_limit(limit_e: f64, exptime_s: f64, corr_mag: f64) -> Option<f64> {
 /// error of the correction is left in `v_mag_err_sys` for `calibrate`.
 fn aperture_correction(
     row: &mut PhotometryRow,
-    bench: &Bench,
+    night: &Calibrated,
     fwhm_px: f64,
     flux: &Flux,
     source: Option<Shape>,
     along_trails: bool,
 ) -> f64 {
-    let Some(profile) = bench.profile.filter(|_| bench.config.photometry.aper_correction) else { return 0.0 };
+    let Some(profile) = night.seeing.profile.filter(|_| night.config.photometry.aper_correction) else { return 0.0 };
     let sky = if along_trails { (0.0, 0.0) } else { (flux.sky_in_px, flux.sky_out_px) };
     let correction = profile.correction_mag(fwhm_px, flux.shape, sky, source);
     if !correction.is_finite() {
@@ -341,25 +340,25 @@ fn flux_columns(row: &mut PhotometryRow, flux: &Flux, well_e: f64) {
 /// The systematic error joins the zeropoint's propagated covariance at this airmass and colour, the scatter of one line
 /// of sight as the pointings show it, the colour of the target, the gain table, the aperture correction, the vignetting of
 /// a frame without flat and, where the zeropoint is of another night, how much nights differ; the random error is the flux's own.
-pub fn calibrate(row: &mut PhotometryRow, bench: &Bench) {
+pub fn calibrate(row: &mut PhotometryRow, night: &Calibrated) {
     let inst_limit = row.limit_v_mag.take();
     let correction_err = row.v_mag_err_sys.take().unwrap_or(0.0);
     let inst_mu = [row.mu_mean_mag_arcsec2.take(), row.mu_peak_mag_arcsec2.take()];
-    let z = &bench.config.zeropoint;
-    let other = bench.zeropoint.as_ref().and_then(|zeropoint| other_night(zeropoint, row.mjd_mid_d, z));
+    let z = &night.config.zeropoint;
+    let other = night.zeropoint.as_ref().and_then(|zeropoint| other_night(zeropoint, row.mjd_mid_d, z));
     if let Some(other) = &other {
         row.flags |= Flags::OTHER_ZEROPOINT.0;
         row.zp_age_d = other.age_d;
         row.zp_extra_err_mag = Some(other.extra_err_mag);
     }
-    let (Some(zeropoint), Some(airmass)) = (&bench.zeropoint, row.airmass) else {
+    let (Some(zeropoint), Some(airmass)) = (&night.zeropoint, row.airmass) else {
         if row.status == Status::Ok || row.status == Status::Nondetection {
-            let missing = if bench.zeropoint.is_none() { "no zeropoint" } else { "no airmass" };
+            let missing = if night.zeropoint.is_none() { "no zeropoint" } else { "no airmass" };
             row.reason = join(&row.reason, &format!("{missing}: v_mag left empty"));
         }
         return;
     };
-    let gain_err = bench.detector.gain_table_err_mag();
+    let gain_err = night.detector.gain_table_err_mag();
     let fit_err = zeropoint.err_one_pointing_mag(airmass, z.target_b_v_mag, z.target_b_v_err_mag);
     let vignetting_err = if Flags(row.flags).has(Flags::NO_FLAT) { z.no_flat_err_mag } else { 0.0 };
     let night_err = other.map_or(0.0, |other| other.extra_err_mag);
@@ -409,14 +408,14 @@ impl fmt::Display for Missing {
     }
 }
 
-/// What this night goes without.
+/// What a night goes without that has, or has not, a master flat and a zeropoint.
 #[must_use]
-pub fn missing_parts(config: &Config, bench: &Bench) -> Vec<Missing> {
+pub fn missing_parts(night: &Prepared, has_flat: bool, has_zeropoint: bool) -> Vec<Missing> {
     [
-        (Missing::Flats, bench.flat.is_none()),
-        (Missing::Orbit, bench.tracker.is_none()),
-        (Missing::Zeropoint, bench.zeropoint.is_none()),
-        (Missing::Model, config.model.is_none()),
+        (Missing::Flats, !has_flat),
+        (Missing::Orbit, night.tracker.is_none()),
+        (Missing::Zeropoint, !has_zeropoint),
+        (Missing::Model, night.config.model.is_none()),
     ]
     .into_iter()
     .filter_map(|(part, missing)| missing.then_some(part))

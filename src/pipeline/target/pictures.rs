@@ -13,7 +13,7 @@ use crate::base::threads::with_threads;
 use crate::figures::Thumb;
 use crate::frames::Exposure;
 use crate::pipeline::options::Options;
-use crate::pipeline::prepared::Bench;
+use crate::pipeline::prepared::Calibrated;
 use crate::report::gallery::worst_first;
 use crate::tables::PhotometryRow;
 
@@ -22,8 +22,13 @@ use crate::tables::PhotometryRow;
 ///
 /// # Errors
 /// [`crate::Error::Config`] when the threads cannot be started.
-pub fn pictures(frames: &mut [TargetFrame], exposures: &[Exposure], bench: &Bench, options: &Options) -> Result<()> {
-    let most = bench.config.vetting.gallery_frames;
+pub fn pictures(
+    frames: &mut [TargetFrame],
+    exposures: &[Exposure],
+    night: &Calibrated,
+    options: &Options,
+) -> Result<()> {
+    let most = night.config.vetting.gallery_frames;
     if options.no_figures || most == 0 {
         return Ok(());
     }
@@ -33,7 +38,7 @@ pub fn pictures(frames: &mut [TargetFrame], exposures: &[Exposure], bench: &Benc
     while made.len() < most && next.peek().is_some() {
         // a frame that has gone since leaves its place to the next
         let these: Vec<usize> = next.by_ref().take(most - made.len()).collect();
-        let picture = |i: &usize| Some((*i, picture(&frames[*i].row, &exposures[*i], bench)?));
+        let picture = |i: &usize| Some((*i, picture(&frames[*i].row, &exposures[*i], night)?));
         made.extend(with_threads(options.jobs, || these.par_iter().filter_map(picture).collect::<Vec<_>>())?);
     }
     made.into_iter().for_each(|(i, thumb)| frames[i].thumb = Some(thumb));
@@ -41,10 +46,10 @@ pub fn pictures(frames: &mut [TargetFrame], exposures: &[Exposure], bench: &Benc
 }
 
 /// The picture of one frame, of which only that much is read.
-fn picture(row: &PhotometryRow, exposure: &Exposure, bench: &Bench) -> Option<Thumb> {
-    let s = target_settings(exposure, bench);
+fn picture(row: &PhotometryRow, exposure: &Exposure, night: &Calibrated) -> Option<Thumb> {
+    let s = target_settings(exposure, night, night.seeing.fwhm_arcsec);
     let extent = extent(row, exposure.size_px, [s.x_px, s.y_px, s.search_radius_px])?;
     let (columns, rows) = extent.px();
-    let frame = bench.open(exposure).ok()?.part(columns, rows, &bench.buffers).ok()?;
+    let frame = night.open(exposure).ok()?.part(columns, rows, &night.buffers).ok()?;
     Some(cut(&frame, &extent))
 }

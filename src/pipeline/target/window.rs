@@ -12,7 +12,7 @@ use crate::photometry::background::{Background, background};
 use crate::photometry::target::measure::TargetFound;
 use crate::photometry::target::measure::measure_target;
 use crate::photometry::target::settings::TargetSettings;
-use crate::pipeline::prepared::Bench;
+use crate::pipeline::prepared::Calibrated;
 use crate::pipeline::stars::vignetting::corner_ratio;
 
 /// Read around the cutout of the target \[px\]: enough that what lies at the edge of the cutout sees the frame go on.
@@ -39,39 +39,39 @@ pub fn reach_px(s: &TargetSettings) -> f64 {
 ///
 /// # Errors
 /// [`crate::Error::Fits`] if the file is damaged or none of its pixels can be used.
-pub fn look(reader: &FrameReader, bench: &Bench, settings: &TargetSettings) -> Result<Seen> {
-    let p = &bench.config.photometry;
-    if bench.everything {
-        return look_at_all(reader, bench, settings);
+pub fn look(reader: &FrameReader, night: &Calibrated, settings: &TargetSettings) -> Result<Seen> {
+    let p = &night.config.photometry;
+    if night.exhaustive {
+        return look_at_all(reader, night, settings);
     }
-    if let Some(frame) = around(reader, bench, settings)? {
+    if let Some(frame) = around(reader, night, settings)? {
         let sky = sky_at(&frame, p.mesh_px, p.clip_sigma, settings);
         if let Some(sky) = sky {
             let found = measure_target(&frame, &sky, settings);
             let (TargetFound::Detected { flux, .. } | TargetFound::NotDetected { flux, .. }) = &found;
             if !flux.flags.has(Flags::NO_ANNULUS) && flux.flux_e.is_finite() {
                 drop(frame);
-                let corner_ratio = corner_ratio(reader, p.mesh_px, p.clip_sigma, &bench.buffers)?;
+                let corner_ratio = corner_ratio(reader, p.mesh_px, p.clip_sigma, &night.buffers)?;
                 return Ok(Seen { found, corner_ratio });
             }
         }
     }
-    look_at_all(reader, bench, settings)
+    look_at_all(reader, night, settings)
 }
 
 /// The same with all of the clip circle read: what [`look`] leaves out.
 ///
 /// # Errors
 /// As [`look`].
-pub fn look_at_all(reader: &FrameReader, bench: &Bench, settings: &TargetSettings) -> Result<Seen> {
-    let p = &bench.config.photometry;
-    let frame = bench.usable(reader.whole(&bench.buffers)?)?;
+pub fn look_at_all(reader: &FrameReader, night: &Calibrated, settings: &TargetSettings) -> Result<Seen> {
+    let p = &night.config.photometry;
+    let frame = night.usable(reader.whole(&night.buffers)?)?;
     let sky = background(&frame, p.mesh_px, p.clip_sigma)?;
     Ok(Seen { found: measure_target(&frame, &sky, settings), corner_ratio: sky.corner_ratio() })
 }
 
 /// The surroundings of the expected place, if any of their pixels can be used.
-fn around<'b>(reader: &FrameReader, bench: &'b Bench, s: &TargetSettings) -> Result<Option<Held<'b>>> {
+fn around<'b>(reader: &FrameReader, night: &'b Calibrated, s: &TargetSettings) -> Result<Option<Held<'b>>> {
     let reach = reach_px(s);
     let span = |at: f64, within: Range<usize>| {
         let first = (at - reach).floor().max(0.0) as usize;
@@ -83,7 +83,7 @@ fn around<'b>(reader: &FrameReader, bench: &'b Bench, s: &TargetSettings) -> Res
     if columns.is_empty() || rows.is_empty() {
         return Ok(None);
     }
-    let frame = reader.part(columns, rows, &bench.buffers)?;
+    let frame = reader.part(columns, rows, &night.buffers)?;
     Ok(Some(frame).filter(|f| !f.all_bad()))
 }
 

@@ -30,7 +30,7 @@ pub enum How {
 
 /// The band of calibrated magnitudes.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Calibrated {
+pub struct CalibratedBand {
     /// The band.
     pub band: Band,
     /// The filter of the frames.
@@ -54,7 +54,7 @@ impl Light {
     }
 }
 
-impl Calibrated {
+impl CalibratedBand {
     /// V of frames without a filter, as in Caddy et al.
     #[must_use]
     pub fn unfiltered_v() -> Self {

@@ -11,7 +11,7 @@ mod tests;
 
 use serde::{Deserialize, Serialize};
 
-pub use calibrated::{Calibrated, How, Light};
+pub use calibrated::{CalibratedBand, How, Light};
 pub use column::column_band;
 pub use filter::{Meaning, filter_meaning};
 

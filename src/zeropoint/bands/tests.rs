@@ -76,7 +76,9 @@ fn every_usual_column_name_tells_its_band() {
 fn a_result_has_the_band_on_which_filter_catalogue_and_user_agree() {
     let light = |text: &str| Light { filter: text.into(), meaning: filter_meaning(text) };
     let of = |text: &str, catalogue: Option<Band>, declared: Option<Band>| {
-        Calibrated::of(&light(text), (catalogue, "column `x`"), declared).map(|c| c.text()).map_err(|e| e.to_string())
+        CalibratedBand::of(&light(text), (catalogue, "column `x`"), declared)
+            .map(|c| c.text())
+            .map_err(|e| e.to_string())
     };
     let (v, g, r) = (Some(Band::V), Some(Band::SloanG), Some(Band::R));
     assert_eq!(of("", v, None).unwrap(), "V, unfiltered, colour-transformed");

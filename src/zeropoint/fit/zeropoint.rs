@@ -5,7 +5,7 @@ use super::pointings::Pointing;
 use super::solve;
 use super::solve::quadratic;
 use crate::zeropoint::bands::Band;
-use crate::zeropoint::bands::Calibrated;
+use crate::zeropoint::bands::CalibratedBand;
 use crate::zeropoint::bands::Light;
 
 /// A zeropoint with all that is needed to use and to judge it.
@@ -144,12 +144,12 @@ impl Zeropoint {
         })
     }
 
-    /// Its band in words, as [`Calibrated::text`]; `None` where it is not known.
+    /// Its band in words, as [`CalibratedBand::text`]; `None` where it is not known.
     #[must_use]
     pub fn band_text(&self) -> Option<String> {
         let band = self.band?;
         Some(match &self.light {
-            Some(light) => Calibrated::known(band, light.clone()).text(),
+            Some(light) => CalibratedBand::known(band, light.clone()).text(),
             None => band.to_string(),
         })
     }

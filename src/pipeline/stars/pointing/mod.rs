@@ -28,7 +28,7 @@ use crate::photometry::centroid::centroid;
 use crate::photometry::detect::{Source, detect, stellar_fwhm};
 use crate::photometry::flux::measure_all;
 use crate::photometry::growth::frame_growth;
-use crate::pipeline::prepared::Bench;
+use crate::pipeline::prepared::Flattened;
 use crate::pipeline::stars::solve::field_wcs;
 
 pub use rows::{combined_rows, single_rows};
@@ -47,14 +47,14 @@ const AMBIGUOUS_FRAC: f64 = 0.1;
 ///
 /// # Errors
 /// What is wrong with the frame: no WCS, no star detected, no match with the catalogue, no usable pixel.
-pub fn measure_member(exposure: &Exposure, bench: &Bench, catalogue: &Catalogue) -> Result<Member> {
+pub fn measure_member(exposure: &Exposure, night: &Flattened, catalogue: &Catalogue) -> Result<Member> {
     let path = exposure.path.as_path();
-    let Some(stars) = &bench.config.stars else {
+    let Some(stars) = &night.config.stars else {
         return Err(Error::Config { key: "stars".into(), problem: "is needed to measure star pointings".into() });
     };
     let time = exposure.time.as_ref().ok_or_else(|| header(path, "DATE-OBS", "no mid-exposure time"))?;
-    let p = &bench.config.photometry;
-    let frame = bench.reduce(exposure)?;
+    let p = &night.config.photometry;
+    let frame = night.reduce(exposure)?;
     let sky = background(&frame, p.mesh_px, p.clip_sigma)?;
     let sources = detect(&frame, &sky, p.detect_sigma, p.fwhm_px);
     let seeing_px = stellar_fwhm(&frame, &sky, &sources);
@@ -72,7 +72,7 @@ pub fn measure_member(exposure: &Exposure, bench: &Bench, catalogue: &Catalogue)
             });
         }
     };
-    let field = field_wcs(exposure, &sources, bench, catalogue)?;
+    let field = field_wcs(exposure, &sources, night, catalogue)?;
     let wcs = &field.wcs;
     let scale_arcsec = wcs.scale_arcsec();
     let predicted = predict(wcs, catalogue, exposure.size_px, stars.pointing_err_arcsec / scale_arcsec);
@@ -90,7 +90,7 @@ pub fn measure_member(exposure: &Exposure, bench: &Bench, catalogue: &Catalogue)
                 brightest.len(),
                 detected.len(),
                 stars.pointing_err_arcsec,
-                bench.config.fetch_line("stars")
+                night.config.fetch_line("stars")
             ),
         },
     )?;
@@ -133,7 +133,7 @@ pub fn measure_member(exposure: &Exposure, bench: &Bench, catalogue: &Catalogue)
             flux.flags.set(Flags::WCS_REPLACED);
         }
         let star = &catalogue.stars[index];
-        let (alt_rad, az_rad) = icrs_to_altaz(&bench.site, &bench.eop, &time.mid, star.ra_deg, star.dec_deg);
+        let (alt_rad, az_rad) = icrs_to_altaz(&night.site, &night.eop, &time.mid, star.ra_deg, star.dec_deg);
         measured.push(MemberStar {
             index,
             x_px: at.0,
@@ -142,7 +142,7 @@ pub fn measure_member(exposure: &Exposure, bench: &Bench, catalogue: &Catalogue)
             match_px: nearest.as_ref().map(|n| n.distance_px),
             alt_rad,
             az_rad,
-            airmass: airmass(alt_rad, &bench.site.atmosphere()),
+            airmass: airmass(alt_rad, &night.site.atmosphere()),
         });
         claims.push(nearest.map(|n| n.source));
     }
@@ -159,7 +159,7 @@ pub fn measure_member(exposure: &Exposure, bench: &Bench, catalogue: &Catalogue)
         scale_arcsec,
         turn: CameraTurn::of_frame(wcs, alignment.rotation_rad, exposure.size_px),
         radii_px,
-        flat: bench.flat.is_some(),
+        flat: night.flat.is_some(),
         n_detected: sources.len(),
         alignment,
         growth,

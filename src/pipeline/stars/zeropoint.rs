@@ -1,0 +1,58 @@
+//! The zeropoint of a night: fitted to its stars, or that of another night.
+
+use crate::base::error::{Error, Result};
+use crate::pipeline::prepared::{Flattened, Prepared};
+use crate::tables::{PhotometryRow, StarRow};
+use crate::zeropoint::fit::Zeropoint;
+use crate::zeropoint::previous::read_previous;
+use crate::zeropoint::stars::fit_rows;
+
+/// Fits the zeropoint, or reads the one given; without either the night goes on without calibrated magnitudes.
+pub(crate) fn zeropoint_stage(
+    rows: &mut [StarRow],
+    failed: &[PhotometryRow],
+    night: &Flattened,
+    poor: &mut Vec<String>,
+    notes: &mut Vec<String>,
+) -> Result<Option<Zeropoint>> {
+    if let Some(path) = &night.config.zeropoint.previous {
+        let (zeropoint, told) = read_previous(path, &night.config, night.flat.is_some())?;
+        notes.extend(told);
+        return Ok(Some(of_band(zeropoint, night)));
+    }
+    if night.config.stars.is_none() {
+        notes.push("no [stars] and no zeropoint.previous: magnitudes stay instrumental".into());
+        return Ok(None);
+    }
+    if rows.is_empty() {
+        if failed.is_empty() {
+            notes.push("no star pointings in the night and no zeropoint.previous: magnitudes stay instrumental".into());
+        } else {
+            poor.push(format!(
+                "no star matched the catalogue in any of {} star frames; the first: {}",
+                failed.len(),
+                failed[0].reason
+            ));
+        }
+        return Ok(None);
+    }
+    match fit_rows(rows, &night.config) {
+        Ok(zeropoint) => {
+            notes.extend(zeropoint.warnings.iter().map(|w| format!("zeropoint: {w}")));
+            Ok(Some(of_band(zeropoint, night)))
+        }
+        Err(error @ Error::Zeropoint { .. }) => {
+            poor.push(error.to_string());
+            Ok(None)
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// The zeropoint with the band that was agreed on.
+pub(crate) fn of_band(mut zeropoint: Zeropoint, night: &Prepared) -> Zeropoint {
+    if let Some(calibrated) = &night.band {
+        (zeropoint.band, zeropoint.light) = (Some(calibrated.band), Some(calibrated.light.clone()));
+    }
+    zeropoint
+}
