@@ -10,11 +10,20 @@ use std::path::PathBuf;
 #[non_exhaustive]
 pub enum Error {
     // --- fix the configuration (exit code 2)
-    /// A key or a value of the configuration, or an argument of the command line (whose name begins with `--`), is wrong.
-    #[error("{}{key}: {problem}", if is_option(key) { "" } else { "configuration: " })]
+    /// A key or a value of the configuration is wrong.
+    #[error("configuration: {key}: {problem}")]
     Config {
         /// Dotted key, e.g. `photometry.clip_radius_px`.
         key: String,
+        /// What is wrong and what would be accepted, with the unit.
+        problem: String,
+    },
+
+    /// An argument of a function, which is an option of the command line, is wrong.
+    #[error("argument `{name}`: {problem}")]
+    Argument {
+        /// Its name, e.g. `step_min`.
+        name: String,
         /// What is wrong and what would be accepted, with the unit.
         problem: String,
     },
@@ -163,7 +172,7 @@ impl Error {
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {
-            Error::Config { .. } | Error::Model { .. } => 2,
+            Error::Config { .. } | Error::Argument { .. } | Error::Model { .. } => 2,
             Error::PoorNight { .. } | Error::Zeropoint { .. } => 3,
             Error::Io { .. }
             | Error::NoInput { .. }
@@ -182,11 +191,6 @@ impl Error {
     pub fn io(path: impl Into<PathBuf>, source: std::io::Error) -> Self {
         Error::Io { path: path.into(), source }
     }
-}
-
-/// Whether a key is an option of the command line, not one of the configuration.
-fn is_option(key: &str) -> bool {
-    key.starts_with('-')
 }
 
 /// Problems a line each, and the lines to paste.

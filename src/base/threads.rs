@@ -25,5 +25,5 @@ pub(crate) fn pool(threads: usize) -> Result<rayon::ThreadPool> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
-        .map_err(|e| Error::Config { key: "--jobs".into(), problem: format!("cannot start {threads} threads: {e}") })
+        .map_err(|e| Error::Argument { name: "jobs".into(), problem: format!("cannot start {threads} threads: {e}") })
 }

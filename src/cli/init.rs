@@ -79,7 +79,7 @@ impl Init {
             let numbers: Vec<f64> = site.split(',').map_while(number).collect();
             let [lat, lon, alt] = numbers[..] else {
                 let problem = format!("\"{site}\" is not latitude,longitude,height such as -33.7703,151.1113,70");
-                return Err(Error::Config { key: "--site".into(), problem }.into());
+                return Err(Error::Argument { name: "--site".into(), problem }.into());
             };
             for (key, value) in [("lat_deg", lat), ("lon_deg", lon), ("alt_m", alt)] {
                 set(&mut text, "[site]", key, &format!("{value:?}"));

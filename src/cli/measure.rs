@@ -57,7 +57,7 @@ impl Measure {
         }
         if self.shard.is_some() {
             let problem = "there is no plan to take it from; give --plan FILE, which needs no -c and no --set".into();
-            return Err(Error::Config { key: "--shard".into(), problem }.into());
+            return Err(Error::Argument { name: "--shard".into(), problem }.into());
         }
         let mut config = self.common.load()?;
         if self.flat.is_some() {
@@ -84,7 +84,7 @@ impl Measure {
     fn of_plan(&self, plan: &Plan, (number, of): (usize, Option<usize>)) -> anyhow::Result<()> {
         if let Some(of) = of.filter(|of| *of != plan.shards.len()) {
             let problem = format!("{}/{of}; this plan has {} shards", number + 1, plan.shards.len());
-            return Err(Error::Config { key: "--shard".into(), problem }.into());
+            return Err(Error::Argument { name: "--shard".into(), problem }.into());
         }
         let (zeropoint, flat) = (self.zeropoint.as_deref(), self.flat.as_deref());
         let request = Request { number, zeropoint, flat, out: &self.out };

@@ -312,7 +312,7 @@ pub fn exit_code(error: &anyhow::Error) -> u8 {
 /// Prints to standard output; a closed pipe (`| head`) is not an error.
 pub fn print(text: &str) {
     use std::io::Write as _;
-    let _ = std::io::stdout().write_all(text.as_bytes());
+    let _ = std::io::stdout().write_all(log::with_options(text).as_bytes());
 }
 
 pub use log::tell;

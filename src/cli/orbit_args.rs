@@ -136,5 +136,5 @@ pub fn tell_unknown_ut1(epoch: &Epoch, quiet: bool) {
 
 /// A wrong argument, with what would be right.
 pub fn bad(key: &str, problem: String) -> anyhow::Error {
-    Error::Config { key: key.into(), problem }.into()
+    Error::Argument { name: key.into(), problem }.into()
 }

@@ -32,7 +32,7 @@ impl Report {
     pub fn execute(self) -> anyhow::Result<()> {
         if let Some(out) = self.out.as_ref().filter(|o| o.extension().is_none_or(|e| !e.eq_ignore_ascii_case("html"))) {
             let problem = format!("{} does not end in .html", out.display());
-            return Err(Error::Config { key: "--out".into(), problem }.into());
+            return Err(Error::Argument { name: "--out".into(), problem }.into());
         }
         let path = match self.folders.as_slice() {
             [folder] => write_report(folder, self.out.as_deref())?,

@@ -59,8 +59,8 @@ impl Simulate {
         }
         let pipeline = self.out.join("pipeline.toml");
         if pipeline.exists() && !self.force {
-            return Err(Error::Config {
-                key: "--out".into(),
+            return Err(Error::Argument {
+                name: "--out".into(),
                 problem: format!("{} exists already; --force overwrites it", pipeline.display()),
             }
             .into());

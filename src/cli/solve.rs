@@ -142,8 +142,8 @@ impl Solve {
         let mut solver = match &self.catalogue {
             Some(catalogue) => {
                 let column = |text: &String| {
-                    let (key, name) = text.split_once('=').ok_or_else(|| Error::Config {
-                        key: "--column".into(),
+                    let (key, name) = text.split_once('=').ok_or_else(|| Error::Argument {
+                        name: "--column".into(),
                         problem: format!("\"{text}\" is not KEY=NAME, e.g. v_mag=gmag"),
                     })?;
                     Ok((key.trim().to_owned(), name.trim().to_owned()))

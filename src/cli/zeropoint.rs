@@ -115,7 +115,7 @@ impl ZeropointVerb {
             if same_file(output, table) {
                 let problem =
                     format!("{} would be written over the matched table; name another file", output.display());
-                return Err(Error::Config { key: "--out".into(), problem }.into());
+                return Err(Error::Argument { name: "--out".into(), problem }.into());
             }
         }
         let columns = self.columns.iter().cloned().collect();

@@ -149,7 +149,7 @@ impl Facts {
     /// # Errors
     /// [`Error::Config`].
     pub fn site(&self) -> Result<[f64; 3]> {
-        self.site.ok_or_else(|| needed("the place of the observatory", "--site", "[site]"))
+        self.site.ok_or_else(|| needed("the place of the observatory", "site", "[site]"))
     }
 
     /// Real or not, or what to do about a table that does not say.
@@ -158,8 +158,7 @@ impl Facts {
     /// [`Error::Config`].
     pub fn data_mode(&self) -> Result<DataMode> {
         self.data_mode.ok_or_else(|| {
-            wrong(
-                "--data-mode",
+            argument("data_mode",
                 "the table does not say whether its frames are real (meta data_mode, written by `satphot run` and \
                  `measure`); reduce the night again, or say REAL, SIMULATED, TEST or EXERCISE"
                     .into(),
@@ -174,7 +173,7 @@ impl Facts {
     pub fn station(&self) -> Result<&str> {
         said(&self.reporter.station)
             .or_else(|| said(&self.site_name))
-            .ok_or_else(|| needed("the name of the station", "--station", "reporter.station"))
+            .ok_or_else(|| needed("the name of the station", "station", "reporter.station"))
     }
 
     /// Organisation that sends the file.
@@ -183,7 +182,7 @@ impl Facts {
     /// [`Error::Config`].
     pub fn organisation(&self) -> Result<&str> {
         said(&self.reporter.organisation)
-            .ok_or_else(|| needed("the name of who reports", "--organisation", "reporter.organisation"))
+            .ok_or_else(|| needed("the name of who reports", "organisation", "reporter.organisation"))
     }
 }
 
@@ -193,8 +192,13 @@ pub(super) fn said(text: &Option<String>) -> Option<&str> {
 }
 
 /// Something nobody said.
-pub(super) fn needed(what: &str, option: &str, key: &str) -> Error {
-    wrong(option, format!("{what} is needed: give {option}, or {key} in the configuration (-c)"))
+pub(super) fn needed(what: &str, name: &str, key: &str) -> Error {
+    argument(name, format!("{what} is needed: give argument `{name}`, or {key} in the configuration"))
+}
+
+/// An argument that is missing or wrong.
+pub(super) fn argument(name: &str, problem: String) -> Error {
+    Error::Argument { name: name.into(), problem }
 }
 
 pub(super) fn wrong(key: &str, problem: String) -> Error {

@@ -7,7 +7,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::facts::{Facts, needed, said, wrong};
+use super::facts::{Facts, needed, said, wrong, argument};
 use super::select::{Kept, rounded, total_err_mag};
 use super::sound::cospar;
 use crate::base::error::{Error, Result};
@@ -31,9 +31,9 @@ pub fn iod_text(path: &Path, kept: &[Kept<'_>], facts: &Facts) -> Result<String>
         return Err(wrong("data_mode", problem));
     }
     let station = said(&facts.reporter.iod_station)
-        .ok_or_else(|| needed("the four-digit station number", "--iod-station", "reporter.iod_station"))?;
+        .ok_or_else(|| needed("the four-digit station number", "iod_station", "reporter.iod_station"))?;
     if station.len() != 4 || !station.bytes().all(|c| c.is_ascii_digit()) {
-        return Err(wrong("--iod-station", format!("`{station}` is not a station number of four digits")));
+        return Err(argument("iod_station", format!("`{station}` is not a station number of four digits")));
     }
     let mut text = String::new();
     for kept in kept {
@@ -43,14 +43,14 @@ pub fn iod_text(path: &Path, kept: &[Kept<'_>], facts: &Facts) -> Result<String>
             line: None,
             problem: format!("{}: {problem}", row.frame),
         };
-        let number = row.norad_cat_id.ok_or_else(|| bad("IOD needs norad_cat_id; give --norad-cat-id".into()))?;
+        let number = row.norad_cat_id.ok_or_else(|| bad("IOD needs norad_cat_id; give argument `norad_cat_id`".into()))?;
         if number > LARGEST {
             return Err(bad(format!(
-                "norad_cat_id {number} does not fit the five columns of IOD (at most {LARGEST}); use --to tdm, udl or score"
+                "norad_cat_id {number} does not fit the five columns of IOD (at most {LARGEST}); use argument `to` tdm, udl or score"
             )));
         }
         let (year, launch, piece) = cospar(&row.object_id).ok_or_else(|| {
-            bad(format!("IOD needs the COSPAR id, and object_id is `{}`; give --object-id 1998-067A", row.object_id))
+            bad(format!("IOD needs the COSPAR id, and object_id is `{}`; give argument `object_id 1998-067A`", row.object_id))
         })?;
         let utc = Utc::read(&row.date_mid).ok_or_else(|| bad(format!("date_mid `{}` is not UTC", row.date_mid)))?;
         let [y, mo, d, h, mi, s, ms] = utc.fields(3);

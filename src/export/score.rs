@@ -8,7 +8,7 @@ use super::score_form::HEADER;
 use super::score_form::refused_below_deg;
 use std::path::Path;
 
-use super::facts::{DataMode, Facts, needed, said, wrong};
+use super::facts::{DataMode, Facts, needed, said, wrong, argument};
 use super::score_check::check_score;
 use super::select::{Kept, rounded, total_err_mag};
 use crate::base::error::{Error, Result};
@@ -42,7 +42,7 @@ pub fn score_text(path: &Path, observations: &[Kept<'_>], facts: &Facts, names: 
         DataMode::Real => {}
         mode => {
             let problem = format!(
-                "the data of {} are {}: SCORE takes real observations alone; --to tdm, udl or a table takes these",
+                "the data of {} are {}: SCORE takes real observations alone; argument `to` tdm, udl or a table takes these",
                 path.display(),
                 mode.name()
             );
@@ -61,7 +61,7 @@ pub fn score_text(path: &Path, observations: &[Kept<'_>], facts: &Facts, names: 
             line: None,
             problem: format!("{}: SCORE needs {column}, and the row has none; {remedy}", row.frame),
         };
-        let number = row.norad_cat_id.ok_or_else(|| lacks("norad_cat_id", "give --norad-cat-id"))?;
+        let number = row.norad_cat_id.ok_or_else(|| lacks("norad_cat_id", "give argument `norad_cat_id`"))?;
         let utc = Utc::read(&row.date_mid).ok_or_else(|| lacks("date_mid", "write the time as UTC"))?;
         let time_err = row.time_err_s.ok_or_else(|| lacks("time_err_s", "set time.err_s and measure again"))?;
         let limit = limit_v_mag(row, facts)
@@ -109,7 +109,7 @@ pub fn score_text(path: &Path, observations: &[Kept<'_>], facts: &Facts, names: 
     if let Some(first) = refused.first() {
         // what was said on the command line or in [reporter] is no fault of the table
         if let Some((_, option)) = OPTIONS.iter().find(|(column, _)| *column == first.column) {
-            return Err(wrong(option, format!("\"{}\" {}", first.value, first.problem)));
+            return Err(argument(option, format!("\"{}\" {}", first.value, first.problem)));
         }
         let problem = format!("SCORE would refuse the file: {first} ({} in all)", refused.len());
         return Err(Error::Table { path: path.into(), line: None, problem });
@@ -124,12 +124,12 @@ pub fn score_text(path: &Path, observations: &[Kept<'_>], facts: &Facts, names: 
 
 /// Columns that are told once for all rows, and who tells them.
 const OPTIONS: [(&str, &str); 6] = [
-    ("observer_email", "--email (reporter.email)"),
-    ("observer_orcid", "--orcid (reporter.orcid)"),
-    ("observing_mode", "--observing-mode (reporter.observing_mode)"),
-    ("instrument", "--instrument (reporter.instrument)"),
-    ("data_archive_link", "--archive-link (reporter.data_archive_link)"),
-    ("mpc_code", "--mpc-code (reporter.mpc_code)"),
+    ("observer_email", "email (reporter.email)"),
+    ("observer_orcid", "orcid (reporter.orcid)"),
+    ("observing_mode", "observing_mode (reporter.observing_mode)"),
+    ("instrument", "instrument (reporter.instrument)"),
+    ("data_archive_link", "archive_link (reporter.data_archive_link)"),
+    ("mpc_code", "mpc_code (reporter.mpc_code)"),
 ];
 
 /// V magnitude at the threshold of detection: the row's own, or that of its noise in tables of an older satphot, which
@@ -171,15 +171,15 @@ impl Who {
             (Some(words), ..) => words.to_owned(),
             (None, Some(telescope), Some(camera)) => format!("{camera} on {telescope}"),
             (None, Some(telescope), None) => telescope.to_owned(),
-            _ => return Err(needed("the instrument", "--instrument", "reporter.instrument")),
+            _ => return Err(needed("the instrument", "instrument", "reporter.instrument")),
         };
         let mode = said(&r.observing_mode).ok_or_else(|| {
-            needed("VISUAL, BINOCULARS, CCD, CMOS or OTHER", "--observing-mode", "reporter.observing_mode")
+            needed("VISUAL, BINOCULARS, CCD, CMOS or OTHER", "observing_mode", "reporter.observing_mode")
         })?;
         let email =
-            said(&r.email).ok_or_else(|| needed("the e-mail address of the observer", "--email", "reporter.email"))?;
+            said(&r.email).ok_or_else(|| needed("the e-mail address of the observer", "email", "reporter.email"))?;
         if r.orcid.iter().all(|o| o.trim().is_empty()) {
-            return Err(needed("the ORCID of the observer", "--orcid", "reporter.orcid"));
+            return Err(needed("the ORCID of the observer", "orcid", "reporter.orcid"));
         }
         Ok(Self {
             instrument: one_line(&instrument),

@@ -33,14 +33,14 @@ impl Choice {
                 other => {
                     let problem =
                         format!("`{other}` is not a verdict; accepted: use, caution, reject (comma-separated)");
-                    return Err(Error::Config { key: "--verdicts".into(), problem });
+                    return Err(Error::Argument { name: "verdicts".into(), problem });
                 }
             }
         }
         if used {
             return Ok(choice);
         }
-        Err(Error::Config { key: "--verdicts".into(), problem: format!("`{text}` leaves out `use`; add it") })
+        Err(Error::Argument { name: "verdicts".into(), problem: format!("`{text}` leaves out `use`; add it") })
     }
 }
 
@@ -112,10 +112,10 @@ fn judge(row: &PhotometryRow, choice: Choice, limits: bool) -> std::result::Resu
     }
     match Verdict::from_cell(&row.verdict) {
         Some(Verdict::Caution) if !choice.caution => {
-            return Err("of verdict caution (--verdicts use,caution writes them)");
+            return Err("of verdict caution (argument `verdicts use,caution` writes them)");
         }
         Some(Verdict::Reject) if !choice.reject => {
-            return Err("of verdict reject (--verdicts use,caution,reject writes them)");
+            return Err("of verdict reject (argument `verdicts use,caution,reject` writes them)");
         }
         _ => {}
     }

@@ -8,7 +8,7 @@ use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::facts::{DataMode, Facts};
+use super::facts::{DataMode, Facts, argument};
 use super::select::{Kept, rounded};
 use crate::base::error::{Error, Result};
 use crate::base::utc::Utc;
@@ -69,7 +69,7 @@ pub fn tdm_text(
         return Err(Error::NoInput {
             path: path.into(),
             problem: "no magnitude to report: a tracking data message needs at least one; see what was left out, and \
-                      --verdicts"
+                      argument `verdicts`"
                 .into(),
         });
     };
@@ -94,8 +94,8 @@ fn head(facts: &Facts, names: &TdmNames, newest: Utc, own_id: impl Fn() -> Strin
     let created = match &names.creation_date {
         Some(given) => {
             let bare = format!("{}Z", given.trim().trim_end_matches('Z'));
-            let utc = Utc::read(&bare).ok_or_else(|| Error::Config {
-                key: "--creation-date".into(),
+            let utc = Utc::read(&bare).ok_or_else(|| Error::Argument {
+                name: "creation_date".into(),
                 problem: format!("`{given}` is not a UTC time such as 2026-11-21T10:05:00Z"),
             })?;
             iso(utc)
@@ -108,17 +108,17 @@ fn head(facts: &Facts, names: &TdmNames, newest: Utc, own_id: impl Fn() -> Strin
     };
     say(format!("CREATION_DATE = {created}Z"));
     let organisation = facts.organisation()?;
-    for (option, value) in [
-        ("--organisation", Some(organisation)),
-        ("--station", facts.station().ok()),
-        ("--message-id", names.message_id.as_deref()),
+    for (name, value) in [
+        ("organisation", Some(organisation)),
+        ("station", facts.station().ok()),
+        ("message_id", names.message_id.as_deref()),
     ] {
         if let Some(value) = value.filter(|v| v.len() > LINE / 2 || !v.chars().all(|c| (' '..='~').contains(&c))) {
             let problem = format!(
                 "`{value}`: a tracking data message takes printable ASCII alone, {} letters at most here",
                 LINE / 2
             );
-            return Err(Error::Config { key: option.into(), problem });
+            return Err(argument(name, problem));
         }
     }
     say(format!("ORIGINATOR = {organisation}"));
@@ -149,7 +149,7 @@ fn segment(path: &Path, rows: &[&PhotometryRow], pass: Utc, facts: &Facts) -> Re
         path: path.into(),
         line: None,
         problem: format!(
-            "{}: the satellite has neither object_id nor norad_cat_id; give --object-id 1998-067A, or [orbit] and measure \
+            "{}: the satellite has neither object_id nor norad_cat_id; give argument `object_id 1998-067A`, or [orbit] and measure \
              again",
             row.frame
         ),

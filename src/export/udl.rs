@@ -10,7 +10,7 @@ use std::path::Path;
 
 use serde_json::{Map, Value, json};
 
-use super::facts::{Facts, wrong};
+use super::facts::{Facts, argument};
 use super::select::{Kept, total_err_mag};
 use crate::base::error::{Error, Result};
 use crate::base::utc::Utc;
@@ -44,7 +44,7 @@ pub fn udl_text(
     names: &UdlNames,
 ) -> Result<String> {
     if names.classification.trim().is_empty() {
-        return Err(wrong("--classification", "is empty; U stands for unclassified".into()));
+        return Err(argument("classification", "is empty; U stands for unclassified".into()));
     }
     let tracks = tracks(rows);
     let mut text = String::from("[");
@@ -58,7 +58,7 @@ pub fn udl_text(
         first = false;
     }
     if first {
-        let problem = "no magnitude to report; see what was left out, and --verdicts".into();
+        let problem = "no magnitude to report; see what was left out, and argument `verdicts`".into();
         return Err(Error::NoInput { path: path.into(), problem });
     }
     Ok(text + "\n]\n")

@@ -72,7 +72,7 @@ pub fn rows(body: &[u8], framed: bool) -> std::result::Result<Rows, String> {
         found.cells.push(row);
     }
     if found.cells.len() >= MOST_STARS {
-        return Err(format!("{MOST_STARS} stars, the most that are asked for: take a smaller --radius-deg"));
+        return Err(format!("{MOST_STARS} stars, the most that are asked for: take a smaller argument `radius_deg`"));
     }
     Ok(found)
 }

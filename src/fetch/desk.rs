@@ -97,7 +97,7 @@ impl<'a> Desk<'a> {
         }
         if self.offline {
             let url = &query.url;
-            let problem = format!("are not in the cache; without --offline they are fetched: {url}");
+            let problem = format!("are not in the cache; without argument `offline` they are fetched: {url}");
             return Err(match query.service {
                 Service::Vizier => Error::Catalogue {
                     path: self.cache.folder().to_owned(),
@@ -177,7 +177,7 @@ impl<'a> Desk<'a> {
     }
 
     fn trouble(&self, query: &Query, why: &str, kept: Option<&Kept>) -> Error {
-        let old = kept.map(|k| format!("; --offline uses the answer of {} in the cache", iso_utc(k.fetched, 0)));
+        let old = kept.map(|k| format!("; argument `offline` uses the answer of {} in the cache", iso_utc(k.fetched, 0)));
         let name = query.service.name();
         let (url, key) = (&query.url, query.service.key());
         let problem =
@@ -196,7 +196,7 @@ impl<'a> Desk<'a> {
     /// A cache that cannot be written is a pity, not an error.
     fn noted(&self, written: Result<()>) {
         if let Err(error) = written {
-            self.tell(&format!("the answer is not kept in the cache ({error}); --cache names another folder"));
+            self.tell(&format!("the answer is not kept in the cache ({error}); argument `cache` names another folder"));
         }
     }
 

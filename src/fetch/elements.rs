@@ -106,8 +106,8 @@ pub fn fetch_elements(desk: &Desk, wanted: &Wanted, settings: &Fetch) -> Result<
             }
         }
     }
-    let limit = format!("{} d (orbit.max_age_d, --max-age-d)", wanted.max_age_d);
-    let tle = if wanted.tle { "; objects above 99999 have no TLE: try --format json" } else { "" };
+    let limit = format!("{} d (orbit.max_age_d, argument `max_age_d`)", wanted.max_age_d);
+    let tle = if wanted.tle { "; objects above 99999 have no TLE: try argument `format json`" } else { "" };
     let problem = format!(
         "no elements of {} within {limit} of {}: {}{tle}; Space-Track (login) keeps the whole history",
         wanted.object.label(),
@@ -176,11 +176,11 @@ fn only(sets: &[(Elements, String)], name: &str) -> Result<u64> {
             let more = if labels.len() > SHOWN { format!(" and {} more", labels.len() - SHOWN) } else { String::new() };
             labels.truncate(SHOWN);
             let problem = format!(
-                "\"{name}\" is part of {} names: {}{more}; give one with --norad",
+                "\"{name}\" is part of {} names: {}{more}; give one with argument `norad`",
                 numbers.len(),
                 labels.join(", ")
             );
-            Err(Error::Config { key: "--name".into(), problem })
+            Err(Error::Argument { name: "name".into(), problem })
         }
     }
 }

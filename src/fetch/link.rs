@@ -137,7 +137,7 @@ impl Link {
         if body.len() as u64 > most {
             let words = format!(
                 "the answer is larger than fetch.max_mb = {} MB and was not taken; raise it, or ask for less (for stars a \
-                 smaller --radius-deg)",
+                 smaller argument `radius_deg`)",
                 self.settings.max_mb
             );
             return Err(Failure { words, passing: false, wait_s: None });

@@ -146,7 +146,7 @@ fn check(row: &StatedPass, site: &Site, targets: &Targets, tolerances: &Toleranc
     let sky = sun_and_moon(site, &row.epoch)?;
     let mut remarks = differences(row, site, &sky, tolerances)?;
     let around = match targets.find(&row.target) {
-        None => Err(format!("pass not checked: no elements of {}; --elements names a file", row.target)),
+        None => Err(format!("pass not checked: no elements of {}; argument `elements` names a file", row.target)),
         Some(tracker) => surroundings(tracker, &row.epoch, tolerances),
     };
     let (mut alt_deg, mut pass, mut proposed, mut remedy) = (None, None, Vec::new(), None);

@@ -80,7 +80,7 @@ pub fn parse_passes(path: &Path, text: &str, zone: Option<Zone>) -> Result<(Vec<
         (None, None) => return Err(fail(head_line, format!("column time_utc or time_local is missing; {needed}"))),
     };
     if local.is_some() && column("zone").is_none() && zone.is_none() {
-        return Err(fail(head_line, "time_local needs a column zone, or --zone".into()));
+        return Err(fail(head_line, "time_local needs a column zone, or argument `zone`".into()));
     }
     let mut rows = Vec::new();
     for record in reader.records() {

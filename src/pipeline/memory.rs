@@ -100,10 +100,10 @@ impl Memory {
                 "{limit_mb} MB do not hold one frame of this night with its flat: at least {least_mb}MB is needed, or a \
                  smaller photometry.clip_radius_px"
             );
-            return Err(Error::Config { key: "--max-memory".into(), problem });
+            return Err(Error::Argument { name: "max_memory".into(), problem });
         }
         Ok(Some(format!(
-            "one frame of this night with its flat takes {least_mb} MB, more than the {limit_mb} MB of --max-memory: one is \
+            "one frame of this night with its flat takes {least_mb} MB, more than the {limit_mb} MB of argument `max_memory`: one is \
              worked on at a time"
         )))
     }

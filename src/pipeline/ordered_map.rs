@@ -50,7 +50,7 @@ pub fn in_order<T: Send>(
         std::thread::Builder::new()
             .name("reader".into())
             .spawn_scoped(threads, reader)
-            .map_err(|e| Error::Config { key: "--jobs".into(), problem: format!("cannot start the reader: {e}") })?;
+            .map_err(|e| Error::Argument { name: "jobs".into(), problem: format!("cannot start the reader: {e}") })?;
         let (done, room) = sync_channel::<()>(frames.max(1));
         (0..frames.max(1)).for_each(|_| _ = done.send(()));
         pool.in_place_scope(|frames| {

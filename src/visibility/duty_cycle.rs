@@ -52,7 +52,7 @@ impl SunTime {
 pub fn sun_time(site: &Site, start: &Epoch, days: f64) -> Result<SunTime> {
     if !(days > 0.0 && days <= LONGEST_D) {
         let problem = format!("{days} d; accepted is above 0, to {LONGEST_D}");
-        return Err(Error::Config { key: "--days".into(), problem });
+        return Err(Error::Argument { name: "days".into(), problem });
     }
     let eop = EarthOrientation::default();
     let altitude = |t_s: f64| -> Result<f64> {

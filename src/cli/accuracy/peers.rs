@@ -39,7 +39,7 @@ pub fn add(sweeps: &mut [(Method, Sweep)], given: &[PathBuf], full: bool, quiet:
                 }
                 // named on the command line it must work
                 Err(problem) if !given.is_empty() => {
-                    return Err(Error::Config { key: "--python".into(), problem }.into());
+                    return Err(Error::Argument { name: "--python".into(), problem }.into());
                 }
                 Err(problem) => tell(&format!("note: {VARIABLE}: {problem}")),
             }

@@ -54,11 +54,11 @@ impl Job<'_> {
         let Some(config) = self.config else {
             let problem = "no pipeline.toml here: name one with -c, or say what to fetch, e.g. `satphot fetch elements \
                            --norad 25544 -o iss.json`";
-            return Err(bad("satphot fetch", problem.into()));
+            return Err(bad("-c", problem.into()));
         };
         if config.orbit.is_none() && config.stars.is_none() {
             return Err(bad(
-                "satphot fetch",
+                "-c",
                 "the configuration has neither [orbit] nor [stars]: nothing to fetch".into(),
             ));
         }

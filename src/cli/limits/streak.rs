@@ -254,7 +254,7 @@ impl Streak {
     fn passing(&self, survey: &Survey) -> anyhow::Result<Passing> {
         let catalogue = Catalogue::load(None)?;
         let entry = self.satellite.as_deref().map(|name| catalogue.find(name)).transpose().map_err(|e| match e {
-            Error::Config { problem, .. } => Error::Config { key: "--satellite".into(), problem },
+            Error::Config { problem, .. } => Error::Argument { name: "--satellite".into(), problem },
             other => other,
         })?;
         let area_m2 = self.area_m2.or(entry.map(|e| e.area_m2()));

@@ -74,7 +74,7 @@ impl Moon {
     pub fn execute(self) -> anyhow::Result<()> {
         if let Some(bad) = self.phase_deg.iter().find(|p| !(p.abs() <= 180.0)) {
             let problem = format!("{bad} is outside -180 to 180 deg");
-            return Err(Error::Config { key: "--phase-deg".into(), problem }.into());
+            return Err(Error::Argument { name: "--phase-deg".into(), problem }.into());
         }
         let laws = Laws::new()?;
         let rows: Vec<MoonLawRow> = PHASES_DEG.iter().map(|deg| laws.row(*deg)).collect();

@@ -182,8 +182,8 @@ impl Clock {
 
 /// Runs `work` on `jobs` threads; 0 = all cores. Results must not depend on the number.
 fn on_threads<T: Send>(jobs: usize, work: impl FnOnce() -> T + Send) -> anyhow::Result<T> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(|e| Error::Config {
-        key: "--jobs".into(),
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(|e| Error::Argument {
+        name: "--jobs".into(),
         problem: format!("{jobs} threads cannot be started ({e})"),
     })?;
     Ok(pool.install(work))

@@ -80,14 +80,14 @@ impl Sed {
     pub fn execute(self) -> anyhow::Result<()> {
         if let Some(bad) = self.phase_deg.iter().find(|p| !(p.abs() <= 180.0)) {
             let problem = format!("{bad} is outside -180 to 180 deg");
-            return Err(Error::Config { key: "--phase-deg".into(), problem }.into());
+            return Err(Error::Argument { name: "--phase-deg".into(), problem }.into());
         }
         let sun = match &self.spectrum {
             Some(path) => Spectrum::from_file(path)?,
             None => Spectrum::sun(self.solar_column())?,
         };
         let band = Band::of_config(&self.band).map_err(|error| match error {
-            Error::Config { problem, .. } => Error::Config { key: "--band".into(), problem },
+            Error::Config { problem, .. } => Error::Argument { name: "--band".into(), problem },
             other => other,
         })?;
         let rows = self.rows(&sun, &band)?;

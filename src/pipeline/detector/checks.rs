@@ -124,7 +124,7 @@ pub fn check_group(group: &Group, known: &Known, effort: Effort) -> GainCheck {
         check.method = match group.flats.len() {
             0 => "no flats",
             1 => "needs two flats of one setting; there is one",
-            _ => "pedestal not known: give bias frames (--bias), --pedestal or a configuration",
+            _ => "pedestal not known: give bias frames (argument `bias`), argument `pedestal` or a configuration",
         }
         .into();
         check.verdict = verdict(&check);

@@ -92,7 +92,7 @@ fn unknown_read_noise_warning(c: &GainCheck, who: &str, told: &mut Vec<String>) 
     if held && c.read_noise_e.is_none() && c.configured_read_noise_e.is_none() {
         told.push(format!(
             "{who}: the read noise is not known and was taken as 0 for the gain, which is too small by the share of the read \
-             noise in the variance of the flats: give bias frames (--bias) or detector.read_noise_e"
+             noise in the variance of the flats: give bias frames (argument `bias`) or detector.read_noise_e"
         ));
     }
 }

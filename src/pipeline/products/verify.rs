@@ -317,7 +317,7 @@ fn compare_inputs<'a>(
     } else if let Some(first) = gone.first() {
         let n = gone.len();
         found.notes.push(format!(
-            "{n} of {} inputs cannot be compared; the first: {first} (--inputs makes that a problem)",
+            "{n} of {} inputs cannot be compared; the first: {first} (argument `inputs` makes that a problem)",
             found.inputs
         ));
     }

@@ -210,7 +210,7 @@ fn part(plan: &Plan, path: &Path) -> Result<Part> {
 /// A table is not the one that was written.
 fn altered(path: &Path) -> Error {
     let problem =
-        format!("{}: was changed after it was measured; measure its shard again with --force", path.display());
+        format!("{}: was changed after it was measured; measure its shard again with argument `force`", path.display());
     Error::Mismatch { problem }
 }
 
@@ -249,7 +249,7 @@ impl<'a> Sum<'a> {
                 if !self.plan.frames.iter().any(|f| f.role != "target" && file_name(&f.path) == row.frame) {
                     let problem = format!(
                         "{}: {} is no frame of the plan, or not as it was: the table was changed; measure its shard again \
-                         with --force",
+                         with argument `force`",
                         part.path.display(),
                         row.frame
                     );
@@ -263,7 +263,7 @@ impl<'a> Sum<'a> {
                 Some((first, _)) if *first == row => self.n_twice += 1,
                 Some((_, other)) => {
                     let problem = format!(
-                        "{}: {} and {} do not agree on it: one of them was changed; measure its shard again with --force",
+                        "{}: {} and {} do not agree on it: one of them was changed; measure its shard again with argument `force`",
                         row.frame,
                         other.display(),
                         part.path.display()
@@ -331,7 +331,7 @@ fn told_missing(missing: &BTreeMap<usize, Vec<String>>, plan: &Plan) -> String {
         named.push(format!("{} more shards", missing.len() - NAMED));
     }
     format!(
-        "{n} frames of {} of {} shards are missing ({}); measure them, or take what is there with --allow-missing",
+        "{n} frames of {} of {} shards are missing ({}); measure them, or take what is there with argument `allow_missing`",
         missing.len(),
         plan.shards.len(),
         named.join("; ")

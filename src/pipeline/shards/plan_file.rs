@@ -139,7 +139,7 @@ impl Plan {
     pub fn of(survey: &Survey, config: &Config, products: &Products, frames_per_shard: usize) -> Result<Self> {
         if frames_per_shard == 0 {
             let problem = "0 is no number of frames; 50 to 200 keep a worker busy for minutes".into();
-            return Err(Error::Config { key: "--frames-per-shard".into(), problem });
+            return Err(Error::Argument { name: "frames_per_shard".into(), problem });
         }
         let stars = survey.pointings.iter().enumerate().flat_map(|(n, p)| p.iter().map(move |e| (e, Some(n))));
         let mut exposures: Vec<(&Exposure, Option<usize>)> = survey.flats.iter().map(|e| (e, None)).collect();
@@ -238,8 +238,8 @@ impl Plan {
     /// # Errors
     /// [`Error::Config`] for a number that is none of its shards.
     pub fn shard(&self, number: usize) -> Result<Vec<&PlannedFrame>> {
-        let places = self.shards.get(number).ok_or_else(|| Error::Config {
-            key: "--shard".into(),
+        let places = self.shards.get(number).ok_or_else(|| Error::Argument {
+            name: "shard".into(),
             problem: format!("{number}; this plan has the shards 0 to {}", self.shards.len().saturating_sub(1)),
         })?;
         Ok(places.iter().map(|i| &self.frames[*i]).collect())

@@ -212,7 +212,7 @@ pub(super) fn flat_of_plan(
         (None, Some(path)) if path.is_file() => path,
         _ => {
             let problem = "this night has flats: make the master with `satphot flat --plan PLAN -o master_flat.fits` and \
-                           name it with --flat, or lay it beside the zeropoint";
+                           name it with argument `flat`, or lay it beside the zeropoint";
             return Err(Error::Flat { problem: problem.into() });
         }
     };

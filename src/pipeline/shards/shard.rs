@@ -81,7 +81,7 @@ pub fn measure_shard(plan: &Plan, request: &Request, options: &Options, progress
     let night = Calibrated { flattened, seeing, zeropoint };
     if let Some(facts) = facts.as_ref().filter(|f| f.flat_sha256 != night.flat_sha256) {
         let problem = format!(
-            "the master flat ({}) is not the one the zeropoint was made with ({}); give that one with --flat",
+            "the master flat ({}) is not the one the zeropoint was made with ({}); give that one with argument `flat`",
             night.flat_sha256, facts.flat_sha256
         );
         return Err(Error::Mismatch { problem });

@@ -119,7 +119,7 @@ impl FrameSolver {
         let refused =
             |problem: String| Error::Header { path: path.into(), keyword: "world coordinates".into(), problem };
         if positions.is_empty() {
-            return Err(refused("nothing says where the frame points: give --ra and --dec, or stars.fields".into()));
+            return Err(refused("nothing says where the frame points: give argument `ra` and argument `dec`, or stars.fields".into()));
         }
         let search = Search {
             radius_deg: self.radius_deg,
@@ -134,7 +134,7 @@ impl FrameSolver {
 
     fn positions(&self, exposure: &Exposure) -> Vec<RoughPosition> {
         if let Some((ra_deg, dec_deg)) = self.position_deg {
-            return vec![RoughPosition { ra_deg, dec_deg, source: "--ra --dec".into(), is_reference: false }];
+            return vec![RoughPosition { ra_deg, dec_deg, source: "arguments ra and dec".into(), is_reference: false }];
         }
         let field = exposure.object.as_ref().and_then(|name| Some((name.as_str(), *self.fields.get(name)?)));
         let header = &exposure.header;
@@ -158,7 +158,7 @@ impl FrameSolver {
             _ => Err(Error::Header {
                 path: exposure.path.clone(),
                 keyword: "XPIXSZ/FOCALLEN".into(),
-                problem: "do not tell the pixel scale: give --scale in arcsec/px".into(),
+                problem: "do not tell the pixel scale: give argument `scale` in arcsec/px".into(),
             }),
         }
     }

@@ -152,7 +152,7 @@ fn worst(nights: &[NightPage], mut room: usize) -> Markup {
         (legend())
         @for (night, shown) in of_nights {
             h3 { (night.linked_name("frames")) ": " (shown.len()) " of " (night.cards.len()) " pictures, the worst first" }
-            @if night.cards.is_empty() { p.none { "No frame has a picture (vetting.gallery_frames, --no-figures)." } }
+            @if night.cards.is_empty() { p.none { "No frame has a picture (vetting.gallery_frames = 0, or no figures were requested)." } }
             ol.gallery { @for card in &shown { (PreEscaped(card)) } }
         }
     }

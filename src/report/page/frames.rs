@@ -31,7 +31,7 @@ pub(super) fn frames(page: &NightPage, room: usize) -> Markup {
     };
     let cards: Vec<&(String, String)> = page.cards.iter().take_while(fits).collect();
     html! {
-        @if cards.is_empty() { p.none { "No frame has a picture (vetting.gallery_frames, --no-figures)." } }
+        @if cards.is_empty() { p.none { "No frame has a picture (vetting.gallery_frames = 0, or no figures were requested)." } }
         @else {
             (legend())
             (controls())

@@ -79,17 +79,17 @@ pub fn sky_light(dome: &Dome, points: &SkyPoints, overhead: &Overhead) -> Result
 /// # Errors
 /// [`Error::Config`] for a step or a length that is none, or too many moments.
 pub fn day_moments(start: Epoch, hours: f64, step_min: f64) -> Result<Vec<Epoch>> {
-    let bad = |key: &str, problem: String| Err(Error::Config { key: key.into(), problem });
+    let bad = |name: &str, problem: String| Err(Error::Argument { name: name.into(), problem });
     if !(step_min > 0.0 && step_min <= 1440.0) {
-        return bad("--step-min", format!("{step_min} min; accepted is above 0, to 1440"));
+        return bad("step_min", format!("{step_min} min; accepted is above 0, to 1440"));
     }
     if !(hours > 0.0 && hours <= 9000.0) {
-        return bad("--hours", format!("{hours} h; accepted is above 0, to 9000"));
+        return bad("hours", format!("{hours} h; accepted is above 0, to 9000"));
     }
     // 24 h hold 144 steps of 10 min however they round
     let steps = (hours * 60.0 / step_min + 1e-9).floor();
     if steps > MAX_MOMENTS {
-        return bad("--step-min", format!("{step_min} min gives {steps} moments; accepted are {MAX_MOMENTS}"));
+        return bad("step_min", format!("{step_min} min gives {steps} moments; accepted are {MAX_MOMENTS}"));
     }
     Ok((0..=steps as i64).map(|k| shifted(start, k as f64 * step_min * 60.0)).collect())
 }

@@ -98,7 +98,7 @@ impl Dome {
             let problem = format!(
                 "{height_km} km: accepted is {DECAYED_BELOW_KM} to {HIGHEST_KM} km; lower down nothing stays in orbit"
             );
-            return Err(Error::Config { key: "--height-km".into(), problem });
+            return Err(Error::Argument { name: "height_km".into(), problem });
         }
         let radius_km = match settings.effects.earth_radius {
             EarthRadius::Local => local_radius_km(&site.position()),

@@ -73,8 +73,8 @@ pub fn moments(window: &Window, passes: &[Pass]) -> Result<Vec<Epoch>> {
         let first = (seconds_between(window.start, pass.rise.epoch) / window.step_s).ceil().max(0.0);
         let last = (seconds_between(window.start, pass.set.epoch) / window.step_s).floor();
         if (last - first + 1.0).max(0.0) + epochs.len() as f64 > MAX_ROWS {
-            return Err(Error::Config {
-                key: "--step-s".into(),
+            return Err(Error::Argument {
+                name: "step_s".into(),
                 problem: format!(
                     "{} s gives more than a million rows; take a longer step or fewer hours",
                     window.step_s

@@ -39,15 +39,15 @@ pub struct Night {
 /// # Errors
 /// [`Error::Config`] for a date that is none, no night or more than 4000, an offset beyond ±14 h.
 pub fn nights((year, month, day): (i32, u8, u8), n: usize, offset_h: f64) -> Result<Vec<Night>> {
-    let bad = |key: &str, problem: String| Err(Error::Config { key: key.into(), problem });
+    let bad = |name: &str, problem: String| Err(Error::Argument { name: name.into(), problem });
     let Ok(first) = Epoch::maybe_from_gregorian_utc(year, month, day, 0, 0, 0, 0) else {
-        return bad("--date", format!("{year:04}-{month:02}-{day:02} is not a date"));
+        return bad("date", format!("{year:04}-{month:02}-{day:02} is not a date"));
     };
     if !(1..=MAX_NIGHTS).contains(&n) {
-        return bad("--nights", format!("{n} nights; accepted is 1 to {MAX_NIGHTS}"));
+        return bad("nights", format!("{n} nights; accepted is 1 to {MAX_NIGHTS}"));
     }
     if !(-14.0..=14.0).contains(&offset_h) {
-        return bad("--utc-offset-h", format!("{offset_h} h; accepted is -14 to 14"));
+        return bad("utc_offset_h", format!("{offset_h} h; accepted is -14 to 14"));
     }
     let first = first.to_time_scale(TimeScale::UTC);
     // whole days of the calendar, which leap seconds do not shift
@@ -68,7 +68,7 @@ pub fn days_in_month(year: i32, month: u8) -> Result<usize> {
     let next = if month == 12 { first(year + 1, 1) } else { first(year, month + 1) };
     match (first(year, month), next) {
         (Ok(from), Ok(to)) => Ok((mjd_utc(to) - mjd_utc(from)).round() as usize),
-        _ => Err(Error::Config { key: "--month".into(), problem: format!("{year:04}-{month:02} is not a month") }),
+        _ => Err(Error::Argument { name: "month".into(), problem: format!("{year:04}-{month:02} is not a month") }),
     }
 }
 
@@ -135,11 +135,11 @@ impl TrackedLimits {
 pub fn night_moments(night: &Night, half_width_h: f64, steps: usize) -> Result<Vec<Epoch>> {
     if !(1..=1000).contains(&steps) {
         let problem = format!("{steps} moments; accepted is 1 to 1000");
-        return Err(Error::Config { key: "--steps".into(), problem });
+        return Err(Error::Argument { name: "steps".into(), problem });
     }
     if !(0.0..=12.0).contains(&half_width_h) {
         let problem = format!("{half_width_h} h; accepted is 0 to 12");
-        return Err(Error::Config { key: "--around-h".into(), problem });
+        return Err(Error::Argument { name: "around_h".into(), problem });
     }
     let last = (steps - 1).max(1) as f64;
     let off_s = |k: usize| if steps == 1 { 0.0 } else { 3600.0 * half_width_h * (2.0 * k as f64 / last - 1.0) };

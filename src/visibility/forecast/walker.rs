@@ -86,9 +86,9 @@ impl Walker {
     /// # Errors
     /// [`Error::Config`] for no satellite or shell, a height at which nothing stays, an inclination that is not known.
     pub fn new(shells: &[Shell], count: usize, pattern: &Pattern) -> Result<Self> {
-        let bad = |key: &str, problem: String| Error::Config { key: key.into(), problem };
+        let bad = |name: &str, problem: String| Error::Argument { name: name.into(), problem };
         if !(1..=MAX_SATELLITES).contains(&count) {
-            return Err(bad("--count", format!("{count} satellites; accepted is 1 to {MAX_SATELLITES}")));
+            return Err(bad("count", format!("{count} satellites; accepted is 1 to {MAX_SATELLITES}")));
         }
         let alone = [Shell {
             height_km: crate::brightness::catalogue::Span::One(pattern.height_km.unwrap_or(f64::NAN)),
@@ -98,28 +98,28 @@ impl Walker {
         // a height of one's own is one shell
         let shells = if pattern.height_km.is_some() { &alone[..] } else { shells };
         if shells.is_empty() {
-            return Err(bad("--height-km", "no orbit of this satellite is known; give height and inclination".into()));
+            return Err(bad("height_km", "no orbit of this satellite is known; give height and inclination".into()));
         }
         let mut rings: Vec<Ring> = Vec::new();
         let (mut before, mut planes_before) = (0, 0);
         for (k, shell) in shells.iter().enumerate() {
             let height_km = shell.height_km.bounds();
             if !height_km.iter().all(|h| (100.0..=1e6).contains(h)) {
-                return Err(bad("--height-km", format!("{height_km:?} km; accepted is 100 to 1000000 km")));
+                return Err(bad("height_km", format!("{height_km:?} km; accepted is 100 to 1000000 km")));
             }
             let middle = shell.inclination_deg.map(|i| 0.5 * (i.bounds()[0] + i.bounds()[1])).map(f64::to_radians);
             let inclination = pattern.inclination_rad.or(middle);
             if inclination.is_none() && !shell.kind.to_ascii_lowercase().contains("sun-synchronous") {
                 let problem = format!("the shell at {} km has none in the catalogue ({})", shell.height_km, shell.kind);
-                return Err(bad("--inclination-deg", problem));
+                return Err(bad("inclination_deg", problem));
             }
             if inclination.is_none()
                 && let Some(high) = height_km.into_iter().find(|h| sun_synchronous_rad(*h).is_none())
             {
                 let problem = format!(
-                    "{high} km: no circular orbit above about 5970 km is Sun-synchronous; give --inclination-deg"
+                    "{high} km: no circular orbit above about 5970 km is Sun-synchronous; give argument `inclination_deg`"
                 );
-                return Err(bad("--height-km", problem));
+                return Err(bad("height_km", problem));
             }
             let own = (k + 1) * count / shells.len() - k * count / shells.len();
             let planes = pattern.planes.unwrap_or(own.div_ceil(PER_PLANE)).clamp(1, own.max(1));

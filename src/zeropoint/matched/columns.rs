@@ -75,7 +75,7 @@ impl Columns {
         let missing = |what: &str, key: &str| Error::Table {
             path: table.path.clone(),
             line: None,
-            problem: format!("no column of {what}; present: {}; name it with --column {key}=NAME", table.names()),
+            problem: format!("no column of {what}; present: {}; name it with argument `column` {key}=NAME", table.names()),
         };
         // a column called just `mag` is what is missing of the two
         let plain = table.column("mag").map(Cell::One);
@@ -88,7 +88,7 @@ impl Columns {
             v = plain;
         }
         let v = v.ok_or_else(|| {
-            missing(&format!("catalogue magnitudes of band {} (--band names another)", find.band), "v_mag")
+            missing(&format!("catalogue magnitudes of band {} (argument `band` names another)", find.band), "v_mag")
         })?;
         let mag = mag.or_else(|| plain.filter(|p| flux.is_none() && *p != v));
         let inst = match (mag, flux) {
@@ -100,8 +100,8 @@ impl Columns {
             Inst::Mag(cell) | Inst::Flux { cell, .. } => cell,
         };
         if inst_cell == v {
-            let problem = format!("`{}` is taken for both magnitudes; name one with --column", v.text(table));
-            return Err(Error::Config { key: "--column inst_mag, v_mag".into(), problem });
+            let problem = format!("`{}` is taken for both magnitudes; name one with argument `column`", v.text(table));
+            return Err(Error::Argument { name: "column inst_mag, v_mag".into(), problem });
         }
         let (inst_err, err_of_flux) = Self::inst_errors(find, inst)?;
         let colour = find.colour(v)?;
@@ -113,8 +113,8 @@ impl Columns {
             match find.find(key)? {
                 Some(Cell::One(i)) => Ok(Some(i)),
                 None => Ok(None),
-                Some(cell) => Err(Error::Config {
-                    key: format!("--column {key}={}", cell.text(table)),
+                Some(cell) => Err(Error::Argument {
+                    name: format!("column {key}={}", cell.text(table)),
                     problem: "a column is needed here".into(),
                 }),
             }
@@ -153,9 +153,9 @@ impl Columns {
     fn inst_errors(find: &Finder, inst: Inst) -> Result<(Option<Cell>, bool)> {
         let own = find.own("inst_mag_err")?;
         match inst {
-            Inst::Mag(_) if find.own("flux_err")?.is_some() => Err(Error::Config {
-                key: "--column flux_err".into(),
-                problem: "needs --column flux: the instrumental magnitudes are from a column of magnitudes".into(),
+            Inst::Mag(_) if find.own("flux_err")?.is_some() => Err(Error::Argument {
+                name: "column flux_err".into(),
+                problem: "needs argument `column` flux: the instrumental magnitudes are from a column of magnitudes".into(),
             }),
             Inst::Mag(cell) => Ok((find.errors_of(cell, "inst_mag_err")?, false)),
             Inst::Flux { .. } if own.is_some() => Ok((own, false)),
@@ -183,11 +183,11 @@ impl Columns {
                 let over = exptime.map(|t| format!(" / {}", t.text(table))).unwrap_or_default();
                 if !electrons && e_per_adu.is_none() {
                     self.notes
-                        .push("fluxes are not known to be in electrons: --column e_per_adu=NAME or a number".into());
+                        .push("fluxes are not known to be in electrons: argument `column e_per_adu=NAME` or a number".into());
                 }
                 if !per_second && exptime.is_none() {
                     self.notes.push(
-                        "no exposure time, fluxes are taken as they are: --column exptime_s=NAME or a number".into(),
+                        "no exposure time, fluxes are taken as they are: argument `column exptime_s=NAME` or a number".into(),
                     );
                 }
                 electrons_per_second = (electrons || e_per_adu.is_some()) && (per_second || exptime.is_some());
@@ -221,7 +221,7 @@ impl Columns {
         self.taken = said.into_iter().filter_map(|(what, from)| Some((what, from?))).collect();
         if !find.bears_band(self.v) {
             let name = self.v.text(table);
-            self.notes.push(format!("`{name}` is taken as a magnitude of band {}; --band names another", find.band));
+            self.notes.push(format!("`{name}` is taken as a magnitude of band {}; argument `band` names another", find.band));
         }
     }
 

@@ -174,7 +174,7 @@ fn fitted(
     let none = Some(Pin { value: 0.0, err: 0.0 });
     let refused = |key: &str, what: &str| Error::Config {
         key: format!("zeropoint.{key}"),
-        problem: format!("a term of {what} needs a column of it: name it with --column"),
+        problem: format!("a term of {what} needs a column of it: name it with argument `column`"),
     };
     if !columns.has_colour() {
         if config.zeropoint.pin_c.is_some_and(|pin| pin.value != 0.0) {
@@ -221,7 +221,7 @@ fn fitted(
         zeropoint.airmass_mean = f64::NAN;
         zeropoint.airmass_range = [f64::NAN; 2];
         zeropoint.warnings.push(
-            "k refused: no airmass column; taken as 0, so the zeropoint holds the extinction of these frames (--column \
+            "k refused: no airmass column; taken as 0, so the zeropoint holds the extinction of these frames (argument `column` \
              airmass=NAME, or a number)"
                 .to_owned(),
         );
@@ -229,7 +229,7 @@ fn fitted(
     if !columns.has_colour() {
         zeropoint.c_note = "refused: no colour column".to_owned();
         zeropoint.warnings.push(
-            "C refused: no colour column; taken as 0, so the zeropoint holds for the mean colour of these stars (--column \
+            "C refused: no colour column; taken as 0, so the zeropoint holds for the mean colour of these stars (argument `column` \
              b_v_mag=NAME, or b_mag=NAME)"
                 .to_owned(),
         );
@@ -255,16 +255,16 @@ fn one_filter(rows: &[(usize, StarRow, String)], request: &Request) -> Result<Op
     let all: Vec<&str> = filters.iter().copied().collect();
     let refuse = |what: String| {
         let problem = format!("{} holds measurements {what}", request.table.display());
-        Err(Error::Config { key: format!("--band {}", request.band), problem })
+        Err(Error::Argument { name: format!("band {}", request.band), problem })
     };
     match all.as_slice() {
         [] => Ok(None),
         // a place in a wheel, or no filter: the band is the user's word
         [one] if matches!(filter_meaning(one), Meaning::Unfiltered | Meaning::Unknown) => Ok(None),
         [one] => refuse(format!(
-            "through the filter {one}: name its band with --band, and its catalogue magnitudes with --column v_mag"
+            "through the filter {one}: name its band with argument `band`, and its catalogue magnitudes with argument `column` v_mag"
         )),
-        _ => refuse(format!("in several filters, {}: name one of them with --band", all.join(", "))),
+        _ => refuse(format!("in several filters, {}: name one of them with argument `band`", all.join(", "))),
     }
 }
 
@@ -276,10 +276,10 @@ fn check_band(columns: &Columns, table: &Table, request: &Request) -> Result<()>
     if same {
         return Ok(());
     }
-    Err(Error::Config {
-        key: format!("--band {}", request.band),
+    Err(Error::Argument {
+        name: format!("band {}", request.band),
         problem: format!(
-            "the catalogue magnitudes are those of column `{name}`, which is of band {band}: say --band {band}"
+            "the catalogue magnitudes are those of column `{name}`, which is of band {band}: say argument `band {band}`"
         ),
     })
 }
@@ -287,7 +287,7 @@ fn check_band(columns: &Columns, table: &Table, request: &Request) -> Result<()>
 /// Numbers pointings in the order of the table; without a column of them the rows of one time are one pointing where times
 /// repeat, else every night is one. With what should be known of that.
 fn number_pointings(stars: &mut [StarRow]) -> Option<String> {
-    const NAME_IT: &str = "name the column with --column pointing=NAME (FIELD, OBJECT, ...)";
+    const NAME_IT: &str = "name the column with argument `column pointing=NAME` (FIELD, OBJECT, ...)";
     let mut numbers = BTreeMap::new();
     if stars.iter().any(|s| !s.object_name.is_empty()) {
         for star in stars {
@@ -327,7 +327,7 @@ fn exposures_differ(stars: &[StarRow], columns: &Columns) -> Option<String> {
     let differ = !columns.of_flux() && times.any(|t| (t - first).abs() > 1e-6 * first);
     differ.then(|| {
         "exposure times differ, and instrumental magnitudes are taken as they are: if they are not per second, give the \
-         flux (--column flux=NAME)"
+         flux (argument `column flux=NAME`)"
             .to_owned()
     })
 }

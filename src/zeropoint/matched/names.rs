@@ -96,8 +96,8 @@ pub fn check_keys(columns: &BTreeMap<String, String>) -> Result<()> {
     let known: Vec<&str> = KNOWN.iter().map(|(key, _)| *key).collect();
     match columns.keys().find(|key| !known.contains(&key.as_str())) {
         None => Ok(()),
-        Some(key) => Err(Error::Config {
-            key: format!("--column {key}"),
+        Some(key) => Err(Error::Argument {
+            name: format!("column {key}"),
             problem: format!("is nothing satphot reads from a matched table; known: {}", known.join(", ")),
         }),
     }
@@ -125,8 +125,8 @@ impl Finder<'_> {
             Some(Cell::Difference(self.table.column(a.trim())?, self.table.column(b.trim())?))
         };
         let found = self.table.column(name).map(Cell::One);
-        found.or_else(|| number(name).map(Cell::Constant)).or_else(difference).map(Some).ok_or_else(|| Error::Config {
-            key: format!("--column {key}={name}"),
+        found.or_else(|| number(name).map(Cell::Constant)).or_else(difference).map(Some).ok_or_else(|| Error::Argument {
+            name: format!("column {key}={name}"),
             problem: format!("no such column in {}; present: {}", self.table.path.display(), self.table.names()),
         })
     }
@@ -229,7 +229,7 @@ impl Finder<'_> {
             (Some(Cell::One(b)), Some(v)) => return Ok(Some((Cell::Difference(b, v), b_v()))),
             (Some(_), _) => {
                 let problem = "a colour of B and V needs columns of both magnitudes".to_owned();
-                return Err(Error::Config { key: "--column b_mag".into(), problem });
+                return Err(Error::Argument { name: "column b_mag".into(), problem });
             }
             (None, _) => {}
         }
