@@ -71,7 +71,10 @@ mod tests {
     fn arguments_of_the_library_are_options_of_the_terminal() {
         for (library, terminal) in [
             ("argument `step_min`: 0 min", "--step-min: 0 min"),
-            ("name it (argument `column flux=A_B`) or give argument `max_age_d 3`", "name it (--column flux=A_B) or give --max-age-d 3"),
+            (
+                "name it (argument `column flux=A_B`) or give argument `max_age_d 3`",
+                "name it (--column flux=A_B) or give --max-age-d 3",
+            ),
             ("argument `--earth`: bad", "--earth: bad"),
             ("nothing to see", "nothing to see"),
             ("a lone argument `", "a lone argument `"),

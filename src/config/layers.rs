@@ -65,9 +65,10 @@ pub(super) fn merge(base: &mut Table, over: Table) {
 
 /// Applies one `a.b.c=value`; the value is TOML, or a bare string.
 pub(super) fn apply_set(table: &mut Table, set: &str) -> Result<()> {
-    let (key, text) = set
-        .split_once('=')
-        .ok_or_else(|| Error::Argument { name: "set".into(), problem: format!("\"{set}\" is not key=value, e.g. photometry.aper_r_fwhm=2.5") })?;
+    let (key, text) = set.split_once('=').ok_or_else(|| Error::Argument {
+        name: "set".into(),
+        problem: format!("\"{set}\" is not key=value, e.g. photometry.aper_r_fwhm=2.5"),
+    })?;
     let key = key.trim();
     let value = format!("v = {text}")
         .parse::<Table>()
@@ -75,7 +76,10 @@ pub(super) fn apply_set(table: &mut Table, set: &str) -> Result<()> {
         .and_then(|mut t| t.remove("v"))
         .unwrap_or_else(|| Value::String(text.trim().to_string()));
     let mut parts: Vec<&str> = key.split('.').collect();
-    let last = parts.pop().filter(|s| !s.is_empty()).ok_or_else(|| Error::Argument { name: "set".into(), problem: format!("\"{set}\" has no key") })?;
+    let last = parts
+        .pop()
+        .filter(|s| !s.is_empty())
+        .ok_or_else(|| Error::Argument { name: "set".into(), problem: format!("\"{set}\" has no key") })?;
     let mut here = table;
     for part in parts {
         here = here

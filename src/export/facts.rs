@@ -158,7 +158,8 @@ impl Facts {
     /// [`Error::Config`].
     pub fn data_mode(&self) -> Result<DataMode> {
         self.data_mode.ok_or_else(|| {
-            argument("data_mode",
+            argument(
+                "data_mode",
                 "the table does not say whether its frames are real (meta data_mode, written by `satphot run` and \
                  `measure`); reduce the night again, or say REAL, SIMULATED, TEST or EXERCISE"
                     .into(),

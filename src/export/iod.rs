@@ -7,7 +7,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::facts::{Facts, needed, said, wrong, argument};
+use super::facts::{Facts, argument, needed, said, wrong};
 use super::select::{Kept, rounded, total_err_mag};
 use super::sound::cospar;
 use crate::base::error::{Error, Result};
@@ -43,14 +43,18 @@ pub fn iod_text(path: &Path, kept: &[Kept<'_>], facts: &Facts) -> Result<String>
             line: None,
             problem: format!("{}: {problem}", row.frame),
         };
-        let number = row.norad_cat_id.ok_or_else(|| bad("IOD needs norad_cat_id; give argument `norad_cat_id`".into()))?;
+        let number =
+            row.norad_cat_id.ok_or_else(|| bad("IOD needs norad_cat_id; give argument `norad_cat_id`".into()))?;
         if number > LARGEST {
             return Err(bad(format!(
                 "norad_cat_id {number} does not fit the five columns of IOD (at most {LARGEST}); use argument `to` tdm, udl or score"
             )));
         }
         let (year, launch, piece) = cospar(&row.object_id).ok_or_else(|| {
-            bad(format!("IOD needs the COSPAR id, and object_id is `{}`; give argument `object_id 1998-067A`", row.object_id))
+            bad(format!(
+                "IOD needs the COSPAR id, and object_id is `{}`; give argument `object_id 1998-067A`",
+                row.object_id
+            ))
         })?;
         let utc = Utc::read(&row.date_mid).ok_or_else(|| bad(format!("date_mid `{}` is not UTC", row.date_mid)))?;
         let [y, mo, d, h, mi, s, ms] = utc.fields(3);

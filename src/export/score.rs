@@ -8,7 +8,7 @@ use super::score_form::HEADER;
 use super::score_form::refused_below_deg;
 use std::path::Path;
 
-use super::facts::{DataMode, Facts, needed, said, wrong, argument};
+use super::facts::{DataMode, Facts, argument, needed, said, wrong};
 use super::score_check::check_score;
 use super::select::{Kept, rounded, total_err_mag};
 use crate::base::error::{Error, Result};
@@ -132,8 +132,8 @@ const OPTIONS: [(&str, &str); 6] = [
     ("mpc_code", "mpc_code (reporter.mpc_code)"),
 ];
 
-/// V magnitude at the threshold of detection: the row's own, or that of its noise in tables of an older satphot, which
-/// have none for detections: `V − 2.5 log10(t/F)`, t of [`detectable_e`].
+/// V magnitude at which 95 % of targets are detected: the row's own, or, in tables of an older satphot, which have none for
+/// detections, that at the threshold of its noise: `V − 2.5 log10(t/F)`, t of [`detectable_e`].
 fn limit_v_mag(row: &PhotometryRow, facts: &Facts) -> Option<f64> {
     let of_noise = || {
         let (v, flux_e, err_e) = (row.v_mag?, row.flux_e.filter(|f| *f > 0.0)?, row.flux_err_e?);
@@ -213,7 +213,10 @@ fn error_text(err_mag: f64) -> String {
 
 /// Of a non-detection: what its limit is.
 fn comment_of_limit(row: &PhotometryRow) -> String {
-    let mut parts = vec!["non-detection".to_owned(), "limiting_magnitude is the detection threshold".to_owned()];
+    let mut parts = vec![
+        "non-detection".to_owned(),
+        "limiting_magnitude: 95 % of targets as bright are detected in this frame".to_owned(),
+    ];
     parts.extend(old_elements(row));
     one_line(&parts.join("; "))
 }

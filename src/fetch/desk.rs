@@ -177,7 +177,8 @@ impl<'a> Desk<'a> {
     }
 
     fn trouble(&self, query: &Query, why: &str, kept: Option<&Kept>) -> Error {
-        let old = kept.map(|k| format!("; argument `offline` uses the answer of {} in the cache", iso_utc(k.fetched, 0)));
+        let old =
+            kept.map(|k| format!("; argument `offline` uses the answer of {} in the cache", iso_utc(k.fetched, 0)));
         let name = query.service.name();
         let (url, key) = (&query.url, query.service.key());
         let problem =

@@ -56,7 +56,8 @@ pub(crate) const fn number(name: &'static str, unit: &'static str, description: 
 }
 
 /// Columns that tables of an older version lack; read as empty there.
-pub const ADDED_LATER: [&str; 4] = ["sky_class", "paper_label", "date_avg_minus_mid_s", "time_stamp"];
+pub const ADDED_LATER: [&str; 6] =
+    ["sky_class", "paper_label", "date_avg_minus_mid_s", "time_stamp", "forced_flux_e", "forced_flux_err_e"];
 
 /// Columns of `photometry.ecsv`: one row per target frame.
 pub const PHOTOMETRY: &[Column] = &[
@@ -115,6 +116,13 @@ pub const PHOTOMETRY: &[Column] = &[
     number("flux_e", "electron", "net flux in the aperture, whole exposure; can be negative"),
     number("flux_err_e", "electron", "1-sigma random error of flux_e"),
     number(
+        "forced_flux_e",
+        "electron",
+        "of a non-detection: flux in a circle of target.limit_r_fwhm at the expected place (target.x_px and y_px, else the \
+         middle of the frame), whatever is there; can be negative",
+    ),
+    number("forced_flux_err_e", "electron", "1-sigma random error of forced_flux_e"),
+    number(
         "sky_e_px",
         "electron / pix",
         "sky level under the aperture, whole exposure; with the mean light of trails where the level is taken along them",
@@ -143,8 +151,9 @@ pub const PHOTOMETRY: &[Column] = &[
     number(
         "limit_v_mag",
         "mag",
-        "V magnitude at the detection threshold (target.detect_sigma): of a detection in its own aperture, else for an \
-         object as large as in the frames that show it; a target this bright is detected in about half of the frames",
+        "V magnitude at which 95 % of targets are detected (target.detect_sigma); of a non-detection: of point sources \
+         anywhere in this frame's search region, scaled to the object's size in the frames that show it; of a detection: in \
+         its own aperture",
     ),
     number("mu_mean_mag_arcsec2", "mag / arcsec2", "mean V surface brightness over the aperture"),
     number("mu_peak_mag_arcsec2", "mag / arcsec2", "V surface brightness of the brightest disc of one FWHM across"),

@@ -84,6 +84,13 @@ pub struct PhotometryRow {
     pub flux_e: Option<f64>,
     /// 1-sigma random error of flux_e \[e⁻\].
     pub flux_err_e: Option<f64>,
+    /// Of a non-detection: flux in a circle of target.limit_r_fwhm at the expected place (target.x_px and y_px, else the
+    /// middle of the frame), whatever is there; can be negative \[e⁻\].
+    #[serde(default)]
+    pub forced_flux_e: Option<f64>,
+    /// 1-sigma random error of forced_flux_e \[e⁻\].
+    #[serde(default)]
+    pub forced_flux_err_e: Option<f64>,
     /// Sky level under the aperture, whole exposure; with the mean light of trails where the level is taken along
     /// them \[e⁻/px\].
     pub sky_e_px: Option<f64>,
@@ -111,8 +118,9 @@ pub struct PhotometryRow {
     pub zp_age_d: Option<f64>,
     /// Error of using another night's zeropoint, part of v_mag_err_sys \[mag\].
     pub zp_extra_err_mag: Option<f64>,
-    /// V magnitude at the detection threshold (target.detect_sigma): of a detection in its own aperture, else for an
-    /// object as large as in the frames that show it; a target this bright is detected in about half of the frames \[mag\].
+    /// V magnitude at which 95 % of targets are detected (target.detect_sigma); of a non-detection: of point sources
+    /// anywhere in this frame's search region, scaled to the object's size in the frames that show it; of a detection: in
+    /// its own aperture \[mag\].
     pub limit_v_mag: Option<f64>,
     /// Mean V surface brightness over the aperture \[mag/arcsec²\].
     pub mu_mean_mag_arcsec2: Option<f64>,

@@ -72,6 +72,8 @@ pub fn ucd(name: &str) -> &'static str {
         "extent_fwhm" => "phys.size;arith.ratio",
         "flux_e" => "phot.count",
         "flux_err_e" => "stat.error;phot.count",
+        "forced_flux_e" => "phot.count",
+        "forced_flux_err_e" => "stat.error;phot.count",
         "sky_e_px" => "instr.background",
         "sky_corner_ratio" => "instr.background;arith.ratio",
         "snr" => "stat.snr",

@@ -13,6 +13,7 @@ mod flux;
 mod growth;
 mod injection;
 mod injection_station;
+mod limit;
 mod speed;
 mod stats;
 mod target;

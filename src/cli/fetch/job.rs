@@ -57,10 +57,7 @@ impl Job<'_> {
             return Err(bad("-c", problem.into()));
         };
         if config.orbit.is_none() && config.stars.is_none() {
-            return Err(bad(
-                "-c",
-                "the configuration has neither [orbit] nor [stars]: nothing to fetch".into(),
-            ));
+            return Err(bad("-c", "the configuration has neither [orbit] nor [stars]: nothing to fetch".into()));
         }
         if let Some(orbit) = &config.orbit {
             if orbit.elements.exists() && !self.verb.force {

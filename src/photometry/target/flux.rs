@@ -65,11 +65,32 @@ impl Cutout {
         snr1: &Array2<f32>,
         s: &TargetSettings,
     ) -> Measured {
+        self.flux_among(frame, background, at, &self.objects(snr1), s)
+    }
+
+    /// As [`Self::flux`], given the cells that are no sky.
+    pub fn flux_among(
+        &self,
+        frame: &Frame<Electrons>,
+        background: &Background,
+        at: &Placed,
+        objects: &Array2<bool>,
+        s: &TargetSettings,
+    ) -> Measured {
         let under = self.strips.as_ref().and_then(|strips| self.under(strips, at));
         match under {
             Some(under) => self.flux_along_trails(frame, at, under, s),
-            None => self.flux_over_annulus(frame, background, at, snr1, s),
+            None => self.flux_over_annulus(frame, background, at, objects, s),
         }
+    }
+
+    /// The cells that are no sky: what stands out at the scale of a star, and trails.
+    pub fn objects(&self, snr1: &Array2<f32>) -> Array2<bool> {
+        let light_limit = 0.1 * self.rms_e;
+        let objects = Array2::from_shape_fn(snr1.dim(), |c| {
+            f64::from(snr1[c]) > NOT_SKY_SIGMA || f64::from(self.light[c]) > light_limit
+        });
+        grown(&objects, (0.5 * self.fwhm_cells()).ceil() as usize)
     }
 
     /// The levels of the lines of cells under an aperture.
@@ -117,20 +138,20 @@ impl Cutout {
         frame: &Frame<Electrons>,
         background: &Background,
         at: &Placed,
-        snr1: &Array2<f32>,
+        objects: &Array2<bool>,
         s: &TargetSettings,
     ) -> Measured {
         let (gap, width) = ((s.sky_in_px - s.limit_r_px).max(1.0), (s.sky_out_px - s.sky_in_px).max(2.0));
         let inner = at.shape.bounding_radius_px() + gap;
         let wanted = SKY_AREA * at.shape.area_px() / std::f64::consts::PI;
         let mut outer = (inner + width).max((inner * inner + wanted).sqrt());
-        let mut ring = self.ring(at, (inner, outer), snr1);
+        let mut ring = self.ring(at, (inner, outer), objects);
         for _ in 0..3 {
             if ring.n >= 200.max(2 * MIN_SKY_PX) {
                 break;
             }
             outer += width;
-            ring = self.ring(at, (inner, outer), snr1);
+            ring = self.ring(at, (inner, outer), objects);
         }
         let level_e = self.sky.level(at.x, at.y);
         let mut flags = ring.flags;
@@ -176,18 +197,13 @@ impl Cutout {
     }
 
     /// Light of trails at a pixel of the cutout.
-    fn light_at(&self, i: usize, j: usize) -> f64 {
+    pub fn light_at(&self, i: usize, j: usize) -> f64 {
         let (ny, nx) = self.light.dim();
         f64::from(self.light[[(j / self.net.bin).min(ny - 1), (i / self.net.bin).min(nx - 1)]]).max(0.0)
     }
 
     /// The mean of an annulus above the sky's surface; objects, trails and hits left out.
-    fn ring(&self, at: &Placed, (inner, outer): (f64, f64), snr1: &Array2<f32>) -> Ring {
-        let light_limit = 0.1 * self.rms_e;
-        let objects = Array2::from_shape_fn(snr1.dim(), |c| {
-            f64::from(snr1[c]) > NOT_SKY_SIGMA || f64::from(self.light[c]) > light_limit
-        });
-        let objects = grown(&objects, (0.5 * self.fwhm_cells()).ceil() as usize);
+    fn ring(&self, at: &Placed, (inner, outer): (f64, f64), objects: &Array2<bool>) -> Ring {
         let (my, mx) = objects.dim();
         let bounds = self.bounds();
         let across = (2.0 * outer) as usize / SKY_BLOCK_PX + 2;

@@ -17,6 +17,7 @@ use crate::photometry::surface_brightness::brightest_disc;
 use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::enclose::enclosing;
 use crate::photometry::target::flux::{Measured, circle_at};
+pub use crate::photometry::target::limit::{LIMIT_COMPLETENESS, LIMIT_MARGIN_SIGMA};
 use crate::photometry::target::search::{Significances, best_candidate};
 use crate::photometry::target::segment::{Segment, scales_needed, segment};
 use crate::photometry::target::shape::{Ellipse, moments, outline_moments};
@@ -39,18 +40,29 @@ pub enum TargetFound {
         /// Whether the sky is the level along the trails beside it: then there is no annulus, and no light of the target
         /// in the sky.
         along_trails: bool,
+        /// What could have been seen, where the whole object does not reach `detect_sigma`: then it is no detection.
+        unseen: Option<Box<Unseen>>,
     },
     /// Nothing above the threshold.
     NotDetected {
-        /// `detect_sigma` times the error of an empty aperture of `limit_r_px` at the expected place \[e⁻\].
+        /// Flux of a point source of which 95 % would be detected in the search region \[e⁻\]; NaN where there is none.
         limit_e: f64,
-        /// What that aperture holds, negative or not.
+        /// What an aperture of `limit_r_px` at the expected place holds, negative or not.
         flux: Flux,
         /// The expected place \[px\].
         x_px: f64,
         /// The expected place \[px\].
         y_px: f64,
     },
+}
+
+/// What a frame without a detection says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unseen {
+    /// As in [`TargetFound::NotDetected`].
+    pub limit_e: f64,
+    /// Forced flux at the expected place.
+    pub flux: Flux,
 }
 
 /// The light of a target, and what is mixed with it.
@@ -103,7 +115,8 @@ const POINT_FWHM: f64 = 0.3;
 /// 5. [`Flags::TRAIL`] where light of trails was taken off, [`Flags::CONTAMINATED`] where that of trails and neighbours is
 ///    more than `contam_frac` of the flux, [`Flags::HIT`] for a pixel sharper than a star.
 ///
-/// [`TargetFound::NotDetected`] holds the forced flux at the expected place, negative or not, and the limit.
+/// [`TargetFound::NotDetected`] holds the forced flux at the expected place, negative or not, and the limit: the flux of
+/// which 95 % of point sources in the search region would be detected.
 #[must_use]
 pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> TargetFound {
     let Some(mut cutout) = Cutout::new(frame, s) else {
@@ -153,7 +166,8 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
     if light.elongation > ELONGATED {
         flux.flags.set(Flags::ELONGATED);
     }
-    TargetFound::Detected { flux, x_px: aperture.x + ox, y_px: aperture.y + oy, light, along_trails }
+    let unseen = (flux.snr < s.detect_sigma).then(|| Box::new(forced(cutout, frame, background, s)));
+    TargetFound::Detected { flux, x_px: aperture.x + ox, y_px: aperture.y + oy, light, along_trails, unseen }
 }
 
 /// The most likely target.
@@ -220,16 +234,20 @@ fn shape_of_light(cutout: &Cutout, outline: &Segment, snr: f64) -> Light {
     }
 }
 
-/// The forced flux at the expected place and what could have been seen there.
-fn limit(mut cutout: Cutout, frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> TargetFound {
+/// Nothing above the threshold.
+fn limit(cutout: Cutout, frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> TargetFound {
+    let Unseen { limit_e, flux } = forced(cutout, frame, background, s);
+    TargetFound::NotDetected { limit_e, flux, x_px: s.x_px, y_px: s.y_px }
+}
+
+/// The forced flux at the expected place and what could have been seen in the search region.
+fn forced(mut cutout: Cutout, frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> Unseen {
     let (ox, oy) = cutout.origin(frame);
     let place = circle_at(s.x_px - ox, s.y_px - oy, s.limit_r_px);
     cutout.keep_out(&place);
     let snr1 = cutout.layers().significance(cutout.fwhm_cells(), 1, None);
     let flux = cutout.flux(frame, background, &place, &snr1, s).flux;
-    // the error without the flux's own Poisson noise: that of an empty aperture
-    let empty = (flux.flux_err_e.powi(2) - flux.flux_e.max(0.0)).sqrt();
-    TargetFound::NotDetected { limit_e: s.detect_sigma * empty, flux, x_px: s.x_px, y_px: s.y_px }
+    Unseen { limit_e: cutout.limit_e(frame, background, s), flux }
 }
 
 /// The limit where the expected place is off the frame: nothing measurable.

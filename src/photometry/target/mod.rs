@@ -5,6 +5,7 @@ pub(crate) mod cosmic_rays;
 pub(crate) mod cutout;
 pub(crate) mod enclose;
 pub(crate) mod flux;
+pub(crate) mod limit;
 pub mod measure;
 pub(crate) mod placed;
 pub(crate) mod search;

@@ -4,6 +4,7 @@ use crate::brightness::catalogue::Standing;
 use crate::brightness::columns::effects_meta;
 use crate::config::Config;
 use crate::photometry::Flags;
+use crate::photometry::target::measure::LIMIT_COMPLETENESS;
 use crate::pipeline::products::provenance::Provenance;
 use crate::tables::{Meta, MetaValue};
 use crate::zeropoint::bands::{Band, CalibratedBand};
@@ -29,6 +30,13 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, told: &Provena
     ];
     meta.push("site", MetaValue::Map(site));
     meta.push("telescope", text(&config.telescope.name));
+    let limit = vec![
+        ("completeness".to_string(), number(LIMIT_COMPLETENESS)),
+        ("detect_sigma".to_string(), number(config.target.detect_sigma)),
+        ("of_nondetections".to_string(), text("point sources anywhere in the search region of the frame")),
+        ("of_detections".to_string(), text("the target's own aperture")),
+    ];
+    meta.push("limit_v_mag", MetaValue::Map(limit));
     // without a zeropoint there are no magnitudes but instrumental and modelled ones
     let band = zeropoint.map(|z| z.band.unwrap_or(Band::V)).or(config.photometry.band);
     meta.push("mag_system", text(band.map_or("Vega", Band::mag_system)));

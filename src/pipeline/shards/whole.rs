@@ -19,11 +19,15 @@ pub fn judge_whole_night(frames: &mut [TargetFrame], config: &Config, notes: &mu
     judge_night(frames, config);
 }
 
-/// Makes the limits of non-detections those of an object as large as the detected ones.
+/// An object is larger than a star where its image is this much longer \[FWHM\].
+const RESOLVED_FWHM: f64 = 1.3;
+
+/// Makes the limits of non-detections those of an object as large as the detected ones, where these resolve it.
 ///
-/// A limit is measured in a small circle; the noise of a larger aperture grows with the root of its area:
+/// A limit is that of point sources; the noise of a larger aperture grows with the root of its area:
 /// Δm = −1.25 log₁₀(A_object / A_measured), with A_object the median aperture of the frames of the same object, in
-/// arcsec² and scaled by (range)⁻² where the ranges are known.
+/// arcsec² and scaled by (range)⁻² where the ranges are known. The aperture of a bright point source is large by its
+/// brightness, and says nothing of a faint one.
 fn limits_for_the_size_of_the_object(rows: &mut [TargetFrame]) {
     let size = |r: &PhotometryRow| -> Option<f64> {
         let scale = r.pix_scale_arcsec?;
@@ -42,6 +46,7 @@ fn limits_for_the_size_of_the_object(rows: &mut [TargetFrame]) {
         .iter()
         .map(|f| &f.row)
         .filter(|r| r.status == Status::Ok && r.verdict != Verdict::Reject)
+        .filter(|r| r.extent_fwhm.is_some_and(|e| e > RESOLVED_FWHM))
         .filter_map(|r| Some((r.object_name.clone(), size(r)?, r.range_km)))
         .collect();
     for row in rows.iter_mut().map(|f| &mut f.row).filter(|r| r.status == Status::Nondetection) {
@@ -74,6 +79,7 @@ mod tests {
             verdict: "use".into(),
             range_km: Some(range_km),
             aper_r_px: Some(r_px),
+            extent_fwhm: (status == "ok").then_some(3.0),
             pix_scale_arcsec: Some(1.5),
             limit_v_mag: (status == "nondetection").then_some(15.0),
             ..PhotometryRow::default()
@@ -91,5 +97,9 @@ mod tests {
         let mut alone = vec![row("nondetection", 500.0, 7.0)];
         limits_for_the_size_of_the_object(&mut alone);
         assert_eq!(alone[0].row.limit_v_mag, Some(15.0));
+        let mut of_a_point = vec![row("ok", 500.0, 21.0), row("nondetection", 500.0, 7.0)];
+        of_a_point[0].row.extent_fwhm = Some(1.05);
+        limits_for_the_size_of_the_object(&mut of_a_point);
+        assert_eq!(of_a_point[1].row.limit_v_mag, Some(15.0));
     }
 }

@@ -119,7 +119,9 @@ impl FrameSolver {
         let refused =
             |problem: String| Error::Header { path: path.into(), keyword: "world coordinates".into(), problem };
         if positions.is_empty() {
-            return Err(refused("nothing says where the frame points: give argument `ra` and argument `dec`, or stars.fields".into()));
+            return Err(refused(
+                "nothing says where the frame points: give argument `ra` and argument `dec`, or stars.fields".into(),
+            ));
         }
         let search = Search {
             radius_deg: self.radius_deg,

@@ -16,6 +16,7 @@ use crate::photometry::aperture::Shape;
 use crate::photometry::flux::{Flux, detectable_e};
 use crate::photometry::surface_brightness::inst_mu;
 use crate::photometry::target::measure::KnownDirection;
+use crate::photometry::target::measure::LIMIT_MARGIN_SIGMA;
 use crate::photometry::target::measure::Light;
 use crate::photometry::target::measure::TargetFound;
 use crate::photometry::target::settings::TargetSettings;
@@ -226,7 +227,7 @@ fn measure_columns(
     row.sky_corner_ratio = seen.corner_ratio;
     let well_e = (gain.saturation_adu - gain.pedestal_adu) * gain.e_per_adu.0;
     match seen.found {
-        TargetFound::Detected { flux, x_px, y_px, light, along_trails } => {
+        TargetFound::Detected { flux, x_px, y_px, light, along_trails, unseen } => {
             row.x_px = Some(x_px);
             row.y_px = Some(y_px);
             flux_columns(row, &flux, well_e);
@@ -237,7 +238,7 @@ fn measure_columns(
                 row.inst_mag = Some(inst_mag).filter(|m| m.is_finite());
                 row.v_mag_err = Some(MAG_PER_LN * flux.flux_err_e / flux.flux_e);
                 row.status = "ok".into();
-                let limit_e = detectable_e(flux.flux_e, flux.flux_err_e, t.detect_sigma);
+                let limit_e = detectable_e(flux.flux_e, flux.flux_err_e, t.detect_sigma + LIMIT_MARGIN_SIGMA);
                 row.limit_v_mag = inst_limit(limit_e, exposure.exptime_s, corr_mag);
             } else {
                 // a bright spot, but the whole object does not stand out: among star trails that is no detection
@@ -246,17 +247,22 @@ fn measure_columns(
                     "S/N {:.1} of the whole object is below {} (target.detect_sigma)",
                     flux.snr, t.detect_sigma
                 );
-                row.limit_v_mag = inst_limit(t.detect_sigma * flux.flux_err_e, exposure.exptime_s, corr_mag);
+                if let Some(unseen) = unseen {
+                    forced_columns(row, &unseen.flux);
+                    let corr_mag = point_correction(night, fwhm_px, &unseen.flux);
+                    limit_column(row, unseen.limit_e, exposure.exptime_s, corr_mag);
+                }
             }
         }
         TargetFound::NotDetected { limit_e, x_px, y_px, flux } => {
             flux_columns(row, &flux, well_e);
+            forced_columns(row, &flux);
             row.x_px = Some(x_px);
             row.y_px = Some(y_px);
             row.status = "nondetection".into();
             row.reason = format!("nothing above {} sigma near ({x_px:.0}, {y_px:.0})", t.detect_sigma);
             let corr_mag = aperture_correction(row, night, fwhm_px, &flux, None, false);
-            row.limit_v_mag = inst_limit(limit_e, exposure.exptime_s, corr_mag);
+            limit_column(row, limit_e, exposure.exptime_s, corr_mag);
         }
     }
     Ok(())
@@ -282,6 +288,28 @@ fn light_columns(
 fn inst_limit(limit_e: f64, exptime_s: f64, corr_mag: f64) -> Option<f64> {
     let limit = || -2.5 * (limit_e / exptime_s).log10() + corr_mag;
     (limit_e > 0.0).then(limit).filter(|m| m.is_finite())
+}
+
+/// The limit of a frame without a detection, or why there is none.
+fn limit_column(row: &mut PhotometryRow, limit_e: f64, exptime_s: f64, corr_mag: f64) {
+    row.limit_v_mag = inst_limit(limit_e, exptime_s, corr_mag);
+    if limit_e.is_nan() {
+        let why = "no limit: in more than 5 % of the search region no point source would be detected, however bright";
+        row.reason = join(&row.reason, why);
+    }
+}
+
+/// The flux forced at the expected place, beside the limit of a frame without a detection.
+fn forced_columns(row: &mut PhotometryRow, flux: &Flux) {
+    let finite = |v: f64| v.is_finite().then_some(v);
+    (row.forced_flux_e, row.forced_flux_err_e) = (finite(flux.flux_e), finite(flux.flux_err_e));
+}
+
+/// What carries a point source in the aperture of a limit to its whole light \[mag\]; 0 without a profile of the stars.
+fn point_correction(night: &Calibrated, fwhm_px: f64, flux: &Flux) -> f64 {
+    let profile = night.seeing.profile.filter(|_| night.config.photometry.aper_correction);
+    let correction = profile.map(|p| p.correction_mag(fwhm_px, flux.shape, (flux.sky_in_px, flux.sky_out_px), None));
+    correction.filter(|c| c.is_finite()).unwrap_or(0.0)
 }
 
 /// What carries the target to its whole light, as the stars of the zeropoint are \[mag\]; 0 without a profile of the stars,

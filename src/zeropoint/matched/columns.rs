@@ -75,7 +75,10 @@ impl Columns {
         let missing = |what: &str, key: &str| Error::Table {
             path: table.path.clone(),
             line: None,
-            problem: format!("no column of {what}; present: {}; name it with argument `column` {key}=NAME", table.names()),
+            problem: format!(
+                "no column of {what}; present: {}; name it with argument `column` {key}=NAME",
+                table.names()
+            ),
         };
         // a column called just `mag` is what is missing of the two
         let plain = table.column("mag").map(Cell::One);
@@ -155,7 +158,8 @@ impl Columns {
         match inst {
             Inst::Mag(_) if find.own("flux_err")?.is_some() => Err(Error::Argument {
                 name: "column flux_err".into(),
-                problem: "needs argument `column` flux: the instrumental magnitudes are from a column of magnitudes".into(),
+                problem: "needs argument `column` flux: the instrumental magnitudes are from a column of magnitudes"
+                    .into(),
             }),
             Inst::Mag(cell) => Ok((find.errors_of(cell, "inst_mag_err")?, false)),
             Inst::Flux { .. } if own.is_some() => Ok((own, false)),
@@ -182,12 +186,14 @@ impl Columns {
                 let times = e_per_adu.map(|e| format!(" * {}", e.text(table))).unwrap_or_default();
                 let over = exptime.map(|t| format!(" / {}", t.text(table))).unwrap_or_default();
                 if !electrons && e_per_adu.is_none() {
-                    self.notes
-                        .push("fluxes are not known to be in electrons: argument `column e_per_adu=NAME` or a number".into());
+                    self.notes.push(
+                        "fluxes are not known to be in electrons: argument `column e_per_adu=NAME` or a number".into(),
+                    );
                 }
                 if !per_second && exptime.is_none() {
                     self.notes.push(
-                        "no exposure time, fluxes are taken as they are: argument `column exptime_s=NAME` or a number".into(),
+                        "no exposure time, fluxes are taken as they are: argument `column exptime_s=NAME` or a number"
+                            .into(),
                     );
                 }
                 electrons_per_second = (electrons || e_per_adu.is_some()) && (per_second || exptime.is_some());
@@ -221,7 +227,8 @@ impl Columns {
         self.taken = said.into_iter().filter_map(|(what, from)| Some((what, from?))).collect();
         if !find.bears_band(self.v) {
             let name = self.v.text(table);
-            self.notes.push(format!("`{name}` is taken as a magnitude of band {}; argument `band` names another", find.band));
+            self.notes
+                .push(format!("`{name}` is taken as a magnitude of band {}; argument `band` names another", find.band));
         }
     }
 

@@ -125,9 +125,11 @@ impl Finder<'_> {
             Some(Cell::Difference(self.table.column(a.trim())?, self.table.column(b.trim())?))
         };
         let found = self.table.column(name).map(Cell::One);
-        found.or_else(|| number(name).map(Cell::Constant)).or_else(difference).map(Some).ok_or_else(|| Error::Argument {
-            name: format!("column {key}={name}"),
-            problem: format!("no such column in {}; present: {}", self.table.path.display(), self.table.names()),
+        found.or_else(|| number(name).map(Cell::Constant)).or_else(difference).map(Some).ok_or_else(|| {
+            Error::Argument {
+                name: format!("column {key}={name}"),
+                problem: format!("no such column in {}; present: {}", self.table.path.display(), self.table.names()),
+            }
         })
     }
 

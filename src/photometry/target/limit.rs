@@ -1,0 +1,125 @@
+//! How bright a point source must be for 95 % of those in the search region to be detected.
+//!
+//! Electrons and cutout pixels. What the aperture of a source just detected would hold, and its error, is measured at
+//! places spread over the search region, as the target's is: a source is detected there if it lifts that to
+//! `detect_sigma`. Leaves out: sources wider than a star, for which the night scales the limit.
+
+use statrs::function::erf::erf;
+
+use crate::base::stats;
+use crate::frames::{Electrons, Frame};
+use crate::photometry::background::Background;
+use crate::photometry::flux::detectable_e;
+use crate::photometry::target::cutout::Cutout;
+use crate::photometry::target::flux::circle_at;
+use crate::photometry::target::settings::TargetSettings;
+
+/// Share of the sources that are detected at the limit.
+pub const LIMIT_COMPLETENESS: f64 = 0.95;
+/// A flux so many errors above a threshold passes it that often.
+pub const LIMIT_MARGIN_SIGMA: f64 = 1.644_853_627;
+/// Places that are looked at.
+const PLACES: usize = 32;
+/// Radius of the outline of a source whose aperture flux is just detected \[FWHM\].
+///
+/// A Gaussian of width √2 FWHM falls from 15 to 3 σ at 1.1 FWHM; corners of cells and what noise joins add the rest, and
+/// half a cell.
+const OUTLINE_FWHM: f64 = 1.5;
+/// A limit this many times that of the middle place says nothing of the frame.
+const MOST: f64 = 1e4;
+
+/// What is known of a place without a source: what the aperture holds, and its error.
+struct Empty {
+    flux_e: f64,
+    err_e: f64,
+}
+
+impl Cutout {
+    /// The flux of point sources of which 95 % would be detected in the search region \[e⁻\]; NaN where there is none:
+    /// more than 5 % of the region has no pixels, or no source stands out there.
+    ///
+    /// A source of flux t passes at a place of error σ₀ with `t + f ≥ detect_sigma √(σ₀² + t)`, f ~ N(f̄, s²σ₀² + t): what
+    /// the places hold by themselves, s being their scatter in units of their error, and the photons.
+    pub fn limit_e(&self, frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> f64 {
+        let snr1 = self.layers().significance(self.fwhm_cells(), 1, None);
+        let objects = self.objects(&snr1);
+        let (ox, oy) = self.origin(frame);
+        let r_px = OUTLINE_FWHM * s.fwhm_px + 0.5 * self.net.bin as f64 + s.margin_px;
+        let (mut tried, mut empty) = (0, Vec::new());
+        for (x, y) in places(s) {
+            let (x, y) = (x - ox, y - oy);
+            let (ny, nx) = self.pixels.dim();
+            if !(x > -0.5 && y > -0.5 && x < nx as f64 - 0.5 && y < ny as f64 - 0.5) {
+                continue;
+            }
+            // outside the clip circle is no part of the region
+            let cell = |at: f64| self.net.in_cells(at).round().max(0.0) as usize;
+            let Some(mean) = self.net.mean.get((cell(y), cell(x))) else { continue };
+            tried += 1;
+            if !mean.is_finite() {
+                continue;
+            }
+            let flux = self.flux_among(frame, background, &circle_at(x, y, r_px), &objects, s).flux;
+            let err_e = (flux.flux_err_e.powi(2) - flux.flux_e.max(0.0)).max(0.0).sqrt();
+            if flux.flux_e.is_finite() && err_e > 0.0 {
+                empty.push(Empty { flux_e: flux.flux_e, err_e });
+            }
+        }
+        completeness_limit(&empty, tried, s.detect_sigma)
+    }
+}
+
+/// The flux at which 95 % of `tried` places show a source, `empty` being those that can.
+fn completeness_limit(empty: &[Empty], tried: usize, detect_sigma: f64) -> f64 {
+    if empty.len() < 4 || (empty.len() as f64) < LIMIT_COMPLETENESS * tried as f64 {
+        return f64::NAN;
+    }
+    let mut pulls: Vec<f64> = empty.iter().map(|e| e.flux_e / e.err_e).collect();
+    let shift = stats::median(&mut pulls).unwrap_or(0.0);
+    let scatter = stats::mad_sigma(&mut pulls).unwrap_or(1.0).max(1.0);
+    let detected = |t: f64| {
+        let passed = |e: &Empty| {
+            let needed = detect_sigma * (e.err_e * e.err_e + t).sqrt();
+            let sd = ((scatter * e.err_e).powi(2) + t).sqrt();
+            0.5 * (1.0 + erf((t + shift * e.err_e - needed) / (sd * std::f64::consts::SQRT_2)))
+        };
+        empty.iter().map(passed).sum::<f64>() / tried as f64
+    };
+    let mut errors: Vec<f64> = empty.iter().map(|e| e.err_e).collect();
+    let least = detectable_e(0.0, stats::median(&mut errors).unwrap_or(f64::NAN), detect_sigma);
+    let (mut low, mut high) = (0.1 * least, MOST * least);
+    if detected(high) < LIMIT_COMPLETENESS {
+        return f64::NAN;
+    }
+    for _ in 0..60 {
+        let middle = (low * high).sqrt();
+        if detected(middle) < LIMIT_COMPLETENESS { low = middle } else { high = middle }
+    }
+    high
+}
+
+/// Places spread evenly over the search region: the sunflower's spiral.
+fn places(s: &TargetSettings) -> impl Iterator<Item = (f64, f64)> {
+    let (x, y, radius) = (s.x_px, s.y_px, s.search_radius_px);
+    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+    (0..PLACES).map(move |k| {
+        let (r, angle) = (radius * ((k as f64 + 0.5) / PLACES as f64).sqrt(), golden * k as f64);
+        (x + r * angle.cos(), y + r * angle.sin())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_places_need_the_threshold_and_1_645_errors_and_a_region_of_holes_has_no_limit() {
+        let empty: Vec<Empty> = (0..40).map(|k| Empty { flux_e: f64::from(k % 3 - 1), err_e: 1e4 }).collect();
+        let limit = completeness_limit(&empty, 40, 5.0);
+        assert!((limit / 1e4 - 6.645).abs() < 0.01, "{limit}");
+        // 5 % of the places without pixels leave nothing for noise
+        assert!(completeness_limit(&empty, 42, 5.0) > 1.1 * limit);
+        assert!(completeness_limit(&empty, 43, 5.0).is_nan());
+        assert!(completeness_limit(&[], 0, 5.0).is_nan());
+    }
+}
