@@ -4,6 +4,8 @@
 //! re-exports to the file that defines the name. A `mod.rs` that only declares and re-exports is no file of its own.
 //! Not seen: paths made by macros, and code inside `#[cfg(test)] mod`.
 
+#![allow(clippy::unwrap_used)]
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;

@@ -77,7 +77,7 @@ impl Blocks {
     /// Whole bands of rows are read at once, so that a compressed row is unpacked only once.
     ///
     /// # Errors
-    /// [`Error::Fits`] if the file is damaged, or not of the size the blocks were laid out for.
+    /// [`crate::Error::Fits`] if the file is damaged, or not of the size the blocks were laid out for.
     pub fn read(&self, exposure: &Exposure) -> Result<Vec<Vec<f32>>> {
         let side = self.side_px;
         guarded(&exposure.path, || {
@@ -106,7 +106,7 @@ const FILL_ROWS: usize = 5;
 /// has a row without noise, but the file of a camera that stopped before it wrote the pixels has. BLANK is no value.
 ///
 /// # Errors
-/// [`Error::Fits`] if the file is damaged or holds no image.
+/// [`crate::Error::Fits`] if the file is damaged or holds no image.
 pub fn never_filled(exposure: &Exposure, clip_radius_px: Option<f64>) -> Result<Option<f32>> {
     if exposure.size_px.0 * exposure.size_px.1 < 64 {
         return Ok(None); // too few to tell
@@ -132,7 +132,7 @@ pub fn never_filled(exposure: &Exposure, clip_radius_px: Option<f64>) -> Result<
 /// Reads a rectangle of `size_px` at `origin_px` in rows \[ADU\].
 ///
 /// # Errors
-/// [`Error::Fits`] if it does not lie in the frame, or the file is damaged.
+/// [`crate::Error::Fits`] if it does not lie in the frame, or the file is damaged.
 pub fn read_box(exposure: &Exposure, origin_px: (usize, usize), size_px: (usize, usize)) -> Result<Vec<f32>> {
     guarded(&exposure.path, || {
         let mut values = vec![0f32; size_px.0 * size_px.1];

@@ -13,7 +13,7 @@ use crate::zeropoint::matched::Matched;
 /// Writes zeropoint.toml, if there is a fit, and the rows with weights and residuals.
 ///
 /// # Errors
-/// [`Error::Io`].
+/// [`crate::Error::Io`].
 pub fn write_matched(matched: &Matched, config: &Config, zeropoint: &Path, table: &Path) -> Result<()> {
     if let Ok(fit) = &matched.zeropoint {
         let mut notes: Vec<String> = matched.notes.clone();

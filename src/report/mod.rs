@@ -1,7 +1,6 @@
-//! Tables and plots, drawn from results alone.
+//! The page of a night or a campaign, the gallery of its frames, and the text of the closing summary.
 //!
-//! Rows in, files out: ECSV tables by one schema ([`columns`]), SVG figures from the rows of those tables, the gallery of
-//! cutouts, the text of the closing summary. Magnitudes, degrees and kilometres as in the files. Computes no photometry and no model.
+//! Drawn from the rows of the tables alone: magnitudes, degrees and kilometres as in the files.
 
 pub mod gallery;
 pub mod page;

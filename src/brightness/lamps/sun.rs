@@ -12,7 +12,7 @@ pub const SUN_V_MAG: f64 = -26.76;
 pub struct Lamplight {
     /// Irradiance in the band relative to a star of magnitude 0.
     pub flux: f64,
-    /// The phase angle is beyond what the lunar law was fitted to ([`MOON_LAW_MAX_DEG`], [`ROLO_RANGE_DEG`]).
+    /// The phase angle is beyond what the lunar law was fitted to ([`super::MOON_LAW_MAX_DEG`], [`super::ROLO_RANGE_DEG`]).
     pub extrapolated: bool,
 }
 

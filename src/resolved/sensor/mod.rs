@@ -158,7 +158,7 @@ impl Sensor {
         Camera::at(&self.gain, &self.settings.detector).full_well_e
     }
 
-    /// Pixels of a frame that the reduction will call saturated: at or above the level of [`Gain::saturation_adu`].
+    /// Pixels of a frame that the reduction will call saturated: at or above the level of [`crate::frames::Gain::saturation_adu`].
     #[must_use]
     pub fn n_saturated(&self, counts: &Array2<u16>) -> usize {
         counts.iter().filter(|n| f64::from(**n) >= self.gain.saturation_adu).count()
