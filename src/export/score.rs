@@ -16,7 +16,7 @@ use crate::base::utc::Utc;
 use crate::photometry::Flags;
 use crate::photometry::flux::detectable_e;
 use crate::tables::rows::PhotometryRow;
-use crate::tables::words::Verdict;
+use crate::tables::words::{Status, Verdict};
 use crate::zeropoint::bands::{Band, Meaning, filter_meaning};
 
 /// Warnings told at once.
@@ -224,7 +224,7 @@ fn comment_of_limit(row: &PhotometryRow) -> String {
 /// What is said of elements more than 2 days old.
 fn old_elements(row: &PhotometryRow) -> Option<String> {
     let age = row.tle_age_d.map(|d| format!(" ({:.1} d)", d.abs())).unwrap_or_default();
-    let spoilt = if row.status == "nondetection" {
+    let spoilt = if row.status == Status::Nondetection {
         "target may be outside the field searched"
     } else {
         "magnitude is not affected"

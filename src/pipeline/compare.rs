@@ -6,6 +6,7 @@ use crate::base::error::{Error, Result};
 use crate::config::{self, Mode, Source};
 use crate::photometry::Flags;
 use crate::tables::row_passes::passes;
+use crate::tables::words::Verdict;
 use crate::tables::{PhotometryRow, ResidualRow};
 use crate::zeropoint::bands::Band;
 
@@ -116,7 +117,7 @@ pub fn residual_rows(rows: &[PhotometryRow]) -> Vec<ResidualRow> {
 /// model was computed for.
 fn residual_verdict(row: &PhotometryRow) -> &str {
     let old = Flags(row.flags).has(Flags::OLD_ELEMENTS);
-    if old && row.verdict == "use" { "caution" } else { &row.verdict }
+    if old && row.verdict == Verdict::Use { Verdict::Caution.as_str() } else { &row.verdict }
 }
 
 /// The epoch of a row, from its MJD.
@@ -128,6 +129,7 @@ pub fn epoch_of(row: &PhotometryRow) -> Option<Epoch> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tables::words::Status;
 
     fn row(mjd_mid_d: f64, v: f64, model: f64) -> PhotometryRow {
         PhotometryRow {
@@ -135,8 +137,8 @@ mod tests {
             v_mag: Some(v),
             model_v_mag: Some(model),
             residual_mag: Some(v - model),
-            status: "ok".into(),
-            verdict: "use".into(),
+            status: Status::Ok.into(),
+            verdict: Verdict::Use.into(),
             illum: if v < 5.0 { "sun".into() } else { "moon".into() },
             ..PhotometryRow::default()
         }

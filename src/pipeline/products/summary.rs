@@ -136,7 +136,7 @@ fn doubts(rows: &[PhotometryRow]) -> BTreeMap<&'static str, usize> {
     };
     // lower limits have a count of their own
     let told = |row: &PhotometryRow, flag: Flags| {
-        let decides = DECIDING.has(flag) || (flag == Flags::OLD_ELEMENTS && row.status == "nondetection");
+        let decides = DECIDING.has(flag) || (flag == Flags::OLD_ELEMENTS && row.status == Status::Nondetection);
         decides && flag != Flags::LOWER_LIMIT
     };
     let mut doubts = BTreeMap::new();

@@ -55,8 +55,8 @@ pub fn failed_file_row(path: &Path, reason: &Error) -> PhotometryRow {
 pub fn set_aside_row(path: &Path, reason: &str) -> PhotometryRow {
     PhotometryRow {
         frame: file_name(path),
-        status: "rejected".into(),
-        verdict: "reject".into(),
+        status: Status::Rejected.into(),
+        verdict: Verdict::Reject.into(),
         reason: reason.into(),
         ..PhotometryRow::default()
     }
@@ -79,8 +79,8 @@ pub fn measure_frame(exposure: &Exposure, night: &Calibrated) -> TargetFrame {
     let geometry = match geometry_columns(&mut row, exposure, night) {
         Ok(geometry) => geometry,
         Err(error) => {
-            row.status = "rejected".into();
-            row.verdict = "reject".into();
+            row.status = Status::Rejected.into();
+            row.verdict = Verdict::Reject.into();
             row.reason = without_folder(&error, &exposure.path);
             return TargetFrame { row, geometry: None, thumb: None };
         }
@@ -90,7 +90,7 @@ pub fn measure_frame(exposure: &Exposure, night: &Calibrated) -> TargetFrame {
         measure_columns(&mut row, geometry.as_ref(), exposure, night)
     }));
     if let Err(error) = measured.unwrap_or_else(|_| Err(internal(exposure))) {
-        row.status = "failed".into();
+        row.status = Status::Failed.into();
         row.reason = without_folder(&error, &exposure.path);
     } else {
         calibrate(&mut row, night);
@@ -237,12 +237,12 @@ fn measure_columns(
                 let inst_mag = -2.5 * (flux.flux_e / exposure.exptime_s).log10() + corr_mag;
                 row.inst_mag = Some(inst_mag).filter(|m| m.is_finite());
                 row.v_mag_err = Some(MAG_PER_LN * flux.flux_err_e / flux.flux_e);
-                row.status = "ok".into();
+                row.status = Status::Ok.into();
                 let limit_e = detectable_e(flux.flux_e, flux.flux_err_e, t.detect_sigma + LIMIT_MARGIN_SIGMA);
                 row.limit_v_mag = inst_limit(limit_e, exposure.exptime_s, corr_mag);
             } else {
                 // a bright spot, but the whole object does not stand out: among star trails that is no detection
-                row.status = "nondetection".into();
+                row.status = Status::Nondetection.into();
                 row.reason = format!(
                     "S/N {:.1} of the whole object is below {} (target.detect_sigma)",
                     flux.snr, t.detect_sigma
@@ -259,7 +259,7 @@ fn measure_columns(
             forced_columns(row, &flux);
             row.x_px = Some(x_px);
             row.y_px = Some(y_px);
-            row.status = "nondetection".into();
+            row.status = Status::Nondetection.into();
             row.reason = format!("nothing above {} sigma near ({x_px:.0}, {y_px:.0})", t.detect_sigma);
             let corr_mag = aperture_correction(row, night, fwhm_px, &flux, None, false);
             limit_column(row, limit_e, exposure.exptime_s, corr_mag);
