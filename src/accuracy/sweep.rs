@@ -2,12 +2,10 @@
 
 use super::effort::Effort;
 use super::effort::Stopwatch;
+pub(super) use crate::base::constants::ARCSEC_PER_RAD;
 
 /// CPU time of one setting is measured over at least this long \[s\].
 const LEAST_S: (f64, f64) = (0.02, 0.3);
-
-/// Arcseconds in a radian.
-pub(super) const ARCSEC_PER_RAD: f64 = 206_264.806_247_096_36;
 
 /// How wrong a setting is over its cases, in absolute value.
 #[derive(Debug, Clone, Copy, PartialEq)]

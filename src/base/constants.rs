@@ -23,3 +23,9 @@ pub const MAG_PER_LN: f64 = 1.085_736_204_758_129_6;
 
 /// Equatorial radius of WGS72, SGP4's Earth \[km\]: a state below it has decayed.
 pub const SGP4_EARTH_RADIUS_KM: f64 = 6_378.135;
+
+/// Seconds of arc in a radian, 180·3600/π.
+pub const ARCSEC_PER_RAD: f64 = 206_264.806_247_096_36;
+
+/// Square seconds of arc in a steradian.
+pub const ARCSEC2_PER_SR: f64 = ARCSEC_PER_RAD * ARCSEC_PER_RAD;

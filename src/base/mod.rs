@@ -8,6 +8,7 @@ pub mod instant;
 pub(crate) mod pages;
 pub mod progress;
 pub(crate) mod quadrature;
+pub(crate) mod search;
 pub mod stats;
 pub mod stop;
 pub mod threads;

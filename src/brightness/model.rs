@@ -3,6 +3,7 @@
 //! Magnitudes in the band of the settings, irradiances relative to a star of magnitude 0. Two functions make the four
 //! lights: `direct` and `via_earth`, each for a lamp. No starlight, no self-shadowing.
 
+use crate::base::constants::ARCSEC2_PER_SR;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::LazyLock;
 
@@ -25,9 +26,6 @@ use crate::base::vector::{Itrs, Vector};
 use crate::config::{self, EarthRadius, Effects, Mode, MuArea, Shadow, Source};
 use crate::orbit::airmass::{Atmosphere, airmass};
 use crate::orbit::earth::geodetic_height_km;
-
-/// Square arcseconds in a steradian.
-const ARCSEC2_PER_SR: f64 = 206_264.806_247_096_36 * 206_264.806_247_096_36;
 
 /// A satellite under settings: checked once, then asked for any number of scenes, from any number of threads.
 #[derive(Debug)]

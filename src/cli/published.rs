@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use satphot::base::threads::with_threads;
 use satphot::figures::{LabelSample, label_histogram};
 use satphot::paper::labels::{Labelled, read_labelled, summary};
 use satphot::paper::tables::{LABELS, LabelRow, write_labels, write_published};
@@ -86,8 +87,7 @@ impl PublishedVerb {
 
     /// The list of numbers.
     fn numbers(&self, tables: &[PathBuf]) -> anyhow::Result<()> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.jobs).build()?;
-        let rows = pool.install(|| published(self.full))?;
+        let rows = with_threads(self.jobs, || published(self.full))??;
         let mut meta = meta("satphot.published/1");
         meta.push("rows", table::counts(&rows));
         let rules = Rule::ALL.map(|rule| (rule.name().to_owned(), rule.asks().into()));

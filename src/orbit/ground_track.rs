@@ -4,6 +4,7 @@
 
 use super::earth::{Site, alt_az, geodetic};
 use crate::base::error::Result;
+use crate::base::search::{Until, bisect};
 use crate::base::vector::{Enu, Itrs, Vector};
 
 /// Geodetic longitude, latitude \[deg\] and height \[km\] under a place; `None` at the Earth's centre.
@@ -40,12 +41,11 @@ pub fn terminator(body_km: &Vector<Itrs>, n: usize) -> Result<Vec<(f64, f64)>> {
                 let u = up * angle.cos() + ahead * angle.sin();
                 (u.y().atan2(u.x()).to_degrees(), u.z().atan2(u.x().hypot(u.y())).to_degrees())
             };
-            let (mut near, mut far) = (0.0, std::f64::consts::PI);
-            for _ in 0..50 {
-                let middle = 0.5 * (near + far);
-                let (lon, lat) = place(middle);
-                if altitude_deg(lon, lat, body_km)? > 0.0 { near = middle } else { far = middle }
-            }
+            let is_up = |angle: f64| {
+                let (lon, lat) = place(angle);
+                Ok::<bool, crate::Error>(altitude_deg(lon, lat, body_km)? > 0.0)
+            };
+            let [near, _] = bisect(0.0, std::f64::consts::PI, Until::Steps(50), is_up)?;
             Ok(place(near))
         })
         .collect()

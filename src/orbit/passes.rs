@@ -4,6 +4,7 @@
 //!
 //! Radians and km; times to better than 0.01 s. Geometric altitudes. No brightness and no weather.
 
+use crate::base::search::{Until, bisect, golden_section};
 use hifitime::{Epoch, Unit};
 
 use super::geometry::Geometry;
@@ -155,33 +156,15 @@ impl Search<'_> {
     }
 
     /// Golden-section search of the maximum of `sign · altitude` between two times.
-    pub(super) fn turning_point(&self, mut lo: f64, mut hi: f64, sign: f64) -> Result<Node> {
-        const GOLDEN: f64 = 0.618_033_988_749_894_9;
-        let (mut a, mut b) = (self.node(hi - GOLDEN * (hi - lo))?, self.node(lo + GOLDEN * (hi - lo))?);
-        while hi - lo > TIME_TOLERANCE_S {
-            if sign * a.1 > sign * b.1 {
-                (hi, b) = (b.0, a);
-                a = self.node(hi - GOLDEN * (hi - lo))?;
-            } else {
-                (lo, a) = (a.0, b);
-                b = self.node(lo + GOLDEN * (hi - lo))?;
-            }
-        }
-        Ok(if sign * a.1 > sign * b.1 { a } else { b })
+    pub(super) fn turning_point(&self, lo: f64, hi: f64, sign: f64) -> Result<Node> {
+        let of = |t_s: f64| Ok::<f64, Error>(sign * self.node(t_s)?.1);
+        self.node(golden_section(lo, hi, Until::Length(TIME_TOLERANCE_S), of)?.0)
     }
 
     /// Where the altitude crosses the limit between a node below it and one above; the time returned is above.
     pub(super) fn crossing(&self, below: Node, above: Node) -> Result<f64> {
-        let (mut lo, mut hi) = (below.0, above.0);
-        while (hi - lo).abs() > TIME_TOLERANCE_S {
-            let middle = self.node(0.5 * (lo + hi))?;
-            if middle.1 < 0.0 {
-                lo = middle.0;
-            } else {
-                hi = middle.0;
-            }
-        }
-        Ok(hi)
+        let is_below = |t_s: f64| Ok::<bool, Error>(self.node(t_s)?.1 < 0.0);
+        Ok(bisect(below.0, above.0, Until::Length(TIME_TOLERANCE_S), is_below)?[1])
     }
 
     pub(super) fn node(&self, t_s: f64) -> Result<Node> {

@@ -2,6 +2,8 @@
 //!
 //! Reflectances as shares of the light, f in 1/sr. None of these is printed in the paper; all of its magnitudes rest on them.
 
+use crate::base::search::{Until, bisect};
+use std::convert::Infallible;
 use std::f64::consts::FRAC_PI_2;
 
 use super::context::{Context, settings};
@@ -84,11 +86,8 @@ fn chassis_peak(_: &Context) -> Result<Numbers> {
 fn half_width() -> Result<Numbers> {
     let law = law(0)?;
     let f = |rad: f64| law.value(&UP, &UP, &Vector::new(rad.sin(), 0.0, rad.cos()));
-    let (mut low, mut high) = (0.0, FRAC_PI_2);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if f(middle) > 0.5 * f(0.0) { low = middle } else { high = middle }
-    }
+    let above_half = |rad: f64| Ok::<bool, Infallible>(f(rad) > 0.5 * f(0.0));
+    let Ok([low, _]) = bisect(0.0, FRAC_PI_2, Until::Steps(60), above_half);
     Ok(Numbers::both(low.to_degrees()))
 }
 

@@ -2,6 +2,7 @@
 //!
 //! Irradiances W m⁻², radiances W m⁻² sr⁻¹, wavelengths µm. Surfaces are grey: the colour of a light is that of its lamp.
 
+pub(super) use crate::base::constants::ARCSEC2_PER_SR;
 use crate::base::constants::{AU_KM, MOON_RADIUS_KM, SUN_RADIUS_KM};
 use crate::base::error::{Error, Result};
 use crate::base::vector::{Itrs, Vector};
@@ -14,9 +15,6 @@ use crate::brightness::{Band, Brdf, Ground, ModelSettings, NearMoon, Scene};
 pub const WIDE_UM: (f64, f64) = (0.3, 1.05);
 /// Wavelengths between which the Moon's colour is known \[nm\].
 const MOON_NM: (f64, f64) = (350.0, 2383.0);
-/// Square arcseconds in a steradian.
-pub(super) const ARCSEC2_PER_SR: f64 = 206_264.806_247_096_36 * 206_264.806_247_096_36;
-
 /// The band in which radiances are stated.
 #[derive(Debug, Clone, PartialEq)]
 pub enum InBand {

@@ -1,5 +1,6 @@
 //! The tracked frames: when they are taken, how bright the satellite is, how the stars trail behind it.
 
+use crate::base::constants::ARCSEC_PER_RAD;
 use std::path::{Path, PathBuf};
 
 use hifitime::Epoch;
@@ -104,7 +105,7 @@ impl Studio<'_> {
         let rate = v_mag.map_or(0.0, |v| rate_e_s(&s.photometric, v, solar_b_v, airmass));
 
         let psf = PixelPsf::new(&s.psf, self.scale_arcsec, 1.0 + scatter(&mut rng, s.psf.seeing_scatter_frac));
-        let px_per_m = 206_264.806 / (geometry.range_km * 1e3) / self.scale_arcsec;
+        let px_per_m = ARCSEC_PER_RAD / (geometry.range_km * 1e3) / self.scale_arcsec;
         let size_px = (t.size_m[0] * px_per_m, t.size_m[1] * px_per_m);
         let still = |s: &Sitter| s.on_frame(&psf, self.scale_arcsec, (0.0, 0.0), (0.0, 0.0));
         let peak = sitter.as_ref().map(still).transpose()?.flatten().map(|on| peak_share(&on));

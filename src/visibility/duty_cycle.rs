@@ -3,6 +3,7 @@
 //! Seconds and rad; altitudes of the Sun's centre, without refraction but in the threshold of sunset. A Sun that never crosses gives all or nothing. Left
 //! out: weather, the sky's brightness in twilight.
 
+use crate::base::search::{Until, bisect, golden_section};
 use std::f64::consts::PI;
 
 use hifitime::{Epoch, TimeScale, Unit};
@@ -120,35 +121,15 @@ pub fn time_above(
 }
 
 /// Where f crosses a level between a and b, `up` at a.
-fn crossing(f: &dyn Fn(f64) -> Result<f64>, mut a: f64, mut b: f64, up: bool, level: f64) -> Result<f64> {
-    while b - a > TIME_TOLERANCE_S {
-        let middle = 0.5 * (a + b);
-        if (f(middle)? > level) == up {
-            a = middle;
-        } else {
-            b = middle;
-        }
-    }
+fn crossing(f: &dyn Fn(f64) -> Result<f64>, a: f64, b: f64, up: bool, level: f64) -> Result<f64> {
+    let as_at_a = |t_s: f64| Ok::<bool, Error>((f(t_s)? > level) == up);
+    let [a, b] = bisect(a, b, Until::Length(TIME_TOLERANCE_S), as_at_a)?;
     Ok(0.5 * (a + b))
 }
 
-/// Where `sign`·f is largest between a and b, by golden section.
-fn highest(f: &dyn Fn(f64) -> Result<f64>, mut a: f64, mut b: f64, sign: f64) -> Result<f64> {
-    const SHARE: f64 = 0.381_966_011_250_105_2;
-    let (mut p, mut q) = (a + SHARE * (b - a), b - SHARE * (b - a));
-    let (mut at_p, mut at_q) = (sign * f(p)?, sign * f(q)?);
-    while b - a > TIME_TOLERANCE_S {
-        if at_p >= at_q {
-            (b, q, at_q) = (q, p, at_p);
-            p = a + SHARE * (b - a);
-            at_p = sign * f(p)?;
-        } else {
-            (a, p, at_p) = (p, q, at_q);
-            q = b - SHARE * (b - a);
-            at_q = sign * f(q)?;
-        }
-    }
-    Ok(0.5 * (a + b))
+/// Where `sign`·f is largest between a and b.
+fn highest(f: &dyn Fn(f64) -> Result<f64>, a: f64, b: f64, sign: f64) -> Result<f64> {
+    Ok(golden_section(a, b, Until::Length(TIME_TOLERANCE_S), |t_s| Ok::<f64, Error>(sign * f(t_s)?))?.0)
 }
 
 /// V at which a satellite of an area overhead has a mean surface brightness μ \[mag\]: `m = μ − 2.5 lg(A/h²)`, A/h² in

@@ -4,13 +4,11 @@
 //! where print and physics differ is an enum of [`SimpleEffects`]. Left out: everything but one panel and one lamp; see
 //! [`crate::brightness`] for more.
 
+pub use crate::base::constants::ARCSEC_PER_RAD;
 use std::f64::consts::{FRAC_PI_2, LN_2, PI};
 
 use crate::base::error::{Error, Result};
 use crate::config::Mode;
-
-/// Arcseconds in a radian.
-pub const ARCSEC_PER_RAD: f64 = 206_264.806_247_096_36;
 
 /// The cosine of incidence on a panel that faces the observer at nadir.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

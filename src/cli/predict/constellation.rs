@@ -8,6 +8,7 @@ use hifitime::Epoch;
 use satphot::Error;
 use satphot::base::file::NewFile;
 use satphot::base::progress::Progress;
+use satphot::base::threads::with_threads;
 use satphot::base::time::{parse_utc, shifted};
 use satphot::brightness::catalogue::Standing;
 use satphot::brightness::{Catalogue, Model, ModelSettings, Satellite, ToleranceOf};
@@ -22,10 +23,10 @@ use satphot::visibility::forecast::walker::{Pattern, Walker};
 
 use super::super::orbit_args::{SiteArg, bad, configuration, tell_unknown_ut1};
 use super::super::{bar::Bars, print, tell, threads};
+use super::ModelArgs;
 use super::dome_args::site_of;
 use super::shards::{shard, together};
 use super::tally_table::{MomentTally, Table, add};
-use super::{ModelArgs, on_threads};
 
 /// Satellites of which the note tells the time.
 const A_MILLION: f64 = 1e6;
@@ -166,7 +167,7 @@ impl Constellation {
             shard: (self.shard.0 - 1, self.shard.1),
         };
         let bar = Bars::new(!self.quiet);
-        let table = on_threads(self.jobs, || self.run(&watch, &source, &bar))??;
+        let table = with_threads(self.jobs, || self.run(&watch, &source, &bar))??;
 
         let mut meta = prediction_meta("satphot.constellation/1", &model, Some(&place));
         meta.push("orbits", self.orbits_text(&source));

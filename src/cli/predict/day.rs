@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use satphot::base::threads::with_threads;
 use satphot::brightness::{ModelSettings, Satellite, ToleranceOf};
 use satphot::figures::{Violin, day as draw};
 use satphot::orbit::Site;
@@ -16,7 +17,7 @@ use satphot::visibility::forecast_tables::{DAY, DayRow, OBSERVED, ObservedRow};
 use super::super::orbit_args::{SiteArg, configuration, tell_unknown_ut1};
 use super::super::{bar::Bars, print, tell, threads};
 use super::dome_args::{SamplingArgs, first_moment, height_km, mode_name, site_of};
-use super::{ModelArgs, OutArgs, band_note, on_threads};
+use super::{ModelArgs, OutArgs, band_note};
 
 const AFTER_HELP: &str = "\
 At every moment one satellite is asked in many directions of the sky, all at one height; the
@@ -112,7 +113,7 @@ impl Day {
         let points = self.sampling.points(self.points, &model)?;
 
         let bar = Bars::new(!self.quiet);
-        let rows = on_threads(self.jobs, || predict_day(&site, &dome, &points, &epochs, &bar))??;
+        let rows = with_threads(self.jobs, || predict_day(&site, &dome, &points, &epochs, &bar))??;
         let observed = self.passes(&rows, &model.band)?;
 
         let band = band_note(&model);

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use hifitime::Epoch;
+use satphot::base::threads::with_threads;
 use satphot::base::time::iso_utc;
 use satphot::brightness::{ModelSettings, Satellite, ToleranceOf};
 use satphot::config::{self, Config};
@@ -20,7 +21,7 @@ use satphot::visibility::forecast_tables::{DUTY, DutyRow};
 use super::super::orbit_args::{SiteArg, bad, configuration, tell_unknown_ut1};
 use super::super::{bar::Bars, print, tell, threads};
 use super::dome_args::{SamplingArgs, first_moment, height_km, site_of};
-use super::{ModelArgs, OutArgs, on_threads};
+use super::{ModelArgs, OutArgs};
 
 /// Sun's altitude below which it is night [deg].
 const NIGHT_DEG: f64 = -18.0;
@@ -96,7 +97,7 @@ impl Duty {
         let config = configuration(self.config.as_deref(), &self.sets, given.is_none(), "--site")?;
         let place = site_of(given, config.as_ref())?;
         let site = Site::from_config(&place)?;
-        let sun = on_threads(self.jobs, || sun_time(&site, &start, self.days))??;
+        let sun = with_threads(self.jobs, || sun_time(&site, &start, self.days))??;
         let mut rows = sun_rows(&sun);
         let (mut meta, mut standing) = (satphot::tables::Meta::default(), String::new());
         if self.model.satellite.is_some() {
@@ -158,7 +159,7 @@ impl Duty {
             }
         }
         let bar = Bars::new(!self.quiet);
-        let rows = on_threads(self.jobs, || predict_day(site, &dome, &points, &nights, &bar))??;
+        let rows = with_threads(self.jobs, || predict_day(site, &dome, &points, &nights, &bar))??;
         // half of the directions at least must be lit for their median to stand for the sky
         let seen = rows.iter().filter(|r| r.lit_frac >= 0.5 && r.model_v_mag.is_some_and(|v| v <= limit)).count();
         let share = if rows.is_empty() { 0.0 } else { seen as f64 / rows.len() as f64 };

@@ -9,11 +9,12 @@ use csv::{ByteRecord, StringRecord};
 use rayon::prelude::*;
 use satphot::Error;
 use satphot::base::progress::Progress as _;
+use satphot::base::threads::with_threads;
 use satphot::brightness::explicit::{COLUMNS, Fluxes, Header, explicit, read_row};
 use satphot::pipeline::explain::CasesLeftOut;
 
 use super::super::{bar::Bars, tell, threads};
-use super::{Clock, on_threads, tolerance};
+use super::{Clock, tolerance};
 
 /// Rows read, computed and written at a time: memory does not grow with the file.
 const CHUNK: usize = 4096;
@@ -71,7 +72,7 @@ pub struct Geometry {
 impl Geometry {
     pub fn execute(self) -> anyhow::Result<()> {
         let mut seen = CasesLeftOut::default();
-        let (rows, failed) = on_threads(self.jobs, || self.run(&mut seen))??;
+        let (rows, failed) = with_threads(self.jobs, || self.run(&mut seen))??;
         if self.explain {
             let clock = Clock::start();
             tell(&seen.explanation(self.tolerance, &|| clock.cpu_s()).text());

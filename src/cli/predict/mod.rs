@@ -19,7 +19,6 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use cpu_time::ProcessTime;
-use satphot::Error;
 use satphot::brightness::catalogue_names;
 use satphot::config::{self, Config};
 
@@ -178,15 +177,6 @@ impl Clock {
     fn cpu_s(&self) -> f64 {
         self.0.elapsed().as_secs_f64()
     }
-}
-
-/// Runs `work` on `jobs` threads; 0 = all cores. Results must not depend on the number.
-fn on_threads<T: Send>(jobs: usize, work: impl FnOnce() -> T + Send) -> anyhow::Result<T> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(|e| Error::Argument {
-        name: "--jobs".into(),
-        problem: format!("{jobs} threads cannot be started ({e})"),
-    })?;
-    Ok(pool.install(work))
 }
 
 /// A relative tolerance on the command line.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use satphot::base::threads::with_threads;
 use satphot::base::time::parse_date;
 use satphot::brightness::catalogue::Standing;
 use satphot::brightness::{Brdf, ModelSettings, Satellite, ToleranceOf};
@@ -21,7 +22,7 @@ use super::super::orbit_args::{SiteArg, bad, configuration, tell_unknown_ut1};
 use super::super::{bar::Bars, print, tell, threads};
 use super::dome_args::{SamplingArgs, height_km, mode_name, site_of};
 use super::month_text::{first_mirrors, summary, table, unlit_notes};
-use super::{ModelArgs, OutArgs, on_threads, tolerance};
+use super::{ModelArgs, OutArgs, tolerance};
 
 /// The satellites of the paper.
 const SATELLITES: &str = "starlink-v1.5,starlink-v2,starlink-v3,bluebird-fm1,earendil-1,starcloud,starmind,iss";
@@ -168,7 +169,7 @@ impl Month {
         let satellites = self.all_satellites(&site, config.as_ref())?;
         let bar = Bars::new(!self.quiet);
         let around = (self.around_h, self.steps);
-        let rows = on_threads(self.jobs, || predict_month(&site, &satellites, &nights, around, &limits, &bar))??;
+        let rows = with_threads(self.jobs, || predict_month(&site, &satellites, &nights, around, &limits, &bar))??;
 
         let mut meta = self.meta(config.as_ref(), &place)?;
         meta.push("utc_offset_h", MetaValue::Number(offset_h));

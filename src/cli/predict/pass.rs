@@ -3,6 +3,7 @@
 use clap::Args;
 use hifitime::Epoch;
 use satphot::Error;
+use satphot::base::threads::with_threads;
 use satphot::base::time::{iso_utc, parse_utc, seconds_between, shifted};
 use satphot::brightness::scene::scene;
 use satphot::brightness::{Model, ModelSettings, Satellite};
@@ -16,7 +17,7 @@ use satphot::visibility::forecast::{Window, highest, moments, predict, predictio
 
 use super::super::orbit_args::{OrbitArgs, bad};
 use super::super::{bar::Bars, print, tell, threads};
-use super::{Clock, ModelArgs, OutArgs, band_note, on_threads};
+use super::{Clock, ModelArgs, OutArgs, band_note};
 
 /// Longest window \[h\].
 const LONGEST_H: f64 = 24.0 * 366.0;
@@ -99,7 +100,7 @@ impl Pass {
         }
         let epochs = moments(&window, &stays)?;
         let bar = Bars::new(!self.quiet);
-        let rows = on_threads(self.jobs, || predict(&tracker, &engine, &epochs, &bar))??;
+        let rows = with_threads(self.jobs, || predict(&tracker, &engine, &epochs, &bar))??;
 
         let mut meta = prediction_meta("satphot.prediction/1", &model, Some(&site));
         meta.push("orbit_source", MetaValue::Text(orbit.elements.display().to_string()));

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::base::progress::Progress as _;
+use satphot::base::threads::with_threads;
 use satphot::base::time::{iso_utc, parse_utc};
 use satphot::brightness::catalogue::Standing;
 use satphot::brightness::scene::local_radius_km;
@@ -24,7 +25,7 @@ use super::dome_args::height_km;
 use super::lamps::{LampArgs, Lamps};
 use super::sequence::{SequenceArgs, SkyOfMoment, cells, columns};
 use super::shards::{shard, together};
-use super::{Clock, ModelArgs, OutArgs, band_note, on_threads};
+use super::{Clock, ModelArgs, OutArgs, band_note};
 
 /// Radius of the Earth where no site says which \[km\].
 const RADIUS_KM: f64 = 6378.0;
@@ -169,7 +170,7 @@ impl Sky {
         }
         let bar = Bars::new(!self.quiet);
         bar.stage("sky", self.grid.az_deg.len());
-        let mut map = on_threads(self.jobs, || sky_map(&sky, &self.grid, &satellite, &settings, &|| bar.tick()))??;
+        let mut map = with_threads(self.jobs, || sky_map(&sky, &self.grid, &satellite, &settings, &|| bar.tick()))??;
         bar.done();
         lamps.scale_moonlight(&mut map);
         if !self.quiet && map.points.iter().any(|p| p.extrapolated) {
@@ -277,7 +278,7 @@ impl Sky {
                 meta.push("track_az_deg", self.track_az_deg);
             }
             let sky = lamps.sky(radius_km, height_km, self.track_az_deg.to_radians())?;
-            let map = on_threads(self.jobs, || sky_map(&sky, &self.grid, satellite, settings, &|| bar.tick()))??;
+            let map = with_threads(self.jobs, || sky_map(&sky, &self.grid, satellite, settings, &|| bar.tick()))??;
             let sky = SkyOfMoment { epoch, rows: sky_rows(&map), marks: lamps.marks };
             let equal_areas = settings.effects.sampling == config::Sampling::SolidAngle;
             let (text, lit) = spread(&map, equal_areas).unwrap_or(("no light".into(), 0.0));

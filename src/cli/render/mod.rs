@@ -9,6 +9,7 @@ mod pass;
 mod sensor;
 
 use clap::Args;
+use satphot::base::threads::with_threads;
 use satphot::base::time::{iso_utc, parse_utc};
 use satphot::figures::radiance::{RadianceRow, TOTAL, radiance_rows};
 use satphot::orbit::Tracker;
@@ -118,9 +119,7 @@ impl Render {
             print(text);
             return Ok(());
         }
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.jobs).build();
-        let pool = pool.map_err(|e| bad("--jobs", format!("{} threads cannot be started ({e})", self.jobs)))?;
-        pool.install(|| {
+        with_threads(self.jobs, || {
             let satellite = ComponentSatellite::named(&self.satellite)?;
             if self.paper_case && satellite.name != "iss" {
                 return Err(bad("--paper-case", format!("is of the iss, not of {}", self.satellite)));
@@ -132,7 +131,7 @@ impl Render {
                 return areas::print_areas(&satellite, &self.image, self.csv, self.quiet);
             }
             self.render(&satellite)
-        })
+        })?
     }
 
     fn render(&self, satellite: &ComponentSatellite) -> anyhow::Result<()> {

@@ -7,6 +7,7 @@ mod font;
 pub mod picture;
 pub mod snr;
 
+use crate::base::constants::ARCSEC2_PER_SR;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -19,8 +20,6 @@ use crate::tables::columns::{Column, number, text};
 use crate::tables::ecsv;
 use crate::tables::meta::Meta;
 
-/// Square arcseconds in a steradian.
-const ARCSEC2_PER_SR: f64 = 206_264.806_247_096_36 * 206_264.806_247_096_36;
 /// Name of the sum of the lights.
 pub const TOTAL: &str = "total";
 

@@ -2,6 +2,8 @@
 //!
 //! Shares of the star's light per px². Leaves out: the clip, which only matters where wings stand 3 σ above the sky.
 
+use crate::base::search::{Until, bisect};
+use std::convert::Infallible;
 use std::f64::consts::SQRT_2;
 
 use statrs::function::erf::erf;
@@ -29,17 +31,14 @@ pub(super) fn level_of_wings(profile: &Radial, (inner_px, outer_px): (f64, f64),
     // rings miss a little of the steep inner edge
     let scale = mean * RINGS as f64 / wings.iter().sum::<f64>();
     wings.iter_mut().for_each(|w| *w *= scale);
-    let (mut low, mut high) = (wings[RINGS - 1], wings[0]);
+    let (low, high) = (wings[RINGS - 1], wings[0]);
     if !(rms > 0.0 && rms < HIDDEN * high) {
         return mean;
     }
     let rms = rms.hypot(WITHIN_RING * mean);
-    // bisection: the sum falls with m
-    for _ in 0..40 {
-        let m = 0.5 * (low + high);
-        let sum: f64 = wings.iter().map(|w| erf((w - m) / (SQRT_2 * rms))).sum();
-        if sum > 0.0 { low = m } else { high = m }
-    }
+    // the sum falls with m
+    let sum = |m: f64| wings.iter().map(|w| erf((w - m) / (SQRT_2 * rms))).sum::<f64>();
+    let Ok([low, high]) = bisect(low, high, Until::Steps(40), |m| Ok::<bool, Infallible>(sum(m) > 0.0));
     0.5 * (low + high)
 }
 

@@ -4,7 +4,9 @@
 //! free: what stands out by some 3.5 σ is no chance, where without the direction it takes 4.9. Leaves out: trails beside the
 //! target, which do it no harm.
 
+use crate::base::search::{Until, bisect};
 use ndarray::Array2;
+use std::convert::Infallible;
 
 use super::exclusion::Hole;
 use crate::base::constants::FWHM_PER_SIGMA;
@@ -97,11 +99,8 @@ fn threshold(offsets: f64, turns: f64) -> f64 {
         let tail = 0.5 * statrs::function::erf::erfc(t / 2f64.sqrt());
         tail + (-0.5 * t * t).exp() * ((a + b) / tau + a * b * t / tau.powf(1.5))
     };
-    let (mut low, mut high) = (1.0, 8.0);
-    for _ in 0..40 {
-        let middle = 0.5 * (low + high);
-        if expected(middle) > FALSE_SHARE { low = middle } else { high = middle }
-    }
+    let too_often = |t: f64| Ok::<bool, Infallible>(expected(t) > FALSE_SHARE);
+    let Ok([_, high]) = bisect(1.0, 8.0, Until::Steps(40), too_often);
     high
 }
 

@@ -3,6 +3,7 @@
 //! Lengths in arcsec, spatial frequencies in cycles per arcsec; every function is 1 at frequency 0, so that no photon is lost.
 //! Left out: defocus, scattered light, a PSF that changes over the field or with the wavelength.
 
+pub(crate) use crate::base::constants::ARCSEC_PER_RAD;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use statrs::function::gamma::gamma;
@@ -10,8 +11,6 @@ use statrs::function::gamma::gamma;
 use crate::base::constants::FWHM_PER_SIGMA;
 use crate::base::error::{Error, Result};
 
-/// Arcseconds in a radian.
-pub(crate) const ARCSEC_PER_RAD: f64 = 206_264.806_247_096_36;
 /// Beyond this argument the transfer of a Moffat is below 1e-15.
 const MOFFAT_END: f64 = 45.0;
 /// Steps of the table of a Moffat's transfer.

@@ -9,6 +9,7 @@ use super::beam::glint_mag;
 use super::beam::reflected;
 use crate::base::constants::{MOON_RADIUS_KM, SUN_RADIUS_KM};
 use crate::base::error::{Error, Result};
+use crate::base::search::{Until, bisect, golden_section};
 use crate::base::vector::{Itrs, Vector};
 use crate::brightness::lamps::{LampSettings, mag_of_flux, moonlight, sunlight};
 use crate::brightness::scene::{geodetic_up, local_radius_km};
@@ -140,20 +141,9 @@ impl Search<'_> {
     }
 
     /// Golden-section search of the least offset between two times.
-    fn minimum(&self, mut lo: f64, mut hi: f64) -> Result<f64> {
-        const GOLDEN: f64 = 0.618_033_988_749_894_9;
-        let at = |t: f64| Ok::<_, Error>((t, self.offset(t)?));
-        let (mut a, mut b) = (at(hi - GOLDEN * (hi - lo))?, at(lo + GOLDEN * (hi - lo))?);
-        while hi - lo > TIME_TOLERANCE_S {
-            if a.1 < b.1 {
-                (hi, b) = (b.0, a);
-                a = at(hi - GOLDEN * (hi - lo))?;
-            } else {
-                (lo, a) = (a.0, b);
-                b = at(lo + GOLDEN * (hi - lo))?;
-            }
-        }
-        Ok(if a.1 < b.1 { a.0 } else { b.0 })
+    fn minimum(&self, lo: f64, hi: f64) -> Result<f64> {
+        let nearness = |t_s: f64| Ok::<f64, Error>(-self.offset(t_s)?);
+        Ok(golden_section(lo, hi, Until::Length(TIME_TOLERANCE_S), nearness)?.0)
     }
 
     fn approach(&self, t_s: f64) -> Result<Option<Approach>> {
@@ -190,7 +180,7 @@ impl Search<'_> {
     fn edge(&self, inside_s: f64, sign: f64) -> Result<f64> {
         let end = if sign < 0.0 { 0.0 } else { self.length_s };
         let (mut inside, mut stride) = (inside_s, 0.05);
-        let mut outside = loop {
+        let outside = loop {
             let next = if sign < 0.0 { (inside - stride).max(end) } else { (inside + stride).min(end) };
             if self.offset(next)? > self.mirror.half_rad {
                 break next;
@@ -201,14 +191,7 @@ impl Search<'_> {
             // a quarter more each time: a beam that leaves and comes back within a stride is one stay
             (inside, stride) = (next, 1.25 * stride);
         };
-        while (outside - inside).abs() > TIME_TOLERANCE_S {
-            let middle = 0.5 * (inside + outside);
-            if self.offset(middle)? > self.mirror.half_rad {
-                outside = middle;
-            } else {
-                inside = middle;
-            }
-        }
-        Ok(inside)
+        let within = |t_s: f64| Ok::<bool, Error>(!(self.offset(t_s)? > self.mirror.half_rad));
+        Ok(bisect(inside, outside, Until::Length(TIME_TOLERANCE_S), within)?[0])
     }
 }

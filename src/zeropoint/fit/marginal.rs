@@ -5,6 +5,9 @@
 //! how much pointings scatter: then a half-t distribution (4 degrees of freedom; Gelman 2006, Bayesian Anal. 1, 515) of the
 //! site's own scatter stands in. Left out: correlation of the uncertainty of scatters with outliers.
 
+use std::convert::Infallible;
+
+use crate::base::search::{Until, golden_section};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::function::erf::erf;
 
@@ -198,22 +201,8 @@ impl Problem<'_> {
         }
         let l = |log_kappa: f64| self.log_posterior(self.tau_mag, log_kappa, &self.at(self.tau_mag, log_kappa.exp()));
         let start = self.kappa.ln();
-        let (mut lo, mut hi) = (start - 4.0, start + 4.0);
-        let golden = 0.5 * (5f64.sqrt() - 1.0);
-        let (mut a, mut b) = (hi - golden * (hi - lo), lo + golden * (hi - lo));
-        let (mut la, mut lb) = (l(a), l(b));
-        for _ in 0..if few { 6 } else { 9 } {
-            if la > lb {
-                (hi, b, lb) = (b, a, la);
-                a = hi - golden * (hi - lo);
-                la = l(a);
-            } else {
-                (lo, a, la) = (a, b, lb);
-                b = lo + golden * (hi - lo);
-                lb = l(b);
-            }
-        }
-        let (mode, top) = if la > lb { (a, la) } else { (b, lb) };
+        let steps = Until::Steps(if few { 6 } else { 9 });
+        let Ok((mode, top)) = golden_section(start - 4.0, start + 4.0, steps, |k| Ok::<f64, Infallible>(l(k)));
         let step = 0.3;
         let curvature = -(l(mode + step) + l(mode - step) - 2.0 * top) / (step * step);
         let sd = if curvature > 0.0 { curvature.sqrt().recip().clamp(0.02, 1.5) } else { 1.5 };

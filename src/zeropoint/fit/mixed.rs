@@ -7,6 +7,8 @@
 use super::noise::FLOOR_MAG;
 use super::rows::Rows;
 use super::solve::{Matrix, N, Triangle, Vector, dot, quadratic};
+use crate::base::search::{Until, bisect};
+use std::convert::Infallible;
 
 /// Weighted means of each pointing; zero weight where all its stars are rejected.
 #[derive(Debug, Clone)]
@@ -105,11 +107,8 @@ pub fn scatter_between(means: &Means, deviations: &[f64], dof: f64) -> f64 {
     if q(0.0) <= dof {
         return 0.0;
     }
-    let (mut lo, mut hi) = (0.0, d.iter().map(|(d2, _)| d2).sum::<f64>() / dof);
-    for _ in 0..50 {
-        let middle = 0.5 * (lo + hi);
-        if q(middle) > dof { lo = middle } else { hi = middle }
-    }
+    let most = d.iter().map(|(d2, _)| d2).sum::<f64>() / dof;
+    let Ok([lo, hi]) = bisect(0.0, most, Until::Steps(50), |tau2| Ok::<bool, Infallible>(q(tau2) > dof));
     let tau2 = 0.5 * (lo + hi);
     if tau2 > FLOOR_MAG * FLOOR_MAG { tau2 } else { 0.0 }
 }

@@ -4,6 +4,8 @@
 //! panels more, not accuracy.
 
 use crate::base::quadrature::gauss;
+use crate::base::search::{Until, bisect};
+use std::convert::Infallible;
 
 /// Nodes of a panel.
 const ORDER: usize = 16;
@@ -84,11 +86,8 @@ pub(super) fn nearest(curve: &impl Fn(f64) -> Point, from: f64, to: f64) -> Vec<
     }
     for k in 0..SAMPLES {
         if samples[k].receding() < 0.0 && samples[k + 1].receding() >= 0.0 {
-            let (mut low, mut high) = (at(k), at(k + 1));
-            for _ in 0..45 {
-                let middle = 0.5 * (low + high);
-                if curve(middle).receding() < 0.0 { low = middle } else { high = middle }
-            }
+            let approaches = |u: f64| Ok::<bool, Infallible>(curve(u).receding() < 0.0);
+            let Ok([_, high]) = bisect(at(k), at(k + 1), Until::Steps(45), approaches);
             found.push(high);
         }
     }
