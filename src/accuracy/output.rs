@@ -8,9 +8,8 @@ use crate::accuracy::figure::error_against_time;
 use crate::accuracy::{Extreme, Method, Sweep};
 use crate::base::error::{Error, Result};
 use crate::base::file::write_atomic;
-use crate::tables::ecsv::{write_accuracy, write_extremes};
 use crate::tables::meta::Meta;
-use crate::tables::rows::{AccuracyRow, ExtremeRow};
+use crate::tables::{AccuracyRow, ExtremeRow, write_rows};
 
 const STYLE: &str = "body{font:16px/1.45 system-ui,sans-serif;max-width:76rem;margin:2rem auto;padding:0 1rem;color:#222}\
 table{border-collapse:collapse;font-size:.86rem;margin:.6rem 0 1.6rem}th,td{padding:.15rem .6rem;text-align:right;\
@@ -62,7 +61,7 @@ pub fn write_accuracy_report(folder: &Path, sweeps: &[(Method, Sweep)], meta: &M
         sections.push(section(method, sweep, &own, &svg));
         rows.extend(own);
     }
-    write_accuracy(&folder.join("accuracy.ecsv"), &rows, meta)?;
+    write_rows(&folder.join("accuracy.ecsv"), &rows, meta)?;
     write_atomic(&folder.join("accuracy.html"), page(sweeps, &sections).into_string().as_bytes())
 }
 
@@ -115,7 +114,7 @@ pub fn write_cases_report(folder: &Path, which: &CasesPage, cases: &[Extreme], m
         verdict: e.verdict.name().into(),
     };
     let rows: Vec<ExtremeRow> = cases.iter().map(row).collect();
-    write_extremes(&folder.join(format!("{}.ecsv", which.stem)), &rows, meta)?;
+    write_rows(&folder.join(format!("{}.ecsv", which.stem)), &rows, meta)?;
     let size = |e: Option<f64>| e.map_or(String::new(), |e| format!("{e:.1e}"));
     let page = whole_page(
         which.title,

@@ -17,7 +17,6 @@ pub mod lamps;
 pub mod light_class;
 mod lights;
 pub mod model;
-pub mod moon_laws_table;
 mod platform;
 mod polynomial;
 pub mod scene;

@@ -9,6 +9,7 @@ use satphot::brightness::Brdf;
 use satphot::brightness::brdf::fit::{BrdfFit, FitLaw, FitOptions, MeasuredTable, fit_brdf};
 use satphot::figures::{FittedRow, brdf_curves, brdf_fit};
 use satphot::report::summary::text_table;
+use satphot::tables::BRDF_CURVE;
 
 use super::{print, tell};
 
@@ -315,7 +316,7 @@ impl Plot {
         }
         let (profile, reflectances) = (law.profile(&self.incidence), law.reflectances());
         if self.csv {
-            print("incidence_deg,outgoing_deg,f_per_sr,reflectance\n");
+            print(&BRDF_CURVE.csv_head());
             for r in &profile {
                 print(&format!("{},{},{:e},\n", r.incidence_deg, r.outgoing_deg, r.f_per_sr));
             }

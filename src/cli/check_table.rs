@@ -8,10 +8,9 @@ use satphot::orbit::Site;
 use satphot::paper::local_time::Zone;
 use satphot::paper::pass_check::{CheckedPass, Standing, Tolerances, check_passes};
 use satphot::paper::pass_rows::{PAPER_PASSES, parse_passes, read_passes};
-use satphot::paper::tables::{CHECKED, CheckedRow, write_checked};
 use satphot::paper::trackers::Targets;
 use satphot::report::summary::text_table;
-use satphot::tables::{Meta, MetaValue};
+use satphot::tables::{CheckedRow, Meta, MetaValue, csv_text, write_rows};
 
 use super::orbit_args::{SiteArg, bad};
 use super::{print, tell};
@@ -91,12 +90,9 @@ impl CheckTable {
         let checked = check_passes(&rows, &site, &targets, &tolerances)?;
         let file_rows: Vec<CheckedRow> = checked.iter().map(CheckedPass::file_row).collect();
         let meta = meta(&place, &tolerances);
-        self.out.iter().try_for_each(|path| write_checked(path, &file_rows, &meta))?;
+        self.out.iter().try_for_each(|path| write_rows(path, &file_rows, &meta))?;
         if self.csv {
-            let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
-            csv.write_record(CHECKED.iter().map(|c| c.name))?;
-            file_rows.iter().try_for_each(|row| csv.serialize(row))?;
-            print(&String::from_utf8_lossy(&csv.into_inner()?));
+            print(&csv_text(&file_rows)?);
         } else {
             print(&text(&checked));
         }

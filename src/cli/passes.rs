@@ -8,6 +8,7 @@ use satphot::brightness::light_class::{PaperLabel, SkyClass, classes};
 use satphot::brightness::scene::scene;
 use satphot::orbit::{PassEvent, Tracker, WholePass, whole_passes};
 use satphot::report::summary::text_table;
+use satphot::tables::PASSES;
 
 use super::orbit_args::{OrbitArgs, bad};
 use super::{print, tell};
@@ -68,7 +69,7 @@ impl Passes {
         let rows = found.iter().map(|pass| row(pass, window)).collect::<anyhow::Result<Vec<_>>>()?;
         let notes: Vec<String> = found.iter().map(|pass| note(pass, self.min_alt)).collect();
         if self.csv {
-            print(&format!("{},note\n", NAMES.join(",")));
+            print(&PASSES.csv_head());
             rows.iter().zip(&notes).for_each(|(r, note)| print(&format!("{},{note}\n", r.join(","))));
             return Ok(());
         }
@@ -100,24 +101,6 @@ const HEADER: [&str; 15] = [
     "sky",
     "paper's label",
     "outside the window",
-];
-/// The same columns of the comma-separated values.
-const NAMES: [&str; 15] = [
-    "rise_utc",
-    "culmination_utc",
-    "set_utc",
-    "rise_az_deg",
-    "max_alt_deg",
-    "max_az_deg",
-    "set_az_deg",
-    "range_km",
-    "sun_alt_deg",
-    "moon_alt_deg",
-    "moon_illum_pct",
-    "illum",
-    "sky_class",
-    "paper_label",
-    "outside_window",
 ];
 
 /// The cells of a pass; what it does not have is empty. Light and label of a pass without rise, culmination or set are

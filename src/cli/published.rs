@@ -6,10 +6,9 @@ use clap::Args;
 use satphot::base::threads::with_threads;
 use satphot::figures::{LabelSample, label_histogram};
 use satphot::paper::labels::{Labelled, read_labelled, summary};
-use satphot::paper::tables::{LABELS, LabelRow, write_labels, write_published};
 use satphot::paper::{Published, Rule, published, table};
 use satphot::report::summary::text_table;
-use satphot::tables::{Meta, MetaValue};
+use satphot::tables::{LabelRow, Meta, MetaValue, csv_text, write_rows};
 
 use super::orbit_args::bad;
 use super::{print, tell, threads};
@@ -93,11 +92,9 @@ impl PublishedVerb {
         let rules = Rule::ALL.map(|rule| (rule.name().to_owned(), rule.asks().into()));
         meta.push("rules", MetaValue::Map(rules.to_vec()));
         let file_rows: Vec<_> = rows.iter().map(Published::file_row).collect();
-        tables.iter().try_for_each(|path| write_published(path, &file_rows, &meta))?;
+        tables.iter().try_for_each(|path| write_rows(path, &file_rows, &meta))?;
         if self.csv {
-            let mut csv = csv::Writer::from_writer(Vec::new());
-            file_rows.iter().try_for_each(|row| csv.serialize(row))?;
-            print(&String::from_utf8_lossy(&csv.into_inner()?));
+            print(&csv_text(&file_rows)?);
         } else if self.markdown {
             print(&table::markdown(&rows));
         } else {
@@ -127,7 +124,7 @@ impl PublishedVerb {
         let lines = summary(&rows);
         let mut meta = meta("satphot.labels/1");
         meta.push("magnitudes", columns.join(", "));
-        tables.iter().try_for_each(|path| write_labels(path, &lines, &meta))?;
+        tables.iter().try_for_each(|path| write_rows(path, &lines, &meta))?;
         let title = match columns.as_slice() {
             ["v_mag"] => "Observed brightness by light",
             ["model_v_mag"] => "Modelled brightness by light",
@@ -137,10 +134,7 @@ impl PublishedVerb {
             label_histogram(path, title, &samples(&rows, &lines))?;
         }
         if self.csv {
-            let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
-            csv.write_record(LABELS.iter().map(|c| c.name))?;
-            lines.iter().try_for_each(|line| csv.serialize(line))?;
-            print(&String::from_utf8_lossy(&csv.into_inner()?));
+            print(&csv_text(&lines)?);
         } else {
             print(&class_table(&lines));
         }

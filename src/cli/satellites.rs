@@ -7,6 +7,7 @@ use satphot::brightness::catalogue::{Component, Entry, NOT_COMPARED, Shell, Stan
 use satphot::brightness::{Brdf, Catalogue, catalogue_toml};
 use satphot::config;
 use satphot::report::summary::text_table;
+use satphot::tables::{Definition, SATELLITES, SURFACES};
 
 use super::{print, tell};
 
@@ -54,9 +55,9 @@ impl Satellites {
             print(&catalogue_toml(&shown)?);
         } else if self.csv {
             print(&if self.name.is_some() {
-                csv(&SURFACE_COLUMNS, surfaces(&shown[0])?)?
+                csv(&SURFACES, surfaces(&shown[0])?)?
             } else {
-                csv(&COLUMNS, list(&shown))?
+                csv(&SATELLITES, list(&shown))?
             });
         } else if self.name.is_some() {
             print(&whole(&shown[0])?);
@@ -73,10 +74,6 @@ impl Satellites {
 }
 
 const HEAD: [&str; 7] = ["name", "title", "area m2", "surfaces", "orbit", "areas from", "scatter mag"];
-const COLUMNS: [&str; 10] =
-    ["name", "title", "area_m2", "surfaces", "orbits", "launched", "planned", "area_source", "scatter_mag", "caveat"];
-const SURFACE_COLUMNS: [&str; 7] =
-    ["surface", "area_m2", "attitude", "brdf", "reflectance_0deg", "reflectance_60deg", "back"];
 const SURFACE_HEAD: [&str; 7] = ["surface", "area m2", "attitude", "scattering", "R(0)", "R(60)", "back"];
 
 /// A line for each satellite.
@@ -223,9 +220,9 @@ fn law(law: &config::Brdf) -> String {
 }
 
 /// Rows as comma-separated values, quoted where needed.
-fn csv(columns: &[&str], rows: Vec<Vec<String>>) -> anyhow::Result<String> {
+fn csv(table: &Definition, rows: Vec<Vec<String>>) -> anyhow::Result<String> {
     let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(columns)?;
+    writer.write_record(table.column_names())?;
     rows.iter().try_for_each(|row| writer.write_record(row))?;
     Ok(String::from_utf8(writer.into_inner().map_err(|e| e.into_error())?)?)
 }

@@ -15,7 +15,7 @@ use crate::base::error::{Error, Result};
 use crate::base::utc::Utc;
 use crate::photometry::Flags;
 use crate::photometry::flux::detectable_e;
-use crate::tables::rows::PhotometryRow;
+use crate::tables::PhotometryRow;
 use crate::tables::words::{Status, Verdict};
 use crate::zeropoint::bands::{Band, Meaning, filter_meaning};
 

@@ -4,7 +4,7 @@
 //! never a magnitude. Everything left out is counted with its reason.
 
 use crate::base::error::{Error, Result};
-use crate::tables::rows::PhotometryRow;
+use crate::tables::PhotometryRow;
 use crate::tables::selection::is_lower_limit;
 use crate::tables::words::{Status, Verdict};
 

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use crate::base::error::{Error, Result};
 use crate::base::utc::Utc;
-use crate::tables::rows::PhotometryRow;
+use crate::tables::PhotometryRow;
 use crate::tables::words::{Status, Verdict};
 
 /// Largest difference between `date_mid` and `mjd_mid_d` \[s\]: the text has microseconds, the number 0.6 µs.

@@ -13,8 +13,8 @@ use super::select::{Kept, rounded};
 use crate::base::error::{Error, Result};
 use crate::base::utc::Utc;
 use crate::photometry::Flags;
+use crate::tables::PhotometryRow;
 use crate::tables::row_passes::passes;
-use crate::tables::rows::PhotometryRow;
 use crate::tables::words::Verdict;
 
 /// Longest line of the notation.

@@ -16,8 +16,8 @@ use crate::base::error::{Error, Result};
 use crate::base::utc::Utc;
 use crate::brightness::Illum;
 use crate::brightness::light_class::{PaperLabel, SkyClass};
+use crate::tables::PhotometryRow;
 use crate::tables::row_passes::passes;
-use crate::tables::rows::PhotometryRow;
 
 /// What is the same in every record and not in the table.
 #[derive(Debug, Clone)]

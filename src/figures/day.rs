@@ -16,7 +16,7 @@ use super::canvas::{
 use super::panel::{Panel, Ticks};
 use crate::base::error::Result;
 use crate::figures::density::density;
-use crate::visibility::forecast_tables::DayRow;
+use crate::tables::DayRow;
 
 /// Shown size \[px\].
 const SIZE: (u32, u32) = (960, 780);

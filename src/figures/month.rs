@@ -15,7 +15,7 @@ use super::canvas::{
 };
 use super::panel::{Panel, Ticks};
 use crate::base::error::Result;
-use crate::visibility::forecast_tables::MonthRow;
+use crate::tables::MonthRow;
 
 /// Shown size \[px\].
 const SIZE: (u32, u32) = (1060, 720);

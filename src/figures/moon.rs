@@ -15,7 +15,7 @@ use super::canvas::{
 };
 use super::panel::{Panel, Ticks};
 use crate::base::error::Result;
-use crate::brightness::moon_laws_table::MoonLawRow;
+use crate::tables::MoonLawRow;
 
 const SIZE: (u32, u32) = (940, 640);
 /// Faintest V shown: the law past 150° fades to nothing.

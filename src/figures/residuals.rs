@@ -16,7 +16,7 @@ use super::panel::{Panel, Ticks};
 use crate::base::error::Result;
 use crate::base::stats::robust;
 use crate::base::stats::scatter;
-use crate::tables::rows::ResidualRow;
+use crate::tables::ResidualRow;
 use crate::tables::selection::is_lower_limit;
 use crate::tables::selection::is_used;
 use crate::tables::selection::used_residuals;

@@ -12,7 +12,7 @@ use plotters::style::{Color, RGBColor, ShapeStyle};
 
 use super::canvas::{Drawn, GREY, INK, LABEL, ORANGE, SMALL, Sheet, TITLE, figure, no_data, signed, write_text};
 use crate::base::error::Result;
-use crate::tables::rows::SkyRow;
+use crate::tables::SkyRow;
 
 /// Shown size \[px\].
 const SIZE: (u32, u32) = (960, 800);

@@ -9,7 +9,7 @@ use plotters::style::text_anchor::{HPos, VPos};
 use super::canvas::{INK, LABEL, Mark, ORANGE, SMALL, TITLE, figure, legend, no_data, signed, write_text};
 use super::sky_map::{Cells, Disc, Levels, SkyMark};
 use crate::base::error::Result;
-use crate::tables::rows::SkyRow;
+use crate::tables::SkyRow;
 
 /// Side of the square of one disc, and the room above the first row \[drawn px\].
 const SQUARE: i32 = 560;

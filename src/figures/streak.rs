@@ -16,7 +16,7 @@ use super::canvas::{
 };
 use super::panel::{Panel, Ticks};
 use crate::base::error::Result;
-use crate::visibility::streak_table::StreakRow;
+use crate::tables::StreakRow;
 
 /// Shown size \[px\].
 const SIZE: (u32, u32) = (960, 745);

@@ -16,7 +16,7 @@ use super::canvas::{
 use super::panel::{Panel, Ticks};
 use crate::base::error::Result;
 use crate::base::stats::scatter;
-use crate::tables::rows::StarRow;
+use crate::tables::StarRow;
 use crate::tables::words::Status;
 
 const SIZE: (u32, u32) = (960, 1240);

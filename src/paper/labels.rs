@@ -11,7 +11,7 @@ use crate::base::time::{mjd_utc, parse_utc};
 use crate::brightness::Illum;
 use crate::brightness::light_class::is_sunlit;
 use crate::brightness::light_class::{PaperLabel, SkyClass};
-use crate::paper::tables::LabelRow;
+use crate::tables::LabelRow;
 use crate::tables::row_passes::PASS_GAP_S;
 use crate::tables::selection::is_used;
 

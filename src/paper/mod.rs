@@ -23,7 +23,6 @@ mod scattering;
 mod stk;
 mod streaks;
 pub mod table;
-pub mod tables;
 pub mod trackers;
 
 pub use context::Context;

@@ -6,8 +6,8 @@ use super::entry::{Published, Verdict};
 use super::pass_check::CheckedPass;
 use super::rule::Rule;
 use crate::base::time::iso_utc;
-use crate::paper::tables::{CheckedRow, PublishedRow};
 use crate::report::summary::text_table;
+use crate::tables::{CheckedRow, PublishedRow};
 
 /// What stands for a value that was not computed because it takes long.
 const SLOW: &str = "(--full)";

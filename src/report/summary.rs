@@ -5,8 +5,8 @@
 use crate::base::stats::robust;
 use crate::base::stats::scatter;
 use crate::photometry::Flags;
+use crate::tables::PhotometryRow;
 use crate::tables::row_passes::passes;
-use crate::tables::rows::PhotometryRow;
 use crate::tables::selection::counts;
 
 /// A table of plain text: columns two spaces apart, numbers to the right, the rest to the left, a rule below the head.

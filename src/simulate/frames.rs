@@ -13,7 +13,7 @@ use super::flux::{rate_e_s, sky_v_mag_arcsec2};
 use super::noise::{Response, expose, stream};
 use super::render::{PixelPsf, add_star};
 use super::scenario::Scenario;
-use super::truth::{StarTruth, Truth};
+use super::truth::Truth;
 use crate::astrometry::wcs::{Wcs, WcsValue};
 use crate::base::error::{Error, Result};
 use crate::base::file::{make_folder, write_atomic};
@@ -25,6 +25,7 @@ use crate::frames::{Camera, Detector, Gain};
 use crate::orbit::{
     EarthOrientation, Site, airmass::airmass, altaz_to_icrs, bodies, icrs_to_altaz, moon_altaz, sun_altaz,
 };
+use crate::tables::StarTruth;
 use crate::visibility::sky_brightness::MoonInSky;
 
 /// What was written.

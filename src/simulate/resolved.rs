@@ -4,7 +4,6 @@
 //! Pixels and electrons, V through the scenario's own zeropoint. Left out: the turn within one exposure.
 
 use ndarray::Array2;
-use serde::Serialize;
 
 use super::render::PixelPsf;
 use super::scenario::PsfKind;
@@ -13,6 +12,7 @@ use crate::brightness::lamps::mag_of_flux;
 use crate::orbit::Geometry;
 use crate::resolved::sensor::{Blur, Sampling, Seeing, Stamp, stamp};
 use crate::resolved::{ComponentSatellite, Light, RadianceImage, RenderSettings, ResolvedScene, render};
+use crate::tables::RenderedTruth;
 
 /// Pixels along a side of a picture; finer than any seeing for a satellite up to a few arcminutes.
 const PIXELS: usize = 192;
@@ -20,23 +20,6 @@ const PIXELS: usize = 192;
 const EARTH_RAYS: usize = 8;
 /// Relative tolerance of the light by way of the Earth.
 const TOLERANCE: f64 = 1e-3;
-
-/// What was rendered for one frame.
-#[derive(Debug, Clone, Serialize)]
-pub struct RenderedTruth {
-    pub frame: String,
-    /// V of the picture, before the scenario's offset and scatter.
-    pub rendered_v_mag: Option<f64>,
-    pub sunlight_v_mag: Option<f64>,
-    pub earthshine_v_mag: Option<f64>,
-    pub moonlight_v_mag: Option<f64>,
-    pub lunar_earthshine_v_mag: Option<f64>,
-    pub starlight_v_mag: Option<f64>,
-    pub seen_area_m2: f64,
-    pub pixel_arcsec: f64,
-    /// Share of the light that fell beside the frame.
-    pub beside_frac: f64,
-}
 
 /// A satellite rendered for one frame.
 pub struct Sitter {

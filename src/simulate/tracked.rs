@@ -11,12 +11,11 @@ use super::flux::rate_e_s;
 use super::frames::{Studio, real, scatter};
 use super::noise::stream;
 use super::render::{Body, PixelPsf, add_body, add_trail};
-use super::resolved::RenderedTruth;
 use super::resolved::Sitter;
 use super::resolved::peak_share;
 use super::resolved::sitter;
 use super::satellites::named;
-use super::truth::{TargetTruth, Truth};
+use super::truth::Truth;
 use crate::astrometry::wcs::Wcs;
 use crate::base::error::{Error, Result};
 use crate::base::progress::Progress;
@@ -26,6 +25,7 @@ use crate::brightness::scene::scene;
 use crate::config;
 use crate::orbit::{Geometry, Tracker, altaz_to_icrs, passes};
 use crate::resolved::ComponentSatellite;
+use crate::tables::{RenderedTruth, TargetTruth};
 
 /// Share of the full well the brightest part of the target is exposed to.
 const TARGET_WELL_FRAC: f64 = 0.3;

@@ -6,51 +6,10 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::field::Star;
-use super::resolved::RenderedTruth;
 use super::scenario::Scenario;
 use crate::base::error::{Error, Result};
 use crate::base::file::{make_folder, write_atomic};
-
-/// One star in one frame.
-#[derive(Debug, Clone, Serialize)]
-pub struct StarTruth {
-    pub frame: String,
-    pub star_id: String,
-    pub x_px: f64,
-    pub y_px: f64,
-    pub v_mag: f64,
-    pub b_v_mag: f64,
-    pub airmass: f64,
-    /// Electrons of the whole star, before vignetting.
-    pub flux_e: f64,
-    pub exptime_s: f64,
-    pub fwhm_px: f64,
-}
-
-/// The target in one frame.
-#[derive(Debug, Clone, Serialize)]
-pub struct TargetTruth {
-    pub frame: String,
-    pub date_mid: String,
-    pub exptime_s: f64,
-    pub gain_setting: i64,
-    pub x_px: f64,
-    pub y_px: f64,
-    pub flux_e: f64,
-    pub v_mag: Option<f64>,
-    pub model_v_mag: Option<f64>,
-    pub sun_v_mag: Option<f64>,
-    pub earthshine_v_mag: Option<f64>,
-    pub moon_v_mag: Option<f64>,
-    pub lunar_earthshine_v_mag: Option<f64>,
-    pub illum: String,
-    pub alt_deg: f64,
-    pub az_deg: f64,
-    pub range_km: f64,
-    pub rate_deg_s: f64,
-    pub airmass: Option<f64>,
-    pub trail_length_px: f64,
-}
+use crate::tables::{RenderedTruth, Row, StarTruth, TargetTruth};
 
 /// Everything the simulator knows.
 #[derive(Debug, Default)]
@@ -133,7 +92,7 @@ fn save(path: &Path, text: &str) -> Result<()> {
     write_atomic(path, text.as_bytes())
 }
 
-fn table<T: Serialize>(path: &Path, rows: &[T]) -> Result<()> {
+fn table<T: Row>(path: &Path, rows: &[T]) -> Result<()> {
     let bad = |e: csv::Error| Error::Table { path: path.into(), line: None, problem: e.to_string() };
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {

@@ -10,12 +10,12 @@ use std::path::Path;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::columns;
-use super::columns::{Column, Datatype};
-use super::formats::{Table, known, recognised};
+use super::bands::description_in;
+use super::formats::{KNOWN, Table, recognised};
 use super::meta::{Meta, scalar};
-use super::rows::{AccuracyRow, ExtremeRow, PhotometryRow, ResidualRow, SkyRow, StarRow};
-use super::ucd::description_in;
+use super::schema::{
+    Column, Datatype, Definition, PHOTOMETRY, PREDICTION, PhotometryRow, ResidualRow, Row, StarRow, is_listed,
+};
 use crate::base::error::{Error, Result};
 use crate::base::file::write_atomic;
 
@@ -25,136 +25,114 @@ const MJD_DECIMALS: usize = 10;
 /// Writes `photometry.ecsv`.
 ///
 /// # Errors
-/// [`Error::Table`] naming row and column of a NaN or infinite number; [`Error::Io`].
+/// As [`write_rows`].
 pub fn write_photometry(path: &Path, rows: &[PhotometryRow], meta: &Meta) -> Result<()> {
-    write(path, rows, columns::PHOTOMETRY, meta)
+    write_rows(path, rows, meta)
 }
 
 /// Writes `stars.ecsv`.
 ///
 /// # Errors
-/// As [`write_photometry`].
+/// As [`write_rows`].
 pub fn write_stars(path: &Path, rows: &[StarRow], meta: &Meta) -> Result<()> {
-    write(path, rows, columns::STARS, meta)
+    write_rows(path, rows, meta)
 }
 
 /// Writes `residuals.ecsv`.
 ///
 /// # Errors
-/// As [`write_photometry`].
+/// As [`write_rows`].
 pub fn write_residuals(path: &Path, rows: &[ResidualRow], meta: &Meta) -> Result<()> {
-    write(path, rows, columns::RESIDUALS, meta)
+    write_rows(path, rows, meta)
 }
 
-/// Writes the [`columns::PREDICTION`] columns of rows.
+/// Writes the [`PREDICTION`] columns of rows.
 ///
 /// # Errors
-/// As [`write_photometry`].
+/// As [`write_rows`].
 pub fn write_prediction(path: &Path, rows: &[PhotometryRow], meta: &Meta) -> Result<()> {
-    let problem = |e: csv::Error| Error::Table { path: path.into(), line: None, problem: e.to_string() };
-    let records: Vec<csv::StringRecord> = prediction_cells(rows).map_err(problem)?;
-    let chosen: Vec<Column> = columns::prediction();
-    write_records(path, &records, &chosen, meta)
+    let records = prediction_cells(rows).map_err(|e| unwritable(path, &e))?;
+    write_cells(path, &records, PREDICTION.columns, meta)
 }
 
-/// The cells of [`columns::PREDICTION`], row by row.
+/// The cells of [`PREDICTION`], row by row.
 ///
 /// # Errors
 /// Those of the writer of CSV; none is known for these rows.
 pub fn prediction_cells(rows: &[PhotometryRow]) -> std::result::Result<Vec<csv::StringRecord>, csv::Error> {
-    let whole = cells(rows)?;
-    Ok(whole.iter().map(|record| picked().map(|i| record.get(i).unwrap_or_default()).collect()).collect())
+    let place = |chosen: &Column| PHOTOMETRY.columns.iter().position(|c| c.name == chosen.name);
+    let places: Vec<usize> = PREDICTION.columns.iter().filter_map(place).collect();
+    let cells_of = |row: csv::StringRecord| places.iter().map(|i| row.get(*i).unwrap_or_default()).collect();
+    Ok(cells(rows)?.into_iter().map(cells_of).collect())
 }
 
-/// Where the columns of a prediction are among those of photometry.
-fn picked() -> impl Iterator<Item = usize> {
-    columns::PREDICTION.iter().filter_map(|name| columns::PHOTOMETRY.iter().position(|c| c.name == *name))
-}
-
-/// Writes a map of the sky.
+/// Writes the rows of a table; one that is not in the list of all tables does not compile.
 ///
 /// # Errors
-/// As [`write_photometry`].
-pub fn write_sky(path: &Path, rows: &[SkyRow], meta: &Meta) -> Result<()> {
-    write(path, rows, columns::SKY, meta)
+/// [`Error::Table`] naming row and column of a NaN or infinite number; [`Error::Io`].
+pub fn write_rows<R: Row>(path: &Path, rows: &[R], meta: &Meta) -> Result<()> {
+    const { assert!(is_listed(&R::TABLE), "list the table in tables/schema/all.rs") };
+    write_cells(path, &cells(rows).map_err(|e| unwritable(path, &e))?, R::TABLE.columns, meta)
 }
 
-/// Writes rows of any table under its columns.
-///
-/// # Errors
-/// As [`write_photometry`].
-pub fn write_rows<T: Serialize>(path: &Path, rows: &[T], columns: &[Column], meta: &Meta) -> Result<()> {
-    write(path, rows, columns, meta)
-}
-
-/// Writes cells made elsewhere under their columns.
-///
-/// # Errors
-/// As [`write_photometry`].
-pub fn write_cells(path: &Path, records: &[csv::StringRecord], columns: &[Column], meta: &Meta) -> Result<()> {
-    write_records(path, records, columns, meta)
-}
-
-/// The rows as comma-separated values under the names of their columns.
+/// The rows of a table as comma-separated values under the names of its columns.
 ///
 /// # Errors
 /// Those of the writer of CSV; none is known for these rows.
-pub fn csv_text<T: Serialize>(rows: &[T], columns: &[Column]) -> std::result::Result<String, csv::Error> {
-    let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+pub fn csv_text<R: Row>(rows: &[R]) -> std::result::Result<String, csv::Error> {
+    csv_of_cells(R::TABLE.columns, &cells(rows)?)
+}
+
+/// Cells made elsewhere as comma-separated values under the names of their columns.
+///
+/// # Errors
+/// Those of the writer of CSV; none is known for these cells.
+pub fn csv_of_cells(columns: &[Column], records: &[csv::StringRecord]) -> std::result::Result<String, csv::Error> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(columns.iter().map(|c| c.name))?;
-    for row in rows {
-        writer.serialize(row)?;
-    }
+    records.iter().try_for_each(|record| writer.write_record(record))?;
     let bytes = writer.into_inner().map_err(|e| e.into_error())?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
-}
-
-/// Writes `accuracy.ecsv`.
-///
-/// # Errors
-/// As [`write_photometry`].
-pub fn write_accuracy(path: &Path, rows: &[AccuracyRow], meta: &Meta) -> Result<()> {
-    write(path, rows, columns::ACCURACY, meta)
-}
-
-/// Writes `extremes.ecsv`.
-///
-/// # Errors
-/// As [`write_photometry`].
-pub fn write_extremes(path: &Path, rows: &[ExtremeRow], meta: &Meta) -> Result<()> {
-    write(path, rows, columns::EXTREMES, meta)
 }
 
 /// Reads `photometry.ecsv`: columns by name in any order, unknown ones ignored.
 ///
 /// # Errors
-/// [`Error::Table`] naming a missing column, or the line and column of a bad number; [`Error::Io`].
+/// As [`read_rows`].
 pub fn read_photometry(path: &Path) -> Result<(Vec<PhotometryRow>, Meta)> {
-    read(path, columns::PHOTOMETRY)
+    read_rows(path)
 }
 
 /// Reads `stars.ecsv`.
 ///
 /// # Errors
-/// As [`read_photometry`].
+/// As [`read_rows`].
 pub fn read_stars(path: &Path) -> Result<(Vec<StarRow>, Meta)> {
-    read(path, columns::STARS)
+    read_rows(path)
 }
 
 /// Reads `residuals.ecsv`.
 ///
 /// # Errors
-/// As [`read_photometry`].
+/// As [`read_rows`].
 pub fn read_residuals(path: &Path) -> Result<(Vec<ResidualRow>, Meta)> {
-    read(path, columns::RESIDUALS)
+    read_rows(path)
 }
 
-/// Reads some columns of any table as rows whose fields have their names.
+/// Reads the rows of a table: columns by name in any order, unknown ones ignored.
 ///
 /// # Errors
-/// As [`read_photometry`].
-pub fn read_rows<T: DeserializeOwned>(path: &Path, columns: &[Column]) -> Result<(Vec<T>, Meta)> {
-    read(path, columns)
+/// [`Error::Table`] naming a missing column, or the line and column of a bad number; [`Error::Io`].
+pub fn read_rows<R: Row + DeserializeOwned>(path: &Path) -> Result<(Vec<R>, Meta)> {
+    let file = Opened::new(path)?;
+    let columns = R::TABLE.columns;
+    file.places(&file.names()?, columns)?;
+    let mut rows = Vec::new();
+    file.each(columns, |names, record, line| {
+        rows.push(record.deserialize(Some(names)).map_err(|e| file.problem(line, e.to_string()))?);
+        Ok(())
+    })?;
+    Ok((rows, file.meta()))
 }
 
 /// Reads the meta block of any table.
@@ -165,12 +143,15 @@ pub fn read_meta(path: &Path) -> Result<Meta> {
     Ok(Opened::new(path)?.meta())
 }
 
-pub(crate) fn write<T: Serialize>(path: &Path, rows: &[T], columns: &[Column], meta: &Meta) -> Result<()> {
-    let problem = |e: csv::Error| Error::Table { path: path.into(), line: None, problem: e.to_string() };
-    write_records(path, &cells(rows).map_err(problem)?, columns, meta)
+fn unwritable(path: &Path, e: &csv::Error) -> Error {
+    Error::Table { path: path.into(), line: None, problem: e.to_string() }
 }
 
-fn write_records(path: &Path, records: &[csv::StringRecord], columns: &[Column], meta: &Meta) -> Result<()> {
+/// Writes cells made elsewhere under their columns.
+///
+/// # Errors
+/// As [`write_rows`].
+pub fn write_cells(path: &Path, records: &[csv::StringRecord], columns: &[Column], meta: &Meta) -> Result<()> {
     let problem = |problem: String| Error::Table { path: path.into(), line: None, problem };
     if let Some(key) = meta.non_finite_key() {
         return Err(problem(format!("meta {key} is not a finite number; leave the key out")));
@@ -256,36 +237,25 @@ fn quoted(cell: &str) -> String {
 /// Reads any table of the schema as text cells: which one it is, its columns tell.
 ///
 /// # Errors
-/// As [`read_photometry`]; [`Error::Table`] for a file that is none of the tables.
+/// As [`read_rows`]; [`Error::Table`] for a file that is none of the tables.
 pub fn read_table(path: &Path) -> Result<Table> {
     let file = Opened::new(path)?;
     let names = file.names()?;
-    let Some((name, columns)) = recognised(&names) else {
-        let known: Vec<&str> = known().iter().map(|(name, _)| *name).collect();
+    let Some(table) = recognised(&names) else {
+        let known: Vec<&str> = KNOWN.iter().map(Definition::name).collect();
         let told = format!("its columns are none of satphot's tables; known: {}", known.join(", "));
         return Err(file.problem(Some(file.header.len() + 1), told));
     };
-    let places = file.places(&names, &columns)?;
+    let columns = table.columns;
+    let places = file.places(&names, columns)?;
     let mut records = Vec::new();
-    file.each(&columns, |_, record, _| {
+    file.each(columns, |_, record, _| {
         records.push(places.iter().map(|i| i.and_then(|i| record.get(i)).unwrap_or_default()).collect());
         Ok(())
     })?;
     let is_unknown = |n: &&str| !columns.iter().any(|c| c.name == *n);
     let ignored = names.iter().filter(is_unknown).map(str::to_owned).collect();
-    Ok(Table { name, records, ignored, meta: file.meta(), columns })
-}
-
-fn read<T: DeserializeOwned>(path: &Path, columns: &[Column]) -> Result<(Vec<T>, Meta)> {
-    let file = Opened::new(path)?;
-    let names = file.names()?;
-    file.places(&names, columns)?;
-    let mut rows = Vec::new();
-    file.each(columns, |names, record, line| {
-        rows.push(record.deserialize(Some(names)).map_err(|e| file.problem(line, e.to_string()))?);
-        Ok(())
-    })?;
-    Ok((rows, file.meta()))
+    Ok(Table { name: table.name(), records, ignored, meta: file.meta(), columns: columns.to_vec() })
 }
 
 /// The text of an ECSV file, split into its head and its body.
@@ -341,7 +311,7 @@ impl<'a> Opened<'a> {
         let line = Some(self.header.len() + 1);
         let place = |c: &Column| {
             let at = names.iter().position(|n| n == c.name);
-            if at.is_none() && !columns::ADDED_LATER.contains(&c.name) {
+            if at.is_none() && !c.added_later {
                 let told = format!("column {} is missing; write the table again with this satphot", c.name);
                 return Err(self.problem(line, told));
             }

@@ -1,22 +1,28 @@
-//! Every table of satphot: its columns, its rows, and the formats it is read from and written in.
+//! Every table of satphot: its definition, and the formats it is read from and written in.
 
-pub mod columns;
+pub mod bands;
 pub mod ecsv;
 pub mod flags;
 pub mod formats;
 pub mod meta;
 pub mod read;
 pub mod row_passes;
-pub mod rows;
+pub mod schema;
 pub mod selection;
-pub mod ucd;
 pub mod words;
 
-pub use columns::{Column, Datatype};
 pub use ecsv::{
-    csv_text, prediction_cells, read_meta, read_photometry, read_residuals, read_rows, read_stars, read_table,
-    write_cells, write_photometry, write_prediction, write_residuals, write_rows, write_sky, write_stars,
+    csv_of_cells, csv_text, prediction_cells, read_meta, read_photometry, read_residuals, read_rows, read_stars,
+    read_table, write_cells, write_photometry, write_prediction, write_residuals, write_rows, write_stars,
 };
 pub use formats::Table;
 pub use meta::{Meta, MetaValue};
-pub use rows::{AccuracyRow, ExtremeRow, PhotometryRow, ResidualRow, SkyRow, StarRow};
+pub use schema::{
+    ACCURACY, ALL, AREAS, AccuracyRow, BRDF_CURVE, CHECKED, CONSTELLATION, CheckedRow, Column, DAY, DUTY, Datatype,
+    DayRow, Definition, DutyRow, EARTH, EXPLICIT, EXTREMES, EarthRow, ExtremeRow, FLUX_MAP, FOOTPRINT, FootprintRow,
+    LABELS, LIMITS, LabelRow, LimitRow, MONTH, MOON_LAWS, MonthRow, MoonLawRow, OBSERVED, ObservedRow, PAPER_STEPS,
+    PARTIAL, PASSES, PHOTOMETRY, PREDICTION, PUBLISHED, PartialRow, PhotometryRow, PublishedRow, RADIANCE, RAW,
+    RENDERED_TRUTH, RESIDUALS, RadianceRow, RawRow, RenderedTruth, ResidualRow, Row, SATELLITES, SED, SEEN, SKY,
+    SKY_SEQUENCE, SNR, STAR_TRUTH, STARS, STREAK, STRIP, SURFACES, SkyRow, SnrRow, StarRow, StarTruth, StreakRow,
+    TARGET_TRUTH, TRACK, TargetTruth, TrackRow, constellation_columns, is_listed,
+};

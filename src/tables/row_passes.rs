@@ -1,6 +1,6 @@
 //! Rows of a table grouped into passes.
 
-use super::rows::PhotometryRow;
+use super::schema::PhotometryRow;
 use super::words::Status;
 
 /// Two exposures of one target further apart than this belong to different passes \[s\]. A low-orbit pass lasts a

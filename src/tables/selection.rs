@@ -1,8 +1,8 @@
 //! Which rows of a table count: used, lower limits.
 
 use super::flags::Flags;
-use super::rows::PhotometryRow;
-use super::rows::ResidualRow;
+use super::schema::PhotometryRow;
+use super::schema::ResidualRow;
 use super::words::Status;
 use super::words::Verdict;
 

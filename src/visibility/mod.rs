@@ -5,16 +5,12 @@
 pub mod duty_cycle;
 pub mod earth_tables;
 pub mod footprint;
-pub mod footprint_table;
 pub mod forecast;
-pub mod forecast_tables;
-pub mod limits_table;
 pub mod published_streaks;
 pub mod simple;
 pub mod sky_brightness;
 pub mod sky_brightness_table;
 pub mod streak;
-pub mod streak_table;
 pub mod survey;
 pub mod telescope;
 pub mod tracked;

@@ -9,11 +9,11 @@ use crate::brightness::lamps::{FULL_MOON_V_MAG, mag_of_flux};
 use crate::brightness::sky::{Body, Sky, SkyGrid, sky_map};
 use crate::brightness::{Attitude, Brdf, Catalogue, ModelSettings, Satellite, Surface, ToleranceOf};
 use crate::config::{Distances, LunarEclipse, Mode};
+use crate::tables::StreakRow;
 use crate::visibility::simple::{Diameter, Panel, solid_angle_arcsec2};
 use crate::visibility::streak::{
     Camera, Crossing, MEAN_RADIUS_KM, Trail, effective_surface_brightness, t_eff_simple_s, zenith_rate_rad_s,
 };
-use crate::visibility::streak_table::StreakRow;
 use crate::visibility::survey::{LimitKind, Visit};
 
 /// The eight satellites of the paper's figure.

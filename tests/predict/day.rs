@@ -12,10 +12,9 @@ use satphot::brightness::sky_points::SkyPoints;
 use satphot::brightness::{ModelSettings, Satellite, ToleranceOf};
 use satphot::config::{Mode, Sampling};
 use satphot::orbit::Site;
-use satphot::tables::PhotometryRow;
+use satphot::tables::{DayRow, PhotometryRow};
 use satphot::visibility::forecast::day::{day_moments, observed_passes, predict_day, sky_light};
 use satphot::visibility::forecast::dome::{Dome, Overhead};
-use satphot::visibility::forecast_tables::DayRow;
 use support::{Told, satphot};
 
 const SITE: &str = "-33.7703,151.1113,70";

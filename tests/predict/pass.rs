@@ -12,7 +12,7 @@ use satphot::brightness::Model;
 use satphot::brightness::scene::scene;
 use satphot::config;
 use satphot::orbit::{EarthOrientation, Site, Tracker, read_elements};
-use satphot::tables::columns::PREDICTION;
+use satphot::tables::PREDICTION;
 use support::{Told, satphot};
 
 const ELEMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/night/iss-2025-june.tle");
@@ -41,7 +41,7 @@ fn number(row: &HashMap<String, String>, column: &str) -> Option<f64> {
 fn rows_are_whole_steps_after_the_start_while_the_satellite_is_up() {
     let told = pass(EVENING, &["--satellite", "iss", "--hours", "1", "--step-s", "10", "--csv"]).expect(0, &[]);
     let rows = rows(&told);
-    assert_eq!(told.out.lines().next().unwrap(), PREDICTION.join(","));
+    assert_eq!(told.out.lines().next().unwrap(), PREDICTION.column_names().join(","));
     assert!((55..=65).contains(&rows.len()), "{}", rows.len());
     let first = parse_utc("t", EVENING).unwrap();
     for row in &rows {
@@ -130,7 +130,7 @@ fn a_window_without_a_pass_is_an_answer_with_a_table_without_rows() {
         assert!(told.out.contains(word), "{word}\n{}", told.out);
     }
     let csv = pass_in(folder.path(), EVENING, &[&args[..], &["--csv"]].concat()).expect(0, &["no pass"]);
-    assert_eq!(csv.out.trim_end(), PREDICTION.join(","));
+    assert_eq!(csv.out.trim_end(), PREDICTION.column_names().join(","));
     let told = pass_in(folder.path(), EVENING, &[&args[..], &["-o", "p.ecsv", "-o", "p.svg"]].concat());
     told.expect(0, &["p.svg is not drawn"]);
     let table = std::fs::read_to_string(folder.path().join("p.ecsv")).unwrap();

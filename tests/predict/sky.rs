@@ -9,7 +9,7 @@ use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::sky::{Body, Sky};
 use satphot::brightness::{Model, ModelSettings, Satellite, ToleranceOf};
 use satphot::config::{self, Mode};
-use satphot::tables::columns::SKY;
+use satphot::tables::SKY;
 use support::{Told, satphot};
 
 const NIGHT: [&str; 10] = [
@@ -74,7 +74,7 @@ fn a_line_of_sight_meets_the_orbits_where_the_reference_cases_put_the_satellite(
 fn every_direction_is_the_engine_with_a_satellite_there() {
     let told = sky(&["--mode", "as_published", "--grid", "4x7", "--csv"]).expect(0, &[]);
     let rows = rows(&told.out);
-    let names: Vec<&str> = SKY.iter().map(|c| c.name).collect();
+    let names: Vec<&str> = SKY.columns.iter().map(|c| c.name).collect();
     assert_eq!((rows.len(), told.out.lines().next().unwrap()), (28, names.join(",").as_str()));
     let model = config::Model { mode: Mode::AsPublished, ..config::Model::of("starlink-v1.5") };
     let mut settings = ModelSettings::try_from(&model).unwrap();

@@ -4,7 +4,6 @@
 #[path = "../support/mod.rs"]
 mod support;
 
-mod descriptions;
 mod figures;
 mod gallery;
 mod ground;

@@ -6,10 +6,9 @@ use std::path::PathBuf;
 
 use proptest::prelude::*;
 use satphot::Error;
-use satphot::tables::columns::{PHOTOMETRY, RESIDUALS, STARS};
 use satphot::tables::{
-    Column, Meta, MetaValue, PhotometryRow, ResidualRow, StarRow, read_photometry, read_residuals, read_stars,
-    write_photometry, write_residuals, write_stars,
+    Column, Meta, MetaValue, PHOTOMETRY, PhotometryRow, RESIDUALS, ResidualRow, STARS, StarRow, read_photometry,
+    read_residuals, read_stars, write_photometry, write_residuals, write_stars,
 };
 
 /// The law: every column of `photometry.ecsv`, in order, group by group.
@@ -82,7 +81,7 @@ fn written_names(text: &str) -> Vec<&str> {
 
 #[test]
 fn photometry_has_every_column_of_the_schema_once_and_in_order() {
-    let names: Vec<&str> = PHOTOMETRY.iter().map(|c| c.name).collect();
+    let names: Vec<&str> = PHOTOMETRY.columns.iter().map(|c| c.name).collect();
     assert_eq!(names, LAW.split_whitespace().collect::<Vec<_>>());
 }
 
@@ -96,10 +95,10 @@ fn every_table_writes_its_fields_under_their_own_names() {
         csv::Reader::from_reader(bytes.as_slice()).headers().unwrap().iter().map(str::to_owned).collect()
     }
     let names = |columns: &[Column]| columns.iter().map(|c| c.name.to_owned()).collect::<Vec<_>>();
-    assert_eq!(fields(&PhotometryRow::default()), names(PHOTOMETRY));
-    assert_eq!(fields(&StarRow::default()), names(STARS));
-    assert_eq!(fields(&ResidualRow::default()), names(RESIDUALS));
-    for columns in [PHOTOMETRY, STARS, RESIDUALS] {
+    assert_eq!(fields(&PhotometryRow::default()), names(PHOTOMETRY.columns));
+    assert_eq!(fields(&StarRow::default()), names(STARS.columns));
+    assert_eq!(fields(&ResidualRow::default()), names(RESIDUALS.columns));
+    for columns in [PHOTOMETRY, STARS, RESIDUALS].map(|table| table.columns) {
         let mut unique = names(columns);
         unique.sort();
         unique.dedup();
@@ -123,7 +122,13 @@ fn a_name_that_ends_in_a_unit_has_that_unit() {
         ("_d", "d"),
         ("_e", "electron"),
     ];
-    for column in PHOTOMETRY.iter().chain(STARS).chain(RESIDUALS).filter(|c| c.datatype.ecsv() == "float64") {
+    for column in PHOTOMETRY
+        .columns
+        .iter()
+        .chain(STARS.columns)
+        .chain(RESIDUALS.columns)
+        .filter(|c| c.datatype.ecsv() == "float64")
+    {
         if let Some((_, unit)) = ends.iter().find(|(end, _)| column.name.ends_with(end)) {
             assert_eq!(column.unit, *unit, "{}", column.name);
         }
@@ -331,7 +336,7 @@ fn a_bad_number_is_named_with_its_line() {
         [(",11.934,", ",bright,", "v_mag"), (",25544,", ",255.44,", "norad_cat_id"), (",11.934,", ",nan,", "v_mag")]
     {
         let error = reread(|text| text.replace(good, bad)).unwrap_err();
-        let line = PHOTOMETRY.len() + 4 + 1 + meta().entries.len() + 1 + 2; // head, columns, meta, schema, names, row 1
+        let line = PHOTOMETRY.columns.len() + 4 + 1 + meta().entries.len() + 1 + 2; // head, columns, meta, schema, names, row 1
         let Error::Table { line: Some(at), ref problem, .. } = error else { panic!("{error}") };
         assert_eq!(at, line, "{error}");
         assert!(problem.contains(&format!("column {column}:")), "{error}");

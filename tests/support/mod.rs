@@ -192,7 +192,7 @@ impl Night {
 
 /// A line of `photometry.ecsv` or `residuals.ecsv` with nothing under `cadence_s`, if it has that column.
 fn without_cadence(line: &str) -> String {
-    let columns = satphot::tables::columns::PHOTOMETRY;
+    let columns = satphot::tables::PHOTOMETRY.columns;
     let at = columns.iter().position(|c| c.name == "cadence_s").unwrap();
     // no text before it holds a comma
     let mut cells: Vec<&str> = line.split(',').collect();

@@ -14,11 +14,10 @@ use satphot::config::{Effects, Mode};
 use satphot::orbit::geometry::geometry;
 use satphot::orbit::{EarthOrientation, Site, Tracker, bodies};
 use satphot::report::summary::text_table;
-use satphot::tables::{Meta, MetaValue};
+use satphot::tables::{FootprintRow, Meta, MetaValue, csv_text, write_rows};
 use satphot::visibility::footprint::{
     Approach, CircularOrbit, Lamp, Mirror, PUBLISHED_DIVERGENCE_DEG, approaches, beam_diameter_km, crossings_per_day,
 };
-use satphot::visibility::footprint_table::{FOOTPRINT, FootprintRow, write_footprint};
 
 use super::super::orbit_args::{OrbitArgs, bad, tell_unknown_ut1};
 use super::super::{print, tell};
@@ -192,7 +191,7 @@ impl Footprint {
             }
         }
         if let Some(path) = &self.out {
-            write_footprint(path, &table, &self.meta(&site, start))?;
+            write_rows(path, &table, &self.meta(&site, start))?;
             if !self.quiet {
                 tell(&format!("wrote {}", path.display()));
             }
@@ -339,13 +338,4 @@ fn rows(found: &[(&str, Vec<Approach>)], utc: &dyn Fn(f64) -> String) -> Vec<Foo
         v_mag: a.inside.and_then(|i| i.mag),
     };
     found.iter().flat_map(|(name, all)| all.iter().map(|a| row(name, a))).collect()
-}
-
-fn csv_text(rows: &[FootprintRow]) -> anyhow::Result<String> {
-    let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
-    csv.write_record(FOOTPRINT.iter().map(|c| c.name))?;
-    for row in rows {
-        csv.serialize(row)?;
-    }
-    Ok(String::from_utf8_lossy(&csv.into_inner()?).into_owned())
 }

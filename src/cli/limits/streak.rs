@@ -6,16 +6,15 @@ use satphot::base::time::parse_utc;
 use satphot::brightness::{Catalogue, Satellite};
 use satphot::figures::{StreakBand, streak as draw};
 use satphot::orbit::{Site, Tracker};
-use satphot::tables::{Meta, MetaValue};
+use satphot::tables::{Meta, MetaValue, StreakRow, csv_text, write_rows};
 use satphot::visibility::published_streaks::{ANCHORS, Anchor, PAPER_MU, Passing, bands, model_mu};
 use satphot::visibility::streak::{Camera, Leg, on_circle, t_eff_simple_s};
-use satphot::visibility::streak_table::{StreakRow, write_streak};
 use satphot::visibility::survey::{PUBLISHED_LIMITS, SeeingMeaning, Survey, Tint, Visit, colour_mag};
 
 use super::super::orbit_args::{OrbitArgs, bad};
 use super::super::predict::OutArgs;
 use super::super::{print, tell};
-use super::streak_text::{csv_text, one_text, paper_text};
+use super::streak_text::{one_text, paper_text};
 
 /// Heights of the figure's band \[km\], those of the paper.
 const BAND_KM: [f64; 2] = [300.0, 2000.0];
@@ -158,7 +157,7 @@ impl Streak {
             print(&paper_text(&rows, &all, &visit, published));
         }
         let meta = meta(&visit, &camera, colour, published);
-        tables.iter().try_for_each(|table| write_streak(table, &all, &meta))?;
+        tables.iter().try_for_each(|table| write_rows(table, &all, &meta))?;
         if !figures.is_empty() {
             let mu = match (self.mu, rows.as_slice()) {
                 (Some(mu), _) => mu,

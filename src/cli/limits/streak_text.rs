@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use satphot::report::summary::text_table;
-use satphot::visibility::streak_table::{STREAK, StreakRow};
+use satphot::tables::StreakRow;
 use satphot::visibility::survey::{LimitKind, SeeingMeaning, Visit};
 
 /// A number or a dash.
@@ -18,15 +18,6 @@ fn electrons(value: Option<f64>) -> String {
         _ if e < 1e5 => format!("{e:.1}"),
         _ => format!("{e:.2e}"),
     })
-}
-
-pub fn csv_text(rows: &[StreakRow]) -> anyhow::Result<String> {
-    let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
-    csv.write_record(STREAK.iter().map(|c| c.name))?;
-    for row in rows {
-        csv.serialize(row)?;
-    }
-    Ok(String::from_utf8_lossy(&csv.into_inner()?).into_owned())
 }
 
 /// Everything about one satellite, both readings.

@@ -16,9 +16,8 @@ use satphot::figures::{EarthMark, earth};
 use satphot::orbit::ground_track::{point_under, terminator};
 use satphot::orbit::{EarthOrientation, bodies};
 use satphot::report::summary::text_table;
-use satphot::tables::Meta;
-use satphot::tables::csv_text;
-use satphot::visibility::earth_tables::{EARTH, EarthRow, place_text, write_earth, write_earth_fits};
+use satphot::tables::{EarthRow, Meta, csv_text, write_rows};
+use satphot::visibility::earth_tables::{place_text, write_earth_fits};
 
 use super::super::orbit_args::{bad, tell_unknown_ut1};
 use super::super::{print, tell};
@@ -140,7 +139,7 @@ impl Earth {
             irradiance_w_m2: picture.irradiance_w_m2(),
             lit_frac: (lit / (std::f64::consts::PI * limb * limb)).min(1.0),
         };
-        print(&if self.csv { csv_text(std::slice::from_ref(&row), EARTH)? } else { table(&row) });
+        print(&if self.csv { csv_text(std::slice::from_ref(&row))? } else { table(&row) });
         self.write(&files, &picture, &row, terminator(&body, TERMINATOR)?)?;
         if !self.quiet {
             self.notes(lamp, &row, extrapolated, &files);
@@ -191,7 +190,7 @@ impl Earth {
         for path in files {
             match ending(path).as_deref() {
                 Some("fits") => write_earth_fits(path, picture, row)?,
-                Some("ecsv") => write_earth(path, row, &self.meta())?,
+                Some("ecsv") => write_rows(path, std::slice::from_ref(row), &self.meta())?,
                 _ => earth(path, picture, &format!("The Earth under the {}", row.lamp), &mark)?,
             }
         }

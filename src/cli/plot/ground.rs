@@ -10,9 +10,8 @@ use satphot::figures::{GroundMap, ground_map};
 use satphot::orbit::ground_track::{altitude_deg, point_under, terminator};
 use satphot::orbit::{EarthOrientation, Tracker, bodies};
 use satphot::report::summary::text_table;
-use satphot::tables::Meta;
-use satphot::tables::csv_text;
-use satphot::visibility::earth_tables::{TRACK, TrackRow, place_text, write_track};
+use satphot::tables::{Meta, TrackRow, csv_text, write_rows};
+use satphot::visibility::earth_tables::place_text;
 
 use super::super::orbit_args::{MAX_AGE_D, SiteArg, bad, elements_there};
 use super::super::predict::OutArgs;
@@ -108,14 +107,14 @@ impl Ground {
         let half_s = 30.0 * self.span_min;
         let at = |i: usize, n: usize| -half_s + 2.0 * half_s * i as f64 / (n - 1) as f64;
         let rows = (0..self.rows).map(|i| row(at(i, self.rows))).collect::<anyhow::Result<Vec<_>>>()?;
-        print(&if self.csv { csv_text(&rows, TRACK)? } else { table(&rows) });
+        print(&if self.csv { csv_text(&rows)? } else { table(&rows) });
         let sky = bodies(&epoch, &eop)?;
         let under = |km| point_under(km).map_or((0.0, 0.0), |(lon, lat, _)| (lon, lat));
         let under_deg = [under(&sky.sun_itrs_km), under(&sky.moon_itrs_km)];
         let name = tracker.elements_at(&epoch)?.name().to_string();
         let (tables, figures) = self.out.files_of("ground", &["svg", "png"])?;
         let meta = self.meta(&name, under_deg);
-        tables.iter().try_for_each(|path| write_track(path, &rows, &meta))?;
+        tables.iter().try_for_each(|path| write_rows(path, &rows, &meta))?;
         if !figures.is_empty() {
             let n = (2.0 * half_s / STEP_S).ceil().max(2.0) as usize + 1;
             let fine = (0..n).map(|i| row(at(i, n))).collect::<anyhow::Result<Vec<_>>>()?;

@@ -6,12 +6,11 @@ use clap::Args;
 use satphot::Error;
 use satphot::brightness::Band;
 use satphot::brightness::lamps::{LampSettings, mag_of_flux, moon_spectrum, moon_v_mag};
-use satphot::brightness::moon_laws_table::{MOON_LAWS, MoonLawRow, write_moon_laws};
 use satphot::brightness::spectrum::{SolarColumn, Spectrum};
 use satphot::config::{Effects, Mode, MoonLaw, Source};
 use satphot::figures::{SedCurve, moon_laws};
 use satphot::report::summary::text_table;
-use satphot::tables::Meta;
+use satphot::tables::{Meta, MoonLawRow, csv_text, write_rows};
 
 use super::super::predict::OutArgs;
 use super::super::{print, tell};
@@ -80,7 +79,7 @@ impl Moon {
         let rows: Vec<MoonLawRow> = PHASES_DEG.iter().map(|deg| laws.row(*deg)).collect();
         print(&if self.csv { csv_text(&rows)? } else { table(&rows) });
         let (tables, figures) = self.out.files("moon")?;
-        tables.iter().try_for_each(|path| write_moon_laws(path, &rows, &meta()))?;
+        tables.iter().try_for_each(|path| write_rows(path, &rows, &meta()))?;
         if !figures.is_empty() {
             let fine: Vec<MoonLawRow> = (0..=720).map(|i| laws.row(0.25 * f64::from(i))).collect();
             let spectra = self.spectra(&laws)?;
@@ -186,13 +185,6 @@ fn meta() -> Meta {
         "literature only: the paper's comparison with observations is not part of this table",
     );
     meta
-}
-
-fn csv_text(rows: &[MoonLawRow]) -> anyhow::Result<String> {
-    let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
-    csv.write_record(MOON_LAWS.iter().map(|c| c.name))?;
-    rows.iter().try_for_each(|row| csv.serialize(row))?;
-    Ok(String::from_utf8_lossy(&csv.into_inner()?).into_owned())
 }
 
 fn table(rows: &[MoonLawRow]) -> String {

@@ -15,7 +15,7 @@ use satphot::brightness::{Catalogue, Model, ModelSettings, Satellite, ToleranceO
 use satphot::config;
 use satphot::orbit::{Propagator, Site, check_age, read_elements_file};
 use satphot::pipeline::products::manifest::peak_memory_mb;
-use satphot::tables::{Meta, write_cells};
+use satphot::tables::{Meta, SEEN, write_cells};
 use satphot::visibility::forecast::constellation::{Seen, Source, Watch};
 use satphot::visibility::forecast::prediction_meta;
 use satphot::visibility::forecast::tally::Tally;
@@ -342,7 +342,7 @@ struct RowsFile {
 impl RowsFile {
     fn new(path: &Path) -> anyhow::Result<Self> {
         let mut out = NewFile::create(path)?;
-        out.write_all(Seen::CSV_HEAD.as_bytes()).map_err(|e| out.refused(e))?;
+        out.write_all(SEEN.csv_head().as_bytes()).map_err(|e| out.refused(e))?;
         Ok(Self { out })
     }
 

@@ -8,11 +8,10 @@ use satphot::brightness::{ModelSettings, Satellite, ToleranceOf};
 use satphot::figures::{Violin, day as draw};
 use satphot::orbit::Site;
 use satphot::report::summary::text_table;
-use satphot::tables::{MetaValue, csv_text, read_photometry, write_rows};
+use satphot::tables::{DayRow, MetaValue, ObservedRow, csv_text, read_photometry, write_rows};
 use satphot::visibility::forecast::day::{ObservedPass, day_moments, observed_passes, predict_day};
 use satphot::visibility::forecast::dome::Dome;
 use satphot::visibility::forecast::prediction_meta;
-use satphot::visibility::forecast_tables::{DAY, DayRow, OBSERVED, ObservedRow};
 
 use super::super::orbit_args::{SiteArg, configuration, tell_unknown_ut1};
 use super::super::{bar::Bars, print, tell, threads};
@@ -128,10 +127,10 @@ impl Day {
         meta.push("track_az_deg", MetaValue::Number(self.track_az_deg));
         meta.push("directions", MetaValue::Text(how.clone()));
         for table in &tables {
-            write_rows(table, &rows, DAY, &meta)?;
+            write_rows(table, &rows, &meta)?;
             if !observed.is_empty() {
                 let passes: Vec<&ObservedRow> = observed.iter().map(|p| &p.row).collect();
-                write_rows(&table.with_file_name(passes_name(table)), &passes, OBSERVED, &meta)?;
+                write_rows(&table.with_file_name(passes_name(table)), &passes, &meta)?;
             }
         }
         let violins: Vec<Violin> = observed
@@ -140,7 +139,7 @@ impl Day {
             .collect();
         figures.iter().try_for_each(|figure| draw(figure, &rows, &violins, &title))?;
         if self.csv {
-            print(&csv_text(&rows, DAY)?);
+            print(&csv_text(&rows)?);
         } else {
             print(&format!("{title}\n{how}\n\n{}", summary(&rows)));
             if !observed.is_empty() {

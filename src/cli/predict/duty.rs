@@ -10,13 +10,12 @@ use satphot::brightness::{ModelSettings, Satellite, ToleranceOf};
 use satphot::config::{self, Config};
 use satphot::orbit::Site;
 use satphot::report::summary::text_table;
-use satphot::tables::{csv_text, write_rows};
+use satphot::tables::{DutyRow, csv_text, write_rows};
 use satphot::visibility::duty_cycle::{SunTime, sun_time, v_mag_of_mu};
 use satphot::visibility::forecast::day::{day_moments, predict_day};
 use satphot::visibility::forecast::dome::Dome;
 use satphot::visibility::forecast::month::TrackedLimits;
 use satphot::visibility::forecast::prediction_meta;
-use satphot::visibility::forecast_tables::{DUTY, DutyRow};
 
 use super::super::orbit_args::{SiteArg, bad, configuration, tell_unknown_ut1};
 use super::super::{bar::Bars, print, tell, threads};
@@ -112,12 +111,12 @@ impl Duty {
         meta.push("start", iso_utc(start, 0));
         meta.push("window_d", self.days);
         let (tables, figures) = self.out.files("duty")?;
-        tables.iter().try_for_each(|table| write_rows(table, &rows, DUTY, &meta))?;
+        tables.iter().try_for_each(|table| write_rows(table, &rows, &meta))?;
         if !self.quiet && self.out.out.iter().any(|o| figures.contains(o)) {
             tell("note: there is no figure of hours; `satphot predict day -o day.svg` draws the day");
         }
         if self.csv {
-            print(&csv_text(&rows, DUTY)?);
+            print(&csv_text(&rows)?);
         } else {
             print(&format!("{} d from {}\n{}{standing}", self.days, iso_utc(start, 0), text(&rows)));
         }

@@ -12,6 +12,7 @@ use satphot::base::progress::Progress as _;
 use satphot::base::threads::with_threads;
 use satphot::brightness::explicit::{COLUMNS, Fluxes, Header, explicit, read_row};
 use satphot::pipeline::explain::CasesLeftOut;
+use satphot::tables::EXPLICIT;
 
 use super::super::{bar::Bars, tell, threads};
 use super::{Clock, tolerance};
@@ -19,7 +20,6 @@ use super::{Clock, tolerance};
 /// Rows read, computed and written at a time: memory does not grow with the file.
 const CHUNK: usize = 4096;
 /// The columns written.
-const RESULT: &str = "id,direct_per_E0,earth_per_E0,earth_err_est,nodes,skipped,warn\n";
 
 const AFTER_HELP: &str = "\
 The conventions are fixed, whatever a configuration says: source a point at infinity, sphere
@@ -111,7 +111,7 @@ impl Geometry {
 
         let bar = self.bar();
         let mut out = BufWriter::new(io::stdout().lock());
-        let mut listening = out.write_all(RESULT.as_bytes()).is_ok();
+        let mut listening = out.write_all(EXPLICIT.csv_head().as_bytes()).is_ok();
         let (mut rows, mut failed) = (0, 0);
         let mut records = reader.byte_records();
         while listening {

@@ -10,13 +10,12 @@ use satphot::brightness::{Brdf, ModelSettings, Satellite, ToleranceOf};
 use satphot::config::{Config, Mode};
 use satphot::figures::month as draw;
 use satphot::orbit::Site;
-use satphot::tables::{Meta, MetaValue, csv_text, write_rows};
+use satphot::tables::{Meta, MetaValue, MonthRow, csv_text, write_rows};
 use satphot::visibility::forecast::dome::Dome;
 use satphot::visibility::forecast::month::{
     MonthSatellite, Night, TrackedLimits, days_in_month, nights, predict_month,
 };
 use satphot::visibility::forecast::prediction_meta;
-use satphot::visibility::forecast_tables::{MONTH, MonthRow};
 
 use super::super::orbit_args::{SiteArg, bad, configuration, tell_unknown_ut1};
 use super::super::{bar::Bars, print, tell, threads};
@@ -174,7 +173,7 @@ impl Month {
         let mut meta = self.meta(config.as_ref(), &place)?;
         meta.push("utc_offset_h", MetaValue::Number(offset_h));
         let (tables, figures) = self.out.files("month")?;
-        tables.iter().try_for_each(|table| write_rows(table, &rows, MONTH, &meta))?;
+        tables.iter().try_for_each(|table| write_rows(table, &rows, &meta))?;
         let span =
             nights.first().zip(nights.last()).map_or(String::new(), |(a, b)| format!("{} to {}", a.label, b.label));
         let mut written = Vec::new();
@@ -194,7 +193,7 @@ impl Month {
             }
         }
         if self.csv {
-            print(&csv_text(&rows, MONTH)?);
+            print(&csv_text(&rows)?);
         } else {
             for mode in self.modes() {
                 let of_mode: Vec<&MonthRow> = rows.iter().filter(|r| r.mode == mode_name(mode)).collect();

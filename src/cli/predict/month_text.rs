@@ -2,8 +2,8 @@
 
 use satphot::base::time::parse_utc;
 use satphot::report::summary::text_table;
+use satphot::tables::MonthRow;
 use satphot::visibility::forecast::month::LIT_FROM;
-use satphot::visibility::forecast_tables::MonthRow;
 
 /// The first row of each mirror whose beam was looked for.
 pub fn first_mirrors(rows: &[MonthRow]) -> impl Iterator<Item = &MonthRow> {

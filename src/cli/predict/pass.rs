@@ -11,8 +11,7 @@ use satphot::figures::light_curve;
 use satphot::orbit::{Pass as Stay, Tracker};
 use satphot::pipeline::explain::{explain_low_rows, explain_scenes};
 use satphot::report::summary::{pass_lights, text_table};
-use satphot::tables::columns::PREDICTION;
-use satphot::tables::{MetaValue, PhotometryRow, prediction_cells, write_prediction};
+use satphot::tables::{MetaValue, PREDICTION, PhotometryRow, csv_of_cells, prediction_cells, write_prediction};
 use satphot::visibility::forecast::{Window, highest, moments, predict, prediction_meta, visible};
 
 use super::super::orbit_args::{OrbitArgs, bad};
@@ -172,7 +171,7 @@ impl Pass {
             format!(" (highest {:.1} deg at {})", top.alt_rad.to_degrees(), iso_utc(top.epoch, 0))
         });
         if self.csv {
-            print(&format!("{}\n", PREDICTION.join(",")));
+            print(&format!("{}\n", PREDICTION.column_names().join(",")));
         }
         let answer = format!(
             "no pass: the satellite is never above {} deg from {} to {}{highest}; `satphot passes` lists when it is",
@@ -191,12 +190,7 @@ impl Pass {
     /// The table on standard output: CSV, every row, or one line per pass when files were written.
     fn tell_results(&self, rows: &[PhotometryRow], stays: &[Stay]) -> anyhow::Result<()> {
         if self.csv {
-            let mut csv = csv::Writer::from_writer(Vec::new());
-            csv.write_record(PREDICTION)?;
-            for record in prediction_cells(rows)? {
-                csv.write_record(&record)?;
-            }
-            print(&String::from_utf8_lossy(&csv.into_inner()?));
+            print(&csv_of_cells(PREDICTION.columns, &prediction_cells(rows)?)?);
             return Ok(());
         }
         if self.out.out.is_empty() {

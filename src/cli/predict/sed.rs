@@ -10,6 +10,7 @@ use satphot::brightness::spectrum::{SolarColumn, Spectrum};
 use satphot::config::{Effects, Mode, MoonLaw, Source};
 use satphot::figures::{SedCurve, sed};
 use satphot::report::summary::text_table;
+use satphot::tables::SED;
 
 use super::super::{print, tell};
 
@@ -162,7 +163,7 @@ impl Sed {
 
 fn csv_text(rows: &[Row]) -> String {
     let number = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v}"));
-    let mut text = "source,phase_deg,v_mag,band_w_m2,w_m2_300_1050\n".to_owned();
+    let mut text = SED.csv_head();
     for r in rows {
         let (phase, v) = (number(r.phase_deg), r.v_mag.map_or(String::new(), |v| format!("{v:.6}")));
         text.push_str(&format!("{},{phase},{v},{:.8e},{:.8e}\n", r.source, r.band_w_m2, r.wide_w_m2));

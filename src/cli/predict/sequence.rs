@@ -5,7 +5,6 @@ use csv::StringRecord;
 use hifitime::Epoch;
 use satphot::base::time::{iso_utc, mjd_utc, parse_utc, shifted};
 use satphot::figures::{SkyMark, SkyPanel};
-use satphot::tables::columns::{Column, DAY_OF_SKY, SKY};
 use satphot::tables::{SkyRow, csv_text};
 
 use super::super::orbit_args::bad;
@@ -73,16 +72,11 @@ impl SkyOfMoment {
     }
 }
 
-/// Columns of the table of a sequence: the moment, then those of a map.
-pub fn columns() -> Vec<Column> {
-    DAY_OF_SKY.iter().chain(SKY).copied().collect()
-}
-
-/// The cells of all maps under [`columns`].
+/// The cells of all maps under the columns of a sequence.
 pub fn cells(skies: &[SkyOfMoment]) -> anyhow::Result<Vec<StringRecord>> {
     let mut all = Vec::new();
     for sky in skies {
-        let text = csv_text(&sky.rows, SKY)?;
+        let text = csv_text(&sky.rows)?;
         for record in csv::Reader::from_reader(text.as_bytes()).records() {
             let moment = [iso_utc(sky.epoch, 0), mjd_utc(sky.epoch).to_string()];
             let record = record?;

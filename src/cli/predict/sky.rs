@@ -15,15 +15,16 @@ use satphot::config::{self, EarthRadius, LunarEclipse};
 use satphot::figures::{sky_map as draw, sky_sequence};
 use satphot::pipeline::explain::explain_scenes;
 use satphot::report::summary::text_table;
-use satphot::tables::columns::SKY;
-use satphot::tables::{Meta, MetaValue, SkyRow, read_rows, write_cells, write_sky};
+use satphot::tables::{
+    FLUX_MAP, Meta, MetaValue, SKY_SEQUENCE, SkyRow, csv_of_cells, csv_text, read_rows, write_cells, write_rows,
+};
 use satphot::visibility::forecast::{flux_per_e0, prediction_meta, sky_rows};
 
 use super::super::orbit_args::{SiteArg, bad, configuration, tell_unknown_ut1};
 use super::super::{bar::Bars, print, tell, threads};
 use super::dome_args::height_km;
 use super::lamps::{LampArgs, Lamps};
-use super::sequence::{SequenceArgs, SkyOfMoment, cells, columns};
+use super::sequence::{SequenceArgs, SkyOfMoment, cells};
 use super::shards::{shard, together};
 use super::{Clock, ModelArgs, OutArgs, band_note};
 
@@ -195,7 +196,7 @@ impl Sky {
             let mut meta = prediction_meta("satphot.sky/1", &model, site.as_ref());
             describe(&mut meta, &lamps, (radius_km, height_km), self.track_az_deg);
             meta.push("shard", format!("{number}/{of}"));
-            tables.iter().try_for_each(|table| write_sky(table, &rows, &meta))?;
+            tables.iter().try_for_each(|table| write_rows(table, &rows, &meta))?;
             let notes = figure_notes(&map);
             figures
                 .iter()
@@ -230,11 +231,11 @@ impl Sky {
         let (tables, shards, meta) = together(&self.merge)?;
         let mut rows: Vec<SkyRow> = Vec::new();
         for table in &tables {
-            rows.extend(read_rows::<SkyRow>(table, SKY)?.0);
+            rows.extend(read_rows::<SkyRow>(table)?.0);
         }
         rows.sort_by(|a, b| a.az_deg.total_cmp(&b.az_deg).then(a.alt_deg.total_cmp(&b.alt_deg)));
         let (outs, _) = self.out.files("sky")?;
-        outs.iter().try_for_each(|out| write_sky(out, &rows, &meta))?;
+        outs.iter().try_for_each(|out| write_rows(out, &rows, &meta))?;
         let standing = Standing::line_of(&meta).map(|line| format!("model {line}\n")).unwrap_or_default();
         print(&if self.csv { csv_text(&rows)? } else { format!("{} directions\n{standing}", rows.len()) });
         outs.iter().filter(|_| !self.quiet).for_each(|out| tell(&format!("wrote {}", out.display())));
@@ -289,13 +290,10 @@ impl Sky {
         let title = format!("{} at {height_km} km through the day", satellite.name);
         let (tables, figures) = self.out.files("sky_sequence")?;
         if self.csv || !tables.is_empty() {
-            let (columns, records) = (columns(), cells(&skies)?);
-            tables.iter().try_for_each(|table| write_cells(table, &records, &columns, &meta))?;
+            let records = cells(&skies)?;
+            tables.iter().try_for_each(|table| write_cells(table, &records, SKY_SEQUENCE.columns, &meta))?;
             if self.csv {
-                let mut csv = csv::Writer::from_writer(Vec::new());
-                csv.write_record(columns.iter().map(|c| c.name))?;
-                records.iter().try_for_each(|record| csv.write_record(record))?;
-                print(&String::from_utf8_lossy(&csv.into_inner()?));
+                print(&csv_of_cells(SKY_SEQUENCE.columns, &records)?);
             }
         }
         let panels: Vec<_> = skies.iter().map(SkyOfMoment::panel).collect();
@@ -321,20 +319,11 @@ fn grid(text: &str) -> Result<SkyGrid, String> {
 }
 
 fn flux_csv(map: &SkyMap) -> anyhow::Result<String> {
-    let mut text = String::from("alt_deg,az_deg,flux\n");
+    let mut text = FLUX_MAP.csv_head();
     for ((alt, az), point) in map.grid.directions().zip(&map.points) {
         writeln!(text, "{alt},{az},{:e}", flux_per_e0(map, point))?;
     }
     Ok(text)
-}
-
-fn csv_text(rows: &[SkyRow]) -> anyhow::Result<String> {
-    let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
-    csv.write_record(SKY.iter().map(|c| c.name))?;
-    for row in rows {
-        csv.serialize(row)?;
-    }
-    Ok(String::from_utf8_lossy(&csv.into_inner()?).into_owned())
 }
 
 /// What the table says about the sky it is of.

@@ -7,34 +7,9 @@ use csv::StringRecord;
 use satphot::Error;
 use satphot::base::time::{iso_utc, mjd_utc};
 use satphot::report::summary::text_table;
-use satphot::tables::{Column, Datatype};
+use satphot::tables::{Column, constellation_columns, csv_of_cells};
 use satphot::visibility::forecast::constellation::SkyMoment;
 use satphot::visibility::forecast::tally::Tally;
-
-/// Columns before the counts of magnitudes: name, unit, whole number or not, meaning.
-const BEFORE: [(&str, &str, bool, &str); 13] = [
-    ("mjd_mid_d", "d", false, "MJD (UTC)"),
-    ("sun_alt_deg", "deg", false, "altitude of the Sun at the observer"),
-    ("moon_alt_deg", "deg", false, "altitude of the Moon at the observer"),
-    ("n_satellites", "", true, "satellites asked"),
-    ("n_failed", "", true, "satellites whose elements give no place"),
-    ("n_above_horizon", "", true, "satellites above the horizon"),
-    ("n_above_min_alt", "", true, "satellites above min_alt_deg (meta); all that follows is of these"),
-    ("n_lit", "", true, "satellites with any light"),
-    ("n_sun", "", true, "satellites with direct sunlight"),
-    ("n_earthshine", "", true, "satellites with sunlight from the Earth"),
-    ("n_moon", "", true, "satellites with direct moonlight"),
-    ("n_lunar_earthshine", "", true, "satellites with moonlight from the Earth"),
-    ("brightest_v_mag", "mag", false, "V magnitude of the brightest"),
-];
-/// Columns behind them.
-const BEHIND: [(&str, &str, bool, &str); 5] = [
-    ("brightest_number", "", true, "number of the brightest"),
-    ("model_v_mag", "mag", false, "median V magnitude of the lit, to 0.01 mag"),
-    ("model_v_p16_mag", "mag", false, "16 % of the lit are brighter"),
-    ("model_v_p84_mag", "mag", false, "84 % of the lit are brighter"),
-    ("model_err_mag", "mag", false, "largest numerical error of a satellite (quadrature)"),
-];
 
 /// One moment.
 pub struct MomentTally {
@@ -81,24 +56,9 @@ impl MomentTally {
 }
 
 impl Table {
-    /// Its columns. Names of magnitudes live as long as the program: there are at most twenty.
+    /// Its columns.
     pub fn columns(&self) -> Vec<Column> {
-        let text = |name, description| Column { name, unit: "", datatype: Datatype::Text, description };
-        let of = |(name, unit, whole, description): (&'static str, &'static str, bool, &'static str)| Column {
-            name,
-            unit,
-            datatype: if whole { Datatype::Int64 } else { Datatype::Float64 },
-            description,
-        };
-        let mut columns = vec![text("date_mid", "UTC, ISO 8601")];
-        columns.extend(BEFORE.map(of));
-        columns.extend(self.magnitudes.iter().map(|m| {
-            let name: &'static str = format!("n_brighter_{m}").leak();
-            of((name, "", true, "satellites brighter than the V magnitude in the name"))
-        }));
-        columns.extend(BEHIND.map(of));
-        columns.push(text("histogram", "counts of the lit by V: step:count, step k from -30 + 0.02 k mag on"));
-        columns
+        constellation_columns(&self.magnitudes)
     }
 
     pub fn records(&self) -> Vec<StringRecord> {
@@ -106,10 +66,7 @@ impl Table {
     }
 
     pub fn csv(&self) -> anyhow::Result<String> {
-        let mut csv = csv::Writer::from_writer(Vec::new());
-        csv.write_record(self.columns().iter().map(|c| c.name))?;
-        self.records().iter().try_for_each(|record| csv.write_record(record))?;
-        Ok(String::from_utf8_lossy(&csv.into_inner()?).into_owned())
+        Ok(csv_of_cells(&self.columns(), &self.records())?)
     }
 
     /// The counts, without histogram and what reads as a date anyway.

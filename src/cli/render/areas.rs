@@ -4,6 +4,7 @@ use satphot::brightness::Catalogue;
 use satphot::report::summary::text_table;
 use satphot::resolved::ComponentSatellite;
 use satphot::resolved::projected::{AreaRow, areas};
+use satphot::tables::AREAS;
 
 use super::super::{print, tell};
 use super::image_args::ImageArgs;
@@ -57,7 +58,7 @@ pub fn print_areas(satellite: &ComponentSatellite, image: &ImageArgs, csv: bool,
         String::new(),
     ]);
     if csv {
-        let mut text = "part,components,broadside_m2,from_nadir_m2,catalogue_m2,off_pct\n".to_owned();
+        let mut text = AREAS.csv_head();
         cells.iter().for_each(|row| text.push_str(&format!("{}\n", row.join(","))));
         print(&text);
     } else {

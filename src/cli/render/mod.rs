@@ -11,10 +11,11 @@ mod sensor;
 use clap::Args;
 use satphot::base::threads::with_threads;
 use satphot::base::time::{iso_utc, parse_utc};
-use satphot::figures::radiance::{RadianceRow, TOTAL, radiance_rows};
+use satphot::figures::radiance::{TOTAL, radiance_rows};
 use satphot::orbit::Tracker;
 use satphot::report::summary::text_table;
 use satphot::resolved::{ComponentSatellite, Rendered, Renderer, ResolvedScene};
+use satphot::tables::{RadianceRow, csv_text};
 
 use super::orbit_args::{OrbitArgs, bad};
 use super::{print, tell, threads};
@@ -191,7 +192,7 @@ impl Render {
         files.make_folders()?;
         let rendered = renderer.picture();
         let rows = radiance_rows(&renderer, &rendered, &lit);
-        print(&if self.csv { csv(&rows)? } else { table(&rows) });
+        print(&if self.csv { csv_text(&rows)? } else { table(&rows) });
         if !self.quiet {
             outputs::laws(satellite).into_iter().for_each(|line| tell(&format!("note: {line}")));
             notes(&rendered, &renderer);
@@ -236,10 +237,6 @@ fn notes(rendered: &Rendered, renderer: &Renderer) {
         )
     });
     rendered.warnings.iter().for_each(|w| tell(&format!("note: {w}")));
-}
-
-fn csv(rows: &[RadianceRow]) -> anyhow::Result<String> {
-    Ok(satphot::tables::ecsv::csv_text(rows, satphot::figures::radiance::RADIANCE)?)
 }
 
 fn table(rows: &[RadianceRow]) -> String {

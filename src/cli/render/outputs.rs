@@ -6,10 +6,9 @@ use satphot::brightness::lamps::mag_of_flux;
 use satphot::config::Site;
 use satphot::figures::radiance::fits::{PictureFacts, write_picture};
 use satphot::figures::radiance::picture::{Tile, write_preview, write_sheet};
-use satphot::figures::radiance::{RadianceRow, write_radiance};
 use satphot::orbit::Geometry;
 use satphot::resolved::{ComponentSatellite, RadianceImage, RenderSettings, Rendered};
-use satphot::tables::{Meta, MetaValue};
+use satphot::tables::{Meta, MetaValue, RadianceRow, write_rows};
 
 use super::super::tell;
 use super::files::Files;
@@ -56,7 +55,7 @@ impl Shown<'_> {
             self.write_lights(path)?;
         }
         for path in &files.picture.ecsv {
-            write_radiance(path, self.rows, &self.meta("satphot.radiance/1"))?;
+            write_rows(path, self.rows, &self.meta("satphot.radiance/1"))?;
         }
         let written = files.picture.fits.iter().chain(&files.picture.png).chain(&files.lights_png);
         let written = written.chain(&files.picture.ecsv);

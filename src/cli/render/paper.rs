@@ -2,6 +2,7 @@
 
 use satphot::paper::resolved_case::{CaseRow, resolved_case};
 use satphot::report::summary::text_table;
+use satphot::tables::PAPER_STEPS;
 
 use super::super::{print, tell};
 use super::image_args::ImageArgs;
@@ -33,8 +34,7 @@ pub fn print_case(image: &ImageArgs, csv: bool, quiet: bool) -> anyhow::Result<(
         })
         .collect();
     if csv {
-        let mut text =
-            "quantity,unit,of,starlight,with_moonlight,with_lunar_earthshine,all_over_starlight\n".to_owned();
+        let mut text = PAPER_STEPS.csv_head();
         for row in &cells {
             let quoted = row.iter().map(|c| if c.contains(',') { format!("\"{c}\"") } else { c.clone() });
             text.push_str(&format!("{}\n", quoted.collect::<Vec<_>>().join(",")));

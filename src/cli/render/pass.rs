@@ -10,6 +10,7 @@ use satphot::report::summary::text_table;
 use satphot::resolved::body::PosedBody;
 use satphot::resolved::view::View;
 use satphot::resolved::{ComponentSatellite, RenderSettings, Rendered, ResolvedScene, render};
+use satphot::tables::STRIP;
 
 use super::super::{print, tell};
 use super::bad;
@@ -126,7 +127,7 @@ impl PassArgs {
             }
         }
         if csv {
-            print("date_mid,alt_deg,range_km,v_mag,brightest_light,share_pct,whole_satellite\n");
+            print(&STRIP.csv_head());
             rows.iter().for_each(|row| print(&format!("{}\n", row.join(","))));
         } else {
             let head = ["UTC", "alt [deg]", "range [km]", "V [mag]", "brightest light", "share [%]", "whole"];

@@ -3,11 +3,12 @@
 use clap::Args;
 use ndarray::Array2;
 use satphot::figures::radiance::picture::{Tile, write_preview};
-use satphot::figures::radiance::snr::{SnrRow, snr_rows, write_snr};
+use satphot::figures::radiance::snr::snr_rows;
 use satphot::orbit::Geometry;
 use satphot::report::summary::text_table;
 use satphot::resolved::Light;
 use satphot::resolved::sensor::{Air, Exposure, FrameFacts, Sensor, SensorSettings, signal_to_noise, write_frame};
+use satphot::tables::{SnrRow, write_rows};
 
 use super::super::{print, tell};
 use super::bad;
@@ -127,7 +128,7 @@ impl SensorArgs {
             meta.push("extinction_mag", air.extinction_mag);
             meta.push("zp_mag", sensor.zp_mag);
             meta.push("zp_band", sensor.zp_band.clone());
-            write_snr(path, &rows, &meta)?;
+            write_rows(path, &rows, &meta)?;
         }
         if !quiet {
             notes(sensor, &exposure, air, &rows);

@@ -8,63 +8,13 @@ pub mod picture;
 pub mod snr;
 
 use crate::base::constants::ARCSEC2_PER_SR;
-use std::path::Path;
-
-use serde::{Deserialize, Serialize};
-
-use crate::base::error::Result;
 use crate::brightness::lamps::mag_of_flux;
 use crate::resolved::points::PointLight;
 use crate::resolved::{Light, Rendered, Renderer};
-use crate::tables::columns::{Column, number, text};
-use crate::tables::ecsv;
-use crate::tables::meta::Meta;
+use crate::tables::RadianceRow;
 
 /// Name of the sum of the lights.
 pub const TOTAL: &str = "total";
-
-/// One light of the whole satellite, or of a test point.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct RadianceRow {
-    /// `satellite`; `picture` for the part in a picture that does not hold all of it; or the name of a test point.
-    pub place: String,
-    /// Component of the test point.
-    pub component: String,
-    /// `seen`, `hidden` or `faces away`.
-    pub view: String,
-    /// The light, or `total`.
-    pub light: String,
-    /// Radiance in band \[W m⁻² sr⁻¹\]: of the point, or the mean over what is seen of the satellite.
-    pub radiance_w_m2_sr: f64,
-    /// Irradiance in band at the observer \[W m⁻²\].
-    pub irradiance_w_m2: Option<f64>,
-    /// V outside the atmosphere \[mag\].
-    pub v_mag: Option<f64>,
-    /// V surface brightness \[mag arcsec⁻²\].
-    pub mu_v_mag_arcsec2: Option<f64>,
-    /// Share of the irradiance, or of the point's radiance.
-    pub share_frac: Option<f64>,
-}
-
-/// Columns of the table of a picture.
-pub const RADIANCE: &[Column] = &[
-    text(
-        "place",
-        "satellite (the whole of it); picture (the part in a picture that does not hold all of it); or the name of a test point",
-    ),
-    text("component", "component the test point is on"),
-    text("view", "test point: seen, hidden behind another part, or faces away from the observer"),
-    text("light", "sunlight, earthshine, moonlight, lunar_earthshine, starlight, or total"),
-    number(
-        "radiance_w_m2_sr",
-        "W m-2 sr-1",
-        "radiance in band towards the observer; satellite, picture: mean over what is seen",
-    ),
-    number("irradiance_w_m2", "W m-2", "irradiance in band at the observer, outside the atmosphere"),
-    number("v_mag", "mag", "V magnitude, Vega, outside the atmosphere"),
-    number("mu_v_mag_arcsec2", "mag / arcsec2", "V surface brightness"),
-    number("share_frac", "", "share of the total"),
-];
 
 /// The rows of a picture: every light of the satellite (of the part in the picture) and their sum, then those of the test points.
 #[must_use]
@@ -114,12 +64,4 @@ pub fn radiance_rows(renderer: &Renderer, rendered: &Rendered, points: &[PointLi
         row(TOTAL, all, shining.iter().map(|l| v(*l)).sum());
     }
     rows
-}
-
-/// Writes the table.
-///
-/// # Errors
-/// [`crate::Error::Table`] naming row and column of a NaN or infinite number; [`crate::Error::Io`].
-pub fn write_radiance(path: &Path, rows: &[RadianceRow], meta: &Meta) -> Result<()> {
-    ecsv::write_rows(path, rows, RADIANCE, meta)
 }

@@ -24,9 +24,8 @@ use crate::pipeline::products::manifest::NAME;
 use crate::pipeline::products::provenance::KEYS;
 use crate::pipeline::products::provenance::OF_FLAT;
 use crate::pipeline::shards::plan_file::Plan;
-use crate::tables::columns::{Column, PHOTOMETRY, RESIDUALS, STARS};
 use crate::tables::read::Table;
-use crate::tables::{Meta, read_photometry, read_residuals, read_stars};
+use crate::tables::{Column, Meta, PHOTOMETRY, RESIDUALS, STARS, read_photometry, read_residuals, read_stars};
 
 /// Files of a night that are not listed: they tell times.
 const UNLISTED: [&str; 3] = [NAME, "satphot.log", "satphot.log.jsonl"];
@@ -213,9 +212,9 @@ fn table(path: &Path) -> std::result::Result<Meta, String> {
     let name = file_name(path);
     let words = |error: Error| format!("{name}: {error}");
     let schema: &[Column] = match name.as_str() {
-        "photometry.ecsv" => PHOTOMETRY,
-        "stars.ecsv" => STARS,
-        "residuals.ecsv" => RESIDUALS,
+        "photometry.ecsv" => PHOTOMETRY.columns,
+        "stars.ecsv" => STARS.columns,
+        "residuals.ecsv" => RESIDUALS.columns,
         _ => return Err(format!("{name}: is none of the tables of a night")),
     };
     let header = Table::open(path).map_err(words)?;

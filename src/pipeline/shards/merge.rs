@@ -7,8 +7,6 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
-
 use super::manifest::write_manifest;
 use super::plan_file::{Plan, PlannedFrame};
 use super::products::FOLDER;
@@ -27,11 +25,10 @@ use crate::pipeline::products::provenance::Provenance;
 use crate::pipeline::target::frame::set_aside_row;
 use crate::pipeline::target::outcome::TargetFrame;
 use crate::report::summary::pass_table;
-use crate::tables::columns;
-use crate::tables::columns::{Column, Datatype};
 use crate::tables::words::{Status, Verdict};
 use crate::tables::{
-    Meta, MetaValue, PhotometryRow, read_photometry, read_rows, write_photometry, write_residuals, write_rows,
+    Meta, MetaValue, PartialRow, PhotometryRow, RawRow, read_photometry, read_rows, write_photometry, write_residuals,
+    write_rows,
 };
 
 /// What the meta block of a whole night says it is.
@@ -41,28 +38,7 @@ const MISSING: &str = "missing_frames";
 /// Shards and frames that are named one by one in a message.
 const NAMED: usize = 10;
 
-/// The cells of a row that more frames of the night would change, as they were before.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-struct Raw {
-    raw_limit_v_mag: Option<f64>,
-    raw_verdict: String,
-    raw_reason: String,
-    raw_flags: i32,
-}
-
-const RAW: [Column; 4] = [
-    Column {
-        name: "raw_limit_v_mag",
-        unit: "mag",
-        datatype: Datatype::Float64,
-        description: "limit_v_mag before it was made that of the object as the other frames show it",
-    },
-    Column { name: "raw_verdict", unit: "", datatype: Datatype::Text, description: "verdict of the frame by itself" },
-    Column { name: "raw_reason", unit: "", datatype: Datatype::Text, description: "reason of the frame by itself" },
-    Column { name: "raw_flags", unit: "", datatype: Datatype::Int32, description: "flags of the frame by itself" },
-];
-
-impl Raw {
+impl RawRow {
     fn of(row: &PhotometryRow) -> Self {
         Self {
             raw_limit_v_mag: row.limit_v_mag,
@@ -85,7 +61,7 @@ pub struct Merged {
     /// Its rows, in the order of the night.
     pub rows: Vec<PhotometryRow>,
     /// As they were, where frames are missing.
-    raw: Vec<Raw>,
+    raw: Vec<RawRow>,
     meta: Meta,
     /// Whether the night has a model.
     modelled: bool,
@@ -146,9 +122,9 @@ pub fn merge(plan: &Plan, tables: &[PathBuf], allow_missing: bool) -> Result<Mer
     let mut notes = Vec::new();
     let n_twice = sum.n_twice;
     let (mut frames, others) = sum.into_rows();
-    let mut raw: Vec<Raw> = Vec::new();
+    let mut raw: Vec<RawRow> = Vec::new();
     if !is_final || !missing.is_empty() {
-        raw.extend(frames.iter().map(|f| Raw::of(&f.row)).chain(others.iter().map(Raw::of)));
+        raw.extend(frames.iter().map(|f| RawRow::of(&f.row)).chain(others.iter().map(RawRow::of)));
     }
     if !is_final {
         judge_whole_night(&mut frames, &config, &mut notes);
@@ -194,7 +170,7 @@ fn part(plan: &Plan, path: &Path) -> Result<Part> {
     let schema = text("schema");
     let partial = meta.get(MISSING).is_some();
     if partial {
-        let raw: Vec<Raw> = read_rows(path, &RAW)?.0;
+        let raw: Vec<RawRow> = read_rows(path)?.0;
         rows.iter_mut().zip(raw).for_each(|(row, raw)| raw.put_back(row));
     }
     if schema != SHARD_SCHEMA && schema != NIGHT_SCHEMA {
@@ -350,9 +326,8 @@ impl Merged {
         if self.missing.is_empty() {
             write_photometry(path, &self.rows, &self.meta)?;
         } else {
-            let columns: Vec<Column> = columns::PHOTOMETRY.iter().chain(&RAW).copied().collect();
-            let rows: Vec<(&PhotometryRow, &Raw)> = self.rows.iter().zip(&self.raw).collect();
-            write_rows(path, &rows, &columns, &self.meta)?;
+            let rows: Vec<PartialRow<'_>> = self.rows.iter().zip(&self.raw).collect();
+            write_rows(path, &rows, &self.meta)?;
         }
         // another sum in the same folder has residuals of its own, and no manifest
         let whole = path.file_name().is_some_and(|n| n == "photometry.ecsv");

@@ -7,7 +7,7 @@ use maud::{Markup, html};
 use super::overlay::overlay;
 use crate::figures::thumb::Thumb;
 use crate::photometry::Flags;
-use crate::tables::rows::PhotometryRow;
+use crate::tables::PhotometryRow;
 use crate::tables::words::{Status, Verdict};
 
 /// What the card of a frame is called in links.

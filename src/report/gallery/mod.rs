@@ -17,7 +17,7 @@ use sha2::{Digest, Sha256};
 use crate::base::error::{Error, Result};
 use crate::base::file::write_atomic;
 use crate::figures::thumb::{MARKS_RGB, Thumb};
-use crate::tables::rows::PhotometryRow;
+use crate::tables::PhotometryRow;
 use crate::tables::words::{Status, Verdict};
 
 const STYLE: &str = include_str!("page.css");

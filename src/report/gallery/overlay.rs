@@ -6,7 +6,7 @@
 use maud::{Markup, html};
 
 use crate::figures::thumb::Thumb;
-use crate::tables::rows::PhotometryRow;
+use crate::tables::PhotometryRow;
 
 /// Longest scale bar as a share of the picture.
 const BAR: f64 = 0.4;

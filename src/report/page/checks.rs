@@ -15,7 +15,7 @@ use crate::base::stats::robust;
 use crate::figures::axis::Span;
 use crate::figures::chart::{Chart, Point, Ticks};
 use crate::photometry::Flags;
-use crate::tables::rows::PhotometryRow;
+use crate::tables::PhotometryRow;
 
 /// The section of the clock.
 pub(super) fn timing(page: &NightPage) -> Markup {

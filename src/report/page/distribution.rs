@@ -15,8 +15,8 @@ use crate::base::stats::scatter;
 use crate::figures::axis::{Span, clock};
 use crate::figures::chart::{Chart, Ticks};
 use crate::report::summary::old_elements_note;
+use crate::tables::PhotometryRow;
 use crate::tables::row_passes::passes;
-use crate::tables::rows::PhotometryRow;
 use crate::tables::selection::counts;
 use crate::tables::selection::is_used;
 

@@ -13,7 +13,7 @@ use super::parts::number;
 use super::parts::table;
 use super::parts::time_of;
 use crate::report::gallery::{controls, legend};
-use crate::tables::rows::PhotometryRow;
+use crate::tables::PhotometryRow;
 
 /// What a row of the table takes, generously \[bytes\].
 const BYTES_PER_ROW: usize = 800;

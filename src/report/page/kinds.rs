@@ -1,7 +1,7 @@
 //! The kinds of light a page tells apart.
 
 use crate::brightness::Illum;
-use crate::tables::rows::PhotometryRow;
+use crate::tables::PhotometryRow;
 
 pub(super) const KINDS: [(&str, &str, &[Illum]); 3] = [
     ("sunlit", "sun", &[Illum::Sun]),

@@ -3,10 +3,8 @@
 use crate::figures::SkyMark;
 use crate::tables::meta::Meta;
 use crate::tables::meta::MetaValue;
-use crate::tables::rows::PhotometryRow;
-use crate::tables::rows::SkyRow;
-use crate::tables::rows::StarRow;
 use crate::tables::words::Verdict;
+use crate::tables::{PhotometryRow, SkyRow, StarRow};
 use crate::zeropoint::fit::Zeropoint;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;

@@ -11,7 +11,7 @@ use super::parts::tip;
 use crate::figures::axis::Span;
 use crate::figures::chart::px;
 use crate::figures::viridis;
-use crate::tables::rows::PhotometryRow;
+use crate::tables::PhotometryRow;
 
 /// Radius of the disc and room around it \[CSS px\].
 const RADIUS: f64 = 150.0;

@@ -12,8 +12,8 @@ use super::parts::table;
 use crate::base::stats::robust;
 use crate::figures::axis::Span;
 use crate::figures::chart::{Chart, Point, Ticks};
-use crate::tables::rows::{PhotometryRow, StarRow};
 use crate::tables::selection::is_used;
+use crate::tables::{PhotometryRow, StarRow};
 use crate::zeropoint::fit::Zeropoint;
 
 type View<'a> = (&'a str, &'a str, &'a dyn Fn(&StarRow) -> Option<(f64, f64)>, Option<f64>);

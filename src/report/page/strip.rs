@@ -9,7 +9,7 @@ use super::parts::nothing;
 use crate::base::stats::robust;
 use crate::base::stats::scatter;
 use crate::brightness::catalogue::Standing;
-use crate::tables::rows::PhotometryRow;
+use crate::tables::PhotometryRow;
 use crate::tables::selection::counts;
 use crate::tables::selection::is_lower_limit;
 use crate::tables::selection::is_used;

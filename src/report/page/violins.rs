@@ -13,8 +13,8 @@ use crate::base::stats::robust;
 use crate::figures::axis::Span;
 use crate::figures::chart::{Chart, Point, Ticks};
 use crate::figures::density::density;
+use crate::tables::PhotometryRow;
 use crate::tables::row_passes::passes;
-use crate::tables::rows::PhotometryRow;
 use crate::tables::selection::is_lower_limit;
 use crate::tables::selection::is_used;
 

@@ -11,9 +11,9 @@ use super::table::Cell;
 use super::table::Table;
 use super::units::fits_unit;
 use crate::fits::card_out::{BLOCK, Cards, Sum, ascii};
-use crate::tables::columns::Datatype;
+use crate::tables::bands::{description_in, ucd_in};
 use crate::tables::meta::Meta;
-use crate::tables::ucd::{description_in, ucd_in};
+use crate::tables::schema::Datatype;
 
 /// Writes `table`, the star measurements behind its zeropoint (none: an HDU without rows) and its provenance.
 ///
@@ -36,7 +36,7 @@ pub fn write_fits(
         .comment("A number that is missing is NaN, a whole number TNULL, a text blank.");
     out.write_all(&primary.finished(0))?;
     hdu(out, &table.name.to_uppercase(), &Columns::of(table), &table.meta)?;
-    let none = Table { name: "stars", columns: crate::tables::columns::STARS.to_vec(), ..Table::default() };
+    let none = Table { name: "stars", columns: crate::tables::schema::STARS.columns.to_vec(), ..Table::default() };
     let stars = stars.unwrap_or(&none);
     hdu(out, "ZEROPOINT", &Columns::of(stars), &table.meta)?;
     hdu(out, "PROVENANCE", &Columns::of_pairs(provenance), &Meta::default())
@@ -86,7 +86,7 @@ impl<'a> Columns<'a> {
                 Datatype::Int64 | Datatype::Float64 => 8,
             },
             unit: fits_unit(column.unit),
-            ucd: ucd_in(column.name, &table.meta),
+            ucd: ucd_in(column, &table.meta),
             description: description_in(column, &table.meta),
         });
         Self { heads: heads.collect(), rows: Rows::Table(table) }

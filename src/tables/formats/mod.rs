@@ -16,8 +16,7 @@ pub use table::{Cell, Table};
 
 use ::csv::StringRecord;
 
-use super::columns;
-use super::columns::{Column, Datatype};
+use super::schema::{Datatype, Definition, PHOTOMETRY, PREDICTION, RESIDUALS, SKY, STARS};
 
 pub use csv::write_csv;
 pub use fits::write_fits;
@@ -27,25 +26,16 @@ pub use provenance::{Provenance, provenance};
 pub use votable::write_votable;
 
 /// The tables that can be told apart by their columns.
-#[must_use]
-pub fn known() -> Vec<(&'static str, Vec<Column>)> {
-    vec![
-        ("photometry", columns::PHOTOMETRY.to_vec()),
-        ("stars", columns::STARS.to_vec()),
-        ("residuals", columns::RESIDUALS.to_vec()),
-        ("prediction", columns::prediction()),
-        ("sky", columns::SKY.to_vec()),
-    ]
-}
+pub const KNOWN: [Definition; 5] = [PHOTOMETRY, STARS, RESIDUALS, PREDICTION, SKY];
 
 /// The known table that has most of these column names, if it has at least half of them.
-pub(crate) fn recognised(names: &StringRecord) -> Option<(&'static str, Vec<Column>)> {
-    let hits = |columns: &[Column]| columns.iter().filter(|c| names.iter().any(|n| n == c.name)).count();
-    let missing = |columns: &[Column]| columns.len() - hits(columns);
-    known()
+pub(crate) fn recognised(names: &StringRecord) -> Option<Definition> {
+    let hits = |table: &Definition| table.columns.iter().filter(|c| names.iter().any(|n| n == c.name)).count();
+    let missing = |table: &Definition| table.columns.len() - hits(table);
+    KNOWN
         .into_iter()
-        .max_by_key(|(_, columns)| (hits(columns), std::cmp::Reverse(missing(columns))))
-        .filter(|(_, columns)| 2 * hits(columns) >= columns.len())
+        .max_by_key(|table| (hits(table), std::cmp::Reverse(missing(table))))
+        .filter(|table| 2 * hits(table) >= table.columns.len())
 }
 
 impl Table {

@@ -16,8 +16,8 @@ use parquet::file::properties::WriterProperties;
 
 use super::table::Cell;
 use super::table::Table;
-use crate::tables::columns::Datatype;
-use crate::tables::ucd::{description_in, ucd_in};
+use crate::tables::bands::{description_in, ucd_in};
+use crate::tables::schema::Datatype;
 
 /// Rows turned into columns at a time.
 const BATCH: usize = 65_536;
@@ -37,7 +37,7 @@ pub fn write_parquet(out: &mut (impl Write + Send), table: &Table) -> io::Result
                 Datatype::Int32 => DataType::Int32,
                 Datatype::Float64 => DataType::Float64,
             };
-            let ucd = ucd_in(column.name, &table.meta);
+            let ucd = ucd_in(column, &table.meta);
             let description = description_in(column, &table.meta);
             let told = [("unit", column.unit), ("ucd", ucd.as_str()), ("description", description.as_str())];
             let told = told.into_iter().filter(|(_, v)| !v.is_empty()).map(|(k, v)| (k.to_owned(), v.to_owned()));

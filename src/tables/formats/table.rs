@@ -1,7 +1,7 @@
 //! A table in memory: columns, cells, meta.
 
-use crate::tables::columns::Column;
 use crate::tables::meta::Meta;
+use crate::tables::schema::Column;
 use ::csv::StringRecord;
 
 /// One table: its columns, its rows as texts in the order of the columns, its meta block.

@@ -7,8 +7,8 @@ use std::io::{self, Write};
 
 use super::table::Table;
 use super::units::vo_unit;
-use crate::tables::columns::Datatype;
-use crate::tables::ucd::{description_in, ucd_in};
+use crate::tables::bands::{description_in, ucd_in};
+use crate::tables::schema::Datatype;
 
 /// Writes `table` as VOTable.
 ///
@@ -45,7 +45,7 @@ pub fn write_votable(out: &mut impl Write, table: &Table) -> io::Result<()> {
             Datatype::Float64 => ("double", ""),
         };
         write!(out, "<FIELD ID=\"{0}\" name=\"{0}\" datatype=\"{datatype}\"{array}", column.name)?;
-        let ucd = ucd_in(column.name, &table.meta);
+        let ucd = ucd_in(column, &table.meta);
         for (attribute, value) in [("unit", vo_unit(column.unit)), ("ucd", ucd.as_str())] {
             if !value.is_empty() {
                 write!(out, " {attribute}=\"{}\"", escaped(value))?;

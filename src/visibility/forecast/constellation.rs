@@ -228,10 +228,6 @@ impl Seen {
         mag_of_flux(self.lights.iter().sum())
     }
 
-    /// The names of the columns [`Seen::write_csv`] writes.
-    pub const CSV_HEAD: &'static str = "date_mid,number,alt_deg,az_deg,range_km,model_v_mag,sun_v_mag,earthshine_v_mag,\
-                                        moon_v_mag,lunar_earthshine_v_mag,model_err_mag\n";
-
     /// Writes its line.
     ///
     /// # Errors

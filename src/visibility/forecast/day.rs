@@ -13,11 +13,10 @@ use crate::base::time::{from_mjd_utc, iso_utc, mjd_utc, shifted};
 use crate::brightness::lamps::mag_of_flux;
 use crate::brightness::sky_points::{SkyPoints, Spread};
 use crate::orbit::earth::Site;
-use crate::tables::PhotometryRow;
 use crate::tables::row_passes::passes;
 use crate::tables::selection::is_lower_limit;
 use crate::tables::selection::is_used;
-use crate::visibility::forecast_tables::{DayRow, ObservedRow};
+use crate::tables::{DayRow, ObservedRow, PhotometryRow};
 
 /// Share of the directions a light must have for its median to be told: of fewer it jumps from moment to moment.
 const LIGHT_FROM: f64 = 0.02;

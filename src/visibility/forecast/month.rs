@@ -14,7 +14,7 @@ use crate::base::time::{iso_utc, mjd_utc, shifted};
 use crate::brightness::sky_points::{SkyPoints, Spread};
 use crate::config::Mode;
 use crate::orbit::earth::Site;
-use crate::visibility::forecast_tables::MonthRow;
+use crate::tables::MonthRow;
 use crate::visibility::sky_brightness_table::sky_at_moon_phase;
 use crate::visibility::tracked::{Noise, limit_mag};
 

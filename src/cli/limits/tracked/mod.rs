@@ -6,8 +6,7 @@ mod sky;
 mod text;
 
 use clap::Args;
-use satphot::tables::{Meta, MetaValue};
-use satphot::visibility::limits_table::{LIMITS, LimitRow, write_limits};
+use satphot::tables::{LimitRow, Meta, MetaValue, csv_text, write_rows};
 use satphot::visibility::tracked::Area;
 
 use super::super::orbit_args::bad;
@@ -108,7 +107,7 @@ impl Tracked {
         let (tables, figures) = self.out.files("limits")?;
         if !tables.is_empty() {
             let meta = self.meta(&instrument, omega_arcsec2);
-            tables.iter().try_for_each(|table| write_limits(table, &rows, &meta))?;
+            tables.iter().try_for_each(|table| write_rows(table, &rows, &meta))?;
         }
         figures.iter().try_for_each(|path| figure::draw(path, &self, &instrument, &skies, omega_arcsec2))?;
         for file in tables.iter().chain(&figures).filter(|_| !self.quiet) {
@@ -223,13 +222,4 @@ impl Tracked {
         }
         meta
     }
-}
-
-fn csv_text(rows: &[LimitRow]) -> anyhow::Result<String> {
-    let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
-    csv.write_record(LIMITS.iter().map(|c| c.name))?;
-    for row in rows {
-        csv.serialize(row)?;
-    }
-    Ok(String::from_utf8_lossy(&csv.into_inner()?).into_owned())
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use satphot::report::summary::text_table;
-use satphot::visibility::limits_table::LimitRow;
+use satphot::tables::LimitRow;
 use satphot::visibility::tracked::{Area, Calculator, PUBLISHED_ZP_MAG};
 
 use super::instrument::Instrument;

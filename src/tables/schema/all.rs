@@ -1,0 +1,74 @@
+//! The list of all tables, in the order of `docs/columns.md`.
+
+use super::accuracy::{ACCURACY, EXTREMES};
+use super::constellation::CONSTELLATION;
+use super::define::{Definition, same};
+use super::earth::{EARTH, MOON_LAWS, TRACK};
+use super::forecast::{DAY, DUTY, MONTH, OBSERVED};
+use super::limits::{FOOTPRINT, LIMITS, STREAK};
+use super::listings::{
+    AREAS, BRDF_CURVE, EXPLICIT, FLUX_MAP, PAPER_STEPS, PASSES, SATELLITES, SED, SEEN, STRIP, SURFACES,
+};
+use super::paper::{CHECKED, LABELS, PUBLISHED};
+use super::photometry::{PHOTOMETRY, PREDICTION, RAW};
+use super::radiance::{RADIANCE, SNR};
+use super::residuals::RESIDUALS;
+use super::sky::{SKY, SKY_SEQUENCE};
+use super::stars::STARS;
+use super::truth::{RENDERED_TRUTH, STAR_TRUTH, TARGET_TRUTH};
+
+/// Every table that satphot writes.
+pub const ALL: &[Definition] = &[
+    PHOTOMETRY,
+    RAW,
+    RESIDUALS,
+    STARS,
+    PREDICTION,
+    SKY,
+    SKY_SEQUENCE,
+    DAY,
+    OBSERVED,
+    MONTH,
+    DUTY,
+    CONSTELLATION,
+    LIMITS,
+    STREAK,
+    FOOTPRINT,
+    EARTH,
+    TRACK,
+    MOON_LAWS,
+    RADIANCE,
+    SNR,
+    PUBLISHED,
+    CHECKED,
+    LABELS,
+    ACCURACY,
+    EXTREMES,
+    STAR_TRUTH,
+    TARGET_TRUTH,
+    RENDERED_TRUTH,
+    SEEN,
+    PASSES,
+    FLUX_MAP,
+    EXPLICIT,
+    SED,
+    SATELLITES,
+    SURFACES,
+    BRDF_CURVE,
+    STRIP,
+    AREAS,
+    PAPER_STEPS,
+];
+
+/// Whether a table is in the list: the writers refuse, when satphot is built, rows of a table that is not.
+#[must_use]
+pub const fn is_listed(table: &Definition) -> bool {
+    let mut i = 0;
+    while i < ALL.len() {
+        if same(ALL[i].file, table.file) {
+            return true;
+        }
+        i += 1;
+    }
+    false
+}

@@ -1,0 +1,261 @@
+//! Target frames: `photometry.ecsv`, and what a merge of part of a night adds to it.
+//!
+//! A field's comment is the description of its column; an empty text and `None` mean missing, zero is a value.
+
+use serde::{Deserialize, Serialize};
+
+use super::define::{Column, Definition, Row, joined, table};
+
+table! {
+    PHOTOMETRY = "photometry.ecsv", "One row per target frame, and per frame that failed, with its reason.";
+    /// One target frame: a row of `photometry.ecsv`. A frame that failed is a row too, with its reason.
+    #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+    pub struct PhotometryRow {
+        // --- id
+        /// source FITS file name
+        frame: String => ["meta.id;meta.file"],
+        /// first 16 hex digits of the SHA-256 of the source file
+        frame_sha256: String => ["meta.checksum"],
+        /// satellite catalogue number
+        norad_cat_id: Option<i64> => ["meta.id"],
+        /// COSPAR international designator
+        object_id: String => ["meta.id"],
+        /// name of the target: of the elements, else OBJECT of the header
+        object_name: String => ["meta.id;meta.main"],
+        // --- time
+        /// mid-exposure UTC, ISO 8601
+        date_mid: String => ["time.epoch;obs"],
+        /// mid-exposure MJD (UTC)
+        mjd_mid_d: Option<f64> => "d" ["time.epoch;obs"],
+        /// exposure time
+        exptime_s: Option<f64> => "s" ["time.duration;obs.exposure"],
+        /// 1-sigma error of the mid-exposure time
+        time_err_s: Option<f64> => "s" ["stat.error;time.epoch"],
+        /// header keywords the time is from
+        time_source: String => ["meta.note"],
+        /// what the stamps of the time mark: start, middle, end or start_end (one of each)
+        time_stamp: String => ["meta.code"] added_later,
+        /// time since the frame of this target before, from mid-exposure to mid-exposure
+        cadence_s: Option<f64> => "s" ["time.interval;obs"],
+        /// middle the header states itself (DATE-AVG or a synonym) minus (start + EXPTIME/2); missing without both stamps
+        date_avg_minus_mid_s: Option<f64> => "s" ["time.interval;arith.diff"] added_later,
+        // --- optics
+        /// filter name of the header
+        filter: String => ["meta.id;instr.filter"],
+        /// gain setting of the camera in units of 0.1 dB
+        gain_setting: Option<i64> => ["instr.setup"],
+        /// electrons per ADU at this gain setting
+        e_per_adu: Option<f64> => "electron / adu" ["arith.factor;instr.det"],
+        /// where e_per_adu is from
+        e_per_adu_source: String => ["meta.note"],
+        /// read noise per pixel
+        read_noise_e: Option<f64> => "electron" ["instr.det.noise"],
+        /// FWHM of the stars: photometry.fwhm_px, else the median of the star frames; missing where neither tells
+        fwhm_px: Option<f64> => "pix" ["instr.det.psf"],
+        /// pixel scale
+        pix_scale_arcsec: Option<f64> => "arcsec / pix" ["phys.angSize;instr.pixel"],
+        // --- pixel
+        /// centre of the aperture along a row, 0-based from the centre of the first pixel; a non-detection's is the expected
+        /// place
+        x_px: Option<f64> => "pix" ["pos.cartesian.x;instr.det"],
+        /// centre of the aperture over rows, 0-based from the centre of the first pixel; a non-detection's is the expected
+        /// place
+        y_px: Option<f64> => "pix" ["pos.cartesian.y;instr.det"],
+        /// shape of the aperture: circle, ellipse, rectangle or pill
+        aper_shape: String => ["meta.code"],
+        /// aperture radius (circle)
+        aper_r_px: Option<f64> => "pix" ["phys.size.radius;instr.det"],
+        /// half the length of the aperture (semi-major axis of an ellipse)
+        aper_a_px: Option<f64> => "pix" ["phys.size.smajAxis;instr.det"],
+        /// half the width of the aperture (semi-minor axis of an ellipse)
+        aper_b_px: Option<f64> => "pix" ["phys.size.sminAxis;instr.det"],
+        /// angle of the major axis from +x towards +y
+        aper_theta_deg: Option<f64> => "deg" ["pos.posAng;instr.det"],
+        /// ratio of the axes of the target's light
+        elongation: Option<f64> => ["phys.size.axisRatio"],
+        /// FWHM of the target along its major axis in units of fwhm_px
+        extent_fwhm: Option<f64> => ["phys.size;arith.ratio"],
+        /// inner radius of the sky annulus
+        sky_in_px: Option<f64> => "pix" ["phys.size.radius;instr.det"],
+        /// outer radius of the sky annulus
+        sky_out_px: Option<f64> => "pix" ["phys.size.radius;instr.det"],
+        // --- flux
+        /// net flux in the aperture, whole exposure; can be negative
+        flux_e: Option<f64> => "electron" ["phot.count"],
+        /// 1-sigma random error of flux_e
+        flux_err_e: Option<f64> => "electron" ["stat.error;phot.count"],
+        /// of a non-detection: flux in a circle of target.limit_r_fwhm at the expected place (target.x_px and y_px, else the
+        /// middle of the frame), whatever is there; can be negative
+        forced_flux_e: Option<f64> => "electron" ["phot.count"] added_later,
+        /// 1-sigma random error of forced_flux_e
+        forced_flux_err_e: Option<f64> => "electron" ["stat.error;phot.count"] added_later,
+        /// sky level under the aperture, whole exposure; with the mean light of trails where the level is taken along them
+        sky_e_px: Option<f64> => "electron / pix" ["instr.background"],
+        /// background at the rim of the field over that at its centre
+        sky_corner_ratio: Option<f64> => ["instr.background;arith.ratio"],
+        /// flux_e / flux_err_e
+        snr: Option<f64> => ["stat.snr"],
+        /// brightest aperture pixel, with the sky, as a fraction of the saturation level
+        peak_frac_sat: Option<f64> => ["instr.saturation;arith.ratio"],
+        /// light of star trails and neighbours inside the aperture over flux_e (over flux_err_e where that is larger); that
+        /// of trails is subtracted from flux_e
+        contam_frac: Option<f64> => ["phot.count;arith.ratio"],
+        /// added to the magnitude for the light outside the aperture (growth curve)
+        aper_corr_mag: Option<f64> => "mag" ["phot.mag;arith.diff"],
+        /// -2.5 log10 of the flux in electrons per second, aper_corr_mag included
+        inst_mag: Option<f64> => "mag" ["phot.mag;instr.det"],
+        /// apparent V magnitude outside the atmosphere
+        v_mag: Option<f64> => "mag" ["phot.mag;em.opt.V"],
+        /// 1-sigma random error of v_mag and of inst_mag
+        v_mag_err: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V"],
+        /// 1-sigma systematic error of v_mag: zeropoint, scatter of one pointing, colour of the target, gain table, aperture
+        /// correction, another night's zeropoint
+        v_mag_err_sys: Option<f64> => "mag" ["stat.error.sys;phot.mag;em.opt.V"],
+        /// time from the night of the zeropoint to this frame; missing if it is this night's own
+        zp_age_d: Option<f64> => "d" ["time.age"],
+        /// error of using another night's zeropoint, part of v_mag_err_sys
+        zp_extra_err_mag: Option<f64> => "mag" ["stat.error.sys;phot.mag;em.opt.V"],
+        /// V magnitude at which 95 % of targets are detected (target.detect_sigma); of a non-detection: of point sources
+        /// anywhere in this frame's search region, scaled to the object's size in the frames that show it; of a detection:
+        /// in its own aperture
+        limit_v_mag: Option<f64> => "mag" ["phot.mag;em.opt.V;stat.max"],
+        /// mean V surface brightness over the aperture
+        mu_mean_mag_arcsec2: Option<f64> => "mag / arcsec2" ["phot.mag.sb;em.opt.V"],
+        /// V surface brightness of the brightest disc of one FWHM across
+        mu_peak_mag_arcsec2: Option<f64> => "mag / arcsec2" ["phot.mag.sb;em.opt.V;stat.max"],
+        // --- geometry
+        /// altitude above the horizon, without refraction
+        alt_deg: Option<f64> => "deg" ["pos.az.alt"],
+        /// azimuth from north through east
+        az_deg: Option<f64> => "deg" ["pos.az.azi"],
+        /// distance from the observer
+        range_km: Option<f64> => "km" ["pos.distance"],
+        /// angular rate against the stars
+        rate_deg_s: Option<f64> => "deg / s" ["phys.veloc.ang"],
+        /// rate of the azimuth, which a dome must follow
+        az_rate_deg_s: Option<f64> => "deg / s" ["phys.veloc.ang;pos.az.azi"],
+        /// 1-sigma error of the place along the track by time_err_s: rate_deg_s * time_err_s
+        alt_az_err_deg: Option<f64> => "deg" ["stat.error;pos.az"],
+        /// airmass
+        airmass: Option<f64> => ["obs.airMass"],
+        /// angle Sun - satellite - observer
+        phase_angle_deg: Option<f64> => "deg" ["pos.phaseAng"],
+        /// altitude of the Sun at the observer
+        sun_alt_deg: Option<f64> => "deg" ["pos.az.alt"],
+        /// altitude of the Moon at the observer
+        moon_alt_deg: Option<f64> => "deg" ["pos.az.alt"],
+        /// phase angle of the Moon (0 = full)
+        moon_phase_deg: Option<f64> => "deg" ["pos.phaseAng"],
+        /// illuminated fraction of the lunar disc
+        moon_illum_pct: Option<f64> => "%" ["phys.area;arith.ratio"],
+        /// angle between the target and the Moon on the sky
+        moon_sep_deg: Option<f64> => "deg" ["pos.angDistance"],
+        /// largest light: sun, penumbra, moon, lunar_earthshine, earthshine or none
+        illum: String => ["meta.code"],
+        /// where the Sun stands for the observer: day, civil_, nautical_ or astronomical_twilight, night
+        sky_class: String => ["meta.code"] added_later,
+        /// day, twilight (sunlight on the satellite or in the sky) or night, as Caddy et al. label it
+        paper_label: String => ["meta.code"] added_later,
+        /// mid-exposure minus epoch of the elements
+        tle_age_d: Option<f64> => "d" ["time.age"],
+        // --- model
+        /// modelled V magnitude, all lights
+        model_v_mag: Option<f64> => "mag" ["phot.mag;em.opt.V;meta.modelled"],
+        /// modelled V magnitude by direct sunlight alone
+        sun_v_mag: Option<f64> => "mag" ["phot.mag;em.opt.V;meta.modelled"],
+        /// modelled V magnitude by sunlight from the Earth alone
+        earthshine_v_mag: Option<f64> => "mag" ["phot.mag;em.opt.V;meta.modelled"],
+        /// modelled V magnitude by direct moonlight alone
+        moon_v_mag: Option<f64> => "mag" ["phot.mag;em.opt.V;meta.modelled"],
+        /// modelled V magnitude by moonlight from the Earth alone
+        lunar_earthshine_v_mag: Option<f64> => "mag" ["phot.mag;em.opt.V;meta.modelled"],
+        /// numerical error of model_v_mag (quadrature); not how wrong the model is
+        model_err_mag: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V;meta.modelled"],
+        /// observed minus modelled magnitude; positive = observed fainter
+        residual_mag: Option<f64> => "mag" ["phot.mag;em.opt.V;arith.diff"],
+        /// what the model left out, and why
+        skipped: String => ["meta.note"],
+        // --- state
+        /// ok, nondetection, rejected or failed
+        status: String => ["meta.code.status"],
+        /// use, caution or reject
+        verdict: String => ["meta.code.qual"],
+        /// why, when status is not ok or verdict is not use; and what old elements spoil
+        reason: String => ["meta.note"],
+        /// quality bit mask; the bits are named in meta
+        flags: i32 => ["meta.code.qual"],
+    }
+}
+
+table! {
+    RAW = "photometry.ecsv (shards missing)", "Further columns of photometry.ecsv where `merge --allow-missing` left shards out.";
+    /// The cells of a row that more frames of the night would change, as they were before.
+    #[derive(Debug, Clone, Default, Serialize, Deserialize)]
+    pub struct RawRow {
+        /// limit_v_mag before it was made that of the object as the other frames show it
+        raw_limit_v_mag: Option<f64> => "mag",
+        /// verdict of the frame by itself
+        raw_verdict: String,
+        /// reason of the frame by itself
+        raw_reason: String,
+        /// flags of the frame by itself
+        raw_flags: i32,
+    }
+}
+
+/// A row of part of a night: the target frame, and its cells before the rest of the night was known.
+pub type PartialRow<'a> = (&'a PhotometryRow, &'a RawRow);
+
+/// Part of a night: photometry with the columns of [`RAW`].
+pub const PARTIAL: Definition = Definition {
+    file: RAW.file,
+    about: "Target frames where shards are missing, with further columns.",
+    columns: &joined::<PARTIAL_COLUMNS>(PHOTOMETRY.columns, RAW.columns),
+};
+const PARTIAL_COLUMNS: usize = PHOTOMETRY.columns.len() + RAW.columns.len();
+
+impl Row for PartialRow<'_> {
+    const TABLE: Definition = PARTIAL;
+}
+
+/// A predicted pass: some columns of photometry, with what they say of a prediction.
+pub const PREDICTION: Definition = Definition {
+    file: "prediction.ecsv",
+    about: "One row per moment of `predict pass`.",
+    columns: &[
+        of("date_mid").described("moment of the row, UTC, ISO 8601"),
+        of("mjd_mid_d").described("moment of the row, MJD (UTC)"),
+        of("alt_deg"),
+        of("az_deg"),
+        of("range_km"),
+        of("rate_deg_s"),
+        of("airmass"),
+        of("phase_angle_deg"),
+        of("sun_alt_deg"),
+        of("moon_alt_deg"),
+        of("moon_phase_deg"),
+        of("moon_illum_pct"),
+        of("moon_sep_deg"),
+        of("illum"),
+        of("sky_class"),
+        of("paper_label"),
+        of("tle_age_d").described("moment of the row minus epoch of the elements"),
+        of("model_v_mag"),
+        of("sun_v_mag"),
+        of("earthshine_v_mag"),
+        of("moon_v_mag"),
+        of("lunar_earthshine_v_mag"),
+        of("model_err_mag"),
+        of("mu_mean_mag_arcsec2").described(
+            "mean V surface brightness of the model over the satellite's area, seen in projection (as_published: all of it)",
+        ),
+        of("norad_cat_id"),
+        of("object_name"),
+        of("skipped"),
+        of("flags"),
+    ],
+};
+
+const fn of(name: &str) -> Column {
+    PHOTOMETRY.column(name)
+}
