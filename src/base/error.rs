@@ -6,6 +6,12 @@
 use std::path::PathBuf;
 
 /// What stops a night. A bad pixel or a lost star sets a flag in its row instead.
+///
+/// ```
+/// let error = satphot::Site::new(95.0, 0.0, 0.0).unwrap_err();
+/// assert!(matches!(&error, satphot::Error::Config { key, .. } if key == "site.lat_deg"));
+/// assert_eq!(error.exit_code(), 2);
+/// ```
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -188,6 +194,7 @@ impl Error {
     }
 
     /// An I/O error with its path.
+    #[doc(hidden)]
     pub fn io(path: impl Into<PathBuf>, source: std::io::Error) -> Self {
         Error::Io { path: path.into(), source }
     }

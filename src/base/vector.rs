@@ -84,6 +84,7 @@ impl<F> Vector<F> {
         self.cross(o).norm().atan2(self.dot(o))
     }
     /// Any unit vector at right angles to this one.
+    #[doc(hidden)]
     #[must_use]
     pub fn any_perpendicular(&self) -> Option<Self> {
         let [x, y, z] = self.xyz.map(f64::abs);

@@ -64,6 +64,7 @@ impl Illum {
     }
 
     /// The light of a cell of that column; `None` for an empty cell (no model) and any other text.
+    #[doc(hidden)]
     #[must_use]
     pub fn from_cell(cell: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|light| light.as_str() == cell)
@@ -85,7 +86,24 @@ pub struct Quadratures {
     pub moon: usize,
 }
 
-/// The model's answer for one scene.
+/// The model's answer for one scene: what [`Model::brightness`](crate::Model::brightness) returns.
+///
+/// ```
+/// use satphot::{Model, ModelSettings, Satellite, Scene, Site, Tracker};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// # let elements = "1 25544U 98067A   25159.07052714  .00008601  00000+0  15816-3 0  9996
+/// # 2 25544  51.6400 352.2516 0001632 195.4618 310.3088 15.50064259513748";
+/// # let tracker = Tracker::from_text(elements, Site::new(-33.7703, 151.1113, 70.0)?)?;
+/// # let scene = Scene::from(&tracker.at(&"2025-06-09T10:33:12 UTC".parse()?)?);
+/// # let iss = Satellite::named("iss").ok_or("not in the catalogue")?;
+/// let answer = Model::new(&iss, &ModelSettings::default())?.brightness(&scene)?;
+/// let lights = [answer.sun, answer.earthshine, answer.moon, answer.lunar_earthshine];
+/// let flux: f64 = lights.iter().map(|light| light.flux_ratio).sum(); // relative to a star of magnitude 0
+/// assert!((answer.total_v_mag.ok_or("dark")? - -2.5 * flux.log10()).abs() < 1e-9);
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Brightness {
     /// Sunlight.
@@ -105,10 +123,13 @@ pub struct Brightness {
     /// Estimated numerical error of the total \[mag\]; says nothing about the model's truth.
     pub err_mag: f64,
     /// What was left out, and why.
+    #[doc(hidden)]
     pub skipped: Vec<Skip>,
     /// Earth integrals really evaluated.
+    #[doc(hidden)]
     pub quadratures: Quadratures,
     /// Nodes of all of them.
+    #[doc(hidden)]
     pub nodes: usize,
     /// Moonlight was asked for beyond 150° of phase.
     pub extrapolated: bool,

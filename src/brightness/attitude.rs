@@ -58,12 +58,14 @@ pub enum Attitude {
 
 impl Attitude {
     /// Whether it belongs to an array: one of the attitudes that keep a panel's front to the Sun.
+    #[doc(hidden)]
     #[must_use]
     pub fn tracks_sun(&self) -> bool {
         matches!(self, Attitude::Sun | Attitude::SunAzimuth | Attitude::SunOneAxis { .. } | Attitude::SunTwoAxes { .. })
     }
 
     /// The attitude under a choice for all arrays; those that do not track the Sun stay as they are.
+    #[doc(hidden)]
     #[must_use]
     pub fn with_arrays(self, arrays: config::Arrays) -> Self {
         match arrays {
@@ -113,6 +115,7 @@ impl Attitude {
     ///
     /// # Errors
     /// [`crate::Error::Model`] naming `what`, the value and what is accepted.
+    #[doc(hidden)]
     pub fn check(&self, what: &str) -> Result<()> {
         let refuse = |problem: String| Err(impossible(format!("{what}: {problem}")));
         let direction = |name: &str, v: [f64; 3]| match Vector::<Itrs>::new(v[0], v[1], v[2]).unit() {

@@ -28,6 +28,35 @@ use crate::orbit::airmass::{Atmosphere, airmass};
 use crate::orbit::earth::geodetic_height_km;
 
 /// A satellite under settings: checked once, then asked for any number of scenes, from any number of threads.
+///
+/// A Lambertian plate that faces the Earth, in the zenith, with the Sun on the horizon, is dark to sunlight and shows the
+/// Earth's light:
+///
+/// ```
+/// use satphot::{Attitude, Brdf, Illum, Model, ModelSettings, Satellite, Scene, Surface, Vector};
+///
+/// let plate = Surface {
+///     name: "plate".into(),
+///     area_m2: 10.0,
+///     attitude: Attitude::Nadir,
+///     brdf: Brdf::Lambert { albedo: 0.5 },
+///     back: None,
+/// };
+/// let model = Model::new(&Satellite::of("plate", vec![plate]), &ModelSettings::default())?;
+/// let scene = Scene {
+///     satellite_km: Vector::new(6928.0, 0.0, 0.0),
+///     velocity_km_s: Vector::new(0.0, 7.6, 0.0),
+///     observer_km: Vector::new(6378.2, 0.0, 0.0),
+///     sun_km: Vector::new(1.0e7, 1.496e8, 0.0),
+///     moon_km: Vector::new(-3.844e5, 0.0, 0.0),
+///     sidereal_rad: 0.0,
+/// };
+/// let answer = model.brightness(&scene)?;
+/// assert_eq!(answer.illum, Illum::Earthshine);
+/// assert_eq!(answer.sun.v_mag, None);
+/// assert!((answer.total_v_mag.unwrap() - answer.earthshine.v_mag.unwrap()).abs() < 1e-3);
+/// # satphot::Result::Ok(())
+/// ```
 #[derive(Debug)]
 pub struct Model {
     settings: ModelSettings,
@@ -55,6 +84,7 @@ impl Model {
     ///
     /// # Errors
     /// Those of [`Satellite::from_config`] and [`Model::new`].
+    #[doc(hidden)]
     pub fn from_config(model: &config::Model) -> Result<Self> {
         Self::new(&Satellite::from_config(model)?, &ModelSettings::try_from(model)?)
     }
@@ -74,6 +104,7 @@ impl Model {
     ///
     /// # Errors
     /// As [`Model::brightness`].
+    #[doc(hidden)]
     pub fn brightness_of_everything(&self, scene: &Scene) -> Result<Brightness> {
         self.answer(scene, false)
     }
@@ -127,6 +158,7 @@ impl Model {
     ///
     /// # Errors
     /// As [`Model::brightness`].
+    #[doc(hidden)]
     pub fn left_out(&self, scene: &Scene, skip: &Skip) -> Result<f64> {
         let radius_km = self.settings.radius_km(&scene.satellite_km);
         scene.check(radius_km)?;

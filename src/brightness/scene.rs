@@ -7,7 +7,21 @@ use crate::base::error::{Error, Result};
 use crate::base::vector::{Itrs, Vector};
 use crate::orbit::Geometry;
 
-/// One instant, geocentric, Earth-fixed.
+/// One instant, geocentric, Earth-fixed: from the [`Geometry`] of a tracked satellite, or from vectors of one's own.
+///
+/// ```
+/// use satphot::{Scene, Vector};
+///
+/// let scene = Scene {
+///     satellite_km: Vector::new(6921.0, 0.0, 0.0),
+///     velocity_km_s: Vector::new(0.0, 7.6, 0.0),
+///     observer_km: Vector::new(6371.0, 0.0, 0.0),
+///     sun_km: Vector::new(0.0, 1.496e8, 0.0),
+///     moon_km: Vector::new(3.844e5, 0.0, 0.0),
+///     sidereal_rad: 0.0,
+/// };
+/// assert!((scene.range_km() - 550.0).abs() < 1e-9);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scene {
     /// The satellite \[km\].
@@ -107,14 +121,20 @@ pub(super) fn impossible(problem: String) -> Error {
 
 /// The scene of the brightness engine at one instant.
 #[must_use]
-pub fn scene(g: &Geometry) -> Scene {
-    Scene {
-        satellite_km: g.satellite_itrs_km,
-        velocity_km_s: g.satellite_velocity_itrs_km_s,
-        observer_km: g.observer_itrs_km,
-        sun_km: g.sun_itrs_km,
-        moon_km: g.moon_itrs_km,
-        sidereal_rad: g.sidereal_rad,
+pub fn scene(geometry: &Geometry) -> Scene {
+    Scene::from(geometry)
+}
+
+impl From<&Geometry> for Scene {
+    fn from(g: &Geometry) -> Self {
+        Self {
+            satellite_km: g.satellite_itrs_km,
+            velocity_km_s: g.satellite_velocity_itrs_km_s,
+            observer_km: g.observer_itrs_km,
+            sun_km: g.sun_itrs_km,
+            moon_km: g.moon_itrs_km,
+            sidereal_rad: g.sidereal_rad,
+        }
     }
 }
 

@@ -25,18 +25,24 @@ pub enum ToleranceOf {
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelSettings {
     /// Every effect in which paper and physics differ.
+    #[doc(hidden)]
     pub effects: Effects,
     /// Relative tolerance of each Earth-reflected integral, above 0 and at most 0.5.
     pub tolerance: f64,
     /// What it is relative to.
+    #[doc(hidden)]
     pub tolerance_of: ToleranceOf,
     /// How the ground scatters.
+    #[doc(hidden)]
     pub earth: Brdf,
     /// A sphere of this radius \[km\] instead of the effects' choice, with the observer's vertical through its centre.
+    #[doc(hidden)]
     pub earth_radius_km: Option<f64>,
     /// Nodes after which one integral stops refining; its error is reported as it is then.
+    #[doc(hidden)]
     pub max_nodes: usize,
     /// The pass band, and with it the magnitude system; `None` = V, Vega.
+    #[doc(hidden)]
     pub band: Option<Band>,
     /// Extinction between satellite and observer \[mag/airmass\], with `effects.source = extincted`.
     pub k_mag_airmass: f64,
@@ -45,6 +51,7 @@ pub struct ModelSettings {
     /// Moonlight, direct and by way of the Earth.
     pub moon: bool,
     /// Leave out what contributes nothing; `false` computes it all the same, which tests compare with and `--explain` times.
+    #[doc(hidden)]
     pub leave_out: bool,
 }
 
@@ -69,6 +76,7 @@ impl ModelSettings {
 
     /// Radius of the sphere a satellite is seen above \[km\]: published 6378 km, or the local geocentric radius under
     /// the satellite.
+    #[doc(hidden)]
     #[must_use]
     pub fn radius_km(&self, satellite_km: &Vector<Itrs>) -> f64 {
         match (self.earth_radius_km, self.effects.earth_radius) {

@@ -102,10 +102,13 @@ pub struct SkyPoint {
 #[derive(Debug, Clone, PartialEq)]
 pub struct SkyMap {
     /// The directions.
+    #[doc(hidden)]
     pub grid: SkyGrid,
     /// `points[j * n_alt + i]` is at `alt_deg[i]`, `az_deg[j]`.
+    #[doc(hidden)]
     pub points: Vec<SkyPoint>,
     /// Irradiance of the Sun at 1 au, as the model scales it, relative to magnitude 0.
+    #[doc(hidden)]
     pub sun_flux: f64,
 }
 
@@ -299,6 +302,11 @@ impl SkyMap {
             })
         };
         (shares.iter().map(|s| at(*s).or(lit.last()).map(|(v, _)| *v)).collect(), total)
+    }
+
+    /// Altitude \[deg\], azimuth \[deg\] and V \[mag\] of every direction; `None` where no light comes from.
+    pub fn magnitudes(&self) -> impl Iterator<Item = (f64, f64, Option<f64>)> + '_ {
+        self.grid.directions().zip(&self.points).map(|((alt_deg, az_deg), point)| (alt_deg, az_deg, point.v_mag()))
     }
 
     /// Direction \[deg\] and V of the brightest point.

@@ -32,12 +32,14 @@ impl Surface {
     }
 
     /// The surface under a choice for all arrays: one that tracks the Sun is held so, any other stays as it is.
+    #[doc(hidden)]
     #[must_use]
     pub fn with_arrays(self, arrays: config::Arrays) -> Self {
         Surface { attitude: self.attitude.with_arrays(arrays), ..self }
     }
 
     /// The surface under a choice for all backs.
+    #[doc(hidden)]
     #[must_use]
     pub fn with_backs(self, backs: config::Backs) -> Self {
         match backs {
@@ -50,6 +52,7 @@ impl Surface {
     ///
     /// # Errors
     /// [`crate::Error::Model`] naming the surface.
+    #[doc(hidden)]
     pub fn check(&self) -> Result<()> {
         if !(self.area_m2 > 0.0 && self.area_m2.is_finite()) {
             return Err(impossible(format!("{}: area_m2 = {}; accepted is above 0", self.name, self.area_m2)));

@@ -15,7 +15,17 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// The whole night's configuration.
+/// The whole night's configuration: `pipeline.toml`.
+///
+/// ```
+/// let text = "preset = \"macquarie-cdk24\"\n[night]\nname = \"n\"\ninput = [\"raw\"]\noutput = \"out\"\n";
+/// let config = satphot::Config::from_text(text, &["photometry.aper_r_fwhm=2.5".into()])?;
+/// assert_eq!(config.photometry.aper_r_fwhm, 2.5);
+///
+/// let misspelt = satphot::Config::from_text(&text.replace("input", "inputs"), &[]);
+/// assert!(misspelt.unwrap_err().to_string().contains("night.inputs"));
+/// # satphot::Result::Ok(())
+/// ```
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {

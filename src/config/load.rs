@@ -62,6 +62,7 @@ impl Config {
     }
 
     /// Changes every path the configuration holds: inputs, results, catalogue, elements, flat, zeropoint, model.
+    #[doc(hidden)]
     pub fn each_path(&mut self, fix: &dyn Fn(&mut PathBuf)) {
         self.night.input.iter_mut().for_each(fix);
         fix(&mut self.night.output);
@@ -162,6 +163,7 @@ fn with_all_missing((error, unknown_key): (Error, bool), table: &Table) -> Error
 
 impl Config {
     /// The line that fetches the `elements` or the `stars` this configuration names, for messages.
+    #[doc(hidden)]
     #[must_use]
     pub fn fetch_line(&self, what: &str) -> String {
         let file = match self.file.to_string_lossy() {

@@ -18,6 +18,7 @@ mod limits;
 mod month;
 mod moon;
 pub(crate) mod panel;
+#[cfg(feature = "resolved")]
 pub mod radiance;
 pub(crate) mod raster;
 mod residuals;

@@ -147,6 +147,13 @@ pub fn geodetic_height_km(position_km: &Vector<Itrs>) -> Option<f64> {
 }
 
 /// An observatory on the WGS84 ellipsoid.
+///
+/// ```
+/// let macquarie = satphot::Site::new(-33.7703, 151.1113, 70.0)?; // degrees north, degrees east, metres
+/// assert!((macquarie.height_km() - 0.070).abs() < 1e-12);
+/// assert!(satphot::Site::new(133.0, 0.0, 0.0).is_err());
+/// # satphot::Result::Ok(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Site {
     lat_rad: f64,
@@ -160,6 +167,7 @@ impl Site {
     ///
     /// # Errors
     /// [`Error::Config`] for a latitude, longitude or height that is not on the Earth.
+    #[doc(hidden)]
     pub fn from_config(site: &config::Site) -> Result<Self> {
         Self::new(site.lat_deg, site.lon_deg, site.alt_m)
     }
@@ -192,6 +200,7 @@ impl Site {
     }
 
     /// The standard atmosphere at the height of the site.
+    #[doc(hidden)]
     #[must_use]
     pub fn atmosphere(&self) -> Atmosphere {
         Atmosphere::at_height_m(1_000.0 * self.height_km)
@@ -219,6 +228,7 @@ impl Site {
     }
 
     /// Turns a direction or difference vector to the axes of the horizon (it does not subtract the position).
+    #[doc(hidden)]
     #[must_use]
     pub fn to_enu(&self, v: &Vector<Itrs>) -> Vector<Enu> {
         let [e, n, u] = self.axes();
@@ -226,6 +236,7 @@ impl Site {
     }
 
     /// Turns a direction or difference vector from the axes of the horizon to Earth-fixed ones.
+    #[doc(hidden)]
     #[must_use]
     pub fn from_enu(&self, v: &Vector<Enu>) -> Vector<Itrs> {
         let [e, n, u] = self.axes();

@@ -59,6 +59,21 @@ pub struct Pass {
 ///
 /// # Errors
 /// [`Error::Orbit`] if the window is empty or too long, or the elements fail anywhere in it.
+///
+/// ```
+/// use satphot::{Site, Tracker, passes};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let elements = "1 25544U 98067A   25159.07052714  .00008601  00000+0  15816-3 0  9996
+/// 2 25544  51.6400 352.2516 0001632 195.4618 310.3088 15.50064259513748";
+/// let tracker = Tracker::from_text(elements, Site::new(-33.7703, 151.1113, 70.0)?)?;
+/// let (start, end) = ("2025-06-09T10:00:00 UTC".parse()?, "2025-06-09T11:00:00 UTC".parse()?);
+/// let found = passes(&tracker, &start, &end, 10f64.to_radians())?;
+/// assert_eq!(found.len(), 1);
+/// assert!((found[0].culmination.alt_rad.to_degrees() - 32.1).abs() < 0.1);
+/// # Ok(())
+/// # }
+/// ```
 pub fn passes(tracker: &Tracker, start: &Epoch, end: &Epoch, min_alt_rad: f64) -> Result<Vec<Pass>> {
     stays(tracker, start, end, min_alt_rad).map(|(_, stays)| stays)
 }

@@ -2,11 +2,13 @@
 //!
 //! Holds every element set of the object, ready to propagate, and uses the nearest in time. Radians and km.
 
+use std::path::Path;
+
 use hifitime::Epoch;
 
 use super::earth::{EarthOrientation, Site};
 use super::elements::neighbours::{Standing, standings};
-use super::elements::{Elements, check_age, element_names, only_object, read_elements_for};
+use super::elements::{Elements, check_age, element_names, elements_from_bytes, only_object, read_elements_for};
 use super::geometry::{Geometry, geometry, look};
 use super::propagate::Propagator;
 use super::sky::bodies;
@@ -14,6 +16,19 @@ use crate::base::error::{Error, Result};
 use crate::config;
 
 /// One satellite over one site.
+///
+/// ```
+/// use satphot::{Site, Tracker};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let elements = "1 25544U 98067A   25159.07052714  .00008601  00000+0  15816-3 0  9996
+/// 2 25544  51.6400 352.2516 0001632 195.4618 310.3088 15.50064259513748";
+/// let tracker = Tracker::from_text(elements, Site::new(-33.7703, 151.1113, 70.0)?)?;
+/// let geometry = tracker.at(&"2025-06-09T10:33:12 UTC".parse()?)?;
+/// assert!((geometry.range_km - 748.7).abs() < 0.1);
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct Tracker {
     /// Of one object, in order of epoch; without those that their neighbours refute.
@@ -37,6 +52,7 @@ impl Tracker {
     ///
     /// # Errors
     /// Those of [`read_elements_for`]; [`Error::Orbit`] for several objects and no number, or elements SGP4 refuses.
+    #[doc(hidden)]
     pub fn from_config(orbit: &config::Orbit, site: &config::Site) -> Result<Self> {
         let (sets, warnings) = read_elements_for(&orbit.elements, orbit.norad_cat_id)?;
         let eop = EarthOrientation::from_config(orbit);
@@ -48,6 +64,7 @@ impl Tracker {
     ///
     /// # Errors
     /// As [`Tracker::from_config`].
+    #[doc(hidden)]
     pub fn new(sets: Vec<Elements>, norad: Option<u64>, site: Site, eop: EarthOrientation) -> Result<Self> {
         only_object(&sets, norad)?;
         let (mut sets, others): (Vec<_>, Vec<_>) =
@@ -79,6 +96,17 @@ impl Tracker {
         Ok(tracker)
     }
 
+    /// From the text of a file of elements: TLE, 3LE, OMM (JSON, KVN, CSV, XML), of one object.
+    ///
+    /// Elements older than 14 d are refused; Earth orientation is that of the embedded table.
+    ///
+    /// # Errors
+    /// [`Error::Table`] for a damaged set; [`Error::Orbit`] for several objects, or elements SGP4 refuses.
+    pub fn from_text(elements: &str, site: Site) -> Result<Self> {
+        let sets = elements_from_bytes(elements.as_bytes().to_vec(), Path::new("elements"))?;
+        Self::new(sets, None, site, EarthOrientation::default())
+    }
+
     /// Every way a header may name the satellite.
     #[must_use]
     pub fn names(&self) -> Vec<String> {
@@ -86,6 +114,7 @@ impl Tracker {
     }
 
     /// Every way a header may name the other satellites of the file of elements.
+    #[doc(hidden)]
     #[must_use]
     pub fn others(&self) -> &[String] {
         &self.others
@@ -105,6 +134,7 @@ impl Tracker {
     }
 
     /// The Earth orientation in use.
+    #[doc(hidden)]
     #[must_use]
     pub fn earth_orientation(&self) -> &EarthOrientation {
         &self.eop
@@ -114,6 +144,7 @@ impl Tracker {
     ///
     /// # Errors
     /// [`Error::Orbit`] if they are too old, or another set of the same days lies in another plane, and neither is forced.
+    #[doc(hidden)]
     pub fn elements_at(&self, epoch: &Epoch) -> Result<&Elements> {
         self.index_at(epoch).map(|i| &self.sets[i])
     }

@@ -12,6 +12,7 @@ pub mod options;
 pub mod ordered_map;
 pub mod prepared;
 pub mod products;
+pub mod reduce;
 pub mod run;
 pub mod shards;
 pub mod single_stages;

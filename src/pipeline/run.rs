@@ -23,6 +23,7 @@ use crate::pipeline::prepared::{Calibrated, Flattened, Prepared};
 use crate::pipeline::products::lock::{FolderLock, lock};
 use crate::pipeline::products::manifest::{Manifest, Quadratures, bytes_read, manifest_inputs, peak_memory_mb, record};
 use crate::pipeline::products::outputs::Outputs;
+#[cfg(feature = "report")]
 use crate::pipeline::products::page::write_report_and_figures;
 use crate::pipeline::products::provenance::Provenance;
 use crate::pipeline::products::record::Stage;
@@ -39,6 +40,7 @@ use crate::pipeline::survey::preflight::preflight;
 use crate::pipeline::survey::scale::check_stars;
 use crate::pipeline::target::frame::{failed_file_row, missing_parts, set_aside_row};
 use crate::pipeline::target::outcome::TargetFrame;
+#[cfg(feature = "report")]
 use crate::pipeline::target::pictures::pictures;
 use crate::report::summary::pass_table;
 use crate::tables::words::Status;
@@ -171,6 +173,7 @@ impl<'a> Run<'a> {
         let read: Vec<&Exposure> =
             survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets).collect();
         log.notes.extend(with_threads(options.jobs, || damage_notes(&read))?);
+        #[cfg(feature = "report")]
         pictures(&mut frames, &survey.targets, night, options)?;
         let explained = explain_night(survey, &frames, night, options, *progress)?;
         Ok(Measured { frames, quadratures, explained })
@@ -243,6 +246,7 @@ impl<'a> Run<'a> {
             summary: &summary,
         };
         summary.files.push(manifest.write(&folder)?);
+        #[cfg(feature = "report")]
         if !options.no_figures {
             let drawn = with_threads(options.jobs, || write_report_and_figures(&folder))??;
             drawn.iter().try_for_each(|path| record(&folder, path))?;

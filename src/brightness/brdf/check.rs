@@ -18,6 +18,7 @@ impl Brdf {
     ///
     /// # Errors
     /// [`crate::Error::Model`] naming the coefficient, its value and what is accepted.
+    #[doc(hidden)]
     pub fn check_parameters(&self, what: &str) -> Result<()> {
         let at_least_0 = |name: &str, value: f64| {
             if value >= 0.0 && value.is_finite() {
@@ -84,6 +85,7 @@ impl Brdf {
     /// # Errors
     /// [`crate::Error::Model`] for what [`Brdf::check_parameters`] refuses, for an albedo or reflectance above 1, for
     /// k_d + k_s above 1, and for a law that [creates light](Brdf::creates_light).
+    #[doc(hidden)]
     pub fn check(&self, what: &str) -> Result<()> {
         self.check_parameters(what)?;
         let share = |name: &str, value: f64| {
@@ -106,6 +108,7 @@ impl Brdf {
     }
 
     /// Whether at some incidence more than [`REFLECTANCE_MAX`] of the light is returned.
+    #[doc(hidden)]
     #[must_use]
     pub fn creates_light(&self) -> bool {
         !(self.max_reflectance() <= REFLECTANCE_MAX)

@@ -30,6 +30,7 @@ const OUTGOING_MAX_DEG: f64 = 89.5;
 
 impl Brdf {
     /// f against outgoing angle in the plane of incidence, for each incidence \[deg\]; a mirror has none.
+    #[doc(hidden)]
     #[must_use]
     pub fn profile(&self, incidences_deg: &[f64]) -> Vec<ProfileRow> {
         if matches!(self, Brdf::Mirror { .. }) {
@@ -59,6 +60,7 @@ impl Brdf {
     }
 
     /// Reflectance at incidences of 0 to 90 deg, a degree apart.
+    #[doc(hidden)]
     #[must_use]
     pub fn reflectances(&self) -> Vec<ReflectanceRow> {
         let row = |deg: u32| {

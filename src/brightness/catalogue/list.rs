@@ -151,7 +151,13 @@ pub(super) fn unknown(entries: &[Entry], name: &str) -> Error {
     }
 }
 
-/// A satellite as the model sees it.
+/// A satellite as the model sees it: flat surfaces, each with its area, attitude and scattering.
+///
+/// ```
+/// let iss = satphot::Satellite::named("ISS").expect("is in the catalogue");
+/// let area_m2: f64 = iss.surfaces.iter().map(|s| s.area_m2).sum();
+/// assert!((1_000.0..10_000.0).contains(&area_m2));
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Satellite {
     /// Name.
@@ -161,6 +167,7 @@ pub struct Satellite {
     /// Where areas and scattering are from.
     pub source: String,
     /// What observations say of its magnitudes.
+    #[doc(hidden)]
     pub standing: Standing,
 }
 
@@ -196,6 +203,7 @@ impl Satellite {
     /// # Errors
     /// [`Error::Config`] for an unknown name (the known ones listed, the nearest first) and for a damaged file;
     /// [`Error::Model`] for surfaces that are no reflectors.
+    #[doc(hidden)]
     pub fn from_config(model: &config::Model) -> Result<Self> {
         if model.surfaces.is_empty() {
             let catalogue = Catalogue::load(model.satellites.as_deref())?;
@@ -211,12 +219,14 @@ impl Satellite {
     }
 
     /// What observations say of it, on a line of its own, the name before it.
+    #[doc(hidden)]
     #[must_use]
     pub fn standing_line(&self) -> String {
         format!("model {}: {}\n", self.name, self.standing.text())
     }
 
     /// The satellite under the choices for arrays and backs; doing it twice changes nothing more.
+    #[doc(hidden)]
     #[must_use]
     pub fn with_effects(self, effects: &Effects) -> Self {
         let under = |s: Surface| s.with_arrays(effects.arrays).with_backs(effects.backs);

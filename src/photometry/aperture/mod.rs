@@ -17,7 +17,7 @@ use std::f64::consts::PI;
 use std::fmt;
 
 pub(crate) use outline::Outline;
-pub use pixels::{Bounds, circle_sum, for_each_pixel, shape_sum};
+pub use pixels::{Bounds, circle_sum, for_each_pixel, shape_sum, sum_aperture};
 pub(crate) use pixels::{cells, for_each_row};
 pub(crate) use ring::for_each_ring_run;
 
@@ -29,6 +29,7 @@ impl fmt::Display for Shape {
 
 impl Shape {
     /// The name written in tables.
+    #[doc(hidden)]
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
@@ -40,6 +41,7 @@ impl Shape {
     }
 
     /// Half the length, half the width \[px\] and the angle of the length \[rad\].
+    #[doc(hidden)]
     #[must_use]
     pub fn axes(&self) -> (f64, f64, f64) {
         match *self {
@@ -76,6 +78,7 @@ impl Shape {
     }
 
     /// The shape with its outline moved outwards by `by_px` on both axes; never smaller than nothing.
+    #[doc(hidden)]
     #[must_use]
     pub fn grown(&self, by_px: f64) -> Shape {
         let by = |axis: f64| (axis + by_px).max(0.0);
@@ -110,6 +113,7 @@ impl Shape {
     /// Share of the same pixel by counting which of `n` × `n` points are inside: what `n` subpixels cost in accuracy.
     ///
     /// For comparison only; its error falls as the outline's length in the pixel over `n`.
+    #[doc(hidden)]
     #[must_use]
     pub fn subpixel_fraction(&self, dx: f64, dy: f64, n: usize) -> f64 {
         if !self.is_drawn() || n == 0 {

@@ -167,6 +167,26 @@ fn columns_within(
     if first < end { first..end } else { nothing }
 }
 
+/// Sum of the pixels in an aperture at (`x_px`, `y_px`): `Σ fᵢ pᵢ`, fᵢ the exact share of pixel i that it covers.
+///
+/// `pixels` has the shape (rows, columns); pixel `[[j, i]]` is the unit square centred on x = i, y = j. The sum has the unit
+/// of the pixels. Nothing is subtracted and nothing is masked. What lies outside the image adds nothing, and an aperture
+/// without area, or at a position that is not finite, gives 0.
+///
+/// ```
+/// use satphot::ndarray::Array2;
+/// use satphot::{Aperture, sum_aperture};
+///
+/// let flat = Array2::from_elem((32, 32), 2.0);
+/// let circle = Aperture::Circle { r_px: 5.0 };
+/// let sum = sum_aperture(&flat, &circle, 15.3, 16.8);
+/// assert!((sum - 2.0 * circle.area_px()).abs() < 1e-9); // 2 per pixel times πr²
+/// ```
+#[must_use]
+pub fn sum_aperture(pixels: &Array2<f64>, aperture: &Shape, x_px: f64, y_px: f64) -> f64 {
+    shape_sum(pixels, aperture, x_px, y_px)
+}
+
 /// Sum of the pixels in a shape: the plain kernel, no sky, no mask.
 #[must_use]
 pub fn shape_sum(pixels: &Array2<f64>, shape: &Shape, x: f64, y: f64) -> f64 {

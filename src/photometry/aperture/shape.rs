@@ -4,6 +4,12 @@ use serde::Deserialize;
 use serde::Serialize;
 
 /// The outline of an aperture.
+///
+/// ```
+/// let ellipse = satphot::Aperture::Ellipse { a_px: 4.0, b_px: 2.0, theta_rad: 0.3 };
+/// assert!((ellipse.area_px() - 8.0 * std::f64::consts::PI).abs() < 1e-12);
+/// assert_eq!(ellipse.pixel_fraction(0.0, 0.0), 1.0);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Shape {
     /// A circle.

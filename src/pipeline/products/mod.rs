@@ -7,6 +7,7 @@ pub mod log;
 pub mod manifest;
 pub mod meta;
 pub mod outputs;
+#[cfg(feature = "report")]
 pub mod page;
 pub mod provenance;
 pub mod record;

@@ -13,6 +13,7 @@ use crate::pipeline::prepared::Calibrated;
 use crate::pipeline::products::effective::effective_toml;
 use crate::pipeline::products::meta::{set_band, table_meta};
 use crate::pipeline::products::provenance::Provenance;
+#[cfg(feature = "report")]
 use crate::report;
 use crate::tables::{PhotometryRow, ResidualRow, StarRow};
 use crate::zeropoint::previous::conditions;
@@ -71,6 +72,7 @@ impl Outputs<'_> {
             add("master_flat.fits"); // written as soon as it was made
         }
         save(&add("effective.toml"), &effective_toml(self.config, self.folder)?)?;
+        #[cfg(feature = "report")]
         if !options.no_figures {
             files.extend(self.figures(rows, stars, residuals)?);
         }
@@ -78,6 +80,7 @@ impl Outputs<'_> {
         Ok(files)
     }
 
+    #[cfg(feature = "report")]
     fn figures(&self, rows: &[PhotometryRow], stars: &[StarRow], residuals: &[ResidualRow]) -> Result<Vec<PathBuf>> {
         let folder = self.folder.join("figures");
         let band = self.night.zeropoint.as_ref().map_or("V", |z| z.band_name());

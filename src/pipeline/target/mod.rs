@@ -2,6 +2,8 @@
 
 pub mod frame;
 pub mod outcome;
+#[cfg(feature = "report")]
 pub mod picture;
+#[cfg(feature = "report")]
 pub mod pictures;
 pub mod window;

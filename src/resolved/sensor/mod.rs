@@ -1,6 +1,6 @@
 //! The sensor: a radiance image through a telescope onto a detector, to electrons, counts and a FITS file.
 //!
-//! radiance → irradiance per detector pixel, blurred ([`stamp`]) → electrons ([`Sensor::expose`]) → counts
+//! radiance → irradiance per detector pixel, blurred (`stamp`) → electrons ([`Sensor::expose`]) → counts
 //! ([`Sensor::read_out`]) → file ([`write_frame`]). Left out: distortion, vignetting and the response of single pixels,
 //! stars in the frame, the turning of the satellite within an exposure, colours that differ from the Sun's.
 

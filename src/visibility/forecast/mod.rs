@@ -26,7 +26,7 @@ use crate::orbit::{Pass, PassEvent, Tracker, passes};
 use crate::photometry::Flags;
 use crate::tables::{Meta, MetaValue, PhotometryRow};
 
-pub use sky::{flux_per_e0, sky_rows};
+pub use sky::{flux_per_e0, map_sky, sky_rows};
 
 /// Most rows of one prediction: ten days of a satellite that never sets, every second.
 const MAX_ROWS: f64 = 1e6;

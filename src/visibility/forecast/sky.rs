@@ -1,9 +1,59 @@
 //! A map of the sky as rows of a table: one per direction, each light a magnitude, no light a missing one.
 
-use crate::brightness::Illum;
+use hifitime::Epoch;
+
+use super::dome::Overhead;
+use crate::base::error::Result;
+use crate::base::vector::Vector;
 use crate::brightness::lamps::mag_of_flux;
-use crate::brightness::sky::{SkyMap, SkyPoint};
+use crate::brightness::scene::local_radius_km;
+use crate::brightness::sky::{Sky, SkyGrid, SkyMap, SkyPoint, sky_map};
+use crate::brightness::{Illum, ModelSettings, Satellite};
+use crate::orbit::Site;
 use crate::tables::SkyRow;
+
+/// Azimuth in which the satellites of a map move \[rad\]: eastward.
+const TRACK_AZ_RAD: f64 = std::f64::consts::FRAC_PI_2;
+
+/// How bright satellites of one type would be in every direction of the sky over a site at one moment.
+///
+/// Each direction holds one satellite, where the line of sight meets the sphere of the orbits `height_km` above the site;
+/// it moves eastward on a circular orbit. The Earth is a sphere with the radius of the site. Sun and Moon stand where the
+/// ephemeris puts them. The map has `n_alt` altitudes from 0 to 90° and `n_az` azimuths from 0 to 360°, ends included.
+///
+/// # Errors
+/// [`Error::Model`](crate::Error::Model) for a height that is not above 0, a grid of fewer than 2 by 2, or surfaces that
+/// are no reflectors; [`Error::Orbit`](crate::Error::Orbit) outside the years 1900 to 2100.
+///
+/// ```
+/// use satphot::{ModelSettings, Satellite, Site, map_sky};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let site = Site::new(-33.7703, 151.1113, 70.0)?;
+/// let starlink = Satellite::named("starlink-v1.5").ok_or("not in the catalogue")?;
+/// let evening = "2025-06-09T08:30:00 UTC".parse()?;
+/// let map = map_sky(&starlink, &ModelSettings::default(), &site, &evening, 550.0, (7, 13))?;
+/// let (_, brightest_v_mag) = map.brightest().ok_or("a dark sky")?;
+/// assert!((2.0..6.0).contains(&brightest_v_mag));
+/// # Ok(())
+/// # }
+/// ```
+pub fn map_sky(
+    satellite: &Satellite,
+    settings: &ModelSettings,
+    site: &Site,
+    epoch: &Epoch,
+    height_km: f64,
+    (n_alt, n_az): (usize, usize),
+) -> Result<SkyMap> {
+    let axes =
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|[e, n, u]| site.from_enu(&Vector::new(e, n, u)));
+    let overhead = Overhead::at(site, epoch)?;
+    let radius_km = local_radius_km(&site.position());
+    let mut sky = Sky::new(axes, (radius_km, height_km), TRACK_AZ_RAD, overhead.sun, Some(overhead.moon))?;
+    sky.sidereal_rad = overhead.sidereal_rad;
+    sky_map(&sky, &SkyGrid::new(n_alt, n_az)?, satellite, settings, &|| ())
+}
 
 /// The rows of a map, in the order of its points.
 #[must_use]

@@ -286,6 +286,7 @@ impl Zeropoint {
     ///
     /// # Errors
     /// [`Error::Table`] as there.
+    #[doc(hidden)]
     pub fn parse(path: &Path, text: &str) -> Result<Zeropoint> {
         let bad = |problem: String| Error::Table { path: path.to_owned(), line: None, problem };
         let file: File = toml::from_str(text).map_err(|e| {

@@ -8,7 +8,7 @@ use crate::zeropoint::bands::Band;
 use crate::zeropoint::bands::CalibratedBand;
 use crate::zeropoint::bands::Light;
 
-/// A zeropoint with all that is needed to use and to judge it.
+/// A zeropoint with all that is needed to use and to judge it; [`fit_zeropoint`](crate::fit_zeropoint) makes one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Zeropoint {
     /// ZP \[mag\], for V_inst of electrons per second, outside the atmosphere, at B−V = 0.
@@ -25,10 +25,13 @@ pub struct Zeropoint {
     /// the scatter.
     pub cov_95: [[f64; 4]; 4],
     /// Covariance of the model: noise of the stars and an offset per pointing.
+    #[doc(hidden)]
     pub cov_model: [[f64; 4]; 4],
     /// Covariance by leaving out one star at a time.
+    #[doc(hidden)]
     pub cov_star_jackknife: Option<[[f64; 4]; 4]>,
     /// Covariance by leaving out one pointing at a time; `None` with fewer than five.
+    #[doc(hidden)]
     pub cov_pointing_jackknife: Option<[[f64; 4]; 4]>,
     /// `robust`, `clip`, `huber` or `ols`.
     pub estimator: String,
@@ -79,8 +82,10 @@ pub struct Zeropoint {
     /// Mean mid-exposure time of the used measurements, MJD (UTC) \[d\]; the fit does not know it, the night fills it in.
     pub mjd_mean_d: Option<f64>,
     /// Band of the catalogue magnitudes; the fit does not know it, the night fills it in.
+    #[doc(hidden)]
     pub band: Option<Band>,
     /// Filter of the star frames; the fit does not know it either.
+    #[doc(hidden)]
     pub light: Option<Light>,
     /// How k came about: `fitted`, `pinned 0.12`, `refused: all stars within 0.02 airmass`.
     pub k_note: String,
@@ -93,6 +98,7 @@ pub struct Zeropoint {
     /// Colour of the target and its error \[mag\], for the errors told in the file; NaN if unknown.
     pub target_b_v_mag: [f64; 2],
     /// The pointings, by number.
+    #[doc(hidden)]
     pub pointings: Vec<Pointing>,
     /// What the observer should know.
     pub warnings: Vec<String>,
@@ -136,6 +142,7 @@ impl Zeropoint {
     }
 
     /// What the errors of ZP, k and C are multiplied by for 95 %; 1.96 for a term that is held exactly.
+    #[doc(hidden)]
     #[must_use]
     pub fn multipliers_95(&self) -> [f64; 3] {
         [0, 1, 2].map(|i| {
@@ -145,6 +152,7 @@ impl Zeropoint {
     }
 
     /// Its band in words, as [`CalibratedBand::text`]; `None` where it is not known.
+    #[doc(hidden)]
     #[must_use]
     pub fn band_text(&self) -> Option<String> {
         let band = self.band?;
@@ -155,6 +163,7 @@ impl Zeropoint {
     }
 
     /// The name of its band, V where it does not say.
+    #[doc(hidden)]
     #[must_use]
     pub fn band_name(&self) -> &'static str {
         self.band.unwrap_or(Band::V).name()
@@ -181,24 +190,28 @@ impl Zeropoint {
     }
 
     /// `2350 star measurements of 25 stars`.
+    #[doc(hidden)]
     #[must_use]
     pub fn n_words(&self) -> String {
         format!("{} star measurements of {} stars", self.n_used, self.n_stars)
     }
 
     /// Standard errors of (ZP, k, C).
+    #[doc(hidden)]
     #[must_use]
     pub fn errs(&self) -> [f64; 3] {
         [0, 1, 2].map(|i| self.cov[i][i].max(0.0).sqrt())
     }
 
     /// Whether k'' was fitted.
+    #[doc(hidden)]
     #[must_use]
     pub fn second_order(&self) -> bool {
         self.k2_mag != 0.0 || self.cov[3][3] > 0.0
     }
 
     /// The covariance of (ZP, k, C), with k'' where it was fitted, as rows.
+    #[doc(hidden)]
     #[must_use]
     pub fn covariance(&self) -> Vec<Vec<f64>> {
         let n = if self.second_order() { 4 } else { 3 };

@@ -73,6 +73,41 @@ pub fn without_config(sets: &[String]) -> Result<Config> {
     Config::from_text(TEXT, sets)
 }
 
+/// Fits the zeropoint of a table of matched stars: `V = V_inst − ZP − k X − C (B−V)`.
+///
+/// The table is CSV, TSV, ECSV, VOTable or columns of text. Columns are known by the names that SExtractor, photutils,
+/// STDPipe and VizieR give them; `columns` names others by key (`inst_mag`, `v_mag`, `b_v_mag`, `airmass`, ...) or gives
+/// one number for all rows. Magnitudes in mag, of electrons per second where exposure and e⁻/ADU are known. The estimator is
+/// robust against outliers; a term that the stars cannot tell is held, and the zeropoint says so.
+///
+/// # Errors
+/// [`Error::Table`] or [`Error::Config`] when a column that is needed is missing, with those present;
+/// [`Error::Zeropoint`] when too few stars are left.
+///
+/// ```
+/// # fn main() -> satphot::Result<()> {
+/// let mut table = String::from("inst_mag,inst_mag_err,v_mag,b_v_mag,airmass\n");
+/// for i in 0..60 {
+///     let (v, b_v, x) = (10.0 + 0.05 * f64::from(i), 0.3 + 0.01 * f64::from(i * 7 % 60), 1.0 + 0.01 * f64::from(i * 13 % 60));
+///     table += &format!("{},0.01,{v},{b_v},{x}\n", v - 23.4 + 0.12 * x + 0.08 * b_v);
+/// }
+/// # let folder = tempfile::tempdir().unwrap();
+/// # let path = folder.path().join("stars.csv");
+/// std::fs::write(&path, table).unwrap();
+///
+/// let zeropoint = satphot::fit_zeropoint(&path, &[])?;
+/// assert!((zeropoint.zp_mag - -23.4).abs() < 1e-3);
+/// assert!((zeropoint.k_mag_airmass - 0.12).abs() < 1e-3);
+/// assert!((zeropoint.v_mag(-12.0, 1.2, 0.6) - 11.208).abs() < 1e-3);
+/// # Ok(())
+/// # }
+/// ```
+pub fn fit_zeropoint(table: &Path, columns: &[(&str, &str)]) -> Result<Zeropoint> {
+    let columns = columns.iter().map(|(key, name)| ((*key).to_owned(), (*name).to_owned())).collect();
+    let request = Request { table, columns, band: "V", inst_constant_mag: 0.0 };
+    fit_matched(&without_config(&[])?, &request)?.zeropoint.map_err(|problem| Error::Zeropoint { problem })
+}
+
 /// Fits the zeropoint to a table of matched stars.
 ///
 /// # Errors
