@@ -53,6 +53,8 @@ pub mod accuracy;
 #[doc(hidden)]
 pub mod astrometry;
 #[doc(hidden)]
+pub mod bands;
+#[doc(hidden)]
 pub mod base;
 #[doc(hidden)]
 pub mod brightness;

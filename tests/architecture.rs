@@ -38,7 +38,8 @@ fn read_modules(folder: &Path, prefix: &str, out: &mut BTreeMap<String, String>)
 fn bare(text: &str) -> String {
     let lines = text.lines().map(|l| l.find("//").map_or(l, |at| &l[..at]));
     let text: String = lines.map(|l| l.to_string() + "\n").collect();
-    text.split("#[cfg(test)]\nmod").next().unwrap().to_string()
+    let text = text.replace("#[cfg(test)]\nmod tests;\n", "");
+    text.split("#[cfg(test)]\nmod tests {").next().unwrap().to_string()
 }
 
 fn join(a: &str, b: &str) -> String {

@@ -4,20 +4,17 @@
 
 use std::path::Path;
 
-use plotters::style::RGBColor;
-use plotters::style::text_anchor::{HPos, VPos};
-
 use super::sweep::{Series, Sweep};
 use crate::base::error::Result;
 use crate::figures::axis::Span;
 use crate::figures::canvas::{
-    BLUE, GREEN, GREY, INK, Mark, ORANGE, PURPLE, SKY_BLUE, SMALL, TITLE, VERMILLION, figure, legend, no_data, signed,
-    write_text,
+    BLUE, Colour, GREEN, GREY, HPos, INK, Mark, ORANGE, PURPLE, SKY_BLUE, SMALL, VERMILLION, VPos, figure, heading,
+    legend, no_data, signed, write_text,
 };
 use crate::figures::panel::{Panel, Ticks};
 
 const SIZE: (u32, u32) = (1060, 640);
-const COLOURS: [RGBColor; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, GREY];
+const COLOURS: [Colour; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, GREY];
 /// Errors below are rounding: drawn here.
 const LEAST: f64 = 1e-16;
 /// An error that is no number is drawn as this.
@@ -60,13 +57,13 @@ pub fn error_against_time(path: &Path, name: &str, sweep: &Sweep) -> Result<()> 
         return no_data(path, SIZE, name, "no setting could be measured");
     };
     figure(path, SIZE, |sheet| {
-        write_text(sheet, &format!("Error against run time: {name}"), (40, 26), TITLE, INK, (HPos::Left, VPos::Top))?;
+        heading(sheet, &format!("Error against run time: {name}"));
         let panel = Panel { sheet, frame: (170, 110, 1440, 1130), x, y };
         panel.axes(
             Ticks::Numbers,
             &format!("lg CPU time of {} [µs]", sweep.work),
             &signed(&format!("lg error [{}], 95 % of cases", sweep.error)),
-        )?;
+        );
         let mut entries = Vec::new();
         let mut labels: Vec<Label> = Vec::new();
         for (k, series) in sweep.series.iter().enumerate() {
@@ -83,7 +80,7 @@ pub fn error_against_time(path: &Path, name: &str, sweep: &Sweep) -> Result<()> 
             let mut on_front: Vec<usize> = (0..front.len()).filter(|k| front[*k]).collect();
             on_front.sort_by(|a, b| place(*a).0.total_cmp(&place(*b).0));
             let line: Vec<(f64, Option<f64>)> = on_front.iter().map(|k| (place(*k).0, Some(place(*k).1))).collect();
-            panel.polyline(&line, colour, width)?;
+            panel.polyline(&line, colour, width);
             for (k, point) in series.points.iter().enumerate() {
                 let mark = match (point.is_default, front[k]) {
                     (true, _) => Mark::Square,
@@ -91,12 +88,12 @@ pub fn error_against_time(path: &Path, name: &str, sweep: &Sweep) -> Result<()> 
                     (false, false) => Mark::Open,
                 };
                 let (at_x, at_y) = place(k);
-                panel.mark(mark, at_x, at_y, colour)?;
+                panel.mark(mark, at_x, at_y, colour);
                 let text = signed(&point.setting);
-                let label = Label::beside((panel.px(at_x), panel.py(at_y)), &text, panel.frame.2);
+                let label = Label::beside((panel.px(at_x) as i32, panel.py(at_y) as i32), &text, panel.frame.2);
                 // what would cover another label is left to the table
                 if !labels.iter().any(|l| l.covers(&label)) {
-                    write_text(sheet, &text, label.at, SMALL - 7, colour, (HPos::Left, VPos::Bottom))?;
+                    write_text(sheet, &text, label.at, SMALL - 6.0, colour, (HPos::Left, VPos::Bottom));
                     labels.push(label);
                 }
             }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::zeropoint::bands::Band;
+use crate::bands::Band;
 
 /// The master flat.
 #[derive(Debug, Clone, Deserialize, Serialize)]

@@ -5,10 +5,13 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::bands::Band;
+use crate::bands::CalibratedBand;
+use crate::bands::How;
+use crate::bands::Light;
 use crate::base::error::{Error, Result};
 use crate::config::{Config, Reporter};
 use crate::tables::meta::{Meta, MetaValue};
-use crate::zeropoint::bands::{Band, CalibratedBand, How, Light};
 
 /// Whether the light came from the sky.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -11,13 +11,15 @@ use std::path::Path;
 use super::facts::{DataMode, Facts, argument, needed, said, wrong};
 use super::score_check::check_score;
 use super::select::{Kept, rounded, total_err_mag};
+use crate::bands::Band;
+use crate::bands::Meaning;
+use crate::bands::filter_meaning;
 use crate::base::error::{Error, Result};
 use crate::base::utc::Utc;
 use crate::photometry::Flags;
 use crate::photometry::flux::detectable_e;
 use crate::tables::PhotometryRow;
 use crate::tables::words::{Status, Verdict};
-use crate::zeropoint::bands::{Band, Meaning, filter_meaning};
 
 /// Warnings told at once.
 const MOST_WARNINGS: usize = 5;

@@ -4,12 +4,10 @@
 
 use std::path::Path;
 
-use plotters::style::RGBColor;
-use plotters::style::text_anchor::{HPos, VPos};
-
 use super::axis::Span;
 use super::canvas::{
-    BLUE, GREEN, GREY, INK, Mark, ORANGE, SKY_BLUE, SMALL, TITLE, VERMILLION, figure, legend, no_data, write_text,
+    BLUE, Colour, GREEN, GREY, HPos, INK, Mark, ORANGE, SKY_BLUE, SMALL, VERMILLION, VPos, figure, heading, legend,
+    no_data, write_text,
 };
 use super::panel::{Panel, Ticks};
 use crate::base::error::Result;
@@ -20,7 +18,7 @@ const SIZE: (u32, u32) = (960, 900);
 const DECADES: f64 = 9.0;
 
 /// Colour and mark of each curve.
-const CURVES: [(RGBColor, Mark); 5] = [
+const CURVES: [(Colour, Mark); 5] = [
     (BLUE, Mark::Full),
     (GREEN, Mark::Square),
     (ORANGE, Mark::Diamond),
@@ -44,41 +42,36 @@ pub fn brdf_curves(path: &Path, title: &str, profile: &[ProfileRow], reflectance
     let mut incidences: Vec<f64> = profile.iter().map(|r| r.incidence_deg).collect();
     incidences.dedup();
     figure(path, SIZE, |sheet| {
-        write_text(sheet, title, (40, 26), TITLE, INK, (HPos::Left, VPos::Top))?;
+        heading(sheet, title);
         let upper = Panel { sheet, frame: (170, 110, 1440, 1080), x: Span { from: -90.0, to: 90.0 }, y };
-        upper.axes(
-            Ticks::Numbers,
-            "outgoing angle from the normal, the mirror's side positive [deg]",
-            "lg f [1/sr]",
-        )?;
+        upper.axes(Ticks::Numbers, "outgoing angle from the normal, the mirror's side positive [deg]", "lg f [1/sr]");
         let mut entries = vec![(None, "incidence".to_owned())];
         for (deg, (colour, mark)) in incidences.iter().zip(CURVES.iter().cycle()) {
             let curve: Vec<&ProfileRow> = profile.iter().filter(|r| r.incidence_deg == *deg).collect();
             let points: Vec<(f64, Option<f64>)> = curve.iter().map(|r| (r.outgoing_deg, lg(r.f_per_sr))).collect();
-            upper.polyline(&points, *colour, 4)?;
+            upper.polyline(&points, *colour, 4);
             let peak = curve.iter().find(|r| r.outgoing_deg == *deg).and_then(|r| lg(r.f_per_sr));
             if let Some(peak) = peak.filter(|peak| y.holds(*peak)) {
-                upper.mark(*mark, *deg, peak, *colour)?;
+                upper.mark(*mark, *deg, peak, *colour);
             }
             entries.push((Some((*mark, *colour)), format!("{deg:.0} deg")));
         }
         entries.extend([(None, String::new()), (None, "mark: mirror direction".into())]);
-        legend(sheet, (1480, 130), &entries)?;
+        legend(sheet, (1480, 130), &entries);
 
         let y = Span { from: 0.0, to: (1.12 * largest).max(0.01) };
         let lower = Panel { sheet, frame: (170, 1240, 1440, 1650), x: Span { from: 0.0, to: 90.0 }, y };
-        lower.axes(Ticks::Numbers, "angle of incidence [deg]", "reflectance")?;
+        lower.axes(Ticks::Numbers, "angle of incidence [deg]", "reflectance");
         let points: Vec<(f64, Option<f64>)> =
             reflectances.iter().map(|r| (r.incidence_deg, Some(r.reflectance))).collect();
         if y.holds(1.0) {
-            lower.polyline(&[(0.0, Some(1.0)), (90.0, Some(1.0))], GREY, 2)?;
+            lower.across(1.0, GREY, 2);
         }
-        lower.polyline(&points, INK, 4)?;
+        lower.polyline(&points, INK, 4);
         let text = ["share of the light".to_owned(), "that leaves again,".into(), format!("at most {largest:.3}")];
         for (i, line) in text.iter().enumerate() {
-            write_text(sheet, line, (1480, 1260 + 42 * i as i32), SMALL, INK, (HPos::Left, VPos::Center))?;
+            write_text(sheet, line, (1480, 1260 + 42 * i as i32), SMALL, INK, (HPos::Left, VPos::Center));
         }
-        Ok(())
     })
 }
 
@@ -108,18 +101,18 @@ pub fn brdf_fit(path: &Path, title: &str, rows: &[FittedRow]) -> Result<()> {
         return no_data(path, SIZE, title, "no row has a positive f");
     };
     figure(path, SIZE, |sheet| {
-        write_text(sheet, title, (40, 26), TITLE, INK, (HPos::Left, VPos::Top))?;
+        heading(sheet, title);
         let upper = Panel { sheet, frame: (170, 110, 1440, 1080), x, y };
-        upper.axes(Ticks::Numbers, "", "lg f [1/sr]")?;
+        upper.axes(Ticks::Numbers, "", "lg f [1/sr]");
         let lower = Panel { sheet, frame: (170, 1180, 1440, 1650), x, y: below };
-        lower.axes(Ticks::Numbers, "angle from the mirror direction [deg]", "lg measured/fitted [dex]")?;
-        lower.polyline(&[(x.from, Some(0.0)), (x.to, Some(0.0))], INK, 3)?;
+        lower.axes(Ticks::Numbers, "angle from the mirror direction [deg]", "lg measured/fitted [dex]");
+        lower.across(0.0, INK, 3);
         for r in &rows {
-            upper.mark(Mark::Dot, r.off_mirror_deg, lg(r.measured_per_sr), BLUE)?;
-            lower.mark(Mark::Dot, r.off_mirror_deg, difference(r), BLUE)?;
+            upper.mark(Mark::Dot, r.off_mirror_deg, lg(r.measured_per_sr), BLUE);
+            lower.mark(Mark::Dot, r.off_mirror_deg, difference(r), BLUE);
         }
         for r in &rows {
-            upper.mark(Mark::Cross, r.off_mirror_deg, lg(r.fitted_per_sr), VERMILLION)?;
+            upper.mark(Mark::Cross, r.off_mirror_deg, lg(r.fitted_per_sr), VERMILLION);
         }
         let entries = [
             (Some((Mark::Dot, BLUE)), format!("measured ({})", rows.len())),

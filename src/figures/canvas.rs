@@ -1,112 +1,89 @@
-//! The sheet a figure is drawn on: size, colours, marks, legend, and the way to the file.
+//! What every figure is drawn with: colours, marks, texts, legends, and the way to the file.
 //!
-//! Drawn at twice the shown size, because the SVG writer knows whole pixels only. Lengths here are drawn pixels.
+//! A file is drawn at twice the shown size; lengths of a file here are drawn pixels.
 
 use std::path::Path;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use plotters::backend::SVGBackend;
-use plotters::coord::Shift;
-use plotters::drawing::{DrawingArea, DrawingAreaErrorKind, IntoDrawingArea};
-use plotters::element::{Circle, PathElement, Polygon, Text};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{Color, IntoFont, IntoTextStyle, RGBColor, ShapeStyle};
 
 use crate::base::error::{Error, Result};
 use crate::base::file::write_atomic;
 use crate::figures::raster::Raster;
+pub(crate) use crate::figures::svg::{Colour, HPos, Letters, Medium, Paint, Place, Sheet, Style, VPos};
 
 /// Drawn pixels per shown pixel.
 const SCALE: u32 = 2;
 
 /// Width of a figure: the text of an A4 page, two columns of a journal \[mm\].
-pub(crate) const PAPER_MM: f64 = 174.0;
-
-pub(super) type Sheet<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-pub(super) type DrawError = DrawingAreaErrorKind<std::io::Error>;
-pub(super) type Drawn = std::result::Result<(), DrawError>;
+const PAPER_MM: f64 = 174.0;
 
 // Okabe & Ito (2008), https://jfly.uni-koeln.de/color/: distinct for every common colour vision.
-pub(crate) const INK: RGBColor = RGBColor(34, 34, 34);
-pub(crate) const GREY: RGBColor = RGBColor(120, 120, 120);
-pub(super) const PALE: RGBColor = RGBColor(222, 222, 222);
-pub(crate) const ORANGE: RGBColor = RGBColor(230, 159, 0);
-pub(crate) const SKY_BLUE: RGBColor = RGBColor(86, 180, 233);
-pub(crate) const GREEN: RGBColor = RGBColor(0, 158, 115);
-pub(crate) const BLUE: RGBColor = RGBColor(0, 114, 178);
-pub(crate) const VERMILLION: RGBColor = RGBColor(213, 94, 0);
-pub(crate) const PURPLE: RGBColor = RGBColor(204, 121, 167);
+pub(crate) const INK: Colour = Colour(34, 34, 34);
+pub(crate) const GREY: Colour = Colour(120, 120, 120);
+pub(crate) const PALE: Colour = Colour(222, 222, 222);
+pub(crate) const WHITE: Colour = Colour(255, 255, 255);
+pub(crate) const ORANGE: Colour = Colour(230, 159, 0);
+pub(crate) const SKY_BLUE: Colour = Colour(86, 180, 233);
+pub(crate) const GREEN: Colour = Colour(0, 158, 115);
+pub(crate) const BLUE: Colour = Colour(0, 114, 178);
+pub(crate) const VERMILLION: Colour = Colour(213, 94, 0);
+pub(crate) const PURPLE: Colour = Colour(204, 121, 167);
 
-/// Heights of text.
-pub(crate) const TITLE: i32 = 44;
-pub(super) const LABEL: i32 = 34;
-pub(crate) const SMALL: i32 = 31;
-/// Radius of a mark.
-pub(super) const MARK: i32 = 7;
+/// Sizes of text in a file.
+const TITLE: f64 = 36.0;
+pub(crate) const LABEL: f64 = 27.0;
+pub(crate) const SMALL: f64 = 25.0;
 
 /// Draws a figure of `shown` (width, height) and writes it in one step.
-pub(crate) fn figure(path: &Path, shown: (u32, u32), draw: impl FnOnce(&Sheet) -> Drawn) -> Result<()> {
-    figure_over(path, shown, None, draw)
+pub(crate) fn figure(path: &Path, shown: (u32, u32), draw: impl FnOnce(&Sheet)) -> Result<()> {
+    let size = (shown.0 * SCALE, shown.1 * SCALE);
+    let sheet = Sheet::new(Medium::File, size);
+    sheet.rect((0, 0), size, &Style::filled(WHITE));
+    draw(&sheet);
+    let height_mm = PAPER_MM * f64::from(shown.1) / f64::from(shown.0);
+    write_atomic(path, sheet.into_file((PAPER_MM, height_mm)).as_bytes())
 }
 
 /// As [`figure`], over a picture that fills a rectangle: left, top, right, bottom \[drawn px\].
 pub(super) fn figure_over(
     path: &Path,
     shown: (u32, u32),
-    under: Option<(&Raster, (i32, i32, i32, i32))>,
-    draw: impl FnOnce(&Sheet) -> Drawn,
+    (picture, frame): (&Raster, (i32, i32, i32, i32)),
+    draw: impl FnOnce(&Sheet),
 ) -> Result<()> {
-    let size = (shown.0 * SCALE, shown.1 * SCALE);
-    let mut svg = String::new();
-    {
-        let sheet = SVGBackend::with_string(&mut svg, size).into_drawing_area();
-        sheet
-            .fill(&RGBColor(255, 255, 255))
-            .and_then(|()| draw(&sheet))
-            .and_then(|()| sheet.present())
-            .map_err(|e| Error::io(path, std::io::Error::other(e.to_string())))?;
-    }
-    if let Some((picture, (left, top, right, bottom))) = under {
-        let png = STANDARD.encode(picture.png().map_err(|e| Error::io(path, e))?);
-        let image = format!(
-            "\n<image x=\"{left}\" y=\"{top}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" \
-             href=\"data:image/png;base64,{png}\"/>",
-            right - left,
-            bottom - top
-        );
-        // after the white ground, which is the first element
-        if let Some(end) = svg.find("/>") {
-            svg.insert_str(end + 2, &image);
-        }
-    }
-    let drawn = format!("width=\"{}\" height=\"{}\" viewBox", size.0, size.1);
-    let height_mm = PAPER_MM * f64::from(shown.1) / f64::from(shown.0);
-    let scaled = format!("width=\"{PAPER_MM:.0}mm\" height=\"{height_mm:.1}mm\" viewBox");
-    write_atomic(path, svg.replacen(&drawn, &scaled, 1).as_bytes())
+    let png = STANDARD.encode(picture.png().map_err(|e| Error::io(path, e))?);
+    figure(path, shown, |sheet| {
+        sheet.image(&png, frame);
+        draw(sheet);
+    })
 }
 
 /// A figure that says why it is empty.
 pub(crate) fn no_data(path: &Path, shown: (u32, u32), title: &str, reason: &str) -> Result<()> {
     figure(path, shown, |sheet| {
-        let (w, h) = sheet.dim_in_pixel();
-        write_text(sheet, title, (30, 24), TITLE, INK, (HPos::Left, VPos::Top))?;
-        let middle = (w as i32 / 2, h as i32 / 2);
-        write_text(sheet, &format!("no data: {reason}"), middle, LABEL + 6, GREY, (HPos::Center, VPos::Center))
+        heading(sheet, title);
+        let middle = (0.5 * sheet.width(), 0.5 * sheet.height());
+        write_text(sheet, &format!("no data: {reason}"), middle, LABEL + 5.0, GREY, (HPos::Center, VPos::Center));
     })
 }
 
-/// Text at a place; characters XML forbids become blanks.
-pub(crate) fn write_text(
+/// The title of a figure, smaller where it is too long for the sheet.
+pub(crate) fn heading(sheet: &Sheet, text: &str) {
+    let longest = (sheet.width() - 80.0) / (0.56 * text.chars().count() as f64);
+    write_text(sheet, text, (40, 26), TITLE.min(longest), INK, (HPos::Left, VPos::Top));
+}
+
+/// Text at a place.
+pub(crate) fn write_text<'a>(
     sheet: &Sheet,
     text: &str,
-    at: (i32, i32),
-    height: i32,
-    colour: RGBColor,
-    (h_pos, v_pos): (HPos, VPos),
-) -> Drawn {
-    let style = ("sans-serif", height).into_font().into_text_style(sheet).color(&colour).pos(Pos::new(h_pos, v_pos));
-    sheet.draw(&Text::new(printable(text), at, style))
+    at: (impl Into<f64>, impl Into<f64>),
+    size: f64,
+    paint: impl Into<Paint<'a>>,
+    place: (HPos, VPos),
+) {
+    sheet.text(text, (at.0.into(), at.1.into()), &Letters { size, paint: paint.into(), place, upright: false });
 }
 
 /// Numbers with a proper minus sign: a hyphen before a digit where a number may begin, or in an exponent. Those of dates,
@@ -125,23 +102,14 @@ pub(crate) fn signed(text: &str) -> String {
     chars.iter().enumerate().map(|(i, c)| if *c == '-' && minus(i) { '−' } else { *c }).collect()
 }
 
-/// Text that can be read on any ground: in `colour`, with a rim of ink.
-pub(super) fn write_over(
-    sheet: &Sheet,
-    text: &str,
-    (x, y): (i32, i32),
-    colour: RGBColor,
-    place: (HPos, VPos),
-) -> Drawn {
-    for (dx, dy) in [(-3, 0), (3, 0), (0, -3), (0, 3), (-2, -2), (2, -2), (-2, 2), (2, 2)] {
-        write_text(sheet, text, (x + dx, y + dy), LABEL, INK, place)?;
+/// Text that can be read on any background: in `colour`, with an outline of ink.
+pub(super) fn write_over(sheet: &Sheet, text: &str, (x, y): Place, colour: Colour, place: (HPos, VPos)) {
+    for (dx, dy) in
+        [(-3.0, 0.0), (3.0, 0.0), (0.0, -3.0), (0.0, 3.0), (-2.0, -2.0), (2.0, -2.0), (-2.0, 2.0), (2.0, 2.0)]
+    {
+        write_text(sheet, text, (x + dx, y + dy), LABEL, INK, place);
     }
-    write_text(sheet, text, (x, y), LABEL, colour, place)
-}
-
-/// XML 1.0 has no control characters.
-pub(super) fn printable(text: &str) -> String {
-    text.replace(|c: char| c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}'), " ")
+    write_text(sheet, text, (x, y), LABEL, colour, place);
 }
 
 /// What stands for one point or line, in the figure and in its legend.
@@ -175,51 +143,71 @@ pub(crate) enum Mark {
     Band,
 }
 
+/// Radius of a mark.
+pub(super) fn mark_radius(sheet: &Sheet) -> f64 {
+    if sheet.on_page() { 3.6 } else { 7.0 }
+}
+
 /// Draws one mark.
-pub(super) fn draw_mark(sheet: &Sheet, mark: Mark, (x, y): (i32, i32), colour: RGBColor) -> Drawn {
-    let r = MARK;
-    let stroke = |width| ShapeStyle { color: colour.to_rgba(), filled: false, stroke_width: width };
-    let polygon = |points: Vec<(i32, i32)>| sheet.draw(&Polygon::new(points, colour.filled()));
+pub(crate) fn draw_mark<'a>(
+    sheet: &Sheet,
+    mark: Mark,
+    at: (impl Into<f64>, impl Into<f64>),
+    paint: impl Into<Paint<'a>>,
+) {
+    tipped_mark(sheet, mark, (at.0.into(), at.1.into()), paint.into(), &Style::default());
+}
+
+/// Draws one mark; on a page with the tip and the property of `extra`.
+pub(super) fn tipped_mark(sheet: &Sheet, mark: Mark, (x, y): Place, paint: Paint, extra: &Style) {
+    let r = mark_radius(sheet);
+    let k = r / 7.0;
+    let at = |dx: f64, dy: f64| (x + k * dx, y + k * dy);
+    let full = || extra.clone().fill(paint.colour).class("point", paint.class);
+    let stroke = |width: f64| extra.clone().stroke(paint.colour, width).class("point", paint.class);
+    let arrow = || Style::line(paint.colour, 3).class("limit", paint.class);
+    let polygon = |corners: &[Place]| sheet.polygon(&corners.iter().map(|c| at(c.0, c.1)).collect::<Vec<_>>(), &full());
     match mark {
-        Mark::Full => sheet.draw(&Circle::new((x, y), r, colour.filled())),
-        Mark::Dot => sheet.draw(&Circle::new((x, y), 5, colour.mix(0.7).filled())),
-        Mark::Open => {
-            // White inside, so that its error bar does not cross it out.
-            sheet.draw(&Circle::new((x, y), r, RGBColor(255, 255, 255).filled()))?;
-            sheet.draw(&Circle::new((x, y), r, stroke(3)))
-        }
-        Mark::Swatch => {
-            let corners = vec![(x - 20, y - 14), (x + 20, y - 14), (x + 20, y + 14), (x - 20, y + 14)];
-            sheet.draw(&Polygon::new(corners, colour.filled()))
-        }
+        Mark::Full => sheet.circle((x, y), r, &full()),
+        Mark::Dot => sheet.circle((x, y), 5.0 * k, &full().opacity(0.7)),
+        // white inside, so that its error bar does not cross it out
+        Mark::Open => sheet.circle((x, y), r, &stroke(3.0).fill(WHITE)),
+        Mark::Swatch => sheet.rect(at(-20.0, -14.0), at(20.0, 14.0), &full()),
+        // on a page the whole of a mark answers to the pointer, and its class says that it is crossed out
+        Mark::Cross if sheet.on_page() => sheet.circle((x, y), r, &full()),
         Mark::Cross => {
-            sheet.draw(&PathElement::new(vec![(x - r, y - r), (x + r, y + r)], stroke(3)))?;
-            sheet.draw(&PathElement::new(vec![(x - r, y + r), (x + r, y - r)], stroke(3)))
+            sheet.path(&[at(-7.0, -7.0), at(7.0, 7.0)], &stroke(3.0));
+            sheet.path(&[at(-7.0, 7.0), at(7.0, -7.0)], &stroke(3.0));
         }
-        Mark::Square => polygon(vec![(x - r, y - r), (x + r, y - r), (x + r, y + r), (x - r, y + r)]),
-        Mark::Diamond => polygon(vec![(x, y - r - 3), (x + r + 3, y), (x, y + r + 3), (x - r - 3, y)]),
-        Mark::Up => polygon(vec![(x, y - r - 2), (x + r + 1, y + r), (x - r - 1, y + r)]),
-        Mark::Down => polygon(vec![(x, y + r + 2), (x + r + 1, y - r), (x - r - 1, y - r)]),
+        Mark::Square => polygon(&[(-7.0, -7.0), (7.0, -7.0), (7.0, 7.0), (-7.0, 7.0)]),
+        Mark::Diamond => polygon(&[(0.0, -10.0), (10.0, 0.0), (0.0, 10.0), (-10.0, 0.0)]),
+        Mark::Up => polygon(&[(0.0, -9.0), (8.0, 7.0), (-8.0, 7.0)]),
+        Mark::Down => polygon(&[(0.0, 9.0), (8.0, -7.0), (-8.0, -7.0)]),
         Mark::Limit => {
-            sheet.draw(&PathElement::new(vec![(x - r, y), (x + r, y)], stroke(3)))?;
-            sheet.draw(&PathElement::new(vec![(x, y), (x, y + 26)], stroke(3)))?;
-            polygon(vec![(x, y + 34), (x + 7, y + 22), (x - 7, y + 22)])
+            let extra = extra.clone().stroke(paint.colour, 3.0).class("limit", paint.class);
+            let head = [at(-7.0, 22.0), at(0.0, 33.0), at(7.0, 22.0)];
+            sheet.path(&[at(-7.0, 0.0), at(7.0, 0.0), at(0.0, 0.0), at(0.0, 33.0), head[0], head[1], head[2]], &extra);
         }
         Mark::AtLeast => {
-            sheet.draw(&PathElement::new(vec![(x, y - r), (x, y - 26)], stroke(3)))?;
-            polygon(vec![(x, y - 36), (x + 7, y - 24), (x - 7, y - 24)])?;
-            draw_mark(sheet, Mark::Open, (x, y), colour)
+            sheet.path(&[at(0.0, -7.0), at(0.0, -35.0), at(-7.0, -24.0), at(0.0, -35.0), at(7.0, -24.0)], &arrow());
+            tipped_mark(sheet, Mark::Open, (x, y), paint, extra);
         }
-        Mark::Line(width) => sheet.draw(&PathElement::new(vec![(x - 20, y), (x + 20, y)], stroke(width))),
+        Mark::Line(width) => {
+            let style = Style::line(paint.colour, width).class("line", paint.class);
+            sheet.path(&[at(-20.0, 0.0), at(20.0, 0.0)], &style);
+        }
         Mark::Band => {
-            let corners = vec![(x - 20, y - 9), (x + 20, y - 9), (x + 20, y + 9), (x - 20, y + 9)];
-            sheet.draw(&Polygon::new(corners, colour.mix(0.2).filled()))
+            let style = Style::filled(paint.colour).opacity(0.2).class("band", paint.class);
+            sheet.rect(at(-20.0, -9.0), at(20.0, 9.0), &style);
         }
     }
 }
 
-/// Writes legend lines downwards from `at`, each with its mark; an entry without a mark is a plain line of text.
-pub(crate) fn legend(sheet: &Sheet, at: (i32, i32), entries: &[(Option<(Mark, RGBColor)>, String)]) -> Drawn {
+/// Lines of a legend, each with its mark; one without a mark is a plain line of text.
+pub(crate) type Legend = Vec<(Option<(Mark, Colour)>, String)>;
+
+/// Writes legend lines downwards from `at`.
+pub(crate) fn legend(sheet: &Sheet, at: (i32, i32), entries: &[(Option<(Mark, Colour)>, String)]) {
     for (i, (mark, text)) in entries.iter().enumerate() {
         let y = at.1 + 42 * i as i32;
         if let Some((mark, colour)) = mark {
@@ -229,12 +217,11 @@ pub(crate) fn legend(sheet: &Sheet, at: (i32, i32), entries: &[(Option<(Mark, RG
                 Mark::AtLeast => -10,
                 _ => 0,
             };
-            draw_mark(sheet, *mark, (at.0 + 20, y - lift), *colour)?;
+            draw_mark(sheet, *mark, (at.0 + 20, y - lift), *colour);
         }
         let indent = if mark.is_some() { 54 } else { 0 };
-        write_text(sheet, text, (at.0 + indent, y), SMALL, INK, (HPos::Left, VPos::Center))?;
+        write_text(sheet, text, (at.0 + indent, y), SMALL, INK, (HPos::Left, VPos::Center));
     }
-    Ok(())
 }
 
 #[cfg(test)]

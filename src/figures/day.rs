@@ -4,14 +4,10 @@
 
 use std::path::Path;
 
-use plotters::element::Polygon;
-use plotters::style::text_anchor::{HPos, VPos};
-use plotters::style::{Color, RGBColor};
-
 use super::axis::Span;
 use super::canvas::{
-    BLUE, Drawn, GREEN, GREY, INK, Mark, ORANGE, PURPLE, SKY_BLUE, SMALL, TITLE, VERMILLION, draw_mark, figure, legend,
-    no_data, write_text,
+    BLUE, Colour, GREEN, GREY, HPos, INK, Mark, ORANGE, PURPLE, SKY_BLUE, SMALL, VERMILLION, VPos, draw_mark, figure,
+    heading, legend, no_data, write_text,
 };
 use super::panel::{Panel, Ticks};
 use crate::base::error::Result;
@@ -26,7 +22,7 @@ const VIOLIN: f64 = 24.0;
 const LIGHTS_BELOW_MAG: f64 = 2.0;
 
 /// A light of the day: its name, colour and median in a row.
-type Light = (&'static str, RGBColor, fn(&DayRow) -> Option<f64>);
+type Light = (&'static str, Colour, fn(&DayRow) -> Option<f64>);
 
 const LIGHTS: [Light; 4] = [
     ("Sunlight", ORANGE, |r| r.sun_v_mag),
@@ -67,9 +63,9 @@ pub fn day(path: &Path, rows: &[DayRow], violins: &[Violin], title: &str) -> Res
     };
     let x = Span { from, to: to.max(from + 1.0) };
     figure(path, SIZE, |sheet| {
-        write_text(sheet, title, (40, 26), TITLE, INK, (HPos::Left, VPos::Top))?;
+        heading(sheet, title);
         let panel = Panel { sheet, frame: (170, 110, 1480, 980), x, y };
-        panel.axes(Ticks::Hours, "", "V [mag], median over the sky")?;
+        panel.axes(Ticks::Hours, "", "V [mag], median over the sky");
         let curve = |of: fn(&DayRow) -> Option<f64>| -> Vec<(f64, Option<f64>)> {
             rows.iter().map(|r| (second(r.mjd_mid_d), of(r))).collect()
         };
@@ -78,7 +74,7 @@ pub fn day(path: &Path, rows: &[DayRow], violins: &[Violin], title: &str) -> Res
                 .iter()
                 .filter_map(|r| Some((second(r.mjd_mid_d), r.model_v_p16_mag?, r.model_v_p84_mag?)))
                 .collect();
-            panel.band(&band, BLUE)?;
+            panel.band(&band, BLUE);
         }
         let mut entries = vec![
             (Some((Mark::Line(7), BLUE)), "all four lights".to_string()),
@@ -87,24 +83,24 @@ pub fn day(path: &Path, rows: &[DayRow], violins: &[Violin], title: &str) -> Res
         for (name, colour, of) in LIGHTS {
             let line = curve(of);
             if line.iter().any(|p| p.1.is_some_and(|v| y.holds(v))) {
-                panel.polyline(&line, colour, 3)?;
+                panel.polyline(&line, colour, 3);
                 entries.push((Some((Mark::Line(3), colour)), format!("{name} alone")));
             }
         }
-        panel.polyline(&curve(|r| r.model_v_mag), BLUE, 7)?;
+        panel.polyline(&curve(|r| r.model_v_mag), BLUE, 7);
         for violin in violins {
-            draw_violin(&panel, second(violin.mjd_d), violin)?;
+            draw_violin(&panel, second(violin.mjd_d), violin);
         }
         if !violins.is_empty() {
             entries.push((Some((Mark::Swatch, GREY)), "observed pass".into()));
             entries.push((Some((Mark::Diamond, VERMILLION)), "its median".into()));
         }
-        legend(sheet, (1510, 140), &entries)?;
+        legend(sheet, (1510, 140), &entries);
         let below = Panel { sheet, frame: (170, 1030, 1480, 1420), x, y: Span { from: -90.0, to: 90.0 } };
-        below.axes(Ticks::Hours, "UTC", "altitude [deg]")?;
-        below.polyline(&[(x.from, Some(0.0)), (x.to, Some(0.0))], INK, 1)?;
-        below.polyline(&curve(|r| Some(r.sun_alt_deg)), ORANGE, 5)?;
-        below.polyline(&curve(|r| Some(r.moon_alt_deg)), GREY, 5)?;
+        below.axes(Ticks::Hours, "UTC", "altitude [deg]");
+        below.across(0.0, INK, 1);
+        below.polyline(&curve(|r| Some(r.sun_alt_deg)), ORANGE, 5);
+        below.polyline(&curve(|r| Some(r.moon_alt_deg)), GREY, 5);
         let middle = rows.get(rows.len() / 2);
         let phase = middle.map_or(String::new(), |r| format!("Moon, {:.0} % lit", r.moon_illum_pct));
         legend(
@@ -117,34 +113,26 @@ pub fn day(path: &Path, rows: &[DayRow], violins: &[Violin], title: &str) -> Res
 
 /// The density of the magnitudes of a pass on both sides of its time, Gaussian kernels of Silverman's width; a pass of
 /// fewer than three is its points.
-fn draw_violin(panel: &Panel, second: f64, violin: &Violin) -> Drawn {
+fn draw_violin(panel: &Panel, second: f64, violin: &Violin) {
     let x = panel.px(second);
     let places = density(&violin.v_mag);
     if places.is_empty() {
         for v in &violin.v_mag {
-            panel.mark(Mark::Full, second, *v, GREY)?;
+            panel.mark(Mark::Full, second, *v, GREY);
         }
     } else {
-        let inside: Vec<(i32, i32)> = places
-            .iter()
-            .filter(|(v, _)| panel.y.holds(*v))
-            .map(|(v, d)| ((VIOLIN * d).round() as i32, panel.py(*v)))
-            .collect();
-        let mut outline: Vec<(i32, i32)> = inside.iter().map(|(half, y)| (x - half, *y)).collect();
-        outline.extend(inside.iter().rev().map(|(half, y)| (x + half, *y)));
-        panel.sheet.draw(&Polygon::new(outline, GREY.mix(0.75).filled()))?;
+        panel.violin(second, VIOLIN, &places, GREY.into(), "");
     }
     if panel.y.holds(violin.median_mag) {
-        draw_mark(panel.sheet, Mark::Diamond, (x, panel.py(violin.median_mag)), VERMILLION)?;
+        draw_mark(panel.sheet, Mark::Diamond, (x, panel.py(violin.median_mag)), VERMILLION);
         let text = format!("{:.1}", violin.median_mag);
         write_text(
             panel.sheet,
             &super::canvas::signed(&text),
-            (x + 30, panel.py(violin.median_mag)),
+            (x + 30.0, panel.py(violin.median_mag)),
             SMALL,
             INK,
             (HPos::Left, VPos::Center),
-        )?;
+        );
     }
-    Ok(())
 }

@@ -4,11 +4,10 @@
 
 use std::path::Path;
 
-use plotters::element::{Circle, PathElement, Rectangle};
-use plotters::style::text_anchor::{HPos, VPos};
-use plotters::style::{Color, RGBAColor, RGBColor, ShapeStyle};
-
-use super::canvas::{Drawn, INK, LABEL, ORANGE, SMALL, Sheet, TITLE, figure_over, signed, write_over, write_text};
+use super::canvas::{
+    Colour, HPos, INK, LABEL, ORANGE, Place, SMALL, Sheet, Style, VPos, WHITE, figure_over, heading, signed,
+    write_over, write_text,
+};
 use super::viridis;
 use crate::base::error::{Error, Result};
 use crate::base::file::write_atomic;
@@ -24,7 +23,6 @@ const SIZE: (u32, u32) = (960, 800);
 const FRAME: (i32, i32, i32, i32) = (60, 130, 1_460, 1_530);
 /// Decades of radiance shown.
 const DECADES: f64 = 3.0;
-const WHITE: RGBColor = RGBColor(255, 255, 255);
 /// Ground without light.
 const DARK: (u8, u8, u8) = (16, 16, 28);
 
@@ -64,24 +62,23 @@ pub fn earth(path: &Path, picture: &EarthPicture, title: &str, mark: &EarthMark)
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
         return write_atomic(path, &raster.png().map_err(|e| Error::io(path, e))?);
     }
-    figure_over(path, SIZE, Some((&raster, FRAME)), |sheet| {
-        write_text(sheet, title, (40, 26), TITLE, INK, (HPos::Left, VPos::Top))?;
-        graticule(sheet, picture)?;
+    figure_over(path, SIZE, (&raster, FRAME), |sheet| {
+        heading(sheet, title);
+        graticule(sheet, picture);
         for line in coast() {
-            polyline(sheet, picture, &line, stroke(WHITE.mix(0.75), 2))?;
+            polyline(sheet, picture, &line, &Style::line(WHITE, 2).opacity(0.75));
         }
-        polyline(sheet, picture, &mark.terminator_deg, stroke(ORANGE.mix(1.0), 3))?;
+        polyline(sheet, picture, &mark.terminator_deg, &Style::line(ORANGE, 3));
         if let Some(at) = place(picture, mark.under_deg) {
-            sheet.draw(&Circle::new(at, 16, stroke(INK.mix(1.0), 11)))?;
-            sheet.draw(&Circle::new(at, 16, stroke(ORANGE.mix(1.0), 5)))?;
-            write_over(sheet, &mark.lamp, (at.0 + 30, at.1), WHITE, (HPos::Left, VPos::Center))?;
+            sheet.circle(at, 16, &Style::line(INK, 11));
+            sheet.circle(at, 16, &Style::line(ORANGE, 5));
+            write_over(sheet, &mark.lamp, (at.0 + 30.0, at.1), WHITE, (HPos::Left, VPos::Center));
         }
-        bar(sheet, picture.brightest())?;
+        bar(sheet, picture.brightest());
         for (i, note) in mark.notes.iter().chain(&legend(picture, mark)).enumerate() {
             let at = (1_500, 1_010 + 44 * i as i32);
-            write_text(sheet, &signed(note), at, SMALL - 3, INK, (HPos::Left, VPos::Center))?;
+            write_text(sheet, &signed(note), at, SMALL - 2.0, INK, (HPos::Left, VPos::Center));
         }
-        Ok(())
     })
 }
 
@@ -93,47 +90,39 @@ fn colour(share: f64) -> (u8, u8, u8) {
     if lg < 0.0 { DARK } else { viridis(lg) }
 }
 
-fn stroke(color: RGBAColor, width: u32) -> ShapeStyle {
-    ShapeStyle { color, filled: false, stroke_width: width }
-}
-
 /// Where a geodetic point is on the sheet; `None` behind the limb.
-fn place(picture: &EarthPicture, (lon_deg, lat_deg): (f64, f64)) -> Option<(i32, i32)> {
+fn place(picture: &EarthPicture, (lon_deg, lat_deg): (f64, f64)) -> Option<Place> {
     // the engine's ground is a sphere: its point is the one with this plumb line
     let plumb = Site::new(lat_deg, lon_deg, 0.0).ok()?.from_enu(&Vector::<Enu>::new(0.0, 0.0, 1.0));
     let view: &Viewpoint = &picture.view;
     let (x, y) = picture.pixel_of(view.ground_point(&plumb)?);
     let scale = f64::from(FRAME.2 - FRAME.0) / picture.radiance.ncols() as f64;
-    Some((FRAME.0 + (x * scale).round() as i32, FRAME.3 - (y * scale).round() as i32))
+    Some((f64::from(FRAME.0) + x * scale, f64::from(FRAME.3) - y * scale))
 }
 
 /// A line over the ground, broken where it is behind the limb.
-fn polyline(sheet: &Sheet, picture: &EarthPicture, points: &[(f64, f64)], style: ShapeStyle) -> Drawn {
-    let mut run: Vec<(i32, i32)> = Vec::new();
+fn polyline(sheet: &Sheet, picture: &EarthPicture, points: &[(f64, f64)], style: &Style) {
+    let mut run: Vec<Place> = Vec::new();
     for point in points.iter().map(|p| place(picture, *p)).chain([None]) {
         match point {
             Some(at) => run.push(at),
             None => {
-                if run.len() > 1 {
-                    sheet.draw(&PathElement::new(run.clone(), style))?;
-                }
+                sheet.path(&run, style);
                 run.clear();
             }
         }
     }
-    Ok(())
 }
 
-fn graticule(sheet: &Sheet, picture: &EarthPicture) -> Drawn {
-    let style = stroke(WHITE.mix(0.3), 1);
+fn graticule(sheet: &Sheet, picture: &EarthPicture) {
+    let style = Style::line(WHITE, 1).opacity(0.3);
     let every = |from: i32, to: i32, step: usize| (from..=to).step_by(step).map(f64::from);
     for lat in every(-60, 60, 30) {
-        polyline(sheet, picture, &every(-180, 180, 2).map(|lon| (lon, lat)).collect::<Vec<_>>(), style)?;
+        polyline(sheet, picture, &every(-180, 180, 2).map(|lon| (lon, lat)).collect::<Vec<_>>(), &style);
     }
     for lon in every(-180, 150, 30) {
-        polyline(sheet, picture, &every(-90, 90, 2).map(|lat| (lon, lat)).collect::<Vec<_>>(), style)?;
+        polyline(sheet, picture, &every(-90, 90, 2).map(|lat| (lon, lat)).collect::<Vec<_>>(), &style);
     }
-    Ok(())
 }
 
 /// What orange means, of what is in view.
@@ -153,27 +142,26 @@ fn bar_ticks(brightest: f64) -> Vec<(f64, f64)> {
 }
 
 /// The colour bar, bright on top; without light it has nothing to say.
-fn bar(sheet: &Sheet, brightest: f64) -> Drawn {
+fn bar(sheet: &Sheet, brightest: f64) {
     let (left, right, top, bottom) = (1_520, 1_580, 230, 930);
     let left_centre = (HPos::Left, VPos::Center);
     if !(brightest > 0.0) {
-        sheet.draw(&Rectangle::new([(left, top), (right, top + 60)], RGBColor(DARK.0, DARK.1, DARK.2).filled()))?;
+        sheet.rect((left, top), (right, top + 60), &Style::filled(Colour(DARK.0, DARK.1, DARK.2)));
         return write_text(sheet, "no lit ground in view", (left, top + 100), SMALL, INK, left_centre);
     }
-    write_text(sheet, "radiance", (left, top - 90), LABEL, INK, left_centre)?;
-    write_text(sheet, "[W m⁻² sr⁻¹]", (left, top - 48), LABEL, INK, left_centre)?;
+    write_text(sheet, "radiance", (left, top - 90), LABEL, INK, left_centre);
+    write_text(sheet, "[W m⁻² sr⁻¹]", (left, top - 48), LABEL, INK, left_centre);
     for y in (top..bottom).step_by(5) {
         let share = 1.0 - f64::from(y - top) / f64::from(bottom - top);
         let (r, g, b) = viridis(share);
-        sheet.draw(&Rectangle::new([(left, y), (right, y + 6)], RGBColor(r, g, b).filled()))?;
+        sheet.rect((left, y), (right, y + 6), &Style::filled(Colour(r, g, b)));
     }
-    sheet.draw(&Rectangle::new([(left, top), (right, bottom)], stroke(INK.mix(1.0), 2)))?;
+    sheet.rect((left, top), (right, bottom), &Style::line(INK, 2));
     for (value, share) in bar_ticks(brightest) {
         let y = bottom - (share * f64::from(bottom - top)).round() as i32;
-        sheet.draw(&PathElement::new(vec![(right, y), (right + 8, y)], stroke(INK.mix(1.0), 2)))?;
-        write_text(sheet, &signed(&format!("{value:.0e}")), (right + 16, y), SMALL, INK, left_centre)?;
+        sheet.line((right, y), (right + 8, y), &Style::line(INK, 2));
+        write_text(sheet, &signed(&format!("{value:.0e}")), (right + 16, y), SMALL, INK, left_centre);
     }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -4,13 +4,10 @@
 
 use std::path::Path;
 
-use plotters::element::Polygon;
-use plotters::style::text_anchor::{HPos, VPos};
-use plotters::style::{Color, RGBColor};
-
 use super::axis::Span;
 use super::canvas::{
-    BLUE, GREY, INK, Mark, ORANGE, SMALL, TITLE, VERMILLION, draw_mark, figure_over, legend, write_text,
+    BLUE, Colour, GREY, HPos, INK, Mark, ORANGE, SMALL, Style, VERMILLION, VPos, draw_mark, figure_over, heading,
+    legend, write_text,
 };
 use super::panel::{Panel, Ticks};
 use crate::base::error::{Error, Result};
@@ -64,54 +61,54 @@ pub fn ground_map(path: &Path, map: &GroundMap) -> Result<()> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
         return write_atomic(path, &preview(&raster, map).png().map_err(|e| Error::io(path, e))?);
     }
-    figure_over(path, SIZE, Some((&raster, FRAME)), |sheet| {
-        write_text(sheet, &map.title, (40, 26), TITLE, INK, (HPos::Left, VPos::Top))?;
+    figure_over(path, SIZE, (&raster, FRAME), |sheet| {
+        heading(sheet, &map.title);
         let (x, y) = (Span { from: -180.0, to: 180.0 }, Span { from: -90.0, to: 90.0 });
         let panel = Panel { sheet, frame: FRAME, x, y };
-        panel.axes(Ticks::Numbers, "longitude [deg east]", "latitude [deg north]")?;
-        let line = |points: &[(f64, f64)], colour: RGBColor, width: u32| {
+        panel.axes(Ticks::Numbers, "longitude [deg east]", "latitude [deg north]");
+        let line = |points: &[(f64, f64)], colour: Colour, width: u32| {
             let broken = broken(points);
             panel.polyline(&broken, colour, width)
         };
         for coast in coast() {
-            line(&coast, GREY, 1)?;
+            line(&coast, GREY, 1);
         }
         for (terminator, colour) in map.terminators_deg.iter().zip([ORANGE, BLUE]) {
-            line(&closed(terminator), colour, 3)?;
+            line(&closed(terminator), colour, 3);
         }
-        line(&map.track_deg, VERMILLION, 4)?;
+        line(&map.track_deg, VERMILLION, 4);
         for (at, way) in arrows(&map.track_deg) {
             let (x, y) = (panel.px(at.0), panel.py(at.1));
             let turned = |along: f64, across: f64| {
                 let (dx, dy) = (along * way.0 - across * way.1, along * way.1 + across * way.0);
-                (x + dx.round() as i32, y - dy.round() as i32)
+                (x + dx, y - dy)
             };
-            let head = vec![turned(15.0, 0.0), turned(-11.0, 11.0), turned(-11.0, -11.0)];
-            sheet.draw(&Polygon::new(head, VERMILLION.filled()))?;
+            let head = [turned(15.0, 0.0), turned(-11.0, 11.0), turned(-11.0, -11.0)];
+            sheet.polygon(&head, &Style::filled(VERMILLION));
         }
         let track = "track, arrows forward in time";
         let mut entries = vec![(Some((Mark::Line(4), VERMILLION)), track.to_owned())];
-        let mark = |kind: Mark, at: (f64, f64), colour: RGBColor, text: &str, below: bool| {
+        let mark = |kind: Mark, at: (f64, f64), colour: Colour, text: &str, below: bool| {
             let px = (panel.px(at.0), panel.py(at.1));
-            draw_mark(sheet, kind, px, colour)?;
-            let (side, shift) = if at.0 > 130.0 { (HPos::Right, -18) } else { (HPos::Left, 18) };
+            draw_mark(sheet, kind, px, colour);
+            let (side, shift) = if at.0 > 130.0 { (HPos::Right, -18.0) } else { (HPos::Left, 18.0) };
             // inside the frame at the poles
-            let below = px.1 - 44 < FRAME.1 || (below && px.1 + 48 < FRAME.3);
-            let off = if below { 26 } else { -22 };
+            let below = px.1 - 44.0 < f64::from(FRAME.1) || (below && px.1 + 48.0 < f64::from(FRAME.3));
+            let off = if below { 26.0 } else { -22.0 };
             write_text(sheet, text, (px.0 + shift, px.1 + off), SMALL, INK, (side, VPos::Center))
         };
         if let Some((name, at)) = &map.site {
-            mark(Mark::Square, *at, INK, name, false)?;
+            mark(Mark::Square, *at, INK, name, false);
         }
         if let Some((name, at)) = &map.satellite {
-            mark(Mark::Diamond, *at, VERMILLION, name, true)?;
+            mark(Mark::Diamond, *at, VERMILLION, name, true);
         }
-        mark(Mark::Full, map.under_deg[0], ORANGE, "Sun", false)?;
-        mark(Mark::Full, map.under_deg[1], BLUE, "Moon", false)?;
+        mark(Mark::Full, map.under_deg[0], ORANGE, "Sun", false);
+        mark(Mark::Full, map.under_deg[1], BLUE, "Moon", false);
         entries.push((Some((Mark::Line(3), ORANGE)), "Sun sets or rises".into()));
         entries.push((Some((Mark::Line(3), BLUE)), "Moon sets or rises".into()));
-        let ground = |c: [f64; 3]| RGBColor(c[0] as u8, c[1] as u8, c[2] as u8);
-        legend(sheet, (160, 1_110), &entries)?;
+        let ground = |c: [f64; 3]| Colour(c[0] as u8, c[1] as u8, c[2] as u8);
+        legend(sheet, (160, 1_110), &entries);
         legend(
             sheet,
             (760, 1_110),
@@ -120,9 +117,9 @@ pub fn ground_map(path: &Path, map: &GroundMap) -> Result<()> {
                 (Some((Mark::Swatch, ground(MOONLIT))), "night, Moon up".into()),
                 (Some((Mark::Swatch, ground(NIGHT))), "night, no Moon".into()),
             ],
-        )?;
+        );
         let note = "coasts: Natural Earth";
-        write_text(sheet, note, (1_880, 1_290), SMALL - 6, GREY, (HPos::Right, VPos::Center))
+        write_text(sheet, note, (1_880, 1_290), SMALL - 5.0, GREY, (HPos::Right, VPos::Center))
     })
 }
 
@@ -151,7 +148,7 @@ fn preview(shading: &Raster, map: &GroundMap) -> Raster {
     let mut picture = Raster::of(dots, |column, row| shading.at(column / ZOOM, row / ZOOM));
     let scale = dots.0 as f64 / 360.0;
     let dot = |(lon, lat): (f64, f64)| ((lon + 180.0) * scale, (90.0 - lat) * scale);
-    let mut line = |points: &[(f64, f64)], colour: RGBColor, width: usize| {
+    let mut line = |points: &[(f64, f64)], colour: Colour, width: usize| {
         for pair in broken(points).windows(2) {
             if let (Some(a), Some(b)) = (pair[0].1, pair[1].1) {
                 picture.line(dot((pair[0].0, a)), dot((pair[1].0, b)), colour.rgb(), width);

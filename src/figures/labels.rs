@@ -4,18 +4,15 @@
 
 use std::path::Path;
 
-use plotters::style::RGBColor;
-use plotters::style::text_anchor::{HPos, VPos};
-
 use super::axis::Span;
-use super::canvas::{BLUE, INK, Mark, ORANGE, PURPLE, TITLE, figure, legend, no_data, signed, write_text};
+use super::canvas::{BLUE, Colour, Mark, ORANGE, PURPLE, figure, heading, legend, no_data, signed};
 use super::panel::{Panel, Ticks};
 use crate::base::error::Result;
 
 const SIZE: (u32, u32) = (960, 560);
 /// Width of a bar \[mag\].
 const BIN_MAG: f64 = 0.5;
-const COLOURS: [RGBColor; 3] = [ORANGE, PURPLE, BLUE];
+const COLOURS: [Colour; 3] = [ORANGE, PURPLE, BLUE];
 
 /// The magnitudes of one class.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,28 +30,30 @@ pub struct LabelSample {
 /// # Errors
 /// [`crate::Error::Io`] when the file cannot be written.
 pub fn label_histogram(path: &Path, title: &str, samples: &[LabelSample]) -> Result<()> {
-    let all = samples.iter().flat_map(|s| s.v_mag.iter().copied());
-    let Some(x) = Span::around(all, 4.0 * BIN_MAG) else {
-        return no_data(path, SIZE, title, "no row has a magnitude");
-    };
     let bars: Vec<Vec<(f64, f64)>> = samples.iter().map(|s| shares(&s.v_mag)).collect();
+    let edges = bars.iter().flatten().flat_map(|bar| [bar.0, bar.0 + BIN_MAG]);
+    let (from, to) = edges.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), at| (lo.min(at), hi.max(at)));
+    if from > to {
+        return no_data(path, SIZE, title, "no row has a magnitude");
+    }
+    let x = Span { from, to };
     let top = bars.iter().flatten().map(|b| b.1).fold(0.0, f64::max);
     let y = Span { from: 0.0, to: (1.08 * top).max(0.1) };
     figure(path, SIZE, |sheet| {
-        write_text(sheet, title, (40, 26), TITLE, INK, (HPos::Left, VPos::Top))?;
+        heading(sheet, title);
         let panel = Panel { sheet, frame: (170, 110, 1340, 980), x, y };
-        panel.axes(Ticks::Numbers, "V [mag]", "share of the class in 0.5 mag")?;
+        panel.axes(Ticks::Numbers, "V [mag]", "share of the class in 0.5 mag");
         let mut entries = Vec::new();
         for ((sample, bars), colour) in samples.iter().zip(&bars).zip(COLOURS) {
             let corners: Vec<(f64, f64)> =
                 bars.iter().flat_map(|(at, share)| [(*at, *share), (at + BIN_MAG, *share)]).collect();
-            panel.band(&corners.iter().map(|(x, y)| (*x, 0.0, *y)).collect::<Vec<_>>(), colour)?;
-            panel.polyline(&corners.iter().map(|(x, y)| (*x, Some(*y))).collect::<Vec<_>>(), colour, 4)?;
+            panel.band(&corners.iter().map(|(x, y)| (*x, 0.0, *y)).collect::<Vec<_>>(), colour);
+            panel.polyline(&corners.iter().map(|(x, y)| (*x, Some(*y))).collect::<Vec<_>>(), colour, 4);
             entries.push((Some((Mark::Swatch, colour)), sample.name.clone()));
             let median = sample.median_v_mag.map_or("none".to_owned(), |m| format!("median {m:.2}"));
             entries.push((None, signed(&format!("   {} rows, {median}", sample.v_mag.len()))));
             if let Some(median) = sample.median_v_mag {
-                panel.polyline(&[(median, Some(0.0)), (median, Some(y.to))], colour, 2)?;
+                panel.polyline(&[(median, Some(0.0)), (median, Some(y.to))], colour, 2);
             }
         }
         legend(sheet, (1370, 140), &entries)

@@ -5,15 +5,15 @@
 
 use std::path::{Path, PathBuf};
 
-use plotters::style::RGBColor;
-use plotters::style::text_anchor::{HPos, VPos};
-
 use super::axis::{Span, clock};
 use super::canvas::{
-    BLUE, Drawn, GREEN, GREY, INK, LABEL, Mark, ORANGE, PURPLE, SKY_BLUE, SMALL, Sheet, TITLE, VERMILLION, figure,
-    legend, no_data, signed, write_text,
+    BLUE, Colour, GREEN, GREY, HPos, INK, LABEL, Legend, Mark, Medium, ORANGE, PURPLE, Paint, SKY_BLUE, SMALL, Sheet,
+    VERMILLION, VPos, WHITE, figure, heading, legend, no_data, signed, write_text,
 };
-use super::panel::{Panel, Ticks};
+use super::chart::Chart;
+use super::interaction::Interaction;
+use super::panel::{Panel, Point, Ticks};
+use super::viridis;
 use crate::base::error::Result;
 use crate::base::stats::robust;
 use crate::base::stats::scatter;
@@ -37,18 +37,22 @@ const MOST_PASSES: usize = 3;
 const ONE_PASS: (u32, u32) = (960, 640);
 /// Height of one of several passes \[drawn px\].
 const BLOCK: i32 = 860;
+/// The ground where sunlight is not the largest light.
+const DIM: Colour = Colour(229, 235, 243);
 /// Where the legend begins \[drawn px\].
 const LEGEND_X: i32 = 1490;
 
 /// A light of the model: its name, colour and magnitude in a row.
-type Light = (&'static str, RGBColor, fn(&PhotometryRow) -> Option<f64>);
+type Light = (&'static str, Paint<'static>, fn(&PhotometryRow) -> Option<f64>);
 
-const LIGHTS: [Light; 4] = [
-    ("Sunlight", ORANGE, |r| r.sun_v_mag),
-    ("Earthshine", GREEN, |r| r.earthshine_v_mag),
-    ("Moonlight", SKY_BLUE, |r| r.moon_v_mag),
-    ("Lunar-Earthshine", PURPLE, |r| r.lunar_earthshine_v_mag),
+pub(crate) const LIGHTS: [Light; 4] = [
+    ("Sunlight", ORANGE.class("sun"), |r| r.sun_v_mag),
+    ("Earthshine", GREEN.class("earthshine"), |r| r.earthshine_v_mag),
+    ("Moonlight", SKY_BLUE.class("moon"), |r| r.moon_v_mag),
+    ("Lunar-Earthshine", PURPLE.class("lunar"), |r| r.lunar_earthshine_v_mag),
 ];
+/// All lights together.
+pub(crate) const MODEL: Paint = INK.class("model");
 
 /// Draws every pass of the rows, one block each (the first three; a note counts the rest).
 ///
@@ -80,17 +84,16 @@ pub fn light_curve_in(path: &Path, rows: &[PhotometryRow], title: &str, band: &s
     let shown = drawable.len().min(MOST_PASSES);
     let height = if shown == 1 { ONE_PASS.1 } else { (110 + BLOCK * shown as i32) as u32 / 2 };
     figure(path, (ONE_PASS.0, height), |sheet| {
-        write_text(sheet, title, (40, 26), TITLE, INK, (HPos::Left, VPos::Top))?;
+        heading(sheet, title);
         let more = drawable.len() - shown;
         if more > 0 {
             let note = format!("… and {more} more {}", if more == 1 { "pass" } else { "passes" });
-            write_text(sheet, &note, (1880, 30), LABEL, GREY, (HPos::Right, VPos::Top))?;
+            write_text(sheet, &note, (1880, 30), LABEL, GREY, (HPos::Right, VPos::Top));
         }
         let block = if shown == 1 { 2 * ONE_PASS.1 as i32 - 110 } else { BLOCK };
         for (i, pass) in drawable.iter().take(shown).enumerate() {
-            draw_pass(sheet, pass, (90 + block * i as i32, block), band)?;
+            draw_pass(sheet, pass, (90 + block * i as i32, block), band);
         }
-        Ok(())
     })
 }
 
@@ -136,8 +139,8 @@ pub fn light_curves(dir: &Path, rows: &[PhotometryRow], title: &str) -> Result<V
     Ok(paths)
 }
 
-/// Whether a row has a limit instead of a magnitude.
-fn limit(row: &PhotometryRow) -> Option<f64> {
+/// The limit of a row that has no magnitude.
+pub(crate) fn limit(row: &PhotometryRow) -> Option<f64> {
     if row.v_mag.is_some() || matches!(Status::from_cell(&row.status), Some(Status::Failed | Status::Rejected)) {
         return None;
     }
@@ -174,12 +177,53 @@ fn magnitude_span(pass: &[&PhotometryRow]) -> Option<Span> {
     Some(span)
 }
 
+/// One pass as a chart of a page: the same curves and points as in a file, with a strip of altitudes along the foot.
+/// `None` without a magnitude, a limit or a model.
+pub(crate) fn pass_chart(
+    pass: &[&PhotometryRow],
+    band: &str,
+    size: (i32, i32),
+    interaction: &Interaction,
+) -> Option<Sheet> {
+    let first = *pass.first()?;
+    let mut y = magnitude_span(pass)?;
+    y.from += 0.06 * (y.from - y.to); // room for the strip
+    let seconds =
+        |r: &PhotometryRow| (r.mjd_mid_d.unwrap_or(f64::NAN) - first.mjd_mid_d.unwrap_or(0.0).floor()) * 86_400.0;
+    let x = Span::around(pass.iter().map(|r| seconds(r)), 20.0)?;
+    let day: String = first.date_mid.chars().take(10).collect();
+    let chart =
+        Chart { size, x, y, x_label: &format!("UTC on {day}"), y_label: &format!("{band} [mag]"), ticks: Ticks::Clock };
+    let shades = |panel: &Panel| drop(shade(panel, pass, &seconds, false));
+    Some(chart.draw(Medium::Page, shades, |panel| {
+        altitudes(panel, pass, &seconds);
+        curves(panel, pass, &seconds, (Legend::new(), band), interaction);
+    }))
+}
+
+/// Colour of an altitude: dark at the horizon, yellow in the zenith.
+pub(crate) fn altitude_colour(alt_deg: f64) -> Colour {
+    let (r, g, b) = viridis(alt_deg / 90.0);
+    Colour(r, g, b)
+}
+
+/// The strip of altitudes, each frame as far as halfway to its neighbours.
+fn altitudes(panel: &Panel, pass: &[&PhotometryRow], seconds: &dyn Fn(&PhotometryRow) -> f64) {
+    let known: Vec<(f64, f64)> = pass.iter().filter_map(|r| Some((seconds(r), r.alt_deg?))).collect();
+    let middle = |a: usize, b: usize| Some(0.5 * (known.get(a)?.0 + known.get(b)?.0));
+    for (k, (at, alt_deg)) in known.iter().enumerate() {
+        let before = k.checked_sub(1).and_then(|p| middle(p, k)).unwrap_or(at - 5.0);
+        let after = middle(k, k + 1).unwrap_or(at + 5.0);
+        panel.foot(before, after, altitude_colour(*alt_deg), &format!("altitude {alt_deg:.1}°"));
+    }
+}
+
 /// One pass: heading, magnitudes, altitude, legend, from `top` over `height` drawn pixels.
-fn draw_pass(sheet: &Sheet, pass: &[&PhotometryRow], (top, height): (i32, i32), band: &str) -> Drawn {
-    let (Some(y), Some(first)) = (magnitude_span(pass), pass.first()) else { return Ok(()) };
+fn draw_pass(sheet: &Sheet, pass: &[&PhotometryRow], (top, height): (i32, i32), band: &str) {
+    let (Some(y), Some(first)) = (magnitude_span(pass), pass.first()) else { return };
     let midnight = first.mjd_mid_d.unwrap_or(0.0).floor();
     let seconds = |r: &PhotometryRow| (r.mjd_mid_d.unwrap_or(0.0) - midnight) * 86_400.0;
-    let Some(x) = Span::around(pass.iter().map(|r| seconds(r)), 10.0) else { return Ok(()) };
+    let Some(x) = Span::around(pass.iter().map(|r| seconds(r)), 10.0) else { return };
 
     let ends = (pass.first().map_or(0.0, |r| seconds(r)), pass.last().map_or(0.0, |r| seconds(r)));
     let number = first.norad_cat_id.map(|n| format!(" {n}")).unwrap_or_default();
@@ -194,7 +238,7 @@ fn draw_pass(sheet: &Sheet, pass: &[&PhotometryRow], (top, height): (i32, i32), 
         first.object_name,
         if ends.0 == ends.1 { clock(ends.0) } else { format!("{}–{}", clock(ends.0), clock(ends.1)) },
     );
-    write_text(sheet, heading.trim_start_matches([' ', '·']), (160, top), LABEL, INK, (HPos::Left, VPos::Top))?;
+    write_text(sheet, heading.trim_start_matches([' ', '·']), (160, top), LABEL, INK, (HPos::Left, VPos::Top));
 
     let altitude = Span::around(pass.iter().filter_map(|r| r.alt_deg), 4.0);
     let bottom = top + height - 110;
@@ -202,28 +246,22 @@ fn draw_pass(sheet: &Sheet, pass: &[&PhotometryRow], (top, height): (i32, i32), 
     let day: String = first.date_mid.chars().take(10).collect();
     let x_title = format!("UTC {day}");
     let magnitudes = Panel { sheet, frame: (160, top + 84, 1430, split), x, y };
-    let unnamed = shade(&magnitudes, pass, &seconds, true)?;
-    magnitudes.axes(Ticks::Clock, if altitude.is_some() { "" } else { &x_title }, &format!("{band} [mag]"))?;
-    let entries = curves(&magnitudes, pass, &seconds, (unnamed, band))?;
-    legend(sheet, (LEGEND_X, top + 100), &entries)?;
+    let unnamed = shade(&magnitudes, pass, &seconds, true);
+    magnitudes.axes(Ticks::Clock, if altitude.is_some() { "" } else { &x_title }, &format!("{band} [mag]"));
+    let entries = curves(&magnitudes, pass, &seconds, (unnamed, band), &Interaction::NONE);
+    legend(sheet, (LEGEND_X, top + 100), &entries);
     if let Some(y) = altitude {
         let panel = Panel { sheet, frame: (160, split + 26, 1430, bottom), x, y };
-        shade(&panel, pass, &seconds, false)?;
-        panel.axes(Ticks::Clock, &x_title, "altitude [deg]")?;
+        shade(&panel, pass, &seconds, false);
+        panel.axes(Ticks::Clock, &x_title, "altitude [deg]");
         let track: Vec<(f64, Option<f64>)> = pass.iter().map(|r| (seconds(r), r.alt_deg)).collect();
-        panel.polyline(&track, INK, 3)?;
+        panel.polyline(&track, INK, 3);
     }
-    Ok(())
 }
 
 /// The background by the largest light, changing halfway between frames. Returns the legend of the pieces too narrow
 /// for their name.
-fn shade(
-    panel: &Panel,
-    pass: &[&PhotometryRow],
-    seconds: &dyn Fn(&PhotometryRow) -> f64,
-    named: bool,
-) -> std::result::Result<Legend, super::canvas::DrawError> {
+fn shade(panel: &Panel, pass: &[&PhotometryRow], seconds: &dyn Fn(&PhotometryRow) -> f64, named: bool) -> Legend {
     let mut unnamed = Legend::new();
     let mut start = 0;
     while let Some(first) = pass.get(start) {
@@ -236,27 +274,26 @@ fn shade(
         let from = start.checked_sub(1).and_then(|i| edge(i, start)).unwrap_or(panel.x.from);
         let to = edge(end - 1, end).unwrap_or(panel.x.to);
         // where sunlight is not the largest, the satellite need not be in the umbra: its lit sides may look away
-        let (colour, name) = match Illum::from_cell(&first.illum) {
-            None => (RGBColor(255, 255, 255), String::new()),
-            Some(Illum::Sun) => (RGBColor(255, 246, 214), "sunlit".to_owned()),
-            Some(Illum::Penumbra) => (RGBColor(243, 230, 240), "penumbra".to_owned()),
-            Some(Illum::None) => (RGBColor(229, 235, 243), "no light".to_owned()),
-            Some(light) => (RGBColor(229, 235, 243), light.as_str().replace('_', "-")),
+        let (paint, name) = match Illum::from_cell(&first.illum) {
+            None => (WHITE.class("sunlit"), String::new()),
+            Some(Illum::Sun) => (Colour(255, 246, 214).class("sunlit"), "sunlit".to_owned()),
+            Some(Illum::Penumbra) => (Colour(243, 230, 240).class("penumbra"), "penumbra".to_owned()),
+            Some(Illum::None) => (DIM.class("umbra"), "no light".to_owned()),
+            Some(light) => (DIM.class("umbra"), light.as_str().replace('_', "-")),
         };
-        panel.shade(from, to, colour)?;
+        let tip = if name.is_empty() { String::new() } else { format!("largest light: {name}") };
+        panel.shade(from, to, paint, &tip);
         let (left, right) = (panel.px(from), panel.px(to));
-        if named && right - left > 17 * name.chars().count() as i32 {
-            let above = ((left + right) / 2, panel.frame.1 - 6);
-            write_text(panel.sheet, &name, above, SMALL, GREY, (HPos::Center, VPos::Bottom))?;
+        if named && right - left > 17.0 * name.chars().count() as f64 {
+            let above = (0.5 * (left + right), panel.frame.1 - 6);
+            write_text(panel.sheet, &name, above, SMALL, GREY, (HPos::Center, VPos::Bottom));
         } else if !name.is_empty() && unnamed.iter().all(|(_, n)| *n != name) {
-            unnamed.push((Some((Mark::Swatch, colour)), name));
+            unnamed.push((Some((Mark::Swatch, paint.colour)), name));
         }
         start = end;
     }
-    Ok(unnamed)
+    unnamed
 }
-
-type Legend = Vec<(Option<(Mark, RGBColor)>, String)>;
 
 /// Model, lights and observations; returns the legend of what was drawn, `backgrounds` among it, and the numbers.
 fn curves(
@@ -264,7 +301,9 @@ fn curves(
     pass: &[&PhotometryRow],
     seconds: &dyn Fn(&PhotometryRow) -> f64,
     (backgrounds, name): (Legend, &str),
-) -> std::result::Result<Legend, super::canvas::DrawError> {
+    interaction: &Interaction,
+) -> Legend {
+    let sheet = panel.sheet;
     let mut model = Legend::new();
     let band: Vec<(f64, f64, f64)> = pass
         .iter()
@@ -272,43 +311,57 @@ fn curves(
         .collect();
     // A band thinner than the line it surrounds would only blur it.
     if band.iter().any(|(_, low, high)| high - low > 0.04) && band.len() > 1 {
-        panel.band(&band, GREY)?;
+        sheet.series(MODEL.class, || panel.band(&band, GREY.class("model")));
         model.push((Some((Mark::Band, GREY)), "model ± error".into()));
     }
     // The lights over the total: where one of them is nearly all of it, both can be seen.
     let total: Vec<(f64, Option<f64>)> = pass.iter().map(|r| (seconds(r), r.model_v_mag)).collect();
     if total.iter().any(|(_, v)| v.is_some()) {
-        panel.polyline(&total, INK, 7)?;
+        sheet.series(MODEL.class, || panel.polyline(&total, MODEL, 7));
         model.insert(0, (Some((Mark::Line(7), INK)), "model, all lights".into()));
     }
-    for (name, colour, of) in LIGHTS {
+    for (name, paint, of) in LIGHTS {
         let light: Vec<(f64, Option<f64>)> = pass.iter().map(|r| (seconds(r), of(r))).collect();
         if light.iter().any(|(_, v)| v.is_some_and(|v| panel.y.holds(v))) {
-            panel.polyline(&light, colour, 3)?;
-            model.push((Some((Mark::Line(3), colour)), name.into()));
+            sheet.series(paint.class, || panel.polyline(&light, paint, 3));
+            model.push((Some((Mark::Line(3), paint.colour)), name.into()));
         }
     }
 
-    let (mut full, mut open, mut at_least, mut crossed, mut limits, mut beyond, mut without) = (0, 0, 0, 0, 0, 0, 0);
+    let (mut full, mut open, mut at_least, mut crossed, mut limits, mut without) = (0, 0, 0, 0, 0, 0);
+    let mut points = Vec::new();
     for row in pass {
-        let x = seconds(row);
-        if let Some(v) = row.v_mag {
-            let (mark, colour, count) = match (is_used(&row.status, &row.verdict), Verdict::from_cell(&row.verdict)) {
-                (false, _) => (Mark::Cross, VERMILLION, &mut crossed),
-                (true, _) if is_lower_limit(row.flags) => (Mark::AtLeast, BLUE, &mut at_least),
-                (true, Some(Verdict::Caution)) => (Mark::Open, BLUE, &mut open),
-                (true, _) => (Mark::Full, BLUE, &mut full),
-            };
-            *count += 1;
-            panel.error_bar(x, v, row.v_mag_err.unwrap_or(0.0), colour)?;
-            beyond += usize::from(!panel.mark(mark, x, v, colour)?);
-        } else if let Some(v) = limit(row) {
-            panel.mark(Mark::Limit, x, v, GREY)?;
-            limits += 1;
-        } else {
-            without += 1;
-        }
+        let class = Verdict::from_cell(&row.verdict).unwrap_or(Verdict::Use).as_str();
+        let (y, err, mark, colour, count) = match (row.v_mag, limit(row)) {
+            (Some(v), _) => {
+                let (mark, colour, count) = match (is_used(&row.status, &row.verdict), Verdict::from_cell(&row.verdict))
+                {
+                    (false, _) => (Mark::Cross, VERMILLION, &mut crossed),
+                    (true, _) if is_lower_limit(row.flags) => (Mark::AtLeast, BLUE, &mut at_least),
+                    (true, Some(Verdict::Caution)) => (Mark::Open, BLUE, &mut open),
+                    (true, _) => (Mark::Full, BLUE, &mut full),
+                };
+                (v, row.v_mag_err, mark, colour, count)
+            }
+            (None, Some(v)) => (v, None, Mark::Limit, GREY, &mut limits),
+            (None, None) => {
+                without += 1;
+                continue;
+            }
+        };
+        *count += 1;
+        points.push(Point {
+            x: seconds(row),
+            y,
+            err,
+            mark,
+            paint: colour.class(class),
+            href: (interaction.link)(row),
+            tip: (interaction.tip)(row),
+            by: row.alt_deg.map(|alt_deg| altitude_colour(alt_deg).hex()),
+        });
     }
+    let beyond = panel.points(&points);
     let mut entries = Legend::new();
     for (count, mark, colour, name) in [
         (full, Mark::Full, BLUE, "observed"),
@@ -338,5 +391,5 @@ fn curves(
     notes.extend(brightest.map(|v| signed(&format!("brightest V {v:.2}"))));
     notes.extend((without > 0 && !predicted(pass)).then(|| format!("{without} without a magnitude")));
     entries.extend(notes.into_iter().map(|note| (None, note)));
-    Ok(entries)
+    entries
 }

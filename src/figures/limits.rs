@@ -4,13 +4,9 @@
 
 use std::path::Path;
 
-use plotters::style::RGBColor;
-use plotters::style::text_anchor::{HPos, VPos};
-
 use super::axis::Span;
 use super::canvas::{
-    BLUE, GREEN, GREY, INK, Mark, ORANGE, PURPLE, SKY_BLUE, TITLE, VERMILLION, figure, legend, no_data, signed,
-    write_text,
+    BLUE, Colour, GREEN, GREY, Mark, ORANGE, PURPLE, SKY_BLUE, VERMILLION, figure, heading, legend, no_data, signed,
 };
 use super::panel::{Panel, Ticks};
 use crate::base::error::Result;
@@ -19,7 +15,7 @@ const SIZE: (u32, u32) = (940, 760);
 /// Left upper corners of the panels, and of the legend after them; width and height of a panel.
 const CORNERS: [(i32, i32); 4] = [(160, 120), (1_080, 120), (160, 860), (1_080, 860)];
 const PANEL: (i32, i32) = (740, 540);
-const COLOURS: [RGBColor; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, GREY];
+const COLOURS: [Colour; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, GREY];
 const MARKS: [Mark; 5] = [Mark::Full, Mark::Square, Mark::Diamond, Mark::Up, Mark::Down];
 /// Points between two marks on a curve.
 const MARK_EVERY: usize = 40;
@@ -57,29 +53,29 @@ pub fn limit_panels(path: &Path, title: &str, panels: &[LimitPanel], names: &[St
         return no_data(path, SIZE, title, "no limit is a number");
     }
     figure(path, SIZE, |sheet| {
-        write_text(sheet, title, (40, 26), TITLE - 8, INK, (HPos::Left, VPos::Top))?;
+        heading(sheet, title);
         for (panel, (left, top)) in panels.iter().take(3).zip(CORNERS) {
             let Some((x, y)) = spans(panel) else { continue };
             let frame = (left, top, left + PANEL.0, top + PANEL.1);
             let drawn = Panel { sheet, frame, x, y: if panel.y_reversed { y.reversed() } else { y } };
-            drawn.axes(Ticks::Numbers, &panel.x_title, &panel.y_title)?;
+            drawn.axes(Ticks::Numbers, &panel.x_title, &panel.y_title);
             for at in panel.lines.iter().filter(|at| y.holds(**at)) {
-                drawn.polyline(&[(x.from, Some(*at)), (x.to, Some(*at))], GREY, 2)?;
+                drawn.across(*at, GREY, 2);
             }
             for curve in &panel.curves {
                 let (colour, mark) = style(curve.series);
-                drawn.polyline(&curve.points, colour, 4)?;
+                drawn.polyline(&curve.points, colour, 4);
                 // marks tell curves apart where colour does not; each series at its own places
                 let few = curve.points.len() <= MARK_EVERY;
                 let shown = |i: usize| few || i % MARK_EVERY == (8 * curve.series) % MARK_EVERY;
                 for (_, (x, y)) in curve.points.iter().enumerate().filter(|(i, _)| shown(*i)) {
                     if let Some(y) = y.filter(|y| y.is_finite()) {
-                        drawn.mark(mark, *x, y, colour)?;
+                        drawn.mark(mark, *x, y, colour);
                     }
                 }
             }
         }
-        let mut entries: Vec<(Option<(Mark, RGBColor)>, String)> = names
+        let mut entries: Vec<(Option<(Mark, Colour)>, String)> = names
             .iter()
             .enumerate()
             .map(|(series, name)| {
@@ -94,7 +90,7 @@ pub fn limit_panels(path: &Path, title: &str, panels: &[LimitPanel], names: &[St
     })
 }
 
-fn style(series: usize) -> (RGBColor, Mark) {
+fn style(series: usize) -> (Colour, Mark) {
     (COLOURS[series % COLOURS.len()], MARKS[series % MARKS.len()])
 }
 

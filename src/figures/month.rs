@@ -5,13 +5,10 @@
 
 use std::path::Path;
 
-use plotters::style::RGBColor;
-use plotters::style::text_anchor::{HPos, VPos};
-
 use super::axis::Span;
 use super::canvas::{
-    BLUE, GREEN, INK, Mark, ORANGE, PALE, PURPLE, SKY_BLUE, TITLE, VERMILLION, draw_mark, figure, legend, no_data,
-    write_text,
+    BLUE, Colour, GREEN, INK, Mark, ORANGE, PALE, PURPLE, SKY_BLUE, VERMILLION, draw_mark, figure, heading, legend,
+    no_data,
 };
 use super::panel::{Panel, Ticks};
 use crate::base::error::Result;
@@ -20,17 +17,17 @@ use crate::tables::MonthRow;
 /// Shown size \[px\].
 const SIZE: (u32, u32) = (1060, 720);
 /// The ground of nights without any lit satellite.
-const UNLIT: RGBColor = RGBColor(190, 190, 190);
+const UNLIT: Colour = Colour(190, 190, 190);
 /// What tells the satellites apart besides their colour.
-const STYLES: [(RGBColor, Mark); 8] = [
+const STYLES: [(Colour, Mark); 8] = [
     (BLUE, Mark::Full),
     (SKY_BLUE, Mark::Square),
     (GREEN, Mark::Up),
     (VERMILLION, Mark::Diamond),
     (ORANGE, Mark::Down),
     (PURPLE, Mark::Open),
-    (RGBColor(110, 84, 0), Mark::Cross),
-    (RGBColor(90, 90, 200), Mark::Dot),
+    (Colour(110, 84, 0), Mark::Cross),
+    (Colour(90, 90, 200), Mark::Dot),
 ];
 
 /// Draws a month from the rows of its table, of one mode. A mirror whose beam was looked for is left out; `notes`
@@ -66,30 +63,30 @@ pub fn month(path: &Path, rows: &[MonthRow], title: &str, notes: &[String]) -> R
         None => format!("night, counted on from {since} (local date of the evening)"),
     };
     figure(path, SIZE, |sheet| {
-        write_text(sheet, title, (40, 26), TITLE, INK, (HPos::Left, VPos::Top))?;
+        heading(sheet, title);
         let panel = Panel { sheet, frame: (170, 110, 1560, 1300), x: Span { from, to }, y };
         for night in &nights {
             let dark = shown.iter().filter(|r| r.night == night.night).all(|r| r.mu_mean_mag_arcsec2.is_none());
             if dark {
-                panel.shade(at(night) - 0.5, at(night) + 0.5, UNLIT)?;
+                panel.shade(at(night) - 0.5, at(night) + 0.5, UNLIT, "");
             } else if night.moon_alt_deg <= 0.0 {
-                panel.shade(at(night) - 0.5, at(night) + 0.5, PALE)?;
+                panel.shade(at(night) - 0.5, at(night) + 0.5, PALE, "");
             }
         }
-        panel.axes(Ticks::Numbers, &axis, "surface brightness [mag/arcsec²]")?;
+        panel.axes(Ticks::Numbers, &axis, "surface brightness [mag/arcsec²]");
         let limit = |of: fn(&MonthRow) -> Option<f64>| -> Vec<(f64, Option<f64>)> {
             nights.iter().map(|r| (at(r), of(r))).collect()
         };
-        panel.polyline(&limit(|r| r.limit_1sigma_mag_arcsec2), INK, 3)?;
-        panel.polyline(&limit(|r| r.limit_5sigma_mag_arcsec2), INK, 7)?;
+        panel.polyline(&limit(|r| r.limit_1sigma_mag_arcsec2), INK, 3);
+        panel.polyline(&limit(|r| r.limit_5sigma_mag_arcsec2), INK, 7);
         let mut entries = Vec::new();
         for (i, name) in names.iter().enumerate() {
             let (colour, mark) = STYLES[i % STYLES.len()];
             let line: Vec<(f64, Option<f64>)> =
                 shown.iter().filter(|r| r.object_name == *name).map(|r| (at(r), r.mu_mean_mag_arcsec2)).collect();
-            panel.polyline(&line, colour, 3)?;
+            panel.polyline(&line, colour, 3);
             for (x, mu) in line.iter().filter_map(|(x, mu)| Some((*x, (*mu)?))) {
-                draw_mark(sheet, mark, (panel.px(x), panel.py(mu)), colour)?;
+                draw_mark(sheet, mark, (panel.px(x), panel.py(mu)), colour);
             }
             entries.push((Some((mark, colour)), (*name).to_string()));
         }

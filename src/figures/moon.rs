@@ -4,14 +4,11 @@
 
 use std::path::Path;
 
-use plotters::style::RGBColor;
-use plotters::style::text_anchor::{HPos, VPos};
-
 use super::SedCurve;
 use super::axis::Span;
 use super::canvas::{
-    BLUE, Drawn, GREEN, GREY, INK, Mark, ORANGE, PURPLE, SKY_BLUE, SMALL, Sheet, TITLE, VERMILLION, figure, legend,
-    signed, write_text,
+    BLUE, Colour, GREEN, GREY, HPos, INK, Mark, ORANGE, PURPLE, SKY_BLUE, SMALL, Sheet, VERMILLION, VPos, figure,
+    heading, legend, signed, write_text,
 };
 use super::panel::{Panel, Ticks};
 use crate::base::error::Result;
@@ -26,10 +23,10 @@ const DIFFERENCES_TO_DEG: f64 = 120.0;
 const SHOWN_NM: (f64, f64) = (280.0, 1_200.0);
 /// Where the lines of the spectra are named \[nm\].
 const LABEL_NM: f64 = 620.0;
-const SPECTRA: [RGBColor; 7] = [INK, BLUE, SKY_BLUE, GREEN, ORANGE, PURPLE, GREY];
+const SPECTRA: [Colour; 7] = [INK, BLUE, SKY_BLUE, GREEN, ORANGE, PURPLE, GREY];
 
 /// A law: its name, its colour and mark, its magnitude, whether it is extrapolated.
-type Law = (&'static str, RGBColor, fn(&MoonLawRow) -> Option<f64>, fn(&MoonLawRow) -> bool);
+type Law = (&'static str, Colour, fn(&MoonLawRow) -> Option<f64>, fn(&MoonLawRow) -> bool);
 const LAWS: [Law; 3] = [
     ("ROLO (Kieffer & Stone)", GREEN, |r| r.rolo_v_mag, |r| r.rolo_extrapolated == 1),
     ("Krisciunas & Schaefer", VERMILLION, |r| r.ks_v_mag, |r| r.ks_extrapolated == 1),
@@ -42,59 +39,52 @@ const LAWS: [Law; 3] = [
 /// [`crate::Error::Io`] when the file cannot be written.
 pub fn moon_laws(path: &Path, rows: &[MoonLawRow], spectra: &[SedCurve], subtitle: &str) -> Result<()> {
     figure(path, SIZE, |sheet| {
-        write_text(
-            sheet,
-            "The Moon: V against phase, and its spectrum",
-            (40, 26),
-            TITLE - 4,
-            INK,
-            (HPos::Left, VPos::Top),
-        )?;
-        draw_laws(sheet, rows)?;
-        draw_differences(sheet, rows)?;
+        heading(sheet, "The Moon: V against phase, and its spectrum");
+        draw_laws(sheet, rows);
+        draw_differences(sheet, rows);
         draw_spectra(sheet, spectra, subtitle)
     })
 }
 
-fn draw_laws(sheet: &Sheet, rows: &[MoonLawRow]) -> Drawn {
+fn draw_laws(sheet: &Sheet, rows: &[MoonLawRow]) {
     let brightest = rows.iter().filter_map(|r| r.ks_v_mag).fold(-13.2, f64::min);
     let y = Span { from: FAINTEST_V, to: brightest - 0.3 };
     let panel = Panel { sheet, frame: (160, 120, 930, 700), x: Span { from: 0.0, to: 180.0 }, y };
-    panel.axes(Ticks::Numbers, "phase angle [deg]", "V [mag]")?;
+    panel.axes(Ticks::Numbers, "phase angle [deg]", "V [mag]");
     for (_, colour, mag, extrapolated) in LAWS {
         for beyond in [true, false] {
             let part = |r: &MoonLawRow| mag(r).filter(|_| extrapolated(r) == beyond);
             let points: Vec<(f64, Option<f64>)> = rows.iter().map(|r| (r.phase_deg, part(r))).collect();
-            panel.polyline(&points, colour, if beyond { 2 } else { 5 })?;
+            panel.polyline(&points, colour, if beyond { 2 } else { 5 });
         }
     }
-    let mut entries: Vec<(Option<(Mark, RGBColor)>, String)> =
+    let mut entries: Vec<(Option<(Mark, Colour)>, String)> =
         LAWS.iter().rev().map(|(name, colour, _, _)| (Some((Mark::Line(5), *colour)), (*name).to_owned())).collect();
     entries.push((Some((Mark::Line(2), INK)), "thin: beyond its range".into()));
     // right and above, where every law is faint
     legend(sheet, (490, 150), &entries)
 }
 
-fn draw_differences(sheet: &Sheet, rows: &[MoonLawRow]) -> Drawn {
+fn draw_differences(sheet: &Sheet, rows: &[MoonLawRow]) {
     let near: Vec<&MoonLawRow> = rows.iter().filter(|r| r.phase_deg <= DIFFERENCES_TO_DEG).collect();
     let less =
         |r: &MoonLawRow, mag: fn(&MoonLawRow) -> Option<f64>| mag(r).zip(r.cox_v_mag).map(|(law, cox)| law - cox);
     let y = Span { from: 0.2, to: -0.4 };
     let panel = Panel { sheet, frame: (160, 840, 930, 1_140), x: Span { from: 0.0, to: DIFFERENCES_TO_DEG }, y };
-    panel.axes(Ticks::Numbers, "phase angle [deg]", "law − Cox [mag]")?;
-    panel.polyline(&[(0.0, Some(0.0)), (DIFFERENCES_TO_DEG, Some(0.0))], BLUE, 3)?;
+    panel.axes(Ticks::Numbers, "phase angle [deg]", "law − Cox [mag]");
+    panel.across(0.0, BLUE, 3);
     for (_, colour, mag, extrapolated) in LAWS.iter().take(2) {
         for beyond in [true, false] {
             let part = |r: &MoonLawRow| less(r, *mag).filter(|_| extrapolated(r) == beyond);
             let points: Vec<(f64, Option<f64>)> = near.iter().map(|r| (r.phase_deg, part(r))).collect();
-            panel.polyline(&points, *colour, if beyond { 2 } else { 5 })?;
+            panel.polyline(&points, *colour, if beyond { 2 } else { 5 });
         }
     }
     let text = "waxing and waning differ by 0.05–0.15 at 90° (left out)";
-    write_text(sheet, text, (915, 1_115), SMALL - 4, GREY, (HPos::Right, VPos::Center))
+    write_text(sheet, text, (915, 1_115), SMALL - 3.0, GREY, (HPos::Right, VPos::Center))
 }
 
-fn draw_spectra(sheet: &Sheet, spectra: &[SedCurve], subtitle: &str) -> Drawn {
+fn draw_spectra(sheet: &Sheet, spectra: &[SedCurve], subtitle: &str) {
     let shown =
         |(nm, value): (f64, f64)| ((SHOWN_NM.0..=SHOWN_NM.1).contains(&nm) && value > 0.0).then(|| (nm, value.log10()));
     let lines: Vec<Vec<(f64, f64)>> =
@@ -107,15 +97,15 @@ fn draw_spectra(sheet: &Sheet, spectra: &[SedCurve], subtitle: &str) -> Drawn {
         return write_text(sheet, "no spectrum above zero", middle, SMALL, GREY, (HPos::Center, VPos::Center));
     };
     let panel = Panel { sheet, frame, x: Span { from: SHOWN_NM.0, to: SHOWN_NM.1 }, y };
-    panel.axes(Ticks::Numbers, "wavelength [nm]", "lg spectral irradiance [W m⁻² nm⁻¹]")?;
+    panel.axes(Ticks::Numbers, "wavelength [nm]", "lg spectral irradiance [W m⁻² nm⁻¹]");
     for (i, (line, spectrum)) in lines.iter().zip(spectra).enumerate() {
         let colour = SPECTRA[i % SPECTRA.len()];
         let points: Vec<(f64, Option<f64>)> = line.iter().map(|p| (p.0, Some(p.1))).collect();
-        panel.polyline(&points, colour, 3)?;
+        panel.polyline(&points, colour, 3);
         // each line is named where it is smooth, above it
         if let Some((_, lg)) = line.iter().find(|(nm, _)| *nm >= LABEL_NM) {
-            let at = (panel.px(LABEL_NM), panel.py(*lg) - 36);
-            write_text(sheet, &signed(&spectrum.label), at, SMALL, colour, (HPos::Center, VPos::Center))?;
+            let at = (panel.px(LABEL_NM), panel.py(*lg) - 36.0);
+            write_text(sheet, &signed(&spectrum.label), at, SMALL, colour, (HPos::Center, VPos::Center));
         }
     }
     write_text(sheet, subtitle, (frame.2, 84), SMALL, GREY, (HPos::Right, VPos::Center))

@@ -4,13 +4,10 @@
 
 use std::path::Path;
 
-use plotters::style::RGBColor;
-use plotters::style::text_anchor::{HPos, VPos};
-
 use super::axis::Span;
 use super::canvas::{
-    BLUE, GREEN, GREY, INK, Mark, ORANGE, PURPLE, SKY_BLUE, TITLE, VERMILLION, figure, legend, no_data, signed,
-    write_text,
+    BLUE, Colour, GREEN, GREY, INK, Mark, ORANGE, PURPLE, SKY_BLUE, VERMILLION, figure, heading, legend, no_data,
+    signed,
 };
 use super::panel::{Panel, Ticks};
 use crate::base::error::Result;
@@ -26,7 +23,7 @@ const SIZE: (u32, u32) = (960, 640);
 const NAME: &str = "Residuals against altitude";
 
 /// Largest light in the table, in words, with its mark.
-const CLASSES: [(&str, &str, Mark, RGBColor); 7] = [
+const CLASSES: [(&str, &str, Mark, Colour); 7] = [
     ("sun", "sunlit", Mark::Full, ORANGE),
     ("penumbra", "penumbra", Mark::Diamond, VERMILLION),
     ("earthshine", "Earthshine", Mark::Down, GREEN),
@@ -62,17 +59,17 @@ pub fn residuals_altitude(path: &Path, rows: &[ResidualRow], band: &str) -> Resu
         return no_data(path, SIZE, NAME, &reason);
     };
     figure(path, SIZE, |sheet| {
-        write_text(sheet, NAME, (40, 26), TITLE, INK, (HPos::Left, VPos::Top))?;
+        heading(sheet, NAME);
         let panel = Panel { sheet, frame: (170, 110, 1440, 1150), x, y };
         let across = |v: f64| vec![(x.from, Some(v)), (x.to, Some(v))];
         let mut entries = Vec::new();
         if let Some((median, sigma)) = counted {
-            panel.band(&[(x.from, median - sigma, median + sigma), (x.to, median - sigma, median + sigma)], GREY)?;
+            panel.band(&[(x.from, median - sigma, median + sigma), (x.to, median - sigma, median + sigma)], GREY);
         }
-        panel.axes(Ticks::Numbers, "altitude [deg]", &format!("observed − modelled {band} [mag]"))?;
-        panel.polyline(&across(0.0), INK, 2)?;
+        panel.axes(Ticks::Numbers, "altitude [deg]", &format!("observed − modelled {band} [mag]"));
+        panel.polyline(&across(0.0), INK, 2);
         if let Some((median, sigma)) = counted {
-            panel.polyline(&across(median), INK, 5)?;
+            panel.polyline(&across(median), INK, 5);
             entries.push((Some((Mark::Line(5), INK)), signed(&format!("median {median:+.3}"))));
             if scattered.is_some() {
                 entries.push((Some((Mark::Band, GREY)), format!("robust σ {sigma:.3}")));
@@ -96,9 +93,9 @@ pub fn residuals_altitude(path: &Path, rows: &[ResidualRow], band: &str) -> Resu
                 at_least += usize::from(mark == Mark::AtLeast);
                 count += usize::from(mark != Mark::Cross);
                 if mark != Mark::Cross {
-                    panel.error_bar(*alt_deg, *residual_mag, row.v_mag_err.unwrap_or(0.0), colour)?;
+                    panel.error_bar(*alt_deg, *residual_mag, row.v_mag_err.unwrap_or(0.0), colour);
                 }
-                beyond += usize::from(!panel.mark(mark, *alt_deg, *residual_mag, colour)?);
+                beyond += usize::from(!panel.mark(mark, *alt_deg, *residual_mag, colour));
             }
             if count > 0 {
                 entries.push((Some((mark, colour)), format!("{name} ({count})")));

@@ -4,13 +4,9 @@
 
 use std::path::Path;
 
-use plotters::style::RGBColor;
-use plotters::style::text_anchor::{HPos, VPos};
-
 use super::axis::Span;
 use super::canvas::{
-    BLUE, GREEN, GREY, INK, Mark, ORANGE, PURPLE, SKY_BLUE, TITLE, VERMILLION, figure, legend, no_data, signed,
-    write_text,
+    BLUE, Colour, GREEN, GREY, Mark, ORANGE, PURPLE, SKY_BLUE, VERMILLION, figure, heading, legend, no_data, signed,
 };
 use super::panel::{Panel, Ticks};
 use crate::base::error::Result;
@@ -18,7 +14,7 @@ use crate::base::error::Result;
 const SIZE: (u32, u32) = (960, 600);
 /// Wavelengths shown \[nm\], unless the spectrum has none of them.
 const SHOWN_NM: (f64, f64) = (280.0, 1200.0);
-const COLOURS: [RGBColor; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, GREY];
+const COLOURS: [Colour; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, GREY];
 
 /// One line of the figure.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,7 +39,7 @@ pub fn sed(path: &Path, title: &str, curves: &[SedCurve], band: (&str, &[(f64, f
         return no_data(path, SIZE, title, "no spectrum above zero");
     };
     figure(path, SIZE, |sheet| {
-        write_text(sheet, title, (40, 26), TITLE, INK, (HPos::Left, VPos::Top))?;
+        heading(sheet, title);
         let panel = Panel { sheet, frame: (190, 110, 1500, 1060), x, y };
         let (name, transmission) = band;
         let peak = transmission.iter().map(|p| p.1).fold(0.0, f64::max);
@@ -53,13 +49,13 @@ pub fn sed(path: &Path, title: &str, curves: &[SedCurve], band: (&str, &[(f64, f
             .filter(shown)
             .map(|(nm, t)| (*nm, y.low(), y.low() + 0.5 * (y.high() - y.low()) * t / peak))
             .collect();
-        panel.band(&under, GREY)?;
-        panel.axes(Ticks::Numbers, "wavelength [nm]", "lg spectral irradiance [W m⁻² nm⁻¹]")?;
+        panel.band(&under, GREY);
+        panel.axes(Ticks::Numbers, "wavelength [nm]", "lg spectral irradiance [W m⁻² nm⁻¹]");
         let mut entries = Vec::new();
         for (i, (label, line)) in lines.iter().enumerate() {
             let colour = COLOURS[i % COLOURS.len()];
             let points: Vec<(f64, Option<f64>)> = line.iter().map(|p| (p.0, Some(p.1))).collect();
-            panel.polyline(&points, colour, 3)?;
+            panel.polyline(&points, colour, 3);
             entries.push((Some((Mark::Line(5), colour)), signed(label)));
         }
         entries.push((None, String::new()));

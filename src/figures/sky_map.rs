@@ -2,28 +2,32 @@
 //! looks up.
 //!
 //! Equal steps of altitude are equal steps of radius. Cells are filled in steps of magnitude; where there is no light
-//! they are grey and hatched. Sun and Moon stand at their place, or on the rim above which they are below the horizon.
+//! they are grey and hatched. Sun and Moon stand at their place, or on the edge above which they are below the horizon.
 
 use std::path::Path;
 
-use plotters::element::{Circle, PathElement, Polygon, Rectangle};
-use plotters::style::text_anchor::{HPos, VPos};
-use plotters::style::{Color, RGBColor, ShapeStyle};
-
-use super::canvas::{Drawn, GREY, INK, LABEL, ORANGE, SMALL, Sheet, TITLE, figure, no_data, signed, write_text};
+use super::canvas::{
+    Colour, GREY, HPos, INK, LABEL, Medium, ORANGE, PALE, Place, SMALL, Sheet, Style, VPos, WHITE, figure, heading,
+    no_data, signed, write_text,
+};
+use super::interaction::Interaction;
 use crate::base::error::Result;
-use crate::tables::SkyRow;
+use crate::tables::{PhotometryRow, SkyRow};
 
 /// Shown size \[px\].
 const SIZE: (u32, u32) = (960, 800);
 /// The one sky of a map.
-const WHOLE: Disc = Disc { centre: (740.0, 830.0), radius: 610.0, small: false };
+const WHOLE: Disc = Disc { centre: (740.0, 830.0), radius: 610.0, unit: 1.0, degrees: true, names: true };
 /// Left end of colour bar and notes.
 const ASIDE: i32 = 1610;
-/// Between hatch lines, and between samples along them \[drawn px\].
-const HATCH: (i32, i32) = (26, 5);
+/// Between hatch lines, and between samples along them, in units of a disc.
+const HATCH: (f64, f64) = (26.0, 5.0);
+/// Shown side of the disc of a pass, and its radius \[px\].
+const PASS: (f64, f64) = (348.0, 150.0);
+/// Shown size of the bar of colours below discs of passes, and of what is coloured of it \[px\].
+const ACROSS: (f64, f64) = (510.0, 330.0);
 /// No light.
-const DARK: RGBColor = RGBColor(214, 214, 214);
+const DARK: Colour = Colour(214, 214, 214);
 /// Most steps of colour.
 const MOST_LEVELS: f64 = 50.0;
 /// The viridis map (Smith & van der Walt, CC0) at eight equal steps: monotone in lightness for every colour vision.
@@ -64,12 +68,16 @@ pub struct SkyMark {
 pub(super) struct Disc {
     pub centre: (f64, f64),
     pub radius: f64,
-    /// One of many: no texts inside, Sun and Moon without their names.
-    pub small: bool,
+    /// Size of marks: 1 in a file.
+    pub unit: f64,
+    /// The circles of altitude are labelled.
+    pub degrees: bool,
+    /// Sun and Moon are named.
+    pub names: bool,
 }
 
 /// Steps of magnitude and their colours.
-pub(super) struct Levels {
+pub(crate) struct Levels {
     step_mag: f64,
     /// Number of the brightest and the faintest step.
     ends: (i64, i64),
@@ -94,9 +102,9 @@ pub fn sky_map(path: &Path, rows: &[SkyRow], marks: &[SkyMark], title: &str, not
     };
     let cells = Cells::of(rows, &levels);
     figure(path, SIZE, |sheet| {
-        write_text(sheet, title, (40, 26), TITLE, INK, (HPos::Left, VPos::Top))?;
-        WHOLE.sky(sheet, &cells, &levels, marks)?;
-        levels.bar(sheet, ASIDE, cells.level.contains(&None))?;
+        heading(sheet, title);
+        WHOLE.sky(sheet, &cells, &levels, marks, &[]);
+        levels.bar(sheet, ASIDE, cells.level.contains(&None));
         for (i, note) in notes.iter().enumerate() {
             write_text(
                 sheet,
@@ -105,19 +113,24 @@ pub fn sky_map(path: &Path, rows: &[SkyRow], marks: &[SkyMark], title: &str, not
                 SMALL,
                 INK,
                 (HPos::Left, VPos::Center),
-            )?;
+            );
         }
-        Ok(())
     })
 }
 
 impl Disc {
-    /// The cells, the circles of altitude, Sun and Moon.
-    pub(super) fn sky(&self, sheet: &Sheet, cells: &Cells, levels: &Levels, marks: &[SkyMark]) -> Drawn {
-        cells.fill(sheet, self, levels)?;
-        cells.hatch(sheet, self)?;
-        self.graticule(sheet)?;
-        marks.iter().try_for_each(|mark| self.body(sheet, mark))
+    /// The cells, the circles of altitude, Sun and Moon, whose names keep off the places of `avoid`.
+    pub(super) fn sky(&self, sheet: &Sheet, cells: &Cells, levels: &Levels, marks: &[SkyMark], avoid: &[Place]) {
+        sheet.circle(self.centre, self.radius, &Style::filled(PALE).class("ground", ""));
+        cells.fill(sheet, self, levels);
+        cells.hatch(sheet, self);
+        self.graticule(sheet);
+        marks.iter().for_each(|mark| self.body(sheet, mark, avoid));
+    }
+
+    /// Next to the horizon, outside.
+    fn outside(&self, az_deg: f64) -> Place {
+        self.place(-90.0 * (0.061 * self.radius).max(33.0 * self.unit) / self.radius, az_deg)
     }
 
     /// Where a direction is on the sheet.
@@ -128,15 +141,64 @@ impl Disc {
     }
 }
 
-fn pixel((x, y): (f64, f64)) -> (i32, i32) {
-    (x.round() as i32, y.round() as i32)
+/// The sky of one pass: its model, empty without one; its frames; Sun and Moon.
+pub(crate) struct PassDisc<'a> {
+    pub cells: &'a [SkyRow],
+    pub track: &'a [PhotometryRow],
+    pub marks: &'a [SkyMark],
+}
+
+impl PassDisc<'_> {
+    /// The disc with the frames on it, coloured by their magnitudes, and an arrow in the direction of motion.
+    pub(crate) fn draw(&self, medium: Medium, levels: Option<&Levels>, interaction: &Interaction) -> Sheet {
+        let (unit, scale) = if medium == Medium::Page { (0.46, 1.0) } else { (0.92, 2.0) };
+        let side = scale * PASS.0;
+        let sheet = Sheet::new(medium, (side, side));
+        let disc = Disc { centre: (0.5 * side, 0.5 * side), radius: scale * PASS.1, unit, degrees: false, names: true };
+        let none = Levels { step_mag: 1.0, ends: (0, 0), clipped: false };
+        let cells = Cells::of(self.cells, levels.unwrap_or(&none));
+        let dots: Vec<(&PhotometryRow, Place)> = self
+            .track
+            .iter()
+            .filter_map(|row| Some((row, disc.place(row.alt_deg?.clamp(0.0, 90.0), row.az_deg?))))
+            .collect();
+        let way: Vec<Place> = dots.iter().map(|d| d.1).collect();
+        disc.sky(&sheet, &cells, levels.unwrap_or(&none), self.marks, &way);
+        sheet.path(&way, &Style::line(WHITE, 2.0 * unit).class("track", ""));
+        for (row, at) in &dots {
+            let style = Style::line(WHITE, 2.6 * unit).class("seen", "").tip(&(interaction.tip)(row));
+            let v_mag = row.v_mag.filter(|v| v.is_finite());
+            let style = match levels.zip(v_mag) {
+                Some((levels, v)) => {
+                    let colour = levels.colour(levels.number(v));
+                    style.fill(colour).property("fill", Some(&colour.hex()))
+                }
+                None => style.property("fill", Some("none")),
+            };
+            sheet.link((interaction.link)(row).as_deref(), false, || sheet.circle(*at, 9.0 * unit, &style));
+        }
+        if let [.., a, b] = way.as_slice() {
+            let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+            let length = dx.hypot(dy);
+            if length > 0.0 {
+                let turned = |along: f64, across: f64| {
+                    let (along, across) = (unit * along / length, unit * across / length);
+                    (b.0 + along * dx - across * dy, b.1 + along * dy + across * dx)
+                };
+                let head =
+                    [turned(13.0, 0.0), turned(37.0, 0.0), turned(24.0, -11.0), turned(37.0, 0.0), turned(24.0, 11.0)];
+                sheet.path(&head, &Style::line(WHITE, 4.0 * unit).class("arrow", "").tip("direction of the motion"));
+            }
+        }
+        sheet
+    }
 }
 
 impl Levels {
-    /// The finest round step with at most [`MOST_LEVELS`] from the brightest direction to where 1 % are fainter, so that
-    /// a few in the penumbra do not take all the colours; `None` without any magnitude.
-    pub(super) fn of<'r>(rows: impl IntoIterator<Item = &'r SkyRow>) -> Option<Self> {
-        let mut lit: Vec<f64> = rows.into_iter().filter_map(|r| r.model_v_mag).filter(|v| v.is_finite()).collect();
+    /// The finest round step with at most [`MOST_LEVELS`] from the brightest magnitude to where 1 % are fainter, so that a
+    /// few in the penumbra do not take all the colours; `None` without any magnitude.
+    pub(crate) fn of_magnitudes(v_mag: impl IntoIterator<Item = f64>) -> Option<Self> {
+        let mut lit: Vec<f64> = v_mag.into_iter().filter(|v| v.is_finite()).collect();
         lit.sort_by(f64::total_cmp);
         let (low, high) = (*lit.first()?, *lit.get((lit.len() - 1) * 99 / 100)?);
         let steps = [0.02, 0.05, 0.1, 0.2, 0.25, 0.5, 1.0, 2.0, 5.0];
@@ -144,6 +206,11 @@ impl Levels {
         let number = |v: f64| (v / step_mag).floor() as i64;
         let clipped = lit.last().is_some_and(|v| number(*v) > number(high));
         Some(Self { step_mag, ends: (number(low), number(high)), clipped })
+    }
+
+    /// The levels of the directions of a sky, or of several.
+    pub(super) fn of<'r>(rows: impl IntoIterator<Item = &'r SkyRow>) -> Option<Self> {
+        Self::of_magnitudes(rows.into_iter().filter_map(|r| r.model_v_mag))
     }
 
     fn number(&self, v_mag: f64) -> i64 {
@@ -155,43 +222,67 @@ impl Levels {
     }
 
     /// Bright is yellow, faint is violet.
-    fn colour(&self, level: i64) -> RGBColor {
+    fn colour(&self, level: i64) -> Colour {
         let share = (level - self.ends.0) as f64 / (self.count() - 1).max(1) as f64;
         let (r, g, b) = viridis(1.0 - share);
-        RGBColor(r, g, b)
+        Colour(r, g, b)
+    }
+
+    /// Levels at which a scale is labelled, every 1, 2 or 5 times a power of ten of them, and their labels.
+    fn labels(&self) -> Vec<(i64, String)> {
+        let every = [1, 2, 4, 5, 10, 20].into_iter().find(|e| self.count() <= 10 * e).unwrap_or(50);
+        let decimals = if self.step_mag < 0.1 || self.step_mag == 0.25 { 2 } else { usize::from(self.step_mag < 1.0) };
+        let text = |level: i64| signed(&format!("{:.decimals$}", level as f64 * self.step_mag));
+        let levels = (self.ends.0..=self.ends.1 + 1).filter(|l| l.rem_euclid(every) == 0);
+        levels.map(|level| (level, text(level))).collect()
+    }
+
+    /// The colour bar lying down, bright to the left, and what grey means.
+    pub(crate) fn across(&self, medium: Medium) -> Sheet {
+        let (scale, size) = if medium == Medium::Page { (1.0, 11.5) } else { (2.0, SMALL) };
+        let sheet = Sheet::new(medium, (scale * ACROSS.0, scale * 36.0));
+        let at = |level: i64| scale * (10.0 + ACROSS.1 * (level - self.ends.0) as f64 / self.count() as f64);
+        let (top, bottom) = (scale * 2.0, scale * 16.0);
+        for level in self.ends.0..=self.ends.1 {
+            // a little under the next one, so that no seam shows
+            let right = at(level + 1) + if level < self.ends.1 { 0.5 * scale } else { 0.0 };
+            sheet.rect((at(level), top), (right, bottom), &Style::filled(self.colour(level)));
+        }
+        let text = |text: &str, at: Place, place| write_text(&sheet, text, at, size, INK.class("tick"), place);
+        for (level, name) in self.labels() {
+            text(&name, (at(level), bottom + 2.0 * scale), (HPos::Center, VPos::Top));
+        }
+        let unit = if self.clipped { "V [mag], and fainter" } else { "V [mag]" };
+        text(unit, (scale * (ACROSS.1 + 18.0), 0.5 * (top + bottom)), (HPos::Left, VPos::Center));
+        sheet
     }
 
     /// The colour bar, bright on top, and what grey means.
-    pub(super) fn bar(&self, sheet: &Sheet, aside: i32, dark: bool) -> Drawn {
+    pub(super) fn bar(&self, sheet: &Sheet, aside: i32, dark: bool) {
         let (left, right, top, bottom) = (aside, aside + 60, 220, 960);
         let left_centre = (HPos::Left, VPos::Center);
-        write_text(sheet, "V [mag]", (left, top - 50), LABEL, INK, left_centre)?;
+        write_text(sheet, "V [mag]", (left, top - 50), LABEL, INK, left_centre);
         let edge = |level: i64| top + ((bottom - top) as i64 * (level - self.ends.0) / self.count()) as i32;
-        // labels every 1, 2 or 5 times a power of ten levels
-        let every = [1, 2, 4, 5, 10, 20].into_iter().find(|e| self.count() <= 10 * e).unwrap_or(50);
-        let decimals = if self.step_mag < 0.1 || self.step_mag == 0.25 { 2 } else { usize::from(self.step_mag < 1.0) };
         for level in self.ends.0..=self.ends.1 {
             let corners = [(left, edge(level)), (right, edge(level + 1))];
-            sheet.draw(&Rectangle::new(corners, self.colour(level).filled()))?;
+            sheet.rect(corners[0], corners[1], &Style::filled(self.colour(level)));
         }
-        for level in (self.ends.0..=self.ends.1 + 1).filter(|l| l.rem_euclid(every) == 0) {
-            let text = signed(&format!("{:.decimals$}", level as f64 * self.step_mag));
-            write_text(sheet, &text, (right + 16, edge(level)), SMALL, INK, left_centre)?;
+        for (level, text) in self.labels() {
+            write_text(sheet, &text, (right + 16, edge(level)), SMALL, INK, left_centre);
         }
-        sheet.draw(&Rectangle::new([(left, top), (right, bottom)], stroke(INK, 2)))?;
+        sheet.rect((left, top), (right, bottom), &Style::line(INK, 2));
         if self.clipped {
-            write_text(sheet, "and fainter", (left, bottom + 26), SMALL, INK, left_centre)?;
+            write_text(sheet, "and fainter", (left, bottom + 26), SMALL, INK, left_centre);
         }
         if dark {
             let corners = [(left, bottom + 60), (right, bottom + 100)];
-            sheet.draw(&Rectangle::new(corners, DARK.filled()))?;
+            sheet.rect(corners[0], corners[1], &Style::filled(DARK));
             for x in (left..right).step_by(20) {
-                sheet.draw(&PathElement::new(vec![(x, bottom + 100), (x + 20, bottom + 60)], stroke(GREY, 1)))?;
+                sheet.line((x, bottom + 100), (x + 20, bottom + 60), &Style::line(GREY, 1));
             }
-            sheet.draw(&Rectangle::new(corners, stroke(INK, 1)))?;
-            write_text(sheet, "no light", (right + 16, bottom + 80), SMALL, INK, left_centre)?;
+            sheet.rect(corners[0], corners[1], &Style::line(INK, 1));
+            write_text(sheet, "no light", (right + 16, bottom + 80), SMALL, INK, left_centre);
         }
-        Ok(())
     }
 }
 
@@ -218,7 +309,7 @@ impl Cells {
 
     /// Rings from the horizon inwards; neighbours of one level are one piece. Pieces reach a little under those drawn
     /// after them, so that no seam shows.
-    fn fill(&self, sheet: &Sheet, disc: &Disc, levels: &Levels) -> Drawn {
+    fn fill(&self, sheet: &Sheet, disc: &Disc, levels: &Levels) {
         for i in 0..self.alt_deg.len() {
             let (low_deg, high_deg) = Self::edges(&self.alt_deg, i);
             let mut start = 0;
@@ -228,37 +319,39 @@ impl Cells {
                 let (from_deg, to_deg) = (Self::edges(&self.az_deg, start).0, Self::edges(&self.az_deg, end).1);
                 let under = if end + 1 < self.az_deg.len() { 0.4 } else { 0.0 };
                 let colour = level.map_or(DARK, |level| levels.colour(level));
-                disc.sector(sheet, (low_deg, (high_deg + 0.4).min(90.0)), (from_deg, to_deg + under), colour)?;
+                disc.sector(sheet, (low_deg, (high_deg + 0.4).min(90.0)), (from_deg, to_deg + under), colour);
                 start = end + 1;
             }
         }
-        Ok(())
     }
 
     /// Diagonal lines over what has no light.
-    fn hatch(&self, sheet: &Sheet, disc: &Disc) -> Drawn {
-        let r = disc.radius as i32;
-        let (spacing, sample) = HATCH;
-        for offset in (-2 * r..=2 * r).step_by(spacing as usize) {
-            let mut run: Vec<(i32, i32)> = Vec::new();
-            for x in (-r..=r + sample).step_by(sample as usize) {
+    fn hatch(&self, sheet: &Sheet, disc: &Disc) {
+        if self.level.is_empty() {
+            return;
+        }
+        let r = disc.radius;
+        let (spacing, sample) = (HATCH.0 * disc.unit, HATCH.1 * disc.unit);
+        let style = Style::line(GREY, 1).class("hatch", "");
+        let lines = (2.0 * r / spacing) as i32;
+        for offset in (-lines..=lines).map(|k| f64::from(k) * spacing) {
+            let mut run: Vec<Place> = Vec::new();
+            for x in (0..=(2.0 * r / sample) as i32 + 1).map(|k| f64::from(k) * sample - r) {
                 let at = (x, offset - x);
                 if x <= r && self.is_dark(disc, at) {
-                    run.push((at.0 + disc.centre.0 as i32, at.1 + disc.centre.1 as i32));
+                    run.push((at.0 + disc.centre.0, at.1 + disc.centre.1));
                     continue;
                 }
                 if let (Some(a), Some(b)) = (run.first(), run.last()) {
-                    sheet.draw(&PathElement::new(vec![*a, *b], stroke(GREY, 1)))?;
+                    sheet.line(*a, *b, &style);
                 }
                 run.clear();
             }
         }
-        Ok(())
     }
 
     /// Whether a place, from the centre of the disc, is in a cell without light.
-    fn is_dark(&self, disc: &Disc, (x, y): (i32, i32)) -> bool {
-        let (x, y) = (f64::from(x), f64::from(y));
+    fn is_dark(&self, disc: &Disc, (x, y): Place) -> bool {
         let alt_deg = 90.0 * (1.0 - x.hypot(y) / disc.radius);
         let az_deg = (-x).atan2(-y).to_degrees().rem_euclid(360.0);
         let nearest = |values: &[f64], v: f64| {
@@ -271,71 +364,75 @@ impl Cells {
 
 impl Disc {
     /// A piece of a ring between two altitudes and two azimuths.
-    fn sector(&self, sheet: &Sheet, alt_deg: (f64, f64), az_deg: (f64, f64), colour: RGBColor) -> Drawn {
+    fn sector(&self, sheet: &Sheet, alt_deg: (f64, f64), az_deg: (f64, f64), colour: Colour) {
         let steps = ((az_deg.1 - az_deg.0) / 2.0).ceil().max(1.0) as usize;
         let az = |k: usize| az_deg.0 + (az_deg.1 - az_deg.0) * k as f64 / steps as f64;
-        let mut outline: Vec<(i32, i32)> = (0..=steps).map(|k| pixel(self.place(alt_deg.0, az(k)))).collect();
-        outline.extend((0..=steps).rev().map(|k| pixel(self.place(alt_deg.1, az(k)))));
+        let mut outline: Vec<Place> = (0..=steps).map(|k| self.place(alt_deg.0, az(k))).collect();
+        outline.extend((0..=steps).rev().map(|k| self.place(alt_deg.1, az(k))));
         outline.dedup();
-        sheet.draw(&Polygon::new(outline, colour.filled()))
+        sheet.polygon(&outline, &Style::filled(colour));
     }
 
     /// Horizon, circles of altitude with their degrees, and the points of the compass.
-    fn graticule(&self, sheet: &Sheet) -> Drawn {
-        let centre = pixel(self.centre);
-        let white = RGBColor(255, 255, 255);
+    fn graticule(&self, sheet: &Sheet) {
+        let (centre, unit) = (self.centre, self.unit);
         for alt_deg in [30.0, 60.0] {
-            let r = (self.radius * (90.0 - alt_deg) / 90.0) as i32;
-            sheet.draw(&Circle::new(
-                centre,
-                r,
-                ShapeStyle { color: white.mix(0.8), filled: false, stroke_width: 2 },
-            ))?;
-            if self.small {
-                continue;
+            let r = self.radius * (90.0 - alt_deg) / 90.0;
+            sheet.circle(centre, r, &Style::line(WHITE, 2).opacity(0.8).class("ring", ""));
+            if self.degrees {
+                self.named(sheet, &format!("{alt_deg:.0}°"), self.place(alt_deg, 202.0), 34.0);
             }
-            let at = pixel(self.place(alt_deg, 202.0));
-            let ground = [(at.0 - 34, at.1 - 20), (at.0 + 34, at.1 + 20)];
-            sheet.draw(&Rectangle::new(ground, white.mix(0.75).filled()))?;
-            write_text(sheet, &format!("{alt_deg:.0}°"), at, SMALL, INK, (HPos::Center, VPos::Center))?;
         }
-        sheet.draw(&Circle::new(centre, self.radius as i32, stroke(INK, 3)))?;
-        sheet.draw(&PathElement::new(vec![(centre.0 - 10, centre.1), (centre.0 + 10, centre.1)], stroke(white, 2)))?;
-        sheet.draw(&PathElement::new(vec![(centre.0, centre.1 - 10), (centre.0, centre.1 + 10)], stroke(white, 2)))?;
+        sheet.circle(centre, self.radius, &Style::line(INK, 3).class("horizon", ""));
+        let cross = Style::line(WHITE, 2).class("ring", "");
+        sheet.line((centre.0 - 10.0 * unit, centre.1), (centre.0 + 10.0 * unit, centre.1), &cross);
+        sheet.line((centre.0, centre.1 - 10.0 * unit), (centre.0, centre.1 + 10.0 * unit), &cross);
         for (name, az_deg) in [("N", 0.0), ("E", 90.0), ("S", 180.0), ("W", 270.0)] {
-            let at = pixel(self.place(-5.5, az_deg));
-            write_text(sheet, name, at, LABEL + 4, INK, (HPos::Center, VPos::Center))?;
+            let at = self.outside(az_deg);
+            write_text(sheet, name, at, (LABEL + 3.0) * unit, INK.class("label"), (HPos::Center, VPos::Center));
         }
-        Ok(())
     }
 
-    /// Sun or Moon with its altitude: at its place, or open outside the rim in its azimuth when it is below the horizon.
-    fn body(&self, sheet: &Sheet, mark: &SkyMark) -> Drawn {
-        let up = mark.alt_deg >= 0.0;
-        let fill = if mark.name == "Sun" { ORANGE } else { RGBColor(255, 255, 255) };
-        let shown = (mark.alt_deg.clamp(0.0, 90.0), mark.az_deg);
-        let at = pixel(if up { self.place(shown.0, shown.1) } else { self.place(-5.5, shown.1) });
+    /// Text that can be read on any background.
+    fn named(&self, sheet: &Sheet, text: &str, (x, y): Place, half: f64) {
+        let (half, height) = (half * self.unit, 20.0 * self.unit);
+        let under = Style::filled(WHITE).opacity(0.75).class("plate", "");
+        sheet.rect((x - half, y - height), (x + half, y + height), &under);
+        write_text(sheet, text, (x, y), SMALL * self.unit, INK.class("label"), (HPos::Center, VPos::Center));
+    }
+
+    /// Sun or Moon with its altitude: at its place, or open in its azimuth, outside the horizon (on it where degrees are
+    /// not labelled), when it is below.
+    fn body(&self, sheet: &Sheet, mark: &SkyMark, avoid: &[Place]) {
+        let (up, unit) = (mark.alt_deg >= 0.0, self.unit);
+        let (fill, edge, class) = if mark.name == "Sun" { (ORANGE, ORANGE, "sun") } else { (WHITE, GREY, "moon") };
+        let at = match (up, self.names && !self.degrees) {
+            (true, _) => self.place(mark.alt_deg.min(90.0), mark.az_deg),
+            (false, true) => self.place(0.0, mark.az_deg),
+            (false, false) => self.outside(mark.az_deg),
+        };
+        let tip = signed(&format!("{}: altitude {:.1}°, azimuth {:.0}°", mark.name, mark.alt_deg, mark.az_deg));
         if up {
-            sheet.draw(&Circle::new(at, 18, fill.filled()))?;
-            sheet.draw(&Circle::new(at, 18, stroke(INK, 3)))?;
+            sheet.circle(at, 18.0 * unit, &Style::line(INK, 3).fill(fill).class("lamp", class).tip(&tip));
         } else {
-            sheet.draw(&Circle::new(at, 14, RGBColor(255, 255, 255).filled()))?;
-            sheet.draw(&Circle::new(at, 14, stroke(if mark.name == "Sun" { ORANGE } else { GREY }, 5)))?;
+            let style = Style::line(edge, 5).fill(WHITE).class("lamp below", class).tip(&tip);
+            sheet.circle(at, 14.0 * unit, &style);
         }
-        if self.small {
-            return Ok(());
+        if !self.names {
+            return;
         }
         let text = signed(&format!("{} {:.1}°", mark.name, mark.alt_deg));
-        // below or above the mark, away from the middle, inside the sheet
-        let half = 9 * text.chars().count() as i32;
-        let x = at.0.clamp(half + 8, sheet.dim_in_pixel().0 as i32 - half);
-        let y = at.1 + if f64::from(at.1) < self.centre.1 { -42 } else { 42 };
-        let ground = [(x - half, y - 20), (x + half, y + 20)];
-        sheet.draw(&Rectangle::new(ground, RGBColor(255, 255, 255).mix(0.75).filled()))?;
-        write_text(sheet, &text, (x, y), SMALL, INK, (HPos::Center, VPos::Center))
+        let half = 9.0 * text.chars().count() as f64;
+        let x = at.0.clamp((half + 8.0) * unit, sheet.width() - half * unit);
+        // below or above the mark: where it covers least of the track, at best near and away from the middle
+        let side = |down: f64| at.1 + 42.0 * down * unit;
+        let covers = |y: f64| {
+            avoid.iter().filter(|p| (p.0 - x).abs() < (half + 12.0) * unit && (p.1 - y).abs() < 32.0 * unit).count()
+        };
+        let away = if at.1 < self.centre.1 { -1.0 } else { 1.0 };
+        let places = [away, -away, 1.8 * away, -1.8 * away].map(side);
+        if let Some(y) = places.into_iter().min_by_key(|y| covers(*y)) {
+            self.named(sheet, &text, (x, y), half);
+        }
     }
-}
-
-fn stroke(colour: RGBColor, width: u32) -> ShapeStyle {
-    ShapeStyle { color: colour.to_rgba(), filled: false, stroke_width: width }
 }

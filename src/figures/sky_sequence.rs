@@ -4,9 +4,9 @@
 
 use std::path::Path;
 
-use plotters::style::text_anchor::{HPos, VPos};
-
-use super::canvas::{INK, LABEL, Mark, ORANGE, SMALL, TITLE, figure, legend, no_data, signed, write_text};
+use super::canvas::{
+    HPos, INK, LABEL, Mark, ORANGE, SMALL, VPos, figure, heading, legend, no_data, signed, write_text,
+};
 use super::sky_map::{Cells, Disc, Levels, SkyMark};
 use crate::base::error::Result;
 use crate::tables::SkyRow;
@@ -45,7 +45,7 @@ pub fn sky_sequence(path: &Path, panels: &[SkyPanel], across: usize, title: &str
         return no_data(path, size, title, "no direction at any moment in which the satellite has any light");
     };
     figure(path, size, |sheet| {
-        write_text(sheet, title, (40, 26), TITLE, INK, (HPos::Left, VPos::Top))?;
+        heading(sheet, title);
         let mut dark = false;
         for (i, panel) in panels.iter().enumerate() {
             let (column, row) = ((i % across) as i32, (i / across) as i32);
@@ -53,19 +53,21 @@ pub fn sky_sequence(path: &Path, panels: &[SkyPanel], across: usize, title: &str
             let disc = Disc {
                 centre: (f64::from(left + SQUARE / 2), f64::from(top + TEXT + SQUARE / 2 - 20)),
                 radius: f64::from(SQUARE) * 0.40,
-                small: true,
+                unit: 1.0,
+                degrees: false,
+                names: false,
             };
             let middle = left + SQUARE / 2;
-            write_text(sheet, &panel.label, (middle, top), LABEL, INK, (HPos::Center, VPos::Center))?;
+            write_text(sheet, &panel.label, (middle, top), LABEL, INK, (HPos::Center, VPos::Center));
             let lamps: Vec<String> = panel.marks.iter().map(|m| format!("{} {:.0}°", m.name, m.alt_deg)).collect();
             let lamps = signed(&lamps.join(", "));
-            write_text(sheet, &lamps, (middle, top + 42), SMALL, INK, (HPos::Center, VPos::Center))?;
+            write_text(sheet, &lamps, (middle, top + 42), SMALL, INK, (HPos::Center, VPos::Center));
             let cells = Cells::of(&panel.rows, &levels);
-            disc.sky(sheet, &cells, &levels, &panel.marks)?;
+            disc.sky(sheet, &cells, &levels, &panel.marks, &[]);
             dark |= cells.level.contains(&None);
         }
         let aside = 60 + SQUARE * across as i32;
-        levels.bar(sheet, aside, dark)?;
+        levels.bar(sheet, aside, dark);
         let entries = [
             (Some((Mark::Full, ORANGE)), "Sun".to_string()),
             (Some((Mark::Open, INK)), "Moon".to_string()),

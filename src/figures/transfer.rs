@@ -4,20 +4,17 @@
 
 use std::path::Path;
 
-use plotters::style::RGBColor;
-use plotters::style::text_anchor::{HPos, VPos};
-
 use super::axis::Span;
 use super::canvas::{
-    BLUE, GREEN, GREY, INK, Mark, ORANGE, PURPLE, SKY_BLUE, TITLE, VERMILLION, figure, legend, no_data, signed,
-    write_text,
+    BLUE, Colour, GREEN, GREY, INK, Mark, ORANGE, PURPLE, SKY_BLUE, VERMILLION, figure, heading, legend, no_data,
+    signed,
 };
 use super::panel::{Panel, Ticks};
 use crate::base::error::Result;
 
 const SIZE: (u32, u32) = (960, 640);
 const NAME: &str = "Photon transfer";
-const COLOURS: [RGBColor; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, GREY];
+const COLOURS: [Colour; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, GREY];
 
 /// One gain setting in the figure.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,14 +43,14 @@ pub fn photon_transfer(path: &Path, curves: &[TransferCurve]) -> Result<()> {
         return no_data(path, SIZE, NAME, "no pair of flats could be compared");
     };
     figure(path, SIZE, |sheet| {
-        write_text(sheet, NAME, (40, 26), TITLE, INK, (HPos::Left, VPos::Top))?;
+        heading(sheet, NAME);
         let panel = Panel { sheet, frame: (170, 110, 1290, 1150), x, y };
-        panel.axes(Ticks::Numbers, "lg level above the pedestal [ADU]", "lg variance of one flat [ADU²]")?;
+        panel.axes(Ticks::Numbers, "lg level above the pedestal [ADU]", "lg variance of one flat [ADU²]");
         let mut entries = Vec::new();
         for (i, (curve, points)) in drawn.iter().enumerate().filter(|(_, (_, points))| !points.is_empty()) {
             let colour = COLOURS[i % COLOURS.len()];
             for (l, v) in points {
-                panel.mark(Mark::Dot, *l, *v, colour)?;
+                panel.mark(Mark::Dot, *l, *v, colour);
             }
             for (n, line) in curve.label.iter().enumerate() {
                 entries.push(((n == 0).then_some((Mark::Dot, colour)), signed(line)));
@@ -63,9 +60,9 @@ pub fn photon_transfer(path: &Path, curves: &[TransferCurve]) -> Result<()> {
                     let at = |k: usize| x.from + (x.to - x.from) * k as f64 / 120.0;
                     (0..=120).map(|k| (at(k), Some((10f64.powf(at(k)) / g + dark_adu2).log10()))).collect()
                 };
-                panel.polyline(&line(e_per_adu), INK, 4)?;
+                panel.polyline(&line(e_per_adu), INK, 4);
                 for piece in curve.in_use_e_per_adu.map(line).unwrap_or_default().chunks(2).step_by(2) {
-                    panel.polyline(piece, colour, 4)?;
+                    panel.polyline(piece, colour, 4);
                 }
             }
             entries.push((None, String::new()));

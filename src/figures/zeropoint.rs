@@ -6,14 +6,13 @@
 
 use std::path::Path;
 
-use plotters::style::text_anchor::{HPos, VPos};
-
 use super::axis::Span;
 use super::canvas::{
-    BLUE, Drawn, GREY, INK, LABEL, Mark, PURPLE, SMALL, Sheet, TITLE, VERMILLION, draw_mark, figure, no_data, signed,
-    write_text,
+    BLUE, GREY, HPos, INK, LABEL, Mark, Medium, PURPLE, Paint, SMALL, Sheet, VERMILLION, VPos, draw_mark, figure,
+    heading, no_data, signed, write_text,
 };
-use super::panel::{Panel, Ticks};
+use super::chart::Chart;
+use super::panel::{Panel, Point, Ticks};
 use crate::base::error::Result;
 use crate::base::stats::scatter;
 use crate::tables::StarRow;
@@ -33,12 +32,123 @@ struct Star {
     x_px: Option<f64>,
     y_px: Option<f64>,
     pointing: Option<i64>,
-    /// V_inst − V minus the fit \[mag\].
+    /// Inst − V minus the fit \[mag\].
     residual_mag: f64,
+    /// What a page says of it.
+    tip: String,
 }
 
-/// A panel: titles of x and y, labels of x, where a star lies in it, and the slope of the fit in it.
-type View<'a> = (&'a str, &'a str, Ticks, &'a dyn Fn(&Star) -> Option<(f64, f64)>, Option<f64>);
+/// Zeropoint, extinction and colour term of a fit.
+type Terms = (f64, f64, f64);
+
+/// A panel: titles of x and y, where a star lies in it, and the slope of the fit in it.
+struct View {
+    x_title: String,
+    y_title: String,
+    of: Box<dyn Fn(&Star) -> Option<(f64, f64)>>,
+    slope: Option<f64>,
+}
+
+/// What is drawn in a panel: its axes, the stars, and the fit as offset and slope.
+struct Content<'a> {
+    spans: (Span, Span),
+    points: Vec<Point<'a>>,
+    fit: (f64, f64),
+}
+
+const USED: Paint = BLUE.class("star");
+const REJECTED: Paint = VERMILLION.class("star left");
+const POINTING: Paint = PURPLE.class("pointing");
+
+/// The six panels of a fit in `band`.
+fn views((zp, k, c): Terms, band: &str) -> [View; 6] {
+    let view = |x: &str, y: &str, slope, of: Box<dyn Fn(&Star) -> Option<(f64, f64)>>| View {
+        x_title: x.into(),
+        y_title: y.into(),
+        of,
+        slope,
+    };
+    let residual = "residual [mag]";
+    [
+        view(
+            "airmass X",
+            &format!("{band}_inst − {band} − C(B−V) [mag]"),
+            Some(k),
+            Box::new(move |s| Some((s.airmass, zp + k * s.airmass + s.residual_mag))),
+        ),
+        view(
+            "B−V [mag]",
+            &format!("{band}_inst − {band} − kX [mag]"),
+            Some(c),
+            Box::new(move |s| Some((s.b_v_mag, zp + c * s.b_v_mag + s.residual_mag))),
+        ),
+        view(&format!("{band} of the catalogue [mag]"), residual, None, Box::new(|s| Some((s.v_mag, s.residual_mag)))),
+        view("UTC", residual, None, Box::new(|s| Some((s.time_s?, s.residual_mag)))),
+        view("x [px]", residual, None, Box::new(|s| Some((s.x_px?, s.residual_mag)))),
+        view("y [px]", residual, None, Box::new(|s| Some((s.y_px?, s.residual_mag)))),
+    ]
+}
+
+impl View {
+    fn ticks(&self) -> Ticks<'static> {
+        if self.x_title == "UTC" { Ticks::Clock } else { Ticks::Numbers }
+    }
+
+    /// Rejected stars below, used stars above; `None` where no star has a place.
+    fn content(&self, stars: &[Star], zp: f64) -> Option<Content<'static>> {
+        let placed: Vec<(&Star, f64, f64)> =
+            stars.iter().filter_map(|s| (self.of)(s).map(|(x, y)| (s, x, y))).collect();
+        let fit = self.slope.map_or((0.0, 0.0), |slope| (zp, slope));
+        let any_used = placed.iter().any(|p| p.0.used);
+        let chosen = placed.iter().filter(|p| p.0.used || !any_used);
+        let least_x = if self.ticks() == Ticks::Clock { 60.0 } else { 0.1 };
+        let x = Span::around(placed.iter().map(|p| p.1), least_x)?;
+        let y = Span::around(chosen.flat_map(|p| [p.2, fit.0 + fit.1 * p.1]), 0.1)?;
+        let point = |(s, x, y): &(&Star, f64, f64)| {
+            let (mark, paint) = if s.used { (Mark::Dot, USED) } else { (Mark::Open, REJECTED) };
+            Point { x: *x, y: *y, mark, paint, tip: s.tip.clone(), ..Point::default() }
+        };
+        let (used, rejected): (Vec<_>, Vec<_>) = placed.iter().partition(|p| p.0.used);
+        let points = rejected.into_iter().chain(used).map(point).collect();
+        Some(Content { spans: (x, y), points, fit })
+    }
+}
+
+impl Content<'_> {
+    /// The stars, and the line of the fit over them.
+    fn draw(&self, panel: &Panel) {
+        panel.points(&self.points);
+        let at = |x: f64| (x, Some(self.fit.0 + self.fit.1 * x));
+        panel.polyline(&[at(panel.x.from), at(panel.x.to)], INK.class("zero"), 4);
+    }
+}
+
+/// The panels of a fit as charts of a page, each with its title; a star's tip names it and the reason it is not used.
+pub(crate) fn zeropoint_charts(rows: &[StarRow], terms: Terms, band: &str) -> Vec<(String, Sheet)> {
+    let stars = stars(rows, terms);
+    let chart = |(x, y): (Span, Span), x_label: &str, y_label: &str, ticks, body: &dyn Fn(&Panel)| {
+        Chart { size: (460, 250), x, y, x_label, y_label, ticks }.draw(Medium::Page, |_| {}, body)
+    };
+    let one = |view: &View| {
+        let content = view.content(&stars, terms.0)?;
+        let body = |panel: &Panel| content.draw(panel);
+        let sheet = chart(content.spans, &view.x_title, &view.y_title, view.ticks(), &body);
+        Some((format!("{} against {}", view.y_title, view.x_title), sheet))
+    };
+    let mut charts: Vec<(String, Sheet)> = views(terms, band).iter().filter_map(one).collect();
+    let means = pointing_means(&stars);
+    if let Some(spans) = pointing_spans(&means) {
+        let sheet = chart(spans, POINTING_TITLES.0, POINTING_TITLES.1, Ticks::Numbers, &|p| draw_means(p, &means));
+        charts.push((format!("{} against {}", POINTING_TITLES.1, POINTING_TITLES.0), sheet));
+    }
+    charts
+}
+
+/// The stars that can be placed.
+fn stars(rows: &[StarRow], terms: Terms) -> Vec<Star> {
+    let midnight = rows.iter().filter_map(|r| r.mjd_mid_d).min_by(f64::total_cmp).unwrap_or(0.0).floor();
+    rows.iter().filter_map(|r| star(r, midnight, terms)).collect()
+}
 
 /// Draws seven panels: `V_inst − V − C(B−V)` against airmass and `V_inst − V − kX` against B−V, each with the fit (a
 /// second-order term is taken off); the residual against V, time, x and y; the mean residual of each pointing with the
@@ -49,8 +159,7 @@ type View<'a> = (&'a str, &'a str, Ticks, &'a dyn Fn(&Star) -> Option<(f64, f64)
 /// # Errors
 /// [`crate::Error::Io`] when the file cannot be written.
 pub fn zeropoint_diagnostics(path: &Path, rows: &[StarRow], zp: f64, k: f64, c: f64) -> Result<()> {
-    let midnight = rows.iter().filter_map(|r| r.mjd_mid_d).min_by(f64::total_cmp).unwrap_or(0.0).floor();
-    let stars: Vec<Star> = rows.iter().filter_map(|r| star(r, midnight, (zp, k, c))).collect();
+    let stars = stars(rows, (zp, k, c));
     if stars.is_empty() || ![zp, k, c].iter().all(|v| v.is_finite()) {
         let reason = if rows.is_empty() {
             "no star was measured".to_owned()
@@ -61,41 +170,30 @@ pub fn zeropoint_diagnostics(path: &Path, rows: &[StarRow], zp: f64, k: f64, c: 
         };
         return no_data(path, SIZE, NAME, &reason);
     }
-    let residual = |s: &Star| s.residual_mag;
-    let used: Vec<f64> = stars.iter().filter(|s| s.used).map(residual).collect();
+    let used: Vec<f64> = stars.iter().filter(|s| s.used).map(|s| s.residual_mag).collect();
     figure(path, SIZE, |sheet| {
-        heading(sheet, &stars, &used, (zp, k, c))?;
-        let panels: [View; 6] = [
-            (
-                "airmass X",
-                "V_inst − V − C(B−V) [mag]",
-                Ticks::Numbers,
-                &|s| Some((s.airmass, zp + k * s.airmass + s.residual_mag)),
-                Some(k),
-            ),
-            (
-                "B−V [mag]",
-                "V_inst − V − kX [mag]",
-                Ticks::Numbers,
-                &|s| Some((s.b_v_mag, zp + c * s.b_v_mag + s.residual_mag)),
-                Some(c),
-            ),
-            ("V [mag]", "residual [mag]", Ticks::Numbers, &|s| Some((s.v_mag, residual(s))), None),
-            ("UTC", "residual [mag]", Ticks::Clock, &|s| Some((s.time_s?, residual(s))), None),
-            ("x [px]", "residual [mag]", Ticks::Numbers, &|s| Some((s.x_px?, residual(s))), None),
-            ("y [px]", "residual [mag]", Ticks::Numbers, &|s| Some((s.y_px?, residual(s))), None),
-        ];
-        for (i, (x_title, y_title, ticks, of, slope)) in panels.into_iter().enumerate() {
+        numbers(sheet, &stars, &used, (zp, k, c));
+        for (i, view) in views((zp, k, c), "V").iter().enumerate() {
             let (column, row) = (i as i32 % 2, i as i32 / 2);
             let (left, top) = (170 + 950 * column, 170 + 590 * row);
             let frame = (left, top, left + 740, top + 450);
-            let points: Vec<(bool, f64, f64)> =
-                stars.iter().filter_map(|s| of(s).map(|(x, y)| (s.used, x, y))).collect();
-            let line = slope.map_or((0.0, 0.0), |slope| (zp, slope));
-            draw_panel(sheet, frame, &points, (x_title, y_title, ticks), line)?;
+            match view.content(&stars, zp) {
+                Some(content) => {
+                    let panel = Panel { sheet, frame, x: content.spans.0, y: content.spans.1 };
+                    panel.axes(view.ticks(), &view.x_title, &view.y_title);
+                    content.draw(&panel);
+                }
+                None => empty(sheet, frame, &format!("no data against {}", view.x_title)),
+            }
         }
-        draw_pointings(sheet, (170, 1940, 1860, 2390), &stars)
+        draw_pointings(sheet, (170, 1940, 1860, 2390), &stars);
     })
+}
+
+/// Where a panel would be, why it is not.
+fn empty(sheet: &Sheet, frame: (i32, i32, i32, i32), text: &str) {
+    let middle = ((frame.0 + frame.2) / 2, (frame.1 + frame.3) / 2);
+    write_text(sheet, text, middle, LABEL, GREY, (HPos::Center, VPos::Center));
 }
 
 /// Mean residual of the used stars of each pointing and its error, by number: s/√n, with s of all stars where there are
@@ -120,24 +218,35 @@ fn pointing_means(stars: &[Star]) -> Vec<(f64, f64, f64)> {
     groups.iter().map(one).collect()
 }
 
+const POINTING_TITLES: (&str, &str) = ("number of the pointing", "mean residual [mag]");
+
+fn pointing_spans(means: &[(f64, f64, f64)]) -> Option<(Span, Span)> {
+    let y = means.iter().flat_map(|m| [m.1 - m.2, m.1 + m.2, 0.0]);
+    Some((Span::around(means.iter().map(|m| m.0), 4.0)?, Span::around(y, 0.02)?))
+}
+
 /// The offsets of the pointings: a cloud is one that its error bar does not explain.
-fn draw_pointings(sheet: &Sheet, frame: (i32, i32, i32, i32), stars: &[Star]) -> Drawn {
+fn draw_pointings(sheet: &Sheet, frame: (i32, i32, i32, i32), stars: &[Star]) {
     let means = pointing_means(stars);
-    let x = Span::around(means.iter().map(|m| m.0), 4.0);
-    let y = Span::around(means.iter().flat_map(|m| [m.1 - m.2, m.1 + m.2, 0.0]), 0.02);
-    let (Some(x), Some(y)) = (x, y) else {
-        let middle = ((frame.0 + frame.2) / 2, (frame.1 + frame.3) / 2);
-        let text = "no used star has a pointing";
-        return write_text(sheet, text, middle, LABEL, GREY, (HPos::Center, VPos::Center));
+    let Some((x, y)) = pointing_spans(&means) else {
+        return empty(sheet, frame, "no used star has a pointing");
     };
     let panel = Panel { sheet, frame, x, y };
-    panel.axes(Ticks::Numbers, "number of the pointing", "mean residual [mag]")?;
-    panel.polyline(&[(x.from, Some(0.0)), (x.to, Some(0.0))], INK, 4)?;
-    for (number, mean, error) in means {
-        panel.error_bar(number, mean, error, PURPLE)?;
-        panel.mark(Mark::Full, number, mean, PURPLE)?;
-    }
-    Ok(())
+    panel.axes(Ticks::Numbers, POINTING_TITLES.0, POINTING_TITLES.1);
+    draw_means(&panel, &means);
+}
+
+fn draw_means(panel: &Panel, means: &[(f64, f64, f64)]) {
+    panel.across(0.0, INK.class("zero"), 4);
+    let point = |(number, mean, error): &(f64, f64, f64)| Point {
+        x: *number,
+        y: *mean,
+        err: Some(*error),
+        paint: POINTING,
+        tip: format!("pointing {number:.0}: {} ± {error:.3} mag", signed(&format!("{mean:+.3}"))),
+        ..Point::default()
+    };
+    panel.points(&means.iter().map(point).collect::<Vec<_>>());
 }
 
 fn star(row: &StarRow, midnight: f64, (zp, k, c): (f64, f64, f64)) -> Option<Star> {
@@ -157,58 +266,32 @@ fn star(row: &StarRow, midnight: f64, (zp, k, c): (f64, f64, f64)) -> Option<Sta
         y_px: finite(row.y_px),
         pointing: row.pointing,
         residual_mag: finite(row.fit_residual_mag).unwrap_or(difference - zp - k * airmass - c * b_v_mag),
+        tip: tip(row),
     })
 }
 
-/// Title, the fitted numbers, and what the marks mean.
-fn heading(sheet: &Sheet, stars: &[Star], used: &[f64], (zp, k, c): (f64, f64, f64)) -> Drawn {
-    let left = (HPos::Left, VPos::Center);
-    write_text(sheet, NAME, (40, 26), TITLE, INK, (HPos::Left, VPos::Top))?;
-    let scatter = scatter(used).map(|s| format!(" · robust σ {s:.3} mag")).unwrap_or_default();
-    let fit = signed(&format!("ZP {zp:.3} · k {k:.3} · C {c:.3}{scatter}"));
-    write_text(sheet, &fit, (1880, 46), LABEL, INK, (HPos::Right, VPos::Center))?;
-    draw_mark(sheet, Mark::Dot, (60, 116), BLUE)?;
-    write_text(sheet, &format!("used ({})", used.len()), (82, 116), SMALL, INK, left)?;
-    draw_mark(sheet, Mark::Open, (320, 116), VERMILLION)?;
-    write_text(sheet, &format!("rejected ({})", stars.len() - used.len()), (342, 116), SMALL, INK, left)?;
-    draw_mark(sheet, Mark::Line(4), (640, 116), INK)?;
-    write_text(sheet, "fit", (676, 116), SMALL, INK, left)?;
-    draw_mark(sheet, Mark::Full, (800, 116), PURPLE)?;
-    write_text(sheet, "mean of a pointing", (822, 116), SMALL, INK, left)?;
-    write_text(sheet, "△ rejected, beyond the axis", (1880, 116), SMALL, GREY, (HPos::Right, VPos::Center))
+/// What a star's point says.
+fn tip(row: &StarRow) -> String {
+    let v = row.catalogue_v_mag.map(|v| format!(": {v:.2} mag")).unwrap_or_default();
+    let residual = row.fit_residual_mag.map(|r| signed(&format!(", residual {r:+.3}"))).unwrap_or_default();
+    let reason = if row.reason.is_empty() { String::new() } else { format!(", {}", row.reason) };
+    format!("{} in {}{v}{residual}{reason}", row.star_id, row.frame)
 }
 
-/// One panel: rejected stars below, used stars above, the line `offset + slope·x` on top.
-fn draw_panel(
-    sheet: &Sheet,
-    frame: (i32, i32, i32, i32),
-    points: &[(bool, f64, f64)],
-    (x_title, y_title, ticks): (&str, &str, Ticks),
-    (offset, slope): (f64, f64),
-) -> Drawn {
-    let any_used = points.iter().any(|p| p.0);
-    let chosen = points.iter().filter(|p| p.0 || !any_used);
-    let (least_x, room) = if ticks == Ticks::Clock { (60.0, 0.1) } else { (0.1, 0.1) };
-    let x = Span::around(points.iter().map(|p| p.1), least_x);
-    let y = Span::around(chosen.flat_map(|p| [p.2, offset + slope * p.1]), room);
-    let (Some(x), Some(y)) = (x, y) else {
-        let middle = ((frame.0 + frame.2) / 2, (frame.1 + frame.3) / 2);
-        return write_text(
-            sheet,
-            &format!("no data against {x_title}"),
-            middle,
-            LABEL,
-            GREY,
-            (HPos::Center, VPos::Center),
-        );
-    };
-    let panel = Panel { sheet, frame, x, y };
-    panel.axes(ticks, x_title, y_title)?;
-    for (_, x, y) in points.iter().filter(|p| !p.0) {
-        panel.mark(Mark::Open, *x, *y, VERMILLION)?;
-    }
-    for (_, x, y) in points.iter().filter(|p| p.0) {
-        panel.mark(Mark::Dot, *x, *y, BLUE)?;
-    }
-    panel.polyline(&[(x.from, Some(offset + slope * x.from)), (x.to, Some(offset + slope * x.to))], INK, 4)
+/// Title, the fitted numbers, and what the marks mean.
+fn numbers(sheet: &Sheet, stars: &[Star], used: &[f64], (zp, k, c): (f64, f64, f64)) {
+    let left = (HPos::Left, VPos::Center);
+    heading(sheet, NAME);
+    let scatter = scatter(used).map(|s| format!(" · robust σ {s:.3} mag")).unwrap_or_default();
+    let fit = signed(&format!("ZP {zp:.3} · k {k:.3} · C {c:.3}{scatter}"));
+    write_text(sheet, &fit, (1880, 46), LABEL, INK, (HPos::Right, VPos::Center));
+    draw_mark(sheet, Mark::Dot, (60, 116), BLUE);
+    write_text(sheet, &format!("used ({})", used.len()), (82, 116), SMALL, INK, left);
+    draw_mark(sheet, Mark::Open, (320, 116), VERMILLION);
+    write_text(sheet, &format!("rejected ({})", stars.len() - used.len()), (342, 116), SMALL, INK, left);
+    draw_mark(sheet, Mark::Line(4), (640, 116), INK);
+    write_text(sheet, "fit", (676, 116), SMALL, INK, left);
+    draw_mark(sheet, Mark::Full, (800, 116), PURPLE);
+    write_text(sheet, "mean of a pointing", (822, 116), SMALL, INK, left);
+    write_text(sheet, "△ rejected, beyond the axis", (1880, 116), SMALL, GREY, (HPos::Right, VPos::Center))
 }

@@ -2,13 +2,13 @@
 
 use hifitime::Epoch;
 
+use crate::bands::Band;
 use crate::base::error::{Error, Result};
 use crate::config::{self, Mode, Source};
 use crate::photometry::Flags;
 use crate::tables::row_passes::passes;
 use crate::tables::words::Verdict;
 use crate::tables::{PhotometryRow, ResidualRow};
-use crate::zeropoint::bands::Band;
 
 /// Whether the model may stand beside magnitudes that are corrected for extinction, and what must be said if it does.
 ///

@@ -9,6 +9,7 @@ use super::survey::files::Survey;
 use super::survey::satellite::{model_notes, other_names, set_others_aside};
 use crate::astrometry::catalogue::Catalogue;
 use crate::astrometry::field_rotation::CameraTurn;
+use crate::bands::CalibratedBand;
 use crate::base::error::{Error, Result};
 use crate::brightness::{Model, ModelSettings, Satellite};
 use crate::config::{self, Config};
@@ -16,7 +17,6 @@ use crate::frames::flat::MasterFlat;
 use crate::frames::{Buffers, Detector, Exposure, FrameReader, Held, never_filled, pixel_scale_arcsec};
 use crate::orbit::{EarthOrientation, Site, Tracker};
 use crate::photometry::growth::{GrowthCurve, StarProfile};
-use crate::zeropoint::bands::CalibratedBand;
 use crate::zeropoint::fit::Zeropoint;
 
 /// What every frame of the night shares before any pixel is read.

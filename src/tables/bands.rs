@@ -4,7 +4,7 @@
 
 use super::meta::{Meta, MetaValue};
 use super::schema::Column;
-use crate::zeropoint::bands::Band;
+use crate::bands::Band;
 
 /// The UCD1+ of a column in a table of this meta block: magnitudes are of its `band`, modelled ones of its `model_band`.
 #[must_use]

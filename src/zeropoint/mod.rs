@@ -1,6 +1,5 @@
 //! From matched stars to zeropoint, extinction and colour term.
 
-pub mod bands;
 pub mod fit;
 pub mod matched;
 pub mod previous;

@@ -4,13 +4,14 @@
 
 use std::collections::BTreeMap;
 
-use super::CatalogueStar;
 use super::angle::Angle;
 use super::names::{B_MAG, GAIA, N_OBS, PLACES, TYCHO, TYCHO_ID, known};
+use super::star::CatalogueStar;
 use super::transform;
 use super::transform::{Johnson, Value};
+use crate::bands::Band;
+use crate::bands::column_band;
 use crate::tables::read::{Column, Row, Table};
-use crate::zeropoint::bands::{Band, column_band};
 
 /// Epoch of the positions of Gaia DR3 \[Julian year\].
 const GAIA_EPOCH_JYEAR: f64 = 2016.0;

@@ -2,10 +2,13 @@
 //!
 //! Degrees; separations in arcsec where the name says so. A tree of directions, so that poles and 0 h need no care.
 
+use super::tree::Tree;
+use super::tree::direction;
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
 
-use super::{Catalogue, CatalogueStar};
+use super::star::Catalogue;
+use super::star::CatalogueStar;
 
 /// Entries this close are looked at as one star \[arcsec\]; APASS places are good to about 0.2.
 const SAME_PLACE_ARCSEC: f64 = 1.0;
@@ -13,10 +16,6 @@ const SAME_PLACE_ARCSEC: f64 = 1.0;
 const SAME_MAG: f64 = 0.1;
 /// An entry this much fainter than another is never taken for it \[mag\].
 const CONFUSED_MAG: f64 = 3.0;
-
-/// Directions of the entries with their indices.
-#[derive(Debug, Clone)]
-pub struct Tree(RTree<GeomWithData<[f64; 3], usize>>);
 
 impl Tree {
     pub(super) fn of(stars: &[CatalogueStar]) -> Tree {
@@ -31,12 +30,6 @@ impl Tree {
         let found = self.0.locate_within_distance(direction(ra_deg, dec_deg), chord * chord + 1e-15);
         found.map(|place| place.data)
     }
-}
-
-/// Unit vector of a place.
-fn direction(ra_deg: f64, dec_deg: f64) -> [f64; 3] {
-    let ((sin_a, cos_a), (sin_d, cos_d)) = (ra_deg.to_radians().sin_cos(), dec_deg.to_radians().sin_cos());
-    [cos_d * cos_a, cos_d * sin_a, sin_d]
 }
 
 /// Angle between two points \[deg\], hav d = hav Δδ + cos δ₁ cos δ₂ hav Δα.

@@ -1,6 +1,6 @@
 //! A coordinate system as header cards, and as a FITS header without pixels.
 
-use super::Wcs;
+use super::linear::Wcs;
 
 /// The value of a header card written by [`Wcs::cards`].
 #[derive(Debug, Clone, PartialEq)]

@@ -5,36 +5,18 @@
 
 mod cards;
 mod header;
+mod linear;
 mod sip;
 #[cfg(test)]
 mod tests;
 mod tpv;
 
+pub use linear::Wcs;
+
 pub use cards::WcsValue;
 use header::{Projection, axes_swapped, check_system, matrix, pole_deg, projection};
 use sip::{Sip, undistort};
 use tpv::Tpv;
-
-/// A tangent-plane coordinate system.
-///
-/// (ξ, η) = CD · (u + A(u,v), v + B(u,v)) with (u, v) = pixel − CRPIX; (ξ, η) is the gnomonic projection about CRVAL.
-///
-/// With TPV the plane is distorted, not the pixels: (ξ', η') = P(CD · (u, v)).
-///
-/// Source: Calabretta & Greisen 2002 (A&A 395, 1077); Shupe et al. 2005 (ASP 347, 491) for SIP; the FITS registry for TPV.
-#[derive(Debug, Clone)]
-pub struct Wcs {
-    /// (RA, Dec) of the reference point \[deg\].
-    crval_deg: [f64; 2],
-    /// Reference pixel, FITS convention (1-based).
-    crpix: [f64; 2],
-    /// Rows ξ (east), η (north); columns x, y \[deg/px\].
-    cd: [[f64; 2]; 2],
-    /// Its inverse \[px/deg\].
-    inverse: [[f64; 2]; 2],
-    sip: [Option<Sip>; 2],
-    tpv: Option<Tpv>,
-}
 
 impl Wcs {
     /// Reads a header through two look-ups: a keyword's number, a keyword's text.

@@ -5,9 +5,11 @@
 
 use hifitime::{Epoch, TimeScale, Unit};
 
+use super::candidate::Candidate;
+use super::candidate::TimeKind;
+use super::candidate::seconds;
 use super::meaning::{Meaning, meaning, program_warning};
 use super::stamp::{self, Stamp};
-use super::{Candidate, TimeKind, seconds};
 use crate::config::DateObsMeans;
 use crate::fits::cards::Header;
 use crate::tables::words::TimeStamp;
@@ -203,7 +205,7 @@ impl<'a> Finder<'a> {
         let exptime_s = self.exptime_s;
         let sharpcap = super::meaning::program(self.header).contains("sharpcap");
         let spare_s = if sharpcap { SEVERAL_S.1 } else { SEVERAL_S.0 };
-        let zone = super::zone_hint(length_s - exptime_s);
+        let zone = super::candidate::zone_hint(length_s - exptime_s);
         let several = length_s - exptime_s > 0.5 * exptime_s + spare_s && zone.is_empty();
         let words = format!("{end} - {begin} = {length_s:.3} s, but the exposure is {exptime_s} s");
         if several && exptime_s > 0.0 {
@@ -254,7 +256,8 @@ impl<'a> Finder<'a> {
             let gap_s = start.map_or(0.0, |s| (mid.epoch - s.epoch).to_seconds() - self.exptime_s / 2.0);
             // N.I.N.A. writes the middle of its own clock readings, late by half the download.
             if gap_s.abs() > 10.0 + self.exptime_s {
-                let note = format!("{key}: {gap_s:.3} s away from DATE-OBS + EXPTIME/2{}", super::zone_hint(gap_s));
+                let note =
+                    format!("{key}: {gap_s:.3} s away from DATE-OBS + EXPTIME/2{}", super::candidate::zone_hint(gap_s));
                 self.warn(note.clone());
                 self.reject(note);
                 continue;

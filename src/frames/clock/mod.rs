@@ -3,15 +3,19 @@
 //! Times as [`hifitime::Epoch`]; seconds. The first stamp that is present and agrees with the exposure time wins; what
 //! was turned down is kept with its reason. Never used: the file's date, and DATE (when the file was written).
 
+mod candidate;
 mod candidates;
 mod meaning;
 mod stamp;
 #[cfg(test)]
 mod tests;
 
+pub use candidate::TimeKind;
+
+use candidate::{seconds, zone_hint};
 use std::path::Path;
 
-use hifitime::{Duration, Epoch, TimeScale, Unit};
+use hifitime::{Epoch, TimeScale};
 
 use super::header::Aliases;
 use crate::base::error::{Error, Result};
@@ -21,35 +25,6 @@ use crate::tables::words::TimeStamp;
 use candidates::Finder;
 
 pub(super) use candidates::span_s;
-
-/// Which kind of stamp a time is from, the most trusted first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum TimeKind {
-    /// A keyword named in the configuration, or DATE-OBS as `time.date_obs_means` says.
-    Configured,
-    /// Shutter times of a GPS receiver.
-    Gps,
-    /// Start and end.
-    StartEnd,
-    /// The middle itself.
-    Middle,
-    /// Start (or end) and the exposure time.
-    Start,
-}
-
-impl TimeKind {
-    /// One word for tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            TimeKind::Configured => "configured",
-            TimeKind::Gps => "gps",
-            TimeKind::StartEnd => "start_end",
-            TimeKind::Middle => "middle",
-            TimeKind::Start => "start",
-        }
-    }
-}
 
 /// Middle of an exposure, and how it is known.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,16 +45,6 @@ pub struct MidTime {
     pub rejected: Vec<String>,
     /// What the observer should know: stamps that contradict each other, programs with known latencies.
     pub warnings: Vec<String>,
-}
-
-/// One way to the middle of the exposure.
-#[derive(Debug, Clone)]
-struct Candidate {
-    mid: Epoch,
-    source: String,
-    kind: TimeKind,
-    stamp: TimeStamp,
-    err_s: f64,
 }
 
 /// Stamps further apart than their errors (times 3) and this contradict each other \[s\].
@@ -153,17 +118,4 @@ pub fn mid_time(
         rejected,
         warnings,
     })
-}
-
-/// A difference of whole quarters of an hour looks like a time zone.
-fn zone_hint(off_s: f64) -> String {
-    let quarters = (off_s / 900.0).round();
-    if quarters == 0.0 || (off_s - 900.0 * quarters).abs() > 60.0 || quarters.abs() > 14.0 * 4.0 {
-        return String::new();
-    }
-    format!(": {:+} h, is one of them local time?", quarters / 4.0)
-}
-
-fn seconds(s: f64) -> Duration {
-    s * Unit::Second
 }

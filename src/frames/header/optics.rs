@@ -27,7 +27,7 @@ pub struct Optics {
 ///
 /// FWHEEL is no synonym: N.I.N.A. and Sequence Generator Pro write the name of the wheel there.
 ///
-/// [`filter_meaning`]: crate::zeropoint::bands::filter_meaning
+/// [`filter_meaning`]: crate::bands::filter_meaning
 #[must_use]
 pub fn filter(header: &Header, aliases: &Aliases) -> Option<Told<String>> {
     let key = find(header, aliases, "filter")?;

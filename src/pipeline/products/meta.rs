@@ -1,5 +1,7 @@
 //! The meta block of every table: schema, tool, configuration, site, magnitude system, zeropoint, flag names.
 
+use crate::bands::Band;
+use crate::bands::CalibratedBand;
 use crate::brightness::catalogue::Standing;
 use crate::brightness::columns::effects_meta;
 use crate::config::Config;
@@ -7,7 +9,6 @@ use crate::photometry::Flags;
 use crate::photometry::target::measure::LIMIT_COMPLETENESS;
 use crate::pipeline::products::provenance::Provenance;
 use crate::tables::{Meta, MetaValue};
-use crate::zeropoint::bands::{Band, CalibratedBand};
 use crate::zeropoint::fit::Zeropoint;
 
 /// What the tables of one run say about themselves.

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::products::{Products, key};
+use crate::bands::Light;
 use crate::base::error::{Error, Result};
 use crate::base::file::file_name;
 use crate::base::file::make_folder_of;
@@ -31,7 +32,6 @@ use crate::pipeline::products::inputs::named_files;
 use crate::pipeline::products::inputs::simulation_seed;
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::survey::preflight::preflight;
-use crate::zeropoint::bands::Light;
 
 /// Target frames of a shard unless told otherwise: a few minutes of work, against seconds to start a worker.
 pub const FRAMES_PER_SHARD: usize = 100;

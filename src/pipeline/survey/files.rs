@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
+use crate::bands::Light;
 use crate::base::error::Error;
 use crate::base::time::seconds_between;
 use crate::config::Config;
 use crate::frames::{Exposure, Role};
-use crate::zeropoint::bands::Light;
 
 /// A file that could not be understood: it becomes a row with its reason.
 #[derive(Debug)]

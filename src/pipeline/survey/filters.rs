@@ -7,6 +7,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use crate::bands::Band;
+use crate::bands::CalibratedBand;
+use crate::bands::Light;
+use crate::bands::Meaning;
+use crate::bands::filter_meaning;
 use crate::base::error::{Error, Result};
 use crate::config::Config;
 use crate::fits::Header;
@@ -14,7 +19,6 @@ use crate::frames::header::filter;
 use crate::frames::{Exposure, Role};
 use crate::pipeline::prepared::Prepared;
 use crate::pipeline::survey::files::Survey;
-use crate::zeropoint::bands::{Band, CalibratedBand, Light, Meaning, filter_meaning};
 use crate::zeropoint::fit::Zeropoint;
 
 /// Frames of one filter by role: flats, star frames, target frames.

@@ -7,6 +7,7 @@ use maud::{Markup, PreEscaped, html};
 use super::checks;
 use super::curve;
 use super::distribution;
+use super::kinds::{kind_of, named, paint_of_kind};
 use super::parts::FRAMES_AT;
 use super::parts::MOST_BYTES;
 use super::parts::NightPage;
@@ -17,6 +18,7 @@ use super::parts::nothing;
 use super::parts::number;
 use super::parts::table;
 use super::parts::whole;
+use super::parts::{key_mark, shown};
 use super::sky;
 use super::strip;
 use crate::base::error::Result;
@@ -24,7 +26,9 @@ use crate::base::file::write_atomic;
 use crate::base::stats::robust;
 use crate::base::stats::scatter;
 use crate::figures::axis::Span;
-use crate::figures::chart::{Chart, Point, Ticks};
+use crate::figures::canvas::{BLUE, Mark, Medium};
+use crate::figures::chart::Chart;
+use crate::figures::panel::{Point, Ticks};
 use crate::report::gallery::legend;
 use crate::tables::PhotometryRow;
 use crate::tables::row_passes::passes;
@@ -110,25 +114,25 @@ fn zeropoints(nights: &[NightPage]) -> Markup {
         ) else {
             return html! {};
         };
-        let chart = Chart {
-            title: format!("{name} of each night"),
-            width: 460.0,
-            height: 250.0,
-            x,
-            y,
-            x_label: format!("days since MJD {first:.0}"),
-            y_label: (*name).into(),
-            ticks: Ticks::Numbers,
-        };
+        let x_label = format!("days since MJD {first:.0}");
+        let chart = Chart { size: (460, 250), x, y, x_label: &x_label, y_label: name, ticks: Ticks::Numbers };
         let point = |k: &(&str, f64, &Zeropoint)| Point {
             x: k.1 - first,
             y: of(k.2),
             err: Some(k.2.errs()[*i]),
-            class: "star",
+            paint: BLUE.class("star"),
             tip: format!("{}: {name} {:.4} ± {:.4}", k.0, of(k.2), k.2.errs()[*i]),
             ..Point::default()
         };
-        html! { figure { (chart.with(&html! {}, &chart.points(&known.iter().map(point).collect::<Vec<_>>()))) } }
+        let points: Vec<Point> = known.iter().map(point).collect();
+        let drawn = chart.draw(
+            Medium::Page,
+            |_| {},
+            |panel| {
+                panel.points(&points);
+            },
+        );
+        html! { figure { (shown(drawn, &format!("{name} of each night"))) } }
     };
     html! { div.panels { @for view in &views { (panel(view)) } } }
 }
@@ -252,9 +256,7 @@ fn bands(nights: &[NightPage]) -> String {
 fn by_date(nights: &[NightPage], rows: &[PhotometryRow]) -> Markup {
     html! {
         ul.key {
-            @for (name, class) in [("sunlit", "sun"), ("penumbra or Earthshine", "earthshine"), ("moonlit or dark", "moon"), ("no model", "unmodelled")] {
-                li { svg width="12" height="12" aria-hidden="true" { circle class={ "point " (class) } cx="6" cy="6" r="4" {} } " " (name) }
-            }
+            @for (name, paint) in named() { li { (key_mark(Mark::Full, paint)) " " (name) } }
         }
         (dated(nights, rows, "Magnitudes by date", &format!("{} [mag]", bands(nights)), |r| r.v_mag))
     }
@@ -279,16 +281,9 @@ fn dated(
     };
     let earliest = used.iter().min_by(|a, b| day(a).total_cmp(&day(b)));
     let date: String = earliest.map(|r| r.date_mid.chars().take(10).collect()).unwrap_or_default();
-    let chart = Chart {
-        title: title.into(),
-        width: 940.0,
-        height: 320.0,
-        x,
-        y: y.reversed(),
-        x_label: format!("days since {date} 0h UTC"),
-        y_label: label.into(),
-        ticks: Ticks::Numbers,
-    };
+    let x_label = format!("days since {date} 0h UTC");
+    let chart =
+        Chart { size: (940, 320), x, y: y.reversed(), x_label: &x_label, y_label: label, ticks: Ticks::Numbers };
     let mut points = Vec::new();
     let mut medians = Vec::new();
     for night in nights {
@@ -297,7 +292,7 @@ fn dated(
             x: day(r),
             y: of(r).unwrap_or(f64::NAN),
             err: r.v_mag_err,
-            class: crate::report::page::kinds::class_of(crate::report::page::kinds::kind_of(r)),
+            paint: paint_of_kind(kind_of(r)),
             href: night.link(r),
             tip: super::parts::tip(r),
             ..Point::default()
@@ -310,13 +305,19 @@ fn dated(
             medians.push((at - first, m, format!("{}: median {m:.2}{scattered}", night.name)));
         }
     }
-    let body = html! {
-        (chart.points(&points))
-        @for (at, m, tip) in &medians { (chart.dash(*at, 0.012 * (x.high() - x.low()), *m, tip)) }
-    };
+    let drawn = chart.draw(
+        Medium::Page,
+        |_| {},
+        |panel| {
+            panel.points(&points);
+            for (at, m, tip) in &medians {
+                panel.dash(*at, 10.0, *m, tip);
+            }
+        },
+    );
     html! {
         figure {
-            (chart.with(&html! {}, &body))
+            (shown(drawn, title))
             figcaption {
                 (title) ": " (points.len()) " used frames; dash: median of a night."
                 @if points.iter().any(|p| p.href.is_some()) { " A point leads to its picture in the report of its night." }

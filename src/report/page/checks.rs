@@ -9,11 +9,11 @@ use super::parts::cell;
 use super::parts::nothing;
 use super::parts::number;
 use super::parts::table;
-use super::parts::tip;
-use super::parts::verdict_class;
+use super::parts::{over_line, tip, verdict_paint};
 use crate::base::stats::robust;
 use crate::figures::axis::Span;
-use crate::figures::chart::{Chart, Point, Ticks};
+use crate::figures::chart::Chart;
+use crate::figures::panel::{Point, Ticks};
 use crate::photometry::Flags;
 use crate::tables::PhotometryRow;
 
@@ -50,32 +50,24 @@ fn cadence(page: &NightPage, timed: &[&PhotometryRow]) -> Markup {
     else {
         return nothing("No two frames of one target lie within two minutes: no cadence to look at.");
     };
-    let chart = Chart {
-        title: "Cadence against exposure time".into(),
-        width: 460.0,
-        height: 250.0,
-        x,
-        y,
-        x_label: "exposure time [s]".into(),
-        y_label: "cadence [s]".into(),
-        ticks: Ticks::Numbers,
-    };
+    let title = "Cadence against exposure time";
+    let chart =
+        Chart { size: (460, 250), x, y, x_label: "exposure time [s]", y_label: "cadence [s]", ticks: Ticks::Numbers };
     let points: Vec<Point> = pairs
         .iter()
         .map(|(row, exptime, cadence)| Point {
             x: *exptime,
             y: *cadence,
-            err: None,
-            class: verdict_class(row),
+            paint: verdict_paint(row),
             href: page.link(row),
-            colour: None,
             tip: format!("cadence {cadence:.2} s, exposure {exptime:.3} s, {}", tip(row)),
+            ..Point::default()
         })
         .collect();
     let equal = [(x.low(), Some(x.low())), (x.high(), Some(x.high()))];
     html! {
         figure {
-            (chart.with(&html! {}, &html! { (chart.line("zero", &equal)) (chart.points(&points)) }))
+            (over_line(&chart, &equal, &points, title))
             figcaption { "A frame below the line would have begun before the one before it ended." }
         }
     }
@@ -94,14 +86,13 @@ fn stated_middles(page: &NightPage, timed: &[&PhotometryRow]) -> Markup {
     ) else {
         return nothing("No header states both its middle (DATE-AVG) and its start: the two cannot be compared.");
     };
+    let title = "DATE-AVG minus start + EXPTIME/2";
     let chart = Chart {
-        title: "DATE-AVG minus start + EXPTIME/2".into(),
-        width: 460.0,
-        height: 250.0,
+        size: (460, 250),
         x,
         y,
-        x_label: "hours since the first frame".into(),
-        y_label: "DATE-AVG − mid [s]".into(),
+        x_label: "hours since the first frame",
+        y_label: "DATE-AVG − mid [s]",
         ticks: Ticks::Numbers,
     };
     let points: Vec<Point> = pairs
@@ -109,7 +100,7 @@ fn stated_middles(page: &NightPage, timed: &[&PhotometryRow]) -> Markup {
         .map(|(row, hours, off_s)| Point {
             x: *hours,
             y: *off_s,
-            class: verdict_class(row),
+            paint: verdict_paint(row),
             href: page.link(row),
             tip: format!("DATE-AVG − mid {off_s:+.3} s, {}", tip(row)),
             ..Point::default()
@@ -118,7 +109,7 @@ fn stated_middles(page: &NightPage, timed: &[&PhotometryRow]) -> Markup {
     let zero = [(x.low(), Some(0.0)), (x.high(), Some(0.0))];
     html! {
         figure {
-            (chart.with(&html! {}, &html! { (chart.line("zero", &zero)) (chart.points(&points)) }))
+            (over_line(&chart, &zero, &points, title))
             figcaption {
                 "DATE-AVG of the header minus (start + EXPTIME/2): median " (format!("{median_s:+.3}").replace('-', "−"))
                 " s, scatter " (format!("{scatter_s:.3}")) " s over " (pairs.len()) " frames. An offset is a delay of the driver or the shutter."
@@ -191,32 +182,24 @@ fn corners(page: &NightPage) -> Markup {
     ) else {
         return html! {};
     };
-    let chart = Chart {
-        title: "Sky at the rim over that at the centre, against azimuth".into(),
-        width: 460.0,
-        height: 250.0,
-        x,
-        y,
-        x_label: "azimuth [deg]".into(),
-        y_label: "sky, rim / centre".into(),
-        ticks: Ticks::Numbers,
-    };
+    let title = "Sky at the rim over that at the centre, against azimuth";
+    let chart =
+        Chart { size: (460, 250), x, y, x_label: "azimuth [deg]", y_label: "sky, rim / centre", ticks: Ticks::Numbers };
     let point = |r: &&PhotometryRow| {
         Some(Point {
             x: r.az_deg?,
             y: r.sky_corner_ratio?,
-            err: None,
-            class: verdict_class(r),
+            paint: verdict_paint(r),
             href: page.link(r),
-            colour: None,
             tip: format!("rim / centre {:.3}, {}", r.sky_corner_ratio?, tip(r)),
+            ..Point::default()
         })
     };
     let points: Vec<Point> = rows.iter().filter_map(point).collect();
     let one = [(x.low(), Some(1.0)), (x.high(), Some(1.0))];
     html! {
         figure {
-            (chart.with(&html! {}, &html! { (chart.line("zero", &one)) (chart.points(&points)) }))
+            (over_line(&chart, &one, &points, title))
             figcaption { "A drop of single frames is something in the beam; all frames alike, a flat that does not fit." }
         }
     }

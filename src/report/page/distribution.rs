@@ -1,19 +1,20 @@
 //! How bright it was: violins, a histogram of each light, and the table of passes in the manner of the published ones.
 
-use super::kinds::KINDS;
-use super::kinds::kind_of;
+use super::kinds::{kind_of, named};
 use maud::{Markup, html};
 
-use super::parts::NightPage;
 use super::parts::cell;
 use super::parts::nothing;
 use super::parts::number;
 use super::parts::table;
+use super::parts::{NightPage, key_mark, shown};
 use super::violins;
 use crate::base::stats::robust;
 use crate::base::stats::scatter;
 use crate::figures::axis::{Span, clock};
-use crate::figures::chart::{Chart, Ticks};
+use crate::figures::canvas::{Mark, Medium, Sheet};
+use crate::figures::chart::Chart;
+use crate::figures::panel::Ticks;
 use crate::report::summary::old_elements_note;
 use crate::tables::PhotometryRow;
 use crate::tables::row_passes::passes;
@@ -26,7 +27,7 @@ const BIN_MAG: f64 = 0.25;
 /// The section.
 pub(super) fn distribution(page: &NightPage) -> Markup {
     html! {
-        div.panels { (violins::by_pass(page)) (violins::by_light(page)) }
+        div.panels { (violins::by_pass(page).figure()) (violins::by_light(page).figure()) }
         (histogram(page))
         (pass_table(page))
     }
@@ -38,53 +39,76 @@ fn local_clock(row: &PhotometryRow, lon_deg: f64) -> Option<String> {
     Some(clock(day * 86_400.0).chars().take(5).collect())
 }
 
-pub(super) fn histogram(page: &NightPage) -> Markup {
-    let (rows, band) = (&page.rows, page.band());
-    let used: Vec<&PhotometryRow> =
-        rows.iter().filter(|r| is_used(&r.status, &r.verdict) && r.v_mag.is_some()).collect();
-    let of = |r: &PhotometryRow| r.v_mag.unwrap_or(f64::NAN);
-    let Some(span) = Span::around(used.iter().map(|r| of(r)), 1.0) else { return nothing("No magnitude is used.") };
+/// How many used magnitudes of each light lie in each bin.
+struct Bins {
+    width_mag: f64,
+    /// Number of the first bin.
+    first: i64,
+    counts: Vec<[usize; 4]>,
+}
+
+/// `None` without a used magnitude.
+fn bins(page: &NightPage) -> Option<Bins> {
+    let used: Vec<(&PhotometryRow, f64)> =
+        page.rows.iter().filter(|r| is_used(&r.status, &r.verdict)).filter_map(|r| Some((r, r.v_mag?))).collect();
+    let span = Span::around(used.iter().map(|u| u.1), 1.0)?;
     // a night of 30 mag is no night; bins stay few
-    let bin = BIN_MAG.max((span.high() - span.low()) / 80.0);
-    let first = (span.low() / bin).floor() as i64;
-    let bins = ((span.high() / bin).ceil() as i64 - first).max(1) as usize;
-    let mut counts = vec![[0usize; 4]; bins];
-    for row in &used {
-        let kind = kind_of(row);
-        let at = ((of(row) / bin).floor() as i64 - first).clamp(0, bins as i64 - 1) as usize;
-        counts[at][kind] += 1;
+    let width_mag = BIN_MAG.max((span.high() - span.low()) / 80.0);
+    let first = (span.low() / width_mag).floor() as i64;
+    let n = ((span.high() / width_mag).ceil() as i64 - first).max(1);
+    let mut counts = vec![[0usize; 4]; n as usize];
+    for (row, v_mag) in used {
+        let at = ((v_mag / width_mag).floor() as i64 - first).clamp(0, n - 1) as usize;
+        counts[at][kind_of(row)] += 1;
     }
-    let most = counts.iter().map(|c| c.iter().sum::<usize>()).max().unwrap_or(1) as f64;
+    Some(Bins { width_mag, first, counts })
+}
+
+/// The histogram by the largest light; `None` without a used magnitude.
+pub(super) fn histogram_chart(page: &NightPage, medium: Medium) -> Option<Sheet> {
+    let (bins, band) = (bins(page)?, page.band());
+    let edge = |i: usize| (bins.first + i as i64) as f64 * bins.width_mag;
+    let most = bins.counts.iter().map(|c| c.iter().sum::<usize>()).max().unwrap_or(1) as f64;
     let chart = Chart {
-        title: "Distribution of the used magnitudes".into(),
-        width: 940.0,
-        height: 260.0,
-        x: Span { from: first as f64 * bin, to: (first + bins as i64) as f64 * bin },
+        size: (940, 260),
+        x: Span { from: edge(0), to: edge(bins.counts.len()) },
         y: Span { from: 0.0, to: 1.08 * most },
-        x_label: format!("{band} [mag]"),
-        y_label: "frames".into(),
+        x_label: &format!("{band} [mag]"),
+        y_label: "frames",
         ticks: Ticks::Numbers,
     };
-    let kinds: Vec<(&str, &str)> = KINDS.iter().map(|(n, c, _)| (*n, *c)).chain([("no model", "unmodelled")]).collect();
-    let body = html! {
-        @for (i, counted) in counts.iter().enumerate() {
-            @for (k, (name, class)) in kinds.iter().enumerate().rev() {
-                @let below: usize = counted[..=k].iter().sum();
-                @if counted[k] > 0 {
-                    @let from = (first + i as i64) as f64 * bin;
-                    (chart.column(class, (from, from + bin), below as f64, &format!("{band} {from:.2} to {:.2}: {} {name}", from + bin, counted[k])))
+    Some(chart.draw(
+        medium,
+        |_| {},
+        |panel| {
+            for (i, counted) in bins.counts.iter().enumerate() {
+                // the highest first: what is below covers it
+                for (k, (name, paint)) in named().into_iter().enumerate().rev().filter(|(k, _)| counted[*k] > 0) {
+                    let below: usize = counted[..=k].iter().sum();
+                    let tip = format!("{band} {:.2} to {:.2}: {} {name}", edge(i), edge(i + 1), counted[k]);
+                    panel.column((edge(i), edge(i + 1)), below as f64, paint, &tip);
                 }
             }
-        }
+        },
+    ))
+}
+
+fn histogram(page: &NightPage) -> Markup {
+    let (Some(bins), Some(chart)) = (bins(page), histogram_chart(page, Medium::Page)) else {
+        return nothing("No magnitude is used.");
     };
-    let shown = |k: usize| counts.iter().any(|c| c[k] > 0);
+    let of = |k: usize| bins.counts.iter().map(|c| c[k]).sum::<usize>();
+    let all: usize = (0..4).map(of).sum();
     html! {
         ul.key {
-            @for (_, (name, class)) in kinds.iter().enumerate().filter(|(k, _)| shown(*k)) {
-                li { svg width="12" height="12" aria-hidden="true" { rect class={ "column " (class) } width="12" height="12" {} } " " (name) }
+            @for (_, (name, paint)) in named().into_iter().enumerate().filter(|(k, _)| of(*k) > 0) {
+                li { (key_mark(Mark::Square, paint)) " " (name) }
             }
         }
-        figure { (chart.with(&html! {}, &body)) figcaption { (used.len()) " used magnitudes in bins of " (format!("{bin:.2}")) " mag, by the largest light of the model." } }
+        figure {
+            (shown(chart, "Distribution of the used magnitudes"))
+            figcaption { (all) " used magnitudes in bins of " (format!("{:.2}", bins.width_mag)) " mag, by the largest light of the model." }
+        }
     }
 }
 

@@ -1,34 +1,29 @@
 //! Charts of the report as figures for papers: the sky of each pass, and how magnitudes are spread, each one SVG file.
 //!
-//! The charts are those of the page, side by side at a fixed width in mm, in the colours of a light page, without links.
-//! Style sheets are written out without variables: few programs that draw SVG know them.
+//! The charts are those of the page, drawn for a file and laid side by side.
 
 use std::path::Path;
 
-use maud::{Markup, PreEscaped, html};
-
-use super::distribution;
-use super::kinds::KINDS;
+use super::distribution::histogram_chart;
+use super::kinds::named;
 use super::parts::NightPage;
-use super::parts::STYLE;
 use super::sky;
 use super::violins;
 use crate::base::error::Result;
-use crate::base::file::write_atomic;
-use crate::figures::PAPER_MM;
-use crate::figures::chart::px;
+use crate::figures::canvas::{
+    GREY, HPos, INK, LABEL, Mark, Medium, SMALL, Sheet, VPos, draw_mark, figure, heading, no_data, write_text,
+};
 
-/// Width of a sheet in its own units; [`PAPER_MM`] on paper.
-const WIDTH: f64 = 740.0;
-/// Room of the title, of the caption of a chart, between charts.
-const TITLE: f64 = 34.0;
-const CAPTION: f64 = 20.0;
-const GAP: f64 = 12.0;
+/// Shown width of a sheet \[px\].
+const WIDTH: u32 = 960;
+/// Room of the title, below a chart, between charts \[drawn px\].
+const ABOVE: f64 = 100.0;
+const BELOW: f64 = 60.0;
+const GAP: f64 = 24.0;
 
-/// A chart: its SVG, its size in its own units, and what stands below it.
+/// A chart and what stands below it.
 struct Piece {
-    svg: String,
-    size: (f64, f64),
+    chart: Sheet,
     caption: String,
 }
 
@@ -37,19 +32,16 @@ struct Piece {
 /// # Errors
 /// [`crate::Error::Io`] when the file cannot be written.
 pub fn write_sky_figure(path: &Path, page: &NightPage) -> Result<()> {
-    let page = unlinked(page);
-    let discs = pieces(&sky::skies(&page));
-    let titles = sky::drawn(&page).into_iter().map(|sky| sky.title.clone()).chain([String::new()]);
-    let named: Vec<Piece> = discs.into_iter().zip(titles).map(|(piece, caption)| Piece { caption, ..piece }).collect();
-    // the bar of colours comes last and takes a line of its own
-    let (bar, discs): (Vec<Piece>, Vec<Piece>) = named.into_iter().partition(|p| p.size.1 < 60.0);
+    let (discs, scale) = sky::charts(page, Medium::File);
+    let discs: Vec<Piece> = discs.into_iter().map(|(sky, chart)| Piece { chart, caption: sky.title.clone() }).collect();
     let columns = match discs.len() {
         0 | 1 => 1,
         2..=4 => 2,
         _ => 3,
     };
+    let bar = scale.into_iter().map(|chart| Piece { chart, caption: String::new() }).collect();
     let why = "no frame has a place on the sky ([orbit] is needed)";
-    write(path, &format!("{}: V of the model and of frames on the sky", page.name), &[(discs, columns), (bar, 1)], why)
+    write(path, &format!("{}: V of the model and of frames on the sky", page.name), [(discs, columns), (bar, 1)], why)
 }
 
 /// Writes the violins of passes and of lights and the histogram of a night, as in its report.
@@ -57,111 +49,61 @@ pub fn write_sky_figure(path: &Path, page: &NightPage) -> Result<()> {
 /// # Errors
 /// [`crate::Error::Io`] when the file cannot be written.
 pub fn write_distribution_figure(path: &Path, page: &NightPage) -> Result<()> {
-    let page = unlinked(page);
-    let captioned = |markup: &Markup, text: &str| -> Vec<Piece> {
-        pieces(markup).into_iter().map(|p| Piece { caption: text.into(), ..p }).collect()
+    let captioned = |chart: Option<Sheet>, text: &str| -> Vec<Piece> {
+        chart.into_iter().map(|chart| Piece { chart, caption: text.into() }).collect()
     };
-    let by_pass = captioned(&violins::by_pass(&page), "each pass; below: UTC of its first used frame");
-    let by_light = captioned(&violins::by_light(&page), "each target under each light");
-    let histogram = captioned(&distribution::histogram(&page), "all of them, by the largest light of the model");
-    let key = if histogram.is_empty() { Vec::new() } else { captioned(&light_key(), "") };
-    let violins: Vec<Piece> = by_pass.into_iter().chain(by_light).collect();
+    let mut violins =
+        captioned(violins::by_pass(page).chart(Medium::File), "each pass; below: UTC of its first used frame");
+    violins.extend(captioned(violins::by_light(page).chart(Medium::File), "each target under each light"));
+    let histogram = histogram_chart(page, Medium::File);
+    let key = captioned(histogram.is_some().then(light_key), "");
+    let histogram = captioned(histogram, "all of them, by the largest light of the model");
     let rows = [(violins, 2), (histogram, 1), (key, 1)];
-    write(path, &format!("{}: used magnitudes", page.name), &rows, "no magnitude is used")
+    write(path, &format!("{}: used magnitudes", page.name), rows, "no magnitude is used")
 }
 
 /// What the colours of lights mean, in a line.
-fn light_key() -> Markup {
-    let kinds = KINDS.iter().map(|k| (k.0, k.1)).chain([("no model", "unmodelled")]);
-    html! {
-        svg.chart viewBox=(format!("0 0 {WIDTH:.0} 16")) {
-            @for (k, (name, class)) in kinds.enumerate() {
-                @let x = 60.0 + 0.23 * WIDTH * k as f64;
-                rect class={ "column " (class) } x=(px(x)) y="2" width="12" height="12" {}
-                text x=(px(x + 18.0)) y="12" { (name) }
-            }
-        }
+fn light_key() -> Sheet {
+    let sheet = Sheet::new(Medium::File, (1880, 40));
+    for (k, (name, paint)) in named().into_iter().enumerate() {
+        let x = 120 + 440 * k as i32;
+        draw_mark(&sheet, Mark::Swatch, (x, 20), paint);
+        write_text(&sheet, name, (x + 34, 20), SMALL, INK, (HPos::Left, VPos::Center));
     }
-}
-
-/// The night without its links: a figure stands alone.
-fn unlinked(page: &NightPage) -> NightPage {
-    NightPage {
-        name: page.name.clone(),
-        rows: page.rows.clone(),
-        skies: page.skies.clone(),
-        meta: page.meta.clone(),
-        frames_elsewhere: Some(String::new()),
-        ..NightPage::default()
-    }
-}
-
-/// The charts in a section of the page.
-fn pieces(markup: &Markup) -> Vec<Piece> {
-    let piece = |rest: &str| {
-        let body = rest.split_once("</svg>")?.0;
-        let view = body.split_once("viewBox=\"")?.1.split_once('"')?.0;
-        let size: Vec<f64> = view.split(' ').filter_map(|n| n.parse().ok()).collect();
-        let &[_, _, width, height] = size.as_slice() else { return None };
-        Some(Piece { svg: format!("{body}</svg>"), size: (width, height), caption: String::new() })
-    };
-    markup.0.split("<svg class=\"chart").skip(1).filter_map(piece).collect()
+    sheet
 }
 
 /// Lays rows of charts below each other, so many in a line, and writes the sheet.
-fn write(path: &Path, title: &str, rows: &[(Vec<Piece>, usize)], why_empty: &str) -> Result<()> {
-    let mut body = String::new();
-    let mut y = TITLE;
+fn write<const N: usize>(path: &Path, title: &str, rows: [(Vec<Piece>, usize); N], why_empty: &str) -> Result<()> {
+    let width = f64::from(2 * WIDTH);
+    let mut y = ABOVE;
+    let mut placed = Vec::new();
     for (pieces, columns) in rows {
-        let columns = (*columns).clamp(1, pieces.len().max(1));
-        let cell = (WIDTH - GAP * (columns - 1) as f64) / columns as f64;
-        for line in pieces.chunks(columns) {
-            let mut tallest = 0.0f64;
-            for (k, piece) in line.iter().enumerate() {
-                let (width, height) = piece.size;
-                // a chart alone is hardly magnified
-                let scale = (cell / width).min(1.1);
-                let (w, h) = (scale * width, scale * height);
-                let x = k as f64 * (cell + GAP) + 0.5 * (cell - w);
-                let place = format!("x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"", px(x), px(y), px(w), px(h));
-                body += &format!("<svg {place} class=\"chart{}", piece.svg);
-                let below = html! { text.caption text-anchor="middle" x=(px(x + 0.5 * w)) y=(px(y + h + 13.0)) { (piece.caption) } };
-                body += &below.into_string();
-                tallest = tallest.max(h);
+        let columns = columns.clamp(1, pieces.len().max(1));
+        let cell = (width - GAP * (columns - 1) as f64) / columns as f64;
+        let mut tallest = 0.0f64;
+        for (k, piece) in pieces.into_iter().enumerate() {
+            if k > 0 && k % columns == 0 {
+                y += std::mem::take(&mut tallest) + BELOW;
             }
-            y += tallest + CAPTION;
+            let (w, h) = piece.chart.size();
+            // a chart alone is hardly magnified
+            let scale = (cell / w).min(1.1);
+            let x = (k % columns) as f64 * (cell + GAP) + 0.5 * (cell - scale * w);
+            tallest = tallest.max(scale * h);
+            placed.push((piece, (x, y, scale * w, scale * h)));
         }
+        y += if tallest > 0.0 { tallest + BELOW } else { 0.0 };
     }
-    if body.is_empty() {
-        body = html! { text.caption text-anchor="middle" x=(px(0.5 * WIDTH)) y=(px(y + 40.0)) { "no data: " (why_empty) } }
-            .into_string();
-        y += 80.0;
+    if placed.is_empty() {
+        return no_data(path, (WIDTH, 140), title, why_empty);
     }
-    let height_mm = PAPER_MM * y / WIDTH;
-    let sheet = html! {
-        svg xmlns="http://www.w3.org/2000/svg" width=(format!("{PAPER_MM:.0}mm")) height=(format!("{height_mm:.1}mm"))
-            viewBox=(format!("0 0 {WIDTH:.0} {}", px(y))) {
-            style { (PreEscaped(plain_style())) }
-            rect width="100%" height="100%" fill="#ffffff" {}
-            text.title x="8" y="22" { (title) }
-            (PreEscaped(body))
+    figure(path, (WIDTH, (0.5 * y).ceil() as u32), |sheet| {
+        heading(sheet, title);
+        for (piece, (x, y, w, h)) in placed {
+            sheet.nest(piece.chart, (x, y, w, h));
+            let below = (x + 0.5 * w, y + h + 8.0);
+            write_text(sheet, &piece.caption, below, LABEL, GREY, (HPos::Center, VPos::Top));
         }
-    };
-    // XML has no control characters
-    let text = sheet.into_string().replace(|c: char| c.is_control() && c != '\n', " ");
-    write_atomic(path, text.as_bytes())
-}
-
-/// The rules of charts with the colours of a light page in place of variables.
-fn plain_style() -> String {
-    let mut rules = STYLE.split("/* charts */").nth(1).unwrap_or_default().to_owned();
-    let roots = STYLE.split(":root {").skip(1).filter_map(|root| root.split_once('}')).map(|root| root.0);
-    // the later :root blocks are those of dark pages and of print: the first to name a colour is the light one
-    for pair in roots.flat_map(|root| root.split(';')) {
-        if let Some((name, value)) = pair.split_once(':').filter(|(name, _)| name.trim().starts_with("--")) {
-            rules = rules.replace(&format!("var({})", name.trim()), value.trim());
-        }
-    }
-    rules
-        + "\ntext.title { font-family: sans-serif; font-size: 16px; } text.caption { font-family: sans-serif; font-size: 10px; }\n"
+    })
 }

@@ -64,7 +64,7 @@ fn all(page: &NightPage, cards: &[&(String, String)]) -> Markup {
             number(row.alt_deg, 1),
             cell(row.illum.replace('_', "-")),
             cell(&row.status),
-            html! { span class={ "badge " (super::parts::verdict_class(row)) } { (row.verdict) } },
+            html! { span class={ "badge " (super::parts::verdict_paint(row).class) } { (row.verdict) } },
             cell(&row.reason),
         ]
     };

@@ -1,6 +1,7 @@
 //! The kinds of light a page tells apart.
 
 use crate::brightness::Illum;
+use crate::figures::canvas::{GREEN, GREY, ORANGE, Paint, SKY_BLUE};
 use crate::tables::PhotometryRow;
 
 pub(super) const KINDS: [(&str, &str, &[Illum]); 3] = [
@@ -16,6 +17,13 @@ pub(super) fn kind_of(row: &PhotometryRow) -> usize {
 }
 
 /// The colour of a light of [`kind_of`].
-pub(super) fn class_of(kind: usize) -> &'static str {
-    KINDS.get(kind).map_or("unmodelled", |k| k.1)
+pub(super) fn paint_of_kind(kind: usize) -> Paint<'static> {
+    let class = KINDS.get(kind).map_or("unmodelled", |k| k.1);
+    [ORANGE, GREEN, SKY_BLUE].get(kind).copied().unwrap_or(GREY).class(class)
+}
+
+/// Every light with its name.
+pub(super) fn named() -> Vec<(&'static str, Paint<'static>)> {
+    let names = KINDS.iter().map(|k| k.0).chain(["no model"]);
+    names.enumerate().map(|(kind, name)| (name, paint_of_kind(kind))).collect()
 }

@@ -1,6 +1,9 @@
 //! What every section of a page uses: the night it shows, tables, cells, tips.
 
 use crate::figures::SkyMark;
+use crate::figures::canvas::{BLUE, INK, Mark, Medium, ORANGE, Paint, Sheet, VERMILLION, draw_mark};
+use crate::figures::chart::Chart;
+use crate::figures::panel::Point;
 use crate::tables::meta::Meta;
 use crate::tables::meta::MetaValue;
 use crate::tables::words::Verdict;
@@ -215,7 +218,47 @@ pub(super) fn link(row: &PhotometryRow) -> Option<String> {
     (!row.frame.is_empty()).then(|| format!("#{}", crate::report::gallery::card::card_id(&row.frame)))
 }
 
-/// The class of a point, by its verdict.
-pub(super) fn verdict_class(row: &PhotometryRow) -> &'static str {
-    Verdict::from_cell(&row.verdict).unwrap_or(Verdict::Use).as_str()
+/// The colour of a point, by its verdict.
+pub(super) fn verdict_paint(row: &PhotometryRow) -> Paint<'static> {
+    paint_of(Verdict::from_cell(&row.verdict).unwrap_or(Verdict::Use))
+}
+
+/// The colour of a verdict.
+pub(super) fn paint_of(verdict: Verdict) -> Paint<'static> {
+    match verdict {
+        Verdict::Use => BLUE,
+        Verdict::Caution => ORANGE,
+        Verdict::Reject => VERMILLION,
+    }
+    .class(verdict.as_str())
+}
+
+/// A chart in the page, with what is read out where it cannot be seen.
+pub(super) fn shown(chart: Sheet, title: &str) -> Markup {
+    PreEscaped(chart.into_page("chart", "group", title))
+}
+
+/// A chart of points over a line.
+pub(super) fn over_line(chart: &Chart, line: &[(f64, Option<f64>)], points: &[Point], title: &str) -> Markup {
+    let drawn = chart.draw(
+        Medium::Page,
+        |_| {},
+        |panel| {
+            panel.polyline(line, INK.class("zero"), 2);
+            panel.points(points);
+        },
+    );
+    shown(drawn, title)
+}
+
+/// A mark as a key shows it.
+pub(super) fn key_mark(mark: Mark, paint: Paint) -> Markup {
+    let (size, y) = match mark {
+        Mark::Line(_) => ((22, 12), 6.0),
+        Mark::Limit => ((12, 20), 1.5),
+        _ => ((12, 12), 6.0),
+    };
+    let sheet = Sheet::new(Medium::Page, size);
+    draw_mark(&sheet, mark, (0.5 * sheet.width(), y), paint);
+    PreEscaped(sheet.into_sign())
 }

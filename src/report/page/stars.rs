@@ -8,15 +8,13 @@ use super::parts::NightPage;
 use super::parts::cell;
 use super::parts::nothing;
 use super::parts::number;
+use super::parts::shown;
 use super::parts::table;
 use crate::base::stats::robust;
-use crate::figures::axis::Span;
-use crate::figures::chart::{Chart, Point, Ticks};
+use crate::figures::zeropoint_charts;
 use crate::tables::selection::is_used;
 use crate::tables::{PhotometryRow, StarRow};
 use crate::zeropoint::fit::Zeropoint;
-
-type View<'a> = (&'a str, &'a str, &'a dyn Fn(&StarRow) -> Option<(f64, f64)>, Option<f64>);
 
 /// The section.
 pub(super) fn zeropoint(page: &NightPage) -> Markup {
@@ -71,73 +69,12 @@ fn terms(z: &Zeropoint) -> Markup {
 }
 
 fn panels(z: &Zeropoint, stars: &[StarRow]) -> Markup {
-    let difference = |s: &StarRow| Some(s.inst_mag? - s.catalogue_v_mag?);
-    let over_airmass = |s: &StarRow| Some((s.airmass?, difference(s)? - z.c_mag_mag * s.catalogue_b_v_mag?));
-    let over_colour = |s: &StarRow| Some((s.catalogue_b_v_mag?, difference(s)? - z.k_mag_airmass * s.airmass?));
-    let over_mag = |s: &StarRow| Some((s.catalogue_v_mag?, s.fit_residual_mag?));
-    let over_x = |s: &StarRow| Some((s.x_px?, s.fit_residual_mag?));
-    let over_y = |s: &StarRow| Some((s.y_px?, s.fit_residual_mag?));
-    let over_time = |s: &StarRow| Some((s.mjd_mid_d?.fract() * 86_400.0, s.fit_residual_mag?));
-    let band = z.band_name();
-    let minus_c = format!("{band}_inst − {band} − C (B−V) [mag]");
-    let minus_k = format!("{band}_inst − {band} − k X [mag]");
-    let of_catalogue = format!("{band} of the catalogue [mag]");
-    let views: [View; 6] = [
-        ("airmass X", &minus_c, &over_airmass, Some(z.k_mag_airmass)),
-        ("B−V [mag]", &minus_k, &over_colour, Some(z.c_mag_mag)),
-        (&of_catalogue, "residual [mag]", &over_mag, None),
-        ("UTC", "residual [mag]", &over_time, None),
-        ("x [px]", "residual [mag]", &over_x, None),
-        ("y [px]", "residual [mag]", &over_y, None),
-    ];
+    let charts = zeropoint_charts(stars, (z.zp_mag, z.k_mag_airmass, z.c_mag_mag), z.band_name());
     let left = stars.iter().filter(|s| s.fit_weight.is_none_or(|w| w <= 0.0)).count();
     html! {
-        div.panels { @for view in &views { (panel(z, stars, view)) } }
+        div.panels { @for (title, chart) in charts { figure { (shown(chart, &title)) } } }
         p.note { "Full: stars of the fit. Open: " (left) " measurements that are not in it; the reason of each is in stars.ecsv and in its tip." }
     }
-}
-
-/// What a star's point says.
-fn tip(s: &StarRow) -> String {
-    let v = s.catalogue_v_mag.map(|v| format!(": V {v:.2}")).unwrap_or_default();
-    let residual = s.fit_residual_mag.map(|r| format!(", residual {r:+.3}")).unwrap_or_default();
-    let reason = if s.reason.is_empty() { String::new() } else { format!(", {}", s.reason) };
-    format!("{} in {}{v}{residual}{reason}", s.star_id, s.frame)
-}
-
-fn panel(z: &Zeropoint, stars: &[StarRow], (x_label, y_label, of, slope): &View) -> Markup {
-    let used = |s: &&StarRow| s.fit_weight.is_some_and(|w| w > 0.0);
-    let values = |of_y: bool| stars.iter().filter(used).filter_map(of).map(move |p| if of_y { p.1 } else { p.0 });
-    let (Some(x), Some(y)) = (Span::around(values(false), 1e-3), Span::around(values(true), 0.1)) else {
-        return html! {};
-    };
-    let chart = Chart {
-        title: format!("{y_label} against {x_label}"),
-        width: 460.0,
-        height: 250.0,
-        x,
-        y,
-        x_label: (*x_label).into(),
-        y_label: (*y_label).into(),
-        ticks: if *x_label == "UTC" { Ticks::Clock } else { Ticks::Numbers },
-    };
-    let point = |s: &StarRow| {
-        let (px, py) = of(s)?;
-        Some(Point {
-            x: px,
-            y: py,
-            err: None,
-            class: if s.fit_weight.is_some_and(|w| w > 0.0) { "star" } else { "star left" },
-            href: None,
-            tip: tip(s),
-            colour: None,
-        })
-    };
-    let points: Vec<Point> = stars.iter().filter_map(point).filter(|p| x.holds(p.x)).collect();
-    let fit = |at: f64| Some(slope.map_or(0.0, |k| z.zp_mag + k * at));
-    let body =
-        html! { (chart.points(&points)) (chart.line("zero", &[(x.low(), fit(x.low())), (x.high(), fit(x.high()))])) };
-    html! { figure { (chart.with(&html! {}, &body)) } }
 }
 
 /// What the error of a magnitude is made of, at the middle of the used frames.

@@ -6,13 +6,14 @@
 use maud::{Markup, html};
 
 use super::kinds::KINDS;
-use super::kinds::class_of;
-use super::kinds::kind_of;
-use super::parts::NightPage;
+use super::kinds::{kind_of, paint_of_kind};
+use super::parts::{NightPage, shown};
 use crate::base::stats::robust;
 use crate::figures::axis::Span;
-use crate::figures::chart::{Chart, Point, Ticks};
+use crate::figures::canvas::{Medium, Paint, Sheet};
+use crate::figures::chart::Chart;
 use crate::figures::density::density;
+use crate::figures::panel::{Panel, Point, Ticks};
 use crate::tables::PhotometryRow;
 use crate::tables::row_passes::passes;
 use crate::tables::selection::is_lower_limit;
@@ -33,7 +34,7 @@ struct Group {
     name: String,
     /// Read out.
     told: String,
-    class: &'static str,
+    paint: Paint<'static>,
     v_mag: Vec<f64>,
 }
 
@@ -45,8 +46,16 @@ fn magnitudes<'a>(rows: impl Iterator<Item = &'a PhotometryRow>) -> Vec<f64> {
     rows.filter_map(|r| r.v_mag).filter(|v| v.is_finite()).collect()
 }
 
+/// Violins side by side, and what is said about them.
+pub(super) struct Violins {
+    title: &'static str,
+    about: &'static str,
+    groups: Vec<Group>,
+    band: String,
+}
+
 /// One violin a pass.
-pub(super) fn by_pass(page: &NightPage) -> Markup {
+pub(super) fn by_pass(page: &NightPage) -> Violins {
     let rows = &page.rows;
     let group = |(i, pass): (usize, &Vec<&PhotometryRow>)| {
         let kept: Vec<&PhotometryRow> = pass.iter().copied().filter(used).collect();
@@ -56,20 +65,20 @@ pub(super) fn by_pass(page: &NightPage) -> Markup {
         Some(Group {
             name: format!("{}\n{clock}", i + 1),
             told: format!("pass {} of {}", i + 1, first.object_name),
-            class: class_of(most),
+            paint: paint_of_kind(most),
             v_mag: magnitudes(kept.into_iter()),
         })
     };
-    let groups: Vec<Group> = passes(rows).iter().enumerate().filter_map(group).collect();
-    chart(
-        "Magnitudes of each pass",
-        (&groups, page.band()),
-        "Below: number of the pass and the UTC of its first used frame; colour: the light of most of its frames.",
-    )
+    Violins {
+        title: "Magnitudes of each pass",
+        about: "Below: number of the pass and the UTC of its first used frame; colour: the light of most of its frames.",
+        groups: passes(rows).iter().enumerate().filter_map(group).collect(),
+        band: page.band().to_owned(),
+    }
 }
 
 /// One violin for each target under each light.
-pub(super) fn by_light(page: &NightPage) -> Markup {
+pub(super) fn by_light(page: &NightPage) -> Violins {
     let rows = &page.rows;
     let kept: Vec<&PhotometryRow> = rows.iter().filter(used).collect();
     let mut keys: Vec<(&str, usize)> = kept.iter().map(|r| (r.object_name.as_str(), kind_of(r))).collect();
@@ -81,58 +90,85 @@ pub(super) fn by_light(page: &NightPage) -> Markup {
         Group {
             name: format!("{short}\n{light}"),
             told: format!("{object}, {light}"),
-            class: class_of(*kind),
+            paint: paint_of_kind(*kind),
             v_mag: magnitudes(kept.iter().copied().filter(|r| r.object_name == *object && kind_of(r) == *kind)),
         }
     };
-    let groups: Vec<Group> = keys.iter().map(group).collect();
-    chart("Magnitudes of each target by light", (&groups, page.band()), "The light is the largest of the model.")
+    Violins {
+        title: "Magnitudes of each target by light",
+        about: "The light is the largest of the model.",
+        groups: keys.iter().map(group).collect(),
+        band: page.band().to_owned(),
+    }
 }
 
-fn chart(title: &str, (groups, band): (&[Group], &str), about: &str) -> Markup {
-    let shown = &groups[..groups.len().min(MOST)];
-    let violins: Vec<Vec<(f64, f64)>> = shown.iter().map(|g| density(&g.v_mag)).collect();
-    let ends = violins.iter().flatten().map(|place| place.0);
-    let Some(y) = Span::around(shown.iter().flat_map(|g| g.v_mag.iter().copied()).chain(ends), 1.0) else {
-        return html! {};
-    };
-    let half = HALF.min(WIDEST * shown.len() as f64);
-    let chart = Chart {
-        title: title.into(),
-        width: 460.0,
-        height: 280.0,
-        x: Span { from: 0.0, to: shown.len() as f64 },
-        y: y.reversed(),
-        x_label: String::new(),
-        y_label: format!("{band} [mag]"),
-        ticks: Ticks::Names(shown.iter().map(|g| g.name.clone()).collect()),
-    };
-    let one = |(i, g): (usize, &Group)| {
-        let at = i as f64 + 0.5;
-        let n = g.v_mag.len();
-        let median = robust(&g.v_mag).map(|m| m.0);
-        let tip = format!(
-            "{}: {n} magnitudes{}",
-            g.told,
-            median.map(|m| format!(", median {band} {m:.2}")).unwrap_or_default()
-        );
-        let points: Vec<Point> = g
-            .v_mag
-            .iter()
-            .map(|v| Point { x: at, y: *v, class: g.class, tip: format!("{}: V {v:.2}", g.told), ..Point::default() })
-            .collect();
-        html! {
-            @if n < 3 { (chart.points(&points)) } @else { (chart.violin(g.class, at, half, &violins[i], &tip)) }
-            @if let Some(m) = median { (chart.dash(at, 0.5 * half, m, &tip)) }
+impl Violins {
+    fn drawn(&self) -> &[Group] {
+        &self.groups[..self.groups.len().min(MOST)]
+    }
+
+    /// `None` without a magnitude.
+    pub(super) fn chart(&self, medium: Medium) -> Option<Sheet> {
+        let groups = self.drawn();
+        let violins: Vec<Vec<(f64, f64)>> = groups.iter().map(|g| density(&g.v_mag)).collect();
+        let ends = violins.iter().flatten().map(|place| place.0);
+        let y = Span::around(groups.iter().flat_map(|g| g.v_mag.iter().copied()).chain(ends), 1.0)?;
+        let names: Vec<String> = groups.iter().map(|g| g.name.clone()).collect();
+        let chart = Chart {
+            size: (460, 280),
+            x: Span { from: 0.0, to: groups.len() as f64 },
+            y: y.reversed(),
+            x_label: "",
+            y_label: &format!("{} [mag]", self.band),
+            ticks: Ticks::Names(&names),
+        };
+        Some(chart.draw(
+            medium,
+            |_| {},
+            |panel| {
+                for (i, group) in groups.iter().enumerate() {
+                    self.one(panel, i as f64 + 0.5, group, &violins[i]);
+                }
+            },
+        ))
+    }
+
+    fn one(&self, panel: &Panel, at: f64, group: &Group, violin: &[(f64, f64)]) {
+        let half = HALF.min(WIDEST * self.drawn().len() as f64) * (panel.px(1.0) - panel.px(0.0));
+        let n = group.v_mag.len();
+        let median = robust(&group.v_mag).map(|m| m.0);
+        let said = median.map(|m| format!(", median {} {m:.2}", self.band)).unwrap_or_default();
+        let tip = format!("{}: {n} magnitudes{said}", group.told);
+        if n < 3 {
+            let point = |v: &f64| Point {
+                x: at,
+                y: *v,
+                paint: group.paint,
+                tip: format!("{}: {} {v:.2}", group.told, self.band),
+                ..Point::default()
+            };
+            panel.points(&group.v_mag.iter().map(point).collect::<Vec<_>>());
+        } else {
+            panel.violin(at, half, violin, group.paint, &tip);
         }
-    };
-    html! {
-        figure {
-            (chart.with(&html! {}, &html! { @for group in shown.iter().enumerate() { (one(group)) } }))
-            figcaption {
-                (title) ": " (groups.len()) " with used magnitudes"
-                @if groups.len() > shown.len() { ", the first " (shown.len()) " drawn" }
-                "; dash: median; fewer than three magnitudes are points. " (about)
+        if let Some(m) = median {
+            panel.dash(at, 0.5 * half, m, &tip);
+        }
+    }
+
+    /// The chart in the page.
+    pub(super) fn figure(&self) -> Markup {
+        let (all, drawn) = (self.groups.len(), self.drawn().len());
+        html! {
+            @if let Some(chart) = self.chart(Medium::Page) {
+                figure {
+                    (shown(chart, self.title))
+                    figcaption {
+                        (self.title) ": " (all) " with used magnitudes"
+                        @if all > drawn { ", the first " (drawn) " drawn" }
+                        "; dash: median; fewer than three magnitudes are points. " (self.about)
+                    }
+                }
             }
         }
     }

@@ -11,8 +11,9 @@ use super::Pointing;
 use super::solve::{Matrix, N};
 use super::zeropoint::Zeropoint;
 use super::zeropoint::predicted;
+use crate::bands::Band;
+use crate::bands::Light;
 use crate::base::error::{Error, Result};
-use crate::zeropoint::bands::{Band, Light};
 
 /// How the file of a night without a zeropoint begins.
 pub const NO_ZEROPOINT: &str = "# This night has no zeropoint";

@@ -4,9 +4,9 @@ use super::marginal;
 use super::pointings::Pointing;
 use super::solve;
 use super::solve::quadratic;
-use crate::zeropoint::bands::Band;
-use crate::zeropoint::bands::CalibratedBand;
-use crate::zeropoint::bands::Light;
+use crate::bands::Band;
+use crate::bands::CalibratedBand;
+use crate::bands::Light;
 
 /// A zeropoint with all that is needed to use and to judge it; [`fit_zeropoint`](crate::fit_zeropoint) makes one.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,13 +2,14 @@
 //!
 //! A flux becomes −2.5 log₁₀(flux); per second where the exposure is known, of electrons where e⁻/ADU is.
 
+use crate::bands::Band;
+use crate::bands::column_band;
 use crate::base::constants::MAG_PER_LN;
 use crate::base::error::{Error, Result};
 use crate::base::time::{mjd_utc, parse_utc};
 use crate::orbit::airmass::{Atmosphere, airmass};
 use crate::tables::StarRow;
 use crate::tables::read::{Row, Table};
-use crate::zeropoint::bands::{Band, column_band};
 
 use super::names::{Cell, Finder};
 

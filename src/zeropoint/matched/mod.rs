@@ -11,13 +11,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::Path;
 
+use crate::bands::Band;
+use crate::bands::Meaning;
+use crate::bands::filter_meaning;
 use crate::base::error::{Error, Result};
 use crate::config::{Config, Pin};
 use crate::orbit::Atmosphere;
 use crate::tables::StarRow;
 use crate::tables::read::{Row, Table};
 use crate::tables::words::Status;
-use crate::zeropoint::bands::{Band, Meaning, filter_meaning};
 use crate::zeropoint::fit::Zeropoint;
 use crate::zeropoint::star_identity;
 use crate::zeropoint::stars::fit_stars;

@@ -4,7 +4,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Band, Meaning, filter_meaning};
+use super::Meaning;
+use super::filter_meaning;
+use crate::bands::Band;
 use crate::base::error::{Error, Result};
 
 /// The filter the frames of a run were taken through.

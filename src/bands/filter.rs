@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Band;
+use crate::bands::Band;
 
 /// What a filter is for photometry.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -338,4 +338,15 @@ fn tokens(text: &str) -> Vec<String> {
         found.push(bare.unwrap_or(token).to_owned());
     }
     found
+}
+
+impl Band {
+    /// The band a user declares: a name, or any spelling of a filter that means one band.
+    #[must_use]
+    pub fn declared(text: &str) -> Option<Self> {
+        Self::named(text.trim()).or_else(|| match filter_meaning(text) {
+            Meaning::Band(band) => Some(band),
+            _ => None,
+        })
+    }
 }

@@ -1,19 +1,6 @@
-//! The pass bands of calibrated magnitudes: their names, magnitude systems and descriptors.
-//!
-//! What observers write under FILTER is in `filter`, what catalogues call their columns in `column`. Leaves out
-//! transmission curves, which are the model's ([`crate::brightness::Band`]).
-
-mod calibrated;
-mod column;
-mod filter;
-#[cfg(test)]
-mod tests;
+//! The pass bands of magnitudes: names, magnitude systems, descriptors.
 
 use serde::{Deserialize, Serialize};
-
-pub use calibrated::{CalibratedBand, How, Light};
-pub use column::column_band;
-pub use filter::{Meaning, filter_meaning};
 
 /// A pass band of calibrated magnitudes.
 ///
@@ -66,34 +53,8 @@ pub enum Band {
     TychoV,
 }
 
-/// Band, name, magnitude system, UCD1+ word of its wavelengths (IVOA vocabulary 1.5: em.opt.B is 400 to 500 nm, V 500 to
-/// 600, R 600 to 750, I 750 to 1000). Only V itself is given em.opt.V; other bands there are `em.opt`.
-const BANDS: [(Band, &str, &str, &str); 21] = [
-    (Band::U, "U", "Vega", "em.opt.U"),
-    (Band::B, "B", "Vega", "em.opt.B"),
-    (Band::V, "V", "Vega", "em.opt.V"),
-    (Band::R, "R", "Vega", "em.opt.R"),
-    (Band::I, "I", "Vega", "em.opt.I"),
-    (Band::RJohnson, "RJ", "Vega", "em.opt.R"),
-    (Band::IJohnson, "IJ", "Vega", "em.opt.I"),
-    (Band::SloanU, "u", "AB", "em.opt.U"),
-    (Band::SloanG, "g", "AB", "em.opt.B"),
-    (Band::SloanR, "r", "AB", "em.opt.R"),
-    (Band::SloanI, "i", "AB", "em.opt.I"),
-    (Band::SloanZ, "z", "AB", "em.opt.I"),
-    (Band::PanStarrsY, "y", "AB", "em.opt.I"),
-    (Band::TriBlue, "TB", "Vega", "em.opt.B"),
-    (Band::TriGreen, "TG", "Vega", "em.opt"),
-    (Band::TriRed, "TR", "Vega", "em.opt.R"),
-    (Band::GaiaG, "G", "Vega", "em.opt"),
-    (Band::GaiaBp, "BP", "Vega", "em.opt.B"),
-    (Band::GaiaRp, "RP", "Vega", "em.opt.R"),
-    (Band::TychoB, "BT", "Vega", "em.opt.B"),
-    (Band::TychoV, "VT", "Vega", "em.opt"),
-];
-
 impl Band {
-    fn entry(self) -> &'static (Band, &'static str, &'static str, &'static str) {
+    pub(crate) fn entry(self) -> &'static (Band, &'static str, &'static str, &'static str) {
         const V: (Band, &str, &str, &str) = (Band::V, "V", "Vega", "em.opt.V");
         BANDS.iter().find(|(band, ..)| *band == self).unwrap_or(&V)
     }
@@ -121,16 +82,6 @@ impl Band {
     pub fn named(name: &str) -> Option<Self> {
         BANDS.iter().find(|(_, known, ..)| *known == name).map(|(band, ..)| *band)
     }
-
-    /// The band a user declares: a name, or any spelling of a filter that means one band.
-    #[must_use]
-    pub fn declared(text: &str) -> Option<Self> {
-        Self::named(text.trim()).or_else(|| match filter_meaning(text) {
-            Meaning::Band(band) => Some(band),
-            _ => None,
-        })
-    }
-
     /// Every name, for messages.
     #[must_use]
     pub fn names() -> String {
@@ -156,16 +107,42 @@ impl std::fmt::Display for Band {
     }
 }
 
-impl From<Band> for String {
-    fn from(band: Band) -> Self {
-        band.name().to_owned()
-    }
-}
-
 impl TryFrom<String> for Band {
     type Error = String;
 
     fn try_from(name: String) -> Result<Self, String> {
         Self::declared(&name).ok_or_else(|| format!("\"{name}\" is not a band; known: {}", Self::names()))
+    }
+}
+
+/// Band, name, magnitude system, UCD1+ word of its wavelengths (IVOA vocabulary 1.5: em.opt.B is 400 to 500 nm, V 500 to
+/// 600, R 600 to 750, I 750 to 1000). Only V itself is given em.opt.V; other bands there are `em.opt`.
+pub(crate) const BANDS: [(Band, &str, &str, &str); 21] = [
+    (Band::U, "U", "Vega", "em.opt.U"),
+    (Band::B, "B", "Vega", "em.opt.B"),
+    (Band::V, "V", "Vega", "em.opt.V"),
+    (Band::R, "R", "Vega", "em.opt.R"),
+    (Band::I, "I", "Vega", "em.opt.I"),
+    (Band::RJohnson, "RJ", "Vega", "em.opt.R"),
+    (Band::IJohnson, "IJ", "Vega", "em.opt.I"),
+    (Band::SloanU, "u", "AB", "em.opt.U"),
+    (Band::SloanG, "g", "AB", "em.opt.B"),
+    (Band::SloanR, "r", "AB", "em.opt.R"),
+    (Band::SloanI, "i", "AB", "em.opt.I"),
+    (Band::SloanZ, "z", "AB", "em.opt.I"),
+    (Band::PanStarrsY, "y", "AB", "em.opt.I"),
+    (Band::TriBlue, "TB", "Vega", "em.opt.B"),
+    (Band::TriGreen, "TG", "Vega", "em.opt"),
+    (Band::TriRed, "TR", "Vega", "em.opt.R"),
+    (Band::GaiaG, "G", "Vega", "em.opt"),
+    (Band::GaiaBp, "BP", "Vega", "em.opt.B"),
+    (Band::GaiaRp, "RP", "Vega", "em.opt.R"),
+    (Band::TychoB, "BT", "Vega", "em.opt.B"),
+    (Band::TychoV, "VT", "Vega", "em.opt"),
+];
+
+impl From<Band> for String {
+    fn from(band: Band) -> Self {
+        band.name().to_owned()
     }
 }

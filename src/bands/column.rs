@@ -3,7 +3,7 @@
 //! VizieR's names and those of the archives: `Vmag`, `g'mag`, `g_psf`, `phot_g_mean_mag`. In a name the case of r, i, u tells
 //! Sloan from Johnson-Cousins; small `v` and `b` are Johnson's, capital G alone is Gaia's.
 
-use super::Band;
+use crate::bands::Band;
 
 /// Names that follow no rule.
 const WHOLE: [(&str, Band); 9] = [

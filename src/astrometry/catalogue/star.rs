@@ -1,0 +1,57 @@
+//! A catalogue in memory: its stars, and what was skipped.
+
+use std::sync::OnceLock;
+
+use super::tree::Tree;
+use crate::bands::Band;
+
+/// One entry.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct CatalogueStar {
+    /// Name or number; the row number if the table has none.
+    pub id: String,
+    /// Right ascension, J2000 \[deg\], 0 to 360.
+    pub ra_deg: f64,
+    /// Declination, J2000 \[deg\].
+    pub dec_deg: f64,
+    /// V \[mag\].
+    pub v_mag: f64,
+    /// Its error, if known \[mag\].
+    pub v_err_mag: Option<f64>,
+    /// Colour B−V, if known \[mag\].
+    pub b_v_mag: Option<f64>,
+    /// Its error, if known \[mag\].
+    pub b_v_err_mag: Option<f64>,
+    /// Nights or images the entry rests on, if known.
+    pub n_obs: Option<u32>,
+    /// Proper motion in right ascension, with the factor cos δ, if known \[mas/yr\].
+    pub pm_ra_mas_yr: Option<f64>,
+    /// Proper motion in declination, if known \[mas/yr\].
+    pub pm_dec_mas_yr: Option<f64>,
+    /// Epoch of the position, if known \[Julian year\].
+    pub epoch_jyear: Option<f64>,
+    /// Another entry lies within the match radius and is not fainter by more than 3 mag: a detection there may be of either.
+    /// Set by [`Catalogue::mark_ambiguous`].
+    pub ambiguous: bool,
+    /// Distance of the nearest other entry, if that is within the match radius \[arcsec\].
+    pub neighbour_arcsec: Option<f64>,
+}
+
+/// The entries of a file, in its order; a star that is in it twice is here once.
+#[derive(Debug, Clone, Default)]
+pub struct Catalogue {
+    /// Usable entries.
+    pub stars: Vec<CatalogueStar>,
+    /// Rows without position or magnitude.
+    pub n_skipped: usize,
+    /// Why, for the first [`SKIPPED_SHOWN`] of them.
+    pub skipped: Vec<String>,
+    /// What should be known: magnitudes made from others, duplicates dropped.
+    pub notes: Vec<String>,
+    /// The band of the magnitudes, where the column tells it.
+    pub band: Option<Band>,
+    /// The column they are from, in words.
+    pub band_from: String,
+    /// Built by the first look at a place.
+    pub(crate) tree: OnceLock<Tree>,
+}
