@@ -19,8 +19,6 @@ use super::{Clock, tolerance};
 
 /// Rows read, computed and written at a time: memory does not grow with the file.
 const CHUNK: usize = 4096;
-/// The columns written.
-
 const AFTER_HELP: &str = "\
 The conventions are fixed, whatever a configuration says: source a point at infinity, sphere
 of 6378.000 km, the shadow a cylinder. Frame: z through the satellite, which is at (0, 0, R +
