@@ -27,8 +27,8 @@
 //!
 //! let iss = Satellite::named("iss").ok_or("not in the catalogue")?;
 //! let answer = Model::new(&iss, &ModelSettings::default())?.brightness(&Scene::from(&geometry))?;
-//! assert_eq!(answer.illum, Illum::Moon); // in the Earth's shadow, under an almost full Moon
-//! assert!((answer.total_v_mag.ok_or("dark")? - 12.0).abs() < 3.0);
+//! assert_eq!(answer.illum, Illum::LunarEarthshine); // in the Earth's shadow, over moonlit ground
+//! assert!((answer.total_v_mag.ok_or("dark")? - 12.64).abs() < 0.05);
 //! # Ok(())
 //! # }
 //! ```

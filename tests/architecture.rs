@@ -3,6 +3,7 @@
 //! Read from the source as text: every `use`, and every `crate::` and `super::` path in an expression, followed through
 //! re-exports to the file that defines the name. A `mod.rs` that only declares and re-exports is no file of its own.
 //! Not seen: paths made by macros, and code inside `#[cfg(test)] mod`.
+#![allow(clippy::unwrap_used)]
 
 #![allow(clippy::unwrap_used)]
 

@@ -34,7 +34,7 @@ const TRACK_AZ_RAD: f64 = std::f64::consts::FRAC_PI_2;
 /// let evening = "2025-06-09T08:30:00 UTC".parse()?;
 /// let map = map_sky(&starlink, &ModelSettings::default(), &site, &evening, 550.0, (7, 13))?;
 /// let (_, brightest_v_mag) = map.brightest().ok_or("a dark sky")?;
-/// assert!((2.0..6.0).contains(&brightest_v_mag));
+/// assert!((brightest_v_mag - 5.3).abs() < 0.3);
 /// # Ok(())
 /// # }
 /// ```
