@@ -34,7 +34,7 @@ pub fn from_mjd_utc(mjd_d: f64) -> Epoch {
 /// 0 h UTC.
 ///
 /// # Errors
-/// [`Error::Config`] naming `key`, the text, what is wrong with it and what is accepted.
+/// [`Error::Argument`] naming `key`, the text, what is wrong with it and what is accepted.
 pub fn parse_utc(key: &str, text: &str) -> Result<Epoch> {
     instant::read(text).map(|t| t.epoch).map_err(|problem| not_a_time(key, text, &problem))
 }
@@ -44,14 +44,14 @@ pub fn parse_utc(key: &str, text: &str) -> Result<Epoch> {
 /// # Errors
 /// As [`parse_utc`].
 pub fn parse_date(key: &str, text: &str) -> Result<(i32, u8, u8)> {
-    instant::read_date(text).map_err(|problem| Error::Config {
-        key: key.into(),
+    instant::read_date(text).map_err(|problem| Error::Argument {
+        name: key.into(),
         problem: format!("\"{text}\" is not a date: {problem}; accepted is a date such as 2025-06-11"),
     })
 }
 
 fn not_a_time(key: &str, text: &str, problem: &str) -> Error {
-    Error::Config { key: key.into(), problem: format!("\"{text}\" is not a time: {problem}; {}", instant::ACCEPTED) }
+    Error::Argument { name: key.into(), problem: format!("\"{text}\" is not a time: {problem}; {}", instant::ACCEPTED) }
 }
 
 /// Seconds from `a` to `b`.

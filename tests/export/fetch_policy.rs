@@ -281,7 +281,7 @@ fn offline_uses_the_cache_whatever_its_age_and_nothing_else() {
     let (got, ..) = with_desk(&s, empty.path(), NOW, true, |desk| fetch_elements(desk, &iss(NOW), &s));
     let error = got.unwrap_err();
     assert_eq!(error.exit_code(), 5);
-    assert!(error.to_string().contains("--offline"), "{error}");
+    assert!(error.to_string().contains("`offline`"), "{error}");
     assert_eq!(server.count(), 1);
 }
 
@@ -339,7 +339,7 @@ fn a_name_must_mean_one_object() {
     assert_eq!(sets.len(), 1, "the file holds the one object");
     let s = session(&settings(&server), cache.path(), NOW, &named("IS"));
     assert_eq!(s.error().exit_code(), 2);
-    s.says(&["ISS (ZARYA) [25544], ISS DEB [60001]", "--norad"]);
+    s.says(&["ISS (ZARYA) [25544], ISS DEB [60001]", "`norad`"]);
 }
 
 fn stars(server: &Server, cache: &Path, fields: &[Field]) -> Result<satphot::fetch::FetchedStars, Error> {

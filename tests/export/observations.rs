@@ -72,7 +72,7 @@ fn what_nobody_said_is_an_error_that_names_the_option_and_the_key() {
         assert!(error.to_string().contains(option) && error.to_string().contains(key), "{error}");
     }
     let nameless = PhotometryRow { object_id: String::new(), norad_cat_id: None, ..row() };
-    assert!(tdm(std::slice::from_ref(&nameless), &facts()).unwrap_err().to_string().contains("--object-id"));
+    assert!(tdm(std::slice::from_ref(&nameless), &facts()).unwrap_err().to_string().contains("`object_id"));
     assert!(score(&[nameless], &facts()).unwrap_err().to_string().contains("--norad-cat-id"));
 }
 
@@ -146,7 +146,7 @@ fn a_message_is_ascii_in_short_lines_and_says_degraded_where_it_must() {
     for words in ["Sternwarte Bückeburg", &"long ".repeat(30), "two\nlines"] {
         let reporter = Reporter { organisation: Some(words.into()), ..facts().reporter };
         let told = tdm(&[row()], &Facts { reporter, ..facts() }).unwrap_err();
-        assert!(told.exit_code() == 2 && told.to_string().contains("--organisation"), "{told}");
+        assert!(told.exit_code() == 2 && told.to_string().contains("`organisation`"), "{told}");
     }
     let facts = facts();
     let rows = [PhotometryRow { verdict: "caution".into(), ..row() }];
@@ -156,7 +156,7 @@ fn a_message_is_ascii_in_short_lines_and_says_degraded_where_it_must() {
     assert!(text.contains("DATA_QUALITY = DEGRADED"));
     Tdm::from_kvn(&text).unwrap().validate().unwrap();
     let error = tdm(&[missed(0)], &facts).unwrap_err();
-    assert!(error.exit_code() == 4 && error.to_string().contains("--verdicts"), "{error}");
+    assert!(error.exit_code() == 4 && error.to_string().contains("`verdicts`"), "{error}");
 }
 
 #[test]
@@ -361,7 +361,7 @@ fn iod_refuses_what_its_columns_cannot_hold() {
     assert!(told.contains("100000") && told.contains("99999"), "{told}");
     assert!(iod(&[PhotometryRow { norad_cat_id: Some(99_999), ..row() }], &facts()).unwrap().starts_with("99999 "));
     let nameless = PhotometryRow { object_id: String::new(), ..row() };
-    assert!(iod(&[nameless], &facts()).unwrap_err().to_string().contains("--object-id"));
+    assert!(iod(&[nameless], &facts()).unwrap_err().to_string().contains("`object_id"));
     let facts = Facts { reporter: Reporter { iod_station: Some("80".into()), ..facts().reporter }, ..facts() };
     assert!(iod(&[row()], &facts).unwrap_err().to_string().contains("four digits"));
 }

@@ -47,7 +47,7 @@ fn only_measured_and_usable_magnitudes_become_observations() {
     assert_eq!(select(&rows, Choice::default(), false).kept.len(), 1);
     assert_eq!(select(&rows, Choice::named("use, caution,reject").unwrap(), true).kept.len(), 4);
     for wrong in ["", "caution", "all", "use;caution"] {
-        assert!(Choice::named(wrong).unwrap_err().to_string().contains("--verdicts"), "{wrong}");
+        assert!(Choice::named(wrong).unwrap_err().to_string().contains("`verdicts`"), "{wrong}");
     }
 }
 

@@ -275,7 +275,7 @@ fn a_plain_column_of_magnitudes_is_whichever_is_missing() {
     let m = fit_text(&detections, &[]).unwrap();
     is_truth(&m, TRUTH[0]);
     assert!(m.text().contains("inst: mag, its error: magerr, V: cat_mag, B-V: BV"), "{}", m.text());
-    assert!(m.notes.iter().any(|n| n.contains("--band")), "{:?}", m.notes);
+    assert!(m.notes.iter().any(|n| n.contains("`band`")), "{:?}", m.notes);
     let m = fit_text(&catalogue, &[]).unwrap();
     is_truth(&m, TRUTH[0]);
     assert!(m.text().contains("V = V_inst - ZP - k X - C (color)"), "{}", m.text());
@@ -294,7 +294,7 @@ fn a_column_that_is_not_there_costs_its_term_and_not_the_fit() {
     let m = fit_text(&no_airmass, &[]).unwrap();
     let z = m.zeropoint.clone().unwrap();
     assert!(z.k_note == "refused: no airmass column" && z.k_mag_airmass == 0.0 && z.airmass_mean.is_nan(), "{z:?}");
-    assert!(z.warnings.iter().any(|w| w.contains("--column airmass")), "{:?}", z.warnings);
+    assert!(z.warnings.iter().any(|w| w.contains("`column` airmass")), "{:?}", z.warnings);
     assert!(m.rows.iter().all(|r| r.airmass.is_none() && r.inst_mag_err.is_none() && r.snr.is_none()));
     // the mean of 30 stars at X = 1 and mean colour 0.65 +- 0.26/sqrt(30), blends left out
     assert!((z.zp_mag - (TRUTH[0] + TRUTH[1] + TRUTH[2] * 0.65)).abs() < 0.02, "{z:?}");
@@ -306,7 +306,7 @@ fn a_column_that_is_not_there_costs_its_term_and_not_the_fit() {
     assert!((held.zp_mag - (z.zp_mag - 0.12)).abs() < 1e-9 && held.k_mag_airmass == 0.12, "{held:?}");
     for (set, word) in [("zeropoint.pin_k={value=0.12}", "airmass"), ("zeropoint.pin_c={value=0.1}", "colour")] {
         let error = fit_file(file.path(), &[], "V", &[set]).unwrap_err().to_string();
-        assert!(error.contains(word) && error.contains("--column"), "{error}");
+        assert!(error.contains(word) && error.contains("`column"), "{error}");
     }
 }
 
@@ -349,7 +349,7 @@ fn a_table_of_several_filters_and_the_letters_of_textbooks_are_understood() {
     }
     // magnitudes of g are no V
     let other = fit_text(&text_g.replace("V_psf", "g_psf"), &[("v_mag", "g_psf"), ("b_v_mag", "g_psf-R_psf")]);
-    assert!(other.unwrap_err().to_string().contains("say --band g"));
+    assert!(other.unwrap_err().to_string().contains("say argument `band g`"));
     let m = fit_text(&text_g, &[("v_mag", "V_psf"), ("b_v_mag", "V_psf-R_psf")]).unwrap();
     assert!(
         (m.rows[0].catalogue_b_v_mag_err.unwrap() - 0.05).abs() < 1e-12 && m.colour == "V_psf-R_psf",
@@ -358,7 +358,7 @@ fn a_table_of_several_filters_and_the_letters_of_textbooks_are_understood() {
     );
     is_truth(&m, TRUTH[0]);
     let error = fit_text(&text.replace(",V,-", ",Luminance,-"), &[]).unwrap_err().to_string();
-    assert!(error.contains("B, Luminance") && error.contains("--band"), "{error}");
+    assert!(error.contains("B, Luminance") && error.contains("`band`"), "{error}");
     // a position is no airmass
     let m = fit_text(&text.replace("star,filter,v,X,", "Y,filter,v,X,"), &[]).unwrap();
     assert_eq!(m.zeropoint.unwrap().k_note, "refused: no airmass column");
@@ -368,11 +368,11 @@ fn a_table_of_several_filters_and_the_letters_of_textbooks_are_understood() {
 fn what_cannot_be_fitted_says_which_column_is_missing_and_how_to_name_it() {
     let said = |text: &str, columns: &[(&str, &str)]| fit_text(text, columns).unwrap_err().to_string();
     let message = said("a,b\n1,2\n", &[]);
-    assert!(message.contains("--column v_mag=NAME") && message.contains("present: a, b"), "{message}");
+    assert!(message.contains("`column` v_mag=NAME") && message.contains("present: a, b"), "{message}");
     let message = said("Vmag,b\n1,2\n", &[]);
-    assert!(message.contains("--column inst_mag=NAME"), "{message}");
+    assert!(message.contains("`column` inst_mag=NAME"), "{message}");
     let message = said("Vmag,b\n1,2\n", &[("inst_mag", "c")]);
-    assert!(message.contains("--column inst_mag=c") && message.contains("present: Vmag, b"), "{message}");
+    assert!(message.contains("`column inst_mag=c`") && message.contains("present: Vmag, b"), "{message}");
     let message = said("Vmag,b\n1,2\n", &[("magnitude", "b")]);
     assert!(message.contains("magnitude") && message.contains("e_per_adu"), "{message}");
     let message = said("Vmag,b\n1,2\n", &[("inst_mag", "Vmag")]);

@@ -219,7 +219,7 @@ mod tests {
         let satellite = Satellite::named("iss").unwrap();
         for height_km in [99.0, f64::NAN, -1.0, 2e6] {
             let refusal = Dome::new(&site, &satellite, &ModelSettings::default(), height_km, 0.0).unwrap_err();
-            assert!(refusal.to_string().contains("--height-km"), "{refusal}");
+            assert!(refusal.to_string().contains("`height_km`"), "{refusal}");
         }
     }
 }

@@ -259,10 +259,10 @@ mod tests {
     fn what_is_not_known_is_asked_for() {
         let kind = [shell(Span::One(550.0), None, "several inclinations")];
         let refused = |pattern: &Pattern, count| Walker::new(&kind, count, pattern).unwrap_err().to_string();
-        assert!(refused(&Pattern::default(), 10).contains("--inclination-deg"));
-        assert!(refused(&Pattern::default(), 0).contains("--count"));
+        assert!(refused(&Pattern::default(), 10).contains("`inclination_deg`"));
+        assert!(refused(&Pattern::default(), 0).contains("`count`"));
         let low = Pattern { height_km: Some(80.0), inclination_rad: Some(1.0), ..Pattern::default() };
-        assert!(refused(&low, 10).contains("--height-km"));
+        assert!(refused(&low, 10).contains("`height_km`"));
         assert!(Walker::new(&kind, 10, &Pattern { inclination_rad: Some(0.9), ..Pattern::default() }).is_ok());
     }
 }
