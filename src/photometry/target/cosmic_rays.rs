@@ -3,9 +3,13 @@
 //! Electrons. The search does without them, the flux keeps them and is flagged: under a resolved target the true value is
 //! not known to better than the flux's error. Leaves out: hits as wide as a star.
 
+use std::f64::consts::SQRT_2;
+
 use ndarray::Array2;
+use statrs::function::erf::erf;
 
 use crate::base::constants::FWHM_PER_SIGMA;
+use crate::base::stats;
 use crate::photometry::target::sky::Surface;
 
 /// Excess of a hit over what its neighbours allow \[σ\]; of 30 000 pixels of noise none reaches it in a thousand frames.
@@ -52,4 +56,330 @@ pub(crate) fn hits(pixels: &Array2<f32>, sky: &Surface, fwhm_px: f64) -> Vec<(us
         }
     }
     found
+}
+
+/// σ of the charge of a hit across its track \[px\], before it is collected in pixels.
+const DIFFUSION_PX: f64 = 0.25;
+/// Below this FWHM \[px\] a star is as sharp as a hit.
+const SHARPEST_PX: f64 = 1.3;
+/// A moment of good seeing may make a star this much smaller: still no hit.
+const SHARPEST_IN_LINES: f64 = 0.8;
+/// Nor does a star that is known to no better than this share of its light.
+const DOUBT_OF_PSF: f64 = 0.02;
+/// By so many σ at most a line may be the more significant for what is sharper than the star of the night: of a faint line
+/// good seeing explains no more.
+const OF_NIGHT_SIGMA: f32 = 2.0;
+/// Lengths of the lines \[px\], and what a hit must exceed there \[σ\].
+const LENGTHS: [(usize, f64); 7] = [(2, 5.3), (3, 5.3), (5, 5.3), (9, 5.2), (17, 5.2), (33, 5.1), (65, 5.1)];
+/// Classes of the slope of a line, which widens its cut along columns.
+const CLASSES: usize = 4;
+/// Steps of the place of a line to a pixel.
+const PHASES: usize = 3;
+/// Longest line that decides how many directions there are \[px\].
+const DIRECTIONS_PX: usize = 33;
+/// So many lines of one candidate are masked at once.
+const MOST_LINES: usize = 12;
+/// Lines of this length have a direction in which they may go on \[px\].
+const LEAST_PROLONGED_PX: f64 = 4.0;
+/// A line goes on by so many pixels at a time.
+const PROLONGED_PX: i32 = 3;
+/// As long as they hold light of so many σ.
+const PROLONGED_SIGMA: f64 = 3.0;
+/// Pixels this near to a hit hold its charge, too \[px\].
+const HIT_REACH_PX: f64 = 1.5;
+
+/// What is seen about a candidate: pixels above sky and trails and their variance; NaN where there is nothing to see.
+pub(crate) struct Patch {
+    pub above: Array2<f32>,
+    pub variance: Array2<f32>,
+}
+
+/// Pixels beyond a patch that its lines need.
+pub(crate) fn margin_px(fwhm_px: f64) -> usize {
+    reach(fwhm_px / FWHM_PER_SIGMA * 2f64.sqrt()) as usize + 2
+}
+
+fn reach(sigma: f64) -> isize {
+    (2.5 * sigma + 0.5).ceil() as isize
+}
+
+impl Patch {
+    /// Masks the lines of a candidate that are hits; columns and rows of the pixels masked.
+    ///
+    /// A hit's charge has passed no optics: it is a line of σ ≈ 0.25 px across, however faint. An image of the sky is
+    /// nowhere narrower than a star. Across a line of any place, angle and length the filter is w = t − c P: t the profile
+    /// of a hit, P that of a star, c = ⟨t, Q⟩/⟨P, Q⟩ with Q a star of 0.8 of the width. Then ⟨w, Q⟩ = 0 for a star on the
+    /// line, < 0 beside it and for all that is wider: no image of the sky makes Σ w I positive but noise. With Q as wide
+    /// as the star of the night a line gains at most 2 σ more.
+    pub fn mask_hits(&mut self, fwhm_px: f64) -> Vec<(usize, usize)> {
+        let mut masked = Vec::new();
+        if fwhm_px < SHARPEST_PX {
+            return masked;
+        }
+        let star = fwhm_px / FWHM_PER_SIGMA;
+        for _ in 0..MOST_LINES {
+            let Some(mut best) = self.sharpest_line(star) else { break };
+            self.prolong(&mut best);
+            for ((j, i), above) in self.above.indexed_iter_mut() {
+                if above.is_finite() && best.distance(i as f64, j as f64) <= HIT_REACH_PX {
+                    *above = f32::NAN;
+                    masked.push((i, j));
+                }
+            }
+        }
+        masked
+    }
+
+    /// The line that is most certainly sharper than a star.
+    fn sharpest_line(&self, star: f64) -> Option<Line> {
+        let mut best = Line { excess: 1.0, ..Line::default() };
+        self.best_line(star, &mut best);
+        let turned = Self { above: transposed(&self.above), variance: transposed(&self.variance) };
+        let mut other = Line { excess: best.excess, ..Line::default() };
+        turned.best_line(star, &mut other);
+        if other.excess > best.excess {
+            let swap = |(x, y): (f64, f64)| (y, x);
+            best = Line { from: swap(other.from), to: swap(other.to), ..other };
+        }
+        (best.excess > 1.0).then_some(best)
+    }
+
+    /// Moves the ends of a line on for as long as there is light ahead.
+    fn prolong(&self, line: &mut Line) {
+        let (ny, nx) = self.above.dim();
+        let length = (line.to.0 - line.from.0).hypot(line.to.1 - line.from.1);
+        if length < LEAST_PROLONGED_PX {
+            return;
+        }
+        let ahead = ((line.to.0 - line.from.0) / length, (line.to.1 - line.from.1) / length);
+        for (end, way) in [(&mut line.from, -1.0), (&mut line.to, 1.0)] {
+            let step = (way * ahead.0, way * ahead.1);
+            loop {
+                // the next pixels, each with one beside it to either side
+                let (mut sum, mut square) = (0.0, 0.0);
+                for k in 1..=PROLONGED_PX {
+                    for beside in [-1.0, 0.0, 1.0] {
+                        let x = end.0 + f64::from(k) * step.0 - beside * ahead.1;
+                        let y = end.1 + f64::from(k) * step.1 + beside * ahead.0;
+                        let (i, j) = (x.round(), y.round());
+                        if i < 0.0 || j < 0.0 || i >= nx as f64 || j >= ny as f64 {
+                            continue;
+                        }
+                        let at = [j as usize, i as usize];
+                        if self.above[at].is_finite() {
+                            sum += f64::from(self.above[at]);
+                            square += f64::from(self.variance[at]);
+                        }
+                    }
+                }
+                let light = square > 0.0 && sum > PROLONGED_SIGMA * f64::sqrt(square);
+                if !light {
+                    break;
+                }
+                *end = (end.0 + f64::from(PROLONGED_PX) * step.0, end.1 + f64::from(PROLONGED_PX) * step.1);
+            }
+        }
+    }
+
+    /// The best line at up to 45° from the rows, if it is better than the best so far.
+    fn best_line(&self, star: f64, best: &mut Line) {
+        let (ny, nx) = self.above.dim();
+        let (above, variance) = self.filled();
+        let of_class: Vec<_> = (0..CLASSES)
+            .map(|c| {
+                let slope2 = ((c as f64 + 0.5) / CLASSES as f64).powi(2);
+                // a pixel is one wide in x, too, where the line moves by its slope
+                let cut = |sigma: f64| (sigma * sigma * (1.0 + slope2) + slope2 / 12.0).sqrt();
+                // of the part of a star in one column none is wider than the star itself, however the line runs
+                let sharpest = profiles(cut(DIFFUSION_PX), cut(star), SHARPEST_IN_LINES * star);
+                let of_night = profiles(cut(DIFFUSION_PX), cut(star), cut(star));
+                (cuts(&above, &sharpest, false), cuts(&variance, &sharpest, true), cuts(&above, &of_night, false))
+            })
+            .collect();
+        let margin = margin_px(FWHM_PER_SIGMA * star);
+        if ny < 2 * margin + 1 || nx < 2 {
+            return;
+        }
+        let lengths: Vec<(usize, f64)> = LENGTHS.iter().copied().filter(|l| l.0 <= nx).collect();
+        let Some(longest) = lengths.iter().map(|l| l.0).max() else { return };
+        // so many directions that the ends of a line are where it is looked for
+        let directions = |length: usize| (0.5 * length as f64 * PHASES as f64 / 1.5).ceil().max(1.0) as i32;
+        let steps = directions(longest.min(DIRECTIONS_PX));
+        let lengths: Vec<(usize, f32, i32, usize)> = lengths
+            .into_iter()
+            .map(|(l, least)| (l, least as f32, (steps / directions(l)).max(1), (l / 4).max(1)))
+            .collect();
+        let mut prefix = vec![[0f32; 3]; nx + 1];
+        let rows = (margin * PHASES) as isize..((ny - margin) * PHASES) as isize;
+        for k in -steps..=steps {
+            let slope = f64::from(k) / f64::from(steps);
+            let class = ((slope.abs() * CLASSES as f64) as usize).min(CLASSES - 1);
+            let (sums, squares) = (row_major(&of_class[class].0), row_major(&of_class[class].1));
+            let of_night = row_major(&of_class[class].2);
+            let rises: Vec<isize> = (0..nx).map(|i| (slope * i as f64 * PHASES as f64).round() as isize).collect();
+            let (low, high) = (rises[0].min(rises[nx - 1]), rises[0].max(rises[nx - 1]));
+            for start in rows.start - high..rows.end - low {
+                for (i, rise) in rises.iter().enumerate() {
+                    let row = Some(start + rise).filter(|row| rows.contains(row));
+                    let [s, q, n] = row.map_or([0.0; 3], |row| {
+                        let at = row as usize * nx + i;
+                        [sums[at], squares[at], of_night[at]]
+                    });
+                    let before = prefix[i];
+                    prefix[i + 1] = [before[0] + s, before[1] + q, before[2] + n];
+                }
+                let whole = prefix[nx][1];
+                for &(length, least, _, step) in lengths.iter().filter(|l| k % l.2 == 0) {
+                    let least = least * best.excess as f32;
+                    for i in (0..=nx - length).step_by(step) {
+                        let (a, b) = (prefix[i], prefix[i + length]);
+                        let (s, q, n) = (b[0] - a[0], b[1] - a[1], b[2] - a[2]);
+                        if n > 0.0 && n * n > least * least * q && q > 1e-6 * whole {
+                            let root = q.sqrt();
+                            let significance = s / root + ((n - s) / root).min(OF_NIGHT_SIGMA);
+                            let excess = f64::from(significance * best.excess as f32 / least);
+                            if excess > best.excess {
+                                let y = |i: usize| start as f64 / PHASES as f64 + slope * i as f64;
+                                let end = i + length - 1;
+                                *best = Line { excess, from: (i as f64, y(i)), to: (end as f64, y(end)) };
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// The pixels with those masked put at the median around them, and doubted by as much.
+    fn filled(&self) -> (Array2<f32>, Array2<f32>) {
+        let (ny, nx) = self.above.dim();
+        let (mut above, mut variance) = (self.above.clone(), self.variance.clone());
+        let mut known: Vec<f64> = variance.iter().filter(|v| v.is_finite()).map(|v| f64::from(*v)).collect();
+        let typical = stats::median(&mut known).unwrap_or(1.0) as f32;
+        for ((j, i), v) in above.indexed_iter_mut().filter(|(_, v)| !v.is_finite()) {
+            let around = self
+                .above
+                .slice(ndarray::s![j.saturating_sub(3)..(j + 4).min(ny), i.saturating_sub(3)..(i + 4).min(nx)]);
+            let mut around: Vec<f64> = around.iter().filter(|v| v.is_finite()).map(|v| f64::from(*v)).collect();
+            *v = stats::median(&mut around).unwrap_or(0.0) as f32;
+            variance[[j, i]] = typical + *v * *v;
+        }
+        (above, variance)
+    }
+}
+
+/// A line of a patch that is sharper than a star.
+#[derive(Debug, Clone, Copy, Default)]
+struct Line {
+    /// Significance over the least.
+    excess: f64,
+    /// Its ends \[px of the patch\].
+    from: (f64, f64),
+    to: (f64, f64),
+}
+
+impl Line {
+    fn distance(&self, x: f64, y: f64) -> f64 {
+        let (dx, dy) = (self.to.0 - self.from.0, self.to.1 - self.from.1);
+        let square = dx * dx + dy * dy;
+        let along = if square > 0.0 { ((x - self.from.0) * dx + (y - self.from.1) * dy) / square } else { 0.0 };
+        let along = along.clamp(0.0, 1.0);
+        (x - self.from.0 - along * dx).hypot(y - self.from.1 - along * dy)
+    }
+}
+
+fn transposed(image: &Array2<f32>) -> Array2<f32> {
+    image.t().as_standard_layout().to_owned()
+}
+
+/// A Gaussian about `at`, integrated over pixels from −reach on.
+fn integrated(sigma: f64, at: f64, reach: isize) -> Vec<f64> {
+    let z = |edge: f64| erf((edge - at) / (sigma * SQRT_2));
+    (-reach..=reach).map(|d| 0.5 * (z(d as f64 + 0.5) - z(d as f64 - 0.5))).collect()
+}
+
+/// w at each of the places between two pixels.
+fn profiles(hit: f64, star: f64, sharpest: f64) -> Vec<Vec<f32>> {
+    let reach = reach(star);
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    (0..PHASES)
+        .map(|phase| {
+            let at = phase as f64 / PHASES as f64;
+            let (t, p) = (integrated(hit, at, reach), integrated(star, at, reach));
+            // whatever part of a pixel the star lies at
+            let c = (-4..=4)
+                .map(|k| integrated(sharpest, at + f64::from(k) / 8.0, reach))
+                .map(|q| dot(&t, &q) / dot(&p, &q))
+                .fold(0.0, f64::max)
+                * (1.0 + DOUBT_OF_PSF);
+            t.iter().zip(&p).map(|(t, p)| (t - c * p) as f32).collect()
+        })
+        .collect()
+}
+
+/// Σ profile · image along the columns at every place between two pixels, or with the squares of the profile.
+fn cuts(image: &Array2<f32>, profiles: &[Vec<f32>], squared: bool) -> Array2<f32> {
+    let (ny, nx) = image.dim();
+    let mut sums = Array2::zeros((ny * PHASES, nx));
+    for (phase, profile) in profiles.iter().enumerate() {
+        for (t, d) in profile.iter().zip(-(profile.len() as isize / 2)..) {
+            let t = if squared { t * t } else { *t };
+            for j in 0..ny {
+                let Some(from) = j.checked_add_signed(d).filter(|k| *k < ny) else { continue };
+                sums.row_mut(j * PHASES + phase).scaled_add(t, &image.row(from));
+            }
+        }
+    }
+    sums
+}
+
+fn row_major(image: &Array2<f32>) -> &[f32] {
+    image.as_slice().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIDE: usize = 61;
+
+    fn add_star(image: &mut Array2<f32>, (x, y): (f64, f64), fwhm: f64, flux: f64) {
+        let of = |at: f64| integrated(fwhm / FWHM_PER_SIGMA, at - 30.0, 30);
+        let (gx, gy) = (of(x), of(y));
+        for ((j, i), v) in image.indexed_iter_mut() {
+            *v += (flux * gx[i] * gy[j]) as f32;
+        }
+    }
+
+    /// Without noise, and so bright that nothing but w ≤ 0 keeps it from being a hit.
+    fn is_clean(above: Array2<f32>, fwhm: f64, what: &str) {
+        let variance = Array2::from_elem(above.dim(), 1.0);
+        let line = Patch { above, variance }.sharpest_line(fwhm / FWHM_PER_SIGMA);
+        assert!(line.is_none(), "FWHM {fwhm} {what}: {line:?}");
+    }
+
+    #[test]
+    fn no_image_of_the_sky_is_a_hit_however_bright() {
+        for fwhm in [1.5, 2.0, 3.0, 5.0] {
+            for (k, phase) in [(0.0, 0.0), (0.25, 0.1), (0.5, 0.5), (0.4, 0.0), (0.15, 0.35)].into_iter().enumerate() {
+                let mut star = Array2::zeros((SIDE, SIDE));
+                add_star(&mut star, (30.0 + phase.0, 30.0 + phase.1), fwhm, 1e6);
+                is_clean(star.clone(), fwhm, &format!("star {k}"));
+                // two stars, a smeared star, a trail, and an even rectangle
+                add_star(&mut star, (32.0 + 1.3 * fwhm, 29.0), fwhm, 3e5);
+                is_clean(star, fwhm, &format!("pair {k}"));
+                for (name, length) in [("smear", 6.0), ("trail", 56.0)] {
+                    for theta in [0.0, 0.3, 0.6, 0.8, 1.3] {
+                        let mut line = Array2::zeros((SIDE, SIDE));
+                        for s in -50..=50 {
+                            let s = f64::from(s) / 100.0 * length;
+                            let at = (30.0 + phase.0 + s * f64::cos(theta), 30.0 + phase.1 + s * f64::sin(theta));
+                            add_star(&mut line, at, fwhm, 1e4);
+                        }
+                        is_clean(line, fwhm, &format!("{name} {k} at {theta}"));
+                    }
+                }
+            }
+        }
+    }
 }

@@ -3,6 +3,8 @@
 //! Electrons. Pixels of the cutout, and cells of it ([`Cells`]) for everything but fluxes. Two passes: once with nothing
 //! known, once more with the target kept out of sky and trails. Leaves out: which object is the target.
 
+use std::ops::Range;
+
 use super::placed::Placed;
 use super::placed::scaled;
 use ndarray::Array2;
@@ -12,7 +14,7 @@ use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::aperture::{Bounds, cells};
 use crate::photometry::smooth::{Kernel, smooth_image};
 use crate::photometry::target::cells::{Cells, Layers, row_of};
-use crate::photometry::target::cosmic_rays::hits;
+use crate::photometry::target::cosmic_rays::{Patch, hits, margin_px};
 use crate::photometry::target::sky::{Block, Surface, blocks};
 use crate::photometry::trails::bend_fit::bend_of;
 use crate::photometry::trails::direction::trail_direction;
@@ -28,6 +30,8 @@ const FAINT_TRAIL_SIGMA: f64 = 2.5;
 const ANOTHER_ANGLE_SIGMA: f64 = 0.5;
 /// Share of the change of the model over a block that it may get wrong: where a trail ends.
 const END_ERR: f32 = 0.5;
+/// Most pixels on a side of a candidate that are looked at for hits.
+const PATCH_PX: usize = 72;
 /// Blocks of the sky's surface \[FWHM\].
 const BLOCK_FWHM: f64 = 1.6;
 
@@ -42,6 +46,12 @@ pub(crate) struct Cutout {
     pub sky: Surface,
     /// Pixels sharper than a star.
     pub hits: Vec<(usize, usize)>,
+    /// Pixels that do not count: those, and the hits of candidates.
+    masked: Array2<bool>,
+    /// The latter: nothing is left of them to look at.
+    tested: Array2<bool>,
+    /// Columns and rows in which no hit was found.
+    clean: Vec<(Range<usize>, Range<usize>)>,
     /// The pixels less the sky, in cells.
     pub net: Cells,
     /// Scatter of a sky pixel in the middle \[e⁻\].
@@ -85,8 +95,10 @@ impl Cutout {
             [columns.start == bounds.x0, columns.end == bounds.x1, rows.start == bounds.y0, rows.end == bounds.y1];
         let blocks = blocks(&pixels, ((BLOCK_FWHM * s.fwhm_px).round() as usize).clamp(8, 48));
         let sky = Surface::fit(&blocks, pixels.dim(), |_| false);
+        let mut masked = Array2::from_elem(pixels.dim(), false);
         let hits = hits(&pixels, &sky, s.fwhm_px);
-        let net = cells_above(&pixels, &sky, &hits, s.fwhm_px);
+        hits.iter().for_each(|&(i, j)| masked[[j, i]] = true);
+        let net = cells_above(&pixels, &sky, &masked, s.fwhm_px);
         let none = Array2::zeros(net.mean.dim());
         let rms_e = noise_of(&sky, pixels.dim());
         let fwhm_px = s.fwhm_px;
@@ -98,6 +110,9 @@ impl Cutout {
             blocks,
             sky,
             hits,
+            tested: Array2::from_elem(masked.dim(), false),
+            clean: Vec::new(),
+            masked,
             net,
             rms_e,
             fwhm_px,
@@ -144,7 +159,7 @@ impl Cutout {
     pub fn keep_out(&mut self, object: &Placed) {
         let clear = object.shape.grown(self.fwhm_px);
         self.sky = Surface::fit(&self.blocks, self.pixels.dim(), |b| clear.contains(b.x - object.x, b.y - object.y));
-        self.net = cells_above(&self.pixels, &self.sky, &self.hits, self.fwhm_px);
+        self.net = cells_above(&self.pixels, &self.sky, &self.masked, self.fwhm_px);
         self.rms_e = noise_of(&self.sky, self.pixels.dim());
         let object = self.in_cells(&Placed { shape: clear, ..*object });
         if self.strips.is_some() {
@@ -211,6 +226,101 @@ impl Cutout {
         (self.light, self.unsure, self.flicker) = (light, unsure, flicker);
     }
 
+    /// Columns and rows about a candidate given in squares of `rebin` cells.
+    fn about(&self, squares: &[(usize, usize)], rebin: usize) -> (Range<usize>, Range<usize>) {
+        let (ny, nx) = self.pixels.dim();
+        let (side, margin) = (rebin * self.net.bin, margin_px(self.fwhm_px));
+        let span = |at: fn(&(usize, usize)) -> usize, n: usize| {
+            let (low, high) = squares.iter().map(at).fold((n, 0), |(low, high), k| (low.min(k), high.max(k + 1)));
+            let (low, high) = ((low * side).saturating_sub(margin), (high * side + margin).min(n));
+            // the middle of what is larger
+            let over = high.saturating_sub(low).saturating_sub(PATCH_PX);
+            low.min(high) + over / 2..high - over.div_ceil(2)
+        };
+        (span(|s| s.0, nx), span(|s| s.1, ny))
+    }
+
+    /// The pixels of some columns and rows as hits are looked for in them; with the trails, which are as wide as stars.
+    fn patch(&self, columns: &Range<usize>, rows: &Range<usize>) -> Patch {
+        let dim = (rows.len(), columns.len());
+        let above = Array2::from_shape_fn(dim, |(j, i)| {
+            let (x, y) = (i + columns.start, j + rows.start);
+            if self.tested[[y, x]] {
+                f32::NAN
+            } else {
+                (f64::from(self.pixels[[y, x]]) - self.sky.level(x as f64, y as f64)) as f32
+            }
+        });
+        let rms = self.sky.rms((columns.start + dim.1 / 2) as f64, (rows.start + dim.0 / 2) as f64);
+        let variance = above.mapv(|v| (rms * rms) as f32 + v.max(0.0));
+        Patch { above, variance }
+    }
+
+    /// Masks the hits in a candidate given in squares of `rebin` cells; whether there were any.
+    pub fn mask_hits(&mut self, squares: &[(usize, usize)], rebin: usize) -> bool {
+        let (columns, rows) = self.about(squares, rebin);
+        let holds = |all: &Range<usize>, part: &Range<usize>| all.start <= part.start && all.end >= part.end;
+        if self.clean.iter().any(|clean| holds(&clean.0, &columns) && holds(&clean.1, &rows)) {
+            return false;
+        }
+        let found = self.patch(&columns, &rows).mask_hits(self.fwhm_px);
+        let (x0, y0) = (columns.start, rows.start);
+        if found.is_empty() {
+            self.clean.push((columns, rows));
+        }
+        for &(i, j) in &found {
+            let (x, y) = (i + x0, j + y0);
+            (self.masked[[y, x]], self.tested[[y, x]]) = (true, true);
+            self.renew_cell(x / self.net.bin, y / self.net.bin);
+        }
+        !found.is_empty()
+    }
+
+    /// Takes all of an outline for what hits left.
+    pub fn mask_cells(&mut self, outline: &[(usize, usize)]) {
+        let bin = self.net.bin;
+        for &(i, j) in outline {
+            self.masked.slice_mut(ndarray::s![j * bin..(j + 1) * bin, i * bin..(i + 1) * bin]).fill(true);
+            self.tested.slice_mut(ndarray::s![j * bin..(j + 1) * bin, i * bin..(i + 1) * bin]).fill(true);
+            self.renew_cell(i, j);
+        }
+    }
+
+    /// The light of hits of candidates in an aperture \[e⁻\], and the pixels that hold it; `None` without any.
+    pub fn hits_in(&self, at: &Placed) -> Option<(f64, usize)> {
+        let r = at.shape.bounding_radius_px();
+        let (ny, nx) = self.masked.dim();
+        let (columns, rows) = (cells(at.x - r, at.x + r, 0, nx), cells(at.y - r, at.y + r, 0, ny));
+        let inside = |i: usize, j: usize| at.shape.contains(i as f64 - at.x, j as f64 - at.y);
+        let all = rows.into_iter().flat_map(|j| columns.clone().map(move |i| (i, j)));
+        let light = all.filter(|&(i, j)| self.tested[[j, i]] && inside(i, j)).map(|(i, j)| {
+            let above = f64::from(self.pixels[[j, i]]) - self.sky.level(i as f64, j as f64) - self.light_at(i, j);
+            if above.is_finite() { above } else { 0.0 }
+        });
+        let (sum, n) = light.fold((0.0, 0), |(sum, n), v| (sum + v, n + 1));
+        (n > 0).then_some((sum, n))
+    }
+
+    /// The mean of a cell once more, after pixels of it have been masked.
+    fn renew_cell(&mut self, i: usize, j: usize) {
+        let bin = self.net.bin;
+        let (my, mx) = self.net.mean.dim();
+        if i >= mx || j >= my {
+            return;
+        }
+        let (mut sum, mut n) = (0.0, 0usize);
+        for y in j * bin..(j + 1) * bin {
+            for x in i * bin..(i + 1) * bin {
+                let v = self.pixels[[y, x]];
+                if v.is_finite() && !self.masked[[y, x]] {
+                    sum += f64::from(v) - self.sky.level(x as f64, y as f64);
+                    n += 1;
+                }
+            }
+        }
+        self.net.mean[[j, i]] = if 2 * n >= bin * bin { (sum / n as f64) as f32 } else { f32::NAN };
+    }
+
     /// The cells without sky and trails; NaN where they are bad.
     pub fn residual(&self) -> Array2<f32> {
         &self.net.mean - &self.light
@@ -244,14 +354,10 @@ fn noise_of(sky: &Surface, (ny, nx): (usize, usize)) -> f64 {
 }
 
 /// The pixels above the sky, in cells; hits do not count.
-fn cells_above(pixels: &Array2<f32>, sky: &Surface, hits: &[(usize, usize)], fwhm_px: f64) -> Cells {
-    // row by row, as the hits come
-    let mut hits = hits.iter().peekable();
+fn cells_above(pixels: &Array2<f32>, sky: &Surface, masked: &Array2<bool>, fwhm_px: f64) -> Cells {
     Cells::of_lines(pixels.dim(), fwhm_px, |j, out| {
         sky.row(j, out);
-        out.iter_mut().zip(row_of(pixels, j)).for_each(|(o, v)| *o = v - *o);
-        while let Some((i, _)) = hits.next_if(|hit| hit.1 <= j) {
-            out[*i] = f32::NAN;
-        }
+        let row = row_of(pixels, j).iter().zip(row_of(masked, j));
+        out.iter_mut().zip(row).for_each(|(o, (v, hit))| *o = if *hit { f32::NAN } else { v - *o });
     })
 }

@@ -18,7 +18,7 @@ use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::enclose::enclosing;
 use crate::photometry::target::flux::{Measured, circle_at};
 pub use crate::photometry::target::limit::{LIMIT_COMPLETENESS, LIMIT_MARGIN_SIGMA};
-use crate::photometry::target::search::{Significances, best_candidate};
+use crate::photometry::target::search::{OUTLINE_SIGMA, SCALES, Significances, best_candidate, components};
 use crate::photometry::target::segment::{Segment, scales_needed, segment};
 use crate::photometry::target::shape::{Ellipse, moments, outline_moments};
 use crate::photometry::trails::contamination::{Contamination, of_neighbours, of_trails};
@@ -90,6 +90,14 @@ const FAINT_SNR: f64 = 15.0;
 const FAINT_REACH_FWHM: f64 = 8.0;
 /// Index of the first filter wider than any star.
 const WIDE_SCALE: usize = 2;
+/// Searches of a frame, each without the hits that the one before took for the target.
+const MOST_SEARCHES: usize = 40;
+/// Where a candidate was a hit, other components of so many cells are looked at, so many at once.
+const MIN_HIT_CELLS: usize = 4;
+const MOST_HIT_CELLS: usize = 2000;
+const MOST_HITS_AT_ONCE: usize = 100;
+/// Of what hits give this share of its flux nothing is known.
+const MOST_OF_HITS: f64 = 0.3;
 /// The aperture is nowhere narrower than this many FWHM to each side.
 const LEAST_FWHM: f64 = 1.5;
 /// Among trails a wide spot whose whole light is less significant than this is what a trail left.
@@ -122,17 +130,28 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
     let Some(mut cutout) = Cutout::new(frame, s) else {
         return limit_without_cutout(frame, background, s);
     };
-    let Some(first) = outlined(&cutout, frame, s) else { return limit(cutout, frame, background, s) };
-    let Some(aperture) = aperture(&cutout, &first.segment, s) else { return limit(cutout, frame, background, s) };
-    // once more with the target kept out of the sky and of the trails' profiles
-    let around = if first.snr < FAINT_SNR && cutout.strips.is_some() { FAINT_REACH_FWHM * s.fwhm_px } else { 0.0 };
-    cutout.keep_out(&Placed { shape: aperture.shape.grown(around), ..aperture });
-    let outlined = outlined(&cutout, frame, s)
-        .unwrap_or_else(|| Outlined { snr1: cutout.layers().significance(cutout.fwhm_cells(), 1, None), ..first });
-    let Outlined { segment: outline, snr1, snr, .. } = &outlined;
-    let Some(aperture) = self::aperture(&cutout, outline, s) else { return limit(cutout, frame, background, s) };
-    let Measured { mut flux, under, net, net_origin } = cutout.flux(frame, background, &aperture, snr1, s);
-    take_off_chance(&mut flux, &outlined);
+    let mut left = MOST_SEARCHES;
+    let (outlined, aperture, Measured { mut flux, under, net, net_origin }) = loop {
+        let Some(first) = outlined(&mut cutout, frame, s, &mut left) else {
+            return limit(cutout, frame, background, s);
+        };
+        let Some(aperture) = aperture(&cutout, &first.segment, s) else { return limit(cutout, frame, background, s) };
+        // once more with the target kept out of the sky and of the trails' profiles
+        let around = if first.snr < FAINT_SNR && cutout.strips.is_some() { FAINT_REACH_FWHM * s.fwhm_px } else { 0.0 };
+        cutout.keep_out(&Placed { shape: aperture.shape.grown(around), ..aperture });
+        let outlined = outlined(&mut cutout, frame, s, &mut left)
+            .unwrap_or_else(|| Outlined { snr1: cutout.layers().significance(cutout.fwhm_cells(), 1, None), ..first });
+        let Some(aperture) = self::aperture(&cutout, &outlined.segment, s) else {
+            return limit(cutout, frame, background, s);
+        };
+        let mut measured = cutout.flux(frame, background, &aperture, &outlined.snr1, s);
+        take_off_chance(&mut measured.flux, &outlined);
+        if !consists_of_hits(&cutout, &aperture, &measured.flux, s) {
+            break (outlined, aperture, measured);
+        }
+        cutout.mask_cells(&outlined.segment.cells());
+    };
+    let Outlined { segment: outline, snr, .. } = &outlined;
     let spot = cutout.strips.is_some() && outlined.scale >= WIDE_SCALE && flux.snr < LEAST_SNR;
     if spot || !flux.flux_e.is_finite() {
         return limit(cutout, frame, background, s);
@@ -182,12 +201,40 @@ struct Outlined {
     scale: usize,
 }
 
-fn outlined(cutout: &Cutout, frame: &Frame<Electrons>, s: &TargetSettings) -> Option<Outlined> {
-    let layers = cutout.layers();
-    let mut snrs = Significances::new(&layers, cutout.fwhm_cells());
-    let found = best_candidate(cutout, &mut snrs, frame, s)?;
-    let segment = segment(cutout, &layers, snrs.first(scales_needed(&found)), &found);
-    Some(Outlined { segment, snr1: snrs.at_scale.swap_remove(0), snr: found.snr, scale: found.scale })
+/// Searches until a candidate is no hit, `left` times at most.
+fn outlined(cutout: &mut Cutout, frame: &Frame<Electrons>, s: &TargetSettings, left: &mut usize) -> Option<Outlined> {
+    while *left > 0 {
+        *left -= 1;
+        let layers = cutout.layers();
+        let mut snrs = Significances::new(&layers, cutout.fwhm_cells());
+        let found = best_candidate(cutout, &mut snrs, frame, s)?;
+        if cutout.mask_hits(&found.pixels, SCALES[found.scale]) {
+            // where there is one there are more
+            let mut others = components(&snrs.first(1)[0], OUTLINE_SIGMA);
+            others.retain(|other| (MIN_HIT_CELLS..MOST_HIT_CELLS).contains(&other.len()));
+            others.iter().take(MOST_HITS_AT_ONCE).for_each(|other| {
+                cutout.mask_hits(other, 1);
+            });
+            continue;
+        }
+        let segment = segment(cutout, &layers, snrs.first(scales_needed(&found)), &found);
+        if cutout.mask_hits(&segment.cells(), 1) {
+            continue;
+        }
+        return Some(Outlined { segment, snr1: snrs.at_scale.swap_remove(0), snr: found.snr, scale: found.scale });
+    }
+    None
+}
+
+/// Whether hits are much of the light in an aperture, or what is left without them is no detection.
+fn consists_of_hits(cutout: &Cutout, aperture: &Placed, flux: &Flux, s: &TargetSettings) -> bool {
+    cutout.hits_in(aperture).is_some_and(|(hits_e, n)| {
+        // the error of the pixels that are left, without the photons of hits
+        let left = (1.0 - n as f64 / flux.area_px).max(0.1);
+        let variance = flux.flux_err_e.powi(2) - hits_e.max(0.0);
+        let err_e = (left * variance.max(0.25 * flux.flux_err_e.powi(2))).sqrt();
+        hits_e > MOST_OF_HITS * flux.flux_e || flux.flux_e - hits_e < s.detect_sigma * err_e
+    })
 }
 
 /// Takes off what the choice of the aperture added: it lies where the noise helped.
