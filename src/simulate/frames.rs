@@ -72,7 +72,14 @@ pub fn simulate(scenario: &Scenario, folder: &Path, progress: &dyn Progress) -> 
             scenario.photometry.clip_radius_px,
         ),
     };
-    let (start, end) = (parse_utc("start_utc", &scenario.start_utc)?, parse_utc("end_utc", &scenario.end_utc)?);
+    // keys of the scenario, not arguments
+    let time = |key: &str, text: &str| {
+        parse_utc(key, text).map_err(|error| match error {
+            Error::Argument { name, problem } => Error::Config { key: name, problem },
+            other => other,
+        })
+    };
+    let (start, end) = (time("start_utc", &scenario.start_utc)?, time("end_utc", &scenario.end_utc)?);
     if end <= start {
         return Err(Error::Config { key: "end_utc".into(), problem: "must be later than start_utc".into() });
     }

@@ -311,7 +311,7 @@ fn an_archive_that_answers_with_its_last_set_sends_us_to_the_other_one() {
     // far from both: none, and both distances are told
     let s = session(&settings(&server), cache.path(), "2026-09-01T00:00:00", &iss("2025-01-01T00:00:00"));
     assert_eq!(s.error().exit_code(), 5);
-    s.says(&["within 14 d", "336.9 d before", "553.7 d after", "--max-age-d"]);
+    s.says(&["within 14 d", "336.9 d before", "553.7 d after", "`max_age_d`"]);
 }
 
 #[test]

@@ -46,7 +46,7 @@ fn simulated_data_are_refused_for_score_and_iod_and_marked_in_the_others() {
         assert_eq!(udl(&[row()], &facts)[0]["dataMode"], mode.name());
     }
     let unknown = Facts { data_mode: None, ..facts() };
-    assert!(score(&[row()], &unknown).unwrap_err().to_string().contains("--data-mode"));
+    assert!(score(&[row()], &unknown).unwrap_err().to_string().contains("`data_mode`"));
 }
 
 #[test]
@@ -58,13 +58,13 @@ fn what_nobody_said_is_an_error_that_names_the_option_and_the_key() {
         facts
     };
     let cases = [
-        (score(&[row()], &with(|r| r.email = None)), "--email", "reporter.email"),
-        (score(&[row()], &with(|r| r.orcid = vec![])), "--orcid", "reporter.orcid"),
-        (score(&[row()], &with(|r| r.observing_mode = None)), "--observing-mode", "reporter.observing_mode"),
-        (tdm(&[row()], &bare()), "--organisation", "reporter.organisation"),
-        (tdm(&[row()], &with(|r| r.station = None)), "--station", "reporter.station"),
-        (iod(&[row()], &with(|r| r.iod_station = None)), "--iod-station", "reporter.iod_station"),
-        (score(&[row()], &Facts { site: None, ..facts() }), "--site", "[site]"),
+        (score(&[row()], &with(|r| r.email = None)), "`email`", "reporter.email"),
+        (score(&[row()], &with(|r| r.orcid = vec![])), "`orcid`", "reporter.orcid"),
+        (score(&[row()], &with(|r| r.observing_mode = None)), "`observing_mode`", "reporter.observing_mode"),
+        (tdm(&[row()], &bare()), "`organisation`", "reporter.organisation"),
+        (tdm(&[row()], &with(|r| r.station = None)), "`station`", "reporter.station"),
+        (iod(&[row()], &with(|r| r.iod_station = None)), "`iod_station`", "reporter.iod_station"),
+        (score(&[row()], &Facts { site: None, ..facts() }), "`site`", "[site]"),
     ];
     for (answer, option, key) in cases {
         let error = answer.unwrap_err();
@@ -73,7 +73,7 @@ fn what_nobody_said_is_an_error_that_names_the_option_and_the_key() {
     }
     let nameless = PhotometryRow { object_id: String::new(), norad_cat_id: None, ..row() };
     assert!(tdm(std::slice::from_ref(&nameless), &facts()).unwrap_err().to_string().contains("`object_id"));
-    assert!(score(&[nameless], &facts()).unwrap_err().to_string().contains("--norad-cat-id"));
+    assert!(score(&[nameless], &facts()).unwrap_err().to_string().contains("`norad_cat_id`"));
 }
 
 // ---------------------------------------------------------------- tracking data message

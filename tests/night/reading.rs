@@ -98,7 +98,7 @@ fn a_limit_too_small_for_one_frame_is_refused_with_the_least_that_works() {
     n.options.max_memory_bytes = Some(20_000_000);
     let (code, message) = n.refusal();
     assert_eq!(code, 2, "{message}");
-    for word in ["--max-memory", "20 MB", "at least", "MB is needed", "clip_radius_px"] {
+    for word in ["`max_memory`", "20 MB", "at least", "MB is needed", "clip_radius_px"] {
         assert!(message.contains(word), "\"{word}\" is not in: {message}");
     }
 }
