@@ -4,7 +4,6 @@
 //! re-exports to the file that defines the name. A `mod.rs` that only declares and re-exports is no file of its own.
 //! Not seen: paths made by macros, and code inside `#[cfg(test)] mod`.
 #![allow(clippy::unwrap_used)]
-#![allow(clippy::unwrap_used)]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

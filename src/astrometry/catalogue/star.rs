@@ -44,7 +44,7 @@ pub struct Catalogue {
     pub stars: Vec<CatalogueStar>,
     /// Rows without position or magnitude.
     pub n_skipped: usize,
-    /// Why, for the first [`SKIPPED_SHOWN`] of them.
+    /// Why, for the first [`super::SKIPPED_SHOWN`] of them.
     pub skipped: Vec<String>,
     /// What should be known: magnitudes made from others, duplicates dropped.
     pub notes: Vec<String>,
