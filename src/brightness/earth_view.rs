@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::brdf::Brdf;
 use super::ground::Ground;
-use super::lamps::{LampSettings, NearMoon, moonlight, sunlight};
+use super::lamps::{NearMoon, SourceSettings, moonlight, sunlight};
 use super::scene::{impossible, local_radius_km};
 use crate::base::constants::AU_KM;
 use crate::base::error::Result;
@@ -47,7 +47,7 @@ impl EarthLamp {
         place_km: &Vector<Itrs>,
         sun_km: &Vector<Itrs>,
         moon_km: &Vector<Itrs>,
-        lamps: &LampSettings,
+        lamps: &SourceSettings,
         sun_w_m2: f64,
     ) -> (f64, bool) {
         let light = match self {

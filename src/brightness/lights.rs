@@ -9,8 +9,8 @@ use std::f64::consts::PI;
 use super::brdf::{Brdf, direct_reflection, mirror_reflection};
 use super::earthshine::{Accuracy, plain};
 use super::ground::Ground;
-use super::lamps::{LampSettings, NearMoon, moonlight, sunlight};
-use super::platform::{Plate, Prepared, Side, View};
+use super::lamps::{NearMoon, SourceSettings, moonlight, sunlight};
+use super::platform::{Prepared, Side, SurfaceElement, View};
 use super::scene::Scene;
 use super::settings::{ModelSettings, ToleranceOf};
 use super::shadow::{Colour, lit_fraction};
@@ -22,7 +22,7 @@ use crate::base::vector::{Itrs, Vector};
 use crate::config::{Effects, Shadow, SourceDisc};
 
 /// Sun or Moon in one scene.
-pub(super) struct Lamp {
+pub(super) struct LightSource {
     pub name: &'static str,
     pub earth_name: &'static str,
     /// From the Earth's centre \[km\].
@@ -50,7 +50,7 @@ struct Words {
 /// How the lamps shine and how the Earth's shadow takes them away.
 #[derive(Debug)]
 pub(super) struct Lighting {
-    lamps: LampSettings,
+    lamps: SourceSettings,
     shadow: Shadow,
     colour: Colour,
 }
@@ -60,7 +60,7 @@ pub(super) struct VisibleSurfaces<'a> {
     settings: &'a ModelSettings,
     lighting: &'a Lighting,
     pub radius_km: f64,
-    plates: Vec<Plate<'a>>,
+    plates: Vec<SurfaceElement<'a>>,
     /// What contributes nothing is computed all the same.
     everything: bool,
 }
@@ -78,7 +78,7 @@ impl<'a> VisibleSurfaces<'a> {
         let radius_km = settings.radius_km(&scene.satellite_km);
         let mut plates = Vec::with_capacity(surfaces.len());
         for prepared in surfaces {
-            let plate = Plate::new(scene, prepared, settings.effects.platform_size)?;
+            let plate = SurfaceElement::new(scene, prepared, settings.effects.platform_size)?;
             if everything || plate.shows_a_side() {
                 plates.push(plate);
             } else {
@@ -94,7 +94,7 @@ impl<'a> VisibleSurfaces<'a> {
     }
 
     /// The side of a plate that a view sees.
-    fn side(&self, plate: &Plate<'a>, view: &View) -> Option<Side<'a>> {
+    fn side(&self, plate: &SurfaceElement<'a>, view: &View) -> Option<Side<'a>> {
         if self.everything { Some(plate.any_side(view)) } else { plate.side(view) }
     }
 
@@ -108,7 +108,7 @@ impl<'a> VisibleSurfaces<'a> {
     ///
     /// `E_obs/E_lamp = ν Σ A ⟨f(s, n, o) (n·s)₊⟩ (n·o)₊ / d²`, ν the share of the lamp's light that gets past the
     /// Earth, the mean ⟨⟩ over its disc.
-    pub fn direct(&self, lamp: &Lamp, skipped: &mut Vec<Skip>) -> Sum {
+    pub fn direct(&self, lamp: &LightSource, skipped: &mut Vec<Skip>) -> Sum {
         let mut sum = Sum::default();
         let shines = lamp.visible_frac > 0.0 && lamp.flux_at_satellite > 0.0;
         if !(self.everything || shines) {
@@ -150,7 +150,7 @@ impl<'a> VisibleSurfaces<'a> {
     /// `E_obs/E_lamp = Σ A (n·o)₊ / d² · ∫ f_E (p·s)₊ f (n·w)₊ dω`. No integral is evaluated for a lamp that lights no
     /// ground in view, nor for a surface that sees no ground. `beside` is the flux of the lights already known, to which
     /// that of the surfaces before is added.
-    pub fn via_earth(&self, lamp: &Lamp, beside: f64, skipped: &mut Vec<Skip>) -> Sum {
+    pub fn via_earth(&self, lamp: &LightSource, beside: f64, skipped: &mut Vec<Skip>) -> Sum {
         let mut sum = Sum::default();
         let settings = self.settings;
         let Some(plate) = self.plates.first() else { return sum };
@@ -214,11 +214,11 @@ impl<'a> VisibleSurfaces<'a> {
     }
 }
 
-impl Lamp {
+impl LightSource {
     /// The Sun in a scene.
-    pub fn sun(scene: &Scene, lighting: &Lighting, radius_km: f64) -> Lamp {
+    pub fn sun(scene: &Scene, lighting: &Lighting, radius_km: f64) -> LightSource {
         let distance_km = (scene.sun_km - scene.satellite_km).norm();
-        Lamp {
+        LightSource {
             name: "sun",
             earth_name: "earthshine",
             position_km: scene.sun_km,
@@ -238,11 +238,11 @@ impl Lamp {
 
     /// The Moon in a scene; its phase is that seen from the satellite, on the ground that seen from the Earth's centre, to
     /// which that of every place is a ratio.
-    pub fn moon(scene: &Scene, lighting: &Lighting, radius_km: f64) -> Lamp {
+    pub fn moon(scene: &Scene, lighting: &Lighting, radius_km: f64) -> LightSource {
         let distance_km = (scene.moon_km - scene.satellite_km).norm();
         let at_satellite = moonlight(&scene.satellite_km, &scene.moon_km, &scene.sun_km, &lighting.lamps);
         let at_ground = moonlight(&Vector::new(0.0, 0.0, 0.0), &scene.moon_km, &scene.sun_km, &lighting.lamps);
-        Lamp {
+        LightSource {
             name: "moon",
             earth_name: "lunar_earthshine",
             position_km: scene.moon_km,
@@ -277,7 +277,7 @@ impl Lighting {
     pub fn new(effects: &Effects, band: Option<&Band>) -> Result<Self> {
         let v = Band::of_config("V")?;
         let band = band.unwrap_or(&v);
-        Ok(Self { lamps: LampSettings::new(effects, band)?, shadow: effects.shadow, colour: Colour::of(band)? })
+        Ok(Self { lamps: SourceSettings::new(effects, band)?, shadow: effects.shadow, colour: Colour::of(band)? })
     }
 
     /// The share of a lamp's light that reaches the satellite.

@@ -13,7 +13,7 @@ use super::catalogue::Satellite;
 use super::flux_sum::Sum;
 use super::ground::Ground;
 use super::lamps::flux_of_mag;
-use super::lights::Lamp;
+use super::lights::LightSource;
 use super::lights::Lighting;
 use super::lights::VisibleSurfaces;
 use super::platform::Prepared;
@@ -114,7 +114,7 @@ impl Model {
         let radius_km = settings.radius_km(&scene.satellite_km);
         scene.check(radius_km)?;
         let mut skipped = Vec::new();
-        let sun = Lamp::sun(scene, &self.lighting, radius_km);
+        let sun = LightSource::sun(scene, &self.lighting, radius_km);
         let up = above_horizon(scene, settings);
         if !up && leave_out {
             skipped.push(Skip::light("all", "satellite below the observer's horizon"));
@@ -122,7 +122,7 @@ impl Model {
         }
         let stage = VisibleSurfaces::new(scene, (&self.surfaces, &self.lighting), settings, !leave_out, &mut skipped)?;
         let mut lights = <[Sum; 4]>::default();
-        let moon = settings.moon.then(|| Lamp::moon(scene, &self.lighting, radius_km));
+        let moon = settings.moon.then(|| LightSource::moon(scene, &self.lighting, radius_km));
         let sun_lamp = settings.sun.then_some(&sun);
         for (k, (lamp, name)) in [(sun_lamp, "sun"), (moon.as_ref(), "moon")].into_iter().enumerate() {
             match lamp {
@@ -169,7 +169,7 @@ impl Model {
         }
         let wanted = |name: &str| skip.light == "all" || skip.light == name;
         let mut flux = 0.0;
-        for lamp in [Lamp::sun, Lamp::moon].map(|lamp| lamp(scene, &self.lighting, radius_km)) {
+        for lamp in [LightSource::sun, LightSource::moon].map(|lamp| lamp(scene, &self.lighting, radius_km)) {
             if wanted(lamp.name) {
                 flux += stage.direct(&lamp, &mut Vec::new()).flux;
             }
@@ -220,7 +220,7 @@ pub fn light_class(scene: &Scene) -> Result<Illum> {
     static LIGHTING: LazyLock<Result<Lighting>> =
         LazyLock::new(|| Lighting::new(&Effects { shadow: Shadow::Penumbra, ..Effects::of(Mode::Corrected) }, None));
     let lighting = LIGHTING.as_ref().map_err(|e| impossible(e.to_string()))?;
-    let (sun, moon) = (Lamp::sun(scene, lighting, radius_km), Lamp::moon(scene, lighting, radius_km));
+    let (sun, moon) = (LightSource::sun(scene, lighting, radius_km), LightSource::moon(scene, lighting, radius_km));
     let moonlit_ground = moon
         .over_ground(lighting, radius_km)
         .and_then(|moon| Ground::under_moon(&scene.satellite_km, radius_km, &moon, &EARTH_VEGETATION))

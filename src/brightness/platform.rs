@@ -45,7 +45,7 @@ impl Prepared {
 }
 
 /// A surface in a scene.
-pub(super) struct Plate<'a> {
+pub(super) struct SurfaceElement<'a> {
     prepared: &'a Prepared,
     front: Vector<Itrs>,
     observer_km: Vector<Itrs>,
@@ -75,7 +75,7 @@ pub(super) struct Side<'a> {
     pub spread: f64,
 }
 
-impl<'a> Plate<'a> {
+impl<'a> SurfaceElement<'a> {
     pub fn new(scene: &Scene, prepared: &'a Prepared, size: PlatformSize) -> Result<Self> {
         let surface = &prepared.surface;
         let front = surface.normal(scene).ok_or_else(|| {

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::answer::Brightness;
 use super::catalogue::Satellite;
-use super::lamps::{LampSettings, eclipse_factor, sunlight};
+use super::lamps::{SourceSettings, eclipse_factor, sunlight};
 use super::model::Model;
 use super::scene::{Scene, impossible};
 use super::settings::ModelSettings;
@@ -320,17 +320,17 @@ impl SkyMap {
 /// Moonlight at one phase angle over that at another \[deg\]; `None` where the other is dark.
 ///
 /// # Errors
-/// As [`LampSettings::new`].
+/// As [`SourceSettings::new`].
 pub fn phase_ratio(settings: &ModelSettings, wanted_deg: f64, from_deg: f64) -> Result<Option<f64>> {
     let lamps = lamps(settings)?;
     let ratio = lamps.moonlight_at_phase(wanted_deg).flux / lamps.moonlight_at_phase(from_deg).flux;
     Ok(ratio.is_finite().then_some(ratio))
 }
 
-fn lamps(settings: &ModelSettings) -> Result<LampSettings> {
+fn lamps(settings: &ModelSettings) -> Result<SourceSettings> {
     match &settings.band {
-        Some(band) => LampSettings::new(&settings.effects, band),
-        None => LampSettings::new(&settings.effects, &Band::of_config("V")?),
+        Some(band) => SourceSettings::new(&settings.effects, band),
+        None => SourceSettings::new(&settings.effects, &Band::of_config("V")?),
     }
 }
 

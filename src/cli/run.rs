@@ -8,7 +8,7 @@ use satphot::frames::{Exposure, Role};
 use satphot::pipeline::options::Options;
 use satphot::pipeline::prepared::Prepared;
 use satphot::pipeline::run::run;
-use satphot::pipeline::shards::products::Products;
+use satphot::pipeline::shards::products::FrameCache;
 use satphot::pipeline::survey::files::Survey;
 use satphot::pipeline::survey::preflight::{Preflight, preflight};
 use satphot::pipeline::survey::scale::check_stars;
@@ -129,7 +129,7 @@ fn dry_run(config: &Config, jobs: usize) -> anyhow::Result<()> {
     let mut preflight = preflight(config, &[])?;
     let Preflight { prepared, survey, findings, .. } = &mut preflight;
     if findings.scale_in_doubt && findings.errors.is_empty() {
-        match check_stars(survey, prepared, &Products::default(), jobs) {
+        match check_stars(survey, prepared, &FrameCache::default(), jobs) {
             Ok(notes) => findings.notes.extend(notes),
             Err(error) => findings.errors.push(error),
         }

@@ -39,7 +39,7 @@ struct Refusal {
 
 /// An answer that was kept.
 #[derive(Debug)]
-pub struct Kept {
+pub struct CachedAnswer {
     /// The answer; empty where the service had nothing.
     pub bytes: Vec<u8>,
     /// Words of the service where it had nothing.
@@ -58,7 +58,7 @@ pub enum Found {
     /// Files that are not what their note says; why.
     Damaged(String),
     /// An answer.
-    Kept(Kept),
+    CachedAnswer(CachedAnswer),
 }
 
 /// A folder of answers.
@@ -97,7 +97,7 @@ impl Cache {
             Err(e) => return Found::Damaged(format!("{}: {e}", note.display())),
         };
         match kept(query, &text, &answer) {
-            Ok(kept) => Found::Kept(kept),
+            Ok(kept) => Found::CachedAnswer(kept),
             Err(problem) => Found::Damaged(format!("{}: {problem}", note.display())),
         }
     }
@@ -114,7 +114,7 @@ impl Cache {
     ///
     /// # Errors
     /// [`Error::Io`].
-    pub fn still_current(&self, query: &Query, kept: &Kept, now: &Epoch) -> Result<()> {
+    pub fn still_current(&self, query: &Query, kept: &CachedAnswer, now: &Epoch) -> Result<()> {
         self.write(query, &kept.bytes, kept.nothing.as_deref(), &kept.fetched, now)
     }
 
@@ -172,7 +172,7 @@ impl Cache {
 }
 
 /// An answer as its note describes it, or what does not fit.
-fn kept(query: &Query, note: &[u8], answer: &Path) -> std::result::Result<Kept, String> {
+fn kept(query: &Query, note: &[u8], answer: &Path) -> std::result::Result<CachedAnswer, String> {
     let note: Note = serde_json::from_slice(note).map_err(|e| e.to_string())?;
     if note.url != query.url {
         return Err(format!("is of another address, {}", note.url));
@@ -182,7 +182,12 @@ fn kept(query: &Query, note: &[u8], answer: &Path) -> std::result::Result<Kept, 
         return Err("its answer is not the one it was written for (SHA-256)".into());
     }
     let moment = |text: &str| parse_utc("utc", text).map_err(|e| e.to_string());
-    Ok(Kept { bytes, nothing: note.nothing, fetched: moment(&note.fetched_utc)?, checked: moment(&note.checked_utc)? })
+    Ok(CachedAnswer {
+        bytes,
+        nothing: note.nothing,
+        fetched: moment(&note.fetched_utc)?,
+        checked: moment(&note.checked_utc)?,
+    })
 }
 
 fn as_json<T: Serialize>(value: &T) -> Result<String> {

@@ -8,7 +8,7 @@ use std::time::Duration;
 use hifitime::Epoch;
 
 use super::answers::{Content, words};
-use super::cache::{Cache, Found, Kept};
+use super::cache::{Cache, CachedAnswer, Found};
 use super::link::{Link, Reply};
 use super::query::{Query, Service};
 use crate::base::error::{Error, Result};
@@ -19,7 +19,7 @@ use crate::config::Fetch;
 const CLOCK_SLACK_S: f64 = 300.0;
 
 /// What the program lends: how to wait, and whom to tell.
-pub struct Outside<'a> {
+pub struct Hooks<'a> {
     /// Waits between tries.
     pub wait: &'a dyn Fn(Duration),
     /// Progress: each request before it is made, each wait.
@@ -38,21 +38,21 @@ pub enum Answer {
 }
 
 /// Asks politely.
-pub struct Desk<'a> {
+pub struct Client<'a> {
     settings: Fetch,
     cache: Cache,
     link: Link,
     now: Epoch,
     offline: bool,
-    outside: Outside<'a>,
+    outside: Hooks<'a>,
 }
 
-impl<'a> Desk<'a> {
+impl<'a> Client<'a> {
     /// A desk at the moment `now`; `offline`: the cache alone answers.
     ///
     /// # Errors
     /// [`Error::Config`] for a proxy or a file of certificates of the environment that cannot be used.
-    pub fn new(settings: &Fetch, cache: Cache, now: Epoch, offline: bool, outside: Outside<'a>) -> Result<Self> {
+    pub fn new(settings: &Fetch, cache: Cache, now: Epoch, offline: bool, outside: Hooks<'a>) -> Result<Self> {
         Ok(Self {
             settings: settings.clone(),
             cache,
@@ -87,7 +87,7 @@ impl<'a> Desk<'a> {
                 self.tell(&format!("the cache is damaged, its answer is not used: {problem}"));
                 None
             }
-            Found::Kept(kept) => Some(kept),
+            Found::CachedAnswer(kept) => Some(kept),
         };
         if let Some(kept) = &kept
             && (self.offline || self.is_fresh(query, kept))
@@ -125,7 +125,7 @@ impl<'a> Desk<'a> {
         &self,
         query: &Query,
         reply: &Reply,
-        kept: Option<Kept>,
+        kept: Option<CachedAnswer>,
         check: &dyn Fn(&[u8], bool) -> std::result::Result<Content, String>,
     ) -> Result<Answer> {
         let content = match reply.status {
@@ -176,7 +176,7 @@ impl<'a> Desk<'a> {
         }
     }
 
-    fn trouble(&self, query: &Query, why: &str, kept: Option<&Kept>) -> Error {
+    fn trouble(&self, query: &Query, why: &str, kept: Option<&CachedAnswer>) -> Error {
         let old =
             kept.map(|k| format!("; argument `offline` uses the answer of {} in the cache", iso_utc(k.fetched, 0)));
         let name = query.service.name();
@@ -186,7 +186,7 @@ impl<'a> Desk<'a> {
         Error::Temporary { problem }
     }
 
-    fn is_fresh(&self, query: &Query, kept: &Kept) -> bool {
+    fn is_fresh(&self, query: &Query, kept: &CachedAnswer) -> bool {
         let keep_h = match kept.nothing {
             Some(_) => query.service.refusal_h(&self.settings),
             None => query.service.keep_h(&self.settings),
@@ -206,7 +206,7 @@ impl<'a> Desk<'a> {
     }
 }
 
-fn answer_of(kept: &Kept) -> Answer {
+fn answer_of(kept: &CachedAnswer) -> Answer {
     match &kept.nothing {
         Some(said) => Answer::Nothing(said.clone()),
         None => Answer::Data(kept.bytes.clone()),

@@ -5,7 +5,7 @@
 use hifitime::Epoch;
 
 use super::answers::{check_gp, check_nearest, gp_sets, nearest_sets};
-use super::desk::{Answer, Desk};
+use super::desk::{Answer, Client};
 use super::query::{Object, Query, Service, celestrak_query, satchecker_query};
 use crate::base::error::{Error, Result};
 use crate::config::Fetch;
@@ -75,8 +75,8 @@ pub fn element_queries(wanted: &Wanted, settings: &Fetch, now: &Epoch) -> Vec<Qu
 ///
 /// # Errors
 /// [`Error::Orbit`] if there are none within `max_age_d`; [`Error::Config`] for a name that fits several objects, with their
-/// numbers; those of [`Desk::ask`].
-pub fn fetch_elements(desk: &Desk, wanted: &Wanted, settings: &Fetch) -> Result<FetchedElements> {
+/// numbers; those of [`Client::ask`].
+pub fn fetch_elements(desk: &Client, wanted: &Wanted, settings: &Fetch) -> Result<FetchedElements> {
     let mut missed = Vec::new();
     for query in element_queries(wanted, settings, desk.now()) {
         let check = |body: &[u8], _: bool| {

@@ -35,7 +35,7 @@ pub struct Reply {
 
 /// Why there is no answer.
 #[derive(Debug)]
-pub struct Trouble {
+pub struct FetchError {
     /// A sentence.
     pub words: String,
     /// How long the server asks to be left alone \[s\], where that is too long to wait for.
@@ -97,7 +97,7 @@ impl Link {
         now: &Epoch,
         wait: &dyn Fn(Duration),
         say: &dyn Fn(&str),
-    ) -> std::result::Result<Reply, Trouble> {
+    ) -> std::result::Result<Reply, FetchError> {
         let tries = self.settings.retries + 1;
         for k in 1..=tries {
             let failure = match self.once(url, now) {
@@ -114,13 +114,13 @@ impl Link {
             if !failure.passing || k == tries || too_long {
                 let times = if k > 1 { format!(" ({k} tries)") } else { String::new() };
                 let words = format!("{}{times}{}", failure.words, self.by_proxy(url));
-                return Err(Trouble { words, asked_s: too_long.then_some(asked_s) });
+                return Err(FetchError { words, asked_s: too_long.then_some(asked_s) });
             }
             let pause_s = asked_s.max(self.settings.backoff_s * f64::from(1 << (k - 1)));
             say(&format!("{}; trying again in {pause_s:.0} s", failure.words));
             wait(Duration::from_secs_f64(pause_s));
         }
-        Err(Trouble { words: "not tried".into(), asked_s: None })
+        Err(FetchError { words: "not tried".into(), asked_s: None })
     }
 
     fn once(&self, url: &str, now: &Epoch) -> std::result::Result<Reply, Failure> {

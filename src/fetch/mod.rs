@@ -1,6 +1,6 @@
 //! Elements and stars from the network: the only room that uses it.
 //!
-//! query (what is asked) -> [`Desk`] (cache, then the network, politely) -> checked answer -> elements, catalogue.
+//! query (what is asked) -> [`Client`] (cache, then the network, politely) -> checked answer -> elements, catalogue.
 //! An answer is believed only after satphot's own reader took it; only then it enters the cache. Times are arguments: the
 //! clock is the program's. Leaves out logins (Space-Track), bulk downloads and every other catalogue.
 
@@ -15,7 +15,7 @@ mod query;
 mod stars;
 
 pub use cache::Cache;
-pub use desk::{Answer, Desk, Outside};
+pub use desk::{Answer, Client, Hooks};
 pub use elements::{FetchedElements, Wanted, WhichService, element_queries, fetch_elements};
 pub use fields::{Field, fields_of_night, one_query_each};
 pub use query::{Object, Query, Service, apass_query, celestrak_query, satchecker_query};

@@ -5,7 +5,7 @@
 use std::collections::HashSet;
 
 use super::apass::{self, Rows};
-use super::desk::{Answer, Desk};
+use super::desk::{Answer, Client};
 use super::fields::Field;
 use super::query::apass_query;
 use crate::base::error::{Error, Result};
@@ -30,8 +30,8 @@ pub struct FetchedStars {
 /// The stars of all fields; the first field that cannot be had ends it.
 ///
 /// # Errors
-/// [`Error::Catalogue`] if no field holds a star; those of [`Desk::ask`].
-pub fn fetch_stars(desk: &Desk, fields: &[Field], settings: &Fetch) -> Result<FetchedStars> {
+/// [`Error::Catalogue`] if no field holds a star; those of [`Client::ask`].
+pub fn fetch_stars(desk: &Client, fields: &[Field], settings: &Fetch) -> Result<FetchedStars> {
     let mut merged = Merged::default();
     let mut empty = Vec::new();
     for field in fields {

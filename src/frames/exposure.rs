@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use super::clock::{MidTime, mid_time};
 use super::frame::GainSetting;
-use super::header::{Told, binning, calibration, colour, cube, exposure_time, filter, find, header_gain, stack};
+use super::header::{Sourced, binning, calibration, colour, cube, exposure_time, filter, find, header_gain, stack};
 use super::role::{Role, role_by_header, role_by_name};
 use crate::base::error::{Error, Result};
 use crate::config::Config;
@@ -153,7 +153,7 @@ pub fn refusals(header: &Header, config: &Config) -> Vec<(String, String)> {
 }
 
 /// The exposure time of a light frame: it must be there and be one.
-pub(crate) fn light_exptime(told: Option<Told<f64>>) -> std::result::Result<Told<f64>, (String, String)> {
+pub(crate) fn light_exptime(told: Option<Sourced<f64>>) -> std::result::Result<Sourced<f64>, (String, String)> {
     let absent = || "absent (EXPOSURE and synonyms too); name your keyword in header.aliases.exptime".to_string();
     let told = told.ok_or_else(|| ("EXPTIME".to_string(), absent()))?;
     // Shorter than a microsecond is no exposure of the sky.

@@ -49,19 +49,19 @@ impl Buffers {
 
 /// A frame whose memory goes back to its [`Buffers`] in the end.
 #[derive(Debug)]
-pub struct Held<'a> {
+pub struct PooledFrame<'a> {
     frame: Frame<Electrons>,
     buffers: &'a Buffers,
 }
 
-impl Deref for Held<'_> {
+impl Deref for PooledFrame<'_> {
     type Target = Frame<Electrons>;
     fn deref(&self) -> &Frame<Electrons> {
         &self.frame
     }
 }
 
-impl Drop for Held<'_> {
+impl Drop for PooledFrame<'_> {
     fn drop(&mut self) {
         let pixels = std::mem::take(&mut self.frame.pixels).into_raw_vec_and_offset().0;
         let bits = std::mem::take(&mut self.frame.mask).into_raw_vec_and_offset().0;
@@ -100,7 +100,7 @@ pub fn read<'a>(
     clip_radius_px: Option<f64>,
     flat: Option<&MasterFlat>,
     buffers: &'a Buffers,
-) -> Result<Held<'a>> {
+) -> Result<PooledFrame<'a>> {
     FrameReader::open(exposure, gain, clip_radius_px, flat)?.whole(buffers)
 }
 
@@ -155,7 +155,7 @@ impl<'a> FrameReader<'a> {
     ///
     /// # Errors
     /// [`Error::Fits`].
-    pub fn whole<'b>(&self, buffers: &'b Buffers) -> Result<Held<'b>> {
+    pub fn whole<'b>(&self, buffers: &'b Buffers) -> Result<PooledFrame<'b>> {
         let (columns, rows) = self.box_px();
         self.part(columns, rows, buffers)
     }
@@ -164,7 +164,7 @@ impl<'a> FrameReader<'a> {
     ///
     /// # Errors
     /// [`Error::Fits`], also where nothing of it lies there.
-    pub fn part<'b>(&self, columns: Range<usize>, rows: Range<usize>, buffers: &'b Buffers) -> Result<Held<'b>> {
+    pub fn part<'b>(&self, columns: Range<usize>, rows: Range<usize>, buffers: &'b Buffers) -> Result<PooledFrame<'b>> {
         let path = &self.exposure.path;
         let within = self.box_px();
         let columns = columns.start.max(within.0.start)..columns.end.min(within.0.end);
@@ -203,7 +203,7 @@ impl<'a> FrameReader<'a> {
             gain: self.gain.clone(),
             unit: PhantomData,
         };
-        Ok(Held { frame, buffers })
+        Ok(PooledFrame { frame, buffers })
     }
 
     /// Plain 16-bit counts: of each row only what is inside the circle.

@@ -24,7 +24,7 @@ pub(crate) use exposure::{light_exptime, sorted};
 pub use header::optics::pixel_scale_arcsec;
 
 pub use frame::{Electrons, ElectronsPerAdu, Frame, Gain, GainSetting, mask};
-pub use load::{Buffers, FrameReader, Held, read};
+pub use load::{Buffers, FrameReader, PooledFrame, read};
 
 pub use crate::detector::adc::count_values;
 pub use exposure::other_satellite;

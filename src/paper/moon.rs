@@ -12,7 +12,7 @@ use crate::base::constants::AU_KM;
 use crate::base::error::{Error, Result};
 use crate::base::time::{parse_utc, seconds_between, shifted};
 use crate::brightness::Band;
-use crate::brightness::lamps::{LampSettings, MOON_MEAN_DISTANCE_KM, mag_of_flux, moon_v_mag};
+use crate::brightness::lamps::{MOON_MEAN_DISTANCE_KM, SourceSettings, mag_of_flux, moon_v_mag};
 use crate::config::{Effects, Mode, MoonLaw, MoonPastLimit, Source};
 use crate::orbit::sky::bodies_gcrs;
 use crate::orbit::{EarthOrientation, bodies};
@@ -68,7 +68,7 @@ fn pair_of_laws(phase_deg: f64, law: MoonLaw) -> Result<Numbers> {
         source: Source::ExoAtmospheric,
         ..Effects::of(Mode::Corrected)
     };
-    let other = LampSettings::new(&effects, &Band::of_config("V")?)?.moonlight_at_phase(phase_deg);
+    let other = SourceSettings::new(&effects, &Band::of_config("V")?)?.moonlight_at_phase(phase_deg);
     Ok(Numbers { as_published: Some(moon_v_mag(phase_deg)), corrected: mag_of_flux(other.flux) })
 }
 

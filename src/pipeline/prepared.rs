@@ -14,7 +14,7 @@ use crate::base::error::{Error, Result};
 use crate::brightness::{Model, ModelSettings, Satellite};
 use crate::config::{self, Config};
 use crate::frames::flat::MasterFlat;
-use crate::frames::{Buffers, Detector, Exposure, FrameReader, Held, never_filled, pixel_scale_arcsec};
+use crate::frames::{Buffers, Detector, Exposure, FrameReader, PooledFrame, never_filled, pixel_scale_arcsec};
 use crate::orbit::{EarthOrientation, Site, Tracker};
 use crate::photometry::growth::{GrowthCurve, StarProfile};
 use crate::zeropoint::fit::Zeropoint;
@@ -207,7 +207,7 @@ impl Flattened {
     ///
     /// # Errors
     /// Those of [`Flattened::open`]; [`Error::Fits`] if the file is damaged or none of its pixels can be used.
-    pub fn reduce(&self, exposure: &Exposure) -> Result<Held<'_>> {
+    pub fn reduce(&self, exposure: &Exposure) -> Result<PooledFrame<'_>> {
         self.usable(self.open(exposure)?.whole(&self.buffers)?)
     }
 }
@@ -217,7 +217,7 @@ impl Prepared {
     ///
     /// # Errors
     /// [`Error::Fits`] if there is none.
-    pub fn usable<'a>(&self, frame: Held<'a>) -> Result<Held<'a>> {
+    pub fn usable<'a>(&self, frame: PooledFrame<'a>) -> Result<PooledFrame<'a>> {
         if frame.all_bad() {
             return Err(Error::Fits {
                 path: frame.path.clone(),

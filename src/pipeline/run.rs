@@ -29,7 +29,7 @@ use crate::pipeline::products::provenance::Provenance;
 use crate::pipeline::products::record::Stage;
 use crate::pipeline::products::summary::{Counts, Summary};
 use crate::pipeline::shards::plan_file::{FRAMES_PER_SHARD, Plan, set_copies_aside};
-use crate::pipeline::shards::products::{FOLDER, Products};
+use crate::pipeline::shards::products::{FOLDER, FrameCache};
 use crate::pipeline::shards::whole::judge_whole_night;
 use crate::pipeline::stages::{master_flat, rejected_flats, target_stage};
 use crate::pipeline::stars::stage::star_stage;
@@ -69,7 +69,7 @@ struct Run<'a> {
     survey: Survey,
     folder: PathBuf,
     lock: FolderLock,
-    products: Products,
+    products: FrameCache,
     log: Log<'a>,
     /// Why the night is not good enough for exit code 0.
     poor: Vec<String>,
@@ -115,7 +115,7 @@ impl<'a> Run<'a> {
             problem: format!("the folder of the results cannot be made (night.output, -o): {e}"),
         })?;
         let lock = lock(&folder)?;
-        let products = Products::in_folder(folder.join(FOLDER), &prepared, options.redo)?;
+        let products = FrameCache::in_folder(folder.join(FOLDER), &prepared, options.redo)?;
         let mut log = Log::new(progress);
         log.notes.extend(short_of_memory);
         log.notes.extend(found);

@@ -27,7 +27,7 @@ use crate::pipeline::products::meta::set_band;
 use crate::pipeline::products::meta::table_meta;
 use crate::pipeline::products::provenance::Provenance;
 use crate::pipeline::products::summary::{Counts, zeropoint_text};
-use crate::pipeline::shards::products::Products;
+use crate::pipeline::shards::products::FrameCache;
 use crate::pipeline::shards::whole::judge_whole_night;
 use crate::pipeline::stages::{master_flat, target_stage};
 use crate::pipeline::stars::stage::star_stage;
@@ -68,7 +68,7 @@ pub fn fit_stars(config: &Config, options: &Options, progress: &dyn Progress) ->
     }
     let (prepared, survey, mut notes) = named_night(config, &options.files, Role::Stars)?;
     notes.extend(options.memory().check(&survey, &prepared)?);
-    let products = Products::default();
+    let products = FrameCache::default();
     notes.extend(check_stars(&survey, &prepared, &products, options.jobs)?);
     let prepared = master_flat(&survey, prepared, (&products, None), options, progress, &mut notes)?;
     let stars = star_stage(&survey, &prepared, &products, options, progress, &mut notes)?;
@@ -228,7 +228,7 @@ pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progre
     config.stars = config.stars.filter(|s| config.photometry.fwhm_px.is_none() && s.catalogue.exists());
     let (mut prepared, survey, mut notes) = named_night(&config, &options.files, Role::Target)?;
     notes.extend(options.memory().check(&survey, &prepared)?);
-    let products = Products::default();
+    let products = FrameCache::default();
     notes.extend(check_stars(&survey, &prepared, &products, options.jobs)?);
     prepared.model = None; // `compare` adds it
     let flattened = master_flat(&survey, prepared, (&products, None), options, progress, &mut notes)?;

@@ -22,7 +22,7 @@ use crate::pipeline::ordered_map::in_order;
 use crate::pipeline::prepared::{Calibrated, Flattened, Prepared};
 use crate::pipeline::products::manifest::Quadratures;
 use crate::pipeline::products::provenance::Provenance;
-use crate::pipeline::shards::products::Products;
+use crate::pipeline::shards::products::FrameCache;
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::target::frame::ASSUMED_FWHM_ARCSEC;
 use crate::pipeline::target::frame::failed_row;
@@ -48,7 +48,7 @@ pub const TARGET: &str = "target";
 pub fn master_flat(
     survey: &Survey,
     night: Prepared,
-    (products, file): (&Products, Option<&Path>),
+    (products, file): (&FrameCache, Option<&Path>),
     options: &Options,
     progress: &dyn Progress,
     notes: &mut Vec<String>,
@@ -99,7 +99,7 @@ pub fn master_flat(
 }
 
 /// What the master flat is made of: names and hashes of the flats.
-fn flat_key(survey: &Survey, products: &Products) -> String {
+fn flat_key(survey: &Survey, products: &FrameCache) -> String {
     let of = |e: &Exposure| format!("{} {}", e.path.display(), products.sha256(&e.path).unwrap_or_default());
     let flats: Vec<String> = survey.flats.par_iter().map(of).collect();
     products.key(&std::iter::once(FLAT).chain(flats.iter().map(String::as_str)).collect::<Vec<_>>())
@@ -113,7 +113,7 @@ fn flat_key(survey: &Survey, products: &Products) -> String {
 pub fn target_stage(
     exposures: &[Exposure],
     night: &Calibrated,
-    products: &Products,
+    products: &FrameCache,
     options: &Options,
     progress: &dyn Progress,
     notes: &mut Vec<String>,
@@ -188,7 +188,7 @@ impl Reduced {
 }
 
 /// What a target frame's row depends on beside the frame: elements, satellite, flat, stars and zeropoint.
-fn depends(night: &Calibrated, products: &Products) -> Vec<String> {
+fn depends(night: &Calibrated, products: &FrameCache) -> Vec<String> {
     let files = named_files(&night.config).into_iter();
     let files = files.filter(|(key, _)| key.starts_with("orbit.") || key.starts_with("model."));
     let mut all: Vec<String> = files.map(|(_, path)| products.sha256(&path).unwrap_or_default()).collect();
@@ -199,7 +199,7 @@ fn depends(night: &Calibrated, products: &Products) -> Vec<String> {
 }
 
 /// One target frame, kept from an earlier run or measured and modelled.
-fn reduced(exposure: &Exposure, night: &Calibrated, products: &Products, depends: &[&str]) -> Reduced {
+fn reduced(exposure: &Exposure, night: &Calibrated, products: &FrameCache, depends: &[&str]) -> Reduced {
     let make = || {
         let TargetFrame { row, geometry, .. } = measure_frame(exposure, night);
         let mut reduced = Reduced::of(row);

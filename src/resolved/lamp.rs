@@ -6,7 +6,7 @@ pub(super) use crate::base::constants::ARCSEC2_PER_SR;
 use crate::base::constants::{AU_KM, MOON_RADIUS_KM, SUN_RADIUS_KM};
 use crate::base::error::{Error, Result};
 use crate::base::vector::{Itrs, Vector};
-use crate::brightness::lamps::{LampSettings, flux_of_mag, moonlight, sunlight};
+use crate::brightness::lamps::{SourceSettings, flux_of_mag, moonlight, sunlight};
 use crate::brightness::shadow::{Colour, lit_fraction};
 use crate::brightness::spectrum::{SolarColumn, Spectrum};
 use crate::brightness::{Band, Brdf, Ground, ModelSettings, NearMoon, Scene};
@@ -26,7 +26,7 @@ pub enum InBand {
 
 /// Sun and Moon for one satellite, one band.
 #[derive(Debug, Clone, Copy)]
-pub struct Lamp {
+pub struct LightSource {
     /// From the Earth's centre \[km\].
     pub position_km: Vector<Itrs>,
     /// From the satellite, unit.
@@ -49,9 +49,9 @@ pub struct Lamp {
 #[derive(Debug, Clone)]
 pub struct Lamps {
     /// The Sun.
-    pub sun: Lamp,
+    pub sun: LightSource,
     /// The Moon.
-    pub moon: Lamp,
+    pub moon: LightSource,
     /// The lunar law was stretched beyond where it is believed.
     pub extrapolated: bool,
     /// Sunlight of V = 0 in the band \[W m⁻²\].
@@ -112,11 +112,11 @@ impl Lamps {
         };
         let v = Band::of_config("V")?;
         let (in_band, in_v) =
-            (LampSettings::new(&settings.effects, &lunar)?, LampSettings::new(&settings.effects, &v)?);
+            (SourceSettings::new(&settings.effects, &lunar)?, SourceSettings::new(&settings.effects, &v)?);
         let colour = Colour::of(&lunar)?;
         let radius_km = settings.radius_km(&scene.satellite_km);
         let origin = Vector::new(0.0, 0.0, 0.0);
-        let lamp = |position_km: Vector<Itrs>, body_km: f64, flux: &dyn Fn(&LampSettings, &Vector<Itrs>) -> f64| {
+        let lamp = |position_km: Vector<Itrs>, body_km: f64, flux: &dyn Fn(&SourceSettings, &Vector<Itrs>) -> f64| {
             let line = position_km - scene.satellite_km;
             let toward =
                 line.unit().ok_or_else(|| Error::Model { problem: "the satellite is inside Sun or Moon".into() })?;
@@ -124,7 +124,7 @@ impl Lamps {
             let frac =
                 lit_fraction(&scene.satellite_km, &position_km, body_km, radius_km, settings.effects.shadow, &colour);
             let ground = w_m2(&origin);
-            Ok::<Lamp, Error>(Lamp {
+            Ok::<LightSource, Error>(LightSource {
                 position_km,
                 toward,
                 disc_rad: (body_km / line.norm()).min(1.0).asin(),
@@ -140,7 +140,7 @@ impl Lamps {
         let moon = lamp(scene.moon_km, MOON_RADIUS_KM, &|lamps, place| {
             moonlight(place, &scene.moon_km, &scene.sun_km, lamps).flux
         })?;
-        let moon = Lamp { near: in_band.moon_over_ground(&scene.moon_km, &scene.sun_km, radius_km), ..moon };
+        let moon = LightSource { near: in_band.moon_over_ground(&scene.moon_km, &scene.sun_km, radius_km), ..moon };
         let extrapolated = moonlight(&scene.satellite_km, &scene.moon_km, &scene.sun_km, &in_v).extrapolated;
         let (from_nm, to_nm) = wide.transmission().range_nm();
         Ok(Self {
@@ -160,7 +160,7 @@ impl Lamps {
     }
 }
 
-impl Lamp {
+impl LightSource {
     /// The ground under a satellite in this light; `None` where none of it in view is lit.
     #[must_use]
     pub fn ground(&self, satellite_km: &Vector<Itrs>, radius_km: f64, earth: &Brdf) -> Option<Ground> {

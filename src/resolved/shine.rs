@@ -7,7 +7,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::body::PosedBody;
 use super::directions::Directions;
-use super::lamp::{Lamp, Lamps};
+use super::lamp::{Lamps, LightSource};
 use super::settings::RenderSettings;
 use crate::base::error::{Error, Result};
 use crate::base::vector::{Itrs, Vector};
@@ -85,9 +85,9 @@ impl Surroundings {
         let width_um = lamps.band_um.1 - lamps.band_um.0;
         // W cm⁻² sr⁻¹ µm⁻¹ of the paper's uniform Earth; it stands for Lunar-Earthshine alone
         let uniform = [None, settings.uniform_earth_w_cm2_sr_um.map(|l| l * 1e4 * width_um)];
-        let ground = |lamp: &Lamp| lamp.ground(&scene.satellite_km, radius_km, &model.earth);
+        let ground = |lamp: &LightSource| lamp.ground(&scene.satellite_km, radius_km, &model.earth);
         let grounds = [ground(&lamps.sun), ground(&lamps.moon)];
-        let field = |lamp: &Lamp, ground: &Option<Ground>, uniform: Option<f64>| match (uniform, ground) {
+        let field = |lamp: &LightSource, ground: &Option<Ground>, uniform: Option<f64>| match (uniform, ground) {
             (Some(l), _) => vec![l; earth.unit.len()],
             (None, Some(g)) => earth.unit.iter().map(|w| lamp.at_ground_w_m2 * g.seen_in(w)).collect(),
             (None, None) => Vec::new(),

@@ -42,7 +42,7 @@ pub struct Simulated {
 }
 
 /// Everything the frames share.
-pub(super) struct Studio<'a> {
+pub(super) struct FrameSimulator<'a> {
     pub(super) scenario: &'a Scenario,
     folder: &'a Path,
     detector: Detector,
@@ -59,7 +59,7 @@ pub(super) struct Studio<'a> {
 pub fn simulate(scenario: &Scenario, folder: &Path, progress: &dyn Progress) -> Result<Simulated> {
     make_folder(folder)?;
     let scenario = &with_elements(scenario, folder)?;
-    let studio = Studio {
+    let studio = FrameSimulator {
         scenario,
         folder,
         detector: Detector::from_config(&scenario.detector)?,
@@ -127,7 +127,7 @@ fn with_elements(scenario: &Scenario, folder: &Path) -> Result<Scenario> {
     Ok(scenario)
 }
 
-impl Studio<'_> {
+impl FrameSimulator<'_> {
     pub(super) fn gain(&self, key: &str, setting: i64) -> Result<Gain> {
         self.detector.gain_for_setting(setting).ok_or_else(|| Error::Config {
             key: key.into(),

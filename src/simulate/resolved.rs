@@ -22,7 +22,7 @@ const EARTH_RAYS: usize = 8;
 const TOLERANCE: f64 = 1e-3;
 
 /// A satellite rendered for one frame.
-pub struct Sitter {
+pub struct RenderedSatellite {
     /// Its picture in V, all lights together.
     pub picture: RadianceImage,
     /// What goes to the table.
@@ -33,7 +33,7 @@ pub struct Sitter {
 ///
 /// # Errors
 /// As [`render`].
-pub fn sitter(satellite: &ComponentSatellite, geometry: &Geometry) -> Result<Sitter> {
+pub fn rendered_satellite(satellite: &ComponentSatellite, geometry: &Geometry) -> Result<RenderedSatellite> {
     let mut settings = RenderSettings { pixels: PIXELS, earth_rays: EARTH_RAYS, ..RenderSettings::default() };
     settings.model.tolerance = TOLERANCE;
     let rendered = render(&ResolvedScene::of(satellite, geometry), &settings)?;
@@ -60,10 +60,10 @@ pub fn sitter(satellite: &ComponentSatellite, geometry: &Geometry) -> Result<Sit
         beside_frac: 0.0,
     };
     let planes = vec![(Light::Sun, sum)];
-    Ok(Sitter { picture: RadianceImage { planes, ..rendered.image }, truth })
+    Ok(RenderedSatellite { picture: RadianceImage { planes, ..rendered.image }, truth })
 }
 
-impl Sitter {
+impl RenderedSatellite {
     /// The picture on the frame's pixels through the frame's air, smeared; its sum is 1. `None` without any light.
     ///
     /// # Errors

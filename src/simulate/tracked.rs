@@ -8,12 +8,12 @@ use rand::Rng;
 
 use super::field::draw_trails;
 use super::flux::rate_e_s;
-use super::frames::{Studio, real, scatter};
+use super::frames::{FrameSimulator, real, scatter};
 use super::noise::stream;
 use super::render::{Body, PixelPsf, add_body, add_trail};
-use super::resolved::Sitter;
+use super::resolved::RenderedSatellite;
 use super::resolved::peak_share;
-use super::resolved::sitter;
+use super::resolved::rendered_satellite;
 use super::satellites::named;
 use super::truth::Truth;
 use crate::astrometry::wcs::Wcs;
@@ -39,7 +39,7 @@ struct StarlessFrame {
     mid: Epoch,
 }
 
-impl Studio<'_> {
+impl FrameSimulator<'_> {
     /// The tracked frames, spread evenly over the time the satellite is above `min_alt_deg`.
     pub(super) fn targets(
         &self,
@@ -97,8 +97,8 @@ impl Studio<'_> {
         let mut rng = stream(s.seed, id, None);
         let gain = self.gain("target.gain_settings", t.gain_settings[frame.k % t.gain_settings.len()])?;
         let modelled = model.brightness(&scene(geometry))?;
-        let sitter = components.map(|satellite| sitter(satellite, geometry)).transpose()?;
-        let shown_v_mag = sitter.as_ref().map_or(modelled.total_v_mag, |s| s.truth.rendered_v_mag);
+        let rendered_satellite = components.map(|satellite| rendered_satellite(satellite, geometry)).transpose()?;
+        let shown_v_mag = rendered_satellite.as_ref().map_or(modelled.total_v_mag, |s| s.truth.rendered_v_mag);
         let v_mag = shown_v_mag.map(|v| v + t.offset_mag + scatter(&mut rng, t.scatter_mag));
         let airmass = geometry.airmass.unwrap_or(f64::INFINITY);
         let solar_b_v = config::Zeropoint::default().target_b_v_mag;
@@ -107,8 +107,8 @@ impl Studio<'_> {
         let psf = PixelPsf::new(&s.psf, self.scale_arcsec, 1.0 + scatter(&mut rng, s.psf.seeing_scatter_frac));
         let px_per_m = ARCSEC_PER_RAD / (geometry.range_km * 1e3) / self.scale_arcsec;
         let size_px = (t.size_m[0] * px_per_m, t.size_m[1] * px_per_m);
-        let still = |s: &Sitter| s.on_frame(&psf, self.scale_arcsec, (0.0, 0.0), (0.0, 0.0));
-        let peak = sitter.as_ref().map(still).transpose()?.flatten().map(|on| peak_share(&on));
+        let still = |s: &RenderedSatellite| s.on_frame(&psf, self.scale_arcsec, (0.0, 0.0), (0.0, 0.0));
+        let peak = rendered_satellite.as_ref().map(still).transpose()?.flatten().map(|on| peak_share(&on));
         let lit_px2 = peak.map_or(0.35 * size_px.0 * size_px.1 + 1.13 * psf.fwhm_px.powi(2), f64::recip);
         let sky_rate = self.sky_rate_e_s_px(frame.mid, geometry.alt_rad, geometry.az_rad)?;
         let wanted = TARGET_WELL_FRAC * self.full_well_e(&gain) / (rate / lit_px2 + sky_rate).max(1e-30);
@@ -133,11 +133,11 @@ impl Studio<'_> {
             flux_e: rate * exptime_s,
         };
         let stem = format!("target_{:04}", frame.k);
-        if let Some(sitter) = sitter {
-            let on = sitter.on_frame(&psf, self.scale_arcsec, (body.x_px, body.y_px), body.smear_px)?;
+        if let Some(rendered_satellite) = rendered_satellite {
+            let on = rendered_satellite.on_frame(&psf, self.scale_arcsec, (body.x_px, body.y_px), body.smear_px)?;
             let beside_frac = on.map_or(0.0, |on| on.paint(&on.total(), body.flux_e, &mut image));
             let frame = self.file_name(&stem);
-            truth.rendered.push(RenderedTruth { frame, beside_frac, ..sitter.truth });
+            truth.rendered.push(RenderedTruth { frame, beside_frac, ..rendered_satellite.truth });
         } else {
             add_body(&mut image, &psf, &body);
         }

@@ -273,7 +273,7 @@ pub enum Tint {
 /// # Errors
 /// [`Error::Model`] for a band that has no cited Sun.
 pub fn colour_mag(band: &str, tint: Tint) -> Result<f64> {
-    use crate::brightness::lamps::{LampSettings, SUN_V_MAG};
+    use crate::brightness::lamps::{SUN_V_MAG, SourceSettings};
     use crate::config::{Effects, Mode};
     if tint == Tint::None {
         return Ok(0.0);
@@ -284,5 +284,5 @@ pub fn colour_mag(band: &str, tint: Tint) -> Result<f64> {
     if tint == Tint::Sun {
         return Ok(sun);
     }
-    Ok(sun + LampSettings::new(&Effects::of(Mode::Corrected), &band)?.moon_minus_sun_colour_mag)
+    Ok(sun + SourceSettings::new(&Effects::of(Mode::Corrected), &band)?.moon_minus_sun_colour_mag)
 }

@@ -9,7 +9,7 @@ use satphot::base::constants::AU_KM;
 use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::Band;
 use satphot::brightness::lamps::{
-    LampSettings, UMBRA_FLOOR, eclipse_factor, flux_of_mag, mag_of_flux, moon_v_mag, moonlight, sunlight,
+    SourceSettings, UMBRA_FLOOR, eclipse_factor, flux_of_mag, mag_of_flux, moon_v_mag, moonlight, sunlight,
 };
 use satphot::brightness::shadow::{cylinder, visible_fraction};
 use satphot::brightness::spectrum::brightness_ratio;
@@ -18,8 +18,8 @@ use satphot::orbit::{EarthOrientation, bodies};
 
 const OUTSIDE: Source = Source::ExoAtmospheric;
 
-fn lamps(effects: Effects, band: &str) -> LampSettings {
-    LampSettings::new(&effects, &Band::named(band).unwrap()).unwrap()
+fn lamps(effects: Effects, band: &str) -> SourceSettings {
+    SourceSettings::new(&effects, &Band::named(band).unwrap()).unwrap()
 }
 
 fn corrected(law: MoonLaw) -> Effects {
@@ -27,7 +27,7 @@ fn corrected(law: MoonLaw) -> Effects {
 }
 
 /// The Moon seen at `phase_deg` from a place at `moon_km` from it, the Sun `sun_au` from the Moon; no eclipse.
-fn moon_mag(phase_deg: f64, moon_km: f64, sun_au: f64, lamps: &LampSettings) -> Option<f64> {
+fn moon_mag(phase_deg: f64, moon_km: f64, sun_au: f64, lamps: &SourceSettings) -> Option<f64> {
     let a = phase_deg.to_radians();
     let moon = Vector::<Itrs>::new(4e5, 0.0, 0.0);
     let place = moon + Vector::new(0.0, 0.0, -moon_km);

@@ -11,19 +11,19 @@ use satphot::brightness::Illum;
 use satphot::brightness::light_class::{PaperLabel, SUNRISE_ALT_DEG, SkyClass, is_sunlit};
 use satphot::paper::labels::{read_labelled, summary};
 use satphot::tables::{Meta, PhotometryRow, read_photometry, write_photometry};
-use support::{Told, satphot};
+use support::{Sourced, satphot};
 
 const ELEMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/night/iss-2025-june.tle");
 const SITE: &str = "-33.7703,151.1113,70";
 const LIGHTS: [Illum; 6] =
     [Illum::Sun, Illum::Penumbra, Illum::Moon, Illum::LunarEarthshine, Illum::Earthshine, Illum::None];
 
-fn rows(told: &Told) -> Vec<HashMap<String, String>> {
+fn rows(told: &Sourced) -> Vec<HashMap<String, String>> {
     csv::Reader::from_reader(told.out.as_bytes()).deserialize().map(Result::unwrap).collect()
 }
 
 /// The pass of 11 June 2025, 18:50 in Sydney, above the dome's 15 deg, as a table in `folder`.
-fn twilight_pass(folder: &Path, more: &[&str]) -> Told {
+fn twilight_pass(folder: &Path, more: &[&str]) -> Sourced {
     let start = ["--start", "2025-06-11T08:45:00", "--hours", "0.5", "--min-alt", "15", "--satellite", "iss"];
     let head = ["predict", "pass", "--elements", ELEMENTS, "--site", SITE];
     satphot(folder, &[&head[..], &start, more].concat()).expect(0, &[])

@@ -5,9 +5,9 @@ use crate::support;
 
 use std::collections::HashMap;
 
-use support::{Told, satphot};
+use support::{Sourced, satphot};
 
-fn moon(more: &[&str]) -> Told {
+fn moon(more: &[&str]) -> Sourced {
     let empty = tempfile::tempdir().unwrap();
     satphot(empty.path(), &[&["plot", "moon"], more].concat())
 }

@@ -10,7 +10,7 @@ use std::path::Path;
 use satphot::brightness::light_class::PaperLabel;
 use satphot::paper::Context;
 use satphot::paper::pass_check::{CheckedPass, Standing};
-use support::{Told, satphot};
+use support::{Sourced, satphot};
 
 /// Row of the table: lit share of the Moon \[%\], altitudes of Sun and Moon, phase angle \[deg\], V of the Moon by Cox, at
 /// the stated time.
@@ -28,7 +28,7 @@ fn paper() -> Vec<CheckedPass> {
     Context::new().unwrap().passes
 }
 
-fn check(folder: &Path, text: &str, more: &[&str]) -> Told {
+fn check(folder: &Path, text: &str, more: &[&str]) -> Sourced {
     std::fs::write(folder.join("passes.csv"), text).unwrap();
     satphot(folder, &[&["check-table", "passes.csv"][..], more].concat())
 }

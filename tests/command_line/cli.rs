@@ -24,7 +24,7 @@ const PASSES: [&str; 7] =
     ["passes", "--elements", "iss-2025-june.tle", "--site", SITE, "--start", "2025-06-09T00:00:00"];
 
 /// `satphot passes` on the embedded elements with more arguments.
-fn passes(more: &[&str]) -> support::Told {
+fn passes(more: &[&str]) -> support::Sourced {
     night().satphot(&[&PASSES, more].concat())
 }
 

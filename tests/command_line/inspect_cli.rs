@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use serde_json::Value;
-use support::{Night, TARGETS, Told, satphot, set_card, simulated};
+use support::{Night, Sourced, TARGETS, satphot, set_card, simulated};
 
 const HEADER: &str = "SIMPLE  =                    T / file does conform to FITS standard\n\
 EXPTIME =                  5.0 / [s]\nDATE-OBS= '2025-06-09T10:33:00.000' / UTC start\n\
@@ -21,7 +21,7 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-fn lines(told: &Told) -> Vec<Value> {
+fn lines(told: &Sourced) -> Vec<Value> {
     told.out.lines().map(|l| serde_json::from_str(l).unwrap_or_else(|e| panic!("{e}: {l}"))).collect()
 }
 

@@ -5,7 +5,7 @@ use crate::support;
 use std::collections::HashMap;
 use std::path::Path;
 
-use support::{Told, satphot};
+use support::{Sourced, satphot};
 
 const ELEMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/night/iss-2025-june.tle");
 const SITE: &str = "-33.7703,151.1113,70";
@@ -13,16 +13,16 @@ const AMC_4: &str = "AMC-4\n\
                      1 25954U 99060A   04039.68057285 -.00000108  00000-0  00000-0 0  6847\n\
                      2 25954   0.0004 243.8136 0001765  15.5294  22.7134  1.00271289 15615\n";
 
-fn run(args: &[&str]) -> Told {
+fn run(args: &[&str]) -> Sourced {
     satphot(tempfile::tempdir().unwrap().path(), args)
 }
 
-fn passes(start: &str, more: &[&str]) -> Told {
+fn passes(start: &str, more: &[&str]) -> Sourced {
     let head = ["passes", "--elements", ELEMENTS, "--site", SITE, "--start", start];
     run(&[&head[..], more].concat())
 }
 
-fn rows(told: &Told) -> Vec<HashMap<String, String>> {
+fn rows(told: &Sourced) -> Vec<HashMap<String, String>> {
     csv::Reader::from_reader(told.out.as_bytes()).deserialize().map(Result::unwrap).collect()
 }
 

@@ -52,7 +52,7 @@ const WHO: [&str; 8] = [
     "MY_OBS",
 ];
 
-fn export(folder: &Path, args: &[&str]) -> support::Told {
+fn export(folder: &Path, args: &[&str]) -> support::Sourced {
     satphot(folder, &[&["export"], args].concat())
 }
 

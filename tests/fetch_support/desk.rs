@@ -8,7 +8,7 @@ use hifitime::Epoch;
 use satphot::Error;
 use satphot::base::time::parse_utc;
 use satphot::config::Fetch;
-use satphot::fetch::{Cache, Desk, FetchedElements, Object, Outside, Wanted, WhichService, fetch_elements};
+use satphot::fetch::{Cache, Client, FetchedElements, Hooks, Object, Wanted, WhichService, fetch_elements};
 
 use super::Server;
 
@@ -55,13 +55,13 @@ pub fn with_desk<T>(
     cache: &Path,
     now: &str,
     offline: bool,
-    work: impl FnOnce(&Desk) -> T,
+    work: impl FnOnce(&Client) -> T,
 ) -> (T, Vec<String>, Vec<f64>) {
     let (said, waits) = (RefCell::new(Vec::new()), RefCell::new(Vec::new()));
     let wait = |d: Duration| waits.borrow_mut().push(d.as_secs_f64());
     let say = |t: &str| said.borrow_mut().push(t.to_owned());
-    let outside = Outside { wait: &wait, say: &say, environment: false };
-    let desk = Desk::new(settings, Cache::new(cache), utc(now), offline, outside).unwrap();
+    let outside = Hooks { wait: &wait, say: &say, environment: false };
+    let desk = Client::new(settings, Cache::new(cache), utc(now), offline, outside).unwrap();
     let value = work(&desk);
     drop(desk);
     (value, said.into_inner(), waits.into_inner())

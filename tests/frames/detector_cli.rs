@@ -10,7 +10,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use satphot::fits::{CardValue, write_u16};
-use support::{Night, Told, satphot, simulated};
+use support::{Night, Sourced, satphot, simulated};
 
 /// A camera that writes frames of 320x256 px.
 #[derive(Clone)]
@@ -85,7 +85,7 @@ fn dir() -> tempfile::TempDir {
     tempfile::tempdir().unwrap()
 }
 
-fn detector(folder: &Path, more: &[&str]) -> Told {
+fn detector(folder: &Path, more: &[&str]) -> Sourced {
     satphot(folder, &[&["detector", "."], more].concat()).expect(0, &[])
 }
 

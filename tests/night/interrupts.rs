@@ -12,7 +12,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
 
 use sha2::{Digest, Sha256};
-use support::{Night, Told, simulated};
+use support::{Night, Sourced, simulated};
 
 fn original() -> &'static Path {
     static NIGHT: OnceLock<PathBuf> = OnceLock::new();
@@ -23,7 +23,7 @@ fn night() -> Night {
     Night::copy_of(original())
 }
 
-fn run(night: &Night) -> Told {
+fn run(night: &Night) -> Sourced {
     night.satphot(&["run", "--no-figures", "-q", "-j", "2"])
 }
 

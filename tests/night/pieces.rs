@@ -3,10 +3,10 @@
 
 use crate::support;
 
-use support::{Night, TARGETS, Told, fill, simulated};
+use support::{Night, Sourced, TARGETS, fill, simulated};
 
 /// Plans, makes flat and zeropoint, measures shards of `per` frames and merges into night/.
-fn in_pieces(night: &Night, per: usize) -> Told {
+fn in_pieces(night: &Night, per: usize) -> Sourced {
     let (per, plan) = (per.to_string(), "night/plan.json");
     night.satphot(&["plan", "-q", "--frames-per-shard", &per, "-o", plan]).expect(0, &[]);
     night.satphot(&["flat", "-q", "--plan", plan, "-o", "night/master_flat.fits"]);
@@ -20,13 +20,13 @@ fn in_pieces(night: &Night, per: usize) -> Told {
     merge(night, &tables)
 }
 
-fn measure(night: &Night, shard: usize, table: &str) -> Told {
+fn measure(night: &Night, shard: usize, table: &str) -> Sourced {
     let shard = shard.to_string();
     let plan = ["measure", "-q", "--plan", "night/plan.json", "--shard", &shard];
     night.satphot(&[&plan[..], &["--zeropoint", "night/zeropoint.toml", "--out", table]].concat())
 }
 
-fn merge(night: &Night, tables: &[String]) -> Told {
+fn merge(night: &Night, tables: &[String]) -> Sourced {
     let tables: Vec<&str> = tables.iter().map(String::as_str).collect();
     night.satphot(&[&["merge", "-q", "--plan", "night/plan.json", "-o", "night/photometry.ecsv"][..], &tables].concat())
 }

@@ -6,7 +6,7 @@ use crate::support;
 
 use std::path::PathBuf;
 
-use support::{Night, TARGETS, Told, simulated};
+use support::{Night, Sourced, TARGETS, simulated};
 
 const TABLES: [&str; 4] = ["photometry.ecsv", "residuals.ecsv", "stars.ecsv", "zeropoint.toml"];
 
@@ -29,7 +29,7 @@ fn stars(night: &Night) {
     night.satphot(&["zeropoint", "-q", "--plan", "plan.json", "-o", "night/zeropoint.toml"]).expect(0, &[]);
 }
 
-fn measure(night: &Night, shard: usize, more: &[&str]) -> Told {
+fn measure(night: &Night, shard: usize, more: &[&str]) -> Sourced {
     let (number, out) = (shard.to_string(), table(shard));
     let args = ["measure", "--plan", "plan.json", "--shard", &number, "--out", &out];
     night.satphot(&[&args[..], &["--zeropoint", "night/zeropoint.toml"], more].concat())
@@ -39,7 +39,7 @@ fn table(shard: usize) -> String {
     format!("night/shards/{shard}.ecsv")
 }
 
-fn merge(night: &Night, tables: &[String], more: &[&str]) -> Told {
+fn merge(night: &Night, tables: &[String], more: &[&str]) -> Sourced {
     let tables: Vec<&str> = tables.iter().map(String::as_str).collect();
     night.satphot(&[&["merge", "--plan", "plan.json"][..], &tables, more].concat())
 }

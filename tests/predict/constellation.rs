@@ -6,7 +6,7 @@ use crate::support;
 use std::collections::HashMap;
 use std::path::Path;
 
-use support::{Told, satphot};
+use support::{Sourced, satphot};
 
 const SITE: &str = "-33.7703,151.1113,70";
 const SMALL: [&str; 15] = [
@@ -27,7 +27,7 @@ const SMALL: [&str; 15] = [
     "-q",
 ];
 
-fn run(folder: &Path, more: &[&str]) -> Told {
+fn run(folder: &Path, more: &[&str]) -> Sourced {
     satphot(folder, &[&SMALL[..], more].concat())
 }
 

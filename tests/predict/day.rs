@@ -15,7 +15,7 @@ use satphot::orbit::Site;
 use satphot::tables::{DayRow, PhotometryRow};
 use satphot::visibility::forecast::day::{day_moments, observed_passes, predict_day, sky_light};
 use satphot::visibility::forecast::dome::{Dome, Overhead};
-use support::{Told, satphot};
+use support::{Sourced, satphot};
 
 const SITE: &str = "-33.7703,151.1113,70";
 
@@ -37,7 +37,7 @@ fn rows(dome: &Dome, sampling: Sampling, n: usize, moments: &[&str]) -> Vec<DayR
     predict_day(&macquarie(), dome, &SkyPoints::new(n, sampling, None).unwrap(), &epochs, &Silent).unwrap()
 }
 
-fn run(folder: &Path, args: &[&str]) -> Told {
+fn run(folder: &Path, args: &[&str]) -> Sourced {
     satphot(folder, &[&["predict"], args].concat())
 }
 

@@ -8,14 +8,14 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use support::{Told, satphot};
+use support::{Sourced, satphot};
 
 const HEADER: &str =
     "id,height_m,src_elev_deg,obs_x_m,obs_y_m,obs_z_m,nx,ny,nz,area_m2,brdf,p1,p2,p3,earth_brdf,ep1,ep2,ep3";
 const PLATE: &str = "plate,550000,30,0,0,6378000,0,0,-1,2,lambertian,0.5,,,lambertian,0.3,,";
 
 /// Runs it on a text, in a folder of its own.
-fn geometry(text: &str, more: &[&str]) -> Told {
+fn geometry(text: &str, more: &[&str]) -> Sourced {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("cases.csv"), text).unwrap();
     satphot(folder.path(), &[&["predict", "geometry", "cases.csv"], more].concat())

@@ -4,11 +4,11 @@
 use crate::support;
 
 use satphot::base::vector::{Itrs, Vector};
-use satphot::brightness::lamps::LampSettings;
+use satphot::brightness::lamps::SourceSettings;
 use satphot::brightness::{Attitude, Band, Scene};
 use satphot::config::{Effects, Mode};
 use satphot::visibility::footprint::{
-    Approach, CircularOrbit, Lamp, Mirror, approaches, beam_diameter_km, crossings_per_day, glint_mag,
+    Approach, CircularOrbit, LightSource, Mirror, approaches, beam_diameter_km, crossings_per_day, glint_mag,
 };
 use support::satphot;
 
@@ -42,12 +42,12 @@ fn overhead(zenith_s: f64, aside_km: f64) -> impl Fn(f64) -> satphot::Result<Sce
 
 fn search(
     scene: &dyn Fn(f64) -> satphot::Result<Scene>,
-    lamp: Lamp,
+    lamp: LightSource,
     mirror: &Mirror,
     length_s: f64,
     step_s: f64,
 ) -> Vec<Approach> {
-    let lamps = LampSettings::new(&Effects::of(Mode::Corrected), &Band::named("V").unwrap()).unwrap();
+    let lamps = SourceSettings::new(&Effects::of(Mode::Corrected), &Band::named("V").unwrap()).unwrap();
     approaches(scene, (lamp, mirror), (length_s, step_s), &lamps).unwrap()
 }
 
@@ -81,7 +81,7 @@ fn a_crossing_of_less_than_a_second_is_found_whatever_the_step_and_lasts_as_long
     let expected_s = 2.0 * edge_rad() / n;
     assert!((0.7..1.0).contains(&expected_s), "{expected_s}");
     for (zenith_s, step_s) in [(1234.567, 10.0), (1230.0, 10.0), (1234.567, 3.0), (1237.9, 47.0)] {
-        let found = search(&overhead(zenith_s, 0.0), Lamp::Sun, &EARENDIL, 3000.0, step_s);
+        let found = search(&overhead(zenith_s, 0.0), LightSource::Sun, &EARENDIL, 3000.0, step_s);
         assert_eq!(found.len(), 1, "{step_s}");
         let a = found[0];
         let inside = a.inside.unwrap();
@@ -96,7 +96,7 @@ fn a_crossing_of_less_than_a_second_is_found_whatever_the_step_and_lasts_as_long
 #[test]
 fn beside_the_middle_the_crossing_is_shorter_and_beyond_the_edge_there_is_none() {
     let edge_km = R_KM * edge_rad();
-    let at = |aside_km: f64| search(&overhead(1000.0, aside_km), Lamp::Sun, &EARENDIL, 2000.0, 10.0)[0];
+    let at = |aside_km: f64| search(&overhead(1000.0, aside_km), LightSource::Sun, &EARENDIL, 2000.0, 10.0)[0];
     let long = |a: Approach| a.inside.map(|i| i.to_s - i.from_s);
     let whole = long(at(0.0)).unwrap();
     let half = long(at(0.5 * edge_km)).unwrap();
@@ -114,7 +114,7 @@ fn a_fixed_mirrors_crossings_are_those_of_a_dense_search_and_the_moons_beam_goes
     let toward = |v: Vector<Itrs>| (v - at.satellite_km).unit().unwrap();
     let normal = (toward(at.sun_km) + toward(at.observer_km)).unit().unwrap();
     let mirror = Mirror { attitude: Attitude::Fixed(normal), ..EARENDIL };
-    let found = search(&scene, Lamp::Sun, &mirror, 2000.0, 10.0);
+    let found = search(&scene, LightSource::Sun, &mirror, 2000.0, 10.0);
     let inside: Vec<_> = found.iter().filter_map(|a| a.inside).collect();
     assert_eq!(inside.len(), 1);
     assert!(inside[0].from_s < 1020.0 && 1020.0 < inside[0].to_s);
@@ -130,7 +130,7 @@ fn a_fixed_mirrors_crossings_are_those_of_a_dense_search_and_the_moons_beam_goes
     assert!((covered[covered.len() - 1] - inside[0].to_s).abs() < 0.006);
     // the Moon stands 6° from the Sun: its beam passes by
     assert!(
-        search(&scene, Lamp::Moon, &mirror, 2000.0, 10.0)
+        search(&scene, LightSource::Moon, &mirror, 2000.0, 10.0)
             .iter()
             .all(|a| a.inside.is_none() || (a.t_s - 1020.0).abs() > 1.0)
     );
@@ -141,7 +141,7 @@ fn in_the_shadow_the_beam_crosses_without_light() {
     let dark = |t: f64| {
         overhead(500.0, 0.0)(t).map(|s| Scene { sun_km: Vector::new(-0.96, 0.28, 0.0) * 1.495_978_707e8, ..s })
     };
-    let found = search(&dark, Lamp::Sun, &EARENDIL, 1000.0, 10.0);
+    let found = search(&dark, LightSource::Sun, &EARENDIL, 1000.0, 10.0);
     let a = found.iter().find(|a| a.inside.is_some()).unwrap();
     assert_eq!((a.lit_frac, a.inside.unwrap().mag), (0.0, None));
 }

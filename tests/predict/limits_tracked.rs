@@ -14,16 +14,16 @@ use satphot::visibility::sky_brightness_table::sky_of_v;
 use satphot::visibility::telescope::macquarie;
 use satphot::visibility::tracked::{Area, Noise, limit_mag};
 use serde_json::Value;
-use support::{Told, satphot};
+use support::{Sourced, satphot};
 
-fn tracked(more: &[&str]) -> Told {
+fn tracked(more: &[&str]) -> Sourced {
     let empty = tempfile::tempdir().unwrap();
     satphot(empty.path(), &[&["limits", "tracked"], more].concat())
 }
 
 type Row = HashMap<String, String>;
 
-fn rows(told: Told) -> Vec<Row> {
+fn rows(told: Sourced) -> Vec<Row> {
     let text = told.expect(0, &[]).out;
     csv::Reader::from_reader(text.as_bytes()).deserialize().map(Result::unwrap).collect()
 }

@@ -6,11 +6,11 @@ use crate::support;
 use std::collections::HashMap;
 use std::path::Path;
 
-use support::{Told, satphot};
+use support::{Sourced, satphot};
 
 const SITE: &str = "-33.7703,151.1113,70";
 
-fn month(folder: &Path, more: &[&str]) -> Told {
+fn month(folder: &Path, more: &[&str]) -> Sourced {
     satphot(folder, &[&["predict", "month", "--site", SITE], more].concat())
 }
 

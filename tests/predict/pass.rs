@@ -13,23 +13,23 @@ use satphot::brightness::scene::scene;
 use satphot::config;
 use satphot::orbit::{EarthOrientation, Site, Tracker, read_elements};
 use satphot::tables::PREDICTION;
-use support::{Told, satphot};
+use support::{Sourced, satphot};
 
 const ELEMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/night/iss-2025-june.tle");
 const SITE: &str = "-33.7703,151.1113,70";
 const EVENING: &str = "2025-06-09T08:40:00";
 
-fn pass_in(folder: &Path, start: &str, more: &[&str]) -> Told {
+fn pass_in(folder: &Path, start: &str, more: &[&str]) -> Sourced {
     let head = ["predict", "pass", "--elements", ELEMENTS, "--site", SITE, "--start", start];
     satphot(folder, &[&head[..], more].concat())
 }
 
-fn pass(start: &str, more: &[&str]) -> Told {
+fn pass(start: &str, more: &[&str]) -> Sourced {
     let empty = tempfile::tempdir().unwrap();
     pass_in(empty.path(), start, more)
 }
 
-fn rows(told: &Told) -> Vec<HashMap<String, String>> {
+fn rows(told: &Sourced) -> Vec<HashMap<String, String>> {
     csv::Reader::from_reader(told.out.as_bytes()).deserialize().map(Result::unwrap).collect()
 }
 

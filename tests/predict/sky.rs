@@ -10,7 +10,7 @@ use satphot::brightness::sky::{Body, Sky};
 use satphot::brightness::{Model, ModelSettings, Satellite, ToleranceOf};
 use satphot::config::{self, Mode};
 use satphot::tables::SKY;
-use support::{Told, satphot};
+use support::{Sourced, satphot};
 
 const NIGHT: [&str; 10] = [
     "predict",
@@ -26,7 +26,7 @@ const NIGHT: [&str; 10] = [
 ];
 const AXES: [Vector<Itrs>; 3] = [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)];
 
-fn sky(more: &[&str]) -> Told {
+fn sky(more: &[&str]) -> Sourced {
     let empty = tempfile::tempdir().unwrap();
     satphot(empty.path(), &[&NIGHT[..], more].concat())
 }

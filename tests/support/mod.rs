@@ -185,7 +185,7 @@ impl Night {
     }
 
     /// Runs the program in this night's folder.
-    pub fn satphot(&self, args: &[&str]) -> Told {
+    pub fn satphot(&self, args: &[&str]) -> Sourced {
         satphot(self.folder.path(), args)
     }
 }
@@ -204,7 +204,7 @@ fn without_cadence(line: &str) -> String {
 
 /// What the program said.
 #[derive(Debug)]
-pub struct Told {
+pub struct Sourced {
     /// Exit code.
     pub code: i32,
     /// Standard output.
@@ -213,7 +213,7 @@ pub struct Told {
     pub err: String,
 }
 
-impl Told {
+impl Sourced {
     /// The exit code is `code`, and standard error holds each of `words`.
     pub fn expect(self, code: i32, words: &[&str]) -> Self {
         assert_eq!(self.code, code, "{self:#?}");
@@ -231,9 +231,9 @@ impl Told {
 }
 
 /// Runs the program; no message may come from a panic.
-pub fn satphot(folder: &Path, args: &[&str]) -> Told {
+pub fn satphot(folder: &Path, args: &[&str]) -> Sourced {
     let output = Command::new(env!("CARGO_BIN_EXE_satphot")).args(args).current_dir(folder).output().unwrap();
-    let told = Told {
+    let told = Sourced {
         code: output.status.code().unwrap_or(-1),
         out: String::from_utf8(output.stdout).unwrap(),
         err: String::from_utf8(output.stderr).unwrap(),

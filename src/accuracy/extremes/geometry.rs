@@ -11,7 +11,7 @@ use super::light::{AREA, R_KM, V, fluxes, plate, scene, settings, white};
 use super::{Extreme, absolute, holds, or_wrong, relative};
 use crate::base::constants::{AU_KM, SUN_RADIUS_KM};
 use crate::base::error::Result;
-use crate::brightness::lamps::{LampSettings, eclipse_factor, moon_v_mag, moonlight};
+use crate::brightness::lamps::{SourceSettings, eclipse_factor, moon_v_mag, moonlight};
 use crate::brightness::shadow::penumbra;
 use crate::brightness::{Attitude, Brdf, ModelSettings, brightness, direct_reflection};
 use crate::config::SourceDisc;
@@ -43,7 +43,7 @@ fn moon_overhead() -> Result<Extreme> {
     let n = V::new(0.0, 0.0, 0.5) + level * (0.75f64.sqrt() / level.norm());
     let b = brightness(&s, &plate(10.0, Attitude::Fixed(n), Brdf::Lambert { albedo: 0.6 }), &settings(1e-6))?;
     let band = crate::brightness::Band::of_config("V")?;
-    let lamps = LampSettings::new(&settings(1e-6).effects, &band)?;
+    let lamps = SourceSettings::new(&settings(1e-6).effects, &band)?;
     let lamp = moonlight(&s.satellite_km, &s.moon_km, &s.sun_km, &lamps).flux;
     let expected = lamp * 0.6 / PI * 10.0 * n.z() * n.dot(&o) / (range_m * range_m);
     // the Moon's disc: a quarter of its radius squared
@@ -152,7 +152,7 @@ fn lunar_phases() -> Vec<Extreme> {
         absolute(AREA, "V of the Moon at phase -90 against 90", v(90.0), v(-90.0), 0.0),
     ];
     let lamps =
-        crate::brightness::Band::of_config("V").and_then(|band| LampSettings::new(&settings(1e-4).effects, &band));
+        crate::brightness::Band::of_config("V").and_then(|band| SourceSettings::new(&settings(1e-4).effects, &band));
     all.push(or_wrong(
         AREA,
         "the new Moon",

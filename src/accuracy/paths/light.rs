@@ -9,7 +9,7 @@ use super::super::{penumbra, source_disc};
 use crate::base::constants::AU_KM;
 use crate::base::error::Result;
 use crate::base::vector::{Itrs, Vector};
-use crate::brightness::lamps::{LampSettings, moonlight};
+use crate::brightness::lamps::{SourceSettings, moonlight};
 use crate::brightness::shadow::visible_fraction;
 use crate::brightness::{Accuracy, Band, Brdf, Ground, direct_reflection, reflected_by_earth};
 use crate::config::{Effects, Mode, SourceDisc};
@@ -141,7 +141,7 @@ fn over_patches(
 /// Lunar-Earthshine with the Moon from the zenith of the satellite to where only a sliver of ground is lit.
 pub(super) fn moonlit_ground() -> Result<(f64, usize)> {
     let v = Band::of_config("V")?;
-    let lamps = LampSettings::new(&Effects::of(Mode::Corrected), &v)?;
+    let lamps = SourceSettings::new(&Effects::of(Mode::Corrected), &v)?;
     let albedo = 0.3;
     let laws = [Brdf::Lambert { albedo: 1.0 }, Brdf::Phong { kd: 0.3, ks: 0.4, n: 12.0 }];
     let (mut worst, mut n) = (0.0f64, 0);

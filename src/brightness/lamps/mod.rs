@@ -12,7 +12,7 @@ mod sed;
 mod settings;
 mod sun;
 
-pub use sun::{Lamplight, SUN_V_MAG, flux_of_mag, mag_of_flux, sunlight};
+pub use sun::{SUN_V_MAG, SourceLight, flux_of_mag, mag_of_flux, sunlight};
 
 pub use eclipse::{UMBRA_FLOOR, eclipse_factor};
 pub use moon::FULL_MOON_V_MAG;
@@ -24,4 +24,4 @@ pub use near::NearMoon;
 pub use opposition::MOON_LAW_MAX_DEG;
 pub use rolo::{ROLO_RANGE_DEG, Rolo};
 pub use sed::moon_spectrum;
-pub use settings::{LampSettings, MOON_COLOUR_PHASE_DEG};
+pub use settings::{MOON_COLOUR_PHASE_DEG, SourceSettings};

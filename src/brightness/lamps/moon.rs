@@ -7,9 +7,9 @@ use super::ROLO_RANGE_DEG;
 use super::eclipse_factor;
 use super::opposition::MOON_LAW_MAX_DEG;
 use super::opposition::OPPOSITION_DEG;
-use super::settings::LampSettings;
-use super::sun::Lamplight;
+use super::settings::SourceSettings;
 use super::sun::SUN_V_MAG;
+use super::sun::SourceLight;
 use super::sun::flux_of_mag;
 use crate::base::constants::AU_KM;
 use crate::base::vector::{Itrs, Vector};
@@ -31,11 +31,11 @@ pub fn moonlight(
     place_km: &Vector<Itrs>,
     moon_km: &Vector<Itrs>,
     sun_km: &Vector<Itrs>,
-    settings: &LampSettings,
-) -> Lamplight {
+    settings: &SourceSettings,
+) -> SourceLight {
     let (to_sun, to_place) = (*sun_km - *moon_km, *place_km - *moon_km);
     let phase_deg = to_sun.angle_to(&to_place).to_degrees();
-    let Lamplight { mut flux, extrapolated } = settings.moonlight_at_phase(phase_deg);
+    let SourceLight { mut flux, extrapolated } = settings.moonlight_at_phase(phase_deg);
     if settings.distances == Distances::Applied {
         let distance = to_place.norm() / MOON_MEAN_DISTANCE_KM * to_sun.norm() / AU_KM;
         flux /= distance * distance;
@@ -43,13 +43,13 @@ pub fn moonlight(
     if settings.lunar_eclipse == LunarEclipse::Applied {
         flux *= eclipse_factor(moon_km, sun_km);
     }
-    Lamplight { flux, extrapolated }
+    SourceLight { flux, extrapolated }
 }
 
-impl LampSettings {
+impl SourceSettings {
     /// Moonlight at mean distances and a phase angle \[deg\] of either sign, wrapped to 0 to 180: the law in the band.
     #[must_use]
-    pub fn moonlight_at_phase(&self, phase_deg: f64) -> Lamplight {
+    pub fn moonlight_at_phase(&self, phase_deg: f64) -> SourceLight {
         let turn = phase_deg.abs() % 360.0;
         let alpha = turn.min(360.0 - turn);
         let (law_deg, taper) = match self.moon_past_limit {
@@ -67,7 +67,7 @@ impl LampSettings {
             MoonLaw::Rolo => flux_of_mag(self.sun_mag) * self.rolo.moon_over_sun(law_deg),
         };
         let (from_deg, to_deg) = if self.moon_law == MoonLaw::Rolo { ROLO_RANGE_DEG } else { (0.0, MOON_LAW_MAX_DEG) };
-        Lamplight {
+        SourceLight {
             flux: flux * taper * flux_of_mag(self.source_dimming_mag),
             extrapolated: !(from_deg..=to_deg).contains(&alpha),
         }
@@ -103,13 +103,13 @@ mod tests {
         }
     }
 
-    fn settings(mode: Mode, law: MoonLaw, band: &str) -> LampSettings {
+    fn settings(mode: Mode, law: MoonLaw, band: &str) -> SourceSettings {
         let effects = Effects { moon_law: law, source: crate::config::Source::ExoAtmospheric, ..Effects::of(mode) };
-        LampSettings::new(&effects, &Band::named(band).unwrap()).unwrap()
+        SourceSettings::new(&effects, &Band::named(band).unwrap()).unwrap()
     }
 
     /// A Moon at `moon_km` whose phase seen from the place at the origin's far side is `phase_deg`.
-    fn moonlit(phase_deg: f64, moon_distance_km: f64, sun_moon_au: f64, mode: Mode) -> Lamplight {
+    fn moonlit(phase_deg: f64, moon_distance_km: f64, sun_moon_au: f64, mode: Mode) -> SourceLight {
         let a = phase_deg.to_radians();
         // place at a distance along −z of the Moon; Sun turned by α from there, off any eclipse by placing the Moon high
         let moon = Vector::new(4e5, 0.0, 0.0);

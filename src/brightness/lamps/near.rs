@@ -4,7 +4,7 @@
 //! between places, its irradiance by up to 3.5 %, its phase by as much as its direction. Left out: the Moon's disc, half a
 //! degree across, and refraction; both matter where the Moon rises or sets alone.
 
-use super::LampSettings;
+use super::SourceSettings;
 use crate::base::vector::{Itrs, Vector};
 use crate::brightness::polynomial::{TERMS, fit};
 use crate::config::{Distances, GroundMoonlight, MoonLaw, MoonPastLimit};
@@ -53,7 +53,7 @@ struct Piece {
     c: [f64; TERMS],
 }
 
-impl LampSettings {
+impl SourceSettings {
     /// The Moon over a ground of this radius \[km\], patch by patch; `None` where moonlight is to be parallel, or without
     /// any at the Earth's centre.
     #[must_use]
@@ -77,7 +77,7 @@ impl LampSettings {
 impl PhaseCurve {
     /// The law of `lamps` from `phase_deg − reach_deg` to `phase_deg + reach_deg`; `None` where it gives no light in the
     /// middle.
-    fn new(lamps: &LampSettings, phase_deg: f64, reach_deg: f64) -> Option<Self> {
+    fn new(lamps: &SourceSettings, phase_deg: f64, reach_deg: f64) -> Option<Self> {
         let centre = lamps.moonlight_at_phase(phase_deg).flux;
         if !(centre > 0.0) {
             return None;
@@ -147,7 +147,7 @@ mod tests {
             (MoonLaw::Rolo, MoonPastLimit::Tapered),
         ] {
             let effects = Effects { moon_law: law, moon_past_limit: past, ..Effects::of(Mode::Corrected) };
-            let lamps = LampSettings::new(&effects, &Band::named("V").unwrap()).unwrap();
+            let lamps = SourceSettings::new(&effects, &Band::named("V").unwrap()).unwrap();
             let reach_deg = 0.96;
             for step in 0..1800 {
                 let phase_deg = 0.1 * f64::from(step);
@@ -171,7 +171,7 @@ mod tests {
     fn kinks_of_the_law_and_the_tip_at_full_moon_are_told() {
         let curve = |law: MoonLaw, phase_deg: f64| {
             let effects = Effects { moon_law: law, ..Effects::of(Mode::Corrected) };
-            let lamps = LampSettings::new(&effects, &Band::named("V").unwrap()).unwrap();
+            let lamps = SourceSettings::new(&effects, &Band::named("V").unwrap()).unwrap();
             PhaseCurve::new(&lamps, phase_deg, 0.95).unwrap().sharp
         };
         assert!(curve(MoonLaw::Cox, 0.5) && curve(MoonLaw::Cox, 149.3) && curve(MoonLaw::CoxOpposition, 7.4));

@@ -2,7 +2,7 @@
 //!
 //! W m⁻² nm⁻¹ at mean distances. Left out: the redness of the Moon (a grey disc, as published).
 
-use super::LampSettings;
+use super::SourceSettings;
 use super::sun::sunlight;
 use crate::base::constants::AU_KM;
 use crate::brightness::spectrum::Spectrum;
@@ -10,6 +10,6 @@ use crate::brightness::spectrum::Spectrum;
 /// A spectrum of the Sun scaled to the Moon at a phase \[deg\]: `f_λ · 10^(−0.4 (m_Moon(α) − m_Sun))`, both magnitudes
 /// in the band of `lamps`.
 #[must_use]
-pub fn moon_spectrum(sun: &Spectrum, phase_deg: f64, lamps: &LampSettings) -> Spectrum {
+pub fn moon_spectrum(sun: &Spectrum, phase_deg: f64, lamps: &SourceSettings) -> Spectrum {
     sun.scaled(lamps.moonlight_at_phase(phase_deg).flux / sunlight(AU_KM, lamps).flux)
 }

@@ -12,7 +12,7 @@ pub const MOON_COLOUR_PHASE_DEG: f64 = 30.0;
 
 /// How Sun and Moon shine in one pass band.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LampSettings {
+pub struct SourceSettings {
     /// Distances of Sun and Moon.
     pub distances: Distances,
     /// The Moon's magnitude against phase.
@@ -34,7 +34,7 @@ pub struct LampSettings {
     pub rolo: Rolo,
 }
 
-impl LampSettings {
+impl SourceSettings {
     /// Sun and Moon in `band` under `effects`. The extinction of [`Source::Extincted`] depends on the scene and is the
     /// caller's.
     ///
@@ -85,8 +85,8 @@ mod tests {
     use crate::brightness::lamps::sun::sunlight;
     use crate::config::Mode;
 
-    fn of(mode: Mode) -> LampSettings {
-        LampSettings::new(&Effects::of(mode), &Band::named("V").unwrap()).unwrap()
+    fn of(mode: Mode) -> SourceSettings {
+        SourceSettings::new(&Effects::of(mode), &Band::named("V").unwrap()).unwrap()
     }
 
     #[test]

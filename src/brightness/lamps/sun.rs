@@ -1,6 +1,6 @@
 //! The light of the Sun, and magnitudes of fluxes.
 
-use super::settings::LampSettings;
+use super::settings::SourceSettings;
 use crate::base::constants::AU_KM;
 use crate::config::Distances;
 
@@ -9,7 +9,7 @@ pub const SUN_V_MAG: f64 = -26.76;
 
 /// Irradiance and whether the law was stretched beyond where it is believed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lamplight {
+pub struct SourceLight {
     /// Irradiance in the band relative to a star of magnitude 0.
     pub flux: f64,
     /// The phase angle is beyond what the lunar law was fitted to ([`super::MOON_LAW_MAX_DEG`], [`super::ROLO_RANGE_DEG`]).
@@ -18,12 +18,12 @@ pub struct Lamplight {
 
 /// Sunlight at `distance_km`: the Sun's magnitude at 1 au, and 1/r² where distances are applied.
 #[must_use]
-pub fn sunlight(distance_km: f64, settings: &LampSettings) -> Lamplight {
+pub fn sunlight(distance_km: f64, settings: &SourceSettings) -> SourceLight {
     let au = match settings.distances {
         Distances::Ignored => 1.0,
         Distances::Applied => distance_km / AU_KM,
     };
-    Lamplight { flux: flux_of_mag(settings.sun_mag + settings.source_dimming_mag) / (au * au), extrapolated: false }
+    SourceLight { flux: flux_of_mag(settings.sun_mag + settings.source_dimming_mag) / (au * au), extrapolated: false }
 }
 
 /// Irradiance of a magnitude, relative to magnitude 0: `10^(−0.4 m)`.

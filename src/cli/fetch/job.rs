@@ -10,7 +10,7 @@ use satphot::base::file::write_atomic;
 use satphot::base::time::{iso_utc, parse_utc, shifted};
 use satphot::config::{self, Config};
 use satphot::fetch::{
-    Desk, Field, Object, Wanted, WhichService, apass_query, element_queries, fetch_elements, fetch_stars,
+    Client, Field, Object, Wanted, WhichService, apass_query, element_queries, fetch_elements, fetch_stars,
     fields_of_night, one_query_each,
 };
 use satphot::orbit::{element_names, nearest, read_elements_for};
@@ -26,7 +26,7 @@ pub struct Job<'a> {
     pub verb: &'a Fetch,
     pub config: Option<&'a Config>,
     pub settings: &'a config::Fetch,
-    pub desk: &'a Desk<'a>,
+    pub desk: &'a Client<'a>,
     pub say: &'a dyn Fn(&str),
 }
 

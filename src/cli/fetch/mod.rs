@@ -12,7 +12,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use hifitime::Epoch;
 use satphot::Error;
 use satphot::config::{self, Config};
-use satphot::fetch::{Cache, Desk, Outside};
+use satphot::fetch::{Cache, Client, Hooks};
 
 use super::orbit_args::bad;
 use super::{load, log, tell};
@@ -33,8 +33,8 @@ impl Fetch {
                 tell(text);
             }
         };
-        let outside = Outside { wait: &std::thread::sleep, say: &say, environment: true };
-        let desk = Desk::new(&settings, cache, now, self.offline, outside)?;
+        let outside = Hooks { wait: &std::thread::sleep, say: &say, environment: true };
+        let desk = Client::new(&settings, cache, now, self.offline, outside)?;
         let job = Job { verb: &self, config: config.as_ref(), settings: &settings, desk: &desk, say: &say };
         match self.what {
             Some(What::Elements) => job.elements(&job.elements_file()?),

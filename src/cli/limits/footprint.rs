@@ -7,7 +7,7 @@ use clap::Args;
 use hifitime::Epoch;
 use satphot::Error;
 use satphot::base::time::{iso_utc, parse_utc, shifted};
-use satphot::brightness::lamps::LampSettings;
+use satphot::brightness::lamps::SourceSettings;
 use satphot::brightness::scene::scene;
 use satphot::brightness::{Attitude, Band, Scene};
 use satphot::config::{Effects, Mode};
@@ -16,7 +16,8 @@ use satphot::orbit::{EarthOrientation, Site, Tracker, bodies};
 use satphot::report::summary::text_table;
 use satphot::tables::{FootprintRow, Meta, MetaValue, csv_text, write_rows};
 use satphot::visibility::footprint::{
-    Approach, CircularOrbit, Lamp, Mirror, PUBLISHED_DIVERGENCE_DEG, approaches, beam_diameter_km, crossings_per_day,
+    Approach, CircularOrbit, LightSource, Mirror, PUBLISHED_DIVERGENCE_DEG, approaches, beam_diameter_km,
+    crossings_per_day,
 };
 
 use super::super::orbit_args::{OrbitArgs, bad, tell_unknown_ut1};
@@ -172,9 +173,9 @@ impl Footprint {
             kept.borrow_mut().insert(t_s.to_bits(), scene);
             Ok(scene)
         };
-        let lamps = LampSettings::new(&Effects::of(Mode::Corrected), &Band::of_config("V")?)?;
+        let lamps = SourceSettings::new(&Effects::of(Mode::Corrected), &Band::of_config("V")?)?;
         let mut found = Vec::new();
-        for (name, lamp) in [("sun", Lamp::Sun), ("moon", Lamp::Moon)] {
+        for (name, lamp) in [("sun", LightSource::Sun), ("moon", LightSource::Moon)] {
             if self.lamp == name || self.lamp == "both" {
                 let times = (3600.0 * self.hours, STEP_S);
                 found.push((name, approaches(&kept_at, (lamp, &mirror), times, &lamps)?));

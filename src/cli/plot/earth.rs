@@ -8,7 +8,7 @@ use satphot::base::time::{iso_utc, parse_utc};
 use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::brdf::EARTH_VEGETATION;
 use satphot::brightness::earth_view::{EarthLamp, EarthPicture, Viewpoint, earth_picture};
-use satphot::brightness::lamps::LampSettings;
+use satphot::brightness::lamps::SourceSettings;
 use satphot::brightness::spectrum::{SolarColumn, Spectrum};
 use satphot::brightness::{Band, Brdf};
 use satphot::config::{Effects, Mode};
@@ -104,7 +104,7 @@ impl Earth {
             EarthLamp::Moon => Band::between(nm.0.max(MOON_NM.0), nm.1.min(MOON_NM.1))
                 .map_err(|_| bad("--band-um", "the Moon's light is known from 0.35 to 2.38 um".into()))?,
         };
-        let lamps = LampSettings::new(&Effects::of(Mode::Corrected), &coloured)?;
+        let lamps = SourceSettings::new(&Effects::of(Mode::Corrected), &coloured)?;
         let lit = |place_km: &Vector<Itrs>| {
             lamp.irradiance_w_m2(place_km, &sky.sun_itrs_km, &sky.moon_itrs_km, &lamps, sun_w_m2)
         };

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use satphot::Error;
 use satphot::brightness::Band;
-use satphot::brightness::lamps::{LampSettings, mag_of_flux, moon_spectrum, moon_v_mag};
+use satphot::brightness::lamps::{SourceSettings, mag_of_flux, moon_spectrum, moon_v_mag};
 use satphot::brightness::spectrum::{SolarColumn, Spectrum};
 use satphot::config::{Effects, Mode, MoonLaw, Source};
 use satphot::figures::{SedCurve, moon_laws};
@@ -124,9 +124,9 @@ impl Moon {
 
 /// The three laws in V.
 struct Laws {
-    cox: LampSettings,
-    ks: LampSettings,
-    rolo: LampSettings,
+    cox: SourceSettings,
+    ks: SourceSettings,
+    rolo: SourceSettings,
 }
 
 impl Laws {
@@ -134,12 +134,12 @@ impl Laws {
         let v = Band::of_config("V")?;
         let of = |moon_law| {
             let effects = Effects { moon_law, source: Source::ExoAtmospheric, ..Effects::of(Mode::Corrected) };
-            LampSettings::new(&effects, &v)
+            SourceSettings::new(&effects, &v)
         };
         Ok(Self { cox: of(MoonLaw::Cox)?, ks: of(MoonLaw::CoxOpposition)?, rolo: of(MoonLaw::Rolo)? })
     }
 
-    fn named(&self, law: &str) -> &LampSettings {
+    fn named(&self, law: &str) -> &SourceSettings {
         match law {
             "rolo" => &self.rolo,
             "cox_opposition" => &self.ks,
@@ -148,7 +148,7 @@ impl Laws {
     }
 
     fn row(&self, phase_deg: f64) -> MoonLawRow {
-        let of = |lamps: &LampSettings| {
+        let of = |lamps: &SourceSettings| {
             let light = lamps.moonlight_at_phase(phase_deg);
             (mag_of_flux(light.flux), i64::from(light.extrapolated))
         };

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use satphot::Error;
 use satphot::brightness::Band;
-use satphot::brightness::lamps::{LampSettings, Lamplight, SUN_V_MAG, mag_of_flux, moon_spectrum};
+use satphot::brightness::lamps::{SUN_V_MAG, SourceLight, SourceSettings, mag_of_flux, moon_spectrum};
 use satphot::brightness::spectrum::{SolarColumn, Spectrum};
 use satphot::config::{Effects, Mode, MoonLaw, Source};
 use satphot::figures::{SedCurve, sed};
@@ -103,7 +103,7 @@ impl Sed {
     fn rows(&self, sun: &Spectrum, band: &Band) -> anyhow::Result<Vec<Row>> {
         let effects =
             Effects { moon_law: self.moon_law(), source: Source::ExoAtmospheric, ..Effects::of(Mode::Corrected) };
-        let lamps = LampSettings::new(&effects, &Band::of_config("V")?)?;
+        let lamps = SourceSettings::new(&effects, &Band::of_config("V")?)?;
         let row = |source, phase_deg, v_mag, spectrum: Spectrum| Row {
             source,
             phase_deg,
@@ -114,7 +114,7 @@ impl Sed {
         };
         let mut rows = vec![row("sun", None, Some(SUN_V_MAG), sun.clone())];
         for phase_deg in &self.phase_deg {
-            let Lamplight { flux, extrapolated } = lamps.moonlight_at_phase(*phase_deg);
+            let SourceLight { flux, extrapolated } = lamps.moonlight_at_phase(*phase_deg);
             if extrapolated && !self.quiet {
                 tell(&format!("note: {phase_deg} deg is beyond what the lunar law {} was fitted to", self.law));
             }

@@ -3,7 +3,7 @@
 //! Leaves out the range a light frame may have ([`crate::frames::exposure`]) and the cadence of the night.
 
 use super::names::{Aliases, keywords};
-use super::sourced::Told;
+use super::sourced::Sourced;
 use crate::fits::cards::{Header, parse_number};
 use crate::frames::clock::span_s;
 
@@ -18,7 +18,7 @@ const DISAGREE_FRAC: f64 = 0.05;
 /// Milliseconds are recognised by the comment (`[ms]`), by the unit in a string (`'5000 ms'`), and where another keyword or
 /// end minus start is a thousand times shorter.
 #[must_use]
-pub fn exposure_time(header: &Header, aliases: &Aliases) -> (Option<Told<f64>>, Vec<String>) {
+pub fn exposure_time(header: &Header, aliases: &Aliases) -> (Option<Sourced<f64>>, Vec<String>) {
     let mut warnings = Vec::new();
     let mut found: Vec<(&str, f64, bool)> = Vec::new();
     for key in keywords(aliases, "exptime") {
@@ -50,7 +50,7 @@ pub fn exposure_time(header: &Header, aliases: &Aliases) -> (Option<Told<f64>>, 
             warnings.push(format!("{key} = {seconds} s, {other} = {s} s: they disagree, {key} is used"));
         }
     }
-    (Some(Told::new(seconds, source)), warnings)
+    (Some(Sourced::new(seconds, source)), warnings)
 }
 
 fn near(a: f64, b: f64) -> bool {
@@ -81,7 +81,7 @@ fn duration_s(text: &str, comment: &str) -> Option<(f64, bool)> {
 mod tests {
     use super::*;
 
-    fn of(cards: &str) -> (Option<Told<f64>>, Vec<String>) {
+    fn of(cards: &str) -> (Option<Sourced<f64>>, Vec<String>) {
         exposure_time(&Header::from_text(cards), &Aliases::new())
     }
 
@@ -102,7 +102,7 @@ mod tests {
     #[test]
     fn a_zero_is_passed_over_where_a_synonym_is_positive_and_that_is_said() {
         let (told, warnings) = of("EXPTIME =                  0.0\nEXPOSURE=                  5.0\n");
-        assert_eq!(told.unwrap(), Told::new(5.0, "EXPOSURE"));
+        assert_eq!(told.unwrap(), Sourced::new(5.0, "EXPOSURE"));
         assert!(warnings.len() == 1 && warnings[0].contains("EXPTIME = 0 s") && warnings[0].contains("EXPOSURE = 5"));
         for (cards, seconds) in [
             ("EXPTIME = 0\nXPOSURE = 2.5\n", 2.5),
@@ -114,13 +114,13 @@ mod tests {
         }
         // nothing positive: the zero stands, and whoever needs an exposure refuses it by its keyword
         let (told, warnings) = of("EXPTIME = 0\nEXPOSURE= 0\n");
-        assert_eq!((told.unwrap(), warnings.len()), (Told::new(0.0, "EXPTIME"), 0));
+        assert_eq!((told.unwrap(), warnings.len()), (Sourced::new(0.0, "EXPTIME"), 0));
     }
 
     #[test]
     fn what_is_no_number_is_told_and_the_next_synonym_used() {
         let (told, warnings) = of("EXPTIME = 'long'\nEXPOSURE=                 30.0\n");
-        assert_eq!(told.unwrap(), Told::new(30.0, "EXPOSURE"));
+        assert_eq!(told.unwrap(), Sourced::new(30.0, "EXPOSURE"));
         assert!(warnings[0].contains("'long'"), "{warnings:?}");
         assert_eq!(of("OBJECT  = 'x'\n"), (None, vec![]));
         let (told, warnings) = of("EXPTIME =                 30.0\nEXPOSURE=                 10.0\n");

@@ -4,7 +4,7 @@
 //! ([`crate::frames::camera`]), which win over the header unless the configuration says otherwise.
 
 use super::names::{Aliases, keywords};
-use super::sourced::Told;
+use super::sourced::Sourced;
 use crate::fits::cards::Header;
 use crate::frames::frame::GainSetting;
 
@@ -12,9 +12,9 @@ use crate::frames::frame::GainSetting;
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct HeaderGain {
     /// The camera's setting.
-    pub setting: Option<Told<GainSetting>>,
+    pub setting: Option<Sourced<GainSetting>>,
     /// Electrons per ADU.
-    pub e_per_adu: Option<Told<f64>>,
+    pub e_per_adu: Option<Sourced<f64>>,
     /// What is odd.
     pub warnings: Vec<String>,
 }
@@ -33,14 +33,14 @@ pub fn header_gain(header: &Header, aliases: &Aliases) -> HeaderGain {
         let Some(text) = header.text(key) else { continue };
         match header.number(key) {
             Some(v) if v > 0.0 => {
-                told.e_per_adu.get_or_insert(Told::new(v, key));
+                told.e_per_adu.get_or_insert(Sourced::new(v, key));
             }
             _ => told.warnings.push(format!("{key} = '{text}' is no e-/ADU: unset")),
         }
     }
     let own = aliases.get("gain").into_iter().flatten();
     if let Some((key, setting)) = own.into_iter().find_map(|k| Some((k, header.integer(k)?))) {
-        told.setting = Some(Told::new(GainSetting(setting), key.as_str()));
+        told.setting = Some(Sourced::new(GainSetting(setting), key.as_str()));
         return told;
     }
     let Some(text) = header.text("GAIN") else { return told };
@@ -57,7 +57,7 @@ pub fn header_gain(header: &Header, aliases: &Aliases) -> HeaderGain {
         if value <= 0.0 {
             told.warnings.push(format!("GAIN = {text} [{comment}]: not positive, unset"));
         } else if told.e_per_adu.is_none() {
-            told.e_per_adu = Some(Told::new(value, "GAIN"));
+            told.e_per_adu = Some(Sourced::new(value, "GAIN"));
             if !electrons {
                 told.warnings.push(format!(
                     "GAIN = {text} is taken as e-/ADU, not as a setting; if it is a setting, name it in header.aliases.gain"
@@ -66,7 +66,7 @@ pub fn header_gain(header: &Header, aliases: &Aliases) -> HeaderGain {
         }
         return told;
     }
-    told.setting = header.integer("GAIN").map(|v| Told::new(GainSetting(v), "GAIN"));
+    told.setting = header.integer("GAIN").map(|v| Sourced::new(GainSetting(v), "GAIN"));
     told
 }
 

@@ -3,7 +3,7 @@
 //! Pedestals in ADU. Leaves out what is refused because of it ([`crate::frames::exposure`]).
 
 use super::names::{Aliases, keywords};
-use super::sourced::Told;
+use super::sourced::Sourced;
 use crate::fits::cards::Header;
 
 /// Counts of combined exposures.
@@ -107,7 +107,7 @@ pub fn calibration(header: &Header) -> Calibration {
 
 /// Binning along x and what is odd; 1 if nothing is said.
 #[must_use]
-pub fn binning(header: &Header, aliases: &Aliases) -> (Told<u32>, Vec<String>) {
+pub fn binning(header: &Header, aliases: &Aliases) -> (Sourced<u32>, Vec<String>) {
     let mut warnings = Vec::new();
     for key in keywords(aliases, "binning") {
         let Some(text) = header.text(key) else { continue };
@@ -123,9 +123,9 @@ pub fn binning(header: &Header, aliases: &Aliases) -> (Told<u32>, Vec<String>) {
         if x != y {
             warnings.push(format!("binned {x} x {y}: the pixels are not square, {x} is used"));
         }
-        return (Told::new(x as u32, key), warnings);
+        return (Sourced::new(x as u32, key), warnings);
     }
-    (Told::new(1, "not told"), warnings)
+    (Sourced::new(1, "not told"), warnings)
 }
 
 /// ROWORDER: whether the first row of the file is the top of the picture; `None` if not told.

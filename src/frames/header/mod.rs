@@ -14,7 +14,7 @@ pub(crate) mod optics;
 mod site;
 mod sourced;
 
-pub use sourced::Told;
+pub use sourced::Sourced;
 
 pub(crate) use angle::sexagesimal;
 pub use camera::{CameraCheck, check_camera};

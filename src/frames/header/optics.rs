@@ -3,22 +3,22 @@
 //! Scales in arcsec/px, pixels in µm with the binning, focal lengths in mm. Leaves out the configuration, which wins.
 
 use super::names::{Aliases, find, keywords};
-use super::sourced::Told;
+use super::sourced::Sourced;
 use crate::fits::cards::Header;
 
 /// What a header tells of camera and optics.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Optics {
     /// The camera.
-    pub camera: Option<Told<String>>,
+    pub camera: Option<Sourced<String>>,
     /// Pixel scale \[arcsec/px\].
-    pub scale_arcsec: Option<Told<f64>>,
+    pub scale_arcsec: Option<Sourced<f64>>,
     /// Offset (black level) setting of the camera.
-    pub offset: Option<Told<f64>>,
+    pub offset: Option<Sourced<f64>>,
     /// Temperature of the sensor \[°C\].
-    pub temperature_c: Option<Told<f64>>,
+    pub temperature_c: Option<Sourced<f64>>,
     /// Read noise \[e⁻\].
-    pub read_noise_e: Option<Told<f64>>,
+    pub read_noise_e: Option<Sourced<f64>>,
     /// What is odd.
     pub warnings: Vec<String>,
 }
@@ -29,16 +29,16 @@ pub struct Optics {
 ///
 /// [`filter_meaning`]: crate::bands::filter_meaning
 #[must_use]
-pub fn filter(header: &Header, aliases: &Aliases) -> Option<Told<String>> {
+pub fn filter(header: &Header, aliases: &Aliases) -> Option<Sourced<String>> {
     let key = find(header, aliases, "filter")?;
-    header.text(&key).map(|value| Told::new(value, key))
+    header.text(&key).map(|value| Sourced::new(value, key))
 }
 
 /// Camera, scale and the like.
 #[must_use]
 pub fn optics(header: &Header, aliases: &Aliases) -> Optics {
-    let text = |q: &str| find(header, aliases, q).and_then(|k| Some(Told::new(header.text(&k)?, k)));
-    let first = |keys: &[&str]| keys.iter().find_map(|k| Some(Told::new(header.number(k)?, *k)));
+    let text = |q: &str| find(header, aliases, q).and_then(|k| Some(Sourced::new(header.text(&k)?, k)));
+    let first = |keys: &[&str]| keys.iter().find_map(|k| Some(Sourced::new(header.number(k)?, *k)));
     let positive = |keys: &[&str]| first(keys).filter(|t| t.value > 0.0);
     let mut warnings = Vec::new();
     let pixel_um = positive(&["XPIXSZ", "PIXSIZE1", "PIXSZ"]);
@@ -46,7 +46,7 @@ pub fn optics(header: &Header, aliases: &Aliases) -> Optics {
     let computed = pixel_um
         .as_ref()
         .zip(focal_mm.as_ref())
-        .map(|(p, f)| Told::new(pixel_scale_arcsec(p.value, 1, f.value), format!("{}/{}", p.source, f.source)));
+        .map(|(p, f)| Sourced::new(pixel_scale_arcsec(p.value, 1, f.value), format!("{}/{}", p.source, f.source)));
     let written = positive(&keywords(aliases, "pix_scale"));
     if let (Some(w), Some(c)) = (&written, &computed)
         && (w.value / c.value - 1.0).abs() > 0.1

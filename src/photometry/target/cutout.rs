@@ -19,7 +19,7 @@ use crate::photometry::target::sky::{Block, Surface, blocks};
 use crate::photometry::trails::bend_fit::bend_of;
 use crate::photometry::trails::direction::trail_direction;
 use crate::photometry::trails::known::{KnownDirection, line_through};
-use crate::photometry::trails::model::Strips;
+use crate::photometry::trails::model::TrailBackground;
 use crate::photometry::trails::search::faint_direction;
 
 /// Threshold of the pixels that make trails \[σ of the smoothed frame\].
@@ -58,7 +58,7 @@ pub(crate) struct Cutout {
     pub rms_e: f64,
     pub fwhm_px: f64,
     /// Means along the trails, if there are any, in cells.
-    pub strips: Option<Strips>,
+    pub strips: Option<TrailBackground>,
     /// Light of the trails \[e⁻ per pixel\], in cells.
     pub light: Array2<f32>,
     /// By how much it changes over a few cells: where trails end.
@@ -156,7 +156,7 @@ impl Cutout {
 
     /// Sky and trails once more with a known object kept out of both; where no trail stood out, a faint one is looked
     /// for with the object masked.
-    pub fn keep_out(&mut self, object: &Placed) {
+    pub fn exclude(&mut self, object: &Placed) {
         let clear = object.shape.grown(self.fwhm_px);
         self.sky = Surface::fit(&self.blocks, self.pixels.dim(), |b| clear.contains(b.x - object.x, b.y - object.y));
         self.net = cells_above(&self.pixels, &self.sky, &self.masked, self.fwhm_px);
@@ -194,8 +194,8 @@ impl Cutout {
         self.sky.add_quadratic(|x, y| bend.at(net.in_cells(x), net.in_cells(y)));
     }
 
-    fn strips_along(&self, theta: f64) -> Strips {
-        Strips::new(
+    fn strips_along(&self, theta: f64) -> TrailBackground {
+        TrailBackground::new(
             &self.net.mean,
             theta,
             self.fwhm_cells(),

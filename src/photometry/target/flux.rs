@@ -17,7 +17,7 @@ use crate::photometry::target::cells::grown;
 use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::sky::MeanOf;
 use crate::photometry::trails::level::Under;
-use crate::photometry::trails::model::Strips;
+use crate::photometry::trails::model::TrailBackground;
 
 /// Cells this significant at a star's scale are not sky \[σ\].
 const NOT_SKY_SIGMA: f64 = 4.0;
@@ -94,7 +94,7 @@ impl Cutout {
     }
 
     /// The levels of the lines of cells under an aperture.
-    fn under(&self, strips: &Strips, at: &Placed) -> Option<Under> {
+    fn under(&self, strips: &TrailBackground, at: &Placed) -> Option<Under> {
         let cells = self.in_cells(at);
         let own = strips.hole((cells.x, cells.y), cells.shape.grown(self.fwhm_cells()));
         Under::of(strips, own, &[own])
@@ -304,7 +304,7 @@ impl Cutout {
     }
 
     /// 1.4826 median |F| less its standard error, of empty apertures around the target, each over its own level along the trails \[e⁻\].
-    fn empty_scatter(&self, strips: &Strips, at: &Placed) -> Option<f64> {
+    fn empty_scatter(&self, strips: &TrailBackground, at: &Placed) -> Option<f64> {
         let (ny, nx) = self.net.mean.dim();
         let cells = self.in_cells(at);
         let target = strips.hole((cells.x, cells.y), cells.shape.grown(self.fwhm_cells()));

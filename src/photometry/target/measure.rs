@@ -138,14 +138,14 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
         let Some(aperture) = aperture(&cutout, &first.segment, s) else { return limit(cutout, frame, background, s) };
         // once more with the target kept out of the sky and of the trails' profiles
         let around = if first.snr < FAINT_SNR && cutout.strips.is_some() { FAINT_REACH_FWHM * s.fwhm_px } else { 0.0 };
-        cutout.keep_out(&Placed { shape: aperture.shape.grown(around), ..aperture });
+        cutout.exclude(&Placed { shape: aperture.shape.grown(around), ..aperture });
         let outlined = outlined(&mut cutout, frame, s, &mut left)
             .unwrap_or_else(|| Outlined { snr1: cutout.layers().significance(cutout.fwhm_cells(), 1, None), ..first });
         let Some(aperture) = self::aperture(&cutout, &outlined.segment, s) else {
             return limit(cutout, frame, background, s);
         };
         let mut measured = cutout.flux(frame, background, &aperture, &outlined.snr1, s);
-        take_off_chance(&mut measured.flux, &outlined);
+        correct_selection_bias(&mut measured.flux, &outlined);
         if !consists_of_hits(&cutout, &aperture, &measured.flux, s) {
             break (outlined, aperture, measured);
         }
@@ -244,7 +244,7 @@ fn consists_of_hits(cutout: &Cutout, aperture: &Placed, flux: &Flux, s: &TargetS
 /// of it in the flux. One at the scale of a star has followed its place, and an aperture of 2 FWHM around shares 0.4 of
 /// the filter's noise: k = 1. σ is that of an empty aperture. What is seen only where the noise helped (near
 /// `detect_sigma`) stays too bright by what is left, 0.1 to 0.2 σ.
-fn take_off_chance(flux: &mut Flux, outlined: &Outlined) {
+fn correct_selection_bias(flux: &mut Flux, outlined: &Outlined) {
     let freedoms = if outlined.scale < WIDE_SCALE { 1.0 } else { 4.0 };
     let empty = (flux.flux_err_e.powi(2) - flux.flux_e.max(0.0)).max(0.0).sqrt();
     flux.flux_e -= 0.5 * freedoms / outlined.snr * empty;
@@ -291,7 +291,7 @@ fn limit(cutout: Cutout, frame: &Frame<Electrons>, background: &Background, s: &
 fn forced(mut cutout: Cutout, frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> Unseen {
     let (ox, oy) = cutout.origin(frame);
     let place = circle_at(s.x_px - ox, s.y_px - oy, s.limit_r_px);
-    cutout.keep_out(&place);
+    cutout.exclude(&place);
     let snr1 = cutout.layers().significance(cutout.fwhm_cells(), 1, None);
     let flux = cutout.flux(frame, background, &place, &snr1, s).flux;
     Unseen { limit_e: cutout.limit_e(frame, background, s), flux }

@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::bend::Bend;
-use super::exclusion::Hole;
-use super::model::Strips;
+use super::exclusion::ExclusionMask;
+use super::model::TrailBackground;
 use crate::base::stats;
 
 /// Blocks further than this from their line do not count \[σ\].
@@ -19,7 +19,7 @@ const LINE_STEP: usize = 2;
 /// Of the blocks in no hole, each line having its own level; `None` where they do not tell.
 ///
 /// Least squares within lines: `Σ_q Σ_p w (t − t̄_q)(y − ȳ_q)`, t̄_q and ȳ_q the means over line q, clipped at 3 σ.
-pub(crate) fn bend_of(strips: &Strips, holes: &[Hole]) -> Option<Bend> {
+pub(crate) fn bend_of(strips: &TrailBackground, holes: &[ExclusionMask]) -> Option<Bend> {
     let (turned, half) = (strips.turned, strips.half());
     let mut bend = Bend { turned, half, terms: Vector3::zeros() };
     let lines: Vec<(f64, Vec<(f64, f64)>)> = (0..strips.n_lines())

@@ -11,7 +11,7 @@ use crate::photometry::smooth::Kernel;
 use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::placed::Placed;
 use crate::photometry::trails::level::Under;
-use crate::photometry::trails::model::Strips;
+use crate::photometry::trails::model::TrailBackground;
 
 /// Significance of a trail among the lines of an aperture: of some 30, twice, one in 50 frames by chance.
 const TRAIL_SIGMA: f64 = 3.4;
@@ -49,7 +49,7 @@ impl Contamination {
 /// A trail is where e under a Gaussian of one FWHM stands out by 3.4 σ, over the whole length of the cutout or near the
 /// aperture alone, or where one along the known direction was found before; its light is Σ c(v) e(v) over the lines it
 /// covers, c the chord of the aperture.
-pub(crate) fn of_trails(cutout: &Cutout, strips: &Strips, under: &Under, at: &Placed) -> Contamination {
+pub(crate) fn of_trails(cutout: &Cutout, strips: &TrailBackground, under: &Under, at: &Placed) -> Contamination {
     let cells = cutout.in_cells(at);
     let aperture = strips.hole((cells.x, cells.y), cells.shape);
     let own = strips.hole((cells.x, cells.y), cells.shape.grown(cutout.fwhm_cells()));
@@ -95,7 +95,11 @@ pub(crate) fn of_trails(cutout: &Cutout, strips: &Strips, under: &Under, at: &Pl
 }
 
 /// The level of the lines without a trail: from the lowest third upwards, what agrees within its noise.
-fn base_level(means: &[f64], strips: &Strips, profile: &[Option<crate::photometry::trails::model::Level>]) -> f64 {
+fn base_level(
+    means: &[f64],
+    strips: &TrailBackground,
+    profile: &[Option<crate::photometry::trails::model::Level>],
+) -> f64 {
     let mut sorted = means.to_vec();
     let Some(mut base) = stats::quantile(&mut sorted, 0.3) else { return 0.0 };
     for _ in 0..10 {

@@ -5,7 +5,7 @@ use crate::photometry::aperture::Shape;
 
 /// A shape whose light must not enter a level, in the turned coordinates; a pill counts as the rectangle around it.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Hole {
+pub(crate) struct ExclusionMask {
     pub u: f64,
     pub v: f64,
     pub a: f64,
@@ -16,7 +16,7 @@ pub(crate) struct Hole {
     pub(super) bar: bool,
 }
 
-impl Hole {
+impl ExclusionMask {
     /// A shape at a place of the cutout.
     pub fn of(turned: &Turned, at: (f64, f64), shape: Shape) -> Self {
         let (a, b, theta) = shape.axes();

@@ -8,7 +8,7 @@ use crate::base::search::{Until, bisect};
 use ndarray::Array2;
 use std::convert::Infallible;
 
-use super::exclusion::Hole;
+use super::exclusion::ExclusionMask;
 use crate::base::constants::FWHM_PER_SIGMA;
 use crate::photometry::target::placed::Placed;
 use crate::photometry::trails::direction::Turned;
@@ -57,7 +57,7 @@ pub(crate) fn line_through(
     for k in -n..=n {
         let theta = known.theta_rad + span * f64::from(k) / f64::from(n.max(1));
         let turned = Turned::new(dim, theta);
-        let hole = Hole::of(&turned, (object.x, object.y), object.shape);
+        let hole = ExclusionMask::of(&turned, (object.x, object.y), object.shape);
         across = hole.across();
         let first = hole.v - across - f64::from(reach) * bin;
         let mut sums = vec![[0f64; 2]; (2.0 * across / bin) as usize + taps.len()];

@@ -2,9 +2,9 @@
 //!
 //! Electrons per pixel; lines of cells along the trails. Leaves out: where the trails are (`trail_model`).
 
-use super::exclusion::Hole;
+use super::exclusion::ExclusionMask;
 use crate::photometry::trails::model::Level;
-use crate::photometry::trails::model::Strips;
+use crate::photometry::trails::model::TrailBackground;
 use crate::photometry::trails::rotate::catmull_rom;
 
 /// The levels of the lines under an aperture.
@@ -20,7 +20,7 @@ pub(crate) struct Under {
 
 impl Under {
     /// Of the lines that `over` touches; `holes` do not count. `None` where a line has no room beside it.
-    pub fn of(strips: &Strips, over: Hole, holes: &[Hole]) -> Option<Self> {
+    pub fn of(strips: &TrailBackground, over: ExclusionMask, holes: &[ExclusionMask]) -> Option<Self> {
         let reach = over.across() + 1.0;
         let lines = strips.lines((over.v - reach, over.v + reach));
         let mut levels = Vec::with_capacity(lines.len());
@@ -44,7 +44,7 @@ impl Under {
     }
 
     /// Variance of the sum of the levels over the cells of an aperture.
-    pub fn variance(&self, strips: &Strips, aperture: &Hole) -> f64 {
+    pub fn variance(&self, strips: &TrailBackground, aperture: &ExclusionMask) -> f64 {
         let of = |(k, l): (usize, &Level)| {
             let (from, to) = aperture.chord(strips.v_of(self.first + k)).unwrap_or((0.0, 0.0));
             (to - from).powi(2) * strips.variance(l.mean) / l.n
@@ -54,7 +54,7 @@ impl Under {
 
     /// Where the two sides of a line differ by D a trail ends under the aperture, anywhere along its chord c: a level
     /// between both is wrong by D c/√12. Lines are taken together over the width of a trail; noise is taken off twice.
-    pub fn variance_of_ends(&self, strips: &Strips, aperture: &Hole, fwhm: f64) -> f64 {
+    pub fn variance_of_ends(&self, strips: &TrailBackground, aperture: &ExclusionMask, fwhm: f64) -> f64 {
         let width = (1.5 * fwhm).round().max(2.0) as usize;
         let of_trail = |(g, lines): (usize, &[Level])| {
             let (mut step, mut noise) = (0.0, 0.0);

@@ -4,7 +4,7 @@
 //! resolved or not, whatever their number. Electrons per pixel; u along the trails, v across, in cells of the cutout.
 //! Ends of trails inside the stretch are voted down by the longer part. Leaves out: flicker, curvature.
 
-use super::exclusion::Hole;
+use super::exclusion::ExclusionMask;
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
@@ -44,7 +44,7 @@ pub(crate) struct Level {
 
 /// A cutout averaged in short blocks along the trails.
 #[derive(Debug, Clone)]
-pub(crate) struct Strips {
+pub(crate) struct TrailBackground {
     pub turned: Turned,
     half: f64,
     block: usize,
@@ -56,7 +56,7 @@ pub(crate) struct Strips {
     area_px: f64,
 }
 
-impl Strips {
+impl TrailBackground {
     /// `pixels` are cells of `area_px` pixels, NaN where they do not count; `noise_e` is the scatter of one of sky.
     pub fn new(pixels: &Array2<f32>, theta: f64, fwhm_px: f64, noise_e: f64, area_px: f64) -> Self {
         let dim = pixels.dim();
@@ -81,8 +81,8 @@ impl Strips {
     }
 
     /// A shape at a place of the cutout in the turned coordinates.
-    pub fn hole(&self, at: (f64, f64), shape: Shape) -> Hole {
-        Hole::of(&self.turned, at, shape)
+    pub fn hole(&self, at: (f64, f64), shape: Shape) -> ExclusionMask {
+        ExclusionMask::of(&self.turned, at, shape)
     }
 
     /// Direction of the trails from +x towards +y \[rad\].
@@ -111,7 +111,7 @@ impl Strips {
     }
 
     /// Middle u and mean of the blocks of line `q` that are in no hole.
-    pub fn free_blocks(&self, q: usize, holes: &[Hole]) -> Vec<(f64, f64)> {
+    pub fn free_blocks(&self, q: usize, holes: &[ExclusionMask]) -> Vec<(f64, f64)> {
         let v = self.v_of(q);
         let chords: Vec<(f64, f64)> = holes.iter().filter_map(|h| h.chord(v)).collect();
         let block = |p: usize| {
@@ -135,7 +135,7 @@ impl Strips {
     }
 
     /// The level of line `q` under a stretch `u`, from the blocks beside it that are in no hole.
-    pub fn beside(&self, q: usize, u: (f64, f64), holes: &[Hole]) -> Option<Level> {
+    pub fn beside(&self, q: usize, u: (f64, f64), holes: &[ExclusionMask]) -> Option<Level> {
         if q >= self.mean.nrows() {
             return None;
         }
@@ -170,7 +170,7 @@ impl Strips {
     }
 
     /// The level of every line over its whole length, blocks in holes left out; `None` for a line of fewer than four.
-    pub fn profile(&self, holes: &[Hole]) -> Vec<Option<Level>> {
+    pub fn profile(&self, holes: &[ExclusionMask]) -> Vec<Option<Level>> {
         let mut work = Vec::new();
         (0..self.mean.nrows())
             .map(|q| {
@@ -193,7 +193,7 @@ impl Strips {
 
     /// The level everywhere, by how much it changes from block to block, and the share of it by which trails flicker: a
     /// model of the sky and the trails.
-    pub fn everywhere(&self, dim: (usize, usize), holes: &[Hole]) -> (Array2<f32>, Array2<f32>, f64) {
+    pub fn everywhere(&self, dim: (usize, usize), holes: &[ExclusionMask]) -> (Array2<f32>, Array2<f32>, f64) {
         let (level, change, flicker) = self.levels(holes);
         let spread = Spread::new(self.turned, self.half, self.block, &level, &change);
         let (mut light, mut unsure) = (Array2::zeros(dim), Array2::zeros(dim));
@@ -207,13 +207,13 @@ impl Strips {
 
     /// The level of every block from its neighbours on its line, by how much it changes from block to block, and how much
     /// the blocks scatter about it.
-    fn levels(&self, holes: &[Hole]) -> (Array2<f32>, Array2<f32>, f64) {
+    fn levels(&self, holes: &[ExclusionMask]) -> (Array2<f32>, Array2<f32>, f64) {
         let (lines, blocks) = self.mean.dim();
         let mut level = Array2::from_elem((lines, blocks), f32::NAN);
         let mut change = Array2::zeros((lines, blocks));
         let mut window = Window::default();
         let (mut valid, mut values) = (Vec::new(), Vec::new());
-        let (mut flicker, mut off) = (Flicker::default(), Vec::new());
+        let (mut flicker, mut off) = (ScintillationExcess::default(), Vec::new());
         for q in 0..lines {
             let v = q as f64 - self.half;
             let chords: Vec<(f64, f64)> = holes.iter().filter_map(|h| h.chord(v)).collect();
@@ -301,12 +301,12 @@ impl Strips {
 /// By how much bright trails scatter along themselves beyond the noise of counts: seeing, scintillation, a direction that
 /// is not quite right.
 #[derive(Default)]
-struct Flicker {
+struct ScintillationExcess {
     excess: f64,
     light: f64,
 }
 
-impl Flicker {
+impl ScintillationExcess {
     /// Adds a line of known brightness: how far its blocks are off, and what variance counts alone have.
     fn add(&mut self, off: &mut [f64], brightness: f64, variance: f64) {
         if let Some(median) = stats::median(off) {

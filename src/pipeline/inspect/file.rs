@@ -13,12 +13,14 @@ use crate::base::time::{iso_utc, mjd_utc};
 use crate::config::Config;
 use crate::fits::guarded;
 use crate::frames::header::{
-    AnyHeader, SiteCheck, Told, binning, calibration, check_site, colour, exposure_time, filter, header_gain,
+    AnyHeader, SiteCheck, Sourced, binning, calibration, check_site, colour, exposure_time, filter, header_gain,
     header_site, optics, read_any, row_order,
 };
 use crate::frames::{Detector, Exposure, Role, light_exptime, mid_time, other_satellite, refusals, sorted};
 use crate::orbit::{Site, Tracker};
-use crate::pipeline::inspect::record::{CalibrationTold, From, GainTold, Inspection, PointingTold, SiteTold, TimeTold};
+use crate::pipeline::inspect::record::{
+    CalibrationTold, From, InspectedGain, InspectedTime, Inspection, PointingTold, SiteTold,
+};
 use crate::pipeline::inspect::wcs::{positions, wcs_told};
 use crate::pipeline::survey::damage::damage;
 use crate::pipeline::survey::header_checks::{SUN_UP_DEG, site_problem, sun_alt_deg, sun_words};
@@ -158,7 +160,7 @@ impl Inspector {
             object: exposure.object.clone(),
             usable: refused.is_empty(),
             refused,
-            time: exposure.time.as_ref().map(|t| TimeTold {
+            time: exposure.time.as_ref().map(|t| InspectedTime {
                 date_mid: iso_utc(t.mid, 6),
                 mjd_mid_d: mjd_utc(t.mid),
                 time_source: t.source.clone(),
@@ -169,7 +171,7 @@ impl Inspector {
             }),
             time_rejected,
             exptime_s: exptime.map(from),
-            gain: GainTold { offset: told.offset.map(from), read_noise_e: told.read_noise_e.map(from), ..gain },
+            gain: InspectedGain { offset: told.offset.map(from), read_noise_e: told.read_noise_e.map(from), ..gain },
             site: site.map(|s| SiteTold {
                 lat_deg: s.lat_deg,
                 lon_deg: s.lon_deg,
@@ -222,16 +224,21 @@ impl Inspector {
     }
 
     /// Setting and conversion: the configured detector's, else the camera's table, else the header's.
-    fn gain(&self, exposure: &mut Exposure, camera: Option<&Told<String>>, warnings: &mut Vec<String>) -> GainTold {
+    fn gain(
+        &self,
+        exposure: &mut Exposure,
+        camera: Option<&Sourced<String>>,
+        warnings: &mut Vec<String>,
+    ) -> InspectedGain {
         let header = header_gain(&exposure.header, &self.config.header.aliases);
         warnings.extend(header.warnings);
         exposure.setting = header.setting.as_ref().map(|s| s.value);
         exposure.header_e_per_adu = header.e_per_adu.as_ref().map(|e| e.value);
-        let mut told = GainTold {
+        let mut told = InspectedGain {
             gain_setting: header.setting.as_ref().map(|s| s.value.0),
             gain_setting_source: header.setting.map(|s| s.source),
             header_e_per_adu: header.e_per_adu.clone().map(from),
-            ..GainTold::default()
+            ..InspectedGain::default()
         };
         let named = camera.filter(|_| !self.configured).map(|c| {
             let detector = crate::config::Detector { camera: c.value.clone(), ..self.config.detector.clone() };
@@ -261,7 +268,7 @@ impl Inspector {
     }
 }
 
-fn from<T>(told: Told<T>) -> From<T> {
+fn from<T>(told: Sourced<T>) -> From<T> {
     From { value: told.value, source: told.source }
 }
 

@@ -15,7 +15,7 @@ pub struct From<T> {
 
 /// The middle of the exposure.
 #[derive(Debug, Clone, Serialize)]
-pub struct TimeTold {
+pub struct InspectedTime {
     /// Mid-exposure UTC, ISO 8601.
     pub date_mid: String,
     /// Mid-exposure MJD (UTC) \[d\].
@@ -34,7 +34,7 @@ pub struct TimeTold {
 
 /// The gain.
 #[derive(Debug, Clone, Default, Serialize)]
-pub struct GainTold {
+pub struct InspectedGain {
     /// The camera's setting.
     pub gain_setting: Option<i64>,
     /// Its keyword.
@@ -98,7 +98,7 @@ pub struct CalibrationTold {
 
 /// The world coordinates.
 #[derive(Debug, Clone, Serialize)]
-pub struct WcsTold {
+pub struct InspectedWcs {
     /// none, read, fits the sky, or refused.
     pub state: &'static str,
     /// Centre of the frame, right ascension \[deg\].
@@ -138,13 +138,13 @@ pub struct Inspection {
     /// Why not, each with its remedy.
     pub refused: Vec<String>,
     /// The middle of the exposure.
-    pub time: Option<TimeTold>,
+    pub time: Option<InspectedTime>,
     /// Time stamps that were not used, each with its reason.
     pub time_rejected: Vec<String>,
     /// Exposure time \[s\].
     pub exptime_s: Option<From<f64>>,
     /// The gain.
-    pub gain: GainTold,
+    pub gain: InspectedGain,
     /// The observatory.
     pub site: Option<SiteTold>,
     /// Sites that were not used, each with its reason.
@@ -166,7 +166,7 @@ pub struct Inspection {
     /// What was done to the pixels.
     pub calibration: CalibrationTold,
     /// The world coordinates.
-    pub wcs: WcsTold,
+    pub wcs: InspectedWcs,
     /// What is odd.
     pub warnings: Vec<String>,
 }
@@ -240,7 +240,7 @@ impl Inspection {
 }
 
 /// What the error of the time does to the place on the sky.
-fn moved(t: &TimeTold) -> String {
+fn moved(t: &InspectedTime) -> String {
     let sun = t.sun_alt_deg.map(|a| format!("; Sun at {a:+.0} deg")).unwrap_or_default();
     match t.alt_az_err_deg {
         Some(deg) => format!("{deg:.3} deg of altitude and azimuth by that error{sun}"),
@@ -248,7 +248,7 @@ fn moved(t: &TimeTold) -> String {
     }
 }
 
-impl GainTold {
+impl InspectedGain {
     fn text(&self) -> String {
         let source = |s: &Option<String>| s.clone().unwrap_or_default();
         let mut words = Vec::new();
@@ -281,7 +281,7 @@ impl CalibrationTold {
     }
 }
 
-impl WcsTold {
+impl InspectedWcs {
     fn text(&self) -> String {
         let mut words = vec![self.state.to_string()];
         if let (Some(ra), Some(dec)) = (self.ra_deg, self.dec_deg) {

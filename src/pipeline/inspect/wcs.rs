@@ -8,10 +8,10 @@ use crate::astrometry::initial_pointing::{RoughPosition, rough_positions};
 use crate::astrometry::wcs::Wcs;
 use crate::config::Stars;
 use crate::fits::Header;
-use crate::frames::header::Told;
+use crate::frames::header::Sourced;
 use crate::frames::{Exposure, pixel_scale_arcsec};
 use crate::orbit::{EarthOrientation, Site};
-use crate::pipeline::inspect::record::WcsTold;
+use crate::pipeline::inspect::record::InspectedWcs;
 use crate::pipeline::stars::solve::{Search, agreement, catalogue_stars, confirms, solve_from};
 use crate::pipeline::stars::solve_file::detections;
 use crate::pipeline::survey::scale::configured_arcsec;
@@ -47,8 +47,13 @@ pub(crate) fn positions(inspector: &Inspector, exposure: &Exposure) -> Vec<Rough
 }
 
 /// The state of the world coordinates; `image`: the pixels can be read.
-pub(crate) fn wcs_told(inspector: &Inspector, exposure: &Exposure, scale: Option<&Told<f64>>, image: bool) -> WcsTold {
-    let mut told = WcsTold {
+pub(crate) fn wcs_told(
+    inspector: &Inspector,
+    exposure: &Exposure,
+    scale: Option<&Sourced<f64>>,
+    image: bool,
+) -> InspectedWcs {
+    let mut told = InspectedWcs {
         state: "none",
         ra_deg: None,
         dec_deg: None,
@@ -92,7 +97,12 @@ pub(crate) fn wcs_told(inspector: &Inspector, exposure: &Exposure, scale: Option
 }
 
 /// What in the header itself speaks against its world coordinates.
-fn contradiction(inspector: &Inspector, exposure: &Exposure, wcs: &Wcs, scale: Option<&Told<f64>>) -> Option<String> {
+fn contradiction(
+    inspector: &Inspector,
+    exposure: &Exposure,
+    wcs: &Wcs,
+    scale: Option<&Sourced<f64>>,
+) -> Option<String> {
     let (config, header) = (&inspector.config, &exposure.header);
     let own = config.detector.pixel_um;
     let optics = if inspector.configured() {

@@ -20,7 +20,7 @@ use crate::pipeline::products::effective::relative_to;
 use crate::pipeline::products::log::write_log;
 use crate::pipeline::products::provenance::Provenance;
 use crate::pipeline::products::summary::Summary;
-use crate::pipeline::shards::products::Products;
+use crate::pipeline::shards::products::FrameCache;
 use crate::pipeline::survey::files::Survey;
 use crate::tables::PhotometryRow;
 
@@ -55,7 +55,7 @@ pub struct Input {
 
 /// The inputs of a night, in the order of their roles.
 #[must_use]
-pub fn manifest_inputs(survey: &Survey, products: &Products) -> Vec<Input> {
+pub fn manifest_inputs(survey: &Survey, products: &FrameCache) -> Vec<Input> {
     let input = |path: &Path, role: &str, reason: &str| Input {
         path: path.to_path_buf(),
         bytes: std::fs::metadata(path).map_or(0, |m| m.len()),

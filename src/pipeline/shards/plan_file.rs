@@ -11,7 +11,7 @@ use std::time::UNIX_EPOCH;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::products::{Products, key};
+use super::products::{FrameCache, key};
 use crate::bands::Light;
 use crate::base::error::{Error, Result};
 use crate::base::file::file_name;
@@ -111,7 +111,7 @@ pub fn make_plan(
     progress: &dyn Progress,
 ) -> Result<(Plan, Vec<String>)> {
     let (_, mut survey, mut notes) = preflight(config, &options.files)?.ready()?;
-    let products = Products::default();
+    let products = FrameCache::default();
     let all: Vec<&Exposure> =
         survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets).collect();
     progress.stage("hashes", all.len());
@@ -136,7 +136,7 @@ impl Plan {
     ///
     /// # Errors
     /// [`Error::Io`] for a file of the configuration; [`Error::Config`].
-    pub fn of(survey: &Survey, config: &Config, products: &Products, frames_per_shard: usize) -> Result<Self> {
+    pub fn of(survey: &Survey, config: &Config, products: &FrameCache, frames_per_shard: usize) -> Result<Self> {
         if frames_per_shard == 0 {
             let problem = "0 is no number of frames; 50 to 200 keep a worker busy for minutes".into();
             return Err(Error::Argument { name: "frames_per_shard".into(), problem });
@@ -249,7 +249,7 @@ impl Plan {
     ///
     /// # Errors
     /// [`Error::Io`]; [`Error::Mismatch`] naming the file.
-    pub fn check_files(&self, roles: &[&str], products: &Products) -> Result<()> {
+    pub fn check_files(&self, roles: &[&str], products: &FrameCache) -> Result<()> {
         for file in self.files.iter().filter(|f| roles.contains(&f.role.as_str())) {
             if products.sha256(&file.path)? != file.sha256 {
                 return Err(changed(&file.path));
@@ -295,7 +295,7 @@ pub(super) fn changed(path: &Path) -> Error {
 }
 
 /// Files of the configuration that results depend on.
-fn files(config: &Config, products: &Products) -> Result<Vec<PlannedFile>> {
+fn files(config: &Config, products: &FrameCache) -> Result<Vec<PlannedFile>> {
     let file = |(role, path): (&str, PathBuf)| {
         let sha256 = products.sha256(&path)?;
         Ok(PlannedFile { role: role.into(), path, sha256 })
@@ -303,12 +303,12 @@ fn files(config: &Config, products: &Products) -> Result<Vec<PlannedFile>> {
     named_files(config).into_iter().map(file).collect()
 }
 
-fn planned(exposure: &Exposure, pointing: Option<usize>, products: &Products) -> PlannedFrame {
+fn planned(exposure: &Exposure, pointing: Option<usize>, products: &FrameCache) -> PlannedFrame {
     let frame = file(&exposure.path, exposure.role.name(), &exposure.role_reason, products);
     PlannedFrame { pointing, header_sha256: header_sha256(exposure), ..frame }
 }
 
-fn file(path: &Path, role: &str, reason: &str, products: &Products) -> PlannedFrame {
+fn file(path: &Path, role: &str, reason: &str, products: &FrameCache) -> PlannedFrame {
     let meta = std::fs::metadata(path).ok();
     let mtime = meta.as_ref().and_then(|m| m.modified().ok()).and_then(|t| t.duration_since(UNIX_EPOCH).ok());
     PlannedFrame {
@@ -331,7 +331,7 @@ fn header_sha256(exposure: &Exposure) -> String {
 }
 
 /// Sets target frames aside that are copies of others: an exposure counts once. Returns their places among the targets.
-pub fn set_copies_aside(survey: &mut Survey, products: &Products, notes: &mut Vec<String>) -> Vec<usize> {
+pub fn set_copies_aside(survey: &mut Survey, products: &FrameCache, notes: &mut Vec<String>) -> Vec<usize> {
     let mut first_of: BTreeMap<String, String> = BTreeMap::new();
     let mut copies = Vec::new();
     for (place, exposure) in survey.targets.iter().enumerate() {

@@ -29,7 +29,7 @@ const SCHEMA: &str = "satphot.product/1";
 
 /// What is kept of single frames, and the hashes of files read so far.
 #[derive(Debug, Default)]
-pub struct Products {
+pub struct FrameCache {
     /// Folder of the products; `None` keeps nothing.
     folder: Option<PathBuf>,
     /// Everything that all of them depend on.
@@ -43,7 +43,7 @@ pub struct Products {
     unwritten: Mutex<Option<String>>,
 }
 
-impl Products {
+impl FrameCache {
     /// Keeps products in `folder`; with `redo` none of those already there is believed.
     ///
     /// # Errors

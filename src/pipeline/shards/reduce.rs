@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::plan_file::Plan;
-use super::products::{FOLDER, Products};
+use super::products::{FOLDER, FrameCache};
 use crate::astrometry::field_rotation::CameraTurn;
 use crate::base::error::{Error, Result};
 use crate::base::file::file_name;
@@ -114,9 +114,9 @@ fn toml_text<T: Serialize>(path: &Path, told: &str, value: &T) -> Result<String>
 }
 
 /// Products beside a file.
-fn products_beside(file: &Path, night: &Prepared, options: &Options) -> Result<Products> {
+fn products_beside(file: &Path, night: &Prepared, options: &Options) -> Result<FrameCache> {
     let folder = file.parent().unwrap_or(Path::new("")).join(FOLDER);
-    Products::in_folder(folder, night, options.redo)
+    FrameCache::in_folder(folder, night, options.redo)
 }
 
 /// Makes the master flat of a plan.
@@ -203,7 +203,7 @@ pub(super) fn flat_of_plan(
 ) -> Result<Flattened> {
     let clip = night.config.photometry.clip_radius_px;
     if given.is_none() && (night.config.flat.master.is_some() || plan.of_role("flat").next().is_none()) {
-        return master_flat(&Survey::default(), night, (&Products::default(), None), options, progress, notes);
+        return master_flat(&Survey::default(), night, (&FrameCache::default(), None), options, progress, notes);
     }
     let beside = near.map(|near| near.with_file_name("master_flat.fits"));
     let path = match (given.map(Path::to_path_buf), beside) {

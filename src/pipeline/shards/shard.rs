@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use super::plan_file::{Plan, PlannedFrame, changed};
-use super::products::{FOLDER, Products, key};
+use super::products::{FOLDER, FrameCache, key};
 use super::reduce::{StarFacts, flat_of_plan};
 use crate::base::error::{Error, Result};
 use crate::base::file::make_folder_of;
@@ -94,8 +94,8 @@ pub fn measure_shard(plan: &Plan, request: &Request, options: &Options, progress
     // each shard keeps its frames in a folder of its own, so that no two workers write to one file
     let folder = request.out.parent().unwrap_or(Path::new("")).join(FOLDER).join(&made_of[..16]);
     let roles = ["orbit.elements", "model.satellites", "model.throughput", "model.band", "flat.master"];
-    plan.check_files(&roles, &Products::default())?;
-    let products = Products::in_folder(folder, &night, options.redo)?;
+    plan.check_files(&roles, &FrameCache::default())?;
+    let products = FrameCache::in_folder(folder, &night, options.redo)?;
     let exposures = plan.exposures(frames.iter().copied(), &config, &night.target_names())?;
     let survey = Survey { targets: exposures, ..Survey::default() };
     notes.extend(options.memory().check(&survey, &night)?);

@@ -17,7 +17,7 @@ use crate::photometry::growth::{FrameGrowth, GrowthCurve, StarProfile};
 use crate::pipeline::options::Options;
 use crate::pipeline::ordered_map::in_order;
 use crate::pipeline::prepared::{Flattened, Seeing};
-use crate::pipeline::shards::products::Products;
+use crate::pipeline::shards::products::FrameCache;
 use crate::pipeline::stars::pointing::{Member, combined_rows, measure_member, single_rows};
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::survey::scale::{Evidence, MOST_FRAC, configured_arcsec, judged};
@@ -47,7 +47,7 @@ pub struct StarStage {
 pub fn star_stage(
     survey: &Survey,
     night: &Flattened,
-    products: &Products,
+    products: &FrameCache,
     options: &Options,
     progress: &dyn Progress,
     notes: &mut Vec<String>,

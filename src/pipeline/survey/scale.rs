@@ -14,7 +14,7 @@ use crate::frames::header::optics;
 use crate::frames::{Exposure, pixel_scale_arcsec};
 use crate::photometry::detect::Source;
 use crate::pipeline::prepared::Prepared;
-use crate::pipeline::shards::products::Products;
+use crate::pipeline::shards::products::FrameCache;
 use crate::pipeline::stars::solve::{Search, agreement, catalogue_stars, header_wcs, solve_from_with};
 use crate::pipeline::stars::solve_file::detections;
 use crate::pipeline::survey::files::Survey;
@@ -161,7 +161,7 @@ pub(crate) fn check_headers(survey: &Survey, prepared: &Prepared) -> Result<bool
 /// # Errors
 /// [`Error::Config`] naming both values and the key, where the stars solve to another scale than the configured one; also
 /// where no field solves and the nominal values of the headers are more than 20 % off.
-pub fn check_stars(survey: &Survey, prepared: &Prepared, products: &Products, jobs: usize) -> Result<Vec<String>> {
+pub fn check_stars(survey: &Survey, prepared: &Prepared, products: &FrameCache, jobs: usize) -> Result<Vec<String>> {
     let config = &prepared.config;
     let (Some(stars), Some(catalogue)) = (&config.stars, &prepared.catalogue) else { return Ok(Vec::new()) };
     if survey.n_star_frames() == 0 {
@@ -234,7 +234,7 @@ fn solved(
     survey: &Survey,
     prepared: &Prepared,
     (stars, catalogue): (&Stars, &Catalogue),
-    products: &Products,
+    products: &FrameCache,
 ) -> (Option<Evidence>, usize) {
     let asked = spread(survey);
     let mut frames: Vec<Asked> = asked.iter().map(|exposure| Asked { exposure, sources: None }).collect();
@@ -286,7 +286,7 @@ fn spread(survey: &Survey) -> Vec<&Exposure> {
 }
 
 /// What an answer depends on; `None` for a frame that cannot be read.
-fn key(exposure: &Exposure, stars: &Stars, reach: Reach, products: &Products) -> Option<String> {
+fn key(exposure: &Exposure, stars: &Stars, reach: Reach, products: &FrameCache) -> Option<String> {
     let (frame, catalogue) = (products.sha256(&exposure.path).ok()?, products.sha256(&stars.catalogue).ok()?);
     Some(products.key(&[SCALE, &exposure.name, &frame, &catalogue, &format!("{reach:?}")]))
 }

@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use crate::base::error::Result;
-use crate::frames::{Electrons, Frame, FrameReader, Held};
+use crate::frames::{Electrons, Frame, FrameReader, PooledFrame};
 use crate::photometry::Flags;
 use crate::photometry::background::{Background, background};
 use crate::photometry::target::measure::TargetFound;
@@ -71,7 +71,7 @@ pub fn look_at_all(reader: &FrameReader, night: &Calibrated, settings: &TargetSe
 }
 
 /// The surroundings of the expected place, if any of their pixels can be used.
-fn around<'b>(reader: &FrameReader, night: &'b Calibrated, s: &TargetSettings) -> Result<Option<Held<'b>>> {
+fn around<'b>(reader: &FrameReader, night: &'b Calibrated, s: &TargetSettings) -> Result<Option<PooledFrame<'b>>> {
     let reach = reach_px(s);
     let span = |at: f64, within: Range<usize>| {
         let first = (at - reach).floor().max(0.0) as usize;

@@ -10,4 +10,4 @@ mod search;
 pub use beam::{Beam, PUBLISHED_DIVERGENCE_DEG, Spot, beam_diameter_km, glint_mag, reflected};
 
 pub use circle::{CircularOrbit, crossings_per_day};
-pub use search::{Approach, Inside, Lamp, Mirror, approaches};
+pub use search::{Approach, Inside, LightSource, Mirror, approaches};

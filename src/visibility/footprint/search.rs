@@ -11,7 +11,7 @@ use crate::base::constants::{MOON_RADIUS_KM, SUN_RADIUS_KM};
 use crate::base::error::{Error, Result};
 use crate::base::search::{Until, bisect, golden_section};
 use crate::base::vector::{Itrs, Vector};
-use crate::brightness::lamps::{LampSettings, mag_of_flux, moonlight, sunlight};
+use crate::brightness::lamps::{SourceSettings, mag_of_flux, moonlight, sunlight};
 use crate::brightness::scene::{geodetic_up, local_radius_km};
 use crate::brightness::shadow::penumbra;
 use crate::brightness::{Attitude, Scene};
@@ -21,7 +21,7 @@ const TIME_TOLERANCE_S: f64 = 0.001;
 
 /// The lamp whose light is sent down.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Lamp {
+pub enum LightSource {
     /// The Sun.
     Sun,
     /// The Moon.
@@ -83,9 +83,9 @@ pub struct Mirror {
 /// [`Error::Model`] for a length or step that is not above 0 or makes more than 5 million samples; those of `scene`.
 pub fn approaches(
     scene: &dyn Fn(f64) -> Result<Scene>,
-    (lamp, mirror): (Lamp, &Mirror),
+    (lamp, mirror): (LightSource, &Mirror),
     (length_s, step_s): (f64, f64),
-    lamps: &LampSettings,
+    lamps: &SourceSettings,
 ) -> Result<Vec<Approach>> {
     let n = (length_s / step_s).ceil();
     if !(length_s > 0.0 && step_s > 0.0 && n <= 5e6) {
@@ -112,17 +112,17 @@ pub fn approaches(
 
 struct Search<'a> {
     scene: &'a dyn Fn(f64) -> Result<Scene>,
-    lamp: Lamp,
+    lamp: LightSource,
     mirror: &'a Mirror,
-    lamps: &'a LampSettings,
+    lamps: &'a SourceSettings,
     length_s: f64,
 }
 
 impl Search<'_> {
     fn lamp_km(&self, scene: &Scene) -> (Vector<Itrs>, f64) {
         match self.lamp {
-            Lamp::Sun => (scene.sun_km, SUN_RADIUS_KM),
-            Lamp::Moon => (scene.moon_km, MOON_RADIUS_KM),
+            LightSource::Sun => (scene.sun_km, SUN_RADIUS_KM),
+            LightSource::Moon => (scene.moon_km, MOON_RADIUS_KM),
         }
     }
 
@@ -159,8 +159,8 @@ impl Search<'_> {
         let lit_frac = penumbra(&scene.satellite_km, &lamp_km, lamp_radius_km, local_radius_km(&scene.satellite_km));
         let flux = lit_frac
             * match self.lamp {
-                Lamp::Sun => sunlight((lamp_km - scene.satellite_km).norm(), self.lamps).flux,
-                Lamp::Moon => moonlight(&scene.satellite_km, &scene.moon_km, &scene.sun_km, self.lamps).flux,
+                LightSource::Sun => sunlight((lamp_km - scene.satellite_km).norm(), self.lamps).flux,
+                LightSource::Moon => moonlight(&scene.satellite_km, &scene.moon_km, &scene.sun_km, self.lamps).flux,
             };
         let observer = line * (-1.0 / range_km);
         let mag = mag_of_flux(flux).and_then(|lamp_mag| {
