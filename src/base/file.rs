@@ -46,9 +46,21 @@ pub fn write_streamed(path: &Path, fill: impl FnOnce(&mut NewFile) -> io::Result
 
 /// As [`write_atomic`] for a writer that wants a path: `make` writes a file of at least `bytes` at the path it is given.
 ///
+/// A device or a pipe receives a copy of a file made in the folder of temporary files.
+///
 /// # Errors
 /// Those of [`write_atomic`]; what `make` answers, unless the disk was full.
 pub fn write_by_path(path: &Path, bytes: u64, make: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
+    if is_stream(path) {
+        let copy = std::env::temp_dir().join(temporary_name("stream"));
+        let made = make(&copy).and_then(|()| {
+            let copied = File::open(&copy)
+                .and_then(|mut from| io::copy(&mut from, &mut File::options().write(true).open(path)?));
+            copied.map(drop).map_err(|source| refusal(path, source, Some(bytes)))
+        });
+        let _ = fs::remove_file(&copy);
+        return made;
+    }
     let (path, temporary) = beside(path)?;
     let written = match fs::remove_file(&temporary) {
         Err(e) if e.kind() != ErrorKind::NotFound => Err(e),
@@ -91,8 +103,7 @@ impl NewFile {
     /// # Errors
     /// Those of [`write_atomic`].
     pub fn create(path: &Path) -> Result<Self> {
-        let stream = fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir());
-        let (path, temporary) = match stream {
+        let (path, temporary) = match is_stream(path) {
             true => (path.to_path_buf(), None),
             false => beside(path).map(|(path, temporary)| (path, Some(temporary)))?,
         };
@@ -218,6 +229,11 @@ pub fn plain_name(key: &str, name: &str) -> Result<()> {
     let shown: String = name.chars().take(60).collect();
     let problem = format!("{shown:?} {problem}; it must be a plain folder name, e.g. \"2025-06-11\"");
     Err(Error::Config { key: key.into(), problem })
+}
+
+/// A device or a pipe: it cannot be replaced by a finished file.
+fn is_stream(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir())
 }
 
 /// The path a file will have, links followed, and its temporary.

@@ -233,7 +233,7 @@ impl Export {
                 let text = |name: &str| std::fs::read_to_string(beside(name)).ok();
                 let told =
                     provenance(&table.meta, text("effective.toml").as_deref(), text("manifest.json").as_deref())?;
-                write_streamed(out, |file| write_fits(file, table, stars.as_ref(), &told))?;
+                write_fits(out, table, stars.as_ref(), &told)?;
             }
             Format::Votable => write_streamed(out, |file| write_votable(file, table))?,
             Format::Csv => write_streamed(out, |file| write_csv(file, table))?,

@@ -1,6 +1,5 @@
 //! FITS files as bytes: cards, checksums, pixels plain and tiled, and the writer.
 
-pub(crate) mod card_out;
 pub(crate) mod card_value;
 pub(crate) mod cards;
 pub(crate) mod checksum;
@@ -14,7 +13,7 @@ pub(crate) mod structure;
 pub(crate) mod tiles;
 pub(crate) mod write;
 
-pub use card_value::CardValue;
+pub use card_value::{CardLine, CardValue, card};
 pub use cards::{Card, Header};
 pub use checksum::wrong_checksum;
 pub use files::find_files;

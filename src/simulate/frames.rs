@@ -20,7 +20,7 @@ use crate::base::file::{make_folder, write_atomic};
 use crate::base::progress::Progress;
 use crate::base::time::{iso_utc, parse_utc, shifted};
 use crate::config::{self};
-use crate::fits::{CardValue, write_u16};
+use crate::fits::{CardLine, card, write_u16};
 use crate::frames::{Camera, Detector, Gain};
 use crate::orbit::{
     EarthOrientation, Site, airmass::airmass, altaz_to_icrs, bodies, icrs_to_altaz, moon_altaz, sun_altaz,
@@ -159,7 +159,7 @@ impl FrameSimulator<'_> {
         id: u64,
         expected_e: Array2<f32>,
         gain: &Gain,
-        cards: Vec<Card>,
+        cards: Vec<CardLine>,
     ) -> Result<PathBuf> {
         let camera = Camera::at(gain, &self.scenario.detector);
         let counts = expose(expected_e, camera, &self.response, self.scenario.seed, id);
@@ -168,29 +168,29 @@ impl FrameSimulator<'_> {
         Ok(path)
     }
 
-    pub(super) fn cards(&self, kind: &str, object: &str, start: Epoch, exptime_s: f64, gain: &Gain) -> Vec<Card> {
+    pub(super) fn cards(&self, kind: &str, object: &str, start: Epoch, exptime_s: f64, gain: &Gain) -> Vec<CardLine> {
         let s = self.scenario;
         let date = iso_utc(start, 6).trim_end_matches('Z').to_string();
         let binned_um = s.detector.pixel_um * f64::from(s.frame.binning);
         vec![
-            text("IMAGETYP", kind, "type of exposure"),
-            text("OBJECT", object, "target of the exposure"),
-            real("EXPTIME", exptime_s, "[s] exposure time"),
-            text("DATE-OBS", &date, "UTC start of exposure"),
-            text("TIMESYS", "UTC", "time scale"),
-            integer("GAIN", gain.setting.map_or(0, |g| g.0), "[0.1 dB] camera gain setting"),
-            real("EGAIN", gain.e_per_adu.0, "[e-/ADU] electrons per ADU"),
-            text("INSTRUME", &s.detector.camera, "camera"),
-            text("TELESCOP", &s.telescope.name, "telescope"),
-            integer("XBINNING", i64::from(s.frame.binning), "binning in x"),
-            integer("YBINNING", i64::from(s.frame.binning), "binning in y"),
-            real("XPIXSZ", binned_um, "[um] pixel size, binned"),
-            real("FOCALLEN", s.telescope.focal_length_mm, "[mm] focal length"),
-            real("SITELAT", s.site.lat_deg, "[deg] latitude, north positive"),
-            real("SITELONG", s.site.lon_deg, "[deg] longitude, east positive"),
-            real("SITEELEV", s.site.alt_m, "[m] elevation"),
-            text("SWCREATE", concat!("satphot ", env!("CARGO_PKG_VERSION"), " simulate"), "simulated data"),
-            integer("SIMSEED", s.seed as i64, "seed of the simulation"),
+            card("IMAGETYP", kind, "type of exposure"),
+            card("OBJECT", object, "target of the exposure"),
+            card("EXPTIME", exptime_s, "[s] exposure time"),
+            card("DATE-OBS", &date, "UTC start of exposure"),
+            card("TIMESYS", "UTC", "time scale"),
+            card("GAIN", gain.setting.map_or(0, |g| g.0), "[0.1 dB] camera gain setting"),
+            card("EGAIN", gain.e_per_adu.0, "[e-/ADU] electrons per ADU"),
+            card("INSTRUME", &s.detector.camera, "camera"),
+            card("TELESCOP", &s.telescope.name, "telescope"),
+            card("XBINNING", i64::from(s.frame.binning), "binning in x"),
+            card("YBINNING", i64::from(s.frame.binning), "binning in y"),
+            card("XPIXSZ", binned_um, "[um] pixel size, binned"),
+            card("FOCALLEN", s.telescope.focal_length_mm, "[mm] focal length"),
+            card("SITELAT", s.site.lat_deg, "[deg] latitude, north positive"),
+            card("SITELONG", s.site.lon_deg, "[deg] longitude, east positive"),
+            card("SITEELEV", s.site.alt_m, "[m] elevation"),
+            card("SWCREATE", concat!("satphot ", env!("CARGO_PKG_VERSION"), " simulate"), "simulated data"),
+            card("SIMSEED", s.seed as i64, "seed of the simulation"),
         ]
     }
 
@@ -272,8 +272,8 @@ impl FrameSimulator<'_> {
             }
             let mut cards = self.cards("Light Frame", &format!("FIELD {pointing:02}"), begin, p.exptime_s, &gain);
             cards.extend(header_wcs.cards().into_iter().map(|(key, value, comment)| match value {
-                WcsValue::Text(t) => text(&key, &t, &comment),
-                WcsValue::Real(v) => real(&key, v, &comment),
+                WcsValue::Text(t) => card(&key, &t, &comment),
+                WcsValue::Real(v) => card(&key, v, &comment),
             }));
             frames.push(self.write(&stem, id, image, &gain, cards)?);
             progress.tick();
@@ -316,18 +316,6 @@ impl FrameSimulator<'_> {
         }
         Ok(image)
     }
-}
-
-pub(super) type Card = (String, CardValue, String);
-
-fn text(key: &str, value: &str, comment: &str) -> Card {
-    (key.into(), CardValue::Text(value.into()), comment.into())
-}
-pub(super) fn real(key: &str, value: f64, comment: &str) -> Card {
-    (key.into(), CardValue::Real(value), comment.into())
-}
-fn integer(key: &str, value: i64, comment: &str) -> Card {
-    (key.into(), CardValue::Integer(value), comment.into())
 }
 
 /// A Gaussian deviate of the given scatter; 0 for scatter 0.

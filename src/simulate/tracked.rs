@@ -8,7 +8,7 @@ use rand::Rng;
 
 use super::field::draw_trails;
 use super::flux::rate_e_s;
-use super::frames::{FrameSimulator, real, scatter};
+use super::frames::{FrameSimulator, scatter};
 use super::noise::stream;
 use super::render::{Body, PixelPsf, add_body, add_trail};
 use super::resolved::RenderedSatellite;
@@ -23,6 +23,7 @@ use crate::base::time::{iso_utc, shifted};
 use crate::brightness::Model;
 use crate::brightness::scene::scene;
 use crate::config;
+use crate::fits::card;
 use crate::orbit::{Geometry, Tracker, altaz_to_icrs, passes};
 use crate::resolved::ComponentSatellite;
 use crate::tables::{RenderedTruth, TargetTruth};
@@ -144,8 +145,8 @@ impl FrameSimulator<'_> {
 
         let begin = shifted(frame.mid, -0.5 * exptime_s);
         let mut cards = self.cards("Light Frame", name, begin, exptime_s, &gain);
-        cards.push(real("CENTALT", geometry.alt_rad.to_degrees(), "[deg] altitude at mid-exposure"));
-        cards.push(real("CENTAZ", geometry.az_rad.to_degrees(), "[deg] azimuth at mid-exposure"));
+        cards.push(card("CENTALT", geometry.alt_rad.to_degrees(), "[deg] altitude at mid-exposure"));
+        cards.push(card("CENTAZ", geometry.az_rad.to_degrees(), "[deg] azimuth at mid-exposure"));
         let path = self.write(&stem, id, image, &gain, cards)?;
         truth.targets.push(TargetTruth {
             frame: path.file_name().map_or(stem, |n| n.to_string_lossy().into_owned()),

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::base::error::Result;
 use crate::brightness::earth_view::EarthPicture;
-use crate::fits::{CardValue, write_f32};
+use crate::fits::{card, write_f32};
 use crate::tables::EarthRow;
 
 /// A place in words, `151.1 E, 33.8 S`, from longitude east and latitude north \[deg\].
@@ -23,23 +23,20 @@ pub fn place_text(lon_deg: f64, lat_deg: f64, decimals: usize) -> String {
 /// # Errors
 /// [`crate::Error::Fits`], [`crate::Error::Io`].
 pub fn write_earth_fits(path: &Path, picture: &EarthPicture, row: &EarthRow) -> Result<()> {
-    let text =
-        |key: &str, value: &str, comment: &str| (key.to_owned(), CardValue::Text(value.into()), comment.to_owned());
-    let real = |key: &str, value: f64, comment: &str| (key.to_owned(), CardValue::Real(value), comment.to_owned());
     let cards = [
-        text("OBJECT", "Earth", "what is shown"),
-        text("BUNIT", "W m-2 sr-1", "radiance"),
-        text("DATE-OBS", row.date.trim_end_matches('Z'), "UTC"),
-        text("LAMP", &row.lamp, "what lights the Earth"),
-        real("LAMPE", row.lamp_w_m2, "[W m-2] irradiance of the lamp in the band"),
-        real("LAMPLON", row.lamp_lon_deg, "[deg] longitude under the lamp"),
-        real("LAMPLAT", row.lamp_lat_deg, "[deg] latitude under the lamp"),
-        real("VIEWLON", row.view_lon_deg, "[deg] longitude under the viewpoint"),
-        real("VIEWLAT", row.view_lat_deg, "[deg] latitude under the viewpoint"),
-        real("VIEWH", row.view_height_km, "[km] height of the viewpoint"),
-        real("PIXSR", picture.pixel_sr(), "[sr] solid angle of a pixel"),
-        text("PROJ", "azimuthal equal-area about nadir", "north up, east right"),
-        text("SWCREATE", concat!("satphot ", env!("CARGO_PKG_VERSION"), " plot earth"), "computed"),
+        card("OBJECT", "Earth", "what is shown"),
+        card("BUNIT", "W m-2 sr-1", "radiance"),
+        card("DATE-OBS", row.date.trim_end_matches('Z'), "UTC"),
+        card("LAMP", row.lamp.as_str(), "what lights the Earth"),
+        card("LAMPE", row.lamp_w_m2, "[W m-2] irradiance of the lamp in the band"),
+        card("LAMPLON", row.lamp_lon_deg, "[deg] longitude under the lamp"),
+        card("LAMPLAT", row.lamp_lat_deg, "[deg] latitude under the lamp"),
+        card("VIEWLON", row.view_lon_deg, "[deg] longitude under the viewpoint"),
+        card("VIEWLAT", row.view_lat_deg, "[deg] latitude under the viewpoint"),
+        card("VIEWH", row.view_height_km, "[km] height of the viewpoint"),
+        card("PIXSR", picture.pixel_sr(), "[sr] solid angle of a pixel"),
+        card("PROJ", "azimuthal equal-area about nadir", "north up, east right"),
+        card("SWCREATE", concat!("satphot ", env!("CARGO_PKG_VERSION"), " plot earth"), "computed"),
     ];
     write_f32(path, &picture.radiance.mapv(|v| v as f32), &cards)
 }

@@ -10,10 +10,10 @@ use super::master::MasterFlat;
 use crate::base::error::{Error, Result};
 use crate::base::pages::zeros;
 use crate::config;
-pub(crate) use crate::fits::card_value::CardValue;
 use crate::fits::cards::Header;
 use crate::fits::raw::guarded;
 use crate::fits::write::write_f32;
+use crate::fits::{CardLine, card};
 use crate::frames::clip::Region;
 use crate::frames::read::Pixels;
 
@@ -33,24 +33,23 @@ impl MasterFlat {
     ///
     /// # Errors
     /// Those of [`MasterFlat::write`].
-    pub fn write_with(&self, path: &Path, more: &[(String, CardValue, String)]) -> Result<()> {
+    pub fn write_with(&self, path: &Path, more: &[CardLine]) -> Result<()> {
         let used = self.members.iter().filter(|m| m.used).count();
-        let card = |key: &str, value: CardValue, comment: &str| (key.to_string(), value, comment.to_string());
-        let whole = |n: usize| CardValue::Integer(n as i64);
+        let whole = |n: usize| n as i64;
         let mut cards = vec![
-            card("IMAGETYP", CardValue::Text("Master Flat".into()), "median of flats, each divided by its level"),
+            card("IMAGETYP", "Master Flat", "median of flats, each divided by its level"),
             card("ORIGIN_X", whole(self.origin_px.0), "full-frame x of the first pixel, from 0"),
             card("ORIGIN_Y", whole(self.origin_px.1), "full-frame y of the first pixel, from 0"),
             card("FULL_NX", whole(self.full_size_px.0), "[px] full-frame size"),
             card("FULL_NY", whole(self.full_size_px.1), "[px] full-frame size"),
             card("NCOMBINE", whole(used), "flats in the median"),
             card("NREJECT", whole(self.members.len() - used), "flats rejected"),
-            card("MASKFRAC", CardValue::Real(self.masked_frac), "share of masked pixels (NaN)"),
-            card("NORMED", CardValue::Logical(true), "median 1 inside the clip circle"),
-            card("BUNIT", CardValue::Text("relative".into()), "response"),
+            card("MASKFRAC", self.masked_frac, "share of masked pixels (NaN)"),
+            card("NORMED", true, "median 1 inside the clip circle"),
+            card("BUNIT", "relative", "response"),
         ];
         if let Some(filter) = &self.filter {
-            cards.push(card("FILTER", CardValue::Text(filter.clone()), ""));
+            cards.push(card("FILTER", filter.as_str(), ""));
         }
         cards.extend_from_slice(more);
         for m in &self.members {
@@ -61,7 +60,7 @@ impl MasterFlat {
                 format!("rejected {name}: {}", m.reason)
             };
             let line: String = line.chars().map(|c| if (' '..='~').contains(&c) { c } else { '?' }).collect();
-            cards.push(card("HISTORY", CardValue::Text(line), ""));
+            cards.push(card("HISTORY", line.as_str(), ""));
         }
         write_f32(path, &self.response, &cards)
     }

@@ -201,7 +201,7 @@ fn read_spans(stored: &Stored, (x0, y0): (usize, usize), spans: &Spans, bytes: &
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fits::{CardValue, write_u16};
+    use crate::fits::{card, write_u16};
     use crate::frames::classify;
 
     #[test]
@@ -212,8 +212,7 @@ mod tests {
         let flats: Vec<Exposure> = (0..3)
             .map(|k| {
                 let path = dir.path().join(format!("flat{k}.fits"));
-                let kind = ("IMAGETYP".into(), CardValue::Text("FLAT".into()), String::new());
-                let cards = [kind, ("EXPTIME".into(), CardValue::Real(1.0), String::new())];
+                let cards = [card("IMAGETYP", "FLAT", ""), card("EXPTIME", 1.0, "")];
                 write_u16(&path, &ndarray::Array2::from_elem((400, 300), 20_000 + k), &cards, false).unwrap();
                 classify(&path, &config, &[]).unwrap()
             })

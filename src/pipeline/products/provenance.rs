@@ -17,7 +17,7 @@ use crate::base::hash::sha256_16_text;
 use crate::base::time::iso_utc;
 use crate::config::digest::config_sha256;
 use crate::config::{Config, Orbit};
-use crate::fits::CardValue;
+use crate::fits::{CardLine, CardValue};
 use crate::frames::{Detector, Exposure};
 use crate::orbit::read_elements_for;
 use crate::tables::Meta;
@@ -121,7 +121,7 @@ impl Provenance {
 
     /// As cards of a FITS header.
     #[must_use]
-    pub fn cards(&self) -> Vec<(String, CardValue, String)> {
+    pub fn cards(&self) -> Vec<CardLine> {
         let plain = |text: &str| text.chars().map(|c| if (' '..='~').contains(&c) { c } else { '?' }).collect();
         let card = |(key, value): &(&str, String)| {
             if *key == SEED.0 {

@@ -12,7 +12,7 @@ use super::exposure::Sensor;
 use super::signal_to_noise;
 use crate::base::error::Result;
 use crate::config;
-use crate::fits::{CardValue, write_u16};
+use crate::fits::{CardLine, card, write_u16};
 use crate::resolved::image::{Light, RadianceImage};
 
 /// What a file tells of its frame besides the sensor.
@@ -60,70 +60,66 @@ fn cards(
     exposure: &Exposure,
     image: &RadianceImage,
     facts: &FrameFacts,
-) -> Vec<(String, CardValue, String)> {
+) -> Vec<CardLine> {
     let s = sensor.settings();
     let lights: Vec<Light> = exposure.stamp.planes.iter().map(|(light, _)| *light).collect();
     let snr = signal_to_noise(exposure, sensor.gain.read_noise_e, &[lights]).into_iter().next();
     let start = facts.mid - 0.5 * exposure.exptime_s * Unit::Second;
     let mut cards = Vec::new();
-    let mut put = |key: &str, value: CardValue, comment: &str| cards.push((key.into(), value, comment.to_owned()));
-    let text = |value: &str| CardValue::Text(value.to_owned());
-    let real = CardValue::Real;
-    let integer = |value: i64| CardValue::Integer(value);
-    put("IMAGETYP", text("Light Frame"), "type of exposure");
-    put("OBJECT", text(&facts.object), "target of the exposure");
+    cards.push(card("IMAGETYP", "Light Frame", "type of exposure"));
+    cards.push(card("OBJECT", &facts.object, "target of the exposure"));
     if let Some(number) = facts.norad_cat_id {
-        put("NORADID", integer(number as i64), "catalogue number of the target");
+        cards.push(card("NORADID", number as i64, "catalogue number of the target"));
     }
-    put("EXPTIME", real(exposure.exptime_s), "[s] exposure time");
-    put("DATE-OBS", text(&iso_us(start)), "UTC start of exposure");
-    put("TIMESYS", text("UTC"), "time scale");
-    put("GAIN", integer(s.frame.gain_setting), "[0.1 dB] camera gain setting");
-    put("EGAIN", real(sensor.gain.e_per_adu.0), "[e-/ADU] electrons per ADU");
-    put("RDNOISE", real(sensor.gain.read_noise_e), "[e-] read noise");
-    put("INSTRUME", text(&s.detector.camera), "camera");
-    put("TELESCOP", text(&s.telescope.name), "telescope");
-    put("FILTER", text(&s.optics.filter), "filter");
-    put("XBINNING", integer(i64::from(s.frame.binning)), "binning in x");
-    put("YBINNING", integer(i64::from(s.frame.binning)), "binning in y");
-    put("XPIXSZ", real(s.detector.pixel_um * f64::from(s.frame.binning)), "[um] pixel size, binned");
-    put("YPIXSZ", real(s.detector.pixel_um * f64::from(s.frame.binning)), "[um] pixel size, binned");
-    put("FOCALLEN", real(s.telescope.focal_length_mm), "[mm] focal length");
-    put("APTDIA", real(1e3 * s.telescope.aperture_m), "[mm] diameter of the aperture");
-    put("SITELAT", real(facts.site.lat_deg), "[deg] latitude, north positive");
-    put("SITELONG", real(facts.site.lon_deg), "[deg] longitude, east positive");
-    put("SITEELEV", real(facts.site.alt_m), "[m] elevation");
-    put("CENTALT", real(facts.alt_deg), "[deg] altitude at mid-exposure");
-    put("CENTAZ", real(facts.az_deg), "[deg] azimuth at mid-exposure");
-    put("SWCREATE", text(concat!("satphot ", env!("CARGO_PKG_VERSION"), " render")), "simulated data");
-    put("SIMSEED", text(&facts.seed.to_string()), "seed of the noise");
-    put("SIMRANGE", real(image.range_km), "[km] distance of the satellite");
-    put("SIMBANDL", real(image.band_um.0), "[um] band of the radiances, from");
-    put("SIMBANDH", real(image.band_um.1), "[um] band of the radiances, to");
-    put("SIMZP", real(sensor.zp_mag), &format!("[mag] {}, of 1 e-/s, air left out", sensor.zp_band));
+    cards.push(card("EXPTIME", exposure.exptime_s, "[s] exposure time"));
+    cards.push(card("DATE-OBS", &iso_us(start), "UTC start of exposure"));
+    cards.push(card("TIMESYS", "UTC", "time scale"));
+    cards.push(card("GAIN", s.frame.gain_setting, "[0.1 dB] camera gain setting"));
+    cards.push(card("EGAIN", sensor.gain.e_per_adu.0, "[e-/ADU] electrons per ADU"));
+    cards.push(card("RDNOISE", sensor.gain.read_noise_e, "[e-] read noise"));
+    cards.push(card("INSTRUME", &s.detector.camera, "camera"));
+    cards.push(card("TELESCOP", &s.telescope.name, "telescope"));
+    cards.push(card("FILTER", &s.optics.filter, "filter"));
+    cards.push(card("XBINNING", i64::from(s.frame.binning), "binning in x"));
+    cards.push(card("YBINNING", i64::from(s.frame.binning), "binning in y"));
+    cards.push(card("XPIXSZ", s.detector.pixel_um * f64::from(s.frame.binning), "[um] pixel size, binned"));
+    cards.push(card("YPIXSZ", s.detector.pixel_um * f64::from(s.frame.binning), "[um] pixel size, binned"));
+    cards.push(card("FOCALLEN", s.telescope.focal_length_mm, "[mm] focal length"));
+    cards.push(card("APTDIA", 1e3 * s.telescope.aperture_m, "[mm] diameter of the aperture"));
+    cards.push(card("SITELAT", facts.site.lat_deg, "[deg] latitude, north positive"));
+    cards.push(card("SITELONG", facts.site.lon_deg, "[deg] longitude, east positive"));
+    cards.push(card("SITEELEV", facts.site.alt_m, "[m] elevation"));
+    cards.push(card("CENTALT", facts.alt_deg, "[deg] altitude at mid-exposure"));
+    cards.push(card("CENTAZ", facts.az_deg, "[deg] azimuth at mid-exposure"));
+    cards.push(card("SWCREATE", concat!("satphot ", env!("CARGO_PKG_VERSION"), " render"), "simulated data"));
+    cards.push(card("SIMSEED", &facts.seed.to_string(), "seed of the noise"));
+    cards.push(card("SIMRANGE", image.range_km, "[km] distance of the satellite"));
+    cards.push(card("SIMBANDL", image.band_um.0, "[um] band of the radiances, from"));
+    cards.push(card("SIMBANDH", image.band_um.1, "[um] band of the radiances, to"));
+    cards.push(card("SIMZP", sensor.zp_mag, &format!("[mag] {}, of 1 e-/s, air left out", sensor.zp_band)));
     if let Some(v_mag) = facts.v_mag {
-        put("SIMVMAG", real(v_mag), "[mag] V, Vega, of the satellite above the air");
+        cards.push(card("SIMVMAG", v_mag, "[mag] V, Vega, of the satellite above the air"));
     }
-    put("SIMSKY", real(exposure.sky_e_px), "[e-] sky in a pixel");
-    put("SIMDARK", real(exposure.dark_e_px), "[e-] dark current in a pixel");
-    put("SIMFLUX", real(exposure.satellite_e()), "[e-] all light of the satellite, without noise");
-    put("SATURATE", real(sensor.gain.saturation_adu), "[ADU] pixels from here up are saturated");
-    put("SIMNSAT", integer(sensor.n_saturated(counts) as i64), "[px] saturated pixels");
-    put("SIMLOST", real(exposure.beside_frac), "share of that beside the frame");
+    cards.push(card("SIMSKY", exposure.sky_e_px, "[e-] sky in a pixel"));
+    cards.push(card("SIMDARK", exposure.dark_e_px, "[e-] dark current in a pixel"));
+    cards.push(card("SIMFLUX", exposure.satellite_e(), "[e-] all light of the satellite, without noise"));
+    cards.push(card("SATURATE", sensor.gain.saturation_adu, "[ADU] pixels from here up are saturated"));
+    cards.push(card("SIMNSAT", sensor.n_saturated(counts) as i64, "[px] saturated pixels"));
+    cards.push(card("SIMLOST", exposure.beside_frac, "share of that beside the frame"));
     for (key, light) in ["SIMSUN", "SIMEARTH", "SIMMOON", "SIMLUNAR", "SIMSTARS"].iter().zip(Light::ALL) {
-        put(key, real(exposure.light_e(light)), &format!("[e-] {}", light.name()));
+        cards.push(card(key, exposure.light_e(light), &format!("[e-] {}", light.name())));
     }
     if let Some(snr) = snr {
-        put("SIMSNRPX", real(snr.pixel), "S/N of all light, brightest pixel");
-        put("SIMSNRSM", real(snr.summed), "S/N of all light, fewest pixels with 90 %");
-        put("SIMSNRMT", real(snr.matched), "S/N of all light, best weights");
+        cards.push(card("SIMSNRPX", snr.pixel, "S/N of all light, brightest pixel"));
+        cards.push(card("SIMSNRSM", snr.summed, "S/N of all light, fewest pixels with 90 %"));
+        cards.push(card("SIMSNRMT", snr.matched, "S/N of all light, best weights"));
     }
     for line in &facts.history {
-        put("HISTORY", text(line), "");
+        cards.push(card("HISTORY", line, ""));
     }
     if exposure.beside_frac > 0.0 {
         let line = format!("{:.3} % of the light fell beside the frame", 100.0 * exposure.beside_frac);
-        put("HISTORY", text(&line), "");
+        cards.push(card("HISTORY", &line, ""));
     }
     cards
 }

@@ -4,13 +4,16 @@
 //! for missing (FITS has no other mark for it). The column of times carries the keywords by which astropy makes it a
 //! Time. Source: FITS Standard 4.0, sections 7.3 and 9. Leaves out variable-length columns.
 
-use std::io::{self, Write};
+use std::path::Path;
 
 use super::Provenance;
 use super::table::Cell;
 use super::table::Table;
 use super::units::fits_unit;
-use crate::fits::card_out::{BLOCK, Cards, Sum, ascii};
+use crate::base::error::Result;
+use crate::fits::card_value::{CardLine, ascii, card};
+use crate::fits::raw::NewFits;
+use crate::fits::write::write_hdus;
 use crate::tables::bands::{description_in, ucd_in};
 use crate::tables::meta::Meta;
 use crate::tables::schema::Datatype;
@@ -18,28 +21,20 @@ use crate::tables::schema::Datatype;
 /// Writes `table`, the star measurements behind its zeropoint (none: an HDU without rows) and its provenance.
 ///
 /// # Errors
-/// Those of `out`.
-pub fn write_fits(
-    out: &mut impl Write,
-    table: &Table,
-    stars: Option<&Table>,
-    provenance: &Provenance,
-) -> io::Result<()> {
-    let mut primary = Cards::default();
-    primary
-        .value("SIMPLE", "T", "FITS 4.0")
-        .value("BITPIX", "8", "")
-        .value("NAXIS", "0", "no image")
-        .value("EXTEND", "T", "tables follow")
-        .text("ORIGIN", "satphot", "")
-        .comment("Text that is not ASCII, and the backslash, are escaped as in JSON.")
-        .comment("A number that is missing is NaN, a whole number TNULL, a text blank.");
-    out.write_all(&primary.finished(0))?;
-    hdu(out, &table.name.to_uppercase(), &Columns::of(table), &table.meta)?;
+/// [`crate::Error::Io`], [`crate::Error::Fits`].
+pub fn write_fits(path: &Path, table: &Table, stars: Option<&Table>, provenance: &Provenance) -> Result<()> {
     let none = Table { name: "stars", columns: crate::tables::schema::STARS.columns.to_vec(), ..Table::default() };
-    let stars = stars.unwrap_or(&none);
-    hdu(out, "ZEROPOINT", &Columns::of(stars), &table.meta)?;
-    hdu(out, "PROVENANCE", &Columns::of_pairs(provenance), &Meta::default())
+    write_hdus(path, |file| {
+        file.empty(&[
+            card("ORIGIN", "satphot", ""),
+            card("COMMENT", "Text that is not ASCII, and the backslash, are escaped as in JSON.", ""),
+            card("COMMENT", "A number that is missing is NaN, a whole number TNULL, a text blank.", ""),
+        ])?;
+        file.checksum()?;
+        append(file, &table.name.to_uppercase(), &Columns::of(table), &table.meta)?;
+        append(file, "ZEROPOINT", &Columns::of(stars.unwrap_or(&none)), &table.meta)?;
+        append(file, "PROVENANCE", &Columns::of_pairs(provenance), &Meta::default())
+    })
 }
 
 /// Missing whole numbers.
@@ -120,27 +115,23 @@ impl<'a> Columns<'a> {
         }
     }
 
-    /// Calls `take` with the bytes of each row.
-    fn each(&self, mut take: impl FnMut(&[u8]) -> io::Result<()>) -> io::Result<()> {
+    /// Calls `take` with the index and the bytes of each row.
+    fn each(&self, mut take: impl FnMut(usize, &[u8]) -> Result<()>) -> Result<()> {
         let mut bytes = Vec::new();
-        match self.rows {
-            Rows::Table(table) => {
-                for record in &table.records {
-                    bytes.clear();
-                    for (cell, head) in table.cells(record).zip(&self.heads) {
+        for index in 0..self.len() {
+            bytes.clear();
+            match self.rows {
+                Rows::Table(table) => {
+                    for (cell, head) in table.cells(&table.records[index]).zip(&self.heads) {
                         push(&mut bytes, cell, head.width);
                     }
-                    take(&bytes)?;
+                }
+                Rows::Pairs(pairs) => {
+                    push(&mut bytes, Cell::Text(&pairs[index].0), self.heads[0].width);
+                    push(&mut bytes, Cell::Text(&pairs[index].1), self.heads[1].width);
                 }
             }
-            Rows::Pairs(pairs) => {
-                for (key, value) in pairs {
-                    bytes.clear();
-                    push(&mut bytes, Cell::Text(key), self.heads[0].width);
-                    push(&mut bytes, Cell::Text(value), self.heads[1].width);
-                    take(&bytes)?;
-                }
-            }
+            take(index, &bytes)?;
         }
         Ok(())
     }
@@ -160,42 +151,59 @@ fn push(bytes: &mut Vec<u8>, cell: Cell<'_>, width: usize) {
     }
 }
 
-/// One binary table: header, rows, zeros up to the end of the block.
-fn hdu(out: &mut impl Write, name: &str, columns: &Columns<'_>, meta: &Meta) -> io::Result<()> {
-    let row_bytes: usize = columns.heads.iter().map(|h| h.width).sum();
-    let mut sum = Sum::default();
-    columns.each(|row| {
-        sum.add(row);
-        Ok(())
-    })?;
-    out.write_all(&header(name, columns, row_bytes, meta).finished(sum.total()))?;
-    columns.each(|row| out.write_all(row))?;
-    let data = row_bytes * columns.len();
-    out.write_all(&vec![0; data.div_ceil(BLOCK) * BLOCK - data])
+fn append(file: &mut NewFits, name: &str, columns: &Columns<'_>, meta: &Meta) -> Result<()> {
+    let forms: Vec<_> = columns.heads.iter().map(|head| (head.name.clone(), head.form())).collect();
+    file.table(name, &forms, columns.len(), &header(columns, meta))?;
+    columns.each(|index, row| file.row(index, row))?;
+    file.checksum()
 }
 
-fn header(name: &str, columns: &Columns<'_>, row_bytes: usize, meta: &Meta) -> Cards {
-    let mut cards = Cards::default();
-    cards
-        .text("XTENSION", "BINTABLE", "binary table")
-        .value("BITPIX", "8", "bytes")
-        .value("NAXIS", "2", "")
-        .value("NAXIS1", &row_bytes.to_string(), "bytes of a row")
-        .value("NAXIS2", &columns.len().to_string(), "rows")
-        .value("PCOUNT", "0", "")
-        .value("GCOUNT", "1", "")
-        .value("TFIELDS", &columns.heads.len().to_string(), "columns")
-        .text("EXTNAME", name, "");
+impl Head<'_> {
+    fn form(&self) -> String {
+        match self.datatype {
+            Datatype::Text => format!("{}A", self.width),
+            Datatype::Int64 => "K".into(),
+            Datatype::Int32 => "J".into(),
+            Datatype::Float64 => "D".into(),
+        }
+    }
+
+    /// The cards that describe column `n`, counted from 1, beyond its name and form.
+    fn cards(&self, n: usize) -> Vec<CardLine> {
+        let key = |stem: &str| format!("{stem}{n}");
+        let mut cards = Vec::new();
+        match self.datatype {
+            Datatype::Int64 => cards.push(card(&key("TNULL"), NULL_64, "missing")),
+            Datatype::Int32 => cards.push(card(&key("TNULL"), i64::from(NULL_32), "missing")),
+            Datatype::Text | Datatype::Float64 => {}
+        }
+        if !self.unit.is_empty() {
+            cards.push(card(&key("TUNIT"), self.unit, ""));
+        }
+        if self.name == "MJD_MID_D" {
+            cards.push(card(&key("TCTYP"), "UTC", ""));
+            cards.push(card(&key("TCUNI"), "d", ""));
+            cards.push(card(&key("TRPOS"), "TOPOCENT", ""));
+        }
+        if !self.ucd.is_empty() {
+            cards.push(card(&key("TUCD"), self.ucd.as_str(), ""));
+        }
+        cards.push(card(&key("TCOMM"), self.description.as_str(), ""));
+        cards
+    }
+}
+
+fn header(columns: &Columns<'_>, meta: &Meta) -> Vec<CardLine> {
+    let mut cards = Vec::new();
     let timed = columns.heads.iter().any(|h| h.name == "MJD_MID_D");
     if timed {
-        cards
-            .text("TIMESYS", "UTC", "time scale")
-            .value("MJDREF", "0.0", "[d] times are MJD")
-            .text("TIMEUNIT", "d", "")
-            .text("TREFPOS", "TOPOCENT", "times are those at the observatory");
+        cards.push(card("TIMESYS", "UTC", "time scale"));
+        cards.push(card("MJDREF", 0.0, "[d] times are MJD"));
+        cards.push(card("TIMEUNIT", "d", ""));
+        cards.push(card("TREFPOS", "TOPOCENT", "times are those at the observatory"));
     }
     for (key, value) in meta.flat() {
-        let (card, comment) = match key.as_str() {
+        let (keyword, comment) = match key.as_str() {
             "site.lat_deg" if timed => ("OBSGEO-B", "[deg] geodetic latitude, WGS84"),
             "site.lon_deg" if timed => ("OBSGEO-L", "[deg] longitude, east positive"),
             "site.alt_m" if timed => ("OBSGEO-H", "[m] height above the ellipsoid"),
@@ -206,37 +214,11 @@ fn header(name: &str, columns: &Columns<'_>, row_bytes: usize, meta: &Meta) -> C
             "mag_system" => ("MAGSYS", "system of the magnitudes"),
             _ => continue,
         };
-        match value.parse::<f64>() {
-            Ok(number) if card.starts_with("OBSGEO") => cards.value(card, &format!("{number:?}"), comment),
-            _ => cards.text(card, &value, comment),
-        };
+        cards.push(match value.parse::<f64>() {
+            Ok(number) if keyword.starts_with("OBSGEO") => card(keyword, number, comment),
+            _ => card(keyword, value.as_str(), comment),
+        });
     }
-    for (i, head) in columns.heads.iter().enumerate() {
-        let n = i + 1;
-        let key = |stem: &str| format!("{stem}{n}");
-        cards.text(&key("TTYPE"), &head.name, "");
-        let form = match head.datatype {
-            Datatype::Text => format!("{}A", head.width),
-            Datatype::Int64 => "K".into(),
-            Datatype::Int32 => "J".into(),
-            Datatype::Float64 => "D".into(),
-        };
-        cards.text(&key("TFORM"), &form, "");
-        match head.datatype {
-            Datatype::Int64 => cards.value(&key("TNULL"), &NULL_64.to_string(), "missing"),
-            Datatype::Int32 => cards.value(&key("TNULL"), &NULL_32.to_string(), "missing"),
-            _ => &mut cards,
-        };
-        if !head.unit.is_empty() {
-            cards.text(&key("TUNIT"), head.unit, "");
-        }
-        if head.name == "MJD_MID_D" {
-            cards.text(&key("TCTYP"), "UTC", "").text(&key("TCUNI"), "d", "").text(&key("TRPOS"), "TOPOCENT", "");
-        }
-        if !head.ucd.is_empty() {
-            cards.text(&key("TUCD"), &head.ucd, "");
-        }
-        cards.text(&key("TCOMM"), &head.description, "");
-    }
+    cards.extend(columns.heads.iter().enumerate().flat_map(|(i, head)| head.cards(i + 1)));
     cards
 }
