@@ -206,6 +206,19 @@ impl Source {
     }
 }
 
+/// What a folder's `mod.rs`, which is no file of its own, hands on from a room below it.
+fn upward_exports(source: &Source, rooms: &[String]) -> Vec<String> {
+    let rank = |m: &str| rooms.iter().position(|r| *r == m.split("::").next().unwrap());
+    let mut wrong = Vec::new();
+    for ((here, _), origin) in source.exports.iter().filter(|((here, _), _)| !source.is_node(here)) {
+        let from = source.definition(origin, 0);
+        wrong.extend(
+            from.filter(|from| rank(from) > rank(here)).map(|from| format!("{here} re-exports upward: {from}")),
+        );
+    }
+    wrong
+}
+
 /// What breaks the order of the rooms.
 fn upward(graph: &Graph, rooms: &[String]) -> Vec<String> {
     let rank = |m: &str| rooms.iter().position(|r| *r == m.split("::").next().unwrap());
@@ -251,9 +264,10 @@ fn rooms_import_downward_and_files_form_no_circles() {
     assert!(rooms.len() > 15, "{rooms:?}");
     let mut modules = BTreeMap::new();
     read_modules(Path::new("src"), "", &mut modules);
-    let graph = Source::new(modules).graph();
+    let source = Source::new(modules);
+    let graph = source.graph();
     assert!(graph.len() > 400 && graph.values().map(BTreeSet::len).sum::<usize>() > 1000, "the reader lost the source");
-    let wrong = [upward(&graph, &rooms), circles(&graph)].concat();
+    let wrong = [upward(&graph, &rooms), upward_exports(&source, &rooms), circles(&graph)].concat();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
@@ -276,6 +290,19 @@ fn an_upward_import_is_found_in_use_lines_expressions_and_through_re_exports() {
     }
     let stranger = source_of(&[("attic::a", "fn f() {}")]);
     assert_eq!(upward(&stranger.graph(), &rooms), ["attic::a: ARCHITECTURE.md knows no such room"]);
+}
+
+#[test]
+fn an_upward_re_export_of_a_folder_is_found() {
+    let rooms = ["base", "frames", "cli"].map(str::to_string);
+    let planted = source_of(&[
+        ("base", "pub mod error;\npub use crate::frames::Frame;\npub use error::Error;"),
+        ("base::error", "pub struct Error;"),
+        ("frames", "pub mod frame;\npub use frame::Frame;\npub use crate::base::Error;"),
+        ("frames::frame", "pub struct Frame;"),
+    ]);
+    assert!(upward(&planted.graph(), &rooms).is_empty());
+    assert_eq!(upward_exports(&planted, &rooms), ["base re-exports upward: frames::frame"]);
 }
 
 #[test]

@@ -10,7 +10,7 @@ use super::master::MasterFlat;
 use crate::base::error::{Error, Result};
 use crate::base::pages::zeros;
 use crate::config;
-pub(crate) use crate::fits::card_value::CardValue;
+use crate::fits::card_value::CardValue;
 use crate::fits::cards::Header;
 use crate::fits::raw::guarded;
 use crate::fits::write::write_f32;
