@@ -320,3 +320,84 @@ fn a_circle_is_found_and_a_folder_that_only_re_exports_is_none() {
     ]);
     assert_eq!(circles(&circle.graph()), ["circle: frames::a, frames::b"]);
 }
+
+/// Verbs of the program that are no words of everyday sentences after "satphot".
+const VERBS: [&str; 22] = [
+    "accuracy",
+    "brdf",
+    "compare",
+    "detector",
+    "export",
+    "fetch",
+    "flat",
+    "init",
+    "inspect",
+    "limits",
+    "measure",
+    "merge",
+    "passes",
+    "plan",
+    "predict",
+    "render",
+    "report",
+    "run",
+    "satellites",
+    "solve",
+    "verify",
+    "zeropoint",
+];
+/// Lines to paste that these files still spell: what fetches a catalogue or elements, what makes a report's night again.
+const STILL: [&str; 5] = [
+    "config::load",
+    "orbit::elements::select",
+    "pipeline::stars::pointing",
+    "pipeline::stars::solve_file",
+    "report::page::provenance",
+];
+
+/// The string literals of a text without comments, those over several lines in one.
+fn literals(text: &str) -> Vec<String> {
+    let (mut found, mut open, mut escaped) = (Vec::new(), None::<String>, false);
+    let mut before = '\0';
+    for c in text.chars() {
+        match &mut open {
+            Some(_) if c == '"' && !escaped => found.extend(open.take()),
+            Some(literal) => literal.push(c),
+            None if c == '"' && before != '\'' => open = Some(String::new()),
+            None => {}
+        }
+        escaped = c == '\\' && !escaped && open.is_some();
+        before = c;
+    }
+    found
+}
+
+/// Whether a text names an option or a verb of the terminal.
+fn names_the_terminal(literal: &str) -> bool {
+    let after = |mark: &str| literal.split(mark).skip(1).map(str::to_owned).collect::<Vec<_>>();
+    let option = [" --", "`--"].iter().flat_map(|mark| after(mark)).any(|rest| rest.starts_with(char::is_lowercase));
+    let verb = after("satphot ").iter().any(|rest| {
+        let word: String = rest.chars().take_while(char::is_ascii_lowercase).collect();
+        VERBS.contains(&word.as_str())
+    });
+    option || verb
+}
+
+#[test]
+fn the_library_names_no_verb_and_no_option_of_the_terminal() {
+    let mut modules = BTreeMap::new();
+    read_modules(Path::new("src"), "", &mut modules);
+    let library = modules.iter().filter(|(m, _)| !m.starts_with("cli") && !STILL.contains(&m.as_str()));
+    let wrong: Vec<String> = library
+        .flat_map(|(m, text)| literals(text).into_iter().map(move |literal| (m, literal)))
+        .filter(|(_, literal)| names_the_terminal(literal))
+        .map(|(m, literal)| format!("{m}: {literal}"))
+        .collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert_eq!(literals("let a = \"x \\\" y\"; let b = '\"'; f(\"z\")"), ["x \\\" y", "z"]);
+    for planted in ["run `satphot fetch elements`", "give --norad", "`--norad` is missing"].map(|t| format!("so: {t}"))
+    {
+        assert!(names_the_terminal(&planted), "{planted}");
+    }
+    assert!(!names_the_terminal("is nothing satphot reads -- or so"));
+}

@@ -37,6 +37,7 @@ use crate::pipeline::survey::preflight::preflight_of;
 use crate::pipeline::survey::scale::check_stars;
 use crate::pipeline::target::row::{failed_file_row, set_aside_row};
 use crate::report::summary::pass_table;
+use crate::tables::meta::NO_BAND;
 use crate::tables::words::Status;
 use crate::tables::{Meta, MetaValue, PhotometryRow, ResidualRow, StarRow, read_photometry, read_stars};
 use crate::tables::{write_photometry, write_residuals, write_stars};
@@ -366,7 +367,7 @@ impl Compared {
     pub fn text(&self) -> String {
         let band = self.of_band.iter().find(|(key, _)| key == "band").map(|(_, value)| value);
         match band {
-            Some(MetaValue::Text(band)) if band != "none" => pass_table(&self.rows, band),
+            Some(MetaValue::Text(band)) if band != NO_BAND => pass_table(&self.rows, band),
             _ => pass_table(&self.rows, "V"),
         }
     }

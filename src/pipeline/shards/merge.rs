@@ -348,11 +348,7 @@ impl Merged {
     pub fn text(&self) -> String {
         let n = |status: Status| self.rows.iter().filter(|r| r.status == status).count();
         let counts = Status::ALL.map(|s| format!("{} {s}", n(s))).join(", ");
-        let band = match self.meta.get("band") {
-            Some(MetaValue::Text(band)) if band != "none" => band.as_str(),
-            _ => "V",
-        };
-        format!("{counts}\n{}", pass_table(&self.rows, band))
+        format!("{counts}\n{}", pass_table(&self.rows, self.meta.band().unwrap_or("V")))
     }
 }
 
