@@ -99,7 +99,9 @@ fn main() {
     match stage.as_str() {
         "read" => measured(&name, stars, |e| night.reduce(e).unwrap().pixels.len()),
         "frame" => measured(&name, stars, |e| chain(&night.reduce(e).unwrap())),
-        "target" => measured(&name, &survey.targets, |e| usize::from(measure_frame(e, &night).row.flux_e.is_some())),
+        "target" => {
+            measured(&name, &survey.targets, |e| usize::from(matches!(measure_frame(e, &night).measured, Some(Ok(_)))))
+        }
         "background" | "detect" | "apertures" => {
             let frame = night.reduce(&stars[0]).unwrap();
             let sky = background(&frame, 64, 3.0).unwrap();

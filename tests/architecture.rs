@@ -206,6 +206,19 @@ impl Source {
     }
 }
 
+/// What a folder's `mod.rs`, which is no file of its own, hands on from a room below it.
+fn upward_exports(source: &Source, rooms: &[String]) -> Vec<String> {
+    let rank = |m: &str| rooms.iter().position(|r| *r == m.split("::").next().unwrap());
+    let mut wrong = Vec::new();
+    for ((here, _), origin) in source.exports.iter().filter(|((here, _), _)| !source.is_node(here)) {
+        let from = source.definition(origin, 0);
+        wrong.extend(
+            from.filter(|from| rank(from) > rank(here)).map(|from| format!("{here} re-exports upward: {from}")),
+        );
+    }
+    wrong
+}
+
 /// What breaks the order of the rooms.
 fn upward(graph: &Graph, rooms: &[String]) -> Vec<String> {
     let rank = |m: &str| rooms.iter().position(|r| *r == m.split("::").next().unwrap());
@@ -251,9 +264,10 @@ fn rooms_import_downward_and_files_form_no_circles() {
     assert!(rooms.len() > 15, "{rooms:?}");
     let mut modules = BTreeMap::new();
     read_modules(Path::new("src"), "", &mut modules);
-    let graph = Source::new(modules).graph();
+    let source = Source::new(modules);
+    let graph = source.graph();
     assert!(graph.len() > 400 && graph.values().map(BTreeSet::len).sum::<usize>() > 1000, "the reader lost the source");
-    let wrong = [upward(&graph, &rooms), circles(&graph)].concat();
+    let wrong = [upward(&graph, &rooms), upward_exports(&source, &rooms), circles(&graph)].concat();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
@@ -279,6 +293,19 @@ fn an_upward_import_is_found_in_use_lines_expressions_and_through_re_exports() {
 }
 
 #[test]
+fn an_upward_re_export_of_a_folder_is_found() {
+    let rooms = ["base", "frames", "cli"].map(str::to_string);
+    let planted = source_of(&[
+        ("base", "pub mod error;\npub use crate::frames::Frame;\npub use error::Error;"),
+        ("base::error", "pub struct Error;"),
+        ("frames", "pub mod frame;\npub use frame::Frame;\npub use crate::base::Error;"),
+        ("frames::frame", "pub struct Frame;"),
+    ]);
+    assert!(upward(&planted.graph(), &rooms).is_empty());
+    assert_eq!(upward_exports(&planted, &rooms), ["base re-exports upward: frames::frame"]);
+}
+
+#[test]
 fn a_circle_is_found_and_a_folder_that_only_re_exports_is_none() {
     let through_the_folder = source_of(&[
         ("frames", "mod a;\nmod b;\npub use a::A;\npub(super) use b::B;"),
@@ -292,4 +319,85 @@ fn a_circle_is_found_and_a_folder_that_only_re_exports_is_none() {
         ("frames::b", "pub struct B(super::A);"),
     ]);
     assert_eq!(circles(&circle.graph()), ["circle: frames::a, frames::b"]);
+}
+
+/// Verbs of the program that are no words of everyday sentences after "satphot".
+const VERBS: [&str; 22] = [
+    "accuracy",
+    "brdf",
+    "compare",
+    "detector",
+    "export",
+    "fetch",
+    "flat",
+    "init",
+    "inspect",
+    "limits",
+    "measure",
+    "merge",
+    "passes",
+    "plan",
+    "predict",
+    "render",
+    "report",
+    "run",
+    "satellites",
+    "solve",
+    "verify",
+    "zeropoint",
+];
+/// Lines to paste that these files still spell: what fetches a catalogue or elements, what makes a report's night again.
+const STILL: [&str; 5] = [
+    "config::load",
+    "orbit::elements::select",
+    "pipeline::stars::pointing",
+    "pipeline::stars::solve_file",
+    "report::page::provenance",
+];
+
+/// The string literals of a text without comments, those over several lines in one.
+fn literals(text: &str) -> Vec<String> {
+    let (mut found, mut open, mut escaped) = (Vec::new(), None::<String>, false);
+    let mut before = '\0';
+    for c in text.chars() {
+        match &mut open {
+            Some(_) if c == '"' && !escaped => found.extend(open.take()),
+            Some(literal) => literal.push(c),
+            None if c == '"' && before != '\'' => open = Some(String::new()),
+            None => {}
+        }
+        escaped = c == '\\' && !escaped && open.is_some();
+        before = c;
+    }
+    found
+}
+
+/// Whether a text names an option or a verb of the terminal.
+fn names_the_terminal(literal: &str) -> bool {
+    let after = |mark: &str| literal.split(mark).skip(1).map(str::to_owned).collect::<Vec<_>>();
+    let option = [" --", "`--"].iter().flat_map(|mark| after(mark)).any(|rest| rest.starts_with(char::is_lowercase));
+    let verb = after("satphot ").iter().any(|rest| {
+        let word: String = rest.chars().take_while(char::is_ascii_lowercase).collect();
+        VERBS.contains(&word.as_str())
+    });
+    option || verb
+}
+
+#[test]
+fn the_library_names_no_verb_and_no_option_of_the_terminal() {
+    let mut modules = BTreeMap::new();
+    read_modules(Path::new("src"), "", &mut modules);
+    let library = modules.iter().filter(|(m, _)| !m.starts_with("cli") && !STILL.contains(&m.as_str()));
+    let wrong: Vec<String> = library
+        .flat_map(|(m, text)| literals(text).into_iter().map(move |literal| (m, literal)))
+        .filter(|(_, literal)| names_the_terminal(literal))
+        .map(|(m, literal)| format!("{m}: {literal}"))
+        .collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert_eq!(literals("let a = \"x \\\" y\"; let b = '\"'; f(\"z\")"), ["x \\\" y", "z"]);
+    for planted in ["run `satphot fetch elements`", "give --norad", "`--norad` is missing"].map(|t| format!("so: {t}"))
+    {
+        assert!(names_the_terminal(&planted), "{planted}");
+    }
+    assert!(!names_the_terminal("is nothing satphot reads -- or so"));
 }

@@ -5,7 +5,8 @@ use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
 use satphot::config::Config;
-use satphot::frames::{Buffers, ElectronsPerAdu, Gain, classify, count_values, read};
+use satphot::detector::count_values;
+use satphot::frames::{Buffers, ElectronsPerAdu, Gain, classify, read};
 use satphot::fits::wrong_checksum;
 use satphot_fuzz::{as_file, as_fits};
 

@@ -76,7 +76,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
         work: "one sky",
         error: "mag",
         reference: "the median of many more directions",
-        default_because: "a median to 0.02 mag is finer than any figure; --points 300 does for a month",
+        default_because: "a median to 0.02 mag is finer than any figure; 300 points do for a month",
         series,
     })
 }

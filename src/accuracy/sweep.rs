@@ -2,7 +2,6 @@
 
 use super::effort::Effort;
 use super::effort::Stopwatch;
-pub(super) use crate::base::constants::ARCSEC_PER_RAD;
 
 /// CPU time of one setting is measured over at least this long \[s\].
 const LEAST_S: (f64, f64) = (0.02, 0.3);

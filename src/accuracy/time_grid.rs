@@ -8,7 +8,8 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
 use super::effort::Stopwatch;
-use super::sweep::{ARCSEC_PER_RAD, Errors, Point, Series, Sweep, cpu_us};
+use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use crate::base::constants::ARCSEC_PER_RAD;
 use crate::base::error::Result;
 use crate::orbit::{EarthOrientation, SkyBodies, bodies};
 

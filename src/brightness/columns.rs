@@ -1,13 +1,10 @@
-//! The columns of a row that geometry and model fill.
+//! How geometry and the model's magnitudes are written into a row.
 
 use super::Brightness;
-use super::Model;
 use super::light_class::PaperLabel;
 use super::light_class::classes;
 use super::light_class::is_sunlit;
-use super::scene::scene;
 use super::skipped_text;
-use crate::base::error::Result;
 use crate::config;
 use crate::orbit::Geometry;
 use crate::photometry::Flags;
@@ -38,12 +35,8 @@ pub fn fill_geometry(row: &mut PhotometryRow, g: &Geometry) {
     }
 }
 
-/// Puts the model's magnitudes into a row, and where they are of the observed band the residual, observed minus modelled.
-///
-/// # Errors
-/// [`crate::Error::Model`] for an impossible scene.
-pub fn add_model(row: &mut PhotometryRow, geometry: &Geometry, model: &Model, same_band: bool) -> Result<Brightness> {
-    let model = model.brightness(&scene(geometry))?;
+/// The model columns, and where the model is of the observed band the residual, observed minus modelled.
+pub fn fill_model(row: &mut PhotometryRow, model: &Brightness, same_band: bool) {
     row.model_v_mag = model.total_v_mag;
     row.sun_v_mag = model.sun.v_mag;
     row.earthshine_v_mag = model.earthshine.v_mag;
@@ -52,7 +45,7 @@ pub fn add_model(row: &mut PhotometryRow, geometry: &Geometry, model: &Model, sa
     row.model_err_mag = model.total_v_mag.map(|_| model.err_mag);
     row.illum = model.illum.to_string();
     // sunlight that the air bends past the edge of the geometric shadow is sunlight too
-    if is_sunlit(model.illum) && row.paper_label == PaperLabel::Night.to_string() {
+    if is_sunlit(model.illum) && PaperLabel::from_text(&row.paper_label) == Some(PaperLabel::Night) {
         row.paper_label = PaperLabel::Twilight.to_string();
     }
     row.skipped = skipped_text(&model.skipped);
@@ -63,7 +56,6 @@ pub fn add_model(row: &mut PhotometryRow, geometry: &Geometry, model: &Model, sa
     if model.extrapolated {
         row.flags |= Flags::MODEL_EXTRAPOLATED.0;
     }
-    Ok(model)
 }
 
 /// Each effect of a model by name, as a file spells it.

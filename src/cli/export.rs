@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use satphot::Error;
+use satphot::base::file::{write_atomic, write_streamed};
 use satphot::config::{Config, Reporter};
 use satphot::export::{
     Choice, DataMode, Facts, Selected, TdmNames, UdlNames, check_score, iod_text, score_text, select, sound, tdm_text,
     udl_text,
 };
-use satphot::report::{write_atomic, write_streamed};
 use satphot::tables::formats::{Table, provenance, write_csv, write_fits, write_votable};
 use satphot::tables::words::Verdict;
 use satphot::tables::{PhotometryRow, read_table};

@@ -120,13 +120,13 @@ const NEEDED: [(&str, &[(&str, &str, &str)]); 7] = [
     (
         "stars",
         &[
-            ("catalogue", "\"\"", "star catalogue; `satphot fetch stars` gets one"),
+            ("catalogue", "\"\"", "star catalogue; `fetch stars` gets one"),
             ("bv_range_mag", "[nan, nan]", "range of B-V of the stars [mag]"),
             ("v_range_mag", "[nan, nan]", "range of V of the stars [mag]"),
         ],
     ),
-    ("orbit", &[("elements", "\"\"", "file of elements; `satphot fetch elements` gets one")]),
-    ("model", &[("satellite", "\"\"", "a satellite of the catalogue; `satphot satellites` lists them")]),
+    ("orbit", &[("elements", "\"\"", "file of elements; `fetch elements` gets one")]),
+    ("model", &[("satellite", "\"\"", "a satellite of the catalogue; `satellites` lists them")]),
 ];
 /// Tables of [`NEEDED`] that a night may do without.
 const OPTIONAL: [&str; 3] = ["stars", "orbit", "model"];

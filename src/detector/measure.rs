@@ -4,8 +4,8 @@
 //! Leaves out what is right or wrong about it ([`crate::pipeline::detector::checks`]).
 
 use crate::base::stats::{mean_and_sd, median, sigma_clip};
-use crate::detector::{Counts, DarkNoise, PairPoints, Refusal, Transfer, compare_flats, fit_transfer};
-use crate::frames::{Blocks, Exposure, count_values, read_box};
+use crate::detector::{Counts, DarkNoise, PairPoints, Refusal, Transfer, compare_flats, count_values, fit_transfer};
+use crate::frames::{Blocks, Exposure, read_box};
 
 /// Pixels of an overscan that are read.
 const OVERSCAN_PX: usize = 100_000;

@@ -163,7 +163,7 @@ impl Facts {
         self.data_mode.ok_or_else(|| {
             argument(
                 "data_mode",
-                "the table does not say whether its frames are real (meta data_mode, written by `satphot run` and \
+                "the table does not say whether its frames are real (meta data_mode, written by `run` and \
                  `measure`); reduce the night again, or say REAL, SIMULATED, TEST or EXERCISE"
                     .into(),
             )

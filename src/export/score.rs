@@ -118,7 +118,7 @@ pub fn score_text(path: &Path, observations: &[Kept<'_>], facts: &Facts, names: 
     }
     let mut warnings: Vec<String> = told.iter().take(MOST_WARNINGS).map(ToString::to_string).collect();
     if told.len() > MOST_WARNINGS {
-        warnings.push(format!("{} more warnings; `satphot export --check` tells all", told.len() - MOST_WARNINGS));
+        warnings.push(format!("{} more warnings; a check of the export tells all", told.len() - MOST_WARNINGS));
     }
     warnings.extend(too_low(observations, alt_m));
     Ok(Scored { text, warnings })

@@ -26,13 +26,13 @@ impl Choice {
         let mut choice = Self::default();
         let mut used = false;
         for word in text.split(',').map(str::trim) {
-            match word {
-                "use" => used = true,
-                "caution" => choice.caution = true,
-                "reject" => choice.reject = true,
-                other => {
+            match Verdict::from_cell(word) {
+                Some(Verdict::Use) => used = true,
+                Some(Verdict::Caution) => choice.caution = true,
+                Some(Verdict::Reject) => choice.reject = true,
+                None => {
                     let problem =
-                        format!("`{other}` is not a verdict; accepted: use, caution, reject (comma-separated)");
+                        format!("`{word}` is not a verdict; accepted: use, caution, reject (comma-separated)");
                     return Err(Error::Argument { name: "verdicts".into(), problem });
                 }
             }

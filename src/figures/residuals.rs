@@ -13,6 +13,7 @@ use super::panel::{Panel, Ticks};
 use crate::base::error::Result;
 use crate::base::stats::robust;
 use crate::base::stats::scatter;
+use crate::brightness::Illum;
 use crate::tables::ResidualRow;
 use crate::tables::selection::is_lower_limit;
 use crate::tables::selection::is_used;
@@ -23,14 +24,14 @@ const SIZE: (u32, u32) = (960, 640);
 const NAME: &str = "Residuals against altitude";
 
 /// Largest light in the table, in words, with its mark.
-const CLASSES: [(&str, &str, Mark, Colour); 7] = [
-    ("sun", "sunlit", Mark::Full, ORANGE),
-    ("penumbra", "penumbra", Mark::Diamond, VERMILLION),
-    ("earthshine", "Earthshine", Mark::Down, GREEN),
-    ("moon", "Moonlight", Mark::Square, SKY_BLUE),
-    ("lunar_earthshine", "Lunar-Earthshine", Mark::Up, PURPLE),
-    ("none", "no light", Mark::Full, GREY),
-    ("", "light not known", Mark::Full, BLUE),
+const CLASSES: [(Option<Illum>, &str, Mark, Colour); 7] = [
+    (Some(Illum::Sun), "sunlit", Mark::Full, ORANGE),
+    (Some(Illum::Penumbra), "penumbra", Mark::Diamond, VERMILLION),
+    (Some(Illum::Earthshine), "Earthshine", Mark::Down, GREEN),
+    (Some(Illum::Moon), "Moonlight", Mark::Square, SKY_BLUE),
+    (Some(Illum::LunarEarthshine), "Lunar-Earthshine", Mark::Up, PURPLE),
+    (Some(Illum::None), "no light", Mark::Full, GREY),
+    (None, "light not known", Mark::Full, BLUE),
 ];
 
 /// Draws residual against altitude with median and robust σ; rejected points are crosses, cautioned ones open circles;
@@ -77,9 +78,8 @@ pub fn residuals_altitude(path: &Path, rows: &[ResidualRow], band: &str) -> Resu
             entries.push((None, String::new()));
         }
         let (mut rejected, mut cautioned, mut at_least, mut beyond) = (0, 0, 0, 0);
-        for (key, name, mark, colour) in CLASSES {
-            let known = |r: &ResidualRow| CLASSES.iter().any(|c| c.0 == r.illum);
-            let of_class = points.iter().filter(|(r, _, _)| r.illum == key || (key.is_empty() && !known(r)));
+        for (light, name, mark, colour) in CLASSES {
+            let of_class = points.iter().filter(|(r, _, _)| Illum::from_cell(&r.illum) == light);
             let mut count = 0;
             for (row, alt_deg, residual_mag) in of_class {
                 let (mark, colour) = match Verdict::from_cell(&row.verdict) {

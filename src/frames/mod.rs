@@ -26,7 +26,6 @@ pub use header::optics::pixel_scale_arcsec;
 pub use frame::{Electrons, ElectronsPerAdu, Frame, Gain, GainSetting, mask};
 pub use load::{Buffers, FrameReader, PooledFrame, read};
 
-pub use crate::detector::adc::count_values;
 pub use exposure::other_satellite;
 pub use readout::Camera;
 pub use role::Role;

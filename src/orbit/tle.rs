@@ -124,7 +124,7 @@ fn checksum(columns: &[u8]) -> u32 {
 
 /// What CelesTrak answers for objects it has no TLE of.
 const GONE: &str = "\"No GP data found\": the server had no such object in this format; numbers above 99999 have no TLE, \
-                    fetch FORMAT=json or csv (`satphot fetch elements --format json`)";
+                    fetch FORMAT=json or csv";
 
 enum Kind {
     Name,

@@ -70,8 +70,7 @@ pub fn read_labelled(path: &Path) -> Result<LabelledTable> {
     let records = reader.records().collect::<std::result::Result<Vec<_>, _>>();
     let records = records.map_err(|e| fail(line_of(e.position()), e.to_string()))?;
     let has = |name: &str| names.contains_key(name);
-    let need =
-        |what: &str| fail(None, format!("column {what} is needed; `satphot run` and `predict pass -o` write it"));
+    let need = |what: &str| fail(None, format!("column {what} is needed; `run` and `predict pass` write it"));
     if !has("mjd_mid_d") && !has("date_mid") {
         return Err(need("mjd_mid_d or date_mid"));
     }

@@ -5,12 +5,13 @@
 use super::context::Context;
 use super::entry::{Basis, Entry, Numbers, row};
 use super::rule::Rule;
+use crate::base::constants::ARCSEC_PER_RAD;
 use crate::base::error::{Error, Result};
 use crate::brightness::lamps::FULL_MOON_V_MAG;
 use crate::config::Mode;
 use crate::visibility::simple::{
-    ARCSEC_PER_RAD, AreaMeaning, Diameter, Panel, PanelLight, SimpleEffects, angle_arcsec, diameter_m,
-    solid_angle_arcsec2, surface_brightness,
+    AreaMeaning, Diameter, Panel, PanelLight, SimpleEffects, angle_arcsec, diameter_m, solid_angle_arcsec2,
+    surface_brightness,
 };
 use crate::visibility::streak::{effective_surface_brightness, t_eff_simple_s, width_arcsec, zenith_rate_rad_s};
 use crate::visibility::survey::RUBIN;

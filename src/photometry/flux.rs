@@ -8,11 +8,9 @@ use multiversion::multiversion;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-pub(crate) use super::clip::clipped_sky;
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::Flags;
 pub(crate) use crate::photometry::annulus::Sky;
-pub(crate) use crate::photometry::annulus::annulus_sky;
 use crate::photometry::annulus::{no_bits, whole_annulus_sky};
 use crate::photometry::aperture::{Bounds, Shape, for_each_row};
 use crate::photometry::background::Background;

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::background::{Background, Pixels};
-use crate::photometry::flux::clipped_sky;
+use crate::photometry::clip::clipped_sky;
 
 /// About as many pixels as [`level_offset`] looks at.
 const OFFSET_PX: usize = 100_000;

@@ -21,7 +21,7 @@ pub fn comparable(model: &config::Model) -> Result<Option<String>> {
             key: "model.throughput".into(),
             problem:
                 "observed magnitudes are those of a band outside the telescope, so the model's must be too: remove it \
-                      (`satphot predict` takes any band and throughput)"
+                      (`predict` takes any band and throughput)"
                     .into(),
         });
     }
@@ -60,7 +60,7 @@ pub fn band_of_model(config: &config::Config, observed: Band) -> Result<Option<S
     Err(Error::Config {
         key: "model.band".into(),
         problem: format!(
-            "\"{}\": observed magnitudes are {observed}, so the model's must be too; {remedy} (`satphot predict` takes any band)",
+            "\"{}\": observed magnitudes are {observed}, so the model's must be too; {remedy} (`predict` takes any band)",
             model.band
         ),
     })

@@ -38,10 +38,11 @@ use crate::pipeline::survey::damage::damage_notes;
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::survey::preflight::preflight;
 use crate::pipeline::survey::scale::check_stars;
-use crate::pipeline::target::frame::{failed_file_row, missing_parts, set_aside_row};
+use crate::pipeline::target::frame::missing_parts;
 use crate::pipeline::target::outcome::TargetFrame;
 #[cfg(feature = "report")]
 use crate::pipeline::target::pictures::pictures;
+use crate::pipeline::target::row::{failed_file_row, set_aside_row};
 use crate::report::summary::pass_table;
 use crate::tables::words::Status;
 use crate::tables::{PhotometryRow, ResidualRow, StarRow};

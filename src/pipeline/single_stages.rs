@@ -12,8 +12,8 @@ use crate::base::error::{Error, Result};
 use crate::base::file::file_name;
 use crate::base::file::save;
 use crate::base::progress::Progress;
-use crate::brightness::columns::add_model;
-use crate::brightness::columns::fill_geometry;
+use crate::brightness::columns::{fill_geometry, fill_model};
+use crate::brightness::scene::scene;
 use crate::config::Config;
 use crate::export::DataMode;
 use crate::frames::Role;
@@ -35,9 +35,9 @@ use crate::pipeline::stars::zeropoint::of_band;
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::survey::preflight::preflight_of;
 use crate::pipeline::survey::scale::check_stars;
-use crate::pipeline::target::frame::failed_file_row;
-use crate::pipeline::target::frame::set_aside_row;
+use crate::pipeline::target::row::{failed_file_row, set_aside_row};
 use crate::report::summary::pass_table;
+use crate::tables::meta::NO_BAND;
 use crate::tables::words::Status;
 use crate::tables::{Meta, MetaValue, PhotometryRow, ResidualRow, StarRow, read_photometry, read_stars};
 use crate::tables::{write_photometry, write_residuals, write_stars};
@@ -328,7 +328,8 @@ pub fn compare_table(config: &Config, table: &Path) -> Result<Compared> {
         let Some(epoch) = epoch_of(row) else { continue };
         let modelled = tracker.at(&epoch).and_then(|geometry| {
             fill_geometry(row, &geometry);
-            add_model(row, &geometry, model, same_band)
+            fill_model(row, &model.brightness(&scene(&geometry))?, same_band);
+            Ok(())
         });
         if let Err(error) = modelled {
             notes.push(format!("{}: {error}", row.frame));
@@ -366,7 +367,7 @@ impl Compared {
     pub fn text(&self) -> String {
         let band = self.of_band.iter().find(|(key, _)| key == "band").map(|(_, value)| value);
         match band {
-            Some(MetaValue::Text(band)) if band != "none" => pass_table(&self.rows, band),
+            Some(MetaValue::Text(band)) if band != NO_BAND => pass_table(&self.rows, band),
             _ => pass_table(&self.rows, "V"),
         }
     }

@@ -11,10 +11,8 @@ use super::options::Options;
 use super::products::inputs::named_files;
 use super::target::outcome::TargetFrame;
 use crate::base::error::{Error, Result};
-use crate::base::file::file_name;
 use crate::base::hash::sha256_16;
 use crate::base::progress::Progress;
-use crate::brightness::columns::add_model;
 use crate::frames::Exposure;
 use crate::frames::flat::{BAND_BYTES, FlatMember, MasterFlat};
 use crate::pipeline::compare::comparable;
@@ -25,13 +23,11 @@ use crate::pipeline::products::provenance::Provenance;
 use crate::pipeline::shards::products::FrameCache;
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::target::frame::ASSUMED_FWHM_ARCSEC;
-use crate::pipeline::target::frame::failed_row;
-use crate::pipeline::target::frame::geometry_columns;
-use crate::pipeline::target::frame::internal;
-use crate::pipeline::target::frame::measure_frame;
-use crate::pipeline::target::frame::row_of_header;
+use crate::pipeline::target::frame::{internal, measure_frame};
+use crate::pipeline::target::place::Place;
+use crate::pipeline::target::row::{failed_row, flat_row};
 use crate::tables::PhotometryRow;
-use crate::tables::words::{Status, Verdict};
+use crate::tables::words::Status;
 
 /// Name of the product of the master flat.
 const FLAT: &str = "flat";
@@ -163,7 +159,7 @@ pub fn target_stage(
         quadratures.moon += moon;
         problems.extend(problem);
         // cheap to find again, and only asked for by what explains a night
-        let geometry = geometry_columns(&mut row_of_header(exposure, night), exposure, night).ok().flatten();
+        let geometry = Place::of(exposure, night).seen().cloned();
         frames.push(TargetFrame { row, geometry, thumb: None });
     }
     problems.sort();
@@ -201,40 +197,24 @@ fn depends(night: &Calibrated, products: &FrameCache) -> Vec<String> {
 /// One target frame, kept from an earlier run or measured and modelled.
 fn reduced(exposure: &Exposure, night: &Calibrated, products: &FrameCache, depends: &[&str]) -> Reduced {
     let make = || {
-        let TargetFrame { row, geometry, .. } = measure_frame(exposure, night);
-        let mut reduced = Reduced::of(row);
-        if let (Some(model), Some(geometry)) = (&night.model, &geometry) {
-            match add_model(&mut reduced.row, geometry, model, night.model_is_of_band()) {
-                Ok(model) => reduced.integrals = [1, model.quadratures.sun, model.quadratures.moon],
-                Err(error) => {
-                    reduced.problem = Some(format!("{}: {error}", reduced.row.frame));
-                    reduced.row.skipped = error.to_string();
-                }
-            }
+        let compared = measure_frame(exposure, night).compared(night);
+        let mut reduced = Reduced::of(compared.row(night));
+        match &compared.model {
+            Some(Ok(model)) => reduced.integrals = [1, model.quadratures.sun, model.quadratures.moon],
+            Some(Err(error)) => reduced.problem = Some(format!("{}: {error}", exposure.name)),
+            None => {}
         }
         Ok(reduced)
     };
     // what failed may have failed by a disk or a network that will be there again
     let (hash, reduced) =
         products.of_frame(TARGET, exposure, depends, make, |r: &Reduced| r.row.status != Status::Failed);
-    let mut reduced = reduced.unwrap_or_else(|error: Error| Reduced::of(failed_row(exposure, &error)));
-    reduced.row.frame_sha256 = hash;
-    reduced
+    let reduced = reduced.unwrap_or_else(|error: Error| Reduced::of(failed_row(exposure, &error)));
+    Reduced { row: PhotometryRow { frame_sha256: hash, ..reduced.row }, ..reduced }
 }
 
 /// Flats that did not enter the master, as rows.
 pub(crate) fn rejected_flats(night: &Flattened) -> Vec<PhotometryRow> {
     let Some(flat) = &night.flat else { return Vec::new() };
-    flat.members
-        .iter()
-        .filter(|m| !m.used)
-        .map(|m| PhotometryRow {
-            frame: file_name(&m.path),
-            object_name: "flat".into(),
-            status: Status::Rejected.into(),
-            verdict: Verdict::Reject.into(),
-            reason: format!("flat: {}", m.reason),
-            ..PhotometryRow::default()
-        })
-        .collect()
+    flat.members.iter().filter(|m| !m.used).map(|m| flat_row(&m.path, &m.reason)).collect()
 }

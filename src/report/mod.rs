@@ -6,6 +6,4 @@ pub mod gallery;
 pub mod page;
 pub mod summary;
 
-pub use crate::base::file::{write_atomic, write_streamed};
-
 pub use gallery::write_gallery;

@@ -2,7 +2,7 @@
 //!
 //! Irradiances W m⁻², radiances W m⁻² sr⁻¹, wavelengths µm. Surfaces are grey: the colour of a light is that of its lamp.
 
-pub(super) use crate::base::constants::ARCSEC2_PER_SR;
+use crate::base::constants::ARCSEC2_PER_SR;
 use crate::base::constants::{AU_KM, MOON_RADIUS_KM, SUN_RADIUS_KM};
 use crate::base::error::{Error, Result};
 use crate::base::vector::{Itrs, Vector};

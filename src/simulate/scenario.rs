@@ -278,7 +278,7 @@ impl Scenario {
         }
         if self.target.resolved.is_none() {
             unset.push_str(
-                "# resolved = \"iss\"  # rendered from its components: a name of `satphot render --list`, or a file\n",
+                "# resolved = \"iss\"  # rendered from its components: a name that `render` lists, or a file\n",
             );
         }
         Ok(text.replacen("[target]\n", &unset, 1))

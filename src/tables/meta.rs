@@ -41,10 +41,22 @@ pub struct Meta {
     pub entries: Vec<(String, MetaValue)>,
 }
 
+/// What a table says of the band of instrumental magnitudes.
+pub const NO_BAND: &str = "none";
+
 impl Meta {
     /// Appends one entry.
     pub fn push(&mut self, key: &str, value: impl Into<MetaValue>) {
         self.entries.push((key.to_owned(), value.into()));
+    }
+
+    /// The band of the magnitudes, as the table names it; `None` where they are instrumental.
+    #[must_use]
+    pub fn band(&self) -> Option<&str> {
+        match self.get("band") {
+            Some(MetaValue::Text(band)) if band != NO_BAND => Some(band),
+            _ => None,
+        }
     }
 
     /// Gives a key another value, in its place; a new key comes last.

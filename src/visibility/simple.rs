@@ -4,7 +4,7 @@
 //! where print and physics differ is an enum of [`SimpleEffects`]. Left out: everything but one panel and one lamp; see
 //! [`crate::brightness`] for more.
 
-pub use crate::base::constants::ARCSEC_PER_RAD;
+use crate::base::constants::ARCSEC_PER_RAD;
 use std::f64::consts::{FRAC_PI_2, LN_2, PI};
 
 use crate::base::error::{Error, Result};

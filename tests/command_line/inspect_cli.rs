@@ -115,7 +115,7 @@ fn with_a_configuration_site_camera_elements_and_stars_are_asked() {
     let wcs = &lines(&told)[0]["wcs"];
     let note = wcs["note"].as_str().unwrap();
     assert!(
-        wcs["state"] == "refused" && note.contains("does not fit the sky") && note.contains("satphot solve"),
+        wcs["state"] == "refused" && note.contains("does not fit the sky") && note.contains("`solve` finds"),
         "{wcs}"
     );
     // another site

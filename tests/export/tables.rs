@@ -10,7 +10,7 @@ use export_support::{later, meta, missed, python_with, row, run_python};
 use fitsio::FitsFile;
 use quick_xml::Reader;
 use quick_xml::events::Event;
-use satphot::report::write_streamed;
+use satphot::base::file::write_streamed;
 use satphot::tables::formats::{Table, provenance, write_csv, write_fits, write_votable};
 use satphot::tables::{
     Datatype, Meta, PHOTOMETRY, PhotometryRow, ResidualRow, StarRow, read_table, write_photometry, write_residuals,

@@ -142,7 +142,7 @@ fn a_shard_is_measured_once_and_its_bytes_tell_nothing_of_the_worker() {
 fn files_that_are_not_those_of_the_plan_are_refused_before_anything_is_written() {
     let night = Night::copy_of(&simulated("shards_refused", &[]));
     plan(&night, 3);
-    measure(&night, 0, &[]).expect(4, &["zeropoint.stars.toml", "satphot zeropoint --plan"]);
+    measure(&night, 0, &[]).expect(4, &["zeropoint.stars.toml", "`zeropoint` with --plan"]);
     stars(&night);
     measure(&night, 2, &[]).expect(2, &["--shard", "0 to 1"]);
     let frame = night.path(TARGETS[4]);

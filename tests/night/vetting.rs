@@ -10,8 +10,7 @@ use satphot::config::{Config, Vetting};
 use satphot::photometry::Flags;
 use satphot::pipeline::options::Options;
 use satphot::pipeline::run::run;
-use satphot::pipeline::target::outcome::TargetFrame;
-use satphot::pipeline::vet::{judge, judge_night};
+use satphot::pipeline::vet::{Judgement, judge, judge_neighbours};
 use satphot::tables::{PhotometryRow, read_photometry};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
@@ -50,8 +49,7 @@ fn good() -> PhotometryRow {
 fn judged(change: impl FnOnce(&mut PhotometryRow)) -> PhotometryRow {
     let mut row = good();
     change(&mut row);
-    judge(&mut row, &Vetting::default());
-    row
+    judge(&row, &Vetting::default()).into_row(row)
 }
 
 /// The frame has this verdict, this flag, and these words in its reason.
@@ -68,9 +66,8 @@ fn a_frame_with_nothing_wrong_is_used_without_a_word() {
     let row = judged(|_| {});
     assert_eq!((row.verdict.as_str(), row.reason.as_str(), row.flags), ("use", "", 0));
     // what was not measured is not judged
-    let mut bare = PhotometryRow { status: "ok".into(), ..PhotometryRow::default() };
-    judge(&mut bare, &Vetting::default());
-    assert_eq!((bare.verdict.as_str(), bare.reason.as_str(), bare.flags), ("use", "", 0));
+    let bare = judge(&PhotometryRow { status: "ok".into(), ..PhotometryRow::default() }, &Vetting::default());
+    assert_eq!((bare.verdict.as_str(), bare.reason.as_str(), bare.flags), ("use", "", Flags::default()));
 }
 
 #[test]
@@ -121,9 +118,8 @@ fn low_altitude_a_fast_azimuth_old_elements_and_an_uncertain_clock_are_told_with
     expect(&fast, "caution", Flags::LOWER_LIMIT, &[words, "lower_limit"]);
     assert_eq!(judged(|r| r.az_rate_deg_s = Some(2.9)).verdict, "use");
     let any_dome = Vetting { dome_rate_deg_s: 0.0, ..Vetting::default() };
-    let mut zenith = PhotometryRow { az_rate_deg_s: Some(180.0), ..good() };
-    judge(&mut zenith, &any_dome);
-    assert_eq!(zenith.verdict, "use");
+    let zenith = judge(&PhotometryRow { az_rate_deg_s: Some(180.0), ..good() }, &any_dome);
+    assert_eq!(zenith.verdict.as_str(), "use");
     let old = judged(|r| (r.flags, r.tle_age_d) = (Flags::OLD_ELEMENTS.0, Some(-3.4)));
     expect(&old, "use", Flags::OLD_ELEMENTS, &["elements 3.4 d old", "the magnitude does not"]);
     let unseen = judged(|r| {
@@ -147,7 +143,7 @@ fn a_failed_frame_keeps_its_reason_and_nothing_else_is_said_of_it() {
 // --- a pass of frames ---
 
 /// A pass of `n` frames, `cadence_s` apart, as a satellite and the sky change over it, every frame judged by itself.
-fn pass(n: usize, cadence_s: f64, change: impl Fn(usize, &mut PhotometryRow)) -> Vec<TargetFrame> {
+fn pass(n: usize, cadence_s: f64, change: impl Fn(usize, &mut PhotometryRow)) -> Vec<PhotometryRow> {
     (0..n)
         .map(|k| {
             let t = k as f64 * cadence_s;
@@ -164,8 +160,7 @@ fn pass(n: usize, cadence_s: f64, change: impl Fn(usize, &mut PhotometryRow)) ->
             row.sky_corner_ratio = Some(0.97 + 0.0002 * t + 0.003 * (noise - 1.0) / 0.005);
             row.mjd_mid_d = Some(60_835.45 + t / 86_400.0);
             change(k, &mut row);
-            judge(&mut row, &Vetting::default());
-            TargetFrame { row, geometry: None, thumb: None }
+            judge(&row, &Vetting::default()).into_row(row)
         })
         .collect()
 }
@@ -175,9 +170,11 @@ fn config() -> Config {
 }
 
 /// The rows after the night was judged.
-fn vetted(mut frames: Vec<TargetFrame>) -> Vec<PhotometryRow> {
-    judge_night(&mut frames, &config());
-    frames.into_iter().map(|f| f.row).collect()
+fn vetted(rows: Vec<PhotometryRow>) -> Vec<PhotometryRow> {
+    let of: Vec<&PhotometryRow> = rows.iter().collect();
+    let mut judgements: Vec<Judgement> = rows.iter().map(Judgement::of).collect();
+    judge_neighbours(&of, &mut judgements, &config());
+    rows.into_iter().zip(judgements).map(|(row, judgement)| judgement.into_row(row)).collect()
 }
 
 /// Numbers of the rows with a flag.
@@ -197,7 +194,7 @@ fn a_pass_in_order_is_used_whole_and_its_cadence_is_filled() {
 fn the_order_of_the_frames_and_another_target_between_them_change_nothing() {
     let dip = |k: usize, r: &mut PhotometryRow| r.sky_e_px = r.sky_e_px.map(|s| if k == 11 { 0.6 * s } else { s });
     let plain = vetted(pass(24, 5.0, dip));
-    let mut mixed: Vec<TargetFrame> = pass(24, 5.0, dip).into_iter().rev().collect();
+    let mut mixed: Vec<PhotometryRow> = pass(24, 5.0, dip).into_iter().rev().collect();
     mixed.extend(pass(24, 5.0, |k, r| (r.norad_cat_id, r.frame) = (Some(48274), format!("css_{k}.fits"))));
     let mut mixed: Vec<PhotometryRow> = vetted(mixed).into_iter().filter(|r| r.norad_cat_id == Some(25544)).collect();
     mixed.sort_by(|a, b| a.frame.cmp(&b.frame));

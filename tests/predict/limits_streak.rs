@@ -7,12 +7,12 @@ use crate::support;
 use std::collections::HashMap;
 use std::f64::consts::PI;
 
+use satphot::base::constants::ARCSEC_PER_RAD;
 use satphot::base::constants::EARTH_ROTATION_RAD_S;
 use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::sky::GM_KM3_S2;
 use satphot::config::Mode;
 use satphot::orbit::{EarthOrientation, Propagator, Site, Tracker, read_elements};
-use satphot::visibility::simple::ARCSEC_PER_RAD;
 use satphot::visibility::streak::{
     Camera, Crossing, Leg, Trail, circular_speed_km_s, effective_surface_brightness, on_circle, t_eff_simple_s,
     width_arcsec, zenith_rate_rad_s,

@@ -226,7 +226,7 @@ fn a_night_of_very_many_frames_stays_below_5_mb_and_says_what_it_left_out() {
 fn a_folder_without_results_says_what_to_name() {
     let folder = tempfile::tempdir().unwrap();
     let error = night_page(folder.path()).unwrap_err().to_string();
-    assert!(error.contains("photometry.ecsv") && error.contains("satphot run"), "{error}");
+    assert!(error.contains("photometry.ecsv") && error.contains("`run` writes it"), "{error}");
     // a table alone is enough, and what is missing is said
     write_photometry(&folder.path().join("photometry.ecsv"), &[], &Meta::default()).unwrap();
     let page = night_page(folder.path()).unwrap();

@@ -32,10 +32,7 @@ pub(super) fn parse(text: &str) -> Result<ElementsFile, Problem> {
                 if key == "OMM" {
                     message = Some((line, Map::new()));
                 } else if key == "HTML" {
-                    return Err((
-                        Some(line),
-                        "this is a page in HTML; `satphot fetch elements` gets elements".to_owned(),
-                    ));
+                    return Err((Some(line), "this is a page in HTML; `fetch elements` gets elements".to_owned()));
                 }
             }
             Event::Text(e) => value.push_str(&e.xml10_content()),

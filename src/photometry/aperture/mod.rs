@@ -40,6 +40,13 @@ impl Shape {
         }
     }
 
+    /// The shape of two axes that a table names, along x; an ellipse under any other name.
+    pub(crate) fn named(name: &str, a_px: f64, b_px: f64) -> Self {
+        let theta_rad = 0.0;
+        let shapes = [Shape::Rectangle { a_px, b_px, theta_rad }, Shape::Pill { a_px, b_px, theta_rad }];
+        shapes.into_iter().find(|shape| shape.name() == name).unwrap_or(Shape::Ellipse { a_px, b_px, theta_rad })
+    }
+
     /// Half the length, half the width \[px\] and the angle of the length \[rad\].
     #[doc(hidden)]
     #[must_use]

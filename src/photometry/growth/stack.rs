@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 use crate::base::stats;
 use crate::frames::{Electrons, Frame};
 use crate::photometry::Flags;
+use crate::photometry::annulus::annulus_sky;
 use crate::photometry::aperture::{Bounds, Shape, for_each_pixel};
 use crate::photometry::background::Background;
 use crate::photometry::centroid::centroid;
 use crate::photometry::detect::Source;
-use crate::photometry::flux::annulus_sky;
 
 /// Number of rings.
 pub(super) const N: usize = 12;

@@ -17,7 +17,8 @@ use crate::pipeline::stars::solve_file::detections;
 use crate::pipeline::survey::scale::configured_arcsec;
 
 /// What to do about coordinates that cannot be used.
-const REMEDY: &str = "`satphot solve` finds the place on the sky; without it the frame can be measured by pixel position (target.x_px, y_px)";
+const REMEDY: &str =
+    "`solve` finds the place on the sky; without it the frame can be measured by pixel position (target.x_px, y_px)";
 /// How far a mount's pointing may be off the field \[deg\].
 const POINTING_DEG: f64 = 0.25;
 /// A pointing this near to CRVAL is the reference point itself, of a mosaic or a crop \[deg\].

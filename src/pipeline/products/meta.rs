@@ -8,6 +8,7 @@ use crate::config::Config;
 use crate::photometry::Flags;
 use crate::photometry::target::measure::LIMIT_COMPLETENESS;
 use crate::pipeline::products::provenance::Provenance;
+use crate::tables::meta::NO_BAND;
 use crate::tables::{Meta, MetaValue};
 use crate::zeropoint::fit::Zeropoint;
 
@@ -41,7 +42,7 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, told: &Provena
     // without a zeropoint there are no magnitudes but instrumental and modelled ones
     let band = zeropoint.map(|z| z.band.unwrap_or(Band::V)).or(config.photometry.band);
     meta.push("mag_system", text(band.map_or("Vega", Band::mag_system)));
-    meta.push("band", text(band.map_or("none", Band::name)));
+    meta.push("band", text(band.map_or(NO_BAND, Band::name)));
     if let Some(light) = zeropoint.and_then(|z| z.light.as_ref()) {
         meta.push("filter", text(&light.filter));
     }

@@ -42,7 +42,7 @@ pub fn night_page(folder: &Path) -> Result<NightPage> {
     if !photometry.is_file() {
         return Err(Error::NoInput {
             path: folder.to_path_buf(),
-            problem: "holds no photometry.ecsv; name the folder of a finished night (`satphot run` writes it)".into(),
+            problem: "holds no photometry.ecsv; name the folder of a finished night (`run` writes it)".into(),
         });
     }
     let (rows, meta) = read_photometry(&photometry)?;
@@ -128,7 +128,7 @@ pub fn write_campaign_report(folders: &[PathBuf], out: &Path) -> Result<Vec<Stri
         let link = if report.is_file() { relative(base, &report) } else { None };
         if link.is_none() {
             let why = if report.is_file() { "no relative path leads there" } else { "it has no report.html" };
-            notes.push(format!("no link to the night in {}: {why} (`satphot report` writes it)", folder.display()));
+            notes.push(format!("no link to the night in {}: {why} (`report` writes it)", folder.display()));
         }
         nights.push(NightPage { frames_elsewhere: Some(link.unwrap_or_default()), ..night_page(folder)? });
     }

@@ -97,7 +97,7 @@ impl Verified {
 pub fn verify_night(folder: &Path, need_inputs: bool) -> Result<Verified> {
     let path = folder.join(NAME);
     if !path.is_file() {
-        let problem = "holds no manifest.json; name the folder of a finished night (`satphot run` writes it)".into();
+        let problem = "holds no manifest.json; name the folder of a finished night (`run` writes it)".into();
         return Err(Error::NoInput { path: folder.to_path_buf(), problem });
     }
     let text = std::fs::read_to_string(&path).map_err(|e| Error::io(&path, e))?;

@@ -22,10 +22,10 @@ use crate::pipeline::products::effective::effective_toml;
 use crate::pipeline::products::inputs::SET_ASIDE;
 use crate::pipeline::products::inputs::TOOL;
 use crate::pipeline::products::provenance::Provenance;
-use crate::pipeline::target::frame::set_aside_row;
 use crate::pipeline::target::outcome::TargetFrame;
+use crate::pipeline::target::row::{set_aside_row, unmeasured_row};
 use crate::report::summary::pass_table;
-use crate::tables::words::{Status, Verdict};
+use crate::tables::words::Status;
 use crate::tables::{
     Meta, MetaValue, PartialRow, PhotometryRow, RawRow, read_photometry, read_rows, write_photometry, write_residuals,
     write_rows,
@@ -286,13 +286,7 @@ fn add_others(all: &mut Vec<PhotometryRow>, more: Vec<PhotometryRow>) {
 
 /// The row of a file that could not be understood when the plan was made.
 fn unreadable_row(frame: &PlannedFrame) -> PhotometryRow {
-    PhotometryRow {
-        frame: file_name(&frame.path),
-        status: Status::Failed.into(),
-        verdict: Verdict::Reject.into(),
-        reason: frame.reason.clone(),
-        ..PhotometryRow::default()
-    }
+    unmeasured_row(&file_name(&frame.path), Status::Failed, frame.reason.clone())
 }
 
 fn told_missing(missing: &BTreeMap<usize, Vec<String>>, plan: &Plan) -> String {
@@ -354,11 +348,7 @@ impl Merged {
     pub fn text(&self) -> String {
         let n = |status: Status| self.rows.iter().filter(|r| r.status == status).count();
         let counts = Status::ALL.map(|s| format!("{} {s}", n(s))).join(", ");
-        let band = match self.meta.get("band") {
-            Some(MetaValue::Text(band)) if band != "none" => band.as_str(),
-            _ => "V",
-        };
-        format!("{counts}\n{}", pass_table(&self.rows, band))
+        format!("{counts}\n{}", pass_table(&self.rows, self.meta.band().unwrap_or("V")))
     }
 }
 

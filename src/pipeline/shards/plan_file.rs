@@ -180,7 +180,7 @@ impl Plan {
         let plan: Plan = serde_json::from_str(&text).map_err(|e| Error::Table {
             path: path.into(),
             line: Some(e.line()),
-            problem: format!("not a plan of `satphot plan`: {e}"),
+            problem: format!("not a plan of `plan`: {e}"),
         })?;
         if plan.schema != SCHEMA || plan.tool != TOOL {
             let problem = format!(

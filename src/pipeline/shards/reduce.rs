@@ -90,11 +90,11 @@ impl StarFacts {
         let path = facts_path(zeropoint);
         let text = std::fs::read_to_string(&path).map_err(|e| Error::NoInput {
             path: path.clone(),
-            problem: format!("{e}; `satphot zeropoint --plan` writes it beside {}", file_name(zeropoint)),
+            problem: format!("{e}; `zeropoint` with argument `plan` writes it beside {}", file_name(zeropoint)),
         })?;
         let facts: Self = toml::from_str(&text).map_err(|e| table(&path, e.to_string()))?;
         if (facts.tool.as_str(), facts.config_sha256.as_str()) != (TOOL, plan.config_sha256.as_str()) {
-            return Err(of_another(&path, "`satphot zeropoint --plan`"));
+            return Err(of_another(&path, "`zeropoint` with argument `plan`"));
         }
         Ok(facts)
     }
@@ -211,7 +211,7 @@ pub(super) fn flat_of_plan(
         (None, Some(path)) if make => return make_flat(plan, &path, night, options, progress, notes),
         (None, Some(path)) if path.is_file() => path,
         _ => {
-            let problem = "this night has flats: make the master with `satphot flat --plan PLAN -o master_flat.fits` and \
+            let problem = "this night has flats: make the master as master_flat.fits (`flat` with argument `plan`) and \
                            name it with argument `flat`, or lay it beside the zeropoint";
             return Err(Error::Flat { problem: problem.into() });
         }
@@ -227,7 +227,7 @@ pub(super) fn flat_of_plan(
         Ok(text) => {
             let flats: Flats = toml::from_str(&text).map_err(|e| table(&told, e.to_string()))?;
             if flats.flat_sha256 != flat_sha256 || flats.config_sha256 != plan.config_sha256 {
-                return Err(of_another(&told, "`satphot flat --plan`"));
+                return Err(of_another(&told, "`flat` with argument `plan`"));
             }
             flats.flats
         }
@@ -314,7 +314,7 @@ pub fn plan_zeropoint(
     let path = facts_path(out);
     save(
         &path,
-        &toml_text(&path, "What target frames must know of the stars; read by `satphot measure --plan`.", &facts)?,
+        &toml_text(&path, "What target frames must know of the stars; read where shards are measured.", &facts)?,
     )?;
     Ok(PlannedStars { zeropoint, n_rows: rows.len(), poor, notes })
 }

@@ -7,16 +7,27 @@ use crate::base::stats::robust;
 use crate::config::Config;
 use crate::photometry::aperture::Shape;
 use crate::pipeline::target::outcome::TargetFrame;
-use crate::pipeline::vet::judge_night;
+use crate::pipeline::vet::{Judgement, judge_neighbours};
 use crate::tables::PhotometryRow;
 use crate::tables::words::{Status, Verdict};
 use crate::zeropoint::previous::age_note;
 
 /// Everything that is said of frames once all of them are measured; to be done once, to all of a night.
 pub fn judge_whole_night(frames: &mut [TargetFrame], config: &Config, notes: &mut Vec<String>) {
-    limits_for_the_size_of_the_object(frames);
-    notes.extend(age_note(frames.iter().map(|f| &f.row)));
-    judge_night(frames, config);
+    let rows: Vec<&PhotometryRow> = frames.iter().map(|f| &f.row).collect();
+    notes.extend(age_note(rows.iter().copied()));
+    let judgements = judgements(&rows, config);
+    for (frame, judgement) in frames.iter_mut().zip(judgements) {
+        frame.row = judgement.into_row(std::mem::take(&mut frame.row));
+    }
+}
+
+/// What the whole night says of each of its rows.
+fn judgements(rows: &[&PhotometryRow], config: &Config) -> Vec<Judgement> {
+    let mut judgements: Vec<Judgement> = rows.iter().map(|row| Judgement::of(row)).collect();
+    limits_for_the_size_of_the_object(rows, &mut judgements);
+    judge_neighbours(rows, &mut judgements, config);
+    judgements
 }
 
 /// An object is larger than a star where its image is this much longer \[FWHM\].
@@ -28,28 +39,23 @@ const RESOLVED_FWHM: f64 = 1.3;
 /// Δm = −1.25 log₁₀(A_object / A_measured), with A_object the median aperture of the frames of the same object, in
 /// arcsec² and scaled by (range)⁻² where the ranges are known. The aperture of a bright point source is large by its
 /// brightness, and says nothing of a faint one.
-fn limits_for_the_size_of_the_object(rows: &mut [TargetFrame]) {
+fn limits_for_the_size_of_the_object(rows: &[&PhotometryRow], judgements: &mut [Judgement]) {
     let size = |r: &PhotometryRow| -> Option<f64> {
         let scale = r.pix_scale_arcsec?;
         let shape = match (r.aper_r_px, r.aper_a_px, r.aper_b_px) {
             (Some(r_px), ..) => Shape::Circle { r_px },
-            (None, Some(a_px), Some(b_px)) => match r.aper_shape.as_str() {
-                "rectangle" => Shape::Rectangle { a_px, b_px, theta_rad: 0.0 },
-                "pill" => Shape::Pill { a_px, b_px, theta_rad: 0.0 },
-                _ => Shape::Ellipse { a_px, b_px, theta_rad: 0.0 },
-            },
+            (None, Some(a_px), Some(b_px)) => Shape::named(&r.aper_shape, a_px, b_px),
             _ => return None,
         };
         Some(shape.area_px() * scale * scale)
     };
     let detected: Vec<(String, f64, Option<f64>)> = rows
         .iter()
-        .map(|f| &f.row)
         .filter(|r| r.status == Status::Ok && r.verdict != Verdict::Reject)
         .filter(|r| r.extent_fwhm.is_some_and(|e| e > RESOLVED_FWHM))
         .filter_map(|r| Some((r.object_name.clone(), size(r)?, r.range_km)))
         .collect();
-    for row in rows.iter_mut().map(|f| &mut f.row).filter(|r| r.status == Status::Nondetection) {
+    for (row, judgement) in rows.iter().zip(judgements).filter(|(r, _)| r.status == Status::Nondetection) {
         let (Some(limit), Some(measured)) = (row.limit_v_mag, size(row)) else { continue };
         let of_object: Vec<f64> = detected
             .iter()
@@ -62,8 +68,8 @@ fn limits_for_the_size_of_the_object(rows: &mut [TargetFrame]) {
         if let Some((area, _)) = robust(&of_object)
             && area > measured
         {
-            row.limit_v_mag = Some(limit - 1.25 * (area / measured).log10());
-            row.reason += &format!("; limit for an object of {area:.0} arcsec2, as in the frames that show it");
+            judgement.limit_v_mag = Some(limit - 1.25 * (area / measured).log10());
+            judgement.reason += &format!("; limit for an object of {area:.0} arcsec2, as in the frames that show it");
         }
     }
 }
@@ -72,8 +78,8 @@ fn limits_for_the_size_of_the_object(rows: &mut [TargetFrame]) {
 mod tests {
     use super::*;
 
-    fn row(status: &str, range_km: f64, r_px: f64) -> TargetFrame {
-        let row = PhotometryRow {
+    fn row(status: &str, range_km: f64, r_px: f64) -> PhotometryRow {
+        PhotometryRow {
             object_name: "ISS".into(),
             status: status.into(),
             verdict: "use".into(),
@@ -83,23 +89,26 @@ mod tests {
             pix_scale_arcsec: Some(1.5),
             limit_v_mag: (status == "nondetection").then_some(15.0),
             ..PhotometryRow::default()
-        };
-        TargetFrame { row, geometry: None, thumb: None }
+        }
+    }
+
+    fn limits(rows: &[PhotometryRow]) -> Vec<Option<f64>> {
+        let rows: Vec<&PhotometryRow> = rows.iter().collect();
+        let mut judgements: Vec<Judgement> = rows.iter().map(|row| Judgement::of(row)).collect();
+        limits_for_the_size_of_the_object(&rows, &mut judgements);
+        judgements.into_iter().map(|j| j.limit_v_mag).collect()
     }
 
     #[test]
     fn a_limit_is_that_of_the_object_at_its_range_and_of_a_point_where_nothing_is_known() {
         // three times the radius at the same range: 1.25 log10 9 = 1.193 mag; twice as far away: 1.25 log10 (9/4)
-        let mut rows = vec![row("ok", 500.0, 21.0), row("nondetection", 500.0, 7.0), row("nondetection", 1000.0, 7.0)];
-        limits_for_the_size_of_the_object(&mut rows);
-        assert!((rows[1].row.limit_v_mag.unwrap() - (15.0 - 1.25 * 9f64.log10())).abs() < 1e-12);
-        assert!((rows[2].row.limit_v_mag.unwrap() - (15.0 - 1.25 * 2.25f64.log10())).abs() < 1e-12);
-        let mut alone = vec![row("nondetection", 500.0, 7.0)];
-        limits_for_the_size_of_the_object(&mut alone);
-        assert_eq!(alone[0].row.limit_v_mag, Some(15.0));
-        let mut of_a_point = vec![row("ok", 500.0, 21.0), row("nondetection", 500.0, 7.0)];
-        of_a_point[0].row.extent_fwhm = Some(1.05);
-        limits_for_the_size_of_the_object(&mut of_a_point);
-        assert_eq!(of_a_point[1].row.limit_v_mag, Some(15.0));
+        let rows = [row("ok", 500.0, 21.0), row("nondetection", 500.0, 7.0), row("nondetection", 1000.0, 7.0)];
+        let found = limits(&rows);
+        assert!((found[1].unwrap() - (15.0 - 1.25 * 9f64.log10())).abs() < 1e-12);
+        assert!((found[2].unwrap() - (15.0 - 1.25 * 2.25f64.log10())).abs() < 1e-12);
+        assert_eq!(limits(&[row("nondetection", 500.0, 7.0)]), [Some(15.0)]);
+        let mut of_a_point = [row("ok", 500.0, 21.0), row("nondetection", 500.0, 7.0)];
+        of_a_point[0].extent_fwhm = Some(1.05);
+        assert_eq!(limits(&of_a_point)[1], Some(15.0));
     }
 }

@@ -86,7 +86,7 @@ pub fn field_wcs(
         (Solve::Never, _) => Err(error(
             &exposure.path,
             format!(
-                "{why}; stars.solve = \"never\" forbids to solve the frame: set it to \"auto\", or solve it before (`satphot solve`)"
+                "{why}; stars.solve = \"never\" forbids to solve the frame: set it to \"auto\", or solve it before (`solve`)"
             ),
         )),
         (Solve::Auto, Some((wcs, fit))) if !fit.doubted() => Ok(kept(wcs)),

@@ -21,7 +21,9 @@ use crate::pipeline::shards::products::FrameCache;
 use crate::pipeline::stars::pointing::{Member, combined_rows, measure_member, single_rows};
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::survey::scale::{Evidence, MOST_FRAC, configured_arcsec, judged};
-use crate::pipeline::target::frame::{failed_row, internal, set_aside_row};
+use crate::pipeline::target::frame::internal;
+use crate::pipeline::target::row::{star_frame_row, without_folder};
+use crate::tables::words::Status;
 use crate::tables::{PhotometryRow, StarRow};
 
 /// Kind of the products of star frames.
@@ -95,17 +97,12 @@ pub fn star_stage(
                         member.solved_scale_arcsec(),
                         scale.unwrap_or(f64::NAN) * configured_arcsec(exposure, &night.config)
                     );
-                    let mut row = set_aside_row(&exposure.path, &reason);
-                    row.object_name = exposure.object.clone().unwrap_or_default();
-                    row.exptime_s = Some(exposure.exptime_s);
-                    stage.failed.push(row);
+                    stage.failed.push(star_frame_row(exposure, Status::Rejected, reason));
                 }
                 Some(Ok(member)) => members.push(member),
                 Some(Err(error)) => {
-                    let mut row = failed_row(exposure, &error);
-                    row.object_name = exposure.object.clone().unwrap_or_default();
-                    row.exptime_s = Some(exposure.exptime_s);
-                    stage.failed.push(row);
+                    let reason = without_folder(&error, &exposure.path);
+                    stage.failed.push(star_frame_row(exposure, Status::Failed, reason));
                 }
                 None => {}
             }

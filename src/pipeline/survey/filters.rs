@@ -168,7 +168,7 @@ fn chosen(counts: &Counts, beside: Beside, config: &Config) -> Result<Option<Lig
     if flats > 0 && own_flats == 0 && config.flat.master.is_none() {
         return refuse(format!(
             "the flats are of another filter than the frames they should flatten: {}; name a master flat of this filter in \
-             flat.master (`satphot flat FILES -o master_flat.fits` makes one, also of flats without FILTER), or reduce \
+             flat.master (`flat` makes one, also of flats without FILTER), or reduce \
              without flats:\n{}",
             listed(),
             paste(likely)

@@ -1,8 +1,49 @@
-//! What became of one target frame.
+//! What became of one target frame, stage by stage: [`TaggedFrame`], [`ComparedFrame`], [`TargetFrame`].
 
+use super::measurement::CalibratedMeasurement;
+use super::place::Place;
+use crate::base::error::Result;
+use crate::brightness::Brightness;
+use crate::brightness::scene::scene;
 use crate::figures::Thumb;
+use crate::frames::Exposure;
 use crate::orbit::Geometry;
+use crate::pipeline::prepared::Calibrated;
 use crate::tables::PhotometryRow;
+
+/// A frame with its place on the sky and what was measured in it.
+#[derive(Debug)]
+pub struct TaggedFrame<'a> {
+    /// The frame.
+    pub exposure: &'a Exposure,
+    /// Where the satellite stood.
+    pub place: Place,
+    /// What was measured, or why it could not be; `None` where the place has a problem.
+    pub measured: Option<Result<CalibratedMeasurement>>,
+}
+
+/// A tagged frame beside the model of its scene.
+#[derive(Debug)]
+pub struct ComparedFrame<'a> {
+    /// The frame.
+    pub exposure: &'a Exposure,
+    /// Where the satellite stood.
+    pub place: Place,
+    /// What was measured, or why it could not be; `None` where the place has a problem.
+    pub measured: Option<Result<CalibratedMeasurement>>,
+    /// The model's magnitudes, or why there are none; `None` without a model or a place.
+    pub model: Option<Result<Brightness>>,
+}
+
+impl<'a> TaggedFrame<'a> {
+    /// With the model's magnitudes for the same place, if the night has a model.
+    #[must_use]
+    pub fn compared(self, night: &Calibrated) -> ComparedFrame<'a> {
+        let Self { exposure, place, measured } = self;
+        let model = night.model.as_ref().zip(place.seen()).map(|(model, at)| model.brightness(&scene(at)));
+        ComparedFrame { exposure, place, measured, model }
+    }
+}
 
 /// What is known of one target frame.
 #[derive(Debug, Clone)]

@@ -9,19 +9,13 @@ use super::Finding;
 use super::neighbours::seconds_between;
 use crate::config::Vetting;
 use crate::photometry::Flags;
-use crate::pipeline::target::outcome::TargetFrame;
 use crate::tables::PhotometryRow;
 use crate::tables::words::{Status, TimeStamp};
 
-/// Fills `cadence_s`: mid-exposure to mid-exposure since the frame of this target before, failed or not.
-pub(super) fn fill(frames: &mut [TargetFrame], target: &[usize]) {
-    let cadences: Vec<f64> = target.windows(2).map(|w| seconds_between(&frames[w[0]].row, &frames[w[1]].row)).collect();
-    for (i, cadence_s) in target.iter().skip(1).zip(cadences) {
-        let row = &mut frames[*i].row;
-        if row.status != Status::Failed {
-            row.cadence_s = Some(cadence_s);
-        }
-    }
+/// Mid-exposure to mid-exposure since the frame of this target before, failed or not \[s\]; of frames that did not fail.
+pub(super) fn cadences<'a>(rows: &'a [&PhotometryRow], target: &'a [usize]) -> impl Iterator<Item = (usize, f64)> + 'a {
+    let spans = target.windows(2).map(|w| (w[1], seconds_between(rows[w[0]], rows[w[1]])));
+    spans.filter(|(i, _)| rows[*i].status != Status::Failed)
 }
 
 /// Frames whose exposure time does not fit between them and the next.

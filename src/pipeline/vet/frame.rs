@@ -77,8 +77,8 @@ fn circumstances(row: &PhotometryRow, t: &Vetting) -> Vec<Finding> {
     if flags.has(Flags::OLD_ELEMENTS) {
         let age = row.tle_age_d.map(|d| format!("{:.1} d ", d.abs())).unwrap_or_default();
         // the light was counted whatever the elements say; without light they alone say that the target was there
-        let (verdict, taints) = match row.status.as_str() {
-            "nondetection" => (Verdict::Caution, "the target may have been outside the search region"),
+        let (verdict, taints) = match Status::from_cell(&row.status) {
+            Some(Status::Nondetection) => (Verdict::Caution, "the target may have been outside the search region"),
             _ => (Verdict::Use, "the geometry and the residual carry their error, the magnitude does not"),
         };
         let words = format!("elements {age}old: {taints} (old_elements)");

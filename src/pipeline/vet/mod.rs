@@ -10,7 +10,6 @@ mod neighbours;
 mod size;
 mod sky;
 
-use super::target::outcome::TargetFrame;
 use crate::config::{Config, Vetting};
 use crate::photometry::Flags;
 use crate::tables::PhotometryRow;
@@ -36,9 +35,62 @@ pub const DECIDING: Flags = Flags(
         | Flags::LOW_ALTITUDE.0,
 );
 
-/// The verdict of a row so far: one that says none is to be used.
-fn verdict_of(row: &PhotometryRow) -> Verdict {
-    Verdict::from_cell(&row.verdict).unwrap_or(Verdict::Use)
+/// What may be done with a frame, and why; of a frame by itself, and then of one among its neighbours.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Judgement {
+    /// The worst of its findings.
+    pub verdict: Verdict,
+    /// Those of the measurement and of every finding.
+    pub flags: Flags,
+    /// What the row says already, then every finding.
+    pub reason: String,
+    /// Time since the frame of this target before \[s\].
+    pub cadence_s: Option<f64>,
+    /// What would have been detected \[mag\].
+    pub limit_v_mag: Option<f64>,
+    /// Whether findings count: a frame that failed or was set aside keeps its reason alone.
+    open: bool,
+}
+
+impl Judgement {
+    /// What the row says of itself; a verdict that says none is to be used.
+    #[must_use]
+    pub fn of(row: &PhotometryRow) -> Self {
+        Self {
+            verdict: Verdict::from_cell(&row.verdict).unwrap_or(Verdict::Use),
+            flags: Flags(row.flags),
+            reason: row.reason.clone(),
+            cadence_s: row.cadence_s,
+            limit_v_mag: row.limit_v_mag,
+            open: !matches!(Status::from_cell(&row.status), Some(Status::Failed | Status::Rejected)),
+        }
+    }
+
+    /// The row it was made of, with what was judged.
+    #[must_use]
+    pub fn into_row(self, row: PhotometryRow) -> PhotometryRow {
+        PhotometryRow {
+            verdict: self.verdict.into(),
+            flags: self.flags.0,
+            reason: self.reason,
+            cadence_s: self.cadence_s,
+            limit_v_mag: self.limit_v_mag,
+            ..row
+        }
+    }
+
+    /// Adds a finding: the flag, the worse verdict, the words.
+    fn add(&mut self, finding: Finding) {
+        if !self.open {
+            return;
+        }
+        self.flags = self.flags | finding.flags;
+        self.verdict = self.verdict.max(finding.verdict);
+        if !self.reason.is_empty() {
+            self.reason.push_str("; ");
+        }
+        self.reason.push_str(&finding.words);
+    }
 }
 
 /// One thing wrong with a frame.
@@ -58,58 +110,47 @@ impl Finding {
 /// The verdict of one frame by itself: status, flags and columns against the thresholds.
 ///
 /// Words are added to the reason, the worst first. A frame that failed keeps its reason alone.
-pub fn judge(row: &mut PhotometryRow, thresholds: &Vetting) {
-    if matches!(Status::from_cell(&row.status), Some(Status::Failed | Status::Rejected)) {
-        row.verdict = Verdict::Reject.into();
-        return;
+#[must_use]
+pub fn judge(row: &PhotometryRow, thresholds: &Vetting) -> Judgement {
+    let mut judgement = Judgement::of(row);
+    if !judgement.open {
+        return Judgement { verdict: Verdict::Reject, ..judgement };
     }
-    row.verdict = Verdict::Use.into();
+    judgement.verdict = Verdict::Use;
     let mut found = frame::findings(row, thresholds);
     found.sort_by_key(|f| std::cmp::Reverse(f.verdict)); // stable
-    for finding in found {
-        add(row, finding);
-    }
+    found.into_iter().for_each(|finding| judgement.add(finding));
+    judgement
 }
 
 /// A flux without a magnitude is nothing to use as it is; the reason says already what is missing.
-pub fn without_magnitude(row: &mut PhotometryRow) {
-    if row.status == Status::Ok && row.v_mag.is_none() {
-        row.verdict = verdict_of(row).max(Verdict::Caution).into();
-    }
+#[must_use]
+pub fn without_magnitude(row: &PhotometryRow, judgement: Judgement) -> Judgement {
+    let least = if row.status == Status::Ok && row.v_mag.is_none() { Verdict::Caution } else { Verdict::Use };
+    Judgement { verdict: judgement.verdict.max(least), ..judgement }
 }
 
 /// What only the frames before and after a frame tell: cadence against EXPTIME, the level and shape of the background,
-/// the size of the target. Fills `cadence_s`.
+/// the size of the target. Each row has its judgement so far at the same place of `judgements`.
 ///
 /// Frames of one target are taken in order of time; failed ones count for the cadence and are left as they are. The
-/// result does not depend on the order of `frames`.
-pub fn judge_night(frames: &mut [TargetFrame], config: &Config) {
+/// result does not depend on the order of `rows`.
+pub fn judge_neighbours(rows: &[&PhotometryRow], judgements: &mut [Judgement], config: &Config) {
     let thresholds = &config.vetting;
-    for target in neighbours::targets(frames) {
-        cadence::fill(frames, &target);
-        for pass in neighbours::passes(frames, &target) {
-            let rows: Vec<&PhotometryRow> = pass.iter().map(|i| &frames[*i].row).collect();
-            let mut found = cadence::findings(&rows, thresholds);
+    for target in neighbours::targets(rows) {
+        for (i, cadence_s) in cadence::cadences(rows, &target) {
+            judgements[i].cadence_s = Some(cadence_s);
+        }
+        for pass in neighbours::passes(rows, &target) {
+            let of_pass: Vec<&PhotometryRow> = pass.iter().map(|i| rows[*i]).collect();
+            let mut found = cadence::findings(&of_pass, thresholds);
             let doubted: Vec<usize> = found.iter().map(|(k, _)| *k).collect();
-            found.extend(sky::findings(&rows, thresholds, &doubted));
-            found.extend(size::findings(&rows, thresholds));
+            found.extend(sky::findings(&of_pass, thresholds, &doubted));
+            found.extend(size::findings(&of_pass, thresholds));
             found.sort_by_key(|(k, f)| (*k, std::cmp::Reverse(f.verdict))); // stable
             for (k, finding) in found {
-                add(&mut frames[pass[k]].row, finding);
+                judgements[pass[k]].add(finding);
             }
         }
     }
-}
-
-/// Puts a finding into a row: the flag, the worse verdict, the words.
-fn add(row: &mut PhotometryRow, finding: Finding) {
-    if matches!(Status::from_cell(&row.status), Some(Status::Failed | Status::Rejected)) {
-        return;
-    }
-    row.flags |= finding.flags.0;
-    row.verdict = verdict_of(row).max(finding.verdict).into();
-    if !row.reason.is_empty() {
-        row.reason.push_str("; ");
-    }
-    row.reason.push_str(&finding.words);
 }

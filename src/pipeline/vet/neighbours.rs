@@ -5,7 +5,6 @@
 //! which no neighbour can tell from weather.
 
 use crate::base::stats::{mad_sigma, median};
-use crate::pipeline::target::outcome::TargetFrame;
 use crate::tables::PhotometryRow;
 use crate::tables::row_passes::PASS_GAP_S;
 use crate::tables::words::Status;
@@ -25,24 +24,23 @@ const FEWEST_FOR_SCATTER: usize = 16;
 
 /// Indices of the frames of each target in order of time. Frames without a time, and those whose time is impossible, are
 /// in none.
-pub(super) fn targets(frames: &[TargetFrame]) -> Vec<Vec<usize>> {
+pub(super) fn targets(rows: &[&PhotometryRow]) -> Vec<Vec<usize>> {
     let key = |i: usize| -> (Option<i64>, &str) {
-        let row = &frames[i].row;
+        let row = rows[i];
         (row.norad_cat_id, if row.norad_cat_id.is_some() { "" } else { &row.object_name })
     };
-    let timed =
-        |i: &usize| frames[*i].row.mjd_mid_d.is_some_and(f64::is_finite) && frames[*i].row.status != Status::Rejected;
-    let mut order: Vec<usize> = (0..frames.len()).filter(timed).collect();
+    let timed = |i: &usize| rows[*i].mjd_mid_d.is_some_and(f64::is_finite) && rows[*i].status != Status::Rejected;
+    let mut order: Vec<usize> = (0..rows.len()).filter(timed).collect();
     order.sort_by(|&a, &b| {
-        let by_time = mjd(&frames[a].row).total_cmp(&mjd(&frames[b].row));
-        key(a).cmp(&key(b)).then(by_time).then_with(|| frames[a].row.frame.cmp(&frames[b].row.frame))
+        let by_time = mjd(rows[a]).total_cmp(&mjd(rows[b]));
+        key(a).cmp(&key(b)).then(by_time).then_with(|| rows[a].frame.cmp(&rows[b].frame))
     });
     order.chunk_by(|&a, &b| key(a) == key(b)).map(<[usize]>::to_vec).collect()
 }
 
 /// One target's frames without a gap longer than [`PASS_GAP_S`].
-pub(super) fn passes(frames: &[TargetFrame], target: &[usize]) -> Vec<Vec<usize>> {
-    let near = |a: &usize, b: &usize| seconds_between(&frames[*a].row, &frames[*b].row) <= PASS_GAP_S;
+pub(super) fn passes(rows: &[&PhotometryRow], target: &[usize]) -> Vec<Vec<usize>> {
+    let near = |a: &usize, b: &usize| seconds_between(rows[*a], rows[*b]) <= PASS_GAP_S;
     target.chunk_by(near).map(<[usize]>::to_vec).collect()
 }
 

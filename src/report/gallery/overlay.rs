@@ -6,6 +6,7 @@
 use maud::{Markup, html};
 
 use crate::figures::thumb::Thumb;
+use crate::photometry::aperture::Shape;
 use crate::tables::PhotometryRow;
 
 /// Longest scale bar as a share of the picture.
@@ -48,9 +49,9 @@ fn aperture(row: &PhotometryRow, (x, y): (f64, f64)) -> Markup {
         _ => return html! {},
     };
     let turn = -row.aper_theta_deg.unwrap_or(0.0);
-    let rounding = match row.aper_shape.as_str() {
-        "rectangle" => Some(0.0),
-        "pill" => Some(b.min(a)),
+    let rounding = match Shape::named(&row.aper_shape, a, b) {
+        Shape::Rectangle { .. } => Some(0.0),
+        Shape::Pill { .. } => Some(b.min(a)),
         _ => None,
     };
     let shape = |class: &str| match rounding {

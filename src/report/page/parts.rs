@@ -61,10 +61,7 @@ pub struct NightPage {
 impl NightPage {
     /// The band of its magnitudes; V where the table does not tell.
     pub(crate) fn band(&self) -> &str {
-        match self.meta.get("band") {
-            Some(MetaValue::Text(band)) if band != "none" => band,
-            _ => "V",
-        }
+        self.meta.band().unwrap_or("V")
     }
 
     /// Where a point leads: to the card of its frame, or to its row, where all rows are on the page of the frames.

@@ -3,7 +3,7 @@
 //! Lengths in arcsec, spatial frequencies in cycles per arcsec; every function is 1 at frequency 0, so that no photon is lost.
 //! Left out: defocus, scattered light, a PSF that changes over the field or with the wavelength.
 
-pub(crate) use crate::base::constants::ARCSEC_PER_RAD;
+use crate::base::constants::ARCSEC_PER_RAD;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use statrs::function::gamma::gamma;

@@ -5,9 +5,10 @@
 
 use ndarray::{Array2, s};
 
-use super::blur::{ARCSEC_PER_RAD, Blur, sinc};
+use super::blur::{Blur, sinc};
 use super::fourier::{convolve, spread};
 use super::resample::{Ruler, bin, resample};
+use crate::base::constants::ARCSEC_PER_RAD;
 use crate::base::error::{Error, Result};
 use crate::resolved::image::{Light, RadianceImage};
 

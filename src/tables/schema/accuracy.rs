@@ -43,7 +43,7 @@ table! {
 }
 
 table! {
-    EXTREMES = "extremes.ecsv", "One row per stiff or extreme case of `accuracy --extremes`; paths.ecsv has the same columns.";
+    EXTREMES = "extremes.ecsv", "One row per stiff or extreme case of the extremes of `accuracy`; paths.ecsv has the same columns.";
     /// One stiff or extreme case: a row of `extremes.ecsv`.
     #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
     pub struct ExtremeRow {

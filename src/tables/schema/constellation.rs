@@ -3,7 +3,7 @@
 use super::define::{Column, table};
 
 table! {
-    CONSTELLATION = "constellation.ecsv", "One row per moment of `predict constellation`; n_brighter_ stands once for each of --magnitudes, which ends its name.";
+    CONSTELLATION = "constellation.ecsv", "One row per moment of `predict constellation`; n_brighter_ stands once for each of the magnitudes asked for, which ends its name.";
     columns {
         /// UTC, ISO 8601
         date_mid: String => ["time.epoch;obs"],

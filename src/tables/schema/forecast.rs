@@ -69,7 +69,7 @@ table! {
 }
 
 table! {
-    OBSERVED = "day_passes.ecsv", "One row per observed pass of `predict day --observed`.";
+    OBSERVED = "day_passes.ecsv", "One row per observed pass of observations beside `predict day`.";
     /// One observed pass beside the day: a row of its table.
     #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
     pub struct ObservedRow {

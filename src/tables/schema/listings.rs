@@ -3,7 +3,7 @@
 use super::define::table;
 
 table! {
-    SEEN = "seen.csv", "One row per satellite above the horizon and moment, of `predict constellation --rows`.";
+    SEEN = "seen.csv", "One row per satellite above the horizon and moment, of `predict constellation`, each satellite by itself.";
     columns {
         /// UTC, ISO 8601
         date_mid: String => ["time.epoch;obs"],
@@ -31,7 +31,7 @@ table! {
 }
 
 table! {
-    PASSES = "passes.csv", "One row per pass of `passes --csv`.";
+    PASSES = "passes.csv", "One row per pass of `passes`, as comma-separated values.";
     columns {
         /// UTC of the rise, ISO 8601; empty where the satellite does not rise
         rise_utc: String,
@@ -69,7 +69,7 @@ table! {
 }
 
 table! {
-    FLUX_MAP = "flux.csv", "One row per direction of `predict sky --flux`.";
+    FLUX_MAP = "flux.csv", "One row per direction of the flux map of `predict sky`.";
     columns {
         /// altitude above the horizon, without refraction
         alt_deg: f64 => "deg" ["pos.az.alt"],
@@ -101,7 +101,7 @@ table! {
 }
 
 table! {
-    SED = "sed.csv", "One row per source of light and phase of the Moon of `predict sed --csv`.";
+    SED = "sed.csv", "One row per source of light and phase of the Moon of `predict sed`, as comma-separated values.";
     columns {
         /// source of light
         source: String,
@@ -117,7 +117,7 @@ table! {
 }
 
 table! {
-    SATELLITES = "satellites.csv", "One row per satellite of `satellites --csv`.";
+    SATELLITES = "satellites.csv", "One row per satellite of `satellites`, as comma-separated values.";
     columns {
         /// name by which the model knows it
         name: String,
@@ -143,7 +143,7 @@ table! {
 }
 
 table! {
-    SURFACES = "surfaces.csv", "One row per surface of `satellites NAME --csv`.";
+    SURFACES = "surfaces.csv", "One row per surface of one satellite of `satellites`, as comma-separated values.";
     columns {
         /// name of the surface
         surface: String,
@@ -163,7 +163,7 @@ table! {
 }
 
 table! {
-    BRDF_CURVE = "brdf.csv", "Scattered light by direction, and then reflectances, of `brdf plot --csv`.";
+    BRDF_CURVE = "brdf.csv", "Scattered light by direction, and then reflectances, of `brdf plot`, as comma-separated values.";
     columns {
         /// angle of incidence
         incidence_deg: f64 => "deg",
@@ -177,7 +177,7 @@ table! {
 }
 
 table! {
-    STRIP = "strip.csv", "One row per picture of `render --pass --csv`.";
+    STRIP = "strip.csv", "One row per picture of a pass of `render`, as comma-separated values.";
     columns {
         /// UTC, ISO 8601
         date_mid: String => ["time.epoch;obs"],
@@ -197,7 +197,7 @@ table! {
 }
 
 table! {
-    AREAS = "areas.csv", "One row per part of a satellite of `render --areas --csv`, and their total.";
+    AREAS = "areas.csv", "One row per part of a satellite of the areas of `render`, as comma-separated values, and their total.";
     columns {
         /// part of the satellite
         part: String,
@@ -215,7 +215,7 @@ table! {
 }
 
 table! {
-    PAPER_STEPS = "case.csv", "One row per quantity of the rendered case of the paper, of `render --paper-case --csv`.";
+    PAPER_STEPS = "case.csv", "One row per quantity of the rendered case of the paper, of `render`, as comma-separated values.";
     columns {
         /// what it is
         quantity: String,

@@ -85,7 +85,7 @@ table! {
 }
 
 table! {
-    LABELS = "labels.ecsv", "One row per light class of `published --observed`.";
+    LABELS = "labels.ecsv", "One row per light class of observed passes of `published`.";
     /// Brightness of one light class.
     #[derive(Debug, Clone, Default, PartialEq, Serialize)]
     pub struct LabelRow {

@@ -188,7 +188,7 @@ table! {
 }
 
 table! {
-    RAW = "photometry.ecsv (shards missing)", "Further columns of photometry.ecsv where `merge --allow-missing` left shards out.";
+    RAW = "photometry.ecsv (shards missing)", "Further columns of photometry.ecsv where `merge` left missing shards out.";
     /// The cells of a row that more frames of the night would change, as they were before.
     #[derive(Debug, Clone, Default, Serialize, Deserialize)]
     pub struct RawRow {

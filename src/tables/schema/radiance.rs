@@ -32,7 +32,7 @@ table! {
 }
 
 table! {
-    SNR = "render_sensor.ecsv", "One row per light or sum of lights of `render --sensor`.";
+    SNR = "render_sensor.ecsv", "One row per light or sum of lights of the sensor of `render`.";
     /// Signal over noise of some lights.
     #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
     pub struct SnrRow {

@@ -49,7 +49,7 @@ table! {
 /// Maps of many moments: the moment, then the columns of a map.
 pub const SKY_SEQUENCE: Definition = Definition {
     file: "sky_sequence.ecsv",
-    about: "One row per moment and direction of `predict sky --sequence`.",
+    about: "One row per moment and direction of a sequence of `predict sky`.",
     columns: &joined::<SEQUENCE_COLUMNS>(MOMENT.columns, SKY.columns),
 };
 const SEQUENCE_COLUMNS: usize = MOMENT.columns.len() + SKY.columns.len();

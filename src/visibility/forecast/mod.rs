@@ -18,9 +18,10 @@ use crate::base::progress::Progress;
 use crate::base::time::{iso_utc, mjd_utc, seconds_between, shifted};
 use crate::brightness::Model;
 use crate::brightness::catalogue::Standing;
-use crate::brightness::columns::add_model;
 use crate::brightness::columns::effects_meta;
 use crate::brightness::columns::fill_geometry;
+use crate::brightness::columns::fill_model;
+use crate::brightness::scene::scene;
 use crate::config;
 use crate::orbit::{Pass, PassEvent, Tracker, passes};
 use crate::photometry::Flags;
@@ -124,7 +125,8 @@ fn predicted(tracker: &Tracker, model: &Model, epoch: &Epoch) -> Result<Photomet
         ..PhotometryRow::default()
     };
     fill_geometry(&mut row, &geometry);
-    let modelled = add_model(&mut row, &geometry, model, true)?;
+    let modelled = model.brightness(&scene(&geometry))?;
+    fill_model(&mut row, &modelled, true);
     row.mu_mean_mag_arcsec2 = modelled.mu_mean_mag_arcsec2;
     Ok(row)
 }

@@ -11,9 +11,8 @@ pub use rate::{Leg, MEAN_RADIUS_KM, OnCircle, circular_speed_km_s, on_circle, ze
 
 use std::f64::consts::PI;
 
-use super::simple::{
-    ARCSEC_PER_RAD, Diameter, above_zero, angle_arcsec, diameter_m, solid_angle_arcsec2, surface_brightness,
-};
+use super::simple::{Diameter, above_zero, angle_arcsec, diameter_m, solid_angle_arcsec2, surface_brightness};
+use crate::base::constants::ARCSEC_PER_RAD;
 use crate::base::error::{Error, Result};
 use crate::brightness::sky::GM_KM3_S2;
 use crate::config::Mode;
