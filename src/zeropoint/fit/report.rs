@@ -342,14 +342,8 @@ fn quote(
     let g = seen.list.len();
     let at_k = |cov: &Matrix| cov[1][1];
     if let Some(pointing) = jack.by_pointing.as_ref().filter(|p| jack.rests && at_k(p) > at_k(&model.cov)) {
-        let star = jack.by_star.as_ref().map_or([0.0; 3], errs);
-        let own = errs(pointing);
-        let most = (0..3).filter(|i| own[*i] > 0.0).map(|i| JUMP * of_model[i].max(star[i]) / own[i]);
-        let scale = most.fold(1.0, f64::min).powi(2);
-        let bounded = pointing.map(|row| row.map(|c| scale * c));
-        let bound = if scale < 1.0 { format!(", bounded by {JUMP} times the model") } else { String::new() };
-        let note = format!("delete-one-pointing jackknife ({g} pointings): k rests on one of them{bound}");
-        return (Quoted::of(bounded, seen.dof.max(1.0)), jack, note);
+        let note = format!("delete-one-pointing jackknife ({g} pointings): k rests on one of them");
+        return (Quoted::of(*pointing, seen.dof.max(1.0)), jack, note);
     }
     let few = rows.len() < rows.n_free() + FEWEST_DOF;
     let held = rows.terms.iter().any(|t| t.held_err() > 0.0);

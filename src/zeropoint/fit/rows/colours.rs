@@ -83,18 +83,14 @@ impl Distribution {
         if !(v >= self.resolved && (first.0..=last.0).contains(&b_v)) {
             return gaussian;
         }
-        let (mut sum, mut mean, mut square) = (0.0, 0.0, 0.0);
+        let (mut sum, mut mean) = (0.0, 0.0);
         for (x, p) in &self.points {
-            let (weight, d) = (p * (-0.5 * (b_v - x).powi(2) / v).exp(), x - b_v);
+            let weight = p * (-0.5 * (b_v - x).powi(2) / v).exp();
             sum += weight;
-            mean += weight * d;
-            square += weight * d * d;
+            mean += weight * (x - b_v);
         }
-        if !(sum > 0.0) {
-            return gaussian;
-        }
-        let mean = mean / sum;
-        (b_v + mean, (square / sum - mean * mean).max(0.0))
+        // the estimated distribution is lumpier than the true one, and its variances are too small
+        if sum > 0.0 { (b_v + mean / sum, gaussian.1) } else { gaussian }
     }
 }
 
