@@ -262,13 +262,14 @@ pub struct Zeropoint {
     /// Colour term held or pulled \[mag/mag\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pin_c: Option<Pin>,
-    /// Extinction and its error where the stars cannot tell it \[mag/airmass\]: V at sites from sea level to 2600 m
-    /// (0.12 Paranal, Patat et al. 2011, A&A 527, A91; 0.13 La Silla; 0.2 at sea level, Hayes & Latham 1975).
+    /// Extinction and its error where the stars do not determine it \[mag/airmass\]: V on La Palma is 0.10 on a very clear
+    /// night, 0.15 typically and above 0.18 with dust (ING, WHT manual), 0.11 at Paranal (Patat 2003, A&A 400, 1183).
     pub k_prior: Pin,
-    /// Colour term and its error where the stars cannot tell it \[mag/mag\]: a V filter has |C| < 0.1, an unfiltered
-    /// camera up to 0.3.
+    /// Colour term and its error where the stars do not determine it \[mag/mag\]: a convention, wide enough for an
+    /// unfiltered camera.
     pub c_prior: Pin,
-    /// How much pointings of this site scatter \[mag\], rms: enters where fewer than ten pointings tell it.
+    /// Scatter of the pointings of this site, rms \[mag\]: used where there are fewer than ten pointings. The default is a
+    /// convention; measure it for your own site.
     pub pointing_scatter_prior_mag: f64,
     /// Error of a magnitude by the vignetting of frames without flats \[mag\]: 0.02 measured within the clip circle.
     pub no_flat_err_mag: f64,

@@ -201,10 +201,10 @@ fn the_file_keeps_a_second_order_term_the_pointings_and_the_time() {
     {
         assert!(text.contains(word), "{word} in\n{text}");
     }
-    // the quoted error is the larger of the jackknives
+    // the quoted error is the larger of the jackknives, or more where clouds are suspected
     let at = |cov: &[[f64; 4]; 4]| Zeropoint { cov: *cov, ..z.clone() }.err_mag(z.airmass_mean, z.b_v_mean_mag, 0.0);
     let (star, pointing) = (at(&z.cov_star_jackknife.unwrap()), at(&z.cov_pointing_jackknife.unwrap()));
-    assert_eq!(at(&z.cov), star.max(pointing));
+    assert!((1.0..1.5).contains(&(at(&z.cov) / star.max(pointing))));
     // a file of four rows without k2, or of two, is none
     std::fs::write(
         &path,

@@ -190,7 +190,6 @@ fn errors_of_colours_do_not_bias_the_colour_term() {
 }
 
 #[test]
-#[ignore = "not met yet: a cut on colours with errors of 0.1 mag biases the colour term by +0.014"]
 fn a_cut_on_measured_colours_does_not_bias_the_colour_term() {
     let sets = ["stars.bv_range_mag=[0.3,0.8]".to_owned(), "stars.v_range_mag=[9.0,15.0]".to_owned()];
     let config =
@@ -220,6 +219,7 @@ fn a_cut_on_measured_colours_does_not_bias_the_colour_term() {
         .collect();
     let bias = terms.iter().sum::<f64>() / terms.len() as f64 - TRUTH[2];
     println!("C of colours cut at 0.3 and 0.8 is off by {bias:+.4}");
+    // the mean of 120 nights is known to 0.0026; with a Gaussian distribution of the true colours the bias is +0.014
     assert!(bias.abs() < 0.01, "{bias}");
 }
 

@@ -1,9 +1,10 @@
 //! Clouds only dim: pointings under a cloud are told from the clear ones by the one-sided tail of their offsets.
 //!
 //! Magnitudes. d_j = m + u_j + z_j c_j + e_j with u_j of variance τ², z_j = 1 with probability π and c_j exponential
-//! or Gaussian of positive mean, by expectation and maximisation (Dempster, Laird & Rubin 1977); the clouds are believed by the likelihood
-//! ratio to m + u_j + e_j alone. Left out: clouds over most of the pointings, which
-//! nothing in a night tells from a lower zeropoint.
+//! or Gaussian of positive mean, by expectation and maximisation (Dempster, Laird & Rubin 1977). The zeropoint is corrected
+//! for clouds where the likelihood ratio to m + u_j + e_j alone favours them; where it does not, and the offsets are skewed
+//! towards the faint side, the shift that the clouds would make widens the error. Clouds over most of the pointings are not
+//! modelled: nothing in a night distinguishes them from a lower zeropoint.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -13,6 +14,8 @@ use statrs::function::erf::erfc;
 const FEWEST: usize = 6;
 /// Twice the log-likelihood ratio at which clouds are as likely as not, and from which they are believed.
 const EVIDENCE: f64 = 3.0;
+/// Skewness of the deviations from which clouds that are not corrected are suspected.
+const SKEWED: f64 = 0.25;
 /// What a parameter more costs.
 const ONE_MORE: f64 = 4.0;
 /// Share of the shift that stays in the error however sure the clouds are: how thick they are is not exponential.
@@ -45,6 +48,8 @@ pub struct Clouds {
     pub shift_mag: f64,
     /// How far to believe in the clouds, 0 to 1.
     pub belief: f64,
+    /// Error of the zeropoint of a fit that is not corrected for these clouds \[mag\]: root mean square of the shift.
+    pub suspected_mag: f64,
 }
 
 impl Clouds {
@@ -52,6 +57,11 @@ impl Clouds {
     pub fn doubt_mag(&self) -> f64 {
         let sure = (self.belief * (1.0 - self.belief)).sqrt();
         (sure.max(UNKNOWN_SHAPE) * self.shift_mag).hypot(UNKNOWN_SPLIT * self.tau_mag)
+    }
+
+    /// Whether the clouds are more likely than not, so that the zeropoint is corrected for them.
+    pub fn believed(&self) -> bool {
+        self.belief >= 0.5
     }
 }
 
@@ -125,8 +135,8 @@ fn dimmed(x: f64, s: f64, depth: f64) -> f64 {
     (0.5 * (s / depth).powi(2) - x / depth).exp() / depth * 0.5 * erfc(-t / SQRT_2)
 }
 
-/// Deviations `d` of the pointings with their variances `v`; `None` where no cloud is needed to explain them. A pointing
-/// without variance (no star used) takes no part.
+/// The most likely clouds for deviations `d` of the pointings with their variances `v`; `None` with too few pointings. A
+/// pointing without variance (no star used) takes no part.
 pub fn find(d: &[f64], v: &[f64]) -> Option<Clouds> {
     let used: Vec<usize> = (0..d.len()).filter(|j| v[*j].is_finite() && d[*j].is_finite()).collect();
     if used.len() < FEWEST {
@@ -155,6 +165,7 @@ pub fn find(d: &[f64], v: &[f64]) -> Option<Clouds> {
         tau_mag: 0.0,
         shift_mag: 0.0,
         belief: 0.0,
+        suspected_mag: 0.0,
     };
     let kind = |depth: Depth, parameters: f64| {
         let (mut out, mut state) = (empty.clone(), begin(depth));
@@ -165,11 +176,13 @@ pub fn find(d: &[f64], v: &[f64]) -> Option<Clouds> {
     };
     let thin = kind(Depth::Exponential(depth), 0.0);
     let alike = kind(Depth::Gaussian(depth, 0.3 * depth), ONE_MORE);
+    let belief = |gain: f64| 1.0 / (1.0 + (0.5 * (EVIDENCE - gain)).exp());
+    let suspected = |gain: f64, state: &State| belief(gain).sqrt() * (clear.m - state.m).abs();
+    let suspected_mag = suspected(thin.0, &thin.1).max(suspected(alike.0 + ONE_MORE, &alike.1));
     let (gain, state, mut out) = if alike.0 > thin.0 { alike } else { thin };
-    if !(gain >= EVIDENCE) {
-        return None;
-    }
-    out.belief = 1.0 / (1.0 + (0.5 * (EVIDENCE - gain)).exp());
+    out.belief = belief(gain);
+    // scatter is symmetric: only a tail towards the faint side is suspected of clouds
+    out.suspected_mag = if skewness(d, v, &used, &clear) > SKEWED { suspected_mag } else { 0.0 };
     // maximum likelihood is too small by the parameters that were fitted: location, slope, share and depth
     let clear_ones: f64 = used.iter().map(|j| out.weight[*j]).sum();
     out.tau_mag = WIDENED * (state.tau2 * clear_ones / (clear_ones - FITTED).max(1.0)).sqrt();
@@ -211,6 +224,12 @@ fn step(d: &[f64], v: &[f64], used: &[usize], state: State, floor: f64, out: &mu
         depth: depth.next(clouded, dimming, dimming2),
         log_likelihood,
     }
+}
+
+/// Skewness of the deviations about one Gaussian scatter.
+fn skewness(d: &[f64], v: &[f64], used: &[usize], clear: &State) -> f64 {
+    let third = |j: &usize| ((d[*j] - clear.m) / (clear.tau2 + v[*j]).sqrt()).powi(3);
+    used.iter().map(third).sum::<f64>() / used.len() as f64
 }
 
 /// One Gaussian scatter.

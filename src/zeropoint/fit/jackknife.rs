@@ -26,12 +26,17 @@ pub struct Jackknife {
     pub leverage: Vec<f64>,
     /// Pointings without which k would be another one.
     pub warnings: Vec<String>,
-    /// Whether k is that of a single pointing: without it k moves by more than [`RESTS`] of its errors.
+    /// Whether k is that of a single pointing among at least [`RESTS_AMONG`]: without it k moves by more than [`RESTS`]
+    /// of its errors, and its error grows by [`RESTS_ERROR`].
     pub rests: bool,
 }
 
 /// Errors by which k moves without the pointing it rests on.
 const RESTS: f64 = 8.0;
+/// Below so many pointings the fits without one of them jump by chance, too.
+const RESTS_AMONG: usize = 6;
+/// And its error grows by so much: a fit that jumps between two sets of outliers does not.
+const RESTS_ERROR: f64 = 3.0;
 
 /// Leaves out each star and each pointing in turn. Cov = (n−1)/n Σ (θ₍ⱼ₎ − θ̄)(θ₍ⱼ₎ − θ̄)ᵀ.
 pub fn jackknife(rows: &Rows, fit: &Fit) -> Jackknife {
@@ -61,7 +66,8 @@ pub fn jackknife(rows: &Rows, fit: &Fit) -> Jackknife {
         add(&mut without, &parts[j], -1.0);
         // what rounding leaves of a difference is no information
         let possible = (0..N).all(|c| information[c][c] == 0.0 || without[c][c] > 1e-9 * information[c][c]);
-        let theta = inverse(&without).filter(|_| possible).map(|m| {
+        let left = inverse(&without).filter(|_| possible);
+        let theta = left.map(|m| {
             let step = times(&m, &of_pointing[j].1);
             std::array::from_fn(|c| fit.theta[c] - step[c])
         });
@@ -72,7 +78,7 @@ pub fn jackknife(rows: &Rows, fit: &Fit) -> Jackknife {
             None => out.warnings.push(format!("pointing {p} alone decides a term: without it k or C cannot be told")),
             Some(theta) => {
                 out.warnings.extend(turns_k(rows, fit, &bread, theta, p));
-                out.rests |= rests(rows, fit, &bread, theta);
+                out.rests |= rests(rows, fit, &bread, theta, left.as_ref());
                 shifts.push(*theta);
             }
         }
@@ -114,25 +120,27 @@ pub fn repeated(rows: &Rows, fit: &Fit, sums: &Sums, sds: [&[f64]; 2]) -> Jackkn
             }
         }
     }
-    let mut without = |part: &(Matrix, Vector)| -> Option<Vector> {
+    let without = |part: &(Matrix, Vector)| -> Option<(Vector, Matrix)> {
         let mut left = information;
         add(&mut left, &part.0, -1.0);
         let possible = (0..N).all(|c| information[c][c] == 0.0 || left[c][c] > 1e-3 * information[c][c]);
-        let step = times(&inverse(&left).filter(|_| possible)?, &part.1);
-        Some(std::array::from_fn(|c| solved.theta[c] - step[c]))
+        let left = inverse(&left).filter(|_| possible)?;
+        let step = times(&left, &part.1);
+        Some((std::array::from_fn(|c| solved.theta[c] - step[c]), left))
     };
-    let stars: Option<Vec<Vector>> = of_star.iter().map(&mut without).collect();
+    let stars: Option<Vec<Vector>> = of_star.iter().map(|part| Some(without(part)?.0)).collect();
     if let Some(stars) = stars.filter(|s| s.len() > rows.n_free()) {
         out.by_star = Some(spread(&stars));
     }
-    out.without = of_pointing.iter().map(&mut without).collect();
-    for (p, theta) in rows.pointings.iter().zip(&out.without) {
-        match theta {
+    for (p, part) in rows.pointings.iter().zip(&of_pointing) {
+        let fitted = without(part);
+        out.without.push(fitted.map(|(theta, _)| theta));
+        match fitted {
             _ if g == 1 => {}
             None => out.warnings.push(format!("pointing {p} alone decides a term: without it k or C cannot be told")),
-            Some(theta) => {
-                out.warnings.extend(turns_k(rows, fit, &solved.cov, theta, *p));
-                out.rests |= rests(rows, fit, &solved.cov, theta);
+            Some((theta, left)) => {
+                out.warnings.extend(turns_k(rows, fit, &solved.cov, &theta, *p));
+                out.rests |= rests(rows, fit, &solved.cov, &theta, Some(&left));
             }
         }
     }
@@ -181,9 +189,13 @@ fn turns_k(rows: &Rows, fit: &Fit, cov: &Matrix, without: &Vector, pointing: usi
     (turned || moved).then(|| format!("k rests on pointing {pointing}: {k:.3} with it, {other:.3} without it"))
 }
 
-fn rests(rows: &Rows, fit: &Fit, cov: &Matrix, without: &Vector) -> bool {
+/// `without` and `left` are the terms and their covariance without the pointing.
+fn rests(rows: &Rows, fit: &Fit, cov: &Matrix, without: &Vector, left: Option<&Matrix>) -> bool {
     let err = cov[1][1].max(0.0).sqrt();
-    matches!(rows.terms[0], Term::Free) && (fit.theta[1] - without[1]).abs() > (RESTS * err).max(0.01)
+    matches!(rows.terms[0], Term::Free)
+        && rows.pointings.len() >= RESTS_AMONG
+        && left.is_none_or(|left| left[1][1].max(0.0).sqrt() > RESTS_ERROR * err)
+        && (fit.theta[1] - without[1]).abs() > (RESTS * err).max(0.01)
 }
 
 fn add(sum: &mut Matrix, part: &Matrix, sign: f64) {

@@ -94,8 +94,8 @@ fn fit_rows(rows: &Rows, config: &config::Zeropoint, n_input: usize) -> Result<Z
 /// Rounds of telling clouds and fitting without them.
 const CLOUD_ROUNDS: usize = 3;
 
-/// The rows with the expected clouds taken out and their fit, where some pointings are under clouds; as they are where none
-/// is believed in.
+/// The rows with the expected clouds subtracted and their fit, where some pointings are more likely than not under clouds;
+/// else the rows and the fit as they are.
 fn without_clouds(
     rows: &Rows,
     fit: weights::Fit,
@@ -113,6 +113,9 @@ fn without_clouds(
     };
     let first = if rows::has_pointings(rows) { look(rows, &fit, &[]) } else { None };
     let Some(mut found) = first else { return Ok((rows.clone(), fit, None)) };
+    if !found.believed() {
+        return Ok((rows.clone(), fit, Some(found)));
+    }
     let mut out = (rows.clone(), fit);
     for _ in 0..CLOUD_ROUNDS {
         let shift: Vec<f64> = rows.group.iter().map(|p| found.mean_mag[*p]).collect();
@@ -120,7 +123,7 @@ fn without_clouds(
         let fit = robust::reweighted(&cleared, config.estimator, config)?;
         let next = look(&cleared, &fit, &found.mean_mag);
         out = (cleared, fit);
-        let Some(next) = next else { break };
+        let Some(next) = next.filter(clouds::Clouds::believed) else { break };
         found = next;
     }
     Ok((out.0, out.1, Some(found)))

@@ -30,7 +30,8 @@ const FEWEST_DOF: usize = 10;
 /// A jackknife this many times the other estimates has jumped.
 const JUMP: f64 = 2.0;
 
-/// Puts a converged fit into the form the rest of the night uses; `clouds` have been taken out of the rows.
+/// Puts a converged fit into the form the rest of the night uses; `clouds` have been taken out of the rows where they are
+/// believed, and else widen the error.
 pub fn report(
     all: &Rows,
     whole: &Fit,
@@ -38,7 +39,9 @@ pub fn report(
     config: &config::Zeropoint,
     n_input: usize,
 ) -> Zeropoint {
-    let inference = Inference::of(all, whole, clouds, config);
+    let suspected_mag = clouds.filter(|c| !c.believed()).map_or(0.0, |c| c.suspected_mag);
+    let clouds = clouds.filter(|c| c.believed());
+    let inference = Inference::of(all, whole, clouds, suspected_mag, config);
     // from here on the rows have the offsets of their stars taken out
     let shift: Vec<f64> = all.shift.iter().zip(&whole.star_offset).map(|(a, b)| a + b).collect();
     let (rows, fit) = (&all.shifted(&shift), &whole.without_star_offsets());
@@ -202,10 +205,18 @@ struct Inference {
     clouded: bool,
     /// Error of C by that of the colours' share \[mag/mag\].
     colour_err: f64,
+    /// Error of the zeropoint by clouds that are suspected and not corrected \[mag\].
+    suspected_mag: f64,
 }
 
 impl Inference {
-    fn of(rows: &Rows, fit: &Fit, clouds: Option<&Clouds>, config: &config::Zeropoint) -> Inference {
+    fn of(
+        rows: &Rows,
+        fit: &Fit,
+        clouds: Option<&Clouds>,
+        suspected_mag: f64,
+        config: &config::Zeropoint,
+    ) -> Inference {
         let doubt_mag = clouds.map_or(0.0, Clouds::doubt_mag);
         let (g, n) = (rows.pointings.len(), rows.len() as f64);
         let sums = fit.sums(rows);
@@ -245,7 +256,7 @@ impl Inference {
         };
         let colour_err = fit.theta[2].abs() * rows.calibration.rel_err;
         model.add(&[0.0, 0.0, 1.0, 0.0], colour_err);
-        model.add(&[1.0, 0.0, 0.0, 0.0], doubt_mag);
+        model.add(&[1.0, 0.0, 0.0, 0.0], doubt_mag.hypot(suspected_mag));
         let mut out = Inference {
             star_scatter_mag: (fit.stars.mean * fit.kappa).sqrt(),
             sums,
@@ -256,6 +267,7 @@ impl Inference {
             tau_rms_mag,
             clouded: clouds.is_some(),
             colour_err,
+            suspected_mag,
         };
         let held = out.held(rows, fit);
         held.iter().for_each(|(slope, err)| out.model.add(slope, *err));
@@ -363,6 +375,7 @@ fn quote(
         };
         let mut quoted = Quoted::of(cov, dof);
         quoted.add(&[0.0, 0.0, 1.0, 0.0], inference.colour_err);
+        quoted.add(&[1.0, 0.0, 0.0, 0.0], inference.suspected_mag);
         return (quoted, jack, note);
     };
     (model, jack, format!("model of stars and pointings, averaged over their scatters; no jackknife: {why}"))

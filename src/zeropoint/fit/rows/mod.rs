@@ -3,6 +3,7 @@
 //! Magnitudes. y = V_inst − V against (1, X − X̄, (B−V) − mean, (X − X_p)((B−V) − B_p)). A held term is subtracted from y; a
 //! term pulled to a value by an error adds one row; a term the stars cannot tell is refused by name.
 
+mod colours;
 mod held;
 
 use super::measurement::StarMeasurement;
@@ -160,7 +161,7 @@ impl Rows {
         rows.mean = [rows.mean_of(|s| s.airmass), rows.mean_of(|s| s.b_v_mag)];
         rows.offset = super::median(&mut rows.stars.iter().map(|(_, s)| s.inst_mag - s.v_mag).collect::<Vec<_>>());
         rows.errors(config);
-        rows.believe_colours(population, config);
+        rows.correct_colours(population, config);
         rows.refuse_what_cannot_be_told_apart(config)?;
         Ok(rows)
     }
@@ -281,44 +282,6 @@ impl Rows {
     /// Whether any term is pulled.
     pub fn has_prior(&self) -> bool {
         self.terms.iter().any(|t| matches!(t, Term::Prior(..)))
-    }
-
-    /// The expected true colour of each star, b = μ + λ (B − μ) with λ = σ_b²/(σ_b² + σ_BV²) (regression calibration,
-    /// Carroll et al. 2006, Measurement Error in Nonlinear Models, ch. 4): the error of the colours would else make C too
-    /// small by the factor λ. μ and σ_b² are those of the population the stars are drawn from, before any cut on B−V.
-    fn believe_colours(&mut self, population: &[[f64; 2]], config: &config::Zeropoint) {
-        self.colour = self.stars.iter().map(|(_, s)| s.b_v_mag).collect();
-        if config.estimator == Estimator::Ols || self.var_colour.iter().all(|v| *v == 0.0) {
-            return;
-        }
-        let mut seen = vec![false; self.n_stars];
-        let mut moments: Vec<(f64, f64)> = (0..self.len())
-            .filter(|i| !std::mem::replace(&mut seen[self.star_of[*i]], true) && self.colour[*i].is_finite())
-            .map(|i| (self.colour[i], self.var_colour[i]))
-            .collect();
-        if population.len() > moments.len() {
-            moments = population.iter().map(|[b_v, err]| (*b_v, err * err)).collect();
-        }
-        let n = moments.len() as f64;
-        if n < 3.0 {
-            return;
-        }
-        let mean = moments.iter().map(|m| m.0).sum::<f64>() / n;
-        let observed = moments.iter().map(|m| (m.0 - mean).powi(2)).sum::<f64>() / (n - 1.0);
-        let errors = moments.iter().map(|m| m.1).sum::<f64>() / n;
-        let own = (observed - errors).max(0.0);
-        let share = if observed > 0.0 { own / observed } else { 1.0 };
-        // λ = 1 − σ²/S²; S² of n stars is known to √(2/(n − 1))
-        let rel_err = if share > 0.0 { (1.0 - share) / share * (2.0 / (n - 1.0)).sqrt() } else { 0.0 };
-        self.calibration = Calibration { share, rel_err, err_mag: errors.sqrt() };
-        if share < BELIEVED_SHARE {
-            return;
-        }
-        for (b_v, v) in self.colour.iter_mut().zip(&mut self.var_colour) {
-            let believed = own / (own + *v);
-            *b_v = mean + believed * (*b_v - mean);
-            *v *= believed;
-        }
     }
 
     /// Condition number and rank of the fitted columns under weights, centred, with columns of equal length.
