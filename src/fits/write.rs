@@ -1,6 +1,7 @@
 //! FITS files out: u16 images (plain or Rice-compressed) and f32 images, with their cards, written atomically.
 //!
-//! A file appears under its name only when it is complete. Used by the simulator and the master flat. Leaves out tables.
+//! A file appears under its name only when it is complete. Used by the simulator and the master flat. It does not cover
+//! tables.
 
 use super::card_value::CardValue;
 use std::path::Path;

@@ -15,7 +15,7 @@ use crate::config;
 use crate::fits::{CardValue, write_u16};
 use crate::resolved::image::{Light, RadianceImage};
 
-/// What a file tells of its frame besides the sensor.
+/// What a file states about its frame besides the sensor.
 #[derive(Debug, Clone)]
 pub struct FrameFacts {
     /// Name of the satellite, as its elements have it: the reduction knows the target by it.
@@ -109,7 +109,7 @@ fn cards(
     put("SIMFLUX", real(exposure.satellite_e()), "[e-] all light of the satellite, without noise");
     put("SATURATE", real(sensor.gain.saturation_adu), "[ADU] pixels from here up are saturated");
     put("SIMNSAT", integer(sensor.n_saturated(counts) as i64), "[px] saturated pixels");
-    put("SIMLOST", real(exposure.beside_frac), "share of that beside the frame");
+    put("SIMLOST", real(exposure.beside_frac), "share of that outside the frame");
     for (key, light) in ["SIMSUN", "SIMEARTH", "SIMMOON", "SIMLUNAR", "SIMSTARS"].iter().zip(Light::ALL) {
         put(key, real(exposure.light_e(light)), &format!("[e-] {}", light.name()));
     }
@@ -122,7 +122,7 @@ fn cards(
         put("HISTORY", text(line), "");
     }
     if exposure.beside_frac > 0.0 {
-        let line = format!("{:.3} % of the light fell beside the frame", 100.0 * exposure.beside_frac);
+        let line = format!("{:.3} % of the light fell outside the frame", 100.0 * exposure.beside_frac);
         put("HISTORY", text(&line), "");
     }
     cards
