@@ -268,7 +268,7 @@ pub fn filter_meaning(text: &str) -> Meaning {
     found.or_else(|| single(one)).or_else(|| word(&one.to_lowercase())).unwrap_or(Meaning::Unknown)
 }
 
-/// Short names, whose case gives.
+/// Short names, whose case is significant.
 fn single(text: &str) -> Option<Meaning> {
     let band = match text {
         "B" => return Some(Meaning::Either(Band::B, Band::TriBlue)),

@@ -289,7 +289,7 @@ pub(crate) fn refusal(path: &Path, source: io::Error, needs_bytes: Option<u64>) 
     Error::io(path, io::Error::new(source.kind(), words))
 }
 
-/// Bytes free for us where `path` is, if the system gives.
+/// Bytes free for us where `path` is, if the system reports it.
 fn free_bytes(path: &Path) -> Option<u64> {
     #[cfg(target_os = "linux")]
     {

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 pub fn config_sha256(config: &Config) -> Result<String> {
     let mut config = config.clone();
     config.night.output = PathBuf::new();
-    // what went in is reported by the hashes of the inputs, wherever and in whatever order they lay
+    // what went in is identified by the hashes of the inputs, wherever and in whatever order they lay
     config.night.input = Vec::new();
     config.reporter = Default::default();
     config.fetch = Default::default();

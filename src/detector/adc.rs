@@ -149,7 +149,7 @@ impl Counts {
     /// The step of the values: the largest g for which nearly all values differ by multiples of g.
     ///
     /// Counted from the commonest value, over the pixels that have another one; up to 2 % of them may be odd. `None`
-    /// where too few differ (a constant bias frame gives nothing), or where the values are not raw counts.
+    /// where too few differ (a constant bias frame carries no information), or where the values are not raw counts.
     #[must_use]
     pub fn step(&self) -> Option<Step> {
         let mode = (0..N_LEVELS).rev().max_by_key(|v| self.bins[*v])?;
@@ -231,7 +231,7 @@ impl Counts {
 }
 
 /// Bits of the converter behind a 16-bit file: 16 − lg₂ spacing where the low bits are padded, else the bits that hold
-/// the value at which the pixels pile up; `None` where neither gives.
+/// the value at which the pixels pile up; `None` where neither shows one.
 #[must_use]
 pub fn converter_bits(step: Option<Step>, pile: Option<Pile>) -> Option<u32> {
     let padded = step.map(|s| s.spacing_adu).filter(|s| *s > 1.5);

@@ -86,7 +86,7 @@ impl Link {
         Ok(Self { agent, proxy, settings: settings.clone() })
     }
 
-    /// The answer at `url`; `now` is for dates the server names, `wait` is called between tries, `say` gives of them.
+    /// The answer at `url`; `now` is for dates the server names, `wait` is called between tries, `say` reports them.
     ///
     /// # Errors
     /// What went wrong and how often it was tried, and how long the server asks to wait where that is longer than

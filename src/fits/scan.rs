@@ -168,7 +168,7 @@ fn read_header(file: &mut File, index: usize) -> std::io::Result<std::result::Re
         if filled == 0 {
             return Ok(Err(Problem::NoEnd));
         }
-        // A header cut behind its END is whole; what its data lack is reported by their size.
+        // A header cut behind its END is whole; what its data lack follows from their size.
         block[filled..].fill(b' ');
         for (i, card) in block.chunks(CARD).enumerate() {
             if card.starts_with(b"END") && card[3..].iter().all(|b| *b == b' ') {

@@ -195,7 +195,9 @@ impl Job<'_> {
             );
         }
         if tle_name && set.format().starts_with("OMM") {
-            self.note("the file holds OMM JSON, which satphot determines the format by its content; other programs may go by its name");
+            self.note(
+                "the file holds OMM JSON, which satphot recognises by its content; other programs may go by its name",
+            );
         }
         print(&format!("{}\n", path.display()));
         Ok(())
