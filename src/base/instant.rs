@@ -26,7 +26,7 @@ pub struct Instant {
     pub is_date_only: bool,
 }
 
-/// Reads a time: `2025-06-09T20:20:00.5+10:00`, a blank for the T, seconds excluded, `Z`, `UTC`, `+1000`, `-03:30`,
+/// Reads a time: `2025-06-09T20:20:00.5+10:00`, a blank for the T, seconds optional, `Z`, `UTC`, `+1000`, `-03:30`,
 /// `+10`, or a date alone. Without a zone it is UTC; `24:00:00` is the end of its day; second 60 only where there was
 /// one.
 ///

@@ -153,7 +153,7 @@ impl Model {
         Ok(answer)
     }
 
-    /// The light a piece that was excluded of a scene sends, computed all the same: the flux relative to a star of
+    /// The light that a piece which was excluded from a scene sends, computed all the same: the flux relative to a star of
     /// magnitude 0, before extinction. 0 unless it was excluded by choice.
     ///
     /// # Errors

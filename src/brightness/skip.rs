@@ -8,7 +8,7 @@ use std::sync::Arc;
 /// Why a light source the settings switch off is excluded.
 pub(super) const SWITCHED_OFF: &str = "switched off";
 
-/// A light, or a surface under a light, that was excluded of a scene.
+/// A light, or a surface under a light, that was excluded from a scene.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Skip {
     /// `sun`, `earthshine`, `moon`, `lunar_earthshine` or `all`.

@@ -58,7 +58,7 @@ pub struct Run {
     /// List the files written
     #[arg(short, long)]
     verbose: bool,
-    /// Say on standard error what was excluded of each scene and frame, why, and the CPU time that saved
+    /// Say on standard error what was skipped in each scene and frame, why, and the CPU time that saved
     #[arg(long)]
     explain: bool,
     /// Say what each file is, what would be done and all that is missing, and stop with the exit code of the run

@@ -79,7 +79,7 @@ fn numbers_of(lines: &[&str]) -> Vec<u64> {
         let (first, rest) = field.split_at_checked(1)?;
         let letter = first.chars().next().filter(char::is_ascii_uppercase);
         match letter {
-            // I and O are excluded of the letters
+            // I and O are excluded from the letters
             Some(c) if !matches!(c, 'I' | 'O') && rest.len() == 4 => {
                 let skipped = u64::from(c > 'I') + u64::from(c > 'O');
                 Some((u64::from(c) - u64::from('A') + 10 - skipped) * 10_000 + rest.parse::<u64>().ok()?)

@@ -172,7 +172,7 @@ pub struct Satellite {
 }
 
 impl Standing {
-    /// That of the satellite a configuration requires; surfaces of one's own were not compared.
+    /// That of the satellite a configuration names; surfaces of one's own were not compared.
     ///
     /// # Errors
     /// As [`Catalogue::load`] and [`Catalogue::find`].
@@ -197,7 +197,7 @@ impl Satellite {
         Self::try_from(find(embedded(), name)?).ok()
     }
 
-    /// The satellite a configuration requires: its own surfaces if it lists any, else that of its file of satellites,
+    /// The satellite a configuration names: its own surfaces if it lists any, else that of its file of satellites,
     /// else the catalogue's. `model.effects` are not in it yet, see [`Satellite::with_effects`].
     ///
     /// # Errors

@@ -251,7 +251,7 @@ impl Job<'_> {
         Ok(one_query_each(fields))
     }
 
-    /// Names of the target, by which its frames are derived from star pointings: of its elements, or as the model calls
+    /// Names of the target, by which its frames are distinguished from star pointings: of its elements, or as the model calls
     /// it.
     fn target_names(&self, config: &Config) -> Vec<String> {
         let Some(orbit) = &config.orbit else { return Vec::new() };

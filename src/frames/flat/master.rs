@@ -65,7 +65,7 @@ impl MasterFlat {
     ///
     /// F = median_k[(N_k − pedestal) / level_k], then divided by its own median. Levels and medians inside the clip
     /// circle. With `config.scale` none, or levels that are all the same, level_k is excluded, and 16-bit files are
-    /// combined as they are stored: less work. A saturated or NaN pixel is excluded of its median; with at most half of
+    /// combined as they are stored: less work. A saturated or NaN pixel is excluded from its median; with at most half of
     /// the flats left, or at or below `config.min_response`, it is masked. Flats of another size than most, or of a
     /// level outside `config.level_range_frac` of full scale, are rejected with a reason.
     ///

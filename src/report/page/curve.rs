@@ -1,7 +1,7 @@
 //! Light curve and residuals of every pass: points lead to the picture of their frame.
 //!
 //! Magnitudes upwards to brighter; seconds of the day to the right. Lights that are far fainter than everything else
-//! are excluded of the chart: their numbers are in the table.
+//! are excluded from the chart: their numbers are in the table.
 
 use maud::{Markup, html};
 

@@ -28,7 +28,7 @@ const POINT_RAD: f64 = 1e-8;
 ///
 /// All vectors are unit vectors at the surface; `disc_rad` is the disc's angular radius α, 0 to π/2. Good to 1e-8 of
 /// the value. A law that hardly changes over the disc costs one value of f and the first terms of the average's series
-/// (the first one excluded is bounded by the law's own slope and curvature); the plain point value would be off by
+/// (the first neglected one is bounded by the law's own slope and curvature); the plain point value would be off by
 /// α²/4 at least, 5e-6 for the Sun, since even a cosine is not its own average.
 #[must_use]
 pub fn direct_reflection<F>(
