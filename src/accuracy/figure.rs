@@ -17,7 +17,7 @@ const SIZE: (u32, u32) = (1060, 640);
 const COLOURS: [Colour; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, GREY];
 /// Errors below are rounding: drawn here.
 const LEAST: f64 = 1e-16;
-/// An error that is no number is drawn as this.
+/// An error that is not a number is drawn as this.
 const MOST: f64 = 1e3;
 
 /// Height and width of a letter of a label.

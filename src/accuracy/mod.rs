@@ -1,7 +1,7 @@
 //! Error against run time: methods with a knob, the knob turned, against a converged reference.
 //!
 //! Errors in the unit a sweep names, CPU time in microseconds for one piece of work. The caller brings the clock: the
-//! library never reads it. One thread, so that CPU time is run time. Leaves out what has no knob.
+//! library never reads it. One thread, so that CPU time is run time. It does not cover what has no knob.
 
 mod apertures;
 mod background_mesh;

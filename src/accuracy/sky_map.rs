@@ -20,12 +20,12 @@ const SATELLITE: &str = "starlink-v1.5-lab";
 const HEIGHT_KM: f64 = 550.0;
 /// Altitudes and azimuths of the maps.
 const GRIDS: [(usize, usize); 5] = [(10, 19), (16, 37), (31, 73), (46, 121), (91, 181)];
-/// Those of `satphot predict sky` unless told otherwise.
+/// Those of `satphot predict sky` by default.
 const DEFAULT: (usize, usize) = (31, 73);
-/// Directions this near the horizon are left out \[rad\]: nobody observes there.
+/// Directions this near the horizon are excluded \[rad\]: nobody observes there.
 const LEAST_ALT_RAD: f64 = 0.0873;
 
-/// V between the points of a map; `None` beside a direction without light.
+/// V between the points of a map; `None` next to a direction without light.
 fn between(map: &SkyMap, alt_deg: f64, az_deg: f64) -> Option<f64> {
     let (n_alt, n_az) = (map.grid.alt_deg.len(), map.grid.az_deg.len());
     let (u, w) = (alt_deg / 90.0 * (n_alt - 1) as f64, az_deg / 360.0 * (n_az - 1) as f64);

@@ -1,7 +1,7 @@
 //! The median over a sky: its error by the number of directions, evenly on a golden spiral or at random.
 //!
-//! Magnitudes. Skies over Macquarie around the full Moon of June 2025, by day, in twilight and at night. The reference is
-//! the median of very many directions of the same kind of spiral, which is far better than any setting.
+//! Magnitudes. Skies over Macquarie around the full Moon of June 2025, by day, in twilight and at night. The reference
+//! is the median of very many directions of the same kind of spiral, which is far better than any setting.
 
 use super::effort::Effort;
 use super::effort::Stopwatch;
@@ -19,7 +19,7 @@ use crate::visibility::forecast::dome::{Dome, Overhead};
 const FROM_MJD_D: f64 = 60_837.083_3;
 const STEP_D: f64 = 0.171;
 const COUNTS: [usize; 5] = [30, 100, 300, 1000, 3000];
-/// That of `satphot predict day` unless told otherwise.
+/// That of `satphot predict day` by default.
 const DEFAULT: usize = 1000;
 
 pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {

@@ -19,7 +19,7 @@ use crate::config::SourceDisc;
 /// Rings of the reference, and points on each: the mean of a law as wide as the disc to about 1e-7.
 const RINGS: (usize, usize) = (400, 256);
 
-/// Lamp, normal, observer.
+/// Light source, normal, observer.
 pub(super) type Case = [Vector<Itrs>; 3];
 
 /// Directions towards the Sun and the observer on the upper side of a plate; every second within a degree of the

@@ -43,7 +43,7 @@ pub struct Point {
     pub cpu_us: f64,
     /// Memory of one piece of work \[kB\], where it depends on the knob.
     pub memory_kb: Option<f64>,
-    /// Whether satphot takes this setting unless told otherwise.
+    /// Whether satphot takes this setting by default.
     pub is_default: bool,
 }
 

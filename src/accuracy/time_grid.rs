@@ -1,7 +1,7 @@
-//! Sun and Moon between the steps of a grid in time: error and cost against computing them anew for every row.
+//! Sun and Moon between the steps of a grid in time: error and cost against computing them again for every row.
 //!
-//! Directions in Earth-fixed axes, errors in arcsec, the worse of Sun and Moon. Linear, or cubic through four steps. The
-//! reference is [`bodies`] at the very moment.
+//! Directions in Earth-fixed axes, errors in arcsec, the worse of Sun and Moon. Linear, or cubic through four steps.
+//! The reference is [`bodies`] at the very moment.
 
 use hifitime::{Duration, Epoch};
 use rand::{Rng, SeedableRng};
@@ -85,7 +85,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
             memory_kb: Some(0.0),
             is_default: true,
         }));
-        // a grid finer than the rows is no grid
+        // a grid finer than the rows is not a grid
         for grid in GRIDS.into_iter().filter(|grid| grid.0 > row_s) {
             let mut off = Vec::new();
             for (start, exact) in starts.iter().zip(&exact) {
@@ -96,7 +96,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
                     off.push(ARCSEC_PER_RAD * sun.max(got.moon_itrs_km.angle_to(&exact.moon_itrs_km)));
                 }
             }
-            // a grid is made once, and asked for every row
+            // a grid is made once, and requested every row
             let nodes = Grid::new(starts[0], span_s, grid)?.nodes.len();
             let us = cpu_us(stopwatch, || {
                 if let Ok(table) = Grid::new(starts[0], span_s, grid) {

@@ -1,7 +1,7 @@
 //! The zeropoint fit: error of the magnitude it predicts, and cost, by estimator and by what spoils the stars.
 //!
-//! Nights of 321 stars in 21 pointings, airmass 1.03 to 2.03, catalogue errors 0.05 mag, pointings that scatter by 0.03 mag
-//! (the geometry of Caddy et al.). The reference is the zeropoint the stars were drawn with.
+//! Nights of 321 stars in 21 pointings, airmass 1.03 to 2.03, catalogue errors 0.05 mag, pointings that scatter by 0.03
+//! mag (the geometry of Caddy et al.). The reference is the zeropoint the stars were drawn with.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
@@ -74,7 +74,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
         for (setting, estimator) in estimators {
             let config = config::Zeropoint { estimator, ..config::Zeropoint::default() };
             let (truth, of) = (line(AT.0, AT.1), |stars: &[StarMeasurement]| fit(stars, &config));
-            // a fit that is refused has no error: it is told, and left out here
+            // a fit that is refused has no error: it is reported, and excluded here
             let off: Vec<f64> = drawn
                 .iter()
                 .filter_map(|stars| of(stars).ok())

@@ -1,6 +1,7 @@
 //! The catalogue on the frame: shift and rotation from predicted positions to detections, found by voting pairs.
 //!
-//! Pixels, 0-based. Left out: scale errors beyond 1 %, mirrored frames and blind solving (the WCS gives scale and parity).
+//! Pixels, 0-based. Not included: scale errors beyond 1 %, mirrored frames and blind solving (the WCS gives scale and
+//! parity).
 
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -60,10 +61,10 @@ const MAX_CHANCE: f64 = 1e-4;
 /// Finds the similarity that carries `predicted` onto `detected` positions \[px\], both brightest first.
 ///
 /// Hypotheses come from single stars (shift alone) and from pairs of stars of equal separation and direction (shift,
-/// rotation up to 6°, scale within 1 %); those with the most votes are judged by the number of stars they bring together,
-/// the best is refined. Shifts reach `search_radius_px`. Pairs are at most `match_radius_px` apart; two stars near one entry
-/// or two entries near one star are ambiguous and dropped. `None` if the chance of so many matches, times the number of
-/// hypotheses, exceeds 1e-4 (binomial).
+/// rotation up to 6°, scale within 1 %); those with the most votes are judged by the number of stars they bring
+/// together, the best is refined. Shifts reach `search_radius_px`. Pairs are at most `match_radius_px` apart; two stars
+/// near one entry or two entries near one star are ambiguous and dropped. `None` if the chance of so many matches,
+/// times the number of hypotheses, exceeds 1e-4 (binomial).
 #[must_use]
 pub fn align(
     predicted: &[(f64, f64)],
@@ -331,7 +332,8 @@ impl Field {
         Some(Motion { d: (qc.0 - c[0], qc.1 - c[1]), m })
     }
 
-    /// Probability that chance brings as many stars together, for the most telling of a few radii, and the rms distance.
+    /// Probability that chance brings as many stars together, for the most telling of a few radii, and the rms
+    /// distance.
     ///
     /// P = h · Σ_{j ≥ k − f} Binom(n − f, p)(j), p = N π r² / area; f stars are met by construction, h counts the
     /// hypotheses and radii tried.

@@ -1,8 +1,9 @@
-//! How the camera is turned on the sky: from the world coordinates of the star frames, for the trails of the tracked ones.
+//! How the camera is turned on the sky: from the world coordinates of the star frames, for the trails of the tracked
+//! ones.
 //!
-//! Radians on the detector from +x towards +y; position angles from north through east. On an equatorial mount the angle
-//! is the same wherever it points, but for half a turn at the meridian, which a trail does not notice. Leaves out: mounts
-//! that turn the field, whose star frames do not agree: then nothing is known.
+//! Radians on the detector from +x towards +y; position angles from north through east. On an equatorial mount the
+//! angle is the same wherever it points, but for half a turn at the meridian, which a trail does not notice. It does
+//! not cover mounts that turn the field, whose star frames do not agree: then nothing is known.
 
 use serde::{Deserialize, Serialize};
 

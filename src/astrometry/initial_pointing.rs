@@ -1,7 +1,8 @@
 //! Where a frame roughly points, from whatever its header or the configuration says.
 //!
-//! Degrees, good to a fraction of a degree: precession since J2000 (0.36° by 2026) is not taken off old mounts' epochs.
-//! Leaves out the world coordinates themselves ([`crate::astrometry::wcs`]); their reference point counts as a place.
+//! Degrees, good to a fraction of a degree: precession since J2000 (0.36° by 2026) is not subtracted old mounts'
+//! epochs. It does not cover the world coordinates themselves ([`crate::astrometry::wcs`]); their reference point
+//! counts as a place.
 
 use hifitime::Epoch;
 
@@ -20,7 +21,7 @@ pub struct RoughPosition {
     pub dec_deg: f64,
     /// The keywords or the key of the configuration.
     pub source: String,
-    /// Whether it is the reference point of the world coordinates (CRVAL), which says nothing beside them.
+    /// Whether it is the reference point of the world coordinates (CRVAL), which says nothing next to them.
     pub is_reference: bool,
 }
 
@@ -46,8 +47,8 @@ const HORIZONTAL: [(&str, &str); 5] = [
 /// Every rough position of an exposure, the most trusted first: `field` of the configuration, the header's world
 /// coordinates at the frame's centre, RA and Dec keywords, CRVAL alone, altitude and azimuth.
 ///
-/// A pair of zeros is no position. A right ascension that is a bare number below 24 whose comment names no unit is taken
-/// as degrees and, after all others, as hours.
+/// A pair of zeros is not a position. A right ascension that is a bare number below 24 whose comment names no unit is
+/// taken as degrees and, after all others, as hours.
 #[must_use]
 pub fn rough_positions(
     exposure: &Exposure,
@@ -109,7 +110,7 @@ pub fn rough_positions(
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum RightAscension {
     Deg(f64),
-    /// A number whose unit is not told.
+    /// A number whose unit is not given.
     Unknown(f64),
 }
 
@@ -117,12 +118,12 @@ fn right_ascension(header: &Header, key: &str) -> Option<RightAscension> {
     let text = header.text(key)?;
     let comment = header.comment(key).unwrap_or_default().to_ascii_lowercase();
     let degrees = comment.contains("deg");
-    // "(hours)" beside a sexagesimal string is what its parts say anyway
+    // "(hours)" next to a sexagesimal string is what its parts say anyway
     let hours = ["hour", "[h", "hms", "h m s", "hh"].iter().any(|u| comment.contains(u));
     let value = sexagesimal(&text)?;
     let parts = text.trim().split([':', ' ', 'h', 'm']).filter(|p| !p.trim().is_empty()).count();
     if parts > 1 {
-        // three parts are hours unless the comment insists: "deg" beside hms means the declination's twin
+        // three parts are hours unless the comment insists: "deg" next to hms means the declination's twin
         return Some(RightAscension::Deg(if degrees && !hours && value.abs() >= 24.0 { value } else { value * 15.0 }));
     }
     match (degrees, hours) {

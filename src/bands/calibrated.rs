@@ -1,6 +1,6 @@
 //! The band of a result: what the filter of the frames, the catalogue and the user say of it, and whether they agree.
 //!
-//! Leaves out which filter of a night is reduced ([`crate::pipeline::survey::filters`]).
+//! It does not cover which filter of a night is reduced ([`crate::pipeline::survey::filters`]).
 
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +24,7 @@ pub struct Light {
 pub enum How {
     /// The filter is of the band.
     OwnFilter,
-    /// Without a filter, carried into the band by the colour term.
+    /// Without a filter, transformed into the band by the colour term.
     Unfiltered,
     /// Through another filter or an unknown one, because the user declares the band.
     Declared,
@@ -63,11 +63,12 @@ impl CalibratedBand {
         Self { band: Band::V, light: Light::unfiltered(), how: How::Unfiltered }
     }
 
-    /// The band of magnitudes measured through `light` and calibrated to `reference` (`from` names where that is from, e.g.
+    /// The band of magnitudes measured through `light` and calibrated to `reference` (`from` names where that is from,
+    /// e.g.
     /// "column `Vmag`"), with what the user declares in `photometry.band`.
     ///
     /// # Errors
-    /// [`Error::Config`] naming `photometry.band` when the three contradict each other or the band cannot be told.
+    /// [`Error::Config`] naming `photometry.band` when the three contradict each other or the band cannot be reported.
     pub fn of(light: &Light, (reference, from): (Option<Band>, &str), declared: Option<Band>) -> Result<Self> {
         let refuse = |problem: String| Error::Config { key: "photometry.band".into(), problem };
         let made = |band: Band, how: How| Ok(Self { band, light: light.clone(), how });

@@ -1,7 +1,7 @@
 //! Which band a column of a catalogue is of, by its name.
 //!
-//! VizieR's names and those of the archives: `Vmag`, `g'mag`, `g_psf`, `phot_g_mean_mag`. In a name the case of r, i, u tells
-//! Sloan from Johnson-Cousins; small `v` and `b` are Johnson's, capital G alone is Gaia's.
+//! VizieR's names and those of the archives: `Vmag`, `g'mag`, `g_psf`, `phot_g_mean_mag`. In a name the case of r, i, u
+//! gives Sloan from Johnson-Cousins; small `v` and `b` are Johnson's, capital G alone is Gaia's.
 
 use crate::bands::Band;
 

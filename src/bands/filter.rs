@@ -1,8 +1,8 @@
 //! What the text of FILTER means: one table of spellings for every program and every maker of filters.
 //!
 //! Case is ignored except in single letters: `r` is Sloan's, `R` Cousins's or the red filter of a colour set. Sources:
-//! N.I.N.A., INDI, MaxIm DL, LCO (BANZAI), DECam, Huntsman, photometrypipeline, AAVSO. Leaves out which keyword holds the
-//! text ([`crate::frames::header`]).
+//! N.I.N.A., INDI, MaxIm DL, LCO (BANZAI), DECam, Huntsman, photometrypipeline, AAVSO. It does not cover which keyword
+//! holds the text ([`crate::frames::header`]).
 
 use serde::{Deserialize, Serialize};
 
@@ -268,7 +268,7 @@ pub fn filter_meaning(text: &str) -> Meaning {
     found.or_else(|| single(one)).or_else(|| word(&one.to_lowercase())).unwrap_or(Meaning::Unknown)
 }
 
-/// Short names, whose case tells.
+/// Short names, whose case is significant.
 fn single(text: &str) -> Option<Meaning> {
     let band = match text {
         "B" => return Some(Meaning::Either(Band::B, Band::TriBlue)),
@@ -322,7 +322,7 @@ fn word(small: &str) -> Option<Meaning> {
     }))
 }
 
-/// The words of a text, with their primes; wavelengths and widths (`7nm`, `4720.0`, `c0001`) left out.
+/// The words of a text, with their primes; wavelengths and widths (`7nm`, `4720.0`, `c0001`) excluded.
 fn tokens(text: &str) -> Vec<String> {
     let part = |c: char| !(c.is_alphanumeric() || matches!(c, '\'' | '’' | '′' | '`' | '*'));
     let measure = |t: &str| {

@@ -1,9 +1,9 @@
-//! One way to write a result: beside its place, flushed to disk, then renamed; a reader never sees half a file.
+//! One way to write a result: next to its place, flushed to disk, then renamed; a reader never sees half a file.
 //!
 //! The temporary is `.NAME.tmp.<host>.<pid>` in the same folder; one that a killed process left is rubbish
-//! ([`clear_leftovers`]). A full disk, a read-only or vanished folder is one error with its remedy, and the temporary is
-//! taken away. Names that come from a header or a configuration are held against [`plain_name`] before they are joined to a
-//! folder. Leaves out who may write into a folder ([`crate::pipeline::products::lock`]).
+//! ([`clear_leftovers`]). A full disk, a read-only or vanished folder is one error with its remedy, and the temporary
+//! is taken away. Names that come from a header or a configuration are held against [`plain_name`] before they are
+//! joined to a folder. It does not cover who may write into a folder ([`crate::pipeline::products::lock`]).
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
@@ -19,7 +19,8 @@ const NAME_BYTES: usize = 120;
 
 /// Writes `bytes` to `path` in one step: a temporary file in the same folder, flushed to disk, then renamed.
 ///
-/// A crash leaves the old file or none, never a part of the new one. A device or a pipe (`/dev/stdout`) is written as it is.
+/// A crash leaves the old file or none, never a part of the new one. A device or a pipe (`/dev/stdout`) is written as
+/// it is.
 ///
 /// # Errors
 /// [`Error::Io`] with the remedy: the disk is full, the folder is read-only or gone.
@@ -44,7 +45,8 @@ pub fn write_streamed(path: &Path, fill: impl FnOnce(&mut NewFile) -> io::Result
     }
 }
 
-/// As [`write_atomic`] for a writer that wants a path: `make` writes a file of at least `bytes` at the path it is given.
+/// As [`write_atomic`] for a writer that wants a path: `make` writes a file of at least `bytes` at the path it is
+/// given.
 ///
 /// A device or a pipe receives a copy of a file made in the folder of temporary files.
 ///
@@ -206,8 +208,8 @@ pub fn host() -> String {
 /// Refuses a text as the name of a file or folder unless joining it to a folder stays in that folder, one level down.
 ///
 /// # Errors
-/// [`Error::Config`] naming `key`: empty, `.` or `..`, a slash, a drive, control characters, blanks at the ends, a dot in
-/// front (hidden), longer than 100 bytes.
+/// [`Error::Config`] naming `key`: empty, `.` or `..`, a slash, a drive, control characters, blanks at the ends, a dot
+/// in front (hidden), longer than 100 bytes.
 pub fn plain_name(key: &str, name: &str) -> Result<()> {
     let problem = if name.trim().is_empty() {
         "is empty"
@@ -248,7 +250,7 @@ fn beside(path: &Path) -> Result<(PathBuf, PathBuf)> {
     Ok((path, temporary))
 }
 
-/// The name of the temporary of a file, hidden, beside it: `.NAME.tmp.<host>.<pid>`.
+/// The name of the temporary of a file, hidden, next to it: `.NAME.tmp.<host>.<pid>`.
 pub(crate) fn temporary_name(name: impl AsRef<OsStr>) -> OsString {
     let name = name.as_ref();
     let mut hidden = OsString::from(".");
@@ -303,7 +305,7 @@ pub(crate) fn refusal(path: &Path, source: io::Error, needs_bytes: Option<u64>) 
     Error::io(path, io::Error::new(source.kind(), words))
 }
 
-/// Bytes free for us where `path` is, if the system tells.
+/// Bytes free for us where `path` is, if the system reports it.
 fn free_bytes(path: &Path) -> Option<u64> {
     #[cfg(target_os = "linux")]
     {

@@ -11,7 +11,7 @@ use std::path::Path;
 /// First 16 hex digits of the SHA-256 of a file.
 ///
 /// # Errors
-/// [`Error::Io`]; also for what is no regular file: a device never ends, a pipe may never begin.
+/// [`Error::Io`]; also for what is not a regular file: a device never ends, a pipe may never begin.
 pub fn sha256_16(path: &Path) -> Result<String> {
     let is_file = std::fs::metadata(path).map_err(|e| Error::io(path, e))?.is_file();
     if !is_file {

@@ -1,8 +1,8 @@
 //! A date and time as text to an instant: the one reader of every time that a user or a table gives.
 //!
-//! ISO 8601 with a zone, UTC without one. Calendar and clock are checked here, in whole numbers, so that no impossible time
-//! becomes a possible one. Leaves out what headers of the last century write ([`crate::frames`]) and zones by name
-//! ([`crate::paper::local_time`]).
+//! ISO 8601 with a zone, UTC without one. Calendar and clock are checked here, in whole numbers, so that no impossible
+//! time becomes a possible one. It does not cover what headers of the last century write ([`crate::frames`]) and zones
+//! by name ([`crate::paper::local_time`]).
 
 use hifitime::{Epoch, TimeScale, Unit};
 
@@ -26,8 +26,9 @@ pub struct Instant {
     pub is_date_only: bool,
 }
 
-/// Reads a time: `2025-06-09T20:20:00.5+10:00`, a blank for the T, seconds left out, `Z`, `UTC`, `+1000`, `-03:30`, `+10`, or
-/// a date alone. Without a zone it is UTC; `24:00:00` is the end of its day; second 60 only where there was one.
+/// Reads a time: `2025-06-09T20:20:00.5+10:00`, a blank for the T, seconds optional, `Z`, `UTC`, `+1000`, `-03:30`,
+/// `+10`, or a date alone. Without a zone it is UTC; `24:00:00` is the end of its day; second 60 only where there was
+/// one.
 ///
 /// # Errors
 /// A sentence that says what is wrong with the text, without the text and without what is accepted ([`ACCEPTED`]).
@@ -104,7 +105,7 @@ fn split_date(text: &str) -> Result<(&str, &str), String> {
     if text.is_empty() {
         return Err("it is empty".into());
     }
-    // the third number of the date ends at the first character that is no digit
+    // the third number of the date ends at the first character that is not a digit
     let mut dashes = 0;
     let end = text.find(|c: char| {
         dashes += usize::from(c == '-');

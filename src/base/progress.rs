@@ -1,4 +1,4 @@
-//! What the library tells while it works; the caller decides whether that is a bar, a log or nothing.
+//! What the library reports while it works; the caller decides whether that is a bar, a log or nothing.
 
 /// A listener. Called from worker threads.
 pub trait Progress: Sync {

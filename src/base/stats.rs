@@ -1,6 +1,6 @@
 //! Robust statistics of slices: median, MAD, sigma clip, and the location of a sky of Poisson counts.
 //!
-//! Units are those of the values. Values that are not finite are left out everywhere. No weights, no images.
+//! Units are those of the values. Values that are not finite are excluded everywhere. No weights, no images.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

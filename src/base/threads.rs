@@ -11,7 +11,7 @@ pub fn with_threads<T: Send>(jobs: usize, work: impl FnOnce() -> T + Send) -> Re
     Ok(pool(threads(jobs))?.install(work))
 }
 
-/// Threads to use when `jobs` are asked for: 0 = all cores.
+/// Threads to use when `jobs` are requested: 0 = all cores.
 #[must_use]
 pub fn threads(jobs: usize) -> usize {
     if jobs > 0 { jobs } else { std::thread::available_parallelism().map_or(1, usize::from) }

@@ -1,4 +1,4 @@
-//! What the model answers: four lights, their sum, its numerical error, what was left out.
+//! What the model answers: four lights, their sum, its numerical error, what was excluded.
 //!
 //! Magnitudes in the band of the settings, irradiances relative to a star of magnitude 0.
 
@@ -122,7 +122,7 @@ pub struct Brightness {
     pub sun_visible_frac: f64,
     /// Estimated numerical error of the total \[mag\]; says nothing about the model's truth.
     pub err_mag: f64,
-    /// What was left out, and why.
+    /// What was excluded, and why.
     #[doc(hidden)]
     pub skipped: Vec<Skip>,
     /// Earth integrals really evaluated.
@@ -131,7 +131,7 @@ pub struct Brightness {
     /// Nodes of all of them.
     #[doc(hidden)]
     pub nodes: usize,
-    /// Moonlight was asked for beyond 150° of phase.
+    /// Moonlight was requested beyond 150° of phase.
     pub extrapolated: bool,
     /// Mean V surface brightness \[mag/arcsec²\] over the projected area (corrected) or the whole area (as published).
     pub mu_mean_mag_arcsec2: Option<f64>,

@@ -1,8 +1,8 @@
 //! How a surface is held: the direction of its normal in one scene.
 //!
-//! Angles in rad, directions of any length but 0. LVLH axes: z to the centre of the Earth, y against the orbit's angular
-//! momentum, x = y × z, forward. In the Earth's shadow everything that tracks the Sun keeps tracking it. Left out: how
-//! fast a gimbal can turn, and cables that keep it from turning on.
+//! Angles in rad, directions of any length but 0. LVLH axes: z to the centre of the Earth, y against the orbit's
+//! angular momentum, x = y × z, forward. In the Earth's shadow everything that tracks the Sun keeps tracking it. Not
+//! included: how fast a gimbal can turn, and cables that keep it from turning on.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -216,7 +216,8 @@ fn one_axis(axis: &Vector<Itrs>, zero: &Vector<Itrs>, limit_rad: f64, sun: &Vect
 /// The normal nearest to the Sun within limits of azimuth about up and elevation.
 ///
 /// `n·s = cos e cos e_s cos(a − a_s) + sin e sin e_s`: for every e the nearest azimuth is best, and there
-/// `n·s ∝ cos(e − e*)` with `e* = atan2(sin e_s, cos e_s cos(a − a_s))`, so that beyond a limit the better limit is taken.
+/// `n·s ∝ cos(e − e*)` with `e* = atan2(sin e_s, cos e_s cos(a − a_s))`, so that beyond a limit the better limit is
+/// taken.
 fn two_axes(lvlh: &Lvlh, azimuth_limit_rad: f64, [low, high]: [f64; 2], sun: &Vector<Itrs>) -> Option<Vector<Itrs>> {
     let (forward, side, up) = (lvlh.x.dot(sun), lvlh.y.dot(sun), -lvlh.z.dot(sun));
     let level = forward.hypot(side);

@@ -1,7 +1,8 @@
-//! The Earth under one lamp as a picture: radiance towards a viewpoint, pixels of equal solid angle, north up, east right.
+//! The Earth under one light source as a picture: radiance towards a viewpoint, pixels of equal solid angle, north up,
+//! east right.
 //!
-//! W m⁻² sr⁻¹ in a band, km, rad. The engine's sphere under its lamps, and its scattering law; left out: clouds, land and
-//! sea, the air's own light, twilight, the Moon's colour (light has that of the Sun).
+//! W m⁻² sr⁻¹ in a band, km, rad. The engine's sphere under its light sources, and its scattering law; excluded:
+//! clouds, land and sea, the air's own light, twilight, the Moon's colour (light has that of the Sun).
 
 use ndarray::{Array2, Axis};
 use rayon::prelude::*;
@@ -20,7 +21,7 @@ const MARGIN: f64 = 0.04;
 /// Most pixels along a side.
 const MAX_SIDE: usize = 8_192;
 
-/// Which lamp lights the Earth.
+/// Which light source lights the Earth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EarthLamp {
     /// The Sun.
@@ -39,8 +40,8 @@ impl EarthLamp {
         }
     }
 
-    /// Irradiance at a place, from the Earth's centre \[km\], across the beam \[W m⁻²\] in a band in which the Sun at 1 au has `sun_w_m2`, and whether
-    /// the lunar law was stretched. Ratios are those of the band of `lamps`.
+    /// Irradiance at a place, from the Earth's centre \[km\], across the beam \[W m⁻²\] in a band in which the Sun at 1
+    /// au has `sun_w_m2`, and whether the lunar law was stretched. Ratios are those of the band of `lamps`.
     #[must_use]
     pub fn irradiance_w_m2(
         self,
@@ -75,7 +76,8 @@ pub struct Viewpoint {
 pub struct EarthPicture {
     /// From where.
     pub view: Viewpoint,
-    /// Mean radiance of each pixel \[W m⁻² sr⁻¹\]: `[y, x]`, y to the north, x to the east; 0 in the dark and beyond the limb.
+    /// Mean radiance of each pixel \[W m⁻² sr⁻¹\]: `[y, x]`, y to the north, x to the east; 0 in the dark and beyond
+    /// the limb.
     pub radiance: Array2<f64>,
     /// Half the side of the picture in the projection's unit, `2 sin(η/2)` with η the angle from nadir.
     pub half_side: f64,
@@ -85,8 +87,8 @@ impl Viewpoint {
     /// From geodetic longitude and latitude \[deg\] and the height above the ellipsoid \[km\].
     ///
     /// # Errors
-    /// [`crate::Error::Config`] for a place that is not on the Earth; [`crate::Error::Model`] for a height that is not from
-    /// 10 km to 1e9 km.
+    /// [`crate::Error::Config`] for a place that is not on the Earth; [`crate::Error::Model`] for a height that is not
+    /// from 10 km to 1e9 km.
     pub fn new(lon_deg: f64, lat_deg: f64, height_km: f64) -> Result<Self> {
         if !(10.0..=1e9).contains(&height_km) {
             return Err(impossible(format!("the viewpoint is {height_km} km high; accepted is 10 to 1e9 km")));
@@ -127,7 +129,8 @@ impl Viewpoint {
         Some(across - self.up * cos)
     }
 
-    /// Place in the picture of a point of the ground given by its geocentric direction; `None` where it is behind the limb.
+    /// Place in the picture of a point of the ground given by its geocentric direction; `None` where it is behind the
+    /// limb.
     #[must_use]
     pub fn ground_point(&self, toward: &Vector<Itrs>) -> Option<(f64, f64)> {
         let p = toward.unit()?;
@@ -137,14 +140,14 @@ impl Viewpoint {
     }
 }
 
-/// Draws the Earth lit from the geocentric direction `lamp` with `lamp_w_m2` (at the Earth's centre, where every place sees a
-/// Moon of its own, `near`), as `n` by `n` pixels, each the mean of
+/// Draws the Earth lit from the geocentric direction `lamp` with `lamp_w_m2` (at the Earth's centre, where every place
+/// sees a Moon of its own, `near`), as `n` by `n` pixels, each the mean of
 /// `sub` by `sub` points.
 ///
 /// `L = E f_E(s, p, −w) max(0, p·s)`.
 ///
 /// # Errors
-/// [`crate::Error::Model`] for a law that is no reflector, an irradiance that is negative, and sizes out of range.
+/// [`crate::Error::Model`] for a law that is not a reflector, an irradiance that is negative, and sizes out of range.
 pub fn earth_picture(
     view: &Viewpoint,
     (lamp, near): (&Vector<Itrs>, Option<&NearMoon>),
@@ -157,14 +160,16 @@ pub fn earth_picture(
         return Err(impossible(format!("{n} pixels of {sub} points a side; accepted are 2 to {MAX_SIDE}, 1 to 64")));
     }
     if !(lamp_w_m2 >= 0.0 && lamp_w_m2.is_finite()) {
-        return Err(impossible(format!("the lamp's irradiance {lamp_w_m2} W/m2 is no number from 0 up")));
+        return Err(impossible(format!(
+            "the irradiance of the light source is {lamp_w_m2} W/m2; it must be a non-negative number"
+        )));
     }
     let ground = match near {
         Some(moon) => Ground::under_moon(&view.position_km, view.radius_km, moon, earth),
         None => Ground::new(&view.position_km, view.radius_km, lamp, earth),
     };
-    let ground =
-        ground.ok_or_else(|| impossible("the viewpoint is inside the Earth, or the lamp has no direction".into()))?;
+    let ground = ground
+        .ok_or_else(|| impossible("the viewpoint is inside the Earth, or the light source has no direction".into()))?;
     let half_side = (1.0 + MARGIN) * 2.0 * (0.5 * view.limb_rad()).sin();
     let step = 2.0 * half_side / n as f64;
     let mut radiance = Array2::zeros((n, n));
@@ -202,7 +207,8 @@ impl EarthPicture {
         self.radiance.iter().copied().fold(0.0, f64::max)
     }
 
-    /// Pixel coordinates (x to the right, y upwards, 0 in the lower left corner, in pixels) of a place of the projection.
+    /// Pixel coordinates (x to the right, y upwards, 0 in the lower left corner, in pixels) of a place of the
+    /// projection.
     #[must_use]
     pub fn pixel_of(&self, (x, y): (f64, f64)) -> (f64, f64) {
         let scale = self.radiance.ncols() as f64 / (2.0 * self.half_side);
@@ -241,7 +247,7 @@ mod tests {
         let lamp = view.up;
         let picture = earth_picture(&view, (&lamp, None), 3.0e-3, &LAMBERT, (301, 1)).unwrap();
         assert!((picture.radiance[[150, 150]] / (0.3 * 3.0e-3 / PI) - 1.0).abs() < 1e-4);
-        // a lamp in the east: its terminator passes through nadir, the west is dark, the east is lit
+        // a light source in the east: its terminator passes through nadir, the west is dark, the east is lit
         let picture = earth_picture(&view, (&view.east, None), 1.0, &LAMBERT, (300, 1)).unwrap();
         assert_eq!(picture.radiance[[150, 149]], 0.0);
         assert!(picture.radiance[[150, 150]] > 0.0 && picture.radiance[[150, 100]] == 0.0);
@@ -272,8 +278,8 @@ mod tests {
 
     #[test]
     fn every_pixel_sees_the_same_solid_angle() {
-        // an isotropic sphere of radiance 1 subtends 2π(1 − cos η): a Lambert ground under a lamp in each point's zenith
-        // cannot be had, so the law is asked through the picture's own area
+        // an isotropic sphere of radiance 1 subtends 2π(1 − cos η): a Lambert ground under a light source in each
+        // point's zenith cannot be had, so the law is asked through the picture's own area
         let view = Viewpoint::new(0.0, 90.0, 1_000.0).unwrap();
         let disc = PI * (2.0 * (0.5 * view.limb_rad()).sin()).powi(2);
         assert!((disc / (2.0 * PI * (1.0 - view.limb_rad().cos())) - 1.0).abs() < 1e-12);

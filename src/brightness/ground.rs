@@ -1,7 +1,8 @@
 //! The lit Earth as a satellite sees it: directions to ground points, their light, and every edge in that view.
 //!
-//! A sphere, under parallel light or under a Moon at its distance. Directions from the satellite are (ζ, φ): ζ is the zenith angle of the satellite at
-//! the ground point, φ turns about the vertical. Distances enter as the ratio k = R/r only. No twilight, no clouds.
+//! A sphere, under parallel light or under a Moon at its distance. Directions from the satellite are (ζ, φ): ζ is the
+//! zenith angle of the satellite at the ground point, φ turns about the vertical. Distances enter as the ratio k = R/r
+//! only. No twilight, no clouds.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -16,17 +17,18 @@ pub(super) enum Vertical {}
 /// Exponents of the ground's lobe below this end with a branch point at r·u = 0.
 const SMOOTH_EXPONENT: f64 = 4.0;
 
-/// The Earth under one lamp, seen from one place.
+/// The Earth under one light source, seen from one place.
 #[derive(Debug, Clone)]
 pub struct Ground {
     axes: [Vector<Itrs>; 3],
     /// R/r.
     pub(super) k: f64,
-    /// The lamp, in the frame of the vertical: (0, cos E, sin E).
+    /// The light source, in the frame of the vertical: (0, cos E, sin E).
     pub(super) lamp: Vector<Vertical>,
-    /// E, the lamp's elevation at the sub-satellite point above the plane through the Earth's centre.
+    /// E, the light source's elevation at the sub-satellite point above the plane through the Earth's centre.
     pub(super) elevation_rad: f64,
-    /// How far the sub-satellite point is inside the lit cap: E under parallel light, E − arcsin(R/D) under a lamp at D.
+    /// How far the sub-satellite point is inside the lit cap: E under parallel light, E − arcsin(R/D) under a light
+    /// source at D.
     pub(super) lit_rad: f64,
     near: Option<Near>,
     /// How the ground scatters.
@@ -63,10 +65,10 @@ pub(super) struct Circle {
     pub theta: (f64, f64),
     /// dω = `solid_angle` dζ dφ.
     pub solid_angle: f64,
-    /// p·s = (a + b sin φ)/δ, the sine of the lamp's elevation at the ground; δ is 1 under parallel light, the lamp's
-    /// distance from the place over that from the Earth's centre otherwise.
+    /// p·s = (a + b sin φ)/δ, the sine of the light source's elevation at the ground; δ is 1 under parallel light, the
+    /// light source's distance from the place over that from the Earth's centre otherwise.
     pub height: (f64, f64),
-    /// r·u = (a + b sin φ)/δ, the cosine between the mirror image of the lamp in the ground and the satellite.
+    /// r·u = (a + b sin φ)/δ, the cosine between the mirror image of the light source in the ground and the satellite.
     pub glint: (f64, f64),
 }
 
@@ -83,7 +85,7 @@ impl Ground {
         let z = satellite_km.unit()?;
         let lamp = lamp.unit()?;
         let sin_e = z.dot(&lamp).clamp(-1.0, 1.0);
-        // with the lamp in the zenith or the nadir every y will do
+        // with the light source in the zenith or the nadir every y will do
         let across = lamp - z * sin_e;
         let y = if across.norm() > 1e-12 { across.unit()? } else { z.any_perpendicular()? };
         let cos_e = across.norm();
@@ -116,7 +118,8 @@ impl Ground {
         Some(ground)
     }
 
-    /// Some ground in view is lit: E > −arccos(R/r), under a lamp at the distance D E > arcsin(R/D) − arccos(R/r).
+    /// Some ground in view is lit: E > −arccos(R/r), under a light source at the distance D E > arcsin(R/D) −
+    /// arccos(R/r).
     #[must_use]
     pub fn lit_in_view(&self) -> bool {
         self.lit_rad > -self.k.acos()
@@ -134,8 +137,8 @@ impl Ground {
         self.local(normal).z() < self.k
     }
 
-    /// Radiance towards the satellite from the ground in direction `w` (unit, from the satellite) per unit irradiance of
-    /// the lamp \[1/sr\]; 0 beyond the limb and on the dark side.
+    /// Radiance towards the satellite from the ground in direction `w` (unit, from the satellite) per unit irradiance
+    /// of the light source \[1/sr\]; 0 beyond the limb and on the dark side.
     #[must_use]
     pub fn seen_in(&self, w: &Vector<Itrs>) -> f64 {
         self.radiance_from(&self.local(w))
@@ -173,8 +176,8 @@ impl Ground {
         }
     }
 
-    /// Radiance towards the satellite from the ground in direction w per unit irradiance of the lamp \[1/sr\]; 0 beyond
-    /// the limb and on the dark side.
+    /// Radiance towards the satellite from the ground in direction w per unit irradiance of the light source \[1/sr\];
+    /// 0 beyond the limb and on the dark side.
     pub(super) fn radiance_from(&self, w: &Vector<Vertical>) -> f64 {
         let sin_eta = w.x().hypot(w.y());
         if !(w.z() < 0.0 && sin_eta < self.k) {
@@ -186,8 +189,8 @@ impl Ground {
         self.radiance(&circle, phi)
     }
 
-    /// The same on a circle; φ as (sin, cos). `L = f_E(s, p, −w) max(0, p·s)`, times the irradiance at the place over that
-    /// at the Earth's centre.
+    /// The same on a circle; φ as (sin, cos). `L = f_E(s, p, −w) max(0, p·s)`, times the irradiance at the place over
+    /// that at the Earth's centre.
     pub(super) fn radiance(&self, circle: &Circle, phi: (f64, f64)) -> f64 {
         let height = circle.height.0 + circle.height.1 * phi.0;
         if !(height > 0.0) {
@@ -208,8 +211,8 @@ impl Ground {
         f * height * moonlight
     }
 
-    /// What a row of nodes (cos u, sin u), u = φ − 90°, has of its own: multiplies their weights by the irradiance over that
-    /// at the Earth's centre and over δ, and puts 1/δ into `per_delta`. Nothing is done under parallel light.
+    /// What a row of nodes (cos u, sin u), u = φ − 90°, has of its own: multiplies their weights by the irradiance over
+    /// that at the Earth's centre and over δ, and puts 1/δ into `per_delta`. Nothing is done under parallel light.
     pub(super) fn weigh(
         &self,
         circle: &Circle,
@@ -225,14 +228,15 @@ impl Ground {
         }
     }
 
-    /// ζ where the terminator touches a circle, θ = |E|, or |E − arcsin(R/D)|; `None` for a satellite that cannot see it.
+    /// ζ where the terminator touches a circle, θ = |E|, or |E − arcsin(R/D)|; `None` for a satellite that cannot see
+    /// it.
     pub(super) fn terminator_zeta(&self) -> Option<f64> {
         let (sin_t, cos_t) = self.lit_rad.abs().sin_cos();
         (cos_t > self.k).then(|| sin_t.atan2(cos_t - self.k))
     }
 
-    /// The ζ at which the lamp is seen as in a mirror in the ground, ζ + θ = 90° − E and the lamp's parallax; `None` beyond
-    /// the limb.
+    /// The ζ at which the light source is seen as in a mirror in the ground, ζ + θ = 90° − E and the light source's
+    /// parallax; `None` beyond the limb.
     pub(super) fn zeta_of_glint(&self) -> Option<f64> {
         let ratio = self.near.map_or(0.0, |near| near.ratio);
         self.zeta_of_glint_angle(FRAC_PI_2 - self.elevation_rad, |zeta| {
@@ -241,8 +245,8 @@ impl Ground {
         })
     }
 
-    /// The ζ at which ζ + θ and a small `shift`, given with its slope, have a value between 0 and 180°, by Newton's method on
-    /// the rising 2ζ − η; `None` beyond the limb.
+    /// The ζ at which ζ + θ and a small `shift`, given with its slope, have a value between 0 and 180°, by Newton's
+    /// method on the rising 2ζ − η; `None` beyond the limb.
     fn zeta_of_glint_angle(&self, wanted: f64, shift: impl Fn(f64) -> (f64, f64)) -> Option<f64> {
         let sum = |zeta: f64| 2.0 * zeta - (self.k * zeta.sin()).asin() + shift(zeta).0;
         if !(wanted > sum(0.0) && wanted < sum(FRAC_PI_2)) {
@@ -284,8 +288,8 @@ impl Ground {
 
     /// ζ at which an edge of the lobe touches a circle: ζ + θ = |E| and 180° − |E|.
     ///
-    /// Under a lamp at a distance `sin(E ∓ (ζ + θ)) = ε cos ζ`, so that arcsin(ε cos ζ) is added for one sign of E, taken off
-    /// for the other.
+    /// Under a light source at a distance `sin(E ∓ (ζ + θ)) = ε cos ζ`, so that arcsin(ε cos ζ) is added for one sign
+    /// of E, subtracted for the other.
     pub(super) fn lobe_edge_zetas(&self) -> [Option<f64>; 3] {
         let e = self.elevation_rad;
         let Some(near) = self.near else {
@@ -310,8 +314,8 @@ impl Ground {
         ]
     }
 
-    /// θ, the angle from the sub-satellite point, at which the terminator crosses the azimuth u from the lamp's; not above 0
-    /// where it does not.
+    /// θ, the angle from the sub-satellite point, at which the terminator crosses the azimuth u from the light
+    /// source's; not above 0 where it does not.
     pub(super) fn terminator_theta(&self, cos_u: f64) -> f64 {
         // cos θ sin E + sin θ cos E cos u = ε
         let side = cos_u * self.lamp.y();
@@ -343,7 +347,8 @@ impl Near {
         }
     }
 
-    /// At a place of a circle, φ as (sin, cos): the irradiance across the beam over that at the Earth's centre, over δ; 1/δ.
+    /// At a place of a circle, φ as (sin, cos): the irradiance across the beam over that at the Earth's centre, over δ;
+    /// 1/δ.
     #[inline(always)]
     fn light<const WHOLE: bool>(&self, circle: &Circle, phi: (f64, f64)) -> (f64, f64) {
         let ratio = self.ratio;

@@ -1,7 +1,8 @@
-//! The two ways of light, [`VisibleSurfaces::direct`] and [`VisibleSurfaces::via_earth`], and the two lamps that go them.
+//! The two ways of light, [`VisibleSurfaces::direct`] and [`VisibleSurfaces::via_earth`], and the two light sources
+//! that go them.
 //!
 //! Irradiances relative to a star of magnitude 0, areas in m², range in m. What a scene does not need is not computed,
-//! and the reason is written down. Left out: light scattered from one surface to another.
+//! and the reason is written down. Not included: light scattered from one surface to another.
 
 use super::flux_sum::Sum;
 use std::f64::consts::PI;
@@ -34,7 +35,7 @@ pub(super) struct LightSource {
     pub flux_at_satellite: f64,
     /// As at the Earth's centre.
     pub flux_at_ground: f64,
-    /// The Sun, for a lamp that every place on the ground sees for itself \[km\].
+    /// The Sun, for a light source that every place on the ground sees for itself \[km\].
     sun_of_patches_km: Option<Vector<Itrs>>,
     pub extrapolated: bool,
     words: Words,
@@ -47,7 +48,7 @@ struct Words {
     no_lit_ground: &'static str,
 }
 
-/// How the lamps shine and how the Earth's shadow takes them away.
+/// How the light sources shine and how the Earth's shadow takes them away.
 #[derive(Debug)]
 pub(super) struct Lighting {
     lamps: SourceSettings,
@@ -104,10 +105,10 @@ impl<'a> VisibleSurfaces<'a> {
         shown.map(|p| p.area_m2() * p.centre.cos_observer.abs()).sum()
     }
 
-    /// Light of a lamp scattered once by the surfaces.
+    /// Light of a light source scattered once by the surfaces.
     ///
-    /// `E_obs/E_lamp = ν Σ A ⟨f(s, n, o) (n·s)₊⟩ (n·o)₊ / d²`, ν the share of the lamp's light that gets past the
-    /// Earth, the mean ⟨⟩ over its disc.
+    /// `E_obs/E_lamp = ν Σ A ⟨f(s, n, o) (n·s)₊⟩ (n·o)₊ / d²`, ν the share of the light source's light that gets past
+    /// the Earth, the mean ⟨⟩ over its disc.
     pub fn direct(&self, lamp: &LightSource, skipped: &mut Vec<Skip>) -> Sum {
         let mut sum = Sum::default();
         let shines = lamp.visible_frac > 0.0 && lamp.flux_at_satellite > 0.0;
@@ -145,17 +146,17 @@ impl<'a> VisibleSurfaces<'a> {
         sum
     }
 
-    /// Light of a lamp scattered first by the ground, then by the surfaces.
+    /// Light of a light source scattered first by the ground, then by the surfaces.
     ///
-    /// `E_obs/E_lamp = Σ A (n·o)₊ / d² · ∫ f_E (p·s)₊ f (n·w)₊ dω`. No integral is evaluated for a lamp that lights no
-    /// ground in view, nor for a surface that sees no ground. `beside` is the flux of the lights already known, to which
-    /// that of the surfaces before is added.
+    /// `E_obs/E_lamp = Σ A (n·o)₊ / d² · ∫ f_E (p·s)₊ f (n·w)₊ dω`. No integral is evaluated for a light source that
+    /// lights no ground in view, nor for a surface that sees no ground. `beside` is the flux of the lights already
+    /// known, to which that of the surfaces before is added.
     pub fn via_earth(&self, lamp: &LightSource, beside: f64, skipped: &mut Vec<Skip>) -> Sum {
         let mut sum = Sum::default();
         let settings = self.settings;
         let Some(plate) = self.plates.first() else { return sum };
         let lights_ground = |g: &Ground| self.everything || (g.lit_in_view() && lamp.flux_at_ground > 0.0);
-        // parallel light reaches as far and farther: where it reaches nothing the Moon's phases are not asked for
+        // parallel light reaches as far and farther: where it reaches nothing the Moon's phases are not requested
         let parallel = |place: &Vector<Itrs>| Ground::new(place, self.radius_km, &lamp.position_km, &settings.earth);
         let reached = parallel(&plate.centre.place_km).is_some_and(|g| lights_ground(&g));
         let near = if reached { lamp.over_ground(self.lighting, self.radius_km) } else { None };
@@ -193,7 +194,7 @@ impl<'a> VisibleSurfaces<'a> {
                 let floor_per_sr = match settings.tolerance_of {
                     _ if self.everything => 0.0,
                     ToleranceOf::EachLight => 0.0,
-                    // a quarter each: two lamps, two surfaces
+                    // a quarter each: two light sources, two surfaces
                     ToleranceOf::Total => {
                         let known = beside + sum.flux;
                         0.25 * settings.tolerance * known / (lamp.flux_at_ground * side.spread).max(f64::MIN_POSITIVE)
@@ -236,8 +237,8 @@ impl LightSource {
         }
     }
 
-    /// The Moon in a scene; its phase is that seen from the satellite, on the ground that seen from the Earth's centre, to
-    /// which that of every place is a ratio.
+    /// The Moon in a scene; its phase is that seen from the satellite, on the ground that seen from the Earth's centre,
+    /// to which that of every place is a ratio.
     pub fn moon(scene: &Scene, lighting: &Lighting, radius_km: f64) -> LightSource {
         let distance_km = (scene.moon_km - scene.satellite_km).norm();
         let at_satellite = moonlight(&scene.satellite_km, &scene.moon_km, &scene.sun_km, &lighting.lamps);
@@ -260,7 +261,7 @@ impl LightSource {
         }
     }
 
-    /// The lamp over the ground, place by place; `None` for parallel light.
+    /// The light source over the ground, place by place; `None` for parallel light.
     pub fn over_ground(&self, lighting: &Lighting, radius_km: f64) -> Option<NearMoon> {
         lighting.lamps.moon_over_ground(&self.position_km, &self.sun_of_patches_km?, radius_km)
     }
@@ -273,14 +274,14 @@ impl LightSource {
 }
 
 impl Lighting {
-    /// What both lamps need to know.
+    /// What both light sources need to know.
     pub fn new(effects: &Effects, band: Option<&Band>) -> Result<Self> {
         let v = Band::of_config("V")?;
         let band = band.unwrap_or(&v);
         Ok(Self { lamps: SourceSettings::new(effects, band)?, shadow: effects.shadow, colour: Colour::of(band)? })
     }
 
-    /// The share of a lamp's light that reaches the satellite.
+    /// The share of a light source's light that reaches the satellite.
     fn share(&self, scene: &Scene, source_km: &Vector<Itrs>, source_radius_km: f64, radius_km: f64) -> f64 {
         lit_fraction(&scene.satellite_km, source_km, source_radius_km, radius_km, self.shadow, &self.colour)
     }

@@ -1,7 +1,7 @@
 //! Model magnitudes: surfaces, lights, and the light that comes by way of the Earth.
 //!
-//! Positions in km in one Earth-fixed frame, areas in m², angles in rad, irradiances as ratios to a star of magnitude 0.
-//! Left out: self-shadowing between surfaces, light from one surface to another, twilight glow.
+//! Positions in km in one Earth-fixed frame, areas in m², angles in rad, irradiances as ratios to a star of magnitude
+//! 0. Not included: self-shadowing between surfaces, light from one surface to another, twilight glow.
 
 pub mod answer;
 pub mod attitude;

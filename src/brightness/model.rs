@@ -1,7 +1,7 @@
-//! The brightness of a satellite in one scene: four lights, their sum, what was left out and why.
+//! The brightness of a satellite in one scene: four lights, their sum, what was excluded and why.
 //!
 //! Magnitudes in the band of the settings, irradiances relative to a star of magnitude 0. Two functions make the four
-//! lights: `direct` and `via_earth`, each for a lamp. No starlight, no self-shadowing.
+//! lights: `direct` and `via_earth`, each for a light source. No starlight, no self-shadowing.
 
 use crate::base::constants::ARCSEC2_PER_SR;
 use std::f64::consts::FRAC_PI_2;
@@ -27,10 +27,10 @@ use crate::config::{self, EarthRadius, Effects, Mode, MuArea, Shadow, Source};
 use crate::orbit::airmass::{Atmosphere, airmass};
 use crate::orbit::earth::geodetic_height_km;
 
-/// A satellite under settings: checked once, then asked for any number of scenes, from any number of threads.
+/// A satellite under settings: checked once, then requested any number of scenes, from any number of threads.
 ///
-/// A Lambertian plate that faces the Earth, in the zenith, with the Sun on the horizon, is dark to sunlight and shows the
-/// Earth's light:
+/// A Lambertian plate that faces the Earth, in the zenith, with the Sun on the horizon, is dark to sunlight and shows
+/// the Earth's light:
 ///
 /// ```
 /// use satphot::{Attitude, Brdf, Illum, Model, ModelSettings, Satellite, Scene, Surface, Vector};
@@ -100,7 +100,7 @@ impl Model {
         self.answer(scene, self.settings.leave_out)
     }
 
-    /// The same with nothing left out: dark ground, hidden lamps, surfaces turned away are computed too.
+    /// The same with nothing excluded: dark ground, hidden light sources, surfaces turned away are computed too.
     ///
     /// # Errors
     /// As [`Model::brightness`].
@@ -153,8 +153,8 @@ impl Model {
         Ok(answer)
     }
 
-    /// The light a piece that was left out of a scene sends, computed all the same: the flux relative to a star of
-    /// magnitude 0, before extinction. 0 unless it was left out by choice.
+    /// The light that a piece which was excluded from a scene sends, computed all the same: the flux relative to a star of
+    /// magnitude 0, before extinction. 0 unless it was excluded by choice.
     ///
     /// # Errors
     /// As [`Model::brightness`].
@@ -207,7 +207,8 @@ pub fn brightness(scene: &Scene, satellite: &Satellite, settings: &ModelSettings
     Model::new(satellite, settings)?.brightness(scene)
 }
 
-/// Which lamp reaches a satellite, from geometry alone in corrected mode: Sun, penumbra, Moon, moonlit ground, none.
+/// Which light source reaches a satellite, from geometry alone in corrected mode: Sun, penumbra, Moon, moonlit ground,
+/// none.
 ///
 /// The order is that of the irradiance at the satellite; which light a given satellite sends to a given observer is
 /// [`Brightness::illum`]. Outside the penumbra no sunlit ground is in view, so earthshine never comes first here.

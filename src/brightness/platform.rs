@@ -2,7 +2,7 @@
 //!
 //! Positions in km, areas in m². A divided plate is a square with one side horizontal; the light is integrated over it
 //! by Gauss rules of rising order until two agree. The shadow's edge across a plate and one plate's shadow on another
-//! are left out.
+//! are excluded.
 
 use std::sync::Arc;
 
@@ -17,10 +17,10 @@ use crate::base::quadrature::gauss;
 use crate::base::vector::{Itrs, Vector};
 use crate::config::PlatformSize;
 
-/// sqrt(area)/range above which a plate is no point.
+/// sqrt(area)/range above which a plate is not a point.
 pub const POINT_MAX: f64 = 1e-3;
-/// Relative change between two orders at which a divided plate is done: four points where it changes nothing, which leaves 1e-8
-/// (`satphot accuracy platform`).
+/// Relative change between two orders at which a divided plate is done: four points where it changes nothing, which
+/// leaves 1e-8 (`satphot accuracy platform`).
 pub const STABLE_TO: f64 = 1e-4;
 /// Cosine below which a plate is seen edge-on: what is left there is rounding.
 const EDGE_ON: f64 = 1e-12;

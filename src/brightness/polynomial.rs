@@ -1,6 +1,6 @@
 //! A smooth function on an interval as a polynomial.
 //!
-//! Interpolation at the Chebyshev points; the error is that of the first coefficient left out.
+//! Interpolation at the Chebyshev points; the error is that of the first neglected coefficient.
 
 /// Coefficients of a polynomial.
 pub(super) const TERMS: usize = 6;

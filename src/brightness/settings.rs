@@ -1,4 +1,4 @@
-//! How the model is evaluated: effects, accuracy, ground, band, which lamps shine.
+//! How the model is evaluated: effects, accuracy, ground, band, which light sources shine.
 //!
 //! Relative tolerances, km, mag/airmass. Nothing here computes light.
 
@@ -14,10 +14,10 @@ pub const PUBLISHED_EARTH_RADIUS_KM: f64 = 6378.0;
 /// What a tolerance is relative to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ToleranceOf {
-    /// Each light by itself, however faint beside the others.
+    /// Each light by itself, however faint compared with the others.
     #[default]
     EachLight,
-    /// The sum: a faint light beside a bright one is computed no better than the sum needs.
+    /// The sum: a faint light compared with a bright one is computed no better than the sum needs.
     Total,
 }
 
@@ -50,7 +50,8 @@ pub struct ModelSettings {
     pub sun: bool,
     /// Moonlight, direct and by way of the Earth.
     pub moon: bool,
-    /// Leave out what contributes nothing; `false` computes it all the same, which tests compare with and `--explain` times.
+    /// Exclude what contributes nothing; `false` computes it all the same, which tests compare with and `--explain`
+    /// times.
     #[doc(hidden)]
     pub leave_out: bool,
 }

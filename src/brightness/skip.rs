@@ -1,14 +1,14 @@
-//! What a scene does not need: one line per light and surface left out, with the reason.
+//! What a scene does not need: one line per light and surface excluded, with the reason.
 //!
 //! Decided from cheap geometry before anything is integrated; nothing here computes.
 
 use std::fmt;
 use std::sync::Arc;
 
-/// Why a lamp the settings switch off is left out.
+/// Why a light source the settings switch off is excluded.
 pub(super) const SWITCHED_OFF: &str = "switched off";
 
-/// A light, or a surface under a light, that was left out of a scene.
+/// A light, or a surface under a light, that was excluded from a scene.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Skip {
     /// `sun`, `earthshine`, `moon`, `lunar_earthshine` or `all`.
@@ -24,7 +24,7 @@ impl Skip {
         Self { light, surface: None, why }
     }
 
-    /// Left out because somebody said so, not because it gives no light.
+    /// Excluded because somebody said so, not because it gives no light.
     #[must_use]
     pub fn is_choice(&self) -> bool {
         self.why == SWITCHED_OFF

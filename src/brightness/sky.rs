@@ -1,7 +1,7 @@
 //! The whole sky of one observer: how bright a type of satellite at one height would be in every direction.
 //!
-//! Lengths in km, angles in rad, irradiances relative to a star of magnitude 0. Observer and orbits on concentric spheres.
-//! Left out: where the satellites of a constellation really are; every direction is asked.
+//! Lengths in km, angles in rad, irradiances relative to a star of magnitude 0. Observer and orbits on concentric
+//! spheres. Not included: where the satellites of a constellation really are; every direction is asked.
 
 use rayon::prelude::*;
 
@@ -21,7 +21,7 @@ use crate::orbit::earth::from_alt_az;
 pub const MAX_POINTS: usize = 4_000_000;
 /// Lowest altitude that is computed: at 0 itself rounding decides whether the satellite is up \[rad\].
 const HORIZON_RAD: f64 = 1e-10;
-/// How many times further lamps stand that shine in parallel: the Moon's parallax from orbit is then 2e-9 rad.
+/// How many times further light sources stand that shine in parallel: the Moon's parallax from orbit is then 2e-9 rad.
 const TO_INFINITY: f64 = 1e7;
 /// Distance of a Moon of which only the direction is known \[km\] (Cox 2002).
 const MOON_KM: f64 = super::lamps::MOON_MEAN_DISTANCE_KM;
@@ -94,7 +94,7 @@ pub struct SkyPoint {
     pub err_mag: f64,
     /// Share of the Sun's light that gets past the Earth to the satellite.
     pub sun_visible_frac: f64,
-    /// Moonlight was asked for beyond where its law is believed.
+    /// Moonlight was requested beyond the range of validity of the law.
     pub extrapolated: bool,
 }
 
@@ -184,8 +184,9 @@ impl Sky {
 
     /// The scene with the satellite where a line of sight meets the sphere of the orbits.
     ///
-    /// `d = −R sin a + sqrt(R² sin² a + 2Rh + h²)`; the velocity is that of a circular orbit, along the local horizontal
-    /// nearest to the track's direction at the observer. Altitude and azimuth in rad; below the horizon counts as on it.
+    /// `d = −R sin a + sqrt(R² sin² a + 2Rh + h²)`; the velocity is that of a circular orbit, along the local
+    /// horizontal nearest to the track's direction at the observer. Altitude and azimuth in rad; below the horizon
+    /// counts as on it.
     #[must_use]
     pub fn scene(&self, alt_rad: f64, az_rad: f64) -> Scene {
         let alt_rad = alt_rad.max(HORIZON_RAD);

@@ -1,7 +1,7 @@
 //! Directions spread over the sky above an observer, and the median of what is seen in them.
 //!
-//! Angles in rad. The same points for the same number, measure and seed, whatever the number of threads: a golden spiral,
-//! or, with a seed, independent random directions. Left out: horizons, and where satellites really are.
+//! Angles in rad. The same points for the same number, measure and seed, whatever the number of threads: a golden
+//! spiral, or, with a seed, independent random directions. Not included: horizons, and where satellites really are.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -27,9 +27,9 @@ pub struct SkyPoints {
 impl SkyPoints {
     /// `n` directions spread over the sky in the given measure.
     ///
-    /// Without a seed a golden spiral: `x_i = (i + ½)/n`, `az_i = 2π frac(i/φ)`, whose medians converge almost like 1/n.
-    /// With a seed, independent random directions, whose medians converge like 1/sqrt(n). `x` is the sine of the altitude
-    /// where areas count alike, the altitude over 90° where altitudes do.
+    /// Without a seed a golden spiral: `x_i = (i + ½)/n`, `az_i = 2π frac(i/φ)`, whose medians converge almost like
+    /// 1/n. With a seed, independent random directions, whose medians converge like 1/sqrt(n). `x` is the sine of the
+    /// altitude where areas count alike, the altitude over 90° where altitudes do.
     ///
     /// # Errors
     /// [`crate::Error::Model`] for no point, or more than [`MAX_SKY_POINTS`].

@@ -1,6 +1,6 @@
 //! A flat surface of a satellite: how large, how held, how it scatters.
 //!
-//! Area in m². Left out: the shadow one surface throws on another, and light that goes from one to another.
+//! Area in m². Not included: the shadow one surface throws on another, and light that goes from one to another.
 
 use super::attitude::Attitude;
 use super::brdf::Brdf;

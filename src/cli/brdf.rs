@@ -92,7 +92,7 @@ struct Fit {
     /// Fit f instead of lg f: the peak decides
     #[arg(long)]
     linear: bool,
-    /// Leave out rows with f at or below this [1/sr]
+    /// Exclude rows with f at or below this [1/sr]
     #[arg(long, value_name = "F", default_value_t = 0.0, allow_hyphen_values = true)]
     clip: f64,
     /// Error of one measurement, 1 sigma [dex, or 1/sr with --linear]; else the scatter about the fit
@@ -113,7 +113,7 @@ struct Fit {
     /// Binomial: first power of d
     #[arg(long, value_name = "L1", default_value_t = -3, allow_hyphen_values = true)]
     l1: i32,
-    /// Binomial: first power of d that is left out
+    /// Binomial: first power of d that is excluded
     #[arg(long, value_name = "L2", default_value_t = 1, allow_hyphen_values = true)]
     l2: i32,
     /// Binomial: d, or `fit`
@@ -137,7 +137,7 @@ impl Fit {
             return Err(bad("--sigma", "accepted is a number above 0".into()));
         }
         if !self.clip.is_finite() {
-            return Err(bad("--clip", format!("{} is no number", self.clip)));
+            return Err(bad("--clip", format!("{} is not a number", self.clip)));
         }
         let table = MeasuredTable::read(&self.table)?;
         if table.wide_rows > 0 {
@@ -154,7 +154,7 @@ impl Fit {
         for law in self.laws() {
             match fit_brdf(&table, &law, &options) {
                 Ok(fit) => fits.push(fit),
-                // of all laws, those with too many parameters for the table are told and left out
+                // of all laws, those with too many parameters for the table are reported and excluded
                 Err(e) if self.law == Law::All => tell(&format!("note: {}: {e}", law.kind())),
                 Err(e) => return Err(e.into()),
             }

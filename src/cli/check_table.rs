@@ -57,7 +57,7 @@ pub struct CheckTable {
     /// Error of the stated share of the Moon that is lit [%]
     #[arg(long, value_name = "PCT", default_value_t = 1.0, allow_hyphen_values = true)]
     moon_err_pct: f64,
-    /// Error of the stated altitude of the Sun, beside what it moves in --time-err-min [deg]
+    /// Error of the stated altitude of the Sun, next to what it moves in --time-err-min [deg]
     #[arg(long, value_name = "DEG", default_value_t = 1.0, allow_hyphen_values = true)]
     sun_err_deg: f64,
     /// Comma-separated values instead of a table

@@ -42,7 +42,7 @@ where drivers give EGAIN per count of the converter and not per ADU of the file.
 /// Checks the detector: gain from pairs of flats, read noise and pedestal from bias frames, the step of the raw values
 /// and the level at which pixels saturate, each against the camera's table and the headers.
 ///
-/// Files are told apart by IMAGETYP as in a run. Without a pipeline.toml the frames are compared with their headers,
+/// Files are distinguished by IMAGETYP as in a run. Without a pipeline.toml the frames are compared with their headers,
 /// and with the camera of the table that INSTRUME names.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -84,10 +84,10 @@ impl DetectorVerb {
         config.header.check_site = false; // where the camera stood does not matter here
         let survey = self.survey(&config, configured)?;
         for unreadable in survey.unreadable.iter().filter(|_| !common.quiet) {
-            tell(&format!("left out: {}", unreadable.error));
+            tell(&format!("skipped: {}", unreadable.error));
         }
         for ignored in survey.others.iter().filter(|e| e.role == Role::Ignored && !common.quiet) {
-            tell(&format!("left out: {}: {}", ignored.path.display(), ignored.role_reason));
+            tell(&format!("skipped: {}: {}", ignored.path.display(), ignored.role_reason));
         }
         let detector = self.detector(&config, configured, &survey)?;
         let known = Known {

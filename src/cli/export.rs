@@ -23,7 +23,7 @@ Observations (score, tdm, udl, iod) are the rows of verdict `use`; --verdicts ad
 never written as a magnitude: SCORE takes it as a limit, the others leave it out. Simulated data are refused for
 SCORE and IOD, and marked in the others.
 
-Who reports is read from [reporter] of the run's configuration (effective.toml beside the table, or -c); the
+Who reports is read from [reporter] of the run's configuration (effective.toml next to the table, or -c); the
 options here win.
 
 Examples:
@@ -52,7 +52,7 @@ pub struct Export {
     /// Verdicts to write: use, caution, reject [default: use for observations, all for tables]
     #[arg(long, value_name = "LIST")]
     verdicts: Option<String>,
-    /// Configuration with [reporter] and [site]; effective.toml beside the table if absent
+    /// Configuration with [reporter] and [site]; effective.toml next to the table if absent
     #[arg(short, long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Set a key of the configuration (repeatable)
@@ -163,7 +163,7 @@ impl Export {
         }
         let mut table = read_table(&input)?;
         if !table.ignored.is_empty() {
-            self.note(&format!("columns that satphot does not know were left out: {}", table.ignored.join(", ")));
+            self.note(&format!("columns that satphot does not know were skipped: {}", table.ignored.join(", ")));
         }
         match format {
             Format::Fits | Format::Votable | Format::Csv | Format::Parquet => {
@@ -209,7 +209,7 @@ impl Export {
         }
     }
 
-    /// Rows of the verdicts that are asked for; all of them unless some are.
+    /// Rows of the verdicts that are requested; all of them unless some are.
     fn filter(&self, table: &mut Table) -> anyhow::Result<()> {
         let Some(verdicts) = &self.verdicts else { return Ok(()) };
         let choice = Choice::named(verdicts)?;
@@ -310,14 +310,17 @@ impl Export {
             let mode = DataMode::named(&name.to_uppercase())
                 .ok_or_else(|| bad("--data-mode", format!("`{name}` is not REAL, SIMULATED, TEST or EXERCISE")))?;
             if mode == DataMode::Real && facts.data_mode.is_some_and(|told| told != DataMode::Real) {
-                return Err(bad("--data-mode", "the table says that its data are not real, and stays believed".into()));
+                return Err(bad(
+                    "--data-mode",
+                    "the table says that its data are not real; this cannot be overridden".into(),
+                ));
             }
             facts.data_mode = Some(mode);
         }
         Ok(facts)
     }
 
-    /// The configuration that is named, else that of the run beside the table, if it can be read.
+    /// The configuration that is named, else that of the run next to the table, if it can be read.
     fn configuration(&self, input: &Path) -> anyhow::Result<Option<Config>> {
         if let Some(file) = &self.config {
             return load(file, &self.sets).map(Some);

@@ -4,7 +4,7 @@ use clap::{ArgMatches, Command};
 
 use super::orbit_args::bad;
 
-/// Refuses an option whose value is no finite number, with its name.
+/// Refuses an option whose value is not a finite number, with its name.
 pub fn check(matches: &ArgMatches, command: &Command) -> anyhow::Result<()> {
     for id in matches.ids() {
         // groups, and options that are no numbers, have no such values

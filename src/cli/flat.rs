@@ -21,7 +21,7 @@ Examples:
   satphot flat -o master_flat.fits                            the flats of pipeline.toml's night
   satphot flat flats/*.fits -o master_flat.fits
   satphot flat --plan plan.json -o night/master_flat.fits     a step of a plan; what became of each flat goes to
-                                                              master_flat.flats.toml beside it";
+                                                              master_flat.flats.toml next to it";
 
 /// Makes a master flat: pedestal subtracted, each flat divided by its level, median over the flats, normalised.
 #[derive(Debug, Args)]

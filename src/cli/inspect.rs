@@ -25,8 +25,8 @@ times, start and end, the middle, start + EXPTIME/2 with what the comment of the
 
 Exit codes: 0 understood; 3 more than half of the files could not be read; 4 none could.";
 
-/// Tells what was understood of frames and headers: mid-exposure time with its source, its error and what was turned down,
-/// exposure, gain, site, pointing, filter, type, binning, calibration, world coordinates, warnings.
+/// Reports what was understood of frames and headers: mid-exposure time with its source, its error and what was turned
+/// down, exposure, gain, site, pointing, filter, type, binning, calibration, world coordinates, warnings.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub struct Inspect {

@@ -1,4 +1,5 @@
-//! `satphot completions` and `satphot man`: what shells and `man` know of the command line, from the command line itself.
+//! `satphot completions` and `satphot man`: what shells and `man` know of the command line, from the command line
+//! itself.
 
 use std::path::PathBuf;
 
@@ -72,7 +73,7 @@ fn page(command: &Command) -> anyhow::Result<String> {
     Ok(String::from_utf8_lossy(&text).into_owned())
 }
 
-/// A command and everything below it, each with its name as `man` is asked for it.
+/// A command and everything below it, each with its name as `man` is requested it.
 fn pages(
     command: &Command,
     name: &str,

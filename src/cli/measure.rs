@@ -14,8 +14,8 @@ use super::{Common, print, tell};
 
 const AFTER_HELP: &str = "\
 A shard of a plan (--plan, --shard) is measured with nothing but the files it names; its table is the same on every machine,
-for every number of threads. One that is there already, made of the same, is left as it is; --force makes it anew. Times,
-memory and counts go to a .json file beside the table. A worker that was stopped goes on where it was.
+for every number of threads. One that is there already, made of the same, is left as it is; --force computes it again. Times,
+memory and counts go to a .json file next to the table. A worker that was stopped goes on where it was.
 
 Examples:
   satphot measure -o photometry.ecsv --zeropoint zeropoint.toml
@@ -24,8 +24,8 @@ Examples:
 
 /// Measures the target in the night's target frames or in named files, and tags each with its geometry.
 ///
-/// With the zeropoint of a run the numbers are those of the run: flats and the stars' FWHM are the night's own. Limits of
-/// non-detections take the size of the object from the frames measured together.
+/// With the zeropoint of a run the numbers are those of the run: flats and the stars' FWHM are the night's own. Limits
+/// of non-detections take the size of the object from the frames measured together.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub struct Measure {
@@ -99,7 +99,7 @@ impl Measure {
     }
 }
 
-/// `7`, or `8/12`: the number from 0, and of how many where that is told.
+/// `7`, or `8/12`: the number from 0, and of how many where that is reported.
 fn shard(text: &str) -> Result<(usize, Option<usize>), String> {
     let wrong = || "not the number of a shard from 0, nor I/N with I from 1 to N".to_string();
     match text.split_once('/') {

@@ -19,7 +19,7 @@ Examples:
   satphot merge --plan plan.json shards/*.ecsv -o night/photometry.ecsv
   satphot merge --plan plan.json shards/0.ecsv shards/2.ecsv --allow-missing -o night/so_far.ecsv";
 
-/// Brings the shards of a plan together: photometry.ecsv, with residuals.ecsv and effective.toml beside it.
+/// Brings the shards of a plan together: photometry.ecsv, with residuals.ecsv and effective.toml next to it.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub struct MergeVerb {

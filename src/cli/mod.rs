@@ -135,14 +135,14 @@ enum Verb {
     Man(manual::Man),
 }
 
-/// How progress is told.
+/// How progress is reported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ProgressHow {
     /// Bars, on a terminal.
     Bar,
     /// One JSON object a line: stage, progress, done, note, warning, error.
     Json,
-    /// Nothing; notes are told all the same.
+    /// Nothing; notes are reported all the same.
     None,
 }
 
@@ -167,10 +167,10 @@ pub struct Common {
     /// Progress, notes and errors on standard error as lines of JSON, for programs that watch
     #[arg(long)]
     pub json: bool,
-    /// How progress is told on standard error: bars on a terminal, lines of JSON (as --json), or not at all
+    /// How progress is reported on standard error: bars on a terminal, lines of JSON (as --json), or not at all
     #[arg(long, value_enum, value_name = "HOW", default_value = "bar")]
     pub progress: ProgressHow,
-    /// Do everything anew: nothing kept from an earlier run is believed
+    /// Do everything again: nothing kept from an earlier run is trusted
     #[arg(long)]
     pub force: bool,
     /// Use elements older than orbit.max_age_d, or contradicted by others, all the same (orbit.force_age)
@@ -209,7 +209,7 @@ impl Common {
         Options { jobs: self.jobs, max_memory_bytes: self.max_memory, stop: signals::stop(), ..Options::default() }
     }
 
-    /// How a step of a plan is done: --force does it anew.
+    /// How a step of a plan is done: --force does it again.
     pub fn plan_options(&self) -> Options {
         if self.json {
             log::as_json();

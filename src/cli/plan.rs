@@ -9,7 +9,7 @@ use satphot::pipeline::shards::plan_file::{FRAMES_PER_SHARD, make_plan};
 use super::{Common, print, tell};
 
 const AFTER_HELP: &str = "\
-The plan names every frame with its size, hash, role and star pointing, the files beside them, and the shards: runs of target
+The plan names every frame with its size, hash, role and star pointing, the files next to them, and the shards: runs of target
 frames. The same files and configuration give the same plan. It holds the whole configuration: workers need the plan and the
 files it names, by the same paths.
 
@@ -21,7 +21,7 @@ Examples:
   satphot merge --plan plan.json night/shards/*.ecsv -o night/photometry.ecsv
   satphot report night
 
-scripts/snakemake runs these on one machine, on SLURM or on Kubernetes; docs/cluster.md tells more.";
+scripts/snakemake runs these on one machine, on SLURM or on Kubernetes; docs/cluster.md gives the details.";
 
 /// Plans a night: every frame with its role and hash, target frames in shards.
 #[derive(Debug, Args)]

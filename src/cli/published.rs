@@ -1,4 +1,5 @@
-//! `satphot published`: what the paper prints beside what is computed here; its table of light classes from any magnitudes.
+//! `satphot published`: what the paper prints next to what is computed here; its table of light classes from any
+//! magnitudes.
 
 use std::path::PathBuf;
 
@@ -102,7 +103,7 @@ impl PublishedVerb {
         }
         let left_out = rows.iter().filter(|r| r.left_out).count();
         if left_out > 0 && !self.quiet {
-            tell(&format!("note: {left_out} rows take longer and were left out; --full computes them"));
+            tell(&format!("note: {left_out} rows take longer and were skipped; --full computes them"));
         }
         Ok(())
     }

@@ -18,8 +18,8 @@ use super::{Common, print, tell};
 
 const AFTER_HELP: &str = "\
 A run that was stopped, killed or cut off goes on where it was when the same line is run again: every measured frame is kept
-in .satphot/ beside the results, with the hashes of all it depends on, and measured again only where one of them has changed
-(frame, configuration, flat, catalogue, elements, version). --force does everything anew. A second run of a finished night
+in .satphot/ next to the results, with the hashes of all it depends on, and measured again only where one of them has changed
+(frame, configuration, flat, catalogue, elements, version). --force recomputes everything. A second run of a finished night
 takes seconds and gives the same bytes.
 
 Examples:
@@ -28,7 +28,7 @@ Examples:
   satphot run night.toml --dry-run             what each file is taken for, and all that is missing, with lines to paste
   satphot run night.toml -o results --set photometry.aper_r_fwhm=2.5
   satphot run night.toml --json --quiet 2> run.jsonl
-  satphot run night.toml --force               nothing kept earlier is believed
+  satphot run night.toml --force               ignore earlier results
 
 Exit code 2: the configuration contradicts the frames (another camera, a scale more than 2 % from that of the stars);
 3: outputs written, but too many frames failed or no star matched; 5: flat, catalogue or elements missing;
@@ -58,7 +58,7 @@ pub struct Run {
     /// List the files written
     #[arg(short, long)]
     verbose: bool,
-    /// Say on standard error what was left out of each scene and frame, why, and the CPU time that saved
+    /// Say on standard error what was skipped in each scene and frame, why, and the CPU time that saved
     #[arg(long)]
     explain: bool,
     /// Say what each file is, what would be done and all that is missing, and stop with the exit code of the run
@@ -95,7 +95,7 @@ impl Run {
                 tell(&format!("note: {note}"));
             }
             for note in &summary.empty_columns {
-                tell(&format!("left out: {note}"));
+                tell(&format!("skipped: {note}"));
             }
         }
         print(&summary.text());
@@ -118,13 +118,14 @@ impl Run {
     }
 }
 
-/// CPU time of a frame by its role \[s per million pixels\]: docs/speed.md, with half as much again for slower machines.
+/// CPU time of a frame by its role \[s per million pixels\]: docs/speed.md, with half as much again for slower
+/// machines.
 const CPU_S_PER_MPX: [(Role, f64); 3] = [(Role::Flat, 0.0018), (Role::Stars, 0.011), (Role::Target, 0.009)];
 
 /// What each file is and what the run would make of them, without touching their pixels, after every check that the run
 /// makes before it reads any; only where headers contradict the configured scale, stars are asked as the run asks them.
 ///
-/// Everything that is missing is told at the end, with the lines to paste, and ends as the run would.
+/// Everything that is missing is reported at the end, with the lines to paste, and ends as the run would.
 fn dry_run(config: &Config, jobs: usize) -> anyhow::Result<()> {
     let mut preflight = preflight(config, &[])?;
     let Preflight { prepared, survey, findings, .. } = &mut preflight;

@@ -144,7 +144,7 @@ fn whole(entry: &Entry) -> anyhow::Result<String> {
     Ok(text)
 }
 
-/// The table of components, and what it sums to beside the areas in use.
+/// The table of components, and what it sums to next to the areas in use.
 fn parts(entry: &Entry) -> String {
     let number = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v}"));
     let row = |c: &Component| {

@@ -50,7 +50,7 @@ fn connect(stop: &Stop) {
     let _ = std::thread::Builder::new().name("signals".into()).spawn(tell);
 }
 
-/// Whether the process was started with SIGHUP ignored, where the system tells.
+/// Whether the process was started with SIGHUP ignored, where the system reports it.
 #[cfg(unix)]
 fn hangup_is_ignored() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

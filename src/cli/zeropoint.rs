@@ -1,4 +1,5 @@
-//! `satphot zeropoint`: star pointings, a table of star measurements, or any table of matched stars to a zeropoint.toml.
+//! `satphot zeropoint`: star pointings, a table of star measurements, or any table of matched stars to a
+//! zeropoint.toml.
 
 use std::path::{Path, PathBuf};
 
@@ -20,13 +21,13 @@ Examples:
   satphot zeropoint --stars satphot-out/2025-06-09/stars.ecsv --set zeropoint.estimator=ols
   satphot zeropoint --matched stars.csv --column inst_mag=MAG_AUTO --column airmass=1.2 -o zp.toml";
 
-/// Fits V = V_inst - ZP - k X - C (B-V) to the star pointings of a night, to named star frames, to a stars.ecsv, or to any
-/// table of matched stars.
+/// Fits V = V_inst - ZP - k X - C (B-V) to the star pointings of a night, to named star frames, to a stars.ecsv, or to
+/// any table of matched stars.
 ///
-/// --matched needs no frames and no pipeline.toml: columns are known by the names that SExtractor, photutils, STDPipe and
-/// VizieR give theirs, or named with --column KEY=NAME. Keys: inst_mag or flux, inst_mag_err, flux_err or snr, v_mag,
-/// v_mag_err, b_v_mag or b_mag, b_v_err_mag, airmass or alt_deg, pointing, exptime_s, e_per_adu, mjd_mid_d, id, include.
-/// NAME may be a number for all rows (airmass=1.2) or a difference of two columns (b_v_mag=gmag-rmag).
+/// --matched needs no frames and no pipeline.toml: columns are known by the names that SExtractor, photutils, STDPipe
+/// and VizieR give theirs, or named with --column KEY=NAME. Keys: inst_mag or flux, inst_mag_err, flux_err or snr,
+/// v_mag, v_mag_err, b_v_mag or b_mag, b_v_err_mag, airmass or alt_deg, pointing, exptime_s, e_per_adu, mjd_mid_d, id,
+/// include. NAME may be a number for all rows (airmass=1.2) or a difference of two columns (b_v_mag=gmag-rmag).
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ZeropointVerb {
@@ -49,14 +50,14 @@ pub struct ZeropointVerb {
     /// Arbitrary constant the instrumental magnitudes of the matched table contain, subtracted first
     #[arg(long, value_name = "MAG", default_value_t = 0.0, requires = "matched", allow_negative_numbers = true)]
     inst_constant: f64,
-    /// Measure the star frames of this plan, for its shards; reads no pipeline.toml. What the stars tell of the camera, and
-    /// frames left out, goes to a file .stars.toml beside the zeropoint
+    /// Measure the star frames of this plan, for its shards; reads no pipeline.toml. What the stars tell of the camera,
+    /// and frames excluded, goes to a file .stars.toml next to the zeropoint
     #[arg(long, value_name = "FILE", conflicts_with_all = ["files", "stars", "matched", "config", "sets"])]
     plan: Option<PathBuf>,
     /// Master flat to divide by; made from the night's flats if absent
     #[arg(long, value_name = "FITS")]
     flat: Option<PathBuf>,
-    /// Zeropoint to write; new star measurements go to stars.ecsv beside it, those of --matched to matched.ecsv
+    /// Zeropoint to write; new star measurements go to stars.ecsv next to it, those of --matched to matched.ecsv
     #[arg(short, long, value_name = "FILE", default_value = "zeropoint.toml")]
     out: PathBuf,
 }

@@ -165,7 +165,7 @@ impl Config {
     }
 }
 
-/// The numbers of `[model]`, and that what it asks for goes together.
+/// The numbers of `[model]`, and that what it requires goes together.
 fn check_model(model: &Model) -> Result<()> {
     range("model.tolerance", model.tolerance, 1e-12, 0.5, "(relative)")?;
     if let Some(k) = model.k_mag_airmass {

@@ -13,12 +13,12 @@ use std::path::PathBuf;
 pub fn config_sha256(config: &Config) -> Result<String> {
     let mut config = config.clone();
     config.night.output = PathBuf::new();
-    // what went in is told by the hashes of the inputs, wherever and in whatever order they lay
+    // what went in is identified by the hashes of the inputs, wherever and in whatever order they lay
     config.night.input = Vec::new();
     config.reporter = Default::default();
     config.fetch = Default::default();
     let bare = |path: &mut PathBuf| *path = path.file_name().map(PathBuf::from).unwrap_or_default();
     config.each_path(&bare);
-    config.orbit.iter_mut().for_each(|o| o.force_age = false); // told by the flag old_elements and tle_age_d
+    config.orbit.iter_mut().for_each(|o| o.force_age = false); // reported by the flag old_elements and tle_age_d
     Ok(sha256_16_text(&config.to_toml()?))
 }

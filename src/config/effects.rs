@@ -4,7 +4,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Which reading of the paper: as printed, or with its errors put right.
+/// Which reading of the paper: as printed, or with its errors corrected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
@@ -86,8 +86,8 @@ pub enum LunarEclipse {
 pub enum GroundMoonlight {
     /// Everywhere as at the Earth's centre: one direction, one distance, one phase.
     Parallel,
-    /// Every place sees the Moon in its own direction, at its own distance and phase angle: 0.04 mag under a high Moon, up to
-    /// 0.8 mag under one that is about to set.
+    /// Every place sees the Moon in its own direction, at its own distance and phase angle: 0.04 mag under a high Moon,
+    /// up to 0.8 mag under one that is about to set.
     PerPatch,
 }
 
@@ -97,8 +97,8 @@ pub enum GroundMoonlight {
 pub enum SourceDisc {
     /// Parallel light.
     Point,
-    /// Lobes narrower than the disc are averaged over it: a point is wrong by any factor there, and broad laws cost no more
-    /// (`satphot accuracy source-disc`).
+    /// Lobes narrower than the disc are averaged over it: a point is wrong by any factor there, and broad laws cost no
+    /// more (`satphot accuracy source-disc`).
     Convolved,
 }
 

@@ -1,4 +1,5 @@
-//! `[fetch]`: where `satphot fetch` asks, how patient it is and where it keeps answers. Nothing here changes a magnitude.
+//! `[fetch]`: where `satphot fetch` asks, how patient it is and where it keeps answers. Nothing here changes a
+//! magnitude.
 //!
 //! Seconds, hours and megabytes, as the keys say.
 
@@ -14,7 +15,7 @@ use crate::base::error::{Error, Result};
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Fetch {
-    /// Page or e-mail address told to the services, so that they can ask before they block.
+    /// Page or e-mail address sent to the services, so that they can ask before they block.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact: Option<String>,
     /// Folder of the answers; `$XDG_CACHE_HOME/satphot` or `~/.cache/satphot` if absent.
@@ -38,7 +39,7 @@ pub struct Fetch {
     pub max_wait_s: f64,
     /// Largest answer taken \[MB\].
     pub max_mb: f64,
-    /// Current elements younger than this are not asked for again \[h\]; CelesTrak renews them every 2 h.
+    /// Current elements younger than this are not requested again \[h\]; CelesTrak renews them every 2 h.
     pub update_h: f64,
 }
 

@@ -29,7 +29,7 @@ use std::path::PathBuf;
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
-    /// Name of an embedded preset that fills what this file leaves out, e.g. `macquarie-cdk24`.
+    /// Name of an embedded preset that fills what this file omits, e.g. `macquarie-cdk24`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preset: Option<String>,
     /// Where the frames are and where results go.
@@ -43,7 +43,7 @@ pub struct Config {
     /// Which of the frames are reduced.
     #[serde(default, skip_serializing_if = "Input::is_default")]
     pub input: Input,
-    /// How frames are told apart.
+    /// How frames are distinguished.
     #[serde(default)]
     pub frames: Frames,
     /// Which header keywords are read.
@@ -126,8 +126,8 @@ pub struct Telescope {
     pub aperture_m: f64,
     /// Focal length \[mm\].
     pub focal_length_mm: f64,
-    /// A pixel scale of the stars more than 2 % from that of focal length, pixel pitch and binning is an error; false: it is
-    /// reported, and the configured scale used.
+    /// A pixel scale of the stars more than 2 % from that of focal length, pixel pitch and binning is an error; false:
+    /// it is reported, and the configured scale used.
     #[serde(default = "yes", skip_serializing_if = "is_true")]
     pub check_scale: bool,
 }
@@ -180,7 +180,7 @@ impl Input {
     }
 }
 
-/// How frames are told apart. Patterns are file-name globs (`*`, `?`) and win over the header.
+/// How frames are distinguished. Patterns are file-name globs (`*`, `?`) and win over the header.
 #[derive(Debug, Clone, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Frames {
@@ -225,10 +225,11 @@ pub const QUANTITIES: [&str; 17] = [
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct HeaderRules {
-    /// Light frames whose header tells a site more than 0.1 deg from the configured one fail; false: they are told.
+    /// Light frames whose header states a site more than 0.1 deg from the configured one fail; false: they are
+    /// reported.
     pub check_site: bool,
-    /// Frames whose header names another camera than `detector.camera` are set aside, and an error where most do; false:
-    /// they are reported, and the configured camera is used.
+    /// Frames whose header names another camera than `detector.camera` are set aside, and an error where most do;
+    /// false: they are reported, and the configured camera is used.
     #[serde(skip_serializing_if = "is_true")]
     pub check_camera: bool,
     /// Quantity -> own header keywords, tried first; the quantities are [`QUANTITIES`].

@@ -81,8 +81,8 @@ impl Config {
     }
 }
 
-/// Tables and keys that a night cannot do without, each with a value that is refused until it is filled in, and what it is;
-/// those of the last tables are needed where the table is there.
+/// Tables and keys that a night cannot do without, each with a value that is refused until it is filled in, and what it
+/// is; those of the last tables are needed where the table is there.
 const NEEDED: [(&str, &[(&str, &str, &str)]); 7] = [
     (
         "night",
@@ -223,7 +223,7 @@ mod tests {
         let lines = &e[e.find("[site]").unwrap()..];
         let e = Config::from_text(&format!("{lacks_site}{lines}\n"), &[]).unwrap_err().to_string();
         assert!(e.contains("site.lat_deg") && e.contains("NaN"), "{e}");
-        // a misspelt key is told as one
+        // a misspelt key is reported as one
         let e =
             Config::from_text(&lacks_site.replace("focal_length_mm", "focal_lenght_mm"), &[]).unwrap_err().to_string();
         assert!(e.contains("did you mean \"focal_length_mm\""), "{e}");

@@ -62,14 +62,14 @@ pub struct Photometry {
     pub sky_in_fwhm: f64,
     /// Outer radius of the sky annulus \[FWHM\].
     pub sky_out_fwhm: f64,
-    /// Box of the background mesh \[px\]. 64 is off by 0.05 σ of the sky in 95 of 100 places; 32 by 0.07, 256 by 0.2, and time
-    /// differs little (`satphot accuracy background-mesh`).
+    /// Box of the background mesh \[px\]. 64 is off by 0.05 σ of the sky in 95 of 100 places; 32 by 0.07, 256 by 0.2,
+    /// and time differs little (`satphot accuracy background-mesh`).
     pub mesh_px: usize,
     /// Detection threshold \[σ of the background\].
     pub detect_sigma: f64,
     /// Sigma clip of sky pixels \[σ\].
     pub clip_sigma: f64,
-    /// Carry every flux to the whole light of a star with the growth curve of the star frames.
+    /// Correct every flux to the whole light of a star with the growth curve of the star frames.
     pub aper_correction: bool,
 }
 
@@ -172,7 +172,8 @@ pub enum Solve {
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stars {
-    /// CSV, TSV, ECSV or VOTable with APASS DR9 columns as VizieR writes them (RAJ2000, DEJ2000, Vmag, e_Vmag, B-V, e_B-V).
+    /// CSV, TSV, ECSV or VOTable with APASS DR9 columns as VizieR writes them (RAJ2000, DEJ2000, Vmag, e_Vmag, B-V,
+    /// e_B-V).
     pub catalogue: PathBuf,
     /// Own column names: `ra_deg`, `dec_deg`, `v_mag`, `v_mag_err`, `b_v_mag`, `b_v_err_mag`, `id`, `pm_ra_mas_yr`,
     /// `pm_dec_mas_yr`, `epoch_jyear`.
@@ -250,8 +251,8 @@ pub struct Pin {
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Zeropoint {
-    /// Robust or ordinary least squares. The default `robust` and `clip` hold with 30 % of the stars spoilt, the others do not;
-    /// `robust` needs no cut (`satphot accuracy zeropoint-fit`).
+    /// Robust or ordinary least squares. The default `robust` and `clip` hold with 30 % of the stars spoilt, the others
+    /// do not; `robust` needs no cut (`satphot accuracy zeropoint-fit`).
     pub estimator: Estimator,
     /// A zeropoint.toml of another night, used instead of fitting.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -1,7 +1,8 @@
-//! What the converter did, told from the raw values alone: their step, the bits behind them, and where they pile up.
+//! What the converter did, derived from the raw values alone: their step, the bits behind them, and where they pile up.
 //!
 //! ADU as in the file. Cameras pad their 12 or 14 bits with zeros (values x16, x4), and drivers give EGAIN for either
-//! kind of count; a converter that is full piles pixels up on one value. Leaves out electrons ([`super::transfer`]).
+//! kind of count; a converter that is full piles pixels up on one value. It does not cover electrons
+//! ([`super::transfer`]).
 
 use crate::base::error::Error;
 use crate::base::error::Result;
@@ -148,7 +149,7 @@ impl Counts {
     /// The step of the values: the largest g for which nearly all values differ by multiples of g.
     ///
     /// Counted from the commonest value, over the pixels that have another one; up to 2 % of them may be odd. `None`
-    /// where too few differ (a constant bias frame tells nothing), or where the values are not raw counts.
+    /// where too few differ (a constant bias frame carries no information), or where the values are not raw counts.
     #[must_use]
     pub fn step(&self) -> Option<Step> {
         let mode = (0..N_LEVELS).rev().max_by_key(|v| self.bins[*v])?;
@@ -192,7 +193,8 @@ impl Counts {
     /// The pile of pixels at the top of the range, if there is one; values at or below `floor_adu` do not count.
     ///
     /// At least 10 pixels within 0.1 % of one value, with hardly a pixel above, and far more than the density of the
-    /// values in the next 2 % below would put there; failing that, two pixels at 65535. Light alone piles up over no less than its own noise.
+    /// values in the next 2 % below would put there; failing that, two pixels at 65535. Light alone piles up over no
+    /// less than its own noise.
     #[must_use]
     pub fn pile(&self, floor_adu: f64) -> Option<Pile> {
         let below: Vec<u64> = std::iter::once(0)
@@ -229,7 +231,7 @@ impl Counts {
 }
 
 /// Bits of the converter behind a 16-bit file: 16 − lg₂ spacing where the low bits are padded, else the bits that hold
-/// the value at which the pixels pile up; `None` where neither tells.
+/// the value at which the pixels pile up; `None` where neither shows one.
 #[must_use]
 pub fn converter_bits(step: Option<Step>, pile: Option<Pile>) -> Option<u32> {
     let padded = step.map(|s| s.spacing_adu).filter(|s| *s > 1.5);

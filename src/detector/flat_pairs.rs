@@ -1,7 +1,7 @@
 //! Two flats, compared block by block: the level and the variance of their difference.
 //!
 //! Levels in ADU above the pedestal, variances in ADU². Pixel response cancels in the difference, drift of the lamp or
-//! sky in the ratio and a plane in every block. What is no pair of flats is refused by name. Leaves out the gain
+//! sky in the ratio and a plane in every block. What is no pair of flats is refused by name. It does not cover the gain
 //! ([`super::transfer`]).
 
 use crate::base::stats::{median, sigma_clip};

@@ -1,7 +1,7 @@
 //! The frames of one gain setting, measured: pairs of flats, bias frames, raw values.
 //!
-//! ADU as in the files, gains in e⁻/ADU. Bounded by [`Effort`]; a frame that cannot be read is told and left out.
-//! Leaves out what is right or wrong about it ([`crate::pipeline::detector::checks`]).
+//! ADU as in the files, gains in e⁻/ADU. Bounded by [`Effort`]; a frame that cannot be read is reported and excluded.
+//! It does not cover what is right or wrong about it ([`crate::pipeline::detector::checks`]).
 
 use crate::base::stats::{mean_and_sd, median, sigma_clip};
 use crate::detector::{Counts, DarkNoise, PairPoints, Refusal, Transfer, compare_flats, count_values, fit_transfer};
@@ -148,7 +148,7 @@ pub fn dark_level_adu(darks: &[Exposure], clip_px: Option<f64>) -> Option<f64> {
 
 /// Counts the raw values of flats (their blocks) and lights (their pixels): of the flats, of the lights.
 ///
-/// Frames that do not hold raw counts are told in `problems` and left out.
+/// Frames that do not hold raw counts are reported in `problems` and excluded.
 pub fn count_raw(group: &Group, clip_px: Option<f64>, effort: Effort, problems: &mut Vec<String>) -> (Counts, Counts) {
     let (mut flats, mut lights) = (Counts::default(), Counts::default());
     let mut add = |name: &str, counted: crate::base::error::Result<Counts>, to: &mut Counts| {

@@ -1,13 +1,13 @@
 //! Photon transfer: electrons per ADU from pairs of flats, because the variance of counted light is its mean.
 //!
 //! Levels in ADU above the pedestal, variances in ADU², gains in e⁻/ADU, from the blocks of [`super::flat_pairs`].
-//! Source: Janesick 2001, Scientific Charge-Coupled Devices (SPIE), the difference method. Leaves out non-linearity and
-//! the correlation of neighbouring pixels.
+//! Source: Janesick 2001, Scientific Charge-Coupled Devices (SPIE), the difference method. It does not cover
+//! non-linearity and the correlation of neighbouring pixels.
 
 use super::flat_pairs::{BlockPoint, PairPoints, Refusal};
 use crate::base::stats::{median, sigma_clip};
 
-/// Blocks further from the line are left out \[σ of a variance\].
+/// Blocks further from the line are excluded \[σ of a variance\].
 const BLOCK_CLIP_SIGMA: f64 = 4.0;
 /// A gain less certain than this is none.
 const MAX_REL_ERR: f64 = 0.2;
@@ -108,9 +108,9 @@ struct Line {
 /// Fits the gain to pairs of one gain setting.
 ///
 /// x = 1/g from Σ w L (V − R²)/Σ w L², w the inverse variance 2V²/(n−1) of a variance, taken at the line and not at the
-/// point, for which low points would weigh more; with a table's read noise R² = (read_noise_e x)² + digitisation, solved
-/// together. Blocks beyond 4 σ are left out. Errors grow by √(χ²/dof) where blocks or pairs scatter more than counted
-/// light does, and by 10 % of a table's read noise.
+/// point, for which low points would weigh more; with a table's read noise R² = (read_noise_e x)² + digitisation,
+/// solved together. Blocks beyond 4 σ are excluded. Errors grow by √(χ²/dof) where blocks or pairs scatter more than
+/// counted light does, and by 10 % of a table's read noise.
 ///
 /// # Errors
 /// [`Refusal::NoPixels`] without a pair; [`Refusal::Dark`], [`Refusal::Uncertain`] where no gain to 20 % comes out.

@@ -209,7 +209,7 @@ pub(super) fn wrong(key: &str, problem: String) -> Error {
     Error::Config { key: key.into(), problem }
 }
 
-/// Longitudes may be told from 0 to 360 deg; archives want −180 to 180.
+/// Longitudes may be derived from 0 to 360 deg; archives want −180 to 180.
 fn checked([lat, lon, alt]: [f64; 3]) -> Result<[f64; 3]> {
     if !(-90.0..=90.0).contains(&lat) || !(-180.0..=360.0).contains(&lon) || !(-500.0..=9_000.0).contains(&alt) {
         return Err(wrong(

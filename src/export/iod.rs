@@ -2,7 +2,7 @@
 //!
 //! Catalogue number, COSPAR id, station, UTC, its uncertainty, magnitude and its uncertainty in tenths. The columns of
 //! the position stay blank, as the format allows: none is measured. Source: G. Lewis, "IOD Observation Format
-//! Description" (1998, clarified 2002), satobs.org. Leaves out flash periods and station reports.
+//! Description" (1998, clarified 2002), satobs.org. It does not cover flash periods and station reports.
 
 use std::fmt::Write as _;
 use std::path::Path;

@@ -1,8 +1,8 @@
 //! Results for others: observations in the formats of archives and of space-surveillance houses.
 //!
 //! Magnitudes are V, apparent, outside the atmosphere, without any correction for range; times are mid-exposure UTC.
-//! A non-detection or a lower limit is never written as a magnitude. Leaves out measured positions: satphot has none,
-//! and what follows from the elements is not an observation.
+//! A non-detection or a lower limit is never written as a magnitude. It does not cover measured positions: satphot has
+//! none, and what follows from the elements is not an observation.
 
 mod facts;
 mod iod;

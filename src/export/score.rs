@@ -21,7 +21,7 @@ use crate::photometry::flux::detectable_e;
 use crate::tables::PhotometryRow;
 use crate::tables::words::{Status, Verdict};
 
-/// Warnings told at once.
+/// Warnings reported at once.
 const MOST_WARNINGS: usize = 5;
 
 /// A file for SCORE and what its sender should know.
@@ -34,7 +34,7 @@ pub struct Scored {
 }
 
 /// The file: header and one line per observation; every rule of the server holds for it. `names` writes the names of
-/// the satellites beside their numbers.
+/// the satellites next to their numbers.
 ///
 /// # Errors
 /// [`Error::Config`] for simulated data and for what nobody said; [`Error::Table`] for a row without what SCORE needs,
@@ -118,13 +118,13 @@ pub fn score_text(path: &Path, observations: &[Kept<'_>], facts: &Facts, names: 
     }
     let mut warnings: Vec<String> = told.iter().take(MOST_WARNINGS).map(ToString::to_string).collect();
     if told.len() > MOST_WARNINGS {
-        warnings.push(format!("{} more warnings; a check of the export tells all", told.len() - MOST_WARNINGS));
+        warnings.push(format!("{} more warnings; a check of the exported file lists all", told.len() - MOST_WARNINGS));
     }
     warnings.extend(too_low(observations, alt_m));
     Ok(Scored { text, warnings })
 }
 
-/// Columns that are told once for all rows, and who tells them.
+/// Columns that are reported once for all rows, and who gives them.
 const OPTIONS: [(&str, &str); 6] = [
     ("observer_email", "email (reporter.email)"),
     ("observer_orcid", "orcid (reporter.orcid)"),
@@ -134,8 +134,8 @@ const OPTIONS: [(&str, &str); 6] = [
     ("mpc_code", "mpc_code (reporter.mpc_code)"),
 ];
 
-/// V magnitude at which 95 % of targets are detected: the row's own, or, in tables of an older satphot, which have none for
-/// detections, that at the threshold of its noise: `V − 2.5 log10(t/F)`, t of [`detectable_e`].
+/// V magnitude at which 95 % of targets are detected: the row's own, or, in tables of an older satphot, which have none
+/// for detections, that at the threshold of its noise: `V − 2.5 log10(t/F)`, t of [`detectable_e`].
 fn limit_v_mag(row: &PhotometryRow, facts: &Facts) -> Option<f64> {
     let of_noise = || {
         let (v, flux_e, err_e) = (row.v_mag?, row.flux_e.filter(|f| *f > 0.0)?, row.flux_err_e?);
@@ -195,7 +195,7 @@ impl Who {
     }
 }
 
-/// The filter in words: what stood in the beam, and the band the magnitudes were carried to.
+/// The filter in words: what stood in the beam, and the band the magnitudes were transformed to.
 fn filter(of_header: &str, band: &str) -> String {
     let own = Band::named(band);
     match filter_meaning(of_header) {

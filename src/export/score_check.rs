@@ -1,8 +1,8 @@
 //! Whether SCORE would take a file: its form, line by line, before the rules of each column ([`super::score_rules`]).
 //!
 //! Every finding names row, column, value and remedy. A warning is what the server takes but the observer may not mean.
-//! Source: the server's upload task, models and forms (github.com/iausathub/score, 2025). Leaves out what needs the
-//! network: whether name and number belong together, and whether the satellite was above the horizon.
+//! Source: the server's upload task, models and forms (github.com/iausathub/score, 2025). It does not cover what needs
+//! the network: whether name and number belong together, and whether the satellite was above the horizon.
 
 use std::collections::HashSet;
 use std::fmt;

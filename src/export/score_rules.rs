@@ -1,7 +1,7 @@
 //! The rules of SCORE, column by column.
 //!
 //! Degrees, metres, seconds, magnitudes, arcsec², km, km/s as the columns say. Source: the server's models and forms
-//! (github.com/iausathub/score, 2025), its "Data format" page. Leaves out what needs the network.
+//! (github.com/iausathub/score, 2025), its "Data format" page. It does not cover what needs the network.
 
 use super::score_form::HEADER;
 use super::score_form::refused_below_deg;
@@ -231,7 +231,7 @@ fn position(cell: &Look<'_>, tell: &mut Tell<'_>) {
 fn number(cell: &Look<'_>, tell: &mut Tell<'_>, column: &str, low: f64, high: f64, what: &str) {
     let text = cell(column);
     if text.is_empty() || NOTHING.contains(&text.to_lowercase().as_str()) {
-        return; // told already
+        return; // reported already
     }
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value >= low && value <= high => {}
@@ -248,7 +248,7 @@ fn is_email(text: &str) -> bool {
     named(name, "_.+-") && named(first, "-") && named(rest, ".-") && !rest.starts_with('.') && !rest.ends_with('.')
 }
 
-/// Whether the check digit of an ORCID fits (ISO 7064 MOD 11-2); `None` if it is no ORCID at all.
+/// Whether the check digit of an ORCID fits (ISO 7064 MOD 11-2); `None` if it is not an ORCID at all.
 fn check_digit(orcid: &str) -> Option<bool> {
     let bytes = orcid.as_bytes();
     if bytes.len() != 19 {

@@ -1,7 +1,7 @@
 //! Which rows become observations, and why the others do not.
 //!
 //! Usable by default are rows whose verdict is `use`. What failed, was rejected, or only says "at least so bright" is
-//! never a magnitude. Everything left out is counted with its reason.
+//! never a magnitude. Everything excluded is counted with its reason.
 
 use crate::base::error::{Error, Result};
 use crate::tables::PhotometryRow;

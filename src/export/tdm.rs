@@ -2,7 +2,7 @@
 //!
 //! One segment per satellite, pass and exposure time, because INTEGRATION_INTERVAL belongs to the segment; in order of
 //! time. MAG is the apparent V magnitude. Uncertainties and the band have no keyword: COMMENT and the ECSV carry them.
-//! Source: CCSDS 503.0-B-2 (2020). Leaves out angles: none are measured.
+//! Source: CCSDS 503.0-B-2 (2020). It does not cover angles: none are measured.
 
 use std::collections::HashSet;
 use std::fmt::Write as _;
@@ -32,7 +32,7 @@ pub struct TdmNames {
 /// The message. `rows` is the whole table, whose passes the segments follow.
 ///
 /// # Errors
-/// [`Error::Config`] for what nobody said; [`Error::NoInput`] if nothing is to be told; [`Error::Table`] for a row
+/// [`Error::Config`] for what nobody said; [`Error::NoInput`] if nothing is to be reported; [`Error::Table`] for a row
 /// whose satellite has neither COSPAR id nor number.
 pub fn tdm_text(
     path: &Path,

@@ -2,7 +2,7 @@
 //!
 //! Degrees, km (the height of the sensor too), seconds, magnitudes. Magnitudes are V, so each record carries the tag
 //! BAND_V: the library means Gaia G where nothing is said. Angles and range follow from the elements and are marked as
-//! not measured. Source: unifieddatalibrary.com, `eo_observation_create` (2025). Leaves out the upload.
+//! not measured. Source: unifieddatalibrary.com, `eo_observation_create` (2025). It does not cover the upload.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -154,7 +154,7 @@ fn record(
     ]))
 }
 
-/// Brightness of the sky under the aperture as it arrives, without extinction taken off \[mag/arcsec²\]:
+/// Brightness of the sky under the aperture as it arrives, without extinction subtracted \[mag/arcsec²\]:
 /// `μ = −2.5 log10(e⁻/px/s) − ZP + 5 log10(arcsec/px)`.
 fn sky_mag_arcsec2(row: &PhotometryRow, zp_mag: f64) -> Option<f64> {
     let rate = row.sky_e_px? / row.exptime_s?;
@@ -169,8 +169,9 @@ fn filled<const N: usize>(fields: [(&str, Option<Value>); N]) -> Map<String, Val
 
 /// Whether the satellite is in the umbra, and in the penumbra, as far as the row knows.
 ///
-/// The largest light is sunlight only where sunlit sides are seen: a sunlit satellite may show Earthshine or nothing, so
-/// these alone do not say that it is in the umbra. In a night sky the paper's label does: it is `night` in the umbra.
+/// The largest light is sunlight only where sunlit sides are seen: a sunlit satellite may show Earthshine or nothing,
+/// so these alone do not say that it is in the umbra. In a night sky the paper's label does: it is `night` in the
+/// umbra.
 fn shadow(row: &PhotometryRow) -> [Option<bool>; 2] {
     let night_sky = row.sky_class == SkyClass::Night.to_string();
     match (Illum::from_cell(&row.illum), PaperLabel::from_text(&row.paper_label)) {

@@ -1,6 +1,7 @@
-//! What an answer holds, told by satphot's own readers: data, nothing, "not updated", or rubbish with a word about it.
+//! What an answer holds, reported by satphot's own readers: data, nothing, "not updated", or rubbish with a word about
+//! it.
 //!
-//! Leaves out the stars, whose tables are in [`super::apass`].
+//! It does not cover the stars, whose tables are in [`super::apass`].
 
 use std::path::Path;
 
@@ -11,7 +12,7 @@ use crate::orbit::{Elements, elements_from_bytes};
 /// What a reply with status 200 holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Content {
-    /// What was asked for.
+    /// What was requested.
     Data,
     /// The service has nothing; its words.
     Nothing(String),
@@ -26,7 +27,7 @@ impl Content {
     }
 }
 
-/// The first words of an answer, for messages: what came instead of what was asked for.
+/// The first words of an answer, for messages: what came instead of what was requested.
 #[must_use]
 pub fn words(body: &[u8]) -> String {
     let start = String::from_utf8_lossy(&body[..body.len().min(2_000)]);

@@ -72,7 +72,9 @@ pub fn rows(body: &[u8], framed: bool) -> std::result::Result<Rows, String> {
         found.cells.push(row);
     }
     if found.cells.len() >= MOST_STARS {
-        return Err(format!("{MOST_STARS} stars, the most that are asked for: take a smaller argument `radius_deg`"));
+        return Err(format!(
+            "{MOST_STARS} stars, the most that one request returns; use a smaller argument `radius_deg`"
+        ));
     }
     Ok(found)
 }

@@ -1,6 +1,6 @@
 //! Answers on disk: each with a note of what was asked, when, and its SHA-256; a damaged one is as good as none.
 //!
-//! Hours. Files are written in one step; one process at a time asks a service. Leaves out what an answer means.
+//! Hours. Files are written in one step; one process at a time asks a service. It does not cover what an answer means.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use crate::base::error::{Error, Result};
 use crate::base::file::write_atomic;
 use crate::base::time::{iso_utc, parse_utc};
 
-/// The note beside an answer.
+/// The note next to an answer.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Note {
@@ -152,7 +152,8 @@ impl Cache {
         write_atomic(&self.refusal_path(service), as_json(&refusal)?.as_bytes())
     }
 
-    /// Waits until no other process asks this service; the lock ends with the file. `None` if the folder cannot be written.
+    /// Waits until no other process asks this service; the lock ends with the file. `None` if the folder cannot be
+    /// written.
     #[must_use]
     pub fn lock(&self, service: Service) -> Option<File> {
         self.make_folder().ok()?;

@@ -1,7 +1,8 @@
 //! One question, asked only if it must be: the cache, then the network, and what came is checked before it is kept.
 //!
-//! Within a service's update period an answer, a "nothing" and a refusal are not asked for again. After a refusal (403, 429)
-//! the whole service is left alone for that long. Hours. Leaves out which questions there are ([`super::query`]).
+//! Within a service's update period an answer, a "nothing" and a refusal are not requested again. After a refusal (403,
+//! 429) the whole service is left alone for that long. Hours. It does not cover which questions there are
+//! ([`super::query`]).
 
 use std::time::Duration;
 
@@ -72,8 +73,8 @@ impl<'a> Client<'a> {
     /// The answer to a query; `check` says what a reply with status 200 holds.
     ///
     /// # Errors
-    /// [`Error::Temporary`] for everything that may pass: no connection, a server in trouble, a refusal, an answer that is not
-    /// what was asked for; offline [`Error::Orbit`] or [`Error::Catalogue`] for what the cache does not hold.
+    /// [`Error::Temporary`] for everything that may pass: no connection, a server in trouble, a refusal, an answer that
+    /// is not what was requested; offline [`Error::Orbit`] or [`Error::Catalogue`] for what the cache does not hold.
     pub fn ask(
         &self,
         query: &Query,
@@ -101,10 +102,10 @@ impl<'a> Client<'a> {
             return Err(match query.service {
                 Service::Vizier => Error::Catalogue {
                     path: self.cache.folder().to_owned(),
-                    problem: format!("the stars asked for {problem}"),
+                    problem: format!("the requested stars {problem}"),
                 },
                 _ => Error::Orbit {
-                    problem: format!("the elements asked for {problem} (cache: {})", self.cache.folder().display()),
+                    problem: format!("the requested elements {problem} (cache: {})", self.cache.folder().display()),
                 },
             });
         }
@@ -162,7 +163,7 @@ impl<'a> Client<'a> {
 
     /// Leaves the service alone from now on, for as long as it asks or its data live.
     fn refused(&self, query: &Query, why: &str, asked_s: Option<f64>) -> Error {
-        // a day at most: a server that asks for more is broken or means that a person should look
+        // a day at most: a server that requires more is broken or means that a person should look
         let hours = asked_s.map_or(query.service.refusal_h(&self.settings), |s| (s / 3600.0).min(24.0));
         let until = shifted(self.now, 3600.0 * hours);
         self.noted(self.cache.refuse(query.service, &until, why));

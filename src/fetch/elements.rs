@@ -1,6 +1,6 @@
 //! The elements of one object for a night: CelesTrak for these days, SatChecker for nights of the past.
 //!
-//! Days. Leaves out where they are written, and what a night's time is.
+//! Days. It does not cover where they are written, and what a night's time is.
 
 use hifitime::Epoch;
 
@@ -17,7 +17,7 @@ const CURRENT_D: f64 = 2.0;
 /// Candidates a message names.
 const SHOWN: usize = 12;
 
-/// Who is asked for elements.
+/// Who is requested elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum WhichService {
     /// CelesTrak for nights of these days, SatChecker for older ones.
@@ -74,8 +74,8 @@ pub fn element_queries(wanted: &Wanted, settings: &Fetch, now: &Epoch) -> Vec<Qu
 /// The elements nearest to the moment, from the first service that has them near enough.
 ///
 /// # Errors
-/// [`Error::Orbit`] if there are none within `max_age_d`; [`Error::Config`] for a name that fits several objects, with their
-/// numbers; those of [`Client::ask`].
+/// [`Error::Orbit`] if there are none within `max_age_d`; [`Error::Config`] for a name that fits several objects, with
+/// their numbers; those of [`Client::ask`].
 pub fn fetch_elements(desk: &Client, wanted: &Wanted, settings: &Fetch) -> Result<FetchedElements> {
     let mut missed = Vec::new();
     for query in element_queries(wanted, settings, desk.now()) {

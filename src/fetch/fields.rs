@@ -1,6 +1,7 @@
 //! Which parts of the sky the star pointings of a night need, from their headers alone.
 //!
-//! Degrees. A field is the circle around a frame, widened by how far its pointing may be off. Leaves out the pixels.
+//! Degrees. A field is the circle around a frame, widened by how far its pointing may be off. It does not cover the
+//! pixels.
 
 use crate::astrometry::catalogue::separation_deg;
 use crate::astrometry::initial_pointing::rough_positions;
@@ -26,7 +27,7 @@ pub struct Field {
     pub dec_deg: f64,
     /// Radius \[deg\].
     pub radius_deg: f64,
-    /// What told it, for messages.
+    /// The source of it, for messages.
     pub source: String,
 }
 
@@ -58,8 +59,9 @@ impl Field {
 
 /// The fields of a night's star pointings, and the frames whose header does not say where they point.
 ///
-/// The radius is half the diagonal of the frame plus `stars.pointing_err_arcsec`, or plus `stars.solve_radius_deg` where the
-/// header has no world coordinates; `radius_deg` replaces it. A right ascension without unit counts as degrees and as hours.
+/// The radius is half the diagonal of the frame plus `stars.pointing_err_arcsec`, or plus `stars.solve_radius_deg`
+/// where the header has no world coordinates; `radius_deg` replaces it. A right ascension without unit counts as
+/// degrees and as hours.
 #[must_use]
 pub fn fields_of_night(config: &Config, survey: &Survey, radius_deg: Option<f64>) -> (Vec<Field>, Vec<String>) {
     let (mut fields, mut silent) = (Vec::new(), Vec::new());
@@ -97,8 +99,8 @@ fn fields_of_frame(config: &Config, exposure: &Exposure, radius_deg: Option<f64>
     first.into_iter().chain(in_hours).map(|p| Field::new(p.ra_deg, p.dec_deg, radius, &told(&p.source))).collect()
 }
 
-/// Fields on the grid, largest first, one question each: a field within another is left out, and one that is less than half
-/// of its radius beside another (a dither, a drift) widens that one instead.
+/// Fields on the grid, largest first, one question each: a field within another is excluded, and one that is less than
+/// half of its radius next to another (a dither, a drift) widens that one instead.
 #[must_use]
 pub fn one_query_each(fields: Vec<Field>) -> Vec<Field> {
     let mut sorted: Vec<Field> = fields.into_iter().map(Field::on_grid).collect();

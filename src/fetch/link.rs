@@ -1,7 +1,7 @@
 //! One question over the network: timeouts, size, redirections, proxy, and patience with what passes.
 //!
-//! Repeated are server errors (5xx), timeouts and broken connections, at most `fetch.retries` times; a refusal (4xx) never.
-//! Seconds and bytes. Of the environment: ALL_PROXY, HTTPS_PROXY or HTTP_PROXY, less NO_PROXY; SSL_CERT_FILE.
+//! Repeated are server errors (5xx), timeouts and broken connections, at most `fetch.retries` times; a refusal (4xx)
+//! never. Seconds and bytes. Of the environment: ALL_PROXY, HTTPS_PROXY or HTTP_PROXY, less NO_PROXY; SSL_CERT_FILE.
 
 use std::io::Read;
 use std::path::PathBuf;
@@ -65,7 +65,7 @@ impl Link {
         for variable in PROXIES.into_iter().filter(|_| environment) {
             let Ok(value) = std::env::var(variable) else { continue };
             if !value.trim().is_empty() && ureq::Proxy::new(&value).is_err() {
-                let problem = "is no proxy satphot can use; give http://HOST:PORT".into();
+                let problem = "is not a usable proxy; give http://HOST:PORT".into();
                 return Err(Error::Config { key: format!("{variable} of the environment"), problem });
             }
         }
@@ -86,7 +86,7 @@ impl Link {
         Ok(Self { agent, proxy, settings: settings.clone() })
     }
 
-    /// The answer at `url`; `now` is for dates the server names, `wait` is called between tries, `say` tells of them.
+    /// The answer at `url`; `now` is for dates the server names, `wait` is called between tries, `say` reports them.
     ///
     /// # Errors
     /// What went wrong and how often it was tried, and how long the server asks to wait where that is longer than
@@ -136,7 +136,7 @@ impl Link {
         read.map_err(|e| self.failure(ureq::Error::from(e)))?;
         if body.len() as u64 > most {
             let words = format!(
-                "the answer is larger than fetch.max_mb = {} MB and was not taken; raise it, or ask for less (for stars a \
+                "the answer is larger than fetch.max_mb = {} MB and was not accepted; raise it or request less (for stars a \
                  smaller argument `radius_deg`)",
                 self.settings.max_mb
             );
@@ -166,7 +166,7 @@ impl Link {
             }
             ureq::Error::Io(e) => (format!("no connection: {e}"), true),
             ureq::Error::ConnectionFailed => ("no connection".into(), true),
-            ureq::Error::Protocol(e) => (format!("the answer is no HTTP: {e}"), true),
+            ureq::Error::Protocol(e) => (format!("the answer is not HTTP: {e}"), true),
             ureq::Error::TooManyRedirects => (format!("more than {REDIRECTS} redirections"), false),
             ureq::Error::RequireHttpsOnly(to) => (format!("sent on from https to {to}, which is not followed"), false),
             ureq::Error::ConnectProxyFailed(e) => (format!("the proxy does not let it through: {e}"), false),

@@ -1,8 +1,8 @@
 //! Elements and stars from the network: the only room that uses it.
 //!
 //! query (what is asked) -> [`Client`] (cache, then the network, politely) -> checked answer -> elements, catalogue.
-//! An answer is believed only after satphot's own reader took it; only then it enters the cache. Times are arguments: the
-//! clock is the program's. Leaves out logins (Space-Track), bulk downloads and every other catalogue.
+//! An answer is used only after satphot's own reader took it; only then it enters the cache. Times are arguments: the
+//! clock is the program's. It does not cover logins (Space-Track), bulk downloads and every other catalogue.
 
 mod answers;
 mod apass;

@@ -1,6 +1,6 @@
 //! What is asked of whom: one address per question, the same question always the same address.
 //!
-//! Degrees and Julian days. Leaves out whether it may be asked now ([`super::desk`]).
+//! Degrees and Julian days. It does not cover whether it may be asked now ([`super::desk`]).
 
 use hifitime::Epoch;
 
@@ -46,7 +46,7 @@ impl Service {
         }
     }
 
-    /// How long an answer is not asked for again \[h\]: CelesTrak's update period; a day for the archive of elements;
+    /// How long an answer is not requested again \[h\]: CelesTrak's update period; a day for the archive of elements;
     /// for ever for APASS DR9, which is a finished release.
     pub(super) fn keep_h(self, settings: &Fetch) -> f64 {
         match self {
@@ -93,7 +93,7 @@ impl Object {
 
 /// Current elements of an object: `gp.php?CATNR=25544&FORMAT=JSON`, or `FORMAT=TLE`.
 ///
-/// FORMAT is always said, for the service has changed its default. TLE leaves out objects above 99999.
+/// FORMAT is always said, for the service has changed its default. TLE omits objects above 99999.
 ///
 /// # Source
 /// CelesTrak, "How to Perform GP Queries".
@@ -107,7 +107,8 @@ pub fn celestrak_query(settings: &Fetch, object: &Object, tle: bool) -> Query {
     Query { service: Service::CelesTrak, url: format!("{}?{which}&FORMAT={format}", settings.celestrak_url) }
 }
 
-/// The elements nearest to a moment: `get-nearest-tle/?id=25544&id_type=catalog&epoch=2460836.0`, or `get-nearest-omm/`.
+/// The elements nearest to a moment: `get-nearest-tle/?id=25544&id_type=catalog&epoch=2460836.0`, or
+/// `get-nearest-omm/`.
 ///
 /// The moment is given to 0.01 d, so that the frames of one night ask one question.
 ///
@@ -127,7 +128,7 @@ pub fn satchecker_query(settings: &Fetch, object: &Object, at: &Epoch, omm: bool
 
 /// Most rows taken of one field; a field that has more is refused, never cut.
 pub(super) const MOST_STARS: usize = 500_000;
-/// Columns that are asked for.
+/// Columns that are requested.
 const COLUMNS: [&str; 16] = [
     "recno", "RAJ2000", "DEJ2000", "nobs", "Vmag", "e_Vmag", "B-V", "e_B-V", "Bmag", "e_Bmag", "g'mag", "e_g'mag",
     "r'mag", "e_r'mag", "i'mag", "e_i'mag",

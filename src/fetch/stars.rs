@@ -1,6 +1,6 @@
 //! The stars of several fields as one catalogue: each star once, with the names VizieR gives its columns.
 //!
-//! Degrees and magnitudes, as they came. Leaves out stars without V, which no fit can use.
+//! Degrees and magnitudes, as they came. It does not cover stars without V, which no fit can use.
 
 use std::collections::HashSet;
 
@@ -21,7 +21,7 @@ pub struct FetchedStars {
     pub n: usize,
     /// Rows that were in several fields.
     pub n_repeated: usize,
-    /// Stars without V, left out.
+    /// Stars without V, excluded.
     pub n_without_v: usize,
     /// Fields without stars.
     pub empty: Vec<String>,

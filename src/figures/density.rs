@@ -1,6 +1,6 @@
 //! How magnitudes are spread, for violins: Gaussian kernels of Silverman's width.
 //!
-//! Magnitudes in, shares of the densest place out. Leaves out every drawing.
+//! Magnitudes in, shares of the densest place out. It does not cover every drawing.
 
 /// Least width of the kernel \[mag\].
 const KERNEL_MAG: f64 = 0.08;

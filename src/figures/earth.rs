@@ -1,4 +1,5 @@
-//! The Earth under a lamp: its radiance in colours, the coasts, where the lamp stands in the zenith and where it sets.
+//! The Earth under a light source: its radiance in colours, the coasts, where the light source stands in the zenith and
+//! where it sets.
 //!
 //! Logarithmic colours over three decades below the brightest pixel; darker ground is black.
 
@@ -26,7 +27,7 @@ const DECADES: f64 = 3.0;
 /// Ground without light.
 const DARK: (u8, u8, u8) = (16, 16, 28);
 
-/// What is written beside the picture.
+/// What is written next to the picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EarthMark {
     /// `Sun` or `Moon`.
@@ -132,8 +133,8 @@ fn legend(picture: &EarthPicture, mark: &EarthMark) -> Vec<String> {
     ring.into_iter().chain(line).collect()
 }
 
-/// Radiances for the labels of the bar: 1, and 2 and 5 where there is room, times powers of ten, with their height on it
-/// as a share from the faint end.
+/// Radiances for the labels of the bar: 1, and 2 and 5 where there is room, times powers of ten, with their height on
+/// it as a share from the faint end.
 fn bar_ticks(brightest: f64) -> Vec<(f64, f64)> {
     let (top, low) = (brightest.log10(), brightest.log10() - DECADES);
     let decades = low.floor() as i32..=top.ceil() as i32;

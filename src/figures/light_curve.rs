@@ -25,7 +25,7 @@ use crate::tables::selection::is_lower_limit;
 use crate::tables::selection::is_used;
 use crate::tables::words::{Status, Verdict};
 
-/// How far below everything else a light is still shown beside observations \[mag\].
+/// How far below everything else a light is still shown next to observations \[mag\].
 const LIGHTS_BELOW_MAG: f64 = 3.0;
 /// In a prediction lights are shown at least this far below its brightest moment: moonlight by way of the Earth is
 /// 17 mag below sunlight \[mag\].
@@ -97,8 +97,8 @@ pub fn light_curve_in(path: &Path, rows: &[PhotometryRow], title: &str, band: &s
     })
 }
 
-/// Writes `light_curve.svg` with the first three passes into `dir`, and `light_curve_2.svg` and so on with the next three
-/// each, of magnitudes of `band`; returns the paths.
+/// Writes `light_curve.svg` with the first three passes into `dir`, and `light_curve_2.svg` and so on with the next
+/// three each, of magnitudes of `band`; returns the paths.
 ///
 /// # Errors
 /// As [`light_curve`].

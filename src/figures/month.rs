@@ -18,7 +18,7 @@ use crate::tables::MonthRow;
 const SIZE: (u32, u32) = (1060, 720);
 /// The ground of nights without any lit satellite.
 const UNLIT: Colour = Colour(190, 190, 190);
-/// What tells the satellites apart besides their colour.
+/// What distinguishes the satellites besides their colour.
 const STYLES: [(Colour, Mark); 8] = [
     (BLUE, Mark::Full),
     (SKY_BLUE, Mark::Square),
@@ -30,7 +30,7 @@ const STYLES: [(Colour, Mark); 8] = [
     (Colour(90, 90, 200), Mark::Dot),
 ];
 
-/// Draws a month from the rows of its table, of one mode. A mirror whose beam was looked for is left out; `notes`
+/// Draws a month from the rows of its table, of one mode. A mirror whose beam was looked for is excluded; `notes`
 /// are written below the legend.
 ///
 /// # Errors

@@ -36,7 +36,7 @@ impl Raster {
     }
 
     /// A straight line between two places (from the left, from the top) \[px\], `width` pixels thick; what lies beyond
-    /// the picture is left out.
+    /// the picture is excluded.
     pub fn line(&mut self, from: (f64, f64), to: (f64, f64), (r, g, b): (u8, u8, u8), width: usize) {
         let steps = (to.0 - from.0).abs().max((to.1 - from.1).abs()).ceil().clamp(1.0, 1e5) as usize;
         let half = 0.5 * (width as f64 - 1.0);

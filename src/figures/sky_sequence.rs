@@ -71,7 +71,7 @@ pub fn sky_sequence(path: &Path, panels: &[SkyPanel], across: usize, title: &str
         let entries = [
             (Some((Mark::Full, ORANGE)), "Sun".to_string()),
             (Some((Mark::Open, INK)), "Moon".to_string()),
-            (None, "outside the rim:".to_string()),
+            (None, "outside the edge:".to_string()),
             (None, "below the horizon".to_string()),
             (None, "N up, E left".to_string()),
         ];

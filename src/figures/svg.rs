@@ -1,7 +1,7 @@
 //! SVG written by hand: shapes and text, in colours for a file, in classes of a style sheet for a page.
 //!
 //! Lengths are units of the sheet, x to the right, y down, written to a tenth. Text is escaped. Links and tips exist on
-//! a page alone. Leaves out what is drawn: see [`super::canvas`] for marks and [`super::panel`] for axes.
+//! a page alone. It does not cover what is drawn: see [`super::canvas`] for marks and [`super::panel`] for axes.
 
 use std::cell::RefCell;
 use std::fmt::Write as _;
@@ -148,7 +148,7 @@ pub(crate) struct Sheet {
     body: RefCell<String>,
 }
 
-/// A length to a tenth, without a trailing zero; 0 for what is no number.
+/// A length to a tenth, without a trailing zero; 0 for what is not a number.
 pub(crate) fn number(v: f64) -> String {
     let tenths = (v * 10.0).round();
     if !tenths.is_finite() || tenths == 0.0 {

@@ -1,11 +1,11 @@
-//! A small picture of the target, for the gallery: grey levels, and a colour for every pixel that is no measurement.
+//! A small picture of the target, for the gallery: grey levels, and a colour for every pixel that is not a measurement.
 //!
-//! Frame pixels, 0-based. One byte per pixel: few levels, so that the noise of the sky packs well. Leaves out: how the
-//! picture is cut and stretched, which needs the frame.
+//! Frame pixels, 0-based. One byte per pixel: few levels, so that the noise of the sky packs well. It does not cover
+//! how the picture is cut and stretched, which needs the frame.
 
 use png::{BitDepth, ColorType, Compression, Encoder, Filter};
 
-/// Grey levels of a picture: black is 0, white `GREYS − 1`; more than the eye tells apart.
+/// Grey levels of a picture: black is 0, white `GREYS − 1`; more than the eye distinguishes.
 pub const GREYS: u8 = 64;
 /// A pixel that is NaN or masked by the flat.
 pub const MASKED: u8 = GREYS;

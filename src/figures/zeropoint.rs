@@ -1,5 +1,5 @@
-//! What the zeropoint fit did: the extinction line, the colour line, residuals against all that should not matter, and the
-//! offset of every pointing.
+//! What the zeropoint fit did: the extinction line, the colour line, residuals against all that should not matter, and
+//! the offset of every pointing.
 //!
 //! `V_inst = V + ZP + k·X + C·(B−V)`, magnitudes of electrons per second. Here a difference grows upwards, so that the
 //! slopes seen have the signs of k and C.
@@ -151,7 +151,7 @@ fn stars(rows: &[StarRow], terms: Terms) -> Vec<Star> {
 }
 
 /// Draws seven panels: `V_inst − V − C(B−V)` against airmass and `V_inst − V − kX` against B−V, each with the fit (a
-/// second-order term is taken off); the residual against V, time, x and y; the mean residual of each pointing with the
+/// second-order term is subtracted); the residual against V, time, x and y; the mean residual of each pointing with the
 /// error its stars give it. Stars that were not used are open circles.
 ///
 /// A star without airmass (or colour) is drawn only where k (or C) is zero.
@@ -251,7 +251,7 @@ fn draw_means(panel: &Panel, means: &[(f64, f64, f64)]) {
 
 fn star(row: &StarRow, midnight: f64, (zp, k, c): (f64, f64, f64)) -> Option<Star> {
     let finite = |v: Option<f64>| v.filter(|v| v.is_finite());
-    // A term the fit leaves out needs no value.
+    // A term the fit omits needs no value.
     let term = |value: Option<f64>, coefficient: f64| finite(value).or((coefficient == 0.0).then_some(0.0));
     let v_mag = finite(row.catalogue_v_mag)?;
     let (airmass, b_v_mag) = (term(row.airmass, k)?, term(row.catalogue_b_v_mag, c)?);

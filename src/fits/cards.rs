@@ -1,7 +1,8 @@
 //! A header: the 80-byte cards of a FITS file, read by ourselves and without the FITS library.
 //!
-//! Values are kept as text and parsed on request; no units here. Leaves out the meaning of keywords
-//! ([`crate::frames::exposure`], [`crate::frames::time`]) and the checks that make a file safe to open ([`super::scan`]).
+//! Values are kept as text and parsed on request; no units here. It does not cover the meaning of keywords
+//! ([`crate::frames::exposure`], [`crate::frames::time`]) and the checks that make a file safe to open
+//! ([`super::scan`]).
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -101,7 +102,7 @@ pub(crate) struct ImageInfo {
     pub hdu_at: u64,
     /// Where its data begin in the file \[bytes\]; absent if no file was scanned.
     pub data_at: Option<u64>,
-    /// Where they end, padding left out \[bytes\].
+    /// Where they end, padding excluded \[bytes\].
     pub data_end: u64,
     /// What is odd but no reason to refuse the file.
     pub warnings: Vec<String>,

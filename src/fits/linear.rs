@@ -1,7 +1,7 @@
 //! Stored numbers to physical values: v = BZERO + BSCALE i, and which integer means "undefined".
 //!
-//! Physical units of the file; computed in f64, rounded once to f32. A header whose scaling cannot be meant (BSCALE = 0, a
-//! text, a BLANK that is no integer) is refused. Leaves out dithered floats ([`super::tiles`]).
+//! Physical units of the file; computed in f64, rounded once to f32. A header whose scaling cannot be meant (BSCALE =
+//! 0, a text, a BLANK that is not an integer) is refused. It does not cover dithered floats ([`super::tiles`]).
 
 use super::cards::Header;
 

@@ -43,7 +43,7 @@ impl Plain {
     pub(crate) fn read(&mut self, (x0, y0): (usize, usize), (nx, ny): (usize, usize), out: &mut [f32]) -> Result<()> {
         let (full_nx, full_ny) = self.size_px;
         if out.len() != nx * ny || nx == 0 || ny == 0 || x0 + nx > full_nx || y0 + ny > full_ny {
-            let problem = format!("asked for {nx}x{ny} pixels at ({x0}, {y0}) of {full_nx}x{full_ny}");
+            let problem = format!("requested {nx}x{ny} pixels at ({x0}, {y0}) of {full_nx}x{full_ny}");
             return Err(Error::Fits { path: self.path.clone(), problem });
         }
         let width = (self.bitpix.unsigned_abs() / 8) as usize;

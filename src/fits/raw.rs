@@ -1,8 +1,8 @@
 //! Writing through the FITS library: the one place that calls its C functions.
 //!
 //! Directly, because the safe wrapper parses brackets in file names as filters, cuts long strings and rounds numbers in
-//! cards. Nothing is read with it: what C does with a damaged file cannot be caught. Every pointer given to C points into
-//! a buffer that outlives the call, and C is told that buffer's true length.
+//! cards. Nothing is read with it: what C does with a damaged file cannot be caught. Every pointer given to C points
+//! into a buffer that outlives the call, and C is given that buffer's true length.
 #![allow(unsafe_code)]
 
 use std::ffi::{CStr, CString, c_int, c_long, c_void};

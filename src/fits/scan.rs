@@ -1,8 +1,8 @@
 //! The scan of a file's headers up to its image: whether it holds what it promises, before anything is allocated.
 //!
-//! Bytes. A header that lies about its size would make us allocate what it says, so every size is held against the length
-//! of the file here ([`super::structure`] knows what a header may say). Leaves out checksums ([`super::checksum`]) and
-//! everything after the image.
+//! Bytes. A header that lies about its size would make us allocate what it says, so every size is held against the
+//! length of the file here ([`super::structure`] knows what a header may say). It does not cover checksums
+//! ([`super::checksum`]) and everything after the image.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -168,7 +168,7 @@ fn read_header(file: &mut File, index: usize) -> std::io::Result<std::result::Re
         if filled == 0 {
             return Ok(Err(Problem::NoEnd));
         }
-        // A header cut behind its END is whole; what its data lack is told by their size.
+        // A header cut behind its END is whole; what its data lack follows from their size.
         block[filled..].fill(b' ');
         for (i, card) in block.chunks(CARD).enumerate() {
             if card.starts_with(b"END") && card[3..].iter().all(|b| *b == b' ') {

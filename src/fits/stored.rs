@@ -58,7 +58,7 @@ impl Stored {
     pub(crate) fn read_span(&self, row: usize, columns: Range<usize>, bytes: &mut [u8]) -> Result<()> {
         let (nx, ny) = self.size_px;
         if columns.end > nx || row >= ny || bytes.len() != columns.len() * PIXEL_BYTES {
-            let problem = format!("asked for columns {columns:?} of row {row} of {nx}x{ny}");
+            let problem = format!("requested columns {columns:?} of row {row} of {nx}x{ny}");
             return Err(Error::Fits { path: self.path.clone(), problem });
         }
         self.read_from(row * nx + columns.start, bytes)

@@ -1,7 +1,7 @@
 //! What a header promises, held against what can be: mandatory cards and their order, sizes, column formats, tiles.
 //!
-//! Bytes and pixels. Nothing is read or allocated here. Leaves out the reading of headers ([`super::scan`]) and values of
-//! keywords that are not structure.
+//! Bytes and pixels. Nothing is read or allocated here. It does not cover the reading of headers ([`super::scan`]) and
+//! values of keywords that are not structure.
 
 use super::cards::{Card, Header, ImageInfo, join_continued};
 
@@ -99,7 +99,7 @@ fn optional(header: &Header, key: &str, absent: u128) -> std::result::Result<u12
     u128::try_from(value).map_err(|_| format!("{key} = {value} is negative"))
 }
 
-/// Tells images from the rest and checks what decoding relies on.
+/// Distinguishes images from the rest and checks what decoding relies on.
 pub(crate) fn kind(header: &Header, index: usize, file_bytes: u128) -> std::result::Result<Kind, String> {
     let xtension = header.text("XTENSION").unwrap_or_default();
     if index > 0 && (xtension == "BINTABLE" || xtension == "A3DTABLE" || xtension == "TABLE") {

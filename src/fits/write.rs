@@ -1,6 +1,7 @@
 //! FITS files out: u16 images (plain or Rice-compressed) and f32 images, with their cards, written atomically.
 //!
-//! A file appears under its name only when it is complete. Used by the simulator and the master flat. Files of several HDUs: [`write_hdus`].
+//! A file appears under its name only when it is complete. Used by the simulator and the master flat; the pictures and
+//! tables of other programs go through [`write_hdus`].
 
 use std::path::Path;
 

@@ -1,8 +1,9 @@
-//! Counts to flattened electrons in one pass over a row: N = g (N_adu − pedestal) / F, and why a pixel cannot be trusted.
+//! Counts to flattened electrons in one pass over a row: N = g (N_adu − pedestal) / F, and why a pixel cannot be
+//! trusted.
 //!
-//! Small loops over slices that the compiler turns into vector instructions, compiled once for each width of the machine
-//! and chosen when the program runs; every lane does the same operations in the same order, so the result is the same on
-//! all. Leaves out where the rows come from and the clip circle ([`super::load`]).
+//! Small loops over slices that the compiler turns into vector instructions, compiled once for each width of the
+//! machine and chosen when the program runs; every lane does the same operations in the same order, so the result is
+//! the same on all. It does not cover where the rows come from and the clip circle ([`super::load`]).
 
 use multiversion::multiversion;
 
@@ -17,8 +18,8 @@ pub(super) fn decode(bytes: &[[u8; PIXEL_BYTES]], adu: &mut [f32]) {
     }
 }
 
-/// Stored unsigned 16-bit pixels to flattened electrons as [`calibrate`] does, and the bits of [`mask`]: what comes from
-/// memory and goes there is touched once.
+/// Stored unsigned 16-bit pixels to flattened electrons as [`calibrate`] does, and the bits of [`mask`]: what comes
+/// from memory and goes there is touched once.
 pub(super) fn calibrate_stored(
     bytes: &[[u8; PIXEL_BYTES]],
     pixels: &mut [f32],
@@ -35,8 +36,9 @@ pub(super) fn calibrate_stored(
 
 /// ADU to flattened electrons in place, and the bits of [`mask`]; `response` is the master flat over the same pixels.
 ///
-/// A pixel that is NaN or infinite is NaN and BAD; one at or above the saturation level is SATURATED; one whose response
-/// is NaN is BAD and keeps its electrons undivided. Electrons are computed in f64 and rounded once, then divided in f32.
+/// A pixel that is NaN or infinite is NaN and BAD; one at or above the saturation level is SATURATED; one whose
+/// response is NaN is BAD and keeps its electrons undivided. Electrons are computed in f64 and rounded once, then
+/// divided in f32.
 pub(super) fn calibrate(pixels: &mut [f32], bits: &mut [u8], response: Option<&[f32]>, gain: &Gain) {
     let level = level(gain);
     match response {

@@ -1,7 +1,7 @@
 //! The detector: what one gain setting means in electrons, read noise and saturation.
 //!
 //! Gain settings in 0.1 dB, conversion factors in e⁻/ADU, noise and full well in e⁻, levels in ADU. A setting that is
-//! not tabulated is an error: nothing is interpolated. Leaves out dark current and linearity.
+//! not tabulated is an error: nothing is interpolated. It does not cover dark current and linearity.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -163,8 +163,8 @@ impl Detector {
     }
 
     /// What the tables suggest for a gain setting \[0.1 dB\] that they lack: electrons per ADU by the decibel law,
-    /// `g(s) = g(t) · 10^((t − s)/200)`, from the nearest setting t, and the read noise \[e⁻\] of that setting. Only for
-    /// a proposal that the observer judges: the law does not know where a camera switches its conversion gain.
+    /// `g(s) = g(t) · 10^((t − s)/200)`, from the nearest setting t, and the read noise \[e⁻\] of that setting. Only
+    /// for a proposal that the observer judges: the law does not know where a camera switches its conversion gain.
     pub(crate) fn suggestion(&self, setting: i64) -> Option<(f64, f64)> {
         let both = |t: &i64| Some((*t, self.e_per_adu(*t)?.0, self.read_noise_e(*t)?));
         let known = self.table.keys().chain(self.own.e_per_adu.keys()).filter_map(both);

@@ -1,4 +1,4 @@
-//! An exposure: what one file is, told from its header, its name and the configuration.
+//! An exposure: what one file is, derived from its header, its name and the configuration.
 //!
 //! Exposure times in s, sizes in px. Reads headers only, no pixels; the reason for every decision is kept. Leaves out
 //! the pointing (photometry's WCS) and the site (configuration).
@@ -17,7 +17,7 @@ use crate::config::Config;
 use crate::fits::cards::Header;
 use crate::fits::raw::guarded;
 
-/// One file of the night, as far as its header tells.
+/// One file of the night, as far as its header states.
 #[derive(Debug, Clone)]
 pub struct Exposure {
     /// The file.
@@ -113,8 +113,8 @@ pub(crate) fn sorted(path: &Path, header: Header, config: &Config, target_names:
 
 /// Why a flat or a light frame cannot be measured, by its header alone: keywords and problems with their remedies.
 ///
-/// Stacks, colour sensors, cubes of several exposures, frames that are already flat-fielded, and frames whose bias is off while
-/// `detector.pedestal_adu` would be taken off again.
+/// Stacks, colour sensors, cubes of several exposures, frames that are already flat-fielded, and frames whose bias is
+/// off while `detector.pedestal_adu` would be subtracted again.
 #[must_use]
 pub fn refusals(header: &Header, config: &Config) -> Vec<(String, String)> {
     let mut why = Vec::new();
@@ -156,7 +156,7 @@ pub fn refusals(header: &Header, config: &Config) -> Vec<(String, String)> {
 pub(crate) fn light_exptime(told: Option<Sourced<f64>>) -> std::result::Result<Sourced<f64>, (String, String)> {
     let absent = || "absent (EXPOSURE and synonyms too); name your keyword in header.aliases.exptime".to_string();
     let told = told.ok_or_else(|| ("EXPTIME".to_string(), absent()))?;
-    // Shorter than a microsecond is no exposure of the sky.
+    // Shorter than a microsecond is not an exposure of the sky.
     if told.value > 1e-6 && told.value < 1e6 {
         return Ok(told);
     }

@@ -2,7 +2,7 @@
 //!
 //! Electrons; positions in full-frame pixels. Rows are shared out over the threads of the pool, and each is unpacked,
 //! calibrated and divided while it is in the cache. Memory of frames is used again ([`Buffers`]): fresh memory costs as
-//! much time as all of the calibration. Leaves out the loops over pixels ([`super::calibrate`]).
+//! much time as all of the calibration. It does not cover the loops over pixels ([`super::calibrate`]).
 
 use std::marker::PhantomData;
 use std::ops::{Deref, Range};
@@ -87,9 +87,9 @@ pub struct FrameReader<'a> {
 /// Reads one exposure inside the clip circle: flattened electrons.
 ///
 /// The circle is centred on ((nx−1)/2, (ny−1)/2). Shape (ny, nx) of its box. N = g (N_adu − pedestal) / F; without a
-/// flat nothing is divided. NaN, infinite and BLANK pixels are NaN and BAD, pixels at or above `gain.saturation_adu` are
-/// SATURATED, pixels where the flat is masked are BAD and not divided. What is outside the circle is not read: NaN and
-/// CLIPPED. The same bytes for any number of threads.
+/// flat nothing is divided. NaN, infinite and BLANK pixels are NaN and BAD, pixels at or above `gain.saturation_adu`
+/// are SATURATED, pixels where the flat is masked are BAD and not divided. What is outside the circle is not read: NaN
+/// and CLIPPED. The same bytes for any number of threads.
 ///
 /// # Errors
 /// [`Error::Fits`] if the file is damaged or has changed since it was classified; [`Error::Flat`] if the flat is of
@@ -170,7 +170,7 @@ impl<'a> FrameReader<'a> {
         let columns = columns.start.max(within.0.start)..columns.end.min(within.0.end);
         let rows = rows.start.max(within.1.start)..rows.end.min(within.1.end);
         if columns.is_empty() || rows.is_empty() {
-            let problem = format!("asked for columns {columns:?} and rows {rows:?}, outside the clip circle");
+            let problem = format!("requested columns {columns:?} and rows {rows:?}, outside the clip circle");
             return Err(Error::Fits { path: path.clone(), problem });
         }
         let (nx, ny) = (columns.len(), rows.len());

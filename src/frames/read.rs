@@ -1,6 +1,6 @@
 //! An image open for reading as ADU, whatever its BITPIX, scaling and compression.
 //!
-//! Rectangles of raw pixels in f32; BSCALE, BZERO and BLANK are applied here. Leaves out what the pixels mean
+//! Rectangles of raw pixels in f32; BSCALE, BZERO and BLANK are applied here. It does not cover what the pixels mean
 //! ([`super::load`], [`super::flat::master`]).
 
 use std::path::Path;

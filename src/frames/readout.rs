@@ -1,7 +1,7 @@
 //! Electrons to raw counts, as a camera does it: photon noise, full well, read noise, converter.
 //!
-//! e⁻ and ADU. The random numbers are the caller's, so that the same stream gives the same counts. Leaves out the response of
-//! pixels, blooming, linearity.
+//! e⁻ and ADU. The random numbers are the caller's, so that the same stream gives the same counts. It does not cover
+//! the response of pixels, blooming, linearity.
 
 use rand::Rng;
 use rand_distr::{Distribution, Normal, Poisson};
@@ -31,8 +31,8 @@ impl<'a> Camera<'a> {
 
     /// Reads a row of pixels of these expected electrons out.
     ///
-    /// N_adu = round(pedestal + (min(Poisson(λ), full well) + Normal(0, RN)) / (e⁻/ADU)), clipped to 0 … adc_max. A pixel
-    /// whose expectation is not above 0 has no electrons.
+    /// N_adu = round(pedestal + (min(Poisson(λ), full well) + Normal(0, RN)) / (e⁻/ADU)), clipped to 0 … adc_max. A
+    /// pixel whose expectation is not above 0 has no electrons.
     pub fn read_out<'c>(
         &self,
         expected_e: impl Iterator<Item = f32>,

@@ -1,6 +1,6 @@
 //! What a frame is for: by the file's name, else by its header.
 //!
-//! The reason for every decision is kept. Leaves out whether the frame can be used ([`super::exposure`]).
+//! The reason for every decision is kept. It does not cover whether the frame can be used ([`super::exposure`]).
 
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,7 @@
 //! A fair part of a frame's raw pixels: square blocks spread over the clip circle, or every value counted in one pass.
 //!
-//! ADU as in the file, blocks of 64x64 px. Bounded in time and memory whatever the frame's size. Leaves out what the
-//! values mean ([`crate::detector::adc`], [`crate::detector::transfer`]).
+//! ADU as in the file, blocks of 64x64 px. Bounded in time and memory whatever the frame's size. It does not cover what
+//! the values mean ([`crate::detector::adc`], [`crate::detector::transfer`]).
 
 use super::clip::Region;
 use super::exposure::Exposure;
@@ -102,8 +102,9 @@ impl Blocks {
 /// Rows of a frame that tell whether it was ever filled.
 const FILL_ROWS: usize = 5;
 
-/// The one value \[ADU\] that all pixels of five rows inside the clip circle have, if they do: no sky, no bias and no flat
-/// has a row without noise, but the file of a camera that stopped before it wrote the pixels has. BLANK is no value.
+/// The one value \[ADU\] that all pixels of five rows inside the clip circle have, if they do: no sky, no bias and no
+/// flat has a row without noise, but the file of a camera that stopped before it wrote the pixels has. BLANK is not a
+/// value.
 ///
 /// # Errors
 /// [`crate::Error::Fits`] if the file is damaged or holds no image.

@@ -1,14 +1,14 @@
 //! How much air a ray crosses, and by how much air bends it.
 //!
-//! Radians in, airmasses (1 at the zenith) or radians out. Both laws are of the *apparent* altitude, while the rest of the
-//! program gives geometric ones: [`airmass`] refracts first, which takes 0.05 airmass at 10° and 0.27 at 5°. The laws
-//! themselves differ by 0.02 at 5° (Kasten & Young 10.040, Young 1994 10.059, Pickering 10.064) and by 0.006 at 10°.
-//! Left out: the weather of the night, and aerosols, whose own airmass is larger near the horizon.
+//! Radians in, airmasses (1 at the zenith) or radians out. Both laws are of the *apparent* altitude, while the rest of
+//! the program gives geometric ones: [`airmass`] refracts first, which takes 0.05 airmass at 10° and 0.27 at 5°. The
+//! laws themselves differ by 0.02 at 5° (Kasten & Young 10.040, Young 1994 10.059, Pickering 10.064) and by 0.006 at
+//! 10°. Not included: the weather of the night, and aerosols, whose own airmass is larger near the horizon.
 
 /// Pressure of the standard atmosphere at sea level \[hPa\]. Source: ISO 2533 (1975).
 const SEA_LEVEL_HPA: f64 = 1_013.25;
-/// Temperature taken at every site \[°C\], that of Bennett's law: 10 °C more or less change refraction by 3.5 %, which is
-/// 0.01 airmass at 5° altitude.
+/// Temperature taken at every site \[°C\], that of Bennett's law: 10 °C more or less change refraction by 3.5 %, which
+/// is 0.01 airmass at 5° altitude.
 const STANDARD_TEMPERATURE_C: f64 = 10.0;
 /// Pressure of Bennett's law \[hPa\].
 const BENNETT_HPA: f64 = 1_010.0;
@@ -46,8 +46,8 @@ impl Atmosphere {
 
 /// Airmass of Kasten & Young at a *geometric* altitude; `None` below the horizon.
 ///
-/// `X = 1 / (sin h + 0.50572 (h° + 6.07995)^−1.6364)` with h the refracted altitude ([`apparent_altitude`]): 10.040 at 5°
-/// geometric in standard air at sea level, 0.9997 at the zenith.
+/// `X = 1 / (sin h + 0.50572 (h° + 6.07995)^−1.6364)` with h the refracted altitude ([`apparent_altitude`]): 10.040 at
+/// 5° geometric in standard air at sea level, 0.9997 at the zenith.
 ///
 /// # Source
 /// Kasten & Young 1989, Applied Optics 28, 4735; the law is of the apparent altitude.
@@ -200,7 +200,8 @@ mod tests {
 
     #[test]
     fn refraction_is_that_of_the_almanac_and_comes_back() {
-        // Astronomical Almanac, 1010 hPa and 10 °C: 34.5′ in the apparent horizon, 29′ at a geometric 0°, 9.9′ at 5°, 5.3′ at 10°.
+        // Astronomical Almanac, 1010 hPa and 10 °C: 34.5′ in the apparent horizon, 29′ at a geometric 0°, 9.9′ at 5°,
+        // 5.3′ at 10°.
         let air = Atmosphere { pressure_hpa: 1_010.0, temperature_c: 10.0 };
         let arcmin = |rad: f64| rad.to_degrees() * 60.0;
         for (h, r) in [(0.0_f64, 34.5), (5.0, 9.9), (10.0, 5.3), (45.0, 1.0)] {

@@ -1,6 +1,6 @@
 //! The turning Earth: TEME and GCRS to Earth-fixed axes (ITRS), and the horizon of a site on the WGS84 ellipsoid.
 //!
-//! km and radians. Tides, plate motion and the deflection of the vertical are left out.
+//! km and radians. Tides, plate motion and the deflection of the vertical are excluded.
 
 use hifitime::Epoch;
 

@@ -1,4 +1,5 @@
-//! Where a satellite, the Sun and the Moon stand over the ground: geodetic points, and the line on which a lamp sets.
+//! Where a satellite, the Sun and the Moon stand over the ground: geodetic points, and the line on which a light source
+//! sets.
 //!
 //! deg on the WGS84 ellipsoid, east and north positive; centres of Sun and Moon, without refraction.
 
@@ -23,8 +24,8 @@ pub fn altitude_deg(lon_deg: f64, lat_deg: f64, body_km: &Vector<Itrs>) -> Resul
     Ok(alt_az(&site.to_enu(&(*body_km - site.position()))).0.to_degrees())
 }
 
-/// The terminator of a body: `n` points at equal bearings about the point under it where its altitude is 0, as longitude and
-/// latitude \[deg\]; found by halving the way from there to the antipode.
+/// The terminator of a body: `n` points at equal bearings about the point under it where its altitude is 0, as
+/// longitude and latitude \[deg\]; found by halving the way from there to the antipode.
 ///
 /// # Errors
 /// As [`Site::new`].

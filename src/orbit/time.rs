@@ -1,4 +1,4 @@
-//! One instant in the scales that ERFA asks for: TT and UT1 as two-part Julian dates.
+//! One instant in the scales that ERFA requires: TT and UT1 as two-part Julian dates.
 //!
 //! Days. TDB is taken equal to TT (they differ by less than 2 ms: 60 m of the Earth's path, 0.00008″ of the Sun).
 //! During a leap second UT1 repeats one second, as the UTC labels do.

@@ -71,14 +71,15 @@ fn without_line2((first, line1): (usize, &str), name: &str) -> DamagedSet {
     }
 }
 
-/// The catalogue numbers of lines of elements, as far as they can be read, without repeats; `A0001` is 100001 (alpha-5).
+/// The catalogue numbers of lines of elements, as far as they can be read, without repeats; `A0001` is 100001
+/// (alpha-5).
 fn numbers_of(lines: &[&str]) -> Vec<u64> {
     let number = |line: &&str| -> Option<u64> {
         let field = line.strip_prefix("1 ").or_else(|| line.strip_prefix("2 "))?.get(..5)?.trim();
         let (first, rest) = field.split_at_checked(1)?;
         let letter = first.chars().next().filter(char::is_ascii_uppercase);
         match letter {
-            // I and O are left out of the letters
+            // I and O are excluded from the letters
             Some(c) if !matches!(c, 'I' | 'O') && rest.len() == 4 => {
                 let skipped = u64::from(c > 'I') + u64::from(c > 'O');
                 Some((u64::from(c) - u64::from('A') + 10 - skipped) * 10_000 + rest.parse::<u64>().ok()?)
@@ -106,7 +107,7 @@ pub(super) fn parse_set(name: &str, line1: &str, line2: &str) -> Result<Elements
     Elements::new(inner, format).map_err(|problem| (2, format!("{who}: {problem}")))
 }
 
-/// Whether a first line can be read beside a second line that is right: then what is wrong stands on the other.
+/// Whether a first line can be read next to a second line that is right: then what is wrong stands on the other.
 fn reads_as_line_1(line1: &str) -> bool {
     // Spacetrack Report No. 3's example but for the number of the object and the checksum
     let mut line2 = *b"2 88888  72.8435 115.9689 0086731  52.6988 110.5714 16.05824518  1050";

@@ -143,7 +143,8 @@ impl Tracker {
     /// The elements used at `epoch`: the nearest in time.
     ///
     /// # Errors
-    /// [`Error::Orbit`] if they are too old, or another set of the same days lies in another plane, and neither is forced.
+    /// [`Error::Orbit`] if they are too old, or another set of the same days lies in another plane, and neither is
+    /// forced.
     #[doc(hidden)]
     pub fn elements_at(&self, epoch: &Epoch) -> Result<&Elements> {
         self.index_at(epoch).map(|i| &self.sets[i])
@@ -184,7 +185,7 @@ impl Tracker {
             Standing::Disputed(why) => Some(format!("{why}: one of them is wrong")),
             Standing::Good | Standing::Refuted(_) => None,
         };
-        // Told where the refuted set would have been the nearest.
+        // Reported where the refuted set would have been the nearest.
         let age_d = self.sets[i].age_d(epoch).abs();
         let nearer = |at: &Epoch| super::time::days_between(at, epoch).abs() <= age_d;
         let refuted = self.refuted.iter().find(|(at, _)| nearer(at)).map(|(_, why)| {

@@ -1,7 +1,7 @@
 //! UT1 − UTC of the embedded IERS table: how far the Earth has turned.
 //!
-//! Seconds. UT1 − TAI, which no leap second breaks, is interpolated on a straight line between rows 20 d apart: within 5 ms
-//! of every day of IERS C04 and Bulletin A (2.3 m of the ground at the equator). Polar motion is left out.
+//! Seconds. UT1 − TAI, which no leap second breaks, is interpolated on a straight line between rows 20 d apart: within
+//! 5 ms of every day of IERS C04 and Bulletin A (2.3 m of the ground at the equator). Polar motion is excluded.
 
 use std::sync::OnceLock;
 
@@ -34,7 +34,8 @@ fn table() -> &'static Ut1Table {
     })
 }
 
-/// UT1 − UTC \[s\] at an instant. Beyond the table: that of its last day; 0 before 1972, when UTC followed UT1 to 0.1 s.
+/// UT1 − UTC \[s\] at an instant. Beyond the table: that of its last day; 0 before 1972, when UTC followed UT1 to 0.1
+/// s.
 #[must_use]
 pub fn ut1_utc_s(epoch: &Epoch) -> f64 {
     let rows = &table().rows;

@@ -1,7 +1,7 @@
 //! The whole pass of every stay in a window: rise, culmination and set also where they lie outside it.
 //!
-//! Radians and km. The search goes beyond the window as far as a pass can reach; what neither rises nor sets in that time
-//! has no culmination. Left out: refraction, which lifts a satellite in the horizon by half a degree.
+//! Radians and km. The search goes beyond the window as far as a pass can reach; what neither rises nor sets in that
+//! time has no culmination. Not included: refraction, which lifts a satellite in the horizon by half a degree.
 
 use hifitime::Epoch;
 
@@ -10,8 +10,8 @@ use super::time::days_between;
 use super::tracker::Tracker;
 use crate::base::error::Result;
 
-/// How far beyond the window a rise or set is looked for \[s\]: two days, in which the Earth turns twice under a satellite,
-/// and two periods.
+/// How far beyond the window a rise or set is looked for \[s\]: two days, in which the Earth turns twice under a
+/// satellite, and two periods.
 const REACH_S: f64 = 2.0 * 86_400.0;
 const REACH_PERIODS: f64 = 2.0;
 
@@ -94,8 +94,8 @@ fn whole(search: &Search, inside: Pass, start: &Epoch) -> Result<WholePass> {
     })
 }
 
-/// Follows the satellite from the end of the window at `edge_s`, into the past (`way` -1) or the future (1), until it is
-/// below the smallest altitude.
+/// Follows the satellite from the end of the window at `edge_s`, into the past (`way` -1) or the future (1), until it
+/// is below the smallest altitude.
 fn outward(search: &Search, edge_s: f64, way: f64) -> Result<Side> {
     let step_s = search.tracker.safe_step_s();
     let reach_s = REACH_S.max(REACH_PERIODS * search.tracker.longest_period_s());

@@ -17,9 +17,9 @@ pub enum Verdict {
     NotReproduced,
     /// A measurement or another's number: listed with its source, not derivable.
     Literature,
-    /// Not in the paper: a number its reader will want beside it.
+    /// Not in the paper: a number its reader will want next to it.
     Beside,
-    /// Left out of this table as slow.
+    /// Excluded of this table as slow.
     NotComputed,
 }
 
@@ -130,7 +130,7 @@ pub struct Published {
     pub numbers: Numbers,
     /// What the rule is put to: by the paper's way where there is one.
     pub judged: Option<f64>,
-    /// It was left out as too slow.
+    /// It was excluded as too slow.
     pub left_out: bool,
 }
 

@@ -1,7 +1,7 @@
 //! Brightness by light class: the paper's table of day, twilight and night, from any tables of magnitudes.
 //!
 //! mag. Observed magnitudes where a table has any, else modelled ones. The paper labels whole passes, so a frame counts
-//! under the label of its pass; the count frame by frame stands beside it.
+//! under the label of its pass; the count frame by frame stands next to it.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -139,7 +139,7 @@ fn by_pass(mut rows: Vec<(String, f64, Labelled)>) -> Vec<Labelled> {
     rows.into_iter().map(|r| r.2).collect()
 }
 
-/// The paper's table from these magnitudes, its own numbers beside them.
+/// The paper's table from these magnitudes, its own numbers next to them.
 #[must_use]
 pub fn summary(rows: &[Labelled]) -> Vec<LabelRow> {
     let line = |(label, published_n, published_median_v_mag, published_std_v_mag): (PaperLabel, i64, f64, f64)| {

@@ -98,7 +98,7 @@ fn rubin(band: &str) -> Result<Numbers> {
     Ok(Numbers::pair(visit.limit_mag(LimitKind::Point, 5.0)?, visit.limit_mag(LimitKind::SquareArcsec, 5.0)?))
 }
 
-/// The mirror seen straight, the lamp in its beam.
+/// The mirror seen straight, the light source in its beam.
 fn glint(lamp_mag: f64) -> Result<Numbers> {
     let (height_km, area_m2, reflectance) = EARENDIL;
     let up = Vector::<Itrs>::new(0.0, 0.0, 1.0);

@@ -1,4 +1,4 @@
-//! The Moon: its law against phase beside ROLO, its distance in June 2025, when it was full.
+//! The Moon: its law against phase next to ROLO, its distance in June 2025, when it was full.
 //!
 //! V at mean distances unless a row says so; phase angles in deg; moments in hours of a day, UTC.
 
@@ -60,7 +60,7 @@ pub(super) const ROWS: &[Entry] = &[
         .by(|_| moment("2025-06-18T00:00:00", 270.0)),
 ];
 
-/// Cox beside another law at a phase.
+/// Cox next to another law at a phase.
 fn pair_of_laws(phase_deg: f64, law: MoonLaw) -> Result<Numbers> {
     let effects = Effects {
         moon_law: law,

@@ -1,7 +1,7 @@
 //! Stated passes against the sky: which rows cannot be true, and what would make them true.
 //!
-//! Altitudes in deg without refraction, times in UTC, the Moon's V by the law of Cox at mean distance. What has no elements
-//! near enough in time is checked for Sun and Moon alone.
+//! Altitudes in deg without refraction, times in UTC, the Moon's V by the law of Cox at mean distance. What has no
+//! elements near enough in time is checked for Sun and Moon alone.
 
 use hifitime::Epoch;
 
@@ -24,7 +24,7 @@ pub struct Tolerances {
     pub time_s: f64,
     /// Of the Moon's lit share \[%\].
     pub moon_pct: f64,
-    /// Of the Sun's altitude, beside what it moves in the error of the time \[deg\].
+    /// Of the Sun's altitude, next to what it moves in the error of the time \[deg\].
     pub sun_deg: f64,
     /// Passes reach at least this altitude \[deg\].
     pub min_alt_deg: f64,
@@ -72,7 +72,7 @@ pub enum Standing {
     Agrees,
     /// Sun, Moon and label agree; the satellite could not be checked.
     AgreesWithoutSatellite,
-    /// The pass is there, but a number beside it is another.
+    /// The pass is there, but a number next to it is another.
     Differs,
     /// No such pass at that time.
     CannotBe,
@@ -252,8 +252,8 @@ fn found(pass: &Pass, at_stated_time: bool) -> Option<FoundPass> {
     })
 }
 
-/// The dates nearest to the stated one on which a pass fits the stated time of day: days later, and that pass. Of two as
-/// near the later comes first: a date is more often that of the evening before than of the day after.
+/// The dates nearest to the stated one on which a pass fits the stated time of day: days later, and that pass. Of two
+/// as near the later comes first: a date is more often that of the evening before than of the day after.
 fn other_dates(row: &StatedPass, stays: &[Pass], tolerances: &Tolerances) -> Vec<(i32, FoundPass)> {
     let fitting = |day: i32| {
         let at = shifted(row.epoch, f64::from(day) * DAY_S);

@@ -48,7 +48,7 @@ const fn residual_row(id: &'static str, quantity: &'static str) -> Entry {
     )
 }
 
-/// Brightest V of a pass: an observation, with the model's beside it.
+/// Brightest V of a pass: an observation, with the model's next to it.
 const fn max_row(id: &'static str, quantity: &'static str) -> Entry {
     row(id, TABLE, quantity, "mag", 2)
 }

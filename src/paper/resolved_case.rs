@@ -1,7 +1,7 @@
-//! The published simulation of the resolved ISS beside ours: radiances of three test points, irradiance, magnitudes.
+//! The published simulation of the resolved ISS next to ours: radiances of three test points, irradiance, magnitudes.
 //!
-//! W m⁻² sr⁻¹ and W cm⁻² in 0.3 to 1.05 µm. The paper's picture is of 9 June 2025, 10:33 UTC, above Sydney; its radiances
-//! are per cm², whatever the table says, and are shown as such. Each of ours is computed anew.
+//! W m⁻² sr⁻¹ and W cm⁻² in 0.3 to 1.05 µm. The paper's picture is of 9 June 2025, 10:33 UTC, above Sydney; its
+//! radiances are per cm², whatever the table says, and are shown as such. Each of ours is computed again.
 
 use super::context::Context;
 use crate::base::error::{Error, Result};
@@ -33,8 +33,8 @@ const PRINTED: [(&str, Steps); 5] = [
 /// One quantity, as printed and as computed here.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CaseRow {
-    /// `panel`, `body1`, `body2` \[W m⁻² sr⁻¹\], `irradiance` \[W cm⁻²\], `magnitude` (that of the paper, broad band over its
-    /// Vega), `v_mag`.
+    /// `panel`, `body1`, `body2` \[W m⁻² sr⁻¹\], `irradiance` \[W cm⁻²\], `magnitude` (that of the paper, broad band
+    /// over its Vega), `v_mag`.
     pub quantity: &'static str,
     /// Whose: `printed`, `printed, in W/m2` (its radiances per cm² as they must be), or the ground of ours.
     pub of: String,

@@ -99,7 +99,7 @@ impl Rule {
         }
     }
 
-    /// How far a number may be from `value` \[unit of the row\]; `printed` tells the digits. 0 for bounds.
+    /// How far a number may be from `value` \[unit of the row\]; `printed` gives the digits. 0 for bounds.
     #[must_use]
     pub fn tolerance(self, printed: &str, value: f64, is_mag: bool) -> f64 {
         match self {

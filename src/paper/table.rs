@@ -1,6 +1,6 @@
 //! The rows as text, Markdown and the rows of a file.
 //!
-//! Values with the decimals of their row, in its unit; a row that was left out as slow says so.
+//! Values with the decimals of their row, in its unit; a row that was excluded as slow says so.
 
 use super::entry::{Published, Verdict};
 use super::pass_check::CheckedPass;

@@ -1,7 +1,7 @@
 //! Joints: how a part of a satellite turns to the Sun, one axis on another.
 //!
-//! Metres and radians (degrees in files). In the Earth's shadow a joint keeps following the geometric Sun. Left out: how
-//! fast it can turn, and what the operators do with it for power, drag or plumes.
+//! Metres and radians (degrees in files). In the Earth's shadow a joint keeps following the geometric Sun. Not
+//! included: how fast it can turn, and what the operators do with it for power, drag or plumes.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,6 +1,7 @@
 //! Sun, Moon and starlight at a satellite in watts per square metre of a band, and the V magnitude they carry.
 //!
-//! Irradiances W m⁻², radiances W m⁻² sr⁻¹, wavelengths µm. Surfaces are grey: the colour of a light is that of its lamp.
+//! Irradiances W m⁻², radiances W m⁻² sr⁻¹, wavelengths µm. Surfaces are grey: the colour of a light is that of its
+//! light source.
 
 use crate::base::constants::ARCSEC2_PER_SR;
 use crate::base::constants::{AU_KM, MOON_RADIUS_KM, SUN_RADIUS_KM};
@@ -52,7 +53,7 @@ pub struct Lamps {
     pub sun: LightSource,
     /// The Moon.
     pub moon: LightSource,
-    /// The lunar law was stretched beyond where it is believed.
+    /// The lunar law was extrapolated beyond its range of validity.
     pub extrapolated: bool,
     /// Sunlight of V = 0 in the band \[W m⁻²\].
     pub v_zero_w_m2: f64,
@@ -97,8 +98,8 @@ impl InBand {
 impl Lamps {
     /// Sun and Moon in a scene, in a band.
     ///
-    /// `E = E_☉(band, 1 au) · (m_lamp's flux over the Sun's at 1 au)`: laws, distances, shadow and eclipse are those of the
-    /// brightness engine, the spectrum ASTM G-173. The Moon's colour is taken between 0.35 and 2.38 µm.
+    /// `E = E_☉(band, 1 au) · (m_lamp's flux over the Sun's at 1 au)`: laws, distances, shadow and eclipse are those of
+    /// the brightness engine, the spectrum ASTM G-173. The Moon's colour is taken between 0.35 and 2.38 µm.
     ///
     /// # Errors
     /// [`Error::Model`] for an impossible scene or a band without sunlight.

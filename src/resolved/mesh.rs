@@ -1,6 +1,6 @@
 //! Triangle meshes of files: Wavefront OBJ and STL.
 //!
-//! Metres once scaled. Colours, textures and the materials of the file are left out: a component has one material.
+//! Metres once scaled. Colours, textures and the materials of the file are excluded: a component has one material.
 
 use std::fs::File;
 use std::io::BufReader;
@@ -15,7 +15,7 @@ use crate::base::vector::Vector;
 /// Most triangles of one file: half a gigabyte of them in memory.
 const MAX_TRIANGLES: usize = 4_000_000;
 
-/// The triangles of an OBJ or STL file, each corner times `scale_m`; triangles without area are left out.
+/// The triangles of an OBJ or STL file, each corner times `scale_m`; triangles without area are excluded.
 ///
 /// # Errors
 /// [`Error::Io`] for a file that cannot be opened; [`Error::Table`] for another ending, a damaged file, a mesh without

@@ -1,4 +1,4 @@
-//! Areas of components beside those of the catalogue, and what a satellite shows from a direction.
+//! Areas of components next to those of the catalogue, and what a satellite shows from a direction.
 //!
 //! m². Broadside areas are those of the triangles, so that they are the areas that are drawn. Silhouettes count what is
 //! hidden once; a sum over components counts it twice.
@@ -20,7 +20,7 @@ pub struct AreaRow {
     pub components: usize,
     /// Seen from the broad side of each \[m²\].
     pub broadside_m2: f64,
-    /// Seen from nadir, joints at angle 0 \[m²\]; what hides what is left out.
+    /// Seen from nadir, joints at angle 0 \[m²\]; what hides what is excluded.
     pub from_nadir_m2: f64,
     /// Area of the catalogue \[m²\]; `None` for a part it does not list.
     pub catalogue_m2: Option<f64>,

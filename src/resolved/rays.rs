@@ -1,7 +1,8 @@
 //! Rays against triangles: the nearest one, or whether any is in the way.
 //!
 //! Metres. A bounding-volume hierarchy in 32 bits finds the candidates, its boxes a little too large; the triangles
-//! themselves are met in 64 bits. Left out: rays that start inside a triangle's own plane, which callers lift off it.
+//! themselves are met in 64 bits. Not included: rays that start inside a triangle's own plane, which callers lift off
+//! it.
 
 use std::time::Duration;
 

@@ -1,7 +1,8 @@
 //! The picture: for every pixel the part of the satellite it sees, and the light of that part that nothing hides.
 //!
-//! W m⁻² sr⁻¹ per light at the entrance aperture, metres, radians. Parallel projection at the true range and aspect. The
-//! answer does not depend on the number of threads. Left out: the half shadow of the Sun's disc on the satellite itself.
+//! W m⁻² sr⁻¹ per light at the entrance aperture, metres, radians. Parallel projection at the true range and aspect.
+//! The answer does not depend on the number of threads. Not included: the half shadow of the Sun's disc on the
+//! satellite itself.
 
 use hifitime::Epoch;
 use ndarray::Array2;
@@ -21,7 +22,7 @@ use crate::orbit::{Geometry, Tracker};
 
 /// The satellite is this much larger than a point for its range before rays are no longer parallel.
 const PARALLEL: f64 = 1e-3;
-/// Share of what is seen above which black backs are told of.
+/// Share of what is seen above which black backs are reported of.
 const MOSTLY: f64 = 0.5;
 
 /// A satellite of components at one instant before one observer.
@@ -138,7 +139,7 @@ impl Renderer {
         Ok(Self { body, around, shines, diffuse, settings: settings.clone(), range_km: of.scene.range_km(), view })
     }
 
-    /// Side of a pixel \[m\] at the satellite: as asked for, or so that the satellite fills the picture.
+    /// Side of a pixel \[m\] at the satellite: as requested, or so that the satellite fills the picture.
     #[must_use]
     pub fn pixel_m(&self) -> f64 {
         match self.settings.pixel_rad {
@@ -201,7 +202,7 @@ impl Renderer {
         }
     }
 
-    /// Whether a light was asked for.
+    /// Whether a light was requested.
     fn shines_at_all(&self, k: usize) -> bool {
         let s = &self.settings;
         match Light::ALL[k] {

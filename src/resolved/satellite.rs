@@ -1,7 +1,7 @@
 //! A satellite as named components: what a file of components states, and those that come with the program.
 //!
-//! Metres and degrees in the body frame (LVLH: x forward, y against the orbit's angular momentum, z to nadir). Areas are
-//! checked against the catalogue's elsewhere. Left out: bending, and lattices, which count as closed.
+//! Metres and degrees in the body frame (LVLH: x forward, y against the orbit's angular momentum, z to nadir). Areas
+//! are checked against the catalogue's elsewhere. Not included: bending, and lattices, which count as closed.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -111,7 +111,7 @@ pub struct ComponentSatellite {
     pub title: String,
     /// Its entry in the catalogue of two-surface satellites.
     pub catalogue: Option<String>,
-    /// What is left out or uncertain.
+    /// What is excluded or uncertain.
     pub notes: Vec<String>,
     /// Where each group of numbers is from.
     pub sources: BTreeMap<String, String>,
@@ -131,8 +131,8 @@ impl ComponentSatellite {
     /// A satellite by name, or of a file that ends in `.toml`.
     ///
     /// # Errors
-    /// [`Error::Config`] for an unknown name, with the known ones, and for a bad key; [`Error::Io`] for a file that cannot
-    /// be read; [`Error::Model`] for components that make no sense.
+    /// [`Error::Config`] for an unknown name, with the known ones, and for a bad key; [`Error::Io`] for a file that
+    /// cannot be read; [`Error::Model`] for components that make no sense.
     pub fn named(name: &str) -> Result<Self> {
         if name.to_ascii_lowercase().ends_with(".toml") {
             let path = Path::new(name);

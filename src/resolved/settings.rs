@@ -7,8 +7,8 @@ use super::shape::SIDES;
 use crate::base::error::{Error, Result};
 use crate::brightness::{Brdf, ModelSettings};
 
-/// Surface brightness of the night sky and of the airglow below, V \[mag arcsec⁻²\]: starlight and zodiacal light between
-/// 22.0 and 22.7, airglow near 22 (Leinert et al. 1998, A&AS 127, 1: 22 to 23 in V at high latitudes).
+/// Surface brightness of the night sky and of the airglow below, V \[mag arcsec⁻²\]: starlight and zodiacal light
+/// between 22.0 and 22.7, airglow near 22 (Leinert et al. 1998, A&AS 127, 1: 22 to 23 in V at high latitudes).
 pub const STARLIGHT_MAG_ARCSEC2: [f64; 2] = [22.0, 22.0];
 
 /// The paper's radiance of the moonlit Earth \[W cm⁻² sr⁻¹ µm⁻¹\] (Caddy et al., section on Lunar-Earthshine).
@@ -29,7 +29,7 @@ pub struct RenderSettings {
     pub sides: usize,
     /// The band.
     pub band: InBand,
-    /// Effects, ground, tolerance, and which lamps shine.
+    /// Effects, ground, tolerance, and which light sources shine.
     pub model: ModelSettings,
     /// A uniform radiance of the Earth for Lunar-Earthshine \[W cm⁻² sr⁻¹ µm⁻¹\] instead of the moonlit ground.
     pub uniform_earth_w_cm2_sr_um: Option<f64>,

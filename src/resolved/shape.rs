@@ -1,8 +1,8 @@
 //! Shapes of components and the triangles they are made of.
 //!
-//! Metres in the body frame. A round shape is a prism of as many sides as is asked for with the perimeter of the circle,
-//! so that its side has the right area and, averaged over the turn, the right silhouette; its ends are too small by
-//! (π/N)²/3. Left out: thickness of plates and dishes.
+//! Metres in the body frame. A round shape is a prism of as many sides as is requested with the perimeter of the
+//! circle, so that its side has the right area and, averaged over the turn, the right silhouette; its ends are too
+//! small by (π/N)²/3. Not included: thickness of plates and dishes.
 
 use super::triangle::Body;
 use super::triangle::Triangle;
@@ -16,7 +16,7 @@ use super::surface::volume_m3;
 use crate::base::error::{Error, Result};
 use crate::base::vector::Vector;
 
-/// Sides of a round shape unless told otherwise.
+/// Sides of a round shape by default.
 pub const SIDES: usize = 32;
 
 /// The shape of a component.
@@ -51,9 +51,9 @@ pub enum Shape {
     },
     /// A paraboloid open to where its axis points, its front the hollow side.
     Dish {
-        /// Of the rim \[m\].
+        /// Of the edge \[m\].
         diameter_m: f64,
-        /// From rim to vertex \[m\].
+        /// From edge to vertex \[m\].
         depth_m: f64,
         /// Out of the hollow side.
         axis: [f64; 3],
@@ -104,8 +104,8 @@ impl Shape {
     /// The triangles about the shape's own centre; `folder` is where a mesh is looked for.
     ///
     /// # Errors
-    /// [`Error::Model`] for lengths that are not above 0, vectors without a direction, and a closed mesh whose fronts look
-    /// inwards; those of reading a mesh.
+    /// [`Error::Model`] for lengths that are not above 0, vectors without a direction, and a closed mesh whose fronts
+    /// look inwards; those of reading a mesh.
     pub fn triangles(&self, sides: usize, folder: &Path, what: &str) -> Result<Vec<Triangle<Body>>> {
         let unit = |name: &str, v: [f64; 3]| {
             let found = Vector::<Body>::new(v[0], v[1], v[2]).unit();

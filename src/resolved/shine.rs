@@ -1,7 +1,8 @@
 //! What every facet of a body sends to one observer, light by light, before anything of the body is in the way.
 //!
-//! Radiances W m⁻² sr⁻¹ in a band, directions along Earth-fixed axes. Facets share the brightness engine's exact integrals;
-//! what the body hides of Earth and sky is told by directions with weights. Left out: narrow lobes in the starlight.
+//! Radiances W m⁻² sr⁻¹ in a band, directions along Earth-fixed axes. Facets share the brightness engine's exact
+//! integrals; what the body hides of Earth and sky is reported by directions with weights. Not included: narrow lobes
+//! in the starlight.
 
 use std::f64::consts::{PI, TAU};
 
@@ -24,9 +25,9 @@ pub struct Surroundings {
     pub lamps: Lamps,
     /// From the satellite to the observer, unit.
     pub observer: Vector<Itrs>,
-    /// Directions over the Earth's disc, and over the sky beside it.
+    /// Directions over the Earth's disc, and over the sky next to it.
     pub earth: Directions,
-    /// Directions over the sky beside the Earth.
+    /// Directions over the sky next to the Earth.
     pub sky: Directions,
     /// Radiance of the Earth in each of its directions, under Sun and Moon \[W m⁻² sr⁻¹\].
     earth_radiance: [Vec<f64>; 2],

@@ -1,6 +1,6 @@
 //! Surfaces of triangles: how far a place is beyond one, which way a closed one is wound, what box holds it.
 //!
-//! Metres. Left out: surfaces that cut through themselves.
+//! Metres. Not included: surfaces that cut through themselves.
 
 use std::f64::consts::TAU;
 

@@ -1,7 +1,7 @@
 //! `satphot simulate`: a synthetic night with flats, star pointings, tracked target frames and the truth.
 //!
 //! Every random number comes from a stream of the scenario's seed that belongs to one frame and one row, so the bytes
-//! do not depend on the number of threads. Leaves out: optical distortion, charge transfer, dark current, clouds.
+//! do not depend on the number of threads. It does not cover optical distortion, charge transfer, dark current, clouds.
 
 mod field;
 mod flux;

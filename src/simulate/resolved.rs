@@ -1,7 +1,7 @@
-//! Tracked frames with a satellite of components: rendered at mid-exposure, blurred, painted as bright as it was rendered,
-//! but for the scenario's offset and scatter.
+//! Tracked frames with a satellite of components: rendered at mid-exposure, blurred, painted as bright as it was
+//! rendered, but for the scenario's offset and scatter.
 //!
-//! Pixels and electrons, V through the scenario's own zeropoint. Left out: the turn within one exposure.
+//! Pixels and electrons, V through the scenario's own zeropoint. Not included: the turn within one exposure.
 
 use ndarray::Array2;
 
@@ -38,7 +38,7 @@ pub fn rendered_satellite(satellite: &ComponentSatellite, geometry: &Geometry) -
     settings.model.tolerance = TOLERANCE;
     let rendered = render(&ResolvedScene::of(satellite, geometry), &settings)?;
     let flux = |light: Light| rendered.v_flux.iter().filter(|(of, _)| *of == light).map(|(_, f)| f).sum::<f64>();
-    // each light in V: the planes are of a wider band, in which the lamps differ in colour
+    // each light in V: the planes are of a wider band, in which the light sources differ in colour
     let mut sum = Array2::zeros((PIXELS, PIXELS));
     for (light, plane) in &rendered.image.planes {
         let all = plane.sum();

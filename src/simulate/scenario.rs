@@ -48,7 +48,7 @@ pub struct Scenario {
     pub pointings: Pointings,
     /// Tracked frames; `n = 0` leaves them out.
     pub target: Target,
-    /// Goes into the pipeline.toml that is written beside the frames.
+    /// Goes into the pipeline.toml that is written next to the frames.
     #[serde(default)]
     pub photometry: config::Photometry,
     /// Write Rice-compressed `.fits.fz` files.

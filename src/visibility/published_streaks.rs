@@ -236,10 +236,11 @@ pub fn bands(
     areas_m2.iter().map(one).collect()
 }
 
-/// The median over the sky of a satellite's surface brightness by the model, under a full Moon 45° high \[mag/arcsec²\].
+/// The median over the sky of a satellite's surface brightness by the model, under a full Moon 45° high
+/// \[mag/arcsec²\].
 ///
-/// All of its area over the range squared is its solid angle, as [`Anchor::Mu`] has it; equal areas of sky. Sun 50° down on
-/// the other side (phase 5°), corrected effects, the Earth 6371 km. `None` without light in any direction.
+/// All of its area over the range squared is its solid angle, as [`Anchor::Mu`] has it; equal areas of sky. Sun 50°
+/// down on the other side (phase 5°), corrected effects, the Earth 6371 km. `None` without light in any direction.
 ///
 /// # Errors
 /// Those of [`sky_map`].
@@ -270,9 +271,9 @@ pub fn model_mu(satellite: &Satellite, height_km: f64) -> Result<Option<f64>> {
 }
 
 /// V of the simple model's panel by Lunar-Earthshine, with the whole model: facing nadir over the observer, a Moon of
-/// `moon_mag` at the panel's lamp altitude; `None` without any.
+/// `moon_mag` at the panel's light source altitude; `None` without any.
 ///
-/// Direct moonlight is left out; the ground is the model's, the Earth 6371 km.
+/// Direct moonlight is excluded; the ground is the model's, the Earth 6371 km.
 ///
 /// # Errors
 /// Those of [`Panel::check`] and of the model.

@@ -1,8 +1,8 @@
-//! The published simple model: a flat Lambert panel under one lamp, its magnitude and its surface brightness.
+//! The published simple model: a flat Lambert panel under one light source, its magnitude and its surface brightness.
 //!
-//! Areas in m², distances in m, angles in rad or in the arcsec of the name, magnitudes of the lamp's band. Each place
-//! where print and physics differ is an enum of [`SimpleEffects`]. Left out: everything but one panel and one lamp; see
-//! [`crate::brightness`] for more.
+//! Areas in m², distances in m, angles in rad or in the arcsec of the name, magnitudes of the light source's band. Each
+//! place where print and physics differ is an enum of [`SimpleEffects`]. Not included: everything but one panel and one
+//! light source; see [`crate::brightness`] for more.
 
 use crate::base::constants::ARCSEC_PER_RAD;
 use std::f64::consts::{FRAC_PI_2, LN_2, PI};
@@ -13,9 +13,10 @@ use crate::config::Mode;
 /// The cosine of incidence on a panel that faces the observer at nadir.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PanelLight {
-    /// `cos θ_i = sin α_M`, α_M the lamp's altitude: that of a panel facing the zenith, which the observer cannot see.
+    /// `cos θ_i = sin α_M`, α_M the light source's altitude: that of a panel facing the zenith, which the observer
+    /// cannot see.
     SineOfAltitude,
-    /// `cos θ_i = max(0, −sin α_M)`: a lamp above the satellite's horizon shines on the panel's back.
+    /// `cos θ_i = max(0, −sin α_M)`: a light source above the satellite's horizon shines on the panel's back.
     Geometric,
 }
 
@@ -63,7 +64,7 @@ impl SimpleEffects {
     }
 }
 
-/// A flat Lambert panel that faces nadir, under one lamp, before one observer.
+/// A flat Lambert panel that faces nadir, under one light source, before one observer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Panel {
     /// Lambert reflectance ρ, above 0 and at most 1.
@@ -72,7 +73,7 @@ pub struct Panel {
     pub area_m2: f64,
     /// Satellite to observer \[m\], above 0; in the zenith the height of the orbit.
     pub range_m: f64,
-    /// Altitude of the lamp above the satellite's local horizontal \[rad\], −π/2 to π/2.
+    /// Altitude of the light source above the satellite's local horizontal \[rad\], −π/2 to π/2.
     pub lamp_alt_rad: f64,
     /// Angle between the panel's normal and the observer θ_e \[rad\], 0 to π/2; 0 in the zenith.
     pub emission_rad: f64,
@@ -110,8 +111,9 @@ impl Panel {
 
     /// Irradiance of the observer over that of the panel: `F_obs/F_lamp = ρ A cos θ_i cos θ_e / (π d²)`.
     ///
-    /// 0 where the lamp shines on the back: the corrected answer for a Moon above the satellite's horizon, where moonlight
-    /// comes to the panel by way of the Earth alone (Lunar-Earthshine, which [`crate::brightness::Model`] computes).
+    /// 0 where the light source shines on the back: the corrected answer for a Moon above the satellite's horizon,
+    /// where moonlight comes to the panel by way of the Earth alone (Lunar-Earthshine, which
+    /// [`crate::brightness::Model`] computes).
     ///
     /// # Errors
     /// As [`Panel::check`].
@@ -171,7 +173,7 @@ pub fn surface_brightness(mag: f64, omega_arcsec2: f64) -> f64 {
 /// Surface brightness of a resolved Lambert panel: neither its area nor its distance is in it \[mag/arcsec²\].
 ///
 /// `μ = m_lamp − 2.5 lg ρ − 2.5 lg(cos θ_i) + 2.5 lg(π · 206265²)`; the constant is 27.815. The printed formula has
-/// cos θ_e beside cos θ_i: it goes when the solid angle is that of the panel as it is seen (A cos θ_e/d²).
+/// cos θ_e next to cos θ_i: it goes when the solid angle is that of the panel as it is seen (A cos θ_e/d²).
 /// `None` without light.
 #[must_use]
 pub fn invariant_surface_brightness(lamp_mag: f64, albedo: f64, cos_i: f64) -> Option<f64> {
@@ -179,7 +181,8 @@ pub fn invariant_surface_brightness(lamp_mag: f64, albedo: f64, cos_i: f64) -> O
     magnitude(radiance, lamp_mag)
 }
 
-/// Solid angle over which the brightest point of a disc seems spread behind a Gaussian PSF: `μ_peak = m + 2.5 lg Ω_eff`.
+/// Solid angle over which the brightest point of a disc seems spread behind a Gaussian PSF: `μ_peak = m + 2.5 lg
+/// Ω_eff`.
 ///
 /// `Ω_eff = Ω / (1 − exp(−R²/2σ²))`, R the disc's radius, exactly: Ω when resolved, `2πσ² = π FWHM²/(4 ln 2)` when not.
 ///

@@ -1,7 +1,7 @@
 //! The brightness of the sky: the dark sky, the Moon's scattered light, twilight.
 //!
-//! V mag/arcsec² and nanolamberts, angles in rad. Starlight, zodiacal light and airglow are in the dark value; left out:
-//! their place on the sky, towns, clouds, the surge of the full Moon, and the sky while the Sun is above −5°.
+//! V mag/arcsec² and nanolamberts, angles in rad. Starlight, zodiacal light and airglow are in the dark value;
+//! excluded: their place on the sky, towns, clouds, the surge of the full Moon, and the sky while the Sun is above −5°.
 
 use crate::base::error::{Error, Result};
 use crate::brightness::lamps::{FULL_MOON_V_MAG, moon_v_mag};
@@ -51,8 +51,8 @@ pub fn v_mag_arcsec2_of_nl(nl: f64) -> f64 {
 /// The Moon's light scattered into a line of sight at altitude `alt_rad` \[nL\]; 0 with the Moon below the horizon.
 ///
 /// `B = f(ρ) I* 10^(−0.4 k X(Z_m)) (1 − 10^(−0.4 k X(Z)))`, `I* = 10^(−0.4 (3.84 + 0.026|α| + 4·10⁻⁹ α⁴))`,
-/// `f(ρ) = 10^5.36 (1.06 + cos²ρ) + 10^(6.15 − ρ/40)`, `X(Z) = (1 − 0.96 sin²Z)^−½`. Without the surge of the full Moon;
-/// fitted for ρ above 10°.
+/// `f(ρ) = 10^5.36 (1.06 + cos²ρ) + 10^(6.15 − ρ/40)`, `X(Z) = (1 − 0.96 sin²Z)^−½`. Without the surge of the full
+/// Moon; fitted for ρ above 10°.
 ///
 /// # Source
 /// Krisciunas & Schaefer 1991, PASP 103, 1033, Eqs. 3, 15, 20, 21.
@@ -82,7 +82,7 @@ pub fn moonlit_sky_v_mag_arcsec2(
     v_mag_arcsec2_of_nl(nl_of_v_mag_arcsec2(dark_v_mag_arcsec2) + moon_nl)
 }
 
-/// Twilight at the zenith \[nL\], the night sky taken off; 0 with the Sun below −18°.
+/// Twilight at the zenith \[nL\], the night sky subtracted; 0 with the Sun below −18°.
 ///
 /// `V = 11.84 + 1.518 x − 0.057 x²` with the Sun `5° + x` below the horizon, x from 0° to 10°, less the dark sky of
 /// Paranal; from −15° to −18° it fades by 1.14 mag/deg (0.01 mag of a dark sky where it is cut off).

@@ -1,7 +1,7 @@
 //! What one exposure of a survey reaches: a point, a square arcsecond, a pixel, a whole trail, each limit by its name.
 //!
-//! AB magnitudes of the survey's band, mag/arcsec², electrons, s, arcsec. A survey is a table of cited constants. Left out:
-//! clouds, airmass (X = 1 is in the zero points), and the light of the trail's own wings.
+//! AB magnitudes of the survey's band, mag/arcsec², electrons, s, arcsec. A survey is a table of cited constants.
+//! Excluded: clouds, airmass (X = 1 is in the zero points), and the light of the trail's own wings.
 
 use crate::base::error::{Error, Result};
 use crate::brightness::spectrum::Band;
@@ -53,10 +53,10 @@ pub struct Survey {
 
 /// The Rubin Observatory's camera.
 ///
-/// Zero points, read noise, dark current, pixel: rubin_sim (`reference/rubin.json` holds the same). Effective wavelengths:
-/// rubin_scheduler; they make 0.957, 0.903 and 0.866″ of 0.7″. Full well: 150 000 e⁻, `saturation_e` of rubin_sim's
-/// `saturation_limit` (single sensors differ). Mirror, seeing and sky: Caddy et al. (8.4 m; 0.7″ of Crenshaw et al. 2024;
-/// 19.4 mag/arcsec² of the DECam calculator, g at full Moon). Field: 3.5°.
+/// Zero points, read noise, dark current, pixel: rubin_sim (`reference/rubin.json` holds the same). Effective
+/// wavelengths: rubin_scheduler; they make 0.957, 0.903 and 0.866″ of 0.7″. Full well: 150 000 e⁻, `saturation_e` of
+/// rubin_sim's `saturation_limit` (single sensors differ). Mirror, seeing and sky: Caddy et al. (8.4 m; 0.7″ of
+/// Crenshaw et al. 2024; 19.4 mag/arcsec² of the DECam calculator, g at full Moon). Field: 3.5°.
 pub const RUBIN: Survey = Survey {
     name: "rubin",
     title: "Rubin",
@@ -174,7 +174,8 @@ impl Survey {
 
 /// FWHM of the images of a band \[arcsec\]: `1.16 sqrt(0.159 + 1.04 FWHM_atm²)`, `FWHM_atm = FWHM_500 (500 nm/λ)^0.3`.
 ///
-/// 0.159 is what telescope (0.25″), optics (0.08″) and camera (0.30″) add. Source: rubin_scheduler, seeing model (LSE-40).
+/// 0.159 is what telescope (0.25″), optics (0.08″) and camera (0.30″) add. Source: rubin_scheduler, seeing model
+/// (LSE-40).
 #[must_use]
 pub fn fwhm_eff_arcsec(seeing_arcsec: f64, effective_nm: f64, meaning: SeeingMeaning) -> f64 {
     match meaning {
@@ -186,7 +187,8 @@ pub fn fwhm_eff_arcsec(seeing_arcsec: f64, effective_nm: f64, meaning: SeeingMea
     }
 }
 
-/// Electrons that stand out k σ above the noise: `S = k²/2 + sqrt(k⁴/4 + k² N)`, N the variance without the source \[e⁻²\].
+/// Electrons that stand out k σ above the noise: `S = k²/2 + sqrt(k⁴/4 + k² N)`, N the variance without the source
+/// \[e⁻²\].
 #[must_use]
 pub fn counts_at(snr: f64, variance_e2: f64) -> f64 {
     let k2 = snr * snr;
@@ -254,7 +256,7 @@ impl Visit {
     }
 }
 
-/// By which lamp the satellite shines, for its colour.
+/// By which light source the satellite shines, for its colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tint {
     /// The magnitude is already the band's.

@@ -39,7 +39,7 @@ fn run_prints_its_results_and_nothing_else_on_standard_output() {
         assert!(told.out.contains(word), "{word}\n{}", told.out);
     }
     assert!(
-        !told.out.contains("note:") && told.err.lines().all(|l| l.starts_with("note: ") || l.starts_with("left out: "))
+        !told.out.contains("note:") && told.err.lines().all(|l| l.starts_with("note: ") || l.starts_with("skipped: "))
     );
     for name in [
         "photometry.ecsv",

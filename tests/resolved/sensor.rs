@@ -216,7 +216,7 @@ fn the_header_tells_of_saturation_of_light_beside_the_frame_and_of_the_system_of
     assert_eq!(value("SATURATE"), sensor.gain.saturation_adu);
     assert_eq!(value("SIMNSAT"), sensor.n_saturated(&counts) as f64);
     assert!(value("SIMNSAT") > 4_000.0 && value("SIMLOST") > 0.1 && value("SIMVMAG") == -3.0);
-    assert!(header.contains("[mag] g, AB, of 1 e-/s") && header.contains("% of the light fell beside the frame"));
+    assert!(header.contains("[mag] g, AB, of 1 e-/s") && header.contains("% of the light fell outside the frame"));
 }
 
 /// Differences of measured and true electrons, relative and in errors, of eight frames through a sensor with these settings.

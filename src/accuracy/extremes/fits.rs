@@ -104,7 +104,7 @@ pub(super) fn cases() -> Vec<Extreme> {
     all
 }
 
-/// A term the stars cannot carry: refused by name, or left out and told.
+/// A term the stars cannot carry: refused by name, or excluded and reported.
 fn named(case: &str, term: &str, result: crate::Result<crate::zeropoint::fit::Zeropoint>) -> Extreme {
     match result {
         Err(error) => holds(AREA, case, "refused or told", error.to_string().contains(term), error.to_string()),

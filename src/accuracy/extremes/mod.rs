@@ -1,7 +1,7 @@
 //! The stiff and extreme cases, each run: what is expected, what comes out, and whether that is right.
 //!
-//! Expected are closed forms, independent computations, and refusals that say why. A case that is off by a known amount is
-//! a known limit and says so.
+//! Expected are closed forms, independent computations, and refusals that say why. A case that is off by a known amount
+//! is a known limit and says so.
 
 mod fits;
 mod geometry;
@@ -16,7 +16,7 @@ use crate::base::error::Result;
 pub enum Verdict {
     /// As expected, within the limit.
     Ok,
-    /// Off by a known amount that is told.
+    /// Off by a known amount that is reported.
     KnownLimit,
     /// Not as expected.
     Wrong,

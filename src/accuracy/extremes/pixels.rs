@@ -121,7 +121,7 @@ pub(super) fn cases() -> Vec<Extreme> {
         "a NaN in the annulus",
         holed.map(|f| relative(AREA, "a NaN in the annulus [e-]", 1e5, f.flux_e, 1e-5)),
     ));
-    // sums in f64: a field of 1 beside a pixel of 1e10, and the smallest numbers there are
+    // sums in f64: a field of 1 next to a pixel of 1e10, and the smallest numbers there are
     let mut field = Array2::from_elem((64, 64), 1.0);
     field[[32, 32]] = 1e10;
     let area = std::f64::consts::PI * 400.0;

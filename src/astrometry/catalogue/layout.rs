@@ -15,7 +15,7 @@ use crate::tables::read::{Column, Row, Table};
 
 /// Epoch of the positions of Gaia DR3 \[Julian year\].
 const GAIA_EPOCH_JYEAR: f64 = 2016.0;
-/// Twice the proper motion of Barnard's star; more is no measurement \[mas/yr\].
+/// Twice the proper motion of Barnard's star; more is not a measurement \[mas/yr\].
 const LARGEST_MOTION_MAS_YR: f64 = 2e4;
 
 /// A cell, or the difference of two.
@@ -227,7 +227,7 @@ impl Layout {
             Some(Cell::Difference(i, j)) => magnitude(row, i).zip(magnitude(row, j)).map(|(a, b)| a - b),
             None => None,
         };
-        // 9.999 is unknown; 0.0 beside a column of errors that holds none is too, and not an A0 star
+        // 9.999 is unknown; 0.0 next to a column of errors that holds none is too, and not an A0 star
         let own = own.filter(|c| c.abs() < 9.99 && (*c != 0.0 || !known_errors || err.is_some()));
         if let Some(own) = own {
             return Some((own, err));
@@ -272,8 +272,8 @@ impl Finder<'_> {
         Ok(own.or_else(by_name).or_else(|| self.by_ucd(key)))
     }
 
-    /// The errors of column `at`, which is that of `key`: named for themselves, else after it. A column the configuration
-    /// names never gets the errors of another.
+    /// The errors of column `at`, which is that of `key`: named for themselves, else after it. A column the
+    /// configuration names never gets the errors of another.
     fn error_of(&self, at: usize, key: &str, err_key: &str) -> Found<Option<usize>> {
         if !self.columns.contains_key(key) || self.columns.contains_key(err_key) {
             return self.optional(err_key);
@@ -341,7 +341,8 @@ impl Finder<'_> {
         }
     }
 
-    /// The columns of the proper motion with what makes mas/yr of their unit; a unit that is none of a motion is told.
+    /// The columns of the proper motion with what makes mas/yr of their unit; a unit that is none of a motion is
+    /// reported.
     fn motion(&self, notes: &mut Vec<String>) -> Found<Option<([usize; 2], f64)>> {
         let (Some(ra), Some(dec)) = (self.optional("pm_ra_mas_yr")?, self.optional("pm_dec_mas_yr")?) else {
             return Ok(None);

@@ -1,8 +1,8 @@
 //! The star catalogue: any table with places and magnitudes, by the names VizieR gives its columns or by own ones.
 //!
-//! Degrees and magnitudes. Values that stand for "unknown" (blank, NaN, 0.0 errors, 99.999) become `None`; a row without
-//! position or magnitude is counted with its reason. V of Tycho-2 and Gaia is made from their own magnitudes. Left out: the
-//! network, equinoxes other than J2000, parallaxes.
+//! Degrees and magnitudes. Values that stand for "unknown" (blank, NaN, 0.0 errors, 99.999) become `None`; a row
+//! without position or magnitude is counted with its reason. V of Tycho-2 and Gaia is made from their own magnitudes.
+//! Not included: the network, equinoxes other than J2000, parallaxes.
 
 mod angle;
 mod layout;
@@ -28,17 +28,17 @@ pub use sky::separation_deg;
 pub const SKIPPED_SHOWN: usize = 10;
 
 impl Catalogue {
-    /// Reads `path`: CSV, TSV, ECSV, VOTable, or what [`Table`] reads beside them.
+    /// Reads `path`: CSV, TSV, ECSV, VOTable, or what [`Table`] reads next to them.
     ///
     /// `columns` maps `ra_deg`, `dec_deg`, `v_mag`, `v_mag_err`, `b_v_mag`, `b_v_err_mag`, `id`, `pm_ra_mas_yr`,
     /// `pm_dec_mas_yr` and `epoch_jyear` to names of the file; `b_v_mag` may be a difference, `g_psf-r_psf`. Without it
-    /// columns are known by the names VizieR gives those of APASS, Tycho-2, Gaia and others, and by their descriptors (UCD).
-    /// V = 0.0 and V ≥ 90 are read as unknown, as are errors that are not positive, and a B−V of exactly 0.0 whose error is
-    /// given as unknown.
+    /// columns are known by the names VizieR gives those of APASS, Tycho-2, Gaia and others, and by their descriptors
+    /// (UCD). V = 0.0 and V ≥ 90 are read as unknown, as are errors that are not positive, and a B−V of exactly 0.0
+    /// whose error is given as unknown.
     ///
     /// # Errors
-    /// [`Error::Io`]; [`Error::Config`] for an unknown key of `stars.columns`; [`Error::Catalogue`] if the file is no table, if
-    /// a column is missing or of another equinox or unit, or if no usable star is left.
+    /// [`Error::Io`]; [`Error::Config`] for an unknown key of `stars.columns`; [`Error::Catalogue`] if the file is not
+    /// a table, if a column is missing or of another equinox or unit, or if no usable star is left.
     pub fn read(path: &Path, columns: &BTreeMap<String, String>) -> Result<Catalogue> {
         names::check_keys(columns)?;
         let fail = |problem: String| Error::Catalogue { path: path.to_owned(), problem };

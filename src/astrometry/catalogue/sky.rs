@@ -45,8 +45,9 @@ fn between_arcsec(a: &CatalogueStar, b: &CatalogueStar) -> f64 {
     3600.0 * separation_deg(a.ra_deg, a.dec_deg, b.ra_deg, b.dec_deg)
 }
 
-/// Drops entries of a star that has another at the same place (1 arcsec) with the same magnitude (0.1 mag, or three times
-/// their errors); the entry that knows most stays and takes from the others what it lacks. Returns how many were dropped.
+/// Drops entries of a star that has another at the same place (1 arcsec) with the same magnitude (0.1 mag, or three
+/// times their errors); the entry that knows most stays and takes from the others what it lacks. Returns how many were
+/// dropped.
 pub(super) fn drop_duplicates(stars: &mut Vec<CatalogueStar>) -> usize {
     let tree = Tree::of(stars);
     let same = |a: &CatalogueStar, b: &CatalogueStar| {
@@ -88,8 +89,8 @@ pub(super) fn drop_duplicates(stars: &mut Vec<CatalogueStar>) -> usize {
 }
 
 impl Catalogue {
-    /// Marks the stars that a detection within `radius_arcsec` may be taken for although it is another one: those with a
-    /// neighbour in that radius which is not fainter by more than 3 mag. Also fills `neighbour_arcsec`.
+    /// Marks the stars that a detection within `radius_arcsec` may be taken for although it is another one: those with
+    /// a neighbour in that radius which is not fainter by more than 3 mag. Also fills `neighbour_arcsec`.
     ///
     /// Marks of an earlier call are forgotten. Entries that were skipped (without V) are not known here.
     pub fn mark_ambiguous(&mut self, radius_arcsec: f64) {
@@ -114,10 +115,10 @@ impl Catalogue {
         }
     }
 
-    /// The catalogue with every star that has a proper motion at its place in `jyear` (Julian year); positions without an
-    /// epoch of their own are of `epoch_jyear`.
+    /// The catalogue with every star that has a proper motion at its place in `jyear` (Julian year); positions without
+    /// an epoch of their own are of `epoch_jyear`.
     ///
-    /// u = u₀ + (t − t₀) (μ_α* e_α + μ_δ e_δ), made a unit vector: right at the poles too. Radial motion is left out.
+    /// u = u₀ + (t − t₀) (μ_α* e_α + μ_δ e_δ), made a unit vector: right at the poles too. Radial motion is excluded.
     #[must_use]
     pub fn moved_to(&self, jyear: f64, epoch_jyear: f64) -> Catalogue {
         let mut moved = Catalogue { tree: std::sync::OnceLock::new(), ..self.clone() };

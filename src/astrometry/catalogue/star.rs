@@ -30,8 +30,8 @@ pub struct CatalogueStar {
     pub pm_dec_mas_yr: Option<f64>,
     /// Epoch of the position, if known \[Julian year\].
     pub epoch_jyear: Option<f64>,
-    /// Another entry lies within the match radius and is not fainter by more than 3 mag: a detection there may be of either.
-    /// Set by [`Catalogue::mark_ambiguous`].
+    /// Another entry lies within the match radius and is not fainter by more than 3 mag: a detection there may be of
+    /// either. Set by [`Catalogue::mark_ambiguous`].
     pub ambiguous: bool,
     /// Distance of the nearest other entry, if that is within the match radius \[arcsec\].
     pub neighbour_arcsec: Option<f64>,
@@ -48,7 +48,7 @@ pub struct Catalogue {
     pub skipped: Vec<String>,
     /// What should be known: magnitudes made from others, duplicates dropped.
     pub notes: Vec<String>,
-    /// The band of the magnitudes, where the column tells it.
+    /// The band of the magnitudes, where the column gives it.
     pub band: Option<Band>,
     /// The column they are from, in words.
     pub band_from: String,

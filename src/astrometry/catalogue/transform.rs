@@ -1,7 +1,7 @@
 //! V and B−V from Tycho-2 and Gaia magnitudes, with the error of the relation in theirs.
 //!
-//! Magnitudes. Outside the published range of a relation there is no answer. Left out: reddening, luminosity classes,
-//! M dwarfs of Tycho.
+//! Magnitudes. Outside the published range of a relation there is no answer. Not included: reddening, luminosity
+//! classes, M dwarfs of Tycho.
 
 /// A magnitude or colour with its error, if known \[mag\].
 pub type Value = (f64, Option<f64>);
@@ -33,8 +33,8 @@ const GAIA_B_V_ERR_MAG: f64 = 0.1;
 /// V = VT − 0.090 (BT−VT), B−V = 0.850 (BT−VT); `None` outside −0.2 < BT−VT < 1.8.
 ///
 /// # Source
-/// ESA 1997, The Hipparcos and Tycho Catalogues, SP-1200, vol. 1, section 1.3: errors generally below 0.015 mag in V and
-/// 0.05 mag in B−V, unreddened stars, not for M stars.
+/// ESA 1997, The Hipparcos and Tycho Catalogues, SP-1200, vol. 1, section 1.3: errors generally below 0.015 mag in V
+/// and 0.05 mag in B−V, unreddened stars, not for M stars.
 #[must_use]
 pub fn tycho(bt: Value, vt: Value) -> Option<Johnson> {
     let colour = bt.0 - vt.0;

@@ -1,8 +1,8 @@
 //! A matching case in a JSON file: size, hint, catalogue, detections and, where it is known, the truth.
 //!
 //! `{"size": [nx, ny], "hint": {"ra_deg", "dec_deg", "scale_arcsec"}, "catalogue": [{"ra_deg", "dec_deg", "v_mag"}],
-//! "detections": [{"x_px", "y_px", "flux"}], "truth": {"ra_deg", "dec_deg", "scale_arcsec", "rotation_deg", "mirrored"}}`.
-//! A truth of null says that the field is not in the catalogue. Other keys are passed over.
+//! "detections": [{"x_px", "y_px", "flux"}], "truth": {"ra_deg", "dec_deg", "scale_arcsec", "rotation_deg",
+//! "mirrored"}}`. A truth of null says that the field is not in the catalogue. Other keys are passed over.
 
 use std::path::Path;
 
@@ -67,8 +67,8 @@ struct CaseDetection {
     flux: f64,
 }
 
-/// Where the frame really is. The centre of the frame is at (nx/2, ny/2); (x, y) = R(θ) diag(±1, 1) (east, north)/scale,
-/// minus if `mirrored`: a sky seen by eye, east to the left, is called mirrored here.
+/// Where the frame really is. The centre of the frame is at (nx/2, ny/2); (x, y) = R(θ) diag(±1, 1) (east,
+/// north)/scale, minus if `mirrored`: a sky seen by eye, east to the left, is called mirrored here.
 #[derive(Debug, Clone, Copy, Deserialize)]
 struct Truth {
     ra_deg: f64,
@@ -78,7 +78,7 @@ struct Truth {
     mirrored: bool,
 }
 
-/// Tells `"truth": null` from no truth at all.
+/// Reports `"truth": null` from no truth at all.
 fn present<'de, D: serde::Deserializer<'de>>(from: D) -> std::result::Result<Option<Option<Truth>>, D::Error> {
     Option::<Truth>::deserialize(from).map(Some)
 }

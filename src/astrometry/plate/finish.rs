@@ -1,4 +1,4 @@
-//! From the best hypothesis to the solution: every star, every detection, and the model they carry.
+//! From the best hypothesis to the solution: every star, every detection, and the model they support.
 
 use super::field::{DUPLICATE_PX, Field, SAME_STAR_ARCSEC};
 use super::fit::{Match, fit_best};
@@ -16,7 +16,7 @@ use crate::astrometry::wcs::Wcs;
 /// Matched stars narrower than this share of their length leave the parity open.
 const NARROWEST: f64 = 0.01;
 
-/// The solution of a hypothesis: all stars and all detections, and the model they carry.
+/// The solution of a hypothesis: all stars and all detections, and the model they support.
 pub(super) fn solution(
     field: &Field,
     found: Found,
@@ -33,7 +33,7 @@ pub(super) fn solution(
     let best = |matches: &[Match], start: (f64, f64)| fit_best(matches, field.size_px, start);
     let half = (0.5 * (field.size_px.0 - 1.0), 0.5 * (field.size_px.1 - 1.0));
     let centre = found.wcs.pixel_to_sky(half.0, half.1);
-    // first the bright stars, so that a distorted rim is reached; then all
+    // first the bright stars, so that a distorted edge is reached; then all
     let (wcs, _, radius_px) = judged.settle(found.pairs.clone(), centre, found.radius_px, &best).ok_or_else(refused)?;
     let (stars, spots) = everything(field, &wcs, catalogue, detections);
     let all = Lists::new(

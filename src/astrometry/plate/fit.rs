@@ -1,7 +1,9 @@
-//! World coordinates from matched stars: TAN with a similarity or a full matrix, and SIP terms where the stars carry them.
+//! World coordinates from matched stars: TAN with a similarity or a full matrix, and SIP terms where the stars support
+//! them.
 //!
 //! Arcseconds on the tangent plane, pixels from the reference point at the frame's centre. Every pair has equal weight;
-//! who belongs is decided by the caller. Leaves out proper motion and differential refraction (the matrix takes most of it).
+//! who belongs is decided by the caller. It does not cover proper motion and differential refraction (the matrix takes
+//! most of it).
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
@@ -84,10 +86,10 @@ impl Fit {
     }
 }
 
-/// Largest probability of chance at which more parameters are believed.
+/// Largest probability of chance at which more parameters are accepted.
 const MAX_F_CHANCE: f64 = 1e-4;
 
-/// The model the stars carry: more parameters only where an F test says that they are no chance.
+/// The model the stars support: more parameters only where an F test says that they are no chance.
 ///
 /// F = ((S₁ − S₂)/(p₂ − p₁)) / (S₂/(2n − p₂)) for sums of squares S and parameters p; the third order is tried over the
 /// full matrix too, because a radial distortion has no second order. A model needs half as many stars again as it

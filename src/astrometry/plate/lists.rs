@@ -43,7 +43,7 @@ impl Lists {
         self.stars.iter().enumerate().filter_map(place).collect()
     }
 
-    /// Pairs within `radius_px` under `wcs`, each star and each spot once, ambiguous ones left out.
+    /// Pairs within `radius_px` under `wcs`, each star and each spot once, ambiguous ones excluded.
     pub fn pairs(&self, wcs: &Wcs, radius_px: f64) -> Vec<(usize, usize)> {
         let expected = self.expected(wcs, radius_px);
         let places: Vec<(f64, f64)> = expected.iter().map(|e| e.1).collect();
@@ -94,7 +94,8 @@ impl Lists {
         last.map(|wcs| (wcs, pairs, radius))
     }
 
-    /// Probability that one hypothesis brings as many together by chance, at the most telling radius, and the rms \[arcsec\].
+    /// Probability that one hypothesis brings as many together by chance, at the most telling radius, and the rms
+    /// \[arcsec\].
     pub fn chance(&self, wcs: &Wcs, pairs: &[(usize, usize)], radius_px: f64) -> (f64, f64) {
         let distance = |&(i, j): &(usize, usize)| {
             let at = wcs.sky_to_pixel(self.stars[i].0, self.stars[i].1)?;

@@ -1,9 +1,10 @@
-//! A frame on the sky without world coordinates: stars matched to a catalogue from a rough position and the pixel scale.
+//! A frame on the sky without world coordinates: stars matched to a catalogue from a rough position and the pixel
+//! scale.
 //!
-//! Degrees, arcseconds and pixels (0-based). Rotation and parity are free. Triangles of bright detections are looked for
-//! among triangles of bright catalogue stars; each agreement is a hypothesis, judged by how many other stars it brings
-//! together, and accepted when chance does not do that once in 10⁵ fields. Then TAN and, where the stars carry it, SIP.
-//! Leaves out: search without any position, plates larger than about ten degrees.
+//! Degrees, arcseconds and pixels (0-based). Rotation and parity are free. Triangles of bright detections are looked
+//! for among triangles of bright catalogue stars; each agreement is a hypothesis, judged by how many other stars it
+//! brings together, and accepted when chance does not do that once in 10⁵ fields. Then TAN and, where the stars support
+//! it, SIP. It does not cover search without any position, plates larger than about ten degrees.
 
 pub mod case;
 mod chance;
@@ -26,8 +27,8 @@ const TILE_RADIUS_DEG: f64 = 1.5;
 
 /// Finds where a frame of `size_px` (nx, ny) is on the sky.
 ///
-/// Neither list needs to be in any order; positions and brightnesses that are not finite are passed over. The answer does
-/// not depend on threads. A search wider than 1.5° is made in circles of that radius, from the hint outwards.
+/// Neither list needs to be in any order; positions and brightnesses that are not finite are passed over. The answer
+/// does not depend on threads. A search wider than 1.5° is made in circles of that radius, from the hint outwards.
 ///
 /// # Errors
 /// [`Refusal`]: too little to match, nothing better than chance, or a parity that stays open.

@@ -86,7 +86,7 @@ pub enum Refusal {
     Hint(String),
     /// Too few detections for any match.
     FewDetections {
-        /// How many, duplicates and those off the frame left out.
+        /// How many, duplicates and those off the frame excluded.
         n: usize,
     },
     /// Too few catalogue stars for any match.

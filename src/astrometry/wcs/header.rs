@@ -66,7 +66,7 @@ pub(super) fn projection(
     }
 }
 
-/// Native longitude of the celestial pole \[deg\]: LONPOLE, else PV1_3 where that is no distortion term, else 180.
+/// Native longitude of the celestial pole \[deg\]: LONPOLE, else PV1_3 where that is not a distortion term, else 180.
 pub(super) fn pole_deg(number: &dyn Fn(&str) -> Option<f64>, projection: Projection) -> f64 {
     let pv = || number("PV1_3").filter(|_| projection == Projection::Tan);
     number("LONPOLE").or_else(pv).filter(|p| p.is_finite()).unwrap_or(180.0)

@@ -1,7 +1,7 @@
 //! World coordinates: pixel to sky and back on the tangent plane, with SIP or TPV distortion.
 //!
-//! Pixels 0-based (centre of the first pixel = 0), degrees at the edges, J2000/ICRS. Left out: projections other than
-//! TAN and TPV, lookup-table distortions; a header with those is refused, never half used.
+//! Pixels 0-based (centre of the first pixel = 0), degrees at the edges, J2000/ICRS. Not included: projections other
+//! than TAN and TPV, lookup-table distortions; a header with those is refused, never half used.
 
 mod cards;
 mod header;
@@ -21,9 +21,9 @@ use tpv::Tpv;
 impl Wcs {
     /// Reads a header through two look-ups: a keyword's number, a keyword's text.
     ///
-    /// CD, or PC with CDELT, or CDELT with CROTA2. SIP terms are used whenever `A_ORDER` or `B_ORDER` is there, also when
-    /// CTYPE lacks `-SIP`; PV terms on both axes are TPV, also when CTYPE says TAN (SCAMP). `Ok(None)`: the header has no
-    /// celestial coordinates.
+    /// CD, or PC with CDELT, or CDELT with CROTA2. SIP terms are used whenever `A_ORDER` or `B_ORDER` is there, also
+    /// when CTYPE lacks `-SIP`; PV terms on both axes are TPV, also when CTYPE says TAN (SCAMP). `Ok(None)`: the header
+    /// has no celestial coordinates.
     ///
     /// # Errors
     /// The keyword that makes the solution unusable, with its value.
@@ -98,7 +98,8 @@ impl Wcs {
     }
 
     /// A tangent-plane system from its terms: the sky point `crval_deg` (RA, Dec) at the 0-based pixel `centre_px`, the
-    /// matrix `cd` (rows ξ, η; columns x, y) \[deg/px\], and the SIP terms (p, q, coefficient) of both axes, orders 2 to 9.
+    /// matrix `cd` (rows ξ, η; columns x, y) \[deg/px\], and the SIP terms (p, q, coefficient) of both axes, orders 2
+    /// to 9.
     ///
     /// `None` if the matrix is singular or anything is not finite.
     #[must_use]
@@ -146,7 +147,7 @@ impl Wcs {
     /// Sky to 0-based pixel; `None` on or behind the tangent plane, or where the SIP terms cannot be inverted.
     ///
     /// Newton iteration on u + A(u,v) = U, v + B(u,v) = V, to 1e-9 px. A point where the distortion has folded over
-    /// (Jacobian not positive) is no solution: the polynomial is not valid there.
+    /// (Jacobian not positive) is not a solution: the polynomial is not valid there.
     #[must_use]
     pub fn sky_to_pixel(&self, ra_deg: f64, dec_deg: f64) -> Option<(f64, f64)> {
         let (sin_d, cos_d) = dec_deg.to_radians().sin_cos();

@@ -1,12 +1,13 @@
 //! SIP distortion: polynomials in pixels about the reference pixel, and their inverse.
 //!
-//! Source: Shupe et al. 2005 (ASP 347, 491). Leaves out the inverse polynomials AP and BP: the inverse is iterated.
+//! Source: Shupe et al. 2005 (ASP 347, 491). It does not cover the inverse polynomials AP and BP: the inverse is
+//! iterated.
 
 /// One SIP polynomial, Σ a_pq uᵖ vᑫ with u, v in pixels from CRPIX.
 #[derive(Debug, Clone)]
 pub(super) struct Sip {
     pub order: usize,
-    /// (p, q, coefficient), zero terms left out.
+    /// (p, q, coefficient), zero terms excluded.
     pub terms: Vec<(i32, i32, f64)>,
 }
 

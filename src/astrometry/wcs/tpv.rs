@@ -1,7 +1,7 @@
 //! TPV: the tangent plane distorted by polynomials in its own coordinates, as SCAMP writes them.
 //!
 //! ξ' = Σ PV1_m · ξᵃ ηᵇ rᶜ and η' = Σ PV2_m · ηᵃ ξᵇ rᶜ in degrees, r = √(ξ² + η²), m = 0 to 39.
-//! Source: the TPV convention of the FITS registry (NOAO). Leaves out the pixels.
+//! Source: the TPV convention of the FITS registry (NOAO). It does not cover the pixels.
 
 /// Powers (own coordinate, the other, r) of term m.
 const POWERS: [(i32, i32, i32); 40] = powers();
@@ -29,7 +29,7 @@ const fn powers() -> [(i32, i32, i32); 40] {
 /// Both polynomials; axis 0 is ξ.
 #[derive(Debug, Clone)]
 pub(super) struct Tpv {
-    /// (m, coefficient), zero terms left out.
+    /// (m, coefficient), zero terms excluded.
     terms: [Vec<(usize, f64)>; 2],
     /// Sine and cosine of LONPOLE − 180°, by which the distorted plane is turned.
     turn: (f64, f64),

@@ -10,7 +10,8 @@ use crate::base::vector::{Enu, Vector};
 pub struct ProfileRow {
     /// Angle of incidence \[deg\].
     pub incidence_deg: f64,
-    /// Outgoing angle from the normal \[deg\]; above 0 on the side of the mirror direction, below 0 on that of the lamp.
+    /// Outgoing angle from the normal \[deg\]; above 0 on the side of the mirror direction, below 0 on that of the
+    /// light source.
     pub outgoing_deg: f64,
     /// f \[1/sr\].
     pub f_per_sr: f64,

@@ -17,7 +17,8 @@ const D_ORDER: usize = 16;
 const ARC_ORDER: usize = 24;
 
 impl Brdf {
-    /// Share of the light falling in at `incidence_rad` (0 to π/2) that leaves again: `∫ f (n·o) dω` over the hemisphere.
+    /// Share of the light falling in at `incidence_rad` (0 to π/2) that leaves again: `∫ f (n·o) dω` over the
+    /// hemisphere.
     ///
     /// Good to 1e-6, for the laws known by name to 1e-9; a binomial law steeper than some D^±50 is less well known.
     #[must_use]
@@ -64,7 +65,7 @@ impl Brdf {
         let grid: Vec<(f64, f64)> = GRID_DEG.iter().map(|deg| at(deg.to_radians())).collect();
         let mut best = 0;
         for k in 1..grid.len() {
-            // a rounding error is no maximum: flat laws stay at normal incidence
+            // a rounding error is not a maximum: flat laws stay at normal incidence
             if grid[k].0 > grid[best].0 * (1.0 + 1e-12) {
                 best = k;
             }
@@ -72,7 +73,7 @@ impl Brdf {
         let (mut low, mut high) = (grid[best.saturating_sub(1)].1, grid[(best + 1).min(grid.len() - 1)].1);
         let mut found = grid[best];
         if best == 0 {
-            // falls from normal incidence, as nearly every law does: one look beside it is enough
+            // falls from normal incidence, as nearly every law does: one look next to it is enough
             let beside = at(0.3 * high);
             if beside.0 <= found.0 * (1.0 + 1e-12) {
                 return found;

@@ -24,8 +24,8 @@ pub struct Entry {
     /// What it is, in a few words.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub title: String,
-    /// Scatter of observed less modelled magnitudes \[mag\], `sources.scatter` says of which; absent where they were not
-    /// compared.
+    /// Scatter of observed less modelled magnitudes \[mag\], `sources.scatter` says of which; absent where they were
+    /// not compared.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scatter_mag: Option<f64>,
     /// What must be said with every magnitude of it.
@@ -143,7 +143,7 @@ impl Component {
     }
 }
 
-/// What the components of one surface sum to, beside the area the surface is given.
+/// What the components of one surface sum to, next to the area the surface is given.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ComponentSum {
     /// The surface.

@@ -66,7 +66,7 @@ impl Catalogue {
     }
 }
 
-/// Every name [`Satellite::named`] knows, aliases left out.
+/// Every name [`Satellite::named`] knows, aliases excluded.
 #[must_use]
 pub fn catalogue_names() -> Vec<&'static str> {
     embedded().iter().map(|e| e.name.as_str()).collect()
@@ -172,7 +172,7 @@ pub struct Satellite {
 }
 
 impl Standing {
-    /// That of the satellite a configuration asks for; surfaces of one's own were not compared.
+    /// That of the satellite a configuration names; surfaces of one's own were not compared.
     ///
     /// # Errors
     /// As [`Catalogue::load`] and [`Catalogue::find`].
@@ -197,7 +197,7 @@ impl Satellite {
         Self::try_from(find(embedded(), name)?).ok()
     }
 
-    /// The satellite a configuration asks for: its own surfaces if it lists any, else that of its file of satellites,
+    /// The satellite a configuration names: its own surfaces if it lists any, else that of its file of satellites,
     /// else the catalogue's. `model.effects` are not in it yet, see [`Satellite::with_effects`].
     ///
     /// # Errors

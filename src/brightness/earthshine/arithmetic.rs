@@ -1,6 +1,7 @@
 //! Exponential, logarithm and power as short branch-free series, so that a whole row of nodes goes through at once.
 //!
-//! Dimensionless. Relative error below 4e-16 (power: times the exponent of e). Left out: infinities, NaN, subnormals.
+//! Dimensionless. Relative error below 4e-16 (power: times the exponent of e). Not included: infinities, NaN,
+//! subnormals.
 
 use std::f64::consts::{LN_2, LOG2_E};
 
@@ -14,7 +15,7 @@ const TO_ROOT_HALF: u64 = 0x3ff0_0000_0000_0000 - 0x3fe6_a09e_667f_3bcd;
 /// Exponent of 2 at which a `u64` below 2⁵² becomes a number by bits alone.
 const TWO_52: u64 = 0x4330_0000_0000_0000;
 
-/// e^x for x ≤ 700; 0 below −700. `QUICK` leaves out the last terms: relative error 6e-9.
+/// e^x for x ≤ 700; 0 below −700. `QUICK` omits the last terms: relative error 6e-9.
 #[inline(always)]
 pub(super) fn exp<const QUICK: bool>(x: f64) -> f64 {
     // x = j ln 2 + r, |r| ≤ ln 2 / 2
@@ -41,7 +42,7 @@ fn scaled(series: f64, shifted: f64, given: f64) -> f64 {
     if given >= -700.0 { power } else { 0.0 }
 }
 
-/// ln x for normal positive x. `QUICK` leaves out the last terms: error 2e-9.
+/// ln x for normal positive x. `QUICK` omits the last terms: error 2e-9.
 #[inline(always)]
 pub(super) fn ln<const QUICK: bool>(x: f64) -> f64 {
     // x = 2^j m, sqrt(1/2) ≤ m < sqrt 2; ln m = 2 artanh((m − 1)/(m + 1))

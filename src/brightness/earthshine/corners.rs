@@ -26,7 +26,7 @@ pub(super) fn corners(rings: &Rings, from: f64, to: f64, found: &mut Vec<f64>) {
                     continue;
                 }
                 let (Some(a), Some(b)) = (apart(&before, i, j), apart(&here, i, j)) else { continue };
-                // a change of sign near π is no meeting
+                // a change of sign near π is not a meeting
                 if (a > 0.0) != (b > 0.0) && a.abs() + b.abs() < PI {
                     found.extend(meeting(rings, (zeta(step - 1), zeta(step)), (i, j), a > 0.0));
                 }

@@ -1,6 +1,7 @@
 //! A surface in the frame of the satellite's vertical, and where on a circle of the view its lobe is.
 //!
-//! Angles in rad; u = φ − 90° is counted from the azimuth of the lamp, about which the ground's light is symmetric.
+//! Angles in rad; u = φ − 90° is counted from the azimuth of the light source, about which the ground's light is
+//! symmetric.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

@@ -1,6 +1,6 @@
 //! Where on the view a lobe makes the rings change quickly: the ring it is nearest to, and those on which it is cut.
 //!
-//! ζ in rad, distances in the law's own metric. A lobe on lit ground is found in closed form, one beside it by search.
+//! ζ in rad, distances in the law's own metric. A lobe on lit ground is found in closed form, one next to it by search.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

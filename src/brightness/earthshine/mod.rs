@@ -1,7 +1,7 @@
 //! Light that reaches a surface by way of the Earth: one integral over the lit ground in view, with its error.
 //!
-//! Per unit irradiance of the lamp, in 1/sr. Iterated Gauss-Kronrod over (ζ, φ), graded about the lobe, with every edge
-//! an exact break point and both errors estimated and refined. Parallel light, spherical Earth.
+//! Per unit irradiance of the light source, in 1/sr. Iterated Gauss-Kronrod over (ζ, φ), graded about the lobe, with
+//! every edge an exact break point and both errors estimated and refined. Parallel light, spherical Earth.
 
 mod arithmetic;
 mod corners;
@@ -34,7 +34,7 @@ const MIRROR_ROUNDING: f64 = 1e-9;
 pub struct Accuracy {
     /// Relative to the integral.
     pub tolerance: f64,
-    /// Absolute \[1/sr\]: what does not matter beside the other lights; 0 = every digit of `tolerance` matters.
+    /// Absolute \[1/sr\]: what is negligible compared with the other lights; 0 = every digit of `tolerance` matters.
     pub floor_per_sr: f64,
     /// Nodes after which refinement stops; the error then says so.
     pub max_nodes: usize,
@@ -59,7 +59,7 @@ pub struct ReflectedLight {
     pub nodes: usize,
 }
 
-/// Light from the lit ground, reflected by a surface towards the observer, per unit irradiance of the lamp.
+/// Light from the lit ground, reflected by a surface towards the observer, per unit irradiance of the light source.
 ///
 /// [`PreparedBrdf::reflected`] for a law used once. Whoever has many integrals of one law prepares it once.
 #[must_use]
@@ -78,8 +78,8 @@ impl PreparedBrdf {
     ///
     /// `∫ f_E(s, p, −w) (p·s)₊ f(w, n, o) (n·w)₊ dω`, directions w from the satellite to ground points p, patch by
     /// patch. The flux at the observer is this times `A (n·o)/d²`. `normal` and `observer` are unit vectors at the
-    /// satellite; an observer behind the surface, and ground that is dark or behind it, give exactly 0. A mirror needs no
-    /// integral: it shows the ground in one direction, ρ L(m).
+    /// satellite; an observer behind the surface, and ground that is dark or behind it, give exactly 0. A mirror needs
+    /// no integral: it shows the ground in one direction, ρ L(m).
     #[must_use]
     pub fn reflected(
         &self,

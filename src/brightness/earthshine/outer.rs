@@ -202,7 +202,7 @@ fn in_order(edges: &mut Vec<Edge>, low: f64) {
     });
 }
 
-/// The ring on which the lamp is seen as in a mirror in the ground, ζ + θ = 90° − E.
+/// The ring on which the light source is seen as in a mirror in the ground, ζ + θ = 90° − E.
 fn glint(ground: &Ground, n: f64) -> Option<Edge> {
     let below = FRAC_PI_2 - ground.elevation_rad <= 0.0;
     let zeta = if below { 0.0 } else { ground.zeta_of_glint().unwrap_or(FRAC_PI_2) };

@@ -56,7 +56,7 @@ pub(super) fn integrate(ground: &Ground, facet: &Facet, accuracy: &Accuracy) -> 
     };
     let spans = spans(&mut rings, 20.0 - 1.3 * tolerance.ln());
     let level = match tolerance {
-        // what is small beside the direct light may need next to nothing
+        // what is small compared with the direct light may need next to nothing
         t if t >= 3e-4 && accuracy.floor_per_sr > 0.0 => 0,
         // from lower down a lobed law gets there in steps that cost half as much again
         t if t >= 1e-5 => 2,

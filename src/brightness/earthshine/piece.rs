@@ -73,7 +73,7 @@ impl Scratch {
 impl Piece<'_> {
     /// ∫ from one angle to another (less than 180° apart).
     pub fn sum(&self, from: f64, to: f64, shape: Shape, level: usize, scratch: &mut Scratch) -> Sum {
-        // a graded piece has as many scales in it as its reach tells
+        // a graded piece has as many scales in it as its reach implies
         let reach = match shape {
             Shape::FromStart(scale) | Shape::FromEnd(scale) => ((0.5 * (to - from)).tan() / (0.5 * scale)).asinh(),
             _ => 0.0,

@@ -1,7 +1,7 @@
-//! The integral by a plain rule that knows no edge: what is left out elsewhere, computed all the same.
+//! The integral by a plain rule that knows no edge: what is excluded elsewhere, computed all the same.
 //!
 //! In 1/sr. Gauss in ζ, equal steps in φ over all ground in view, dark or lit, before or behind the surface. Good to a
-//! few per cent where there is light; exactly 0 where there is none, which is what it is asked for.
+//! few per cent where there is light; exactly 0 where there is none, which is what it is requested.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -10,7 +10,7 @@ use crate::base::vector::{Itrs, Vector};
 use crate::brightness::brdf::Brdf;
 use crate::brightness::ground::{Ground, Vertical};
 
-/// Rings, and places on each, for what is left out: as many nodes as a usual integral takes at the default tolerance.
+/// Rings, and places on each, for what is excluded: as many nodes as a usual integral takes at the default tolerance.
 const NODES: (usize, usize) = (18, 32);
 
 /// [`plain_rule`] of 576 nodes.
@@ -18,7 +18,8 @@ pub(crate) fn plain(ground: &Ground, brdf: &Brdf, normal: &Vector<Itrs>, observe
     plain_rule(ground, brdf, normal, observer, NODES)
 }
 
-/// ∫ L(w) f(w, n, o) (n·w)₊ dω over all ground in view by `rings` × `places` nodes \[1/sr\]; a mirror shows the ground in one direction, ρ L(m).
+/// ∫ L(w) f(w, n, o) (n·w)₊ dω over all ground in view by `rings` × `places` nodes \[1/sr\]; a mirror shows the ground
+/// in one direction, ρ L(m).
 pub(crate) fn plain_rule(
     ground: &Ground,
     brdf: &Brdf,

@@ -1,8 +1,8 @@
 //! A surface's scattering law as the integral wants it: f over the squared distance from the mirror direction.
 //!
-//! Two distances: the chord |m − w| (Phong, Gaussian; r·o = 1 − |m − w|²/2, so nothing cancels in a narrow lobe) and its
-//! part in the plane of the surface, D (Binomial, ABG). f in 1/sr, distances in units of 1. A Binomial with several rows
-//! depends on V = −o_t·i_t as well and is evaluated as it stands.
+//! Two distances: the chord |m − w| (Phong, Gaussian; r·o = 1 − |m − w|²/2, so nothing cancels in a narrow lobe) and
+//! its part in the plane of the surface, D (Binomial, ABG). f in 1/sr, distances in units of 1. A Binomial with several
+//! rows depends on V = −o_t·i_t as well and is evaluated as it stands.
 
 use std::f64::consts::{LN_10, PI};
 
@@ -90,7 +90,7 @@ impl PreparedBrdf {
         }
     }
 
-    /// f needs V beside D.
+    /// f needs V next to D.
     pub(super) fn needs_v(&self) -> bool {
         matches!(&self.law, Law::Binomial { rows, .. } if rows.0.len() > 1)
     }

@@ -57,7 +57,7 @@ pub struct Fluxes {
     pub earth_err: f64,
     /// Nodes the integral took; 0 where none was needed.
     pub nodes: usize,
-    /// Why a flux is zero, or what was left out.
+    /// Why a flux is zero, or what was excluded.
     pub skipped: Vec<&'static str>,
     /// The integral stopped before the tolerance was met.
     pub short_of_tolerance: bool,
@@ -147,7 +147,7 @@ impl Sight<'_> {
     }
 
     /// Radiance per unit irradiance of the ground that m meets, `L = f_E(s, p, −m) (p·s)₊` \[1/sr\]: radiance is
-    /// conserved, so no quadrature is needed. Beside it f_E, the slope of L in p·s.
+    /// conserved, so no quadrature is needed. Next to it f_E, the slope of L in p·s.
     pub(super) fn ground_in_the_mirror(&self) -> Option<(f64, f64)> {
         let m = self.mirrored();
         let r_km = self.satellite_km.z();

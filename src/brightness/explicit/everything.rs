@@ -1,4 +1,4 @@
-//! The fluxes of a case with nothing left out: hidden sources, dark ground and surfaces turned away are computed too.
+//! The fluxes of a case with nothing excluded: hidden sources, dark ground and surfaces turned away are computed too.
 //!
 //! Units of [`Fluxes`]. For tests and for `--explain`, which times it; [`super::explicit`] is what is used.
 

@@ -2,7 +2,7 @@
 //!
 //! For cross-checks with other software, so the conventions are fixed: a point source at infinity, a sphere of
 //! 6378.000 km, a cylinder for its shadow, one side of one flat surface. Lengths in km, area in m², flux in W/m² per
-//! W/m². Left out: everything a mode could change (discs, penumbra, distances, air).
+//! W/m². Not included: everything a mode could change (discs, penumbra, distances, air).
 
 mod case;
 mod everything;

@@ -1,6 +1,6 @@
 //! A row of a file of explicit geometries: named cells in, a [`Case`] out, or the reason why not.
 //!
-//! Lengths in m, elevations and discs in degrees, as in the file. Columns in any order; columns nobody asks for are
+//! Lengths in m, elevations and discs in degrees, as in the file. Columns in any order; columns that are not needed are
 //! ignored. A cell that cannot be used is named with its column, its value and what is accepted.
 
 pub(crate) use super::case::STARLINK;

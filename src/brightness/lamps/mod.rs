@@ -1,7 +1,7 @@
-//! The two lamps: how bright Sun and Moon shine at the satellite and on the ground.
+//! The two light sources: how bright Sun and Moon shine at the satellite and on the ground.
 //!
 //! Irradiances in a pass band as ratios to a star of magnitude 0 in it; distances in km, phase angles in deg as the
-//! lunar laws are printed. Left out: the Sun's own variation, libration, the colour of Earthshine.
+//! lunar laws are printed. Not included: the Sun's own variation, libration, the colour of Earthshine.
 
 mod eclipse;
 mod moon;

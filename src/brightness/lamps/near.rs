@@ -1,8 +1,8 @@
 //! Moonlight on the ground: every place sees the Moon in its own direction, at its own distance and at its own phase.
 //!
-//! Ratios to the irradiance at the Earth's centre. The Moon is 60 Earth radii away: its direction differs by up to 0.95°
-//! between places, its irradiance by up to 3.5 %, its phase by as much as its direction. Left out: the Moon's disc, half a
-//! degree across, and refraction; both matter where the Moon rises or sets alone.
+//! Ratios to the irradiance at the Earth's centre. The Moon is 60 Earth radii away: its direction differs by up to
+//! 0.95° between places, its irradiance by up to 3.5 %, its phase by as much as its direction. Not included: the Moon's
+//! disc, half a degree across, and refraction; both matter where the Moon rises or sets alone.
 
 use super::SourceSettings;
 use crate::base::vector::{Itrs, Vector};
@@ -31,9 +31,9 @@ pub struct NearMoon {
 
 /// The lunar law over the phases at which one moment's ground sees the Moon, relative to that at the Earth's centre.
 ///
-/// Polynomials in sin(α/2), beyond 90° of phase in cos(α/2): smooth in either, and had from the phase's cosine by one root.
-/// Two of them where the law has a kink in the range. Error below 1e-7 of the brightest place, in the taper beyond the end
-/// of the lunar law (150°), where there is next to no light, below 1e-6.
+/// Polynomials in sin(α/2), beyond 90° of phase in cos(α/2): smooth in either, and had from the phase's cosine by one
+/// root. Two of them where the law has a kink in the range. Error below 1e-7 of the brightest place, in the taper
+/// beyond the end of the lunar law (150°), where there is next to no light, below 1e-6.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PhaseCurve {
     /// 1: sin(α/2); −1: cos(α/2).
@@ -54,8 +54,8 @@ struct Piece {
 }
 
 impl SourceSettings {
-    /// The Moon over a ground of this radius \[km\], patch by patch; `None` where moonlight is to be parallel, or without
-    /// any at the Earth's centre.
+    /// The Moon over a ground of this radius \[km\], patch by patch; `None` where moonlight is to be parallel, or
+    /// without any at the Earth's centre.
     #[must_use]
     pub fn moon_over_ground(&self, moon_km: &Vector<Itrs>, sun_km: &Vector<Itrs>, radius_km: f64) -> Option<NearMoon> {
         if self.ground_moonlight == GroundMoonlight::Parallel {
@@ -75,8 +75,8 @@ impl SourceSettings {
 }
 
 impl PhaseCurve {
-    /// The law of `lamps` from `phase_deg − reach_deg` to `phase_deg + reach_deg`; `None` where it gives no light in the
-    /// middle.
+    /// The law of `lamps` from `phase_deg − reach_deg` to `phase_deg + reach_deg`; `None` where it gives no light in
+    /// the middle.
     fn new(lamps: &SourceSettings, phase_deg: f64, reach_deg: f64) -> Option<Self> {
         let centre = lamps.moonlight_at_phase(phase_deg).flux;
         if !(centre > 0.0) {
@@ -119,8 +119,8 @@ impl PhaseCurve {
         self.kink == f64::INFINITY
     }
 
-    /// Irradiance at a place that sees the Moon at this phase (its cosine), over that at the Earth's centre; `WHOLE` for a
-    /// curve of one polynomial.
+    /// Irradiance at a place that sees the Moon at this phase (its cosine), over that at the Earth's centre; `WHOLE`
+    /// for a curve of one polynomial.
     #[inline(always)]
     pub fn at<const WHOLE: bool>(&self, cos_phase: f64) -> f64 {
         let x = (0.5 * (1.0 - self.sign * cos_phase)).max(0.0).sqrt();

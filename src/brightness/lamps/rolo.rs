@@ -1,7 +1,7 @@
 //! ROLO: the reflectance of the whole lunar disc against phase, in 32 bands from 350 to 2384 nm.
 //!
 //! Phase angles in deg. Zero libration; the terms odd in the Sun's selenographic longitude cancel between waxing and
-//! waning, and so do not appear. Left out: the smoothing of the bands onto soil spectra (they scatter by 0.02 mag).
+//! waning, and so do not appear. Not included: the smoothing of the bands onto soil spectra (they scatter by 0.02 mag).
 
 use crate::base::error::{Error, Result};
 use crate::brightness::spectrum::{Band, Curve, Spectrum, embedded};
@@ -32,7 +32,8 @@ impl Rolo {
         let rows = embedded(TABLE, "rolo_2005.csv", 8)?;
         let mut bands = Vec::new();
         for (k, row) in rows.iter().enumerate() {
-            // the hat function of this band: 1 at it, 0 at its neighbours; the mixture of the hats is the straight lines
+            // the hat function of this band: 1 at it, 0 at its neighbours; the mixture of the hats is the straight
+            // lines
             let hat: Vec<Vec<f64>> = (k.saturating_sub(1)..=(k + 1).min(rows.len() - 1))
                 .map(|j| vec![rows[j][0], if j == k { 1.0 } else { 0.0 }])
                 .collect();

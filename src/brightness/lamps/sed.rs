@@ -1,6 +1,6 @@
 //! The spectrum of moonlight: the Sun's, as much fainter as the Moon is at its phase.
 //!
-//! W m⁻² nm⁻¹ at mean distances. Left out: the redness of the Moon (a grey disc, as published).
+//! W m⁻² nm⁻¹ at mean distances. Not included: the redness of the Moon (a grey disc, as published).
 
 use super::SourceSettings;
 use super::sun::sunlight;

@@ -1,4 +1,4 @@
-//! What the lamps are in one pass band and one reading of the paper: magnitudes, laws, dimming.
+//! What the light sources are in one pass band and one reading of the paper: magnitudes, laws, dimming.
 //!
 //! Magnitudes in the band's own system. Computed once; nothing here depends on the scene.
 

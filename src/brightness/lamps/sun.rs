@@ -7,12 +7,13 @@ use crate::config::Distances;
 /// V of the Sun at 1 au, Vega system (Willmer 2018, ApJS 236, 47).
 pub const SUN_V_MAG: f64 = -26.76;
 
-/// Irradiance and whether the law was stretched beyond where it is believed.
+/// Irradiance and whether the law was extrapolated beyond its range of validity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SourceLight {
     /// Irradiance in the band relative to a star of magnitude 0.
     pub flux: f64,
-    /// The phase angle is beyond what the lunar law was fitted to ([`super::MOON_LAW_MAX_DEG`], [`super::ROLO_RANGE_DEG`]).
+    /// The phase angle is beyond what the lunar law was fitted to ([`super::MOON_LAW_MAX_DEG`],
+    /// [`super::ROLO_RANGE_DEG`]).
     pub extrapolated: bool,
 }
 

@@ -1,8 +1,9 @@
 //! The Earth's shadow through its air: refraction, Rayleigh scattering and ozone, averaged over the source's disc.
 //!
 //! Angles in rad, lengths in km. A spherical, clear atmosphere the same everywhere; nothing is fitted to satellites.
-//! Left out: aerosol and cloud tops, the diffuse light of the twilight air (1e-3 to 1e-6 of daylight), the rays bent
-//! past the axis, the colour within a band. Below 15 km the model is too dark by 0.1 to 1.2 mag (ten observations).
+//! Not included: aerosol and cloud tops, the diffuse light of the twilight air (1e-3 to 1e-6 of daylight), the rays
+//! bent past the axis, the colour within a band. Below 15 km the model is too dark by 0.1 to 1.2 mag (ten
+//! observations).
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::OnceLock;
@@ -26,18 +27,18 @@ const TOP_KM: f64 = 200.0;
 const PIECES_KM: [f64; 7] = [0.0, 10.0, 20.0, 30.0, 45.0, 75.0, TOP_KM];
 /// Least radius of a disc \[rad\]: the rounding of angles makes arcs of a smaller one coarse.
 const POINT_RAD: f64 = 1e-6;
-/// Gauss points in a piece: 12 leave 1e-8 of the Sun's light 550 km up and 1e-6 at worst, 8 leave 3e-6 for three quarters
-/// of the time (`satphot accuracy penumbra`).
+/// Gauss points in a piece: 12 leave 1e-8 of the Sun's light 550 km up and 1e-6 at worst, 8 leave 3e-6 for three
+/// quarters of the time (`satphot accuracy penumbra`).
 pub(crate) const ORDER: usize = 12;
 
 /// Share of a source's light left by the Earth and its air, 0 to 1: 1 where no ray of the disc passes below 200 km.
 ///
 /// The satellite is `r_km` from the centre of an Earth of `radius_km`; the source has the radius `disc_rad` and is
-/// `from_nadir_rad` = c from nadir. A ray whose lowest height is h is bent by `b = 70′ e^(−h/7.5)`; without air it would
-/// have passed at `h_g = h − D b`, `D = sqrt(r² − R²)`. It comes from the ring of the disc at ψ from nadir with
-/// `h_g = r sin c − R + D (ψ − c)`: straight across the disc, which costs at most 0.02 mag. It arrives spread by `1 + D b/7.5` and dimmed by
-/// `k_R sqrt(2πR/8) e^(−h/8)` and by the ozone on its way; rays with h < 0 hit the ground. The mean over the disc takes h
-/// as variable: `dh_g = (1 + D b/7.5) dh` cancels the spreading.
+/// `from_nadir_rad` = c from nadir. A ray whose lowest height is h is bent by `b = 70′ e^(−h/7.5)`; without air it
+/// would have passed at `h_g = h − D b`, `D = sqrt(r² − R²)`. It comes from the ring of the disc at ψ from nadir with
+/// `h_g = r sin c − R + D (ψ − c)`: straight across the disc, which costs at most 0.02 mag. It arrives spread by `1 + D
+/// b/7.5` and dimmed by `k_R sqrt(2πR/8) e^(−h/8)` and by the ozone on its way; rays with h < 0 hit the ground. The
+/// mean over the disc takes h as variable: `dh_g = (1 + D b/7.5) dh` cancels the spreading.
 ///
 /// For 550 km and V at h_g = 0, 10 … 50 km of the disc's centre: 3.84, 2.90, 1.51, 0.54, 0.13, 0.03 mag.
 #[must_use]

@@ -1,6 +1,7 @@
 //! What the air takes from a pass band: Rayleigh scattering and ozone, straight up.
 //!
-//! Magnitudes at the zenith. Left out: aerosol, water vapour, the oxygen lines (0.03 mag of the i band at the zenith).
+//! Magnitudes at the zenith. Not included: aerosol, water vapour, the oxygen lines (0.03 mag of the i band at the
+//! zenith).
 
 use crate::base::error::{Error, Result};
 use crate::brightness::spectrum::{Band, Curve, SolarColumn, Spectrum, embedded};
@@ -65,7 +66,8 @@ mod tests {
 
     #[test]
     fn rayleigh_depth_is_the_standard_one() {
-        // Bodhaine et al. 1999 (J. Atmos. Oceanic Technol. 16, 1854), Table 4: 0.0972 at 550 nm, 0.3626 at 400, from memory
+        // Bodhaine et al. 1999 (J. Atmos. Oceanic Technol. 16, 1854), Table 4: 0.0972 at 550 nm, 0.3626 at 400, from
+        // memory
         assert!((rayleigh_depth(550.0) - 0.0972).abs() < 3e-4);
         assert!((rayleigh_depth(400.0) / 0.3626 - 1.0).abs() < 0.01);
     }

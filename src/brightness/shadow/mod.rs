@@ -1,7 +1,7 @@
 //! How much of the Sun or the Moon a satellite sees past the Earth, and through its air.
 //!
-//! Angles in rad, distances in km. Three shadows: a cylinder, the penumbra of an airless Earth, and the penumbra through
-//! the atmosphere. Left out: limb darkening, clouds and aerosol, the diffuse light of the twilight air.
+//! Angles in rad, distances in km. Three shadows: a cylinder, the penumbra of an airless Earth, and the penumbra
+//! through the atmosphere. Not included: limb darkening, clouds and aerosol, the diffuse light of the twilight air.
 
 mod atmosphere;
 mod colour;

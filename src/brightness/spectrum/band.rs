@@ -1,7 +1,8 @@
 //! Pass bands: transmission, what it multiplies, and the magnitude of the Sun in it.
 //!
 //! Wavelengths in nm. A band's magnitudes are ratios to the Sun's: its cited magnitude where there is one, else that of
-//! the ASTM extraterrestrial spectrum in AB. Left out: leaks outside the table, the change of a filter with temperature.
+//! the ASTM extraterrestrial spectrum in AB. Not included: leaks outside the table, the change of a filter with
+//! temperature.
 
 use std::path::Path;
 
@@ -71,7 +72,8 @@ impl Band {
         })
     }
 
-    /// A band that lets everything through between two wavelengths \[nm\] and nothing else; energy response, AB magnitudes.
+    /// A band that lets everything through between two wavelengths \[nm\] and nothing else; energy response, AB
+    /// magnitudes.
     ///
     /// # Errors
     /// [`Error::Model`] for wavelengths that do not rise or reach beyond the solar spectrum (280 to 4000 nm).

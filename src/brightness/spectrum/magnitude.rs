@@ -35,7 +35,7 @@ pub fn brightness_ratio(delta_mag: f64, mode: Mode) -> f64 {
 /// AB magnitude of an irradiance \[W/m²\] as the published model has it: all of it λ f_λ at 532 nm, c = 3·10⁸ m/s.
 ///
 /// `m = −2.5 lg (I λ/c / 3631·10⁻²⁶)`. 1360 W/m² is −27.06, the Sun's V is −26.76: 0.30 mag too bright. The clip of the
-/// published code at 10⁻⁵ (magnitude 12.5) is left out. `None` for no light.
+/// published code at 10⁻⁵ (magnitude 12.5) is excluded. `None` for no light.
 #[must_use]
 pub fn published_ab_mag(irradiance_w_m2: f64) -> Option<f64> {
     let f_nu_zero = irradiance_w_m2 * 532e-9 / 3e8 / 3631e-26;

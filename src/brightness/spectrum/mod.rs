@@ -1,7 +1,8 @@
-//! Spectra, pass bands and zero points: how much of a lamp's light a band collects, and which magnitude that is.
+//! Spectra, pass bands and zero points: how much of a light source's light a band collects, and which magnitude that
+//! is.
 //!
-//! Wavelengths in nm, spectral irradiances in W m⁻² nm⁻¹, ⟨f_ν⟩ in W m⁻² Hz⁻¹. Left out: the spectra of surfaces (they
-//! are grey) and of the Earth.
+//! Wavelengths in nm, spectral irradiances in W m⁻² nm⁻¹, ⟨f_ν⟩ in W m⁻² Hz⁻¹. Not included: the spectra of surfaces
+//! (they are grey) and of the Earth.
 
 mod band;
 mod curve;

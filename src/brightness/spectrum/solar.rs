@@ -1,6 +1,6 @@
 //! The Sun's spectrum, outside the atmosphere and at the ground, and spectra of the user's.
 //!
-//! W m⁻² nm⁻¹ over nm. Left out: lines narrower than the table's 0.5 to 5 nm, and the 0.1 % the Sun varies.
+//! W m⁻² nm⁻¹ over nm. Not included: lines narrower than the table's 0.5 to 5 nm, and the 0.1 % the Sun varies.
 
 use std::path::Path;
 

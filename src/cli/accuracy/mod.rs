@@ -24,10 +24,11 @@ Examples:
   satphot accuracy --extremes
   satphot accuracy --paths
   satphot accuracy earth-reflected --python ~/lumos/bin/python
-      draws lumos-sat's curve beside satphot's; sep and photutils for apertures and
+      draws lumos-sat's curve next to satphot's; sep and photutils for apertures and
       background-mesh. SATPHOT_PYTHON names interpreters too, with : between them.";
 
-/// Turns the knobs of numerical methods (--list shows which) and measures error against a converged reference, and CPU time.
+/// Turns the knobs of numerical methods (--list shows which) and measures error against a converged reference, and CPU
+/// time.
 ///
 /// Prints one line per setting and writes a table, a figure per method and a page. On one thread, so that CPU time is
 /// run time. `*` is the default, `.` a setting beaten by another in both error and time.
@@ -52,7 +53,7 @@ pub struct Accuracy {
     /// Compare two independent paths to each quantity instead: the worst disagreement
     #[arg(long, conflicts_with_all = ["methods", "quick", "full", "list"])]
     paths: bool,
-    /// Python with lumos-sat, sep or photutils, for their curves beside ours (repeatable)
+    /// Python with lumos-sat, sep or photutils, for their curves next to ours (repeatable)
     #[arg(long, value_name = "PYTHON")]
     python: Vec<PathBuf>,
     /// List the methods and stop

@@ -1,6 +1,7 @@
-//! Curves of other programs beside ours, from a Python of the user's that has them.
+//! Curves of other programs next to ours, from a Python of the user's that has them.
 //!
-//! The script is part of the program; what it cannot import is told and left out. Truth and errors are as in our sweeps.
+//! The script is part of the program; what it cannot import is reported and excluded. Truth and errors are as in our
+//! sweeps.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};

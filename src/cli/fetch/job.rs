@@ -21,7 +21,7 @@ use super::super::orbit_args::bad;
 use super::super::print;
 use super::args::{ElementFormat, ElementSource, Fetch};
 
-/// One call: what was asked for, with what it needs.
+/// One call: what was requested, with what it needs.
 pub struct Job<'a> {
     pub verb: &'a Fetch,
     pub config: Option<&'a Config>,
@@ -78,7 +78,7 @@ impl Job<'_> {
     }
 
     fn there(&self, path: &Path) {
-        self.note(&format!("{} is there and stays; --force fetches it anew", path.display()));
+        self.note(&format!("{} is there and stays; --force fetches it again", path.display()));
     }
 
     /// Elements that are there but too old for the night are a reason to fetch.
@@ -111,7 +111,7 @@ impl Job<'_> {
         }
     }
 
-    /// The moment elements are for, and what told it.
+    /// The moment elements are for, and its source.
     fn moment(&self) -> anyhow::Result<(Epoch, &'static str)> {
         if let Some(date) = &self.verb.date {
             let at = parse_utc("--date", date)?;
@@ -190,12 +190,14 @@ impl Job<'_> {
         }
         if !tle && !set.format().starts_with("OMM") {
             self.note(
-                "the archive keeps TLE for that date: the file holds one, whatever its name or --format; satphot tells by \
+                "the archive keeps TLE for that date: the file holds one, whatever its name or --format; satphot determines the format by \
                  its content",
             );
         }
         if tle_name && set.format().starts_with("OMM") {
-            self.note("the file holds OMM JSON, which satphot tells by its content; other programs may go by its name");
+            self.note(
+                "the file holds OMM JSON, which satphot recognises by its content; other programs may go by its name",
+            );
         }
         print(&format!("{}\n", path.display()));
         Ok(())
@@ -249,7 +251,8 @@ impl Job<'_> {
         Ok(one_query_each(fields))
     }
 
-    /// Names of the target, by which its frames are told from star pointings: of its elements, or as the model calls it.
+    /// Names of the target, by which its frames are distinguished from star pointings: of its elements, or as the model calls
+    /// it.
     fn target_names(&self, config: &Config) -> Vec<String> {
         let Some(orbit) = &config.orbit else { return Vec::new() };
         if let Ok((sets, _)) = read_elements_for(&orbit.elements, orbit.norad_cat_id) {

@@ -35,7 +35,7 @@ nadir, sun, sun_azimuth; or a normal fixed along the orbit (--lvlh) or among the
 
 The search samples the angle between beam and site, refines every minimum and brackets the two
 edges of the beam: 5.8 km at 7 km/s pass in less than a second and are found all the same.
-Approaches below the site's horizon are left out.
+Approaches below the site's horizon are excluded.
 
 A circular orbit of which only height and inclination are known takes its node and phase from
 --node-deg and --phase-deg; how often such an orbit's beam meets the site by chance is said.
@@ -45,7 +45,8 @@ Examples:
   satphot limits footprint --site -33.7703,151.1113,70 --start 2025-06-11T00:00:00 --node-deg 77
   satphot limits footprint --elements mirror.tle --start 2025-06-11T00:00:00 --csv";
 
-/// The beam of a mirror: diameter at the ground, nearest approaches to a site, crossings with their length and magnitude.
+/// The beam of a mirror: diameter at the ground, nearest approaches to a site, crossings with their length and
+/// magnitude.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub struct Footprint {
@@ -55,7 +56,7 @@ pub struct Footprint {
     /// Its reflectance
     #[arg(long, value_name = "RHO", default_value_t = 0.96, allow_hyphen_values = true)]
     reflectance: f64,
-    /// Divergence of the beam: the diameter of the lamp's disc [deg]
+    /// Divergence of the beam: the diameter of the light source's disc [deg]
     #[arg(long, value_name = "DEG", default_value_t = PUBLISHED_DIVERGENCE_DEG, allow_hyphen_values = true)]
     divergence_deg: f64,
     /// How it is held
@@ -76,7 +77,7 @@ pub struct Footprint {
         conflicts_with = "attitude"
     )]
     inertial_deg: Vec<f64>,
-    /// Lamp whose beam is followed
+    /// Light source whose beam is followed
     #[arg(long, value_name = "LAMP", default_value = "both", value_parser = ["sun", "moon", "both"])]
     lamp: String,
     /// Height of a circular orbit [km]
@@ -99,7 +100,7 @@ pub struct Footprint {
     /// Length of the search [h]
     #[arg(long, value_name = "H", default_value_t = 24.0, allow_hyphen_values = true)]
     hours: f64,
-    /// Nearest approaches listed for each lamp, besides crossings
+    /// Nearest approaches listed for each light source, besides crossings
     #[arg(long, value_name = "N", default_value_t = 5)]
     nearest: usize,
     /// Comma-separated values of all approaches instead of a table
@@ -163,7 +164,7 @@ impl Footprint {
                 }
             }
         };
-        // both lamps sample the same moments
+        // both light sources sample the same moments
         let kept: RefCell<std::collections::HashMap<u64, Scene>> = RefCell::default();
         let kept_at = |t_s: f64| -> satphot::Result<Scene> {
             if let Some(scene) = kept.borrow().get(&t_s.to_bits()) {
@@ -284,7 +285,7 @@ impl Footprint {
         ))
     }
 
-    /// Crossings and nearest approaches of one lamp's beam.
+    /// Crossings and nearest approaches of one light source's beam.
     fn lamp_text(&self, name: &str, all: &[Approach], utc: &dyn Fn(f64) -> String) -> String {
         let crossings = all.iter().filter(|a| a.inside.is_some()).count();
         let lit = all.iter().filter(|a| a.inside.is_some_and(|i| i.mag.is_some())).count();

@@ -1,4 +1,4 @@
-//! `satphot limits simple`: the paper's panel of one albedo under one lamp, as published and corrected.
+//! `satphot limits simple`: the paper's panel of one albedo under one light source, as published and corrected.
 
 use clap::Args;
 use satphot::brightness::lamps::FULL_MOON_V_MAG;
@@ -18,7 +18,7 @@ const AFTER_HELP: &str = "\
 A flat Lambert panel faces nadir over the observer. As published, moonlight falls on it with
 cos(incidence) = sin(Moon's altitude), which is that of a panel facing up; corrected, a Moon
 above the satellite's horizon shines on the back of the panel, and what lights its front is
-moonlight from the Earth (Lunar-Earthshine), computed with the whole model and shown beside it.
+moonlight from the Earth (Lunar-Earthshine), computed with the whole model and shown next to it.
 
 Without --mag the surface brightness is that of the computed magnitude; with it, of the one
 stated.

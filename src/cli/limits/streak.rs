@@ -107,7 +107,7 @@ pub struct Streak {
     /// What the seeing is: of the air at 500 nm (the paper's limits), or of the images
     #[arg(long, value_name = "WHAT", default_value = "air", value_parser = ["air", "images"])]
     seeing: String,
-    /// Lamp whose colour a grey satellite has; band: magnitudes are the band's already
+    /// Light source whose colour a grey satellite has; band: magnitudes are the band's already
     #[arg(long, value_name = "LAMP", default_value = "moon", value_parser = ["moon", "sun", "band"])]
     light: String,
     /// Comma-separated values instead of a table

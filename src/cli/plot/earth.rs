@@ -253,7 +253,7 @@ fn table(row: &EarthRow) -> String {
             "deg E, deg N, km",
         ),
         line("lamp in the zenith at", format!("{:.2}, {:.2}", row.lamp_lon_deg, row.lamp_lat_deg), "deg E, deg N"),
-        line("irradiance of the lamp", format!("{:.4e}", row.lamp_w_m2), "W m-2"),
+        line("irradiance of the light source", format!("{:.4e}", row.lamp_w_m2), "W m-2"),
         line("phase of the Moon", format!("{:.1}", row.moon_phase_deg), "deg"),
         line("radiance under the lamp, upwards", format!("{:.4e}", row.radiance_under_lamp_w_m2_sr), "W m-2 sr-1"),
         line("brightest in view", format!("{:.4e}", row.radiance_max_w_m2_sr), "W m-2 sr-1"),

@@ -24,12 +24,12 @@ const PHASES_DEG: [f64; 25] = [
 const AFTER_HELP: &str = "\
 V outside the atmosphere at mean distances (384400 km, 1 au). cox: -12.73 + 0.026|a| + 4e-9 a^4,
 as the paper has it, here tapered to no light past 150 deg; ks: the same with the surge below
-7 deg of Krisciunas & Schaefer 1991; rolo: Kieffer & Stone 2005 with zero libration, believed
-from 1.55 to 97 deg. * marks numbers beyond where a law is believed.
+7 deg of Krisciunas & Schaefer 1991; rolo: Kieffer & Stone 2005 with zero libration, valid
+from 1.55 to 97 deg. * marks numbers outside the range of validity of a law.
 
 The waxing and the waning Moon differ by 0.05 to 0.15 mag near 90 deg; no law here knows that
 (Cox has one law for both, and of ROLO the terms that are odd in the Sun's selenographic
-longitude are left out).
+longitude are not modelled).
 
 The paper compares Cox with the observations of Holzloehner et al. 2017 (its figure of the
 moonshine model) and finds good agreement but for small phase angles. Those observations are
@@ -94,7 +94,7 @@ impl Moon {
 
     fn notes(&self, tables: &[PathBuf], figures: &[PathBuf]) {
         tell(
-            "note: waxing and waning Moon differ by 0.05 to 0.15 mag near 90 deg, which these laws leave out; the \
+            "note: waxing and waning Moon differ by 0.05 to 0.15 mag near 90 deg, which these laws do not model; the \
              observations the paper compares with (Holzloehner et al. 2017) are literature only",
         );
         for file in tables.iter().chain(figures) {

@@ -28,7 +28,7 @@ use super::dome_args::site_of;
 use super::shards::{shard, together};
 use super::tally_table::{MomentTally, Table, add};
 
-/// Satellites of which the note tells the time.
+/// Satellites of which the note gives the time.
 const A_MILLION: f64 = 1e6;
 
 const AFTER_HELP: &str = "\
@@ -225,7 +225,7 @@ impl Constellation {
         Ok(Source::Walker(Walker::new(shells, count, &pattern)?))
     }
 
-    /// Of each object the set nearest to the first moment; what cannot be used is told.
+    /// Of each object the set nearest to the first moment; what cannot be used is reported.
     fn elements(&self, path: &Path, start: &Epoch) -> anyhow::Result<Source> {
         let file = read_elements_file(path)?;
         if let Some(first) = file.damaged.first().filter(|_| !self.quiet) {

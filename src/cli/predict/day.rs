@@ -74,7 +74,7 @@ pub struct Day {
     /// Azimuth in which the satellites move [deg]
     #[arg(long, value_name = "DEG", default_value_t = 90.0, allow_hyphen_values = true)]
     track_az_deg: f64,
-    /// Photometry table whose passes are drawn beside the model (repeatable)
+    /// Photometry table whose passes are drawn next to the model (repeatable)
     #[arg(long, value_name = "photometry.ecsv")]
     observed: Vec<PathBuf>,
     /// Comma-separated values instead of a summary
@@ -153,7 +153,7 @@ impl Day {
         Ok(())
     }
 
-    /// The passes of every table named; a table without one is told.
+    /// The passes of every table named; a table without one is reported.
     fn passes(&self, rows: &[DayRow], band: &str) -> anyhow::Result<Vec<ObservedPass>> {
         let mut all = Vec::new();
         for path in &self.observed {
@@ -262,7 +262,7 @@ fn parts(rows: &[DayRow]) -> String {
     text_table(&["medians over", "moments", "lit", "median V", "16 %", "84 %", "mag/arcsec2"], &lines)
 }
 
-/// Each observed pass beside the model.
+/// Each observed pass next to the model.
 fn passes_text(passes: &[ObservedPass]) -> String {
     let lines: Vec<Vec<String>> = passes
         .iter()

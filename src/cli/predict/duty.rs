@@ -27,7 +27,7 @@ const NIGHT_DEG: f64 = -18.0;
 
 const AFTER_HELP: &str = "\
 The Sun's altitude (its centre, no refraction) crosses -0.83 (sunset: upper limb, refraction),
--6, -12 and -18 deg at times found by bisection; twilight counted from 0 deg is told too. Where it never does, as in polar summer, a part is all of the window or nothing.
+-6, -12 and -18 deg at times found by bisection; twilight counted from 0 deg is reported too. Where it never does, as in polar summer, a part is all of the window or nothing.
 With --satellite the nights are asked too: a moment of night counts as observable where the
 median over the sky is brighter than --limit-mag. Unless given, that is the V at which the
 satellite overhead has the 1-sigma surface brightness of a tracked 10 s exposure under full
@@ -38,7 +38,7 @@ Examples:
   satphot predict duty --site -33.7703,151.1113,70 --date 2025-06-11 --satellite iss
   satphot predict duty --site 69.65,18.96,100 --date 2025-01-01 --days 365 --csv";
 
-/// Tells the share of time in which a satellite can be observed: in twilight, by day, by Moonlight.
+/// Reports the share of time in which a satellite can be observed: in twilight, by day, by Moonlight.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub struct Duty {

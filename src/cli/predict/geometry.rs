@@ -59,7 +59,7 @@ pub struct Geometry {
     /// Threads; 0 = all cores. The answer does not depend on it
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
     jobs: usize,
-    /// Say on standard error what was left out of each case, why, and the CPU time that saved
+    /// Say on standard error what was skipped in each case, why, and the CPU time that saved
     #[arg(long)]
     explain: bool,
     /// No progress bar, no notes

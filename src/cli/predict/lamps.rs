@@ -13,7 +13,7 @@ use satphot::visibility::forecast::dome::Overhead;
 
 use super::super::orbit_args::bad;
 
-/// A moment, or fixed lamps.
+/// A moment, or fixed light sources.
 #[derive(Debug, Clone, Args)]
 pub struct LampArgs {
     /// Moment, UTC, e.g. 2025-06-09T08:30:00: Sun and Moon by the ephemeris
@@ -147,7 +147,7 @@ impl Lamps {
         Ok(Self { site_km, marks, when, axes, sun, moon, phase_deg, moon_factor, sidereal_rad: sidereal })
     }
 
-    /// The sky with these lamps.
+    /// The sky with these light sources.
     pub fn sky(&self, radius_km: f64, height_km: f64, track_az_rad: f64) -> satphot::Result<Sky> {
         let mut sky = Sky::new(self.axes, (radius_km, height_km), track_az_rad, self.sun, self.moon)?;
         sky.sidereal_rad = self.sidereal_rad.unwrap_or(0.0);
@@ -165,7 +165,7 @@ impl Lamps {
         }
     }
 
-    /// Moonlight of the phase that was asked for, not of that the two directions make.
+    /// Moonlight of the phase that was requested, not of that the two directions make.
     pub fn scale_moonlight(&self, map: &mut SkyMap) {
         for point in &mut map.points {
             point.lights[2] *= self.moon_factor;
@@ -173,7 +173,7 @@ impl Lamps {
         }
     }
 
-    /// One line for each lamp.
+    /// One line for each light source.
     pub fn text(&self) -> String {
         let mut lines = String::new();
         for mark in &self.marks {

@@ -123,7 +123,7 @@ fn alone(satellite: &str, sets: &[String]) -> anyhow::Result<config::Model> {
     Ok(config.model.unwrap_or_else(|| config::Model::of(satellite)))
 }
 
-/// Where results go: a folder for everything, or single files told apart by their ending.
+/// Where results go: a folder for everything, or single files distinguished by their ending.
 #[derive(Debug, Clone, Args)]
 pub struct OutArgs {
     /// Folder for table and figure, or a file: .ecsv is the table, .svg the figure (repeatable)

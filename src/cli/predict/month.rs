@@ -38,7 +38,7 @@ i); with the Moon below the horizon at midnight the sky is dark (corrected). Zer
 noise are those with which the published limits 21.65/19.67 and 22.56/20.27 come out; the
 telescope's own measured zeropoint is 1.8 mag worse (`satphot limits tracked`).
 
-A satellite that is all mirror and whose beam never meets the observer is told, not drawn.
+A satellite that is all mirror and whose beam never meets the observer is reported, not drawn.
 
 Examples:
   satphot predict month --month 2025-06 --site -33.7703,151.1113,70 -o month

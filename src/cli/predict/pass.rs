@@ -73,7 +73,7 @@ pub struct Pass {
     /// Threads; 0 = all cores. The answer does not depend on it
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
     jobs: usize,
-    /// Say on standard error what was left out of each scene, why, and the CPU time that saved
+    /// Say on standard error what was skipped in each scene, why, and the CPU time that saved
     #[arg(long)]
     explain: bool,
     /// No progress bar, no notes
@@ -206,7 +206,7 @@ impl Pass {
     }
 }
 
-/// Tells what was left out of the rows, and the rows that were left out.
+/// Reports what was excluded from the rows, and the rows that were excluded.
 fn explain(tracker: &Tracker, engine: &Model, window: &Window, epochs: &[Epoch]) -> anyhow::Result<()> {
     let scenes = epochs.iter().map(|at| Ok(scene(&tracker.at(at)?))).collect::<Result<Vec<_>, Error>>()?;
     let clock = Clock::start();

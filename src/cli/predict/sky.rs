@@ -42,7 +42,7 @@ The summary gives the median and the range of 68 % twice: every area of the sky 
 (what a random satellite of a filled sky shows), and every altitude and azimuth counted alike
 (as a grid in both is averaged in publications).
 
-The tolerance is that of the sum of the lights: a light that is faint beside the others is
+The tolerance is that of the sum of the lights: a light that is faint compared with the others is
 computed no better than the sum needs.
 
 Examples:
@@ -113,7 +113,7 @@ pub struct Sky {
     /// Threads; 0 = all cores. The answer does not depend on it
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
     jobs: usize,
-    /// Say on standard error what was left out of the directions, why, and the CPU time that saved
+    /// Say on standard error what was excluded from the directions, why, and the CPU time that saved
     #[arg(long)]
     explain: bool,
     /// No progress bar, no notes
@@ -175,7 +175,7 @@ impl Sky {
         bar.done();
         lamps.scale_moonlight(&mut map);
         if !self.quiet && map.points.iter().any(|p| p.extrapolated) {
-            tell("note: the Moon's phase is beyond where its law is believed (150 deg; ROLO: 1.55 to 97 deg)");
+            tell("note: the Moon's phase is outside the range of validity of its law (150 deg; ROLO: 1.55 to 97 deg)");
         }
 
         if self.flux {

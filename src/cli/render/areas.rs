@@ -1,4 +1,4 @@
-//! The satellites whose components are known, and the areas of components beside the catalogue's.
+//! The satellites whose components are known, and the areas of components next to the catalogue's.
 
 use satphot::brightness::Catalogue;
 use satphot::report::summary::text_table;

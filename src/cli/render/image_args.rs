@@ -65,7 +65,7 @@ impl ImageArgs {
             ..RenderSettings::default()
         };
         let number = |text: &str| {
-            let wrong = || bad("--earth", format!("\"{text}\" is no number"));
+            let wrong = || bad("--earth", format!("\"{text}\" is not a number"));
             text.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(wrong)
         };
         match self.earth.split_once(':') {

@@ -28,7 +28,7 @@ sr-1 in the band, north up, east left, at the true range and aspect. Parts hide 
 Moon, the Earth and the sky from each other; a body that cannot (a convex one) needs no such
 rays, and a note says so.
 
--o takes a folder, or files told apart by their ending: .fits (the sum, then an image for each
+-o takes a folder, or files distinguished by their extension: .fits (the sum, then an image for each
 light), .png (a preview; with --lights-png NAME.png one panel for each light), .ecsv (the table).
 Grey levels of previews are an inverse hyperbolic sine, asinh(300 L/L_white), so that a thousandth
 of the brightest pixel can still be seen: nothing is to be measured from them. The middle of a
@@ -38,7 +38,7 @@ and its light, of the part it holds, goes by the place \"picture\".
 ones with --single; --csv prints its table as CSV.
 
 With --sensor a file of -o is of the frame: .fits its raw counts for `satphot run`, .png a preview
-of them, .ecsv signal over noise; a folder gets NAME_sensor.* beside the pictures. --csv then
+of them, .ecsv signal over noise; a folder gets NAME_sensor.* next to the pictures. --csv then
 prints the radiances, and the table of signal over noise goes to its .ecsv alone.
 
 Examples:
@@ -84,13 +84,13 @@ pub struct Render {
     /// List the satellites whose components are known
     #[arg(long, conflicts_with_all = OF_A_PICTURE)]
     list: bool,
-    /// Print the components' areas beside the catalogue's
+    /// Print the components' areas next to the catalogue's
     #[arg(long, conflicts_with_all = OF_A_PICTURE)]
     areas: bool,
     /// Print the file of components, to copy and change
     #[arg(long, conflicts_with_all = OF_A_PICTURE, conflicts_with = "areas")]
     toml: bool,
-    /// The published simulation of the ISS (9 June 2025, 10:33 UTC) beside ours
+    /// The published simulation of the ISS (9 June 2025, 10:33 UTC) next to ours
     #[arg(long, conflicts_with_all = OF_A_PICTURE, conflicts_with = "earth")]
     paper_case: bool,
     /// Comma-separated values instead of a table

@@ -23,7 +23,7 @@ pub struct Target<'a> {
     pub geometry: &'a Geometry,
 }
 
-/// A picture and all that is told of it.
+/// A picture and all that is reported of it.
 pub struct Shown<'a> {
     pub of: &'a Target<'a>,
     pub rendered: &'a Rendered,

@@ -1,4 +1,4 @@
-//! The published simulation of the resolved ISS beside ours.
+//! The published simulation of the resolved ISS next to ours.
 
 use satphot::paper::resolved_case::{CaseRow, resolved_case};
 use satphot::report::summary::text_table;

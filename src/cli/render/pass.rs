@@ -17,7 +17,7 @@ use super::bad;
 use super::files::PictureOut;
 use super::outputs::{laws, peak, tile, total, v_of, v_text};
 
-/// Around the instant asked for, where the pass is looked for [s].
+/// Around the instant requested, where the pass is looked for [s].
 const REACH_S: f64 = 3600.0;
 
 /// A pass instead of an instant.

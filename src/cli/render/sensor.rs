@@ -21,7 +21,8 @@ const LONGEST_S: f64 = 86_400.0;
 /// A telescope and its detector behind the picture.
 #[derive(Debug, Clone, Args)]
 pub struct SensorArgs {
-    /// Expose the picture with this sensor: macquarie-cdk24, or a telescope.toml; files of -o are then those of the frame
+    /// Expose the picture with this sensor: macquarie-cdk24, or a telescope.toml; files of -o are then those of the
+    /// frame
     #[arg(long, value_name = "NAME|FILE")]
     sensor: Option<String>,
     /// Set a key of the sensor, e.g. --sensor-set blur.fwhm_arcsec=1.2 (repeatable)
@@ -42,7 +43,7 @@ pub struct SensorArgs {
 }
 
 impl SensorArgs {
-    /// Whether a sensor was asked for.
+    /// Whether a sensor was requested.
     pub fn wanted(&self) -> bool {
         self.sensor.is_some()
     }
@@ -55,7 +56,7 @@ impl SensorArgs {
         }
     }
 
-    /// The settings of the sensor, if one was asked for, and an exposure time that can be.
+    /// The settings of the sensor, if one was requested, and an exposure time that can be.
     pub fn settings(&self) -> anyhow::Result<Option<SensorSettings>> {
         let Some(name) = &self.sensor else { return Ok(None) };
         if !(self.exptime_s > 0.0 && self.exptime_s <= LONGEST_S) {
@@ -224,6 +225,6 @@ fn notes(sensor: &Sensor, exposure: &Exposure, air: &Air, rows: &[SnrRow]) {
         ));
     }
     if exposure.beside_frac > 1e-3 {
-        tell(&format!("note: {:.1} % of the light fell beside the frame", 100.0 * exposure.beside_frac));
+        tell(&format!("note: {:.1} % of the light fell outside the frame", 100.0 * exposure.beside_frac));
     }
 }

@@ -13,7 +13,7 @@ use crate::fits::raw::{NewFits, Pixels};
 use crate::fits::write::write_hdus;
 use crate::resolved::RadianceImage;
 
-/// What a file tells of its picture besides the picture itself.
+/// What a file states about its picture besides the picture itself.
 #[derive(Debug, Clone, Default)]
 pub struct PictureFacts {
     /// Name of the satellite, as its elements have it.

@@ -1,6 +1,6 @@
 //! Radiance images for readers: the table of a picture, the picture as FITS, as PNG, and strips of many.
 //!
-//! W m⁻² sr⁻¹ in a band, magnitudes V. Leaves out: how a picture is made.
+//! W m⁻² sr⁻¹ in a band, magnitudes V. It does not cover how a picture is made.
 
 pub mod fits;
 mod font;
@@ -16,7 +16,8 @@ use crate::tables::RadianceRow;
 /// Name of the sum of the lights.
 pub const TOTAL: &str = "total";
 
-/// The rows of a picture: every light of the satellite (of the part in the picture) and their sum, then those of the test points.
+/// The rows of a picture: every light of the satellite (of the part in the picture) and their sum, then those of the
+/// test points.
 #[must_use]
 pub fn radiance_rows(renderer: &Renderer, rendered: &Rendered, points: &[PointLight]) -> Vec<RadianceRow> {
     let image = &rendered.image;

@@ -1,7 +1,8 @@
 //! Radiance images to look at: PNG with a scale bar and a north arrow, alone, light by light, or as a strip of a pass.
 //!
-//! Grey levels by an inverse hyperbolic sine over the brightest pixel, so that a thousandth of it can still be seen; bars
-//! in metres and arcseconds; captions that are too long go on in the next line. Left out: colour, and anything to be measured from a picture.
+//! Grey levels by an inverse hyperbolic sine over the brightest pixel, so that a thousandth of it can still be seen;
+//! bars in metres and arcseconds; captions that are too long go on in the next line. Not included: colour, and anything
+//! to be measured from a picture.
 
 use std::path::Path;
 
@@ -19,7 +20,7 @@ const BACKGROUND: u8 = 12;
 const INK: u8 = 225;
 /// Dots between tiles.
 const GAP: usize = 6;
-/// Room of the compass beside the captions: lines, and dots for letters of single size.
+/// Room of the compass next to the captions: lines, and dots for letters of single size.
 const COMPASS_LINES: usize = 3;
 const COMPASS_DOTS: usize = 32;
 /// Smallest side of a picture that stands alone \[dots\].
@@ -73,7 +74,7 @@ pub fn write_sheet(path: &Path, title: &str, tiles: &[Tile], columns: usize) -> 
     let zoom = if tiles.len() == 1 { ALONE.div_ceil(nx.max(1)) } else { 1 };
     let letter = if nx * zoom >= 380 { 2 } else { 1 };
     let line = (font::HEIGHT + 3) * letter;
-    // under each picture its scale bar, then its captions, and beside them the compass
+    // under each picture its scale bar, then its captions, and next to them the compass
     let step = (font::WIDTH + 1) * letter;
     let wide = (nx * zoom).max(LEAST_LETTERS * step + COMPASS_DOTS * letter);
     let room = (wide - COMPASS_DOTS * letter) / step;

@@ -1,6 +1,6 @@
 //! The table of signal over noise of an exposed picture, one row for each light or sum of lights.
 //!
-//! e⁻ and pure numbers. Leaves out: how they are computed, see [`crate::resolved::sensor::signal_to_noise`].
+//! e⁻ and pure numbers. It does not cover how they are computed, see [`crate::resolved::sensor::signal_to_noise`].
 
 use crate::resolved::sensor::Snr;
 use crate::tables::SnrRow;

@@ -1,7 +1,7 @@
 //! The dither of quantised floats: integers of a tile to physical values.
 //!
-//! Physical units of the file. v = ZZERO + ZSCALE (i − r + ½) with r of the standard's table of random numbers (FITS 4.0
-//! section 10.2 and appendix I). Leaves out the scaling itself ([`crate::fits::linear`]).
+//! Physical units of the file. v = ZZERO + ZSCALE (i − r + ½) with r of the standard's table of random numbers (FITS
+//! 4.0 section 10.2 and appendix I). It does not cover the scaling itself ([`crate::fits::linear`]).
 
 use std::sync::OnceLock;
 

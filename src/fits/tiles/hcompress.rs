@@ -1,7 +1,8 @@
 //! H-compress decoding of one tile: a quadtree of bit planes, then the inverse H-transform.
 //!
-//! Stored integers. FITS 4.0 section 10.4.4, after R. White's `hdecompress` (STScI, as in CFITSIO). The stream says its own
-//! size, which must be that of the tile; every bit is asked for, none is read past the end. Arithmetic wraps as there.
+//! Stored integers. FITS 4.0 section 10.4.4, after R. White's `hdecompress` (STScI, as in CFITSIO). The stream says its
+//! own size, which must be that of the tile; every bit is requested, none is read past the end. Arithmetic wraps as
+//! there.
 
 use super::hsmooth::smoothed;
 

@@ -1,7 +1,7 @@
 //! Where the tiles of a compressed image lie in its table and heap, and how each is to be decoded.
 //!
-//! Bytes and pixels. From a header the scan has passed; the descriptors in the table are checked here, tile by tile, against
-//! the heap.
+//! Bytes and pixels. From a header the scan has passed; the descriptors in the table are checked here, tile by tile,
+//! against the heap.
 
 use std::ops::Range;
 
@@ -43,7 +43,8 @@ pub(super) struct Place {
     pub method: Method,
 }
 
-/// A column of the table: where it begins in a row, and its code in TFORM; of an array in the heap, that of its elements.
+/// A column of the table: where it begins in a row, and its code in TFORM; of an array in the heap, that of its
+/// elements.
 #[derive(Debug, Clone, Copy)]
 struct Column {
     at: usize,
@@ -201,7 +202,7 @@ impl Layout {
             Method::Plio | Method::HCompress { .. } => 4_096,
         };
         let rows = rows.chunks_exact(self.row_bytes.max(1)).enumerate();
-        // a damaged row is told when its tile is read
+        // a damaged row is reported when its tile is read
         rows.filter_map(|(k, row)| self.place(row, k).ok()).map(|p| u128::from(p.bytes) * most(p.method)).sum()
     }
 

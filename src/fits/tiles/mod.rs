@@ -82,7 +82,7 @@ impl Tiles {
     pub(crate) fn read(&mut self, (x0, y0): (usize, usize), (nx, ny): (usize, usize), out: &mut [f32]) -> Result<()> {
         let (full_nx, full_ny) = self.layout.size_px;
         if out.len() != nx * ny || nx == 0 || ny == 0 || x0 + nx > full_nx || y0 + ny > full_ny {
-            return Err(self.bad(format!("asked for {nx}x{ny} pixels at ({x0}, {y0}) of {full_nx}x{full_ny}")));
+            return Err(self.bad(format!("requested {nx}x{ny} pixels at ({x0}, {y0}) of {full_nx}x{full_ny}")));
         }
         let (tile_nx, tile_ny) = self.layout.tile_px;
         let along = x0 / tile_nx..(x0 + nx).div_ceil(tile_nx);

@@ -1,6 +1,6 @@
-//! Every way a header tells the middle of the exposure, in the order of trust, each checked against the exposure time.
+//! Every way a header states the middle of the exposure, in the order of trust, each checked against the exposure time.
 //!
-//! Seconds. Leaves out which of them is used ([`super::mid_time`]) and what a stamp's comment means
+//! Seconds. It does not cover which of them is used ([`super::mid_time`]) and what a stamp's comment means
 //! ([`super::meaning`]).
 
 use hifitime::{Epoch, TimeScale, Unit};
@@ -35,14 +35,14 @@ const MIDS: [&str; 8] = ["DATE-AVG", "DATEAVG", "DATE-MID", "MJD-AVG", "MJD-MID"
 /// Start of the exposure.
 const STARTS: [&str; 8] =
     ["DATE-BEG", "DATE-OBS", "CAMERA-DATE-OBS", "DATE_OBS", "MJD-BEG", "MJD-OBS", "MJD-STR", "JD"];
-/// Time of day beside a DATE-OBS that has only a date.
+/// Time of day next to a DATE-OBS that has only a date.
 const TIMES_OF_DAY: [&str; 9] =
     ["TIME-OBS", "TIME-BEG", "UTSTART", "UTC-OBS", "UT-STR", "UTSHUT", "UTC", "UT", "TIME_OBS"];
 /// A span this much longer than the exposure, and half of it, is one of several exposures \[s\]: slow cameras need some
 /// seconds to read out. SharpCap stamps its live stacks from the first to the last frame.
 const SEVERAL_S: (f64, f64) = (10.0, 2.0);
 
-/// Seconds from the start to the end the header tells, whatever the exposure time; the keywords.
+/// Seconds from the start to the end the header states, whatever the exposure time; the keywords.
 pub(crate) fn span_s(header: &Header) -> Option<(f64, String)> {
     let scale = stamp::time_scale(header, std::path::Path::new("")).ok()?;
     let mut finder = Finder::new(header, scale, 0.0);
@@ -72,7 +72,7 @@ impl<'a> Finder<'a> {
         Self { header, scale, exptime_s, found, rejected, warnings, several: None, doubt_s: 0.0 }
     }
 
-    /// All candidates; `means` other than `Header` lets only starts count, as told.
+    /// All candidates; `means` other than `Header` lets only starts count, as reported.
     pub fn collect(&mut self, own: &[String], means: DateObsMeans) {
         if means == DateObsMeans::Header {
             for key in own {
@@ -313,7 +313,7 @@ impl<'a> Finder<'a> {
         Candidate { mid, source, kind, stamp: marks, err_s }
     }
 
-    /// Local time written as UTC: DATE-LOC equals DATE-OBS, or differs by what is no time zone of the site.
+    /// Local time written as UTC: DATE-LOC equals DATE-OBS, or differs by what is not a time zone of the site.
     fn note_local_time(&mut self) {
         let Some(utc) = self.header.text("DATE-OBS") else { return };
         let lon_deg = crate::frames::header::header_site(self.header, &Default::default()).0.map(|s| s.lon_deg);
@@ -341,8 +341,8 @@ impl<'a> Finder<'a> {
     }
 }
 
-/// Whether a legal time `zone_h` ahead of UTC is too far from the Sun's, `solar_h` ahead; beyond the date line it may be a
-/// day.
+/// Whether a legal time `zone_h` ahead of UTC is too far from the Sun's, `solar_h` ahead; beyond the date line it may
+/// be a day.
 fn is_no_zone(zone_h: f64, solar_h: f64) -> bool {
     let off_h = (zone_h - solar_h).abs();
     off_h > 4.0 && (off_h - 24.0).abs() > 2.0

@@ -1,6 +1,6 @@
 //! What a single stamp means: start, middle or end, by the comment of its card and the program that wrote it.
 //!
-//! Leaves out the arithmetic ([`super::candidates`]).
+//! It does not cover the arithmetic ([`super::candidates`]).
 
 use hifitime::Epoch;
 
@@ -27,8 +27,8 @@ pub(super) fn program(header: &Header) -> String {
 
 /// Meaning of a start keyword's stamp, and why it is not a start.
 ///
-/// SharpCap before version 4 stamps the finished frame (`System Clock-Frame Grabbed`), version 4 names start, middle and
-/// end (`System Clock:Est. Frame Start`). INDIGO wrote the end until 2019 (its pull request 265).
+/// SharpCap before version 4 stamps the finished frame (`System Clock-Frame Grabbed`), version 4 names start, middle
+/// and end (`System Clock:Est. Frame Start`). INDIGO wrote the end until 2019 (its pull request 265).
 pub(super) fn meaning(header: &Header, comment: &str, at: Epoch) -> (Meaning, &'static str) {
     let comment = comment.to_ascii_lowercase();
     let says = |words: &[&str]| words.iter().any(|w| comment.contains(w));

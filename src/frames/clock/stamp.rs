@@ -1,7 +1,7 @@
 //! One time stamp: text or day number to an instant.
 //!
-//! ISO 8601 as FITS writes it, day/month/year of the last century's headers, Julian dates. Instants are kept in TAI so that
-//! adding seconds crosses a leap second correctly. Leaves out what the stamp means ([`super::meaning`]).
+//! ISO 8601 as FITS writes it, day/month/year of the last century's headers, Julian dates. Instants are kept in TAI so
+//! that adding seconds crosses a leap second correctly. It does not cover what the stamp means ([`super::meaning`]).
 
 use std::path::Path;
 
@@ -79,8 +79,8 @@ pub(super) fn parse_time_after(start: &str, time: &str, scale: TimeScale) -> std
     Ok(if before { Stamp { epoch: stamp.epoch + 1 * Unit::Day, ..stamp } } else { stamp })
 }
 
-/// `yyyy-mm-ddThh:mm:ss[.f][Z]`, also with a space, `yyyy/mm/dd`, or `dd/mm/yy` before the time; a zone such as `+10:00`
-/// is taken off. Second 60 is a leap second where there was one and a rounded 59.999 elsewhere.
+/// `yyyy-mm-ddThh:mm:ss[.f][Z]`, also with a space, `yyyy/mm/dd`, or `dd/mm/yy` before the time; a zone such as
+/// `+10:00` is subtracted. Second 60 is a leap second where there was one and a rounded 59.999 elsewhere.
 pub(super) fn parse(text: &str, scale: TimeScale) -> std::result::Result<Stamp, String> {
     let text = text.trim();
     let text = text.strip_suffix("UTC").unwrap_or(text).trim_end();

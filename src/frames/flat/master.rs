@@ -1,7 +1,7 @@
 //! The master flat: the median of the night's flats, each divided by its own level, streamed in row bands.
 //!
 //! Response without unit, median 1 inside the clip circle; levels in ADU above the pedestal. A pixel that is zero, low
-//! or not a number is masked and never divided by. Leaves out darks and illumination correction.
+//! or not a number is masked and never divided by. It does not cover darks and illumination correction.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -26,7 +26,7 @@ use crate::frames::exposure::Exposure;
 use crate::frames::read::{Pixels, TILE_ROWS};
 use crate::frames::sample::never_filled;
 
-/// Memory for the bands of all threads together, where nothing else is asked for \[bytes\].
+/// Memory for the bands of all threads together, where nothing else is requested \[bytes\].
 pub const BAND_BYTES: usize = 32 << 20;
 
 /// One flat of the night and what became of it.
@@ -34,8 +34,8 @@ pub const BAND_BYTES: usize = 32 << 20;
 pub struct FlatMember {
     /// The file.
     pub path: PathBuf,
-    /// Median level inside the clip circle, above the pedestal \[ADU\]; NaN if it could not be read. Of a large frame, that
-    /// of rows which hold 2 million pixels.
+    /// Median level inside the clip circle, above the pedestal \[ADU\]; NaN if it could not be read. Of a large frame,
+    /// that of rows which hold 2 million pixels.
     pub level_adu: f64,
     /// Whether it is part of the master.
     pub used: bool,
@@ -64,16 +64,16 @@ impl MasterFlat {
     /// Makes the master of `flats`.
     ///
     /// F = median_k[(N_k − pedestal) / level_k], then divided by its own median. Levels and medians inside the clip
-    /// circle. With `config.scale` none, or levels that are all the same, level_k is left out, and 16-bit files are
-    /// combined as they are stored: less work. A saturated or NaN pixel is left out of its median; with at most half of
+    /// circle. With `config.scale` none, or levels that are all the same, level_k is excluded, and 16-bit files are
+    /// combined as they are stored: less work. A saturated or NaN pixel is excluded from its median; with at most half of
     /// the flats left, or at or below `config.min_response`, it is masked. Flats of another size than most, or of a
     /// level outside `config.level_range_frac` of full scale, are rejected with a reason.
     ///
     /// Memory: the result, and `band_bytes` for the bands of all threads together. The result depends on neither.
     ///
     /// # Errors
-    /// [`Error::Flat`] if fewer than `config.min_flats` are usable, naming the reasons; [`Error::Fits`] or [`Error::Io`]
-    /// naming a flat that became unreadable after its level was measured.
+    /// [`Error::Flat`] if fewer than `config.min_flats` are usable, naming the reasons; [`Error::Fits`] or
+    /// [`Error::Io`] naming a flat that became unreadable after its level was measured.
     pub fn make(
         flats: &[Exposure],
         detector: &Detector,

@@ -1,7 +1,7 @@
 //! The exact median of a stack of frames, pixel by pixel: a sorting network on lanes of pixels.
 //!
 //! No units. The median of an even number is the mean of the two middle values. A lane whose pixel must not vote is
-//! noted beside the network and redone by a plain sort. Leaves out where the pixels come from
+//! noted next to the network and redone by a plain sort. It does not cover where the pixels come from
 //! ([`super::stack`]) and medians of millions of values ([`super::levels`]).
 
 /// Pixels sorted at once. Whole cache lines (see the alignment): 42 frames of f32 are 21 kB, which the fastest cache

@@ -1,7 +1,7 @@
 //! Whether a header names the configured camera: names of one camera as makers, drivers and observers spell them.
 //!
 //! Compared are model designations (letters with a number: ASI6200MM, QHY600M, C3-61000), without case, punctuation,
-//! the maker's name and words such as "Pro" or "Camera". Leaves out which sensor is in which camera.
+//! the maker's name and words such as "Pro" or "Camera". It does not cover which sensor is in which camera.
 
 /// What the name in a header says of the configured camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,8 +76,8 @@ fn designation(name: &str) -> String {
     words.filter(|word| !NOISE.contains(word)).collect()
 }
 
-/// Whether there is a model in a designation: a number of three digits, or letters with a number; no serial number, which is
-/// long and hexadecimal.
+/// Whether there is a model in a designation: a number of three digits, or letters with a number; no serial number,
+/// which is long and hexadecimal.
 fn names_a_model(designation: &str) -> bool {
     if designation.len() >= SERIAL && designation.bytes().all(|b| b.is_ascii_hexdigit()) {
         return false;

@@ -1,6 +1,6 @@
 //! A header from wherever it is: a FITS file, one without an image, or text that was pasted.
 //!
-//! Leaves out what the keywords mean.
+//! It does not cover what the keywords mean.
 
 use std::io::Read as _;
 use std::path::{Path, PathBuf};

@@ -1,22 +1,24 @@
-//! The exposure time: seconds, unless comment, unit or the other keywords say milliseconds; the first keyword above zero.
+//! The exposure time: seconds, unless comment, unit or the other keywords say milliseconds; the first keyword above
+//! zero.
 //!
-//! Leaves out the range a light frame may have ([`crate::frames::exposure`]) and the cadence of the night.
+//! It does not cover the range a light frame may have ([`crate::frames::exposure`]) and the cadence of the night.
 
 use super::names::{Aliases, keywords};
 use super::sourced::Sourced;
 use crate::fits::cards::{Header, parse_number};
 use crate::frames::clock::span_s;
 
-/// Keywords that disagree by more than this share are told.
+/// Keywords that disagree by more than this share are reported.
 const DISAGREE_FRAC: f64 = 0.05;
 
-/// Exposure time \[s\] with its keyword, and what is odd: unreadable values, zeros, keywords that disagree, milliseconds.
+/// Exposure time \[s\] with its keyword, and what is odd: unreadable values, zeros, keywords that disagree,
+/// milliseconds.
 ///
-/// A value of zero or less is passed over where another keyword has a positive one (some drivers write `EXPTIME = 0` next
-/// to a right `EXPOSURE`), and a warning says so; where all are zero the first is returned.
+/// A value of zero or less is passed over where another keyword has a positive one (some drivers write `EXPTIME = 0`
+/// next to a right `EXPOSURE`), and a warning says so; where all are zero the first is returned.
 ///
-/// Milliseconds are recognised by the comment (`[ms]`), by the unit in a string (`'5000 ms'`), and where another keyword or
-/// end minus start is a thousand times shorter.
+/// Milliseconds are recognised by the comment (`[ms]`), by the unit in a string (`'5000 ms'`), and where another
+/// keyword or end minus start is a thousand times shorter.
 #[must_use]
 pub fn exposure_time(header: &Header, aliases: &Aliases) -> (Option<Sourced<f64>>, Vec<String>) {
     let mut warnings = Vec::new();

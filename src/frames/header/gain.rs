@@ -1,6 +1,6 @@
 //! GAIN: the camera's setting for amateur programs, electrons per ADU for observatories.
 //!
-//! Settings in 0.1 dB as the camera counts them, conversion in e⁻/ADU. Leaves out the camera tables
+//! Settings in 0.1 dB as the camera counts them, conversion in e⁻/ADU. It does not cover the camera tables
 //! ([`crate::frames::camera`]), which win over the header unless the configuration says otherwise.
 
 use super::names::{Aliases, keywords};

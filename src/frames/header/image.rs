@@ -1,6 +1,6 @@
 //! What was done to the pixels before we see them: stacking, colour, calibration, binning, order of the rows.
 //!
-//! Pedestals in ADU. Leaves out what is refused because of it ([`crate::frames::exposure`]).
+//! Pedestals in ADU. It does not cover what is refused because of it ([`crate::frames::exposure`]).
 
 use super::names::{Aliases, keywords};
 use super::sourced::Sourced;
@@ -18,7 +18,7 @@ pub fn stack(header: &Header) -> Option<(String, String)> {
     if let Some(text) = header.text("INTEGRAT") {
         return Some(("INTEGRAT".into(), format!("'{text}'")));
     }
-    // PixInsight tells the number in its history
+    // PixInsight gives the number in its history
     let images = header.cards().iter().filter(|c| c.keyword == "HISTORY").find_map(|c| {
         let (_, n) = c.value.split_once("numberOfImages:")?;
         n.trim().parse::<f64>().ok().filter(|n| *n > 1.0)
@@ -40,8 +40,8 @@ pub fn colour(header: &Header) -> Option<(String, String)> {
     })
 }
 
-/// The keyword and the number of images a cube holds, where it is not three planes of colours: a sequence of exposures, a
-/// stack of extensions, a spectrum.
+/// The keyword and the number of images a cube holds, where it is not three planes of colours: a sequence of exposures,
+/// a stack of extensions, a spectrum.
 #[must_use]
 pub fn cube(header: &Header) -> Option<(String, i64)> {
     planes(header).filter(|(_, n)| *n != 3)
@@ -55,12 +55,12 @@ fn planes(header: &Header) -> Option<(String, i64)> {
     Some((format!("NAXIS{first}"), axes.iter().fold(1_i64, |all, (_, n)| all.saturating_mul(*n))))
 }
 
-/// What calibration a header tells of.
+/// What calibration a header states of.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Calibration {
     /// CALSTAT of MaxIm and others: B bias, D dark, F flat.
     pub calstat: Option<String>,
-    /// Bias or dark taken off, by CALSTAT.
+    /// Bias or dark subtracted, by CALSTAT.
     pub zero_subtracted: bool,
     /// Divided by a flat, by CALSTAT.
     pub flat_divided: bool,
@@ -128,7 +128,7 @@ pub fn binning(header: &Header, aliases: &Aliases) -> (Sourced<u32>, Vec<String>
     (Sourced::new(1, "not told"), warnings)
 }
 
-/// ROWORDER: whether the first row of the file is the top of the picture; `None` if not told.
+/// ROWORDER: whether the first row of the file is the top of the picture; `None` if not given.
 #[must_use]
 pub fn row_order(header: &Header) -> Option<String> {
     header.text("ROWORDER").map(|o| o.to_ascii_uppercase())

@@ -1,7 +1,7 @@
 //! What header keywords mean: the synonyms of every camera program, their units, signs and traps.
 //!
 //! One function per quantity; each gives the value with the keyword it is from and words on anything odd. Units in the
-//! names. Leaves out times (`clock`) and the decision what a frame is for (`exposure`).
+//! names. It does not cover times (`clock`) and the decision what a frame is for (`exposure`).
 
 mod angle;
 mod camera;

@@ -1,7 +1,8 @@
-//! The synonyms: which keywords carry a quantity, in the order in which they are believed.
+//! The synonyms: which keywords carry a quantity, in the order in which they are trusted.
 //!
-//! Sources: FITS 4.0; SBFITSEXT 1.0; headers of N.I.N.A., SharpCap, Sequence Generator Pro, MaxIm DL, APT, PRISM, Seestar,
-//! Dwarf, LCO (BANZAI), Rubin, Subaru, VATT. Leaves out pairs (site, pointing) and time stamps, which have their own rules.
+//! Sources: FITS 4.0; SBFITSEXT 1.0; headers of N.I.N.A., SharpCap, Sequence Generator Pro, MaxIm DL, APT, PRISM,
+//! Seestar, Dwarf, LCO (BANZAI), Rubin, Subaru, VATT. It does not cover pairs (site, pointing) and time stamps, which
+//! have their own rules.
 
 use std::collections::BTreeMap;
 

@@ -1,12 +1,13 @@
-//! Camera, filter and pixel scale as a header tells them.
+//! Camera, filter and pixel scale as a header states them.
 //!
-//! Scales in arcsec/px, pixels in µm with the binning, focal lengths in mm. Leaves out the configuration, which wins.
+//! Scales in arcsec/px, pixels in µm with the binning, focal lengths in mm. It does not cover the configuration, which
+//! wins.
 
 use super::names::{Aliases, find, keywords};
 use super::sourced::Sourced;
 use crate::fits::cards::Header;
 
-/// What a header tells of camera and optics.
+/// What a header states of camera and optics.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Optics {
     /// The camera.
@@ -23,9 +24,9 @@ pub struct Optics {
     pub warnings: Vec<String>,
 }
 
-/// The text of FILTER and its synonyms; `None` where it is absent. What it means, [`filter_meaning`] tells.
+/// The text of FILTER and its synonyms; `None` where it is absent. What it means, [`filter_meaning`] gives.
 ///
-/// FWHEEL is no synonym: N.I.N.A. and Sequence Generator Pro write the name of the wheel there.
+/// FWHEEL is not a synonym: N.I.N.A. and Sequence Generator Pro write the name of the wheel there.
 ///
 /// [`filter_meaning`]: crate::bands::filter_meaning
 #[must_use]

@@ -1,7 +1,7 @@
-//! The observatory as a header tells it, and whether it is the configured one.
+//! The observatory as a header states it, and whether it is the configured one.
 //!
 //! WGS84 degrees, north and east positive, metres. Sexagesimal strings, unset zeros, longitudes counted west and
-//! geocentric coordinates are understood. Leaves out which site geometry uses: always the configured one.
+//! geocentric coordinates are understood. It does not cover which site geometry uses: always the configured one.
 
 use super::names::Aliases;
 use super::sexagesimal;
@@ -15,13 +15,13 @@ pub struct HeaderSite {
     pub lat_deg: f64,
     /// Longitude, east positive, -180 to 180 \[deg\].
     pub lon_deg: f64,
-    /// Height \[m\], where told.
+    /// Height \[m\], where given.
     pub alt_m: Option<f64>,
     /// The keywords.
     pub source: String,
 }
 
-/// A header's site beside the configured one.
+/// A header's site next to the configured one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SiteCheck {
     /// Within 0.1 deg.
@@ -135,7 +135,7 @@ mod tests {
         );
         let s = s.unwrap();
         assert!((s.lon_deg + 70.805).abs() < 1e-9 && s.alt_m == Some(2201.0) && s.source.starts_with("LATITUDE"));
-        // the geocentric coordinates of an LCO header beside its geodetic ones: -30.1676541, -70.8046270, 2201 m
+        // the geocentric coordinates of an LCO header next to its geodetic ones: -30.1676541, -70.8046270, 2201 m
         let xyz = "OBSGEO-X=  1815200.221\nOBSGEO-Y= -5213900.700\nOBSGEO-Z= -3187561.361\n";
         let s = of(xyz).unwrap();
         // LCO's own two forms differ by some metres

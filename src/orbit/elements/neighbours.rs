@@ -1,7 +1,7 @@
 //! Sets of one object that cannot all be true: each is propagated to its neighbour's epoch and compared.
 //!
-//! km and degrees. A checksum tells typing errors, not invented orbits. The plane of an orbit is the judge: drag, burns and
-//! raising move a satellite along its path by hundreds of km within days, but do not tilt its plane.
+//! km and degrees. A checksum detects typing errors, not invented orbits. The plane of an orbit is the judge: drag,
+//! burns and raising move a satellite along its path by hundreds of km within days, but do not tilt its plane.
 
 use std::fmt;
 
@@ -12,10 +12,11 @@ use crate::orbit::time::utc_text;
 
 /// Sets farther apart in time than this are not compared \[d\].
 const SPAN_D: f64 = 14.0;
-/// No satellite tilts its plane by this much within [`SPAN_D`] \[deg\]: raised by 100 km, the node of a low orbit drifts by
-/// 2 degrees.
+/// No satellite tilts its plane by this much within [`SPAN_D`] \[deg\]: raised by 100 km, the node of a low orbit
+/// drifts by 2 degrees.
 const TILT_DEG: f64 = 5.0;
-/// Apart by this much within [`FAR_SPAN_D`], the observer is told \[km\]: drag alone stays below 100 km, a reboost may not.
+/// Apart by this much within [`FAR_SPAN_D`], the observer is reported \[km\]: drag alone stays below 100 km, a reboost
+/// may not.
 const FAR_KM: f64 = 500.0;
 /// The span of that comparison \[d\].
 const FAR_SPAN_D: f64 = 5.0;

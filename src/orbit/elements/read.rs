@@ -1,7 +1,7 @@
-//! A file of elements, whatever its format and its dress: told apart by how it begins.
+//! A file of elements, whatever its format and its dress: distinguished by how it begins.
 //!
-//! Text in UTF-8 or Latin-1, with or without a byte-order mark, lines ended as on Unix, Windows or old Macs. The formats
-//! themselves are in [`crate::orbit::tle`], [`crate::orbit::omm`] and [`super::xml`].
+//! Text in UTF-8 or Latin-1, with or without a byte-order mark, lines ended as on Unix, Windows or old Macs. The
+//! formats themselves are in [`crate::orbit::tle`], [`crate::orbit::omm`] and [`super::xml`].
 
 use super::set::DamagedSet;
 use super::set::ElementsFile;
@@ -14,12 +14,12 @@ use super::xml;
 use crate::base::error::{Error, Result};
 use crate::orbit::{omm, tle};
 
-/// Reads the sets for one object: as [`read_elements`], but a damaged set of *another* object is a warning, not an error.
-/// All readable sets are returned; which object is meant is `norad`, or the only one of the file.
+/// Reads the sets for one object: as [`read_elements`], but a damaged set of *another* object is a warning, not an
+/// error. All readable sets are returned; which object is meant is `norad`, or the only one of the file.
 ///
 /// # Errors
-/// As [`read_elements`] for a damaged set that may be of the object; [`Error::Orbit`] for one of another object where no
-/// number says which is meant.
+/// As [`read_elements`] for a damaged set that may be of the object; [`Error::Orbit`] for one of another object where
+/// no number says which is meant.
 pub fn read_elements_for(path: &Path, norad: Option<u64>) -> Result<(Vec<Elements>, Vec<String>)> {
     let file = parsed(std::fs::read(path).map_err(|e| Error::io(path, e))?, path)?;
     let Some(first) = file.damaged.first() else { return Ok((file.sets, Vec::new())) };
@@ -62,8 +62,8 @@ fn strict(path: &Path, damaged: &DamagedSet) -> Error {
 
 /// Reads every element set of a file: TLE, 3LE (name lines with or without `0 `), OMM JSON, KVN, CSV or XML.
 ///
-/// Blank lines, comments (`#`) and trailing blanks are accepted in TLE files. A damaged set is an error, also among good
-/// ones.
+/// Blank lines, comments (`#`) and trailing blanks are accepted in TLE files. A damaged set is an error, also among
+/// good ones.
 ///
 /// # Errors
 /// [`Error::Io`]; [`Error::Table`] with file, line and what was expected; [`Error::NoInput`] for a file without sets.
@@ -122,7 +122,7 @@ fn parsed(bytes: Vec<u8>, path: &Path) -> Result<ElementsFile> {
     Ok(file)
 }
 
-/// Whether the first line that is no comment is a `KEY = value` of an OMM.
+/// Whether the first line that is not a comment is a `KEY = value` of an OMM.
 fn is_kvn(text: &str) -> bool {
     let said =
         |l: &&str| !l.trim().is_empty() && !l.trim_start().starts_with(['#']) && !l.trim_start().starts_with("COMMENT");

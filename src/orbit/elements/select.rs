@@ -1,6 +1,6 @@
 //! Which set of many is meant: by object, by epoch, by age; and the names an object goes by.
 //!
-//! Days. Leaves out whether the sets agree with each other ([`super::neighbours`]).
+//! Days. It does not cover whether the sets agree with each other ([`super::neighbours`]).
 
 use hifitime::Epoch;
 

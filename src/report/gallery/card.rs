@@ -1,6 +1,6 @@
 //! One frame of the gallery: picture, numbers, verdict and reasons.
 //!
-//! Magnitudes, degrees, UTC as in the table. Leaves out: the drawing over the picture.
+//! Magnitudes, degrees, UTC as in the table. It does not cover the drawing over the picture.
 
 use maud::{Markup, html};
 
@@ -50,8 +50,8 @@ fn known_verdict(verdict: &str) -> &'static str {
     Verdict::from_cell(verdict).unwrap_or(Verdict::Use).as_str()
 }
 
-/// The magnitude by which frames are ordered: V alone. A limit is no magnitude and an instrumental one has another zero:
-/// frames without V come last.
+/// The magnitude by which frames are ordered: V alone. A limit is not a magnitude and an instrumental one has another
+/// zero: frames without V come last.
 fn magnitude(row: &PhotometryRow) -> Option<f64> {
     row.v_mag
 }

@@ -1,7 +1,7 @@
 //! The gallery: every frame's picture with its aperture, its numbers and the reasons of its verdict, the worst first.
 //!
 //! One file that needs no other: pictures as data, a little script to sort, no network. Everything a header says is
-//! escaped. The bytes depend on the rows and pictures alone. Leaves out: light curves and tables of the night.
+//! escaped. The bytes depend on the rows and pictures alone. It does not cover light curves and tables of the night.
 
 pub(super) mod card;
 mod overlay;

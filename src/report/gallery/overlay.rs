@@ -1,7 +1,7 @@
 //! What is drawn over a picture: aperture, annulus or search circle, and a scale bar.
 //!
-//! Lengths in frame pixels: the drawing's own units are frame pixels, from the upper left corner of the picture, y down.
-//! Leaves out: the picture itself.
+//! Lengths in frame pixels: the drawing's own units are frame pixels, from the upper left corner of the picture, y
+//! down. It does not cover the picture itself.
 
 use maud::{Markup, html};
 

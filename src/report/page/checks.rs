@@ -1,4 +1,4 @@
-//! Whether the clock and the detector can be believed: cadence against exposure, sources of time, flats, gain.
+//! Whether the clock and the detector can be trusted: cadence against exposure, sources of time, flats, gain.
 
 use std::collections::BTreeMap;
 
@@ -73,8 +73,8 @@ fn cadence(page: &NightPage, timed: &[&PhotometryRow]) -> Markup {
     }
 }
 
-/// What headers call the middle of their exposures, against start + EXPTIME/2: a driver's delay is an offset, a clock that
-/// is set during the night a step.
+/// What headers call the middle of their exposures, against start + EXPTIME/2: a driver's delay is an offset, a clock
+/// that is set during the night a step.
 fn stated_middles(page: &NightPage, timed: &[&PhotometryRow]) -> Markup {
     let first = timed.iter().filter_map(|r| r.mjd_mid_d).min_by(f64::total_cmp).unwrap_or(0.0);
     let pairs: Vec<(&PhotometryRow, f64, f64)> =
@@ -136,7 +136,7 @@ pub(super) fn gains(page: &NightPage) -> Markup {
     let rows: Vec<Vec<Markup>> = kinds
         .iter()
         .map(|((setting, source), (n, gain, noise))| {
-            let setting = if *setting < 0 { "not told".to_string() } else { setting.to_string() };
+            let setting = if *setting < 0 { "missing".to_string() } else { setting.to_string() };
             vec![cell(setting), cell(n), number(*gain, 4), number(*noise, 2), cell(source)]
         })
         .collect();
@@ -172,7 +172,7 @@ fn flats(page: &NightPage) -> Markup {
     }
 }
 
-/// The sky at the rim over that at the centre: what stands in the beam, and how well the flat fits.
+/// The sky at the edge over that at the centre: what stands in the beam, and how well the flat fits.
 fn corners(page: &NightPage) -> Markup {
     let rows: Vec<&PhotometryRow> =
         page.rows.iter().filter(|r| r.sky_corner_ratio.is_some() && r.az_deg.is_some()).collect();
@@ -182,16 +182,22 @@ fn corners(page: &NightPage) -> Markup {
     ) else {
         return html! {};
     };
-    let title = "Sky at the rim over that at the centre, against azimuth";
-    let chart =
-        Chart { size: (460, 250), x, y, x_label: "azimuth [deg]", y_label: "sky, rim / centre", ticks: Ticks::Numbers };
+    let title = "Sky at the edge over that at the centre, against azimuth";
+    let chart = Chart {
+        size: (460, 250),
+        x,
+        y,
+        x_label: "azimuth [deg]",
+        y_label: "sky, edge / centre",
+        ticks: Ticks::Numbers,
+    };
     let point = |r: &&PhotometryRow| {
         Some(Point {
             x: r.az_deg?,
             y: r.sky_corner_ratio?,
             paint: verdict_paint(r),
             href: page.link(r),
-            tip: format!("rim / centre {:.3}, {}", r.sky_corner_ratio?, tip(r)),
+            tip: format!("edge / centre {:.3}, {}", r.sky_corner_ratio?, tip(r)),
             ..Point::default()
         })
     };

@@ -1,7 +1,7 @@
 //! Light curve and residuals of every pass: points lead to the picture of their frame.
 //!
-//! Magnitudes upwards to brighter; seconds of the day to the right. Lights that are far fainter than everything else are
-//! left out of the chart: their numbers are in the table.
+//! Magnitudes upwards to brighter; seconds of the day to the right. Lights that are far fainter than everything else
+//! are excluded from the chart: their numbers are in the table.
 
 use maud::{Markup, html};
 
@@ -170,7 +170,7 @@ fn panel(
     one_panel(page, (label, x, y), rows, of)
 }
 
-/// Residuals in order of time, each pass moved beside the one before.
+/// Residuals in order of time, each pass moved next to the one before.
 fn in_time(page: &NightPage, rows: &[&PhotometryRow], y: Span) -> Markup {
     let Some(first) =
         rows.iter().min_by(|a, b| a.mjd_mid_d.unwrap_or(f64::MAX).total_cmp(&b.mjd_mid_d.unwrap_or(f64::MAX)))

@@ -52,7 +52,7 @@ fn bins(page: &NightPage) -> Option<Bins> {
     let used: Vec<(&PhotometryRow, f64)> =
         page.rows.iter().filter(|r| is_used(&r.status, &r.verdict)).filter_map(|r| Some((r, r.v_mag?))).collect();
     let span = Span::around(used.iter().map(|u| u.1), 1.0)?;
-    // a night of 30 mag is no night; bins stay few
+    // a night of 30 mag is not a night; bins stay few
     let width_mag = BIN_MAG.max((span.high() - span.low()) / 80.0);
     let first = (span.low() / width_mag).floor() as i64;
     let n = ((span.high() / width_mag).ceil() as i64 - first).max(1);
@@ -112,7 +112,8 @@ fn histogram(page: &NightPage) -> Markup {
     }
 }
 
-/// The passes as published tables give them; the local clock is the mean solar time of the site's longitude, where known.
+/// The passes as published tables give them; the local clock is the mean solar time of the site's longitude, where
+/// known.
 pub(super) fn pass_table(page: &NightPage) -> Markup {
     let (rows, lon_deg, band) = (&page.rows, page.meta.number_in("site", "lon_deg"), page.band());
     let (brightest, middle) = (format!("brightest {band}"), format!("median {band}"));

@@ -1,4 +1,4 @@
-//! The kinds of light a page tells apart.
+//! The kinds of light a page distinguishes.
 
 use crate::brightness::Illum;
 use crate::figures::canvas::{GREEN, GREY, ORANGE, Paint, SKY_BLUE};
@@ -10,7 +10,7 @@ pub(super) const KINDS: [(&str, &str, &[Illum]); 3] = [
     ("moonlit or dark", "moon", &[Illum::Moon, Illum::LunarEarthshine, Illum::None]),
 ];
 
-/// Which of [`KINDS`] lights a row; their number where no model tells.
+/// Which of [`KINDS`] lights a row; their number where no model says it.
 pub(super) fn kind_of(row: &PhotometryRow) -> usize {
     let light = Illum::from_cell(&row.illum);
     KINDS.iter().position(|(_, _, lights)| light.is_some_and(|l| lights.contains(&l))).unwrap_or(KINDS.len())

@@ -1,7 +1,7 @@
 //! The report of a night: one file that opens anywhere, with everything the night's tables say, and where it is from.
 //!
 //! Inline SVG, a style sheet and a small script; no network, no clock: the same results give the same bytes. Drawn from
-//! the files of a run alone. Leaves out most figures for papers ([`crate::figures`]).
+//! the files of a run alone. It does not cover most figures for papers ([`crate::figures`]).
 
 mod campaign;
 mod checks;

@@ -158,7 +158,7 @@ pub(super) fn whole(title: &str, subtitle: &str, sections: &[Section]) -> Markup
                     h2 id={ (s.id) "-title" } { (s.title) }
                     (s.body)
                 } } }
-                footer { p { "Made by satphot from the tables beside this file. UTC; magnitudes are V (Vega) outside the atmosphere." } }
+                footer { p { "Made by satphot from the tables next to this file. UTC; magnitudes are V (Vega) outside the atmosphere." } }
                 script { (PreEscaped(SCRIPT)) }
             }
         }

@@ -88,8 +88,8 @@ pub(super) fn moon_lit_pct(rows: &[PhotometryRow]) -> Option<f64> {
     robust(&rows.iter().filter_map(|r| r.moon_illum_pct).collect::<Vec<_>>()).map(|m| m.0)
 }
 
-/// What is wrong with frames of the night, the gravest first: those that failed, those left out, then what made verdicts
-/// `caution` or `reject`, by how many frames it touched.
+/// What is wrong with frames of the night, the gravest first: those that failed, those excluded, then what made
+/// verdicts `caution` or `reject`, by how many frames it touched.
 fn doubts(page: &NightPage) -> Vec<String> {
     let mut told = Vec::new();
     for (status, what) in [(Status::Failed, "could not be reduced"), (Status::Rejected, "left out before measuring")] {

@@ -1,7 +1,8 @@
-//! What blurs a picture, as transfer functions: seeing, diffraction, jitter and drift of the tracking, and their product.
+//! What blurs a picture, as transfer functions: seeing, diffraction, jitter and drift of the tracking, and their
+//! product.
 //!
-//! Lengths in arcsec, spatial frequencies in cycles per arcsec; every function is 1 at frequency 0, so that no photon is lost.
-//! Left out: defocus, scattered light, a PSF that changes over the field or with the wavelength.
+//! Lengths in arcsec, spatial frequencies in cycles per arcsec; every function is 1 at frequency 0, so that no photon
+//! is lost. Not included: defocus, scattered light, a PSF that changes over the field or with the wavelength.
 
 use crate::base::constants::ARCSEC_PER_RAD;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};

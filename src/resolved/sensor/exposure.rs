@@ -13,8 +13,8 @@ pub struct Sensor {
     pub pixel_arcsec: f64,
     /// The detector at its gain setting.
     pub gain: Gain,
-    /// Magnitude of a source of the Sun's colours that makes 1 e⁻/s, of the light in the band alone; of the filter's band,
-    /// or V without one.
+    /// Magnitude of a source of the Sun's colours that makes 1 e⁻/s, of the light in the band alone; of the filter's
+    /// band, or V without one.
     pub zp_mag: f64,
     /// Electrons per second of 1 W m⁻² (in the band, at the aperture) of the Sun's colours.
     pub e_s_per_w_m2: f64,
@@ -39,6 +39,6 @@ pub struct Exposure {
     pub sky_e_px: f64,
     /// Electrons of the dark current in a pixel.
     pub dark_e_px: f64,
-    /// Share of the satellite's light that fell beside the frame.
+    /// Share of the satellite's light that fell outside the frame.
     pub beside_frac: f64,
 }

@@ -15,7 +15,7 @@ use crate::config;
 use crate::fits::{CardLine, card, write_u16};
 use crate::resolved::image::{Light, RadianceImage};
 
-/// What a file tells of its frame besides the sensor.
+/// What a file states about its frame besides the sensor.
 #[derive(Debug, Clone)]
 pub struct FrameFacts {
     /// Name of the satellite, as its elements have it: the reduction knows the target by it.
@@ -96,7 +96,7 @@ fn cards(
     cards.push(card("SIMRANGE", image.range_km, "[km] distance of the satellite"));
     cards.push(card("SIMBANDL", image.band_um.0, "[um] band of the radiances, from"));
     cards.push(card("SIMBANDH", image.band_um.1, "[um] band of the radiances, to"));
-    cards.push(card("SIMZP", sensor.zp_mag, &format!("[mag] {}, of 1 e-/s, air left out", sensor.zp_band)));
+    cards.push(card("SIMZP", sensor.zp_mag, &format!("[mag] {}, of 1 e-/s, without air", sensor.zp_band)));
     if let Some(v_mag) = facts.v_mag {
         cards.push(card("SIMVMAG", v_mag, "[mag] V, Vega, of the satellite above the air"));
     }
@@ -105,7 +105,7 @@ fn cards(
     cards.push(card("SIMFLUX", exposure.satellite_e(), "[e-] all light of the satellite, without noise"));
     cards.push(card("SATURATE", sensor.gain.saturation_adu, "[ADU] pixels from here up are saturated"));
     cards.push(card("SIMNSAT", sensor.n_saturated(counts) as i64, "[px] saturated pixels"));
-    cards.push(card("SIMLOST", exposure.beside_frac, "share of that beside the frame"));
+    cards.push(card("SIMLOST", exposure.beside_frac, "share of that outside the frame"));
     for (key, light) in ["SIMSUN", "SIMEARTH", "SIMMOON", "SIMLUNAR", "SIMSTARS"].iter().zip(Light::ALL) {
         cards.push(card(key, exposure.light_e(light), &format!("[e-] {}", light.name())));
     }
@@ -118,7 +118,7 @@ fn cards(
         cards.push(card("HISTORY", line, ""));
     }
     if exposure.beside_frac > 0.0 {
-        let line = format!("{:.3} % of the light fell beside the frame", 100.0 * exposure.beside_frac);
+        let line = format!("{:.3} % of the light fell outside the frame", 100.0 * exposure.beside_frac);
         cards.push(card("HISTORY", &line, ""));
     }
     cards

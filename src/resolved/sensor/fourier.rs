@@ -1,6 +1,6 @@
 //! Convolution in two dimensions by fast Fourier transforms: padded so that nothing wraps, two real pictures at a time.
 //!
-//! Pictures are `[y, x]`, any unit. Leaves out what is not needed here: kernels that change over the picture.
+//! Pictures are `[y, x]`, any unit. It does not cover what is not needed here: kernels that change over the picture.
 
 use ndarray::{Array2, Axis, s};
 use rustfft::FftPlanner;
@@ -35,8 +35,8 @@ pub(super) fn good_size(n: usize) -> usize {
     (n.max(1)..).find(|m| smooth(*m)).unwrap_or(n)
 }
 
-/// Values of a point spread function on a grid of n by n, its middle at `[n/2, n/2]`: the inverse transform of `transfer`,
-/// which is asked at k/n cycles per grid step, k from −n/2.
+/// Values of a point spread function on a grid of n by n, its middle at `[n/2, n/2]`: the inverse transform of
+/// `transfer`, which is asked at k/n cycles per grid step, k from −n/2.
 ///
 /// The values sum to the transfer at 0. What spreads beyond the grid is folded back into it.
 pub(super) fn spread(n: usize, transfer: impl Fn(f64, f64) -> f64) -> Array2<f64> {
@@ -50,8 +50,8 @@ pub(super) fn spread(n: usize, transfer: impl Fn(f64, f64) -> f64) -> Array2<f64
     Array2::from_shape_fn((n, n), |(j, i)| field[[(j + n - half) % n, (i + n - half) % n]].re * scale)
 }
 
-/// Each picture convolved with the kernel, in full: `(ny + ky − 1, nx + kx − 1)`. The sum of a result is the product of the
-/// sums, to rounding. All pictures have one shape.
+/// Each picture convolved with the kernel, in full: `(ny + ky − 1, nx + kx − 1)`. The sum of a result is the product of
+/// the sums, to rounding. All pictures have one shape.
 pub(super) fn convolve(pictures: &[&Array2<f64>], kernel: &Array2<f64>) -> Vec<Array2<f64>> {
     let Some((ny, nx)) = pictures.first().map(|p| p.dim()) else { return Vec::new() };
     let (ky, kx) = kernel.dim();

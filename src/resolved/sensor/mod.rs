@@ -1,8 +1,8 @@
 //! The sensor: a radiance image through a telescope onto a detector, to electrons, counts and a FITS file.
 //!
 //! radiance → irradiance per detector pixel, blurred (`stamp`) → electrons ([`Sensor::expose`]) → counts
-//! ([`Sensor::read_out`]) → file ([`write_frame`]). Left out: distortion, vignetting and the response of single pixels,
-//! stars in the frame, the turning of the satellite within an exposure, colours that differ from the Sun's.
+//! ([`Sensor::read_out`]) → file ([`write_frame`]). Not included: distortion, vignetting and the response of single
+//! pixels, stars in the frame, the turning of the satellite within an exposure, colours that differ from the Sun's.
 
 mod air;
 mod blur;
@@ -52,11 +52,12 @@ pub struct Air {
 impl Sensor {
     /// The sensor of the settings for radiances in a band \[µm\].
     ///
-    /// `ZP = m_Sun + 2.5 lg (A τ ∫ f_λ T q λ/hc dλ)` over the band; `e⁻/s per W m⁻² = 10^(0.4 (ZP − m_Sun)) / ∫ f_λ dλ` with
-    /// f_λ the Sun's at 1 au: the light is taken to have the Sun's colours.
+    /// `ZP = m_Sun + 2.5 lg (A τ ∫ f_λ T q λ/hc dλ)` over the band; `e⁻/s per W m⁻² = 10^(0.4 (ZP − m_Sun)) / ∫ f_λ dλ`
+    /// with f_λ the Sun's at 1 au: the light is taken to have the Sun's colours.
     ///
     /// # Errors
-    /// [`Error::Config`] for a camera, gain setting or filter that is not known; [`Error::Model`] for a band without light.
+    /// [`Error::Config`] for a camera, gain setting or filter that is not known; [`Error::Model`] for a band without
+    /// light.
     pub fn new(settings: &SensorSettings, band_um: (f64, f64)) -> Result<Self> {
         let fault = |problem: String| Error::Model { problem };
         let band_nm = (1e3 * band_um.0, 1e3 * band_um.1);
@@ -108,11 +109,12 @@ impl Sensor {
 
     /// Exposes a picture, its middle `off_px` from the middle of the frame.
     ///
-    /// Electrons of a pixel: `E_px t e 10^(−0.4 kX) + (sky + dark) t`. Binned pixels have the dark current of all they hold.
+    /// Electrons of a pixel: `E_px t e 10^(−0.4 kX) + (sky + dark) t`. Binned pixels have the dark current of all they
+    /// hold.
     ///
     /// # Errors
-    /// [`Error::Model`] for an exposure time that is not above 0 or longer than a day, an air that is no number, and as
-    /// [`stamp`].
+    /// [`Error::Model`] for an exposure time that is not above 0 or longer than a day, an air that is not a number, and
+    /// as [`stamp`].
     pub fn expose(&self, image: &RadianceImage, exptime_s: f64, air: &Air, off_px: (f64, f64)) -> Result<Exposure> {
         let fault = |problem: String| Err(Error::Model { problem });
         if !(exptime_s > 0.0 && exptime_s <= 86_400.0) {
@@ -137,8 +139,8 @@ impl Sensor {
         Ok(Exposure { exptime_s, expected_e, stamp, e_per_w_m2, sky_e_px, dark_e_px, beside_frac })
     }
 
-    /// Reads an exposure out: photon noise, full well, read noise, converter, from a seed. The counts do not depend on the
-    /// number of threads.
+    /// Reads an exposure out: photon noise, full well, read noise, converter, from a seed. The counts do not depend on
+    /// the number of threads.
     #[must_use]
     pub fn read_out(&self, exposure: &Exposure, seed: u64) -> Array2<u16> {
         let camera = Camera::at(&self.gain, &self.settings.detector);
@@ -158,7 +160,8 @@ impl Sensor {
         Camera::at(&self.gain, &self.settings.detector).full_well_e
     }
 
-    /// Pixels of a frame that the reduction will call saturated: at or above the level of [`crate::frames::Gain::saturation_adu`].
+    /// Pixels of a frame that the reduction will call saturated: at or above the level of
+    /// [`crate::frames::Gain::saturation_adu`].
     #[must_use]
     pub fn n_saturated(&self, counts: &Array2<u16>) -> usize {
         counts.iter().filter(|n| f64::from(**n) >= self.gain.saturation_adu).count()
@@ -178,7 +181,7 @@ impl Sensor {
 }
 
 impl Exposure {
-    /// Electrons of one light, all of it, also what fell beside the frame.
+    /// Electrons of one light, all of it, also what fell outside the frame.
     #[must_use]
     pub fn light_e(&self, light: Light) -> f64 {
         let planes = self.stamp.planes.iter().filter(|(of, _)| *of == light);

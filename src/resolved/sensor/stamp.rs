@@ -1,7 +1,7 @@
 //! A radiance image on the pixels of a detector, blurred: the piece of the frame the satellite's light falls on.
 //!
-//! W m⁻² per detector pixel; x to the right is west, y up is north, as in the radiance image. Left out: distortion, a camera
-//! turned against north.
+//! W m⁻² per detector pixel; x to the right is west, y up is north, as in the radiance image. Not included: distortion,
+//! a camera turned against north.
 
 use ndarray::{Array2, s};
 
@@ -49,7 +49,7 @@ impl Stamp {
         self.planes.iter().fold(Array2::zeros(shape), |sum, (_, plane)| sum + plane)
     }
 
-    /// Adds `factor` times a picture of this stamp's shape to a frame; what lies outside the frame is left out, and its
+    /// Adds `factor` times a picture of this stamp's shape to a frame; what lies outside the frame is excluded, and its
     /// share returned.
     pub fn paint(&self, picture: &Array2<f64>, factor: f64, frame: &mut Array2<f32>) -> f64 {
         let (mut inside, all) = (0.0, picture.sum());
@@ -68,8 +68,8 @@ impl Stamp {
 /// Puts a radiance image on detector pixels of `pixel_arcsec`, its middle at `centre_px`, and blurs it.
 ///
 /// The picture is resampled by shared areas to a grid `s` times as fine as the detector, convolved there with the point
-/// spread function (its transfer times that of a grid cell), and summed over `s × s`. The sum of a plane is the irradiance of
-/// its light to 1e-9: nothing wraps, and what a star spreads beyond `reach_fwhm` is folded back.
+/// spread function (its transfer times that of a grid cell), and summed over `s × s`. The sum of a plane is the
+/// irradiance of its light to 1e-9: nothing wraps, and what a star spreads beyond `reach_fwhm` is folded back.
 ///
 /// # Errors
 /// [`Error::Model`] for a pixel, blur or sampling that makes no sense, radiances that are negative or no numbers, and a

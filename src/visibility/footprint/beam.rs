@@ -48,7 +48,8 @@ pub fn beam_diameter_km(range_km: f64, divergence_rad: f64) -> Result<f64> {
     Ok(2.0 * above_zero("range_km", range_km)? * (0.5 * above_zero("divergence_rad", divergence_rad)?).tan())
 }
 
-/// Direction in which a mirror sends the light of a lamp: `r = 2(n·s) n − s`; `None` with the lamp behind it.
+/// Direction in which a mirror sends the light of a light source: `r = 2(n·s) n − s`; `None` with the light source
+/// behind it.
 #[must_use]
 pub fn reflected(normal: &Vector<Itrs>, toward_lamp: &Vector<Itrs>) -> Option<Vector<Itrs>> {
     let cos = normal.dot(toward_lamp);
@@ -91,8 +92,8 @@ impl Beam {
 
 /// Magnitude of a mirror for an observer at `range_km` in the direction `observer`; `None` outside the beam.
 ///
-/// `E/E_lamp = ρ A cos θ_i / (d² Ω)` inside, Ω the solid angle of the lamp's disc: its radiance is kept. The mirror is a
-/// point. Unit vectors at the mirror.
+/// `E/E_lamp = ρ A cos θ_i / (d² Ω)` inside, Ω the solid angle of the light source's disc: its radiance is kept. The
+/// mirror is a point. Unit vectors at the mirror.
 #[must_use]
 pub fn glint_mag(
     (area_m2, reflectance): (f64, f64),

@@ -59,9 +59,10 @@ impl CircularOrbit {
 
 /// How many times a day a beam straight down sweeps over a site of geocentric latitude φ, node and phase unknown.
 ///
-/// Twice a revolution the orbit passes that latitude, heading ψ from north, `sin ψ = cos i / cos φ`; there the beam covers
-/// `D/cos ψ` of the `2π R cos φ` of the circle of latitude. 0 where the orbit does not reach it. The Earth's turn changes
-/// ψ by a few degrees and is left out.
+/// Twice a revolution the orbit passes that latitude, heading ψ from north, `sin ψ = cos i / cos φ`; there the beam
+/// covers `D/cos ψ` of the `2π R cos φ` of the circle of latitude. 0 where the orbit does not reach it. The Earth's
+/// turn changes
+/// ψ by a few degrees and is excluded.
 ///
 /// # Errors
 /// As [`CircularOrbit::new`].

@@ -1,7 +1,8 @@
 //! The beam of a flat mirror in orbit: how wide it is, where it meets the Earth, whether an observer stands in it.
 //!
-//! km and rad in Earth-fixed axes, m² for the mirror, magnitudes of the lamp's band. The lamp is a uniform disc, the mirror
-//! flat and far smaller than its beam. Left out: slope errors of the foil, refraction, terrain.
+//! km and rad in Earth-fixed axes, m² for the mirror, magnitudes of the light source's band. The light source is a
+//! uniform disc, the mirror flat and far smaller than its beam. Not included: slope errors of the foil, refraction,
+//! terrain.
 
 mod beam;
 mod circle;

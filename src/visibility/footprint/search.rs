@@ -1,7 +1,8 @@
 //! When the beam of a mirror comes nearest to an observer, and when it covers them.
 //!
 //! Times in s after the start, km, rad. The angle between beam and observer is sampled, every minimum between samples
-//! refined, and its two edges bracketed and halved: a beam that crosses in less than a second is not missed between steps.
+//! refined, and its two edges bracketed and halved: a beam that crosses in less than a second is not missed between
+//! steps.
 
 use super::beam::Beam;
 use super::beam::Spot;
@@ -19,7 +20,7 @@ use crate::brightness::{Attitude, Scene};
 /// Minima and edges are refined to this \[s\]: 7 m of a beam at 7 km/s.
 const TIME_TOLERANCE_S: f64 = 0.001;
 
-/// The lamp whose light is sent down.
+/// The light source whose light is sent down.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LightSource {
     /// The Sun.
@@ -35,7 +36,7 @@ pub struct Inside {
     pub from_s: f64,
     /// Last moment \[s\].
     pub to_s: f64,
-    /// Magnitude at the nearest approach; `None` with the lamp behind the Earth.
+    /// Magnitude at the nearest approach; `None` with the light source behind the Earth.
     pub mag: Option<f64>,
 }
 
@@ -52,7 +53,7 @@ pub struct Approach {
     pub range_km: f64,
     /// Altitude of the mirror above the observer's horizon \[rad\].
     pub alt_rad: f64,
-    /// Share of the lamp's disc that the mirror sees past the Earth.
+    /// Share of the light source's disc that the mirror sees past the Earth.
     pub lit_frac: f64,
     /// The spot on the ground; `None` where the beam passes by the Earth.
     pub spot: Option<Spot>,
@@ -69,15 +70,15 @@ pub struct Mirror {
     pub reflectance: f64,
     /// How it is held.
     pub attitude: Attitude,
-    /// Half the divergence of its beam \[rad\]: the radius of the lamp's disc.
+    /// Half the divergence of its beam \[rad\]: the radius of the light source's disc.
     pub half_rad: f64,
 }
 
 /// Every nearest approach above the observer's horizon within `length_s`, in order of time.
 ///
 /// `scene` gives the places of all bodies at a time \[s\], `step_s` is the sampling: a tenth of the time in which the
-/// direction to the observer turns by a radian is enough (10 s for low orbits). An approach at either end of the search is
-/// counted where the beam covers the observer there.
+/// direction to the observer turns by a radian is enough (10 s for low orbits). An approach at either end of the search
+/// is counted where the beam covers the observer there.
 ///
 /// # Errors
 /// [`Error::Model`] for a length or step that is not above 0 or makes more than 5 million samples; those of `scene`.
@@ -126,7 +127,7 @@ impl Search<'_> {
         }
     }
 
-    /// Normal, direction to the lamp and the beam; `None` where the lamp is behind the mirror.
+    /// Normal, direction to the light source and the beam; `None` where the light source is behind the mirror.
     fn beam(&self, scene: &Scene) -> Option<(Vector<Itrs>, Vector<Itrs>, Beam)> {
         let normal = self.mirror.attitude.normal(scene)?;
         let toward_lamp = (self.lamp_km(scene).0 - scene.satellite_km).unit()?;

@@ -1,7 +1,7 @@
-//! A day of a type of satellite: the median over the sky, moment by moment, light by light, beside observed passes.
+//! A day of a type of satellite: the median over the sky, moment by moment, light by light, next to observed passes.
 //!
-//! Magnitudes, UTC, rad inside. Sun and Moon once per moment; the result is the same for any number of threads. Left out:
-//! where satellites really are, weather, twilight glow.
+//! Magnitudes, UTC, rad inside. Sun and Moon once per moment; the result is the same for any number of threads.
+//! Excluded: where satellites really are, weather, twilight glow.
 
 use hifitime::Epoch;
 use rayon::prelude::*;
@@ -18,7 +18,7 @@ use crate::tables::selection::is_lower_limit;
 use crate::tables::selection::is_used;
 use crate::tables::{DayRow, ObservedRow, PhotometryRow};
 
-/// Share of the directions a light must have for its median to be told: of fewer it jumps from moment to moment.
+/// Share of the directions a light must have for its median to be reported: of fewer it jumps from moment to moment.
 const LIGHT_FROM: f64 = 0.02;
 /// Most moments of one day's table.
 const MAX_MOMENTS: f64 = 1e5;
@@ -38,12 +38,12 @@ pub struct SkyLight {
     pub err_mag: f64,
     /// Directions that were asked.
     pub n_points: usize,
-    /// What was left out for the whole sky, and why.
+    /// What was excluded for the whole sky, and why.
     pub skipped: Vec<String>,
 }
 
-/// Share of directions (and moments) in which a satellite has any light, of those that were asked; NaN if none was. This is
-/// `lit_frac` of the tables and `lit %` of the summaries.
+/// Share of directions (and moments) in which a satellite has any light, of those that were asked; NaN if none was.
+/// This is `lit_frac` of the tables and `lit %` of the summaries.
 #[must_use]
 pub fn lit_frac(lit: usize, asked: usize) -> f64 {
     lit as f64 / asked as f64
@@ -171,7 +171,7 @@ pub struct ObservedPass {
     pub moved_d: f64,
 }
 
-/// The passes of a photometry table that have usable magnitudes, each beside the day's rows at its time of day.
+/// The passes of a photometry table that have usable magnitudes, each next to the day's rows at its time of day.
 ///
 /// Frames that were rejected or only give a lower limit on the brightness do not count.
 #[must_use]
@@ -212,7 +212,7 @@ pub fn observed_passes(rows: &[PhotometryRow], day: &[DayRow]) -> Vec<ObservedPa
     found
 }
 
-/// A magnitude of the day between its rows; `None` beside a moment without light.
+/// A magnitude of the day between its rows; `None` next to a moment without light.
 fn between(day: &[DayRow], mjd_d: f64, of: fn(&DayRow) -> Option<f64>) -> Option<f64> {
     let after = day.partition_point(|r| r.mjd_mid_d < mjd_d);
     let (b, a) = (day.get(after)?, day.get(after.saturating_sub(1))?);

@@ -1,7 +1,8 @@
-//! A type of satellite all over one site's sky: the lamps of a moment, and the light in any direction.
+//! A type of satellite all over one site's sky: the light sources of a moment, and the light in any direction.
 //!
 //! Angles in rad, km. The observer stands on the sphere of the Earth, the satellites on a concentric one. What a moment
-//! does not need is decided before any direction is asked: a lamp below everything is switched off for the whole sky.
+//! does not need is decided before any direction is asked: a light source below everything is switched off for the
+//! whole sky.
 
 use hifitime::Epoch;
 
@@ -17,7 +18,7 @@ use crate::orbit::propagate::DECAYED_BELOW_KM;
 use crate::orbit::sky::topocentric;
 use crate::orbit::{EarthOrientation, bodies};
 
-/// How far past the geometric edge the air and the lamps' discs carry light, twice what they do \[rad\].
+/// How far past the geometric edge the air and the light sources' discs carry light, twice what they do \[rad\].
 const EDGE_RAD: f64 = 0.035;
 /// Highest orbits \[km\].
 const HIGHEST_KM: f64 = 1e6;
@@ -78,7 +79,7 @@ pub struct Dome {
 pub struct Moment<'a> {
     sky: Sky,
     model: Option<&'a Model>,
-    /// What was left out for the whole sky, and why.
+    /// What was excluded for the whole sky, and why.
     pub skipped: Vec<String>,
 }
 
@@ -159,10 +160,10 @@ impl Dome {
         Ok(Moment { sky, model, skipped })
     }
 
-    /// A lamp lights some satellite in view, or some ground that one sees.
+    /// A light source lights some satellite in view, or some ground that one sees.
     ///
-    /// The satellites in view are within θ = arccos(R/r) of the observer, the ground they see within as much again: a lamp
-    /// lower than −2θ, seen from the Earth's centre, reaches neither.
+    /// The satellites in view are within θ = arccos(R/r) of the observer, the ground they see within as much again: a
+    /// light source lower than −2θ, seen from the Earth's centre, reaches neither.
     fn is_reached_by(&self, body: &Body) -> bool {
         let (sin_a, cos_a) = body.alt_rad.sin_cos();
         let elevation_rad = (self.radius_km + body.distance_km * sin_a).atan2(body.distance_km * cos_a);
@@ -172,7 +173,7 @@ impl Dome {
 }
 
 impl Moment<'_> {
-    /// The light of a satellite in a direction \[rad\]; `None` where no lamp reaches anything.
+    /// The light of a satellite in a direction \[rad\]; `None` where no light source reaches anything.
     ///
     /// # Errors
     /// As [`Model::brightness`].
@@ -209,7 +210,7 @@ mod tests {
                 }
             }
         }
-        // not for want of lamps that are switched off
+        // not for want of light sources that are switched off
         assert!(switched_off > 10 && compared > 2000, "{switched_off} {compared}");
     }
 

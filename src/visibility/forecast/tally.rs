@@ -26,7 +26,7 @@ pub struct Tally {
     pub lit: u64,
     /// Lit by Sun, earthshine, Moon, lunar earthshine.
     pub lit_by: [u64; 4],
-    /// Brighter than each of the magnitudes asked for.
+    /// Brighter than each of the magnitudes requested.
     pub brighter: Vec<u64>,
     /// V of the brightest and its number.
     pub brightest: Option<(f64, u64)>,

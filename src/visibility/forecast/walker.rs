@@ -1,7 +1,8 @@
 //! Satellites placed evenly in shells of circular orbits (Walker's delta pattern): closed form, nothing is stored.
 //!
-//! km, km/s, rad, s after the start. Two bodies, and the drift of node and phase by the Earth's flattening (J2). Nodes are
-//! counted from the equinox of date at the start. Left out: drag, station keeping, eccentricity, which satellites fly.
+//! km, km/s, rad, s after the start. Two bodies, and the drift of node and phase by the Earth's flattening (J2). Nodes
+//! are counted from the equinox of date at the start. Not included: drag, station keeping, eccentricity, which
+//! satellites fly.
 
 use std::f64::consts::TAU;
 
@@ -20,8 +21,8 @@ const PER_PLANE: usize = 22;
 /// Most satellites.
 pub const MAX_SATELLITES: usize = 1_000_000_000;
 
-/// Inclination of the circular orbit at a height \[km\] whose node follows the Sun \[rad\]: `cos i = −ω_Sun / (1.5 n J₂ (R/a)²)`.
-/// `None` where the flattening is too weak for any.
+/// Inclination of the circular orbit at a height \[km\] whose node follows the Sun \[rad\]: `cos i = −ω_Sun / (1.5 n J₂
+/// (R/a)²)`. `None` where the flattening is too weak for any.
 fn sun_synchronous_rad(height_km: f64) -> Option<f64> {
     let radius_km = WGS84_A_KM + height_km;
     let j2_rad_s = 1.5 * (GM_KM3_S2 / radius_km.powi(3)).sqrt() * J2 * (WGS84_A_KM / radius_km).powi(2);
@@ -80,8 +81,8 @@ pub struct Plane {
 }
 
 impl Walker {
-    /// `count` satellites in the shells of a catalogue's entry, divided evenly among them; heights of a range go up from
-    /// plane to plane.
+    /// `count` satellites in the shells of a catalogue's entry, divided evenly among them; heights of a range go up
+    /// from plane to plane.
     ///
     /// # Errors
     /// [`Error::Config`] for no satellite or shell, a height at which nothing stays, an inclination that is not known.
@@ -161,7 +162,8 @@ impl Walker {
     /// `Ω = 2π j/P − 1.5 n J₂ (R/a)² cos i t`, `u = 2π (s/S + F j/N) + n [1 + 1.5 J₂ (R/a)² (3 − 4 sin² i)] t`.
     ///
     /// # Source
-    /// Walker 1984, J. Br. Interplanet. Soc. 37, 559 (pattern); Kaula 1966, Theory of Satellite Geodesy (secular rates).
+    /// Walker 1984, J. Br. Interplanet. Soc. 37, 559 (pattern); Kaula 1966, Theory of Satellite Geodesy (secular
+    /// rates).
     #[must_use]
     pub fn plane(&self, number: usize, t_s: f64) -> Option<Plane> {
         let at = self.rings.partition_point(|r| r.planes_before <= number).checked_sub(1)?;

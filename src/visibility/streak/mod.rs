@@ -1,7 +1,9 @@
-//! The trail of a satellite in an exposure that follows the stars: its width, how long it lights a place, how bright it is.
+//! The trail of a satellite in an exposure that follows the stars: its width, how long it lights a place, how bright it
+//! is.
 //!
-//! Lengths in m, angles in arcsec, rates in rad/s, times in s, mag and mag/arcsec². Two readings of the effective surface
-//! brightness, side by side. Left out: brightness that changes along the trail, and the hole in the telescope's mirror.
+//! Lengths in m, angles in arcsec, rates in rad/s, times in s, mag and mag/arcsec². Two readings of the effective
+//! surface brightness, side by side. Not included: brightness that changes along the trail, and the hole in the
+//! telescope's mirror.
 
 mod profile;
 mod rate;
@@ -37,8 +39,8 @@ pub struct Camera {
     pub exptime_s: f64,
     /// Diameter of the field of view \[arcsec\].
     pub fov_arcsec: f64,
-    /// Diameter of the telescope's mirror \[m\]: a satellite is nearer than the focus, and its image as wide as the mirror
-    /// seen from there.
+    /// Diameter of the telescope's mirror \[m\]: a satellite is nearer than the focus, and its image as wide as the
+    /// mirror seen from there.
     pub mirror_m: f64,
     /// FWHM of the seeing \[arcsec\].
     pub fwhm_arcsec: f64,
@@ -120,8 +122,8 @@ impl Trail {
     /// The trail of a satellite before a camera.
     ///
     /// # Errors
-    /// [`Error::Model`] for an area, range, exposure, field, mirror or FWHM that is not above 0, a rate that is negative or
-    /// not finite, a magnitude that is not finite.
+    /// [`Error::Model`] for an area, range, exposure, field, mirror or FWHM that is not above 0, a rate that is
+    /// negative or not finite, a magnitude that is not finite.
     pub fn new(crossing: &Crossing, camera: &Camera) -> Result<Self> {
         let Crossing { area_m2, range_m, rate_rad_s, mag } = *crossing;
         let exptime_s = above_zero("exptime_s", camera.exptime_s)?;
@@ -154,7 +156,8 @@ impl Trail {
         })
     }
 
-    /// Solid angle of the trail inside the field \[arcsec²\], never less than the image of a satellite that stands still.
+    /// Solid angle of the trail inside the field \[arcsec²\], never less than the image of a satellite that stands
+    /// still.
     #[must_use]
     pub fn solid_angle_arcsec2(&self) -> f64 {
         self.width_arcsec * self.length_arcsec.max(PI / 4.0 * self.width_arcsec)
@@ -162,8 +165,9 @@ impl Trail {
 
     /// Electrons in the brightest pixel of the trail, for a source of `e_per_s` in all.
     ///
-    /// The pixel on the middle line gets the share of the light that falls on its strip, for the time the satellite takes
-    /// to cross it, `pix/ω`, or, where it hardly moves, for the share of its light along the motion in all the time.
+    /// The pixel on the middle line gets the share of the light that falls on its strip, for the time the satellite
+    /// takes to cross it, `pix/ω`, or, where it hardly moves, for the share of its light along the motion in all the
+    /// time.
     ///
     /// # Errors
     /// [`Error::Model`] for a pixel that is not above 0.

@@ -1,7 +1,7 @@
 //! Exposure times of a telescope that follows: from an instrument and a sky to the faintest magnitude, and back.
 //!
-//! Electrons, seconds, magnitudes; areas in pixels and arcsec². Left out: scintillation, flat-field errors, the target's
-//! own motion in the frame, and what confuses a detection besides noise.
+//! Electrons, seconds, magnitudes; areas in pixels and arcsec². Not included: scintillation, flat-field errors, the
+//! target's own motion in the frame, and what confuses a detection besides noise.
 
 mod calculator;
 mod noise;

@@ -65,7 +65,7 @@ pub fn signal_for_snr(snr: f64, variance_e2: f64) -> f64 {
 /// Ratio of a target of `rate_e_s` to the noise, in a time in all split into `n_sub` exposures: `S/√(S + N)`, S = r t.
 ///
 /// # Errors
-/// [`Error::Model`] for a time that is not above 0, no exposures, a negative rate or noise, and what is no number.
+/// [`Error::Model`] for a time that is not above 0, no exposures, a negative rate or noise, and what is not a number.
 pub fn snr(rate_e_s: f64, noise: &Noise, exptime_s: f64, n_sub: u32) -> Result<f64> {
     positive("exposure time", exptime_s)?;
     some_exposures(n_sub)?;
@@ -80,11 +80,11 @@ pub fn snr(rate_e_s: f64, noise: &Noise, exptime_s: f64, n_sub: u32) -> Result<f
 
 /// Faintest magnitude at a ratio to the noise: `m = ZP − 2.5 lg (S_k/t)`.
 ///
-/// `zp_mag` is the magnitude of 1 e⁻/s in the pixels the noise is of; a surface brightness of 1 e⁻/s in their area gives
-/// the limit as a surface brightness.
+/// `zp_mag` is the magnitude of 1 e⁻/s in the pixels the noise is of; a surface brightness of 1 e⁻/s in their area
+/// gives the limit as a surface brightness.
 ///
 /// # Errors
-/// [`Error::Model`] for a time or a ratio that is not above 0, no exposures, negative noise, and what is no number.
+/// [`Error::Model`] for a time or a ratio that is not above 0, no exposures, negative noise, and what is not a number.
 pub fn limit_mag(zp_mag: f64, noise: &Noise, exptime_s: f64, n_sub: u32, snr: f64) -> Result<f64> {
     positive("exposure time", exptime_s)?;
     positive("signal-to-noise ratio", snr)?;
@@ -102,7 +102,7 @@ pub fn limit_mag(zp_mag: f64, noise: &Noise, exptime_s: f64, n_sub: u32, snr: f6
 ///
 /// # Errors
 /// [`Error::Model`] for a rate or ratio that is not above 0 (no time is long enough), no exposures, negative noise, and
-/// what is no number.
+/// what is not a number.
 pub fn exposure_for_snr(rate_e_s: f64, noise: &Noise, n_sub: u32, snr: f64) -> Result<f64> {
     positive("signal-to-noise ratio", snr)?;
     positive("rate of the target", rate_e_s)?;

@@ -1,4 +1,4 @@
-//! The average over a lamp's disc of a lobe about the mirror direction: a power of the cosine, or a Gaussian.
+//! The average over a light source's disc of a lobe about the mirror direction: a power of the cosine, or a Gaussian.
 //!
 //! In polar coordinates (γ, ψ) about the observer's mirror direction m the lobe depends on γ alone, and the cosine over
 //! an arc of the disc at one γ has a closed form: one integral is left, over t = 1 − cos γ.
@@ -70,7 +70,7 @@ impl Lobe {
         }
     }
 
-    /// ∇²(f μ) and ∇⁴(f μ) over f, on the sphere of lamp directions: μ = n·s, k = n·m, ∇μ·∇c = k − c μ.
+    /// ∇²(f μ) and ∇⁴(f μ) over f, on the sphere of light source directions: μ = n·s, k = n·m, ∇μ·∇c = k − c μ.
     fn laplacians(&self, t: f64, mu: f64, k: f64) -> (f64, f64) {
         let c = 1.0 - t;
         match self.shape {
@@ -97,7 +97,7 @@ impl Lobe {
     }
 }
 
-/// Mean over the disc of f max(0, n·s') \[1/sr\], beside a diffuse part `beside` that sets what is negligible.
+/// Mean over the disc of f max(0, n·s') \[1/sr\], next to a diffuse part `beside` that sets what is negligible.
 pub(super) fn mean(view: &View, lobe: &Lobe, beside: f64) -> f64 {
     let [.., mu] = view.lamp;
     let t = view.versine_apart();
@@ -174,7 +174,7 @@ struct Arcs {
     /// Of the angle between m and the normal.
     sin_tilt: f64,
     cos_tilt: f64,
-    /// Azimuth of the lamp about m, from the normal \[rad\].
+    /// Azimuth of the light source about m, from the normal \[rad\].
     azimuth: f64,
 }
 

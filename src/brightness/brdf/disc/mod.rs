@@ -1,6 +1,6 @@
-//! A lamp is a disc: the direct reflection of all its points, averaged.
+//! A light source is a disc: the direct reflection of all its points, averaged.
 //!
-//! Radians and 1/sr. The disc is uniform; limb darkening and the pattern of the Moon are left out. Laws of the angle to
+//! Radians and 1/sr. The disc is uniform; limb darkening and the pattern of the Moon are excluded. Laws of the angle to
 //! the mirror direction are averaged in `lobe`, laws of D in `plane`, both exactly cut at the surface's horizon.
 
 mod boundary;
@@ -17,17 +17,18 @@ use crate::config::SourceDisc;
 /// A disc up to this radius is a point \[rad\]: 2 milliarcseconds.
 const POINT_RAD: f64 = 1e-8;
 
-/// What a surface sends towards the observer of a lamp's light, per unit of irradiance across the beam \[1/sr\].
+/// What a surface sends towards the observer of a light source's light, per unit of irradiance across the beam
+/// \[1/sr\].
 ///
-/// `(1/Ω) ∫ f(s', n, o) max(0, n·s') dω'` over the lamp's disc, Ω = 2π(1 − cos α); `f(s, n, o) (n·s)` for a
-/// [`SourceDisc::Point`]. The cosine towards the lamp is in it: the flux is E₀ A (n·o)/d² times this.
+/// `(1/Ω) ∫ f(s', n, o) max(0, n·s') dω'` over the light source's disc, Ω = 2π(1 − cos α); `f(s, n, o) (n·s)` for a
+/// [`SourceDisc::Point`]. The cosine towards the light source is in it: the flux is E₀ A (n·o)/d² times this.
 ///
 /// A mirror needs the disc in either case: ρ/Ω where the observer's mirror direction meets it, so that radiance is
 /// conserved, else 0; with a point source the centre of the disc must be above the surface's horizon too.
 ///
 /// All vectors are unit vectors at the surface; `disc_rad` is the disc's angular radius α, 0 to π/2. Good to 1e-8 of
 /// the value. A law that hardly changes over the disc costs one value of f and the first terms of the average's series
-/// (the first one left out is bounded by the law's own slope and curvature); the plain point value would be off by
+/// (the first neglected one is bounded by the law's own slope and curvature); the plain point value would be off by
 /// α²/4 at least, 5e-6 for the Sun, since even a cosine is not its own average.
 #[must_use]
 pub fn direct_reflection<F>(
@@ -66,8 +67,8 @@ pub fn direct_reflection<F>(
 
 /// The same for a mirror that itself has the angular radius `mirror_rad` seen by the observer \[1/sr\].
 ///
-/// ρ/Ω times the share of the mirror in which the lamp's disc is seen: 1 well inside the image of the disc, 0 outside,
-/// falling continuously over its edge; a step for `mirror_rad` = 0. 0 where the lamp has no disc.
+/// ρ/Ω times the share of the mirror in which the light source's disc is seen: 1 well inside the image of the disc, 0
+/// outside, falling continuously over its edge; a step for `mirror_rad` = 0. 0 where the light source has no disc.
 #[must_use]
 pub fn mirror_reflection<F>(
     reflectance: f64,
@@ -109,10 +110,11 @@ fn solid_angle(radius_rad: f64) -> f64 {
     2.0 * TAU * half * half
 }
 
-/// Lamp, surface and observer in the axes of the surface: x along the tangential part of the lamp's direction, z the
-/// normal. Then the edge of the lamp's disc is `x = X + P cosφ, y = Q sinφ`, an ellipse, in the plane of the surface.
+/// Light source, surface and observer in the axes of the surface: x along the tangential part of the light source's
+/// direction, z the normal. Then the edge of the light source's disc is `x = X + P cosφ, y = Q sinφ`, an ellipse, in
+/// the plane of the surface.
 struct View {
-    /// Direction to the lamp's centre: (sinθ, 0, cosθ).
+    /// Direction to the light source's centre: (sinθ, 0, cosθ).
     lamp: [f64; 3],
     /// The observer's mirror direction m = 2(n·o)n − o.
     mirror: [f64; 3],
@@ -153,7 +155,7 @@ impl View {
         })
     }
 
-    /// 1 − cos of the angle between lamp and m.
+    /// 1 − cos of the angle between light source and m.
     fn versine_apart(&self) -> f64 {
         0.5 * self.apart.iter().map(|x| x * x).sum::<f64>()
     }

@@ -1,4 +1,5 @@
-//! The average over a lamp's disc of a law of D (and V): in the plane of the surface, where (n·s') dω' = d²s'_t.
+//! The average over a light source's disc of a law of D (and V): in the plane of the surface, where (n·s') dω' =
+//! d²s'_t.
 //!
 //! The disc projects to an ellipse, cut by the unit circle where the surface's horizon cuts the disc, and f depends on
 //! the distance D from m_t. Far from m_t seven points do; near it the integral goes along the ellipse's edge, exactly.

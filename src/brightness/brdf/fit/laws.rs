@@ -35,7 +35,7 @@ pub enum FitLaw {
         terms: usize,
         /// First power of d.
         l1: i32,
-        /// First power of d that is left out; above l1.
+        /// First power of d that is excluded; above l1.
         l2: i32,
         /// d, fixed; `None` = fitted.
         d: Option<f64>,

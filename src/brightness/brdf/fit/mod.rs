@@ -27,7 +27,7 @@ const FLOOR_PER_SR: f64 = 1e-12;
 pub struct FitOptions {
     /// Fit lg f (default) or f.
     pub log_space: bool,
-    /// Rows with f at or below this are left out \[1/sr\].
+    /// Rows with f at or below this are excluded \[1/sr\].
     pub clip_per_sr: f64,
     /// Error of a measurement, 1σ: dex, or 1/sr in linear space. `None` = the scatter about the fit.
     pub sigma: Option<f64>,
@@ -91,7 +91,8 @@ pub struct BrdfFit {
 /// Multi-start Levenberg-Marquardt, the starts fixed: the same table gives the same numbers.
 ///
 /// # Errors
-/// [`crate::Error::Model`] for a shape, start or bound that makes no sense, or when fewer rows than parameters are left.
+/// [`crate::Error::Model`] for a shape, start or bound that makes no sense, or when fewer rows than parameters are
+/// left.
 pub fn fit_brdf(table: &MeasuredTable, law: &FitLaw, options: &FitOptions) -> Result<BrdfFit> {
     law.check()?;
     let parameters = parameters(law, options)?;
@@ -160,7 +161,7 @@ pub fn fit_brdf(table: &MeasuredTable, law: &FitLaw, options: &FitOptions) -> Re
     Ok(fit)
 }
 
-/// The law's parameters with the bounds asked for; refuses names the law does not have.
+/// The law's parameters with the bounds requested; refuses names the law does not have.
 fn parameters(law: &FitLaw, options: &FitOptions) -> Result<Vec<Free>> {
     let mut parameters = law.parameters();
     let known = |name: &str, all: &[Free]| {

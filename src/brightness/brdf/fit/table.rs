@@ -45,7 +45,7 @@ impl MeasuredTable {
     /// Reads a file.
     ///
     /// # Errors
-    /// [`Error::Io`]; [`Error::Table`] naming the line for fewer than five columns, for what is no number or not
+    /// [`Error::Io`]; [`Error::Table`] naming the line for fewer than five columns, for what is not a number or not
     /// finite, for an angle beyond ±360 deg, and for a file without rows.
     pub fn read(path: &Path) -> Result<Self> {
         let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;

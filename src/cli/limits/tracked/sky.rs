@@ -54,7 +54,7 @@ pub struct SkyCase {
 }
 
 impl SkyArgs {
-    /// The skies that are asked for.
+    /// The skies that are requested.
     pub fn cases(&self, band: &str) -> anyhow::Result<Vec<SkyCase>> {
         self.check()?;
         if let Some(mag_arcsec2) = self.sky_mag {
@@ -93,7 +93,7 @@ impl SkyArgs {
         of + &twilight
     }
 
-    /// Whether a table over phases and altitudes is asked for.
+    /// Whether a table over phases and altitudes is requested.
     pub fn is_grid(&self) -> bool {
         self.by_moon
     }

@@ -1,4 +1,5 @@
-//! What `satphot limits tracked` prints: the numbers used, the limits, what a magnitude needs, the zeropoints side by side.
+//! What `satphot limits tracked` prints: the numbers used, the limits, what a magnitude needs, the zeropoints side by
+//! side.
 
 use std::fmt::Write as _;
 
@@ -120,7 +121,7 @@ fn limits_text(rows: &[LimitRow]) -> String {
     text_table(&head, &rows.iter().map(cells).collect::<Vec<_>>())
 }
 
-/// One line for each phase and altitude, the limits at the largest ratio beside each other.
+/// One line for each phase and altitude, the limits at the largest ratio next to each other.
 fn grid_text(rows: &[LimitRow]) -> String {
     let snr = rows.iter().map(|r| r.snr).fold(0.0, f64::max);
     let kept: Vec<&LimitRow> = rows.iter().filter(|r| r.snr == snr).collect();
