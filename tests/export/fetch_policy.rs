@@ -170,7 +170,7 @@ fn an_answer_cut_in_the_middle_is_repeated_and_then_refused() {
 fn a_slow_server_and_one_that_speaks_no_http_are_given_up() {
     let slow = Reply::ok(iss_omm(EPOCH)).after(Duration::from_secs(3));
     for (reply, said) in
-        [(slow, "no answer within fetch.timeout_s = 0.3 s"), (Reply::raw(b"SSH-2.0-OpenSSH\r\n\r\n"), "no HTTP")]
+        [(slow, "no answer within fetch.timeout_s = 0.3 s"), (Reply::raw(b"SSH-2.0-OpenSSH\r\n\r\n"), "not HTTP")]
     {
         let (server, cache) = (Server::always(reply), tempfile::tempdir().unwrap());
         let hasty = Fetch { timeout_s: 0.3, retries: 1, ..settings(&server) };
