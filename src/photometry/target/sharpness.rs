@@ -19,6 +19,10 @@ const STAR_SHARE: f64 = 0.95;
 const PIXEL_VARIANCE: f64 = 1.0 / 12.0;
 /// Least light of a window: sum of nine pixels \[σ\].
 const LEAST_LIGHT_SIGMA: f64 = 3.5;
+/// The middle of a window is the brightest pixel this near \[px\].
+const SUMMIT_PX: usize = 1;
+/// It holds at least this share of the brightest pixel of its window.
+const LEAST_SHARE: f32 = 0.4;
 /// Windows whose centres are nearer than this hold the same pixels \[px\].
 const APART_PX: f64 = 3.0;
 /// Most windows of one candidate.
@@ -70,7 +74,7 @@ pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit
     let star = STAR_SHARE * fwhm_px / FWHM_PER_SIGMA;
     let reach = (1.5 * fwhm_px).round() as isize + 1;
     let (mut total, mut hits) = (0.0, Vec::new());
-    for (i, j) in places(patch, inside) {
+    for (i, j) in places(patch, inside, reach as usize) {
         let (hit, star) = (best_fit(patch, (i, j), reach, HIT_SIGMA_PX), best_fit(patch, (i, j), reach, star));
         let preferred = hit.gain - star.gain;
         total += preferred.clamp(-MOST_CHI2, MOST_CHI2);
@@ -90,7 +94,7 @@ pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit
 }
 
 /// The brightest pixels of a candidate, each a window apart from the others.
-fn places(patch: &Patch, inside: &Array2<bool>) -> Vec<(usize, usize)> {
+fn places(patch: &Patch, inside: &Array2<bool>, reach: usize) -> Vec<(usize, usize)> {
     let (ny, nx) = patch.above.dim();
     let mut all = Vec::new();
     for ((j, i), _) in inside.indexed_iter().filter(|(_, v)| **v) {
@@ -107,9 +111,20 @@ fn places(patch: &Patch, inside: &Array2<bool>) -> Vec<(usize, usize)> {
     }
     all.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut places: Vec<(usize, usize)> = Vec::new();
-    for (_, i, j) in all {
+    for (own, i, j) in all {
+        if places.len() == MOST_WINDOWS {
+            break;
+        }
         let apart = |p: &(usize, usize)| (p.0 as f64 - i as f64).hypot(p.1 as f64 - j as f64) >= APART_PX;
-        if places.len() < MOST_WINDOWS && places.iter().all(apart) {
+        // on the flank of something bright neither a hit nor a star fits
+        let brightest = |reach: usize| {
+            let around = ndarray::s![
+                j.saturating_sub(reach)..(j + reach + 1).min(ny),
+                i.saturating_sub(reach)..(i + reach + 1).min(nx)
+            ];
+            patch.above.slice(around).iter().copied().fold(f32::NEG_INFINITY, f32::max)
+        };
+        if own >= brightest(SUMMIT_PX) && own >= LEAST_SHARE * brightest(reach) && places.iter().all(apart) {
             places.push((i, j));
         }
     }
