@@ -32,7 +32,7 @@ const SINGLE_CHI2: f64 = 14.0;
 /// χ² by which all windows of a candidate together must prefer the hit.
 const TOTAL_CHI2: f64 = 6.0;
 /// χ² by which what lies at a masked hit must prefer the star to be no remnant of that hit.
-const STAR_CHI2: f64 = 6.0;
+const STAR_CHI2: f64 = 10.0;
 /// One window adds no more than this to the total.
 const MOST_CHI2: f64 = 25.0;
 /// Iterations of a fit.
