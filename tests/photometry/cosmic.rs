@@ -1,7 +1,6 @@
 //! How often tracks of cosmic rays are reported as the satellite, and real points as sharp as the pixels allow are found.
 //!
-//! Wanted: one false detection in 1000 frames, 1 % fewer points found. `scripts/prove_cosmic_rays.sh` counts. Not met where
-//! stars are as sharp as 1.5 px: there a short faint hit is as wide as a star.
+//! Wanted: one false detection in 1000 frames, 1 % fewer points found. `scripts/prove_cosmic_rays.sh` counts.
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests, too
 
 use crate::photometry_scene;
@@ -87,10 +86,11 @@ fn frames(n: u64, fwhm: f64, snr: Option<(f64, f64)>, hits: usize, seed: u64) ->
             let mut frame = scene.expose(READ_NOISE, seed + 7919 * k + 1);
             let mut any = || {
                 let at = place(&mut rng);
-                Track::any(&mut rng, at)
+                if std::env::var_os("OTHER").is_some() { Track::other(&mut rng, at) } else { Track::any(&mut rng, at) }
             };
             let tracks: Vec<Track> = (0..hits).map(|_| any()).collect();
             tracks.iter().for_each(|t| t.strike(&mut frame.pixels, &mut rng));
+            let outliers = std::env::var_os("OUTLIERS").is_some();
             let mut tally = Tally { frames: 1, ..Tally::default() };
             let sky = background(&frame, 64, 3.0).unwrap();
             if let TargetFound::Detected { flux, x_px, y_px, .. } = measure_target(&frame, &sky, &settings(fwhm))
@@ -104,7 +104,7 @@ fn frames(n: u64, fwhm: f64, snr: Option<(f64, f64)>, hits: usize, seed: u64) ->
                     tally.wrong = usize::from(off && tally.flagged == 0);
                 } else {
                     tally.false_detections = 1;
-                    if std::env::var_os("OUTLIERS").is_some() {
+                    if outliers {
                         let near = tracks.iter().min_by(|a, b| a.distance(x_px, y_px).total_cmp(&b.distance(x_px, y_px)));
                         let near = near.map(|t| (t.path.len() as f64 * 0.05, t.charge_e, t.distance(x_px, y_px)));
                         println!(
@@ -113,6 +113,9 @@ fn frames(n: u64, fwhm: f64, snr: Option<(f64, f64)>, hits: usize, seed: u64) ->
                         );
                     }
                 }
+            }
+            if let Some((x, y, flux)) = target.filter(|_| outliers && tally.found == 0) {
+                println!("  FWHM {fwhm} frame {k}: lost {flux:.0} e- at {x:.1} {y:.1}");
             }
             tally
         })
@@ -128,7 +131,7 @@ fn frames(n: u64, fwhm: f64, snr: Option<(f64, f64)>, hits: usize, seed: u64) ->
 #[test]
 fn tracks_are_not_reported_and_points_as_sharp_as_the_pixels_allow_are_found() {
     // without the search for hits in candidates 38 to 40 of 40 are false
-    for (fwhm, most) in [(1.5, 30), (2.0, 2), (3.0, 2), (4.0, 2)] {
+    for (fwhm, most) in [(1.5, 1), (2.0, 1), (3.0, 2), (4.0, 2)] {
         let t = frames(40, fwhm, None, HITS, 1_000_003);
         println!("FWHM {fwhm}: {} false of {}", t.false_detections, t.frames);
         assert!(t.false_detections <= most, "{t:?}");
@@ -149,12 +152,21 @@ fn tracks_in_a_thousand_frames() {
         Ok(list) => list.split(',').map(|w| w.parse().unwrap()).collect(),
         Err(_) => vec![1.5, 2.0, 2.5, 3.0, 4.0, 6.0, 10.0],
     };
+    let which: Vec<usize> = match std::env::var("KINDS") {
+        Ok(list) => list.split(',').map(|k| k.parse().unwrap()).collect(),
+        Err(_) => vec![0, 1, 2, 3],
+    };
+    let seed = std::env::var("SEED").ok().and_then(|v| v.parse().ok()).unwrap_or(1_000_003);
     println!("FWHM  target    hits  frames  false  found  flagged  wrong");
     for fwhm in widths {
-        for (name, snr, hits) in
-            [("none", None, HITS), ("S/N 6-300", Some((6.0, 300.0)), HITS), ("S/N 6-300", Some((6.0, 300.0)), 0)]
-        {
-            let t = frames(n, fwhm, snr, hits, 1_000_003);
+        let kinds = [
+            ("none", None, HITS),
+            ("S/N 6-300", Some((6.0, 300.0)), HITS),
+            ("S/N 6-300", Some((6.0, 300.0)), 0),
+            ("S/N 6-30", Some((6.0, 30.0)), 0),
+        ];
+        for (name, snr, hits) in which.iter().map(|k| kinds[*k]) {
+            let t = frames(n, fwhm, snr, hits, seed);
             println!(
                 "{fwhm:4.1}  {name:9} {hits:4} {:7} {:6} {:6} {:8} {:6}",
                 t.frames, t.false_detections, t.found, t.flagged, t.wrong

@@ -52,6 +52,43 @@ impl Track {
         Self { path, charge_e, diffusion_px }
     }
 
+    /// Of other shapes: single and double pixels, long thin tracks, worms, and muons that end within a few pixels, after
+    /// much or little diffusion.
+    pub fn other(rng: &mut ChaCha12Rng, (x, y): (f64, f64)) -> Self {
+        let charge_e = (CHARGE_E.0.ln() + rng.random::<f64>() * (CHARGE_E.1 / CHARGE_E.0).ln()).exp();
+        let diffusion_px = rng.random_range(0.1..0.4);
+        let theta = rng.random_range(0.0..std::f64::consts::TAU);
+        let straight = |length: f64| -> Vec<(f64, f64)> {
+            let steps = (length / STEP_PX) as usize;
+            let along = |k: usize| (k as f64 - 0.5 * steps as f64) * STEP_PX;
+            (0..=steps).map(|k| (along(k) * theta.cos(), along(k) * theta.sin())).collect()
+        };
+        let mut path = match rng.random_range(0..5) {
+            // no diffusion beyond the pixel
+            0 => return Self { path: vec![(x.round(), y.round())], charge_e, diffusion_px: 0.01 },
+            1 => {
+                let (dx, dy) = [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, -1.0)][rng.random_range(0..4)];
+                let path = vec![(x.round(), y.round()), (x.round() + dx, y.round() + dy)];
+                return Self { path, charge_e, diffusion_px: 0.01 };
+            }
+            2 => straight(rng.random_range(20.0..150.0)),
+            3 => {
+                let (length, bend) = (rng.random_range(5.0..40.0), rng.random_range(0.2..0.6));
+                let turn = Normal::new(0.0, bend * STEP_PX.sqrt()).unwrap();
+                let (mut theta, mut at, mut path) = (theta, (0.0, 0.0), vec![(0.0, 0.0)]);
+                for _ in 0..(length / STEP_PX) as usize {
+                    theta += turn.sample(rng);
+                    at = (at.0 + STEP_PX * theta.cos(), at.1 + STEP_PX * theta.sin());
+                    path.push(at);
+                }
+                path
+            }
+            _ => straight(rng.random_range(1.0..20.0)),
+        };
+        path.iter_mut().for_each(|p| *p = (p.0 + x, p.1 + y));
+        Self { path, charge_e, diffusion_px }
+    }
+
     /// Adds its charge to the pixels of a frame that has been exposed.
     pub fn strike(&self, pixels: &mut Array2<f32>, rng: &mut ChaCha12Rng) {
         let (ny, nx) = pixels.dim();

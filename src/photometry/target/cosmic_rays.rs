@@ -119,12 +119,19 @@ impl Patch {
         let star = fwhm_px / FWHM_PER_SIGMA;
         for _ in 0..MOST_LINES {
             let Some(mut best) = self.sharpest_line(star) else { break };
-            self.prolong(&mut best);
-            for ((j, i), above) in self.above.indexed_iter_mut() {
-                if above.is_finite() && best.distance(i as f64, j as f64) <= HIT_REACH_PX {
-                    *above = f32::NAN;
-                    masked.push((i, j));
-                }
+            masked.extend(self.mask_line(&mut best));
+        }
+        masked
+    }
+
+    /// Masks a line and what continues it; columns and rows of the pixels masked.
+    pub fn mask_line(&mut self, line: &mut Line) -> Vec<(usize, usize)> {
+        let mut masked = Vec::new();
+        self.prolong(line);
+        for ((j, i), above) in self.above.indexed_iter_mut() {
+            if above.is_finite() && line.distance(i as f64, j as f64) <= HIT_REACH_PX {
+                *above = f32::NAN;
+                masked.push((i, j));
             }
         }
         masked
@@ -270,12 +277,12 @@ impl Patch {
 
 /// A line of a patch that is sharper than a star.
 #[derive(Debug, Clone, Copy, Default)]
-struct Line {
+pub(crate) struct Line {
     /// Significance over the least.
-    excess: f64,
+    pub excess: f64,
     /// Its ends \[px of the patch\].
-    from: (f64, f64),
-    to: (f64, f64),
+    pub from: (f64, f64),
+    pub to: (f64, f64),
 }
 
 impl Line {

@@ -13,8 +13,9 @@ use super::settings::TargetSettings;
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::aperture::{Bounds, cells};
 use crate::photometry::smooth::{Kernel, smooth_image};
-use crate::photometry::target::cells::{Cells, Layers, row_of};
+use crate::photometry::target::cells::{Cells, Layers, grown, row_of};
 use crate::photometry::target::cosmic_rays::{Patch, hits, margin_px};
+use crate::photometry::target::sharpness::{Verdict, judge};
 use crate::photometry::target::sky::{Block, Surface, blocks};
 use crate::photometry::trails::bend_fit::bend_of;
 use crate::photometry::trails::direction::trail_direction;
@@ -260,13 +261,15 @@ impl Cutout {
     pub fn mask_hits(&mut self, squares: &[(usize, usize)], rebin: usize) -> bool {
         let (columns, rows) = self.about(squares, rebin);
         let holds = |all: &Range<usize>, part: &Range<usize>| all.start <= part.start && all.end >= part.end;
-        if self.clean.iter().any(|clean| holds(&clean.0, &columns) && holds(&clean.1, &rows)) {
-            return false;
-        }
-        let found = self.patch(&columns, &rows).mask_hits(self.fwhm_px);
+        let clean = self.clean.iter().any(|clean| holds(&clean.0, &columns) && holds(&clean.1, &rows));
+        let mut patch = self.patch(&columns, &rows);
+        let mut found = if clean { Vec::new() } else { patch.mask_hits(self.fwhm_px) };
         let (x0, y0) = (columns.start, rows.start);
         if found.is_empty() {
-            self.clean.push((columns, rows));
+            found = self.mask_sharp(&mut patch, (x0, y0), squares, rebin);
+            if !clean {
+                self.clean.push((columns, rows));
+            }
         }
         for &(i, j) in &found {
             let (x, y) = (i + x0, j + y0);
@@ -274,6 +277,35 @@ impl Cutout {
             self.renew_cell(x / self.net.bin, y / self.net.bin);
         }
         !found.is_empty()
+    }
+
+    /// The pixels of a candidate that a hit fits better than a star, masked in its patch.
+    fn mask_sharp(
+        &self,
+        patch: &mut Patch,
+        (x0, y0): (usize, usize),
+        squares: &[(usize, usize)],
+        rebin: usize,
+    ) -> Vec<(usize, usize)> {
+        let (side, (ny, nx)) = (rebin * self.net.bin, patch.above.dim());
+        let mut inside = Array2::from_elem((ny, nx), false);
+        for &(i, j) in squares {
+            for y in (j * side..(j + 1) * side).filter(|y| (y0..y0 + ny).contains(y)) {
+                for x in (i * side..(i + 1) * side).filter(|x| (x0..x0 + nx).contains(x)) {
+                    inside[[y - y0, x - x0]] = true;
+                }
+            }
+        }
+        let near_hit = grown(&inside, 2).indexed_iter().any(|((j, i), v)| *v && self.tested[[j + y0, i + x0]]);
+        match judge(patch, &inside, self.fwhm_px, near_hit) {
+            Verdict::Sky => Vec::new(),
+            Verdict::Hits(lines) => lines.into_iter().flat_map(|mut line| patch.mask_line(&mut line)).collect(),
+            Verdict::AllHits => inside
+                .indexed_iter()
+                .filter(|((j, i), v)| **v && patch.above[[*j, *i]].is_finite())
+                .map(|((j, i), _)| (i, j))
+                .collect(),
+        }
     }
 
     /// Takes all of an outline for what hits left.

@@ -12,4 +12,5 @@ pub(crate) mod search;
 pub(crate) mod segment;
 pub mod settings;
 pub(crate) mod shape;
+pub(crate) mod sharpness;
 pub(crate) mod sky;

@@ -1,0 +1,220 @@
+//! Whether a small piece of light is as narrow as a cosmic-ray hit or as wide as a star: a fit of both to its pixels.
+//!
+//! Electrons and pixels. It decides where stars are hardly wider than hits and the line filters of `cosmic_rays`, which
+//! allow for every sub-pixel position and for good seeing, cannot. Not modelled: hits as wide as a star.
+
+use nalgebra::{SMatrix, SVector};
+use ndarray::Array2;
+
+use crate::base::constants::FWHM_PER_SIGMA;
+use crate::photometry::target::cosmic_rays::{Line, Patch};
+
+/// Above this FWHM \[px\] the line filters suffice.
+const WIDEST_FWHM_PX: f64 = 2.6;
+/// σ across a diffuse hit \[px\], before it is collected in pixels.
+const HIT_SIGMA_PX: f64 = 0.35;
+/// σ of the star that a hit is compared with, in units of the star of the night.
+const STAR_SHARE: f64 = 0.95;
+/// Variance of a pixel \[px²\].
+const PIXEL_VARIANCE: f64 = 1.0 / 12.0;
+/// Least light of a window: sum of nine pixels \[σ\].
+const LEAST_LIGHT_SIGMA: f64 = 3.5;
+/// The middle of a window is the brightest pixel this near \[px\].
+const SUMMIT_PX: usize = 1;
+/// It holds at least this share of the brightest pixel of its window.
+const LEAST_SHARE: f32 = 0.4;
+/// Windows whose centres are nearer than this hold the same pixels \[px\].
+const APART_PX: f64 = 3.0;
+/// Most windows of one candidate.
+const MOST_WINDOWS: usize = 24;
+/// χ² by which a single window must prefer the hit.
+const SINGLE_CHI2: f64 = 14.0;
+/// χ² by which all windows of a candidate together must prefer the hit.
+const TOTAL_CHI2: f64 = 6.0;
+/// χ² by which what lies at a masked hit must prefer the star to be no remnant of that hit.
+const STAR_CHI2: f64 = 10.0;
+/// One window adds no more than this to the total.
+const MOST_CHI2: f64 = 25.0;
+/// Iterations of a fit.
+const STEPS: usize = 15;
+/// Longest σ along a piece of light \[px\].
+const LONGEST_PX: f64 = 20.0;
+
+/// What the pixels of a candidate say.
+pub(crate) enum Verdict {
+    /// These pieces of it are hits.
+    Hits(Vec<Line>),
+    /// All of it is.
+    AllHits,
+    /// It may be an image of the sky.
+    Sky,
+}
+
+/// A straight piece of light with a Gaussian profile.
+#[derive(Clone, Copy)]
+struct Piece {
+    x: f64,
+    y: f64,
+    theta: f64,
+    /// σ along it beyond the width across it \[px\].
+    length: f64,
+    /// χ² of no light less that of this.
+    gain: f64,
+}
+
+/// Compares hits and stars at the brightest places of a candidate; `inside` tells which pixels of the patch are its.
+///
+/// Both are `A exp(−u²/2(V + ℓ²) − v²/2V)`, u along and v across, V = σ² + 1/12 with the pixel; place, angle, ℓ and A
+/// are free. Light of a source on the sky is nowhere narrower than a star, a hit is: Δχ² of the two fits, with equally
+/// many free parameters, is twice the logarithm of their likelihood ratio.
+pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit: bool) -> Verdict {
+    if fwhm_px > WIDEST_FWHM_PX {
+        return Verdict::Sky;
+    }
+    let star = STAR_SHARE * fwhm_px / FWHM_PER_SIGMA;
+    let reach = (1.5 * fwhm_px).round() as isize + 1;
+    let (mut total, mut hits) = (0.0, Vec::new());
+    for (i, j) in places(patch, inside, reach as usize) {
+        let (hit, star) = (best_fit(patch, (i, j), reach, HIT_SIGMA_PX), best_fit(patch, (i, j), reach, star));
+        let preferred = hit.gain - star.gain;
+        total += preferred.clamp(-MOST_CHI2, MOST_CHI2);
+        if preferred > SINGLE_CHI2 {
+            let half = (1.7 * hit.length).min(reach as f64);
+            let (dx, dy) = (half * hit.theta.cos(), half * hit.theta.sin());
+            hits.push(Line { excess: preferred, from: (hit.x - dx, hit.y - dy), to: (hit.x + dx, hit.y + dy) });
+        }
+    }
+    if !hits.is_empty() {
+        Verdict::Hits(hits)
+    } else if total > TOTAL_CHI2 || (near_hit && total > -STAR_CHI2) {
+        Verdict::AllHits
+    } else {
+        Verdict::Sky
+    }
+}
+
+/// The brightest pixels of a candidate, each a window apart from the others.
+fn places(patch: &Patch, inside: &Array2<bool>, reach: usize) -> Vec<(usize, usize)> {
+    let (ny, nx) = patch.above.dim();
+    let mut all = Vec::new();
+    for ((j, i), _) in inside.indexed_iter().filter(|(_, v)| **v) {
+        let around = ndarray::s![j.saturating_sub(1)..(j + 2).min(ny), i.saturating_sub(1)..(i + 2).min(nx)];
+        let (mut sum, mut square) = (0.0, 0.0);
+        let (above, variance) = (patch.above.slice(around), patch.variance.slice(around));
+        for (v, s2) in above.iter().zip(&variance).filter(|(v, _)| v.is_finite()) {
+            sum += f64::from(*v);
+            square += f64::from(*s2);
+        }
+        if patch.above[[j, i]].is_finite() && sum > LEAST_LIGHT_SIGMA * f64::sqrt(square) {
+            all.push((patch.above[[j, i]], i, j));
+        }
+    }
+    all.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut places: Vec<(usize, usize)> = Vec::new();
+    for (own, i, j) in all {
+        if places.len() == MOST_WINDOWS {
+            break;
+        }
+        let apart = |p: &(usize, usize)| (p.0 as f64 - i as f64).hypot(p.1 as f64 - j as f64) >= APART_PX;
+        // on the flank of something bright neither a hit nor a star fits
+        let brightest = |reach: usize| {
+            let around = ndarray::s![
+                j.saturating_sub(reach)..(j + reach + 1).min(ny),
+                i.saturating_sub(reach)..(i + reach + 1).min(nx)
+            ];
+            patch.above.slice(around).iter().copied().fold(f32::NEG_INFINITY, f32::max)
+        };
+        if own >= brightest(SUMMIT_PX) && own >= LEAST_SHARE * brightest(reach) && places.iter().all(apart) {
+            places.push((i, j));
+        }
+    }
+    places
+}
+
+/// The piece of light of the given σ across that fits best about a pixel.
+fn best_fit(patch: &Patch, at: (usize, usize), reach: isize, sigma: f64) -> Piece {
+    let (ny, nx) = patch.above.dim();
+    let mut pixels = Vec::new();
+    for dj in -reach..=reach {
+        for di in -reach..=reach {
+            let (Some(i), Some(j)) = (at.0.checked_add_signed(di), at.1.checked_add_signed(dj)) else { continue };
+            if i < nx && j < ny && di * di + dj * dj <= reach * reach + 1 && patch.above[[j, i]].is_finite() {
+                let weight = 1.0 / f64::from(patch.variance[[j, i]]).max(1e-6);
+                pixels.push([i as f64, j as f64, f64::from(patch.above[[j, i]]), weight]);
+            }
+        }
+    }
+    let start = Piece { x: at.0 as f64, y: at.1 as f64, theta: 0.0, length: 0.7, gain: f64::NEG_INFINITY };
+    let quarter = std::f64::consts::FRAC_PI_4;
+    (0..4)
+        .map(|k| fit(&pixels, Piece { theta: f64::from(k) * quarter, ..start }, sigma * sigma + PIXEL_VARIANCE))
+        .fold(start, |best, piece| if piece.gain > best.gain { piece } else { best })
+}
+
+/// Light and its derivatives by place, angle and length, per unit of A.
+fn light(p: &Piece, variance: f64, x: f64, y: f64) -> (f64, [f64; 4]) {
+    let (sin, cos) = p.theta.sin_cos();
+    let (dx, dy) = (x - p.x, y - p.y);
+    let (u, v) = (dx * cos + dy * sin, dy * cos - dx * sin);
+    let along = variance + p.length * p.length;
+    let (a, b) = (u / along, v / variance);
+    let m = (-0.5 * (u * a + v * b)).exp();
+    (m, [m * (a * cos - b * sin), m * (a * sin + b * cos), m * (u * b - v * a), m * a * a * p.length])
+}
+
+/// A for which a piece fits best, and the χ² it gains.
+fn amplitude(pixels: &[[f64; 4]], p: &Piece, variance: f64) -> (f64, f64) {
+    let (mut dm, mut mm) = (0.0, 0.0);
+    for &[x, y, d, w] in pixels {
+        let (m, _) = light(p, variance, x, y);
+        dm += w * d * m;
+        mm += w * m * m;
+    }
+    if dm > 0.0 && mm > 0.0 { (dm / mm, dm * dm / mm) } else { (0.0, 0.0) }
+}
+
+/// Levenberg-Marquardt steps from a first guess.
+fn fit(pixels: &[[f64; 4]], start: Piece, variance: f64) -> Piece {
+    let mut best = start;
+    let mut a;
+    (a, best.gain) = amplitude(pixels, &best, variance);
+    let mut damping = 1e-2;
+    for _ in 0..STEPS {
+        let mut normal = SMatrix::<f64, 5, 5>::zeros();
+        let mut right = SVector::<f64, 5>::zeros();
+        for &[x, y, d, w] in pixels {
+            let (m, by) = light(&best, variance, x, y);
+            let g = SVector::from([m, a * by[0], a * by[1], a * by[2], a * by[3]]);
+            normal += g * g.transpose() * w;
+            right += g * (w * (d - a * m));
+        }
+        for k in 0..5 {
+            normal[(k, k)] *= 1.0 + damping;
+            normal[(k, k)] += 1e-9;
+        }
+        let Some(step) = normal.cholesky().map(|c| c.solve(&right)) else { break };
+        let mut next = Piece {
+            x: (best.x + step[1]).clamp(start.x - 1.5, start.x + 1.5),
+            y: (best.y + step[2]).clamp(start.y - 1.5, start.y + 1.5),
+            theta: best.theta + step[3].clamp(-0.5, 0.5),
+            length: (best.length + step[4].clamp(-2.0, 2.0)).clamp(0.0, LONGEST_PX),
+            gain: 0.0,
+        };
+        let next_a;
+        (next_a, next.gain) = amplitude(pixels, &next, variance);
+        if next.gain > best.gain {
+            let small = next.gain - best.gain < 0.02;
+            (best, a) = (next, next_a);
+            damping *= 0.3;
+            if small {
+                break;
+            }
+        } else {
+            damping *= 8.0;
+            if damping > 1e4 {
+                break;
+            }
+        }
+    }
+    best
+}
