@@ -42,9 +42,9 @@ pub(super) fn cases(n: usize) -> Vec<Case> {
 }
 
 /// Mean of f (n·s) over the disc, by points of equal solid angle.
-pub(super) fn by_brute_force(brdf: &Brdf, [lamp, normal, observer]: &Case, disc_rad: f64) -> f64 {
-    let Some(u) = lamp.any_perpendicular() else { return f64::NAN };
-    let v = lamp.cross(&u);
+pub(super) fn by_brute_force(brdf: &Brdf, [light_source, normal, observer]: &Case, disc_rad: f64) -> f64 {
+    let Some(u) = light_source.any_perpendicular() else { return f64::NAN };
+    let v = light_source.cross(&u);
     let (rings, spokes) = RINGS;
     let mut sum = 0.0;
     for ring in 0..rings {
@@ -55,7 +55,7 @@ pub(super) fn by_brute_force(brdf: &Brdf, [lamp, normal, observer]: &Case, disc_
         for spoke in 0..spokes {
             let turn = TAU * (spoke as f64 + 0.5 * (ring % 2) as f64) / spokes as f64;
             let side = u * (radius.sin() * turn.cos()) + v * (radius.sin() * turn.sin());
-            let s = *lamp * radius.cos() + side;
+            let s = *light_source * radius.cos() + side;
             sum += brdf.value(&s, normal, observer) * normal.dot(&s).max(0.0);
         }
     }
@@ -81,8 +81,9 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
         let least = 1e-6 * exact.iter().copied().fold(0.0, f64::max);
         let mut points = Vec::new();
         for (setting, disc) in [("point", SourceDisc::Point), ("convolved", SourceDisc::Convolved)] {
-            let light =
-                |[lamp, normal, observer]: &Case| direct_reflection(&brdf, lamp, normal, observer, disc_rad, disc);
+            let light = |[light_source, normal, observer]: &Case| {
+                direct_reflection(&brdf, light_source, normal, observer, disc_rad, disc)
+            };
             let off: Vec<f64> = (cases.iter().zip(&exact).filter(|(_, exact)| **exact > least))
                 .map(|(case, exact)| light(case) / exact - 1.0)
                 .collect();

@@ -5,7 +5,7 @@
 use std::fmt;
 
 use super::flux_sum::Sum;
-use super::lamps::mag_of_flux;
+use super::light_sources::mag_of_flux;
 use super::lights::LightSource;
 use super::skip::Skip;
 use crate::base::constants::MAG_PER_LN;

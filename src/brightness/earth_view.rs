@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::brdf::Brdf;
 use super::ground::Ground;
-use super::lamps::{NearMoon, SourceSettings, moonlight, sunlight};
+use super::light_sources::{NearMoon, SourceSettings, moonlight, sunlight};
 use super::scene::{impossible, local_radius_km};
 use crate::base::constants::AU_KM;
 use crate::base::error::Result;
@@ -23,39 +23,39 @@ const MAX_SIDE: usize = 8_192;
 
 /// Which light source lights the Earth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum EarthLamp {
+pub enum EarthLightSource {
     /// The Sun.
     Sun,
     /// The Moon.
     Moon,
 }
 
-impl EarthLamp {
+impl EarthLightSource {
     /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            EarthLamp::Sun => "Sun",
-            EarthLamp::Moon => "Moon",
+            EarthLightSource::Sun => "Sun",
+            EarthLightSource::Moon => "Moon",
         }
     }
 
     /// Irradiance at a place, from the Earth's centre \[km\], across the beam \[W m⁻²\] in a band in which the Sun at 1
-    /// au has `sun_w_m2`, and whether the lunar law was stretched. Ratios are those of the band of `lamps`.
+    /// au has `sun_w_m2`, and whether the lunar law was stretched. Ratios are those of the band of `light_sources`.
     #[must_use]
     pub fn irradiance_w_m2(
         self,
         place_km: &Vector<Itrs>,
         sun_km: &Vector<Itrs>,
         moon_km: &Vector<Itrs>,
-        lamps: &SourceSettings,
+        light_sources: &SourceSettings,
         sun_w_m2: f64,
     ) -> (f64, bool) {
         let light = match self {
-            EarthLamp::Sun => sunlight(sun_km.norm(), lamps),
-            EarthLamp::Moon => moonlight(place_km, moon_km, sun_km, lamps),
+            EarthLightSource::Sun => sunlight(sun_km.norm(), light_sources),
+            EarthLightSource::Moon => moonlight(place_km, moon_km, sun_km, light_sources),
         };
-        (sun_w_m2 * light.flux / sunlight(AU_KM, lamps).flux, light.extrapolated)
+        (sun_w_m2 * light.flux / sunlight(AU_KM, light_sources).flux, light.extrapolated)
     }
 }
 
@@ -140,7 +140,7 @@ impl Viewpoint {
     }
 }
 
-/// Draws the Earth lit from the geocentric direction `lamp` with `lamp_w_m2` (at the Earth's centre, where every place
+/// Draws the Earth lit from the geocentric direction `light_source` with `lamp_w_m2` (at the Earth's centre, where every place
 /// sees a Moon of its own, `near`), as `n` by `n` pixels, each the mean of
 /// `sub` by `sub` points.
 ///
@@ -150,7 +150,7 @@ impl Viewpoint {
 /// [`crate::Error::Model`] for a law that is not a reflector, an irradiance that is negative, and sizes out of range.
 pub fn earth_picture(
     view: &Viewpoint,
-    (lamp, near): (&Vector<Itrs>, Option<&NearMoon>),
+    (light_source, near): (&Vector<Itrs>, Option<&NearMoon>),
     lamp_w_m2: f64,
     earth: &Brdf,
     (n, sub): (usize, usize),
@@ -166,7 +166,7 @@ pub fn earth_picture(
     }
     let ground = match near {
         Some(moon) => Ground::under_moon(&view.position_km, view.radius_km, moon, earth),
-        None => Ground::new(&view.position_km, view.radius_km, lamp, earth),
+        None => Ground::new(&view.position_km, view.radius_km, light_source, earth),
     };
     let ground = ground
         .ok_or_else(|| impossible("the viewpoint is inside the Earth, or the light source has no direction".into()))?;
@@ -232,8 +232,8 @@ mod tests {
             let a = alpha_deg.to_radians();
             let toward = view.position_km.unit().unwrap();
             let side = Vector::new(0.0, 0.0, 1.0);
-            let lamp = toward * a.cos() + side * a.sin();
-            let picture = earth_picture(&view, (&lamp, None), 1_361.0, &LAMBERT, (256, 4)).unwrap();
+            let light_source = toward * a.cos() + side * a.sin();
+            let picture = earth_picture(&view, (&light_source, None), 1_361.0, &LAMBERT, (256, 4)).unwrap();
             let k = view.radius_km / view.position_km.norm();
             let expected = 1_361.0 * 2.0 / 3.0 * 0.3 * k * k * (a.sin() + (PI - a) * a.cos()) / PI;
             let ratio = picture.irradiance_w_m2() / expected;
@@ -244,8 +244,8 @@ mod tests {
     #[test]
     fn under_the_lamp_the_ground_has_albedo_e_over_pi_and_behind_the_terminator_none() {
         let view = Viewpoint::new(100.0, 10.0, 35_786.0).unwrap();
-        let lamp = view.up;
-        let picture = earth_picture(&view, (&lamp, None), 3.0e-3, &LAMBERT, (301, 1)).unwrap();
+        let light_source = view.up;
+        let picture = earth_picture(&view, (&light_source, None), 3.0e-3, &LAMBERT, (301, 1)).unwrap();
         assert!((picture.radiance[[150, 150]] / (0.3 * 3.0e-3 / PI) - 1.0).abs() < 1e-4);
         // a light source in the east: its terminator passes through nadir, the west is dark, the east is lit
         let picture = earth_picture(&view, (&view.east, None), 1.0, &LAMBERT, (300, 1)).unwrap();
@@ -290,9 +290,9 @@ mod tests {
         assert!(Viewpoint::new(0.0, 91.0, 400.0).is_err());
         assert!(Viewpoint::new(0.0, 0.0, -5.0).unwrap_err().to_string().contains("-5 km"));
         let view = Viewpoint::new(0.0, 0.0, 400.0).unwrap();
-        let lamp = view.up;
-        assert!(earth_picture(&view, (&lamp, None), f64::NAN, &LAMBERT, (100, 1)).is_err());
-        assert!(earth_picture(&view, (&lamp, None), 1.0, &LAMBERT, (1, 1)).is_err());
-        assert!(earth_picture(&view, (&lamp, None), 1.0, &Brdf::Lambert { albedo: 2.0 }, (100, 1)).is_err());
+        let light_source = view.up;
+        assert!(earth_picture(&view, (&light_source, None), f64::NAN, &LAMBERT, (100, 1)).is_err());
+        assert!(earth_picture(&view, (&light_source, None), 1.0, &LAMBERT, (1, 1)).is_err());
+        assert!(earth_picture(&view, (&light_source, None), 1.0, &Brdf::Lambert { albedo: 2.0 }, (100, 1)).is_err());
     }
 }

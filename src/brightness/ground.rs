@@ -7,7 +7,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::brdf::Brdf;
-use super::lamps::NearMoon;
+use super::light_sources::NearMoon;
 use crate::base::vector::{Itrs, Vector};
 
 /// Axes of the satellite's vertical: z up, y to the light, x = y × z.
@@ -24,7 +24,7 @@ pub struct Ground {
     /// R/r.
     pub(super) k: f64,
     /// The light source, in the frame of the vertical: (0, cos E, sin E).
-    pub(super) lamp: Vector<Vertical>,
+    pub(super) light_source: Vector<Vertical>,
     /// E, the light source's elevation at the sub-satellite point above the plane through the Earth's centre.
     pub(super) elevation_rad: f64,
     /// How far the sub-satellite point is inside the lit cap: E under parallel light, E − arcsin(R/D) under a light
@@ -73,26 +73,26 @@ pub(super) struct Circle {
 }
 
 impl Ground {
-    /// The ground under a satellite at `satellite_km`, lit from the geocentric direction `lamp`.
+    /// The ground under a satellite at `satellite_km`, lit from the geocentric direction `light_source`.
     ///
     /// `None` when the satellite is not above the sphere or a direction is undefined.
     #[must_use]
-    pub fn new(satellite_km: &Vector<Itrs>, radius_km: f64, lamp: &Vector<Itrs>, brdf: &Brdf) -> Option<Self> {
+    pub fn new(satellite_km: &Vector<Itrs>, radius_km: f64, light_source: &Vector<Itrs>, brdf: &Brdf) -> Option<Self> {
         let k = radius_km / satellite_km.norm();
         if !(k > 0.0 && k < 1.0) {
             return None;
         }
         let z = satellite_km.unit()?;
-        let lamp = lamp.unit()?;
-        let sin_e = z.dot(&lamp).clamp(-1.0, 1.0);
+        let light_source = light_source.unit()?;
+        let sin_e = z.dot(&light_source).clamp(-1.0, 1.0);
         // with the light source in the zenith or the nadir every y will do
-        let across = lamp - z * sin_e;
+        let across = light_source - z * sin_e;
         let y = if across.norm() > 1e-12 { across.unit()? } else { z.any_perpendicular()? };
         let cos_e = across.norm();
         Some(Self {
             axes: [y.cross(&z), y, z],
             k,
-            lamp: Vector::new(0.0, cos_e, sin_e),
+            light_source: Vector::new(0.0, cos_e, sin_e),
             elevation_rad: sin_e.atan2(cos_e),
             lit_rad: sin_e.atan2(cos_e),
             near: None,
@@ -114,7 +114,7 @@ impl Ground {
         }
         let to_sun = ground.local(&moon.to_sun);
         ground.lit_rad -= ratio.asin();
-        ground.near = Some(Near { ratio, to_sun, sun_outward: to_sun.dot(&ground.lamp), moon: *moon });
+        ground.near = Some(Near { ratio, to_sun, sun_outward: to_sun.dot(&ground.light_source), moon: *moon });
         Some(ground)
     }
 
@@ -161,7 +161,7 @@ impl Ground {
         let sin_eta = self.k * sin_z;
         let cos_eta = (1.0 - sin_eta * sin_eta).sqrt();
         let theta = (sin_z * cos_eta - cos_z * sin_eta, cos_z * cos_eta + sin_z * sin_eta);
-        let (cos_e, sin_e) = (self.lamp.y(), self.lamp.z());
+        let (cos_e, sin_e) = (self.light_source.y(), self.light_source.z());
         // ζ + θ
         let sum = (sin_z * theta.1 + cos_z * theta.0, cos_z * theta.1 - sin_z * theta.0);
         // (s − εp)·p and (s − εp) mirrored in p, towards the satellite
@@ -204,8 +204,9 @@ impl Ground {
             }
             GroundLaw::Other(brdf) => {
                 let place = circle.ground_point(phi);
-                let lamp = self.near.map_or(self.lamp, |near| (self.lamp - place * near.ratio) * per_delta);
-                brdf.value(&lamp, &place, &-circle.direction(phi))
+                let light_source =
+                    self.near.map_or(self.light_source, |near| (self.light_source - place * near.ratio) * per_delta);
+                brdf.value(&light_source, &place, &-circle.direction(phi))
             }
         };
         f * height * moonlight
@@ -318,10 +319,10 @@ impl Ground {
     /// source's; not above 0 where it does not.
     pub(super) fn terminator_theta(&self, cos_u: f64) -> f64 {
         // cos θ sin E + sin θ cos E cos u = ε
-        let side = cos_u * self.lamp.y();
-        let theta = (-self.lamp.z() * side.signum()).atan2(side.abs());
+        let side = cos_u * self.light_source.y();
+        let theta = (-self.light_source.z() * side.signum()).atan2(side.abs());
         let ratio = self.near.map_or(0.0, |near| near.ratio);
-        theta + side.signum() * (ratio / self.lamp.z().hypot(side).max(ratio + f64::MIN_POSITIVE)).asin()
+        theta + side.signum() * (ratio / self.light_source.z().hypot(side).max(ratio + f64::MIN_POSITIVE)).asin()
     }
 
     /// ζ of a nadir angle η; `None` beyond the limb.

@@ -1,4 +1,4 @@
-//! The two ways of light, [`VisibleSurfaces::direct`] and [`VisibleSurfaces::via_earth`], and the two light sources
+//! The two ways of light, [`VisibleSurfaces::direct`] and [`VisibleSurfaces::earth_reflected`], and the two light sources
 //! that go them.
 //!
 //! Irradiances relative to a star of magnitude 0, areas in m², range in m. What a scene does not need is not computed,
@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 use super::brdf::{Brdf, direct_reflection, mirror_reflection};
 use super::earthshine::{Accuracy, plain};
 use super::ground::Ground;
-use super::lamps::{NearMoon, SourceSettings, moonlight, sunlight};
+use super::light_sources::{NearMoon, SourceSettings, moonlight, sunlight};
 use super::platform::{Prepared, Side, SurfaceElement, View};
 use super::scene::Scene;
 use super::settings::{ModelSettings, ToleranceOf};
@@ -51,7 +51,7 @@ struct Words {
 /// How the light sources shine and how the Earth's shadow takes them away.
 #[derive(Debug)]
 pub(super) struct Lighting {
-    lamps: SourceSettings,
+    light_sources: SourceSettings,
     shadow: Shadow,
     colour: Colour,
 }
@@ -63,30 +63,30 @@ pub(super) struct VisibleSurfaces<'a> {
     pub radius_km: f64,
     plates: Vec<SurfaceElement<'a>>,
     /// What contributes nothing is computed all the same.
-    everything: bool,
+    exhaustive: bool,
 }
 
 impl<'a> VisibleSurfaces<'a> {
-    /// The surfaces that show the observer a side that scatters; the others go to `skipped`, unless `everything` is
+    /// The surfaces that show the observer a side that scatters; the others go to `skipped`, unless `exhaustive` is
     /// wanted.
     pub fn new(
         scene: &Scene,
         (surfaces, lighting): (&'a [Prepared], &'a Lighting),
         settings: &'a ModelSettings,
-        everything: bool,
+        exhaustive: bool,
         skipped: &mut Vec<Skip>,
     ) -> Result<Self> {
         let radius_km = settings.radius_km(&scene.satellite_km);
         let mut plates = Vec::with_capacity(surfaces.len());
         for prepared in surfaces {
             let plate = SurfaceElement::new(scene, prepared, settings.effects.platform_size)?;
-            if everything || plate.shows_a_side() {
+            if exhaustive || plate.shows_a_side() {
                 plates.push(plate);
             } else {
                 skipped.push(Skip::surface("all", &prepared.name, "faces away from the observer"));
             }
         }
-        Ok(Self { settings, lighting, radius_km, plates, everything })
+        Ok(Self { settings, lighting, radius_km, plates, exhaustive })
     }
 
     /// Nothing but the surface of this name.
@@ -96,7 +96,7 @@ impl<'a> VisibleSurfaces<'a> {
 
     /// The side of a plate that a view sees.
     fn side(&self, plate: &SurfaceElement<'a>, view: &View) -> Option<Side<'a>> {
-        if self.everything { Some(plate.any_side(view)) } else { plate.side(view) }
+        if self.exhaustive { Some(plate.any_side(view)) } else { plate.side(view) }
     }
 
     /// Area the observer sees, Σ A |n·o| \[m²\].
@@ -109,39 +109,46 @@ impl<'a> VisibleSurfaces<'a> {
     ///
     /// `E_obs/E_lamp = ν Σ A ⟨f(s, n, o) (n·s)₊⟩ (n·o)₊ / d²`, ν the share of the light source's light that gets past
     /// the Earth, the mean ⟨⟩ over its disc.
-    pub fn direct(&self, lamp: &LightSource, skipped: &mut Vec<Skip>) -> Sum {
+    pub fn direct(&self, light_source: &LightSource, skipped: &mut Vec<Skip>) -> Sum {
         let mut sum = Sum::default();
-        let shines = lamp.visible_frac > 0.0 && lamp.flux_at_satellite > 0.0;
-        if !(self.everything || shines) {
-            let why = if lamp.flux_at_satellite > 0.0 { lamp.words.hidden } else { "gives no light" };
-            skipped.push(Skip::light(lamp.name, why));
+        let shines = light_source.visible_frac > 0.0 && light_source.flux_at_satellite > 0.0;
+        if !(self.exhaustive || shines) {
+            let why = if light_source.flux_at_satellite > 0.0 { light_source.words.hidden } else { "gives no light" };
+            skipped.push(Skip::light(light_source.name, why));
             return sum;
         }
         let source_disc = self.settings.effects.source_disc;
         for plate in &self.plates {
             // parallel light along the surface leaves rounding alone
-            let least = if source_disc == SourceDisc::Point { 1e-12 } else { -lamp.disc_rad.sin() };
-            let lit = |side: &Side| side.normal.dot(&lamp.toward(&plate.centre)) >= least;
-            let whole = !self.everything && !plate.is_divided();
+            let least = if source_disc == SourceDisc::Point { 1e-12 } else { -light_source.disc_rad.sin() };
+            let lit = |side: &Side| side.normal.dot(&light_source.toward(&plate.centre)) >= least;
+            let whole = !self.exhaustive && !plate.is_divided();
             if whole && !plate.side(&plate.centre).as_ref().is_some_and(lit) {
-                skipped.push(Skip::surface(lamp.name, plate.name(), lamp.words.facing_away));
+                skipped.push(Skip::surface(light_source.name, plate.name(), light_source.words.facing_away));
                 continue;
             }
             let part = plate.integrate(|view: &View| {
                 let Some(side) = self.side(plate, view) else { return Sum::default() };
-                let toward = lamp.toward(view);
+                let toward = light_source.toward(view);
                 let f_cos = match side.brdf {
                     // at the edge of its beam a mirror is as wide as the observer sees it
                     Brdf::Mirror { reflectance } if source_disc == SourceDisc::Convolved => {
                         let mirror_rad = (side.spread / PI).sqrt();
-                        let disc_rad = lamp.disc_rad;
+                        let disc_rad = light_source.disc_rad;
                         mirror_reflection(*reflectance, &toward, &side.normal, &view.observer, disc_rad, mirror_rad)
                     }
-                    law => direct_reflection(law, &toward, &side.normal, &view.observer, lamp.disc_rad, source_disc),
+                    law => direct_reflection(
+                        law,
+                        &toward,
+                        &side.normal,
+                        &view.observer,
+                        light_source.disc_rad,
+                        source_disc,
+                    ),
                 };
                 Sum { flux: side.spread * f_cos, ..Sum::default() }
             });
-            sum.add(&part, lamp.visible_frac * lamp.flux_at_satellite);
+            sum.add(&part, light_source.visible_frac * light_source.flux_at_satellite);
         }
         sum
     }
@@ -151,29 +158,30 @@ impl<'a> VisibleSurfaces<'a> {
     /// `E_obs/E_lamp = Σ A (n·o)₊ / d² · ∫ f_E (p·s)₊ f (n·w)₊ dω`. No integral is evaluated for a light source that
     /// lights no ground in view, nor for a surface that sees no ground. `beside` is the flux of the lights already
     /// known, to which that of the surfaces before is added.
-    pub fn via_earth(&self, lamp: &LightSource, beside: f64, skipped: &mut Vec<Skip>) -> Sum {
+    pub fn earth_reflected(&self, light_source: &LightSource, beside: f64, skipped: &mut Vec<Skip>) -> Sum {
         let mut sum = Sum::default();
         let settings = self.settings;
         let Some(plate) = self.plates.first() else { return sum };
-        let lights_ground = |g: &Ground| self.everything || (g.lit_in_view() && lamp.flux_at_ground > 0.0);
+        let lights_ground = |g: &Ground| self.exhaustive || (g.lit_in_view() && light_source.flux_at_ground > 0.0);
         // parallel light reaches as far and farther: where it reaches nothing the Moon's phases are not requested
-        let parallel = |place: &Vector<Itrs>| Ground::new(place, self.radius_km, &lamp.position_km, &settings.earth);
+        let parallel =
+            |place: &Vector<Itrs>| Ground::new(place, self.radius_km, &light_source.position_km, &settings.earth);
         let reached = parallel(&plate.centre.place_km).is_some_and(|g| lights_ground(&g));
-        let near = if reached { lamp.over_ground(self.lighting, self.radius_km) } else { None };
+        let near = if reached { light_source.over_ground(self.lighting, self.radius_km) } else { None };
         let ground_at = |view: &View| match &near {
             Some(moon) => Ground::under_moon(&view.place_km, self.radius_km, moon, &settings.earth),
             None => parallel(&view.place_km),
         };
         let lit = ground_at(&plate.centre).filter(lights_ground);
         let Some(ground) = lit else {
-            skipped.push(Skip::light(lamp.earth_name, lamp.words.no_lit_ground));
+            skipped.push(Skip::light(light_source.earth_name, light_source.words.no_lit_ground));
             return sum;
         };
         for plate in &self.plates {
             let sees_ground = |side: &Side| ground.seen_by(&side.normal);
-            let whole = !self.everything && !plate.is_divided();
+            let whole = !self.exhaustive && !plate.is_divided();
             if whole && !plate.side(&plate.centre).as_ref().is_some_and(sees_ground) {
-                skipped.push(Skip::surface(lamp.earth_name, plate.name(), "sees no ground"));
+                skipped.push(Skip::surface(light_source.earth_name, plate.name(), "sees no ground"));
                 continue;
             }
             let part = plate.integrate(|view: &View| {
@@ -188,16 +196,17 @@ impl<'a> VisibleSurfaces<'a> {
                 };
                 if !(ground.lit_in_view() && ground.seen_by(&side.normal)) {
                     let dark = || plain(ground, side.brdf, &side.normal, &view.observer);
-                    let per_sr = if self.everything { dark() } else { 0.0 };
+                    let per_sr = if self.exhaustive { dark() } else { 0.0 };
                     return Sum { flux: side.spread * per_sr, ..Sum::default() };
                 }
                 let floor_per_sr = match settings.tolerance_of {
-                    _ if self.everything => 0.0,
+                    _ if self.exhaustive => 0.0,
                     ToleranceOf::EachLight => 0.0,
                     // a quarter each: two light sources, two surfaces
                     ToleranceOf::Total => {
                         let known = beside + sum.flux;
-                        0.25 * settings.tolerance * known / (lamp.flux_at_ground * side.spread).max(f64::MIN_POSITIVE)
+                        0.25 * settings.tolerance * known
+                            / (light_source.flux_at_ground * side.spread).max(f64::MIN_POSITIVE)
                     }
                 };
                 let accuracy = Accuracy { tolerance: settings.tolerance, floor_per_sr, max_nodes: settings.max_nodes };
@@ -209,7 +218,7 @@ impl<'a> VisibleSurfaces<'a> {
                     nodes: light.nodes,
                 }
             });
-            sum.add(&part, lamp.flux_at_ground);
+            sum.add(&part, light_source.flux_at_ground);
         }
         sum
     }
@@ -225,8 +234,8 @@ impl LightSource {
             position_km: scene.sun_km,
             disc_rad: (SUN_RADIUS_KM / distance_km).min(1.0).asin(),
             visible_frac: lighting.share(scene, &scene.sun_km, SUN_RADIUS_KM, radius_km),
-            flux_at_satellite: sunlight(distance_km, &lighting.lamps).flux,
-            flux_at_ground: sunlight(scene.sun_km.norm(), &lighting.lamps).flux,
+            flux_at_satellite: sunlight(distance_km, &lighting.light_sources).flux,
+            flux_at_ground: sunlight(scene.sun_km.norm(), &lighting.light_sources).flux,
             sun_of_patches_km: None,
             extrapolated: false,
             words: Words {
@@ -241,8 +250,8 @@ impl LightSource {
     /// to which that of every place is a ratio.
     pub fn moon(scene: &Scene, lighting: &Lighting, radius_km: f64) -> LightSource {
         let distance_km = (scene.moon_km - scene.satellite_km).norm();
-        let at_satellite = moonlight(&scene.satellite_km, &scene.moon_km, &scene.sun_km, &lighting.lamps);
-        let at_ground = moonlight(&Vector::new(0.0, 0.0, 0.0), &scene.moon_km, &scene.sun_km, &lighting.lamps);
+        let at_satellite = moonlight(&scene.satellite_km, &scene.moon_km, &scene.sun_km, &lighting.light_sources);
+        let at_ground = moonlight(&Vector::new(0.0, 0.0, 0.0), &scene.moon_km, &scene.sun_km, &lighting.light_sources);
         LightSource {
             name: "moon",
             earth_name: "lunar_earthshine",
@@ -263,7 +272,7 @@ impl LightSource {
 
     /// The light source over the ground, place by place; `None` for parallel light.
     pub fn over_ground(&self, lighting: &Lighting, radius_km: f64) -> Option<NearMoon> {
-        lighting.lamps.moon_over_ground(&self.position_km, &self.sun_of_patches_km?, radius_km)
+        lighting.light_sources.moon_over_ground(&self.position_km, &self.sun_of_patches_km?, radius_km)
     }
 
     /// From a place on the satellite, unit.
@@ -278,7 +287,11 @@ impl Lighting {
     pub fn new(effects: &Effects, band: Option<&Band>) -> Result<Self> {
         let v = Band::of_config("V")?;
         let band = band.unwrap_or(&v);
-        Ok(Self { lamps: SourceSettings::new(effects, band)?, shadow: effects.shadow, colour: Colour::of(band)? })
+        Ok(Self {
+            light_sources: SourceSettings::new(effects, band)?,
+            shadow: effects.shadow,
+            colour: Colour::of(band)?,
+        })
     }
 
     /// The share of a light source's light that reaches the satellite.

@@ -13,8 +13,8 @@ pub mod earthshine;
 pub mod explicit;
 mod flux_sum;
 mod ground;
-pub mod lamps;
 pub mod light_class;
+pub mod light_sources;
 mod lights;
 pub mod model;
 mod platform;
@@ -35,7 +35,7 @@ pub use catalogue::{Catalogue, Entry, Satellite, catalogue_names, catalogue_toml
 pub(crate) use earthshine::plain_rule;
 pub use earthshine::{Accuracy, PreparedBrdf, ReflectedLight, reflected_by_earth};
 pub use ground::Ground;
-pub use lamps::NearMoon;
+pub use light_sources::NearMoon;
 pub use model::{Model, brightness, light_class};
 pub use scene::Scene;
 pub use settings::{ModelSettings, ToleranceOf};

@@ -1,7 +1,7 @@
 //! The brightness of a satellite in one scene: four lights, their sum, what was excluded and why.
 //!
 //! Magnitudes in the band of the settings, irradiances relative to a star of magnitude 0. Two functions make the four
-//! lights: `direct` and `via_earth`, each for a light source. No starlight, no self-shadowing.
+//! lights: `direct` and `earth_reflected`, each for a light source. No starlight, no self-shadowing.
 
 use crate::base::constants::ARCSEC2_PER_SR;
 use std::f64::consts::FRAC_PI_2;
@@ -12,7 +12,7 @@ use super::brdf::EARTH_VEGETATION;
 use super::catalogue::Satellite;
 use super::flux_sum::Sum;
 use super::ground::Ground;
-use super::lamps::flux_of_mag;
+use super::light_sources::flux_of_mag;
 use super::lights::LightSource;
 use super::lights::Lighting;
 use super::lights::VisibleSurfaces;
@@ -105,7 +105,7 @@ impl Model {
     /// # Errors
     /// As [`Model::brightness`].
     #[doc(hidden)]
-    pub fn brightness_of_everything(&self, scene: &Scene) -> Result<Brightness> {
+    pub fn exhaustive_brightness(&self, scene: &Scene) -> Result<Brightness> {
         self.answer(scene, false)
     }
 
@@ -123,17 +123,17 @@ impl Model {
         let stage = VisibleSurfaces::new(scene, (&self.surfaces, &self.lighting), settings, !leave_out, &mut skipped)?;
         let mut lights = <[Sum; 4]>::default();
         let moon = settings.moon.then(|| LightSource::moon(scene, &self.lighting, radius_km));
-        let sun_lamp = settings.sun.then_some(&sun);
-        for (k, (lamp, name)) in [(sun_lamp, "sun"), (moon.as_ref(), "moon")].into_iter().enumerate() {
-            match lamp {
-                Some(lamp) => lights[2 * k] = stage.direct(lamp, &mut skipped),
+        let sun_source = settings.sun.then_some(&sun);
+        for (k, (light_source, name)) in [(sun_source, "sun"), (moon.as_ref(), "moon")].into_iter().enumerate() {
+            match light_source {
+                Some(light_source) => lights[2 * k] = stage.direct(light_source, &mut skipped),
                 None => skipped.push(Skip::light(name, SWITCHED_OFF)),
             }
         }
-        for (k, lamp) in [sun_lamp, moon.as_ref()].into_iter().enumerate() {
+        for (k, light_source) in [sun_source, moon.as_ref()].into_iter().enumerate() {
             let beside = lights.iter().map(|l| l.flux).sum();
-            if let Some(lamp) = lamp {
-                lights[2 * k + 1] = stage.via_earth(lamp, beside, &mut skipped);
+            if let Some(light_source) = light_source {
+                lights[2 * k + 1] = stage.earth_reflected(light_source, beside, &mut skipped);
             }
         }
         let dimming = if up { self.extinction(scene)? } else { 0.0 };
@@ -169,12 +169,14 @@ impl Model {
         }
         let wanted = |name: &str| skip.light == "all" || skip.light == name;
         let mut flux = 0.0;
-        for lamp in [LightSource::sun, LightSource::moon].map(|lamp| lamp(scene, &self.lighting, radius_km)) {
-            if wanted(lamp.name) {
-                flux += stage.direct(&lamp, &mut Vec::new()).flux;
+        for light_source in
+            [LightSource::sun, LightSource::moon].map(|light_source| light_source(scene, &self.lighting, radius_km))
+        {
+            if wanted(light_source.name) {
+                flux += stage.direct(&light_source, &mut Vec::new()).flux;
             }
-            if wanted(lamp.earth_name) || (wanted(lamp.name) && skip.is_choice()) {
-                flux += stage.via_earth(&lamp, 0.0, &mut Vec::new()).flux;
+            if wanted(light_source.earth_name) || (wanted(light_source.name) && skip.is_choice()) {
+                flux += stage.earth_reflected(&light_source, 0.0, &mut Vec::new()).flux;
             }
         }
         Ok(if above_horizon(scene, &self.settings) { flux } else { 0.0 * flux })

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::answer::Brightness;
 use super::catalogue::Satellite;
-use super::lamps::{SourceSettings, eclipse_factor, sunlight};
+use super::light_sources::{SourceSettings, eclipse_factor, sunlight};
 use super::model::Model;
 use super::scene::{Scene, impossible};
 use super::settings::ModelSettings;
@@ -24,7 +24,7 @@ const HORIZON_RAD: f64 = 1e-10;
 /// How many times further light sources stand that shine in parallel: the Moon's parallax from orbit is then 2e-9 rad.
 const TO_INFINITY: f64 = 1e7;
 /// Distance of a Moon of which only the direction is known \[km\] (Cox 2002).
-const MOON_KM: f64 = super::lamps::MOON_MEAN_DISTANCE_KM;
+const MOON_KM: f64 = super::light_sources::MOON_MEAN_DISTANCE_KM;
 /// Gravitational parameter of the Earth \[km³/s²\] (WGS84).
 pub const GM_KM3_S2: f64 = 398_600.441_8;
 
@@ -259,7 +259,7 @@ pub fn sky_map(
             row
         })
         .collect::<Result<_>>()?;
-    let sun_flux = sunlight(AU_KM, &lamps(settings)?).flux;
+    let sun_flux = sunlight(AU_KM, &light_sources(settings)?).flux;
     Ok(SkyMap { grid: grid.clone(), points: rows.concat(), sun_flux })
 }
 
@@ -281,7 +281,7 @@ impl SkyPoint {
     /// V of all four lights; `None` without any \[mag\].
     #[must_use]
     pub fn v_mag(&self) -> Option<f64> {
-        super::lamps::mag_of_flux(self.flux())
+        super::light_sources::mag_of_flux(self.flux())
     }
 }
 
@@ -323,12 +323,12 @@ impl SkyMap {
 /// # Errors
 /// As [`SourceSettings::new`].
 pub fn phase_ratio(settings: &ModelSettings, wanted_deg: f64, from_deg: f64) -> Result<Option<f64>> {
-    let lamps = lamps(settings)?;
-    let ratio = lamps.moonlight_at_phase(wanted_deg).flux / lamps.moonlight_at_phase(from_deg).flux;
+    let light_sources = light_sources(settings)?;
+    let ratio = light_sources.moonlight_at_phase(wanted_deg).flux / light_sources.moonlight_at_phase(from_deg).flux;
     Ok(ratio.is_finite().then_some(ratio))
 }
 
-fn lamps(settings: &ModelSettings) -> Result<SourceSettings> {
+fn light_sources(settings: &ModelSettings) -> Result<SourceSettings> {
     match &settings.band {
         Some(band) => SourceSettings::new(&settings.effects, band),
         None => SourceSettings::new(&settings.effects, &Band::of_config("V")?),

@@ -31,7 +31,7 @@ const DARK: (u8, u8, u8) = (16, 16, 28);
 #[derive(Debug, Clone, PartialEq)]
 pub struct EarthMark {
     /// `Sun` or `Moon`.
-    pub lamp: String,
+    pub light_source: String,
     /// Longitude and latitude under it \[deg\].
     pub under_deg: (f64, f64),
     /// Points at which it sets, longitude and latitude \[deg\].
@@ -73,7 +73,7 @@ pub fn earth(path: &Path, picture: &EarthPicture, title: &str, mark: &EarthMark)
         if let Some(at) = place(picture, mark.under_deg) {
             sheet.circle(at, 16, &Style::line(INK, 11));
             sheet.circle(at, 16, &Style::line(ORANGE, 5));
-            write_over(sheet, &mark.lamp, (at.0 + 30.0, at.1), WHITE, (HPos::Left, VPos::Center));
+            write_over(sheet, &mark.light_source, (at.0 + 30.0, at.1), WHITE, (HPos::Left, VPos::Center));
         }
         bar(sheet, picture.brightest());
         for (i, note) in mark.notes.iter().chain(&legend(picture, mark)).enumerate() {
@@ -128,7 +128,7 @@ fn graticule(sheet: &Sheet, picture: &EarthPicture) {
 
 /// What orange means, of what is in view.
 fn legend(picture: &EarthPicture, mark: &EarthMark) -> Vec<String> {
-    let ring = place(picture, mark.under_deg).map(|_| format!("ring: under the {}", mark.lamp));
+    let ring = place(picture, mark.under_deg).map(|_| format!("ring: under the {}", mark.light_source));
     let line = mark.terminator_deg.iter().any(|at| place(picture, *at).is_some()).then(|| "line: where it sets".into());
     ring.into_iter().chain(line).collect()
 }

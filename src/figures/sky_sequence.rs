@@ -59,9 +59,10 @@ pub fn sky_sequence(path: &Path, panels: &[SkyPanel], across: usize, title: &str
             };
             let middle = left + SQUARE / 2;
             write_text(sheet, &panel.label, (middle, top), LABEL, INK, (HPos::Center, VPos::Center));
-            let lamps: Vec<String> = panel.marks.iter().map(|m| format!("{} {:.0}°", m.name, m.alt_deg)).collect();
-            let lamps = signed(&lamps.join(", "));
-            write_text(sheet, &lamps, (middle, top + 42), SMALL, INK, (HPos::Center, VPos::Center));
+            let light_sources: Vec<String> =
+                panel.marks.iter().map(|m| format!("{} {:.0}°", m.name, m.alt_deg)).collect();
+            let light_sources = signed(&light_sources.join(", "));
+            write_text(sheet, &light_sources, (middle, top + 42), SMALL, INK, (HPos::Center, VPos::Center));
             let cells = Cells::of(&panel.rows, &levels);
             disc.sky(sheet, &cells, &levels, &panel.marks, &[]);
             dark |= cells.level.contains(&None);

@@ -8,7 +8,7 @@ use super::entry::{Basis, Entry, Numbers, row};
 use super::rule::Rule;
 use crate::base::error::{Error, Result};
 use crate::base::vector::{Itrs, Vector};
-use crate::brightness::lamps::{FULL_MOON_V_MAG, SUN_V_MAG};
+use crate::brightness::light_sources::{FULL_MOON_V_MAG, SUN_V_MAG};
 use crate::visibility::footprint::{PUBLISHED_DIVERGENCE_DEG, beam_diameter_km, glint_mag};
 use crate::visibility::sky_brightness_table::sky_at_moon_phase;
 use crate::visibility::survey::{LimitKind, RUBIN, SeeingMeaning};
@@ -99,11 +99,11 @@ fn rubin(band: &str) -> Result<Numbers> {
 }
 
 /// The mirror seen straight, the light source in its beam.
-fn glint(lamp_mag: f64) -> Result<Numbers> {
+fn glint(source_mag: f64) -> Result<Numbers> {
     let (height_km, area_m2, reflectance) = EARENDIL;
     let up = Vector::<Itrs>::new(0.0, 0.0, 1.0);
     let disc_rad = (0.5 * PUBLISHED_DIVERGENCE_DEG).to_radians();
-    glint_mag((area_m2, reflectance), (&up, &up, &up), height_km, disc_rad, lamp_mag)
+    glint_mag((area_m2, reflectance), (&up, &up, &up), height_km, disc_rad, source_mag)
         .map(Numbers::both)
         .ok_or_else(|| Error::Model { problem: "no glint inside the beam".into() })
 }

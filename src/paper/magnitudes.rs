@@ -10,7 +10,7 @@ use super::entry::{Basis, Entry, Numbers, row};
 use super::rule::Rule;
 use crate::base::error::{Error, Result};
 use crate::base::vector::{Itrs, Vector};
-use crate::brightness::lamps::{FULL_MOON_V_MAG, SUN_V_MAG, moon_v_mag};
+use crate::brightness::light_sources::{FULL_MOON_V_MAG, SUN_V_MAG, moon_v_mag};
 use crate::brightness::spectrum::{MagSystem, SolarColumn, Spectrum, ab_mag, brightness_ratio, published_ab_mag};
 use crate::brightness::{Band, Brdf};
 use crate::config::Mode;

@@ -12,7 +12,7 @@ use crate::base::constants::AU_KM;
 use crate::base::error::{Error, Result};
 use crate::base::time::{parse_utc, seconds_between, shifted};
 use crate::brightness::Band;
-use crate::brightness::lamps::{MOON_MEAN_DISTANCE_KM, SourceSettings, mag_of_flux, moon_v_mag};
+use crate::brightness::light_sources::{MOON_MEAN_DISTANCE_KM, SourceSettings, mag_of_flux, moon_v_mag};
 use crate::config::{Effects, Mode, MoonLaw, MoonPastLimit, Source};
 use crate::orbit::sky::bodies_gcrs;
 use crate::orbit::{EarthOrientation, bodies};

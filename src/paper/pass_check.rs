@@ -9,8 +9,8 @@ use super::pass_rows::StatedPass;
 use super::trackers::Targets;
 use crate::base::error::Result;
 use crate::base::time::{iso_utc, seconds_between, shifted};
-use crate::brightness::lamps::moon_v_mag;
 use crate::brightness::light_class::{PaperLabel, SkyClass, classes};
+use crate::brightness::light_sources::moon_v_mag;
 use crate::orbit::{EarthOrientation, Pass, Site, Tracker, bodies, moon_altaz, passes, sun_altaz};
 
 const DAY_S: f64 = 86_400.0;

@@ -7,7 +7,7 @@ use super::context::Context;
 use crate::base::error::{Error, Result};
 use crate::base::time::parse_utc;
 use crate::brightness::Brdf;
-use crate::brightness::lamps::mag_of_flux;
+use crate::brightness::light_sources::mag_of_flux;
 use crate::resolved::settings::PAPER_EARTH_W_CM2_SR_UM;
 use crate::resolved::{ComponentSatellite, Light, RenderSettings, Renderer, ResolvedScene};
 

@@ -7,7 +7,7 @@ use super::entry::{Basis, Entry, Numbers, row};
 use super::rule::Rule;
 use crate::base::error::{Error, Result};
 use crate::base::time::parse_utc;
-use crate::brightness::lamps::{FULL_MOON_V_MAG, SUN_V_MAG, flux_of_mag};
+use crate::brightness::light_sources::{FULL_MOON_V_MAG, SUN_V_MAG, flux_of_mag};
 use crate::brightness::spectrum::{SolarColumn, Spectrum};
 use Basis::{Beside, Stated};
 

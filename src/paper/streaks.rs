@@ -7,7 +7,7 @@ use super::entry::{Basis, Entry, Numbers, row};
 use super::rule::Rule;
 use crate::base::constants::ARCSEC_PER_RAD;
 use crate::base::error::{Error, Result};
-use crate::brightness::lamps::FULL_MOON_V_MAG;
+use crate::brightness::light_sources::FULL_MOON_V_MAG;
 use crate::config::Mode;
 use crate::visibility::simple::{
     AreaMeaning, Diameter, Panel, PanelLight, SimpleEffects, angle_arcsec, diameter_m, solid_angle_arcsec2,
@@ -76,7 +76,7 @@ pub(super) const ROWS: &[Entry] = &[
     row("nadir-panel-albedo", SIMPLE, "reflectance times cosines the observed median would need", "", 4)
         .is(Beside, "direct moonlight on 4250.25 m2 at 400 km; no real surface is so dark")
         .by(|c| {
-            let panel = Panel { lamp_alt_rad: std::f64::consts::FRAC_PI_2, ..panel(c)? };
+            let panel = Panel { source_alt_rad: std::f64::consts::FRAC_PI_2, ..panel(c)? };
             let needed = 10f64.powf(-0.4 * (ISS_V_MAG - FULL_MOON_V_MAG));
             Ok(Numbers::corrected(needed / panel.flux_ratio(&SimpleEffects::of(Mode::AsPublished))?))
         }),
@@ -159,7 +159,7 @@ fn panel(context: &Context) -> Result<Panel> {
         albedo: 1.0,
         area_m2: context.area_m2("iss")?,
         range_m: ISS_KM * 1e3,
-        lamp_alt_rad: 45f64.to_radians(),
+        source_alt_rad: 45f64.to_radians(),
         emission_rad: 0.0,
     })
 }

@@ -21,7 +21,7 @@ pub struct Options {
     /// Measure what was left out of frames and scenes, and what that saved.
     pub explain: bool,
     /// Leave nothing out, for tests that compare.
-    pub everything: bool,
+    pub exhaustive: bool,
     /// Do everything anew, also what an earlier run has kept.
     pub redo: bool,
     /// A request to stop after the frames in work.

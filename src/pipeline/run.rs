@@ -106,7 +106,7 @@ impl<'a> Run<'a> {
     /// the results.
     fn prepare(config: &'a Config, options: &'a Options, progress: &'a dyn Progress) -> Result<(Prepared, Self)> {
         let (mut prepared, survey, found) = preflight(config, &options.files)?.ready()?;
-        if options.everything {
+        if options.exhaustive {
             prepared.make_exhaustive()?;
         }
         let short_of_memory = options.memory().check(&survey, &prepared)?;

@@ -6,7 +6,7 @@ pub mod body;
 pub mod directions;
 pub mod image;
 pub mod joint;
-pub mod lamp;
+pub mod light_source;
 pub mod mesh;
 pub mod points;
 pub mod projected;

@@ -175,8 +175,8 @@ impl Renderer {
             pixel_rad,
             range_km: self.range_km,
             planes: (0..5).filter(|k| self.shines_at_all(*k)).map(plane).collect(),
-            wavelength_um: self.around.lamps.wavelength_um,
-            band_um: self.around.lamps.band_um,
+            wavelength_um: self.around.light_sources.wavelength_um,
+            band_um: self.around.light_sources.band_um,
         };
         let v_flux = image.planes.iter().map(|(l, _)| (*l, self.v_per_w_m2(*l) * image.irradiance_w_m2(*l))).collect();
         Rendered {
@@ -194,11 +194,11 @@ impl Renderer {
     /// V flux, relative to a star of magnitude 0, of 1 W m⁻² of a light in the band.
     #[must_use]
     pub fn v_per_w_m2(&self, light: Light) -> f64 {
-        let lamps = &self.around.lamps;
+        let light_sources = &self.around.light_sources;
         match light {
-            Light::Sun | Light::Earthshine => lamps.sun.v_per_w_m2,
-            Light::Moon | Light::LunarEarthshine => lamps.moon.v_per_w_m2,
-            Light::Starlight => 1.0 / lamps.v_zero_w_m2,
+            Light::Sun | Light::Earthshine => light_sources.sun.v_per_w_m2,
+            Light::Moon | Light::LunarEarthshine => light_sources.moon.v_per_w_m2,
+            Light::Starlight => 1.0 / light_sources.v_zero_w_m2,
         }
     }
 
@@ -238,7 +238,7 @@ impl Renderer {
                 100.0 * black_frac
             ));
         }
-        if self.around.lamps.extrapolated {
+        if self.around.light_sources.extrapolated {
             warnings.push("the Moon's phase is beyond what the lunar law was fitted to".into());
         }
         warnings
@@ -289,7 +289,7 @@ impl Renderer {
             return [0.0; 5];
         }
         let Some(shine) = &self.shines[of.facet][side] else { return [0.0; 5] };
-        let lamps = [&self.around.lamps.sun, &self.around.lamps.moon];
+        let light_sources = [&self.around.light_sources.sun, &self.around.light_sources.moon];
         if of.open[side] || !self.settings.shadows {
             let [direct, earth, star] = [shine.direct, shine.earth, shine.star];
             return [direct[0], earth[0], direct[1], earth[1], star[0] + star[1]];
@@ -299,7 +299,7 @@ impl Renderer {
                 return 0.0;
             }
             counts.shadow += 1;
-            if self.body.shaded(place, &normal, &lamps[k].toward) { 0.0 } else { shine.direct[k] }
+            if self.body.shaded(place, &normal, &light_sources[k].toward) { 0.0 } else { shine.direct[k] }
         });
         if let Some(mirror) = &shine.mirror {
             counts.surroundings += 1;
@@ -361,10 +361,10 @@ impl Renderer {
                         f64::from(u8::from(!self.body.shaded(place, normal, &directions.unit[k])))
                     };
                     if is_earth {
-                        for lamp in 0..2 {
-                            let w = weight * around.earth_radiance(lamp, k);
-                            sum.earth[lamp][0] += w;
-                            sum.earth[lamp][1] += w * clear;
+                        for light_source in 0..2 {
+                            let w = weight * around.earth_radiance(light_source, k);
+                            sum.earth[light_source][0] += w;
+                            sum.earth[light_source][1] += w * clear;
                         }
                         sum.air[0] += weight;
                         sum.air[1] += weight * clear;
@@ -386,10 +386,10 @@ impl Renderer {
             return [0.0; 5];
         }
         let mut light = self.diffuse[of.facet][side];
-        for (k, lamp) in [(0, &self.around.lamps.sun), (2, &self.around.lamps.moon)] {
+        for (k, light_source) in [(0, &self.around.light_sources.sun), (2, &self.around.light_sources.moon)] {
             if light[k] > 0.0 && !of.open[side] {
                 counts.shadow += 1;
-                if self.body.shaded(met, &normal, &lamp.toward) {
+                if self.body.shaded(met, &normal, &light_source.toward) {
                     light[k] = 0.0;
                 }
             }

@@ -2,7 +2,7 @@
 //!
 //! Relative numbers, pixels, mag arcsec⁻². Nothing here computes light.
 
-use super::lamp::{InBand, WIDE_UM};
+use super::light_source::{InBand, WIDE_UM};
 use super::shape::SIDES;
 use crate::base::error::{Error, Result};
 use crate::brightness::{Brdf, ModelSettings};

@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::body::PosedBody;
 use super::directions::Directions;
-use super::lamp::{Lamps, LightSource};
+use super::light_source::{LightSource, LightSources};
 use super::settings::RenderSettings;
 use crate::base::error::{Error, Result};
 use crate::base::vector::{Itrs, Vector};
@@ -22,7 +22,7 @@ const DISC_NODES: (usize, usize) = (16, 48);
 #[derive(Debug)]
 pub struct Surroundings {
     /// Sun and Moon.
-    pub lamps: Lamps,
+    pub light_sources: LightSources,
     /// From the satellite to the observer, unit.
     pub observer: Vector<Itrs>,
     /// Directions over the Earth's disc, and over the sky next to it.
@@ -66,7 +66,7 @@ impl Surroundings {
     /// [`Error::Model`] for an impossible scene or band.
     pub fn new(scene: &Scene, settings: &RenderSettings) -> Result<Self> {
         let model = &settings.model;
-        let lamps = Lamps::new(scene, &settings.band, model)?;
+        let light_sources = LightSources::new(scene, &settings.band, model)?;
         let radius_km = model.radius_km(&scene.satellite_km);
         let k = radius_km / scene.satellite_km.norm();
         let observer = (scene.observer_km - scene.satellite_km).unit();
@@ -83,18 +83,21 @@ impl Surroundings {
         let cos_limb = (1.0 - k * k).sqrt();
         let earth = Directions::new(&nadir, (cos_limb, 1.0), settings.earth_rays);
         let sky = Directions::new(&nadir, (-1.0, cos_limb), settings.earth_rays);
-        let width_um = lamps.band_um.1 - lamps.band_um.0;
+        let width_um = light_sources.band_um.1 - light_sources.band_um.0;
         // W cm⁻² sr⁻¹ µm⁻¹ of the paper's uniform Earth; it stands for Lunar-Earthshine alone
         let uniform = [None, settings.uniform_earth_w_cm2_sr_um.map(|l| l * 1e4 * width_um)];
-        let ground = |lamp: &LightSource| lamp.ground(&scene.satellite_km, radius_km, &model.earth);
-        let grounds = [ground(&lamps.sun), ground(&lamps.moon)];
-        let field = |lamp: &LightSource, ground: &Option<Ground>, uniform: Option<f64>| match (uniform, ground) {
+        let ground = |light_source: &LightSource| light_source.ground(&scene.satellite_km, radius_km, &model.earth);
+        let grounds = [ground(&light_sources.sun), ground(&light_sources.moon)];
+        let field = |light_source: &LightSource, ground: &Option<Ground>, uniform: Option<f64>| match (uniform, ground)
+        {
             (Some(l), _) => vec![l; earth.unit.len()],
-            (None, Some(g)) => earth.unit.iter().map(|w| lamp.at_ground_w_m2 * g.seen_in(w)).collect(),
+            (None, Some(g)) => earth.unit.iter().map(|w| light_source.at_ground_w_m2 * g.seen_in(w)).collect(),
             (None, None) => Vec::new(),
         };
-        let earth_radiance = [field(&lamps.sun, &grounds[0], uniform[0]), field(&lamps.moon, &grounds[1], uniform[1])];
-        let star = settings.starlight_mag_arcsec2.map_or([0.0; 2], |mags| mags.map(|m| lamps.radiance_of_sky(m)));
+        let earth_radiance =
+            [field(&light_sources.sun, &grounds[0], uniform[0]), field(&light_sources.moon, &grounds[1], uniform[1])];
+        let star =
+            settings.starlight_mag_arcsec2.map_or([0.0; 2], |mags| mags.map(|m| light_sources.radiance_of_sky(m)));
         Ok(Self {
             observer,
             earth,
@@ -107,7 +110,7 @@ impl Surroundings {
             star,
             source_disc: model.effects.source_disc,
             accuracy: Accuracy::relative(model.tolerance, model.max_nodes),
-            lamps,
+            light_sources,
         })
     }
 
@@ -119,8 +122,8 @@ impl Surroundings {
 
     /// Radiance of the Earth in its k-th direction under Sun (0) or Moon (1); 0 where it is dark.
     #[must_use]
-    pub fn earth_radiance(&self, lamp: usize, k: usize) -> f64 {
-        self.earth_radiance[lamp].get(k).copied().unwrap_or(0.0)
+    pub fn earth_radiance(&self, light_source: usize, k: usize) -> f64 {
+        self.earth_radiance[light_source].get(k).copied().unwrap_or(0.0)
     }
 
     /// What a side of this law and normal sends to the observer with nothing in the way; `None` when it faces away.
@@ -131,17 +134,20 @@ impl Surroundings {
             return None;
         }
         let o = &self.observer;
-        let direct = [&self.lamps.sun, &self.lamps.moon].map(|lamp| {
-            if !(lamp.at_satellite_w_m2 > 0.0) {
+        let direct = [&self.light_sources.sun, &self.light_sources.moon].map(|light_source| {
+            if !(light_source.at_satellite_w_m2 > 0.0) {
                 return 0.0;
             }
-            lamp.at_satellite_w_m2 * direct_reflection(brdf, &lamp.toward, normal, o, lamp.disc_rad, self.source_disc)
+            light_source.at_satellite_w_m2
+                * direct_reflection(brdf, &light_source.toward, normal, o, light_source.disc_rad, self.source_disc)
         });
         let over_disc = self.over_disc(brdf, normal);
-        let lamps = [&self.lamps.sun, &self.lamps.moon];
+        let light_sources = [&self.light_sources.sun, &self.light_sources.moon];
         let earth = [0, 1].map(|k| match (self.uniform[k], &self.grounds[k]) {
             (Some(radiance), _) => radiance * over_disc,
-            (None, Some(ground)) => lamps[k].at_ground_w_m2 * law.reflected(ground, normal, o, &self.accuracy).per_sr,
+            (None, Some(ground)) => {
+                light_sources[k].at_ground_w_m2 * law.reflected(ground, normal, o, &self.accuracy).per_sr
+            }
             (None, None) => 0.0,
         });
         // ∫ f (n·w) dω over everything, by reciprocity
@@ -199,12 +205,15 @@ impl Surroundings {
         let flat = Brdf::Lambert { albedo: brdf.hemispherical_reflectance(0.0).min(1.0) };
         let law = PreparedBrdf::new(&flat);
         let per_pi = brdf.hemispherical_reflectance(0.0) / PI;
-        let lamps = [&self.lamps.sun, &self.lamps.moon];
-        let direct = lamps.map(|lamp| per_pi * lamp.at_satellite_w_m2 * normal.dot(&lamp.toward).max(0.0));
+        let light_sources = [&self.light_sources.sun, &self.light_sources.moon];
+        let direct = light_sources
+            .map(|light_source| per_pi * light_source.at_satellite_w_m2 * normal.dot(&light_source.toward).max(0.0));
         let earth_cos: f64 = self.earth.unit.iter().map(|w| normal.dot(w).max(0.0)).sum::<f64>() * self.earth.each_sr;
         let earth = [0, 1].map(|k| match (self.uniform[k], &self.grounds[k]) {
             (Some(radiance), _) => per_pi * radiance * earth_cos,
-            (None, Some(g)) => lamps[k].at_ground_w_m2 * law.reflected(g, normal, normal, &self.accuracy).per_sr,
+            (None, Some(g)) => {
+                light_sources[k].at_ground_w_m2 * law.reflected(g, normal, normal, &self.accuracy).per_sr
+            }
             (None, None) => 0.0,
         });
         let star = per_pi * (self.star[0] * (PI - earth_cos).max(0.0) + self.star[1] * earth_cos);

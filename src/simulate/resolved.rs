@@ -8,7 +8,7 @@ use ndarray::Array2;
 use super::render::PixelPsf;
 use super::scenario::PsfKind;
 use crate::base::error::Result;
-use crate::brightness::lamps::mag_of_flux;
+use crate::brightness::light_sources::mag_of_flux;
 use crate::orbit::Geometry;
 use crate::resolved::sensor::{Blur, Sampling, Seeing, Stamp, stamp};
 use crate::resolved::{ComponentSatellite, Light, RadianceImage, RenderSettings, ResolvedScene, render};

@@ -5,7 +5,7 @@
 
 use crate::base::error::Result;
 use crate::base::vector::Vector;
-use crate::brightness::lamps::{FULL_MOON_V_MAG, mag_of_flux};
+use crate::brightness::light_sources::{FULL_MOON_V_MAG, mag_of_flux};
 use crate::brightness::sky::{Body, Sky, SkyGrid, sky_map};
 use crate::brightness::{Attitude, Brdf, Catalogue, ModelSettings, Satellite, Surface, ToleranceOf};
 use crate::config::{Distances, LunarEclipse, Mode};
@@ -287,7 +287,7 @@ pub fn nadir_panel_mag(panel: &Panel, moon_mag: f64) -> Result<Option<f64>> {
         back: None,
     };
     let axes = [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)];
-    let (alt, az) = (panel.lamp_alt_rad, std::f64::consts::PI);
+    let (alt, az) = (panel.source_alt_rad, std::f64::consts::PI);
     let sky =
         Sky::new(axes, (MEAN_RADIUS_KM, 1e-3 * panel.range_m), 0.5, Body::sun(-alt, 0.0), Some(Body::moon(alt, az)))?;
     let mut settings = ModelSettings { sun: false, ..ModelSettings::new(Mode::Corrected, 1e-4) };

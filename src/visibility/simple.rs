@@ -74,7 +74,7 @@ pub struct Panel {
     /// Satellite to observer \[m\], above 0; in the zenith the height of the orbit.
     pub range_m: f64,
     /// Altitude of the light source above the satellite's local horizontal \[rad\], −π/2 to π/2.
-    pub lamp_alt_rad: f64,
+    pub source_alt_rad: f64,
     /// Angle between the panel's normal and the observer θ_e \[rad\], 0 to π/2; 0 in the zenith.
     pub emission_rad: f64,
 }
@@ -90,8 +90,8 @@ impl Panel {
         }
         above_zero("area_m2", self.area_m2)?;
         above_zero("range_m", self.range_m)?;
-        if !(self.lamp_alt_rad.abs() <= FRAC_PI_2) {
-            return Err(refused("lamp_alt_rad", self.lamp_alt_rad, "−π/2 to π/2"));
+        if !(self.source_alt_rad.abs() <= FRAC_PI_2) {
+            return Err(refused("lamp_alt_rad", self.source_alt_rad, "−π/2 to π/2"));
         }
         if !(0.0..=FRAC_PI_2).contains(&self.emission_rad) {
             return Err(refused("emission_rad", self.emission_rad, "0 to π/2"));
@@ -103,8 +103,8 @@ impl Panel {
     #[must_use]
     pub fn cos_incidence(&self, light: PanelLight) -> f64 {
         match light {
-            PanelLight::SineOfAltitude => self.lamp_alt_rad.sin(),
-            PanelLight::Geometric => -self.lamp_alt_rad.sin(),
+            PanelLight::SineOfAltitude => self.source_alt_rad.sin(),
+            PanelLight::Geometric => -self.source_alt_rad.sin(),
         }
         .max(0.0)
     }
@@ -131,8 +131,8 @@ impl Panel {
 
 /// `m_sat = m_lamp − 2.5 lg(F_obs/F_lamp)`; `None` without light \[mag\].
 #[must_use]
-pub fn magnitude(flux_ratio: f64, lamp_mag: f64) -> Option<f64> {
-    (flux_ratio > 0.0 && flux_ratio.is_finite()).then(|| lamp_mag - 2.5 * flux_ratio.log10())
+pub fn magnitude(flux_ratio: f64, source_mag: f64) -> Option<f64> {
+    (flux_ratio > 0.0 && flux_ratio.is_finite()).then(|| source_mag - 2.5 * flux_ratio.log10())
 }
 
 /// Diameter of the disc of an area \[m\]: `D = sqrt(4A/π)`, or `4A/π` as printed.
@@ -176,9 +176,9 @@ pub fn surface_brightness(mag: f64, omega_arcsec2: f64) -> f64 {
 /// cos θ_e next to cos θ_i: it goes when the solid angle is that of the panel as it is seen (A cos θ_e/d²).
 /// `None` without light.
 #[must_use]
-pub fn invariant_surface_brightness(lamp_mag: f64, albedo: f64, cos_i: f64) -> Option<f64> {
+pub fn invariant_surface_brightness(source_mag: f64, albedo: f64, cos_i: f64) -> Option<f64> {
     let radiance = albedo * cos_i / (PI * ARCSEC_PER_RAD * ARCSEC_PER_RAD);
-    magnitude(radiance, lamp_mag)
+    magnitude(radiance, source_mag)
 }
 
 /// Solid angle over which the brightest point of a disc seems spread behind a Gaussian PSF: `μ_peak = m + 2.5 lg

@@ -4,7 +4,7 @@
 //! excluded: their place on the sky, towns, clouds, the surge of the full Moon, and the sky while the Sun is above −5°.
 
 use crate::base::error::{Error, Result};
-use crate::brightness::lamps::{FULL_MOON_V_MAG, moon_v_mag};
+use crate::brightness::light_sources::{FULL_MOON_V_MAG, moon_v_mag};
 
 /// Dark V sky at a good site near the zenith \[mag/arcsec²\] (Krisciunas & Schaefer 1991, Mauna Kea: 21.587).
 pub const DARK_V_MAG_ARCSEC2: f64 = 21.587;

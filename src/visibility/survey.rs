@@ -275,7 +275,7 @@ pub enum Tint {
 /// # Errors
 /// [`Error::Model`] for a band that has no cited Sun.
 pub fn colour_mag(band: &str, tint: Tint) -> Result<f64> {
-    use crate::brightness::lamps::{SUN_V_MAG, SourceSettings};
+    use crate::brightness::light_sources::{SUN_V_MAG, SourceSettings};
     use crate::config::{Effects, Mode};
     if tint == Tint::None {
         return Ok(0.0);

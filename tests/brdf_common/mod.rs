@@ -71,6 +71,6 @@ pub fn gauss(n: usize) -> Vec<(f64, f64)> {
     rule
 }
 
-pub fn convolved(brdf: &Brdf, lamp: &Vector<Enu>, observer: &Vector<Enu>, disc_rad: f64) -> f64 {
-    direct_reflection(brdf, lamp, &UP, observer, disc_rad, SourceDisc::Convolved)
+pub fn convolved(brdf: &Brdf, light_source: &Vector<Enu>, observer: &Vector<Enu>, disc_rad: f64) -> f64 {
+    direct_reflection(brdf, light_source, &UP, observer, disc_rad, SourceDisc::Convolved)
 }

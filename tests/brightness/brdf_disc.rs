@@ -21,9 +21,9 @@ fn one_of_each() -> Vec<Brdf> {
 }
 
 /// Mean over the disc in polar coordinates about its centre: for lobes the grid resolves.
-fn about_the_lamp(brdf: &Brdf, lamp: &Vector<Enu>, observer: &Vector<Enu>, disc_rad: f64) -> f64 {
-    let e1 = lamp.any_perpendicular().unwrap();
-    let e2 = lamp.cross(&e1);
+fn about_the_source(brdf: &Brdf, light_source: &Vector<Enu>, observer: &Vector<Enu>, disc_rad: f64) -> f64 {
+    let e1 = light_source.any_perpendicular().unwrap();
+    let e2 = light_source.cross(&e1);
     let (radial, around) = (gauss(40), 96);
     let mut sum = 0.0;
     for (x, weight) in &radial {
@@ -32,7 +32,7 @@ fn about_the_lamp(brdf: &Brdf, lamp: &Vector<Enu>, observer: &Vector<Enu>, disc_
         let (c, s) = (1.0 - t, (t * (2.0 - t)).sqrt());
         for k in 0..around {
             let (sin, cos) = (TAU * (f64::from(k) + 0.5) / f64::from(around)).sin_cos();
-            let toward = *lamp * c + (e1 * cos + e2 * sin) * s;
+            let toward = *light_source * c + (e1 * cos + e2 * sin) * s;
             sum += weight * brdf.value(&toward, &UP, observer) * UP.dot(&toward).max(0.0) / f64::from(around);
         }
     }
@@ -40,10 +40,10 @@ fn about_the_lamp(brdf: &Brdf, lamp: &Vector<Enu>, observer: &Vector<Enu>, disc_
 }
 
 /// Mean over the disc along great circles from the mirror direction, on the disc or off it: for narrow lobes.
-fn from_the_peak(brdf: &Brdf, lamp: &Vector<Enu>, observer: &Vector<Enu>, disc_rad: f64, rays: usize) -> f64 {
+fn from_the_peak(brdf: &Brdf, light_source: &Vector<Enu>, observer: &Vector<Enu>, disc_rad: f64, rays: usize) -> f64 {
     let m = UP * (2.0 * UP.dot(observer)) - *observer;
-    let apart = m.angle_to(lamp);
-    let across = *lamp - m * m.dot(lamp);
+    let apart = m.angle_to(light_source);
+    let across = *light_source - m * m.dot(light_source);
     let e1 = if across.norm() > 1e-12 { across.unit().unwrap() } else { m.any_perpendicular().unwrap() };
     let e2 = m.cross(&e1);
     let rule = gauss(20);
@@ -88,9 +88,9 @@ fn the_mean_over_a_disc_is_the_independently_integrated_one_far_from_the_peak() 
             [(40.0, 0.0, 25.0, 170.0), (10.0, 30.0, 30.0, 100.0), (80.0, 10.0, 70.0, 185.0), (0.0, 0.0, 45.0, 0.0)]
         {
             for disc_rad in [1e-4, SUN_RAD, 0.05] {
-                let (lamp, observer) = (direction(zenith, azimuth), direction(out, out_azimuth));
-                let expected = about_the_lamp(&brdf, &lamp, &observer, disc_rad);
-                let got = convolved(&brdf, &lamp, &observer, disc_rad);
+                let (light_source, observer) = (direction(zenith, azimuth), direction(out, out_azimuth));
+                let expected = about_the_source(&brdf, &light_source, &observer, disc_rad);
+                let got = convolved(&brdf, &light_source, &observer, disc_rad);
                 let error = (got - expected).abs() / expected.max(1e-12);
                 assert!(error <= 2e-8, "{brdf:?} {zenith} {azimuth} {out} {disc_rad}: {got} {expected} {error:e}");
             }
@@ -103,13 +103,14 @@ fn the_mean_over_a_disc_is_the_independently_integrated_one_at_the_peak() {
     for brdf in every_law() {
         for (zenith, off) in [(0.0, 0.0), (0.0, 0.1), (40.0, 0.0), (40.0, 0.2), (75.0, 0.1), (88.0, 0.24)] {
             for turned in [0.0_f64, 50.0] {
-                let lamp = direction(zenith, 0.0);
+                let light_source = direction(zenith, 0.0);
                 let along = off * turned.to_radians().cos();
                 let across =
                     if zenith > 0.0 { off * turned.to_radians().sin() / f64::to_radians(zenith).sin() } else { 0.0 };
                 let observer = direction(zenith + along, 180.0 + across);
-                let expected = from_the_peak(&brdf, &lamp, &observer, SUN_RAD, if zenith > 70.0 { 800 } else { 120 });
-                let got = convolved(&brdf, &lamp, &observer, SUN_RAD);
+                let expected =
+                    from_the_peak(&brdf, &light_source, &observer, SUN_RAD, if zenith > 70.0 { 800 } else { 120 });
+                let got = convolved(&brdf, &light_source, &observer, SUN_RAD);
                 let error = (got - expected).abs() / expected.max(1e-12);
                 assert!(error <= 2e-8, "{brdf:?} {zenith} {off}: {got} {expected} {error:e}");
             }
@@ -123,15 +124,15 @@ fn the_mean_over_a_disc_is_the_independently_integrated_one_just_off_the_disc() 
         for (zenith, off_disc, turned) in
             [(0.0, 1e-4, 0.0), (30.0, 1e-3, 40.0), (60.0, 0.05, 0.0), (80.0, 0.5, 70.0), (30.0, 1.0, 200.0)]
         {
-            let lamp = direction(zenith, 0.0);
+            let light_source = direction(zenith, 0.0);
             let off = SUN_RAD * (1.0 + off_disc);
-            let e1 = lamp.any_perpendicular().unwrap();
-            let e2 = lamp.cross(&e1);
+            let e1 = light_source.any_perpendicular().unwrap();
+            let e2 = light_source.cross(&e1);
             let (sin, cos) = f64::to_radians(turned).sin_cos();
-            let m = lamp * off.cos() + (e1 * cos + e2 * sin) * off.sin();
+            let m = light_source * off.cos() + (e1 * cos + e2 * sin) * off.sin();
             let observer = UP * (2.0 * UP.dot(&m)) - m;
-            let expected = from_the_peak(&brdf, &lamp, &observer, SUN_RAD, 400);
-            let got = convolved(&brdf, &lamp, &observer, SUN_RAD);
+            let expected = from_the_peak(&brdf, &light_source, &observer, SUN_RAD, 400);
+            let got = convolved(&brdf, &light_source, &observer, SUN_RAD);
             let error = (got - expected).abs() / expected.max(1e-12);
             assert!(error <= 2e-8, "{brdf:?} {zenith} {off_disc}: {got} {expected} {error:e}");
         }
@@ -150,10 +151,10 @@ fn the_mean_over_a_disc_is_the_independently_integrated_one_at_the_horizon() {
             (90.2, 30.0, 180.0),
             (90.0, 80.0, 180.3),
         ] {
-            let lamp = direction(zenith, 0.0);
+            let light_source = direction(zenith, 0.0);
             let observer = direction(out, azimuth);
-            let expected = from_the_peak(&brdf, &lamp, &observer, SUN_RAD, 4000);
-            let got = convolved(&brdf, &lamp, &observer, SUN_RAD);
+            let expected = from_the_peak(&brdf, &light_source, &observer, SUN_RAD, 4000);
+            let got = convolved(&brdf, &light_source, &observer, SUN_RAD);
             let error = (got - expected).abs() / expected.max(1e-12);
             assert!(error <= 1e-6, "{brdf:?} {zenith} {out} {azimuth}: {got} {expected} {error:e}");
         }
@@ -178,13 +179,14 @@ fn a_mirror_conserves_radiance_and_is_dark_beside_the_image_of_the_sun() {
         let per_sr = direct_reflection(&mirror, &UP, &UP, &UP, radius, disc);
         let mag = -26.76 - 2.5 * (per_sr * 324.0 / 625_000f64.powi(2)).log10();
         assert!((mag + 14.444149632).abs() < 1e-5, "{mag}"); // the published number takes π α² for Ω
-        let lamp = direction(30.0, 0.0);
-        let seen =
-            |off_deg: f64| direct_reflection(&mirror, &lamp, &UP, &direction(30.0 + off_deg, 180.0), radius, disc);
+        let light_source = direction(30.0, 0.0);
+        let seen = |off_deg: f64| {
+            direct_reflection(&mirror, &light_source, &UP, &direction(30.0 + off_deg, 180.0), radius, disc)
+        };
         assert!(seen(0.2649) > 0.0 && seen(-0.2649) > 0.0);
         assert_eq!((seen(0.2651), seen(-0.2651)), (0.0, 0.0));
-        assert_eq!(direct_reflection(&mirror, &lamp, &UP, &direction(150.0, 180.0), radius, disc), 0.0);
-        assert_eq!(direct_reflection(&mirror, &lamp, &UP, &direction(30.0, 180.0), 0.0, disc), 0.0);
+        assert_eq!(direct_reflection(&mirror, &light_source, &UP, &direction(150.0, 180.0), radius, disc), 0.0);
+        assert_eq!(direct_reflection(&mirror, &light_source, &UP, &direction(30.0, 180.0), 0.0, disc), 0.0);
     }
     // half of the disc still above the surface's horizon
     let low =
@@ -212,12 +214,12 @@ fn at_the_edge_of_its_beam_a_mirror_of_some_size_fades_continuously() {
 
 #[test]
 fn a_gaussian_goes_over_into_the_mirror() {
-    let (lamp, observer) = (direction(50.0, 0.0), direction(50.1, 180.1));
-    let mirror = convolved(&Brdf::Mirror { reflectance: 0.9 }, &lamp, &observer, SUN_RAD);
+    let (light_source, observer) = (direction(50.0, 0.0), direction(50.1, 180.1));
+    let mirror = convolved(&Brdf::Mirror { reflectance: 0.9 }, &light_source, &observer, SUN_RAD);
     for sigma in [1e-7, 1e-8, 1e-9] {
         // ∫ f (n·s) dω = ρ for the direction of this observer
         let peak_per_sr = 0.9 / (TAU * sigma * UP.dot(&observer));
-        let lobe = convolved(&Brdf::Gaussian { peak_per_sr, sigma }, &lamp, &observer, SUN_RAD);
+        let lobe = convolved(&Brdf::Gaussian { peak_per_sr, sigma }, &light_source, &observer, SUN_RAD);
         assert!((lobe / mirror - 1.0).abs() < 10.0 * sigma, "{sigma}: {lobe} {mirror}");
     }
 }
@@ -225,7 +227,7 @@ fn a_gaussian_goes_over_into_the_mirror() {
 #[test]
 fn a_disc_sends_out_what_its_points_send_out() {
     // ∫ mean (n·o) dω_o = mean of R(θ') cosθ' over the disc, outgoing light about the mirror direction
-    let (lamp, disc_rad) = (direction(35.0, 0.0), 0.05);
+    let (light_source, disc_rad) = (direction(35.0, 0.0), 0.05);
     let m = direction(35.0, 180.0);
     let e1 = m.any_perpendicular().unwrap();
     let e2 = m.cross(&e1);
@@ -243,20 +245,20 @@ fn a_disc_sends_out_what_its_points_send_out() {
                     let o = m * gamma.cos() + (e1 * cos + e2 * sin) * gamma.sin();
                     let cos_out = UP.dot(&o).max(0.0);
                     sent += weight * (high - low) * gamma.sin() * TAU / 72.0
-                        * convolved(&brdf, &lamp, &o, disc_rad)
+                        * convolved(&brdf, &light_source, &o, disc_rad)
                         * cos_out;
                 }
             }
             (low, high) = (high, if low < 0.2 { high + 0.025 } else { 1.5 * high });
         }
         let mut received = 0.0;
-        let a1 = lamp.any_perpendicular().unwrap();
-        let a2 = lamp.cross(&a1);
+        let a1 = light_source.any_perpendicular().unwrap();
+        let a2 = light_source.cross(&a1);
         for (x, weight) in &rule {
             let t = x * (1.0 - disc_rad.cos());
             for k in 0..24 {
                 let (sin, cos) = (TAU * f64::from(k) / 24.0).sin_cos();
-                let s = lamp * (1.0 - t) + (a1 * cos + a2 * sin) * (t * (2.0 - t)).sqrt();
+                let s = light_source * (1.0 - t) + (a1 * cos + a2 * sin) * (t * (2.0 - t)).sqrt();
                 let cos_in = UP.dot(&s);
                 received += weight / 24.0 * cos_in * brdf.hemispherical_reflectance(cos_in.acos());
             }
@@ -297,10 +299,10 @@ proptest::proptest! {
     ) {
         let laws = every_law();
         let law = &laws[which % laws.len()];
-        let lamp = direction(zenith, 0.0);
+        let light_source = direction(zenith, 0.0);
         let observer = if near { direction(zenith + 1e-3 * (out - 45.0), 180.0 + 1e-3 * azimuth) } else { direction(out, azimuth) };
         for disc in [SourceDisc::Point, SourceDisc::Convolved] {
-            let value = direct_reflection(law, &lamp, &UP, &observer, 10f64.powf(lg_disc), disc);
+            let value = direct_reflection(law, &light_source, &UP, &observer, 10f64.powf(lg_disc), disc);
             proptest::prop_assert!(value.is_finite() && value >= 0.0, "{:?} {}", law, value);
         }
     }

@@ -89,8 +89,8 @@ fn an_earth_of_uniform_radiance_fills_a_nadir_plate_to_r_over_r_squared() {
     let mut mean = 0.0;
     for j in 0..steps {
         let sin_e = (2.0 * (f64::from(j) + 0.5) / f64::from(steps)) - 1.0;
-        let lamp = V::new(0.0, (1.0 - sin_e * sin_e).sqrt(), sin_e);
-        let ground = Ground::new(&satellite, radius, &lamp, &Brdf::Lambert { albedo: 1.0 }).unwrap();
+        let light_source = V::new(0.0, (1.0 - sin_e * sin_e).sqrt(), sin_e);
+        let ground = Ground::new(&satellite, radius, &light_source, &Brdf::Lambert { albedo: 1.0 }).unwrap();
         if ground.lit_in_view() {
             mean += PI
                 * reflected_by_earth(
@@ -112,16 +112,16 @@ fn an_earth_of_uniform_radiance_fills_a_nadir_plate_to_r_over_r_squared() {
 fn a_narrow_lobe_shows_the_ground_as_a_mirror_does() {
     // ∫ L f (n·w) dω → ks L(m) (n·o) with L(m) = (ρ/π) p·s where the mirror ray m meets the ground
     let satellite = V::new(0.0, 0.0, R_KM + 550.0);
-    let lamp = V::new(0.0, 30_f64.to_radians().cos(), 30_f64.to_radians().sin());
+    let light_source = V::new(0.0, 30_f64.to_radians().cos(), 30_f64.to_radians().sin());
     let albedo = 0.3;
-    let ground = Ground::new(&satellite, R_KM, &lamp, &Brdf::Lambert { albedo }).unwrap();
+    let ground = Ground::new(&satellite, R_KM, &light_source, &Brdf::Lambert { albedo }).unwrap();
     let observer = V::new(0.5, 0.2, -0.8).unit().unwrap();
     let normal = V::new(0.1, 0.1, -1.0).unit().unwrap();
     let m = normal * (2.0 * normal.dot(&observer)) - observer;
     let b = satellite.dot(&m);
     let to_ground = -b - (b * b - satellite.dot(&satellite) + R_KM * R_KM).sqrt();
     let p = (satellite + m * to_ground).unit().unwrap();
-    let mirror = albedo / PI * p.dot(&lamp) * normal.dot(&observer);
+    let mirror = albedo / PI * p.dot(&light_source) * normal.dot(&observer);
     for (n, claim) in [(1e3, 2e-2), (1e4, 2e-3), (1e6, 2e-5)] {
         let brdf = Brdf::Phong { kd: 0.0, ks: 1.0, n };
         let got = reflected_by_earth(&ground, &brdf, &normal, &observer, &Accuracy::relative(1e-8, 1_000_000));

@@ -10,7 +10,7 @@ use satphot::brightness::{
     Accuracy, Attitude, Brdf, Ground, ModelSettings, Satellite, Scene, Surface, brightness, reflected_by_earth,
 };
 use satphot::config::{GroundMoonlight, Mode};
-use satphot::resolved::lamp::{InBand, Lamps};
+use satphot::resolved::light_source::{InBand, LightSources};
 
 type V = Vector<Itrs>;
 const R_KM: f64 = 6378.0;
@@ -201,14 +201,14 @@ fn a_moon_at_infinity_shines_in_parallel() {
 fn ground_beyond_the_nearer_terminator_is_dark_and_pictures_take_the_same_light() {
     for row in rows().iter().step_by(3) {
         let settings = settings(row, 1e-6, GroundMoonlight::PerPatch);
-        let lamps = Lamps::new(&row.scene, &InBand::parse("V").unwrap(), &settings).unwrap();
-        let ground: Ground = lamps.moon.ground(&row.scene.satellite_km, R_KM, &row.earth).unwrap();
+        let light_sources = LightSources::new(&row.scene, &InBand::parse("V").unwrap(), &settings).unwrap();
+        let ground: Ground = light_sources.moon.ground(&row.scene.satellite_km, R_KM, &row.earth).unwrap();
         let surface = &row.plate.surfaces[0];
         let Attitude::Fixed(normal) = &surface.attitude else { panic!() };
         let observer = (row.scene.observer_km - row.scene.satellite_km).unit().unwrap();
         let per_sr =
             reflected_by_earth(&ground, &surface.brdf, normal, &observer, &Accuracy::relative(1e-6, 2_000_000)).per_sr;
-        let flux = lamps.moon.v_per_w_m2 * lamps.moon.at_ground_w_m2 * per_sr;
+        let flux = light_sources.moon.v_per_w_m2 * light_sources.moon.at_ground_w_m2 * per_sr;
         assert!((flux / row.near - 1.0).abs() < 1e-5 + row.err, "{}: {flux} {}", row.text, row.near);
         // straight along the terminator of every patch: p·(m − R p) changes sign there
         for k in 0..2000 {

@@ -1,5 +1,5 @@
 //! Every scalar reference point of the brightness model: catalogue, magnitudes, scattering laws, engine, shadow, spectra.
-//! (`brightness_lamps.rs` has the Moon's, the shadow's discs and the magnitude ratios; `orbit_*.rs` the geometry.)
+//! (`brightness_light_sources.rs` has the Moon's, the shadow's discs and the magnitude ratios; `orbit_*.rs` the geometry.)
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use crate::observed;
@@ -7,7 +7,7 @@ use crate::observed;
 use std::f64::consts::PI;
 
 use satphot::base::vector::{Itrs, Vector};
-use satphot::brightness::lamps::eclipse_factor;
+use satphot::brightness::light_sources::eclipse_factor;
 use satphot::brightness::spectrum::{SolarColumn, Spectrum, ab_mag, published_ab_mag};
 use satphot::brightness::{
     Accuracy, Brdf, Catalogue, Ground, Model, Satellite, Scene, direct_reflection, reflected_by_earth,
@@ -142,8 +142,8 @@ fn light_from_an_earth_of_one_radiance_is_the_view_factor() {
     let mut mean = 0.0;
     for j in 0..count {
         let cos_z = (f64::from(j) + 0.5) / f64::from(count) * 2.0 - 1.0;
-        let lamp = V::new((1.0 - cos_z * cos_z).sqrt(), 0.0, cos_z);
-        let Some(ground) = Ground::new(&satellite, r_km, &lamp, &law) else { continue };
+        let light_source = V::new((1.0 - cos_z * cos_z).sqrt(), 0.0, cos_z);
+        let Some(ground) = Ground::new(&satellite, r_km, &light_source, &law) else { continue };
         mean += PI * reflected_by_earth(&ground, &law, &down, &down, &accuracy).per_sr / f64::from(count);
     }
     // view_factor_full: (R/r)² at 420 km

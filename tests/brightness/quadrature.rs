@@ -13,7 +13,7 @@ const RADIUS_KM: f64 = 6378.0;
 const VEGETATION: Brdf = Brdf::Phong { kd: 0.53, ks: 0.28, n: 7.31 };
 const NADIR: Vector<Itrs> = Vector::new(0.0, 0.0, -1.0);
 
-fn lamp(elevation_deg: f64) -> Vector<Itrs> {
+fn light_source(elevation_deg: f64) -> Vector<Itrs> {
     let (sin_e, cos_e) = elevation_deg.to_radians().sin_cos();
     Vector::new(0.0, cos_e, sin_e)
 }
@@ -45,13 +45,13 @@ fn light(
     [normal, observer]: [Vector<Itrs>; 2],
     tolerance: f64,
 ) -> ReflectedLight {
-    let ground = Ground::new(&above(height_km), RADIUS_KM, &lamp(elevation_deg), earth).unwrap();
+    let ground = Ground::new(&above(height_km), RADIUS_KM, &light_source(elevation_deg), earth).unwrap();
     reflected_by_earth(&ground, brdf, &normal, &observer, &Accuracy::relative(tolerance, 1_000_000))
 }
 
 /// The same as a plain sum over equal cells of the view, from the definition alone: rays cut with a sphere.
 fn brute_force(height_km: f64, elevation_deg: f64, brdf: &Brdf, [n, o]: [Vector<Itrs>; 2], cells: usize) -> f64 {
-    let (s, satellite) = (lamp(elevation_deg), above(height_km));
+    let (s, satellite) = (light_source(elevation_deg), above(height_km));
     let cos_max = (1.0 - (RADIUS_KM / satellite.z()).powi(2)).sqrt();
     let (mut sum, cell) = (0.0, (1.0 - cos_max) * TAU / (cells * cells) as f64);
     for i in 0..cells {
@@ -168,7 +168,7 @@ fn left_and_right_of_the_lamp_are_the_same_and_so_is_every_turned_scene() {
         let (normal, observer) = (direction(15.0, 70.0), direction(33.0, 130.0));
         let accuracy = Accuracy::relative(1e-6, 1_000_000);
         let value = |turn: &dyn Fn(Vector<Itrs>) -> Vector<Itrs>| {
-            let ground = Ground::new(&turn(above(550.0)), RADIUS_KM, &turn(lamp(7.0)), &VEGETATION).unwrap();
+            let ground = Ground::new(&turn(above(550.0)), RADIUS_KM, &turn(light_source(7.0)), &VEGETATION).unwrap();
             reflected_by_earth(&ground, &brdf, &turn(normal), &turn(observer), &accuracy).per_sr
         };
         let here = value(&|v| v);
@@ -189,7 +189,7 @@ fn left_and_right_of_the_lamp_are_the_same_and_so_is_every_turned_scene() {
 fn a_prepared_law_is_the_law() {
     let (normal, observer) = (direction(5.0, 70.0), direction(40.0, 130.0));
     for tolerance in [1e-3, 1e-9] {
-        let ground = Ground::new(&above(550.0), RADIUS_KM, &lamp(30.0), &VEGETATION).unwrap();
+        let ground = Ground::new(&above(550.0), RADIUS_KM, &light_source(30.0), &VEGETATION).unwrap();
         let accuracy = Accuracy::relative(tolerance, 1_000_000);
         let plain = reflected_by_earth(&ground, &chassis(), &normal, &observer, &accuracy);
         let prepared = PreparedBrdf::new(&chassis()).reflected(&ground, &normal, &observer, &accuracy);
@@ -285,7 +285,7 @@ fn the_estimate_is_honest_over_nasty_cases_and_nothing_is_ever_a_nan() {
 #[test]
 fn the_nodes_allowed_bound_the_work_and_the_error_says_so() {
     let case = |max_nodes| {
-        let ground = Ground::new(&above(550.0), RADIUS_KM, &lamp(30.0), &VEGETATION).unwrap();
+        let ground = Ground::new(&above(550.0), RADIUS_KM, &light_source(30.0), &VEGETATION).unwrap();
         let accuracy = Accuracy::relative(1e-12, max_nodes);
         reflected_by_earth(&ground, &chassis(), &direction(5.0, 70.0), &direction(40.0, 130.0), &accuracy)
     };
@@ -299,7 +299,7 @@ fn the_nodes_allowed_bound_the_work_and_the_error_says_so() {
 #[test]
 #[ignore = "measures time"]
 fn a_map_of_the_sky_is_timed() {
-    let sun = lamp(-10.0);
+    let sun = light_source(-10.0);
     let observer_km = above(0.0);
     let prepared = PreparedBrdf::new(&chassis());
     for tolerance in [1e-3, 1e-6] {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use satphot::Error;
 use satphot::brightness::Band;
-use satphot::brightness::lamps::{SourceSettings, moon_spectrum};
+use satphot::brightness::light_sources::{SourceSettings, moon_spectrum};
 use satphot::brightness::shadow::Colour;
 use satphot::brightness::spectrum::{Curve, MagSystem, Response, SolarColumn, Spectrum, ab_mag, published_ab_mag};
 use satphot::config::{Effects, Mode, MoonLaw, Source};
@@ -27,8 +27,8 @@ fn the_documented_integrals_and_conversions_are_met() {
     assert!((global.irradiance_w_m2(280.0, 4000.0) - 1_000.370_655_573).abs() < 0.05);
     assert!((et.irradiance_w_m2(300.0, 1050.0) - 970.847_23).abs() < 0.05);
     let effects = Effects { source: Source::ExoAtmospheric, ..Effects::of(Mode::AsPublished) };
-    let lamps = SourceSettings::new(&effects, &Band::named("V").unwrap()).unwrap();
-    let moon = moon_spectrum(&et, 0.0, &lamps).irradiance_w_m2(300.0, 1050.0);
+    let light_sources = SourceSettings::new(&effects, &Band::named("V").unwrap()).unwrap();
+    let moon = moon_spectrum(&et, 0.0, &light_sources).irradiance_w_m2(300.0, 1050.0);
     assert!((moon / 0.002_372_197_783_78 - 1.0).abs() < 1e-4, "{moon}");
     assert!((ab_mag(3.631e-28).unwrap() - 12.499_934_377_717_771).abs() < 1e-9);
     assert!((published_ab_mag(1360.0).unwrap() + 27.055_757_592_581_777).abs() < 1e-9);
@@ -160,8 +160,8 @@ fn a_band_of_the_users_lights_both_lamps_and_shadows() {
     let path = file(&folder, "narrow.csv", "655,0\n656,1\n657,0\n");
     let band = Band::of_config(path.to_str().unwrap()).unwrap();
     let effects = Effects { moon_law: MoonLaw::Rolo, ..Effects::of(Mode::Corrected) };
-    let lamps = SourceSettings::new(&effects, &band).unwrap();
-    assert!((lamps.sun_mag + 26.9).abs() < 0.2 && lamps.moon_minus_sun_colour_mag < -0.1);
+    let light_sources = SourceSettings::new(&effects, &band).unwrap();
+    assert!((light_sources.sun_mag + 26.9).abs() < 0.2 && light_sources.moon_minus_sun_colour_mag < -0.1);
     let colour = Colour::of(&band).unwrap();
     assert!((colour.rayleigh_mag / Colour::V.rayleigh_mag - (550.0_f64 / 656.0).powf(4.08)).abs() < 0.01);
     // beyond what is known of the Moon: an error, not a guess

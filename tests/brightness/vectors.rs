@@ -16,13 +16,13 @@ struct Row {
     id: String,
     satellite_km: Vector<Itrs>,
     observer_km: Vector<Itrs>,
-    lamp: Vector<Itrs>,
+    light_source: Vector<Itrs>,
     normal: Vector<Itrs>,
     area_m2: f64,
     brdf: Brdf,
     earth: Brdf,
     direct: f64,
-    via_earth: f64,
+    earth_reflected: f64,
 }
 
 const RADIUS_KM: f64 = 6378.0;
@@ -64,13 +64,13 @@ fn rows(path: &str) -> Vec<Row> {
             id: text("id"),
             satellite_km: Vector::new(0.0, 0.0, RADIUS_KM + number("height_m") / 1e3),
             observer_km: Vector::new(x, y, z),
-            lamp: Vector::new(0.0, elevation.cos(), elevation.sin()),
+            light_source: Vector::new(0.0, elevation.cos(), elevation.sin()),
             normal: Vector::new(number("nx"), number("ny"), number("nz")),
             area_m2: number("area_m2"),
             brdf: law(&text("brdf"), ["p1", "p2", "p3"].map(number)),
             earth: law(&text("earth_brdf"), ["ep1", "ep2", "ep3"].map(number)),
             direct: number("direct_per_E0"),
-            via_earth: number("earth_per_E0"),
+            earth_reflected: number("earth_per_E0"),
         });
     }
     rows
@@ -89,11 +89,11 @@ struct Flux {
 }
 
 /// ∫ over the Earth times A (n·o)/d², as the engine composes it.
-fn via_earth(row: &Row, tolerance: f64) -> Flux {
+fn earth_reflected(row: &Row, tolerance: f64) -> Flux {
     let to_observer = row.observer_km - row.satellite_km;
     let observer = to_observer.unit().unwrap();
     let normal = row.normal.unit().unwrap();
-    let ground = Ground::new(&row.satellite_km, RADIUS_KM, &row.lamp, &row.earth).unwrap();
+    let ground = Ground::new(&row.satellite_km, RADIUS_KM, &row.light_source, &row.earth).unwrap();
     // the rule of the reference: nothing below the horizon
     if row.observer_km.z() < RADIUS_KM * RADIUS_KM / row.satellite_km.z() {
         return Flux { value: 0.0, err: 0.0, nodes: 0 };
@@ -109,8 +109,8 @@ fn via_earth(row: &Row, tolerance: f64) -> Flux {
 /// The flux of the same row were all of the Earth in view lit from above: the scale on which a sliver is nothing.
 fn fully_lit(row: &Row) -> f64 {
     let mut lit = row.clone();
-    lit.lamp = Vector::new(0.0, 0.0, 1.0);
-    via_earth(&lit, 1e-2).value
+    lit.light_source = Vector::new(0.0, 0.0, 1.0);
+    earth_reflected(&lit, 1e-2).value
 }
 
 /// Prints and checks one file at every tolerance: worst error, share of honest estimates, work.
@@ -118,20 +118,20 @@ fn check(rows: &[Row]) {
     let scales: Vec<f64> = rows.iter().map(fully_lit).collect();
     for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9] {
         let started = std::time::Instant::now();
-        let fluxes: Vec<Flux> = rows.iter().map(|row| via_earth(row, tolerance)).collect();
+        let fluxes: Vec<Flux> = rows.iter().map(|row| earth_reflected(row, tolerance)).collect();
         let us = started.elapsed().as_secs_f64() * 1e6 / rows.len() as f64;
         let (mut worst, mut nodes, mut misses, mut dishonest, mut lit) = (0.0_f64, Vec::new(), Vec::new(), 0, 0);
         for ((row, flux), scale) in rows.iter().zip(&fluxes).zip(&scales) {
-            if row.via_earth == 0.0 {
+            if row.earth_reflected == 0.0 {
                 assert_eq!(flux.value, 0.0, "{}", row.id);
                 continue;
             }
             lit += 1;
             nodes.push(flux.nodes);
-            let off = (flux.value / row.via_earth - 1.0).abs();
-            let lies = (flux.value - row.via_earth).abs() > flux.err + 1e-10 * row.via_earth;
+            let off = (flux.value / row.earth_reflected - 1.0).abs();
+            let lies = (flux.value - row.earth_reflected).abs() > flux.err + 1e-10 * row.earth_reflected;
             dishonest += usize::from(lies);
-            let sliver = row.via_earth < 1e-8 * scale;
+            let sliver = row.earth_reflected < 1e-8 * scale;
             let claim = if tolerance < 2e-9 { 1e-8 } else { tolerance };
             let claim = if sliver { claim.max(1e-5) } else { claim };
             worst = if sliver { worst } else { worst.max(off) };
@@ -168,8 +168,9 @@ fn the_earth_reflected_flux_is_the_reference_at_every_tolerance_and_the_estimate
 fn the_direct_flux_is_the_reference_to_1e_8() {
     // a mirror is no matter of f; at the terminator the parallax of a lamp at a distance shows; a surface that creates
     // light is refused by the model (and computed by `predict geometry`)
-    let usual =
-        |row: &&Row| !matches!(row.brdf, Brdf::Mirror { .. }) && row.lamp.z().abs() > 1e-6 && !row.brdf.creates_light();
+    let usual = |row: &&Row| {
+        !matches!(row.brdf, Brdf::Mirror { .. }) && row.light_source.z().abs() > 1e-6 && !row.brdf.creates_light()
+    };
     for row in reference().iter().filter(usual) {
         // The engine's lamps are at a distance: at 1e15 km parallax and range are below 1e-11.
         let far_km = 1e15;
@@ -185,8 +186,8 @@ fn the_direct_flux_is_the_reference_to_1e_8() {
             satellite_km: row.satellite_km,
             velocity_km_s: Vector::new(7.6, 0.0, 0.0),
             observer_km: row.observer_km,
-            sun_km: row.lamp * far_km,
-            moon_km: -row.lamp * far_km,
+            sun_km: row.light_source * far_km,
+            moon_km: -row.light_source * far_km,
             sidereal_rad: 0.0,
         };
         let mut settings = ModelSettings::new(Mode::AsPublished, 1e-3);

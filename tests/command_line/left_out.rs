@@ -21,7 +21,7 @@ fn direction(rng: &mut ChaCha12Rng) -> Vector<Itrs> {
 
 /// The angle of a lamp from the satellite's vertical: anywhere, or within two degrees of the limb of the Earth, where
 /// penumbra and the last lit ground are.
-fn lamp(rng: &mut ChaCha12Rng, r_km: f64, near_limb: bool) -> Vector<Itrs> {
+fn light_source(rng: &mut ChaCha12Rng, r_km: f64, near_limb: bool) -> Vector<Itrs> {
     if !near_limb {
         return direction(rng);
     }
@@ -40,8 +40,8 @@ fn scene(k: usize, rng: &mut ChaCha12Rng) -> Scene {
         satellite_km: Vector::new(0.0, 0.0, r_km),
         velocity_km_s: Vector::new(7.6, 0.0, 0.0),
         observer_km: Vector::new(off.sin() * turn.cos(), off.sin() * turn.sin(), off.cos()) * R_KM,
-        sun_km: lamp(rng, r_km, k.is_multiple_of(3)) * 1.496e8,
-        moon_km: lamp(rng, r_km, k % 3 == 1) * rng.random_range(357_000.0..406_000.0),
+        sun_km: light_source(rng, r_km, k.is_multiple_of(3)) * 1.496e8,
+        moon_km: light_source(rng, r_km, k % 3 == 1) * rng.random_range(357_000.0..406_000.0),
         sidereal_rad: 0.0,
     }
 }
@@ -86,7 +86,7 @@ fn what_is_left_out_of_a_scene_gives_no_light_when_it_is_computed() {
         let model = Model::new(&satellite(), &settings(shadow, ToleranceOf::EachLight)).unwrap();
         for k in 0..400 {
             let scene = scene(k, &mut rng);
-            let (some, all) = (model.brightness(&scene).unwrap(), model.brightness_of_everything(&scene).unwrap());
+            let (some, all) = (model.brightness(&scene).unwrap(), model.exhaustive_brightness(&scene).unwrap());
             assert!(all.skipped.is_empty(), "{:?}", all.skipped);
             // the same sums in the same order, and zeros: not a bit may differ
             assert_eq!(lights(&some), lights(&all), "{scene:?} {:?}", some.skipped);
@@ -122,7 +122,7 @@ fn a_faint_light_computed_only_as_well_as_the_sum_needs_stays_within_the_error_t
     let (mut within, mut lit, mut fewer) = (0, 0, 0);
     for k in 0..300 {
         let scene = scene(k, &mut rng);
-        let (some, all) = (model.brightness(&scene).unwrap(), model.brightness_of_everything(&scene).unwrap());
+        let (some, all) = (model.brightness(&scene).unwrap(), model.exhaustive_brightness(&scene).unwrap());
         let (Some(a), Some(b)) = (some.total_v_mag, all.total_v_mag) else {
             assert_eq!(some.total_v_mag, all.total_v_mag);
             continue;
@@ -175,12 +175,12 @@ fn a_night_with_nothing_left_out_gives_the_same_tables() {
     let names = ["photometry.ecsv", "stars.ecsv", "residuals.ecsv", "zeropoint.toml"];
     let some = names.map(|name| n.text(name));
     assert!(n.rows().iter().any(|r| !r.skipped.is_empty()));
-    n.options.everything = true;
+    n.options.exhaustive = true;
     n.run().unwrap();
     assert!(n.rows().iter().all(|r| r.skipped.is_empty()), "everything was computed");
     // the column that says what was left out is all that differs
     let mut with: Vec<_> = n.rows();
-    n.options.everything = false;
+    n.options.exhaustive = false;
     n.options.explain = true;
     let summary = n.run().unwrap();
     for (row, whole) in n.rows().iter().zip(&mut with) {

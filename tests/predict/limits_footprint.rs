@@ -4,7 +4,7 @@
 use crate::support;
 
 use satphot::base::vector::{Itrs, Vector};
-use satphot::brightness::lamps::SourceSettings;
+use satphot::brightness::light_sources::SourceSettings;
 use satphot::brightness::{Attitude, Band, Scene};
 use satphot::config::{Effects, Mode};
 use satphot::visibility::footprint::{
@@ -42,13 +42,13 @@ fn overhead(zenith_s: f64, aside_km: f64) -> impl Fn(f64) -> satphot::Result<Sce
 
 fn search(
     scene: &dyn Fn(f64) -> satphot::Result<Scene>,
-    lamp: LightSource,
+    light_source: LightSource,
     mirror: &Mirror,
     length_s: f64,
     step_s: f64,
 ) -> Vec<Approach> {
-    let lamps = SourceSettings::new(&Effects::of(Mode::Corrected), &Band::named("V").unwrap()).unwrap();
-    approaches(scene, (lamp, mirror), (length_s, step_s), &lamps).unwrap()
+    let light_sources = SourceSettings::new(&Effects::of(Mode::Corrected), &Band::named("V").unwrap()).unwrap();
+    approaches(scene, (light_source, mirror), (length_s, step_s), &light_sources).unwrap()
 }
 
 /// Central angle from the site at which the nadir beam's edge passes over it: `tan α = R sin ψ/(r − R cos ψ)`.
@@ -66,7 +66,7 @@ fn edge_rad() -> f64 {
 fn the_published_beam_and_the_magnitude_inside_it() {
     assert!((beam_diameter_km(625.0, 0.53f64.to_radians()).unwrap() - 5.781_444_372).abs() < 1e-6);
     let up = Vector::<Itrs>::new(0.0, 0.0, 1.0);
-    let mag = |lamp_mag| glint_mag((324.0, 0.96), (&up, &up, &up), 625.0, HALF_DEG.to_radians(), lamp_mag);
+    let mag = |source_mag| glint_mag((324.0, 0.96), (&up, &up, &up), 625.0, HALF_DEG.to_radians(), source_mag);
     // points earendil_glint_sun; the Moon of −12.73 as much fainter as the Sun's −26.76
     assert!((mag(-26.76).unwrap() + 14.444_149_632).abs() < 1e-3);
     assert!((mag(-12.73).unwrap() + 0.414).abs() < 1e-3);

@@ -20,8 +20,13 @@ use support::satphot;
 const ISS: (f64, f64) = (4250.25, 400e3);
 
 fn panel(mode: Mode, moon_alt_deg: f64) -> f64 {
-    let p =
-        Panel { albedo: 0.5, area_m2: 100.0, range_m: 5e5, lamp_alt_rad: moon_alt_deg.to_radians(), emission_rad: 0.0 };
+    let p = Panel {
+        albedo: 0.5,
+        area_m2: 100.0,
+        range_m: 5e5,
+        source_alt_rad: moon_alt_deg.to_radians(),
+        emission_rad: 0.0,
+    };
     p.flux_ratio(&SimpleEffects::of(mode)).unwrap()
 }
 
@@ -79,7 +84,7 @@ fn a_moon_above_lights_the_panel_as_printed_and_its_back_in_truth() {
 #[test]
 fn an_area_called_projected_loses_the_observers_cosine_twice() {
     let at = |mode, emission: f64| {
-        let p = Panel { albedo: 0.5, area_m2: 1.0, range_m: 1e5, lamp_alt_rad: -1.0, emission_rad: emission };
+        let p = Panel { albedo: 0.5, area_m2: 1.0, range_m: 1e5, source_alt_rad: -1.0, emission_rad: emission };
         let effects = SimpleEffects { light: SimpleEffects::of(Mode::Corrected).light, ..SimpleEffects::of(mode) };
         p.flux_ratio(&effects).unwrap()
     };
@@ -94,7 +99,7 @@ proptest! {
         lg_area in -2.0..8.0f64, lg_d in 4.0..8.0f64, albedo in 0.01..1.0f64, alt in -1.5..-0.05f64,
     ) {
         let p = Panel {
-            albedo, area_m2: 10f64.powf(lg_area), range_m: 10f64.powf(lg_d), lamp_alt_rad: alt, emission_rad: 0.0,
+            albedo, area_m2: 10f64.powf(lg_area), range_m: 10f64.powf(lg_d), source_alt_rad: alt, emission_rad: 0.0,
         };
         let effects = SimpleEffects::of(Mode::Corrected);
         let m = magnitude(p.flux_ratio(&effects).unwrap(), -12.73).unwrap();
@@ -110,7 +115,7 @@ proptest! {
     #[test]
     fn flux_falls_with_the_square_of_the_distance(lg_d in 4.0..9.0f64, factor in 1.0..100.0f64) {
         let at = |d: f64| {
-            let p = Panel { albedo: 0.3, area_m2: 5.0, range_m: d, lamp_alt_rad: -0.7, emission_rad: 0.4 };
+            let p = Panel { albedo: 0.3, area_m2: 5.0, range_m: d, source_alt_rad: -0.7, emission_rad: 0.4 };
             p.flux_ratio(&SimpleEffects::of(Mode::Corrected)).unwrap()
         };
         let d = 10f64.powf(lg_d);
@@ -162,14 +167,14 @@ fn the_peak_of_a_disc_behind_a_psf_is_the_folded_one_and_the_sum_of_areas_misses
 
 #[test]
 fn what_cannot_be_is_refused_by_name() {
-    let good = Panel { albedo: 0.5, area_m2: 1.0, range_m: 1e5, lamp_alt_rad: 0.1, emission_rad: 0.0 };
+    let good = Panel { albedo: 0.5, area_m2: 1.0, range_m: 1e5, source_alt_rad: 0.1, emission_rad: 0.0 };
     for (bad, name) in [
         (Panel { albedo: 1.01, ..good }, "albedo"),
         (Panel { albedo: 0.0, ..good }, "albedo"),
         (Panel { area_m2: 0.0, ..good }, "area_m2"),
         (Panel { range_m: 0.0, ..good }, "range_m"),
         (Panel { range_m: f64::INFINITY, ..good }, "range_m"),
-        (Panel { lamp_alt_rad: f64::NAN, ..good }, "lamp_alt_rad"),
+        (Panel { source_alt_rad: f64::NAN, ..good }, "lamp_alt_rad"),
         (Panel { emission_rad: 1.6, ..good }, "emission_rad"),
     ] {
         let message = bad.flux_ratio(&SimpleEffects::of(Mode::Corrected)).unwrap_err().to_string();

@@ -11,7 +11,7 @@ use super::light::{AREA, R_KM, V, fluxes, plate, scene, settings, white};
 use super::{Extreme, absolute, holds, or_wrong, relative};
 use crate::base::constants::{AU_KM, SUN_RADIUS_KM};
 use crate::base::error::Result;
-use crate::brightness::lamps::{SourceSettings, eclipse_factor, moon_v_mag, moonlight};
+use crate::brightness::light_sources::{SourceSettings, eclipse_factor, moon_v_mag, moonlight};
 use crate::brightness::shadow::penumbra;
 use crate::brightness::{Attitude, Brdf, ModelSettings, brightness, direct_reflection};
 use crate::config::SourceDisc;
@@ -43,9 +43,9 @@ fn moon_overhead() -> Result<Extreme> {
     let n = V::new(0.0, 0.0, 0.5) + level * (0.75f64.sqrt() / level.norm());
     let b = brightness(&s, &plate(10.0, Attitude::Fixed(n), Brdf::Lambert { albedo: 0.6 }), &settings(1e-6))?;
     let band = crate::brightness::Band::of_config("V")?;
-    let lamps = SourceSettings::new(&settings(1e-6).effects, &band)?;
-    let lamp = moonlight(&s.satellite_km, &s.moon_km, &s.sun_km, &lamps).flux;
-    let expected = lamp * 0.6 / PI * 10.0 * n.z() * n.dot(&o) / (range_m * range_m);
+    let light_sources = SourceSettings::new(&settings(1e-6).effects, &band)?;
+    let light_source = moonlight(&s.satellite_km, &s.moon_km, &s.sun_km, &light_sources).flux;
+    let expected = light_source * 0.6 / PI * 10.0 * n.z() * n.dot(&o) / (range_m * range_m);
     // the Moon's disc: a quarter of its radius squared
     Ok(relative(AREA, "Moon at the zenith: moonlight of a tilted plate", expected, b.moon.flux_ratio, 1e-5))
 }
@@ -107,8 +107,8 @@ fn incidence() -> Vec<Extreme> {
     let up = V::new(0.0, 0.0, 1.0);
     let law = Brdf::Lambert { albedo: 1.0 };
     let light = |sine: f64| {
-        let lamp = V::new((1.0f64 - sine * sine).sqrt(), 0.0, sine);
-        direct_reflection(&law, &lamp, &up, &up, 0.0, SourceDisc::Point)
+        let light_source = V::new((1.0f64 - sine * sine).sqrt(), 0.0, sine);
+        direct_reflection(&law, &light_source, &up, &up, 0.0, SourceDisc::Point)
     };
     let case = |sine: f64| format!("Lambert lit at {sine:e} rad of grazing [1/sr]");
     let mut all: Vec<Extreme> = [1e-3, 1e-9, 1e-300]
@@ -151,13 +151,13 @@ fn lunar_phases() -> Vec<Extreme> {
         absolute(AREA, "V of the Moon at phase 0", -12.73, v(0.0), 0.0),
         absolute(AREA, "V of the Moon at phase -90 against 90", v(90.0), v(-90.0), 0.0),
     ];
-    let lamps =
+    let light_sources =
         crate::brightness::Band::of_config("V").and_then(|band| SourceSettings::new(&settings(1e-4).effects, &band));
     all.push(or_wrong(
         AREA,
         "the new Moon",
-        lamps.map(|lamps| {
-            let (new, beyond) = (lamps.moonlight_at_phase(180.0), lamps.moonlight_at_phase(540.0));
+        light_sources.map(|light_sources| {
+            let (new, beyond) = (light_sources.moonlight_at_phase(180.0), light_sources.moonlight_at_phase(540.0));
             let fine = new.flux == 0.0 && new.extrapolated && beyond == new;
             holds(
                 AREA,

@@ -6,7 +6,7 @@ use super::{Extreme, absolute, holds, known_limit, or_wrong, refused, relative};
 use crate::base::constants::{AU_KM, SUN_RADIUS_KM};
 use crate::base::error::Result;
 use crate::base::vector::{Itrs, Vector};
-use crate::brightness::lamps::{MOON_MEAN_DISTANCE_KM, eclipse_factor};
+use crate::brightness::light_sources::{MOON_MEAN_DISTANCE_KM, eclipse_factor};
 use crate::brightness::shadow::visible_fraction;
 use crate::brightness::{
     Accuracy, Attitude, Brdf, Brightness, Ground, ModelSettings, Satellite, Scene, Surface, brightness,
@@ -105,10 +105,10 @@ fn narrow_lobes() -> Vec<Extreme> {
 /// A lobe of light from the ground becomes a mirror's as it narrows.
 fn earth_lobes() -> Vec<Extreme> {
     let satellite = V::new(0.0, 0.0, R_KM + 550.0);
-    let lamp = V::new(0.0, 30f64.to_radians().cos(), 0.5);
+    let light_source = V::new(0.0, 30f64.to_radians().cos(), 0.5);
     let albedo = 0.3;
     let (Some(ground), Some(observer), Some(normal)) = (
-        Ground::new(&satellite, R_KM, &lamp, &Brdf::Lambert { albedo }),
+        Ground::new(&satellite, R_KM, &light_source, &Brdf::Lambert { albedo }),
         V::new(0.5, 0.2, -0.8).unit(),
         V::new(0.1, 0.1, -1.0).unit(),
     ) else {
@@ -117,7 +117,7 @@ fn earth_lobes() -> Vec<Extreme> {
     let m = normal * (2.0 * normal.dot(&observer)) - observer;
     let b = satellite.dot(&m);
     let to_ground = -b - (b * b - satellite.dot(&satellite) + R_KM * R_KM).sqrt();
-    let lit = (satellite + m * to_ground).unit().map_or(f64::NAN, |p| p.dot(&lamp));
+    let lit = (satellite + m * to_ground).unit().map_or(f64::NAN, |p| p.dot(&light_source));
     let mirror = albedo / PI * lit * normal.dot(&observer);
     // the lobe's width leaves about 20/n
     [1e3, 1e4, 1e6, 1e8]

@@ -9,7 +9,7 @@ use super::super::{penumbra, source_disc};
 use crate::base::constants::AU_KM;
 use crate::base::error::Result;
 use crate::base::vector::{Itrs, Vector};
-use crate::brightness::lamps::{SourceSettings, moonlight};
+use crate::brightness::light_sources::{SourceSettings, moonlight};
 use crate::brightness::shadow::visible_fraction;
 use crate::brightness::{Accuracy, Band, Brdf, Ground, direct_reflection, reflected_by_earth};
 use crate::config::{Effects, Mode, SourceDisc};
@@ -45,7 +45,7 @@ fn over_the_ground(
     case: &(f64, Vector<Itrs>, Vector<Itrs>),
     earth: &Brdf,
     law: &Brdf,
-    lamp: &Vector<Itrs>,
+    light_source: &Vector<Itrs>,
     rule: &[(f64, f64)],
 ) -> f64 {
     let (r_km, normal, observer) = case;
@@ -61,7 +61,7 @@ fn over_the_ground(
             let line = satellite - up * R_KM;
             let toward = line * (1.0 / line.norm());
             let (w, cos_zeta) = (-toward, toward.dot(&up).max(0.0));
-            let light = earth.value(lamp, &up, &toward) * lamp.dot(&up).max(0.0);
+            let light = earth.value(light_source, &up, &toward) * light_source.dot(&up).max(0.0);
             let area = R_KM * R_KM * theta.sin() * 0.5 * edge * weight * std::f64::consts::TAU / places as f64;
             sum +=
                 light * law.value(&w, normal, observer) * normal.dot(&w).max(0.0) * cos_zeta * area / line.dot(&line);
@@ -83,15 +83,15 @@ pub(super) fn earth_integrals() -> (f64, usize) {
     for k in 0..18 {
         let r_km = R_KM + [400.0, 700.0, 1200.0][k % 3];
         let (off, turn): (f64, f64) = (rng.random_range(0.0..0.3), rng.random_range(0.0..std::f64::consts::TAU));
-        let lamp = Vector::new(off.sin() * turn.cos(), off.sin() * turn.sin(), off.cos());
+        let light_source = Vector::new(off.sin() * turn.cos(), off.sin() * turn.sin(), off.cos());
         // tilted so little that all ground in view is in front
         let normal = Vector::new(rng.random_range(-0.05..0.05), rng.random_range(-0.05..0.05), -1.0);
         let observer = Vector::new(rng.random_range(-0.6..0.6), rng.random_range(-0.6..0.6), -1.0);
         let (Some(normal), Some(observer)) = (normal.unit(), observer.unit()) else { continue };
         let (law, earth) = (&laws[k % 3], &earths[k % 2]);
-        let Some(ground) = Ground::new(&Vector::new(0.0, 0.0, r_km), R_KM, &lamp, earth) else { continue };
+        let Some(ground) = Ground::new(&Vector::new(0.0, 0.0, r_km), R_KM, &light_source, earth) else { continue };
         let ours = reflected_by_earth(&ground, law, &normal, &observer, &Accuracy::relative(1e-10, 5_000_000)).per_sr;
-        let other = over_the_ground(&(r_km, normal, observer), earth, law, &lamp, &rule);
+        let other = over_the_ground(&(r_km, normal, observer), earth, law, &light_source, &rule);
         worst = worst.max((ours / other - 1.0).abs());
         n += 1;
     }
@@ -141,7 +141,7 @@ fn over_patches(
 /// Lunar-Earthshine with the Moon from the zenith of the satellite to where only a sliver of ground is lit.
 pub(super) fn moonlit_ground() -> Result<(f64, usize)> {
     let v = Band::of_config("V")?;
-    let lamps = SourceSettings::new(&Effects::of(Mode::Corrected), &v)?;
+    let light_sources = SourceSettings::new(&Effects::of(Mode::Corrected), &v)?;
     let albedo = 0.3;
     let laws = [Brdf::Lambert { albedo: 1.0 }, Brdf::Phong { kd: 0.3, ks: 0.4, n: 12.0 }];
     let (mut worst, mut n) = (0.0f64, 0);
@@ -158,12 +158,12 @@ pub(super) fn moonlit_ground() -> Result<(f64, usize)> {
         else {
             continue;
         };
-        let Some(moon) = lamps.moon_over_ground(&moon_km, &sun_km, R_KM) else { continue };
+        let Some(moon) = light_sources.moon_over_ground(&moon_km, &sun_km, R_KM) else { continue };
         let satellite = Vector::new(0.0, 0.0, r_km);
         let Some(ground) = Ground::under_moon(&satellite, R_KM, &moon, &Brdf::Lambert { albedo }) else { continue };
         let law = &laws[k % 2];
         let light = reflected_by_earth(&ground, law, &normal, &observer, &Accuracy::relative(1e-8, 5_000_000)).per_sr;
-        let ours = light * moonlight(&Vector::new(0.0, 0.0, 0.0), &moon_km, &sun_km, &lamps).flux;
+        let ours = light * moonlight(&Vector::new(0.0, 0.0, 0.0), &moon_km, &sun_km, &light_sources).flux;
         let other = over_patches(&(r_km, normal, observer), (albedo, law), (&moon_km, &sun_km));
         worst = worst.max((ours / other - 1.0).abs());
         n += 1;
@@ -183,8 +183,8 @@ pub(super) fn disc_means(sun_rad: f64) -> (f64, usize) {
     for law in &laws {
         let brute: Vec<f64> = cases.iter().map(|case| source_disc::by_brute_force(law, case, sun_rad)).collect();
         let brightest = brute.iter().copied().fold(0.0, f64::max);
-        for ([lamp, normal, observer], brute) in cases.iter().zip(&brute) {
-            let ours = direct_reflection(law, lamp, normal, observer, sun_rad, SourceDisc::Convolved);
+        for ([light_source, normal, observer], brute) in cases.iter().zip(&brute) {
+            let ours = direct_reflection(law, light_source, normal, observer, sun_rad, SourceDisc::Convolved);
             worst = worst.max((ours - brute).abs() / brightest);
             n += 1;
         }

@@ -5,7 +5,7 @@
 //! W/m². Not included: everything a mode could change (discs, penumbra, distances, air).
 
 mod case;
-mod everything;
+mod exhaustive;
 mod row;
 
 pub use case::{Case, Fluxes, RADIUS_KM, Scattering};
@@ -14,7 +14,7 @@ use case::Sight;
 
 use crate::base::vector::Vector;
 
-pub use everything::everything;
+pub use exhaustive::exhaustive;
 pub use row::{COLUMNS, Header, Row, read_row};
 
 /// The two fluxes of a case; the Earth-reflected one to the relative `tolerance`.

@@ -7,7 +7,7 @@ use clap::Args;
 use hifitime::Epoch;
 use satphot::Error;
 use satphot::base::time::{iso_utc, parse_utc, shifted};
-use satphot::brightness::lamps::SourceSettings;
+use satphot::brightness::light_sources::SourceSettings;
 use satphot::brightness::scene::scene;
 use satphot::brightness::{Attitude, Band, Scene};
 use satphot::config::{Effects, Mode};

@@ -1,7 +1,7 @@
 //! `satphot limits simple`: the paper's panel of one albedo under one light source, as published and corrected.
 
 use clap::Args;
-use satphot::brightness::lamps::FULL_MOON_V_MAG;
+use satphot::brightness::light_sources::FULL_MOON_V_MAG;
 use satphot::config::Mode;
 use satphot::report::summary::text_table;
 use satphot::visibility::published_streaks::nadir_panel_mag;
@@ -116,7 +116,7 @@ impl Simple {
             albedo: self.albedo,
             area_m2: self.area_m2,
             range_m: 1e3 * self.range_km,
-            lamp_alt_rad: self.moon_alt_deg.to_radians(),
+            source_alt_rad: self.moon_alt_deg.to_radians(),
             emission_rad: self.emission_deg.to_radians(),
         };
         let both = [Mode::AsPublished, Mode::Corrected].map(SimpleEffects::of);

@@ -7,8 +7,8 @@ use satphot::Error;
 use satphot::base::time::{iso_utc, parse_utc};
 use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::brdf::EARTH_VEGETATION;
-use satphot::brightness::earth_view::{EarthLamp, EarthPicture, Viewpoint, earth_picture};
-use satphot::brightness::lamps::SourceSettings;
+use satphot::brightness::earth_view::{EarthLightSource, EarthPicture, Viewpoint, earth_picture};
+use satphot::brightness::light_sources::SourceSettings;
 use satphot::brightness::spectrum::{SolarColumn, Spectrum};
 use satphot::brightness::{Band, Brdf};
 use satphot::config::{Effects, Mode};
@@ -94,14 +94,14 @@ impl Earth {
         let ground = self.albedo.map_or(EARTH_VEGETATION, |albedo| Brdf::Lambert { albedo });
         let sky = bodies(&epoch, &EarthOrientation::default())?;
         let (lamp, body) = match self.lamp.as_str() {
-            "sun" => (EarthLamp::Sun, sky.sun_itrs_km),
-            _ => (EarthLamp::Moon, sky.moon_itrs_km),
+            "sun" => (EarthLightSource::Sun, sky.sun_itrs_km),
+            _ => (EarthLightSource::Moon, sky.moon_itrs_km),
         };
         let nm = (1e3 * low_um, 1e3 * high_um);
         let sun_w_m2 = Spectrum::sun(SolarColumn::Extraterrestrial)?.irradiance_w_m2(nm.0, nm.1);
         let coloured = match lamp {
-            EarthLamp::Sun => Band::of_config("V")?,
-            EarthLamp::Moon => Band::between(nm.0.max(MOON_NM.0), nm.1.min(MOON_NM.1))
+            EarthLightSource::Sun => Band::of_config("V")?,
+            EarthLightSource::Moon => Band::between(nm.0.max(MOON_NM.0), nm.1.min(MOON_NM.1))
                 .map_err(|_| bad("--band-um", "the Moon's light is known from 0.35 to 2.38 um".into()))?,
         };
         let lamps = SourceSettings::new(&Effects::of(Mode::Corrected), &coloured)?;
@@ -110,8 +110,8 @@ impl Earth {
         };
         let (lamp_w_m2, extrapolated) = lit(&Vector::new(0.0, 0.0, 0.0));
         let near = match lamp {
-            EarthLamp::Sun => None,
-            EarthLamp::Moon => lamps.moon_over_ground(&sky.moon_itrs_km, &sky.sun_itrs_km, view.radius_km),
+            EarthLightSource::Sun => None,
+            EarthLightSource::Moon => lamps.moon_over_ground(&sky.moon_itrs_km, &sky.sun_itrs_km, view.radius_km),
         };
         let under_lamp_w_m2 = match body.unit() {
             Some(up) if near.is_some() => lit(&(up * view.radius_km)).0,
@@ -174,7 +174,7 @@ impl Earth {
         terminator_deg: Vec<(f64, f64)>,
     ) -> anyhow::Result<()> {
         let mark = EarthMark {
-            lamp: row.lamp.clone(),
+            light_source: row.lamp.clone(),
             under_deg: (row.lamp_lon_deg, row.lamp_lat_deg),
             terminator_deg,
             notes: vec![
@@ -208,14 +208,14 @@ impl Earth {
         meta
     }
 
-    fn notes(&self, lamp: EarthLamp, row: &EarthRow, extrapolated: bool, files: &[PathBuf]) {
+    fn notes(&self, lamp: EarthLightSource, row: &EarthRow, extrapolated: bool, files: &[PathBuf]) {
         if extrapolated {
             tell("note: the Moon's phase is beyond what the lunar law was fitted to");
         }
         if row.radiance_max_w_m2_sr == 0.0 {
             tell("note: no ground in view is lit");
         }
-        if lamp == EarthLamp::Moon && row.radiance_max_w_m2_sr > 0.0 {
+        if lamp == EarthLightSource::Moon && row.radiance_max_w_m2_sr > 0.0 {
             tell(&format!(
                 "note: the brightest ground is {:.1} times the published uniform {PUBLISHED_W_CM2_SR_UM:.0e} W/cm2/sr/um",
                 row.radiance_max_w_cm2_sr_um / PUBLISHED_W_CM2_SR_UM

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use satphot::Error;
 use satphot::brightness::Band;
-use satphot::brightness::lamps::{SourceSettings, mag_of_flux, moon_spectrum, moon_v_mag};
+use satphot::brightness::light_sources::{SourceSettings, mag_of_flux, moon_spectrum, moon_v_mag};
 use satphot::brightness::spectrum::{SolarColumn, Spectrum};
 use satphot::config::{Effects, Mode, MoonLaw, Source};
 use satphot::figures::{SedCurve, moon_laws};

@@ -15,7 +15,7 @@ use super::super::orbit_args::bad;
 
 /// A moment, or fixed light sources.
 #[derive(Debug, Clone, Args)]
-pub struct LampArgs {
+pub struct LightSourceArgs {
     /// Moment, UTC, e.g. 2025-06-09T08:30:00: Sun and Moon by the ephemeris
     #[arg(long, value_name = "UTC", conflicts_with_all = ["sun_alt_deg", "moon_alt_deg"])]
     time: Option<String>,
@@ -53,7 +53,7 @@ pub struct Lamps {
     sidereal_rad: Option<f64>,
 }
 
-impl LampArgs {
+impl LightSourceArgs {
     /// Sun and Moon are the ephemeris'.
     pub fn at_a_time(&self) -> bool {
         self.time.is_some()
@@ -96,7 +96,7 @@ impl LampArgs {
 
 impl Lamps {
     /// From the arguments; a moment needs a site.
-    pub fn new(args: &LampArgs, site: Option<&config::Site>, settings: &ModelSettings) -> anyhow::Result<Self> {
+    pub fn new(args: &LightSourceArgs, site: Option<&config::Site>, settings: &ModelSettings) -> anyhow::Result<Self> {
         let parallel = in_parallel(&settings.effects);
         let site = site.map(Site::from_config).transpose()?;
         let axes = site.as_ref().map_or(

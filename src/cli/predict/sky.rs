@@ -23,7 +23,7 @@ use satphot::visibility::forecast::{flux_per_e0, prediction_meta, sky_rows};
 use super::super::orbit_args::{SiteArg, bad, configuration, tell_unknown_ut1};
 use super::super::{bar::Bars, print, tell, threads};
 use super::dome_args::height_km;
-use super::lamps::{LampArgs, Lamps};
+use super::lamps::{Lamps, LightSourceArgs};
 use super::sequence::{SequenceArgs, SkyOfMoment, cells};
 use super::shards::{shard, together};
 use super::{Clock, ModelArgs, OutArgs, band_note};
@@ -81,7 +81,7 @@ pub struct Sky {
     #[command(flatten)]
     place: SiteArg,
     #[command(flatten)]
-    lamps: LampArgs,
+    lamps: LightSourceArgs,
     #[command(flatten)]
     sequence: SequenceArgs,
     /// Height of the orbits [km]; the catalogue's where it has one

@@ -4,7 +4,7 @@ use clap::Args;
 use satphot::Error;
 use satphot::brightness::Brdf;
 use satphot::resolved::RenderSettings;
-use satphot::resolved::lamp::InBand;
+use satphot::resolved::light_source::InBand;
 use satphot::resolved::settings::STARLIGHT_MAG_ARCSEC2;
 
 use super::super::orbit_args::bad;

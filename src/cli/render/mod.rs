@@ -171,7 +171,7 @@ impl Render {
             return Err(bad("--time", problem));
         }
         let renderer = Renderer::new(&ResolvedScene::of(satellite, &geometry), &settings)?;
-        let band_um = renderer.around.lamps.band_um;
+        let band_um = renderer.around.light_sources.band_um;
         let ready = sensor.map(|s| self.sensor.ready(&s, band_um, &geometry)).transpose()?;
         if ready.is_some() && !renderer.whole() {
             let [west, north] = renderer.view.half_m.map(|half| 2.0 * half / (geometry.range_km * 1e3));

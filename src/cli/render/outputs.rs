@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 use satphot::base::time::iso_utc;
-use satphot::brightness::lamps::mag_of_flux;
+use satphot::brightness::light_sources::mag_of_flux;
 use satphot::config::Site;
 use satphot::figures::radiance::fits::{PictureFacts, write_picture};
 use satphot::figures::radiance::picture::{Tile, write_preview, write_sheet};

@@ -8,7 +8,7 @@ pub mod picture;
 pub mod snr;
 
 use crate::base::constants::ARCSEC2_PER_SR;
-use crate::brightness::lamps::mag_of_flux;
+use crate::brightness::light_sources::mag_of_flux;
 use crate::resolved::points::PointLight;
 use crate::resolved::{Light, Rendered, Renderer};
 use crate::tables::RadianceRow;

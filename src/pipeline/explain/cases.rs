@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use super::timing::SCENES;
 use super::timing::brighter_mag;
 use super::timing::each_us;
-use crate::brightness::explicit::{Case, Fluxes, everything, explicit};
+use crate::brightness::explicit::{Case, Fluxes, exhaustive, explicit};
 use crate::pipeline::explain::text::{Explanation, LeftOut, runs};
 
 /// Explicit geometries by what was left out of them; of each kind a few cases are kept to be timed.
@@ -51,7 +51,7 @@ impl CasesLeftOut {
                 };
                 let changes = cases.iter().map(|case| {
                     let some = fluxes(explicit(case, tolerance));
-                    brighter_mag(some, fluxes(everything(case, tolerance)) - some)
+                    brighter_mag(some, fluxes(exhaustive(case, tolerance)) - some)
                 });
                 LeftOut {
                     what: "lights".into(),
@@ -60,7 +60,7 @@ impl CasesLeftOut {
                     of: self.cases,
                     scenes: runs(at, &|i| self.ids[i].clone()),
                     timed: cases.len(),
-                    each_us: Some((time(everything) - time(explicit)).max(0.0)),
+                    each_us: Some((time(exhaustive) - time(explicit)).max(0.0)),
                     changes_mag: Some(changes.fold(0.0, f64::max)),
                 }
             })

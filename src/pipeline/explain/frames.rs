@@ -8,7 +8,7 @@ use super::timing::sample;
 use crate::base::error::Result;
 use crate::base::progress::Progress;
 use crate::brightness::Scene;
-use crate::brightness::lamps::mag_of_flux;
+use crate::brightness::light_sources::mag_of_flux;
 use crate::brightness::scene::scene;
 use crate::frames::{Exposure, FrameReader};
 use crate::photometry::target::measure::TargetFound;

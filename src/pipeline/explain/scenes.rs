@@ -76,7 +76,7 @@ pub fn explain_scenes(
     }
     let (mut differs_mag, mut stated_err_mag) = (0.0f64, 0.0f64);
     for i in &chosen {
-        let (some, all) = (model.brightness(&scenes[*i])?, model.brightness_of_everything(&scenes[*i])?);
+        let (some, all) = (model.brightness(&scenes[*i])?, model.exhaustive_brightness(&scenes[*i])?);
         differs_mag = differs_mag.max(brighter_mag(flux(&some), flux(&all) - flux(&some)));
         stated_err_mag = stated_err_mag.max(some.err_mag);
     }
@@ -84,7 +84,7 @@ pub fn explain_scenes(
         std::hint::black_box(model.brightness(&scenes[chosen[k]]).is_ok());
     }));
     explained.everything_us = Some(each_us(cpu_s, chosen.len(), |k| {
-        std::hint::black_box(model.brightness_of_everything(&scenes[chosen[k]]).is_ok());
+        std::hint::black_box(model.exhaustive_brightness(&scenes[chosen[k]]).is_ok());
     }));
     (explained.differs_mag, explained.stated_err_mag) = (Some(differs_mag), Some(stated_err_mag));
     Ok(explained)

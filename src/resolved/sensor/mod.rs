@@ -31,7 +31,7 @@ use rayon::prelude::*;
 
 use crate::base::error::{Error, Result};
 use crate::brightness::Band;
-use crate::brightness::lamps::SUN_V_MAG;
+use crate::brightness::light_sources::SUN_V_MAG;
 use crate::brightness::spectrum::{MagSystem, SolarColumn, Spectrum};
 use crate::frames::{Camera, Detector};
 use crate::resolved::image::{Light, RadianceImage};

@@ -51,9 +51,9 @@ pub fn beam_diameter_km(range_km: f64, divergence_rad: f64) -> Result<f64> {
 /// Direction in which a mirror sends the light of a light source: `r = 2(n·s) n − s`; `None` with the light source
 /// behind it.
 #[must_use]
-pub fn reflected(normal: &Vector<Itrs>, toward_lamp: &Vector<Itrs>) -> Option<Vector<Itrs>> {
-    let cos = normal.dot(toward_lamp);
-    (cos > 0.0).then(|| *normal * (2.0 * cos) - *toward_lamp)
+pub fn reflected(normal: &Vector<Itrs>, toward_source: &Vector<Itrs>) -> Option<Vector<Itrs>> {
+    let cos = normal.dot(toward_source);
+    (cos > 0.0).then(|| *normal * (2.0 * cos) - *toward_source)
 }
 
 impl Beam {
@@ -97,15 +97,15 @@ impl Beam {
 #[must_use]
 pub fn glint_mag(
     (area_m2, reflectance): (f64, f64),
-    (normal, toward_lamp, observer): (&Vector<Itrs>, &Vector<Itrs>, &Vector<Itrs>),
+    (normal, toward_source, observer): (&Vector<Itrs>, &Vector<Itrs>, &Vector<Itrs>),
     range_km: f64,
     disc_rad: f64,
-    lamp_mag: f64,
+    source_mag: f64,
 ) -> Option<f64> {
     let mirror = Brdf::Mirror { reflectance };
-    let per_sr = direct_reflection(&mirror, toward_lamp, normal, observer, disc_rad, SourceDisc::Convolved);
+    let per_sr = direct_reflection(&mirror, toward_source, normal, observer, disc_rad, SourceDisc::Convolved);
     let ratio = per_sr * area_m2 * normal.dot(observer).max(0.0) / (1e3 * range_km).powi(2);
-    crate::visibility::simple::magnitude(ratio, lamp_mag)
+    crate::visibility::simple::magnitude(ratio, source_mag)
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use crate::base::constants::{MOON_RADIUS_KM, SUN_RADIUS_KM};
 use crate::base::error::{Error, Result};
 use crate::base::search::{Until, bisect, golden_section};
 use crate::base::vector::{Itrs, Vector};
-use crate::brightness::lamps::{SourceSettings, mag_of_flux, moonlight, sunlight};
+use crate::brightness::light_sources::{SourceSettings, mag_of_flux, moonlight, sunlight};
 use crate::brightness::scene::{geodetic_up, local_radius_km};
 use crate::brightness::shadow::penumbra;
 use crate::brightness::{Attitude, Scene};
@@ -84,16 +84,16 @@ pub struct Mirror {
 /// [`Error::Model`] for a length or step that is not above 0 or makes more than 5 million samples; those of `scene`.
 pub fn approaches(
     scene: &dyn Fn(f64) -> Result<Scene>,
-    (lamp, mirror): (LightSource, &Mirror),
+    (light_source, mirror): (LightSource, &Mirror),
     (length_s, step_s): (f64, f64),
-    lamps: &SourceSettings,
+    light_sources: &SourceSettings,
 ) -> Result<Vec<Approach>> {
     let n = (length_s / step_s).ceil();
     if !(length_s > 0.0 && step_s > 0.0 && n <= 5e6) {
         let problem = format!("a search of {length_s} s in steps of {step_s} s; accepted are 1 to 5 million steps");
         return Err(Error::Model { problem });
     }
-    let search = Search { scene, lamp, mirror, lamps, length_s };
+    let search = Search { scene, light_source, mirror, light_sources, length_s };
     let n = (n as usize).max(2);
     let time = |i: usize| length_s * i as f64 / n as f64;
     let nodes = (0..=n).map(|i| search.offset(time(i))).collect::<Result<Vec<f64>>>()?;
@@ -113,15 +113,15 @@ pub fn approaches(
 
 struct Search<'a> {
     scene: &'a dyn Fn(f64) -> Result<Scene>,
-    lamp: LightSource,
+    light_source: LightSource,
     mirror: &'a Mirror,
-    lamps: &'a SourceSettings,
+    light_sources: &'a SourceSettings,
     length_s: f64,
 }
 
 impl Search<'_> {
-    fn lamp_km(&self, scene: &Scene) -> (Vector<Itrs>, f64) {
-        match self.lamp {
+    fn source_km(&self, scene: &Scene) -> (Vector<Itrs>, f64) {
+        match self.light_source {
             LightSource::Sun => (scene.sun_km, SUN_RADIUS_KM),
             LightSource::Moon => (scene.moon_km, MOON_RADIUS_KM),
         }
@@ -130,9 +130,9 @@ impl Search<'_> {
     /// Normal, direction to the light source and the beam; `None` where the light source is behind the mirror.
     fn beam(&self, scene: &Scene) -> Option<(Vector<Itrs>, Vector<Itrs>, Beam)> {
         let normal = self.mirror.attitude.normal(scene)?;
-        let toward_lamp = (self.lamp_km(scene).0 - scene.satellite_km).unit()?;
-        let axis = reflected(&normal, &toward_lamp)?;
-        Some((normal, toward_lamp, Beam { origin_km: scene.satellite_km, axis, half_rad: self.mirror.half_rad }))
+        let toward_source = (self.source_km(scene).0 - scene.satellite_km).unit()?;
+        let axis = reflected(&normal, &toward_source)?;
+        Some((normal, toward_source, Beam { origin_km: scene.satellite_km, axis, half_rad: self.mirror.half_rad }))
     }
 
     /// Angle between beam and observer; π without a beam.
@@ -149,24 +149,27 @@ impl Search<'_> {
 
     fn approach(&self, t_s: f64) -> Result<Option<Approach>> {
         let scene = (self.scene)(t_s)?;
-        let Some((normal, toward_lamp, beam)) = self.beam(&scene) else { return Ok(None) };
+        let Some((normal, toward_source, beam)) = self.beam(&scene) else { return Ok(None) };
         let line = scene.satellite_km - scene.observer_km;
         let alt_rad = std::f64::consts::FRAC_PI_2 - geodetic_up(&scene.observer_km).angle_to(&line);
         let (range_km, offset_rad) = (line.norm(), beam.offset_rad(&scene.observer_km));
         if !(alt_rad > 0.0 && range_km > 0.0) {
             return Ok(None);
         }
-        let (lamp_km, lamp_radius_km) = self.lamp_km(&scene);
-        let lit_frac = penumbra(&scene.satellite_km, &lamp_km, lamp_radius_km, local_radius_km(&scene.satellite_km));
+        let (source_km, source_radius_km) = self.source_km(&scene);
+        let lit_frac =
+            penumbra(&scene.satellite_km, &source_km, source_radius_km, local_radius_km(&scene.satellite_km));
         let flux = lit_frac
-            * match self.lamp {
-                LightSource::Sun => sunlight((lamp_km - scene.satellite_km).norm(), self.lamps).flux,
-                LightSource::Moon => moonlight(&scene.satellite_km, &scene.moon_km, &scene.sun_km, self.lamps).flux,
+            * match self.light_source {
+                LightSource::Sun => sunlight((source_km - scene.satellite_km).norm(), self.light_sources).flux,
+                LightSource::Moon => {
+                    moonlight(&scene.satellite_km, &scene.moon_km, &scene.sun_km, self.light_sources).flux
+                }
             };
         let observer = line * (-1.0 / range_km);
-        let mag = mag_of_flux(flux).and_then(|lamp_mag| {
+        let mag = mag_of_flux(flux).and_then(|source_mag| {
             let Mirror { area_m2, reflectance, half_rad, .. } = *self.mirror;
-            glint_mag((area_m2, reflectance), (&normal, &toward_lamp, &observer), range_km, half_rad, lamp_mag)
+            glint_mag((area_m2, reflectance), (&normal, &toward_source, &observer), range_km, half_rad, source_mag)
         });
         let inside = if offset_rad <= self.mirror.half_rad {
             Some(Inside { from_s: self.edge(t_s, -1.0)?, to_s: self.edge(t_s, 1.0)?, mag })

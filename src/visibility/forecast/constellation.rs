@@ -13,7 +13,7 @@ use super::walker::Walker;
 use crate::base::error::Result;
 use crate::base::time::{iso_utc, seconds_between};
 use crate::base::vector::{Itrs, Teme, Vector};
-use crate::brightness::lamps::mag_of_flux;
+use crate::brightness::light_sources::mag_of_flux;
 use crate::brightness::{Model, Scene};
 use crate::orbit::earth::{Rotation, Site, alt_az, sidereal_rad, teme_to_itrs};
 use crate::orbit::{EarthOrientation, Propagator, bodies, moon_altaz, sun_altaz};

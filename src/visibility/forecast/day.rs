@@ -10,7 +10,7 @@ use super::dome::{Dome, Overhead};
 use crate::base::error::{Error, Result};
 use crate::base::progress::Progress;
 use crate::base::time::{from_mjd_utc, iso_utc, mjd_utc, shifted};
-use crate::brightness::lamps::mag_of_flux;
+use crate::brightness::light_sources::mag_of_flux;
 use crate::brightness::sky_points::{SkyPoints, Spread};
 use crate::orbit::earth::Site;
 use crate::tables::row_passes::passes;

@@ -5,7 +5,7 @@ use hifitime::Epoch;
 use super::dome::Overhead;
 use crate::base::error::Result;
 use crate::base::vector::Vector;
-use crate::brightness::lamps::mag_of_flux;
+use crate::brightness::light_sources::mag_of_flux;
 use crate::brightness::scene::local_radius_km;
 use crate::brightness::sky::{Sky, SkyGrid, SkyMap, SkyPoint, sky_map};
 use crate::brightness::{Illum, ModelSettings, Satellite};

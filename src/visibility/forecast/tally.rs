@@ -3,7 +3,7 @@
 //! Magnitudes in steps of 0.02. Tallies add up: those of shards make the whole, exactly, in any order.
 
 use super::constellation::Seen;
-use crate::brightness::lamps::mag_of_flux;
+use crate::brightness::light_sources::mag_of_flux;
 
 /// Width of a step of the histogram \[mag\]: a quantile is off by half of it at most.
 pub const STEP_MAG: f64 = 0.02;
@@ -135,7 +135,7 @@ fn brighter_of(a: Option<(f64, u64)>, b: Option<(f64, u64)>) -> Option<(f64, u64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brightness::lamps::flux_of_mag;
+    use crate::brightness::light_sources::flux_of_mag;
 
     fn seen(number: u64, v_mag: Option<f64>, alt_rad: f64) -> Seen {
         let lights = [v_mag.map_or(0.0, flux_of_mag), 0.0, 0.0, 0.0];

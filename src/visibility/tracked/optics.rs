@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_PI_4;
 
 use crate::base::error::{Error, Result};
 use crate::brightness::Band;
-use crate::brightness::lamps::SUN_V_MAG;
+use crate::brightness::light_sources::SUN_V_MAG;
 use crate::brightness::spectrum::{Curve, Response, SolarColumn, Spectrum, embedded, trapezoid, union_nm};
 
 /// Planck's constant times the speed of light \[J m\], exact (SI).

@@ -99,7 +99,7 @@ impl Lobe {
 
 /// Mean over the disc of f max(0, n·s') \[1/sr\], next to a diffuse part `beside` that sets what is negligible.
 pub(super) fn mean(view: &View, lobe: &Lobe, beside: f64) -> f64 {
-    let [.., mu] = view.lamp;
+    let [.., mu] = view.light_source;
     let t = view.versine_apart();
     let at_centre = lobe.at(t);
     // mean = [1 + x/4 ∇² + x²/48 ∇²(∇² + 2) + …] f μ, x = 1 − cos α; the terms fall like ε, ε²/2, …
@@ -186,12 +186,12 @@ impl Arcs {
         let normal = [-mz * mx, -mz * my, sin_tilt * sin_tilt];
         let apart = view.apart.map(|x| -x);
         let along = apart[0] * mx + apart[1] * my + apart[2] * mz;
-        let lamp = [apart[0] - along * mx, apart[1] - along * my, apart[2] - along * mz];
-        let dot = normal[0] * lamp[0] + normal[1] * lamp[1] + normal[2] * lamp[2];
+        let light_source = [apart[0] - along * mx, apart[1] - along * my, apart[2] - along * mz];
+        let dot = normal[0] * light_source[0] + normal[1] * light_source[1] + normal[2] * light_source[2];
         let cross = [
-            normal[1] * lamp[2] - normal[2] * lamp[1],
-            normal[2] * lamp[0] - normal[0] * lamp[2],
-            normal[0] * lamp[1] - normal[1] * lamp[0],
+            normal[1] * light_source[2] - normal[2] * light_source[1],
+            normal[2] * light_source[0] - normal[0] * light_source[2],
+            normal[0] * light_source[1] - normal[1] * light_source[0],
         ];
         let azimuth = (cross[0] * mx + cross[1] * my + cross[2] * mz).abs().atan2(dot);
         Self { apart_rad: view.apart_rad(), disc_rad: view.disc_rad, sin_tilt, cos_tilt: mz, azimuth }

@@ -33,7 +33,7 @@ const POINT_RAD: f64 = 1e-8;
 #[must_use]
 pub fn direct_reflection<F>(
     brdf: &Brdf,
-    toward_lamp: &Vector<F>,
+    toward_source: &Vector<F>,
     normal: &Vector<F>,
     observer: &Vector<F>,
     disc_rad: f64,
@@ -44,15 +44,15 @@ pub fn direct_reflection<F>(
         return 0.0;
     }
     let disc_rad = disc_rad.clamp(0.0, FRAC_PI_2);
-    let cos_lamp = normal.dot(toward_lamp);
+    let cos_source = normal.dot(toward_source);
     if let Brdf::Mirror { reflectance } = brdf {
-        let lit = disc == SourceDisc::Convolved || cos_lamp > 0.0;
-        return if lit { mirror_reflection(*reflectance, toward_lamp, normal, observer, disc_rad, 0.0) } else { 0.0 };
+        let lit = disc == SourceDisc::Convolved || cos_source > 0.0;
+        return if lit { mirror_reflection(*reflectance, toward_source, normal, observer, disc_rad, 0.0) } else { 0.0 };
     }
     if disc == SourceDisc::Point || !(disc_rad > POINT_RAD) {
-        return brdf.value(toward_lamp, normal, observer) * cos_lamp.max(0.0);
+        return brdf.value(toward_source, normal, observer) * cos_source.max(0.0);
     }
-    let Some(view) = View::new(toward_lamp, normal, observer, disc_rad) else { return 0.0 };
+    let Some(view) = View::new(toward_source, normal, observer, disc_rad) else { return 0.0 };
     match brdf {
         Brdf::Lambert { albedo } => albedo / PI * view.mean_cosine(),
         Brdf::Phong { kd, ks, n } => {
@@ -72,7 +72,7 @@ pub fn direct_reflection<F>(
 #[must_use]
 pub fn mirror_reflection<F>(
     reflectance: f64,
-    toward_lamp: &Vector<F>,
+    toward_source: &Vector<F>,
     normal: &Vector<F>,
     observer: &Vector<F>,
     disc_rad: f64,
@@ -83,7 +83,7 @@ pub fn mirror_reflection<F>(
         return 0.0;
     }
     let mirror = *normal * (2.0 * cos_out) - *observer;
-    reflectance / solid_angle(disc_rad) * share_covered(mirror.angle_to(toward_lamp), disc_rad, mirror_rad)
+    reflectance / solid_angle(disc_rad) * share_covered(mirror.angle_to(toward_source), disc_rad, mirror_rad)
 }
 
 /// Share of a disc of radius `own` that lies within another of radius `other`, their centres `apart`; all in one unit.
@@ -115,7 +115,7 @@ fn solid_angle(radius_rad: f64) -> f64 {
 /// the plane of the surface.
 struct View {
     /// Direction to the light source's centre: (sinθ, 0, cosθ).
-    lamp: [f64; 3],
+    light_source: [f64; 3],
     /// The observer's mirror direction m = 2(n·o)n − o.
     mirror: [f64; 3],
     /// m − s, without cancellation.
@@ -130,22 +130,22 @@ struct View {
 
 impl View {
     /// `None` where the whole disc is below the surface's horizon.
-    fn new<F>(lamp: &Vector<F>, normal: &Vector<F>, observer: &Vector<F>, disc_rad: f64) -> Option<Self> {
-        let (cos_lamp, cos_out) = (normal.dot(lamp), normal.dot(observer));
-        let tangential = *lamp - *normal * cos_lamp;
+    fn new<F>(light_source: &Vector<F>, normal: &Vector<F>, observer: &Vector<F>, disc_rad: f64) -> Option<Self> {
+        let (cos_source, cos_out) = (normal.dot(light_source), normal.dot(observer));
+        let tangential = *light_source - *normal * cos_source;
         let x = tangential.unit().filter(|_| tangential.norm() > 1e-12).or_else(|| normal.any_perpendicular())?;
         let y = normal.cross(&x);
         let mirror = *normal * (2.0 * cos_out) - *observer;
-        let apart = mirror - *lamp;
+        let apart = mirror - *light_source;
         let (sin_disc, cos_disc) = disc_rad.sin_cos();
-        let sin_lamp = x.dot(&tangential);
+        let sin_source = x.dot(&tangential);
         // z' = cosα cosθ − sinα sinθ cosφ > 0
-        let (low, high) = (cos_disc * cos_lamp, sin_disc * sin_lamp);
+        let (low, high) = (cos_disc * cos_source, sin_disc * sin_source);
         if low <= -high {
             return None;
         }
         Some(Self {
-            lamp: [sin_lamp, 0.0, cos_lamp],
+            light_source: [sin_source, 0.0, cos_source],
             mirror: [x.dot(&mirror), y.dot(&mirror), cos_out],
             apart: [x.dot(&apart), y.dot(&apart), normal.dot(&apart)],
             disc_rad,
@@ -167,12 +167,12 @@ impl View {
 
     /// A point of the disc's edge.
     fn edge(&self, phi: f64) -> [f64; 3] {
-        let [sin_lamp, _, cos_lamp] = self.lamp;
+        let [sin_source, _, cos_source] = self.light_source;
         let (sin_phi, cos_phi) = phi.sin_cos();
         [
-            self.cos_disc * sin_lamp + self.sin_disc * cos_phi * cos_lamp,
+            self.cos_disc * sin_source + self.sin_disc * cos_phi * cos_source,
             self.sin_disc * sin_phi,
-            self.cos_disc * cos_lamp - self.sin_disc * cos_phi * sin_lamp,
+            self.cos_disc * cos_source - self.sin_disc * cos_phi * sin_source,
         ]
     }
 
@@ -184,12 +184,12 @@ impl View {
 
     /// Mean of max(0, n·s') over the disc: the area of its projection on the plane of the surface, over Ω.
     fn mean_cosine(&self) -> f64 {
-        let [sin_lamp, _, cos_lamp] = self.lamp;
+        let [sin_source, _, cos_source] = self.light_source;
         if self.cut == 0.0 {
-            return cos_lamp * 0.5 * (1.0 + self.cos_disc);
+            return cos_source * 0.5 * (1.0 + self.cos_disc);
         }
         // ½ ∮ (x dy − y dx) along the edge and back along the horizon
-        let (centre, p, q) = (self.cos_disc * sin_lamp, self.sin_disc * cos_lamp, self.sin_disc);
+        let (centre, p, q) = (self.cos_disc * sin_source, self.sin_disc * cos_source, self.sin_disc);
         let area = p * q * (PI - self.cut) - centre * q * self.cut.sin() + self.cut_azimuth();
         area.max(0.0) / solid_angle(self.disc_rad)
     }

@@ -27,12 +27,12 @@ pub(super) fn mean(view: &View, brdf: &Brdf) -> f64 {
     {
         return mean * view.mean_cosine();
     }
-    let [sin_lamp, _, cos_lamp] = view.lamp;
+    let [sin_source, _, cos_source] = view.light_source;
     let [mx, my, _] = view.mirror;
     let half = (0.5 * view.disc_rad).sin();
     // relative to m_t, without the cancellation of s_t − m_t
-    let centre = [-view.apart[0] - 2.0 * half * half * sin_lamp, -view.apart[1]];
-    let (p, q) = (view.sin_disc * cos_lamp, view.sin_disc);
+    let centre = [-view.apart[0] - 2.0 * half * half * sin_source, -view.apart[1]];
+    let (p, q) = (view.sin_disc * cos_source, view.sin_disc);
     let edge = |phi: f64| {
         let (sin, cos) = phi.sin_cos();
         Point {
@@ -102,10 +102,10 @@ fn first_panel(brdf: &Brdf, most: f64) -> f64 {
 
 /// Mean of f over the ellipse by the rule of seven points (degree 5), where that is good to 1e-8.
 fn seven_points(view: &View, brdf: &Brdf) -> Option<f64> {
-    let [sin_lamp, _, cos_lamp] = view.lamp;
+    let [sin_source, _, cos_source] = view.light_source;
     let [mx, my, _] = view.mirror;
     let half = (0.5 * view.disc_rad).sin();
-    let centre = [-view.apart[0] - 2.0 * half * half * sin_lamp, -view.apart[1]];
+    let centre = [-view.apart[0] - 2.0 * half * half * sin_source, -view.apart[1]];
     if view.sin_disc > FAR * centre[0].hypot(centre[1]) {
         return None;
     }
@@ -119,7 +119,7 @@ fn seven_points(view: &View, brdf: &Brdf) -> Option<f64> {
     let mut sum = 0.25 * middle;
     let h = 0.75_f64.sqrt();
     for (cos, sin) in [(1.0, 0.0), (0.5, h), (-0.5, h), (-1.0, 0.0), (-0.5, -h), (0.5, -h)] {
-        let value = f(centre[0] + r * cos * cos_lamp, centre[1] + r * sin);
+        let value = f(centre[0] + r * cos * cos_source, centre[1] + r * sin);
         if (value - middle).abs() > GENTLE * middle {
             return None;
         }

@@ -92,7 +92,7 @@ pub fn opposition_factor(phase_deg: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brightness::lamps::sun::mag_of_flux;
+    use crate::brightness::light_sources::sun::mag_of_flux;
     use crate::brightness::spectrum::Band;
     use crate::config::{Effects, Mode};
 
@@ -150,10 +150,10 @@ mod tests {
     fn every_law_fades_with_phase_without_a_jump() {
         for law in [MoonLaw::Cox, MoonLaw::CoxOpposition, MoonLaw::Rolo] {
             for band in ["V", "g", "r", "i"] {
-                let lamps = settings(Mode::Corrected, law, band);
-                let mut before = lamps.moonlight_at_phase(0.0).flux;
+                let light_sources = settings(Mode::Corrected, law, band);
+                let mut before = light_sources.moonlight_at_phase(0.0).flux;
                 for j in 1..=18_000 {
-                    let now = lamps.moonlight_at_phase(0.01 * f64::from(j)).flux;
+                    let now = light_sources.moonlight_at_phase(0.01 * f64::from(j)).flux;
                     // 0.15 mag/deg is the steepest slope below 150°; beyond it the taper goes to zero
                     let step = if j <= 15_000 { 0.998 * before } else { 0.0 };
                     assert!(now <= before && now >= step, "{law:?} {band} {j}: {before} {now}");

@@ -8,7 +8,7 @@ use hifitime::Epoch;
 use satphot::base::constants::AU_KM;
 use satphot::base::vector::{Itrs, Vector};
 use satphot::brightness::Band;
-use satphot::brightness::lamps::{
+use satphot::brightness::light_sources::{
     SourceSettings, UMBRA_FLOOR, eclipse_factor, flux_of_mag, mag_of_flux, moon_v_mag, moonlight, sunlight,
 };
 use satphot::brightness::shadow::{cylinder, visible_fraction};
@@ -18,7 +18,7 @@ use satphot::orbit::{EarthOrientation, bodies};
 
 const OUTSIDE: Source = Source::ExoAtmospheric;
 
-fn lamps(effects: Effects, band: &str) -> SourceSettings {
+fn light_sources(effects: Effects, band: &str) -> SourceSettings {
     SourceSettings::new(&effects, &Band::named(band).unwrap()).unwrap()
 }
 
@@ -27,12 +27,12 @@ fn corrected(law: MoonLaw) -> Effects {
 }
 
 /// The Moon seen at `phase_deg` from a place at `moon_km` from it, the Sun `sun_au` from the Moon; no eclipse.
-fn moon_mag(phase_deg: f64, moon_km: f64, sun_au: f64, lamps: &SourceSettings) -> Option<f64> {
+fn moon_mag(phase_deg: f64, moon_km: f64, sun_au: f64, light_sources: &SourceSettings) -> Option<f64> {
     let a = phase_deg.to_radians();
     let moon = Vector::<Itrs>::new(4e5, 0.0, 0.0);
     let place = moon + Vector::new(0.0, 0.0, -moon_km);
     let sun = moon + Vector::new(0.0, a.sin(), -a.cos()) * (sun_au * AU_KM);
-    mag_of_flux(moonlight(&place, &moon, &sun, lamps).flux)
+    mag_of_flux(moonlight(&place, &moon, &sun, light_sources).flux)
 }
 
 #[test]
@@ -53,11 +53,12 @@ fn every_documented_point_of_moon_shadow_and_magnitudes_is_met() {
                 input("alpha_deg"),
                 input("moon_obs_km"),
                 input("sun_moon_au"),
-                &lamps(corrected(MoonLaw::Cox), "V"),
+                &light_sources(corrected(MoonLaw::Cox), "V"),
             )
             .unwrap(),
             "ks_opposition_3deg" => {
-                moon_mag(input("alpha_deg"), 384_400.0, 1.0, &lamps(corrected(MoonLaw::CoxOpposition), "V")).unwrap()
+                moon_mag(input("alpha_deg"), 384_400.0, 1.0, &light_sources(corrected(MoonLaw::CoxOpposition), "V"))
+                    .unwrap()
             }
             "shadow_edge" | "shadow_annular_far" => visible_fraction(
                 input("a_sun_deg").to_radians(),
@@ -112,8 +113,9 @@ fn on_2025_09_07_at_18_11_the_moon_is_in_the_umbra_and_half_a_day_earlier_whole(
     assert_eq!(factor("2025-09-07T21:05:00 UTC"), 1.0);
     // and the published reading ignores it
     let place = Vector::new(6378.0, 0.0, 0.0);
-    let flux =
-        |effects: Effects| moonlight(&place, &eclipsed.moon_itrs_km, &eclipsed.sun_itrs_km, &lamps(effects, "V")).flux;
+    let flux = |effects: Effects| {
+        moonlight(&place, &eclipsed.moon_itrs_km, &eclipsed.sun_itrs_km, &light_sources(effects, "V")).flux
+    };
     let (dark, bright) = (
         flux(corrected(MoonLaw::Cox)),
         flux(Effects { lunar_eclipse: LunarEclipse::Ignored, ..corrected(MoonLaw::Cox) }),
@@ -125,7 +127,7 @@ fn on_2025_09_07_at_18_11_the_moon_is_in_the_umbra_and_half_a_day_earlier_whole(
 fn the_lamps_of_every_band_are_as_bright_as_the_catalogue_of_solar_magnitudes() {
     // Willmer 2018: V Vega, g r i AB
     for (band, mag) in [("V", -26.76), ("g", -26.47), ("r", -26.93), ("i", -27.05)] {
-        let sun = sunlight(AU_KM, &lamps(corrected(MoonLaw::Cox), band));
+        let sun = sunlight(AU_KM, &light_sources(corrected(MoonLaw::Cox), band));
         assert!((mag_of_flux(sun.flux).unwrap() - mag).abs() < 1e-12 && !sun.extrapolated, "{band}");
     }
 }
@@ -138,7 +140,7 @@ fn each_effect_does_its_own_part_and_nothing_else() {
         source: OUTSIDE,
         ..Effects::of(Mode::AsPublished)
     };
-    let mag = |effects: Effects, deg: f64| moon_mag(deg, 405_000.0, 1.02, &lamps(effects, "V"));
+    let mag = |effects: Effects, deg: f64| moon_mag(deg, 405_000.0, 1.02, &light_sources(effects, "V"));
     assert!((mag(base, 170.0).unwrap() - moon_v_mag(170.0)).abs() < 1e-9);
     let far = Effects { distances: Distances::Applied, ..base };
     let distance_mag = 5.0 * (405_000.0_f64 / 384_400.0 * 1.02).log10();
@@ -149,13 +151,13 @@ fn each_effect_does_its_own_part_and_nothing_else() {
     let ground = Effects { source: Source::BottomOfAtmosphere, ..base };
     let dimming = mag(ground, 20.0).unwrap() - mag(base, 20.0).unwrap();
     assert!((dimming - 0.214).abs() < 0.002, "{dimming}");
-    let sun_dimming = flux_of_mag(-26.76) / sunlight(AU_KM, &lamps(ground, "V")).flux;
+    let sun_dimming = flux_of_mag(-26.76) / sunlight(AU_KM, &light_sources(ground, "V")).flux;
     assert!((2.5 * sun_dimming.log10() - dimming).abs() < 1e-12);
 }
 
 #[test]
 fn the_laws_agree_where_both_were_fitted() {
-    let (cox, rolo) = (lamps(corrected(MoonLaw::Cox), "V"), lamps(corrected(MoonLaw::Rolo), "V"));
+    let (cox, rolo) = (light_sources(corrected(MoonLaw::Cox), "V"), light_sources(corrected(MoonLaw::Rolo), "V"));
     for deg in 5..=90 {
         let deg = f64::from(deg);
         let apart = mag_of_flux(rolo.moonlight_at_phase(deg).flux).unwrap()
@@ -170,11 +172,11 @@ fn the_laws_agree_where_both_were_fitted() {
 #[test]
 fn a_moon_at_zenith_at_nadir_and_with_the_sun_behind_it_gives_a_finite_light() {
     for law in [MoonLaw::Cox, MoonLaw::CoxOpposition, MoonLaw::Rolo] {
-        let lamps = lamps(corrected(law), "V");
+        let light_sources = light_sources(corrected(law), "V");
         let place = Vector::<Itrs>::new(0.0, 0.0, 6900.0);
         for moon in [Vector::new(0.0, 0.0, 384_400.0), Vector::new(0.0, 0.0, -384_400.0)] {
             for sun in [Vector::new(0.0, 0.0, AU_KM), Vector::new(0.0, 0.0, -AU_KM), Vector::new(AU_KM, 0.0, 0.0)] {
-                let flux = moonlight(&place, &moon, &sun, &lamps).flux;
+                let flux = moonlight(&place, &moon, &sun, &light_sources).flux;
                 assert!(flux.is_finite() && flux >= 0.0, "{law:?} {moon:?} {sun:?}: {flux}");
             }
         }

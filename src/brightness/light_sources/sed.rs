@@ -8,8 +8,8 @@ use crate::base::constants::AU_KM;
 use crate::brightness::spectrum::Spectrum;
 
 /// A spectrum of the Sun scaled to the Moon at a phase \[deg\]: `f_λ · 10^(−0.4 (m_Moon(α) − m_Sun))`, both magnitudes
-/// in the band of `lamps`.
+/// in the band of `light_sources`.
 #[must_use]
-pub fn moon_spectrum(sun: &Spectrum, phase_deg: f64, lamps: &SourceSettings) -> Spectrum {
-    sun.scaled(lamps.moonlight_at_phase(phase_deg).flux / sunlight(AU_KM, lamps).flux)
+pub fn moon_spectrum(sun: &Spectrum, phase_deg: f64, light_sources: &SourceSettings) -> Spectrum {
+    sun.scaled(light_sources.moonlight_at_phase(phase_deg).flux / sunlight(AU_KM, light_sources).flux)
 }

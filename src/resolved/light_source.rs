@@ -7,7 +7,7 @@ use crate::base::constants::ARCSEC2_PER_SR;
 use crate::base::constants::{AU_KM, MOON_RADIUS_KM, SUN_RADIUS_KM};
 use crate::base::error::{Error, Result};
 use crate::base::vector::{Itrs, Vector};
-use crate::brightness::lamps::{SourceSettings, flux_of_mag, moonlight, sunlight};
+use crate::brightness::light_sources::{SourceSettings, flux_of_mag, moonlight, sunlight};
 use crate::brightness::shadow::{Colour, lit_fraction};
 use crate::brightness::spectrum::{SolarColumn, Spectrum};
 use crate::brightness::{Band, Brdf, Ground, ModelSettings, NearMoon, Scene};
@@ -48,7 +48,7 @@ pub struct LightSource {
 
 /// What shines, in a band.
 #[derive(Debug, Clone)]
-pub struct Lamps {
+pub struct LightSources {
     /// The Sun.
     pub sun: LightSource,
     /// The Moon.
@@ -95,7 +95,7 @@ impl InBand {
     }
 }
 
-impl Lamps {
+impl LightSources {
     /// Sun and Moon in a scene, in a band.
     ///
     /// `E = E_☉(band, 1 au) · (m_lamp's flux over the Sun's at 1 au)`: laws, distances, shadow and eclipse are those of
@@ -117,7 +117,9 @@ impl Lamps {
         let colour = Colour::of(&lunar)?;
         let radius_km = settings.radius_km(&scene.satellite_km);
         let origin = Vector::new(0.0, 0.0, 0.0);
-        let lamp = |position_km: Vector<Itrs>, body_km: f64, flux: &dyn Fn(&SourceSettings, &Vector<Itrs>) -> f64| {
+        let light_source = |position_km: Vector<Itrs>,
+                            body_km: f64,
+                            flux: &dyn Fn(&SourceSettings, &Vector<Itrs>) -> f64| {
             let line = position_km - scene.satellite_km;
             let toward =
                 line.unit().ok_or_else(|| Error::Model { problem: "the satellite is inside Sun or Moon".into() })?;
@@ -136,10 +138,11 @@ impl Lamps {
                 v_per_w_m2: if ground > 0.0 { flux(&in_v, &origin) / ground } else { 0.0 },
             })
         };
-        let sun =
-            lamp(scene.sun_km, SUN_RADIUS_KM, &|lamps, place| sunlight((scene.sun_km - *place).norm(), lamps).flux)?;
-        let moon = lamp(scene.moon_km, MOON_RADIUS_KM, &|lamps, place| {
-            moonlight(place, &scene.moon_km, &scene.sun_km, lamps).flux
+        let sun = light_source(scene.sun_km, SUN_RADIUS_KM, &|light_sources, place| {
+            sunlight((scene.sun_km - *place).norm(), light_sources).flux
+        })?;
+        let moon = light_source(scene.moon_km, MOON_RADIUS_KM, &|light_sources, place| {
+            moonlight(place, &scene.moon_km, &scene.sun_km, light_sources).flux
         })?;
         let moon = LightSource { near: in_band.moon_over_ground(&scene.moon_km, &scene.sun_km, radius_km), ..moon };
         let extrapolated = moonlight(&scene.satellite_km, &scene.moon_km, &scene.sun_km, &in_v).extrapolated;
@@ -204,15 +207,21 @@ mod tests {
 
     #[test]
     fn sunlight_of_v_zero_carries_the_energy_the_documents_say() {
-        let lamps = Lamps::new(&scene(), &InBand::parse("0.3-1.05").unwrap(), &ModelSettings::default()).unwrap();
+        let light_sources =
+            LightSources::new(&scene(), &InBand::parse("0.3-1.05").unwrap(), &ModelSettings::default()).unwrap();
         // 1.92e-12 W/cm2, by an independent evaluation to three digits
-        assert!((lamps.v_zero_w_m2 * 1e-4 / 1.92e-12 - 1.0).abs() < 3e-3, "{}", lamps.v_zero_w_m2);
-        assert!(lamps.wavelength_um > 0.6 && lamps.wavelength_um < 0.68, "{}", lamps.wavelength_um);
+        assert!((light_sources.v_zero_w_m2 * 1e-4 / 1.92e-12 - 1.0).abs() < 3e-3, "{}", light_sources.v_zero_w_m2);
+        assert!(
+            light_sources.wavelength_um > 0.6 && light_sources.wavelength_um < 0.68,
+            "{}",
+            light_sources.wavelength_um
+        );
     }
 
     #[test]
     fn v_of_a_lamp_does_not_depend_on_the_band_its_watts_are_counted_in() {
-        let of = |band: &str| Lamps::new(&scene(), &InBand::parse(band).unwrap(), &ModelSettings::default()).unwrap();
+        let of =
+            |band: &str| LightSources::new(&scene(), &InBand::parse(band).unwrap(), &ModelSettings::default()).unwrap();
         let (wide, v) = (of("0.3-1.05"), of("V"));
         for (a, b) in [(wide.sun, v.sun), (wide.moon, v.moon)] {
             let (a, b) = (a.at_ground_w_m2 * a.v_per_w_m2, b.at_ground_w_m2 * b.v_per_w_m2);

@@ -80,9 +80,9 @@ fn dimming_mag(band: &Band, sun: &Spectrum, column: SolarColumn) -> Result<f64> 
 mod tests {
     use super::*;
     use crate::base::constants::AU_KM;
-    use crate::brightness::lamps::sun::SUN_V_MAG;
-    use crate::brightness::lamps::sun::mag_of_flux;
-    use crate::brightness::lamps::sun::sunlight;
+    use crate::brightness::light_sources::sun::SUN_V_MAG;
+    use crate::brightness::light_sources::sun::mag_of_flux;
+    use crate::brightness::light_sources::sun::sunlight;
     use crate::config::Mode;
 
     fn of(mode: Mode) -> SourceSettings {
@@ -111,8 +111,8 @@ mod tests {
 
     #[test]
     fn in_v_the_moon_has_no_colour_of_its_own() {
-        let lamps = of(Mode::Corrected);
-        assert_eq!(lamps.moon_minus_sun_colour_mag, 0.0);
-        assert!((mag_of_flux(lamps.moonlight_at_phase(0.0).flux).unwrap() + 12.73).abs() < 1e-12);
+        let light_sources = of(Mode::Corrected);
+        assert_eq!(light_sources.moon_minus_sun_colour_mag, 0.0);
+        assert!((mag_of_flux(light_sources.moonlight_at_phase(0.0).flux).unwrap() + 12.73).abs() < 1e-12);
     }
 }

@@ -75,10 +75,10 @@ impl SourceSettings {
 }
 
 impl PhaseCurve {
-    /// The law of `lamps` from `phase_deg − reach_deg` to `phase_deg + reach_deg`; `None` where it gives no light in
+    /// The law of `light_sources` from `phase_deg − reach_deg` to `phase_deg + reach_deg`; `None` where it gives no light in
     /// the middle.
-    fn new(lamps: &SourceSettings, phase_deg: f64, reach_deg: f64) -> Option<Self> {
-        let centre = lamps.moonlight_at_phase(phase_deg).flux;
+    fn new(light_sources: &SourceSettings, phase_deg: f64, reach_deg: f64) -> Option<Self> {
+        let centre = light_sources.moonlight_at_phase(phase_deg).flux;
         if !(centre > 0.0) {
             return None;
         }
@@ -89,13 +89,13 @@ impl PhaseCurve {
         };
         let law = |x: f64| {
             let half_rad = if past_half { x.min(1.0).acos() } else { x.min(1.0).asin() };
-            lamps.moonlight_at_phase(2.0 * half_rad.to_degrees()).flux / centre
+            light_sources.moonlight_at_phase(2.0 * half_rad.to_degrees()).flux / centre
         };
         let ends = [of_deg(phase_deg - reach_deg), of_deg(phase_deg + reach_deg)];
         let (from, to) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
         let kinks_deg = [
-            (lamps.moon_law == MoonLaw::CoxOpposition).then_some(OPPOSITION_DEG),
-            (lamps.moon_past_limit == MoonPastLimit::Tapered).then_some(MOON_LAW_MAX_DEG),
+            (light_sources.moon_law == MoonLaw::CoxOpposition).then_some(OPPOSITION_DEG),
+            (light_sources.moon_past_limit == MoonPastLimit::Tapered).then_some(MOON_LAW_MAX_DEG),
         ];
         let kink = kinks_deg.into_iter().flatten().map(of_deg).find(|x| *x > from && *x < to);
         let piece = |from: f64, to: f64| {
@@ -147,12 +147,12 @@ mod tests {
             (MoonLaw::Rolo, MoonPastLimit::Tapered),
         ] {
             let effects = Effects { moon_law: law, moon_past_limit: past, ..Effects::of(Mode::Corrected) };
-            let lamps = SourceSettings::new(&effects, &Band::named("V").unwrap()).unwrap();
+            let light_sources = SourceSettings::new(&effects, &Band::named("V").unwrap()).unwrap();
             let reach_deg = 0.96;
             for step in 0..1800 {
                 let phase_deg = 0.1 * f64::from(step);
-                let curve = PhaseCurve::new(&lamps, phase_deg, reach_deg).unwrap();
-                let flux = |deg: f64| lamps.moonlight_at_phase(deg).flux;
+                let curve = PhaseCurve::new(&light_sources, phase_deg, reach_deg).unwrap();
+                let flux = |deg: f64| light_sources.moonlight_at_phase(deg).flux;
                 let most = flux((phase_deg - reach_deg).max(0.0)) / flux(phase_deg);
                 for part in -8..=8 {
                     let deg = (phase_deg + reach_deg * f64::from(part) / 8.0).clamp(0.0, 180.0);
@@ -171,8 +171,8 @@ mod tests {
     fn kinks_of_the_law_and_the_tip_at_full_moon_are_told() {
         let curve = |law: MoonLaw, phase_deg: f64| {
             let effects = Effects { moon_law: law, ..Effects::of(Mode::Corrected) };
-            let lamps = SourceSettings::new(&effects, &Band::named("V").unwrap()).unwrap();
-            PhaseCurve::new(&lamps, phase_deg, 0.95).unwrap().sharp
+            let light_sources = SourceSettings::new(&effects, &Band::named("V").unwrap()).unwrap();
+            PhaseCurve::new(&light_sources, phase_deg, 0.95).unwrap().sharp
         };
         assert!(curve(MoonLaw::Cox, 0.5) && curve(MoonLaw::Cox, 149.3) && curve(MoonLaw::CoxOpposition, 7.4));
         assert!(!curve(MoonLaw::Cox, 1.0) && !curve(MoonLaw::Cox, 7.4) && !curve(MoonLaw::Cox, 90.0));

@@ -79,7 +79,7 @@ impl Rolo {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brightness::lamps::sun::mag_of_flux;
+    use crate::brightness::light_sources::sun::mag_of_flux;
     use crate::brightness::spectrum::SolarColumn;
 
     #[test]

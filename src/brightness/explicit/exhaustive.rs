@@ -14,7 +14,7 @@ use crate::brightness::ground::Ground;
 
 /// [`super::explicit`] without asking first what is needed: what gives no light is multiplied by 0 instead.
 #[must_use]
-pub fn everything(case: &Case, tolerance: f64) -> Option<Fluxes> {
+pub fn exhaustive(case: &Case, tolerance: f64) -> Option<Fluxes> {
     let r_km = RADIUS_KM + case.height_km;
     let satellite_km = Vector::new(0.0, 0.0, r_km);
     let line = case.observer_km - satellite_km;
