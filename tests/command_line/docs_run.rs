@@ -29,6 +29,9 @@ const NOT_RUN: [(&str, &str); 14] = [
     ("satphot ", "a template with names of your own; its verb and options are checked"),
 ];
 
+/// Longer lines are cut when they are written into a page [characters].
+const WIDTH: usize = 140;
+
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
@@ -139,8 +142,12 @@ fn agrees(expected: &[String], printed: &[String]) -> bool {
 
 /// The printed lines, cut where the page cuts them: around a line `...`, and at `[..]` of lines that still agree.
 fn cut(expected: &[String], printed: &[String]) -> Vec<String> {
+    let short = |l: &String| match l.char_indices().nth(WIDTH) {
+        Some((at, _)) => format!("{}[..]", &l[..at]),
+        None => l.clone(),
+    };
     let kept = |lines: &[String], shown: &[String]| -> Vec<String> {
-        lines.iter().map(|l| shown.iter().find(|s| line_agrees(s, l)).unwrap_or(l).clone()).collect()
+        lines.iter().map(|l| shown.iter().find(|s| line_agrees(s, l)).cloned().unwrap_or_else(|| short(l))).collect()
     };
     let is_gap = |l: &String| l == "...";
     let (Some(first), Some(last)) = (expected.iter().position(is_gap), expected.iter().rposition(is_gap)) else {
@@ -217,6 +224,9 @@ fn check(name: &str) -> (usize, Vec<String>, String) {
         for call in calls {
             n += 1;
             let (code, printed) = run(&call.command(), &folder);
+            if call.expected == ["..."] {
+                call.expected = vec!["shows nothing".into()]; // would agree with any output
+            }
             if code != call.code || !agrees(&call.expected, &printed) {
                 wrong.push(format!("{name}: {}\n? {code}\n{}", call.shown.join("\n"), printed.join("\n")));
                 call.expected = cut(&call.expected, &printed);
