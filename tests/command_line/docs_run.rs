@@ -105,7 +105,8 @@ fn parts(page: &str) -> Vec<Part> {
 
 /// The line without what differs from machine to machine and from run to run.
 fn masked(line: &str) -> String {
-    let volatile = line.contains("peak memory") || line.contains(" threads if the disk") || line.starts_with("satphot 0.");
+    let volatile =
+        line.contains("peak memory") || line.contains(" threads if the disk") || line.starts_with("satphot 0.");
     let mut out = String::new();
     for c in line.trim_end().chars() {
         if volatile && (c.is_ascii_digit() || c == '.') {
@@ -136,7 +137,9 @@ fn agrees(expected: &[String], printed: &[String]) -> bool {
     match expected.split_first() {
         None => printed.is_empty(),
         Some((first, rest)) if first == "..." => (0..=printed.len()).any(|n| agrees(rest, &printed[n..])),
-        Some((first, rest)) => printed.split_first().is_some_and(|(p, more)| line_agrees(first, p) && agrees(rest, more)),
+        Some((first, rest)) => {
+            printed.split_first().is_some_and(|(p, more)| line_agrees(first, p) && agrees(rest, more))
+        }
     }
 }
 
@@ -304,7 +307,10 @@ fn a_command_that_is_not_run_has_a_reason() {
 fn a_pattern_agrees_with_what_it_stands_for_alone() {
     let lines = |text: &str| text.lines().map(str::to_string).collect::<Vec<_>>();
     assert!(agrees(&lines("a\n...\nz 1[..]"), &lines("a\nb\nc\nz 123")));
-    assert!(agrees(&lines("0.8 s, 6 MB of frames, 7 MB/s, 40 MB peak memory"), &lines("12 s, 6 MB of frames, 1.5 MB/s, 41 MB peak memory")));
+    assert!(agrees(
+        &lines("0.8 s, 6 MB of frames, 7 MB/s, 40 MB peak memory"),
+        &lines("12 s, 6 MB of frames, 1.5 MB/s, 41 MB peak memory")
+    ));
     assert!(!agrees(&lines("a\n..."), &lines("b")));
     assert!(!agrees(&lines("ZP -23.37"), &lines("ZP -23.38")));
     assert!(!agrees(&lines("a"), &lines("a\nb")));
