@@ -143,7 +143,7 @@ fn every_verb_and_option_a_page_names_exists_and_belongs_to_the_verb_it_is_shown
             let two = words.iter().take(2).copied().collect::<Vec<_>>().join(" ");
             let one = words.first().copied().unwrap_or_default();
             let Some(known) = verbs.get(&two).or_else(|| verbs.get(one)) else {
-                if is_command {
+                if is_command && !one.starts_with('-') {
                     wrong.push(format!("{name}: `satphot {call}`: no such verb"));
                 }
                 continue;
