@@ -239,7 +239,9 @@ fn check(name: &str) -> (usize, Vec<String>, String) {
             if call.code != 0 {
                 let _ = writeln!(written, "? {}", call.code);
             }
-            call.expected.iter().for_each(|l| written.push_str(&format!("{l}\n")));
+            for line in &call.expected {
+                let _ = writeln!(written, "{line}");
+            }
         }
     }
     let _ = std::fs::remove_dir_all(&folder);
