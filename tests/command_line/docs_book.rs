@@ -6,8 +6,18 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Options of other programs that the pages call.
-const OF_OTHERS: [&str; 9] =
-    ["--release", "--features", "--path", "--nocapture", "--test", "--profile", "--bench", "--example", "--bin"];
+const OF_OTHERS: [&str; 10] = [
+    "--release",
+    "--locked",
+    "--features",
+    "--path",
+    "--nocapture",
+    "--test",
+    "--profile",
+    "--bench",
+    "--example",
+    "--bin",
+];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -109,7 +119,7 @@ fn every_link_leads_to_a_file_and_every_anchor_to_a_heading() {
 }
 
 #[test]
-fn every_option_a_page_names_exists_and_belongs_to_the_verb_it_is_shown_with() {
+fn every_verb_and_option_a_page_names_exists_and_belongs_to_the_verb_it_is_shown_with() {
     let verbs = verbs();
     let all: BTreeSet<&String> = verbs.values().flatten().collect();
     let mut wrong = Vec::new();
@@ -119,7 +129,12 @@ fn every_option_a_page_names_exists_and_belongs_to_the_verb_it_is_shown_with() {
                 wrong.push(format!("{name}: no verb has {option}"));
             }
         }
+        let mut fence = "";
         for line in text.lines() {
+            if let Some(kind) = line.trim_start().strip_prefix("```") {
+                fence = kind;
+            }
+            let is_command = line.starts_with("$ ") || fence == "sh";
             let line = line.trim().trim_start_matches("$ ");
             let Some(call) = line.strip_prefix("satphot ") else { continue };
             let call = call.split(['|', '>', ';', '#']).next().unwrap_or_default();
@@ -127,7 +142,12 @@ fn every_option_a_page_names_exists_and_belongs_to_the_verb_it_is_shown_with() {
             let words: Vec<&str> = call.split_whitespace().collect();
             let two = words.iter().take(2).copied().collect::<Vec<_>>().join(" ");
             let one = words.first().copied().unwrap_or_default();
-            let Some(known) = verbs.get(&two).or_else(|| verbs.get(one)) else { continue };
+            let Some(known) = verbs.get(&two).or_else(|| verbs.get(one)) else {
+                if is_command && !one.starts_with('-') {
+                    wrong.push(format!("{name}: `satphot {call}`: no such verb"));
+                }
+                continue;
+            };
             let foreign = options(call).into_iter().filter(|o| !known.contains(o));
             wrong.extend(foreign.map(|o| format!("{name}: `satphot {call}`: no {o}")));
         }
