@@ -174,7 +174,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// The process exit code of this error (documented in the README).
+    /// The process exit code of this error (`docs/exit_codes.md`).
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {

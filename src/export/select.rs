@@ -82,7 +82,7 @@ impl Selected<'_> {
             text += &format!(" ({limits} of them non-detections)");
         }
         for (i, (why, n)) in self.left_out.iter().enumerate() {
-            text += &format!("{}{n} {why}", if i == 0 { "; left out: " } else { ", " });
+            text += &format!("{}{n} {why}", if i == 0 { "; skipped: " } else { ", " });
         }
         text
     }

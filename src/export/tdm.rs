@@ -68,7 +68,7 @@ pub fn tdm_text(
     let (Some(first), Some(newest)) = (pass_starts.first(), newest) else {
         return Err(Error::NoInput {
             path: path.into(),
-            problem: "no magnitude to report: a tracking data message needs at least one; see what was left out, and \
+            problem: "no magnitude to report: a tracking data message needs at least one; see what was skipped, and \
                       argument `verdicts`"
                 .into(),
         });

@@ -58,7 +58,7 @@ pub fn udl_text(
         first = false;
     }
     if first {
-        let problem = "no magnitude to report; see what was left out, and argument `verdicts`".into();
+        let problem = "no magnitude to report; see what was skipped, and argument `verdicts`".into();
         return Err(Error::NoInput { path: path.into(), problem });
     }
     Ok(text + "\n]\n")

@@ -73,7 +73,7 @@ fn the_head_says_what_was_drawn_where_and_warnings_come_before_notes() {
     let page = std::fs::read_to_string(night().join("report.html")).unwrap();
     assert!(page.contains("<h1>Night 2025-06-09 (SIMULATED)</h1>"));
     let strip = page.split("<section id=\"summary\"").nth(1).unwrap().split("</section>").next().unwrap();
-    for said in ["Macquarie University Observatory", "SIMULATED", ", scatter ", "left out before measuring"] {
+    for said in ["Macquarie University Observatory", "SIMULATED", ", scatter ", "rejected before measurement"] {
         assert!(strip.contains(said), "{said}");
     }
     let residual = strip.split("observed − modelled").nth(1).unwrap().split("</div>").next().unwrap();
@@ -89,7 +89,7 @@ fn the_head_says_what_was_drawn_where_and_warnings_come_before_notes() {
     };
     let page = page_of(vec![row("ok", "a"), row("rejected", "c"), row("failed", "b")]);
     let said =
-        ["1 of 3 frames could not be reduced; b: truncated", "1 of 3 frames left out before measuring; c: truncated"];
+        ["1 of 3 frames could not be reduced; b: truncated", "1 of 3 frames rejected before measurement; c: truncated"];
     assert!(page.find(said[0]).unwrap() < page.find(said[1]).unwrap());
 }
 

@@ -92,7 +92,7 @@ fn the_published_answer_of_the_jkt_standards_comes_out_to_six_digits() {
     let (out, err) = (String::from_utf8_lossy(&run.stdout), String::from_utf8_lossy(&run.stderr));
     assert!(run.status.success(), "{out}{err}");
     assert!(out.contains("R = inst + 23.474252 - 0.085569 X") && out.contains("23.474252)"), "{out}");
-    assert!(out.contains("14 rows, left out: 1 not to be included") && out.contains("N 13 used"), "{out}");
+    assert!(out.contains("14 rows, skipped: 1 not to be included") && out.contains("N 13 used"), "{out}");
     assert!(out.contains("refused: no colour column") && err.contains("C refused"), "{out}{err}");
     // the residuals, catalogue minus fit, in the order of the table, as printed there
     let printed = [-0.008, 0.007, 0.004, -0.007, -0.001, 0.0, 0.004, 0.007, -0.004, 0.002, -0.003, 0.006, 0.0, -0.007];

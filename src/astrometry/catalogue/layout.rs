@@ -360,7 +360,7 @@ impl Finder<'_> {
         }
         let [a, d] = [ra, dec].map(|i| &self.table.columns[i]);
         notes.push(format!(
-            "proper motions left out: `{}` is in `{}`, `{}` in `{}`; mas/yr (right ascension with cos dec) is read",
+            "proper motions are not used: `{}` is in `{}`, `{}` in `{}`; mas/yr (right ascension with cos dec) is read",
             a.name, a.unit, d.name, d.unit
         ));
         Ok(None)

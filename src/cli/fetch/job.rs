@@ -216,7 +216,7 @@ impl Job<'_> {
         let fetched = fetch_stars(self.desk, &fields, self.settings)?;
         let n_read = self.write_catalogue(path, &fetched.text)?;
         let mut also = String::new();
-        for (n, what) in [(fetched.n_repeated, "in several fields"), (fetched.n_without_v, "without V left out")] {
+        for (n, what) in [(fetched.n_repeated, "in several fields"), (fetched.n_without_v, "without V skipped")] {
             if n > 0 {
                 also += &format!(", {n} {what}");
             }

@@ -137,15 +137,15 @@ impl GrowthCurve {
             "Gaussian".to_string()
         };
         let misfit = self.misfit();
-        let doubt = if misfit > MISFIT {
-            format!("; the stars depart from this profile by {misfit:.3} of their light: trust no digit beyond")
+        let systematic = if misfit > MISFIT {
+            format!(", systematic {misfit:.3} of the flux by which the stars depart from this profile")
         } else {
             String::new()
         };
         format!(
-            "aperture {:.1} FWHM ({r_px:.1} px) holds {:.4} of a star's light ({form} from {} stars), aperture and \
-             annulus together are corrected by {:+.4} +- {err:.4} mag; best S/N of a faint star at {:.2} FWHM; \
-             a seeing change of 20 % at the same radius would move it by {:.4} mag{doubt}",
+            "the aperture of {:.1} FWHM ({r_px:.1} px) holds {:.4} of a star's flux ({form} from {} stars); the aperture \
+             correction, annulus included, is {:+.4} +- {err:.4} mag{systematic}; the S/N of a faint star is best at {:.2} \
+             FWHM; seeing that changes by 20 % at the same radius moves the correction by {:.4} mag",
             self.chosen_r_fwhm,
             self.light_within(self.chosen_r_fwhm),
             self.profile.n_stars,

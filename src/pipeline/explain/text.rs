@@ -62,7 +62,7 @@ impl Explanation {
     #[must_use]
     pub fn text(&self) -> String {
         if self.items.is_empty() {
-            return "left out: nothing\n".into();
+            return "skipped: nothing\n".into();
         }
         let us = |us: Option<f64>| us.map_or("-".into(), micros);
         let seconds = |s: Option<f64>| s.map_or("-".into(), |s| format!("{:.3}", 1e3 * s));
@@ -82,7 +82,7 @@ impl Explanation {
                 ]
             })
             .collect();
-        let head = ["left out", "why", "how many", "which", "CPU us each", "saved ms", "changes mag"];
+        let head = ["skipped", "why", "how many", "which", "CPU us each", "saved ms", "changes mag"];
         let mut text = text_table(&head, &rows);
         let saved_s: f64 = self.items.iter().filter_map(LeftOut::saved_s).sum();
         let timed = self.items.iter().map(|i| i.timed).max().unwrap_or(0);
@@ -96,7 +96,7 @@ impl Explanation {
         if let (Some(with), Some(without), Some(differs)) = (self.scene_us, self.everything_us, self.differs_mag) {
             let _ = writeln!(
                 text,
-                "one scene: {} us as computed, {} us with nothing left out; the answers of {} scenes differ by at most {} \
+                "one scene: {} us as computed, {} us with nothing skipped; the answers of {} scenes differ by at most {} \
                  mag{}",
                 micros(with),
                 micros(without),
@@ -173,6 +173,6 @@ mod tests {
         for word in ["moon", "below the satellite's horizon", "3 of 4", "s0 to s2", "20.0", "0.060"] {
             assert!(text.contains(word), "{word}: {text}");
         }
-        assert_eq!(Explanation::default().text(), "left out: nothing\n");
+        assert_eq!(Explanation::default().text(), "skipped: nothing\n");
     }
 }

@@ -224,8 +224,8 @@ fn star_profile(
     notes.push(growth.explanation());
     if lent > 0 {
         notes.push(format!(
-            "{lent} star frames have too few bright stars for the width of their own profile: it is their pointing's or \
-             the night's"
+            "{lent} star frames have too few bright stars to measure their seeing; that of their pointing or of the night \
+             is used"
         ));
     }
     (Some(growth), Some(night))

@@ -35,7 +35,7 @@ pub(super) fn summary(page: &NightPage) -> Markup {
     figures.push((
         "frames",
         format!(
-            "{} measured (verdict: {} use, {} caution, {} reject), {} not detected, {} left out before measuring, {} failed",
+            "{} measured (verdict: {} use, {} caution, {} reject), {} not detected, {} rejected before measurement, {} failed",
             with(Status::Ok),
             judged(Verdict::Use),
             judged(Verdict::Caution),
@@ -92,7 +92,8 @@ pub(super) fn moon_lit_pct(rows: &[PhotometryRow]) -> Option<f64> {
 /// verdicts `caution` or `reject`, by how many frames it touched.
 fn doubts(page: &NightPage) -> Vec<String> {
     let mut told = Vec::new();
-    for (status, what) in [(Status::Failed, "could not be reduced"), (Status::Rejected, "left out before measuring")] {
+    for (status, what) in [(Status::Failed, "could not be reduced"), (Status::Rejected, "rejected before measurement")]
+    {
         let of: Vec<&PhotometryRow> = page.rows.iter().filter(|r| r.status == status).collect();
         if let Some(first) = of.first() {
             told.push(format!("{} of {} frames {what}; {}: {}", of.len(), page.rows.len(), first.frame, first.reason));

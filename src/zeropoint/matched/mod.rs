@@ -400,7 +400,7 @@ impl Matched {
     pub fn text(&self) -> String {
         let mut t = String::new();
         let lost: Vec<String> = self.left_out.iter().map(|(reason, n)| format!("{n} {reason}")).collect();
-        let lost = if lost.is_empty() { "none left out".to_owned() } else { format!("left out: {}", lost.join("; ")) };
+        let lost = if lost.is_empty() { "none skipped".to_owned() } else { format!("skipped: {}", lost.join("; ")) };
         let _ = writeln!(t, "Table      {}: {} rows, {lost}", self.table, self.rows.len());
         let taken: Vec<String> = self.taken.iter().map(|(what, from)| format!("{what}: {from}")).collect();
         let _ = writeln!(t, "Columns    {}", taken.join(", "));
