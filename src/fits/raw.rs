@@ -237,30 +237,24 @@ impl NewFits {
         }
         let text = |text: &str| c_text(&self.path, &ascii(text));
         let (name, note) = (text(key)?, text(comment)?);
-        let value = match value {
-            CardValue::Text(value) => Err(text(value)?),
-            other => Ok(other),
-        };
+        let words = if let CardValue::Text(words) = value { text(words)? } else { CString::default() };
         let mut status = 0;
         // SAFETY: the handle is open; every string is a valid C string that outlives the call; the library copies them.
         unsafe {
             let f = self.raw();
-            match &value {
-                Err(text) if key == "HISTORY" => sys::ffphis(f, text.as_ptr(), &mut status),
-                Err(text) if key == "COMMENT" => sys::ffpcom(f, text.as_ptr(), &mut status),
-                Err(text) => {
-                    if text.as_bytes().len() > 60 {
+            match value {
+                CardValue::Text(_) if key == "HISTORY" => sys::ffphis(f, words.as_ptr(), &mut status),
+                CardValue::Text(_) if key == "COMMENT" => sys::ffpcom(f, words.as_ptr(), &mut status),
+                CardValue::Text(_) => {
+                    if words.as_bytes().len() > 60 {
                         sys::ffplsw(f, &mut status);
                     }
-                    sys::ffpkls(f, name.as_ptr(), text.as_ptr(), note.as_ptr(), &mut status)
+                    sys::ffpkls(f, name.as_ptr(), words.as_ptr(), note.as_ptr(), &mut status)
                 }
-                Ok(CardValue::Integer(v)) => {
-                    sys::ffpkyj(f, name.as_ptr(), *v as sys::LONGLONG, note.as_ptr(), &mut status)
-                }
+                CardValue::Integer(v) => sys::ffpkyj(f, name.as_ptr(), *v as sys::LONGLONG, note.as_ptr(), &mut status),
                 // 17 significant digits give every f64 back exactly.
-                Ok(CardValue::Real(v)) => sys::ffpkyd(f, name.as_ptr(), *v, -17, note.as_ptr(), &mut status),
-                Ok(CardValue::Logical(v)) => sys::ffpkyl(f, name.as_ptr(), c_int::from(*v), note.as_ptr(), &mut status),
-                Ok(CardValue::Text(_)) => 0,
+                CardValue::Real(v) => sys::ffpkyd(f, name.as_ptr(), *v, -17, note.as_ptr(), &mut status),
+                CardValue::Logical(v) => sys::ffpkyl(f, name.as_ptr(), c_int::from(*v), note.as_ptr(), &mut status),
             }
         };
         self.check(status, &format!("writing card {key}"))

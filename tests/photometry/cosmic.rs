@@ -26,21 +26,7 @@ const SEARCH: f64 = 60.0;
 const HITS: usize = 4;
 
 fn settings(fwhm: f64) -> TargetSettings {
-    TargetSettings {
-        x_px: SIDE as f64 / 2.0,
-        y_px: SIDE as f64 / 2.0,
-        search_radius_px: SEARCH,
-        detect_sigma: 5.0,
-        margin_px: 1.5 * fwhm,
-        limit_r_px: 2.0 * fwhm,
-        fwhm_px: fwhm,
-        sky_in_px: 3.0 * fwhm,
-        sky_out_px: 5.0 * fwhm,
-        clip_sigma: 3.0,
-        shape: satphot::config::ApertureShape::Auto,
-        contam_frac: 0.05,
-        trail_direction: None,
-    }
+    photometry_scene::target_settings(SIDE as f64, SEARCH, fwhm)
 }
 
 /// Flux at which a point has the given signal-to-noise in a circle of 2 FWHM.

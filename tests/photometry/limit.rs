@@ -18,21 +18,7 @@ const SEARCH: f64 = 70.0;
 const READ_NOISE: f64 = 2.0;
 
 fn settings(fwhm: f64) -> TargetSettings {
-    TargetSettings {
-        x_px: SIDE as f64 / 2.0,
-        y_px: SIDE as f64 / 2.0,
-        search_radius_px: SEARCH,
-        detect_sigma: 5.0,
-        margin_px: 1.5 * fwhm,
-        limit_r_px: 2.0 * fwhm,
-        fwhm_px: fwhm,
-        sky_in_px: 3.0 * fwhm,
-        sky_out_px: 5.0 * fwhm,
-        clip_sigma: 3.0,
-        shape: satphot::config::ApertureShape::Auto,
-        contam_frac: 0.05,
-        trail_direction: None,
-    }
+    photometry_scene::target_settings(SIDE as f64, SEARCH, fwhm)
 }
 
 /// What a frame shows beside the target.

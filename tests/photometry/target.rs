@@ -21,21 +21,7 @@ const READ_NOISE: f64 = 2.0;
 const SIGMA: f64 = 8.0;
 
 fn settings(n: f64) -> TargetSettings {
-    TargetSettings {
-        x_px: n / 2.0,
-        y_px: n / 2.0,
-        search_radius_px: 120.0,
-        detect_sigma: 5.0,
-        margin_px: 1.5 * FWHM,
-        limit_r_px: 2.0 * FWHM,
-        fwhm_px: FWHM,
-        sky_in_px: 3.0 * FWHM,
-        sky_out_px: 5.0 * FWHM,
-        clip_sigma: 3.0,
-        shape: satphot::config::ApertureShape::Auto,
-        contam_frac: 0.05,
-        trail_direction: None,
-    }
+    photometry_scene::target_settings(n, 120.0, FWHM)
 }
 
 /// Flux at which a star of this FWHM has the given matched signal-to-noise on the sky alone.

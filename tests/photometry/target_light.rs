@@ -22,21 +22,7 @@ const FWHM: f64 = 4.0;
 const SKY: f64 = 60.0;
 
 fn settings(n: f64) -> TargetSettings {
-    TargetSettings {
-        x_px: n / 2.0,
-        y_px: n / 2.0,
-        search_radius_px: 0.35 * n,
-        detect_sigma: 5.0,
-        margin_px: 1.5 * FWHM,
-        limit_r_px: 2.0 * FWHM,
-        fwhm_px: FWHM,
-        sky_in_px: 3.0 * FWHM,
-        sky_out_px: 5.0 * FWHM,
-        clip_sigma: 3.0,
-        shape: ApertureShape::Auto,
-        contam_frac: 0.05,
-        trail_direction: None,
-    }
+    photometry_scene::target_settings(n, 0.35 * n, FWHM)
 }
 
 fn detected(frame: &Frame<Electrons>, s: &TargetSettings) -> (Flux, f64, f64, Light) {

@@ -11,7 +11,27 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, Normal, Poisson};
 use satphot::frames::{Electrons, ElectronsPerAdu, Frame, Gain, mask};
+use satphot::photometry::target::settings::TargetSettings;
 use statrs::function::erf::erf;
+
+/// The settings of a search around the middle of a square frame.
+pub fn target_settings(side_px: f64, search_radius_px: f64, fwhm_px: f64) -> TargetSettings {
+    TargetSettings {
+        x_px: side_px / 2.0,
+        y_px: side_px / 2.0,
+        search_radius_px,
+        detect_sigma: 5.0,
+        margin_px: 1.5 * fwhm_px,
+        limit_r_px: 2.0 * fwhm_px,
+        fwhm_px,
+        sky_in_px: 3.0 * fwhm_px,
+        sky_out_px: 5.0 * fwhm_px,
+        clip_sigma: 3.0,
+        shape: satphot::config::ApertureShape::Auto,
+        contam_frac: 0.05,
+        trail_direction: None,
+    }
+}
 
 pub const FWHM_PER_SIGMA: f64 = 2.354_820_045_030_949;
 

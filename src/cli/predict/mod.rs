@@ -5,7 +5,7 @@ mod day;
 mod dome_args;
 mod duty;
 mod geometry;
-mod lamps;
+mod light_sources;
 mod month;
 mod month_text;
 mod pass;

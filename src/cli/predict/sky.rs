@@ -23,7 +23,7 @@ use satphot::visibility::forecast::{flux_per_e0, prediction_meta, sky_rows};
 use super::super::orbit_args::{SiteArg, bad, configuration, tell_unknown_ut1};
 use super::super::{bar::Bars, print, tell, threads};
 use super::dome_args::height_km;
-use super::lamps::{Lamps, LightSourceArgs};
+use super::light_sources::{LightSourceArgs, LightSources};
 use super::sequence::{SequenceArgs, SkyOfMoment, cells};
 use super::shards::{shard, together};
 use super::{Clock, ModelArgs, OutArgs, band_note};
@@ -157,7 +157,7 @@ impl Sky {
             settings.effects.lunar_eclipse = LunarEclipse::Ignored;
         }
         let effects = settings.effects;
-        let lamps = Lamps::new(&self.lamps, site.as_ref(), &settings)?;
+        let lamps = LightSources::new(&self.lamps, site.as_ref(), &settings)?;
         lamps.check_attitudes(&satellite)?;
         let radius_km = self.radius_km(&lamps, &settings)?;
         let height_km = height_km(self.height_km, &model)?;
@@ -243,7 +243,7 @@ impl Sky {
     }
 
     /// Radius of the sphere the observer is on.
-    fn radius_km(&self, lamps: &Lamps, settings: &ModelSettings) -> anyhow::Result<f64> {
+    fn radius_km(&self, lamps: &LightSources, settings: &ModelSettings) -> anyhow::Result<f64> {
         let radius_km = match (self.sphere_radius_km, &lamps.site_km) {
             (Some(radius_km), _) => radius_km,
             (None, Some(site_km)) if settings.effects.earth_radius == EarthRadius::Local => local_radius_km(site_km),
@@ -271,7 +271,7 @@ impl Sky {
         let mut meta = prediction_meta("satphot.sky_sequence/1", model, site);
         let across = days.first().map_or(1, Vec::len);
         for epoch in days.into_iter().flatten() {
-            let lamps = Lamps::new(&self.lamps.at(iso_utc(epoch, 9)), site, settings)?;
+            let lamps = LightSources::new(&self.lamps.at(iso_utc(epoch, 9)), site, settings)?;
             let radius_km = self.radius_km(&lamps, settings)?;
             if skies.is_empty() {
                 meta.push("sphere_radius_km", radius_km);
@@ -327,7 +327,7 @@ fn flux_csv(map: &SkyMap) -> anyhow::Result<String> {
 }
 
 /// What the table says about the sky it is of.
-fn describe(meta: &mut Meta, lamps: &Lamps, (radius_km, height_km): (f64, f64), track_az_deg: f64) {
+fn describe(meta: &mut Meta, lamps: &LightSources, (radius_km, height_km): (f64, f64), track_az_deg: f64) {
     let number = MetaValue::Number;
     meta.push("sky", MetaValue::Text(lamps.when.clone()));
     for mark in &lamps.marks {

@@ -56,20 +56,8 @@ pub(crate) struct Measured {
 impl Cutout {
     /// The flux: over the level along the trails, and over an annulus where there are none or no room beside.
     ///
-    /// `snr1` is the significance of the cells at the scale of a star: what in it stands out is no sky.
+    /// `objects` are the cells that are no sky ([`Self::objects`]).
     pub fn flux(
-        &self,
-        frame: &Frame<Electrons>,
-        background: &Background,
-        at: &Placed,
-        snr1: &Array2<f32>,
-        s: &TargetSettings,
-    ) -> Measured {
-        self.flux_among(frame, background, at, &self.objects(snr1), s)
-    }
-
-    /// As [`Self::flux`], given the cells that are no sky.
-    pub fn flux_among(
         &self,
         frame: &Frame<Electrons>,
         background: &Background,
@@ -84,7 +72,7 @@ impl Cutout {
         }
     }
 
-    /// The cells that are no sky: what stands out at the scale of a star, and trails.
+    /// The cells that are no sky: trails, and what stands out in `snr1`, the significance at the scale of a star.
     pub fn objects(&self, snr1: &Array2<f32>) -> Array2<bool> {
         let light_limit = 0.1 * self.rms_e;
         let objects = Array2::from_shape_fn(snr1.dim(), |c| {

@@ -4,6 +4,7 @@
 //! places spread over the search region, as the target's is: a source is detected there if it lifts that to
 //! `detect_sigma`. Leaves out: sources wider than a star, for which the night scales the limit.
 
+use ndarray::Array2;
 use statrs::function::erf::erf;
 
 use crate::base::stats;
@@ -41,9 +42,14 @@ impl Cutout {
     ///
     /// A source of flux t passes at a place of error σ₀ with `t + f ≥ detect_sigma √(σ₀² + t)`, f ~ N(f̄, s²σ₀² + t): what
     /// the places hold by themselves, s being their scatter in units of their error, and the photons.
-    pub fn limit_e(&self, frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> f64 {
-        let snr1 = self.layers().significance(self.fwhm_cells(), 1, None);
-        let objects = self.objects(&snr1);
+    /// `objects` are the cells that are no sky ([`Self::objects`]).
+    pub fn limit_e(
+        &self,
+        frame: &Frame<Electrons>,
+        background: &Background,
+        objects: &Array2<bool>,
+        s: &TargetSettings,
+    ) -> f64 {
         let (ox, oy) = self.origin(frame);
         let r_px = OUTLINE_FWHM * s.fwhm_px + 0.5 * self.net.bin as f64 + s.margin_px;
         let (mut tried, mut empty) = (0, Vec::new());
@@ -60,7 +66,7 @@ impl Cutout {
             if !mean.is_finite() {
                 continue;
             }
-            let flux = self.flux_among(frame, background, &circle_at(x, y, r_px), &objects, s).flux;
+            let flux = self.flux(frame, background, &circle_at(x, y, r_px), objects, s).flux;
             let err_e = (flux.flux_err_e.powi(2) - flux.flux_e.max(0.0)).max(0.0).sqrt();
             if flux.flux_e.is_finite() && err_e > 0.0 {
                 empty.push(Empty { flux_e: flux.flux_e, err_e });

@@ -144,7 +144,7 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
         let Some(aperture) = self::aperture(&cutout, &outlined.segment, s) else {
             return limit(cutout, frame, background, s);
         };
-        let mut measured = cutout.flux(frame, background, &aperture, &outlined.snr1, s);
+        let mut measured = cutout.flux(frame, background, &aperture, &cutout.objects(&outlined.snr1), s);
         correct_selection_bias(&mut measured.flux, &outlined);
         if !consists_of_hits(&cutout, &aperture, &measured.flux, s) {
             break (outlined, aperture, measured);
@@ -293,8 +293,9 @@ fn forced(mut cutout: Cutout, frame: &Frame<Electrons>, background: &Background,
     let place = circle_at(s.x_px - ox, s.y_px - oy, s.limit_r_px);
     cutout.exclude(&place);
     let snr1 = cutout.layers().significance(cutout.fwhm_cells(), 1, None);
-    let flux = cutout.flux(frame, background, &place, &snr1, s).flux;
-    Unseen { limit_e: cutout.limit_e(frame, background, s), flux }
+    let objects = cutout.objects(&snr1);
+    let flux = cutout.flux(frame, background, &place, &objects, s).flux;
+    Unseen { limit_e: cutout.limit_e(frame, background, &objects, s), flux }
 }
 
 /// The limit where the expected place is off the frame: nothing measurable.

@@ -62,7 +62,7 @@ struct Piece {
     gain: f64,
 }
 
-/// Compares hits and stars at the brightest places of a candidate; `inside` tells which pixels of the patch are its.
+/// Compares hits and stars at the brightest places of a candidate; `inside` marks its pixels in the patch.
 ///
 /// Both are `A exp(−u²/2(V + ℓ²) − v²/2V)`, u along and v across, V = σ² + 1/12 with the pixel; place, angle, ℓ and A
 /// are free. Light of a source on the sky is nowhere narrower than a star, a hit is: Δχ² of the two fits, with equally

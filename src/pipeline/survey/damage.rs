@@ -28,6 +28,6 @@ pub(crate) fn damage_notes(exposures: &[&Exposure]) -> Vec<String> {
         })
         .collect();
     let more = told.len().saturating_sub(NAMED);
-    let rest = (more > 0).then(|| format!("{more} more files with such damage; `inspect` tells each"));
+    let rest = (more > 0).then(|| format!("{more} more files with such damage; `inspect` lists each"));
     told.into_iter().take(NAMED).chain(rest).collect()
 }

@@ -33,7 +33,7 @@ pub fn measure_frame<'a>(exposure: &'a Exposure, night: &Calibrated) -> TaggedFr
     TaggedFrame { exposure, place, measured }
 }
 
-/// What is told of a frame on which the program itself failed.
+/// What is reported of a frame on which the program itself failed.
 #[must_use]
 pub fn internal(exposure: &Exposure) -> Error {
     Error::Fits { path: exposure.path.clone(), problem: "internal error while reading this frame".into() }

@@ -6,7 +6,7 @@ use super::define::table;
 
 table! {
     EARTH = "earth.ecsv", "The row of a picture of `plot earth`.";
-    /// The Earth under a lamp, in numbers.
+    /// The Earth under a light source, in numbers.
     #[derive(Debug, Clone, Default, PartialEq, Serialize)]
     pub struct EarthRow {
         /// UTC
@@ -19,15 +19,15 @@ table! {
         view_lat_deg: f64 => "deg",
         /// height of the viewpoint above the ellipsoid
         view_height_km: f64 => "km",
-        /// longitude under the lamp
+        /// longitude under the light source
         lamp_lon_deg: f64 => "deg",
-        /// geodetic latitude under the lamp
+        /// geodetic latitude under the light source
         lamp_lat_deg: f64 => "deg",
-        /// irradiance of the lamp across its beam in the band
+        /// irradiance of the light source across its beam in the band
         lamp_w_m2: f64 => "W m-2",
         /// phase angle of the Moon from the Earth's centre, 0 = full
         moon_phase_deg: f64 => "deg" ["pos.phaseAng"],
-        /// radiance straight up under the lamp, f(n, n, n) E
+        /// radiance straight up under the light source, f(n, n, n) E
         radiance_under_lamp_w_m2_sr: f64 => "W m-2 sr-1",
         /// brightest pixel of the picture
         radiance_max_w_m2_sr: f64 => "W m-2 sr-1",
@@ -71,7 +71,7 @@ table! {
         illum_frac: f64,
         /// V by Cox 2002 as printed, no surge; tapered to no light past 150 deg
         cox_v_mag: Option<f64> => "mag",
-        /// 1 = beyond where the law is believed, 0 to 150 deg
+        /// 1 = beyond where the law is valid, 0 to 150 deg
         cox_extrapolated: i64,
         /// the same with the surge below 7 deg of Krisciunas & Schaefer 1991
         ks_v_mag: Option<f64> => "mag",

@@ -63,7 +63,7 @@ table! {
         mu_p84_mag_arcsec2: Option<f64> => "mag / arcsec2",
         /// largest numerical error of a direction (quadrature); not how wrong the model is
         model_err_mag: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V;meta.modelled"],
-        /// what was left out for the whole sky, and why
+        /// what was skipped for the whole sky, and why
         skipped: String => ["meta.note"],
     }
 }

@@ -157,7 +157,7 @@ table! {
         spot_across_km: Option<f64> => "km",
         /// angle of the beam from the vertical of its spot
         incidence_deg: Option<f64> => "deg",
-        /// share of the lamp's disc the mirror sees past the Earth
+        /// share of the light source's disc the mirror sees past the Earth
         lit_frac: f64,
         /// first moment in the beam, UTC; empty if the beam misses the site
         in_beam_from: String,

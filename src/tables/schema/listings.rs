@@ -93,7 +93,7 @@ table! {
         earth_err_est: f64,
         /// points at which the integrand was computed
         nodes: i64,
-        /// what the model left out, and why
+        /// what the model skipped, and why
         skipped: String => ["meta.note"],
         /// what must be known of the case, or why it was not computed
         warn: String,

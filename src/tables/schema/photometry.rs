@@ -50,7 +50,7 @@ table! {
         e_per_adu_source: String => ["meta.note"],
         /// read noise per pixel
         read_noise_e: Option<f64> => "electron" ["instr.det.noise"],
-        /// FWHM of the stars: photometry.fwhm_px, else the median of the star frames; missing where neither tells
+        /// FWHM of the stars: photometry.fwhm_px, else the median of the star frames; missing where there is neither
         fwhm_px: Option<f64> => "pix" ["instr.det.psf"],
         /// pixel scale
         pix_scale_arcsec: Option<f64> => "arcsec / pix" ["phys.angSize;instr.pixel"],
@@ -173,7 +173,7 @@ table! {
         model_err_mag: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V;meta.modelled"],
         /// observed minus modelled magnitude; positive = observed fainter
         residual_mag: Option<f64> => "mag" ["phot.mag;em.opt.V;arith.diff"],
-        /// what the model left out, and why
+        /// what the model skipped, and why
         skipped: String => ["meta.note"],
         // --- state
         /// ok, nondetection, rejected or failed

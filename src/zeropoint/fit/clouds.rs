@@ -12,7 +12,7 @@ use statrs::function::erf::erfc;
 
 /// Fewest pointings among which clouds are looked for.
 const FEWEST: usize = 6;
-/// Twice the log-likelihood ratio at which clouds are as likely as not, and from which they are believed.
+/// Twice the log-likelihood ratio at which clouds are as likely as not, and from which the zeropoint is corrected for them.
 const EVIDENCE: f64 = 3.0;
 /// Skewness of the deviations from which clouds that are not corrected are suspected.
 const SKEWED: f64 = 0.25;
@@ -60,7 +60,7 @@ impl Clouds {
     }
 
     /// Whether the clouds are more likely than not, so that the zeropoint is corrected for them.
-    pub fn believed(&self) -> bool {
+    pub fn likely(&self) -> bool {
         self.belief >= 0.5
     }
 }

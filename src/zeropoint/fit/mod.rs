@@ -113,7 +113,7 @@ fn without_clouds(
     };
     let first = if rows::has_pointings(rows) { look(rows, &fit, &[]) } else { None };
     let Some(mut found) = first else { return Ok((rows.clone(), fit, None)) };
-    if !found.believed() {
+    if !found.likely() {
         return Ok((rows.clone(), fit, Some(found)));
     }
     let mut out = (rows.clone(), fit);
@@ -123,7 +123,7 @@ fn without_clouds(
         let fit = robust::reweighted(&cleared, config.estimator, config)?;
         let next = look(&cleared, &fit, &found.mean_mag);
         out = (cleared, fit);
-        let Some(next) = next.filter(clouds::Clouds::believed) else { break };
+        let Some(next) = next.filter(clouds::Clouds::likely) else { break };
         found = next;
     }
     Ok((out.0, out.1, Some(found)))

@@ -39,8 +39,8 @@ pub fn report(
     config: &config::Zeropoint,
     n_input: usize,
 ) -> Zeropoint {
-    let suspected_mag = clouds.filter(|c| !c.believed()).map_or(0.0, |c| c.suspected_mag);
-    let clouds = clouds.filter(|c| c.believed());
+    let suspected_mag = clouds.filter(|c| !c.likely()).map_or(0.0, |c| c.suspected_mag);
+    let clouds = clouds.filter(|c| c.likely());
     let inference = Inference::of(all, whole, clouds, suspected_mag, config);
     // from here on the rows have the offsets of their stars taken out
     let shift: Vec<f64> = all.shift.iter().zip(&whole.star_offset).map(|(a, b)| a + b).collect();

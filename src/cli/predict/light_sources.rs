@@ -37,7 +37,7 @@ pub struct LightSourceArgs {
 }
 
 /// Sun and Moon over one observer.
-pub struct Lamps {
+pub struct LightSources {
     /// Where the observer is, if that is known \[km\].
     pub site_km: Option<Vector<Itrs>>,
     /// For the figure and the meta block.
@@ -94,7 +94,7 @@ impl LightSourceArgs {
     }
 }
 
-impl Lamps {
+impl LightSources {
     /// From the arguments; a moment needs a site.
     pub fn new(args: &LightSourceArgs, site: Option<&config::Site>, settings: &ModelSettings) -> anyhow::Result<Self> {
         let parallel = in_parallel(&settings.effects);
