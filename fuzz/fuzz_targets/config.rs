@@ -19,7 +19,7 @@ fuzz_target!(|bytes: &[u8]| {
         Some(sets) => (sets, if rest.is_empty() { NIGHT } else { rest }),
         None => (Vec::new(), text),
     };
-    let _ = Scenario::small_night(&sets);
+    let _ = Scenario::crowded_night(&sets);
     let _ = Scenario::from_text(body, &sets);
     let Ok(config) = Config::from_text(body, &sets) else { return };
     let _ = Detector::from_config(&config.detector);

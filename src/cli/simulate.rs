@@ -51,7 +51,7 @@ impl Simulate {
         }
         let scenario = match &self.scenario {
             Some(path) => Scenario::load(path, &self.sets)?,
-            None => Scenario::small_night(&self.sets)?,
+            None => Scenario::demo_night(&self.sets)?,
         };
         if self.print_scenario {
             print(&scenario.to_toml()?);

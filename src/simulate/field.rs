@@ -30,11 +30,11 @@ fn draw_v(rng: &mut impl Rng, slope: f64, lo: f64, hi: f64) -> f64 {
     (a + rng.random::<f64>() * (b - a)).log10() / slope
 }
 
-/// Stars per square degree between `lo` and `hi`, the law of the field continued.
-fn density(field: &Field, lo: f64, hi: f64) -> f64 {
+/// Stars per square degree between `lo` and `hi` where there are `within` in the range of the field: its law continued.
+fn density(field: &Field, within: f64, lo: f64, hi: f64) -> f64 {
     let n = |v: f64| 10f64.powf(field.slope_per_mag * v);
     let [v0, v1] = field.v_range_mag;
-    field.stars_per_deg2 * (n(hi) - n(lo)) / (n(v1) - n(v0)).max(f64::MIN_POSITIVE)
+    within * (n(hi) - n(lo)) / (n(v1) - n(v0)).max(f64::MIN_POSITIVE)
 }
 
 /// The stars of one pointing, in a square that covers the frame at any rotation.
@@ -45,7 +45,8 @@ pub fn draw_field(scenario: &Scenario, pointing: usize, ra_deg: f64, dec_deg: f6
     let half_px = 0.5 * (scenario.frame.nx_px as f64).hypot(scenario.frame.ny_px as f64) + 40.0;
     let area_deg2 = (2.0 * half_px * scale / 3600.0).powi(2);
     let wcs = Wcs::tan(ra_deg, dec_deg, 0.0, 0.0, scale, 0.0, false);
-    let expected = (density(field, field.v_range_mag[0], field.v_range_mag[1]) * area_deg2).max(1e-9);
+    let expected =
+        (density(field, field.stars_per_deg2, field.v_range_mag[0], field.v_range_mag[1]) * area_deg2).max(1e-9);
     let n = Poisson::new(expected).map_or(0, |p: Poisson<f64>| p.sample(&mut rng) as usize);
     let error = Normal::new(0.0, field.catalogue_err_mag).ok();
     (0..n)
@@ -81,7 +82,8 @@ pub fn draw_trails(scenario: &Scenario, rng: &mut impl Rng, (dx_px, dy_px): (f64
     let half_along = half + 0.5 * length;
     let area_deg2 = 4.0 * half * half_along * (scenario.scale_arcsec() / 3600.0).powi(2);
     let (lo, hi) = (field.trail_v_min_mag, field.v_range_mag[1]);
-    let expected = density(field, lo, hi) * area_deg2;
+    let within = field.trail_stars_per_deg2.unwrap_or(field.stars_per_deg2);
+    let expected = density(field, within, lo, hi) * area_deg2;
     let n = Poisson::new(expected.max(1e-9)).map_or(0, |p: Poisson<f64>| p.sample(rng) as usize);
     let (cx, cy) = (scenario.frame.nx_px as f64 / 2.0, scenario.frame.ny_px as f64 / 2.0);
     (0..n)

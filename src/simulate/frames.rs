@@ -92,8 +92,12 @@ pub fn simulate(scenario: &Scenario, folder: &Path, progress: &dyn Progress) -> 
         frames.push(studio.flat(k, end)?);
         progress.tick();
     }
+    let first_pointing = match &scenario.pointings.start_utc {
+        Some(text) => time("pointings.start_utc", text)?,
+        None => start,
+    };
     for pointing in 0..scenario.pointings.n {
-        let stars = studio.pointing(pointing, start, &mut frames, &mut truth, progress)?;
+        let stars = studio.pointing(pointing, first_pointing, &mut frames, &mut truth, progress)?;
         truth.catalogue.extend(stars);
     }
     if scenario.target.n > 0 {
@@ -301,7 +305,7 @@ impl FrameSimulator<'_> {
             sep_rad: towards_moon.angle_to(&direction(alt_rad, az_rad)),
         };
         let p = &self.scenario.photometric;
-        let mu = sky_v_mag_arcsec2(&self.scenario.sky, p.k_mag_airmass, alt_rad, Some(moon_in_sky));
+        let mu = sky_v_mag_arcsec2(&self.scenario.sky, p.k_mag_airmass, alt_rad, Some(moon_in_sky), sun.0)?;
         Ok(10f64.powf(-0.4 * (mu + p.zp_mag)) * self.scale_arcsec.powi(2))
     }
 

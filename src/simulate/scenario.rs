@@ -76,6 +76,9 @@ pub struct Sky {
     pub dark_v_mag_arcsec2: f64,
     /// Add scattered moonlight (Krisciunas & Schaefer 1991).
     pub moonlight: bool,
+    /// Add twilight (Patat et al. 2006); the Sun must then stay below −5°.
+    #[serde(default)]
+    pub twilight: bool,
     /// Difference of level across the frame, as a share of the level.
     pub gradient_frac: f64,
 }
@@ -147,6 +150,10 @@ pub struct Field {
     pub catalogue_err_mag: f64,
     /// Stars of the tracked frames reach down from this V \[mag\]; density and slope continue.
     pub trail_v_min_mag: f64,
+    /// Density of the stars that trail through the tracked frames, within `v_range_mag`; `stars_per_deg2` if absent
+    /// \[1/deg²\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trail_stars_per_deg2: Option<f64>,
 }
 
 /// Flats.
@@ -170,6 +177,9 @@ pub struct Flats {
 pub struct Pointings {
     /// Number of pointings.
     pub n: usize,
+    /// Start of the first, UTC; `start_utc` of the night if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start_utc: Option<String>,
     /// Frames of each.
     pub frames: usize,
     /// Gain settings, taken in turn from frame to frame \[0.1 dB\].
@@ -257,12 +267,21 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// The built-in small night, a tenth of a minute to reduce: the ISS on 2025-06-11 from Macquarie.
+    /// The built-in night of `fixtures/night`, a few seconds to reduce: three passes of the ISS over Macquarie on
+    /// 2025-06-13, one in sunlight, one into the Earth's shadow and one in moonlight, in front of few stars.
     ///
     /// # Errors
     /// [`Error::Config`] when a setting is wrong.
-    pub fn small_night(sets: &[String]) -> Result<Self> {
-        Self::from_text(include_str!("../presets/small_night.toml"), sets)
+    pub fn demo_night(sets: &[String]) -> Result<Self> {
+        Self::from_text(include_str!("../presets/demo_night.toml"), sets)
+    }
+
+    /// The built-in crowded night: the ISS in moonlight over Macquarie on 2025-06-09, star trails in every frame.
+    ///
+    /// # Errors
+    /// [`Error::Config`] when a setting is wrong.
+    pub fn crowded_night(sets: &[String]) -> Result<Self> {
+        Self::from_text(include_str!("../presets/crowded_night.toml"), sets)
     }
 
     /// The scenario as TOML; keys of the target that are not set stand there as comments.
@@ -305,6 +324,9 @@ impl Scenario {
         range("photometric.zp_mag", self.photometric.zp_mag, -40.0, 0.0, "mag")?;
         range("photometric.pointing_scatter_mag", self.photometric.pointing_scatter_mag, 0.0, 5.0, "mag")?;
         range("field.stars_per_deg2", self.field.stars_per_deg2, 0.0, 1e7, "1/deg²")?;
+        if let Some(density) = self.field.trail_stars_per_deg2 {
+            range("field.trail_stars_per_deg2", density, 0.0, 1e7, "1/deg²")?;
+        }
         range("field.slope_per_mag", self.field.slope_per_mag, 0.01, 1.0, "1/mag")?;
         range("field.catalogue_err_mag", self.field.catalogue_err_mag, 0.0, 1.0, "mag")?;
         range("field.v_range_mag[0]", self.field.v_range_mag[0], -5.0, self.field.v_range_mag[1], "mag")?;

@@ -5,9 +5,12 @@ use std::path::{Path, PathBuf};
 
 use satphot::base::progress::Silent;
 use satphot::config::Config;
+use satphot::photometry::Flags;
 use satphot::pipeline::options::Options;
+use satphot::pipeline::products::summary::Summary;
 use satphot::pipeline::run::run;
 use satphot::simulate::{Scenario, simulate};
+use satphot::tables::read_photometry;
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
@@ -27,7 +30,7 @@ fn the_fixture_is_what_simulate_draws_and_fits_into_8_megabytes() {
     let bytes: u64 = files(&Path::new(ROOT).join("fixtures")).iter().map(|p| p.metadata().unwrap().len()).sum();
     assert!(bytes <= 8_000_000, "{bytes} bytes in fixtures/");
     let folder = tempfile::tempdir().unwrap();
-    simulate(&Scenario::small_night(&[]).unwrap(), folder.path(), &Silent).unwrap();
+    simulate(&Scenario::demo_night(&[]).unwrap(), folder.path(), &Silent).unwrap();
     let drawn = files(folder.path());
     let kept = files(&fixture);
     let names = |list: &[PathBuf], base: &Path| -> Vec<PathBuf> {
@@ -52,14 +55,19 @@ fn the_top_level_pipeline_reduces_the_fixture_and_finds_the_simulated_zeropoint(
     let summary = run(&config, &Options::default(), &Silent).unwrap();
     assert!(summary.poor_error().is_none(), "{:?}", summary.poor);
     assert_eq!((summary.counts.flats, summary.counts.stars, summary.counts.targets), (5, 15, 24));
-    assert!(summary.counts.ok >= 20, "{:?}", summary.counts);
-    let z = summary.zeropoint.unwrap();
-    for (i, (found, truth)) in
-        [(z.zp_mag, -23.37), (z.k_mag_airmass, 0.12), (z.c_mag_mag, 0.08)].into_iter().enumerate()
-    {
-        assert!((found - truth).abs() < 3.0 * z.cov[i][i].sqrt(), "term {i}: {found}, truth {truth}");
+    assert!(summary.counts.ok >= 22, "{:?}", summary.counts);
+    finds_the_zeropoint(&summary);
+    let out = folder.path().join("2025-06-13");
+    let (residuals, _) = read_photometry(&out.join("photometry.ecsv")).unwrap();
+    let used: Vec<_> = residuals.iter().filter(|r| r.verdict == "use").collect();
+    assert!(used.len() >= 22 && residuals.iter().any(|r| Flags(r.flags).has(Flags::CONTAMINATED)));
+    let lights: std::collections::BTreeSet<_> = used.iter().map(|r| r.illum.as_str()).collect();
+    assert!(["sun", "penumbra", "lunar_earthshine"].iter().all(|l| lights.contains(l)), "{lights:?}");
+    // the drawn magnitudes scatter by 0.05 mag about the model
+    for row in used {
+        let (residual, err) = (row.residual_mag.unwrap(), row.v_mag_err.unwrap().hypot(0.05));
+        assert!(residual.abs() < 3.5 * err, "{}: {residual} +- {err}", row.frame);
     }
-    let out = folder.path().join("2025-06-09");
     for name in [
         "photometry.ecsv",
         "residuals.ecsv",
@@ -79,4 +87,27 @@ fn the_top_level_pipeline_reduces_the_fixture_and_finds_the_simulated_zeropoint(
     }
     // the configuration in force reads back
     Config::load(&out.join("effective.toml"), &[]).unwrap();
+}
+
+#[test]
+fn in_the_crowded_night_the_contaminated_frames_are_flagged_and_the_zeropoint_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let simulated = simulate(&Scenario::crowded_night(&[]).unwrap(), folder.path(), &Silent).unwrap();
+    let config = Config::load(&simulated.pipeline_toml, &[]).unwrap();
+    let summary = run(&config, &Options { no_figures: true, ..Options::default() }, &Silent).unwrap();
+    finds_the_zeropoint(&summary);
+    let (rows, _) = read_photometry(&config.night.output.join("2025-06-09/photometry.ecsv")).unwrap();
+    let contaminated = rows.iter().filter(|r| Flags(r.flags).has(Flags::CONTAMINATED)).count();
+    assert!(contaminated >= 18 && rows.len() == 24, "{contaminated} of {}", rows.len());
+    assert!(rows.iter().filter(|r| r.verdict == "use").all(|r| r.residual_mag.is_none_or(|d| d.abs() < 0.5)));
+}
+
+/// ZP, k and C lie within three of their errors of the simulated ones.
+fn finds_the_zeropoint(summary: &Summary) {
+    let z = summary.zeropoint.as_ref().unwrap();
+    for (i, (found, truth)) in
+        [(z.zp_mag, -23.37), (z.k_mag_airmass, 0.12), (z.c_mag_mag, 0.08)].into_iter().enumerate()
+    {
+        assert!((found - truth).abs() < 3.0 * z.cov[i][i].sqrt(), "term {i}: {found}, truth {truth}");
+    }
 }

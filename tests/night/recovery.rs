@@ -76,7 +76,7 @@ fn reduce(folder: &Path, sets: &[&str], out: &str) -> (Summary, Vec<StarRow>, Ve
 #[test]
 fn fluxes_zeropoint_and_magnitudes_of_a_mixed_gain_night_are_recovered() {
     let folder = tempfile::tempdir().unwrap();
-    let scenario = Scenario::small_night(&settings(&["target.scatter_mag=0.0"])).unwrap();
+    let scenario = Scenario::crowded_night(&settings(&["target.scatter_mag=0.0"])).unwrap();
     simulate(&scenario, folder.path(), &Silent).unwrap();
 
     // every frame by itself: thousands of star measurements
@@ -147,7 +147,7 @@ fn fluxes_zeropoint_and_magnitudes_of_a_mixed_gain_night_are_recovered() {
 fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     let sets: Vec<String> =
         ["pointings.n=1", "pointings.frames=2", "target.n=2", "flats.n=3"].iter().map(|s| (*s).to_string()).collect();
-    let scenario = Scenario::small_night(&sets).unwrap();
+    let scenario = Scenario::crowded_night(&sets).unwrap();
     let bytes = |threads: usize| -> Vec<(String, Vec<u8>)> {
         let folder = tempfile::tempdir().unwrap();
         let made = satphot::base::threads::with_threads(threads, || simulate(&scenario, folder.path(), &Silent));

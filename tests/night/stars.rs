@@ -23,7 +23,7 @@ use satphot::tables::{StarRow, read_stars};
 
 fn simulated(folder: &Path, sets: &[&str]) -> Scenario {
     let sets: Vec<String> = sets.iter().map(|s| (*s).to_string()).collect();
-    let scenario = Scenario::small_night(&sets).unwrap();
+    let scenario = Scenario::crowded_night(&sets).unwrap();
     simulate(&scenario, folder, &Silent).unwrap();
     scenario
 }

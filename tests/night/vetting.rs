@@ -336,7 +336,9 @@ fn the_moon_rising_twilight_and_a_bright_sky_are_no_vignetting() {
         r.sky_e_px = Some(300.0 * (1.0 + 6.0 / (1.0 + (k as f64 - 14.0).powi(2))));
     };
     // below the read noise the pedestal decides
-    let dark = |k: usize, r: &mut PhotometryRow| r.sky_e_px = Some([2.0, 0.5, 1.0, 2.9][k % 4]);
+    let dark = |k: usize, r: &mut PhotometryRow| {
+        (r.sky_e_px, r.sky_corner_ratio) = (Some([2.0, 0.5, 1.0, 2.9][k % 4]), Some([2.3, 0.7, 1.6, -0.4, 0.9][k % 5]));
+    };
     // e- per second of a simulated pass with half a minute between frames: lowest at its culmination
     let culmination = |k: usize, r: &mut PhotometryRow| {
         let level = [260.0, 208.0, 157.0, 123.0, 113.0, 127.0, 159.0, 200.0, 252.0][k.clamp(10, 18) - 10];

@@ -55,16 +55,16 @@ fn a_rendered_station_is_found_with_the_magnitudes_it_was_rendered_with() {
 
 #[test]
 fn a_station_without_known_components_is_refused_by_the_key_before_anything_is_written() {
-    let error = Scenario::small_night(&["target.resolved=hubble".to_owned()]).unwrap_err().to_string();
+    let error = Scenario::crowded_night(&["target.resolved=hubble".to_owned()]).unwrap_err().to_string();
     assert!(error.contains("target.resolved") && error.contains("hubble") && error.contains("css"), "{error}");
 }
 
 #[test]
 fn the_scenario_shows_keys_that_are_not_set_as_comments_and_reads_back() {
-    let plain = Scenario::small_night(&[]).unwrap().to_toml().unwrap();
+    let plain = Scenario::crowded_night(&[]).unwrap().to_toml().unwrap();
     assert!(plain.contains("\n# resolved = \"iss\""), "{plain}");
     let again = Scenario::from_text(&plain, &[]).unwrap();
     assert_eq!(again.to_toml().unwrap(), plain);
-    let set = Scenario::small_night(&["target.resolved=css".to_owned()]).unwrap().to_toml().unwrap();
+    let set = Scenario::crowded_night(&["target.resolved=css".to_owned()]).unwrap().to_toml().unwrap();
     assert!(set.contains("resolved = \"css\"") && !set.contains("# resolved"), "{set}");
 }

@@ -37,7 +37,7 @@ pub fn simulated(name: &str, more: &[&str]) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::remove_dir_all(&folder).ok();
     let sets: Vec<String> = TINY.iter().chain(more).map(|s| (*s).to_string()).collect();
-    simulate(&Scenario::small_night(&sets).unwrap(), &folder, &Silent).unwrap();
+    simulate(&Scenario::crowded_night(&sets).unwrap(), &folder, &Silent).unwrap();
     folder
 }
 

@@ -47,7 +47,8 @@ pub(super) fn findings(rows: &[&PhotometryRow], t: &Vetting, doubted: &[usize]) 
         found.push((*k, Finding::caution(Flags::VIGNETTED | Flags::LOWER_LIMIT, words)));
     }
     if t.corner_ratio_dev > 0.0 {
-        let steps = Series::of(rows, |r| r.sky_corner_ratio).steps(|_, d| d.abs() > t.corner_ratio_dev);
+        // a sky fainter than the read noise has no shape that could be measured
+        let steps = Series::of(rows, |r| level(r).and(r.sky_corner_ratio)).steps(|_, d| d.abs() > t.corner_ratio_dev);
         for (k, departure) in steps {
             let dropped = levels.departures(k, k + 1).iter().any(|d| *d < -t.corner_ratio_dev);
             let flags = if dropped { Flags::VIGNETTED | Flags::LOWER_LIMIT } else { Flags::VIGNETTED };
