@@ -10,8 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::Flags;
-pub(crate) use crate::photometry::annulus::Sky;
-use crate::photometry::annulus::{no_bits, whole_annulus_sky};
+use crate::photometry::annulus::{Sky, no_bits, whole_annulus_sky};
 use crate::photometry::aperture::{Bounds, Shape, for_each_row};
 use crate::photometry::background::Background;
 use crate::photometry::clip::Scratch;
