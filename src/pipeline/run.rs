@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::bands::Band;
 use crate::base::error::{Error, Result};
 use crate::base::file::{file_name, make_folder};
 use crate::base::progress::Progress;
@@ -259,7 +260,7 @@ impl<'a> Run<'a> {
     /// The night in numbers; files and times are added when it is written.
     fn summary(&self, night: &Calibrated, compared: &Compared) -> Summary {
         let (kept, made) = self.products.counts();
-        let band = night.zeropoint.as_ref().map_or("V", |z| z.band_name());
+        let band = Band::or_v(night.zeropoint.as_ref().and_then(|z| z.band)).name();
         Summary {
             night: self.config.night.name.clone(),
             folder: self.folder.clone(),

@@ -278,7 +278,7 @@ impl Measured {
             n(Status::Rejected),
             n(Status::Failed)
         );
-        counts + &pass_table(&self.rows, self.zeropoint.as_ref().map_or("V", |z| z.band_name()))
+        counts + &pass_table(&self.rows, Band::or_v(self.zeropoint.as_ref().and_then(|z| z.band)).name())
     }
 }
 
@@ -313,8 +313,7 @@ pub fn compare_table(config: &Config, table: &Path) -> Result<Compared> {
     let (mut rows, meta) = read_photometry(table)?;
     let (zeropoint, data_mode) = (meta.get("zeropoint").cloned(), meta.get("data_mode").cloned());
     let mut notes: Vec<String> = config.model.as_ref().map(comparable).transpose()?.flatten().into_iter().collect();
-    let (band, _) = band_of_table(&meta);
-    let band = band.unwrap_or(Band::V);
+    let band = Band::or_v(band_of_table(&meta).0);
     notes.extend(band_of_model(&config, band)?);
     notes.extend(prepared.model_note());
     let same_band = config.model.as_ref().is_some_and(|m| m.band == band.name());
@@ -368,7 +367,7 @@ impl Compared {
         let band = self.of_band.iter().find(|(key, _)| key == "band").map(|(_, value)| value);
         match band {
             Some(MetaValue::Text(band)) if band != NO_BAND => pass_table(&self.rows, band),
-            _ => pass_table(&self.rows, "V"),
+            _ => pass_table(&self.rows, Band::or_v(None).name()),
         }
     }
 }

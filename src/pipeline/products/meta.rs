@@ -40,7 +40,7 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, told: &Provena
     ];
     meta.push("limit_v_mag", MetaValue::Map(limit));
     // without a zeropoint there are no magnitudes but instrumental and modelled ones
-    let band = zeropoint.map(|z| z.band.unwrap_or(Band::V)).or(config.photometry.band);
+    let band = zeropoint.map(|z| Band::or_v(z.band)).or(config.photometry.band);
     meta.push("mag_system", text(band.map_or("Vega", Band::mag_system)));
     meta.push("band", text(band.map_or(NO_BAND, Band::name)));
     if let Some(light) = zeropoint.and_then(|z| z.light.as_ref()) {

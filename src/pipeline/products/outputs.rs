@@ -83,7 +83,7 @@ impl Outputs<'_> {
     #[cfg(feature = "report")]
     fn figures(&self, rows: &[PhotometryRow], stars: &[StarRow], residuals: &[ResidualRow]) -> Result<Vec<PathBuf>> {
         let folder = self.folder.join("figures");
-        let band = self.night.zeropoint.as_ref().map_or("V", |z| z.band_name());
+        let band = crate::bands::Band::or_v(self.night.zeropoint.as_ref().and_then(|z| z.band)).name();
         make_folder(&folder)?;
         let mut files = crate::figures::light_curve_pages(&folder, rows, &self.config.night.name, band)?;
         if self.night.model.is_some() {

@@ -235,7 +235,7 @@ pub fn agree_on_band(survey: &Survey, prepared: &mut Prepared, fits: bool) -> Re
             notes.extend(check_previous(&previous, path, &light)?);
             let file =
                 path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned());
-            Some((previous.band.or(Some(Band::V)), format!("the zeropoint {file}")))
+            Some((Some(Band::or_v(previous.band)), format!("the zeropoint {file}")))
         }
         (None, Some(catalogue)) if fits && survey.n_star_frames() > 0 => {
             Some((catalogue.band, catalogue.band_from.clone()))

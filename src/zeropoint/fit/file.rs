@@ -294,7 +294,7 @@ impl Zeropoint {
             let line = e.span().map(|s| text[..s.start.min(text.len())].matches('\n').count() + 1);
             Error::Table { path: path.to_owned(), line, problem: e.message().to_owned() }
         })?;
-        let convention = convention(file.band.unwrap_or(Band::V).name(), file.k2_mag.is_some());
+        let convention = convention(Band::or_v(file.band).name(), file.k2_mag.is_some());
         for (key, value, want) in
             [("convention", &file.convention, convention.as_str()), ("inst_mag_unit", &file.inst_mag_unit, UNIT)]
         {

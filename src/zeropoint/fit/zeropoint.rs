@@ -162,11 +162,11 @@ impl Zeropoint {
         })
     }
 
-    /// The name of its band, V where it does not say.
+    /// The name of its band, by [`Band::or_v`].
     #[doc(hidden)]
     #[must_use]
     pub fn band_name(&self) -> &'static str {
-        self.band.unwrap_or(Band::V).name()
+        Band::or_v(self.band).name()
     }
 
     /// ∂V/∂(B−V) without its sign, C + k'' X.
