@@ -1,6 +1,6 @@
 //! manifest.json: what went in, with which program and configuration, how long each stage took, what was left out.
 
-use super::inputs::SET_ASIDE;
+use super::inputs::InputRole;
 use super::inputs::inputs_sha256;
 use super::record::Output;
 use super::record::Stage;
@@ -67,8 +67,8 @@ pub fn manifest_inputs(survey: &Survey, products: &FrameCache) -> Vec<Input> {
     let of = |e: &Exposure| input(&e.path, &format!("{:?}", e.role).to_lowercase(), &e.role_reason);
     let exposures = survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets);
     let mut inputs: Vec<Input> = exposures.chain(&survey.others).map(of).collect();
-    inputs.extend(survey.unreadable.iter().map(|u| input(&u.path, "unreadable", &u.error.to_string())));
-    inputs.extend(survey.set_aside.iter().map(|s| input(&s.path, SET_ASIDE, &s.reason)));
+    inputs.extend(survey.unreadable.iter().map(|u| input(&u.path, InputRole::Unreadable.name(), &u.error.to_string())));
+    inputs.extend(survey.set_aside.iter().map(|s| input(&s.path, InputRole::SetAside.name(), &s.reason)));
     inputs
 }
 

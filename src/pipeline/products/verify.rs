@@ -9,8 +9,8 @@ use std::path::{Component, Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::inputs::InputRole;
 use super::inputs::SEED;
-use super::inputs::SET_ASIDE;
 use super::inputs::TOOL;
 use super::inputs::inputs_sha256;
 use super::record::Output;
@@ -48,7 +48,7 @@ struct RecordedInput {
     path: PathBuf,
     from_here: PathBuf,
     sha256: String,
-    role: String,
+    role: InputRole,
 }
 
 /// A file the configuration names.
@@ -131,7 +131,7 @@ pub fn verify_night(folder: &Path, need_inputs: bool) -> Result<Verified> {
 pub fn verify_plan(path: &Path, need_inputs: bool) -> Result<Verified> {
     let plan = Plan::read(path)?;
     let mut found = Verified::default();
-    let frames = plan.frames.iter().map(|f| (f.role.as_str(), &f.path, &f.sha256));
+    let frames = plan.frames.iter().map(|f| (f.role.name(), &f.path, &f.sha256));
     let files = plan.files.iter().map(|f| (f.role.as_str(), &f.path, &f.sha256));
     let all: Vec<_> = frames.chain(files).map(|(what, path, want)| (what, (path, path), want)).collect();
     compare_inputs(Path::new(""), all.into_iter(), need_inputs, &mut found);
@@ -201,7 +201,7 @@ fn content(path: &Path, recorded: &Recorded) -> Vec<String> {
 fn of_flat(recorded: &Recorded) -> BTreeMap<String, String> {
     let mut told = recorded.provenance.clone();
     told.retain(|key, _| OF_FLAT.contains(&key.as_str()));
-    let flats = recorded.inputs.iter().filter(|i| i.role == "flat");
+    let flats = recorded.inputs.iter().filter(|i| i.role == InputRole::FLAT);
     let hash = inputs_sha256(flats.map(|i| (i.path.as_path(), i.sha256.as_str())));
     told.insert("input_manifest_sha256".into(), hash);
     told
@@ -240,12 +240,17 @@ fn table(path: &Path) -> std::result::Result<Meta, String> {
     meta.map_err(words)
 }
 
-/// A frame of the target, or one that could not be read, without a row is a lost frame.
+/// Whether the table of the night has a row of such a file.
+fn has_row(role: InputRole) -> bool {
+    matches!(role, InputRole::TARGET | InputRole::Unreadable | InputRole::SetAside)
+}
+
+/// Reports the frames that should have a row and have none.
 fn rows_of_frames(folder: &Path, recorded: &Recorded, found: &mut Verified) {
     let Ok((rows, _)) = read_photometry(&folder.join("photometry.ecsv")) else { return };
     let mut left: BTreeMap<String, isize> = BTreeMap::new();
     rows.iter().for_each(|row| *left.entry(row.frame.clone()).or_default() += 1);
-    for input in recorded.inputs.iter().filter(|i| matches!(i.role.as_str(), "target" | "unreadable" | SET_ASIDE)) {
+    for input in recorded.inputs.iter().filter(|i| has_row(i.role)) {
         let n = left.entry(file_name(&input.path)).or_default();
         *n -= 1;
         if *n < 0 {
@@ -279,7 +284,7 @@ fn configuration(folder: &Path, recorded: &Recorded, found: &mut Verified) {
 
 /// Frames and files of the configuration, where they are still there.
 fn inputs(folder: &Path, recorded: &Recorded, needed: bool, found: &mut Verified) {
-    let frames = recorded.inputs.iter().map(|i| (i.role.as_str(), (&i.path, &i.from_here), &i.sha256));
+    let frames = recorded.inputs.iter().map(|i| (i.role.name(), (&i.path, &i.from_here), &i.sha256));
     let files = recorded.files.iter().map(|f| (f.key.as_str(), (&f.path, &f.from_here), &f.sha256));
     compare_inputs(folder, frames.chain(files), needed, found);
 }

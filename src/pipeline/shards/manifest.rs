@@ -43,7 +43,7 @@ pub fn write_manifest(
         path: frame.path.clone(),
         bytes: frame.bytes,
         sha256: frame.sha256.clone(),
-        role: frame.role.clone(),
+        role: frame.role.name().into(),
         reason: frame.reason.clone(),
     };
     let inputs = plan.frames.iter().map(|frame| input_json(folder, &input(frame)));

@@ -12,6 +12,7 @@ use super::plan_file::{Plan, PlannedFrame};
 use super::products::FOLDER;
 use super::shard::{SHARD_SCHEMA, table_sha256};
 use super::whole::judge_whole_night;
+use crate::bands::Band;
 use crate::base::error::{Error, Result};
 use crate::base::file::file_name;
 use crate::base::file::make_folder_of;
@@ -19,7 +20,7 @@ use crate::base::file::save;
 use crate::base::hash::sha256_16;
 use crate::pipeline::compare::residual_rows;
 use crate::pipeline::products::effective::effective_toml;
-use crate::pipeline::products::inputs::SET_ASIDE;
+use crate::pipeline::products::inputs::InputRole;
 use crate::pipeline::products::inputs::TOOL;
 use crate::pipeline::products::provenance::Provenance;
 use crate::pipeline::target::outcome::TargetFrame;
@@ -138,7 +139,11 @@ pub fn merge(plan: &Plan, tables: &[PathBuf], allow_missing: bool) -> Result<Mer
         meta.push(MISSING, n_missing as f64);
         notes.push(told_missing(&missing, plan));
     }
-    let science = plan.frames.iter().filter(|f| matches!(f.role.as_str(), "target" | "stars" | "unreadable")).count();
+    let science = plan
+        .frames
+        .iter()
+        .filter(|f| matches!(f.role, InputRole::TARGET | InputRole::STARS | InputRole::Unreadable))
+        .count();
     let failed = rows.iter().filter(|r| r.status == Status::Failed).count();
     let limit = config.night.max_failed_frac;
     let poor = (failed as f64 > limit * science.max(1) as f64).then(|| {
@@ -222,7 +227,8 @@ impl<'a> Sum<'a> {
         let mut others = Vec::new();
         for row in part.rows {
             let Some(place) = self.places.get(&(row.frame.clone(), row.frame_sha256.as_str())) else {
-                if !self.plan.frames.iter().any(|f| f.role != "target" && file_name(&f.path) == row.frame) {
+                let is_its_frame = |f: &PlannedFrame| f.role != InputRole::TARGET && file_name(&f.path) == row.frame;
+                if !self.plan.frames.iter().any(is_its_frame) {
                     let problem = format!(
                         "{}: {} is no frame of the plan, or not as it was: the table was changed; measure its shard again \
                          with argument `force`",
@@ -266,8 +272,8 @@ impl<'a> Sum<'a> {
     fn into_rows(self) -> (Vec<TargetFrame>, Vec<PhotometryRow>) {
         let frame = |(row, _)| TargetFrame { row, geometry: None, thumb: None };
         let mut others = self.others;
-        let aside = self.plan.of_role(SET_ASIDE).map(|frame| set_aside_row(&frame.path, &frame.reason));
-        add_others(&mut others, self.plan.of_role("unreadable").map(unreadable_row).chain(aside).collect());
+        let aside = self.plan.of_role(InputRole::SetAside).map(|frame| set_aside_row(&frame.path, &frame.reason));
+        add_others(&mut others, self.plan.of_role(InputRole::Unreadable).map(unreadable_row).chain(aside).collect());
         (self.targets.into_values().map(frame).collect(), others)
     }
 }
@@ -348,7 +354,7 @@ impl Merged {
     pub fn text(&self) -> String {
         let n = |status: Status| self.rows.iter().filter(|r| r.status == status).count();
         let counts = Status::ALL.map(|s| format!("{} {s}", n(s))).join(", ");
-        format!("{counts}\n{}", pass_table(&self.rows, self.meta.band().unwrap_or("V")))
+        format!("{counts}\n{}", pass_table(&self.rows, self.meta.band().unwrap_or(Band::or_v(None).name())))
     }
 }
 

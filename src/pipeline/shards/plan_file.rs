@@ -24,7 +24,7 @@ use crate::config::digest::config_sha256;
 use crate::export::DataMode;
 use crate::frames::{Exposure, Role, classify};
 use crate::pipeline::options::Options;
-use crate::pipeline::products::inputs::SET_ASIDE;
+use crate::pipeline::products::inputs::InputRole;
 use crate::pipeline::products::inputs::TOOL;
 use crate::pipeline::products::inputs::data_mode;
 use crate::pipeline::products::inputs::inputs_sha256;
@@ -70,7 +70,7 @@ pub struct Plan {
 /// A file beside the frames.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlannedFile {
-    /// What it is for: a key of the configuration.
+    /// The key of the configuration that names it.
     pub role: String,
     /// Where it is.
     pub path: PathBuf,
@@ -83,8 +83,8 @@ pub struct PlannedFile {
 pub struct PlannedFrame {
     /// Where it is.
     pub path: PathBuf,
-    /// What it is for: flat, stars, target, bias, dark, ignored, other target, other filter, unreadable or set_aside.
-    pub role: String,
+    /// What it is for.
+    pub role: InputRole,
     /// Why; of an unreadable file, what is wrong with it.
     pub reason: String,
     /// Number of its star pointing.
@@ -148,10 +148,10 @@ impl Plan {
         let mut frames: Vec<PlannedFrame> = exposures.par_iter().map(|(e, n)| planned(e, *n, products)).collect();
         frames.extend(survey.unreadable.iter().map(|u| {
             let problem = u.error.to_string().replace(&*u.path.to_string_lossy(), &file_name(&u.path));
-            file(&u.path, "unreadable", &problem, products)
+            file(&u.path, InputRole::Unreadable, &problem, products)
         }));
-        frames.extend(survey.set_aside.iter().map(|s| file(&s.path, SET_ASIDE, &s.reason, products)));
-        let targets: Vec<usize> = (0..frames.len()).filter(|i| frames[*i].role == "target").collect();
+        frames.extend(survey.set_aside.iter().map(|s| file(&s.path, InputRole::SetAside, &s.reason, products)));
+        let targets: Vec<usize> = (0..frames.len()).filter(|i| frames[*i].role == InputRole::TARGET).collect();
         let mut shards: Vec<Vec<usize>> = targets.chunks(frames_per_shard).map(<[usize]>::to_vec).collect();
         if shards.is_empty() {
             shards.push(Vec::new()); // one that tells what became of flats and stars
@@ -194,7 +194,7 @@ impl Plan {
         // every target frame is in one shard, once
         let mut shared: Vec<usize> = plan.shards.iter().flatten().copied().collect();
         shared.sort_unstable();
-        let targets = (0..plan.frames.len()).filter(|i| plan.frames[*i].role == "target");
+        let targets = (0..plan.frames.len()).filter(|i| plan.frames[*i].role == InputRole::TARGET);
         let whole = shared.into_iter().eq(targets) && !plan.shards.is_empty();
         if !whole || config_sha256(&plan.config()?)? != plan.config_sha256 {
             let problem = format!("{}: was changed by hand; plan again", path.display());
@@ -229,7 +229,7 @@ impl Plan {
     }
 
     /// The frames of a role.
-    pub fn of_role<'a>(&'a self, role: &'a str) -> impl Iterator<Item = &'a PlannedFrame> {
+    pub fn of_role(&self, role: InputRole) -> impl Iterator<Item = &PlannedFrame> {
         self.frames.iter().filter(move |f| f.role == role)
     }
 
@@ -304,16 +304,16 @@ fn files(config: &Config, products: &FrameCache) -> Result<Vec<PlannedFile>> {
 }
 
 fn planned(exposure: &Exposure, pointing: Option<usize>, products: &FrameCache) -> PlannedFrame {
-    let frame = file(&exposure.path, exposure.role.name(), &exposure.role_reason, products);
+    let frame = file(&exposure.path, InputRole::Frame(exposure.role), &exposure.role_reason, products);
     PlannedFrame { pointing, header_sha256: header_sha256(exposure), ..frame }
 }
 
-fn file(path: &Path, role: &str, reason: &str, products: &FrameCache) -> PlannedFrame {
+fn file(path: &Path, role: InputRole, reason: &str, products: &FrameCache) -> PlannedFrame {
     let meta = std::fs::metadata(path).ok();
     let mtime = meta.as_ref().and_then(|m| m.modified().ok()).and_then(|t| t.duration_since(UNIX_EPOCH).ok());
     PlannedFrame {
         path: path.to_path_buf(),
-        role: role.into(),
+        role,
         reason: reason.into(),
         pointing: None,
         bytes: meta.map_or(0, |m| m.len()),

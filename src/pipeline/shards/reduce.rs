@@ -22,6 +22,7 @@ use crate::frames::flat::{FlatMember, MasterFlat};
 use crate::photometry::growth::StarProfile;
 use crate::pipeline::options::Options;
 use crate::pipeline::prepared::{Flattened, Prepared};
+use crate::pipeline::products::inputs::InputRole;
 use crate::pipeline::products::inputs::TOOL;
 use crate::pipeline::products::meta::{set_band, table_meta};
 use crate::pipeline::products::provenance::Provenance;
@@ -133,7 +134,7 @@ pub fn plan_flat(
     let config = plan.config()?;
     let mut night = Prepared::prepare(&Config { stars: None, orbit: None, model: None, ..config.clone() })?;
     night.config = config.clone();
-    if plan.of_role("flat").next().is_none() || config.flat.master.is_some() {
+    if plan.of_role(InputRole::FLAT).next().is_none() || config.flat.master.is_some() {
         let problem = match &config.flat.master {
             Some(path) => format!("the plan takes the master flat {} (flat.master)", path.display()),
             None => "the plan has no flats (IMAGETYP, or patterns in [frames] flat)".into(),
@@ -157,10 +158,10 @@ fn make_flat(
 ) -> Result<Flattened> {
     make_folder_of(out)?;
     let products = products_beside(out, &night, options)?;
-    let flats = plan.exposures(plan.of_role("flat"), &plan.config()?, &[])?;
+    let flats = plan.exposures(plan.of_role(InputRole::FLAT), &plan.config()?, &[])?;
     let survey = Survey { flats, ..Survey::default() };
     let night = master_flat(&survey, night, (&products, Some(out)), options, progress, notes)?;
-    for frame in plan.of_role("flat") {
+    for frame in plan.of_role(InputRole::FLAT) {
         if products.sha256(&frame.path)? != frame.sha256 {
             return Err(super::plan_file::changed(&frame.path));
         }
@@ -202,7 +203,7 @@ pub(super) fn flat_of_plan(
     notes: &mut Vec<String>,
 ) -> Result<Flattened> {
     let clip = night.config.photometry.clip_radius_px;
-    if given.is_none() && (night.config.flat.master.is_some() || plan.of_role("flat").next().is_none()) {
+    if given.is_none() && (night.config.flat.master.is_some() || plan.of_role(InputRole::FLAT).next().is_none()) {
         return master_flat(&Survey::default(), night, (&FrameCache::default(), None), options, progress, notes);
     }
     let beside = near.map(|near| near.with_file_name("master_flat.fits"));
@@ -266,8 +267,8 @@ pub fn plan_zeropoint(
     let mut notes = Vec::new();
     let mut poor = Vec::new();
     let mut survey = Survey { light: plan.light.clone(), ..Survey::default() };
-    let exposures = plan.exposures(plan.of_role("stars"), &config, &night.target_names())?;
-    for (exposure, frame) in exposures.into_iter().zip(plan.of_role("stars")) {
+    let exposures = plan.exposures(plan.of_role(InputRole::STARS), &config, &night.target_names())?;
+    for (exposure, frame) in exposures.into_iter().zip(plan.of_role(InputRole::STARS)) {
         let number = frame.pointing.unwrap_or(0);
         survey.pointings.resize_with(survey.pointings.len().max(number + 1), Vec::new);
         survey.pointings[number].push(exposure);
@@ -277,7 +278,7 @@ pub fn plan_zeropoint(
     notes.extend(check_stars(&survey, &night, &products, options.jobs)?);
     let night = flat_of_plan(plan, (flat, Some(out), true), night, options, progress, &mut notes)?;
     let mut stars = star_stage(&survey, &night, &products, options, progress, &mut notes)?;
-    for frame in plan.of_role("stars") {
+    for frame in plan.of_role(InputRole::STARS) {
         if products.sha256(&frame.path).is_ok_and(|now| now != frame.sha256) {
             return Err(super::plan_file::changed(&frame.path));
         }
