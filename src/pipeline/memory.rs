@@ -1,7 +1,7 @@
 //! How many frames may be in work at once, from the memory they take: what a night holds, byte by byte.
 //!
 //! Bytes. Frames are counted with all they can need, so that the limit holds for the worst of them; cores never multiply
-//! frames. Leaves out rows and notes: a kilobyte a frame.
+//! frames. It does not cover rows and notes: a kilobyte a frame.
 
 use super::prepared::{Calibrated, Flattened, Prepared};
 use super::survey::files::Survey;
@@ -19,7 +19,7 @@ const STAR_BYTES: usize = 250;
 const FLAT_BYTES_PER_PX: usize = 4;
 /// A frame: f32 and its mask.
 const FRAME_BYTES_PER_PX: usize = 5;
-/// What looking for the target takes beside its pixels: cutout, cells, significances at four scales.
+/// Memory that the search for the target takes in addition to its pixels: cutout, cells, significances at four scales.
 const SEARCH_BYTES_PER_PX: usize = 40;
 /// Detections, mesh and measurements of one frame.
 const SOURCES_BYTES: usize = 10_000_000;

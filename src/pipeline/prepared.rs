@@ -41,7 +41,7 @@ pub struct Prepared {
     pub band: Option<CalibratedBand>,
     /// Memory of the frames.
     pub buffers: Buffers,
-    /// Exhaustive mode: nothing is left out of frames and scenes, for tests that compare.
+    /// Exhaustive mode: nothing is skipped in frames and scenes, for tests that compare.
     pub exhaustive: bool,
 }
 
@@ -148,7 +148,7 @@ impl Prepared {
         Ok((prepared, missing))
     }
 
-    /// From now on nothing is left out.
+    /// From now on nothing is skipped.
     ///
     /// # Errors
     /// As [`Model::new`].

@@ -226,7 +226,7 @@ impl<'a> Run<'a> {
         let provenance = Provenance::of_plan(&plan, config)?;
         let Compared { rows, stars, residuals, thumbs, .. } = &compared;
         let data_mode = plan.data_mode;
-        let outputs = Outputs { folder: &folder, night, config, thumbs, told: &provenance, data_mode };
+        let outputs = Outputs { folder: &folder, night, config, thumbs, provenance: &provenance, data_mode };
         self.lock.check()?;
         summary.files = self.log.stage("write", |_| outputs.write(rows, stars, residuals, options))?;
         let of_checks = write_checks(&folder, checks)?;
@@ -237,7 +237,7 @@ impl<'a> Run<'a> {
         summary.elapsed_s = self.progress.elapsed_s();
         let manifest = Manifest {
             config,
-            told: &provenance,
+            provenance: &provenance,
             config_sha256: config_sha256(config)?,
             inputs,
             flats: night.flat.iter().flat_map(|f| &f.members).map(flat_member).collect(),
@@ -341,7 +341,7 @@ fn survey_bytes(survey: &Survey) -> u64 {
     exposures.map(|e| size(&e.path)).sum()
 }
 
-/// Stages with their times, and what should be told at the end.
+/// The stages with their times, and the notes that are reported at the end.
 struct Log<'a> {
     progress: &'a dyn Progress,
     stages: Vec<Stage>,

@@ -52,7 +52,7 @@ pub struct FittedStars {
     pub rows: Vec<StarRow>,
     /// The fit, or why there is none.
     pub zeropoint: std::result::Result<Zeropoint, String>,
-    /// The band that was agreed on, where frames were measured.
+    /// The chosen band, if frames were measured.
     pub calibrated: Option<CalibratedBand>,
     /// What should be known.
     pub notes: Vec<String>,
@@ -61,7 +61,7 @@ pub struct FittedStars {
 /// Measures the star pointings of a night (or of `options.files`) and fits the zeropoint.
 ///
 /// # Errors
-/// What must be there before work begins; a fit that fails is told in [`FittedStars::zeropoint`].
+/// What must be there before the work begins; a fit that fails is reported in [`FittedStars::zeropoint`].
 pub fn fit_stars(config: &Config, options: &Options, progress: &dyn Progress) -> Result<FittedStars> {
     if config.stars.is_none() {
         return Err(Error::Config { key: "stars".into(), problem: "is needed to fit a zeropoint".into() });
@@ -100,7 +100,7 @@ fn named_night(config: &Config, files: &[PathBuf], role: Role) -> Result<(Prepar
     Ok((prepared, survey, notes))
 }
 
-/// The files of the night; or the `files` named by the user, which have `role` whatever their headers say, beside the
+/// The files of the night; or the `files` named by the user, which have `role` whatever their headers say, with the
 /// flats and (for target frames) the star pointings of the night, so that the numbers are those of the whole night.
 fn survey_named(
     config: &Config,
@@ -146,7 +146,7 @@ pub fn zeropoint_from_table(config: &Config, table: &Path) -> Result<FittedStars
     Ok(fitted)
 }
 
-/// Band and filter of a table, as its meta block tells them.
+/// Band and filter of a table, from its meta block.
 fn band_of_table(meta: &Meta) -> (Option<Band>, Option<Light>) {
     let text = |key: &str| match meta.get(key) {
         Some(MetaValue::Text(text)) => Some(text.as_str()),
@@ -168,7 +168,7 @@ fn fitted(mut rows: Vec<StarRow>, config: &Config, mut notes: Vec<String>) -> Re
 }
 
 impl FittedStars {
-    /// The fit with the band that was agreed on.
+    /// The fit with the chosen band.
     fn of_band(self, prepared: &Prepared) -> Self {
         let zeropoint = self.zeropoint.map(|zeropoint| of_band(zeropoint, prepared));
         Self { zeropoint, calibrated: prepared.band.clone(), ..self }
@@ -179,14 +179,14 @@ impl FittedStars {
     /// # Errors
     /// [`Error::Io`].
     pub fn write(&self, config: &Config, zeropoint: &Path, stars: Option<&Path>) -> Result<()> {
-        let told = Provenance::of(config, None, None)?;
+        let provenance = Provenance::of(config, None, None)?;
         if let Ok(fit) = &self.zeropoint {
             let flattened = !self.rows.iter().any(|r| Flags(r.flags).has(Flags::NO_FLAT));
-            save(zeropoint, &(fit.to_toml(&[conditions(config, flattened)]) + &told.toml_comment()))?;
+            save(zeropoint, &(fit.to_toml(&[conditions(config, flattened)]) + &provenance.toml_comment()))?;
         }
         match stars {
             Some(path) => {
-                let mut meta = table_meta(config, self.zeropoint.as_ref().ok(), &told);
+                let mut meta = table_meta(config, self.zeropoint.as_ref().ok(), &provenance);
                 if self.zeropoint.is_err() {
                     set_band(&mut meta, self.calibrated.as_ref());
                 }
@@ -224,7 +224,7 @@ pub struct Measured {
 /// What must be there before work begins.
 pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progress) -> Result<Measured> {
     let mut config = config.clone();
-    // the stars only tell the FWHM here: without their catalogue the night goes on
+    // the stars only give the FWHM here: the night goes on without their catalogue
     config.stars = config.stars.filter(|s| config.photometry.fwhm_px.is_none() && s.catalogue.exists());
     let (mut prepared, survey, mut notes) = named_night(&config, &options.files, Role::Target)?;
     notes.extend(options.memory().check(&survey, &prepared)?);
@@ -234,8 +234,8 @@ pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progre
     let flattened = master_flat(&survey, prepared, (&products, None), options, progress, &mut notes)?;
     let mut zeropoint = None;
     if let Some(path) = &config.zeropoint.previous {
-        let (read, told) = read_previous(path, &config, flattened.flat.is_some())?;
-        notes.extend(told);
+        let (read, warnings) = read_previous(path, &config, flattened.flat.is_some())?;
+        notes.extend(warnings);
         zeropoint = Some(of_band(read, &flattened));
     }
     let seeing = if config.stars.is_some() && survey.n_star_frames() > 0 {

@@ -56,7 +56,7 @@ pub fn conditions(config: &Config, flattened: bool) -> String {
     format!(
         "{CONDITIONS} aperture {} FWHM, {}, clip radius {clip}, camera {}, {}",
         config.photometry.aper_r_fwhm,
-        if config.photometry.aper_correction { "carried to the whole light" } else { "light inside it" },
+        if config.photometry.aper_correction { "corrected to the whole light" } else { "light inside it" },
         config.detector.camera,
         if flattened { "flattened" } else { "not flattened" }
     )

@@ -135,7 +135,7 @@ impl Layout {
         })
     }
 
-    /// The band of the magnitudes, where name or descriptor of their column tell it, and the column in words.
+    /// The band of the magnitudes, if the name or descriptor of their column states it, and the column in words.
     pub fn band(&self, table: &Table) -> (Option<Band>, String) {
         match &self.source {
             Source::Own { v, .. } => {
@@ -327,7 +327,7 @@ impl Finder<'_> {
         }
     }
 
-    /// The columns of the proper motion with what makes mas/yr of their unit; a unit that is none of a motion is
+    /// The columns of the proper motion with what makes mas/yr of their unit; a unit that is not one of a motion is
     /// reported.
     fn motion(&self, notes: &mut Vec<String>) -> Found<Option<([usize; 2], f64)>> {
         let (Some(ra), Some(dec)) = (self.optional("pm_ra_mas_yr")?, self.optional("pm_dec_mas_yr")?) else {

@@ -12,7 +12,7 @@ use super::lists::{Lists, unique_pairs};
 use super::similarity::Similarity;
 use crate::astrometry::wcs::Wcs;
 
-/// A detection counts as brought together with a star within this many σ: room for the lever arm of a small triangle.
+/// A detection counts as matched with a star within this many σ, which allows for the lever arm of a small triangle.
 const JUDGE_SIGMAS: f64 = 5.0;
 /// Share of the detections a true hypothesis meets at least.
 const TRUE_SHARE: f64 = 0.25;
@@ -27,7 +27,7 @@ const FIRST_HEARD: f64 = 1000.0;
 pub(super) struct Found {
     /// Coordinates of the fit.
     pub wcs: Wcs,
-    /// (star of the field, spot of the field).
+    /// (star of the field, detection of the field).
     pub pairs: Vec<(usize, usize)>,
     /// Radius the pairs were taken within \[px\].
     pub radius_px: f64,

@@ -1,4 +1,4 @@
-//! A frame on the sky without world coordinates: stars matched to a catalogue from a rough position and the pixel
+//! A frame on the sky without world coordinates: stars matched to a catalogue from an approximate position and the pixel
 //! scale.
 //!
 //! Degrees, arcseconds and pixels (0-based). Rotation and parity are free. Triangles of bright detections are looked
@@ -90,7 +90,7 @@ pub fn solve_with(
 fn check(hint: &Hint, (nx, ny): (usize, usize)) -> Result<(), Refusal> {
     let bad = |problem: String| Err(Refusal::Hint(problem));
     if !hint.ra_deg.is_finite() || !(-90.0..=90.0).contains(&hint.dec_deg) {
-        return bad(format!("the rough position {} {} deg is not on the sky", hint.ra_deg, hint.dec_deg));
+        return bad(format!("the approximate position {} {} deg is not on the sky", hint.ra_deg, hint.dec_deg));
     }
     if !(1e-3..=3600.0).contains(&hint.scale_arcsec) {
         return bad(format!("the scale {} arcsec/px is not between 0.001 and 3600", hint.scale_arcsec));

@@ -28,7 +28,7 @@ fn bracket(n: usize) -> (usize, usize) {
     ((n / 2).saturating_sub(reach), (n / 2 + reach).min(n - 1))
 }
 
-/// The two middle values from `at(rank)`, `None` where that does not know.
+/// The two middle values from `at(rank)`, `None` if that has no answer.
 fn middle_of(total: u64, at: impl Fn(u64) -> Option<f64>) -> Option<f64> {
     let last = total.checked_sub(1)?;
     Some((at(last / 2)? + at(total / 2)?) / 2.0)
@@ -120,7 +120,7 @@ pub(crate) fn median_inside(response: &Array2<f32>, region: &Region) -> Option<f
     })
 }
 
-/// The same in one pass; `None` where the sample misled.
+/// The same in one pass; `None` if the sample was misleading.
 fn median_by_bracket(values: &[f32], (nx, ny): (usize, usize), region: &Region) -> Option<f64> {
     let row = |j: usize| &values[j * nx..(j + 1) * nx][region.inside(j)];
     let step = SAMPLE_RESPONSE_ROWS.min(ny.div_ceil(8));

@@ -24,7 +24,7 @@ pub struct Optics {
     pub warnings: Vec<String>,
 }
 
-/// The text of FILTER and its synonyms; `None` where it is absent. What it means, [`filter_meaning`] gives.
+/// The text of FILTER and its synonyms; `None` where it is absent. [`filter_meaning`] returns its meaning.
 ///
 /// FWHEEL is not a synonym: N.I.N.A. and Sequence Generator Pro write the name of the wheel there.
 ///

@@ -1,7 +1,7 @@
 //! Level and scatter of the pixels of one box: SExtractor's clipped mode, from a histogram.
 //!
 //! Electrons. Sums run in [`LANES`] lanes of f64 about a local zero: a sky of 1e12 e⁻ keeps its digits, and the bits do
-//! not depend on the instruction set. Leaves out: where the pixels are.
+//! not depend on the instruction set. It does not cover where the pixels are.
 
 use multiversion::multiversion;
 

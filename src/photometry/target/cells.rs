@@ -1,7 +1,7 @@
 //! The cutout in cells: squares of pixels a quarter of a star wide, in which the target and the trails are looked for.
 //!
 //! Electrons per pixel; columns and rows of cells. Smoothing at 1, 2, 4 and 8 FWHM costs less and less this way.
-//! Leaves out: fluxes, which are measured in pixels.
+//! It does not cover fluxes, which are measured in pixels.
 
 use multiversion::multiversion;
 use ndarray::{Array2, Zip};
@@ -73,7 +73,7 @@ pub(crate) fn row_of<T>(image: &Array2<T>, j: usize) -> &[T] {
     image.as_slice().map_or(&[], |all| &all[j * image.ncols()..][..image.ncols()])
 }
 
-/// What the significance of an image is made of, per cell: value, variance, and the systematic doubt about the value.
+/// What the significance of an image is made of, per cell: value, variance, and the systematic uncertainty of the value.
 pub(crate) struct Layers {
     pub value: Array2<f32>,
     pub variance: Array2<f32>,
@@ -83,8 +83,9 @@ pub(crate) struct Layers {
 impl Layers {
     /// Signal-to-noise under a Gaussian of `fwhm` cells, on squares of `rebin` cells; cells in `hidden` do not count.
     ///
-    /// Σ k x / √(Σ k² σ² + (Σ k d)²): x the value, σ² its variance, d the doubt, k the kernel. Under a filter wider than
-    /// a star the doubts about several trails are independent: (Σ k d)² becomes C Σ k² d² ([`lines_in_quadrature`]).
+    /// Σ k x / √(Σ k² σ² + (Σ k d)²): x the value, σ² its variance, d its systematic uncertainty, k the kernel. Under a
+    /// filter wider than a star, the uncertainties of several trails are independent: (Σ k d)² becomes C Σ k² d²
+    /// ([`lines_in_quadrature`]).
     pub fn significance(&self, fwhm: f64, rebin: usize, hidden: Option<&Array2<bool>>) -> Array2<f32> {
         let area = (rebin * rebin) as f32;
         let squares = |of: &Array2<f32>, per: f32| self.squares(of, per, rebin, hidden);

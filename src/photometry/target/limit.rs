@@ -2,7 +2,7 @@
 //!
 //! Electrons and cutout pixels. What the aperture of a source just detected would hold, and its error, is measured at
 //! places spread over the search region, as the target's is: a source is detected there if it lifts that to
-//! `detect_sigma`. Leaves out: sources wider than a star, for which the night scales the limit.
+//! `detect_sigma`. It does not cover sources wider than a star, for which the limit is scaled by the night.
 
 use ndarray::Array2;
 use statrs::function::erf::erf;

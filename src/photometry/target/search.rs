@@ -1,7 +1,7 @@
 //! Which component of the cutout is the target.
 //!
 //! Cells. What comes in families of equal streaks is a short trail, what is one pixel wide is a hit; the target is the
-//! most significant of the rest, at the scale that shows it best. Leaves out: where it ends (`target_segment`).
+//! most significant of the rest, at the scale that shows it best. It does not cover where it ends (`target_segment`).
 
 use ndarray::Array2;
 
@@ -51,7 +51,7 @@ pub(crate) struct Candidate {
     pub scale: usize,
 }
 
-/// Signal-to-noise of the cutout at the scales that were asked for: that of scale k on squares of k cells.
+/// Signal-to-noise of the cutout at the requested scales: that of scale k on squares of k cells.
 ///
 /// A bright target needs no wide filter.
 pub(crate) struct Significances<'a> {

@@ -1,7 +1,7 @@
 //! From the cells of a cutout to lines along the trails and back: cubic across, to the bit the same on every machine.
 //!
 //! Cells of the cutout; u along the trails, v across. Positions and sums of a few cells are worked out side by side; only
-//! the look-ups between them are one by one. Leaves out: what the lines are used for (`trail_model`).
+//! the look-ups between them are one by one. It does not cover what the lines are used for (`trail_model`).
 
 use multiversion::multiversion;
 use ndarray::Array2;

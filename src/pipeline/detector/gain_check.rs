@@ -103,7 +103,7 @@ pub struct GainCheck {
     pub warnings: Vec<String>,
     /// Frames and pairs that could not be used, and why.
     pub problems: Vec<String>,
-    /// Those of `problems` that doubt the frames themselves: a warning each.
+    /// Those of `problems` that concern the frames themselves, each a warning.
     #[serde(skip)]
     pub doubtful_frames: Vec<String>,
     /// The photon transfer, for its figure.

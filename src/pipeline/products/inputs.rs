@@ -75,7 +75,7 @@ pub fn inputs_sha256<'a>(inputs: impl Iterator<Item = (&'a Path, &'a str)>) -> S
 /// The program and its version.
 pub const TOOL: &str = concat!("satphot ", env!("CARGO_PKG_VERSION"));
 
-/// The files a configuration names beside the frames, by the key that names them.
+/// The files that a configuration names besides the frames, by the key that names them.
 #[must_use]
 pub fn named_files(config: &Config) -> Vec<(&'static str, PathBuf)> {
     let mut files: Vec<(&'static str, Option<&PathBuf>)> = vec![

@@ -28,8 +28,8 @@ pub struct Outputs<'a> {
     pub config: &'a Config,
     /// Pictures of the target frames, in the order of their rows.
     pub thumbs: &'a [Option<Thumb>],
-    /// What every product tells of where it is from.
-    pub told: &'a Provenance,
+    /// The provenance that every product states.
+    pub provenance: &'a Provenance,
     /// Whether the frames are real.
     pub data_mode: DataMode,
 }
@@ -46,7 +46,7 @@ impl Outputs<'_> {
         residuals: &[ResidualRow],
         options: &Options,
     ) -> Result<Vec<PathBuf>> {
-        let mut of_stars = table_meta(self.config, self.night.zeropoint.as_ref(), self.told);
+        let mut of_stars = table_meta(self.config, self.night.zeropoint.as_ref(), self.provenance);
         if self.night.zeropoint.is_none() {
             set_band(&mut of_stars, self.night.band.as_ref());
         }
@@ -76,7 +76,7 @@ impl Outputs<'_> {
         if !options.no_figures {
             files.extend(self.figures(rows, stars, residuals)?);
         }
-        files.iter().try_for_each(|file| self.told.stamp(file))?;
+        files.iter().try_for_each(|file| self.provenance.stamp(file))?;
         Ok(files)
     }
 

@@ -2,7 +2,7 @@
 //! provenance, the configuration, the inputs.
 //!
 //! Hashes are those of [`crate::base::hash::sha256_16`]. Nothing is computed again: a product that was changed together with its
-//! manifest is not found out. Leaves out the pixels.
+//! manifest is not found out. It does not cover the pixels.
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -27,7 +27,7 @@ use crate::pipeline::shards::plan_file::Plan;
 use crate::tables::read::Table;
 use crate::tables::{Column, Meta, PHOTOMETRY, RESIDUALS, STARS, read_photometry, read_residuals, read_stars};
 
-/// Files of a night that are not listed: they tell times.
+/// Files of a night that are not listed, because they hold times.
 const UNLISTED: [&str; 3] = [NAME, "satphot.log", "satphot.log.jsonl"];
 
 /// What of the manifest is checked.
@@ -161,12 +161,12 @@ fn content(path: &Path, recorded: &Recorded) -> Vec<String> {
     let of_flat = of_flat(recorded);
     let wanted = if is_flat { &of_flat } else { &recorded.provenance };
     let mut problems = Vec::new();
-    let mut tells = |told: &dyn Fn(&str) -> Option<String>| {
+    let mut compare = |recorded_value: &dyn Fn(&str) -> Option<String>| {
         for (key, want) in wanted {
-            match told(key) {
+            match recorded_value(key) {
                 Some(got) if got == *want => {}
                 Some(got) => problems.push(format!("{name}: {key} is {got}, but {want} in {NAME}")),
-                None => problems.push(format!("{name}: does not tell {key} ({want} in {NAME})")),
+                None => problems.push(format!("{name}: does not state {key} ({want} in {NAME})")),
             }
         }
     };
@@ -174,37 +174,37 @@ fn content(path: &Path, recorded: &Recorded) -> Vec<String> {
         Some("ecsv") => match table(path) {
             Ok(meta) => {
                 let flat: BTreeMap<String, String> = meta.flat().into_iter().collect();
-                tells(&|key| flat.get(key).cloned());
+                compare(&|key| flat.get(key).cloned());
             }
             Err(error) => problems.push(error),
         },
         Some("fits") => match Header::read(path) {
             Ok(header) => {
                 let keyword = |key: &str| KEYS.iter().find(|(k, _, _)| *k == key).map(|(_, keyword, _)| *keyword);
-                tells(&|key| header.text(if key == SEED.0 { SEED.1 } else { keyword(key)? }));
+                compare(&|key| header.text(if key == SEED.0 { SEED.1 } else { keyword(key)? }));
             }
             Err(error) => problems.push(format!("{name}: {error}")),
         },
         Some("toml" | "svg" | "html") => {
             let text = std::fs::read_to_string(path).unwrap_or_default();
-            let line = text.lines().rev().find_map(|l| l.split_once("provenance: ")).map_or("", |(_, told)| told);
+            let line = text.lines().rev().find_map(|l| l.split_once("provenance: ")).map_or("", |(_, pairs)| pairs);
             let line = line.trim_end_matches(" -->");
             let pairs: BTreeMap<&str, &str> = line.split("; ").filter_map(|pair| pair.split_once('=')).collect();
-            tells(&|key| pairs.get(key).map(|value| (*value).to_string()));
+            compare(&|key| pairs.get(key).map(|value| (*value).to_string()));
         }
         _ => {}
     }
     problems
 }
 
-/// What a master flat tells: its inputs are the flats alone.
+/// The provenance that a master flat should state: its inputs are the flats alone.
 fn of_flat(recorded: &Recorded) -> BTreeMap<String, String> {
-    let mut told = recorded.provenance.clone();
-    told.retain(|key, _| OF_FLAT.contains(&key.as_str()));
+    let mut provenance = recorded.provenance.clone();
+    provenance.retain(|key, _| OF_FLAT.contains(&key.as_str()));
     let flats = recorded.inputs.iter().filter(|i| i.role == InputRole::FLAT);
     let hash = inputs_sha256(flats.map(|i| (i.path.as_path(), i.sha256.as_str())));
-    told.insert("input_manifest_sha256".into(), hash);
-    told
+    provenance.insert("input_manifest_sha256".into(), hash);
+    provenance
 }
 
 /// Columns, units and cells of a table; its meta block.
@@ -215,7 +215,7 @@ fn table(path: &Path) -> std::result::Result<Meta, String> {
         "photometry.ecsv" => PHOTOMETRY.columns,
         "stars.ecsv" => STARS.columns,
         "residuals.ecsv" => RESIDUALS.columns,
-        _ => return Err(format!("{name}: is none of the tables of a night")),
+        _ => return Err(format!("{name}: is not one of the tables of a night")),
     };
     let header = Table::open(path).map_err(words)?;
     let found: Vec<(&str, &str)> = header.columns.iter().map(|c| (c.name.as_str(), c.unit.as_str())).collect();

@@ -1,7 +1,7 @@
-//! What only the whole night tells of a frame: its limit by the size of the object, its verdict among its neighbours.
+//! What only the whole night shows of a frame: its limit by the size of the object, its verdict among its neighbours.
 //!
 //! Frames measured elsewhere, in whatever order and number of shards, come together here; a night on one machine as well.
-//! Magnitudes, arcsec². Leaves out where the frames are from ([`super::merge`]).
+//! Magnitudes, arcsec². It does not cover where the frames are from ([`super::merge`]).
 
 use crate::base::stats::robust;
 use crate::config::Config;

@@ -16,18 +16,18 @@ use crate::tables::PhotometryRow;
 pub struct TaggedFrame<'a> {
     /// The frame.
     pub exposure: &'a Exposure,
-    /// Where the satellite stood.
+    /// The place of the satellite.
     pub place: Place,
     /// What was measured, or why it could not be; `None` where the place has a problem.
     pub measured: Option<Result<CalibratedMeasurement>>,
 }
 
-/// A tagged frame beside the model of its scene.
+/// A tagged frame with the model of its scene.
 #[derive(Debug)]
 pub struct ComparedFrame<'a> {
     /// The frame.
     pub exposure: &'a Exposure,
-    /// Where the satellite stood.
+    /// The place of the satellite.
     pub place: Place,
     /// What was measured, or why it could not be; `None` where the place has a problem.
     pub measured: Option<Result<CalibratedMeasurement>>,
@@ -50,7 +50,7 @@ impl<'a> TaggedFrame<'a> {
 pub struct TargetFrame {
     /// Its row of the light curve.
     pub row: PhotometryRow,
-    /// Where the satellite stood.
+    /// The place of the satellite.
     pub geometry: Option<Geometry>,
     /// A small picture of the target, where [`super::pictures`] made one.
     pub thumb: Option<Thumb>,

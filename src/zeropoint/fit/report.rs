@@ -19,7 +19,7 @@ use super::weights::Fit;
 use super::zeropoint::Zeropoint;
 use crate::config::{self, Estimator};
 
-/// χ² per degree of freedom below which the stated errors are doubted.
+/// χ² per degree of freedom below which the stated errors are questioned.
 const CHI2_SMALL: f64 = 0.25;
 /// Condition number above which the observer is warned.
 const CONDITION_WARN: f64 = 30.0;
@@ -31,7 +31,7 @@ const FEWEST_DOF: usize = 10;
 const JUMP: f64 = 2.0;
 
 /// Puts a converged fit into the form the rest of the night uses; `clouds` have been taken out of the rows where they are
-/// believed, and else widen the error.
+/// used; otherwise they widen the error.
 pub fn report(
     all: &Rows,
     whole: &Fit,

@@ -15,7 +15,7 @@ pub enum Term {
     Held(Pin, String),
     /// Not fitted, taken as 0, and why.
     Refused(String),
-    /// Not asked for, taken as 0.
+    /// Not requested, taken as 0.
     Absent,
 }
 

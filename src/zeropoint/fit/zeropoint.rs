@@ -21,8 +21,8 @@ pub struct Zeropoint {
     pub k2_mag: f64,
     /// Covariance of (ZP, k, C, k''); zero for a term that is held. See [`Zeropoint::err_mag`] for what is in it.
     pub cov: [[f64; 4]; 4],
-    /// Covariance whose ±√(gᵀ Cov g) holds the truth in 95 % of nights: wider than 1.96 σ where few stars or pointings tell
-    /// the scatter.
+    /// Covariance whose ±√(gᵀ Cov g) holds the truth in 95 % of nights: wider than 1.96 σ where few stars or pointings
+    /// determine the scatter.
     pub cov_95: [[f64; 4]; 4],
     /// Covariance of the model: noise of the stars and an offset per pointing.
     #[doc(hidden)]
@@ -51,9 +51,9 @@ pub struct Zeropoint {
     pub intrinsic_mag: f64,
     /// Scatter of the stars' own offsets that their visits share \[mag\]; NaN where stars are measured once.
     pub star_scatter_mag: f64,
-    /// Scatter of the pointings' own offsets \[mag\]; NaN where it cannot be told from that of the stars.
+    /// Scatter of the pointings' own offsets \[mag\]; NaN where it cannot be separated from that of the stars.
     pub pointing_scatter_mag: f64,
-    /// Scatter of one line of sight \[mag\]: that of the pointings, or what is known of the site where few tell it.
+    /// Scatter of one line of sight \[mag\]: that of the pointings, or that of the site where there are few pointings.
     pub line_of_sight_mag: f64,
     /// Share of the variance of the stars' colours that is not their error; C is fitted to the colours that are expected
     /// with it (errors in variables). 1 without errors of the colours.
@@ -69,7 +69,7 @@ pub struct Zeropoint {
     pub p_value: Option<f64>,
     /// Condition number of the centred matrix with columns of equal length.
     pub condition: f64,
-    /// Terms the stars can tell apart, ZP included.
+    /// Number of terms that the stars can separate, ZP included.
     pub rank: usize,
     /// Mean airmass of the usable measurements.
     pub airmass_mean: f64,
@@ -95,7 +95,7 @@ pub struct Zeropoint {
     pub k2_note: String,
     /// Where the covariance is from.
     pub cov_note: String,
-    /// Colour of the target and its error \[mag\], for the errors told in the file; NaN if unknown.
+    /// Colour of the target and its error \[mag\], for the errors that the file states; NaN if unknown.
     pub target_b_v_mag: [f64; 2],
     /// The pointings, by number.
     #[doc(hidden)]

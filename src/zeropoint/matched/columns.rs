@@ -238,7 +238,7 @@ impl Columns {
         self.airmass.is_some() || self.altitude.is_some()
     }
 
-    /// The column of the catalogue magnitudes and its band, where its name tells.
+    /// The column of the catalogue magnitudes and its band, if its name states it.
     pub fn catalogue_band(&self, table: &Table) -> Option<(String, Band)> {
         let Cell::One(i) = self.v else { return None };
         let name = table.columns[i].name.clone();

@@ -121,7 +121,7 @@ impl Finder<'_> {
     /// What the user names for `key`: a column, a number for all rows, or a difference of two columns.
     ///
     /// # Errors
-    /// [`Error::Config`] when it is none of them, with the columns present.
+    /// [`Error::Argument`] if it is none of these, with the columns present.
     pub fn own(&self, key: &str) -> Result<Option<Cell>> {
         let Some(name) = self.columns.get(key) else { return Ok(None) };
         let difference = || {
@@ -146,7 +146,7 @@ impl Finder<'_> {
         self.guess().column_of(key)
     }
 
-    /// The airmass; X is one only where there is no Y.
+    /// The airmass; a column X is taken for it only if there is no column Y.
     ///
     /// # Errors
     /// As [`Finder::own`].
