@@ -1,4 +1,4 @@
-//! How the camera is turned on the sky: from the world coordinates of the star frames, for the trails of the tracked
+//! The rotation of the camera on the sky: from the world coordinates of the star frames, for the trails of the tracked
 //! ones.
 //!
 //! Radians on the detector from +x towards +y; position angles from north through east. On an equatorial mount the
@@ -11,7 +11,7 @@ use crate::astrometry::wcs::Wcs;
 use crate::orbit::{Geometry, Site};
 use crate::photometry::target::measure::KnownDirection;
 
-/// What polar alignment and flexure may turn the camera by between the star frames and the target \[rad\]: 0.2°.
+/// How much polar alignment and flexure may turn the camera between the star frames and the target \[rad\]: 0.2°.
 const MOUNT_ERR_RAD: f64 = 0.0035;
 /// Star frames that differ by more than this do not determine the rotation \[rad\]: 2°.
 const MOST_ERR_RAD: f64 = 0.035;

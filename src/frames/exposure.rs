@@ -44,7 +44,7 @@ pub struct Exposure {
     pub size_px: (usize, usize),
     /// Binning along x.
     pub binning: u32,
-    /// What is odd about the header.
+    /// Warnings about the header.
     pub warnings: Vec<String>,
     /// All its cards.
     pub header: Header,

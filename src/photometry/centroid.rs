@@ -1,7 +1,7 @@
 //! Where a star is: a centroid under a Gaussian window that follows it, and the width of that window.
 //!
 //! Full-frame pixels; the width is the FWHM of the star before the pixels, which add 1/12 px² to its variance.
-//! Bad and clipped pixels count as sky. It does not cover profile fitting, elliptical windows.
+//! Bad and clipped pixels count as sky. It does not cover profile fitting or elliptical windows.
 
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::aperture::{Bounds, cells};

@@ -13,7 +13,7 @@ use crate::base::stats;
 /// f64 sums are kept in this many lanes on every machine, so that all give the same bits.
 const LANES: usize = 16;
 
-/// What a clip leaves of a sample, and its location.
+/// The values of a sample that a clip keeps, and their location.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Location {
     /// [`stats::smoothed_median`] of the kept values.

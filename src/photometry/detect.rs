@@ -1,7 +1,7 @@
 //! Stars of a frame: pixels above a threshold after a matched filter, joined, and their moments.
 //!
 //! Electrons and full-frame pixels. Fluxes here are isophotal: good for sorting and matching, never for magnitudes.
-//! It does not cover galaxies, profile fits.
+//! It does not cover galaxies or profile fits.
 
 use crate::base::stats;
 use crate::frames::{Electrons, Frame, mask};

@@ -47,7 +47,7 @@ pub struct Flux {
     pub sky_in_px: f64,
     /// Outer radius of the annulus \[px\].
     pub sky_out_px: f64,
-    /// What taints it.
+    /// Its flags.
     pub flags: Flags,
 }
 

@@ -43,7 +43,7 @@ impl Default for Memory {
     }
 }
 
-/// What one stage takes \[bytes\].
+/// The memory of one stage \[bytes\].
 #[derive(Debug, Clone, Copy)]
 struct Need {
     held: usize,
@@ -116,7 +116,7 @@ fn largest_box(night: &Prepared, exposures: &[&Exposure]) -> (usize, usize) {
     exposures.iter().map(size).map(|(nx, ny)| (nx * ny, nx)).max().unwrap_or((0, 0))
 }
 
-/// What is in memory whatever the stage, with the master flat of the same box.
+/// The memory in use in every stage, with the master flat of the same box.
 fn held(night: &Prepared, px: usize, flat: bool) -> usize {
     let stars = night.catalogue.as_ref().map_or(0, |c| c.stars.len());
     PROGRAM_BYTES + stars * STAR_BYTES + if flat { px * FLAT_BYTES_PER_PX } else { 0 }

@@ -1,4 +1,4 @@
-//! What a run of the night is asked to do.
+//! The options of a run of the night.
 
 use super::memory::Memory;
 use crate::base::stop::Stop;

@@ -51,8 +51,8 @@ use crate::tables::{PhotometryRow, ResidualRow, StarRow};
 /// Reduces a whole night and writes its tables, figures and summary to `<output>/<name>/`.
 ///
 /// # Errors
-/// What must be there before work begins (exit codes 2, 4, 5). A failed frame is a row, never an error; a night whose
-/// outputs are written but poor is described by [`Summary::poor`].
+/// Anything that is missing before the work begins (exit codes 2, 4, 5). A failed frame is a row, never an error; a night
+/// whose outputs are written but poor is described by [`Summary::poor`].
 pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Result<Summary> {
     let (prepared, mut night) = Run::prepare(config, options, progress)?;
     let checks = night.check(&prepared)?;

@@ -45,7 +45,7 @@ use crate::zeropoint::fit::Zeropoint;
 use crate::zeropoint::previous::{conditions, read_previous};
 use crate::zeropoint::stars::fit_rows;
 
-/// What `satphot zeropoint` found.
+/// The result of `satphot zeropoint`.
 #[derive(Debug)]
 pub struct FittedStars {
     /// The star rows with their weights and residuals.
@@ -54,14 +54,14 @@ pub struct FittedStars {
     pub zeropoint: std::result::Result<Zeropoint, String>,
     /// The chosen band, if frames were measured.
     pub calibrated: Option<CalibratedBand>,
-    /// What should be known.
+    /// Notes for the observer.
     pub notes: Vec<String>,
 }
 
 /// Measures the star pointings of a night (or of `options.files`) and fits the zeropoint.
 ///
 /// # Errors
-/// What must be there before the work begins; a fit that fails is reported in [`FittedStars::zeropoint`].
+/// Anything that is missing before the work begins; a fit that fails is reported in [`FittedStars::zeropoint`].
 pub fn fit_stars(config: &Config, options: &Options, progress: &dyn Progress) -> Result<FittedStars> {
     if config.stars.is_none() {
         return Err(Error::Config { key: "stars".into(), problem: "is needed to fit a zeropoint".into() });
@@ -203,14 +203,14 @@ impl FittedStars {
     }
 }
 
-/// What `satphot measure` found.
+/// The result of `satphot measure`.
 #[derive(Debug)]
 pub struct Measured {
     /// One row per target frame.
     pub rows: Vec<PhotometryRow>,
     /// The zeropoint used.
     pub zeropoint: Option<Zeropoint>,
-    /// What should be known.
+    /// Notes for the observer.
     pub notes: Vec<String>,
     /// Why the result is not good enough for exit code 0.
     pub poor: Option<Error>,
@@ -221,7 +221,7 @@ pub struct Measured {
 /// Measures the target frames of a night (or `options.files`) with a zeropoint made before.
 ///
 /// # Errors
-/// What must be there before work begins.
+/// Anything that is missing before the work begins.
 pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progress) -> Result<Measured> {
     let mut config = config.clone();
     // the stars only give the FWHM here: the night goes on without their catalogue
@@ -282,7 +282,7 @@ impl Measured {
     }
 }
 
-/// What `satphot compare` found.
+/// The result of `satphot compare`.
 #[derive(Debug)]
 pub struct Compared {
     /// The photometry with its model columns.
@@ -295,7 +295,7 @@ pub struct Compared {
     pub data_mode: Option<MetaValue>,
     /// Its band, magnitude system and filter, as it says.
     pub of_band: Vec<(String, MetaValue)>,
-    /// What should be known.
+    /// Notes for the observer.
     pub notes: Vec<String>,
 }
 

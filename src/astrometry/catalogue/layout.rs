@@ -26,7 +26,7 @@ enum Cell {
     Difference(usize, usize),
 }
 
-/// What V is made from.
+/// The source of V.
 #[derive(Debug)]
 enum Source {
     /// A column of magnitudes and one of errors.
@@ -71,7 +71,7 @@ pub struct Layout {
     motion: Option<([usize; 2], f64)>,
     epoch: Option<usize>,
     epoch_jyear: Option<f64>,
-    /// What should be known of how values are made.
+    /// Notes on how values are made.
     pub notes: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What a hypothesis is worth: the stars it brings together, and how often chance would do as well.
+//! The merit of a hypothesis: the number of stars it matches, and how often chance would do as well.
 //!
 //! P = Binom(n − 3, p)(≥ k − 3), p = N π r² / area, n detections of which k lie within r of one of N stars on the frame;
 //! three are met by construction. The search multiplies by the number of hypotheses. A hypothesis is given up as soon as

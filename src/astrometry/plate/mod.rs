@@ -3,8 +3,8 @@
 //!
 //! Degrees, arcseconds and pixels (0-based). Rotation and parity are free. Triangles of bright detections are looked
 //! for among triangles of bright catalogue stars; each agreement is a hypothesis, judged by how many other stars it
-//! brings together, and accepted when chance does not do that once in 10⁵ fields. Then TAN and, where the stars support
-//! it, SIP. It does not cover search without any position, plates larger than about ten degrees.
+//! matches, and accepted if chance does not match as many once in 10⁵ fields. Then TAN and, where the stars support it,
+//! SIP are fitted. It does not cover searches without any position, nor plates larger than about ten degrees.
 
 pub mod case;
 mod chance;

@@ -14,7 +14,7 @@ use super::problem::MAX_CHANCE;
 use super::problem::MIN_MATCHED;
 use super::problem::Refusal;
 
-/// What one round of the search is made of.
+/// The settings of one round of the search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Level {
     /// Brightest detections.

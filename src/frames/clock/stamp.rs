@@ -16,7 +16,7 @@ use crate::fits::cards::{Header, parse_number};
 pub(super) struct Stamp {
     pub epoch: Epoch,
     pub resolution_s: f64,
-    /// What is odd about how it is written.
+    /// Warning about the way it is written.
     pub remark: Option<&'static str>,
 }
 

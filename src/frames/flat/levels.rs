@@ -47,7 +47,7 @@ pub(crate) fn level_step(region: &Region) -> usize {
 /// pixels scatter by a hundredth of it: a hundredth of the master's own noise, and the same for all its pixels.
 ///
 /// # Errors
-/// Those of reading the file.
+/// The errors of reading the file.
 pub(crate) fn median_of_stored(stored: &Stored, region: &Region) -> Result<Option<f64>> {
     let mut counts = Histogram::new();
     each_row(stored, region, level_step(region), &mut Vec::new(), |pixels| counts.add(pixels))?;

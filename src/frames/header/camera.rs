@@ -3,7 +3,7 @@
 //! Compared are model designations (letters with a number: ASI6200MM, QHY600M, C3-61000), without case, punctuation,
 //! the maker's name and words such as "Pro" or "Camera". It does not cover which sensor is in which camera.
 
-/// What the name in a header says of the configured camera.
+/// The result of comparing the name in a header with the configured camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CameraCheck {
     /// It is the configured camera.

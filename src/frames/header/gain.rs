@@ -8,14 +8,14 @@ use super::sourced::Sourced;
 use crate::fits::cards::Header;
 use crate::frames::frame::GainSetting;
 
-/// What a header says of the gain.
+/// The gain as a header states it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct HeaderGain {
     /// The camera's setting.
     pub setting: Option<Sourced<GainSetting>>,
     /// Electrons per ADU.
     pub e_per_adu: Option<Sourced<f64>>,
-    /// What is odd.
+    /// Warnings.
     pub warnings: Vec<String>,
 }
 

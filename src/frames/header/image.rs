@@ -55,7 +55,7 @@ fn planes(header: &Header) -> Option<(String, i64)> {
     Some((format!("NAXIS{first}"), axes.iter().fold(1_i64, |all, (_, n)| all.saturating_mul(*n))))
 }
 
-/// What calibration a header states of.
+/// The calibration that a header states.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Calibration {
     /// CALSTAT of MaxIm and others: B bias, D dark, F flat.

@@ -7,7 +7,7 @@ use super::oval::{MIN_SEMI_AXIS_PX, Oval};
 use super::overlap::{Polygon, unit_disc_polygon_area};
 use super::shape::Shape;
 
-/// What a shape is made of.
+/// The parts of a shape.
 #[derive(Debug, Clone, Copy)]
 enum Kind {
     /// A circle or an ellipse.

@@ -1,6 +1,6 @@
 //! Which pixels an aperture covers, row by row, and by how much.
 //!
-//! Full-frame columns and rows. Inside the outline no pixel is integrated. It does not cover sky, masks, errors.
+//! Full-frame columns and rows. Inside the outline no pixel is integrated. It does not cover sky, masks or errors.
 
 use std::ops::Range;
 

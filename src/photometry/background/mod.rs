@@ -1,7 +1,7 @@
 //! The sky under everything: a mesh of clipped modes, median filtered, joined by a bicubic spline.
 //!
 //! Levels and scatter in the unit of the frame (electrons), positions in full-frame pixels. The recipe is SExtractor's
-//! (Bertin & Arnouts 1996, A&AS 117, 393, §3). It does not cover weights, crowded-field modelling.
+//! (Bertin & Arnouts 1996, A&AS 117, 393, §3). It does not cover weights or crowded-field modelling.
 
 mod histogram;
 mod mesh;

@@ -1,4 +1,4 @@
-//! What the clipped median of an annulus makes of a star's own wings in it.
+//! The bias of the clipped median of an annulus by the wings of the star in it.
 //!
 //! Shares of the star's light per px². It does not cover the clip, which only matters where wings are 3 σ above the sky.
 

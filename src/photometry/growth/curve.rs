@@ -123,7 +123,7 @@ impl GrowthCurve {
         (CORE - 1..self.enclosed.len()).map(departure).fold(0.0, f64::max)
     }
 
-    /// What the chosen radius means, in one sentence.
+    /// The meaning of the chosen radius, in one sentence.
     #[must_use]
     pub fn explanation(&self) -> String {
         let r_px = self.chosen_r_fwhm * self.fwhm_px;

@@ -19,7 +19,7 @@ pub(crate) struct Cells {
 }
 
 impl Cells {
-    /// Of an image of `(ny, nx)` pixels whose bad ones are NaN: `line(j, out)` writes row `j` of it.
+    /// The cells of an image of `(ny, nx)` pixels whose bad ones are NaN: `line(j, out)` writes row `j` of it.
     pub fn of_lines((ny, nx): (usize, usize), fwhm_px: f64, mut line: impl FnMut(usize, &mut [f32])) -> Self {
         let bin = ((fwhm_px / 4.0).floor() as usize).max(1);
         let across = nx / bin;
@@ -73,7 +73,7 @@ pub(crate) fn row_of<T>(image: &Array2<T>, j: usize) -> &[T] {
     image.as_slice().map_or(&[], |all| &all[j * image.ncols()..][..image.ncols()])
 }
 
-/// What the significance of an image is made of, per cell: value, variance, and the systematic uncertainty of the value.
+/// The inputs of the significance of an image, per cell: value, variance, and the systematic uncertainty of the value.
 pub(crate) struct Layers {
     pub value: Array2<f32>,
     pub variance: Array2<f32>,
@@ -222,7 +222,7 @@ fn weighed(padded: &[f32], taps: &[(usize, f32)], out: &mut [f32]) {
     }
 }
 
-/// What is seen of a row: 0 where its value is bad.
+/// The values of a row, 0 where a value is bad.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2", "x86_64+sse4.1"))]
 fn seen(of: &[f32], value: &[f32], out: &mut [f32]) {
     for ((o, v), x) in out.iter_mut().zip(of).zip(value) {

@@ -27,7 +27,7 @@ use crate::photometry::trails::search::faint_direction;
 const TRAIL_SIGMA: f64 = 4.0;
 /// The same for faint trails, which must be longer to count \[σ\].
 const FAINT_TRAIL_SIGMA: f64 = 2.5;
-/// What a line at another angle than the known one must have more \[σ\].
+/// Additional significance required of a line at another angle than the known one \[σ\].
 const ANOTHER_ANGLE_SIGMA: f64 = 0.5;
 /// Share of the change of the model over a block that it may get wrong: where a trail ends.
 const END_ERR: f32 = 0.5;
@@ -358,7 +358,8 @@ impl Cutout {
         &self.net.mean - &self.light
     }
 
-    /// What the significance of the residual is made of: the noise knows the trails' light and how well it is known.
+    /// The inputs of the significance of the residual: its noise includes that of the light of the trails and its
+    /// uncertainty.
     pub fn layers(&self) -> Layers {
         let area = (self.net.bin * self.net.bin) as f32;
         let (ny, nx) = self.light.dim();

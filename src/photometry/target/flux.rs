@@ -333,10 +333,10 @@ impl Cutout {
     }
 }
 
-/// What an annulus says of the sky above the surface.
+/// The sky above the surface, from an annulus.
 struct Ring {
     offset: f64,
-    /// Of the offset.
+    /// Error of the offset.
     variance: f64,
     n: usize,
     mean_of: MeanOf,

@@ -30,7 +30,7 @@ const OUTLINE_FWHM: f64 = 1.35;
 /// A limit this many times that of the middle place says nothing of the frame.
 const MOST: f64 = 1e4;
 
-/// What is known of a place without a source: what the aperture holds, and its error.
+/// A place without a source: the flux in the aperture, and its error.
 struct Empty {
     flux_e: f64,
     err_e: f64,

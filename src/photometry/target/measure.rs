@@ -25,7 +25,7 @@ use crate::photometry::target::shape::{Ellipse, moments, outline_moments};
 use crate::photometry::trails::contamination::{Contamination, of_neighbours, of_trails};
 pub use crate::photometry::trails::known::KnownDirection;
 
-/// What was found.
+/// The result.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TargetFound {
     /// The target.
@@ -36,19 +36,19 @@ pub enum TargetFound {
         x_px: f64,
         /// Centre of the aperture \[px\].
         y_px: f64,
-        /// What its light looks like.
+        /// The shape of its light.
         light: Light,
         /// Whether the sky is the level along the trails next to it: then there is no annulus, and no light of the target
         /// in the sky.
         along_trails: bool,
-        /// What could have been seen, where the whole object does not reach `detect_sigma`: then it is no detection.
+        /// The limit, if the whole object does not reach `detect_sigma` and is therefore not a detection.
         unseen: Option<Box<Unseen>>,
     },
     /// Nothing above the threshold.
     NotDetected {
         /// Flux of a point source of which 95 % would be detected in the search region \[e⁻\]; NaN where there is none.
         limit_e: f64,
-        /// What an aperture of `limit_r_px` at the expected place holds, negative or not.
+        /// The flux in an aperture of `limit_r_px` at the expected place, negative or not.
         flux: Flux,
         /// The expected place \[px\].
         x_px: f64,
@@ -57,7 +57,7 @@ pub enum TargetFound {
     },
 }
 
-/// What a frame without a detection says.
+/// The result of a frame without a detection.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unseen {
     /// As in [`TargetFound::NotDetected`].

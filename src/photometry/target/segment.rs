@@ -26,7 +26,7 @@ const EXTENDED: f64 = 0.7;
 const BRIGHT_SIGMA: f64 = 25.0;
 /// Where a smoothed target ends, in units of its peak.
 const RIM: f64 = 0.3;
-/// The same of the elongated filter, which is longer than most targets.
+/// The same for the elongated filter, which is longer than most targets.
 const RIM_ELONGATED: f64 = 0.6;
 /// The same for a faint one \[σ\].
 const FAINT_OUTLINE_SIGMA: f64 = 2.2;
@@ -67,7 +67,7 @@ impl Segment {
     }
 }
 
-/// Of how many scales [`segment`] needs the significance.
+/// The number of scales whose significance [`segment`] needs.
 pub(crate) fn scales_needed(found: &Candidate) -> usize {
     if found.snr < BRIGHT_SIGMA { SCALES.len() } else { ROUND.max(found.scale + 2) - 1 }
 }

@@ -40,7 +40,7 @@ const STEPS: usize = 15;
 /// Longest σ along a piece of light \[px\].
 const LONGEST_PX: f64 = 20.0;
 
-/// What the pixels of a candidate say.
+/// The verdict on the pixels of a candidate.
 pub(crate) enum Verdict {
     /// These parts of it are hits.
     Hits(Vec<Line>),

@@ -17,7 +17,7 @@ use crate::photometry::trails::model::TrailBackground;
 const TRAIL_SIGMA: f64 = 3.4;
 /// Significance of a neighbour's own light.
 const NEIGHBOUR_SIGMA: f64 = 5.0;
-/// What is called contaminated: that many errors below the threshold the light may lie.
+/// A frame counts as contaminated if the light lies at most so many errors below the threshold.
 const ALLOWED_SIGMA: f64 = 1.0;
 
 /// Light that is not the target's.
@@ -25,7 +25,7 @@ const ALLOWED_SIGMA: f64 = 1.0;
 pub(crate) struct Contamination {
     /// Light of trails, which has been subtracted from the flux \[e⁻\].
     pub trails_e: f64,
-    /// Of point sources, which has not \[e⁻\].
+    /// Light of point sources, which has not been subtracted \[e⁻\].
     pub neighbours_e: f64,
     /// Error of their sum \[e⁻\].
     pub err_e: f64,

@@ -2,7 +2,7 @@
 //!
 //! A trail is straight and as bright here as a little further along, so the mean level along it is that of every trail,
 //! resolved or not, whatever their number. Electrons per pixel; u along the trails, v across, in cells of the cutout.
-//! Ends of trails inside the stretch are voted down by the longer part. It does not cover scintillation, curvature.
+//! Ends of trails inside the stretch are voted down by the longer part. It does not cover scintillation or curvature.
 
 use super::exclusion::ExclusionMask;
 use std::f64::consts::FRAC_PI_2;
@@ -19,7 +19,7 @@ use crate::photometry::trails::rotate::{Spread, cubic_along};
 
 /// Blocks on each side that make a level.
 const SIDE_BLOCKS: usize = 16;
-/// The same of the model of the whole cutout: what is longer than this along the trails is a trail.
+/// The same for the model of the whole cutout: what is longer than this along the trails is a trail.
 const SEARCH_BLOCKS: usize = 16;
 /// Nearest blocks of each side from which it is decided whether both agree.
 const STEP_BLOCKS: usize = 5;
@@ -95,7 +95,7 @@ impl TrailBackground {
         self.noise_e * self.noise_e + light.max(0.0) / self.area_px
     }
 
-    /// The same of the mean of a block.
+    /// The same for the mean of a block.
     pub fn variance_of_block(&self, light: f64) -> f64 {
         self.variance(light) / self.block as f64
     }
@@ -284,7 +284,7 @@ impl TrailBackground {
         (!values.is_empty()).then(|| self.mean_near_median(values))
     }
 
-    /// The same of sorted ones, at least one.
+    /// The same for sorted values, of which there is at least one.
     fn mean_near_median(&self, sorted: &[f64]) -> f64 {
         let middle = sorted.len() / 2;
         let median = if sorted.len() % 2 == 1 { sorted[middle] } else { 0.5 * (sorted[middle - 1] + sorted[middle]) };

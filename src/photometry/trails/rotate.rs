@@ -88,7 +88,7 @@ pub(crate) struct Spread {
 }
 
 impl Spread {
-    /// Of lines through the middle of a cutout, `half` of them on each side, in blocks of `block` cells.
+    /// The rotation for lines through the middle of a cutout, `half` of them on each side, in blocks of `block` cells.
     pub fn new(turned: Turned, half: f64, block: usize, level: &Array2<f32>, change: &Array2<f32>) -> Self {
         let (lines, blocks) = level.dim();
         let mut table = Vec::with_capacity((lines + 3) * (blocks + 1));

@@ -1,4 +1,5 @@
-//! What the frames say of the detector, against its table and the headers: gain, read noise, pedestal, step, saturation.
+//! The detector as measured from the frames, compared with its table and the headers: gain, read noise, pedestal, step,
+//! saturation.
 //!
 //! Gains in e⁻/ADU, levels in ADU as in the files, read noise in e⁻. A warning says what a disagreement does to
 //! magnitudes and what to check. It does not cover how each number is measured ([`crate::detector::measure`]).
@@ -17,7 +18,7 @@ use crate::frames::{Detector, Exposure, Gain, GainSetting, Role, classify};
 use crate::pipeline::prepared::Prepared;
 use crate::pipeline::survey::files::Survey;
 
-/// What is known of a detector before its frames are looked at.
+/// What is known of a detector before its frames are examined.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Known<'a> {
     /// The camera's table.

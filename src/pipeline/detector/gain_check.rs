@@ -99,7 +99,7 @@ pub struct GainCheck {
     /// The keyword that says so.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub header_saturation_key: String,
-    /// What disagrees, and what to do.
+    /// The disagreements, and what to do.
     pub warnings: Vec<String>,
     /// Frames and pairs that could not be used, and why.
     pub problems: Vec<String>,

@@ -34,7 +34,7 @@ fn differs(c: &GainCheck, other: f64) -> Option<bool> {
     Some((measured - other).abs() > (3.0 * err).max(GAIN_TOLERANCE * other))
 }
 
-/// What disagrees.
+/// The disagreements.
 pub(crate) fn warnings(c: &GainCheck) -> Vec<String> {
     let mut warnings = Vec::new();
     let who = name(c);

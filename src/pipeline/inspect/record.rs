@@ -79,7 +79,7 @@ pub struct InspectedPointing {
     pub source: String,
 }
 
-/// What was done to the pixels.
+/// The calibration of the pixels.
 #[derive(Debug, Clone, Serialize)]
 pub struct InspectedCalibration {
     /// In words.
@@ -163,11 +163,11 @@ pub struct Inspection {
     pub pix_scale_arcsec: Option<From<f64>>,
     /// Temperature of the sensor \[°C\].
     pub temperature_c: Option<From<f64>>,
-    /// What was done to the pixels.
+    /// The calibration of the pixels.
     pub calibration: InspectedCalibration,
     /// The world coordinates.
     pub wcs: InspectedWcs,
-    /// What is odd.
+    /// Warnings.
     pub warnings: Vec<String>,
 }
 
@@ -239,7 +239,7 @@ impl Inspection {
     }
 }
 
-/// What the error of the time does to the place on the sky.
+/// The effect of the error of the time on the place on the sky.
 fn moved(t: &InspectedTime) -> String {
     let sun = t.sun_alt_deg.map(|a| format!("; Sun at {a:+.0} deg")).unwrap_or_default();
     match t.alt_az_err_deg {

@@ -26,7 +26,7 @@ const REFERENCE_DEG: f64 = 0.02;
 /// Share by which the scale of coordinates and optics may differ.
 const SCALE_FRAC: f64 = 0.2;
 
-/// What is wrong and what helps.
+/// The problem and its remedy.
 fn with_remedy(problem: &str) -> String {
     format!("{problem}; {REMEDY}")
 }

@@ -47,7 +47,7 @@ pub struct Input {
     pub bytes: u64,
     /// First 16 hex digits of the SHA-256.
     pub sha256: String,
-    /// What it was taken for.
+    /// Its role.
     pub role: String,
     /// Why.
     pub reason: String,

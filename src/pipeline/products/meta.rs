@@ -12,7 +12,7 @@ use crate::tables::meta::NO_BAND;
 use crate::tables::{Meta, MetaValue};
 use crate::zeropoint::fit::Zeropoint;
 
-/// What the tables of one run say about themselves.
+/// The meta block of the tables of one run.
 #[must_use]
 pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, provenance: &Provenance) -> Meta {
     let number = MetaValue::Number;

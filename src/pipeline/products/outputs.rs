@@ -1,4 +1,4 @@
-//! What a run leaves behind: tables, master flat, zeropoint, configuration, figures.
+//! The products of a run: tables, master flat, zeropoint, configuration, figures.
 
 use crate::base::file::save;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ use crate::zeropoint::previous::conditions;
 pub struct Outputs<'a> {
     /// Folder of the night.
     pub folder: &'a Path,
-    /// What the frames shared.
+    /// The data that the frames share.
     pub night: &'a Calibrated,
     /// The configuration.
     pub config: &'a Config,

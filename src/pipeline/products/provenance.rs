@@ -1,4 +1,4 @@
-//! What every product says of where it is from: program, configuration, inputs, gain table, elements, catalogue, seed.
+//! The provenance that every product states: program, configuration, inputs, gain table, elements, catalogue, seed.
 //!
 //! Hashes are the first 16 hex digits of SHA-256. Files go by their names, never by the folders they lie in; nothing
 //! here knows the clock or the machine, so that the same night gives the same bytes anywhere. It does not cover times
@@ -39,7 +39,7 @@ pub const KEYS: [(&str, &str, &str); 14] = [
     ("flat_file", "FLATFILE", "master flat that was given"),
     ("flat_file_sha256", "FLATHASH", "SHA-256 of that file"),
 ];
-/// Those of a master flat.
+/// The keys of a master flat.
 pub const OF_FLAT: [&str; 6] =
     ["tool", "config_sha256", "input_manifest_sha256", "gain_table", "gain_table_sha256", SEED.0];
 
@@ -48,8 +48,8 @@ pub const OF_FLAT: [&str; 6] =
 pub struct Provenance(pub Vec<(&'static str, String)>);
 
 impl Provenance {
-    /// Of a configuration, with the hash over all inputs and the seed of a drawn night where they are known. A file that
-    /// cannot be read has no hash: whoever needs it says so.
+    /// The provenance of a configuration, with the hash over all inputs and the seed of a drawn night where they are
+    /// known. A file that cannot be read has no hash: whoever needs it says so.
     ///
     /// # Errors
     /// [`Error::Config`] if the configuration cannot be written as text for its hash.
@@ -103,7 +103,7 @@ impl Provenance {
     /// night change. `hash` returns the hash of a file.
     ///
     /// # Errors
-    /// Those of [`Provenance::of`].
+    /// The errors of [`Provenance::of`].
     pub fn of_flat(config: &Config, flats: &[Exposure], hash: &dyn Fn(&Path) -> Option<String>) -> Result<Self> {
         let hashes: Vec<String> = flats.iter().map(|e| hash(&e.path).unwrap_or_default()).collect();
         let inputs = inputs_sha256(flats.iter().map(|e| e.path.as_path()).zip(hashes.iter().map(String::as_str)));

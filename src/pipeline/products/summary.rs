@@ -169,7 +169,7 @@ pub struct Summary {
     pub failures: Vec<(String, String, String)>,
     /// Star and target frames kept from an earlier run, and of how many: nothing of the results depends on it.
     pub kept: (usize, usize),
-    /// What should be known about this night.
+    /// Notes about this night.
     pub notes: Vec<String>,
     /// Columns that stay empty, and why.
     pub empty_columns: Vec<String>,

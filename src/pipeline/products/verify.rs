@@ -30,7 +30,7 @@ use crate::tables::{Column, Meta, PHOTOMETRY, RESIDUALS, STARS, read_photometry,
 /// Files of a night that are not listed, because they hold times.
 const UNLISTED: [&str; 3] = [NAME, "satphot.log", "satphot.log.jsonl"];
 
-/// What of the manifest is checked.
+/// The entries of the manifest that are checked.
 #[derive(Debug, Deserialize)]
 struct Recorded {
     tool: String,
@@ -60,16 +60,16 @@ struct NamedFile {
     sha256: String,
 }
 
-/// What was found.
+/// The result.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Verified {
     /// Products compared.
     pub outputs: usize,
     /// Inputs and files of the configuration compared.
     pub inputs: usize,
-    /// What differs: any makes the exit code 6.
+    /// The differences; any of them makes the exit code 6.
     pub problems: Vec<String>,
-    /// What should be known: inputs that are gone, another version of the program.
+    /// Notes for the observer: inputs that are gone, another version of the program.
     pub notes: Vec<String>,
 }
 
@@ -127,7 +127,7 @@ pub fn verify_night(folder: &Path, need_inputs: bool) -> Result<Verified> {
 /// Verifies the frames and files of a plan.json: each there and what it was when the plan was made.
 ///
 /// # Errors
-/// Those of [`Plan::read`]; what differs is in the answer.
+/// The errors of [`Plan::read`]; what differs is in the answer.
 pub fn verify_plan(path: &Path, need_inputs: bool) -> Result<Verified> {
     let plan = Plan::read(path)?;
     let mut found = Verified::default();

@@ -32,7 +32,7 @@ use crate::tables::{
     write_rows,
 };
 
-/// What the meta block of a whole night says it is.
+/// The schema in the meta block of a whole night.
 const NIGHT_SCHEMA: &str = "satphot.photometry/1";
 /// Key of the meta block of a sum that lacks frames: how many.
 const MISSING: &str = "missing_frames";
@@ -72,7 +72,7 @@ pub struct Merged {
     pub n_twice: usize,
     /// Share of the night's frames that failed is above what the configuration allows.
     pub poor: Option<String>,
-    /// What should be known.
+    /// Notes for the observer.
     pub notes: Vec<String>,
 }
 
@@ -211,7 +211,7 @@ struct Sum<'a> {
     places: BTreeMap<(String, &'a str), usize>,
     /// Row and the table it is from.
     targets: BTreeMap<usize, (PhotometryRow, PathBuf)>,
-    /// Those of stars, flats and files that cannot be read: every table brings all of them along.
+    /// The rows of stars, flats and files that cannot be read: every table brings all of them along.
     others: Vec<PhotometryRow>,
     n_twice: usize,
 }

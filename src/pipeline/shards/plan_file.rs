@@ -36,7 +36,7 @@ use crate::pipeline::survey::preflight::preflight;
 
 /// Target frames of a shard by default: a few minutes of work, compared with seconds to start a worker.
 pub const FRAMES_PER_SHARD: usize = 100;
-/// What a plan says it is.
+/// The schema of a plan.
 const SCHEMA: &str = "satphot.plan/1";
 
 /// A night divided into shards.
@@ -84,7 +84,7 @@ pub struct PlannedFile {
 pub struct PlannedFrame {
     /// Where it is.
     pub path: PathBuf,
-    /// What it is for.
+    /// Its role.
     pub role: InputRole,
     /// Why; of an unreadable file, what is wrong with it.
     pub reason: String,
@@ -353,10 +353,11 @@ pub fn set_copies_aside(survey: &mut Survey, products: &FrameCache, notes: &mut 
 }
 
 impl Provenance {
-    /// Of a plan and its configuration: the hashes of the files are those of the plan, whether they can be read here or not.
+    /// The provenance of a plan and its configuration: the hashes of the files are those of the plan, whether they can
+    /// be read here or not.
     ///
     /// # Errors
-    /// Those of [`Provenance::of`].
+    /// The errors of [`Provenance::of`].
     pub fn of_plan(plan: &Plan, config: &Config) -> Result<Self> {
         let hash = |path: &Path| plan.files.iter().find(|f| f.path == path).map(|f| f.sha256.clone());
         Self::hashed(config, Some(&plan.inputs_sha256()), plan.seed, &hash)

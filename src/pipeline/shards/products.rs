@@ -1,4 +1,4 @@
-//! What a night keeps of every frame, so that no run does again what an earlier one has done.
+//! The results that a night keeps of every frame, so that no run repeats the work of an earlier one.
 //!
 //! One small file per frame in `.satphot/` next to the results, with the SHA-256 of everything it depends on: the
 //! program, the configuration, the frame, the products before it. Where that agrees the file is taken, else the frame is
@@ -28,7 +28,7 @@ pub const FOLDER: &str = ".satphot";
 /// Raised whenever what is kept, or how it is computed, changes between versions of the program.
 const SCHEMA: &str = "satphot.product/1";
 
-/// What is kept of single frames, and the hashes of files read so far.
+/// The kept results of single frames, and the hashes of files read so far.
 #[derive(Debug, Default)]
 pub struct FrameCache {
     /// Folder of the products; `None` keeps nothing.
@@ -178,7 +178,7 @@ impl FrameCache {
         (self.kept.load(Ordering::Relaxed), self.made.load(Ordering::Relaxed))
     }
 
-    /// What should be known: that a product could not be kept.
+    /// Notes for the observer: that a product could not be kept.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let unwritten = self.unwritten.lock().ok().and_then(|first| first.clone());

@@ -52,7 +52,7 @@ struct Flats {
     flats: Vec<FlatMember>,
 }
 
-/// What target frames must know of the stars: `zeropoint.stars.toml` next to `zeropoint.toml`.
+/// The results of the stars that target frames need: `zeropoint.stars.toml` next to `zeropoint.toml`.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct StarFacts {
     /// The program.
@@ -68,7 +68,7 @@ pub struct StarFacts {
     pub poor: Vec<String>,
     /// Median FWHM \[arcsec\].
     pub fwhm_arcsec: Option<f64>,
-    /// How the camera is turned on the sky.
+    /// The rotation of the camera on the sky.
     pub camera_turn: Option<CameraTurn>,
     /// Profile of the stars.
     pub profile: Option<StarProfile>,
@@ -238,7 +238,7 @@ pub(super) fn flat_of_plan(
     Ok(Flattened { flat: Some(MasterFlat { members, ..flat }), flat_sha256, prepared: night })
 }
 
-/// What the stars of a plan gave.
+/// The results of the stars of a plan.
 #[derive(Debug)]
 pub struct PlannedStars {
     /// The zeropoint in force.
@@ -247,7 +247,7 @@ pub struct PlannedStars {
     pub n_rows: usize,
     /// Why the night is not good enough for exit code 0.
     pub poor: Vec<String>,
-    /// What should be known.
+    /// Notes for the observer.
     pub notes: Vec<String>,
 }
 
@@ -255,7 +255,8 @@ pub struct PlannedStars {
 /// the facts next to it; a night without a zeropoint gets an `out` that says so.
 ///
 /// # Errors
-/// What must be there before work begins; [`Error::Mismatch`] where a frame is not that of the plan; [`Error::Io`].
+/// Anything that is missing before the work begins; [`Error::Mismatch`] if a frame is not that of the plan;
+/// [`Error::Io`].
 pub fn plan_zeropoint(
     plan: &Plan,
     (flat, out): (Option<&Path>, &Path),

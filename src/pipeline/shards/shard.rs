@@ -29,7 +29,7 @@ use crate::pipeline::survey::files::Survey;
 use crate::tables::{Meta, MetaValue, PhotometryRow, read_photometry, write_photometry};
 use crate::zeropoint::fit::Zeropoint;
 
-/// What the meta block of a shard says it is.
+/// The schema in the meta block of a shard.
 pub const SHARD_SCHEMA: &str = "satphot.shard/1";
 
 /// Which shard, with what, to which file.
@@ -45,14 +45,14 @@ pub struct Request<'a> {
     pub out: &'a Path,
 }
 
-/// What became of a shard.
+/// The outcome of a shard.
 #[derive(Debug)]
 pub struct Measured {
     /// Rows written; those of the table that is there already where it is the same.
     pub rows: Vec<PhotometryRow>,
     /// The table was there already: nothing was done.
     pub there_already: bool,
-    /// What should be known.
+    /// Notes for the observer.
     pub notes: Vec<String>,
 }
 

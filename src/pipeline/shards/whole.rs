@@ -22,7 +22,7 @@ pub fn judge_whole_night(frames: &mut [TargetFrame], config: &Config, notes: &mu
     }
 }
 
-/// What the whole night says of each of its rows.
+/// The results of the whole night for each of its rows.
 fn judgements(rows: &[&PhotometryRow], config: &Config) -> Vec<Judgement> {
     let mut judgements: Vec<Judgement> = rows.iter().map(|row| Judgement::of(row)).collect();
     limits_for_the_size_of_the_object(rows, &mut judgements);

@@ -25,7 +25,7 @@ pub struct FieldWcs {
     pub wcs: Wcs,
     /// Whether the header's were absent or wrong.
     pub replaced: bool,
-    /// What should be known: why the header's were replaced, residuals of the match.
+    /// Notes for the observer: why the header's were replaced, residuals of the match.
     pub note: String,
 }
 
@@ -155,7 +155,7 @@ pub(crate) fn header_wcs(exposure: &Exposure) -> std::result::Result<Option<Wcs>
     Wcs::from_keys(&|key| h.number(key), &|key| h.text(key))
 }
 
-/// How well a header's coordinates fit.
+/// How well the coordinates of a header fit.
 pub(crate) struct Agreement {
     /// Stars that matched.
     pub matched: usize,

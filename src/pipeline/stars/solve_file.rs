@@ -167,7 +167,7 @@ impl FrameSolver {
     }
 }
 
-/// What is detected on a frame of raw counts, brightest first.
+/// The detections on a frame of raw counts, brightest first.
 pub(crate) fn detections(exposure: &Exposure, p: &config::Photometry) -> Result<Vec<Source>> {
     let gain = Gain {
         setting: None,

@@ -30,14 +30,14 @@ use crate::tables::{PhotometryRow, StarRow};
 /// Kind of the products of star frames.
 pub const STARS: &str = "stars";
 
-/// What the star pointings gave.
+/// The results of the star pointings.
 #[derive(Debug, Default)]
 pub struct StarStage {
     /// One row per star and pointing (or member).
     pub rows: Vec<StarRow>,
     /// Star frames that failed.
     pub failed: Vec<PhotometryRow>,
-    /// What the stars say of every frame.
+    /// The results of the stars that apply to every frame.
     pub seeing: Seeing,
     /// Star frames measured.
     pub n_members: usize,

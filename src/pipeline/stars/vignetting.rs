@@ -96,7 +96,7 @@ impl Mesh<'_> {
         from + k * self.mesh_px..from + (end * self.mesh_px).min(n)
     }
 
-    /// What the clip circle alone says of a box.
+    /// What follows for a box from the clip circle alone.
     fn before_reading(&self, b: usize) -> Known {
         let (columns, rows) = self.reader.box_px();
         let (nx, _) = self.boxes();

@@ -30,7 +30,7 @@ pub struct Preflight {
     pub prepared: Prepared,
     /// The files by role.
     pub survey: Survey,
-    /// What was found.
+    /// The result.
     pub findings: Findings,
     /// Whether a zeropoint is fitted to the stars of this night.
     fits: bool,

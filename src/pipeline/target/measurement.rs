@@ -12,10 +12,10 @@ use crate::photometry::target::measure::{LIMIT_MARGIN_SIGMA, Light, TargetFound}
 use crate::pipeline::prepared::Calibrated;
 use crate::zeropoint::previous::{OtherNight, other_night};
 
-/// What was measured in one frame.
+/// The measurement of one frame.
 #[derive(Debug, Clone)]
 pub struct Measurement {
-    /// What the detector does at the gain of the frame.
+    /// The detector at the gain of the frame.
     pub gain: Gain,
     /// FWHM of the stars \[px\], if anything determines it.
     pub fwhm_px: Option<f64>,
@@ -29,11 +29,11 @@ pub struct Measurement {
     pub x_px: f64,
     /// Centre of the aperture \[px\].
     pub y_px: f64,
-    /// What the aperture holds.
+    /// The flux in the aperture.
     pub flux: Flux,
-    /// Of a frame without a detection: what a point source's aperture at the expected place holds.
+    /// For a frame without a detection: the flux in the aperture of a point source at the expected place.
     pub forced: Option<Flux>,
-    /// What the target looks like; `None` where nothing was found.
+    /// The shape of the target; `None` if nothing was found.
     pub look: Option<Look>,
     /// The correction of the target to its whole light; `None` without a profile of the stars, or if that gives none.
     pub correction: Option<ApertureCorrection>,
@@ -43,7 +43,7 @@ pub struct Measurement {
     pub reasons: Vec<String>,
 }
 
-/// What the target looks like and what is mixed with it.
+/// The shape of the target and the light that is mixed with it.
 #[derive(Debug, Clone, Copy)]
 pub struct Look {
     /// Ratio of its axes.
@@ -70,7 +70,7 @@ pub struct Instrumental {
     pub mag: Option<f64>,
     /// Its random error.
     pub mag_err: Option<f64>,
-    /// What would have been detected.
+    /// The limit.
     pub limit_mag: Option<f64>,
     /// Mean surface brightness over the aperture.
     pub mu_mean: Option<f64>,
@@ -81,25 +81,25 @@ pub struct Instrumental {
 /// A measurement in magnitudes outside the atmosphere; all `None` without a zeropoint or an airmass.
 #[derive(Debug, Clone)]
 pub struct CalibratedMeasurement {
-    /// What was measured.
+    /// The measurement.
     pub measured: Measurement,
     /// Magnitude of a detected target.
     pub v_mag: Option<f64>,
     /// Systematic error of the magnitude or of the limit.
     pub v_mag_err_sys: Option<f64>,
-    /// What would have been detected.
+    /// The limit.
     pub limit_v_mag: Option<f64>,
     /// Mean surface brightness over the aperture \[mag/arcsec²\].
     pub mu_mean: Option<f64>,
     /// Surface brightness of the brightest disc \[mag/arcsec²\].
     pub mu_peak: Option<f64>,
-    /// What it costs that the zeropoint is of another night.
+    /// The error added by the zeropoint of another night.
     pub other_night: Option<OtherNight>,
-    /// What is missing for a magnitude.
+    /// The reason why there is no magnitude.
     pub missing: Option<&'static str>,
 }
 
-/// What a frame is measured with.
+/// The inputs of the measurement of a frame.
 #[derive(Debug)]
 pub struct Setting<'a> {
     /// The night.
@@ -119,7 +119,7 @@ pub struct Setting<'a> {
 }
 
 impl Setting<'_> {
-    /// What was found in a frame, as a measurement.
+    /// The result of the search in a frame, as a measurement.
     #[must_use]
     pub fn measurement(&self, found: TargetFound) -> Measurement {
         let t = &self.night.config.target;

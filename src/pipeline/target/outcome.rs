@@ -1,4 +1,4 @@
-//! What became of one target frame, stage by stage: [`TaggedFrame`], [`ComparedFrame`], [`TargetFrame`].
+//! The outcome of one target frame, stage by stage: [`TaggedFrame`], [`ComparedFrame`], [`TargetFrame`].
 
 use super::measurement::CalibratedMeasurement;
 use super::place::Place;
@@ -18,7 +18,7 @@ pub struct TaggedFrame<'a> {
     pub exposure: &'a Exposure,
     /// The place of the satellite.
     pub place: Place,
-    /// What was measured, or why it could not be; `None` where the place has a problem.
+    /// The measurement, or why there is none; `None` where the place has a problem.
     pub measured: Option<Result<CalibratedMeasurement>>,
 }
 
@@ -29,7 +29,7 @@ pub struct ComparedFrame<'a> {
     pub exposure: &'a Exposure,
     /// The place of the satellite.
     pub place: Place,
-    /// What was measured, or why it could not be; `None` where the place has a problem.
+    /// The measurement, or why there is none; `None` where the place has a problem.
     pub measured: Option<Result<CalibratedMeasurement>>,
     /// The model's magnitudes, or why there are none; `None` without a model or a place.
     pub model: Option<Result<Brightness>>,
@@ -45,7 +45,7 @@ impl<'a> TaggedFrame<'a> {
     }
 }
 
-/// What is known of one target frame.
+/// The results of one target frame.
 #[derive(Debug, Clone)]
 pub struct TargetFrame {
     /// Its row of the light curve.

@@ -20,7 +20,7 @@ const MARGIN_PX: f64 = 64.0;
 /// Boxes of the mesh to each side of the expected place.
 const BOXES_AROUND: usize = 2;
 
-/// What was found in a frame.
+/// The result of the search in a frame.
 #[derive(Debug)]
 pub struct Seen {
     /// The target, or its limit.
@@ -59,7 +59,7 @@ pub fn look(reader: &FrameReader, night: &Calibrated, settings: &TargetSettings)
     look_at_all(reader, night, settings)
 }
 
-/// The same with all of the clip circle read: including what [`look`] skips.
+/// The same with the whole clip circle read, including what [`look`] skips.
 ///
 /// # Errors
 /// As [`look`].

@@ -1,4 +1,4 @@
-//! What the observer's eye did: verdict and reasons of a frame, by itself and among its neighbours.
+//! Vetting: verdict and reasons of a frame, by itself and among its neighbours.
 //!
 //! A verdict is the worst of its findings; every finding sets its flag and says in words what was seen, with the number
 //! and, where there is one, the threshold of `[vetting]`. What could not be measured is not judged. It does not cover the
@@ -35,7 +35,7 @@ pub const DECIDING: Flags = Flags(
         | Flags::LOW_ALTITUDE.0,
 );
 
-/// What may be done with a frame, and why; of a frame by itself, and then of one among its neighbours.
+/// The verdict on a frame, and its reasons; of a frame by itself, and then of one among its neighbours.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judgement {
     /// The worst of its findings.
@@ -46,7 +46,7 @@ pub struct Judgement {
     pub reason: String,
     /// Time since the frame of this target before \[s\].
     pub cadence_s: Option<f64>,
-    /// What would have been detected \[mag\].
+    /// The limit \[mag\].
     pub limit_v_mag: Option<f64>,
     /// Whether findings count: a frame that failed or was set aside keeps its reason alone.
     open: bool,

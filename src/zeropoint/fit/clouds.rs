@@ -16,7 +16,7 @@ const FEWEST: usize = 6;
 const EVIDENCE: f64 = 3.0;
 /// Skewness of the deviations from which clouds that are not corrected are suspected.
 const SKEWED: f64 = 0.25;
-/// What a parameter more costs.
+/// The penalty for one more parameter.
 const ONE_MORE: f64 = 4.0;
 /// Share of the shift that stays in the error however sure the clouds are: how thick they are is not exponential.
 const UNKNOWN_SHAPE: f64 = 0.12;
@@ -65,7 +65,7 @@ impl Clouds {
     }
 }
 
-/// How thick clouds are.
+/// The thickness of the clouds.
 #[derive(Debug, Clone, Copy)]
 enum Depth {
     /// Exponential of this mean \[mag\]: many thin ones.

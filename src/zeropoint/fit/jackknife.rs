@@ -13,7 +13,7 @@ use super::weights::Fit;
 /// Fewest pointings for a covariance.
 pub const FEWEST: usize = 5;
 
-/// What the fits without one star and without one pointing say.
+/// The result of the fits without one star and without one pointing.
 #[derive(Debug, Clone, Default)]
 pub struct Jackknife {
     /// Covariance of the centred parameters by leaving out stars.

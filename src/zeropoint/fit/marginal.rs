@@ -1,4 +1,4 @@
-//! What is not known of the scatters enters the error: the terms averaged over the scatter between pointings and of stars.
+//! The uncertainty of the scatters enters the error: the terms averaged over the scatter between pointings and of stars.
 //!
 //! Magnitudes. Each pair of scatters has its restricted likelihood, its terms and their covariance; the 68 % and 95 %
 //! intervals of each term are those of the mixture, which is what Student's t is for one group. A few pointings do not
@@ -35,7 +35,7 @@ const MANY: f64 = 1e5;
 /// Dense rows above which fewer scatters are tried.
 const LARGE: usize = 60;
 
-/// What is known of the scatter between pointings.
+/// The source of the scatter between pointings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Prior {
     /// Half-t of this scale \[mag\].
@@ -114,11 +114,11 @@ pub struct Marginal {
     pub kappa: f64,
 }
 
-/// What the scatters are averaged over.
+/// The grid over which the scatters are averaged.
 pub struct Problem<'a> {
     /// The rows.
     pub sums: &'a Sums,
-    /// Of the scatter between pointings.
+    /// Values of the scatter between pointings.
     pub prior: Prior,
     /// Typical scatter of the pointings' offsets and their error from the stars alone \[mag\].
     pub offsets_mag: [f64; 2],

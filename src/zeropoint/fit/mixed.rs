@@ -22,7 +22,7 @@ pub struct Means {
 }
 
 impl Means {
-    /// Of rows with precisions `omega` \[1/mag²\].
+    /// The means of rows with precisions `omega` \[1/mag²\].
     pub fn of(rows: &Rows, omega: &[f64]) -> Means {
         let g = rows.pointings.len();
         let mut out = Means { weight: vec![0.0; g], columns: vec![[0.0; N]; g], y: vec![0.0; g] };

@@ -15,7 +15,7 @@ const SCALE_ROWS: usize = 4_000;
 /// Half-width of the window \[σ\]: a Gaussian has 2e-9 outside.
 const WINDOW: f64 = 6.0;
 
-/// What residuals are measured by.
+/// The scale of the residuals.
 #[derive(Debug, Clone)]
 pub struct Noise {
     /// Standard deviation of each row \[mag\].

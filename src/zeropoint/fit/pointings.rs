@@ -31,7 +31,7 @@ pub struct Pointing {
     pub offset_err_mag: f64,
 }
 
-/// What the pointings say together.
+/// The result of all pointings together.
 #[derive(Debug, Clone)]
 pub struct Pointings {
     /// Each of them, by number.

@@ -192,7 +192,7 @@ fn cloud_text(clouds: &Clouds, rows: &Rows) -> String {
     )
 }
 
-/// What the model says of the errors.
+/// The errors by the model.
 struct Inference {
     sums: Sums,
     sds: [Vec<f64>; 2],
@@ -399,7 +399,7 @@ fn chi2(rows: &Rows, used: &[usize], fit: &Fit) -> (Option<f64>, Option<f64>) {
     (Some(chi2 / dof as f64), p)
 }
 
-/// How k'' came about and, where it was fitted, whether the stars ask for it: F = (k''/σ)², ΔBIC = ln n − n ln(1 + F/dof).
+/// How k'' came about and, where it was fitted, whether the stars support it: F = (k''/σ)², ΔBIC = ln n − n ln(1 + F/dof).
 fn second_order(rows: &Rows, fit: &Fit, cov: &Matrix, n_used: usize) -> String {
     if rows.terms[2] != Term::Free {
         return rows.terms[2].note();

@@ -87,11 +87,11 @@ pub struct Zeropoint {
     /// Filter of the star frames; the fit does not know it either.
     #[doc(hidden)]
     pub light: Option<Light>,
-    /// How k came about: `fitted`, `pinned 0.12`, `refused: all stars within 0.02 airmass`.
+    /// How k was determined: `fitted`, `pinned 0.12`, `refused: all stars within 0.02 airmass`.
     pub k_note: String,
-    /// How C came about.
+    /// How C was determined.
     pub c_note: String,
-    /// How k'' came about, and whether the stars ask for it.
+    /// How k'' was determined, and whether the stars support it.
     pub k2_note: String,
     /// Where the covariance is from.
     pub cov_note: String,
@@ -100,7 +100,7 @@ pub struct Zeropoint {
     /// The pointings, by number.
     #[doc(hidden)]
     pub pointings: Vec<Pointing>,
-    /// What the observer should know.
+    /// Notes for the observer.
     pub warnings: Vec<String>,
     /// Robust weight of each input row, 0 to 1; 0 = rejected or unusable.
     pub weights: Vec<f64>,
@@ -141,7 +141,7 @@ impl Zeropoint {
         predicted(&self.cov_95, airmass, b_v_mag).hypot(self.colour_slope(airmass) * colour_err)
     }
 
-    /// What the errors of ZP, k and C are multiplied by for 95 %; 1.96 for a term that is held exactly.
+    /// The factors of the errors of ZP, k and C for 95 %; 1.96 for a term that is held exactly.
     #[doc(hidden)]
     #[must_use]
     pub fn multipliers_95(&self) -> [f64; 3] {
@@ -224,7 +224,7 @@ pub(super) fn predicted(cov: &solve::Matrix, airmass: f64, b_v_mag: f64) -> f64 
     quadratic(cov, &[1.0, airmass, b_v_mag, airmass * b_v_mag]).max(0.0).sqrt()
 }
 
-/// What should be known of an extinction below zero.
+/// The note on an extinction below zero.
 pub(super) fn negative_k(k: f64, err: f64) -> Option<String> {
     (k < 0.0).then(|| {
         format!(

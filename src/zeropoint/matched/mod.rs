@@ -49,7 +49,7 @@ pub struct Matched {
     pub rows: Vec<StarRow>,
     /// The fit, or why there is none.
     pub zeropoint: std::result::Result<Zeropoint, String>,
-    /// What each quantity was taken from.
+    /// The source of each quantity.
     pub taken: Vec<(String, String)>,
     /// The unit of the instrumental magnitudes.
     pub inst_unit: String,
@@ -59,7 +59,7 @@ pub struct Matched {
     pub band: String,
     /// Rows excluded before the fit, by reason.
     pub left_out: BTreeMap<String, usize>,
-    /// What should be known.
+    /// Notes for the observer.
     pub notes: Vec<String>,
     pub(crate) table: String,
 }

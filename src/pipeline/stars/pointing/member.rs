@@ -49,7 +49,7 @@ pub struct Member {
     pub fwhm_px: f64,
     /// Pixel scale \[arcsec/px\].
     pub scale_arcsec: f64,
-    /// How the camera is turned on the sky.
+    /// The rotation of the camera on the sky.
     pub turn: Option<CameraTurn>,
     /// Radii of aperture and annulus \[px\].
     pub radii_px: [f64; 3],
@@ -63,7 +63,7 @@ pub struct Member {
     pub growth: Option<FrameGrowth>,
     /// The profile that corrects its stars to their whole light, once that of the night is known.
     pub profile: Option<StarProfile>,
-    /// What should be known of it: how its world coordinates were found.
+    /// Notes about it: how its world coordinates were found.
     pub note: String,
     /// Its stars, in the order of the catalogue.
     pub stars: Vec<MemberStar>,

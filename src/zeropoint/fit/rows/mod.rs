@@ -22,7 +22,7 @@ const REPEATED: f64 = 1.05;
 /// Smallest share of the variance of the colours that must be the stars' own.
 const BELIEVED_SHARE: f64 = 0.1;
 
-/// What the errors of the colours do to the colour term.
+/// The effect of the errors of the colours on the colour term.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Calibration {
     /// Share λ of the variance of the colours that is the stars' own; 1 without errors.
@@ -75,7 +75,7 @@ pub struct Rows {
     var_colour: Vec<f64>,
     /// B−V of each row weighted down by its error \[mag\] (errors in variables).
     colour: Vec<f64>,
-    /// What the errors of the colours did.
+    /// The effect of the errors of the colours.
     pub calibration: Calibration,
     /// Index of the star of each row.
     pub star_of: Vec<usize>,
@@ -91,7 +91,7 @@ pub struct Rows {
     pub pointings: Vec<usize>,
     /// Index of the pointing of each row in `pointings`.
     pub group: Vec<usize>,
-    /// What the observer should know.
+    /// Notes for the observer.
     pub warnings: Vec<String>,
     /// Rounds after which the fit stops.
     pub max_rounds: usize,
