@@ -57,7 +57,7 @@ print(f"""# Error against run time, and the extremes
 
 Made by `scripts/make_accuracy_docs.sh`, which runs `satphot accuracy --{effort}`, `--extremes` and `--paths`. CPU time is of one
 thread of the machine that wrote this page: ratios carry over, microseconds do not. Errors are of 95 of 100 cases, and the
-worst. **Bold** is what satphot takes unless told otherwise; *slanted* settings are beaten by another of the same case in
+worst. **Bold** is what satphot uses by default; *slanted* settings are beaten by another of the same case in
 both error and time. In the figures, filled marks are on the front, open ones are beaten, squares are the defaults. Thin
 lines are other programs; those of apertures take whole apertures, ours the outline alone.{few}
 

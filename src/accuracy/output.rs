@@ -158,7 +158,7 @@ fn page(sweeps: &[(Method, Sweep)], sections: &[Markup]) -> Markup {
             p {
                 "Methods with a knob, the knob turned, against a converged reference. CPU time is of one thread on the \
                  machine that wrote this page; ratios carry over, seconds do not. Settings in grey are beaten by another in \
-                 both error and time; bold is what satphot takes unless told otherwise."
+                 both error and time; bold is what satphot uses by default."
             }
             ul { @for (method, _) in sweeps { li { a href={"#" (method.name)} { (method.name) } ": " (method.about) } } }
             @for section in sections { (section) }

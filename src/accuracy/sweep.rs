@@ -167,8 +167,8 @@ mod tests {
                 series(vec![point(1.0, 1.0)], "somebody else's"),
             ],
         };
-        let told = sweep.standing();
-        assert_eq!(told, "on the front in 1 of 2; behind it: behind (quicker takes 50 % of its time); it is");
+        let standing = sweep.standing();
+        assert_eq!(standing, "on the front in 1 of 2; behind it: behind (quicker takes 50 % of its time); it is");
     }
 
     #[test]

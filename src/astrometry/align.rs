@@ -49,7 +49,7 @@ const VOTERS: usize = 60;
 const JUDGES: usize = 150;
 /// Hypotheses of each kind that are judged, by votes.
 const JUDGED: usize = 60;
-/// Hypotheses of each kind that are refined, by stars brought together.
+/// Hypotheses of each kind that are refined, by number of matched stars.
 const REFINED: usize = 6;
 /// Largest rotation looked for \[rad\].
 const MAX_ROTATION_RAD: f64 = 6.0 * std::f64::consts::PI / 180.0;
@@ -58,7 +58,7 @@ const MAX_SCALE_ERR: f64 = 0.01;
 /// Largest probability that an accepted match is chance.
 const MAX_CHANCE: f64 = 1e-4;
 
-/// Finds the similarity that carries `predicted` onto `detected` positions \[px\], both brightest first.
+/// Finds the similarity that maps `predicted` to `detected` positions \[px\], both brightest first.
 ///
 /// Hypotheses come from single stars (shift alone) and from pairs of stars of equal separation and direction (shift,
 /// rotation up to 6°, scale within 1 %); those with the most votes are judged by the number of stars they bring

@@ -1,4 +1,4 @@
-//! How the camera is turned on the sky: from the world coordinates of the star frames, for the trails of the tracked
+//! The rotation of the camera on the sky: from the world coordinates of the star frames, for the trails of the tracked
 //! ones.
 //!
 //! Radians on the detector from +x towards +y; position angles from north through east. On an equatorial mount the
@@ -11,9 +11,9 @@ use crate::astrometry::wcs::Wcs;
 use crate::orbit::{Geometry, Site};
 use crate::photometry::target::measure::KnownDirection;
 
-/// What polar alignment and flexure may turn the camera by between the star frames and the target \[rad\]: 0.2°.
+/// How much polar alignment and flexure may turn the camera between the star frames and the target \[rad\]: 0.2°.
 const MOUNT_ERR_RAD: f64 = 0.0035;
-/// Star frames that differ by more than this do not tell \[rad\]: 2°.
+/// Star frames that differ by more than this do not determine the rotation \[rad\]: 2°.
 const MOST_ERR_RAD: f64 = 0.035;
 /// Step on the sky \[deg\].
 const STEP_DEG: f64 = 0.01;
@@ -30,7 +30,8 @@ pub struct CameraTurn {
 }
 
 impl CameraTurn {
-    /// Of one star frame, turned by `rotation_rad` against its world coordinates; `None` where they end.
+    /// The rotation from one star frame, turned by `rotation_rad` against its world coordinates; `None` outside their
+    /// range.
     #[must_use]
     pub fn of_frame(wcs: &Wcs, rotation_rad: f64, (nx, ny): (usize, usize)) -> Option<Self> {
         let (x, y) = (0.5 * (nx as f64 - 1.0), 0.5 * (ny as f64 - 1.0));
@@ -45,8 +46,8 @@ impl CameraTurn {
         (north_rad.is_finite() && across != 0.0).then_some(Self { north_rad, mirrored: across < 0.0, err_rad: 0.0 })
     }
 
-    /// Of a night: the mean of its frames, `err_rad` their scatter and what the mount may add; `None` where they do not
-    /// agree.
+    /// The rotation of a night: the mean of its frames, `err_rad` their scatter and what the mount may add; `None` where
+    /// they do not agree.
     ///
     /// Angles half a turn apart are the same: the mean is that of e^(2iθ), R its length, and the scatter √(−2 ln R)/2.
     #[must_use]

@@ -1,4 +1,4 @@
-//! Where a frame roughly points, from whatever its header or the configuration says.
+//! The approximate pointing of a frame, from its header or the configuration.
 //!
 //! Degrees, good to a fraction of a degree: precession since J2000 (0.36° by 2026) is not subtracted old mounts'
 //! epochs. It does not cover the world coordinates themselves ([`crate::astrometry::wcs`]); their reference point
@@ -12,7 +12,7 @@ use crate::frames::Exposure;
 use crate::frames::header::{Aliases, sexagesimal};
 use crate::orbit::{EarthOrientation, Site, altaz_to_icrs};
 
-/// A rough position and where it is from.
+/// An approximate position and its source.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RoughPosition {
     /// Right ascension \[deg\].
@@ -21,7 +21,7 @@ pub struct RoughPosition {
     pub dec_deg: f64,
     /// The keywords or the key of the configuration.
     pub source: String,
-    /// Whether it is the reference point of the world coordinates (CRVAL), which says nothing next to them.
+    /// Whether it is the reference point of the world coordinates (CRVAL), which adds nothing to them.
     pub is_reference: bool,
 }
 
@@ -44,7 +44,7 @@ const HORIZONTAL: [(&str, &str); 5] = [
     ("ELEVATIO", "AZIMUTH"),
 ];
 
-/// Every rough position of an exposure, the most trusted first: `field` of the configuration, the header's world
+/// Every approximate position of an exposure, the most trusted first: `field` of the configuration, the header's world
 /// coordinates at the frame's centre, RA and Dec keywords, CRVAL alone, altitude and azimuth.
 ///
 /// A pair of zeros is not a position. A right ascension that is a bare number below 24 whose comment names no unit is

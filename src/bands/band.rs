@@ -82,6 +82,16 @@ impl Band {
     pub fn named(name: &str) -> Option<Self> {
         BANDS.iter().find(|(_, known, ..)| *known == name).map(|(band, ..)| *band)
     }
+
+    /// The band of magnitudes whose source may not name one: V where it does not.
+    ///
+    /// The method is that of Caddy et al., which calibrates to V with B−V, so tables and zeropoints that do not name a band
+    /// are in V: those of other programs that follow the paper, and those of satphot from before it had other bands.
+    #[must_use]
+    pub fn or_v(stated: Option<Self>) -> Self {
+        stated.unwrap_or(Band::V)
+    }
+
     /// Every name, for messages.
     #[must_use]
     pub fn names() -> String {

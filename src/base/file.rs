@@ -199,9 +199,9 @@ pub fn clear_leftovers(folder: &Path, all: bool) -> usize {
 /// The name of this machine, as far as it may stand in a file name.
 #[must_use]
 pub fn host() -> String {
-    let told = fs::read_to_string("/proc/sys/kernel/hostname").ok().or_else(|| std::env::var("HOSTNAME").ok());
+    let reported = fs::read_to_string("/proc/sys/kernel/hostname").ok().or_else(|| std::env::var("HOSTNAME").ok());
     let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
-    let name: String = told.unwrap_or_default().trim().chars().take(40).map(plain).collect();
+    let name: String = reported.unwrap_or_default().trim().chars().take(40).map(plain).collect();
     if name.is_empty() { "host".into() } else { name }
 }
 
@@ -310,8 +310,8 @@ fn free_bytes(path: &Path) -> Option<u64> {
     #[cfg(target_os = "linux")]
     {
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let told = rustix::fs::statvfs(folder).ok()?;
-        Some(told.f_bavail.saturating_mul(told.f_frsize))
+        let space = rustix::fs::statvfs(folder).ok()?;
+        Some(space.f_bavail.saturating_mul(space.f_frsize))
     }
     #[cfg(not(target_os = "linux"))]
     {

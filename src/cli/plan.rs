@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::pipeline::options::Options;
+use satphot::pipeline::products::inputs::InputRole;
 use satphot::pipeline::shards::plan_file::{FRAMES_PER_SHARD, make_plan};
 
 use super::{Common, print, tell};
@@ -52,14 +53,14 @@ impl PlanVerb {
         for note in notes.iter().filter(|_| !self.common.quiet) {
             tell(&format!("note: {note}"));
         }
-        let n = |role: &str| plan.of_role(role).count();
+        let n = |role: InputRole| plan.of_role(role).count();
         print(&format!(
             "{} frames: {} flats, {} star, {} target, {} unreadable\n{} shards of at most {} target frames\n{}\n",
             plan.frames.len(),
-            n("flat"),
-            n("stars"),
-            n("target"),
-            n("unreadable"),
+            n(InputRole::FLAT),
+            n(InputRole::STARS),
+            n(InputRole::TARGET),
+            n(InputRole::Unreadable),
             plan.shards.len(),
             plan.frames_per_shard,
             self.out.display()

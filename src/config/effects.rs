@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 pub enum Mode {
     /// As the paper prints it.
     AsPublished,
-    /// As the physics asks.
+    /// With the errors of the paper corrected.
     #[default]
     Corrected,
 }
@@ -34,7 +34,7 @@ pub enum Shadow {
     Cylinder,
     /// Share of the source's disc above an airless limb.
     Penumbra,
-    /// That, seen through the air: refraction, Rayleigh scattering, ozone.
+    /// As `penumbra`, seen through the air: refraction, Rayleigh scattering, ozone.
     Atmospheric,
 }
 
@@ -54,13 +54,13 @@ pub enum Distances {
 pub enum MoonLaw {
     /// −12.73 + 0.026|α| + 4·10⁻⁹ α⁴ (Cox 2002).
     Cox,
-    /// That, with the surge below 7° of Krisciunas & Schaefer (1991).
+    /// As `cox`, with the surge below 7° of Krisciunas & Schaefer (1991).
     CoxOpposition,
     /// The disc reflectance of ROLO (Kieffer & Stone 2005), without libration.
     Rolo,
 }
 
-/// Past 150° of phase.
+/// The Moon's magnitude past 150° of phase.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MoonPastLimit {
@@ -116,11 +116,11 @@ pub enum EarthRadius {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Arrays {
-    /// As the satellite's list says.
+    /// As the list of the satellite states.
     AsListed,
-    /// To the Sun.
+    /// The surfaces point to the Sun.
     Sun,
-    /// At right angles to nadir, towards the Sun's azimuth.
+    /// At right angles to nadir, towards the azimuth of the Sun.
     SunAzimuth,
 }
 
@@ -128,9 +128,9 @@ pub enum Arrays {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Backs {
-    /// Black, whatever the list says.
+    /// Black, whatever the list states.
     Black,
-    /// As the satellite's list says.
+    /// As the list of the satellite states.
     AsListed,
 }
 
@@ -140,7 +140,7 @@ pub enum Backs {
 pub enum Source {
     /// Outside the atmosphere: compares with data corrected for extinction.
     ExoAtmospheric,
-    /// That, with k X on the way from satellite to observer.
+    /// As `exo_atmospheric`, with k X on the way from satellite to observer.
     Extincted,
     /// As the Sun is at the ground (ASTM G-173 global), then scaled.
     BottomOfAtmosphere,
@@ -150,9 +150,9 @@ pub enum Source {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MuArea {
-    /// All surfaces, whole.
+    /// The whole area of all surfaces.
     Total,
-    /// What the observer sees of them.
+    /// The area that the observer sees.
     Projected,
 }
 
@@ -185,7 +185,7 @@ pub struct Effects {
     pub distances: Distances,
     /// The Moon's magnitude against phase.
     pub moon_law: MoonLaw,
-    /// Past 150° of phase.
+    /// The Moon's magnitude past 150° of phase.
     pub moon_past_limit: MoonPastLimit,
     /// The Earth's shadow on the Moon.
     pub lunar_eclipse: LunarEclipse,
@@ -197,9 +197,9 @@ pub struct Effects {
     pub earth_radius: EarthRadius,
     /// Attitude of the surfaces that track the Sun.
     pub arrays: Arrays,
-    /// Backs of surfaces.
+    /// How the backs of surfaces scatter.
     pub backs: Backs,
-    /// The light that is scaled.
+    /// Where the sunlight and moonlight of the model are taken: outside or below the atmosphere.
     pub source: Source,
     /// Solid angle of the mean surface brightness.
     pub mu_area: MuArea,
@@ -222,7 +222,7 @@ pub struct EffectsTable {
     /// The Moon's magnitude against phase.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub moon_law: Option<MoonLaw>,
-    /// Past 150° of phase.
+    /// The Moon's magnitude past 150° of phase.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub moon_past_limit: Option<MoonPastLimit>,
     /// The Earth's shadow on the Moon.
@@ -240,10 +240,10 @@ pub struct EffectsTable {
     /// Attitude of the surfaces that track the Sun.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arrays: Option<Arrays>,
-    /// Backs of surfaces.
+    /// How the backs of surfaces scatter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub backs: Option<Backs>,
-    /// The light that is scaled.
+    /// Where the sunlight and moonlight of the model are taken: outside or below the atmosphere.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source: Option<Source>,
     /// Solid angle of the mean surface brightness.

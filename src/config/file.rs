@@ -67,7 +67,7 @@ pub struct Config {
     /// The zeropoint, extinction and colour fit.
     #[serde(default)]
     pub zeropoint: Zeropoint,
-    /// From which number on a frame is used with caution, or not at all.
+    /// Thresholds from which a frame is used with caution or rejected.
     #[serde(default)]
     pub vetting: Vetting,
     /// The elements of the target; without it no geometry and no model.
@@ -76,10 +76,10 @@ pub struct Config {
     /// The model to compare with; without it no predicted magnitudes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub model: Option<Model>,
-    /// Who reports, for exports.
+    /// Who reports, for exported files.
     #[serde(default, skip_serializing_if = "Reporter::is_silent")]
     pub reporter: Reporter,
-    /// Where and how `satphot fetch` asks.
+    /// The services that `satphot fetch` uses, its cache and its timeouts.
     #[serde(default, skip_serializing_if = "Fetch::is_default")]
     pub fetch: Fetch,
     /// The file this was read from, for messages; empty for a text.
@@ -151,7 +151,7 @@ pub struct Detector {
     /// Systematic error of the gain table \[mag\]; the camera's own value if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gain_table_err_mag: Option<f64>,
-    /// Gain setting (0.1 dB, as a string) -> electrons per ADU; extends or overrides the camera's table.
+    /// Gain setting (0.1 dB, as a string) -> electrons per ADU \[e⁻/ADU\]; extends or overrides the camera's table.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub e_per_adu: BTreeMap<String, f64>,
     /// Gain setting -> read noise \[e⁻\].
@@ -190,7 +190,7 @@ pub struct Frames {
     pub stars: Vec<String>,
     /// Files that are target frames.
     pub target: Vec<String>,
-    /// Files to leave alone.
+    /// Files to ignore.
     pub ignore: Vec<String>,
     /// OBJECT values (case-insensitive, part of the text) that mark a target frame; the satellite's name and
     /// number from the elements are always recognised.

@@ -47,7 +47,7 @@ impl Default for Flat {
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Photometry {
-    /// Band of the calibrated magnitudes, where filter and catalogue do not tell it or contradict each other.
+    /// Band of the calibrated magnitudes, if filter and catalogue do not determine it or contradict each other.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub band: Option<Band>,
     /// Circle kept around the detector centre \[px\]; absent = the whole frame. Caddy et al. use 2500.
@@ -111,10 +111,10 @@ pub enum ApertureShape {
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Target {
-    /// Where to look \[px\]; the centre of the frame if absent.
+    /// Column where the target is searched \[px\]; the centre of the frame if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x_px: Option<f64>,
-    /// Where to look \[px\].
+    /// Row where the target is searched \[px\]; the centre of the frame if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub y_px: Option<f64>,
     /// How far from there the target may be \[arcsec\]; Caddy et al. track to 15.5 arcsec rms, worse near zenith.
@@ -164,7 +164,7 @@ pub enum Solve {
     Auto,
     /// Never: frames without good world coordinates fail.
     Never,
-    /// Always: the header's are not looked at.
+    /// Always: those of the header are not used.
     Always,
 }
 
@@ -189,7 +189,7 @@ pub struct Stars {
     /// Largest catalogue error kept \[mag\]; unknown errors pass.
     #[serde(default = "catalogue_err_max")]
     pub v_err_max_mag: f64,
-    /// Fewest σ of a star's flux.
+    /// Smallest signal-to-noise ratio of a star's flux.
     #[serde(default = "min_snr")]
     pub min_snr: f64,
     /// Largest distance of a detection from its catalogue star \[arcsec\].
@@ -204,7 +204,7 @@ pub struct Stars {
     /// Whether fields are matched without the header's world coordinates.
     #[serde(default)]
     pub solve: Solve,
-    /// How far a rough pointing may be off when a field is matched without world coordinates \[deg\].
+    /// How far an approximate pointing may be off when a field is matched without world coordinates \[deg\].
     #[serde(default = "solve_radius")]
     pub solve_radius_deg: f64,
     /// How far the pixel scale of the optics may be off then, as a share.

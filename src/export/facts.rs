@@ -115,7 +115,7 @@ impl Facts {
                 )
             })?),
         };
-        let band = text("band").unwrap_or_else(|| "V".into());
+        let band = text("band").unwrap_or_else(|| Band::or_v(None).name().into());
         let known =
             Band::named(&band).zip(text("filter")).map(|(band, f)| CalibratedBand::known(band, Light::named(&f)));
         Ok(Self {

@@ -107,7 +107,7 @@ pub fn score_text(path: &Path, observations: &[Kept<'_>], facts: &Facts, names: 
     }
     let bytes = writer.into_inner().map_err(|e| Error::io(path, e.into_error()))?;
     let text = String::from_utf8_lossy(&bytes).into_owned();
-    let (refused, told): (Vec<_>, Vec<_>) = check_score(&text).into_iter().partition(|f| !f.warning);
+    let (refused, warned): (Vec<_>, Vec<_>) = check_score(&text).into_iter().partition(|f| !f.warning);
     if let Some(first) = refused.first() {
         // what was said on the command line or in [reporter] is no fault of the table
         if let Some((_, option)) = OPTIONS.iter().find(|(column, _)| *column == first.column) {
@@ -116,9 +116,10 @@ pub fn score_text(path: &Path, observations: &[Kept<'_>], facts: &Facts, names: 
         let problem = format!("SCORE would refuse the file: {first} ({} in all)", refused.len());
         return Err(Error::Table { path: path.into(), line: None, problem });
     }
-    let mut warnings: Vec<String> = told.iter().take(MOST_WARNINGS).map(ToString::to_string).collect();
-    if told.len() > MOST_WARNINGS {
-        warnings.push(format!("{} more warnings; a check of the exported file lists all", told.len() - MOST_WARNINGS));
+    let mut warnings: Vec<String> = warned.iter().take(MOST_WARNINGS).map(ToString::to_string).collect();
+    if warned.len() > MOST_WARNINGS {
+        warnings
+            .push(format!("{} more warnings; a check of the exported file lists all", warned.len() - MOST_WARNINGS));
     }
     warnings.extend(too_low(observations, alt_m));
     Ok(Scored { text, warnings })

@@ -95,8 +95,8 @@ fn fields_of_frame(config: &Config, exposure: &Exposure, radius_deg: Option<f64>
         let key = p.source.strip_suffix(" in hours");
         key.is_some() && key == first.as_ref().map(|f| f.source.as_str())
     });
-    let told = |source: &str| format!("{}, {source}", exposure.name);
-    first.into_iter().chain(in_hours).map(|p| Field::new(p.ra_deg, p.dec_deg, radius, &told(&p.source))).collect()
+    let named = |source: &str| format!("{}, {source}", exposure.name);
+    first.into_iter().chain(in_hours).map(|p| Field::new(p.ra_deg, p.dec_deg, radius, &named(&p.source))).collect()
 }
 
 /// Fields on the grid, largest first, one question each: a field within another is excluded, and one that is less than

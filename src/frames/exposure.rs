@@ -1,7 +1,7 @@
 //! An exposure: what one file is, derived from its header, its name and the configuration.
 //!
-//! Exposure times in s, sizes in px. Reads headers only, no pixels; the reason for every decision is kept. Leaves out
-//! the pointing (photometry's WCS) and the site (configuration).
+//! Exposure times in s, sizes in px. Reads headers only, no pixels; the reason for every decision is kept. It does not
+//! cover the pointing (photometry's WCS) and the site (configuration).
 
 use super::role::letters;
 use super::role::name_variants;
@@ -44,7 +44,7 @@ pub struct Exposure {
     pub size_px: (usize, usize),
     /// Binning along x.
     pub binning: u32,
-    /// What is odd about the header.
+    /// Warnings about the header.
     pub warnings: Vec<String>,
     /// All its cards.
     pub header: Header,
@@ -142,8 +142,8 @@ pub fn refusals(header: &Header, config: &Config) -> Vec<(String, String)> {
         why.push(("CALSTAT".into(), format!("'{calstat}': already flat-fielded; give the raw frames")));
     } else if done.zero_subtracted && (pedestal_adu - done.zero_adu()).abs() > 0.5 {
         let problem = format!(
-            "'{calstat}': bias or dark are already taken off, and detector.pedestal_adu = {pedestal_adu} would be taken \
-             off again; set it to {}{}, or give the raw frames",
+            "'{calstat}': bias or dark are subtracted already, and detector.pedestal_adu = {pedestal_adu} would be \
+             subtracted again; set it to {}{}, or give the raw frames",
             done.zero_adu(),
             if done.pedestal_adu.is_some() { " (PEDESTAL)" } else { "" }
         );
@@ -153,19 +153,19 @@ pub fn refusals(header: &Header, config: &Config) -> Vec<(String, String)> {
 }
 
 /// The exposure time of a light frame: it must be there and be one.
-pub(crate) fn light_exptime(told: Option<Sourced<f64>>) -> std::result::Result<Sourced<f64>, (String, String)> {
+pub(crate) fn light_exptime(stated: Option<Sourced<f64>>) -> std::result::Result<Sourced<f64>, (String, String)> {
     let absent = || "absent (EXPOSURE and synonyms too); name your keyword in header.aliases.exptime".to_string();
-    let told = told.ok_or_else(|| ("EXPTIME".to_string(), absent()))?;
+    let stated = stated.ok_or_else(|| ("EXPTIME".to_string(), absent()))?;
     // Shorter than a microsecond is not an exposure of the sky.
-    if told.value > 1e-6 && told.value < 1e6 {
-        return Ok(told);
+    if stated.value > 1e-6 && stated.value < 1e6 {
+        return Ok(stated);
     }
     let problem = format!(
         "{} s is not an exposure time of a light frame (accepted: 1e-6 to 1e6 s); \
          name the right keyword in header.aliases.exptime, or the file in frames.ignore",
-        told.value
+        stated.value
     );
-    Err((told.source, problem))
+    Err((stated.source, problem))
 }
 
 fn blank(path: &Path, name: String, role: Role, role_reason: String, header: Header) -> Exposure {

@@ -18,7 +18,7 @@ pub struct GainSetting(pub i64);
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Serialize, Deserialize)]
 pub struct ElectronsPerAdu(pub f64);
 
-/// What the detector does at the gain one frame was taken with.
+/// The detector at the gain of one frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Gain {
     /// The setting, where the header has one.

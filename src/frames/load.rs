@@ -108,7 +108,7 @@ impl<'a> FrameReader<'a> {
     /// Opens an exposure for reading as [`read`] does.
     ///
     /// # Errors
-    /// Those of [`read`].
+    /// The errors of [`read`].
     pub fn open(
         exposure: &'a Exposure,
         gain: Gain,

@@ -2,14 +2,12 @@
 //!
 //! The reason for every decision is kept. It does not cover whether the frame can be used ([`super::exposure`]).
 
-use serde::{Deserialize, Serialize};
-
 use super::header::keywords;
 use crate::config::Config;
 use crate::fits::cards::Header;
 
 /// What a frame is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Role {
     /// A flat field.
     Flat,
@@ -30,6 +28,18 @@ pub enum Role {
 }
 
 impl Role {
+    /// Every role.
+    pub const ALL: [Role; 8] = [
+        Role::Flat,
+        Role::Stars,
+        Role::Target,
+        Role::Bias,
+        Role::Dark,
+        Role::Ignored,
+        Role::OtherTarget,
+        Role::OtherFilter,
+    ];
+
     /// Its name, in plans and listings.
     #[must_use]
     pub fn name(self) -> &'static str {

@@ -99,7 +99,7 @@ impl Blocks {
     }
 }
 
-/// Rows of a frame that tell whether it was ever filled.
+/// Rows of a frame from which it is decided whether it was ever filled.
 const FILL_ROWS: usize = 5;
 
 /// The one value \[ADU\] that all pixels of five rows inside the clip circle have, if they do: no sky, no bias and no
@@ -110,7 +110,7 @@ const FILL_ROWS: usize = 5;
 /// [`crate::Error::Fits`] if the file is damaged or holds no image.
 pub fn never_filled(exposure: &Exposure, clip_radius_px: Option<f64>) -> Result<Option<f32>> {
     if exposure.size_px.0 * exposure.size_px.1 < 64 {
-        return Ok(None); // too few to tell
+        return Ok(None); // too few to decide
     }
     let region = Region::new(exposure.size_px, clip_radius_px);
     let (nx, ny) = region.size_px;

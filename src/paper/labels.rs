@@ -107,11 +107,11 @@ pub fn read_labelled(path: &Path) -> Result<LabelledTable> {
             Some(mjd_d) => mjd_d,
             None => mjd_utc(parse_utc("date_mid", &cell(record, "date_mid")).map_err(|e| fail(at, e.to_string()))?),
         };
-        let told = cell(record, "paper_label");
-        let frame = match PaperLabel::from_text(&told) {
+        let label = cell(record, "paper_label");
+        let frame = match PaperLabel::from_text(&label) {
             Some(label) => label,
-            None if !told.is_empty() => {
-                return Err(fail(at, format!("column paper_label: \"{told}\" is none of day, twilight, night")));
+            None if !label.is_empty() => {
+                return Err(fail(at, format!("column paper_label: \"{label}\" is none of day, twilight, night")));
             }
             None => {
                 let sun_alt_deg =

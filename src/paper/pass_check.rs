@@ -272,7 +272,7 @@ fn remedy_of(
     nearest: Option<&FoundPass>,
     tolerances: &Tolerances,
 ) -> Result<String> {
-    let told = |pass: &FoundPass| -> Result<String> {
+    let described = |pass: &FoundPass| -> Result<String> {
         let sky = sun_and_moon(site, &pass.epoch)?;
         let local = iso_utc(shifted(pass.epoch, row.clock_ahead_s), 0).replace('T', " ");
         let utc = iso_utc(pass.epoch, 0);
@@ -289,12 +289,12 @@ fn remedy_of(
     let dates = proposed.iter().map(|(day, pass)| {
         let days = if day.abs() == 1 { "one day".to_owned() } else { format!("{} days", day.abs()) };
         let way = if *day > 0 { "later" } else { "earlier" };
-        Ok(format!("the date {days} {way}: pass of {}", told(pass)?))
+        Ok(format!("the date {days} {way}: pass of {}", described(pass)?))
     });
     let dates = dates.collect::<Result<Vec<_>>>()?;
     match nearest {
         _ if !dates.is_empty() => Ok(dates.join("; or ")),
-        Some(pass) => Ok(format!("no date within {DATE_ERR_D} days fits; nearest pass {}", told(pass)?)),
+        Some(pass) => Ok(format!("no date within {DATE_ERR_D} days fits; nearest pass {}", described(pass)?)),
         None => Ok(format!("no pass above {} deg in the days around it", tolerances.min_alt_deg)),
     }
 }

@@ -149,8 +149,8 @@ pub fn legend() -> String {
 #[must_use]
 pub fn counts(rows: &[Published]) -> String {
     let count = |verdict| rows.iter().filter(|r| r.verdict() == verdict).count();
-    let told = ORDER.iter().filter(|(verdict, _)| *verdict != Verdict::NotComputed || count(*verdict) > 0);
-    let parts: Vec<String> = told.map(|(verdict, _)| format!("{} {}", count(*verdict), verdict.text())).collect();
+    let counted = ORDER.iter().filter(|(verdict, _)| *verdict != Verdict::NotComputed || count(*verdict) > 0);
+    let parts: Vec<String> = counted.map(|(verdict, _)| format!("{} {}", count(*verdict), verdict.text())).collect();
     format!("{} rows: {}", rows.len(), parts.join(", "))
 }
 

@@ -1,6 +1,6 @@
-//! The sky of one annulus: a clipped, smoothed median, put right for the skewness of Poisson counts.
+//! The sky of one annulus: a clipped, smoothed median, corrected for the skewness of Poisson counts.
 //!
-//! Electrons per pixel, full-frame pixels. Leaves out: the aperture.
+//! Electrons per pixel, full-frame pixels. It does not cover the aperture.
 
 use super::clip::level_and_error;
 use crate::base::stats;
@@ -103,7 +103,7 @@ pub(crate) fn whole_annulus_sky(
 
 /// Reads one pixel of every cache line within `reach` of a star.
 ///
-/// Its rows lie far apart in memory: asked for one after another as they are used, each is waited for; asked for at
+/// Its rows lie far apart in memory: requested one after another as they are used, each is waited for; requested at
 /// once, they are waited for together. That is a fifth of the time of a star.
 fn touch(frame: &Frame<Electrons>, (x, y): (f64, f64), reach: f64) {
     let bounds = Bounds::of(frame);

@@ -1,7 +1,7 @@
 //! Where a star is: a centroid under a Gaussian window that follows it, and the width of that window.
 //!
 //! Full-frame pixels; the width is the FWHM of the star before the pixels, which add 1/12 px² to its variance.
-//! Bad and clipped pixels count as sky. Leaves out: profile fitting, elliptical windows.
+//! Bad and clipped pixels count as sky. It does not cover profile fitting or elliptical windows.
 
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::aperture::{Bounds, cells};
@@ -88,7 +88,7 @@ pub fn centroid(
 /// FWHM \[px\] of the star at (`x_px`, `y_px`), and its centroid: the Gaussian window whose width reproduces itself.
 ///
 /// Under a window σ_w a Gaussian star of width σ has the variance 1/(1/σ² + 1/σ_w²): half of σ² where both agree.
-/// The pixel's 1/12 px² is taken off. `None` where it does not settle between 0.7 and 4 times the first guess.
+/// The 1/12 px² of the pixel is subtracted. `None` where it does not settle between 0.7 and 4 times the first guess.
 pub(crate) fn adaptive_fwhm(
     frame: &Frame<Electrons>,
     background: &Background,

@@ -2,7 +2,8 @@
 //!
 //! The same definitions as [`stats::sigma_clip`] and [`stats::smoothed_median`] for f32 pixels. An order statistic is
 //! searched over the integers that order as the floats do: each step counts the whole slice, at many values per
-//! instruction, which is quicker than moving them. Units are those of the values. Leaves out: values that are not finite.
+//! instruction, which is quicker than moving them. Units are those of the values. It does not cover values that are not
+//! finite.
 
 use multiversion::multiversion;
 
@@ -12,7 +13,7 @@ use crate::base::stats;
 /// f64 sums are kept in this many lanes on every machine, so that all give the same bits.
 const LANES: usize = 16;
 
-/// What a clip leaves of a sample, and its location.
+/// The values of a sample that a clip keeps, and their location.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Location {
     /// [`stats::smoothed_median`] of the kept values.
@@ -90,7 +91,7 @@ fn order_keys(values: &[f32], keys: &mut [i32]) {
     }
 }
 
-/// The keys about the median, among which the medians of all but rough clips are.
+/// The keys about the median, which hold the median of all but coarse clips.
 struct Central<'a> {
     keys: &'a [i32],
     /// Keys below them.
@@ -140,7 +141,7 @@ fn gather(keys: &[i32], low: i32, high: i32, to: &mut [i32]) -> usize {
 
 /// About so many keys are gathered about the median.
 const CENTRAL: usize = 128;
-/// So few keys are ordered instead of being told apart by further counts.
+/// So few keys are sorted instead of being divided by further counts.
 const FEW: usize = 8;
 
 /// The key of a rank, and how many keys are below it.
@@ -312,7 +313,7 @@ fn sums_between(values: &[f32], low: f32, high: f32, zero: f64) -> Sums {
 }
 
 /// [`stats::smoothed_median`] of the values `within` a range; the others become ±∞ and count −1 or 1 in every sum,
-/// exactly, which is taken off again.
+/// exactly, which is subtracted again.
 fn smoothed_median(values: &mut [f32], within: (f32, f32), kept: Sums, start: f64, sigma: f64) -> f64 {
     let h = stats::SMOOTHING_SIGMA * sigma;
     if h.is_nan() || h <= 0.0 {

@@ -1,7 +1,7 @@
 //! Stars of a frame: pixels above a threshold after a matched filter, joined, and their moments.
 //!
 //! Electrons and full-frame pixels. Fluxes here are isophotal: good for sorting and matching, never for magnitudes.
-//! Leaves out: galaxies, profile fits.
+//! It does not cover galaxies or profile fits.
 
 use crate::base::stats;
 use crate::frames::{Electrons, Frame, mask};
@@ -159,7 +159,7 @@ impl Sums {
 /// FWHM of the stars of a frame \[px\]: clipped median over its bright, round, isolated, untainted sources.
 ///
 /// Each star's width comes from the Gaussian window that reproduces itself, free of the threshold; the pixel's share is
-/// taken off. At most the 200 brightest are used. `None` if no source serves.
+/// subtracted. At most the 200 brightest are used. `None` if no source is suitable.
 #[must_use]
 pub fn stellar_fwhm(frame: &Frame<Electrons>, background: &Background, sources: &[Source]) -> Option<f64> {
     let clean = |s: &Source| {

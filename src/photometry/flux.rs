@@ -1,7 +1,7 @@
 //! One flux: exact aperture sum minus sky, its error from electrons, and what taints it.
 //!
-//! Electrons and full-frame pixels. The sky is a clipped, smoothed median of an annulus, put right for the skewness of
-//! Poisson counts. Leaves out: the flat's own noise; a flattened frame's electrons are taken as if they had been
+//! Electrons and full-frame pixels. The sky is a clipped, smoothed median of an annulus, corrected for the skewness of
+//! Poisson counts. It does not cover the flat's own noise; a flattened frame's electrons are taken as if they had been
 //! counted, which is right to the flat's departure from 1.
 
 use multiversion::multiversion;
@@ -10,8 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::Flags;
-pub(crate) use crate::photometry::annulus::Sky;
-use crate::photometry::annulus::{no_bits, whole_annulus_sky};
+use crate::photometry::annulus::{Sky, no_bits, whole_annulus_sky};
 use crate::photometry::aperture::{Bounds, Shape, for_each_row};
 use crate::photometry::background::Background;
 use crate::photometry::clip::Scratch;
@@ -48,7 +47,7 @@ pub struct Flux {
     pub sky_in_px: f64,
     /// Outer radius of the annulus \[px\].
     pub sky_out_px: f64,
-    /// What taints it.
+    /// Its flags.
     pub flags: Flags,
 }
 
@@ -170,7 +169,7 @@ pub(crate) fn flux_over_sky(
                 continue;
             }
             good_area += share;
-            // the sky is taken off pixel by pixel: a bright sky costs no digits
+            // the sky is subtracted pixel by pixel, so that a bright sky costs no digits
             sum += share * (v - sky.level_e);
             extra += share * share * extra_variance(i + bounds.x0, j);
             peak = peak.max(v - sky.level_e);

@@ -1,6 +1,6 @@
 //! Pixels less the sky: any part of a row, and how far the mean sky of the frame lies above the mesh.
 //!
-//! Electrons. Bad and clipped pixels are 0, as sky is. Leaves out: filters.
+//! Electrons. Bad and clipped pixels are 0, as sky is. It does not cover filters.
 
 use super::rows::Rows;
 use std::ops::Range;
@@ -16,7 +16,7 @@ const OFFSET_PX: usize = 100_000;
 pub(crate) struct Net<'a> {
     pub rows: Rows<'a>,
     pub background: &'a Background,
-    /// Taken off beside the mesh \[e⁻/px\].
+    /// Subtracted in addition to the mesh \[e⁻/px\].
     pub offset_e: f32,
     origin_px: (usize, usize),
 }

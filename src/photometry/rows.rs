@@ -14,7 +14,7 @@ pub(crate) struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    /// Of a frame; only one whose rows are not laid out one after another is copied.
+    /// The rows of a frame; only one whose rows are not laid out one after another is copied.
     pub fn of(frame: &'a Frame<Electrons>) -> Self {
         let (pixels, mask) = (frame.pixels.as_standard_layout(), frame.mask.as_standard_layout());
         Self { pixels, mask, nx: frame.pixels.ncols() }

@@ -21,7 +21,7 @@ pub(crate) struct Kernel {
 }
 
 impl Kernel {
-    /// Of the given FWHM \[px\], at least 1 px and at most 60 px, out to 3 σ.
+    /// The filter of the given FWHM \[px\], at least 1 px and at most 60 px, out to 3 σ.
     pub fn gaussian(fwhm_px: f64) -> Self {
         let sigma = if fwhm_px.is_finite() { fwhm_px.clamp(1.0, 60.0) } else { 3.0 } / FWHM_PER_SIGMA;
         let radius = (3.0 * sigma).ceil() as i64;

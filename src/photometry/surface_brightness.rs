@@ -1,7 +1,7 @@
 //! Surface brightness of a resolved target: the mean over its aperture and the brightest seeing disc inside.
 //!
-//! Instrumental magnitudes per square arcsecond, of electrons per second; the zeropoint turns them into V. Leaves out: the
-//! light between the target and its aperture's rim, which makes the mean fainter than the target's own.
+//! Instrumental magnitudes per square arcsecond, of electrons per second; the zeropoint turns them into V. It does not
+//! cover the light between the target and the edge of its aperture, which makes the mean fainter than the target's own.
 
 use ndarray::Array2;
 

@@ -1,11 +1,11 @@
 //! The runs of pixels of a frame above a multiple of the sky's scatter after a filter, tile by tile.
 //!
-//! Electrons, local pixels of the frame. A step of a tile and its margin stay in the second-level cache: every row is read,
-//! freed of the sky and filtered along x once per tile, and the last rows of a step serve the next. Across rows only few
-//! blocks need filtering: the filtered peaks of groups of columns lie nowhere below the filtered pixels (weights and
-//! rounding are monotonic), and a scatter that no pixel of the tile lies below gives a threshold below all others; where
-//! the one does not reach the other, nothing is above. Memory: one tile per thread and the runs. Leaves out: what the
-//! runs belong to.
+//! Electrons, local pixels of the frame. A step of a tile and its margin stay in the second-level cache: every row is
+//! read, freed of the sky and filtered along x once per tile, and the last rows of a step serve the next. Across rows
+//! only few blocks need filtering: the filtered peaks of groups of columns lie nowhere below the filtered pixels
+//! (weights and rounding are monotonic), and a scatter that no pixel of the tile lies below gives a threshold below all
+//! others; where the one does not reach the other, nothing is above. Memory: one tile per thread and the runs. It does
+//! not cover what the runs belong to.
 
 use std::ops::Range;
 

@@ -10,10 +10,10 @@ use crate::tables::row_passes::passes;
 use crate::tables::words::Verdict;
 use crate::tables::{PhotometryRow, ResidualRow};
 
-/// Whether the model may stand beside magnitudes that are corrected for extinction, and what must be said if it does.
+/// Whether the model may be compared with magnitudes that are corrected for extinction, and the note if it is.
 ///
 /// # Errors
-/// [`Error::Config`] for a throughput, and for a source that carries extinction itself in corrected mode: it
+/// [`Error::Config`] for a throughput, and for a source that includes extinction itself in corrected mode: it
 /// would count twice.
 pub fn comparable(model: &config::Model) -> Result<Option<String>> {
     if model.throughput.is_some() {

@@ -1,4 +1,4 @@
-//! What a zeropoint from matched stars leaves behind: zeropoint.toml and the table of its stars.
+//! The products of a zeropoint from matched stars: zeropoint.toml and the table of its stars.
 
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! How many frames may be in work at once, from the memory they take: what a night holds, byte by byte.
 //!
 //! Bytes. Frames are counted with all they can need, so that the limit holds for the worst of them; cores never multiply
-//! frames. Leaves out rows and notes: a kilobyte a frame.
+//! frames. It does not cover rows and notes: a kilobyte a frame.
 
 use super::prepared::{Calibrated, Flattened, Prepared};
 use super::survey::files::Survey;
@@ -19,7 +19,7 @@ const STAR_BYTES: usize = 250;
 const FLAT_BYTES_PER_PX: usize = 4;
 /// A frame: f32 and its mask.
 const FRAME_BYTES_PER_PX: usize = 5;
-/// What looking for the target takes beside its pixels: cutout, cells, significances at four scales.
+/// Memory that the search for the target takes in addition to its pixels: cutout, cells, significances at four scales.
 const SEARCH_BYTES_PER_PX: usize = 40;
 /// Detections, mesh and measurements of one frame.
 const SOURCES_BYTES: usize = 10_000_000;
@@ -43,7 +43,7 @@ impl Default for Memory {
     }
 }
 
-/// What one stage takes \[bytes\].
+/// The memory of one stage \[bytes\].
 #[derive(Debug, Clone, Copy)]
 struct Need {
     held: usize,
@@ -116,7 +116,7 @@ fn largest_box(night: &Prepared, exposures: &[&Exposure]) -> (usize, usize) {
     exposures.iter().map(size).map(|(nx, ny)| (nx * ny, nx)).max().unwrap_or((0, 0))
 }
 
-/// What is in memory whatever the stage, with the master flat of the same box.
+/// The memory in use in every stage, with the master flat of the same box.
 fn held(night: &Prepared, px: usize, flat: bool) -> usize {
     let stars = night.catalogue.as_ref().map_or(0, |c| c.stars.len());
     PROGRAM_BYTES + stars * STAR_BYTES + if flat { px * FLAT_BYTES_PER_PX } else { 0 }

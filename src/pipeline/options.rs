@@ -1,4 +1,4 @@
-//! What a run of the night is asked to do.
+//! The options of a run of the night.
 
 use super::memory::Memory;
 use crate::base::stop::Stop;
@@ -18,11 +18,11 @@ pub struct Options {
     pub strict: bool,
     /// Draw no figures.
     pub no_figures: bool,
-    /// Measure what was left out of frames and scenes, and what that saved.
+    /// Measure what was skipped in frames and scenes, and what that saved.
     pub explain: bool,
     /// Leave nothing out, for tests that compare.
     pub exhaustive: bool,
-    /// Do everything anew, also what an earlier run has kept.
+    /// Do everything again, including what an earlier run has kept.
     pub redo: bool,
     /// A request to stop after the frames in work.
     pub stop: Stop,

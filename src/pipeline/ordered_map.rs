@@ -2,8 +2,9 @@
 //! memory than fit.
 //!
 //! The reader brings the next files into the memory of the operating system, where they cost this process nothing; the
-//! workers take from there the part they need. Frames in work are bounded, not by cores but by memory; within a frame the
-//! same threads share its rows, so that more threads than frames still help. Leaves out how many fit ([`super::memory`]).
+//! workers take from there the part they need. Frames in work are bounded, not by cores but by memory; within a frame
+//! the same threads share its rows, so that more threads than frames still help. It does not cover how many fit
+//! ([`super::memory`]).
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -86,7 +87,7 @@ fn file_bytes(path: &Path) -> u64 {
 }
 
 /// Asks the operating system to have a file's bytes at hand; nothing of it is held here. What is wrong with the file is
-/// for the worker to tell.
+/// for the worker to report.
 fn warm(path: &Path) {
     #[cfg(target_os = "linux")]
     if let Ok(file) = std::fs::File::open(path) {

@@ -41,7 +41,7 @@ pub struct Prepared {
     pub band: Option<CalibratedBand>,
     /// Memory of the frames.
     pub buffers: Buffers,
-    /// Exhaustive mode: nothing is left out of frames and scenes, for tests that compare.
+    /// Exhaustive mode: nothing is skipped in frames and scenes, for tests that compare.
     pub exhaustive: bool,
 }
 
@@ -63,12 +63,12 @@ impl Deref for Flattened {
     }
 }
 
-/// What the star pointings of a night say of every one of its frames; all `None` for a night without stars.
+/// The results of the star pointings of a night that apply to all of its frames; all `None` for a night without stars.
 #[derive(Debug, Clone, Default)]
 pub struct Seeing {
     /// Median FWHM of the stars \[arcsec\].
     pub fwhm_arcsec: Option<f64>,
-    /// How the camera is turned on the sky.
+    /// The rotation of the camera on the sky.
     pub camera_turn: Option<CameraTurn>,
     /// Profile of the stars.
     pub profile: Option<StarProfile>,
@@ -81,7 +81,7 @@ pub struct Seeing {
 pub struct Calibrated {
     /// The night before its stars.
     pub flattened: Flattened,
-    /// What the stars say of every frame.
+    /// The results of the stars that apply to every frame.
     pub seeing: Seeing,
     /// The zeropoint, fitted or read; `None` leaves magnitudes instrumental.
     pub zeropoint: Option<Zeropoint>,
@@ -148,7 +148,7 @@ impl Prepared {
         Ok((prepared, missing))
     }
 
-    /// From now on nothing is left out.
+    /// From now on nothing is skipped.
     ///
     /// # Errors
     /// As [`Model::new`].
@@ -206,7 +206,7 @@ impl Flattened {
     /// One exposure from disk to flattened, clipped electrons.
     ///
     /// # Errors
-    /// Those of [`Flattened::open`]; [`Error::Fits`] if the file is damaged or none of its pixels can be used.
+    /// The errors of [`Flattened::open`]; [`Error::Fits`] if the file is damaged or none of its pixels can be used.
     pub fn reduce(&self, exposure: &Exposure) -> Result<PooledFrame<'_>> {
         self.usable(self.open(exposure)?.whole(&self.buffers)?)
     }

@@ -21,7 +21,7 @@ pub struct ReducedNight {
     pub rows: Vec<PhotometryRow>,
     /// The zeropoint of the night; `None` if magnitudes stay instrumental.
     pub zeropoint: Option<Zeropoint>,
-    /// What the observer should know, a sentence each.
+    /// Notes for the observer, a sentence each.
     pub notes: Vec<String>,
     /// Why the night is not good enough to be called a success; empty if it is.
     pub problems: Vec<String>,
@@ -37,8 +37,8 @@ pub struct ReducedNight {
 /// Frames measured by an earlier run into the same folder are not measured again unless something they depend on changed.
 ///
 /// # Errors
-/// What must be there before work begins: configuration, headers, flats, catalogue, elements. A frame that fails is a row
-/// with its reason, never an error; a poor night has [`ReducedNight::problems`].
+/// Anything that is missing before the work begins: configuration, headers, flats, catalogue, elements. A
+/// frame that fails is a row with its reason, never an error; a poor night has [`ReducedNight::problems`].
 ///
 /// ```
 /// # let folder = tempfile::tempdir().unwrap();

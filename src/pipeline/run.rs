@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::bands::Band;
 use crate::base::error::{Error, Result};
 use crate::base::file::{file_name, make_folder};
 use crate::base::progress::Progress;
@@ -50,8 +51,8 @@ use crate::tables::{PhotometryRow, ResidualRow, StarRow};
 /// Reduces a whole night and writes its tables, figures and summary to `<output>/<name>/`.
 ///
 /// # Errors
-/// What must be there before work begins (exit codes 2, 4, 5). A failed frame is a row, never an error; a night whose
-/// outputs are written but poor is described by [`Summary::poor`].
+/// Anything that is missing before the work begins (exit codes 2, 4, 5). A failed frame is a row, never an error; a night
+/// whose outputs are written but poor is described by [`Summary::poor`].
 pub fn run(config: &Config, options: &Options, progress: &dyn Progress) -> Result<Summary> {
     let (prepared, mut night) = Run::prepare(config, options, progress)?;
     let checks = night.check(&prepared)?;
@@ -225,7 +226,7 @@ impl<'a> Run<'a> {
         let provenance = Provenance::of_plan(&plan, config)?;
         let Compared { rows, stars, residuals, thumbs, .. } = &compared;
         let data_mode = plan.data_mode;
-        let outputs = Outputs { folder: &folder, night, config, thumbs, told: &provenance, data_mode };
+        let outputs = Outputs { folder: &folder, night, config, thumbs, provenance: &provenance, data_mode };
         self.lock.check()?;
         summary.files = self.log.stage("write", |_| outputs.write(rows, stars, residuals, options))?;
         let of_checks = write_checks(&folder, checks)?;
@@ -236,7 +237,7 @@ impl<'a> Run<'a> {
         summary.elapsed_s = self.progress.elapsed_s();
         let manifest = Manifest {
             config,
-            told: &provenance,
+            provenance: &provenance,
             config_sha256: config_sha256(config)?,
             inputs,
             flats: night.flat.iter().flat_map(|f| &f.members).map(flat_member).collect(),
@@ -259,7 +260,7 @@ impl<'a> Run<'a> {
     /// The night in numbers; files and times are added when it is written.
     fn summary(&self, night: &Calibrated, compared: &Compared) -> Summary {
         let (kept, made) = self.products.counts();
-        let band = night.zeropoint.as_ref().map_or("V", |z| z.band_name());
+        let band = Band::or_v(night.zeropoint.as_ref().and_then(|z| z.band)).name();
         Summary {
             night: self.config.night.name.clone(),
             folder: self.folder.clone(),
@@ -340,7 +341,7 @@ fn survey_bytes(survey: &Survey) -> u64 {
     exposures.map(|e| size(&e.path)).sum()
 }
 
-/// Stages with their times, and what should be told at the end.
+/// The stages with their times, and the notes that are reported at the end.
 struct Log<'a> {
     progress: &'a dyn Progress,
     stages: Vec<Stage>,

@@ -45,23 +45,23 @@ use crate::zeropoint::fit::Zeropoint;
 use crate::zeropoint::previous::{conditions, read_previous};
 use crate::zeropoint::stars::fit_rows;
 
-/// What `satphot zeropoint` found.
+/// The result of `satphot zeropoint`.
 #[derive(Debug)]
 pub struct FittedStars {
     /// The star rows with their weights and residuals.
     pub rows: Vec<StarRow>,
     /// The fit, or why there is none.
     pub zeropoint: std::result::Result<Zeropoint, String>,
-    /// The band that was agreed on, where frames were measured.
+    /// The chosen band, if frames were measured.
     pub calibrated: Option<CalibratedBand>,
-    /// What should be known.
+    /// Notes for the observer.
     pub notes: Vec<String>,
 }
 
 /// Measures the star pointings of a night (or of `options.files`) and fits the zeropoint.
 ///
 /// # Errors
-/// What must be there before work begins; a fit that fails is told in [`FittedStars::zeropoint`].
+/// Anything that is missing before the work begins; a fit that fails is reported in [`FittedStars::zeropoint`].
 pub fn fit_stars(config: &Config, options: &Options, progress: &dyn Progress) -> Result<FittedStars> {
     if config.stars.is_none() {
         return Err(Error::Config { key: "stars".into(), problem: "is needed to fit a zeropoint".into() });
@@ -100,7 +100,7 @@ fn named_night(config: &Config, files: &[PathBuf], role: Role) -> Result<(Prepar
     Ok((prepared, survey, notes))
 }
 
-/// The files of the night; or the `files` named by the user, which have `role` whatever their headers say, beside the
+/// The files of the night; or the `files` named by the user, which have `role` whatever their headers say, with the
 /// flats and (for target frames) the star pointings of the night, so that the numbers are those of the whole night.
 fn survey_named(
     config: &Config,
@@ -146,7 +146,7 @@ pub fn zeropoint_from_table(config: &Config, table: &Path) -> Result<FittedStars
     Ok(fitted)
 }
 
-/// Band and filter of a table, as its meta block tells them.
+/// Band and filter of a table, from its meta block.
 fn band_of_table(meta: &Meta) -> (Option<Band>, Option<Light>) {
     let text = |key: &str| match meta.get(key) {
         Some(MetaValue::Text(text)) => Some(text.as_str()),
@@ -168,7 +168,7 @@ fn fitted(mut rows: Vec<StarRow>, config: &Config, mut notes: Vec<String>) -> Re
 }
 
 impl FittedStars {
-    /// The fit with the band that was agreed on.
+    /// The fit with the chosen band.
     fn of_band(self, prepared: &Prepared) -> Self {
         let zeropoint = self.zeropoint.map(|zeropoint| of_band(zeropoint, prepared));
         Self { zeropoint, calibrated: prepared.band.clone(), ..self }
@@ -179,14 +179,14 @@ impl FittedStars {
     /// # Errors
     /// [`Error::Io`].
     pub fn write(&self, config: &Config, zeropoint: &Path, stars: Option<&Path>) -> Result<()> {
-        let told = Provenance::of(config, None, None)?;
+        let provenance = Provenance::of(config, None, None)?;
         if let Ok(fit) = &self.zeropoint {
             let flattened = !self.rows.iter().any(|r| Flags(r.flags).has(Flags::NO_FLAT));
-            save(zeropoint, &(fit.to_toml(&[conditions(config, flattened)]) + &told.toml_comment()))?;
+            save(zeropoint, &(fit.to_toml(&[conditions(config, flattened)]) + &provenance.toml_comment()))?;
         }
         match stars {
             Some(path) => {
-                let mut meta = table_meta(config, self.zeropoint.as_ref().ok(), &told);
+                let mut meta = table_meta(config, self.zeropoint.as_ref().ok(), &provenance);
                 if self.zeropoint.is_err() {
                     set_band(&mut meta, self.calibrated.as_ref());
                 }
@@ -203,14 +203,14 @@ impl FittedStars {
     }
 }
 
-/// What `satphot measure` found.
+/// The result of `satphot measure`.
 #[derive(Debug)]
 pub struct Measured {
     /// One row per target frame.
     pub rows: Vec<PhotometryRow>,
     /// The zeropoint used.
     pub zeropoint: Option<Zeropoint>,
-    /// What should be known.
+    /// Notes for the observer.
     pub notes: Vec<String>,
     /// Why the result is not good enough for exit code 0.
     pub poor: Option<Error>,
@@ -221,10 +221,10 @@ pub struct Measured {
 /// Measures the target frames of a night (or `options.files`) with a zeropoint made before.
 ///
 /// # Errors
-/// What must be there before work begins.
+/// Anything that is missing before the work begins.
 pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progress) -> Result<Measured> {
     let mut config = config.clone();
-    // the stars only tell the FWHM here: without their catalogue the night goes on
+    // the stars only give the FWHM here: the night goes on without their catalogue
     config.stars = config.stars.filter(|s| config.photometry.fwhm_px.is_none() && s.catalogue.exists());
     let (mut prepared, survey, mut notes) = named_night(&config, &options.files, Role::Target)?;
     notes.extend(options.memory().check(&survey, &prepared)?);
@@ -234,8 +234,8 @@ pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progre
     let flattened = master_flat(&survey, prepared, (&products, None), options, progress, &mut notes)?;
     let mut zeropoint = None;
     if let Some(path) = &config.zeropoint.previous {
-        let (read, told) = read_previous(path, &config, flattened.flat.is_some())?;
-        notes.extend(told);
+        let (read, warnings) = read_previous(path, &config, flattened.flat.is_some())?;
+        notes.extend(warnings);
         zeropoint = Some(of_band(read, &flattened));
     }
     let seeing = if config.stars.is_some() && survey.n_star_frames() > 0 {
@@ -278,11 +278,11 @@ impl Measured {
             n(Status::Rejected),
             n(Status::Failed)
         );
-        counts + &pass_table(&self.rows, self.zeropoint.as_ref().map_or("V", |z| z.band_name()))
+        counts + &pass_table(&self.rows, Band::or_v(self.zeropoint.as_ref().and_then(|z| z.band)).name())
     }
 }
 
-/// What `satphot compare` found.
+/// The result of `satphot compare`.
 #[derive(Debug)]
 pub struct Compared {
     /// The photometry with its model columns.
@@ -295,7 +295,7 @@ pub struct Compared {
     pub data_mode: Option<MetaValue>,
     /// Its band, magnitude system and filter, as it says.
     pub of_band: Vec<(String, MetaValue)>,
-    /// What should be known.
+    /// Notes for the observer.
     pub notes: Vec<String>,
 }
 
@@ -313,8 +313,7 @@ pub fn compare_table(config: &Config, table: &Path) -> Result<Compared> {
     let (mut rows, meta) = read_photometry(table)?;
     let (zeropoint, data_mode) = (meta.get("zeropoint").cloned(), meta.get("data_mode").cloned());
     let mut notes: Vec<String> = config.model.as_ref().map(comparable).transpose()?.flatten().into_iter().collect();
-    let (band, _) = band_of_table(&meta);
-    let band = band.unwrap_or(Band::V);
+    let band = Band::or_v(band_of_table(&meta).0);
     notes.extend(band_of_model(&config, band)?);
     notes.extend(prepared.model_note());
     let same_band = config.model.as_ref().is_some_and(|m| m.band == band.name());
@@ -368,7 +367,7 @@ impl Compared {
         let band = self.of_band.iter().find(|(key, _)| key == "band").map(|(_, value)| value);
         match band {
             Some(MetaValue::Text(band)) if band != NO_BAND => pass_table(&self.rows, band),
-            _ => pass_table(&self.rows, "V"),
+            _ => pass_table(&self.rows, Band::or_v(None).name()),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The stages that go over many frames, each on its own threads: master flat, target frames with their model.
 //!
-//! Star pointings are in [`super::stars::stage`], what only the whole night tells in [`super::shards::whole`].
+//! Star pointings are in [`super::stars::stage`], what only the whole night shows in [`super::shards::whole`].
 
 use crate::base::threads::pool;
 use std::path::Path;
@@ -85,8 +85,8 @@ pub fn master_flat(
         })?;
     let mut flat_sha256 = String::new();
     if let Some(path) = file {
-        let told = Provenance::of_flat(&night.config, &survey.flats, &|p| products.sha256(p).ok())?;
-        flat.write_with(path, &told.cards())?;
+        let provenance = Provenance::of_flat(&night.config, &survey.flats, &|p| products.sha256(p).ok())?;
+        flat.write_with(path, &provenance.cards())?;
         flat_sha256 = sha256_16(path)?;
         products.store(FLAT, &key, &(&flat.members, &flat_sha256));
     }
@@ -158,7 +158,7 @@ pub fn target_stage(
         quadratures.sun += sun;
         quadratures.moon += moon;
         problems.extend(problem);
-        // cheap to find again, and only asked for by what explains a night
+        // cheap to find again, and needed only to explain a night
         let geometry = Place::of(exposure, night).seen().cloned();
         frames.push(TargetFrame { row, geometry, thumb: None });
     }
@@ -183,7 +183,7 @@ impl Reduced {
     }
 }
 
-/// What a target frame's row depends on beside the frame: elements, satellite, flat, stars and zeropoint.
+/// What the row of a target frame depends on besides the frame: elements, satellite, flat, stars and zeropoint.
 fn depends(night: &Calibrated, products: &FrameCache) -> Vec<String> {
     let files = named_files(&night.config).into_iter();
     let files = files.filter(|(key, _)| key.starts_with("orbit.") || key.starts_with("model."));

@@ -243,8 +243,8 @@ impl FrameSimulator<'_> {
             let (x0, y0) = (centre.0 + shift.0, centre.1 + shift.1);
             let true_wcs = Wcs::tan(ra_deg, dec_deg, x0, y0, self.scale_arcsec, rotation_deg, false);
             let err = p.pointing_err_arcsec / self.scale_arcsec;
-            let told = (x0 + scatter(&mut rng, err), y0 + scatter(&mut rng, err));
-            let header_wcs = Wcs::tan(ra_deg, dec_deg, told.0, told.1, self.scale_arcsec, 0.0, false);
+            let stated = (x0 + scatter(&mut rng, err), y0 + scatter(&mut rng, err));
+            let header_wcs = Wcs::tan(ra_deg, dec_deg, stated.0, stated.1, self.scale_arcsec, 0.0, false);
             let psf = PixelPsf::new(&s.psf, self.scale_arcsec, 1.0 + scatter(&mut rng, s.psf.seeing_scatter_frac));
             let stem = format!("field{pointing:02}_{member:02}");
             let frame_name = self.file_name(&stem);

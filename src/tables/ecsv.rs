@@ -243,8 +243,8 @@ pub fn read_table(path: &Path) -> Result<Table> {
     let names = file.names()?;
     let Some(table) = recognised(&names) else {
         let known: Vec<&str> = KNOWN.iter().map(Definition::name).collect();
-        let told = format!("its columns are none of satphot's tables; known: {}", known.join(", "));
-        return Err(file.problem(Some(file.header.len() + 1), told));
+        let problem = format!("its columns are none of satphot's tables; known: {}", known.join(", "));
+        return Err(file.problem(Some(file.header.len() + 1), problem));
     };
     let columns = table.columns;
     let places = file.places(&names, columns)?;
@@ -270,8 +270,8 @@ impl<'a> Opened<'a> {
     fn new(path: &'a Path) -> Result<Self> {
         let text = fs::read_to_string(path).map_err(|source| Error::io(path, source))?;
         if !text.starts_with("# %ECSV") {
-            let told = "not an ECSV file: its first line is not `# %ECSV 1.0`";
-            return Err(Error::Table { path: path.into(), line: Some(1), problem: told.into() });
+            let problem = "not an ECSV file: its first line is not `# %ECSV 1.0`";
+            return Err(Error::Table { path: path.into(), line: Some(1), problem: problem.into() });
         }
         let mut at = 0;
         let mut header = Vec::new();
@@ -312,8 +312,8 @@ impl<'a> Opened<'a> {
         let place = |c: &Column| {
             let at = names.iter().position(|n| n == c.name);
             if at.is_none() && !c.added_later {
-                let told = format!("column {} is missing; write the table again with this satphot", c.name);
-                return Err(self.problem(line, told));
+                let problem = format!("column {} is missing; write the table again with this satphot", c.name);
+                return Err(self.problem(line, problem));
             }
             Ok(at)
         };

@@ -4,6 +4,7 @@ pub mod bands;
 pub mod ecsv;
 pub mod flags;
 pub mod formats;
+pub mod guess;
 pub mod meta;
 pub mod read;
 pub mod row_passes;

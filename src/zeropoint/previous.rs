@@ -10,7 +10,7 @@ use crate::zeropoint::fit::Zeropoint;
 /// A frame this close to the mean time of the zeropoint's stars is of their night \[d\].
 const SAME_NIGHT_D: f64 = 0.6;
 
-/// What it costs to use the zeropoint of another night.
+/// The error added by the zeropoint of another night.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OtherNight {
     /// Frame time minus mean time of the stars \[d\]; `None` if either is unknown.
@@ -19,8 +19,8 @@ pub struct OtherNight {
     pub extra_err_mag: f64,
 }
 
-/// What using `zeropoint` for a frame costs; `None` if it was fitted in this night, or comes from a file but is of the
-/// frame's night all the same.
+/// The error added to a frame by using `zeropoint`; `None` if it was fitted in this night, or comes from a file but is
+/// of the frame's night all the same.
 #[must_use]
 pub fn other_night(zeropoint: &Zeropoint, mjd_mid_d: Option<f64>, config: &config::Zeropoint) -> Option<OtherNight> {
     config.previous.as_ref()?;
@@ -29,7 +29,7 @@ pub fn other_night(zeropoint: &Zeropoint, mjd_mid_d: Option<f64>, config: &confi
     (!same).then_some(OtherNight { age_d, extra_err_mag: config.previous_err_mag })
 }
 
-/// What should be known of the frames that were calibrated with another night's zeropoint: its age and the error added.
+/// The note on frames that were calibrated with another night's zeropoint: its age and the error added.
 #[must_use]
 pub fn age_note<'a>(rows: impl Iterator<Item = &'a PhotometryRow>) -> Option<String> {
     let others: Vec<(Option<f64>, f64)> = rows.filter_map(|r| Some((r.zp_age_d, r.zp_extra_err_mag?))).collect();
@@ -56,7 +56,7 @@ pub fn conditions(config: &Config, flattened: bool) -> String {
     format!(
         "{CONDITIONS} aperture {} FWHM, {}, clip radius {clip}, camera {}, {}",
         config.photometry.aper_r_fwhm,
-        if config.photometry.aper_correction { "carried to the whole light" } else { "light inside it" },
+        if config.photometry.aper_correction { "corrected to the whole light" } else { "light inside it" },
         config.detector.camera,
         if flattened { "flattened" } else { "not flattened" }
     )

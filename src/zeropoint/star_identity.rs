@@ -1,7 +1,7 @@
 //! Which measurements are of the same star: by its name, else by its place in the sky, else by its catalogue magnitudes.
 //!
 //! The catalogue's error of a star is shared by all its visits, so that the fit must know them. A name counts together with the
-//! catalogue magnitude: numbers that a detection program gives anew in every frame are no names of stars.
+//! catalogue magnitude: numbers that a detection program assigns again in every frame are not names of stars.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -12,7 +12,7 @@ pub const SAME_STAR_ARCSEC: f64 = 1.0;
 /// Catalogue magnitudes of one star agree to this \[mag\].
 const SAME_MAG: f64 = 5e-4;
 
-/// Index of the star of each row; `None` for a row that nothing tells apart. `named` says whether `star_id` is a name.
+/// Index of the star of each row; `None` for a row that nothing distinguishes. `named` says whether `star_id` is a name.
 #[must_use]
 pub fn stars(rows: &[StarRow], named: bool) -> Vec<Option<usize>> {
     let rounded = |v: Option<f64>| v.filter(|v| v.is_finite()).map(|v| (v / SAME_MAG).round() as i64);

@@ -10,6 +10,7 @@ mod cli;
 mod config_model;
 mod docs_book;
 mod docs_columns;
+mod docs_configuration;
 mod docs_run;
 mod inspect_cli;
 mod left_out;

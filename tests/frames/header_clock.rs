@@ -206,7 +206,7 @@ fn programs_with_known_latencies_are_named() {
     assert!(says(&told(&format!("{START}CREATOR = 'Sequence Generator Pro v3.1'\n")).warnings, &["4 s late"]));
     let unclear = told("EXPTIME = 10\nDATE-OBS = '2025-05-13T22:48:35.751879' / Image created time\n");
     assert_eq!(time(&unclear).2, 10.0);
-    assert!(says(&unclear.warnings, &["does not tell start from end"]), "{:?}", unclear.warnings);
+    assert!(says(&unclear.warnings, &["does not say whether it is start or end"]), "{:?}", unclear.warnings);
 }
 
 #[test]

@@ -200,9 +200,9 @@ fn calibration_is_not_done_twice() {
     assert_eq!((done.calibration.state, done.calibration.pedestal_adu), ("flat divided", Some(-100.0)));
     let half = |sets: &[&str]| told_at_macquarie(sets, &format!("{START}CALSTAT = 'BD'\nPEDESTAL = -100\n"));
     let twice = half(&["detector.pedestal_adu=500"]);
-    assert!(!twice.usable && says(&twice.refused, &["already taken off", "set it to 100"]), "{:?}", twice.refused);
+    assert!(!twice.usable && says(&twice.refused, &["are subtracted already", "set it to 100"]), "{:?}", twice.refused);
     assert!(half(&["detector.pedestal_adu=100"]).usable);
-    assert_eq!(light("OBJECT = 'x'\n").calibration.state, "nothing told (raw)");
+    assert_eq!(light("OBJECT = 'x'\n").calibration.state, "not stated (raw)");
 }
 
 #[test]

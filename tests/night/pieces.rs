@@ -79,7 +79,7 @@ fn a_table_that_was_changed_is_measured_again_and_never_merged() {
     with_copy.reverse();
     merge(&night, &with_copy).expect(6, &["do not agree on it"]);
     std::fs::write(night.path("copy.ecsv"), &name).unwrap();
-    merge(&night, &with_copy).expect(6, &["target_0099.fits", "is no frame of the plan"]);
+    merge(&night, &with_copy).expect(6, &["target_0099.fits", "is not a frame of the plan"]);
     merge(&night, &tables).expect(0, &[]);
     assert_eq!(merged(&night), want);
 }

@@ -107,12 +107,13 @@ pub(super) fn cases() -> Vec<Extreme> {
 /// A term the stars cannot carry: refused by name, or excluded and reported.
 fn named(case: &str, term: &str, result: crate::Result<crate::zeropoint::fit::Zeropoint>) -> Extreme {
     match result {
-        Err(error) => holds(AREA, case, "refused or told", error.to_string().contains(term), error.to_string()),
+        Err(error) => holds(AREA, case, "refused or reported", error.to_string().contains(term), error.to_string()),
         Ok(z) => {
-            let told = z.warnings.iter().find(|w| w.contains(term)).cloned();
-            let mut one = holds(AREA, case, "refused or told", told.is_some(), told.unwrap_or_else(|| "fitted".into()));
+            let warning = z.warnings.iter().find(|w| w.contains(term)).cloned();
+            let mut one =
+                holds(AREA, case, "refused or reported", warning.is_some(), warning.unwrap_or_else(|| "fitted".into()));
             if one.verdict == Verdict::Ok {
-                one.expected = "told".into();
+                one.expected = "reported".into();
             }
             one
         }

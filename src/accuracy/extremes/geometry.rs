@@ -161,8 +161,8 @@ fn lunar_phases() -> Vec<Extreme> {
             let fine = new.flux == 0.0 && new.extrapolated && beyond == new;
             holds(
                 AREA,
-                "the new Moon: dark, told as beyond its law, the same a turn later",
-                "0, told",
+                "the new Moon: dark, reported as beyond its law, the same a turn later",
+                "0, reported",
                 fine,
                 format!("{new:?}"),
             )

@@ -55,9 +55,9 @@ fn sound(case: &str, result: Result<Brightness>) -> Extreme {
         case,
         result.map(|b| {
             let fine = fluxes(&b).iter().all(|f| *f >= 0.0 && f.is_finite()) && b.err_mag.is_finite();
-            let told = b.total_v_mag.is_some() == (fluxes(&b).iter().sum::<f64>() > 0.0);
+            let has_total = b.total_v_mag.is_some() == (fluxes(&b).iter().sum::<f64>() > 0.0);
             let got = b.total_v_mag.map_or("no light".to_string(), |v| format!("V {v:.3} +- {:.1e}", b.err_mag));
-            holds(AREA, case, "four lights, none negative, none a NaN", fine && told, got)
+            holds(AREA, case, "four lights, none negative, none a NaN", fine && has_total, got)
         }),
     )
 }

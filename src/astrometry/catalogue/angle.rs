@@ -17,7 +17,7 @@ impl Angle {
     /// From the unit of a column; a column without one is in degrees.
     ///
     /// # Errors
-    /// A unit that is none of an angle, in words.
+    /// The problem of a unit that is not one of an angle, in words.
     pub fn of(column: &Column) -> Result<Angle, String> {
         let unit = column.unit.trim().trim_matches('"').to_ascii_lowercase();
         match unit.as_str() {

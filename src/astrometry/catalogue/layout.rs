@@ -5,12 +5,13 @@
 use std::collections::BTreeMap;
 
 use super::angle::Angle;
-use super::names::{B_MAG, GAIA, N_OBS, PLACES, TYCHO, TYCHO_ID, known};
+use super::names::{B_MAG, GAIA, KNOWN, N_OBS, PLACES, TYCHO, TYCHO_ID};
 use super::star::CatalogueStar;
 use super::transform;
 use super::transform::{Johnson, Value};
 use crate::bands::Band;
 use crate::bands::column_band;
+use crate::tables::guess::ColumnGuesser;
 use crate::tables::read::{Column, Row, Table};
 
 /// Epoch of the positions of Gaia DR3 \[Julian year\].
@@ -25,7 +26,7 @@ enum Cell {
     Difference(usize, usize),
 }
 
-/// What V is made from.
+/// The source of V.
 #[derive(Debug)]
 enum Source {
     /// A column of magnitudes and one of errors.
@@ -70,7 +71,7 @@ pub struct Layout {
     motion: Option<([usize; 2], f64)>,
     epoch: Option<usize>,
     epoch_jyear: Option<f64>,
-    /// What should be known of how values are made.
+    /// Notes on how values are made.
     pub notes: Vec<String>,
 }
 
@@ -82,10 +83,11 @@ impl Layout {
     /// # Errors
     /// A column that is missing, with those present and the key that helps; a unit or an equinox that is not read.
     pub fn find(table: &Table, columns: &BTreeMap<String, String>) -> Found<Layout> {
-        let find = Finder { table, columns };
+        let guess = ColumnGuesser { table, quantities: &KNOWN, band: Band::V.name() };
+        let find = Finder { table, columns, guess };
         let (ra, dec) = find.place()?;
         let own_v = find.optional("v_mag")?;
-        let any = |names: &[&str]| names.iter().find_map(|name| table.column(name));
+        let any = |names: &[&str]| guess.first_of(names.iter().copied());
         let all = |names: &[&[&str]]| names.iter().map(|n| any(n)).collect::<Vec<_>>();
         let (tycho, gaia) = (all(&TYCHO), all(&GAIA));
         let source = if let Some(v) = own_v {
@@ -104,16 +106,14 @@ impl Layout {
             Some(Cell::One(i)) => [find.error_of(i, "b_v_mag", "b_v_err_mag")?, None],
             Some(Cell::Difference(i, j)) => match find.own("b_v_err_mag")? {
                 Some(own) => [Some(own), None],
-                None => [find.error_after(i), find.error_after(j)],
+                None => [guess.errors_of(i), guess.errors_of(j)],
             },
             None => [None, None],
         };
         // B−V of B and V only where both are the catalogue's own Johnson magnitudes
-        let johnson_v = known("v_mag").and_then(|k| any(k.names));
-        let b_minus_v = any(B_MAG[0]).zip(johnson_v).map(|(b, v)| {
-            let v_err = known("v_mag_err").and_then(|k| any(k.names));
-            [Some(b), any(B_MAG[1]), Some(v), v_err]
-        });
+        let johnson_v = guess.by_name("v_mag");
+        let b_minus_v =
+            any(B_MAG[0]).zip(johnson_v).map(|(b, v)| [Some(b), any(B_MAG[1]), Some(v), guess.by_name("v_mag_err")]);
         // VizieR's and the archive's own columns of places are of the epoch of the data release
         let place = table.columns[ra.0].name.as_str();
         let is_gaia = any(GAIA[0]).is_some() && matches!(place, "RA_ICRS" | "ra");
@@ -135,7 +135,7 @@ impl Layout {
         })
     }
 
-    /// The band of the magnitudes, where name or descriptor of their column tell it, and the column in words.
+    /// The band of the magnitudes, if the name or descriptor of their column states it, and the column in words.
     pub fn band(&self, table: &Table) -> (Option<Band>, String) {
         match &self.source {
             Source::Own { v, .. } => {
@@ -238,10 +238,11 @@ impl Layout {
     }
 }
 
-/// Looks for columns.
+/// Looks for columns: those that the configuration names, else by guess.
 struct Finder<'a> {
     table: &'a Table,
     columns: &'a BTreeMap<String, String>,
+    guess: ColumnGuesser<'a>,
 }
 
 impl Finder<'_> {
@@ -259,17 +260,9 @@ impl Finder<'_> {
         self.table.column(name).map(Some).ok_or_else(missing)
     }
 
-    fn by_ucd(&self, key: &str) -> Option<usize> {
-        let ucds = known(key).map_or(&[] as &[&str], |k| k.ucds);
-        let has = |ucd: &&str| self.table.columns.iter().position(|c| c.ucd.eq_ignore_ascii_case(ucd));
-        ucds.iter().find_map(has)
-    }
-
     /// By the configuration, by name, by descriptor.
     fn optional(&self, key: &str) -> Found<Option<usize>> {
-        let own = self.own(key)?;
-        let by_name = || known(key).and_then(|k| k.names.iter().find_map(|n| self.table.column(n)));
-        Ok(own.or_else(by_name).or_else(|| self.by_ucd(key)))
+        Ok(self.own(key)?.or_else(|| self.guess.column_of(key)))
     }
 
     /// The errors of column `at`, which is that of `key`: named for themselves, else after it. A column the
@@ -278,14 +271,7 @@ impl Finder<'_> {
         if !self.columns.contains_key(key) || self.columns.contains_key(err_key) {
             return self.optional(err_key);
         }
-        Ok(self.error_after(at))
-    }
-
-    /// The errors of column `at` by its name: `e_gmag`, `gmag_err`, `gmagerr`, `gmag_error`.
-    fn error_after(&self, at: usize) -> Option<usize> {
-        let name = &self.table.columns[at].name;
-        let after = [format!("e_{name}"), format!("{name}_err"), format!("{name}err"), format!("{name}_error")];
-        after.iter().find_map(|n| self.table.column(n))
+        Ok(self.guess.errors_of(at))
     }
 
     /// The colour; the configuration may ask for a difference of two columns.
@@ -306,16 +292,16 @@ impl Finder<'_> {
             (ra, dec) = (ra.or(Some(a)), dec.or(Some(d)));
         }
         let old = |c: &&Column| c.name.contains("1950") || c.name.contains("B1900");
-        let told = || match self.table.columns.iter().find(old) {
+        let other_equinox = || match self.table.columns.iter().find(old) {
             Some(c) => {
                 format!("; `{}` is of another equinox: ask for J2000 (VizieR: -out.add=_RAJ2000,_DEJ2000)", c.name)
             }
             None => String::new(),
         };
-        let ra = ra.or_else(|| self.by_ucd("ra_deg").filter(|i| !old(&&self.table.columns[*i])));
-        let dec = dec.or_else(|| self.by_ucd("dec_deg").filter(|i| !old(&&self.table.columns[*i])));
-        let ra = ra.ok_or_else(|| self.missing("ra_deg", PLACES[0].0) + &told())?;
-        let dec = dec.ok_or_else(|| self.missing("dec_deg", PLACES[0].1) + &told())?;
+        let ra = ra.or_else(|| self.guess.by_ucd("ra_deg").filter(|i| !old(&&self.table.columns[*i])));
+        let dec = dec.or_else(|| self.guess.by_ucd("dec_deg").filter(|i| !old(&&self.table.columns[*i])));
+        let ra = ra.ok_or_else(|| self.missing("ra_deg", PLACES[0].0) + &other_equinox())?;
+        let dec = dec.ok_or_else(|| self.missing("dec_deg", PLACES[0].1) + &other_equinox())?;
         let angle = |i: usize| {
             let column = &self.table.columns[i];
             let system = column.system.to_ascii_uppercase();
@@ -341,7 +327,7 @@ impl Finder<'_> {
         }
     }
 
-    /// The columns of the proper motion with what makes mas/yr of their unit; a unit that is none of a motion is
+    /// The columns of the proper motion with what makes mas/yr of their unit; a unit that is not one of a motion is
     /// reported.
     fn motion(&self, notes: &mut Vec<String>) -> Found<Option<([usize; 2], f64)>> {
         let (Some(ra), Some(dec)) = (self.optional("pm_ra_mas_yr")?, self.optional("pm_dec_mas_yr")?) else {

@@ -3,49 +3,40 @@
 use std::collections::BTreeMap;
 
 use crate::base::error::{Error, Result};
-
-/// One quantity: its key in `stars.columns`, the names and the descriptors it is known by.
-pub struct Known {
-    /// Key of `stars.columns`.
-    pub key: &'static str,
-    /// Names, best first.
-    pub names: &'static [&'static str],
-    /// Descriptors, of VOTables old and new.
-    pub ucds: &'static [&'static str],
-}
+use crate::tables::guess::{Quantity, keys, unknown_key};
 
 /// What is looked for, apart from places, which come in pairs.
-pub const KNOWN: [Known; 10] = [
-    Known { key: "ra_deg", names: &[], ucds: &["pos.eq.ra;meta.main", "POS_EQ_RA_MAIN", "pos.eq.ra"] },
-    Known { key: "dec_deg", names: &[], ucds: &["pos.eq.dec;meta.main", "POS_EQ_DEC_MAIN", "pos.eq.dec"] },
-    Known {
+pub const KNOWN: [Quantity; 10] = [
+    Quantity { key: "ra_deg", names: "", ucds: &["pos.eq.ra;meta.main", "POS_EQ_RA_MAIN", "pos.eq.ra"] },
+    Quantity { key: "dec_deg", names: "", ucds: &["pos.eq.dec;meta.main", "POS_EQ_DEC_MAIN", "pos.eq.dec"] },
+    Quantity {
         key: "v_mag",
-        names: &["Vmag", "v_mag", "Johnson_V", "mag_V", "V_mag", "V"],
+        names: "Vmag v_mag Johnson_V mag_V V_mag V",
         ucds: &["phot.mag;em.opt.V", "phot.mag;em.opt.V;meta.main", "PHOT_JHN_V"],
     },
-    Known {
+    Quantity {
         key: "v_mag_err",
-        names: &["e_Vmag", "v_mag_err", "v_err_mag", "Verr", "V_err", "e_V", "err_Vmag"],
+        names: "e_Vmag v_mag_err v_err_mag Verr V_err e_V err_Vmag",
         ucds: &["stat.error;phot.mag;em.opt.V"],
     },
-    Known {
+    Quantity {
         key: "b_v_mag",
-        names: &["B-V", "b_v_mag", "B_V", "BV", "(B-V)"],
+        names: "B-V b_v_mag B_V BV (B-V)",
         ucds: &["phot.color;em.opt.B;em.opt.V", "PHOT_JHN_B-V"],
     },
-    Known {
+    Quantity {
         key: "b_v_err_mag",
-        names: &["e_B-V", "b_v_err_mag", "b_v_mag_err", "e_B_V", "BVerr", "B_V_err", "e_BV"],
+        names: "e_B-V b_v_err_mag b_v_mag_err e_B_V BVerr B_V_err e_BV",
         ucds: &["stat.error;phot.color;em.opt.B;em.opt.V"],
     },
-    Known {
+    Quantity {
         key: "id",
-        names: &["recno", "id", "source_id", "Source", "object_id", "Name", "UCAC4", "objID"],
+        names: "recno id source_id Source object_id Name UCAC4 objID",
         ucds: &["meta.id;meta.main", "ID_MAIN"],
     },
-    Known { key: "pm_ra_mas_yr", names: &["pm_ra_mas_yr", "pmRA", "pm_ra"], ucds: &["pos.pm;pos.eq.ra"] },
-    Known { key: "pm_dec_mas_yr", names: &["pm_dec_mas_yr", "pmDE", "pmDEC", "pm_dec"], ucds: &["pos.pm;pos.eq.dec"] },
-    Known { key: "epoch_jyear", names: &["epoch_jyear", "ref_epoch"], ucds: &["meta.ref;time.epoch"] },
+    Quantity { key: "pm_ra_mas_yr", names: "pm_ra_mas_yr pmRA pm_ra", ucds: &["pos.pm;pos.eq.ra"] },
+    Quantity { key: "pm_dec_mas_yr", names: "pm_dec_mas_yr pmDE pmDEC pm_dec", ucds: &["pos.pm;pos.eq.dec"] },
+    Quantity { key: "epoch_jyear", names: "epoch_jyear ref_epoch", ucds: &["meta.ref;time.epoch"] },
 ];
 
 /// Names of right ascension and declination, which belong together; best first.
@@ -82,21 +73,13 @@ pub const GAIA: [&[&str]; 6] = [
     &["e_RPmag", "phot_rp_mean_mag_error"],
 ];
 
-/// The entry of [`KNOWN`] with this key.
-pub fn known(key: &str) -> Option<&'static Known> {
-    KNOWN.iter().find(|k| k.key == key)
-}
-
 /// Refuses unknown keys of `stars.columns`.
 pub fn check_keys(columns: &BTreeMap<String, String>) -> Result<()> {
-    for key in columns.keys() {
-        if known(key).is_none() {
-            let all: Vec<&str> = KNOWN.iter().map(|k| k.key).collect();
-            return Err(Error::Config {
-                key: format!("stars.columns.{key}"),
-                problem: format!("is no column satphot reads; known: {}", all.join(", ")),
-            });
-        }
+    match unknown_key(&KNOWN, columns) {
+        None => Ok(()),
+        Some(key) => Err(Error::Config {
+            key: format!("stars.columns.{key}"),
+            problem: format!("is not a column that satphot reads; known: {}", keys(&KNOWN)),
+        }),
     }
-    Ok(())
 }

@@ -46,7 +46,7 @@ pub struct Catalogue {
     pub n_skipped: usize,
     /// Why, for the first [`super::SKIPPED_SHOWN`] of them.
     pub skipped: Vec<String>,
-    /// What should be known: magnitudes made from others, duplicates dropped.
+    /// Notes for the observer: magnitudes made from others, duplicates dropped.
     pub notes: Vec<String>,
     /// The band of the magnitudes, where the column gives it.
     pub band: Option<Band>,

@@ -1,6 +1,6 @@
 //! V and B−V from Tycho-2 and Gaia magnitudes, with the error of the relation in theirs.
 //!
-//! Magnitudes. Outside the published range of a relation there is no answer. Not included: reddening, luminosity
+//! Magnitudes. Outside the published range of a relation the result is `None`. Not included: reddening, luminosity
 //! classes, M dwarfs of Tycho.
 
 /// A magnitude or colour with its error, if known \[mag\].

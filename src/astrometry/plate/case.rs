@@ -16,9 +16,9 @@ use crate::astrometry::catalogue::separation_deg;
 use crate::astrometry::wcs::Wcs;
 use crate::base::error::{Error, Result};
 
-/// A rough position where the case does not say how rough \[deg\].
+/// Error of an approximate position where the case does not state one \[deg\].
 const RADIUS_DEG: f64 = 1.0;
-/// A scale where the case does not say how rough, as a share.
+/// Error of a scale where the case does not state one, as a share.
 const SCALE_SEARCH_FRAC: f64 = 0.2;
 /// Largest error of the centre of a right solution \[arcsec\].
 const CENTRE_ARCSEC: f64 = 3.0;
@@ -119,7 +119,7 @@ impl Case {
         serde_json::from_str(&text).map_err(|e| Error::Table {
             path: path.into(),
             line: Some(e.line()),
-            problem: format!("is no matching case ({e}); keys: size, hint, catalogue, detections, truth"),
+            problem: format!("is not a matching case ({e}); keys: size, hint, catalogue, detections, truth"),
         })
     }
 
@@ -141,7 +141,7 @@ impl Case {
         self.detections.iter().map(|d| Detection { x_px: d.x_px, y_px: d.y_px, flux: d.flux }).collect()
     }
 
-    /// The rough position; 1 deg and a fifth of the scale where the case does not say how rough.
+    /// The approximate position; its error is 1 deg, and that of the scale a fifth, where the case does not state them.
     #[must_use]
     pub fn hint(&self) -> Hint {
         Hint {

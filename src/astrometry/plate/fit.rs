@@ -89,7 +89,7 @@ impl Fit {
 /// Largest probability of chance at which more parameters are accepted.
 const MAX_F_CHANCE: f64 = 1e-4;
 
-/// The model the stars support: more parameters only where an F test says that they are no chance.
+/// The model the stars support: more parameters only where an F test finds them significant.
 ///
 /// F = ((S₁ − S₂)/(p₂ − p₁)) / (S₂/(2n − p₂)) for sums of squares S and parameters p; the third order is tried over the
 /// full matrix too, because a radial distortion has no second order. A model needs half as many stars again as it
@@ -205,7 +205,7 @@ fn similarity(uv: &[(f64, f64)], places: &[(f64, f64)]) -> Option<Vec<(f64, f64)
     Some(vec![constant, along_u, along_v])
 }
 
-/// Both axes by singular values; `None` where the stars leave a combination of terms open.
+/// Both axes by singular values; `None` if the stars do not determine a combination of terms.
 fn polynomial(uv: &[(f64, f64)], places: &[(f64, f64)], powers: &[(i32, i32)]) -> Option<Vec<(f64, f64)>> {
     let design = DMatrix::from_fn(uv.len(), powers.len(), |i, j| uv[i].0.powi(powers[j].0) * uv[i].1.powi(powers[j].1));
     let svd = design.svd(true, true);

@@ -1,4 +1,4 @@
-//! What a hypothesis is worth: the stars it brings together, and how often chance would do as well.
+//! The merit of a hypothesis: the number of stars it matches, and how often chance would do as well.
 //!
 //! P = Binom(n − 3, p)(≥ k − 3), p = N π r² / area, n detections of which k lie within r of one of N stars on the frame;
 //! three are met by construction. The search multiplies by the number of hypotheses. A hypothesis is given up as soon as
@@ -12,7 +12,7 @@ use super::lists::{Lists, unique_pairs};
 use super::similarity::Similarity;
 use crate::astrometry::wcs::Wcs;
 
-/// A detection counts as brought together with a star within this many σ: room for the lever arm of a small triangle.
+/// A detection counts as matched with a star within this many σ, which allows for the lever arm of a small triangle.
 const JUDGE_SIGMAS: f64 = 5.0;
 /// Share of the detections a true hypothesis meets at least.
 const TRUE_SHARE: f64 = 0.25;
@@ -27,7 +27,7 @@ const FIRST_HEARD: f64 = 1000.0;
 pub(super) struct Found {
     /// Coordinates of the fit.
     pub wcs: Wcs,
-    /// (star of the field, spot of the field).
+    /// (star of the field, detection of the field).
     pub pairs: Vec<(usize, usize)>,
     /// Radius the pairs were taken within \[px\].
     pub radius_px: f64,

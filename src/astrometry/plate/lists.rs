@@ -9,7 +9,7 @@ use crate::astrometry::wcs::Wcs;
 /// Radii at which matches are counted: each half of the one before.
 const N_RADII: i32 = 5;
 
-/// Stars on the sky and spots on the frame, to be matched under world coordinates.
+/// Stars on the sky and detections on the frame, to be matched under world coordinates.
 pub(super) struct Lists {
     /// (RA, Dec) \[deg\].
     stars: Vec<(f64, f64)>,
@@ -43,7 +43,7 @@ impl Lists {
         self.stars.iter().enumerate().filter_map(place).collect()
     }
 
-    /// Pairs within `radius_px` under `wcs`, each star and each spot once, ambiguous ones excluded.
+    /// Pairs within `radius_px` under `wcs`, each star and each detection once, without ambiguous ones.
     pub fn pairs(&self, wcs: &Wcs, radius_px: f64) -> Vec<(usize, usize)> {
         let expected = self.expected(wcs, radius_px);
         let places: Vec<(f64, f64)> = expected.iter().map(|e| e.1).collect();
@@ -118,7 +118,7 @@ impl Lists {
     }
 }
 
-/// (star, spot) pairs within `radius`, both the only one near the other; `places` of the stars are in `grid`.
+/// (star, detection) pairs within `radius`, both the only one near the other; `places` of the stars are in `grid`.
 pub(super) fn unique_pairs(
     places: &[(f64, f64)],
     spots: &[(f64, f64)],

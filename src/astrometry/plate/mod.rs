@@ -1,10 +1,10 @@
-//! A frame on the sky without world coordinates: stars matched to a catalogue from a rough position and the pixel
+//! A frame on the sky without world coordinates: stars matched to a catalogue from an approximate position and the pixel
 //! scale.
 //!
 //! Degrees, arcseconds and pixels (0-based). Rotation and parity are free. Triangles of bright detections are looked
 //! for among triangles of bright catalogue stars; each agreement is a hypothesis, judged by how many other stars it
-//! brings together, and accepted when chance does not do that once in 10⁵ fields. Then TAN and, where the stars support
-//! it, SIP. It does not cover search without any position, plates larger than about ten degrees.
+//! matches, and accepted if chance does not match as many once in 10⁵ fields. Then TAN and, where the stars support it,
+//! SIP are fitted. It does not cover searches without any position, nor plates larger than about ten degrees.
 
 pub mod case;
 mod chance;
@@ -90,7 +90,7 @@ pub fn solve_with(
 fn check(hint: &Hint, (nx, ny): (usize, usize)) -> Result<(), Refusal> {
     let bad = |problem: String| Err(Refusal::Hint(problem));
     if !hint.ra_deg.is_finite() || !(-90.0..=90.0).contains(&hint.dec_deg) {
-        return bad(format!("the rough position {} {} deg is not on the sky", hint.ra_deg, hint.dec_deg));
+        return bad(format!("the approximate position {} {} deg is not on the sky", hint.ra_deg, hint.dec_deg));
     }
     if !(1e-3..=3600.0).contains(&hint.scale_arcsec) {
         return bad(format!("the scale {} arcsec/px is not between 0.001 and 3600", hint.scale_arcsec));

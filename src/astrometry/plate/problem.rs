@@ -104,7 +104,7 @@ pub enum Refusal {
         n_stars: usize,
         /// Hypotheses that were judged.
         n_hypotheses: u64,
-        /// Most stars any brought together, and the probability that chance does it.
+        /// Most stars that any solution matched, and the probability of as many by chance.
         best: Option<(usize, f64)>,
     },
     /// The stars that match lie on a line: a mirrored sky fits them as well.

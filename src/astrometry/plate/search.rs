@@ -14,7 +14,7 @@ use super::problem::MAX_CHANCE;
 use super::problem::MIN_MATCHED;
 use super::problem::Refusal;
 
-/// What one round of the search is made of.
+/// The settings of one round of the search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Level {
     /// Brightest detections.
@@ -35,7 +35,7 @@ const LEVELS: [Level; 4] = [
 const SPARSE: Level = Level { n_spots: 20, rank: 32, longest: 1.0 };
 /// Longest side at least \[diagonals of the frame\].
 const SHORTEST: f64 = 0.12;
-/// Thinnest triangle, height over longest side: thinner ones do not tell their mirror image.
+/// Thinnest triangle, height over longest side: thinner ones cannot be distinguished from their mirror image.
 const THINNEST: f64 = 0.05;
 /// Errors of the positions that are allowed for \[px\]: good centroids, then poor ones or a distorted field.
 const SIGMAS_PX: [f64; 2] = [0.5, 2.5];

@@ -38,7 +38,7 @@ fn exact_positions_give_back_the_system_they_were_made_with() {
         (distorted(true), Model::Sip3),
     ] {
         let found = fit(&matches(&truth, 60, 0.0, 1), SIZE, (355.0, 79.0), model);
-        // a start 5 degrees away at the pole of another frame is no hindrance
+        // a start 5 degrees away at the pole of another frame does not matter
         let found = found.or_else(|| fit(&matches(&truth, 60, 0.0, 1), SIZE, (0.0, -30.0), model)).unwrap();
         assert_eq!(found.wcs.mirrored(), truth.mirrored());
         assert!((found.wcs.rotation_deg() - truth.rotation_deg()).abs() < 1e-6);

@@ -5,7 +5,7 @@
 /// How the plane is distorted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Projection {
-    /// Not at all, or in pixels (SIP).
+    /// Without distortion, or with one in pixels (SIP).
     Tan,
     /// By PV polynomials.
     Tpv,

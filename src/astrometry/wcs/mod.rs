@@ -133,7 +133,7 @@ impl Wcs {
     /// Rotation at the reference point \[deg\], -180 to 180, as [`Wcs::tan`] takes it.
     #[must_use]
     pub fn rotation_deg(&self) -> f64 {
-        // CD = s · diag(±1, 1) · R(−θ): both rows tell θ, their sum is the nearest rotation
+        // CD = s · diag(±1, 1) · R(−θ): both rows give θ; their sum is the nearest rotation
         let sign = if self.mirrored() { 1.0 } else { -1.0 };
         (sign * self.cd[0][1] - self.cd[1][0]).atan2(sign * self.cd[0][0] + self.cd[1][1]).to_degrees()
     }

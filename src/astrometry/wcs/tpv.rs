@@ -51,7 +51,7 @@ impl Tpv {
             }
             if !all.is_empty() && all.iter().all(|(m, _)| *m != 1) {
                 return Err(format!(
-                    "PV{axis}_1 is missing beside other PV{axis} terms: programs take it for 0 or for 1"
+                    "PV{axis}_1 is missing among other PV{axis} terms: programs take it for 0 or for 1"
                 ));
             }
             Ok(if all.is_empty() { vec![(1, 1.0)] } else { all.into_iter().filter(|(_, v)| *v != 0.0).collect() })

@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn kinks_of_the_law_and_the_tip_at_full_moon_are_told() {
+    fn kinks_of_the_law_and_the_tip_at_full_moon_are_reported() {
         let curve = |law: MoonLaw, phase_deg: f64| {
             let effects = Effects { moon_law: law, ..Effects::of(Mode::Corrected) };
             let light_sources = SourceSettings::new(&effects, &Band::named("V").unwrap()).unwrap();

@@ -144,7 +144,7 @@ impl<'a> Finder<'a> {
     fn parse_date(&self, key: &str, text: &str) -> std::result::Result<Stamp, String> {
         let scale = self.scale_of(key);
         if stamp::is_time_of_day(text) {
-            // UTSTOP and UTMIDDLE carry no date: the one of DATE-OBS, or the day after.
+            // UTSTOP and UTMIDDLE have no date: the one of DATE-OBS, or the day after.
             let start = self.header.text("DATE-OBS").ok_or("a time of day without DATE-OBS")?;
             return stamp::parse_time_after(&start, text, scale);
         }
@@ -185,7 +185,7 @@ impl<'a> Finder<'a> {
                 continue;
             }
             let comments = [begin, end].map(|k| self.header.comment(k).unwrap_or_default().to_ascii_lowercase());
-            // SharpCap 4 computes both from its own clock; MaxIm's and APT's whole seconds are no better.
+            // SharpCap 4 computes both from its own clock; MaxIm's and APT's whole seconds are not more accurate.
             let estimated = comments.iter().any(|c| c.contains("est. ") || c.contains("estimated"));
             let err_s = if estimated { err_s.max(0.5) } else { err_s };
             let rolling_s = if gps { self.rolling_shutter_s() } else { 0.0 };
@@ -290,7 +290,7 @@ impl<'a> Finder<'a> {
         }
         if what == Meaning::Unclear {
             self.warn(format!(
-                "{key}: \"{comment}\" does not tell start from end; taken as the start, time_err_s {} s: set \
+                "{key}: \"{comment}\" does not say whether it is start or end; taken as the start, time_err_s {} s: set \
                  time.date_obs_means",
                 found.err_s
             ));

@@ -43,7 +43,7 @@ pub struct MidTime {
     pub avg_minus_mid_s: Option<f64>,
     /// What was present but not used, each with its reason.
     pub rejected: Vec<String>,
-    /// What the observer should know: stamps that contradict each other, programs with known latencies.
+    /// Notes for the observer: stamps that contradict each other, programs with known latencies.
     pub warnings: Vec<String>,
 }
 

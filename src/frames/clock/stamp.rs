@@ -16,7 +16,7 @@ use crate::fits::cards::{Header, parse_number};
 pub(super) struct Stamp {
     pub epoch: Epoch,
     pub resolution_s: f64,
-    /// What is odd about how it is written.
+    /// Warning about the way it is written.
     pub remark: Option<&'static str>,
 }
 
@@ -35,7 +35,7 @@ pub(super) fn time_scale(header: &Header, path: &Path) -> Result<TimeScale> {
         _ => Err(Error::Header {
             path: path.to_path_buf(),
             keyword: "TIMESYS".into(),
-            problem: format!("'{text}' is none of UTC, TAI, TT, TDB, GPS"),
+            problem: format!("'{text}' is not a time scale; accepted: UTC, TAI, TT, TDB, GPS"),
         }),
     }
 }
@@ -106,7 +106,7 @@ pub(super) fn parse(text: &str, scale: TimeScale) -> std::result::Result<Stamp, 
     }
     let (hour, minute) = (whole(h, 23).ok_or("hour outside 0 to 23")?, whole(m, 59).ok_or("minute outside 0 to 59")?);
     let second = whole(second, 60).ok_or("second outside 0 to 60")?;
-    let mut remark = zone.map(|_| "a time zone was taken off").or(date.contains('/').then_some(SLASHES));
+    let mut remark = zone.map(|_| "a time zone was subtracted").or(date.contains('/').then_some(SLASHES));
     let no_date = || format!("{year}-{month:02}-{day:02} is not a date");
     let zone_h = zone.unwrap_or(0.0);
     let leap = second == 60 && scale == TimeScale::UTC && {

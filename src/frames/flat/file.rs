@@ -32,7 +32,7 @@ impl MasterFlat {
     /// As [`MasterFlat::write`], with further cards before the history: where the flat is from.
     ///
     /// # Errors
-    /// Those of [`MasterFlat::write`].
+    /// The errors of [`MasterFlat::write`].
     pub fn write_with(&self, path: &Path, more: &[CardLine]) -> Result<()> {
         let used = self.members.iter().filter(|m| m.used).count();
         let whole = |n: usize| n as i64;

@@ -28,7 +28,7 @@ fn bracket(n: usize) -> (usize, usize) {
     ((n / 2).saturating_sub(reach), (n / 2 + reach).min(n - 1))
 }
 
-/// The two middle values from `at(rank)`, `None` where that does not know.
+/// The two middle values from `at(rank)`, `None` if that has no answer.
 fn middle_of(total: u64, at: impl Fn(u64) -> Option<f64>) -> Option<f64> {
     let last = total.checked_sub(1)?;
     Some((at(last / 2)? + at(total / 2)?) / 2.0)
@@ -47,7 +47,7 @@ pub(crate) fn level_step(region: &Region) -> usize {
 /// pixels scatter by a hundredth of it: a hundredth of the master's own noise, and the same for all its pixels.
 ///
 /// # Errors
-/// Those of reading the file.
+/// The errors of reading the file.
 pub(crate) fn median_of_stored(stored: &Stored, region: &Region) -> Result<Option<f64>> {
     let mut counts = Histogram::new();
     each_row(stored, region, level_step(region), &mut Vec::new(), |pixels| counts.add(pixels))?;
@@ -120,7 +120,7 @@ pub(crate) fn median_inside(response: &Array2<f32>, region: &Region) -> Option<f
     })
 }
 
-/// The same in one pass; `None` where the sample misled.
+/// The same in one pass; `None` if the sample was misleading.
 fn median_by_bracket(values: &[f32], (nx, ny): (usize, usize), region: &Region) -> Option<f64> {
     let row = |j: usize| &values[j * nx..(j + 1) * nx][region.inside(j)];
     let step = SAMPLE_RESPONSE_ROWS.min(ny.div_ceil(8));

@@ -103,7 +103,7 @@ impl MasterFlat {
         }
         let (nx, ny) = region.size_px;
         let mut values = zeros(nx * ny);
-        // One level for all is no scale at all, once the master is divided by its median.
+        // One level for all makes no difference, once the master is divided by its median.
         let scale = config.scale == FlatScale::Level && usable.windows(2).any(|w| w[0].level_adu != w[1].level_adu);
         let filter = usable.first().and_then(|u| u.exposure.filter.clone());
         let filter = filter.filter(|f| usable.iter().all(|u| u.exposure.filter.as_ref() == Some(f)));

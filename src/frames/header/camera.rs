@@ -3,7 +3,7 @@
 //! Compared are model designations (letters with a number: ASI6200MM, QHY600M, C3-61000), without case, punctuation,
 //! the maker's name and words such as "Pro" or "Camera". It does not cover which sensor is in which camera.
 
-/// What the name in a header says of the configured camera.
+/// The result of comparing the name in a header with the configured camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CameraCheck {
     /// It is the configured camera.
@@ -14,7 +14,7 @@ pub enum CameraCheck {
     NoModel,
 }
 
-/// Words that say nothing of the model.
+/// Words that do not identify the model.
 const NOISE: [&str; 15] = [
     "zwo",
     "zwoptical",
@@ -40,10 +40,10 @@ const SERIAL: usize = 9;
 ///
 /// Two names are of the same camera where one model designation holds the other without splitting a number:
 /// `ZWO CCD ASI6200MM Pro` is `asi6200mm`, and `asi6200` may be either of its variants; `ASI6200MC` is not `asi6200mm`.
-/// A name without a model (`ASI Camera (1)`, `QHYCCD-Cameras-Capture`) says nothing, unless both names are equal.
+/// A name without a model (`ASI Camera (1)`, `QHYCCD-Cameras-Capture`) is not compared, unless both names are equal.
 #[must_use]
-pub fn check_camera(told: &str, configured: &str) -> CameraCheck {
-    let (a, b) = (designation(told), designation(configured));
+pub fn check_camera(in_header: &str, configured: &str) -> CameraCheck {
+    let (a, b) = (designation(in_header), designation(configured));
     if a == b {
         return CameraCheck::Same;
     }
@@ -53,7 +53,7 @@ pub fn check_camera(told: &str, configured: &str) -> CameraCheck {
     if holds(&a, &b) || holds(&b, &a) { CameraCheck::Same } else { CameraCheck::Other }
 }
 
-/// The name without case, punctuation, numbers in brackets and words that say nothing of the model.
+/// The name without case, punctuation, numbers in brackets and words that do not identify the model.
 fn designation(name: &str) -> String {
     let mut depth = 0_usize;
     let plain: String = name
@@ -103,7 +103,7 @@ mod tests {
 
     #[test]
     fn one_camera_is_recognised_as_drivers_and_observers_spell_it() {
-        for told in [
+        for in_header in [
             "asi6200mm",
             "ZWO ASI6200MM Pro",
             "ZWO CCD ASI6200MM Pro",
@@ -113,9 +113,9 @@ mod tests {
             "ASI6200",
             "CDK24 + ASI6200MM",
         ] {
-            assert_eq!(check_camera(told, "asi6200mm"), CameraCheck::Same, "{told}");
+            assert_eq!(check_camera(in_header, "asi6200mm"), CameraCheck::Same, "{in_header}");
         }
-        for (told, configured) in [
+        for (in_header, configured) in [
             ("QHY600M-34b7c1d2e", "qhy600"),
             ("QHYCCD QHY268M", "qhy268m"),
             ("Moravian Instruments, C3-61000 PRO", "c3-61000"),
@@ -123,13 +123,13 @@ mod tests {
             ("fa16", "fa16"),
             ("apogee", "Apogee"),
         ] {
-            assert_eq!(check_camera(told, configured), CameraCheck::Same, "{told} {configured}");
+            assert_eq!(check_camera(in_header, configured), CameraCheck::Same, "{in_header} {configured}");
         }
     }
 
     #[test]
     fn another_model_is_another_camera_and_a_name_without_one_says_nothing() {
-        for (told, configured) in [
+        for (in_header, configured) in [
             ("ZWO ASI183MM Pro", "asi6200mm"),
             ("ZWO ASI6200MC Pro", "asi6200mm"),
             ("ZWO ASI620MM", "asi6200mm"),
@@ -137,10 +137,10 @@ mod tests {
             ("QHY600M", "asi6200mm"),
             ("qhy9", "qhy90"),
         ] {
-            assert_eq!(check_camera(told, configured), CameraCheck::Other, "{told} {configured}");
+            assert_eq!(check_camera(in_header, configured), CameraCheck::Other, "{in_header} {configured}");
         }
-        for told in ["ASI Camera (1)", "QHYCCD-Cameras-Capture", "Vatt", "1", "371d420013090900"] {
-            assert_eq!(check_camera(told, "asi6200mm"), CameraCheck::NoModel, "{told}");
+        for in_header in ["ASI Camera (1)", "QHYCCD-Cameras-Capture", "Vatt", "1", "371d420013090900"] {
+            assert_eq!(check_camera(in_header, "asi6200mm"), CameraCheck::NoModel, "{in_header}");
         }
     }
 }

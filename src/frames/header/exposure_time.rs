@@ -34,7 +34,10 @@ pub fn exposure_time(header: &Header, aliases: &Aliases) -> (Option<Sourced<f64>
     if let Some(positive) = found.iter().position(|(_, seconds, _)| *seconds > 0.0) {
         let used = found[positive];
         for (key, seconds, _) in found.drain(..positive) {
-            warnings.push(format!("{key} = {seconds} s is no exposure; {} = {} s is used instead", used.0, used.1));
+            warnings.push(format!(
+                "{key} = {seconds} s is not an exposure time; {} = {} s is used instead",
+                used.0, used.1
+            ));
         }
     }
     let Some(&(key, mut seconds, milli)) = found.first() else { return (None, warnings) };
@@ -94,8 +97,8 @@ mod tests {
         assert_eq!(value("EXPTIME = '5000 ms'\n"), Some(5.0));
         assert_eq!(value("EXPTIME = '120.00  '           / Exposure time in seconds\n"), Some(120.0));
         assert_eq!(value("EXPTIME = '300 s'\n"), Some(300.0));
-        let (told, warnings) = of("EXPTIME =                 5000\nEXPOSURE=                  5.0\n");
-        assert_eq!(told.unwrap().value, 5.0);
+        let (stated, warnings) = of("EXPTIME =                 5000\nEXPOSURE=                  5.0\n");
+        assert_eq!(stated.unwrap().value, 5.0);
         assert!(warnings[0].contains("milliseconds"), "{warnings:?}");
         let span = "EXPTIME = 5000\nDATE-OBS= '2025-06-09T10:33:00.0'\nDATE-END= '2025-06-09T10:33:05.1'\n";
         assert_eq!(value(span), Some(5.0));
@@ -103,8 +106,8 @@ mod tests {
 
     #[test]
     fn a_zero_is_passed_over_where_a_synonym_is_positive_and_that_is_said() {
-        let (told, warnings) = of("EXPTIME =                  0.0\nEXPOSURE=                  5.0\n");
-        assert_eq!(told.unwrap(), Sourced::new(5.0, "EXPOSURE"));
+        let (stated, warnings) = of("EXPTIME =                  0.0\nEXPOSURE=                  5.0\n");
+        assert_eq!(stated.unwrap(), Sourced::new(5.0, "EXPOSURE"));
         assert!(warnings.len() == 1 && warnings[0].contains("EXPTIME = 0 s") && warnings[0].contains("EXPOSURE = 5"));
         for (cards, seconds) in [
             ("EXPTIME = 0\nXPOSURE = 2.5\n", 2.5),
@@ -115,18 +118,18 @@ mod tests {
             assert_eq!(of(cards).0.unwrap().value, seconds, "{cards}");
         }
         // nothing positive: the zero stands, and whoever needs an exposure refuses it by its keyword
-        let (told, warnings) = of("EXPTIME = 0\nEXPOSURE= 0\n");
-        assert_eq!((told.unwrap(), warnings.len()), (Sourced::new(0.0, "EXPTIME"), 0));
+        let (stated, warnings) = of("EXPTIME = 0\nEXPOSURE= 0\n");
+        assert_eq!((stated.unwrap(), warnings.len()), (Sourced::new(0.0, "EXPTIME"), 0));
     }
 
     #[test]
     fn what_is_no_number_is_told_and_the_next_synonym_used() {
-        let (told, warnings) = of("EXPTIME = 'long'\nEXPOSURE=                 30.0\n");
-        assert_eq!(told.unwrap(), Sourced::new(30.0, "EXPOSURE"));
+        let (stated, warnings) = of("EXPTIME = 'long'\nEXPOSURE=                 30.0\n");
+        assert_eq!(stated.unwrap(), Sourced::new(30.0, "EXPOSURE"));
         assert!(warnings[0].contains("'long'"), "{warnings:?}");
         assert_eq!(of("OBJECT  = 'x'\n"), (None, vec![]));
-        let (told, warnings) = of("EXPTIME =                 30.0\nEXPOSURE=                 10.0\n");
-        assert_eq!(told.unwrap().value, 30.0);
+        let (stated, warnings) = of("EXPTIME =                 30.0\nEXPOSURE=                 10.0\n");
+        assert_eq!(stated.unwrap().value, 30.0);
         assert!(warnings[0].contains("disagree"), "{warnings:?}");
     }
 }

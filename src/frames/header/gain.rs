@@ -8,14 +8,14 @@ use super::sourced::Sourced;
 use crate::fits::cards::Header;
 use crate::frames::frame::GainSetting;
 
-/// What a header says of the gain.
+/// The gain as a header states it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct HeaderGain {
     /// The camera's setting.
     pub setting: Option<Sourced<GainSetting>>,
     /// Electrons per ADU.
     pub e_per_adu: Option<Sourced<f64>>,
-    /// What is odd.
+    /// Warnings.
     pub warnings: Vec<String>,
 }
 
@@ -28,25 +28,25 @@ const LARGEST_E_PER_ADU: f64 = 20.0;
 /// point and no comment (observatories). Zero or negative electrons per ADU are unset.
 #[must_use]
 pub fn header_gain(header: &Header, aliases: &Aliases) -> HeaderGain {
-    let mut told = HeaderGain::default();
+    let mut stated = HeaderGain::default();
     for key in keywords(aliases, "egain") {
         let Some(text) = header.text(key) else { continue };
         match header.number(key) {
             Some(v) if v > 0.0 => {
-                told.e_per_adu.get_or_insert(Sourced::new(v, key));
+                stated.e_per_adu.get_or_insert(Sourced::new(v, key));
             }
-            _ => told.warnings.push(format!("{key} = '{text}' is no e-/ADU: unset")),
+            _ => stated.warnings.push(format!("{key} = '{text}' is not a number of e-/ADU: it is not used")),
         }
     }
     let own = aliases.get("gain").into_iter().flatten();
     if let Some((key, setting)) = own.into_iter().find_map(|k| Some((k, header.integer(k)?))) {
-        told.setting = Some(Sourced::new(GainSetting(setting), key.as_str()));
-        return told;
+        stated.setting = Some(Sourced::new(GainSetting(setting), key.as_str()));
+        return stated;
     }
-    let Some(text) = header.text("GAIN") else { return told };
+    let Some(text) = header.text("GAIN") else { return stated };
     let Some(value) = header.number("GAIN") else {
-        told.warnings.push(format!("GAIN = '{text}' is not a number"));
-        return told;
+        stated.warnings.push(format!("GAIN = '{text}' is not a number"));
+        return stated;
     };
     let comment = header.comment("GAIN").unwrap_or_default().to_ascii_lowercase();
     let electrons = (comment.contains("electron") || comment.contains("e-") || comment.contains("e/"))
@@ -55,19 +55,19 @@ pub fn header_gain(header: &Header, aliases: &Aliases) -> HeaderGain {
     let small = comment.is_empty() && text.contains('.') && value > 0.0 && value < LARGEST_E_PER_ADU;
     if electrons || value.fract() != 0.0 || small {
         if value <= 0.0 {
-            told.warnings.push(format!("GAIN = {text} [{comment}]: not positive, unset"));
-        } else if told.e_per_adu.is_none() {
-            told.e_per_adu = Some(Sourced::new(value, "GAIN"));
+            stated.warnings.push(format!("GAIN = {text} [{comment}]: not positive, unset"));
+        } else if stated.e_per_adu.is_none() {
+            stated.e_per_adu = Some(Sourced::new(value, "GAIN"));
             if !electrons {
-                told.warnings.push(format!(
+                stated.warnings.push(format!(
                     "GAIN = {text} is taken as e-/ADU, not as a setting; if it is a setting, name it in header.aliases.gain"
                 ));
             }
         }
-        return told;
+        return stated;
     }
-    told.setting = header.integer("GAIN").map(|v| Sourced::new(GainSetting(v), "GAIN"));
-    told
+    stated.setting = header.integer("GAIN").map(|v| Sourced::new(GainSetting(v), "GAIN"));
+    stated
 }
 
 #[cfg(test)]

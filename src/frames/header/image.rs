@@ -55,7 +55,7 @@ fn planes(header: &Header) -> Option<(String, i64)> {
     Some((format!("NAXIS{first}"), axes.iter().fold(1_i64, |all, (_, n)| all.saturating_mul(*n))))
 }
 
-/// What calibration a header states of.
+/// The calibration that a header states.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Calibration {
     /// CALSTAT of MaxIm and others: B bias, D dark, F flat.
@@ -71,20 +71,20 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// The level that stands for zero light in the file \[ADU\], once bias or dark are off.
+    /// The level that stands for zero light in the file \[ADU\], once bias or dark are subtracted.
     #[must_use]
     pub fn zero_adu(&self) -> f64 {
         self.pedestal_adu.map_or(0.0, f64::abs)
     }
 
-    /// In words: `nothing told (raw)`, `bias or dark subtracted`, `flat divided`.
+    /// In words: `not stated (raw)`, `bias or dark subtracted`, `flat divided`.
     #[must_use]
     pub fn state(&self) -> &'static str {
         match (self.zero_subtracted, self.flat_divided, self.others.is_empty()) {
             (_, true, _) => "flat divided",
             (true, false, _) => "bias or dark subtracted",
             (false, false, false) => "calibrated by other keywords",
-            (false, false, true) => "nothing told (raw)",
+            (false, false, true) => "not stated (raw)",
         }
     }
 }
@@ -105,7 +105,7 @@ pub fn calibration(header: &Header) -> Calibration {
     }
 }
 
-/// Binning along x and what is odd; 1 if nothing is said.
+/// Binning along x, 1 if the header does not state it, and warnings.
 #[must_use]
 pub fn binning(header: &Header, aliases: &Aliases) -> (Sourced<u32>, Vec<String>) {
     let mut warnings = Vec::new();
@@ -125,7 +125,7 @@ pub fn binning(header: &Header, aliases: &Aliases) -> (Sourced<u32>, Vec<String>
         }
         return (Sourced::new(x as u32, key), warnings);
     }
-    (Sourced::new(1, "not told"), warnings)
+    (Sourced::new(1, "not given"), warnings)
 }
 
 /// ROWORDER: whether the first row of the file is the top of the picture; `None` if not given.

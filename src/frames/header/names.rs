@@ -1,4 +1,4 @@
-//! The synonyms: which keywords carry a quantity, in the order in which they are trusted.
+//! The synonyms: which keywords hold a quantity, in the order in which they are trusted.
 //!
 //! Sources: FITS 4.0; SBFITSEXT 1.0; headers of N.I.N.A., SharpCap, Sequence Generator Pro, MaxIm DL, APT, PRISM,
 //! Seestar, Dwarf, LCO (BANZAI), Rubin, Subaru, VATT. It does not cover pairs (site, pointing) and time stamps, which

@@ -7,7 +7,7 @@ use super::names::{Aliases, find, keywords};
 use super::sourced::Sourced;
 use crate::fits::cards::Header;
 
-/// What a header states of camera and optics.
+/// The camera and the optics as a header states them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Optics {
     /// The camera.
@@ -20,11 +20,11 @@ pub struct Optics {
     pub temperature_c: Option<Sourced<f64>>,
     /// Read noise \[e⁻\].
     pub read_noise_e: Option<Sourced<f64>>,
-    /// What is odd.
+    /// Warnings.
     pub warnings: Vec<String>,
 }
 
-/// The text of FILTER and its synonyms; `None` where it is absent. What it means, [`filter_meaning`] gives.
+/// The text of FILTER and its synonyms; `None` where it is absent. [`filter_meaning`] returns its meaning.
 ///
 /// FWHEEL is not a synonym: N.I.N.A. and Sequence Generator Pro write the name of the wheel there.
 ///

@@ -105,10 +105,10 @@ fn geodetic(x: f64, y: f64, z: f64) -> Option<HeaderSite> {
 
 /// Whether a header's site is the configured one.
 #[must_use]
-pub fn check_site(told: &HeaderSite, site: &config::Site) -> SiteCheck {
-    let lat = (told.lat_deg - site.lat_deg).abs();
+pub fn check_site(stated: &HeaderSite, site: &config::Site) -> SiteCheck {
+    let lat = (stated.lat_deg - site.lat_deg).abs();
     let lon = |value: f64| (value - site.lon_deg + 180.0).rem_euclid(360.0) - 180.0;
-    let (east, west) = (lon(told.lon_deg).abs(), lon(-told.lon_deg).abs());
+    let (east, west) = (lon(stated.lon_deg).abs(), lon(-stated.lon_deg).abs());
     if lat.max(east) <= TOLERANCE_DEG {
         SiteCheck::Agrees
     } else if lat.max(west) <= TOLERANCE_DEG {

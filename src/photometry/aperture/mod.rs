@@ -2,7 +2,7 @@
 //!
 //! Pixels are unit squares centred on integers; positions in pixels, angles from +x towards +y in radians. Every shape
 //! is convex and symmetric about its centre. Exact costs what 3 to 5 subpixels cost, which leave 2e-3 at r = 5 px (`satphot
-//! accuracy apertures`). Leaves out: growth curves, sky, masks.
+//! accuracy apertures`). It does not cover growth curves, sky or masks.
 
 mod outline;
 mod oval;

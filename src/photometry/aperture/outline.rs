@@ -1,13 +1,13 @@
 //! A shape made ready for counting: its angle taken apart once, its chords, its extremes, its share of a pixel.
 //!
 //! Pixels relative to the centre of the shape. Ovals (circle, ellipse) are conics; bars (rectangle, pill) are a straight
-//! core with or without round caps. Leaves out: which pixels there are.
+//! core with or without round caps. It does not cover which pixels there are.
 
 use super::oval::{MIN_SEMI_AXIS_PX, Oval};
 use super::overlap::{Polygon, unit_disc_polygon_area};
 use super::shape::Shape;
 
-/// What a shape is made of.
+/// The parts of a shape.
 #[derive(Debug, Clone, Copy)]
 enum Kind {
     /// A circle or an ellipse.

@@ -2,8 +2,8 @@
 //!
 //! Pixels relative to the centre of the shape. Between two crossings with the grid an arc encloses a trapezoid and a
 //! segment; crossings cost a square root, segments a short series. The outline's pixels of a row are integrated side by
-//! side in lanes; rows share their chords. Leaves out: ovals narrower than 4 px, whose arcs turn too far within a pixel
-//! for the series.
+//! side in lanes; rows share their chords. It does not cover ovals narrower than 4 px, whose arcs turn too far within a
+//! pixel for the series.
 
 use multiversion::multiversion;
 

@@ -1,6 +1,6 @@
 //! Which pixels an aperture covers, row by row, and by how much.
 //!
-//! Full-frame columns and rows. Inside the outline no pixel is integrated. Leaves out: sky, masks, errors.
+//! Full-frame columns and rows. Inside the outline no pixel is integrated. It does not cover sky, masks or errors.
 
 use std::ops::Range;
 
@@ -154,7 +154,7 @@ fn columns_within(
     if fill.0 > fill.1 {
         return nothing;
     }
-    // a guess by rounding, at most two off, put right by what decides
+    // a guess by rounding, at most two off, corrected by the exact test
     let clamp = |v: f64| v.clamp(reached.start as f64, reached.end as f64) as usize;
     let mut first = clamp(fill.0 + x + 0.5);
     for _ in 0..2 {

@@ -1,6 +1,6 @@
 //! The pixels of an annulus, as runs of columns.
 //!
-//! A pixel belongs to the annulus with its centre: no shares. Full-frame columns and rows. Leaves out: masks.
+//! A pixel belongs to the annulus with its centre: no shares. Full-frame columns and rows. It does not cover masks.
 
 use std::ops::Range;
 

@@ -1,7 +1,7 @@
 //! The histogram of a box and its clip.
 //!
 //! In levels of the histogram. Sums of counts are whole numbers below 2⁵³: exact in f64 and in any order, so that a
-//! range which shrinks needs only what it loses, not a new pass. Leaves out: what a level is worth.
+//! range which shrinks needs only what it loses, not a new pass. It does not cover what a level is worth.
 
 use multiversion::multiversion;
 

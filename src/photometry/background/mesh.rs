@@ -1,6 +1,6 @@
 //! The mesh: the good pixels of its boxes, boxes without enough of them, outliers among the boxes.
 //!
-//! Electrons. Leaves out: the statistics of a box and what lies between boxes.
+//! Electrons. It does not cover the statistics of a box and what lies between boxes.
 
 use std::ops::Range;
 
@@ -60,7 +60,7 @@ pub(super) fn modes_of_boxes(
     Ok(modes)
 }
 
-/// The unmasked pixels of boxes side by side, each row by row. A row is read through all of them at once: memory is
+/// The unmasked pixels of neighbouring boxes, each row by row. A row is read through all of them at once: memory is
 /// fast where it is read in long pieces.
 fn good_pixels(rows: &Rows, across: Range<usize>, along: Range<usize>, mesh_px: usize, out: &mut [Vec<f32>]) {
     out.iter_mut().for_each(Vec::clear);

@@ -1,7 +1,7 @@
 //! The sky under everything: a mesh of clipped modes, median filtered, joined by a bicubic spline.
 //!
 //! Levels and scatter in the unit of the frame (electrons), positions in full-frame pixels. The recipe is SExtractor's
-//! (Bertin & Arnouts 1996, A&AS 117, 393, §3). Leaves out: weights, crowded-field modelling.
+//! (Bertin & Arnouts 1996, A&AS 117, 393, §3). It does not cover weights or crowded-field modelling.
 
 mod histogram;
 mod mesh;
@@ -78,7 +78,7 @@ pub fn background(frame: &Frame<Electrons>, mesh_px: usize, clip_sigma: f64) -> 
     })
 }
 
-/// The rim of a field begins at this share of the largest distance of a measured box from the centre.
+/// The edge of a field begins at this share of the largest distance of a measured box from the centre.
 pub(crate) const RIM_FRAC: f64 = 0.85;
 /// The centre ends at this share of it.
 pub(crate) const CENTRE_FRAC: f64 = 0.3;
@@ -151,12 +151,12 @@ impl Background {
         2.14 * self.rms(x_px, y_px) / self.mesh_px
     }
 
-    /// Level at the rim of the field over that at its centre: 1 for an even field, less where the beam is cut.
+    /// Level at the edge of the field over that at its centre: 1 for an even field, less where the beam is cut.
     ///
-    /// Rim: the boxes beyond 0.85 of the largest distance from the centre, the median of each quadrant, then
+    /// Edge: the boxes beyond 0.85 of the largest distance from the centre, the median of each quadrant, then
     /// the mean of the four, in which a gradient cancels. Centre: the median of the boxes within 0.3.
     /// Trails do not lift a mode.
-    /// `None` where a quadrant has no box at the rim or the centre has no level above zero.
+    /// `None` if a quadrant has no box at the edge or the level at the centre is not above zero.
     #[must_use]
     pub fn corner_ratio(&self) -> Option<f64> {
         rim_over_centre(&self.measured)

@@ -1,7 +1,7 @@
 //! Level and scatter of the pixels of one box: SExtractor's clipped mode, from a histogram.
 //!
 //! Electrons. Sums run in [`LANES`] lanes of f64 about a local zero: a sky of 1e12 e⁻ keeps its digits, and the bits do
-//! not depend on the instruction set. Leaves out: where the pixels are.
+//! not depend on the instruction set. It does not cover where the pixels are.
 
 use multiversion::multiversion;
 
@@ -72,14 +72,14 @@ struct Moments {
 }
 
 impl Moments {
-    /// Of all values, about the first.
+    /// The histogram of all values, about the first.
     fn of_all(values: &[f32]) -> Self {
         let about = values.first().map_or(0.0, |v| f64::from(*v));
         let (sum, square) = sums_of_all(values, about);
         Self { about, n: values.len() as f64, sum, square }
     }
 
-    /// Of the values from `low` to `high`.
+    /// The histogram of the values from `low` to `high`.
     fn within(values: &[f32], about: f64, low: f64, high: f64) -> Self {
         let (n, sum, square) = sums_within(values, about, low, high);
         Self { about, n, sum, square }

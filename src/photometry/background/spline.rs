@@ -210,7 +210,8 @@ fn row_between(below: &[Node], above: &[Node], across: &[f64; 4], x: f64, step: 
     });
 }
 
-/// As [`row_between`], taken off the pixels in the same pass: they come from memory while the cubics are worked out.
+/// As [`row_between`], subtracted from the pixels in the same pass: they come from memory while the cubics are worked
+/// out.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2", "x86_64+sse4.1"))]
 fn above_row_between(
     below: &[Node],

@@ -1,6 +1,6 @@
-//! What the clipped median of an annulus makes of a star's own wings in it.
+//! The bias of the clipped median of an annulus by the wings of the star in it.
 //!
-//! Shares of the star's light per px². Leaves out: the clip, which only matters where wings stand 3 σ above the sky.
+//! Shares of the star's light per px². It does not cover the clip, which only matters where wings are 3 σ above the sky.
 
 use crate::base::search::{Until, bisect};
 use std::convert::Infallible;

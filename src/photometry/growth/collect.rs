@@ -1,7 +1,7 @@
 //! The share of an extended source's light, blurred by the star profile, that falls into an aperture.
 //!
 //! Pixels relative to the common centre of source and aperture. Closed in the radius, quadrature over directions and
-//! over the source. Leaves out: sources off the centre, sources that are not uniform.
+//! over the source. It does not cover sources off the centre or sources that are not uniform.
 
 use std::f64::consts::PI;
 

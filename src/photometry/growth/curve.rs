@@ -12,11 +12,11 @@ use crate::photometry::aperture::Shape;
 const SIGNIFICANT_SIGMA: f64 = 2.0;
 /// A frame's own width is used if it is known better than this share; else the night's ratio.
 const WIDTH_ERR_FRAC: f64 = 0.01;
-/// Fewest stars that tell a frame's width.
+/// Fewest stars that determine the width of a frame.
 const MIN_STARS_FRAME: usize = 3;
-/// Fewest stars that tell the night's exponent.
+/// Fewest stars that determine the exponent of the night.
 const MIN_STARS_NIGHT: usize = 5;
-/// A fit further than this from the curve anywhere beyond 1.5 FWHM is told.
+/// A fit further than this from the curve anywhere beyond 1.5 FWHM is reported.
 const MISFIT: f64 = 0.003;
 /// Frames differ by this share of each ring.
 const FRAME_SCATTER_FRAC: f64 = 0.01;
@@ -123,7 +123,7 @@ impl GrowthCurve {
         (CORE - 1..self.enclosed.len()).map(departure).fold(0.0, f64::max)
     }
 
-    /// What the chosen radius means, in one sentence.
+    /// The meaning of the chosen radius, in one sentence.
     #[must_use]
     pub fn explanation(&self) -> String {
         let r_px = self.chosen_r_fwhm * self.fwhm_px;
@@ -157,13 +157,13 @@ impl GrowthCurve {
 }
 
 impl FrameGrowth {
-    /// The night's profile as wide as in this frame, if 3 of its own stars tell the width to 1 %; `fwhm_px` is the width the
-    /// frame's apertures are in units of.
+    /// The night's profile as wide as in this frame, if 3 of its own stars determine the width to 1 %; `fwhm_px` is the
+    /// width the frame's apertures are in units of.
     #[must_use]
     pub fn profile(&self, night: &StarProfile, fwhm_px: f64) -> Option<StarProfile> {
         let own = fit(self, Some(night.beta.recip()))?;
         let fwhm_ratio = own.ratio * self.fwhm_px / fwhm_px;
-        let told = self.n_stars >= MIN_STARS_FRAME && own.ratio_err < WIDTH_ERR_FRAC * own.ratio;
-        told.then_some(StarProfile { fwhm_ratio, ..*night })
+        let is_determined = self.n_stars >= MIN_STARS_FRAME && own.ratio_err < WIDTH_ERR_FRAC * own.ratio;
+        is_determined.then_some(StarProfile { fwhm_ratio, ..*night })
     }
 }

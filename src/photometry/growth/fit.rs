@@ -8,7 +8,7 @@ use super::radial::Radial;
 use super::stack::{CORE, EDGES_FWHM, FrameGrowth, N, SKY_FWHM};
 
 /// 1/β a fit may reach: from β = 1.8 to infinity, and as far beyond, where a noisy Gaussian may fall. Wider wings would
-/// put more light beyond the curve than a fit of the curve can tell.
+/// put more light beyond the curve than a fit of the curve can determine.
 pub(super) const Q_RANGE: [f64; 2] = [-0.5, 0.55];
 /// Profile width over the width measured under a Gaussian window.
 const RATIO_RANGE: [f64; 2] = [0.5, 2.0];

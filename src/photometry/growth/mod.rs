@@ -1,7 +1,7 @@
 //! The light a star sends beyond an aperture: a Moffat profile fitted to the growth curve of bright stars.
 //!
-//! Shares of the whole light, 0 to 1; pixels. β → ∞ is a Gaussian. Leaves out: the aureole beyond 8 FWHM, which stars
-//! and target share.
+//! Shares of the whole light, 0 to 1; pixels. β → ∞ is a Gaussian. It does not cover the aureole beyond 8 FWHM, which
+//! stars and target share.
 
 mod annulus;
 mod collect;

@@ -55,14 +55,14 @@ impl StarProfile {
         self.radial(fwhm_px).enclosed(r_px)
     }
 
-    /// Magnitude to add to a flux measured in `aperture` over the annulus `sky` (inner, outer radius \[px\]), to carry
+    /// Magnitude to add to a flux measured in `aperture` over the annulus `sky` (inner, outer radius \[px\]), to correct
     /// it to the whole light of its source: 2.5 log₁₀(C − A·S), not positive unless the annulus is nearly empty of it.
     ///
     /// C is the share of the light in the aperture, A its area, S the mean light per px² in the annulus, which was taken
     /// for sky. The source is a uniform ellipse with the axes of `source` (a point if `None`) blurred by the star
     /// profile, centred on the aperture; pixels are integrated in the mean over subpixel places. `sky` with outer ≤ inner
     /// or an outer radius that is not finite leaves the annulus out. NaN if the FWHM or the aperture has no size, and where
-    /// less than 2 % of the light is left: a correction of more than 4 mag is none.
+    /// less than 2 % of the light is left: a correction of more than 4 mag is not used.
     ///
     /// Accuracy: points exact to the pixel series (1e-4 for FWHM ≥ 2 px); with corners or an extended source the
     /// quadrature is right to 1e-3 mag. Takes less than a millisecond.

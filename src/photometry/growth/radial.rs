@@ -1,7 +1,7 @@
-//! The Moffat profile of a star, through the Gaussian and beyond, and what pixels make of it.
+//! The Moffat profile of a star, through the Gaussian and beyond, and its integral over pixels.
 //!
 //! Pixels; shares of the whole light. The exponent enters as q = 1/β: q = 0 is the Gaussian, and q < 0 (a profile that
-//! ends at a finite radius) keeps a noisy fit of a Gaussian unbiased. Leaves out: elongation.
+//! ends at a finite radius) keeps a noisy fit of a Gaussian unbiased. It does not cover elongation.
 
 use std::f64::consts::{LN_2, PI};
 

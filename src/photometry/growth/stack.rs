@@ -1,7 +1,7 @@
 //! Growth curves of stars, and their stack: how the light of a star is spread over rings about it.
 //!
 //! Radii in units of the FWHM; rings as shares of the light within 1.5 FWHM. One stack serves the stars of a frame and
-//! the frames of a night. Leaves out: the profile behind it.
+//! the frames of a night. It does not cover the profile behind it.
 
 use serde::{Deserialize, Serialize};
 
@@ -30,14 +30,14 @@ const MOST_STARS: usize = 60;
 const BRIGHT_NEIGHBOUR_FRAC: f64 = 0.05;
 /// One with more than this share rules it out near the star, and is masked further out.
 const NEIGHBOUR_FRAC: f64 = 0.002;
-/// How near that is \[FWHM\], and how far from a masked neighbour pixels are left out \[FWHM\].
+/// How near that is \[FWHM\], and how far from a masked neighbour pixels are excluded \[FWHM\].
 const NEAR_FWHM: f64 = 4.0;
 const MASK_FWHM: f64 = 2.0;
 /// Stars differ by this share of each ring for reasons other than noise: place on the pixels, field.
 const RING_SCATTER_FRAC: f64 = 0.01;
 /// No ring is known better than this share of itself: the pixel series and the field.
 const RING_FLOOR_FRAC: f64 = 0.003;
-/// A value further than this from the median is left out \[σ\].
+/// A value further than this from the median is excluded \[σ\].
 const CLIP_SIGMA: f64 = 4.0;
 
 /// The light in rings about stars.

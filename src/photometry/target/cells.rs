@@ -1,7 +1,7 @@
 //! The cutout in cells: squares of pixels a quarter of a star wide, in which the target and the trails are looked for.
 //!
 //! Electrons per pixel; columns and rows of cells. Smoothing at 1, 2, 4 and 8 FWHM costs less and less this way.
-//! Leaves out: fluxes, which are measured in pixels.
+//! It does not cover fluxes, which are measured in pixels.
 
 use multiversion::multiversion;
 use ndarray::{Array2, Zip};
@@ -19,7 +19,7 @@ pub(crate) struct Cells {
 }
 
 impl Cells {
-    /// Of an image of `(ny, nx)` pixels whose bad ones are NaN: `line(j, out)` writes row `j` of it.
+    /// The cells of an image of `(ny, nx)` pixels whose bad ones are NaN: `line(j, out)` writes row `j` of it.
     pub fn of_lines((ny, nx): (usize, usize), fwhm_px: f64, mut line: impl FnMut(usize, &mut [f32])) -> Self {
         let bin = ((fwhm_px / 4.0).floor() as usize).max(1);
         let across = nx / bin;
@@ -73,7 +73,7 @@ pub(crate) fn row_of<T>(image: &Array2<T>, j: usize) -> &[T] {
     image.as_slice().map_or(&[], |all| &all[j * image.ncols()..][..image.ncols()])
 }
 
-/// What the significance of an image is made of, per cell: value, variance, and the systematic doubt about the value.
+/// The inputs of the significance of an image, per cell: value, variance, and the systematic uncertainty of the value.
 pub(crate) struct Layers {
     pub value: Array2<f32>,
     pub variance: Array2<f32>,
@@ -83,8 +83,9 @@ pub(crate) struct Layers {
 impl Layers {
     /// Signal-to-noise under a Gaussian of `fwhm` cells, on squares of `rebin` cells; cells in `hidden` do not count.
     ///
-    /// Σ k x / √(Σ k² σ² + (Σ k d)²): x the value, σ² its variance, d the doubt, k the kernel. Under a filter wider than
-    /// a star the doubts about several trails are independent: (Σ k d)² becomes C Σ k² d² ([`lines_in_quadrature`]).
+    /// Σ k x / √(Σ k² σ² + (Σ k d)²): x the value, σ² its variance, d its systematic uncertainty, k the kernel. Under a
+    /// filter wider than a star, the uncertainties of several trails are independent: (Σ k d)² becomes C Σ k² d²
+    /// ([`lines_in_quadrature`]).
     pub fn significance(&self, fwhm: f64, rebin: usize, hidden: Option<&Array2<bool>>) -> Array2<f32> {
         let area = (rebin * rebin) as f32;
         let squares = |of: &Array2<f32>, per: f32| self.squares(of, per, rebin, hidden);
@@ -221,7 +222,7 @@ fn weighed(padded: &[f32], taps: &[(usize, f32)], out: &mut [f32]) {
     }
 }
 
-/// What is seen of a row: 0 where its value is bad.
+/// The values of a row, 0 where a value is bad.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2", "x86_64+sse4.1"))]
 fn seen(of: &[f32], value: &[f32], out: &mut [f32]) {
     for ((o, v), x) in out.iter_mut().zip(of).zip(value) {

@@ -1,7 +1,7 @@
 //! Cosmic rays and hot pixels: pixels that stand out more sharply than any image of the sky can.
 //!
 //! Electrons. The search does without them, the flux keeps them and is flagged: under a resolved target the true value is
-//! not known to better than the flux's error. Leaves out: hits as wide as a star.
+//! not known to better than the flux's error. It does not cover hits as wide as a star.
 
 use std::f64::consts::SQRT_2;
 
@@ -37,7 +37,7 @@ pub(crate) fn hits(pixels: &Array2<f32>, sky: &Surface, fwhm_px: f64) -> Vec<(us
         let least = (0.8 * HIT_SIGMA * rms) as f32;
         let [below, own, above] = [j - 1, j, j + 1].map(|row| pixels.row(row));
         for i in 1..nx - 1 {
-            // most pixels are no hits: they are not worth a second look
+            // most pixels are not hits and need no second test
             if !(own[i] - level[i] > least) {
                 continue;
             }
@@ -62,7 +62,7 @@ pub(crate) fn hits(pixels: &Array2<f32>, sky: &Surface, fwhm_px: f64) -> Vec<(us
 const DIFFUSION_PX: f64 = 0.25;
 /// Below this FWHM \[px\] a star is as sharp as a hit.
 const SHARPEST_PX: f64 = 1.3;
-/// A moment of good seeing may make a star this much smaller: still no hit.
+/// A moment of good seeing may make a star this much smaller; it is still not a hit.
 const SHARPEST_IN_LINES: f64 = 0.8;
 /// Nor does a star that is known to no better than this share of its light.
 const DOUBT_OF_PSF: f64 = 0.02;
@@ -107,10 +107,10 @@ impl Patch {
     /// Masks the lines of a candidate that are hits; columns and rows of the pixels masked.
     ///
     /// A hit's charge has passed no optics: it is a line of σ ≈ 0.25 px across, however faint. An image of the sky is
-    /// nowhere narrower than a star. Across a line of any place, angle and length the filter is w = t − c P: t the profile
-    /// of a hit, P that of a star, c = ⟨t, Q⟩/⟨P, Q⟩ with Q a star of 0.8 of the width. Then ⟨w, Q⟩ = 0 for a star on the
-    /// line, < 0 beside it and for all that is wider: no image of the sky makes Σ w I positive but noise. With Q as wide
-    /// as the star of the night a line gains at most 2 σ more.
+    /// nowhere narrower than a star. Across a line of any place, angle and length the filter is w = t − c P: t the
+    /// profile of a hit, P that of a star, c = ⟨t, Q⟩/⟨P, Q⟩ with Q a star of 0.8 of the width. Then ⟨w, Q⟩ = 0 for a
+    /// star on the line, < 0 next to it and for everything wider: only noise makes Σ w I positive, no image of the sky.
+    /// With Q as wide as the star of the night a line gains at most 2 σ more.
     pub fn mask_hits(&mut self, fwhm_px: f64) -> Vec<(usize, usize)> {
         let mut masked = Vec::new();
         if fwhm_px < SHARPEST_PX {
@@ -162,7 +162,7 @@ impl Patch {
         for (end, way) in [(&mut line.from, -1.0), (&mut line.to, 1.0)] {
             let step = (way * ahead.0, way * ahead.1);
             loop {
-                // the next pixels, each with one beside it to either side
+                // the next pixels, each with one on either side
                 let (mut sum, mut square) = (0.0, 0.0);
                 for k in 1..=PROLONGED_PX {
                     for beside in [-1.0, 0.0, 1.0] {
@@ -257,7 +257,7 @@ impl Patch {
         }
     }
 
-    /// The pixels with those masked put at the median around them, and doubted by as much.
+    /// The pixels with masked ones replaced by the median around them, which is also their uncertainty.
     fn filled(&self) -> (Array2<f32>, Array2<f32>) {
         let (ny, nx) = self.above.dim();
         let (mut above, mut variance) = (self.above.clone(), self.variance.clone());

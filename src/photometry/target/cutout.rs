@@ -1,7 +1,7 @@
 //! The part of the frame where the target can be: its sky, its trails, and what is left.
 //!
 //! Electrons. Pixels of the cutout, and cells of it ([`Cells`]) for everything but fluxes. Two passes: once with nothing
-//! known, once more with the target kept out of sky and trails. Leaves out: which object is the target.
+//! known, again with the target excluded from sky and trails. It does not cover which object is the target.
 
 use std::ops::Range;
 
@@ -27,11 +27,11 @@ use crate::photometry::trails::search::faint_direction;
 const TRAIL_SIGMA: f64 = 4.0;
 /// The same for faint trails, which must be longer to count \[σ\].
 const FAINT_TRAIL_SIGMA: f64 = 2.5;
-/// What a line at another angle than the known one must have more \[σ\].
+/// Additional significance required of a line at another angle than the known one \[σ\].
 const ANOTHER_ANGLE_SIGMA: f64 = 0.5;
 /// Share of the change of the model over a block that it may get wrong: where a trail ends.
 const END_ERR: f32 = 0.5;
-/// Most pixels on a side of a candidate that are looked at for hits.
+/// Most pixels on a side of a candidate that are searched for cosmic-ray hits.
 const PATCH_PX: usize = 72;
 /// Blocks of the sky's surface \[FWHM\].
 const BLOCK_FWHM: f64 = 1.6;
@@ -184,7 +184,7 @@ impl Cutout {
         self.model_trails(Some(&object));
     }
 
-    /// Takes what the sky's surface got wrong along the trails off it, a known object \[cells\] left out.
+    /// Subtracts the error of the sky's surface along the trails; a known object \[cells\] is excluded.
     fn straighten(&mut self, object: Option<&Placed>) {
         let Some(strips) = &mut self.strips else { return };
         let holes: Vec<_> = object.iter().map(|e| strips.hole((e.x, e.y), e.shape)).collect();
@@ -218,7 +218,7 @@ impl Cutout {
         self.strips = theta.map(|theta| self.strips_along(theta));
     }
 
-    /// Models the trails' light, a known object \[cells\] left out.
+    /// Models the light of the trails; a known object \[cells\] is excluded.
     fn model_trails(&mut self, object: Option<&Placed>) {
         let Some(strips) = &self.strips else { return };
         let holes: Vec<_> = object.iter().map(|e| strips.hole((e.x, e.y), e.shape)).collect();
@@ -241,7 +241,7 @@ impl Cutout {
         (span(|s| s.0, nx), span(|s| s.1, ny))
     }
 
-    /// The pixels of some columns and rows as hits are looked for in them; with the trails, which are as wide as stars.
+    /// The pixels of some columns and rows in which hits are searched; with the trails, which are as wide as stars.
     fn patch(&self, columns: &Range<usize>, rows: &Range<usize>) -> Patch {
         let dim = (rows.len(), columns.len());
         let above = Array2::from_shape_fn(dim, |(j, i)| {
@@ -257,7 +257,7 @@ impl Cutout {
         Patch { above, variance }
     }
 
-    /// Masks the hits in a candidate given in squares of `rebin` cells; whether there were any.
+    /// Masks the hits in a candidate given in squares of `rebin` cells. Returns whether there were any.
     pub fn mask_hits(&mut self, squares: &[(usize, usize)], rebin: usize) -> bool {
         let (columns, rows) = self.about(squares, rebin);
         let holds = |all: &Range<usize>, part: &Range<usize>| all.start <= part.start && all.end >= part.end;
@@ -308,7 +308,7 @@ impl Cutout {
         }
     }
 
-    /// Takes all of an outline for what hits left.
+    /// Marks a whole outline as the remnant of hits.
     pub fn mask_cells(&mut self, outline: &[(usize, usize)]) {
         let bin = self.net.bin;
         for &(i, j) in outline {
@@ -358,7 +358,8 @@ impl Cutout {
         &self.net.mean - &self.light
     }
 
-    /// What the significance of the residual is made of: the noise knows the trails' light and how well it is known.
+    /// The inputs of the significance of the residual: its noise includes that of the light of the trails and its
+    /// uncertainty.
     pub fn layers(&self) -> Layers {
         let area = (self.net.bin * self.net.bin) as f32;
         let (ny, nx) = self.light.dim();

@@ -1,7 +1,7 @@
 //! The smallest circle, ellipse, rectangle or pill around a set of points.
 //!
 //! Any unit of length; angles from +x towards +y \[rad\]. Works on the convex hull, so its cost does not grow with the
-//! size of the target. Leaves out: shapes that are not convex.
+//! size of the target. It does not cover shapes that are not convex.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -233,7 +233,7 @@ mod tests {
             let points = points_of(&Placed { x: 310.0, y: 120.0, shape }, 401);
             let got = enclosing(&points, ApertureShape::Auto, 0.0, 0.0).unwrap();
             assert_eq!(got.shape.name(), name);
-            // the grid leaves out at most its step at the rim
+            // the grid misses at most its step at the edge
             assert!((got.shape.area_px() / shape.area_px() - 1.0).abs() < 0.03, "{name}: {:?}", got.shape);
             assert!((got.x - 310.0).hypot(got.y - 120.0) < 1.0);
         }

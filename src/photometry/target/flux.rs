@@ -1,7 +1,8 @@
 //! The flux of the target and of the place where it was not: over an annulus, or over the level along the trails.
 //!
 //! Electrons and full-frame pixels. Sky means are of unclipped counts in small blocks: over a target of 30 000 pixels a
-//! hundredth of an electron matters, and a median of skewed counts is wrong by more. Leaves out: where the target is.
+//! hundredth of an electron matters, and a median of skewed counts is wrong by more. It does not cover where the target
+//! is.
 
 use ndarray::Array2;
 
@@ -10,9 +11,10 @@ use super::settings::TargetSettings;
 use crate::base::stats;
 use crate::frames::{Electrons, Frame};
 use crate::photometry::Flags;
+use crate::photometry::annulus::Sky;
 use crate::photometry::aperture::{Bounds, Shape, for_each_pixel};
 use crate::photometry::background::Background;
-use crate::photometry::flux::{Flux, Sky, flux_over_sky};
+use crate::photometry::flux::{Flux, flux_over_sky};
 use crate::photometry::target::cells::grown;
 use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::sky::MeanOf;
@@ -34,13 +36,13 @@ const CLIP_SIGMA: f64 = 3.0;
 /// Fewest sky pixels; below, the mesh is used.
 const MIN_SKY_PX: usize = 16;
 /// Share of the trails' light in the aperture that their profile may get wrong: it is interpolated twice, and turned by the
-/// error of the trails' direction, which moves the light of a bright one at the rim of the aperture.
+/// error of the trails' direction, which moves the light of a bright one at the edge of the aperture.
 const PROFILE_ERR: f64 = 0.01;
 /// Most empty apertures.
 const MAX_EMPTY: usize = 40;
 /// √n times the relative error of a σ from a median absolute deviation.
 const MAD_ERR: f64 = 1.17;
-/// Fewest empty apertures whose scatter is believed.
+/// Fewest empty apertures whose scatter is used.
 const MIN_EMPTY: usize = 8;
 
 /// A flux and the level along the trails it was measured over, if there are trails.
@@ -54,7 +56,7 @@ pub(crate) struct Measured {
 }
 
 impl Cutout {
-    /// The flux: over the level along the trails, and over an annulus where there are none or no room beside.
+    /// The flux: over the level along the trails, or over an annulus where there are no trails or no room next to them.
     ///
     /// `objects` are the cells that are no sky ([`Self::objects`]).
     pub fn flux(
@@ -190,7 +192,7 @@ impl Cutout {
         f64::from(self.light[[(j / self.net.bin).min(ny - 1), (i / self.net.bin).min(nx - 1)]]).max(0.0)
     }
 
-    /// The mean of an annulus above the sky's surface; objects, trails and hits left out.
+    /// The mean of an annulus above the sky's surface; without objects, trails and hits.
     fn ring(&self, at: &Placed, (inner, outer): (f64, f64), objects: &Array2<bool>) -> Ring {
         let (my, mx) = objects.dim();
         let bounds = self.bounds();
@@ -238,7 +240,7 @@ impl Cutout {
         Ring { offset: sum / f64::max(n, 1.0), variance, n: n as usize, mean_of, flags }
     }
 
-    /// The flux over the level beside it along the trails.
+    /// The flux over the level next to it along the trails.
     ///
     /// σ² = max(F, 0) + max(Σ f (S + P + RN²) + σ_P² + σ_end² + (0.01 Σ f P)², σ_empty²): P the light above the sky S
     /// along each line, σ_P² the error of its mean, σ_end what trails that end under the target may add, σ_empty the
@@ -331,10 +333,10 @@ impl Cutout {
     }
 }
 
-/// What an annulus says of the sky above the surface.
+/// The sky above the surface, from an annulus.
 struct Ring {
     offset: f64,
-    /// Of the offset.
+    /// Error of the offset.
     variance: f64,
     n: usize,
     mean_of: MeanOf,

@@ -2,7 +2,7 @@
 //!
 //! Electrons and cutout pixels. What the aperture of a source just detected would hold, and its error, is measured at
 //! places spread over the search region, as the target's is: a source is detected there if it lifts that to
-//! `detect_sigma`. Leaves out: sources wider than a star, for which the night scales the limit.
+//! `detect_sigma`. It does not cover sources wider than a star, for which the limit is scaled by the night.
 
 use ndarray::Array2;
 use statrs::function::erf::erf;
@@ -30,7 +30,7 @@ const OUTLINE_FWHM: f64 = 1.35;
 /// A limit this many times that of the middle place says nothing of the frame.
 const MOST: f64 = 1e4;
 
-/// What is known of a place without a source: what the aperture holds, and its error.
+/// A place without a source: the flux in the aperture, and its error.
 struct Empty {
     flux_e: f64,
     err_e: f64,

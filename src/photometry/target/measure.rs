@@ -1,7 +1,8 @@
 //! The tracked satellite: a compact or resolved object near the expected place, among parallel star trails.
 //!
-//! Electrons and full-frame pixels. Found by `target_search`, outlined by `target_segment`, measured here in the smallest
-//! shape that holds all of it; where nothing is found the answer is a limit. Leaves out: several targets in one frame.
+//! Electrons and full-frame pixels. Found by `target_search`, outlined by `target_segment`, measured here in the
+//! smallest shape that holds all of it; where nothing is found the answer is a limit. It does not cover several targets
+//! in one frame.
 
 use super::settings::TargetSettings;
 use ndarray::Array2;
@@ -24,7 +25,7 @@ use crate::photometry::target::shape::{Ellipse, moments, outline_moments};
 use crate::photometry::trails::contamination::{Contamination, of_neighbours, of_trails};
 pub use crate::photometry::trails::known::KnownDirection;
 
-/// What was found.
+/// The result.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TargetFound {
     /// The target.
@@ -35,19 +36,19 @@ pub enum TargetFound {
         x_px: f64,
         /// Centre of the aperture \[px\].
         y_px: f64,
-        /// What its light looks like.
+        /// The shape of its light.
         light: Light,
-        /// Whether the sky is the level along the trails beside it: then there is no annulus, and no light of the target
+        /// Whether the sky is the level along the trails next to it: then there is no annulus, and no light of the target
         /// in the sky.
         along_trails: bool,
-        /// What could have been seen, where the whole object does not reach `detect_sigma`: then it is no detection.
+        /// The limit, if the whole object does not reach `detect_sigma` and is therefore not a detection.
         unseen: Option<Box<Unseen>>,
     },
     /// Nothing above the threshold.
     NotDetected {
         /// Flux of a point source of which 95 % would be detected in the search region \[e⁻\]; NaN where there is none.
         limit_e: f64,
-        /// What an aperture of `limit_r_px` at the expected place holds, negative or not.
+        /// The flux in an aperture of `limit_r_px` at the expected place, negative or not.
         flux: Flux,
         /// The expected place \[px\].
         x_px: f64,
@@ -56,7 +57,7 @@ pub enum TargetFound {
     },
 }
 
-/// What a frame without a detection says.
+/// The result of a frame without a detection.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unseen {
     /// As in [`TargetFound::NotDetected`].
@@ -78,7 +79,7 @@ pub struct Light {
     pub source: Option<Shape>,
     /// Electrons per pixel in the brightest disc of one FWHM across; `None` where noise could be that bright.
     pub peak_disc_e_px: Option<f64>,
-    /// Light of trails and neighbours inside the aperture \[e⁻\]; that of trails has been taken off the flux.
+    /// Light of trails and neighbours inside the aperture \[e⁻\]; that of trails has been subtracted from the flux.
     pub contamination_e: f64,
 }
 
@@ -92,15 +93,15 @@ const FAINT_REACH_FWHM: f64 = 8.0;
 const WIDE_SCALE: usize = 2;
 /// Searches of a frame, each without the hits that the one before took for the target.
 const MOST_SEARCHES: usize = 40;
-/// Where a candidate was a hit, other components of so many cells are looked at, so many at once.
+/// Where a candidate was a hit, other components of so many cells are examined, so many at once.
 const MIN_HIT_CELLS: usize = 4;
 const MOST_HIT_CELLS: usize = 2000;
 const MOST_HITS_AT_ONCE: usize = 100;
-/// Of what hits give this share of its flux nothing is known.
+/// An object is discarded if hits make at least this share of its flux.
 const MOST_OF_HITS: f64 = 0.3;
 /// The aperture is nowhere narrower than this many FWHM to each side.
 const LEAST_FWHM: f64 = 1.5;
-/// Among trails a wide spot whose whole light is less significant than this is what a trail left.
+/// Among trails, a wide source whose whole light is less significant than this is the remnant of a trail.
 const LEAST_SNR: f64 = 3.0;
 /// Above this ratio of the axes a target is called elongated.
 const ELONGATED: f64 = 1.5;
@@ -111,7 +112,7 @@ const POINT_FWHM: f64 = 0.3;
 ///
 /// 1. Around the expected place a quadratic surface is the sky. Long straight runs give the direction of the star trails;
 ///    where there are none, the best line outside the target may be one faint trail. The robust mean level along that
-///    direction is taken off; where it changes (trails end) it is doubted.
+///    direction is subtracted; where it changes (trails end), its uncertainty grows.
 /// 2. What is left is smoothed at 1, 2, 4 and 8 FWHM. A candidate peaks above `detect_sigma` within the search radius,
 ///    does not run out of the cutout, is not one of a family of equal parallel streaks, and is not a single hot pixel.
 ///    Of several the nearer wins over the brighter; objects cut by an edge and streaks along the trails come last.
@@ -119,8 +120,8 @@ const POINT_FWHM: f64 = 0.3;
 ///    and outline once more with it kept out. The aperture is the smallest shape around the outline, plus `margin_px`.
 /// 4. Among trails the sky of each line of pixels is the level of that line on both sides of the aperture, and the error
 ///    is at least the scatter of empty apertures treated alike. Without trails the sky is an annulus. What the choice of
-///    the aperture added to a faint flux, 2 σ over its significance where it is resolved, is taken off.
-/// 5. [`Flags::TRAIL`] where light of trails was taken off, [`Flags::CONTAMINATED`] where that of trails and neighbours is
+///    the aperture added to a faint flux, 2 σ over its significance where it is resolved, is subtracted.
+/// 5. [`Flags::TRAIL`] where light of trails was subtracted, [`Flags::CONTAMINATED`] where that of trails and neighbours is
 ///    more than `contam_frac` of the flux, [`Flags::HIT`] for a pixel sharper than a star.
 ///
 /// [`TargetFound::NotDetected`] holds the forced flux at the expected place, negative or not, and the limit: the flux of
@@ -201,7 +202,7 @@ struct Outlined {
     scale: usize,
 }
 
-/// Searches until a candidate is no hit, `left` times at most.
+/// Searches until a candidate is not a hit, at most `left` times.
 fn outlined(cutout: &mut Cutout, frame: &Frame<Electrons>, s: &TargetSettings, left: &mut usize) -> Option<Outlined> {
     while *left > 0 {
         *left -= 1;
@@ -226,7 +227,7 @@ fn outlined(cutout: &mut Cutout, frame: &Frame<Electrons>, s: &TargetSettings, l
     None
 }
 
-/// Whether hits are much of the light in an aperture, or what is left without them is no detection.
+/// Whether hits are much of the light in an aperture, or the rest without them is not a detection.
 fn consists_of_hits(cutout: &Cutout, aperture: &Placed, flux: &Flux, s: &TargetSettings) -> bool {
     cutout.hits_in(aperture).is_some_and(|(hits_e, n)| {
         // the error of the pixels that are left, without the photons of hits
@@ -237,7 +238,7 @@ fn consists_of_hits(cutout: &Cutout, aperture: &Placed, flux: &Flux, s: &TargetS
     })
 }
 
-/// Takes off what the choice of the aperture added: it lies where the noise helped.
+/// Subtracts the selection bias of the aperture: it is placed where the noise is positive.
 ///
 /// The largest response of a smooth field over k free parameters exceeds that of the truth by χ²_k in its square, so
 /// E(s) = S + k/2S in units of σ. An outline under the wide filters has followed its place, length and angle: k = 4, all

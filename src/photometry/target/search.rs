@@ -1,7 +1,7 @@
 //! Which component of the cutout is the target.
 //!
 //! Cells. What comes in families of equal streaks is a short trail, what is one pixel wide is a hit; the target is the
-//! most significant of the rest, at the scale that shows it best. Leaves out: where it ends (`target_segment`).
+//! most significant of the rest, at the scale that shows it best. It does not cover where it ends (`target_segment`).
 
 use ndarray::Array2;
 
@@ -19,7 +19,7 @@ pub(crate) const OUTLINE_SIGMA: f64 = 3.0;
 const PREFER_NEAR: f64 = 3.0;
 /// Significance beyond this many thresholds is no further merit.
 const SCORE_CAP: f64 = 10.0;
-/// What an object cut by an edge, or a streak along the trails, counts.
+/// Weight of an object cut by an edge, or of a streak along the trails.
 const SUSPECT: f64 = 0.2;
 /// A streak along the trails longer than this is one of them \[FWHM\], if it is as thin as one.
 const TRAIL_LENGTH_FWHM: f64 = 18.0;
@@ -51,7 +51,7 @@ pub(crate) struct Candidate {
     pub scale: usize,
 }
 
-/// Signal-to-noise of the cutout at the scales that were asked for: that of scale k on squares of k cells.
+/// Signal-to-noise of the cutout at the requested scales: that of scale k on squares of k cells.
 ///
 /// A bright target needs no wide filter.
 pub(crate) struct Significances<'a> {
@@ -63,12 +63,12 @@ pub(crate) struct Significances<'a> {
 }
 
 impl<'a> Significances<'a> {
-    /// None yet; `fwhm` of a star in cells.
+    /// Without any scale yet; `fwhm` of a star in cells.
     pub fn new(layers: &'a Layers, fwhm: f64) -> Self {
         Self { layers, fwhm, unit: 1.0, at_scale: Vec::new() }
     }
 
-    /// Those of the first `n` scales.
+    /// The significances of the first `n` scales.
     pub fn first(&mut self, n: usize) -> &[Array2<f32>] {
         while self.at_scale.len() < n.min(SCALES.len()) {
             let k = self.at_scale.len();

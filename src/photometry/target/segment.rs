@@ -1,7 +1,8 @@
 //! Where the target ends: its component grown by what belongs to it, fainter and wider than the scale it was found at.
 //!
-//! Cells. What is found is hidden and the rest looked at again through a wider filter, so that a bright core does not
-//! bleed into the outline. Compact objects beside the target are neighbours. Leaves out: the shape of the aperture.
+//! Cells. What is found is masked and the rest is searched again through a wider filter, so that a bright core does not
+//! bleed into the outline. Compact objects next to the target are neighbours. It does not cover the shape of the
+//! aperture.
 
 use ndarray::Array2;
 
@@ -11,8 +12,9 @@ use crate::photometry::target::search::{Candidate, OUTLINE_SIGMA, ROUND, SCALES,
 
 /// Peak of a component that is joined \[σ\].
 const JOIN_SIGMA: f64 = 3.7;
-/// The same under a filter wider than a star, of what lies beside the target and not around it: of the places such a
-/// filter finds along the rim of a target noise makes 3.7 σ of one in sixty, and each would add an aperture's worth of sky.
+/// The same under a filter wider than a star, of what lies next to the target and not around it: of the places such a
+/// filter finds along the edge of a target, noise makes 3.7 σ of one in sixty, and each would add an aperture's worth of
+/// sky.
 const JOIN_BESIDE_SIGMA: f64 = 4.5;
 /// Peak of a separate part nearby that is joined \[σ\].
 const PART_SIGMA: f64 = 5.0;
@@ -24,7 +26,7 @@ const EXTENDED: f64 = 0.7;
 const BRIGHT_SIGMA: f64 = 25.0;
 /// Where a smoothed target ends, in units of its peak.
 const RIM: f64 = 0.3;
-/// The same of the elongated filter, which is longer than most targets.
+/// The same for the elongated filter, which is longer than most targets.
 const RIM_ELONGATED: f64 = 0.6;
 /// The same for a faint one \[σ\].
 const FAINT_OUTLINE_SIGMA: f64 = 2.2;
@@ -65,7 +67,7 @@ impl Segment {
     }
 }
 
-/// Of how many scales [`segment`] needs the significance.
+/// The number of scales whose significance [`segment`] needs.
 pub(crate) fn scales_needed(found: &Candidate) -> usize {
     if found.snr < BRIGHT_SIGMA { SCALES.len() } else { ROUND.max(found.scale + 2) - 1 }
 }

@@ -1,4 +1,4 @@
-//! What the search for the target is given.
+//! The settings of the search for the target.
 
 use crate::config::ApertureShape;
 use crate::photometry::trails::known::KnownDirection;

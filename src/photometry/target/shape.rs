@@ -1,6 +1,7 @@
 //! The second moments of the target: of its outline, and of its light.
 //!
-//! Columns, rows and axes of a cutout in cells, angles from +x towards +y. Leaves out: the aperture (`target_enclose`).
+//! Columns, rows and axes of a cutout in cells, angles from +x towards +y. It does not cover the aperture
+//! (`target_enclose`).
 
 use ndarray::Array2;
 

@@ -1,4 +1,4 @@
-//! Whether a small piece of light is as narrow as a cosmic-ray hit or as wide as a star: a fit of both to its pixels.
+//! Whether a small source is as narrow as a cosmic-ray hit or as wide as a star: both are fitted to its pixels.
 //!
 //! Electrons and pixels. It decides where stars are hardly wider than hits and the line filters of `cosmic_rays`, which
 //! allow for every sub-pixel position and for good seeing, cannot. Not modelled: hits as wide as a star.
@@ -31,7 +31,7 @@ const MOST_WINDOWS: usize = 24;
 const SINGLE_CHI2: f64 = 14.0;
 /// χ² by which all windows of a candidate together must prefer the hit.
 const TOTAL_CHI2: f64 = 6.0;
-/// χ² by which what lies at a masked hit must prefer the star to be no remnant of that hit.
+/// χ² by which a source at a masked hit must prefer the star, so that it is not a remnant of that hit.
 const STAR_CHI2: f64 = 10.0;
 /// One window adds no more than this to the total.
 const MOST_CHI2: f64 = 25.0;
@@ -40,9 +40,9 @@ const STEPS: usize = 15;
 /// Longest σ along a piece of light \[px\].
 const LONGEST_PX: f64 = 20.0;
 
-/// What the pixels of a candidate say.
+/// The verdict on the pixels of a candidate.
 pub(crate) enum Verdict {
-    /// These pieces of it are hits.
+    /// These parts of it are hits.
     Hits(Vec<Line>),
     /// All of it is.
     AllHits,

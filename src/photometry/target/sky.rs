@@ -1,7 +1,7 @@
 //! The sky of a tracked frame around the target: a quadratic surface through the means of small blocks.
 //!
 //! Electrons; columns and rows of a cutout. A mesh would follow a target larger than its boxes and swallow it: a surface
-//! of six terms cannot, and it still follows moonlight. Leaves out: trails, which `trail_model` takes off.
+//! of six terms cannot, and it still follows moonlight. It does not cover trails, which `trail_model` subtracts.
 
 use multiversion::multiversion;
 use nalgebra::{SMatrix, SVector};
@@ -86,7 +86,7 @@ fn mean_without_hits(values: &[f64]) -> Option<(f64, f64, usize)> {
 }
 
 impl Surface {
-    /// The surface through the blocks for which `left_out` is false.
+    /// The surface through the blocks that `left_out` does not exclude.
     ///
     /// Least absolute deviations first (reweighted), then a clip at 3 σ of what is left, so that a target and trails
     /// which cover less than half of the cutout do not lift it.

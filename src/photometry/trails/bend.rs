@@ -1,8 +1,8 @@
-//! What a sky's surface gets wrong along the trails: among many of them no surface can be fitted through the gaps.
+//! What a sky's surface gets wrong along the trails: with many of them, no surface can be fitted through the gaps.
 //!
 //! Electrons per pixel; u along the trails, v across, in cells of a cutout. A trail adds the same to all of its line, so
 //! how the blocks of one line differ among themselves is sky alone, however many trails there are. What changes across
-//! the trails only stays in the levels of the lines. Leaves out: trails that end, but for a clip.
+//! the trails only stays in the levels of the lines. It does not cover trails that end, but for a clip.
 
 use nalgebra::Vector3;
 use ndarray::Array2;

@@ -11,12 +11,12 @@ use crate::base::stats;
 const CLIP_SIGMA: f64 = 3.0;
 /// Passes of fit and clip.
 const PASSES: usize = 3;
-/// Fewest blocks of a line that tell of a bend.
+/// Fewest blocks of a line from which a bend is measured.
 const MIN_BLOCKS: usize = 6;
 /// Every how many lines are looked at: neighbours share their cells.
 const LINE_STEP: usize = 2;
 
-/// Of the blocks in no hole, each line having its own level; `None` where they do not tell.
+/// From the blocks outside every exclusion mask, each line having its own level; `None` if they do not determine it.
 ///
 /// Least squares within lines: `Σ_q Σ_p w (t − t̄_q)(y − ȳ_q)`, t̄_q and ȳ_q the means over line q, clipped at 3 σ.
 pub(crate) fn bend_of(strips: &TrailBackground, holes: &[ExclusionMask]) -> Option<Bend> {

@@ -1,7 +1,7 @@
-//! Light in the aperture that is not the target's: star trails that cross it, and point sources beside the target.
+//! Light in the aperture that is not the target's: star trails that cross it, and point sources next to the target.
 //!
 //! Electrons. A trail is seen outside the aperture along its whole length, so its light inside is known far better than
-//! the target's own flux. Leaves out: what ends inside the aperture and is nowhere else.
+//! the target's own flux. It does not cover what ends inside the aperture and is nowhere else.
 
 use ndarray::Array2;
 
@@ -17,15 +17,15 @@ use crate::photometry::trails::model::TrailBackground;
 const TRAIL_SIGMA: f64 = 3.4;
 /// Significance of a neighbour's own light.
 const NEIGHBOUR_SIGMA: f64 = 5.0;
-/// What is called contaminated: that many errors below the threshold the light may lie.
+/// A frame counts as contaminated if the light lies at most so many errors below the threshold.
 const ALLOWED_SIGMA: f64 = 1.0;
 
 /// Light that is not the target's.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Contamination {
-    /// Of trails, which has been taken off the flux \[e⁻\].
+    /// Light of trails, which has been subtracted from the flux \[e⁻\].
     pub trails_e: f64,
-    /// Of point sources, which has not \[e⁻\].
+    /// Light of point sources, which has not been subtracted \[e⁻\].
     pub neighbours_e: f64,
     /// Error of their sum \[e⁻\].
     pub err_e: f64,
@@ -45,7 +45,7 @@ impl Contamination {
 
 /// The light of the trails inside an aperture.
 ///
-/// Per line v of cells: e(v) = level beside the aperture − base, the base being the level of the lines without a trail.
+/// Per line v of cells: e(v) = level next to the aperture − base, the base being the level of the lines without a trail.
 /// A trail is where e under a Gaussian of one FWHM stands out by 3.4 σ, over the whole length of the cutout or near the
 /// aperture alone, or where one along the known direction was found before; its light is Σ c(v) e(v) over the lines it
 /// covers, c the chord of the aperture.
@@ -137,7 +137,7 @@ fn matched(levels: &[(f64, f64)], kernel: &Kernel) -> Vec<f64> {
         .collect()
 }
 
-/// The light of point sources beside the target inside its aperture.
+/// The light, inside the aperture of the target, of point sources next to it.
 ///
 /// Each in a circle of one FWHM about its peak, over the median of the ring around (1.3 to 1.8 FWHM), counted where it
 /// lies inside the aperture; a Gaussian has 15/16 of its light there. `net` = pixels less sky and trails, from

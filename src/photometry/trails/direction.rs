@@ -1,6 +1,6 @@
 //! Star trails of a tracked frame: whether there are any, and their common direction.
 //!
-//! Positions are columns and rows of a cutout; u runs along the trails, v across. Leaves out: curved trails.
+//! Positions are columns and rows of a cutout; u runs along the trails, v across. It does not cover curved trails.
 
 use multiversion::multiversion;
 use ndarray::Array2;
@@ -10,7 +10,7 @@ use crate::photometry::target::cells::row_of;
 /// Most points of the direction search.
 const MAX_POINTS: usize = 20_000;
 
-/// Parallel runs too short to be told from a long target, which together are trails.
+/// Parallel runs too short to be distinguished from a long target, which together are trails.
 const FAMILY: usize = 3;
 
 /// One trail: its range across and along \[px\].

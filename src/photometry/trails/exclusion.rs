@@ -1,4 +1,4 @@
-//! The part of a frame that a fit of the trails' background leaves out.
+//! The part of a frame that a fit of the background of trails excludes.
 
 use super::direction::Turned;
 use crate::photometry::aperture::Shape;

@@ -1,8 +1,8 @@
 //! One faint trail through the target where the direction of the trails is known beforehand.
 //!
 //! Cells. All trails of a tracked frame run along the target's motion among the stars, so only the offset of a line is
-//! free: what stands out by some 3.5 σ is no chance, where without the direction it takes 4.9. Leaves out: trails beside the
-//! target, which do it no harm.
+//! free: a line of some 3.5 σ is significant, whereas without the direction it takes 4.9. It does not cover trails next
+//! to the target, which do it no harm.
 
 use crate::base::search::{Until, bisect};
 use ndarray::Array2;
@@ -23,7 +23,7 @@ pub struct KnownDirection {
     pub err_rad: f64,
 }
 
-/// Share of frames without a trail in which a line may be believed.
+/// Share of frames without a trail in which a line may be accepted.
 const FALSE_SHARE: f64 = 0.05;
 /// Directions looked at to each side \[standard errors\].
 const SEARCHED_ERR: f64 = 2.0;

@@ -1,6 +1,6 @@
 //! The levels of the lines under an aperture, from both sides of it, and what they leave uncertain.
 //!
-//! Electrons per pixel; lines of cells along the trails. Leaves out: where the trails are (`trail_model`).
+//! Electrons per pixel; lines of cells along the trails. It does not cover where the trails are (`trail_model`).
 
 use super::exclusion::ExclusionMask;
 use crate::photometry::trails::model::Level;
@@ -19,7 +19,8 @@ pub(crate) struct Under {
 }
 
 impl Under {
-    /// Of the lines that `over` touches; `holes` do not count. `None` where a line has no room beside it.
+    /// The levels of the lines that `over` touches; pixels in `holes` do not count. `None` if a line has no room next to
+    /// it.
     pub fn of(strips: &TrailBackground, over: ExclusionMask, holes: &[ExclusionMask]) -> Option<Self> {
         let reach = over.across() + 1.0;
         let lines = strips.lines((over.v - reach, over.v + reach));
@@ -53,7 +54,7 @@ impl Under {
     }
 
     /// Where the two sides of a line differ by D a trail ends under the aperture, anywhere along its chord c: a level
-    /// between both is wrong by D c/√12. Lines are taken together over the width of a trail; noise is taken off twice.
+    /// between both is wrong by D c/√12. Lines are taken together over the width of a trail; noise is subtracted twice.
     pub fn variance_of_ends(&self, strips: &TrailBackground, aperture: &ExclusionMask, fwhm: f64) -> f64 {
         let width = (1.5 * fwhm).round().max(2.0) as usize;
         let of_trail = |(g, lines): (usize, &[Level])| {

@@ -2,7 +2,7 @@
 //!
 //! A trail is straight and as bright here as a little further along, so the mean level along it is that of every trail,
 //! resolved or not, whatever their number. Electrons per pixel; u along the trails, v across, in cells of the cutout.
-//! Ends of trails inside the stretch are voted down by the longer part. Leaves out: flicker, curvature.
+//! Ends of trails inside the stretch are voted down by the longer part. It does not cover scintillation or curvature.
 
 use super::exclusion::ExclusionMask;
 use std::f64::consts::FRAC_PI_2;
@@ -19,9 +19,9 @@ use crate::photometry::trails::rotate::{Spread, cubic_along};
 
 /// Blocks on each side that make a level.
 const SIDE_BLOCKS: usize = 16;
-/// The same of the model of the whole cutout: what is longer than this along the trails is a trail.
+/// The same for the model of the whole cutout: what is longer than this along the trails is a trail.
 const SEARCH_BLOCKS: usize = 16;
-/// Nearest blocks of each side that tell whether both agree.
+/// Nearest blocks of each side from which it is decided whether both agree.
 const STEP_BLOCKS: usize = 5;
 /// Fewest blocks of a side near the edge of the frame, where a trail may be short.
 const EDGE_BLOCKS: usize = 3;
@@ -30,7 +30,7 @@ const CLIP_SIGMA: f64 = 3.0;
 
 /// Least and most share of a trail's light that its constant profile gets wrong.
 const FLICKER: [f64; 2] = [0.01, 0.05];
-/// Lines this bright tell how much trails flicker \[σ of a block\].
+/// Lines this bright show how much trails scintillate \[σ of a block\].
 const BRIGHT_SIGMA: f64 = 5.0;
 
 /// Level of a line: e⁻ per pixel, by how much its sides differ and the variance of that, and the pixels it rests on.
@@ -95,7 +95,7 @@ impl TrailBackground {
         self.noise_e * self.noise_e + light.max(0.0) / self.area_px
     }
 
-    /// The same of the mean of a block.
+    /// The same for the mean of a block.
     pub fn variance_of_block(&self, light: f64) -> f64 {
         self.variance(light) / self.block as f64
     }
@@ -134,7 +134,7 @@ impl TrailBackground {
         }
     }
 
-    /// The level of line `q` under a stretch `u`, from the blocks beside it that are in no hole.
+    /// The level of line `q` under a stretch `u`, from the blocks next to it that are outside every exclusion mask.
     pub fn beside(&self, q: usize, u: (f64, f64), holes: &[ExclusionMask]) -> Option<Level> {
         if q >= self.mean.nrows() {
             return None;
@@ -169,7 +169,8 @@ impl TrailBackground {
         Some(Level { mean, step, step_variance, n: (all.len() * self.block) as f64 })
     }
 
-    /// The level of every line over its whole length, blocks in holes left out; `None` for a line of fewer than four.
+    /// The level of every line over its whole length, without the blocks in exclusion masks; `None` for a line of fewer
+    /// than four.
     pub fn profile(&self, holes: &[ExclusionMask]) -> Vec<Option<Level>> {
         let mut work = Vec::new();
         (0..self.mean.nrows())
@@ -235,7 +236,7 @@ impl TrailBackground {
                 let own = usize::from(valid.get(at) == Some(&p));
                 let (before, after) = (at, valid.len() - at - own);
                 let side = if own == 1 { before.min(after).clamp(EDGE_BLOCKS, SEARCH_BLOCKS) } else { SIDE_BLOCKS };
-                // beside a line's own blocks the neighbours are the same ones again
+                // next to a line's own blocks, the neighbours are the same ones again
                 if window.slide_to(&values, at - before.min(side)..at + own + after.min(side)) {
                     of_last = self.mean_near_median(&window.sorted) as f32;
                 }
@@ -283,7 +284,7 @@ impl TrailBackground {
         (!values.is_empty()).then(|| self.mean_near_median(values))
     }
 
-    /// The same of sorted ones, at least one.
+    /// The same for sorted values, of which there is at least one.
     fn mean_near_median(&self, sorted: &[f64]) -> f64 {
         let middle = sorted.len() / 2;
         let median = if sorted.len() % 2 == 1 { sorted[middle] } else { 0.5 * (sorted[middle - 1] + sorted[middle]) };
@@ -315,7 +316,7 @@ impl ScintillationExcess {
         }
     }
 
-    /// Σ (σ² − σ_counts²) / Σ L², its root; the most that is believed where no line is bright enough to tell.
+    /// Σ (σ² − σ_counts²) / Σ L², its root; the largest plausible value where no line is bright enough to measure it.
     fn share(&self) -> f64 {
         let [least, most] = FLICKER;
         if self.light > 0.0 { (self.excess.max(0.0) / self.light).sqrt().clamp(least, most) } else { most }

@@ -1,7 +1,7 @@
 //! From the cells of a cutout to lines along the trails and back: cubic across, to the bit the same on every machine.
 //!
 //! Cells of the cutout; u along the trails, v across. Positions and sums of a few cells are worked out side by side; only
-//! the look-ups between them are one by one. Leaves out: what the lines are used for (`trail_model`).
+//! the look-ups between them are one by one. It does not cover what the lines are used for (`trail_model`).
 
 use multiversion::multiversion;
 use ndarray::Array2;
@@ -88,7 +88,7 @@ pub(crate) struct Spread {
 }
 
 impl Spread {
-    /// Of lines through the middle of a cutout, `half` of them on each side, in blocks of `block` cells.
+    /// The rotation for lines through the middle of a cutout, `half` of them on each side, in blocks of `block` cells.
     pub fn new(turned: Turned, half: f64, block: usize, level: &Array2<f32>, change: &Array2<f32>) -> Self {
         let (lines, blocks) = level.dim();
         let mut table = Vec::with_capacity((lines + 3) * (blocks + 1));

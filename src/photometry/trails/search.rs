@@ -1,7 +1,7 @@
 //! One faint trail in a frame without others: the line along which the light stands out, the target masked.
 //!
-//! Cells. Every angle and offset is tried (a Radon transform of the clipped cells), and the best line is believed only
-//! beyond what the best of that many lines of noise would reach. Leaves out: trails that end in the cutout.
+//! Cells. Every angle and offset is tried (a Radon transform of the clipped cells), and the best line is accepted only
+//! beyond what the best of that many lines of noise would reach. It does not cover trails that end in the cutout.
 
 use ndarray::Array2;
 
@@ -33,7 +33,7 @@ pub(crate) struct Point {
 /// The direction of the most significant line from +x towards +y \[rad\]; `None` if it may be noise.
 ///
 /// `target` = centre and radius of what is masked by `hidden`; `noise` = scatter of a cell; `doubt` is added to the
-/// significance that is asked for.
+/// required significance.
 pub(crate) fn faint_direction(
     net: &Array2<f32>,
     hidden: &Array2<bool>,
@@ -77,7 +77,7 @@ pub(crate) fn faint_direction(
         }
         lines.extend(best);
     }
-    // a sky that is not white makes lines, too
+    // a sky with correlated noise makes lines, too
     let unit = stats::mad_sigma(&mut all).unwrap_or(1.0).max(1.0);
     lines.sort_by(|a, b| b.snr.total_cmp(&a.snr));
     let mut coarse_best: Vec<Line> = lines.iter().filter(|l| l.through).take(SHARPENED).copied().collect();

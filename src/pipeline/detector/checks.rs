@@ -1,7 +1,8 @@
-//! What the frames say of the detector, against its table and the headers: gain, read noise, pedestal, step, saturation.
+//! The detector as measured from the frames, compared with its table and the headers: gain, read noise, pedestal, step,
+//! saturation.
 //!
 //! Gains in e⁻/ADU, levels in ADU as in the files, read noise in e⁻. A warning says what a disagreement does to
-//! magnitudes and what to check. Leaves out how each number is measured ([`crate::detector::measure`]).
+//! magnitudes and what to check. It does not cover how each number is measured ([`crate::detector::measure`]).
 
 use super::gain_check::GainCheck;
 use std::collections::BTreeMap;
@@ -17,7 +18,7 @@ use crate::frames::{Detector, Exposure, Gain, GainSetting, Role, classify};
 use crate::pipeline::prepared::Prepared;
 use crate::pipeline::survey::files::Survey;
 
-/// What is known of a detector before its frames are looked at.
+/// What is known of a detector before its frames are examined.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Known<'a> {
     /// The camera's table.
@@ -143,7 +144,7 @@ pub fn check_group(group: &Group, known: &Known, effort: Effort) -> GainCheck {
     if let (Some((var, var_err)), Some(g)) =
         (bias.and_then(|b| b.var_adu2), check.measured_e_per_adu.or(check.configured_e_per_adu))
     {
-        // biases that do not differ have a noise below the step of their values, which is no noise of 0
+        // biases that do not differ have a noise below the step of their values, which does not mean a noise of 0
         if var > 0.0 {
             check.read_noise_e = Some(g * var.sqrt());
             check.read_noise_err_e = Some(g * 0.5 * var_err / var.sqrt());

@@ -99,11 +99,11 @@ pub struct GainCheck {
     /// The keyword that says so.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub header_saturation_key: String,
-    /// What disagrees, and what to do.
+    /// The disagreements, and what to do.
     pub warnings: Vec<String>,
     /// Frames and pairs that could not be used, and why.
     pub problems: Vec<String>,
-    /// Those of `problems` that doubt the frames themselves: a warning each.
+    /// Those of `problems` that concern the frames themselves, each a warning.
     #[serde(skip)]
     pub doubtful_frames: Vec<String>,
     /// The photon transfer, for its figure.

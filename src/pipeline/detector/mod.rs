@@ -1,4 +1,4 @@
-//! What the frames of a night say of the detector, against its table and the headers.
+//! The detector as measured from the frames of a night, compared with its table and the headers.
 
 pub mod checks;
 pub mod gain_check;

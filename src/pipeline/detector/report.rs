@@ -34,24 +34,24 @@ fn differs(c: &GainCheck, other: f64) -> Option<bool> {
     Some((measured - other).abs() > (3.0 * err).max(GAIN_TOLERANCE * other))
 }
 
-/// What disagrees.
+/// The disagreements.
 pub(crate) fn warnings(c: &GainCheck) -> Vec<String> {
-    let mut told = Vec::new();
+    let mut warnings = Vec::new();
     let who = name(c);
-    gain_warnings(c, &who, &mut told);
-    unknown_read_noise_warning(c, &who, &mut told);
-    read_noise_warning(c, &who, &mut told);
-    pedestal_warnings(c, &who, &mut told);
-    saturation_warnings(c, &who, &mut told);
-    told.extend(c.doubtful_frames.iter().map(|p| format!("{who}: {p}")));
-    told
+    gain_warnings(c, &who, &mut warnings);
+    unknown_read_noise_warning(c, &who, &mut warnings);
+    read_noise_warning(c, &who, &mut warnings);
+    pedestal_warnings(c, &who, &mut warnings);
+    saturation_warnings(c, &who, &mut warnings);
+    warnings.extend(c.doubtful_frames.iter().map(|p| format!("{who}: {p}")));
+    warnings
 }
 
-fn gain_warnings(c: &GainCheck, who: &str, told: &mut Vec<String>) {
+fn gain_warnings(c: &GainCheck, who: &str, warnings: &mut Vec<String>) {
     if let (Some(g), Some(err)) = (c.measured_e_per_adu, c.measured_err_e_per_adu) {
         let measured = format!("{} +- {} e-/ADU from {} flats", short(g), two(err), 2 * c.n_pairs);
         if let Some(table) = c.configured_e_per_adu.filter(|t| differs(c, *t) == Some(true)) {
-            told.push(format!(
+            warnings.push(format!(
                 "{who}: {measured}, but {} in use ({}): {:.0} % off; every magnitude measured with it moves by {:.2} mag \
                  (it cancels only against stars of the same setting), error bars by its root; {}",
                 short(table),
@@ -64,7 +64,7 @@ fn gain_warnings(c: &GainCheck, who: &str, told: &mut Vec<String>) {
         if let Some(egain) = c.header_e_per_adu.filter(|e| differs(c, *e) == Some(true))
             && !c.egain_in_use
         {
-            told.push(format!(
+            warnings.push(format!(
                 "{who}: {measured}, but EGAIN of the header says {}: {}",
                 short(egain),
                 padded_hint(c, egain).unwrap_or_else(|| "do not set detector.use_header_egain".into())
@@ -73,7 +73,7 @@ fn gain_warnings(c: &GainCheck, who: &str, told: &mut Vec<String>) {
     } else if let (Some(egain), Some(spacing)) = (c.header_e_per_adu, c.spacing_adu.filter(|s| *s > 1.5))
         && c.egain_in_use
     {
-        told.push(format!(
+        warnings.push(format!(
             "{who}: the values are {} ADU apart, so EGAIN {} may be per count of the converter and {} per ADU of the file; \
              two flats of one level decide",
             short(spacing),
@@ -82,15 +82,15 @@ fn gain_warnings(c: &GainCheck, who: &str, told: &mut Vec<String>) {
         ));
     }
     if c.header_differs {
-        told.push(format!("{who}: EGAIN differs between headers of this setting (another read-out mode?)"));
+        warnings.push(format!("{who}: EGAIN differs between headers of this setting (another read-out mode?)"));
     }
 }
 
-/// A gain that took all the noise without light for none: neither bias frames nor a table tell the read noise.
-fn unknown_read_noise_warning(c: &GainCheck, who: &str, told: &mut Vec<String>) {
+/// A gain that took all the noise without light for none: neither bias frames nor a table give the read noise.
+fn unknown_read_noise_warning(c: &GainCheck, who: &str, warnings: &mut Vec<String>) {
     let held = c.transfer.as_ref().is_some_and(|t| !t.from_slope);
     if held && c.read_noise_e.is_none() && c.configured_read_noise_e.is_none() {
-        told.push(format!(
+        warnings.push(format!(
             "{who}: the read noise is not known and was taken as 0 for the gain, which is too small by the share of the read \
              noise in the variance of the flats: give bias frames (argument `bias`) or detector.read_noise_e"
         ));
@@ -112,7 +112,7 @@ fn padded_hint(c: &GainCheck, gain: f64) -> Option<String> {
     })
 }
 
-fn read_noise_warning(c: &GainCheck, who: &str, told: &mut Vec<String>) {
+fn read_noise_warning(c: &GainCheck, who: &str, warnings: &mut Vec<String>) {
     let (Some(noise), Some(err), Some(table)) = (c.read_noise_e, c.read_noise_err_e, c.configured_read_noise_e) else {
         return;
     };
@@ -121,7 +121,7 @@ fn read_noise_warning(c: &GainCheck, who: &str, told: &mut Vec<String>) {
     let bare = (noise * noise - (g * c.spacing_adu.unwrap_or(1.0)).powi(2) / 12.0).max(0.0).sqrt();
     let allowed = (3.0 * err).max(READ_NOISE_TOLERANCE * table);
     if bare - table > allowed || table - noise > allowed {
-        told.push(format!(
+        warnings.push(format!(
             "{who}: read noise {} +- {} e- from bias frames, but {} in use: check detector.read_noise_e",
             short(noise),
             two(err),
@@ -130,7 +130,7 @@ fn read_noise_warning(c: &GainCheck, who: &str, told: &mut Vec<String>) {
     }
 }
 
-fn pedestal_warnings(c: &GainCheck, who: &str, told: &mut Vec<String>) {
+fn pedestal_warnings(c: &GainCheck, who: &str, warnings: &mut Vec<String>) {
     let Some(pedestal) = c.configured_pedestal_adu else { return };
     let noise_adu = match (c.configured_read_noise_e, c.configured_e_per_adu) {
         (Some(n), Some(g)) => n / g,
@@ -140,36 +140,36 @@ fn pedestal_warnings(c: &GainCheck, who: &str, told: &mut Vec<String>) {
     let allowed = (0.5 * noise_adu).max(step);
     if let (Some(level), Some(err)) = (c.pedestal_adu, c.pedestal_err_adu) {
         if (level - pedestal).abs() > allowed.max(3.0 * err) {
-            told.push(format!(
+            warnings.push(format!(
                 "{who}: {} at {level:.1} +- {err:.1} ADU, but detector.pedestal_adu = {pedestal}: \
                  flats and backgrounds are off by the difference",
                 if c.n_biases > 0 { "bias frames lie" } else { "the overscan lies" }
             ));
         }
     } else if let Some(dark) = c.dark_level_adu.filter(|d| *d < pedestal - allowed) {
-        told.push(format!(
+        warnings.push(format!(
             "{who}: darks lie at {dark:.1} ADU, below detector.pedestal_adu = {pedestal}: the pedestal is too high"
         ));
     }
     // of pure bias 0.1 % of the pixels lie 3.1 σ low; anything that shines lies higher
     if let Some(lowest) = c.lowest_adu.filter(|l| *l < pedestal - 5.0 * noise_adu - 2.0 * step) {
-        told.push(format!(
+        warnings.push(format!(
             "{who}: 0.1 % of the pixels of star and target frames lie at or below {lowest:.0} ADU, below \
              detector.pedestal_adu = {pedestal} by more than read noise ({noise_adu:.1} ADU) allows: the pedestal is too high"
         ));
     }
 }
 
-fn saturation_warnings(c: &GainCheck, who: &str, told: &mut Vec<String>) {
+fn saturation_warnings(c: &GainCheck, who: &str, warnings: &mut Vec<String>) {
     if let (Some(seen), Some(n)) = (c.saturation_adu, c.saturated_px) {
         if let Some(limit) = c.configured_saturation_adu.filter(|limit| seen < *limit) {
-            told.push(format!(
+            warnings.push(format!(
                 "{who}: {n} pixels pile up at {seen:.0} ADU, below the {limit:.0} ADU from which they count as saturated: \
                  saturated stars pass as good; set detector.adc_max_adu = {seen:.0} (or detector.full_well_e)"
             ));
         }
         if let Some(header) = c.header_saturation_adu.filter(|h| seen < 0.99 * h) {
-            told.push(format!(
+            warnings.push(format!(
                 "{who}: {n} pixels pile up at {seen:.0} ADU, below the {header:.0} ADU of {} in the header",
                 c.header_saturation_key
             ));
@@ -178,7 +178,7 @@ fn saturation_warnings(c: &GainCheck, who: &str, told: &mut Vec<String>) {
     if let (Some(header), Some(limit)) = (c.header_saturation_adu, c.configured_saturation_adu)
         && limit > 1.05 * header
     {
-        told.push(format!(
+        warnings.push(format!(
             "{who}: {} of the header says {header:.0} ADU, but pixels count as saturated from {limit:.0} ADU only: \
              check detector.full_well_e and detector.adc_max_adu",
             c.header_saturation_key
@@ -187,7 +187,7 @@ fn saturation_warnings(c: &GainCheck, who: &str, told: &mut Vec<String>) {
     if let (Some(full), Some(highest)) = (c.full_scale_adu, c.highest_adu)
         && c.n_above_full >= 10
     {
-        told.push(format!(
+        warnings.push(format!(
             "{who}: {} pixels reach up to {highest:.0} ADU, above the full scale of {full:.0} ADU in use: good pixels are \
              flagged as saturated; check detector.adc_max_adu and detector.full_well_e",
             c.n_above_full
@@ -197,9 +197,9 @@ fn saturation_warnings(c: &GainCheck, who: &str, told: &mut Vec<String>) {
 
 /// `agree`, `disagree` or `not measured`.
 pub(crate) fn verdict(c: &GainCheck) -> String {
-    let told: Vec<bool> =
+    let differences: Vec<bool> =
         [c.configured_e_per_adu, c.header_e_per_adu].into_iter().flatten().filter_map(|g| differs(c, g)).collect();
-    match (c.measured_e_per_adu, told.as_slice()) {
+    match (c.measured_e_per_adu, differences.as_slice()) {
         (None, _) => "not measured",
         (Some(_), []) => "nothing to compare with",
         (Some(_), t) if t.contains(&true) => "disagree",
@@ -292,7 +292,7 @@ pub fn checks_text(checks: &[GainCheck]) -> String {
         let whole = |v: Option<f64>| v.map_or("-".into(), |v| format!("{v:.0}"));
         let (seen, limit) = (whole(c.saturation_adu), whole(c.configured_saturation_adu));
         line("saturation [ADU]", seen, limit, whole(c.header_saturation_adu), &saturation);
-        c.problems.iter().for_each(|p| t.push_str(&format!("  left out: {p}\n")));
+        c.problems.iter().for_each(|p| t.push_str(&format!("  excluded: {p}\n")));
         c.warnings.iter().for_each(|w| t.push_str(&format!("  WARNING: {w}\n")));
         t.push('\n');
     }

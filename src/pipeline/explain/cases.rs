@@ -1,4 +1,4 @@
-//! Explicit geometries, stated number by number: what was left out of them, and the time that saved.
+//! Explicit geometries, stated number by number: what was skipped in them, and the time that this saved.
 //!
 //! CPU seconds from the caller's clock, magnitudes. A few cases of each kind are kept, however long the file is.
 
@@ -10,7 +10,7 @@ use super::timing::each_us;
 use crate::brightness::explicit::{Case, Fluxes, exhaustive, explicit};
 use crate::pipeline::explain::text::{Explanation, LeftOut, runs};
 
-/// Explicit geometries by what was left out of them; of each kind a few cases are kept to be timed.
+/// Explicit geometries by what was skipped in them; a few cases of each kind are kept to be timed.
 #[derive(Debug, Default)]
 pub struct CasesLeftOut {
     cases: usize,
@@ -19,14 +19,14 @@ pub struct CasesLeftOut {
 }
 
 impl CasesLeftOut {
-    /// The next case with its name; `None` for a row that is no case.
+    /// The next case with its name; `None` for a row that is not a case.
     pub fn add(&mut self, case: Option<(String, Case)>) {
         self.cases += 1;
         let Some((id, case)) = case else {
             self.ids.push(String::new());
             return;
         };
-        // what is left out is decided at any tolerance
+        // what is skipped does not depend on the tolerance
         let skipped = explicit(&case, 0.5).map(|f| f.skipped).unwrap_or_default();
         if !skipped.is_empty() {
             let kind = self.kinds.entry(skipped.join("; ")).or_default();
@@ -38,7 +38,7 @@ impl CasesLeftOut {
         self.ids.push(id);
     }
 
-    /// What was left out, with the time it takes to compute it all the same.
+    /// What was skipped, with the time it takes to compute it all the same.
     #[must_use]
     pub fn explanation(&self, tolerance: f64, cpu_s: &dyn Fn() -> f64) -> Explanation {
         let fluxes = |f: Option<Fluxes>| f.map_or(0.0, |f| f.direct + f.earth);

@@ -1,4 +1,4 @@
-//! What was left out of a night: stages without input, pixels that are not read, lights and surfaces of the model.
+//! What was skipped in a night: stages without input, pixels that are not read, lights and surfaces of the model.
 //!
 //! CPU seconds from the listener's clock, magnitudes. Reads a few frames again, changes nothing.
 
@@ -24,10 +24,10 @@ use crate::pipeline::target::window::{Seen, look, look_at_all};
 /// Frames a piece is computed for.
 const FRAMES: usize = 3;
 
-/// Stages, rows of pixels, lights and surfaces left out of a night; `None` unless it is asked for.
+/// Stages, rows of pixels, lights and surfaces that were skipped in a night; `None` unless requested.
 ///
 /// # Errors
-/// As [`explain_scenes`]; a frame that cannot be read again is left out here.
+/// As [`explain_scenes`]; a frame that cannot be read again is skipped here.
 pub fn explain_night(
     survey: &Survey,
     frames: &[TargetFrame],
@@ -53,7 +53,7 @@ pub fn explain_night(
     Ok(Some(Explanation { items, ..explained }))
 }
 
-/// Stages without input, and frames that nobody asked for: there is nothing to compute.
+/// Stages without input, and frames that were not requested: there is nothing to compute.
 fn stages(survey: &Survey, night: &Calibrated) -> Vec<LeftOut> {
     let nothing = |what: &str, why: String, count: usize, of: usize, scenes: String| LeftOut {
         what: what.into(),

@@ -1,7 +1,7 @@
-//! What was left out of scenes and frames, computed all the same on a sample and timed.
+//! What was skipped in scenes and frames, computed all the same on a sample and timed.
 //!
 //! CPU seconds from the caller's clock, magnitudes. The answers already given are not touched. An Earth-reflected
-//! integral that was left out is timed by a plain rule of 576 nodes over all ground in view.
+//! integral that was skipped is timed by a plain rule of 576 nodes over all ground in view.
 
 mod cases;
 mod frames;

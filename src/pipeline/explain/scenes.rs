@@ -1,4 +1,4 @@
-//! What was left out of scenes, computed all the same and timed.
+//! What was skipped in scenes, computed all the same and timed.
 
 use super::text::Explanation;
 use super::text::LeftOut;
@@ -24,7 +24,7 @@ pub(super) fn flux(b: &Brightness) -> f64 {
     [b.sun, b.earthshine, b.moon, b.lunar_earthshine].iter().map(|l| l.flux_ratio).sum()
 }
 
-/// Lights and surfaces left out of scenes, in the order of their frequency.
+/// Lights and surfaces that were skipped in scenes, in the order of their frequency.
 ///
 /// # Errors
 /// As [`Model::brightness`].
@@ -90,7 +90,7 @@ pub fn explain_scenes(
     Ok(explained)
 }
 
-/// Rows of a prediction that were left out because the satellite is too low, timed as rows like the others.
+/// Rows of a prediction that were skipped because the satellite is too low, timed as rows like the others.
 ///
 /// # Errors
 /// As [`explain_scenes`].

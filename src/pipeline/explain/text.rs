@@ -1,6 +1,6 @@
-//! What was left out of scenes and frames, why, and what that saved: the text of `--explain`.
+//! What was skipped in scenes and frames, why, and what that saved: the text of `--explain`.
 //!
-//! CPU seconds and microseconds of this machine; so it stands beside a run's times, never in a table of results.
+//! CPU seconds and microseconds of this machine; so it is printed with the times of a run, never in a table of results.
 
 use std::fmt::Write as _;
 
@@ -11,7 +11,7 @@ use crate::report::summary::text_table;
 /// Runs of scenes that are named one by one.
 const SHOWN_RUNS: usize = 3;
 
-/// One kind of piece, left out of some of many scenes or frames.
+/// One kind of step, skipped in some of many scenes or frames.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LeftOut {
     /// The light, surface, rows or stage.
@@ -28,18 +28,18 @@ pub struct LeftOut {
     pub timed: usize,
     /// CPU time of one computed all the same \[µs\]; `None` where there is nothing to compute.
     pub each_us: Option<f64>,
-    /// By how much the result changes at most with it \[mag\]; `None` where it is no part of the result.
+    /// By how much the result changes at most with it \[mag\]; `None` if it is not part of the result.
     pub changes_mag: Option<f64>,
 }
 
-/// Everything that was left out, and the cost of a scene with and without it.
+/// Everything that was skipped, and the cost of a scene with and without it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Explanation {
-    /// What was left out, in the order of scenes it was left out of.
+    /// What was skipped, in the order of the scenes.
     pub items: Vec<LeftOut>,
     /// CPU time of one scene as it was computed \[µs\].
     pub scene_us: Option<f64>,
-    /// CPU time of one scene with nothing left out \[µs\].
+    /// CPU time of one scene with nothing skipped \[µs\].
     pub everything_us: Option<f64>,
     /// Largest difference of the two answers \[mag\].
     pub differs_mag: Option<f64>,

@@ -1,8 +1,8 @@
-//! One file as it was understood: everything `satphot inspect` tells, from the header and, where stars are configured,
+//! One file as satphot reads it: everything `satphot inspect` prints, from the header and, where stars are configured,
 //! from the sky.
 //!
 //! Degrees, seconds. Works without a configuration; then gain comes from the camera's table or the header, and nothing is
-//! checked against a site. Leaves out the measuring.
+//! checked against a site. It does not cover the measuring.
 
 use super::inspector::Inspector;
 use std::path::Path;
@@ -19,9 +19,9 @@ use crate::frames::header::{
 use crate::frames::{Detector, Exposure, Role, light_exptime, mid_time, other_satellite, refusals, sorted};
 use crate::orbit::{Site, Tracker};
 use crate::pipeline::inspect::record::{
-    CalibrationTold, From, InspectedGain, InspectedTime, Inspection, PointingTold, SiteTold,
+    From, InspectedCalibration, InspectedGain, InspectedPointing, InspectedSite, InspectedTime, Inspection,
 };
-use crate::pipeline::inspect::wcs::{positions, wcs_told};
+use crate::pipeline::inspect::wcs::{inspected_wcs, positions};
 use crate::pipeline::survey::damage::damage;
 use crate::pipeline::survey::header_checks::{SUN_UP_DEG, site_problem, sun_alt_deg, sun_words};
 use crate::pipeline::survey::header_warnings::other_camera;
@@ -67,7 +67,7 @@ impl Inspector {
         Ok(Self { others, configured, catalogue, target_names, tracker, notes, config })
     }
 
-    /// What is understood of one file.
+    /// Reads and checks one file.
     ///
     /// # Errors
     /// [`Error::Io`], [`Error::Fits`] for what is neither a FITS file nor the text of a header.
@@ -121,7 +121,7 @@ impl Inspector {
         if let Some(alt_deg) = sun_alt_deg.filter(|alt| *alt > SUN_UP_DEG && light) {
             warnings.push(sun_words(alt_deg));
         }
-        let check = site.as_ref().map_or("not told", |s| self.site_check(s));
+        let check = site.as_ref().map_or("not given", |s| self.site_check(s));
         if light
             && self.configured
             && let Some((keyword, problem)) = site_problem(&exposure, &self.config)
@@ -132,7 +132,7 @@ impl Inspector {
         if check == "counted west" {
             warnings.push("the longitude is counted west; the configured site is used".into());
         }
-        let told = optics(&header, aliases);
+        let optics = optics(&header, aliases);
         let (binned, odd) = binning(&header, aliases);
         exposure.binning = binned.value;
         warnings.extend(odd);
@@ -145,9 +145,9 @@ impl Inspector {
             refused.push(format!("{keyword}: '{name}' is another camera than detector.camera = \"{configured}\""));
         }
         warnings.extend(header_warnings(&exposure, &self.config, self.configured));
-        let gain = self.gain(&mut exposure, told.camera.as_ref(), &mut warnings);
+        let gain = self.gain(&mut exposure, optics.camera.as_ref(), &mut warnings);
         let positions = positions(self, &exposure);
-        let wcs = wcs_told(self, &exposure, told.scale_arcsec.as_ref(), kind == "FITS" && problem.is_none());
+        let wcs = inspected_wcs(self, &exposure, optics.scale_arcsec.as_ref(), kind == "FITS" && problem.is_none());
         if kind == "FITS" && problem.is_none() {
             warnings.extend(damage(path, &header));
         }
@@ -171,8 +171,12 @@ impl Inspector {
             }),
             time_rejected,
             exptime_s: exptime.map(from),
-            gain: InspectedGain { offset: told.offset.map(from), read_noise_e: told.read_noise_e.map(from), ..gain },
-            site: site.map(|s| SiteTold {
+            gain: InspectedGain {
+                offset: optics.offset.map(from),
+                read_noise_e: optics.read_noise_e.map(from),
+                ..gain
+            },
+            site: site.map(|s| InspectedSite {
                 lat_deg: s.lat_deg,
                 lon_deg: s.lon_deg,
                 alt_m: s.alt_m,
@@ -182,14 +186,14 @@ impl Inspector {
             site_rejected,
             pointing: positions
                 .into_iter()
-                .map(|p| PointingTold { ra_deg: p.ra_deg, dec_deg: p.dec_deg, source: p.source })
+                .map(|p| InspectedPointing { ra_deg: p.ra_deg, dec_deg: p.dec_deg, source: p.source })
                 .collect(),
             airmass: header.number("AIRMASS"),
-            camera: told.camera.map(from),
+            camera: optics.camera.map(from),
             filter: filter(&header, aliases).map(from),
             binning: from(binned),
-            pix_scale_arcsec: told.scale_arcsec.map(from),
-            temperature_c: told.temperature_c.map(from),
+            pix_scale_arcsec: optics.scale_arcsec.map(from),
+            temperature_c: optics.temperature_c.map(from),
             calibration: calibrated(&header),
             wcs,
             warnings,
@@ -201,11 +205,11 @@ impl Inspector {
         self.configured
     }
 
-    fn site_check(&self, told: &crate::frames::header::HeaderSite) -> &'static str {
+    fn site_check(&self, stated: &crate::frames::header::HeaderSite) -> &'static str {
         if !self.configured {
             return "not checked";
         }
-        match check_site(told, &self.config.site) {
+        match check_site(stated, &self.config.site) {
             SiteCheck::Agrees => "agrees with the configured site",
             SiteCheck::WestPositive => "counted west",
             SiteCheck::Differs(_) => "differs from the configured site",
@@ -234,7 +238,7 @@ impl Inspector {
         warnings.extend(header.warnings);
         exposure.setting = header.setting.as_ref().map(|s| s.value);
         exposure.header_e_per_adu = header.e_per_adu.as_ref().map(|e| e.value);
-        let mut told = InspectedGain {
+        let mut inspected = InspectedGain {
             gain_setting: header.setting.as_ref().map(|s| s.value.0),
             gain_setting_source: header.setting.map(|s| s.source),
             header_e_per_adu: header.e_per_adu.clone().map(from),
@@ -247,18 +251,19 @@ impl Inspector {
         let detector = if self.configured { Some(Detector::from_config(&self.config.detector)) } else { named };
         match detector.and_then(std::result::Result::ok).map(|d| d.gain(exposure)) {
             Some(Ok(gain)) => {
-                told.e_per_adu = Some(gain.e_per_adu.0);
-                told.e_per_adu_source = Some(gain.source);
+                inspected.e_per_adu = Some(gain.e_per_adu.0);
+                inspected.e_per_adu_source = Some(gain.source);
             }
-            Some(Err(error)) if self.configured => told.problem = Some(short(&error)),
+            Some(Err(error)) if self.configured => inspected.problem = Some(short(&error)),
             _ => {
-                told.e_per_adu = exposure.header_e_per_adu;
-                told.e_per_adu_source = header.e_per_adu.as_ref().map(|e| format!("header {}", e.source));
+                inspected.e_per_adu = exposure.header_e_per_adu;
+                inspected.e_per_adu_source = header.e_per_adu.as_ref().map(|e| format!("header {}", e.source));
             }
         }
-        let used = told.e_per_adu.map(|value| (value, told.e_per_adu_source.as_deref().unwrap_or("the table")));
+        let used =
+            inspected.e_per_adu.map(|value| (value, inspected.e_per_adu_source.as_deref().unwrap_or("the table")));
         warnings.extend(egain_warning(exposure.header_e_per_adu, used));
-        told
+        inspected
     }
 
     /// Angular rate of the configured satellite at mid-exposure \[deg/s\].
@@ -268,8 +273,8 @@ impl Inspector {
     }
 }
 
-fn from<T>(told: Sourced<T>) -> From<T> {
-    From { value: told.value, source: told.source }
+fn from<T>(sourced: Sourced<T>) -> From<T> {
+    From { value: sourced.value, source: sourced.source }
 }
 
 /// An error without the file's name, which stands above it.
@@ -299,9 +304,9 @@ fn role_name(role: Role) -> &'static str {
     }
 }
 
-fn calibrated(header: &crate::fits::Header) -> CalibrationTold {
+fn calibrated(header: &crate::fits::Header) -> InspectedCalibration {
     let c = calibration(header);
-    CalibrationTold {
+    InspectedCalibration {
         state: c.state(),
         calstat: c.calstat,
         pedestal_adu: c.pedestal_adu,

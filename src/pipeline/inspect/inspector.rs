@@ -13,6 +13,6 @@ pub struct Inspector {
     pub(super) target_names: Vec<String>,
     pub(super) others: Vec<String>,
     pub(super) tracker: Option<Tracker>,
-    /// What of the configuration could not be read, and is done without.
+    /// The parts of the configuration that could not be read and are not used.
     pub notes: Vec<String>,
 }

@@ -1,4 +1,4 @@
-//! One file as it was understood.
+//! One file as satphot reads it.
 
 pub mod file;
 pub mod inspector;

@@ -1,4 +1,4 @@
-//! What was understood from one header, and why: the record behind `satphot inspect`, for humans and as JSON.
+//! What was read from one header, and why: the record behind `satphot inspect`, as text and as JSON.
 //!
 //! Units are in the names. Filled by [`crate::pipeline::inspect::file`]; nothing is computed here.
 
@@ -49,13 +49,13 @@ pub struct InspectedGain {
     pub offset: Option<From<f64>>,
     /// Read noise of the header \[e⁻\].
     pub read_noise_e: Option<From<f64>>,
-    /// Why there are no electrons per ADU.
+    /// Why the electrons per ADU are unknown.
     pub problem: Option<String>,
 }
 
 /// The observatory.
 #[derive(Debug, Clone, Serialize)]
-pub struct SiteTold {
+pub struct InspectedSite {
     /// Latitude, north positive \[deg\].
     pub lat_deg: f64,
     /// Longitude, east positive \[deg\].
@@ -70,7 +70,7 @@ pub struct SiteTold {
 
 /// Where the frame points.
 #[derive(Debug, Clone, Serialize)]
-pub struct PointingTold {
+pub struct InspectedPointing {
     /// Right ascension \[deg\].
     pub ra_deg: f64,
     /// Declination \[deg\].
@@ -79,9 +79,9 @@ pub struct PointingTold {
     pub source: String,
 }
 
-/// What was done to the pixels.
+/// The calibration of the pixels.
 #[derive(Debug, Clone, Serialize)]
-pub struct CalibrationTold {
+pub struct InspectedCalibration {
     /// In words.
     pub state: &'static str,
     /// CALSTAT.
@@ -117,7 +117,7 @@ pub struct InspectedWcs {
     pub note: String,
 }
 
-/// One file, as it was understood.
+/// One file, as satphot reads it.
 #[derive(Debug, Clone, Serialize)]
 pub struct Inspection {
     /// The file.
@@ -133,7 +133,7 @@ pub struct Inspection {
     pub type_reason: String,
     /// OBJECT.
     pub object: Option<String>,
-    /// Whether satphot would use the frame, as far as the header tells.
+    /// Whether satphot would use the frame, as far as the header shows.
     pub usable: bool,
     /// Why not, each with its remedy.
     pub refused: Vec<String>,
@@ -146,11 +146,11 @@ pub struct Inspection {
     /// The gain.
     pub gain: InspectedGain,
     /// The observatory.
-    pub site: Option<SiteTold>,
+    pub site: Option<InspectedSite>,
     /// Sites that were not used, each with its reason.
     pub site_rejected: Vec<String>,
     /// Where the frame points, the most trusted first.
-    pub pointing: Vec<PointingTold>,
+    pub pointing: Vec<InspectedPointing>,
     /// AIRMASS.
     pub airmass: Option<f64>,
     /// Camera.
@@ -163,11 +163,11 @@ pub struct Inspection {
     pub pix_scale_arcsec: Option<From<f64>>,
     /// Temperature of the sensor \[°C\].
     pub temperature_c: Option<From<f64>>,
-    /// What was done to the pixels.
-    pub calibration: CalibrationTold,
+    /// The calibration of the pixels.
+    pub calibration: InspectedCalibration,
     /// The world coordinates.
     pub wcs: InspectedWcs,
-    /// What is odd.
+    /// Warnings.
     pub warnings: Vec<String>,
 }
 
@@ -194,7 +194,7 @@ impl Inspection {
         }
         line(
             "exposure",
-            self.exptime_s.as_ref().map_or("not told".into(), |e| format!("{} s, from {}", e.value, e.source)),
+            self.exptime_s.as_ref().map_or("not given".into(), |e| format!("{} s, from {}", e.value, e.source)),
         );
         line("gain", self.gain.text());
         match &self.site {
@@ -202,7 +202,7 @@ impl Inspection {
                 let alt = s.alt_m.map(|a| format!(", {a:.0} m")).unwrap_or_default();
                 line("site", format!("{:.4} {:.4} deg{alt}, from {}; {}", s.lat_deg, s.lon_deg, s.source, s.check));
             }
-            None => line("site", "not told".into()),
+            None => line("site", "not given".into()),
         }
         for why in &self.site_rejected {
             line("", format!("not used: {why}"));
@@ -212,13 +212,13 @@ impl Inspection {
             line(label, format!("RA {:.4} Dec {:+.4} deg, from {}", p.ra_deg, p.dec_deg, p.source));
         }
         if self.pointing.is_empty() {
-            line("pointing", "not told".into());
+            line("pointing", "not given".into());
         }
         if let Some(x) = self.airmass {
             line("", format!("AIRMASS {x:.3}"));
         }
         line("camera", self.camera_text());
-        line("filter", self.filter.as_ref().map_or("none told".into(), |f| format!("{}, from {}", f.value, f.source)));
+        line("filter", self.filter.as_ref().map_or("not given".into(), |f| format!("{}, from {}", f.value, f.source)));
         line("calibration", self.calibration.text());
         line("wcs", self.wcs.text());
         for why in &self.refused {
@@ -231,7 +231,7 @@ impl Inspection {
     }
 
     fn camera_text(&self) -> String {
-        let mut words = vec![self.camera.as_ref().map_or("not told".into(), |c| c.value.clone())];
+        let mut words = vec![self.camera.as_ref().map_or("not given".into(), |c| c.value.clone())];
         words.push(format!("binning {} ({})", self.binning.value, self.binning.source));
         words.extend(self.pix_scale_arcsec.as_ref().map(|s| format!("{:.4} arcsec/px ({})", s.value, s.source)));
         words.extend(self.temperature_c.as_ref().map(|t| format!("{:.1} C", t.value)));
@@ -239,7 +239,7 @@ impl Inspection {
     }
 }
 
-/// What the error of the time does to the place on the sky.
+/// The effect of the error of the time on the place on the sky.
 fn moved(t: &InspectedTime) -> String {
     let sun = t.sun_alt_deg.map(|a| format!("; Sun at {a:+.0} deg")).unwrap_or_default();
     match t.alt_az_err_deg {
@@ -269,7 +269,7 @@ impl InspectedGain {
     }
 }
 
-impl CalibrationTold {
+impl InspectedCalibration {
     fn text(&self) -> String {
         let mut words = vec![self.state.to_string()];
         words.extend(self.calstat.as_ref().map(|c| format!("CALSTAT '{c}'")));

@@ -1,4 +1,4 @@
-//! Whether a header's world coordinates can be believed: by themselves, by the header's own pointing, by the stars.
+//! Whether the world coordinates of a header can be trusted: by themselves, by the header's own pointing, by the stars.
 //!
 //! Degrees. A system that cannot be right is refused with the remedy; the frame can still be measured by pixel position.
 
@@ -26,7 +26,7 @@ const REFERENCE_DEG: f64 = 0.02;
 /// Share by which the scale of coordinates and optics may differ.
 const SCALE_FRAC: f64 = 0.2;
 
-/// What is wrong and what helps.
+/// The problem and its remedy.
 fn with_remedy(problem: &str) -> String {
     format!("{problem}; {REMEDY}")
 }
@@ -36,7 +36,7 @@ fn header_wcs(exposure: &Exposure) -> Result<Option<Wcs>, String> {
     Wcs::from_keys(&|key| h.number(key), &|key| h.text(key))
 }
 
-/// Every rough position of the frame.
+/// Every approximate position of the frame.
 pub(crate) fn positions(inspector: &Inspector, exposure: &Exposure) -> Vec<RoughPosition> {
     let config = &inspector.config;
     let field = exposure.object.as_ref().zip(config.stars.as_ref());
@@ -48,13 +48,13 @@ pub(crate) fn positions(inspector: &Inspector, exposure: &Exposure) -> Vec<Rough
 }
 
 /// The state of the world coordinates; `image`: the pixels can be read.
-pub(crate) fn wcs_told(
+pub(crate) fn inspected_wcs(
     inspector: &Inspector,
     exposure: &Exposure,
     scale: Option<&Sourced<f64>>,
     image: bool,
 ) -> InspectedWcs {
-    let mut told = InspectedWcs {
+    let mut inspected = InspectedWcs {
         state: "none",
         ra_deg: None,
         dec_deg: None,
@@ -66,22 +66,22 @@ pub(crate) fn wcs_told(
     };
     let wcs = match header_wcs(exposure) {
         Ok(Some(wcs)) => wcs,
-        Ok(None) => return told,
+        Ok(None) => return inspected,
         Err(problem) => {
-            (told.state, told.note) = ("refused", with_remedy(&problem));
-            return told;
+            (inspected.state, inspected.note) = ("refused", with_remedy(&problem));
+            return inspected;
         }
     };
     let (nx, ny) = exposure.size_px;
     if nx > 0 && ny > 0 {
         let (ra_deg, dec_deg) = wcs.pixel_to_sky((nx as f64 - 1.0) / 2.0, (ny as f64 - 1.0) / 2.0);
-        (told.ra_deg, told.dec_deg) = (Some(ra_deg), Some(dec_deg));
+        (inspected.ra_deg, inspected.dec_deg) = (Some(ra_deg), Some(dec_deg));
     }
-    told.scale_arcsec = Some(wcs.scale_arcsec());
-    told.rotation_deg = Some(wcs.rotation_deg());
-    told.mirrored = Some(wcs.mirrored());
-    told.distorted = Some(wcs.is_distorted());
-    (told.state, told.note) = match contradiction(inspector, exposure, &wcs, scale) {
+    inspected.scale_arcsec = Some(wcs.scale_arcsec());
+    inspected.rotation_deg = Some(wcs.rotation_deg());
+    inspected.mirrored = Some(wcs.mirrored());
+    inspected.distorted = Some(wcs.is_distorted());
+    (inspected.state, inspected.note) = match contradiction(inspector, exposure, &wcs, scale) {
         Some(problem) => ("refused", with_remedy(&problem)),
         None => ("read", "not checked against stars".into()),
     };
@@ -89,15 +89,15 @@ pub(crate) fn wcs_told(
         && let (Some(stars), Some(catalogue)) = (&inspector.config.stars, &inspector.catalogue)
         && let Some((state, note)) = by_stars(inspector, exposure, &wcs, stars, catalogue)
     {
-        (told.state, told.note) = (state, note);
+        (inspected.state, inspected.note) = (state, note);
     }
     if exposure.header.text("REFSPLIN").is_some_and(|v| v == "T") {
-        told.note += "; PixInsight's spline of the distortion is not read";
+        inspected.note += "; PixInsight's spline of the distortion is not read";
     }
-    told
+    inspected
 }
 
-/// What in the header itself speaks against its world coordinates.
+/// What in the header itself contradicts its world coordinates.
 fn contradiction(
     inspector: &Inspector,
     exposure: &Exposure,

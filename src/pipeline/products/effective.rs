@@ -1,7 +1,7 @@
 //! effective.toml: the configuration in force, with paths that lead from its own folder to the files.
 //!
 //! So the results can be reported and made again from anywhere, and no folder of this machine is in them as long as frames
-//! and results lie in one tree. Leaves out the settings of a single run (threads, memory).
+//! and results lie in one tree. It does not cover the settings of a single run (threads, memory).
 
 use std::path::{Component, Path, PathBuf};
 

@@ -5,13 +5,64 @@ use crate::base::hash::sha256_16_text;
 use crate::config::Config;
 use crate::config::Model;
 use crate::export::DataMode;
-use crate::frames::Exposure;
+use crate::frames::{Exposure, Role};
 use crate::pipeline::survey::files::Survey;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::path::PathBuf;
 
-/// Role of a frame that does not belong to the others of the night.
-pub const SET_ASIDE: &str = "set_aside";
+/// What became of an input file, as plans and manifests record it under `role`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum InputRole {
+    /// A frame whose header could be read.
+    Frame(Role),
+    /// A file whose header could not be read.
+    Unreadable,
+    /// A frame that does not belong to the others of the night.
+    SetAside,
+}
+
+impl InputRole {
+    /// A flat field.
+    pub const FLAT: Self = Self::Frame(Role::Flat);
+    /// A frame of a star pointing.
+    pub const STARS: Self = Self::Frame(Role::Stars);
+    /// A frame of the tracked satellite.
+    pub const TARGET: Self = Self::Frame(Role::Target);
+
+    /// Its name on disk.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            InputRole::Frame(role) => role.name(),
+            InputRole::Unreadable => "unreadable",
+            InputRole::SetAside => "set_aside",
+        }
+    }
+
+    fn all() -> impl Iterator<Item = Self> {
+        Role::ALL.map(Self::Frame).into_iter().chain([Self::Unreadable, Self::SetAside])
+    }
+}
+
+impl From<InputRole> for String {
+    fn from(role: InputRole) -> Self {
+        role.name().to_owned()
+    }
+}
+
+impl TryFrom<String> for InputRole {
+    type Error = String;
+
+    fn try_from(name: String) -> std::result::Result<Self, String> {
+        // the manifest of a run writes `othertarget` where a plan writes `other target`
+        Self::all().find(|role| role.name() == name || role.name().replace(' ', "") == name).ok_or_else(|| {
+            let known: Vec<&str> = Self::all().map(Self::name).collect();
+            format!("\"{name}\" is not the role of a file; known: {}", known.join(", "))
+        })
+    }
+}
 
 /// Hash over the names and hashes of all inputs, whatever their order: those of a manifest or of a plan.
 #[must_use]
@@ -24,7 +75,7 @@ pub fn inputs_sha256<'a>(inputs: impl Iterator<Item = (&'a Path, &'a str)>) -> S
 /// The program and its version.
 pub const TOOL: &str = concat!("satphot ", env!("CARGO_PKG_VERSION"));
 
-/// The files a configuration names beside the frames, by the key that names them.
+/// The files that a configuration names besides the frames, by the key that names them.
 #[must_use]
 pub fn named_files(config: &Config) -> Vec<(&'static str, PathBuf)> {
     let mut files: Vec<(&'static str, Option<&PathBuf>)> = vec![

@@ -1,7 +1,7 @@
 //! One run at a time in one folder: a lock the operating system keeps, and lets go when its process ends, however it ends.
 //!
-//! The file `.satphot.lock` says who holds it; a file that is left over holds nobody back. Leaves out machines that share a
-//! folder over a network without locks: there the run goes on unlocked.
+//! The file `.satphot.lock` says who holds it; a file that is left over does not block anyone. It does not cover
+//! machines that share a folder over a network without locks: there the run goes on unlocked.
 
 use std::fs::{File, TryLockError};
 use std::io::{Read, Seek, SeekFrom, Write};
@@ -38,7 +38,7 @@ pub fn lock(folder: &Path) -> Result<FolderLock> {
             Ok(()) if !is_file_of(&path, &file) => {}
             Ok(()) => {
                 let holder = format!("pid {} on {}\n", std::process::id(), host());
-                // who holds it is for people: a full disk is told by the results
+                // the holder is for people only: if the disk is full, writing the results reports it
                 let _ = file.set_len(0).and_then(|()| file.write_all(holder.as_bytes()));
                 clear_leftovers(folder, false);
                 clear_leftovers(&folder.join(FOLDER), false);

@@ -1,7 +1,8 @@
 //! satphot.log.jsonl: what happened in a run, one JSON object a line, for programs that watch many nights.
 //!
-//! Seconds since the start. `stage` lines carry time, bytes and memory; `frame` lines the status and reason of every frame;
-//! then `note`, `output` and `end`. It tells times, so it is no data product. Leaves out the moment of each single frame.
+//! Seconds since the start. `stage` lines carry time, bytes and memory; `frame` lines the status and reason of every
+//! frame; then `note`, `output` and `end`. It holds times, so it is not a data product. It does not cover the moment of
+//! each single frame.
 
 use std::path::Path;
 

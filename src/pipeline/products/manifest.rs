@@ -1,6 +1,6 @@
-//! manifest.json: what went in, with which program and configuration, how long each stage took, what was left out.
+//! manifest.json: what went in, with which program and configuration, how long each stage took, what was skipped.
 
-use super::inputs::SET_ASIDE;
+use super::inputs::InputRole;
 use super::inputs::inputs_sha256;
 use super::record::Output;
 use super::record::Stage;
@@ -47,7 +47,7 @@ pub struct Input {
     pub bytes: u64,
     /// First 16 hex digits of the SHA-256.
     pub sha256: String,
-    /// What it was taken for.
+    /// Its role.
     pub role: String,
     /// Why.
     pub reason: String,
@@ -67,12 +67,12 @@ pub fn manifest_inputs(survey: &Survey, products: &FrameCache) -> Vec<Input> {
     let of = |e: &Exposure| input(&e.path, &format!("{:?}", e.role).to_lowercase(), &e.role_reason);
     let exposures = survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets);
     let mut inputs: Vec<Input> = exposures.chain(&survey.others).map(of).collect();
-    inputs.extend(survey.unreadable.iter().map(|u| input(&u.path, "unreadable", &u.error.to_string())));
-    inputs.extend(survey.set_aside.iter().map(|s| input(&s.path, SET_ASIDE, &s.reason)));
+    inputs.extend(survey.unreadable.iter().map(|u| input(&u.path, InputRole::Unreadable.name(), &u.error.to_string())));
+    inputs.extend(survey.set_aside.iter().map(|s| input(&s.path, InputRole::SetAside.name(), &s.reason)));
     inputs
 }
 
-/// Largest resident memory of this process so far \[MB\], where the system tells.
+/// Largest resident memory of this process so far \[MB\], where the system reports it.
 #[must_use]
 pub fn peak_memory_mb() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
@@ -80,11 +80,11 @@ pub fn peak_memory_mb() -> Option<f64> {
     Some(kb / 1024.0)
 }
 
-/// Bytes this process has read so far, from wherever, where the system tells.
+/// Bytes this process has read so far, from wherever, where the system reports it.
 #[must_use]
 pub fn bytes_read() -> Option<u64> {
-    let told = std::fs::read_to_string("/proc/self/io").ok()?;
-    told.lines().find_map(|l| l.strip_prefix("rchar:"))?.trim().parse().ok()
+    let counters = std::fs::read_to_string("/proc/self/io").ok()?;
+    counters.lines().find_map(|l| l.strip_prefix("rchar:"))?.trim().parse().ok()
 }
 
 /// Adds a file that was written after the manifest to its list of outputs.
@@ -104,8 +104,8 @@ pub fn record(folder: &Path, path: &Path) -> Result<()> {
     save(&file, &(serde_json::to_string_pretty(&manifest).map_err(bad)? + "\n"))
 }
 
-/// An input as a manifest in `folder` tells it: its path as found, and from there, which holds wherever a night is moved as a
-/// whole.
+/// An input as a manifest in `folder` records it: its path as found, and its path from that folder, which stays right
+/// when a night is moved as a whole.
 pub(crate) fn input_json(folder: &Path, i: &Input) -> serde_json::Value {
     json!({
         "path": i.path, "from_here": relative_to(folder, &i.path), "bytes": i.bytes, "sha256": i.sha256,
@@ -113,14 +113,14 @@ pub(crate) fn input_json(folder: &Path, i: &Input) -> serde_json::Value {
     })
 }
 
-/// A file the configuration names, likewise.
+/// A file that the configuration names, with both paths as in [`input_json`].
 pub(crate) fn file_json(folder: &Path, key: &str, path: &Path, sha256: &str) -> serde_json::Value {
     json!({ "key": key, "path": path, "from_here": relative_to(folder, path), "sha256": sha256 })
 }
 
-/// What every product tells, likewise.
-pub(crate) fn told_json(told: &Provenance) -> serde_json::Map<String, serde_json::Value> {
-    told.0.iter().map(|(key, value)| ((*key).to_string(), json!(value))).collect()
+/// The provenance that every product states, as JSON.
+pub(crate) fn provenance_json(provenance: &Provenance) -> serde_json::Map<String, serde_json::Value> {
+    provenance.0.iter().map(|(key, value)| ((*key).to_string(), json!(value))).collect()
 }
 
 /// The provenance of one run.
@@ -128,8 +128,8 @@ pub(crate) fn told_json(told: &Provenance) -> serde_json::Map<String, serde_json
 pub struct Manifest<'a> {
     /// The configuration in force.
     pub config: &'a Config,
-    /// What every product tells.
-    pub told: &'a Provenance,
+    /// The provenance that every product states.
+    pub provenance: &'a Provenance,
     /// Hash of the configuration in force.
     pub config_sha256: String,
     /// The files that went in.
@@ -164,7 +164,7 @@ impl Manifest<'_> {
             "tool": TOOL,
             "night": s.night,
             "config_sha256": self.config_sha256,
-            "provenance": told_json(self.told),
+            "provenance": provenance_json(self.provenance),
             "files": files.collect::<Vec<_>>(),
             "inputs": self.inputs.iter().map(|i| input_json(folder, i)).collect::<Vec<_>>(),
             "input_manifest_sha256": inputs_sha256(self.inputs.iter().map(|i| (i.path.as_path(), i.sha256.as_str()))),

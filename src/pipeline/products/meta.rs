@@ -12,14 +12,14 @@ use crate::tables::meta::NO_BAND;
 use crate::tables::{Meta, MetaValue};
 use crate::zeropoint::fit::Zeropoint;
 
-/// What the tables of one run say about themselves.
+/// The meta block of the tables of one run.
 #[must_use]
-pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, told: &Provenance) -> Meta {
+pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, provenance: &Provenance) -> Meta {
     let number = MetaValue::Number;
     let text = |t: &str| MetaValue::Text(t.into());
     let mut meta = Meta::default();
     meta.push("schema", text("satphot.photometry/1"));
-    for (key, value) in &told.0 {
+    for (key, value) in &provenance.0 {
         meta.push(key, text(value));
     }
     meta.push("night", text(&config.night.name));
@@ -39,8 +39,8 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, told: &Provena
         ("of_detections".to_string(), text("the target's own aperture")),
     ];
     meta.push("limit_v_mag", MetaValue::Map(limit));
-    // without a zeropoint there are no magnitudes but instrumental and modelled ones
-    let band = zeropoint.map(|z| z.band.unwrap_or(Band::V)).or(config.photometry.band);
+    // without a zeropoint there are only instrumental and modelled magnitudes
+    let band = zeropoint.map(|z| Band::or_v(z.band)).or(config.photometry.band);
     meta.push("mag_system", text(band.map_or("Vega", Band::mag_system)));
     meta.push("band", text(band.map_or(NO_BAND, Band::name)));
     if let Some(light) = zeropoint.and_then(|z| z.light.as_ref()) {
@@ -78,7 +78,7 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, told: &Provena
     meta
 }
 
-/// Puts the band that was agreed on into the meta block of tables whose fit failed: their stars can be fitted again.
+/// Writes the chosen band into the meta block of tables whose fit failed: their stars can be fitted again.
 pub fn set_band(meta: &mut Meta, calibrated: Option<&CalibratedBand>) {
     if let Some(calibrated) = calibrated {
         meta.set("mag_system", calibrated.band.mag_system());

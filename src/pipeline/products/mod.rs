@@ -1,4 +1,4 @@
-//! What a run leaves behind, where it is from, and whether it is whole.
+//! The products of a run, their provenance, and whether they are complete.
 
 pub mod effective;
 pub mod inputs;

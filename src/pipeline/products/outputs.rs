@@ -1,4 +1,4 @@
-//! What a run leaves behind: tables, master flat, zeropoint, configuration, figures.
+//! The products of a run: tables, master flat, zeropoint, configuration, figures.
 
 use crate::base::file::save;
 use std::path::{Path, PathBuf};
@@ -22,14 +22,14 @@ use crate::zeropoint::previous::conditions;
 pub struct Outputs<'a> {
     /// Folder of the night.
     pub folder: &'a Path,
-    /// What the frames shared.
+    /// The data that the frames share.
     pub night: &'a Calibrated,
     /// The configuration.
     pub config: &'a Config,
     /// Pictures of the target frames, in the order of their rows.
     pub thumbs: &'a [Option<Thumb>],
-    /// What every product tells of where it is from.
-    pub told: &'a Provenance,
+    /// The provenance that every product states.
+    pub provenance: &'a Provenance,
     /// Whether the frames are real.
     pub data_mode: DataMode,
 }
@@ -46,7 +46,7 @@ impl Outputs<'_> {
         residuals: &[ResidualRow],
         options: &Options,
     ) -> Result<Vec<PathBuf>> {
-        let mut of_stars = table_meta(self.config, self.night.zeropoint.as_ref(), self.told);
+        let mut of_stars = table_meta(self.config, self.night.zeropoint.as_ref(), self.provenance);
         if self.night.zeropoint.is_none() {
             set_band(&mut of_stars, self.night.band.as_ref());
         }
@@ -76,14 +76,14 @@ impl Outputs<'_> {
         if !options.no_figures {
             files.extend(self.figures(rows, stars, residuals)?);
         }
-        files.iter().try_for_each(|file| self.told.stamp(file))?;
+        files.iter().try_for_each(|file| self.provenance.stamp(file))?;
         Ok(files)
     }
 
     #[cfg(feature = "report")]
     fn figures(&self, rows: &[PhotometryRow], stars: &[StarRow], residuals: &[ResidualRow]) -> Result<Vec<PathBuf>> {
         let folder = self.folder.join("figures");
-        let band = self.night.zeropoint.as_ref().map_or("V", |z| z.band_name());
+        let band = crate::bands::Band::or_v(self.night.zeropoint.as_ref().and_then(|z| z.band)).name();
         make_folder(&folder)?;
         let mut files = crate::figures::light_curve_pages(&folder, rows, &self.config.night.name, band)?;
         if self.night.model.is_some() {

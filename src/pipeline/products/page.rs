@@ -36,7 +36,7 @@ const MOST_SKIES: usize = 12;
 /// Reads a folder of results.
 ///
 /// # Errors
-/// [`Error::NoInput`] without photometry.ecsv in it; [`Error::Table`] where a table cannot be understood.
+/// [`Error::NoInput`] without photometry.ecsv in it; [`Error::Table`] for a table that cannot be read.
 pub fn night_page(folder: &Path) -> Result<NightPage> {
     let photometry = folder.join("photometry.ecsv");
     if !photometry.is_file() {
@@ -110,8 +110,8 @@ pub fn write_report_and_figures(folder: &Path) -> Result<Vec<PathBuf>> {
     write_night_page(&paths[0], &page)?;
     write_sky_figure(&paths[1], &page)?;
     write_distribution_figure(&paths[2], &page)?;
-    let told = Provenance::of_meta(&read_meta(&folder.join("photometry.ecsv"))?);
-    paths.iter().try_for_each(|path| told.stamp(path))?;
+    let provenance = Provenance::of_meta(&read_meta(&folder.join("photometry.ecsv"))?);
+    paths.iter().try_for_each(|path| provenance.stamp(path))?;
     Ok(paths)
 }
 

@@ -1,8 +1,8 @@
-//! What every product says of where it is from: program, configuration, inputs, gain table, elements, catalogue, seed.
+//! The provenance that every product states: program, configuration, inputs, gain table, elements, catalogue, seed.
 //!
-//! Hashes are the first 16 hex digits of SHA-256. Files go by their names, never by the folders they lie in; nothing here
-//! knows the clock or the machine, so that the same night gives the same bytes anywhere. Leaves out times and memory
-//! ([`super::manifest`]) and the checks ([`super::verify`]).
+//! Hashes are the first 16 hex digits of SHA-256. Files go by their names, never by the folders they lie in; nothing
+//! here knows the clock or the machine, so that the same night gives the same bytes anywhere. It does not cover times
+//! and memory ([`super::manifest`]) and the checks ([`super::verify`]).
 
 use super::inputs::SEED;
 use super::inputs::TOOL;
@@ -22,7 +22,7 @@ use crate::frames::{Detector, Exposure};
 use crate::orbit::read_elements_for;
 use crate::tables::Meta;
 
-/// Keys that every product of a night must tell, and what they are called as cards of a FITS header.
+/// Keys that every product of a night must state, and their keywords in a FITS header.
 pub const KEYS: [(&str, &str, &str); 14] = [
     ("tool", "SWCREATE", "program"),
     ("config_sha256", "CONFHASH", "SHA-256 of the configuration"),
@@ -39,7 +39,7 @@ pub const KEYS: [(&str, &str, &str); 14] = [
     ("flat_file", "FLATFILE", "master flat that was given"),
     ("flat_file_sha256", "FLATHASH", "SHA-256 of that file"),
 ];
-/// Those of a master flat.
+/// The keys of a master flat.
 pub const OF_FLAT: [&str; 6] =
     ["tool", "config_sha256", "input_manifest_sha256", "gain_table", "gain_table_sha256", SEED.0];
 
@@ -48,8 +48,8 @@ pub const OF_FLAT: [&str; 6] =
 pub struct Provenance(pub Vec<(&'static str, String)>);
 
 impl Provenance {
-    /// Of a configuration, with the hash over all inputs and the seed of a drawn night where they are known. A file that
-    /// cannot be read has no hash: whoever needs it says so.
+    /// The provenance of a configuration, with the hash over all inputs and the seed of a drawn night where they are
+    /// known. A file that cannot be read has no hash: whoever needs it says so.
     ///
     /// # Errors
     /// [`Error::Config`] if the configuration cannot be written as text for its hash.
@@ -63,54 +63,54 @@ impl Provenance {
         seed: Option<i64>,
         hash_of: &dyn Fn(&Path) -> Option<String>,
     ) -> Result<Self> {
-        let mut told = vec![("tool", TOOL.to_string()), ("config_sha256", config_sha256(config)?)];
-        told.extend(inputs_sha256.map(|hash| ("input_manifest_sha256", hash.to_string())));
+        let mut entries = vec![("tool", TOOL.to_string()), ("config_sha256", config_sha256(config)?)];
+        entries.extend(inputs_sha256.map(|hash| ("input_manifest_sha256", hash.to_string())));
         if let Ok(detector) = Detector::from_config(&config.detector) {
             let (name, table) = detector.gain_table();
-            told.extend([("gain_table", name), ("gain_table_sha256", sha256_16_text(&table))]);
+            entries.extend([("gain_table", name), ("gain_table_sha256", sha256_16_text(&table))]);
         }
-        let file = |told: &mut Vec<_>, name: &'static str, hash: &'static str, path: &Path| {
-            told.push((name, file_name(path)));
-            told.extend(hash_of(path).map(|sha| (hash, sha)));
+        let file = |entries: &mut Vec<_>, name: &'static str, hash: &'static str, path: &Path| {
+            entries.push((name, file_name(path)));
+            entries.extend(hash_of(path).map(|sha| (hash, sha)));
         };
         if let Some(stars) = &config.stars {
-            file(&mut told, "catalogue", "catalogue_sha256", &stars.catalogue);
+            file(&mut entries, "catalogue", "catalogue_sha256", &stars.catalogue);
         }
         if let Some(orbit) = &config.orbit {
-            file(&mut told, "orbit_source", "orbit_sha256", &orbit.elements);
-            told.extend(epochs(orbit).map(|epochs| ("orbit_epochs", epochs)));
+            file(&mut entries, "orbit_source", "orbit_sha256", &orbit.elements);
+            entries.extend(epochs(orbit).map(|epochs| ("orbit_epochs", epochs)));
         }
         if let Some(path) = &config.zeropoint.previous {
-            file(&mut told, "zeropoint_file", "zeropoint_file_sha256", path);
+            file(&mut entries, "zeropoint_file", "zeropoint_file_sha256", path);
         }
         if let Some(path) = &config.flat.master {
-            file(&mut told, "flat_file", "flat_file_sha256", path);
+            file(&mut entries, "flat_file", "flat_file_sha256", path);
         }
-        told.extend(seed.map(|seed| (SEED.0, seed.to_string())));
-        Ok(Self(told))
+        entries.extend(seed.map(|seed| (SEED.0, seed.to_string())));
+        Ok(Self(entries))
     }
 
-    /// As the meta block of a table of the night tells it.
+    /// The provenance that the meta block of a table of the night states.
     #[must_use]
     pub fn of_meta(meta: &Meta) -> Self {
         let flat = meta.flat();
         let keys = KEYS.iter().map(|(key, ..)| *key).chain([SEED.0]);
-        let told = |key| flat.iter().find(|(k, _)| k == key).map(|(_, value)| (key, value.clone()));
-        Self(keys.filter_map(told).collect())
+        let recorded = |key| flat.iter().find(|(k, _)| k == key).map(|(_, value)| (key, value.clone()));
+        Self(keys.filter_map(recorded).collect())
     }
 
-    /// Of a master flat, whose only inputs are its flats: it is kept when the other frames of the night change. `hash` tells
-    /// that of a file.
+    /// The provenance of a master flat. Its only inputs are its flats, so it stays the same when other frames of the
+    /// night change. `hash` returns the hash of a file.
     ///
     /// # Errors
-    /// Those of [`Provenance::of`].
+    /// The errors of [`Provenance::of`].
     pub fn of_flat(config: &Config, flats: &[Exposure], hash: &dyn Fn(&Path) -> Option<String>) -> Result<Self> {
         let hashes: Vec<String> = flats.iter().map(|e| hash(&e.path).unwrap_or_default()).collect();
         let inputs = inputs_sha256(flats.iter().map(|e| e.path.as_path()).zip(hashes.iter().map(String::as_str)));
         let seed = flats.iter().find_map(|e| e.header.integer(SEED.1));
-        let mut told = Self::of(config, Some(&inputs), seed)?;
-        told.0.retain(|(key, _)| OF_FLAT.contains(key));
-        Ok(told)
+        let mut provenance = Self::of(config, Some(&inputs), seed)?;
+        provenance.0.retain(|(key, _)| OF_FLAT.contains(key));
+        Ok(provenance)
     }
 
     /// The value of a key.
@@ -192,27 +192,27 @@ mod tests {
 
     #[test]
     fn what_is_told_has_no_folder_and_changes_with_the_gain_table() {
-        let told = Provenance::of(&config(), Some("abc"), Some(7)).unwrap();
-        assert_eq!(told.get("catalogue"), Some("stars.csv"));
-        assert_eq!((told.get("catalogue_sha256"), told.get("seed")), (None, Some("7")));
-        assert!(!told.line().contains("/nowhere"), "{}", told.line());
+        let provenance = Provenance::of(&config(), Some("abc"), Some(7)).unwrap();
+        assert_eq!(provenance.get("catalogue"), Some("stars.csv"));
+        assert_eq!((provenance.get("catalogue_sha256"), provenance.get("seed")), (None, Some("7")));
+        assert!(!provenance.line().contains("/nowhere"), "{}", provenance.line());
         let mut other = config();
         other.detector.e_per_adu.insert("200".into(), 0.123);
         let other = Provenance::of(&other, Some("abc"), None).unwrap();
-        assert_ne!(other.get("gain_table_sha256"), told.get("gain_table_sha256"));
-        assert!(told.cards().iter().any(|(k, v, _)| k == "SIMSEED" && *v == CardValue::Integer(7)));
-        assert!(told.cards().iter().all(|(k, _, _)| k.len() <= 8));
+        assert_ne!(other.get("gain_table_sha256"), provenance.get("gain_table_sha256"));
+        assert!(provenance.cards().iter().any(|(k, v, _)| k == "SIMSEED" && *v == CardValue::Integer(7)));
+        assert!(provenance.cards().iter().all(|(k, _, _)| k.len() <= 8));
     }
 
     #[test]
     fn the_line_can_stand_in_a_comment_of_any_text() {
-        let told = Provenance(vec![("tool", "a-->\nb".into())]);
-        assert_eq!(told.line(), "provenance: tool=a- -> b");
+        let provenance = Provenance(vec![("tool", "a-->\nb".into())]);
+        assert_eq!(provenance.line(), "provenance: tool=a- -> b");
         let folder = tempfile::tempdir().unwrap();
         for (name, text) in [("a.toml", "x = 1"), ("a.svg", "<svg></svg>\n"), ("a.ecsv", "a\n")] {
             let path = folder.path().join(name);
             std::fs::write(&path, text).unwrap();
-            told.stamp(&path).unwrap();
+            provenance.stamp(&path).unwrap();
             let stamped = std::fs::read_to_string(&path).unwrap();
             assert!(
                 stamped.starts_with(text) && stamped.contains("provenance: ") != name.ends_with("ecsv"),

@@ -15,13 +15,13 @@ pub struct Stage {
     pub name: String,
     /// Wall time \[s\].
     pub wall_s: f64,
-    /// Time of all cores together \[s\], where the system tells.
+    /// Time of all cores together \[s\], where the system reports it.
     pub cpu_s: Option<f64>,
     /// Seconds since the start when it was over.
     pub end_s: f64,
-    /// Bytes this process read in it, where the system tells.
+    /// Bytes this process read in it, where the system reports it.
     pub bytes_read: Option<u64>,
-    /// Largest resident memory so far, when it was over \[MB\], where the system tells.
+    /// Largest resident memory so far, when it was over \[MB\], where the system reports it.
     pub peak_memory_mb: Option<f64>,
 }
 

@@ -40,7 +40,7 @@ pub struct Counts {
     pub other_target: usize,
     /// Of these, frames of another filter.
     pub other_filter: usize,
-    /// Files whose header could not be understood.
+    /// Files whose header could not be read.
     pub unreadable: usize,
     /// Frames that do not belong to the others: another camera, binning, size, focal length or read-out mode.
     pub set_aside: usize,
@@ -60,7 +60,7 @@ pub struct Counts {
     pub lower_limit: usize,
     /// Why measured target frames are used with caution or not at all: flags and how many of these frames have them.
     pub doubts: BTreeMap<&'static str, usize>,
-    /// Frames left out for a stated reason.
+    /// Frames excluded for a stated reason.
     pub rejected: usize,
     /// Frames that could not be reduced.
     pub failed: usize,
@@ -116,16 +116,16 @@ impl Counts {
     pub fn doubts_text(&self) -> Option<String> {
         let mut doubts: Vec<(&str, usize)> = self.doubts.iter().map(|(name, n)| (*name, *n)).collect();
         doubts.sort_by_key(|(name, n)| (std::cmp::Reverse(*n), *name));
-        let mut told: Vec<String> = doubts.iter().take(SHOWN_DOUBTS).map(|(name, n)| format!("{n} {name}")).collect();
+        let mut parts: Vec<String> = doubts.iter().take(SHOWN_DOUBTS).map(|(name, n)| format!("{n} {name}")).collect();
         if doubts.len() > SHOWN_DOUBTS {
-            told.push(format!("{} other reasons", doubts.len() - SHOWN_DOUBTS));
+            parts.push(format!("{} other reasons", doubts.len() - SHOWN_DOUBTS));
         }
         match self.lower_limit {
             0 => {}
-            1 => told.push("1 lower limit".into()),
-            n => told.push(format!("{n} lower limits")),
+            1 => parts.push("1 lower limit".into()),
+            n => parts.push(format!("{n} lower limits")),
         }
-        (!told.is_empty()).then(|| told.join(", "))
+        (!parts.is_empty()).then(|| parts.join(", "))
     }
 }
 
@@ -135,13 +135,13 @@ fn doubts(rows: &[PhotometryRow]) -> BTreeMap<&'static str, usize> {
         matches!(Status::from_cell(&r.status), Some(Status::Ok | Status::Nondetection)) && r.verdict != Verdict::Use
     };
     // lower limits have a count of their own
-    let told = |row: &PhotometryRow, flag: Flags| {
+    let is_counted = |row: &PhotometryRow, flag: Flags| {
         let decides = DECIDING.has(flag) || (flag == Flags::OLD_ELEMENTS && row.status == Status::Nondetection);
         decides && flag != Flags::LOWER_LIMIT
     };
     let mut doubts = BTreeMap::new();
     for row in rows.iter().filter(judged) {
-        for (_, name) in Flags::NAMES.iter().filter(|(flag, _)| told(row, *flag) && Flags(row.flags).has(*flag)) {
+        for (_, name) in Flags::NAMES.iter().filter(|(flag, _)| is_counted(row, *flag) && Flags(row.flags).has(*flag)) {
             *doubts.entry(*name).or_default() += 1;
         }
     }
@@ -169,11 +169,11 @@ pub struct Summary {
     pub failures: Vec<(String, String, String)>,
     /// Star and target frames kept from an earlier run, and of how many: nothing of the results depends on it.
     pub kept: (usize, usize),
-    /// What should be known about this night.
+    /// Notes about this night.
     pub notes: Vec<String>,
     /// Columns that stay empty, and why.
     pub empty_columns: Vec<String>,
-    /// What was left out of frames and scenes and what that saved, where it was asked for.
+    /// What was skipped in frames and scenes and what that saved, if requested.
     pub explained: Option<Explanation>,
     /// Why the night is not good enough for exit code 0.
     pub poor: Vec<String>,

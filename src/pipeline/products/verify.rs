@@ -2,15 +2,15 @@
 //! provenance, the configuration, the inputs.
 //!
 //! Hashes are those of [`crate::base::hash::sha256_16`]. Nothing is computed again: a product that was changed together with its
-//! manifest is not found out. Leaves out the pixels.
+//! manifest is not found out. It does not cover the pixels.
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::inputs::InputRole;
 use super::inputs::SEED;
-use super::inputs::SET_ASIDE;
 use super::inputs::TOOL;
 use super::inputs::inputs_sha256;
 use super::record::Output;
@@ -27,10 +27,10 @@ use crate::pipeline::shards::plan_file::Plan;
 use crate::tables::read::Table;
 use crate::tables::{Column, Meta, PHOTOMETRY, RESIDUALS, STARS, read_photometry, read_residuals, read_stars};
 
-/// Files of a night that are not listed: they tell times.
+/// Files of a night that are not listed, because they hold times.
 const UNLISTED: [&str; 3] = [NAME, "satphot.log", "satphot.log.jsonl"];
 
-/// What of the manifest is checked.
+/// The entries of the manifest that are checked.
 #[derive(Debug, Deserialize)]
 struct Recorded {
     tool: String,
@@ -48,7 +48,7 @@ struct RecordedInput {
     path: PathBuf,
     from_here: PathBuf,
     sha256: String,
-    role: String,
+    role: InputRole,
 }
 
 /// A file the configuration names.
@@ -60,16 +60,16 @@ struct NamedFile {
     sha256: String,
 }
 
-/// What was found.
+/// The result.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Verified {
     /// Products compared.
     pub outputs: usize,
     /// Inputs and files of the configuration compared.
     pub inputs: usize,
-    /// What differs: any makes the exit code 6.
+    /// The differences; any of them makes the exit code 6.
     pub problems: Vec<String>,
-    /// What should be known: inputs that are gone, another version of the program.
+    /// Notes for the observer: inputs that are gone, another version of the program.
     pub notes: Vec<String>,
 }
 
@@ -127,11 +127,11 @@ pub fn verify_night(folder: &Path, need_inputs: bool) -> Result<Verified> {
 /// Verifies the frames and files of a plan.json: each there and what it was when the plan was made.
 ///
 /// # Errors
-/// Those of [`Plan::read`]; what differs is in the answer.
+/// The errors of [`Plan::read`]; what differs is in the answer.
 pub fn verify_plan(path: &Path, need_inputs: bool) -> Result<Verified> {
     let plan = Plan::read(path)?;
     let mut found = Verified::default();
-    let frames = plan.frames.iter().map(|f| (f.role.as_str(), &f.path, &f.sha256));
+    let frames = plan.frames.iter().map(|f| (f.role.name(), &f.path, &f.sha256));
     let files = plan.files.iter().map(|f| (f.role.as_str(), &f.path, &f.sha256));
     let all: Vec<_> = frames.chain(files).map(|(what, path, want)| (what, (path, path), want)).collect();
     compare_inputs(Path::new(""), all.into_iter(), need_inputs, &mut found);
@@ -161,12 +161,12 @@ fn content(path: &Path, recorded: &Recorded) -> Vec<String> {
     let of_flat = of_flat(recorded);
     let wanted = if is_flat { &of_flat } else { &recorded.provenance };
     let mut problems = Vec::new();
-    let mut tells = |told: &dyn Fn(&str) -> Option<String>| {
+    let mut compare = |recorded_value: &dyn Fn(&str) -> Option<String>| {
         for (key, want) in wanted {
-            match told(key) {
+            match recorded_value(key) {
                 Some(got) if got == *want => {}
                 Some(got) => problems.push(format!("{name}: {key} is {got}, but {want} in {NAME}")),
-                None => problems.push(format!("{name}: does not tell {key} ({want} in {NAME})")),
+                None => problems.push(format!("{name}: does not state {key} ({want} in {NAME})")),
             }
         }
     };
@@ -174,37 +174,37 @@ fn content(path: &Path, recorded: &Recorded) -> Vec<String> {
         Some("ecsv") => match table(path) {
             Ok(meta) => {
                 let flat: BTreeMap<String, String> = meta.flat().into_iter().collect();
-                tells(&|key| flat.get(key).cloned());
+                compare(&|key| flat.get(key).cloned());
             }
             Err(error) => problems.push(error),
         },
         Some("fits") => match Header::read(path) {
             Ok(header) => {
                 let keyword = |key: &str| KEYS.iter().find(|(k, _, _)| *k == key).map(|(_, keyword, _)| *keyword);
-                tells(&|key| header.text(if key == SEED.0 { SEED.1 } else { keyword(key)? }));
+                compare(&|key| header.text(if key == SEED.0 { SEED.1 } else { keyword(key)? }));
             }
             Err(error) => problems.push(format!("{name}: {error}")),
         },
         Some("toml" | "svg" | "html") => {
             let text = std::fs::read_to_string(path).unwrap_or_default();
-            let line = text.lines().rev().find_map(|l| l.split_once("provenance: ")).map_or("", |(_, told)| told);
+            let line = text.lines().rev().find_map(|l| l.split_once("provenance: ")).map_or("", |(_, pairs)| pairs);
             let line = line.trim_end_matches(" -->");
             let pairs: BTreeMap<&str, &str> = line.split("; ").filter_map(|pair| pair.split_once('=')).collect();
-            tells(&|key| pairs.get(key).map(|value| (*value).to_string()));
+            compare(&|key| pairs.get(key).map(|value| (*value).to_string()));
         }
         _ => {}
     }
     problems
 }
 
-/// What a master flat tells: its inputs are the flats alone.
+/// The provenance that a master flat should state: its inputs are the flats alone.
 fn of_flat(recorded: &Recorded) -> BTreeMap<String, String> {
-    let mut told = recorded.provenance.clone();
-    told.retain(|key, _| OF_FLAT.contains(&key.as_str()));
-    let flats = recorded.inputs.iter().filter(|i| i.role == "flat");
+    let mut provenance = recorded.provenance.clone();
+    provenance.retain(|key, _| OF_FLAT.contains(&key.as_str()));
+    let flats = recorded.inputs.iter().filter(|i| i.role == InputRole::FLAT);
     let hash = inputs_sha256(flats.map(|i| (i.path.as_path(), i.sha256.as_str())));
-    told.insert("input_manifest_sha256".into(), hash);
-    told
+    provenance.insert("input_manifest_sha256".into(), hash);
+    provenance
 }
 
 /// Columns, units and cells of a table; its meta block.
@@ -215,7 +215,7 @@ fn table(path: &Path) -> std::result::Result<Meta, String> {
         "photometry.ecsv" => PHOTOMETRY.columns,
         "stars.ecsv" => STARS.columns,
         "residuals.ecsv" => RESIDUALS.columns,
-        _ => return Err(format!("{name}: is none of the tables of a night")),
+        _ => return Err(format!("{name}: is not one of the tables of a night")),
     };
     let header = Table::open(path).map_err(words)?;
     let found: Vec<(&str, &str)> = header.columns.iter().map(|c| (c.name.as_str(), c.unit.as_str())).collect();
@@ -240,12 +240,17 @@ fn table(path: &Path) -> std::result::Result<Meta, String> {
     meta.map_err(words)
 }
 
-/// A frame of the target, or one that could not be read, without a row is a lost frame.
+/// Whether the table of the night has a row of such a file.
+fn has_row(role: InputRole) -> bool {
+    matches!(role, InputRole::TARGET | InputRole::Unreadable | InputRole::SetAside)
+}
+
+/// Reports the frames that should have a row and have none.
 fn rows_of_frames(folder: &Path, recorded: &Recorded, found: &mut Verified) {
     let Ok((rows, _)) = read_photometry(&folder.join("photometry.ecsv")) else { return };
     let mut left: BTreeMap<String, isize> = BTreeMap::new();
     rows.iter().for_each(|row| *left.entry(row.frame.clone()).or_default() += 1);
-    for input in recorded.inputs.iter().filter(|i| matches!(i.role.as_str(), "target" | "unreadable" | SET_ASIDE)) {
+    for input in recorded.inputs.iter().filter(|i| has_row(i.role)) {
         let n = left.entry(file_name(&input.path)).or_default();
         *n -= 1;
         if *n < 0 {
@@ -279,7 +284,7 @@ fn configuration(folder: &Path, recorded: &Recorded, found: &mut Verified) {
 
 /// Frames and files of the configuration, where they are still there.
 fn inputs(folder: &Path, recorded: &Recorded, needed: bool, found: &mut Verified) {
-    let frames = recorded.inputs.iter().map(|i| (i.role.as_str(), (&i.path, &i.from_here), &i.sha256));
+    let frames = recorded.inputs.iter().map(|i| (i.role.name(), (&i.path, &i.from_here), &i.sha256));
     let files = recorded.files.iter().map(|f| (f.key.as_str(), (&f.path, &f.from_here), &f.sha256));
     compare_inputs(folder, frames.chain(files), needed, found);
 }

@@ -1,7 +1,7 @@
-//! The manifest of a night measured in pieces, so that `satphot verify` and the report know it as one measured at once.
+//! The manifest of a night measured in shards, in the form of a night measured at once.
 //!
-//! From the plan, the tables and the files beside them. Leaves out what the pieces took: the `.json` beside each shard
-//! tells that.
+//! From the plan, the tables and the files next to them. It does not cover what the shards took: the `.json` next to
+//! each shard states that.
 
 use std::path::{Path, PathBuf};
 
@@ -16,11 +16,11 @@ use crate::pipeline::products::manifest::Input;
 use crate::pipeline::products::manifest::NAME;
 use crate::pipeline::products::manifest::file_json;
 use crate::pipeline::products::manifest::input_json;
-use crate::pipeline::products::manifest::told_json;
+use crate::pipeline::products::manifest::provenance_json;
 use crate::pipeline::products::provenance::Provenance;
 use crate::pipeline::products::record::Output;
 
-/// Products of the steps before, where they lie beside the table.
+/// Products of the steps before, if they are next to the table.
 const BESIDE: [&str; 3] = ["stars.ecsv", "zeropoint.toml", "master_flat.fits"];
 
 /// Writes `manifest.json` into `folder`, for the night of a plan of which `files` were just written there.
@@ -31,7 +31,7 @@ pub fn write_manifest(
     plan: &Plan,
     folder: &Path,
     files: &[PathBuf],
-    told: &Provenance,
+    provenance: &Provenance,
     notes: &[String],
 ) -> Result<PathBuf> {
     let config = plan.config()?;
@@ -43,7 +43,7 @@ pub fn write_manifest(
         path: frame.path.clone(),
         bytes: frame.bytes,
         sha256: frame.sha256.clone(),
-        role: frame.role.clone(),
+        role: frame.role.name().into(),
         reason: frame.reason.clone(),
     };
     let inputs = plan.frames.iter().map(|frame| input_json(folder, &input(frame)));
@@ -53,7 +53,7 @@ pub fn write_manifest(
         "tool": TOOL,
         "night": config.night.name,
         "config_sha256": plan.config_sha256,
-        "provenance": told_json(told),
+        "provenance": provenance_json(provenance),
         "files": named.collect::<Vec<_>>(),
         "inputs": inputs.collect::<Vec<_>>(),
         "input_manifest_sha256": plan.inputs_sha256(),

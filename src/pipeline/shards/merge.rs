@@ -1,8 +1,8 @@
 //! Shards to the table of the night: each frame once, in the order of the plan, then what takes all of them.
 //!
-//! The sum is the same in whatever order and grouping tables come. A sum that lacks frames carries the cells that more
-//! frames would change as they were, in columns `raw_…`, so that it can be merged again; a complete one is final. Leaves out
-//! the measuring ([`super::shard`]).
+//! The sum is the same in whatever order and grouping tables come. A sum that lacks frames holds the cells that more
+//! frames would change as they were, in columns `raw_…`, so that it can be merged again; a complete one is final. It
+//! does not cover the measuring ([`super::shard`]).
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -12,6 +12,7 @@ use super::plan_file::{Plan, PlannedFrame};
 use super::products::FOLDER;
 use super::shard::{SHARD_SCHEMA, table_sha256};
 use super::whole::judge_whole_night;
+use crate::bands::Band;
 use crate::base::error::{Error, Result};
 use crate::base::file::file_name;
 use crate::base::file::make_folder_of;
@@ -19,7 +20,7 @@ use crate::base::file::save;
 use crate::base::hash::sha256_16;
 use crate::pipeline::compare::residual_rows;
 use crate::pipeline::products::effective::effective_toml;
-use crate::pipeline::products::inputs::SET_ASIDE;
+use crate::pipeline::products::inputs::InputRole;
 use crate::pipeline::products::inputs::TOOL;
 use crate::pipeline::products::provenance::Provenance;
 use crate::pipeline::target::outcome::TargetFrame;
@@ -31,7 +32,7 @@ use crate::tables::{
     write_rows,
 };
 
-/// What the meta block of a whole night says it is.
+/// The schema in the meta block of a whole night.
 const NIGHT_SCHEMA: &str = "satphot.photometry/1";
 /// Key of the meta block of a sum that lacks frames: how many.
 const MISSING: &str = "missing_frames";
@@ -71,7 +72,7 @@ pub struct Merged {
     pub n_twice: usize,
     /// Share of the night's frames that failed is above what the configuration allows.
     pub poor: Option<String>,
-    /// What should be known.
+    /// Notes for the observer.
     pub notes: Vec<String>,
 }
 
@@ -116,7 +117,7 @@ pub fn merge(plan: &Plan, tables: &[PathBuf], allow_missing: bool) -> Result<Mer
     }
     let missing = sum.missing();
     if !missing.is_empty() && !allow_missing {
-        return Err(Error::PoorNight { problem: told_missing(&missing, plan) });
+        return Err(Error::PoorNight { problem: missing_note(&missing, plan) });
     }
     let config = plan.config()?;
     let mut notes = Vec::new();
@@ -136,9 +137,13 @@ pub fn merge(plan: &Plan, tables: &[PathBuf], allow_missing: bool) -> Result<Mer
     meta.set("schema", NIGHT_SCHEMA);
     if n_missing > 0 {
         meta.push(MISSING, n_missing as f64);
-        notes.push(told_missing(&missing, plan));
+        notes.push(missing_note(&missing, plan));
     }
-    let science = plan.frames.iter().filter(|f| matches!(f.role.as_str(), "target" | "stars" | "unreadable")).count();
+    let science = plan
+        .frames
+        .iter()
+        .filter(|f| matches!(f.role, InputRole::TARGET | InputRole::STARS | InputRole::Unreadable))
+        .count();
     let failed = rows.iter().filter(|r| r.status == Status::Failed).count();
     let limit = config.night.max_failed_frac;
     let poor = (failed as f64 > limit * science.max(1) as f64).then(|| {
@@ -190,12 +195,12 @@ fn altered(path: &Path) -> Error {
     Error::Mismatch { problem }
 }
 
-/// The meta block without what tells shards and sums apart.
+/// The meta block without the entries in which the shards and their sum differ.
 fn bare(meta: &Meta) -> Meta {
-    let told = |key: &str| matches!(key, "schema" | "made_of" | MISSING);
+    let is_of_one_file = |key: &str| matches!(key, "schema" | "made_of" | MISSING);
     let mut bare = Meta::default();
     bare.push("schema", "");
-    bare.entries.extend(meta.entries.iter().filter(|(key, _)| !told(key)).cloned());
+    bare.entries.extend(meta.entries.iter().filter(|(key, _)| !is_of_one_file(key)).cloned());
     bare
 }
 
@@ -206,7 +211,7 @@ struct Sum<'a> {
     places: BTreeMap<(String, &'a str), usize>,
     /// Row and the table it is from.
     targets: BTreeMap<usize, (PhotometryRow, PathBuf)>,
-    /// Those of stars, flats and files that cannot be read: every table brings all of them along.
+    /// The rows of stars, flats and files that cannot be read: every table brings all of them along.
     others: Vec<PhotometryRow>,
     n_twice: usize,
 }
@@ -222,9 +227,10 @@ impl<'a> Sum<'a> {
         let mut others = Vec::new();
         for row in part.rows {
             let Some(place) = self.places.get(&(row.frame.clone(), row.frame_sha256.as_str())) else {
-                if !self.plan.frames.iter().any(|f| f.role != "target" && file_name(&f.path) == row.frame) {
+                let is_its_frame = |f: &PlannedFrame| f.role != InputRole::TARGET && file_name(&f.path) == row.frame;
+                if !self.plan.frames.iter().any(is_its_frame) {
                     let problem = format!(
-                        "{}: {} is no frame of the plan, or not as it was: the table was changed; measure its shard again \
+                        "{}: {} is not a frame of the plan, or it has changed: the table was edited; measure its shard again \
                          with argument `force`",
                         part.path.display(),
                         row.frame
@@ -266,8 +272,8 @@ impl<'a> Sum<'a> {
     fn into_rows(self) -> (Vec<TargetFrame>, Vec<PhotometryRow>) {
         let frame = |(row, _)| TargetFrame { row, geometry: None, thumb: None };
         let mut others = self.others;
-        let aside = self.plan.of_role(SET_ASIDE).map(|frame| set_aside_row(&frame.path, &frame.reason));
-        add_others(&mut others, self.plan.of_role("unreadable").map(unreadable_row).chain(aside).collect());
+        let aside = self.plan.of_role(InputRole::SetAside).map(|frame| set_aside_row(&frame.path, &frame.reason));
+        add_others(&mut others, self.plan.of_role(InputRole::Unreadable).map(unreadable_row).chain(aside).collect());
         (self.targets.into_values().map(frame).collect(), others)
     }
 }
@@ -284,24 +290,24 @@ fn add_others(all: &mut Vec<PhotometryRow>, more: Vec<PhotometryRow>) {
     }
 }
 
-/// The row of a file that could not be understood when the plan was made.
+/// The row of a file that could not be read when the plan was made.
 fn unreadable_row(frame: &PlannedFrame) -> PhotometryRow {
     unmeasured_row(&file_name(&frame.path), Status::Failed, frame.reason.clone())
 }
 
-fn told_missing(missing: &BTreeMap<usize, Vec<String>>, plan: &Plan) -> String {
+fn missing_note(missing: &BTreeMap<usize, Vec<String>>, plan: &Plan) -> String {
     let n: usize = missing.values().map(Vec::len).sum();
-    let told = |(number, frames): (&usize, &Vec<String>)| {
+    let of_shard = |(number, frames): (&usize, &Vec<String>)| {
         let first = frames.first().cloned().unwrap_or_default();
         let more = if frames.len() > 1 { format!(" and {} more", frames.len() - 1) } else { String::new() };
         format!("shard {number}: {first}{more}")
     };
-    let mut named: Vec<String> = missing.iter().take(NAMED).map(told).collect();
+    let mut named: Vec<String> = missing.iter().take(NAMED).map(of_shard).collect();
     if missing.len() > NAMED {
         named.push(format!("{} more shards", missing.len() - NAMED));
     }
     format!(
-        "{n} frames of {} of {} shards are missing ({}); measure them, or take what is there with argument `allow_missing`",
+        "{n} frames of {} of {} shards are missing ({}); measure them, or merge the rest with argument `allow_missing`",
         missing.len(),
         plan.shards.len(),
         named.join("; ")
@@ -309,8 +315,8 @@ fn told_missing(missing: &BTreeMap<usize, Vec<String>>, plan: &Plan) -> String {
 }
 
 impl Merged {
-    /// Writes the table of the night of a plan, and beside it residuals.ecsv, the configuration and, of a whole night in its
-    /// folder, manifest.json; returns the files.
+    /// Writes the table of the night of a plan, and next to it residuals.ecsv, the configuration and, of a whole night
+    /// in its folder, manifest.json; returns the files.
     ///
     /// # Errors
     /// [`Error::Io`].
@@ -334,11 +340,11 @@ impl Merged {
         let effective = path.with_file_name("effective.toml");
         let config = plan.config()?;
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let told = Provenance::of_meta(&self.meta);
-        save(&effective, &(effective_toml(&config, folder)? + &told.toml_comment()))?;
+        let provenance = Provenance::of_meta(&self.meta);
+        save(&effective, &(effective_toml(&config, folder)? + &provenance.toml_comment()))?;
         files.push(effective);
         if whole && self.missing.is_empty() {
-            files.push(write_manifest(plan, folder, &files, &told, &self.notes)?);
+            files.push(write_manifest(plan, folder, &files, &provenance, &self.notes)?);
         }
         Ok(files)
     }
@@ -348,11 +354,11 @@ impl Merged {
     pub fn text(&self) -> String {
         let n = |status: Status| self.rows.iter().filter(|r| r.status == status).count();
         let counts = Status::ALL.map(|s| format!("{} {s}", n(s))).join(", ");
-        format!("{counts}\n{}", pass_table(&self.rows, self.meta.band().unwrap_or("V")))
+        format!("{counts}\n{}", pass_table(&self.rows, self.meta.band().unwrap_or(Band::or_v(None).name())))
     }
 }
 
-/// Takes away what workers left beside finished tables: half-written files of workers that were killed, frames kept for
+/// Removes what workers left next to finished tables: half-written files of workers that were killed, frames kept for
 /// another try. What another worker is writing at this moment is the same again.
 pub fn clean(tables: &[PathBuf]) {
     for table in tables {

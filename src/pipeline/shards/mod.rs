@@ -1,4 +1,4 @@
-//! A night in pieces: what is to be done, what is done already, pieces measured anywhere, and their sum.
+//! A night in shards: what is to be done, what is done already, shards measured anywhere, and their sum.
 //!
 //! The plan names every file with its hash; shards of target frames are measured by themselves, with products that are
 //! kept; what takes all frames is done once, in the merge. A night on one machine goes the same way.

@@ -1,7 +1,8 @@
 //! plan.json: every file a night is made of, with its hash, and the shards its target frames are measured in.
 //!
 //! Bytes. The same files and configuration give the same plan; what a shard holds follows from the plan alone. Paths are
-//! as the maker of the plan saw them: workers run in the same folder. Leaves out how frames got their roles (`survey`).
+//! as the maker of the plan saw them: workers run in the same folder. It does not cover how frames got their roles
+//! (`survey`).
 
 use crate::pipeline::products::provenance::Provenance;
 use std::collections::BTreeMap;
@@ -24,7 +25,7 @@ use crate::config::digest::config_sha256;
 use crate::export::DataMode;
 use crate::frames::{Exposure, Role, classify};
 use crate::pipeline::options::Options;
-use crate::pipeline::products::inputs::SET_ASIDE;
+use crate::pipeline::products::inputs::InputRole;
 use crate::pipeline::products::inputs::TOOL;
 use crate::pipeline::products::inputs::data_mode;
 use crate::pipeline::products::inputs::inputs_sha256;
@@ -33,29 +34,29 @@ use crate::pipeline::products::inputs::simulation_seed;
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::survey::preflight::preflight;
 
-/// Target frames of a shard unless told otherwise: a few minutes of work, against seconds to start a worker.
+/// Target frames of a shard by default: a few minutes of work, compared with seconds to start a worker.
 pub const FRAMES_PER_SHARD: usize = 100;
-/// What a plan says it is.
+/// The schema of a plan.
 const SCHEMA: &str = "satphot.plan/1";
 
-/// A night in pieces.
+/// A night divided into shards.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
     /// `satphot.plan/1`.
     pub schema: String,
-    /// The program that made it, and measures by it.
+    /// The program that made it and must also measure its shards.
     pub tool: String,
     /// Hash of the configuration, as in the tables.
     pub config_sha256: String,
     /// Whether the frames are real.
     pub data_mode: DataMode,
-    /// Seed of frames that are drawn.
+    /// Seed of simulated frames.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub seed: Option<i64>,
     /// The filter that is reduced.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub light: Option<Light>,
-    /// Files beside the frames: catalogue, elements, master flat, zeropoint of another night, satellites, band.
+    /// Files besides the frames: catalogue, elements, master flat, zeropoint of another night, satellites, band.
     pub files: Vec<PlannedFile>,
     /// Target frames of a shard, at most.
     pub frames_per_shard: usize,
@@ -67,10 +68,10 @@ pub struct Plan {
     pub config_toml: String,
 }
 
-/// A file beside the frames.
+/// A file that is not a frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlannedFile {
-    /// What it is for: a key of the configuration.
+    /// The key of the configuration that names it.
     pub role: String,
     /// Where it is.
     pub path: PathBuf,
@@ -83,8 +84,8 @@ pub struct PlannedFile {
 pub struct PlannedFrame {
     /// Where it is.
     pub path: PathBuf,
-    /// What it is for: flat, stars, target, bias, dark, ignored, other target, other filter, unreadable or set_aside.
-    pub role: String,
+    /// Its role.
+    pub role: InputRole,
     /// Why; of an unreadable file, what is wrong with it.
     pub reason: String,
     /// Number of its star pointing.
@@ -92,7 +93,7 @@ pub struct PlannedFrame {
     pub pointing: Option<usize>,
     /// Size \[bytes\].
     pub bytes: u64,
-    /// Time of the last change, since 1970 \[s\]: tells a plan that is old at a glance; the hash decides.
+    /// Time of the last change, since 1970 \[s\]: a quick sign that the plan is old; the hash decides.
     pub mtime_s: Option<u64>,
     /// First 16 hex digits of the SHA-256 of its header cards; empty if there is no header.
     pub header_sha256: String,
@@ -117,7 +118,7 @@ pub fn make_plan(
     progress.stage("hashes", all.len());
     let hash = |exposure: &&Exposure| -> Result<()> {
         options.stop.check(|| "stopped before the plan was made".into())?;
-        // one that cannot be read is told by whoever measures it
+        // a file that cannot be read is reported when it is measured
         let bytes = products.sha256(&exposure.path).ok().and_then(|_| std::fs::metadata(&exposure.path).ok());
         progress.read(bytes.map_or(0, |m| m.len()));
         progress.tick();
@@ -138,7 +139,7 @@ impl Plan {
     /// [`Error::Io`] for a file of the configuration; [`Error::Config`].
     pub fn of(survey: &Survey, config: &Config, products: &FrameCache, frames_per_shard: usize) -> Result<Self> {
         if frames_per_shard == 0 {
-            let problem = "0 is no number of frames; 50 to 200 keep a worker busy for minutes".into();
+            let problem = "must be at least 1; 50 to 200 frames keep a worker busy for minutes".into();
             return Err(Error::Argument { name: "frames_per_shard".into(), problem });
         }
         let stars = survey.pointings.iter().enumerate().flat_map(|(n, p)| p.iter().map(move |e| (e, Some(n))));
@@ -148,13 +149,13 @@ impl Plan {
         let mut frames: Vec<PlannedFrame> = exposures.par_iter().map(|(e, n)| planned(e, *n, products)).collect();
         frames.extend(survey.unreadable.iter().map(|u| {
             let problem = u.error.to_string().replace(&*u.path.to_string_lossy(), &file_name(&u.path));
-            file(&u.path, "unreadable", &problem, products)
+            file(&u.path, InputRole::Unreadable, &problem, products)
         }));
-        frames.extend(survey.set_aside.iter().map(|s| file(&s.path, SET_ASIDE, &s.reason, products)));
-        let targets: Vec<usize> = (0..frames.len()).filter(|i| frames[*i].role == "target").collect();
+        frames.extend(survey.set_aside.iter().map(|s| file(&s.path, InputRole::SetAside, &s.reason, products)));
+        let targets: Vec<usize> = (0..frames.len()).filter(|i| frames[*i].role == InputRole::TARGET).collect();
         let mut shards: Vec<Vec<usize>> = targets.chunks(frames_per_shard).map(<[usize]>::to_vec).collect();
         if shards.is_empty() {
-            shards.push(Vec::new()); // one that tells what became of flats and stars
+            shards.push(Vec::new()); // one without target frames, which reports the flats and the stars
         }
         Ok(Self {
             schema: SCHEMA.into(),
@@ -174,7 +175,7 @@ impl Plan {
     /// Reads a plan of this version of the program.
     ///
     /// # Errors
-    /// [`Error::Io`]; [`Error::Table`] for a file that is no plan; [`Error::Mismatch`] for one of another version.
+    /// [`Error::Io`]; [`Error::Table`] for a file that is not a plan; [`Error::Mismatch`] for one of another version.
     pub fn read(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
         let plan: Plan = serde_json::from_str(&text).map_err(|e| Error::Table {
@@ -194,7 +195,7 @@ impl Plan {
         // every target frame is in one shard, once
         let mut shared: Vec<usize> = plan.shards.iter().flatten().copied().collect();
         shared.sort_unstable();
-        let targets = (0..plan.frames.len()).filter(|i| plan.frames[*i].role == "target");
+        let targets = (0..plan.frames.len()).filter(|i| plan.frames[*i].role == InputRole::TARGET);
         let whole = shared.into_iter().eq(targets) && !plan.shards.is_empty();
         if !whole || config_sha256(&plan.config()?)? != plan.config_sha256 {
             let problem = format!("{}: was changed by hand; plan again", path.display());
@@ -229,7 +230,7 @@ impl Plan {
     }
 
     /// The frames of a role.
-    pub fn of_role<'a>(&'a self, role: &'a str) -> impl Iterator<Item = &'a PlannedFrame> {
+    pub fn of_role(&self, role: InputRole) -> impl Iterator<Item = &PlannedFrame> {
         self.frames.iter().filter(move |f| f.role == role)
     }
 
@@ -245,7 +246,7 @@ impl Plan {
         Ok(places.iter().map(|i| &self.frames[*i]).collect())
     }
 
-    /// Whether the files beside the frames are what they were; of the given roles alone.
+    /// Checks that the files of the given roles are unchanged; frames are not among them.
     ///
     /// # Errors
     /// [`Error::Io`]; [`Error::Mismatch`] naming the file.
@@ -258,7 +259,7 @@ impl Plan {
         Ok(())
     }
 
-    /// The exposures of planned frames, their headers read anew.
+    /// The exposures of planned frames, their headers read again.
     ///
     /// # Errors
     /// [`Error::NoInput`] for a file that is gone, [`Error::Mismatch`] for one that is not what it was.
@@ -304,16 +305,16 @@ fn files(config: &Config, products: &FrameCache) -> Result<Vec<PlannedFile>> {
 }
 
 fn planned(exposure: &Exposure, pointing: Option<usize>, products: &FrameCache) -> PlannedFrame {
-    let frame = file(&exposure.path, exposure.role.name(), &exposure.role_reason, products);
+    let frame = file(&exposure.path, InputRole::Frame(exposure.role), &exposure.role_reason, products);
     PlannedFrame { pointing, header_sha256: header_sha256(exposure), ..frame }
 }
 
-fn file(path: &Path, role: &str, reason: &str, products: &FrameCache) -> PlannedFrame {
+fn file(path: &Path, role: InputRole, reason: &str, products: &FrameCache) -> PlannedFrame {
     let meta = std::fs::metadata(path).ok();
     let mtime = meta.as_ref().and_then(|m| m.modified().ok()).and_then(|t| t.duration_since(UNIX_EPOCH).ok());
     PlannedFrame {
         path: path.to_path_buf(),
-        role: role.into(),
+        role,
         reason: reason.into(),
         pointing: None,
         bytes: meta.map_or(0, |m| m.len()),
@@ -352,10 +353,11 @@ pub fn set_copies_aside(survey: &mut Survey, products: &FrameCache, notes: &mut 
 }
 
 impl Provenance {
-    /// Of a plan and its configuration: the hashes of the files are those of the plan, whether they can be read here or not.
+    /// The provenance of a plan and its configuration: the hashes of the files are those of the plan, whether they can
+    /// be read here or not.
     ///
     /// # Errors
-    /// Those of [`Provenance::of`].
+    /// The errors of [`Provenance::of`].
     pub fn of_plan(plan: &Plan, config: &Config) -> Result<Self> {
         let hash = |path: &Path| plan.files.iter().find(|f| f.path == path).map(|f| f.sha256.clone());
         Self::hashed(config, Some(&plan.inputs_sha256()), plan.seed, &hash)

@@ -1,8 +1,9 @@
-//! What a night keeps of every frame, so that no run does again what an earlier one has done.
+//! The results that a night keeps of every frame, so that no run repeats the work of an earlier one.
 //!
-//! One small file per frame in `.satphot/` beside the results, with the SHA-256 of everything it depends on: the program,
-//! the configuration, the frame, the products before it. Where that agrees the file is taken, else the frame is measured
-//! again. Values are kept bit for bit. Leaves out what depends on several frames: that is made anew each time.
+//! One small file per frame in `.satphot/` next to the results, with the SHA-256 of everything it depends on: the
+//! program, the configuration, the frame, the products before it. Where that agrees the file is taken, else the frame is
+//! measured again. Values are kept bit for bit. It does not cover what depends on several frames: that is computed again
+//! each time.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -27,14 +28,14 @@ pub const FOLDER: &str = ".satphot";
 /// Raised whenever what is kept, or how it is computed, changes between versions of the program.
 const SCHEMA: &str = "satphot.product/1";
 
-/// What is kept of single frames, and the hashes of files read so far.
+/// The kept results of single frames, and the hashes of files read so far.
 #[derive(Debug, Default)]
 pub struct FrameCache {
     /// Folder of the products; `None` keeps nothing.
     folder: Option<PathBuf>,
     /// Everything that all of them depend on.
     base: String,
-    /// Nothing kept earlier is believed.
+    /// Nothing kept earlier is used.
     redo: bool,
     hashes: Mutex<BTreeMap<PathBuf, String>>,
     kept: AtomicUsize,
@@ -44,7 +45,7 @@ pub struct FrameCache {
 }
 
 impl FrameCache {
-    /// Keeps products in `folder`; with `redo` none of those already there is believed.
+    /// Keeps products in `folder`; with `redo`, none of those already there is used.
     ///
     /// # Errors
     /// [`crate::Error::Config`] if the configuration cannot be written as text for its hash; [`crate::Error::Io`] where
@@ -73,9 +74,9 @@ impl FrameCache {
         Ok(hash)
     }
 
-    /// The product `kind` of a frame: kept from an earlier run, or made and kept. `depends` names everything it depends on
-    /// beside the frame itself, the program and the configuration; `keep` says whether a product is worth keeping. Errors are
-    /// never kept.
+    /// The product `kind` of a frame: kept from an earlier run, or made and kept. `depends` names everything it depends
+    /// on besides the frame itself, the program and the configuration; `keep` says whether a product is worth keeping.
+    /// Errors are never kept.
     ///
     /// A frame without a file of products is hashed while it is measured; with one, before, and then perhaps no pixel is
     /// looked at. Returns the frame's hash (empty where it cannot be read) with the product.
@@ -150,7 +151,7 @@ impl FrameCache {
         postcard::from_bytes(payload).ok()
     }
 
-    /// Keeps a product. One that cannot be written costs the next run its work, nothing more: it is told at the end.
+    /// Keeps a product. If it cannot be written, only the next run has more work; this is reported at the end.
     ///
     /// The file is renamed into its place but not forced to the disk, which would cost more than many a frame: a file that
     /// a crash of the machine tore does not agree with the hash in its first line, and is made again.
@@ -177,7 +178,7 @@ impl FrameCache {
         (self.kept.load(Ordering::Relaxed), self.made.load(Ordering::Relaxed))
     }
 
-    /// What should be known: that a product could not be kept.
+    /// Notes for the observer: that a product could not be kept.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let unwritten = self.unwritten.lock().ok().and_then(|first| first.clone());
@@ -217,7 +218,7 @@ fn hex(digest: &[u8]) -> String {
     digest.iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// Size and time of the program's own file: a program that was built anew under one version number is another one.
+/// Size and time of the program's own file: a program that was built again under the same version number is another one.
 ///
 /// Kept in the keys of products alone, never in results.
 fn build() -> String {

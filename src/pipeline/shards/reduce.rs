@@ -1,8 +1,9 @@
 //! The steps that take many frames and come before the shards: the master flat, and the stars with the zeropoint.
 //!
-//! Each leaves a file for people and tools (`master_flat.fits`, `zeropoint.toml`, `stars.ecsv`) and beside it one with what
-//! the next step must know: `master_flat.flats.toml`, what became of each flat; `zeropoint.stars.toml`, what the stars tell
-//! of camera and seeing, and the rows of frames that were left out. Leaves out the shards ([`super::shard`]).
+//! Each leaves a file for people and tools (`master_flat.fits`, `zeropoint.toml`, `stars.ecsv`) and next to it one with
+//! what the next step must know: `master_flat.flats.toml`, what became of each flat; `zeropoint.stars.toml`, what the
+//! stars determine of camera and seeing, and the rows of frames that were excluded. It does not cover the shards
+//! ([`super::shard`]).
 
 use std::path::{Path, PathBuf};
 
@@ -22,6 +23,7 @@ use crate::frames::flat::{FlatMember, MasterFlat};
 use crate::photometry::growth::StarProfile;
 use crate::pipeline::options::Options;
 use crate::pipeline::prepared::{Flattened, Prepared};
+use crate::pipeline::products::inputs::InputRole;
 use crate::pipeline::products::inputs::TOOL;
 use crate::pipeline::products::meta::{set_band, table_meta};
 use crate::pipeline::products::provenance::Provenance;
@@ -37,7 +39,7 @@ use crate::zeropoint::fit::NO_ZEROPOINT;
 use crate::zeropoint::fit::Zeropoint;
 use crate::zeropoint::previous::conditions;
 
-/// What became of each flat: `master_flat.flats.toml` beside `master_flat.fits`.
+/// What became of each flat: `master_flat.flats.toml` next to `master_flat.fits`.
 #[derive(Debug, Serialize, Deserialize)]
 struct Flats {
     tool: String,
@@ -50,7 +52,7 @@ struct Flats {
     flats: Vec<FlatMember>,
 }
 
-/// What target frames must know of the stars: `zeropoint.stars.toml` beside `zeropoint.toml`.
+/// The results of the stars that target frames need: `zeropoint.stars.toml` next to `zeropoint.toml`.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct StarFacts {
     /// The program.
@@ -66,7 +68,7 @@ pub struct StarFacts {
     pub poor: Vec<String>,
     /// Median FWHM \[arcsec\].
     pub fwhm_arcsec: Option<f64>,
-    /// How the camera is turned on the sky.
+    /// The rotation of the camera on the sky.
     pub camera_turn: Option<CameraTurn>,
     /// Profile of the stars.
     pub profile: Option<StarProfile>,
@@ -75,14 +77,14 @@ pub struct StarFacts {
     pub rows: Vec<PhotometryRow>,
 }
 
-/// Where the facts beside a zeropoint are.
+/// Where the facts next to a zeropoint are.
 #[must_use]
 pub fn facts_path(zeropoint: &Path) -> PathBuf {
     zeropoint.with_extension("stars.toml")
 }
 
 impl StarFacts {
-    /// Reads the facts beside a zeropoint of this plan.
+    /// Reads the facts next to a zeropoint of this plan.
     ///
     /// # Errors
     /// [`Error::NoInput`] without them; [`Error::Mismatch`] for those of another plan.
@@ -90,7 +92,7 @@ impl StarFacts {
         let path = facts_path(zeropoint);
         let text = std::fs::read_to_string(&path).map_err(|e| Error::NoInput {
             path: path.clone(),
-            problem: format!("{e}; `zeropoint` with argument `plan` writes it beside {}", file_name(zeropoint)),
+            problem: format!("{e}; `zeropoint` with argument `plan` writes it next to {}", file_name(zeropoint)),
         })?;
         let facts: Self = toml::from_str(&text).map_err(|e| table(&path, e.to_string()))?;
         if (facts.tool.as_str(), facts.config_sha256.as_str()) != (TOOL, plan.config_sha256.as_str()) {
@@ -109,11 +111,11 @@ fn of_another(path: &Path, again: &str) -> Error {
     Error::Mismatch { problem }
 }
 
-fn toml_text<T: Serialize>(path: &Path, told: &str, value: &T) -> Result<String> {
-    Ok(format!("# {told}\n{}", toml::to_string(value).map_err(|e| table(path, e.to_string()))?))
+fn toml_text<T: Serialize>(path: &Path, comment: &str, value: &T) -> Result<String> {
+    Ok(format!("# {comment}\n{}", toml::to_string(value).map_err(|e| table(path, e.to_string()))?))
 }
 
-/// Products beside a file.
+/// Products next to a file.
 fn products_beside(file: &Path, night: &Prepared, options: &Options) -> Result<FrameCache> {
     let folder = file.parent().unwrap_or(Path::new("")).join(FOLDER);
     FrameCache::in_folder(folder, night, options.redo)
@@ -129,11 +131,11 @@ pub fn plan_flat(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<(MasterFlat, Vec<String>)> {
-    // neither catalogue nor elements need to be there; what the flat tells of itself is of the whole configuration
+    // neither catalogue nor elements need to be there; the provenance of the flat is that of the whole configuration
     let config = plan.config()?;
     let mut night = Prepared::prepare(&Config { stars: None, orbit: None, model: None, ..config.clone() })?;
     night.config = config.clone();
-    if plan.of_role("flat").next().is_none() || config.flat.master.is_some() {
+    if plan.of_role(InputRole::FLAT).next().is_none() || config.flat.master.is_some() {
         let problem = match &config.flat.master {
             Some(path) => format!("the plan takes the master flat {} (flat.master)", path.display()),
             None => "the plan has no flats (IMAGETYP, or patterns in [frames] flat)".into(),
@@ -157,10 +159,10 @@ fn make_flat(
 ) -> Result<Flattened> {
     make_folder_of(out)?;
     let products = products_beside(out, &night, options)?;
-    let flats = plan.exposures(plan.of_role("flat"), &plan.config()?, &[])?;
+    let flats = plan.exposures(plan.of_role(InputRole::FLAT), &plan.config()?, &[])?;
     let survey = Survey { flats, ..Survey::default() };
     let night = master_flat(&survey, night, (&products, Some(out)), options, progress, notes)?;
-    for frame in plan.of_role("flat") {
+    for frame in plan.of_role(InputRole::FLAT) {
         if products.sha256(&frame.path)? != frame.sha256 {
             return Err(super::plan_file::changed(&frame.path));
         }
@@ -178,18 +180,19 @@ fn make_flat(
     Ok(night)
 }
 
-/// What became of the flats of a master, and the share of it that is masked; `None` where nothing is told beside it.
+/// What became of the flats of a master, and the share of it that is masked; `None` if no file next to it
+/// says so.
 ///
 /// # Errors
-/// [`Error::Table`] for a file that cannot be understood.
+/// [`Error::Table`] for a file that cannot be read.
 pub(super) fn flats_beside(master: &Path) -> Result<Option<(Vec<FlatMember>, f64)>> {
-    let told = master.with_extension("flats.toml");
-    let Ok(text) = std::fs::read_to_string(&told) else { return Ok(None) };
-    let flats: Flats = toml::from_str(&text).map_err(|e| table(&told, e.to_string()))?;
+    let of_flats = master.with_extension("flats.toml");
+    let Ok(text) = std::fs::read_to_string(&of_flats) else { return Ok(None) };
+    let flats: Flats = toml::from_str(&text).map_err(|e| table(&of_flats, e.to_string()))?;
     Ok(Some((flats.flats, flats.masked_frac)))
 }
 
-/// The night with its master flat: the configured one, `given`, that beside `near`, or (with `make`) one made there.
+/// The night with its master flat: the configured one, `given`, that next to `near`, or (with `make`) one made there.
 ///
 /// # Errors
 /// [`Error::Flat`] where there is none; [`Error::Mismatch`] for one of another plan.
@@ -202,7 +205,7 @@ pub(super) fn flat_of_plan(
     notes: &mut Vec<String>,
 ) -> Result<Flattened> {
     let clip = night.config.photometry.clip_radius_px;
-    if given.is_none() && (night.config.flat.master.is_some() || plan.of_role("flat").next().is_none()) {
+    if given.is_none() && (night.config.flat.master.is_some() || plan.of_role(InputRole::FLAT).next().is_none()) {
         return master_flat(&Survey::default(), night, (&FrameCache::default(), None), options, progress, notes);
     }
     let beside = near.map(|near| near.with_file_name("master_flat.fits"));
@@ -221,13 +224,13 @@ pub(super) fn flat_of_plan(
     }
     let flat = MasterFlat::read(&path, clip, &night.config.flat)?;
     let flat_sha256 = sha256_16(&path)?;
-    let told = path.with_extension("flats.toml");
-    let members = match std::fs::read_to_string(&told) {
+    let of_flats = path.with_extension("flats.toml");
+    let members = match std::fs::read_to_string(&of_flats) {
         Err(_) => Vec::new(), // a master of another program has none
         Ok(text) => {
-            let flats: Flats = toml::from_str(&text).map_err(|e| table(&told, e.to_string()))?;
+            let flats: Flats = toml::from_str(&text).map_err(|e| table(&of_flats, e.to_string()))?;
             if flats.flat_sha256 != flat_sha256 || flats.config_sha256 != plan.config_sha256 {
-                return Err(of_another(&told, "`flat` with argument `plan`"));
+                return Err(of_another(&of_flats, "`flat` with argument `plan`"));
             }
             flats.flats
         }
@@ -235,7 +238,7 @@ pub(super) fn flat_of_plan(
     Ok(Flattened { flat: Some(MasterFlat { members, ..flat }), flat_sha256, prepared: night })
 }
 
-/// What the stars of a plan gave.
+/// The results of the stars of a plan.
 #[derive(Debug)]
 pub struct PlannedStars {
     /// The zeropoint in force.
@@ -244,15 +247,16 @@ pub struct PlannedStars {
     pub n_rows: usize,
     /// Why the night is not good enough for exit code 0.
     pub poor: Vec<String>,
-    /// What should be known.
+    /// Notes for the observer.
     pub notes: Vec<String>,
 }
 
 /// Measures the star frames of a plan, fits the zeropoint (or takes the configured one) and writes `out`, `stars.ecsv` and
-/// the facts beside it; a night without a zeropoint gets an `out` that says so.
+/// the facts next to it; a night without a zeropoint gets an `out` that says so.
 ///
 /// # Errors
-/// What must be there before work begins; [`Error::Mismatch`] where a frame is not that of the plan; [`Error::Io`].
+/// Anything that is missing before the work begins; [`Error::Mismatch`] if a frame is not that of the plan;
+/// [`Error::Io`].
 pub fn plan_zeropoint(
     plan: &Plan,
     (flat, out): (Option<&Path>, &Path),
@@ -266,8 +270,8 @@ pub fn plan_zeropoint(
     let mut notes = Vec::new();
     let mut poor = Vec::new();
     let mut survey = Survey { light: plan.light.clone(), ..Survey::default() };
-    let exposures = plan.exposures(plan.of_role("stars"), &config, &night.target_names())?;
-    for (exposure, frame) in exposures.into_iter().zip(plan.of_role("stars")) {
+    let exposures = plan.exposures(plan.of_role(InputRole::STARS), &config, &night.target_names())?;
+    for (exposure, frame) in exposures.into_iter().zip(plan.of_role(InputRole::STARS)) {
         let number = frame.pointing.unwrap_or(0);
         survey.pointings.resize_with(survey.pointings.len().max(number + 1), Vec::new);
         survey.pointings[number].push(exposure);
@@ -277,7 +281,7 @@ pub fn plan_zeropoint(
     notes.extend(check_stars(&survey, &night, &products, options.jobs)?);
     let night = flat_of_plan(plan, (flat, Some(out), true), night, options, progress, &mut notes)?;
     let mut stars = star_stage(&survey, &night, &products, options, progress, &mut notes)?;
-    for frame in plan.of_role("stars") {
+    for frame in plan.of_role(InputRole::STARS) {
         if products.sha256(&frame.path).is_ok_and(|now| now != frame.sha256) {
             return Err(super::plan_file::changed(&frame.path));
         }
@@ -285,8 +289,8 @@ pub fn plan_zeropoint(
     let mut rows = std::mem::take(&mut stars.rows);
     let zeropoint = zeropoint_stage(&mut rows, &stars.failed, &night, &mut poor, &mut notes)?;
     notes.extend(products.notes());
-    let told = Provenance::of_plan(plan, &config)?;
-    let mut meta = table_meta(&config, zeropoint.as_ref(), &told);
+    let provenance = Provenance::of_plan(plan, &config)?;
+    let mut meta = table_meta(&config, zeropoint.as_ref(), &provenance);
     if zeropoint.is_none() {
         set_band(&mut meta, night.band.as_ref());
     }
@@ -307,7 +311,7 @@ pub fn plan_zeropoint(
         profile: stars.seeing.profile,
         rows: failed,
     };
-    save(out, &(text + &told.toml_comment()))?;
+    save(out, &(text + &provenance.toml_comment()))?;
     if config.stars.is_some() {
         write_stars(&out.with_file_name("stars.ecsv"), &rows, &meta)?;
     }

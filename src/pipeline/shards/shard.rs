@@ -1,8 +1,8 @@
 //! One shard: target frames of a plan to a table of rows, wherever and in whatever order shards are measured.
 //!
 //! The table (`satphot.shard/1`) holds the rows as they are before anything that takes the whole night, and the rows of
-//! star frames and flats that were left out, at full precision; nothing of when, where or by which worker it was made. That
-//! is in the JSON file beside it. Leaves out the sum ([`super::merge`]).
+//! star frames and flats that were excluded, at full precision; nothing of when, where or by which worker it was made.
+//! That is in the JSON file next to it. It does not cover the sum ([`super::merge`]).
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ use crate::pipeline::survey::files::Survey;
 use crate::tables::{Meta, MetaValue, PhotometryRow, read_photometry, write_photometry};
 use crate::zeropoint::fit::Zeropoint;
 
-/// What the meta block of a shard says it is.
+/// The schema in the meta block of a shard.
 pub const SHARD_SCHEMA: &str = "satphot.shard/1";
 
 /// Which shard, with what, to which file.
@@ -37,26 +37,26 @@ pub const SHARD_SCHEMA: &str = "satphot.shard/1";
 pub struct Request<'a> {
     /// Number of the shard, from 0.
     pub number: usize,
-    /// zeropoint.toml of the plan, with the facts of the stars beside it; without one magnitudes stay instrumental.
+    /// zeropoint.toml of the plan, with the facts of the stars next to it; without one magnitudes stay instrumental.
     pub zeropoint: Option<&'a Path>,
-    /// Master flat; that beside the zeropoint unless told otherwise.
+    /// Master flat; by default the one next to the zeropoint.
     pub flat: Option<&'a Path>,
     /// Table to write.
     pub out: &'a Path,
 }
 
-/// What became of a shard.
+/// The outcome of a shard.
 #[derive(Debug)]
 pub struct Measured {
     /// Rows written; those of the table that is there already where it is the same.
     pub rows: Vec<PhotometryRow>,
     /// The table was there already: nothing was done.
     pub there_already: bool,
-    /// What should be known.
+    /// Notes for the observer.
     pub notes: Vec<String>,
 }
 
-/// Measures one shard and writes its table, and `<out>.json` beside it.
+/// Measures one shard and writes its table, and `<out>.json` next to it.
 ///
 /// A table of the same plan, configuration, version and calibration is left as it is.
 ///
@@ -66,7 +66,7 @@ pub struct Measured {
 pub fn measure_shard(plan: &Plan, request: &Request, options: &Options, progress: &dyn Progress) -> Result<Measured> {
     let frames = plan.shard(request.number)?;
     let config = plan.config()?;
-    // the stars have told what they tell; their catalogue is not needed
+    // the zeropoint is fitted already: the star catalogue is not needed
     let prepared = Prepared::prepare(&Config { stars: None, ..config.clone() })?;
     let mut notes = Vec::new();
     let facts = request.zeropoint.map(|path| StarFacts::read(path, plan)).transpose()?;
@@ -144,7 +144,7 @@ pub fn measure_shard(plan: &Plan, request: &Request, options: &Options, progress
     Ok(Measured { rows, there_already: false, notes })
 }
 
-/// The file with times and memory beside a shard's table.
+/// The file with times and memory next to the table of a shard.
 #[must_use]
 pub fn sidecar(table: &Path) -> PathBuf {
     table.with_extension("json")
@@ -183,7 +183,7 @@ fn same_table(path: &Path, made_of: &str, frames: &[&PlannedFrame]) -> Option<Ve
     same.then_some(rows)
 }
 
-/// The hash a shard's table had when it was written, as the file beside it tells.
+/// The hash a shard's table had when it was written, as the file next to it states.
 pub(super) fn table_sha256(table: &Path) -> Option<String> {
     let side = std::fs::read_to_string(sidecar(table)).ok()?;
     let side: serde_json::Value = serde_json::from_str(&side).ok()?;

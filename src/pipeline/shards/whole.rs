@@ -1,7 +1,7 @@
-//! What only the whole night tells of a frame: its limit by the size of the object, its verdict among its neighbours.
+//! What only the whole night shows of a frame: its limit by the size of the object, its verdict among its neighbours.
 //!
 //! Frames measured elsewhere, in whatever order and number of shards, come together here; a night on one machine as well.
-//! Magnitudes, arcsec². Leaves out where the frames are from ([`super::merge`]).
+//! Magnitudes, arcsec². It does not cover where the frames are from ([`super::merge`]).
 
 use crate::base::stats::robust;
 use crate::config::Config;
@@ -22,7 +22,7 @@ pub fn judge_whole_night(frames: &mut [TargetFrame], config: &Config, notes: &mu
     }
 }
 
-/// What the whole night says of each of its rows.
+/// The results of the whole night for each of its rows.
 fn judgements(rows: &[&PhotometryRow], config: &Config) -> Vec<Judgement> {
     let mut judgements: Vec<Judgement> = rows.iter().map(|row| Judgement::of(row)).collect();
     limits_for_the_size_of_the_object(rows, &mut judgements);

@@ -1,8 +1,8 @@
 //! The world coordinates of a star frame: its header's where they fit the sky, else those found by matching the catalogue.
 //!
-//! A header is believed when its predictions align with the detections better than chance, within
-//! `stars.pointing_err_arcsec`. Otherwise the field is solved from every rough position there is, in turn, with the scale
-//! of the optics. Leaves out: what a solved frame is measured with.
+//! A header is trusted when its predictions align with the detections better than chance, within
+//! `stars.pointing_err_arcsec`. Otherwise the field is solved from every approximate position in turn, with the scale
+//! of the optics. It does not cover what a solved frame is measured with.
 
 use std::path::Path;
 
@@ -25,15 +25,15 @@ pub struct FieldWcs {
     pub wcs: Wcs,
     /// Whether the header's were absent or wrong.
     pub replaced: bool,
-    /// What should be known: why the header's were replaced, residuals of the match.
+    /// Notes for the observer: why the header's were replaced, residuals of the match.
     pub note: String,
 }
 
 /// Brightest stars and detections that check a header.
 const N_CHECK: usize = 300;
-/// Share of the stars that could match below which a header is doubted although it aligns.
+/// Share of the stars that could match below which a header is questioned although it aligns.
 const DOUBTED_SHARE: f64 = 0.5;
-/// A solution replaces a doubted header when it matches this many times as many stars.
+/// A solution replaces a questioned header when it matches this many times as many stars.
 const CLEARLY_MORE: f64 = 1.3;
 /// A header whose scale or rotation is off by what [`align`] can take up at most fits somewhere in the frame only; a
 /// solution replaces it when it matches this many times as many stars.
@@ -48,7 +48,7 @@ const LIMITS: (f64, f64) = (0.009, 0.1);
 /// still a hint. A solution that confirms the header refines it; only where it does not are they `replaced`, with a note.
 ///
 /// # Errors
-/// [`Error::Header`] if there are no usable world coordinates, with everything that was tried and what would help.
+/// [`Error::Header`] if there are no usable world coordinates, with all attempts and a remedy.
 pub fn field_wcs(
     exposure: &Exposure,
     sources: &[Source],
@@ -111,7 +111,7 @@ fn kept(wcs: &Wcs) -> FieldWcs {
 }
 
 /// The coordinates of a solution. Those of a header it confirms are refined, not replaced: they were right, as far as a
-/// header is ever believed.
+/// header is ever trusted.
 fn found(
     solution: &Solution,
     why: &str,
@@ -132,12 +132,12 @@ fn found(
     FieldWcs { wcs: solution.wcs.clone(), replaced: true, note }
 }
 
-/// Whether a solution says of a header's coordinates that they are right: the frame's centre within
+/// Whether a solution confirms the coordinates of a header: the frame's centre within
 /// `stars.pointing_err_arcsec`, parity the same, scale and rotation within what an alignment takes up.
 pub(crate) fn confirms(solution: &Solution, header: &Wcs, (nx, ny): (usize, usize), stars: &Stars) -> bool {
     let (x, y) = ((nx as f64 - 1.0) / 2.0, (ny as f64 - 1.0) / 2.0);
-    let (told, solved) = (header.pixel_to_sky(x, y), solution.wcs.pixel_to_sky(x, y));
-    let off_arcsec = separation_deg(told.0, told.1, solved.0, solved.1) * 3600.0;
+    let (stated, solved) = (header.pixel_to_sky(x, y), solution.wcs.pixel_to_sky(x, y));
+    let off_arcsec = separation_deg(stated.0, stated.1, solved.0, solved.1) * 3600.0;
     let turn_deg = (header.rotation_deg() - solution.wcs.rotation_deg()).rem_euclid(360.0);
     off_arcsec <= stars.pointing_err_arcsec
         && header.mirrored() == solution.wcs.mirrored()
@@ -155,7 +155,7 @@ pub(crate) fn header_wcs(exposure: &Exposure) -> std::result::Result<Option<Wcs>
     Wcs::from_keys(&|key| h.number(key), &|key| h.text(key))
 }
 
-/// How well a header's coordinates fit.
+/// How well the coordinates of a header fit.
 pub(crate) struct Agreement {
     /// Stars that matched.
     pub matched: usize,
@@ -176,7 +176,7 @@ impl Agreement {
     pub fn doubted(&self) -> bool {
         self.at_limit || (self.matched as f64) < DOUBTED_SHARE * self.possible as f64
     }
-    /// Stars a solution must exceed to be believed instead.
+    /// Number of stars that a solution must exceed to be used instead.
     fn yields_to(&self) -> f64 {
         self.matched as f64 * if self.at_limit { ABOUT_AS_MANY } else { CLEARLY_MORE }
     }
@@ -253,10 +253,10 @@ fn solved(
     })
 }
 
-/// What a search from a rough position needs to know.
+/// The inputs of a search from an approximate position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
-    /// How far the frame may be from the rough position \[deg\].
+    /// How far the frame may be from the approximate position \[deg\].
     pub radius_deg: f64,
     /// Pixel scale \[arcsec/px\].
     pub scale_arcsec: f64,
@@ -272,7 +272,7 @@ pub fn catalogue_stars(catalogue: &Catalogue) -> Vec<SkyStar> {
     catalogue.stars.iter().map(|s| SkyStar { ra_deg: s.ra_deg, dec_deg: s.dec_deg, v_mag: s.v_mag }).collect()
 }
 
-/// Solves from one rough position after the other; those close to one that failed are not tried again.
+/// Solves from one approximate position after the other; those close to one that failed are not tried again.
 ///
 /// # Errors
 /// What was tried and why it failed.
@@ -316,14 +316,14 @@ pub(crate) fn solve_from_with(
             Err(refusal) => tried.push((position, refusal.to_string())),
         }
     }
-    let told: Vec<String> = tried
+    let attempts: Vec<String> = tried
         .iter()
         .map(|(p, why)| format!("from {} ({:.4} {:+.4} deg): {why}", p.source, p.ra_deg, p.dec_deg))
         .collect();
-    Err(told.join("; "))
+    Err(attempts.join("; "))
 }
 
-/// What may be a star: hot pixels and trails are left out, saturated and elongated stars are not.
+/// Detections that may be stars: without hot pixels and trails, but with saturated and elongated stars.
 #[must_use]
 pub fn starlike(sources: &[Source]) -> Vec<Detection> {
     let mut widths: Vec<f64> = sources.iter().take(N_CHECK).map(|s| s.a_px).collect();

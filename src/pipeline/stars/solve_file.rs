@@ -1,6 +1,7 @@
 //! A frame from disk to its place on the sky, outside of a night's reduction: no gain table, no flat, no time needed.
 //!
-//! Raw counts serve as electrons: only the order of the brightnesses matters. Leaves out what a night knows better.
+//! Raw counts serve as electrons: only the order of the brightnesses matters. It does not cover what a night knows
+//! better.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -29,7 +30,7 @@ pub struct FrameSolver {
     pub position_deg: Option<(f64, f64)>,
     /// Pixel scale \[arcsec/px\]; from the optics if absent.
     pub scale_arcsec: Option<f64>,
-    /// How far a frame may be from the rough position \[deg\].
+    /// How far a frame may be from the approximate position \[deg\].
     pub radius_deg: f64,
     /// How far the scale may be off, as a share.
     pub scale_search_frac: f64,
@@ -51,7 +52,7 @@ pub struct SolvedFrame {
     pub size_px: (usize, usize),
     /// Its place on the sky.
     pub solution: Solution,
-    /// The rough position it was found from.
+    /// The approximate position it was found from.
     pub source: String,
     /// Detections.
     pub n_detected: usize,
@@ -106,7 +107,7 @@ impl FrameSolver {
     /// Solves one frame.
     ///
     /// # Errors
-    /// [`Error::Io`], [`Error::Fits`] for a file that is no image; [`Error::Header`] with everything that was tried.
+    /// [`Error::Io`], [`Error::Fits`] for a file that is not an image; [`Error::Header`] with everything that was tried.
     pub fn solve(&self, path: &Path) -> Result<SolvedFrame> {
         guarded(path, || self.solved(path))
     }
@@ -160,13 +161,13 @@ impl FrameSolver {
             _ => Err(Error::Header {
                 path: exposure.path.clone(),
                 keyword: "XPIXSZ/FOCALLEN".into(),
-                problem: "do not tell the pixel scale: give argument `scale` in arcsec/px".into(),
+                problem: "do not state the pixel scale: give argument `scale` in arcsec/px".into(),
             }),
         }
     }
 }
 
-/// What is detected on a frame of raw counts, brightest first.
+/// The detections on a frame of raw counts, brightest first.
 pub(crate) fn detections(exposure: &Exposure, p: &config::Photometry) -> Result<Vec<Source>> {
     let gain = Gain {
         setting: None,
@@ -182,7 +183,7 @@ pub(crate) fn detections(exposure: &Exposure, p: &config::Photometry) -> Result<
     Ok(detect(&frame, &sky, p.detect_sigma, p.fwhm_px))
 }
 
-/// A light frame as far as matching needs it; a header without a time is no hindrance.
+/// A light frame as far as matching needs it; a header without a time will do.
 fn exposure(path: &Path, time: &config::Time, aliases: &Aliases) -> Result<Exposure> {
     let header = Header::read(path)?;
     let exptime_s = exposure_time(&header, aliases).0.map_or(0.0, |t| t.value).max(0.0);

@@ -1,6 +1,7 @@
 //! The star pointings of a night: every frame measured, the profile of the stars, the rows of the zeropoint.
 //!
-//! Electrons and full-frame pixels in the members, magnitudes nowhere yet. Leaves out: the fit ([`crate::zeropoint::stars`]).
+//! Electrons and full-frame pixels in the members, magnitudes nowhere yet. It does not cover the fit
+//! ([`crate::zeropoint::stars`]).
 
 use std::borrow::Cow;
 
@@ -29,14 +30,14 @@ use crate::tables::{PhotometryRow, StarRow};
 /// Kind of the products of star frames.
 pub const STARS: &str = "stars";
 
-/// What the star pointings gave.
+/// The results of the star pointings.
 #[derive(Debug, Default)]
 pub struct StarStage {
     /// One row per star and pointing (or member).
     pub rows: Vec<StarRow>,
     /// Star frames that failed.
     pub failed: Vec<PhotometryRow>,
-    /// What the stars say of every frame.
+    /// The results of the stars that apply to every frame.
     pub seeing: Seeing,
     /// Star frames measured.
     pub n_members: usize,
@@ -56,7 +57,10 @@ pub fn star_stage(
 ) -> Result<StarStage> {
     let (Some(stars), Some(catalogue)) = (&night.config.stars, &night.catalogue) else {
         if survey.n_star_frames() > 0 {
-            notes.push(format!("{} star frames left out: no [stars] in the configuration", survey.n_star_frames()));
+            notes.push(format!(
+                "{} star frames are not measured: there is no [stars] in the configuration",
+                survey.n_star_frames()
+            ));
         }
         return Ok(StarStage::default());
     };
@@ -69,7 +73,7 @@ pub fn star_stage(
     let measure = |exposure: &Exposure| {
         let make = || measure_member(exposure, night, catalogue);
         let member = products.of_frame(STARS, exposure, &depends, make, |_| true).1?;
-        // the header tells the time, also of a member that was kept
+        // the time comes from the header, also for a member that was kept
         Ok(Member { mid: exposure.time.as_ref().map_or(member.mid, |t| t.mid), ..member })
     };
     let lost = |exposure: &Exposure| -> Result<Member> { Err(internal(exposure)) };

@@ -1,7 +1,7 @@
-//! The sky at the rim of the field over that at its centre, read from those boxes of the mesh alone.
+//! The sky at the edge of the field over that at its centre, read from those boxes of the mesh alone.
 //!
-//! Electrons, positions in pixels from the centre of the field. The rest of a target frame need not be read: rim and
-//! centre are a third of the clip circle. Leaves out what a departure means ([`crate::pipeline::vet`]).
+//! Electrons, positions in pixels from the centre of the field. The rest of a target frame need not be read: edge and
+//! centre are a third of the clip circle. It does not cover what a departure means ([`crate::pipeline::vet`]).
 
 use std::ops::Range;
 
@@ -32,11 +32,11 @@ enum Known {
     Level(f64),
 }
 
-/// Level of the sky at the rim over that at the centre: 1 for an even field, less where the beam is cut.
+/// Level of the sky at the edge over that at the centre: 1 for an even field, less where the beam is cut.
 ///
-/// Rim: the boxes beyond 0.85 of the largest distance from the centre, the median of each quadrant, then the mean of
+/// Edge: the boxes beyond 0.85 of the largest distance from the centre, the median of each quadrant, then the mean of
 /// the four, in which a gradient cancels. Centre: the median of the boxes within 0.3. The boxes and their levels are
-/// those of [`background`] over the whole clip circle. `None` where a quadrant has no box at the rim or the centre has
+/// those of [`background`] over the whole clip circle. `None` if a quadrant has no box at the edge or the centre has
 /// no level above zero.
 ///
 /// # Errors
@@ -48,7 +48,8 @@ pub fn corner_ratio(reader: &FrameReader, mesh_px: usize, clip_sigma: f64, buffe
     let mesh = Mesh { reader, buffers, mesh_px, clip_sigma, size_px, enough };
     let (nx, ny) = mesh.boxes();
     let mut known: Vec<Known> = (0..nx * ny).map(|b| mesh.before_reading(b)).collect();
-    // which boxes are rim depends on the farthest one that has enough good pixels: known once no farther one is unread
+    // which boxes are at the edge depends on the farthest one that has enough good pixels: known once no farther one is
+    // unread
     loop {
         let possible = (0..nx * ny).filter(|b| known[*b] != Known::TooFewPixels);
         let farthest = possible.map(|b| mesh.distance(b)).fold(0.0, f64::max);
@@ -95,7 +96,7 @@ impl Mesh<'_> {
         from + k * self.mesh_px..from + (end * self.mesh_px).min(n)
     }
 
-    /// What the clip circle alone says of a box.
+    /// What follows for a box from the clip circle alone.
     fn before_reading(&self, b: usize) -> Known {
         let (columns, rows) = self.reader.box_px();
         let (nx, _) = self.boxes();

@@ -16,8 +16,8 @@ pub(crate) fn zeropoint_stage(
     notes: &mut Vec<String>,
 ) -> Result<Option<Zeropoint>> {
     if let Some(path) = &night.config.zeropoint.previous {
-        let (zeropoint, told) = read_previous(path, &night.config, night.flat.is_some())?;
-        notes.extend(told);
+        let (zeropoint, warnings) = read_previous(path, &night.config, night.flat.is_some())?;
+        notes.extend(warnings);
         return Ok(Some(of_band(zeropoint, night)));
     }
     if night.config.stars.is_none() {
@@ -49,7 +49,7 @@ pub(crate) fn zeropoint_stage(
     }
 }
 
-/// The zeropoint with the band that was agreed on.
+/// The zeropoint with the chosen band.
 pub(crate) fn of_band(mut zeropoint: Zeropoint, night: &Prepared) -> Zeropoint {
     if let Some(calibrated) = &night.band {
         (zeropoint.band, zeropoint.light) = (Some(calibrated.band), Some(calibrated.light.clone()));

@@ -20,14 +20,14 @@ pub(crate) fn damage(path: &Path, header: &Header) -> Vec<String> {
 
 /// One note per damaged file among `exposures`, in their order.
 pub(crate) fn damage_notes(exposures: &[&Exposure]) -> Vec<String> {
-    let told: Vec<String> = exposures
+    let damaged: Vec<String> = exposures
         .par_iter()
         .filter_map(|e| {
             let all = damage(&e.path, &e.header);
             (!all.is_empty()).then(|| format!("{}: {}", e.name, all.join("; ")))
         })
         .collect();
-    let more = told.len().saturating_sub(NAMED);
+    let more = damaged.len().saturating_sub(NAMED);
     let rest = (more > 0).then(|| format!("{more} more files with such damage; `inspect` lists each"));
-    told.into_iter().take(NAMED).chain(rest).collect()
+    damaged.into_iter().take(NAMED).chain(rest).collect()
 }

@@ -8,7 +8,7 @@ use crate::base::time::seconds_between;
 use crate::config::Config;
 use crate::frames::{Exposure, Role};
 
-/// A file that could not be understood: it becomes a row with its reason.
+/// A file that could not be read: it becomes a row with its reason.
 #[derive(Debug)]
 pub struct Unreadable {
     /// The file.
@@ -39,11 +39,11 @@ pub struct Survey {
     pub targets: Vec<Exposure>,
     /// Bias, dark and ignored frames, and those of other satellites and filters.
     pub others: Vec<Exposure>,
-    /// Files that could not be understood.
+    /// Files that could not be read.
     pub unreadable: Vec<Unreadable>,
     /// Frames that do not belong to the others.
     pub set_aside: Vec<SetAside>,
-    /// Those of them that another site was told for.
+    /// Those of them whose headers state another site.
     pub other_site: Vec<PathBuf>,
     /// The filter that is reduced, once it is chosen ([`crate::pipeline::survey::filters`]).
     pub light: Option<Light>,

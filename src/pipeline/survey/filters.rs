@@ -24,7 +24,7 @@ use crate::zeropoint::fit::Zeropoint;
 /// Frames of one filter by role: flats, star frames, target frames.
 type Counts = BTreeMap<Light, [usize; 3]>;
 
-/// What the other filters of a night tell of R, G and B: `L` beside them means a set for colour imaging, V or I
+/// What the other filters of a night say about R, G and B: `L` with them means a set for colour imaging, V or I
 /// Johnson-Cousins.
 #[derive(Debug, Clone, Copy, Default)]
 struct Beside {
@@ -54,7 +54,7 @@ impl Beside {
         beside
     }
 
-    /// The filter of a text, its letter resolved where the others tell.
+    /// The filter of a text, with its letter resolved by the other filters.
     fn light(self, text: &str) -> Light {
         let band = |band: Band| Light { filter: band.name().to_owned(), meaning: Meaning::Band(band) };
         match filter_meaning(text) {
@@ -76,8 +76,8 @@ fn text_of(exposure: &Exposure) -> &str {
     exposure.filter.as_deref().unwrap_or("")
 }
 
-/// Leaves the frames of one filter in the survey and sets those of others aside; what is set aside is told by
-/// [`aside_notes`].
+/// Leaves the frames of one filter in the survey and sets those of others aside; [`aside_notes`] reports what was set
+/// aside.
 ///
 /// # Errors
 /// [`Error::Config`] naming `input.filter`, with every filter and its counts by role and the line to write, where star and
@@ -230,12 +230,12 @@ pub fn agree_on_band(survey: &Survey, prepared: &mut Prepared, fits: bool) -> Re
     }
     let reference = match (&prepared.config.zeropoint.previous, &prepared.catalogue) {
         (Some(path), _) => {
-            // one that cannot be read is told by whoever reads it for its numbers
+            // a file that cannot be read is reported where its numbers are read
             let previous = Zeropoint::read(path)?;
             notes.extend(check_previous(&previous, path, &light)?);
             let file =
                 path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned());
-            Some((previous.band.or(Some(Band::V)), format!("the zeropoint {file}")))
+            Some((Some(Band::or_v(previous.band)), format!("the zeropoint {file}")))
         }
         (None, Some(catalogue)) if fits && survey.n_star_frames() > 0 => {
             Some((catalogue.band, catalogue.band_from.clone()))
@@ -255,15 +255,15 @@ pub fn agree_on_band(survey: &Survey, prepared: &mut Prepared, fits: bool) -> Re
 /// # Errors
 /// [`Error::Config`] where its header names another filter.
 pub(crate) fn check_master(path: &Path, light: &Light, config: &Config) -> Result<Option<String>> {
-    // what is wrong with the file is told when its pixels are read
+    // damage to the file is reported when its pixels are read
     let Ok(header) = Header::read(path) else { return Ok(None) };
-    let Some(told) = filter(&header, &config.header.aliases) else {
+    let Some(stated) = filter(&header, &config.header.aliases) else {
         let known = light.meaning != Meaning::Unfiltered;
         let note =
             || format!("the master flat {} does not say its filter; the frames are {}", path.display(), light.filter);
         return Ok(known.then(note));
     };
-    let own = Beside { named: band_of(light), ..Beside::default() }.light(&told.value);
+    let own = Beside { named: band_of(light), ..Beside::default() }.light(&stated.value);
     if own == *light {
         return Ok(None);
     }
@@ -273,8 +273,8 @@ pub(crate) fn check_master(path: &Path, light: &Light, config: &Config) -> Resul
             "{} is a flat of {} ({} = '{}'), the frames are {}; name the master of their own filter",
             path.display(),
             own.filter,
-            told.source,
-            told.value,
+            stated.source,
+            stated.value,
             light.filter
         ),
     })

@@ -4,12 +4,12 @@ use crate::base::error::Error;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// What the checks found.
+/// The findings of the checks.
 #[derive(Debug, Default)]
 pub struct Findings {
     /// Why the night is refused.
     pub errors: Vec<Error>,
-    /// What should be known.
+    /// Notes for the observer.
     pub notes: Vec<String>,
     /// Lines that would mend errors, or let frames be measured that now fail.
     pub missing: Vec<MissingKey>,

@@ -1,7 +1,7 @@
 //! What headers say that a single frame cannot judge: another site, flats upside down, the Sun above a night's frames.
 //!
 //! Degrees. A frame of another site or a flat of the other row order is taken out of the night with its reason; the rest is
-//! told in notes. Leaves out the cadence ([`crate::pipeline::vet`]).
+//! reported in notes. It does not cover the cadence ([`crate::pipeline::vet`]).
 
 use std::collections::BTreeMap;
 
@@ -31,9 +31,9 @@ pub(crate) fn check_headers(survey: &mut Survey, stars: &mut Vec<Exposure>, conf
         std::mem::take(&mut survey.flats).into_iter().partition(|e| row_order(&e.header).is_none_or(|o| o == order));
     survey.flats = good;
     survey.unreadable.extend(bad.into_iter().filter_map(|e| {
-        let told = row_order(&e.header).unwrap_or_default();
+        let own = row_order(&e.header).unwrap_or_default();
         let problem = format!(
-            "'{told}', but the light frames are '{order}': this flat is upside down against them; write all frames with one \
+            "'{own}', but the light frames are '{order}': this flat is upside down against them; write all frames with one \
              program and one setting"
         );
         refused(e, Some(("ROWORDER".into(), problem)))
@@ -46,16 +46,16 @@ fn refused(exposure: Exposure, problem: Option<(String, String)>) -> Option<Unre
     Some(Unreadable { path: exposure.path, error })
 }
 
-/// Keyword and problem of a frame whose header tells another site.
+/// Keyword and problem of a frame whose header states another site.
 pub(crate) fn site_problem(exposure: &Exposure, config: &Config) -> Option<(String, String)> {
-    let told = header_site(&exposure.header, &config.header.aliases).0?;
-    let SiteCheck::Differs(off_deg) = check_site(&told, &config.site) else { return None };
+    let stated = header_site(&exposure.header, &config.header.aliases).0?;
+    let SiteCheck::Differs(off_deg) = check_site(&stated, &config.site) else { return None };
     let problem = format!(
         "another site, {:.4} {:.4} deg, {off_deg:.2} deg from the configured {} {} deg: correct [site], name the right \
          keywords in header.aliases.site_lat and site_lon, or set header.check_site = false to use the configured one",
-        told.lat_deg, told.lon_deg, config.site.lat_deg, config.site.lon_deg
+        stated.lat_deg, stated.lon_deg, config.site.lat_deg, config.site.lon_deg
     );
-    Some((told.source, problem))
+    Some((stated.source, problem))
 }
 
 /// A night of which every light frame was taken at another site has the wrong configuration.
@@ -127,18 +127,18 @@ fn site_note(lights: &[&Exposure], config: &Config) -> Option<String> {
     let differs = |e: &&&Exposure| {
         header_site(&e.header, &config.header.aliases)
             .0
-            .is_some_and(|told| check_site(&told, &config.site) != SiteCheck::Agrees)
+            .is_some_and(|header| check_site(&header, &config.site) != SiteCheck::Agrees)
     };
     let n = lights.iter().filter(differs).count();
     let first = lights.iter().find(differs)?;
-    let told = header_site(&first.header, &config.header.aliases).0?;
-    let west = check_site(&told, &config.site) == SiteCheck::WestPositive;
+    let stated = header_site(&first.header, &config.header.aliases).0?;
+    let west = check_site(&stated, &config.site) == SiteCheck::WestPositive;
     Some(format!(
         "{n} frames say {}, {}: {} {} deg, configured {} {} deg; the configured one is used: check [site]",
         if west { "a longitude counted west" } else { "another site" },
         first.name,
-        told.lat_deg,
-        told.lon_deg,
+        stated.lat_deg,
+        stated.lon_deg,
         config.site.lat_deg,
         config.site.lon_deg
     ))

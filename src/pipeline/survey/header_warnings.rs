@@ -1,7 +1,7 @@
 //! What is odd about one frame's header and no reason to refuse it: the same words in `satphot inspect` and in a run.
 //!
-//! Arcsec/px, e⁻/ADU. Leaves out what reading the frame already found ([`Exposure::warnings`]: exposure, time, gain,
-//! binning) and what only the whole night shows ([`super::header_checks`], `instrument`).
+//! Arcsec/px, e⁻/ADU. It does not cover what reading the frame already found ([`Exposure::warnings`]: exposure, time,
+//! gain, binning) and what only the whole night shows ([`super::header_checks`], `instrument`).
 
 use crate::config::Config;
 use crate::fits::Header;
@@ -12,7 +12,7 @@ use crate::pipeline::survey::scale::nominal_warning;
 /// Share by which the header's electrons per ADU may differ from the table's.
 const EGAIN_FRAC: f64 = 0.1;
 
-/// What is odd about a header, in words. With `configured` false there is no instrument to compare with.
+/// Warnings about a header, in words. If `configured` is false, there is no instrument to compare with.
 #[must_use]
 pub fn header_warnings(exposure: &Exposure, config: &Config, configured: bool) -> Vec<String> {
     let header = &exposure.header;
@@ -89,7 +89,7 @@ pub fn cadence_conflicts(stamps: &[Stamp]) -> Vec<(usize, String)> {
     for pair in order.windows(2) {
         let (a, b) = (&stamps[pair[0]], &stamps[pair[1]]);
         let spacing_s = b.start_s - a.start_s;
-        // a copy of the frame before is no exposure of its own
+        // a copy of the frame before is not an exposure of its own
         let copy = spacing_s.abs() < 1e-3;
         if copy || a.camera != b.camera || spacing_s >= a.exptime_s - a.err_s.hypot(b.err_s) {
             continue;
@@ -98,7 +98,7 @@ pub fn cadence_conflicts(stamps: &[Stamp]) -> Vec<(usize, String)> {
         let milli = if spacing_s > 0.0 && spacing_s >= exptime_s * 1e-3 && exptime_s > 50.0 * spacing_s {
             "; is it in milliseconds?"
         } else {
-            "; the first frames after a change may carry the new exposure time on old data"
+            "; the first frames after a change may state the new exposure time with old data"
         };
         let words = format!("{exptime_s} s of exposure do not fit: {} began {spacing_s:.2} s later{milli}", b.name);
         conflicts.push((pair[0], words));

@@ -1,8 +1,8 @@
 //! One camera, one optics, one read-out: whether the frames of a night belong to the configured instrument, and together.
 //!
-//! By headers alone. Frames of another camera, and the few whose binning, size, focal length or read-out mode differs from
-//! the rest of their kind, are set aside with a reason; where most frames differ the configuration is wrong. Leaves out the
-//! scale the stars solve to ([`super::scale`]) and the filters.
+//! By headers alone. Frames of another camera, and the few whose binning, size, focal length or read-out mode differs
+//! from the rest of their kind, are set aside with a reason; where most frames differ the configuration is wrong. It
+//! does not cover the scale the stars solve to ([`super::scale`]) and the filters.
 
 use super::header_warnings::other_camera;
 use std::collections::BTreeMap;
@@ -115,11 +115,12 @@ fn mostly_other(frames: &[Exposure], config: &Config) -> Option<Vec<(String, Str
 
 /// The error of a night with kinds of frames most of which are of another camera.
 fn refused_camera(kinds: &[(&str, Vec<Exposure>); 3], config: &Config) -> Option<Error> {
-    let told: Vec<(&str, usize, Vec<(String, String)>)> =
+    let refused: Vec<(&str, usize, Vec<(String, String)>)> =
         kinds.iter().filter_map(|(kind, frames)| Some((*kind, frames.len(), mostly_other(frames, config)?))).collect();
-    let (keyword, name) = told.first()?.2.first()?.clone();
-    let counts: Vec<String> = told.iter().map(|(kind, n, others)| format!("{} of {n} {kind}", others.len())).collect();
-    let names = counted(told.iter().flat_map(|(.., others)| others).map(|(_, name)| format!("\"{name}\"")));
+    let (keyword, name) = refused.first()?.2.first()?.clone();
+    let counts: Vec<String> =
+        refused.iter().map(|(kind, n, others)| format!("{} of {n} {kind}", others.len())).collect();
+    let names = counted(refused.iter().flat_map(|(.., others)| others).map(|(_, name)| format!("\"{name}\"")));
     Some(Error::Config {
         key: "detector.camera".into(),
         problem: format!(
@@ -144,9 +145,9 @@ fn by_majority(
         return (frames, Vec::new());
     }
     let Some((most, n)) = groups.iter().find(|(_, n)| 2 * n > known) else {
-        let told = groups.iter().map(|(value, n)| format!("{value} ({n} frames)")).collect::<Vec<_>>().join(", ");
+        let counts = groups.iter().map(|(value, n)| format!("{value} ({n} frames)")).collect::<Vec<_>>().join(", ");
         let problem = format!(
-            "{kind} differ in {}, and no value is that of most: {told}; name the frames to leave out in frames.ignore, or \
+            "{kind} differ in {}, and no value is that of most frames: {counts}; name the frames to exclude in frames.ignore, or \
              reduce each setting as a night of its own",
             property.name
         );
@@ -205,13 +206,13 @@ fn close(a: Option<f64>, b: Option<f64>) -> bool {
 
 /// Kinds of frames that differ from one another as a whole.
 fn across(kinds: &[(&str, Vec<Exposure>); 3], property: &Property) -> Option<String> {
-    let told: Vec<(&str, String)> = kinds
+    let of_kinds: Vec<(&str, String)> = kinds
         .iter()
         .filter_map(|(kind, frames)| Some((*kind, values(frames, property).into_iter().next()?.0)))
         .collect();
-    let differs = told.iter().any(|(_, value)| *value != told[0].1);
+    let differs = of_kinds.iter().any(|(_, value)| *value != of_kinds[0].1);
     differs.then(|| {
-        let words: Vec<String> = told.iter().map(|(kind, value)| format!("{kind} {value}")).collect();
+        let words: Vec<String> = of_kinds.iter().map(|(kind, value)| format!("{kind} {value}")).collect();
         format!(
             "the {} differs between kinds of frames: {}; a zeropoint or flat of one may not hold for the other",
             property.name,

@@ -1,8 +1,9 @@
 //! The preflight: everything that can be checked before a pixel is read, in one list for `satphot run`, its dry run and the
 //! single stages.
 //!
-//! A check adds errors (the night is refused, all of them told at once), notes, and lines to paste into pipeline.toml. A
-//! new check is a function and a line in `CHECKS`. Leaves out what only pixels tell ([`super::scale::check_stars`]).
+//! A check adds errors (the night is refused, and all of them are reported at once), notes, and lines to paste into
+//! pipeline.toml. A new check is a function and a line in `CHECKS`. It does not cover what only pixels show
+//! ([`super::scale::check_stars`]).
 
 use super::findings::Findings;
 use super::findings::MissingKey;
@@ -29,7 +30,7 @@ pub struct Preflight {
     pub prepared: Prepared,
     /// The files by role.
     pub survey: Survey,
-    /// What was found.
+    /// The result.
     pub findings: Findings,
     /// Whether a zeropoint is fitted to the stars of this night.
     fits: bool,
@@ -112,13 +113,13 @@ impl Preflight {
     }
 }
 
-/// What no night can do without: a frame.
+/// Refuses a night without frames.
 fn files(p: &mut Preflight) -> Result<()> {
     let Preflight { survey, prepared, .. } = p;
     if survey.n_star_frames() + survey.targets.len() + survey.flats.len() > 0 {
         return Ok(());
     }
-    // a night of another site is told by its own error
+    // a night of another site has an error of its own
     if refuse_other_site(survey).is_err() {
         return Ok(());
     }
@@ -147,7 +148,7 @@ fn gains(p: &mut Preflight) {
             findings.notes.push(format!("{n} of {all} {kind}s will fail; the first: {error}"));
         }
     }
-    // an unknown camera was told already, with the same keys
+    // an unknown camera has been reported, with the same keys
     let unknown = findings.errors.iter().any(|e| matches!(e, Error::Config { key, .. } if key == "detector.camera"));
     findings.errors.extend(first.filter(|_| !unknown));
     findings.missing.extend(missing_settings(prepared, &lights));
@@ -218,7 +219,7 @@ fn master_flat(p: &mut Preflight) -> Result<()> {
     Err(Error::NoInput { path: path.clone(), problem })
 }
 
-/// A zeropoint of another night that is not there, or cannot be understood.
+/// Refuses a zeropoint of another night that is missing or cannot be read.
 fn previous_zeropoint(p: &mut Preflight) -> Result<()> {
     let Some(path) = &p.prepared.config.zeropoint.previous else { return Ok(()) };
     if path.is_file() {
@@ -239,7 +240,7 @@ fn band(p: &mut Preflight) -> Result<()> {
     Ok(())
 }
 
-/// The scale, as far as headers tell it.
+/// The scale, as far as headers state it.
 fn headers_of_scale(p: &mut Preflight) -> Result<()> {
     p.findings.scale_in_doubt = scale::check_headers(&p.survey, &p.prepared)?;
     Ok(())

@@ -1,7 +1,8 @@
 //! Which satellite the frames are of, and whether the model is one of it.
 //!
 //! Frames of another satellite are set aside; the model that a satellite is compared with is said, and a name or a
-//! catalogue number that contradicts it is warned of. Leaves out what lies in the field: only names and numbers are known.
+//! catalogue number that contradicts it is warned of. It does not cover what is in the field: only names and numbers are
+//! known.
 
 use crate::brightness::{Catalogue, Entry};
 use crate::config::Config;

@@ -1,7 +1,7 @@
 //! The pixel scale: what the configuration says against what the headers say and what the stars solve to.
 //!
 //! Arcsec/px, mm. FOCALLEN and XPIXSZ are nominal values and cost a warning; world coordinates of star frames are better
-//! evidence; the stars decide. Leaves out the place on the sky ([`crate::pipeline::stars::solve`]).
+//! evidence; the stars decide. It does not cover the place on the sky ([`crate::pipeline::stars::solve`]).
 
 use crate::astrometry::catalogue::Catalogue;
 use crate::astrometry::initial_pointing::rough_positions;
@@ -21,14 +21,14 @@ use crate::pipeline::survey::files::Survey;
 
 /// Largest share by which the scale of the stars may differ from the configured one.
 pub const MOST_FRAC: f64 = 0.02;
-/// Share beyond which nominal values of the headers are no rounding: refused where no field tells better.
+/// Share beyond which nominal values of the headers are not due to rounding: refused where no field gives a better scale.
 const NOMINAL_FRAC: f64 = 0.2;
 /// Star frames that are asked, and that confirm a scale which is not the configured one.
 const ASKED: usize = 3;
-/// Frames that are searched at every scale there may be, where the headers say nothing of the scale or contradict the
+/// Frames that are searched at every scale there may be, where the headers do not state the scale or contradict the
 /// configuration; one where they agree with it, so that a night without stars costs little.
 const SEARCHED: usize = 2;
-/// How far from the rough position that search looks at most \[deg\].
+/// Largest distance from the approximate position in that search \[deg\].
 const SEARCHED_RADIUS_DEG: f64 = 0.3;
 /// Its effort at each scale: the brightest stars are there at the right one.
 const SEARCHED_EFFORT: Effort = Effort { max_detections: 16, max_levels: 2 };
@@ -64,7 +64,7 @@ pub(crate) fn configured_arcsec(exposure: &Exposure, config: &Config) -> f64 {
     pixel_scale_arcsec(config.detector.pixel_um, exposure.binning, config.telescope.focal_length_mm)
 }
 
-/// What FOCALLEN and XPIXSZ of a header, else PIXSCALE, say of the scale; `None` where they say nothing.
+/// What FOCALLEN and XPIXSZ of a header, else PIXSCALE, say about the scale; `None` if they are absent.
 ///
 /// XPIXSZ holds the binning in most programs and not in all: the reading that is closer to the configured pixel counts.
 #[must_use]
@@ -111,8 +111,8 @@ pub fn nominal_warning(exposure: &Exposure, config: &Config) -> Option<String> {
 #[must_use]
 pub fn of_headers(survey: &Survey, config: &Config) -> Option<Evidence> {
     let frames = survey.pointings.iter().flatten();
-    let told = frames.filter_map(|e| Some((e, header_wcs(e).ok().flatten()?.scale_arcsec())));
-    let all: Vec<(&Exposure, f64)> = told.collect();
+    let of_header = |e| Some((e, header_wcs(e).ok().flatten()?.scale_arcsec()));
+    let all: Vec<(&Exposure, f64)> = frames.filter_map(of_header).collect();
     let mut ratios: Vec<f64> = all.iter().map(|(e, scale)| scale / configured_arcsec(e, config)).collect();
     let ratio = median(&mut ratios)?;
     let scale_arcsec = ratio * configured_arcsec(all.first()?.0, config);
@@ -134,7 +134,7 @@ pub fn nominal_of(survey: &Survey, config: &Config) -> Option<Evidence> {
 }
 
 /// What the headers alone leave of the scale: nothing to ask, a contradiction that the stars must decide, or an error where
-/// there are no stars to ask.
+/// there are no stars to compare with.
 pub(crate) fn check_headers(survey: &Survey, prepared: &Prepared) -> Result<bool> {
     let config = &prepared.config;
     if !config.telescope.check_scale {
@@ -177,7 +177,7 @@ pub fn check_stars(survey: &Survey, prepared: &Prepared, products: &FrameCache, 
             )]),
         };
     };
-    // told once, by the star frames themselves, where it is used all the same
+    // where another scale is used all the same, the star frames report it once
     judged(&found, config).map(|_| Vec::new())
 }
 
@@ -300,7 +300,7 @@ enum Reach {
     Wide,
 }
 
-/// A star frame that is asked for its scale, with what is detected on it once that is known.
+/// A star frame whose scale is measured, with its detections once they are known.
 struct Asked<'a> {
     exposure: &'a Exposure,
     sources: Option<Vec<Source>>,
@@ -339,10 +339,10 @@ impl Asked<'_> {
         match reach {
             Reach::Near => {
                 let configured = configured_arcsec(exposure, config);
-                let told = [wcs.map(|w| w.scale_arcsec()), nominal(exposure, config).map(|n| n.scale_arcsec)];
-                let told = told.into_iter().flatten().filter(|s| !((s / configured - 1.0).abs() <= MOST_FRAC));
+                let stated = [wcs.map(|w| w.scale_arcsec()), nominal(exposure, config).map(|n| n.scale_arcsec)];
+                let stated = stated.into_iter().flatten().filter(|s| !((s / configured - 1.0).abs() <= MOST_FRAC));
                 std::iter::once(configured)
-                    .chain(told)
+                    .chain(stated)
                     .find_map(|scale| solve(scale, stars.scale_search_frac, radius_deg, Effort::default()))
             }
             Reach::Wide => ladder(exposure)

@@ -39,7 +39,7 @@ pub fn internal(exposure: &Exposure) -> Error {
     Error::Fits { path: exposure.path.clone(), problem: "internal error while reading this frame".into() }
 }
 
-/// FWHM of the stars of this frame \[px\], if the configuration or the star pointings tell.
+/// FWHM of the stars of this frame \[px\], if the configuration or the star pointings determine it.
 fn known_fwhm_px(exposure: &Exposure, night: &Prepared, fwhm_arcsec: Option<f64>) -> Option<f64> {
     night.config.photometry.fwhm_px.or(fwhm_arcsec.map(|f| f / night.scale_arcsec(exposure)))
 }
@@ -68,7 +68,7 @@ pub fn target_settings(exposure: &Exposure, night: &Prepared, fwhm_arcsec: Optio
     }
 }
 
-/// Direction of the star trails, where the star frames tell how the camera is turned.
+/// Direction of the star trails, if the star frames show how the camera is turned.
 fn trail_direction(geometry: Option<&Geometry>, exposure: &Exposure, night: &Calibrated) -> Option<KnownDirection> {
     night.seeing.camera_turn?.trails(geometry?, &night.site, exposure.time.as_ref()?.err_s)
 }

@@ -1,7 +1,7 @@
 //! The target in one frame: measured in electrons and pixels ([`Measurement`]), then in magnitudes ([`CalibratedMeasurement`]).
 //!
-//! Instrumental magnitudes are −2.5 log₁₀ of electrons per second. Leaves out where the satellite stood ([`super::place`]) and
-//! the row of it all ([`super::row`]).
+//! Instrumental magnitudes are −2.5 log₁₀ of electrons per second. It does not cover the place of the satellite
+//! ([`super::place`]) and the row of it all ([`super::row`]).
 
 use crate::base::constants::MAG_PER_LN;
 use crate::frames::Gain;
@@ -12,14 +12,14 @@ use crate::photometry::target::measure::{LIMIT_MARGIN_SIGMA, Light, TargetFound}
 use crate::pipeline::prepared::Calibrated;
 use crate::zeropoint::previous::{OtherNight, other_night};
 
-/// What was measured in one frame.
+/// The measurement of one frame.
 #[derive(Debug, Clone)]
 pub struct Measurement {
-    /// What the detector does at the gain of the frame.
+    /// The detector at the gain of the frame.
     pub gain: Gain,
-    /// FWHM of the stars \[px\], where anything tells it.
+    /// FWHM of the stars \[px\], if anything determines it.
     pub fwhm_px: Option<f64>,
-    /// Level of the sky at the rim over that at the centre.
+    /// Level of the sky at the edge of the field over that at its centre.
     pub sky_corner_ratio: Option<f64>,
     /// Whether the frame was divided by a master flat.
     pub flattened: bool,
@@ -29,13 +29,13 @@ pub struct Measurement {
     pub x_px: f64,
     /// Centre of the aperture \[px\].
     pub y_px: f64,
-    /// What the aperture holds.
+    /// The flux in the aperture.
     pub flux: Flux,
-    /// Of a frame without a detection: what a point source's aperture at the expected place holds.
+    /// For a frame without a detection: the flux in the aperture of a point source at the expected place.
     pub forced: Option<Flux>,
-    /// What the target looks like; `None` where nothing was found.
+    /// The shape of the target; `None` if nothing was found.
     pub look: Option<Look>,
-    /// What carries the target to its whole light; `None` without a profile of the stars, or where it gives none.
+    /// The correction of the target to its whole light; `None` without a profile of the stars, or if that gives none.
     pub correction: Option<ApertureCorrection>,
     /// Before the zeropoint.
     pub inst: Instrumental,
@@ -43,7 +43,7 @@ pub struct Measurement {
     pub reasons: Vec<String>,
 }
 
-/// What the target looks like and what is mixed with it.
+/// The shape of the target and the light that is mixed with it.
 #[derive(Debug, Clone, Copy)]
 pub struct Look {
     /// Ratio of its axes.
@@ -59,7 +59,7 @@ pub struct Look {
 pub struct ApertureCorrection {
     /// Added to magnitudes.
     pub mag: f64,
-    /// Its error; `None` where the profile does not tell.
+    /// Its error; `None` if the profile does not determine it.
     pub err_mag: Option<f64>,
 }
 
@@ -70,7 +70,7 @@ pub struct Instrumental {
     pub mag: Option<f64>,
     /// Its random error.
     pub mag_err: Option<f64>,
-    /// What would have been detected.
+    /// The limit.
     pub limit_mag: Option<f64>,
     /// Mean surface brightness over the aperture.
     pub mu_mean: Option<f64>,
@@ -81,25 +81,25 @@ pub struct Instrumental {
 /// A measurement in magnitudes outside the atmosphere; all `None` without a zeropoint or an airmass.
 #[derive(Debug, Clone)]
 pub struct CalibratedMeasurement {
-    /// What was measured.
+    /// The measurement.
     pub measured: Measurement,
     /// Magnitude of a detected target.
     pub v_mag: Option<f64>,
     /// Systematic error of the magnitude or of the limit.
     pub v_mag_err_sys: Option<f64>,
-    /// What would have been detected.
+    /// The limit.
     pub limit_v_mag: Option<f64>,
     /// Mean surface brightness over the aperture \[mag/arcsec²\].
     pub mu_mean: Option<f64>,
     /// Surface brightness of the brightest disc \[mag/arcsec²\].
     pub mu_peak: Option<f64>,
-    /// What it costs that the zeropoint is of another night.
+    /// The error added by the zeropoint of another night.
     pub other_night: Option<OtherNight>,
-    /// What is missing for a magnitude.
+    /// The reason why there is no magnitude.
     pub missing: Option<&'static str>,
 }
 
-/// What a frame is measured with.
+/// The inputs of the measurement of a frame.
 #[derive(Debug)]
 pub struct Setting<'a> {
     /// The night.
@@ -112,14 +112,14 @@ pub struct Setting<'a> {
     pub scale_arcsec: f64,
     /// FWHM of the stars that apertures are made for \[px\].
     pub aperture_fwhm_px: f64,
-    /// FWHM of the stars \[px\], where anything tells it.
+    /// FWHM of the stars \[px\], if anything determines it.
     pub fwhm_px: Option<f64>,
-    /// Level of the sky at the rim over that at the centre.
+    /// Level of the sky at the edge of the field over that at its centre.
     pub sky_corner_ratio: Option<f64>,
 }
 
 impl Setting<'_> {
-    /// What was found in a frame, as a measurement.
+    /// The result of the search in a frame, as a measurement.
     #[must_use]
     pub fn measurement(&self, found: TargetFound) -> Measurement {
         let t = &self.night.config.target;
@@ -143,7 +143,7 @@ impl Setting<'_> {
                     inst.limit_mag = self.inst_limit(limit_e, corr_mag);
                     reasons.extend(why);
                 } else {
-                    // a bright spot, but the whole object does not stand out: among star trails that is no detection
+                    // a bright pixel, but the whole object is not significant: among star trails that is not a detection
                     reasons.push(format!(
                         "S/N {:.1} of the whole object is below {} (target.detect_sigma)",
                         flux.snr, t.detect_sigma
@@ -204,7 +204,7 @@ impl Setting<'_> {
         Look {
             elongation: light.elongation,
             extent_fwhm: light.extent_px.map(|e| e / self.aperture_fwhm_px),
-            // a flux below its error is no measure of a share
+            // a flux below its error cannot be the reference of a share
             contam_frac: Some(light.contamination_e / flux.flux_e.max(flux.flux_err_e)).filter(|f| f.is_finite()),
         }
     }
@@ -215,7 +215,8 @@ impl Setting<'_> {
         (limit_e > 0.0).then(limit).filter(|m| m.is_finite())
     }
 
-    /// What carries a point source in the aperture of a limit to its whole light \[mag\]; 0 without a profile of the stars.
+    /// The correction of a point source in the aperture of a limit to its whole light \[mag\]; 0 without a profile of
+    /// the stars.
     fn point_correction(&self, flux: &Flux) -> f64 {
         let night = self.night;
         let profile = night.seeing.profile.filter(|_| night.config.photometry.aper_correction);
@@ -224,8 +225,8 @@ impl Setting<'_> {
         correction.filter(|c| c.is_finite()).unwrap_or(0.0)
     }
 
-    /// What carries the target to its whole light, as the stars of the zeropoint are, and that as a number \[mag\]: 0 without a
-    /// profile of the stars, NaN, with a reason, where the profile gives none for this aperture.
+    /// The correction of the target to its whole light, like that of the stars of the zeropoint, and that as a number
+    /// \[mag\]: 0 without a profile of the stars, NaN, with a reason, where the profile gives none for this aperture.
     ///
     /// A level measured along trails has none of the target's light in it: then there is no annulus to correct for.
     fn aperture_correction(

@@ -1,4 +1,4 @@
-//! What became of one target frame, stage by stage: [`TaggedFrame`], [`ComparedFrame`], [`TargetFrame`].
+//! The outcome of one target frame, stage by stage: [`TaggedFrame`], [`ComparedFrame`], [`TargetFrame`].
 
 use super::measurement::CalibratedMeasurement;
 use super::place::Place;
@@ -16,20 +16,20 @@ use crate::tables::PhotometryRow;
 pub struct TaggedFrame<'a> {
     /// The frame.
     pub exposure: &'a Exposure,
-    /// Where the satellite stood.
+    /// The place of the satellite.
     pub place: Place,
-    /// What was measured, or why it could not be; `None` where the place has a problem.
+    /// The measurement, or why there is none; `None` where the place has a problem.
     pub measured: Option<Result<CalibratedMeasurement>>,
 }
 
-/// A tagged frame beside the model of its scene.
+/// A tagged frame with the model of its scene.
 #[derive(Debug)]
 pub struct ComparedFrame<'a> {
     /// The frame.
     pub exposure: &'a Exposure,
-    /// Where the satellite stood.
+    /// The place of the satellite.
     pub place: Place,
-    /// What was measured, or why it could not be; `None` where the place has a problem.
+    /// The measurement, or why there is none; `None` where the place has a problem.
     pub measured: Option<Result<CalibratedMeasurement>>,
     /// The model's magnitudes, or why there are none; `None` without a model or a place.
     pub model: Option<Result<Brightness>>,
@@ -45,12 +45,12 @@ impl<'a> TaggedFrame<'a> {
     }
 }
 
-/// What is known of one target frame.
+/// The results of one target frame.
 #[derive(Debug, Clone)]
 pub struct TargetFrame {
     /// Its row of the light curve.
     pub row: PhotometryRow,
-    /// Where the satellite stood.
+    /// The place of the satellite.
     pub geometry: Option<Geometry>,
     /// A small picture of the target, where [`super::pictures`] made one.
     pub thumb: Option<Thumb>,

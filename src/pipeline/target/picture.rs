@@ -1,7 +1,8 @@
 //! A small picture of the target cut out of its frame: what the gallery shows and the eye judges.
 //!
 //! Frame pixels and electrons in, grey levels out. The picture holds aperture, annulus and a margin about the place that
-//! was measured, binned by whole pixels to at most [`SIDE`]; nothing is interpolated. Leaves out: what is drawn over it.
+//! was measured, binned by whole pixels to at most [`SIDE`]; nothing is interpolated. It does not cover what is drawn
+//! over it.
 
 use std::ops::Range;
 

@@ -1,7 +1,7 @@
 //! The pictures of the gallery, cut out of their frames at the end of the night: only those of the frames it will show.
 //!
-//! Each is 25 kB; kept for every frame, a long night would fill the memory with pictures nobody sees. Leaves out how a
-//! picture is made ([`super::picture`]).
+//! Each is 25 kB; kept for every frame, a long night would fill the memory with pictures nobody sees. It does not cover
+//! how a picture is made ([`super::picture`]).
 
 use rayon::prelude::*;
 

@@ -1,4 +1,4 @@
-//! Which satellite a frame is of, and where it stood at mid-exposure, from the elements alone.
+//! Which satellite a frame is of, and its place at mid-exposure, from the elements alone.
 
 use crate::base::error::{Error, Result};
 use crate::base::time::iso_utc;
@@ -6,12 +6,12 @@ use crate::frames::Exposure;
 use crate::orbit::{Geometry, Tracker};
 use crate::pipeline::prepared::Prepared;
 
-/// The satellite of one frame, as far as elements and clock tell.
+/// The satellite of one frame, as far as elements and clock determine it.
 #[derive(Debug, Default)]
 pub struct Place {
     /// Which satellite; `None` without elements or a time.
     pub object: Option<Object>,
-    /// Where it stood.
+    /// Its place on the sky.
     pub geometry: Option<Geometry>,
     /// Why this frame cannot show it: elements refused, or the satellite below the horizon.
     pub problem: Option<Error>,
@@ -29,7 +29,7 @@ pub struct Object {
 }
 
 impl Place {
-    /// Where the satellite stood at mid-exposure.
+    /// The place of the satellite at mid-exposure.
     #[must_use]
     pub fn of(exposure: &Exposure, night: &Prepared) -> Self {
         let (Some(tracker), Some(time)) = (&night.tracker, &exposure.time) else { return Self::default() };
@@ -59,7 +59,7 @@ impl Place {
         Ok(())
     }
 
-    /// Where the satellite stood, if the frame can show it.
+    /// The place of the satellite, if the frame can show it.
     #[must_use]
     pub fn seen(&self) -> Option<&Geometry> {
         self.geometry.as_ref().filter(|_| self.problem.is_none())

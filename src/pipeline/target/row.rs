@@ -80,7 +80,7 @@ pub fn without_folder(error: &Error, path: &Path) -> String {
 }
 
 impl ComparedFrame<'_> {
-    /// The row of this frame, judged by itself; leaves out the hash of the file, for which all of it must be read.
+    /// The row of this frame, judged by itself; without the hash of the file, for which all of it must be read.
     #[must_use]
     pub fn row(&self, night: &Calibrated) -> PhotometryRow {
         let mut row = self.header_columns(night);
@@ -138,7 +138,7 @@ impl ComparedFrame<'_> {
     }
 }
 
-/// Pixels, flux and magnitudes, beside what is known of the frame.
+/// Pixels, flux and magnitudes, with what is known of the frame.
 fn measured_columns(row: PhotometryRow, of: &CalibratedMeasurement) -> PhotometryRow {
     let m = &of.measured;
     let finite = |v: f64| v.is_finite().then_some(v);

@@ -1,4 +1,4 @@
-//! The part of a target frame that is read: where the target can be, and the sky at the rim and the centre of the field.
+//! The part of a target frame that is read: where the target can be, and the sky at the edge and the centre of the field.
 //!
 //! Electrons and full-frame pixels. A measurement of the target asks nothing of the rest of the frame, unless it finds no
 //! sky around the place; then all of the clip circle is read. So the numbers are those of the whole frame, whichever way.
@@ -20,12 +20,12 @@ const MARGIN_PX: f64 = 64.0;
 /// Boxes of the mesh to each side of the expected place.
 const BOXES_AROUND: usize = 2;
 
-/// What was found in a frame.
+/// The result of the search in a frame.
 #[derive(Debug)]
 pub struct Seen {
     /// The target, or its limit.
     pub found: TargetFound,
-    /// Level of the sky at the rim over that at the centre.
+    /// Level of the sky at the edge of the field over that at its centre.
     pub corner_ratio: Option<f64>,
 }
 
@@ -59,7 +59,7 @@ pub fn look(reader: &FrameReader, night: &Calibrated, settings: &TargetSettings)
     look_at_all(reader, night, settings)
 }
 
-/// The same with all of the clip circle read: what [`look`] leaves out.
+/// The same with the whole clip circle read, including what [`look`] skips.
 ///
 /// # Errors
 /// As [`look`].

@@ -1,7 +1,7 @@
 //! The clock between frames: an exposure cannot begin before the one before it has ended.
 //!
 //! Seconds. The error of the stamps is allowed for, so that stamps of whole seconds raise no alarm by pair; over a run of
-//! frames the same error weighs little. Leaves out: read-out times, which only lengthen the cadence.
+//! frames the same error weighs little. It does not cover read-out times, which only lengthen the cadence.
 
 use std::ops::RangeInclusive;
 

@@ -20,7 +20,7 @@ pub(super) fn findings(row: &PhotometryRow, t: &Vetting) -> Vec<Finding> {
 /// Saturation, edges, masked and hit pixels, the sky.
 fn pixels(row: &PhotometryRow, t: &Vetting) -> Vec<Finding> {
     let flags = Flags(row.flags);
-    let told: [(Flags, Verdict, &str); 7] = [
+    let findings: [(Flags, Verdict, &str); 7] = [
         (Flags::SATURATED, Verdict::Reject, "saturated pixels in the aperture: light is lost (saturated)"),
         (Flags::EDGE, Verdict::Reject, "the aperture reaches over the edge of the frame (edge)"),
         (Flags::CLIP_EDGE, Verdict::Caution, "the aperture or its annulus reaches outside the clip circle (clip_edge)"),
@@ -29,7 +29,7 @@ fn pixels(row: &PhotometryRow, t: &Vetting) -> Vec<Finding> {
         (Flags::NO_ANNULUS, Verdict::Caution, "no usable sky annulus, the background mesh was taken (no_annulus)"),
         (Flags::NEGATIVE, Verdict::Caution, "the net flux is not positive (negative)"),
     ];
-    let mut found: Vec<Finding> = told
+    let mut found: Vec<Finding> = findings
         .into_iter()
         .filter(|(flag, ..)| flags.has(*flag))
         .map(|(flags, verdict, words)| Finding { verdict, flags, words: words.into() })
@@ -79,7 +79,7 @@ fn circumstances(row: &PhotometryRow, t: &Vetting) -> Vec<Finding> {
         // the light was counted whatever the elements say; without light they alone say that the target was there
         let (verdict, taints) = match Status::from_cell(&row.status) {
             Some(Status::Nondetection) => (Verdict::Caution, "the target may have been outside the search region"),
-            _ => (Verdict::Use, "the geometry and the residual carry their error, the magnitude does not"),
+            _ => (Verdict::Use, "their error affects the geometry and the residual, not the magnitude"),
         };
         let words = format!("elements {age}old: {taints} (old_elements)");
         found.push(Finding { verdict, flags: Flags::OLD_ELEMENTS, words });

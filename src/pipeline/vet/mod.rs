@@ -1,7 +1,7 @@
-//! What the observer's eye did: verdict and reasons of a frame, by itself and among its neighbours.
+//! Vetting: verdict and reasons of a frame, by itself and among its neighbours.
 //!
 //! A verdict is the worst of its findings; every finding sets its flag and says in words what was seen, with the number
-//! and, where there is one, the threshold of `[vetting]`. What could not be measured is not judged. Leaves out: the
+//! and, where there is one, the threshold of `[vetting]`. What could not be measured is not judged. It does not cover the
 //! measurements themselves, which are columns by now.
 
 mod cadence;
@@ -15,7 +15,7 @@ use crate::photometry::Flags;
 use crate::tables::PhotometryRow;
 use crate::tables::words::{Status, Verdict};
 
-/// Flags that make a frame one to be cautious with, or to reject. The others inform: of a trail that was taken off, a
+/// Flags that make a frame one to be cautious with, or to reject. The others inform: of a trail that was subtracted, a
 /// flat that is missing for the whole night, the age of the zeropoint. Old elements spoil what is computed from them,
 /// not a measured magnitude: they decide where nothing was measured.
 pub const DECIDING: Flags = Flags(
@@ -35,7 +35,7 @@ pub const DECIDING: Flags = Flags(
         | Flags::LOW_ALTITUDE.0,
 );
 
-/// What may be done with a frame, and why; of a frame by itself, and then of one among its neighbours.
+/// The verdict on a frame, and its reasons; of a frame by itself, and then of one among its neighbours.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judgement {
     /// The worst of its findings.
@@ -46,7 +46,7 @@ pub struct Judgement {
     pub reason: String,
     /// Time since the frame of this target before \[s\].
     pub cadence_s: Option<f64>,
-    /// What would have been detected \[mag\].
+    /// The limit \[mag\].
     pub limit_v_mag: Option<f64>,
     /// Whether findings count: a frame that failed or was set aside keeps its reason alone.
     open: bool,
@@ -130,7 +130,7 @@ pub fn without_magnitude(row: &PhotometryRow, judgement: Judgement) -> Judgement
     Judgement { verdict: judgement.verdict.max(least), ..judgement }
 }
 
-/// What only the frames before and after a frame tell: cadence against EXPTIME, the level and shape of the background,
+/// What only the frames before and after a frame show: cadence against EXPTIME, the level and shape of the background,
 /// the size of the target. Each row has its judgement so far at the same place of `judgements`.
 ///
 /// Frames of one target are taken in order of time; failed ones count for the cadence and are left as they are. The

@@ -1,8 +1,8 @@
 //! The frames before and after a frame: series of one target, passes, and what the neighbours suggest for a value.
 //!
 //! Times in s from the first frame. A value is compared with everything its neighbours suggest, so that what changes
-//! gradually (Moon, twilight, range) is no step, however steep. Leaves out: steps that last longer than a few frames,
-//! which no neighbour can tell from weather.
+//! gradually (Moon, twilight, range) is not a step, however steep. It does not cover steps that last longer than a few
+//! frames, which cannot be distinguished from weather.
 
 use crate::base::stats::{mad_sigma, median};
 use crate::tables::PhotometryRow;
@@ -19,7 +19,7 @@ const EACH_SIDE: usize = 5;
 const FEWEST: usize = 4;
 /// Departures must stand out of their own scatter by this many σ.
 const STANDS_OUT_SIGMA: f64 = 5.0;
-/// Fewest values whose scatter is believed: three frames astray in a row bend five of their places.
+/// Fewest values whose scatter is used: three frames astray in a row bend five of their places.
 const FEWEST_FOR_SCATTER: usize = 16;
 
 /// Indices of the frames of each target in order of time. Frames without a time, and those whose time is impossible, are
@@ -58,7 +58,7 @@ pub(super) fn seconds_between(earlier: &PhotometryRow, later: &PhotometryRow) ->
 pub(super) struct Series {
     /// Times from the first frame of the pass \[s\].
     pub times_s: Vec<f64>,
-    /// The values; `None` = not measured, or no longer believed.
+    /// The values; `None` = not measured, or no longer used.
     pub values: Vec<Option<f64>>,
 }
 

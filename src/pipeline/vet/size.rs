@@ -1,7 +1,7 @@
 //! The size of the target against its size in the other frames of the pass: smear by the mount or the rotator.
 //!
 //! In units of the FWHM. A target of true size K at range R shows `e² = 1 + (K/R)²`; K is the median over the pass, so a
-//! resolved station is its own measure. Leaves out: a pass smeared in most of its frames, which looks like a large
+//! resolved station is its own measure. It does not cover a pass smeared in most of its frames, which looks like a large
 //! target, and the turning of a body within a pass, for which the threshold leaves room.
 
 use super::Finding;
@@ -11,9 +11,9 @@ use crate::photometry::Flags;
 use crate::tables::PhotometryRow;
 use crate::tables::words::Status;
 
-/// Fewest frames of a pass that tell the size of its target.
+/// Fewest frames of a pass that determine the size of its target.
 const FEWEST: usize = 4;
-/// Signal-to-noise from which the shape of the light is believed: that of the moments.
+/// Signal-to-noise from which the shape of the light is used: that of the moments.
 const SHAPE_SNR: f64 = 15.0;
 /// A target smaller than the FWHM has no shape of its own: longer than this it is smeared.
 const POINT_ELONGATION: f64 = 1.5;

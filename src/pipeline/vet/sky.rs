@@ -1,7 +1,7 @@
 //! The background against the neighbouring frames: something in the beam, or an exposure time that belongs to another frame.
 //!
 //! Levels as the logarithm of electrons per pixel and second, so that gain and exposure time drop out; shape as
-//! `sky_corner_ratio`. Leaves out: levels below the read noise, where the pedestal decides.
+//! `sky_corner_ratio`. It does not cover levels below the read noise, where the pedestal decides.
 
 use super::Finding;
 use super::neighbours::Series;
@@ -9,20 +9,20 @@ use crate::config::Vetting;
 use crate::photometry::Flags;
 use crate::tables::PhotometryRow;
 
-/// A change of exposure time by less than this factor leaves no mark in the sky that could be told from weather.
+/// A change of exposure time by less than this factor changes the sky by less than the weather does.
 const LEAST_RATIO: f64 = 1.35;
 /// How well the sky must show the ratio of the exposure times: share of its logarithm.
 const RATIO_ACCURACY: f64 = 0.3;
 /// And at most this much of its logarithm.
 const MOST_OFF: f64 = 0.5;
-/// Frames after a change of exposure time that may still carry old data.
+/// Frames after a change of exposure time that may still hold old data.
 const LATE_FRAMES: usize = 3;
 /// Error of the zero level of a frame, in units of its read noise: drifts of the pedestal.
 const PEDESTAL_ERR_RN: f64 = 0.5;
 /// Read noise taken where the row has none \[e⁻\].
 const READ_NOISE_E: f64 = 3.0;
 
-/// Steps of the background. `doubted`: frames whose exposure time, and so the level per second, is doubted already.
+/// Steps of the background. `doubted`: frames whose exposure time, and so the level per second, is known to be uncertain.
 pub(super) fn findings(rows: &[&PhotometryRow], t: &Vetting, doubted: &[usize]) -> Vec<(usize, Finding)> {
     let late: Vec<(usize, f64, f64)> = late_exposures(rows, doubted);
     let mut found: Vec<(usize, Finding)> = late
@@ -77,7 +77,7 @@ fn level_err(row: &PhotometryRow) -> f64 {
     PEDESTAL_ERR_RN * row.read_noise_e.unwrap_or(READ_NOISE_E) / row.sky_e_px.unwrap_or(f64::NAN)
 }
 
-/// The levels, without those of frames whose exposure time is doubted.
+/// The levels, without those of frames whose exposure time is uncertain.
 fn levels(rows: &[&PhotometryRow], doubted: impl Fn(usize) -> bool) -> Series {
     let mut series = Series::of(rows, level);
     (0..rows.len()).filter(|k| doubted(*k)).for_each(|k| series.values[k] = None);

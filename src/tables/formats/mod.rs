@@ -25,7 +25,7 @@ pub use parquet::write_parquet;
 pub use provenance::{Provenance, provenance};
 pub use votable::write_votable;
 
-/// The tables that can be told apart by their columns.
+/// The tables that can be recognised by their columns.
 pub const KNOWN: [Definition; 5] = [PHOTOMETRY, STARS, RESIDUALS, PREDICTION, SKY];
 
 /// The known table that has most of these column names, if it has at least half of them.

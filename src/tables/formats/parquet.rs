@@ -39,9 +39,10 @@ pub fn write_parquet(out: &mut (impl Write + Send), table: &Table) -> io::Result
             };
             let ucd = ucd_in(column, &table.meta);
             let description = description_in(column, &table.meta);
-            let told = [("unit", column.unit), ("ucd", ucd.as_str()), ("description", description.as_str())];
-            let told = told.into_iter().filter(|(_, v)| !v.is_empty()).map(|(k, v)| (k.to_owned(), v.to_owned()));
-            Field::new(column.name, datatype, true).with_metadata(HashMap::from_iter(told))
+            let metadata = [("unit", column.unit), ("ucd", ucd.as_str()), ("description", description.as_str())];
+            let metadata =
+                metadata.into_iter().filter(|(_, v)| !v.is_empty()).map(|(k, v)| (k.to_owned(), v.to_owned()));
+            Field::new(column.name, datatype, true).with_metadata(HashMap::from_iter(metadata))
         })
         .collect();
     let schema = Arc::new(Schema::new(fields));

@@ -248,9 +248,9 @@ mod tests {
     #[test]
     fn a_night_is_named_by_its_evening_and_crosses_the_end_of_a_year() {
         let found = nights((2025, 12, 30), 4, 10.0).unwrap();
-        let told: Vec<(String, String)> = found.iter().map(|n| (n.label.clone(), iso_utc(n.midnight, 0))).collect();
-        assert_eq!(told[0], ("2025-12-30".into(), "2025-12-30T14:00:00Z".into()));
-        assert_eq!(told[2], ("2026-01-01".into(), "2026-01-01T14:00:00Z".into()));
+        let labels: Vec<(String, String)> = found.iter().map(|n| (n.label.clone(), iso_utc(n.midnight, 0))).collect();
+        assert_eq!(labels[0], ("2025-12-30".into(), "2025-12-30T14:00:00Z".into()));
+        assert_eq!(labels[2], ("2026-01-01".into(), "2026-01-01T14:00:00Z".into()));
         assert_eq!(
             nights((2025, 6, 11), 1, -5.5).unwrap()[0].midnight,
             crate::base::time::parse_utc("t", "2025-06-12T05:30:00").unwrap()

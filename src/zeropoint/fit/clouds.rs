@@ -1,4 +1,4 @@
-//! Clouds only dim: pointings under a cloud are told from the clear ones by the one-sided tail of their offsets.
+//! Clouds only dim: pointings under a cloud are recognised by the one-sided tail of the offsets.
 //!
 //! Magnitudes. d_j = m + u_j + z_j c_j + e_j with u_j of variance τ², z_j = 1 with probability π and c_j exponential
 //! or Gaussian of positive mean, by expectation and maximisation (Dempster, Laird & Rubin 1977). The zeropoint is corrected
@@ -16,7 +16,7 @@ const FEWEST: usize = 6;
 const EVIDENCE: f64 = 3.0;
 /// Skewness of the deviations from which clouds that are not corrected are suspected.
 const SKEWED: f64 = 0.25;
-/// What a parameter more costs.
+/// The penalty for one more parameter.
 const ONE_MORE: f64 = 4.0;
 /// Share of the shift that stays in the error however sure the clouds are: how thick they are is not exponential.
 const UNKNOWN_SHAPE: f64 = 0.12;
@@ -46,7 +46,7 @@ pub struct Clouds {
     pub tau_mag: f64,
     /// By how much the clouds would move the zeropoint if they were taken as scatter \[mag\].
     pub shift_mag: f64,
-    /// How far to believe in the clouds, 0 to 1.
+    /// Probability of the clouds, 0 to 1.
     pub belief: f64,
     /// Error of the zeropoint of a fit that is not corrected for these clouds \[mag\]: root mean square of the shift.
     pub suspected_mag: f64,
@@ -65,7 +65,7 @@ impl Clouds {
     }
 }
 
-/// How thick clouds are.
+/// The thickness of the clouds.
 #[derive(Debug, Clone, Copy)]
 enum Depth {
     /// Exponential of this mean \[mag\]: many thin ones.

@@ -50,7 +50,7 @@ pub struct Solved {
 }
 
 impl Sums {
-    /// Of rows with precisions `omega` \[1/mag²\] and values `y` \[mag\].
+    /// The sums of rows with precisions `omega` \[1/mag²\] and values `y` \[mag\].
     pub fn of(rows: &Rows, omega: &[f64], y: impl Fn(usize) -> f64) -> Sums {
         let mut out = Sums::with_columns(rows, omega, y, |i| rows.columns(i));
         for (t, value, err) in rows.priors() {
@@ -61,14 +61,15 @@ impl Sums {
         out
     }
 
-    /// Of rows whose values are those of another column: how the terms answer to its coefficient. Pulled terms are pulled to 0.
+    /// The sums of rows whose values are those of another column: how the terms answer to its coefficient. Pulled terms
+    /// are pulled to 0.
     pub fn slope(rows: &Rows, omega: &[f64], column: impl Fn(usize) -> f64) -> Sums {
         let mut out = Sums::with_columns(rows, omega, column, |i| rows.columns(i));
         rows.priors().for_each(|(t, _, err)| out.information[t][t] += 1.0 / (err * err));
         out
     }
 
-    /// Of offsets alone, without terms.
+    /// The sums for offsets alone, without terms.
     pub fn without_terms(rows: &Rows, omega: &[f64], y: impl Fn(usize) -> f64) -> Sums {
         Sums::with_columns(rows, omega, y, |_| [0.0; N])
     }

@@ -38,7 +38,7 @@ struct File {
     k2_err_mag: Option<f64>,
     /// Of (ZP, k, C), or of (ZP, k, C, k'').
     covariance: Option<Vec<Vec<f64>>>,
-    /// Told for the reader, made anew from the covariance; likewise the three below.
+    /// Written for the reader and computed again from the covariance, as are the three below.
     #[serde(rename = "correlation")]
     _correlation: Option<toml::Value>,
     #[serde(rename = "err_as_published_mag")]
@@ -48,7 +48,7 @@ struct File {
     #[serde(rename = "predictions")]
     _predictions: Option<toml::Value>,
     covariance_95: Option<Vec<Vec<f64>>>,
-    /// Made anew from the two covariances.
+    /// Computed again from the two covariances.
     #[serde(rename = "multiplier_95")]
     _multiplier_95: Option<toml::Value>,
     covariance_model: Option<Vec<Vec<f64>>>,
@@ -118,7 +118,7 @@ fn convention(band: &str, second_order: bool) -> String {
 }
 
 const UNIT: &str = "-2.5 log10(electrons per second)";
-/// Airmasses the file tells the error at.
+/// Airmasses at which the file states the error.
 const TOLD_AIRMASS: [f64; 4] = [1.0, 1.4, 2.0, 3.0];
 
 impl Zeropoint {
@@ -278,7 +278,7 @@ impl Zeropoint {
     /// (then without correlation, which a warning says). What the file does not say is NaN or empty.
     ///
     /// # Errors
-    /// [`Error::Io`]; [`Error::Table`] naming the key, another sign convention or unit, or a covariance that is none.
+    /// [`Error::Io`]; [`Error::Table`] naming the key, another sign convention or unit, or an invalid covariance.
     pub fn read(path: &Path) -> Result<Zeropoint> {
         Self::parse(path, &std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?)
     }
@@ -294,7 +294,7 @@ impl Zeropoint {
             let line = e.span().map(|s| text[..s.start.min(text.len())].matches('\n').count() + 1);
             Error::Table { path: path.to_owned(), line, problem: e.message().to_owned() }
         })?;
-        let convention = convention(file.band.unwrap_or(Band::V).name(), file.k2_mag.is_some());
+        let convention = convention(Band::or_v(file.band).name(), file.k2_mag.is_some());
         for (key, value, want) in
             [("convention", &file.convention, convention.as_str()), ("inst_mag_unit", &file.inst_mag_unit, UNIT)]
         {
@@ -440,7 +440,7 @@ fn check_covariance(cov: &Matrix) -> std::result::Result<(), String> {
             // also false for NaN
             if !(cov[i][i] >= 0.0 && cov[i][j].abs() <= limit && limit.is_finite() && symmetric) {
                 return Err(format!(
-                    "covariance {cov:?} is no covariance: it must be symmetric, |c_ij| <= sqrt(c_ii c_jj)"
+                    "covariance {cov:?} is not valid: it must be symmetric, |c_ij| <= sqrt(c_ii c_jj)"
                 ));
             }
         }

@@ -1,4 +1,4 @@
-//! The fit without each star and without each pointing: errors that believe no model, and pointings that decide alone.
+//! The fit without each star and without each pointing: errors that rely on no model, and pointings that decide alone.
 //!
 //! Magnitudes. Each fit without is one step of Newton from the full fit, which costs a pass over the stars for all of them
 //! together. Stars of one pointing share clouds and flat-field errors; leaving out single stars does not see those.
@@ -13,14 +13,14 @@ use super::weights::Fit;
 /// Fewest pointings for a covariance.
 pub const FEWEST: usize = 5;
 
-/// What the fits without one star and without one pointing say.
+/// The result of the fits without one star and without one pointing.
 #[derive(Debug, Clone, Default)]
 pub struct Jackknife {
     /// Covariance of the centred parameters by leaving out stars.
     pub by_star: Option<Matrix>,
     /// By leaving out pointings, from at least [`FEWEST`] of them.
     pub by_pointing: Option<Matrix>,
-    /// Parameters without each pointing, in the order of [`Rows::pointings`]; `None` where a term then cannot be told.
+    /// Parameters without each pointing, in the order of [`Rows::pointings`]; `None` where a term is then not determined.
     pub without: Vec<Option<Vector>>,
     /// Leverage of each row: diagonal of the hat matrix of the whitened rows; their sum is the number of terms.
     pub leverage: Vec<f64>,
@@ -38,7 +38,7 @@ const RESTS_AMONG: usize = 6;
 /// And its error grows by so much: a fit that jumps between two sets of outliers does not.
 const RESTS_ERROR: f64 = 3.0;
 
-/// Leaves out each star and each pointing in turn. Cov = (n−1)/n Σ (θ₍ⱼ₎ − θ̄)(θ₍ⱼ₎ − θ̄)ᵀ.
+/// Omits each star and each pointing in turn. Cov = (n−1)/n Σ (θ₍ⱼ₎ − θ̄)(θ₍ⱼ₎ − θ̄)ᵀ.
 pub fn jackknife(rows: &Rows, fit: &Fit) -> Jackknife {
     let n = rows.len();
     let mut out = Jackknife { leverage: vec![0.0; n], ..Jackknife::default() };
@@ -64,7 +64,7 @@ pub fn jackknife(rows: &Rows, fit: &Fit) -> Jackknife {
     for j in 0..g {
         let mut without = information;
         add(&mut without, &parts[j], -1.0);
-        // what rounding leaves of a difference is no information
+        // a difference that is only rounding holds no information
         let possible = (0..N).all(|c| information[c][c] == 0.0 || without[c][c] > 1e-9 * information[c][c]);
         let left = inverse(&without).filter(|_| possible);
         let theta = left.map(|m| {
@@ -73,9 +73,11 @@ pub fn jackknife(rows: &Rows, fit: &Fit) -> Jackknife {
         });
         let p = rows.pointings[j];
         match &theta {
-            // a single pointing decides everything, which is said elsewhere
+            // a single pointing decides everything, which is reported elsewhere
             _ if means.weight[j] == 0.0 || g == 1 => {}
-            None => out.warnings.push(format!("pointing {p} alone decides a term: without it k or C cannot be told")),
+            None => {
+                out.warnings.push(format!("pointing {p} alone decides a term: without it k or C is not determined"))
+            }
             Some(theta) => {
                 out.warnings.extend(turns_k(rows, fit, &bread, theta, p));
                 out.rests |= rests(rows, fit, &bread, theta, left.as_ref());
@@ -92,7 +94,7 @@ pub fn jackknife(rows: &Rows, fit: &Fit) -> Jackknife {
 
 /// The fits without one star, all its visits together, and without one pointing, where stars are measured repeatedly; `sums`
 /// are the rows as the fit weighs them, `sds` the scatters of pointings and stars. Each is one step of Newton in the metric
-/// of all rows: θ₍₋ⱼ₎ = θ − (M − Mⱼ)⁻¹ sⱼ, Mⱼ and sⱼ the parts of AᵀV⁻¹A and AᵀV⁻¹r of the rows that are left out.
+/// of all rows: θ₍₋ⱼ₎ = θ − (M − Mⱼ)⁻¹ sⱼ, Mⱼ and sⱼ the parts of AᵀV⁻¹A and AᵀV⁻¹r of the omitted rows.
 pub fn repeated(rows: &Rows, fit: &Fit, sums: &Sums, sds: [&[f64]; 2]) -> Jackknife {
     let n = rows.len();
     let (g, m) = (rows.pointings.len(), rows.n_stars);
@@ -137,7 +139,9 @@ pub fn repeated(rows: &Rows, fit: &Fit, sums: &Sums, sds: [&[f64]; 2]) -> Jackkn
         out.without.push(fitted.map(|(theta, _)| theta));
         match fitted {
             _ if g == 1 => {}
-            None => out.warnings.push(format!("pointing {p} alone decides a term: without it k or C cannot be told")),
+            None => {
+                out.warnings.push(format!("pointing {p} alone decides a term: without it k or C is not determined"))
+            }
             Some((theta, left)) => {
                 out.warnings.extend(turns_k(rows, fit, &solved.cov, &theta, *p));
                 out.rests |= rests(rows, fit, &solved.cov, &theta, Some(&left));

@@ -1,9 +1,10 @@
-//! What is not known of the scatters enters the error: the terms averaged over the scatter between pointings and of stars.
+//! The uncertainty of the scatters enters the error: the terms averaged over the scatter between pointings and of stars.
 //!
 //! Magnitudes. Each pair of scatters has its restricted likelihood, its terms and their covariance; the 68 % and 95 %
-//! intervals of each term are those of the mixture, which is what Student's t is for one group. A few pointings do not tell
-//! how much pointings scatter: then a half-t distribution (4 degrees of freedom; Gelman 2006, Bayesian Anal. 1, 515) of the
-//! site's own scatter stands in. Left out: correlation of the uncertainty of scatters with outliers.
+//! intervals of each term are those of the mixture, which is what Student's t is for one group. A few pointings do not
+//! determine how much pointings scatter: then a half-t distribution (4 degrees of freedom; Gelman 2006, Bayesian Anal.
+//! 1, 515) of the site's own scatter is used. It does not cover the correlation of the uncertainty of scatters with
+//! outliers.
 
 use std::convert::Infallible;
 
@@ -17,7 +18,7 @@ use super::rows::has_pointings;
 use super::solve::{Matrix, N, Vector};
 use crate::config;
 
-/// From so many pointings on the prior of their scatter is not used: they tell it themselves.
+/// From so many pointings on, the prior of their scatter is not used: they determine it themselves.
 pub const TOLD_BY: usize = 10;
 /// Two-sided probabilities of the intervals: ±1 σ and 95 %.
 pub const SHARES: [f64; 2] = [0.682_689_492_137_086, 0.95];
@@ -27,21 +28,21 @@ pub const SIGMAS: [f64; 2] = [1.0, 1.959_963_984_540_054];
 const PRIOR_DOF: f64 = 4.0;
 /// Standard deviation of ln κ, κ the variance of a star in units of the stated one: stated errors are off by a factor of two.
 const STATED_SD: f64 = 1.5;
-/// Relative density below which a scatter is left out.
+/// Relative density below which a scatter is skipped.
 const NEGLIGIBLE: f64 = 1e-4;
 /// Degrees of freedom from which Student's t is a Gaussian.
 const MANY: f64 = 1e5;
 /// Dense rows above which fewer scatters are tried.
 const LARGE: usize = 60;
 
-/// What is known of the scatter between pointings.
+/// The source of the scatter between pointings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Prior {
     /// Half-t of this scale \[mag\].
     Site(f64),
-    /// The pointings tell it.
+    /// The pointings determine it.
     Flat,
-    /// One scatter for stars and pointings: they cannot be told apart.
+    /// One scatter for stars and pointings: they cannot be separated.
     None,
 }
 
@@ -113,11 +114,11 @@ pub struct Marginal {
     pub kappa: f64,
 }
 
-/// What the scatters are averaged over.
+/// The grid over which the scatters are averaged.
 pub struct Problem<'a> {
     /// The rows.
     pub sums: &'a Sums,
-    /// Of the scatter between pointings.
+    /// Values of the scatter between pointings.
     pub prior: Prior,
     /// Typical scatter of the pointings' offsets and their error from the stars alone \[mag\].
     pub offsets_mag: [f64; 2],
@@ -144,7 +145,7 @@ impl Problem<'_> {
         solved.log_likelihood + self.prior.log_density(tau) + stated
     }
 
-    /// Averages over the scatters; with `rough` few values of them, for the rounds of the fit.
+    /// Averages over the scatters; with `rough`, few values of them, for the rounds of the fit.
     pub fn integrate(&self, rough: bool) -> Marginal {
         let dense = self.stars.stated.len().min(self.pointing_weight.len());
         let few = rough || dense > LARGE;

@@ -2,7 +2,7 @@
 //!
 //! Magnitudes. y_ij = a_ij·θ + u_j + e_ij, u_j of variance τ_p², e_ij of variance 1/ω_ij. Solved by partly demeaned rows
 //! (Fuller & Battese 1974, J. Econometrics 2, 67), so that no matrix of the pointings is kept. τ_p² from the scatter of the
-//! pointing means (Paule & Mandel 1982, J. Res. NBS 87, 377). Left out: clouds that move within a pointing.
+//! pointing means (Paule & Mandel 1982, J. Res. NBS 87, 377). It does not cover clouds that move within a pointing.
 
 use super::noise::FLOOR_MAG;
 use super::rows::Rows;
@@ -22,7 +22,7 @@ pub struct Means {
 }
 
 impl Means {
-    /// Of rows with precisions `omega` \[1/mag²\].
+    /// The means of rows with precisions `omega` \[1/mag²\].
     pub fn of(rows: &Rows, omega: &[f64]) -> Means {
         let g = rows.pointings.len();
         let mut out = Means { weight: vec![0.0; g], columns: vec![[0.0; N]; g], y: vec![0.0; g] };
@@ -55,7 +55,7 @@ impl Means {
         (0..self.weight.len()).filter(|j| self.weight[*j] > 0.0)
     }
 
-    /// Share of its mean residual that is believed to be the pointing's own: b = τ_p² W / (1 + τ_p² W).
+    /// Share of its mean residual that is attributed to the pointing: b = τ_p² W / (1 + τ_p² W).
     pub fn shrink(&self, j: usize, tau2: f64) -> f64 {
         let t = tau2 * self.weight[j];
         t / (1.0 + t)

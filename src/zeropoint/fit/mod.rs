@@ -38,7 +38,7 @@ pub use pointings::Pointing;
 use rows::Rows;
 use terms::Term;
 
-/// Fits ZP, k, C and, where asked for, k''.
+/// Fits ZP, k, C and, if requested, k''.
 ///
 /// `robust`: a start that outliers cannot spoil, then Tukey's biweight to convergence; `clip`: median start, then a 3 σ clip;
 /// `huber`: Huber's weights. All three weigh by σ_inst² + σ_cat² + (C σ_BV)² + τ², τ by maximum likelihood, and give every
@@ -81,7 +81,7 @@ fn fit_rows(rows: &Rows, config: &config::Zeropoint, n_input: usize) -> Result<Z
     }
     let fit = robust::reweighted(rows, config.estimator, config)?;
     if config.estimator == Estimator::Huber {
-        // Huber's weights reject nobody and follow a majority of outliers: whether there is one, the biweight tells
+        // Huber's weights reject nobody and follow a majority of outliers: the biweight shows whether there is one
         check_majority(rows, &robust::reweighted(rows, Estimator::Robust, config)?, config)?;
     }
     check_majority(rows, &fit, config)?;
@@ -129,12 +129,12 @@ fn without_clouds(
     Ok((out.0, out.1, Some(found)))
 }
 
-/// Standard errors of the share of outliers within which a majority is in doubt, and the most they may take.
+/// Standard errors of the share of outliers within which a majority is uncertain, and the most they may take.
 const DOUBT: (f64, f64) = (2.0, 0.1);
 /// Rejected stars that agree with one another as well as this share of the good ones are a rival.
 const RIVAL: f64 = 0.5;
 
-/// Fails where a majority of good stars is not beyond doubt: then the fit may be that of the bad ones.
+/// Fails unless a majority of good stars is certain: otherwise the fit may be that of the bad ones.
 fn check_majority(rows: &Rows, fit: &weights::Fit, config: &config::Zeropoint) -> Result<()> {
     if config.estimator == Estimator::Ols {
         return Ok(());

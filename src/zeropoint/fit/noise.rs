@@ -8,14 +8,14 @@ use super::solve::Vector;
 
 /// Smallest standard deviation of a row \[mag\]; keeps perfect data from dividing by zero.
 pub const FLOOR_MAG: f64 = 1e-9;
-/// Stated errors are believed to be too large by a factor of ten at most.
+/// Stated errors are assumed to be too large by a factor of ten at most.
 const SMALLEST_SHARE: f64 = 0.1;
 /// Rows that set the scale; more do not make it better.
 const SCALE_ROWS: usize = 4_000;
 /// Half-width of the window \[σ\]: a Gaussian has 2e-9 outside.
 const WINDOW: f64 = 6.0;
 
-/// What residuals are measured by.
+/// The scale of the residuals.
 #[derive(Debug, Clone)]
 pub struct Noise {
     /// Standard deviation of each row \[mag\].

@@ -1,7 +1,7 @@
 //! The pointings of a fit one by one: their offsets, and whether a cloud was among them.
 //!
-//! Magnitudes. χ² of the offsets against the errors of their stars tells whether the pointings differ at all; an offset is
-//! called a cloud when it lies 3 σ from the others, σ the scatter of the others.
+//! Magnitudes. χ² of the offsets against the errors of their stars shows whether the pointings differ at all; an offset
+//! is called a cloud when it lies 3 σ from the others, σ the scatter of the others.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
@@ -31,12 +31,12 @@ pub struct Pointing {
     pub offset_err_mag: f64,
 }
 
-/// What the pointings say together.
+/// The result of all pointings together.
 #[derive(Debug, Clone)]
 pub struct Pointings {
     /// Each of them, by number.
     pub list: Vec<Pointing>,
-    /// Scatter of their own offsets \[mag\]; `None` where it cannot be told.
+    /// Scatter of their own offsets \[mag\]; `None` where the stars do not determine it.
     pub scatter_mag: Option<f64>,
     /// Degrees of freedom of that scatter.
     pub dof: f64,

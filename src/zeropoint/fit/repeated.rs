@@ -2,7 +2,7 @@
 //!
 //! Magnitudes. The catalogue's error of a star is the same in all its visits: fifteen stars in twenty pointings are fifteen
 //! stars, not three hundred. Weights are per measurement (a hit, a cloud in one frame) and per star (a variable, a wrong
-//! magnitude); a star without weight still tells how its visits differ among themselves.
+//! magnitude); a star without weight still shows how its visits differ among themselves.
 
 use super::crossed::Sums;
 use super::marginal::{Marginal, Prior, Problem, Stars};

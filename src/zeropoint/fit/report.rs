@@ -19,7 +19,7 @@ use super::weights::Fit;
 use super::zeropoint::Zeropoint;
 use crate::config::{self, Estimator};
 
-/// χ² per degree of freedom below which the stated errors are doubted.
+/// χ² per degree of freedom below which the stated errors are questioned.
 const CHI2_SMALL: f64 = 0.25;
 /// Condition number above which the observer is warned.
 const CONDITION_WARN: f64 = 30.0;
@@ -31,7 +31,7 @@ const FEWEST_DOF: usize = 10;
 const JUMP: f64 = 2.0;
 
 /// Puts a converged fit into the form the rest of the night uses; `clouds` have been taken out of the rows where they are
-/// believed, and else widen the error.
+/// used; otherwise they widen the error.
 pub fn report(
     all: &Rows,
     whole: &Fit,
@@ -192,7 +192,7 @@ fn cloud_text(clouds: &Clouds, rows: &Rows) -> String {
     )
 }
 
-/// What the model says of the errors.
+/// The errors by the model.
 struct Inference {
     sums: Sums,
     sds: [Vec<f64>; 2],
@@ -399,7 +399,7 @@ fn chi2(rows: &Rows, used: &[usize], fit: &Fit) -> (Option<f64>, Option<f64>) {
     (Some(chi2 / dof as f64), p)
 }
 
-/// How k'' came about and, where it was fitted, whether the stars ask for it: F = (k''/σ)², ΔBIC = ln n − n ln(1 + F/dof).
+/// How k'' came about and, where it was fitted, whether the stars support it: F = (k''/σ)², ΔBIC = ln n − n ln(1 + F/dof).
 fn second_order(rows: &Rows, fit: &Fit, cov: &Matrix, n_used: usize) -> String {
     if rows.terms[2] != Term::Free {
         return rows.terms[2].note();

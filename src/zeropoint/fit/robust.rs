@@ -67,7 +67,7 @@ fn scatter(rows: &Rows, theta: &Vector) -> Result<f64> {
     }
     Err(Error::Zeropoint {
         problem: format!(
-            "{n} stars for {} free terms and no stated errors: nothing tells how good the fit is; take more stars or pin k and C",
+            "{n} stars for {} free terms and no stated errors: the quality of the fit is unknown; take more stars or pin k and C",
             rows.n_free()
         ),
     })

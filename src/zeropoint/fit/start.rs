@@ -33,7 +33,7 @@ pub fn median(rows: &Rows) -> (Vector, f64) {
     (theta, typical(rows, &theta))
 }
 
-/// 1.4826 median |r| \[mag\]. A fit of p terms meets up to p stars exactly: their residuals say nothing.
+/// 1.4826 median |r| \[mag\]. A fit of p terms meets up to p stars exactly: their residuals hold no information.
 fn typical(rows: &Rows, theta: &Vector) -> f64 {
     let mut r: Vec<f64> = (0..rows.len()).map(|i| rows.residual(i, theta).abs()).collect();
     r.sort_unstable_by(f64::total_cmp);

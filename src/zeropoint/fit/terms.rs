@@ -1,8 +1,8 @@
-//! What is done with each term of the fit: fitted, pulled, held, or refused by name.
+//! The treatment of each term of the fit: fitted, pulled, held, or refused by name.
 
 use crate::config::Pin;
 
-/// What is done with k, C or k''.
+/// The treatment of k, C or k''.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Term {
     /// Fitted freely.
@@ -15,7 +15,7 @@ pub enum Term {
     Held(Pin, String),
     /// Not fitted, taken as 0, and why.
     Refused(String),
-    /// Not asked for, taken as 0.
+    /// Not requested, taken as 0.
     Absent,
 }
 

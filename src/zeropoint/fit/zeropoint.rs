@@ -21,8 +21,8 @@ pub struct Zeropoint {
     pub k2_mag: f64,
     /// Covariance of (ZP, k, C, k''); zero for a term that is held. See [`Zeropoint::err_mag`] for what is in it.
     pub cov: [[f64; 4]; 4],
-    /// Covariance whose ±√(gᵀ Cov g) holds the truth in 95 % of nights: wider than 1.96 σ where few stars or pointings tell
-    /// the scatter.
+    /// Covariance whose ±√(gᵀ Cov g) holds the truth in 95 % of nights: wider than 1.96 σ where few stars or pointings
+    /// determine the scatter.
     pub cov_95: [[f64; 4]; 4],
     /// Covariance of the model: noise of the stars and an offset per pointing.
     #[doc(hidden)]
@@ -51,9 +51,9 @@ pub struct Zeropoint {
     pub intrinsic_mag: f64,
     /// Scatter of the stars' own offsets that their visits share \[mag\]; NaN where stars are measured once.
     pub star_scatter_mag: f64,
-    /// Scatter of the pointings' own offsets \[mag\]; NaN where it cannot be told from that of the stars.
+    /// Scatter of the pointings' own offsets \[mag\]; NaN where it cannot be separated from that of the stars.
     pub pointing_scatter_mag: f64,
-    /// Scatter of one line of sight \[mag\]: that of the pointings, or what is known of the site where few tell it.
+    /// Scatter of one line of sight \[mag\]: that of the pointings, or that of the site where there are few pointings.
     pub line_of_sight_mag: f64,
     /// Share of the variance of the stars' colours that is not their error; C is fitted to the colours that are expected
     /// with it (errors in variables). 1 without errors of the colours.
@@ -69,7 +69,7 @@ pub struct Zeropoint {
     pub p_value: Option<f64>,
     /// Condition number of the centred matrix with columns of equal length.
     pub condition: f64,
-    /// Terms the stars can tell apart, ZP included.
+    /// Number of terms that the stars can separate, ZP included.
     pub rank: usize,
     /// Mean airmass of the usable measurements.
     pub airmass_mean: f64,
@@ -87,20 +87,20 @@ pub struct Zeropoint {
     /// Filter of the star frames; the fit does not know it either.
     #[doc(hidden)]
     pub light: Option<Light>,
-    /// How k came about: `fitted`, `pinned 0.12`, `refused: all stars within 0.02 airmass`.
+    /// How k was determined: `fitted`, `pinned 0.12`, `refused: all stars within 0.02 airmass`.
     pub k_note: String,
-    /// How C came about.
+    /// How C was determined.
     pub c_note: String,
-    /// How k'' came about, and whether the stars ask for it.
+    /// How k'' was determined, and whether the stars support it.
     pub k2_note: String,
     /// Where the covariance is from.
     pub cov_note: String,
-    /// Colour of the target and its error \[mag\], for the errors told in the file; NaN if unknown.
+    /// Colour of the target and its error \[mag\], for the errors that the file states; NaN if unknown.
     pub target_b_v_mag: [f64; 2],
     /// The pointings, by number.
     #[doc(hidden)]
     pub pointings: Vec<Pointing>,
-    /// What the observer should know.
+    /// Notes for the observer.
     pub warnings: Vec<String>,
     /// Robust weight of each input row, 0 to 1; 0 = rejected or unusable.
     pub weights: Vec<f64>,
@@ -141,7 +141,7 @@ impl Zeropoint {
         predicted(&self.cov_95, airmass, b_v_mag).hypot(self.colour_slope(airmass) * colour_err)
     }
 
-    /// What the errors of ZP, k and C are multiplied by for 95 %; 1.96 for a term that is held exactly.
+    /// The factors of the errors of ZP, k and C for 95 %; 1.96 for a term that is held exactly.
     #[doc(hidden)]
     #[must_use]
     pub fn multipliers_95(&self) -> [f64; 3] {
@@ -162,11 +162,11 @@ impl Zeropoint {
         })
     }
 
-    /// The name of its band, V where it does not say.
+    /// The name of its band, by [`Band::or_v`].
     #[doc(hidden)]
     #[must_use]
     pub fn band_name(&self) -> &'static str {
-        self.band.unwrap_or(Band::V).name()
+        Band::or_v(self.band).name()
     }
 
     /// ∂V/∂(B−V) without its sign, C + k'' X.
@@ -224,7 +224,7 @@ pub(super) fn predicted(cov: &solve::Matrix, airmass: f64, b_v_mag: f64) -> f64 
     quadratic(cov, &[1.0, airmass, b_v_mag, airmass * b_v_mag]).max(0.0).sqrt()
 }
 
-/// What should be known of an extinction below zero.
+/// The note on an extinction below zero.
 pub(super) fn negative_k(k: f64, err: f64) -> Option<String> {
     (k < 0.0).then(|| {
         format!(

@@ -18,7 +18,7 @@ pub const PER_SECOND_UNIT: &str = "-2.5 log10(electrons per second)";
 /// MJD = JD − 2400000.5.
 const MJD_OF_JD: f64 = 2_400_000.5;
 
-/// What the instrumental magnitude is made from.
+/// The source of the instrumental magnitude.
 #[derive(Debug, Clone, Copy)]
 enum Inst {
     Mag(Cell),
@@ -55,13 +55,13 @@ pub struct Columns {
     include: Option<usize>,
     /// The filter of each row.
     pub filter: Option<usize>,
-    /// How the colour is called.
+    /// The name of the colour.
     pub colour_name: String,
-    /// What each is taken from, for the reader.
+    /// The source of each, for the reader.
     pub taken: Vec<(String, String)>,
     /// The unit of the instrumental magnitudes.
     pub unit: String,
-    /// What should be known.
+    /// Notes for the observer.
     pub notes: Vec<String>,
 }
 
@@ -238,7 +238,7 @@ impl Columns {
         self.airmass.is_some() || self.altitude.is_some()
     }
 
-    /// The column of the catalogue magnitudes and its band, where its name tells.
+    /// The column of the catalogue magnitudes and its band, if its name states it.
     pub fn catalogue_band(&self, table: &Table) -> Option<(String, Band)> {
         let Cell::One(i) = self.v else { return None };
         let name = table.columns[i].name.clone();

@@ -45,11 +45,11 @@ pub struct Request<'a> {
 /// The fit to a matched table.
 #[derive(Debug)]
 pub struct Matched {
-    /// Every row of the table with its weight and residual, or why it was left out.
+    /// Every row of the table with its weight and residual, or why it was excluded.
     pub rows: Vec<StarRow>,
     /// The fit, or why there is none.
     pub zeropoint: std::result::Result<Zeropoint, String>,
-    /// What each quantity was taken from.
+    /// The source of each quantity.
     pub taken: Vec<(String, String)>,
     /// The unit of the instrumental magnitudes.
     pub inst_unit: String,
@@ -57,9 +57,9 @@ pub struct Matched {
     pub colour: String,
     /// The band.
     pub band: String,
-    /// Rows left out before the fit, by reason.
+    /// Rows excluded before the fit, by reason.
     pub left_out: BTreeMap<String, usize>,
-    /// What should be known.
+    /// Notes for the observer.
     pub notes: Vec<String>,
     pub(crate) table: String,
 }
@@ -80,7 +80,7 @@ pub fn without_config(sets: &[String]) -> Result<Config> {
 /// The table is CSV, TSV, ECSV, VOTable or columns of text. Columns are known by the names that SExtractor, photutils,
 /// STDPipe and VizieR give them; `columns` names others by key (`inst_mag`, `v_mag`, `b_v_mag`, `airmass`, ...) or gives
 /// one number for all rows. Magnitudes in mag, of electrons per second where exposure and e⁻/ADU are known. The estimator is
-/// robust against outliers; a term that the stars cannot tell is held, and the zeropoint says so.
+/// robust against outliers; a term that the stars do not determine is held, and the zeropoint says so.
 ///
 /// # Errors
 /// [`Error::Table`] or [`Error::Config`] when a column that is needed is missing, with those present;
@@ -113,8 +113,8 @@ pub fn fit_zeropoint(table: &Path, columns: &[(&str, &str)]) -> Result<Zeropoint
 /// Fits the zeropoint to a table of matched stars.
 ///
 /// # Errors
-/// [`Error::Table`] or [`Error::Config`] when a column that is needed is missing, with those present; a fit that fails is told
-/// in [`Matched::zeropoint`].
+/// [`Error::Table`] or [`Error::Config`] when a column that is needed is missing, with those present; a fit that fails is
+/// reported in [`Matched::zeropoint`].
 pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
     names::check_keys(&request.columns)?;
     let mut table = Table::open(request.table)?;
@@ -165,7 +165,7 @@ pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
         }
     }
     odd_rows::some_rows(n_rows, &table)?;
-    out.notes.extend(odd_rows::told(n_again));
+    out.notes.extend(odd_rows::repeated_note(n_again));
     let keep = one_filter(&usable, request)?;
     let (mut lines, mut stars) = (Vec::new(), Vec::new());
     for (line, star, filter) in usable {
@@ -305,7 +305,7 @@ fn one_filter(rows: &[(usize, StarRow, String)], request: &Request) -> Result<Op
     }
 }
 
-/// Refuses catalogue magnitudes of another band than the one asked for.
+/// Refuses catalogue magnitudes of another band than the requested one.
 fn check_band(columns: &Columns, table: &Table, request: &Request) -> Result<()> {
     let Some((name, band)) = columns.catalogue_band(table) else { return Ok(()) };
     // `r_mag` may be Cousins's R in a table that has small letters alone

@@ -4,57 +4,62 @@
 use std::collections::BTreeMap;
 
 use crate::base::error::{Error, Result};
+use crate::tables::guess::{ColumnGuesser, Quantity, keys, unknown_key};
 use crate::tables::read::{Row, Table, number};
 
-/// Keys of `--column` with the names that are known without it, best first; `{}` is the band, `{l}` the band in small letters.
-const KNOWN: [(&str, &str); 22] = [
-    (
+/// What is looked for, by the keys of `--column`.
+const KNOWN: [Quantity; 22] = [
+    Quantity::named(
         "inst_mag",
         "inst_mag mag_inst m_inst minst instmag instrumental_mag mag_instrumental MAG_AUTO MAG_APER MAG_BEST MAG_PSF \
          MAG_ISO MAG_MODEL aperture_mag aper_mag mag_aper instrumental_magnitude {}_inst {}inst inst_{} inst_mag_{} {l}",
     ),
-    ("inst_mag_err", "inst_mag_err inst_err_mag mag_inst_err magerr mag_err mag_error e_mag merr"),
-    (
+    Quantity::named("inst_mag_err", "inst_mag_err inst_err_mag mag_inst_err magerr mag_err mag_error e_mag merr"),
+    Quantity::named(
         "flux",
         "flux_e flux_e_s flux net_flux flux_adu FLUX_AUTO FLUX_APER FLUX_BEST FLUX_PSF FLUX_ISO aperture_sum_bkgsub \
          aper_sum_bkgsub aperture_sum flux_fit aperture_net_flux aperture_net_cnts net_counts counts source_sum instFlux",
     ),
-    ("flux_err", "flux_err_e flux_err fluxerr flux_error flux_unc aperture_sum_err noise_electrons"),
-    ("snr", "snr s_n SNR_WIN"),
-    (
+    Quantity::named("flux_err", "flux_err_e flux_err fluxerr flux_error flux_unc aperture_sum_err noise_electrons"),
+    Quantity::named("snr", "snr s_n SNR_WIN"),
+    Quantity::named(
         "v_mag",
         "{}_mag catalogue_{}_mag cat_{}_mag {}mag {}'mag Johnson_{} Cousins_{} Sloan_{} mag_{} {}_cat {}cat cat_{} {}_std \
          {}std {}_psf {}MeanPSFMag phot_{l}_mean_mag cat_mag mag_cat catalog_mag catalogue_mag catmag mcat m_cat ref_mag mag_ref refmag \
          std_mag mag_std standard_mag lit_mag mag_lit mag_true true_mag {}",
     ),
-    ("v_mag_err", "{}_mag_err catalogue_{}_mag_err {}_err_mag e_{}mag {}err e_{} cat_magerr cat_mag_err"),
-    ("b_v_mag", "b_v_mag catalogue_b_v_mag cat_b_v_mag B-V B_V BV (B-V)"),
-    ("b_v_err_mag", "b_v_err_mag b_v_mag_err catalogue_b_v_mag_err e_B-V e_B_V BVerr"),
-    ("b_mag", "b_mag catalogue_b_mag cat_b_mag Bmag Johnson_B B"),
-    ("b_mag_err", ""),
-    ("airmass", "airmass air_mass amass secz sec_z"),
-    ("alt_deg", "alt_deg altitude alt elevation objctalt centalt"),
-    ("pointing", "pointing pointing_id field_id frame image filename file frame_id image_id visit night"),
-    ("exptime_s", "exptime_s exptime exposure_time exposure_s exposure texp t_exp"),
-    ("e_per_adu", "e_per_adu egain"),
-    ("mjd_mid_d", "mjd_mid_d mjd mjd_mid mjd_obs MJD-OBS jd jd_utc date_mid date-obs"),
-    ("id", "star_id id name star number source_id object_id recno label"),
-    ("ra_deg", "ra_deg ra catalogue_ra_deg RAJ2000 RA_ICRS ra_j2000 ALPHA_J2000 ALPHAWIN_J2000 _RAJ2000 RADEG"),
-    (
+    Quantity::named(
+        "v_mag_err",
+        "{}_mag_err catalogue_{}_mag_err {}_err_mag e_{}mag {}err e_{} cat_magerr cat_mag_err",
+    ),
+    Quantity::named("b_v_mag", "b_v_mag catalogue_b_v_mag cat_b_v_mag B-V B_V BV (B-V)"),
+    Quantity::named("b_v_err_mag", "b_v_err_mag b_v_mag_err catalogue_b_v_mag_err e_B-V e_B_V BVerr"),
+    Quantity::named("b_mag", "b_mag catalogue_b_mag cat_b_mag Bmag Johnson_B B"),
+    Quantity::named("b_mag_err", ""),
+    Quantity::named("airmass", "airmass air_mass amass secz sec_z"),
+    Quantity::named("alt_deg", "alt_deg altitude alt elevation objctalt centalt"),
+    Quantity::named(
+        "pointing",
+        "pointing pointing_id field_id frame image filename file frame_id image_id visit night",
+    ),
+    Quantity::named("exptime_s", "exptime_s exptime exposure_time exposure_s exposure texp t_exp"),
+    Quantity::named("e_per_adu", "e_per_adu egain"),
+    Quantity::named("mjd_mid_d", "mjd_mid_d mjd mjd_mid mjd_obs MJD-OBS jd jd_utc date_mid date-obs"),
+    Quantity::named("id", "star_id id name star number source_id object_id recno label"),
+    Quantity::named(
+        "ra_deg",
+        "ra_deg ra catalogue_ra_deg RAJ2000 RA_ICRS ra_j2000 ALPHA_J2000 ALPHAWIN_J2000 _RAJ2000 RADEG",
+    ),
+    Quantity::named(
         "dec_deg",
         "dec_deg dec catalogue_dec_deg DEJ2000 DE_ICRS dec_j2000 DELTA_J2000 DELTAWIN_J2000 _DEJ2000 DECDEG DEDEG",
     ),
-    ("include", "include incl in_fit"),
-    ("filter", "filter passband band filt"),
+    Quantity::named("include", "include incl in_fit"),
+    Quantity::named("filter", "filter passband band filt"),
 ];
 /// Colours that are not B−V, taken where there is none.
 const OTHER_COLOURS: &str =
     "color colour cat_color cat_colour color_cat colour_cat color_index g-r g_r bp_rp BP-RP V-R V-I r-i";
-
-/// The names known for `key`.
-fn names(key: &str) -> impl Iterator<Item = &'static str> {
-    KNOWN.iter().find(|(k, _)| *k == key).map_or("", |(_, names)| names).split_whitespace()
-}
 
 /// Where a number is from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,12 +98,11 @@ impl Cell {
 
 /// Refuses unknown keys of `--column`.
 pub fn check_keys(columns: &BTreeMap<String, String>) -> Result<()> {
-    let known: Vec<&str> = KNOWN.iter().map(|(key, _)| *key).collect();
-    match columns.keys().find(|key| !known.contains(&key.as_str())) {
+    match unknown_key(&KNOWN, columns) {
         None => Ok(()),
         Some(key) => Err(Error::Argument {
             name: format!("column {key}"),
-            problem: format!("is nothing satphot reads from a matched table; known: {}", known.join(", ")),
+            problem: format!("is not a quantity that satphot reads from a matched table; known: {}", keys(&KNOWN)),
         }),
     }
 }
@@ -117,7 +121,7 @@ impl Finder<'_> {
     /// What the user names for `key`: a column, a number for all rows, or a difference of two columns.
     ///
     /// # Errors
-    /// [`Error::Config`] when it is none of them, with the columns present.
+    /// [`Error::Argument`] if it is none of these, with the columns present.
     pub fn own(&self, key: &str) -> Result<Option<Cell>> {
         let Some(name) = self.columns.get(key) else { return Ok(None) };
         let difference = || {
@@ -133,19 +137,16 @@ impl Finder<'_> {
         })
     }
 
+    fn guess(&self) -> ColumnGuesser<'_> {
+        ColumnGuesser { table: self.table, quantities: &KNOWN, band: self.band }
+    }
+
     /// The column of `key` by the names known for it.
     pub fn known(&self, key: &str) -> Option<usize> {
-        names(key).find_map(|name| self.column(name))
+        self.guess().column_of(key)
     }
 
-    /// The column of this name, the band put in; small letters only tell where the band is a capital (V and v).
-    fn column(&self, name: &str) -> Option<usize> {
-        let small = self.band.to_lowercase();
-        let name = if name == "{l}" && small == self.band { "" } else { name };
-        self.table.column(&name.replace("{}", self.band).replace("{l}", &small)).filter(|_| !name.is_empty())
-    }
-
-    /// The airmass; X is one only where there is no Y.
+    /// The airmass; a column X is taken for it only if there is no column Y.
     ///
     /// # Errors
     /// As [`Finder::own`].
@@ -173,25 +174,7 @@ impl Finder<'_> {
         }
         let Cell::One(i) = cell else { return Ok(None) };
         let known = || self.known(err_key).filter(|j| *j != i);
-        Ok(self.errors_by_name(i).or_else(known).map(Cell::One))
-    }
-
-    /// The errors of column `i` by its own name.
-    fn errors_by_name(&self, i: usize) -> Option<usize> {
-        let name = &self.table.columns[i].name;
-        let after = [
-            name.replace("MAG_", "MAGERR_"),
-            name.replace("FLUX_", "FLUXERR_"),
-            format!("e_{name}"),
-            format!("{name}_err"),
-            format!("{name}err"),
-            format!("{name}_error"),
-            format!("err_{name}"),
-            format!("sigma_{name}"),
-            name.replace("_mag", "_magerr"),
-            name.replace("mag_", "magerr_"),
-        ];
-        after.iter().find_map(|n| self.table.column(n).filter(|j| *j != i))
+        Ok(self.guess().errors_of(i).or_else(known).map(Cell::One))
     }
 
     /// The errors of a colour: as the user names them, of a difference those of both magnitudes, else by name.
@@ -204,9 +187,9 @@ impl Finder<'_> {
             (None, Cell::Difference(b, v)) => {
                 let b_err = match self.own("b_mag_err")? {
                     Some(Cell::One(i)) => Some(i),
-                    _ => self.errors_by_name(b),
+                    _ => self.guess().errors_of(b),
                 };
-                Ok(b_err.zip(self.errors_by_name(v)).map(|(b, v)| Cell::Quadrature(b, v)))
+                Ok(b_err.zip(self.guess().errors_of(v)).map(|(b, v)| Cell::Quadrature(b, v)))
             }
             (None, _) => self.errors_of(colour, "b_v_err_mag"),
         }
@@ -241,14 +224,14 @@ impl Finder<'_> {
         if let (Some(b), Some(v)) = (self.known("b_mag"), v) {
             return Ok(Some((Cell::Difference(b, v), b_v())));
         }
-        let other = OTHER_COLOURS.split_whitespace().find_map(|name| self.table.column(name));
+        let other = self.guess().first_of(OTHER_COLOURS.split_whitespace());
         Ok(other.map(|i| (Cell::One(i), self.table.columns[i].name.clone())))
     }
 
     /// A column of the band's magnitudes that bears the band in its name.
     fn v_alone(&self) -> Option<usize> {
-        let named = names("v_mag").filter(|n| n.contains("{}"));
-        named.into_iter().find_map(|n| self.column(n))
+        let guess = self.guess();
+        guess.first_of(guess.names("v_mag").filter(|name| name.contains("{}")))
     }
 
     /// Whether the catalogue magnitudes are in a column that bears the band in its name.

@@ -1,6 +1,6 @@
-//! Rows of a matched table that are no measurements of their own, and numbers written for another country.
+//! Repeated rows of a matched table, and numbers with a decimal comma.
 //!
-//! Leaves out: rows without a value, which the columns themselves refuse.
+//! It does not cover rows without a value, which the columns themselves refuse.
 
 use std::collections::HashSet;
 
@@ -37,8 +37,8 @@ impl Seen {
     }
 }
 
-/// What the count of such rows is told as.
-pub fn told(n: usize) -> Option<String> {
+/// The note on the number of such rows; `None` if there are none.
+pub fn repeated_note(n: usize) -> Option<String> {
     (n > 0)
         .then(|| format!("{n} rows are in the table twice (same frame, same star, same numbers): each is counted once"))
 }

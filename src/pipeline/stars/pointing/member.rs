@@ -38,7 +38,7 @@ pub struct Member {
     pub frame: String,
     /// OBJECT.
     pub object: String,
-    /// Mid-exposure; told by the header each time, not kept with what was measured.
+    /// Mid-exposure; read from the header each time, not kept with the measurements.
     #[serde(skip)]
     pub mid: Epoch,
     /// Exposure time \[s\].
@@ -49,7 +49,7 @@ pub struct Member {
     pub fwhm_px: f64,
     /// Pixel scale \[arcsec/px\].
     pub scale_arcsec: f64,
-    /// How the camera is turned on the sky.
+    /// The rotation of the camera on the sky.
     pub turn: Option<CameraTurn>,
     /// Radii of aperture and annulus \[px\].
     pub radii_px: [f64; 3],
@@ -61,9 +61,9 @@ pub struct Member {
     pub alignment: Alignment,
     /// The growth curve of its stars, if it has any bright enough.
     pub growth: Option<FrameGrowth>,
-    /// The profile its stars are carried to their whole light with, once the night's is known.
+    /// The profile that corrects its stars to their whole light, once that of the night is known.
     pub profile: Option<StarProfile>,
-    /// What should be known of it: how its world coordinates were found.
+    /// Notes about it: how its world coordinates were found.
     pub note: String,
     /// Its stars, in the order of the catalogue.
     pub stars: Vec<MemberStar>,

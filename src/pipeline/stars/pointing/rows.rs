@@ -11,7 +11,7 @@ use crate::base::time::{iso_utc, mjd_utc};
 use crate::photometry::Flags;
 use crate::tables::StarRow;
 
-/// A rate \[e⁻/s\]: within the aperture, its error, and carried to the star's whole light.
+/// A rate \[e⁻/s\]: within the aperture, its error, and corrected to the whole light of the star.
 struct Rate {
     value: f64,
     err: f64,
@@ -53,7 +53,7 @@ pub fn single_rows(member: &Member, pointing: usize, catalogue: &Catalogue) -> V
 ///
 /// Var(median) = c(n) n / (Σ 1/σᵢ)², c(n) the variance of the median of n Gaussians relative to their mean (→ π/2);
 /// for equal σ this is c(n) σ²/n. Flags of all members are kept, so a star saturated in one member is flagged.
-/// Stars missing in more than half of the members are left out.
+/// Stars missing in more than half of the members are excluded.
 #[must_use]
 pub fn combined_rows(members: &[Member], pointing: usize, catalogue: &Catalogue) -> Vec<StarRow> {
     let mut indices: Vec<usize> = members.iter().flat_map(|m| m.stars.iter().map(|s| s.index)).collect();

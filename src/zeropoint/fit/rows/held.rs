@@ -1,4 +1,4 @@
-//! Which terms the stars can tell: those they cannot are held at their prior, by name; k'' is refused.
+//! Which terms the stars determine: the others are held at their prior and named; k'' is refused.
 //!
 //! Magnitudes. Judged by the span of airmass and colour and by the error that the design promises, before any fit.
 
@@ -56,7 +56,7 @@ impl Rows {
         self.product = [centre(0), centre(1)];
     }
 
-    /// Holds k or C at its prior where the fit would tell less of it than the prior knows: predicted error above
+    /// Holds k or C at its prior where the fit would determine it worse than the prior does: predicted error above
     /// [`TIMES_PRIOR`] times that of the prior, from the stated errors and the prior of the scatter between pointings.
     fn refuse_by_predicted_error(&mut self, priors: [Pin; 2], config: &config::Zeropoint) {
         for _ in 0..2 {
@@ -82,7 +82,7 @@ impl Rows {
     }
 
     /// Errors of k and C that the design, the stated errors and a scatter between pointings promise; infinite where the
-    /// terms cannot be told apart.
+    /// terms cannot be separated.
     fn predicted_errs(&self, pointing_mag: f64) -> [f64; 2] {
         let n = self.len();
         if self.condition(&vec![1.0; n]).0 > CONDITION_REFUSED {

@@ -1,7 +1,7 @@
 //! What goes into the fit: usable measurements in a fixed order, and the columns of the terms that are fitted.
 //!
 //! Magnitudes. y = V_inst − V against (1, X − X̄, (B−V) − mean, (X − X_p)((B−V) − B_p)). A held term is subtracted from y; a
-//! term pulled to a value by an error adds one row; a term the stars cannot tell is refused by name.
+//! term pulled to a value by an error adds one row; a term that the stars do not determine is refused by name.
 
 mod colours;
 mod held;
@@ -12,7 +12,7 @@ use super::terms::Term;
 use crate::base::error::{Error, Result};
 use crate::config::{self, Estimator};
 
-/// Kasten & Young give 0.9997 at the zenith; anything lower is no airmass.
+/// Kasten & Young give 0.9997 at the zenith; anything lower is not an airmass.
 const MIN_AIRMASS: f64 = 0.99;
 /// No star has such a magnitude or colour \[mag\]: 99.999, −99.9 and the like stand for "not measured".
 const SENTINEL_MAG: [f64; 2] = [60.0, 20.0];
@@ -22,7 +22,7 @@ const REPEATED: f64 = 1.05;
 /// Smallest share of the variance of the colours that must be the stars' own.
 const BELIEVED_SHARE: f64 = 0.1;
 
-/// What the errors of the colours do to the colour term.
+/// The effect of the errors of the colours on the colour term.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Calibration {
     /// Share λ of the variance of the colours that is the stars' own; 1 without errors.
@@ -73,9 +73,9 @@ pub struct Rows {
     var_catalogue: Vec<f64>,
     /// Variance of the true colour of each row about its expected value \[mag²\].
     var_colour: Vec<f64>,
-    /// B−V of each row as far as its error lets it be believed \[mag\] (errors in variables).
+    /// B−V of each row weighted down by its error \[mag\] (errors in variables).
     colour: Vec<f64>,
-    /// What the errors of the colours did.
+    /// The effect of the errors of the colours.
     pub calibration: Calibration,
     /// Index of the star of each row.
     pub star_of: Vec<usize>,
@@ -91,7 +91,7 @@ pub struct Rows {
     pub pointings: Vec<usize>,
     /// Index of the pointing of each row in `pointings`.
     pub group: Vec<usize>,
-    /// What the observer should know.
+    /// Notes for the observer.
     pub warnings: Vec<String>,
     /// Rounds after which the fit stops.
     pub max_rounds: usize,
@@ -155,7 +155,7 @@ impl Rows {
         let lost = all.len() - rows.len();
         if lost > 0 {
             let what = "NaN, infinite or sentinel magnitude or colour, no airmass, or airmass below 0.99";
-            rows.warnings.push(format!("{lost} of {} measurements left out: {what}", all.len()));
+            rows.warnings.push(format!("{lost} of {} measurements were excluded: {what}", all.len()));
         }
         rows.enough(rows.len(), config.min_stars, &format!("{lost} of {} unusable (NaN)", all.len()))?;
         rows.mean = [rows.mean_of(|s| s.airmass), rows.mean_of(|s| s.b_v_mag)];
@@ -191,7 +191,7 @@ impl Rows {
         1 + self.terms.iter().filter(|t| t.held().is_none()).count()
     }
 
-    /// Fails if `n` stars cannot carry the fit.
+    /// Fails if `n` stars are too few for the fit.
     pub fn enough(&self, n: usize, min_stars: usize, lost: &str) -> Result<()> {
         let need = min_stars.max(self.n_free()).max(2);
         if n >= need {
@@ -383,10 +383,10 @@ impl Rows {
     }
 }
 
-/// Stars per pointing from which the pointings' own scatter can be told from that of the stars.
+/// Stars per pointing from which the scatter of the pointings can be separated from that of the stars.
 pub(crate) const STARS_PER_POINTING: usize = 2;
 
-/// Whether the pointings' own scatter enters: enough stars per pointing to tell it from the stars'.
+/// Whether the pointings' own scatter enters: enough stars per pointing to separate it from that of the stars.
 pub fn has_pointings(rows: &Rows) -> bool {
     rows.pointings.len() > 1 && rows.len() >= STARS_PER_POINTING * rows.pointings.len()
 }
