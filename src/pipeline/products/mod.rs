@@ -1,5 +1,7 @@
 //! What a run leaves behind, where it is from, and whether it is whole.
 
+#[cfg(feature = "report")]
+pub mod curve;
 pub mod effective;
 pub mod inputs;
 pub mod lock;
