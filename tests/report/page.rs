@@ -416,7 +416,7 @@ fn two_satellites_in_two_bands_have_charts_and_tables_of_their_own_and_one_of_ea
         assert!(summary.contains(&format!("{name}: median ")), "{name}");
     }
     let plain = page_of((0..4).map(|k| of_pass(k, "ISS", "V", "moon")).collect());
-    assert!(!section(&plain, "light-curve").contains("<h3>") && plain.contains("<caption>Passes; magnitudes V"));
+    assert!(!section(&plain, "light-curve").contains("<h3>") && plain.contains("<caption>Passes of ISS; V in mag"));
 }
 
 #[test]
@@ -426,7 +426,7 @@ fn the_verdict_and_the_passes_come_before_everything_else() {
     let at = |text: &str| summary.find(text).unwrap_or_else(|| panic!("{text}"));
     assert!(at("class=\"lead\"") < at("<caption>Passes") && at("<caption>Passes") < at("<dl class=\"strip\""));
     let lead = summary.split("class=\"lead\">").nth(1).unwrap().split("</p>").next().unwrap();
-    for said in ["target frames in ", " can be used. ", ": median V ", " than the model with a scatter of "] {
+    for said in ["target frames in ", " that can be used. ", ": median V ", " than the model with a scatter of "] {
         assert!(lead.contains(said), "{said}: {lead}");
     }
     let unusable = PhotometryRow { verdict: "reject".into(), ..of_pass(0, "ISS", "", "moon") };

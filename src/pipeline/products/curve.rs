@@ -17,8 +17,9 @@ use crate::visibility::forecast::predict;
 
 /// Moments of a pass, enough for the few seconds in which a satellite enters the Earth's shadow.
 const MOMENTS: usize = 160;
-/// Room before the first and after the last frame: a share of what lies between them, and the least \[s\].
-const ROOM: (f64, f64) = (0.06, 10.0);
+/// Half of the time drawn, as a share of what lies between the first and the last frame, and the least \[s\]: as far as
+/// the axis of a light curve reaches.
+const HALF: (f64, f64) = (0.56, 10.0);
 /// Relative tolerance of the Earth-reflected lights: a line is thicker than their error.
 const TOLERANCE: f64 = 1e-3;
 
@@ -50,8 +51,7 @@ pub fn model_curve(rows: &[PhotometryRow], tracker: &Tracker, model: &config::Mo
 
 /// Evenly spaced moments about those of the first and the last frame (MJD, UTC).
 fn moments(first_d: f64, last_d: f64) -> Vec<Epoch> {
-    let room_d = (ROOM.0 * (last_d - first_d)).max(ROOM.1 / 86_400.0);
-    let (from_d, to_d) = (first_d - room_d, last_d + room_d);
-    let at = |k: usize| from_d + (to_d - from_d) * k as f64 / (MOMENTS - 1) as f64;
+    let (middle_d, half_d) = (0.5 * (first_d + last_d), (HALF.0 * (last_d - first_d)).max(HALF.1 / 86_400.0));
+    let at = |k: usize| middle_d + half_d * (2.0 * k as f64 / (MOMENTS - 1) as f64 - 1.0);
     (0..MOMENTS).map(|k| from_mjd_utc(at(k))).collect()
 }

@@ -28,8 +28,7 @@ pub(super) fn distribution(nights: &[NightPage]) -> Markup {
     html! {
         @for group in &groups {
             @if !group.name.is_empty() { h3 { (group.name) } }
-            div.panels { (violins::by_pass(group).figure()) (violins::by_light(group).figure()) }
-            (histogram(group))
+            div.panels { (violins::by_pass(group).figure()) (violins::by_light(group).figure()) (histogram(group)) }
         }
     }
 }
@@ -65,7 +64,7 @@ pub(super) fn histogram_chart(group: &Group, medium: Medium) -> Option<Sheet> {
     let edge = |i: usize| (bins.first + i as i64) as f64 * bins.width_mag;
     let most = bins.counts.iter().map(|c| c.iter().sum::<usize>()).max().unwrap_or(1) as f64;
     let chart = Chart {
-        size: (940, 260),
+        size: if medium == Medium::Page { (460, 280) } else { (940, 260) },
         x: Span { from: edge(0), to: edge(bins.counts.len()) },
         y: Span { from: 0.0, to: 1.08 * most },
         x_label: &format!("{band} [mag]"),
@@ -95,13 +94,13 @@ fn histogram(group: &Group) -> Markup {
     let of = |k: usize| bins.counts.iter().map(|c| c[k]).sum::<usize>();
     let all: usize = (0..4).map(of).sum();
     html! {
-        ul.key {
-            @for (_, (name, paint)) in named().into_iter().enumerate().filter(|(k, _)| of(*k) > 0) {
-                li { (key_mark(Mark::Square, paint)) " " (name) }
-            }
-        }
         figure {
             (shown(chart, "Distribution of the used magnitudes"))
+            ul.key {
+                @for (_, (name, paint)) in named().into_iter().enumerate().filter(|(k, _)| of(*k) > 0) {
+                    li { (key_mark(Mark::Square, paint)) " " (name) }
+                }
+            }
             figcaption { (all) " used magnitudes in bins of " (format!("{:.2}", bins.width_mag)) " mag, by the largest light of the model." }
         }
     }

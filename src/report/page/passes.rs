@@ -31,8 +31,8 @@ pub(super) fn verdict(page: &NightPage) -> Markup {
         p.lead {
             @if let Some(why) = poor { strong { "Poor night: " } (why) ". " }
             @else if used == 0 { strong { "No magnitude can be used. " } }
-            (count(used, "magnitude", "magnitudes")) " of " (count(targets.len(), "target frame", "target frames"))
-            " in " (count(passes, "pass", "passes")) " can be used"
+            (used) " of " (count(targets.len(), "target frame", "target frames")) " in " (count(passes, "pass", "passes"))
+            @if used == 1 { " gives a magnitude that can be used" } @else { " give magnitudes that can be used" }
             @if failed > 0 { "; " (count(failed, "file", "files")) " could not be reduced" }
             ". "
             @if parts.len() > MOST_NAMED { (parts.len()) " satellites and bands have magnitudes: see the tables of passes." }
@@ -50,15 +50,8 @@ fn magnitudes(group: &Group) -> Option<String> {
     };
     let (v, residual) = (values(|r| r.v_mag), values(|r| r.residual_mag));
     let median = robust(&v)?.0;
-    let who = if group.name.is_empty() {
-        used.first()
-            .map(|r| r.object_name.clone())
-            .filter(|name| !name.is_empty())
-            .unwrap_or_else(|| "The target".into())
-    } else {
-        group.name.clone()
-    };
-    let mut text = format!("{who}: median {} {median:.2} mag", group.band).replace('-', "−");
+    let who = if group.name.is_empty() { satellite(group).unwrap_or("The target") } else { &group.name };
+    let mut text = format!("{who}: median {} {} mag", group.band, format!("{median:.2}").replace('-', "−"));
     if let Some((off, _)) = robust(&residual) {
         let side = if off < 0.0 { "brighter" } else { "fainter" };
         text += &format!(", {:.2} mag {side} than the model", off.abs());
@@ -67,6 +60,11 @@ fn magnitudes(group: &Group) -> Option<String> {
         }
     }
     Some(text + ".")
+}
+
+/// The satellite of a group, where its frames name it.
+fn satellite<'a>(group: &Group<'a>) -> Option<&'a str> {
+    group.rows().map(|r| r.object_name.as_str()).find(|name| !name.is_empty())
 }
 
 /// The clock of a place by the mean Sun: UTC + longitude/15 h.
@@ -107,7 +105,6 @@ fn pass_table(group: &Group) -> Markup {
         vec![
             cell(i + 1),
             cell(first.map(|r| r.date_mid.chars().take(19).collect::<String>().replace('T', " ")).unwrap_or_default()),
-            cell(first.map(|r| r.object_name.clone()).unwrap_or_default()),
             cell(format!("{} of {}", v.len(), pass.len())),
             number(robust(&v).map(|s| s.0), 2),
             number(v.iter().copied().min_by(f64::total_cmp), 2),
@@ -129,7 +126,6 @@ fn pass_table(group: &Group) -> Markup {
     let head = [
         "pass",
         "first frame (UTC)",
-        "target",
         "used",
         middle.as_str(),
         brightest.as_str(),
@@ -142,11 +138,9 @@ fn pass_table(group: &Group) -> Markup {
         "Sun alt [deg]",
         "mean solar time",
     ];
-    let of = if group.name.is_empty() { String::new() } else { format!(" of {}", group.name) };
-    table(
-        "sortable passes",
-        &format!("Passes{of}; magnitudes {band}, median, brightest and scatter of the used frames"),
-        &head,
-        &lines,
-    )
+    let of = match group.name.as_str() {
+        "" => satellite(group).map(|name| format!(" of {name}")).unwrap_or_default(),
+        name => format!(" of {name}"),
+    };
+    table("sortable passes", &format!("Passes{of}; {band} in mag, of the used frames"), &head, &lines)
 }

@@ -16,6 +16,9 @@ use crate::tables::selection::is_lower_limit;
 use crate::tables::selection::is_used;
 use crate::tables::words::{Status, Verdict};
 
+/// A value of more bytes than this has a line of its own.
+const LONG: usize = 160;
+
 /// The section.
 pub(super) fn summary(page: &NightPage) -> Markup {
     let rows = &page.rows;
@@ -82,7 +85,7 @@ pub(super) fn summary(page: &NightPage) -> Markup {
         (passes::verdict(page))
         (passes::pass_tables(std::slice::from_ref(page)))
         (warnings(page))
-        dl.strip { @for (name, value) in figures { div { dt { (name) } dd { (value) } } } }
+        dl.strip { @for (name, value) in figures { div.wide[value.len() > LONG] { dt { (name) } dd { (value) } } } }
         (notes(page))
     }
 }
