@@ -31,13 +31,13 @@ for start in 2025-06-18T06:00:00 2025-06-19T05:15:00 2025-06-21T05:15:00 2025-06
 done
 "$SATPHOT" published --observed "$work/passes.ecsv" "${by_day[@]}" -q -o "$figures/classes.svg" > "$work/classes.txt"
 
-# the pass of 9 June: light curve, and the whole sky at its culmination
-"$SATPHOT" predict pass "${iss[@]}" --start 2025-06-09T10:25:00 --hours 0.3 -q -o "$figures/pass_2025-06-09.svg" > "$work/pass.txt"
-"$SATPHOT" predict sky "${site[@]}" --satellite iss --height-km 420 --time 2025-06-09T10:33:12 -q -o "$figures/sky_2025-06-09.svg" > "$work/sky.txt"
+# figures 2, 5, 7, 8, 9 and 10 as published and as corrected, on common scales; the map of figure 9; the sky of figure 7
+"$SATPHOT" published --figures "$figures" -q > "$work/figures.txt"
+"$SATPHOT" plot ground --elements src/presets/iss_2025_june.tle "${site[@]}" --time 2025-06-09T10:33:12 -q \
+    -o "$figures/ground_track.svg" > "$work/ground.txt"
+"$SATPHOT" predict sky "${site[@]}" --satellite iss --height-km 420 --time 2025-06-09T10:33:12 -q > "$work/sky.txt"
 
-# 24 hours: maps of two days, the curve in both readings, the hours
-"$SATPHOT" predict sky "${site[@]}" --satellite iss --height-km 420 --time 2025-06-11T04:00:00 --sequence 4 \
-    --also 2025-06-18T04:00:00 -q -o "$figures/sequence.svg" > "$work/sequence.txt"
+# 24 hours: the curve in both readings, the hours
 for mode in as_published corrected; do
     "$SATPHOT" predict day "${site[@]}" --satellite iss --height-km 420 --date 2025-06-11 --mode $mode -q \
         -o "$figures/day_$mode.svg" > "$work/day_$mode.txt"

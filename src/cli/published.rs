@@ -6,11 +6,13 @@ use std::path::PathBuf;
 use clap::Args;
 use satphot::base::threads::with_threads;
 use satphot::figures::{LabelSample, label_histogram};
+use satphot::paper::figures::write_figures;
 use satphot::paper::labels::{Labelled, read_labelled, summary};
 use satphot::paper::{Published, Rule, published, table};
 use satphot::report::summary::text_table;
 use satphot::tables::{LabelRow, Meta, MetaValue, csv_text, write_rows};
 
+use super::bar::Bars;
 use super::orbit_args::bad;
 use super::{print, tell, threads};
 
@@ -24,9 +26,14 @@ With --observed the paper's table and histogram of brightness by day, twilight a
 from the tables of `satphot run` (photometry.ecsv) or `satphot predict pass -o`: observed magnitudes
 where there are any, else modelled ones, each under the label of its pass.
 
+With --figures the figures of the paper that can be computed, as published and as corrected in the
+same colours for the same numbers: the four lights, the ISS under three lights, its pass of 9 June
+with the sky, the skies of two days, the moonlit Earth, the resolved ISS (about a minute).
+
 Examples:
   satphot published
   satphot published --full --csv > published.csv
+  satphot published --figures figures
   satphot published --observed satphot-out/2025-06-09/photometry.ecsv -o classes.svg
 
 Exit code 4 for a table that lacks a column, with what is needed.";
@@ -41,6 +48,9 @@ pub struct PublishedVerb {
     /// Tables of magnitudes: brightness by light class instead of the list of numbers (repeatable)
     #[arg(long, value_name = "FILE", num_args = 1..)]
     observed: Vec<PathBuf>,
+    /// Folder for the figures of the paper, instead of the list of numbers
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["full", "observed", "csv", "markdown", "out"])]
+    figures: Option<PathBuf>,
     /// Comma-separated values instead of a table
     #[arg(long)]
     csv: bool,
@@ -60,6 +70,13 @@ pub struct PublishedVerb {
 
 impl PublishedVerb {
     pub fn execute(self) -> anyhow::Result<()> {
+        if let Some(folder) = &self.figures {
+            let bar = Bars::new(!self.quiet);
+            for path in with_threads(self.jobs, || write_figures(folder, &bar))?? {
+                print(&format!("{}\n", path.display()));
+            }
+            return Ok(());
+        }
         let ends_with = |ending: &str| {
             let fits = move |p: &&PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
             self.out.iter().filter(fits).cloned().collect::<Vec<_>>()

@@ -112,7 +112,7 @@ pub fn day(path: &Path, rows: &[DayRow], violins: &[Violin], title: &str) -> Res
 }
 
 /// The density of the magnitudes of a pass on both sides of its time, Gaussian kernels of Silverman's width; a pass of
-/// fewer than three is its points.
+/// fewer than eight is its points.
 fn draw_violin(panel: &Panel, second: f64, violin: &Violin) {
     let x = panel.px(second);
     let places = density(&violin.v_mag);

@@ -7,14 +7,17 @@ const KERNEL_MAG: f64 = 0.08;
 /// Places between the ends of a violin.
 const PLACES: usize = 40;
 
-/// Places \[mag\] from bright to faint and how dense the values are there, the densest 1; empty for fewer than three
-/// values, which are better drawn as points.
+/// Fewer values than this are drawn as points: they do not say how they are spread.
+pub(crate) const LEAST_VALUES: usize = 8;
+
+/// Places \[mag\] from bright to faint and how dense the values are there, the densest 1; empty for fewer than
+/// [`LEAST_VALUES`], which are drawn as points.
 ///
 /// `d(m) = Σ exp(−(m − mᵢ)²/2h²)`, `h = max(1.06 σ n^(−1/5), 0.08 mag)` (Silverman 1986, eq. 3.28), cut at
 /// the extremes of the values: nothing is drawn where nothing was measured.
 pub(crate) fn density(v_mag: &[f64]) -> Vec<(f64, f64)> {
     let values: Vec<f64> = v_mag.iter().copied().filter(|v| v.is_finite()).collect();
-    if values.len() < 3 {
+    if values.len() < LEAST_VALUES {
         return Vec::new();
     }
     let n = values.len() as f64;
@@ -53,9 +56,11 @@ mod tests {
     }
 
     #[test]
-    fn two_values_are_no_density_and_equal_ones_are_narrow_but_not_nothing() {
-        assert!(density(&[1.0, 2.0]).is_empty() && density(&[1.0, f64::NAN, 2.0]).is_empty());
-        let places = density(&[5.0; 4]);
+    fn seven_values_are_no_density_and_equal_ones_are_narrow_but_not_nothing() {
+        let seven = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+        assert!(density(&seven).is_empty() && density(&[&seven[..], &[f64::NAN]].concat()).is_empty());
+        assert!(!density(&[&seven[..], &[8.0]].concat()).is_empty());
+        let places = density(&[5.0; 8]);
         assert_eq!(places, [(4.96, 1.0), (5.04, 1.0)]);
     }
 }

@@ -38,12 +38,14 @@ pub struct EarthMark {
     pub terminator_deg: Vec<(f64, f64)>,
     /// Lines of text.
     pub notes: Vec<String>,
+    /// Radiance of the brightest colour \[W m⁻² sr⁻¹\]; `None` = that of the brightest pixel.
+    pub brightest: Option<f64>,
 }
 
-/// The radiances as colours; white beyond the limb.
+/// The radiances as colours, the brightest of which is for `brightest`; white beyond the limb.
 #[must_use]
-pub fn earth_raster(picture: &EarthPicture) -> Raster {
-    let (n, brightest) = (picture.radiance.ncols(), picture.brightest());
+pub fn earth_raster(picture: &EarthPicture, brightest: f64) -> Raster {
+    let n = picture.radiance.ncols();
     let limb = 2.0 * (0.5 * picture.view.limb_rad()).sin();
     Raster::of((n, n), |column, row| {
         let at = |k: usize| ((k as f64 + 0.5) / n as f64 * 2.0 - 1.0) * picture.half_side;
@@ -59,7 +61,8 @@ pub fn earth_raster(picture: &EarthPicture) -> Raster {
 /// # Errors
 /// [`Error::Io`].
 pub fn earth(path: &Path, picture: &EarthPicture, title: &str, mark: &EarthMark) -> Result<()> {
-    let raster = earth_raster(picture);
+    let brightest = mark.brightest.unwrap_or_else(|| picture.brightest());
+    let raster = earth_raster(picture, brightest);
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
         return write_atomic(path, &raster.png().map_err(|e| Error::io(path, e))?);
     }
@@ -75,7 +78,7 @@ pub fn earth(path: &Path, picture: &EarthPicture, title: &str, mark: &EarthMark)
             sheet.circle(at, 16, &Style::line(ORANGE, 5));
             write_over(sheet, &mark.light_source, (at.0 + 30.0, at.1), WHITE, (HPos::Left, VPos::Center));
         }
-        bar(sheet, picture.brightest());
+        bar(sheet, brightest);
         for (i, note) in mark.notes.iter().chain(&legend(picture, mark)).enumerate() {
             let at = (1_500, 1_010 + 44 * i as i32);
             write_text(sheet, &signed(note), at, SMALL - 2.0, INK, (HPos::Left, VPos::Center));

@@ -1,6 +1,6 @@
 //! Light curves: observed V with error bars and limits over the model and its lights, altitude below, one block a pass.
 //!
-//! Magnitudes upwards to brighter, UTC to the right. The background says which light is the largest. Lights more than
+//! Magnitudes upwards to brighter, UTC to the right. The model is a curve of its own, closer in time than the frames. The background says which light is the largest. Lights more than
 //! [`LIGHTS_BELOW_MAG`] fainter than the rest leave the figure: their numbers are in the table.
 
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ use crate::base::stats::robust;
 use crate::base::stats::scatter;
 use crate::brightness::Illum;
 use crate::tables::PhotometryRow;
-use crate::tables::row_passes::passes;
+use crate::tables::row_passes::{PASS_GAP_S, mjd, passes, target};
 use crate::tables::selection::counts;
 use crate::tables::selection::is_lower_limit;
 use crate::tables::selection::is_used;
@@ -61,14 +61,17 @@ pub(crate) const MODEL: Paint = INK.class("model");
 /// # Errors
 /// [`crate::Error::Io`] when the file cannot be written.
 pub fn light_curve(path: &Path, rows: &[PhotometryRow], title: &str) -> Result<()> {
-    light_curve_in(path, rows, title, "V")
+    light_curve_in(path, (rows, &[]), title, "V")
 }
 
-/// As [`light_curve`], of magnitudes of another band than V.
-///
-/// # Errors
-/// As [`light_curve`].
-pub fn light_curve_in(path: &Path, rows: &[PhotometryRow], title: &str, band: &str) -> Result<()> {
+/// As [`light_curve`], of magnitudes of another band than V, with the model at the moments of `curve`; without one at
+/// those of the frames.
+fn light_curve_in(
+    path: &Path,
+    (rows, curve): (&[PhotometryRow], &[PhotometryRow]),
+    title: &str,
+    band: &str,
+) -> Result<()> {
     let all = passes(rows);
     let drawable: Vec<&Vec<&PhotometryRow>> = all.iter().filter(|p| magnitude_span(p).is_some()).collect();
     if drawable.is_empty() {
@@ -92,25 +95,32 @@ pub fn light_curve_in(path: &Path, rows: &[PhotometryRow], title: &str, band: &s
         }
         let block = if shown == 1 { 2 * ONE_PASS.1 as i32 - 110 } else { BLOCK };
         for (i, pass) in drawable.iter().take(shown).enumerate() {
-            draw_pass(sheet, pass, (90 + block * i as i32, block), band);
+            let curve = curve_of(pass, curve);
+            draw_pass(sheet, (pass, &curve), (90 + block * i as i32, block), band);
         }
     })
 }
 
 /// Writes `light_curve.svg` with the first three passes into `dir`, and `light_curve_2.svg` and so on with the next
-/// three each, of magnitudes of `band`; returns the paths.
+/// three each, of magnitudes of `band`; returns the paths. The model is drawn at the moments of `curve`, or, where that
+/// has none, at those of the frames.
 ///
 /// # Errors
 /// As [`light_curve`].
-pub fn light_curve_pages(dir: &Path, rows: &[PhotometryRow], title: &str, band: &str) -> Result<Vec<PathBuf>> {
+pub fn light_curve_pages(
+    dir: &Path,
+    (rows, curve): (&[PhotometryRow], &[PhotometryRow]),
+    title: &str,
+    band: &str,
+) -> Result<Vec<PathBuf>> {
     let mut paths = vec![dir.join("light_curve.svg")];
-    light_curve_in(&paths[0], rows, title, band)?;
+    light_curve_in(&paths[0], (rows, curve), title, band)?;
     let all = passes(rows);
     let drawable: Vec<&Vec<&PhotometryRow>> = all.iter().filter(|p| magnitude_span(p).is_some()).collect();
     for (page, some) in drawable.chunks(MOST_PASSES).enumerate().skip(1) {
         let path = dir.join(format!("light_curve_{}.svg", page + 1));
         let rows: Vec<PhotometryRow> = some.iter().flat_map(|p| p.iter().map(|r| (*r).clone())).collect();
-        light_curve_in(&path, &rows, title, band)?;
+        light_curve_in(&path, (&rows, curve), title, band)?;
         paths.push(path);
     }
     Ok(paths)
@@ -177,10 +187,22 @@ fn magnitude_span(pass: &[&PhotometryRow]) -> Option<Span> {
     Some(span)
 }
 
+/// The moments of `curve` that belong to a pass, in order of time; those of its frames where there is none.
+fn curve_of<'a>(pass: &[&'a PhotometryRow], curve: &'a [PhotometryRow]) -> Vec<&'a PhotometryRow> {
+    let (Some(first), Some(last)) = (pass.first(), pass.last()) else { return Vec::new() };
+    // further apart than this, and a moment is of another pass
+    let near_d = PASS_GAP_S / 86_400.0;
+    let ours =
+        |r: &&PhotometryRow| target(r) == target(first) && mjd(first) - near_d < mjd(r) && mjd(r) < mjd(last) + near_d;
+    let found: Vec<&PhotometryRow> = curve.iter().filter(ours).collect();
+    if found.is_empty() { pass.to_vec() } else { found }
+}
+
 /// One pass as a chart of a page: the same curves and points as in a file, with a strip of altitudes along the foot.
 /// `None` without a magnitude, a limit or a model.
 pub(crate) fn pass_chart(
     pass: &[&PhotometryRow],
+    curve: &[PhotometryRow],
     band: &str,
     size: (i32, i32),
     interaction: &Interaction,
@@ -194,10 +216,11 @@ pub(crate) fn pass_chart(
     let day: String = first.date_mid.chars().take(10).collect();
     let chart =
         Chart { size, x, y, x_label: &format!("UTC on {day}"), y_label: &format!("{band} [mag]"), ticks: Ticks::Clock };
-    let shades = |panel: &Panel| drop(shade(panel, pass, &seconds, false));
+    let curve = curve_of(pass, curve);
+    let shades = |panel: &Panel| drop(shade(panel, &curve, &seconds, false));
     Some(chart.draw(Medium::Page, shades, |panel| {
-        altitudes(panel, pass, &seconds);
-        curves(panel, pass, &seconds, (Legend::new(), band), interaction);
+        altitudes(panel, &curve, &seconds);
+        curves(panel, (pass, &curve), &seconds, (Legend::new(), band), interaction);
     }))
 }
 
@@ -207,9 +230,9 @@ pub(crate) fn altitude_colour(alt_deg: f64) -> Colour {
     Colour(r, g, b)
 }
 
-/// The strip of altitudes, each frame as far as halfway to its neighbours.
-fn altitudes(panel: &Panel, pass: &[&PhotometryRow], seconds: &dyn Fn(&PhotometryRow) -> f64) {
-    let known: Vec<(f64, f64)> = pass.iter().filter_map(|r| Some((seconds(r), r.alt_deg?))).collect();
+/// The strip of altitudes, each moment as far as halfway to its neighbours.
+fn altitudes(panel: &Panel, curve: &[&PhotometryRow], seconds: &dyn Fn(&PhotometryRow) -> f64) {
+    let known: Vec<(f64, f64)> = curve.iter().filter_map(|r| Some((seconds(r), r.alt_deg?))).collect();
     let middle = |a: usize, b: usize| Some(0.5 * (known.get(a)?.0 + known.get(b)?.0));
     for (k, (at, alt_deg)) in known.iter().enumerate() {
         let before = k.checked_sub(1).and_then(|p| middle(p, k)).unwrap_or(at - 5.0);
@@ -219,7 +242,12 @@ fn altitudes(panel: &Panel, pass: &[&PhotometryRow], seconds: &dyn Fn(&Photometr
 }
 
 /// One pass: heading, magnitudes, altitude, legend, from `top` over `height` drawn pixels.
-fn draw_pass(sheet: &Sheet, pass: &[&PhotometryRow], (top, height): (i32, i32), band: &str) {
+fn draw_pass(
+    sheet: &Sheet,
+    (pass, curve): (&[&PhotometryRow], &[&PhotometryRow]),
+    (top, height): (i32, i32),
+    band: &str,
+) {
     let (Some(y), Some(first)) = (magnitude_span(pass), pass.first()) else { return };
     let midnight = first.mjd_mid_d.unwrap_or(0.0).floor();
     let seconds = |r: &PhotometryRow| (r.mjd_mid_d.unwrap_or(0.0) - midnight) * 86_400.0;
@@ -240,34 +268,34 @@ fn draw_pass(sheet: &Sheet, pass: &[&PhotometryRow], (top, height): (i32, i32), 
     );
     write_text(sheet, heading.trim_start_matches([' ', '·']), (160, top), LABEL, INK, (HPos::Left, VPos::Top));
 
-    let altitude = Span::around(pass.iter().filter_map(|r| r.alt_deg), 4.0);
+    let altitude = Span::around(pass.iter().chain(curve).filter_map(|r| r.alt_deg), 4.0);
     let bottom = top + height - 110;
     let split = if altitude.is_some() { bottom - (height - 200) * 3 / 10 } else { bottom };
     let day: String = first.date_mid.chars().take(10).collect();
     let x_title = format!("UTC {day}");
     let magnitudes = Panel { sheet, frame: (160, top + 84, 1430, split), x, y };
-    let unnamed = shade(&magnitudes, pass, &seconds, true);
+    let unnamed = shade(&magnitudes, curve, &seconds, true);
     magnitudes.axes(Ticks::Clock, if altitude.is_some() { "" } else { &x_title }, &format!("{band} [mag]"));
-    let entries = curves(&magnitudes, pass, &seconds, (unnamed, band), &Interaction::NONE);
+    let entries = curves(&magnitudes, (pass, curve), &seconds, (unnamed, band), &Interaction::NONE);
     legend(sheet, (LEGEND_X, top + 100), &entries);
     if let Some(y) = altitude {
         let panel = Panel { sheet, frame: (160, split + 26, 1430, bottom), x, y };
-        shade(&panel, pass, &seconds, false);
+        shade(&panel, curve, &seconds, false);
         panel.axes(Ticks::Clock, &x_title, "altitude [deg]");
-        let track: Vec<(f64, Option<f64>)> = pass.iter().map(|r| (seconds(r), r.alt_deg)).collect();
+        let track: Vec<(f64, Option<f64>)> = curve.iter().map(|r| (seconds(r), r.alt_deg)).collect();
         panel.polyline(&track, INK, 3);
     }
 }
 
-/// The background by the largest light, changing halfway between frames. Returns the legend of the pieces too narrow
+/// The background by the largest light, changing halfway between moments. Returns the legend of the pieces too narrow
 /// for their name.
-fn shade(panel: &Panel, pass: &[&PhotometryRow], seconds: &dyn Fn(&PhotometryRow) -> f64, named: bool) -> Legend {
+fn shade(panel: &Panel, curve: &[&PhotometryRow], seconds: &dyn Fn(&PhotometryRow) -> f64, named: bool) -> Legend {
     let mut unnamed = Legend::new();
     let mut start = 0;
-    while let Some(first) = pass.get(start) {
-        let count = pass.iter().skip(start).take_while(|r| r.illum == first.illum).count();
+    while let Some(first) = curve.get(start) {
+        let count = curve.iter().skip(start).take_while(|r| r.illum == first.illum).count();
         let end = start + count;
-        let edge = |before: usize, after: usize| match (pass.get(before), pass.get(after)) {
+        let edge = |before: usize, after: usize| match (curve.get(before), curve.get(after)) {
             (Some(a), Some(b)) => Some(0.5 * (seconds(a) + seconds(b))),
             _ => None,
         };
@@ -298,14 +326,14 @@ fn shade(panel: &Panel, pass: &[&PhotometryRow], seconds: &dyn Fn(&PhotometryRow
 /// Model, lights and observations; returns the legend of what was drawn, `backgrounds` among it, and the numbers.
 fn curves(
     panel: &Panel,
-    pass: &[&PhotometryRow],
+    (pass, curve): (&[&PhotometryRow], &[&PhotometryRow]),
     seconds: &dyn Fn(&PhotometryRow) -> f64,
     (backgrounds, name): (Legend, &str),
     interaction: &Interaction,
 ) -> Legend {
     let sheet = panel.sheet;
     let mut model = Legend::new();
-    let band: Vec<(f64, f64, f64)> = pass
+    let band: Vec<(f64, f64, f64)> = curve
         .iter()
         .filter_map(|r| Some((seconds(r), r.model_v_mag? - r.model_err_mag?, r.model_v_mag? + r.model_err_mag?)))
         .collect();
@@ -315,13 +343,13 @@ fn curves(
         model.push((Some((Mark::Band, GREY)), "model ± error".into()));
     }
     // The lights over the total: where one of them is nearly all of it, both can be seen.
-    let total: Vec<(f64, Option<f64>)> = pass.iter().map(|r| (seconds(r), r.model_v_mag)).collect();
+    let total: Vec<(f64, Option<f64>)> = curve.iter().map(|r| (seconds(r), r.model_v_mag)).collect();
     if total.iter().any(|(_, v)| v.is_some()) {
         sheet.series(MODEL.class, || panel.polyline(&total, MODEL, 7));
         model.insert(0, (Some((Mark::Line(7), INK)), "model, all lights".into()));
     }
     for (name, paint, of) in LIGHTS {
-        let light: Vec<(f64, Option<f64>)> = pass.iter().map(|r| (seconds(r), of(r))).collect();
+        let light: Vec<(f64, Option<f64>)> = curve.iter().map(|r| (seconds(r), of(r))).collect();
         if light.iter().any(|(_, v)| v.is_some_and(|v| panel.y.holds(v))) {
             sheet.series(paint.class, || panel.polyline(&light, paint, 3));
             model.push((Some((Mark::Line(3), paint.colour)), name.into()));

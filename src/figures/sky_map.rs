@@ -134,7 +134,7 @@ impl Disc {
     }
 
     /// Where a direction is on the sheet.
-    fn place(&self, alt_deg: f64, az_deg: f64) -> (f64, f64) {
+    pub(super) fn place(&self, alt_deg: f64, az_deg: f64) -> (f64, f64) {
         let r = self.radius * (90.0 - alt_deg) / 90.0;
         let (sin_a, cos_a) = az_deg.to_radians().sin_cos();
         (self.centre.0 - r * sin_a, self.centre.1 - r * cos_a)
@@ -213,7 +213,7 @@ impl Levels {
         Self::of_magnitudes(rows.into_iter().filter_map(|r| r.model_v_mag))
     }
 
-    fn number(&self, v_mag: f64) -> i64 {
+    pub(super) fn number(&self, v_mag: f64) -> i64 {
         ((v_mag / self.step_mag).floor() as i64).clamp(self.ends.0, self.ends.1)
     }
 
@@ -222,7 +222,7 @@ impl Levels {
     }
 
     /// Bright is yellow, faint is violet.
-    fn colour(&self, level: i64) -> Colour {
+    pub(super) fn colour(&self, level: i64) -> Colour {
         let share = (level - self.ends.0) as f64 / (self.count() - 1).max(1) as f64;
         let (r, g, b) = viridis(1.0 - share);
         Colour(r, g, b)
@@ -264,7 +264,8 @@ impl Levels {
         write_text(sheet, "V [mag]", (left, top - 50), LABEL, INK, left_centre);
         let edge = |level: i64| top + ((bottom - top) as i64 * (level - self.ends.0) / self.count()) as i32;
         for level in self.ends.0..=self.ends.1 {
-            let corners = [(left, edge(level)), (right, edge(level + 1))];
+            // a little under the next one, so that no seam shows
+            let corners = [(left, edge(level)), (right, (edge(level + 1) + 1).min(bottom))];
             sheet.rect(corners[0], corners[1], &Style::filled(self.colour(level)));
         }
         for (level, text) in self.labels() {

@@ -37,11 +37,19 @@ pub struct SkyPanel {
 /// # Errors
 /// [`crate::Error::Io`] when the file cannot be written.
 pub fn sky_sequence(path: &Path, panels: &[SkyPanel], across: usize, title: &str) -> Result<()> {
+    sky_sequence_on(path, panels, panels, across, title)
+}
+
+/// As [`sky_sequence`], in the colours that suit all skies of `scale`, so that several sheets can be compared.
+///
+/// # Errors
+/// As [`sky_sequence`].
+pub fn sky_sequence_on(path: &Path, panels: &[SkyPanel], scale: &[SkyPanel], across: usize, title: &str) -> Result<()> {
     let across = across.clamp(1, ACROSS.min(panels.len().max(1)));
     let down = panels.len().div_ceil(across).max(1) as i32;
     let width = (40 + SQUARE * across as i32 + BAR).max(1240);
     let size = (width as u32 / 2, ((ABOVE + (SQUARE + TEXT) * down).max(1400)) as u32 / 2);
-    let Some(levels) = Levels::of(panels.iter().flat_map(|p| &p.rows)) else {
+    let Some(levels) = Levels::of(scale.iter().flat_map(|p| &p.rows)) else {
         return no_data(path, size, title, "no direction at any moment in which the satellite has any light");
     };
     figure(path, size, |sheet| {

@@ -7,6 +7,8 @@ mod areas;
 mod calendar;
 mod context;
 mod entry;
+#[cfg(feature = "report")]
+pub mod figures;
 pub mod labels;
 mod limits;
 mod literature;

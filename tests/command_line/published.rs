@@ -305,6 +305,63 @@ fn the_corrected_values_of_wrong_numbers_are_as_documented() {
     }
 }
 
+/// The texts of a figure with their places from the left.
+fn texts(svg: &str) -> Vec<(f64, &str)> {
+    let text = |part: &'_ str| -> Option<f64> { part.split(" x=\"").nth(1)?.split('"').next()?.parse().ok() };
+    let parts = svg.split("<text").skip(1);
+    parts.filter_map(|part| Some((text(part)?, part.split_once('>')?.1.split("</text>").next()?))).collect()
+}
+
+/// The labels of a colour bar: the texts that stand `right` of its heading.
+fn bar<'s>(svg: &'s str, heading: &str, right: f64) -> Vec<&'s str> {
+    let texts = texts(svg);
+    let left = texts.iter().find(|t| t.1 == heading).unwrap_or_else(|| panic!("no {heading}")).0;
+    texts.iter().filter(|t| (t.0 - left - right).abs() < 0.2).map(|t| t.1).collect()
+}
+
+#[test]
+fn the_figures_of_the_paper_have_one_scale_for_both_modes_and_do_not_depend_on_threads() {
+    let base = tempfile::tempdir().unwrap();
+    let draw = |jobs: &str| {
+        let folder = base.path().join(jobs);
+        let done = std::process::Command::new(env!("CARGO_BIN_EXE_satphot"))
+            .args(["published", "-q", "-j", jobs, "--figures"])
+            .arg(&folder)
+            .output()
+            .unwrap();
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let mut names: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|f| f.unwrap().file_name()).collect();
+        names.sort();
+        let read = |name: &std::ffi::OsString| {
+            (name.to_string_lossy().into_owned(), std::fs::read_to_string(folder.join(name)).unwrap())
+        };
+        names.iter().map(read).collect::<std::collections::BTreeMap<_, _>>()
+    };
+    let figures = draw("2");
+    assert!(figures == draw("1"), "the figures depend on the number of threads");
+    let committed = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/figures/paper");
+    for name in figures.keys() {
+        assert!(committed.join(name).is_file(), "run scripts/reproduce_paper.sh: {name}");
+    }
+    for (name, heading, right) in
+        [("skies", "V [mag]", 76.0), ("earth", "radiance", 76.0), ("resolved", "radiance", 66.0)]
+    {
+        let labels = |mode: &str| bar(&figures[&format!("{name}_{mode}.svg")], heading, right);
+        assert_eq!(labels("as_published"), labels("corrected"), "{name}");
+        assert!(labels("corrected").len() > 3, "{name}");
+    }
+    // the resolved station: two rows, each with a bar; a pass in both modes under one bar
+    assert_eq!(figures["resolved_corrected.svg"].matches("<image").count(), 6);
+    let pass = &figures["pass_and_sky.svg"];
+    for (text, times) in [(">V [mag]<", 3), (">altitude [deg]<", 1), ("ISS, as published", 1), ("ISS, corrected", 1)] {
+        assert_eq!(pass.matches(text).count(), times, "{text}");
+    }
+    assert_eq!(figures["three_lights.svg"].matches("<image").count(), 3);
+    for light in ["Sunlight", "Earthshine", "Moonlight", "Lunar-Earthshine"] {
+        assert!(texts(&figures["four_lights.svg"]).iter().any(|t| t.1 == light), "{light}");
+    }
+}
+
 #[test]
 fn literature_is_listed_with_its_source_and_slow_rows_say_so() {
     let literature: Vec<&Published> = fast().iter().filter(|r| r.verdict() == Verdict::Literature).collect();

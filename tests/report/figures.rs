@@ -313,7 +313,7 @@ fn more_than_three_passes_are_counted_in_a_note_and_have_figures_of_their_own_no
     assert!(fs::read_to_string(place("nine.svg")).unwrap().contains("… and 6 more passes"));
     let dir = place("pages");
     fs::create_dir_all(&dir).unwrap();
-    let paths = light_curve_pages(&dir, &rows[..21], "Seven", "V").unwrap();
+    let paths = light_curve_pages(&dir, (&rows[..21], &[]), "Seven", "V").unwrap();
     let names: Vec<_> = paths.iter().map(|p| p.file_name().unwrap().to_string_lossy().into_owned()).collect();
     assert_eq!(names, ["light_curve.svg", "light_curve_2.svg", "light_curve_3.svg"]);
     for (path, passes) in paths.iter().zip([3, 3, 1]) {

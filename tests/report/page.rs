@@ -12,12 +12,12 @@ const SECTIONS: [&str; 10] = [
     "summary",
     "light-curve",
     "residuals",
+    "distribution",
     "sky",
     "zeropoint",
+    "calibration",
     "frames",
     "timing",
-    "calibration",
-    "distribution",
     "provenance",
 ];
 
@@ -50,8 +50,9 @@ fn page_of(rows: Vec<PhotometryRow>) -> String {
 #[test]
 fn the_night_has_ten_sections_links_that_lead_somewhere_and_needs_no_network() {
     let page = std::fs::read_to_string(night().join("report.html")).unwrap();
+    let ids: Vec<&str> = page.split("<section id=\"").skip(1).map(|s| s.split('"').next().unwrap()).collect();
+    assert_eq!(ids, SECTIONS, "verdict and passes, light curves, zeropoint, frames, provenance");
     for id in SECTIONS {
-        assert_eq!(page.matches(&format!("<section id=\"{id}\"")).count(), 1, "{id}");
         assert!(page.contains(&format!("<a href=\"#{id}\"")), "{id} is not in the navigation");
     }
     assert!(page.len() < 5_000_000);
@@ -323,7 +324,7 @@ fn the_middle_a_header_states_is_held_against_start_and_exposure_with_median_and
 }
 
 #[test]
-fn a_pass_is_a_violin_and_one_of_two_magnitudes_its_points() {
+fn a_pass_of_eight_magnitudes_is_a_violin_and_one_of_seven_is_its_points() {
     let row = |k: usize, pass: f64| PhotometryRow {
         frame: format!("f{k}-{pass}"),
         object_name: "ISS".into(),
@@ -342,8 +343,108 @@ fn a_pass_is_a_violin_and_one_of_two_magnitudes_its_points() {
     };
     let passes = |n: [usize; 2]| (0..n[0]).map(|k| row(k, 0.0)).chain((0..n[1]).map(|k| row(k, 1.0))).collect();
     // one violin for each pass, and one for all of this target under this light
-    assert_eq!(of(passes([5, 6])).0, 3);
-    assert_eq!(of(passes([5, 2])), (2, 2));
+    assert_eq!(of(passes([8, 9])).0, 3);
+    assert_eq!(of(passes([8, 7])), (2, 7));
+    assert_eq!(of(passes([3, 2])), (0, 10));
+}
+
+/// A frame of a pass, lit by one light of the model.
+fn of_pass(k: usize, satellite: &str, filter: &str, light: &str) -> PhotometryRow {
+    let lit = |name: &str| (name == light).then_some(12.0 + 0.1 * k as f64);
+    PhotometryRow {
+        frame: format!("{satellite}-{filter}-{k}"),
+        object_name: satellite.into(),
+        filter: filter.into(),
+        status: "ok".into(),
+        verdict: "use".into(),
+        mjd_mid_d: Some(60_835.4 + k as f64 / 1440.0),
+        date_mid: format!("2025-06-09T10:{:02}:02Z", k % 60),
+        illum: light.into(),
+        v_mag: Some(12.0 + 0.1 * k as f64),
+        v_mag_err: Some(0.1),
+        model_v_mag: Some(12.0 + 0.1 * k as f64),
+        residual_mag: Some(0.01),
+        sun_v_mag: lit("sun"),
+        moon_v_mag: lit("moon"),
+        lunar_earthshine_v_mag: lit("lunar_earthshine"),
+        ..PhotometryRow::default()
+    }
+}
+
+/// A section of a page.
+fn section<'p>(page: &'p str, id: &str) -> &'p str {
+    page.split(&format!("<section id=\"{id}\"")).nth(1).unwrap().split("</section>").next().unwrap()
+}
+
+#[test]
+fn the_key_of_light_curves_lists_only_lights_and_verdicts_that_occur() {
+    let key = |rows: Vec<PhotometryRow>| {
+        let page = page_of(rows);
+        let key =
+            section(&page, "light-curve").split("<ul class=\"key\">").nth(1).unwrap().split("</ul>").next().unwrap();
+        ["model", "Sunlight", "Earthshine", "Moonlight", "Lunar-Earthshine", "use", "caution", "reject", "fainter than"]
+            .into_iter()
+            .filter(|name| key.contains(&format!("> {name}</li>")) || key.contains(&format!(": {name}</li>")))
+            .collect::<Vec<_>>()
+    };
+    let moonlit = || (0..5).map(|k| of_pass(k, "ISS", "", "lunar_earthshine")).collect::<Vec<_>>();
+    assert_eq!(key(moonlit()), ["model", "Lunar-Earthshine", "use"]);
+    let mut mixed = moonlit();
+    mixed.extend((5..9).map(|k| of_pass(k, "ISS", "", "sun")));
+    mixed[0].verdict = "caution".into();
+    (mixed[1].v_mag, mixed[1].limit_v_mag, mixed[1].status) = (None, Some(13.0), "nondetection".into());
+    assert_eq!(key(mixed), ["model", "Sunlight", "Lunar-Earthshine", "use", "caution", "fainter than"]);
+}
+
+#[test]
+fn two_satellites_in_two_bands_have_charts_and_tables_of_their_own_and_one_of_each_has_no_heading() {
+    let satellites = [("ISS", "V"), ("ISS", "g"), ("CSS", "V"), ("CSS", "g")];
+    let rows = satellites.iter().flat_map(|(name, filter)| (0..4).map(|k| of_pass(k, name, filter, "moon")));
+    let page = page_of(rows.collect());
+    let names = ["CSS, V", "CSS, g", "ISS, V", "ISS, g"];
+    for id in ["light-curve", "residuals", "distribution"] {
+        let heads: Vec<&str> =
+            section(&page, id).split("<h3>").skip(1).map(|s| s.split("</h3>").next().unwrap()).collect();
+        assert_eq!(heads, names, "{id}");
+    }
+    let curves = section(&page, "light-curve");
+    assert_eq!(curves.matches("<svg class=\"chart").count(), 4);
+    assert!(curves.contains(">g [mag]</text>") && curves.contains(">V [mag]</text>"));
+    let summary = section(&page, "summary");
+    for name in names {
+        assert!(summary.contains(&format!("<caption>Passes of {name};")), "{name}");
+        assert!(summary.contains(&format!("{name}: median ")), "{name}");
+    }
+    let plain = page_of((0..4).map(|k| of_pass(k, "ISS", "V", "moon")).collect());
+    assert!(!section(&plain, "light-curve").contains("<h3>") && plain.contains("<caption>Passes of ISS; V in mag"));
+}
+
+#[test]
+fn the_verdict_and_the_passes_come_before_everything_else() {
+    let page = std::fs::read_to_string(night().join("report.html")).unwrap();
+    let summary = section(&page, "summary");
+    let at = |text: &str| summary.find(text).unwrap_or_else(|| panic!("{text}"));
+    assert!(at("class=\"lead\"") < at("<caption>Passes") && at("<caption>Passes") < at("<dl class=\"strip\""));
+    let lead = summary.split("class=\"lead\">").nth(1).unwrap().split("</p>").next().unwrap();
+    for said in ["target frames in ", " that can be used. ", ": median V ", " than the model with a scatter of "] {
+        assert!(lead.contains(said), "{said}: {lead}");
+    }
+    let unusable = PhotometryRow { verdict: "reject".into(), ..of_pass(0, "ISS", "", "moon") };
+    assert!(section(&page_of(vec![unusable]), "summary").contains("<strong>No magnitude can be used. </strong>"));
+}
+
+#[test]
+fn the_model_is_a_smooth_curve_between_the_frames() {
+    let page = std::fs::read_to_string(night().join("report.html")).unwrap();
+    let lines = section(&page, "light-curve").split("<g data-series=\"model\"><polyline").skip(1);
+    let places: Vec<usize> =
+        lines.map(|l| l.split("points=\"").nth(1).unwrap().split('"').next().unwrap().split(' ').count()).collect();
+    assert!(!places.is_empty() && places.iter().all(|n| (50..=200).contains(n)), "{places:?}");
+    // without elements it goes through the frames, and the page says so
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::copy(night().join("photometry.ecsv"), folder.path().join("photometry.ecsv")).unwrap();
+    let bare = night_page(folder.path()).unwrap();
+    assert!(bare.curve.is_empty() && bare.notes.iter().any(|n| n.contains("effective.toml")));
 }
 
 /// Whether everything but the script is free of numbers that are none.

@@ -186,6 +186,7 @@ impl Earth {
                 self.albedo.map_or("ground: vegetation".into(), |a| format!("ground: Lambert {a}")),
                 "coasts: Natural Earth".into(),
             ],
+            brightest: None,
         };
         for path in files {
             match ending(path).as_deref() {

@@ -1,5 +1,7 @@
 //! The products of a run, their provenance, and whether they are complete.
 
+#[cfg(feature = "report")]
+pub mod curve;
 pub mod effective;
 pub mod inputs;
 pub mod lock;

@@ -10,6 +10,8 @@ use crate::export::DataMode;
 use crate::figures::Thumb;
 use crate::pipeline::options::Options;
 use crate::pipeline::prepared::Calibrated;
+#[cfg(feature = "report")]
+use crate::pipeline::products::curve::model_curve;
 use crate::pipeline::products::effective::effective_toml;
 use crate::pipeline::products::meta::{set_band, table_meta};
 use crate::pipeline::products::provenance::Provenance;
@@ -85,7 +87,11 @@ impl Outputs<'_> {
         let folder = self.folder.join("figures");
         let band = crate::bands::Band::or_v(self.night.zeropoint.as_ref().and_then(|z| z.band)).name();
         make_folder(&folder)?;
-        let mut files = crate::figures::light_curve_pages(&folder, rows, &self.config.night.name, band)?;
+        let curve = match (&self.night.tracker, &self.config.model) {
+            (Some(tracker), Some(model)) => model_curve(rows, tracker, model)?,
+            _ => Vec::new(),
+        };
+        let mut files = crate::figures::light_curve_pages(&folder, (rows, &curve), &self.config.night.name, band)?;
         if self.night.model.is_some() {
             let path = folder.join("residuals_altitude.svg");
             crate::figures::residuals_altitude(&path, residuals, band)?;

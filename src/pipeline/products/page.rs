@@ -15,7 +15,9 @@ use crate::brightness::settings::{ModelSettings, ToleranceOf};
 use crate::brightness::sky::{Body, Sky, SkyGrid, sky_map};
 use crate::config::{self, Config};
 use crate::figures::SkyMark;
+use crate::orbit::Tracker;
 use crate::orbit::earth::Site;
+use crate::pipeline::products::curve::model_curve;
 use crate::pipeline::products::provenance::Provenance;
 use crate::report::page::{
     NightPage, PassSky, write_campaign, write_distribution_figure, write_night_page, write_sky_figure,
@@ -58,14 +60,16 @@ pub fn night_page(folder: &Path) -> Result<NightPage> {
         serde_json::Value::Null
     });
     let config_toml = text("effective.toml");
-    let model = match Config::load(&folder.join("effective.toml"), &[]) {
-        Ok(config) => config.model,
-        Err(_) => {
-            notes.push("no readable effective.toml here: the skies are without their model".into());
-            None
-        }
-    };
-    let skies = skies(&rows, &meta, model.as_ref(), &mut notes);
+    let config = Config::load(&folder.join("effective.toml"), &[]).ok();
+    if config.is_none() {
+        notes.push("no readable effective.toml here: the skies are without their model, and light curves have it at the frames alone".into());
+    }
+    let model = config.as_ref().and_then(|c| c.model.as_ref());
+    let skies = skies(&rows, &meta, model, &mut notes);
+    let curve = config.as_ref().map_or(Ok(Vec::new()), |config| curve(&rows, config)).unwrap_or_else(|error| {
+        notes.push(format!("the model is drawn at the frames alone: {error}"));
+        Vec::new()
+    });
     let name = match meta.get("night") {
         Some(MetaValue::Text(name)) => name.clone(),
         _ => folder.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
@@ -77,6 +81,7 @@ pub fn night_page(folder: &Path) -> Result<NightPage> {
         meta,
         stars,
         zeropoint,
+        curve,
         skies,
         manifest,
         config_toml,
@@ -176,6 +181,14 @@ fn cards(gallery: &str) -> Vec<(String, String)> {
         Some((id.to_string(), format!("<li id=\"{part}")))
     };
     list.split("<li id=\"").skip(1).filter_map(card).collect()
+}
+
+/// The model between the frames; nothing without orbit and model.
+fn curve(rows: &[PhotometryRow], config: &Config) -> Result<Vec<PhotometryRow>> {
+    match (&config.orbit, &config.model) {
+        (Some(orbit), Some(model)) => model_curve(rows, &Tracker::from_config(orbit, &config.site)?, model),
+        _ => Ok(Vec::new()),
+    }
 }
 
 /// Sun, Moon, frames and model of every pass.

@@ -7,18 +7,20 @@ use maud::{Markup, PreEscaped, html};
 use super::checks;
 use super::curve;
 use super::distribution;
+use super::groups::{Group, groups};
 use super::kinds::{kind_of, named, paint_of_kind};
-use super::parts::FRAMES_AT;
 use super::parts::MOST_BYTES;
 use super::parts::NightPage;
 use super::parts::PassSky;
 use super::parts::Section;
 use super::parts::cell;
+use super::parts::insert_frames;
 use super::parts::nothing;
 use super::parts::number;
 use super::parts::table;
 use super::parts::whole;
 use super::parts::{key_mark, shown};
+use super::passes;
 use super::sky;
 use super::strip;
 use crate::base::error::Result;
@@ -31,7 +33,7 @@ use crate::figures::chart::Chart;
 use crate::figures::panel::{Point, Ticks};
 use crate::report::gallery::legend;
 use crate::tables::PhotometryRow;
-use crate::tables::row_passes::passes;
+use crate::tables::row_passes;
 use crate::tables::selection::counts;
 use crate::tables::selection::is_used;
 use crate::tables::words::Status;
@@ -52,19 +54,19 @@ pub fn write_campaign(path: &Path, nights: &[NightPage]) -> Result<()> {
     let all = together(nights);
     let section = |id, title, body| Section { id, title, body };
     let mut sections = vec![
-        section("summary", "Nights", table_of_nights(nights)),
-        section("month", "By date", html! { (by_date(nights, &all.rows)) (surfaces(nights, &all.rows)) }),
+        section("summary", "Nights", html! { (table_of_nights(nights)) (passes::pass_tables(nights)) }),
+        section("month", "By date", by_date(nights)),
         section("light-curve", "Light curves", curve::light_curves(nights)),
-        section("residuals", "Observed minus modelled", curve::residuals(&all)),
+        section("residuals", "Observed minus modelled", curve::residuals(&all, nights)),
+        section("distribution", "Distribution", distribution::distribution(nights)),
         section("sky", "Sky", sky::skies(&all)),
         section("zeropoint", "Zeropoint", zeropoints(nights)),
-        section("timing", "Timing", checks::timing(&all)),
         section("calibration", "Calibration", checks::gains(&all)),
-        section("distribution", "Distribution", distribution::distribution(&all)),
+        section("timing", "Timing", checks::timing(&all)),
         section("provenance", "Provenance", made_by(nights)),
     ];
     let taken: usize = sections.iter().map(|s| s.body.0.len()).sum();
-    sections.insert(FRAMES_AT, section("frames", "Worst frames", worst(nights, MOST_BYTES.saturating_sub(taken))));
+    insert_frames(&mut sections, "Worst frames", worst(nights, MOST_BYTES.saturating_sub(taken)));
     let mut modes: Vec<String> = nights.iter().filter_map(NightPage::data_mode).collect();
     let count = modes.len();
     modes.sort_unstable();
@@ -188,11 +190,6 @@ fn made_by(nights: &[NightPage]) -> Markup {
     )
 }
 
-/// Mean surface brightness of the used frames against date, with each night's median: what a survey would have to bear.
-fn surfaces(nights: &[NightPage], rows: &[PhotometryRow]) -> Markup {
-    dated(nights, rows, "Surface brightness by date", "mean μ [mag/arcsec²]", |r| r.mu_mean_mag_arcsec2)
-}
-
 fn table_of_nights(nights: &[NightPage]) -> Markup {
     let line = |night: &NightPage| {
         let used: Vec<&PhotometryRow> = night.rows.iter().filter(|r| counts(r)).collect();
@@ -203,7 +200,7 @@ fn table_of_nights(nights: &[NightPage]) -> Markup {
         vec![
             night.linked_name("summary"),
             cell(night.data_mode().unwrap_or_else(|| "sky".into())),
-            cell(passes(&night.rows).len()),
+            cell(row_passes::passes(&night.rows).len()),
             cell(night.rows.len()),
             cell(with(Status::Ok)),
             cell(with(Status::Nondetection)),
@@ -226,7 +223,7 @@ fn table_of_nights(nights: &[NightPage]) -> Markup {
         "frames",
         "measured",
         "not detected",
-        "left out or failed",
+        "excluded or failed",
         middle.as_str(),
         "scatter",
         "O − C",
@@ -252,26 +249,34 @@ fn bands(nights: &[NightPage]) -> String {
     if bands.is_empty() { "V".into() } else { bands.join(" or ") }
 }
 
-/// Magnitudes of the used frames against date.
-fn by_date(nights: &[NightPage], rows: &[PhotometryRow]) -> Markup {
+/// Magnitudes and mean surface brightness of the used frames against date, for every satellite in every band; the
+/// surface brightness is what a survey would have to bear.
+fn by_date(nights: &[NightPage]) -> Markup {
+    let groups = groups(nights);
+    let seen = |kind: usize| {
+        let mut used =
+            groups.iter().flat_map(Group::rows).filter(|r| is_used(&r.status, &r.verdict) && r.v_mag.is_some());
+        used.any(|r| kind_of(r) == kind)
+    };
     html! {
         ul.key {
-            @for (name, paint) in named() { li { (key_mark(Mark::Full, paint)) " " (name) } }
+            @for (_, (name, paint)) in named().into_iter().enumerate().filter(|(kind, _)| seen(*kind)) {
+                li { (key_mark(Mark::Full, paint)) " " (name) }
+            }
         }
-        (dated(nights, rows, "Magnitudes by date", &format!("{} [mag]", bands(nights)), |r| r.v_mag))
+        @if groups.is_empty() { (nothing("No frame of a target.")) }
+        @for group in &groups {
+            @if !group.name.is_empty() { h3 { (group.name) } }
+            (dated(group, "Magnitudes by date", &format!("{} [mag]", group.band), |r| r.v_mag))
+            (dated(group, "Surface brightness by date", "mean μ [mag/arcsec²]", |r| r.mu_mean_mag_arcsec2))
+        }
     }
 }
 
-/// A quantity of the used frames against date, with the median of each night as a dash.
-fn dated(
-    nights: &[NightPage],
-    rows: &[PhotometryRow],
-    title: &str,
-    label: &str,
-    of: fn(&PhotometryRow) -> Option<f64>,
-) -> Markup {
+/// A quantity of the used frames of a group against date, with the median of each night as a dash.
+fn dated(group: &Group, title: &str, label: &str, of: fn(&PhotometryRow) -> Option<f64>) -> Markup {
     let fits = |r: &&PhotometryRow| is_used(&r.status, &r.verdict) && of(r).is_some() && r.mjd_mid_d.is_some();
-    let used: Vec<&PhotometryRow> = rows.iter().filter(fits).collect();
+    let used: Vec<&PhotometryRow> = group.rows().filter(fits).collect();
     let first = used.iter().filter_map(|r| r.mjd_mid_d).min_by(f64::total_cmp).unwrap_or(0.0).floor();
     let day = |r: &PhotometryRow| r.mjd_mid_d.unwrap_or(f64::NAN) - first;
     let (Some(x), Some(y)) =
@@ -283,11 +288,11 @@ fn dated(
     let date: String = earliest.map(|r| r.date_mid.chars().take(10).collect()).unwrap_or_default();
     let x_label = format!("days since {date} 0h UTC");
     let chart =
-        Chart { size: (940, 320), x, y: y.reversed(), x_label: &x_label, y_label: label, ticks: Ticks::Numbers };
+        Chart { size: (760, 300), x, y: y.reversed(), x_label: &x_label, y_label: label, ticks: Ticks::Numbers };
     let mut points = Vec::new();
     let mut medians = Vec::new();
-    for night in nights {
-        let rows: Vec<&PhotometryRow> = night.rows.iter().filter(fits).collect();
+    for part in &group.parts {
+        let (night, rows) = (part.night, part.rows.iter().copied().filter(fits).collect::<Vec<_>>());
         points.extend(rows.iter().map(|r| Point {
             x: day(r),
             y: of(r).unwrap_or(f64::NAN),

@@ -5,7 +5,8 @@
 use std::path::Path;
 
 use super::distribution::histogram_chart;
-use super::kinds::named;
+use super::groups::groups;
+use super::kinds::{kind_of, named};
 use super::parts::NightPage;
 use super::sky;
 use super::violins;
@@ -13,6 +14,7 @@ use crate::base::error::Result;
 use crate::figures::canvas::{
     GREY, HPos, INK, LABEL, Mark, Medium, SMALL, Sheet, VPos, draw_mark, figure, heading, no_data, write_text,
 };
+use crate::tables::selection::is_used;
 
 /// Shown width of a sheet \[px\].
 const WIDTH: u32 = 960;
@@ -41,7 +43,12 @@ pub fn write_sky_figure(path: &Path, page: &NightPage) -> Result<()> {
     };
     let bar = scale.into_iter().map(|chart| Piece { chart, caption: String::new() }).collect();
     let why = "no frame has a place on the sky ([orbit] is needed)";
-    write(path, &format!("{}: V of the model and of frames on the sky", page.name), [(discs, columns), (bar, 1)], why)
+    write(
+        path,
+        &format!("{}: V of the model and of frames on the sky", page.name),
+        vec![(discs, columns), (bar, 1)],
+        why,
+    )
 }
 
 /// Writes the violins of passes and of lights and the histogram of a night, as in its report.
@@ -52,20 +59,30 @@ pub fn write_distribution_figure(path: &Path, page: &NightPage) -> Result<()> {
     let captioned = |chart: Option<Sheet>, text: &str| -> Vec<Piece> {
         chart.into_iter().map(|chart| Piece { chart, caption: text.into() }).collect()
     };
-    let mut violins =
-        captioned(violins::by_pass(page).chart(Medium::File), "each pass; below: UTC of its first used frame");
-    violins.extend(captioned(violins::by_light(page).chart(Medium::File), "each target under each light"));
-    let histogram = histogram_chart(page, Medium::File);
-    let key = captioned(histogram.is_some().then(light_key), "");
-    let histogram = captioned(histogram, "all of them, by the largest light of the model");
-    let rows = [(violins, 2), (histogram, 1), (key, 1)];
+    let mut rows = Vec::new();
+    for group in groups(std::slice::from_ref(page)) {
+        let of = if group.name.is_empty() { String::new() } else { format!("{}: ", group.name) };
+        let by_pass = violins::by_pass(&group).chart(Medium::File);
+        let mut violins = captioned(by_pass, &format!("{of}each pass; below: UTC of its first used frame"));
+        let by_light = violins::by_light(&group).chart(Medium::File);
+        violins.extend(captioned(by_light, &format!("{of}under each light")));
+        let histogram = histogram_chart(&group, Medium::File);
+        rows.push((violins, 2));
+        rows.push((captioned(histogram, &format!("{of}all of them, by the largest light of the model")), 1));
+    }
+    let used = page.rows.iter().filter(|r| is_used(&r.status, &r.verdict) && r.v_mag.is_some());
+    let mut kinds: Vec<usize> = used.map(kind_of).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    rows.push((captioned((!kinds.is_empty()).then(|| light_key(&kinds)), ""), 1));
     write(path, &format!("{}: used magnitudes", page.name), rows, "no magnitude is used")
 }
 
-/// What the colours of lights mean, in a line.
-fn light_key() -> Sheet {
+/// What the colours of these lights mean, in a line.
+fn light_key(kinds: &[usize]) -> Sheet {
     let sheet = Sheet::new(Medium::File, (1880, 40));
-    for (k, (name, paint)) in named().into_iter().enumerate() {
+    let occurring = named().into_iter().enumerate().filter(|(kind, _)| kinds.contains(kind));
+    for (k, (_, (name, paint))) in occurring.enumerate() {
         let x = 120 + 440 * k as i32;
         draw_mark(&sheet, Mark::Swatch, (x, 20), paint);
         write_text(&sheet, name, (x + 34, 20), SMALL, INK, (HPos::Left, VPos::Center));
@@ -74,7 +91,7 @@ fn light_key() -> Sheet {
 }
 
 /// Lays rows of charts below each other, so many in a line, and writes the sheet.
-fn write<const N: usize>(path: &Path, title: &str, rows: [(Vec<Piece>, usize); N], why_empty: &str) -> Result<()> {
+fn write(path: &Path, title: &str, rows: Vec<(Vec<Piece>, usize)>, why_empty: &str) -> Result<()> {
     let width = f64::from(2 * WIDTH);
     let mut y = ABOVE;
     let mut placed = Vec::new();

@@ -9,8 +9,10 @@ mod curve;
 mod distribution;
 mod figure;
 mod frames;
+mod groups;
 mod kinds;
 mod parts;
+mod passes;
 mod provenance;
 mod sky;
 mod stars;
@@ -19,7 +21,7 @@ mod violins;
 
 pub use parts::{NightPage, PassSky};
 
-use parts::{FRAMES_AT, MOST_BYTES, Section, whole};
+use parts::{MOST_BYTES, Section, insert_frames, whole};
 use std::path::Path;
 
 use crate::base::error::Result;
@@ -34,21 +36,22 @@ pub use figure::{write_distribution_figure, write_sky_figure};
 /// [`crate::Error::Io`] when the file cannot be written.
 pub fn write_night_page(path: &Path, page: &NightPage) -> Result<()> {
     let section = |id, title, body| Section { id, title, body };
+    let one = std::slice::from_ref(page);
     let mut sections = vec![
         section("summary", "Summary", strip::summary(page)),
-        section("light-curve", "Light curve", curve::light_curve(page)),
-        section("residuals", "Observed minus modelled", curve::residuals(page)),
+        section("light-curve", "Light curves", curve::light_curve(page)),
+        section("residuals", "Observed minus modelled", curve::residuals(page, one)),
+        section("distribution", "Distribution", distribution::distribution(one)),
         section("sky", "Sky", sky::skies(page)),
         section("zeropoint", "Zeropoint", stars::zeropoint(page)),
-        section("timing", "Timing", checks::timing(page)),
         section("calibration", "Calibration", checks::calibration(page)),
-        section("distribution", "Distribution", distribution::distribution(page)),
+        section("timing", "Timing", checks::timing(page)),
         section("provenance", "Provenance", provenance::provenance(page)),
     ];
     // pictures take what the rest leaves
     let taken: usize = sections.iter().map(|s| s.body.0.len()).sum();
     let frames = frames::frames(page, MOST_BYTES.saturating_sub(taken));
-    sections.insert(FRAMES_AT, section("frames", "Frames", frames));
+    insert_frames(&mut sections, "Frames", frames);
     let drawn = page.data_mode().map(|mode| format!(" ({mode})")).unwrap_or_default();
     let title = format!("Night {}{drawn}", page.name);
     write_atomic(path, whole(&title, &subtitle(page), &sections).into_string().as_bytes())

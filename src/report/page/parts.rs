@@ -28,8 +28,8 @@ pub(super) const MOST_BYTES: usize = 4_800_000;
 /// Rows of the table of frames; all of them are in photometry.ecsv.
 pub(super) const MOST_ROWS: usize = 1_000;
 
-/// Place of the frames among the sections.
-pub(super) const FRAMES_AT: usize = 5;
+/// The section before which the frames stand: what they take is what the other sections leave.
+pub(super) const AFTER_FRAMES: &str = "timing";
 
 /// Everything a night's report is made of.
 #[derive(Debug, Default)]
@@ -44,6 +44,8 @@ pub struct NightPage {
     pub stars: Vec<StarRow>,
     /// zeropoint.toml.
     pub zeropoint: Option<Zeropoint>,
+    /// The model of the passes at more moments than those of the frames; empty, and it is drawn at the frames.
+    pub curve: Vec<PhotometryRow>,
     /// The sky of each pass.
     pub skies: Vec<PassSky>,
     /// manifest.json; null without one.
@@ -132,6 +134,12 @@ pub(super) struct Section {
     pub(super) body: Markup,
 }
 
+/// Puts the frames into their place.
+pub(super) fn insert_frames(sections: &mut Vec<Section>, title: &'static str, body: Markup) {
+    let at = sections.iter().position(|s| s.id == AFTER_FRAMES).unwrap_or(sections.len());
+    sections.insert(at, Section { id: "frames", title, body });
+}
+
 /// The page around its sections.
 pub(super) fn whole(title: &str, subtitle: &str, sections: &[Section]) -> Markup {
     let script_hash = STANDARD.encode(Sha256::digest(SCRIPT.as_bytes()));
@@ -181,6 +189,11 @@ pub(super) fn table(class: &str, caption: &str, head: &[&str], rows: &[Vec<Marku
             }
         }
     }
+}
+
+/// A number of things: `1 pass`, `3 passes`.
+pub(super) fn count(n: usize, one: &str, many: &str) -> String {
+    format!("{n} {}", if n == 1 { one } else { many })
 }
 
 /// Text of a cell.

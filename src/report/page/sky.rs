@@ -39,7 +39,7 @@ pub(super) fn skies(page: &NightPage) -> Markup {
         return nothing("No frame has a place on the sky ([orbit] is needed).");
     }
     html! {
-        div.panels {
+        div.panels.domes {
             @for (sky, disc) in discs {
                 figure {
                     (PreEscaped(disc.into_page("chart dome", "group", &format!("Sky of {}", sky.title))))

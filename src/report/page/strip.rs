@@ -1,11 +1,12 @@
-//! The strip on top: what a reader must know before anything else.
+//! The summary on top: the verdict, the passes, what went wrong; then counts, zeropoint, Moon and Sun, and notes.
 //!
-//! Counts, zeropoint, Moon, and the worst thing that happened to the night.
+//! Magnitudes in the band of the table, degrees. It does not cover single frames.
 
 use maud::{Markup, html};
 
 use super::parts::NightPage;
 use super::parts::nothing;
+use super::passes;
 use crate::base::stats::robust;
 use crate::base::stats::scatter;
 use crate::brightness::catalogue::Standing;
@@ -15,11 +16,14 @@ use crate::tables::selection::is_lower_limit;
 use crate::tables::selection::is_used;
 use crate::tables::words::{Status, Verdict};
 
+/// A value of more bytes than this has a line of its own.
+const LONG: usize = 160;
+
 /// The section.
 pub(super) fn summary(page: &NightPage) -> Markup {
     let rows = &page.rows;
     if rows.is_empty() {
-        return html! { (nothing("photometry.ecsv has no row: no frame of a target was found.")) (notes(page)) };
+        return html! { (nothing("photometry.ecsv has no row: no frame of a target was found.")) (warnings(page)) (notes(page)) };
     }
     let with = |status: Status| rows.iter().filter(|r| r.status == status).count();
     let judged = |verdict: Verdict| rows.iter().filter(|r| r.status == Status::Ok && r.verdict == verdict).count();
@@ -78,7 +82,10 @@ pub(super) fn summary(page: &NightPage) -> Markup {
         figures.push(("Sun", format!("altitude {sun:.0}° (median over the frames)").replace('-', "−")));
     }
     html! {
-        dl.strip { @for (name, value) in figures { div { dt { (name) } dd { (value) } } } }
+        (passes::verdict(page))
+        (passes::pass_tables(std::slice::from_ref(page)))
+        (warnings(page))
+        dl.strip { @for (name, value) in figures { div.wide[value.len() > LONG] { dt { (name) } dd { (value) } } } }
         (notes(page))
     }
 }
@@ -111,15 +118,15 @@ fn doubts(page: &NightPage) -> Vec<String> {
     told
 }
 
-/// What went wrong, the gravest first, and what should be known.
-fn notes(page: &NightPage) -> Markup {
-    let list = |key: &str| -> Vec<String> {
-        let items = page.manifest.get(key).and_then(|v| v.as_array());
-        items.map(|a| a.iter().filter_map(|v| v.as_str().map(str::to_owned)).collect()).unwrap_or_default()
-    };
-    let (poor, doubts, left_out) = (list("poor"), doubts(page), list("left_out"));
-    // notes about what is missing before those that only tell how it was done
-    let told: Vec<String> = page.notes.iter().cloned().chain(list("notes")).collect();
+/// A list of texts in the manifest.
+fn list(page: &NightPage, key: &str) -> Vec<String> {
+    let items = page.manifest.get(key).and_then(|v| v.as_array());
+    items.map(|a| a.iter().filter_map(|v| v.as_str().map(str::to_owned)).collect()).unwrap_or_default()
+}
+
+/// What went wrong, the gravest first.
+fn warnings(page: &NightPage) -> Markup {
+    let (poor, doubts) = (list(page, "poor"), doubts(page));
     html! {
         @if !poor.is_empty() {
             h3 { "Why this night is poor" }
@@ -129,6 +136,15 @@ fn notes(page: &NightPage) -> Markup {
             h3 { "Warnings, the gravest first" }
             ul.poor.doubts { @for d in &doubts { li { (d) } } }
         }
+    }
+}
+
+/// What should be known besides.
+fn notes(page: &NightPage) -> Markup {
+    let left_out = list(page, "left_out");
+    // notes about what is missing before those that only tell how it was done
+    let told: Vec<String> = page.notes.iter().cloned().chain(list(page, "notes")).collect();
+    html! {
         @if !told.is_empty() {
             details open[told.len() <= 6] {
                 summary { (told.len()) " notes" }

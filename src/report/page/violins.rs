@@ -1,21 +1,21 @@
 //! How the magnitudes of each pass, and of each target under each light, are spread: violins with median and number.
 //!
-//! Magnitudes upwards to brighter. Groups of fewer than three magnitudes are their points. Only used frames; lower limits
+//! Magnitudes upwards to brighter. Groups of fewer than eight magnitudes are their points. Only used frames; lower limits
 //! are none. Widths compare within a violin, not between violins.
 
 use maud::{Markup, html};
 
+use super::groups::Group as TargetGroup;
 use super::kinds::KINDS;
 use super::kinds::{kind_of, paint_of_kind};
-use super::parts::{NightPage, shown};
+use super::parts::shown;
 use crate::base::stats::robust;
 use crate::figures::axis::Span;
 use crate::figures::canvas::{Medium, Paint, Sheet};
 use crate::figures::chart::Chart;
-use crate::figures::density::density;
+use crate::figures::density::{LEAST_VALUES, density};
 use crate::figures::panel::{Panel, Point, Ticks};
 use crate::tables::PhotometryRow;
-use crate::tables::row_passes::passes;
 use crate::tables::selection::is_lower_limit;
 use crate::tables::selection::is_used;
 
@@ -55,15 +55,17 @@ pub(super) struct Violins {
 }
 
 /// One violin a pass.
-pub(super) fn by_pass(page: &NightPage) -> Violins {
-    let rows = &page.rows;
-    let group = |(i, pass): (usize, &Vec<&PhotometryRow>)| {
+pub(super) fn by_pass(group: &TargetGroup) -> Violins {
+    let passes = group.parts.iter().flat_map(|part| &part.passes);
+    let one_night = group.parts.len() == 1;
+    let one = |(i, pass): &(usize, Vec<&PhotometryRow>)| {
         let kept: Vec<&PhotometryRow> = pass.iter().copied().filter(used).collect();
         let first = kept.first()?;
-        let clock: String = first.date_mid.chars().skip(11).take(5).collect();
+        let part = |from: usize| first.date_mid.chars().skip(from).take(5).collect::<String>();
+        let (day, clock) = (part(5), part(11));
         let most = (0..=KINDS.len()).max_by_key(|k| kept.iter().filter(|r| kind_of(r) == *k).count())?;
         Some(Group {
-            name: format!("{}\n{clock}", i + 1),
+            name: if one_night { format!("{}\n{clock}", i + 1) } else { format!("{day}\n{clock}") },
             told: format!("pass {} of {}", i + 1, first.object_name),
             paint: paint_of_kind(most),
             v_mag: magnitudes(kept.into_iter()),
@@ -71,20 +73,19 @@ pub(super) fn by_pass(page: &NightPage) -> Violins {
     };
     Violins {
         title: "Magnitudes of each pass",
-        about: "Below: number of the pass and the UTC of its first used frame; colour: the light of most of its frames.",
-        groups: passes(rows).iter().enumerate().filter_map(group).collect(),
-        band: page.band().to_owned(),
+        about: "Below: number of the pass (its date, of several nights) and the UTC of its first used frame; colour: the light of most of its frames.",
+        groups: passes.filter_map(one).collect(),
+        band: group.band.clone(),
     }
 }
 
-/// One violin for each target under each light.
-pub(super) fn by_light(page: &NightPage) -> Violins {
-    let rows = &page.rows;
-    let kept: Vec<&PhotometryRow> = rows.iter().filter(used).collect();
+/// One violin for the target under each light.
+pub(super) fn by_light(group: &TargetGroup) -> Violins {
+    let kept: Vec<&PhotometryRow> = group.rows().filter(used).collect();
     let mut keys: Vec<(&str, usize)> = kept.iter().map(|r| (r.object_name.as_str(), kind_of(r))).collect();
     keys.sort_unstable();
     keys.dedup();
-    let group = |(object, kind): &(&str, usize)| {
+    let one = |(object, kind): &(&str, usize)| {
         let light = KINDS.get(*kind).map_or("no model", |k| k.0);
         let short: String = object.chars().take(MOST_LETTERS).collect();
         Group {
@@ -97,8 +98,8 @@ pub(super) fn by_light(page: &NightPage) -> Violins {
     Violins {
         title: "Magnitudes of each target by light",
         about: "The light is the largest of the model.",
-        groups: keys.iter().map(group).collect(),
-        band: page.band().to_owned(),
+        groups: keys.iter().map(one).collect(),
+        band: group.band.clone(),
     }
 }
 
@@ -139,7 +140,7 @@ impl Violins {
         let median = robust(&group.v_mag).map(|m| m.0);
         let said = median.map(|m| format!(", median {} {m:.2}", self.band)).unwrap_or_default();
         let tip = format!("{}: {n} magnitudes{said}", group.told);
-        if n < 3 {
+        if violin.is_empty() {
             let point = |v: &f64| Point {
                 x: at,
                 y: *v,
@@ -166,7 +167,7 @@ impl Violins {
                     figcaption {
                         (self.title) ": " (all) " with used magnitudes"
                         @if all > drawn { ", the first " (drawn) " drawn" }
-                        "; dash: median; fewer than three magnitudes are points. " (self.about)
+                        "; dash: median; fewer than " (LEAST_VALUES) " magnitudes are points. " (self.about)
                     }
                 }
             }
