@@ -181,3 +181,31 @@ fn the_page_of_exit_codes_has_every_code_of_the_program() {
     }
     assert!(page.contains("| 130, 143 |") && help.contains("130  interrupted (143"));
 }
+
+#[test]
+fn the_citation_and_the_badges_agree_with_the_package() {
+    let read = |name: &str| std::fs::read_to_string(root().join(name)).unwrap();
+    let (citation, readme) = (read("CITATION.cff"), read("README.md"));
+    assert!(citation.contains(concat!("\nversion: ", env!("CARGO_PKG_VERSION"), "\n")));
+    assert!(citation.contains("\nlicense: MIT\n") && read("LICENSE").starts_with("MIT License"));
+    let manifest: toml::Table = read("Cargo.toml").parse().unwrap();
+    let package = manifest["package"].as_table().unwrap();
+    assert_eq!(package["license"].as_str(), Some("MIT"));
+    assert!(readme.contains("badge/licence-MIT-"));
+    assert!(readme.contains(&format!("badge/rust-{}%2B-", package["rust-version"].as_str().unwrap())));
+}
+
+#[test]
+fn every_embedded_file_of_data_is_in_the_licence_of_the_data() {
+    let licence = std::fs::read_to_string(root().join("LICENSE-DATA.md")).unwrap();
+    for folder in ["src/presets", "src/presets/spectra", "src/frames", "src/paper"] {
+        for entry in std::fs::read_dir(root().join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_name().unwrap().to_string_lossy().into_owned();
+            if ["csv", "txt", "tle"].iter().any(|kind| path.extension().is_some_and(|e| e == *kind)) {
+                let family = if name.starts_with("sdss_doi_2010_") { "sdss_doi_2010_*.csv" } else { name.as_str() };
+                assert!(licence.contains(&format!("{folder}/{family}`")), "{folder}/{name} has no line in LICENSE-DATA.md");
+            }
+        }
+    }
+}
