@@ -130,7 +130,7 @@ fn pass_table(group: &Group) -> Markup {
         middle.as_str(),
         brightest.as_str(),
         "scatter",
-        "O − C",
+        "O\u{a0}−\u{a0}C",
         "light",
         "highest [deg]",
         "Moon lit [%]",

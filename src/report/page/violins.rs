@@ -25,8 +25,8 @@ const MOST: usize = 24;
 const HALF: f64 = 0.36;
 /// Half the width of a violin as a share of the chart, where there are few.
 const WIDEST: f64 = 0.09;
-/// Letters of a target's name below its violin.
-const MOST_LETTERS: usize = 16;
+/// Passes in one chart that have room for their time below their number.
+const MOST_CLOCKS: usize = 10;
 
 /// Magnitudes that belong together.
 struct Group {
@@ -58,6 +58,7 @@ pub(super) struct Violins {
 pub(super) fn by_pass(group: &TargetGroup) -> Violins {
     let passes = group.parts.iter().flat_map(|part| &part.passes);
     let one_night = group.parts.len() == 1;
+    let few = group.parts.iter().map(|part| part.passes.len()).sum::<usize>() <= MOST_CLOCKS;
     let one = |(i, pass): &(usize, Vec<&PhotometryRow>)| {
         let kept: Vec<&PhotometryRow> = pass.iter().copied().filter(used).collect();
         let first = kept.first()?;
@@ -65,7 +66,12 @@ pub(super) fn by_pass(group: &TargetGroup) -> Violins {
         let (day, clock) = (part(5), part(11));
         let most = (0..=KINDS.len()).max_by_key(|k| kept.iter().filter(|r| kind_of(r) == *k).count())?;
         Some(Group {
-            name: if one_night { format!("{}\n{clock}", i + 1) } else { format!("{day}\n{clock}") },
+            name: match (one_night, few) {
+                (true, true) => format!("{}\n{clock}", i + 1),
+                (true, false) => (i + 1).to_string(),
+                (false, true) => format!("{day}\n{clock}"),
+                (false, false) => format!("{}\n{}", day.get(3..).unwrap_or_default(), i + 1),
+            },
             told: format!("pass {} of {}", i + 1, first.object_name),
             paint: paint_of_kind(most),
             v_mag: magnitudes(kept.into_iter()),
@@ -73,7 +79,14 @@ pub(super) fn by_pass(group: &TargetGroup) -> Violins {
     };
     Violins {
         title: "Magnitudes of each pass",
-        about: "Below: number of the pass (its date, of several nights) and the UTC of its first used frame; colour: the light of most of its frames.",
+        about: match (one_night, few) {
+            (true, true) => {
+                "Below: number of the pass, UTC of its first used frame; colour: the light of most of its frames."
+            }
+            (true, false) => "Below: number of the pass; colour: the light of most of its frames.",
+            (false, true) => "Below: date and UTC of the first used frame; colour: the light of most of the frames.",
+            (false, false) => "Below: day of the month, number of the pass; colour: the light of most of its frames.",
+        },
         groups: passes.filter_map(one).collect(),
         band: group.band.clone(),
     }
@@ -87,16 +100,15 @@ pub(super) fn by_light(group: &TargetGroup) -> Violins {
     keys.dedup();
     let one = |(object, kind): &(&str, usize)| {
         let light = KINDS.get(*kind).map_or("no model", |k| k.0);
-        let short: String = object.chars().take(MOST_LETTERS).collect();
         Group {
-            name: format!("{short}\n{light}"),
+            name: light.replacen(" or ", " or\n", 1),
             told: format!("{object}, {light}"),
             paint: paint_of_kind(*kind),
             v_mag: magnitudes(kept.iter().copied().filter(|r| r.object_name == *object && kind_of(r) == *kind)),
         }
     };
     Violins {
-        title: "Magnitudes of each target by light",
+        title: "Magnitudes by light",
         about: "The light is the largest of the model.",
         groups: keys.iter().map(one).collect(),
         band: group.band.clone(),
