@@ -16,3 +16,4 @@ mod left_out;
 mod messages;
 mod published;
 mod times;
+mod typical_mistakes;
