@@ -4,19 +4,19 @@ mod cli;
 
 use std::process::ExitCode;
 
-use clap::{CommandFactory, FromArgMatches};
+use clap::FromArgMatches;
 
 fn main() -> ExitCode {
-    let command = cli::Cli::command();
-    let matches = command.clone().get_matches();
-    let args = match cli::Cli::from_arg_matches(&matches) {
-        Ok(args) => args,
-        Err(error) => error.exit(),
+    let command = cli::usage::command();
+    let parsed = command.clone().try_get_matches().and_then(|m| cli::Cli::from_arg_matches(&m).map(|args| (m, args)));
+    let (matches, args) = match parsed {
+        Ok(parsed) => parsed,
+        Err(error) => return cli::usage::answer(&error, &command),
     };
     match cli::finite::check(&matches, &command).and_then(|()| args.execute()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            cli::tell(&format!("satphot: {error}"));
+            cli::tell(&format!("error: {error}"));
             ExitCode::from(cli::exit_code(&error))
         }
     }

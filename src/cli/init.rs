@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use satphot::Error;
 use satphot::base::file::write_atomic;
-use satphot::brightness::Satellite;
+use satphot::brightness::{Catalogue, Satellite};
 use satphot::config::Config;
 
 use super::{print, tell};
@@ -24,7 +24,7 @@ pub struct Init {
     #[arg(value_name = "FILE", default_value = "pipeline.toml")]
     file: PathBuf,
     /// Latitude, longitude [deg, north and east positive] and height [m] of your site
-    #[arg(long, value_name = "LAT,LON,HEIGHT", allow_hyphen_values = true)]
+    #[arg(long, value_name = "LAT,LON,ALT", allow_hyphen_values = true)]
     site: Option<String>,
     /// Its name
     #[arg(long, value_name = "NAME")]
@@ -78,21 +78,24 @@ impl Init {
             let number = |n: &str| n.trim().parse().ok().filter(|v: &f64| v.is_finite());
             let numbers: Vec<f64> = site.split(',').map_while(number).collect();
             let [lat, lon, alt] = numbers[..] else {
-                let problem = format!("\"{site}\" is not latitude,longitude,height such as -33.7703,151.1113,70");
+                let problem = format!(
+                    "\"{site}\" must be latitude,longitude,altitude [deg, deg, m], such as -33.7703,151.1113,70"
+                );
                 return Err(Error::Argument { name: "--site".into(), problem }.into());
             };
             for (key, value) in [("lat_deg", lat), ("lon_deg", lon), ("alt_m", alt)] {
                 set(&mut text, "[site]", key, &format!("{value:?}"));
             }
         }
-        for (option, section, key) in [
-            (&self.site_name, "[site]", "name"),
-            (&self.night, "[night]", "name"),
-            (&self.satellite, "[model]", "satellite"),
-        ] {
+        for (option, section, key) in [(&self.site_name, "[site]", "name"), (&self.night, "[night]", "name")] {
             if let Some(value) = option {
                 set(&mut text, section, key, &quoted(value));
             }
+        }
+        if let Some(name) = &self.satellite {
+            let catalogue = Catalogue::load(None)?;
+            let entry = catalogue.find(name).map_err(|error| named("--satellite", error))?;
+            set(&mut text, "[model]", "satellite", &quoted(&entry.name));
         }
         if let Some(input) = &self.input {
             set(&mut text, "[night]", "input", &format!("[{}]", quoted(input)));
@@ -100,6 +103,14 @@ impl Init {
         let config = Config::from_text(&text, &[])?;
         config.model.as_ref().map(Satellite::from_config).transpose()?;
         Ok(text)
+    }
+}
+
+/// An error of the configuration, by the option that gave the value.
+fn named(option: &str, error: Error) -> Error {
+    match error {
+        Error::Config { problem, .. } => Error::Argument { name: option.into(), problem },
+        other => other,
     }
 }
 

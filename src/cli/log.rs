@@ -48,7 +48,7 @@ pub fn with_options(text: &str) -> Cow<'_, str> {
 pub fn tell(text: &str) {
     let text = &*with_options(text);
     if is_json() {
-        let (event, text) = [("note: ", "note"), ("warning: ", "warning"), ("satphot: ", "error")]
+        let (event, text) = [("note: ", "note"), ("warning: ", "warning"), ("error: ", "error")]
             .into_iter()
             .find_map(|(prefix, event)| Some((event, text.strip_prefix(prefix)?)))
             .unwrap_or(("message", text));

@@ -34,6 +34,7 @@ mod satellites;
 mod signals;
 mod simulate;
 mod solve;
+pub mod usage;
 mod verify;
 mod zeropoint;
 
@@ -47,11 +48,6 @@ use satphot::pipeline::options::Options;
 const AFTER_HELP: &str = "\
 To begin: `satphot simulate` makes a night to try, `satphot init` a pipeline.toml for your own, `satphot run` reduces it.
 Examples of a verb are at the end of `satphot VERB --help`.
-
-Examples:
-  satphot simulate -o raw
-  satphot init night.toml --site=-33.7703,151.1113,70 --night 2025-06-09 --input raw
-  satphot run night.toml
 
 Results go to standard output, progress, notes and errors to standard error.
 
@@ -156,7 +152,7 @@ pub struct Common {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
     /// Threads; 0 = all cores
-    #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
+    #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads, allow_negative_numbers = true)]
     pub jobs: usize,
     /// Memory to work in, e.g. 600MB, 2GB, 1GiB [default: 600MB, or what one frame takes]
     #[arg(long, value_name = "SIZE", value_parser = memory_bytes)]
@@ -164,7 +160,7 @@ pub struct Common {
     /// No progress bars, no notes
     #[arg(short, long)]
     pub quiet: bool,
-    /// Progress, notes and errors on standard error as lines of JSON, for programs that watch
+    /// For programs: progress, notes and errors as lines of JSON on standard error; `run` prints its summary as JSON
     #[arg(long)]
     pub json: bool,
     /// How progress is reported on standard error: bars on a terminal, lines of JSON (as --json), or not at all
@@ -193,8 +189,12 @@ impl Common {
         }
         if self.config.is_dir() {
             let inside = self.config.join("pipeline.toml");
-            let hint = if inside.exists() { format!("; `{}` is in it", inside.display()) } else { String::new() };
-            let problem = format!("is a folder; name the configuration, a file{hint}");
+            let hint = if inside.exists() {
+                format!("give `{}`", inside.display())
+            } else {
+                format!("`satphot init night.toml --input {}` writes one for its frames", self.config.display())
+            };
+            let problem = format!("is a folder, not a configuration; {hint}");
             return Err(Error::NoInput { path: self.config.clone(), problem }.into());
         }
         let mut config = load(&self.config, &self.sets)?;
@@ -274,13 +274,13 @@ pub fn load(path: &Path, sets: &[String]) -> anyhow::Result<Config> {
 fn threads(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(n) if n <= 1024 => Ok(n),
-        _ => Err("not a whole number from 0 to 1024".into()),
+        _ => Err("must be a whole number from 0 (all cores) to 1024".into()),
     }
 }
 
 /// An amount of memory: a number and its unit, decimal (MB, GB) or binary (MiB, GiB).
 fn memory_bytes(text: &str) -> Result<usize, String> {
-    let wrong = || "not an amount of memory such as 600MB, 2GB or 1GiB".to_string();
+    let wrong = || "must be a number with its unit, MB, GB, TB, MiB, GiB or TiB, such as 600MB or 2GB".to_string();
     let text = text.trim();
     let (number, unit) = text.split_at(text.find(|c: char| c.is_ascii_alphabetic()).ok_or_else(wrong)?);
     let scale = match unit.to_ascii_lowercase().as_str() {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use hifitime::Epoch;
 use satphot::Error;
+use satphot::base::time::{iso_utc, parse_utc, seconds_between, shifted};
 use satphot::config::{Config, Orbit, Site};
 use satphot::orbit::EarthOrientation;
 
@@ -29,8 +30,8 @@ pub struct OrbitArgs {
     #[arg(long, value_name = "NUMBER")]
     pub norad: Option<u64>,
     /// Use elements older than the limit, or contradicted by others, all the same
-    #[arg(long, visible_alias = "force-age")]
-    pub force: bool,
+    #[arg(long)]
+    pub force_age: bool,
     #[command(flatten)]
     pub place: SiteArg,
 }
@@ -44,6 +45,11 @@ pub struct SiteArg {
 }
 
 impl SiteArg {
+    /// --site, where that is left to the configuration.
+    pub fn missing(&self) -> anyhow::Result<Option<&'static str>> {
+        Ok(self.given()?.is_none().then_some("--site"))
+    }
+
     /// The site of the command line; `None` when it names none.
     pub fn given(&self) -> anyhow::Result<Option<Site>> {
         match self.site.as_slice() {
@@ -51,20 +57,23 @@ impl SiteArg {
             [lat_deg, lon_deg, alt_m] => {
                 Ok(Some(Site { name: "command line".into(), lat_deg: *lat_deg, lon_deg: *lon_deg, alt_m: *alt_m }))
             }
-            _ => Err(bad("--site", "needs three numbers: latitude,longitude,height".into())),
+            _ => {
+                Err(bad("--site", "must be latitude,longitude,altitude [deg, deg, m], such as -33.77,151.11,70".into()))
+            }
         }
     }
 }
 
 impl OrbitArgs {
-    /// The configuration, if one is named or `needed`; `instead` are the arguments that do without.
-    pub fn configuration(&self, needed: bool, instead: &str) -> anyhow::Result<Option<Config>> {
-        configuration(self.config.as_deref(), &self.sets, needed, instead)
+    /// The configuration, if one is named or some options are `missing`.
+    pub fn configuration(&self, missing: Vec<&str>) -> anyhow::Result<Option<Config>> {
+        configuration(self.config.as_deref(), &self.sets, &missing)
     }
 
-    /// Elements or site are left to the configuration.
-    pub fn incomplete(&self) -> anyhow::Result<bool> {
-        Ok(self.elements.is_none() || self.place.given()?.is_none())
+    /// Those of --elements and --site that are left to the configuration.
+    pub fn missing(&self) -> anyhow::Result<Vec<&'static str>> {
+        let elements = self.elements.is_none().then_some("--elements");
+        Ok(elements.into_iter().chain(self.place.missing()?).collect())
     }
 
     /// Elements and site from the arguments, else from the configuration.
@@ -88,29 +97,55 @@ impl OrbitArgs {
             (None, None) => return Err(bad("--elements", "no [orbit] in the configuration; name a file".into())),
         };
         orbit.norad_cat_id = self.norad.or(orbit.norad_cat_id);
-        orbit.force_age |= self.force;
+        orbit.force_age |= self.force_age;
         let named_by = config.filter(|_| self.elements.is_none());
         elements_there(&orbit.elements, orbit.norad_cat_id, named_by)?;
         Ok((orbit, site))
     }
 }
 
-/// The configuration that is named, else pipeline.toml if it is `needed`; an absent one says what to give `instead`.
-pub fn configuration(
-    named: Option<&Path>,
-    sets: &[String],
-    needed: bool,
-    instead: &str,
-) -> anyhow::Result<Option<Config>> {
+/// The configuration that is named, else pipeline.toml if options are `missing`; without it, these are asked for at once.
+pub fn configuration(named: Option<&Path>, sets: &[String], missing: &[&str]) -> anyhow::Result<Option<Config>> {
     let path = match named {
         Some(path) => path,
-        None if needed => Path::new("pipeline.toml"),
+        None if !missing.is_empty() => Path::new("pipeline.toml"),
         None => return Ok(None),
     };
     if !path.exists() {
-        return Err(bad("-c", format!("{} is not there; give {instead} instead", path.display())));
+        if named.is_some() {
+            return Err(bad("-c", format!("{} does not exist; `satphot init` writes a configuration", path.display())));
+        }
+        let (verb, options) = match missing {
+            [one] => ("is", (*one).to_owned()),
+            [first @ .., last] => ("are", format!("{} and {last}", first.join(", "))),
+            [] => ("is", String::new()),
+        };
+        let problem = format!("{verb} not given, and there is no pipeline.toml here; give {options}, or -c FILE");
+        return Err(bad(&options, problem));
     }
     load(path, sets).map(Some)
+}
+
+/// Longest window \[h\].
+pub const LONGEST_H: f64 = 24.0 * 366.0;
+
+/// From --start to --end, else for --hours.
+pub fn window(start: &str, end: Option<&str>, hours: f64) -> anyhow::Result<(Epoch, Epoch)> {
+    let start = parse_utc("--start", start)?;
+    let Some(end) = end else {
+        if !(0.0 < hours && hours <= LONGEST_H) {
+            return Err(bad("--hours", format!("{hours} is outside 0 to {LONGEST_H} h")));
+        }
+        return Ok((start, shifted(start, hours * 3600.0)));
+    };
+    let end = parse_utc("--end", end)?;
+    let length_h = seconds_between(start, end) / 3600.0;
+    if !(0.0 < length_h && length_h <= LONGEST_H) {
+        let (a, b) = (iso_utc(start, 0), iso_utc(end, 0));
+        let problem = format!("{b} is {length_h:.3} h after --start {a}; accepted is above 0, to {LONGEST_H} h");
+        return Err(bad("--end", problem));
+    }
+    Ok((start, end))
 }
 
 /// Elements that are not there are an error with the line that gets them: that of the configuration which names them, if

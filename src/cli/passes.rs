@@ -2,7 +2,7 @@
 
 use clap::Args;
 use hifitime::Epoch;
-use satphot::base::time::{iso_utc, parse_utc, shifted};
+use satphot::base::time::{iso_utc, seconds_between, shifted};
 use satphot::brightness::light_class;
 use satphot::brightness::light_class::{PaperLabel, SkyClass, classes};
 use satphot::brightness::scene::scene;
@@ -10,7 +10,7 @@ use satphot::orbit::{PassEvent, Tracker, WholePass, whole_passes};
 use satphot::report::summary::text_table;
 use satphot::tables::PASSES;
 
-use super::orbit_args::{OrbitArgs, bad};
+use super::orbit_args::{OrbitArgs, bad, window};
 use super::{print, tell};
 
 const AFTER_HELP: &str = "\
@@ -34,6 +34,9 @@ pub struct Passes {
     /// First moment, e.g. 2025-06-10T06:00:00 (UTC), or with a zone: 2025-06-10T16:00:00+10:00
     #[arg(long, value_name = "UTC")]
     start: String,
+    /// Last moment, UTC
+    #[arg(long, value_name = "UTC", conflicts_with = "hours")]
+    end: Option<String>,
     /// Length of the search [h]
     #[arg(long, value_name = "H", default_value_t = 24.0, allow_hyphen_values = true)]
     hours: f64,
@@ -47,24 +50,20 @@ pub struct Passes {
 
 impl Passes {
     pub fn execute(self) -> anyhow::Result<()> {
-        if !(0.0 < self.hours && self.hours <= 24.0 * 366.0) {
-            return Err(bad("--hours", format!("{} is outside 0 to 8784 h", self.hours)));
-        }
         if !(-5.0..90.0).contains(&self.min_alt) {
             return Err(bad("--min-alt", format!("{} is outside -5 to 90 deg", self.min_alt)));
         }
-        let start = parse_utc("--start", &self.start)?;
-        let end = shifted(start, self.hours * 3600.0);
-        let config = self.orbit.configuration(self.orbit.incomplete()?, "--elements and --site")?;
+        let window = window(&self.start, self.end.as_deref(), self.hours)?;
+        let hours = seconds_between(window.0, window.1) / 3600.0;
+        let config = self.orbit.configuration(self.orbit.missing()?)?;
         if config.is_none() && !self.orbit.sets.is_empty() {
             return Err(bad("--set", "has no effect: --elements and --site replace the configuration".into()));
         }
         let (orbit, site) = self.orbit.orbit_and_site(config.as_ref())?;
         let tracker = Tracker::from_config(&orbit, &site)?;
-        if let Some(warning) = tracker.age_warning(&shifted(start, self.hours * 1800.0)) {
+        if let Some(warning) = tracker.age_warning(&shifted(window.0, hours * 1800.0)) {
             tell(&format!("note: {warning}"));
         }
-        let window = (start, end);
         let found = whole_passes(&tracker, &window.0, &window.1, self.min_alt.to_radians())?;
         let rows = found.iter().map(|pass| row(pass, window)).collect::<anyhow::Result<Vec<_>>>()?;
         let notes: Vec<String> = found.iter().map(|pass| note(pass, self.min_alt)).collect();
@@ -74,7 +73,7 @@ impl Passes {
             return Ok(());
         }
         if rows.is_empty() {
-            print(&format!("no pass above {} deg in these {} h\n", self.min_alt, self.hours));
+            print(&format!("no pass above {} deg in these {hours} h\n", self.min_alt));
         } else {
             print(&text_table(&HEADER, &rows));
         }

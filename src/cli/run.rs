@@ -90,6 +90,10 @@ impl Run {
         };
         let progress = self.common.progress();
         let summary = run(&config, &options, &progress)?;
+        if self.common.json {
+            print(&format!("{}\n", summary.json()));
+            return summary.poor_error().map_or(Ok(()), |error| Err(error.into()));
+        }
         if !self.common.quiet {
             for note in summary.notes.iter().chain(&summary.kept_note()) {
                 tell(&format!("note: {note}"));

@@ -16,7 +16,7 @@ Examples:
   satphot satellites                        all of them, one line each
   satphot satellites iss                    surfaces, orbit, counts, parts and sources of one
   satphot satellites iss --toml > own.toml  a copy to change: name, areas, attitudes, scattering
-  satphot satellites --file own.toml        check that file; its names win over the catalogue's
+  satphot satellites --satellites own.toml  check that file; its names win over the catalogue's
 
 In pipeline.toml: `satellite = \"iss\"` under [model]; `satellites = \"own.toml\"` for own ones.
 
@@ -41,12 +41,12 @@ pub struct Satellites {
     csv: bool,
     /// Own satellites, as model.satellites
     #[arg(long, value_name = "FILE")]
-    file: Option<PathBuf>,
+    satellites: Option<PathBuf>,
 }
 
 impl Satellites {
     pub fn execute(self) -> anyhow::Result<()> {
-        let catalogue = Catalogue::load(self.file.as_deref())?;
+        let catalogue = Catalogue::load(self.satellites.as_deref())?;
         let shown: Vec<Entry> = match &self.name {
             Some(name) => vec![catalogue.find(name)?.clone()],
             None => catalogue.entries().to_vec(),

@@ -23,9 +23,24 @@ pub(crate) fn read_layers<T: serde::de::DeserializeOwned>(text: &str, sets: &[St
     deserialize(layers(text, sets)?).map_err(|(error, _)| error)
 }
 
+/// The error of a text that is not TOML: its line, the line itself, and what TOML expects there.
+fn not_toml(text: &str, error: &toml::de::Error) -> Error {
+    let at = error.span().map_or(0, |span| span.start).min(text.len());
+    let number = text.as_bytes()[..at].iter().filter(|b| **b == b'\n').count();
+    let line = text.lines().nth(number).unwrap_or_default().trim();
+    let value = line.split_once('=').map_or("", |(_, value)| value.split('#').next().unwrap_or_default().trim());
+    let comma = value.split_once(',').is_some_and(|(a, b)| {
+        let digits = |t: &str| !t.is_empty() && t.bytes().all(|b| b.is_ascii_digit());
+        digits(a.trim_start_matches(['-', '+'])) && digits(b)
+    });
+    let hint =
+        if comma { "a decimal point is written as \".\"".to_owned() } else { error.message().replace('\n', ", ") };
+    bad(&format!("line {}", number + 1), format!("`{line}` is not TOML: {hint}"))
+}
+
 /// Preset, then the text, then `--set`, as one table.
 pub(super) fn layers(text: &str, sets: &[String]) -> Result<Table> {
-    let mut user: Table = text.parse().map_err(|e: toml::de::Error| bad("TOML", e.to_string()))?;
+    let mut user: Table = text.parse().map_err(|e: toml::de::Error| not_toml(text, &e))?;
     for set in sets {
         apply_set(&mut user, set)?;
     }
@@ -104,7 +119,7 @@ pub(super) fn explain(error: &serde_path_to_error::Error<toml::de::Error>) -> (E
         let hint = nearest.map(|n| format!("; did you mean \"{n}\"?")).unwrap_or_default();
         return (bad(&key, format!("unknown key{hint} Known here: {}", known.join(", "))), true);
     }
-    let message = [
+    let mut message = [
         ("expected usize", "expected a whole number"),
         ("expected f64", "expected a number"),
         ("invalid type: unit variant, expected string only", "expected a name in quotes"),
@@ -113,6 +128,9 @@ pub(super) fn explain(error: &serde_path_to_error::Error<toml::de::Error>) -> (E
     ]
     .into_iter()
     .fold(message, |text, (serde, words)| text.replace(serde, words));
+    if message.contains("expected a number") && path.ends_with("_deg") {
+        message += "; angles are decimal degrees without quotes, such as -33.7703";
+    }
     (bad(if path == "." { "pipeline.toml" } else { &path }, message), false)
 }
 

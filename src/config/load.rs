@@ -24,7 +24,11 @@ impl Config {
     /// # Errors
     /// [`Error::Config`] naming the key, the value and what would be accepted; [`Error::Io`].
     pub fn load(path: &Path, sets: &[String]) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
+        let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+        let text = String::from_utf8(bytes).map_err(|e| not_a_text(path, e.as_bytes()))?;
+        if text.starts_with(FITS_BEGINS) {
+            return Err(not_a_text(path, text.as_bytes()));
+        }
         let mut config = Self::from_text(&text, sets)?;
         config.resolve_paths(path.parent().unwrap_or(Path::new("")));
         config.file = path.to_owned();
@@ -79,6 +83,20 @@ impl Config {
             }
         }
     }
+}
+
+/// How a FITS file begins.
+const FITS_BEGINS: &str = "SIMPLE  =";
+
+/// The error of a file that is no text in UTF-8, by what it is.
+fn not_a_text(path: &Path, bytes: &[u8]) -> Error {
+    let problem = if bytes.starts_with(FITS_BEGINS.as_bytes()) {
+        "is a FITS file, not a configuration; name a pipeline.toml whose night.input lists this file or its folder \
+         (`satphot init` writes one), or look at the file with `satphot inspect`"
+    } else {
+        "is not text in UTF-8; a configuration is a TOML file such as `satphot init` writes"
+    };
+    Error::NoInput { path: path.to_owned(), problem: problem.into() }
 }
 
 /// Tables and keys that a night cannot do without, each with a value that is refused until it is filled in, and what it

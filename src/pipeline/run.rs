@@ -44,7 +44,7 @@ use crate::pipeline::target::outcome::TargetFrame;
 #[cfg(feature = "report")]
 use crate::pipeline::target::pictures::pictures;
 use crate::pipeline::target::row::{failed_file_row, set_aside_row};
-use crate::report::summary::pass_table;
+use crate::report::summary::{pass_summaries, pass_table};
 use crate::tables::words::Status;
 use crate::tables::{PhotometryRow, ResidualRow, StarRow};
 
@@ -268,6 +268,7 @@ impl<'a> Run<'a> {
                 0 => String::new(),
                 _ => format!("\n{}", pass_table(&compared.rows, band)),
             },
+            pass_rows: pass_summaries(&compared.rows),
             model: model_text(self.config),
             counts: compared.counts.clone(),
             zeropoint: night.zeropoint.clone(),

@@ -44,6 +44,61 @@ pub fn text_table(head: &[&str], rows: &[Vec<String>]) -> String {
     text
 }
 
+/// A measured pass in numbers; see [`pass_table`].
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct PassSummary {
+    /// Number in the night, from 1.
+    pub pass: usize,
+    /// UTC of the first frame.
+    pub date_first: String,
+    /// Name of the target.
+    pub object_name: String,
+    /// Magnitudes used.
+    pub used: usize,
+    /// Frames.
+    pub frames: usize,
+    /// Median of the used magnitudes \[mag\].
+    pub median_mag: Option<f64>,
+    /// Brightest of the used magnitudes \[mag\].
+    pub brightest_mag: Option<f64>,
+    /// Largest light of the frames.
+    pub light: String,
+    /// Median of the used residuals, observed minus modelled \[mag\].
+    pub residual_mag: Option<f64>,
+    /// Robust σ of the used residuals \[mag\].
+    pub sigma_mag: Option<f64>,
+    /// Median random error of the used magnitudes \[mag\].
+    pub median_err_mag: Option<f64>,
+    /// Median systematic error of the used magnitudes \[mag\].
+    pub median_err_sys_mag: Option<f64>,
+}
+
+/// The passes of a night in numbers.
+#[must_use]
+pub fn pass_summaries(rows: &[PhotometryRow]) -> Vec<PassSummary> {
+    let median = |values: &[f64]| robust(values).map(|(median, _)| median);
+    let summary = |(pass, frames): (usize, &Vec<&PhotometryRow>)| {
+        let used: Vec<&&PhotometryRow> = frames.iter().filter(|r| counts(r)).collect();
+        let values = |of: fn(&PhotometryRow) -> Option<f64>| used.iter().filter_map(|r| of(r)).collect::<Vec<f64>>();
+        let (v_mag, residuals) = (values(|r| r.v_mag), values(|r| r.residual_mag));
+        PassSummary {
+            pass,
+            date_first: frames.first().map(|r| r.date_mid.clone()).unwrap_or_default(),
+            object_name: frames.first().map(|r| r.object_name.clone()).unwrap_or_default(),
+            used: v_mag.len(),
+            frames: frames.len(),
+            median_mag: median(&v_mag),
+            brightest_mag: v_mag.iter().copied().min_by(f64::total_cmp),
+            light: lights(frames.iter().map(|r| r.illum.as_str())),
+            residual_mag: median(&residuals),
+            sigma_mag: scatter(&residuals),
+            median_err_mag: median(&values(|r| r.v_mag_err)),
+            median_err_sys_mag: median(&values(|r| r.v_mag_err_sys)),
+        }
+    };
+    (1..).zip(&passes(rows)).map(summary).collect()
+}
+
 /// One line per pass: UTC of the first frame, target, how many magnitudes are used of how many frames, their median and
 /// brightest one in `band`, the largest light of the frames, median and robust σ of the used residuals (observed − modelled), and the
 /// median random and systematic errors of the used magnitudes.
@@ -57,34 +112,24 @@ pub fn pass_table(rows: &[PhotometryRow], band: &str) -> String {
         "pass", "UTC", "target", "used", "frames", &named[0], &named[1], "light", "residual", "sigma", &named[2],
         &named[3],
     ];
-    let lines: Vec<Vec<String>> = passes(rows)
-        .iter()
-        .enumerate()
-        .map(|(i, pass)| {
-            let used: Vec<&&PhotometryRow> = pass.iter().filter(|r| counts(r)).collect();
-            let v_mag: Vec<f64> = used.iter().filter_map(|r| r.v_mag).collect();
-            let residuals: Vec<f64> = used.iter().filter_map(|r| r.residual_mag).collect();
-            let first = pass.first();
-            let error = |of: fn(&PhotometryRow) -> Option<f64>| {
-                let values: Vec<f64> = used.iter().filter_map(|r| of(r)).collect();
-                robust(&values).map(|(median, _)| format!("{median:.3}")).unwrap_or_default()
-            };
-            vec![
-                (i + 1).to_string(),
-                first.map(|r| r.date_mid.chars().take(19).collect()).unwrap_or_default(),
-                first.map(|r| r.object_name.clone()).unwrap_or_default(),
-                v_mag.len().to_string(),
-                pass.len().to_string(),
-                robust(&v_mag).map(|(m, _)| format!("{m:.2}")).unwrap_or_default(),
-                v_mag.iter().copied().min_by(f64::total_cmp).map(|v| format!("{v:.2}")).unwrap_or_default(),
-                lights(pass.iter().map(|r| r.illum.as_str())),
-                robust(&residuals).map(|(m, _)| format!("{m:+.3}")).unwrap_or_default(),
-                scatter(&residuals).map(|s| format!("{s:.3}")).unwrap_or_default(),
-                error(|r| r.v_mag_err),
-                error(|r| r.v_mag_err_sys),
-            ]
-        })
-        .collect();
+    let number = |value: Option<f64>, decimals: usize| value.map_or(String::new(), |v| format!("{v:.decimals$}"));
+    let line = |p: PassSummary| {
+        vec![
+            p.pass.to_string(),
+            p.date_first.chars().take(19).collect(),
+            p.object_name,
+            p.used.to_string(),
+            p.frames.to_string(),
+            number(p.median_mag, 2),
+            number(p.brightest_mag, 2),
+            p.light,
+            p.residual_mag.map_or(String::new(), |m| format!("{m:+.3}")),
+            number(p.sigma_mag, 3),
+            number(p.median_err_mag, 3),
+            number(p.median_err_sys_mag, 3),
+        ]
+    };
+    let lines: Vec<Vec<String>> = pass_summaries(rows).into_iter().map(line).collect();
     text_table(&head, &lines) + &old_elements_note(rows).map(|note| format!("{note}\n")).unwrap_or_default()
 }
 

@@ -139,7 +139,7 @@ fn what_is_missing_before_work_begins_has_its_code_and_leaves_no_results() {
         let n = night();
         let told = n.satphot(&[&["run"], args].concat()).expect(code, words).without_results();
         assert!(told.err.matches("os error").count() <= 1, "said twice: {}", told.err);
-        assert!(told.err.starts_with("satphot: "), "{}", told.err);
+        assert!(told.err.starts_with("error: "), "{}", told.err);
         assert!(!n.result("photometry.ecsv").exists());
     }
     let gain = night().card("", "GAIN", Some("123"));
@@ -333,7 +333,7 @@ fn bad_arguments_of_passes_are_named_with_their_range() {
     }
     let missing = ["passes", "--elements", "none.tle", "--site", SITE, "--start", noon];
     night().satphot(&missing).expect(5, &["none.tle"]).without_results();
-    let forced = with(SITE, "2025-09-09T00:00:00", &["--force"]).expect(0, &["positions may be off"]);
+    let forced = with(SITE, "2025-09-09T00:00:00", &["--force-age"]).expect(0, &["positions may be off"]);
     assert!(forced.out.contains("2025-09-09T"));
 }
 
@@ -496,6 +496,12 @@ fn with_json_every_line_on_standard_error_is_an_object_with_its_event() {
     let told = n.satphot(&["run", "--json", "--no-figures", "-o", "json-out"]).expect(0, &[]);
     let events: Vec<serde_json::Value> = told.err.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
     let with = |event: &str| events.iter().filter(|e| e["event"] == event).count();
+    let summary: serde_json::Value = serde_json::from_str(&told.out).unwrap();
+    assert_eq!((&summary["night"], &summary["counts"]["ok"]), (&"tiny".into(), &6.into()), "{}", told.out);
+    assert!(
+        summary["zeropoint"]["zp_mag"].as_f64().unwrap() < -22.0 && summary["passes"].as_array().unwrap().len() == 3
+    );
+    assert!(summary["files"].as_array().unwrap().iter().any(|f| f.as_str().unwrap().ends_with("photometry.ecsv")));
     assert!(with("stage") >= 2 && with("done") >= 2 && with("progress") >= 2, "{}", told.err);
     let wrong = n.satphot(&["run", "--json", "--set", "night.output=/proc/no"]);
     let last: serde_json::Value = serde_json::from_str(wrong.err.lines().last().unwrap()).unwrap();

@@ -17,3 +17,4 @@ mod left_out;
 mod messages;
 mod published;
 mod times;
+mod typical_mistakes;

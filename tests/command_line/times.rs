@@ -112,7 +112,7 @@ fn no_option_takes_infinity_or_nan_and_the_message_is_of_the_option() {
     ] {
         let option = args.iter().rev().find(|a| a.starts_with("--")).unwrap();
         let option = if args.contains(&"--area-m2") { "--area-m2" } else { option };
-        let told = run(args).expect(2, &[&format!("satphot: {option}: "), "finite number"]).without_results();
+        let told = run(args).expect(2, &[&format!("error: {option}: "), "finite number"]).without_results();
         assert!(!told.err.contains("configuration"), "{}", told.err);
     }
 }

@@ -27,7 +27,7 @@ fn june_2025_has_its_published_nights() {
     // Caddy et al.: the Moon up on about half of the nights, about 6 without any light; by calculation 3-18 and 22-28 June.
     // Full Moon, mu of BlueBird 16.34: a Lambert plate of albedo 0.6 gives 16.56, 16.25 at least.
     let folder = tempfile::tempdir().unwrap();
-    let few = ["--month", "2025-06", "--satellites", "iss,bluebird-fm1,starlink-v1.5", "--points", "60"];
+    let few = ["--month", "2025-06", "--satellite", "iss,bluebird-fm1,starlink-v1.5", "--points", "60"];
     let told = month(folder.path(), &[&few[..], &["--csv", "-o", "m"]].concat()).expect(0, &["UTC+10"]);
     let rows = rows(&told.out);
     assert_eq!(rows.len(), 90);
@@ -69,7 +69,7 @@ fn a_night_of_one_moment_is_the_day_at_that_moment() {
         "2025-06-09",
         "--nights",
         "1",
-        "--satellites",
+        "--satellite",
         "iss",
         "--points",
         "80",
@@ -95,7 +95,7 @@ fn a_night_of_one_moment_is_the_day_at_that_moment() {
 fn both_modes_stand_side_by_side_and_threads_change_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let args =
-        ["--date", "2025-06-10", "--nights", "2", "--satellites", "bluebird-fm1", "--mode", "both", "--points", "30"];
+        ["--date", "2025-06-10", "--nights", "2", "--satellite", "bluebird-fm1", "--mode", "both", "--points", "30"];
     let with = |jobs: &str, out: &str| {
         month(folder.path(), &[&args[..], &["--steps", "3", "-j", jobs, "-o", out]].concat()).expect(0, &[]).out
     };
@@ -110,7 +110,7 @@ fn both_modes_stand_side_by_side_and_threads_change_nothing() {
 #[test]
 fn a_mirror_that_misses_the_observer_is_told_and_not_drawn() {
     let folder = tempfile::tempdir().unwrap();
-    let args = ["--date", "2025-06-10", "--nights", "2", "--satellites", "earendil-1,bluebird-fm1", "--points", "30"];
+    let args = ["--date", "2025-06-10", "--nights", "2", "--satellite", "earendil-1,bluebird-fm1", "--points", "30"];
     let told = month(folder.path(), &[&args[..], &["--steps", "1", "-o", "m"]].concat());
     let told = told.expect(0, &["earendil-1", "never reaches the observer"]);
     assert!(told.out.contains("earendil-1"));
@@ -131,7 +131,7 @@ fn a_polar_summer_has_sunlit_midnights_and_a_year_may_end() {
             "2025-12-30",
             "--nights",
             "3",
-            "--satellites",
+            "--satellite",
             "bluebird-fm1",
             "--points",
             "20",
@@ -145,7 +145,7 @@ fn a_polar_summer_has_sunlit_midnights_and_a_year_may_end() {
     assert_eq!(rows[2]["night"], "2026-01-01");
     assert_eq!(rows[0]["date_mid"], "2025-12-30T23:00:00Z");
     let summer =
-        ["predict", "month", "--site", "78.2,15.6,100", "--date", "2025-06-20", "--nights", "1", "--satellites", "iss"];
+        ["predict", "month", "--site", "78.2,15.6,100", "--date", "2025-06-20", "--nights", "1", "--satellite", "iss"];
     let told =
         satphot(Path::new("."), &[&summer[..], &["--points", "20", "--steps", "1", "--csv"]].concat()).expect(0, &[]);
     let sunlit = self::rows(&told.out);
@@ -159,7 +159,7 @@ fn months_dates_and_telescopes_that_are_none_are_refused_by_name() {
         (&["--month", "June"], "--month"),
         (&["--date", "2025-02-30"], "--date"),
         (&["--month", "2025-06", "--nights", "0"], "--nights"),
-        (&["--month", "2025-06", "--satellites", "isss"], "isss"),
+        (&["--month", "2025-06", "--satellite", "isss"], "isss"),
         (&["--month", "2025-06", "--utc-offset-h", "20"], "--utc-offset-h"),
         (&["--month", "2025-06", "--steps", "0"], "--steps"),
         (&["--month", "2025-06", "--height-km", "50"], "--height-km"),
@@ -181,7 +181,7 @@ fn the_lit_share_of_a_night_is_that_of_the_day_at_its_moment() {
     let sampling = ["--points", "80", "--csv", "-q"];
     let mut shares = Vec::new();
     for date in ["2025-06-09", "2025-06-01", "2025-06-25"] {
-        let args = ["--date", date, "--nights", "1", "--steps", "1", "--around-h", "0", "--satellites", "iss"];
+        let args = ["--date", date, "--nights", "1", "--steps", "1", "--around-h", "0", "--satellite", "iss"];
         let night =
             rows(&month(folder.path(), &[&args[..], &["--height-km", "420"], &sampling].concat()).expect(0, &[]).out);
         let start = format!("{date}T14:00:00");
@@ -197,7 +197,7 @@ fn the_lit_share_of_a_night_is_that_of_the_day_at_its_moment() {
 #[test]
 fn the_moons_illuminated_share_is_called_so() {
     let folder = tempfile::tempdir().unwrap();
-    let args = ["--date", "2025-06-09", "--nights", "1", "--steps", "1", "--satellites", "iss", "--points", "20", "-q"];
+    let args = ["--date", "2025-06-09", "--nights", "1", "--steps", "1", "--satellite", "iss", "--points", "20", "-q"];
     let told = month(folder.path(), &args).expect(0, &[]);
     // 97 % of the Moon's disc is lit; that is no share of the sky
     let line = told.out.lines().find(|l| l.starts_with("2025-06-09")).unwrap();

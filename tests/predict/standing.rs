@@ -106,7 +106,7 @@ fn every_prediction_says_so_in_its_text_and_in_the_meta_block_of_its_table() {
         ("month.ecsv", "month", vec!["--site", SITE, "--month", "2025-06", "--nights", "1", "--points", "20"]),
     ];
     for (file, verb, args) in cases {
-        let satellite = if verb == "month" { ["--satellites", "starlink-v2-film"] } else { film };
+        let satellite = if verb == "month" { ["--satellite", "starlink-v2-film"] } else { film };
         let told = satphot(folder.path(), &[&["predict", verb, "-q", "-o", file][..], &satellite, &args].concat())
             .expect(0, &[]);
         let table = std::fs::read_to_string(folder.path().join(file)).unwrap();

@@ -40,7 +40,7 @@ pub struct Fetch {
     pub(super) json: bool,
 
     /// Catalogue number [default: orbit.norad_cat_id]
-    #[arg(long, value_name = "NUMBER", help_heading = "Elements", value_parser = clap::value_parser!(u64).range(1..=999_999_999))]
+    #[arg(long, value_name = "NUMBER", help_heading = "Elements", value_parser = norad)]
     pub(super) norad: Option<u64>,
     /// Name instead of a number
     #[arg(long, value_name = "NAME", help_heading = "Elements", conflicts_with = "norad")]
@@ -116,3 +116,9 @@ for again within 2 h (elements), a day (past nights), ever (APASS DR9). Proxies:
 and the contact told to the services are keys of [fetch]. Files that exist are left alone without --force.
 
 Exit codes: 75 the network or a server failed, try again later; 5 there is no such object or star; 2 usage.";
+
+/// A catalogue number; a name is another option.
+fn norad(text: &str) -> Result<u64, String> {
+    let wrong = "must be a catalogue number from 1 to 999999999, such as 25544; --name takes the name of an object";
+    text.parse().ok().filter(|n| (1..=999_999_999).contains(n)).ok_or_else(|| wrong.into())
+}

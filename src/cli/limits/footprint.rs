@@ -129,7 +129,7 @@ impl Footprint {
             attitude: self.attitude()?,
             half_rad: (0.5 * self.divergence_deg).to_radians(),
         };
-        let config = self.orbit.configuration(self.orbit.place.given()?.is_none(), "--site")?;
+        let config = self.orbit.configuration(self.orbit.place.missing()?.into_iter().collect())?;
         let site = match (self.orbit.place.given()?, &config) {
             (Some(site), _) => site,
             (None, Some(config)) => config.site.clone(),

@@ -1,5 +1,7 @@
 //! `satphot limits streak`: how bright the trail of a satellite is in a survey's exposure, and whether it is seen.
 
+use std::path::PathBuf;
+
 use clap::Args;
 use satphot::Error;
 use satphot::base::time::parse_utc;
@@ -51,6 +53,9 @@ pub struct Streak {
     /// Satellite of the catalogue: its area, and its height unless that is given
     #[arg(long, value_name = "NAME")]
     satellite: Option<String>,
+    /// Own satellites, in the form of `satphot satellites NAME --toml`
+    #[arg(long, value_name = "FILE")]
+    satellites: Option<PathBuf>,
     /// Area of the satellite [m2]
     #[arg(long, value_name = "M2", allow_hyphen_values = true)]
     area_m2: Option<f64>,
@@ -251,7 +256,7 @@ impl Streak {
 
     /// The one satellite of the arguments, where they put it.
     fn passing(&self, survey: &Survey) -> anyhow::Result<Passing> {
-        let catalogue = Catalogue::load(None)?;
+        let catalogue = Catalogue::load(self.satellites.as_deref())?;
         let entry = self.satellite.as_deref().map(|name| catalogue.find(name)).transpose().map_err(|e| match e {
             Error::Config { problem, .. } => Error::Argument { name: "--satellite".into(), problem },
             other => other,
@@ -260,7 +265,7 @@ impl Streak {
         let area_m2 = area_m2.ok_or_else(|| bad("--area-m2", AREA_NEEDED.into()))?;
         let name = entry.map_or("own", |e| e.name.as_str());
         if let Some(at) = &self.at {
-            let config = self.orbit.configuration(self.orbit.incomplete()?, "--elements and --site")?;
+            let config = self.orbit.configuration(self.orbit.missing()?)?;
             let (orbit, site) = self.orbit.orbit_and_site(config.as_ref())?;
             let tracker = Tracker::from_config(&orbit, &site)?;
             let epoch = parse_utc("--at", at)?;

@@ -53,7 +53,7 @@ pub struct Ground {
     rows: usize,
     /// Use elements older than 14 d, or contradicted by others, all the same
     #[arg(long)]
-    force: bool,
+    force_age: bool,
     #[command(flatten)]
     place: SiteArg,
     /// Comma-separated values instead of a table
@@ -82,7 +82,7 @@ impl Ground {
             elements: self.elements.clone(),
             norad_cat_id: self.norad,
             max_age_d: MAX_AGE_D,
-            force_age: self.force,
+            force_age: self.force_age,
             ut1_utc_s: None,
             xp_arcsec: 0.0,
             yp_arcsec: 0.0,
@@ -170,7 +170,7 @@ impl Ground {
 fn by_argument(error: Error) -> Error {
     match error {
         Error::Orbit { problem } => {
-            Error::Orbit { problem: problem.replace("set orbit.force_age = true", "give --force") }
+            Error::Orbit { problem: problem.replace("set orbit.force_age = true", "give --force-age") }
         }
         other => other,
     }

@@ -24,7 +24,7 @@ use satphot::visibility::forecast::walker::{Pattern, Walker};
 use super::super::orbit_args::{SiteArg, bad, configuration, tell_unknown_ut1};
 use super::super::{bar::Bars, print, tell, threads};
 use super::ModelArgs;
-use super::dome_args::site_of;
+use super::dome_args::{checked_height, site_of};
 use super::shards::{shard, together};
 use super::tally_table::{MomentTally, Table, add};
 
@@ -84,8 +84,8 @@ pub struct Constellation {
     #[arg(long, value_name = "FILE", conflicts_with = "count")]
     elements: Option<PathBuf>,
     /// Use elements older than 14 d all the same
-    #[arg(visible_alias = "force-age", long)]
-    force: bool,
+    #[arg(long)]
+    force_age: bool,
     /// Height of all orbits [km] instead of the catalogue's shells
     #[arg(long, value_name = "KM", allow_hyphen_values = true)]
     height_km: Option<f64>,
@@ -147,8 +147,8 @@ impl Constellation {
         tell_unknown_ut1(&start, self.quiet);
         self.check()?;
         let given = self.place.given()?;
-        let needed = self.model.satellite.is_none() || given.is_none();
-        let config = configuration(self.config.as_deref(), &self.sets, needed, "--satellite and --site")?;
+        let missing: Vec<&str> = self.model.missing().into_iter().chain(given.is_none().then_some("--site")).collect();
+        let config = configuration(self.config.as_deref(), &self.sets, &missing)?;
         let mut model = self.model.over(config.as_ref(), &self.sets)?;
         if self.model.tolerance.is_none() && config.is_none() {
             model.tolerance = 1e-3;
@@ -184,6 +184,7 @@ impl Constellation {
     }
 
     fn check(&self) -> anyhow::Result<()> {
+        self.height_km.map(checked_height).transpose()?;
         if !(1..=1_000_000).contains(&self.steps) {
             return Err(bad("--steps", format!("{} is outside 1 to 1000000", self.steps)));
         }
@@ -243,7 +244,7 @@ impl Constellation {
         let all = sets.len();
         let (mut used, mut old, mut refused) = (Vec::new(), 0, 0);
         for set in &sets {
-            if check_age(set, start, 14.0, self.force).is_err() {
+            if check_age(set, start, 14.0, self.force_age).is_err() {
                 old += 1;
             } else if let Ok(propagator) = Propagator::new(set) {
                 used.push((set.norad_cat_id(), propagator));
@@ -254,7 +255,7 @@ impl Constellation {
         if used.is_empty() {
             let problem = format!("{}: {old} of {all} objects have elements older than 14 d", path.display());
             return Err(Error::Orbit {
-                problem: format!("{problem}, {refused} are refused by SGP4; --force uses old ones"),
+                problem: format!("{problem}, {refused} are refused by SGP4; --force-age uses old ones"),
             }
             .into());
         }

@@ -96,8 +96,8 @@ impl Day {
         tell_unknown_ut1(&start, self.quiet);
         let epochs = day_moments(start, self.hours, self.step_min)?;
         let given = self.place.given()?;
-        let needed = self.model.satellite.is_none() || given.is_none();
-        let config = configuration(self.config.as_deref(), &self.sets, needed, "--satellite and --site")?;
+        let missing: Vec<&str> = self.model.missing().into_iter().chain(given.is_none().then_some("--site")).collect();
+        let config = configuration(self.config.as_deref(), &self.sets, &missing)?;
         let mut model = self.model.over(config.as_ref(), &self.sets)?;
         if self.model.tolerance.is_none() && config.is_none() {
             model.tolerance = 1e-3;

@@ -46,11 +46,27 @@ impl SamplingArgs {
     }
 }
 
+/// A height of orbits \[km\]; one in metres is refused.
+pub fn checked_height(height_km: f64) -> anyhow::Result<f64> {
+    if (1.0..=HIGHEST_KM).contains(&height_km) {
+        return Ok(height_km);
+    }
+    let metres = height_km / 1000.0;
+    let hint = match height_km > HIGHEST_KM && (100.0..=HIGHEST_KM).contains(&metres) {
+        true => format!("; for {height_km} m give {metres}"),
+        false => String::new(),
+    };
+    let problem = format!("{height_km} km must be between 1 and {HIGHEST_KM} km above the ground{hint}");
+    Err(bad("--height-km", problem))
+}
+
+/// Highest orbit \[km\]: beyond the Moon's half-way no satellite of the Earth is meant.
+const HIGHEST_KM: f64 = 200_000.0;
+
 /// The height that is given, else the middle of the first orbits the catalogue knows of the model's satellite.
 pub fn height_km(given: Option<f64>, model: &config::Model) -> anyhow::Result<f64> {
     match given {
-        Some(h) if (1.0..=1e6).contains(&h) => return Ok(h),
-        Some(h) => return Err(bad("--height-km", format!("{h} is outside 1 to 1000000 km"))),
+        Some(h) => return checked_height(h),
         None => {}
     }
     let known = Catalogue::load(model.satellites.as_deref())?;

@@ -93,7 +93,11 @@ impl Duty {
         let start = first_moment(self.date.as_deref(), self.start.as_deref())?;
         tell_unknown_ut1(&start, self.quiet);
         let given = self.place.given()?;
-        let config = configuration(self.config.as_deref(), &self.sets, given.is_none(), "--site")?;
+        let config = configuration(
+            self.config.as_deref(),
+            &self.sets,
+            &given.is_none().then_some("--site").into_iter().collect::<Vec<_>>(),
+        )?;
         let place = site_of(given, config.as_ref())?;
         let site = Site::from_config(&place)?;
         let sun = with_threads(self.jobs, || sun_time(&site, &start, self.days))??;

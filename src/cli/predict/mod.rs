@@ -78,6 +78,9 @@ struct ModelArgs {
     /// Satellite of the catalogue (`satphot satellites` lists them) instead of the configuration's
     #[arg(long, value_name = "NAME")]
     satellite: Option<String>,
+    /// Own satellites, in the form of `satphot satellites NAME --toml` (model.satellites)
+    #[arg(long, value_name = "FILE")]
+    satellites: Option<PathBuf>,
     /// Reading of the published model: corrected or as_published
     #[arg(long, value_name = "MODE", value_parser = ["corrected", "as_published"])]
     mode: Option<String>,
@@ -87,6 +90,11 @@ struct ModelArgs {
 }
 
 impl ModelArgs {
+    /// --satellite, where that is left to the configuration.
+    fn missing(&self) -> Option<&'static str> {
+        self.satellite.is_none().then_some("--satellite")
+    }
+
     /// The model of the configuration with these arguments on top; without a configuration that of the arguments and of
     /// `--set model.…`.
     fn over(&self, config: Option<&Config>, sets: &[String]) -> anyhow::Result<config::Model> {
@@ -107,6 +115,7 @@ impl ModelArgs {
             Some(_) => model.mode = config::Mode::Corrected,
             None => {}
         }
+        model.satellites = self.satellites.clone().or(model.satellites);
         model.tolerance = self.tolerance.unwrap_or(model.tolerance);
         Ok(model)
     }

@@ -43,7 +43,7 @@ A satellite that is all mirror and whose beam never meets the observer is report
 Examples:
   satphot predict month --month 2025-06 --site -33.7703,151.1113,70 -o month
   satphot predict month --month 2025-06 --site -33.7703,151.1113,70 --mode both
-  satphot predict month --date 2025-12-20 --nights 45 --satellites iss,bluebird-fm1 \\
+  satphot predict month --date 2025-12-20 --nights 45 --satellite iss,bluebird-fm1 \\
       --site 69.65,18.96,100 --utc-offset-h 1 --csv";
 
 /// Predicts the surface brightness of satellites around local midnight for every night, against detection limits.
@@ -65,9 +65,12 @@ pub struct Month {
     /// Number of nights [default: those of the month, or 30]
     #[arg(long, value_name = "N")]
     nights: Option<usize>,
-    /// Satellites of the catalogue
+    /// Satellites of the catalogue (`satphot satellites` lists them)
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', default_value = SATELLITES)]
-    satellites: Vec<String>,
+    satellite: Vec<String>,
+    /// Own satellites, in the form of `satphot satellites NAME --toml` (model.satellites)
+    #[arg(long, value_name = "FILE")]
+    satellites: Option<PathBuf>,
     #[command(flatten)]
     place: SiteArg,
     /// Local time minus UTC [h] [default: the longitude in whole hours]
@@ -152,7 +155,11 @@ impl TelescopeArgs {
 impl Month {
     pub fn execute(self) -> anyhow::Result<()> {
         let given = self.place.given()?;
-        let config = configuration(self.config.as_deref(), &self.sets, given.is_none(), "--site")?;
+        let config = configuration(
+            self.config.as_deref(),
+            &self.sets,
+            &given.is_none().then_some("--site").into_iter().collect::<Vec<_>>(),
+        )?;
         let place = site_of(given, config.as_ref())?;
         let site = Site::from_config(&place)?;
         let lon_deg = (place.lon_deg + 180.0).rem_euclid(360.0) - 180.0;
@@ -237,6 +244,7 @@ impl Month {
     fn model_of(&self, name: &str, mode: Mode, config: Option<&Config>) -> anyhow::Result<satphot::config::Model> {
         let args = ModelArgs {
             satellite: Some(name.to_string()),
+            satellites: self.satellites.clone(),
             mode: Some(mode_name(mode).into()),
             tolerance: Some(self.tolerance),
         };
@@ -249,13 +257,13 @@ impl Month {
     fn standings(&self, config: Option<&Config>) -> anyhow::Result<Vec<(String, Standing)>> {
         let mode = self.modes().first().copied().unwrap_or_default();
         let of = |name: &String| Ok((name.clone(), Standing::of(&self.model_of(name, mode, config)?)?));
-        self.satellites.iter().map(of).collect()
+        self.satellite.iter().map(of).collect()
     }
 
     fn all_satellites(&self, site: &Site, config: Option<&Config>) -> anyhow::Result<Vec<MonthSatellite>> {
         let mut all = Vec::new();
         for mode in self.modes() {
-            for name in &self.satellites {
+            for name in &self.satellite {
                 let model = self.model_of(name, mode, config)?;
                 let satellite = Satellite::from_config(&model)?;
                 let settings = ModelSettings { tolerance_of: ToleranceOf::Total, ..ModelSettings::try_from(&model)? };
@@ -274,7 +282,7 @@ impl Month {
 
     /// What the table says of itself; of both modes each row names its own.
     fn meta(&self, config: Option<&Config>, place: &satphot::config::Site) -> anyhow::Result<Meta> {
-        let first = self.satellites.first().map_or("iss", String::as_str);
+        let first = self.satellite.first().map_or("iss", String::as_str);
         let mode = self.modes().first().copied().unwrap_or_default();
         let model = self.model_of(first, mode, config)?;
         let mut meta = prediction_meta("satphot.month/1", &model, Some(place));

@@ -4,7 +4,7 @@ use clap::Args;
 use hifitime::Epoch;
 use satphot::Error;
 use satphot::base::threads::with_threads;
-use satphot::base::time::{iso_utc, parse_utc, seconds_between, shifted};
+use satphot::base::time::{iso_utc, seconds_between, shifted};
 use satphot::brightness::scene::scene;
 use satphot::brightness::{Model, ModelSettings, Satellite};
 use satphot::figures::light_curve;
@@ -14,12 +14,9 @@ use satphot::report::summary::{pass_lights, text_table};
 use satphot::tables::{MetaValue, PREDICTION, PhotometryRow, csv_of_cells, prediction_cells, write_prediction};
 use satphot::visibility::forecast::{Window, highest, moments, predict, prediction_meta, visible};
 
-use super::super::orbit_args::{OrbitArgs, bad};
+use super::super::orbit_args::{OrbitArgs, bad, window};
 use super::super::{bar::Bars, print, tell, threads};
 use super::{Clock, ModelArgs, OutArgs, band_note};
-
-/// Longest window \[h\].
-const LONGEST_H: f64 = 24.0 * 366.0;
 
 const AFTER_HELP: &str = "\
 Rows are whole steps after --start, wherever the satellite is above --min-alt; a pass that
@@ -84,8 +81,9 @@ pub struct Pass {
 impl Pass {
     pub fn execute(self) -> anyhow::Result<()> {
         let window = self.window()?;
-        let needed = self.orbit.incomplete()? || self.model.satellite.is_none();
-        let config = self.orbit.configuration(needed, "--elements, --site and --satellite")?;
+        let mut missing = self.orbit.missing()?;
+        missing.extend(self.model.missing());
+        let config = self.orbit.configuration(missing)?;
         let model = self.model.over(config.as_ref(), &self.orbit.sets)?;
         let (orbit, site) = self.orbit.orbit_and_site(config.as_ref())?;
         let satellite = Satellite::from_config(&model)?;
@@ -139,22 +137,7 @@ impl Pass {
     }
 
     fn window(&self) -> anyhow::Result<Window> {
-        let start = parse_utc("--start", &self.start)?;
-        let end = match (&self.end, self.hours) {
-            (Some(end), _) => parse_utc("--end", end)?,
-            (None, hours) => {
-                if !(0.0 < hours && hours <= LONGEST_H) {
-                    return Err(bad("--hours", format!("{hours} is outside 0 to {LONGEST_H} h")));
-                }
-                shifted(start, hours * 3600.0)
-            }
-        };
-        let length_h = seconds_between(start, end) / 3600.0;
-        if !(0.0 < length_h && length_h <= LONGEST_H) {
-            let (a, b) = (iso_utc(start, 0), iso_utc(end, 0));
-            let problem = format!("{b} is {length_h:.3} h after --start {a}; accepted is above 0, to {LONGEST_H} h");
-            return Err(bad("--end", problem));
-        }
+        let (start, end) = window(&self.start, self.end.as_deref(), self.hours)?;
         if !(0.001..=600.0).contains(&self.step_s) {
             return Err(bad("--step-s", format!("{} is outside 0.001 to 600 s", self.step_s)));
         }

@@ -142,8 +142,9 @@ impl Sky {
             tell_unknown_ut1(&parse_utc("--time", self.lamps.moment())?, self.quiet);
         }
         let site = self.place.given()?;
-        let needed = self.model.satellite.is_none() || (site.is_none() && self.lamps.at_a_time());
-        let config = configuration(self.config.as_deref(), &self.sets, needed, "--satellite, and --site for --time")?;
+        let no_site = site.is_none() && self.lamps.at_a_time();
+        let missing: Vec<&str> = self.model.missing().into_iter().chain(no_site.then_some("--site")).collect();
+        let config = configuration(self.config.as_deref(), &self.sets, &missing)?;
         let model = self.model.over(config.as_ref(), &self.sets)?;
         let satellite = Satellite::from_config(&model)?;
         let mut settings = ModelSettings { tolerance_of: ToleranceOf::Total, ..ModelSettings::try_from(&model)? };

@@ -140,7 +140,7 @@ impl Render {
             return Err(bad("--time", "is needed: an instant, UTC, e.g. 2025-06-09T10:33:12".into()));
         };
         let epoch = parse_utc("--time", time)?;
-        let config = self.orbit.configuration(self.orbit.incomplete()?, "--elements and --site")?;
+        let config = self.orbit.configuration(self.orbit.missing()?)?;
         let (orbit, site) = self.orbit.orbit_and_site(config.as_ref())?;
         let tracker = Tracker::from_config(&orbit, &site)?;
         if let Some(warning) = tracker.age_warning(&epoch).filter(|_| !self.quiet) {

@@ -27,7 +27,10 @@ pub fn read_elements_for(path: &Path, norad: Option<u64>) -> Result<(Vec<Element
         let mut known: Vec<String> = file.sets.iter().map(Elements::label).collect();
         known.sort();
         known.dedup();
-        if first.numbers.is_empty() || file.sets.iter().any(|s| first.numbers.contains(&s.norad_cat_id())) {
+        if file.sets.is_empty()
+            || first.numbers.is_empty()
+            || file.sets.iter().any(|s| first.numbers.contains(&s.norad_cat_id()))
+        {
             return Err(strict(path, first));
         }
         let numbers: Vec<String> = first.numbers.iter().map(u64::to_string).collect();

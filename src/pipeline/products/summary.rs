@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use serde::Serialize;
+use serde_json::json;
 
 use crate::base::error::Error;
 use crate::frames::Role;
@@ -12,6 +13,7 @@ use crate::photometry::Flags;
 use crate::pipeline::explain::text::Explanation;
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::vet::DECIDING;
+use crate::report::summary::PassSummary;
 use crate::tables::selection::is_lower_limit;
 use crate::tables::selection::is_used;
 use crate::tables::words::{Status, Verdict};
@@ -165,6 +167,8 @@ pub struct Summary {
     pub model: Option<String>,
     /// The passes, a line each.
     pub passes: String,
+    /// The same in numbers.
+    pub pass_rows: Vec<PassSummary>,
     /// Failed and rejected frames: name, status, reason.
     pub failures: Vec<(String, String, String)>,
     /// Star and target frames kept from an earlier run, and of how many: nothing of the results depends on it.
@@ -226,7 +230,7 @@ impl Summary {
             c.ok, c.verdict_use, c.verdict_caution, c.verdict_reject, c.nondetection, c.rejected, c.failed
         );
         if let Some(doubts) = c.doubts_text() {
-            let _ = writeln!(t, "Doubts     {doubts}");
+            let _ = writeln!(t, "Warnings   {doubts}");
         }
         for (frame, status, reason) in self.failures.iter().take(SHOWN_FAILURES) {
             // errors of files begin with the name of the file
@@ -242,6 +246,29 @@ impl Summary {
         }
         t.push_str(&self.passes);
         t
+    }
+
+    /// The summary as one JSON object, for programs; the keys are those of the tables and of zeropoint.toml.
+    #[must_use]
+    pub fn json(&self) -> serde_json::Value {
+        let zeropoint = self.zeropoint.as_ref().map(|z| {
+            let err = |i: usize| z.cov[i][i].max(0.0).sqrt();
+            json!({
+                "band": z.band_name(), "zp_mag": z.zp_mag, "zp_mag_err": err(0), "k_mag_airmass": z.k_mag_airmass,
+                "k_mag_airmass_err": err(1), "c_mag_mag": z.c_mag_mag, "c_mag_mag_err": err(2), "rms_mag": z.rms_mag,
+                "n_used": z.n_used, "n_rejected": z.n_rejected, "source": self.zeropoint_source,
+            })
+        });
+        let failures: Vec<_> = self
+            .failures
+            .iter()
+            .map(|(frame, status, reason)| json!({ "frame": frame, "status": status, "reason": reason }))
+            .collect();
+        json!({
+            "night": self.night, "folder": self.folder, "counts": self.counts, "warnings": self.counts.doubts,
+            "failures": failures, "zeropoint": zeropoint, "model": self.model, "passes": self.pass_rows,
+            "notes": self.notes, "poor": self.poor, "elapsed_s": self.elapsed_s, "files": self.files,
+        })
     }
 
     /// Time and speed.

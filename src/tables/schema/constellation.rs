@@ -21,7 +21,7 @@ table! {
         n_above_horizon: Option<i64>,
         /// satellites above min_alt_deg (meta); all that follows is of these
         n_above_min_alt: Option<i64>,
-        /// satellites with any light
+        /// satellites that any of the four lights reaches: n_sun, n_earthshine, n_moon, n_lunar_earthshine
         n_lit: Option<i64>,
         /// satellites with direct sunlight
         n_sun: Option<i64>,
