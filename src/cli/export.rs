@@ -182,6 +182,11 @@ impl Export {
     /// The table that is meant: a file, the photometry of a folder, or that of the configuration.
     fn table(&self) -> anyhow::Result<PathBuf> {
         let folder = match &self.input {
+            Some(path) if !path.exists() => {
+                let problem =
+                    "does not exist; name a table, or the folder of a finished night (`satphot run` writes it)";
+                return Err(Error::NoInput { path: path.clone(), problem: problem.into() }.into());
+            }
             Some(path) if !path.is_dir() => return Ok(path.clone()),
             Some(folder) => folder.clone(),
             None => {

@@ -63,9 +63,7 @@ Tools
   Example: satphot simulate -o raw
 
 Options:
-{options}
-
-{after-help}";
+{options}{after-help}";
 
 /// The command line with its help as it is printed.
 pub fn command() -> Command {

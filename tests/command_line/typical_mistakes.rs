@@ -59,7 +59,7 @@ const MISTAKES: &[Mistake] = &[
     ),
     (
         "passes without elements",
-        "passes SITE 2025-06-09T00:00:00",
+        "passes SITE 2025-06-09T00:00:00 @empty",
         2,
         &["--elements: is not given", "give --elements, or -c FILE"],
     ),
@@ -194,7 +194,12 @@ const MISTAKES: &[Mistake] = &[
         2,
         &["--norad: \"ISS\" must be a catalogue number", "25544", "--name"],
     ),
-    ("longitude of the wrong sign", "run --set site.lon_deg=-151.1113 -o west", 2, &["site.lon_deg"]),
+    (
+        "longitude of the wrong sign",
+        "run --set site.lon_deg=-151.1113 -o west",
+        3,
+        &["a longitude counted west", "configured -33.7703 -151.1113 deg", "check [site]"],
+    ),
 ];
 
 /// A night of its own with the files that the mistakes are about.

@@ -118,7 +118,11 @@ impl Counts {
     pub fn doubts_text(&self) -> Option<String> {
         let mut doubts: Vec<(&str, usize)> = self.doubts.iter().map(|(name, n)| (*name, *n)).collect();
         doubts.sort_by_key(|(name, n)| (std::cmp::Reverse(*n), *name));
-        let mut parts: Vec<String> = doubts.iter().take(SHOWN_DOUBTS).map(|(name, n)| format!("{n} {name}")).collect();
+        let mut parts: Vec<String> = doubts
+            .iter()
+            .take(SHOWN_DOUBTS)
+            .map(|(name, n)| format!("{n} {} {}", if *n == 1 { "frame" } else { "frames" }, in_words(name)))
+            .collect();
         if doubts.len() > SHOWN_DOUBTS {
             parts.push(format!("{} other reasons", doubts.len() - SHOWN_DOUBTS));
         }
@@ -128,6 +132,26 @@ impl Counts {
             n => parts.push(format!("{n} lower limits")),
         }
         (!parts.is_empty()).then(|| parts.join(", "))
+    }
+}
+
+/// What a flag that decides a verdict says of a frame.
+fn in_words(flag: &'static str) -> &'static str {
+    match flag {
+        "saturated" => "saturated",
+        "masked" => "with masked pixels",
+        "edge" | "clip_edge" => "at the edge of the field",
+        "negative" => "with negative flux",
+        "no_annulus" => "without an annulus of sky",
+        "time_uncertain" => "with an uncertain time",
+        "contaminated" => "contaminated by star trails or neighbours",
+        "smeared" => "with a smeared target",
+        "vignetted" => "vignetted",
+        "hit" => "with a cosmic-ray hit",
+        "exptime_doubted" => "with a doubtful exposure time",
+        "low_altitude" => "at low altitude",
+        "old_elements" => "with old elements",
+        other => other,
     }
 }
 
