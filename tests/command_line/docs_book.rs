@@ -204,7 +204,10 @@ fn every_embedded_file_of_data_is_in_the_licence_of_the_data() {
             let name = path.file_name().unwrap().to_string_lossy().into_owned();
             if ["csv", "txt", "tle"].iter().any(|kind| path.extension().is_some_and(|e| e == *kind)) {
                 let family = if name.starts_with("sdss_doi_2010_") { "sdss_doi_2010_*.csv" } else { name.as_str() };
-                assert!(licence.contains(&format!("{folder}/{family}`")), "{folder}/{name} has no line in LICENSE-DATA.md");
+                assert!(
+                    licence.contains(&format!("{folder}/{family}`")),
+                    "{folder}/{name} has no line in LICENSE-DATA.md"
+                );
             }
         }
     }
