@@ -315,7 +315,7 @@ fn bad_arguments_of_passes_are_named_with_their_range() {
     };
     let noon = "2025-06-09T00:00:00";
     for (site, start, more, code, word) in [
-        ("-33.77,151.11", noon, &[][..], 2, "three numbers"),
+        ("-33.77,151.11", noon, &[][..], 2, "latitude,longitude,altitude"),
         ("-133.77,151.11,70", noon, &[], 2, "site.lat_deg: -133.77"),
         ("-33.77,1510,70", noon, &[], 2, "site.lon_deg: 1510"),
         ("nan,151.11,70", noon, &[], 2, "--site: NaN"),
@@ -454,7 +454,7 @@ fn what_init_is_told_stands_in_the_file_and_what_is_no_site_or_satellite_is_refu
     assert_eq!(config.night.input, [std::path::PathBuf::from("raw/n1")]);
     assert_eq!(config.model.unwrap().satellite, "starlink-v2");
     assert!(text.contains("# results go to") && text.contains("name = \"PlaneWave CDK24 f/6.5\""));
-    for (site, word) in [("1,2", "latitude,longitude,height"), ("91,0,0", "lat_deg"), ("a,b,c", "\"a,b,c\"")] {
+    for (site, word) in [("1,2", "latitude,longitude,altitude"), ("91,0,0", "lat_deg"), ("a,b,c", "\"a,b,c\"")] {
         n.satphot(&["init", "-", &format!("--site={site}")]).expect(2, &[word]).without_results();
     }
     n.satphot(&["init", "-", "--satellite", "isss"]).expect(2, &["did you mean \"iss\""]).without_results();

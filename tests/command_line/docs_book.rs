@@ -74,10 +74,14 @@ fn verbs() -> BTreeMap<String, BTreeSet<String>> {
         let words: Vec<&str> = verb.split_whitespace().chain(["--help"]).collect();
         let output = Command::new(env!("CARGO_BIN_EXE_satphot")).args(words).output().unwrap();
         let help = String::from_utf8(output.stdout).unwrap();
-        let below = help.split("\nCommands:\n").nth(1).map(|rest| rest.split("\n\n").next().unwrap_or_default());
+        // the verbs of the program itself stand in groups before its options
+        let below = match verb.as_str() {
+            "" => help.split("\nOptions:\n").next(),
+            _ => help.split("\nCommands:\n").nth(1).map(|rest| rest.split("\n\n").next().unwrap_or_default()),
+        };
         for line in below.unwrap_or_default().lines() {
             let name = line.split_whitespace().next().unwrap_or_default();
-            if line.starts_with("  ") && !line.starts_with("   ") && name != "help" {
+            if line.starts_with("  ") && !line.starts_with("   ") && name != "help" && name != "Example:" {
                 todo.push(format!("{verb} {name}").trim().to_string());
             }
         }

@@ -251,7 +251,8 @@ fn every_typical_mistake_is_answered_with_what_is_wrong_what_is_accepted_and_wha
             .filter(|w| w.strip_prefix('=').map_or(!err.contains(**w), |w| !out.contains(w)))
             .copied()
             .collect();
-        let style = *code == 0 || (err.starts_with("error: ") && !err.contains("os error") && !err.contains("Usage:"));
+        let style = *code == 0
+            || (err.lines().any(|l| l.starts_with("error: ")) && !err.contains("os error") && !err.contains("Usage:"));
         if exit != Some(*code) || !missing.is_empty() || !style {
             wrong +=
                 &format!("{what}: satphot {line}\n  exit {exit:?}, expected {code}; not said: {missing:?}\n{err}\n");

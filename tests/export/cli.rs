@@ -162,7 +162,7 @@ fn what_is_missing_is_named_with_its_option() {
     let folder = changed(real);
     export(folder.path(), &[".", "--to", "tdm", "-o", "n.tdm"]).expect(2, &["--organisation", "reporter.organisation"]);
     export(folder.path(), &[".", "--to", "score", "-o", "s.csv"]).expect(2, &["--observing-mode"]);
-    export(folder.path(), &[".", "--to", "xlsx", "-o", "s"]).expect(2, &["possible values", "votable"]);
+    export(folder.path(), &[".", "--to", "xlsx", "-o", "s"]).expect(2, &["must be one of", "votable"]);
     export(folder.path(), &[".", "--to", "csv"]).expect(2, &["--out"]);
     export(folder.path(), &["nowhere", "--to", "csv", "-o", "x"]).expect(4, &["nowhere"]);
     export(folder.path(), &["photometry.ecsv", "--to", "csv", "-o", "photometry.ecsv"])
