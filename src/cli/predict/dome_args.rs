@@ -65,9 +65,8 @@ const HIGHEST_KM: f64 = 200_000.0;
 
 /// The height that is given, else the middle of the first orbits the catalogue knows of the model's satellite.
 pub fn height_km(given: Option<f64>, model: &config::Model) -> anyhow::Result<f64> {
-    match given {
-        Some(h) => return checked_height(h),
-        None => {}
+    if let Some(height_km) = given {
+        return checked_height(height_km);
     }
     let known = Catalogue::load(model.satellites.as_deref())?;
     let entry = known.find(&model.satellite).ok().filter(|_| model.surfaces.is_empty());
