@@ -73,57 +73,57 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Verb {
-    /// Reduce a whole night: calibrate, zeropoint, measure, tag, predict, compare
+    /// Reduce a whole night: calibrate, measure, compare with the model
     Run(run::Run),
     /// Write a commented pipeline.toml to start from
     Init(init::Init),
-    /// Tell what was understood from headers: mid-time, gain, site, pointing, and why
+    /// Print what is understood from headers, and why
     Inspect(inspect::Inspect),
-    /// Plan a night in shards, for a cluster or for later
+    /// Divide a night into shards, for a cluster
     Plan(plan::PlanVerb),
-    /// Bring the shards of a plan together
+    /// Merge the tables of the shards of a plan
     Merge(merge::MergeVerb),
     /// Make a master flat
     Flat(flat::Flat),
-    /// Check gain, read noise, pedestal, step and saturation on flats and bias frames
+    /// Check gain, read noise and saturation on flats and biases
     Detector(detector::DetectorVerb),
-    /// Fit zeropoint, extinction and colour term to star pointings
+    /// Fit zeropoint, extinction and colour term to star frames
     Zeropoint(zeropoint::ZeropointVerb),
-    /// Find where frames are on the sky, without world coordinates in their headers
+    /// Find where frames are on the sky
     Solve(solve::Solve),
-    /// Measure the target in frames, with the geometry of each
+    /// Measure the target in frames
     Measure(measure::Measure),
-    /// Write the report of a finished night, or of several, as one HTML file
+    /// Write the report of a night, or of several, as one HTML file
     Report(report::Report),
     /// Compare a photometry table with the model
     Compare(compare::Compare),
-    /// List passes of a satellite: rise, culmination, set, Sun, Moon and light
+    /// List passes of a satellite over a site
     Passes(passes::Passes),
-    /// Predict: a pass, an all-sky map, a day, a month, a constellation, explicit geometries
+    /// Predict magnitudes: a pass, a sky, a day, a constellation
     Predict(predict::Predict),
-    /// Faintest magnitudes: of a telescope that follows, and of streaks in a survey
+    /// Compute the faintest magnitudes of a telescope or a survey
     Limits(limits::Limits),
-    /// Draw what goes into the model: the Moon's laws and spectra, the Earth under Sun and Moon, ground tracks
+    /// Draw what goes into the model: Moon, Earth, ground tracks
     Plot(plot::Plot),
-    /// Write results for others: FITS, VOTable, CSV, Parquet; SCORE, CCSDS TDM, UDL, IOD
+    /// Write tables and observations in the formats of others
     Export(export::Export),
-    /// Fetch elements and stars: the only verb that uses the network
+    /// Fetch elements and stars from the network
     Fetch(fetch::Fetch),
-    /// Render a satellite of many components: its picture, light by light
+    /// Render a satellite of many components
     Render(render::Render),
     /// Make a synthetic night with its truth
     Simulate(simulate::Simulate),
     /// Fit scattering laws to measurements, and draw them
     Brdf(brdf::BrdfVerb),
-    /// Compare the numbers of the paper with ours; brightness by light class
+    /// Compare the numbers of the paper with ours
     Published(published::PublishedVerb),
     /// Check a table of passes against Sun, Moon and elements
     CheckTable(check_table::CheckTable),
-    /// Measure error against run time of numerical methods, and the extreme cases
+    /// Measure error against run time of numerical methods
     Accuracy(accuracy::Accuracy),
     /// List the satellites the model knows
     Satellites(satellites::Satellites),
-    /// Check finished nights: products, hashes, columns, provenance, inputs
+    /// Check finished nights against their manifests
     Verify(verify::Verify),
     /// Print the completions of a shell
     Completions(manual::Completions),

@@ -22,7 +22,7 @@ impl Config {
         range("site.lon_deg", self.site.lon_deg, -180.0, 360.0, "deg, east positive")?;
         range("site.alt_m", self.site.alt_m, -500.0, 9_000.0, "m")?;
         range("telescope.aperture_m", self.telescope.aperture_m, 0.005, 50.0, "m")?;
-        range("telescope.focal_length_mm", self.telescope.focal_length_mm, 5.0, 1e6, "mm")?;
+        range("telescope.focal_length_mm", self.telescope.focal_length_mm, 1.0, 1e6, "mm")?;
         self.check_detector()?;
         self.check_aliases()?;
         self.check_photometry()?;

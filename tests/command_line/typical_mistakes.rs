@@ -40,7 +40,7 @@ const MISTAKES: &[Mistake] = &[
         "focal length in m",
         "run --set telescope.focal_length_mm=3.962",
         2,
-        &["telescope.focal_length_mm: 3.962", "5 to 1000000 mm"],
+        &["telescope.focal_length_mm: = 3.962", "arcsec/px come from the stars", "set telescope.focal_length_mm = 39"],
     ),
     ("missing folder", "run --set night.input=[\"nothere\"]", 4, &["nothere", "night.input"]),
     ("empty folder", "run --set night.input=[\"empty\"] -o out", 4, &["empty: no FITS file", "*.fits", "night.input"]),

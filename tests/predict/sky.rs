@@ -198,7 +198,7 @@ fn arguments_that_cannot_be_used_are_named_with_a_remedy() {
         (&["--time", "2025-06-09T08:30:00", "--height-km", "400"], &["pipeline.toml", "--site"]),
         (&["--sun-alt-deg", "3"], &["--sun-az-deg"]),
         (&["--sun-alt-deg", "95", "--sun-az-deg", "0"], &["--sun-alt-deg", "-90 to 90"]),
-        (&["--sun-alt-deg", "5", "--sun-az-deg", "0", "--height-km", "0"], &["--height-km", "1 to 1000000"]),
+        (&["--sun-alt-deg", "5", "--sun-az-deg", "0", "--height-km", "0"], &["--height-km", "between 1 and 200000 km"]),
         (&["--sun-alt-deg", "5", "--sun-az-deg", "0", "--height-km", "400", "--grid", "9"], &["--grid", "31x73"]),
         (&["--sun-alt-deg", "5", "--sun-az-deg", "0", "--height-km", "400", "--grid", "1x9"], &["--grid", "2 or more"]),
         (&["--sun-alt-deg", "5", "--sun-az-deg", "0", "--height-km", "9", "--sphere-radius-km", "0"], &["radius"]),

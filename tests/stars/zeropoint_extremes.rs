@@ -98,7 +98,7 @@ fn nan_and_infinity_in_any_column_leave_the_row_out_and_are_counted() {
     let z = fit(&stars, &robust()).unwrap();
     assert_eq!(bits(&z), bits(&good));
     assert!(z.residuals_mag[321..].iter().all(|r| r.is_nan()) && z.weights[321..].iter().all(|w| *w == 0.0));
-    assert!(z.warnings.iter().any(|w| w.starts_with("12 of 333 measurements left out")), "{:?}", z.warnings);
+    assert!(z.warnings.iter().any(|w| w.starts_with("12 of 333 measurements were excluded")), "{:?}", z.warnings);
     // an error that is NaN or infinite is unknown, the star stays
     for bad in [f64::NAN, f64::INFINITY] {
         let mut stars = clean.clone();
