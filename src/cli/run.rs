@@ -55,7 +55,7 @@ pub struct Run {
     /// Draw no figures
     #[arg(long)]
     no_figures: bool,
-    /// List the files written
+    /// Print the details of zeropoint, aperture and model, time and memory, and list the files written
     #[arg(short, long)]
     verbose: bool,
     /// Say on standard error what was skipped in each scene and frame, why, and the CPU time that saved
@@ -95,18 +95,22 @@ impl Run {
             return summary.poor_error().map_or(Ok(()), |error| Err(error.into()));
         }
         if !self.common.quiet {
-            for note in summary.notes.iter().chain(&summary.kept_note()) {
+            let details = summary.details.iter().filter(|_| self.verbose);
+            for note in summary.notes.iter().chain(details).chain(&summary.kept_note()) {
                 tell(&format!("note: {note}"));
             }
             for note in &summary.empty_columns {
                 tell(&format!("skipped: {note}"));
             }
         }
-        print(&summary.text());
-        let memory = satphot::pipeline::products::manifest::peak_memory_mb()
-            .map(|mb| format!(", {mb:.0} MB peak memory"))
-            .unwrap_or_default();
-        print(&format!("\n{}{memory}\nResults in {}\n", summary.speed(), summary.folder.display()));
+        print(&if self.verbose { summary.text() } else { summary.brief() });
+        if self.verbose {
+            let memory = satphot::pipeline::products::manifest::peak_memory_mb()
+                .map(|mb| format!(", {mb:.0} MB peak memory"))
+                .unwrap_or_default();
+            print(&format!("\n{}{memory}\n", summary.speed()));
+        }
+        print(&format!("\nResults in {}\n", summary.folder.display()));
         if let Some(explained) = &summary.explained {
             tell(&explained.text());
         }

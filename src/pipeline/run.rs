@@ -7,7 +7,6 @@ use crate::base::error::{Error, Result};
 use crate::base::file::{file_name, make_folder};
 use crate::base::progress::Progress;
 use crate::base::threads::with_threads;
-use crate::brightness::catalogue::Standing;
 use crate::config::Config;
 use crate::config::digest::config_sha256;
 use crate::figures::Thumb;
@@ -28,7 +27,7 @@ use crate::pipeline::products::outputs::Outputs;
 use crate::pipeline::products::page::write_report_and_figures;
 use crate::pipeline::products::provenance::Provenance;
 use crate::pipeline::products::record::Stage;
-use crate::pipeline::products::summary::{Counts, Summary};
+use crate::pipeline::products::summary::{Counts, ModelStanding, Summary};
 use crate::pipeline::shards::plan_file::{FRAMES_PER_SHARD, Plan, set_copies_aside};
 use crate::pipeline::shards::products::{FOLDER, FrameCache};
 use crate::pipeline::shards::whole::judge_whole_night;
@@ -150,6 +149,7 @@ impl<'a> Run<'a> {
         let Self { survey, products, options, progress, log, poor, .. } = self;
         let mut stars =
             log.stage("stars", |log| star_stage(survey, &flattened, products, options, *progress, &mut log.notes))?;
+        log.details.append(&mut stars.details);
         let zeropoint = zeropoint_stage(&mut stars.rows, &stars.failed, &flattened, poor, &mut log.notes)?;
         let no_star_frames = survey.pointings.is_empty() && !survey.unreadable.is_empty();
         if zeropoint.is_none() && no_star_frames && self.config.stars.is_some() {
@@ -269,13 +269,14 @@ impl<'a> Run<'a> {
                 _ => format!("\n{}", pass_table(&compared.rows, band)),
             },
             pass_rows: pass_summaries(&compared.rows),
-            model: model_text(self.config),
+            model: ModelStanding::of(self.config),
             counts: compared.counts.clone(),
             zeropoint: night.zeropoint.clone(),
             zeropoint_source: zeropoint_source(night, compared.stars.len()),
             failures: failures(&compared.rows),
             kept: (kept, kept + made),
             notes: self.log.notes.clone(),
+            details: self.log.details.clone(),
             empty_columns: missing_parts(night, night.flat.is_some(), night.zeropoint.is_some())
                 .iter()
                 .map(ToString::to_string)
@@ -287,13 +288,6 @@ impl<'a> Run<'a> {
             files: Vec::new(),
         }
     }
-}
-
-/// The model of the target, and what observations say of it.
-fn model_text(config: &Config) -> Option<String> {
-    let model = config.model.as_ref()?;
-    let standing = Standing::of(model).ok()?;
-    Some(format!("{}: {}", model.satellite, standing.text()))
 }
 
 /// Why no frame was taken for one of the target, and how to name those that are.
@@ -347,11 +341,12 @@ struct Log<'a> {
     progress: &'a dyn Progress,
     stages: Vec<Stage>,
     notes: Vec<String>,
+    details: Vec<String>,
 }
 
 impl<'a> Log<'a> {
     fn new(progress: &'a dyn Progress) -> Self {
-        Self { progress, stages: Vec::new(), notes: Vec::new() }
+        Self { progress, stages: Vec::new(), notes: Vec::new(), details: Vec::new() }
     }
     fn stage<T>(&mut self, name: &str, work: impl FnOnce(&mut Self) -> T) -> T {
         let (start, cpu_start, read) = (self.progress.elapsed_s(), self.progress.cpu_s(), bytes_read());

@@ -72,6 +72,7 @@ pub fn fit_stars(config: &Config, options: &Options, progress: &dyn Progress) ->
     notes.extend(check_stars(&survey, &prepared, &products, options.jobs)?);
     let prepared = master_flat(&survey, prepared, (&products, None), options, progress, &mut notes)?;
     let stars = star_stage(&survey, &prepared, &products, options, progress, &mut notes)?;
+    notes.extend(stars.details.iter().cloned());
     notes.extend(stars.failed.iter().map(|r| format!("{}: {}", r.frame, r.reason)));
     notes.extend(survey.unreadable.iter().map(|u| u.error.to_string()));
     if survey.n_star_frames() == 0 {

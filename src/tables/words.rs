@@ -93,6 +93,28 @@ words! {
     }
 }
 
+/// How many frames carry a flag that decides a verdict, in words: `2 frames contaminated by star trails or neighbours`.
+#[must_use]
+pub fn flagged_frames(flag: &str, n: u64) -> String {
+    let words = match flag {
+        "saturated" => "saturated",
+        "masked" => "with masked pixels",
+        "edge" | "clip_edge" => "at the edge of the field",
+        "negative" => "with negative flux",
+        "no_annulus" => "without an annulus of sky",
+        "time_uncertain" => "with an uncertain time",
+        "contaminated" => "contaminated by star trails or neighbours",
+        "smeared" => "with a smeared target",
+        "vignetted" => "vignetted",
+        "hit" => "with a cosmic-ray hit",
+        "exptime_doubted" => "with a doubtful exposure time",
+        "low_altitude" => "at low altitude",
+        "old_elements" => "with old elements",
+        other => other,
+    };
+    format!("{n} {} {words}", if n == 1 { "frame" } else { "frames" })
+}
+
 #[cfg(test)]
 mod tests {
     use super::{Status, TimeStamp, Verdict};

@@ -79,7 +79,7 @@ fn the_head_says_what_was_drawn_where_and_warnings_come_before_notes() {
     }
     let residual = strip.split("observed − modelled").nth(1).unwrap().split("</div>").next().unwrap();
     assert!(residual.contains("median") && residual.contains("scatter") && !residual.contains('±'), "{residual}");
-    let warned = strip.find("verdict caution or reject: contaminated").unwrap();
+    let warned = strip.find("1 frame contaminated by star trails or neighbours (verdict caution or reject)").unwrap();
     assert!(warned < strip.find(" notes</summary>").unwrap());
     // a failed frame is graver than any doubt
     let row = |status: &str, frame: &str| PhotometryRow {

@@ -28,11 +28,18 @@ const APART_PX: f64 = 3.0;
 /// Most windows of one candidate.
 const MOST_WINDOWS: usize = 24;
 /// χ² by which a single window must prefer the hit.
-const SINGLE_CHI2: f64 = 14.0;
+const SINGLE_CHI2: f64 = 11.0;
 /// χ² by which all windows of a candidate together must prefer the hit.
-const TOTAL_CHI2: f64 = 6.0;
+const TOTAL_CHI2: f64 = 3.0;
 /// χ² by which a source at a masked hit must prefer the star, so that it is not a remnant of that hit.
 const STAR_CHI2: f64 = 10.0;
+/// χ² by which the windows of a long candidate together must prefer the star: tracks are long, and where their light per
+/// pixel is in the noise no window tells.
+const LONG_STAR_CHI2: f64 = 5.0;
+/// A candidate is long where the standard deviation of its pixels along it exceeds this \[FWHM\] ...
+const LONG_FWHM: f64 = 1.5;
+/// ... and that across it as many times.
+const LONG_RATIO: f64 = 2.0;
 /// One window adds no more than this to the total.
 const MOST_CHI2: f64 = 25.0;
 /// Iterations of a fit.
@@ -86,11 +93,27 @@ pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit
     }
     if !hits.is_empty() {
         Verdict::Hits(hits)
-    } else if total > TOTAL_CHI2 || (near_hit && total > -STAR_CHI2) {
+    } else if total > if is_long(inside, fwhm_px) { -LONG_STAR_CHI2 } else { TOTAL_CHI2 }
+        || (near_hit && total > -STAR_CHI2)
+    {
         Verdict::AllHits
     } else {
         Verdict::Sky
     }
+}
+
+/// Whether a candidate is as long as no point source is.
+fn is_long(inside: &Array2<bool>, fwhm_px: f64) -> bool {
+    let pixels: Vec<[f64; 2]> =
+        inside.indexed_iter().filter(|(_, v)| **v).map(|((j, i), _)| [i as f64, j as f64]).collect();
+    let n = pixels.len().max(1) as f64;
+    let mean = |k: usize| pixels.iter().map(|p| p[k]).sum::<f64>() / n;
+    let at = [mean(0), mean(1)];
+    let moment = |k: usize, l: usize| pixels.iter().map(|p| (p[k] - at[k]) * (p[l] - at[l])).sum::<f64>() / n;
+    let (xx, xy, yy) = (moment(0, 0), moment(0, 1), moment(1, 1));
+    let (half, root) = (0.5 * (xx + yy), (0.5 * (xx - yy)).hypot(xy));
+    let (along, across) = ((half + root).sqrt(), (half - root).max(PIXEL_VARIANCE).sqrt());
+    along > LONG_FWHM * fwhm_px && along > LONG_RATIO * across
 }
 
 /// The brightest pixels of a candidate, each a window apart from the others.

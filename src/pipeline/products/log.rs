@@ -39,13 +39,7 @@ pub fn write_log(
         }));
     }
     let end_s = summary.elapsed_s;
-    lines.extend(
-        summary
-            .notes
-            .iter()
-            .chain(&summary.kept_note())
-            .map(|text| json!({ "t_s": end_s, "event": "note", "text": text })),
-    );
+    lines.extend(summary.all_notes().map(|text| json!({ "t_s": end_s, "event": "note", "text": text })));
     lines.extend(
         outputs
             .iter()

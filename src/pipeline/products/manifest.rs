@@ -184,6 +184,7 @@ impl Manifest<'_> {
             "left_out_measured": s.explained,
             "kept": { "frames": s.kept.0, "of": s.kept.1 },
             "notes": s.notes,
+            "details": s.details,
             "poor": s.poor,
             "outputs": &outputs,
         });
@@ -195,7 +196,7 @@ impl Manifest<'_> {
         let path = folder.join(NAME);
         save(&path, &(text + "\n"))?;
         let mut log = s.text();
-        for note in s.notes.iter().chain(&s.kept_note()) {
+        for note in s.all_notes() {
             log.push_str(&format!("note: {note}\n"));
         }
         for (frame, status, reason) in &s.failures {

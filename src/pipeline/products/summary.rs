@@ -8,6 +8,8 @@ use serde::Serialize;
 use serde_json::json;
 
 use crate::base::error::Error;
+use crate::brightness::catalogue::Standing;
+use crate::config::Config;
 use crate::frames::Role;
 use crate::photometry::Flags;
 use crate::pipeline::explain::text::Explanation;
@@ -16,7 +18,7 @@ use crate::pipeline::vet::DECIDING;
 use crate::report::summary::PassSummary;
 use crate::tables::selection::is_lower_limit;
 use crate::tables::selection::is_used;
-use crate::tables::words::{Status, Verdict};
+use crate::tables::words::{Status, Verdict, flagged_frames};
 use crate::tables::{PhotometryRow, StarRow};
 use crate::zeropoint::fit::Zeropoint;
 
@@ -118,11 +120,8 @@ impl Counts {
     pub fn doubts_text(&self) -> Option<String> {
         let mut doubts: Vec<(&str, usize)> = self.doubts.iter().map(|(name, n)| (*name, *n)).collect();
         doubts.sort_by_key(|(name, n)| (std::cmp::Reverse(*n), *name));
-        let mut parts: Vec<String> = doubts
-            .iter()
-            .take(SHOWN_DOUBTS)
-            .map(|(name, n)| format!("{n} {} {}", if *n == 1 { "frame" } else { "frames" }, in_words(name)))
-            .collect();
+        let mut parts: Vec<String> =
+            doubts.iter().take(SHOWN_DOUBTS).map(|(name, n)| flagged_frames(name, *n as u64)).collect();
         if doubts.len() > SHOWN_DOUBTS {
             parts.push(format!("{} other reasons", doubts.len() - SHOWN_DOUBTS));
         }
@@ -132,26 +131,6 @@ impl Counts {
             n => parts.push(format!("{n} lower limits")),
         }
         (!parts.is_empty()).then(|| parts.join(", "))
-    }
-}
-
-/// What a flag that decides a verdict says of a frame.
-fn in_words(flag: &'static str) -> &'static str {
-    match flag {
-        "saturated" => "saturated",
-        "masked" => "with masked pixels",
-        "edge" | "clip_edge" => "at the edge of the field",
-        "negative" => "with negative flux",
-        "no_annulus" => "without an annulus of sky",
-        "time_uncertain" => "with an uncertain time",
-        "contaminated" => "contaminated by star trails or neighbours",
-        "smeared" => "with a smeared target",
-        "vignetted" => "vignetted",
-        "hit" => "with a cosmic-ray hit",
-        "exptime_doubted" => "with a doubtful exposure time",
-        "low_altitude" => "at low altitude",
-        "old_elements" => "with old elements",
-        other => other,
     }
 }
 
@@ -188,7 +167,7 @@ pub struct Summary {
     /// Where it is from.
     pub zeropoint_source: String,
     /// The model the target is compared with, and what observations say of it.
-    pub model: Option<String>,
+    pub model: Option<ModelStanding>,
     /// The passes, a line each.
     pub passes: String,
     /// The same in numbers.
@@ -199,6 +178,8 @@ pub struct Summary {
     pub kept: (usize, usize),
     /// Notes about this night.
     pub notes: Vec<String>,
+    /// What was measured on the way and needs no action; printed with `-v`, kept in the log and in manifest.json.
+    pub details: Vec<String>,
     /// Columns that stay empty, and why.
     pub empty_columns: Vec<String>,
     /// What was skipped in frames and scenes and what that saved, if requested.
@@ -221,15 +202,31 @@ impl Summary {
         (kept > 0).then(|| format!("{kept} of {all} star and target frames kept from an earlier run"))
     }
 
+    /// Every note, whether it needs action or not.
+    pub fn all_notes(&self) -> impl Iterator<Item = String> {
+        self.notes.iter().chain(&self.details).cloned().chain(self.kept_note())
+    }
+
     /// The error of a night whose outputs are written but poor (exit code 3).
     #[must_use]
     pub fn poor_error(&self) -> Option<Error> {
         (!self.poor.is_empty()).then(|| Error::PoorNight { problem: self.poor.join("; ") })
     }
 
-    /// The text printed at the end, without times.
+    /// The text printed at the end, without times: counts, warnings, zeropoint and passes, with the details of zeropoint
+    /// and model.
     #[must_use]
     pub fn text(&self) -> String {
+        self.lines(true)
+    }
+
+    /// The same without the details.
+    #[must_use]
+    pub fn brief(&self) -> String {
+        self.lines(false)
+    }
+
+    fn lines(&self, details: bool) -> String {
         let c = &self.counts;
         let mut t = String::new();
         let _ = writeln!(t, "Night {}", self.night);
@@ -264,8 +261,10 @@ impl Summary {
         if self.failures.len() > SHOWN_FAILURES {
             let _ = writeln!(t, "           and {} more, in photometry.ecsv", self.failures.len() - SHOWN_FAILURES);
         }
-        t.push_str(&zeropoint_text(self.zeropoint.as_ref(), &self.zeropoint_source));
-        if let Some(model) = &self.model {
+        let zeropoint = zeropoint_text(self.zeropoint.as_ref(), &self.zeropoint_source);
+        let model = self.model.as_ref().map(|m| if details { m.text() } else { m.brief() });
+        t.extend(zeropoint.split_inclusive('\n').take(if details { usize::MAX } else { 1 }));
+        if let Some(model) = model {
             let _ = writeln!(t, "Model      {model}");
         }
         t.push_str(&self.passes);
@@ -290,8 +289,8 @@ impl Summary {
             .collect();
         json!({
             "night": self.night, "folder": self.folder, "counts": self.counts, "warnings": self.counts.doubts,
-            "failures": failures, "zeropoint": zeropoint, "model": self.model, "passes": self.pass_rows,
-            "notes": self.notes, "poor": self.poor, "elapsed_s": self.elapsed_s, "files": self.files,
+            "failures": failures, "zeropoint": zeropoint, "model": self.model.as_ref().map(ModelStanding::text), "passes": self.pass_rows,
+            "notes": self.notes, "details": self.details, "poor": self.poor, "elapsed_s": self.elapsed_s, "files": self.files,
         })
     }
 
@@ -304,7 +303,38 @@ impl Summary {
     }
 }
 
-/// The zeropoint in a few lines.
+/// The model of a target, and what observations say of it.
+#[derive(Debug, Clone)]
+pub struct ModelStanding {
+    /// Name of the satellite whose model it is.
+    pub satellite: String,
+    /// Scatter about it, source, caveat.
+    pub standing: Standing,
+}
+
+impl ModelStanding {
+    /// The model of a configuration, where it has one.
+    #[must_use]
+    pub fn of(config: &Config) -> Option<Self> {
+        let model = config.model.as_ref()?;
+        Some(Self { satellite: model.satellite.clone(), standing: Standing::of(model).ok()? })
+    }
+
+    /// With the source of the scatter, and the caveat.
+    #[must_use]
+    pub fn text(&self) -> String {
+        format!("{}: {}", self.satellite, self.standing.text())
+    }
+
+    /// The scatter alone.
+    #[must_use]
+    pub fn brief(&self) -> String {
+        let scatter_alone = Standing { source: String::new(), caveat: String::new(), ..self.standing.clone() };
+        format!("{}: {}", self.satellite, scatter_alone.text())
+    }
+}
+
+/// The zeropoint in a few lines, the first of which is the result.
 #[must_use]
 pub fn zeropoint_text(zeropoint: Option<&Zeropoint>, source: &str) -> String {
     let mut t = String::new();

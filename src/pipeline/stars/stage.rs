@@ -41,6 +41,8 @@ pub struct StarStage {
     pub seeing: Seeing,
     /// Star frames measured.
     pub n_members: usize,
+    /// What was measured on the way and needs no action.
+    pub details: Vec<String>,
 }
 
 /// Measures every star pointing.
@@ -117,7 +119,8 @@ pub fn star_stage(
         }
     }
     if night.config.photometry.aper_correction {
-        (stage.seeing.growth, stage.seeing.profile) = star_profile(&mut pointings, &night.config.photometry, notes);
+        (stage.seeing.growth, stage.seeing.profile) =
+            star_profile(&mut pointings, &night.config.photometry, notes, &mut stage.details);
     }
     let turns: Vec<CameraTurn> = pointings.iter().flatten().filter_map(|m| m.turn).collect();
     stage.seeing.camera_turn = CameraTurn::of_night(&turns);
@@ -191,6 +194,7 @@ fn star_profile(
     pointings: &mut [Vec<Member>],
     photometry: &config::Photometry,
     notes: &mut Vec<String>,
+    details: &mut Vec<String>,
 ) -> (Option<GrowthCurve>, Option<StarProfile>) {
     let curves: Vec<&FrameGrowth> = pointings.iter().flatten().filter_map(|m| m.growth.as_ref()).collect();
     // radii in units of the measured FWHM: the configured ones, unless the configuration gives a FWHM of its own
@@ -225,9 +229,9 @@ fn star_profile(
             member.profile = Some(own.unwrap_or(of_pointing));
         }
     }
-    notes.push(growth.explanation());
+    details.push(growth.explanation());
     if lent > 0 {
-        notes.push(format!(
+        details.push(format!(
             "{lent} star frames have too few bright stars to measure their seeing; that of their pointing or of the night \
              is used"
         ));

@@ -14,7 +14,7 @@ use crate::tables::PhotometryRow;
 use crate::tables::selection::counts;
 use crate::tables::selection::is_lower_limit;
 use crate::tables::selection::is_used;
-use crate::tables::words::{Status, Verdict};
+use crate::tables::words::{Status, Verdict, flagged_frames};
 
 /// A value of more bytes than this has a line of its own.
 const LONG: usize = 160;
@@ -110,7 +110,8 @@ fn doubts(page: &NightPage) -> Vec<String> {
     let mut reasons: Vec<(&String, u64)> =
         counted.into_iter().flatten().filter_map(|(name, n)| Some((name, n.as_u64()?))).collect();
     reasons.sort_by_key(|(name, n)| (std::cmp::Reverse(*n), *name));
-    told.extend(reasons.into_iter().map(|(name, n)| format!("{n} frames with verdict caution or reject: {name}")));
+    let frames = |(name, n): (&String, u64)| format!("{} (verdict caution or reject)", flagged_frames(name, n));
+    told.extend(reasons.into_iter().map(frames));
     let limits = page.rows.iter().filter(|r| is_used(&r.status, &r.verdict) && is_lower_limit(r.flags)).count();
     if limits > 0 {
         told.push(format!("{limits} used frames say only \"at least so bright\" (lower limits)"));
