@@ -34,10 +34,10 @@ fn passes(more: &[&str]) -> support::Sourced {
 fn run_prints_its_results_and_nothing_else_on_standard_output() {
     let n = night();
     let told = n.satphot(&["run"]).expect(0, &[]);
-    for word in ["Night tiny", "Frames     19 files", "Zeropoint  ZP -23", "6 ok", "ISS (ZARYA)", "MB/s", "Results in"]
-    {
+    for word in ["Night tiny", "Frames     19 files", "Zeropoint  ZP -23", "6 ok", "ISS (ZARYA)", "Results in"] {
         assert!(told.out.contains(word), "{word}\n{}", told.out);
     }
+    assert!(!told.out.contains("MB/s"), "only -v prints time and memory\n{}", told.out);
     assert!(
         !told.out.contains("note:") && told.err.lines().all(|l| l.starts_with("note: ") || l.starts_with("skipped: "))
     );
