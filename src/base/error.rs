@@ -45,7 +45,7 @@ pub enum Error {
 
     // --- fix the input files (exit code 4)
     /// A file or folder cannot be read or written.
-    #[error("{path}: {source}")]
+    #[error("{path}: {}", in_words(.source))]
     Io {
         /// The file or folder.
         path: PathBuf,
@@ -197,6 +197,25 @@ impl Error {
     #[doc(hidden)]
     pub fn io(path: impl Into<PathBuf>, source: std::io::Error) -> Self {
         Error::Io { path: path.into(), source }
+    }
+}
+
+/// What the operating system said, without its number.
+fn in_words(error: &std::io::Error) -> String {
+    use std::io::ErrorKind;
+    // one with words of its own
+    if error.raw_os_error().is_none() {
+        return error.to_string();
+    }
+    match error.kind() {
+        ErrorKind::NotFound => "no such file or folder".into(),
+        ErrorKind::IsADirectory => "is a folder; name a file".into(),
+        ErrorKind::NotADirectory => "a part of this path is a file, not a folder".into(),
+        ErrorKind::PermissionDenied => "permission denied; make it readable for this user".into(),
+        _ => {
+            let text = error.to_string();
+            text.split(" (os error").next().unwrap_or(&text).to_string()
+        }
     }
 }
 

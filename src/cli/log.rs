@@ -38,7 +38,11 @@ pub fn with_options(text: &str) -> Cow<'_, str> {
         };
         let end = argument.find(' ').unwrap_or(argument.len());
         let (name, value) = argument.split_at(end);
-        let name = if name.starts_with('-') { name.into() } else { format!("--{}", name.replace('_', "-")) };
+        let name = if name.starts_with('-') || name.chars().all(char::is_uppercase) {
+            name.into()
+        } else {
+            format!("--{}", name.replace('_', "-"))
+        };
         out += &format!("{name}{value}{rest}");
     }
     out.into()

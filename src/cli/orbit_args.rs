@@ -169,6 +169,14 @@ pub fn tell_unknown_ut1(epoch: &Epoch, quiet: bool) {
     }
 }
 
+/// An error of a key of the configuration as one of the argument that gave its value.
+pub fn of_argument(argument: &str, error: Error) -> Error {
+    match error {
+        Error::Config { problem, .. } => Error::Argument { name: argument.into(), problem },
+        other => other,
+    }
+}
+
 /// A wrong argument, with what would be right.
 pub fn bad(key: &str, problem: String) -> anyhow::Error {
     Error::Argument { name: key.into(), problem }.into()

@@ -9,6 +9,7 @@ use satphot::config;
 use satphot::report::summary::text_table;
 use satphot::tables::{Definition, SATELLITES, SURFACES};
 
+use super::orbit_args::of_argument;
 use super::{print, tell};
 
 const EXAMPLES: &str = "\
@@ -48,7 +49,7 @@ impl Satellites {
     pub fn execute(self) -> anyhow::Result<()> {
         let catalogue = Catalogue::load(self.satellites.as_deref())?;
         let shown: Vec<Entry> = match &self.name {
-            Some(name) => vec![catalogue.find(name)?.clone()],
+            Some(name) => vec![catalogue.find(name).map_err(|e| of_argument("NAME", e))?.clone()],
             None => catalogue.entries().to_vec(),
         };
         if self.toml {

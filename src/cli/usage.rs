@@ -145,6 +145,9 @@ fn sentence(error: &clap::Error, verb: &str) -> String {
             let why = error.source().map(ToString::to_string).unwrap_or_default();
             let why = match why.as_str() {
                 "invalid digit found in string" => "must be a whole number",
+                "invalid float literal" if value.ends_with(['N', 'S', 'E', 'W']) => {
+                    "must be a number; south and west are negative, such as -33.77,151.11,70"
+                }
                 "invalid float literal" | "cannot parse float from empty string" => "must be a number",
                 "cannot parse integer from empty string" => "must be a whole number",
                 other => other,

@@ -123,7 +123,10 @@ pub(super) fn role_by_header(
             return (Role::Target, format!("{reason}, OBJECT = '{object}' contains \"{name}\""));
         }
     }
-    (Role::Stars, format!("{reason}, OBJECT = '{object}' is not the target"))
+    match target_names {
+        [] => (Role::Stars, format!("{reason}, OBJECT = '{object}'; without a configuration no target is known")),
+        _ => (Role::Stars, format!("{reason}, OBJECT = '{object}' is not the target")),
+    }
 }
 
 /// `ISS (ZARYA)` is also known as `ISS` and as `ZARYA`.

@@ -240,11 +240,38 @@ fn answer(line: &str) -> (Option<i32>, String, String) {
     (told.status.code(), text(told.stdout), text(told.stderr))
 }
 
+/// Further ones, found by trial.
+const FOUND_BY_TRIAL: &[Mistake] = &[
+    ("folder for elements", "passes --elements empty SITE 2025-06-13", 4, &["empty: is a folder", "name a file"]),
+    ("file that is not there", "inspect nosuch.fits", 4, &["nosuch.fits: no such file or folder"]),
+    ("own satellites not there", "satellites --satellites nosuch.toml", 4, &["nosuch.toml: no such file or folder"]),
+    (
+        "height of a trail in m",
+        "limits streak --height-km 420000 --mag 5 --area-m2 5",
+        2,
+        &["--height-km: 420000 km", "for 420000 m give 420"],
+    ),
+    ("figure of another format", "plot moon -o moon.gif", 2, &["moon.gif", ".svg"]),
+    (
+        "compass letters",
+        "passes TLE --site 33S,151E,70 --start 2025-06-13",
+        2,
+        &["--site: \"33S\" must be a number", "south and west are negative"],
+    ),
+    ("satellite misspelt", "satellites is", 2, &["\"is\" is not in the catalogue", "did you mean \"iss\"?"]),
+    (
+        "satellite of an argument",
+        "predict sky --satellite nosuch --height-km 420 SKY",
+        2,
+        &["--satellite: \"nosuch\" is not in the catalogue", "known: iss"],
+    ),
+];
+
 #[test]
 fn every_typical_mistake_is_answered_with_what_is_wrong_what_is_accepted_and_what_to_do() {
     assert_eq!(MISTAKES.len(), 50);
     let mut wrong = String::new();
-    for (what, line, code, words) in MISTAKES {
+    for (what, line, code, words) in MISTAKES.iter().chain(FOUND_BY_TRIAL) {
         let (exit, out, err) = answer(line);
         let missing: Vec<&str> = words
             .iter()

@@ -144,8 +144,8 @@ pub(super) fn unknown(entries: &[Entry], name: &str) -> Error {
     Error::Config {
         key: "model.satellite".into(),
         problem: format!(
-            "\"{name}\" is not in the catalogue{hint} known: {}. Or list model.surfaces, or name a file in \
-             model.satellites",
+            "\"{name}\" is not in the catalogue{hint} known: {}. `satphot \
+             satellites` describes them; own ones stand in model.surfaces, or in a file that model.satellites names",
             known.join(", ")
         ),
     }

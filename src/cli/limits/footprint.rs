@@ -21,6 +21,7 @@ use satphot::visibility::footprint::{
 };
 
 use super::super::orbit_args::{OrbitArgs, bad, tell_unknown_ut1};
+use super::super::predict::dome_args::checked_height;
 use super::super::{print, tell};
 use super::{positive, within};
 
@@ -203,7 +204,7 @@ impl Footprint {
 
     fn check(&self) -> anyhow::Result<()> {
         positive("--area-m2", Some(self.area_m2))?;
-        positive("--height-km", Some(self.height_km))?;
+        checked_height(self.height_km)?;
         for (key, value, low, high) in [
             ("--reflectance", self.reflectance, 0.0, 1.0),
             ("--divergence-deg", self.divergence_deg, 1e-6, 90.0),

@@ -15,6 +15,7 @@ use satphot::visibility::survey::{PUBLISHED_LIMITS, SeeingMeaning, Survey, Tint,
 
 use super::super::orbit_args::{OrbitArgs, bad};
 use super::super::predict::OutArgs;
+use super::super::predict::dome_args::checked_height;
 use super::super::{print, tell};
 use super::streak_text::{one_text, paper_text};
 
@@ -188,7 +189,6 @@ impl Streak {
     fn check(&self) -> anyhow::Result<()> {
         for (key, value) in [
             ("--area-m2", self.area_m2),
-            ("--height-km", self.height_km),
             ("--exptime-s", self.exptime_s),
             ("--mirror-m", self.mirror_m),
             ("--fwhm-arcsec", self.fwhm_arcsec),
@@ -196,6 +196,7 @@ impl Streak {
         ] {
             super::positive(key, value)?;
         }
+        self.height_km.map_or(Ok(0.0), checked_height)?;
         for (key, value, low, high) in [
             ("--alt-deg", self.alt_deg, 0.0, 90.0),
             ("--az-deg", self.az_deg, -360.0, 360.0),

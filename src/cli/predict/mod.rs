@@ -2,7 +2,7 @@
 
 mod constellation;
 mod day;
-mod dome_args;
+pub(super) mod dome_args;
 mod duty;
 mod geometry;
 mod light_sources;
@@ -19,10 +19,10 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use cpu_time::ProcessTime;
-use satphot::brightness::catalogue_names;
+use satphot::brightness::{Catalogue, catalogue_names};
 use satphot::config::{self, Config};
 
-use super::orbit_args::bad;
+use super::orbit_args::{bad, of_argument};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -116,6 +116,9 @@ impl ModelArgs {
             None => {}
         }
         model.satellites = self.satellites.clone().or(model.satellites);
+        if let Some(name) = &self.satellite {
+            Catalogue::load(model.satellites.as_deref())?.find(name).map_err(|e| of_argument("--satellite", e))?;
+        }
         model.tolerance = self.tolerance.unwrap_or(model.tolerance);
         Ok(model)
     }
@@ -155,7 +158,10 @@ impl OutArgs {
             match out.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
                 Some("ecsv") => tables.push(out.clone()),
                 Some(ending) if endings.contains(&ending) => figures.push(out.clone()),
-                Some("csv" | "txt" | "dat" | "svg" | "png" | "pdf" | "fits") => {
+                Some(
+                    "csv" | "txt" | "dat" | "svg" | "png" | "pdf" | "fits" | "gif" | "jpg" | "jpeg" | "tif" | "tiff"
+                    | "eps" | "json" | "html" | "xml" | "md" | "xlsx" | "parquet",
+                ) => {
                     let known: Vec<String> = endings.iter().map(|e| format!(".{e}")).collect();
                     let problem =
                         format!("{} is neither .ecsv nor {}; --csv prints CSV", out.display(), known.join(" nor "));
