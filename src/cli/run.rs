@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 use satphot::config::Config;
 use satphot::frames::{Exposure, Role};
+use satphot::pipeline::groups::{Groups, Night, run_night};
 use satphot::pipeline::options::Options;
 use satphot::pipeline::prepared::Prepared;
-use satphot::pipeline::run::run;
+use satphot::pipeline::products::summary::Summary;
 use satphot::pipeline::shards::products::FrameCache;
 use satphot::pipeline::survey::files::Survey;
 use satphot::pipeline::survey::preflight::{Preflight, preflight};
@@ -35,6 +36,9 @@ Exit code 2: the configuration contradicts the frames (another camera, a scale m
 75: another run is at work in the folder; 130, 143: interrupted, finished frames are kept.";
 
 /// Reduces the night of a pipeline.toml and writes tables, figures and a summary.
+///
+/// A night of several satellites, filters or cameras is reduced group by group, each into a folder of its own in that of
+/// the night, with night.ecsv and report.html over all of them.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub struct Run {
@@ -75,7 +79,7 @@ impl Run {
             self.common.sets.push(format!("night.max_failed_frac={frac:?}"));
         }
         let mut config = self.common.load()?;
-        if let Some(out) = self.out {
+        if let Some(out) = self.out.take() {
             config.night.output = out;
         }
         if self.dry_run {
@@ -89,20 +93,19 @@ impl Run {
             ..self.common.options()
         };
         let progress = self.common.progress();
-        let summary = run(&config, &options, &progress)?;
+        match run_night(&config, &options, &progress)? {
+            Night::Single(summary) => self.single(&summary),
+            Night::Groups(night) => self.groups(night),
+        }
+    }
+
+    /// Prints the night and its notes.
+    fn single(&self, summary: &Summary) -> anyhow::Result<()> {
         if self.common.json {
             print(&format!("{}\n", summary.json()));
             return summary.poor_error().map_or(Ok(()), |error| Err(error.into()));
         }
-        if !self.common.quiet {
-            let details = summary.details.iter().filter(|_| self.verbose);
-            for note in summary.notes.iter().chain(details).chain(&summary.kept_note()) {
-                tell(&format!("note: {note}"));
-            }
-            for note in &summary.empty_columns {
-                tell(&format!("skipped: {note}"));
-            }
-        }
+        self.tell_notes(summary, "");
         print(&if self.verbose { summary.text() } else { summary.brief() });
         if self.verbose {
             let memory = satphot::pipeline::products::manifest::peak_memory_mb()
@@ -122,6 +125,41 @@ impl Run {
         match summary.poor_error() {
             Some(error) => Err(error.into()),
             None => Ok(()),
+        }
+    }
+
+    /// Prints each group of a night of several satellites, filters or cameras.
+    fn groups(&self, night: Groups) -> anyhow::Result<()> {
+        if self.common.json {
+            print(&format!("{}\n", night.json()));
+            return night.error().map_or(Ok(()), |error| Err(error.into()));
+        }
+        if !self.common.quiet {
+            night.notes.iter().for_each(|note| tell(&format!("note: {note}")));
+            for summary in night.reduced.iter().filter_map(|r| r.summary.as_ref().ok()) {
+                self.tell_notes(summary, &format!("{}: ", summary.night));
+            }
+        }
+        print(&night.text(self.verbose));
+        print(&format!(
+            "\nResults in {}, a folder for each of {} groups\n",
+            night.folder.display(),
+            night.reduced.len()
+        ));
+        night.error().map_or(Ok(()), |error| Err(error.into()))
+    }
+
+    /// What should be known of a night, on standard error.
+    fn tell_notes(&self, summary: &Summary, of: &str) {
+        if self.common.quiet {
+            return;
+        }
+        let details = summary.details.iter().filter(|_| self.verbose);
+        for note in summary.notes.iter().chain(details).chain(&summary.kept_note()) {
+            tell(&format!("note: {of}{note}"));
+        }
+        for note in &summary.empty_columns {
+            tell(&format!("skipped: {of}{note}"));
         }
     }
 }

@@ -7,7 +7,7 @@ use super::Surface;
 use super::file::Config;
 use super::file::QUANTITIES;
 use super::range::{bad, range};
-use crate::base::error::Result;
+use crate::base::error::{Error, Result};
 use crate::base::file::plain_name;
 
 /// Pass bands known by name.
@@ -42,6 +42,19 @@ impl Config {
                 range(&format!("stars.fields.{object} (Dec)"), *dec_deg, -90.0, 90.0, "deg")?;
             }
             range("stars.pointing_gap_s", stars.pointing_gap_s, 0.0, 86_400.0, "s")?;
+        }
+        for instrument in &self.instruments {
+            plain_name("instruments.name", &instrument.name)?;
+            let mut own = Self { instruments: Vec::new(), ..self.clone() };
+            own.detector = instrument.detector.clone();
+            own.telescope = instrument.telescope.clone().unwrap_or(own.telescope);
+            own.photometry.clip_radius_px = instrument.clip_radius_px.or(own.photometry.clip_radius_px);
+            own.check().map_err(|error| match error {
+                Error::Config { key, problem } => {
+                    bad(&format!("instruments.{key}"), format!("{}: {problem}", instrument.name))
+                }
+                other => other,
+            })?;
         }
         self.check_zeropoint()?;
         self.check_vetting()?;

@@ -3,6 +3,7 @@
 use super::fetch::Fetch;
 use super::model::Model;
 use super::model::Orbit;
+use super::night_mix::{Instrument, SatelliteEntry};
 use super::photometry::Flat;
 use super::photometry::Photometry;
 use super::photometry::Stars;
@@ -76,6 +77,12 @@ pub struct Config {
     /// The model to compare with; without it no predicted magnitudes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub model: Option<Model>,
+    /// Models of the satellites of a night that has several.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub satellites: Vec<SatelliteEntry>,
+    /// Further cameras of the night.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub instruments: Vec<Instrument>,
     /// Who reports, for exported files.
     #[serde(default, skip_serializing_if = "Reporter::is_silent")]
     pub reporter: Reporter,

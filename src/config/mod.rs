@@ -11,6 +11,7 @@ mod file;
 mod layers;
 mod load;
 mod model;
+mod night_mix;
 mod photometry;
 mod range;
 mod reporter;
@@ -30,6 +31,7 @@ pub use layers::preset_text;
 pub(crate) use layers::read_layers;
 pub use load::ELEMENTS;
 pub use model::{Model, Orbit};
+pub use night_mix::{Instrument, SatelliteEntry};
 pub use photometry::{
     ApertureShape, Combine, Estimator, Flat, FlatScale, Photometry, Pin, Solve, Stars, Target, Zeropoint,
 };

@@ -29,6 +29,7 @@ pub use load::{Buffers, FrameReader, PooledFrame, read};
 pub use exposure::other_satellite;
 pub use readout::Camera;
 pub use role::Role;
+pub(crate) use role::{letters, matches_glob, name_variants, names_object, role_by_name};
 pub use sample::Blocks;
 pub use sample::never_filled;
 pub use sample::read_box;

@@ -57,7 +57,7 @@ impl Role {
 }
 
 /// The role a file's name gives, with the reason: the globs of the configuration.
-pub(super) fn role_by_name(name: &str, config: &Config) -> Option<(Role, String)> {
+pub(crate) fn role_by_name(name: &str, config: &Config) -> Option<(Role, String)> {
     let f = &config.frames;
     let lists = [
         (Role::Ignored, "ignore", &f.ignore),
@@ -170,7 +170,7 @@ pub(crate) fn letters(text: &str) -> String {
 }
 
 /// Shell pattern with `*` and `?`, ignoring case.
-fn matches_glob(pattern: &str, name: &str) -> bool {
+pub(crate) fn matches_glob(pattern: &str, name: &str) -> bool {
     let pattern: Vec<char> = pattern.to_lowercase().chars().collect();
     let name: Vec<char> = name.to_lowercase().chars().collect();
     let (mut p, mut n, mut star) = (0, 0, None);

@@ -5,6 +5,7 @@
 pub mod compare;
 pub mod detector;
 pub mod explain;
+pub mod groups;
 pub mod inspect;
 pub mod matched;
 pub mod memory;

@@ -14,6 +14,8 @@ pub struct Options {
     pub max_memory_bytes: Option<usize>,
     /// Files instead of the configured inputs.
     pub files: Vec<PathBuf>,
+    /// Folder of the kept results of star frames, where several reductions share them; absent: that of the night.
+    pub stars_cache: Option<PathBuf>,
     /// Any failed frame makes the exit code 3.
     pub strict: bool,
     /// Draw no figures.

@@ -147,8 +147,13 @@ impl<'a> Run<'a> {
     /// The star pointings measured, and the zeropoint fitted to them.
     fn calibrate(&mut self, flattened: Flattened) -> Result<(Calibrated, Stars)> {
         let Self { survey, products, options, progress, log, poor, .. } = self;
+        let shared = match &options.stars_cache {
+            Some(folder) => Some(FrameCache::of_stars(folder.clone(), &flattened, options.redo)?),
+            None => None,
+        };
+        let kept = shared.as_ref().unwrap_or(products);
         let mut stars =
-            log.stage("stars", |log| star_stage(survey, &flattened, products, options, *progress, &mut log.notes))?;
+            log.stage("stars", |log| star_stage(survey, &flattened, kept, options, *progress, &mut log.notes))?;
         log.details.append(&mut stars.details);
         let zeropoint = zeropoint_stage(&mut stars.rows, &stars.failed, &flattened, poor, &mut log.notes)?;
         let no_star_frames = survey.pointings.is_empty() && !survey.unreadable.is_empty();

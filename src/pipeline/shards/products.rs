@@ -59,6 +59,21 @@ impl FrameCache {
         Ok(Self { folder: Some(folder), base, redo, ..Self::default() })
     }
 
+    /// Keeps the results of star frames in `folder`, for every satellite of a night: neither elements nor model nor the
+    /// name of the night are in what they depend on.
+    ///
+    /// # Errors
+    /// As [`FrameCache::in_folder`].
+    pub fn of_stars(folder: PathBuf, night: &Prepared, redo: bool) -> Result<Self> {
+        let mut config = night.config.clone();
+        (config.orbit, config.model) = (None, None);
+        config.night.name = String::new();
+        fs::create_dir_all(&folder).map_err(|e| refusal(&folder, e, None))?;
+        let how = format!("{} {:?}", night.exhaustive, night.eop);
+        let base = key(&[SCHEMA, env!("CARGO_PKG_VERSION"), &build(), &config_sha256(&config)?, &how]);
+        Ok(Self { folder: Some(folder), base, redo, ..Self::default() })
+    }
+
     /// First 16 hex digits of the SHA-256 of a file, which is read once at most.
     ///
     /// # Errors

@@ -72,6 +72,12 @@ impl Beside {
     }
 }
 
+/// The filter of each frame of a night, with ambiguous letters resolved by the other filters.
+pub(crate) fn lights(survey: &Survey, config: &Config) -> impl Fn(&Exposure) -> Light {
+    let beside = Beside::of(frames(survey).map(|(_, e)| text_of(e)), config);
+    move |exposure| beside.light(text_of(exposure))
+}
+
 fn text_of(exposure: &Exposure) -> &str {
     exposure.filter.as_deref().unwrap_or("")
 }

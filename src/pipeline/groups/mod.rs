@@ -1,0 +1,187 @@
+//! A night of several satellites, filters and cameras: one reduction for each group of frames that belong together, and a
+//! table and a report over all of them.
+//!
+//! A night of one kind is reduced as it is, into the folder of the night. Otherwise each group has a folder of its own in
+//! it, complete with tables, report and manifest. A group that fails does not end the others.
+
+pub mod objects;
+mod split;
+
+pub use split::{Group, Split, split};
+
+use std::path::PathBuf;
+
+use crate::base::error::{Error, Result};
+use crate::base::file::make_folder;
+use crate::base::progress::Progress;
+use crate::config::Config;
+use crate::pipeline::options::Options;
+use crate::pipeline::products::lock::lock;
+#[cfg(feature = "report")]
+use crate::pipeline::products::page::write_campaign_report;
+use crate::pipeline::products::summary::Summary;
+use crate::pipeline::run::run;
+use crate::tables::{Meta, NightRow, write_rows};
+
+/// A reduced group, or why it could not be.
+#[derive(Debug)]
+pub struct Reduced {
+    /// Which frames these are.
+    pub group: Group,
+    /// The results.
+    pub summary: Result<Summary>,
+}
+
+/// A reduced night.
+#[derive(Debug)]
+pub enum Night {
+    /// A night of one kind.
+    Single(Box<Summary>),
+    /// A night of several groups.
+    Groups(Groups),
+}
+
+/// A night of several groups.
+#[derive(Debug)]
+pub struct Groups {
+    /// Folder of the night.
+    pub folder: PathBuf,
+    /// What should be known of the night as a whole.
+    pub notes: Vec<String>,
+    /// Each group, in the order of camera, satellite and filter.
+    pub reduced: Vec<Reduced>,
+    /// Files written over all groups.
+    pub files: Vec<PathBuf>,
+}
+
+impl Groups {
+    /// The groups one after another, as a run of each alone prints them, and the reason of each that failed.
+    #[must_use]
+    pub fn text(&self, verbose: bool) -> String {
+        let one = |r: &Reduced| match &r.summary {
+            Ok(summary) if verbose => summary.text(),
+            Ok(summary) => summary.brief(),
+            Err(error) => format!("Night {}\nFailed     {error}\n", r.group.config.night.name),
+        };
+        self.reduced.iter().map(one).collect::<Vec<_>>().join("\n")
+    }
+
+    /// The night as one JSON object: the summary of each group, or its error.
+    #[must_use]
+    pub fn json(&self) -> serde_json::Value {
+        let one = |r: &Reduced| match &r.summary {
+            Ok(summary) => summary.json(),
+            Err(error) => serde_json::json!({ "night": r.group.config.night.name, "error": error.to_string() }),
+        };
+        serde_json::json!({
+            "folder": self.folder, "notes": self.notes, "files": self.files,
+            "groups": self.reduced.iter().map(one).collect::<Vec<_>>(),
+        })
+    }
+
+    /// The error of the night: the first of a group that failed or is poor.
+    #[must_use]
+    pub fn error(self) -> Option<Error> {
+        self.reduced.into_iter().find_map(|r| match r.summary {
+            Ok(summary) => summary.poor_error().map(|e| match e {
+                Error::PoorNight { problem } => Error::PoorNight { problem: format!("{}: {problem}", summary.night) },
+                other => other,
+            }),
+            Err(error) => Some(error),
+        })
+    }
+}
+
+/// Reduces a night, whatever it holds.
+///
+/// # Errors
+/// Those of [`run`] for a night of one kind. For one of several groups what stops the whole night: a folder that cannot be
+/// made, a request to stop.
+pub fn run_night(config: &Config, options: &Options, progress: &dyn Progress) -> Result<Night> {
+    let Split { mut groups, mut notes, unreadable } = split(config, &options.files)?;
+    if groups.len() < 2 {
+        let own = groups.pop().map(|group| group.config);
+        let mut summary = run(own.as_ref().unwrap_or(config), options, progress)?;
+        notes.append(&mut summary.notes);
+        summary.notes = notes;
+        return Ok(Night::Single(Box::new(summary)));
+    }
+    let folder = config.night.output.join(&config.night.name);
+    make_folder(&folder)?;
+    let _lock = lock(&folder)?;
+    notes.extend(unreadable.iter().map(|u| format!("warning: {} cannot be read: {}", u.path.display(), u.error)));
+    let stars_cache = Some(folder.join(".satphot-stars"));
+    let mut reduced = Vec::new();
+    for group in groups {
+        let own = Options { files: group.files.clone(), stars_cache: stars_cache.clone(), ..options.clone() };
+        let summary = match run(&group.config, &own, progress) {
+            Err(stop @ (Error::Interrupted { .. } | Error::Temporary { .. })) => return Err(stop),
+            other => other,
+        };
+        reduced.push(Reduced { group, summary });
+    }
+    let mut night = Groups { folder, notes, reduced, files: Vec::new() };
+    let file = night.folder.join("night.ecsv");
+    write_rows(&file, &night_rows(&night), &Meta::default())?;
+    night.files.push(file);
+    #[cfg(feature = "report")]
+    if !options.no_figures {
+        let folders: Vec<PathBuf> =
+            night.reduced.iter().filter_map(|r| r.summary.as_ref().ok()).map(|s| s.folder.clone()).collect();
+        if !folders.is_empty() {
+            let page = night.folder.join("report.html");
+            night.notes.extend(write_campaign_report(&folders, &page)?);
+            night.files.push(page);
+        }
+    }
+    Ok(Night::Groups(night))
+}
+
+/// A row per pass of each group; one that has none, or failed, is a row as well.
+#[must_use]
+pub fn night_rows(night: &Groups) -> Vec<NightRow> {
+    night.reduced.iter().flat_map(rows_of).collect()
+}
+
+fn rows_of(reduced: &Reduced) -> Vec<NightRow> {
+    let config = &reduced.group.config;
+    let row = NightRow {
+        group: config.night.name.clone(),
+        object_name: reduced.group.satellite.clone(),
+        norad_cat_id: config.orbit.as_ref().and_then(|o| o.norad_cat_id).and_then(|n| i64::try_from(n).ok()),
+        instrument: config.detector.camera.clone(),
+        band: reduced.group.filter.clone(),
+        ..NightRow::default()
+    };
+    let summary = match &reduced.summary {
+        Ok(summary) => summary,
+        Err(error) => return vec![NightRow { reason: error.to_string(), ..row }],
+    };
+    let zeropoint = summary.zeropoint.as_ref();
+    let row = NightRow {
+        band: zeropoint.map_or(row.band, |z| z.band_name().to_owned()),
+        zp_mag: zeropoint.map(|z| z.zp_mag),
+        zp_mag_err: zeropoint.map(|z| z.cov[0][0].max(0.0).sqrt()),
+        reason: summary.poor.join("; "),
+        frames: summary.counts.targets as i64,
+        ..row
+    };
+    if summary.pass_rows.is_empty() {
+        return vec![row];
+    }
+    let pass = |p: &crate::report::summary::PassSummary| NightRow {
+        object_name: p.object_name.clone(),
+        pass: i64::try_from(p.pass).ok(),
+        date_first: p.date_first.clone(),
+        frames: p.frames as i64,
+        used: p.used as i64,
+        median_mag: p.median_mag,
+        brightest_mag: p.brightest_mag,
+        residual_mag: p.residual_mag,
+        sigma_mag: p.sigma_mag,
+        median_err_mag: p.median_err_mag,
+        median_err_sys_mag: p.median_err_sys_mag,
+        ..row.clone()
+    };
+    summary.pass_rows.iter().map(pass).collect()
+}

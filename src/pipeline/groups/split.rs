@@ -1,0 +1,292 @@
+//! A night split into groups of frames: one satellite, through one filter, by one camera.
+//!
+//! Each group is a night of its own for the reduction: its configuration names satellite, filter, model and camera, its files
+//! are its target frames with the star frames and flats of the same filter and camera. A night with a single group is
+//! reduced as it is.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use super::objects::{Assigned, Objects, objects_of};
+use crate::bands::{Band, Light, Meaning, column_band};
+use crate::base::error::{Error, Result};
+use crate::brightness::Catalogue;
+use crate::config::{Config, Model};
+use crate::frames::{Exposure, Role, role_by_name};
+use crate::pipeline::survey::files::{Survey, Unreadable};
+use crate::pipeline::survey::filters::lights;
+use crate::pipeline::survey::header_warnings::other_camera;
+use crate::pipeline::survey::read::survey;
+use crate::tables::read::Table;
+
+/// Frames that are reduced together.
+#[derive(Debug)]
+pub struct Group {
+    /// The configuration of a night that consists of them.
+    pub config: Config,
+    /// Their files: target frames, star frames, flats.
+    pub files: Vec<PathBuf>,
+    /// Name of the satellite; empty where the night has no elements or one satellite.
+    pub satellite: String,
+    /// The filter; empty where the night has one.
+    pub filter: String,
+    /// The camera; empty where the night has one.
+    pub instrument: String,
+}
+
+/// A night as it is split.
+#[derive(Debug, Default)]
+pub struct Split {
+    /// The groups; one or none means that the night is reduced as it is, with the configuration of that one.
+    pub groups: Vec<Group>,
+    /// What should be known of the night as a whole.
+    pub notes: Vec<String>,
+    /// Files that belong to no group because they cannot be read.
+    pub unreadable: Vec<Unreadable>,
+}
+
+/// What tells groups apart: camera (0 is that of `[detector]`), satellite, filter.
+type Key = (usize, Option<u64>, Light);
+
+/// Splits a night by the headers of its files (or of `files`, if any are given).
+///
+/// # Errors
+/// [`Error::Config`] for a model that is not known; damaged or missing elements are the reduction's to report.
+pub fn split(config: &Config, files: &[PathBuf]) -> Result<Split> {
+    let objects = objects_of(config).unwrap_or_default();
+    check_models(config)?;
+    let several = objects.list().len() > 1;
+    if config.input.filter.is_some() && !several && config.instruments.is_empty() {
+        return Ok(Split::default());
+    }
+    let names: Vec<String> = match objects.list() {
+        [only] => vec![only.name.clone(), only.norad_cat_id.to_string(), only.object_id.clone()],
+        _ => config.model.iter().map(|m| m.satellite.clone()).filter(|_| !several).collect(),
+    };
+    // what is wrong with the inputs is said by the reduction
+    let Ok(survey) = survey(config, files, &names) else { return Ok(Split::default()) };
+    let mut notes = objects.warnings.clone();
+    let parted = Parted::of(&survey, config, &objects, several, &mut notes);
+    let groups = parted.groups(config, &objects, several)?;
+    if groups.len() < 2 {
+        return Ok(Split { groups, notes, unreadable: Vec::new() });
+    }
+    if several {
+        notes.extend(without_model(&groups));
+    }
+    Ok(Split { groups, notes, unreadable: survey.unreadable })
+}
+
+/// The frames of a night by what tells groups apart.
+struct Parted<'a> {
+    targets: BTreeMap<Key, Vec<&'a Exposure>>,
+    stars: BTreeMap<(usize, Light), Vec<&'a Exposure>>,
+    flats: BTreeMap<(usize, Light), Vec<&'a Exposure>>,
+}
+
+impl<'a> Parted<'a> {
+    fn of(survey: &'a Survey, config: &Config, objects: &Objects, several: bool, notes: &mut Vec<String>) -> Self {
+        let light_of = lights(survey, config);
+        let cameras: Vec<Config> = (0..=config.instruments.len()).map(|i| of_instrument(config, i)).collect();
+        let camera = |e: &Exposure| (0..cameras.len()).find(|i| other_camera(e, &cameras[*i]).is_none()).unwrap_or(0);
+        // a file name that [frames] makes a star frame wins over OBJECT
+        let is_named = |e: &Exposure| role_by_name(&e.name, config).is_some();
+        let mut parted = Self { targets: BTreeMap::new(), stars: BTreeMap::new(), flats: BTreeMap::new() };
+        let mut assigned: BTreeMap<&str, Assigned> = BTreeMap::new();
+        let (mut ambiguous, mut nameless) = (BTreeMap::new(), 0);
+        for exposure in survey.pointings.iter().flatten().chain(&survey.targets) {
+            let object = exposure.object.as_deref().unwrap_or("");
+            let named = match several {
+                true => assigned.entry(object).or_insert_with(|| objects.assign(object, &config.satellites)).clone(),
+                false => Assigned::NoSatellite,
+            };
+            let (i, light) = (camera(exposure), light_of(exposure));
+            match (named, exposure.role) {
+                (Assigned::Satellite(number), _) if exposure.role == Role::Target || !is_named(exposure) => {
+                    parted.targets.entry((i, Some(number), light)).or_default().push(exposure);
+                }
+                (_, Role::Target) if !several => parted.targets.entry((i, None, light)).or_default().push(exposure),
+                (_, Role::Target) => nameless += 1,
+                (Assigned::Ambiguous(candidates), _) => {
+                    ambiguous.entry(object.to_owned()).or_insert((candidates, 0)).1 += 1;
+                }
+                _ => parted.stars.entry((i, light)).or_default().push(exposure),
+            }
+        }
+        for exposure in &survey.flats {
+            parted.flats.entry((camera(exposure), light_of(exposure))).or_default().push(exposure);
+        }
+        for (object, (candidates, n)) in ambiguous {
+            notes.push(format!(
+                "{n} frames with OBJECT = '{object}' are not used: it names {} equally well; give its number in [[satellites]] \
+                 with norad_cat_id",
+                candidates.join(" and ")
+            ));
+        }
+        if nameless > 0 {
+            notes.push(format!(
+                "{nameless} target frames are not used: their OBJECT names no satellite of the elements; give its number in \
+                 [[satellites]] with norad_cat_id"
+            ));
+        }
+        parted
+    }
+
+    fn groups(&self, config: &Config, objects: &Objects, several: bool) -> Result<Vec<Group>> {
+        let count =
+            |f: &dyn Fn(&Key) -> String| self.targets.keys().map(f).collect::<std::collections::BTreeSet<_>>().len();
+        let n_lights = count(&|(_, _, light)| light.filter.clone());
+        let n_satellites = count(&|(_, number, _)| format!("{number:?}"));
+        let n_cameras = count(&|(i, ..)| i.to_string());
+        if n_lights * n_satellites * n_cameras == 0 || n_lights == 1 && n_cameras == 1 && !several {
+            return Ok(Vec::new()); // a night of one kind, or one whose faults the reduction reports
+        }
+        // a filter with targets and without stars cannot be calibrated: the reduction says so, with the counts of all
+        let fits = config.stars.is_some() && config.zeropoint.previous.is_none();
+        let lacks = |(i, _, light): &Key| !self.stars.contains_key(&(*i, light.clone()));
+        if n_lights > 1 && n_cameras == 1 && !several && fits && self.targets.keys().any(lacks) {
+            return Ok(Vec::new());
+        }
+        let mut groups = Vec::new();
+        for (key @ (i, number, light), targets) in &self.targets {
+            let own = (*i, light.clone());
+            let stars = self.stars.get(&own).into_iter().flatten();
+            // without own flats those of the other filters are shown to the reduction, which refuses or explains them
+            let flats: Vec<&&Exposure> = match self.flats.get(&own) {
+                Some(own) => own.iter().collect(),
+                None => self.flats.iter().filter(|((camera, _), _)| camera == i).flat_map(|(_, f)| f).collect(),
+            };
+            let object = number.and_then(|n| objects.get(n));
+            let instrument = match i.checked_sub(1).and_then(|at| config.instruments.get(at)) {
+                Some(instrument) => instrument.name.clone(),
+                None => config.detector.camera.clone(),
+            };
+            let mut group = Group {
+                config: of_instrument(config, *i),
+                files: targets.iter().chain(stars).chain(flats).map(|e| e.path.clone()).collect(),
+                satellite: object.map(super::objects::Object::label).unwrap_or_default(),
+                filter: if n_lights > 1 { light.filter.clone() } else { String::new() },
+                instrument: if n_cameras > 1 { instrument } else { String::new() },
+            };
+            let only = n_lights * n_satellites * n_cameras == 1;
+            if let (Some(number), Some(object), Some(orbit)) = (number, object, &mut group.config.orbit) {
+                orbit.norad_cat_id = Some(*number);
+                group.config.model = model_of(config, object, only)?;
+            }
+            if n_lights > 1 {
+                through(&mut group.config, light);
+            }
+            if !only {
+                let label = label(&group, n_satellites > 1, key);
+                group.config.night.output = config.night.output.join(&config.night.name);
+                group.config.night.name = format!("{}-{label}", config.night.name);
+            }
+            groups.push(group);
+        }
+        Ok(groups)
+    }
+}
+
+/// The part of a group's name that tells it from the others: `iss-zarya`, `iss-zarya-V`, `V-qhy600m`.
+fn label(group: &Group, several_satellites: bool, (_, number, _): &Key) -> String {
+    let plain = |text: &str| {
+        let words = text.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty());
+        words.collect::<Vec<_>>().join("-")
+    };
+    let satellite = if several_satellites { plain(&group.satellite).to_lowercase() } else { String::new() };
+    let satellite = match number.filter(|_| several_satellites && satellite.is_empty()) {
+        Some(number) => number.to_string(),
+        None => satellite,
+    };
+    let parts = [satellite, plain(&group.filter), plain(&group.instrument).to_lowercase()];
+    parts.into_iter().filter(|p| !p.is_empty()).collect::<Vec<_>>().join("-")
+}
+
+/// The configuration with the camera and the optics of `[[instruments]]`; 0 is that of `[detector]`.
+fn of_instrument(config: &Config, i: usize) -> Config {
+    let mut own = config.clone();
+    own.instruments.clear();
+    if let Some(instrument) = i.checked_sub(1).and_then(|at| config.instruments.get(at)) {
+        own.detector = instrument.detector.clone();
+        own.telescope = instrument.telescope.clone().unwrap_or(own.telescope);
+        own.photometry.clip_radius_px = instrument.clip_radius_px.or(own.photometry.clip_radius_px);
+    }
+    own
+}
+
+/// The configuration of frames through one of several filters: its band, the catalogue's magnitudes of that band, the
+/// model in it.
+fn through(config: &mut Config, light: &Light) {
+    let unfiltered = light.meaning == Meaning::Unfiltered;
+    config.input.filter = Some(if unfiltered { "none".into() } else { light.filter.clone() });
+    let Meaning::Band(band) = light.meaning else { return };
+    config.photometry.band = Some(band);
+    if let Some(stars) = config.stars.as_mut().filter(|s| !s.columns.contains_key("v_mag")) {
+        let column = Table::open(&stars.catalogue).ok().and_then(|table| {
+            let is_error = |name: &str| name.starts_with("e_") || name.to_lowercase().contains("err");
+            let of_band = |name: &&String| !is_error(name) && column_band(name) == Some(band.reference());
+            table.columns.iter().map(|c| &c.name).find(of_band).cloned()
+        });
+        if let Some(column) = column.filter(|_| band.reference() != Band::V) {
+            stars.columns.insert("v_mag".into(), column);
+        }
+    }
+    if let Some(model) = config.model.as_mut().filter(|m| m.band == "V") {
+        let name = band.reference().name();
+        if Model::BANDS.contains(&name) {
+            model.band = name.into();
+        } else {
+            config.model = None; // a model of V says nothing of this band
+        }
+    }
+}
+
+/// The model of a satellite: that of the first entry of `[[satellites]]` that is of it, else `[model]` where that is a
+/// model of this satellite or the night has no other.
+fn model_of(config: &Config, object: &super::objects::Object, only: bool) -> Result<Option<Model>> {
+    let of = |name: &String| match &config.model {
+        Some(model) if model.satellite == *name => model.clone(),
+        Some(model) => Model { satellite: name.clone(), surfaces: Vec::new(), ..model.clone() },
+        None => Model::of(name),
+    };
+    let is_of = |rule: &&crate::config::SatelliteEntry| {
+        rule.norad_cat_id == Some(object.norad_cat_id) || rule.objects.iter().any(|p| object.is_of(p))
+    };
+    if let Some(rule) = config.satellites.iter().find(is_of) {
+        return Ok(rule.model.as_ref().map(of));
+    }
+    let Some(model) = &config.model else { return Ok(None) };
+    let catalogue = Catalogue::load(model.satellites.as_deref())?;
+    let is_of_model = catalogue.find(&model.satellite).is_ok_and(|e| e.is_of(&object.name, object.norad_cat_id));
+    Ok((only || is_of_model).then(|| model.clone()))
+}
+
+/// The satellites without a model, said once.
+fn without_model(groups: &[Group]) -> Option<String> {
+    let mut names: Vec<&str> =
+        groups.iter().filter(|g| g.config.model.is_none()).map(|g| g.satellite.as_str()).collect();
+    names.dedup();
+    let (n, shown) = (names.len(), names.iter().take(5).copied().collect::<Vec<_>>().join(", "));
+    (n > 0).then(|| {
+        format!(
+            "{shown}{}: measured without a model, so without residuals; [[satellites]] with objects and model names one",
+            if n > 5 { format!(" and {} more", n - 5) } else { String::new() }
+        )
+    })
+}
+
+/// Refuses a model of `[[satellites]]` that is not known.
+fn check_models(config: &Config) -> Result<()> {
+    let named: Vec<&String> = config.satellites.iter().filter_map(|s| s.model.as_ref()).collect();
+    if named.is_empty() {
+        return Ok(());
+    }
+    let catalogue = Catalogue::load(config.model.as_ref().and_then(|m| m.satellites.as_deref()))?;
+    for name in named {
+        catalogue.find(name).map_err(|error| match error {
+            Error::Config { problem, .. } => Error::Config { key: "satellites.model".into(), problem },
+            other => other,
+        })?;
+    }
+    Ok(())
+}

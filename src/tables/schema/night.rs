@@ -1,0 +1,49 @@
+//! The passes of a night of several satellites, filters or cameras.
+
+use serde::Serialize;
+
+use super::define::table;
+
+table! {
+    NIGHT = "night.ecsv", "One row per pass of a night of several satellites, filters or cameras, over all its groups.";
+    /// A pass through one filter.
+    #[derive(Debug, Clone, Default, PartialEq, Serialize)]
+    pub struct NightRow {
+        /// folder of the group with all its tables and its report
+        group: String => ["meta.id"],
+        /// name of the satellite
+        object_name: String => ["meta.id;meta.main"],
+        /// catalogue number of the satellite
+        norad_cat_id: Option<i64> => ["meta.id"],
+        /// camera
+        instrument: String => ["meta.id;instr"],
+        /// band of the magnitudes
+        band: String => ["meta.id;instr.bandpass"],
+        /// number of the pass in its group, from 1; empty where the group has none
+        pass: Option<i64> => ["meta.number"],
+        /// UTC of the first frame, ISO 8601
+        date_first: String => ["time.start;obs"],
+        /// target frames
+        frames: i64 => ["meta.number"],
+        /// of these, magnitudes that are used
+        used: i64 => ["meta.number"],
+        /// median of the used magnitudes
+        median_mag: Option<f64> => "mag" ["phot.mag;stat.median"],
+        /// brightest of the used magnitudes
+        brightest_mag: Option<f64> => "mag" ["phot.mag;stat.max"],
+        /// median of the used residuals, observed minus modelled
+        residual_mag: Option<f64> => "mag" ["phot.mag;arith.diff"],
+        /// robust scatter of the used residuals
+        sigma_mag: Option<f64> => "mag" ["stat.stdev;phot.mag"],
+        /// median random error of the used magnitudes
+        median_err_mag: Option<f64> => "mag" ["stat.error;phot.mag"],
+        /// median systematic error of the used magnitudes
+        median_err_sys_mag: Option<f64> => "mag" ["stat.error.sys;phot.mag"],
+        /// zeropoint of the group
+        zp_mag: Option<f64> => "mag" ["phot.calib;phot.mag"],
+        /// its error
+        zp_mag_err: Option<f64> => "mag" ["stat.error;phot.calib"],
+        /// why the group could not be reduced, or what taints it; empty if nothing
+        reason: String => ["meta.note"],
+    }
+}
