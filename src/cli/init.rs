@@ -8,21 +8,30 @@ use satphot::base::file::write_atomic;
 use satphot::brightness::{Catalogue, Satellite};
 use satphot::config::Config;
 
+use super::implied::{Implied, implied};
 use super::{print, tell};
 
 const EXAMPLES: &str = "\
 Examples:
   satphot init                                                  every key with its meaning, to fill in
   satphot init --site-name Paranal --site=-24.627,-70.404,2635 --input raw --night 2025-06-10
-  satphot init - | less                                         to read it only";
+  satphot init - | less                                         to read it only
+  satphot init raw                                              what the headers of the frames in raw/ imply
+  satphot init raw night.toml                                   the same into another file";
 
 /// Writes a commented pipeline.toml: fill in your site, camera and folders.
+///
+/// Of a folder of frames it reads the headers and writes the configuration that they imply, each value with its keyword;
+/// what no header states is left to fill in, and listed.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Init {
-    /// File to write; `-` prints it
-    #[arg(value_name = "FILE", default_value = "pipeline.toml")]
+    /// File to write, `-` prints it; or a folder of frames, from whose headers the configuration is made
+    #[arg(value_name = "FILE|FOLDER", default_value = "pipeline.toml")]
     file: PathBuf,
+    /// File to write for a folder of frames
+    #[arg(value_name = "FILE")]
+    of_folder: Option<PathBuf>,
     /// Latitude, longitude [deg, north and east positive] and height [m] of your site
     #[arg(long, value_name = "LAT,LON,ALT", allow_hyphen_values = true)]
     site: Option<String>,
@@ -47,6 +56,16 @@ const TEMPLATE: &str = include_str!("../presets/template.toml");
 
 impl Init {
     pub fn execute(self) -> anyhow::Result<()> {
+        if self.file.is_dir() {
+            return self.from_headers();
+        }
+        if let Some(file) = &self.of_folder {
+            let problem =
+                format!("a second file needs a folder of frames before it, and {} is none", self.file.display());
+            return Err(
+                Error::Argument { name: "FILE".into(), problem: format!("{}: {problem}", file.display()) }.into()
+            );
+        }
         let text = self.text()?;
         if self.file.as_os_str() == "-" {
             print(&text);
@@ -67,6 +86,40 @@ impl Init {
             );
         }
         tell(&format!("wrote {}; edit it, then `satphot run {}`", self.file.display(), self.file.display()));
+        Ok(())
+    }
+
+    /// Writes what the headers of a folder imply, and says what is missing.
+    fn from_headers(self) -> anyhow::Result<()> {
+        let file = self.of_folder.clone().unwrap_or_else(|| "pipeline.toml".into());
+        let to_stdout = file.as_os_str() == "-";
+        let options = [("--site", &self.site), ("--site-name", &self.site_name), ("--night", &self.night)];
+        let options = options.into_iter().chain([("--input", &self.input), ("--satellite", &self.satellite)]);
+        if let Some((name, _)) = options.into_iter().find(|(_, value)| value.is_some()) {
+            let problem = "has no effect where a folder of frames is read; write it into the file".into();
+            return Err(Error::Argument { name: name.into(), problem }.into());
+        }
+        if !to_stdout && file.exists() && !self.force {
+            let problem = "exists already; --force overwrites it, or name another file behind the folder".into();
+            return Err(Error::Config { key: file.display().to_string(), problem }.into());
+        }
+        // paths of a configuration are relative to its folder
+        let beside = file.parent().filter(|p| !p.as_os_str().is_empty());
+        let input = match beside {
+            None => self.file.clone(),
+            Some(folder) if folder == self.file => ".".into(),
+            Some(_) => std::fs::canonicalize(&self.file).unwrap_or_else(|_| self.file.clone()),
+        };
+        let shown = if to_stdout { "pipeline.toml".into() } else { file.display().to_string() };
+        let Implied { text, missing, n_frames } = implied(&self.file, &input.to_string_lossy(), &shown)?;
+        if to_stdout {
+            print(&text);
+        } else {
+            write_atomic(&file, text.as_bytes())?;
+            tell(&format!("wrote {shown} from the headers of {n_frames} frames"));
+        }
+        missing.iter().for_each(|what| tell(&format!("missing: {what}")));
+        tell(&format!("then `satphot run {shown} --dry-run`"));
         Ok(())
     }
 

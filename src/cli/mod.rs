@@ -14,6 +14,7 @@ mod export;
 mod fetch;
 pub mod finite;
 mod flat;
+mod implied;
 mod init;
 mod inspect;
 mod limits;

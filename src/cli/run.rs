@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use satphot::config::Config;
 use satphot::frames::{Exposure, Role};
-use satphot::pipeline::groups::{Groups, Night, run_night};
+use satphot::pipeline::groups::{Groups, Night, Split, run_night, split};
 use satphot::pipeline::options::Options;
 use satphot::pipeline::prepared::Prepared;
 use satphot::pipeline::products::summary::Summary;
@@ -83,7 +83,7 @@ impl Run {
             config.night.output = out;
         }
         if self.dry_run {
-            return dry_run(&config, self.common.jobs);
+            return dry_run_night(&config, self.common.jobs);
         }
         let options = Options {
             strict: self.strict,
@@ -168,12 +168,30 @@ impl Run {
 /// machines.
 const CPU_S_PER_MPX: [(Role, f64); 3] = [(Role::Flat, 0.0018), (Role::Stars, 0.011), (Role::Target, 0.009)];
 
+/// The dry run of each group of a night, or of the night where it is of one kind.
+///
+/// The error of the first group is that of the night, after all have been shown.
+fn dry_run_night(config: &Config, jobs: usize) -> anyhow::Result<()> {
+    let Split { groups, notes, unreadable } = split(config, &[])?;
+    notes.iter().for_each(|note| print(&format!("note       {note}\n")));
+    if let [] | [_] = groups.as_slice() {
+        return dry_run(groups.first().map_or(config, |group| &group.config), &[], jobs);
+    }
+    unreadable.iter().for_each(|u| print(&format!("unreadable {}: {}\n", u.path.display(), u.error)));
+    let mut outcome = Ok(());
+    for group in &groups {
+        print(&format!("\n--- {}\n", group.config.night.name));
+        outcome = outcome.and(dry_run(&group.config, &group.files, jobs));
+    }
+    outcome
+}
+
 /// What each file is and what the run would make of them, without touching their pixels, after every check that the run
 /// makes before it reads any; only where headers contradict the configured scale, stars are asked as the run asks them.
 ///
 /// Everything that is missing is reported at the end, with the lines to paste, and ends as the run would.
-fn dry_run(config: &Config, jobs: usize) -> anyhow::Result<()> {
-    let mut preflight = preflight(config, &[])?;
+fn dry_run(config: &Config, files: &[PathBuf], jobs: usize) -> anyhow::Result<()> {
+    let mut preflight = preflight(config, files)?;
     let Preflight { prepared, survey, findings, .. } = &mut preflight;
     if findings.scale_in_doubt && findings.errors.is_empty() {
         match check_stars(survey, prepared, &FrameCache::default(), jobs) {

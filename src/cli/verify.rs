@@ -10,7 +10,7 @@ use super::{print, tell};
 
 const AFTER_HELP: &str = "\
 Examples:
-  satphot verify satphot-out/2025-06-11
+  satphot verify satphot-out/2025-06-11              each group of a night that has several
   satphot verify satphot-out/2025-06-11 --inputs     the frames too, which must be there
   satphot verify plan.json";
 
@@ -32,10 +32,23 @@ pub struct Verify {
     quiet: bool,
 }
 
+/// The folders of the groups of a night of several satellites, filters or cameras; any other folder itself.
+fn groups_of(folder: &PathBuf) -> Vec<PathBuf> {
+    let is_night = |f: &PathBuf| f.join("manifest.json").is_file();
+    let entries = std::fs::read_dir(folder).map(|entries| entries.flatten().map(|e| e.path()).collect::<Vec<_>>());
+    let mut groups: Vec<PathBuf> = entries.unwrap_or_default().into_iter().filter(is_night).collect();
+    groups.sort();
+    if folder.join("night.ecsv").is_file() && !is_night(folder) && !groups.is_empty() {
+        return groups;
+    }
+    vec![folder.clone()]
+}
+
 impl Verify {
     pub fn execute(self) -> anyhow::Result<()> {
         let mut wrong = Vec::new();
-        for folder in &self.folders {
+        for folder in self.folders.iter().flat_map(groups_of) {
+            let folder = folder.as_path();
             let of_plan = folder.extension().is_some_and(|e| e == "json") && folder.is_file();
             let found = if of_plan { verify_plan(folder, self.inputs)? } else { verify_night(folder, self.inputs)? };
             if !self.quiet {

@@ -11,14 +11,16 @@ mod file;
 mod layers;
 mod load;
 mod model;
-mod night_mix;
 mod photometry;
 mod range;
 mod reporter;
 mod surface;
 mod vetting;
 
-pub use file::{Config, DateObsMeans, Detector, Frames, HeaderRules, Input, Night, QUANTITIES, Site, Telescope, Time};
+pub use file::{
+    Config, DateObsMeans, Detector, Frames, HeaderRules, Input, Instrument, Night, QUANTITIES, SatelliteEntry, Site,
+    Telescope, Time,
+};
 
 pub(crate) use check::check_surface;
 pub use effects::{
@@ -31,7 +33,6 @@ pub use layers::preset_text;
 pub(crate) use layers::read_layers;
 pub use load::ELEMENTS;
 pub use model::{Model, Orbit};
-pub use night_mix::{Instrument, SatelliteEntry};
 pub use photometry::{
     ApertureShape, Combine, Estimator, Flat, FlatScale, Photometry, Pin, Solve, Stars, Target, Zeropoint,
 };

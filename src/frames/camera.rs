@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::exposure::Exposure;
 use super::frame::{ElectronsPerAdu, Gain, GainSetting};
+use super::header::{CameraCheck, check_camera};
 use crate::base::error::{Error, Result};
 use crate::config;
 
@@ -287,6 +288,12 @@ fn camera_names() -> Vec<String> {
     let mut names: Vec<String> = camera_rows().map(|(n, _, _)| n).collect();
     names.dedup();
     names
+}
+
+/// The camera of the embedded table that a header names.
+#[must_use]
+pub fn table_camera(in_header: &str) -> Option<String> {
+    camera_names().into_iter().find(|name| check_camera(in_header, name) == CameraCheck::Same)
 }
 
 fn camera_table(name: &str) -> (String, BTreeMap<i64, Row>) {

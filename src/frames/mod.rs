@@ -17,7 +17,7 @@ mod readout;
 mod role;
 mod sample;
 
-pub use camera::Detector;
+pub use camera::{Detector, table_camera};
 pub use clock::{MidTime, TimeKind, mid_time};
 pub use exposure::{Exposure, classify, refusals};
 pub(crate) use exposure::{light_exptime, sorted};

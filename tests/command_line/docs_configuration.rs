@@ -255,6 +255,9 @@ fn sections(all: &BTreeMap<String, Definition>) -> Vec<Section> {
         let section = open.remove(0);
         let below = section.items().filter(|item| one_line(item, all).is_none()).filter_map(|item| {
             let (definition, repeated) = table_of(&item, all)?;
+            if section.path == "instruments" {
+                return None; // the keys of [detector] and [telescope] again
+            }
             let path = section.key_path(&item.name);
             Some(Section { path, repeated, doc: item.doc.clone(), definition: definition.clone() })
         });

@@ -2,6 +2,8 @@
 //!
 //! Days. It does not cover whether the sets agree with each other ([`super::neighbours`]).
 
+use std::collections::HashSet;
+
 use hifitime::Epoch;
 
 use super::set::Elements;
@@ -58,10 +60,11 @@ pub(crate) fn only_object(sets: &[Elements], norad: Option<u64>) -> Result<()> {
 #[must_use]
 pub fn element_names(sets: &[Elements]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
+    let mut known = HashSet::new();
     for e in sets {
         let plain = e.name().split('(').next().unwrap_or("").trim();
         for name in [e.name(), plain, &e.norad_cat_id().to_string(), e.object_id()] {
-            if !name.is_empty() && !names.iter().any(|n| n == name) {
+            if !name.is_empty() && known.insert(name.to_owned()) {
                 names.push(name.to_owned());
             }
         }

@@ -4,7 +4,7 @@
 //! are its target frames with the star frames and flats of the same filter and camera. A night with a single group is
 //! reduced as it is.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use super::objects::{Assigned, Objects, objects_of};
@@ -55,7 +55,7 @@ type Key = (usize, Option<u64>, Light);
 pub fn split(config: &Config, files: &[PathBuf]) -> Result<Split> {
     let objects = objects_of(config).unwrap_or_default();
     check_models(config)?;
-    let several = objects.list().len() > 1;
+    let several = objects.list().len() > 1 || (objects.list().len() == 1 && !config.satellites.is_empty());
     if config.input.filter.is_some() && !several && config.instruments.is_empty() {
         return Ok(Split::default());
     }
@@ -133,8 +133,7 @@ impl<'a> Parted<'a> {
     }
 
     fn groups(&self, config: &Config, objects: &Objects, several: bool) -> Result<Vec<Group>> {
-        let count =
-            |f: &dyn Fn(&Key) -> String| self.targets.keys().map(f).collect::<std::collections::BTreeSet<_>>().len();
+        let count = |f: &dyn Fn(&Key) -> String| self.targets.keys().map(f).collect::<BTreeSet<_>>().len();
         let n_lights = count(&|(_, _, light)| light.filter.clone());
         let n_satellites = count(&|(_, number, _)| format!("{number:?}"));
         let n_cameras = count(&|(i, ..)| i.to_string());
@@ -261,18 +260,35 @@ fn model_of(config: &Config, object: &super::objects::Object, only: bool) -> Res
     Ok((only || is_of_model).then(|| model.clone()))
 }
 
-/// The satellites without a model, said once.
-fn without_model(groups: &[Group]) -> Option<String> {
-    let mut names: Vec<&str> =
-        groups.iter().filter(|g| g.config.model.is_none()).map(|g| g.satellite.as_str()).collect();
-    names.dedup();
-    let (n, shown) = (names.len(), names.iter().take(5).copied().collect::<Vec<_>>().join(", "));
-    (n > 0).then(|| {
-        format!(
-            "{shown}{}: measured without a model, so without residuals; [[satellites]] with objects and model names one",
-            if n > 5 { format!(" and {} more", n - 5) } else { String::new() }
-        )
-    })
+/// The satellites without a model, and the bands without one, said once.
+fn without_model(groups: &[Group]) -> Vec<String> {
+    let (mut of_satellites, mut of_bands) = (BTreeSet::new(), BTreeSet::new());
+    let has_model = |name: &str| groups.iter().any(|g| g.satellite == name && g.config.model.is_some());
+    for group in groups.iter().filter(|g| g.config.model.is_none()) {
+        match has_model(&group.satellite) {
+            true => of_bands.insert(group.filter.as_str()),
+            false => of_satellites.insert(group.satellite.as_str()),
+        };
+    }
+    let listed = |names: &BTreeSet<&str>| {
+        let shown = names.iter().take(5).copied().collect::<Vec<_>>().join(", ");
+        if names.len() > 5 { format!("{shown} and {} more", names.len() - 5) } else { shown }
+    };
+    let mut notes = Vec::new();
+    if !of_satellites.is_empty() {
+        notes.push(format!(
+            "{}: measured without a model, so without residuals; [[satellites]] with objects and model names one",
+            listed(&of_satellites)
+        ));
+    }
+    if !of_bands.is_empty() {
+        notes.push(format!(
+            "filter {}: measured without a model, which knows the Sun in {} alone",
+            listed(&of_bands),
+            Model::BANDS.join(", ")
+        ));
+    }
+    notes
 }
 
 /// Refuses a model of `[[satellites]]` that is not known.

@@ -4,9 +4,11 @@
 //! catalogue number that contradicts it is warned of. It does not cover what is in the field: only names and numbers are
 //! known.
 
+use std::collections::HashMap;
+
 use crate::brightness::{Catalogue, Entry};
 use crate::config::Config;
-use crate::frames::{Role, other_satellite};
+use crate::frames::{Role, other_satellite, role_by_name};
 use crate::orbit::Tracker;
 use crate::pipeline::survey::files::Survey;
 
@@ -33,10 +35,16 @@ pub fn other_names(tracker: Option<&Tracker>, config: &Config) -> Vec<String> {
 /// Sets the frames of other satellites aside.
 pub fn set_others_aside(survey: &mut Survey, config: &Config, target_names: &[String], others: &[String]) {
     let mut aside = Vec::new();
+    // the frames of a field share their OBJECT, and catalogues of elements have thousands of names
+    let mut known: HashMap<(Option<String>, bool), Option<String>> = HashMap::new();
     let lists = survey.pointings.iter_mut().chain(std::iter::once(&mut survey.targets));
     for list in lists {
         for mut exposure in std::mem::take(list) {
-            match other_satellite(&exposure, config, target_names, others) {
+            let by_name = role_by_name(&exposure.name, config).is_some();
+            let reason = known
+                .entry((exposure.object.clone(), by_name))
+                .or_insert_with(|| other_satellite(&exposure, config, target_names, others));
+            match reason.clone() {
                 Some(reason) => {
                     (exposure.role, exposure.role_reason) = (Role::OtherTarget, reason);
                     aside.push(exposure);

@@ -20,7 +20,7 @@ table! {
         /// band of the magnitudes
         band: String => ["meta.id;instr.bandpass"],
         /// number of the pass in its group, from 1; empty where the group has none
-        pass: Option<i64> => ["meta.number"],
+        pass: Option<i64> => ["meta.id;obs"],
         /// UTC of the first frame, ISO 8601
         date_first: String => ["time.start;obs"],
         /// target frames
@@ -32,7 +32,7 @@ table! {
         /// brightest of the used magnitudes
         brightest_mag: Option<f64> => "mag" ["phot.mag;stat.max"],
         /// median of the used residuals, observed minus modelled
-        residual_mag: Option<f64> => "mag" ["phot.mag;arith.diff"],
+        residual_mag: Option<f64> => "mag" ["phot.mag;em.opt.V;arith.diff"],
         /// robust scatter of the used residuals
         sigma_mag: Option<f64> => "mag" ["stat.stdev;phot.mag"],
         /// median random error of the used magnitudes
