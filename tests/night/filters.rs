@@ -12,7 +12,7 @@ use crate::support::{Night, simulated};
 const ALL: [&str; 3] = ["flat", "field", "target"];
 
 /// Puts a card before the END of a header that has room for it, or changes the one that is there.
-fn put_card(path: &Path, keyword: &str, value: &str) {
+pub(super) fn put_card(path: &Path, keyword: &str, value: &str) {
     let mut bytes = fs::read(path).unwrap();
     let card = format!("{:<80}", format!("{keyword:<8}= '{value:<8}'"));
     let same = |at: usize| bytes[at..at + 80].starts_with(format!("{keyword:<8}=").as_bytes());

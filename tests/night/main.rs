@@ -7,6 +7,7 @@ mod support;
 mod broken;
 mod filters;
 mod fixture;
+mod groups;
 mod huntsman;
 mod instrument;
 mod interrupts;

@@ -55,7 +55,8 @@ type Key = (usize, Option<u64>, Light);
 pub fn split(config: &Config, files: &[PathBuf]) -> Result<Split> {
     let objects = objects_of(config).unwrap_or_default();
     check_models(config)?;
-    let several = objects.list().len() > 1 || (objects.list().len() == 1 && !config.satellites.is_empty());
+    let several = objects.list().len() > 1
+        || (objects.list().len() == 1 && !(config.satellites.is_empty() && objects.warnings.is_empty()));
     if config.input.filter.is_some() && !several && config.instruments.is_empty() {
         return Ok(Split::default());
     }
