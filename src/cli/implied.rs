@@ -246,7 +246,7 @@ impl Writer<'_> {
                 settings.iter().map(i64::to_string).collect::<Vec<_>>().join(", ")
             ));
         }
-        if !known && !(egain && noise) {
+        if !(known || egain && noise) {
             let _ =
                 writeln!(self.text, "# [{table}.read_noise_e]        # FILL IN: read noise of each gain setting [e-]");
             for setting in &settings {

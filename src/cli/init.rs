@@ -57,7 +57,7 @@ const TEMPLATE: &str = include_str!("../presets/template.toml");
 impl Init {
     pub fn execute(self) -> anyhow::Result<()> {
         if self.file.is_dir() {
-            return self.from_headers();
+            return self.write_implied();
         }
         if let Some(file) = &self.of_folder {
             let problem =
@@ -90,7 +90,7 @@ impl Init {
     }
 
     /// Writes what the headers of a folder imply, and says what is missing.
-    fn from_headers(self) -> anyhow::Result<()> {
+    fn write_implied(self) -> anyhow::Result<()> {
         let file = self.of_folder.clone().unwrap_or_else(|| "pipeline.toml".into());
         let to_stdout = file.as_os_str() == "-";
         let options = [("--site", &self.site), ("--site-name", &self.site_name), ("--night", &self.night)];

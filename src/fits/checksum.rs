@@ -8,6 +8,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
 use super::cards::Header;
+use super::open::open;
 use crate::base::error::{Error, Result};
 
 /// Bytes of a FITS block.
@@ -26,7 +27,7 @@ pub fn wrong_checksum(path: &Path, header: &Header) -> Result<Option<String>> {
     let (stated, whole) = (header.text("DATASUM"), header.text("CHECKSUM"));
     let Some(data_at) = header.data_at().filter(|_| stated.is_some() || whole.is_some()) else { return Ok(None) };
     let (from, to) = header.hdu_bytes();
-    let mut file = File::open(path).map_err(|e| Error::io(path, e))?;
+    let mut file = open(path)?;
     let mut sum = |from: u64, to: u64| sum(&mut file, from, to).map_err(|e| Error::io(path, e));
     let data = sum(data_at, to.div_ceil(BLOCK) * BLOCK)?;
     let hdu = header.hdu_index();

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use crate::base::error::{Error, Result};
 
-/// FITS files of folders (recursively) and single files: `.fit`, `.fits`, `.fts` and these with `.fz`, any case.
+/// FITS files of folders (recursively) and single files: `.fit`, `.fits`, `.fts` and these with `.fz`, `.gz` or `.bz2`, any
+/// case.
 ///
 /// Sorted, without hidden files and duplicates.
 ///
@@ -51,7 +52,7 @@ pub fn find_files(inputs: &[PathBuf]) -> Result<Vec<PathBuf>> {
     files.retain(|f| unique.insert(std::fs::canonicalize(f).unwrap_or_else(|_| f.clone())));
     if files.is_empty() {
         let path = inputs.first().cloned().unwrap_or_default();
-        let problem = "no FITS file here (*.fit, *.fits, *.fts, *.fits.fz); check night.input".into();
+        let problem = "no FITS file here (*.fit, *.fits, *.fts, also with .fz, .gz or .bz2); check night.input".into();
         return Err(Error::NoInput { path, problem });
     }
     Ok(files)
@@ -59,6 +60,7 @@ pub fn find_files(inputs: &[PathBuf]) -> Result<Vec<PathBuf>> {
 
 fn is_fits_name(path: &Path) -> bool {
     let name = path.file_name().map(|n| n.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    let name = name.strip_suffix(".fz").unwrap_or(&name);
+    let packed = [".fz", ".gz", ".bz2"].iter().find_map(|e| name.strip_suffix(e));
+    let name = packed.unwrap_or(&name);
     [".fit", ".fits", ".fts"].iter().any(|e| name.ends_with(e))
 }

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use super::cards::Header;
 use super::linear::{Linear, finite};
+use super::open::open;
 use super::stored::{SHORTER, read_exact_at};
 use crate::base::error::{Error, Result};
 
@@ -31,7 +32,7 @@ impl Plain {
         let bad = |problem: String| Error::Fits { path: path.to_path_buf(), problem };
         let data_at = header.data_at().ok_or_else(|| bad("no image in the header".into()))?;
         let linear = Linear::of(header, "BLANK").map_err(bad)?;
-        let file = File::open(path).map_err(|e| Error::io(path, e))?;
+        let file = open(path)?;
         let (size_px, bitpix) = (header.size_px(), header.bitpix());
         Ok(Self { file, path: path.to_path_buf(), data_at, size_px, bitpix, linear, bytes: Vec::new() })
     }

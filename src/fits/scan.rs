@@ -9,6 +9,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
 use super::cards::{Card, Header, ImageInfo};
+use super::open::open;
 use super::structure::{Kind, check_hdu, kind};
 use super::tiles;
 use crate::base::error::{Error, Result};
@@ -44,8 +45,8 @@ pub(crate) fn scan(path: &Path) -> Result<(Vec<Card>, ImageInfo)> {
     if !meta.is_file() {
         return Err(bad("not a regular file".into()));
     }
-    let mut file = File::open(path).map_err(|e| Error::io(path, e))?;
-    let file_bytes = u128::from(meta.len());
+    let mut file = open(path)?;
+    let file_bytes = u128::from(file.metadata().map_err(|e| Error::io(path, e))?.len());
     let mut at: u64 = 0;
     let mut primary: Vec<Card> = Vec::new();
     let mut seen: Vec<String> = Vec::new();

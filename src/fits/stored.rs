@@ -9,6 +9,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::cards::Header;
+use super::open::open;
 use crate::base::error::{Error, Result};
 
 /// Bytes of a pixel.
@@ -42,7 +43,7 @@ impl Stored {
     pub(crate) fn open(path: &Path, header: &Header) -> Result<Option<Self>> {
         let plain = Self::counts(header) && !header.is_compressed();
         let Some(data_at) = header.data_at().filter(|_| plain) else { return Ok(None) };
-        let file = File::open(path).map_err(|e| Error::io(path, e))?;
+        let file = open(path)?;
         let (nx, ny) = header.size_px();
         let bytes = file.metadata().map_err(|e| Error::io(path, e))?.len();
         if bytes < data_at + (nx * ny * PIXEL_BYTES) as u64 {

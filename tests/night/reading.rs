@@ -146,3 +146,48 @@ fn files_that_vanish_or_shrink_during_the_night_cost_a_row_each() -> Result<(), 
     }
     Ok(())
 }
+
+/// Packs a file as a whole and takes the plain one away; returns the packed one.
+fn packed(path: &std::path::Path, ending: &str) -> std::path::PathBuf {
+    use std::io::Write as _;
+    let bytes = std::fs::read(path).unwrap();
+    let out = std::path::PathBuf::from(format!("{}.{ending}", path.display()));
+    let file = std::fs::File::create(&out).unwrap();
+    if ending == "gz" {
+        let mut encoder = flate2::write::GzEncoder::new(file, flate2::Compression::fast());
+        encoder.write_all(&bytes).unwrap();
+        encoder.finish().unwrap();
+    } else {
+        let mut encoder = bzip2::write::BzEncoder::new(file, bzip2::Compression::fast());
+        encoder.write_all(&bytes).unwrap();
+        encoder.finish().unwrap();
+    }
+    std::fs::remove_file(path).unwrap();
+    out
+}
+
+#[test]
+fn frames_packed_with_gzip_and_bzip2_give_the_same_numbers_and_a_cut_one_is_a_row() {
+    let plain = Night::copy_of(&simulated("packed", &[]));
+    plain.run().unwrap();
+    let night = Night::copy_of(&simulated("packed-twin", &[]));
+    for (k, path) in ["flat", "field", "target"].iter().flat_map(|kind| night.frames(kind)).enumerate() {
+        packed(&path, if k % 2 == 0 { "gz" } else { "bz2" });
+    }
+    let summary = night.run().unwrap();
+    assert_eq!(summary.counts.unreadable, 0, "{}", summary.brief());
+    let numbers = |n: &Night| -> Vec<(String, Option<f64>, Option<f64>)> {
+        let stem = |frame: &str| frame.split('.').next().unwrap().to_owned();
+        n.rows().iter().map(|r| (stem(&r.frame), r.v_mag, r.v_mag_err)).collect()
+    };
+    assert_eq!(numbers(&night), numbers(&plain));
+    // one that was cut off while it was copied
+    let all: Vec<_> = std::fs::read_dir(night.path(".")).unwrap().map(|e| e.unwrap().path()).collect();
+    let one = all.iter().find(|p| p.to_string_lossy().contains("target_0001")).unwrap();
+    let bytes = std::fs::read(one).unwrap();
+    std::fs::write(one, &bytes[..bytes.len() / 2]).unwrap();
+    let summary = night.run().unwrap();
+    assert_eq!(summary.counts.unreadable, 1, "{}", summary.brief());
+    let row = night.rows().into_iter().find(|r| r.frame.contains("target_0001")).unwrap();
+    assert!(row.reason.contains("stream is damaged or cut off"), "{}", row.reason);
+}

@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 
 use super::cards::Header;
 use super::linear::Linear;
+use super::open::open;
 use super::plain::convert;
 use super::stored::{SHORTER, read_exact_at};
 use crate::base::error::{Error, Result};
@@ -56,7 +57,7 @@ impl Tiles {
     /// [`Error::Io`]; [`Error::Fits`] for a table that cannot hold this image.
     pub(crate) fn open(path: &Path, header: &Header) -> Result<Self> {
         let bad = |problem: String| Error::Fits { path: path.to_path_buf(), problem };
-        let file = File::open(path).map_err(|e| Error::io(path, e))?;
+        let file = open(path)?;
         let layout = Layout::of(header).map_err(bad)?;
         Ok(Self {
             file,

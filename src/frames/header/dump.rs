@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use crate::base::error::{Error, Result};
 use crate::fits::cards::Header;
 use crate::fits::files::find_files;
+use crate::fits::open;
 
 /// Longest text or bare header that is read \[bytes\].
 const MAX_BYTES: u64 = 4 << 20;
@@ -32,7 +33,7 @@ pub struct AnyHeader {
 /// [`Error::Io`]; [`Error::Fits`] for what is neither.
 pub fn read_any(path: &Path) -> Result<AnyHeader> {
     let mut bytes = Vec::new();
-    let file = std::fs::File::open(path).map_err(|e| Error::io(path, e))?;
+    let file = open(path)?;
     file.take(MAX_BYTES).read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
     match Header::read(path) {
         Ok(header) => Ok(AnyHeader { header, kind: "FITS", problem: None }),
