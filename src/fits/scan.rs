@@ -129,7 +129,6 @@ fn inherited(card: &Card) -> bool {
 /// Why a header could not be taken from the file.
 enum Problem {
     NotAnHdu,
-    Gzip,
     NoEnd,
     Control(usize),
 }
@@ -138,7 +137,6 @@ impl Problem {
     fn text(&self, index: usize) -> String {
         match self {
             Problem::NotAnHdu => "not a FITS file: it does not begin with SIMPLE".into(),
-            Problem::Gzip => "not a FITS file but one packed with gzip: unpack it first (gunzip)".into(),
             Problem::NoEnd => format!("HDU {index}: the header has no END card"),
             Problem::Control(card) => {
                 format!("HDU {index}: card {card} holds control characters (line breaks?) and is not FITS")
@@ -160,9 +158,6 @@ fn read_header(file: &mut File, index: usize) -> std::io::Result<std::result::Re
             }
         }
         let start = if index == 0 { b"SIMPLE  ".as_slice() } else { b"XTENSION".as_slice() };
-        if raw.is_empty() && index == 0 && block[..filled].starts_with(&[0x1f, 0x8b]) {
-            return Ok(Err(Problem::Gzip));
-        }
         if raw.is_empty() && !block[..filled].starts_with(start) {
             return Ok(Err(Problem::NotAnHdu));
         }
