@@ -1,5 +1,5 @@
 #!/bin/sh
-# The table of docs/headers.md: what satphot understands of real headers, beside what their programs mean.
+# The table of docs/headers.md: what satphot understands of real headers, next to what their programs mean.
 # scripts/make_header_table.sh [satphot] [folder of headers] rewrites the part between the two marks.
 set -eu
 cd "$(dirname "$0")/.."
@@ -11,7 +11,7 @@ python3 - <<'PY'
 import json, os, re
 
 MEANS = {
-    "nina.txt": "N.I.N.A. 1.10. DATE-OBS: the computer's clock (UTC) when the exposure is asked for; DATE-LOC one hour ahead. "
+    "nina.txt": "N.I.N.A. 1.10. DATE-OBS: the computer's clock (UTC) when the exposure is requested; DATE-LOC one hour ahead. "
                 "GAIN the setting, EGAIN e-/ADU. Colour camera, rows top down. OBJCTRA zeros: no mount.",
     "sharpcap.txt": "SharpCap 2019 through AstroImageJ. DATE-OBS: when the frame was grabbed, that is the end. TAN-SIP by "
                     "astrometry.net.",
@@ -26,7 +26,7 @@ MEANS = {
                    "planes, TAN-SIP.",
     "dwarflab.txt": "Dwarf II. EXP in seconds, BINNING 2*2, RA and DEC zeros where unknown; DATE: when it was saved. Colour.",
     "pixinsight.txt": "PixInsight. A master of 238 images; every value a string; DATE-END computed. PV1_1, PV1_2 zeros mean "
-                      "nothing; a spline beside the linear WCS.",
+                      "nothing; a spline next to the linear WCS.",
     "app.txt": "Astro Pixel Processor. An integration without any date.",
     "app2.txt": "Astro Pixel Processor. A master flat of 30 frames.",
     "wcs_m106.txt": "World coordinates alone: CD, CDELT and CROTA1, CROTA2 that differ by 0.0007 deg.",
@@ -64,7 +64,7 @@ def answer(i):
     short = lambda t: re.split(r": a stack|: a colour|; name your|; give the", t)[0]
     refused = "**refused**: " + "; ".join(short(r) for r in i["refused"]) if i["refused"] else "usable"
     warned = [re.split(r"; |: set |: measure |: compare ", w)[0] for w in i["warnings"]]
-    return refused + ("" if not warned else ". Told: " + "; ".join(warned))
+    return refused + ("" if not warned else ". Reported: " + "; ".join(warned))
 
 rows = ["| header | what its program means | mid-exposure | exposure | gain | place | type, filter, binning | WCS | answer |",
         "|---|---|---|---|---|---|---|---|---|"]
