@@ -85,6 +85,9 @@ impl CalibratedBand {
             let fits = reference.is_none_or(|known| known == band || known == band.reference());
             if !fits {
                 let known = reference.unwrap_or(band);
+                if light.meaning == Meaning::Band(band) {
+                    return Err(refuse(other_band(light, from, known)));
+                }
                 return Err(refuse(format!(
                     "\"{band}\" is declared, but {from} holds magnitudes of band {known}; name a column of {band} in \
                      stars.columns.v_mag, or declare\n[photometry]\nband = \"{known}\""
@@ -105,13 +108,7 @@ impl CalibratedBand {
                 "{from} does not say in its name of which band its magnitudes are; declare it\n[photometry]\nband = \"V\""
             )));
         };
-        let other = || {
-            refuse(format!(
-                "the frames were taken through {filter}, but {from} holds magnitudes of band {known}: the result would be \
-                 neither; name a column of the filter's own band in stars.columns.v_mag, or declare that the colour term \
-                 shall carry them to {known} all the same\n[photometry]\nband = \"{known}\""
-            ))
-        };
+        let other = || refuse(other_band(light, from, known));
         match light.meaning {
             Meaning::Unfiltered => made(known, How::Unfiltered),
             Meaning::Band(band) if band == known || band.reference() == known => made(band, How::OwnFilter),
@@ -147,4 +144,14 @@ impl CalibratedBand {
             How::Declared => format!("{}, declared for filter {}, colour-transformed", self.band, self.light.filter),
         }
     }
+}
+
+/// Frames of one band and stars of another, in words.
+fn other_band(light: &Light, from: &str, known: Band) -> String {
+    format!(
+        "the frames were taken through {}, but {from} holds magnitudes of band {known}: the result would be neither; name a \
+         column of the filter's own band in stars.columns.v_mag, or declare that the colour term shall carry them to {known} \
+         all the same\n[photometry]\nband = \"{known}\"",
+        light.filter
+    )
 }

@@ -5,12 +5,17 @@
 
 mod band;
 mod calibrated;
+mod colour;
 mod column;
 mod filter;
+mod gaia;
+mod sun;
 #[cfg(test)]
 mod tests;
 
 pub use band::Band;
 pub use calibrated::{CalibratedBand, How, Light};
+pub use colour::ColourIndex;
 pub use column::column_band;
 pub use filter::{Meaning, filter_meaning};
+pub use gaia::GaiaRelation;

@@ -37,6 +37,7 @@ mod simulate;
 mod solve;
 pub mod usage;
 mod verify;
+mod watch;
 mod zeropoint;
 
 use std::path::{Path, PathBuf};
@@ -76,6 +77,8 @@ pub struct Cli {
 enum Verb {
     /// Reduce a whole night: calibrate, measure, compare with the model
     Run(run::Run),
+    /// Reduce a night while its frames arrive
+    Watch(watch::Watch),
     /// Write a commented pipeline.toml to start from
     Init(init::Init),
     /// Print what is understood from headers, and why
@@ -229,6 +232,7 @@ impl Cli {
     pub fn execute(self) -> anyhow::Result<()> {
         match self.verb {
             Verb::Run(v) => v.execute(),
+            Verb::Watch(v) => v.execute(),
             Verb::Init(v) => v.execute(),
             Verb::Inspect(v) => v.execute(),
             Verb::Plan(v) => v.execute(),

@@ -93,13 +93,27 @@ impl Run {
             ..self.common.options()
         };
         let progress = self.common.progress();
-        match run_night(&config, &options, &progress)? {
+        Shown { common: &self.common, verbose: self.verbose }.night(run_night(&config, &options, &progress)?)
+    }
+}
+
+/// How a reduced night is printed.
+pub struct Shown<'a> {
+    /// Quiet or not, text or JSON.
+    pub common: &'a Common,
+    /// With all details.
+    pub verbose: bool,
+}
+
+impl Shown<'_> {
+    /// Prints a night and its notes.
+    pub fn night(&self, night: Night) -> anyhow::Result<()> {
+        match night {
             Night::Single(summary) => self.single(&summary),
             Night::Groups(night) => self.groups(night),
         }
     }
 
-    /// Prints the night and its notes.
     fn single(&self, summary: &Summary) -> anyhow::Result<()> {
         if self.common.json {
             print(&format!("{}\n", summary.json()));

@@ -10,9 +10,6 @@ use super::range::{bad, range};
 use crate::base::error::{Error, Result};
 use crate::base::file::plain_name;
 
-/// Pass bands known by name.
-const BANDS: [&str; 4] = ["V", "g", "r", "i"];
-
 impl Config {
     /// Checks every number of the configuration.
     pub(super) fn check(&self) -> Result<()> {
@@ -159,8 +156,9 @@ impl Config {
         let z = &self.zeropoint;
         range("zeropoint.max_rejected_frac", z.max_rejected_frac, 0.0, 0.9, "")?;
         range("zeropoint.min_stars", z.min_stars as f64, 1.0, 1e6, "stars")?;
-        range("zeropoint.target_b_v_mag", z.target_b_v_mag, -1.0, 4.0, "mag")?;
-        range("zeropoint.target_b_v_err_mag", z.target_b_v_err_mag, 0.0, 4.0, "mag")?;
+        let [colour, colour_err] = z.target_colour(None);
+        range("zeropoint.target_b_v_mag", colour, -1.0, 4.0, "mag")?;
+        range("zeropoint.target_b_v_err_mag", colour_err, 0.0, 4.0, "mag")?;
         range("zeropoint.previous_err_mag", z.previous_err_mag, 0.0, 5.0, "mag")?;
         range("zeropoint.pointing_scatter_prior_mag", z.pointing_scatter_prior_mag, 0.0, 1.0, "mag")?;
         range("zeropoint.no_flat_err_mag", z.no_flat_err_mag, 0.0, 1.0, "mag")?;
@@ -188,8 +186,8 @@ fn check_model(model: &Model) -> Result<()> {
         let problem = "effects.source = \"extincted\" needs the extinction [mag/airmass], e.g. k_mag_airmass = 0.12";
         return Err(bad("model.k_mag_airmass", problem.into()));
     }
-    if !BANDS.contains(&model.band.as_str()) && !model.band.contains(['.', '/', '\\']) {
-        let known = BANDS.join(", ");
+    if !Model::BANDS.contains(&model.band.as_str()) && !model.band.contains(['.', '/', '\\']) {
+        let known = Model::BANDS.join(", ");
         let problem = format!("\"{}\" is not a band ({known}) and no file name with an ending", model.band);
         return Err(bad("model.band", problem));
     }

@@ -231,6 +231,9 @@ pub struct Frames {
     pub target: Vec<String>,
     /// Files to ignore.
     pub ignore: Vec<String>,
+    /// Leave the bias and dark frames of the night out: only `detector.pedestal_adu` is subtracted.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub skip_bias_dark: bool,
     /// OBJECT values (case-insensitive, part of the text) that mark a target frame; the satellite's name and
     /// number from the elements are always recognised.
     pub target_objects: Vec<String>,

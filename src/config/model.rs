@@ -56,7 +56,7 @@ pub struct Model {
     /// How the ground scatters, one law for the whole Earth.
     #[serde(default = "Brdf::earth_vegetation")]
     pub earth: Brdf,
-    /// Pass band: `V`, `g`, `r`, `i`, or a file of `wavelength_nm,transmission` (photon response).
+    /// Pass band: `B`, `V`, `R`, `I`, `g`, `r`, `i`, `z`, `G` (Gaia), or a file of `wavelength_nm,transmission` (photon response).
     #[serde(default = "band")]
     pub band: String,
     /// A file of `wavelength_nm,transmission` of telescope and detector, which multiplies the band; magnitudes are AB then.
@@ -73,7 +73,7 @@ pub struct Model {
 
 impl Model {
     /// The bands known by name.
-    pub const BANDS: [&str; 4] = ["V", "g", "r", "i"];
+    pub const BANDS: [&str; 9] = ["B", "V", "R", "I", "g", "r", "i", "z", "G"];
 
     /// The file of the pass band, unless it is one known by name.
     #[must_use]

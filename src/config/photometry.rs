@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::bands::Band;
+use crate::bands::{Band, ColourIndex};
 
 /// The master flat.
 #[derive(Debug, Clone, Deserialize, Serialize)]
@@ -284,10 +284,14 @@ pub struct Zeropoint {
     pub min_stars: usize,
     /// Largest share of stars the robust fit may reject before it fails.
     pub max_rejected_frac: f64,
-    /// Colour of the target \[mag\]; 0.65 is the Sun's (Cox 2002, as Caddy et al.).
-    pub target_b_v_mag: f64,
-    /// Error of the target's colour \[mag\].
-    pub target_b_v_err_mag: f64,
+    /// Colour of the target in the colour index of the stars \[mag\]; default: the Sun's, 0.65 in B-V (Cox 2002, as Caddy et
+    /// al.), 0.46 in g-r, 0.12 in r-i, 0.81 in BP-RP.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub target_b_v_mag: Option<f64>,
+    /// Error of the target's colour \[mag\]; default: 0.1 where the Sun's colour is assumed, for surfaces are not grey, and
+    /// 0 where target_b_v_mag is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub target_b_v_err_mag: Option<f64>,
     /// Rounds after which a robust fit stops; no key of a file, for measuring how many it needs.
     #[serde(skip, default = "max_rounds")]
     pub max_rounds: usize,
@@ -296,7 +300,21 @@ pub struct Zeropoint {
 impl Zeropoint {
     /// Rounds after which a robust fit stops: ten times what the slowest nights need (`satphot accuracy fit-rounds`).
     pub const MAX_ROUNDS: usize = 300;
+
+    /// Colour of the target in an index (B−V if that is not known) and its error \[mag\]: the configured one, else the Sun's with
+    /// 0.1.
+    #[must_use]
+    pub fn target_colour(&self, index: Option<ColourIndex>) -> [f64; 2] {
+        let sun = || index.and_then(ColourIndex::sun_mag).or(ColourIndex::B_V.sun_mag()).unwrap_or(f64::NAN);
+        match self.target_b_v_mag {
+            Some(own) => [own, self.target_b_v_err_mag.unwrap_or(0.0)],
+            None => [sun(), self.target_b_v_err_mag.unwrap_or(ASSUMED_COLOUR_ERR_MAG)],
+        }
+    }
 }
+
+/// Error of the colour of a target that is assumed to have the Sun's \[mag\]: a convention.
+const ASSUMED_COLOUR_ERR_MAG: f64 = 0.1;
 
 fn max_rounds() -> usize {
     Zeropoint::MAX_ROUNDS
@@ -318,8 +336,8 @@ impl Default for Zeropoint {
             weighted: true,
             min_stars: 5,
             max_rejected_frac: 0.5,
-            target_b_v_mag: 0.65,
-            target_b_v_err_mag: 0.0,
+            target_b_v_mag: None,
+            target_b_v_err_mag: None,
             max_rounds: Self::MAX_ROUNDS,
         }
     }

@@ -60,8 +60,9 @@ const USED: Paint = BLUE.class("star");
 const REJECTED: Paint = VERMILLION.class("star left");
 const POINTING: Paint = PURPLE.class("pointing");
 
-/// The six panels of a fit in `band`.
-fn views((zp, k, c): Terms, band: &str) -> [View; 6] {
+/// The six panels of a fit in a band with a colour index.
+fn views((zp, k, c): Terms, (band, colour): (&str, &str)) -> [View; 6] {
+    let colour = colour.replace('-', "−");
     let view = |x: &str, y: &str, slope, of: Box<dyn Fn(&Star) -> Option<(f64, f64)>>| View {
         x_title: x.into(),
         y_title: y.into(),
@@ -72,12 +73,12 @@ fn views((zp, k, c): Terms, band: &str) -> [View; 6] {
     [
         view(
             "airmass X",
-            &format!("{band}_inst − {band} − C(B−V) [mag]"),
+            &format!("{band}_inst − {band} − C({colour}) [mag]"),
             Some(k),
             Box::new(move |s| Some((s.airmass, zp + k * s.airmass + s.residual_mag))),
         ),
         view(
-            "B−V [mag]",
+            &format!("{colour} [mag]"),
             &format!("{band}_inst − {band} − kX [mag]"),
             Some(c),
             Box::new(move |s| Some((s.b_v_mag, zp + c * s.b_v_mag + s.residual_mag))),
@@ -124,7 +125,7 @@ impl Content<'_> {
 }
 
 /// The panels of a fit as charts of a page, each with its title; a star's tip names it and the reason it is not used.
-pub(crate) fn zeropoint_charts(rows: &[StarRow], terms: Terms, band: &str) -> Vec<(String, Sheet)> {
+pub(crate) fn zeropoint_charts(rows: &[StarRow], terms: Terms, names: (&str, &str)) -> Vec<(String, Sheet)> {
     let stars = stars(rows, terms);
     let chart = |(x, y): (Span, Span), x_label: &str, y_label: &str, ticks, body: &dyn Fn(&Panel)| {
         Chart { size: (460, 250), x, y, x_label, y_label, ticks }.draw(Medium::Page, |_| {}, body)
@@ -135,7 +136,7 @@ pub(crate) fn zeropoint_charts(rows: &[StarRow], terms: Terms, band: &str) -> Ve
         let sheet = chart(content.spans, &view.x_title, &view.y_title, view.ticks(), &body);
         Some((format!("{} against {}", view.y_title, view.x_title), sheet))
     };
-    let mut charts: Vec<(String, Sheet)> = views(terms, band).iter().filter_map(one).collect();
+    let mut charts: Vec<(String, Sheet)> = views(terms, names).iter().filter_map(one).collect();
     let means = pointing_means(&stars);
     if let Some(spans) = pointing_spans(&means) {
         let sheet = chart(spans, POINTING_TITLES.0, POINTING_TITLES.1, Ticks::Numbers, &|p| draw_means(p, &means));
@@ -154,11 +155,11 @@ fn stars(rows: &[StarRow], terms: Terms) -> Vec<Star> {
 /// second-order term is subtracted); the residual against V, time, x and y; the mean residual of each pointing with the
 /// error its stars give it. Stars that were not used are open circles.
 ///
-/// A star without airmass (or colour) is drawn only where k (or C) is zero.
+/// `names` are those of the band and of the colour index. A star without airmass (or colour) is drawn only where k (or C) is zero.
 ///
 /// # Errors
 /// [`crate::Error::Io`] when the file cannot be written.
-pub fn zeropoint_diagnostics(path: &Path, rows: &[StarRow], zp: f64, k: f64, c: f64) -> Result<()> {
+pub fn zeropoint_diagnostics(path: &Path, rows: &[StarRow], (zp, k, c): Terms, names: (&str, &str)) -> Result<()> {
     let stars = stars(rows, (zp, k, c));
     if stars.is_empty() || ![zp, k, c].iter().all(|v| v.is_finite()) {
         let reason = if rows.is_empty() {
@@ -173,7 +174,7 @@ pub fn zeropoint_diagnostics(path: &Path, rows: &[StarRow], zp: f64, k: f64, c: 
     let used: Vec<f64> = stars.iter().filter(|s| s.used).map(|s| s.residual_mag).collect();
     figure(path, SIZE, |sheet| {
         numbers(sheet, &stars, &used, (zp, k, c));
-        for (i, view) in views((zp, k, c), "V").iter().enumerate() {
+        for (i, view) in views((zp, k, c), names).iter().enumerate() {
             let (column, row) = (i as i32 % 2, i as i32 / 2);
             let (left, top) = (170 + 950 * column, 170 + 590 * row);
             let frame = (left, top, left + 740, top + 450);

@@ -69,6 +69,13 @@ fn understood(path: &Path, config: &Config, target_names: &[String]) -> Result<E
     }
     let header = Header::read(path)?;
     let mut exposure = sorted(path, header, config, target_names);
+    if matches!(exposure.role, Role::Bias | Role::Dark) {
+        let aliases = &config.header.aliases;
+        exposure.exptime_s = exposure_time(&exposure.header, aliases).0.as_ref().map_or(0.0, |t| t.value).max(0.0);
+        exposure.setting = header_gain(&exposure.header, aliases).setting.map(|s| s.value);
+        exposure.binning = binning(&exposure.header, aliases).0.value;
+        return Ok(exposure);
+    }
     if !matches!(exposure.role, Role::Flat | Role::Stars | Role::Target) {
         return Ok(exposure);
     }

@@ -17,6 +17,7 @@ use super::exposure::Exposure;
 use super::flat::master::MasterFlat;
 use super::frame::{Electrons, Frame, Gain, mask};
 use super::read::{Pixels, TILE_ROWS};
+use super::zero_level::ZeroLevel;
 use crate::base::error::{Error, Result};
 use crate::base::pages::zeros;
 use crate::fits::raw::guarded;
@@ -82,6 +83,8 @@ pub struct FrameReader<'a> {
     flat: Option<(&'a MasterFlat, (usize, usize))>,
     /// The file, if it holds plain 16-bit counts.
     stored: Option<Stored>,
+    /// What biases and darks say of its zero level.
+    zero: Option<ZeroLevel<'a>>,
 }
 
 /// Reads one exposure inside the clip circle: flattened electrons.
@@ -121,7 +124,16 @@ impl<'a> FrameReader<'a> {
         let region = Region::new(exposure.size_px, clip_radius_px);
         let flat = flat.map(|flat| Ok((flat, place_in(flat, exposure, &region)?))).transpose()?;
         let stored = Stored::open(&exposure.path, &exposure.header)?;
-        Ok(Self { exposure, gain, region, flat, stored })
+        Ok(Self { exposure, gain, region, flat, stored, zero: None })
+    }
+
+    /// The same, with the zero level of biases and darks subtracted instead of the constant pedestal; its noise enters the read
+    /// noise.
+    #[must_use]
+    pub fn less(mut self, zero: Option<ZeroLevel<'a>>) -> Self {
+        self.gain.read_noise_e *= zero.as_ref().map_or(1.0, ZeroLevel::noise_factor);
+        self.zero = zero;
+        self
     }
 
     /// The detector at this frame's gain.
@@ -225,7 +237,8 @@ impl<'a> FrameReader<'a> {
                 stored.read_span(y, columns.start + kept.start..columns.start + kept.end, bytes)?;
                 let response = self.response(columns.start, y, &kept);
                 let bytes = bytes.as_chunks().0;
-                calibrate_stored(bytes, &mut pixels[kept.clone()], &mut bits[kept], response, &self.gain);
+                calibrate_stored(bytes, &mut pixels[kept.clone()], &mut bits[kept.clone()], response, &self.gain);
+                self.subtract_zero(columns.start, y, &kept, pixels, bits);
             }
         }
         Ok(())
@@ -260,7 +273,8 @@ impl<'a> FrameReader<'a> {
             if !kept.is_empty() {
                 pixels[kept.clone()].copy_from_slice(&counts[kept.start - from..kept.end - from]);
                 let response = self.response(columns.start, first_row + j, &kept);
-                calibrate(&mut pixels[kept.clone()], &mut bits[kept], response, &self.gain);
+                calibrate(&mut pixels[kept.clone()], &mut bits[kept.clone()], response, &self.gain);
+                self.subtract_zero(columns.start, first_row + j, &kept, pixels, bits);
             }
         }
         Ok(())
@@ -277,6 +291,16 @@ impl<'a> FrameReader<'a> {
             bits[outside].fill(mask::CLIPPED);
         }
         kept
+    }
+
+    /// Subtracts the zero level over columns `kept` of a row that begins at full-frame column `x0`.
+    fn subtract_zero(&self, x0: usize, y: usize, kept: &Range<usize>, pixels: &mut [f32], bits: &mut [u8]) {
+        if let Some(zero) = &self.zero {
+            let first = (y - self.region.origin_px.1) * self.region.size_px.0 + x0 - self.region.origin_px.0;
+            let at = first + kept.start..first + kept.end;
+            let (pixels, bits) = (&mut pixels[kept.clone()], &mut bits[kept.clone()]);
+            zero.subtract(at, pixels, bits, self.response(x0, y, kept), &self.gain);
+        }
     }
 
     /// The master flat over columns `kept` of a row that begins at full-frame column `x0`.

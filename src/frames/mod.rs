@@ -16,6 +16,7 @@ pub(crate) mod read;
 mod readout;
 mod role;
 mod sample;
+mod zero_level;
 
 pub use camera::{Detector, table_camera};
 pub use clock::{MidTime, TimeKind, mid_time};
@@ -33,3 +34,4 @@ pub(crate) use role::{letters, matches_glob, name_variants, names_object, role_b
 pub use sample::Blocks;
 pub use sample::never_filled;
 pub use sample::read_box;
+pub use zero_level::{ZeroLevel, ZeroLevels};

@@ -9,12 +9,14 @@ use super::survey::files::Survey;
 use super::survey::satellite::{model_notes, other_names, set_others_aside};
 use crate::astrometry::catalogue::Catalogue;
 use crate::astrometry::field_rotation::CameraTurn;
+use crate::bands::Band;
 use crate::bands::CalibratedBand;
 use crate::base::error::{Error, Result};
 use crate::brightness::{Model, ModelSettings, Satellite};
 use crate::config::{self, Config};
 use crate::frames::flat::MasterFlat;
-use crate::frames::{Buffers, Detector, Exposure, FrameReader, PooledFrame, never_filled, pixel_scale_arcsec};
+use crate::frames::{Buffers, Detector, Exposure, FrameReader, PooledFrame, ZeroLevels};
+use crate::frames::{never_filled, pixel_scale_arcsec};
 use crate::orbit::{EarthOrientation, Site, Tracker};
 use crate::photometry::growth::{GrowthCurve, StarProfile};
 use crate::zeropoint::fit::Zeropoint;
@@ -54,6 +56,8 @@ pub struct Flattened {
     pub flat: Option<MasterFlat>,
     /// Hash of the file of the master flat; empty where it has none.
     pub flat_sha256: String,
+    /// Biases and darks, combined; empty for a night without.
+    pub zero: ZeroLevels,
 }
 
 impl Deref for Flattened {
@@ -200,7 +204,7 @@ impl Flattened {
             let problem = format!("every pixel is {adu} ADU: the file was never filled");
             return Err(Error::Fits { path: exposure.path.clone(), problem });
         }
-        FrameReader::open(exposure, gain, clip_px, self.flat.as_ref())
+        Ok(FrameReader::open(exposure, gain, clip_px, self.flat.as_ref())?.less(self.zero.of(exposure)))
     }
 
     /// One exposure from disk to flattened, clipped electrons.
@@ -246,7 +250,7 @@ fn tracker(orbit: &config::Orbit, config: &Config) -> Result<Tracker> {
 fn catalogue(stars: &config::Stars, config: &Config) -> Result<Catalogue> {
     let otherwise = ", or remove [stars] and give zeropoint.previous";
     catalogue_is_there(&stars.catalogue, &config.fetch_line("stars"), otherwise)?;
-    let mut catalogue = Catalogue::read(&stars.catalogue, &stars.columns)?;
+    let mut catalogue = Catalogue::read_band(&stars.catalogue, &stars.columns, Band::or_v(config.photometry.band))?;
     catalogue.mark_ambiguous(stars.match_radius_arcsec);
     Ok(catalogue)
 }

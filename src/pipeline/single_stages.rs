@@ -7,6 +7,7 @@ use super::products::inputs::data_mode;
 use super::survey::read::survey;
 use crate::bands::Band;
 use crate::bands::CalibratedBand;
+use crate::bands::ColourIndex;
 use crate::bands::Light;
 use crate::base::error::{Error, Result};
 use crate::base::file::file_name;
@@ -43,7 +44,7 @@ use crate::tables::{Meta, MetaValue, PhotometryRow, ResidualRow, StarRow, read_p
 use crate::tables::{write_photometry, write_residuals, write_stars};
 use crate::zeropoint::fit::Zeropoint;
 use crate::zeropoint::previous::{conditions, read_previous};
-use crate::zeropoint::stars::fit_rows;
+use crate::zeropoint::stars::{fit_rows, in_index};
 
 /// The result of `satphot zeropoint`.
 #[derive(Debug)]
@@ -87,7 +88,8 @@ pub fn fit_stars(config: &Config, options: &Options, progress: &dyn Progress) ->
         let problem = format!("no star matched in {} star frames; the first: {first}", survey.n_star_frames());
         return Ok(FittedStars { rows, zeropoint: Err(problem), calibrated: prepared.band.clone(), notes });
     }
-    fitted(rows, config, notes).map(|fitted| fitted.of_band(&prepared))
+    fitted(rows, config, prepared.catalogue.as_ref().and_then(|c| c.colour), notes)
+        .map(|fitted| fitted.of_band(&prepared))
 }
 
 /// The night, or the `files` of it that have a role, once every check before the first pixel is passed.
@@ -118,8 +120,8 @@ fn survey_named(
     patterns.push("*".into());
     let named = survey(&own, files, target_names)?;
     match survey(config, &[], target_names) {
-        Ok(night) if role == Role::Stars => Ok(Survey { flats: night.flats, ..named }),
-        Ok(night) => Ok(Survey { flats: night.flats, pointings: night.pointings, ..named }),
+        Ok(night) if role == Role::Stars => Ok(Survey { flats: night.flats, others: night.others, ..named }),
+        Ok(night) => Ok(Survey { flats: night.flats, pointings: night.pointings, others: night.others, ..named }),
         Err(error) => {
             notes.push(format!("{error}: the named files are reduced without the night's flats and stars"));
             Ok(named)
@@ -133,7 +135,11 @@ fn survey_named(
 /// [`Error::Table`] when the table cannot be read.
 pub fn zeropoint_from_table(config: &Config, table: &Path) -> Result<FittedStars> {
     let (rows, meta) = read_stars(table)?;
-    let mut fitted = fitted(rows, config, Vec::new())?;
+    let colour = match meta.get("colour_index") {
+        Some(MetaValue::Text(name)) => ColourIndex::named(name),
+        _ => None,
+    };
+    let mut fitted = fitted(rows, config, colour, Vec::new())?;
     let (band, light) = band_of_table(&meta);
     if let (Some(declared), Some(band)) = (config.photometry.band, band)
         && declared != band
@@ -143,6 +149,8 @@ pub fn zeropoint_from_table(config: &Config, table: &Path) -> Result<FittedStars
     }
     if let Ok(zeropoint) = &mut fitted.zeropoint {
         (zeropoint.band, zeropoint.light) = (band.or(config.photometry.band), light);
+        zeropoint.colour = colour;
+        zeropoint.target_b_v_mag = config.zeropoint.target_colour(colour);
     }
     Ok(fitted)
 }
@@ -156,8 +164,13 @@ fn band_of_table(meta: &Meta) -> (Option<Band>, Option<Light>) {
     (text("band").and_then(Band::named), text("filter").map(Light::named))
 }
 
-fn fitted(mut rows: Vec<StarRow>, config: &Config, mut notes: Vec<String>) -> Result<FittedStars> {
-    let zeropoint = match fit_rows(&mut rows, config) {
+fn fitted(
+    mut rows: Vec<StarRow>,
+    config: &Config,
+    colour: Option<ColourIndex>,
+    mut notes: Vec<String>,
+) -> Result<FittedStars> {
+    let zeropoint = match fit_rows(&mut rows, &in_index(config, colour)) {
         Ok(zeropoint) => {
             notes.extend(zeropoint.warnings.iter().cloned());
             Ok(zeropoint)

@@ -11,10 +11,11 @@ use super::options::Options;
 use super::products::inputs::named_files;
 use super::target::outcome::TargetFrame;
 use crate::base::error::{Error, Result};
-use crate::base::hash::sha256_16;
+use crate::base::hash::{sha256_16, sha256_16_text};
 use crate::base::progress::Progress;
-use crate::frames::Exposure;
+use crate::config::Config;
 use crate::frames::flat::{BAND_BYTES, FlatMember, MasterFlat};
+use crate::frames::{Exposure, Role, ZeroLevels};
 use crate::pipeline::compare::comparable;
 use crate::pipeline::ordered_map::in_order;
 use crate::pipeline::prepared::{Calibrated, Flattened, Prepared};
@@ -50,13 +51,14 @@ pub fn master_flat(
     notes: &mut Vec<String>,
 ) -> Result<Flattened> {
     let clip = night.config.photometry.clip_radius_px;
+    let zero = zero_levels(survey, &night, products, options, notes)?;
     if let Some(path) = &night.config.flat.master {
         let flat = Some(MasterFlat::read(path, clip, &night.config.flat)?);
-        return Ok(Flattened { flat, flat_sha256: sha256_16(path)?, prepared: night });
+        return Ok(Flattened { flat, flat_sha256: sha256_16(path)?, zero, prepared: night });
     }
     if survey.flats.is_empty() {
         notes.push("no flats in the night: frames are not flattened".into());
-        return Ok(Flattened { flat: None, flat_sha256: String::new(), prepared: night });
+        return Ok(Flattened { flat: None, flat_sha256: String::new(), zero, prepared: night });
     }
     progress.stage("master flat", survey.flats.len());
     let threads = pool(options.threads())?;
@@ -70,7 +72,7 @@ pub fn master_flat(
         && let Ok(flat) = MasterFlat::read(path, clip, &night.config.flat)
     {
         progress.done();
-        return Ok(Flattened { flat: Some(MasterFlat { members, ..flat }), flat_sha256, prepared: night });
+        return Ok(Flattened { flat: Some(MasterFlat { members, ..flat }), flat_sha256, zero, prepared: night });
     }
     let flat = threads
         .install(|| MasterFlat::make(&survey.flats, &night.detector, &night.config.flat, clip, BAND_BYTES))
@@ -91,7 +93,38 @@ pub fn master_flat(
         products.store(FLAT, &key, &(&flat.members, &flat_sha256));
     }
     progress.done();
-    Ok(Flattened { flat: Some(flat), flat_sha256, prepared: night })
+    Ok(Flattened { flat: Some(flat), flat_sha256, zero, prepared: night })
+}
+
+/// The biases and darks of the night, combined, unless the configuration leaves them out.
+fn zero_levels(
+    survey: &Survey,
+    night: &Prepared,
+    products: &FrameCache,
+    options: &Options,
+    notes: &mut Vec<String>,
+) -> Result<ZeroLevels> {
+    let frames: Vec<&Exposure> = bias_and_dark(survey, &night.config).collect();
+    if frames.is_empty() {
+        return Ok(ZeroLevels::default());
+    }
+    let lights: Vec<&Exposure> = survey.pointings.iter().flatten().chain(&survey.targets).collect();
+    let clip = night.config.photometry.clip_radius_px;
+    let threads = pool(options.threads())?;
+    let (zero, hashes) = threads.install(|| {
+        let of = |e: &&Exposure| format!("{} {}", e.name, products.sha256(&e.path).unwrap_or_default());
+        (ZeroLevels::make(&frames, &lights, clip), frames.par_iter().map(of).collect::<Vec<_>>())
+    });
+    let mut zero = zero?;
+    zero.key = sha256_16_text(&hashes.join("\n"));
+    notes.append(&mut zero.notes.clone());
+    Ok(zero)
+}
+
+/// The bias and dark frames that a run subtracts.
+pub fn bias_and_dark<'a>(survey: &'a Survey, config: &Config) -> impl Iterator<Item = &'a Exposure> + use<'a> {
+    let wanted = !config.frames.skip_bias_dark;
+    survey.others.iter().filter(move |e| wanted && matches!(e.role, Role::Bias | Role::Dark))
 }
 
 /// What the master flat is made of: names and hashes of the flats.
@@ -189,6 +222,7 @@ fn depends(night: &Calibrated, products: &FrameCache) -> Vec<String> {
     let files = files.filter(|(key, _)| key.starts_with("orbit.") || key.starts_with("model."));
     let mut all: Vec<String> = files.map(|(_, path)| products.sha256(&path).unwrap_or_default()).collect();
     all.push(night.flat_sha256.clone());
+    all.push(night.zero.key.clone());
     all.push(format!("{:?} {:?} {:?}", night.seeing.fwhm_arcsec, night.seeing.profile, night.seeing.camera_turn));
     all.push(format!("{:?} {}", night.zeropoint, night.model.is_some()));
     all

@@ -102,7 +102,7 @@ impl FrameSimulator<'_> {
         let shown_v_mag = rendered_satellite.as_ref().map_or(modelled.total_v_mag, |s| s.truth.rendered_v_mag);
         let v_mag = shown_v_mag.map(|v| v + t.offset_mag + scatter(&mut rng, t.scatter_mag));
         let airmass = geometry.airmass.unwrap_or(f64::INFINITY);
-        let solar_b_v = config::Zeropoint::default().target_b_v_mag;
+        let [solar_b_v, _] = config::Zeropoint::default().target_colour(None);
         let rate = v_mag.map_or(0.0, |v| rate_e_s(&s.photometric, v, solar_b_v, airmass));
 
         let psf = PixelPsf::new(&s.psf, self.scale_arcsec, 1.0 + scatter(&mut rng, s.psf.seeing_scatter_frac));

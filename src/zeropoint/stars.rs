@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use crate::bands::ColourIndex;
 use crate::base::error::{Error, Result};
 use crate::config::{self, Config};
 use crate::photometry::Flags;
@@ -37,7 +38,7 @@ impl fmt::Display for Ranged {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Ranged::V => "V",
-            Ranged::Colour => "B-V",
+            Ranged::Colour => "colour",
             Ranged::Airmass => "airmass",
         })
     }
@@ -132,6 +133,16 @@ pub fn cut(row: &StarRow, stars: &config::Stars, zeropoint: &config::Zeropoint) 
             let [lo, hi] = stars.airmass_range;
             outside(row.airmass, [if lo == 1.0 { 0.999 } else { lo }, hi], Ranged::Airmass)
         })
+}
+
+/// The configuration with the cut on B−V as one on another colour index.
+#[must_use]
+pub fn in_index(config: &Config, index: Option<ColourIndex>) -> Config {
+    let mut own = config.clone();
+    if let (Some(stars), Some(index)) = (&mut own.stars, index) {
+        stars.bv_range_mag = stars.bv_range_mag.map(|b_v| index.of_b_v(b_v));
+    }
+    own
 }
 
 /// Fits the zeropoint to the rows that pass the cuts and writes status, reason, weight and residual into each row.

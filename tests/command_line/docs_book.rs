@@ -207,7 +207,9 @@ fn every_embedded_file_of_data_is_in_the_licence_of_the_data() {
             let path = entry.unwrap().path();
             let name = path.file_name().unwrap().to_string_lossy().into_owned();
             if ["csv", "txt", "tle"].iter().any(|kind| path.extension().is_some_and(|e| e == *kind)) {
-                let family = if name.starts_with("sdss_doi_2010_") { "sdss_doi_2010_*.csv" } else { name.as_str() };
+                let families = ["sdss_doi_2010_", "bessell_1990_"];
+                let family =
+                    families.iter().find(|f| name.starts_with(**f)).map_or(name.clone(), |f| format!("{f}*.csv"));
                 assert!(
                     licence.contains(&format!("{folder}/{family}`")),
                     "{folder}/{name} has no line in LICENSE-DATA.md"

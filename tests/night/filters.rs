@@ -5,6 +5,8 @@
 use std::fs;
 use std::path::Path;
 
+use satphot::base::progress::Silent;
+use satphot::pipeline::groups::{Night as Reduced, run_night};
 use satphot::tables::{MetaValue, read_meta};
 
 use crate::support::{Night, simulated};
@@ -158,6 +160,57 @@ fn a_column_of_g_gives_g_in_every_product_and_no_residual_to_a_model_in_v() {
     assert!(code == 2 && told.contains("`gmag`") && told.contains("band g"), "{told}");
     let (code, told) = renamed_column(night("filter_g", ["-"; 3]), "mymag").refusal();
     assert!(code == 2 && told.contains("`mymag`") && told.contains("[photometry]\nband"), "{told}");
+}
+
+#[test]
+fn a_night_in_g_finds_its_magnitudes_its_colour_index_and_its_model_by_itself() {
+    let demo = |filter: &str| {
+        let night = Night::copy_of(&Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/night"));
+        ALL.iter().flat_map(|kind| night.frames(kind)).for_each(|path| put_card(&path, "FILTER", filter));
+        night.set("night.name=\"tiny\"")
+    };
+    let v = demo("V");
+    v.run().unwrap();
+    // g as V was, and r so that g - r goes with B - V as Jester et al. 2005 have it
+    let n = demo("gp");
+    let text = fs::read_to_string(n.path("catalogue.csv")).unwrap();
+    let mut lines = text.lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let at = |name: &str| names.iter().position(|n| *n == name).unwrap();
+    let mut made = String::from("recno,RAJ2000,DEJ2000,g'mag,e_g'mag,r'mag,e_r'mag\n");
+    for line in lines {
+        let cell: Vec<&str> = line.split(',').collect();
+        let number = |name: &str| cell[at(name)].parse::<f64>().unwrap();
+        let (g, colour) = (number("Vmag"), (number("B-V") - 0.22) / 0.98);
+        let [id, ra, dec, err] = ["recno", "RAJ2000", "DEJ2000", "e_Vmag"].map(|name| cell[at(name)]);
+        made += &format!("{id},{ra},{dec},{g},{err},{:.4},0.001\n", g - colour);
+    }
+    let n = n.file("catalogue.csv", made);
+    let reduced = run_night(&n.config().unwrap(), &n.options, &Silent).unwrap();
+    let Reduced::Single(summary) = reduced else { panic!("several groups") };
+    assert_eq!(
+        (meta(&n, "band"), meta(&n, "colour_index"), meta(&n, "model_band")),
+        ("g".into(), "g-r".into(), "g".into())
+    );
+    assert!(summary.text().contains("C (g-r)"), "{}", summary.text());
+    assert!(n.text("zeropoint.toml").contains("colour_index = \"g-r\""));
+    assert!(n.text("stars.ecsv").contains("colour g-r of the catalogue"));
+    let zeropoint = satphot::zeropoint::fit::Zeropoint::read(&n.result("zeropoint.toml")).unwrap();
+    let [colour, err] = zeropoint.target_b_v_mag;
+    assert!((colour - 0.46).abs() < 1e-9 && err == 0.1, "the Sun's g - r: {colour} {err}");
+    // the same light: the same numbers, but for C times what 0.02 mag of colour are; in sunlight, which the first pass is in, the
+    // model in g is the Sun's V - g away
+    let (mut compared, sun) = (0, -26.76 + 26.47);
+    for (a, b) in v.rows().iter().zip(n.rows()).take(5) {
+        if let (Some(of_v), Some(of_g)) = (a.v_mag, b.v_mag) {
+            assert!((of_v - of_g).abs() < 0.02, "{}: {of_v} {of_g}", a.frame);
+        }
+        if let (Some(of_v), Some(of_g)) = (a.residual_mag, b.residual_mag) {
+            assert!((of_g - of_v - sun).abs() < 0.05, "{}: {of_v} {of_g}", a.frame);
+            compared += 1;
+        }
+    }
+    assert!(compared > 2, "{compared}");
 }
 
 #[test]

@@ -20,3 +20,5 @@ mod resume;
 mod shards;
 mod stars;
 mod vetting;
+mod watch;
+mod zero_level;

@@ -177,7 +177,7 @@ fn identical_rows_give_identical_figures() {
     };
     twice(&|p| light_curve(p, &night_of_three(), "A night").unwrap());
     twice(&|p| residuals_altitude(p, &residuals(90), "V").unwrap());
-    twice(&|p| zeropoint_diagnostics(p, &stars(321), -23.37, 0.12, 0.08).unwrap());
+    twice(&|p| zeropoint_diagnostics(p, &stars(321), (-23.37, 0.12, 0.08), ("V", "B-V")).unwrap());
 }
 
 #[test]
@@ -263,11 +263,11 @@ fn no_input_breaks_a_figure() {
     for n in [0, 1, 2, 90] {
         residuals_altitude(&place("r.svg"), &residuals(n), "V").unwrap();
         assert_well_formed(&fs::read_to_string(place("r.svg")).unwrap());
-        zeropoint_diagnostics(&place("z.svg"), &stars(n), -23.0, 0.1, 0.0).unwrap();
+        zeropoint_diagnostics(&place("z.svg"), &stars(n), (-23.0, 0.1, 0.0), ("V", "B-V")).unwrap();
         assert_well_formed(&fs::read_to_string(place("z.svg")).unwrap());
     }
     residuals_altitude(&place("r.svg"), &[ResidualRow::default(), ResidualRow::default()], "V").unwrap();
-    zeropoint_diagnostics(&place("z.svg"), &[StarRow::default()], f64::NAN, 0.0, 0.0).unwrap();
+    zeropoint_diagnostics(&place("z.svg"), &[StarRow::default()], (f64::NAN, 0.0, 0.0), ("V", "B-V")).unwrap();
     assert_well_formed(&fs::read_to_string(place("z.svg")).unwrap());
 }
 
@@ -281,7 +281,7 @@ fn an_empty_figure_says_why() {
     assert!(text(&[PhotometryRow::default()]).contains("no data: none of 1 frames has a time"));
     residuals_altitude(&place("why_r.svg"), &[], "V").unwrap();
     assert!(fs::read_to_string(place("why_r.svg")).unwrap().contains("no data: no frame has both"));
-    zeropoint_diagnostics(&place("why_z.svg"), &[], -23.0, 0.1, 0.1).unwrap();
+    zeropoint_diagnostics(&place("why_z.svg"), &[], (-23.0, 0.1, 0.1), ("V", "B-V")).unwrap();
     assert!(fs::read_to_string(place("why_z.svg")).unwrap().contains("no data: no star was measured"));
 }
 
@@ -328,7 +328,7 @@ fn more_than_three_passes_are_counted_in_a_note_and_have_figures_of_their_own_no
 fn rejected_stars_are_drawn_open_and_used_ones_full() {
     let path = place("zeropoint.svg");
     let all = stars(321);
-    zeropoint_diagnostics(&path, &all, -23.37, 0.12, 0.08).unwrap();
+    zeropoint_diagnostics(&path, &all, (-23.37, 0.12, 0.08), ("V", "B-V")).unwrap();
     let svg = fs::read_to_string(&path).unwrap();
     let used = all.iter().filter(|s| s.fit_weight != Some(0.0)).count();
     assert_eq!(observed_circles(&svg).len(), 6 * used + 1, "six panels and the legend");

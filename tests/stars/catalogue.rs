@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use satphot::astrometry::catalogue::{Catalogue, CatalogueStar, separation_deg};
+use satphot::bands::Band;
 use satphot::{Error, Result};
 
 /// The file in the shared data, or `None` with a line that says so.
@@ -240,7 +241,7 @@ fn a_column_map_never_takes_the_errors_or_the_colour_of_another_band() {
     let one = |columns: &[(&str, &str)]| read_bytes(text.as_bytes(), columns).unwrap().stars[0].clone();
     let s = one(&[("v_mag", "g_psf")]);
     assert_eq!((s.v_mag, s.v_err_mag), (12.8, Some(0.01)));
-    assert!((s.b_v_mag.unwrap() - 0.6).abs() < 1e-12, "B-V is Bmag - Vmag whatever the band");
+    assert!((s.b_v_mag.unwrap() - 0.5).abs() < 1e-12, "the colour index of g is g - r");
     let s = one(&[("v_mag", "g_psf"), ("b_v_mag", "g_psf-r_psf")]);
     assert!((s.b_v_mag.unwrap() - 0.5).abs() < 1e-12 && (s.b_v_err_mag.unwrap() - 0.01_f64.hypot(0.02)).abs() < 1e-12);
 }
@@ -379,4 +380,54 @@ fn a_million_rows_are_read_in_seconds() {
     let start = std::time::Instant::now();
     let n: usize = (0..1000).map(|k| c.near(f64::from(k) / 100.0, 0.0, 0.3).len()).sum();
     println!("tree and 1000 fields: {:?}, {n}", start.elapsed());
+}
+
+#[test]
+fn magnitudes_of_a_band_come_from_its_own_column_or_are_made_from_others() {
+    let read = |text: &str, band: Band| {
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        file.write_all(text.as_bytes()).unwrap();
+        Catalogue::read_band(file.path(), &BTreeMap::new(), band).unwrap()
+    };
+    let apass = "RAJ2000,DEJ2000,Vmag,e_Vmag,B-V,e_B-V,Bmag,e_Bmag,g'mag,e_g'mag,r'mag,e_r'mag,i'mag,e_i'mag\n\
+        10,20,12.0,0.02,0.65,0.03,12.65,0.02,12.30,0.02,11.85,0.02,11.73,0.03\n";
+    // band, magnitude and index of the Sun at V = 12 (Willmer 2018), and how well
+    for (band, mag, index, colour) in [
+        (Band::V, 12.0, "B-V", 0.65),
+        (Band::B, 12.65, "B-V", 0.65),
+        (Band::R, 11.61, "B-V", 0.65),
+        (Band::I, 11.29, "B-V", 0.65),
+        (Band::SloanG, 12.30, "g-r", 0.45),
+        (Band::SloanR, 11.85, "r-i", 0.12),
+        (Band::SloanI, 11.73, "r-i", 0.12),
+    ] {
+        let c = read(apass, band);
+        assert_eq!((c.band, c.colour.unwrap().to_string().as_str()), (Some(band), index));
+        let star = &c.stars[0];
+        assert!((star.v_mag - mag).abs() < 0.06, "{band}: {}", star.v_mag);
+        assert!((star.b_v_mag.unwrap() - colour).abs() < 1e-9 && star.b_v_err_mag.is_some(), "{band}: {star:?}");
+    }
+    let gaia = "RA_ICRS,DE_ICRS,Gmag,e_Gmag,BPmag,e_BPmag,RPmag,e_RPmag\n10,20,11.86,0.003,12.18,0.003,11.36,0.003\n";
+    for (band, mag) in [(Band::R, 11.61), (Band::SloanR, 11.83), (Band::GaiaG, 11.86), (Band::GaiaBp, 12.18)] {
+        let c = read(gaia, band);
+        assert_eq!((c.band, c.colour.unwrap().to_string().as_str()), (Some(band), "BP-RP"), "{band}");
+        assert!((c.stars[0].v_mag - mag).abs() < 0.06, "{band}: {}", c.stars[0].v_mag);
+        assert!((c.stars[0].b_v_mag.unwrap() - 0.82).abs() < 1e-9);
+    }
+    // ATLAS-REFCAT2 has Gaia's and Pan-STARRS' magnitudes: R from r, g from its own column
+    let refcat = "RA_ICRS,DE_ICRS,Gmag,e_Gmag,BPmag,e_BPmag,RPmag,e_RPmag,gmag,e_gmag,gcontrib,rmag,e_rmag,imag,e_imag,zmag\n\
+        10,20,11.86,0.003,12.18,0.003,11.36,0.003,12.22,0.01,7f,11.83,0.01,11.71,0.01,11.69\n";
+    for (band, mag, index) in [
+        (Band::R, 11.61, "g-r"),
+        (Band::SloanG, 12.22, "g-r"),
+        (Band::SloanZ, 11.69, "i-z"),
+        (Band::GaiaG, 11.86, "BP-RP"),
+    ] {
+        let c = read(refcat, band);
+        assert_eq!((c.band, c.colour.unwrap().to_string().as_str()), (Some(band), index), "{band}");
+        assert!((c.stars[0].v_mag - mag).abs() < 0.03, "{band}: {}", c.stars[0].v_mag);
+    }
+    // Tycho-2 has no R: V, and it says so
+    let tycho = "RAmdeg,DEmdeg,BTmag,e_BTmag,VTmag,e_VTmag\n10,20,9.5,0.02,9.0,0.02\n";
+    assert_eq!(read(tycho, Band::R).band, Some(Band::V));
 }

@@ -324,7 +324,7 @@ fn cuts_asked_for_by_settings_are_made_and_counted() {
     let count = |word: &str| m.left_out.iter().filter(|(r, _)| r.starts_with(word)).map(|(_, n)| n).sum::<usize>();
     let red = stars().iter().filter(|s| s.b_v > 0.9).count();
     assert_eq!(
-        (count("B-V"), count("no V"), count("no B-V"), count("no airmass"), count("damaged row")),
+        (count("colour"), count("no V"), count("no colour"), count("no airmass"), count("damaged row")),
         (red, 1, 1, 1, 1)
     );
     assert!(z.b_v_range_mag[1] <= 0.9 && z.n_used + z.n_rejected == 240 - red, "{}", m.text());

@@ -182,7 +182,7 @@ fn the_file_reads_back_to_the_bit_and_refuses_another_convention() {
 
 #[test]
 fn the_file_keeps_a_second_order_term_the_pointings_and_the_time() {
-    let config = Config { second_order: true, target_b_v_err_mag: 0.1, ..robust() };
+    let config = Config { second_order: true, target_b_v_mag: Some(0.65), target_b_v_err_mag: Some(0.1), ..robust() };
     let mut z = fit(&night(&zeropoint_nights::PAPER, 16), &config).unwrap();
     z.mjd_mean_d = Some(60_834.437_512_345);
     let dir = tempfile::tempdir().unwrap();

@@ -92,9 +92,9 @@ fn a_flux_that_is_zero_or_negative_and_an_exposure_of_zero_give_no_magnitude_to_
 
 #[test]
 fn colours_and_magnitudes_beyond_the_range_and_sentinels_are_cut_by_name() {
-    assert!(reason(|r| r.catalogue_b_v_mag = Some(1.3)).contains("B-V 1.300 outside 0.2 to 0.9"));
-    assert!(reason(|r| r.catalogue_b_v_mag = Some(f64::NAN)).contains("B-V"));
-    assert!(reason(|r| r.catalogue_b_v_mag = None).contains("no B-V"));
+    assert!(reason(|r| r.catalogue_b_v_mag = Some(1.3)).contains("colour 1.300 outside 0.2 to 0.9"));
+    assert!(reason(|r| r.catalogue_b_v_mag = Some(f64::NAN)).contains("colour"));
+    assert!(reason(|r| r.catalogue_b_v_mag = None).contains("no colour"));
     assert!(reason(|r| r.catalogue_v_mag = Some(99.999)).contains("V 99.999 outside"));
     assert!(reason(|r| r.catalogue_v_mag = Some(0.0)).contains("V 0.000 outside"));
     assert!(reason(|r| r.catalogue_v_mag_err = Some(99.999)).contains("catalogue error"));
@@ -171,7 +171,8 @@ fn every_pointing_is_drawn_with_its_offset() {
     let mut all = rows(6);
     let z = fit_rows(&mut all, &config()).unwrap();
     let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("zeropoint_pointings.svg");
-    satphot::figures::zeropoint_diagnostics(&path, &all, z.zp_mag, z.k_mag_airmass, z.c_mag_mag).unwrap();
+    satphot::figures::zeropoint_diagnostics(&path, &all, (z.zp_mag, z.k_mag_airmass, z.c_mag_mag), ("V", "B-V"))
+        .unwrap();
     let svg = std::fs::read_to_string(&path).unwrap();
     let purple = svg.lines().filter(|l| l.starts_with("<circle") && l.contains("fill=\"#CC79A7\"")).count();
     assert_eq!(purple, z.n_pointings + 1, "one mark per pointing and the legend");

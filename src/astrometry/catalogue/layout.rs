@@ -8,9 +8,8 @@ use super::angle::Angle;
 use super::names::{B_MAG, GAIA, KNOWN, N_OBS, PLACES, TYCHO, TYCHO_ID};
 use super::star::CatalogueStar;
 use super::transform;
-use super::transform::{Johnson, Value};
-use crate::bands::Band;
-use crate::bands::column_band;
+use super::transform::{Johnson, Pair, Value};
+use crate::bands::{Band, ColourIndex, GaiaRelation, column_band};
 use crate::tables::guess::ColumnGuesser;
 use crate::tables::read::{Column, Row, Table};
 
@@ -26,7 +25,7 @@ enum Cell {
     Difference(usize, usize),
 }
 
-/// The source of V.
+/// The source of the magnitudes.
 #[derive(Debug)]
 enum Source {
     /// A column of magnitudes and one of errors.
@@ -35,6 +34,10 @@ enum Source {
     Tycho([Option<usize>; 4]),
     /// G, BP, RP, each with its error.
     Gaia([Option<usize>; 6]),
+    /// As before, for a band other than V.
+    GaiaBand([Option<usize>; 6], Band, GaiaRelation),
+    /// Two magnitudes of another set of filters, each with its error, and the third that the relation begins with.
+    Pair([Option<usize>; 6], Pair),
 }
 
 impl Source {
@@ -50,6 +53,13 @@ impl Source {
                  (0.1 mag)"
                     .to_owned(),
             ],
+            Source::GaiaBand(_, band, relation) => vec![format!(
+                "{band} made from G, BP and RP of Gaia (DR3 documentation, section 5.5.1: {:.2} mag), the colour is BP-RP",
+                relation.scatter_mag
+            )],
+            Source::Pair(_, pair) => {
+                vec![format!("{} made from {} ({:.2} mag)", pair.band, pair.source, pair.scatter_mag)]
+            }
         }
     }
 }
@@ -61,6 +71,8 @@ pub struct Layout {
     dec: (usize, Angle),
     source: Source,
     b_v: Option<Cell>,
+    /// Which colour index it is; `None` where the name of its column does not tell.
+    pub colour: Option<ColourIndex>,
     /// Error of the colour; of a difference those of both.
     b_v_err: [Option<usize>; 2],
     /// B with its error, and the V that is subtracted from it with its error.
@@ -78,11 +90,11 @@ pub struct Layout {
 type Found<T> = Result<T, String>;
 
 impl Layout {
-    /// Finds the columns.
+    /// Finds the columns, those of magnitudes of `band`; of V where the table has none of it.
     ///
     /// # Errors
     /// A column that is missing, with those present and the key that helps; a unit or an equinox that is not read.
-    pub fn find(table: &Table, columns: &BTreeMap<String, String>) -> Found<Layout> {
+    pub fn find(table: &Table, columns: &BTreeMap<String, String>, band: Band) -> Found<Layout> {
         let guess = ColumnGuesser { table, quantities: &KNOWN, band: Band::V.name() };
         let find = Finder { table, columns, guess };
         let (ra, dec) = find.place()?;
@@ -90,19 +102,45 @@ impl Layout {
         let any = |names: &[&str]| guess.first_of(names.iter().copied());
         let all = |names: &[&[&str]]| names.iter().map(|n| any(n)).collect::<Vec<_>>();
         let (tycho, gaia) = (all(&TYCHO), all(&GAIA));
-        let source = if let Some(v) = own_v {
+        let of_gaia: Option<[Option<usize>; 6]> = match &gaia[..] {
+            [Some(_), _, Some(_), _, Some(_), _] => gaia.clone().try_into().ok(),
+            _ => None,
+        };
+        let of_band = if columns.contains_key("v_mag") { None } else { find.of_band(band, of_gaia) };
+        let source = if let Some(source) = of_band {
+            source
+        } else if let Some(v) = own_v {
             Source::Own { v, v_err: find.error_of(v, "v_mag", "v_mag_err")? }
         } else if let ([Some(_), _, Some(_), _], Ok(at)) = (&tycho[..], tycho.clone().try_into()) {
             Source::Tycho(at)
-        } else if let ([Some(_), _, Some(_), _, Some(_), _], Ok(at)) = (&gaia[..], gaia.clone().try_into()) {
+        } else if let Some(at) = of_gaia {
             Source::Gaia(at)
+        } else if let Some(at) = find.sloan_pair(Band::V) {
+            at
         } else {
             return Err(
                 find.missing("v_mag", "Vmag") + "; or give BTmag and VTmag (Tycho-2), or Gmag, BPmag and RPmag (Gaia)"
             );
         };
-        let b_v = find.colour()?;
+        let of_source = match &source {
+            Source::Own { v, .. } if columns.contains_key("v_mag") => {
+                column_band(&table.columns[*v].name).unwrap_or(band)
+            }
+            Source::Own { v, .. } => column_band(&table.columns[*v].name).unwrap_or(Band::V),
+            Source::GaiaBand(_, band, _) => *band,
+            Source::Pair(_, pair) => pair.band,
+            Source::Tycho(_) | Source::Gaia(_) => Band::V,
+        };
+        let (b_v, colour) = match &source {
+            Source::GaiaBand(at, ..) if !columns.contains_key("b_v_mag") => {
+                (at[2].zip(at[4]).map(|(bp, rp)| Cell::Difference(bp, rp)), Some(ColourIndex::BP_RP))
+            }
+            source => find.colour(of_source, matches!(source, Source::Tycho(_) | Source::Gaia(_)))?,
+        };
         let b_v_err = match b_v {
+            Some(Cell::One(i)) if colour != Some(ColourIndex::B_V) && !columns.contains_key("b_v_err_mag") => {
+                [guess.errors_of(i), None]
+            }
             Some(Cell::One(i)) => [find.error_of(i, "b_v_mag", "b_v_err_mag")?, None],
             Some(Cell::Difference(i, j)) => match find.own("b_v_err_mag")? {
                 Some(own) => [Some(own), None],
@@ -112,8 +150,10 @@ impl Layout {
         };
         // B−V of B and V only where both are the catalogue's own Johnson magnitudes
         let johnson_v = guess.by_name("v_mag");
-        let b_minus_v =
-            any(B_MAG[0]).zip(johnson_v).map(|(b, v)| [Some(b), any(B_MAG[1]), Some(v), guess.by_name("v_mag_err")]);
+        let b_minus_v = any(B_MAG[0])
+            .zip(johnson_v)
+            .filter(|_| colour == Some(ColourIndex::B_V))
+            .map(|(b, v)| [Some(b), any(B_MAG[1]), Some(v), guess.by_name("v_mag_err")]);
         // VizieR's and the archive's own columns of places are of the epoch of the data release
         let place = table.columns[ra.0].name.as_str();
         let is_gaia = any(GAIA[0]).is_some() && matches!(place, "RA_ICRS" | "ra");
@@ -124,6 +164,7 @@ impl Layout {
             dec,
             source,
             b_v,
+            colour,
             b_v_err,
             b_minus_v,
             id: find.id()?,
@@ -148,12 +189,14 @@ impl Layout {
             }
             Source::Tycho(_) => (Some(Band::V), "V made from BT and VT".to_owned()),
             Source::Gaia(_) => (Some(Band::V), "V made from G, BP and RP".to_owned()),
+            Source::GaiaBand(_, band, _) => (Some(*band), format!("{band} made from G, BP and RP")),
+            Source::Pair(_, pair) => (Some(pair.band), format!("{} made from {}", pair.band, pair.source)),
         }
     }
 
     /// Whether one star may have several entries: Gaia's are all different ones, however close.
     pub fn may_hold_duplicates(&self) -> bool {
-        !matches!(self.source, Source::Gaia(_))
+        !matches!(self.source, Source::Gaia(_) | Source::GaiaBand(..))
     }
 
     /// One row.
@@ -211,6 +254,19 @@ impl Layout {
                 (Some(g), Some(bp), Some(rp)) => transform::gaia(g, bp, rp)
                     .ok_or_else(|| format!("BP-RP {:.3} outside {:?}", bp.0 - rp.0, transform::GAIA_RANGE_MAG)),
                 _ => Err("no V magnitude (G, BP or RP is missing)".to_owned()),
+            },
+            Source::GaiaBand(at, band, relation) => match (value(&at[..2]), value(&at[2..4]), value(&at[4..])) {
+                (Some(g), Some(bp), Some(rp)) => transform::gaia_band(relation, g, bp, rp)
+                    .map(|v| Johnson { v, b_v: None })
+                    .ok_or_else(|| format!("BP-RP {:.3} outside {:?}", bp.0 - rp.0, relation.range_mag)),
+                _ => Err(format!("no {band} magnitude (G, BP or RP is missing)")),
+            },
+            Source::Pair(at, pair) => match (value(&at[..2]), value(&at[2..4]), value(&at[4..])) {
+                (Some(blue), Some(red), Some(base)) => pair
+                    .magnitude(blue, red, base)
+                    .map(|v| Johnson { v, b_v: None })
+                    .ok_or_else(|| format!("colour {:.3} outside {:?}", blue.0 - red.0, Pair::RANGE_MAG)),
+                _ => Err(format!("no {} magnitude (a magnitude of {} is missing)", pair.band, pair.source)),
             },
         }
     }
@@ -274,15 +330,66 @@ impl Finder<'_> {
         Ok(self.guess.errors_of(at))
     }
 
-    /// The colour; the configuration may ask for a difference of two columns.
-    fn colour(&self) -> Found<Option<Cell>> {
-        if let Some((a, b)) = self.columns.get("b_v_mag").filter(|n| self.table.column(n).is_none()).and_then(|n| {
-            let (a, b) = n.split_once('-')?;
-            self.table.column(a.trim()).zip(self.table.column(b.trim()))
-        }) {
-            return Ok(Some(Cell::Difference(a, b)));
+    /// The column of magnitudes of a band, by its name.
+    fn magnitudes(&self, band: Band) -> Option<usize> {
+        let is_error = |name: &str| name.starts_with("e_") || name.to_lowercase().contains("err");
+        self.table.columns.iter().position(|c| !is_error(&c.name) && column_band(&c.name) == Some(band))
+    }
+
+    /// The source of magnitudes of a band other than V: its own column, else Gaia's, else those of g, r and i.
+    fn of_band(&self, band: Band, gaia: Option<[Option<usize>; 6]>) -> Option<Source> {
+        if band == Band::V {
+            return None;
         }
-        Ok(self.optional("b_v_mag")?.map(Cell::One))
+        if let Some(v) = self.magnitudes(band) {
+            return Some(Source::Own { v, v_err: self.guess.errors_of(v) });
+        }
+        let of_gaia = || Some(Source::GaiaBand(gaia?, band, GaiaRelation::of(band)?));
+        self.sloan_pair(band).or_else(of_gaia)
+    }
+
+    /// A Johnson-Cousins band by way of g, r and i: those of SDSS where the names have a prime (APASS), of Pan-STARRS where the
+    /// table is ATLAS-REFCAT2 or says PS1.
+    fn sloan_pair(&self, band: Band) -> Option<Source> {
+        let has = |name: &str| self.table.column(name).is_some();
+        let names = |part: &str| self.table.columns.iter().any(|c| c.name.to_lowercase().contains(part));
+        let pan_starrs = has("gcontrib") || (has("rp1") && has("r10")) || names("ps1") || has("gMeanPSFMag");
+        let pair = Pair::of(band, pan_starrs).filter(|_| pan_starrs || has("g'mag"))?;
+        let (blue, red, base) = (self.magnitudes(pair.blue)?, self.magnitudes(pair.red)?, self.magnitudes(pair.base)?);
+        let err = |i| self.guess.errors_of(i);
+        Some(Source::Pair([Some(blue), err(blue), Some(red), err(red), Some(base), err(base)], pair))
+    }
+
+    /// The colour and its index: what the configuration names (which may be a difference of two columns), else the first of
+    /// the band's indices that the table has. `made` says that B−V comes with the magnitudes.
+    fn colour(&self, band: Band, made: bool) -> Found<(Option<Cell>, Option<ColourIndex>)> {
+        if let Some(name) = self.columns.get("b_v_mag") {
+            let difference =
+                name.split_once('-').and_then(|(a, b)| self.table.column(a.trim()).zip(self.table.column(b.trim())));
+            let cell = match difference.filter(|_| self.table.column(name).is_none()) {
+                Some((a, b)) => Cell::Difference(a, b),
+                None => Cell::One(self.own("b_v_mag")?.unwrap_or_default()),
+            };
+            return Ok((Some(cell), ColourIndex::named(name)));
+        }
+        for index in ColourIndex::of_band(band) {
+            if *index == ColourIndex::B_V {
+                let own = self.optional("b_v_mag")?;
+                let from_b = || self.guess.first_of(B_MAG[0].iter().copied()).zip(self.guess.by_name("v_mag"));
+                if made || own.is_some() || from_b().is_some() {
+                    return Ok((own.map(Cell::One), Some(*index)));
+                }
+                continue;
+            }
+            let of_name = |c: &Column| ColourIndex::named(&c.name) == Some(*index);
+            if let Some(i) = self.table.columns.iter().position(of_name) {
+                return Ok((Some(Cell::One(i)), Some(*index)));
+            }
+            if let (Some(blue), Some(red)) = (self.magnitudes(index.blue), self.magnitudes(index.red)) {
+                return Ok((Some(Cell::Difference(blue, red)), Some(*index)));
+            }
+        }
+        Ok((None, Some(ColourIndex::B_V)))
     }
 
     fn place(&self) -> Found<((usize, Angle), (usize, Angle))> {

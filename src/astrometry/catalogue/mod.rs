@@ -19,6 +19,7 @@ pub use star::{Catalogue, CatalogueStar};
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use crate::bands::Band;
 use crate::base::error::{Error, Result};
 use crate::tables::read::{Row, Table};
 use layout::Layout;
@@ -40,6 +41,16 @@ impl Catalogue {
     /// [`Error::Io`]; [`Error::Config`] for an unknown key of `stars.columns`; [`Error::Catalogue`] if the file is not
     /// a table, if a column is missing or of another equinox or unit, or if no usable star is left.
     pub fn read(path: &Path, columns: &BTreeMap<String, String>) -> Result<Catalogue> {
+        Self::read_band(path, columns, Band::V)
+    }
+
+    /// As [`Catalogue::read`], with magnitudes of `band` and the colour index that goes with it. They are made from those of Gaia
+    /// (B V R I g r i z), of SDSS or Pan-STARRS (B V R I) where the table has no column of the band, and are of V where they
+    /// cannot be made: [`Catalogue::band`] says which.
+    ///
+    /// # Errors
+    /// As [`Catalogue::read`].
+    pub fn read_band(path: &Path, columns: &BTreeMap<String, String>, band: Band) -> Result<Catalogue> {
         names::check_keys(columns)?;
         let fail = |problem: String| Error::Catalogue { path: path.to_owned(), problem };
         // a table that cannot be read is a catalogue that cannot be used (exit code 5)
@@ -50,11 +61,12 @@ impl Catalogue {
             other => other,
         };
         let mut table = Table::open(path).map_err(unreadable)?;
-        let layout = Layout::find(&table, columns).map_err(fail)?;
+        let layout = Layout::find(&table, columns, band.reference()).map_err(fail)?;
         let (band, column) = layout.band(&table);
         let file = path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned());
         let band_from = format!("{column} of the catalogue {file}");
-        let mut catalogue = Catalogue { notes: table.notes.clone(), band, band_from, ..Catalogue::default() };
+        let mut catalogue =
+            Catalogue { notes: table.notes.clone(), band, band_from, colour: layout.colour, ..Catalogue::default() };
         catalogue.notes.extend(layout.notes.iter().cloned());
         let mut row = Row::default();
         while table.read(&mut row).map_err(unreadable)? {

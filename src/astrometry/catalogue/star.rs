@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use super::tree::Tree;
-use crate::bands::Band;
+use crate::bands::{Band, ColourIndex};
 
 /// One entry.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -18,7 +18,7 @@ pub struct CatalogueStar {
     pub v_mag: f64,
     /// Its error, if known \[mag\].
     pub v_err_mag: Option<f64>,
-    /// Colour B−V, if known \[mag\].
+    /// Colour, if known: B−V, or the index of [`Catalogue::colour`] \[mag\].
     pub b_v_mag: Option<f64>,
     /// Its error, if known \[mag\].
     pub b_v_err_mag: Option<f64>,
@@ -52,6 +52,8 @@ pub struct Catalogue {
     pub band: Option<Band>,
     /// The column they are from, in words.
     pub band_from: String,
+    /// The colour index of the stars, where the column gives it.
+    pub colour: Option<ColourIndex>,
     /// Built by the first look at a place.
     pub(crate) tree: OnceLock<Tree>,
 }

@@ -149,7 +149,7 @@ mod tests {
     #[test]
     fn every_law_fades_with_phase_without_a_jump() {
         for law in [MoonLaw::Cox, MoonLaw::CoxOpposition, MoonLaw::Rolo] {
-            for band in ["V", "g", "r", "i"] {
+            for band in crate::config::Model::BANDS {
                 let light_sources = settings(Mode::Corrected, law, band);
                 let mut before = light_sources.moonlight_at_phase(0.0).flux;
                 for j in 1..=18_000 {

@@ -10,8 +10,10 @@ use super::curve::{Curve, trapezoid, union_nm};
 use super::magnitude::{MagSystem, ab_mag};
 use super::solar::{SolarColumn, Spectrum};
 use super::table;
+use crate::bands;
 use crate::base::constants::SPEED_OF_LIGHT_KM_S;
 use crate::base::error::{Error, Result};
+use crate::config::Model;
 
 /// What the transmission of a table multiplies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,28 +35,35 @@ pub struct Band {
     sun_vega_mag: Option<f64>,
 }
 
-/// name, table, response, system of its magnitudes, Sun in Vega and AB (Willmer 2018, ApJS 236, 47)
-type Named = (&'static str, &'static str, Response, MagSystem, f64, f64);
-const NAMED: [Named; 4] = [
-    ("V", include_str!("../../presets/spectra/bessell_1990_v.csv"), Response::Energy, MagSystem::Vega, -26.76, -26.77),
-    ("g", include_str!("../../presets/spectra/sdss_doi_2010_g.csv"), Response::Photon, MagSystem::Ab, -26.34, -26.47),
-    ("r", include_str!("../../presets/spectra/sdss_doi_2010_r.csv"), Response::Photon, MagSystem::Ab, -27.04, -26.93),
-    ("i", include_str!("../../presets/spectra/sdss_doi_2010_i.csv"), Response::Photon, MagSystem::Ab, -27.38, -27.05),
+/// Band, transmission, response.
+type Named = (bands::Band, &'static str, Response);
+const NAMED: [Named; 9] = [
+    (bands::Band::B, include_str!("../../presets/spectra/bessell_1990_b.csv"), Response::Energy),
+    (bands::Band::V, include_str!("../../presets/spectra/bessell_1990_v.csv"), Response::Energy),
+    (bands::Band::R, include_str!("../../presets/spectra/bessell_1990_r.csv"), Response::Energy),
+    (bands::Band::I, include_str!("../../presets/spectra/bessell_1990_i.csv"), Response::Energy),
+    (bands::Band::SloanG, include_str!("../../presets/spectra/sdss_doi_2010_g.csv"), Response::Photon),
+    (bands::Band::SloanR, include_str!("../../presets/spectra/sdss_doi_2010_r.csv"), Response::Photon),
+    (bands::Band::SloanI, include_str!("../../presets/spectra/sdss_doi_2010_i.csv"), Response::Photon),
+    (bands::Band::SloanZ, include_str!("../../presets/spectra/sdss_doi_2010_z.csv"), Response::Photon),
+    (bands::Band::GaiaG, include_str!("../../presets/spectra/gaia_edr3_g.csv"), Response::Photon),
 ];
 
 impl Band {
-    /// `V` of Bessell (1990) in Vega magnitudes; `g`, `r`, `i` of SDSS (Doi et al. 2010) in AB; `None` for other names.
+    /// `B`, `V`, `R`, `I` of Bessell (1990) in Vega magnitudes; `g`, `r`, `i`, `z` of SDSS (Doi et al. 2010) in AB; `G` of
+    /// Gaia EDR3 (Riello et al. 2021) in Vega magnitudes; `None` for other names.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
-        let (name, text, response, system, vega, ab) = NAMED.iter().find(|n| n.0 == name)?;
-        let rows = table::embedded(text, name, 2).ok()?;
+        let (band, text, response) = NAMED.iter().find(|n| n.0.name() == name)?;
+        let rows = table::embedded(text, band.name(), 2).ok()?;
+        let [vega, ab] = band.sun_vega_ab_mag()?;
         Some(Self {
-            name: (*name).to_owned(),
+            name: band.name().to_owned(),
             transmission: Curve::from_rows(&rows, 1),
             response: *response,
-            system: *system,
-            sun_ab_mag: *ab,
-            sun_vega_mag: Some(*vega),
+            system: if band.mag_system() == "AB" { MagSystem::Ab } else { MagSystem::Vega },
+            sun_ab_mag: ab,
+            sun_vega_mag: Some(vega),
         })
     }
 
@@ -86,7 +95,7 @@ impl Band {
         Self::from_curve(&format!("{from_nm}-{to_nm} nm"), curve, Response::Energy).map_err(fault)
     }
 
-    /// The band a configuration names: `V`, `g`, `r`, `i`, or a file.
+    /// The band a configuration names: one of those of [`Band::named`], or a file.
     ///
     /// # Errors
     /// [`Error::Config`] for a name that is neither; as [`Band::from_file`] for a file.
@@ -99,7 +108,10 @@ impl Band {
         }
         Err(Error::Config {
             key: "model.band".into(),
-            problem: format!("\"{name}\" is neither V, g, r, i nor a file of wavelength_nm,transmission"),
+            problem: format!(
+                "\"{name}\" is neither {} nor a file of wavelength_nm,transmission",
+                Model::BANDS.join(", ")
+            ),
         })
     }
 

@@ -53,7 +53,7 @@ pub struct Sed {
     /// The Moon's magnitude against phase
     #[arg(long, value_name = "LAW", default_value = "cox", value_parser = ["cox", "cox_opposition", "rolo"])]
     law: String,
-    /// Pass band: V, g, r, i, or a file of wavelength_nm,transmission
+    /// Pass band: B, V, R, I, g, r, i, z, G (Gaia), or a file of wavelength_nm,transmission
     #[arg(long, value_name = "BAND", default_value = "V")]
     band: String,
     /// Comma-separated values instead of a table

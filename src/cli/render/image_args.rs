@@ -27,7 +27,7 @@ pub struct ImageArgs {
     /// Sides of round shapes
     #[arg(long, value_name = "N", default_value_t = 32)]
     pub sides: usize,
-    /// Band: two wavelengths [um], or V, g, r, i, or a file of wavelength_nm,transmission
+    /// Band: two wavelengths [um], or B, V, R, I, g, r, i, z, G, or a file of wavelength_nm,transmission
     #[arg(long, value_name = "BAND", default_value = "0.3-1.05")]
     band: String,
     /// Light of the ground: a law by name, lambert:ALBEDO, or uniform:L, the same radiance L [W cm-2 sr-1 um-1] from all

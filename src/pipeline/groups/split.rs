@@ -8,16 +8,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use super::objects::{Assigned, Objects, objects_of};
-use crate::bands::{Band, Light, Meaning, column_band};
+use crate::bands::{Band, Light, Meaning};
 use crate::base::error::{Error, Result};
 use crate::brightness::Catalogue;
 use crate::config::{Config, Model};
 use crate::frames::{Exposure, Role, role_by_name};
+use crate::pipeline::stages::bias_and_dark;
 use crate::pipeline::survey::files::{Survey, Unreadable};
 use crate::pipeline::survey::filters::lights;
 use crate::pipeline::survey::header_warnings::other_camera;
 use crate::pipeline::survey::read::survey;
-use crate::tables::read::Table;
 
 /// Frames that are reduced together.
 #[derive(Debug)]
@@ -57,8 +57,8 @@ pub fn split(config: &Config, files: &[PathBuf]) -> Result<Split> {
     check_models(config)?;
     let several = objects.list().len() > 1
         || (objects.list().len() == 1 && !(config.satellites.is_empty() && objects.warnings.is_empty()));
-    if config.input.filter.is_some() && !several && config.instruments.is_empty() {
-        return Ok(Split::default());
+    if let Some(filter) = config.input.filter.as_ref().filter(|_| !several && config.instruments.is_empty()) {
+        return Ok(Split { groups: of_other_band(config, &Light::named(filter)), ..Split::default() });
     }
     let names: Vec<String> = match objects.list() {
         [only] => vec![only.name.clone(), only.norad_cat_id.to_string(), only.object_id.clone()],
@@ -83,6 +83,8 @@ struct Parted<'a> {
     targets: BTreeMap<Key, Vec<&'a Exposure>>,
     stars: BTreeMap<(usize, Light), Vec<&'a Exposure>>,
     flats: BTreeMap<(usize, Light), Vec<&'a Exposure>>,
+    /// Biases and darks of each camera.
+    zeros: BTreeMap<usize, Vec<&'a Exposure>>,
 }
 
 impl<'a> Parted<'a> {
@@ -92,7 +94,8 @@ impl<'a> Parted<'a> {
         let camera = |e: &Exposure| (0..cameras.len()).find(|i| other_camera(e, &cameras[*i]).is_none()).unwrap_or(0);
         // a file name that [frames] makes a star frame wins over OBJECT
         let is_named = |e: &Exposure| role_by_name(&e.name, config).is_some();
-        let mut parted = Self { targets: BTreeMap::new(), stars: BTreeMap::new(), flats: BTreeMap::new() };
+        let (targets, stars, flats, zeros) = Default::default();
+        let mut parted = Self { targets, stars, flats, zeros };
         let mut assigned: BTreeMap<&str, Assigned> = BTreeMap::new();
         let (mut ambiguous, mut nameless) = (BTreeMap::new(), 0);
         for exposure in survey.pointings.iter().flatten().chain(&survey.targets) {
@@ -117,6 +120,9 @@ impl<'a> Parted<'a> {
         for exposure in &survey.flats {
             parted.flats.entry((camera(exposure), light_of(exposure))).or_default().push(exposure);
         }
+        for exposure in bias_and_dark(survey, config) {
+            parted.zeros.entry(camera(exposure)).or_default().push(exposure);
+        }
         for (object, (candidates, n)) in ambiguous {
             notes.push(format!(
                 "{n} frames with OBJECT = '{object}' are not used: it names {} equally well; give its number in [[satellites]] \
@@ -133,13 +139,22 @@ impl<'a> Parted<'a> {
         parted
     }
 
+    /// A night of one kind: the group of a band other than V, for which the configuration need not say more; none for V.
+    fn of_one_kind(&self, config: &Config) -> Vec<Group> {
+        let Some((_, _, light)) = self.targets.keys().next() else { return Vec::new() };
+        if self.stars.keys().all(|(_, of_stars)| of_stars == light) { of_other_band(config, light) } else { Vec::new() }
+    }
+
     fn groups(&self, config: &Config, objects: &Objects, several: bool) -> Result<Vec<Group>> {
         let count = |f: &dyn Fn(&Key) -> String| self.targets.keys().map(f).collect::<BTreeSet<_>>().len();
         let n_lights = count(&|(_, _, light)| light.filter.clone());
         let n_satellites = count(&|(_, number, _)| format!("{number:?}"));
         let n_cameras = count(&|(i, ..)| i.to_string());
-        if n_lights * n_satellites * n_cameras == 0 || n_lights == 1 && n_cameras == 1 && !several {
-            return Ok(Vec::new()); // a night of one kind, or one whose faults the reduction reports
+        if n_lights * n_satellites * n_cameras == 0 {
+            return Ok(Vec::new()); // its faults are the reduction's to report
+        }
+        if n_lights == 1 && n_cameras == 1 && !several {
+            return Ok(self.of_one_kind(config));
         }
         // a filter with targets and without stars cannot be calibrated: the reduction says so, with the counts of all
         let fits = config.stars.is_some() && config.zeropoint.previous.is_none();
@@ -163,7 +178,13 @@ impl<'a> Parted<'a> {
             };
             let mut group = Group {
                 config: of_instrument(config, *i),
-                files: targets.iter().chain(stars).chain(flats).map(|e| e.path.clone()).collect(),
+                files: targets
+                    .iter()
+                    .chain(stars)
+                    .chain(flats)
+                    .chain(self.zeros.get(i).into_iter().flatten())
+                    .map(|e| e.path.clone())
+                    .collect(),
                 satellite: object.map(super::objects::Object::label).unwrap_or_default(),
                 filter: if n_lights > 1 { light.filter.clone() } else { String::new() },
                 instrument: if n_cameras > 1 { instrument } else { String::new() },
@@ -214,24 +235,32 @@ fn of_instrument(config: &Config, i: usize) -> Config {
     own
 }
 
-/// The configuration of frames through one of several filters: its band, the catalogue's magnitudes of that band, the
-/// model in it.
+/// The group of a night of one filter, if that is of a band other than V.
+fn of_other_band(config: &Config, light: &Light) -> Vec<Group> {
+    if !matches!(light.meaning, Meaning::Band(band) if band.reference() != Band::V) {
+        return Vec::new();
+    }
+    let mut own = config.clone();
+    in_band(&mut own, light);
+    let (satellite, filter, instrument) = Default::default();
+    vec![Group { config: own, files: Vec::new(), satellite, filter, instrument }]
+}
+
+/// The configuration of frames through one of several filters: its name, its band, and the model in it.
 fn through(config: &mut Config, light: &Light) {
     let unfiltered = light.meaning == Meaning::Unfiltered;
     config.input.filter = Some(if unfiltered { "none".into() } else { light.filter.clone() });
+    in_band(config, light);
+}
+
+/// The configuration of frames of a known band: the catalogue's magnitudes and the model are of it.
+fn in_band(config: &mut Config, light: &Light) {
     let Meaning::Band(band) = light.meaning else { return };
-    config.photometry.band = Some(band);
-    if let Some(stars) = config.stars.as_mut().filter(|s| !s.columns.contains_key("v_mag")) {
-        let column = Table::open(&stars.catalogue).ok().and_then(|table| {
-            let is_error = |name: &str| name.starts_with("e_") || name.to_lowercase().contains("err");
-            let of_band = |name: &&String| !is_error(name) && column_band(name) == Some(band.reference());
-            table.columns.iter().map(|c| &c.name).find(of_band).cloned()
-        });
-        if let Some(column) = column.filter(|_| band.reference() != Band::V) {
-            stars.columns.insert("v_mag".into(), column);
-        }
+    if config.photometry.band.is_some() {
+        return; // what the observer declares
     }
-    if let Some(model) = config.model.as_mut().filter(|m| m.band == "V") {
+    config.photometry.band = Some(band);
+    if let Some(model) = config.model.as_mut().filter(|m| m.band == Band::V.name()) {
         let name = band.reference().name();
         if Model::BANDS.contains(&name) {
             model.band = name.into();

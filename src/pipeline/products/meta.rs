@@ -46,6 +46,13 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, provenance: &P
     if let Some(light) = zeropoint.and_then(|z| z.light.as_ref()) {
         meta.push("filter", text(&light.filter));
     }
+    if let Some(z) = zeropoint {
+        meta.push("colour_index", text(&z.colour_name()));
+        let [colour, err] = z.target_b_v_mag;
+        if colour.is_finite() {
+            meta.push("target_colour_mag", MetaValue::List(vec![number(colour), number(err)]));
+        }
+    }
     if let Some(how) = zeropoint.and_then(Zeropoint::band_text) {
         meta.push("calibration", text(&how));
     }
@@ -66,10 +73,7 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, provenance: &P
             ("c_mag_mag".to_string(), number(z.c_mag_mag)),
             ("cov".to_string(), MetaValue::List(cov)),
             ("n_used".to_string(), number(z.n_used as f64)),
-            (
-                "model".to_string(),
-                text(&format!("{0} = {0}_inst - ZP - k X - C (B-V), {0}_inst = -2.5 log10(e-/s)", z.band_name())),
-            ),
+            ("model".to_string(), text(&format!("{}, {}_inst = -2.5 log10(e-/s)", z.equation(), z.band_name()))),
         ];
         meta.push("zeropoint", MetaValue::Map(fields));
     }

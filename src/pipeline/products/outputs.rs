@@ -99,7 +99,12 @@ impl Outputs<'_> {
         }
         if let (Some(z), Some(_)) = (&self.night.zeropoint, &self.config.stars) {
             let path = folder.join("zeropoint.svg");
-            crate::figures::zeropoint_diagnostics(&path, stars, z.zp_mag, z.k_mag_airmass, z.c_mag_mag)?;
+            crate::figures::zeropoint_diagnostics(
+                &path,
+                stars,
+                (z.zp_mag, z.k_mag_airmass, z.c_mag_mag),
+                (z.band_name(), &z.colour_name()),
+            )?;
             files.push(path);
         }
         if self.config.vetting.gallery_frames > 0 {

@@ -354,14 +354,13 @@ pub fn zeropoint_text(zeropoint: Option<&Zeropoint>, source: &str) -> String {
         err(2),
         z.c_note
     );
-    let mut model = format!("{0} = {0}_inst - ZP - k X - C (B-V)", z.band_name());
     if z.second_order() {
         let _ = writeln!(t, "           k2 {:.4} +- {:.4} ({})", z.k2_mag, err(3), z.k2_note);
-        model += " - k2 X (B-V)";
     }
     let _ = writeln!(
         t,
-        "           {model}, {}_inst of e-/s; N {} used, {} outliers, rms {:.4} mag; {}",
+        "           {}, {}_inst of e-/s; N {} used, {} outliers, rms {:.4} mag; {}",
+        z.equation(),
         z.band_name(),
         z.n_used,
         z.n_rejected,
@@ -384,7 +383,8 @@ pub fn zeropoint_text(zeropoint: Option<&Zeropoint>, source: &str) -> String {
     let [b_v, b_v_err] = if z.target_b_v_mag[0].is_finite() { z.target_b_v_mag } else { [0.65, 0.0] };
     let _ = writeln!(
         t,
-        "           error at X 1.5, B-V {b_v}: {:.4} mag propagated, {:.4} as the paper adds it",
+        "           error at X 1.5, {} {b_v:.2} +- {b_v_err}: {:.4} mag propagated, {:.4} as the paper adds it",
+        z.colour_name(),
         z.err_mag(1.5, b_v, b_v_err),
         z.err_as_published_mag()
     );

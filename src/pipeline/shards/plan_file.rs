@@ -5,6 +5,7 @@
 //! (`survey`).
 
 use crate::pipeline::products::provenance::Provenance;
+use crate::pipeline::stages::bias_and_dark;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
@@ -112,6 +113,14 @@ pub fn make_plan(
     progress: &dyn Progress,
 ) -> Result<(Plan, Vec<String>)> {
     let (_, mut survey, mut notes) = preflight(config, &options.files)?.ready()?;
+    let n_zero = bias_and_dark(&survey, config).count();
+    if n_zero > 0 {
+        let problem = format!(
+            "{n_zero} bias and dark frames would be subtracted, which the shards of a plan do not do; set it to true to \
+             subtract detector.pedestal_adu alone, or reduce the night in one run"
+        );
+        return Err(Error::Config { key: "frames.skip_bias_dark".into(), problem });
+    }
     let products = FrameCache::default();
     let all: Vec<&Exposure> =
         survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets).collect();

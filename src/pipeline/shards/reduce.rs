@@ -19,6 +19,7 @@ use crate::base::file::save;
 use crate::base::hash::sha256_16;
 use crate::base::progress::Progress;
 use crate::config::Config;
+use crate::frames::ZeroLevels;
 use crate::frames::flat::{FlatMember, MasterFlat};
 use crate::photometry::growth::StarProfile;
 use crate::pipeline::options::Options;
@@ -235,7 +236,12 @@ pub(super) fn flat_of_plan(
             flats.flats
         }
     };
-    Ok(Flattened { flat: Some(MasterFlat { members, ..flat }), flat_sha256, prepared: night })
+    Ok(Flattened {
+        flat: Some(MasterFlat { members, ..flat }),
+        flat_sha256,
+        zero: ZeroLevels::default(),
+        prepared: night,
+    })
 }
 
 /// The results of the stars of a plan.

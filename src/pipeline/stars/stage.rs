@@ -70,7 +70,12 @@ pub fn star_stage(
     let moved_to = jyear(catalogue, &exposures);
     let catalogue = &of_date(catalogue, &exposures, stars.epoch_jyear, notes);
     progress.stage("star pointings", exposures.len());
-    let depends = [products.sha256(&stars.catalogue)?, night.flat_sha256.clone(), format!("{:?}", moved_to)];
+    let depends = [
+        products.sha256(&stars.catalogue)?,
+        night.flat_sha256.clone(),
+        night.zero.key.clone(),
+        format!("{:?}", moved_to),
+    ];
     let depends = depends.each_ref().map(String::as_str);
     let measure = |exposure: &Exposure| {
         let make = || measure_member(exposure, night, catalogue);

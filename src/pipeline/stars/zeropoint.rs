@@ -5,7 +5,7 @@ use crate::pipeline::prepared::{Flattened, Prepared};
 use crate::tables::{PhotometryRow, StarRow};
 use crate::zeropoint::fit::Zeropoint;
 use crate::zeropoint::previous::read_previous;
-use crate::zeropoint::stars::fit_rows;
+use crate::zeropoint::stars::{fit_rows, in_index};
 
 /// Fits the zeropoint, or reads the one given; without either the night goes on without calibrated magnitudes.
 pub(crate) fn zeropoint_stage(
@@ -36,7 +36,8 @@ pub(crate) fn zeropoint_stage(
         }
         return Ok(None);
     }
-    match fit_rows(rows, &night.config) {
+    let index = night.catalogue.as_ref().and_then(|c| c.colour);
+    match fit_rows(rows, &in_index(&night.config, index)) {
         Ok(zeropoint) => {
             notes.extend(zeropoint.warnings.iter().map(|w| format!("zeropoint: {w}")));
             Ok(Some(of_band(zeropoint, night)))
@@ -54,5 +55,9 @@ pub(crate) fn of_band(mut zeropoint: Zeropoint, night: &Prepared) -> Zeropoint {
     if let Some(calibrated) = &night.band {
         (zeropoint.band, zeropoint.light) = (Some(calibrated.band), Some(calibrated.light.clone()));
     }
+    if night.config.zeropoint.previous.is_none() {
+        zeropoint.colour = night.catalogue.as_ref().and_then(|c| c.colour);
+    }
+    zeropoint.target_b_v_mag = night.config.zeropoint.target_colour(zeropoint.colour);
     zeropoint
 }

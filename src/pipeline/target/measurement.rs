@@ -282,11 +282,12 @@ impl Measurement {
             };
         };
         let gain_err = night.detector.gain_table_err_mag();
-        let fit_err = zeropoint.err_one_pointing_mag(airmass, z.target_b_v_mag, z.target_b_v_err_mag);
+        let [colour, colour_err] = z.target_colour(zeropoint.colour);
+        let fit_err = zeropoint.err_one_pointing_mag(airmass, colour, colour_err);
         let vignetting_err = if self.flattened { 0.0 } else { z.no_flat_err_mag };
         let night_err = other.map_or(0.0, |other| other.extra_err_mag);
         let correction_err = self.correction.and_then(|c| c.err_mag).unwrap_or(0.0);
-        let of = |m: Option<f64>| m.map(|m| zeropoint.v_mag(m, airmass, z.target_b_v_mag));
+        let of = |m: Option<f64>| m.map(|m| zeropoint.v_mag(m, airmass, colour));
         let (v_mag, limit_v_mag) = (of(self.inst.mag), of(self.inst.limit_mag));
         let v_mag_err_sys = (v_mag.is_some() || limit_v_mag.is_some())
             .then(|| fit_err.hypot(gain_err).hypot(night_err).hypot(correction_err).hypot(vignetting_err));

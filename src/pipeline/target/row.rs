@@ -131,6 +131,7 @@ impl ComparedFrame<'_> {
             date_avg_minus_mid_s: time.and_then(|t| t.avg_minus_mid_s),
             filter: exposure.filter.clone().unwrap_or_default(),
             gain_setting: exposure.setting.map(|g| g.0),
+            zero_level: night.zero.of(exposure).map_or("pedestal".into(), |zero| zero.from),
             pix_scale_arcsec: Some(night.scale_arcsec(exposure)),
             flags: if uncertain { Flags::TIME_UNCERTAIN.0 } else { 0 },
             ..PhotometryRow::default()

@@ -69,7 +69,7 @@ fn terms(z: &Zeropoint) -> Markup {
 }
 
 fn panels(z: &Zeropoint, stars: &[StarRow]) -> Markup {
-    let charts = zeropoint_charts(stars, (z.zp_mag, z.k_mag_airmass, z.c_mag_mag), z.band_name());
+    let charts = zeropoint_charts(stars, (z.zp_mag, z.k_mag_airmass, z.c_mag_mag), (z.band_name(), &z.colour_name()));
     let left = stars.iter().filter(|s| s.fit_weight.is_none_or(|w| w <= 0.0)).count();
     html! {
         div.panels { @for (title, chart) in charts { figure { (shown(chart, &title)) } } }
@@ -97,7 +97,7 @@ fn budget(page: &NightPage, z: &Zeropoint) -> Markup {
         ("counts, sky, read noise, trails (random)", random, "v_mag_err, median of the used frames"),
         ("zeropoint, extinction, colour term", Some(fit), "their covariance at this airmass and colour"),
         ("scatter of one line of sight", Some(scatter), "how pointings differ beyond their stars"),
-        ("colour of the target", Some(colour), "error of B−V times C"),
+        ("colour of the target", Some(colour), &format!("error of {} times C", z.colour_name())),
         ("zeropoint of another night", Some(night), "zp_extra_err_mag"),
         ("gain table, aperture correction", systematic.map(|s| part(s, named)), "what is left of v_mag_err_sys"),
         ("everything systematic", systematic, "v_mag_err_sys, median of the used frames"),
@@ -106,6 +106,6 @@ fn budget(page: &NightPage, z: &Zeropoint) -> Markup {
     let rows: Vec<Vec<Markup>> =
         rows.iter().map(|(name, value, how)| vec![cell(name), number(*value, 4), cell(how)]).collect();
     html! {
-        (table("", &format!("Error budget at airmass {airmass:.2}, B−V {} [mag]", b_v[0]), &["part", "error", "from"], &rows))
+        (table("", &format!("Error budget at airmass {airmass:.2}, {} {} [mag]", z.colour_name(), b_v[0]), &["part", "error", "from"], &rows))
     }
 }

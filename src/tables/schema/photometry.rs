@@ -175,6 +175,8 @@ table! {
         residual_mag: Option<f64> => "mag" ["phot.mag;em.opt.V;arith.diff"],
         /// what the model skipped, and why
         skipped: String => ["meta.note"],
+        /// what was subtracted as the level without light: pedestal, or how many bias and dark frames
+        zero_level: String => ["meta.note"],
         // --- state
         /// ok, nondetection, rejected or failed
         status: String => ["meta.code.status"],

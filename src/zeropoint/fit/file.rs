@@ -10,9 +10,8 @@ use serde::Deserialize;
 use super::Pointing;
 use super::solve::{Matrix, N};
 use super::zeropoint::Zeropoint;
-use super::zeropoint::predicted;
-use crate::bands::Band;
-use crate::bands::Light;
+use super::zeropoint::{equation, predicted};
+use crate::bands::{Band, ColourIndex, Light};
 use crate::base::error::{Error, Result};
 
 /// How the file of a night without a zeropoint begins.
@@ -26,6 +25,8 @@ struct File {
     band: Option<Band>,
     /// Filter of the star frames; absent in files of older versions and of matched tables.
     filter: Option<String>,
+    /// Index of the colours; absent where it is B−V.
+    colour_index: Option<String>,
     convention: Option<String>,
     inst_mag_unit: Option<String>,
     zp_mag: f64,
@@ -111,12 +112,6 @@ struct PointingTable {
     offset_err_mag: f64,
 }
 
-/// The sign convention, for magnitudes of `band`.
-fn convention(band: &str, second_order: bool) -> String {
-    let second = if second_order { " - k2 X (B-V)" } else { "" };
-    format!("{band} = {band}_inst - ZP - k X - C (B-V){second}")
-}
-
 const UNIT: &str = "-2.5 log10(electrons per second)";
 /// Airmasses at which the file states the error.
 const TOLD_AIRMASS: [f64; 4] = [1.0, 1.4, 2.0, 3.0];
@@ -133,10 +128,13 @@ impl Zeropoint {
         let mut line = |key: &str, value: String| {
             let _ = writeln!(out, "{key} = {value}");
         };
-        line("convention", text(&convention(self.band_name(), self.second_order())));
+        line("convention", text(&self.equation()));
         if let Some(band) = self.band {
             let how = self.band_text().filter(|t| t != band.name()).map(|t| format!(" # {t}")).unwrap_or_default();
             line("band", text(band.name()) + &how);
+        }
+        if let Some(colour) = self.colour.filter(|c| *c != ColourIndex::B_V) {
+            line("colour_index", format!("{} # all that is named b_v here is of it", text(&colour.to_string())));
         }
         if let Some(light) = &self.light {
             line("filter", text(&light.filter));
@@ -294,7 +292,14 @@ impl Zeropoint {
             let line = e.span().map(|s| text[..s.start.min(text.len())].matches('\n').count() + 1);
             Error::Table { path: path.to_owned(), line, problem: e.message().to_owned() }
         })?;
-        let convention = convention(Band::or_v(file.band).name(), file.k2_mag.is_some());
+        let colour = match &file.colour_index {
+            Some(name) => Some(ColourIndex::named(name).ok_or_else(|| {
+                bad(format!("colour_index = \"{name}\" must be the difference of two bands, such as \"g-r\""))
+            })?),
+            None => None,
+        };
+        let colour_name = colour.unwrap_or(ColourIndex::B_V).to_string();
+        let convention = equation(Band::or_v(file.band).name(), &colour_name, file.k2_mag.is_some());
         for (key, value, want) in
             [("convention", &file.convention, convention.as_str()), ("inst_mag_unit", &file.inst_mag_unit, UNIT)]
         {
@@ -367,6 +372,7 @@ impl Zeropoint {
             condition: file.condition.unwrap_or(f64::NAN),
             rank: file.rank.unwrap_or(0),
             band: file.band,
+            colour,
             light: file.filter.as_deref().map(Light::named),
             mjd_mean_d: file.mjd_mean_d.filter(|d| d.is_finite()),
             target_b_v_mag: file.target_b_v_mag.unwrap_or(nan2),

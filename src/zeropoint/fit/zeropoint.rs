@@ -4,9 +4,7 @@ use super::marginal;
 use super::pointings::Pointing;
 use super::solve;
 use super::solve::quadratic;
-use crate::bands::Band;
-use crate::bands::CalibratedBand;
-use crate::bands::Light;
+use crate::bands::{Band, CalibratedBand, ColourIndex, Light};
 
 /// A zeropoint with all that is needed to use and to judge it; [`fit_zeropoint`](crate::fit_zeropoint) makes one.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,6 +82,9 @@ pub struct Zeropoint {
     /// Band of the catalogue magnitudes; the fit does not know it, the night fills it in.
     #[doc(hidden)]
     pub band: Option<Band>,
+    /// Colour index of the stars; the fit does not know it either.
+    #[doc(hidden)]
+    pub colour: Option<ColourIndex>,
     /// Filter of the star frames; the fit does not know it either.
     #[doc(hidden)]
     pub light: Option<Light>,
@@ -169,6 +170,20 @@ impl Zeropoint {
         Band::or_v(self.band).name()
     }
 
+    /// The name of its colour index: B−V where it is not known, as in Caddy et al.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn colour_name(&self) -> String {
+        self.colour.unwrap_or(ColourIndex::B_V).to_string()
+    }
+
+    /// `V = V_inst - ZP - k X - C (B-V)` with its own band and colour index.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn equation(&self) -> String {
+        equation(self.band_name(), &self.colour_name(), self.second_order())
+    }
+
     /// ∂V/∂(B−V) without its sign, C + k'' X.
     pub(super) fn colour_slope(&self, airmass: f64) -> f64 {
         self.c_mag_mag + self.k2_mag * airmass
@@ -217,6 +232,12 @@ impl Zeropoint {
         let n = if self.second_order() { 4 } else { 3 };
         self.cov[..n].iter().map(|row| row[..n].to_vec()).collect()
     }
+}
+
+/// The equation of the calibration, with the sign convention.
+pub(super) fn equation(band: &str, colour: &str, second_order: bool) -> String {
+    let second = if second_order { format!(" - k2 X ({colour})") } else { String::new() };
+    format!("{band} = {band}_inst - ZP - k X - C ({colour}){second}")
 }
 
 /// √(gᵀ Cov g), g = (1, X, B−V, X (B−V)) \[mag\].

@@ -26,7 +26,7 @@ pub struct InstrumentArgs {
     /// Set a key of the configuration or preset, e.g. --set telescope.aperture_m=0.5 (repeatable)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Pass band: none, V, g, r, i, or a file of wavelength_nm,transmission. Without a filter magnitudes are V of a source
+    /// Pass band: none, B, V, R, I, g, r, i, z, G, or a file of wavelength_nm,transmission. Without a filter magnitudes are V of a source
     /// of the Sun's colours
     #[arg(long, value_name = "BAND", default_value = "none")]
     band: String,
@@ -209,7 +209,11 @@ impl InstrumentArgs {
         Band::of_config(&self.band).map(Some).map_err(|error| match error {
             Error::Config { .. } => bad(
                 "--band",
-                format!("\"{}\" is neither none, V, g, r, i nor a file of wavelength_nm,transmission", self.band),
+                format!(
+                    "\"{}\" is neither none, {} nor a file of wavelength_nm,transmission",
+                    self.band,
+                    satphot::config::Model::BANDS.join(", ")
+                ),
             ),
             other => other.into(),
         })
