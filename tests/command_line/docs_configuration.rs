@@ -293,6 +293,7 @@ fn default_words(section: &Section, row: &Item, defaults: &Value) -> String {
         None if row.name == "err" || row.name.ends_with(".err") => "`0.0`".into(),
         None if row.name.ends_with(".value") => "absent".into(),
         None if row.attributes.contains("is_true") => "`true`".into(),
+        None if row.attributes.contains("Not::not") => "`false`".into(),
         None if row.attributes.contains("is_empty") => "empty".into(),
         None => panic!("{path}: its default is not known"),
     }
