@@ -42,6 +42,7 @@ use crate::pipeline::target::frame::missing_parts;
 use crate::pipeline::target::outcome::TargetFrame;
 #[cfg(feature = "report")]
 use crate::pipeline::target::pictures::pictures;
+use crate::pipeline::target::place::off_target_note;
 use crate::pipeline::target::row::{failed_file_row, set_aside_row};
 use crate::report::summary::{pass_summaries, pass_table};
 use crate::tables::words::Status;
@@ -177,6 +178,8 @@ impl<'a> Run<'a> {
             frames.remove(copy);
         }
         judge_whole_night(&mut frames, self.config, &mut log.notes);
+        let rows = frames.iter().map(|f| &f.row).zip(&survey.targets);
+        log.notes.extend(off_target_note(rows, self.config));
         let read: Vec<&Exposure> =
             survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets).collect();
         log.notes.extend(with_threads(options.jobs, || damage_notes(&read))?);

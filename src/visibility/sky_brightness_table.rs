@@ -37,7 +37,7 @@ pub fn sky_at_moon_phase(band: &str, phase_deg: f64) -> Result<f64> {
 /// The sky in a band where V is known: the table's colour at that V; beyond the table the colour of its end.
 ///
 /// # Errors
-/// [`Error::Model`] for a band that is not in the table.
+/// [`Error::Argument`] for a band that is not in the table.
 pub fn sky_of_v(band: &str, v_mag_arcsec2: f64) -> Result<f64> {
     let (v, sky) = (column("V")?, column(band)?);
     let (mut rising, mut colour) = (*v, [0.0; 5]);
@@ -49,8 +49,9 @@ pub fn sky_of_v(band: &str, v_mag_arcsec2: f64) -> Result<f64> {
 }
 
 fn column(band: &str) -> Result<&'static [f64; 5]> {
-    TABLE.iter().find(|row| row.0 == band).map(|row| &row.1).ok_or_else(|| Error::Model {
-        problem: format!("the sky of band {band} is not known, those of V, g, r and i are; give its brightness itself"),
+    TABLE.iter().find(|row| row.0 == band).map(|row| &row.1).ok_or_else(|| Error::Argument {
+        name: "band".into(),
+        problem: format!("\"{band}\": the brightness of the sky is known in V, g, r, i only; give it itself"),
     })
 }
 

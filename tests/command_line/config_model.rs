@@ -60,7 +60,7 @@ fn numbers_and_names_of_the_model_are_checked() {
         ("tolerance = 0.0", &["model.tolerance"][..]),
         ("k_mag_airmass = -0.1", &["model.k_mag_airmass", "mag/airmass"]),
         ("[model.effects]\nsource = \"extincted\"", &["model.k_mag_airmass", "extincted"]),
-        ("band = \"Q\"", &["model.band", "V, g, r, i"]),
+        ("band = \"Q\"", &["model.band", "B, V, R, I, g, r, i, z, G"]),
         ("[model.effects]\nshadow = \"square\"", &["model.effects.shadow", "square"]),
         ("[model.effects]\nshade = \"cylinder\"", &["did you mean \"shadow\""]),
     ] {

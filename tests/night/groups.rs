@@ -149,14 +149,33 @@ fn a_catalogue_of_elements_with_a_damaged_set_of_another_object_serves() {
 }
 
 #[test]
-fn frames_whose_object_names_no_satellite_of_several_are_reported() {
+fn frames_whose_object_names_no_satellite_of_several_are_assigned_by_position_or_reported() {
     let night = both_stations(demo()).card("target_000", "OBJECT", Some("'satellite'"));
     let night = night.set("frames.target=[\"target_*\"]");
-    let config = night.config().unwrap();
-    let notes = satphot::pipeline::groups::split(&config, &[]).unwrap().notes;
+    let notes = |night: &Night| satphot::pipeline::groups::split(&night.config().unwrap(), &[]).unwrap().notes;
+    let said = notes(&night);
+    assert!(said.iter().any(|n| n.contains("10 frames are assigned to satellites by where")), "{said:?}");
+    let Reduced::Single(summary) = run_night(&night.config().unwrap(), &night.options, &Silent).unwrap() else {
+        panic!("one satellite")
+    };
+    assert_eq!(summary.counts.targets, 24);
+    let rows = read_photometry(&summary.folder.join("photometry.ecsv")).unwrap().0;
+    // the simulator points at the satellite
+    assert!(rows.iter().all(|r| r.norad_cat_id == Some(25544) && r.pointing_sep_deg.is_some_and(|sep| sep < 0.01)));
+    // a header that points elsewhere, or nowhere, tells nothing
+    let night = night.card("target_000", "CENTALT", Some("2.0"));
+    let said = notes(&night);
     assert!(
-        notes.iter().any(|n| n.contains("10 target frames are not used") && n.contains("norad_cat_id")),
-        "{notes:?}"
+        said.iter().any(|n| n.contains("10 target frames with OBJECT = 'satellite' are not used")
+            && n.contains("from the nearest candidate")
+            && n.contains("norad_cat_id")),
+        "{said:?}"
+    );
+    let night = night.card("target_000", "CENTALT", None);
+    let said = notes(&night);
+    assert!(
+        said.iter().any(|n| n.contains("10 target frames") && n.contains("does not say in its header")),
+        "{said:?}"
     );
     // an alias assigns them
     let text = std::fs::read_to_string(night.path("pipeline.toml")).unwrap();

@@ -4,6 +4,7 @@
 //! A night of one kind is reduced as it is, into the folder of the night. Otherwise each group has a folder of its own in
 //! it, complete with tables, report and manifest. A group that fails does not end the others.
 
+mod by_position;
 pub mod objects;
 mod split;
 

@@ -1,7 +1,7 @@
 //! Which satellite of the elements a frame is of, by its OBJECT.
 //!
-//! Names, catalogue numbers, international designators and the aliases of `[[satellites]]`. It does not cover positions:
-//! a frame whose OBJECT names no satellite is a star frame.
+//! Names, catalogue numbers, international designators and the aliases of `[[satellites]]`. It does not cover positions
+//! ([`super::by_position`]): a frame whose OBJECT names no satellite is a star frame.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -45,7 +45,7 @@ pub enum Assigned {
     /// It names this one.
     Satellite(u64),
     /// It names several equally well.
-    Ambiguous(Vec<String>),
+    Ambiguous(Vec<u64>),
     /// It names none: a star field.
     NoSatellite,
 }
@@ -152,9 +152,7 @@ impl Objects {
         match best.as_slice() {
             [] => Assigned::NoSatellite,
             [one] => Assigned::Satellite(one.norad_cat_id),
-            several => Assigned::Ambiguous(
-                several.iter().take(3).map(|o| format!("{} [{}]", o.label(), o.norad_cat_id)).collect(),
-            ),
+            several => Assigned::Ambiguous(several.iter().map(|o| o.norad_cat_id).collect()),
         }
     }
 }

@@ -7,6 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
+use super::by_position::Candidates;
 use super::objects::{Assigned, Objects, objects_of};
 use crate::bands::{Band, Light, Meaning};
 use crate::base::error::{Error, Result};
@@ -78,6 +79,54 @@ pub fn split(config: &Config, files: &[PathBuf]) -> Result<Split> {
     Ok(Split { groups, notes, unreadable: survey.unreadable })
 }
 
+/// Target frames whose OBJECT does not say which satellite they are of.
+struct ByPosition<'a> {
+    config: &'a Config,
+    /// Made when the first frame needs them.
+    candidates: Option<Result<Candidates>>,
+    found: usize,
+    /// OBJECT and the reason of the first frame that could not be assigned, and how many there are.
+    unused: BTreeMap<String, (String, usize)>,
+}
+
+impl ByPosition<'_> {
+    /// The satellite that the header points at.
+    fn of(&mut self, exposure: &Exposure, among: &[u64]) -> Option<u64> {
+        let config = self.config;
+        let candidates = self.candidates.get_or_insert_with(|| Candidates::of(config));
+        let nearest = match candidates {
+            Ok(candidates) => candidates.nearest(exposure, among, config),
+            Err(error) => Err(error.to_string()),
+        };
+        match nearest {
+            Ok(number) => {
+                self.found += 1;
+                Some(number)
+            }
+            Err(reason) => {
+                let object = exposure.object.clone().unwrap_or_default();
+                let reason = || (format!("{} {reason}", exposure.name), 0);
+                self.unused.entry(object).or_insert_with(reason).1 += 1;
+                None
+            }
+        }
+    }
+
+    fn notes(self) -> Vec<String> {
+        let mut notes = Vec::new();
+        if self.found > 0 {
+            notes.push(format!("{} frames are assigned to satellites by where their headers point", self.found));
+        }
+        notes.extend(self.unused.into_iter().map(|(object, (reason, n))| {
+            format!(
+                "{n} target frames with OBJECT = '{object}' are not used: it names no satellite of the elements or several, and \
+                 the position does not tell ({reason}); give the number in [[satellites]] with norad_cat_id"
+            )
+        }));
+        notes
+    }
+}
+
 /// The frames of a night by what tells groups apart.
 struct Parted<'a> {
     targets: BTreeMap<Key, Vec<&'a Exposure>>,
@@ -97,7 +146,7 @@ impl<'a> Parted<'a> {
         let (targets, stars, flats, zeros) = Default::default();
         let mut parted = Self { targets, stars, flats, zeros };
         let mut assigned: BTreeMap<&str, Assigned> = BTreeMap::new();
-        let (mut ambiguous, mut nameless) = (BTreeMap::new(), 0);
+        let mut by_position = ByPosition { config, candidates: None, found: 0, unused: BTreeMap::new() };
         for exposure in survey.pointings.iter().flatten().chain(&survey.targets) {
             let object = exposure.object.as_deref().unwrap_or("");
             let named = match several {
@@ -110,9 +159,15 @@ impl<'a> Parted<'a> {
                     parted.targets.entry((i, Some(number), light)).or_default().push(exposure);
                 }
                 (_, Role::Target) if !several => parted.targets.entry((i, None, light)).or_default().push(exposure),
-                (_, Role::Target) => nameless += 1,
                 (Assigned::Ambiguous(candidates), _) => {
-                    ambiguous.entry(object.to_owned()).or_insert((candidates, 0)).1 += 1;
+                    if let Some(number) = by_position.of(exposure, &candidates) {
+                        parted.targets.entry((i, Some(number), light)).or_default().push(exposure);
+                    }
+                }
+                (_, Role::Target) => {
+                    if let Some(number) = by_position.of(exposure, &[]) {
+                        parted.targets.entry((i, Some(number), light)).or_default().push(exposure);
+                    }
                 }
                 _ => parted.stars.entry((i, light)).or_default().push(exposure),
             }
@@ -123,19 +178,7 @@ impl<'a> Parted<'a> {
         for exposure in bias_and_dark(survey, config) {
             parted.zeros.entry(camera(exposure)).or_default().push(exposure);
         }
-        for (object, (candidates, n)) in ambiguous {
-            notes.push(format!(
-                "{n} frames with OBJECT = '{object}' are not used: it names {} equally well; give its number in [[satellites]] \
-                 with norad_cat_id",
-                candidates.join(" and ")
-            ));
-        }
-        if nameless > 0 {
-            notes.push(format!(
-                "{nameless} target frames are not used: their OBJECT names no satellite of the elements; give its number in \
-                 [[satellites]] with norad_cat_id"
-            ));
-        }
+        notes.extend(by_position.notes());
         parted
     }
 

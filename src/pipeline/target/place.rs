@@ -1,10 +1,14 @@
 //! Which satellite a frame is of, and its place at mid-exposure, from the elements alone.
 
+use crate::astrometry::catalogue::separation_deg;
+use crate::astrometry::initial_pointing::rough_positions;
 use crate::base::error::{Error, Result};
 use crate::base::time::iso_utc;
-use crate::frames::Exposure;
-use crate::orbit::{Geometry, Tracker};
+use crate::config::Config;
+use crate::frames::{Exposure, pixel_scale_arcsec};
+use crate::orbit::{EarthOrientation, Geometry, Site, Tracker, altaz_to_icrs};
 use crate::pipeline::prepared::Prepared;
+use crate::tables::PhotometryRow;
 
 /// The satellite of one frame, as far as elements and clock determine it.
 #[derive(Debug, Default)]
@@ -64,4 +68,43 @@ impl Place {
     pub fn seen(&self) -> Option<&Geometry> {
         self.geometry.as_ref().filter(|_| self.problem.is_none())
     }
+}
+
+/// Distance of the header's pointing from the place of the satellite \[deg\]; `None` where the header does not say.
+#[must_use]
+pub fn pointing_sep_deg(
+    exposure: &Exposure,
+    geometry: &Geometry,
+    (site, eop): (&Site, &EarthOrientation),
+    config: &Config,
+) -> Option<f64> {
+    let position =
+        rough_positions(exposure, None, None, Some((site, eop)), &config.header.aliases).into_iter().next()?;
+    let (ra_deg, dec_deg) = altaz_to_icrs(site, eop, &geometry.epoch, geometry.alt_rad, geometry.az_rad);
+    Some(separation_deg(position.ra_deg, position.dec_deg, ra_deg, dec_deg))
+}
+
+/// Centre to corner of a frame \[deg\].
+#[must_use]
+pub fn half_field_deg(exposure: &Exposure, config: &Config) -> f64 {
+    let scale = pixel_scale_arcsec(config.detector.pixel_um, exposure.binning, config.telescope.focal_length_mm);
+    (exposure.size_px.0 as f64).hypot(exposure.size_px.1 as f64) / 2.0 * scale / 3600.0
+}
+
+/// A word on frames whose header points outside the field of the predicted satellite.
+#[must_use]
+pub fn off_target_note<'a>(
+    frames: impl Iterator<Item = (&'a PhotometryRow, &'a Exposure)>,
+    config: &Config,
+) -> Option<String> {
+    let off = |(row, exposure): (&'a PhotometryRow, &Exposure)| {
+        Some((row.pointing_sep_deg.filter(|sep_deg| *sep_deg > half_field_deg(exposure, config))?, row.frame.as_str()))
+    };
+    let off: Vec<(f64, &str)> = frames.filter_map(off).collect();
+    let (worst_deg, frame) = off.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(format!(
+        "warning: {} frames point outside the field around the predicted satellite (pointing_sep_deg, at most {worst_deg:.2} deg in \
+         {frame}): another satellite, a wrong clock or old elements? Or a header that states another position",
+        off.len()
+    ))
 }

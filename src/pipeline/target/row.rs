@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::measurement::CalibratedMeasurement;
 use super::outcome::ComparedFrame;
+use super::place::pointing_sep_deg;
 use crate::base::error::Error;
 use crate::base::file::file_name;
 use crate::base::time::{iso_utc, mjd_utc};
@@ -86,6 +87,7 @@ impl ComparedFrame<'_> {
         let mut row = self.header_columns(night);
         if let Some(geometry) = &self.place.geometry {
             fill_geometry(&mut row, geometry);
+            row.pointing_sep_deg = pointing_sep_deg(self.exposure, geometry, (&night.site, &night.eop), &night.config);
             // σ = ω σ_t, on the sky along the track
             row.alt_az_err_deg = row.time_err_s.map(|err_s| geometry.rate_rad_s.to_degrees() * err_s);
         }

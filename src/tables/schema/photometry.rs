@@ -175,6 +175,8 @@ table! {
         residual_mag: Option<f64> => "mag" ["phot.mag;em.opt.V;arith.diff"],
         /// what the model skipped, and why
         skipped: String => ["meta.note"],
+        /// distance of the header's pointing from the predicted position of the satellite; missing where the header states none
+        pointing_sep_deg: Option<f64> => "deg" ["pos.angDistance"],
         /// what was subtracted as the level without light: pedestal, or how many bias and dark frames
         zero_level: String => ["meta.note"],
         // --- state
