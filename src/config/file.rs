@@ -175,7 +175,8 @@ pub struct Telescope {
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Detector {
-    /// A camera of the embedded table (`asi6200mm`), or any name when `e_per_adu` is given.
+    /// A camera of the embedded table (`asi6200mm`, `asi2600mm`, `asi533mm`, `asi294mc`, `asi1600mm`, `asi183mm`), or any name
+    /// when `e_per_adu` is given.
     pub camera: String,
     /// Pixel pitch, unbinned \[µm\].
     pub pixel_um: f64,

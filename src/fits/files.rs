@@ -30,11 +30,20 @@ pub fn find_files(inputs: &[PathBuf]) -> Result<Vec<PathBuf>> {
         }
     }
     while let Some(folder) = folders.pop() {
-        let real = std::fs::canonicalize(&folder).map_err(|e| Error::io(&folder, e))?;
+        let entries = std::fs::canonicalize(&folder).and_then(|real| Ok((real, std::fs::read_dir(&folder)?)));
+        let (real, entries) = match entries {
+            Ok(found) => found,
+            // a folder within the night that cannot be read becomes a file that cannot, with its reason
+            Err(_) if !inputs.contains(&folder) => {
+                files.push(folder);
+                continue;
+            }
+            Err(error) => return Err(Error::io(&folder, error)),
+        };
         if !seen.insert(real) {
             continue; // a link that leads back
         }
-        for entry in std::fs::read_dir(&folder).map_err(|e| Error::io(&folder, e))? {
+        for entry in entries {
             let path = entry.map_err(|e| Error::io(&folder, e))?.path();
             let hidden = path.file_name().is_none_or(|n| n.to_string_lossy().starts_with('.'));
             if hidden {

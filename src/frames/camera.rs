@@ -22,7 +22,8 @@ const TABLE_ERR_MAG: f64 = 0.05;
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Row {
     e_per_adu: Option<f64>,
-    from_full_well: bool,
+    /// Where that is from.
+    from: &'static str,
     read_noise_e: Option<f64>,
     full_well_e: Option<f64>,
 }
@@ -199,8 +200,7 @@ impl Detector {
             return Some((*v, "pipeline.toml".into()));
         }
         let row = self.table.get(&setting)?;
-        let how = if row.from_full_well { "full_well_e/65535" } else { "maker's curve" };
-        Some((row.e_per_adu?, format!("{} table: {how}", self.camera)))
+        Some((row.e_per_adu?, format!("{} table: {}", self.camera, row.from)))
     }
 
     fn read_noise_e(&self, setting: i64) -> Option<f64> {
@@ -276,11 +276,12 @@ fn camera_rows() -> impl Iterator<Item = (String, i64, Row)> {
         let mut number = || cells.next().and_then(|c| c.parse::<f64>().ok());
         let (plotted, read_noise_e, full_well_e) = (number(), number(), number());
         let from_well = full_well_e.map(|w| w / FULL_SCALE_16_BIT_ADU).filter(|_| plotted.is_none());
-        Some((
-            camera,
-            setting,
-            Row { e_per_adu: plotted.or(from_well), from_full_well: from_well.is_some(), read_noise_e, full_well_e },
-        ))
+        let from = match line.rsplit(',').next() {
+            Some("decibel law") => "decibel law",
+            _ if from_well.is_some() => "full_well_e/65535",
+            _ => "maker's curve",
+        };
+        Some((camera, setting, Row { e_per_adu: plotted.or(from_well), from, read_noise_e, full_well_e }))
     })
 }
 
@@ -342,6 +343,25 @@ mod tests {
         let step_mag = 2.5 * (before.e_per_adu.0 / after.e_per_adu.0).log10();
         assert!((step_mag - 0.0125).abs() < 0.001, "{step_mag}"); // a tenth of a decibel is 0.0125 mag
         assert!((d.gain_table_err_mag() - 0.05).abs() < 1e-15);
+    }
+
+    #[test]
+    fn other_cameras_have_the_electrons_per_count_that_headers_and_unity_gains_state() {
+        let at = |camera: &str, setting| {
+            detector(&[&format!("detector.camera={camera}")]).unwrap().gain_for_setting(setting).unwrap()
+        };
+        // headers of N.I.N.A. and of Huntsman, in counts of 14 and 12 bit
+        assert!((at("ZWO ASI294MC Pro", 120).e_per_adu.0 - 1.00224 / 4.0).abs() < 1e-3);
+        assert!((at("asi183mm", 100).e_per_adu.0 - 1.14474 / 16.0).abs() < 1e-3);
+        // unity: one electron per count of the converter
+        let native = |camera: &str, bits: i32| at(camera, 100).e_per_adu.0 * 2f64.powi(16 - bits);
+        assert!(
+            (native("asi533mm", 14) - 1.0).abs() < 0.05
+                && (native("asi1600mm", 12) * 10f64.powf(-0.195) - 1.0).abs() < 0.05
+        );
+        assert_eq!(at("asi2600mm", 100).source, "asi2600mm table: decibel law");
+        // between the settings nothing is interpolated
+        assert!(detector(&["detector.camera=asi2600mm"]).unwrap().gain_for_setting(56).is_none());
     }
 
     #[test]

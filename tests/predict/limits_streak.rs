@@ -311,7 +311,8 @@ fn colour_is_that_of_the_sun_and_redder_by_moonlight() {
     assert!((colour_mag("g", Tint::Moon).unwrap() - 0.46).abs() < 0.02);
     assert!(colour_mag("r", Tint::Moon).unwrap() < colour_mag("r", Tint::Sun).unwrap());
     assert_eq!(colour_mag("g", Tint::None).unwrap(), 0.0);
-    assert!(colour_mag("z", Tint::Sun).is_err());
+    assert!(colour_mag("y", Tint::Sun).is_err());
+    assert!((colour_mag("z", Tint::Sun).unwrap() + 0.31).abs() < 1e-9);
 }
 
 fn rows(args: &[&str]) -> Vec<HashMap<String, String>> {

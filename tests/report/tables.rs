@@ -24,7 +24,7 @@ const LAW: &str = "frame frame_sha256 norad_cat_id object_id object_name \
     moon_illum_pct moon_sep_deg illum sky_class paper_label tle_age_d \
     model_v_mag sun_v_mag earthshine_v_mag moon_v_mag lunar_earthshine_v_mag model_err_mag \
     residual_mag skipped \
-    status verdict reason flags";
+    pointing_sep_deg zero_level status verdict reason flags";
 
 fn folder() -> tempfile::TempDir {
     tempfile::tempdir().unwrap()
