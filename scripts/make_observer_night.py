@@ -313,6 +313,7 @@ class Camera:
             self.response[band.name] = response / np.median(response)
 
     def vignetting(self, rng, band):
+        """What is left of the light towards the corners; the middle lies off that of the chip."""
         r2 = ((self.x - rng.normal(0.0, 12.0)) ** 2 + (self.y - rng.normal(0.0, 12.0)) ** 2) / self.corner_px**2
         return 1.0 - band.vignetting * r2 * (0.7 + 0.3 * r2)
 
@@ -323,7 +324,8 @@ class Camera:
             x_px, y_px = rng.uniform(-0.45, 0.45) * self.cols, rng.uniform(-0.45, 0.45) * self.rows
             outer_px, depth = rng.uniform(12.0, 30.0), rng.uniform(0.02, 0.07)
             r_px = np.hypot(self.x - x_px, self.y - y_px)
-            shade -= depth * (1.0 / (1.0 + np.exp((r_px - outer_px) / 1.2)) - 1.0 / (1.0 + np.exp((r_px - 0.4 * outer_px) / 1.2)))
+            inside = [0.5 * (1.0 - np.tanh((r_px - edge_px) / 2.4)) for edge_px in (outer_px, 0.4 * outer_px)]
+            shade -= depth * (inside[0] - inside[1])
         return shade
 
     def read(self, rng, light_e, exptime_s):
@@ -383,26 +385,31 @@ class Folder:
                  ("FOCRATIO", 4.0, "Focal ratio")]
         if pointing is not None:
             alt_deg, az_deg = alt_az_deg(precession(request) @ unit(*np.radians(pointing)), request)
-            cards += [("RA", round(pointing[0], 7), "[deg] RA of telescope"), ("DEC", round(pointing[1], 7), "[deg] Declination of telescope"),
+            cards += [("RA", round(pointing[0], 7), "[deg] RA of telescope"),
+                      ("DEC", round(pointing[1], 7), "[deg] Declination of telescope"),
                       ("CENTALT", round(float(alt_deg), 6), "[deg] Altitude of telescope"),
                       ("CENTAZ", round(float(az_deg), 6), "[deg] Azimuth of telescope"),
                       ("AIRMASS", round(float(airmass(alt_deg)), 6), "Airmass at frame center (Young 1994)")]
-        cards += [("SITEELEV", SITE_ALT_M, "[m] Observation site elevation"), ("SITELAT", SITE_LAT_DEG, "[deg] Observation site latitude"),
+        cards += [("SITEELEV", SITE_ALT_M, "[m] Observation site elevation"),
+                  ("SITELAT", SITE_LAT_DEG, "[deg] Observation site latitude"),
                   ("SITELONG", SITE_LON_DEG, "[deg] Observation site longitude")]
         if band is not None:
             cards += [("FWHEEL", "ZWO EFW", "Filter Wheel name"), ("FILTER", band.name, "Active filter name")]
         if target is not None:
-            cards += [("OBJECT", target, "Name of the object of interest"), ("OBJCTRA", sexagesimal(pointing[0] / 15.0, False), "[H M S] RA of imaged object"),
+            cards += [("OBJECT", target, "Name of the object of interest"),
+                      ("OBJCTRA", sexagesimal(pointing[0] / 15.0, False), "[H M S] RA of imaged object"),
                       ("OBJCTDEC", sexagesimal(pointing[1], True), "[D M S] Declination of imaged object")]
         cards += [("ROWORDER", "TOP-DOWN", "FITS Image Orientation"), ("EQUINOX", 2000.0, "Equinox of celestial coordinate system"),
                   ("SWCREATE", "N.I.N.A. 3.1.2.9001 (x64)", "Software that created this file")]
         header = "".join(card(*c) for c in cards) + "END".ljust(80)
         data = (counts.astype(np.int32) - 32768).astype(">i2").tobytes()
-        name = f"{request:%Y-%m-%d_%H-%M-%S}_{band.name + '_' if band else ''}{temp_c:.2f}_{exptime_s:.2f}s_{self.number:04d}.fits"
+        wheel = band.name + "_" if band else ""
+        name = f"{request:%Y-%m-%d_%H-%M-%S}_{wheel}{temp_c:.2f}_{exptime_s:.2f}s_{self.number:04d}.fits"
         self.number += 1
         folder = self.out / f"{NIGHT_START:%Y-%m-%d}" / kind
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_bytes(header.ljust(-(-len(header) // 2880) * 2880).encode("ascii") + data + bytes(-len(data) % 2880))
+        header = header.ljust(-(-len(header) // 2880) * 2880).encode("ascii")
+        (folder / name).write_bytes(header + data + bytes(-len(data) % 2880))
         return name
 
 
@@ -442,6 +449,20 @@ def draw_calibration(folder, camera, seed, counts):
         clock += timedelta(seconds=exptime_s + 2.0)
 
 
+def catalogue_rows(rng, count, stars):
+    """The stars that a catalogue knows, with its errors; `count` rows are there already."""
+    rows = []
+    for place, v_mag, b_v_mag, v_r_mag in stars:
+        if v_mag < CATALOGUE_MAG_LIMIT:
+            ra_deg, dec_deg = ra_dec_deg(place)
+            row = {"recno": count + len(rows) + 1, "RAJ2000": f"{ra_deg:.7f}", "DEJ2000": f"{dec_deg:.7f}"}
+            for name, mag in (("B", v_mag + b_v_mag), ("V", v_mag), ("R", v_mag - v_r_mag)):
+                err_mag = math.hypot(0.012, 0.03 * 10.0 ** (0.3 * (mag - 16.0)))
+                row |= {f"{name}mag": f"{mag + rng.normal(0.0, err_mag):.3f}", f"e_{name}mag": f"{err_mag:.3f}"}
+            rows.append(row)
+    return rows
+
+
 def draw_star_fields(folder, camera, seed, frames_each):
     """Sidereal frames of all pointings; returns the rows of the catalogue and of the truth."""
     catalogue, truth, clock = [], [], STARS_START
@@ -460,14 +481,7 @@ def draw_star_fields(folder, camera, seed, frames_each):
         stars = centre + plane[:, :1] * axes[0] + plane[:, 1:] * axes[1]
         stars /= np.linalg.norm(stars, axis=1)[:, None]
         mags = {"V": v_mag, "R": v_mag - v_r_mag}
-        for star, v, bv, vr in zip(stars, v_mag, b_v_mag, v_r_mag):
-            if v < CATALOGUE_MAG_LIMIT:
-                ra_deg, dec_deg = ra_dec_deg(star)
-                row = {"recno": len(catalogue) + 1, "RAJ2000": f"{ra_deg:.7f}", "DEJ2000": f"{dec_deg:.7f}"}
-                for name, mag in (("B", v + bv), ("V", v), ("R", v - vr)):
-                    err_mag = math.hypot(0.012, 0.03 * 10.0 ** (0.3 * (mag - 16.0)))
-                    row |= {f"{name}mag": f"{mag + rng.normal(0.0, err_mag):.3f}", f"e_{name}mag": f"{err_mag:.3f}"}
-                catalogue.append(row)
+        catalogue += catalogue_rows(rng, len(catalogue), zip(stars, v_mag, b_v_mag, v_r_mag))
         for band in BANDS:
             for _ in range(frames_each):
                 start = clock + timedelta(seconds=SHUTTER_DELAY_S)
@@ -488,10 +502,12 @@ def draw_star_fields(folder, camera, seed, frames_each):
                     if -40 < x_px < camera.cols + 40 and -40 < y_px < camera.rows + 40:
                         draw_star(light_e, psf, x_px, y_px, flux, 40 if v < CATALOGUE_MAG_LIMIT else 16)
                 counts = camera.read(rng, light_e * camera.response[band.name], band.star_exptime_s)
-                name = folder.write("LIGHT", counts, clock, band.star_exptime_s, rng, band, f"Field {field + 1}", ra_dec_deg(centre))
+                name = folder.write("LIGHT", counts, clock, band.star_exptime_s, rng, band, f"Field {field + 1}",
+                                    ra_dec_deg(centre))
                 ra_deg, dec_deg = ra_dec_deg(aim)
                 truth.append({"file": name, "filter": band.name, "ra_deg": f"{ra_deg:.6f}", "dec_deg": f"{dec_deg:.6f}",
-                              "airmass": f"{np.median(mass):.5f}", "fwhm_px": f"{psf.fwhm_px:.4f}", "rotation_deg": f"{rotation_deg:.3f}"})
+                              "airmass": f"{np.median(mass):.5f}", "fwhm_px": f"{psf.fwhm_px:.4f}",
+                              "rotation_deg": f"{rotation_deg:.3f}"})
                 clock += timedelta(seconds=band.star_exptime_s + 3.0)
         clock += timedelta(seconds=180.0)
     return catalogue, truth
@@ -508,7 +524,8 @@ def draw_targets(folder, camera, seed, satellite, index, frames_each):
         toward, range_km, phase_deg = orbit.look(middle)
         alt_deg, az_deg = alt_az_deg(toward, middle)
         mass = float(airmass(alt_deg))
-        v_mag = satellite.v_1000km_mag + 5.0 * math.log10(range_km / 1000.0) + 0.008 * (phase_deg - 90.0) + rng.normal(0.0, 0.06)
+        v_mag = satellite.v_1000km_mag + 5.0 * math.log10(range_km / 1000.0) + 0.008 * (phase_deg - 90.0)
+        v_mag += rng.normal(0.0, 0.06)  # its own flicker
         mag = v_mag - (satellite.v_r_mag if band.name == "R" else 0.0)
         psf = seeing(rng, mass)
         light_e = sky_e(camera, rng, band, satellite.exptime_s)
@@ -534,8 +551,9 @@ def draw_targets(folder, camera, seed, satellite, index, frames_each):
         truth.append({"file": name, "satellite": satellite.name, "norad_cat_id": satellite.norad_cat_id, "filter": band.name,
                       "mid_time_utc": middle.isoformat(timespec="milliseconds"), "exptime_s": satellite.exptime_s,
                       "mag": f"{mag:.5f}", "x_px": f"{x_px:.3f}", "y_px": f"{y_px:.3f}", "flux_e": f"{flux_e:.1f}",
-                      "airmass": f"{mass:.5f}", "alt_deg": f"{alt_deg:.4f}", "az_deg": f"{az_deg:.4f}", "range_km": f"{range_km:.3f}",
-                      "phase_angle_deg": f"{phase_deg:.3f}", "fwhm_px": f"{psf.fwhm_px:.4f}", "trail_px": f"{np.hypot(*step_px):.1f}"})
+                      "airmass": f"{mass:.5f}", "alt_deg": f"{alt_deg:.4f}", "az_deg": f"{az_deg:.4f}",
+                      "range_km": f"{range_km:.3f}", "phase_angle_deg": f"{phase_deg:.3f}", "fwhm_px": f"{psf.fwhm_px:.4f}",
+                      "trail_px": f"{np.hypot(*step_px):.1f}"})
     return truth
 
 
@@ -565,7 +583,8 @@ def main():
     write_csv(args.out / "catalogue.csv", catalogue)
     write_csv(args.out / "truth" / "truth.csv", target_truth)
     write_csv(args.out / "truth" / "star_frames.csv", star_truth)
-    write_csv(args.out / "truth" / "bands.csv", [{"filter": b.name, "zp_mag": b.zp_mag, "k_mag_airmass": b.k_mag_airmass, "c_mag_mag": b.c_mag_mag} for b in BANDS])
+    write_csv(args.out / "truth" / "bands.csv", [
+        {"filter": b.name, "zp_mag": b.zp_mag, "k_mag_airmass": b.k_mag_airmass, "c_mag_mag": b.c_mag_mag} for b in BANDS])
     print(f"{folder.number} frames and {len(catalogue)} catalogue stars in {args.out}, truth in {args.out / 'truth'}")
 
 
