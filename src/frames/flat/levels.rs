@@ -43,7 +43,7 @@ pub(crate) fn level_step(region: &Region) -> usize {
 
 /// Median of the counts of every [`level_step`]-th row inside the circle \[ADU\]; `None` if there are none.
 ///
-/// Exact for up to 4 million pixels; of a frame of 61 million its standard error is 1.25 σ/√2·10⁶, 1e-5 of the level where
+/// Exact for up to 6 million pixels; of a frame of 61 million its standard error is 1.25 σ/√2·10⁶, 1e-5 of the level where
 /// pixels scatter by a hundredth of it: a hundredth of the master's own noise, and the same for all its pixels.
 ///
 /// # Errors

@@ -1,7 +1,7 @@
 //! Which satellite of the elements a frame is of, by its OBJECT.
 //!
 //! Names, catalogue numbers, international designators and the aliases of `[[satellites]]`. It does not cover positions
-//! ([`super::by_position`]): a frame whose OBJECT names no satellite is a star frame.
+//! (`super::by_position`): a frame whose OBJECT names no satellite is a star frame.
 
 use std::collections::HashMap;
 use std::path::Path;
