@@ -186,12 +186,12 @@ const CPU_S_PER_MPX: [(Role, f64); 3] = [(Role::Flat, 0.0018), (Role::Stars, 0.0
 ///
 /// The error of the first group is that of the night, after all have been shown.
 fn dry_run_night(config: &Config, jobs: usize) -> anyhow::Result<()> {
-    let Split { groups, notes, unreadable } = split(config, &[])?;
+    let Split { groups, notes, ungrouped, .. } = split(config, &[])?;
     notes.iter().for_each(|note| print(&format!("note       {note}\n")));
     if let [] | [_] = groups.as_slice() {
         return dry_run(groups.first().map_or(config, |group| &group.config), &[], jobs);
     }
-    unreadable.iter().for_each(|u| print(&format!("unreadable {}: {}\n", u.path.display(), u.error)));
+    ungrouped.iter().for_each(|row| print(&format!("ungrouped  {}: {}\n", row.file, row.reason)));
     let mut outcome = Ok(());
     for group in &groups {
         print(&format!("\n--- {}\n", group.config.night.name));

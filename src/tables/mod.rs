@@ -25,5 +25,5 @@ pub use schema::{
     PAPER_STEPS, PARTIAL, PASSES, PHOTOMETRY, PREDICTION, PUBLISHED, PartialRow, PhotometryRow, PublishedRow, RADIANCE,
     RAW, RENDERED_TRUTH, RESIDUALS, RadianceRow, RawRow, RenderedTruth, ResidualRow, Row, SATELLITES, SED, SEEN, SKY,
     SKY_SEQUENCE, SNR, STAR_TRUTH, STARS, STREAK, STRIP, SURFACES, SkyRow, SnrRow, StarRow, StarTruth, StreakRow,
-    TARGET_TRUTH, TRACK, TargetTruth, TrackRow, constellation_columns, is_listed,
+    TARGET_TRUTH, TRACK, TargetTruth, TrackRow, UNGROUPED, UngroupedRow, constellation_columns, is_listed,
 };

@@ -188,6 +188,46 @@ fn frames_whose_object_names_no_satellite_of_several_are_assigned_by_position_or
 }
 
 #[test]
+fn frames_of_an_object_that_is_not_in_the_elements_are_of_the_satellite_they_follow() {
+    let night = both_stations(demo());
+    for (k, path) in night.frames("target").iter().enumerate() {
+        set_card(path, "OBJECT", Some(if k < 14 { "'Space station'" } else { "'CSS (TIANHE)'" }));
+    }
+    let groups = reduced(&night);
+    assert!(
+        groups.notes.iter().any(|n| n.contains("14 frames with OBJECT = 'Space station'")
+            && n.contains("follow ISS (ZARYA) [25544]")
+            && n.contains("[[satellites]]")),
+        "{:?}",
+        groups.notes
+    );
+    let rows = read_photometry(&folder_of(&groups, "iss-zarya").join("photometry.ecsv")).unwrap().0;
+    assert_eq!(rows.iter().filter(|r| r.v_mag.is_some()).count(), 14, "{}", groups.text(false));
+    assert!(groups.ungrouped.is_empty(), "{:?}", groups.ungrouped);
+    // star frames stay where they are, so they are none of its
+    assert!(!groups.notes.iter().any(|n| n.contains("field")), "{:?}", groups.notes);
+}
+
+#[test]
+fn files_of_no_group_are_rows_and_count_as_failed() {
+    let mut night = both_stations(demo());
+    night.frames("target")[14..].iter().for_each(|path| set_card(path, "OBJECT", Some("'CSS (TIANHE)'")));
+    let damaged = night.frames("target").remove(3);
+    std::fs::write(&damaged, b"SIMPLE  = no FITS at all").unwrap();
+    let groups = reduced(&night);
+    let table = std::fs::read_to_string(groups.folder.join("ungrouped.ecsv")).unwrap();
+    let name = damaged.file_name().unwrap().to_string_lossy().into_owned();
+    assert!(table.lines().any(|l| l.starts_with(&name) && l.contains("failed")), "{table}");
+    let text = groups.text(false);
+    assert!(text.contains("1 files belong to no group, 1 of them cannot be read") && text.contains(&name), "{text}");
+    assert!(groups.poor.is_none(), "{:?}", groups.poor);
+    night.options.strict = true;
+    let groups = reduced(&night);
+    assert!(groups.poor.as_ref().is_some_and(|p| p.contains("belong to no group")), "{:?}", groups.poor);
+    assert_eq!(groups.error().unwrap().exit_code(), 3);
+}
+
+#[test]
 fn a_folder_of_frames_implies_its_configuration_and_what_is_missing() {
     let night = demo();
     std::fs::rename(night.path("pipeline.toml"), night.path("old.toml")).unwrap();

@@ -1,8 +1,11 @@
 //! Which satellite a frame is of, by where its header says it points.
 //!
 //! Used for target frames whose OBJECT names no satellite or several: the nearest candidate at mid-exposure is taken if it lies in
-//! the field and three times nearer than the next. The position is that of the header; images are not searched for stars.
+//! the field and three times nearer than the next. Frames of one OBJECT that names no satellite and that follow a candidate across
+//! the sky are of it too. The position is that of the header; images are not searched for stars.
 
+use crate::astrometry::catalogue::separation_deg;
+use crate::astrometry::initial_pointing::rough_positions;
 use crate::base::error::{Error, Result};
 use crate::config::Config;
 use crate::frames::Exposure;
@@ -11,6 +14,9 @@ use crate::pipeline::target::place::{half_field_deg, pointing_sep_deg};
 
 /// How many times nearer than the next candidate the nearest must be.
 const NEARER: f64 = 3.0;
+
+/// Share of the frames of an OBJECT that must point at the candidate they follow.
+const FOLLOWING: f64 = 0.8;
 
 /// The satellites that frames may be of, ready to propagate.
 #[derive(Debug)]
@@ -65,5 +71,30 @@ impl Candidates {
             )),
             [(_, number), ..] => Ok(*number),
         }
+    }
+
+    /// The satellite that frames of one OBJECT follow across the sky, if their headers say so.
+    ///
+    /// At least two frames that are a field apart on the sky, four fifths of them with the same candidate in the field: a field
+    /// of stars stays where it is, and a mount that follows a satellite by chance does not exist.
+    #[must_use]
+    pub fn followed(&self, frames: &[&Exposure], config: &Config) -> Option<u64> {
+        let first = frames.first()?;
+        let place = |e: &Exposure| {
+            let aliases = &config.header.aliases;
+            rough_positions(e, None, None, Some((&self.site, &self.eop)), aliases).into_iter().next()
+        };
+        let from = place(first)?;
+        let moved = |e: &&Exposure| {
+            place(e).is_some_and(|to| {
+                separation_deg(from.ra_deg, from.dec_deg, to.ra_deg, to.dec_deg) > 2.0 * half_field_deg(e, config)
+            })
+        };
+        if !frames.iter().any(moved) {
+            return None;
+        }
+        let number = frames.iter().take(3).find_map(|e| self.nearest(e, &[], config).ok())?;
+        let follows = |e: &&&Exposure| self.nearest(e, &[number], config).is_ok();
+        (frames.iter().filter(follows).count() as f64 >= FOLLOWING * frames.len() as f64).then_some(number)
     }
 }

@@ -16,13 +16,15 @@ use crate::base::error::{Error, Result};
 use crate::base::file::make_folder;
 use crate::base::progress::Progress;
 use crate::config::Config;
+use crate::frames::Role;
 use crate::pipeline::options::Options;
 use crate::pipeline::products::lock::lock;
 #[cfg(feature = "report")]
 use crate::pipeline::products::page::write_campaign_report;
 use crate::pipeline::products::summary::Summary;
 use crate::pipeline::run::run;
-use crate::tables::{Meta, NightRow, write_rows};
+use crate::tables::words::Status;
+use crate::tables::{Meta, NightRow, UngroupedRow, write_rows};
 
 /// A reduced group, or why it could not be.
 #[derive(Debug)]
@@ -51,6 +53,10 @@ pub struct Groups {
     pub notes: Vec<String>,
     /// Each group, in the order of camera, satellite and filter.
     pub reduced: Vec<Reduced>,
+    /// The files that belong to no group, with the reason.
+    pub ungrouped: Vec<UngroupedRow>,
+    /// Why the night as a whole is poor (exit code 3): too many files that belong to no group.
+    pub poor: Option<String>,
     /// Files written over all groups.
     pub files: Vec<PathBuf>,
 }
@@ -64,7 +70,17 @@ impl Groups {
             Ok(summary) => summary.brief(),
             Err(error) => format!("Night {}\nFailed     {error}\n", r.group.config.night.name),
         };
-        self.reduced.iter().map(one).collect::<Vec<_>>().join("\n")
+        let mut text = self.reduced.iter().map(one).collect::<Vec<_>>().join("\n");
+        if let Some(first) = self.ungrouped.iter().min_by_key(|row| (row.status != Status::Failed, &row.file)) {
+            let failed = self.ungrouped.iter().filter(|row| row.status == Status::Failed).count();
+            text += &format!(
+                "\nUngrouped  {} files belong to no group, {failed} of them cannot be read (ungrouped.ecsv); {}: {}\n",
+                self.ungrouped.len(),
+                first.file,
+                first.reason
+            );
+        }
+        text
     }
 
     /// The night as one JSON object: the summary of each group, or its error.
@@ -76,20 +92,22 @@ impl Groups {
         };
         serde_json::json!({
             "folder": self.folder, "notes": self.notes, "files": self.files,
-            "groups": self.reduced.iter().map(one).collect::<Vec<_>>(),
+            "groups": self.reduced.iter().map(one).collect::<Vec<_>>(), "ungrouped": self.ungrouped,
         })
     }
 
-    /// The error of the night: the first of a group that failed or is poor.
+    /// The error of the night: the first of a group that failed or is poor, else that of the night as a whole.
     #[must_use]
     pub fn error(self) -> Option<Error> {
-        self.reduced.into_iter().find_map(|r| match r.summary {
+        let of_night = self.poor.map(|problem| Error::PoorNight { problem });
+        let of_group = self.reduced.into_iter().find_map(|r| match r.summary {
             Ok(summary) => summary.poor_error().map(|e| match e {
                 Error::PoorNight { problem } => Error::PoorNight { problem: format!("{}: {problem}", summary.night) },
                 other => other,
             }),
             Err(error) => Some(error),
-        })
+        });
+        of_group.or(of_night)
     }
 }
 
@@ -99,7 +117,7 @@ impl Groups {
 /// Those of [`run`] for a night of one kind. For one of several groups what stops the whole night: a folder that cannot be
 /// made, a request to stop.
 pub fn run_night(config: &Config, options: &Options, progress: &dyn Progress) -> Result<Night> {
-    let Split { mut groups, mut notes, unreadable } = split(config, &options.files)?;
+    let Split { mut groups, mut notes, ungrouped, science } = split(config, &options.files)?;
     if groups.len() < 2 {
         let own = groups.pop().map(|group| group.config);
         let mut summary = run(own.as_ref().unwrap_or(config), options, progress)?;
@@ -110,7 +128,6 @@ pub fn run_night(config: &Config, options: &Options, progress: &dyn Progress) ->
     let folder = config.night.output.join(&config.night.name);
     make_folder(&folder)?;
     let _lock = lock(&folder)?;
-    notes.extend(unreadable.iter().map(|u| format!("warning: {} cannot be read: {}", u.path.display(), u.error)));
     let stars_cache = Some(folder.join(".satphot-stars"));
     let mut reduced = Vec::new();
     for group in groups {
@@ -121,10 +138,13 @@ pub fn run_night(config: &Config, options: &Options, progress: &dyn Progress) ->
         };
         reduced.push(Reduced { group, summary });
     }
-    let mut night = Groups { folder, notes, reduced, files: Vec::new() };
-    let file = night.folder.join("night.ecsv");
-    write_rows(&file, &night_rows(&night), &Meta::default())?;
-    night.files.push(file);
+    let limit = if options.strict { 0.0 } else { config.night.max_failed_frac };
+    let poor = too_many(&ungrouped, science, limit);
+    let (table, left) = (folder.join("night.ecsv"), folder.join("ungrouped.ecsv"));
+    let mut night = Groups { folder, notes, reduced, ungrouped, poor, files: Vec::new() };
+    write_rows(&table, &night_rows(&night), &Meta::default())?;
+    write_rows(&left, &night.ungrouped, &Meta::default())?;
+    night.files.extend([table, left]);
     #[cfg(feature = "report")]
     if !options.no_figures {
         let folders: Vec<PathBuf> =
@@ -136,6 +156,18 @@ pub fn run_night(config: &Config, options: &Options, progress: &dyn Progress) ->
         }
     }
     Ok(Night::Groups(night))
+}
+
+/// Why the night is poor, where more than the allowed share of its frames are target frames of no group or cannot be read.
+fn too_many(ungrouped: &[UngroupedRow], science: usize, limit: f64) -> Option<String> {
+    let is_lost = |row: &&UngroupedRow| row.status == Status::Failed || row.role == Role::Target.name();
+    let lost = ungrouped.iter().filter(is_lost).count();
+    (lost as f64 > limit * science as f64).then(|| {
+        format!(
+            "{lost} of {science} frames belong to no group (ungrouped.ecsv), more than the allowed share of {limit} \
+             (night.max_failed_frac)"
+        )
+    })
 }
 
 /// A row per pass of each group; one that has none, or failed, is a row as well.

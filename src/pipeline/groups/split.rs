@@ -5,20 +5,24 @@
 //! reduced as it is.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::by_position::Candidates;
-use super::objects::{Assigned, Objects, objects_of};
+use super::objects::{Assigned, Object, Objects, objects_of};
 use crate::bands::{Band, Light, Meaning};
 use crate::base::error::{Error, Result};
+use crate::base::file::file_name;
 use crate::brightness::Catalogue;
 use crate::config::{Config, Model};
 use crate::frames::{Exposure, Role, role_by_name};
 use crate::pipeline::stages::bias_and_dark;
-use crate::pipeline::survey::files::{Survey, Unreadable};
+use crate::pipeline::survey::files::Survey;
 use crate::pipeline::survey::filters::lights;
 use crate::pipeline::survey::header_warnings::other_camera;
 use crate::pipeline::survey::read::survey;
+use crate::pipeline::target::row::without_folder;
+use crate::tables::UngroupedRow;
+use crate::tables::words::Status;
 
 /// Frames that are reduced together.
 #[derive(Debug)]
@@ -42,8 +46,10 @@ pub struct Split {
     pub groups: Vec<Group>,
     /// What should be known of the night as a whole.
     pub notes: Vec<String>,
-    /// Files that belong to no group because they cannot be read.
-    pub unreadable: Vec<Unreadable>,
+    /// The files that belong to none of several groups.
+    pub ungrouped: Vec<UngroupedRow>,
+    /// Star frames, target frames and files that cannot be read: those that can fail.
+    pub science: usize,
 }
 
 /// What tells groups apart: camera (0 is that of `[detector]`), satellite, filter.
@@ -71,12 +77,40 @@ pub fn split(config: &Config, files: &[PathBuf]) -> Result<Split> {
     let parted = Parted::of(&survey, config, &objects, several, &mut notes);
     let groups = parted.groups(config, &objects, several)?;
     if groups.len() < 2 {
-        return Ok(Split { groups, notes, unreadable: Vec::new() });
+        return Ok(Split { groups, notes, ..Split::default() });
     }
     if several {
         notes.extend(without_model(&groups));
     }
-    Ok(Split { groups, notes, unreadable: survey.unreadable })
+    let ungrouped = ungrouped(&survey, &groups, &parted.unassigned);
+    let science = survey.targets.len() + survey.n_star_frames() + survey.unreadable.len();
+    Ok(Split { groups, notes, ungrouped, science })
+}
+
+/// The files that belong to no group, with the reason of each; `unassigned` are target frames whose satellite is not known.
+fn ungrouped(survey: &Survey, groups: &[Group], unassigned: &BTreeMap<&Path, String>) -> Vec<UngroupedRow> {
+    let grouped: BTreeSet<&Path> = groups.iter().flat_map(|g| &g.files).map(PathBuf::as_path).collect();
+    let row = |path: &Path, role: &str, status: Status, reason: String| UngroupedRow {
+        file: file_name(path),
+        role: role.into(),
+        status: status.into(),
+        reason,
+        ..UngroupedRow::default()
+    };
+    let left = survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets);
+    let left = left.filter(|e| !grouped.contains(e.path.as_path())).map(|e| {
+        let reason = unassigned.get(e.path.as_path()).cloned();
+        let reason = reason.unwrap_or_else(|| "no target frame of the night is of its camera and filter".into());
+        UngroupedRow {
+            object_name: e.object.clone().unwrap_or_default(),
+            filter: e.filter.clone().unwrap_or_default(),
+            ..row(&e.path, e.role.name(), Status::Rejected, reason)
+        }
+    });
+    let unreadable =
+        survey.unreadable.iter().map(|u| row(&u.path, "", Status::Failed, without_folder(&u.error, &u.path)));
+    let aside = survey.set_aside.iter().map(|s| row(&s.path, s.role.name(), Status::Rejected, s.reason.clone()));
+    left.chain(unreadable).chain(aside).collect()
 }
 
 /// Target frames whose OBJECT does not say which satellite they are of.
@@ -85,16 +119,37 @@ struct ByPosition<'a> {
     /// Made when the first frame needs them.
     candidates: Option<Result<Candidates>>,
     found: usize,
+    /// OBJECT of frames that name no satellite and follow one, its number, and how many they are.
+    following: Vec<(String, u64, usize)>,
+    /// The frames that could not be assigned, with the reason.
+    unassigned: BTreeMap<&'a Path, String>,
     /// OBJECT and the reason of the first frame that could not be assigned, and how many there are.
     unused: BTreeMap<String, (String, usize)>,
 }
 
-impl ByPosition<'_> {
-    /// The satellite that the header points at.
-    fn of(&mut self, exposure: &Exposure, among: &[u64]) -> Option<u64> {
+impl<'a> ByPosition<'a> {
+    fn new(config: &'a Config) -> Self {
+        let (following, unassigned, unused) = Default::default();
+        Self { config, candidates: None, found: 0, following, unassigned, unused }
+    }
+
+    fn candidates(&mut self) -> &Result<Candidates> {
         let config = self.config;
-        let candidates = self.candidates.get_or_insert_with(|| Candidates::of(config));
-        let nearest = match candidates {
+        self.candidates.get_or_insert_with(|| Candidates::of(config))
+    }
+
+    /// The satellite that the frames of an OBJECT follow, which names none.
+    fn followed(&mut self, object: &str, frames: &[&Exposure]) -> Option<u64> {
+        let config = self.config;
+        let number = self.candidates().as_ref().ok()?.followed(frames, config)?;
+        self.following.push((object.to_owned(), number, frames.len()));
+        Some(number)
+    }
+
+    /// The satellite that the header points at.
+    fn of(&mut self, exposure: &'a Exposure, among: &[u64]) -> Option<u64> {
+        let config = self.config;
+        let nearest = match self.candidates() {
             Ok(candidates) => candidates.nearest(exposure, among, config),
             Err(error) => Err(error.to_string()),
         };
@@ -105,6 +160,8 @@ impl ByPosition<'_> {
             }
             Err(reason) => {
                 let object = exposure.object.clone().unwrap_or_default();
+                self.unassigned
+                    .insert(&exposure.path, format!("OBJECT names no satellite of the elements or several; {reason}"));
                 let reason = || (format!("{} {reason}", exposure.name), 0);
                 self.unused.entry(object).or_insert_with(reason).1 += 1;
                 None
@@ -112,12 +169,20 @@ impl ByPosition<'_> {
         }
     }
 
-    fn notes(self) -> Vec<String> {
-        let mut notes = Vec::new();
+    fn notes(&self, objects: &Objects) -> Vec<String> {
+        let mut notes: Vec<String> = Vec::new();
+        for (object, number, n) in &self.following {
+            let name = objects.get(*number).map(Object::label).unwrap_or_default();
+            notes.push(format!(
+                "{n} frames with OBJECT = '{object}', which names no satellite of the elements, follow {name} [{number}] across the \
+                 sky and are taken as target frames of it; [[satellites]] with objects and norad_cat_id says so for good, \
+                 frames.stars makes them star frames"
+            ));
+        }
         if self.found > 0 {
             notes.push(format!("{} frames are assigned to satellites by where their headers point", self.found));
         }
-        notes.extend(self.unused.into_iter().map(|(object, (reason, n))| {
+        notes.extend(self.unused.iter().map(|(object, (reason, n))| {
             format!(
                 "{n} target frames with OBJECT = '{object}' are not used: it names no satellite of the elements or several, and \
                  the position does not tell ({reason}); give the number in [[satellites]] with norad_cat_id"
@@ -134,19 +199,25 @@ struct Parted<'a> {
     flats: BTreeMap<(usize, Light), Vec<&'a Exposure>>,
     /// Biases and darks of each camera.
     zeros: BTreeMap<usize, Vec<&'a Exposure>>,
+    /// Target frames whose satellite is not known, with the reason.
+    unassigned: BTreeMap<&'a Path, String>,
+    /// OBJECT of frames that name no satellite and follow one, and its number.
+    following: Vec<(String, u64)>,
 }
 
 impl<'a> Parted<'a> {
-    fn of(survey: &'a Survey, config: &Config, objects: &Objects, several: bool, notes: &mut Vec<String>) -> Self {
+    fn of(survey: &'a Survey, config: &'a Config, objects: &Objects, several: bool, notes: &mut Vec<String>) -> Self {
         let light_of = lights(survey, config);
         let cameras: Vec<Config> = (0..=config.instruments.len()).map(|i| of_instrument(config, i)).collect();
         let camera = |e: &Exposure| (0..cameras.len()).find(|i| other_camera(e, &cameras[*i]).is_none()).unwrap_or(0);
         // a file name that [frames] makes a star frame wins over OBJECT
         let is_named = |e: &Exposure| role_by_name(&e.name, config).is_some();
-        let (targets, stars, flats, zeros) = Default::default();
-        let mut parted = Self { targets, stars, flats, zeros };
+        let (targets, stars, flats, zeros, unassigned, following) = Default::default();
+        let mut parted = Self { targets, stars, flats, zeros, unassigned, following };
+        // frames that are star frames by their OBJECT alone
+        let mut unnamed: BTreeMap<&str, Vec<&Exposure>> = BTreeMap::new();
         let mut assigned: BTreeMap<&str, Assigned> = BTreeMap::new();
-        let mut by_position = ByPosition { config, candidates: None, found: 0, unused: BTreeMap::new() };
+        let mut by_position = ByPosition::new(config);
         for exposure in survey.pointings.iter().flatten().chain(&survey.targets) {
             let object = exposure.object.as_deref().unwrap_or("");
             let named = match several {
@@ -169,7 +240,18 @@ impl<'a> Parted<'a> {
                         parted.targets.entry((i, Some(number), light)).or_default().push(exposure);
                     }
                 }
+                _ if several && !is_named(exposure) => unnamed.entry(object).or_default().push(exposure),
                 _ => parted.stars.entry((i, light)).or_default().push(exposure),
+            }
+        }
+        for (object, frames) in unnamed {
+            let number = if object.is_empty() { None } else { by_position.followed(object, &frames) };
+            for exposure in frames {
+                let (i, light) = (camera(exposure), light_of(exposure));
+                match number {
+                    Some(_) => parted.targets.entry((i, number, light)).or_default().push(exposure),
+                    None => parted.stars.entry((i, light)).or_default().push(exposure),
+                }
             }
         }
         for exposure in &survey.flats {
@@ -178,7 +260,9 @@ impl<'a> Parted<'a> {
         for exposure in bias_and_dark(survey, config) {
             parted.zeros.entry(camera(exposure)).or_default().push(exposure);
         }
-        notes.extend(by_position.notes());
+        notes.extend(by_position.notes(objects));
+        parted.unassigned = by_position.unassigned;
+        parted.following = by_position.following.into_iter().map(|(object, number, _)| (object, number)).collect();
         parted
     }
 
@@ -228,7 +312,7 @@ impl<'a> Parted<'a> {
                     .chain(self.zeros.get(i).into_iter().flatten())
                     .map(|e| e.path.clone())
                     .collect(),
-                satellite: object.map(super::objects::Object::label).unwrap_or_default(),
+                satellite: object.map(Object::label).unwrap_or_default(),
                 filter: if n_lights > 1 { light.filter.clone() } else { String::new() },
                 instrument: if n_cameras > 1 { instrument } else { String::new() },
             };
@@ -236,6 +320,8 @@ impl<'a> Parted<'a> {
             if let (Some(number), Some(object), Some(orbit)) = (number, object, &mut group.config.orbit) {
                 orbit.norad_cat_id = Some(*number);
                 group.config.model = model_of(config, object, only)?;
+                let follows = self.following.iter().filter(|(_, followed)| followed == number);
+                group.config.frames.target_objects.extend(follows.map(|(object, _)| object.clone()));
             }
             if n_lights > 1 {
                 through(&mut group.config, light);
@@ -315,7 +401,7 @@ fn in_band(config: &mut Config, light: &Light) {
 
 /// The model of a satellite: that of the first entry of `[[satellites]]` that is of it, else `[model]` where that is a
 /// model of this satellite or the night has no other.
-fn model_of(config: &Config, object: &super::objects::Object, only: bool) -> Result<Option<Model>> {
+fn model_of(config: &Config, object: &Object, only: bool) -> Result<Option<Model>> {
     let of = |name: &String| match &config.model {
         Some(model) if model.satellite == *name => model.clone(),
         Some(model) => Model { satellite: name.clone(), surfaces: Vec::new(), ..model.clone() },

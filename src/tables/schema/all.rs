@@ -9,7 +9,7 @@ use super::limits::{FOOTPRINT, LIMITS, STREAK};
 use super::listings::{
     AREAS, BRDF_CURVE, EXPLICIT, FLUX_MAP, PAPER_STEPS, PASSES, SATELLITES, SED, SEEN, STRIP, SURFACES,
 };
-use super::night::NIGHT;
+use super::night::{NIGHT, UNGROUPED};
 use super::paper::{CHECKED, LABELS, PUBLISHED};
 use super::photometry::{PHOTOMETRY, PREDICTION, RAW};
 use super::radiance::{RADIANCE, SNR};
@@ -24,6 +24,7 @@ pub const ALL: &[Definition] = &[
     RAW,
     RESIDUALS,
     NIGHT,
+    UNGROUPED,
     STARS,
     PREDICTION,
     SKY,

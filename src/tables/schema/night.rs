@@ -47,3 +47,23 @@ table! {
         reason: String => ["meta.note"],
     }
 }
+
+table! {
+    UNGROUPED = "ungrouped.ecsv", "One row per file of a night of several satellites, filters or cameras that belongs to none of its groups.";
+    /// A file of no group.
+    #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+    pub struct UngroupedRow {
+        /// name of the file
+        file: String => ["meta.id;meta.file"],
+        /// what it would have been: flat, stars or target; empty where it cannot be read
+        role: String => ["meta.code.class"],
+        /// OBJECT of its header
+        object_name: String => ["meta.id;src"],
+        /// FILTER of its header
+        filter: String => ["meta.id;instr.filter"],
+        /// `failed` where the file cannot be read, else `rejected`
+        status: String => ["meta.code.status"],
+        /// why it belongs to no group
+        reason: String => ["meta.note"],
+    }
+}
