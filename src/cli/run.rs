@@ -191,7 +191,7 @@ fn dry_run_night(config: &Config, jobs: usize) -> anyhow::Result<()> {
     if let [] | [_] = groups.as_slice() {
         return dry_run(groups.first().map_or(config, |group| &group.config), &[], jobs);
     }
-    ungrouped.iter().for_each(|row| print(&format!("ungrouped  {}: {}\n", row.file, row.reason)));
+    ungrouped.iter().for_each(|row| print(&format!("ungrouped  {}: {}\n", row.frame, row.reason)));
     let mut outcome = Ok(());
     for group in &groups {
         print(&format!("\n--- {}\n", group.config.night.name));

@@ -142,6 +142,7 @@ impl Config {
     fn check_vetting(&self) -> Result<()> {
         let v = &self.vetting;
         range("vetting.contam_caution_frac", v.contam_caution_frac, 0.0, 1e6, "of the flux")?;
+        range("vetting.masked_caution_frac", v.masked_caution_frac, 0.0, 1e6, "of the flux")?;
         range("vetting.contam_reject_frac", v.contam_reject_frac, v.contam_caution_frac, 1e6, "of the flux")?;
         range("vetting.smear_caution", v.smear_caution, 1.0, 1e6, "")?;
         range("vetting.corner_ratio_dev", v.corner_ratio_dev, 0.0, 1e6, "")?;

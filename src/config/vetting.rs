@@ -12,6 +12,8 @@ pub struct Vetting {
     pub contam_caution_frac: f64,
     /// The same from which it is rejected; 1e6 = never.
     pub contam_reject_frac: f64,
+    /// Share of the flux in masked pixels, filled from their neighbours, from which a frame is used with caution; 1e6 = never.
+    pub masked_caution_frac: f64,
     /// Length of the target over the one expected from its median size in the pass, scaled to the range, from which a
     /// frame is used with caution; a station that turns within the pass stays below 1.5. 1e6 = never.
     pub smear_caution: f64,
@@ -41,6 +43,7 @@ impl Default for Vetting {
         Self {
             contam_caution_frac: 0.05,
             contam_reject_frac: 1.0,
+            masked_caution_frac: 0.05,
             smear_caution: 1.5,
             corner_ratio_dev: 0.05,
             sky_drop_frac: 0.15,

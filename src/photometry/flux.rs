@@ -41,6 +41,8 @@ pub struct Flux {
     pub snr: f64,
     /// Highest pixel of the aperture above the sky \[e⁻\]; NaN with the flux.
     pub peak_e: f64,
+    /// Share of the flux in masked pixels, which others replace; 0 without any, NaN with the flux.
+    pub masked_frac: f64,
     /// The aperture.
     pub shape: Shape,
     /// Inner radius of the annulus \[px\].
@@ -59,8 +61,9 @@ pub struct Flux {
 /// where that is larger by more than its own sampling error (3 √(2/N)): unresolved stars and flat residuals are noise
 /// too. `σ_S² = 1.26 σ²/N`, the variance of the sky estimate (π/2 would be a plain median's).
 ///
-/// Masked pixels: a saturated one is summed as it is and flagged; a bad or clipped one is filled with the mean of the
-/// good ones (flag `MASKED`). Outside the frame nothing is filled (flag `EDGE`). With fewer than 16 good annulus
+/// Masked pixels: a saturated one is summed as it is and flagged; a bad one is filled from its eight neighbours ([`filled`], flag
+/// `MASKED`), or with the mean of the aperture where they are bad too, as is a clipped one. `masked_frac` is the share of the flux
+/// that was filled in; half of what a pixel's neighbours disagree on enters the error. Outside the frame nothing is filled (flag `EDGE`). With fewer than 16 good annulus
 /// pixels the mesh gives the sky (flag `NO_ANNULUS`). Negative fluxes are kept (flag `NEGATIVE`). If nothing can be
 /// measured (position not finite or off the frame, all pixels bad) flux, error, S/N and peak are NaN and flags say why.
 #[allow(clippy::too_many_arguments)] // one position, one shape, one annulus: a struct would only rename them
@@ -132,6 +135,7 @@ pub(crate) fn flux_over_sky(
     let bounds = Bounds::of(frame);
     let mut flags = sky.flags;
     let (mut area, mut good_area, mut sum, mut extra, mut peak) = (0.0, 0.0, 0.0, 0.0, f64::NAN);
+    let (mut sum_filled, mut err_filled) = (0.0, 0.0);
     for_each_row(&shape, x, y, bounds, |first, j, shares| {
         let columns = first - bounds.x0..first - bounds.x0 + shares.len();
         let (pixels, bits) = (frame.pixels.row(j - bounds.y0), frame.mask.row(j - bounds.y0));
@@ -166,6 +170,13 @@ pub(crate) fn flux_over_sky(
             }
             if m & (mask::BAD | mask::CLIPPED) != 0 || !v.is_finite() {
                 flags.set(Flags::MASKED);
+                if let Some((value, err)) = filled(frame, i, j - bounds.y0).filter(|_| m & mask::CLIPPED == 0) {
+                    good_area += share;
+                    sum += share * (value - sky.level_e);
+                    sum_filled += share * (value - sky.level_e);
+                    err_filled += share * err;
+                    extra += share * share * extra_variance(i + bounds.x0, j);
+                }
                 continue;
             }
             good_area += share;
@@ -180,6 +191,8 @@ pub(crate) fn flux_over_sky(
         flags.set(Flags::EDGE);
     }
     let fill = area / good_area;
+    // of pixels without good neighbours nothing is known but their share of the area
+    let masked_frac = (sum_filled / sum).abs() + (1.0 - good_area / area);
     let flux_e = if good_area > 0.0 { sum * fill } else { f64::NAN };
     if flux_e <= 0.0 {
         flags.set(Flags::NEGATIVE);
@@ -187,7 +200,8 @@ pub(crate) fn flux_over_sky(
     let variance = flux_e.max(0.0) * fill
         + area * fill * pixel_variance(frame, sky)
         + extra * fill * fill
-        + (area * sky.err_e).powi(2);
+        + (area * sky.err_e).powi(2)
+        + (fill * err_filled).powi(2);
     let flux_err_e = if flux_e.is_finite() { variance.sqrt() } else { f64::NAN };
     Flux {
         flux_e,
@@ -199,11 +213,29 @@ pub(crate) fn flux_over_sky(
         n_sky: sky.n,
         snr: flux_e / flux_err_e,
         peak_e: peak,
+        masked_frac: if masked_frac.is_finite() { masked_frac } else { f64::NAN },
         shape,
         sky_in_px,
         sky_out_px,
         flags,
     }
+}
+
+/// The value of a masked pixel by its eight neighbours, and half of what two estimates from them differ by; `None` where one of them
+/// is masked, saturated or off the frame.
+///
+/// `v = (2 Σ₄ − Σ_corners)/4`, exact for a surface of second order; the other estimate is the mean of the eight. In the peak of a
+/// Gaussian of FWHM 3.5 px the first is 4 % too low, the second 28 %; at 2 px 25 % and 62 %.
+fn filled(frame: &Frame<Electrons>, i: usize, j: usize) -> Option<(f64, f64)> {
+    let value = |di: usize, dj: usize| {
+        let at = [(j + dj).checked_sub(1)?, (i + di).checked_sub(1)?];
+        let (v, m) = (f64::from(*frame.pixels.get(at)?), *frame.mask.get(at)?);
+        (v.is_finite() && m == 0).then_some(v)
+    };
+    let cross = value(1, 0)? + value(0, 1)? + value(2, 1)? + value(1, 2)?;
+    let corners = value(0, 0)? + value(2, 0)? + value(0, 2)? + value(2, 2)?;
+    let (quadratic, mean) = ((2.0 * cross - corners) / 4.0, (cross + corners) / 8.0);
+    Some((quadratic, 0.5 * (quadratic - mean).abs()))
 }
 
 /// The faintest light that the aperture of a detected object would have shown \[e⁻\].

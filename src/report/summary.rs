@@ -130,7 +130,8 @@ pub fn pass_table(rows: &[PhotometryRow], band: &str) -> String {
         ]
     };
     let lines: Vec<Vec<String>> = pass_summaries(rows).into_iter().map(line).collect();
-    text_table(&head, &lines) + &old_elements_note(rows).map(|note| format!("{note}\n")).unwrap_or_default()
+    let table = if lines.is_empty() { String::new() } else { text_table(&head, &lines) };
+    table + &old_elements_note(rows).map(|note| format!("{note}\n")).unwrap_or_default()
 }
 
 /// What old elements spoil, and in which passes; `None` where all are recent.
@@ -147,11 +148,14 @@ pub fn old_elements_note(rows: &[PhotometryRow]) -> Option<String> {
     let frames = rows.iter().filter(old).count();
     (frames > 0).then(|| {
         let age = oldest.map(|d| format!(" (up to {d:.1} d)")).unwrap_or_default();
-        let pass = if of.len() == 1 { "pass" } else { "passes" };
+        let passes = match of.as_slice() {
+            [] => String::new(),
+            [one] => format!(" of pass {one}"),
+            several => format!(" of passes {}", several.join(", ")),
+        };
         format!(
-            "Elements older than 2 d{age} in {frames} frames of {pass} {}: the geometry, the model and the residuals carry \
-             their error; the measured magnitudes do not.",
-            of.join(", ")
+            "Elements older than 2 d{age} in {frames} frames{passes}: the geometry, the model and the residuals carry their \
+             error; the measured magnitudes do not.",
         )
     })
 }

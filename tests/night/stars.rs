@@ -189,6 +189,7 @@ fn member(flux_e: f64, flags: Flags, profile: Option<StarProfile>) -> Member {
         n_sky: 400,
         snr: flux_e / 10.0,
         peak_e: 0.05 * flux_e,
+        masked_frac: 0.0,
         shape: Shape::Circle { r_px: 6.0 },
         sky_in_px: 9.0,
         sky_out_px: 15.0,

@@ -103,6 +103,10 @@ fn what_is_wrong_with_the_pixels_is_told_and_the_worst_comes_first() {
     let both = judged(|r| r.flags = Flags::HIT.0 | Flags::SATURATED.0);
     assert!(both.verdict == "reject" && both.reason.starts_with("saturated"), "{}", both.reason);
     expect(&judged(|r| r.peak_frac_sat = Some(0.97)), "caution", Flags::default(), &["97 % of saturation"]);
+    // masked pixels by the share of the flux they hold
+    let masked = |share: f64| judged(|r| (r.flags, r.masked_frac) = (Flags::MASKED.0, Some(share)));
+    assert_eq!(masked(0.049).verdict, "use");
+    expect(&masked(0.07), "caution", Flags::MASKED, &["hold 7 % of the flux"]);
     // flags that inform decide nothing
     for flag in [Flags::NO_FLAT, Flags::TRAIL, Flags::ELONGATED, Flags::CROWDED_ANNULUS, Flags::OTHER_ZEROPOINT] {
         assert_eq!(judged(|r| r.flags = flag.0).verdict, "use", "{flag}");

@@ -42,6 +42,36 @@ fn a_nan_pixel_is_filled_and_flagged_and_never_makes_a_nan() {
 }
 
 #[test]
+fn a_masked_pixel_in_the_core_is_filled_from_its_neighbours_within_the_error_it_adds() {
+    for (fwhm_px, worst_frac, least_share) in [(2.5, 0.05, 0.10), (4.0, 0.004, 0.04), (8.0, 0.0005, 0.01)] {
+        let mut scene = Scene::new(81, 81, 100.0);
+        scene.star(40.3, 39.8, 10_000.0, fwhm_px);
+        let whole = frame(scene.mean.mapv(|v| v as f32), 2.0);
+        let clean = at(&whole, 40.3, 39.8);
+        assert_eq!(clean.masked_frac, 0.0);
+        for (j, i) in [(40, 40), (39, 40), (40, 41), (38, 39), (42, 40), (40, 43)] {
+            let mut f = whole.clone();
+            f.mask[[j, i]] = mask::BAD;
+            f.pixels[[j, i]] = 50_000.0;
+            let got = at(&f, 40.3, 39.8);
+            let off = (got.flux_e - clean.flux_e).abs();
+            let added = (got.flux_err_e.powi(2) - clean.flux_err_e.powi(2)).max(0.0).sqrt();
+            assert!(off < worst_frac * clean.flux_e, "FWHM {fwhm_px}, ({i}, {j}): {off}");
+            assert!(off < 2.0 * added + 1e-4 * clean.flux_e, "FWHM {fwhm_px}, ({i}, {j}): off {off}, error {added}");
+            assert_eq!(got.flags, Flags::MASKED);
+        }
+        let mut f = whole.clone();
+        f.mask[[40, 40]] = mask::BAD;
+        let share = at(&f, 40.3, 39.8).masked_frac;
+        assert!(share > least_share && share < 4.0 * least_share, "FWHM {fwhm_px}: {share}");
+        // with a bad neighbour nothing but the share of the area is known
+        f.mask[[40, 41]] = mask::BAD;
+        let area = Shape::Circle { r_px: 8.0 }.area_px();
+        assert!((at(&f, 40.3, 39.8).masked_frac - 2.0 / area).abs() < 1e-9);
+    }
+}
+
+#[test]
 fn a_masked_value_has_no_influence() {
     let mut f = star();
     f.mask[[45, 40]] = mask::BAD;

@@ -17,7 +17,7 @@ const LAW: &str = "frame frame_sha256 norad_cat_id object_id object_name \
     filter gain_setting e_per_adu e_per_adu_source read_noise_e fwhm_px pix_scale_arcsec \
     x_px y_px aper_shape aper_r_px aper_a_px aper_b_px aper_theta_deg elongation extent_fwhm \
     sky_in_px sky_out_px \
-    flux_e flux_err_e forced_flux_e forced_flux_err_e sky_e_px sky_corner_ratio snr peak_frac_sat contam_frac aper_corr_mag inst_mag v_mag v_mag_err \
+    flux_e flux_err_e forced_flux_e forced_flux_err_e sky_e_px sky_corner_ratio snr peak_frac_sat masked_frac contam_frac aper_corr_mag inst_mag v_mag v_mag_err \
     v_mag_err_sys zp_age_d zp_extra_err_mag limit_v_mag \
     mu_mean_mag_arcsec2 mu_peak_mag_arcsec2 \
     alt_deg az_deg range_km rate_deg_s az_rate_deg_s alt_az_err_deg airmass phase_angle_deg sun_alt_deg moon_alt_deg moon_phase_deg \

@@ -9,7 +9,7 @@ use ndarray::Array2;
 use super::placed::Placed;
 use super::settings::TargetSettings;
 use crate::base::stats;
-use crate::frames::{Electrons, Frame};
+use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::Flags;
 use crate::photometry::annulus::Sky;
 use crate::photometry::aperture::{Bounds, Shape, for_each_pixel};
@@ -135,13 +135,13 @@ impl Cutout {
         let inner = at.shape.bounding_radius_px() + gap;
         let wanted = SKY_AREA * at.shape.area_px() / std::f64::consts::PI;
         let mut outer = (inner + width).max((inner * inner + wanted).sqrt());
-        let mut ring = self.ring(at, (inner, outer), objects);
+        let mut ring = self.ring(frame, at, (inner, outer), objects);
         for _ in 0..3 {
             if ring.n >= 200.max(2 * MIN_SKY_PX) {
                 break;
             }
             outer += width;
-            ring = self.ring(at, (inner, outer), objects);
+            ring = self.ring(frame, at, (inner, outer), objects);
         }
         let level_e = self.sky.level(at.x, at.y);
         let mut flags = ring.flags;
@@ -193,7 +193,7 @@ impl Cutout {
     }
 
     /// The mean of an annulus above the sky's surface; without objects, trails and hits.
-    fn ring(&self, at: &Placed, (inner, outer): (f64, f64), objects: &Array2<bool>) -> Ring {
+    fn ring(&self, frame: &Frame<Electrons>, at: &Placed, (inner, outer): (f64, f64), objects: &Array2<bool>) -> Ring {
         let (my, mx) = objects.dim();
         let bounds = self.bounds();
         let across = (2.0 * outer) as usize / SKY_BLOCK_PX + 2;
@@ -213,7 +213,9 @@ impl Cutout {
                 }
                 let v = f64::from(self.pixels[[j, i]]);
                 if !v.is_finite() {
-                    flags.set(Flags::CLIP_EDGE);
+                    if frame.mask[[j + self.y0, i + self.x0]] & mask::CLIPPED != 0 {
+                        flags.set(Flags::CLIP_EDGE);
+                    }
                     continue;
                 }
                 total += 1;
@@ -355,6 +357,7 @@ fn nothing(at: &Placed) -> Flux {
         n_sky: 0,
         snr: f64::NAN,
         peak_e: f64::NAN,
+        masked_frac: f64::NAN,
         shape: at.shape,
         sky_in_px: f64::NAN,
         sky_out_px: f64::NAN,

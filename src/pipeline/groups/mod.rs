@@ -71,12 +71,13 @@ impl Groups {
             Err(error) => format!("Night {}\nFailed     {error}\n", r.group.config.night.name),
         };
         let mut text = self.reduced.iter().map(one).collect::<Vec<_>>().join("\n");
-        if let Some(first) = self.ungrouped.iter().min_by_key(|row| (row.status != Status::Failed, &row.file)) {
+        if let Some(first) = self.ungrouped.iter().min_by_key(|row| (row.status != Status::Failed, &row.frame)) {
             let failed = self.ungrouped.iter().filter(|row| row.status == Status::Failed).count();
             text += &format!(
-                "\nUngrouped  {} files belong to no group, {failed} of them cannot be read (ungrouped.ecsv); {}: {}\n",
+                "\nUngrouped  {} file{} of no group, {failed} cannot be read (ungrouped.ecsv); {}: {}\n",
                 self.ungrouped.len(),
-                first.file,
+                if self.ungrouped.len() == 1 { "" } else { "s" },
+                first.frame,
                 first.reason
             );
         }

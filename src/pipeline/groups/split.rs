@@ -91,7 +91,7 @@ pub fn split(config: &Config, files: &[PathBuf]) -> Result<Split> {
 fn ungrouped(survey: &Survey, groups: &[Group], unassigned: &BTreeMap<&Path, String>) -> Vec<UngroupedRow> {
     let grouped: BTreeSet<&Path> = groups.iter().flat_map(|g| &g.files).map(PathBuf::as_path).collect();
     let row = |path: &Path, role: &str, status: Status, reason: String| UngroupedRow {
-        file: file_name(path),
+        frame: file_name(path),
         role: role.into(),
         status: status.into(),
         reason,

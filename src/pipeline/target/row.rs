@@ -182,6 +182,7 @@ fn measured_columns(row: PhotometryRow, of: &CalibratedMeasurement) -> Photometr
         snr: finite(flux.snr),
         // the converter sees the sky too: by day it may fill most of the range
         peak_frac_sat: finite((flux.peak_e + flux.sky_e_px) / well_e),
+        masked_frac: finite(flux.masked_frac),
         contam_frac: m.look.and_then(|l| l.contam_frac),
         aper_corr_mag: m.correction.map(|c| c.mag),
         inst_mag: m.inst.mag,

@@ -20,11 +20,10 @@ pub(super) fn findings(row: &PhotometryRow, t: &Vetting) -> Vec<Finding> {
 /// Saturation, edges, masked and hit pixels, the sky.
 fn pixels(row: &PhotometryRow, t: &Vetting) -> Vec<Finding> {
     let flags = Flags(row.flags);
-    let findings: [(Flags, Verdict, &str); 7] = [
+    let findings: [(Flags, Verdict, &str); 6] = [
         (Flags::SATURATED, Verdict::Reject, "saturated pixels in the aperture: light is lost (saturated)"),
         (Flags::EDGE, Verdict::Reject, "the aperture reaches over the edge of the frame (edge)"),
         (Flags::CLIP_EDGE, Verdict::Caution, "the aperture or its annulus reaches outside the clip circle (clip_edge)"),
-        (Flags::MASKED, Verdict::Caution, "masked pixels in the aperture, filled from the others (masked)"),
         (Flags::HIT, Verdict::Caution, "a cosmic ray or hot pixel in the aperture (hit)"),
         (Flags::NO_ANNULUS, Verdict::Caution, "no usable sky annulus, the background mesh was taken (no_annulus)"),
         (Flags::NEGATIVE, Verdict::Caution, "the net flux is not positive (negative)"),
@@ -34,6 +33,19 @@ fn pixels(row: &PhotometryRow, t: &Vetting) -> Vec<Finding> {
         .filter(|(flag, ..)| flags.has(*flag))
         .map(|(flags, verdict, words)| Finding { verdict, flags, words: words.into() })
         .collect();
+    // a non-detection has no flux to compare with, tables of older versions no share
+    let share = row.masked_frac.filter(|_| row.status == Status::Ok);
+    if flags.has(Flags::MASKED) && share.is_none_or(|share| share > t.masked_caution_frac) {
+        let words = match share {
+            Some(share) => format!(
+                "masked pixels hold {:.0} % of the flux, filled from the others (masked, vetting.masked_caution_frac {})",
+                100.0 * share,
+                t.masked_caution_frac
+            ),
+            None => "masked pixels in the aperture, filled from the others (masked)".into(),
+        };
+        found.push(Finding::caution(Flags::MASKED, words));
+    }
     if let Some(peak) = row.peak_frac_sat.filter(|p| *p > t.peak_caution_frac && !flags.has(Flags::SATURATED)) {
         let words = format!(
             "brightest pixel at {:.0} % of saturation, where the detector may no longer be linear \

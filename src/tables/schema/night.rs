@@ -53,12 +53,12 @@ table! {
     /// A file of no group.
     #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
     pub struct UngroupedRow {
-        /// name of the file
-        file: String => ["meta.id;meta.file"],
+        /// source FITS file name
+        frame: String => ["meta.id;meta.file"],
         /// what it would have been: flat, stars or target; empty where it cannot be read
         role: String => ["meta.code.class"],
         /// OBJECT of its header
-        object_name: String => ["meta.id;src"],
+        object_name: String => ["meta.id;meta.main"],
         /// FILTER of its header
         filter: String => ["meta.id;instr.filter"],
         /// `failed` where the file cannot be read, else `rejected`

@@ -97,6 +97,8 @@ table! {
         snr: Option<f64> => ["stat.snr"],
         /// brightest aperture pixel, with the sky, as a fraction of the saturation level
         peak_frac_sat: Option<f64> => ["instr.saturation;arith.ratio"],
+        /// share of flux_e in masked pixels, which their neighbours or the mean of the aperture replace
+        masked_frac: Option<f64> => ["phot.count;arith.ratio"] added_later,
         /// light of star trails and neighbours inside the aperture over flux_e (over flux_err_e where that is larger); that
         /// of trails is subtracted from flux_e
         contam_frac: Option<f64> => ["phot.count;arith.ratio"],
