@@ -7,6 +7,7 @@ use super::Surface;
 use super::file::Config;
 use super::file::QUANTITIES;
 use super::range::{bad, range};
+use crate::bands::{Band, Meaning, filter_meaning};
 use crate::base::error::{Error, Result};
 use crate::base::file::plain_name;
 
@@ -40,8 +41,20 @@ impl Config {
             }
             range("stars.pointing_gap_s", stars.pointing_gap_s, 0.0, 86_400.0, "s")?;
         }
+        for (text, filter) in &self.input.filters {
+            if matches!(filter_meaning(filter), Meaning::Unknown) && Band::named(filter).is_none() {
+                let known = "V, R, g, r, G, TG, Clear, Ha and the like (docs/photometry.md)";
+                return Err(bad(
+                    &format!("input.filters.{text:?}"),
+                    format!("\"{filter}\" is no known filter; {known}"),
+                ));
+            }
+        }
         for instrument in &self.instruments {
             plain_name("instruments.name", &instrument.name)?;
+            if let Some(binning) = instrument.binning {
+                range("instruments.binning", f64::from(binning), 1.0, 64.0, "")?;
+            }
             let mut own = Self { instruments: Vec::new(), ..self.clone() };
             own.detector = instrument.detector.clone();
             own.telescope = instrument.telescope.clone().unwrap_or(own.telescope);

@@ -110,12 +110,16 @@ pub struct SatelliteEntry {
 }
 
 /// A further camera of the night, with its own flats, gain table and zeropoint. Frames whose header names it are reduced
-/// with it, all others with `[detector]` and `[telescope]`.
+/// with it, all others with `[detector]` and `[telescope]`. Instruments with the same camera are distinguished by `binning`, and by the
+/// focal length where the headers state it (FOCALLEN).
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Instrument {
     /// Its name in tables and folders.
     pub name: String,
+    /// The binning of its frames (XBINNING), where the same camera is read out in several; absent: any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub binning: Option<u32>,
     /// The camera, as `[detector]`; `camera` is compared with INSTRUME.
     pub detector: Detector,
     /// The optics, as `[telescope]`; absent: those of the night.
@@ -212,9 +216,20 @@ pub struct Input {
     /// The filter to reduce, in any spelling (`V`, `Johnson_V`, `none`), where a night has frames of several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub filter: Option<String>,
+    /// What texts of FILTER mean that satphot does not know, or takes for another filter: `"Slot 3" = "V"`; `""` is a frame without
+    /// FILTER.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub filters: BTreeMap<String, String>,
 }
 
 impl Input {
+    /// The filter that a text of FILTER means, by `input.filters`; else the text.
+    #[must_use]
+    pub fn filter_of(&self, text: Option<String>) -> Option<String> {
+        let own = self.filters.get(text.as_deref().unwrap_or("").trim());
+        own.cloned().or(text)
+    }
+
     pub(super) fn is_default(&self) -> bool {
         *self == Self::default()
     }

@@ -99,7 +99,7 @@ fn understood(path: &Path, config: &Config, target_names: &[String]) -> Result<E
     let gain = header_gain(&header, aliases);
     exposure.setting = gain.setting.map(|s| s.value);
     exposure.header_e_per_adu = gain.e_per_adu.map(|e| e.value);
-    exposure.filter = filter(&header, aliases).map(|f| f.value);
+    exposure.filter = config.input.filter_of(filter(&header, aliases).map(|f| f.value));
     let (binned, odd) = binning(&header, aliases);
     exposure.binning = binned.value;
     warnings.extend(gain.warnings.into_iter().chain(odd));

@@ -84,6 +84,19 @@ fn spellings_of_one_filter_are_one_filter_and_the_result_is_in_its_band() {
 }
 
 #[test]
+fn a_text_of_filter_means_what_the_configuration_says() {
+    let night = night("own_names", ["Slot 3", "Slot 3", "visual"]);
+    let (code, problem) = night.refusal();
+    assert!(code == 2 && problem.contains("Slot 3"), "{problem}");
+    let night = night.set("input.filters={ \"Slot 3\" = \"V\", visual = \"Johnson V\" }");
+    night.run().unwrap();
+    assert_eq!((meta(&night, "filter"), meta(&night, "band")), ("V".into(), "V".into()));
+    // a filter that is none is refused, with the key
+    let (code, problem) = night.set("input.filters={ \"Slot 3\" = \"green glass\" }").refusal();
+    assert!(code == 2 && problem.contains("input.filters") && problem.contains("green glass"), "{problem}");
+}
+
+#[test]
 fn unfiltered_frames_are_carried_to_v_and_said_to_be() {
     for filter in ["-", "Clear", "L"] {
         let n = night("filter_none", [filter; 3]);

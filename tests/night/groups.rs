@@ -288,3 +288,31 @@ fn frames_of_two_cameras_have_each_their_own_gain_and_zeropoint() {
         .collect();
     assert_eq!(counts, [("asi6200mm".into(), 24, 5), ("qhy".into(), 24, 5)]);
 }
+
+#[test]
+fn frames_of_one_camera_in_two_binnings_behind_two_telescopes_have_each_their_own_instrument() {
+    let night = demo();
+    for kind in ["flat", "field", "target"] {
+        for path in night.frames(kind) {
+            let copy = night.path(&format!("b_{}", path.file_name().unwrap().to_string_lossy()));
+            std::fs::copy(path, &copy).unwrap();
+            // half the binning behind half the focal length: the same scale
+            [("XBINNING", "4"), ("FOCALLEN", "1981.0")].iter().for_each(|(k, v)| set_card(&copy, k, Some(v)));
+        }
+    }
+    let (code, problem) = night.refusal();
+    assert!(code == 2 && problem.contains("differ in binning") && problem.contains("[[instruments]]"), "{problem}");
+    let other = "\n[[instruments]]\nname = \"binned\"\nbinning = 4\n[instruments.detector]\ncamera = \"asi6200mm\"\n\
+                 pixel_um = 3.76\npedestal_adu = 500.0\n[instruments.telescope]\nname = \"short\"\naperture_m = 0.61\n\
+                 focal_length_mm = 1981.0\n";
+    let text = std::fs::read_to_string(night.path("pipeline.toml")).unwrap();
+    let night = night.file("pipeline.toml", text + other);
+    let groups = reduced(&night);
+    let count = |name: &str| {
+        let group = groups.reduced.iter().find(|r| r.group.instrument == name).unwrap();
+        let counts = &group.summary.as_ref().unwrap().counts;
+        (counts.targets, counts.flats, counts.set_aside)
+    };
+    assert_eq!((count("asi6200mm"), count("binned")), ((24, 5, 0), (24, 5, 0)), "{}", groups.text(false));
+    assert_eq!(magnitudes(&folder_of(&groups, "asi6200mm")).len(), 24);
+}

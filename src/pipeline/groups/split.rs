@@ -19,6 +19,7 @@ use crate::pipeline::stages::bias_and_dark;
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::survey::filters::lights;
 use crate::pipeline::survey::header_warnings::other_camera;
+use crate::pipeline::survey::instrument::focal_mm;
 use crate::pipeline::survey::read::survey;
 use crate::pipeline::target::row::without_folder;
 use crate::tables::UngroupedRow;
@@ -51,6 +52,9 @@ pub struct Split {
     /// Star frames, target frames and files that cannot be read: those that can fail.
     pub science: usize,
 }
+
+/// Focal lengths of two telescopes with the same camera differ by more than this share.
+const ANOTHER_OPTICS_FRAC: f64 = 0.1;
 
 /// What tells groups apart: camera (0 is that of `[detector]`), satellite, filter.
 type Key = (usize, Option<u64>, Light);
@@ -209,7 +213,7 @@ impl<'a> Parted<'a> {
     fn of(survey: &'a Survey, config: &'a Config, objects: &Objects, several: bool, notes: &mut Vec<String>) -> Self {
         let light_of = lights(survey, config);
         let cameras: Vec<Config> = (0..=config.instruments.len()).map(|i| of_instrument(config, i)).collect();
-        let camera = |e: &Exposure| (0..cameras.len()).find(|i| other_camera(e, &cameras[*i]).is_none()).unwrap_or(0);
+        let camera = |e: &Exposure| instrument_of(e, &cameras, config);
         // a file name that [frames] makes a star frame wins over OBJECT
         let is_named = |e: &Exposure| role_by_name(&e.name, config).is_some();
         let (targets, stars, flats, zeros, unassigned, following) = Default::default();
@@ -350,6 +354,26 @@ fn label(group: &Group, several_satellites: bool, (_, number, _): &Key) -> Strin
     };
     let parts = [satellite, plain(&group.filter), plain(&group.instrument).to_lowercase()];
     parts.into_iter().filter(|p| !p.is_empty()).collect::<Vec<_>>().join("-")
+}
+
+/// Which instrument a frame is of: the one of its camera, and of several those of its binning and focal length; 0, that of
+/// `[detector]`, where none is of its camera.
+fn instrument_of(exposure: &Exposure, cameras: &[Config], config: &Config) -> usize {
+    let binning = |i: usize| config.instruments.get(i.checked_sub(1)?)?.binning;
+    let of_camera = |i: &usize| {
+        other_camera(exposure, &cameras[*i]).is_none() && binning(*i).is_none_or(|own| own == exposure.binning)
+    };
+    let focal_mm = focal_mm(exposure);
+    let of_optics = |i: &usize| {
+        focal_mm.is_none_or(|mm| (cameras[*i].telescope.focal_length_mm / mm - 1.0).abs() < ANOTHER_OPTICS_FRAC)
+    };
+    let own: Vec<usize> = (0..cameras.len()).filter(of_camera).collect();
+    let narrow = |of: &dyn Fn(&usize) -> bool| own.iter().find(|i| of(i)).copied();
+    narrow(&|i| binning(*i).is_some() && of_optics(i))
+        .or_else(|| narrow(&of_optics))
+        .or_else(|| narrow(&|i| binning(*i).is_some()))
+        .or_else(|| own.first().copied())
+        .unwrap_or(0)
 }
 
 /// The configuration with the camera and the optics of `[[instruments]]`; 0 is that of `[detector]`.

@@ -269,7 +269,8 @@ pub(crate) fn check_master(path: &Path, light: &Light, config: &Config) -> Resul
             || format!("the master flat {} does not say its filter; the frames are {}", path.display(), light.filter);
         return Ok(known.then(note));
     };
-    let own = Beside { named: band_of(light), ..Beside::default() }.light(&stated.value);
+    let meant = config.input.filter_of(Some(stated.value.clone())).unwrap_or_default();
+    let own = Beside { named: band_of(light), ..Beside::default() }.light(&meant);
     if own == *light {
         return Ok(None);
     }

@@ -84,7 +84,8 @@ const PROPERTIES: [Property; 4] = [
     Property { name: "read-out mode", of_flats: true, must_agree: false, of: readout, number: None },
 ];
 
-fn focal_mm(exposure: &Exposure) -> Option<f64> {
+/// The focal length that the header states \[mm\].
+pub(crate) fn focal_mm(exposure: &Exposure) -> Option<f64> {
     ["FOCALLEN", "FOCAL"].iter().find_map(|k| exposure.header.number(k)).filter(|mm| *mm > 0.0)
 }
 
@@ -147,9 +148,15 @@ fn by_majority(
     let Some((most, n)) = groups.iter().find(|(_, n)| 2 * n > known) else {
         let counts = groups.iter().map(|(value, n)| format!("{value} ({n} frames)")).collect::<Vec<_>>().join(", ");
         let problem = format!(
-            "{kind} differ in {}, and no value is that of most frames: {counts}; name the frames to exclude in frames.ignore, or \
+            "{kind} differ in {}, and no value is that of most frames: {counts}; {}name the frames to exclude in frames.ignore, or \
              reduce each setting as a night of its own",
-            property.name
+            property.name,
+            match property.name {
+                "binning" =>
+                    "describe the frames of one of them in [[instruments]] with `binning` and its own detector; or ",
+                "FOCALLEN" => "describe one of the telescopes in [[instruments]] with its own telescope; or ",
+                _ => "",
+            }
         );
         match property.must_agree {
             true => findings.errors.push(Error::Config { key: "night.input".into(), problem }),
