@@ -102,6 +102,15 @@ impl Config {
         range("detector.pedestal_adu", d.pedestal_adu, -65_536.0, 65_535.0, "ADU")?;
         range("detector.adc_max_adu", d.adc_max_adu, 1.0, 1e10, "ADU")?;
         range("detector.saturation_frac", d.saturation_frac, 0.01, 1.0, "")?;
+        if let Some(pattern) = &d.bayer_pattern {
+            let known = ["RGGB", "BGGR", "GRBG", "GBRG", "NONE"];
+            if !known.contains(&pattern.trim().to_ascii_uppercase().as_str()) {
+                return Err(bad(
+                    "detector.bayer_pattern",
+                    format!("\"{pattern}\" is none of RGGB, BGGR, GRBG, GBRG, none"),
+                ));
+            }
+        }
         if let Some(err) = d.gain_table_err_mag {
             range("detector.gain_table_err_mag", err, 0.0, 5.0, "mag")?;
         }

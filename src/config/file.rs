@@ -189,6 +189,10 @@ pub struct Detector {
     /// Largest value the file can hold \[ADU\].
     #[serde(default = "adc_max")]
     pub adc_max_adu: f64,
+    /// Pattern of a colour sensor, as the file stores it (`RGGB`, `BGGR`, `GRBG`, `GBRG`; `none`: no colours); absent: BAYERPAT and
+    /// synonyms of the header.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bayer_pattern: Option<String>,
     /// Take electrons per ADU from the header (EGAIN and synonyms) instead of the table.
     #[serde(default)]
     pub use_header_egain: bool,

@@ -225,7 +225,7 @@ pub struct Stars {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Estimator {
-    /// A start that half the stars cannot spoil, then Tukey's biweight to convergence.
+    /// A start from the third to the half of the stars that agree best, then Tukey's biweight to convergence.
     #[default]
     Robust,
     /// Median start, then least squares with a 3 σ clip to convergence.

@@ -77,7 +77,7 @@ pub fn fields_of_night(config: &Config, survey: &Survey, radius_deg: Option<f64>
 
 fn fields_of_frame(config: &Config, exposure: &Exposure, radius_deg: Option<f64>) -> Vec<Field> {
     let header = &exposure.header;
-    let wcs = Wcs::from_keys(&|k| header.number(k), &|k| header.text(k)).ok().flatten();
+    let wcs = Wcs::of_header(header).ok().flatten();
     let (eop, site) = (EarthOrientation::default(), Site::from_config(&config.site).ok());
     let named = config.stars.as_ref().zip(exposure.object.as_ref());
     let field = named.and_then(|(stars, name)| Some((name.as_str(), *stars.fields.get(name)?)));

@@ -115,9 +115,20 @@ struct Inner {
     image: ImageInfo,
 }
 
+/// Which pixels of a colour sensor are green, by column and row of the file, both from 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Green {
+    /// Those whose column and row are both even or both odd: GRBG, GBRG.
+    Same,
+    /// Those of which one is even and the other odd: RGGB, BGGR.
+    Mixed,
+}
+
 /// The cards of the image HDU, with those of the primary HDU as the fallback. Cheap to clone.
+///
+/// Of a colour sensor also which pixels are green: its image is read as superpixels of 2 × 2 pixels.
 #[derive(Debug, Clone, Default)]
-pub struct Header(Arc<Inner>);
+pub struct Header(Arc<Inner>, Option<Green>);
 
 impl Header {
     /// From the text of a header: lines, or 80-character cards in one long line. Nothing is validated.
@@ -139,7 +150,19 @@ impl Header {
         for (i, card) in cards.iter().enumerate() {
             first.entry(card.keyword.clone()).or_insert(i);
         }
-        Header(Arc::new(Inner { cards, first, image }))
+        Header(Arc::new(Inner { cards, first, image }), None)
+    }
+
+    /// The same file, read as superpixels of its green pixels; `None` as it is stored.
+    #[must_use]
+    pub fn with_green(&self, green: Option<Green>) -> Header {
+        Header(Arc::clone(&self.0), green)
+    }
+
+    /// Which pixels are green, where the file is read as superpixels.
+    #[must_use]
+    pub fn green(&self) -> Option<Green> {
+        self.1
     }
 
     /// The first card of this keyword (any case, with or without `HIERARCH`).
@@ -193,7 +216,7 @@ impl Header {
         &self.0.cards
     }
 
-    /// Size (nx, ny) of the uncompressed image \[px\].
+    /// Size (nx, ny) of the uncompressed image as it is stored \[px\].
     #[must_use]
     pub fn size_px(&self) -> (usize, usize) {
         let axis = |n: usize| self.0.image.axes.get(n).copied().unwrap_or(0);

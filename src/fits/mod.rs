@@ -15,7 +15,7 @@ pub(crate) mod tiles;
 pub(crate) mod write;
 
 pub use card_value::{CardLine, CardValue, card};
-pub use cards::{Card, Header};
+pub use cards::{Card, Green, Header};
 pub use checksum::wrong_checksum;
 pub use files::find_files;
 pub(crate) use open::open;

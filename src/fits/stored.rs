@@ -28,9 +28,10 @@ pub(crate) struct Stored {
 }
 
 impl Stored {
-    /// Whether the image `header` was scanned from holds unsigned 16-bit counts, compressed or not.
+    /// Whether the image `header` was scanned from holds unsigned 16-bit counts, compressed or not, and is read pixel by pixel.
     pub(crate) fn counts(header: &Header) -> bool {
         header.bitpix() == 16
+            && header.green().is_none()
             && header.number("BZERO") == Some(32768.0)
             && header.number("BSCALE").unwrap_or(1.0) == 1.0
             && ["BLANK", "ZBLANK"].iter().all(|k| header.card(k).is_none())

@@ -118,7 +118,14 @@ impl Detector {
             Some(s) => self.full_well_e(s),
             None => only(&self.own.full_well_e),
         };
-        Ok(self.assemble(setting, e_per_adu, source, read_noise_e, full_well_e))
+        let mut gain = self.assemble(setting, e_per_adu, source, read_noise_e, full_well_e);
+        if exposure.header.green().is_some() {
+            // the mean of two pixels stands for the electrons of both
+            gain.e_per_adu = ElectronsPerAdu(2.0 * e_per_adu);
+            gain.read_noise_e *= std::f64::consts::SQRT_2;
+            gain.source += ", two green pixels";
+        }
+        Ok(gain)
     }
 
     /// The detector at a gain setting \[0.1 dB\], from the tables alone; `None` where one of the numbers is missing.

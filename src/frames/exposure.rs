@@ -10,8 +10,11 @@ use std::path::{Path, PathBuf};
 
 use super::clock::{MidTime, mid_time};
 use super::frame::GainSetting;
-use super::header::{Sourced, binning, calibration, colour, cube, exposure_time, filter, find, header_gain, stack};
+use super::header::{
+    Sourced, binning, calibration, colour, cube, exposure_time, filter, find, green_pixels, header_gain, stack,
+};
 use super::role::{Role, role_by_header, role_by_name};
+use crate::bands::{Band, Meaning, filter_meaning};
 use crate::base::error::{Error, Result};
 use crate::config::Config;
 use crate::fits::cards::Header;
@@ -50,7 +53,8 @@ pub struct Exposure {
     pub header: Header,
 }
 
-/// Reads the header of `path` and decides what the frame is.
+/// Reads the header of `path` and decides what the frame is. A frame with a Bayer pattern is one of superpixels: half the size,
+/// twice the binning, and TG where it has no filter.
 ///
 /// The globs of `config.frames` win over IMAGETYP; a light whose OBJECT contains one of `target_names` (a satellite's
 /// name or catalogue number) or of `config.frames.target_objects` is a target frame, any other light a star pointing.
@@ -69,11 +73,18 @@ fn understood(path: &Path, config: &Config, target_names: &[String]) -> Result<E
     }
     let header = Header::read(path)?;
     let mut exposure = sorted(path, header, config, target_names);
+    let green = green_pixels(&exposure.header, config.detector.bayer_pattern.as_deref());
+    let superpixel = if green.is_some() { 2 } else { 1 };
+    if green.is_some() {
+        let (nx, ny) = exposure.size_px;
+        exposure.size_px = (nx / 2, ny / 2);
+        exposure.header = exposure.header.with_green(green);
+    }
     if matches!(exposure.role, Role::Bias | Role::Dark) {
         let aliases = &config.header.aliases;
         exposure.exptime_s = exposure_time(&exposure.header, aliases).0.as_ref().map_or(0.0, |t| t.value).max(0.0);
         exposure.setting = header_gain(&exposure.header, aliases).setting.map(|s| s.value);
-        exposure.binning = binning(&exposure.header, aliases).0.value;
+        exposure.binning = superpixel * binning(&exposure.header, aliases).0.value;
         return Ok(exposure);
     }
     if !matches!(exposure.role, Role::Flat | Role::Stars | Role::Target) {
@@ -100,8 +111,11 @@ fn understood(path: &Path, config: &Config, target_names: &[String]) -> Result<E
     exposure.setting = gain.setting.map(|s| s.value);
     exposure.header_e_per_adu = gain.e_per_adu.map(|e| e.value);
     exposure.filter = config.input.filter_of(filter(&header, aliases).map(|f| f.value));
+    if green.is_some() && filter_meaning(exposure.filter.as_deref().unwrap_or("")) == Meaning::Unfiltered {
+        exposure.filter = Some(Band::TriGreen.name().into());
+    }
     let (binned, odd) = binning(&header, aliases);
-    exposure.binning = binned.value;
+    exposure.binning = superpixel * binned.value;
     warnings.extend(gain.warnings.into_iter().chain(odd));
     exposure.warnings = warnings;
     Ok(exposure)
@@ -120,7 +134,7 @@ pub(crate) fn sorted(path: &Path, header: Header, config: &Config, target_names:
 
 /// Why a flat or a light frame cannot be measured, by its header alone: keywords and problems with their remedies.
 ///
-/// Stacks, colour sensors, cubes of several exposures, frames that are already flat-fielded, and frames whose bias is
+/// Stacks, pictures in colour, cubes of several exposures, frames that are already flat-fielded, and frames whose bias is
 /// off while `detector.pedestal_adu` would be subtracted again.
 #[must_use]
 pub fn refusals(header: &Header, config: &Config) -> Vec<(String, String)> {
@@ -128,10 +142,12 @@ pub fn refusals(header: &Header, config: &Config) -> Vec<(String, String)> {
     why.extend(stack(header).map(|(key, words)| {
         (key, format!("{words}: a stack of several exposures has no single time; give the single frames"))
     }));
-    why.extend(colour(header).map(|(key, pattern)| {
+    let pattern = config.detector.bayer_pattern.as_deref();
+    let read = pattern.is_some() || green_pixels(header, None).is_some();
+    why.extend(colour(header).filter(|_| !read).map(|(key, pattern)| {
         let problem = format!(
-            "'{pattern}': a colour sensor; satphot measures monochrome frames only: write one colour plane per file \
-             (Siril: `split_cfa`, then the green planes) without this keyword"
+            "'{pattern}': colours that are not those of a Bayer pattern (RGGB, BGGR, GRBG, GBRG); give the raw frames, or set \
+             detector.bayer_pattern to the pattern of the file or to \"none\""
         );
         (key, problem)
     }));

@@ -198,7 +198,10 @@ impl<'a> FrameReader<'a> {
                         // each thread has the memory of its own tiles
                         let image = match image {
                             Some(image) => image,
-                            None => image.insert(Pixels::open(path, &self.exposure.header)?),
+                            None => {
+                                let open = Pixels::open(path, &self.exposure.header)?;
+                                image.insert(open.saturated_at(self.gain.saturation_adu))
+                            }
                         };
                         self.converted_tile(image, counts, &columns, first, pixels, bits)
                     }),

@@ -11,7 +11,7 @@ pub struct Flags(pub i32);
 impl Flags {
     /// A pixel at or above saturation inside the aperture (in any member of a combined star).
     pub const SATURATED: Flags = Flags(1);
-    /// A masked or NaN pixel inside the aperture; its area is filled from the mean of the good ones.
+    /// A masked or NaN pixel inside the aperture, filled from its neighbours, or with the mean of the aperture where they are bad too.
     pub const MASKED: Flags = Flags(1 << 1);
     /// The aperture reaches over the edge of the frame.
     pub const EDGE: Flags = Flags(1 << 2);

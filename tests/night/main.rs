@@ -12,6 +12,7 @@ mod huntsman;
 mod instrument;
 mod interrupts;
 mod left_out;
+mod mosaic;
 mod pieces;
 mod previous;
 mod reading;

@@ -13,12 +13,23 @@ mod tpv;
 
 pub use linear::Wcs;
 
+use crate::fits::Header;
+
 pub use cards::WcsValue;
 use header::{Projection, axes_swapped, check_system, matrix, pole_deg, projection};
 use sip::{Sip, undistort};
 use tpv::Tpv;
 
 impl Wcs {
+    /// Reads the header of a file, in the pixels that are read from it: superpixels of a colour sensor.
+    ///
+    /// # Errors
+    /// Those of [`Wcs::from_keys`].
+    pub fn of_header(header: &Header) -> Result<Option<Wcs>, String> {
+        let stored = Self::from_keys(&|key| header.number(key), &|key| header.text(key))?;
+        Ok(stored.map(|wcs| if header.green().is_some() { wcs.of_superpixels() } else { wcs }))
+    }
+
     /// Reads a header through two look-ups: a keyword's number, a keyword's text.
     ///
     /// CD, or PC with CDELT, or CDELT with CROTA2. SIP terms are used whenever `A_ORDER` or `B_ORDER` is there, also
@@ -71,6 +82,18 @@ impl Wcs {
         })?;
         crval_deg[0] = crval_deg[0].rem_euclid(360.0);
         Ok(Some(Wcs { crval_deg, crpix, cd, inverse, sip, tpv }))
+    }
+
+    /// The same system in superpixels of 2 × 2 pixels: `x' = (x − 1/2)/2` from 0, `CD' = 2 CD`, `A'_pq = 2^(p+q−1) A_pq`.
+    #[must_use]
+    pub fn of_superpixels(self) -> Wcs {
+        let crpix = self.crpix.map(|c| 0.5 * c + 0.25);
+        let (cd, inverse) = (self.cd.map(|row| row.map(|v| 2.0 * v)), self.inverse.map(|row| row.map(|v| 0.5 * v)));
+        let sip = self.sip.map(|sip| {
+            let halved = |(p, q, a): (i32, i32, f64)| (p, q, a * 2f64.powi(p + q - 1));
+            sip.map(|sip| Sip { order: sip.order, terms: sip.terms.into_iter().map(halved).collect() })
+        });
+        Wcs { crpix, cd, inverse, sip, ..self }
     }
 
     /// A plain tangent-plane system: the sky point (`ra_deg`, `dec_deg`) at the 0-based pixel (`x_px`, `y_px`).

@@ -4,7 +4,7 @@
 
 use super::names::{Aliases, keywords};
 use super::sourced::Sourced;
-use crate::fits::cards::Header;
+use crate::fits::cards::{Green, Header};
 
 /// Counts of combined exposures.
 const COUNTS: [&str; 7] = ["STACKCNT", "NCOMBINE", "SNAPSHOT", "LIVESTAC", "NUMFRAME", "NSTACK", "STACKED"];
@@ -37,6 +37,32 @@ pub fn colour(header: &Header) -> Option<(String, String)> {
     pattern.or_else(|| {
         let (keyword, planes) = planes(header)?;
         (planes == 3).then(|| (keyword, format!("{planes} planes")))
+    })
+}
+
+/// Which pixels of the file are green, where a header names a Bayer pattern, or `pattern` of the configuration does, which wins
+/// (`none`: the pixels have no colours).
+///
+/// XBAYROFF and YBAYROFF move the pattern. ROWORDER does not count, because programs differ in whether they turn the pattern with the
+/// rows; what the pixels say is checked before a night is reduced.
+#[must_use]
+pub fn green_pixels(header: &Header, pattern: Option<&str>) -> Option<Green> {
+    let text = match pattern {
+        Some(own) => own.to_owned(),
+        None => colour(header)?.1,
+    };
+    let green = match text.trim().to_ascii_uppercase().as_str() {
+        "RGGB" | "BGGR" => Green::Mixed,
+        "GRBG" | "GBRG" => Green::Same,
+        _ => return None,
+    };
+    let offset =
+        |keys: [&str; 2]| keys.iter().find_map(|k| header.integer(k)).filter(|_| pattern.is_none()).unwrap_or(0);
+    let moved = offset(["XBAYROFF", "BAYOFFX"]) + offset(["YBAYROFF", "BAYOFFY"]);
+    Some(match (green, moved.rem_euclid(2)) {
+        (Green::Mixed, 1) => Green::Same,
+        (Green::Same, 1) => Green::Mixed,
+        (green, _) => green,
     })
 }
 

@@ -21,7 +21,7 @@ pub use camera::{CameraCheck, check_camera};
 pub use dump::{AnyHeader, header_files, read_any};
 pub use exposure_time::exposure_time;
 pub use gain::{HeaderGain, header_gain};
-pub use image::{Calibration, binning, calibration, colour, cube, row_order, stack};
+pub use image::{Calibration, binning, calibration, colour, cube, green_pixels, row_order, stack};
 pub use names::{Aliases, find, keywords};
 pub use optics::{Optics, filter, optics};
 pub use site::{HeaderSite, SiteCheck, check_site, header_site};

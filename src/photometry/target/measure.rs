@@ -177,7 +177,8 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
     let at = (aperture.x - nx as f64, aperture.y - ny as f64);
     let rms_e = cutout.sky.rms(aperture.x, aperture.y);
     let inside = |&(i, j): &(usize, usize)| aperture.shape.contains(i as f64 - aperture.x, j as f64 - aperture.y);
-    if cutout.hits.iter().any(inside) {
+    // the light of hits that were kept out of the search is in the aperture all the same
+    if cutout.hits.iter().any(inside) || cutout.hits_in(&aperture).is_some() {
         flux.flags.set(Flags::HIT);
     }
     let mut light = shape_of_light(&cutout, outline, *snr);

@@ -17,7 +17,7 @@ use crate::config::{Config, Model};
 use crate::frames::{Exposure, Role, role_by_name};
 use crate::pipeline::stages::bias_and_dark;
 use crate::pipeline::survey::files::Survey;
-use crate::pipeline::survey::filters::lights;
+use crate::pipeline::survey::filters::{asked_light, lights};
 use crate::pipeline::survey::header_warnings::other_camera;
 use crate::pipeline::survey::instrument::focal_mm;
 use crate::pipeline::survey::read::survey;
@@ -104,7 +104,7 @@ fn ungrouped(survey: &Survey, groups: &[Group], unassigned: &BTreeMap<&Path, Str
     let left = survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets);
     let left = left.filter(|e| !grouped.contains(e.path.as_path())).map(|e| {
         let reason = unassigned.get(e.path.as_path()).cloned();
-        let reason = reason.unwrap_or_else(|| "no target frame of the night is of its camera and filter".into());
+        let reason = reason.unwrap_or_else(|| "no target frame that is reduced is of its camera and filter".into());
         UngroupedRow {
             object_name: e.object.clone().unwrap_or_default(),
             filter: e.filter.clone().unwrap_or_default(),
@@ -212,6 +212,8 @@ struct Parted<'a> {
 impl<'a> Parted<'a> {
     fn of(survey: &'a Survey, config: &'a Config, objects: &Objects, several: bool, notes: &mut Vec<String>) -> Self {
         let light_of = lights(survey, config);
+        let asked = asked_light(survey, config);
+        let is_asked = |e: &&Exposure| asked.as_ref().is_none_or(|light| light_of(e) == *light);
         let cameras: Vec<Config> = (0..=config.instruments.len()).map(|i| of_instrument(config, i)).collect();
         let camera = |e: &Exposure| instrument_of(e, &cameras, config);
         // a file name that [frames] makes a star frame wins over OBJECT
@@ -222,7 +224,7 @@ impl<'a> Parted<'a> {
         let mut unnamed: BTreeMap<&str, Vec<&Exposure>> = BTreeMap::new();
         let mut assigned: BTreeMap<&str, Assigned> = BTreeMap::new();
         let mut by_position = ByPosition::new(config);
-        for exposure in survey.pointings.iter().flatten().chain(&survey.targets) {
+        for exposure in survey.pointings.iter().flatten().chain(&survey.targets).filter(is_asked) {
             let object = exposure.object.as_deref().unwrap_or("");
             let named = match several {
                 true => assigned.entry(object).or_insert_with(|| objects.assign(object, &config.satellites)).clone(),
@@ -258,7 +260,7 @@ impl<'a> Parted<'a> {
                 }
             }
         }
-        for exposure in &survey.flats {
+        for exposure in survey.flats.iter().filter(is_asked) {
             parted.flats.entry((camera(exposure), light_of(exposure))).or_default().push(exposure);
         }
         for exposure in bias_and_dark(survey, config) {

@@ -32,8 +32,7 @@ fn with_remedy(problem: &str) -> String {
 }
 
 fn header_wcs(exposure: &Exposure) -> Result<Option<Wcs>, String> {
-    let h = &exposure.header;
-    Wcs::from_keys(&|key| h.number(key), &|key| h.text(key))
+    Wcs::of_header(&exposure.header)
 }
 
 /// Every approximate position of the frame.

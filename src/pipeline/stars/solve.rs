@@ -151,8 +151,7 @@ fn error(path: &Path, problem: String) -> Error {
 
 /// The WCS of an exposure's header; `Ok(None)` if it has none.
 pub(crate) fn header_wcs(exposure: &Exposure) -> std::result::Result<Option<Wcs>, String> {
-    let h = &exposure.header;
-    Wcs::from_keys(&|key| h.number(key), &|key| h.text(key))
+    Wcs::of_header(&exposure.header)
 }
 
 /// How well the coordinates of a header fit.

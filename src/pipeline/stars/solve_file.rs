@@ -141,7 +141,7 @@ impl FrameSolver {
         }
         let field = exposure.object.as_ref().and_then(|name| Some((name.as_str(), *self.fields.get(name)?)));
         let header = &exposure.header;
-        let wcs = Wcs::from_keys(&|k| header.number(k), &|k| header.text(k)).ok().flatten();
+        let wcs = Wcs::of_header(header).ok().flatten();
         let eop = EarthOrientation::default();
         let site = self.site.as_ref().map(|site| (site, &eop));
         rough_positions(exposure, field, wcs.as_ref(), site, &self.aliases)

@@ -78,6 +78,12 @@ pub(crate) fn lights(survey: &Survey, config: &Config) -> impl Fn(&Exposure) -> 
     move |exposure| beside.light(text_of(exposure))
 }
 
+/// The filter that `input.filter` asks for, in a night of several satellites or cameras.
+pub(crate) fn asked_light(survey: &Survey, config: &Config) -> Option<Light> {
+    let beside = Beside::of(frames(survey).map(|(_, e)| text_of(e)), config);
+    config.input.filter.as_deref().map(|asked| beside.light(asked))
+}
+
 fn text_of(exposure: &Exposure) -> &str {
     exposure.filter.as_deref().unwrap_or("")
 }

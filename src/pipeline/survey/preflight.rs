@@ -14,7 +14,7 @@ use super::read::survey;
 use crate::base::error::{Error, Result};
 use crate::config::Config;
 use crate::fits::Header;
-use crate::frames::{Exposure, Role};
+use crate::frames::{Exposure, Role, check_pattern};
 use crate::pipeline::prepared::Prepared;
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::survey::filters::{agree_on_band, reduce_one_filter};
@@ -46,6 +46,7 @@ const CHECKS: &[(&str, Check)] = &[
     ("site", |p| p.refuse(|p| refuse_other_site(&p.survey))),
     ("files", |p| p.refuse(files)),
     ("instrument", |p| check_instrument(&mut p.survey, &p.prepared.config, &mut p.findings)),
+    ("pattern", |p| p.refuse(pattern)),
     ("gain", gains),
     ("elements", |p| p.refuse(elements)),
     ("master flat", |p| p.refuse(master_flat)),
@@ -128,6 +129,18 @@ fn files(p: &mut Preflight) -> Result<()> {
         None => "holds no flat, star or target frames (IMAGETYP, OBJECT; or name them in [frames])".into(),
     };
     Err(Error::NoInput { path: prepared.config.night.input.first().cloned().unwrap_or_default(), problem })
+}
+
+/// The pattern of a colour sensor, which the pixels of the first flat, star and target frame must show.
+fn pattern(p: &mut Preflight) -> Result<()> {
+    let survey = &p.survey;
+    let firsts = [survey.flats.first(), survey.pointings.iter().flatten().next(), survey.targets.first()];
+    let pedestal_adu = p.prepared.config.detector.pedestal_adu;
+    firsts.into_iter().flatten().try_for_each(|first| match check_pattern(first, pedestal_adu) {
+        // a damaged frame is a row of its own
+        Err(error @ Error::Config { .. }) => Err(error),
+        _ => Ok(()),
+    })
 }
 
 /// Electrons per ADU and read noise of every gain setting of the light frames: an error where a kind of frames has none of

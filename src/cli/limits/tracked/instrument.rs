@@ -179,7 +179,10 @@ impl InstrumentArgs {
         let (sky_band, mag_system, of) = match &filter {
             None => ("V".to_owned(), "Vega", "no filter, V of a source of the Sun's colours".to_owned()),
             Some(band) if band.name() == "V" => ("V".to_owned(), "Vega", "V".to_owned()),
-            Some(band) => (band.name().to_owned(), "AB", format!("{}, AB", band.name())),
+            Some(band) => {
+                let system = satphot::bands::Band::named(band.name()).map_or("AB", satphot::bands::Band::mag_system);
+                (band.name().to_owned(), system, format!("{}, {system}", band.name()))
+            }
         };
         Ok(Instrument {
             title: format!("{}, {}, {of}", telescope.name, detector.camera),
