@@ -52,14 +52,17 @@ extremes, paths = table("extremes.ecsv"), table("paths.ecsv")
 known = [r for r in extremes if r["verdict"] == "known limit"]
 wrong = [r for r in extremes + paths if r["verdict"] not in ("ok", "known limit")]
 
-few = "" if effort == "full" else " Few cases of each (`quick`): the worst of them is no bound."
+few = "" if effort == "full" else " This page was made with few cases of each (`quick`), so that the worst of them is not a bound."
 print(f"""# Error against run time, and the extremes
 
-Made by `scripts/make_accuracy_docs.sh`, which runs `satphot accuracy --{effort}`, `--extremes` and `--paths`. CPU time is of one
-thread of the machine that wrote this page: ratios carry over, microseconds do not. Errors are of 95 of 100 cases, and the
-worst. **Bold** is what satphot uses by default; *slanted* settings are beaten by another of the same case in
-both error and time. In the figures, filled marks are on the front, open ones are beaten, squares are the defaults. Thin
-lines are other programs; those of apertures take whole apertures, ours the outline alone.{few}
+This page compares the error of numerical methods with their run time. `scripts/make_accuracy_docs.sh` makes it, which runs
+`satphot accuracy --{effort}`, `--extremes` and `--paths`. CPU times are those of one thread of the machine that wrote the page; their
+ratios can be transferred to other machines, the microseconds cannot. Errors are given as the median, as the value that 95 of 100
+cases do not exceed, and as the worst case.
+
+**Bold** settings are the defaults of satphot. For *italic* settings another setting of the same case is better in both error and
+time; the others are on the front of error and time. In the figures, filled marks are on the front, open marks are not, and squares
+are the defaults. Thin lines are other programs; those of apertures take whole apertures, satphot's only the outline.{few}
 
 | method | what is turned | its default |
 |---|---|---|""")
@@ -86,7 +89,7 @@ for name, default in zip(methods, defaults):
             line.append(f"{float(r['memory_kb']):.3g}" if r["memory_kb"] else "")
         print("| " + " | ".join(line) + " |")
     print()
-print("## The extremes\n\nExpected is a closed form, an independent computation, or a refusal that says why.\n")
+print("## The extremes\n\nThe expected result is a closed form, an independent computation, or a refusal that states its reason.\n")
 for r in known:
     print(f"Known limit: {r['case']}: {size(r['error'])} off, {size(r['limit'])} wanted.\n")
 print("| area | case | expected | got | off by | limit | verdict |\n|---|---|---|---|---|---|---|")

@@ -80,3 +80,12 @@ scaled.writeto(f"{folder}/plain_scaled.fits", overwrite=True, checksum=True)
 told("plain_scaled")
 fits.PrimaryHDU(holes[None]).writeto(f"{folder}/plain_cube.fits", overwrite=True, checksum=True)
 told("plain_cube")
+
+# tiles higher than the 64 rows that are read at once: 24 columns, 150 rows
+y, x = np.mgrid[:150, :24]
+tall = (500 + 3 * x + 7 * y + (x * y) % 61).astype("u2")
+tiles("tall_rice_u16", tall, "RICE_1", (150, 24))
+tiles("tall_squares_u16", tall, "RICE_1", (100, 10))
+tiles("tall_hcompress_u16", tall, "HCOMPRESS_1", (150, 24))
+tiles("tall_gzip_f32", (tall / 8).astype("f4"), "GZIP_1", (150, 24), quantize_level=0)
+tiles("tall_rice_f32", (tall / 8).astype("f4"), "RICE_1", (75, 24), quantize_level=16, quantize_method=1, dither_seed=37)

@@ -5,6 +5,7 @@
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::cards::Header;
 use super::linear::{Linear, finite};
@@ -14,7 +15,7 @@ use crate::base::error::{Error, Result};
 
 /// An uncompressed image.
 pub(crate) struct Plain {
-    file: File,
+    file: Arc<File>,
     path: PathBuf,
     data_at: u64,
     size_px: (usize, usize),
@@ -34,7 +35,20 @@ impl Plain {
         let linear = Linear::of(header, "BLANK").map_err(bad)?;
         let file = open(path)?;
         let (size_px, bitpix) = (header.size_px(), header.bitpix());
-        Ok(Self { file, path: path.to_path_buf(), data_at, size_px, bitpix, linear, bytes: Vec::new() })
+        Ok(Self { file: Arc::new(file), path: path.to_path_buf(), data_at, size_px, bitpix, linear, bytes: Vec::new() })
+    }
+
+    /// Values that were decoded into a file of their own as f32, from its first byte on.
+    pub(crate) fn of_f32(file: Arc<File>, path: &Path, size_px: (usize, usize)) -> Self {
+        Self {
+            file,
+            path: path.to_path_buf(),
+            data_at: 0,
+            size_px,
+            bitpix: -32,
+            linear: Linear::UNIT,
+            bytes: Vec::new(),
+        }
     }
 
     /// Reads the rectangle at `origin_px` of `size_px` row by row into `out`; whole rows in one piece.

@@ -7,6 +7,7 @@
 use std::fs::File;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::cards::Header;
 use super::open::open;
@@ -21,7 +22,7 @@ pub(crate) const SHORTER: &str = "the file became shorter since its header was r
 /// An image of plain unsigned 16-bit pixels.
 #[derive(Debug)]
 pub(crate) struct Stored {
-    file: File,
+    file: Arc<File>,
     path: PathBuf,
     data_at: u64,
     size_px: (usize, usize),
@@ -50,7 +51,12 @@ impl Stored {
         if bytes < data_at + (nx * ny * PIXEL_BYTES) as u64 {
             return Err(Error::Fits { path: path.to_path_buf(), problem: SHORTER.into() });
         }
-        Ok(Some(Self { file, path: path.to_path_buf(), data_at, size_px: (nx, ny) }))
+        Ok(Some(Self { file: Arc::new(file), path: path.to_path_buf(), data_at, size_px: (nx, ny) }))
+    }
+
+    /// Counts that were decoded into a file of their own, from its first byte on.
+    pub(crate) fn of_counts(file: Arc<File>, path: &Path, size_px: (usize, usize)) -> Self {
+        Self { file, path: path.to_path_buf(), data_at: 0, size_px }
     }
 
     /// Reads the stored bytes of columns `columns` of row `row` (0-based): two per pixel, the higher first.

@@ -22,6 +22,7 @@ use crate::base::error::{Error, Result};
 use crate::base::pages::zeros;
 use crate::fits::raw::guarded;
 use crate::fits::stored::{PIXEL_BYTES, Stored};
+use crate::fits::tall::open_stored;
 
 /// Memory of frames that are done, for the next ones. There are never more than frames were held at once.
 #[derive(Debug, Default)]
@@ -123,7 +124,7 @@ impl<'a> FrameReader<'a> {
         }
         let region = Region::new(exposure.size_px, clip_radius_px);
         let flat = flat.map(|flat| Ok((flat, place_in(flat, exposure, &region)?))).transpose()?;
-        let stored = Stored::open(&exposure.path, &exposure.header)?;
+        let stored = open_stored(&exposure.path, &exposure.header)?;
         Ok(Self { exposure, gain, region, flat, stored, zero: None })
     }
 

@@ -10,6 +10,7 @@ use crate::base::error::Result;
 use crate::fits::cards::{Green, Header};
 use crate::fits::plain::Plain;
 use crate::fits::stored::Stored;
+use crate::fits::tall::{open_plain, open_stored};
 use crate::fits::tiles::Tiles;
 
 /// Rows read at a time: a tile of a full-size frame stays near 2 MB.
@@ -67,12 +68,15 @@ impl Pixels {
             let saturation_adu = f32::from(u16::MAX);
             return Ok(Self::Superpixels(Box::new(Superpixels { stored, green, saturation_adu, raw: Vec::new() })));
         }
-        if header.is_compressed() {
-            return Ok(Self::Compressed(Box::new(Tiles::open(path, header)?)));
+        if let Some(stored) = open_stored(path, header)? {
+            return Ok(Self::Stored(stored, Vec::new()));
         }
-        Ok(match Stored::open(path, header)? {
-            Some(stored) => Self::Stored(stored, Vec::new()),
-            None => Self::Plain(Plain::open(path, header)?),
+        if let Some(plain) = open_plain(path, header)? {
+            return Ok(Self::Plain(plain));
+        }
+        Ok(match header.is_compressed() {
+            true => Self::Compressed(Box::new(Tiles::open(path, header)?)),
+            false => Self::Plain(Plain::open(path, header)?),
         })
     }
 

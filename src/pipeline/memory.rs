@@ -8,6 +8,7 @@ use super::survey::files::Survey;
 use super::target::frame::target_settings;
 use super::target::window::reach_px;
 use crate::base::error::{Error, Result};
+use crate::fits::tall::decoding_bytes;
 use crate::frames::Exposure;
 use crate::frames::flat::BAND_BYTES;
 
@@ -116,16 +117,17 @@ fn largest_box(night: &Prepared, exposures: &[&Exposure]) -> (usize, usize) {
     exposures.iter().map(size).map(|(nx, ny)| (nx * ny, nx)).max().unwrap_or((0, 0))
 }
 
-/// The memory in use in every stage, with the master flat of the same box.
-fn held(night: &Prepared, px: usize, flat: bool) -> usize {
+/// The memory in use in every stage, with the master flat of the same box, and the tiles of one frame that are decoded at once.
+fn held(night: &Prepared, px: usize, flat: bool, exposures: &[&Exposure]) -> usize {
     let stars = night.catalogue.as_ref().map_or(0, |c| c.stars.len());
-    PROGRAM_BYTES + stars * STAR_BYTES + if flat { px * FLAT_BYTES_PER_PX } else { 0 }
+    let tiles = exposures.iter().map(|e| decoding_bytes(&e.header)).max().unwrap_or(0);
+    PROGRAM_BYTES + tiles + stars * STAR_BYTES + if flat { px * FLAT_BYTES_PER_PX } else { 0 }
 }
 
 fn stars(night: &Prepared, exposures: &[&Exposure], flat: bool) -> Need {
     let (px, width) = largest_box(night, exposures);
     Need {
-        held: held(night, px, flat),
+        held: held(night, px, flat, exposures),
         frame: px * FRAME_BYTES_PER_PX + SOURCES_BYTES,
         thread: THREAD_BYTES + 4 * BAND_ROWS * width,
     }
@@ -138,7 +140,7 @@ fn targets(night: &Prepared, fwhm_arcsec: Option<f64>, exposures: &[&Exposure], 
     let side = (2.0 * reach).min(1e9) as usize;
     let search = px.min(side.min(width) * side);
     Need {
-        held: held(night, px, flat),
+        held: held(night, px, flat, exposures),
         frame: px * FRAME_BYTES_PER_PX + search * (FRAME_BYTES_PER_PX + SEARCH_BYTES_PER_PX),
         // a row of boxes of the mesh
         thread: THREAD_BYTES + FRAME_BYTES_PER_PX * night.config.photometry.mesh_px * width,
@@ -148,7 +150,7 @@ fn targets(night: &Prepared, fwhm_arcsec: Option<f64>, exposures: &[&Exposure], 
 fn flats(night: &Prepared, exposures: &[Exposure]) -> Need {
     let exposures: Vec<&Exposure> = exposures.iter().collect();
     let (px, _) = largest_box(night, &exposures);
-    Need { held: held(night, px, true), frame: BAND_BYTES, thread: THREAD_BYTES }
+    Need { held: held(night, px, true, &exposures), frame: BAND_BYTES, thread: THREAD_BYTES }
 }
 
 #[cfg(test)]

@@ -93,6 +93,46 @@ fn every_bitpix_and_every_compression_has_the_values_astropy_reads() {
 }
 
 #[test]
+fn tiles_higher_than_a_band_give_the_values_astropy_reads_to_every_thread() {
+    let by_astropy: [(&str, f64, f64); 5] = [
+        ("tall_rice_u16", 3904220.0, 191398376.0),
+        ("tall_squares_u16", 3904220.0, 191398376.0),
+        ("tall_hcompress_u16", 3904220.0, 191398376.0),
+        ("tall_gzip_f32", 488027.5, 23924797.0),
+        ("tall_rice_f32", 488029.540309906, 23925054.025382996),
+    ];
+    for (name, total, weighted) in by_astropy {
+        let path = file(name);
+        let values = pixels(&path).unwrap();
+        assert_eq!(values.len(), 24 * 150, "{name}");
+        let sum: f64 = values.iter().map(|v| f64::from(*v)).sum();
+        let weights: f64 = values.iter().enumerate().map(|(k, v)| f64::from(*v) * (1 + k % 97) as f64).sum();
+        let rounding = if name.contains("rice_f32") { 3e-8 } else { 1e-12 };
+        assert!((sum / total - 1.0).abs() < rounding, "{name}: {sum}, astropy {total}");
+        assert!((weights / weighted - 1.0).abs() < rounding, "{name}: {weights}, astropy {weighted}");
+        // many threads that read parts of several files at once
+        let exposure = anything(&path, Header::read(&path).unwrap());
+        std::thread::scope(|scope| {
+            for k in 0..8 {
+                let (exposure, values) = (&exposure, &values);
+                scope.spawn(move || {
+                    let part = satphot::frames::read_box(exposure, (k, 7 * k), (13, 90)).unwrap();
+                    assert!((0..90).all(|j| part[13 * j] == values[(7 * k + j) * 24 + k]));
+                });
+            }
+        });
+        // a file that changes is decoded again; a damaged tile is an error, not an old picture
+        let dir = tempfile::tempdir().unwrap();
+        let mut bytes = std::fs::read(&path).unwrap();
+        let copy = put(dir.path(), "copy.fits", &bytes);
+        assert_eq!(pixels(&copy).unwrap(), values, "{name}");
+        bytes.truncate(bytes.len() - 2880);
+        let copy = put(dir.path(), "copy.fits", &bytes);
+        assert!(pixels(&copy).is_err(), "{name}");
+    }
+}
+
+#[test]
 fn a_part_of_an_image_is_that_part_whatever_the_tiles() {
     for name in ["rice_u16", "rice_squares", "gzip_whole", "hcompress_squares", "rice_f32", "plain_i4", "plain_u2"] {
         let path = file(name);

@@ -19,7 +19,7 @@ use crate::base::pages::zeros;
 use crate::config;
 use crate::config::FlatScale;
 use crate::fits::raw::guarded;
-use crate::fits::stored::Stored;
+use crate::fits::tall::open_stored;
 use crate::frames::camera::Detector;
 use crate::frames::clip::Region;
 use crate::frames::exposure::Exposure;
@@ -211,7 +211,7 @@ fn check_member(flat: &Exposure, detector: &Detector, config: &config::Flat, reg
 
 /// Median of the raw pixels inside the clip circle \[ADU\], of every [`level_step`]-th row.
 fn level_adu(flat: &Exposure, region: &Region) -> Result<Option<f64>> {
-    if let Some(stored) = Stored::open(&flat.path, &flat.header)? {
+    if let Some(stored) = open_stored(&flat.path, &flat.header)? {
         return median_of_stored(&stored, region);
     }
     guarded(&flat.path, || {

@@ -10,6 +10,7 @@ use super::kernel::{Bench, Layer, Pixels};
 use crate::base::error::Result;
 use crate::fits::raw::guarded;
 use crate::fits::stored::{PIXEL_BYTES, Stored};
+use crate::fits::tall::{is_tall, open_stored};
 use crate::frames::clip::Region;
 use crate::frames::exposure::Exposure;
 use crate::frames::read;
@@ -58,14 +59,16 @@ impl<'a> Stack<'a> {
     /// [`Error::Io`](crate::Error::Io) naming the file that cannot be opened.
     pub(crate) fn open(flats: Vec<Usable<'a>>, scale: bool, pedestal_adu: f64, region: &'a Region) -> Result<Self> {
         let as_stored = !scale && flats.iter().all(|f| Stored::counts(&f.exposure.header));
-        let plain = |f: &Usable| Stored::counts(&f.exposure.header) && !f.exposure.header.is_compressed();
+        let plain = |f: &Usable| {
+            Stored::counts(&f.exposure.header) && (!f.exposure.header.is_compressed() || is_tall(&f.exposure.header))
+        };
         let all_plain = flats.iter().all(plain);
         let flats = flats.into_iter().enumerate().map(|(k, mut flat)| {
             if !scale {
                 flat.level_adu = 1.0;
             }
             let held = k < MAX_OPEN;
-            let stored = if held { Stored::open(&flat.exposure.path, &flat.exposure.header)? } else { None };
+            let stored = if held { open_stored(&flat.exposure.path, &flat.exposure.header)? } else { None };
             Ok((flat, stored))
         });
         Ok(Self { flats: flats.collect::<Result<_>>()?, pedestal_adu, region, as_stored, all_plain })
@@ -154,7 +157,7 @@ impl<'a> Stack<'a> {
     ) -> Result<()> {
         let (path, header) = (&flat.exposure.path, &flat.exposure.header);
         let (x0, y0) = (self.region.origin_px.0, self.region.origin_px.1 + first_row);
-        let opened = if held.is_none() { Stored::open(path, header)? } else { None };
+        let opened = if held.is_none() { open_stored(path, header)? } else { None };
         if let Some(stored) = held.or(opened.as_ref()) {
             return read_spans(stored, (x0, y0), spans, bytes);
         }
