@@ -80,9 +80,10 @@ pub(crate) fn join_continued(cards: Vec<Card>) -> Vec<Card> {
         if let Some(last) = joined.last_mut().filter(|l| continues && l.is_text && l.value.ends_with('&')) {
             last.value.pop();
             last.value.push_str(&card.value);
-            if !card.comment.is_empty() {
-                last.comment = format!("{} {}", last.comment, card.comment).trim().to_string();
+            if !last.comment.is_empty() && !card.comment.is_empty() {
+                last.comment.push(' ');
             }
+            last.comment.push_str(&card.comment);
             continue;
         }
         joined.push(card);

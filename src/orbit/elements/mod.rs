@@ -27,6 +27,9 @@ use super::time::days_between;
 use super::tle;
 use crate::base::error::{Error, Result};
 
+/// Longest name of an object \[bytes\]: elements have 24, messages a line.
+const MOST_LETTERS: usize = 200;
+
 impl Elements {
     /// Wraps what the parser made, after checking the ranges SGP4 does not check. The problem is a sentence.
     pub(super) fn new(inner: sgp4::Elements, format: &'static str) -> std::result::Result<Self, String> {
@@ -42,6 +45,10 @@ impl Elements {
             if !(lo..=hi).contains(&value) {
                 return Err(format!("{what} {value}{unit} is outside {lo} to {hi}"));
             }
+        }
+        let letters = inner.object_name.as_deref().unwrap_or("").len();
+        if letters > MOST_LETTERS {
+            return Err(format!("the name has {letters} letters, more than {MOST_LETTERS}: this is no name"));
         }
         let t = inner.datetime;
         if !(1957..=2200).contains(&t.year()) {
