@@ -8,6 +8,7 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use satphot::Error;
+use satphot::base::foreign::shown;
 
 use super::log::with_options;
 
@@ -16,11 +17,15 @@ static FAILED: Mutex<Option<io::Error>> = Mutex::new(None);
 
 /// Prints a text to standard output.
 pub fn print(text: &str) {
-    write(with_options(text).as_bytes());
+    listening(text);
 }
 
-/// Writes bytes to standard output; whether anybody still takes them.
-pub fn write(bytes: &[u8]) -> bool {
+/// As [`print`]; whether anybody still takes it.
+pub fn listening(text: &str) -> bool {
+    write(shown(&with_options(text)).as_bytes())
+}
+
+fn write(bytes: &[u8]) -> bool {
     let Ok(mut failed) = FAILED.lock() else { return false };
     if failed.is_none() {
         *failed = io::stdout().write_all(bytes).err();

@@ -8,6 +8,7 @@ use clap::Args;
 use csv::{ByteRecord, StringRecord};
 use rayon::prelude::*;
 use satphot::Error;
+use satphot::base::foreign;
 use satphot::base::progress::Progress as _;
 use satphot::base::threads::with_threads;
 use satphot::brightness::explicit::{COLUMNS, Fluxes, Header, explicit, read_row};
@@ -108,7 +109,7 @@ impl Geometry {
             Header::new(&names).map_err(|problem| Error::Config { key: self.cases.display().to_string(), problem })?;
 
         let bar = self.bar();
-        let mut listening = output::write(EXPLICIT.csv_head().as_bytes());
+        let mut listening = output::listening(&EXPLICIT.csv_head());
         let (mut rows, mut failed) = (0, 0);
         let mut records = reader.byte_records();
         while listening {
@@ -128,7 +129,7 @@ impl Geometry {
             failed += lines.iter().filter(|(_, good)| !good).count();
             let text: String = lines.into_iter().map(|(text, _)| text).collect();
             // nobody waits for the rest behind a closed pipe
-            listening = output::write(text.as_bytes());
+            listening = output::listening(&text);
         }
         bar.done();
         Ok((rows, failed))
@@ -189,8 +190,9 @@ fn line(header: &Header, record: ByteRecord, tolerance: f64, bar: &Bars) -> (Str
     }
 }
 
-/// A cell of CSV.
+/// A cell of CSV that holds a text.
 fn quoted(cell: &str) -> String {
+    let cell = &*foreign::cell(cell);
     if cell.contains([',', '"', '\n', '\r', '#']) || cell.trim() != cell {
         return format!("\"{}\"", cell.replace('"', "\"\""));
     }

@@ -26,6 +26,7 @@ use sgp4::chrono::{Datelike, Timelike};
 use super::time::days_between;
 use super::tle;
 use crate::base::error::{Error, Result};
+use crate::base::foreign::shown;
 
 /// Longest name of an object \[bytes\]: elements have 24, messages a line.
 const MOST_LETTERS: usize = 200;
@@ -70,7 +71,7 @@ impl Elements {
             ns,
         )
         .map_err(|e| format!("epoch {t}: {e}"))?;
-        let trimmed = |s: &Option<String>| s.as_deref().unwrap_or("").trim().to_owned();
+        let trimmed = |s: &Option<String>| shown(s.as_deref().unwrap_or("").trim()).into_owned();
         let (name, object_id) = (trimmed(&inner.object_name), trimmed(&inner.international_designator));
         Ok(Self { inner, name, object_id, epoch, format })
     }
