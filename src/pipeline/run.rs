@@ -227,6 +227,10 @@ impl<'a> Run<'a> {
     fn write(mut self, night: &Calibrated, checks: &[GainCheck], compared: Compared) -> Result<Summary> {
         let (config, options, folder) = (self.config, self.options, self.folder.clone());
         self.log.notes.extend(self.products.notes());
+        // a run of named files alone says nothing of the others; the files of a group are all it has
+        if options.files.is_empty() || options.stars_cache.is_some() {
+            self.products.prune();
+        }
         let mut summary = self.summary(night, &compared);
         let inputs = manifest_inputs(&self.survey, &self.products);
         let of_plan = || Plan::of(&self.survey, config, &self.products, FRAMES_PER_SHARD);
