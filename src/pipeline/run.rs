@@ -106,7 +106,7 @@ impl<'a> Run<'a> {
     /// Reads the configuration's files and every header, makes every check before the first pixel, and takes the folder of
     /// the results.
     fn prepare(config: &'a Config, options: &'a Options, progress: &'a dyn Progress) -> Result<(Prepared, Self)> {
-        let (mut prepared, survey, found) = preflight(config, &options.files)?.ready()?;
+        let (mut prepared, survey, found) = preflight(config, &options.files, &options.stop)?.ready()?;
         if options.exhaustive {
             prepared.make_exhaustive()?;
         }

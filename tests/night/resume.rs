@@ -206,3 +206,18 @@ fn what_is_kept_of_frames_that_left_the_night_and_figures_half_written_are_clear
     assert_eq!((products(&night), kept(&night)), (before - 1, Some((14, 14))));
     assert!(!half.exists() || !std::path::Path::new("/proc/self").exists());
 }
+
+#[test]
+fn a_stop_before_the_first_header_ends_the_night_there_and_writes_nothing() {
+    let night = Night::copy_of(&simulated("resume_survey", &[]));
+    night.options.stop.flag().store(15, Ordering::SeqCst);
+    let (code, told) = night.refusal();
+    assert!(code == 143 && told.contains("headers"), "{code} {told}");
+    assert!(!night.result("").exists());
+    let plan = satphot::pipeline::groups::run_night(
+        &night.config().unwrap(),
+        &night.options,
+        &satphot::base::progress::Silent,
+    );
+    assert_eq!(plan.map(drop).unwrap_err().exit_code(), 143);
+}
