@@ -7,17 +7,12 @@ use std::process::ExitCode;
 use clap::FromArgMatches;
 
 fn main() -> ExitCode {
+    cli::signals::report_file_limit();
     let command = cli::usage::command();
     let parsed = command.clone().try_get_matches().and_then(|m| cli::Cli::from_arg_matches(&m).map(|args| (m, args)));
     let (matches, args) = match parsed {
         Ok(parsed) => parsed,
         Err(error) => return cli::usage::answer(&error, &command),
     };
-    match cli::finite::check(&matches, &command).and_then(|()| args.execute()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            cli::tell(&format!("error: {error}"));
-            ExitCode::from(cli::exit_code(&error))
-        }
-    }
+    cli::answer(cli::finite::check(&matches, &command).and_then(|()| args.execute()))
 }

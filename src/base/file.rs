@@ -286,6 +286,10 @@ pub(crate) fn refusal(path: &Path, source: io::Error, needs_bytes: Option<u64>) 
         ErrorKind::QuotaExceeded => {
             format!("the quota of {shown} is used up; free space and run again; nothing half written")
         }
+        ErrorKind::FileTooLarge => {
+            "larger than a file may be here; raise the limit (`ulimit -f unlimited`) and run again; nothing half written"
+                .into()
+        }
         ErrorKind::ReadOnlyFilesystem => format!("{shown} is on a read-only file system; choose another folder"),
         ErrorKind::PermissionDenied => {
             format!("{shown} may not be written to (permission denied); choose another folder")

@@ -3,6 +3,7 @@
 pub mod constants;
 pub mod error;
 pub mod file;
+pub mod foreign;
 pub mod hash;
 pub mod instant;
 pub(crate) mod pages;

@@ -15,7 +15,7 @@ use satphot::tables::words::Verdict;
 use satphot::tables::{PhotometryRow, read_table};
 
 use super::orbit_args::{SiteArg, bad};
-use super::{load, print, tell};
+use super::{load, output, print, tell};
 
 const AFTER_HELP: &str = "\
 Tables (fits, votable, csv, parquet) hold every row and column of photometry.ecsv, stars.ecsv or residuals.ecsv.
@@ -152,16 +152,30 @@ impl Export {
         let (Some(format), Some(out)) = (self.to, self.out.take()) else {
             return Err(bad("--to", "give a format and a file (-o)".into()));
         };
-        let to_stdout = cfg!(unix) && out.as_os_str() == "-";
-        let out = if to_stdout { PathBuf::from("/dev/stdout") } else { out };
         let input = self.table()?;
+        if out.as_os_str() == "-" {
+            // made as a file, because the writers of tables want one
+            let folder = tempfile::tempdir().map_err(|e| Error::io(std::env::temp_dir(), e))?;
+            let made = folder.path().join("standard_output");
+            self.write(format, &input, &made)?;
+            return Ok(output::copy(&made)?);
+        }
         let same = |a: &Path, b: &Path| {
             std::fs::canonicalize(a).ok().is_some_and(|a| std::fs::canonicalize(b).ok() == Some(a))
         };
         if same(&input, &out) {
             return Err(bad("--out", format!("{} is the table itself; choose another file", out.display())));
         }
-        let mut table = read_table(&input)?;
+        self.write(format, &input, &out)?;
+        if !self.quiet {
+            tell(&format!("wrote {}", out.display()));
+        }
+        Ok(())
+    }
+
+    /// Writes the table at `input` as a file of a format.
+    fn write(&self, format: Format, input: &Path, out: &Path) -> anyhow::Result<()> {
+        let mut table = read_table(input)?;
         if !table.ignored.is_empty() {
             self.note(&format!("columns that satphot does not know were skipped: {}", table.ignored.join(", ")));
         }
@@ -169,14 +183,10 @@ impl Export {
             Format::Fits | Format::Votable | Format::Csv | Format::Parquet => {
                 self.filter(&mut table)?;
                 self.note(&format!("{} rows of {}", table.records.len(), table.name));
-                self.write_table(format, &table, &input, &out)?;
+                self.write_table(format, &table, input, out)
             }
-            _ => self.write_observations(format, &table, &input, &out)?,
+            _ => self.write_observations(format, &table, input, out),
         }
-        if !self.quiet && !to_stdout {
-            tell(&format!("wrote {}", out.display()));
-        }
-        Ok(())
     }
 
     /// The table that is meant: a file, the photometry of a folder, or that of the configuration.

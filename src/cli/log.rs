@@ -6,6 +6,7 @@ use std::borrow::Cow;
 use std::io::Write as _;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use satphot::base::foreign::shown;
 use serde_json::{Value, json};
 
 /// Whether lines are JSON from now on.
@@ -50,7 +51,8 @@ pub fn with_options(text: &str) -> Cow<'_, str> {
 
 /// A line on standard error; nobody listening is not an error.
 pub fn tell(text: &str) {
-    let text = &*with_options(text);
+    let text = with_options(text);
+    let text = &*shown(&text);
     if is_json() {
         let (event, text) = [("note: ", "note"), ("warning: ", "warning"), ("error: ", "error")]
             .into_iter()

@@ -23,6 +23,7 @@ mod manual;
 mod measure;
 mod merge;
 mod orbit_args;
+pub mod output;
 mod passes;
 mod plan;
 mod plot;
@@ -32,7 +33,7 @@ mod render;
 mod report;
 mod run;
 mod satellites;
-mod signals;
+pub mod signals;
 mod simulate;
 mod solve;
 pub mod usage;
@@ -41,6 +42,7 @@ mod watch;
 mod zeropoint;
 
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use satphot::Error;
@@ -302,6 +304,20 @@ fn memory_bytes(text: &str) -> Result<usize, String> {
     if (1.0..1e18).contains(&bytes) { Ok(bytes as usize) } else { Err(wrong()) }
 }
 
+/// The exit code of the program, and what went wrong on standard error.
+pub fn answer(done: anyhow::Result<()>) -> ExitCode {
+    let mut code = 0;
+    if let Err(error) = done.or_else(|error| if output::is_closed_pipe(&error) { Ok(()) } else { Err(error) }) {
+        tell(&format!("error: {error}"));
+        code = error.downcast_ref::<Error>().map_or(1, Error::exit_code);
+    }
+    if let Err(error) = output::finish() {
+        tell(&format!("error: {error}"));
+        code = error.exit_code();
+    }
+    ExitCode::from(code)
+}
+
 /// A figure's file: SVG is all that is drawn.
 pub fn svg_file(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
@@ -309,15 +325,5 @@ pub fn svg_file(text: &str) -> Result<PathBuf, String> {
     if is_svg { Ok(path) } else { Err("figures are SVG: the name must end in .svg".into()) }
 }
 
-/// The exit code of an error.
-pub fn exit_code(error: &anyhow::Error) -> u8 {
-    error.downcast_ref::<Error>().map_or(1, Error::exit_code)
-}
-
-/// Prints to standard output; a closed pipe (`| head`) is not an error.
-pub fn print(text: &str) {
-    use std::io::Write as _;
-    let _ = std::io::stdout().write_all(log::with_options(text).as_bytes());
-}
-
 pub use log::tell;
+pub use output::print;

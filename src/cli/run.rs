@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use satphot::base::stop::Stop;
 use satphot::config::Config;
 use satphot::frames::{Exposure, Role};
 use satphot::pipeline::groups::{Groups, Night, Split, run_night, split};
@@ -186,7 +187,7 @@ const CPU_S_PER_MPX: [(Role, f64); 3] = [(Role::Flat, 0.0018), (Role::Stars, 0.0
 ///
 /// The error of the first group is that of the night, after all have been shown.
 fn dry_run_night(config: &Config, jobs: usize) -> anyhow::Result<()> {
-    let Split { groups, notes, ungrouped, .. } = split(config, &[])?;
+    let Split { groups, notes, ungrouped, .. } = split(config, &[], &Stop::default())?;
     notes.iter().for_each(|note| print(&format!("note       {note}\n")));
     if let [] | [_] = groups.as_slice() {
         return dry_run(groups.first().map_or(config, |group| &group.config), &[], jobs);
@@ -205,7 +206,7 @@ fn dry_run_night(config: &Config, jobs: usize) -> anyhow::Result<()> {
 ///
 /// Everything that is missing is reported at the end, with the lines to paste, and ends as the run would.
 fn dry_run(config: &Config, files: &[PathBuf], jobs: usize) -> anyhow::Result<()> {
-    let mut preflight = preflight(config, files)?;
+    let mut preflight = preflight(config, files, &Stop::default())?;
     let Preflight { prepared, survey, findings, .. } = &mut preflight;
     if findings.scale_in_doubt && findings.errors.is_empty() {
         match check_stars(survey, prepared, &FrameCache::default(), jobs) {

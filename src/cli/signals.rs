@@ -1,6 +1,6 @@
 //! Ctrl-C, a scheduler's SIGTERM, a closed terminal: the first finishes the frames in work, the second ends at once.
 //!
-//! The exit code is 128 + the signal (130, 143, 129). A closed pipe (`| head`) is no signal here: see [`super::print`].
+//! The exit code is 128 + the signal (130, 143, 129). A closed pipe (`| head`) is no signal here: see [`super::output`].
 
 use std::sync::OnceLock;
 
@@ -18,6 +18,18 @@ pub fn stop() -> Stop {
     })
     .clone()
 }
+
+/// Has a write beyond the limit on the size of files (`ulimit -f`) fail with an error, as one to a full disk does,
+/// instead of ending the process.
+#[cfg(unix)]
+pub fn report_file_limit() {
+    // SIGXFSZ has the same number on every system we know of that has it
+    const SIGXFSZ: i32 = 25;
+    let _ = signal_hook::flag::register(SIGXFSZ, std::sync::Arc::default());
+}
+
+#[cfg(not(unix))]
+pub fn report_file_limit() {}
 
 #[cfg(unix)]
 fn connect(stop: &Stop) {

@@ -83,7 +83,9 @@ fn paragraphs(text: &str) -> String {
 pub fn answer(error: &clap::Error, command: &Command) -> ExitCode {
     match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-            error.exit()
+            super::output::printed(error.print());
+            let code = u8::try_from(error.exit_code()).unwrap_or(2);
+            if code == 0 { super::answer(Ok(())) } else { ExitCode::from(code) }
         }
         _ => {
             tell(&format!("error: {}", sentence(error, &verb(command, std::env::args().skip(1)))));

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::layers::read_layers;
 use super::range;
 use crate::base::error::{Error, Result};
+use crate::base::foreign::without_user;
 
 /// Addresses, patience and cache of `satphot fetch`; every key has a default.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
@@ -22,10 +23,13 @@ pub struct Fetch {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cache: Option<PathBuf>,
     /// Current elements.
+    #[serde(serialize_with = "public")]
     pub celestrak_url: String,
     /// Elements of past nights; `get-nearest-tle/` and `get-nearest-omm/` are put behind it.
+    #[serde(serialize_with = "public")]
     pub satchecker_url: String,
     /// Stars: an ASU service of VizieR that answers tab-separated values.
+    #[serde(serialize_with = "public")]
     pub vizier_url: String,
     /// Longest wait for a connection \[s\].
     pub connect_timeout_s: f64,
@@ -41,6 +45,11 @@ pub struct Fetch {
     pub max_mb: f64,
     /// Current elements younger than this are not requested again \[h\]; CelesTrak renews them every 2 h.
     pub update_h: f64,
+}
+
+/// Addresses are written to files that are passed on: without the password they may hold.
+fn public<S: serde::Serializer>(url: &str, out: S) -> std::result::Result<S::Ok, S::Error> {
+    out.serialize_str(&without_user(url))
 }
 
 impl Default for Fetch {
@@ -99,7 +108,10 @@ impl Fetch {
             let host = url.strip_prefix("https://").or_else(|| url.strip_prefix("http://")).unwrap_or_default();
             let plain = url.bytes().all(|b| b.is_ascii_graphic()) && !url.contains(['?', '#', '"', '<', '>']);
             if host.trim_start_matches('/').is_empty() || !plain {
-                return Err(bad(key, format!("\"{url}\" is not an address such as https://example.org/path")));
+                return Err(bad(
+                    key,
+                    format!("\"{}\" is not an address such as https://example.org/path", without_user(url)),
+                ));
             }
         }
         if let Some(contact) = &self.contact

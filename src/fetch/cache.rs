@@ -121,7 +121,7 @@ impl Cache {
     fn write(&self, query: &Query, bytes: &[u8], nothing: Option<&str>, fetched: &Epoch, now: &Epoch) -> Result<()> {
         let (answer, note) = self.paths(query);
         let text = Note {
-            url: query.url.clone(),
+            url: query.shown().into_owned(),
             fetched_utc: iso_utc(*fetched, 0),
             checked_utc: iso_utc(*now, 0),
             bytes: bytes.len(),
@@ -175,7 +175,7 @@ impl Cache {
 /// An answer as its note describes it, or what does not fit.
 fn kept(query: &Query, note: &[u8], answer: &Path) -> std::result::Result<CachedAnswer, String> {
     let note: Note = serde_json::from_slice(note).map_err(|e| e.to_string())?;
-    if note.url != query.url {
+    if note.url != query.shown() {
         return Err(format!("is of another address, {}", note.url));
     }
     let bytes = fs::read(answer).map_err(|e| format!("its answer: {e}"))?;

@@ -97,7 +97,7 @@ impl<'a> Client<'a> {
             return Ok(answer_of(kept));
         }
         if self.offline {
-            let url = &query.url;
+            let url = query.shown();
             let problem = format!("are not in the cache; without argument `offline` they are fetched: {url}");
             return Err(match query.service {
                 Service::Vizier => Error::Catalogue {
@@ -112,7 +112,7 @@ impl<'a> Client<'a> {
         if let Some((until, why)) = self.cache.refusal(query.service, &self.now) {
             return Err(self.later(query, &why, &until));
         }
-        (self.outside.say)(&format!("asking {}: {}", query.service.name(), query.url));
+        (self.outside.say)(&format!("asking {}: {}", query.service.name(), query.shown()));
         let reply =
             self.link.get(&query.url, &self.now, self.outside.wait, self.outside.say).map_err(|t| match t.asked_s {
                 Some(_) => self.refused(query, &t.words, t.asked_s),
@@ -181,7 +181,7 @@ impl<'a> Client<'a> {
         let old =
             kept.map(|k| format!("; argument `offline` uses the answer of {} in the cache", iso_utc(k.fetched, 0)));
         let name = query.service.name();
-        let (url, key) = (&query.url, query.service.key());
+        let (url, key) = (query.shown(), query.service.key());
         let problem =
             format!("{name}: {why}, at {url} ({key}); nothing was changed, try again later{}", old.unwrap_or_default());
         Error::Temporary { problem }

@@ -2,8 +2,11 @@
 //!
 //! Degrees and Julian days. It does not cover whether it may be asked now ([`super::desk`]).
 
+use std::borrow::Cow;
+
 use hifitime::Epoch;
 
+use crate::base::foreign::without_user;
 use crate::config::Fetch;
 
 /// Who is asked.
@@ -69,6 +72,14 @@ pub struct Query {
     pub service: Service,
     /// The whole address.
     pub url: String,
+}
+
+impl Query {
+    /// The address for messages and notes: without the password it may hold.
+    #[must_use]
+    pub fn shown(&self) -> Cow<'_, str> {
+        without_user(&self.url)
+    }
 }
 
 /// Which object.

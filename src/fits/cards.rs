@@ -80,9 +80,10 @@ pub(crate) fn join_continued(cards: Vec<Card>) -> Vec<Card> {
         if let Some(last) = joined.last_mut().filter(|l| continues && l.is_text && l.value.ends_with('&')) {
             last.value.pop();
             last.value.push_str(&card.value);
-            if !card.comment.is_empty() {
-                last.comment = format!("{} {}", last.comment, card.comment).trim().to_string();
+            if !last.comment.is_empty() && !card.comment.is_empty() {
+                last.comment.push(' ');
             }
+            last.comment.push_str(&card.comment);
             continue;
         }
         joined.push(card);
@@ -294,5 +295,14 @@ mod tests {
         assert_eq!(h.number("BIG"), None);
         assert_eq!(h.text("HISTORY").as_deref(), Some("flat = 3"));
         assert_eq!(h.text("NOTHERE"), None);
+    }
+
+    #[test]
+    fn comments_of_continued_texts_are_joined_in_a_time_that_grows_with_their_length() {
+        let more = format!("CONTINUE  'b&' / {}\n", "word ".repeat(12));
+        let h = Header::from_text(&format!("LONG    = 'a&' / first\n{}CONTINUE  'c'\n", more.repeat(40_000)));
+        // the square of its length took a minute
+        assert_eq!(h.text("LONG").map(|t| t.len()), Some(40_002));
+        assert!(h.comment("LONG").is_some_and(|c| c.starts_with("first word word") && c.ends_with("word")));
     }
 }

@@ -18,7 +18,7 @@ use crate::base::error::{Error, Result};
 const BLOCK: usize = 2880;
 const CARD: usize = 80;
 /// No honest header is longer \[bytes\].
-const MAX_HEADER: usize = 64 << 20;
+const MAX_HEADER: usize = 16 << 20;
 /// Most headers a file may have before its image.
 const MAX_HDUS: usize = 10_000;
 

@@ -94,7 +94,8 @@ fn numbers_of(lines: &[&str]) -> Vec<u64> {
 
 /// One set; an error says which line (1 or 2) is wrong.
 pub(super) fn parse_set(name: &str, line1: &str, line2: &str) -> Result<Elements, (u8, String)> {
-    let who = if name.is_empty() { format!("[{}]", short_id(line1)) } else { format!("{name} [{}]", short_id(line1)) };
+    let who = format!("{} [{}]", short(name), short_id(line1));
+    let who = who.trim_start();
     for (which, line) in [(1, line1), (2, line2)] {
         check_line(line).map_err(|problem| (which, format!("{who}, line {which}: {problem}")))?;
     }

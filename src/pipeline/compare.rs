@@ -27,7 +27,7 @@ pub fn comparable(model: &config::Model) -> Result<Option<String>> {
     }
     let source = model.resolved_effects().source;
     let twice = "observed magnitudes are corrected for extinction, so a source that is dimmed by the air too counts it \
-                 twice (0.22 to 0.36 mag in V)";
+                 twice (0.21 mag in V, or k X)";
     match (source, model.mode) {
         (Source::ExoAtmospheric, _) => Ok(None),
         (_, Mode::AsPublished) => Ok(Some(format!("model: {twice}; done as published"))),

@@ -106,7 +106,7 @@ impl<'a> Run<'a> {
     /// Reads the configuration's files and every header, makes every check before the first pixel, and takes the folder of
     /// the results.
     fn prepare(config: &'a Config, options: &'a Options, progress: &'a dyn Progress) -> Result<(Prepared, Self)> {
-        let (mut prepared, survey, found) = preflight(config, &options.files)?.ready()?;
+        let (mut prepared, survey, found) = preflight(config, &options.files, &options.stop)?.ready()?;
         if options.exhaustive {
             prepared.make_exhaustive()?;
         }
@@ -227,6 +227,10 @@ impl<'a> Run<'a> {
     fn write(mut self, night: &Calibrated, checks: &[GainCheck], compared: Compared) -> Result<Summary> {
         let (config, options, folder) = (self.config, self.options, self.folder.clone());
         self.log.notes.extend(self.products.notes());
+        // a run of named files alone says nothing of the others; the files of a group are all it has
+        if options.files.is_empty() || options.stars_cache.is_some() {
+            self.products.prune();
+        }
         let mut summary = self.summary(night, &compared);
         let inputs = manifest_inputs(&self.survey, &self.products);
         let of_plan = || Plan::of(&self.survey, config, &self.products, FRAMES_PER_SHARD);

@@ -1,10 +1,10 @@
 //! Single stages on files, with the code of the whole night: zeropoint, measure, compare.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::options::Options;
 use super::products::inputs::data_mode;
-use super::survey::read::survey;
+use super::survey::read::survey_until;
 use crate::bands::Band;
 use crate::bands::CalibratedBand;
 use crate::bands::ColourIndex;
@@ -67,7 +67,7 @@ pub fn fit_stars(config: &Config, options: &Options, progress: &dyn Progress) ->
     if config.stars.is_none() {
         return Err(Error::Config { key: "stars".into(), problem: "is needed to fit a zeropoint".into() });
     }
-    let (prepared, survey, mut notes) = named_night(config, &options.files, Role::Stars)?;
+    let (prepared, survey, mut notes) = named_night(config, options, Role::Stars)?;
     notes.extend(options.memory().check(&survey, &prepared)?);
     let products = FrameCache::default();
     notes.extend(check_stars(&survey, &prepared, &products, options.jobs)?);
@@ -93,10 +93,13 @@ pub fn fit_stars(config: &Config, options: &Options, progress: &dyn Progress) ->
 }
 
 /// The night, or the `files` of it that have a role, once every check before the first pixel is passed.
-fn named_night(config: &Config, files: &[PathBuf], role: Role) -> Result<(Prepared, Survey, Vec<String>)> {
+fn named_night(config: &Config, options: &Options, role: Role) -> Result<(Prepared, Survey, Vec<String>)> {
     let (prepared, errors) = Prepared::gather(config)?;
     let mut notes = Vec::new();
-    let survey = survey_named(config, files, role, &prepared.target_names(), &mut notes);
+    let survey = survey_named(config, options, role, &prepared.target_names(), &mut notes);
+    if let Err(stopped @ Error::Interrupted { .. }) = survey {
+        return Err(stopped);
+    }
     let (prepared, survey, found) = preflight_of(prepared, errors, survey, role == Role::Stars).ready()?;
     notes.extend(found);
     notes.extend(survey.set_aside.iter().map(|s| format!("{}: set aside: {}", file_name(&s.path), s.reason)));
@@ -107,19 +110,21 @@ fn named_night(config: &Config, files: &[PathBuf], role: Role) -> Result<(Prepar
 /// flats and (for target frames) the star pointings of the night, so that the numbers are those of the whole night.
 fn survey_named(
     config: &Config,
-    files: &[PathBuf],
+    options: &Options,
     role: Role,
     target_names: &[String],
     notes: &mut Vec<String>,
 ) -> Result<Survey> {
+    let (files, stop) = (&options.files, &options.stop);
     if files.is_empty() {
-        return survey(config, &[], target_names);
+        return survey_until(config, &[], target_names, stop);
     }
     let mut own = config.clone();
     let patterns = if role == Role::Stars { &mut own.frames.stars } else { &mut own.frames.target };
     patterns.push("*".into());
-    let named = survey(&own, files, target_names)?;
-    match survey(config, &[], target_names) {
+    let named = survey_until(&own, files, target_names, stop)?;
+    match survey_until(config, &[], target_names, stop) {
+        Err(stopped @ Error::Interrupted { .. }) => Err(stopped),
         Ok(night) if role == Role::Stars => Ok(Survey { flats: night.flats, others: night.others, ..named }),
         Ok(night) => Ok(Survey { flats: night.flats, pointings: night.pointings, others: night.others, ..named }),
         Err(error) => {
@@ -240,7 +245,7 @@ pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progre
     let mut config = config.clone();
     // the stars only give the FWHM here: the night goes on without their catalogue
     config.stars = config.stars.filter(|s| config.photometry.fwhm_px.is_none() && s.catalogue.exists());
-    let (mut prepared, survey, mut notes) = named_night(&config, &options.files, Role::Target)?;
+    let (mut prepared, survey, mut notes) = named_night(&config, options, Role::Target)?;
     notes.extend(options.memory().check(&survey, &prepared)?);
     let products = FrameCache::default();
     notes.extend(check_stars(&survey, &prepared, &products, options.jobs)?);

@@ -2,6 +2,7 @@
 //!
 //! Metres once scaled. Colours, textures and the materials of the file are excluded: a component has one material.
 
+use std::collections::HashSet;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -15,7 +16,8 @@ use crate::base::vector::Vector;
 /// Most triangles of one file: half a gigabyte of them in memory.
 const MAX_TRIANGLES: usize = 4_000_000;
 
-/// The triangles of an OBJ or STL file, each corner times `scale_m`; triangles without area are excluded.
+/// The triangles of an OBJ or STL file, each corner times `scale_m`; triangles without area are excluded, and
+/// of several in the same place all but one.
 ///
 /// # Errors
 /// [`Error::Io`] for a file that cannot be opened; [`Error::Table`] for another ending, a damaged file, a mesh without
@@ -23,7 +25,7 @@ const MAX_TRIANGLES: usize = 4_000_000;
 pub fn read_mesh(path: &Path, scale_m: f64) -> Result<Vec<Triangle<Body>>> {
     let damaged = |problem: String| Error::Table { path: path.to_owned(), line: None, problem };
     let ending = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
-    let corners: Vec<[[f32; 3]; 3]> = match ending.as_deref() {
+    let mut corners: Vec<[[f32; 3]; 3]> = match ending.as_deref() {
         Some("obj") => {
             let mut reader = BufReader::new(File::open(path).map_err(|e| Error::io(path, e))?);
             let options = tobj::LoadOptions { triangulate: true, ..tobj::LoadOptions::default() };
@@ -62,6 +64,9 @@ pub fn read_mesh(path: &Path, scale_m: f64) -> Result<Vec<Triangle<Body>>> {
     if let Some(bad) = corners.iter().find(|t| t.iter().flatten().any(|x| !x.is_finite())) {
         return Err(damaged(format!("a corner is not finite: {bad:?}")));
     }
+    // of triangles in the same place a ray would meet each
+    let mut seen = HashSet::new();
+    corners.retain(|triangle| seen.insert(place_of(triangle)));
     let scaled = |p: [f32; 3]| Vector::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2])) * scale_m;
     let triangles: Vec<Triangle<Body>> =
         corners.into_iter().map(|t| t.map(scaled)).filter(|t| double_area(t).norm() > 0.0).collect();
@@ -69,6 +74,15 @@ pub fn read_mesh(path: &Path, scale_m: f64) -> Result<Vec<Triangle<Body>>> {
         return Err(damaged("no triangle in it".into()));
     }
     Ok(triangles)
+}
+
+/// The corners of a triangle as bits, the smallest first: the same for every corner it may begin with, another for its
+/// back.
+fn place_of(triangle: &[[f32; 3]; 3]) -> [[u32; 3]; 3] {
+    let mut place = triangle.map(|corner| corner.map(f32::to_bits));
+    let first = (0..3).min_by_key(|k| place[*k]).unwrap_or(0);
+    place.rotate_left(first);
+    place
 }
 
 #[cfg(test)]
@@ -98,6 +112,15 @@ mod tests {
         }
         std::fs::write(&stl, text + "endsolid t\n").unwrap();
         assert_eq!(read_mesh(&stl, 1.0).unwrap(), triangles);
+    }
+
+    #[test]
+    fn triangles_in_the_same_place_count_once_and_their_back_is_another() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("fan.obj");
+        std::fs::write(&path, format!("{OBJ}f 1 {}\n", "2 3 ".repeat(50_000))).unwrap();
+        // the fan is the face 1 3 2 and its back, fifty thousand times each
+        assert_eq!(read_mesh(&path, 1.0).unwrap().len(), 5);
     }
 
     #[test]

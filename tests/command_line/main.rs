@@ -15,6 +15,7 @@ mod docs_run;
 mod inspect_cli;
 mod left_out;
 mod messages;
+mod output;
 mod published;
 mod times;
 mod typical_mistakes;

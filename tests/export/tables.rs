@@ -199,6 +199,18 @@ fn a_csv_holds_every_cell_as_it_was() {
 }
 
 #[test]
+fn a_text_that_a_spreadsheet_would_compute_gets_an_apostrophe_and_a_number_never() {
+    let dir = tempfile::tempdir().unwrap();
+    let formula = PhotometryRow { frame: "=cmd|'/c calc'!A1".into(), reason: "-x".into(), flux_e: Some(-1.5), ..row() };
+    let table = table(dir.path(), &[formula]);
+    let text = String::from_utf8(in_memory(|out| write_csv(out, &table))).unwrap();
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let back: PhotometryRow = reader.deserialize().next().unwrap().unwrap();
+    assert_eq!((back.frame.as_str(), back.reason.as_str()), ("'=cmd|'/c calc'!A1", "'-x"));
+    assert_eq!(back.flux_e, Some(-1.5));
+}
+
+#[test]
 fn a_table_without_rows_is_valid_in_every_format() {
     let dir = tempfile::tempdir().unwrap();
     let table = table(dir.path(), &[]);

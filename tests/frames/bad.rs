@@ -186,6 +186,32 @@ fn compressed_headers_that_would_kill_the_process_are_refused() {
 }
 
 #[test]
+fn a_sparse_file_that_holds_what_its_header_promises_allocates_no_more_than_its_image() {
+    let dir = tempfile::tempdir().unwrap();
+    let sparse = |name: &str, bytes: &[u8]| {
+        let path = put(dir.path(), name, bytes);
+        std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(9_000_000_000).unwrap();
+        path
+    };
+    let large = with_value(compressed(), "PCOUNT", "7000000000");
+    // room alone is no fault
+    assert_eq!(try_read(&sparse("room.fits.fz", &large)), Ok((480 * 479 / 2) as f64));
+    // a tile of 2 GB: its length is the first number of its row of the table
+    let end = large.windows(80).rposition(|card| card.starts_with(b"END ") && card[4..].iter().all(|b| *b == b' '));
+    let table = (end.unwrap() + 80).next_multiple_of(2880);
+    let mut tile = large.clone();
+    tile[table..table + 4].copy_from_slice(&2_000_000_000_i32.to_be_bytes());
+    let told = try_read(&sparse("tile.fits.fz", &tile)).unwrap_err();
+    assert!(told.contains("2000000000 bytes") && told.contains("tile 1"), "{told}");
+    // rows of the table of 100 MB
+    let mut row = with_value(with_value(large, "TFIELDS", "2"), "NAXIS1", "100000008");
+    let card = row.chunks(80).position(|card| card.starts_with(b"EXPTIME ")).unwrap() * 80;
+    row[card..card + 8].copy_from_slice(b"TFORM2  ");
+    let told = try_read(&sparse("row.fits.fz", &with_value(row, "TFORM2", "'100000000B'"))).unwrap_err();
+    assert!(told.contains("the table of the tiles takes 1200000096 bytes"), "{told}");
+}
+
+#[test]
 fn scalings_that_cannot_be_meant_are_refused_and_odd_ones_are_applied() {
     let dir = tempfile::tempdir().unwrap();
     let data: Vec<u8> = [3i16, -7, 20, 5].iter().flat_map(|v| v.to_be_bytes()).collect();

@@ -157,7 +157,9 @@ fn a_catalogue_of_elements_with_a_damaged_set_of_another_object_serves() {
 fn frames_whose_object_names_no_satellite_of_several_are_assigned_by_position_or_reported() {
     let night = both_stations(demo()).card("target_000", "OBJECT", Some("'satellite'"));
     let night = night.set("frames.target=[\"target_*\"]");
-    let notes = |night: &Night| satphot::pipeline::groups::split(&night.config().unwrap(), &[]).unwrap().notes;
+    let notes = |night: &Night| {
+        satphot::pipeline::groups::split(&night.config().unwrap(), &[], &Default::default()).unwrap().notes
+    };
     let said = notes(&night);
     assert!(said.iter().any(|n| n.contains("10 frames are assigned to satellites by where")), "{said:?}");
     let Reduced::Single(summary) = run_night(&night.config().unwrap(), &night.options, &Silent).unwrap() else {

@@ -190,3 +190,34 @@ fn threads_and_the_order_and_place_of_the_inputs_do_not_reach_the_data() {
         same(&got, want.get_or_insert_with(|| got.clone()), &format!("{jobs} threads"));
     }
 }
+
+#[test]
+fn what_is_kept_of_frames_that_left_the_night_and_figures_half_written_are_cleared() {
+    let night = Night::copy_of(&simulated("resume_left", &[]));
+    night.run().unwrap();
+    let products = |night: &Night| std::fs::read_dir(night.result(".satphot")).unwrap().count();
+    let before = products(&night);
+    std::fs::remove_file(night.path(TARGETS[0])).unwrap();
+    // above the largest process number of Linux
+    let half = night.result(&format!("figures/.sky.svg.tmp.{}.4999999", satphot::base::file::host()));
+    std::fs::create_dir_all(half.parent().unwrap()).unwrap();
+    std::fs::write(&half, "half").unwrap();
+    night.run().unwrap();
+    assert_eq!((products(&night), kept(&night)), (before - 1, Some((14, 14))));
+    assert!(!half.exists() || !std::path::Path::new("/proc/self").exists());
+}
+
+#[test]
+fn a_stop_before_the_first_header_ends_the_night_there_and_writes_nothing() {
+    let night = Night::copy_of(&simulated("resume_survey", &[]));
+    night.options.stop.flag().store(15, Ordering::SeqCst);
+    let (code, told) = night.refusal();
+    assert!(code == 143 && told.contains("headers"), "{code} {told}");
+    assert!(!night.result("").exists());
+    let plan = satphot::pipeline::groups::run_night(
+        &night.config().unwrap(),
+        &night.options,
+        &satphot::base::progress::Silent,
+    );
+    assert_eq!(plan.map(drop).unwrap_err().exit_code(), 143);
+}

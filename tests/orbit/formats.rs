@@ -361,3 +361,12 @@ fn thousands_of_mutated_element_files_are_read_or_refused_and_never_end_the_prog
     println!("{fine} read, {refused} refused");
     assert!(fine > 500 && refused > 500, "{fine} read, {refused} refused: the mutations test nothing");
 }
+
+#[test]
+fn a_name_of_a_megabyte_is_no_name_and_one_of_a_line_is() {
+    let named = |name: &str| read_text(&format!("{name}\n{L1}\n{L2}\n"));
+    let error = named(&"N".repeat(1_000_000)).unwrap_err();
+    assert!(error.contains("1000000 letters") && error.len() < 300, "{error}");
+    assert_eq!(named(&"N".repeat(100)).unwrap()[0].name().len(), 100);
+    assert_eq!(named("A\u{1b}[2J").unwrap()[0].name(), "A\\u001b[2J");
+}

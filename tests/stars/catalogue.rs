@@ -176,6 +176,32 @@ fn damaged_files_are_refused_with_what_they_are() {
 }
 
 #[test]
+fn rows_that_take_no_bytes_are_refused_and_an_empty_field_among_others_is_none() {
+    let table = |sizes: [&str; 3], bytes: &str| {
+        let field = |(name, size): (&str, &str)| match size {
+            "" => format!("<FIELD name=\"{name}\" datatype=\"double\"/>"),
+            _ => format!("<FIELD name=\"{name}\" datatype=\"char\" arraysize=\"{size}\"/>"),
+        };
+        let fields: String = ["RAJ2000", "DEJ2000", "Vmag"].into_iter().zip(sizes).map(field).collect();
+        let name = field(("id", "0"));
+        format!(
+            "<?xml version=\"1.0\"?><VOTABLE><RESOURCE><TABLE>{fields}{name}<DATA><BINARY><STREAM encoding=\"base64\">\
+             {bytes}</STREAM></BINARY></DATA></TABLE></RESOURCE></VOTABLE>"
+        )
+    };
+    refused(table(["0", "0", "0"], "AAAA").as_bytes(), &["0 bytes", "arraysize", "TABLEDATA"]);
+    refused(table(["0x18446744073709551615x9", "0", "0"], "AAAA").as_bytes(), &["VOTable"]);
+    // 10, 20 and 12 as doubles
+    assert_eq!(read(&table(["", "", ""], "QCQAAAAAAABANAAAAAAAAEAoAAAAAAAA")).unwrap().stars.len(), 1);
+}
+
+#[test]
+fn a_table_of_more_columns_than_any_has_is_refused() {
+    let names: String = (0..20_000).map(|i| format!("c{i},")).collect();
+    refused(format!("{names}RAJ2000,DEJ2000,Vmag\n").as_bytes(), &["columns", "no table"]);
+}
+
+#[test]
 fn line_ends_marks_and_letters_of_other_systems_do_no_harm() {
     let text = "RAJ2000,DEJ2000,Vmag,id\n10,20,12.5,a\n11,21,13.5,b\n";
     let want = read(text).unwrap().stars;

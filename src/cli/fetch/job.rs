@@ -164,7 +164,7 @@ impl Job<'_> {
         };
         if self.verb.dry_run {
             let queries = element_queries(&wanted, self.settings, self.desk.now());
-            queries.iter().for_each(|q| print(&format!("{}\n", q.url)));
+            queries.iter().for_each(|q| print(&format!("{}\n", q.shown())));
             if queries.len() > 1 {
                 self.note("the second address only if the first has no elements near enough");
             }
@@ -208,7 +208,7 @@ impl Job<'_> {
         let fields = self.fields()?;
         if self.verb.dry_run {
             for f in &fields {
-                print(&format!("{}\n", apass_query(self.settings, f.ra_deg, f.dec_deg, f.radius_deg).url));
+                print(&format!("{}\n", apass_query(self.settings, f.ra_deg, f.dec_deg, f.radius_deg).shown()));
             }
             return Ok(());
         }

@@ -1,20 +1,21 @@
 //! `satphot predict geometry`: a file of explicit geometries in, a table of fluxes out, row for row.
 
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, BufWriter, IsTerminal, Read, Write};
+use std::io::{self, BufRead, BufReader, IsTerminal, Read};
 use std::path::PathBuf;
 
 use clap::Args;
 use csv::{ByteRecord, StringRecord};
 use rayon::prelude::*;
 use satphot::Error;
+use satphot::base::foreign;
 use satphot::base::progress::Progress as _;
 use satphot::base::threads::with_threads;
 use satphot::brightness::explicit::{COLUMNS, Fluxes, Header, explicit, read_row};
 use satphot::pipeline::explain::CasesLeftOut;
 use satphot::tables::EXPLICIT;
 
-use super::super::{bar::Bars, tell, threads};
+use super::super::{bar::Bars, output, tell, threads};
 use super::{Clock, tolerance};
 
 /// Rows read, computed and written at a time: memory does not grow with the file.
@@ -108,8 +109,7 @@ impl Geometry {
             Header::new(&names).map_err(|problem| Error::Config { key: self.cases.display().to_string(), problem })?;
 
         let bar = self.bar();
-        let mut out = BufWriter::new(io::stdout().lock());
-        let mut listening = out.write_all(EXPLICIT.csv_head().as_bytes()).is_ok();
+        let mut listening = output::listening(&EXPLICIT.csv_head());
         let (mut rows, mut failed) = (0, 0);
         let mut records = reader.byte_records();
         while listening {
@@ -126,13 +126,11 @@ impl Geometry {
             let lines: Vec<(String, bool)> =
                 chunk.into_par_iter().map(|record| line(&header, record, self.tolerance, &bar)).collect();
             rows += lines.len();
-            for (text, good) in lines {
-                failed += usize::from(!good);
-                // a closed pipe (`| head`) is not an error, and nobody waits for the rest
-                listening &= out.write_all(text.as_bytes()).is_ok();
-            }
+            failed += lines.iter().filter(|(_, good)| !good).count();
+            let text: String = lines.into_iter().map(|(text, _)| text).collect();
+            // nobody waits for the rest behind a closed pipe
+            listening = output::listening(&text);
         }
-        let _ = out.flush();
         bar.done();
         Ok((rows, failed))
     }
@@ -192,8 +190,9 @@ fn line(header: &Header, record: ByteRecord, tolerance: f64, bar: &Bars) -> (Str
     }
 }
 
-/// A cell of CSV.
+/// A cell of CSV that holds a text.
 fn quoted(cell: &str) -> String {
+    let cell = &*foreign::cell(cell);
     if cell.contains([',', '"', '\n', '\r', '#']) || cell.trim() != cell {
         return format!("\"{}\"", cell.replace('"', "\"\""));
     }

@@ -11,6 +11,8 @@ use crate::fits::linear::Linear;
 
 /// Most pixels of a tile: an image of the largest detectors in one piece.
 const MAX_TILE_PX: usize = 1 << 28;
+/// Longest table of tiles \[bytes\]: that of a tile takes some 30.
+const MAX_TABLE_BYTES: u64 = 64 << 20;
 
 /// How the bytes of a tile become numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -108,6 +110,9 @@ impl Layout {
         let (row_bytes, rows) = (whole("NAXIS1")?, whole("NAXIS2")?);
         let table_at = header.data_at().ok_or("no image in the header")?;
         let table = row_bytes.checked_mul(rows).ok_or("the table is absurdly large")?;
+        if table > MAX_TABLE_BYTES {
+            return Err(format!("the table of the tiles takes {table} bytes; at most {MAX_TABLE_BYTES} are read"));
+        }
         let gap = match header.card("THEAP") {
             None => table,
             Some(_) => whole("THEAP")?,
@@ -250,6 +255,17 @@ impl Layout {
                     self.tiles()
                 )
             })?;
+            // 8 bytes a pixel at most, and what a compression adds to noise
+            let most = 16 * self.tile_px.0 as u64 * self.tile_px.1 as u64 + (1 << 16);
+            if bytes > most {
+                return Err(format!(
+                    "tile {} of {}: {bytes} bytes for {}x{} px; a tile of that size has at most {most}",
+                    index + 1,
+                    self.tiles(),
+                    self.tile_px.0,
+                    self.tile_px.1
+                ));
+            }
             let method = if let Method::Uncompressed(_) = method { Method::Uncompressed(bitpix) } else { method };
             return Ok(Place { at, bytes, method });
         }

@@ -26,6 +26,10 @@ use sgp4::chrono::{Datelike, Timelike};
 use super::time::days_between;
 use super::tle;
 use crate::base::error::{Error, Result};
+use crate::base::foreign::shown;
+
+/// Longest name of an object \[bytes\]: elements have 24, messages a line.
+const MOST_LETTERS: usize = 200;
 
 impl Elements {
     /// Wraps what the parser made, after checking the ranges SGP4 does not check. The problem is a sentence.
@@ -42,6 +46,10 @@ impl Elements {
             if !(lo..=hi).contains(&value) {
                 return Err(format!("{what} {value}{unit} is outside {lo} to {hi}"));
             }
+        }
+        let letters = inner.object_name.as_deref().unwrap_or("").len();
+        if letters > MOST_LETTERS {
+            return Err(format!("the name has {letters} letters, more than {MOST_LETTERS}: this is no name"));
         }
         let t = inner.datetime;
         if !(1957..=2200).contains(&t.year()) {
@@ -63,7 +71,7 @@ impl Elements {
             ns,
         )
         .map_err(|e| format!("epoch {t}: {e}"))?;
-        let trimmed = |s: &Option<String>| s.as_deref().unwrap_or("").trim().to_owned();
+        let trimmed = |s: &Option<String>| shown(s.as_deref().unwrap_or("").trim()).into_owned();
         let (name, object_id) = (trimmed(&inner.object_name), trimmed(&inner.international_designator));
         Ok(Self { inner, name, object_id, epoch, format })
     }

@@ -52,15 +52,14 @@ impl Gap {
 pub(crate) fn standings(sets: &[Elements], propagators: &[Propagator]) -> Vec<Standing> {
     let gaps: Vec<Vec<Gap>> = (0..sets.len()).map(|i| gaps(i, sets, propagators)).collect();
     // A set that agrees in plane with somebody is supported.
-    let supported = |i: usize| {
-        gaps[i].iter().any(|g| !g.tilted()) || gaps.iter().any(|all| all.iter().any(|g| g.with == i && !g.tilted()))
-    };
+    let mut supported: Vec<bool> = gaps.iter().map(|own| own.iter().any(|g| !g.tilted())).collect();
+    gaps.iter().flatten().filter(|g| !g.tilted()).for_each(|g| supported[g.with] = true);
     (0..sets.len())
         .map(|i| {
             let text = |gap: &Gap| Told { set: &sets[i], other: &sets[gap.with], gap }.to_string();
             match gaps[i].iter().find(|g| g.tilted()) {
-                Some(gap) if supported(i) && !supported(gap.with) => Standing::Good,
-                Some(gap) if !supported(i) && supported(gap.with) => Standing::Refuted(text(gap)),
+                Some(gap) if supported[i] && !supported[gap.with] => Standing::Good,
+                Some(gap) if !supported[i] && supported[gap.with] => Standing::Refuted(text(gap)),
                 Some(gap) => Standing::Disputed(text(gap)),
                 None => gaps[i]
                     .iter()

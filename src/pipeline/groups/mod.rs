@@ -118,7 +118,7 @@ impl Groups {
 /// Those of [`run`] for a night of one kind. For one of several groups what stops the whole night: a folder that cannot be
 /// made, a request to stop.
 pub fn run_night(config: &Config, options: &Options, progress: &dyn Progress) -> Result<Night> {
-    let Split { mut groups, mut notes, ungrouped, science } = split(config, &options.files)?;
+    let Split { mut groups, mut notes, ungrouped, science } = split(config, &options.files, &options.stop)?;
     if groups.len() < 2 {
         let own = groups.pop().map(|group| group.config);
         let mut summary = run(own.as_ref().unwrap_or(config), options, progress)?;

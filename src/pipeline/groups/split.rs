@@ -12,6 +12,7 @@ use super::objects::{Assigned, Object, Objects, objects_of};
 use crate::bands::{Band, Light, Meaning};
 use crate::base::error::{Error, Result};
 use crate::base::file::file_name;
+use crate::base::stop::Stop;
 use crate::brightness::Catalogue;
 use crate::config::{Config, Model};
 use crate::frames::{Exposure, Role, role_by_name};
@@ -20,7 +21,7 @@ use crate::pipeline::survey::files::Survey;
 use crate::pipeline::survey::filters::{asked_light, lights};
 use crate::pipeline::survey::header_warnings::other_camera;
 use crate::pipeline::survey::instrument::focal_mm;
-use crate::pipeline::survey::read::survey;
+use crate::pipeline::survey::read::survey_until;
 use crate::pipeline::target::row::without_folder;
 use crate::tables::UngroupedRow;
 use crate::tables::words::Status;
@@ -63,7 +64,7 @@ type Key = (usize, Option<u64>, Light);
 ///
 /// # Errors
 /// [`Error::Config`] for a model that is not known; damaged or missing elements are the reduction's to report.
-pub fn split(config: &Config, files: &[PathBuf]) -> Result<Split> {
+pub fn split(config: &Config, files: &[PathBuf], stop: &Stop) -> Result<Split> {
     let objects = objects_of(config).unwrap_or_default();
     check_models(config)?;
     let several = objects.list().len() > 1
@@ -76,7 +77,7 @@ pub fn split(config: &Config, files: &[PathBuf]) -> Result<Split> {
         _ => config.model.iter().map(|m| m.satellite.clone()).filter(|_| !several).collect(),
     };
     // what is wrong with the inputs is said by the reduction
-    let Ok(survey) = survey(config, files, &names) else { return Ok(Split::default()) };
+    let Ok(survey) = survey_until(config, files, &names, stop) else { return Ok(Split::default()) };
     let mut notes = objects.warnings.clone();
     let parted = Parted::of(&survey, config, &objects, several, &mut notes);
     let groups = parted.groups(config, &objects, several)?;

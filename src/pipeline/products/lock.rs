@@ -40,8 +40,9 @@ pub fn lock(folder: &Path) -> Result<FolderLock> {
                 let holder = format!("pid {} on {}\n", std::process::id(), host());
                 // the holder is for people only: if the disk is full, writing the results reports it
                 let _ = file.set_len(0).and_then(|()| file.write_all(holder.as_bytes()));
-                clear_leftovers(folder, false);
-                clear_leftovers(&folder.join(FOLDER), false);
+                for inside in ["", FOLDER, "figures"] {
+                    clear_leftovers(&folder.join(inside), false);
+                }
                 return Ok(FolderLock { path, file: Some(file) });
             }
             Err(TryLockError::WouldBlock) => {

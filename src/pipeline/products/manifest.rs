@@ -13,6 +13,7 @@ use super::inputs::TOOL;
 use super::inputs::named_files;
 use crate::base::error::{Error, Result};
 use crate::base::file::save;
+use crate::base::foreign::shown;
 use crate::base::hash::sha256_16;
 use crate::config::Config;
 use crate::frames::Exposure;
@@ -202,7 +203,7 @@ impl Manifest<'_> {
         for (frame, status, reason) in &s.failures {
             log.push_str(&format!("{status}: {frame}: {reason}\n"));
         }
-        save(&folder.join("satphot.log"), &log)?;
+        save(&folder.join("satphot.log"), &shown(&log))?;
         write_log(folder, &self.stages, self.rows, &outputs, s)?;
         Ok(path)
     }

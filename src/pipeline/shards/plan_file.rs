@@ -112,7 +112,7 @@ pub fn make_plan(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<(Plan, Vec<String>)> {
-    let (_, mut survey, mut notes) = preflight(config, &options.files)?.ready()?;
+    let (_, mut survey, mut notes) = preflight(config, &options.files, &options.stop)?.ready()?;
     let n_zero = bias_and_dark(&survey, config).count();
     if n_zero > 0 {
         let problem = format!(

@@ -5,7 +5,7 @@
 //! measured again. Values are kept bit for bit. It does not cover what depends on several frames: that is computed again
 //! each time.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -16,7 +16,7 @@ use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
 use crate::base::error::Result;
-use crate::base::file::{refusal, temporary_name};
+use crate::base::file::{file_name, refusal, temporary_name};
 use crate::base::hash::sha256_16;
 use crate::base::hash::sha256_16_text;
 use crate::config::digest::config_sha256;
@@ -38,6 +38,8 @@ pub struct FrameCache {
     /// Nothing kept earlier is used.
     redo: bool,
     hashes: Mutex<BTreeMap<PathBuf, String>>,
+    /// Names of the products that this run had to do with.
+    used: Mutex<BTreeSet<String>>,
     kept: AtomicUsize,
     made: AtomicUsize,
     /// The first product that could not be written, and why.
@@ -139,6 +141,7 @@ impl FrameCache {
     /// Whether a file of this name is there, of whatever key.
     #[must_use]
     pub fn has(&self, name: &str) -> bool {
+        self.mark(name);
         !self.redo && self.folder.as_ref().is_some_and(|folder| folder.join(name).is_file())
     }
 
@@ -156,6 +159,7 @@ impl FrameCache {
 
     /// A product of this key; `None` if there is none, or its file is damaged: it is made again then.
     pub fn load<T: DeserializeOwned>(&self, name: &str, key: &str) -> Option<T> {
+        self.mark(name);
         let folder = self.folder.as_ref().filter(|_| !self.redo)?;
         let bytes = fs::read(folder.join(name)).ok()?;
         let split = bytes.iter().position(|b| *b == b'\n')?;
@@ -172,6 +176,7 @@ impl FrameCache {
     /// a crash of the machine tore does not agree with the hash in its first line, and is made again.
     pub fn store<T: Serialize>(&self, name: &str, key: &str, product: &T) {
         let Some(folder) = &self.folder else { return };
+        self.mark(name);
         let written = postcard::to_stdvec(product).map_err(|e| e.to_string()).and_then(|payload| {
             let mut bytes = self.head_line(key, &payload).into_bytes();
             bytes.push(b'\n');
@@ -203,6 +208,22 @@ impl FrameCache {
     /// First line of a product: what it is, of which program and configuration, of what, and the hash of its contents.
     fn head_line(&self, key: &str, payload: &[u8]) -> String {
         format!("{SCHEMA} {} {key} {}", self.base, hex(&Sha256::digest(payload)))
+    }
+
+    fn mark(&self, name: &str) {
+        if let Ok(mut used) = self.used.lock() {
+            used.insert(name.to_owned());
+        }
+    }
+
+    /// Takes away the products of frames that are not of the night any more; at the end of a whole run.
+    pub fn prune(&self) {
+        let (Some(folder), Ok(used)) = (&self.folder, self.used.lock()) else { return };
+        let Ok(entries) = fs::read_dir(folder) else { return };
+        let left = entries.filter_map(|e| Some(e.ok()?.path())).filter(|path| !used.contains(&file_name(path)));
+        left.for_each(|path| {
+            let _ = fs::remove_file(path); // it costs a little room, nothing else
+        });
     }
 
     /// Takes the folder away: what was kept for is done.

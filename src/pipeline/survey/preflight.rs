@@ -10,8 +10,9 @@ use super::findings::MissingKey;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use super::read::survey;
+use super::read::survey_until;
 use crate::base::error::{Error, Result};
+use crate::base::stop::Stop;
 use crate::config::Config;
 use crate::fits::Header;
 use crate::frames::{Exposure, Role, check_pattern};
@@ -60,15 +61,18 @@ const CHECKS: &[(&str, Check)] = &[
 /// Reads the configuration's files and every header of the night (or of `files`), and makes every check.
 ///
 /// # Errors
-/// [`Error::Config`] for a site that is none. Whatever else is wrong is in [`Preflight::findings`].
-pub fn preflight(config: &Config, files: &[PathBuf]) -> Result<Preflight> {
+/// [`Error::Config`] for a site that is none; [`Error::Interrupted`]. Whatever else is wrong is in [`Preflight::findings`].
+pub fn preflight(config: &Config, files: &[PathBuf], stop: &Stop) -> Result<Preflight> {
     let (prepared, errors) = Prepared::gather(config)?;
     let mut names = prepared.target_names();
     if prepared.tracker.is_none() && !errors.is_empty() {
         // elements would name the target; the model names the same satellite
         names.extend(config.model.iter().map(|m| m.satellite.clone()));
     }
-    let survey = survey(config, files, &names);
+    let survey = survey_until(config, files, &names, stop);
+    if let Err(stopped @ Error::Interrupted { .. }) = survey {
+        return Err(stopped);
+    }
     Ok(preflight_of(prepared, errors, survey, true))
 }
 

@@ -7,6 +7,7 @@ use super::files::own_results;
 use super::header_checks::check_headers;
 use crate::base::error::Error;
 use crate::base::error::Result;
+use crate::base::stop::Stop;
 use crate::config::Config;
 use crate::fits::find_files;
 use crate::frames::Role;
@@ -21,6 +22,14 @@ use std::path::PathBuf;
 /// # Errors
 /// [`Error::NoInput`] when there is no FITS file.
 pub fn survey(config: &Config, files: &[PathBuf], target_names: &[String]) -> Result<Survey> {
+    survey_until(config, files, target_names, &Stop::default())
+}
+
+/// As [`survey`], until a stop is requested.
+///
+/// # Errors
+/// Those of [`survey`]; [`Error::Interrupted`].
+pub fn survey_until(config: &Config, files: &[PathBuf], target_names: &[String], stop: &Stop) -> Result<Survey> {
     let inputs = if files.is_empty() { &config.night.input } else { files };
     if inputs.is_empty() {
         return Err(Error::Config { key: "night.input".into(), problem: "is empty; name folders or files".into() });
@@ -34,6 +43,7 @@ pub fn survey(config: &Config, files: &[PathBuf], target_names: &[String]) -> Re
     let mut survey = Survey::default();
     let mut stars = Vec::new();
     for path in found.into_iter().filter(|p| files.contains(p) || !is_own(p)) {
+        stop.check(|| "stopped while the headers were read; nothing was written: run again".into())?;
         match classify(&path, config, target_names) {
             Ok(exposure) => match exposure.role {
                 Role::Flat => survey.flats.push(exposure),

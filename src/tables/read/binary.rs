@@ -19,11 +19,14 @@ impl Kind {
         let count = match arraysize {
             "" => Some(1),
             size if size.contains('*') => None,
-            size => size.split('x').map(|n| n.parse::<usize>().ok()).product(),
+            size => size.split('x').try_fold(1_usize, |all, n| all.checked_mul(n.parse().ok()?)),
         };
         Kind { datatype: datatype.to_owned(), count }
     }
 }
+
+/// Most cells that one byte of a row may stand for: a table of bits has 8.
+const MOST_CELLS_PER_BYTE: usize = 64;
 
 /// Rows in memory.
 #[derive(Debug)]
@@ -49,12 +52,19 @@ impl Binary {
         if self.at >= self.bytes.len() || self.kinds.is_empty() {
             return Ok(false);
         }
+        let start = self.at;
         let mask = if self.masked { self.take(self.kinds.len().div_ceil(8))?.to_vec() } else { Vec::new() };
         for i in 0..self.kinds.len() {
             let kind = self.kinds[i].clone();
             let cell = self.cell(&kind)?;
             let missing = mask.get(i / 8).is_some_and(|bits| bits & (0x80 >> (i % 8)) != 0);
             cells.push_field(if missing { "" } else { cell.trim() });
+        }
+        // a row of nothing would be read for ever
+        if (self.at - start).saturating_mul(MOST_CELLS_PER_BYTE) < self.kinds.len() {
+            let n = self.kinds.len();
+            let problem = format!("a binary row of {} bytes for {n} fields (arraysize = \"0\"?)", self.at - start);
+            return Err(format!("{problem}; save the VOTable with TABLEDATA"));
         }
         Ok(true)
     }

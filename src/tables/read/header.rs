@@ -1,5 +1,7 @@
 //! What stands above the rows of a table of lines: remarks of ECSV, VizieR and SExtractor, the description of a Starlink list.
 
+use std::collections::HashMap;
+
 use csv::StringRecord;
 
 use super::Column;
@@ -47,11 +49,13 @@ impl Remarks<'_> {
 
     /// `#Column Vmag (F6.3) Johnson V-band magnitude [ucd=phot.mag;em.opt.V]` with tabs between, as VizieR writes.
     pub fn describe(&self, columns: &mut [Column]) {
+        // by name; of columns of one name the first
+        let at: HashMap<String, usize> = columns.iter().enumerate().rev().map(|(i, c)| (c.name.clone(), i)).collect();
         for line in self.0.iter().filter_map(|l| l.strip_prefix("#Column")) {
             let mut parts = line.split('\t').map(str::trim).filter(|p| !p.is_empty());
             let Some(name) = parts.next().map(|n| n.trim_matches('"')) else { continue };
             let ucd = parts.find_map(|p| p.strip_prefix("[ucd=")?.strip_suffix(']'));
-            if let (Some(ucd), Some(column)) = (ucd, columns.iter_mut().find(|c| c.name == name)) {
+            if let (Some(ucd), Some(column)) = (ucd, at.get(name).and_then(|i| columns.get_mut(*i))) {
                 column.ucd = ucd.to_owned();
             }
         }

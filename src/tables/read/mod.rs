@@ -70,6 +70,12 @@ pub fn number(text: &str) -> Option<f64> {
     value.filter(|v: &f64| v.is_finite())
 }
 
+/// Refuses more columns than any table has: columns are looked up by name, one after the other.
+fn most_columns(n: usize) -> std::result::Result<(), String> {
+    const MOST: usize = 10_000;
+    if n <= MOST { Ok(()) } else { Err(format!("has more than {MOST} columns: this is no table")) }
+}
+
 /// A table being read.
 #[derive(Debug)]
 pub struct Table {

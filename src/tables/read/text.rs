@@ -3,7 +3,7 @@
 //! Lines that begin with `#` are remarks. VizieR's lines of units and dashes under the names are read as such. A file without
 //! a line of names has the columns `col1`, `col2`, ...
 
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -12,7 +12,7 @@ use csv::StringRecord;
 
 use super::header::{Remarks, ecsv, starlink};
 use super::split::{Between, split};
-use super::{Column, Row, Rows, Table, bad};
+use super::{Column, Row, Rows, Table, bad, most_columns};
 use crate::base::error::{Error, Result};
 
 /// A longer line is no line of a table.
@@ -113,8 +113,10 @@ pub fn open(path: &Path, reader: BufReader<File>, start: &str) -> Result<Table> 
         let (described, between) = ecsv(&remarks);
         rows.between = between;
         let mut columns = named(&first, between, path, number)?;
+        // of two descriptions of a name the first counts
+        let described: HashMap<String, Column> = described.into_iter().rev().map(|d| (d.name.clone(), d)).collect();
         for column in &mut columns {
-            if let Some(known) = described.iter().find(|d| d.name == column.name) {
+            if let Some(known) = described.get(&column.name) {
                 *column = known.clone();
             }
         }
@@ -154,6 +156,7 @@ fn empty(path: &Path) -> Error {
 fn named(line: &str, between: Between, path: &Path, number: usize) -> Result<Vec<Column>> {
     let mut cells = StringRecord::new();
     split(line, between, &mut cells).map_err(|problem| bad(path, Some(number), problem))?;
+    most_columns(cells.len()).map_err(|problem| bad(path, Some(number), problem))?;
     Ok(cells.iter().map(Column::named).collect())
 }
 

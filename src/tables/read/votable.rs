@@ -3,6 +3,7 @@
 //! TABLEDATA row by row; BINARY and BINARY2 decoded as a whole. Left out: FITS inside a VOTable, rows in another file, tables
 //! after the first.
 
+use std::collections::HashMap;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -12,7 +13,7 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
 use super::binary::{Binary, Kind};
-use super::{Column, Row, Rows, Table, bad};
+use super::{Column, Row, Rows, Table, bad, most_columns};
 use crate::base::error::{Error, Result};
 
 /// The rows of a VOTable.
@@ -48,7 +49,8 @@ impl Xml {
         let broken = |e: &dyn std::fmt::Display| bad(path, None, format!("damaged VOTable at byte {at}: {e}"));
         let tag = |e: &BytesStart| -> std::result::Result<Item, String> {
             let mut attributes = Vec::new();
-            for attribute in e.attributes().flatten() {
+            // a search for repeated names would take the square of their number
+            for attribute in e.attributes().with_checks(false).flatten() {
                 let key = local(attribute.key.as_ref());
                 let value = attribute.normalized_value(XmlVersion::Implicit1_0).map_err(|e| e.to_string())?;
                 attributes.push((key, value.into_owned()));
@@ -106,7 +108,7 @@ pub fn open(path: &Path, reader: BufReader<File>) -> Result<Table> {
     // so that <TD/> is an empty cell like <TD></TD>
     reader.config_mut().expand_empty_elements = true;
     let mut xml = Xml { reader, buffer: Vec::new() };
-    let mut systems: Vec<(String, String)> = Vec::new();
+    let mut systems: HashMap<String, String> = HashMap::new();
     let mut columns: Vec<Column> = Vec::new();
     let mut kinds: Vec<Kind> = Vec::new();
     let (mut notes, mut status) = (Vec::new(), String::new());
@@ -123,7 +125,10 @@ pub fn open(path: &Path, reader: BufReader<File>) -> Result<Table> {
         let get = |key: &str| attributes.iter().find(|(k, _)| k == key).map_or("", |(_, v)| v.as_str());
         match name.as_str() {
             "VOTABLE" => is_votable = true,
-            "COOSYS" => systems.push((get("ID").to_owned(), format!("{} {}", get("system"), get("equinox")))),
+            "COOSYS" => {
+                let system = format!("{} {}", get("system"), get("equinox"));
+                systems.entry(get("ID").to_owned()).or_insert(system);
+            }
             "INFO" if get("name") == "QUERY_STATUS" => {
                 let value = get("value").to_owned();
                 let said = xml.text(path, "INFO")?;
@@ -135,12 +140,13 @@ pub fn open(path: &Path, reader: BufReader<File>) -> Result<Table> {
             }
             "TABLE" => in_table = true,
             "FIELD" if in_table => {
-                let system = systems.iter().find(|(id, _)| !id.is_empty() && id == get("ref"));
+                most_columns(columns.len() + 1).map_err(|problem| bad(path, None, problem))?;
+                let system = Some(get("ref")).filter(|id| !id.is_empty()).and_then(|id| systems.get(id));
                 let given = if get("name").is_empty() { get("ID") } else { get("name") };
                 columns.push(Column {
                     unit: get("unit").to_owned(),
                     ucd: get("ucd").to_owned(),
-                    system: system.map(|(_, s)| s.trim().to_owned()).unwrap_or_default(),
+                    system: system.map(|s| s.trim().to_owned()).unwrap_or_default(),
                     ..Column::named(given)
                 });
                 kinds.push(Kind::of(get("datatype"), get("arraysize")));
