@@ -106,7 +106,7 @@ fn two_filters_are_two_nights_and_neither_takes_frames_of_the_other() {
     assert_eq!(table.lines().filter(|l| l.starts_with("2025-06-13-")).count(), 6, "{table}");
     // one filter of several satellites
     let asked = both_stations(in_v(also_through(demo(), "R"))).set("input.filter=\"Johnson V\"");
-    let split = satphot::pipeline::groups::split(&asked.config().unwrap(), &[]).unwrap();
+    let split = satphot::pipeline::groups::split(&asked.config().unwrap(), &[], &asked.options.stop).unwrap();
     let names: Vec<&str> = split.groups.iter().map(|g| g.filter.as_str()).collect();
     assert!(split.groups.iter().all(|g| g.files.iter().all(|f| !f.to_string_lossy().contains("R_"))), "{names:?}");
     // again, with other threads: the same bytes, and nothing measured twice
