@@ -17,6 +17,9 @@ pub struct Vetting {
     /// Length of the target over the one expected from its median size in the pass, scaled to the range, from which a
     /// frame is used with caution; a station that turns within the pass stays below 1.5. 1e6 = never.
     pub smear_caution: f64,
+    /// Length of the aperture over the one expected from its median in the pass and the range, from which a frame is used with
+    /// caution: the end of a star trail or a neighbour is in it. 1e6 = never.
+    pub aperture_caution: f64,
     /// Departure of `sky_corner_ratio` from the neighbouring frames from which a frame is used with caution; 0 = not
     /// checked.
     pub corner_ratio_dev: f64,
@@ -45,6 +48,7 @@ impl Default for Vetting {
             contam_reject_frac: 1.0,
             masked_caution_frac: 0.05,
             smear_caution: 1.5,
+            aperture_caution: 1.5,
             corner_ratio_dev: 0.05,
             sky_drop_frac: 0.15,
             min_alt_deg: 15.0,

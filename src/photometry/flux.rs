@@ -61,11 +61,11 @@ pub struct Flux {
 /// where that is larger by more than its own sampling error (3 √(2/N)): unresolved stars and flat residuals are noise
 /// too. `σ_S² = 1.26 σ²/N`, the variance of the sky estimate (π/2 would be a plain median's).
 ///
-/// Masked pixels: a saturated one is summed as it is and flagged; a bad one is filled from its eight neighbours ([`filled`], flag
-/// `MASKED`), or with the mean of the aperture where they are bad too, as is a clipped one. `masked_frac` is the share of the flux
-/// that was filled in; half of what a pixel's neighbours disagree on enters the error. Outside the frame nothing is filled (flag `EDGE`). With fewer than 16 good annulus
-/// pixels the mesh gives the sky (flag `NO_ANNULUS`). Negative fluxes are kept (flag `NEGATIVE`). If nothing can be
-/// measured (position not finite or off the frame, all pixels bad) flux, error, S/N and peak are NaN and flags say why.
+/// Masked pixels: a saturated one is summed as it is and flagged; a bad one is filled from its eight neighbours (flag
+/// `MASKED`), or with the mean of the aperture where they are bad too, as is a clipped one. `masked_frac` is the share of
+/// the flux that was filled in; half of what a pixel's neighbours disagree on enters the error. Outside the frame nothing
+/// is filled (flag `EDGE`). With fewer than 16 good annulus pixels the mesh gives the sky (flag `NO_ANNULUS`). Negative
+/// fluxes are kept (flag `NEGATIVE`). If nothing can be measured (position not finite or off the frame, all pixels bad) flux, error, S/N and peak are NaN and flags say why.
 #[allow(clippy::too_many_arguments)] // one position, one shape, one annulus: a struct would only rename them
 #[must_use]
 pub fn measure(

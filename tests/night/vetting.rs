@@ -395,6 +395,19 @@ fn a_smeared_frame_is_found_among_frames_of_a_resolved_station_and_the_station_i
 }
 
 #[test]
+fn an_aperture_that_is_longer_than_in_the_rest_of_the_pass_holds_something_else() {
+    let rows = vetted(pass(30, 9.0, |k, r| {
+        // the aperture grows towards the nearest point of the pass, as it should
+        let range_km = r.range_km.unwrap();
+        r.aper_a_px = Some(if k == 7 { 60.0 } else { 18.0 + 4000.0 / range_km });
+    }));
+    assert_eq!(flagged(&rows, Flags::CONTAMINATED), [7]);
+    expect(&rows[7], "caution", Flags::CONTAMINATED, &["60 px", "end of a star trail", "vetting.aperture_caution 1.5"]);
+    let alone = vetted(pass(3, 9.0, |k, r| r.aper_r_px = Some(if k == 1 { 60.0 } else { 18.0 })));
+    assert!(flagged(&alone, Flags::CONTAMINATED).is_empty());
+}
+
+#[test]
 fn a_target_smaller_than_the_seeing_is_smeared_when_it_is_long_and_not_judged_when_it_is_faint() {
     let point = |k: usize, r: &mut PhotometryRow| {
         r.extent_fwhm = Some(1.1);

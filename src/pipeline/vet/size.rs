@@ -1,4 +1,5 @@
-//! The size of the target against its size in the other frames of the pass: smear by the mount or the rotator.
+//! The size of the target against its size in the other frames of the pass: smear by the mount or the rotator; and that of its
+//! aperture: the end of a star trail or a neighbour within it.
 //!
 //! In units of the FWHM. A target of true size K at range R shows `e² = 1 + (K/R)²`; K is the median over the pass, so a
 //! resolved station is its own measure. It does not cover a pass smeared in most of its frames, which looks like a large
@@ -18,8 +19,43 @@ const SHAPE_SNR: f64 = 15.0;
 /// A target smaller than the FWHM has no shape of its own: longer than this it is smeared.
 const POINT_ELONGATION: f64 = 1.5;
 
-/// Frames in which the target is longer than it should be.
+/// Frames in which the target, or its aperture, is longer than it should be.
 pub(super) fn findings(rows: &[&PhotometryRow], t: &Vetting) -> Vec<(usize, Finding)> {
+    let mut found = smeared(rows, t);
+    let of_apertures = apertures(rows, t).into_iter().filter(|(k, _)| !found.iter().any(|(smeared, _)| smeared == k));
+    found.extend(of_apertures.collect::<Vec<_>>());
+    found
+}
+
+/// Frames whose aperture is longer than in the pass.
+///
+/// An aperture holds the target and a margin, so its length is at most that of the median frame times the ratio of the ranges.
+fn apertures(rows: &[&PhotometryRow], t: &Vetting) -> Vec<(usize, Finding)> {
+    let length = |r: &PhotometryRow| r.aper_a_px.or(r.aper_r_px).filter(|_| r.status == Status::Ok);
+    let mut lengths: Vec<f64> = rows.iter().filter_map(|r| length(r)).collect();
+    let mut ranges: Vec<f64> = rows.iter().filter(|r| length(r).is_some()).filter_map(|r| r.range_km).collect();
+    if lengths.len() < FEWEST {
+        return Vec::new();
+    }
+    let Some(usual_px) = median(&mut lengths) else { return Vec::new() };
+    let usual_km = median(&mut ranges);
+    let judge = |(k, r): (usize, &&PhotometryRow)| -> Option<(usize, Finding)> {
+        let nearer = usual_km.zip(r.range_km).map_or(1.0, |(usual, own)| (usual / own).max(1.0));
+        let (own_px, expected_px) = (length(r)?, usual_px * nearer);
+        (own_px > t.aperture_caution * expected_px).then(|| {
+            let words = format!(
+                "the aperture reaches {own_px:.0} px where the pass lets expect {expected_px:.0} (vetting.aperture_caution {}): the end \
+                 of a star trail or a neighbour is in it (contaminated)",
+                t.aperture_caution
+            );
+            (k, Finding::caution(Flags::CONTAMINATED, words))
+        })
+    };
+    rows.iter().enumerate().filter_map(judge).collect()
+}
+
+/// Frames in which the target is longer than it should be.
+fn smeared(rows: &[&PhotometryRow], t: &Vetting) -> Vec<(usize, Finding)> {
     let believed = |r: &PhotometryRow| r.status == Status::Ok && r.snr.is_some_and(|snr| snr >= SHAPE_SNR);
     // ranges known for all, or the size taken as constant
     let by_range = rows.iter().all(|r| r.range_km.is_some());
