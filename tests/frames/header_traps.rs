@@ -175,10 +175,14 @@ fn types_are_recognised_in_every_spelling() {
 }
 
 #[test]
-fn colour_sensors_are_refused_with_the_remedy_and_mono_is_not() {
-    for card in ["BAYERPAT = 'RGGB'", "CFAIMAGE = 'GBRG'", "NAXIS3 = 3", "COLORTYP = 'RGGB'"] {
+fn pictures_in_colour_are_refused_with_the_remedy_and_bayer_patterns_and_mono_are_not() {
+    for card in ["NAXIS3 = 3", "BAYERPAT = 'XTRANS'", "COLORTYP = 'CMYG'"] {
         let i = light(&format!("{card}\n"));
-        assert!(!i.usable && says(&i.refused, &["colour sensor", "split_cfa"]), "{card}: {:?}", i.refused);
+        assert!(!i.usable && says(&i.refused, &["Bayer pattern", "detector.bayer_pattern"]), "{card}: {:?}", i.refused);
+    }
+    for card in ["BAYERPAT = 'RGGB'", "CFAIMAGE = 'GBRG'", "COLORTYP = 'RGGB'"] {
+        let i = light(&format!("{card}\n"));
+        assert!(i.usable, "{card}: {:?}", i.refused);
     }
     assert!(light("CFAIMAGE = 'no'\nBAYERPAT = ''\n").usable);
 }

@@ -223,7 +223,7 @@ fn lights_that_cannot_be_measured_are_refused_with_the_keyword() {
     assert!(refused("EXPTIME", &[card("EXPTIME", 0.0)]).contains("0 s is not an exposure time"));
     assert!(refused("EXPTIME", &[card("EXPTIME", -5.0)]).contains("-5 s"));
     assert!(refused("DATE-OBS", &[]).contains("DATE-OBS"));
-    assert!(refused("-", &[text("BAYERPAT", "RGGB")]).contains("colour"));
+    assert!(refused("-", &[text("BAYERPAT", "XTRANS")]).contains("colour"));
     assert!(refused("-", &[text("CALSTAT", "BDF")]).contains("already flat-fielded"));
     assert!(refused("-", &[card("STACKCNT", 187)]).contains("STACKCNT"));
 }

@@ -403,6 +403,10 @@ fn an_aperture_that_is_longer_than_in_the_rest_of_the_pass_holds_something_else(
     }));
     assert_eq!(flagged(&rows, Flags::CONTAMINATED), [7]);
     expect(&rows[7], "caution", Flags::CONTAMINATED, &["60 px", "end of a star trail", "vetting.aperture_caution 1.5"]);
+    // a pass of two frames is held against the other passes of the night
+    let mut two = pass(26, 9.0, |k, r| r.aper_r_px = Some(if k == 25 { 90.0 } else { 18.0 }));
+    two[24..].iter_mut().for_each(|r| r.mjd_mid_d = r.mjd_mid_d.map(|mjd_d| mjd_d + 0.07));
+    assert_eq!(flagged(&vetted(two), Flags::CONTAMINATED), [25]);
     let alone = vetted(pass(3, 9.0, |k, r| r.aper_r_px = Some(if k == 1 { 60.0 } else { 18.0 })));
     assert!(flagged(&alone, Flags::CONTAMINATED).is_empty());
 }

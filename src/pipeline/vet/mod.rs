@@ -141,12 +141,13 @@ pub fn judge_neighbours(rows: &[&PhotometryRow], judgements: &mut [Judgement], c
         for (i, cadence_s) in cadence::cadences(rows, &target) {
             judgements[i].cadence_s = Some(cadence_s);
         }
+        let of_night: Vec<&PhotometryRow> = target.iter().map(|i| rows[*i]).collect();
         for pass in neighbours::passes(rows, &target) {
             let of_pass: Vec<&PhotometryRow> = pass.iter().map(|i| rows[*i]).collect();
             let mut found = cadence::findings(&of_pass, thresholds);
             let doubted: Vec<usize> = found.iter().map(|(k, _)| *k).collect();
             found.extend(sky::findings(&of_pass, thresholds, &doubted));
-            found.extend(size::findings(&of_pass, thresholds));
+            found.extend(size::findings(&of_pass, &of_night, thresholds));
             found.sort_by_key(|(k, f)| (*k, std::cmp::Reverse(f.verdict))); // stable
             for (k, finding) in found {
                 judgements[pass[k]].add(finding);

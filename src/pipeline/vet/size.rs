@@ -19,21 +19,24 @@ const SHAPE_SNR: f64 = 15.0;
 /// A target smaller than the FWHM has no shape of its own: longer than this it is smeared.
 const POINT_ELONGATION: f64 = 1.5;
 
-/// Frames in which the target, or its aperture, is longer than it should be.
-pub(super) fn findings(rows: &[&PhotometryRow], t: &Vetting) -> Vec<(usize, Finding)> {
+/// Frames of a pass in which the target, or its aperture, is longer than it should be.
+pub(super) fn findings(rows: &[&PhotometryRow], of_night: &[&PhotometryRow], t: &Vetting) -> Vec<(usize, Finding)> {
     let mut found = smeared(rows, t);
-    let of_apertures = apertures(rows, t).into_iter().filter(|(k, _)| !found.iter().any(|(smeared, _)| smeared == k));
+    let of_apertures =
+        apertures(rows, of_night, t).into_iter().filter(|(k, _)| !found.iter().any(|(smeared, _)| smeared == k));
     found.extend(of_apertures.collect::<Vec<_>>());
     found
 }
 
-/// Frames whose aperture is longer than in the pass.
+/// Frames whose aperture is longer than in the pass, or than in all passes of the night where the pass has too few frames.
 ///
 /// An aperture holds the target and a margin, so its length is at most that of the median frame times the ratio of the ranges.
-fn apertures(rows: &[&PhotometryRow], t: &Vetting) -> Vec<(usize, Finding)> {
+fn apertures(rows: &[&PhotometryRow], of_night: &[&PhotometryRow], t: &Vetting) -> Vec<(usize, Finding)> {
     let length = |r: &PhotometryRow| r.aper_a_px.or(r.aper_r_px).filter(|_| r.status == Status::Ok);
-    let mut lengths: Vec<f64> = rows.iter().filter_map(|r| length(r)).collect();
-    let mut ranges: Vec<f64> = rows.iter().filter(|r| length(r).is_some()).filter_map(|r| r.range_km).collect();
+    let enough = rows.iter().filter(|r| length(r).is_some()).count() >= FEWEST;
+    let others = if enough { rows } else { of_night };
+    let mut lengths: Vec<f64> = others.iter().filter_map(|r| length(r)).collect();
+    let mut ranges: Vec<f64> = others.iter().filter(|r| length(r).is_some()).filter_map(|r| r.range_km).collect();
     if lengths.len() < FEWEST {
         return Vec::new();
     }
@@ -44,7 +47,7 @@ fn apertures(rows: &[&PhotometryRow], t: &Vetting) -> Vec<(usize, Finding)> {
         let (own_px, expected_px) = (length(r)?, usual_px * nearer);
         (own_px > t.aperture_caution * expected_px).then(|| {
             let words = format!(
-                "the aperture reaches {own_px:.0} px where the pass lets expect {expected_px:.0} (vetting.aperture_caution {}): the end \
+                "the aperture reaches {own_px:.0} px where the other frames let expect {expected_px:.0} (vetting.aperture_caution {}): the end \
                  of a star trail or a neighbour is in it (contaminated)",
                 t.aperture_caution
             );
