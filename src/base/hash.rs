@@ -36,6 +36,13 @@ pub fn sha256_16_text(text: &str) -> String {
     hex16(&Sha256::digest(text.as_bytes()))
 }
 
+/// First 16 hex digits of the SHA-256 of pieces, one after the other.
+pub(crate) fn sha256_16_of<const N: usize>(pieces: [&[u8]; N]) -> String {
+    let mut hasher = Sha256::new();
+    pieces.iter().for_each(|piece| hasher.update(piece));
+    hex16(&hasher.finalize())
+}
+
 /// Bytes hashed at a time: they stay in the cache of a core.
 pub(crate) const HASHED_BYTES: usize = 256 << 10;
 

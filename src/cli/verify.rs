@@ -1,10 +1,10 @@
 //! `satphot verify`: whether finished nights are what they say of themselves.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use satphot::Error;
-use satphot::pipeline::products::verify::{verify_night, verify_plan};
+use satphot::pipeline::products::verify::{Verified, verify_night, verify_plan, verify_shard};
 
 use super::{print, tell};
 
@@ -12,7 +12,8 @@ const AFTER_HELP: &str = "\
 Examples:
   satphot verify satphot-out/2025-06-11              each group of a night that has several
   satphot verify satphot-out/2025-06-11 --inputs     the frames too, which must be there
-  satphot verify plan.json";
+  satphot verify plan.json
+  satphot verify shards/*.ecsv                       tables of shards, by the hash that each carries of its rows";
 
 /// Checks folders of results against their manifest.json: every product there with the hash that was recorded, its columns
 /// and units, its provenance, the configuration, the inputs.
@@ -21,8 +22,8 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub struct Verify {
-    /// Folders of results, or plan.json files
-    #[arg(required = true, value_name = "DIR|PLAN")]
+    /// Folders of results, plan.json files, or tables of shards
+    #[arg(required = true, value_name = "DIR|PLAN|TABLE")]
     folders: Vec<PathBuf>,
     /// Inputs that are gone are a problem too, not only a note
     #[arg(long)]
@@ -45,12 +46,19 @@ fn groups_of(folder: &PathBuf) -> Vec<PathBuf> {
 }
 
 impl Verify {
+    fn verify(&self, what: &Path) -> satphot::Result<Verified> {
+        match what.extension().and_then(|e| e.to_str()) {
+            Some("json") if what.is_file() => verify_plan(what, self.inputs),
+            Some("ecsv") if what.is_file() => verify_shard(what),
+            _ => verify_night(what, self.inputs),
+        }
+    }
+
     pub fn execute(self) -> anyhow::Result<()> {
         let mut wrong = Vec::new();
         for folder in self.folders.iter().flat_map(groups_of) {
             let folder = folder.as_path();
-            let of_plan = folder.extension().is_some_and(|e| e == "json") && folder.is_file();
-            let found = if of_plan { verify_plan(folder, self.inputs)? } else { verify_night(folder, self.inputs)? };
+            let found = self.verify(folder)?;
             if !self.quiet {
                 found.notes.iter().for_each(|note| tell(&format!("note: {}: {note}", folder.display())));
             }

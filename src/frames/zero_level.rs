@@ -15,7 +15,6 @@ use super::flat::stack::{Stack, Usable};
 use super::frame::{Gain, GainSetting, mask};
 use super::header::optics;
 use super::role::Role;
-use crate::base::error::Result;
 use crate::base::stats::{median_variance_factor, robust};
 
 /// Exposure times within this share of each other are the same.
@@ -92,10 +91,8 @@ impl ZeroLevels {
     /// Combines the biases and darks among `frames` that match one of `lights`.
     ///
     /// A frame that cannot be read is not used, with a note.
-    ///
-    /// # Errors
-    /// [`crate::Error::Fits`] or [`crate::Error::Io`] naming a frame that became unreadable on the way.
-    pub fn make(frames: &[&Exposure], lights: &[&Exposure], clip_radius_px: Option<f64>) -> Result<Self> {
+    #[must_use]
+    pub fn make(frames: &[&Exposure], lights: &[&Exposure], clip_radius_px: Option<f64>) -> Self {
         let mut out = Self::default();
         let kinds: std::collections::BTreeSet<Kind> = lights.iter().map(|e| Kind::of(e)).collect();
         let of = |role: Role| frames.iter().copied().filter(move |e| e.role == role);
@@ -103,7 +100,7 @@ impl ZeroLevels {
         for kind in kinds {
             let region = Region::new(kind.size_px, clip_radius_px);
             let biases: Vec<&Exposure> = of(Role::Bias).filter(|e| Kind::of(e) == kind).collect();
-            if let Some(master) = out.master("bias", &biases, &region)? {
+            if let Some(master) = out.master("bias", biases, &region) {
                 out.biases.insert(kind.clone(), master);
             }
             let mut by_exptime: Vec<(f64, Option<f64>, Vec<&Exposure>)> = Vec::new();
@@ -127,7 +124,7 @@ impl ZeroLevels {
                     unmatched += list.len();
                     continue;
                 }
-                if let Some(master) = out.master("dark", &list, &region)? {
+                if let Some(master) = out.master("dark", list, &region) {
                     let dark = Dark { exptime_s, temperature_c: temperature, master };
                     out.darks.entry(kind.clone()).or_default().push(dark);
                 }
@@ -154,7 +151,7 @@ impl ZeroLevels {
                  their temperature within {SAME_TEMPERATURE_C} C"
             ));
         }
-        Ok(out)
+        out
     }
 
     /// Whether there is none.
@@ -163,27 +160,39 @@ impl ZeroLevels {
         self.biases.is_empty() && self.darks.is_empty()
     }
 
-    fn master(&mut self, what: &str, frames: &[&Exposure], region: &Region) -> Result<Option<Master>> {
-        if frames.is_empty() {
-            return Ok(None);
-        }
-        if frames.len() < FEWEST {
-            self.notes.push(format!("{} {what} frames are too few to be used; take at least {FEWEST}", frames.len()));
-            return Ok(None);
-        }
+    fn master(&mut self, what: &str, mut frames: Vec<&Exposure>, region: &Region) -> Option<Master> {
         // at the top of the range a pixel says nothing
         let usable = |exposure| Usable { exposure, level_adu: 1.0, saturation_adu: f32::INFINITY };
         let (nx, ny) = region.size_px;
         let mut level_adu = vec![0.0; nx * ny];
-        let stack = Stack::open(frames.iter().copied().map(usable).collect(), false, 0.0, region)?;
-        stack.median(BAND_BYTES, &mut level_adu)?;
+        // once more without those that cannot be read: each round has fewer
+        loop {
+            if frames.is_empty() {
+                return None;
+            }
+            if frames.len() < FEWEST {
+                self.notes
+                    .push(format!("{} {what} frames are too few to be used; take at least {FEWEST}", frames.len()));
+                return None;
+            }
+            let stack = Stack::open(frames.iter().copied().map(usable).collect(), false, 0.0, region);
+            let unreadable = stack.median(BAND_BYTES, &mut level_adu);
+            if unreadable.is_empty() {
+                break;
+            }
+            for (k, error) in unreadable.into_iter().rev() {
+                let frame = frames.remove(k);
+                let why = error.to_string().replace(&*frame.path.to_string_lossy(), &frame.name);
+                self.notes.push(format!("warning: {} is not used as {what}: {why}", frame.name));
+            }
+        }
         let step = level_adu.len().div_ceil(SAMPLE_PX);
         let sample = level_adu.iter().step_by(step.max(1)).filter(|v| v.is_finite());
         let Some((median_adu, sigma_adu)) = robust(&sample.map(|v| f64::from(*v)).collect::<Vec<_>>()) else {
             self.notes.push(format!("the {what} frames hold no finite pixel: not used"));
-            return Ok(None);
+            return None;
         };
-        Ok(Some(Master { n: frames.len(), level_adu, median_adu, sigma_adu }))
+        Some(Master { n: frames.len(), level_adu, median_adu, sigma_adu })
     }
 
     /// The zero level of a frame; `None` where nothing matches it.

@@ -10,7 +10,7 @@ use super::target::window::reach_px;
 use crate::base::error::{Error, Result};
 use crate::fits::tall::decoding_bytes;
 use crate::frames::Exposure;
-use crate::frames::flat::BAND_BYTES;
+use crate::frames::flat::{BAND_BYTES, common_size};
 
 /// The program, its libraries and tables \[bytes\].
 const PROGRAM_BYTES: usize = 40_000_000;
@@ -62,13 +62,47 @@ impl Memory {
     /// Threads, at most `threads`, and star frames in work at once.
     #[must_use]
     pub fn star_frames(&self, night: &Flattened, exposures: &[&Exposure], threads: usize) -> (usize, usize) {
-        self.room(stars(night, exposures, night.flat.is_some()), threads)
+        let fit: Vec<&Exposure> =
+            exposures.iter().copied().filter(|e| self.holds_star_frame(night, e).is_ok()).collect();
+        self.room(stars(night, &fit, night.flat.is_some()), threads)
     }
 
     /// Threads, at most `threads`, and target frames in work at once.
     #[must_use]
     pub fn target_frames(&self, night: &Calibrated, exposures: &[&Exposure], threads: usize) -> (usize, usize) {
-        self.room(targets(night, night.seeing.fwhm_arcsec, exposures, night.flat.is_some()), threads)
+        let fit: Vec<&Exposure> =
+            exposures.iter().copied().filter(|e| self.holds_target_frame(night, e).is_ok()).collect();
+        self.room(targets(night, night.seeing.fwhm_arcsec, &fit, night.flat.is_some()), threads)
+    }
+
+    /// Whether a star frame may be measured: the limit nobody gave holds any frame.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] with the memory that it takes.
+    pub fn holds_star_frame(&self, night: &Flattened, exposure: &Exposure) -> Result<()> {
+        self.holds(stars(night, &[exposure], night.flat.is_some()), exposure)
+    }
+
+    /// The same of a target frame.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] with the memory that it takes.
+    pub fn holds_target_frame(&self, night: &Calibrated, exposure: &Exposure) -> Result<()> {
+        self.holds(targets(night, night.seeing.fwhm_arcsec, &[exposure], night.flat.is_some()), exposure)
+    }
+
+    fn holds(&self, need: Need, exposure: &Exposure) -> Result<()> {
+        if !self.given || need.least() <= self.limit_bytes {
+            return Ok(());
+        }
+        let (nx, ny) = exposure.size_px;
+        let problem = format!(
+            "{} MB do not hold this frame of {nx}x{ny} px with its flat: {} MB are needed, or a smaller \
+             photometry.clip_radius_px",
+            self.limit_bytes / 1_000_000,
+            need.least().div_ceil(1_000_000)
+        );
+        Err(Error::Argument { name: "max_memory".into(), problem })
     }
 
     fn room(&self, need: Need, threads: usize) -> (usize, usize) {
@@ -78,34 +112,44 @@ impl Memory {
         (threads, (for_frames / need.frame.max(1)).clamp(1, threads))
     }
 
-    /// Whether the night can be reduced in this memory; a note where more than the limit nobody gave is taken.
+    /// Whether the night can be reduced in this memory; a note where a frame takes more than the limit.
     ///
     /// # Errors
-    /// [`Error::Config`] naming `--max-memory` and the least that works.
+    /// [`Error::Argument`] with the least that works, where the limit given holds none of the frames.
     pub fn check(&self, survey: &Survey, night: &Prepared) -> Result<Option<String>> {
         let flat = !survey.flats.is_empty() || night.config.flat.master.is_some();
-        let star_frames: Vec<&Exposure> = survey.pointings.iter().flatten().collect();
-        let target_frames: Vec<&Exposure> = survey.targets.iter().collect();
-        let needs = [
-            (!star_frames.is_empty() && night.config.stars.is_some()).then(|| stars(night, &star_frames, flat)),
-            (!target_frames.is_empty()).then(|| targets(night, None, &target_frames, flat)),
-            (!survey.flats.is_empty()).then(|| flats(night, &survey.flats)),
-        ];
-        let least = needs.iter().flatten().map(Need::least).max().unwrap_or(0);
-        if least <= self.limit_bytes {
+        let star_frames = survey.pointings.iter().flatten().filter(|_| night.config.stars.is_some());
+        let star_frames = star_frames.map(|e| stars(night, &[e], flat).least());
+        let target_frames = survey.targets.iter().map(|e| targets(night, None, &[e], flat).least());
+        let lights: Vec<usize> = star_frames.chain(target_frames).collect();
+        let flats = if survey.flats.is_empty() { 0 } else { flats(night, &survey.flats).least() };
+        let least = lights.iter().copied().min().unwrap_or(0).max(flats);
+        let most = lights.iter().copied().max().unwrap_or(0).max(flats);
+        if most <= self.limit_bytes {
             return Ok(None);
         }
-        let (limit_mb, least_mb) = (self.limit_bytes / 1_000_000, least.div_ceil(1_000_000));
-        if self.given {
+        let (limit_mb, mb) = (self.limit_bytes / 1_000_000, |bytes: usize| bytes.div_ceil(1_000_000));
+        if self.given && least > self.limit_bytes {
             let problem = format!(
-                "{limit_mb} MB do not hold one frame of this night with its flat: at least {least_mb}MB is needed, or a \
-                 smaller photometry.clip_radius_px"
+                "{limit_mb} MB do not hold one frame of this night with its flat: at least {}MB is needed, or a \
+                 smaller photometry.clip_radius_px",
+                mb(least)
             );
             return Err(Error::Argument { name: "max_memory".into(), problem });
         }
+        if self.given {
+            let n = lights.iter().filter(|need| **need > self.limit_bytes).count();
+            return Ok(Some(format!(
+                "warning: {n} of {} light frames take more than the {limit_mb} MB of argument `max_memory`, the largest {} MB: \
+                 they fail",
+                lights.len(),
+                mb(most)
+            )));
+        }
         Ok(Some(format!(
-            "one frame of this night with its flat takes {least_mb} MB, more than the {limit_mb} MB of argument `max_memory`: one is \
-             worked on at a time"
+            "one frame of this night with its flat takes {} MB, more than the {limit_mb} MB of argument `max_memory`: one is \
+             worked on at a time",
+            mb(most)
         )))
     }
 }
@@ -148,7 +192,9 @@ fn targets(night: &Prepared, fwhm_arcsec: Option<f64>, exposures: &[&Exposure], 
 }
 
 fn flats(night: &Prepared, exposures: &[Exposure]) -> Need {
-    let exposures: Vec<&Exposure> = exposures.iter().collect();
+    // those of another size do not enter the master
+    let size_px = common_size(exposures);
+    let exposures: Vec<&Exposure> = exposures.iter().filter(|e| Some(e.size_px) == size_px).collect();
     let (px, _) = largest_box(night, &exposures);
     Need { held: held(night, px, true, &exposures), frame: BAND_BYTES, thread: THREAD_BYTES }
 }

@@ -111,11 +111,10 @@ fn zero_levels(
     let lights: Vec<&Exposure> = survey.pointings.iter().flatten().chain(&survey.targets).collect();
     let clip = night.config.photometry.clip_radius_px;
     let threads = pool(options.threads())?;
-    let (zero, hashes) = threads.install(|| {
+    let (mut zero, hashes) = threads.install(|| {
         let of = |e: &&Exposure| format!("{} {}", e.name, products.sha256(&e.path).unwrap_or_default());
         (ZeroLevels::make(&frames, &lights, clip), frames.par_iter().map(of).collect::<Vec<_>>())
     });
-    let mut zero = zero?;
     zero.key = sha256_16_text(&hashes.join("\n"));
     notes.append(&mut zero.notes.clone());
     Ok(zero)
@@ -170,8 +169,12 @@ pub fn target_stage(
     let depends = depends(night, products);
     let depends: Vec<&str> = depends.iter().map(String::as_str).collect();
     progress.stage("target frames", exposures.len());
-    let room = options.memory().target_frames(night, &exposures, options.threads());
-    let work = |exposure: &Exposure| reduced(exposure, night, products, &depends);
+    let memory = options.memory();
+    let room = memory.target_frames(night, &exposures, options.threads());
+    let work = |exposure: &Exposure| match memory.holds_target_frame(night, exposure) {
+        Ok(()) => reduced(exposure, night, products, &depends),
+        Err(error) => Reduced::of(failed_row(exposure, &error)),
+    };
     let lost = |exposure: &Exposure| Reduced::of(failed_row(exposure, &internal(exposure)));
     let kept = || {
         format!(

@@ -13,6 +13,7 @@ use serde::de::DeserializeOwned;
 use super::bands::description_in;
 use super::formats::{KNOWN, Table, recognised};
 use super::meta::{Meta, scalar};
+use super::rows_hash::with_hash;
 use super::schema::{
     Column, Datatype, Definition, PHOTOMETRY, PREDICTION, PhotometryRow, ResidualRow, Row, StarRow, is_listed,
 };
@@ -169,6 +170,9 @@ pub fn write_cells(path: &Path, records: &[csv::StringRecord], columns: &[Column
             text.push_str(&quoted(&cell));
         }
         text.push('\n');
+    }
+    if meta.has_rows_hash() {
+        text = with_hash(&text);
     }
     write_atomic(path, text.as_bytes())
 }

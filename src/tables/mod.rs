@@ -8,6 +8,7 @@ pub mod guess;
 pub mod meta;
 pub mod read;
 pub mod row_passes;
+pub mod rows_hash;
 pub mod schema;
 pub mod selection;
 pub mod words;
@@ -18,6 +19,7 @@ pub use ecsv::{
 };
 pub use formats::Table;
 pub use meta::{Meta, MetaValue};
+pub use rows_hash::check_rows_hash;
 pub use schema::{
     ACCURACY, ALL, AREAS, AccuracyRow, BRDF_CURVE, CHECKED, CONSTELLATION, CheckedRow, Column, DAY, DUTY, Datatype,
     DayRow, Definition, DutyRow, EARTH, EXPLICIT, EXTREMES, EarthRow, ExtremeRow, FLUX_MAP, FOOTPRINT, FootprintRow,

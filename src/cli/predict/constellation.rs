@@ -25,7 +25,7 @@ use super::super::orbit_args::{SiteArg, bad, configuration, tell_unknown_ut1};
 use super::super::{bar::Bars, print, tell, threads};
 use super::ModelArgs;
 use super::dome_args::{checked_height, site_of};
-use super::shards::{shard, together};
+use super::shards::{Shards, shard, together};
 use super::tally_table::{MomentTally, Table, add};
 
 /// Satellites of which the note gives the time.
@@ -172,7 +172,7 @@ impl Constellation {
         let mut meta = prediction_meta("satphot.constellation/1", &model, Some(&place));
         meta.push("orbits", self.orbits_text(&source));
         meta.push("min_alt_deg", self.min_alt);
-        meta.push("shard", format!("{}/{}", self.shard.0, self.shard.1));
+        Shards::one(self.shard.0, self.shard.1).state_in(&mut meta);
         self.tell_table(&table, &meta)?;
         if !self.csv {
             print(&satellite.standing_line());

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use satphot::Error;
-use satphot::tables::{Meta, MetaValue, read_meta};
+use satphot::tables::{Meta, MetaValue, check_rows_hash, read_meta};
 
 /// The shards a table holds, from 1, and of how many.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -24,12 +24,19 @@ impl Shards {
         have.iter().all(|i| (1..=of).contains(i)).then_some(Self { have, of })
     }
 
-    fn text(&self) -> String {
+    /// The `number`-th of `of`, from 1.
+    pub fn one(number: usize, of: usize) -> Self {
+        Self { have: BTreeSet::from([number]), of }
+    }
+
+    /// States the shards in the meta block of their table, which carries the hash of its rows unless it is the whole.
+    pub fn state_in(&self, meta: &mut Meta) {
         if self.missing().is_empty() {
-            return "1/1".into();
+            return meta.set("shard", "1/1");
         }
         let have: Vec<String> = self.have.iter().map(usize::to_string).collect();
-        format!("{}/{}", have.join(","), self.of)
+        meta.set("shard", format!("{}/{}", have.join(","), self.of));
+        meta.with_rows_hash();
     }
 
     fn missing(&self) -> Vec<String> {
@@ -67,6 +74,10 @@ pub fn together(paths: &[PathBuf]) -> anyhow::Result<(Vec<PathBuf>, Shards, Meta
         };
         let told = || "shard is missing in its meta block; is it a table of `satphot predict`?".to_string();
         let shards = shards.ok_or_else(|| Error::Table { path: path.clone(), line: None, problem: told() })?;
+        if !shards.missing().is_empty() || meta.has_rows_hash() {
+            check_rows_hash(path)?;
+        }
+        meta.without_rows_hash();
         meta.set("shard", "");
         let Some((added, all, first)) = &mut sum else {
             sum = Some((vec![path.clone()], shards, meta));
@@ -85,7 +96,7 @@ pub fn together(paths: &[PathBuf]) -> anyhow::Result<(Vec<PathBuf>, Shards, Meta
         }
     }
     let (added, shards, mut meta) = sum.ok_or_else(|| super::bad("--merge", "no table is named".into()))?;
-    meta.set("shard", shards.text());
+    shards.state_in(&mut meta);
     Ok((added, shards, meta))
 }
 

@@ -25,7 +25,7 @@ use super::super::{bar::Bars, print, tell, threads};
 use super::dome_args::height_km;
 use super::light_sources::{LightSourceArgs, LightSources};
 use super::sequence::{SequenceArgs, SkyOfMoment, cells};
-use super::shards::{shard, together};
+use super::shards::{Shards, shard, together};
 use super::{Clock, ModelArgs, OutArgs, band_note};
 
 /// Radius of the Earth where no site says which \[km\].
@@ -196,7 +196,7 @@ impl Sky {
             }
             let mut meta = prediction_meta("satphot.sky/1", &model, site.as_ref());
             describe(&mut meta, &lamps, (radius_km, height_km), self.track_az_deg);
-            meta.push("shard", format!("{number}/{of}"));
+            Shards::one(number, of).state_in(&mut meta);
             tables.iter().try_for_each(|table| write_rows(table, &rows, &meta))?;
             let notes = figure_notes(&map);
             figures

@@ -66,14 +66,14 @@ impl MasterFlat {
     /// F = median_k[(N_k − pedestal) / level_k], then divided by its own median. Levels and medians inside the clip
     /// circle. With `config.scale` none, or levels that are all the same, level_k is excluded, and 16-bit files are
     /// combined as they are stored: less work. A saturated or NaN pixel is excluded from its median; with at most half of
-    /// the flats left, or at or below `config.min_response`, it is masked. Flats of another size than most, or of a
-    /// level outside `config.level_range_frac` of full scale, are rejected with a reason.
+    /// the flats left, or at or below `config.min_response`, it is masked. Flats of another size than most, of a level
+    /// outside `config.level_range_frac` of full scale, or that cannot be read, be it while they are combined, are
+    /// rejected with a reason.
     ///
     /// Memory: the result, and `band_bytes` for the bands of all threads together. The result depends on neither.
     ///
     /// # Errors
-    /// [`Error::Flat`] if fewer than `config.min_flats` are usable, naming the reasons; [`Error::Fits`] or
-    /// [`Error::Io`] naming a flat that became unreadable after its level was measured.
+    /// [`Error::Flat`] if fewer than `config.min_flats` are usable, naming the reasons.
     pub fn make(
         flats: &[Exposure],
         detector: &Detector,
@@ -87,27 +87,35 @@ impl MasterFlat {
         let region = Region::new(size_px, clip_radius_px);
         let checked: Vec<(FlatMember, f32)> =
             flats.par_iter().map(|flat| check_member(flat, detector, config, &region)).collect();
-        let usable: Vec<Usable> = flats
-            .iter()
-            .zip(&checked)
-            .filter(|(_, (member, _))| member.used)
-            .map(|(exposure, (member, saturation_adu))| Usable {
-                exposure,
-                level_adu: member.level_adu,
-                saturation_adu: *saturation_adu,
-            })
-            .collect();
-        let members: Vec<FlatMember> = checked.iter().map(|(m, _)| m.clone()).collect();
-        if usable.len() < config.min_flats.max(1) {
-            return Err(Error::Flat { problem: too_few(&members, config.min_flats.max(1)) });
-        }
+        let (mut members, saturation_adu): (Vec<FlatMember>, Vec<f32>) = checked.into_iter().unzip();
         let (nx, ny) = region.size_px;
         let mut values = zeros(nx * ny);
-        // One level for all makes no difference, once the master is divided by its median.
-        let scale = config.scale == FlatScale::Level && usable.windows(2).any(|w| w[0].level_adu != w[1].level_adu);
-        let filter = usable.first().and_then(|u| u.exposure.filter.clone());
-        let filter = filter.filter(|f| usable.iter().all(|u| u.exposure.filter.as_ref() == Some(f)));
-        Stack::open(usable, scale, detector.pedestal_adu(), &region)?.median(band_bytes, &mut values)?;
+        // Once more without those that turn out to be unreadable where their level did not look: each round has fewer.
+        let filter = loop {
+            let used: Vec<usize> = (0..flats.len()).filter(|k| members[*k].used).collect();
+            if used.len() < config.min_flats.max(1) {
+                return Err(Error::Flat { problem: too_few(&members, config.min_flats.max(1)) });
+            }
+            let usable = used.iter().map(|k| Usable {
+                exposure: &flats[*k],
+                level_adu: members[*k].level_adu,
+                saturation_adu: saturation_adu[*k],
+            });
+            let usable: Vec<Usable> = usable.collect();
+            // One level for all makes no difference, once the master is divided by its median.
+            let scale = config.scale == FlatScale::Level && usable.windows(2).any(|w| w[0].level_adu != w[1].level_adu);
+            let filter = usable.first().and_then(|u| u.exposure.filter.clone());
+            let filter = filter.filter(|f| usable.iter().all(|u| u.exposure.filter.as_ref() == Some(f)));
+            let unreadable =
+                Stack::open(usable, scale, detector.pedestal_adu(), &region).median(band_bytes, &mut values);
+            if unreadable.is_empty() {
+                break filter;
+            }
+            for (k, error) in unreadable {
+                let member = &mut members[used[k]];
+                (member.used, member.reason) = (false, reason(&flats[used[k]], &error));
+            }
+        };
         let response = Array2::from_shape_vec((ny, nx), values).map_err(|e| Error::Flat { problem: e.to_string() })?;
         Self::finish(response, &region, config.min_response, true, members, filter)
     }
@@ -163,7 +171,7 @@ fn finish_row(values: &mut [f32], inside: Range<usize>, level: f64, lowest: f32)
 }
 
 /// The size most flats have; the first of equals.
-fn common_size(flats: &[Exposure]) -> Option<(usize, usize)> {
+pub(crate) fn common_size(flats: &[Exposure]) -> Option<(usize, usize)> {
     let mut votes: BTreeMap<(usize, usize), usize> = BTreeMap::new();
     flats.iter().for_each(|f| *votes.entry(f.size_px).or_default() += 1);
     let most = votes.values().copied().max()?;
@@ -190,8 +198,7 @@ fn check_member(flat: &Exposure, detector: &Detector, config: &config::Flat, reg
     }
     let [lo, hi] = config.level_range_frac;
     match level_adu(flat, region) {
-        // by its name: where it lies is nothing of a result's
-        Err(e) => member.reason = e.to_string().replace(&*flat.path.to_string_lossy(), &flat.name),
+        Err(error) => member.reason = reason(flat, &error),
         Ok(None) => member.reason = "no finite pixel inside the clip circle".into(),
         Ok(Some(median)) => {
             member.level_adu = median - detector.pedestal_adu();
@@ -232,6 +239,11 @@ fn level_adu(flat: &Exposure, region: &Region) -> Result<Option<f64>> {
             Ok(())
         })
     })
+}
+
+/// Why a flat cannot be read; by its name: where it lies is nothing of a result's.
+fn reason(flat: &Exposure, error: &Error) -> String {
+    error.to_string().replace(&*flat.path.to_string_lossy(), &flat.name)
 }
 
 fn too_few(members: &[FlatMember], need: usize) -> String {

@@ -8,5 +8,6 @@ pub(crate) mod master;
 pub(crate) mod median;
 pub(crate) mod stack;
 
+pub(crate) use master::common_size;
 pub use master::{BAND_BYTES, FlatMember, MasterFlat};
 pub(crate) use median::{LANES, Lanes, Network, middle};

@@ -2,12 +2,13 @@
 //!
 //! Only the columns inside the clip circle are read. Memory: what the caller allows for the bands of all threads.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use rayon::prelude::*;
 
 use super::kernel::{Bench, Layer, Pixels};
-use crate::base::error::Result;
+use crate::base::error::{Error, Result};
 use crate::fits::raw::guarded;
 use crate::fits::stored::{PIXEL_BYTES, Stored};
 use crate::fits::tall::{is_tall, open_stored};
@@ -53,11 +54,8 @@ type Spans = Vec<(usize, Range<usize>)>;
 
 impl<'a> Stack<'a> {
     /// Opens the flats. `scale`: divide each by its level; otherwise the 16-bit counts are combined as they are stored
-    /// wherever all files hold such.
-    ///
-    /// # Errors
-    /// [`Error::Io`](crate::Error::Io) naming the file that cannot be opened.
-    pub(crate) fn open(flats: Vec<Usable<'a>>, scale: bool, pedestal_adu: f64, region: &'a Region) -> Result<Self> {
+    /// wherever all files hold such. A file that cannot be opened now is named by [`Stack::median`].
+    pub(crate) fn open(flats: Vec<Usable<'a>>, scale: bool, pedestal_adu: f64, region: &'a Region) -> Self {
         let as_stored = !scale && flats.iter().all(|f| Stored::counts(&f.exposure.header));
         let plain = |f: &Usable| {
             Stored::counts(&f.exposure.header) && (!f.exposure.header.is_compressed() || is_tall(&f.exposure.header))
@@ -67,20 +65,20 @@ impl<'a> Stack<'a> {
             if !scale {
                 flat.level_adu = 1.0;
             }
-            let held = k < MAX_OPEN;
-            let stored = if held { open_stored(&flat.exposure.path, &flat.exposure.header)? } else { None };
-            Ok((flat, stored))
+            let open = || open_stored(&flat.exposure.path, &flat.exposure.header).ok().flatten();
+            let stored = if k < MAX_OPEN { open() } else { None };
+            (flat, stored)
         });
-        Ok(Self { flats: flats.collect::<Result<_>>()?, pedestal_adu, region, as_stored, all_plain })
+        Self { flats: flats.collect(), pedestal_adu, region, as_stored, all_plain }
     }
 
     /// Median of every pixel inside the circle; `out` has the shape of the region's box, row by row, and is NaN outside.
     ///
     /// `band_bytes` is what the bands of all threads may take. The result does not depend on it or on the threads.
-    ///
-    /// # Errors
-    /// [`Error::Fits`](crate::Error::Fits) or [`Error::Io`](crate::Error::Io) naming the file that became unreadable.
-    pub(crate) fn median(&self, band_bytes: usize, out: &mut [f32]) -> Result<()> {
+    /// Returned are the flats that cannot be read somewhere, each with the error of its first band: with any, `out` is not
+    /// to be used, and the others have to be combined again. All bands are looked at, so that the answer is the same for
+    /// any number of threads.
+    pub(crate) fn median(&self, band_bytes: usize, out: &mut [f32]) -> BTreeMap<usize, Error> {
         let nx = self.region.size_px.0;
         let share = band_bytes / rayon::current_num_threads().max(1);
         let pixel_bytes = self.flats.len() * if self.all_plain { PIXEL_BYTES } else { size_of::<f32>() };
@@ -94,7 +92,8 @@ impl<'a> Stack<'a> {
             values: vec![Vec::new(); self.flats.len()],
             medians: Vec::new(),
         };
-        out.par_chunks_mut(nx * rows).enumerate().try_for_each_init(workspace, |work, (band, out)| {
+        let bands = out.par_chunks_mut(nx * rows).enumerate().map_init(workspace, |work, (band, out)| {
+            let mut unreadable = BTreeMap::new();
             out.fill(f32::NAN);
             for first in (0..nx).step_by(columns) {
                 let spans: Spans = (0..out.len() / nx)
@@ -104,20 +103,37 @@ impl<'a> Stack<'a> {
                     })
                     .filter(|(_, span)| !span.is_empty())
                     .collect();
-                self.combine(band * rows, &spans, work, out)?;
+                self.combine(band * rows, &spans, work, (out, &mut unreadable));
             }
-            Ok(())
-        })
+            unreadable
+        });
+        let first = |earlier, mut later: BTreeMap<usize, Error>| {
+            later.extend::<BTreeMap<usize, Error>>(earlier); // its errors are the ones kept
+            later
+        };
+        bands.reduce(BTreeMap::new, first)
     }
 
-    /// Reads the spans of all flats and puts their medians into `out`.
-    fn combine(&self, first_row: usize, spans: &Spans, work: &mut Workspace, out: &mut [f32]) -> Result<()> {
+    /// Reads the spans of all flats and puts their medians into `out`, if none is `unreadable`.
+    fn combine(
+        &self,
+        first_row: usize,
+        spans: &Spans,
+        work: &mut Workspace,
+        (out, unreadable): (&mut [f32], &mut BTreeMap<usize, Error>),
+    ) {
         let total: usize = spans.iter().map(|(_, span)| span.len()).sum();
         if total == 0 {
-            return Ok(());
+            return;
         }
         for (k, (flat, held)) in self.flats.iter().enumerate() {
-            self.read(flat, held.as_ref(), first_row, spans, (&mut work.bytes[k], &mut work.values[k]))?;
+            let buffers = (&mut work.bytes[k], &mut work.values[k]);
+            if let Err(error) = self.read(flat, held.as_ref(), first_row, spans, buffers) {
+                unreadable.entry(k).or_insert(error);
+            }
+        }
+        if !unreadable.is_empty() {
+            return;
         }
         work.medians.resize(total, 0.0);
         if self.as_stored {
@@ -143,7 +159,6 @@ impl<'a> Stack<'a> {
             out[start..start + span.len()].copy_from_slice(medians);
             rest = next;
         }
-        Ok(())
     }
 
     /// The pixels of one flat: as bytes where it holds plain counts, or where all are combined so; else as values.
@@ -222,11 +237,13 @@ mod tests {
             .collect();
         let region = Region::new((300, 400), None);
         let usable = flats.iter().map(|exposure| Usable { exposure, level_adu: 2e4, saturation_adu: 6e4 }).collect();
-        let stack = Stack::open(usable, true, 0.0, &region).unwrap();
+        let stack = Stack::open(usable, true, 0.0, &region);
         let mut out = vec![0.0; 300 * 400];
-        stack.median(1 << 20, &mut out).unwrap();
+        assert!(stack.median(1 << 20, &mut out).is_empty());
         std::fs::OpenOptions::new().write(true).open(&flats[1].path).unwrap().set_len(100_000).unwrap();
-        let error = stack.median(1 << 20, &mut out).unwrap_err().to_string();
+        let unreadable = stack.median(1 << 20, &mut out);
+        assert_eq!(unreadable.keys().collect::<Vec<_>>(), [&1]);
+        let error = unreadable[&1].to_string();
         assert!(error.contains("flat1.fits") && error.contains("shorter"), "{error}");
     }
 }

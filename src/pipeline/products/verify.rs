@@ -25,7 +25,9 @@ use crate::pipeline::products::provenance::KEYS;
 use crate::pipeline::products::provenance::OF_FLAT;
 use crate::pipeline::shards::plan_file::Plan;
 use crate::tables::read::Table;
-use crate::tables::{Column, Meta, PHOTOMETRY, RESIDUALS, STARS, read_photometry, read_residuals, read_stars};
+use crate::tables::{
+    Column, Meta, PHOTOMETRY, RESIDUALS, STARS, check_rows_hash, read_photometry, read_residuals, read_stars,
+};
 
 /// Files of a night that are not listed, because they hold times.
 const UNLISTED: [&str; 3] = [NAME, "satphot.log", "satphot.log.jsonl"];
@@ -135,6 +137,44 @@ pub fn verify_plan(path: &Path, need_inputs: bool) -> Result<Verified> {
     let files = plan.files.iter().map(|f| (f.role.as_str(), &f.path, &f.sha256));
     let all: Vec<_> = frames.chain(files).map(|(what, path, want)| (what, (path, path), want)).collect();
     compare_inputs(Path::new(""), all.into_iter(), need_inputs, &mut found);
+    Ok(found)
+}
+
+/// Whether a table is the one that the manifest beside it lists; also where there is none, or does not list it.
+///
+/// # Errors
+/// [`Error::Mismatch`] for a table that was changed, or a manifest that is damaged.
+pub(crate) fn check_against_manifest(table: &Path) -> Result<()> {
+    #[derive(Deserialize)]
+    struct Listed {
+        outputs: Vec<Output>,
+    }
+    let folder = table.parent().unwrap_or(Path::new(""));
+    let manifest = folder.join(NAME);
+    let Ok(text) = std::fs::read_to_string(&manifest) else { return Ok(()) };
+    let problem = |problem: String| Err(Error::Mismatch { problem });
+    let Ok(Listed { outputs }) = serde_json::from_str(&text) else {
+        return problem(format!("{}: is damaged; merge the shards of the night again", manifest.display()));
+    };
+    match outputs.iter().find(|output| Some(output.path.as_os_str()) == table.file_name()) {
+        Some(output) => match unchanged(folder, output) {
+            Ok(_) => Ok(()),
+            Err(what) => problem(format!("{}: {what}; merge the shards of the night again", table.display())),
+        },
+        None => Ok(()),
+    }
+}
+
+/// Verifies the table of a shard, or a sum of some, against the hash that it carries of its rows.
+///
+/// # Errors
+/// [`Error::Io`]; that it was changed is in the answer.
+pub fn verify_shard(path: &Path) -> Result<Verified> {
+    let mut found = Verified { outputs: 1, ..Verified::default() };
+    match check_rows_hash(path) {
+        Err(Error::Mismatch { problem }) => found.problems.push(problem),
+        other => other?,
+    }
     Ok(found)
 }
 

@@ -10,26 +10,26 @@ use std::path::{Path, PathBuf};
 use super::manifest::write_manifest;
 use super::plan_file::{Plan, PlannedFrame};
 use super::products::FOLDER;
-use super::shard::{SHARD_SCHEMA, table_sha256};
+use super::shard::SHARD_SCHEMA;
 use super::whole::judge_whole_night;
 use crate::bands::Band;
 use crate::base::error::{Error, Result};
 use crate::base::file::file_name;
 use crate::base::file::make_folder_of;
 use crate::base::file::save;
-use crate::base::hash::sha256_16;
 use crate::pipeline::compare::residual_rows;
 use crate::pipeline::products::effective::effective_toml;
 use crate::pipeline::products::inputs::InputRole;
 use crate::pipeline::products::inputs::TOOL;
 use crate::pipeline::products::provenance::Provenance;
+use crate::pipeline::products::verify::check_against_manifest;
 use crate::pipeline::target::outcome::TargetFrame;
 use crate::pipeline::target::row::{set_aside_row, unmeasured_row};
 use crate::report::summary::pass_table;
 use crate::tables::words::Status;
 use crate::tables::{
-    Meta, MetaValue, PartialRow, PhotometryRow, RawRow, read_photometry, read_rows, write_photometry, write_residuals,
-    write_rows,
+    Meta, MetaValue, PartialRow, PhotometryRow, RawRow, check_rows_hash, read_photometry, read_rows, write_photometry,
+    write_residuals, write_rows,
 };
 
 /// The schema in the meta block of a whole night.
@@ -137,6 +137,7 @@ pub fn merge(plan: &Plan, tables: &[PathBuf], allow_missing: bool) -> Result<Mer
     meta.set("schema", NIGHT_SCHEMA);
     if n_missing > 0 {
         meta.push(MISSING, n_missing as f64);
+        meta.with_rows_hash();
         notes.push(missing_note(&missing, plan));
     }
     let science = plan
@@ -154,7 +155,7 @@ pub fn merge(plan: &Plan, tables: &[PathBuf], allow_missing: bool) -> Result<Mer
 
 /// Reads a table of this plan and puts its rows back to what they were.
 fn part(plan: &Plan, path: &Path) -> Result<Part> {
-    let (mut rows, meta) = read_photometry(path)?;
+    let (mut rows, mut meta) = read_photometry(path)?;
     let text = |key: &str| match meta.get(key) {
         Some(MetaValue::Text(text)) => text.clone(),
         _ => String::new(),
@@ -182,17 +183,13 @@ fn part(plan: &Plan, path: &Path) -> Result<Part> {
         let problem = format!("{}: schema \"{schema}\" is neither a shard nor a night", path.display());
         return Err(Error::Mismatch { problem });
     }
-    if schema == SHARD_SCHEMA && table_sha256(path).is_some_and(|hash| sha256_16(path).is_ok_and(|now| now != hash)) {
-        return Err(altered(path));
+    match schema == SHARD_SCHEMA || partial || meta.has_rows_hash() {
+        true => check_rows_hash(path)?,
+        // a whole night has its hash in the manifest
+        false => check_against_manifest(path)?,
     }
+    meta.without_rows_hash();
     Ok(Part { path: path.to_path_buf(), rows, meta, is_final: schema == NIGHT_SCHEMA && !partial })
-}
-
-/// A table is not the one that was written.
-fn altered(path: &Path) -> Error {
-    let problem =
-        format!("{}: was changed after it was measured; measure its shard again with argument `force`", path.display());
-    Error::Mismatch { problem }
 }
 
 /// The meta block without the entries in which the shards and their sum differ.

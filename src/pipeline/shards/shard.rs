@@ -15,7 +15,6 @@ use super::reduce::{StarFacts, flat_of_plan};
 use crate::base::error::{Error, Result};
 use crate::base::file::make_folder_of;
 use crate::base::file::save;
-use crate::base::hash::sha256_16;
 use crate::base::progress::Progress;
 use crate::config::Config;
 use crate::pipeline::options::Options;
@@ -26,6 +25,7 @@ use crate::pipeline::products::meta::table_meta;
 use crate::pipeline::products::provenance::Provenance;
 use crate::pipeline::stages::target_stage;
 use crate::pipeline::survey::files::Survey;
+use crate::tables::check_rows_hash;
 use crate::tables::{Meta, MetaValue, PhotometryRow, read_photometry, write_photometry};
 use crate::zeropoint::fit::Zeropoint;
 
@@ -114,6 +114,7 @@ pub fn measure_shard(plan: &Plan, request: &Request, options: &Options, progress
     meta.push("data_mode", plan.data_mode.name());
     meta.set("schema", SHARD_SCHEMA);
     meta.push("made_of", made_of.as_str());
+    meta.with_rows_hash();
     write_photometry(request.out, &rows, &meta)?;
     let bytes: u64 = frames.iter().map(|f| f.bytes).sum();
     notes.extend(products.notes());
@@ -125,7 +126,6 @@ pub fn measure_shard(plan: &Plan, request: &Request, options: &Options, progress
         "shard": request.number,
         "table": request.out.file_name().map(|n| n.to_string_lossy()),
         "tool": TOOL,
-        "table_sha256": sha256_16(request.out)?,
         "made_of": made_of,
         "config_sha256": plan.config_sha256,
         "system": format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
@@ -178,14 +178,7 @@ fn made_of(plan: &Plan, request: &Request, night: &Calibrated) -> Result<String>
 fn same_table(path: &Path, made_of: &str, frames: &[&PlannedFrame]) -> Option<Vec<PhotometryRow>> {
     let (rows, meta): (Vec<PhotometryRow>, Meta) = path.is_file().then(|| read_photometry(path).ok()).flatten()?;
     let same = meta.get("made_of") == Some(&MetaValue::Text(made_of.into()))
-        && table_sha256(path).is_some_and(|hash| sha256_16(path).is_ok_and(|now| now == hash))
+        && check_rows_hash(path).is_ok()
         && frames.iter().all(|frame| rows.iter().any(|row| row.frame_sha256 == frame.sha256));
     same.then_some(rows)
-}
-
-/// The hash a shard's table had when it was written, as the file next to it states.
-pub(super) fn table_sha256(table: &Path) -> Option<String> {
-    let side = std::fs::read_to_string(sidecar(table)).ok()?;
-    let side: serde_json::Value = serde_json::from_str(&side).ok()?;
-    Some(side.get("table_sha256")?.as_str()?.to_owned())
 }

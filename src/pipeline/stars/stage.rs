@@ -77,14 +77,16 @@ pub fn star_stage(
         format!("{:?}", moved_to),
     ];
     let depends = depends.each_ref().map(String::as_str);
+    let memory = options.memory();
     let measure = |exposure: &Exposure| {
+        memory.holds_star_frame(night, exposure)?;
         let make = || measure_member(exposure, night, catalogue);
         let member = products.of_frame(STARS, exposure, &depends, make, |_| true).1?;
         // the time comes from the header, also for a member that was kept
         Ok(Member { mid: exposure.time.as_ref().map_or(member.mid, |t| t.mid), ..member })
     };
     let lost = |exposure: &Exposure| -> Result<Member> { Err(internal(exposure)) };
-    let room = options.memory().star_frames(night, &exposures, options.threads());
+    let room = memory.star_frames(night, &exposures, options.threads());
     let kept = || {
         let n = products.count(STARS, &exposures);
         format!("{n} of {} star frames kept; run the same line again to go on", exposures.len())
