@@ -11,6 +11,7 @@ use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use crate::base::error::{Error, Result};
+use crate::base::path_text::path_text;
 
 /// What stands between the name and the host of a temporary file.
 const MARK: &str = ".tmp.";
@@ -336,7 +337,7 @@ pub(crate) fn save(path: &Path, text: &str) -> Result<()> {
 }
 
 pub(crate) fn file_name(path: &Path) -> String {
-    path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned())
+    path_text(path.file_name().map_or(path, Path::new))
 }
 
 #[cfg(test)]

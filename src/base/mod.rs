@@ -7,6 +7,7 @@ pub mod foreign;
 pub mod hash;
 pub mod instant;
 pub(crate) mod pages;
+pub mod path_text;
 pub mod progress;
 pub(crate) mod quadrature;
 pub(crate) mod search;

@@ -4,15 +4,17 @@
 //! never. Seconds and bytes. Of the environment: ALL_PROXY, HTTPS_PROXY or HTTP_PROXY, less NO_PROXY; SSL_CERT_FILE.
 
 use std::io::Read;
+use std::net::{IpAddr, ToSocketAddrs};
 use std::path::PathBuf;
 use std::time::Duration;
 
 use hifitime::Epoch;
 use sgp4::chrono::DateTime;
-use ureq::http::HeaderMap;
+use ureq::http::{HeaderMap, Uri};
 use ureq::tls::{PemItem, RootCerts, TlsConfig, parse_pem};
 
 use crate::base::error::{Error, Result};
+use crate::base::foreign::without_user;
 use crate::config::Fetch;
 
 /// Redirections followed.
@@ -75,7 +77,7 @@ impl Link {
         let agent = ureq::Agent::config_builder()
             .http_status_as_error(false)
             .user_agent(format!("satphot/{}{about}", env!("CARGO_PKG_VERSION")))
-            .max_redirects(REDIRECTS)
+            .max_redirects(0)
             .timeout_resolve(Some(Duration::from_secs_f64(settings.connect_timeout_s)))
             .timeout_connect(Some(Duration::from_secs_f64(settings.connect_timeout_s)))
             .timeout_global(Some(Duration::from_secs_f64(settings.timeout_s)))
@@ -124,8 +126,19 @@ impl Link {
     }
 
     fn once(&self, url: &str, now: &Epoch) -> std::result::Result<Reply, Failure> {
-        let request = self.agent.get(url).config().https_only(url.starts_with("https://")).build();
-        let mut response = request.call().map_err(|e| self.failure(e))?;
+        let mut address = url.to_owned();
+        let mut response = self.agent.get(&address).call().map_err(|e| self.failure(e))?;
+        for followed in 0.. {
+            let to = response.headers().get("location").filter(|_| response.status().is_redirection());
+            let Some(to) = to else { break };
+            let refused = |words: String| Failure { words, passing: false, wait_s: None };
+            if followed == REDIRECTS {
+                return Err(refused(format!("more than {REDIRECTS} redirections")));
+            }
+            address = redirected(&address, &String::from_utf8_lossy(to.as_bytes()))
+                .map_err(|why| refused(format!("{why}, which is not followed")))?;
+            response = self.agent.get(&address).call().map_err(|e| self.failure(e))?;
+        }
         let headers = response.headers();
         let framed = headers.contains_key("content-length") || headers.contains_key("transfer-encoding");
         let retry_after_s = retry_after_s(headers, now);
@@ -167,8 +180,6 @@ impl Link {
             ureq::Error::Io(e) => (format!("no connection: {e}"), true),
             ureq::Error::ConnectionFailed => ("no connection".into(), true),
             ureq::Error::Protocol(e) => (format!("the answer is not HTTP: {e}"), true),
-            ureq::Error::TooManyRedirects => (format!("more than {REDIRECTS} redirections"), false),
-            ureq::Error::RequireHttpsOnly(to) => (format!("sent on from https to {to}, which is not followed"), false),
             ureq::Error::ConnectProxyFailed(e) => (format!("the proxy does not let it through: {e}"), false),
             other => (other.to_string(), false),
         };
@@ -182,6 +193,51 @@ impl Link {
             return String::new();
         }
         format!(" (by the proxy {}:{} of the environment)", proxy.host(), proxy.port())
+    }
+}
+
+/// Where a server sends on to from `address`.
+///
+/// # Errors
+/// In words, for an address that is none, one without TLS after one with it, and one of this machine that does not come
+/// from there: a server outside has no business with what listens here.
+fn redirected(address: &str, to: &str) -> std::result::Result<String, String> {
+    let shown = without_user(to).chars().take(200).collect::<String>();
+    let no_address = || format!("sent on to {shown}, no address");
+    let from: Uri = address.parse().map_err(|_| no_address())?;
+    let (scheme, authority) = (from.scheme_str().unwrap_or("https"), from.authority().map_or("", |a| a.as_str()));
+    let folder = from.path().rsplit_once('/').map_or("", |(folder, _)| folder);
+    let target = match to {
+        _ if to.contains("://") => to.to_owned(),
+        _ if to.starts_with("//") => format!("{scheme}:{to}"),
+        _ if to.starts_with('/') => format!("{scheme}://{authority}{to}"),
+        _ => format!("{scheme}://{authority}{folder}/{to}"),
+    };
+    let uri: Uri = target.parse().map_err(|_| no_address())?;
+    let host = uri.host().ok_or_else(no_address)?;
+    match uri.scheme_str() {
+        Some("https") => {}
+        Some("http") if scheme == "http" => {}
+        Some("http") => return Err(format!("sent on from https to plain HTTP ({shown})")),
+        _ => return Err(no_address()),
+    }
+    if is_of_this_machine(host) && !from.host().is_some_and(is_of_this_machine) {
+        return Err(format!("sent on to this machine ({shown})"));
+    }
+    Ok(target)
+}
+
+/// Whether a host is this machine itself, by its number or by what its name stands for.
+fn is_of_this_machine(host: &str) -> bool {
+    let local = |ip: IpAddr| match ip.to_canonical() {
+        IpAddr::V4(ip) => ip.is_loopback() || ip.is_unspecified() || ip.is_link_local(),
+        IpAddr::V6(ip) => ip.is_loopback() || ip.is_unspecified() || ip.is_unicast_link_local(),
+    };
+    let bare = host.trim_matches(['[', ']']);
+    match bare.parse::<IpAddr>() {
+        Ok(ip) => local(ip),
+        // no network, no answer: the connection fails by itself
+        Err(_) => (bare, 0).to_socket_addrs().is_ok_and(|mut all| all.any(|a| local(a.ip()))),
     }
 }
 
@@ -212,4 +268,41 @@ fn retry_after_s(headers: &HeaderMap, now: &Epoch) -> Option<f64> {
         Err(_) => DateTime::parse_from_rfc2822(text).ok()?.timestamp() as f64 - now.to_unix_seconds(),
     };
     Some(seconds.max(0.0))
+}
+
+#[cfg(test)]
+mod redirections {
+    use super::redirected;
+
+    #[test]
+    fn an_address_is_followed_unless_it_leaves_tls_or_leads_to_this_machine() {
+        let from = "https://192.0.2.7:444/a/b?c=d";
+        for (to, target) in [
+            ("https://198.51.100.1/x", "https://198.51.100.1/x"),
+            ("//198.51.100.1/x", "https://198.51.100.1/x"),
+            ("/x?y", "https://192.0.2.7:444/x?y"),
+            ("x", "https://192.0.2.7:444/a/x"),
+        ] {
+            assert_eq!(redirected(from, to).unwrap(), target);
+        }
+        for (from, to, word) in [
+            (from, "http://198.51.100.1/x", "plain HTTP"),
+            (from, "https://127.0.0.1/x", "this machine"),
+            (from, "https://localhost:8080/x", "this machine"),
+            (from, "https://[::1]/", "this machine"),
+            (from, "https://[::ffff:127.0.0.1]/", "this machine"),
+            (from, "https://0.0.0.0/", "this machine"),
+            (from, "https://169.254.169.254/latest", "this machine"),
+            ("http://192.0.2.7/", "http://127.0.0.9/", "this machine"),
+            (from, "file:///etc/passwd", "no address"),
+            (from, "ftp://198.51.100.1/", "no address"),
+            (from, "https://user:secret@[/", "no address"),
+        ] {
+            let told = redirected(from, to).unwrap_err();
+            assert!(told.contains(word) && !told.contains("secret"), "{to}: {told}");
+        }
+        // a server of this machine may send on to itself: a proxy, a test
+        assert!(redirected("http://127.0.0.1:80/a", "http://127.0.0.1:81/b").is_ok());
+        assert!(redirected("http://127.0.0.1:80/a", "https://192.0.2.1/b").is_ok());
+    }
 }

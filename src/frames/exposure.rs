@@ -16,6 +16,7 @@ use super::header::{
 use super::role::{Role, role_by_header, role_by_name};
 use crate::bands::{Band, Meaning, filter_meaning};
 use crate::base::error::{Error, Result};
+use crate::base::file::file_name;
 use crate::config::Config;
 use crate::fits::cards::Header;
 use crate::fits::raw::guarded;
@@ -67,7 +68,7 @@ pub fn classify(path: &Path, config: &Config, target_names: &[String]) -> Result
 }
 
 fn understood(path: &Path, config: &Config, target_names: &[String]) -> Result<Exposure> {
-    let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let name = file_name(path);
     if let Some((Role::Ignored, reason)) = role_by_name(&name, config) {
         return Ok(blank(path, name, Role::Ignored, reason, Header::default()));
     }
@@ -123,7 +124,7 @@ fn understood(path: &Path, config: &Config, target_names: &[String]) -> Result<E
 
 /// A header with its role and object; everything else is left blank.
 pub(crate) fn sorted(path: &Path, header: Header, config: &Config, target_names: &[String]) -> Exposure {
-    let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let name = file_name(path);
     let object = find(&header, &config.header.aliases, "object").and_then(|k| header.text(&k));
     let (role, reason) =
         role_by_name(&name, config).unwrap_or_else(|| role_by_header(&header, config, object.as_deref(), target_names));

@@ -5,6 +5,7 @@
 mod support;
 
 mod broken;
+mod faults;
 mod filters;
 mod fixture;
 mod groups;

@@ -8,6 +8,7 @@ use ndarray::Array2;
 
 use super::master::MasterFlat;
 use crate::base::error::{Error, Result};
+use crate::base::file::file_name;
 use crate::base::pages::zeros;
 use crate::config;
 use crate::fits::cards::Header;
@@ -53,7 +54,7 @@ impl MasterFlat {
         }
         cards.extend_from_slice(more);
         for m in &self.members {
-            let name = m.path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+            let name = file_name(&m.path);
             let line = if m.used {
                 format!("used {name} level {:.1} ADU", m.level_adu)
             } else {

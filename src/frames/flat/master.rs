@@ -15,6 +15,7 @@ use super::counting::CountingMedian;
 use super::levels::{level_step, median_inside, median_of_stored};
 use super::stack::{Stack, Usable};
 use crate::base::error::{Error, Result};
+use crate::base::file::file_name;
 use crate::base::pages::zeros;
 use crate::config;
 use crate::config::FlatScale;
@@ -33,6 +34,7 @@ pub const BAND_BYTES: usize = 32 << 20;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FlatMember {
     /// The file.
+    #[serde(with = "crate::base::path_text")]
     pub path: PathBuf,
     /// Median level inside the clip circle, above the pedestal \[ADU\]; NaN if it could not be read. Of a large frame,
     /// that of rows which hold 2 million pixels.
@@ -248,9 +250,8 @@ fn reason(flat: &Exposure, error: &Error) -> String {
 
 fn too_few(members: &[FlatMember], need: usize) -> String {
     let used = members.iter().filter(|m| m.used).count();
-    let name = |m: &FlatMember| m.path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let reasons: Vec<String> =
-        members.iter().filter(|m| !m.used).take(5).map(|m| format!("{}: {}", name(m), m.reason)).collect();
+        members.iter().filter(|m| !m.used).take(5).map(|m| format!("{}: {}", file_name(&m.path), m.reason)).collect();
     let why = if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join("; ")) };
     format!("{used} of {} flats are usable, flat.min_flats = {need}{why}", members.len())
 }

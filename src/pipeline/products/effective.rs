@@ -14,7 +14,13 @@ use crate::config::Config;
 /// [`crate::Error::Config`] if it cannot be written as TOML.
 pub fn effective_toml(config: &Config, folder: &Path) -> Result<String> {
     let mut config = config.clone();
-    config.each_path(&|path| *path = relative_to(folder, path));
+    config.each_path(&|path| {
+        // a text cannot hold a way through folders whose names are none; the path as it was configured is one
+        let way = relative_to(folder, path);
+        if way.to_str().is_some() {
+            *path = way;
+        }
+    });
     // <output>/<name>/effective.toml
     config.night.output = PathBuf::from("..");
     config.to_toml()

@@ -15,6 +15,7 @@ use crate::base::error::{Error, Result};
 use crate::base::file::save;
 use crate::base::foreign::shown;
 use crate::base::hash::sha256_16;
+use crate::base::path_text::path_text;
 use crate::config::Config;
 use crate::frames::Exposure;
 use crate::pipeline::products::effective::relative_to;
@@ -43,6 +44,7 @@ pub struct Quadratures {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Input {
     /// Path as found.
+    #[serde(with = "crate::base::path_text")]
     pub path: PathBuf,
     /// Size \[bytes\].
     pub bytes: u64,
@@ -57,19 +59,24 @@ pub struct Input {
 /// The inputs of a night, in the order of their roles.
 #[must_use]
 pub fn manifest_inputs(survey: &Survey, products: &FrameCache) -> Vec<Input> {
-    let input = |path: &Path, role: &str, reason: &str| Input {
+    let input = |path: &Path, role: &str, reason: &str, sha256: String| Input {
         path: path.to_path_buf(),
         bytes: std::fs::metadata(path).map_or(0, |m| m.len()),
-        // most frames were read for their rows
-        sha256: products.sha256(path).unwrap_or_default(),
+        sha256,
         role: role.into(),
         reason: reason.into(),
     };
-    let of = |e: &Exposure| input(&e.path, &format!("{:?}", e.role).to_lowercase(), &e.role_reason);
+    let of = |e: &Exposure| {
+        // most frames were read for their rows
+        let sha256 = products.sha256(&e.path).unwrap_or_default();
+        input(&e.path, &format!("{:?}", e.role).to_lowercase(), &e.role_reason, sha256)
+    };
+    let refused =
+        |path: &Path, role: InputRole, reason: &str| input(path, role.name(), reason, products.sha256_of_refused(path));
     let exposures = survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets);
     let mut inputs: Vec<Input> = exposures.chain(&survey.others).map(of).collect();
-    inputs.extend(survey.unreadable.iter().map(|u| input(&u.path, InputRole::Unreadable.name(), &u.error.to_string())));
-    inputs.extend(survey.set_aside.iter().map(|s| input(&s.path, InputRole::SetAside.name(), &s.reason)));
+    inputs.extend(survey.unreadable.iter().map(|u| refused(&u.path, InputRole::Unreadable, &u.error.to_string())));
+    inputs.extend(survey.set_aside.iter().map(|s| refused(&s.path, InputRole::SetAside, &s.reason)));
     inputs
 }
 
@@ -109,14 +116,14 @@ pub fn record(folder: &Path, path: &Path) -> Result<()> {
 /// when a night is moved as a whole.
 pub(crate) fn input_json(folder: &Path, i: &Input) -> serde_json::Value {
     json!({
-        "path": i.path, "from_here": relative_to(folder, &i.path), "bytes": i.bytes, "sha256": i.sha256,
+        "path": path_text(&i.path), "from_here": path_text(&relative_to(folder, &i.path)), "bytes": i.bytes, "sha256": i.sha256,
         "role": i.role, "reason": i.reason,
     })
 }
 
 /// A file that the configuration names, with both paths as in [`input_json`].
 pub(crate) fn file_json(folder: &Path, key: &str, path: &Path, sha256: &str) -> serde_json::Value {
-    json!({ "key": key, "path": path, "from_here": relative_to(folder, path), "sha256": sha256 })
+    json!({ "key": key, "path": path_text(path), "from_here": path_text(&relative_to(folder, path)), "sha256": sha256 })
 }
 
 /// The provenance that every product states, as JSON.
@@ -170,7 +177,7 @@ impl Manifest<'_> {
             "inputs": self.inputs.iter().map(|i| input_json(folder, i)).collect::<Vec<_>>(),
             "input_manifest_sha256": inputs_sha256(self.inputs.iter().map(|i| (i.path.as_path(), i.sha256.as_str()))),
             "flats": self.flats.iter().map(|(path, level_adu, used, reason)| json!({
-                "path": path, "level_adu": level_adu, "used": used, "reason": reason,
+                "path": path_text(path), "level_adu": level_adu, "used": used, "reason": reason,
             })).collect::<Vec<_>>(),
             "flat_masked_frac": self.flat_masked_frac,
             "stages": self.stages,

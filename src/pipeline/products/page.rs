@@ -3,6 +3,7 @@
 //! Angles in rad between here and the sky, degrees in rows. What is missing in the folder is a note, not an error; only
 //! photometry.ecsv must be there.
 
+use std::ffi::OsStr;
 use std::path::{Component, Path, PathBuf};
 
 use crate::base::error::{Error, Result};
@@ -153,21 +154,22 @@ fn relative(base: &Path, file: &Path) -> Option<String> {
         return None;
     }
     let up = std::iter::repeat_n("..".to_owned(), from.len() - common);
-    let down = to[common..].iter().map(|part| in_link(&part.as_os_str().to_string_lossy()));
+    let down = to[common..].iter().map(|part| in_link(part.as_os_str()));
     Some(up.chain(down).collect::<Vec<_>>().join("/"))
 }
 
 /// A name as part of a link: what means something there is written as `%` and its bytes.
-fn in_link(name: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "-._~+,=@()".contains(c);
-    let mut buffer = [0; 4];
+fn in_link(name: &OsStr) -> String {
     let mut text = String::new();
-    for c in name.chars() {
-        if plain(c) {
-            text.push(c);
-        } else {
-            c.encode_utf8(&mut buffer).bytes().for_each(|b| text += &format!("%{b:02X}"));
+    for chunk in name.as_encoded_bytes().utf8_chunks() {
+        for c in chunk.valid().chars() {
+            if c.is_alphanumeric() || "-._~+,=@()".contains(c) {
+                text.push(c);
+            } else {
+                c.encode_utf8(&mut [0; 4]).bytes().for_each(|b| text += &format!("%{b:02X}"));
+            }
         }
+        chunk.invalid().iter().for_each(|b| text += &format!("%{b:02X}"));
     }
     text
 }

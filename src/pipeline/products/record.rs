@@ -29,6 +29,7 @@ pub struct Stage {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Output {
     /// Path in the folder of the night.
+    #[serde(with = "crate::base::path_text")]
     pub path: PathBuf,
     /// Size \[bytes\].
     pub bytes: u64,

@@ -75,6 +75,7 @@ pub struct PlannedFile {
     /// The key of the configuration that names it.
     pub role: String,
     /// Where it is.
+    #[serde(with = "crate::base::path_text")]
     pub path: PathBuf,
     /// First 16 hex digits of its SHA-256.
     pub sha256: String,
@@ -84,6 +85,7 @@ pub struct PlannedFile {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlannedFrame {
     /// Where it is.
+    #[serde(with = "crate::base::path_text")]
     pub path: PathBuf,
     /// Its role.
     pub role: InputRole,
@@ -98,7 +100,7 @@ pub struct PlannedFrame {
     pub mtime_s: Option<u64>,
     /// First 16 hex digits of the SHA-256 of its header cards; empty if there is no header.
     pub header_sha256: String,
-    /// First 16 hex digits of the SHA-256 of the file; empty if it cannot be read.
+    /// First 16 hex digits of the SHA-256 of the file; empty if it cannot be read, or is refused and larger than 4 GB.
     pub sha256: String,
 }
 
@@ -329,7 +331,7 @@ fn file(path: &Path, role: InputRole, reason: &str, products: &FrameCache) -> Pl
         bytes: meta.map_or(0, |m| m.len()),
         mtime_s: mtime.map(|t| t.as_secs()),
         header_sha256: String::new(),
-        sha256: products.sha256(path).unwrap_or_default(),
+        sha256: products.sha256_of_refused(path),
     }
 }
 

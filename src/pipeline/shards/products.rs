@@ -28,6 +28,9 @@ pub const FOLDER: &str = ".satphot";
 /// Raised whenever what is kept, or how it is computed, changes between versions of the program.
 const SCHEMA: &str = "satphot.product/1";
 
+/// A refused file larger than this is not hashed \[bytes\].
+const LARGEST_HASHED_BYTES: u64 = 4 << 30;
+
 /// The kept results of single frames, and the hashes of files read so far.
 #[derive(Debug, Default)]
 pub struct FrameCache {
@@ -89,6 +92,14 @@ impl FrameCache {
             hashes.insert(path.to_path_buf(), hash.clone());
         }
         Ok(hash)
+    }
+
+    /// The hash of a file that is no frame to be measured; empty where it cannot be read, or is larger than any frame: a file
+    /// of holes whose header claims 100 GB would stall the night.
+    #[must_use]
+    pub fn sha256_of_refused(&self, path: &Path) -> String {
+        let bytes = std::fs::metadata(path).map_or(0, |meta| meta.len());
+        if bytes > LARGEST_HASHED_BYTES { String::new() } else { self.sha256(path).unwrap_or_default() }
     }
 
     /// The product `kind` of a frame: kept from an earlier run, or made and kept. `depends` names everything it depends

@@ -11,6 +11,7 @@ use crate::astrometry::initial_pointing::{RoughPosition, rough_positions};
 use crate::astrometry::plate::{SkyStar, Solution};
 use crate::astrometry::wcs::Wcs;
 use crate::base::error::{Error, Result};
+use crate::base::file::file_name;
 use crate::config::{self, Config};
 use crate::fits::{Header, guarded};
 use crate::frames::header::{Aliases, binning, exposure_time};
@@ -189,7 +190,7 @@ fn exposure(path: &Path, time: &config::Time, aliases: &Aliases) -> Result<Expos
     let exptime_s = exposure_time(&header, aliases).0.map_or(0.0, |t| t.value).max(0.0);
     Ok(Exposure {
         path: PathBuf::from(path),
-        name: path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default(),
+        name: file_name(path),
         role: Role::Stars,
         role_reason: "named".into(),
         object: header.text("OBJECT"),

@@ -1,15 +1,15 @@
 //! A night as a FITS file: an empty primary HDU and three binary tables, PHOTOMETRY, ZEROPOINT, PROVENANCE.
 //!
 //! Columns as in the schema, in upper case. Strings `nA`, whole numbers `K` and `J` with TNULL, numbers `D` with NaN
-//! for missing (FITS has no other mark for it). The column of times carries the keywords by which astropy makes it a
-//! Time. Source: FITS Standard 4.0, sections 7.3 and 9. Leaves out variable-length columns.
+//! for missing (FITS has no other mark for it). The column of times carries the keywords of the standard, and the comments by
+//! which astropy makes it a Time. Source: FITS Standard 4.0, sections 7.3 and 9. Leaves out variable-length columns.
 
 use std::path::Path;
 
 use super::Provenance;
 use super::table::Cell;
 use super::table::Table;
-use super::units::fits_unit;
+use super::units::{fits_description, fits_unit};
 use crate::base::error::Result;
 use crate::fits::card_value::{CardLine, ascii, card};
 use crate::fits::raw::NewFits;
@@ -36,6 +36,24 @@ pub fn write_fits(path: &Path, table: &Table, stars: Option<&Table>, provenance:
         append(file, "PROVENANCE", &Columns::of_pairs(provenance), &Meta::default())
     })
 }
+
+/// The column of times.
+const TIME: &str = "mjd_mid_d";
+/// The comments by which astropy reads the column of times as a Time without being asked
+/// (`astropy.io.fits.connect._decode_mixins`).
+const AS_TIME: [&str; 11] = [
+    "--BEGIN-ASTROPY-SERIALIZED-COLUMNS--",
+    "datatype: []",
+    "meta: !!omap",
+    "- __serialized_columns__:",
+    "    MJD_MID_D:",
+    "      __class__: astropy.time.core.Time",
+    "      format: mjd",
+    "      scale: utc",
+    "      value: !astropy.table.SerializedColumn",
+    "        name: MJD_MID_D",
+    "--END-ASTROPY-SERIALIZED-COLUMNS--",
+];
 
 /// Missing whole numbers.
 const NULL_64: i64 = i64::MIN;
@@ -80,9 +98,10 @@ impl<'a> Columns<'a> {
                 Datatype::Int32 => 4,
                 Datatype::Int64 | Datatype::Float64 => 8,
             },
-            unit: fits_unit(column.unit),
+            // the unit of times is that of TCUNI and TIMEUNIT: with one of its own astropy makes no Time of a column
+            unit: if column.name == TIME { "" } else { fits_unit(column.unit) },
             ucd: ucd_in(column, &table.meta),
-            description: description_in(column, &table.meta),
+            description: fits_description(description_in(column, &table.meta), column.unit),
         });
         Self { heads: heads.collect(), rows: Rows::Table(table) }
     }
@@ -180,7 +199,7 @@ impl Head<'_> {
         if !self.unit.is_empty() {
             cards.push(card(&key("TUNIT"), self.unit, ""));
         }
-        if self.name == "MJD_MID_D" {
+        if self.name.eq_ignore_ascii_case(TIME) {
             cards.push(card(&key("TCTYP"), "UTC", ""));
             cards.push(card(&key("TCUNI"), "d", ""));
             cards.push(card(&key("TRPOS"), "TOPOCENT", ""));
@@ -195,7 +214,7 @@ impl Head<'_> {
 
 fn header(columns: &Columns<'_>, meta: &Meta) -> Vec<CardLine> {
     let mut cards = Vec::new();
-    let timed = columns.heads.iter().any(|h| h.name == "MJD_MID_D");
+    let timed = columns.heads.iter().any(|h| h.name.eq_ignore_ascii_case(TIME));
     if timed {
         cards.push(card("TIMESYS", "UTC", "time scale"));
         cards.push(card("MJDREF", 0.0, "[d] times are MJD"));
@@ -220,5 +239,8 @@ fn header(columns: &Columns<'_>, meta: &Meta) -> Vec<CardLine> {
         });
     }
     cards.extend(columns.heads.iter().enumerate().flat_map(|(i, head)| head.cards(i + 1)));
+    if timed {
+        cards.extend(AS_TIME.iter().map(|line| card("COMMENT", *line, "")));
+    }
     cards
 }
