@@ -20,6 +20,7 @@ use crate::pipeline::explain::explain_night;
 use crate::pipeline::explain::text::Explanation;
 use crate::pipeline::options::Options;
 use crate::pipeline::prepared::{Calibrated, Flattened, Prepared};
+use crate::pipeline::products::inputs::named_files;
 use crate::pipeline::products::lock::{FolderLock, lock};
 use crate::pipeline::products::manifest::{Manifest, Quadratures, bytes_read, manifest_inputs, peak_memory_mb, record};
 use crate::pipeline::products::outputs::Outputs;
@@ -118,6 +119,8 @@ impl<'a> Run<'a> {
         })?;
         let lock = lock(&folder)?;
         let products = FrameCache::in_folder(folder.join(FOLDER), &prepared, options.redo)?;
+        // what has just been read: the files may be others, or gone, when the products state their hashes
+        named_files(config).iter().for_each(|(_, path)| _ = products.sha256(path));
         let mut log = Log::new(progress);
         log.notes.extend(short_of_memory);
         log.notes.extend(found);

@@ -178,29 +178,120 @@ fn files_of_the_configuration_that_vanish_during_the_night_cost_nothing() {
 
 #[test]
 fn a_frame_that_the_memory_given_does_not_hold_is_its_row() {
+    // of another size: set aside, whatever its memory
     for (role, frame) in &ROLES[1..] {
         let mut n = allowing(night());
         large(&n.path(frame), (3_200, 2_400));
         n.options.max_memory_bytes = Some(130_000_000);
-        let summary = n.run().unwrap_or_else(|e| panic!("{role}: {e}"));
-        let row = n.row(frame);
-        assert_eq!(row.status, "failed", "{role}: {}", row.reason);
-        for word in ["max_memory", "130 MB", "3200x2400 px", "MB are needed", "clip_radius_px"] {
-            assert!(row.reason.contains(word), "\"{word}\" is not in: {}", row.reason);
-        }
-        assert!(summary.notes.iter().any(|note| note.contains("1 of 15 light frames")), "{:?}", summary.notes);
+        n.run().unwrap_or_else(|e| panic!("{role}: {e}"));
         costs_one_row(&n, frame, role);
     }
+    // of the same size, but packed as one tile, which has to be decoded as a whole
+    let sets = ["frame.nx_px=1400", "frame.ny_px=1100", "target.n=3", "flats.n=0"];
+    let whole = Night::copy_of(&simulated("night_large_tile", &sets));
+    whole.run().unwrap();
+    let mut n = allowing(Night::copy_of(&simulated("night_large_tile_twin", &sets)));
+    let frame = TARGETS[1];
+    let mb_after = |text: &str, words: &str| -> usize {
+        let digits = text.split(words).nth(1).unwrap_or_else(|| panic!("no \"{words}\" in {text}"));
+        digits.chars().take_while(char::is_ascii_digit).collect::<String>().parse().unwrap()
+    };
+    n.options.max_memory_bytes = Some(1);
+    let least = mb_after(&n.refusal().1, "at least ");
+    n.options.max_memory_bytes = Some(least * 1_000_000);
+    let notes = n.run().unwrap().notes.join("\n");
+    // what the plain target frames take, where star frames take less
+    let mb = if notes.contains("max_memory") { mb_after(&notes, "the largest ") } else { least };
+    n.options.max_memory_bytes = Some(mb * 1_000_000);
+    assert!(!n.run().unwrap().notes.iter().any(|note| note.contains("max_memory")));
+    let packed = format!("{frame}.fz");
+    one_tile(&n.path(frame), &n.path(&packed));
+    let summary = n.run().unwrap();
+    let row = n.row(&packed);
+    assert_eq!(row.status, "failed", "{}", row.reason);
+    for word in ["max_memory", &format!("{mb} MB"), "1400x1100 px", "MB are needed", "clip_radius_px"] {
+        assert!(row.reason.contains(word), "\"{word}\" is not in: {}", row.reason);
+    }
+    assert!(summary.notes.iter().any(|note| note.contains("1 of 12 light frames")), "{:?}", summary.notes);
+    let measured = |n: &Night| n.rows().iter().filter(|r| r.status == "ok").count();
+    assert_eq!(measured(&n) + 1, measured(&whole));
+    // and with more memory it is measured
+    n.options.max_memory_bytes = None;
+    n.run().unwrap();
+    assert_eq!(measured(&n), measured(&whole));
 }
 
 /// Makes a frame as large as said, with its header.
 fn large(path: &Path, (nx, ny): (usize, usize)) {
     set_card(path, "NAXIS1", Some(&nx.to_string()));
     set_card(path, "NAXIS2", Some(&ny.to_string()));
-    let bytes = std::fs::read(path).unwrap();
-    let header = (0..).find(|k| bytes[k * 80..].starts_with(b"END ")).unwrap() * 80;
-    let start = (header + 80).div_ceil(2_880) * 2_880;
+    let start = pixels_begin(&std::fs::read(path).unwrap());
     cut(path, (start + (nx * ny * 2).div_ceil(2_880) * 2_880) as u64);
+}
+
+/// The first byte after the first header.
+fn pixels_begin(bytes: &[u8]) -> usize {
+    let end = (0..).find(|k| bytes[k * 80..].starts_with(b"END ")).unwrap() * 80;
+    (end + 80).div_ceil(2_880) * 2_880
+}
+
+/// Packs a plain frame of 16-bit counts as one tile of GZIP_1 and takes the plain one away.
+fn one_tile(plain: &Path, packed: &Path) {
+    use std::io::Write as _;
+    let bytes = std::fs::read(plain).unwrap();
+    let start = pixels_begin(&bytes);
+    let cards: Vec<String> = bytes[..start].chunks(80).map(|card| String::from_utf8_lossy(card).into_owned()).collect();
+    let value = |key: &str| -> usize {
+        let card = cards.iter().find(|card| card.starts_with(&format!("{key:<8}="))).unwrap();
+        card[10..30].trim().parse().unwrap()
+    };
+    let (nx, ny) = (value("NAXIS1"), value("NAXIS2"));
+    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    encoder.write_all(&bytes[start..start + nx * ny * 2]).unwrap();
+    let heap = encoder.finish().unwrap();
+    let card = |key: &str, value: &str| format!("{:<80}", format!("{key:<8}= {value:>20}"));
+    let padded = |mut header: String| {
+        header += &format!("{:<80}", "END");
+        while !header.len().is_multiple_of(2_880) {
+            header.push(' ');
+        }
+        header
+    };
+    let primary = [card("SIMPLE", "T"), card("BITPIX", "8"), card("NAXIS", "0"), card("EXTEND", "T")].concat();
+    let text = |key: &str, value: &str| format!("{:<80}", format!("{key:<8}= '{value:<8}'"));
+    let number = |key: &str, n: usize| card(key, &n.to_string());
+    let mut table = [
+        text("XTENSION", "BINTABLE"),
+        number("BITPIX", 8),
+        number("NAXIS", 2),
+        number("NAXIS1", 8),
+        number("NAXIS2", 1),
+        number("PCOUNT", heap.len()),
+        number("GCOUNT", 1),
+        number("TFIELDS", 1),
+        text("TTYPE1", "COMPRESSED_DATA"),
+        text("TFORM1", &format!("1PB({})", heap.len())),
+        card("ZIMAGE", "T"),
+        text("ZCMPTYPE", "GZIP_1"),
+        number("ZBITPIX", 16),
+        number("ZNAXIS", 2),
+        number("ZNAXIS1", nx),
+        number("ZNAXIS2", ny),
+        number("ZTILE1", nx),
+        number("ZTILE2", ny),
+    ]
+    .concat();
+    let own = ["SIMPLE", "BITPIX", "NAXIS", "NAXIS1", "NAXIS2", "EXTEND", "END", "CHECKSUM", "DATASUM"];
+    for card in cards.iter().filter(|card| !own.contains(&card[..8].trim_end())) {
+        table += card;
+    }
+    let mut out = [padded(primary), padded(table)].concat().into_bytes();
+    out.extend((heap.len() as u32).to_be_bytes());
+    out.extend(0_u32.to_be_bytes());
+    out.extend(&heap);
+    out.resize(out.len().div_ceil(2_880) * 2_880, 0);
+    std::fs::write(packed, out).unwrap();
+    std::fs::remove_file(plain).unwrap();
 }
 
 #[test]
@@ -265,12 +356,13 @@ fn damaged_rows_of_elements_and_catalogue_are_told_and_left_out() {
     let hostile = format!("{}\n{other}\u{1b}[2J\n{tle}", "X".repeat(1 << 20));
     let catalogue = std::fs::read_to_string(whole.path("catalogue.csv")).unwrap();
     let columns = catalogue.lines().next().unwrap().split(',').count();
-    let bad = [vec!["nan"; columns].join(","), vec!["1e999"; columns].join(","), "x".repeat(1 << 20), ",".repeat(3)];
+    let bad = [vec!["nan"; columns].join(","), vec!["1e999"; columns].join(","), "x".repeat(1 << 18), ",".repeat(3)];
     for (name, text, word) in [
         ("iss-2025-june.tle", hostile, "99999"),
         ("catalogue.csv", format!("{catalogue}{}\n", bad.join("\n")), "rows skipped"),
     ] {
-        let n = night().file(name, text);
+        // with the number of the satellite a damaged set is known to be another's
+        let n = night().file(name, text).set("orbit.norad_cat_id=25544");
         let summary = n.run().unwrap_or_else(|e| panic!("{name}: {e}"));
         assert!(summary.notes.iter().any(|note| note.contains(word)), "{name}: {:?}", summary.notes);
         assert_eq!(
@@ -324,8 +416,10 @@ fn a_packed_flat_damaged_where_its_level_did_not_look_leaves_the_master_and_the_
     let member = &without.members[2];
     assert!(!member.used && member.reason.contains("flat_002.fits.fz"), "row {row}: {member:?}");
     assert_eq!(without.members.iter().filter(|m| m.used).count(), 3);
-    let off = without.response.iter().zip(&whole.response).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-    assert!(off < 0.05, "the others make the master: {off}");
+    let pairs = without.response.iter().zip(&whole.response).filter(|(a, b)| a.is_finite() && b.is_finite());
+    let off: Vec<f64> = pairs.map(|(a, b)| f64::from((a - b).abs())).collect();
+    let mean = off.iter().sum::<f64>() / off.len() as f64;
+    assert!(off.len() > 6_000_000 && mean < 0.01, "the others make the master: {mean} over {} pixels", off.len());
     let jobs = Options { jobs: 2, no_figures: true, ..Options::default() };
     let summary = run(&config, &jobs, &Silent).unwrap();
     assert_eq!(summary.counts.flats, 4, "{}", summary.brief());
