@@ -136,3 +136,29 @@ fn frames_without_light_that_do_not_belong_to_the_night_are_named_and_not_used()
     let said = |words: &str| summary.notes.iter().any(|note| note.contains(words));
     assert!(said("2 bias frames are too few") && said("dark frames are not used"), "{:?}", summary.notes);
 }
+
+#[test]
+fn frames_without_light_that_vanish_or_shrink_are_left_out_by_name() {
+    use satphot::frames::{Exposure, ZeroLevels, classify};
+    let night = demo();
+    each_gain(&night, "Bias", 6, 0.0, 6);
+    let config = night.config().unwrap();
+    let classified = |kind: &str| -> Vec<Exposure> {
+        night.frames(kind).iter().map(|path| classify(path, &config, &["ISS".into()]).unwrap()).collect()
+    };
+    let (biases, lights) = (classified("bias_"), classified("target"));
+    let whole = ZeroLevels::make(&biases.iter().collect::<Vec<_>>(), &lights.iter().collect::<Vec<_>>(), None);
+    assert!(lights.iter().all(|light| whole.of(light).unwrap().from == "bias of 6"), "{:?}", whole.notes);
+    std::fs::remove_file(&biases[1].path).unwrap();
+    std::fs::OpenOptions::new().write(true).open(&biases[4].path).unwrap().set_len(20_000).unwrap();
+    let zero = ZeroLevels::make(&biases.iter().collect::<Vec<_>>(), &lights.iter().collect::<Vec<_>>(), None);
+    for k in [1, 4] {
+        let words = format!("{} is not used as bias", biases[k].name);
+        assert!(zero.notes.iter().any(|note| note.contains(&words)), "{words}: {:?}", zero.notes);
+    }
+    // those of their gain setting lack two; the others are as they were
+    for light in &lights {
+        let gone = [1, 4].iter().filter(|k| biases[**k].setting == light.setting).count();
+        assert_eq!(zero.of(light).unwrap().from, format!("bias of {}", 6 - gone), "{}", light.name);
+    }
+}
