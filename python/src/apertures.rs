@@ -13,6 +13,9 @@ use crate::interrupt::{Stopped, interruptible};
 /// The most that an aperture may measure \[px\]: beyond it no image reaches.
 const MOST_PX: f64 = 1e9;
 
+/// So few apertures that no signal is looked for.
+const FEW: usize = 16;
+
 /// An image as it was given.
 #[derive(FromPyObject)]
 pub enum Image<'py> {
@@ -134,5 +137,5 @@ fn sums<T: Element + Copy + Into<f64> + Sync>(
         let each = positions.par_iter().zip(shapes);
         each.map(|at| if stopped() { (f64::NAN, f64::NAN, f64::NAN) } else { one(at) }).collect()
     };
-    interruptible(py, threads, work)
+    interruptible(py, threads, positions.len() <= FEW, work)
 }

@@ -61,7 +61,7 @@ impl Background {
         };
         let mut frame = Frame::<Electrons>::from_electrons(PathBuf::from("image"), pixels, unit);
         frame.mask = bits;
-        let of = interruptible(py, threads, |_| background(&frame, mesh_px, clip_sigma))?.map_err(raise)?;
+        let of = interruptible(py, threads, false, |_| background(&frame, mesh_px, clip_sigma))?.map_err(raise)?;
         Ok(Self { of, shape: (ny, nx) })
     }
 
@@ -118,7 +118,7 @@ impl Background {
         fill: impl Fn(usize, &mut [f32]) + Sync + Send,
     ) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let (ny, nx) = self.shape;
-        let pixels = interruptible(py, 0, |stopped| {
+        let pixels = interruptible(py, 0, false, |stopped| {
             let mut pixels = vec![0.0f32; ny * nx];
             pixels.par_chunks_mut(nx).enumerate().filter(|_| !stopped()).for_each(|(y, row)| fill(y, row));
             pixels

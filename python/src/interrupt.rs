@@ -16,10 +16,18 @@ const PERIOD: Duration = Duration::from_millis(10);
 pub type Stopped<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// Runs `work` on `threads` threads (0: all cores) without the lock. On a signal `work` is told to stop, and the exception
-/// of the signal is raised once it has returned.
+/// of the signal is raised once it has returned. Work that `is_quick` is done at once, on the thread that asks for it.
 ///
 /// Signals reach the main thread of Python alone; a call from another thread is not interrupted.
-pub fn interruptible<T: Send>(py: Python<'_>, threads: usize, work: impl FnOnce(Stopped) -> T + Send) -> PyResult<T> {
+pub fn interruptible<T: Send>(
+    py: Python<'_>,
+    threads: usize,
+    is_quick: bool,
+    work: impl FnOnce(Stopped) -> T + Send,
+) -> PyResult<T> {
+    if is_quick {
+        return Ok(py.detach(|| work(&|| false)));
+    }
     let stop = AtomicBool::new(false);
     let stopped = || stop.load(Ordering::Relaxed);
     py.detach(|| {

@@ -23,6 +23,9 @@ use crate::times::{epochs, unix_ns};
 /// Rows computed at a time: what is between a row and its columns stays small.
 const BLOCK: usize = 16_384;
 
+/// So few rows that no signal is looked for.
+const FEW: usize = 64;
+
 /// The columns of where everything is.
 const GEOMETRY: [(&str, &str); 15] = [
     ("alt_deg", ""),
@@ -213,10 +216,13 @@ impl Model {
         raise_errors: bool,
         threads: usize,
     ) -> PyResult<(Bound<'py, PyList>, Vec<String>, Vec<String>)> {
-        let moments = epochs(times_ns.as_slice()?, is_tai)?;
+        let times_ns = times_ns.as_slice()?;
+        let moments = py.detach(|| epochs(times_ns, is_tai))?;
         let satellites = watch.satellites()?;
         let warnings = warnings(&satellites, &moments);
-        let rows = interruptible(py, threads, |stopped| self.rows(&satellites, &moments, raise_errors, stopped))?;
+        let rows = interruptible(py, threads, satellites.len() * moments.len() <= FEW, |stopped| {
+            self.rows(&satellites, &moments, raise_errors, stopped)
+        })?;
         let names = satellites.into_iter().map(|s| s.name).collect();
         Ok((rows.map_err(raise)?.into_py(py)?, names, warnings))
     }
@@ -272,7 +278,7 @@ impl Model {
             problems.into_columns(&mut columns);
             Ok(columns)
         };
-        interruptible(py, threads, work)?.map_err(raise)?.into_py(py)
+        interruptible(py, threads, n <= FEW, work)?.map_err(raise)?.into_py(py)
     }
 }
 
@@ -355,7 +361,10 @@ fn skies(satellites: usize, moments: &[Epoch], stopped: Stopped) -> Vec<Option<S
     moments.par_iter().map(|epoch| if stopped() { None } else { bodies(epoch, &eop).ok() }).collect()
 }
 
-/// Computes rows in parallel and hands them over in order, a block at a time; ends early when it is stopped.
+/// Computes rows in parallel and hands them over in order, a block at a time.
+///
+/// # Errors
+/// Those of `keep`; [`satphot::Error::Interrupted`] when it is stopped.
 fn blocks<T: Send>(
     n: usize,
     stopped: Stopped,
@@ -365,10 +374,15 @@ fn blocks<T: Send>(
     for first in (0..n).step_by(BLOCK) {
         let rows = first..n.min(first + BLOCK);
         let row = |i: usize| if stopped() { None } else { Some(one(i)) };
-        let Some(block) = rows.into_par_iter().map(row).collect::<Option<Vec<_>>>() else { return Ok(()) };
+        let Some(block) = rows.into_par_iter().map(row).collect::<Option<Vec<_>>>() else { return Err(interrupted()) };
         block.into_iter().try_for_each(&mut keep)?;
     }
     Ok(())
+}
+
+/// The answer of work that was stopped; the signal itself is what Python sees.
+fn interrupted() -> satphot::Error {
+    satphot::Error::Interrupted { signal: 2, problem: "the call was interrupted".into() }
 }
 
 /// Rows that cannot be computed: the first is an error, or all are listed.

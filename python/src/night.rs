@@ -46,7 +46,7 @@ impl Night {
     fn run(&self, py: Python<'_>, threads: usize, redo: bool, figures: bool) -> PyResult<Reduced> {
         let options = Options { jobs: threads, no_figures: !figures, redo, ..Options::default() };
         let flag = options.stop.flag();
-        let summary = interruptible(py, 0, |stopped| {
+        let summary = interruptible(py, 0, false, |stopped| {
             std::thread::scope(|scope| {
                 let (done, is_done) = std::sync::mpsc::channel::<()>();
                 scope.spawn(move || {

@@ -82,7 +82,7 @@ pub fn passes<'py>(
         let found = whole_passes(&tracked.tracker, &start, &end, min_alt_deg.to_radians())?;
         found.into_iter().map(|pass| row(satellite, pass)).collect()
     };
-    let rows = interruptible(py, threads, |stopped| {
+    let rows = interruptible(py, threads, false, |stopped| {
         let each = satellites.par_iter().enumerate();
         each.map(|s| if stopped() { Ok(Vec::new()) } else { one(s) }).collect::<satphot::Result<Vec<_>>>()
     })?;

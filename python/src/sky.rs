@@ -69,7 +69,7 @@ pub fn sky<'py>(
         let points = directions.into_par_iter().map(point).collect::<satphot::Result<_>>()?;
         Ok(SkyMap { grid: grid.clone(), points, sun_flux: unit.sun_flux })
     };
-    let map = interruptible(py, threads, work)?.map_err(raise)?;
+    let map = interruptible(py, threads, false, work)?.map_err(raise)?;
 
     let rows = sky_rows(&map);
     let mut columns = Columns::default();

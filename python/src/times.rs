@@ -3,6 +3,7 @@
 use hifitime::{Duration, Epoch};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
+use rayon::prelude::*;
 use satphot::base::time::parse_utc;
 
 use crate::errors::{bad, raise};
@@ -23,7 +24,7 @@ pub fn epoch(ns: i64, is_tai: bool) -> PyResult<Epoch> {
 
 /// All of them.
 pub fn epochs(ns: &[i64], is_tai: bool) -> PyResult<Vec<Epoch>> {
-    ns.iter().map(|ns| epoch(*ns, is_tai)).collect()
+    ns.par_iter().map(|ns| epoch(*ns, is_tai)).collect()
 }
 
 /// Nanoseconds of UTC since 1970 of a moment.

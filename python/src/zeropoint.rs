@@ -145,7 +145,8 @@ pub struct Reading {
 /// The zeropoint of a file.
 #[pyfunction]
 pub fn fit_zeropoint(py: Python<'_>, table: PathBuf, reading: Reading) -> PyResult<Zeropoint> {
-    fitted(py, &table, &reading)
+    let shown = table.display().to_string();
+    fitted(py, &table, &shown, &reading)
 }
 
 /// Cells of a column.
@@ -190,7 +191,7 @@ pub fn fit_zeropoint_of_columns(
     let folder = tempfile::tempdir().map_err(io)?;
     let table = folder.path().join("table.csv");
     std::fs::write(&table, csv).map_err(io)?;
-    fitted(py, &table, &reading)
+    fitted(py, &table, "table", &reading)
 }
 
 /// A cell of comma-separated values.
@@ -198,7 +199,8 @@ fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('"', "\"\"").replace(['\n', '\r'], " "))
 }
 
-fn fitted(py: Python<'_>, table: &Path, reading: &Reading) -> PyResult<Zeropoint> {
+/// The fit to a file, which messages call `shown`.
+fn fitted(py: Python<'_>, table: &Path, shown: &str, reading: &Reading) -> PyResult<Zeropoint> {
     let config = match &reading.config {
         Some(path) => Config::load(path, &reading.settings),
         None => without_config(&reading.settings),
@@ -210,10 +212,13 @@ fn fitted(py: Python<'_>, table: &Path, reading: &Reading) -> PyResult<Zeropoint
         band: &reading.band,
         inst_constant_mag: reading.inst_constant_mag,
     };
-    let matched = interruptible(py, 0, |_| fit_matched(&config, &request))?.map_err(raise)?;
+    let place = table.display().to_string();
+    let matched = interruptible(py, 0, false, |_| fit_matched(&config, &request))?;
+    let matched = matched.map_err(|error| SatphotError::new_err(error.to_string().replace(&place, shown)))?;
     let Matched { rows, zeropoint, notes, .. } = matched;
+    let notes = notes.into_iter().map(|note| note.replace(&place, shown)).collect();
     match zeropoint {
         Ok(of) => Ok(Zeropoint { of, notes, rows }),
-        Err(problem) => Err(SatphotError::new_err(problem)),
+        Err(problem) => Err(SatphotError::new_err(problem.replace(&place, shown))),
     }
 }
