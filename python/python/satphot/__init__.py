@@ -9,11 +9,12 @@ of astropy, the table is an ``astropy.table.QTable``; else it is a :class:`Table
 >>> table = model.magnitudes("iss.tle", (-33.7703, 151.1113, 70.0), "2025-06-09T10:33:12")  # doctest: +SKIP
 """
 
-from ._core import SatphotError, SatphotWarning
+from ._core import SatphotWarning
 from ._images import Background, Circle, Ellipse, Pill, Rectangle, background, sum_apertures
 from ._limits import limits
 from ._model import Model, passes, satellites, sky
 from ._night import Night, ReducedNight
+from ._satphot import SatphotError
 from ._table import Table
 from ._zeropoint import Zeropoint, fit_zeropoint
 

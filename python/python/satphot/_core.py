@@ -57,7 +57,7 @@ def floats(name: str, value: Any, unit: str | None = None) -> NDArray[np.float64
         except Exception as error:
             raise bad(name, f"cannot be converted to {unit or 'a number'}: {error}") from error
     if np.ma.isMaskedArray(value):
-        value = value.astype(float).filled(np.nan)
+        value = np.ma.filled(value.astype(float), np.nan)
     try:
         return np.ascontiguousarray(value, dtype=np.float64)
     except (TypeError, ValueError) as error:
