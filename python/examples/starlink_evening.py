@@ -52,9 +52,9 @@ print(f"lit: {100 * np.isfinite(v_mag).mean():.0f} % of the directions")
 # %%
 elements = """EXAMPLE
 1 44713U 19074A   25160.00000000  .00000000  00000+0  00000+0 0  9992
-2 44713  53.0500 100.0000 0001632 195.4618 100.0000 15.06000000100005
+2 44713  53.0500 220.0000 0001632 195.4618 180.0000 15.06000000 10006
 """
-passes = satphot.passes(elements, site, "2025-06-09T06:00:00", "2025-06-10T20:00:00", min_alt_deg=20.0)
+passes = satphot.passes(elements, site, "2025-06-09T06:00:00", "2025-06-09T22:00:00", min_alt_deg=20.0)
 for rise, top_deg, light, sky_class in zip(
     passes["rise"].astype("datetime64[s]"), passes["max_alt_deg"], passes["illum"], passes["sky_class"], strict=True
 ):
