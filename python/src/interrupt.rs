@@ -15,7 +15,7 @@ const PERIOD: Duration = Duration::from_millis(10);
 /// Whether the work shall stop; asked between rows.
 pub type Stopped<'a> = &'a (dyn Fn() -> bool + Sync);
 
-/// Runs `work` on `threads` threads (0: all cores) without the lock. On a signal `work` is told to stop, and the exception
+/// Runs `work` on `threads` threads (0: all cores) without the lock. On a signal `work` is asked to stop, and the exception
 /// of the signal is raised once it has returned. Work that `is_quick` is done at once, on the thread that asks for it.
 ///
 /// Signals reach the main thread of Python alone; a call from another thread is not interrupted.

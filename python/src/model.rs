@@ -23,6 +23,9 @@ use crate::times::{epochs, unix_ns};
 /// Rows computed at a time: what is between a row and its columns stays small.
 const BLOCK: usize = 16_384;
 
+/// Most rows of one call; their columns are 40 GB.
+const MOST_ROWS: usize = 200_000_000;
+
 /// So few rows that no signal is looked for.
 const FEW: usize = 64;
 
@@ -104,8 +107,16 @@ fn illum_names() -> Vec<String> {
 struct Numbers<const N: usize>([Vec<f64>; N]);
 
 impl<const N: usize> Numbers<N> {
-    fn with_capacity(rows: usize) -> Self {
-        Self(std::array::from_fn(|_| Vec::with_capacity(rows)))
+    /// Room for so many rows.
+    ///
+    /// # Errors
+    /// [`satphot::Error::Argument`] where the memory has no such room.
+    fn with_capacity(rows: usize) -> Answer<Self> {
+        let mut columns = std::array::from_fn(|_| Vec::new());
+        for column in &mut columns {
+            column.try_reserve_exact(rows).map_err(|_| too_many(rows))?;
+        }
+        Ok(Self(columns))
     }
 
     fn push(&mut self, cells: &[f64; N]) {
@@ -140,8 +151,8 @@ struct Lights {
 }
 
 impl Lights {
-    fn with_capacity(rows: usize) -> Self {
-        Self { numbers: Numbers::with_capacity(rows), illum: Vec::with_capacity(rows) }
+    fn with_capacity(rows: usize) -> Answer<Self> {
+        Ok(Self { numbers: Numbers::with_capacity(rows)?, illum: Vec::with_capacity(rows) })
     }
 
     fn push(&mut self, light: Option<&Light>) {
@@ -220,7 +231,7 @@ impl Model {
         let moments = py.detach(|| epochs(times_ns, is_tai))?;
         let satellites = watch.satellites()?;
         let warnings = warnings(&satellites, &moments);
-        let rows = interruptible(py, threads, satellites.len() * moments.len() <= FEW, |stopped| {
+        let rows = interruptible(py, threads, satellites.len().saturating_mul(moments.len()) <= FEW, |stopped| {
             self.rows(&satellites, &moments, raise_errors, stopped)
         })?;
         let names = satellites.into_iter().map(|s| s.name).collect();
@@ -267,7 +278,7 @@ impl Model {
         };
         let one = |row: usize| self.light(&scene(row));
         let work = |stopped: Stopped| {
-            let mut lights = Lights::with_capacity(n);
+            let mut lights = Lights::with_capacity(n)?;
             let mut problems = Problems::new(raise_errors);
             blocks(n, stopped, one, |answer| {
                 lights.push(problems.keep(answer)?.as_ref());
@@ -288,8 +299,11 @@ impl Model {
     }
 
     fn rows(&self, satellites: &[Tracked], moments: &[Epoch], raise_errors: bool, stopped: Stopped) -> Answer<Columns> {
+        let n = satellites.len().saturating_mul(moments.len());
+        if n > MOST_ROWS {
+            return Err(too_many(n));
+        }
         let skies = skies(satellites.len(), moments, stopped);
-        let n = satellites.len() * moments.len();
         let one = |row: usize| -> Answer<([f64; GEOMETRY.len()], Light)> {
             let (satellite, moment) = (&satellites[row / moments.len()], row % moments.len());
             let geometry = match skies.get(moment) {
@@ -298,8 +312,8 @@ impl Model {
             }?;
             Ok((geometry_cells(&geometry), self.light(&Scene::from(&geometry))?))
         };
-        let mut geometries = Numbers::with_capacity(n);
-        let mut lights = Lights::with_capacity(n);
+        let mut geometries = Numbers::with_capacity(n)?;
+        let mut lights = Lights::with_capacity(n)?;
         let mut problems = Problems::new(raise_errors);
         blocks(n, stopped, one, |answer| {
             let row = problems.keep(answer)?;
@@ -378,6 +392,12 @@ fn blocks<T: Send>(
         block.into_iter().try_for_each(&mut keep)?;
     }
     Ok(())
+}
+
+/// The refusal of more rows than memory holds.
+fn too_many(rows: usize) -> satphot::Error {
+    let problem = format!("{rows} rows are more than {MOST_ROWS}, or than the memory holds; split the moments");
+    satphot::Error::Argument { name: "times".into(), problem }
 }
 
 /// The answer of work that was stopped; the signal itself is what Python sees.

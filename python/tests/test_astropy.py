@@ -29,6 +29,7 @@ def test_times_and_places_give_the_numbers_of_plain_arguments():
         assert abs((table["time"] - Time(TEXTS)).to_value("s")).max() < 1e-6
 
 
+@pytest.mark.filterwarnings("ignore::satphot.SatphotWarning")
 def test_a_leap_second_is_a_second():
     moments = Time(["2016-12-31T23:59:59", "2016-12-31T23:59:60", "2017-01-01T00:00:00"])
     old = ISS.replace("25159.07052714", "16360.07052714").replace("9996", "9990")

@@ -19,6 +19,8 @@ MJD_1970 = 40587
 NS_PER_DAY = 86_400_000_000_000
 # moments that 64-bit nanoseconds can hold
 MJD_RANGE = (-66000.0, 147000.0)
+# most threads of one call
+MOST_THREADS = 1024
 
 
 class SatphotWarning(UserWarning):
@@ -59,7 +61,10 @@ def floats(name: str, value: Any, unit: str | None = None) -> NDArray[np.float64
     if np.ma.isMaskedArray(value):
         value = np.ma.filled(value.astype(float), np.nan)
     try:
-        return np.ascontiguousarray(value, dtype=np.float64)
+        array = np.asarray(value)
+        if array.dtype.kind == "c":
+            raise TypeError("complex numbers are not accepted")
+        return np.ascontiguousarray(array, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise bad(name, f"is not an array of numbers: {error}") from error
 
@@ -90,6 +95,14 @@ def count(name: str, value: Any) -> int:
     return whole
 
 
+def threads_of(value: Any) -> int:
+    """A number of threads; 0 is all cores."""
+    threads = count("threads", value)
+    if threads > MOST_THREADS:
+        raise bad("threads", f"{threads} is outside 0 to {MOST_THREADS}; 0 uses all cores")
+    return threads
+
+
 def vector(name: str, value: Any, unit: str | None = None) -> NDArray[np.float64]:
     """A one-dimensional array."""
     return floats(name, value, unit).reshape(-1)
@@ -101,6 +114,8 @@ def image_of(name: str, value: Any) -> NDArray[Any]:
         value = value.to_value()
     try:
         array = np.asarray(value)
+        if array.dtype.kind == "c":
+            raise TypeError("complex numbers are not accepted")
         kept = array.dtype.type if array.dtype.type in (np.float32, np.float64) else np.float64
         array = np.ascontiguousarray(array, dtype=kept)
     except (TypeError, ValueError) as error:

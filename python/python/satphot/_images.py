@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _satphot
-from ._core import bad, count, floats, image_of, is_astropy, mask_of, number, optional, vector
+from ._core import bad, count, floats, image_of, is_astropy, mask_of, number, optional, threads_of, vector
 from ._table import Table, answer
 
 
@@ -135,7 +135,7 @@ def sum_apertures(
         errors,
         mask_of("mask", mask),
         optional("e_per_unit", e_per_unit),
-        count("threads", threads),
+        threads_of(threads),
     )
     table = Table(x_px=x, y_px=y, sum=sums[0], sum_err=sums[1], area_px=sums[2])
     image_unit = "" if unit is None else str(unit)
@@ -224,6 +224,6 @@ def background(
         mask_of("mask", mask),
         count("mesh_px", mesh_px),
         number("clip_sigma", clip_sigma),
-        count("threads", threads),
+        threads_of(threads),
     )
     return Background(core, getattr(image, "unit", None))

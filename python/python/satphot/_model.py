@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import _satphot
-from ._core import bad, count, floats, is_astropy, moment_of, number, optional, site_of, times_of, vector, warn, watch_of
+from ._core import bad, count, floats, is_astropy, moment_of, number, optional, site_of, threads_of, times_of, vector, warn, watch_of
 from ._table import answer, table_of
 
 
@@ -119,7 +119,7 @@ class Model:
         moments = times_of("times", times)
         watch = watch_of(elements, site, norad, max_age_d, force_age)
         columns, names, warnings = self._core.magnitudes(
-            watch, moments.ns, moments.is_tai, _raises(errors), count("threads", threads)
+            watch, moments.ns, moments.is_tai, _raises(errors), threads_of(threads)
         )
         warn(warnings)
         table = table_of(columns, **self._about, site=list(watch["site"]), object_names=names)
@@ -176,7 +176,7 @@ class Model:
         except ValueError as error:
             raise bad("satellite_km", f"the vectors do not have the same number of rows: {error}") from error
         columns = self._core.magnitudes_of_vectors(
-            *flat.values(), angle, _raises(errors), count("threads", threads)
+            *flat.values(), angle, _raises(errors), threads_of(threads)
         )
         given_astropy = is_astropy(satellite_km, observer_km, sun_km, moon_km, velocity_km_s)
         return answer(table_of(columns, **self._about), given_astropy)
@@ -218,7 +218,7 @@ def passes(
         raise bad("end", "start and end must both be of astropy, or neither")
     watch = watch_of(elements, site, norad, max_age_d, force_age)
     lowest = number("min_alt_deg", min_alt_deg, "deg")
-    columns, warnings = _satphot.passes(watch, start_ns, end_ns, is_tai, lowest, count("threads", threads))
+    columns, warnings = _satphot.passes(watch, start_ns, end_ns, is_tai, lowest, threads_of(threads))
     warn(warnings)
     return answer(table_of(columns, site=list(watch["site"]), min_alt_deg=lowest), one or other or is_astropy(site))
 
@@ -265,8 +265,8 @@ def sky(
         raise bad("model", "is neither a Model nor the name of a satellite")
     ns, is_tai, of_astropy = moment_of("time", time)
     grid = (count("n_alt", n_alt), count("n_az", n_az))
-    if grid[0] * grid[1] > 10_000_000:
-        raise bad("n_az", f"{grid[0]} x {grid[1]} directions are more than ten million")
+    if grid[0] * grid[1] > 4_000_000:
+        raise bad("n_az", f"{grid[0]} x {grid[1]} directions are more than four million")
     columns, height = _satphot.sky(
         model._core,
         site_of(site),
@@ -275,7 +275,7 @@ def sky(
         optional("height_km", height_km, "km"),
         number("track_az_deg", track_az_deg, "deg"),
         grid,
-        count("threads", threads),
+        threads_of(threads),
     )
     table = table_of(columns, **model._about, height_km=height, shape=(grid[1], grid[0]))
     return answer(table, of_astropy or is_astropy(site, height_km))

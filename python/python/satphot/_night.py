@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from . import _satphot
-from ._core import count
+from ._core import threads_of
 from ._table import Table, table_of
 from ._zeropoint import Zeropoint, _toml
 
@@ -85,6 +85,6 @@ class Night:
         Frames that an earlier run into the same folder has measured are not measured again, unless `redo` is true or
         something they depend on has changed. A first Ctrl-C ends the run after the frames in work.
         """
-        folder, zeropoint, notes, problems, summary = self._core.run(count("threads", threads), bool(redo), bool(figures))
+        folder, zeropoint, notes, problems, summary = self._core.run(threads_of(threads), bool(redo), bool(figures))
         fitted = None if zeropoint is None else Zeropoint(zeropoint)
         return ReducedNight(Path(folder), fitted, notes, problems, summary)
