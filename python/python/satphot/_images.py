@@ -118,7 +118,7 @@ def sum_apertures(
     x, y = vector("x_px", x_px), vector("y_px", y_px)
     if x.size != y.size:
         raise bad("x_px", f"{x.size} x and {y.size} y do not fit")
-    name, axes = _axes(shape, x.size)
+    name, (a_px, b_px, theta_rad) = _axes(shape, x.size)
     errors = None
     if error is not None:
         errors = floats("error", error, str(unit) if unit is not None and hasattr(error, "to_value") else None)
@@ -131,7 +131,9 @@ def sum_apertures(
         x,
         y,
         name,
-        *axes,
+        a_px,
+        b_px,
+        theta_rad,
         errors,
         mask_of("mask", mask),
         optional("e_per_unit", e_per_unit),

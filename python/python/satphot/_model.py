@@ -175,8 +175,9 @@ class Model:
             angle = np.ascontiguousarray(np.broadcast_to(angle, (n,)))
         except ValueError as error:
             raise bad("satellite_km", f"the vectors do not have the same number of rows: {error}") from error
+        satellite, velocity, observer, sun, moon = flat.values()
         columns = self._core.magnitudes_of_vectors(
-            *flat.values(), angle, _raises(errors), threads_of(threads)
+            satellite, velocity, observer, sun, moon, angle, _raises(errors), threads_of(threads)
         )
         given_astropy = is_astropy(satellite_km, observer_km, sun_km, moon_km, velocity_km_s)
         return answer(table_of(columns, **self._about), given_astropy)

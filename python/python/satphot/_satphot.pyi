@@ -10,6 +10,23 @@ from numpy.typing import NDArray
 _Columns = list[tuple[str, str, str, str, Any]]
 _Floats = NDArray[np.float64]
 
+__all__ = [
+    "Background",
+    "Model",
+    "Night",
+    "SatphotError",
+    "Zeropoint",
+    "fit_zeropoint",
+    "fit_zeropoint_of_columns",
+    "limit_defaults",
+    "limits",
+    "parse_times",
+    "passes",
+    "satellite_names",
+    "sky",
+    "sum_apertures",
+]
+
 class SatphotError(ValueError):
     """What satphot cannot do: the sentence names the value, what is accepted and what to do."""
 
