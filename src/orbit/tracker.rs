@@ -11,7 +11,7 @@ use super::elements::neighbours::{Standing, standings};
 use super::elements::{Elements, check_age, element_names, elements_from_bytes, only_object, read_elements_for};
 use super::geometry::{Geometry, geometry, look};
 use super::propagate::Propagator;
-use super::sky::bodies;
+use super::sky::{SkyBodies, bodies};
 use crate::base::error::{Error, Result};
 use crate::config;
 
@@ -107,6 +107,13 @@ impl Tracker {
         Self::new(sets, None, site, EarthOrientation::default())
     }
 
+    /// The same with another limit to the age of the elements \[d\]; `force` uses older ones all the same.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn with_age_limit(self, max_age_d: f64, force: bool) -> Self {
+        Self { max_age_d, force_age: force, ..self }
+    }
+
     /// Every way a header may name the satellite.
     #[must_use]
     pub fn names(&self) -> Vec<String> {
@@ -155,10 +162,18 @@ impl Tracker {
     /// # Errors
     /// [`Error::Orbit`] if the elements are too old, SGP4 fails, or the satellite has decayed.
     pub fn at(&self, epoch: &Epoch) -> Result<Geometry> {
+        self.at_under(epoch, &bodies(epoch, &self.eop)?)
+    }
+
+    /// The same with the Sun and the Moon of that moment, for many satellites at one moment.
+    ///
+    /// # Errors
+    /// As [`Tracker::at`].
+    #[doc(hidden)]
+    pub fn at_under(&self, epoch: &Epoch, sky: &SkyBodies) -> Result<Geometry> {
         let i = self.index_at(epoch)?;
         let state = self.propagators[i].state(epoch)?;
-        let sky = bodies(epoch, &self.eop)?;
-        geometry(&self.site, &self.eop, epoch, &state, &sky, self.sets[i].age_d(epoch))
+        geometry(&self.site, &self.eop, epoch, &state, sky, self.sets[i].age_d(epoch))
     }
 
     /// Altitude \[rad\] alone: a hundred times cheaper than [`Tracker::at`].
