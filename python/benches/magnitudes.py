@@ -5,7 +5,7 @@
 Three measurements, each in a process of its own, so that its memory is its own:
 
 1. satellites and moments: `rows` rows of a thousand satellites, geometry and four lights;
-2. the same directions of one sky by this package and by lumos-sat (https://pypi.org/project/lumos-sat/), direct and
+2. the same directions of one sky by this package and by lumos-sat 1.0.9, direct and
    Earth-reflected sunlight of a chassis and an array; lumos-sat takes one Sun a call, and the rows are its alone: it is
    measured with `peer-rows` of them;
 3. one satellite at the moments of `satphot predict pass`, by this package and by the program, which also writes them.

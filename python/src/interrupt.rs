@@ -53,3 +53,8 @@ pub fn interruptible<T: Send>(
         })
     })
 }
+
+/// The answer of work that was stopped; the signal itself is what Python sees.
+pub fn interrupted() -> satphot::Error {
+    satphot::Error::Interrupted { signal: 2, problem: "the call was interrupted".into() }
+}

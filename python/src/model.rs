@@ -16,9 +16,9 @@ use satphot::{Brightness, Geometry, Illum, ModelSettings, Satellite, Scene, Vect
 
 use crate::elements::{Tracked, Watch};
 use crate::errors::{bad, raise};
-use crate::interrupt::{Stopped, interruptible};
+use crate::interrupt::{Stopped, interrupted, interruptible};
 use crate::table::{Columns, Data};
-use crate::times::{epochs, unix_ns};
+use crate::times::{epoch, epochs, unix_ns};
 
 /// Rows computed at a time: what is between a row and its columns stays small.
 const BLOCK: usize = 16_384;
@@ -228,14 +228,18 @@ impl Model {
         threads: usize,
     ) -> PyResult<(Bound<'py, PyList>, Vec<String>, Vec<String>)> {
         let times_ns = times_ns.as_slice()?;
-        let moments = py.detach(|| epochs(times_ns, is_tai))?;
         let satellites = watch.satellites()?;
-        let warnings = warnings(&satellites, &moments);
-        let rows = interruptible(py, threads, satellites.len().saturating_mul(moments.len()) <= FEW, |stopped| {
-            self.rows(&satellites, &moments, raise_errors, stopped)
-        })?;
+        let warnings = match times_ns.get(times_ns.len() / 2) {
+            Some(middle) => warnings(&satellites, &epoch(*middle, is_tai)?),
+            None => Vec::new(),
+        };
+        let is_quick = satellites.len().saturating_mul(times_ns.len()) <= FEW;
+        let rows = interruptible(py, threads, is_quick, |stopped| {
+            let moments = epochs(times_ns, is_tai, stopped)?;
+            self.rows(&satellites, &moments, raise_errors, stopped).map_err(raise)
+        })??;
         let names = satellites.into_iter().map(|s| s.name).collect();
-        Ok((rows.map_err(raise)?.into_py(py)?, names, warnings))
+        Ok((rows.into_py(py)?, names, warnings))
     }
 
     /// Columns of light of geometries: geocentric Earth-fixed vectors, three numbers a row.
@@ -400,11 +404,6 @@ fn too_many(rows: usize) -> satphot::Error {
     satphot::Error::Argument { name: "times".into(), problem }
 }
 
-/// The answer of work that was stopped; the signal itself is what Python sees.
-fn interrupted() -> satphot::Error {
-    satphot::Error::Interrupted { signal: 2, problem: "the call was interrupted".into() }
-}
-
 /// Rows that cannot be computed: the first is an error, or all are listed.
 struct Problems {
     raise: bool,
@@ -439,10 +438,9 @@ impl Problems {
     }
 }
 
-/// What is to be known of the elements of each satellite in the middle of the moments.
-fn warnings(satellites: &[Tracked], moments: &[Epoch]) -> Vec<String> {
-    let Some(middle) = moments.get(moments.len() / 2) else { return Vec::new() };
-    let one = |s: &Tracked| Some(format!("{} {}: {}", s.norad_cat_id, s.name, s.tracker.age_warning(middle)?));
+/// What is to be known of the elements of each satellite at a moment.
+fn warnings(satellites: &[Tracked], moment: &Epoch) -> Vec<String> {
+    let one = |s: &Tracked| Some(format!("{} {}: {}", s.norad_cat_id, s.name, s.tracker.age_warning(moment)?));
     satellites.iter().filter_map(one).collect()
 }
 

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use satphot::base::time::parse_utc;
 
 use crate::errors::{bad, raise};
+use crate::interrupt::{Stopped, interrupted};
 
 /// MJD of 1970-01-01.
 const MJD_1970: f64 = 40_587.0;
@@ -22,9 +23,10 @@ pub fn epoch(ns: i64, is_tai: bool) -> PyResult<Epoch> {
     Ok(if is_tai { Epoch::from_mjd_tai(MJD_1970) + since } else { Epoch::from_unix_duration(since) })
 }
 
-/// All of them.
-pub fn epochs(ns: &[i64], is_tai: bool) -> PyResult<Vec<Epoch>> {
-    ns.par_iter().map(|ns| epoch(*ns, is_tai)).collect()
+/// All of them, unless that is stopped.
+pub fn epochs(ns: &[i64], is_tai: bool, stopped: Stopped) -> PyResult<Vec<Epoch>> {
+    let one = |ns: &i64| if stopped() { Err(raise(interrupted())) } else { epoch(*ns, is_tai) };
+    ns.par_iter().map(one).collect()
 }
 
 /// Nanoseconds of UTC since 1970 of a moment.

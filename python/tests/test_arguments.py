@@ -78,6 +78,12 @@ def test_what_is_wrong_is_said_in_the_sentence_of_the_library(call, sentence):
     assert sentence in str(raised.value), str(raised.value)
 
 
+def test_no_moment_is_a_table_without_rows():
+    table = satphot.Model("iss").magnitudes(ISS, SITE, [])
+    assert table.n_rows == 0 and table["model_v_mag"].dtype == np.float64
+    assert satphot.sum_apertures(np.zeros((3, 3)), [], [], satphot.Circle(1.0)).n_rows == 0
+
+
 def test_rows_that_cannot_be_computed_are_nan_with_their_reason_on_request():
     table = satphot.Model("iss").magnitudes(ISS, SITE, ["2025-06-09T10:33:12", "2026-06-09T10:33:12"], errors="nan")
     assert np.isfinite(table["model_v_mag"][0]) and np.isnan(table["model_v_mag"][1])
