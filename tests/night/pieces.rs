@@ -68,17 +68,23 @@ fn a_table_that_was_changed_is_measured_again_and_never_merged() {
     let (flux, name) = (with("flux_e", "12345.0"), with("frame", "target_0099.fits"));
     for bad in [&format!("{rest}\n"), &flux, &name] {
         std::fs::write(&table, bad).unwrap();
-        merge(&night, &tables).expect(6, &["1.ecsv: was changed after it was measured", "--force"]);
+        merge(&night, &tables).expect(6, &["1.ecsv: was changed after it was written (rows_sha256)", "--force"]);
         measure(&night, 1, "night/shards/1.ecsv").expect(0, &[]);
         assert_eq!(std::fs::read_to_string(&table).unwrap(), good, "measured again, not believed");
     }
-    // a changed copy without its sidecar contradicts the table it is of, in either order
-    std::fs::write(night.path("copy.ecsv"), &flux).unwrap();
+    // a changed copy with a hash of its own contradicts the table it is of, in either order
+    let forged = |text: &str| {
+        let path = night.path("copy.ecsv");
+        std::fs::write(&path, text).unwrap();
+        let (rows, meta) = satphot::tables::read_photometry(&path).unwrap();
+        satphot::tables::write_photometry(&path, &rows, &meta).unwrap();
+    };
+    forged(&flux);
     let mut with_copy = [&tables[..], &["copy.ecsv".to_string()]].concat();
     merge(&night, &with_copy).expect(6, &["do not agree on it"]);
     with_copy.reverse();
     merge(&night, &with_copy).expect(6, &["do not agree on it"]);
-    std::fs::write(night.path("copy.ecsv"), &name).unwrap();
+    forged(&name);
     merge(&night, &with_copy).expect(6, &["target_0099.fits", "is not a frame of the plan"]);
     merge(&night, &tables).expect(0, &[]);
     assert_eq!(merged(&night), want);
