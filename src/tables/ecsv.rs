@@ -172,7 +172,7 @@ pub fn write_cells(path: &Path, records: &[csv::StringRecord], columns: &[Column
         text.push('\n');
     }
     if meta.has_rows_hash() {
-        text = with_hash(&text);
+        text = with_hash(&text, meta);
     }
     write_atomic(path, text.as_bytes())
 }

@@ -37,9 +37,12 @@ fn line(hash: &str) -> String {
     meta.to_lines().iter().map(|line| format!("# {line}\n")).collect()
 }
 
-/// The text of a table with the hash in its place.
-pub(super) fn with_hash(text: &str) -> String {
-    let Some((before, after)) = text.split_once(&line("")) else { return text.into() };
+/// The text of a table with the hash in its place, whatever hash its meta block was read with.
+pub(super) fn with_hash(text: &str, meta: &Meta) -> String {
+    let read = meta.entries.iter().find(|(key, _)| key == KEY).cloned();
+    let read = Meta { entries: read.into_iter().collect() };
+    let old: String = read.to_lines().iter().map(|line| format!("# {line}\n")).collect();
+    let Some((before, after)) = text.split_once(&old).filter(|_| !old.is_empty()) else { return text.into() };
     let hash = sha256_16_of([before.as_bytes(), after.as_bytes()]);
     format!("{before}{}{after}", line(&hash))
 }
@@ -77,7 +80,14 @@ mod tests {
     fn a_table_whose_bytes_are_changed_anywhere_is_found_out() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("shard.ecsv");
-        let text = with_hash(&format!("# %ECSV 1.0\n# meta: !!omap\n# - {{schema: x}}\n{}a,b\n1,2\n3,4\n", line("")));
+        let mut meta = Meta::default();
+        meta.with_rows_hash();
+        let bare = format!("# %ECSV 1.0\n# meta: !!omap\n# - {{schema: x}}\n{}a,b\n1,2\n3,4\n", line(""));
+        let text = with_hash(&bare, &meta);
+        // a table that is written with the meta block of another has the hash of its own rows
+        let mut of_another = Meta::default();
+        of_another.push(KEY, "0123456789012345");
+        assert_eq!(with_hash(&bare.replace(&line(""), &line("0123456789012345")), &of_another), text);
         std::fs::write(&path, &text).unwrap();
         check_rows_hash(&path).unwrap();
         for k in 0..text.len() {
