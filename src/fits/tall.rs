@@ -14,6 +14,7 @@ use super::plain::Plain;
 use super::stored::Stored;
 use super::tiles::Tiles;
 use crate::base::error::{Error, Result};
+use crate::base::pages::zeros;
 
 /// Tiles of more rows are decoded once \[px\].
 const TALL_PX: i64 = 64;
@@ -97,7 +98,7 @@ fn decode(path: &Path, header: &Header) -> Result<File> {
     let counts = Stored::counts(header);
     let mut tiles = Tiles::open(path, header)?;
     let mut out = BufWriter::with_capacity(1 << 18, tempfile::tempfile().map_err(disk)?);
-    let mut values = vec![0f32; nx * ROWS.min(ny)];
+    let mut values = zeros(path, nx * ROWS.min(ny))?;
     let mut bytes = Vec::new();
     for first in (0..ny).step_by(ROWS) {
         let rows = ROWS.min(ny - first);

@@ -6,6 +6,7 @@
 
 use std::marker::PhantomData;
 use std::ops::{Deref, Range};
+use std::path::Path;
 use std::sync::Mutex;
 
 use ndarray::Array2;
@@ -29,16 +30,16 @@ use crate::fits::tall::open_stored;
 pub struct Buffers(Mutex<Vec<(Vec<f32>, Vec<u8>)>>);
 
 impl Buffers {
-    fn take(&self, len: usize) -> (Vec<f32>, Vec<u8>) {
+    fn take(&self, path: &Path, len: usize) -> Result<(Vec<f32>, Vec<u8>)> {
         let used = self.0.lock().ok().and_then(|mut pool| {
             // large enough, and not so large that a larger frame will miss it
             let fits = |(pixels, _): &(Vec<f32>, Vec<u8>)| (len..=4 * len).contains(&pixels.capacity());
             pool.iter().position(fits).map(|k| pool.swap_remove(k))
         });
-        let Some((mut pixels, mut bits)) = used else { return (zeros(len), zeros(len)) };
+        let Some((mut pixels, mut bits)) = used else { return Ok((zeros(path, len)?, zeros(path, len)?)) };
         pixels.resize(len, 0.0);
         bits.resize(len, 0);
-        (pixels, bits)
+        Ok((pixels, bits))
     }
 
     /// Frees what is not in use: the next frames are of another size.
@@ -187,7 +188,7 @@ impl<'a> FrameReader<'a> {
             return Err(Error::Fits { path: path.clone(), problem });
         }
         let (nx, ny) = (columns.len(), rows.len());
-        let (mut pixels, mut bits) = buffers.take(nx * ny);
+        let (mut pixels, mut bits) = buffers.take(path, nx * ny)?;
         let tile = nx * TILE_ROWS;
         pixels.par_chunks_mut(tile).zip(bits.par_chunks_mut(tile)).enumerate().try_for_each_init(
             || (None, Vec::new(), Vec::new()),

@@ -7,6 +7,7 @@ use super::clip::Region;
 use super::exposure::Exposure;
 use super::read::Pixels;
 use crate::base::error::Result;
+use crate::base::pages::zeros;
 use crate::fits::raw::guarded;
 
 /// Side of a block \[px\].
@@ -116,7 +117,7 @@ pub fn never_filled(exposure: &Exposure, clip_radius_px: Option<f64>) -> Result<
     let (nx, ny) = region.size_px;
     guarded(&exposure.path, || {
         let mut pixels = Pixels::open(&exposure.path, &exposure.header)?;
-        let mut row = vec![0f32; nx];
+        let mut row = zeros(&exposure.path, nx)?;
         let mut value = None;
         for k in 0..FILL_ROWS {
             let y = (2 * k + 1) * ny / (2 * FILL_ROWS);
@@ -136,7 +137,7 @@ pub fn never_filled(exposure: &Exposure, clip_radius_px: Option<f64>) -> Result<
 /// [`crate::Error::Fits`] if it does not lie in the frame, or the file is damaged.
 pub fn read_box(exposure: &Exposure, origin_px: (usize, usize), size_px: (usize, usize)) -> Result<Vec<f32>> {
     guarded(&exposure.path, || {
-        let mut values = vec![0f32; size_px.0 * size_px.1];
+        let mut values = zeros(&exposure.path, size_px.0 * size_px.1)?;
         Pixels::open(&exposure.path, &exposure.header)?.read(origin_px, size_px, &mut values)?;
         Ok(values)
     })

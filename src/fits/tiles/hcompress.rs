@@ -5,6 +5,7 @@
 //! there.
 
 use super::hsmooth::smoothed;
+use crate::base::pages::resize;
 
 /// Bits of a byte stream, highest first.
 struct Bits<'a> {
@@ -77,7 +78,8 @@ pub(super) fn decode(bytes: &[u8], (nx, ny): (usize, usize), smooth: bool, out: 
     if planes.iter().any(|p| *p > 60) {
         return Err(format!("bit planes {planes:?}: more than 60"));
     }
-    let mut a = vec![0i64; nx * ny];
+    let mut a: Vec<i64> = Vec::new();
+    resize(&mut a, nx * ny)?;
     let mut bits = Bits { bytes: &bytes[25..], next: 0, buffer: 0, held: 0 };
     let (half_y, half_x) = (ny.div_ceil(2), nx.div_ceil(2));
     for (at, rows, columns, planes) in [

@@ -45,6 +45,23 @@ pub(super) struct Place {
     pub method: Method,
 }
 
+impl Place {
+    /// Pixels that a tile can hold at the most.
+    pub(super) fn most_pixels(&self) -> u128 {
+        let most = match self.method {
+            // a block of equal pixels is one code of at least 3 bits
+            Method::Rice { block, .. } => 3 * block as u128,
+            // deflate: 1032 to 1
+            Method::Gzip { .. } | Method::LosslessFloats => 1_032,
+            // exactly 1 or less; a few tiles whose row of the table is damaged must not cost the whole image
+            Method::Bytes { .. } | Method::Uncompressed(_) => 16,
+            // runs of 4095 in two bytes; a quadtree of nothing
+            Method::Plio | Method::HCompress { .. } => 4_096,
+        };
+        u128::from(self.bytes) * most
+    }
+}
+
 /// A column of the table: where it begins in a row, and its code in TFORM; of an array in the heap, that of its
 /// elements.
 #[derive(Debug, Clone, Copy)]
@@ -192,23 +209,6 @@ impl Layout {
             (false, 1..) => [1, 2, 4],
             (false, bitpix) => [(bitpix.unsigned_abs() / 8) as usize; 3],
         }
-    }
-
-    /// Pixels that the tiles in `rows` of the table can hold at the most.
-    pub(super) fn most_pixels(&self, rows: &[u8]) -> u128 {
-        let most = |method: Method| match method {
-            // a block of equal pixels is one code of at least 3 bits
-            Method::Rice { block, .. } => 3 * block as u128,
-            // deflate: 1032 to 1
-            Method::Gzip { .. } | Method::LosslessFloats => 1_032,
-            // exactly 1 or less; a few tiles whose row of the table is damaged must not cost the whole image
-            Method::Bytes { .. } | Method::Uncompressed(_) => 16,
-            // runs of 4095 in two bytes; a quadtree of nothing
-            Method::Plio | Method::HCompress { .. } => 4_096,
-        };
-        let rows = rows.chunks_exact(self.row_bytes.max(1)).enumerate();
-        // a damaged row is reported when its tile is read
-        rows.filter_map(|(k, row)| self.place(row, k).ok()).map(|p| u128::from(p.bytes) * most(p.method)).sum()
     }
 
     /// Scaling of floats that were not quantised.

@@ -22,10 +22,14 @@ use super::open::open;
 use super::plain::convert;
 use super::stored::{SHORTER, read_exact_at};
 use crate::base::error::{Error, Result};
+use crate::base::pages::resize;
 use layout::{Layout, Method, Place};
 
 /// Bytes between two tiles that are read rather than skipped.
 const GAP: u64 = 1 << 16;
+
+/// Rows of the table that are looked at together before an image is read.
+const ROWS_AT_ONCE: usize = 4096;
 
 /// A tile-compressed image open for reading.
 pub(crate) struct Tiles {
@@ -116,7 +120,7 @@ impl Tiles {
         let layout = &self.layout;
         let (first, last) = (layout.index(down.start, along.start), layout.index(down.end - 1, along.end - 1));
         let (from, rows) = (layout.table_at + (first * layout.row_bytes) as u64, last + 1 - first);
-        self.rows.resize(rows * layout.row_bytes, 0);
+        resize(&mut self.rows, rows * layout.row_bytes).map_err(|problem| self.bad(problem))?;
         read_at(&self.file, &self.path, &mut self.rows, from)?;
         let (mut start, mut end, mut sum) = (u64::MAX, 0, 0);
         for j in down.clone() {
@@ -132,7 +136,7 @@ impl Tiles {
         self.heap.clear();
         self.heap_from = start;
         if start < end && end - start <= 2 * sum + GAP {
-            self.heap.resize((end - start) as usize, 0);
+            resize(&mut self.heap, (end - start) as usize).map_err(|problem| self.bad(problem))?;
             read_at(&self.file, &self.path, &mut self.heap, start)?;
         }
         self.layout.first_held = first;
@@ -144,7 +148,7 @@ impl Tiles {
         let (tile_nx, tile_ny) = self.layout.tile_px;
         let height = tile_ny.min(self.layout.size_px.1 - j * tile_ny);
         let mut pixels = std::mem::take(&mut self.pixels);
-        pixels.resize(width * height, 0.0);
+        resize(&mut pixels, width * height).map_err(|problem| self.bad(problem))?;
         for i in along.clone() {
             let left = (i - along.start) * tile_nx;
             let tile_width = tile_nx.min(self.layout.size_px.0 - i * tile_nx);
@@ -154,7 +158,7 @@ impl Tiles {
                 continue;
             }
             let mut tile = std::mem::take(&mut self.scratch.values);
-            tile.resize(tile_width * height, 0.0);
+            resize(&mut tile, tile_width * height).map_err(|problem| self.bad(problem))?;
             self.decode_tile(index, (tile_width, height), &mut tile)?;
             for (to, from) in pixels.chunks_mut(width).zip(tile.chunks(tile_width)) {
                 to[left..left + tile_width].copy_from_slice(from);
@@ -182,7 +186,7 @@ impl Tiles {
         let bytes = match held {
             Some(bytes) => bytes,
             None => {
-                self.scratch.bytes.resize(place.bytes as usize, 0);
+                resize(&mut self.scratch.bytes, place.bytes as usize).map_err(tile)?;
                 read_at(&self.file, &self.path, &mut self.scratch.bytes, place.at)?;
                 &self.scratch.bytes
             }
@@ -200,13 +204,21 @@ impl Tiles {
 pub(crate) fn refuse_impossible(file: &File, path: &Path, header: &Header) -> Result<()> {
     let bad = |problem: String| Error::Fits { path: path.to_path_buf(), problem };
     let layout = Layout::of(header).map_err(bad)?;
-    let mut rows = vec![0; layout.tiles() * layout.row_bytes];
-    read_at(file, path, &mut rows, layout.table_at)?;
     let pixels = layout.size_px.0 as u128 * layout.size_px.1 as u128;
-    let most = layout.most_pixels(&rows);
+    let (mut most, mut damaged) = (0, None);
+    let mut rows = Vec::new();
+    for first in (0..layout.tiles()).step_by(ROWS_AT_ONCE) {
+        rows.resize(ROWS_AT_ONCE.min(layout.tiles() - first) * layout.row_bytes, 0);
+        read_at(file, path, &mut rows, layout.table_at + (first * layout.row_bytes) as u64)?;
+        for (k, row) in rows.chunks_exact(layout.row_bytes.max(1)).enumerate() {
+            match layout.place(row, first + k) {
+                Ok(place) => most += place.most_pixels(),
+                // reported when its tile is read, if the others can hold the image
+                Err(problem) => damaged = damaged.or(Some(problem)),
+            }
+        }
+    }
     if pixels > most {
-        let damaged =
-            rows.chunks_exact(layout.row_bytes.max(1)).enumerate().find_map(|(k, row)| layout.place(row, k).err());
         let why = damaged.map_or(String::new(), |problem| format!(" ({problem})"));
         return Err(bad(format!("the header promises {pixels} pixels; its tiles can hold {most} at most{why}")));
     }
@@ -238,7 +250,7 @@ fn decode(
             convert(bytes, bitpix, linear, out);
             return Ok(());
         }
-        _ => integers.resize(out.len(), 0),
+        _ => resize(integers, out.len())?,
     }
     match place.method {
         Method::Rice { byte_pix, block } => rice::decode(bytes, byte_pix, block, integers)?,

@@ -83,7 +83,7 @@ impl MasterFlat {
         if full_size_px.0 == 0 || full_size_px.1 == 0 || x + w > nx || y + h > ny {
             return Err(uncovered(path, (nx, ny), origin_px, &region));
         }
-        let mut values = zeros(w * h);
+        let mut values = zeros(path, w * h)?;
         guarded(path, || Pixels::open(path, &header)?.read((x, y), (w, h), &mut values))?;
         let response = Array2::from_shape_vec((h, w), values).map_err(|e| Error::Flat { problem: e.to_string() })?;
         let normalise = header.logical("NORMED") != Some(true);

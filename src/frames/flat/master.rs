@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use ndarray::parallel::prelude::*;
 use ndarray::{Array2, Axis};
@@ -91,7 +91,8 @@ impl MasterFlat {
             flats.par_iter().map(|flat| check_member(flat, detector, config, &region)).collect();
         let (mut members, saturation_adu): (Vec<FlatMember>, Vec<f32>) = checked.into_iter().unzip();
         let (nx, ny) = region.size_px;
-        let mut values = zeros(nx * ny);
+        let first = flats.first().map_or(Path::new(""), |flat| flat.path.as_path());
+        let mut values = zeros(first, nx * ny)?;
         // Once more without those that turn out to be unreadable where their level did not look: each round has fewer.
         let filter = loop {
             let used: Vec<usize> = (0..flats.len()).filter(|k| members[*k].used).collect();
