@@ -82,6 +82,9 @@ CASES = {  # reader: file, its text at a size [MB], the verb that reads it
     "matched stars": ("a.csv", lambda mb: "v_mag,inst_mag,airmass,b_v,pointing\n" + "".join(
                       f"{9 + i % 7 * .1:.2f},{-10 + i % 7 * .1:.2f},{1 + i % 9 * .1:.2f},0.{i % 9},p{i % 50}\n" for i in range(int(mb * 33000))),
                       ["zeropoint", "--matched", "a.csv"]),
+    "matched stars, pointings": ("a.csv", lambda mb: "v_mag,inst_mag,airmass,b_v,star,pointing\n" + "".join(
+                      f"{9 + i % 7 * .1:.2f},{-10 + i % 7 * .1:.2f},{1 + i % 9 * .1:.2f},0.{i % 9},s{i // 2},p{i}\n" for i in range(int(mb * 27000))),
+                      ["zeropoint", "--matched", "a.csv"]),
     "scattering, rows": ("a.txt", lambda mb: "phi_i theta_i phi_o theta_o brdf\n" + fill("30 0 20 180 0.1\n", mb), ["brdf", "fit", "a.txt", "--law", "lambert"]),
     "plan": ("a.json", lambda mb: "{" + ",".join(f'"k{i}":[]' for i in range(int(mb * 70000))) + "}", ["verify", "a.json"]),
     "geometry, columns": ("a.csv", lambda mb: ",".join(f"c{i}" for i in range(int(mb * 120000))) + "\n", ["predict", "geometry", "a.csv"]),

@@ -133,3 +133,25 @@ fn an_id_that_a_spreadsheet_would_compute_is_a_text() {
     let text = String::from_utf8_lossy(&done.stdout).into_owned();
     assert!(text.contains("\n'=1+1,"), "{text}");
 }
+
+#[test]
+#[cfg(target_os = "linux")]
+fn an_image_larger_than_the_memory_given_is_an_error_that_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("large.fits");
+    let card = |key: &str, value: &str| format!("{:<80}", format!("{key:<8}= {value:>20}"));
+    let mut header: String =
+        [("SIMPLE", "T"), ("BITPIX", "16"), ("NAXIS", "2"), ("NAXIS1", "32768"), ("NAXIS2", "32768")]
+            .map(|(key, value)| card(key, value))
+            .concat();
+    header += &format!("{:<80}", "END");
+    let file = std::fs::File::create(&path).unwrap();
+    std::io::Write::write_all(&mut &file, format!("{header:<2880}").as_bytes()).unwrap();
+    file.set_len(2_880 + 2 * 32_768 * 32_768 + 2_752).unwrap(); // holes: it takes no room
+    std::fs::write(folder.path().join("stars.csv"), "RAJ2000,DEJ2000,Vmag\n1,1,9\n").unwrap();
+    let solve = "solve --catalogue stars.csv --ra 1 --dec 1 --scale 1 large.fits";
+    let line = format!("ulimit -v 3000000; exec '{}' {solve}", env!("CARGO_BIN_EXE_satphot"));
+    let done = Command::new("sh").args(["-c", &line]).current_dir(&folder).output().unwrap();
+    let error = String::from_utf8_lossy(&done.stderr);
+    assert!(done.status.code() == Some(4) && error.contains("it needs 4.3 GB"), "{:?} {error}", done.status);
+}

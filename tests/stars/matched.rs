@@ -419,3 +419,24 @@ fn the_verb_needs_no_configuration_writes_beside_its_output_and_never_over_its_i
     let (code, told) = run(&["--matched", "matched.ecsv", "--column", "inst_mag"]);
     assert!(code == 2 && told.contains("KEY=NAME"), "{code} {told}");
 }
+
+#[test]
+fn more_repeated_stars_and_pointings_than_a_fit_of_both_can_hold_are_refused_with_their_numbers() {
+    let table = |pointings: usize, visits: usize| {
+        let mut text = String::from("star_id,inst_mag,Vmag,B-V,airmass,pointing\n");
+        for k in 0..3 * pointings {
+            let star = k % (3 * pointings / visits);
+            let (v, airmass) = (9.0 + 0.001 * (star % 997) as f64, 1.0 + 0.01 * (k % 101) as f64);
+            let inst = v + TRUTH[0] + TRUTH[1] * airmass + 0.001 * (k % 13) as f64;
+            let _ = writeln!(text, "s{star},{inst},{v},0.{},{airmass},p{}", 1 + star % 9, k % pointings);
+        }
+        text
+    };
+    let refused = fit_text(&table(2_100, 2), &[]).map(|m| m.text()).unwrap_err().to_string();
+    for word in ["3150 stars", "2100 pointings", "at most 2000", "zeropoint.estimator", "`column` id"] {
+        assert!(refused.contains(word), "{word}: {refused}");
+    }
+    // each star once: no offsets of stars, and any number of pointings
+    let z = fit_text(&table(30_000, 1), &[]).unwrap().zeropoint.unwrap();
+    assert!(z.n_used > 80_000 && (z.k_mag_airmass - TRUTH[1]).abs() < 0.01, "{} rows, k {}", z.n_used, z.k_mag_airmass);
+}

@@ -19,6 +19,9 @@ const SENTINEL_MAG: [f64; 2] = [60.0, 20.0];
 
 /// More rows than this per star: stars are measured repeatedly.
 const REPEATED: f64 = 1.05;
+/// Most members of the smaller group of repeated stars and their pointings: the time of the fit grows with its cube, to some
+/// minutes here.
+const MOST_CROSSED: usize = 2000;
 /// Smallest share of the variance of the colours that must be the stars' own.
 const BELIEVED_SHARE: f64 = 0.1;
 
@@ -152,6 +155,18 @@ impl Rows {
             warnings: Vec::new(),
             max_rounds: config.max_rounds,
         };
+        let crossed = rows.n_stars.min(rows.pointings.len());
+        if rows.repeated && crossed > MOST_CROSSED {
+            return Err(Error::Zeropoint {
+                problem: format!(
+                    "{} stars measured repeatedly in {} pointings: the offsets of stars and pointings are fitted together \
+                     for at most {MOST_CROSSED} of the fewer of the two; fit the nights apart, name the stars (`column` id) if \
+                     different ones share their magnitudes, or set zeropoint.estimator = \"ols\"",
+                    rows.n_stars,
+                    rows.pointings.len()
+                ),
+            });
+        }
         let lost = all.len() - rows.len();
         if lost > 0 {
             let what = "NaN, infinite or sentinel magnitude or colour, no airmass, or airmass below 0.99";
