@@ -3,7 +3,7 @@
 //! The library only asks; the program connects it to the signals of the system.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use crate::base::error::{Error, Result};
 
@@ -11,6 +11,17 @@ use crate::base::error::{Error, Result};
 #[derive(Debug, Clone, Default)]
 pub struct Stop {
     signal: Arc<AtomicUsize>,
+    reading: Arc<AtomicBool>,
+}
+
+/// While it lives, inputs are read and nothing is in work that a stop would have to finish.
+#[derive(Debug)]
+pub(crate) struct Reading(Arc<AtomicBool>);
+
+impl Drop for Reading {
+    fn drop(&mut self) {
+        self.0.store(false, Ordering::Relaxed);
+    }
 }
 
 impl Stop {
@@ -24,6 +35,18 @@ impl Stop {
     #[must_use]
     pub fn requested(&self) -> Option<u8> {
         u8::try_from(self.signal.load(Ordering::Relaxed)).ok().filter(|signal| *signal != 0)
+    }
+
+    /// Marks that inputs are read, until the answer is dropped.
+    pub(crate) fn reading(&self) -> Reading {
+        self.reading.store(true, Ordering::Relaxed);
+        Reading(Arc::clone(&self.reading))
+    }
+
+    /// Whether only inputs are read, of which a catalogue can have any size: the program may end at once.
+    #[must_use]
+    pub fn is_reading(&self) -> bool {
+        self.reading.load(Ordering::Relaxed)
     }
 
     /// Goes on, or stops with what was finished.

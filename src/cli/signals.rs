@@ -1,4 +1,5 @@
 //! Ctrl-C, a scheduler's SIGTERM, a closed terminal: the first finishes the frames in work, the second ends at once.
+//! While inputs are read nothing is in work, and the first ends at once, too.
 //!
 //! The exit code is 128 + the signal (130, 143, 129). A closed pipe (`| head`) is no signal here: see [`super::output`].
 
@@ -53,8 +54,13 @@ fn connect(stop: &Stop) {
     let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM].into_iter().chain(hangup)) else {
         return;
     };
+    let stop = stop.clone();
     let tell = move || {
-        if signals.forever().next().is_some() {
+        if let Some(signal) = signals.forever().next() {
+            if stop.is_reading() {
+                super::tell("stopped while the inputs were read; nothing was written: run again");
+                std::process::exit(128 + signal);
+            }
             super::tell("finishing the frames in work; again to end at once");
         }
     };

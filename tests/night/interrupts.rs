@@ -83,6 +83,30 @@ fn a_terminated_run_ends_with_143_and_the_next_one_with_the_bytes_of_an_undistur
 }
 
 #[test]
+fn a_stop_while_a_large_catalogue_is_read_ends_the_run_at_once() {
+    let n = night();
+    let rows = "1.0,1.0,9.5,0.6\n".repeat(1 << 16);
+    let mut file = std::fs::File::create(n.path("catalogue.csv")).unwrap();
+    std::io::Write::write_all(&mut file, b"RAJ2000,DEJ2000,Vmag,B-V\n").unwrap();
+    (0..160).for_each(|_| std::io::Write::write_all(&mut file, rows.as_bytes()).unwrap());
+    let child = Command::new(env!("CARGO_BIN_EXE_satphot"))
+        .args(["run", "--no-figures"])
+        .current_dir(n.path("."))
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(700));
+    signal(&child, "-TERM");
+    let sent = std::time::Instant::now();
+    let done = child.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&done.stderr);
+    assert!(done.status.code() == Some(143) && said.contains("while the inputs were read"), "{:?} {said}", done.status);
+    assert!(sent.elapsed().as_secs_f64() < 1.0, "{:?}", sent.elapsed());
+    assert!(!n.result("").exists(), "something was written");
+}
+
+#[test]
 fn the_second_run_in_a_folder_is_refused_with_75_and_harms_nothing() {
     let n = night();
     std::fs::create_dir_all(n.result("")).unwrap();

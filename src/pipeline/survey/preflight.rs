@@ -63,6 +63,7 @@ const CHECKS: &[(&str, Check)] = &[
 /// # Errors
 /// [`Error::Config`] for a site that is none; [`Error::Interrupted`]. Whatever else is wrong is in [`Preflight::findings`].
 pub fn preflight(config: &Config, files: &[PathBuf], stop: &Stop) -> Result<Preflight> {
+    let _reading = stop.reading();
     let (prepared, errors) = Prepared::gather(config)?;
     let mut names = prepared.target_names();
     if prepared.tracker.is_none() && !errors.is_empty() {
