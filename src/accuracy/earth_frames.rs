@@ -8,7 +8,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
 use super::effort::Stopwatch;
-use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use super::sweep::{Errors, Series, Sweep, SweepPoint, cpu_us};
 use crate::base::constants::ARCSEC_PER_RAD;
 use crate::base::error::Result;
 use crate::base::vector::{Itrs, Vector};
@@ -109,7 +109,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
                     std::hint::black_box(way(e, v));
                 });
             });
-            Errors::of(&off).map(|errors| Point {
+            Errors::of(&off).map(|errors| SweepPoint {
                 setting: (*setting).into(),
                 errors,
                 cpu_us: us / cases.len() as f64,

@@ -30,7 +30,7 @@ pub use effort::{Effort, Stopwatch};
 
 pub use extremes::{Extreme, Verdict, extremes};
 pub use paths::paths;
-pub use sweep::{Errors, Point, Series, Sweep};
+pub use sweep::{Errors, Series, Sweep, SweepPoint};
 
 use crate::base::error::Result;
 

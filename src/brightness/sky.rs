@@ -368,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sky_turned_with_its_lamps_is_the_same_sky() {
+    fn a_sky_turned_with_its_light_sources_is_the_same_sky() {
         let satellite = Satellite::named("starlink-v1.5").unwrap();
         let settings = ModelSettings::new(Mode::AsPublished, 1e-6);
         let turned = |by_rad: f64| {

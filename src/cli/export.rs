@@ -61,7 +61,7 @@ pub struct Export {
     #[command(flatten)]
     place: SiteArg,
     #[command(flatten)]
-    who: Who,
+    reporter: ReporterArgs,
     /// REAL, TEST or EXERCISE, where the table does not say SIMULATED
     #[arg(long, value_name = "MODE")]
     data_mode: Option<String>,
@@ -111,7 +111,7 @@ enum Format {
 
 /// Who reports: [reporter] of the configuration.
 #[derive(Debug, Clone, Args)]
-struct Who {
+struct ReporterArgs {
     /// TDM, UDL: who sends the file (reporter.organisation)
     #[arg(long, value_name = "NAME")]
     organisation: Option<String>,
@@ -240,15 +240,15 @@ impl Export {
     }
 
     fn write_table(&self, format: Format, table: &Table, input: &Path, out: &Path) -> anyhow::Result<()> {
-        let beside = |name: &str| input.with_file_name(name);
+        let sibling = |name: &str| input.with_file_name(name);
         match format {
             Format::Fits => {
-                let stars = beside("stars.ecsv");
+                let stars = sibling("stars.ecsv");
                 let stars = if table.name == "photometry" && stars.exists() { Some(read_table(&stars)?) } else { None };
-                let text = |name: &str| std::fs::read_to_string(beside(name)).ok();
-                let told =
+                let text = |name: &str| std::fs::read_to_string(sibling(name)).ok();
+                let provenance =
                     provenance(&table.meta, text("effective.toml").as_deref(), text("manifest.json").as_deref())?;
-                write_fits(out, table, stars.as_ref(), &told)?;
+                write_fits(out, table, stars.as_ref(), &provenance)?;
             }
             Format::Votable => write_streamed(out, |file| write_votable(file, table))?,
             Format::Csv => write_streamed(out, |file| write_csv(file, table))?,
@@ -302,18 +302,18 @@ impl Export {
     /// What the observations share: the table, the configuration, the options.
     fn facts(&self, table: &Table, input: &Path) -> anyhow::Result<Facts> {
         let config = self.configuration(input)?;
-        let who = self.who.clone();
+        let reporter = self.reporter.clone();
         let reporter = Reporter {
-            organisation: who.organisation,
-            station: who.station,
-            email: who.email,
-            orcid: who.orcid,
-            instrument: who.instrument,
-            observing_mode: who.observing_mode,
-            filter: who.filter,
-            mpc_code: who.mpc_code,
-            data_archive_link: who.archive_link,
-            iod_station: who.iod_station,
+            organisation: reporter.organisation,
+            station: reporter.station,
+            email: reporter.email,
+            orcid: reporter.orcid,
+            instrument: reporter.instrument,
+            observing_mode: reporter.observing_mode,
+            filter: reporter.filter,
+            mpc_code: reporter.mpc_code,
+            data_archive_link: reporter.archive_link,
+            iod_station: reporter.iod_station,
         };
         let mut facts = Facts::new(&table.meta, config.as_ref(), reporter)?;
         if let Some(site) = self.place.given()?
@@ -324,7 +324,7 @@ impl Export {
         if let Some(name) = &self.data_mode {
             let mode = DataMode::named(&name.to_uppercase())
                 .ok_or_else(|| bad("--data-mode", format!("`{name}` is not REAL, SIMULATED, TEST or EXERCISE")))?;
-            if mode == DataMode::Real && facts.data_mode.is_some_and(|told| told != DataMode::Real) {
+            if mode == DataMode::Real && facts.data_mode.is_some_and(|stated| stated != DataMode::Real) {
                 return Err(bad(
                     "--data-mode",
                     "the table says that its data are not real; this cannot be overridden".into(),
@@ -340,11 +340,11 @@ impl Export {
         if let Some(file) = &self.config {
             return load(file, &self.sets).map(Some);
         }
-        let beside = input.with_file_name("effective.toml");
-        if !beside.exists() {
+        let sibling = input.with_file_name("effective.toml");
+        if !sibling.exists() {
             return Ok(None);
         }
-        match load(&beside, &[]) {
+        match load(&sibling, &[]) {
             Ok(config) => Ok(Some(config)),
             Err(error) => {
                 self.note(&format!("{error}; going on without it"));
@@ -369,7 +369,7 @@ fn parquet(_: &Table, _: &Path) -> anyhow::Result<()> {
 /// What SCORE would refuse, line by line.
 fn check(file: &Path) -> anyhow::Result<()> {
     let bytes = std::fs::read(file).map_err(|e| Error::io(file, e))?;
-    let told = |problem: String| Error::Table { path: file.into(), line: None, problem };
+    let refused = |problem: String| Error::Table { path: file.into(), line: None, problem };
     let text = String::from_utf8(bytes).map_err(|e| {
         let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
         Error::Table { path: file.into(), line: Some(line), problem: "is not UTF-8; save the file as UTF-8".into() }
@@ -383,6 +383,6 @@ fn check(file: &Path) -> anyhow::Result<()> {
             print(&format!("{}: SCORE's rules hold, {} warnings\n", file.display(), found.len()));
             Ok(())
         }
-        n => Err(told(format!("SCORE would refuse this file: {n} errors")).into()),
+        n => Err(refused(format!("SCORE would refuse this file: {n} errors")).into()),
     }
 }

@@ -104,8 +104,8 @@ impl Init {
             return Err(Error::Config { key: file.display().to_string(), problem }.into());
         }
         // paths of a configuration are relative to its folder
-        let beside = file.parent().filter(|p| !p.as_os_str().is_empty());
-        let input = match beside {
+        let parent = file.parent().filter(|p| !p.as_os_str().is_empty());
+        let input = match parent {
             None => self.file.clone(),
             Some(folder) if folder == self.file => ".".into(),
             Some(_) => std::fs::canonicalize(&self.file).unwrap_or_else(|_| self.file.clone()),

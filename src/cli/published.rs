@@ -107,7 +107,7 @@ impl PublishedVerb {
         let rows = with_threads(self.jobs, || published(self.full))??;
         let mut meta = meta("satphot.published/1");
         meta.push("rows", table::counts(&rows));
-        let rules = Rule::ALL.map(|rule| (rule.name().to_owned(), rule.asks().into()));
+        let rules = Rule::ALL.map(|rule| (rule.name().to_owned(), rule.criterion().into()));
         meta.push("rules", MetaValue::Map(rules.to_vec()));
         let file_rows: Vec<_> = rows.iter().map(Published::file_row).collect();
         tables.iter().try_for_each(|path| write_rows(path, &file_rows, &meta))?;
@@ -118,9 +118,9 @@ impl PublishedVerb {
         } else {
             print(&format!("{}\n{}\n{}\n", table::legend(), table::text(&rows), table::counts(&rows)));
         }
-        let left_out = rows.iter().filter(|r| r.left_out).count();
-        if left_out > 0 && !self.quiet {
-            tell(&format!("note: {left_out} rows take longer and were skipped; --full computes them"));
+        let n_skipped = rows.iter().filter(|r| r.is_skipped).count();
+        if n_skipped > 0 && !self.quiet {
+            tell(&format!("note: {n_skipped} rows take longer and were skipped; --full computes them"));
         }
         Ok(())
     }

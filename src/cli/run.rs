@@ -94,19 +94,19 @@ impl Run {
             ..self.common.options()
         };
         let progress = self.common.progress();
-        Shown { common: &self.common, verbose: self.verbose }.night(run_night(&config, &options, &progress)?)
+        NightPrinter { common: &self.common, verbose: self.verbose }.night(run_night(&config, &options, &progress)?)
     }
 }
 
 /// How a reduced night is printed.
-pub struct Shown<'a> {
+pub struct NightPrinter<'a> {
     /// Quiet or not, text or JSON.
     pub common: &'a Common,
     /// With all details.
     pub verbose: bool,
 }
 
-impl Shown<'_> {
+impl NightPrinter<'_> {
     /// Prints a night and its notes.
     pub fn night(&self, night: Night) -> anyhow::Result<()> {
         match night {

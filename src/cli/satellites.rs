@@ -156,7 +156,7 @@ fn parts(entry: &Entry) -> String {
             number(c.diameter_m),
             c.count.to_string(),
             c.total_m2().map_or(String::new(), |a| format!("{a:.4}")),
-            if c.left_out { "left out".into() } else { String::new() },
+            if c.excluded { "left out".into() } else { String::new() },
         ]
     };
     let rows: Vec<Vec<String>> = entry.components.iter().map(row).collect();

@@ -7,15 +7,15 @@
 mod answers;
 mod apass;
 mod cache;
-mod desk;
+mod client;
 mod elements;
 mod fields;
-mod link;
+mod http;
 mod query;
 mod stars;
 
 pub use cache::Cache;
-pub use desk::{Answer, Client, Hooks};
+pub use client::{Answer, Client, Hooks};
 pub use elements::{FetchedElements, Wanted, WhichService, element_queries, fetch_elements};
 pub use fields::{Field, fields_of_night, one_query_each};
 pub use query::{Object, Query, Service, apass_query, celestrak_query, satchecker_query};

@@ -1,6 +1,6 @@
 //! What is asked of whom: one address per question, the same question always the same address.
 //!
-//! Degrees and Julian days. It does not cover whether it may be asked now ([`super::desk`]).
+//! Degrees and Julian days. It does not cover whether it may be asked now ([`super::client`]).
 
 use std::borrow::Cow;
 

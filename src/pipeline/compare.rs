@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn passes_are_told_apart_by_gaps_whatever_the_order_of_the_rows() {
+    fn passes_are_distinguished_by_gaps_whatever_the_order_of_the_rows() {
         let rows = [
             row(60_000.0, 12.0, 11.5),
             row(60_000.001, 2.0, 2.5),

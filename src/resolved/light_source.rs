@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn v_of_a_lamp_does_not_depend_on_the_band_its_watts_are_counted_in() {
+    fn v_of_a_light_source_does_not_depend_on_the_band_its_watts_are_counted_in() {
         let of =
             |band: &str| LightSources::new(&scene(), &InBand::parse(band).unwrap(), &ModelSettings::default()).unwrap();
         let (wide, v) = (of("0.3-1.05"), of("V"));

@@ -77,7 +77,7 @@ fn rows_of_a_figure_are_comma_separated_on_request() {
 }
 
 #[test]
-fn what_is_wrong_is_told_with_the_documented_exit_code() {
+fn what_is_wrong_is_reported_with_the_documented_exit_code() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
     write_phong(&folder.path().join("panel.txt"));

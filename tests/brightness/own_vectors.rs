@@ -132,14 +132,14 @@ fn where_no_ground_can_send_light_the_flux_is_exactly_zero() {
 }
 
 #[test]
-fn asked_for_1e_9_every_row_is_good_to_1e_8() {
+fn at_tolerance_1e_9_every_row_is_good_to_1e_8() {
     let outcomes = outcomes(&vectors(), 1e-9);
     let misses = beyond(&outcomes, 1e-8);
     assert!(misses.is_empty(), "{misses:#?}");
 }
 
 #[test]
-fn asked_for_1e_3_or_1e_6_99_rows_in_100_are_within_it_and_none_is_ten_times_worse() {
+fn at_tolerance_1e_3_or_1e_6_99_rows_in_100_are_within_it_and_none_is_ten_times_worse() {
     let vectors = vectors();
     for tolerance in [1e-3, 1e-6] {
         let outcomes = outcomes(&vectors, tolerance);

@@ -55,8 +55,8 @@ fn odd_files_of_astropy_are_read_right_or_refused_clearly() {
     let zero = try_read(&bad.join("zerowidth.fits")).unwrap_err();
     assert!(zero.contains("has axes [777777701, 0]"), "{zero}");
     let sums = bad.join("checksum_false.fits");
-    let told = wrong_checksum(&sums, &Header::read(&sums).unwrap()).unwrap().unwrap();
-    assert!(told.contains("DATASUM"), "{told}");
+    let message = wrong_checksum(&sums, &Header::read(&sums).unwrap()).unwrap().unwrap();
+    assert!(message.contains("DATASUM"), "{message}");
 }
 
 #[test]
@@ -201,14 +201,14 @@ fn a_sparse_file_that_holds_what_its_header_promises_allocates_no_more_than_its_
     let table = (end.unwrap() + 80).next_multiple_of(2880);
     let mut tile = large.clone();
     tile[table..table + 4].copy_from_slice(&2_000_000_000_i32.to_be_bytes());
-    let told = try_read(&sparse("tile.fits.fz", &tile)).unwrap_err();
-    assert!(told.contains("2000000000 bytes") && told.contains("tile 1"), "{told}");
+    let message = try_read(&sparse("tile.fits.fz", &tile)).unwrap_err();
+    assert!(message.contains("2000000000 bytes") && message.contains("tile 1"), "{message}");
     // rows of the table of 100 MB
     let mut row = with_value(with_value(large, "TFIELDS", "2"), "NAXIS1", "100000008");
     let card = row.chunks(80).position(|card| card.starts_with(b"EXPTIME ")).unwrap() * 80;
     row[card..card + 8].copy_from_slice(b"TFORM2  ");
-    let told = try_read(&sparse("row.fits.fz", &with_value(row, "TFORM2", "'100000000B'"))).unwrap_err();
-    assert!(told.contains("the table of the tiles takes 1200000096 bytes"), "{told}");
+    let message = try_read(&sparse("row.fits.fz", &with_value(row, "TFORM2", "'100000000B'"))).unwrap_err();
+    assert!(message.contains("the table of the tiles takes 1200000096 bytes"), "{message}");
 }
 
 #[test]

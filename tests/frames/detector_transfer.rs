@@ -235,9 +235,9 @@ fn what_is_no_pair_of_flats_is_refused_by_name() {
         flats[0].iter().map(|b| b.iter().map(|v| 500.0 + 1.01 * (v - 500.0)).collect()).collect();
     assert!(matches!(compare(&flats[0], &scaled).and_then(fitted), Err(Refusal::Uncertain { .. })));
     // NaN pixels are left out; nothing but NaN is refused
-    let mut holes = flats[0].clone();
-    holes.iter_mut().for_each(|b| b.iter_mut().step_by(7).for_each(|v| *v = f32::NAN));
-    let t = fitted(compare(&holes, &flats[1]).unwrap()).unwrap();
+    let mut with_nan = flats[0].clone();
+    with_nan.iter_mut().for_each(|b| b.iter_mut().step_by(7).for_each(|v| *v = f32::NAN));
+    let t = fitted(compare(&with_nan, &flats[1]).unwrap()).unwrap();
     assert!((t.gain.e_per_adu / 0.8 - 1.0).abs() < 0.03);
     let nothing = vec![vec![f32::NAN; SIDE * SIDE]; 12];
     assert_eq!(compare(&nothing, &flats[1]), Err(Refusal::NoPixels));

@@ -60,7 +60,7 @@ fn a_night_stopped_anywhere_ends_with_the_bytes_of_an_undisturbed_one() {
     let want = data(&undisturbed);
     assert_eq!(kept(&undisturbed), None);
     // 9 star frames, then 6 of the target
-    for (frames, told) in [
+    for (frames, message) in [
         (1, "1 of 9 star frames kept"),
         (8, "8 of 9 star frames kept"),
         (10, "1 of 6 target frames kept"),
@@ -74,7 +74,7 @@ fn a_night_stopped_anywhere_ends_with_the_bytes_of_an_undisturbed_one() {
         let error = run(&night.config().unwrap(), &options, &listener).unwrap_err();
         assert_eq!(error.exit_code(), 143);
         let text = error.to_string();
-        assert!(text.contains(told) && text.contains("run the same line again"), "{frames}: {text}");
+        assert!(text.contains(message) && text.contains("run the same line again"), "{frames}: {text}");
         assert!(!night.result("photometry.ecsv").exists(), "half a night must not look like a whole one");
         night.run().unwrap();
         assert_eq!(kept(&night), Some((frames, 15)));
@@ -134,7 +134,7 @@ fn what_changed_is_measured_again_and_nothing_else() {
 }
 
 #[test]
-fn a_damaged_product_is_never_believed() {
+fn a_damaged_product_is_never_trusted() {
     let night = Night::copy_of(&simulated("resume_damaged", &[]));
     night.run().unwrap();
     let want = data(&night);
@@ -211,8 +211,8 @@ fn what_is_kept_of_frames_that_left_the_night_and_figures_half_written_are_clear
 fn a_stop_before_the_first_header_ends_the_night_there_and_writes_nothing() {
     let night = Night::copy_of(&simulated("resume_survey", &[]));
     night.options.stop.flag().store(15, Ordering::SeqCst);
-    let (code, told) = night.refusal();
-    assert!(code == 143 && told.contains("headers"), "{code} {told}");
+    let (code, message) = night.refusal();
+    assert!(code == 143 && message.contains("headers"), "{code} {message}");
     assert!(!night.result("").exists());
     let plan = satphot::pipeline::groups::run_night(
         &night.config().unwrap(),

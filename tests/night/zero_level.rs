@@ -138,7 +138,7 @@ fn frames_without_light_that_do_not_belong_to_the_night_are_named_and_not_used()
 }
 
 #[test]
-fn frames_without_light_that_vanish_or_shrink_are_left_out_by_name() {
+fn frames_without_light_that_vanish_or_shrink_are_skipped_by_name() {
     use satphot::frames::{Exposure, ZeroLevels, classify};
     let night = demo();
     each_gain(&night, "Bias", 6, 0.0, 6);

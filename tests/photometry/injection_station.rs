@@ -54,7 +54,7 @@ struct Outcome {
     contamination: (f64, f64),
     flagged: bool,
     /// What is said of that share.
-    told: f64,
+    contamination_told: f64,
     area_px: f64,
     cpu_ms: f64,
 }
@@ -97,7 +97,7 @@ fn observe(case: &Case) -> Outcome {
             light.iter().sum::<f64>() / scene.flux_e,
         ),
         flagged: flux.flags.has(Flags::CONTAMINATED),
-        told: match &found {
+        contamination_told: match &found {
             TargetFound::Detected { light, .. } => light.contamination_e / flux.flux_e,
             TargetFound::NotDetected { .. } => 0.0,
         },
@@ -183,7 +183,7 @@ fn the_whole_table() {
                     let (brightest, all) = o.contamination;
                     println!(
                         "    {k}: found {} pull {:+.1} S/N {:.1} area {:.0} trail {brightest:.3} trails {all:.3} told {:.3} flagged {}",
-                        o.found, o.pull, o.snr, o.area_px, o.told, o.flagged
+                        o.found, o.pull, o.snr, o.area_px, o.contamination_told, o.flagged
                     );
                 }
             }

@@ -183,7 +183,7 @@ fn the_target_is_found_and_its_flux_is_right_over_a_grid_of_scenes() {
 }
 
 #[test]
-fn a_trail_through_the_target_is_taken_off_and_flagged() {
+fn a_trail_through_the_target_is_subtracted_and_flagged() {
     let (mut tried, mut found, mut flagged) = (0, 0, 0);
     let mut pulls = Vec::new();
     for (b, snr) in [50.0, 300.0].into_iter().enumerate() {

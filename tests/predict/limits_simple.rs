@@ -187,9 +187,9 @@ fn what_cannot_be_is_refused_by_name() {
 #[test]
 fn the_command_prints_both_readings_and_refuses_a_panel_brighter_than_its_light() {
     let empty = tempfile::tempdir().unwrap();
-    let told = satphot(empty.path(), &["limits", "simple", "--mag", "12.02", "--csv"]).expect(0, &[]);
+    let output = satphot(empty.path(), &["limits", "simple", "--mag", "12.02", "--csv"]).expect(0, &[]);
     let row = |name: &str| -> Vec<String> {
-        let line = told.out.lines().find(|l| l.starts_with(name)).unwrap_or_else(|| panic!("{name}: {}", told.out));
+        let line = output.out.lines().find(|l| l.starts_with(name)).unwrap_or_else(|| panic!("{name}: {}", output.out));
         line.split(',').map(String::from).collect()
     };
     let mu = row("mean mu");

@@ -193,7 +193,7 @@ fn three_stars_give_three_terms_without_chi2_and_their_stated_errors() {
 }
 
 #[test]
-fn five_stars_are_not_believed_to_be_perfect() {
+fn five_stars_are_not_assumed_to_be_perfect() {
     // three of five residuals of an L1 fit are zero: a plain MAD would be zero too, and so would the errors
     let (mut inside, n) = (0, 300);
     for seed in 0..n {
@@ -211,7 +211,7 @@ fn bent(stars: &[StarMeasurement], k2: f64) -> Vec<StarMeasurement> {
 }
 
 #[test]
-fn a_second_order_term_is_found_told_and_used() {
+fn a_second_order_term_is_found_reported_and_used() {
     let config = Config { second_order: true, ..robust() };
     let stars = bent(&exact(400, 1.0), -0.04);
     let z = fit(&stars, &config).unwrap();
@@ -233,7 +233,7 @@ fn a_second_order_term_is_found_told_and_used() {
 }
 
 #[test]
-fn a_pinned_k_keeps_its_meaning_beside_a_second_order_term() {
+fn a_pinned_k_keeps_its_meaning_with_a_second_order_term() {
     let stars = bent(&exact(400, 1.0), -0.04);
     let config = Config { second_order: true, pin_k: pin(TRUTH[1], 0.0), ..robust() };
     let z = fit(&stars, &config).unwrap();

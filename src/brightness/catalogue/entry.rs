@@ -127,7 +127,7 @@ pub struct Component {
     pub count: u32,
     /// Listed, but not counted.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub left_out: bool,
+    pub excluded: bool,
 }
 
 fn one() -> u32 {
@@ -191,7 +191,7 @@ impl Entry {
     #[must_use]
     pub fn component_sums(&self) -> Vec<ComponentSum> {
         let of = |s: &config::Surface| {
-            let mut parts = self.components.iter().filter(|c| c.surface == s.name && !c.left_out).peekable();
+            let mut parts = self.components.iter().filter(|c| c.surface == s.name && !c.excluded).peekable();
             parts.peek().is_some().then(|| ComponentSum {
                 surface: s.name.clone(),
                 listed_m2: parts.filter_map(Component::total_m2).sum(),

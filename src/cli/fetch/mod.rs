@@ -34,8 +34,8 @@ impl Fetch {
             }
         };
         let outside = Hooks { wait: &std::thread::sleep, say: &say, environment: true };
-        let desk = Client::new(&settings, cache, now, self.offline, outside)?;
-        let job = Job { verb: &self, config: config.as_ref(), settings: &settings, desk: &desk, say: &say };
+        let client = Client::new(&settings, cache, now, self.offline, outside)?;
+        let job = Job { verb: &self, config: config.as_ref(), settings: &settings, client: &client, say: &say };
         match self.what {
             Some(What::Elements) => job.elements(&job.elements_file()?),
             Some(What::Stars) => job.stars(&job.stars_file()?),

@@ -175,12 +175,12 @@ impl Footprint {
             kept.borrow_mut().insert(t_s.to_bits(), scene);
             Ok(scene)
         };
-        let lamps = SourceSettings::new(&Effects::of(Mode::Corrected), &Band::of_config("V")?)?;
+        let sources = SourceSettings::new(&Effects::of(Mode::Corrected), &Band::of_config("V")?)?;
         let mut found = Vec::new();
         for (name, lamp) in [("sun", LightSource::Sun), ("moon", LightSource::Moon)] {
             if self.lamp == name || self.lamp == "both" {
                 let times = (3600.0 * self.hours, STEP_S);
-                found.push((name, approaches(&kept_at, (lamp, &mirror), times, &lamps)?));
+                found.push((name, approaches(&kept_at, (lamp, &mirror), times, &sources)?));
             }
         }
         let utc = |t_s: f64| iso_utc(shifted(start, t_s), 1);

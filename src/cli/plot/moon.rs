@@ -109,9 +109,9 @@ impl Moon {
             "direct" => SolarColumn::Direct,
             _ => SolarColumn::Extraterrestrial,
         };
-        let (sun, lamps) = (Spectrum::sun(column)?, laws.named(&self.law));
+        let (sun, sources) = (Spectrum::sun(column)?, laws.named(&self.law));
         let curve = |deg: &f64| {
-            let spectrum = moon_spectrum(&sun, *deg, lamps);
+            let spectrum = moon_spectrum(&sun, *deg, sources);
             let curve = spectrum.curve();
             SedCurve {
                 label: format!("α = {deg}°"),
@@ -148,8 +148,8 @@ impl Laws {
     }
 
     fn row(&self, phase_deg: f64) -> MoonLawRow {
-        let of = |lamps: &SourceSettings| {
-            let light = lamps.moonlight_at_phase(phase_deg);
+        let of = |sources: &SourceSettings| {
+            let light = sources.moonlight_at_phase(phase_deg);
             (mag_of_flux(light.flux), i64::from(light.extrapolated))
         };
         let ((cox, cox_extrapolated), (ks, ks_extrapolated), (rolo, rolo_extrapolated)) =

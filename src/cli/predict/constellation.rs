@@ -289,14 +289,14 @@ impl Constellation {
         for k in 0..self.steps {
             let moment = watch.moment(&shifted(watch.start, 60.0 * self.step_min * k as f64))?;
             let mut tally = Tally::new(self.magnitudes.len());
-            let (asked, failed) = watch.look(source, &moment, &mut |seen: &Seen| {
+            let (n_satellites, failed) = watch.for_each_above_horizon(source, &moment, &mut |seen: &Seen| {
                 tally.count(seen, watch.min_alt_rad, &self.magnitudes);
                 match rows.as_mut().filter(|_| seen.alt_rad >= watch.min_alt_rad) {
                     Some(rows) => rows.line(seen, &moment.epoch),
                     None => Ok(()),
                 }
             })?;
-            (tally.asked, tally.failed) = (asked as u64, failed as u64);
+            (tally.n_satellites, tally.failed) = (n_satellites as u64, failed as u64);
             moments.push(MomentTally::new(&moment, tally));
             bar.tick();
         }
@@ -321,14 +321,14 @@ impl Constellation {
 
     /// What it took, and what a million satellites would.
     fn tell_cost(&self, bar: &Bars, satellites: usize) {
-        let asked = satellites as f64 / self.shard.1 as f64;
+        let n_satellites = satellites as f64 / self.shard.1 as f64;
         let wall_s = bar.elapsed_s();
         let memory = peak_memory_mb().map_or(String::new(), |mb| format!(", {mb:.0} MB peak memory"));
         let cpu = bar.cpu_s().map_or(String::new(), |s| format!(", {s:.1} s of CPU"));
-        let times = A_MILLION / asked;
+        let times = A_MILLION / n_satellites;
         let projected = bar.cpu_s().map_or(String::new(), |s| format!(" ({:.0} s of CPU)", s * times));
         tell(&format!(
-            "{asked:.0} satellites x {} moments: {wall_s:.1} s{cpu}{memory}; a million satellites: about {:.0} s{projected}",
+            "{n_satellites:.0} satellites x {} moments: {wall_s:.1} s{cpu}{memory}; a million satellites: about {:.0} s{projected}",
             self.steps,
             wall_s * times
         ));

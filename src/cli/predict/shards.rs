@@ -72,8 +72,8 @@ pub fn together(paths: &[PathBuf]) -> anyhow::Result<(Vec<PathBuf>, Shards, Meta
             Some(MetaValue::Text(text)) => Shards::parse(text),
             _ => None,
         };
-        let told = || "shard is missing in its meta block; is it a table of `satphot predict`?".to_string();
-        let shards = shards.ok_or_else(|| Error::Table { path: path.clone(), line: None, problem: told() })?;
+        let problem = || "shard is missing in its meta block; is it a table of `satphot predict`?".to_string();
+        let shards = shards.ok_or_else(|| Error::Table { path: path.clone(), line: None, problem: problem() })?;
         if !shards.missing().is_empty() || meta.has_rows_hash() {
             check_rows_hash(path)?;
         }

@@ -151,8 +151,8 @@ impl Render {
             return Err(bad("--sensor", "exposes one picture, not the strip of a pass".into()));
         }
         if self.pass.wanted() {
-            let (out, told) = (&self.out, (self.csv, self.quiet));
-            return self.pass.execute(satellite, &tracker, &epoch, &settings, out, told);
+            let (out, print_options) = (&self.out, (self.csv, self.quiet));
+            return self.pass.execute(satellite, &tracker, &epoch, &settings, out, print_options);
         }
         let files = self.out.files(&satellite.name, self.sensor.wanted())?;
         let sensor = self.sensor.settings()?;
@@ -205,7 +205,7 @@ impl Render {
             site: &site,
             geometry: &geometry,
         };
-        let shown = outputs::Shown { of: &of, rendered: &rendered, rows: &rows, settings: &settings };
+        let shown = outputs::RenderedPicture { of: &of, rendered: &rendered, rows: &rows, settings: &settings };
         // what the sensor refuses leaves no file behind
         if let Some(ready) = &ready {
             self.sensor.execute(ready, &shown, &files.frame, (self.csv, self.quiet))?;
@@ -224,7 +224,7 @@ fn notes(rendered: &Rendered, renderer: &Renderer) {
         image.pixel_rad * image.range_km * 1e3,
         image.range_km,
         rendered.seen_area_m2,
-        renderer.body.pieces.len(),
+        renderer.body.faces.len(),
         rendered.facets,
     ));
     let rays = rendered.rays;
@@ -233,7 +233,7 @@ fn notes(rendered: &Rendered, renderer: &Renderer) {
     } else {
         format!(
             "note: {} rays of sight, {} towards Sun and Moon, {} towards Earth and sky",
-            rays.view, rays.shadow, rays.surroundings
+            rays.view, rays.shadow, rays.earth_and_sky
         )
     });
     rendered.warnings.iter().for_each(|w| tell(&format!("note: {w}")));

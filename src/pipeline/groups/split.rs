@@ -18,7 +18,7 @@ use crate::config::{Config, Model};
 use crate::frames::{Exposure, Role, role_by_name};
 use crate::pipeline::stages::bias_and_dark;
 use crate::pipeline::survey::files::Survey;
-use crate::pipeline::survey::filters::{asked_light, lights};
+use crate::pipeline::survey::filters::{lights, requested_light};
 use crate::pipeline::survey::header_warnings::other_camera;
 use crate::pipeline::survey::instrument::focal_mm;
 use crate::pipeline::survey::read::survey_until;
@@ -213,8 +213,8 @@ struct Parted<'a> {
 impl<'a> Parted<'a> {
     fn of(survey: &'a Survey, config: &'a Config, objects: &Objects, several: bool, notes: &mut Vec<String>) -> Self {
         let light_of = lights(survey, config);
-        let asked = asked_light(survey, config);
-        let is_asked = |e: &&Exposure| asked.as_ref().is_none_or(|light| light_of(e) == *light);
+        let requested = requested_light(survey, config);
+        let is_requested = |e: &&Exposure| requested.as_ref().is_none_or(|light| light_of(e) == *light);
         let cameras: Vec<Config> = (0..=config.instruments.len()).map(|i| of_instrument(config, i)).collect();
         let camera = |e: &Exposure| instrument_of(e, &cameras, config);
         // a file name that [frames] makes a star frame wins over OBJECT
@@ -225,7 +225,7 @@ impl<'a> Parted<'a> {
         let mut unnamed: BTreeMap<&str, Vec<&Exposure>> = BTreeMap::new();
         let mut assigned: BTreeMap<&str, Assigned> = BTreeMap::new();
         let mut by_position = ByPosition::new(config);
-        for exposure in survey.pointings.iter().flatten().chain(&survey.targets).filter(is_asked) {
+        for exposure in survey.pointings.iter().flatten().chain(&survey.targets).filter(is_requested) {
             let object = exposure.object.as_deref().unwrap_or("");
             let named = match several {
                 true => assigned.entry(object).or_insert_with(|| objects.assign(object, &config.satellites)).clone(),
@@ -261,7 +261,7 @@ impl<'a> Parted<'a> {
                 }
             }
         }
-        for exposure in survey.flats.iter().filter(is_asked) {
+        for exposure in survey.flats.iter().filter(is_requested) {
             parted.flats.entry((camera(exposure), light_of(exposure))).or_default().push(exposure);
         }
         for exposure in bias_and_dark(survey, config) {

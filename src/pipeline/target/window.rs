@@ -39,10 +39,10 @@ pub fn reach_px(s: &TargetSettings) -> f64 {
 ///
 /// # Errors
 /// [`crate::Error::Fits`] if the file is damaged or none of its pixels can be used.
-pub fn look(reader: &FrameReader, night: &Calibrated, settings: &TargetSettings) -> Result<Seen> {
+pub fn measure_in_window(reader: &FrameReader, night: &Calibrated, settings: &TargetSettings) -> Result<Seen> {
     let p = &night.config.photometry;
     if night.exhaustive {
-        return look_at_all(reader, night, settings);
+        return measure_whole_frame(reader, night, settings);
     }
     if let Some(frame) = around(reader, night, settings)? {
         let sky = sky_at(&frame, p.mesh_px, p.clip_sigma, settings);
@@ -56,14 +56,14 @@ pub fn look(reader: &FrameReader, night: &Calibrated, settings: &TargetSettings)
             }
         }
     }
-    look_at_all(reader, night, settings)
+    measure_whole_frame(reader, night, settings)
 }
 
-/// The same with the whole clip circle read, including what [`look`] skips.
+/// The same with the whole clip circle read, including what [`measure_in_window`] skips.
 ///
 /// # Errors
-/// As [`look`].
-pub fn look_at_all(reader: &FrameReader, night: &Calibrated, settings: &TargetSettings) -> Result<Seen> {
+/// As [`measure_in_window`].
+pub fn measure_whole_frame(reader: &FrameReader, night: &Calibrated, settings: &TargetSettings) -> Result<Seen> {
     let p = &night.config.photometry;
     let frame = night.usable(reader.whole(&night.buffers)?)?;
     let sky = background(&frame, p.mesh_px, p.clip_sigma)?;

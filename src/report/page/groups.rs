@@ -78,7 +78,7 @@ fn keys(night: &NightPage) -> Vec<Option<Key>> {
     let of_target =
         |row: &&PhotometryRow| !target(row).1.is_empty() || row.norad_cat_id.is_some() || row.v_mag.is_some();
     let filters: BTreeSet<&str> = night.rows.iter().filter(of_target).map(|r| r.filter.as_str()).collect();
-    let instrument = night.told("telescope").unwrap_or_default();
+    let instrument = night.stated("telescope").unwrap_or_default();
     // a satellite goes by its number: the name of one may be written in two ways
     let mut names: BTreeMap<(Option<i64>, &str), &str> = BTreeMap::new();
     for row in night.rows.iter().filter(|r| !r.object_name.is_empty()) {

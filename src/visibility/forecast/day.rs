@@ -45,8 +45,8 @@ pub struct SkyLight {
 /// Share of directions (and moments) in which a satellite has any light, of those that were asked; NaN if none was.
 /// This is `lit_frac` of the tables and `lit %` of the summaries.
 #[must_use]
-pub fn lit_frac(lit: usize, asked: usize) -> f64 {
-    lit as f64 / asked as f64
+pub fn lit_frac(lit: usize, n_directions: usize) -> f64 {
+    lit as f64 / n_directions as f64
 }
 
 /// Asks a dome in every direction at one moment.

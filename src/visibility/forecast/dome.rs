@@ -190,7 +190,7 @@ mod tests {
     use crate::config::{Mode, Sampling};
 
     #[test]
-    fn a_lamp_switched_off_for_the_whole_sky_would_have_given_nothing() {
+    fn a_light_source_switched_off_for_the_whole_sky_would_have_given_nothing() {
         let site = Site::new(-33.7703, 151.1113, 70.0).unwrap();
         let points = SkyPoints::new(60, Sampling::SolidAngle, None).unwrap();
         let (mut switched_off, mut compared) = (0, 0);

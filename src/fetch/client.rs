@@ -10,7 +10,7 @@ use hifitime::Epoch;
 
 use super::answers::{Content, words};
 use super::cache::{Cache, CachedAnswer, Found};
-use super::link::{Link, Reply};
+use super::http::{HttpClient, Reply};
 use super::query::{Query, Service};
 use crate::base::error::{Error, Result};
 use crate::base::time::{iso_utc, seconds_between, shifted};
@@ -42,7 +42,7 @@ pub enum Answer {
 pub struct Client<'a> {
     settings: Fetch,
     cache: Cache,
-    link: Link,
+    http: HttpClient,
     now: Epoch,
     offline: bool,
     outside: Hooks<'a>,
@@ -57,7 +57,7 @@ impl<'a> Client<'a> {
         Ok(Self {
             settings: settings.clone(),
             cache,
-            link: Link::new(settings, outside.environment)?,
+            http: HttpClient::new(settings, outside.environment)?,
             now,
             offline,
             outside,
@@ -75,7 +75,7 @@ impl<'a> Client<'a> {
     /// # Errors
     /// [`Error::Temporary`] for everything that may pass: no connection, a server in trouble, a refusal, an answer that
     /// is not what was requested; offline [`Error::Orbit`] or [`Error::Catalogue`] for what the cache does not hold.
-    pub fn ask(
+    pub fn fetch(
         &self,
         query: &Query,
         check: &dyn Fn(&[u8], bool) -> std::result::Result<Content, String>,
@@ -113,11 +113,12 @@ impl<'a> Client<'a> {
             return Err(self.later(query, &why, &until));
         }
         (self.outside.say)(&format!("asking {}: {}", query.service.name(), query.shown()));
-        let reply =
-            self.link.get(&query.url, &self.now, self.outside.wait, self.outside.say).map_err(|t| match t.asked_s {
-                Some(_) => self.refused(query, &t.words, t.asked_s),
+        let reply = self.http.get(&query.url, &self.now, self.outside.wait, self.outside.say).map_err(|t| {
+            match t.retry_after_s {
+                Some(_) => self.refused(query, &t.words, t.retry_after_s),
                 None => self.trouble(query, &t.words, kept.as_ref()),
-            })?;
+            }
+        })?;
         self.judge(query, &reply, kept, check)
     }
 
@@ -162,9 +163,9 @@ impl<'a> Client<'a> {
     }
 
     /// Leaves the service alone from now on, for as long as it asks or its data live.
-    fn refused(&self, query: &Query, why: &str, asked_s: Option<f64>) -> Error {
+    fn refused(&self, query: &Query, why: &str, retry_after_s: Option<f64>) -> Error {
         // a day at most: a server that requires more is broken or means that a person should look
-        let hours = asked_s.map_or(query.service.refusal_h(&self.settings), |s| (s / 3600.0).min(24.0));
+        let hours = retry_after_s.map_or(query.service.refusal_h(&self.settings), |s| (s / 3600.0).min(24.0));
         let until = shifted(self.now, 3600.0 * hours);
         self.noted(self.cache.refuse(query.service, &until, why));
         self.later(query, why, &until)
