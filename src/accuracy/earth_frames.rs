@@ -1,4 +1,4 @@
-//! From celestial to Earth-fixed axes: error and cost of leaving out terms.
+//! From celestial to Earth-fixed axes: error and cost of neglected terms.
 //!
 //! Errors in arcsec over directions all around the sky. The reference is the chain satphot uses, IAU 2006/2000A with
 //! UT1 and polar motion; UT1 − UTC 0.2 s and a pole 0.3″ away stand for what Bulletin A gives.

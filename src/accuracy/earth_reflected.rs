@@ -35,7 +35,7 @@ fn scenes(n: usize, seed: u64) -> Result<Vec<Scene>> {
         .collect()
 }
 
-/// One integral: what a scene asks of a law.
+/// One integral: a scene and a law.
 struct Case {
     ground: Ground,
     normal: Vector<Itrs>,

@@ -83,7 +83,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
         work: "one map",
         error: "mag",
         reference: "the model in the very direction",
-        default_because: "3 x 5 deg is what a figure shows; a finer map can be asked for",
+        default_because: "3 x 5 deg is what a figure shows; a finer map can be requested",
         series: vec![Series { label: "Starlink V1.5, Sun at -12 deg".into(), points }],
     })
 }

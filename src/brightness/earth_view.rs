@@ -226,7 +226,7 @@ mod tests {
 
     #[test]
     fn from_far_away_the_earth_is_the_lambert_sphere_of_the_books() {
-        // E/E_lamp = (2/3) ρ (R/d)² (sin α + (π − α) cos α)/π
+        // E/E_source = (2/3) ρ (R/d)² (sin α + (π − α) cos α)/π
         for alpha_deg in [0.0f64, 30.0, 90.0, 140.0] {
             let view = Viewpoint::new(20.0, 0.0, 3e7).unwrap();
             let a = alpha_deg.to_radians();
@@ -279,7 +279,7 @@ mod tests {
     #[test]
     fn every_pixel_sees_the_same_solid_angle() {
         // an isotropic sphere of radiance 1 subtends 2π(1 − cos η): a Lambert ground under a light source in each
-        // point's zenith cannot be had, so the law is asked through the picture's own area
+        // point's zenith cannot be had, so the law is evaluated by the picture's own area
         let view = Viewpoint::new(0.0, 90.0, 1_000.0).unwrap();
         let disc = PI * (2.0 * (0.5 * view.limb_rad()).sin()).powi(2);
         assert!((disc / (2.0 * PI * (1.0 - view.limb_rad().cos())) - 1.0).abs() < 1e-12);

@@ -107,7 +107,7 @@ impl<'a> VisibleSurfaces<'a> {
 
     /// Light of a light source scattered once by the surfaces.
     ///
-    /// `E_obs/E_lamp = ν Σ A ⟨f(s, n, o) (n·s)₊⟩ (n·o)₊ / d²`, ν the share of the light source's light that gets past
+    /// `E_obs/E_source = ν Σ A ⟨f(s, n, o) (n·s)₊⟩ (n·o)₊ / d²`, ν the share of the light source's light that gets past
     /// the Earth, the mean ⟨⟩ over its disc.
     pub fn direct(&self, light_source: &LightSource, skipped: &mut Vec<Skip>) -> FluxSum {
         let mut sum = FluxSum::default();
@@ -155,7 +155,7 @@ impl<'a> VisibleSurfaces<'a> {
 
     /// Light of a light source scattered first by the ground, then by the surfaces.
     ///
-    /// `E_obs/E_lamp = Σ A (n·o)₊ / d² · ∫ f_E (p·s)₊ f (n·w)₊ dω`. No integral is evaluated for a light source that
+    /// `E_obs/E_source = Σ A (n·o)₊ / d² · ∫ f_E (p·s)₊ f (n·w)₊ dω`. No integral is evaluated for a light source that
     /// lights no ground in view, nor for a surface that sees no ground. `other_lights_flux` is the flux of the lights already
     /// known, to which that of the surfaces before is added.
     pub fn earth_reflected(

@@ -91,7 +91,7 @@ impl Model {
 
     /// The brightness of the satellite in a scene.
     ///
-    /// `E_obs/E_0 = Σ_lamps E_lamp/E_0 · [direct + via Earth]`; ratios only, so no solar constant enters. A satellite
+    /// `E_obs/E_0 = Σ_sources E_source/E_0 · [direct + via Earth]`; ratios only, so no solar constant enters. A satellite
     /// below the observer's horizon is no error: every light is `None` and `skipped` says so.
     ///
     /// # Errors

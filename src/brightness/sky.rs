@@ -1,7 +1,7 @@
 //! The whole sky of one observer: how bright a type of satellite at one height would be in every direction.
 //!
 //! Lengths in km, angles in rad, irradiances relative to a star of magnitude 0. Observer and orbits on concentric
-//! spheres. Not included: where the satellites of a constellation really are; every direction is asked.
+//! spheres. Not included: where the satellites of a constellation really are; every direction is computed.
 
 use rayon::prelude::*;
 

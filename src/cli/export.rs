@@ -20,11 +20,11 @@ use super::{load, output, print, tell};
 const AFTER_HELP: &str = "\
 Tables (fits, votable, csv, parquet) hold every row and column of photometry.ecsv, stars.ecsv or residuals.ecsv.
 Observations (score, tdm, udl, iod) are the rows of verdict `use`; --verdicts adds others. A non-detection is
-never written as a magnitude: SCORE takes it as a limit, the others leave it out. Simulated data are refused for
+never written as a magnitude: SCORE takes it as a limit, the others omit it. Simulated data are refused for
 SCORE and IOD, and marked in the others.
 
-Who reports is read from [reporter] of the run's configuration (effective.toml next to the table, or -c); the
-options here win.
+The reporter is read from [reporter] of the run's configuration (effective.toml next to the table, or -c); the
+options here override it.
 
 Examples:
   satphot export satphot-out/2025-06-09 --to fits -o night.fits
@@ -46,7 +46,7 @@ pub struct Export {
     /// File to write; - is standard output
     #[arg(short, long, value_name = "FILE", required_unless_present = "check")]
     out: Option<PathBuf>,
-    /// Say what SCORE would refuse in a CSV file, row by row, and stop
+    /// Check a CSV file by the rules of SCORE, row by row, and stop
     #[arg(long, value_name = "CSV", conflicts_with_all = ["input", "to", "out"])]
     check: Option<PathBuf>,
     /// Verdicts to write: use, caution, reject [default: use for observations, all for tables]
@@ -83,7 +83,7 @@ pub struct Export {
     /// UDL: classification marking
     #[arg(long, value_name = "MARKING", default_value = "U")]
     classification: String,
-    /// No notes
+    /// Print no notes
     #[arg(short, long)]
     quiet: bool,
 }
@@ -136,7 +136,7 @@ struct ReporterArgs {
     /// SCORE: observatory code of the Minor Planet Center (reporter.mpc_code)
     #[arg(long, value_name = "CODE")]
     mpc_code: Option<String>,
-    /// SCORE: where the frames can be had (reporter.data_archive_link)
+    /// SCORE: URL of the frames (reporter.data_archive_link)
     #[arg(long, value_name = "URL")]
     archive_link: Option<String>,
     /// IOD: four-digit station number (reporter.iod_station)
@@ -383,6 +383,6 @@ fn check(file: &Path) -> anyhow::Result<()> {
             print(&format!("{}: SCORE's rules hold, {} warnings\n", file.display(), found.len()));
             Ok(())
         }
-        n => Err(refused(format!("SCORE would refuse this file: {n} errors")).into()),
+        n => Err(refused(format!("SCORE would refuse this file, which has {n} errors")).into()),
     }
 }

@@ -8,7 +8,7 @@ use satphot::base::stop::Stop;
 
 /// The request of this program, connected to the signals at the first call.
 ///
-/// Verbs that never ask for it end at the first signal, as programs do.
+/// Verbs that never use it end at the first signal, as programs do.
 pub fn stop() -> Stop {
     static STOP: OnceLock<Stop> = OnceLock::new();
     STOP.get_or_init(|| {
@@ -55,7 +55,7 @@ fn connect(stop: &Stop) {
     };
     let tell = move || {
         if signals.forever().next().is_some() {
-            super::tell("finishing the frames in work; again to end at once");
+            super::tell("finishing the frames in work; interrupt again to end at once");
         }
     };
     // without the thread nothing is said, and the frames are finished all the same

@@ -101,7 +101,7 @@ impl Watch {
             return listed(LISTED_S);
         }
         let mut watcher = notify::recommended_watcher(move |_| {
-            let _ = notifier.send(()); // whatever it was, the folders are looked at
+            let _ = notifier.send(()); // whatever it was, the folders are scanned
         });
         let watched = watcher.as_mut().map_err(|e| e.to_string()).and_then(|watcher| {
             let mut all = config.night.input.iter();
@@ -186,7 +186,7 @@ fn pause_until(longest: Duration, events: &Events, options: &Options) -> bool {
     }
 }
 
-/// What was shown already.
+/// What was printed already.
 #[derive(Debug, Default)]
 struct Printed {
     /// Folder and frame of each row.

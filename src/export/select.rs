@@ -40,7 +40,7 @@ impl Choice {
         if used {
             return Ok(choice);
         }
-        Err(Error::Argument { name: "verdicts".into(), problem: format!("`{text}` leaves out `use`; add it") })
+        Err(Error::Argument { name: "verdicts".into(), problem: format!("`{text}` does not contain `use`; add it") })
     }
 }
 

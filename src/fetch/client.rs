@@ -1,7 +1,7 @@
-//! One question, asked only if it must be: the cache, then the network, and what came is checked before it is kept.
+//! One query, sent only if it must be: first the cache, then the network; an answer is checked before it is kept.
 //!
 //! Within a service's update period an answer, a "nothing" and a refusal are not requested again. After a refusal (403,
-//! 429) the whole service is left alone for that long. Hours. It does not cover which questions there are
+//! 429) the whole service is left alone for that long. Hours. It does not cover which queries there are
 //! ([`super::query`]).
 
 use std::time::Duration;
@@ -112,7 +112,7 @@ impl<'a> Client<'a> {
         if let Some((until, why)) = self.cache.refusal(query.service, &self.now) {
             return Err(self.later(query, &why, &until));
         }
-        (self.outside.say)(&format!("asking {}: {}", query.service.name(), query.shown()));
+        (self.outside.say)(&format!("requesting {}: {}", query.service.name(), query.shown()));
         let reply = self.http.get(&query.url, &self.now, self.outside.wait, self.outside.say).map_err(|t| {
             match t.retry_after_s {
                 Some(_) => self.refused(query, &t.words, t.retry_after_s),
@@ -162,7 +162,7 @@ impl<'a> Client<'a> {
         }
     }
 
-    /// Leaves the service alone from now on, for as long as it asks or its data live.
+    /// Leaves the service alone from now on, for as long as it requests or its data live.
     fn refused(&self, query: &Query, why: &str, retry_after_s: Option<f64>) -> Error {
         // a day at most: a server that requires more is broken or means that a person should look
         let hours = retry_after_s.map_or(query.service.refusal_h(&self.settings), |s| (s / 3600.0).min(24.0));

@@ -55,7 +55,7 @@ pub struct FetchedElements {
     pub service: Service,
 }
 
-/// The questions that are asked, the second only where the first has no answer near enough.
+/// The queries that are sent, the second only where the first has no answer near enough.
 #[must_use]
 pub fn element_queries(wanted: &Wanted, settings: &Fetch, now: &Epoch) -> Vec<Query> {
     let current = match wanted.service {

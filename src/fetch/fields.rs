@@ -11,7 +11,7 @@ use crate::frames::{Exposure, pixel_scale_arcsec};
 use crate::orbit::{EarthOrientation, Site};
 use crate::pipeline::survey::files::Survey;
 
-/// Centres are rounded to this \[deg\], so that another night of the same field asks the same question.
+/// Centres are rounded to this \[deg\], so that another night of the same field sends the same query.
 const GRID_DEG: f64 = 0.01;
 /// Radii are rounded up to this \[deg\].
 const RADIUS_STEP_DEG: f64 = 0.05;

@@ -31,7 +31,7 @@ pub struct Reply {
     pub body: Vec<u8>,
     /// Whether the server said how long the answer is, so that a cut would have been seen.
     pub framed: bool,
-    /// How long the server asks to wait \[s\].
+    /// How long the server requests to wait \[s\].
     pub retry_after_s: Option<f64>,
 }
 
@@ -40,11 +40,11 @@ pub struct Reply {
 pub struct FetchError {
     /// A sentence.
     pub words: String,
-    /// How long the server asks to be left alone \[s\], where that is too long to wait for.
+    /// How long the server requests to be left alone \[s\], where that is too long to wait for.
     pub retry_after_s: Option<f64>,
 }
 
-/// The way out.
+/// The HTTP client.
 pub struct HttpClient {
     agent: ureq::Agent,
     proxy: Option<ureq::Proxy>,
@@ -91,7 +91,7 @@ impl HttpClient {
     /// The answer at `url`; `now` is for dates the server names, `wait` is called between tries, `say` reports them.
     ///
     /// # Errors
-    /// What went wrong and how often it was tried, and how long the server asks to wait where that is longer than
+    /// What went wrong and how often it was tried, and how long the server requests to wait where that is longer than
     /// `fetch.max_wait_s`.
     pub fn get(
         &self,

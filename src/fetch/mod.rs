@@ -1,6 +1,6 @@
 //! Elements and stars from the network: the only room that uses it.
 //!
-//! query (what is asked) -> [`Client`] (cache, then the network, politely) -> checked answer -> elements, catalogue.
+//! query (what is requested) -> [`Client`] (cache, then the network) -> checked answer -> elements, catalogue.
 //! An answer is used only after satphot's own reader took it; only then it enters the cache. Times are arguments: the
 //! clock is the program's. It does not cover logins (Space-Track), bulk downloads and every other catalogue.
 

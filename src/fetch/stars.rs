@@ -56,7 +56,7 @@ pub fn fetch_stars(client: &Client, fields: &[Field], settings: &Fetch) -> Resul
         .map(|f| format!("# field {:.4} {:+.4} deg, radius {:.3} deg\n", f.ra_deg, f.dec_deg, f.radius_deg))
         .collect();
     let head = format!(
-        "# APASS DR9 (Henden+ 2016, VizieR II/336/apass9), {} stars of {}, asked for {}\n",
+        "# APASS DR9 (Henden+ 2016, VizieR II/336/apass9), {} stars of {}, requested {}\n",
         merged.cells.len(),
         count(fields.len()),
         iso_utc(*client.now(), 0)

@@ -22,7 +22,7 @@ pub(super) const ROWS: &[Entry] = &[
         .printed("1577.89", 1577.89, Rule::Digits)
         .is(
             Stated,
-            "the parts listed, Cupola left out, sum to 46.05 m2 more (0.03 mag); no part can be dropped to \
+            "the parts listed, without Cupola, sum to 46.05 m2 more (0.03 mag); no part can be dropped to \
                 give it, a truss \
              10.71 m shorter would. The list also mixes times: Pirs left in 2021, Nauka and Prichal are not in it. The \
              published area stays the one in use",

@@ -45,7 +45,7 @@ impl Verdict {
             Self::WithAssumption => "with an assumption",
             Self::NotReproduced => "not reproduced",
             Self::Literature => "literature",
-            Self::Additional => "beside the paper",
+            Self::Additional => "not in the paper",
             Self::NotComputed => "not computed",
         }
     }
@@ -56,7 +56,7 @@ impl Verdict {
 pub struct Numbers {
     /// By the formula and the inputs of the paper.
     pub as_published: Option<f64>,
-    /// As the physics asks.
+    /// By the corrected physics.
     pub corrected: Option<f64>,
 }
 
@@ -124,7 +124,7 @@ pub struct Entry {
 /// A computed row.
 #[derive(Debug, Clone, Copy)]
 pub struct Published {
-    /// What was asked.
+    /// The quantity.
     pub entry: Entry,
     /// The answer.
     pub numbers: Numbers,

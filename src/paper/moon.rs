@@ -49,7 +49,7 @@ pub(super) const ROWS: &[Entry] = &[
         Literature,
         "data of Holzloehner et al. 2017, not printed as numbers; the law and ROLO stand in the rows above",
     ),
-    row("moon-distance-term", "equation of the Moon's law", "what the law leaves out on 10 June 2025", "mag", 3)
+    row("moon-distance-term", "equation of the Moon's law", "what the law neglects on 10 June 2025", "mag", 3)
         .is(Additional, "5 lg of the Moon's distance from the site and the Sun's from the Moon, over their means")
         .by(distance_term),
     row("full-moon", "section Detection Thresholds", "full Moon of June 2025, hours of 11 June", "h UTC", 3)

@@ -56,7 +56,7 @@ const fn max_row(id: &'static str, quantity: &'static str) -> Entry {
 const MODEL: &str = "observed; the model untuned, above 15 deg, with the laws of Starlink parts. Mean of \
     model less observed \
                      of the four passes +0.6 by an independent engine, scatter 1.1 mag";
-const OBSERVED: &str = "observed; beside it the model's";
+const OBSERVED: &str = "observed, with the model's";
 
 pub(super) const ROWS: &[Entry] = &[
     moon_row("pass-2024-01-24-moon", "Moon, 24-01-24 10:20")

@@ -78,7 +78,7 @@ impl Rule {
         }
     }
 
-    /// What it asks, in words.
+    /// The criterion in words.
     #[must_use]
     pub fn criterion(self) -> &'static str {
         match self {

@@ -16,7 +16,7 @@ const ORDER: [(Verdict, &str); 6] = [
     (Verdict::NotReproduced, "Not reproduced, or wrong in print"),
     (Verdict::WithAssumption, "Reproduced with an assumption the paper does not state"),
     (Verdict::Reproduced, "Reproduced"),
-    (Verdict::Additional, "Beside the paper: what its numbers rest on"),
+    (Verdict::Additional, "Not in the paper: what its numbers rest on"),
     (Verdict::Literature, "Literature: measured, or another's; listed, not judged"),
     (Verdict::NotComputed, "Not computed here"),
 ];

@@ -1,7 +1,7 @@
 //! Frames as they arrive in the folders of a night: which files are complete, and which are still being written.
 //!
 //! A file is complete when its size did not change between two looks and its header promises no more than it holds. Programs
-//! write frames under their final names, pixels first or header first, so neither the name nor an event tells.
+//! write frames under their final names, pixels first or header first, so neither the name nor an event shows that a file is complete.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ use crate::pipeline::survey::files::own_results;
 /// with a reason.
 const ABANDONED: Duration = Duration::from_secs(60);
 
-/// One file, as it was at the last look.
+/// One file, as it was at the last scan.
 #[derive(Debug, Clone)]
 struct Seen {
     bytes: u64,
@@ -32,7 +32,7 @@ pub struct Arrivals {
 }
 
 impl Arrivals {
-    /// Looks at the folders of the night at the time `now` of any clock that goes on; returns how many files became complete, or
+    /// Scans the folders of the night at the time `now` of any clock that goes on; returns how many files became complete, or
     /// complete files that changed or vanished. Results of satphot inside the folders are not files of the night.
     ///
     /// # Errors
@@ -122,7 +122,7 @@ mod tests {
             assert_eq!((arrivals.complete().len(), arrivals.n_awaited()), (0, 1));
         }
         std::fs::write(&path, &bytes).unwrap();
-        assert_eq!(arrivals.scan(&config, seconds(5.0)).unwrap(), 0, "one look more");
+        assert_eq!(arrivals.scan(&config, seconds(5.0)).unwrap(), 0, "one scan more");
         assert_eq!(arrivals.scan(&config, seconds(5.3)).unwrap(), 1);
         assert_eq!(arrivals.complete(), std::slice::from_ref(&path));
         assert_eq!(arrivals.scan(&config, seconds(6.0)).unwrap(), 0, "nothing new");

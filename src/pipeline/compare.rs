@@ -42,7 +42,7 @@ pub fn comparable(model: &config::Model) -> Result<Option<String>> {
 /// on it if not.
 ///
 /// # Errors
-/// [`Error::Config`] where the configuration asks for another band of the model than V and than the one observed.
+/// [`Error::Config`] where the configuration names another band of the model than V and than the one observed.
 pub fn band_of_model(config: &config::Config, observed: Band) -> Result<Option<String>> {
     let Some(model) = config.model.as_ref().filter(|m| m.band != observed.name()) else { return Ok(None) };
     let known = config::Model::BANDS.contains(&observed.name());

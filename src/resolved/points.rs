@@ -1,6 +1,6 @@
 //! Test points: what a named place on a satellite sends to the observer, and whether the observer sees it.
 //!
-//! W m⁻² sr⁻¹; places in metres in the body frame, joints at angle 0. All directions are asked, not a pixel's share.
+//! W m⁻² sr⁻¹; places in metres in the body frame, joints at angle 0. All directions are sampled, not a pixel's share.
 
 use super::directions::SETS;
 use super::image::Light;

@@ -280,7 +280,7 @@ impl Renderer {
     }
 
     /// What a place on a triangle sends to the observer: Sun, Earthshine, Moon, Lunar-Earthshine, starlight
-    /// \[W m⁻² sr⁻¹\]; `sets` are the sets of directions to ask.
+    /// \[W m⁻² sr⁻¹\]; `sets` are the sets of directions to trace.
     #[must_use]
     pub fn light(&self, face: usize, place: &Vector<Itrs>, sets: &[usize], counts: &mut RayCounts) -> [f64; 5] {
         let (side, normal) = self.body.side_toward(face, &self.around.observer);
@@ -408,7 +408,7 @@ struct ImageRow {
     rays: RayCounts,
 }
 
-/// Weights asked, and those of them that nothing hides; light from other parts.
+/// Weights sampled, and those of them that nothing hides; light from other parts.
 #[derive(Default)]
 struct Hidden {
     earth: [[f64; 2]; 2],

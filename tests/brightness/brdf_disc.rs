@@ -1,4 +1,4 @@
-//! The average of a scattering law over a lamp's disc against independent quadratures, and mirrors.
+//! The average of a scattering law over a light source's disc against independent quadratures, and mirrors.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use crate::brdf_common;

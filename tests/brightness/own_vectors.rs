@@ -1,7 +1,7 @@
 //! Both fluxes against adversarial cases integrated twice by a program of its own, fixtures/brightness/vectors.csv.
 //!
 //! Bars at each tolerance asked for; a row counts as faint where its flux is below 1e-8 of what the same surface would
-//! send under an Earth lit from the zenith of the satellite. Left out: the command's table, see the tests of the command.
+//! send under an Earth lit from the zenith of the satellite. Not covered: the command's table, see the tests of the command.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use satphot::brightness::explicit::{Case, Header, explicit, read_row};

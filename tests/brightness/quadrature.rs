@@ -1,4 +1,4 @@
-//! Laws of the Earth-reflected light, a brute-force integral beside it, and the honesty of its error.
+//! Laws of the Earth-reflected light, a brute-force integral, and the honesty of its error.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::f64::consts::{PI, TAU};
@@ -203,7 +203,7 @@ fn a_prepared_law_is_the_law() {
 fn what_is_dark_or_behind_is_exactly_nothing() {
     let plate = Brdf::Lambert { albedo: 1.0 };
     let nothing = ReflectedLight { per_sr: 0.0, err_per_sr: 0.0, nodes: 0 };
-    // the lamp behind the Earth; the surface looking up; the observer behind the surface
+    // the light source behind the Earth; the surface looking up; the observer behind the surface
     assert_eq!(light(550.0, -40.0, &VEGETATION, &plate, [NADIR, NADIR], 1e-3), nothing);
     assert_eq!(light(550.0, 40.0, &VEGETATION, &plate, [-NADIR, -NADIR], 1e-3), nothing);
     assert_eq!(light(550.0, 40.0, &VEGETATION, &plate, [NADIR, -NADIR], 1e-3), nothing);

@@ -68,7 +68,7 @@ fn explaining_a_sky_or_geometries_changes_no_byte_of_the_answer() {
     assert_eq!(output.out, plain.out);
     let output =
         output.expect(0, &["in umbra", "CPU us each", "saved ms", "one scene:", "differ by at most", "stated error"]);
-    // a sky of given lamps has no Moon: by choice, not for want of light
+    // a sky of given light sources has no Moon: by choice, not for want of light
     assert!(output.err.lines().any(|l| l.contains("switched off") && l.trim_end().ends_with('-')), "{}", output.err);
 
     let dark = "dark,550000,-40,0,0,6378000,0,0,-1,2,lambertian,0.5,,,lambertian,0.3,,";

@@ -174,7 +174,7 @@ fn a_dry_run_states_what_each_file_is_and_writes_nothing() {
     for (word, count) in [("\nstars ", 9), ("\ntarget ", 5), ("flat ", 4), ("unreadable ", 1)] {
         assert!(output.out.matches(word).count() >= count, "{word}: {}", output.out);
     }
-    assert!(output.out.contains("contains \"ISS (ZARYA)\""), "the reason is told: {}", output.out);
+    assert!(output.out.contains("contains \"ISS (ZARYA)\""), "the reason is given: {}", output.out);
     assert!(!n.path("satphot-out").exists());
 }
 
@@ -221,7 +221,7 @@ fn single_stages_give_the_numbers_of_the_whole_night() {
         lines.map(str::to_string).collect()
     };
     let of_stars = stated_by_both(std::fs::read_to_string(n.path("stars.ecsv")).unwrap());
-    assert!(of_stars == stated_by_both(n.text("stars.ecsv")), "stars.ecsv beside the zeropoint");
+    assert!(of_stars == stated_by_both(n.text("stars.ecsv")), "stars.ecsv next to the zeropoint");
     n.satphot(&named).expect(0, &[]);
     n.satphot(&["zeropoint", "-o", "z2.toml", "--stars", "satphot-out/tiny/stars.ecsv"]).expect(0, &[]);
     for name in ["z0.toml", "z1.toml", "z2.toml"] {

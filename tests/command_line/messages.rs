@@ -58,6 +58,6 @@ fn what_was_requested_is_on_standard_output_and_notes_are_not() {
     let output = satphot(folder.path(), "init night.toml");
     assert!(
         output.status.success() && output.stdout.is_empty() && !output.stderr.is_empty(),
-        "a file is told of, not printed"
+        "a file is reported, not printed"
     );
 }

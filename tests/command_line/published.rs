@@ -1,4 +1,4 @@
-//! The numbers of the paper beside ours: the checklist complete, the values those of an independent computation, the
+//! The numbers of the paper and ours: the checklist complete, the values those of an independent computation, the
 //! verdicts what the values say, and the committed page what the program says.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 

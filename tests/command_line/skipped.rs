@@ -19,7 +19,7 @@ fn direction(rng: &mut ChaCha12Rng) -> Vector<Itrs> {
     Vector::new(level * turn.cos(), level * turn.sin(), z)
 }
 
-/// The angle of a lamp from the satellite's vertical: anywhere, or within two degrees of the limb of the Earth, where
+/// The angle of a light source from the satellite's vertical: anywhere, or within two degrees of the limb of the Earth, where
 /// penumbra and the last lit ground are.
 fn light_source(rng: &mut ChaCha12Rng, r_km: f64, near_limb: bool) -> Vector<Itrs> {
     if !near_limb {
@@ -30,7 +30,7 @@ fn light_source(rng: &mut ChaCha12Rng, r_km: f64, near_limb: bool) -> Vector<Itr
     Vector::new(dip.sin() * turn.cos(), dip.sin() * turn.sin(), dip.cos())
 }
 
-/// A scene anywhere: every third lamp is at the limb, every eighth observer below the horizon.
+/// A scene anywhere: every third light source is at the limb, every eighth observer below the horizon.
 fn scene(k: usize, rng: &mut ChaCha12Rng) -> Scene {
     let r_km = R_KM + [300.0, 550.0, 1200.0, 35_786.0][k % 4] * rng.random_range(0.9..1.1);
     let horizon = (R_KM / r_km).acos();
@@ -170,7 +170,7 @@ fn a_prediction_explains_every_reason_with_what_it_skipped_and_changes_nothing()
 
 #[test]
 fn a_night_with_nothing_skipped_gives_the_same_tables() {
-    let mut n = Night::copy_of(&simulated("left_out", &[]));
+    let mut n = Night::copy_of(&simulated("skipped", &[]));
     n.run().unwrap();
     let names = ["photometry.ecsv", "stars.ecsv", "residuals.ecsv", "zeropoint.toml"];
     let some = names.map(|name| n.text(name));
@@ -178,7 +178,7 @@ fn a_night_with_nothing_skipped_gives_the_same_tables() {
     n.options.exhaustive = true;
     n.run().unwrap();
     assert!(n.rows().iter().all(|r| r.skipped.is_empty()), "everything was computed");
-    // the column that says what was left out is all that differs
+    // the column that says what was skipped is all that differs
     let mut with: Vec<_> = n.rows();
     n.options.exhaustive = false;
     n.options.explain = true;

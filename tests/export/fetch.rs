@@ -109,7 +109,7 @@ fn current_elements_go_to_a_file_once_and_the_path_alone_to_standard_output() {
     let args = ["elements", "--norad", "25544", "-o", "iss.json"];
     let said = place
         .fetch(&server, &args)
-        .expect(0, &["asking CelesTrak", "wrote iss.json: ISS (ZARYA) [25544]", "0.5 d before"]);
+        .expect(0, &["requesting CelesTrak", "wrote iss.json: ISS (ZARYA) [25544]", "0.5 d before"]);
     assert_eq!(said.out, "iss.json\n");
     let sets = satphot::orbit::read_elements(&place.path("iss.json")).unwrap();
     assert_eq!((sets.len(), sets[0].norad_cat_id()), (1, 25544));

@@ -1,4 +1,4 @@
-//! What `satphot fetch` may ask a service, and what it believes: against a server on the loopback, at moments of our choosing.
+//! What `satphot fetch` may ask a service, and what it accepts: against a server on the loopback, at moments of our choosing.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use crate::fetch_support;
@@ -308,7 +308,7 @@ fn an_archive_that_answers_with_its_last_set_sends_us_to_the_other_one() {
     let got =
         session(&settings(&server), cache.path(), "2026-09-01T00:00:00", &iss("2026-07-09T00:00:00")).outcome.unwrap();
     assert_eq!((got.elements.format(), server.count()), ("OMM JSON", 2));
-    // far from both: none, and both distances are told
+    // far from both: none, and both distances are reported
     let s = session(&settings(&server), cache.path(), "2026-09-01T00:00:00", &iss("2025-01-01T00:00:00"));
     assert_eq!(s.error().exit_code(), 5);
     s.says(&["within 14 d", "336.9 d before", "553.7 d after", "`max_age_d`"]);

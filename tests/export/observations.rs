@@ -238,7 +238,7 @@ fn a_sunlit_satellite_that_shows_earthshine_is_not_said_to_be_in_the_umbra() {
     assert_eq!(shadow("sun", "twilight", "night"), (Some(false), Some(false)));
     assert_eq!(shadow("penumbra", "twilight", "night"), (Some(false), Some(true)));
     assert_eq!(shadow("moon", "night", "night"), (Some(true), Some(false)));
-    // its lit sides look away: by day nothing tells, in a night sky the label does
+    // its lit sides look away: by day nothing shows it, in a night sky the label does
     assert_eq!(shadow("earthshine", "day", "day"), (None, None));
     assert_eq!(shadow("none", "day", "day"), (None, None));
     assert_eq!(shadow("earthshine", "twilight", "night"), (Some(false), None));
@@ -313,12 +313,12 @@ fn the_library_of_the_unified_data_library_reads_the_records_and_gives_them_back
     std::fs::write(dir.path().join("night.json"), text).unwrap();
     let script = "import json\n\
         from unifieddatalibrary.types.shared import EoObservationFull as Record\n\
-        told = json.load(open('night.json')); assert len(told) == 2\n\
-        for record in told:\n\
+        records = json.load(open('night.json')); assert len(records) == 2\n\
+        for record in records:\n\
         \x20   read = Record.model_validate(record)\n\
         \x20   assert not read.model_extra and not read.eoobservation_details.model_extra, 'unknown fields'\n\
         \x20   assert read.to_dict(mode='json', exclude_unset=True, use_api_names=True) == record\n\
-        try: Record.model_validate({**told[0], 'mag': 'bright'})\n\
+        try: Record.model_validate({**records[0], 'mag': 'bright'})\n\
         except ValueError: print('as expected')";
     run_python(&python, dir.path(), script);
 }

@@ -1,4 +1,4 @@
-//! Observations for SCORE: which rows are taken, the cells of the file, and every rule of the server told with row,
+//! Observations for SCORE: which rows are taken, the cells of the file, and every rule of the server reported with row,
 //! column and value.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // tests
 

@@ -1,4 +1,4 @@
-//! Tables in other formats: the same cells in all of them, told by readers we did not write (cfitsio, csv, an XML
+//! Tables in other formats: the same cells in all of them, read by programs that we did not write (cfitsio, csv, an XML
 //! parser, and astropy where there is Python).
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // tests
 
@@ -266,7 +266,7 @@ with warnings.catch_warnings():
         assert [h.name for h in f] == ["PRIMARY", "PHOTOMETRY", "ZEROPOINT", "PROVENANCE"]
         head = f[1].header
         ucds = {head[f"TTYPE{i}"].lower(): head.get(f"TUCD{i}", "") for i in range(1, head["TFIELDS"] + 1)}
-        told = {head[f"TTYPE{i}"].lower(): head.get(f"TCOMM{i}", "") for i in range(1, head["TFIELDS"] + 1)}
+        comments = {head[f"TTYPE{i}"].lower(): head.get(f"TCOMM{i}", "") for i in range(1, head["TFIELDS"] + 1)}
         assert head["TIMESYS"] == "UTC" and head["MJDREF"] == 0.0 and head["TREFPOS"] == "TOPOCENT"
     vot = Table.read("night.vot", format="votable")
     fields = {f.name: f for f in parse_single_table("night.vot").fields}
@@ -308,8 +308,8 @@ for name in ecsv.colnames:
             # FITS has counts for electrons, and percent as a factor
             in_fits = u.Unit(str(a.unit).replace("electron", "ct"))
             assert u.Unit(f.unit) == in_fits, (name, a.unit, f.unit)
-            assert ("(ct: electrons)" in told[name]) == ("electron" in str(a.unit)), name
-    assert told[name].replace(" (ct: electrons)", "") == a.description == fields[name].description, name
+            assert ("(ct: electrons)" in comments[name]) == ("electron" in str(a.unit)), name
+    assert comments[name].replace(" (ct: electrons)", "") == a.description == fields[name].description, name
     assert ucds[name] == (fields[name].ucd or ""), name
     if ucds[name]:
         parse_ucd(ucds[name], check_controlled_vocabulary=True, has_colon=False)
@@ -368,9 +368,9 @@ import pyarrow.parquet as p
 table = p.read_table("night.parquet")
 schema = json.load(open("schema.json"))
 assert table.column_names == [name for name, *_ in schema]
-for name, *told in schema:
+for name, *stated in schema:
     meta = table.schema.field(name).metadata
-    for key, value in zip(["unit", "ucd", "description"], told):
+    for key, value in zip(["unit", "ucd", "description"], stated):
         assert meta.get(key.encode(), b"").decode() == value, (name, key, meta)
 meta = p.read_metadata("night.parquet").metadata
 assert meta[b"site.lat_deg"] == b"-33.77" and meta[b"band"] == b"V", meta

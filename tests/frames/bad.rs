@@ -35,7 +35,7 @@ const ODD_FILES: [(&str, Result<f64, &str>); 18] = [
     ("test0.fits", Ok(501_021.0)),
     // its first HDU is empty, its table no picture
     ("theap-gap.fits", Err("no 2-D image")),
-    ("verify.fits", Err("where the standard asks for BITPIX")),
+    ("verify.fits", Err("where the standard requires BITPIX")),
 ];
 
 #[test]
@@ -99,7 +99,7 @@ fn a_truncated_file_names_the_bytes_it_lacks() {
     let path = put(dir.path(), "cut.fits", &whole[..2880 + 12_345]);
     let e = try_read(&path).unwrap_err();
     assert!(e.contains("truncated") && e.contains("20000") && e.contains("12345"), "{e}");
-    // Cut in the padding only: every pixel is there, and the observer is told.
+    // Cut in the padding only: every pixel is there, and the observer is warned.
     let path = put(dir.path(), "padding.fits", &whole[..2880 + 20_000]);
     assert_eq!(try_read(&path), try_read(&put(dir.path(), "whole.fits", &whole)));
     assert!(Header::read(&path).unwrap().warnings()[0].contains("160 bytes are missing"));

@@ -145,7 +145,7 @@ fn compare(
             }
         }
     }
-    // nothing inside the circle is left out of the box
+    // everything inside the circle is in the box
     let kept = expected.iter().filter(|(_, bits)| bits & mask::CLIPPED == 0).count();
     let whole = reader.whole(&buffers).unwrap();
     if kept > 0 {

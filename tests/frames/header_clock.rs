@@ -225,7 +225,7 @@ fn time_scales_and_their_leap_seconds_are_honoured() {
         assert_eq!(time(&at(scale)).0, format!("2025-06-09T{mid}"), "{scale}");
     }
     assert!(says(&at("LOCAL").refused, &["TIMESYS", "LOCAL"]));
-    // UTC by name stays UTC beside TIMESYS = TAI
+    // UTC by name stays UTC with TIMESYS = TAI
     let i = inspected(
         "EXPTIME = 5.0\nTIMESYS = 'TAI'\nDATE-OBS = '2025-06-09T10:33:37.0'\nGPS_SUTC = '2025-06-09T10:33:00.0'\nGPS_EUTC = '2025-06-09T10:33:05.0'\n",
     );

@@ -272,7 +272,7 @@ fn a_wcs_that_contradicts_the_pointing_is_refused_and_a_mosaics_reference_is_not
     let mosaic = light(&format!("{wcs}CRPIX1 = -5110.5\nRA = 232.2755534\nDEC = 0.0963\n")).wcs;
     assert_eq!(mosaic.state, "read");
     let chip = light(&format!("{wcs}CRPIX1 = -511.5\nRA = '15:28:35.7'\nDEC = '-0:00:00.0'\nCCDNUM = 7\n")).wcs;
-    assert_eq!(chip.state, "read", "a chip of a mosaic lies beside the pointing");
+    assert_eq!(chip.state, "read", "a chip of a mosaic does not contain the pointing");
     let scale = light(&format!("{wcs}CRPIX1 = 500.0\nXPIXSZ = 3.76\nFOCALLEN = 3962.0\n")).wcs;
     assert!(scale.state == "refused" && scale.note.contains("arcsec/px"), "{scale:?}");
     let none =

@@ -169,7 +169,7 @@ fn frames_whose_object_names_no_satellite_of_several_are_assigned_by_position_or
     let rows = read_photometry(&summary.folder.join("photometry.ecsv")).unwrap().0;
     // the simulator points at the satellite
     assert!(rows.iter().all(|r| r.norad_cat_id == Some(25544) && r.pointing_sep_deg.is_some_and(|sep| sep < 0.01)));
-    // a header that points elsewhere, or nowhere, tells nothing
+    // a header that points elsewhere, or nowhere, says nothing
     let night = night.card("target_000", "CENTALT", Some("2.0"));
     let said = notes(&night);
     assert!(

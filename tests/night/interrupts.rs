@@ -212,7 +212,7 @@ fn no_product_knows_the_folder_it_was_made_in_and_the_manifest_states_what_each_
     for output in outputs.iter().filter(|o| o["path"] != "plan.json") {
         let name = output["path"].as_str().unwrap();
         let text = String::from_utf8_lossy(&std::fs::read(a.result(name)).unwrap()).into_owned();
-        assert!(!text.contains(here.trim_end_matches('/')), "{name} tells the folder of this machine");
+        assert!(!text.contains(here.trim_end_matches('/')), "{name} states the folder of this machine");
     }
     for stage in manifest["stages"].as_array().unwrap() {
         for key in ["wall_s", "cpu_s", "end_s", "bytes_read", "peak_memory_mb"] {

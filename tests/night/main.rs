@@ -1,4 +1,4 @@
-//! Whole nights: recovery, damage, interruption, pieces.
+//! Whole nights: recovery, damage, interruption, shards.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 #[path = "../support/mod.rs"]

@@ -1,4 +1,4 @@
-//! Nights of which a part is left out: they run, say which columns stay empty, and do no work that is not needed.
+//! Nights of which a part is missing: they run, say which columns stay empty, and do no work that is not needed.
 #![allow(clippy::unwrap_used)]
 
 use crate::support;
@@ -55,7 +55,7 @@ fn empty_and_reported(n: &Night, summary: &Summary, columns: &[Column]) {
     let message = summary.empty_columns.join("\n");
     for (name, filled) in columns {
         assert!(n.rows().iter().all(|r| !filled(r)), "{name} is filled");
-        assert!(message.contains(name), "{name} is empty, which is not told: {message}");
+        assert!(message.contains(name), "{name} is empty, which is not reported: {message}");
     }
     let manifest = n.manifest();
     let empty: Vec<&str> = manifest["left_out"].as_array().unwrap().iter().map(|v| v.as_str().unwrap()).collect();
@@ -200,7 +200,7 @@ fn compressed_frames_give_the_same_table_as_plain_ones() {
     let plain = |r: &PhotometryRow| PhotometryRow { frame: String::new(), frame_sha256: String::new(), ..r.clone() };
     let (a, b): (Vec<_>, Vec<_>) = (n.rows().iter().map(plain).collect(), packed.rows().iter().map(plain).collect());
     assert_eq!(a, b);
-    // the inputs are other files, which the last line tells
+    // the inputs are other files, which the last line says
     let fit = |n: &Night| n.text("zeropoint.toml").split("# provenance: ").next().unwrap().to_string();
     assert_eq!(fit(&n), fit(&packed));
 }

@@ -1,4 +1,4 @@
-//! What is read of a night and how: a target's surroundings tell the same as its whole frame; threads, memory and files
+//! What is read of a night and how: a target's window gives the same as its whole frame; threads, memory and files
 //! that vanish change no other row.
 #![allow(clippy::unwrap_used)]
 

@@ -122,8 +122,8 @@ fn what_changed_is_measured_again_and_nothing_else() {
     night.sets.clear();
     night.options.redo = true;
     night.run().unwrap();
-    assert_eq!(kept(&night), None, "asked to do everything anew");
-    same(&data(&night), &before, "done anew");
+    assert_eq!(kept(&night), None, "a recomputation was requested");
+    same(&data(&night), &before, "recomputed");
 
     // a flat that was changed reaches every frame
     night.options.redo = false;
@@ -185,7 +185,7 @@ fn threads_and_the_order_and_place_of_the_inputs_do_not_reach_the_data() {
         for (name, bytes) in DATA.iter().zip(&got).filter(|(name, _)| !name.ends_with(".fits")) {
             let text = String::from_utf8_lossy(bytes);
             let folder = night.path("");
-            assert!(!text.contains(&*folder.to_string_lossy()), "{name} tells where the night lies");
+            assert!(!text.contains(&*folder.to_string_lossy()), "{name} states where the night lies");
         }
         same(&got, want.get_or_insert_with(|| got.clone()), &format!("{jobs} threads"));
     }

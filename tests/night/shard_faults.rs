@@ -1,4 +1,4 @@
-//! Pieces of a night that are damaged, changed or measured by the wrong line: nothing of it is lost, believed or hidden.
+//! Shards of a night that are damaged, changed or measured by the wrong line: nothing of it is lost, trusted or hidden.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use crate::support;
@@ -70,7 +70,7 @@ fn a_table_that_was_changed_is_measured_again_and_never_merged() {
         std::fs::write(&table, bad).unwrap();
         merge(&night, &tables).expect(6, &["1.ecsv: was changed after it was written (rows_sha256)", "--force"]);
         measure(&night, 1, "night/shards/1.ecsv").expect(0, &[]);
-        assert_eq!(std::fs::read_to_string(&table).unwrap(), good, "measured again, not believed");
+        assert_eq!(std::fs::read_to_string(&table).unwrap(), good, "measured again, not trusted");
     }
     // a changed copy with a hash of its own contradicts the table it is of, in either order
     let forged = |text: &str| {

@@ -1,4 +1,4 @@
-//! A night in shards: in whatever number, order and grouping they are measured and brought together, on however many
+//! A night in shards: in whatever number, order and grouping they are measured and merged, on however many
 //! threads, with shards lost, doubled and stopped, the tables are those of the run on one machine, byte for byte.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 

@@ -250,7 +250,7 @@ fn a_star_saturated_in_one_of_twelve_members_is_flagged_in_the_combined_row() {
     members[5] = member(7e4, Flags::SATURATED, None);
     let combined = row(&members);
     assert_eq!(Flags(combined.flags), Flags::SATURATED);
-    // the median hides it in the flux, so only the flag tells
+    // the median hides it in the flux, so only the flag shows it
     assert!((combined.flux_e.unwrap() - 1e4).abs() < 1e-9);
 }
 

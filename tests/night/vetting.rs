@@ -365,7 +365,7 @@ fn a_step_of_the_corner_ratio_is_vignetting_and_a_lower_limit_only_if_the_level_
     let rows = vetted(pass(24, 5.0, corner));
     assert_eq!(flagged(&rows, Flags::VIGNETTED), [13]);
     assert!(flagged(&rows, Flags::LOWER_LIMIT).is_empty());
-    expect(&rows[13], "caution", Flags::VIGNETTED, &["at the rim over the centre", "less than"]);
+    expect(&rows[13], "caution", Flags::VIGNETTED, &["at the edge of the field over the centre", "less than"]);
     let both = |k: usize, r: &mut PhotometryRow| {
         corner(k, r);
         r.sky_e_px = r.sky_e_px.map(|s| if k == 13 { 0.9 * s } else { s });
@@ -429,7 +429,7 @@ fn a_target_smaller_than_the_seeing_is_smeared_when_it_is_long_and_not_judged_wh
 // --- whole nights ---
 
 /// Shares of the frames of a night that are used, and of those flagged by what only neighbours tell. Frames that truly
-/// hold light of a star trail are left out of the first: they are rightly told.
+/// hold light of a star trail are excluded from the first: they are rightly reported.
 fn used_and_alarms(rows: &[PhotometryRow]) -> (Option<f64>, f64) {
     let honest: Vec<&PhotometryRow> = rows.iter().filter(|r| !Flags(r.flags).has(Flags::CONTAMINATED)).collect();
     let used = honest.iter().filter(|r| r.verdict == "use").count() as f64;

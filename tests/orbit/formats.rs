@@ -1,4 +1,4 @@
-//! One orbit in every format and dress, and what no format tells: sets that contradict each other, and decayed ones.
+//! One orbit in every format and dress, and what no format states: sets that contradict each other, and decayed ones.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::io::Write;

@@ -172,7 +172,7 @@ fn the_target_is_found_and_its_flux_is_right_over_a_grid_of_scenes() {
             }
         }
         println!("{}: found {found} of {tried}", ["no stars", "trails across the frame", "trails of 90 px"][s]);
-        // three of 48 may lie on the remainder of a short trail, or be lost beside one
+        // three of 48 may lie on the remainder of a short trail, or be lost next to one
         assert!(found as f64 >= if stars == Stars::Short { 0.93 } else { 0.97 } * tried as f64, "{found} of {tried}");
     }
     // truth is the whole flux: what the apertures miss counts against them

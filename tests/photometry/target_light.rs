@@ -32,7 +32,7 @@ fn detected(frame: &Frame<Electrons>, s: &TargetSettings) -> (Flux, f64, f64, Li
     }
 }
 
-/// An even disc of `e_px` electrons per pixel, its rim as sharp as a pixel, blurred by nothing.
+/// An even disc of `e_px` electrons per pixel, its edge as sharp as a pixel, blurred by nothing.
 fn disc(n: usize, r_px: f64, e_px: f64) -> Scene {
     let mut scene = Scene::new(n, n, SKY);
     let c = n as f64 / 2.0;

@@ -174,7 +174,7 @@ fn what_cannot_be_is_refused_by_name() {
         (Panel { area_m2: 0.0, ..good }, "area_m2"),
         (Panel { range_m: 0.0, ..good }, "range_m"),
         (Panel { range_m: f64::INFINITY, ..good }, "range_m"),
-        (Panel { source_alt_rad: f64::NAN, ..good }, "lamp_alt_rad"),
+        (Panel { source_alt_rad: f64::NAN, ..good }, "source_alt_rad"),
         (Panel { emission_rad: 1.6, ..good }, "emission_rad"),
     ] {
         let message = bad.flux_ratio(&SimpleEffects::of(Mode::Corrected)).unwrap_err().to_string();

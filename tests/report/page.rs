@@ -275,7 +275,7 @@ fn several_nights_make_one_page_with_a_line_each() {
     for (meaning, there) in [("use", true), ("reject", false), ("beyond the axis", false)] {
         assert_eq!(key.contains(&format!("</svg> {meaning}</li>")), there, "{meaning}: {key}");
     }
-    // from a folder beside the nights the links go up
+    // from a folder next to the nights the links go up
     let pages_folder = base.path().join("pages");
     std::fs::create_dir(&pages_folder).unwrap();
     assert!(write_campaign_report(&folders, &pages_folder.join("c.html")).unwrap().is_empty());

@@ -190,7 +190,7 @@ fn fluxes_in_adu_become_electrons_per_second_where_both_numbers_are_given() {
             s.field
         );
     }
-    // four bad fluxes are left out and counted
+    // four bad fluxes are excluded and counted
     text += "900,-5,1,5,1.2,12,0.5,im0.fits\n901,0,1,5,1.2,12,0.5,im0.fits\n902,nan,1,5,1.2,12,0.5,im0.fits\n903,10,1,0,1.2,12,0.5,im0.fits\n";
     let m = fit_text(&text, &[("e_per_adu", "0.8")]).unwrap();
     let z = is_truth(&m, TRUTH[0]);
@@ -296,7 +296,7 @@ fn a_column_that_is_not_there_costs_its_term_and_not_the_fit() {
     assert!(z.k_note == "refused: no airmass column" && z.k_mag_airmass == 0.0 && z.airmass_mean.is_nan(), "{z:?}");
     assert!(z.warnings.iter().any(|w| w.contains("`column` airmass")), "{:?}", z.warnings);
     assert!(m.rows.iter().all(|r| r.airmass.is_none() && r.inst_mag_err.is_none() && r.snr.is_none()));
-    // the mean of 30 stars at X = 1 and mean colour 0.65 +- 0.26/sqrt(30), blends left out
+    // the mean of 30 stars at X = 1 and mean colour 0.65 +- 0.26/sqrt(30), without blends
     assert!((z.zp_mag - (TRUTH[0] + TRUTH[1] + TRUTH[2] * 0.65)).abs() < 0.02, "{z:?}");
     // a number for all rows and a held term use the airmass again
     let file = tempfile::NamedTempFile::new().unwrap();
@@ -377,7 +377,7 @@ fn what_cannot_be_fitted_says_which_column_is_missing_and_how_to_name_it() {
     assert!(message.contains("magnitude") && message.contains("e_per_adu"), "{message}");
     let message = said("Vmag,b\n1,2\n", &[("inst_mag", "Vmag")]);
     assert!(message.contains("both magnitudes"), "{message}");
-    // too few stars: no fit, but a table that tells why
+    // too few stars: no fit, but a table that says why
     let m = fit_text("inst_mag,Vmag\n-10,12\n-11,11\n", &[]).unwrap();
     assert!(m.zeropoint.unwrap_err().contains("2"), "");
     assert!(matches!(fit_text("", &[]), Err(Error::Table { .. })));

@@ -311,7 +311,7 @@ pub fn shrink(path: &Path) {
     std::fs::write(path, bytes).unwrap();
 }
 
-/// SHA-256 of every file of a folder, results left out.
+/// SHA-256 of every file of a folder, without results.
 pub fn hashes(folder: &Path) -> Vec<(PathBuf, String)> {
     let mut all: Vec<(PathBuf, String)> = std::fs::read_dir(folder)
         .unwrap()

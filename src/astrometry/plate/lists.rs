@@ -96,7 +96,7 @@ impl Lists {
         last.map(|wcs| (wcs, pairs, radius))
     }
 
-    /// Probability that one hypothesis brings as many together by chance, at the most telling radius, and the rms
+    /// Probability that one hypothesis brings as many together by chance, at the most significant radius, and the rms
     /// \[arcsec\].
     pub fn chance(&self, wcs: &Wcs, pairs: &[(usize, usize)], radius_px: f64) -> (f64, f64) {
         let distance = |&(i, j): &(usize, usize)| {

@@ -254,7 +254,7 @@ impl Entry {
         for part in &self.components {
             let key = format!("{key}.components.{}", part.name);
             if !self.surfaces.iter().any(|s| s.name == part.surface) {
-                return bad(format!("{key}.surface"), &format!("\"{}\" is none of its surfaces", part.surface));
+                return bad(format!("{key}.surface"), &format!("\"{}\" is not one of its surfaces", part.surface));
             }
             match part.total_m2() {
                 Some(area_m2) => range(&key, area_m2, 1e-9, 1e9, "m²")?,

@@ -41,7 +41,7 @@ struct Panel {
     err_rings: f64,
 }
 
-/// The integral to the accuracy asked.
+/// The integral to the requested accuracy.
 pub(super) fn integrate(ground: &Ground, facet: &Facet, accuracy: &Accuracy) -> ReflectedLight {
     let tolerance = if accuracy.tolerance > TOLERANCE_MIN { accuracy.tolerance } else { TOLERANCE_MIN };
     let careful = tolerance < CAREFUL_BELOW;

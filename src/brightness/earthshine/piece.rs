@@ -43,7 +43,7 @@ pub(super) enum Shape {
     Clustered,
 }
 
-/// A circle on its way through the rules.
+/// The integrand along a circle.
 pub(super) struct CircleIntegrand<'a> {
     pub ground: &'a Ground,
     pub facet: &'a Facet<'a>,

@@ -51,7 +51,7 @@ pub(super) struct Rings<'a> {
     pub middle: f64,
     /// Lobes of smaller exponent are cut where they end; the rule does not see the end of others.
     pub smooth_exponent: f64,
-    /// So much is asked that weak singularities count: corners, edges close by the nadir.
+    /// The accuracy is so high that weak singularities count: corners, edges close by the nadir.
     pub careful: bool,
     /// Rings smaller than this do not count \[rad\].
     pub detail: f64,
@@ -236,7 +236,7 @@ impl Rings<'_> {
     ) -> Integral {
         let mut row = Marks { list: [ends[0]; MARKS], count: 1 };
         for mark in &marks.list[..marks.count] {
-            // on a whole circle the marks are brought behind its start
+            // on a whole circle the marks are moved behind its start
             let u = mark.u + TAU * ((ends[0].u - mark.u) / TAU).ceil().max(0.0);
             if u > ends[0].u && u < ends[1].u {
                 row.push(Mark { u, ..*mark });

@@ -268,7 +268,7 @@ impl Job<'_> {
         names
     }
 
-    /// Whether a file may be written, before anything is asked.
+    /// Whether a file may be written, before anything is requested.
     fn may_write(&self, path: &Path) -> anyhow::Result<()> {
         let shown = path.display();
         if path.is_dir() {

@@ -29,13 +29,13 @@ use super::{positive, within};
 const STEP_S: f64 = 10.0;
 
 const AFTER_HELP: &str = "\
-The mirror is flat; its beam is as wide as the lamp's disc. Attitudes: sun_to_nadir (halfway
+The mirror is flat; its beam is as wide as the light source's disc. Attitudes: sun_to_nadir (halfway
 between Sun and nadir: sunlight goes straight down; moonlight goes where that normal sends it),
 nadir, sun, sun_azimuth; or a normal fixed along the orbit (--lvlh) or among the stars
 (--inertial-deg).
 
 The search samples the angle between beam and site, refines every minimum and brackets the two
-edges of the beam: 5.8 km at 7 km/s pass in less than a second and are found all the same.
+edges of the beam: 5.8 km at 7 km/s pass in less than a second and are found nevertheless.
 Approaches below the site's horizon are excluded.
 
 A circular orbit of which only height and inclination are known takes its node and phase from
@@ -54,13 +54,13 @@ pub struct Footprint {
     /// Area of the mirror [m2]
     #[arg(long, value_name = "M2", default_value_t = 324.0, allow_hyphen_values = true)]
     area_m2: f64,
-    /// Its reflectance
+    /// Reflectance of the mirror
     #[arg(long, value_name = "RHO", default_value_t = 0.96, allow_hyphen_values = true)]
     reflectance: f64,
     /// Divergence of the beam: the diameter of the light source's disc [deg]
     #[arg(long, value_name = "DEG", default_value_t = PUBLISHED_DIVERGENCE_DEG, allow_hyphen_values = true)]
     divergence_deg: f64,
-    /// How it is held
+    /// Attitude of the mirror
     #[arg(long, value_name = "ATTITUDE", default_value = "sun_to_nadir",
           value_parser = ["sun_to_nadir", "nadir", "sun", "sun_azimuth"])]
     attitude: String,
@@ -104,13 +104,13 @@ pub struct Footprint {
     /// Nearest approaches listed for each light source, besides crossings
     #[arg(long, value_name = "N", default_value_t = 5)]
     nearest: usize,
-    /// Comma-separated values of all approaches instead of a table
+    /// Print comma-separated values of all approaches instead of a table
     #[arg(long)]
     csv: bool,
     /// Write all approaches as a table into this file
     #[arg(short, long, value_name = "FILE.ecsv", value_parser = ecsv_file)]
     out: Option<PathBuf>,
-    /// No notes
+    /// Print no notes
     #[arg(short, long)]
     quiet: bool,
 }
@@ -134,7 +134,12 @@ impl Footprint {
         let site = match (self.orbit.place.given()?, &config) {
             (Some(site), _) => site,
             (None, Some(config)) => config.site.clone(),
-            (None, None) => return Err(bad("--site", "is not given and there is no configuration".into())),
+            (None, None) => {
+                return Err(bad(
+                    "--site",
+                    "is needed without a configuration: latitude,longitude,height [deg, deg, m]".into(),
+                ));
+            }
         };
         let start = parse_utc("--start", &self.start)?;
         let here = Site::from_config(&site)?;

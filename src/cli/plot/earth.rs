@@ -33,8 +33,8 @@ const MOON_NM: (f64, f64) = (350.0, 2383.0);
 
 const AFTER_HELP: &str = "\
 The Earth is the sphere of the brightness model under parallel light and scatters by its law
-(vegetation, Phong 0.53, 0.28, n 7.31) unless --albedo makes it Lambertian. No clouds, no sea,
-no twilight. Pixels have equal solid angles; north is up, east to the right.
+(vegetation, Phong 0.53, 0.28, n 7.31) unless --albedo makes it Lambertian. There are no clouds, no sea
+and no twilight. Pixels have equal solid angles; north is up, east to the right.
 
 Endings of -o: .svg figure, .png colours alone, .fits radiances, .ecsv the numbers; a folder
 gets figure and numbers.
@@ -66,13 +66,13 @@ pub struct Earth {
     /// Pixels along a side
     #[arg(long, value_name = "N", default_value_t = 512)]
     pixels: usize,
-    /// Comma-separated values instead of a table
+    /// Print comma-separated values instead of a table
     #[arg(long)]
     csv: bool,
     /// Folder, or a file ending in .svg, .png, .fits or .ecsv (repeatable)
     #[arg(short, long, value_name = "DIR|FILE")]
     out: Vec<PathBuf>,
-    /// No notes
+    /// Print no notes
     #[arg(short, long)]
     quiet: bool,
 }

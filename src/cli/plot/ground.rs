@@ -56,12 +56,12 @@ pub struct Ground {
     force_age: bool,
     #[command(flatten)]
     place: SiteArg,
-    /// Comma-separated values instead of a table
+    /// Print comma-separated values instead of a table
     #[arg(long)]
     csv: bool,
     #[command(flatten)]
     out: OutArgs,
-    /// No notes
+    /// Print no notes
     #[arg(short, long)]
     quiet: bool,
 }

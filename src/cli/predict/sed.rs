@@ -56,13 +56,13 @@ pub struct Sed {
     /// Pass band: B, V, R, I, g, r, i, z, G (Gaia), or a file of wavelength_nm,transmission
     #[arg(long, value_name = "BAND", default_value = "V")]
     band: String,
-    /// Comma-separated values instead of a table
+    /// Print comma-separated values instead of a table
     #[arg(long)]
     csv: bool,
     /// Draw the spectra into this file (SVG)
     #[arg(short, long, value_name = "FILE.svg", value_parser = crate::cli::svg_file)]
     out: Option<PathBuf>,
-    /// No notes
+    /// Print no notes
     #[arg(short, long)]
     quiet: bool,
 }

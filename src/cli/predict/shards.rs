@@ -1,4 +1,4 @@
-//! Shards of a prediction: which of how many a table holds, and tables of shards brought together.
+//! Shards of a prediction: which of how many a table holds, and merging the tables of shards.
 //!
 //! A table says `shard: 2/8` in its meta block, a sum of some `1,3/8`, the whole `1/1`: the sum of all is the table of the
 //! whole, byte for byte, in whatever order, and a shard given twice counts once.

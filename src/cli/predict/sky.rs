@@ -35,7 +35,7 @@ const AFTER_HELP: &str = "\
 Every direction of the grid holds one satellite where the line of sight meets the sphere of
 its orbits; the observer is on the concentric sphere of the Earth. Give a moment and a site,
 and Sun and Moon stand where the ephemeris puts them; or give their altitude and azimuth.
-Without --moon-alt-deg a sky of fixed lamps has no Moon. Satellites have no orbit of their own
+Without --moon-alt-deg a sky of fixed light sources has no Moon. Satellites have no orbit of their own
 here: attitudes that follow the orbit take --track-az-deg as the direction of motion.
 
 The summary gives the median and the range of 68 % twice: every area of the sky counted alike
@@ -93,7 +93,7 @@ pub struct Sky {
     /// Only every N-th azimuth, beginning with the I-th: a table, without summary and figure
     #[arg(long, value_name = "I/N", value_parser = shard, default_value = "1/1")]
     shard: (usize, usize),
-    /// Tables of shards to bring together instead of computing
+    /// Tables of shards to merge instead of computing
     #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "shard")]
     merge: Vec<PathBuf>,
     /// Azimuth in which the satellites move [deg]
@@ -102,21 +102,21 @@ pub struct Sky {
     /// Radius of the spherical Earth instead of the model's [km]
     #[arg(long, value_name = "KM", allow_hyphen_values = true)]
     sphere_radius_km: Option<f64>,
-    /// Comma-separated values instead of a summary
+    /// Print comma-separated values instead of a summary
     #[arg(long, conflicts_with = "flux")]
     csv: bool,
-    /// Comma-separated alt_deg,az_deg,flux instead of a summary
+    /// Print comma-separated alt_deg,az_deg,flux instead of a summary
     #[arg(long)]
     flux: bool,
     #[command(flatten)]
     out: OutArgs,
-    /// Threads; 0 = all cores. The answer does not depend on it
+    /// Number of threads; 0 = all cores. The result does not depend on it
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
     jobs: usize,
-    /// Say on standard error what was excluded from the directions, why, and the CPU time that saved
+    /// Report on standard error what was excluded from the directions, why, and the CPU time saved
     #[arg(long)]
     explain: bool,
-    /// No progress bar, no notes
+    /// Print no progress bar and no notes
     #[arg(short, long)]
     quiet: bool,
 }

@@ -33,7 +33,7 @@ light), .png (a preview; with --lights-png NAME.png one panel for each light), .
 Grey levels of previews are an inverse hyperbolic sine, asinh(300 L/L_white), so that a thousandth
 of the brightest pixel can still be seen: nothing is to be measured from them. The middle of a
 picture is the middle of the satellite's extent on the sky; a picture that cuts it off says so,
-and its light, of the part it holds, goes by the place \"picture\".
+and the light of the part it holds is listed as the place \"picture\".
 --pass makes one strip of --frames pictures of the pass about --time, and -o FOLDER/ also single
 ones with --single; --csv prints its table as CSV.
 
@@ -72,7 +72,7 @@ pub struct Render {
     time: Option<String>,
     #[command(flatten)]
     image: ImageArgs,
-    /// A test point, component or component@x,y,z [m] (repeatable); those of the satellite's file come without asking
+    /// A test point, component or component@x,y,z [m] (repeatable); those of the satellite's file are always listed
     #[arg(long = "point", value_name = "NAME=PLACE", allow_hyphen_values = true, conflicts_with = "pass")]
     points: Vec<String>,
     #[command(flatten)]
@@ -93,13 +93,13 @@ pub struct Render {
     /// The published simulation of the ISS (9 June 2025, 10:33 UTC) next to ours
     #[arg(long, conflicts_with_all = OF_A_PICTURE, conflicts_with = "earth")]
     paper_case: bool,
-    /// Comma-separated values instead of a table
+    /// Print comma-separated values instead of a table
     #[arg(long)]
     csv: bool,
-    /// Threads; 0 = all cores. The answer does not depend on it
+    /// Number of threads; 0 = all cores. The result does not depend on it
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
     jobs: usize,
-    /// No notes
+    /// Print no notes
     #[arg(short, long)]
     quiet: bool,
 }

@@ -200,7 +200,7 @@ fn table(rows: &[SnrRow]) -> String {
 fn notes(sensor: &Sensor, exposure: &Exposure, air: &SkyConditions, rows: &[SnrRow]) {
     let s = sensor.settings();
     tell(&format!(
-        "note: {}, {}: {:.4} arcsec/px, 1 e-/s at {:.3} mag ({}, air left out), {:.3e} e-/s per W/m2, {:.4} e-/ADU, read noise {:.2} e-",
+        "note: {}, {}: {:.4} arcsec/px, 1 e-/s at {:.3} mag ({}, without the atmosphere), {:.3e} e-/s per W/m2, {:.4} e-/ADU, read noise {:.2} e-",
         s.telescope.name,
         s.detector.camera,
         sensor.pixel_arcsec,

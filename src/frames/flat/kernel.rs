@@ -28,7 +28,7 @@ pub(crate) struct Layer<'a> {
     pub per_level: f32,
 }
 
-/// What a thread needs to take medians, kept from band to band.
+/// Buffers in which a thread computes medians, reused from band to band.
 pub(crate) struct MedianBuffers {
     network: Network,
     counts: Vec<Lanes<i16>>,

@@ -1,4 +1,4 @@
-//! The flats of a night as a stack, read band by band of rows and brought to their median.
+//! The flats of a night as a stack, read in bands of rows and combined by their median.
 //!
 //! Only the columns inside the clip circle are read. Memory: what the caller allows for the bands of all threads.
 

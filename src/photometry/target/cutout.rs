@@ -75,7 +75,7 @@ pub(crate) struct Cutout {
 }
 
 impl Cutout {
-    /// The surroundings of the expected place; `None` if they are off the frame.
+    /// The cutout around the expected place; `None` if it is off the frame.
     pub fn new(frame: &Frame<Electrons>, s: &TargetSettings) -> Option<Self> {
         let bounds = Bounds::of(frame);
         let reach = s.reach_px();

@@ -34,7 +34,7 @@ const TOTAL_CHI2: f64 = 3.0;
 /// χ² by which a source at a masked hit must prefer the star, so that it is not a remnant of that hit.
 const STAR_CHI2: f64 = 10.0;
 /// χ² by which the windows of a long candidate together must prefer the star: tracks are long, and where their light per
-/// pixel is in the noise no window tells.
+/// pixel is in the noise no window decides.
 const LONG_STAR_CHI2: f64 = 5.0;
 /// A candidate is long where the standard deviation of its pixels along it exceeds this \[FWHM\] ...
 const LONG_FWHM: f64 = 1.5;

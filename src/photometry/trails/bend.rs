@@ -35,7 +35,7 @@ impl Bend {
         self.at_uv(u, v)
     }
 
-    /// Takes it off an image of cells.
+    /// Subtracts it from an image of cells.
     pub fn subtract_from(&self, image: &mut Array2<f32>) {
         let (ny, nx) = image.dim();
         let mut bend = vec![0f32; nx];

@@ -110,7 +110,7 @@ impl TrailBackground {
         self.mean.nrows()
     }
 
-    /// Middle u and mean of the blocks of line `q` that are in no hole.
+    /// Middle u and mean of the blocks of line `q` outside every exclusion mask.
     pub fn free_blocks(&self, q: usize, exclusions: &[ExclusionMask]) -> Vec<(f64, f64)> {
         let v = self.v_of(q);
         let chords: Vec<(f64, f64)> = exclusions.iter().filter_map(|h| h.chord(v)).collect();
@@ -123,7 +123,7 @@ impl TrailBackground {
         (0..self.mean.ncols()).filter_map(block).collect()
     }
 
-    /// Takes a bend of the sky along the lines off every block.
+    /// Subtracts a bend of the sky along the lines from every block.
     pub fn straighten(&mut self, bend: &Bend) {
         for q in 0..self.mean.nrows() {
             let v = self.v_of(q);
@@ -192,7 +192,7 @@ impl TrailBackground {
             .collect()
     }
 
-    /// The level everywhere, by how much it changes from block to block, and the share of it by which trails flicker: a
+    /// The level everywhere, by how much it changes from block to block, and the share of it by which trails scintillate: a
     /// model of the sky and the trails.
     pub fn everywhere(&self, dim: (usize, usize), exclusions: &[ExclusionMask]) -> (Array2<f32>, Array2<f32>, f64) {
         let (level, change, scintillation) = self.levels(exclusions);

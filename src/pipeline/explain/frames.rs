@@ -114,7 +114,7 @@ fn outside_the_circle(survey: &Survey, night: &Calibrated, cpu_s: &dyn Fn() -> f
     })
 }
 
-/// Of a target frame only the surroundings of the target are read and measured.
+/// Of a target frame only the window around the target is read and measured.
 fn away_from_the_target(survey: &Survey, night: &Calibrated, cpu_s: &dyn Fn() -> f64) -> Option<LeftOut> {
     let all: Vec<&Exposure> = survey.targets.iter().collect();
     let chosen = sample(&all, FRAMES);

@@ -57,7 +57,7 @@ pub struct Split {
 /// Focal lengths of two telescopes with the same camera differ by more than this share.
 const ANOTHER_OPTICS_FRAC: f64 = 0.1;
 
-/// What tells groups apart: camera (0 is that of `[detector]`), satellite, filter.
+/// What distinguishes groups: camera (0 is that of `[detector]`), satellite, filter.
 type Key = (usize, Option<u64>, Light);
 
 /// Splits a night by the headers of its files (or of `files`, if any are given).
@@ -197,7 +197,7 @@ impl<'a> ByPosition<'a> {
     }
 }
 
-/// The frames of a night by what tells groups apart.
+/// The frames of a night by what distinguishes groups.
 struct Parted<'a> {
     targets: BTreeMap<Key, Vec<&'a Exposure>>,
     stars: BTreeMap<(usize, Light), Vec<&'a Exposure>>,
@@ -344,7 +344,7 @@ impl<'a> Parted<'a> {
     }
 }
 
-/// The part of a group's name that tells it from the others: `iss-zarya`, `iss-zarya-V`, `V-qhy600m`.
+/// The part of a group's name that distinguishes it from the others: `iss-zarya`, `iss-zarya-V`, `V-qhy600m`.
 fn label(group: &Group, several_satellites: bool, (_, number, _): &Key) -> String {
     let plain = |text: &str| {
         let words = text.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty());

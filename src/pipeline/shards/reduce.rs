@@ -216,7 +216,7 @@ pub(super) fn flat_of_plan(
         (None, Some(path)) if path.is_file() => path,
         _ => {
             let problem = "this night has flats: make the master as master_flat.fits (`flat` with argument `plan`) and \
-                           name it with argument `flat`, or lay it beside the zeropoint";
+                           name it with argument `flat`, or put it into the folder of the zeropoint";
             return Err(Error::Flat { problem: problem.into() });
         }
     };

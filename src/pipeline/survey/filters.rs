@@ -78,7 +78,7 @@ pub(crate) fn lights(survey: &Survey, config: &Config) -> impl Fn(&Exposure) -> 
     move |exposure| context.light(text_of(exposure))
 }
 
-/// The filter that `input.filter` asks for, in a night of several satellites or cameras.
+/// The filter that `input.filter` names, in a night of several satellites or cameras.
 pub(crate) fn requested_light(survey: &Survey, config: &Config) -> Option<Light> {
     let context = FilterContext::of(frames(survey).map(|(_, e)| text_of(e)), config);
     config.input.filter.as_deref().map(|requested| context.light(requested))
@@ -93,7 +93,7 @@ fn text_of(exposure: &Exposure) -> &str {
 ///
 /// # Errors
 /// [`Error::Config`] naming `input.filter`, with every filter and its counts by role and the line to write, where star and
-/// target frames are of several filters and none is asked for, where the one asked for is not there, and where there are
+/// target frames are of several filters and none is named, where the one named is not there, and where there are
 /// flats but none of the filter of the frames.
 pub fn reduce_one_filter(survey: &mut Survey, config: &Config) -> Result<()> {
     let context = FilterContext::of(frames(survey).map(|(_, e)| text_of(e)), config);

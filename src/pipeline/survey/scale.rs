@@ -23,7 +23,7 @@ use crate::pipeline::survey::files::Survey;
 pub const MOST_FRAC: f64 = 0.02;
 /// Share beyond which nominal values of the headers are not due to rounding: refused where no field gives a better scale.
 const NOMINAL_FRAC: f64 = 0.2;
-/// Star frames that are asked, and that confirm a scale which is not the configured one.
+/// Star frames that are solved, and that confirm a scale which is not the configured one.
 const SAMPLED: usize = 3;
 /// Frames that are searched at every scale there may be, where the headers do not state the scale or contradict the
 /// configuration; one where they agree with it, so that a night without stars costs little.
@@ -133,7 +133,7 @@ pub fn nominal_of(survey: &Survey, config: &Config) -> Option<Evidence> {
     (!all.is_empty()).then(|| all.swap_remove(middle))
 }
 
-/// What the headers alone leave of the scale: nothing to ask, a contradiction that the stars must decide, or an error where
+/// What the headers alone leave of the scale: nothing to check, a contradiction that the stars must decide, or an error where
 /// there are no stars to compare with.
 pub(crate) fn check_headers(survey: &Survey, prepared: &Prepared) -> Result<bool> {
     let config = &prepared.config;
@@ -229,7 +229,7 @@ pub(crate) fn refusal(evidence: &Evidence, config: &Config) -> Error {
     }
 }
 
-/// The scale the stars solve to, and how many frames were asked.
+/// The scale the stars solve to, and how many frames were tried.
 fn solved(
     survey: &Survey,
     prepared: &Prepared,
@@ -271,7 +271,7 @@ fn solved(
     (Some(Evidence { ratio, scale_arcsec: ratio * configured, source }), sampled.len())
 }
 
-/// The frames that are asked: of the first, the middle and the last pointing, and where there are fewer, others.
+/// The frames that are solved: of the first, the middle and the last pointing, and where there are fewer, others.
 fn spread(survey: &Survey) -> Vec<&Exposure> {
     let n = survey.pointings.len();
     let mut sampled: Vec<&Exposure> = Vec::new();

@@ -1,7 +1,7 @@
 //! The part of a target frame that is read: where the target can be, and the sky at the edge and the centre of the field.
 //!
-//! Electrons and full-frame pixels. A measurement of the target asks nothing of the rest of the frame, unless it finds no
-//! sky around the place; then all of the clip circle is read. So the numbers are those of the whole frame, whichever way.
+//! Electrons and full-frame pixels. A measurement of the target needs nothing of the rest of the frame, unless it finds no
+//! sky around the place; then all of the clip circle is read. The numbers are those of the whole frame in both cases.
 
 use std::ops::Range;
 
@@ -70,7 +70,7 @@ pub fn measure_whole_frame(reader: &FrameReader, night: &Calibrated, settings: &
     Ok(Seen { found: measure_target(&frame, &sky, settings), corner_ratio: sky.corner_ratio() })
 }
 
-/// The surroundings of the expected place, if any of their pixels can be used.
+/// The window around the expected place, if any of its pixels can be used.
 fn around<'b>(reader: &FrameReader, night: &'b Calibrated, s: &TargetSettings) -> Result<Option<PooledFrame<'b>>> {
     let reach = reach_px(s);
     let span = |at: f64, within: Range<usize>| {

@@ -27,7 +27,7 @@ pub(super) struct Part<'a> {
 
 /// One satellite in one band through one instrument.
 pub(super) struct Group<'a> {
-    /// What tells it from the other groups; empty where it is the only one.
+    /// What distinguishes it from the other groups; empty where it is the only one.
     pub name: String,
     pub band: String,
     /// In order of the nights.

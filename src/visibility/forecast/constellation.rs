@@ -31,7 +31,7 @@ pub enum Source {
     Elements(Vec<(u64, Propagator)>),
 }
 
-/// What is asked of the constellation.
+/// What is computed of the constellation.
 pub struct Watch<'a> {
     /// The observer.
     pub site: &'a Site,
@@ -127,7 +127,7 @@ impl Watch<'_> {
         })
     }
 
-    /// Hands every satellite above the horizon at a moment to `each`, in order; returns how many satellites were asked and
+    /// Hands every satellite above the horizon at a moment to `each`, in order; returns how many satellites were computed and
     /// how many have no place because their elements fail.
     ///
     /// # Errors
@@ -203,7 +203,7 @@ impl Watch<'_> {
         let line = place - moment.scene.observer_km;
         let (alt_rad, az_rad) = alt_az(&self.site.to_enu(&line));
         let mut seen = Seen { number, alt_rad, az_rad, range_km: line.norm(), lights: [0.0; 4], err_mag: 0.0 };
-        // what nobody asks about is not computed
+        // what is not needed is not computed
         if alt_rad >= self.min_alt_rad {
             let b = self.model.brightness(&scene)?;
             seen.lights = [b.sun, b.earthshine, b.moon, b.lunar_earthshine].map(|light| light.flux_ratio);

@@ -1,7 +1,7 @@
 //! A type of satellite all over one site's sky: the light sources of a moment, and the light in any direction.
 //!
 //! Angles in rad, km. The observer stands on the sphere of the Earth, the satellites on a concentric one. What a moment
-//! does not need is decided before any direction is asked: a light source below everything is switched off for the
+//! does not need is decided before any direction is computed: a light source below everything is switched off for the
 //! whole sky.
 
 use hifitime::Epoch;

@@ -81,7 +81,7 @@ pub struct MonthSatellite {
     pub mode: Mode,
     /// All over the sky.
     pub dome: Dome,
-    /// Directions that are asked.
+    /// Directions that are computed.
     pub points: SkyPoints,
     /// Nothing but mirrors: outside their beam there is only their picture of the ground.
     pub is_mirror: bool,

@@ -14,7 +14,7 @@ const STEPS: usize = 4500;
 /// Counts of one moment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tally {
-    /// Satellites asked.
+    /// Satellites computed.
     pub n_satellites: u64,
     /// Satellites whose elements fail.
     pub failed: u64,

@@ -91,7 +91,7 @@ fn fit_rows(rows: &Rows, config: &config::Zeropoint, n_input: usize) -> Result<Z
     Ok(report::report(&cleared, &fit, clouds.as_ref(), config, n_input))
 }
 
-/// Rounds of telling clouds and fitting without them.
+/// Rounds of finding clouds and fitting without them.
 const CLOUD_ROUNDS: usize = 3;
 
 /// The rows with the expected clouds subtracted and their fit, where some pointings are more likely than not under clouds;

@@ -64,7 +64,7 @@ pub struct Matched {
     pub(crate) table: String,
 }
 
-/// A configuration for a table alone: no cuts but those `sets` (`stars.bv_range_mag=[0.2, 0.9]`) ask for.
+/// A configuration for a table alone: no cuts but those that `sets` (`stars.bv_range_mag=[0.2, 0.9]`) request.
 ///
 /// # Errors
 /// [`Error::Config`] for a wrong setting.
@@ -198,7 +198,7 @@ pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
 
 /// The fit, with the terms refused that have no column.
 ///
-/// The cuts of a night ask for an error, an S/N, an airmass and a match; a table may lack them: 0 stands for an unknown error
+/// The cuts of a night need an error, an S/N, an airmass and a match; a table may lack them: 0 stands for an unknown error
 /// while the fit runs, and is taken out again. A star that is in the table twice was measured twice: the name that would make
 /// two detections of it in one frame is held back.
 fn fitted(
