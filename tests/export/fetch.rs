@@ -198,7 +198,7 @@ fn what_is_missing_in_a_question_is_requested_before_the_network() {
         (&[][..], 2, &["no pipeline.toml here", "satphot fetch elements"][..]),
         (&["elements", "-o", "x.json"], 2, &["which object?", "--norad 25544"]),
         (&["elements", "--norad", "25544"], 2, &["say where the elements go"]),
-        (&["stars", "-o", "x.csv"], 2, &["say where: --ra-deg"]),
+        (&["stars", "-o", "x.csv"], 2, &["needs a field: --ra-deg"]),
         (&["stars", "--ra-deg", "1", "--dec-deg", "2"], 2, &["say where the stars go"]),
         (&["stars", "--ra-deg", "1", "--dec-deg", "95", "-o", "x.csv"], 2, &["--dec-deg", "-90 to 90"]),
         (&["stars", "--ra-deg", "1", "--dec-deg", "2", "--radius-deg", "50", "-o", "x.csv"], 2, &["--radius-deg"]),

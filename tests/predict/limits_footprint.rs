@@ -150,7 +150,7 @@ fn in_the_shadow_the_beam_crosses_without_light() {
 fn the_papers_orbit_does_not_meet_the_site_on_its_day_and_does_from_a_node_that_is_made_to() {
     let empty = tempfile::tempdir().unwrap();
     let run = |more: &[&str]| {
-        let base = ["limits", "footprint", "--site", "-33.7703,151.1113,70", "--lamp", "sun"];
+        let base = ["limits", "footprint", "--site", "-33.7703,151.1113,70", "--light-source", "sun"];
         satphot(empty.path(), &[&base[..], more].concat()).expect(0, &[]).out
     };
     let text = run(&["--hours", "24"]);

@@ -92,7 +92,7 @@ fn a_map_and_an_earth_are_written_as_png_too() {
 fn an_earth_names_its_viewpoint_by_hemisphere_and_an_unlit_one_has_no_scale() {
     let earth = |from: &str, name: &str| {
         let time = "2025-06-09T10:33:00";
-        drawn(&["earth", "--time", time, "--from", from, "--lamp", "sun", "--pixels", "64"], name)
+        drawn(&["earth", "--time", time, "--from", from, "--light-source", "sun", "--pixels", "64"], name)
     };
     let sydney = earth("151.1,-33.8,420", "sydney.svg");
     assert!(sydney.contains("from 151.1 E, 33.8 S") && sydney.contains("2025-06-09T10:33:00"), "{sydney}");

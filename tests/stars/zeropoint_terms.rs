@@ -222,7 +222,7 @@ fn a_second_order_term_is_found_reported_and_used() {
     // with noise it is supported when it is there, and not when it is not
     let (with, without) =
         (fit(&bent(&CALM.measure(3), -0.25), &config).unwrap(), fit(&CALM.measure(3), &config).unwrap());
-    assert!(with.k2_note.contains("supported by the data") && with.k2_note.contains("F(1, 317)"), "{}", with.k2_note);
+    assert!(with.k2_note.contains(": supported by the data") && with.k2_note.contains("F(1, 317)"), "{}", with.k2_note);
     assert!(
         without.k2_note.contains("not supported by the data") && without.k2_note.contains("BIC"),
         "{}",

@@ -126,7 +126,7 @@ pub struct Component {
     #[serde(default = "one")]
     pub count: u32,
     /// Listed, but not counted.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[serde(default, alias = "left_out", skip_serializing_if = "std::ops::Not::not")]
     pub excluded: bool,
 }
 

@@ -234,7 +234,8 @@ impl Job<'_> {
             return Ok(vec![Field::new(ra_deg, dec_deg, radius_deg, "--ra-deg --dec-deg")]);
         }
         let Some(config) = self.config else {
-            let problem = "say where: --ra-deg, --dec-deg and --radius-deg, or a configuration (-c) whose frames tell";
+            let problem =
+                "needs a field: --ra-deg, --dec-deg and --radius-deg, or a configuration (-c) with star frames";
             return Err(bad("--ra-deg", problem.into()));
         };
         let night = survey(config, &[], &self.target_names(config))?;

@@ -39,7 +39,7 @@ edges of the beam: 5.8 km at 7 km/s pass in less than a second and are found nev
 Approaches below the site's horizon are excluded.
 
 A circular orbit of which only height and inclination are known takes its node and phase from
---node-deg and --phase-deg; how often such an orbit's beam meets the site by chance is said.
+--node-deg and --phase-deg; how often such an orbit's beam meets the site by chance is printed.
 
 Examples:
   satphot limits footprint --site -33.7703,151.1113,70
@@ -79,8 +79,8 @@ pub struct Footprint {
     )]
     inertial_deg: Vec<f64>,
     /// Light source whose beam is followed
-    #[arg(long, value_name = "LAMP", default_value = "both", value_parser = ["sun", "moon", "both"])]
-    lamp: String,
+    #[arg(long, alias = "lamp", value_name = "SOURCE", default_value = "both", value_parser = ["sun", "moon", "both"])]
+    light_source: String,
     /// Height of a circular orbit [km]
     #[arg(long, value_name = "KM", default_value_t = 625.0, allow_hyphen_values = true, conflicts_with = "elements")]
     height_km: f64,
@@ -182,10 +182,10 @@ impl Footprint {
         };
         let sources = SourceSettings::new(&Effects::of(Mode::Corrected), &Band::of_config("V")?)?;
         let mut found = Vec::new();
-        for (name, lamp) in [("sun", LightSource::Sun), ("moon", LightSource::Moon)] {
-            if self.lamp == name || self.lamp == "both" {
+        for (name, source) in [("sun", LightSource::Sun), ("moon", LightSource::Moon)] {
+            if self.light_source == name || self.light_source == "both" {
                 let times = (3600.0 * self.hours, STEP_S);
-                found.push((name, approaches(&kept_at, (lamp, &mirror), times, &sources)?));
+                found.push((name, approaches(&kept_at, (source, &mirror), times, &sources)?));
             }
         }
         let utc = |t_s: f64| iso_utc(shifted(start, t_s), 1);
@@ -195,7 +195,7 @@ impl Footprint {
         } else {
             print(&self.beam_text(&site, start, tracker.is_some())?);
             for (name, all) in &found {
-                print(&self.lamp_text(name, all, &utc));
+                print(&self.source_text(name, all, &utc));
             }
         }
         if let Some(path) = &self.out {
@@ -292,7 +292,7 @@ impl Footprint {
     }
 
     /// Crossings and nearest approaches of one light source's beam.
-    fn lamp_text(&self, name: &str, all: &[Approach], utc: &dyn Fn(f64) -> String) -> String {
+    fn source_text(&self, name: &str, all: &[Approach], utc: &dyn Fn(f64) -> String) -> String {
         let crossings = all.iter().filter(|a| a.inside.is_some()).count();
         let lit = all.iter().filter(|a| a.inside.is_some_and(|i| i.mag.is_some())).count();
         let mut sorted: Vec<&Approach> = all.iter().collect();
