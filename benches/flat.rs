@@ -1,6 +1,6 @@
 //! How long a master flat takes: levels and medians of flats of 1024 x 1024 px, plain and compressed.
 //!
-//! `cargo bench --bench flat`. Files in memory of the system after the first pass; one thread. Beside it what the same
+//! `cargo bench --bench flat`. Files in memory of the system after the first pass; one thread. With it what the same
 //! stack costs where each pixel's flats are sorted: the plainest way. The peers are in scripts/bench_peers.sh.
 #![allow(clippy::unwrap_used)]
 

@@ -1,4 +1,4 @@
-//! One stage of the work on full-size frames, measured: what scripts/bench_peers.sh runs beside the peers.
+//! One stage of the work on full-size frames, measured: what scripts/bench_peers.sh runs with the peers.
 //!
 //! `cargo bench --bench full_size -- STAGE FOLDER [full|circle]`, FOLDER a night of `satphot simulate` with its
 //! pipeline.toml and a master flat at FOLDER/master_{full,circle}.fits. Prints one line of JSON: CPU seconds (user and

@@ -92,7 +92,7 @@ fn plain_whole_in_fresh_memory(bencher: Bencher) {
     });
 }
 
-/// A target's surroundings alone.
+/// A target's window alone.
 #[divan::bench]
 fn plain_part_of_1700_px(bencher: Bencher) {
     let (_dir, exposure, flat) = files(false);

@@ -1,7 +1,7 @@
-"""Error against run time of other programs, for the curves `satphot accuracy --python` draws beside its own.
+"""Error against run time of other programs, for the curves that `satphot accuracy --python` draws with its own.
 
 usage: python - SATPHOT METHOD quick|full < accuracy_peers.py
-One line per setting: method,case,setting,n,median,p95,worst,cpu_us. What is not installed is left out, with a line on
+One line per setting: method,case,setting,n,median,p95,worst,cpu_us. What is not installed is skipped, with a line on
 standard error. earth-reflected: lumos-sat; truth is `satphot predict geometry` at tolerance 1e-10.
 apertures: photutils and sep; truth is the area. background-mesh: photutils and sep; truth is the sky put in.
 CPU time of one thread, imports not counted.

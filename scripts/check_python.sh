@@ -2,7 +2,7 @@
 # Builds the wheel of python/ in a fresh environment, installs it and runs its tests.
 #
 # Needs cargo and python3 (3.10 or later) with venv; pip fetches the pinned packages below. SATPHOT_BIN names a program to
-# compare with; without it the one of this folder is built. SATPHOT_PYTHON names the Python, SATPHOT_PEERS=no leaves out the
+# compare with; without it the one of this folder is built. SATPHOT_PYTHON names the Python, SATPHOT_PEERS=no skips the
 # packages that results and stubs are compared with (astropy, photutils, sep, skyfield, mypy); their tests are then skipped.
 set -eu
 cd "$(dirname "$0")/.."

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Makes docs/accuracy.md and docs/figures/accuracy/ anew: every sweep, every extreme case, two paths to every number.
+# Makes docs/accuracy.md and docs/figures/accuracy/ again: every sweep, every extreme case, two paths to every number.
 # usage: scripts/make_accuracy_docs.sh [quick|full]        (full: some minutes of one core; leave the machine alone)
-# SATPHOT_PYTHON names interpreters with lumos-sat, sep or photutils (with : between), for their curves beside ours.
+# SATPHOT_PYTHON names interpreters with lumos-sat, sep or photutils (with : between), for their curves with ours.
 # SATPHOT names the program; without it a release build is made. Needs Python 3 with its standard library.
 set -euo pipefail
 cd "$(dirname "$0")/.."

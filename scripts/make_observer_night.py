@@ -13,7 +13,7 @@ Next to them are `catalogue.csv`, `elements.tle` and the folder `truth`, in whic
 
 It exists to test satphot on frames that it did not draw, so that an error made twice is not taken for agreement. Nothing
 is shared with `satphot simulate`: orbits are those of the sgp4 package, the geometry, airmass (Young 1994), profile of
-stars (Moffat of beta 3.0 and Gaussian), detector and FITS files are written here anew. Not drawn: scintillation, clouds,
+stars (Moffat of beta 3.0 and Gaussian), detector and FITS files are written here independently. Not drawn: scintillation, clouds,
 cosmic rays, refraction, distortion of the field, smear by imperfect tracking.
 
 Needs numpy and sgp4. Pixels count from 0 at the centre of the first one; times are UTC; magnitudes are Vega.

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Proves that a night measured in shards gives the tables of the run on one machine, byte for byte: 1, 3 and N shards, with
 # and without Snakemake (installed into a virtual environment of its own), a worker killed with -9, a shard lost and measured
-# again. Prints what a shard costs beside its frames. About 5 minutes and 100 MB.
+# again. Prints what a shard costs besides its frames. About 5 minutes and 100 MB.
 # usage: scripts/prove_shards.sh FOLDER [SATPHOT]
 set -euo pipefail
 folder=$(mkdir -p "${1:?usage: prove_shards.sh FOLDER [SATPHOT]}" && cd "$1" && pwd)
@@ -121,7 +121,7 @@ set +m
 snake 20 --rerun-incomplete
 same "$folder/snake/20/night" night "Snakemake, killed with -9 with its workers and started again"
 
-# ---- what a shard costs beside its frames
+# ---- what a shard costs besides its frames
 into=$folder/by_hand/5
 shards=$(n_shards "$into/plan.json")
 rm -r "$into/shards"
@@ -137,4 +137,4 @@ start=$(now)
 measure "$one" 0
 skipped=$(since "$start")
 python3 -c "print(f'60 frames on one thread in $shards shards: $few s, in one: $all s; a shard costs', \
-    f'{($few - $all) / ($shards - 1) * 1000:.0f} ms beside its frames; one that is there already $skipped s')"
+    f'{($few - $all) / ($shards - 1) * 1000:.0f} ms besides its frames; one that is there already $skipped s')"

@@ -27,7 +27,7 @@ if [ ! -x "$venv/bin/snakemake" ]; then
     "$venv/bin/pip" install -q "snakemake>=9,<10" "snakemake-executor-plugin-slurm>=2,<3"
 fi
 
-# ---- one node: its own munge socket and key, ports beside those of a usual SLURM
+# ---- one node: its own munge socket and key, ports that differ from those of a usual SLURM
 state=$(mktemp -d)
 chmod 755 "$state"
 shut_down() {

@@ -11,7 +11,7 @@
 # SEED      another set of frames                            default 1
 # SNR       a list, e.g. 5,20                                default all
 # STARS     None, One, Few or Crowded                        default all
-# GRADIENT  level of the sky at the rim over the centre      default 1; try 3 for a Moon near by
+# GRADIENT  level of the sky at the edge over the centre     default 1; try 3 for a Moon near by
 # BIN       bins frame and station: error against run time   default 1; 2.5 is a FWHM of 4 px, six times as fast
 # ANGLE     error of the known direction of trails [degrees]  default 0.3; 0: it is not known
 # DETECT    threshold of the search in sigma                default 5

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Bias, quoted against true error and refusals of the zeropoint fit over 3000 simulated nights of the paper's geometry,
-# with the estimators in use elsewhere beside it where Python with numpy ($PYTHON or python3) is there.
+# with the estimators in use elsewhere for comparison where Python with numpy ($PYTHON or python3) is there.
 # SATPHOT_NIGHTS and SATPHOT_SEED change the nights. Some minutes.
 set -eu
 cd "$(dirname "$0")/.."

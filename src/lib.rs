@@ -44,7 +44,7 @@
 //! - `resolved`: satellites of many components, and synthetic nights.
 //! - `parquet`: tables as Parquet.
 
-// Rooms that a smaller build leaves out are the only users of some shared names.
+// Modules that a smaller build does not contain are the only users of some shared names.
 #![cfg_attr(not(all(feature = "report", feature = "resolved")), allow(dead_code, unused_imports, unused_variables))]
 
 #[cfg(all(feature = "report", feature = "resolved"))]

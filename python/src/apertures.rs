@@ -30,7 +30,7 @@ pub enum Image<'py> {
 struct Extra<'a> {
     /// Error of each pixel.
     error: Option<ArrayView2<'a, f64>>,
-    /// Pixels to leave out.
+    /// Pixels to exclude.
     mask: Option<ArrayView2<'a, bool>>,
     /// Electrons per unit of the image, for the noise of the light itself.
     e_per_unit: Option<f64>,

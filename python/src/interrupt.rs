@@ -12,11 +12,11 @@ use crate::errors::raise;
 /// How often a signal is looked for while the work runs.
 const PERIOD: Duration = Duration::from_millis(10);
 
-/// Whether the work shall stop; asked between rows.
+/// Whether the work shall stop; read between rows.
 pub type Stopped<'a> = &'a (dyn Fn() -> bool + Sync);
 
-/// Runs `work` on `threads` threads (0: all cores) without the lock. On a signal `work` is asked to stop, and the exception
-/// of the signal is raised once it has returned. Work that `is_quick` is done at once, on the thread that asks for it.
+/// Runs `work` on `threads` threads (0: all cores) without the lock. A signal requests a stop of `work`, and the exception
+/// of the signal is raised once it has returned. Work that `is_quick` is done at once, on the calling thread.
 ///
 /// Signals reach the main thread of Python alone; a call from another thread is not interrupted.
 pub fn interruptible<T: Send>(

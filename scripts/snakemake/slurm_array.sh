@@ -12,7 +12,7 @@
 #SBATCH --cpus-per-task=2
 #SBATCH --mem=2G
 #SBATCH --time=00:20:00
-# B: satphot takes the place of the batch script (exec below) and is no step; without B: only steps are told
+# B: satphot takes the place of the batch script (exec below) and is no step; without B: only steps are reported
 #SBATCH --signal=B:TERM@30
 #SBATCH --output=satphot_%A_%a.log
 set -euo pipefail

@@ -6,7 +6,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
 use super::effort::Stopwatch;
-use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use super::sweep::{Errors, Series, Sweep, SweepPoint, cpu_us};
 use crate::base::error::Result;
 use crate::photometry::aperture::{Bounds, Shape, for_each_pixel};
 
@@ -66,7 +66,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
                     std::hint::black_box(p.outline_area(&shape, subpixels));
                 }
             });
-            Errors::of(&off).map(|errors| Point {
+            Errors::of(&off).map(|errors| SweepPoint {
                 setting: if subpixels == 0 { "exact".into() } else { subpixels.to_string() },
                 errors,
                 cpu_us: all_us / places.len() as f64,

@@ -9,7 +9,7 @@ use rand_chacha::ChaCha12Rng;
 use rand_distr::StandardNormal;
 
 use super::effort::Stopwatch;
-use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use super::sweep::{Errors, Series, Sweep, SweepPoint, cpu_us};
 use crate::base::error::Result;
 use crate::config;
 use crate::frames::{ElectronsPerAdu, Frame, Gain};
@@ -68,7 +68,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
             let us = cpu_us(stopwatch, || {
                 std::hint::black_box(background(&frame, mesh_px, photometry.clip_sigma).is_ok());
             });
-            points.extend(Errors::of(&off).map(|errors| Point {
+            points.extend(Errors::of(&off).map(|errors| SweepPoint {
                 setting: mesh_px.to_string(),
                 errors,
                 cpu_us: us / megapixels,

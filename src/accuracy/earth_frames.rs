@@ -1,4 +1,4 @@
-//! From celestial to Earth-fixed axes: error and cost of leaving out terms.
+//! From celestial to Earth-fixed axes: error and cost of neglected terms.
 //!
 //! Errors in arcsec over directions all around the sky. The reference is the chain satphot uses, IAU 2006/2000A with
 //! UT1 and polar motion; UT1 − UTC 0.2 s and a pole 0.3″ away stand for what Bulletin A gives.
@@ -8,7 +8,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
 use super::effort::Stopwatch;
-use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use super::sweep::{Errors, Series, Sweep, SweepPoint, cpu_us};
 use crate::base::constants::ARCSEC_PER_RAD;
 use crate::base::error::Result;
 use crate::base::vector::{Itrs, Vector};
@@ -109,7 +109,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
                     std::hint::black_box(way(e, v));
                 });
             });
-            Errors::of(&off).map(|errors| Point {
+            Errors::of(&off).map(|errors| SweepPoint {
                 setting: (*setting).into(),
                 errors,
                 cpu_us: us / cases.len() as f64,

@@ -7,7 +7,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
 use super::effort::Stopwatch;
-use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use super::sweep::{Errors, Series, Sweep, SweepPoint, cpu_us};
 use crate::base::error::Result;
 use crate::base::vector::{Itrs, Vector};
 use crate::brightness::settings::PUBLISHED_EARTH_RADIUS_KM;
@@ -35,7 +35,7 @@ fn scenes(n: usize, seed: u64) -> Result<Vec<Scene>> {
         .collect()
 }
 
-/// One integral: what a scene asks of a law.
+/// One integral: a scene and a law.
 struct Case {
     ground: Ground,
     normal: Vector<Itrs>,
@@ -78,7 +78,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
                     std::hint::black_box(light(case, tolerance));
                 }
             });
-            points.extend(Errors::of(&off).map(|errors| Point {
+            points.extend(Errors::of(&off).map(|errors| SweepPoint {
                 setting: format!("{tolerance:e}"),
                 errors,
                 cpu_us: all_us / cases.len() as f64,
@@ -96,7 +96,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
                     std::hint::black_box(plain(case));
                 }
             });
-            points.extend(Errors::of(&off).map(|errors| Point {
+            points.extend(Errors::of(&off).map(|errors| SweepPoint {
                 setting: format!("{}x{}", rule.0, rule.1),
                 errors,
                 cpu_us: all_us / cases.len() as f64,

@@ -8,7 +8,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
 use super::effort::Stopwatch;
-use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use super::sweep::{Errors, Series, Sweep, SweepPoint, cpu_us};
 use crate::base::constants::AU_KM;
 use crate::base::error::{Error, Result};
 use crate::base::vector::{Itrs, Vector};
@@ -133,7 +133,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
                     std::hint::black_box(way(&case.epoch).is_ok());
                 });
             });
-            points.extend(Errors::of(&off).map(|errors| Point {
+            points.extend(Errors::of(&off).map(|errors| SweepPoint {
                 setting: setting.into(),
                 errors,
                 cpu_us: us / cases.len().max(1) as f64,

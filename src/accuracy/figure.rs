@@ -32,7 +32,7 @@ struct Label {
 
 impl Label {
     /// To the right of a mark, or to its left where the frame ends.
-    fn beside((x, y): (i32, i32), text: &str, right_end: i32) -> Self {
+    fn next_to((x, y): (i32, i32), text: &str, right_end: i32) -> Self {
         let width = LETTER.1 * text.chars().count() as i32;
         let left = if x + 12 + width > right_end { x - 12 - width } else { x + 12 };
         Self { at: (left, y - 8), width }
@@ -90,7 +90,7 @@ pub fn error_against_time(path: &Path, name: &str, sweep: &Sweep) -> Result<()> 
                 let (at_x, at_y) = place(k);
                 panel.mark(mark, at_x, at_y, colour);
                 let text = signed(&point.setting);
-                let label = Label::beside((panel.px(at_x) as i32, panel.py(at_y) as i32), &text, panel.frame.2);
+                let label = Label::next_to((panel.px(at_x) as i32, panel.py(at_y) as i32), &text, panel.frame.2);
                 // what would cover another label is left to the table
                 if !labels.iter().any(|l| l.covers(&label)) {
                     write_text(sheet, &text, label.at, SMALL - 6.0, colour, (HPos::Left, VPos::Bottom));

@@ -3,7 +3,7 @@
 //! The nights of [`super::zeropoint_fit`]; errors in magnitudes of the magnitude the fit predicts, against the converged fit.
 
 use super::effort::Stopwatch;
-use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use super::sweep::{Errors, Series, Sweep, SweepPoint, cpu_us};
 use super::zeropoint_fit::{AT, night};
 use crate::base::error::Result;
 use crate::config;
@@ -34,7 +34,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
                     std::hint::black_box(with(stars, rounds).is_ok());
                 });
             });
-            Errors::of(&off).map(|errors| Point {
+            Errors::of(&off).map(|errors| SweepPoint {
                 setting: rounds.to_string(),
                 errors,
                 cpu_us: us / few.len() as f64,

@@ -7,7 +7,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
 use super::effort::Stopwatch;
-use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use super::sweep::{Errors, Series, Sweep, SweepPoint, cpu_us};
 use crate::base::error::Result;
 use crate::frames::flat::{LANES, Lanes, Network, middle};
 
@@ -102,7 +102,7 @@ fn series<T: Copy + Default + Into<f64>>(
             });
         });
         let at_once = if setting == "network" { LANES } else { 1 };
-        points.extend(Errors::of(&off).map(|errors| Point {
+        points.extend(Errors::of(&off).map(|errors| SweepPoint {
             setting: setting.into(),
             errors,
             cpu_us: us * 1000.0 / (blocks.len() * LANES) as f64,

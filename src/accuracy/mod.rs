@@ -30,7 +30,7 @@ pub use effort::{Effort, Stopwatch};
 
 pub use extremes::{Extreme, Verdict, extremes};
 pub use paths::paths;
-pub use sweep::{Errors, Point, Series, Sweep};
+pub use sweep::{Errors, Series, Sweep, SweepPoint};
 
 use crate::base::error::Result;
 
@@ -90,7 +90,7 @@ pub const METHODS: &[Method] = &[
     },
     Method {
         name: "time-grid",
-        about: "Sun and Moon along a pass or a day: computed anew, or interpolated",
+        about: "Sun and Moon along a pass or a day: recomputed, or interpolated",
         sweep: time_grid::sweep,
     },
     Method {
@@ -98,7 +98,11 @@ pub const METHODS: &[Method] = &[
         about: "Sun and Moon: what an ephemeris does to the magnitude",
         sweep: ephemeris::sweep,
     },
-    Method { name: "earth-frames", about: "celestial to Earth-fixed axes: terms left out", sweep: earth_frames::sweep },
+    Method {
+        name: "earth-frames",
+        about: "celestial to Earth-fixed axes: neglected terms",
+        sweep: earth_frames::sweep,
+    },
     Method {
         name: "background-mesh",
         about: "the sky under a frame: size of the boxes of its mesh",

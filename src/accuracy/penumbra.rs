@@ -7,7 +7,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
 use super::effort::Stopwatch;
-use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use super::sweep::{Errors, Series, Sweep, SweepPoint, cpu_us};
 use crate::base::constants::{AU_KM, SUN_RADIUS_KM};
 use crate::base::error::Result;
 use crate::brightness::shadow::{ATMOSPHERE_ORDER, Colour, mean_over_disc, visible_fraction};
@@ -57,7 +57,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
                     std::hint::black_box(share(*c, order));
                 });
             });
-            Errors::of(&off).map(|errors| Point {
+            Errors::of(&off).map(|errors| SweepPoint {
                 setting: format!("order {order}"),
                 errors,
                 cpu_us: us / n as f64,
@@ -80,7 +80,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
                     std::hint::black_box(share(*c));
                 });
             });
-            points.extend(Errors::of(&off).map(|errors| Point {
+            points.extend(Errors::of(&off).map(|errors| SweepPoint {
                 setting,
                 errors,
                 cpu_us: us / n as f64,

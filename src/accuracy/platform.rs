@@ -7,7 +7,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
 use super::effort::Stopwatch;
-use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use super::sweep::{Errors, Series, Sweep, SweepPoint, cpu_us};
 use crate::base::constants::AU_KM;
 use crate::base::error::Result;
 use crate::base::vector::Vector;
@@ -91,7 +91,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
                 });
             });
             let cpu_us = us / scenes.len() as f64;
-            points.extend(Errors::of(&off).map(|errors| Point {
+            points.extend(Errors::of(&off).map(|errors| SweepPoint {
                 setting,
                 errors,
                 cpu_us,

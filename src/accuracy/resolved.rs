@@ -5,7 +5,7 @@
 //! 1 %, is a case.
 
 use super::effort::Stopwatch;
-use super::sweep::{Errors, Point, Series, Sweep};
+use super::sweep::{Errors, Series, Sweep, SweepPoint};
 use crate::base::error::Result;
 use crate::base::vector::Vector;
 use crate::brightness::{ModelSettings, Scene};
@@ -89,7 +89,7 @@ fn points(
     satellite: &ComponentSatellite,
     finest: &RenderSettings,
     settings: Vec<(String, RenderSettings, bool)>,
-) -> Result<Vec<Point>> {
+) -> Result<Vec<SweepPoint>> {
     let truth = irradiances(satellite, finest)?;
     let mut points = Vec::new();
     for (setting, settings, is_default) in settings {
@@ -104,7 +104,7 @@ fn points(
             off.push(found.iter().sum::<f64>() / total - 1.0);
         }
         let memory_kb = Some(5.0 * 8.0 * (settings.pixels * settings.pixels) as f64 / 1024.0);
-        points.extend(Errors::of(&off).map(|errors| Point { setting, errors, cpu_us, memory_kb, is_default }));
+        points.extend(Errors::of(&off).map(|errors| SweepPoint { setting, errors, cpu_us, memory_kb, is_default }));
     }
     Ok(points)
 }

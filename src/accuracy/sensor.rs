@@ -4,7 +4,7 @@ use ndarray::Array2;
 
 use super::effort::Effort;
 use super::effort::Stopwatch;
-use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use super::sweep::{Errors, Series, Sweep, SweepPoint, cpu_us};
 use crate::base::error::Result;
 use crate::resolved::sensor::{Blur, Pupil, Sampling, Seeing, Stamp, stamp};
 use crate::resolved::{Light, RadianceImage};
@@ -91,7 +91,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
                 let cpu_us = cpu_us(stopwatch, || {
                     std::hint::black_box(run(&sampling).is_ok());
                 });
-                points.extend(Errors::of(&differences(&got, &truth)).map(|errors| Point {
+                points.extend(Errors::of(&differences(&got, &truth)).map(|errors| SweepPoint {
                     setting: format!("{value} {}", if knob == "reach" { "FWHM" } else { "steps" }),
                     errors,
                     cpu_us,

@@ -9,7 +9,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
 use super::effort::Stopwatch;
-use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use super::sweep::{Errors, Series, Sweep, SweepPoint, cpu_us};
 use crate::base::error::{Error, Result};
 use crate::base::vector::Vector;
 use crate::brightness::settings::PUBLISHED_EARTH_RADIUS_KM;
@@ -70,7 +70,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
             return Err(error);
         }
         let kb = (map.points.len() * size_of_val(&map.points[0])) as f64 / 1024.0;
-        points.extend(Errors::of(&off).map(|errors| Point {
+        points.extend(Errors::of(&off).map(|errors| SweepPoint {
             setting: format!("{n_alt}x{n_az}"),
             errors,
             cpu_us: us,
@@ -83,7 +83,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
         work: "one map",
         error: "mag",
         reference: "the model in the very direction",
-        default_because: "3 x 5 deg is what a figure shows; a finer map can be asked for",
+        default_because: "3 x 5 deg is what a figure shows; a finer map can be requested",
         series: vec![Series { label: "Starlink V1.5, Sun at -12 deg".into(), points }],
     })
 }

@@ -5,7 +5,7 @@
 
 use super::effort::Effort;
 use super::effort::Stopwatch;
-use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use super::sweep::{Errors, Series, Sweep, SweepPoint, cpu_us};
 use crate::base::error::{Error, Result};
 use crate::base::time::from_mjd_utc;
 use crate::brightness::sky_points::{SkyPoints, Spread};
@@ -61,7 +61,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
             let us = cpu_us(stopwatch, || {
                 let _ = median(n, None, &moments[0]);
             });
-            points.extend(Errors::of(&off).map(|errors| Point {
+            points.extend(Errors::of(&off).map(|errors| SweepPoint {
                 setting: n.to_string(),
                 errors,
                 cpu_us: us,

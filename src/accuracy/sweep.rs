@@ -34,7 +34,7 @@ impl Errors {
 
 /// One setting of the knob.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Point {
+pub struct SweepPoint {
     /// The setting as a user would write it.
     pub setting: String,
     /// How wrong it is.
@@ -53,7 +53,7 @@ pub struct Series {
     /// The situation.
     pub label: String,
     /// Its settings, in the order they were tried.
-    pub points: Vec<Point>,
+    pub points: Vec<SweepPoint>,
 }
 
 impl Series {
@@ -61,8 +61,8 @@ impl Series {
     /// not beaten by time, and errors below 1e-15 are all the same.
     #[must_use]
     pub fn on_front(&self) -> Vec<bool> {
-        let error = |p: &Point| p.errors.p95.max(1e-15);
-        let beats = |a: &Point, b: &Point| {
+        let error = |p: &SweepPoint| p.errors.p95.max(1e-15);
+        let beats = |a: &SweepPoint, b: &SweepPoint| {
             (error(a) < error(b) && a.cpu_us <= 1.05 * b.cpu_us) || (error(a) <= error(b) && 1.05 * a.cpu_us < b.cpu_us)
         };
         self.points.iter().map(|p| !self.points.iter().any(|other| beats(other, p))).collect()
@@ -100,7 +100,7 @@ impl Sweep {
                 continue;
             }
             let own = &series.points[k];
-            let beats = |p: &&Point| p.errors.p95 <= own.errors.p95.max(1e-15) && p.cpu_us < own.cpu_us;
+            let beats = |p: &&SweepPoint| p.errors.p95 <= own.errors.p95.max(1e-15) && p.cpu_us < own.cpu_us;
             let best = series.points.iter().filter(beats).min_by(|a, b| a.cpu_us.total_cmp(&b.cpu_us));
             let by = best.map_or("another".to_string(), |p| {
                 format!("{} takes {:.0} % of its time", p.setting, 100.0 * p.cpu_us / own.cpu_us)
@@ -138,9 +138,9 @@ pub(super) fn cpu_us(stopwatch: &Stopwatch, mut work: impl FnMut()) -> f64 {
 mod tests {
     use super::*;
 
-    fn point(p95: f64, cpu_us: f64) -> Point {
+    fn point(p95: f64, cpu_us: f64) -> SweepPoint {
         let errors = Errors { median: p95, p95, worst: p95, n: 1 };
-        Point { setting: String::new(), errors, cpu_us, memory_kb: None, is_default: false }
+        SweepPoint { setting: String::new(), errors, cpu_us, memory_kb: None, is_default: false }
     }
 
     #[test]
@@ -152,9 +152,9 @@ mod tests {
 
     #[test]
     fn the_standing_of_a_default_names_what_beats_it() {
-        let series = |points: Vec<Point>, label: &str| Series { label: label.into(), points };
-        let default = |p95, us| Point { is_default: true, ..point(p95, us) };
-        let best = Point { setting: "quicker".into(), ..point(1e-3, 2.0) };
+        let series = |points: Vec<SweepPoint>, label: &str| Series { label: label.into(), points };
+        let default = |p95, us| SweepPoint { is_default: true, ..point(p95, us) };
+        let best = SweepPoint { setting: "quicker".into(), ..point(1e-3, 2.0) };
         let sweep = Sweep {
             knob: "knob",
             work: "work",

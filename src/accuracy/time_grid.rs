@@ -8,7 +8,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
 use super::effort::Stopwatch;
-use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use super::sweep::{Errors, Series, Sweep, SweepPoint, cpu_us};
 use crate::base::constants::ARCSEC_PER_RAD;
 use crate::base::error::Result;
 use crate::orbit::{EarthOrientation, SkyBodies, bodies};
@@ -26,8 +26,8 @@ struct Grid {
 impl Grid {
     fn new(start: Epoch, span_s: f64, (step_s, points): (f64, usize)) -> Result<Self> {
         // cubic: one step more on both sides
-        let beside = points / 2 - 1;
-        let start = start - Duration::from_seconds(beside as f64 * step_s);
+        let margin = points / 2 - 1;
+        let start = start - Duration::from_seconds(margin as f64 * step_s);
         let n = (span_s / step_s).ceil() as usize + points;
         let at = |k: usize| bodies(&(start + Duration::from_seconds(k as f64 * step_s)), &EarthOrientation::default());
         Ok(Self { start, step_s, points, nodes: (0..n).map(at).collect::<Result<_>>()? })
@@ -78,7 +78,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
             });
         });
         let none = vec![0.0; few * starts.len()];
-        points.extend(Errors::of(&none).map(|errors| Point {
+        points.extend(Errors::of(&none).map(|errors| SweepPoint {
             setting: "none".into(),
             errors,
             cpu_us: exact_us / few as f64,
@@ -107,7 +107,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
             });
             let setting = format!("{} s {}", grid.0, if grid.1 == 2 { "linear" } else { "cubic" });
             let memory_kb = Some((nodes * size_of::<SkyBodies>()) as f64 / 1024.0);
-            points.extend(Errors::of(&off).map(|errors| Point {
+            points.extend(Errors::of(&off).map(|errors| SweepPoint {
                 setting,
                 errors,
                 cpu_us: us / rows as f64,

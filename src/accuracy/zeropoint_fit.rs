@@ -8,7 +8,7 @@ use rand_chacha::ChaCha12Rng;
 use rand_distr::StandardNormal;
 
 use super::effort::Stopwatch;
-use super::sweep::{Errors, Point, Series, Sweep, cpu_us};
+use super::sweep::{Errors, Series, Sweep, SweepPoint, cpu_us};
 use crate::base::error::Result;
 use crate::config::{self, Estimator};
 use crate::zeropoint::fit::{StarMeasurement, fit};
@@ -86,7 +86,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
                     std::hint::black_box(of(stars).is_ok());
                 }
             });
-            points.extend(Errors::of(&off).map(|errors| Point {
+            points.extend(Errors::of(&off).map(|errors| SweepPoint {
                 setting: setting.into(),
                 errors,
                 cpu_us: us / few.len() as f64,

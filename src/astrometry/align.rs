@@ -166,7 +166,7 @@ type Match = (usize, usize, f64);
 /// (length, first, second).
 type Pair = (f64, (f64, f64), (f64, f64));
 
-/// Both lists, with what is asked of them often.
+/// Both lists, with the index that searches them.
 struct Field {
     predicted: Vec<(f64, f64)>,
     detected: Vec<(f64, f64)>,
@@ -332,7 +332,7 @@ impl Field {
         Some(Motion { d: (qc.0 - c[0], qc.1 - c[1]), m })
     }
 
-    /// Probability that chance brings as many stars together, for the most telling of a few radii, and the rms
+    /// Probability that chance brings as many stars together, for the most significant of a few radii, and the rms
     /// distance.
     ///
     /// P = h · Σ_{j ≥ k − f} Binom(n − f, p)(j), p = N π r² / area; f stars are met by construction, h counts the

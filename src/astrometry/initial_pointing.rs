@@ -14,7 +14,7 @@ use crate::orbit::{EarthOrientation, Site, altaz_to_icrs};
 
 /// An approximate position and its source.
 #[derive(Debug, Clone, PartialEq)]
-pub struct RoughPosition {
+pub struct InitialPointing {
     /// Right ascension \[deg\].
     pub ra_deg: f64,
     /// Declination \[deg\].
@@ -50,19 +50,19 @@ const HORIZONTAL: [(&str, &str); 5] = [
 /// A pair of zeros is not a position. A right ascension that is a bare number below 24 whose comment names no unit is
 /// taken as degrees and, after all others, as hours.
 #[must_use]
-pub fn rough_positions(
+pub fn initial_pointings(
     exposure: &Exposure,
     field: Option<(&str, [f64; 2])>,
     wcs: Option<&Wcs>,
     site: Option<(&Site, &EarthOrientation)>,
     aliases: &Aliases,
-) -> Vec<RoughPosition> {
+) -> Vec<InitialPointing> {
     let header = &exposure.header;
-    let mut found: Vec<RoughPosition> = Vec::new();
+    let mut found: Vec<InitialPointing> = Vec::new();
     let mut as_hours = Vec::new();
     let mut place = |ra_deg: f64, dec_deg: f64, source: String, is_reference: bool| {
         if ra_deg.is_finite() && (-90.0..=90.0).contains(&dec_deg) && (ra_deg, dec_deg) != (0.0, 0.0) {
-            found.push(RoughPosition { ra_deg: ra_deg.rem_euclid(360.0), dec_deg, source, is_reference });
+            found.push(InitialPointing { ra_deg: ra_deg.rem_euclid(360.0), dec_deg, source, is_reference });
         }
     };
     if let Some((name, [ra_deg, dec_deg])) = field {
@@ -183,7 +183,7 @@ mod tests {
 
     fn places(cards: &str) -> Vec<(f64, f64)> {
         let round = |v: f64| (v * 1e6).round() / 1e6;
-        rough_positions(&exposure(cards), None, None, None, &Aliases::new())
+        initial_pointings(&exposure(cards), None, None, None, &Aliases::new())
             .iter()
             .map(|p| (round(p.ra_deg), round(p.dec_deg)))
             .collect()
@@ -233,7 +233,7 @@ mod tests {
             warnings: vec![],
         });
         let eop = EarthOrientation::default();
-        let found = rough_positions(&e, None, None, Some((&site, &eop)), &Aliases::new());
+        let found = initial_pointings(&e, None, None, Some((&site, &eop)), &Aliases::new());
         let (alt, az) = crate::orbit::icrs_to_altaz(&site, &eop, &mid, found[0].ra_deg, found[0].dec_deg);
         assert!((alt.to_degrees() - 60.0).abs() < 1e-6 && (az.to_degrees() - 200.0).abs() < 1e-6);
     }
@@ -242,12 +242,12 @@ mod tests {
     fn the_field_of_the_configuration_comes_before_the_header() {
         let e = exposure("RA = 10.0\nDEC = 20.0\nCTYPE1 = 'RA---TAN'\nCRVAL1 = 11.0\nCRVAL2 = 21.0\n");
         let wcs = Wcs::tan(30.0, 40.0, 50.0, 50.0, 1.0, 0.0, false);
-        let found = rough_positions(&e, Some(("SA 110", [280.6, 0.1])), Some(&wcs), None, &Aliases::new());
+        let found = initial_pointings(&e, Some(("SA 110", [280.6, 0.1])), Some(&wcs), None, &Aliases::new());
         assert_eq!(found[0].source, "stars.fields \"SA 110\"");
         assert!(separation_deg(found[1].ra_deg, found[1].dec_deg, 30.0, 40.0) < 1e-6);
         // the header's pair, CRVAL being part of the coordinates, and the pair again in hours
         assert_eq!((found[2].ra_deg, found[3].ra_deg, found.len()), (10.0, 150.0, 4));
-        let alone = rough_positions(&e, None, None, None, &Aliases::new());
+        let alone = initial_pointings(&e, None, None, None, &Aliases::new());
         assert!(alone.iter().any(|p| p.source == "CRVAL1/CRVAL2" && p.is_reference));
         assert_eq!(alone.iter().filter(|p| p.is_reference).count(), 1);
     }

@@ -1,6 +1,6 @@
 //! The pass bands of calibrated magnitudes: their names, magnitude systems and descriptors.
 //!
-//! What observers write under FILTER is in `filter`, what catalogues call their columns in `column`. Leaves out
+//! What observers write under FILTER is in `filter`, what catalogues call their columns in `column`. Does not cover
 //! transmission curves, which are the model's ([`crate::brightness::Band`]).
 
 mod band;

@@ -47,7 +47,7 @@ fn every_spelling_of_a_filter_means_its_band() {
 }
 
 #[test]
-fn every_usual_column_name_tells_its_band() {
+fn every_usual_column_name_implies_its_band() {
     use Band::*;
     for (band, names) in [
         (V, "Vmag|v_mag|Johnson_V|mag_V|V_mag|V|catalogue_v_mag|v_jkc_mag|magV|Vmag_std|Johnson_V (V)"),

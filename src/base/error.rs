@@ -146,7 +146,7 @@ pub enum Error {
         problem: String,
     },
 
-    // --- look at what was changed (exit code 6)
+    // --- check what was changed (exit code 6)
     /// A check of finished results against what they say of themselves failed.
     #[error("{problem}")]
     Mismatch {
@@ -163,7 +163,7 @@ pub enum Error {
     },
 
     // --- go on later (exit code 128 + signal)
-    /// Asked to stop; what was finished is kept.
+    /// A stop was requested; what was finished is kept.
     #[error("{problem}")]
     Interrupted {
         /// The signal: 2 from the keyboard, 15 from a scheduler.

@@ -64,7 +64,7 @@ pub fn write_by_path(path: &Path, bytes: u64, make: impl FnOnce(&Path) -> Result
         let _ = fs::remove_file(&copy);
         return made;
     }
-    let (path, temporary) = beside(path)?;
+    let (path, temporary) = temporary_for(path)?;
     let written = match fs::remove_file(&temporary) {
         Err(e) if e.kind() != ErrorKind::NotFound => Err(e),
         _ => Ok(()),
@@ -108,7 +108,7 @@ impl NewFile {
     pub fn create(path: &Path) -> Result<Self> {
         let (path, temporary) = match is_stream(path) {
             true => (path.to_path_buf(), None),
-            false => beside(path).map(|(path, temporary)| (path, Some(temporary)))?,
+            false => temporary_for(path).map(|(path, temporary)| (path, Some(temporary)))?,
         };
         let opened = match &temporary {
             Some(temporary) => File::create(temporary),
@@ -240,7 +240,7 @@ fn is_stream(path: &Path) -> bool {
 }
 
 /// The path a file will have, links followed, and its temporary.
-fn beside(path: &Path) -> Result<(PathBuf, PathBuf)> {
+fn temporary_for(path: &Path) -> Result<(PathBuf, PathBuf)> {
     let link = fs::symlink_metadata(path).is_ok_and(|m| m.is_symlink());
     let path = if link { fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf()) } else { path.to_path_buf() };
     if path.is_dir() {
@@ -361,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_that_is_gone_or_is_a_file_is_told_with_its_remedy() {
+    fn a_folder_that_is_gone_or_is_a_file_is_reported_with_its_remedy() {
         let folder = tempfile::tempdir().unwrap();
         let gone = write_atomic(&folder.path().join("gone/a.txt"), b"a").unwrap_err();
         assert!(gone.to_string().contains("not there") && gone.exit_code() == 4, "{gone}");

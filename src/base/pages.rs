@@ -1,8 +1,8 @@
 //! Memory for whole frames in large pages, where the system has them.
 //!
 //! A frame of 61 million pixels is 60 000 pages of 4 kB, each to be handed out, filled with zeros and found again in the
-//! tables of the processor; in pages of 2 MB all stages over a frame take 7 to 9 % less time (docs/speed.md). Leaves out
-//! small buffers, and systems other than Linux: there memory stays as it comes.
+//! tables of the processor; in pages of 2 MB all stages over a frame take 7 to 9 % less time (docs/speed.md). Not
+//! covered: small buffers, and systems other than Linux, where memory is used as the system gives it.
 #![allow(unsafe_code)]
 
 use std::path::Path;
@@ -17,7 +17,7 @@ const LARGE_PAGE: usize = 2 << 20;
 /// # Errors
 /// [`Error::Fits`] with the size, if the system does not give so much memory.
 pub(crate) fn zeros<T: Copy + Default>(path: &Path, len: usize) -> Result<Vec<T>> {
-    // asked for and given back first: `vec![0; len]` would end the program
+    // requested and given back first: `vec![0; len]` would end the program
     grow(&mut Vec::<T>::new(), len, false).map_err(|problem| Error::Fits { path: path.to_path_buf(), problem })?;
     let values = vec![T::default(); len];
     in_large_pages(&values);

@@ -46,7 +46,7 @@ pub(crate) struct Pair {
     /// Gauss weights; 0 at the nodes only Kronrod has.
     pub coarse: Vec<f64>,
     /// Weights of the interpolating rule on the nodes only Kronrod has, coarser still; 0 at the others.
-    pub rough: Vec<f64>,
+    pub coarsest: Vec<f64>,
 }
 
 /// Number of pairs.
@@ -66,8 +66,8 @@ fn pair(half: &[[f64; 3]]) -> Pair {
     let rows: Vec<[f64; 3]> = mirrored.chain(half.iter().copied()).collect();
     let column = |c: usize| rows.iter().map(|row| row[c]).collect();
     let x: Vec<f64> = column(0);
-    let rough = interpolating(&x);
-    Pair { fine: column(1), coarse: column(2), rough, x }
+    let coarsest = interpolating(&x);
+    Pair { fine: column(1), coarse: column(2), coarsest, x }
 }
 
 /// Weights of the rule that integrates the polynomial through the values at every second node, first and last included.
@@ -196,9 +196,9 @@ mod tests {
 
     #[test]
     fn the_three_rules_of_a_pair_are_exact_to_their_degree() {
-        for Pair { x, fine, coarse, rough } in kronrod() {
+        for Pair { x, fine, coarse, coarsest } in kronrod() {
             let n = x.len() / 2;
-            for (weights, degree) in [(fine, 3 * n + 1), (coarse, 2 * n - 1), (rough, n)] {
+            for (weights, degree) in [(fine, 3 * n + 1), (coarse, 2 * n - 1), (coarsest, n)] {
                 for d in 0..=degree {
                     let sum: f64 = x.iter().zip(weights).map(|(x, w)| w * x.powi(d as i32)).sum();
                     let exact = if d % 2 == 0 { 2.0 / (d + 1) as f64 } else { 0.0 };

@@ -1,13 +1,13 @@
 //! A request to stop: finish the frames in work, keep what is done, say how to go on.
 //!
-//! The library only asks; the program connects it to the signals of the system.
+//! The library only reads it; the program connects it to the signals of the system.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use crate::base::error::{Error, Result};
 
-/// Whether a run was asked to stop, shared by everyone who works for it. The default is never asked.
+/// Whether a stop of a run was requested, shared by all its threads. The default never is.
 #[derive(Debug, Clone, Default)]
 pub struct Stop {
     signal: Arc<AtomicUsize>,
@@ -25,13 +25,13 @@ impl Drop for Reading {
 }
 
 impl Stop {
-    /// The number a signal handler sets: 0 = go on, else the signal that asked to stop.
+    /// The number a signal handler sets: 0 = go on, else the signal that requests a stop.
     #[must_use]
     pub fn flag(&self) -> Arc<AtomicUsize> {
         Arc::clone(&self.signal)
     }
 
-    /// The signal that asked to stop, if one did.
+    /// The signal that requested a stop, if there was one.
     #[must_use]
     pub fn requested(&self) -> Option<u8> {
         u8::try_from(self.signal.load(Ordering::Relaxed)).ok().filter(|signal| *signal != 0)

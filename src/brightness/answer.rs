@@ -4,7 +4,7 @@
 
 use std::fmt;
 
-use super::flux_sum::Sum;
+use super::flux_sum::FluxSum;
 use super::light_sources::mag_of_flux;
 use super::lights::LightSource;
 use super::skip::Skip;
@@ -138,7 +138,7 @@ pub struct Brightness {
 }
 
 /// The answer from the four lights: Sun, earthshine, Moon, lunar earthshine.
-pub(super) fn assemble(lights: &[Sum; 4], sun: &LightSource, extrapolated: bool, skipped: Vec<Skip>) -> Brightness {
+pub(super) fn assemble(lights: &[FluxSum; 4], sun: &LightSource, extrapolated: bool, skipped: Vec<Skip>) -> Brightness {
     let [sunlight, earthshine, moonlight, lunar_earthshine] = lights.each_ref().map(|l| l.flux);
     let total: f64 = lights.iter().map(|l| l.flux).sum();
     let err: f64 = lights.iter().map(|l| l.err).sum();

@@ -140,7 +140,7 @@ impl Viewpoint {
     }
 }
 
-/// Draws the Earth lit from the geocentric direction `light_source` with `lamp_w_m2` (at the Earth's centre, where every place
+/// Draws the Earth lit from the geocentric direction `light_source` with `source_w_m2` (at the Earth's centre, where every place
 /// sees a Moon of its own, `near`), as `n` by `n` pixels, each the mean of
 /// `sub` by `sub` points.
 ///
@@ -151,7 +151,7 @@ impl Viewpoint {
 pub fn earth_picture(
     view: &Viewpoint,
     (light_source, near): (&Vector<Itrs>, Option<&NearMoon>),
-    lamp_w_m2: f64,
+    source_w_m2: f64,
     earth: &Brdf,
     (n, sub): (usize, usize),
 ) -> Result<EarthPicture> {
@@ -159,9 +159,9 @@ pub fn earth_picture(
     if !((2..=MAX_SIDE).contains(&n) && (1..=64).contains(&sub)) {
         return Err(impossible(format!("{n} pixels of {sub} points a side; accepted are 2 to {MAX_SIDE}, 1 to 64")));
     }
-    if !(lamp_w_m2 >= 0.0 && lamp_w_m2.is_finite()) {
+    if !(source_w_m2 >= 0.0 && source_w_m2.is_finite()) {
         return Err(impossible(format!(
-            "the irradiance of the light source is {lamp_w_m2} W/m2; it must be a non-negative number"
+            "the irradiance of the light source is {source_w_m2} W/m2; it must be a non-negative number"
         )));
     }
     let ground = match near {
@@ -182,7 +182,7 @@ pub fn earth_picture(
                     sum += ground.radiance_from(&ground.local(&w));
                 }
             }
-            *pixel = lamp_w_m2 * sum / (sub * sub) as f64;
+            *pixel = source_w_m2 * sum / (sub * sub) as f64;
         }
     });
     Ok(EarthPicture { view: *view, radiance, half_side })
@@ -226,7 +226,7 @@ mod tests {
 
     #[test]
     fn from_far_away_the_earth_is_the_lambert_sphere_of_the_books() {
-        // E/E_lamp = (2/3) ρ (R/d)² (sin α + (π − α) cos α)/π
+        // E/E_source = (2/3) ρ (R/d)² (sin α + (π − α) cos α)/π
         for alpha_deg in [0.0f64, 30.0, 90.0, 140.0] {
             let view = Viewpoint::new(20.0, 0.0, 3e7).unwrap();
             let a = alpha_deg.to_radians();
@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn under_the_lamp_the_ground_has_albedo_e_over_pi_and_behind_the_terminator_none() {
+    fn under_the_light_source_the_ground_has_albedo_e_over_pi_and_behind_the_terminator_none() {
         let view = Viewpoint::new(100.0, 10.0, 35_786.0).unwrap();
         let light_source = view.up;
         let picture = earth_picture(&view, (&light_source, None), 3.0e-3, &LAMBERT, (301, 1)).unwrap();
@@ -279,7 +279,7 @@ mod tests {
     #[test]
     fn every_pixel_sees_the_same_solid_angle() {
         // an isotropic sphere of radiance 1 subtends 2π(1 − cos η): a Lambert ground under a light source in each
-        // point's zenith cannot be had, so the law is asked through the picture's own area
+        // point's zenith cannot be had, so the law is evaluated by the picture's own area
         let view = Viewpoint::new(0.0, 90.0, 1_000.0).unwrap();
         let disc = PI * (2.0 * (0.5 * view.limb_rad()).sin()).powi(2);
         assert!((disc / (2.0 * PI * (1.0 - view.limb_rad().cos())) - 1.0).abs() < 1e-12);

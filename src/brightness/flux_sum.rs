@@ -7,16 +7,16 @@ use crate::base::vector::Vector;
 
 /// Sum of a light over the surfaces, its numerical error, and what the Earth integrals took.
 #[derive(Default)]
-pub(super) struct Sum {
+pub(super) struct FluxSum {
     pub flux: f64,
     pub err: f64,
     pub quadratures: usize,
     pub nodes: usize,
 }
 
-impl Sum {
+impl FluxSum {
     /// Adds a part, its flux and error scaled.
-    pub fn add(&mut self, part: &Sum, scale: f64) {
+    pub fn add(&mut self, part: &FluxSum, scale: f64) {
         self.flux += scale * part.flux;
         self.err += scale * part.err;
         self.quadratures += part.quadratures;

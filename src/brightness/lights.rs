@@ -4,7 +4,7 @@
 //! Irradiances relative to a star of magnitude 0, areas in m², range in m. What a scene does not need is not computed,
 //! and the reason is written down. Not included: light scattered from one surface to another.
 
-use super::flux_sum::Sum;
+use super::flux_sum::FluxSum;
 use std::f64::consts::PI;
 
 use super::brdf::{Brdf, direct_reflection, mirror_reflection};
@@ -107,10 +107,10 @@ impl<'a> VisibleSurfaces<'a> {
 
     /// Light of a light source scattered once by the surfaces.
     ///
-    /// `E_obs/E_lamp = ν Σ A ⟨f(s, n, o) (n·s)₊⟩ (n·o)₊ / d²`, ν the share of the light source's light that gets past
+    /// `E_obs/E_source = ν Σ A ⟨f(s, n, o) (n·s)₊⟩ (n·o)₊ / d²`, ν the share of the light source's light that gets past
     /// the Earth, the mean ⟨⟩ over its disc.
-    pub fn direct(&self, light_source: &LightSource, skipped: &mut Vec<Skip>) -> Sum {
-        let mut sum = Sum::default();
+    pub fn direct(&self, light_source: &LightSource, skipped: &mut Vec<Skip>) -> FluxSum {
+        let mut sum = FluxSum::default();
         let shines = light_source.visible_frac > 0.0 && light_source.flux_at_satellite > 0.0;
         if !(self.exhaustive || shines) {
             let why = if light_source.flux_at_satellite > 0.0 { light_source.words.hidden } else { "gives no light" };
@@ -128,7 +128,7 @@ impl<'a> VisibleSurfaces<'a> {
                 continue;
             }
             let part = plate.integrate(|view: &View| {
-                let Some(side) = self.side(plate, view) else { return Sum::default() };
+                let Some(side) = self.side(plate, view) else { return FluxSum::default() };
                 let toward = light_source.toward(view);
                 let f_cos = match side.brdf {
                     // at the edge of its beam a mirror is as wide as the observer sees it
@@ -146,7 +146,7 @@ impl<'a> VisibleSurfaces<'a> {
                         source_disc,
                     ),
                 };
-                Sum { flux: side.spread * f_cos, ..Sum::default() }
+                FluxSum { flux: side.spread * f_cos, ..FluxSum::default() }
             });
             sum.add(&part, light_source.visible_frac * light_source.flux_at_satellite);
         }
@@ -155,11 +155,16 @@ impl<'a> VisibleSurfaces<'a> {
 
     /// Light of a light source scattered first by the ground, then by the surfaces.
     ///
-    /// `E_obs/E_lamp = Σ A (n·o)₊ / d² · ∫ f_E (p·s)₊ f (n·w)₊ dω`. No integral is evaluated for a light source that
-    /// lights no ground in view, nor for a surface that sees no ground. `beside` is the flux of the lights already
+    /// `E_obs/E_source = Σ A (n·o)₊ / d² · ∫ f_E (p·s)₊ f (n·w)₊ dω`. No integral is evaluated for a light source that
+    /// lights no ground in view, nor for a surface that sees no ground. `other_lights_flux` is the flux of the lights already
     /// known, to which that of the surfaces before is added.
-    pub fn earth_reflected(&self, light_source: &LightSource, beside: f64, skipped: &mut Vec<Skip>) -> Sum {
-        let mut sum = Sum::default();
+    pub fn earth_reflected(
+        &self,
+        light_source: &LightSource,
+        other_lights_flux: f64,
+        skipped: &mut Vec<Skip>,
+    ) -> FluxSum {
+        let mut sum = FluxSum::default();
         let settings = self.settings;
         let Some(plate) = self.plates.first() else { return sum };
         let lights_ground = |g: &Ground| self.exhaustive || (g.lit_in_view() && light_source.flux_at_ground > 0.0);
@@ -185,10 +190,10 @@ impl<'a> VisibleSurfaces<'a> {
                 continue;
             }
             let part = plate.integrate(|view: &View| {
-                let Some(side) = self.side(plate, view) else { return Sum::default() };
+                let Some(side) = self.side(plate, view) else { return FluxSum::default() };
                 let here;
                 let ground = if plate.is_divided() {
-                    let Some(g) = ground_at(view) else { return Sum::default() };
+                    let Some(g) = ground_at(view) else { return FluxSum::default() };
                     here = g;
                     &here
                 } else {
@@ -197,21 +202,21 @@ impl<'a> VisibleSurfaces<'a> {
                 if !(ground.lit_in_view() && ground.seen_by(&side.normal)) {
                     let dark = || plain(ground, side.brdf, &side.normal, &view.observer);
                     let per_sr = if self.exhaustive { dark() } else { 0.0 };
-                    return Sum { flux: side.spread * per_sr, ..Sum::default() };
+                    return FluxSum { flux: side.spread * per_sr, ..FluxSum::default() };
                 }
                 let floor_per_sr = match settings.tolerance_of {
                     _ if self.exhaustive => 0.0,
                     ToleranceOf::EachLight => 0.0,
                     // a quarter each: two light sources, two surfaces
                     ToleranceOf::Total => {
-                        let known = beside + sum.flux;
+                        let known = other_lights_flux + sum.flux;
                         0.25 * settings.tolerance * known
                             / (light_source.flux_at_ground * side.spread).max(f64::MIN_POSITIVE)
                     }
                 };
                 let accuracy = Accuracy { tolerance: settings.tolerance, floor_per_sr, max_nodes: settings.max_nodes };
                 let light = side.from_ground.reflected(ground, &side.normal, &view.observer, &accuracy);
-                Sum {
+                FluxSum {
                     flux: side.spread * light.per_sr,
                     err: side.spread * light.err_per_sr,
                     quadratures: 1,

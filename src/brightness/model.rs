@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 use super::answer::{Brightness, Illum, assemble};
 use super::brdf::EARTH_VEGETATION;
 use super::catalogue::Satellite;
-use super::flux_sum::Sum;
+use super::flux_sum::FluxSum;
 use super::ground::Ground;
 use super::light_sources::flux_of_mag;
 use super::lights::LightSource;
@@ -91,7 +91,7 @@ impl Model {
 
     /// The brightness of the satellite in a scene.
     ///
-    /// `E_obs/E_0 = Σ_lamps E_lamp/E_0 · [direct + via Earth]`; ratios only, so no solar constant enters. A satellite
+    /// `E_obs/E_0 = Σ_sources E_source/E_0 · [direct + via Earth]`; ratios only, so no solar constant enters. A satellite
     /// below the observer's horizon is no error: every light is `None` and `skipped` says so.
     ///
     /// # Errors
@@ -118,10 +118,10 @@ impl Model {
         let up = above_horizon(scene, settings);
         if !up && leave_out {
             skipped.push(Skip::light("all", "satellite below the observer's horizon"));
-            return Ok(assemble(&<[Sum; 4]>::default(), &sun, false, skipped));
+            return Ok(assemble(&<[FluxSum; 4]>::default(), &sun, false, skipped));
         }
         let stage = VisibleSurfaces::new(scene, (&self.surfaces, &self.lighting), settings, !leave_out, &mut skipped)?;
-        let mut lights = <[Sum; 4]>::default();
+        let mut lights = <[FluxSum; 4]>::default();
         let moon = settings.moon.then(|| LightSource::moon(scene, &self.lighting, radius_km));
         let sun_source = settings.sun.then_some(&sun);
         for (k, (light_source, name)) in [(sun_source, "sun"), (moon.as_ref(), "moon")].into_iter().enumerate() {
@@ -131,9 +131,9 @@ impl Model {
             }
         }
         for (k, light_source) in [sun_source, moon.as_ref()].into_iter().enumerate() {
-            let beside = lights.iter().map(|l| l.flux).sum();
+            let other_lights_flux = lights.iter().map(|l| l.flux).sum();
             if let Some(light_source) = light_source {
-                lights[2 * k + 1] = stage.earth_reflected(light_source, beside, &mut skipped);
+                lights[2 * k + 1] = stage.earth_reflected(light_source, other_lights_flux, &mut skipped);
             }
         }
         let dimming = if up { self.extinction(scene)? } else { 0.0 };
@@ -159,7 +159,7 @@ impl Model {
     /// # Errors
     /// As [`Model::brightness`].
     #[doc(hidden)]
-    pub fn left_out(&self, scene: &Scene, skip: &Skip) -> Result<f64> {
+    pub fn skipped_flux(&self, scene: &Scene, skip: &Skip) -> Result<f64> {
         let radius_km = self.settings.radius_km(&scene.satellite_km);
         scene.check(radius_km)?;
         let mut stage =

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::brdf::Brdf;
 use super::earthshine::PreparedBrdf;
-use super::flux_sum::Sum;
+use super::flux_sum::FluxSum;
 use super::flux_sum::unit;
 use super::scene::{Scene, impossible};
 use super::surface::Surface;
@@ -143,12 +143,12 @@ impl<'a> SurfaceElement<'a> {
     /// Mean of a flux over the plate: at its middle, or to [`STABLE_TO`] over its face.
     ///
     /// The error of a divided plate includes the change between the last two orders.
-    pub fn integrate(&self, flux: impl Fn(&View) -> Sum) -> Sum {
+    pub fn integrate(&self, flux: impl Fn(&View) -> FluxSum) -> FluxSum {
         let Some([along, across]) = &self.halves_km else { return flux(&self.centre) };
         let mut before = flux(&self.centre);
         for order in ORDERS {
             let (nodes, weights) = gauss(order);
-            let mut mean = Sum::default();
+            let mut mean = FluxSum::default();
             for (u, weight_u) in nodes.iter().zip(weights) {
                 for (v, weight_v) in nodes.iter().zip(weights) {
                     let place = self.centre.place_km + *along * (2.0 * u - 1.0) + *across * (2.0 * v - 1.0);
@@ -159,7 +159,7 @@ impl<'a> SurfaceElement<'a> {
             let change = (mean.flux - before.flux).abs();
             let (quadratures, nodes) = (before.quadratures + mean.quadratures, before.nodes + mean.nodes);
             let stable = change <= STABLE_TO * mean.flux;
-            before = Sum { flux: mean.flux, err: mean.err + change, quadratures, nodes };
+            before = FluxSum { flux: mean.flux, err: mean.err + change, quadratures, nodes };
             if stable {
                 break;
             }

@@ -5,7 +5,7 @@
 /// Coefficients of a polynomial.
 pub(super) const TERMS: usize = 6;
 
-/// `f` between two arguments, as coefficients of powers of −1 ≤ y ≤ 1; `f` is not asked below 0.
+/// `f` between two arguments, as coefficients of powers of −1 ≤ y ≤ 1; `f` is not evaluated below 0.
 pub(super) fn fit(f: &impl Fn(f64) -> f64, from: f64, to: f64) -> [f64; TERMS] {
     let n = TERMS as f64;
     let angle = |j: usize| std::f64::consts::PI * (j as f64 + 0.5) / n;

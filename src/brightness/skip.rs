@@ -30,7 +30,7 @@ impl Skip {
         self.why == SWITCHED_OFF
     }
 
-    /// The same surface under no light at all: what is left is the cost of asking.
+    /// The same surface under no light at all: what is left is the cost of the decision.
     #[must_use]
     pub fn without_lights(&self) -> Self {
         Self { light: "none", ..self.clone() }

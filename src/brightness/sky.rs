@@ -1,7 +1,7 @@
 //! The whole sky of one observer: how bright a type of satellite at one height would be in every direction.
 //!
 //! Lengths in km, angles in rad, irradiances relative to a star of magnitude 0. Observer and orbits on concentric
-//! spheres. Not included: where the satellites of a constellation really are; every direction is asked.
+//! spheres. Not included: where the satellites of a constellation really are; every direction is computed.
 
 use rayon::prelude::*;
 
@@ -368,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sky_turned_with_its_lamps_is_the_same_sky() {
+    fn a_sky_turned_with_its_light_sources_is_the_same_sky() {
         let satellite = Satellite::named("starlink-v1.5").unwrap();
         let settings = ModelSettings::new(Mode::AsPublished, 1e-6);
         let turned = |by_rad: f64| {

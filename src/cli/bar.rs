@@ -17,7 +17,7 @@ pub struct Bars {
     /// Bytes of the files worked on in this stage.
     bytes: Arc<AtomicU64>,
     /// The stage, its pieces of work and those done, for lines of JSON.
-    told: Mutex<(String, usize, usize)>,
+    counts: Mutex<(String, usize, usize)>,
 }
 
 impl Bars {
@@ -29,7 +29,7 @@ impl Bars {
             visible: wanted,
             bar: Mutex::new(ProgressBar::hidden()),
             bytes,
-            told: Mutex::default(),
+            counts: Mutex::default(),
         }
     }
 }
@@ -45,8 +45,8 @@ impl Progress for Bars {
     fn stage(&self, name: &str, total: usize) {
         self.bytes.store(0, Ordering::Relaxed);
         if is_json() {
-            if let Ok(mut told) = self.told.lock() {
-                *told = (name.to_string(), total, 0);
+            if let Ok(mut counts) = self.counts.lock() {
+                *counts = (name.to_string(), total, 0);
             }
             return event_line(
                 &json!({ "event": "stage", "name": name, "total": total, "elapsed_s": self.elapsed_s() }),
@@ -59,11 +59,11 @@ impl Progress for Bars {
         let bar = ProgressBar::with_draw_target(Some(total as u64), ProgressDrawTarget::stderr());
         if let Ok(style) = ProgressStyle::with_template("{prefix:>14} {bar:32} {pos}/{len} {speed} left {eta}") {
             let bytes = self.bytes.clone();
-            let told = move |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+            let speed_text = move |state: &ProgressState, out: &mut dyn std::fmt::Write| {
                 let text = speed(state.pos(), bytes.load(Ordering::Relaxed), state.elapsed().as_secs_f64());
                 _ = out.write_str(&text);
             };
-            bar.set_style(style.with_key("speed", told));
+            bar.set_style(style.with_key("speed", speed_text));
         }
         bar.set_prefix(name.to_string());
         bar.enable_steady_tick(std::time::Duration::from_millis(200));
@@ -72,12 +72,12 @@ impl Progress for Bars {
         }
     }
     fn tick(&self) {
-        if let (true, Ok(mut told)) = (is_json(), self.told.lock()) {
-            told.2 += 1;
+        if let (true, Ok(mut counts)) = (is_json(), self.counts.lock()) {
+            counts.2 += 1;
             // a hundred lines a stage are enough
-            if told.2 * 100 / told.1.max(1) != (told.2 - 1) * 100 / told.1.max(1) {
+            if counts.2 * 100 / counts.1.max(1) != (counts.2 - 1) * 100 / counts.1.max(1) {
                 event_line(&json!({
-                    "event": "progress", "name": told.0, "done": told.2, "total": told.1,
+                    "event": "progress", "name": counts.0, "done": counts.2, "total": counts.1,
                     "bytes": self.bytes.load(Ordering::Relaxed), "elapsed_s": self.elapsed_s(),
                 }));
             }
@@ -90,8 +90,8 @@ impl Progress for Bars {
         self.bytes.fetch_add(bytes, Ordering::Relaxed);
     }
     fn done(&self) {
-        if let (true, Ok(told)) = (is_json(), self.told.lock()) {
-            event_line(&json!({ "event": "done", "name": told.0, "done": told.2, "elapsed_s": self.elapsed_s() }));
+        if let (true, Ok(counts)) = (is_json(), self.counts.lock()) {
+            event_line(&json!({ "event": "done", "name": counts.0, "done": counts.2, "elapsed_s": self.elapsed_s() }));
         }
         if let Ok(bar) = self.bar.lock() {
             bar.finish();

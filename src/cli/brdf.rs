@@ -37,8 +37,8 @@ enum What {
 }
 
 const FIT_HELP: &str = "\
-The table: columns phi_i, theta_i, phi_o, theta_o [deg] and BRDF [1/sr], by blanks or commas, one line of names on top,
-# for comments. phi is the angle from the normal, theta the azimuth; the mirror direction of (30, 0) is (30, 180).
+The table has the columns phi_i, theta_i, phi_o, theta_o [deg] and BRDF [1/sr], separated by blanks or commas, under one line
+of names; # begins a comment. phi is the angle from the normal, theta the azimuth; the mirror direction of (30, 0) is (30, 180).
 
 Laws are compared by AIC (lower is better, fitted alike to the same rows); rms is that of lg f in dex either way.
 
@@ -89,7 +89,7 @@ struct Fit {
     /// Which law
     #[arg(long, value_enum, default_value = "all")]
     law: Law,
-    /// Fit f instead of lg f: the peak decides
+    /// Fit f instead of lg f, so that the peak dominates
     #[arg(long)]
     linear: bool,
     /// Exclude rows with f at or below this [1/sr]
@@ -134,7 +134,7 @@ struct Base(Option<f64>);
 impl Fit {
     fn execute(self) -> anyhow::Result<()> {
         if self.sigma.is_some_and(|s| !(s > 0.0 && s.is_finite())) {
-            return Err(bad("--sigma", "accepted is a number above 0".into()));
+            return Err(bad("--sigma", "must be a number above 0".into()));
         }
         if !self.clip.is_finite() {
             return Err(bad("--clip", format!("{} is not a number", self.clip)));
@@ -292,7 +292,7 @@ struct Plot {
     /// List the laws known by name, with their reflectance and source
     #[arg(long, conflicts_with = "law")]
     list: bool,
-    /// Where to draw; NAME.svg if neither this nor --csv is given
+    /// Figure to write; NAME.svg if neither this nor --csv is given
     #[arg(short, long = "out", value_name = "FILE.svg", value_parser = super::svg_file)]
     out: Option<PathBuf>,
     /// Print the rows of the figure as comma-separated values

@@ -16,8 +16,8 @@ use super::orbit_args::{SiteArg, bad};
 use super::{print, tell};
 
 const AFTER_HELP: &str = "\
-The table is CSV with a row of names; lines that begin with # are comments. Needed: target (name or
-number), and time_utc, or time_local with a column zone (or --zone). Checked where they are there:
+The table is CSV with a row of names; lines that begin with # are comments. It needs the columns
+target (name or number), and time_utc, or time_local with zone (or --zone). These are checked if present:
 moon_illum_pct, sun_alt_deg, label (Day, Twilight, Night), max_v_mag, median_v_mag.
 
 Times: 2025-06-08 20:33, or 08-06-25 20:33 (day-month-year). Zones: UTC, an offset such as +10:00,
@@ -57,16 +57,16 @@ pub struct CheckTable {
     /// Error of the stated share of the Moon that is lit [%]
     #[arg(long, value_name = "PCT", default_value_t = 1.0, allow_hyphen_values = true)]
     moon_err_pct: f64,
-    /// Error of the stated altitude of the Sun, next to what it moves in --time-err-min [deg]
+    /// Error of the stated altitude of the Sun, besides its motion in --time-err-min [deg]
     #[arg(long, value_name = "DEG", default_value_t = 1.0, allow_hyphen_values = true)]
     sun_err_deg: f64,
-    /// Comma-separated values instead of a table
+    /// Print comma-separated values instead of a table
     #[arg(long)]
     csv: bool,
     /// Table to write (.ecsv; repeatable)
     #[arg(short, long, value_name = "FILE.ecsv")]
     out: Vec<PathBuf>,
-    /// No notes
+    /// Print no notes
     #[arg(short, long)]
     quiet: bool,
 }
@@ -102,7 +102,7 @@ impl CheckTable {
         Ok(())
     }
 
-    /// The site of the command line, else the paper's, which is said.
+    /// The site of the command line, else the paper's, with a note.
     fn site(&self) -> anyhow::Result<SiteConfig> {
         if let Some(site) = self.place.given()? {
             return Ok(site);

@@ -33,9 +33,9 @@ What to take, for each gain setting you use:
   such pairs at three or more levels (5, 20, 60 % of full scale): the slope is free of the pedestal;
   two bias frames (shortest exposure, closed): pedestal and read noise;
   a frame of a bright star field: where pixels saturate.
-One flat gives no gain. Flats must not be calibrated, stacked or smoothed.
+The gain cannot be measured from one flat. Flats must not be calibrated, stacked or smoothed.
 
-The gain is e-/ADU = level / variance. Wrong by 10 %, it moves magnitudes by 0.11 mag between gain
+The gain is e-/ADU = level / variance. A gain wrong by 10 % moves magnitudes by 0.11 mag between gain
 settings and makes every error bar 5 % wrong. Low bits padded with zeros (values 16 or 4 apart) are
 where drivers give EGAIN per count of the converter and not per ADU of the file.";
 

@@ -70,8 +70,8 @@ fn every_help_text_has_an_example_of_its_own_verb_and_every_example_parses() {
             wrong.push(format!("{name} --help has no example of it"));
         }
         for line in lines {
-            let told = Cli::command().try_get_matches_from(words(line));
-            wrong.extend(told.err().map(|e| format!("{name} --help: `{}`: {e}", line.trim())));
+            let parsed = Cli::command().try_get_matches_from(words(line));
+            wrong.extend(parsed.err().map(|e| format!("{name} --help: `{}`: {e}", line.trim())));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));

@@ -20,11 +20,11 @@ use super::{load, output, print, tell};
 const AFTER_HELP: &str = "\
 Tables (fits, votable, csv, parquet) hold every row and column of photometry.ecsv, stars.ecsv or residuals.ecsv.
 Observations (score, tdm, udl, iod) are the rows of verdict `use`; --verdicts adds others. A non-detection is
-never written as a magnitude: SCORE takes it as a limit, the others leave it out. Simulated data are refused for
+never written as a magnitude: SCORE takes it as a limit, the others omit it. Simulated data are refused for
 SCORE and IOD, and marked in the others.
 
-Who reports is read from [reporter] of the run's configuration (effective.toml next to the table, or -c); the
-options here win.
+The reporter is read from [reporter] of the run's configuration (effective.toml next to the table, or -c); the
+options here override it.
 
 Examples:
   satphot export satphot-out/2025-06-09 --to fits -o night.fits
@@ -46,7 +46,7 @@ pub struct Export {
     /// File to write; - is standard output
     #[arg(short, long, value_name = "FILE", required_unless_present = "check")]
     out: Option<PathBuf>,
-    /// Say what SCORE would refuse in a CSV file, row by row, and stop
+    /// Check a CSV file by the rules of SCORE, row by row, and stop
     #[arg(long, value_name = "CSV", conflicts_with_all = ["input", "to", "out"])]
     check: Option<PathBuf>,
     /// Verdicts to write: use, caution, reject [default: use for observations, all for tables]
@@ -61,7 +61,7 @@ pub struct Export {
     #[command(flatten)]
     place: SiteArg,
     #[command(flatten)]
-    who: Who,
+    reporter: ReporterArgs,
     /// REAL, TEST or EXERCISE, where the table does not say SIMULATED
     #[arg(long, value_name = "MODE")]
     data_mode: Option<String>,
@@ -83,7 +83,7 @@ pub struct Export {
     /// UDL: classification marking
     #[arg(long, value_name = "MARKING", default_value = "U")]
     classification: String,
-    /// No notes
+    /// Print no notes
     #[arg(short, long)]
     quiet: bool,
 }
@@ -111,7 +111,7 @@ enum Format {
 
 /// Who reports: [reporter] of the configuration.
 #[derive(Debug, Clone, Args)]
-struct Who {
+struct ReporterArgs {
     /// TDM, UDL: who sends the file (reporter.organisation)
     #[arg(long, value_name = "NAME")]
     organisation: Option<String>,
@@ -136,7 +136,7 @@ struct Who {
     /// SCORE: observatory code of the Minor Planet Center (reporter.mpc_code)
     #[arg(long, value_name = "CODE")]
     mpc_code: Option<String>,
-    /// SCORE: where the frames can be had (reporter.data_archive_link)
+    /// SCORE: URL of the frames (reporter.data_archive_link)
     #[arg(long, value_name = "URL")]
     archive_link: Option<String>,
     /// IOD: four-digit station number (reporter.iod_station)
@@ -240,15 +240,15 @@ impl Export {
     }
 
     fn write_table(&self, format: Format, table: &Table, input: &Path, out: &Path) -> anyhow::Result<()> {
-        let beside = |name: &str| input.with_file_name(name);
+        let sibling = |name: &str| input.with_file_name(name);
         match format {
             Format::Fits => {
-                let stars = beside("stars.ecsv");
+                let stars = sibling("stars.ecsv");
                 let stars = if table.name == "photometry" && stars.exists() { Some(read_table(&stars)?) } else { None };
-                let text = |name: &str| std::fs::read_to_string(beside(name)).ok();
-                let told =
+                let text = |name: &str| std::fs::read_to_string(sibling(name)).ok();
+                let provenance =
                     provenance(&table.meta, text("effective.toml").as_deref(), text("manifest.json").as_deref())?;
-                write_fits(out, table, stars.as_ref(), &told)?;
+                write_fits(out, table, stars.as_ref(), &provenance)?;
             }
             Format::Votable => write_streamed(out, |file| write_votable(file, table))?,
             Format::Csv => write_streamed(out, |file| write_csv(file, table))?,
@@ -302,18 +302,18 @@ impl Export {
     /// What the observations share: the table, the configuration, the options.
     fn facts(&self, table: &Table, input: &Path) -> anyhow::Result<Facts> {
         let config = self.configuration(input)?;
-        let who = self.who.clone();
+        let reporter = self.reporter.clone();
         let reporter = Reporter {
-            organisation: who.organisation,
-            station: who.station,
-            email: who.email,
-            orcid: who.orcid,
-            instrument: who.instrument,
-            observing_mode: who.observing_mode,
-            filter: who.filter,
-            mpc_code: who.mpc_code,
-            data_archive_link: who.archive_link,
-            iod_station: who.iod_station,
+            organisation: reporter.organisation,
+            station: reporter.station,
+            email: reporter.email,
+            orcid: reporter.orcid,
+            instrument: reporter.instrument,
+            observing_mode: reporter.observing_mode,
+            filter: reporter.filter,
+            mpc_code: reporter.mpc_code,
+            data_archive_link: reporter.archive_link,
+            iod_station: reporter.iod_station,
         };
         let mut facts = Facts::new(&table.meta, config.as_ref(), reporter)?;
         if let Some(site) = self.place.given()?
@@ -324,7 +324,7 @@ impl Export {
         if let Some(name) = &self.data_mode {
             let mode = DataMode::named(&name.to_uppercase())
                 .ok_or_else(|| bad("--data-mode", format!("`{name}` is not REAL, SIMULATED, TEST or EXERCISE")))?;
-            if mode == DataMode::Real && facts.data_mode.is_some_and(|told| told != DataMode::Real) {
+            if mode == DataMode::Real && facts.data_mode.is_some_and(|stated| stated != DataMode::Real) {
                 return Err(bad(
                     "--data-mode",
                     "the table says that its data are not real; this cannot be overridden".into(),
@@ -340,11 +340,11 @@ impl Export {
         if let Some(file) = &self.config {
             return load(file, &self.sets).map(Some);
         }
-        let beside = input.with_file_name("effective.toml");
-        if !beside.exists() {
+        let sibling = input.with_file_name("effective.toml");
+        if !sibling.exists() {
             return Ok(None);
         }
-        match load(&beside, &[]) {
+        match load(&sibling, &[]) {
             Ok(config) => Ok(Some(config)),
             Err(error) => {
                 self.note(&format!("{error}; going on without it"));
@@ -369,7 +369,7 @@ fn parquet(_: &Table, _: &Path) -> anyhow::Result<()> {
 /// What SCORE would refuse, line by line.
 fn check(file: &Path) -> anyhow::Result<()> {
     let bytes = std::fs::read(file).map_err(|e| Error::io(file, e))?;
-    let told = |problem: String| Error::Table { path: file.into(), line: None, problem };
+    let refused = |problem: String| Error::Table { path: file.into(), line: None, problem };
     let text = String::from_utf8(bytes).map_err(|e| {
         let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
         Error::Table { path: file.into(), line: Some(line), problem: "is not UTF-8; save the file as UTF-8".into() }
@@ -383,6 +383,6 @@ fn check(file: &Path) -> anyhow::Result<()> {
             print(&format!("{}: SCORE's rules hold, {} warnings\n", file.display(), found.len()));
             Ok(())
         }
-        n => Err(told(format!("SCORE would refuse this file: {n} errors")).into()),
+        n => Err(refused(format!("SCORE would refuse this file, which has {n} errors")).into()),
     }
 }

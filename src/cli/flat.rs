@@ -66,8 +66,8 @@ impl Flat {
         let clip_radius_px = config.photometry.clip_radius_px;
         let make = || MasterFlat::make(&survey.flats, &detector, &config.flat, clip_radius_px, BAND_BYTES);
         let flat = with_threads(self.common.jobs, make)??;
-        let told = Provenance::of_flat(&night, &survey.flats, &|path| sha256_16(path).ok())?;
-        flat.write_with(&self.out, &told.cards())?;
+        let provenance = Provenance::of_flat(&night, &survey.flats, &|path| sha256_16(path).ok())?;
+        flat.write_with(&self.out, &provenance.cards())?;
         self.tell_flat(&flat);
         Ok(())
     }

@@ -61,7 +61,7 @@ impl Init {
         }
         if let Some(file) = &self.of_folder {
             let problem =
-                format!("a second file needs a folder of frames before it, and {} is none", self.file.display());
+                format!("a second file needs a folder of frames before it, and {} is not one", self.file.display());
             return Err(
                 Error::Argument { name: "FILE".into(), problem: format!("{}: {problem}", file.display()) }.into()
             );
@@ -85,7 +85,7 @@ impl Init {
                  their place (--site LAT,LON,ALT fills in the site)",
             );
         }
-        tell(&format!("wrote {}; edit it, then `satphot run {}`", self.file.display(), self.file.display()));
+        tell(&format!("wrote {}; edit it, then run `satphot run {}`", self.file.display(), self.file.display()));
         Ok(())
     }
 
@@ -104,8 +104,8 @@ impl Init {
             return Err(Error::Config { key: file.display().to_string(), problem }.into());
         }
         // paths of a configuration are relative to its folder
-        let beside = file.parent().filter(|p| !p.as_os_str().is_empty());
-        let input = match beside {
+        let parent = file.parent().filter(|p| !p.as_os_str().is_empty());
+        let input = match parent {
             None => self.file.clone(),
             Some(folder) if folder == self.file => ".".into(),
             Some(_) => std::fs::canonicalize(&self.file).unwrap_or_else(|_| self.file.clone()),
@@ -119,7 +119,7 @@ impl Init {
             tell(&format!("wrote {shown} from the headers of {n_frames} frames"));
         }
         missing.iter().for_each(|what| tell(&format!("missing: {what}")));
-        tell(&format!("then `satphot run {shown} --dry-run`"));
+        tell(&format!("next: `satphot run {shown} --dry-run`"));
         Ok(())
     }
 

@@ -20,13 +20,13 @@ Examples:
   satphot inspect header.txt                       a header pasted into a text file, as cards or KEYWORD = value
   satphot inspect --json *.fits | jq -r '[.file, .time.date_mid, .time.time_source] | @tsv'
 
-The mid-exposure time, the most trusted first: the configuration (time.date_obs_means, header.aliases.date_obs), GPS shutter
+The mid-exposure time is taken from, in this order: the configuration (time.date_obs_means, header.aliases.date_obs), GPS shutter
 times, start and end, the middle, start + EXPTIME/2 with what the comment of the card says. Nothing is modified.
 
 Exit codes: 0 understood; 3 more than half of the files could not be read; 4 none could.";
 
-/// Reports what was understood of frames and headers: mid-exposure time with its source, its error and what was turned
-/// down, exposure, gain, site, pointing, filter, type, binning, calibration, world coordinates, warnings.
+/// Reports what was understood of frames and headers: mid-exposure time with its source, its error and what was
+/// rejected, exposure, gain, site, pointing, filter, type, binning, calibration, world coordinates, warnings.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub struct Inspect {
@@ -42,10 +42,10 @@ pub struct Inspect {
     /// One JSON object per line instead of text
     #[arg(long)]
     json: bool,
-    /// No notes
+    /// Print no notes
     #[arg(short, long)]
     quiet: bool,
-    /// Threads; 0 = all cores
+    /// Number of threads; 0 = all cores
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = super::threads)]
     jobs: usize,
 }

@@ -73,7 +73,7 @@ fn page(command: &Command) -> anyhow::Result<String> {
     Ok(String::from_utf8_lossy(&text).into_owned())
 }
 
-/// A command and everything below it, each with its name as `man` is requested it.
+/// A command and everything below it, each with its name as `man` is given it.
 fn pages(
     command: &Command,
     name: &str,

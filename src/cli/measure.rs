@@ -14,8 +14,8 @@ use super::{Common, print, tell};
 
 const AFTER_HELP: &str = "\
 A shard of a plan (--plan, --shard) is measured with nothing but the files it names; its table is the same on every machine,
-for every number of threads. One that is there already, made of the same, is left as it is; --force computes it again. Times,
-memory and counts go to a .json file next to the table. A worker that was stopped goes on where it was.
+for every number of threads. A table that exists already, made of the same inputs, is left as it is; --force computes it again. Times,
+memory and counts go to a .json file next to the table. A worker that was stopped continues where it stopped.
 
 Examples:
   satphot measure -o photometry.ecsv --zeropoint zeropoint.toml

@@ -10,7 +10,7 @@ use satphot::pipeline::shards::plan_file::Plan;
 use super::{print, tell};
 
 const AFTER_HELP: &str = "\
-The order of the tables does not matter, nor how often a shard is among them. A sum of some shards (--allow-missing) can be
+The order of the tables does not matter, nor how often a shard is among them. A merged table of some shards (--allow-missing) can be
 merged again with the others; the result is that of all at once, and that of `satphot run`, byte for byte.
 
 Exit code 3 names the shards and frames that are missing; nothing is written then.
@@ -19,23 +19,23 @@ Examples:
   satphot merge --plan plan.json shards/*.ecsv -o night/photometry.ecsv
   satphot merge --plan plan.json shards/0.ecsv shards/2.ecsv --allow-missing -o night/so_far.ecsv";
 
-/// Brings the shards of a plan together: photometry.ecsv, with residuals.ecsv and effective.toml next to it.
+/// Merges the tables of the shards of a plan into photometry.ecsv, with residuals.ecsv and effective.toml next to it.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub struct MergeVerb {
-    /// Tables of shards, or sums of them
+    /// Tables of shards, or merged tables
     #[arg(value_name = "TABLE", required = true)]
     tables: Vec<PathBuf>,
     /// Plan the shards belong to
     #[arg(long, value_name = "FILE", default_value = "plan.json")]
     plan: PathBuf,
-    /// Write what is there although frames are missing
+    /// Write the table although frames are missing
     #[arg(long)]
     allow_missing: bool,
     /// Table to write
     #[arg(short, long, value_name = "FILE", default_value = "photometry.ecsv")]
     out: PathBuf,
-    /// No notes
+    /// Print no notes
     #[arg(short, long)]
     quiet: bool,
 }
@@ -45,7 +45,7 @@ impl MergeVerb {
         let plan = Plan::read(&self.plan)?;
         let (tables, absent): (Vec<PathBuf>, Vec<PathBuf>) = self.tables.into_iter().partition(|t| t.exists());
         for table in absent.iter().filter(|_| !self.quiet) {
-            tell(&format!("note: {} is not there", table.display()));
+            tell(&format!("note: {} does not exist", table.display()));
         }
         let merged = merge(&plan, &tables, self.allow_missing)?;
         let files = merged.write(&plan, &self.out)?;
@@ -55,7 +55,7 @@ impl MergeVerb {
         if !self.quiet {
             merged.notes.iter().for_each(|note| tell(&format!("note: {note}")));
             if merged.n_twice > 0 {
-                tell(&format!("note: {} frames were in more than one table, and count once", merged.n_twice));
+                tell(&format!("note: {} frames are in more than one table; each counts once", merged.n_twice));
             }
         }
         print(&merged.text());

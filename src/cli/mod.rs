@@ -50,7 +50,7 @@ use satphot::config::Config;
 use satphot::pipeline::options::Options;
 
 const AFTER_HELP: &str = "\
-To begin: `satphot simulate` makes a night to try, `satphot init` a pipeline.toml for your own, `satphot run` reduces it.
+To begin, `satphot simulate` makes a test night, `satphot init` a pipeline.toml for your own, and `satphot run` reduces it.
 Examples of a verb are at the end of `satphot VERB --help`.
 
 Results go to standard output, progress, notes and errors to standard error.
@@ -64,7 +64,7 @@ Exit codes:
     5  usable flat, gain setting, star catalogue or elements missing
     6  verify, merge: something is not what was recorded
    75  temporary failure (another run in the folder, the network): try again
-  130  interrupted (143: terminated); finished frames are kept, a new run goes on from them";
+  130  interrupted (143: terminated); finished frames are kept, and a new run continues from them";
 
 /// Photometry of tracked satellites: a night's raw FITS files to calibrated magnitudes, orbit and geometry to
 /// predicted magnitudes, and the residuals between them.
@@ -111,7 +111,7 @@ enum Verb {
     Limits(limits::Limits),
     /// Draw what goes into the model: Moon, Earth, ground tracks
     Plot(plot::Plot),
-    /// Write tables and observations in the formats of others
+    /// Export tables and observations in the formats of archives and other programs
     Export(export::Export),
     /// Fetch elements and stars from the network
     Fetch(fetch::Fetch),
@@ -157,13 +157,13 @@ pub struct Common {
     /// Set a key of the configuration, e.g. --set photometry.aper_r_fwhm=2.5 (repeatable)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
-    /// Threads; 0 = all cores
+    /// Number of threads; 0 = all cores
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads, allow_negative_numbers = true)]
     pub jobs: usize,
     /// Memory to work in, e.g. 600MB, 2GB, 1GiB [default: 600MB, or what one frame takes]
     #[arg(long, value_name = "SIZE", value_parser = memory_bytes)]
     pub max_memory: Option<usize>,
-    /// No progress bars, no notes
+    /// Print no progress bars and no notes
     #[arg(short, long)]
     pub quiet: bool,
     /// For programs: progress, notes and errors as lines of JSON on standard error; `run` prints its summary as JSON
@@ -210,7 +210,7 @@ impl Common {
         Ok(config)
     }
 
-    /// How the work is done: threads and memory; a signal asks it to stop.
+    /// How the work is done: threads and memory; a signal requests a stop.
     pub fn options(&self) -> Options {
         Options { jobs: self.jobs, max_memory_bytes: self.max_memory, stop: signals::stop(), ..Options::default() }
     }

@@ -81,7 +81,12 @@ impl OrbitArgs {
         let site = match (self.place.given()?, config) {
             (Some(site), _) => site,
             (None, Some(config)) => config.site.clone(),
-            (None, None) => return Err(bad("--site", "is not given and there is no configuration".into())),
+            (None, None) => {
+                return Err(bad(
+                    "--site",
+                    "is needed without a configuration: latitude,longitude,height [deg, deg, m]".into(),
+                ));
+            }
         };
         let mut orbit = match (&self.elements, config.and_then(|c| c.orbit.clone())) {
             (Some(elements), from_config) => Orbit {
@@ -104,7 +109,7 @@ impl OrbitArgs {
     }
 }
 
-/// The configuration that is named, else pipeline.toml if options are `missing`; without it, these are asked for at once.
+/// The configuration that is named, else pipeline.toml if options are `missing`; without it, these are named in one message.
 pub fn configuration(named: Option<&Path>, sets: &[String], missing: &[&str]) -> anyhow::Result<Option<Config>> {
     let path = match named {
         Some(path) => path,

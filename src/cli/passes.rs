@@ -43,7 +43,7 @@ pub struct Passes {
     /// Passes that reach at least this altitude, between their crossings of it [deg]
     #[arg(long, value_name = "DEG", default_value_t = 10.0, allow_hyphen_values = true)]
     min_alt: f64,
-    /// Comma-separated values instead of a table
+    /// Print comma-separated values instead of a table
     #[arg(long)]
     csv: bool,
 }

@@ -18,7 +18,7 @@ use super::{print, tell, threads};
 
 const AFTER_HELP: &str = "\
 One row per number of Caddy et al., \"The First Observations of Moonlit Satellites\": as printed, by
-the formula and the inputs of the paper (as published), as the physics asks (corrected), a verdict
+the formula and the inputs of the paper (as published), by the corrected physics (corrected), a verdict
 and the reason. The verdict follows from the rule of the row, a tolerance per kind of number; the rules
 stand above the table. --csv, --markdown and -o carry the reasons; docs/paper.md is made of --markdown --full.
 
@@ -51,7 +51,7 @@ pub struct PublishedVerb {
     /// Folder for the figures of the paper, instead of the list of numbers
     #[arg(long, value_name = "DIR", conflicts_with_all = ["full", "observed", "csv", "markdown", "out"])]
     figures: Option<PathBuf>,
-    /// Comma-separated values instead of a table
+    /// Print comma-separated values instead of a table
     #[arg(long)]
     csv: bool,
     /// Markdown instead of a table
@@ -60,10 +60,10 @@ pub struct PublishedVerb {
     /// File to write: .ecsv is the table, .svg the histogram of --observed (repeatable)
     #[arg(short, long, value_name = "FILE")]
     out: Vec<PathBuf>,
-    /// Threads; 0 = all cores
+    /// Number of threads; 0 = all cores
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
     jobs: usize,
-    /// No notes
+    /// Print no notes
     #[arg(short, long)]
     quiet: bool,
 }
@@ -107,7 +107,7 @@ impl PublishedVerb {
         let rows = with_threads(self.jobs, || published(self.full))??;
         let mut meta = meta("satphot.published/1");
         meta.push("rows", table::counts(&rows));
-        let rules = Rule::ALL.map(|rule| (rule.name().to_owned(), rule.asks().into()));
+        let rules = Rule::ALL.map(|rule| (rule.name().to_owned(), rule.criterion().into()));
         meta.push("rules", MetaValue::Map(rules.to_vec()));
         let file_rows: Vec<_> = rows.iter().map(Published::file_row).collect();
         tables.iter().try_for_each(|path| write_rows(path, &file_rows, &meta))?;
@@ -118,9 +118,9 @@ impl PublishedVerb {
         } else {
             print(&format!("{}\n{}\n{}\n", table::legend(), table::text(&rows), table::counts(&rows)));
         }
-        let left_out = rows.iter().filter(|r| r.left_out).count();
-        if left_out > 0 && !self.quiet {
-            tell(&format!("note: {left_out} rows take longer and were skipped; --full computes them"));
+        let n_skipped = rows.iter().filter(|r| r.is_skipped).count();
+        if n_skipped > 0 && !self.quiet {
+            tell(&format!("note: {n_skipped} rows take longer and were skipped; --full computes them"));
         }
         Ok(())
     }

@@ -14,7 +14,7 @@ Examples:
   satphot report satphot-out/2025-06-09 -o night.html
   satphot report satphot-out/* -o campaign.html      several nights on one page
 
-The page is one file: it opens without a network, and prints. `satphot run` writes it at its end.";
+The page is one file that needs no network and can be printed. `satphot run` writes it at its end.";
 
 /// Writes the report of a finished night as one HTML file; of several nights, a page that compares them.
 #[derive(Debug, Args)]

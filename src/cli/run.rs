@@ -19,7 +19,7 @@ use satphot::pipeline::target::frame::missing_parts;
 use super::{Common, print, tell};
 
 const AFTER_HELP: &str = "\
-A run that was stopped, killed or cut off goes on where it was when the same line is run again: every measured frame is kept
+A run that was stopped or killed continues when the same command is run again: every measured frame is kept
 in .satphot/ next to the results, with the hashes of all it depends on, and measured again only where one of them has changed
 (frame, configuration, flat, catalogue, elements, version). --force recomputes everything. A second run of a finished night
 takes seconds and gives the same bytes.
@@ -33,7 +33,7 @@ Examples:
   satphot run night.toml --force               ignore earlier results
 
 Exit code 2: the configuration contradicts the frames (another camera, a scale more than 2 % from that of the stars);
-3: outputs written, but too many frames failed or no star matched; 5: flat, catalogue or elements missing;
+3: outputs are written, but too many frames failed or no star matched; 5: flat, catalogue or elements missing;
 75: another run is at work in the folder; 130, 143: interrupted, finished frames are kept.";
 
 /// Reduces the night of a pipeline.toml and writes tables, figures and a summary.
@@ -63,10 +63,10 @@ pub struct Run {
     /// Print the details of zeropoint, aperture and model, time and memory, and list the files written
     #[arg(short, long)]
     verbose: bool,
-    /// Say on standard error what was skipped in each scene and frame, why, and the CPU time that saved
+    /// Report on standard error what was skipped in each scene and frame, why, and the CPU time saved
     #[arg(long)]
     explain: bool,
-    /// Say what each file is, what would be done and all that is missing, and stop with the exit code of the run
+    /// Report what each file is, what would be done and what is missing, and stop with the exit code of the run
     #[arg(long)]
     dry_run: bool,
 }
@@ -94,19 +94,19 @@ impl Run {
             ..self.common.options()
         };
         let progress = self.common.progress();
-        Shown { common: &self.common, verbose: self.verbose }.night(run_night(&config, &options, &progress)?)
+        NightPrinter { common: &self.common, verbose: self.verbose }.night(run_night(&config, &options, &progress)?)
     }
 }
 
 /// How a reduced night is printed.
-pub struct Shown<'a> {
+pub struct NightPrinter<'a> {
     /// Quiet or not, text or JSON.
     pub common: &'a Common,
     /// With all details.
     pub verbose: bool,
 }
 
-impl Shown<'_> {
+impl NightPrinter<'_> {
     /// Prints a night and its notes.
     pub fn night(&self, night: Night) -> anyhow::Result<()> {
         match night {
@@ -202,7 +202,7 @@ fn dry_run_night(config: &Config, jobs: usize) -> anyhow::Result<()> {
 }
 
 /// What each file is and what the run would make of them, without touching their pixels, after every check that the run
-/// makes before it reads any; only where headers contradict the configured scale, stars are asked as the run asks them.
+/// makes before it reads any; only where headers contradict the configured scale, star frames are solved as in the run.
 ///
 /// Everything that is missing is reported at the end, with the lines to paste, and ends as the run would.
 fn dry_run(config: &Config, files: &[PathBuf], jobs: usize) -> anyhow::Result<()> {

@@ -37,7 +37,7 @@ pub struct Satellites {
     /// Print in the form of model.satellites, to copy and change
     #[arg(long, conflicts_with = "csv")]
     toml: bool,
-    /// Comma-separated values instead of a table: satellites, or the surfaces of one
+    /// Print comma-separated values instead of a table: satellites, or the surfaces of one
     #[arg(long)]
     csv: bool,
     /// Own satellites, as model.satellites
@@ -156,7 +156,7 @@ fn parts(entry: &Entry) -> String {
             number(c.diameter_m),
             c.count.to_string(),
             c.total_m2().map_or(String::new(), |a| format!("{a:.4}")),
-            if c.left_out { "left out".into() } else { String::new() },
+            if c.excluded { "excluded".into() } else { String::new() },
         ]
     };
     let rows: Vec<Vec<String>> = entry.components.iter().map(row).collect();

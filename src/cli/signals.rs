@@ -9,7 +9,7 @@ use satphot::base::stop::Stop;
 
 /// The request of this program, connected to the signals at the first call.
 ///
-/// Verbs that never ask for it end at the first signal, as programs do.
+/// Verbs that never use it end at the first signal, as programs do.
 pub fn stop() -> Stop {
     static STOP: OnceLock<Stop> = OnceLock::new();
     STOP.get_or_init(|| {
@@ -39,13 +39,13 @@ fn connect(stop: &Stop) {
     use std::sync::Arc;
     use std::sync::atomic::AtomicBool;
 
-    let asked = Arc::new(AtomicBool::new(false));
+    let stop_requested = Arc::new(AtomicBool::new(false));
     // under nohup a hangup is nothing to end for
     let hangup = (!hangup_is_ignored()).then_some(SIGHUP);
     for signal in [SIGINT, SIGTERM].into_iter().chain(hangup) {
-        // in this order: the first signal finds `asked` false, the second finds it true and ends the process
-        let connected = flag::register_conditional_default(signal, Arc::clone(&asked))
-            .and_then(|_| flag::register(signal, Arc::clone(&asked)))
+        // in this order: the first signal finds `stop_requested` false, the second finds it true and ends the process
+        let connected = flag::register_conditional_default(signal, Arc::clone(&stop_requested))
+            .and_then(|_| flag::register(signal, Arc::clone(&stop_requested)))
             .and_then(|_| flag::register_usize(signal, stop.flag(), signal as usize));
         if connected.is_err() {
             return; // the system's own manners: it ends at the first signal
@@ -61,7 +61,7 @@ fn connect(stop: &Stop) {
                 super::tell("stopped while the inputs were read; nothing was written: run again");
                 std::process::exit(128 + signal);
             }
-            super::tell("finishing the frames in work; again to end at once");
+            super::tell("finishing the frames in work; interrupt again to end at once");
         }
     };
     // without the thread nothing is said, and the frames are finished all the same

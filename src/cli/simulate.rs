@@ -30,10 +30,10 @@ pub struct Simulate {
     /// Set a key of the scenario, e.g. --set target.n=10 (repeatable)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Threads; 0 = all cores
+    /// Number of threads; 0 = all cores
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = super::threads)]
     jobs: usize,
-    /// No progress bar
+    /// Print no progress bar
     #[arg(short, long)]
     quiet: bool,
     /// Write into a folder that holds a night already

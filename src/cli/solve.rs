@@ -27,8 +27,8 @@ a positive one turns the sky from +x towards +y. Frames are never modified.";
 
 /// Finds where frames are on the sky: their stars are matched to a catalogue.
 ///
-/// Needed are a rough position (--ra and --dec, stars.fields of the configuration, or the header's OBJCTRA/OBJCTDEC,
-/// RA/DEC, CRVAL, CENTALT/CENTAZ) and the pixel scale. Rotation and parity are found.
+/// This needs an initial pointing (--ra and --dec, stars.fields of the configuration, or the header's OBJCTRA/OBJCTDEC,
+/// RA/DEC, CRVAL, CENTALT/CENTAZ) and the pixel scale. Rotation and parity are measured.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub struct Solve {
@@ -74,7 +74,7 @@ pub struct Solve {
     /// Folder for the solutions, FRAME.wcs each: a FITS header without pixels
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Threads; 0 = all cores
+    /// Number of threads; 0 = all cores
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = super::threads)]
     jobs: usize,
 }

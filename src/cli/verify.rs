@@ -28,7 +28,7 @@ pub struct Verify {
     /// Inputs that are gone are a problem too, not only a note
     #[arg(long)]
     inputs: bool,
-    /// No notes
+    /// Print no notes
     #[arg(short, long)]
     quiet: bool,
 }

@@ -78,20 +78,20 @@ impl Watch {
         let events = self.events(&config);
         let folders: Vec<String> = config.night.input.iter().map(|p| p.display().to_string()).collect();
         self.note(&format!("watching {}; Ctrl-C ends the night", folders.join(", ")));
-        let mut shown = Shown::default();
-        self.follow(&config, &options, &events, &mut shown)?;
+        let mut printed = Printed::default();
+        self.follow(&config, &options, &events, &mut printed)?;
         self.note("the night ends: all frames are reduced as `satphot run` does");
         // the signal that ended the watch does not end this; a second one ends the program at once
         let last = Options { stop: Stop::default(), ..options };
         let night = run_night(&config, &last, &self.common.progress())?;
-        shown.show(&night, self.common.json)?;
-        run::Shown { common: &self.common, verbose: false }.night(night)
+        printed.show(&night, self.common.json)?;
+        run::NightPrinter { common: &self.common, verbose: false }.night(night)
     }
 
     /// The events of the folders, and how long to wait for one.
     fn events(&self, config: &Config) -> Events {
         let (sender, receiver) = channel();
-        let told = sender.clone();
+        let notifier = sender.clone();
         let listed = |seconds| Events { _watcher: None, _sender: sender, receiver, wait: Duration::from_secs(seconds) };
         if let Some(seconds) = self.poll {
             return listed(seconds);
@@ -101,7 +101,7 @@ impl Watch {
             return listed(LISTED_S);
         }
         let mut watcher = notify::recommended_watcher(move |_| {
-            let _ = told.send(()); // whatever it was, the folders are looked at
+            let _ = notifier.send(()); // whatever it was, the folders are scanned
         });
         let watched = watcher.as_mut().map_err(|e| e.to_string()).and_then(|watcher| {
             let mut all = config.night.input.iter();
@@ -118,11 +118,11 @@ impl Watch {
     }
 
     /// Reduces whatever is complete, again and again, until a stop is requested or nothing arrives any more.
-    fn follow(&self, config: &Config, options: &Options, events: &Events, shown: &mut Shown) -> anyhow::Result<()> {
+    fn follow(&self, config: &Config, options: &Options, events: &Events, printed: &mut Printed) -> anyhow::Result<()> {
         let (clock, mut arrivals) = (Instant::now(), Arrivals::default());
         let mut last_news = Instant::now();
         loop {
-            let news = arrivals.look(config, clock.elapsed())?;
+            let news = arrivals.scan(config, clock.elapsed())?;
             if news > 0 {
                 last_news = Instant::now();
                 let files = arrivals.complete();
@@ -130,11 +130,11 @@ impl Watch {
                 match run_night(config, &own, &Silent) {
                     Ok(night) => {
                         pages(&night).iter().for_each(|page| refreshing(page));
-                        shown.show(&night, self.common.json)?;
+                        printed.show(&night, self.common.json)?;
                     }
                     Err(satphot::Error::Interrupted { .. }) => return Ok(()),
                     // what is missing may arrive yet
-                    Err(error) => shown.waiting(&error.to_string(), self),
+                    Err(error) => printed.waiting(&error.to_string(), self),
                 }
             }
             let ends = self.idle.is_some_and(|minutes| last_news.elapsed() > Duration::from_secs(60 * minutes));
@@ -186,16 +186,16 @@ fn pause_until(longest: Duration, events: &Events, options: &Options) -> bool {
     }
 }
 
-/// What was shown already.
+/// What was printed already.
 #[derive(Debug, Default)]
-struct Shown {
+struct Printed {
     /// Folder and frame of each row.
     rows: BTreeSet<(PathBuf, String)>,
     zeropoints: BTreeMap<PathBuf, String>,
     waiting: BTreeSet<String>,
 }
 
-impl Shown {
+impl Printed {
     /// The rows that are new, as lines, and each zeropoint that changed.
     fn show(&mut self, night: &Night, json: bool) -> anyhow::Result<()> {
         let summaries: Vec<&Summary> = match night {

@@ -50,7 +50,7 @@ pub struct ZeropointVerb {
     /// Arbitrary constant the instrumental magnitudes of the matched table contain, subtracted first
     #[arg(long, value_name = "MAG", default_value_t = 0.0, requires = "matched", allow_negative_numbers = true)]
     inst_constant: f64,
-    /// Measure the star frames of this plan, for its shards; reads no pipeline.toml. What the stars tell of the camera,
+    /// Measure the star frames of this plan, for its shards; reads no pipeline.toml. What the stars show of the camera,
     /// and frames excluded, goes to a file .stars.toml next to the zeropoint
     #[arg(long, value_name = "FILE", conflicts_with_all = ["files", "stars", "matched", "config", "sets"])]
     plan: Option<PathBuf>,

@@ -46,7 +46,7 @@ impl Config {
                 let known = "V, R, g, r, G, TG, Clear, Ha and the like (docs/photometry.md)";
                 return Err(bad(
                     &format!("input.filters.{text:?}"),
-                    format!("\"{filter}\" is no known filter; {known}"),
+                    format!("\"{filter}\" is not a known filter; {known}"),
                 ));
             }
         }
@@ -90,7 +90,7 @@ impl Config {
                 return Err(bad(&key, format!("is not a quantity; known: {}", QUANTITIES.join(", "))));
             }
             if let Some(empty) = keywords.iter().find(|k| k.trim().is_empty()) {
-                return Err(bad(&key, format!("\"{empty}\" is not a header keyword")));
+                return Err(bad(&key, format!("\"{empty}\" is not a header keyword; give a name such as GAIN")));
             }
         }
         Ok(())
@@ -107,7 +107,7 @@ impl Config {
             if !known.contains(&pattern.trim().to_ascii_uppercase().as_str()) {
                 return Err(bad(
                     "detector.bayer_pattern",
-                    format!("\"{pattern}\" is none of RGGB, BGGR, GRBG, GBRG, none"),
+                    format!("\"{pattern}\" is not one of RGGB, BGGR, GRBG, GBRG, none"),
                 ));
             }
         }
@@ -122,7 +122,7 @@ impl Config {
             for (setting, value) in values {
                 let key = format!("detector.{table}.{setting}");
                 if setting.parse::<i64>().is_err() {
-                    return Err(bad(&key, format!("\"{setting}\" is not a gain setting (a whole number, 0.1 dB)")));
+                    return Err(bad(&key, format!("\"{setting}\" is not a gain setting; use a whole number [0.1 dB]")));
                 }
                 range(&key, *value, 1e-9, top, if table == "e_per_adu" { "e-/ADU" } else { "e-" })?;
             }
@@ -219,7 +219,7 @@ fn check_model(model: &Model) -> Result<()> {
         let key = format!("model.surfaces.{}", surface.name);
         check_surface(&key, surface)?;
         if model.surfaces[..at].iter().any(|other| other.name == surface.name) {
-            return Err(bad(&key, "two surfaces have this name".into()));
+            return Err(bad(&key, "two surfaces have this name; give each its own".into()));
         }
     }
     Ok(())

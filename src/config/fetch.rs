@@ -1,4 +1,4 @@
-//! `[fetch]`: where `satphot fetch` asks, how patient it is and where it keeps answers. Nothing here changes a
+//! `[fetch]`: which services `satphot fetch` queries, how long it waits and where it keeps answers. Nothing here changes a
 //! magnitude.
 //!
 //! Seconds, hours and megabytes, as the keys say.
@@ -16,7 +16,7 @@ use crate::base::foreign::without_user;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Fetch {
-    /// Page or e-mail address sent to the services, so that they can ask before they block.
+    /// Page or e-mail address sent to the services, so that they can write before they block.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact: Option<String>,
     /// Folder of the answers; `$XDG_CACHE_HOME/satphot` or `~/.cache/satphot` if absent.
@@ -39,7 +39,7 @@ pub struct Fetch {
     pub retries: u32,
     /// Wait before the first repetition \[s\]; doubled each time.
     pub backoff_s: f64,
-    /// Longest wait a server may ask for (Retry-After) that is waited for \[s\].
+    /// Longest wait requested by a server (Retry-After) that is waited for \[s\].
     pub max_wait_s: f64,
     /// Largest answer taken \[MB\].
     pub max_mb: f64,

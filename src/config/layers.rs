@@ -62,7 +62,7 @@ pub(super) fn preset_table(name: &Value) -> Result<Table> {
     let text = name
         .as_str()
         .and_then(preset_text)
-        .ok_or_else(|| bad("preset", format!("{name} is not a preset; known: {}", known())))?;
+        .ok_or_else(|| bad("preset", format!("\"{name}\" is not a preset; known: {}", known())))?;
     text.parse().map_err(|e: toml::de::Error| bad("preset", e.to_string()))
 }
 
@@ -91,17 +91,17 @@ pub(super) fn apply_set(table: &mut Table, set: &str) -> Result<()> {
         .and_then(|mut t| t.remove("v"))
         .unwrap_or_else(|| Value::String(text.trim().to_string()));
     let mut parts: Vec<&str> = key.split('.').collect();
-    let last = parts
-        .pop()
-        .filter(|s| !s.is_empty())
-        .ok_or_else(|| Error::Argument { name: "set".into(), problem: format!("\"{set}\" has no key") })?;
+    let last = parts.pop().filter(|s| !s.is_empty()).ok_or_else(|| Error::Argument {
+        name: "set".into(),
+        problem: format!("\"{set}\" has no key; write key=value, e.g. photometry.aper_r_fwhm=2.5"),
+    })?;
     let mut here = table;
     for part in parts {
         here = here
             .entry(part)
             .or_insert_with(|| Value::Table(Table::new()))
             .as_table_mut()
-            .ok_or_else(|| bad(key, format!("{part} is a value, not a table")))?;
+            .ok_or_else(|| bad(key, format!("\"{part}\" is a value, not a table")))?;
     }
     here.insert(last.to_string(), value);
     Ok(())

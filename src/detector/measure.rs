@@ -275,9 +275,9 @@ fn couples<'a>(
             kind.then(time).then(la.total_cmp(lb)).then_with(|| a.path.cmp(&b.path))
         });
         let mut left = Vec::new();
-        let mut queue = levelled.drain(..).peekable();
-        while let Some((a, la)) = queue.next() {
-            let partner = queue.next_if(|(b, lb)| {
+        let mut remaining = levelled.drain(..).peekable();
+        while let Some((a, la)) = remaining.next() {
+            let partner = remaining.next_if(|(b, lb)| {
                 alike(a, b)
                     && (!same_exptime || (a.exptime_s == b.exptime_s && *lb <= crate::detector::MAX_FLAT_RATIO * la))
             });
@@ -286,7 +286,7 @@ fn couples<'a>(
                 None => left.push((a, la)),
             }
         }
-        drop(queue);
+        drop(remaining);
         levelled = left;
     }
     found.sort_by(|a, b| a.0.total_cmp(&b.0));

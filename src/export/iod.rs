@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::facts::{Facts, argument, needed, said, wrong};
-use super::select::{Kept, rounded, total_err_mag};
+use super::select::{ExportedRow, rounded, total_err_mag};
 use super::sound::cospar;
 use crate::base::error::{Error, Result};
 use crate::base::utc::Utc;
@@ -21,7 +21,7 @@ const LARGEST: i64 = 99_999;
 /// # Errors
 /// [`Error::Config`] without a station or for simulated data; [`Error::Table`] for a satellite beyond 99999 or without
 /// its ids.
-pub fn iod_text(path: &Path, kept: &[Kept<'_>], facts: &Facts) -> Result<String> {
+pub fn iod_text(path: &Path, kept: &[ExportedRow<'_>], facts: &Facts) -> Result<String> {
     if facts.data_mode()? != super::DataMode::Real {
         let problem = format!(
             "the data of {} are {}: IOD lines have no mark for that, so they take real observations alone",
@@ -37,7 +37,7 @@ pub fn iod_text(path: &Path, kept: &[Kept<'_>], facts: &Facts) -> Result<String>
     }
     let mut text = String::new();
     for kept in kept {
-        let Kept::Magnitude(row) = kept else { continue };
+        let ExportedRow::Magnitude(row) = kept else { continue };
         let bad = |problem: String| Error::Table {
             path: path.into(),
             line: None,

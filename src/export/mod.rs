@@ -21,7 +21,7 @@ pub use score::Scored;
 pub use score::score_text;
 pub use score_check::{Finding, check_score};
 pub use score_form::HEADER as SCORE_HEADER;
-pub use select::{Choice, Kept, Selected, select};
+pub use select::{Choice, ExportedRow, Selected, select};
 pub use sound::sound;
 pub use tdm::{TdmNames, tdm_text};
 pub use udl::{UdlNames, udl_text};

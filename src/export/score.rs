@@ -10,7 +10,7 @@ use std::path::Path;
 
 use super::facts::{DataMode, Facts, argument, needed, said, wrong};
 use super::score_check::check_score;
-use super::select::{Kept, rounded, total_err_mag};
+use super::select::{ExportedRow, rounded, total_err_mag};
 use crate::bands::Band;
 use crate::bands::Meaning;
 use crate::bands::filter_meaning;
@@ -39,7 +39,7 @@ pub struct Scored {
 /// # Errors
 /// [`Error::Config`] for simulated data and for what nobody said; [`Error::Table`] for a row without what SCORE needs,
 /// and for a line that the server would refuse.
-pub fn score_text(path: &Path, observations: &[Kept<'_>], facts: &Facts, names: bool) -> Result<Scored> {
+pub fn score_text(path: &Path, observations: &[ExportedRow<'_>], facts: &Facts, names: bool) -> Result<Scored> {
     match facts.data_mode()? {
         DataMode::Real => {}
         mode => {
@@ -52,7 +52,7 @@ pub fn score_text(path: &Path, observations: &[Kept<'_>], facts: &Facts, names: 
         }
     }
     let [lat, lon, alt_m] = facts.site()?;
-    let who = Who::of(facts)?;
+    let shared = SharedFields::of(facts)?;
     let mut writer = csv::Writer::from_writer(Vec::new());
     let broken = |e: csv::Error| Error::Table { path: path.into(), line: None, problem: e.to_string() };
     writer.write_record(HEADER).map_err(broken)?;
@@ -69,8 +69,8 @@ pub fn score_text(path: &Path, observations: &[Kept<'_>], facts: &Facts, names: 
         let limit = limit_v_mag(row, facts)
             .ok_or_else(|| lacks("limit_v_mag, or v_mag, flux_e and flux_err_e", "measure the frame again"))?;
         let (mag, err, comment) = match kept {
-            Kept::Limit(_) => (String::new(), String::new(), comment_of_limit(row)),
-            Kept::Magnitude(_) => {
+            ExportedRow::Limit(_) => (String::new(), String::new(), comment_of_limit(row)),
+            ExportedRow::Magnitude(_) => {
                 let (Some(mag), Some(err)) = (row.v_mag, total_err_mag(row)) else {
                     return Err(lacks("v_mag and v_mag_err", "measure the frame again"));
                 };
@@ -95,14 +95,14 @@ pub fn score_text(path: &Path, observations: &[Kept<'_>], facts: &Facts, names: 
         put("observer_longitude_deg", lon.to_string());
         put("observer_altitude_m", alt_m.to_string());
         put("limiting_magnitude", rounded(limit, 3).to_string());
-        put("instrument", who.instrument.clone());
-        put("observing_mode", who.mode.clone());
-        put("observing_filter", who.filter.clone().unwrap_or_else(|| filter(&row.filter, &facts.band)));
-        put("observer_email", who.email.clone());
-        put("observer_orcid", who.orcid.clone());
+        put("instrument", shared.instrument.clone());
+        put("observing_mode", shared.mode.clone());
+        put("observing_filter", shared.filter.clone().unwrap_or_else(|| filter(&row.filter, &facts.band)));
+        put("observer_email", shared.email.clone());
+        put("observer_orcid", shared.orcid.clone());
         put("comments", comment);
-        put("data_archive_link", who.link.clone());
-        put("mpc_code", who.mpc_code.clone());
+        put("data_archive_link", shared.link.clone());
+        put("mpc_code", shared.mpc_code.clone());
         writer.write_record(&line).map_err(broken)?;
     }
     let bytes = writer.into_inner().map_err(|e| Error::io(path, e.into_error()))?;
@@ -145,7 +145,7 @@ fn limit_v_mag(row: &PhotometryRow, facts: &Facts) -> Option<f64> {
     row.limit_v_mag.or_else(of_noise)
 }
 
-fn too_low(observations: &[Kept<'_>], alt_m: f64) -> Option<String> {
+fn too_low(observations: &[ExportedRow<'_>], alt_m: f64) -> Option<String> {
     let limit = refused_below_deg(alt_m);
     let n = observations.iter().filter(|k| k.row().alt_deg.is_some_and(|alt| alt < limit)).count();
     (n > 0).then(|| {
@@ -157,7 +157,7 @@ fn too_low(observations: &[Kept<'_>], alt_m: f64) -> Option<String> {
 }
 
 /// What all lines share.
-struct Who {
+struct SharedFields {
     instrument: String,
     mode: String,
     filter: Option<String>,
@@ -167,7 +167,7 @@ struct Who {
     mpc_code: String,
 }
 
-impl Who {
+impl SharedFields {
     fn of(facts: &Facts) -> Result<Self> {
         let r = &facts.reporter;
         let instrument = match (said(&r.instrument), said(&facts.telescope), said(&facts.camera)) {

@@ -40,25 +40,25 @@ impl Choice {
         if used {
             return Ok(choice);
         }
-        Err(Error::Argument { name: "verdicts".into(), problem: format!("`{text}` leaves out `use`; add it") })
+        Err(Error::Argument { name: "verdicts".into(), problem: format!("`{text}` does not contain `use`; add it") })
     }
 }
 
 /// A row that is written.
 #[derive(Debug, Clone, Copy)]
-pub enum Kept<'a> {
+pub enum ExportedRow<'a> {
     /// With its magnitude.
     Magnitude(&'a PhotometryRow),
     /// As a limit: nothing was seen.
     Limit(&'a PhotometryRow),
 }
 
-impl<'a> Kept<'a> {
+impl<'a> ExportedRow<'a> {
     /// The row.
     #[must_use]
     pub fn row(self) -> &'a PhotometryRow {
         match self {
-            Kept::Magnitude(row) | Kept::Limit(row) => row,
+            ExportedRow::Magnitude(row) | ExportedRow::Limit(row) => row,
         }
     }
 }
@@ -67,21 +67,21 @@ impl<'a> Kept<'a> {
 #[derive(Debug, Default)]
 pub struct Selected<'a> {
     /// In the order of the table.
-    pub kept: Vec<Kept<'a>>,
+    pub kept: Vec<ExportedRow<'a>>,
     /// Reason and number, in the order in which they came up.
-    pub left_out: Vec<(String, usize)>,
+    pub omitted: Vec<(String, usize)>,
 }
 
 impl Selected<'_> {
     /// The line for the user: how many are written, how many not and why.
     #[must_use]
     pub fn text(&self) -> String {
-        let limits = self.kept.iter().filter(|k| matches!(k, Kept::Limit(_))).count();
+        let limits = self.kept.iter().filter(|k| matches!(k, ExportedRow::Limit(_))).count();
         let mut text = format!("{} observations", self.kept.len());
         if limits > 0 {
             text += &format!(" ({limits} of them non-detections)");
         }
-        for (i, (why, n)) in self.left_out.iter().enumerate() {
+        for (i, (why, n)) in self.omitted.iter().enumerate() {
             text += &format!("{}{n} {why}", if i == 0 { "; skipped: " } else { ", " });
         }
         text
@@ -95,16 +95,16 @@ pub fn select(rows: &[PhotometryRow], choice: Choice, limits: bool) -> Selected<
     for row in rows {
         match judge(row, choice, limits) {
             Ok(kept) => selected.kept.push(kept),
-            Err(why) => match selected.left_out.iter_mut().find(|(known, _)| known == why) {
+            Err(why) => match selected.omitted.iter_mut().find(|(known, _)| known == why) {
                 Some((_, n)) => *n += 1,
-                None => selected.left_out.push((why.to_owned(), 1)),
+                None => selected.omitted.push((why.to_owned(), 1)),
             },
         }
     }
     selected
 }
 
-fn judge(row: &PhotometryRow, choice: Choice, limits: bool) -> std::result::Result<Kept<'_>, &'static str> {
+fn judge(row: &PhotometryRow, choice: Choice, limits: bool) -> std::result::Result<ExportedRow<'_>, &'static str> {
     match Status::from_cell(&row.status) {
         Some(Status::Ok | Status::Nondetection) => {}
         Some(Status::Rejected) => return Err("rejected frames"),
@@ -124,7 +124,7 @@ fn judge(row: &PhotometryRow, choice: Choice, limits: bool) -> std::result::Resu
     }
     if row.status == Status::Nondetection {
         return match row.limit_v_mag {
-            Some(_) if limits => Ok(Kept::Limit(row)),
+            Some(_) if limits => Ok(ExportedRow::Limit(row)),
             Some(_) => Err("non-detections (the format has no place for limits)"),
             None => Err("non-detections without a limiting magnitude"),
         };
@@ -133,7 +133,7 @@ fn judge(row: &PhotometryRow, choice: Choice, limits: bool) -> std::result::Resu
         return Err("lower limits on the brightness (something may have stood in the beam)");
     }
     match (row.v_mag, row.v_mag_err) {
-        (Some(_), Some(_)) => Ok(Kept::Magnitude(row)),
+        (Some(_), Some(_)) => Ok(ExportedRow::Magnitude(row)),
         (Some(_), None) => Err("without an uncertainty of the magnitude"),
         _ => Err("without a calibrated magnitude"),
     }

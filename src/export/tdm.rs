@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::facts::{DataMode, Facts, argument};
-use super::select::{Kept, rounded};
+use super::select::{ExportedRow, rounded};
 use crate::base::error::{Error, Result};
 use crate::base::utc::Utc;
 use crate::photometry::Flags;
@@ -37,15 +37,15 @@ pub struct TdmNames {
 pub fn tdm_text(
     path: &Path,
     rows: &[PhotometryRow],
-    kept: &[Kept<'_>],
+    kept: &[ExportedRow<'_>],
     facts: &Facts,
     names: &TdmNames,
 ) -> Result<String> {
     let wanted: HashSet<*const PhotometryRow> = kept
         .iter()
         .filter_map(|k| match k {
-            Kept::Magnitude(row) => Some(std::ptr::from_ref(*row)),
-            Kept::Limit(_) => None,
+            ExportedRow::Magnitude(row) => Some(std::ptr::from_ref(*row)),
+            ExportedRow::Limit(_) => None,
         })
         .collect();
     let mut segments: Vec<Vec<&PhotometryRow>> = Vec::new();

@@ -11,7 +11,7 @@ use std::path::Path;
 use serde_json::{Map, Value, json};
 
 use super::facts::{Facts, argument};
-use super::select::{Kept, total_err_mag};
+use super::select::{ExportedRow, total_err_mag};
 use crate::base::error::{Error, Result};
 use crate::base::utc::Utc;
 use crate::brightness::Illum;
@@ -39,7 +39,7 @@ impl Default for UdlNames {
 pub fn udl_text(
     path: &Path,
     rows: &[PhotometryRow],
-    kept: &[Kept<'_>],
+    kept: &[ExportedRow<'_>],
     facts: &Facts,
     names: &UdlNames,
 ) -> Result<String> {
@@ -50,7 +50,7 @@ pub fn udl_text(
     let mut text = String::from("[");
     let mut first = true;
     for kept in kept {
-        let Kept::Magnitude(row) = kept else { continue };
+        let ExportedRow::Magnitude(row) = kept else { continue };
         let track = tracks.get(&std::ptr::from_ref(*row)).map(String::as_str);
         let record = Value::Object(record(path, row, track, facts, names)?);
         // Writing to a String cannot fail.

@@ -43,7 +43,7 @@ pub fn words(body: &[u8]) -> String {
         return format!("a page in HTML{}", title.map(|t| format!(" ({t})")).unwrap_or_default());
     }
     if body.contains(&0) || start.matches('\u{fffd}').count() > 3 {
-        return format!("{} bytes that are no text", body.len());
+        return format!("{} bytes that are not text", body.len());
     }
     format!("\"{}\"", shown(&start))
 }

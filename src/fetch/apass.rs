@@ -67,7 +67,7 @@ pub fn rows(body: &[u8], framed: bool) -> std::result::Result<Rows, String> {
             ));
         }
         if !within(ra, 0.0, 360.0) || !within(dec, -90.0, 90.0) || !row[v].is_empty() && !within(v, -5.0, 40.0) {
-            return Err(format!("line {} is no star: {}", i + 1, words(line.as_bytes())));
+            return Err(format!("line {} is not a star: {}", i + 1, words(line.as_bytes())));
         }
         found.cells.push(row);
     }

@@ -1,6 +1,6 @@
-//! Answers on disk: each with a note of what was asked, when, and its SHA-256; a damaged one is as good as none.
+//! Answers on disk: each with a note of the query, its time and its SHA-256; a damaged one is ignored.
 //!
-//! Hours. Files are written in one step; one process at a time asks a service. It does not cover what an answer means.
+//! Hours. Files are written in one step; one process at a time queries a service. It does not cover what an answer means.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -152,7 +152,7 @@ impl Cache {
         write_atomic(&self.refusal_path(service), as_json(&refusal)?.as_bytes())
     }
 
-    /// Waits until no other process asks this service; the lock ends with the file. `None` if the folder cannot be
+    /// Waits until no other process queries this service; the lock ends with the file. `None` if the folder cannot be
     /// written.
     #[must_use]
     pub fn lock(&self, service: Service) -> Option<File> {

@@ -5,7 +5,7 @@
 use hifitime::Epoch;
 
 use super::answers::{check_gp, check_nearest, gp_sets, nearest_sets};
-use super::desk::{Answer, Client};
+use super::client::{Answer, Client};
 use super::query::{Object, Query, Service, celestrak_query, satchecker_query};
 use crate::base::error::{Error, Result};
 use crate::config::Fetch;
@@ -55,7 +55,7 @@ pub struct FetchedElements {
     pub service: Service,
 }
 
-/// The questions that are asked, the second only where the first has no answer near enough.
+/// The queries that are sent, the second only where the first has no answer near enough.
 #[must_use]
 pub fn element_queries(wanted: &Wanted, settings: &Fetch, now: &Epoch) -> Vec<Query> {
     let current = match wanted.service {
@@ -75,10 +75,10 @@ pub fn element_queries(wanted: &Wanted, settings: &Fetch, now: &Epoch) -> Vec<Qu
 ///
 /// # Errors
 /// [`Error::Orbit`] if there are none within `max_age_d`; [`Error::Config`] for a name that fits several objects, with
-/// their numbers; those of [`Client::ask`].
-pub fn fetch_elements(desk: &Client, wanted: &Wanted, settings: &Fetch) -> Result<FetchedElements> {
+/// their numbers; those of [`Client::fetch`].
+pub fn fetch_elements(client: &Client, wanted: &Wanted, settings: &Fetch) -> Result<FetchedElements> {
     let mut missed = Vec::new();
-    for query in element_queries(wanted, settings, desk.now()) {
+    for query in element_queries(wanted, settings, client.now()) {
         let check = |body: &[u8], _: bool| {
             let content = match query.service {
                 Service::CelesTrak => check_gp(body)?,
@@ -93,7 +93,7 @@ pub fn fetch_elements(desk: &Client, wanted: &Wanted, settings: &Fetch) -> Resul
             }
         };
         let name = query.service.name();
-        match desk.ask(&query, &check)? {
+        match client.fetch(&query, &check)? {
             Answer::Nothing(said) => missed.push(format!("{name} has none ({said})")),
             Answer::Data(body) => {
                 let (elements, text) = chosen(candidates(query.service, &body), wanted)?;

@@ -4,14 +4,14 @@
 //! pixels.
 
 use crate::astrometry::catalogue::separation_deg;
-use crate::astrometry::initial_pointing::rough_positions;
+use crate::astrometry::initial_pointing::initial_pointings;
 use crate::astrometry::wcs::Wcs;
 use crate::config::Config;
 use crate::frames::{Exposure, pixel_scale_arcsec};
 use crate::orbit::{EarthOrientation, Site};
 use crate::pipeline::survey::files::Survey;
 
-/// Centres are rounded to this \[deg\], so that another night of the same field asks the same question.
+/// Centres are rounded to this \[deg\], so that another night of the same field sends the same query.
 const GRID_DEG: f64 = 0.01;
 /// Radii are rounded up to this \[deg\].
 const RADIUS_STEP_DEG: f64 = 0.05;
@@ -82,7 +82,7 @@ fn fields_of_frame(config: &Config, exposure: &Exposure, radius_deg: Option<f64>
     let named = config.stars.as_ref().zip(exposure.object.as_ref());
     let field = named.and_then(|(stars, name)| Some((name.as_str(), *stars.fields.get(name)?)));
     let places =
-        rough_positions(exposure, field, wcs.as_ref(), site.as_ref().map(|s| (s, &eop)), &config.header.aliases);
+        initial_pointings(exposure, field, wcs.as_ref(), site.as_ref().map(|s| (s, &eop)), &config.header.aliases);
     let (nx, ny) = exposure.size_px;
     let scale =
         pixel_scale_arcsec(config.detector.pixel_um, exposure.binning, config.telescope.focal_length_mm) / 3600.0;
@@ -130,8 +130,8 @@ mod tests {
     #[test]
     fn pointings_that_were_repeated_ask_once_and_fields_apart_ask_for_themselves() {
         let fields = [(10.0, 20.0), (10.001, 20.002), (10.0, 21.0), (359.999, 0.0), (0.001, 0.0)];
-        let asked = one_query_each(fields.map(|(ra, dec)| Field::new(ra, dec, 0.3, "")).to_vec());
-        assert_eq!(asked.len(), 3, "{asked:?}");
+        let queries = one_query_each(fields.map(|(ra, dec)| Field::new(ra, dec, 0.3, "")).to_vec());
+        assert_eq!(queries.len(), 3, "{queries:?}");
     }
 
     #[test]
@@ -139,10 +139,10 @@ mod tests {
         let frames: Vec<Field> = (0..30)
             .map(|i| Field::new(85.3 + 0.004 * f64::from(i % 6), -61.8 + 0.006 * f64::from(i / 6), 0.12, ""))
             .collect();
-        let asked = one_query_each(frames.clone());
-        assert_eq!(asked.len(), 1, "{asked:?}");
-        assert!(frames.iter().all(|f| asked[0].holds(f)));
-        assert!(asked[0].radius_deg < 0.26, "{asked:?}");
+        let queries = one_query_each(frames.clone());
+        assert_eq!(queries.len(), 1, "{queries:?}");
+        assert!(frames.iter().all(|f| queries[0].holds(f)));
+        assert!(queries[0].radius_deg < 0.26, "{queries:?}");
     }
 
     #[test]

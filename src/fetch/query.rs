@@ -1,6 +1,6 @@
-//! What is asked of whom: one address per question, the same question always the same address.
+//! The queries of each service: one address per query, the same query always at the same address.
 //!
-//! Degrees and Julian days. It does not cover whether it may be asked now ([`super::desk`]).
+//! Degrees and Julian days. It does not cover whether it may be sent now ([`super::client`]).
 
 use std::borrow::Cow;
 
@@ -9,7 +9,7 @@ use hifitime::Epoch;
 use crate::base::foreign::without_user;
 use crate::config::Fetch;
 
-/// Who is asked.
+/// The service.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Service {
     /// CelesTrak: current elements.
@@ -68,7 +68,7 @@ impl Service {
 /// One question.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Query {
-    /// Who is asked.
+    /// The service.
     pub service: Service,
     /// The whole address.
     pub url: String,
@@ -121,7 +121,7 @@ pub fn celestrak_query(settings: &Fetch, object: &Object, tle: bool) -> Query {
 /// The elements nearest to a moment: `get-nearest-tle/?id=25544&id_type=catalog&epoch=2460836.0`, or
 /// `get-nearest-omm/`.
 ///
-/// The moment is given to 0.01 d, so that the frames of one night ask one question.
+/// The moment is given to 0.01 d, so that the frames of one night send one query.
 ///
 /// # Source
 /// SatChecker, "Orbital Data Access".

@@ -5,7 +5,7 @@
 use std::collections::HashSet;
 
 use super::apass::{self, Rows};
-use super::desk::{Answer, Client};
+use super::client::{Answer, Client};
 use super::fields::Field;
 use super::query::apass_query;
 use crate::base::error::{Error, Result};
@@ -30,13 +30,13 @@ pub struct FetchedStars {
 /// The stars of all fields; the first field that cannot be had ends it.
 ///
 /// # Errors
-/// [`Error::Catalogue`] if no field holds a star; those of [`Client::ask`].
-pub fn fetch_stars(desk: &Client, fields: &[Field], settings: &Fetch) -> Result<FetchedStars> {
+/// [`Error::Catalogue`] if no field holds a star; those of [`Client::fetch`].
+pub fn fetch_stars(client: &Client, fields: &[Field], settings: &Fetch) -> Result<FetchedStars> {
     let mut merged = Merged::default();
     let mut empty = Vec::new();
     for field in fields {
         let query = apass_query(settings, field.ra_deg, field.dec_deg, field.radius_deg);
-        let rows = match desk.ask(&query, &apass::check)? {
+        let rows = match client.fetch(&query, &apass::check)? {
             // what was checked when it came was whole
             Answer::Data(body) => apass::rows(&body, true).map_err(|problem| Error::Temporary { problem })?,
             Answer::Nothing(_) => Rows::default(),
@@ -56,10 +56,10 @@ pub fn fetch_stars(desk: &Client, fields: &[Field], settings: &Fetch) -> Result<
         .map(|f| format!("# field {:.4} {:+.4} deg, radius {:.3} deg\n", f.ra_deg, f.dec_deg, f.radius_deg))
         .collect();
     let head = format!(
-        "# APASS DR9 (Henden+ 2016, VizieR II/336/apass9), {} stars of {}, asked for {}\n",
+        "# APASS DR9 (Henden+ 2016, VizieR II/336/apass9), {} stars of {}, requested {}\n",
         merged.cells.len(),
         count(fields.len()),
-        iso_utc(*desk.now(), 0)
+        iso_utc(*client.now(), 0)
     );
     let n = merged.cells.len();
     Ok(FetchedStars {

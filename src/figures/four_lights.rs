@@ -58,13 +58,13 @@ pub fn four_lights(path: &Path) -> Result<()> {
         for (name, colour, at) in named {
             write_text(sheet, name, at, LABEL + 5.0, darker(colour), (HPos::Center, VPos::Center));
         }
-        let told = [
+        let labels = [
             ("Sunlight: the Sun lights the satellite.", ORANGE),
             ("Earthshine: sunlight that the day side of the Earth reflects to the satellite.", GREEN),
             ("Moonlight: the Moon lights the satellite.", SKY_BLUE),
             ("Lunar-Earthshine: moonlight that the night side of the Earth reflects to the satellite.", PURPLE),
         ];
-        for (i, (text, colour)) in told.into_iter().enumerate() {
+        for (i, (text, colour)) in labels.into_iter().enumerate() {
             let y = 950 + 44 * i as i32;
             draw_mark(sheet, Mark::Line(7), (340, y), colour);
             write_text(sheet, text, (390, y), SMALL, INK, (HPos::Left, VPos::Center));

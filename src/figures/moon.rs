@@ -80,7 +80,7 @@ fn draw_differences(sheet: &Sheet, rows: &[MoonLawRow]) {
             panel.polyline(&points, *colour, if beyond { 2 } else { 5 });
         }
     }
-    let text = "waxing and waning differ by 0.05–0.15 at 90° (left out)";
+    let text = "waxing and waning differ by 0.05–0.15 at 90° (not modelled)";
     write_text(sheet, text, (915, 1_115), SMALL - 3.0, GREY, (HPos::Right, VPos::Center))
 }
 

@@ -54,7 +54,7 @@ pub(crate) fn check_hdu(raw: Vec<u8>, index: usize) -> std::result::Result<Hdu, 
     }
     let bitpix = whole(&header, "BITPIX")?;
     if ![8, 16, 32, 64, -32, -64].contains(&bitpix) {
-        return Err(format!("BITPIX = {bitpix} is none of 8, 16, 32, 64, -32, -64"));
+        return Err(format!("BITPIX = {bitpix} is not one of 8, 16, 32, 64, -32, -64"));
     }
     let naxis = whole(&header, "NAXIS")?;
     if !(0..=99).contains(&naxis) {
@@ -83,7 +83,7 @@ pub(crate) fn check_hdu(raw: Vec<u8>, index: usize) -> std::result::Result<Hdu, 
 fn expect_order(cards: &[Card], at: usize, key: &str) -> std::result::Result<(), String> {
     match cards.get(at) {
         Some(c) if c.keyword == key => Ok(()),
-        Some(c) => Err(format!("card {at} is {} where the standard asks for {key}", c.keyword)),
+        Some(c) => Err(format!("card {at} is {} where the standard requires {key}", c.keyword)),
         None => Err(format!("{key} is missing")),
     }
 }
@@ -219,11 +219,11 @@ fn compressed(header: &Header, file_bytes: u128) -> std::result::Result<Kind, St
     const KINDS: [&str; 7] = ["RICE_1", "RICE_ONE", "GZIP_1", "GZIP_2", "PLIO_1", "HCOMPRESS_1", "NOCOMPRESS"];
     let how = header.text("ZCMPTYPE").unwrap_or_default();
     if !KINDS.contains(&how.as_str()) {
-        return Err(format!("ZCMPTYPE = '{how}' is none of {}", KINDS.join(", ")));
+        return Err(format!("ZCMPTYPE = '{how}' is not one of {}", KINDS.join(", ")));
     }
     let bitpix = whole(header, "ZBITPIX")?;
     if ![8, 16, 32, 64, -32, -64].contains(&bitpix) {
-        return Err(format!("ZBITPIX = {bitpix} is none of 8, 16, 32, 64, -32, -64"));
+        return Err(format!("ZBITPIX = {bitpix} is not one of 8, 16, 32, 64, -32, -64"));
     }
     let n = whole(header, "ZNAXIS")?;
     if !(1..=6).contains(&n) {

@@ -20,7 +20,7 @@ const TABLE_ERR_MAG: f64 = 0.05;
 
 /// One gain setting of a camera.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-struct Row {
+struct GainRow {
     e_per_adu: Option<f64>,
     /// Where that is from.
     from: &'static str,
@@ -32,7 +32,7 @@ struct Row {
 #[derive(Debug, Clone)]
 pub struct Detector {
     camera: String,
-    table: BTreeMap<i64, Row>,
+    table: BTreeMap<i64, GainRow>,
     config: config::Detector,
     own: Own,
 }
@@ -275,7 +275,7 @@ fn plain_name(name: &str) -> String {
     letters.replace("zwo", "").trim_end_matches("pro").to_string()
 }
 
-fn camera_rows() -> impl Iterator<Item = (String, i64, Row)> {
+fn camera_rows() -> impl Iterator<Item = (String, i64, GainRow)> {
     CAMERAS.lines().filter(|l| !l.starts_with('#')).skip(1).filter_map(|line| {
         let mut cells = line.split(',').map(str::trim);
         let camera = cells.next()?.to_string();
@@ -288,7 +288,7 @@ fn camera_rows() -> impl Iterator<Item = (String, i64, Row)> {
             _ if from_well.is_some() => "full_well_e/65535",
             _ => "maker's curve",
         };
-        Some((camera, setting, Row { e_per_adu: plotted.or(from_well), from, read_noise_e, full_well_e }))
+        Some((camera, setting, GainRow { e_per_adu: plotted.or(from_well), from, read_noise_e, full_well_e }))
     })
 }
 
@@ -304,9 +304,9 @@ pub fn table_camera(in_header: &str) -> Option<String> {
     camera_names().into_iter().find(|name| check_camera(in_header, name) == CameraCheck::Same)
 }
 
-fn camera_table(name: &str) -> (String, BTreeMap<i64, Row>) {
+fn camera_table(name: &str) -> (String, BTreeMap<i64, GainRow>) {
     let wanted = plain_name(name);
-    let table: BTreeMap<i64, Row> =
+    let table: BTreeMap<i64, GainRow> =
         camera_rows().filter(|(n, _, _)| plain_name(n) == wanted).map(|(_, setting, row)| (setting, row)).collect();
     let known = camera_rows().map(|(n, _, _)| n).find(|n| plain_name(n) == wanted);
     (known.unwrap_or_else(|| name.to_string()), table)

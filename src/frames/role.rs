@@ -79,8 +79,8 @@ pub(super) fn role_by_header(
     target_names: &[String],
 ) -> (Role, String) {
     // FRAME may as well be a running number
-    let tells = |k: &&str| header.text(k).is_some_and(|v| *k != "FRAME" || v.chars().any(char::is_alphabetic));
-    let key = keywords(&config.header.aliases, "imagetyp").into_iter().find(tells);
+    let states_role = |k: &&str| header.text(k).is_some_and(|v| *k != "FRAME" || v.chars().any(char::is_alphabetic));
+    let key = keywords(&config.header.aliases, "imagetyp").into_iter().find(states_role);
     let kind = key.and_then(|k| header.text(k)).unwrap_or_default();
     let reason = key.map_or("no IMAGETYP".to_string(), |k| format!("{k} = '{kind}'"));
     let word = kind.to_ascii_lowercase();

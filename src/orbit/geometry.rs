@@ -67,7 +67,7 @@ pub struct Geometry {
 
 /// Satellite as seen from a site: altitude and azimuth \[rad\], range \[km\].
 #[must_use]
-pub fn look(site: &Site, eop: &EarthOrientation, epoch: &Epoch, position_km: &Vector<Teme>) -> (f64, f64, f64) {
+pub fn alt_az_range(site: &Site, eop: &EarthOrientation, epoch: &Epoch, position_km: &Vector<Teme>) -> (f64, f64, f64) {
     let satellite = teme_to_itrs(epoch, eop).apply(position_km);
     let line = satellite - site.position();
     let (alt_rad, az_rad) = alt_az(&site.to_enu(&line));

@@ -58,7 +58,7 @@ mod tests {
     use crate::base::constants::{AU_KM, WGS84_A_KM};
 
     #[test]
-    fn on_its_terminator_a_lamp_is_90_degrees_from_the_zenith() {
+    fn on_its_terminator_a_light_source_is_90_degrees_from_the_zenith() {
         for (lon, lat, km) in [(151.0, -23.4, AU_KM), (-170.0, 28.0, 384_400.0), (0.0, 0.0, 384_400.0)] {
             let site = Site::new(lat, lon, 0.0).unwrap();
             let body = site.from_enu(&Vector::<Enu>::new(0.0, 0.0, 1.0)) * km;

@@ -9,7 +9,7 @@ use hifitime::Epoch;
 use super::earth::{EarthOrientation, Site};
 use super::elements::neighbours::{Standing, standings};
 use super::elements::{Elements, check_age, element_names, elements_from_bytes, only_object, read_elements_for};
-use super::geometry::{Geometry, geometry, look};
+use super::geometry::{Geometry, alt_az_range, geometry};
 use super::propagate::Propagator;
 use super::sky::{SkyBodies, bodies};
 use crate::base::error::{Error, Result};
@@ -183,7 +183,7 @@ impl Tracker {
     pub fn altitude_at(&self, epoch: &Epoch) -> Result<f64> {
         let i = self.index_at(epoch)?;
         let (position_km, _) = self.propagators[i].state(epoch)?;
-        Ok(look(&self.site, &self.eop, epoch, &position_km).0)
+        Ok(alt_az_range(&self.site, &self.eop, epoch, &position_km).0)
     }
 
     /// What to tell the observer about the elements used at `epoch`: old, contradicted by a neighbour, or of an orbit
@@ -193,7 +193,7 @@ impl Tracker {
         let i = self.nearest_index(epoch)?;
         // too old ones are refused with the same words
         let age = check_age(&self.sets[i], epoch, self.max_age_d, self.force_age).ok().flatten();
-        let doubt = match &self.standings[i] {
+        let contradiction = match &self.standings[i] {
             Standing::Doubted(why) => {
                 Some(format!("{why}: the satellite has burnt its engines, or one of them is wrong"))
             }
@@ -207,11 +207,12 @@ impl Tracker {
             format!("{why}: the first is not used, its neighbours agree with each other and not with it")
         });
         let of_file = self.file_warnings.iter().cloned();
-        let warnings: Vec<String> = [age, doubt, refuted, self.propagators[i].caveat(), self.eop.warning(epoch)]
-            .into_iter()
-            .flatten()
-            .chain(of_file)
-            .collect();
+        let warnings: Vec<String> =
+            [age, contradiction, refuted, self.propagators[i].caveat(), self.eop.warning(epoch)]
+                .into_iter()
+                .flatten()
+                .chain(of_file)
+                .collect();
         (!warnings.is_empty()).then(|| warnings.join("; "))
     }
 

@@ -7,7 +7,7 @@ use super::entry::{Basis, Entry, Numbers, row};
 use super::rule::Rule;
 use crate::base::error::{Error, Result};
 use crate::frames::{Detector, pixel_scale_arcsec};
-use Basis::{Assumed, Beside, Stated};
+use Basis::{Additional, Assumed, Stated};
 
 const TABLE: &str = "table of total surface areas";
 const APPENDIX: &str = "appendix A";
@@ -22,14 +22,14 @@ pub(super) const ROWS: &[Entry] = &[
         .printed("1577.89", 1577.89, Rule::Digits)
         .is(
             Stated,
-            "the parts listed, Cupola left out, sum to 46.05 m2 more (0.03 mag); no part can be dropped to \
+            "the parts listed, without Cupola, sum to 46.05 m2 more (0.03 mag); no part can be dropped to \
                 give it, a truss \
              10.71 m shorter would. The list also mixes times: Pirs left in 2021, Nauka and Prichal are not in it. The \
              published area stays the one in use",
         )
         .by(iss_chassis),
     row("iss-chassis-area-cupola", APPENDIX, "the same with the Cupola", "m2", 2)
-        .is(Beside, "does not give 1577.89 either")
+        .is(Additional, "does not give 1577.89 either")
         .by(iss_chassis_with_cupola),
     row("iss-total-area", TABLE, "ISS, chassis and arrays", "m2", 2)
         .printed("4250.25", 4250.25, Rule::Digits)
@@ -76,7 +76,7 @@ pub(super) const ROWS: &[Entry] = &[
         .is(Stated, "3.76 um in the focus of 3962 mm; the field of view printed agrees with ours. 26 times in area")
         .by(pixel_scale),
     row("pixel-area-ratio", OBSERVATIONS, "area of a pixel as printed over that of the optics", "", 1)
-        .is(Beside, "what a limit per pixel is wrong by")
+        .is(Additional, "what a limit per pixel is wrong by")
         .by(pixel_area_ratio),
     row("field-width", OBSERVATIONS, "field of view, long side", "arcmin", 1)
         .printed("31.0", 31.0, Rule::About)
@@ -109,7 +109,7 @@ fn area<const I: usize>(context: &Context) -> Result<Numbers> {
 fn iss_parts(context: &Context, surface: &str) -> Result<(f64, f64)> {
     let iss = context.catalogue.find("iss")?;
     let of = |all: bool| {
-        let parts = iss.components.iter().filter(|c| c.surface == surface && (all || !c.left_out));
+        let parts = iss.components.iter().filter(|c| c.surface == surface && (all || !c.excluded));
         parts.filter_map(|c| c.total_m2()).sum()
     };
     Ok((of(false), of(true)))

@@ -22,10 +22,10 @@ const PRACTICE: &str = "section Practicality of Moonlit Observations";
 const MONTH: &str = "section Detection Thresholds";
 /// Midnight that begins 11 June 2025 in Sydney.
 const DAY_START: &str = "2025-06-10T14:00:00";
-/// Between moments of the night that are asked whether the Moon lights anything \[s\].
+/// Between moments of the night at which it is decided whether the Moon lights anything \[s\].
 const STEP_S: f64 = 600.0;
 const DAY_S: f64 = 86_400.0;
-/// Directions that are asked.
+/// Directions that are computed.
 const DIRECTIONS: usize = 100;
 /// Height of the ISS \[km\].
 const HEIGHT_KM: f64 = 420.0;

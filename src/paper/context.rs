@@ -1,4 +1,4 @@
-//! What every row may ask: the catalogue, the site, the camera, the elements, the sky of a moment.
+//! What every row may use: the catalogue, the site, the camera, the elements, the sky of a moment.
 //!
 //! Read once. The site is that of the paper (Macquarie), the elements are those embedded for June 2025.
 
@@ -24,7 +24,7 @@ const DIRECTIONS: usize = 288;
 /// Azimuth in which the satellites of a sky move: east \[rad\]. The arrays follow the Sun, the chassis is level.
 const TRACK_AZ_RAD: f64 = std::f64::consts::FRAC_PI_2;
 
-/// What every row may ask.
+/// What every row may use.
 #[derive(Debug)]
 pub struct Context {
     /// Satellites.

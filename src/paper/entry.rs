@@ -18,7 +18,7 @@ pub enum Verdict {
     /// A measurement or another's number: listed with its source, not derivable.
     Literature,
     /// Not in the paper: a number its reader will want next to it.
-    Beside,
+    Additional,
     /// Excluded of this table as slow.
     NotComputed,
 }
@@ -33,7 +33,7 @@ pub enum Basis {
     /// A measurement or another's number: not derivable.
     Literature,
     /// Not in the paper.
-    Beside,
+    Additional,
 }
 
 impl Verdict {
@@ -45,7 +45,7 @@ impl Verdict {
             Self::WithAssumption => "with an assumption",
             Self::NotReproduced => "not reproduced",
             Self::Literature => "literature",
-            Self::Beside => "beside the paper",
+            Self::Additional => "not in the paper",
             Self::NotComputed => "not computed",
         }
     }
@@ -56,7 +56,7 @@ impl Verdict {
 pub struct Numbers {
     /// By the formula and the inputs of the paper.
     pub as_published: Option<f64>,
-    /// As the physics asks.
+    /// By the corrected physics.
     pub corrected: Option<f64>,
 }
 
@@ -124,14 +124,14 @@ pub struct Entry {
 /// A computed row.
 #[derive(Debug, Clone, Copy)]
 pub struct Published {
-    /// What was asked.
+    /// The quantity.
     pub entry: Entry,
     /// The answer.
     pub numbers: Numbers,
     /// What the rule is put to: by the paper's way where there is one.
     pub judged: Option<f64>,
     /// It was excluded as too slow.
-    pub left_out: bool,
+    pub is_skipped: bool,
 }
 
 /// Starts a row; a literature row until [`Entry::by`] says how it is computed.
@@ -152,7 +152,7 @@ pub(super) const fn row(
         value: None,
         against: None,
         rule: None,
-        basis: Basis::Beside,
+        basis: Basis::Additional,
         why: "",
         slow: false,
         compute: None,
@@ -207,16 +207,16 @@ impl Entry {
     /// # Errors
     /// Those of the library.
     pub fn computed(&self, context: &Context, full: bool) -> Result<Published> {
-        let left_out = self.slow && !full;
-        let numbers = match self.compute.filter(|_| !left_out) {
+        let is_skipped = self.slow && !full;
+        let numbers = match self.compute.filter(|_| !is_skipped) {
             Some(compute) => compute(context)?.finite(),
             None => Numbers::default(),
         };
-        let judged = match self.judge.filter(|_| !left_out) {
+        let judged = match self.judge.filter(|_| !is_skipped) {
             Some(judge) => Some(judge(context)?),
             None => numbers.as_published.or(numbers.corrected),
         };
-        Ok(Published { entry: *self, numbers, judged, left_out })
+        Ok(Published { entry: *self, numbers, judged, is_skipped })
     }
 }
 
@@ -248,8 +248,8 @@ impl Published {
     pub fn verdict(&self) -> Verdict {
         match self.entry.basis {
             Basis::Literature => return Verdict::Literature,
-            Basis::Beside => return Verdict::Beside,
-            _ if self.left_out => return Verdict::NotComputed,
+            Basis::Additional => return Verdict::Additional,
+            _ if self.is_skipped => return Verdict::NotComputed,
             Basis::Stated | Basis::Assumed => {}
         }
         let agrees = match (self.entry.rule, self.judged, self.held_against()) {

@@ -111,7 +111,7 @@ pub fn read_labelled(path: &Path) -> Result<LabelledTable> {
         let frame = match PaperLabel::from_text(&label) {
             Some(label) => label,
             None if !label.is_empty() => {
-                return Err(fail(at, format!("column paper_label: \"{label}\" is none of day, twilight, night")));
+                return Err(fail(at, format!("column paper_label: \"{label}\" is not one of day, twilight, night")));
             }
             None => {
                 let sun_alt_deg =

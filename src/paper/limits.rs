@@ -13,7 +13,7 @@ use crate::visibility::footprint::{PUBLISHED_DIVERGENCE_DEG, beam_diameter_km, g
 use crate::visibility::sky_brightness_table::sky_at_moon_phase;
 use crate::visibility::survey::{LimitKind, RUBIN, SeeingMeaning};
 use crate::visibility::tracked::{Area, Calculator};
-use Basis::{Assumed, Beside, Stated};
+use Basis::{Additional, Assumed, Stated};
 
 const MONTH: &str = "section Detection Thresholds";
 const ASTRONOMY: &str = "section Implications for Astronomy";
@@ -55,7 +55,7 @@ pub(super) const ROWS: &[Entry] = &[
         .is(Stated, "the table of DECam's exposure-time calculator")
         .by(|_| Ok(Numbers::both(sky_at_moon_phase("g", 0.0)?))),
     row("sky-new", MONTH, "sky at new Moon, g", "mag arcsec-2", 1)
-        .is(Beside, "the same table; the limits at new Moon need 22.1 to 22.2")
+        .is(Additional, "the same table; the limits at new Moon need 22.1 to 22.2")
         .by(|_| Ok(Numbers::both(sky_at_moon_phase("g", 180.0)?))),
     row("rubin-g", ASTRONOMY, "Rubin, 5-sigma limit in 15 s, g", "mag", 2)
         .printed("23.13", 23.13, Rule::Limit)
@@ -70,7 +70,7 @@ pub(super) const ROWS: &[Entry] = &[
         .is(Assumed, RUBIN_WHY)
         .by(|_| rubin("i")),
     row("rubin-g-effective", ASTRONOMY, "the same, g, with 0.7 arcsec the width of the images", "mag", 2)
-        .is(Beside, "the other reading of the seeing")
+        .is(Additional, "the other reading of the seeing")
         .by(|_| {
             let visit = RUBIN.visit(RUBIN.band("g")?, SeeingMeaning::Effective);
             Ok(Numbers::both(visit.limit_mag(LimitKind::Point, 5.0)?))
@@ -80,10 +80,10 @@ pub(super) const ROWS: &[Entry] = &[
         .is(Stated, "2 x 625 km tan(0.53 deg/2), pointing to nadir")
         .by(|_| Ok(Numbers::both(beam_diameter_km(EARENDIL.0, PUBLISHED_DIVERGENCE_DEG.to_radians())?))),
     row("earendil-sun", MONTH, "Earendil-1 in sunlight, inside its beam", "mag", 2)
-        .is(Beside, "radiance is kept: outside the beam nothing")
+        .is(Additional, "radiance is kept: outside the beam nothing")
         .by(|_| glint(SUN_V_MAG)),
     row("earendil-moon", MONTH, "Earendil-1 in moonlight, inside its beam", "mag", 2)
-        .is(Beside, "the same")
+        .is(Additional, "the same")
         .by(|_| glint(FULL_MOON_V_MAG)),
 ];
 

@@ -48,7 +48,7 @@ impl Zone {
             return Ok(given.epoch);
         }
         let civil = civil(text)?;
-        let as_utc = epoch(civil).ok_or_else(|| format!("\"{text}\" is no date of the calendar"))?;
+        let as_utc = epoch(civil).ok_or_else(|| format!("\"{text}\" is not a date of the calendar"))?;
         let minutes = match self {
             Self::Fixed(minutes) => minutes,
             Self::Sydney => sydney_min(civil, text)?,
@@ -113,7 +113,7 @@ fn sydney_min((y, mo, d, h, mi, _): Civil, text: &str) -> Result<i32, String> {
     let minutes_of = |day: u8, hour: u8, minute: u8| (u32::from(day) * 24 + u32::from(hour)) * 60 + u32::from(minute);
     let now = minutes_of(d, h, mi);
     let change =
-        first_sunday(y, mo).map(|day| minutes_of(day, 2, 0)).ok_or_else(|| format!("\"{text}\" is no date"))?;
+        first_sunday(y, mo).map(|day| minutes_of(day, 2, 0)).ok_or_else(|| format!("\"{text}\" is not a date"))?;
     let summer = match mo {
         4 => now < change + 60,
         10 if (change..change + 60).contains(&now) => {

@@ -15,7 +15,7 @@ use crate::brightness::spectrum::{MagSystem, SolarColumn, Spectrum, ab_mag, brig
 use crate::brightness::{Band, Brdf};
 use crate::config::Mode;
 use crate::zeropoint::fit::Zeropoint;
-use Basis::{Beside, Stated};
+use Basis::{Additional, Stated};
 
 /// As the introduction has them \[mag\].
 const SUN_PRINTED_MAG: f64 = -26.5;
@@ -133,7 +133,7 @@ pub(super) const ROWS: &[Entry] = &[
             Ok(Numbers { as_published: Some(moon_v_mag(0.0)), corrected: offset_mag.map(|o| moon_v_mag(0.0) + o) })
         }),
     row("ab-of-sun", "lumos-sat", "the Sun, 1360 W/m2 at 532 nm", "mag", 2)
-        .is(Beside, "the conversion behind the published model is 0.30 mag too bright; corrected: V")
+        .is(Additional, "the conversion behind the published model is 0.30 mag too bright; corrected: V")
         .by(|_| Ok(Numbers { as_published: published_ab_mag(1360.0), corrected: Some(SUN_V_MAG) })),
     row(
         "extinction-global",

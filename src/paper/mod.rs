@@ -1,7 +1,7 @@
 //! What the paper prints, next to what is computed here: Caddy et al., "The First Observations of Moonlit Satellites".
 //!
 //! One row per published number: as printed, as its own formula and inputs give it, as the physics gives it, a verdict
-//! and the reason. Every value is the answer of the library, asked again; none is stored. Units are in the row.
+//! and the reason. Every value is computed by the library; none is stored. Units are in the row.
 
 mod areas;
 mod calendar;

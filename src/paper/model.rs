@@ -9,7 +9,7 @@ use super::rule::Rule;
 use crate::base::error::Result;
 use crate::brightness::{Brightness, Satellite};
 use crate::config::Mode;
-use Basis::{Assumed, Beside, Stated};
+use Basis::{Additional, Assumed, Stated};
 
 const CURVE: &str = "section Practicality of Moonlit Observations";
 const SEQUENCE: &str = "figure of the 24-hour sequence";
@@ -63,7 +63,7 @@ pub(super) const ROWS: &[Entry] = &[
     .is(Stated, "of 288 each")
     .by(direct_moon),
     row("chassis-share", SEQUENCE, "share of the moonlit flux that the chassis supplies, median direction", "%", 1)
-        .is(Beside, "the attitude of the arrays moves the median by less than 0.1 mag")
+        .is(Additional, "the attitude of the arrays moves the median by less than 0.1 mag")
         .by(chassis_share),
     row("iss-mu-midnight", MONTH, "ISS, surface brightness at midnight of full Moon, median", "mag arcsec-2", 2)
         .printed("20.05", 20.05, Rule::Model)

@@ -16,7 +16,7 @@ use crate::brightness::light_sources::{MOON_MEAN_DISTANCE_KM, SourceSettings, ma
 use crate::config::{Effects, Mode, MoonLaw, MoonPastLimit, Source};
 use crate::orbit::sky::bodies_gcrs;
 use crate::orbit::{EarthOrientation, bodies};
-use Basis::{Beside, Literature, Stated};
+use Basis::{Additional, Literature, Stated};
 
 const LAW: &str = "section Spectral Modelling of Moonlight";
 /// Middle of the paper's campaign.
@@ -26,7 +26,7 @@ const OBLIQUITY_DEG: f64 = 23.439_279_4;
 
 /// The Moon at a phase by the law of Cox, corrected by ROLO.
 const fn at_phase(id: &'static str, quantity: &'static str) -> Entry {
-    row(id, LAW, quantity, "mag", 2).is(Beside, "as published: Cox; corrected: ROLO without libration")
+    row(id, LAW, quantity, "mag", 2).is(Additional, "as published: Cox; corrected: ROLO without libration")
 }
 
 pub(super) const ROWS: &[Entry] = &[
@@ -35,7 +35,7 @@ pub(super) const ROWS: &[Entry] = &[
         .is(Stated, "the law at 0 deg; corrected: with the surge of Krisciunas & Schaefer, which overshoots by 0.1 mag")
         .by(|_| pair_of_laws(0.0, MoonLaw::CoxOpposition)),
     row("moon-surge-2", LAW, "V of the Moon at 2 deg", "mag", 2)
-        .is(Beside, "as published: Cox; corrected: with the surge of Krisciunas & Schaefer below 7 deg")
+        .is(Additional, "as published: Cox; corrected: with the surge of Krisciunas & Schaefer below 7 deg")
         .by(|_| pair_of_laws(2.0, MoonLaw::CoxOpposition)),
     at_phase("moon-law-2", "V of the Moon at 2 deg").by(rolo::<2>),
     at_phase("moon-law-5", "V of the Moon at 5 deg").by(rolo::<5>),
@@ -49,14 +49,14 @@ pub(super) const ROWS: &[Entry] = &[
         Literature,
         "data of Holzloehner et al. 2017, not printed as numbers; the law and ROLO stand in the rows above",
     ),
-    row("moon-distance-term", "equation of the Moon's law", "what the law leaves out on 10 June 2025", "mag", 3)
-        .is(Beside, "5 lg of the Moon's distance from the site and the Sun's from the Moon, over their means")
+    row("moon-distance-term", "equation of the Moon's law", "what the law neglects on 10 June 2025", "mag", 3)
+        .is(Additional, "5 lg of the Moon's distance from the site and the Sun's from the Moon, over their means")
         .by(distance_term),
     row("full-moon", "section Detection Thresholds", "full Moon of June 2025, hours of 11 June", "h UTC", 3)
-        .is(Beside, "the paper's night of full Moon; longitudes of Sun and Moon 180 deg apart")
+        .is(Additional, "the paper's night of full Moon; longitudes of Sun and Moon 180 deg apart")
         .by(|_| moment("2025-06-11T00:00:00", 180.0)),
     row("last-quarter", "figure of the 24-hour sequence", "last quarter of June 2025, hours of 18 June", "h UTC", 3)
-        .is(Beside, "the paper's second sequence; longitudes 270 deg apart")
+        .is(Additional, "the paper's second sequence; longitudes 270 deg apart")
         .by(|_| moment("2025-06-18T00:00:00", 270.0)),
 ];
 

@@ -147,7 +147,7 @@ fn check(row: &StatedPass, site: &Site, targets: &Targets, tolerances: &Toleranc
     let mut remarks = differences(row, site, &sky, tolerances)?;
     let around = match targets.find(&row.target) {
         None => Err(format!("pass not checked: no elements of {}; argument `elements` names a file", row.target)),
-        Some(tracker) => surroundings(tracker, &row.epoch, tolerances),
+        Some(tracker) => around_the_time(tracker, &row.epoch, tolerances),
     };
     let (mut alt_deg, mut pass, mut proposed, mut remedy) = (None, None, Vec::new(), None);
     let mut standing = if remarks.is_empty() { Standing::Agrees } else { Standing::Differs };
@@ -213,7 +213,7 @@ fn differences(row: &StatedPass, site: &Site, sky: &SunAndMoon, tolerances: &Tol
 }
 
 /// Altitude at the stated time \[deg\] and every pass of the days around it; an explanation where elements fail.
-fn surroundings(
+fn around_the_time(
     tracker: &Tracker,
     epoch: &Epoch,
     tolerances: &Tolerances,

@@ -110,7 +110,7 @@ pub fn parse_passes(path: &Path, text: &str, zone: Option<Zone>) -> Result<(Vec<
             None => None,
             Some(text) => Some(
                 PaperLabel::from_text(text)
-                    .ok_or_else(|| fail_at("label", format!("\"{text}\" is none of Day, Twilight, Night")))?,
+                    .ok_or_else(|| fail_at("label", format!("\"{text}\" is not one of Day, Twilight, Night")))?,
             ),
         };
         rows.push(StatedPass {

@@ -12,7 +12,7 @@ use crate::base::time::{parse_utc, shifted};
 use crate::brightness::scene::scene;
 use crate::config::Mode;
 use crate::orbit::passes;
-use Basis::{Beside, Literature, Stated};
+use Basis::{Additional, Literature, Stated};
 
 const TABLE: &str = "table of passes";
 /// Lowest altitude of the paper's telescope \[deg\].
@@ -56,7 +56,7 @@ const fn max_row(id: &'static str, quantity: &'static str) -> Entry {
 const MODEL: &str = "observed; the model untuned, above 15 deg, with the laws of Starlink parts. Mean of \
     model less observed \
                      of the four passes +0.6 by an independent engine, scatter 1.1 mag";
-const OBSERVED: &str = "observed; beside it the model's";
+const OBSERVED: &str = "observed, with the model's";
 
 pub(super) const ROWS: &[Entry] = &[
     moon_row("pass-2024-01-24-moon", "Moon, 24-01-24 10:20")
@@ -64,7 +64,7 @@ pub(super) const ROWS: &[Entry] = &[
         .is(Stated, "96.7 %, below the horizon: no moonlight to be had by day")
         .by(moon::<0>),
     row("pass-2024-01-24-moon-alt", TABLE, "altitude of the Moon, 24-01-24 10:20", "deg", 1)
-        .is(Beside, "below the horizon")
+        .is(Additional, "below the horizon")
         .by(|c| Ok(Numbers::corrected(moon_alt_deg(c, &checked(c, 0)?.stated.epoch)?))),
     sun_row("pass-2024-01-24-sun", "Sun, 24-01-24 10:20")
         .printed("50", 50.0, Rule::SunAltitude)
@@ -86,7 +86,7 @@ pub(super) const ROWS: &[Entry] = &[
         .by(altitude::<1>)
         .judged_by(near_stated::<1>),
     row("pass-2025-06-09-range", TABLE, "range of the ISS at that culmination", "km", 0)
-        .is(Beside, "322 arcsec2 of station instead of the 1130 at 400 km")
+        .is(Additional, "322 arcsec2 of station instead of the 1130 at 400 km")
         .by(|c| Ok(Numbers::corrected(meant(c, 1)?.range_km))),
     moon_row("pass-2025-06-09-moon", "Moon, 09-06-25 02:00, CSS")
         .printed("99", 99.0, Rule::MoonShare)
@@ -213,7 +213,7 @@ pub(super) const ROWS: &[Entry] = &[
     residual_row("pass-2025-06-10-evening-residual", "observed less modelled median, 10-06-25 19:40").by(residual::<4>),
     residual_row("pass-2025-06-12-residual", "observed less modelled median, 12-06-25 03:00").by(residual::<6>),
     median_row("pass-2025-06-11-residual", "observed less modelled median, 11-06-25 18:50")
-        .is(Beside, "twilight: the model's median depends on how many frames fell into sunlight; not in the headline")
+        .is(Additional, "twilight: the model's median depends on how many frames fell into sunlight; not in the headline")
         .by(residual::<5>),
     row("residual", "abstract", "observed less modelled, mean of the moonlit passes", "mag", 2)
         .printed("0.03 ± 0.80", 0.03, Rule::Model)

@@ -78,9 +78,9 @@ impl Rule {
         }
     }
 
-    /// What it asks, in words.
+    /// The criterion in words.
     #[must_use]
-    pub fn asks(self) -> &'static str {
+    pub fn criterion(self) -> &'static str {
         match self {
             Self::Digits => "within one unit of the last digit printed",
             Self::About => "printed as approximate: within 2 %",

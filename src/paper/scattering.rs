@@ -16,13 +16,13 @@ use crate::brightness::light_sources::SUN_V_MAG;
 use crate::brightness::light_sources::flux_of_mag;
 use crate::brightness::{Brdf, Model, ModelSettings, Scene, direct_reflection};
 use crate::config::{Arrays, Distances, Mode, Shadow, Source, SourceDisc};
-use Basis::Beside;
+use Basis::Additional;
 
 const LAWS: &str = "section Lumos-sat, Two Component Model";
 
 /// A directional-hemispherical reflectance at 0, 40, 60, 85°.
 const fn reflectance(id: &'static str, quantity: &'static str) -> Entry {
-    row(id, LAWS, quantity, "", 4).is(Beside, "at most 1: no law creates light")
+    row(id, LAWS, quantity, "", 4).is(Additional, "at most 1: no law creates light")
 }
 
 pub(super) const ROWS: &[Entry] = &[
@@ -44,17 +44,17 @@ pub(super) const ROWS: &[Entry] = &[
     reflectance("phong-reflectance-60", "the same, 60 deg: (n + 2)/2 pi normalises at 0 deg only").by(dhr::<3, 60>),
     reflectance("phong-reflectance-85", "the same, 85 deg").by(dhr::<3, 85>),
     row("chassis-peak", LAWS, "peak of the chassis law, light from 0 deg", "sr-1", 0)
-        .is(Beside, "corrected: averaged over the Sun's disc, 0.70 mag less")
+        .is(Additional, "corrected: averaged over the Sun's disc, 0.70 mag less")
         .by(chassis_peak),
     row("chassis-half-width", LAWS, "half width of that peak", "deg", 2)
-        .is(Beside, "narrower than the Sun's radius of 0.267 deg, so that the disc matters")
+        .is(Additional, "narrower than the Sun's radius of 0.267 deg, so that the disc matters")
         .by(|_| half_width()),
     row("lumos-direct", LAWS, "Starlink V1.5, direct light, over the Sun's irradiance", "", 21)
-        .is(Beside, "550 km, 10 deg past the terminator, observer 5 deg off: lumos-sat's own to seven digits")
+        .is(Additional, "550 km, 10 deg past the terminator, observer 5 deg off: lumos-sat's own to seven digits")
         .by(|context| lumos(context, 10.0, (5.0, 200.0), 0)),
     row("lumos-earthshine", LAWS, "Starlink V1.5, Earthshine, over the Sun's irradiance", "", 18)
         .is(
-            Beside,
+            Additional,
             "550 km, 10 deg before the terminator; converged. lumos-sat at its default density is off by up \
                 to a factor of two",
         )

@@ -9,7 +9,7 @@ use crate::base::error::{Error, Result};
 use crate::base::time::parse_utc;
 use crate::brightness::light_sources::{FULL_MOON_V_MAG, SUN_V_MAG, flux_of_mag};
 use crate::brightness::spectrum::{SolarColumn, Spectrum};
-use Basis::{Beside, Stated};
+use Basis::{Additional, Stated};
 
 const TABLE: &str = "table of STK radiances";
 const TEXT: &str = "section The Role of Lunar-Earthshine";
@@ -103,7 +103,7 @@ pub(super) const ROWS: &[Entry] = &[
         .is(Stated, "a Lambert Earth of albedo 0.3 under the full Moon in the zenith is 43 times brighter")
         .by(|_| Ok(Numbers::corrected(0.3 * earth_per_albedo()?))),
     row("stk-lunar-earthshine-albedo", TEXT, "albedo times cosine that radiance stands for", "", 4)
-        .is(Beside, "the radiance is to be taken as an input")
+        .is(Additional, "the radiance is to be taken as an input")
         .by(|_| Ok(Numbers::corrected(1e-9 / earth_per_albedo()?))),
 ];
 

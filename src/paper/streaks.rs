@@ -15,7 +15,7 @@ use crate::visibility::simple::{
 };
 use crate::visibility::streak::{effective_surface_brightness, t_eff_simple_s, width_arcsec, zenith_rate_rad_s};
 use crate::visibility::survey::RUBIN;
-use Basis::{Assumed, Beside, Stated};
+use Basis::{Additional, Assumed, Stated};
 
 const SIMPLE: &str = "section Simplified Brightness Model";
 const ASTRONOMY: &str = "section Implications for Astronomy";
@@ -34,10 +34,10 @@ const MU_WHY: &str = "the same inputs give 19.65";
 
 pub(super) const ROWS: &[Entry] = &[
     row("iss-diameter-angle", SIMPLE, "ISS, angle of the disc of its area at 400 km", "arcsec", 2)
-        .is(Beside, "sqrt(4 A/pi)/d with A = 4250.25 m2")
+        .is(Additional, "sqrt(4 A/pi)/d with A = 4250.25 m2")
         .by(|c| Ok(Numbers::both(angle_arcsec(diameter_m(c.area_m2("iss")?, Diameter::Square)?, ISS_KM * 1e3)?))),
     row("iss-solid-angle", SIMPLE, "ISS, solid angle at 400 km", "arcsec2", 1)
-        .is(Beside, "A/d2")
+        .is(Additional, "A/d2")
         .by(|c| Ok(Numbers::both(solid_angle_arcsec2(c.area_m2("iss")?, ISS_KM * 1e3, Diameter::Square)?))),
     row("mu-observed", MONTH, "ISS, surface brightness of the observed median", "mag arcsec-2", 2)
         .printed("19.65", 19.65, Rule::Digits)
@@ -74,7 +74,7 @@ pub(super) const ROWS: &[Entry] = &[
             Ok(Numbers::pair(of(PanelLight::SineOfAltitude), of(PanelLight::Geometric)))
         }),
     row("nadir-panel-albedo", SIMPLE, "reflectance times cosines the observed median would need", "", 4)
-        .is(Beside, "direct moonlight on 4250.25 m2 at 400 km; no real surface is so dark")
+        .is(Additional, "direct moonlight on 4250.25 m2 at 400 km; no real surface is so dark")
         .by(|c| {
             let panel = Panel { source_alt_rad: std::f64::consts::FRAC_PI_2, ..panel(c)? };
             let needed = 10f64.powf(-0.4 * (ISS_V_MAG - FULL_MOON_V_MAG));
@@ -90,14 +90,14 @@ pub(super) const ROWS: &[Entry] = &[
             Ok(Numbers::pair(panel.flux_ratio(&published)? / own, 1.0))
         }),
     row("t-eff-iss", ASTRONOMY, "ISS, effective exposure at 400 km", "ms", 3)
-        .is(Beside, "2 sqrt(A/pi (R + d)/GM), R = 6371 km; in the paper a point of a figure")
+        .is(Additional, "2 sqrt(A/pi (R + d)/GM), R = 6371 km; in the paper a point of a figure")
         .by(|c| Ok(Numbers::both(1e3 * t_eff_simple_s(c.area_m2("iss")?, ISS_KM)?))),
     row("altitude-term", ASTRONOMY, "what 2000 km changes of the effective exposure at 300 km", "%", 1)
         .printed("~12", 12.0, Rule::About)
         .is(Stated, "sqrt(8371/6671)")
         .by(|_| Ok(Numbers::both(100.0 * (t_eff_simple_s(1.0, 2000.0)? / t_eff_simple_s(1.0, 300.0)? - 1.0)))),
     row("trail-width-iss", SIMPLE, "ISS, width of the trail before Rubin", "arcsec", 2)
-        .is(Beside, "satellite, defocus and seeing in quadrature")
+        .is(Additional, "satellite, defocus and seeing in quadrature")
         .by(|c| Ok(Numbers::both(rubin_width(c.area_m2("iss")?, ISS_KM)?))),
     row("nu-iss", ASTRONOMY, "ISS, effective surface brightness of the streak", "mag arcsec-2", 2)
         .printed("35.78", 35.78, Rule::Digits)
@@ -113,7 +113,7 @@ pub(super) const ROWS: &[Entry] = &[
             Ok(Numbers::pair(published, nu(ISS_V_MAG, area_m2, ISS_KM, Mode::Corrected)?))
         }),
     row("nu-iss-400", ASTRONOMY, "the same at the height stated, 400 km", "mag arcsec-2", 2)
-        .is(Beside, "by both readings")
+        .is(Additional, "by both readings")
         .by(|c| streak_of(c, "iss", ISS_V_MAG, ISS_KM)),
     row("streak-scaling", ASTRONOMY, "brightness of the streak for 100 times the area", "", 1)
         .printed("100", 100.0, Rule::Formula)

@@ -16,7 +16,7 @@ const ORDER: [(Verdict, &str); 6] = [
     (Verdict::NotReproduced, "Not reproduced, or wrong in print"),
     (Verdict::WithAssumption, "Reproduced with an assumption the paper does not state"),
     (Verdict::Reproduced, "Reproduced"),
-    (Verdict::Beside, "Beside the paper: what its numbers rest on"),
+    (Verdict::Additional, "Not in the paper: what its numbers rest on"),
     (Verdict::Literature, "Literature: measured, or another's; listed, not judged"),
     (Verdict::NotComputed, "Not computed here"),
 ];
@@ -25,7 +25,7 @@ impl Published {
     /// A value as text: the decimals of the row, scientific where they would be more than six.
     fn number(&self, value: Option<f64>) -> String {
         match (value, usize::try_from(self.entry.decimals).unwrap_or(0)) {
-            (None, _) if self.left_out => SLOW.to_owned(),
+            (None, _) if self.is_skipped => SLOW.to_owned(),
             (None, _) => String::new(),
             // + 0.0: a zero has no sign
             (Some(v), decimals @ 0..=6) => {
@@ -140,7 +140,7 @@ pub fn legend() -> String {
          that is needed; otherwise not reproduced.\n\n",
     );
     for rule in Rule::ALL {
-        text.push_str(&format!("- {}: {}\n", rule.name(), rule.asks()));
+        text.push_str(&format!("- {}: {}\n", rule.name(), rule.criterion()));
     }
     text
 }

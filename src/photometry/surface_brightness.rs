@@ -55,19 +55,19 @@ pub(crate) fn brightest_disc(
     };
     // whole pixels first: the exact disc only around the best of them
     let r = (0.5 * fwhm_px).floor() as usize;
-    let mut rough = (f64::NEG_INFINITY, x, y);
+    let mut brightest = (f64::NEG_INFINITY, x, y);
     for j in (r..ny.saturating_sub(r)).step_by(step.max(1)) {
         for i in (r..nx.saturating_sub(r)).step_by(step.max(1)) {
             if inside.contains(i as f64 - x, j as f64 - y) {
                 let square = net.slice(ndarray::s![j - r..=j + r, i - r..=i + r]);
                 let sum = f64::from(square.sum());
-                if sum > rough.0 {
-                    rough = (sum, i as f64, j as f64);
+                if sum > brightest.0 {
+                    brightest = (sum, i as f64, j as f64);
                 }
             }
         }
     }
-    consider(rough.1, rough.2, &mut best);
+    consider(brightest.1, brightest.2, &mut best);
     consider(x, y, &mut best);
     let (_, cx, cy) = best?;
     let reach = 2 * step as i32;

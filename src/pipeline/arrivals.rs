@@ -1,7 +1,7 @@
 //! Frames as they arrive in the folders of a night: which files are complete, and which are still being written.
 //!
 //! A file is complete when its size did not change between two looks and its header promises no more than it holds. Programs
-//! write frames under their final names, pixels first or header first, so neither the name nor an event tells.
+//! write frames under their final names, pixels first or header first, so neither the name nor an event shows that a file is complete.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ use crate::pipeline::survey::files::own_results;
 /// with a reason.
 const ABANDONED: Duration = Duration::from_secs(60);
 
-/// One file, as it was at the last look.
+/// One file, as it was at the last scan.
 #[derive(Debug, Clone)]
 struct Seen {
     bytes: u64,
@@ -32,12 +32,12 @@ pub struct Arrivals {
 }
 
 impl Arrivals {
-    /// Looks at the folders of the night at the time `now` of any clock that goes on; returns how many files became complete, or
+    /// Scans the folders of the night at the time `now` of any clock that goes on; returns how many files became complete, or
     /// complete files that changed or vanished. Results of satphot inside the folders are not files of the night.
     ///
     /// # Errors
     /// [`Error::Io`], [`Error::NoInput`] for a folder that is not there; one without frames is no error.
-    pub fn look(&mut self, config: &Config, now: Duration) -> Result<usize> {
+    pub fn scan(&mut self, config: &Config, now: Duration) -> Result<usize> {
         let inputs = &config.night.input;
         let found = match find_files(inputs) {
             Ok(found) => found,
@@ -110,7 +110,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (path, config) = (folder.path().join("a.fits"), config(folder.path()));
         let mut arrivals = Arrivals::default();
-        assert_eq!(arrivals.look(&config, seconds(0.0)).unwrap(), 0);
+        assert_eq!(arrivals.scan(&config, seconds(0.0)).unwrap(), 0);
         let pixels = ndarray::Array2::<u16>::zeros((100, 100));
         let whole = folder.path().join("whole.tmp");
         crate::fits::write_u16(&whole, &pixels, &[], false).unwrap();
@@ -118,23 +118,23 @@ mod tests {
         // it grows: nothing; it stands still but is cut: nothing
         for (k, share) in [0.2, 0.5, 0.5].into_iter().enumerate() {
             std::fs::write(&path, &bytes[..(share * bytes.len() as f64) as usize]).unwrap();
-            assert_eq!(arrivals.look(&config, seconds(1.0 + k as f64)).unwrap(), 0);
+            assert_eq!(arrivals.scan(&config, seconds(1.0 + k as f64)).unwrap(), 0);
             assert_eq!((arrivals.complete().len(), arrivals.n_awaited()), (0, 1));
         }
         std::fs::write(&path, &bytes).unwrap();
-        assert_eq!(arrivals.look(&config, seconds(5.0)).unwrap(), 0, "one look more");
-        assert_eq!(arrivals.look(&config, seconds(5.3)).unwrap(), 1);
+        assert_eq!(arrivals.scan(&config, seconds(5.0)).unwrap(), 0, "one scan more");
+        assert_eq!(arrivals.scan(&config, seconds(5.3)).unwrap(), 1);
         assert_eq!(arrivals.complete(), std::slice::from_ref(&path));
-        assert_eq!(arrivals.look(&config, seconds(6.0)).unwrap(), 0, "nothing new");
+        assert_eq!(arrivals.scan(&config, seconds(6.0)).unwrap(), 0, "nothing new");
         // it is written again: it is awaited again; it vanishes: that is news
         std::fs::write(&path, &bytes[..1000]).unwrap();
-        assert_eq!(arrivals.look(&config, seconds(7.0)).unwrap(), 1);
+        assert_eq!(arrivals.scan(&config, seconds(7.0)).unwrap(), 1);
         assert_eq!(arrivals.n_awaited(), 1);
         // a file that nobody finishes is taken as it is in the end
-        assert_eq!(arrivals.look(&config, seconds(30.0)).unwrap(), 0);
-        assert_eq!(arrivals.look(&config, seconds(67.5)).unwrap(), 1);
+        assert_eq!(arrivals.scan(&config, seconds(30.0)).unwrap(), 0);
+        assert_eq!(arrivals.scan(&config, seconds(67.5)).unwrap(), 1);
         std::fs::remove_file(&path).unwrap();
-        assert_eq!(arrivals.look(&config, seconds(70.0)).unwrap(), 1);
+        assert_eq!(arrivals.scan(&config, seconds(70.0)).unwrap(), 1);
         assert!(arrivals.complete().is_empty());
     }
 }

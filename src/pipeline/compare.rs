@@ -42,7 +42,7 @@ pub fn comparable(model: &config::Model) -> Result<Option<String>> {
 /// on it if not.
 ///
 /// # Errors
-/// [`Error::Config`] where the configuration asks for another band of the model than V and than the one observed.
+/// [`Error::Config`] where the configuration names another band of the model than V and than the one observed.
 pub fn band_of_model(config: &config::Config, observed: Band) -> Result<Option<String>> {
     let Some(model) = config.model.as_ref().filter(|m| m.band != observed.name()) else { return Ok(None) };
     let known = config::Model::BANDS.contains(&observed.name());
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn passes_are_told_apart_by_gaps_whatever_the_order_of_the_rows() {
+    fn passes_are_distinguished_by_gaps_whatever_the_order_of_the_rows() {
         let rows = [
             row(60_000.0, 12.0, 11.5),
             row(60_000.001, 2.0, 2.5),

@@ -27,7 +27,7 @@ use crate::pipeline::products::outputs::Outputs;
 #[cfg(feature = "report")]
 use crate::pipeline::products::page::write_report_and_figures;
 use crate::pipeline::products::provenance::Provenance;
-use crate::pipeline::products::record::Stage;
+use crate::pipeline::products::record::StageRecord;
 use crate::pipeline::products::summary::{Counts, ModelStanding, Summary};
 use crate::pipeline::shards::plan_file::{FRAMES_PER_SHARD, Plan, set_copies_aside};
 use crate::pipeline::shards::products::{FOLDER, FrameCache};
@@ -354,7 +354,7 @@ fn survey_bytes(survey: &Survey) -> u64 {
 /// The stages with their times, and the notes that are reported at the end.
 struct Log<'a> {
     progress: &'a dyn Progress,
-    stages: Vec<Stage>,
+    stages: Vec<StageRecord>,
     notes: Vec<String>,
     details: Vec<String>,
 }
@@ -371,7 +371,7 @@ impl<'a> Log<'a> {
         let wall_s = end_s - start;
         let bytes_read = bytes_read().zip(read).map(|(end, start)| end - start);
         let peak_memory_mb = peak_memory_mb();
-        self.stages.push(Stage { name: name.into(), wall_s, cpu_s, end_s, bytes_read, peak_memory_mb });
+        self.stages.push(StageRecord { name: name.into(), wall_s, cpu_s, end_s, bytes_read, peak_memory_mb });
         result
     }
 }

@@ -32,7 +32,7 @@ pub struct Facet {
 
 /// A triangle of the body.
 #[derive(Debug, Clone)]
-pub struct Piece {
+pub struct BodyTriangle {
     /// Its corners \[m\].
     pub corners: Triangle<Itrs>,
     /// Index of its facet.
@@ -49,7 +49,7 @@ pub struct Piece {
 #[derive(Debug)]
 pub struct PosedBody {
     /// Triangles.
-    pub pieces: Vec<Piece>,
+    pub faces: Vec<BodyTriangle>,
     /// Facets.
     pub facets: Vec<Facet>,
     /// Materials.
@@ -82,7 +82,7 @@ impl PosedBody {
         let sun = sun.ok_or_else(|| wrong(&satellite.name, "the satellite is in the Sun".into()))?;
         let joints = poses(&satellite.joints, &sun);
         let mut body = Self {
-            pieces: Vec::new(),
+            faces: Vec::new(),
             facets: Vec::new(),
             materials: satellite.materials.clone(),
             names: satellite.components.iter().map(|c| c.name.clone()).collect(),
@@ -110,13 +110,13 @@ impl PosedBody {
                     body.facets.push(Facet { normal, material });
                     body.facets.len() - 1
                 });
-                body.pieces.push(Piece { corners, facet, component, sheet, open: [false; 2] });
+                body.faces.push(BodyTriangle { corners, facet, component, sheet, open: [false; 2] });
             }
         }
-        let corners = || body.pieces.iter().flat_map(|p| p.corners.iter());
+        let corners = || body.faces.iter().flat_map(|p| p.corners.iter());
         body.radius_m = corners().map(Vector::norm).fold(0.0, f64::max);
         body.find_open();
-        let triangles: Vec<Triangle<Itrs>> = body.pieces.iter().map(|p| p.corners).collect();
+        let triangles: Vec<Triangle<Itrs>> = body.faces.iter().map(|p| p.corners).collect();
         body.rays = Rays::new(&triangles, body.radius_m);
         Ok(body)
     }
@@ -144,13 +144,13 @@ impl PosedBody {
     /// No triangle has anything before a side that can be seen: the body throws no shadow on itself.
     #[must_use]
     pub fn is_convex(&self) -> bool {
-        self.pieces.iter().all(|p| p.open[0] && (p.open[1] || !p.sheet))
+        self.faces.iter().all(|p| p.open[0] && (p.open[1] || !p.sheet))
     }
 
     /// The normal of the side of a triangle that a direction from it lies on: front 0, back 1.
     #[must_use]
-    pub fn side_toward(&self, piece: usize, direction: &Vector<Itrs>) -> (usize, Vector<Itrs>) {
-        let normal = self.facets[self.pieces[piece].facet].normal;
+    pub fn side_toward(&self, face: usize, direction: &Vector<Itrs>) -> (usize, Vector<Itrs>) {
+        let normal = self.facets[self.faces[face].facet].normal;
         if normal.dot(direction) >= 0.0 { (0, normal) } else { (1, -normal) }
     }
 
@@ -158,7 +158,7 @@ impl PosedBody {
     #[must_use]
     pub fn seen_along(&self, place: &Vector<Itrs>, direction: &Vector<Itrs>) -> Option<(usize, Vector<Itrs>)> {
         let from = *place - *direction * (place.dot(direction) + 2.0 * self.radius_m);
-        self.rays.nearest(&from, direction).map(|(piece, t)| (piece, from + *direction * t))
+        self.rays.nearest(&from, direction).map(|(face, t)| (face, from + *direction * t))
     }
 
     /// The first triangle on the way from a face: its normal towards the side the ray leaves on.
@@ -170,7 +170,7 @@ impl PosedBody {
         to: &Vector<Itrs>,
     ) -> Option<(usize, Vector<Itrs>)> {
         let from = *place + *normal * (LIFT * self.radius_m);
-        self.rays.nearest(&from, to).map(|(piece, t)| (piece, from + *to * t))
+        self.rays.nearest(&from, to).map(|(face, t)| (face, from + *to * t))
     }
 
     /// Part of the body is in the way from a face in the direction `to`.
@@ -181,14 +181,14 @@ impl PosedBody {
 
     /// A side is open when no corner of the body lies before its plane.
     fn find_open(&mut self) {
-        let mut corners: Vec<Vector<Itrs>> = self.pieces.iter().flat_map(|p| p.corners).collect();
+        let mut corners: Vec<Vector<Itrs>> = self.faces.iter().flat_map(|p| p.corners).collect();
         // the far ones first: they decide most planes
         corners.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
         let margin = IN_PLANE * self.radius_m;
-        for piece in &mut self.pieces {
-            let normal = self.facets[piece.facet].normal;
-            let level = normal.dot(&piece.corners[0]);
-            piece.open = [
+        for face in &mut self.faces {
+            let normal = self.facets[face.facet].normal;
+            let level = normal.dot(&face.corners[0]);
+            face.open = [
                 corners.iter().all(|v| normal.dot(v) - level <= margin),
                 corners.iter().all(|v| level - normal.dot(v) <= margin),
             ];

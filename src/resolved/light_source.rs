@@ -98,7 +98,7 @@ impl InBand {
 impl LightSources {
     /// Sun and Moon in a scene, in a band.
     ///
-    /// `E = E_☉(band, 1 au) · (m_lamp's flux over the Sun's at 1 au)`: laws, distances, shadow and eclipse are those of
+    /// `E = E_☉(band, 1 au) · (m_source's flux over the Sun's at 1 au)`: laws, distances, shadow and eclipse are those of
     /// the brightness engine, the spectrum ASTM G-173. The Moon's colour is taken between 0.35 and 2.38 µm.
     ///
     /// # Errors
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn v_of_a_lamp_does_not_depend_on_the_band_its_watts_are_counted_in() {
+    fn v_of_a_light_source_does_not_depend_on_the_band_its_watts_are_counted_in() {
         let of =
             |band: &str| LightSources::new(&scene(), &InBand::parse(band).unwrap(), &ModelSettings::default()).unwrap();
         let (wide, v) = (of("0.3-1.05"), of("V"));

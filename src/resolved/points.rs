@@ -1,19 +1,19 @@
 //! Test points: what a named place on a satellite sends to the observer, and whether the observer sees it.
 //!
-//! W m⁻² sr⁻¹; places in metres in the body frame, joints at angle 0. All directions are asked, not a pixel's share.
+//! W m⁻² sr⁻¹; places in metres in the body frame, joints at angle 0. All directions are sampled, not a pixel's share.
 
 use super::directions::SETS;
 use super::image::Light;
 use super::render::{RayCounts, Renderer};
-use super::satellite::Point;
+use super::satellite::TestPoint;
 use super::surface::beyond_m;
 use super::triangle::Body;
 use crate::base::error::{Error, Result};
 use crate::base::vector::{Itrs, Vector};
 
 /// How far a place may lie beyond its component, as a length and as a share of its size: places are read off drawings.
-const BESIDE_M: f64 = 0.05;
-const BESIDE_FRAC: f64 = 0.01;
+const TOLERANCE_M: f64 = 0.05;
+const TOLERANCE_FRAC: f64 = 0.01;
 
 /// A test point seen from the observer.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,7 +42,7 @@ impl PointLight {
 ///
 /// # Errors
 /// [`Error::Config`] for places that are not three numbers.
-pub fn parse_point(text: &str) -> Result<Point> {
+pub fn parse_point(text: &str) -> Result<TestPoint> {
     let (component, place) = text.split_once('@').unwrap_or((text, ""));
     let numbers: std::result::Result<Vec<f64>, _> =
         place.split(',').filter(|p| !p.is_empty()).map(|p| p.trim().parse::<f64>()).collect();
@@ -54,7 +54,7 @@ pub fn parse_point(text: &str) -> Result<Point> {
             return Err(Error::Config { key: "point".into(), problem });
         }
     };
-    Ok(Point { component: component.trim().to_owned(), at_m, normal: None })
+    Ok(TestPoint { component: component.trim().to_owned(), at_m, normal: None })
 }
 
 impl Renderer {
@@ -65,7 +65,7 @@ impl Renderer {
     ///
     /// # Errors
     /// [`Error::Config`] for a component the satellite does not have, with those it has, and for a place outside it.
-    pub fn point(&self, name: &str, point: &Point) -> Result<PointLight> {
+    pub fn point(&self, name: &str, point: &TestPoint) -> Result<PointLight> {
         let body = &self.body;
         let wanted = point.component.to_lowercase();
         let component = body.names.iter().position(|n| n.to_lowercase() == wanted).ok_or_else(|| Error::Config {
@@ -83,12 +83,12 @@ impl Renderer {
                 .map_err(|problem| Error::Config { key: format!("point {name}"), problem })?;
         }
         let mut best: Option<(f64, f64, usize, usize)> = None;
-        for (k, piece) in body.pieces.iter().enumerate().filter(|(_, p)| p.component == component) {
-            let normal = body.facets[piece.facet].normal;
-            let sides: &[usize] = if piece.sheet { &[0, 1] } else { &[0] };
+        for (k, face) in body.faces.iter().enumerate().filter(|(_, p)| p.component == component) {
+            let normal = body.facets[face.facet].normal;
+            let sides: &[usize] = if face.sheet { &[0, 1] } else { &[0] };
             for side in sides {
                 let along = (if *side == 0 { normal } else { -normal }).dot(&toward);
-                let [a, b, c] = &piece.corners;
+                let [a, b, c] = &face.corners;
                 let middle = (*a + *b + *c) * (1.0 / 3.0);
                 let far = near.map_or(0.0, |p| (p - middle).norm());
                 // directions first, to a tenth of a degree
@@ -103,10 +103,10 @@ impl Renderer {
             key: format!("point {name}"),
             problem: format!("component \"{}\" has no surface", point.component),
         })?;
-        let piece = &body.pieces[k];
-        let front = body.facets[piece.facet].normal;
+        let face = &body.faces[k];
+        let front = body.facets[face.facet].normal;
         let normal = if side == 0 { front } else { -front };
-        let [a, b, c] = &piece.corners;
+        let [a, b, c] = &face.corners;
         let middle = (*a + *b + *c) * (1.0 / 3.0);
         // into the plane of the triangle
         let place = near.map_or(middle, |p| p - normal * (p - middle).dot(&normal));
@@ -128,11 +128,11 @@ impl Renderer {
     /// A place that lies beyond the surface of its component by more than rounding of what is written down.
     fn refuse_outside(&self, component: usize, place: &Vector<Itrs>, at: [f64; 3]) -> std::result::Result<(), String> {
         let body = &self.body;
-        let triangles: Vec<_> = body.pieces.iter().filter(|p| p.component == component).map(|p| p.corners).collect();
+        let triangles: Vec<_> = body.faces.iter().filter(|p| p.component == component).map(|p| p.corners).collect();
         let ends = body.extents_m[component];
         let size = ends.iter().map(|[low, high]| (high - low).powi(2)).sum::<f64>().sqrt();
         let beyond = beyond_m(&triangles, place);
-        if beyond <= BESIDE_M.max(BESIDE_FRAC * size) {
+        if beyond <= TOLERANCE_M.max(TOLERANCE_FRAC * size) {
             return Ok(());
         }
         let axis = |k: usize| format!("{} {:.2} to {:.2}", ["x", "y", "z"][k], ends[k][0], ends[k][1]);

@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flat_plate_along_the_axes_is_met_and_its_plane_beside_it_is_not() {
+    fn a_flat_plate_along_the_axes_is_met_and_its_plane_next_to_it_is_not() {
         let corner = |x: f64, y: f64| Vector::<Enu>::new(x, y, 7.0);
         let plate = [[corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0)]];
         let rays = Rays::new(&plate, 10.0);

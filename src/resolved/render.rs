@@ -59,7 +59,7 @@ pub struct RayCounts {
     /// Towards Sun and Moon.
     pub shadow: u64,
     /// Towards Earth and sky.
-    pub surroundings: u64,
+    pub earth_and_sky: u64,
 }
 
 /// A picture and what it took.
@@ -159,7 +159,7 @@ impl Renderer {
     pub fn picture(&self) -> Rendered {
         let n = self.settings.pixels;
         let pixel_m = self.pixel_m();
-        let rows: Vec<Row> = (0..n).into_par_iter().map(|y| self.row(y, pixel_m)).collect();
+        let rows: Vec<ImageRow> = (0..n).into_par_iter().map(|y| self.row(y, pixel_m)).collect();
         let pixel_rad = pixel_m / (self.range_km * 1e3);
         let mut rays = RayCounts::default();
         let (mut covered, mut black) = (0.0, 0.0);
@@ -168,7 +168,7 @@ impl Renderer {
             black += row.black;
             rays.view += row.rays.view;
             rays.shadow += row.rays.shadow;
-            rays.surroundings += row.rays.surroundings;
+            rays.earth_and_sky += row.rays.earth_and_sky;
         }
         let plane = |k: usize| (Light::ALL[k], Array2::from_shape_fn((n, n), |(y, x)| rows[y].pixels[x][k]));
         let image = RadianceImage {
@@ -244,7 +244,7 @@ impl Renderer {
         warnings
     }
 
-    fn row(&self, y: usize, pixel_m: f64) -> Row {
+    fn row(&self, y: usize, pixel_m: f64) -> ImageRow {
         let (n, k) = (self.settings.pixels, self.settings.samples);
         let (middle, share) = (0.5 * n as f64, 1.0 / (k * k) as f64);
         let mut rays = RayCounts::default();
@@ -260,31 +260,31 @@ impl Renderer {
                     // x grows to the west, y to the north
                     let place = self.view.place(at(x, s % k, jitter[0]) * pixel_m, at(y, s / k, jitter[1]) * pixel_m);
                     rays.view += 1;
-                    let Some((piece, met)) = self.body.seen_along(&place, &-self.around.observer) else { continue };
+                    let Some((face, met)) = self.body.seen_along(&place, &-self.around.observer) else { continue };
                     covered += share;
-                    black += if self.is_black(piece) { share } else { 0.0 };
-                    let light = self.light(piece, &met, &[first + s], &mut rays);
+                    black += if self.is_black(face) { share } else { 0.0 };
+                    let light = self.light(face, &met, &[first + s], &mut rays);
                     sum.iter_mut().zip(light).for_each(|(sum, l)| *sum += share * l);
                 }
                 sum
             })
             .collect();
-        Row { pixels, covered, black, rays }
+        ImageRow { pixels, covered, black, rays }
     }
 
     /// The observer sees a back that scatters nothing.
-    fn is_black(&self, piece: usize) -> bool {
-        let (side, _) = self.body.side_toward(piece, &self.around.observer);
-        let of = &self.body.pieces[piece];
+    fn is_black(&self, face: usize) -> bool {
+        let (side, _) = self.body.side_toward(face, &self.around.observer);
+        let of = &self.body.faces[face];
         side == 1 && (!of.sheet || self.body.materials[self.body.facets[of.facet].material].back.is_none())
     }
 
     /// What a place on a triangle sends to the observer: Sun, Earthshine, Moon, Lunar-Earthshine, starlight
-    /// \[W m⁻² sr⁻¹\]; `sets` are the sets of directions to ask.
+    /// \[W m⁻² sr⁻¹\]; `sets` are the sets of directions to trace.
     #[must_use]
-    pub fn light(&self, piece: usize, place: &Vector<Itrs>, sets: &[usize], counts: &mut RayCounts) -> [f64; 5] {
-        let (side, normal) = self.body.side_toward(piece, &self.around.observer);
-        let of = &self.body.pieces[piece];
+    pub fn light(&self, face: usize, place: &Vector<Itrs>, sets: &[usize], counts: &mut RayCounts) -> [f64; 5] {
+        let (side, normal) = self.body.side_toward(face, &self.around.observer);
+        let of = &self.body.faces[face];
         if side == 1 && !of.sheet {
             return [0.0; 5];
         }
@@ -302,7 +302,7 @@ impl Renderer {
             if self.body.shaded(place, &normal, &light_sources[k].toward) { 0.0 } else { shine.direct[k] }
         });
         if let Some(mirror) = &shine.mirror {
-            counts.surroundings += 1;
+            counts.earth_and_sky += 1;
             let clear = f64::from(u8::from(!self.body.shaded(place, &normal, mirror)));
             let star = clear * (shine.star[0] + shine.star[1]);
             return [direct[0], clear * shine.earth[0], direct[1], clear * shine.earth[1], star];
@@ -346,11 +346,11 @@ impl Renderer {
                     if !(weight > 0.0) {
                         continue;
                     }
-                    counts.surroundings += 1;
+                    counts.earth_and_sky += 1;
                     let clear = if self.settings.bounce {
                         match self.body.met_from(place, normal, &directions.unit[k]) {
-                            Some((piece, met)) => {
-                                let light = self.bounced(piece, &met, &directions.unit[k], counts);
+                            Some((face, met)) => {
+                                let light = self.bounced(face, &met, &directions.unit[k], counts);
                                 let each = weight * directions.each_sr * spread;
                                 sum.bounced.iter_mut().zip(light).for_each(|(b, l)| *b += each * l);
                                 0.0
@@ -379,9 +379,9 @@ impl Renderer {
     }
 
     /// Diffuse light of a part that was met on the way, back along the way.
-    fn bounced(&self, piece: usize, met: &Vector<Itrs>, along: &Vector<Itrs>, counts: &mut RayCounts) -> [f64; 5] {
-        let (side, normal) = self.body.side_toward(piece, &-*along);
-        let of = &self.body.pieces[piece];
+    fn bounced(&self, face: usize, met: &Vector<Itrs>, along: &Vector<Itrs>, counts: &mut RayCounts) -> [f64; 5] {
+        let (side, normal) = self.body.side_toward(face, &-*along);
+        let of = &self.body.faces[face];
         if side == 1 && !of.sheet {
             return [0.0; 5];
         }
@@ -399,7 +399,7 @@ impl Renderer {
 }
 
 /// One row of a picture.
-struct Row {
+struct ImageRow {
     /// The light of each pixel.
     pixels: Vec<[f64; 5]>,
     /// Pixels covered, and those of them by black backs.
@@ -408,7 +408,7 @@ struct Row {
     rays: RayCounts,
 }
 
-/// Weights asked, and those of them that nothing hides; light from other parts.
+/// Weights sampled, and those of them that nothing hides; light from other parts.
 #[derive(Default)]
 struct Hidden {
     earth: [[f64; 2]; 2],

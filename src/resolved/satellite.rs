@@ -45,7 +45,7 @@ struct Listing {
     joints: Vec<Joint>,
     components: Vec<Component>,
     #[serde(default)]
-    points: BTreeMap<String, Point>,
+    points: BTreeMap<String, TestPoint>,
 }
 
 /// How a side scatters, by name of the material.
@@ -80,7 +80,7 @@ pub struct Component {
 /// A test point: a place on a component, looked at from a direction.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Point {
+pub struct TestPoint {
     /// The component it is on.
     pub component: String,
     /// In the body frame with all joints at angle 0, turning with the component \[m\]; absent = anywhere on the face.
@@ -122,7 +122,7 @@ pub struct ComponentSatellite {
     /// Components.
     pub components: Vec<Component>,
     /// Named test points.
-    pub points: BTreeMap<String, Point>,
+    pub points: BTreeMap<String, TestPoint>,
     /// Where meshes are looked for.
     folder: PathBuf,
 }

@@ -23,7 +23,7 @@ pub struct RenderSettings {
     pub pixel_rad: Option<f64>,
     /// Samples along a side of a pixel: n × n of them.
     pub samples: usize,
-    /// Directions a sample asks towards the Earth, and as many towards the sky; a power of two.
+    /// Directions that a sample traces towards the Earth, and as many towards the sky; a power of two.
     pub earth_rays: usize,
     /// Sides of round shapes.
     pub sides: usize,
@@ -92,7 +92,9 @@ impl RenderSettings {
             return refuse("starlight", format!("{m:?} mag/arcsec2; accepted is 10 to 40"));
         }
         match self.model.earth {
-            Brdf::Mirror { .. } => refuse("earth", "a mirror is no ground; accepted are lambert and phong laws".into()),
+            Brdf::Mirror { .. } => {
+                refuse("earth", "a mirror cannot be the ground; accepted are lambert and phong laws".into())
+            }
             _ => Ok(()),
         }
     }

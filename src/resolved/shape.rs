@@ -271,13 +271,13 @@ mod tests {
     }
 
     #[test]
-    fn a_dish_shows_its_rim_from_the_front_and_its_hollow_side_is_the_front() {
+    fn a_dish_shows_its_edge_from_the_front_and_its_hollow_side_is_the_front() {
         let shape = Shape::Dish { diameter_m: 3.0, depth_m: 0.5, axis: [0.0, 0.0, 1.0] };
         let triangles = of(&shape, 64);
         let z = Vector::<Body>::new(0.0, 0.0, 1.0);
         assert!(triangles.iter().all(|t| double_area(t).dot(&z) > 0.0));
-        let rim = projected_m2(&triangles, &z, true);
-        assert!((rim / (PI * 2.25) - 1.0).abs() < 1e-3, "{rim}"); // (π/64)²/3 = 8e-4
+        let edge_on_m2 = projected_m2(&triangles, &z, true);
+        assert!((edge_on_m2 / (PI * 2.25) - 1.0).abs() < 1e-3, "{edge_on_m2}"); // (π/64)²/3 = 8e-4
     }
 
     #[test]

@@ -35,7 +35,7 @@ impl View {
         let east = east.ok_or_else(|| Error::Model { problem: "no line of sight".into() })?;
         let (west, north) = (-east, u.cross(&east));
         let ends = [west, north].map(|axis| {
-            let along = body.pieces.iter().flat_map(|p| p.corners.iter()).map(|v| v.dot(&axis));
+            let along = body.faces.iter().flat_map(|p| p.corners.iter()).map(|v| v.dot(&axis));
             along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
         });
         Ok(Self {

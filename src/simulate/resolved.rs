@@ -16,7 +16,7 @@ use crate::tables::RenderedTruth;
 
 /// Pixels along a side of a picture; finer than any seeing for a satellite up to a few arcminutes.
 const PIXELS: usize = 192;
-/// Directions a sample asks towards Earth and sky.
+/// Directions that a sample traces towards Earth and sky.
 const EARTH_RAYS: usize = 8;
 /// Relative tolerance of the light by way of the Earth.
 const TOLERANCE: f64 = 1e-3;

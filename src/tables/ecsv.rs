@@ -1,7 +1,7 @@
 //! Tables on disk: ECSV 1.0, comma separated, missing cells as `""`, floats in the shortest text that reads back exactly.
 //!
 //! The header carries name, unit, type and meaning of each column and the meta block, so that astropy and TOPCAT read
-//! the file without help. Same rows and meta, same bytes. Leaves out multi-dimensional and mixin columns.
+//! the file without help. Same rows and meta, same bytes. Not supported: multi-dimensional and mixin columns.
 
 use std::fmt::Write as _;
 use std::fs;

@@ -1,7 +1,7 @@
 //! The meta block of a table: ordered keys whose values are texts, numbers, maps and lists, written as flow YAML.
 //!
 //! Writes what every YAML 1.1 reader takes for the same value; reads what it writes, and keeps as plain text what it
-//! does not understand. Units belong in the keys. Leaves out block style, anchors and tags.
+//! does not understand. Units belong in the keys. Not supported: block style, anchors and tags.
 
 use std::fmt::Write as _;
 

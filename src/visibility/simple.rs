@@ -91,7 +91,7 @@ impl Panel {
         above_zero("area_m2", self.area_m2)?;
         above_zero("range_m", self.range_m)?;
         if !(self.source_alt_rad.abs() <= FRAC_PI_2) {
-            return Err(refused("lamp_alt_rad", self.source_alt_rad, "−π/2 to π/2"));
+            return Err(refused("source_alt_rad", self.source_alt_rad, "−π/2 to π/2"));
         }
         if !(0.0..=FRAC_PI_2).contains(&self.emission_rad) {
             return Err(refused("emission_rad", self.emission_rad, "0 to π/2"));
@@ -109,7 +109,7 @@ impl Panel {
         .max(0.0)
     }
 
-    /// Irradiance of the observer over that of the panel: `F_obs/F_lamp = ρ A cos θ_i cos θ_e / (π d²)`.
+    /// Irradiance of the observer over that of the panel: `F_obs/F_source = ρ A cos θ_i cos θ_e / (π d²)`.
     ///
     /// 0 where the light source shines on the back: the corrected answer for a Moon above the satellite's horizon,
     /// where moonlight comes to the panel by way of the Earth alone (Lunar-Earthshine, which
@@ -129,7 +129,7 @@ impl Panel {
     }
 }
 
-/// `m_sat = m_lamp − 2.5 lg(F_obs/F_lamp)`; `None` without light \[mag\].
+/// `m_sat = m_source − 2.5 lg(F_obs/F_source)`; `None` without light \[mag\].
 #[must_use]
 pub fn magnitude(flux_ratio: f64, source_mag: f64) -> Option<f64> {
     (flux_ratio > 0.0 && flux_ratio.is_finite()).then(|| source_mag - 2.5 * flux_ratio.log10())
@@ -172,7 +172,7 @@ pub fn surface_brightness(mag: f64, omega_arcsec2: f64) -> f64 {
 
 /// Surface brightness of a resolved Lambert panel: neither its area nor its distance is in it \[mag/arcsec²\].
 ///
-/// `μ = m_lamp − 2.5 lg ρ − 2.5 lg(cos θ_i) + 2.5 lg(π · 206265²)`; the constant is 27.815. The printed formula has
+/// `μ = m_source − 2.5 lg ρ − 2.5 lg(cos θ_i) + 2.5 lg(π · 206265²)`; the constant is 27.815. The printed formula has
 /// cos θ_e next to cos θ_i: it goes when the solid angle is that of the panel as it is seen (A cos θ_e/d²).
 /// `None` without light.
 #[must_use]

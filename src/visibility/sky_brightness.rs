@@ -96,7 +96,7 @@ pub fn twilight_nl(sun_alt_rad: f64) -> Result<f64> {
     let sun_alt_deg = sun_alt_rad.to_degrees();
     if !(sun_alt_deg <= DAY_ALT_DEG + 1e-9) {
         let problem = format!(
-            "the Sun's altitude {sun_alt_deg:.2} deg is above {DAY_ALT_DEG} deg: the sky of the day is left out; give its \
+            "the Sun's altitude {sun_alt_deg:.2} deg is above {DAY_ALT_DEG} deg: the daytime sky is not modelled; give its \
              brightness itself"
         );
         return Err(Error::Model { problem });

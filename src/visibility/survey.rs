@@ -143,7 +143,7 @@ impl Survey {
     pub fn named(name: &str) -> Result<Self> {
         SURVEYS.iter().find(|s| s.name.eq_ignore_ascii_case(name)).copied().ok_or_else(|| {
             let known: Vec<&str> = SURVEYS.iter().map(|s| s.name).collect();
-            Error::Argument { name: "survey".into(), problem: format!("\"{name}\" is none of {}", known.join(", ")) }
+            Error::Argument { name: "survey".into(), problem: format!("\"{name}\" is not one of {}", known.join(", ")) }
         })
     }
 
@@ -154,7 +154,7 @@ impl Survey {
     pub fn band(&self, name: &str) -> Result<SurveyBand> {
         self.bands.iter().find(|b| b.name == name).copied().ok_or_else(|| {
             let known: Vec<&str> = self.bands.iter().map(|b| b.name).collect();
-            let problem = format!("\"{name}\" is none of {} ({})", known.join(", "), self.name);
+            let problem = format!("\"{name}\" is not one of {} ({})", known.join(", "), self.name);
             Error::Argument { name: "band".into(), problem }
         })
     }

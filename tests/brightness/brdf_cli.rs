@@ -71,13 +71,13 @@ fn rows_of_a_figure_are_comma_separated_on_request() {
     assert!((f - 2187.761623949552).abs() < 1e-6);
     let normal = text.lines().find(|l| l.starts_with("0,,,")).unwrap();
     assert!((normal.split(',').nth(3).unwrap().parse::<f64>().unwrap() - 0.57814).abs() < 1e-5);
-    assert!(std::fs::read_dir(folder.path()).unwrap().next().is_none(), "nothing is written beside --csv");
+    assert!(std::fs::read_dir(folder.path()).unwrap().next().is_none(), "nothing is written with --csv");
     let list = stdout(&satphot(folder.path(), &["plot", "--list"]));
     assert!(list.contains("earth-ocean") && list.contains("ScatterWorks"), "{list}");
 }
 
 #[test]
-fn what_is_wrong_is_told_with_the_documented_exit_code() {
+fn what_is_wrong_is_reported_with_the_documented_exit_code() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
     write_phong(&folder.path().join("panel.txt"));

@@ -1,4 +1,4 @@
-//! The average of a scattering law over a lamp's disc against independent quadratures, and mirrors.
+//! The average of a scattering law over a light source's disc against independent quadratures, and mirrors.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use crate::brdf_common;
@@ -171,7 +171,7 @@ fn the_chassis_peak_loses_0_70_mag_to_the_disc_of_the_sun() {
 }
 
 #[test]
-fn a_mirror_conserves_radiance_and_is_dark_beside_the_image_of_the_sun() {
+fn a_mirror_conserves_radiance_and_is_dark_outside_the_image_of_the_sun() {
     // 18 m square at 625 km, reflectance 0.96, Sun of 0.53 deg and -26.76 mag
     let mirror = Brdf::Mirror { reflectance: 0.96 };
     let radius = f64::to_radians(0.265);

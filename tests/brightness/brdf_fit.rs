@@ -187,7 +187,7 @@ fn the_right_law_has_the_lowest_criterion() {
 
 #[test]
 fn a_parameter_the_data_do_not_determine_has_no_error() {
-    // one geometry: a Phong law cannot be told from a Lambert one
+    // one geometry: a Phong law cannot be distinguished from a Lambert one
     let text = "a b c d e\n30 0 30 180 0.5\n30 0 30 180 0.51\n30 0 30 180 0.49\n30 0 30 180 0.5\n";
     let data = MeasuredTable::parse(Path::new("t"), text).unwrap();
     let found = fit(&data, &FitLaw::Phong);

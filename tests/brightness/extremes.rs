@@ -185,7 +185,7 @@ fn beyond_the_tip_of_the_umbra_a_ring_of_the_sun_is_left() {
 }
 
 #[test]
-fn a_lamp_at_zenith_or_nadir_has_no_azimuth_and_finite_light() {
+fn a_light_source_at_zenith_or_nadir_has_no_azimuth_and_finite_light() {
     for elevation in [90.0, -90.0] {
         for (sun, moon) in [(elevation, 20.0), (20.0, elevation)] {
             for name in ["starlink-v1.5", "iss"] {
@@ -213,7 +213,7 @@ fn a_sun_exactly_on_the_horizon_or_on_the_terminators_edge_gives_no_nan() {
 }
 
 #[test]
-fn with_both_lamps_down_there_is_no_magnitude_and_never_a_number_in_its_place() {
+fn with_both_light_sources_down_there_is_no_magnitude_and_never_a_number_in_its_place() {
     let b = brightness(&scene(R_KM + 420.0, 0.05, -60.0, -60.0), &Satellite::named("iss").unwrap(), &settings(1e-4));
     let b = b.unwrap();
     assert_eq!((b.total_v_mag, b.sun.v_mag, b.moon.v_mag), (None, None, None));
@@ -254,9 +254,9 @@ fn at_full_moon_behind_the_earth_the_lunar_light_is_eclipsed_and_at_new_moon_it_
     let model = Model::new(&white, &settings(1e-4)).unwrap();
     let in_shadow = model.brightness(&eclipsed).unwrap();
     finite(&in_shadow);
-    let mut beside = eclipsed;
-    beside.moon_km = beside.moon_km + V::new(384_400.0 * 0.05, 0.0, 0.0);
-    let outside = model.brightness(&beside).unwrap();
+    let mut off_shadow = eclipsed;
+    off_shadow.moon_km = off_shadow.moon_km + V::new(384_400.0 * 0.05, 0.0, 0.0);
+    let outside = model.brightness(&off_shadow).unwrap();
     let dip = outside.lunar_earthshine.v_mag.unwrap() - in_shadow.lunar_earthshine.v_mag.unwrap();
     assert!(dip < -8.0, "{dip}");
     let mut new_moon = scene(R_KM + 420.0, 0.05, 40.0, 40.0);

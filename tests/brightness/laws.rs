@@ -1,4 +1,4 @@
-//! Laws of the brightness engine on whole scenes: limits, symmetries, sums, what is left out, and 2000 random scenes.
+//! Laws of the brightness engine on whole scenes: limits, symmetries, sums, skipped lights, and 2000 random scenes.
 #![allow(clippy::unwrap_used)]
 
 use std::f64::consts::PI;
@@ -80,8 +80,8 @@ fn a_nadir_plate_receives_the_independently_integrated_share_of_the_zenith_sun()
 
 #[test]
 fn an_earth_of_uniform_radiance_fills_a_nadir_plate_to_r_over_r_squared() {
-    // Two opposite lamps and four around the equator of a Lambert sphere do not make it uniform, but a mean over all
-    // lamp directions does: E[max(0, p·s)] = 1/4 everywhere. Gauss in elevation is exact for what is left after it.
+    // Two opposite sources and four around the equator of a Lambert sphere do not make it uniform, but a mean over all
+    // source directions does: E[max(0, p·s)] = 1/4 everywhere. Gauss in elevation is exact for what is left after it.
     let (radius, r): (f64, f64) = (6371.0, 6791.0);
     let satellite = V::new(0.0, 0.0, r);
     let down = V::new(0.0, 0.0, -1.0);
@@ -161,7 +161,7 @@ fn the_total_is_the_sum_of_surfaces_and_of_lights_run_alone() {
     }
     let total: f64 = parts.iter().sum();
     assert!((whole.total_v_mag.unwrap() + 2.5 * total.log10()).abs() < 1e-12);
-    // each lamp alone: the other one put where it lights nothing (behind the Earth, and new for the Moon)
+    // each light source alone: the other one put where it lights nothing (behind the Earth, and new for the Moon)
     let moonless = brightness(&Scene { moon_km: V::new(0.0, 0.0, -384_400.0), ..s }, &iss(), &sphere(1e-9)).unwrap();
     assert_eq!((fluxes(&moonless)[0], fluxes(&moonless)[1]), (fluxes(&whole)[0], fluxes(&whole)[1]));
     assert_eq!((fluxes(&moonless)[2], fluxes(&moonless)[3]), (0.0, 0.0));

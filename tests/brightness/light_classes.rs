@@ -11,19 +11,19 @@ use satphot::brightness::Illum;
 use satphot::brightness::light_class::{PaperLabel, SUNRISE_ALT_DEG, SkyClass, is_sunlit};
 use satphot::paper::labels::{read_labelled, summary};
 use satphot::tables::{Meta, PhotometryRow, read_photometry, write_photometry};
-use support::{Sourced, satphot};
+use support::{RunOutput, satphot};
 
 const ELEMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/night/iss-2025-june.tle");
 const SITE: &str = "-33.7703,151.1113,70";
 const LIGHTS: [Illum; 6] =
     [Illum::Sun, Illum::Penumbra, Illum::Moon, Illum::LunarEarthshine, Illum::Earthshine, Illum::None];
 
-fn rows(told: &Sourced) -> Vec<HashMap<String, String>> {
-    csv::Reader::from_reader(told.out.as_bytes()).deserialize().map(Result::unwrap).collect()
+fn rows(output: &RunOutput) -> Vec<HashMap<String, String>> {
+    csv::Reader::from_reader(output.out.as_bytes()).deserialize().map(Result::unwrap).collect()
 }
 
 /// The pass of 11 June 2025, 18:50 in Sydney, above the dome's 15 deg, as a table in `folder`.
-fn twilight_pass(folder: &Path, more: &[&str]) -> Sourced {
+fn twilight_pass(folder: &Path, more: &[&str]) -> RunOutput {
     let start = ["--start", "2025-06-11T08:45:00", "--hours", "0.5", "--min-alt", "15", "--satellite", "iss"];
     let head = ["predict", "pass", "--elements", ELEMENTS, "--site", SITE];
     satphot(folder, &[&head[..], &start, more].concat()).expect(0, &[])
@@ -136,12 +136,12 @@ fn a_table_without_the_label_is_labelled_from_the_sun_and_the_light() {
 }
 
 #[test]
-fn the_histogram_and_the_table_are_written_and_what_cannot_be_read_is_told() {
+fn the_histogram_and_the_table_are_written_and_what_cannot_be_read_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     twilight_pass(folder.path(), &["-o", "a.ecsv", "-q"]);
-    let told = satphot(folder.path(), &["published", "--observed", "a.ecsv", "-o", "h.svg", "-o", "t.ecsv"]);
-    let told = told.expect(0, &["magnitudes from model_v_mag", "wrote h.svg"]);
-    assert!(told.out.contains("Moonlight + Lunar-Earthshine") && told.out.contains("12.02"), "{}", told.out);
+    let output = satphot(folder.path(), &["published", "--observed", "a.ecsv", "-o", "h.svg", "-o", "t.ecsv"]);
+    let output = output.expect(0, &["magnitudes from model_v_mag", "wrote h.svg"]);
+    assert!(output.out.contains("Moonlight + Lunar-Earthshine") && output.out.contains("12.02"), "{}", output.out);
     let svg = std::fs::read_to_string(folder.path().join("h.svg")).unwrap();
     assert!(svg.contains("share of the class") && svg.contains("twilight: Sunlight"), "axes and legend");
     let table = std::fs::read_to_string(folder.path().join("t.ecsv")).unwrap();

@@ -124,7 +124,7 @@ fn on_2025_09_07_at_18_11_the_moon_is_in_the_umbra_and_half_a_day_earlier_whole(
 }
 
 #[test]
-fn the_lamps_of_every_band_are_as_bright_as_the_catalogue_of_solar_magnitudes() {
+fn the_light_sources_of_every_band_are_as_bright_as_the_catalogue_of_solar_magnitudes() {
     // Willmer 2018: V Vega, g r i AB
     for (band, mag) in [("V", -26.76), ("g", -26.47), ("r", -26.93), ("i", -27.05)] {
         let sun = sunlight(AU_KM, &light_sources(corrected(MoonLaw::Cox), band));

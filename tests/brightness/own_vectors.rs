@@ -1,7 +1,7 @@
 //! Both fluxes against adversarial cases integrated twice by a program of its own, fixtures/brightness/vectors.csv.
 //!
 //! Bars at each tolerance asked for; a row counts as faint where its flux is below 1e-8 of what the same surface would
-//! send under an Earth lit from the zenith of the satellite. Left out: the command's table, see the tests of the command.
+//! send under an Earth lit from the zenith of the satellite. Not covered: the command's table, see the tests of the command.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use satphot::brightness::explicit::{Case, Header, explicit, read_row};
@@ -132,14 +132,14 @@ fn where_no_ground_can_send_light_the_flux_is_exactly_zero() {
 }
 
 #[test]
-fn asked_for_1e_9_every_row_is_good_to_1e_8() {
+fn at_tolerance_1e_9_every_row_is_good_to_1e_8() {
     let outcomes = outcomes(&vectors(), 1e-9);
     let misses = beyond(&outcomes, 1e-8);
     assert!(misses.is_empty(), "{misses:#?}");
 }
 
 #[test]
-fn asked_for_1e_3_or_1e_6_99_rows_in_100_are_within_it_and_none_is_ten_times_worse() {
+fn at_tolerance_1e_3_or_1e_6_99_rows_in_100_are_within_it_and_none_is_ten_times_worse() {
     let vectors = vectors();
     for tolerance in [1e-3, 1e-6] {
         let outcomes = outcomes(&vectors, tolerance);

@@ -5,9 +5,9 @@ use crate::support;
 
 use std::collections::HashMap;
 
-use support::{Sourced, satphot};
+use support::{RunOutput, satphot};
 
-fn moon(more: &[&str]) -> Sourced {
+fn moon(more: &[&str]) -> RunOutput {
     let empty = tempfile::tempdir().unwrap();
     satphot(empty.path(), &[&["plot", "moon"], more].concat())
 }
@@ -114,7 +114,7 @@ fn the_figure_names_laws_units_and_phases_and_is_the_same_each_time() {
 }
 
 #[test]
-fn the_table_names_band_and_what_is_left_out() {
+fn the_table_names_band_and_what_is_not_modelled() {
     let folder = tempfile::tempdir().unwrap();
     satphot(folder.path(), &["plot", "moon", "-q", "-o", "out"]).expect(0, &[]);
     let ecsv = std::fs::read_to_string(folder.path().join("out/moon.ecsv")).unwrap();

@@ -53,7 +53,7 @@ fn starlink(inputs: &Value) -> [f64; 2] {
     observed::per_sun(&model.brightness(&scene).unwrap())
 }
 
-/// Irradiance of a nadir plate per irradiance of a zenith lamp, over a Lambert ground.
+/// Irradiance of a nadir plate per irradiance of a source in the zenith, over a Lambert ground.
 fn on_nadir_plate(inputs: &Value, albedo: f64) -> f64 {
     let r_km = inputs["R"].as_f64().unwrap() / 1e3;
     let satellite = V::new(0.0, 0.0, r_km + inputs["h_m"].as_f64().unwrap() / 1e3);
@@ -134,7 +134,7 @@ fn every_reference_point_of_the_brightness_model_is_met() {
 
 #[test]
 fn light_from_an_earth_of_one_radiance_is_the_view_factor() {
-    // the mean over all directions of the lamp of ground lit by cos z is a quarter of the view factor
+    // the mean over all directions of the source of ground lit by cos z is a quarter of the view factor
     let (r_km, down) = (6371.0, V::new(0.0, 0.0, -1.0));
     let satellite = V::new(0.0, 0.0, r_km + 420.0);
     let (law, accuracy) = (Brdf::Lambert { albedo: 1.0 }, Accuracy::relative(1e-8, 200_000));

@@ -1,4 +1,4 @@
-//! Laws of the Earth-reflected light, a brute-force integral beside it, and the honesty of its error.
+//! Laws of the Earth-reflected light, a brute-force integral, and the honesty of its error.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::f64::consts::{PI, TAU};
@@ -162,7 +162,7 @@ fn the_light_of_two_laws_is_that_of_their_sum() {
 }
 
 #[test]
-fn left_and_right_of_the_lamp_are_the_same_and_so_is_every_turned_scene() {
+fn left_and_right_of_the_light_source_are_the_same_and_so_is_every_turned_scene() {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     for brdf in [Brdf::Lambert { albedo: 0.5 }, Brdf::Phong { kd: 0.1, ks: 0.3, n: 300.0 }, chassis()] {
         let (normal, observer) = (direction(15.0, 70.0), direction(33.0, 130.0));
@@ -203,7 +203,7 @@ fn a_prepared_law_is_the_law() {
 fn what_is_dark_or_behind_is_exactly_nothing() {
     let plate = Brdf::Lambert { albedo: 1.0 };
     let nothing = ReflectedLight { per_sr: 0.0, err_per_sr: 0.0, nodes: 0 };
-    // the lamp behind the Earth; the surface looking up; the observer behind the surface
+    // the light source behind the Earth; the surface looking up; the observer behind the surface
     assert_eq!(light(550.0, -40.0, &VEGETATION, &plate, [NADIR, NADIR], 1e-3), nothing);
     assert_eq!(light(550.0, 40.0, &VEGETATION, &plate, [-NADIR, -NADIR], 1e-3), nothing);
     assert_eq!(light(550.0, 40.0, &VEGETATION, &plate, [NADIR, -NADIR], 1e-3), nothing);
@@ -255,7 +255,7 @@ fn draw(rng: &mut ChaCha8Rng) -> (f64, f64, Brdf, Brdf, [Vector<Itrs>; 2]) {
 fn the_estimate_is_honest_over_nasty_cases_and_nothing_is_ever_a_nan() {
     let mut rng = ChaCha8Rng::seed_from_u64(2026);
     let cases: Vec<_> = (0..120).map(|_| draw(&mut rng)).collect();
-    let (mut asked, mut lies, mut misses) = (0, Vec::new(), Vec::new());
+    let (mut n_cases, mut lies, mut misses) = (0, Vec::new(), Vec::new());
     for (height_km, elevation_deg, earth, brdf, facing) in &cases {
         let of = |tolerance| light(*height_km, *elevation_deg, earth, brdf, *facing, tolerance);
         let best = of(1e-9);
@@ -265,7 +265,7 @@ fn the_estimate_is_honest_over_nasty_cases_and_nothing_is_ever_a_nan() {
         }
         for tolerance in [1e-2, 1e-3, 1e-4, 1e-6] {
             let got = of(tolerance);
-            asked += 1;
+            n_cases += 1;
             let off = (got.per_sr - best.per_sr).abs();
             let case = format!("{height_km} km {elevation_deg} deg {earth:?} {brdf:?} {facing:?}: {tolerance:e}");
             let what = format!("{case} off {:e} estimated {:e}", off / best.per_sr, got.err_per_sr / best.per_sr);
@@ -277,9 +277,9 @@ fn the_estimate_is_honest_over_nasty_cases_and_nothing_is_ever_a_nan() {
             }
         }
     }
-    assert!(asked > 200, "{asked}");
-    assert!(100 * lies.len() <= asked, "{} of {asked}: {lies:#?}", lies.len());
-    assert!(100 * misses.len() <= asked, "{} of {asked}: {misses:#?}", misses.len());
+    assert!(n_cases > 200, "{n_cases}");
+    assert!(100 * lies.len() <= n_cases, "{} of {n_cases}: {lies:#?}", lies.len());
+    assert!(100 * misses.len() <= n_cases, "{} of {n_cases}: {misses:#?}", misses.len());
 }
 
 #[test]

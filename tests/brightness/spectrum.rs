@@ -166,7 +166,7 @@ fn a_damaged_file_is_refused_with_its_name_and_line() {
 }
 
 #[test]
-fn a_band_of_the_users_lights_both_lamps_and_shadows() {
+fn a_band_of_the_users_applies_to_both_light_sources_and_to_shadows() {
     let folder = tempfile::tempdir().unwrap();
     let path = file(&folder, "narrow.csv", "655,0\n656,1\n657,0\n");
     let band = Band::of_config(path.to_str().unwrap()).unwrap();

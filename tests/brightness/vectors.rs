@@ -166,13 +166,13 @@ fn the_earth_reflected_flux_is_the_reference_at_every_tolerance_and_the_estimate
 
 #[test]
 fn the_direct_flux_is_the_reference_to_1e_8() {
-    // a mirror is no matter of f; at the terminator the parallax of a lamp at a distance shows; a surface that creates
+    // a mirror is no matter of f; at the terminator the parallax of a light source at a distance shows; a surface that creates
     // light is refused by the model (and computed by `predict geometry`)
     let usual = |row: &&Row| {
         !matches!(row.brdf, Brdf::Mirror { .. }) && row.light_source.z().abs() > 1e-6 && !row.brdf.creates_light()
     };
     for row in reference().iter().filter(usual) {
-        // The engine's lamps are at a distance: at 1e15 km parallax and range are below 1e-11.
+        // The engine's light sources are at a distance: at 1e15 km parallax and range are below 1e-11.
         let far_km = 1e15;
         let plate = Surface {
             name: "plate".into(),

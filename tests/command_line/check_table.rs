@@ -10,7 +10,7 @@ use std::path::Path;
 use satphot::brightness::light_class::PaperLabel;
 use satphot::paper::Context;
 use satphot::paper::pass_check::{CheckedPass, Standing};
-use support::{Sourced, satphot};
+use support::{RunOutput, satphot};
 
 /// Row of the table: lit share of the Moon \[%\], altitudes of Sun and Moon, phase angle \[deg\], V of the Moon by Cox, at
 /// the stated time.
@@ -28,7 +28,7 @@ fn paper() -> Vec<CheckedPass> {
     Context::new().unwrap().passes
 }
 
-fn check(folder: &Path, text: &str, more: &[&str]) -> Sourced {
+fn check(folder: &Path, text: &str, more: &[&str]) -> RunOutput {
     std::fs::write(folder.join("passes.csv"), text).unwrap();
     satphot(folder, &[&["check-table", "passes.csv"][..], more].concat())
 }
@@ -98,8 +98,12 @@ fn without_elements_near_enough_sun_and_moon_alone_are_checked_and_that_is_said(
     assert!(row.pass.is_none() && row.remarks.iter().any(|r| r.contains("pass not checked")), "{:?}", row.remarks);
     let folder = tempfile::tempdir().unwrap();
     let text = "time_utc,target,sun_alt_deg\n2025-06-10T09:40:00Z,NOSUCHSAT,-33.8\n";
-    let told = check(folder.path(), text, &["-q"]).expect(0, &[]);
-    assert!(told.out.contains("agrees (sky only)") && told.out.contains("no elements of NOSUCHSAT"), "{}", told.out);
+    let output = check(folder.path(), text, &["-q"]).expect(0, &[]);
+    assert!(
+        output.out.contains("agrees (sky only)") && output.out.contains("no elements of NOSUCHSAT"),
+        "{}",
+        output.out
+    );
 }
 
 #[test]
@@ -107,8 +111,8 @@ fn one_instant_in_any_zone_is_one_answer() {
     let folder = tempfile::tempdir().unwrap();
     let text = "time_local,zone,target\n2025-06-10 19:40,Australia/Sydney,ISS\n10-06-25 19:40,+10:00,25544\n\
                 2025-06-10T09:40,UTC,iss\n2025-06-10 20:40,AEDT,ISS (ZARYA)\n";
-    let told = check(folder.path(), text, &["--csv", "-q"]).expect(0, &[]);
-    let rows: Vec<Vec<String>> = csv::Reader::from_reader(told.out.as_bytes())
+    let output = check(folder.path(), text, &["--csv", "-q"]).expect(0, &[]);
+    let rows: Vec<Vec<String>> = csv::Reader::from_reader(output.out.as_bytes())
         .records()
         .map(|r| r.unwrap().iter().map(str::to_owned).collect())
         .collect();
@@ -120,14 +124,14 @@ fn one_instant_in_any_zone_is_one_answer() {
 }
 
 #[test]
-fn wrong_numbers_beside_a_true_pass_are_told_one_by_one() {
+fn wrong_numbers_within_a_true_pass_are_reported_one_by_one() {
     let folder = tempfile::tempdir().unwrap();
     let text = "time_utc,target,moon_illum_pct,sun_alt_deg,label,max_v_mag,median_v_mag,seeing\n\
                 2025-06-10 09:44,ISS,50%,-80,Twilight,12.0,11.0,2\n2025-06-10 09:44,ISS,99,-34,Day,,,\n";
-    let told = check(folder.path(), text, &[]).expect(0, &["columns not read: seeing", "site Macquarie"]);
+    let output = check(folder.path(), text, &[]).expect(0, &["columns not read: seeing", "site Macquarie"]);
     for says in ["Moon 99.1 % lit, not 50", "not -80", "the pass is night", "is fainter than the median", "is not day"]
     {
-        assert!(told.out.contains(says), "{says}: {}", told.out);
+        assert!(output.out.contains(says), "{says}: {}", output.out);
     }
 }
 
@@ -157,9 +161,9 @@ fn a_damaged_table_is_an_error_with_its_line_and_the_remedy() {
         (&format!("{head}2025-06-10 19:40,AEST,ISS\n"), "passes.csv:2"),
         (&format!("{}2150-06-10 19:40,AEST,ISS,99\n", head), "1900 to 2100"),
     ] {
-        let told = check(folder.path(), text, &[]);
-        assert_ne!(told.code, 0, "{text}");
-        assert!(told.err.contains(says), "{says}: {}", told.err);
+        let output = check(folder.path(), text, &[]);
+        assert_ne!(output.code, 0, "{text}");
+        assert!(output.err.contains(says), "{says}: {}", output.err);
     }
     satphot(folder.path(), &["check-table", "absent.csv"]).expect(4, &["absent.csv"]);
     satphot(folder.path(), &["check-table", "--zone", "Nowhere"]).expect(2, &["Australia/Sydney"]);

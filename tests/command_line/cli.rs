@@ -24,7 +24,7 @@ const PASSES: [&str; 7] =
     ["passes", "--elements", "iss-2025-june.tle", "--site", SITE, "--start", "2025-06-09T00:00:00"];
 
 /// `satphot passes` on the embedded elements with more arguments.
-fn passes(more: &[&str]) -> support::Sourced {
+fn passes(more: &[&str]) -> support::RunOutput {
     night().satphot(&[&PASSES, more].concat())
 }
 
@@ -33,13 +33,14 @@ fn passes(more: &[&str]) -> support::Sourced {
 #[test]
 fn run_prints_its_results_and_nothing_else_on_standard_output() {
     let n = night();
-    let told = n.satphot(&["run"]).expect(0, &[]);
+    let output = n.satphot(&["run"]).expect(0, &[]);
     for word in ["Night tiny", "Frames     19 files", "Zeropoint  ZP -23", "6 ok", "ISS (ZARYA)", "Results in"] {
-        assert!(told.out.contains(word), "{word}\n{}", told.out);
+        assert!(output.out.contains(word), "{word}\n{}", output.out);
     }
-    assert!(!told.out.contains("MB/s"), "only -v prints time and memory\n{}", told.out);
+    assert!(!output.out.contains("MB/s"), "only -v prints time and memory\n{}", output.out);
     assert!(
-        !told.out.contains("note:") && told.err.lines().all(|l| l.starts_with("note: ") || l.starts_with("skipped: "))
+        !output.out.contains("note:")
+            && output.err.lines().all(|l| l.starts_with("note: ") || l.starts_with("skipped: "))
     );
     for name in [
         "photometry.ecsv",
@@ -137,9 +138,9 @@ fn what_is_missing_before_work_begins_has_its_code_and_leaves_no_results() {
     ];
     for (args, code, words) in cases {
         let n = night();
-        let told = n.satphot(&[&["run"], args].concat()).expect(code, words).without_results();
-        assert!(told.err.matches("os error").count() <= 1, "said twice: {}", told.err);
-        assert!(told.err.starts_with("error: "), "{}", told.err);
+        let output = n.satphot(&[&["run"], args].concat()).expect(code, words).without_results();
+        assert!(output.err.matches("os error").count() <= 1, "said twice: {}", output.err);
+        assert!(output.err.starts_with("error: "), "{}", output.err);
         assert!(!n.result("photometry.ecsv").exists());
     }
     let gain = night().card("", "GAIN", Some("123"));
@@ -152,24 +153,28 @@ fn what_is_missing_before_work_begins_has_its_code_and_leaves_no_results() {
 #[test]
 fn a_poor_night_prints_its_results_and_ends_with_code_3() {
     let n = night().file(TARGETS[0], "clouds");
-    let told = n.satphot(&["run", "-q"]).expect(0, &[]);
-    assert!(told.out.contains("failed: target_0000.fits") && told.out.contains("not a FITS file"), "{}", told.out);
+    let output = n.satphot(&["run", "-q"]).expect(0, &[]);
+    assert!(
+        output.out.contains("failed: target_0000.fits") && output.out.contains("not a FITS file"),
+        "{}",
+        output.out
+    );
     let strict = n.satphot(&["run", "-q", "--strict"]).expect(3, &["1 of 15 frames failed"]);
     assert!(strict.out.contains("Results in"));
     n.satphot(&["run", "-q", "--max-failed-frac", "0.01"]).expect(3, &["share of 0.01"]);
     let unsolved = night().card("field", "CTYPE1", None).card("field", "CTYPE2", None);
-    let told = unsolved.satphot(&["run", "-q", "--set", "stars.solve=\"never\""]).expect(3, &["no star matched"]);
-    assert!(told.out.contains("Zeropoint  none") && unsolved.result("photometry.ecsv").exists());
+    let output = unsolved.satphot(&["run", "-q", "--set", "stars.solve=\"never\""]).expect(3, &["no star matched"]);
+    assert!(output.out.contains("Zeropoint  none") && unsolved.result("photometry.ecsv").exists());
 }
 
 #[test]
-fn a_dry_run_tells_what_each_file_is_and_writes_nothing() {
+fn a_dry_run_states_what_each_file_is_and_writes_nothing() {
     let n = night().file(TARGETS[0], "clouds");
-    let told = n.satphot(&["run", "--dry-run"]).expect(0, &[]);
+    let output = n.satphot(&["run", "--dry-run"]).expect(0, &[]);
     for (word, count) in [("\nstars ", 9), ("\ntarget ", 5), ("flat ", 4), ("unreadable ", 1)] {
-        assert!(told.out.matches(word).count() >= count, "{word}: {}", told.out);
+        assert!(output.out.matches(word).count() >= count, "{word}: {}", output.out);
     }
-    assert!(told.out.contains("contains \"ISS (ZARYA)\""), "the reason is told: {}", told.out);
+    assert!(output.out.contains("contains \"ISS (ZARYA)\""), "the reason is given: {}", output.out);
     assert!(!n.path("satphot-out").exists());
 }
 
@@ -197,8 +202,8 @@ fn single_stages_give_the_numbers_of_the_whole_night() {
     n.satphot(&["run", "-q", "--no-figures"]).expect(0, &[]);
     let run_rows: Vec<PhotometryRow> = n.rows().iter().map(measured).collect();
 
-    let told = n.satphot(&["flat", "-o", "f.fits"]).expect(0, &[]);
-    assert!(told.out.contains("f.fits: median of 4 flats"), "{}", told.out);
+    let output = n.satphot(&["flat", "-o", "f.fits"]).expect(0, &[]);
+    assert!(output.out.contains("f.fits: median of 4 flats"), "{}", output.out);
     assert_eq!(std::fs::read(n.path("f.fits")).unwrap(), std::fs::read(n.result("master_flat.fits")).unwrap());
     n.satphot(&["flat", "-o", "g.fits", "flat_000.fits", "flat_001.fits", "flat_002.fits", "flat_003.fits"])
         .expect(0, &[]);
@@ -211,18 +216,18 @@ fn single_stages_give_the_numbers_of_the_whole_night() {
     n.satphot(&["zeropoint", "-o", "z0.toml"]).expect(0, &[]);
     // a single stage does not read every input, so only the hash over them and the seed of the night are missing
     let of_night = |line: &str| line.contains("input_manifest_sha256") || line.contains("{seed: ");
-    let told_by_both = |text: String| -> Vec<String> {
+    let stated_by_both = |text: String| -> Vec<String> {
         let lines = text.lines().filter(|l| !of_night(l) && !l.starts_with("# provenance: "));
         lines.map(str::to_string).collect()
     };
-    let beside = told_by_both(std::fs::read_to_string(n.path("stars.ecsv")).unwrap());
-    assert!(beside == told_by_both(n.text("stars.ecsv")), "stars.ecsv beside the zeropoint");
+    let of_stars = stated_by_both(std::fs::read_to_string(n.path("stars.ecsv")).unwrap());
+    assert!(of_stars == stated_by_both(n.text("stars.ecsv")), "stars.ecsv next to the zeropoint");
     n.satphot(&named).expect(0, &[]);
     n.satphot(&["zeropoint", "-o", "z2.toml", "--stars", "satphot-out/tiny/stars.ecsv"]).expect(0, &[]);
     for name in ["z0.toml", "z1.toml", "z2.toml"] {
         let text = std::fs::read_to_string(n.path(name)).unwrap();
         assert!(text.contains("# provenance: tool=satphot"), "{name}");
-        assert_eq!(told_by_both(text), told_by_both(n.text("zeropoint.toml")), "{name}");
+        assert_eq!(stated_by_both(text), stated_by_both(n.text("zeropoint.toml")), "{name}");
     }
 
     // from the night with a master flat made before, and one named file with the night's flats
@@ -300,8 +305,8 @@ fn passes_need_no_configuration_when_site_and_elements_are_given() {
 
 #[test]
 fn no_pass_is_a_result_and_not_an_error() {
-    let told = passes(&["--min-alt", "80"]).expect(0, &[]);
-    assert!(told.out.contains("no pass above 80 deg"), "{}", told.out);
+    let output = passes(&["--min-alt", "80"]).expect(0, &[]);
+    assert!(output.out.contains("no pass above 80 deg"), "{}", output.out);
     let csv = passes(&["--min-alt", "80", "--csv"]).expect(0, &[]);
     assert_eq!(csv.out.lines().count(), 1, "the header alone");
 }
@@ -342,8 +347,8 @@ fn bad_arguments_of_passes_are_named_with_their_range() {
 #[test]
 fn the_file_init_writes_is_a_configuration_and_is_not_overwritten() {
     let n = night();
-    let told = n.satphot(&["init", "mine.toml"]).expect(0, &["mine.toml", "satphot run"]).without_results();
-    assert!(!told.err.contains("overwrite"));
+    let output = n.satphot(&["init", "mine.toml"]).expect(0, &["mine.toml", "satphot run"]).without_results();
+    assert!(!output.err.contains("overwrite"));
     satphot::config::Config::load(&n.path("mine.toml"), &[]).unwrap();
     let printed = n.satphot(&["init", "-"]).expect(0, &[]).out;
     assert_eq!(printed, std::fs::read_to_string(n.path("mine.toml")).unwrap());
@@ -354,8 +359,8 @@ fn the_file_init_writes_is_a_configuration_and_is_not_overwritten() {
     let own = ["stars.catalogue=catalogue.csv", "orbit.elements=iss-2025-june.tle", "night.name=tiny"];
     let mut args = vec!["run", "mine.toml", "-q", "--no-figures"];
     own.iter().for_each(|set| args.extend(["--set", set]));
-    let told = n.satphot(&args).expect(0, &[]);
-    assert!(told.out.contains("6 ok"), "{}", told.out);
+    let output = n.satphot(&args).expect(0, &[]);
+    assert!(output.out.contains("6 ok"), "{}", output.out);
 }
 
 /// The lines of a commented template with the comment signs of its optional keys taken away.
@@ -410,7 +415,7 @@ fn a_scenario_that_cannot_be_simulated_is_refused_with_the_key() {
 }
 
 #[test]
-fn help_is_there_for_every_verb_and_tells_the_exit_codes() {
+fn help_is_there_for_every_verb_and_states_the_exit_codes() {
     let empty = tempfile::tempdir().unwrap();
     let help = satphot(empty.path(), &["--help"]).expect(0, &[]).out;
     for code in ["  0  ", "  1  ", "  2  ", "  3  ", "  4  ", "  5  "] {
@@ -444,7 +449,7 @@ fn nobody_listening_is_not_a_crash() {
 // ---------------------------------------------------------------- manners
 
 #[test]
-fn what_init_is_told_stands_in_the_file_and_what_is_no_site_or_satellite_is_refused() {
+fn what_init_is_given_stands_in_the_file_and_what_is_no_site_or_satellite_is_refused() {
     let n = night();
     let args =
         ["init", "-", "--site=-24.627,-70.404,2635", "--site-name", "A \"B\"", "--night", "n1", "--input", "raw/n1"];
@@ -464,10 +469,10 @@ fn what_init_is_told_stands_in_the_file_and_what_is_no_site_or_satellite_is_refu
 #[test]
 fn a_dry_run_says_what_would_be_made_and_makes_nothing() {
     let n = night();
-    let told = n.satphot(&["run", "--dry-run"]).expect(0, &[]).out;
+    let output = n.satphot(&["run", "--dry-run"]).expect(0, &[]).out;
     for line in ["flat       of ", "zeropoint  of ", "model      iss", "MB to read, about ", "results    would go to "]
     {
-        assert!(told.contains(line), "\"{line}\" is not in\n{told}");
+        assert!(output.contains(line), "\"{line}\" is not in\n{output}");
     }
     let alone = n.satphot(&["run", "--dry-run", "--set", "zeropoint.previous=zp.toml"]);
     assert!(alone.out.contains("zeropoint  zp.toml") || alone.err.contains("zp.toml"), "{alone:#?}");
@@ -480,30 +485,30 @@ fn a_dry_run_lists_all_that_is_missing_and_ends_as_the_run_would() {
     let sets = gone.iter().flat_map(|set| ["--set", set]);
     let args: Vec<&str> = ["run", "--dry-run"].into_iter().chain(sets).collect();
     // as the run, which misses the elements first
-    let told = n.satphot(&args).expect(5, &["gone.tle", "gone.csv", "gone.fits"]);
+    let output = n.satphot(&args).expect(5, &["gone.tle", "gone.csv", "gone.fits"]);
     let run: Vec<&str> = ["run"].into_iter().chain(args[2..].iter().copied()).collect();
-    assert_eq!(n.satphot(&run).expect(5, &[]).err, told.err);
-    let missing: Vec<&str> = told.out.lines().filter(|l| l.starts_with("missing ")).collect();
+    assert_eq!(n.satphot(&run).expect(5, &[]).err, output.err);
+    let missing: Vec<&str> = output.out.lines().filter(|l| l.starts_with("missing ")).collect();
     for name in ["gone.tle", "gone.csv", "gone.fits"] {
-        assert!(missing.iter().any(|l| l.contains(name)), "{name} is not in\n{}", told.out);
+        assert!(missing.iter().any(|l| l.contains(name)), "{name} is not in\n{}", output.out);
     }
-    assert_eq!(told.out.lines().filter(|l| l.starts_with("target ")).count(), 6, "{}", told.out);
+    assert_eq!(output.out.lines().filter(|l| l.starts_with("target ")).count(), 6, "{}", output.out);
     n.satphot(&["run", "--dry-run", "--set", "orbit.elements=gone.tle"]).expect(5, &["satphot fetch elements"]);
 }
 
 #[test]
 fn with_json_every_line_on_standard_error_is_an_object_with_its_event() {
     let n = night();
-    let told = n.satphot(&["run", "--json", "--no-figures", "-o", "json-out"]).expect(0, &[]);
-    let events: Vec<serde_json::Value> = told.err.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    let output = n.satphot(&["run", "--json", "--no-figures", "-o", "json-out"]).expect(0, &[]);
+    let events: Vec<serde_json::Value> = output.err.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
     let with = |event: &str| events.iter().filter(|e| e["event"] == event).count();
-    let summary: serde_json::Value = serde_json::from_str(&told.out).unwrap();
-    assert_eq!((&summary["night"], &summary["counts"]["ok"]), (&"tiny".into(), &6.into()), "{}", told.out);
+    let summary: serde_json::Value = serde_json::from_str(&output.out).unwrap();
+    assert_eq!((&summary["night"], &summary["counts"]["ok"]), (&"tiny".into(), &6.into()), "{}", output.out);
     assert!(
         summary["zeropoint"]["zp_mag"].as_f64().unwrap() < -22.0 && summary["passes"].as_array().unwrap().len() == 3
     );
     assert!(summary["files"].as_array().unwrap().iter().any(|f| f.as_str().unwrap().ends_with("photometry.ecsv")));
-    assert!(with("stage") >= 2 && with("done") >= 2 && with("progress") >= 2, "{}", told.err);
+    assert!(with("stage") >= 2 && with("done") >= 2 && with("progress") >= 2, "{}", output.err);
     let wrong = n.satphot(&["run", "--json", "--set", "night.output=/proc/no"]);
     let last: serde_json::Value = serde_json::from_str(wrong.err.lines().last().unwrap()).unwrap();
     assert_eq!(last["event"], "error");
@@ -523,7 +528,7 @@ fn shells_and_man_know_every_verb() {
 }
 
 #[test]
-fn what_is_missing_is_told_with_the_line_that_fetches_it() {
+fn what_is_missing_is_reported_with_the_line_that_fetches_it() {
     let n = night();
     let stars = ["solve", "field00_00.fits", "--catalogue", "none.csv", "--ra", "10", "--dec", "10"];
     n.satphot(&stars).expect(5, &["none.csv", "satphot fetch stars", "-o none.csv"]);

@@ -87,7 +87,7 @@ fn an_effect_of_the_file_wins_over_the_preset_of_the_mode() {
 }
 
 #[test]
-fn a_file_of_satellites_is_looked_for_beside_the_configuration() {
+fn a_file_of_satellites_is_looked_for_next_to_the_configuration() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("pipeline.toml");
     std::fs::write(&path, format!("{NIGHT}[model]\nsatellite = \"iss\"\nsatellites = \"own.toml\"\n")).unwrap();

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use serde_json::Value;
-use support::{Night, Sourced, TARGETS, satphot, set_card, simulated};
+use support::{Night, RunOutput, TARGETS, satphot, set_card, simulated};
 
 const HEADER: &str = "SIMPLE  =                    T / file does conform to FITS standard\n\
 EXPTIME =                  5.0 / [s]\nDATE-OBS= '2025-06-09T10:33:00.000' / UTC start\n\
@@ -21,8 +21,8 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-fn lines(told: &Sourced) -> Vec<Value> {
-    told.out.lines().map(|l| serde_json::from_str(l).unwrap_or_else(|e| panic!("{e}: {l}"))).collect()
+fn lines(output: &RunOutput) -> Vec<Value> {
+    output.out.lines().map(|l| serde_json::from_str(l).unwrap_or_else(|e| panic!("{e}: {l}"))).collect()
 }
 
 /// A night simulated once: its frames are not changed here.
@@ -35,14 +35,15 @@ fn night() -> &'static Path {
 fn one_broken_file_does_not_stop_the_others_and_half_of_them_do_not_count() {
     let f = folder();
     std::fs::copy(f.path().join("good.txt"), f.path().join("also.txt")).unwrap();
-    let told = satphot(f.path(), &["inspect", "good.txt", "broken.fits", "also.txt"]).expect(0, &[]);
+    let output = satphot(f.path(), &["inspect", "good.txt", "broken.fits", "also.txt"]).expect(0, &[]);
     assert!(
-        told.out.contains("good.txt") && told.out.contains("also.txt") && told.out.contains("UNREADABLE"),
+        output.out.contains("good.txt") && output.out.contains("also.txt") && output.out.contains("UNREADABLE"),
         "{}",
-        told.out
+        output.out
     );
-    let told = satphot(f.path(), &["inspect", "good.txt", "broken.fits", "missing.fits"]).expect(3, &["2 of 3 files"]);
-    assert!(told.out.contains("2025-06-09T10:33:02.500000Z +- 0.5 s, from DATE-OBS + EXPTIME/2"), "{}", told.out);
+    let output =
+        satphot(f.path(), &["inspect", "good.txt", "broken.fits", "missing.fits"]).expect(3, &["2 of 3 files"]);
+    assert!(output.out.contains("2025-06-09T10:33:02.500000Z +- 0.5 s, from DATE-OBS + EXPTIME/2"), "{}", output.out);
     satphot(f.path(), &["inspect", "missing.fits"]).expect(4, &["missing.fits"]);
     satphot(f.path(), &["inspect", "notes.txt"]).expect(4, &["neither a FITS file nor the text of a header"]);
     satphot(f.path(), &["inspect"]).expect(2, &["FILE"]);
@@ -54,8 +55,8 @@ fn one_broken_file_does_not_stop_the_others_and_half_of_them_do_not_count() {
 fn json_is_one_object_per_file_with_every_answer() {
     let f = folder();
     let set = "header.aliases.egain=[\"MYGAIN\"]";
-    let told = satphot(f.path(), &["inspect", "--json", "--set", set, "good.txt", "broken.fits"]).expect(0, &[]);
-    let all = lines(&told);
+    let output = satphot(f.path(), &["inspect", "--json", "--set", set, "good.txt", "broken.fits"]).expect(0, &[]);
+    let all = lines(&output);
     assert_eq!(all.len(), 2);
     let good = &all[0];
     assert_eq!(good["time"]["date_mid"], "2025-06-09T10:33:02.500000Z");
@@ -83,8 +84,8 @@ fn folders_hold_frames_and_headers_as_text() {
     let sub = f.path().join("sub");
     std::fs::create_dir(&sub).unwrap();
     std::fs::write(sub.join("loose.hdr"), "EXPTIME = 5.0\nDATE-OBS = '2025-06-09T10:33:00.0'\nGAIN = 200\n").unwrap();
-    let told = satphot(f.path(), &["inspect", "--json", "."]).expect(0, &[]);
-    let names: Vec<String> = lines(&told).iter().map(|v| v["file"].as_str().unwrap().to_string()).collect();
+    let output = satphot(f.path(), &["inspect", "--json", "."]).expect(0, &[]);
+    let names: Vec<String> = lines(&output).iter().map(|v| v["file"].as_str().unwrap().to_string()).collect();
     let ends = |end: &str| names.iter().filter(|n| n.ends_with(end)).count();
     assert_eq!((names.len(), ends("good.txt"), ends("broken.fits"), ends("loose.hdr")), (3, 1, 1, 1), "{names:?}");
     let empty = tempfile::tempdir().unwrap();
@@ -92,12 +93,12 @@ fn folders_hold_frames_and_headers_as_text() {
 }
 
 #[test]
-fn with_a_configuration_site_camera_elements_and_stars_are_asked() {
+fn with_a_configuration_site_camera_elements_and_stars_are_used() {
     let n = Night::copy_of(night());
-    let told = n
+    let output = n
         .satphot(&["inspect", "--json", "-c", "pipeline.toml", "field00_00.fits", TARGETS[2], "flat_000.fits"])
         .expect(0, &[]);
-    let all = lines(&told);
+    let all = lines(&output);
     let (star, target, flat) = (&all[0], &all[1], &all[2]);
     assert_eq!((&star["type"], &target["type"], &flat["type"]), (&"light".into(), &"target".into(), &"flat".into()));
     assert_eq!(star["site"]["check"], "agrees with the configured site");
@@ -111,16 +112,16 @@ fn with_a_configuration_site_camera_elements_and_stars_are_asked() {
     let path = n.path("field00_00.fits");
     let ra: f64 = star["wcs"]["ra_deg"].as_f64().unwrap() + 0.5;
     set_card(&path, "CRVAL1", Some(&format!("{ra}")));
-    let told = n.satphot(&["inspect", "--json", "-c", "pipeline.toml", "field00_00.fits"]).expect(0, &[]);
-    let wcs = &lines(&told)[0]["wcs"];
+    let output = n.satphot(&["inspect", "--json", "-c", "pipeline.toml", "field00_00.fits"]).expect(0, &[]);
+    let wcs = &lines(&output)[0]["wcs"];
     let note = wcs["note"].as_str().unwrap();
     assert!(
         wcs["state"] == "refused" && note.contains("does not fit the sky") && note.contains("`solve` finds"),
         "{wcs}"
     );
     // another site
-    let told = n.satphot(&["inspect", "-c", "pipeline.toml", "--set", "site.lon_deg=150", TARGETS[2]]).expect(0, &[]);
-    assert!(told.out.contains("REFUSED") && told.out.contains("another site"), "{}", told.out);
+    let output = n.satphot(&["inspect", "-c", "pipeline.toml", "--set", "site.lon_deg=150", TARGETS[2]]).expect(0, &[]);
+    assert!(output.out.contains("REFUSED") && output.out.contains("another site"), "{}", output.out);
 }
 
 #[test]
@@ -176,9 +177,9 @@ fn a_real_frame_with_wrong_coordinates_is_measured_by_pixel_position() {
     let folder = tempfile::tempdir().unwrap();
     let config = folder.path().join("pipeline.toml");
     std::fs::write(&config, ASTRIDE.replace("FRAME", &frame.display().to_string())).unwrap();
-    let told =
+    let output =
         satphot(folder.path(), &["inspect", "--json", "-c", "pipeline.toml", frame.to_str().unwrap()]).expect(0, &[]);
-    assert_eq!(lines(&told)[0]["wcs"]["state"], "refused");
+    assert_eq!(lines(&output)[0]["wcs"]["state"], "refused");
     satphot(folder.path(), &["run", "pipeline.toml"]).expect(0, &[]);
     let rows = satphot::tables::read_photometry(&folder.path().join("out/a/photometry.ecsv")).unwrap().0;
     // the trail: some object of the frame is found and measured, with its time
@@ -187,22 +188,22 @@ fn a_real_frame_with_wrong_coordinates_is_measured_by_pixel_position() {
 }
 
 #[test]
-fn frames_that_overlap_in_time_are_told() {
+fn frames_that_overlap_in_time_are_reported() {
     let f = tempfile::tempdir().unwrap();
     for (name, second) in [("a.txt", 0), ("b.txt", 2), ("c.txt", 60)] {
         let text = HEADER.replace("10:33:00.000", &format!("10:{}:{:02}.000", 33 + second / 60, second % 60));
         std::fs::write(f.path().join(name), text).unwrap();
     }
-    let told = satphot(f.path(), &["inspect", "--json", "a.txt", "b.txt", "c.txt"]).expect(0, &[]);
-    let all = lines(&told);
+    let output = satphot(f.path(), &["inspect", "--json", "a.txt", "b.txt", "c.txt"]).expect(0, &[]);
+    let all = lines(&output);
     let warned = |v: &Value| v["warnings"].to_string().contains("5 s of exposure do not fit");
     assert!(warned(&all[0]) && !warned(&all[1]) && !warned(&all[2]), "{all:?}");
 }
 
 #[test]
 fn the_help_shows_examples_and_the_order_of_trust() {
-    let told = satphot(Path::new("."), &["inspect", "--help"]).expect(0, &[]);
+    let output = satphot(Path::new("."), &["inspect", "--help"]).expect(0, &[]);
     for words in ["satphot inspect -c pipeline.toml", "--json", "GPS shutter", "Exit codes"] {
-        assert!(told.out.contains(words), "{words}");
+        assert!(output.out.contains(words), "{words}");
     }
 }

@@ -39,25 +39,25 @@ fn a_refusal_says_why_on_standard_error_and_nothing_on_standard_output() {
         ("init --site nowhere", &[2]),
         ("published -o x.txt", &[2]),
     ] {
-        let told = satphot(folder.path(), line);
-        let (out, err) = (String::from_utf8_lossy(&told.stdout), String::from_utf8_lossy(&told.stderr));
-        assert!(told.status.code().is_some_and(|c| codes.contains(&c)), "{line}: {:?}\n{err}", told.status);
+        let output = satphot(folder.path(), line);
+        let (out, err) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        assert!(output.status.code().is_some_and(|c| codes.contains(&c)), "{line}: {:?}\n{err}", output.status);
         assert!(out.is_empty(), "{line}: {out}");
         assert!(err.ends_with('\n') && err.len() > 20, "{line}: {err}");
     }
 }
 
 #[test]
-fn what_was_asked_for_is_on_standard_output_and_notes_are_not() {
+fn what_was_requested_is_on_standard_output_and_notes_are_not() {
     let folder = tempfile::tempdir().unwrap();
     for line in ["init -", "satellites", "completions bash", "simulate --print-scenario", "limits tracked --csv"] {
-        let told = satphot(folder.path(), line);
-        assert!(told.status.success() && told.stdout.len() > 100, "{line}");
-        assert!(!String::from_utf8_lossy(&told.stdout).contains("note:"), "{line}");
+        let output = satphot(folder.path(), line);
+        assert!(output.status.success() && output.stdout.len() > 100, "{line}");
+        assert!(!String::from_utf8_lossy(&output.stdout).contains("note:"), "{line}");
     }
-    let told = satphot(folder.path(), "init night.toml");
+    let output = satphot(folder.path(), "init night.toml");
     assert!(
-        told.status.success() && told.stdout.is_empty() && !told.stderr.is_empty(),
-        "a file is told of, not printed"
+        output.status.success() && output.stdout.is_empty() && !output.stderr.is_empty(),
+        "a file is reported, not printed"
     );
 }

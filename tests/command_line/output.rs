@@ -51,14 +51,14 @@ fn a_listing_that_does_not_fit_is_an_error_and_a_closed_pipe_is_none() {
         assert!(!whole.stdout.is_empty(), "{arguments:?}");
         if Path::new("/dev/full").exists() {
             let full = satphot(folder.path(), arguments, File::options().write(true).open("/dev/full").unwrap().into());
-            let told = String::from_utf8_lossy(&full.stderr).into_owned();
-            assert!(full.status.code() == Some(4) && told.contains("standard output"), "{arguments:?}: {told}");
+            let message = String::from_utf8_lossy(&full.stderr).into_owned();
+            assert!(full.status.code() == Some(4) && message.contains("standard output"), "{arguments:?}: {message}");
         }
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
         let closed = satphot(folder.path(), arguments, writer.into());
-        let told = String::from_utf8_lossy(&closed.stderr).into_owned();
-        assert!(closed.status.code() == whole.status.code() && !told.contains("pipe"), "{arguments:?}: {told}");
+        let message = String::from_utf8_lossy(&closed.stderr).into_owned();
+        assert!(closed.status.code() == whole.status.code() && !message.contains("pipe"), "{arguments:?}: {message}");
     }
 }
 
@@ -78,8 +78,8 @@ fn a_file_larger_than_the_limit_is_an_error_with_its_remedy() {
     let folder = folder();
     let line = format!("ulimit -f 0; exec '{}' man -o pages", env!("CARGO_BIN_EXE_satphot"));
     let done = Command::new("sh").args(["-c", &line]).current_dir(folder.path()).output().unwrap();
-    let told = String::from_utf8_lossy(&done.stderr).into_owned();
-    assert!(done.status.code() == Some(4) && told.contains("ulimit -f"), "{:?} {told}", done.status);
+    let message = String::from_utf8_lossy(&done.stderr).into_owned();
+    assert!(done.status.code() == Some(4) && message.contains("ulimit -f"), "{:?} {message}", done.status);
 }
 
 #[test]

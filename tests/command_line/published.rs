@@ -1,4 +1,4 @@
-//! The numbers of the paper beside ours: the checklist complete, the values those of an independent computation, the
+//! The numbers of the paper and ours: the checklist complete, the values those of an independent computation, the
 //! verdicts what the values say, and the committed page what the program says.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -212,8 +212,8 @@ fn every_verdict_follows_from_its_rule_and_the_numbers() {
         };
         let expected = match e.basis {
             Basis::Literature => Verdict::Literature,
-            Basis::Beside => Verdict::Beside,
-            _ if r.left_out => Verdict::NotComputed,
+            Basis::Additional => Verdict::Additional,
+            _ if r.is_skipped => Verdict::NotComputed,
             _ if !agrees => Verdict::NotReproduced,
             Basis::Stated => Verdict::Reproduced,
             Basis::Assumed => Verdict::WithAssumption,
@@ -227,7 +227,7 @@ fn every_verdict_follows_from_its_rule_and_the_numbers() {
 
 #[test]
 fn a_tolerance_is_one_of_its_kind_and_none_is_a_rows_own() {
-    for r in fast().iter().filter(|r| r.is_judged() && !r.left_out) {
+    for r in fast().iter().filter(|r| r.is_judged() && !r.is_skipped) {
         let (Some(rule), Some(value), Some(tolerance)) = (r.entry.rule, r.held_against(), r.tolerance()) else {
             continue;
         };
@@ -279,7 +279,7 @@ fn the_headline_residual_is_that_of_the_printed_medians_and_the_untuned_model() 
 fn the_rules_stand_above_the_table_and_in_its_meta_block() {
     let text = table::legend();
     for rule in Rule::ALL {
-        assert!(text.contains(&format!("- {}: {}\n", rule.name(), rule.asks())), "{rule:?}");
+        assert!(text.contains(&format!("- {}: {}\n", rule.name(), rule.criterion())), "{rule:?}");
     }
     let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/paper.md")).unwrap();
     assert!(page.contains(&text), "run scripts/reproduce_paper.sh");
@@ -368,7 +368,7 @@ fn literature_is_listed_with_its_source_and_slow_rows_say_so() {
     assert!(literature.len() > 25);
     assert!(literature.iter().all(|r| !r.entry.why.is_empty()));
     let slow: Vec<&Published> = fast().iter().filter(|r| r.entry.slow).collect();
-    assert!(!slow.is_empty() && slow.iter().all(|r| r.left_out && r.as_published_text() == "(--full)"));
+    assert!(!slow.is_empty() && slow.iter().all(|r| r.is_skipped && r.as_published_text() == "(--full)"));
 }
 
 #[test]
@@ -381,7 +381,8 @@ fn the_committed_page_says_what_the_program_says() {
     for r in fast() {
         let line = r.markdown_line();
         let id = format!("| `{}` |", r.entry.id);
-        let there = if r.left_out { lines.iter().any(|l| l.starts_with(&id)) } else { lines.contains(line.trim_end()) };
+        let there =
+            if r.is_skipped { lines.iter().any(|l| l.starts_with(&id)) } else { lines.contains(line.trim_end()) };
         if !there {
             missing.push(line);
         }

@@ -5,7 +5,7 @@ use crate::support;
 use std::collections::HashMap;
 use std::path::Path;
 
-use support::{Sourced, satphot};
+use support::{RunOutput, satphot};
 
 const ELEMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/night/iss-2025-june.tle");
 const SITE: &str = "-33.7703,151.1113,70";
@@ -13,17 +13,17 @@ const AMC_4: &str = "AMC-4\n\
                      1 25954U 99060A   04039.68057285 -.00000108  00000-0  00000-0 0  6847\n\
                      2 25954   0.0004 243.8136 0001765  15.5294  22.7134  1.00271289 15615\n";
 
-fn run(args: &[&str]) -> Sourced {
+fn run(args: &[&str]) -> RunOutput {
     satphot(tempfile::tempdir().unwrap().path(), args)
 }
 
-fn passes(start: &str, more: &[&str]) -> Sourced {
+fn passes(start: &str, more: &[&str]) -> RunOutput {
     let head = ["passes", "--elements", ELEMENTS, "--site", SITE, "--start", start];
     run(&[&head[..], more].concat())
 }
 
-fn rows(told: &Sourced) -> Vec<HashMap<String, String>> {
-    csv::Reader::from_reader(told.out.as_bytes()).deserialize().map(Result::unwrap).collect()
+fn rows(output: &RunOutput) -> Vec<HashMap<String, String>> {
+    csv::Reader::from_reader(output.out.as_bytes()).deserialize().map(Result::unwrap).collect()
 }
 
 #[test]
@@ -56,8 +56,8 @@ fn what_is_no_time_is_named_with_its_option_and_what_is_accepted() {
         ("yesterday", "begin with a date"),
     ] {
         let words = ["--start:", time, why, "2025-06-09T20:20:00", "+10:00"];
-        let told = passes(time, &[]).expect(2, &words).without_results();
-        assert!(!told.err.contains("configuration"), "{}", told.err);
+        let output = passes(time, &[]).expect(2, &words).without_results();
+        assert!(!output.err.contains("configuration"), "{}", output.err);
     }
     let month = |more: &[&str]| run(&[&["predict", "month", "--site", SITE][..], more].concat());
     month(&["--date", "2025-02-29"]).expect(2, &["--date:", "2025-02 has 28 days"]);
@@ -68,8 +68,8 @@ fn what_is_no_time_is_named_with_its_option_and_what_is_accepted() {
 
 #[test]
 fn a_pass_cut_by_the_window_is_shown_whole_and_marked() {
-    let told = passes("2025-06-09T10:35:00", &["--hours", "1", "--csv"]).expect(0, &[]);
-    let row = &rows(&told)[0];
+    let output = passes("2025-06-09T10:35:00", &["--hours", "1", "--csv"]).expect(0, &[]);
+    let row = &rows(&output)[0];
     assert_eq!((row["culmination_utc"].as_str(), row["max_alt_deg"].as_str()), ("2025-06-09T10:33:12Z", "32.1"));
     assert_eq!(row["outside_window"], "rise culmination");
     let whole = rows(&passes("2025-06-09T10:00:00", &["--hours", "1", "--csv"]).expect(0, &[]));
@@ -88,8 +88,8 @@ fn a_satellite_that_never_sets_has_no_culmination_and_that_is_said() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("geo.tle"), AMC_4).unwrap();
     let args = ["passes", "--elements", "geo.tle", "--site", "20,-101,0", "--start", "2004-02-08", "--hours", "5"];
-    let told = satphot(folder.path(), &[&args[..], &["--csv"]].concat()).expect(0, &[]);
-    let rows = rows(&told);
+    let output = satphot(folder.path(), &[&args[..], &["--csv"]].concat()).expect(0, &[]);
+    let rows = rows(&output);
     assert_eq!(rows.len(), 1);
     for key in ["rise_utc", "culmination_utc", "set_utc", "max_alt_deg"] {
         assert_eq!(rows[0][key], "", "{key}");
@@ -112,8 +112,8 @@ fn no_option_takes_infinity_or_nan_and_the_message_is_of_the_option() {
     ] {
         let option = args.iter().rev().find(|a| a.starts_with("--")).unwrap();
         let option = if args.contains(&"--area-m2") { "--area-m2" } else { option };
-        let told = run(args).expect(2, &[&format!("error: {option}: "), "finite number"]).without_results();
-        assert!(!told.err.contains("configuration"), "{}", told.err);
+        let output = run(args).expect(2, &[&format!("error: {option}: "), "finite number"]).without_results();
+        assert!(!output.err.contains("configuration"), "{}", output.err);
     }
 }
 
@@ -127,15 +127,16 @@ fn a_damaged_set_of_another_object_is_a_warning_and_the_passes_are_listed() {
         let args = ["passes", "--elements", "both.tle", "--site", SITE, "--norad", norad, "--start", start, "--csv"];
         satphot(folder.path(), &args)
     };
-    let told = with("25544", "2025-06-09T10:00:00").expect(0, &["note: ", "both.tle:3", "checksum", "another object"]);
-    assert!(told.out.contains("2025-06-09T10:33:12Z"), "{}", told.out);
+    let output =
+        with("25544", "2025-06-09T10:00:00").expect(0, &["note: ", "both.tle:3", "checksum", "another object"]);
+    assert!(output.out.contains("2025-06-09T10:33:12Z"), "{}", output.out);
     with("25954", "2004-02-08").expect(4, &["both.tle:3", "checksum"]).without_results();
 }
 
 #[test]
 fn beyond_the_table_of_ut1_it_is_said() {
     let folder = tempfile::tempdir().unwrap();
-    let told = satphot(
+    let output = satphot(
         folder.path(),
         &[
             "predict",
@@ -150,5 +151,5 @@ fn beyond_the_table_of_ut1_it_is_said() {
             "as_published",
         ],
     );
-    told.expect(0, &["UT1 - UTC on 2060-06-09 is not known", "1972-01-01"]);
+    output.expect(0, &["UT1 - UTC on 2060-06-09 is not known", "1972-01-01"]);
 }

@@ -234,10 +234,10 @@ fn answer(line: &str) -> (Option<i32>, String, String) {
         .replace("SITE", SITE_AND_START)
         .replace("SKY", "--sun-alt-deg -10 --sun-az-deg 90");
     let words = line.split_whitespace();
-    let told =
+    let output =
         Command::new(env!("CARGO_BIN_EXE_satphot")).current_dir(folder().join(inner)).args(words).output().unwrap();
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (told.status.code(), text(told.stdout), text(told.stderr))
+    (output.status.code(), text(output.stdout), text(output.stderr))
 }
 
 /// Further ones, found by trial.

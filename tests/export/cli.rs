@@ -52,7 +52,7 @@ const WHO: [&str; 8] = [
     "MY_OBS",
 ];
 
-fn export(folder: &Path, args: &[&str]) -> support::Sourced {
+fn export(folder: &Path, args: &[&str]) -> support::RunOutput {
     satphot(folder, &[&["export"], args].concat())
 }
 
@@ -61,9 +61,9 @@ fn a_folder_becomes_tables_and_nothing_is_said_on_standard_output() {
     let folder = changed(|t| t);
     for format in ["fits", "votable", "csv"] {
         let out = format!("night.{format}");
-        let told =
+        let output =
             export(folder.path(), &[".", "--to", format, "-o", &out]).expect(0, &["rows of photometry", "wrote"]);
-        told.without_results();
+        output.without_results();
         assert!(std::fs::metadata(folder.path().join(&out)).unwrap().len() > 1000);
     }
     let fits = std::fs::read(folder.path().join("night.fits")).unwrap();
@@ -101,8 +101,8 @@ fn real_data_go_to_every_archive_and_pass_the_check() {
     let folder = changed(real);
     let args = [&[".", "--to", "score", "-o", "s.csv"], &WHO[..]].concat();
     export(folder.path(), &args).expect(0, &["observations", "wrote"]).without_results();
-    let told = export(folder.path(), &["--check", "s.csv"]).expect(0, &[]);
-    assert!(told.out.contains("rules hold"), "{}", told.out);
+    let output = export(folder.path(), &["--check", "s.csv"]).expect(0, &[]);
+    assert!(output.out.contains("rules hold"), "{}", output.out);
     let args = [&[".", "--to", "tdm", "-o", "n.tdm"], &WHO[..]].concat();
     export(folder.path(), &args).expect(0, &[]);
     export(folder.path(), &[".", "--to", "iod", "-o", "n.iod", "--iod-station", "8000"]).expect(0, &[]);
@@ -120,14 +120,14 @@ fn real_data_go_to_every_archive_and_pass_the_check() {
 }
 
 #[test]
-fn a_broken_score_file_is_told_row_by_row() {
+fn a_broken_score_file_is_reported_row_by_row() {
     let folder = changed(real);
     let args = [&[".", "--to", "score", "-o", "s.csv"], &WHO[..]].concat();
     export(folder.path(), &args).expect(0, &[]);
     let text = std::fs::read_to_string(folder.path().join("s.csv")).unwrap();
     std::fs::write(folder.path().join("s.csv"), text.replacen(",25544,", ",ISS,", 1)).unwrap();
-    let told = export(folder.path(), &["--check", "s.csv"]).expect(4, &["s.csv", "1 errors"]);
-    assert!(told.out.contains("row 1 (line 2), norad_cat_id: `ISS`"), "{}", told.out);
+    let output = export(folder.path(), &["--check", "s.csv"]).expect(4, &["s.csv", "1 errors"]);
+    assert!(output.out.contains("row 1 (line 2), norad_cat_id: `ISS`"), "{}", output.out);
     export(folder.path(), &["--check", "absent.csv"]).expect(4, &["absent.csv"]);
     std::fs::write(folder.path().join("latin.csv"), b"satellite_name\nm\xe9t\xe9ore\n").unwrap();
     export(folder.path(), &["--check", "latin.csv"]).expect(4, &["latin.csv:2", "UTF-8"]);

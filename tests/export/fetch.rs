@@ -109,7 +109,7 @@ fn current_elements_go_to_a_file_once_and_the_path_alone_to_standard_output() {
     let args = ["elements", "--norad", "25544", "-o", "iss.json"];
     let said = place
         .fetch(&server, &args)
-        .expect(0, &["asking CelesTrak", "wrote iss.json: ISS (ZARYA) [25544]", "0.5 d before"]);
+        .expect(0, &["requesting CelesTrak", "wrote iss.json: ISS (ZARYA) [25544]", "0.5 d before"]);
     assert_eq!(said.out, "iss.json\n");
     let sets = satphot::orbit::read_elements(&place.path("iss.json")).unwrap();
     assert_eq!((sets.len(), sets[0].norad_cat_id()), (1, 25544));
@@ -123,7 +123,7 @@ fn current_elements_go_to_a_file_once_and_the_path_alone_to_standard_output() {
 }
 
 #[test]
-fn a_file_that_is_there_is_left_as_it_is_and_nobody_is_asked() {
+fn a_file_that_is_there_is_left_as_it_is_and_no_service_is_queried() {
     let (server, place) = (services(), Place::new());
     std::fs::write(place.path("mine.tle"), "mine").unwrap();
     place.fetch(&server, &["elements", "--norad", "25544", "-o", "mine.tle"]).expect(2, &["exists already"]);
@@ -141,7 +141,7 @@ fn a_file_that_is_there_is_left_as_it_is_and_nobody_is_asked() {
 }
 
 #[test]
-fn a_file_called_tle_is_asked_for_as_tle_unless_the_number_has_none() {
+fn a_file_called_tle_is_requested_as_tle_unless_the_number_has_none() {
     let (server, place) = (services(), Place::new());
     let old = ["--source", "celestrak", "--date", "2024-01-30"];
     let args = ["elements", "--norad", "25544", "-o", "iss.tle"];
@@ -150,9 +150,9 @@ fn a_file_called_tle_is_asked_for_as_tle_unless_the_number_has_none() {
     let new = place.fetch(&server, &["elements", "--norad", "100001", "-o", "new.tle", "--dry-run"]).expect(0, &[]);
     assert!(new.out.ends_with("CATNR=100001&FORMAT=JSON\n"), "{}", new.out);
     let json = ["--format", "json", "--dry-run"];
-    let told =
+    let output =
         place.fetch(&server, &[&["elements", "--norad", "25544", "-o", "b.tle"], &json[..]].concat()).expect(0, &[]);
-    assert!(told.out.ends_with("CATNR=25544&FORMAT=JSON\n"), "{}", told.out);
+    assert!(output.out.ends_with("CATNR=25544&FORMAT=JSON\n"), "{}", output.out);
 }
 
 #[test]
@@ -182,7 +182,7 @@ fn a_bare_fetch_gets_what_the_configuration_names_and_does_not_have() {
 }
 
 #[test]
-fn elements_that_are_there_but_of_another_time_are_told() {
+fn elements_that_are_there_but_of_another_time_are_reported() {
     let (server, place) = (services(), Place::new());
     place.night();
     std::fs::write(place.path("elements.tle"), ELEMENTS[0].1).unwrap();
@@ -192,13 +192,13 @@ fn elements_that_are_there_but_of_another_time_are_told() {
 }
 
 #[test]
-fn what_is_missing_in_a_question_is_asked_for_before_the_network() {
+fn what_is_missing_in_a_question_is_requested_before_the_network() {
     let (server, place) = (services(), Place::new());
     for (args, code, words) in [
         (&[][..], 2, &["no pipeline.toml here", "satphot fetch elements"][..]),
         (&["elements", "-o", "x.json"], 2, &["which object?", "--norad 25544"]),
         (&["elements", "--norad", "25544"], 2, &["say where the elements go"]),
-        (&["stars", "-o", "x.csv"], 2, &["say where: --ra-deg"]),
+        (&["stars", "-o", "x.csv"], 2, &["needs a field: --ra-deg"]),
         (&["stars", "--ra-deg", "1", "--dec-deg", "2"], 2, &["say where the stars go"]),
         (&["stars", "--ra-deg", "1", "--dec-deg", "95", "-o", "x.csv"], 2, &["--dec-deg", "-90 to 90"]),
         (&["stars", "--ra-deg", "1", "--dec-deg", "2", "--radius-deg", "50", "-o", "x.csv"], 2, &["--radius-deg"]),
@@ -275,7 +275,7 @@ fn two_processes_at_once_ask_once() {
 }
 
 #[test]
-fn a_cache_that_cannot_be_written_is_told_and_does_not_matter() {
+fn a_cache_that_cannot_be_written_is_reported_and_does_not_matter() {
     let (server, place) = (services(), Place::new());
     std::fs::write(place.path("file"), "").unwrap(); // a folder inside a file: nobody can make it, root neither
     let args = ["elements", "--norad", "25544", "--cache", "file/cache", "--force", "-o", "iss.json"];
@@ -288,7 +288,7 @@ fn a_cache_that_cannot_be_written_is_told_and_does_not_matter() {
 fn the_proxy_of_the_environment_is_used_and_no_proxy_obeyed() {
     // the proxy is the server itself: it lets CONNECT through and answers what comes then
     let (proxy, place) = (services(), Place::new());
-    let ask = |server: &Server, out: &str, cache: &str, host: &str, variables: &[(&str, String)]| {
+    let fetch = |server: &Server, out: &str, cache: &str, host: &str, variables: &[(&str, String)]| {
         let url = format!("http://{host}/gp.php");
         let mut command = place.command(server, &["elements", "--norad", "25544", "-o", out, "--cache", cache]);
         command.arg("--set").arg("fetch.retries=0").arg("--json");
@@ -309,18 +309,18 @@ fn the_proxy_of_the_environment_is_used_and_no_proxy_obeyed() {
     };
     let by = [("HTTPS_PROXY", format!("http://{}", proxy.address()))];
     // a host that only the proxy could know
-    ask(&proxy, "a.json", "c1", "celestrak.invalid", &by).expect(0, &["wrote a.json"]);
+    fetch(&proxy, "a.json", "c1", "celestrak.invalid", &by).expect(0, &["wrote a.json"]);
     assert_eq!(proxy.requests()[0].through.as_deref(), Some("celestrak.invalid:80"));
     // hosts of NO_PROXY are asked directly
     let direct = [by[0].clone(), ("NO_PROXY", "127.0.0.1,localhost".to_owned())];
-    ask(&proxy, "b.json", "c2", &proxy.address(), &direct).expect(0, &[]);
+    fetch(&proxy, "b.json", "c2", &proxy.address(), &direct).expect(0, &[]);
     assert_eq!(proxy.requests()[1].through, None);
     // a proxy that is not there is named, without its password
     let dead = [("HTTPS_PROXY", "http://me:secret@127.0.0.1:9".to_owned())];
-    let said = ask(&proxy, "d.json", "c3", "celestrak.invalid", &dead).expect(75, &["the proxy 127.0.0.1:9"]);
+    let said = fetch(&proxy, "d.json", "c3", "celestrak.invalid", &dead).expect(75, &["the proxy 127.0.0.1:9"]);
     assert!(!said.err.contains("secret"), "{}", said.err);
     let rubbish = [("HTTPS_PROXY", "ftp://x".to_owned())];
-    ask(&proxy, "e.json", "c4", "celestrak.invalid", &rubbish).expect(2, &["HTTPS_PROXY"]);
+    fetch(&proxy, "e.json", "c4", "celestrak.invalid", &rubbish).expect(2, &["HTTPS_PROXY"]);
 }
 
 #[test]

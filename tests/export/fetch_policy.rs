@@ -1,4 +1,4 @@
-//! What `satphot fetch` may ask a service, and what it believes: against a server on the loopback, at moments of our choosing.
+//! What `satphot fetch` may ask a service, and what it accepts: against a server on the loopback, at moments of our choosing.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use crate::fetch_support;
@@ -6,7 +6,7 @@ use crate::fetch_support;
 use std::path::Path;
 use std::time::Duration;
 
-use fetch_support::desk::{current, iss, session, settings, utc, with_desk};
+use fetch_support::client::{current, iss, session, settings, utc, with_client};
 use fetch_support::{HTML, NEAREST_NONE, NEAREST_TLE, NOT_UPDATED, Reply, STARS, Server, apass, iss_omm, nearest_omm};
 use satphot::Error;
 use satphot::config::Fetch;
@@ -18,9 +18,9 @@ const NOW: &str = "2026-07-09T06:00:00";
 const LINE2: &str = "2 25544  51.6414 284.5574 0002475 176.3471 287.7672 15.49357173436989\n";
 
 #[test]
-fn a_question_is_asked_once_within_the_update_period_and_again_after_it() {
+fn a_query_is_sent_once_within_the_update_period_and_again_after_it() {
     let (server, cache) = (Server::always(Reply::ok(iss_omm(EPOCH))), tempfile::tempdir().unwrap());
-    for (now, asked) in [
+    for (now, n_queries) in [
         (NOW, 1),
         ("2026-07-09T06:00:30", 1),
         ("2026-07-09T07:59:00", 1),
@@ -29,7 +29,7 @@ fn a_question_is_asked_once_within_the_update_period_and_again_after_it() {
     ] {
         let got = current(&server, cache.path(), now).outcome.unwrap();
         assert_eq!((got.elements.norad_cat_id(), got.text.as_str()), (25544, iss_omm(EPOCH).as_str()));
-        assert_eq!(server.count(), asked, "{now}");
+        assert_eq!(server.count(), n_queries, "{now}");
     }
     let request = &server.requests()[0];
     assert_eq!(request.path, "/gp.php?CATNR=25544&FORMAT=JSON");
@@ -48,7 +48,7 @@ fn a_clock_that_was_set_back_does_not_make_an_answer_live_for_ever() {
 }
 
 #[test]
-fn an_object_the_service_does_not_have_is_asked_for_once() {
+fn an_object_the_service_does_not_have_is_requested_once() {
     for reply in [Reply::status("404 Not Found", "No GP data found"), Reply::ok("No GP data found"), Reply::ok("[]")] {
         let (server, cache) = (Server::always(reply), tempfile::tempdir().unwrap());
         for _ in 0..2 {
@@ -97,7 +97,7 @@ fn too_many_requests_wait_as_long_as_the_server_asks() {
 }
 
 #[test]
-fn a_server_in_trouble_is_asked_again_with_growing_pauses_and_not_for_ever() {
+fn a_server_in_trouble_is_queried_again_with_growing_pauses_and_not_for_ever() {
     let good_at_last = |n_bad: usize| {
         Server::new(move |_, n| if n < n_bad { Reply::status("500 Oops", "") } else { Reply::ok(iss_omm(EPOCH)) })
     };
@@ -236,7 +236,7 @@ fn nothing_newer_means_that_the_cached_answer_is_current() {
 }
 
 #[test]
-fn a_damaged_cache_is_fetched_anew_and_never_used() {
+fn a_damaged_cache_is_fetched_again_and_never_used() {
     type Damage = fn(&Path, &Path);
     let damages: [(&str, Damage); 6] = [
         ("a byte of the answer", |answer, _| {
@@ -274,11 +274,11 @@ fn offline_uses_the_cache_whatever_its_age_and_nothing_else() {
     current(&server, cache.path(), NOW).outcome.unwrap();
     let s = settings(&server);
     let later = "2026-07-12T06:00:00";
-    let (got, said, _) = with_desk(&s, cache.path(), later, true, |desk| fetch_elements(desk, &iss(later), &s));
+    let (got, said, _) = with_client(&s, cache.path(), later, true, |client| fetch_elements(client, &iss(later), &s));
     assert_eq!(got.unwrap().text, iss_omm(EPOCH));
     assert!(said.iter().any(|t| t.contains("of 2026-07-09T06:00:00Z from the cache")), "{said:?}");
     let empty = tempfile::tempdir().unwrap();
-    let (got, ..) = with_desk(&s, empty.path(), NOW, true, |desk| fetch_elements(desk, &iss(NOW), &s));
+    let (got, ..) = with_client(&s, empty.path(), NOW, true, |client| fetch_elements(client, &iss(NOW), &s));
     let error = got.unwrap_err();
     assert_eq!(error.exit_code(), 5);
     assert!(error.to_string().contains("`offline`"), "{error}");
@@ -286,7 +286,7 @@ fn offline_uses_the_cache_whatever_its_age_and_nothing_else() {
 }
 
 #[test]
-fn a_night_of_the_past_is_asked_of_satchecker_with_its_julian_date() {
+fn a_night_of_the_past_is_requested_from_satchecker_with_its_julian_date() {
     let (server, cache) = (Server::always(Reply::ok(NEAREST_TLE)), tempfile::tempdir().unwrap());
     let night = "2024-01-30T12:00:00"; // JD 2460340.0
     let got = session(&settings(&server), cache.path(), NOW, &iss(night)).outcome.unwrap();
@@ -308,7 +308,7 @@ fn an_archive_that_answers_with_its_last_set_sends_us_to_the_other_one() {
     let got =
         session(&settings(&server), cache.path(), "2026-09-01T00:00:00", &iss("2026-07-09T00:00:00")).outcome.unwrap();
     assert_eq!((got.elements.format(), server.count()), ("OMM JSON", 2));
-    // far from both: none, and both distances are told
+    // far from both: none, and both distances are reported
     let s = session(&settings(&server), cache.path(), "2026-09-01T00:00:00", &iss("2025-01-01T00:00:00"));
     assert_eq!(s.error().exit_code(), 5);
     s.says(&["within 14 d", "336.9 d before", "553.7 d after", "`max_age_d`"]);
@@ -332,7 +332,7 @@ fn a_name_must_mean_one_object() {
     let other = iss.replace("ISS (ZARYA)", "ISS DEB").replace("25544", "60001");
     let both = format!("[{},{}]", iss.trim_matches(['[', ']']), other.trim_matches(['[', ']']));
     let (server, cache) = (Server::always(Reply::ok(both)), tempfile::tempdir().unwrap());
-    let named = |name: &str| Wanted { object: Object::Name(name.into()), ..fetch_support::desk::iss(NOW) };
+    let named = |name: &str| Wanted { object: Object::Name(name.into()), ..fetch_support::client::iss(NOW) };
     let got = session(&settings(&server), cache.path(), NOW, &named("iss (zarya)")).outcome.unwrap();
     assert_eq!(got.elements.norad_cat_id(), 25544);
     let sets = satphot::orbit::elements_from_bytes(got.text.into_bytes(), Path::new("x")).unwrap();
@@ -344,7 +344,7 @@ fn a_name_must_mean_one_object() {
 
 fn stars(server: &Server, cache: &Path, fields: &[Field]) -> Result<satphot::fetch::FetchedStars, Error> {
     let s = settings(server);
-    with_desk(&s, cache, NOW, false, |desk| fetch_stars(desk, fields, &s)).0
+    with_client(&s, cache, NOW, false, |client| fetch_stars(client, fields, &s)).0
 }
 
 #[test]
@@ -367,7 +367,7 @@ fn stars_of_overlapping_fields_are_one_catalogue_that_satphot_reads() {
 }
 
 #[test]
-fn fields_are_not_asked_for_after_one_has_failed() {
+fn fields_are_not_requested_after_one_has_failed() {
     let server = Server::new(|_, n| if n == 1 { Reply::ok(HTML) } else { Reply::ok(apass(&STARS)) });
     let cache = tempfile::tempdir().unwrap();
     let fields: Vec<Field> = (0..5).map(|i| Field::new(10.0 * f64::from(i), 0.0, 0.3, "f")).collect();

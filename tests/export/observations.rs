@@ -96,7 +96,7 @@ fn a_parser_we_did_not_write_reads_the_message_as_it_was_meant() {
     message.validate().unwrap();
     assert_eq!((message.version.as_str(), message.header.originator.as_str()), ("2.0", "EXAMPLE_OBSERVATORY"));
     assert_eq!(message.header.message_id.as_deref(), Some("20250609-25544-0001"));
-    let told: Vec<(f64, Vec<(String, f64)>)> = message
+    let stated: Vec<(f64, Vec<(String, f64)>)> = message
         .body
         .segments
         .iter()
@@ -108,9 +108,9 @@ fn a_parser_we_did_not_write_reads_the_message_as_it_was_meant() {
             (s.metadata.integration_interval.unwrap(), mags.collect())
         })
         .collect();
-    let mags: Vec<(f64, Vec<f64>)> = told.iter().map(|(t, m)| (*t, m.iter().map(|(_, m)| *m).collect())).collect();
+    let mags: Vec<(f64, Vec<f64>)> = stated.iter().map(|(t, m)| (*t, m.iter().map(|(_, m)| *m).collect())).collect();
     assert_eq!(mags, [(5.0, vec![11.934, 11.707]), (5.0, vec![12.0, 12.25]), (1.0, vec![12.5, 12.75])]);
-    for ((_, mags), segment) in told.iter().zip(&message.body.segments) {
+    for ((_, mags), segment) in stated.iter().zip(&message.body.segments) {
         let times: Vec<&str> = mags.iter().map(|(t, _)| t.as_str()).collect();
         assert!(times.is_sorted(), "{times:?}");
         let m = &segment.metadata;
@@ -145,8 +145,8 @@ fn a_message_has_the_lines_of_the_shared_example() {
 fn a_message_is_ascii_in_short_lines_and_says_degraded_where_it_must() {
     for words in ["Sternwarte Bückeburg", &"long ".repeat(30), "two\nlines"] {
         let reporter = Reporter { organisation: Some(words.into()), ..facts().reporter };
-        let told = tdm(&[row()], &Facts { reporter, ..facts() }).unwrap_err();
-        assert!(told.exit_code() == 2 && told.to_string().contains("`organisation`"), "{told}");
+        let message = tdm(&[row()], &Facts { reporter, ..facts() }).unwrap_err();
+        assert!(message.exit_code() == 2 && message.to_string().contains("`organisation`"), "{message}");
     }
     let facts = facts();
     let rows = [PhotometryRow { verdict: "caution".into(), ..row() }];
@@ -238,7 +238,7 @@ fn a_sunlit_satellite_that_shows_earthshine_is_not_said_to_be_in_the_umbra() {
     assert_eq!(shadow("sun", "twilight", "night"), (Some(false), Some(false)));
     assert_eq!(shadow("penumbra", "twilight", "night"), (Some(false), Some(true)));
     assert_eq!(shadow("moon", "night", "night"), (Some(true), Some(false)));
-    // its lit sides look away: by day nothing tells, in a night sky the label does
+    // its lit sides look away: by day nothing shows it, in a night sky the label does
     assert_eq!(shadow("earthshine", "day", "day"), (None, None));
     assert_eq!(shadow("none", "day", "day"), (None, None));
     assert_eq!(shadow("earthshine", "twilight", "night"), (Some(false), None));
@@ -313,12 +313,12 @@ fn the_library_of_the_unified_data_library_reads_the_records_and_gives_them_back
     std::fs::write(dir.path().join("night.json"), text).unwrap();
     let script = "import json\n\
         from unifieddatalibrary.types.shared import EoObservationFull as Record\n\
-        told = json.load(open('night.json')); assert len(told) == 2\n\
-        for record in told:\n\
+        records = json.load(open('night.json')); assert len(records) == 2\n\
+        for record in records:\n\
         \x20   read = Record.model_validate(record)\n\
         \x20   assert not read.model_extra and not read.eoobservation_details.model_extra, 'unknown fields'\n\
         \x20   assert read.to_dict(mode='json', exclude_unset=True, use_api_names=True) == record\n\
-        try: Record.model_validate({**told[0], 'mag': 'bright'})\n\
+        try: Record.model_validate({**records[0], 'mag': 'bright'})\n\
         except ValueError: print('as expected')";
     run_python(&python, dir.path(), script);
 }
@@ -327,12 +327,12 @@ fn the_library_of_the_unified_data_library_reads_the_records_and_gives_them_back
 fn longitudes_beyond_180_deg_are_written_west() {
     let facts = Facts { site: Some([10.0, -156.0, 3_000.0]), ..facts() };
     assert_eq!(udl(&[row()], &facts)[0]["senlon"], -156.0);
-    let mut told = meta();
-    told.entries.retain(|(k, _)| k != "site");
+    let mut message = meta();
+    message.entries.retain(|(k, _)| k != "site");
     let number = |k: &str, v: f64| (k.to_owned(), satphot::tables::MetaValue::Number(v));
     let site = vec![number("lat_deg", 10.0), number("lon_deg", 204.0), number("alt_m", 3_000.0)];
-    told.push("site", satphot::tables::MetaValue::Map(site));
-    assert_eq!(Facts::new(&told, None, Reporter::default()).unwrap().site, Some([10.0, -156.0, 3_000.0]));
+    message.push("site", satphot::tables::MetaValue::Map(site));
+    assert_eq!(Facts::new(&message, None, Reporter::default()).unwrap().site, Some([10.0, -156.0, 3_000.0]));
 }
 
 // ---------------------------------------------------------------- IOD
@@ -357,8 +357,8 @@ fn an_iod_line_has_its_fields_in_their_columns() {
 #[test]
 fn iod_refuses_what_its_columns_cannot_hold() {
     let big = PhotometryRow { norad_cat_id: Some(100_000), ..row() };
-    let told = iod(&[big], &facts()).unwrap_err().to_string();
-    assert!(told.contains("100000") && told.contains("99999"), "{told}");
+    let message = iod(&[big], &facts()).unwrap_err().to_string();
+    assert!(message.contains("100000") && message.contains("99999"), "{message}");
     assert!(iod(&[PhotometryRow { norad_cat_id: Some(99_999), ..row() }], &facts()).unwrap().starts_with("99999 "));
     let nameless = PhotometryRow { object_id: String::new(), ..row() };
     assert!(iod(&[nameless], &facts()).unwrap_err().to_string().contains("`object_id"));

@@ -1,4 +1,4 @@
-//! Observations for SCORE: which rows are taken, the cells of the file, and every rule of the server told with row,
+//! Observations for SCORE: which rows are taken, the cells of the file, and every rule of the server reported with row,
 //! column and value.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // tests
 
@@ -41,9 +41,9 @@ fn only_measured_and_usable_magnitudes_become_observations() {
     rows.push(PhotometryRow { flags: Flags::LOWER_LIMIT.0, ..later(40, 12.0) });
     rows.push(PhotometryRow { status: "failed".into(), verdict: "reject".into(), v_mag: None, ..later(50, 12.0) });
     rows.push(PhotometryRow { v_mag: None, v_mag_err: None, ..later(60, 12.0) });
-    let told = select(&rows, Choice::default(), true);
-    assert_eq!(told.kept.len(), 2, "{}", told.text());
-    assert_eq!(told.left_out.iter().map(|(_, n)| n).sum::<usize>(), 5, "nothing vanishes: {}", told.text());
+    let selected = select(&rows, Choice::default(), true);
+    assert_eq!(selected.kept.len(), 2, "{}", selected.text());
+    assert_eq!(selected.omitted.iter().map(|(_, n)| n).sum::<usize>(), 5, "nothing vanishes: {}", selected.text());
     assert_eq!(select(&rows, Choice::default(), false).kept.len(), 1);
     assert_eq!(select(&rows, Choice::named("use, caution,reject").unwrap(), true).kept.len(), 4);
     for wrong in ["", "caution", "all", "use;caution"] {
@@ -69,9 +69,9 @@ fn a_row_that_cannot_be_true_is_named_with_frame_column_and_value() {
         let mut rows = vec![row(), later(10, 12.0)];
         sound(path(), &rows).unwrap();
         damage(&mut rows[1]);
-        let told = sound(path(), &rows).unwrap_err().to_string();
+        let selected = sound(path(), &rows).unwrap_err().to_string();
         for word in ["photometry.ecsv", "row 2", "iss_00010.fits", column, value] {
-            assert!(told.contains(word), "{word}: {told}");
+            assert!(selected.contains(word), "{word}: {selected}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Tables in other formats: the same cells in all of them, told by readers we did not write (cfitsio, csv, an XML
+//! Tables in other formats: the same cells in all of them, read by programs that we did not write (cfitsio, csv, an XML
 //! parser, and astropy where there is Python).
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // tests
 
@@ -44,9 +44,9 @@ fn table(folder: &Path, rows: &[PhotometryRow]) -> Table {
 
 fn fits(folder: &Path, table: &Table, stars: Option<&Table>) -> std::path::PathBuf {
     let path = folder.join("night.fits");
-    let told =
+    let message =
         provenance(&table.meta, Some("[night]\nname = \"é\"\n"), Some("{\"inputs\":[{\"path\":\"a\"}]}")).unwrap();
-    write_fits(&path, table, stars, &told).unwrap();
+    write_fits(&path, table, stars, &message).unwrap();
     path
 }
 
@@ -74,7 +74,7 @@ fn a_table_read_as_cells_holds_the_texts_of_its_file() {
 }
 
 #[test]
-fn each_kind_of_table_is_told_by_its_columns() {
+fn each_kind_of_table_is_recognised_by_its_columns() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("t.ecsv");
     write_stars(&path, &[StarRow::default()], &Meta::default()).unwrap();
@@ -82,8 +82,8 @@ fn each_kind_of_table_is_told_by_its_columns() {
     write_residuals(&path, &[ResidualRow::default()], &Meta::default()).unwrap();
     assert_eq!(read_table(&path).unwrap().name, "residuals");
     std::fs::write(&path, "# %ECSV 1.0\n# delimiter: ','\nra,dec\n1,2\n").unwrap();
-    let told = read_table(&path).unwrap_err().to_string();
-    assert!(told.contains("photometry") && told.contains("t.ecsv:3"), "{told}");
+    let message = read_table(&path).unwrap_err().to_string();
+    assert!(message.contains("photometry") && message.contains("t.ecsv:3"), "{message}");
 }
 
 #[test]
@@ -123,7 +123,7 @@ fn cfitsio_reads_every_cell_of_the_fits_table_as_it_was() {
 }
 
 #[test]
-fn a_fits_file_holds_the_stars_and_the_provenance_beside_the_photometry() {
+fn a_fits_file_holds_the_stars_and_the_provenance_with_the_photometry() {
     let dir = tempfile::tempdir().unwrap();
     let table = table(dir.path(), &rows());
     let path = dir.path().join("stars.ecsv");
@@ -134,9 +134,9 @@ fn a_fits_file_holds_the_stars_and_the_provenance_beside_the_photometry() {
     let zeropoint = file.hdu(2).unwrap();
     assert_eq!(zeropoint.read_key::<String>(&mut file, "EXTNAME").unwrap(), "ZEROPOINT");
     assert_eq!(zeropoint.read_col::<f64>(&mut file, "CATALOGUE_V_MAG").unwrap(), [12.5, 12.5]);
-    let told = file.hdu("PROVENANCE").unwrap();
-    let keys: Vec<String> = told.read_col(&mut file, "KEY").unwrap();
-    let values: Vec<String> = told.read_col(&mut file, "VALUE").unwrap();
+    let message = file.hdu("PROVENANCE").unwrap();
+    let keys: Vec<String> = message.read_col(&mut file, "KEY").unwrap();
+    let values: Vec<String> = message.read_col(&mut file, "VALUE").unwrap();
     let value = |key: &str| unescaped(&values[keys.iter().position(|k| k == key).unwrap()]);
     assert_eq!(value("meta.site.lat_deg"), "-33.77");
     assert_eq!(value("config.night.name"), "é");
@@ -266,7 +266,7 @@ with warnings.catch_warnings():
         assert [h.name for h in f] == ["PRIMARY", "PHOTOMETRY", "ZEROPOINT", "PROVENANCE"]
         head = f[1].header
         ucds = {head[f"TTYPE{i}"].lower(): head.get(f"TUCD{i}", "") for i in range(1, head["TFIELDS"] + 1)}
-        told = {head[f"TTYPE{i}"].lower(): head.get(f"TCOMM{i}", "") for i in range(1, head["TFIELDS"] + 1)}
+        comments = {head[f"TTYPE{i}"].lower(): head.get(f"TCOMM{i}", "") for i in range(1, head["TFIELDS"] + 1)}
         assert head["TIMESYS"] == "UTC" and head["MJDREF"] == 0.0 and head["TREFPOS"] == "TOPOCENT"
     vot = Table.read("night.vot", format="votable")
     fields = {f.name: f for f in parse_single_table("night.vot").fields}
@@ -308,8 +308,8 @@ for name in ecsv.colnames:
             # FITS has counts for electrons, and percent as a factor
             in_fits = u.Unit(str(a.unit).replace("electron", "ct"))
             assert u.Unit(f.unit) == in_fits, (name, a.unit, f.unit)
-            assert ("(ct: electrons)" in told[name]) == ("electron" in str(a.unit)), name
-    assert told[name].replace(" (ct: electrons)", "") == a.description == fields[name].description, name
+            assert ("(ct: electrons)" in comments[name]) == ("electron" in str(a.unit)), name
+    assert comments[name].replace(" (ct: electrons)", "") == a.description == fields[name].description, name
     assert ucds[name] == (fields[name].ucd or ""), name
     if ucds[name]:
         parse_ucd(ucds[name], check_controlled_vocabulary=True, has_colon=False)
@@ -352,9 +352,9 @@ fn a_parquet_file_holds_every_row_with_its_units() {
     }
     assert_eq!(n, rows().len());
     let Some(python) = python_with("pyarrow") else { return };
-    let told: Vec<_> =
+    let message: Vec<_> =
         PHOTOMETRY.columns.iter().map(|c| serde_json::json!([c.name, c.unit, c.ucd, c.description])).collect();
-    std::fs::write(dir.path().join("schema.json"), serde_json::to_string(&told).unwrap()).unwrap();
+    std::fs::write(dir.path().join("schema.json"), serde_json::to_string(&message).unwrap()).unwrap();
     let v_mag: Vec<Option<f64>> = rows().iter().map(|r| r.v_mag).collect();
     std::fs::write(dir.path().join("v_mag.json"), serde_json::to_string(&v_mag).unwrap()).unwrap();
     run_python(&python, dir.path(), PYARROW);
@@ -368,9 +368,9 @@ import pyarrow.parquet as p
 table = p.read_table("night.parquet")
 schema = json.load(open("schema.json"))
 assert table.column_names == [name for name, *_ in schema]
-for name, *told in schema:
+for name, *stated in schema:
     meta = table.schema.field(name).metadata
-    for key, value in zip(["unit", "ucd", "description"], told):
+    for key, value in zip(["unit", "ucd", "description"], stated):
         assert meta.get(key.encode(), b"").decode() == value, (name, key, meta)
 meta = p.read_metadata("night.parquet").metadata
 assert meta[b"site.lat_deg"] == b"-33.77" and meta[b"band"] == b"V", meta

@@ -121,7 +121,7 @@ pub fn shared(name: &str) -> Option<String> {
 }
 
 /// A Python that can `import module`: SATPHOT_PYTHON or `python3` if they can, else an environment of our own below the
-/// target folder, into which the module is installed once. Told and `None` without Python, or where nothing can be installed
+/// target folder, into which the module is installed once. A message and `None` without Python, or where nothing can be installed
 /// (offline; SATPHOT_NO_INSTALL is set).
 pub fn python_with(module: &str) -> Option<PathBuf> {
     python_with_package(module, module)

@@ -3,7 +3,7 @@
 //! Answers are written after the services' documentation; the elements and stars in them are published ones.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, dead_code)]
 
-pub mod desk;
+pub mod client;
 
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};

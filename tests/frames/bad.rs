@@ -35,7 +35,7 @@ const ODD_FILES: [(&str, Result<f64, &str>); 18] = [
     ("test0.fits", Ok(501_021.0)),
     // its first HDU is empty, its table no picture
     ("theap-gap.fits", Err("no 2-D image")),
-    ("verify.fits", Err("where the standard asks for BITPIX")),
+    ("verify.fits", Err("where the standard requires BITPIX")),
 ];
 
 #[test]
@@ -55,8 +55,8 @@ fn odd_files_of_astropy_are_read_right_or_refused_clearly() {
     let zero = try_read(&bad.join("zerowidth.fits")).unwrap_err();
     assert!(zero.contains("has axes [777777701, 0]"), "{zero}");
     let sums = bad.join("checksum_false.fits");
-    let told = wrong_checksum(&sums, &Header::read(&sums).unwrap()).unwrap().unwrap();
-    assert!(told.contains("DATASUM"), "{told}");
+    let message = wrong_checksum(&sums, &Header::read(&sums).unwrap()).unwrap().unwrap();
+    assert!(message.contains("DATASUM"), "{message}");
 }
 
 #[test]
@@ -99,7 +99,7 @@ fn a_truncated_file_names_the_bytes_it_lacks() {
     let path = put(dir.path(), "cut.fits", &whole[..2880 + 12_345]);
     let e = try_read(&path).unwrap_err();
     assert!(e.contains("truncated") && e.contains("20000") && e.contains("12345"), "{e}");
-    // Cut in the padding only: every pixel is there, and the observer is told.
+    // Cut in the padding only: every pixel is there, and the observer is warned.
     let path = put(dir.path(), "padding.fits", &whole[..2880 + 20_000]);
     assert_eq!(try_read(&path), try_read(&put(dir.path(), "whole.fits", &whole)));
     assert!(Header::read(&path).unwrap().warnings()[0].contains("160 bytes are missing"));
@@ -201,14 +201,14 @@ fn a_sparse_file_that_holds_what_its_header_promises_allocates_no_more_than_its_
     let table = (end.unwrap() + 80).next_multiple_of(2880);
     let mut tile = large.clone();
     tile[table..table + 4].copy_from_slice(&2_000_000_000_i32.to_be_bytes());
-    let told = try_read(&sparse("tile.fits.fz", &tile)).unwrap_err();
-    assert!(told.contains("2000000000 bytes") && told.contains("tile 1"), "{told}");
+    let message = try_read(&sparse("tile.fits.fz", &tile)).unwrap_err();
+    assert!(message.contains("2000000000 bytes") && message.contains("tile 1"), "{message}");
     // rows of the table of 100 MB
     let mut row = with_value(with_value(large, "TFIELDS", "2"), "NAXIS1", "100000008");
     let card = row.chunks(80).position(|card| card.starts_with(b"EXPTIME ")).unwrap() * 80;
     row[card..card + 8].copy_from_slice(b"TFORM2  ");
-    let told = try_read(&sparse("row.fits.fz", &with_value(row, "TFORM2", "'100000000B'"))).unwrap_err();
-    assert!(told.contains("the table of the tiles takes 1200000096 bytes"), "{told}");
+    let message = try_read(&sparse("row.fits.fz", &with_value(row, "TFORM2", "'100000000B'"))).unwrap_err();
+    assert!(message.contains("the table of the tiles takes 1200000096 bytes"), "{message}");
 }
 
 #[test]

@@ -48,7 +48,7 @@ fn one_odd_pixel_in_a_hundred_does_not_hide_the_step_but_a_tenth_does() {
 }
 
 #[test]
-fn counts_stretched_by_a_fraction_are_told_by_their_spacing() {
+fn counts_stretched_by_a_fraction_are_recognised_by_their_spacing() {
     // 12 bits stretched to 0..65535: 65535/4095 = 16.0037
     let stretched: Vec<f32> = sky(1.0, 1_000.0, 200.0, 3).iter().map(|v| (v * 65_535.0 / 4_095.0).round()).collect();
     let found = counts(&stretched).step().unwrap();

@@ -10,7 +10,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use satphot::fits::{CardValue, write_u16};
-use support::{Night, Sourced, satphot, simulated};
+use support::{Night, RunOutput, satphot, simulated};
 
 /// A camera that writes frames of 320x256 px.
 #[derive(Clone)]
@@ -85,7 +85,7 @@ fn dir() -> tempfile::TempDir {
     tempfile::tempdir().unwrap()
 }
 
-fn detector(folder: &Path, more: &[&str]) -> Sourced {
+fn detector(folder: &Path, more: &[&str]) -> RunOutput {
     satphot(folder, &[&["detector", "."], more].concat()).expect(0, &[])
 }
 
@@ -111,8 +111,8 @@ fn frames_of_a_good_camera_agree_with_its_table_in_every_number() {
     camera.flats(d.path(), "a", &[30_000.0, 31_000.0, 9_000.0, 9_200.0], 1);
     camera.biases(d.path());
     camera.write(d.path(), "light.fits", "Light Frame", 300.0, 77, (320, 256));
-    let told = detector(d.path(), &["-o", "checks"]);
-    assert!(told.out.contains("agree: 2 pairs") && !told.out.contains("WARNING"), "{}", told.out);
+    let output = detector(d.path(), &["-o", "checks"]);
+    assert!(output.out.contains("agree: 2 pairs") && !output.out.contains("WARNING"), "{}", output.out);
     let check = &checks(d.path())[0];
     assert_eq!((number(check, "setting"), check["verdict"].as_str()), (200.0, Some("agree")));
     let (g, err) = (number(check, "measured_e_per_adu"), number(check, "measured_err_e_per_adu"));
@@ -125,8 +125,8 @@ fn frames_of_a_good_camera_agree_with_its_table_in_every_number() {
     assert!(svg.contains("setting 200") && svg.contains("</svg>"));
     // with three levels and more the slope is used
     camera.flats(d.path(), "b", &[2_000.0, 2_050.0, 50_000.0, 50_500.0], 20);
-    let told = detector(d.path(), &["-o", "checks", "--pedestal", "500"]);
-    assert!(told.out.contains("4 pairs") && told.out.contains("slope"), "{}", told.out);
+    let output = detector(d.path(), &["-o", "checks", "--pedestal", "500"]);
+    assert!(output.out.contains("4 pairs") && output.out.contains("slope"), "{}", output.out);
     let g = number(&checks(d.path())[0], "measured_e_per_adu");
     assert!((g / camera.e_per_adu - 1.0).abs() < 0.03, "{g}");
 }
@@ -147,9 +147,9 @@ fn egain_per_count_of_a_padded_converter_is_found_out() {
     camera.flats(d.path(), "f", &[30_000.0, 30_500.0], 5);
     camera.biases(d.path());
     camera.write(d.path(), "light.fits", "Light Frame", 300.0, 78, (320, 256));
-    let told = detector(d.path(), &["-o", "checks"]);
+    let output = detector(d.path(), &["-o", "checks"]);
     for word in ["WARNING", "EGAIN of the header says 3.6", "16 ADU apart", "12 bits padded to 16", "it is 0.225"] {
-        assert!(told.out.contains(word), "{word}\n{}", told.out);
+        assert!(output.out.contains(word), "{word}\n{}", output.out);
     }
     let check = &checks(d.path())[0];
     assert_eq!((number(check, "step_adu"), number(check, "converter_bits")), (16.0, 12.0));
@@ -160,8 +160,8 @@ fn egain_per_count_of_a_padded_converter_is_found_out() {
     let right = Camera { cards: vec![("EGAIN", CardValue::Real(0.225))], ..camera };
     right.flats(d.path(), "f", &[30_000.0, 30_500.0], 5);
     right.biases(d.path());
-    let told = detector(d.path(), &["-o", "checks"]);
-    assert!(!told.out.contains("WARNING") && told.out.contains("agree"), "{}", told.out);
+    let output = detector(d.path(), &["-o", "checks"]);
+    assert!(!output.out.contains("WARNING") && output.out.contains("agree"), "{}", output.out);
 }
 
 #[test]
@@ -169,22 +169,22 @@ fn one_flat_or_flats_of_two_settings_give_no_gain() {
     let d = dir();
     asi6200().flats(d.path(), "a", &[30_000.0], 1);
     asi6200().biases(d.path());
-    let told = detector(d.path(), &["-o", "checks"]);
-    assert!(told.out.contains("needs two flats of one setting; there is one"), "{}", told.out);
+    let output = detector(d.path(), &["-o", "checks"]);
+    assert!(output.out.contains("needs two flats of one setting; there is one"), "{}", output.out);
     assert!(std::fs::read_to_string(d.path().join("checks/photon_transfer.svg")).unwrap().contains("no data"));
     // another setting: two groups, not a pair
     Camera { setting: 250, e_per_adu: 3052.0 / 65535.0, ..asi6200() }.flats(d.path(), "b", &[30_000.0], 2);
-    let told = detector(d.path(), &["--pedestal", "500"]);
-    assert_eq!(told.out.matches("there is one").count(), 2, "{}", told.out);
+    let output = detector(d.path(), &["--pedestal", "500"]);
+    assert_eq!(output.out.matches("there is one").count(), 2, "{}", output.out);
     // without bias frames, pedestal or configuration nothing is assumed
     let d = dir();
     asi6200().flats(d.path(), "a", &[30_000.0, 30_100.0], 1);
-    let told = detector(d.path(), &[]);
-    assert!(told.out.contains("pedestal not known"), "{}", told.out);
+    let output = detector(d.path(), &[]);
+    assert!(output.out.contains("pedestal not known"), "{}", output.out);
 }
 
 #[test]
-fn damaged_flats_are_left_out_with_their_reason_and_the_others_give_the_gain() {
+fn damaged_flats_are_skipped_with_their_reason_and_the_others_give_the_gain() {
     let d = dir();
     let camera = asi6200();
     camera.flats(d.path(), "good", &[30_000.0, 30_400.0], 1);
@@ -202,28 +202,28 @@ fn damaged_flats_are_left_out_with_their_reason_and_the_others_give_the_gain() {
     let bytes = std::fs::read(&cut).unwrap();
     std::fs::write(&cut, &bytes[..bytes.len() / 2]).unwrap();
     std::fs::write(d.path().join("junk.fits"), b"not a FITS file").unwrap();
-    let told = detector(d.path(), &["-o", "checks"]).expect(0, &["cut.fits", "junk.fits"]);
+    let output = detector(d.path(), &["-o", "checks"]).expect(0, &["cut.fits", "junk.fits"]);
     let found = checks(d.path());
-    assert_eq!(found.len(), 2, "binning 1 and 2\n{}", told.out);
+    assert_eq!(found.len(), 2, "binning 1 and 2\n{}", output.out);
     let g = number(&found[0], "measured_e_per_adu");
     assert!((g / camera.e_per_adu - 1.0).abs() < 0.03, "{g}");
     assert_eq!(found[1]["verdict"].as_str(), Some("not measured"));
 }
 
 #[test]
-fn copies_saturated_dark_and_calibrated_flats_are_told() {
+fn copies_saturated_dark_and_calibrated_flats_are_reported() {
     let camera = asi6200();
-    let told = |levels: &[f64]| {
+    let output = |levels: &[f64]| {
         let d = dir();
         camera.flats(d.path(), "f", levels, 1);
         camera.biases(d.path());
         detector(d.path(), &[]).out
     };
-    let full = told(&[80_000.0, 81_000.0]);
+    let full = output(&[80_000.0, 81_000.0]);
     assert!(full.contains("saturated: ") && full.contains("blocks hold pixels"), "{full}");
-    let dark = told(&[1.0, 1.0]);
+    let dark = output(&[1.0, 1.0]);
     assert!(dark.contains("too dark"), "{dark}");
-    let unlike = told(&[10_000.0, 40_000.0]);
+    let unlike = output(&[10_000.0, 40_000.0]);
     assert!(unlike.contains("levels too far apart"), "{unlike}");
     let d = dir();
     camera.biases(d.path());
@@ -240,7 +240,7 @@ fn a_wrong_table_a_wrong_pedestal_and_a_lower_converter_are_warnings() {
     camera.flats(d.path(), "f", &[9_000.0, 9_100.0], 1);
     camera.biases(d.path());
     camera.write(d.path(), "light.fits", "Light Frame", 300.0, 79, (320, 256));
-    let told =
+    let output =
         detector(d.path(), &["--camera", "asi6200mm", "--pedestal", "600", "--set", "detector.e_per_adu.200=0.095"]);
     for word in [
         "off; every magnitude",
@@ -249,21 +249,21 @@ fn a_wrong_table_a_wrong_pedestal_and_a_lower_converter_are_warnings() {
         "pile up at 16383 ADU",
         "adc_max_adu = 16383",
     ] {
-        assert!(told.out.contains(word), "{word}\n{}", told.out);
+        assert!(output.out.contains(word), "{word}\n{}", output.out);
     }
     // SATURATE of the header against the pile and against the table
     let d = dir();
     let camera = Camera { cards: vec![("SATURATE", CardValue::Integer(50_000))], ..asi6200() };
     camera.write(d.path(), "light.fits", "Light Frame", 300.0, 80, (320, 256));
-    let told = detector(d.path(), &["--camera", "asi6200mm", "--pedestal", "500"]);
-    assert!(told.out.contains("SATURATE of the header says 50000 ADU"), "{}", told.out);
+    let output = detector(d.path(), &["--camera", "asi6200mm", "--pedestal", "500"]);
+    assert!(output.out.contains("SATURATE of the header says 50000 ADU"), "{}", output.out);
     // read noise of twice the table
     let d = dir();
     let camera = Camera { read_noise_e: 3.0, ..asi6200() };
     camera.flats(d.path(), "f", &[20_000.0, 20_100.0], 3);
     camera.biases(d.path());
-    let told = detector(d.path(), &["--camera", "asi6200mm", "--pedestal", "500"]);
-    assert!(told.out.contains("from bias frames, but 1.45 in use"), "{}", told.out);
+    let output = detector(d.path(), &["--camera", "asi6200mm", "--pedestal", "500"]);
+    assert!(output.out.contains("from bias frames, but 1.45 in use"), "{}", output.out);
 }
 
 #[test]
@@ -272,8 +272,8 @@ fn the_overscan_stands_in_for_bias_frames_and_a_file_named_twice_is_one() {
     // the pixel response of the rightmost columns is that of the rest; only the card makes them an overscan
     let camera = Camera { cards: vec![("BIASSEC", CardValue::Text("[301:320,1:256]".into()))], ..asi6200() };
     let flat = camera.write(d.path(), "f.fits", "Flat Frame", 0.0, 1, (320, 256));
-    let told = detector(d.path(), &["-o", "checks", "--flat", "f.fits", "./f.fits", flat.to_str().unwrap()]);
-    assert!(told.out.contains("1 flat,") && told.out.contains("of the overscan"), "{}", told.out);
+    let output = detector(d.path(), &["-o", "checks", "--flat", "f.fits", "./f.fits", flat.to_str().unwrap()]);
+    assert!(output.out.contains("1 flat,") && output.out.contains("of the overscan"), "{}", output.out);
     assert!((number(&checks(d.path())[0], "pedestal_adu") - 500.0).abs() < 1.5);
     // a section outside the frame, and one that is none
     for section in ["[301:420,1:256]", "[N/A]", "[320:301,1:256]", "[0:5,1:256]"] {
@@ -326,8 +326,8 @@ fn a_run_is_silent_about_a_good_detector_and_warns_of_a_wrong_one() {
 #[test]
 fn the_committed_night_has_no_false_warning() {
     let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/night/pipeline.toml");
-    let told = detector(config.parent().unwrap(), &["-c", config.to_str().unwrap()]);
-    assert!(told.out.contains("agree: 2 pairs") && !told.out.contains("WARNING"), "{}", told.out);
+    let output = detector(config.parent().unwrap(), &["-c", config.to_str().unwrap()]);
+    assert!(output.out.contains("agree: 2 pairs") && !output.out.contains("WARNING"), "{}", output.out);
 }
 
 #[test]
@@ -340,7 +340,7 @@ fn a_real_camera_of_twelve_bits_is_recognised_from_single_frames() {
     let file = |name: &str| frames.join(name).to_str().unwrap().to_string();
     let [flat, bias, dark, science] = ["flat", "bias", "dark", "science"].map(|n| file(&format!("huntsman_{n}.fits")));
     let d = dir();
-    let told = satphot(
+    let output = satphot(
         d.path(),
         &[
             "detector",
@@ -357,7 +357,7 @@ fn a_real_camera_of_twelve_bits_is_recognised_from_single_frames() {
         ],
     )
     .expect(0, &[]);
-    println!("{}", told.out);
+    println!("{}", output.out);
     let check = &checks(d.path())[0];
     // its counts are those of the converter, 0 to 4095, and full pixels stand at 4094
     assert_eq!((number(check, "setting"), number(check, "step_adu")), (100.0, 1.0));
@@ -367,6 +367,6 @@ fn a_real_camera_of_twelve_bits_is_recognised_from_single_frames() {
     assert_eq!((number(check, "pedestal_adu"), number(check, "pedestal_err_adu")), (32.0, 0.0));
     assert!((number(check, "header_e_per_adu") - 1.144_74).abs() < 1e-4);
     assert!(check["method"].as_str().unwrap().contains("needs two flats of one setting; there is one"));
-    assert!(told.out.contains("EGAIN is per ADU of the file: 4688 e- at 12 bits"), "{}", told.out);
+    assert!(output.out.contains("EGAIN is per ADU of the file: 4688 e- at 12 bits"), "{}", output.out);
     assert_eq!(n_warnings(check), 0, "{check:#?}");
 }

@@ -22,7 +22,7 @@ struct Camera {
 const CMOS: Camera = Camera { e_per_adu: 0.8, read_noise_e: 3.5, pedestal_adu: 500.0, prnu: 0.01, step: 1.0 };
 
 impl Camera {
-    /// Flats of the given levels above the pedestal [ADU], `n` blocks of a vignetted field (30 % at the rim).
+    /// Flats of the given levels above the pedestal [ADU], `n` blocks of a vignetted field (30 % at the edge).
     fn flats(&self, levels_adu: &[f64], n: usize, seed: u64) -> Vec<Vec<Vec<f32>>> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let response = Normal::new(1.0, self.prnu).unwrap();
@@ -217,7 +217,7 @@ fn what_is_no_pair_of_flats_is_refused_by_name() {
     assert!(matches!(compare(&flats[0], &flats[2]), Err(Refusal::Unlike { ratio }) if (ratio - 2.5).abs() < 0.05));
     let full = vec![vec![65_535f32; SIDE * SIDE]; 4];
     assert!(matches!(compare(&full, &full), Err(Refusal::Saturated { blocks: 4, of: 4, .. })));
-    // half of the field saturated is refused, a tenth is left out
+    // half of the field saturated is refused, a tenth is excluded
     let mut part = flats[0].clone();
     part.iter_mut().take(7).for_each(|b| b.iter_mut().step_by(100).for_each(|v| *v = 64_000.0));
     assert!(matches!(compare(&part, &flats[1]), Err(Refusal::Saturated { blocks: 7, of: 12, .. })));
@@ -234,10 +234,10 @@ fn what_is_no_pair_of_flats_is_refused_by_name() {
     let scaled: Vec<Vec<f32>> =
         flats[0].iter().map(|b| b.iter().map(|v| 500.0 + 1.01 * (v - 500.0)).collect()).collect();
     assert!(matches!(compare(&flats[0], &scaled).and_then(fitted), Err(Refusal::Uncertain { .. })));
-    // NaN pixels are left out; nothing but NaN is refused
-    let mut holes = flats[0].clone();
-    holes.iter_mut().for_each(|b| b.iter_mut().step_by(7).for_each(|v| *v = f32::NAN));
-    let t = fitted(compare(&holes, &flats[1]).unwrap()).unwrap();
+    // NaN pixels are excluded; nothing but NaN is refused
+    let mut with_nan = flats[0].clone();
+    with_nan.iter_mut().for_each(|b| b.iter_mut().step_by(7).for_each(|v| *v = f32::NAN));
+    let t = fitted(compare(&with_nan, &flats[1]).unwrap()).unwrap();
     assert!((t.gain.e_per_adu / 0.8 - 1.0).abs() < 0.03);
     let nothing = vec![vec![f32::NAN; SIDE * SIDE]; 12];
     assert_eq!(compare(&nothing, &flats[1]), Err(Refusal::NoPixels));

@@ -80,7 +80,7 @@ fn the_master_is_the_median_of_the_scaled_flats_by_a_plain_sort() {
 }
 
 #[test]
-fn zero_low_and_saturated_pixels_are_masked_or_left_out_and_never_divided_by() {
+fn zero_low_and_saturated_pixels_are_masked_or_excluded_and_never_divided_by() {
     let dir = tempfile::tempdir().unwrap();
     let flats: Vec<Exposure> = (0..5)
         .map(|k| {

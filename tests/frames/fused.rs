@@ -145,7 +145,7 @@ fn compare(
             }
         }
     }
-    // nothing inside the circle is left out of the box
+    // everything inside the circle is in the box
     let kept = expected.iter().filter(|(_, bits)| bits & mask::CLIPPED == 0).count();
     let whole = reader.whole(&buffers).unwrap();
     if kept > 0 {
@@ -164,7 +164,7 @@ fn a_rectangle_outside_the_circle_is_refused() {
 }
 
 #[test]
-fn a_file_that_became_shorter_or_vanished_is_told_with_its_name() {
+fn a_file_that_became_shorter_or_vanished_is_reported_with_its_name() {
     let dir = tempfile::tempdir().unwrap();
     for (name, path, _) in storages(dir.path(), 150, 120) {
         let exposure = exposure(&path);

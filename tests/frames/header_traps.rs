@@ -3,7 +3,7 @@
 
 use crate::headers;
 
-use headers::{says, shared, told, told_at_macquarie, told_with};
+use headers::{inspected, inspected_at_macquarie, inspected_with, says, shared};
 use satphot::config::Config;
 use satphot::frames::Role;
 use satphot::pipeline::inspect::inspector::Inspector;
@@ -12,24 +12,24 @@ use satphot::pipeline::survey::read::survey;
 const START: &str = "EXPTIME = 5.0\nDATE-OBS = '2025-06-09T10:33:00.000'\n";
 
 fn light(lines: &str) -> satphot::pipeline::inspect::record::Inspection {
-    told(&format!("{START}{lines}"))
+    inspected(&format!("{START}{lines}"))
 }
 
 #[test]
 fn every_synonym_of_the_exposure_time_is_read_the_first_wins() {
     for key in ["EXPTIME", "EXPOSURE", "EXP", "EXP_TIME", "TELAPSE", "XPOSURE"] {
-        let e = told(&format!("{key} = 15. / [s]\nDATE-OBS = '2025-06-09T10:33:00.0'\n")).exptime_s.unwrap();
+        let e = inspected(&format!("{key} = 15. / [s]\nDATE-OBS = '2025-06-09T10:33:00.0'\n")).exptime_s.unwrap();
         assert_eq!((e.value, e.source.as_str()), (15.0, key));
     }
-    let e = told("HIERARCH EXPOSURETIME = 15.0\nOBJECT = 'x'\n").exptime_s.unwrap();
+    let e = inspected("HIERARCH EXPOSURETIME = 15.0\nOBJECT = 'x'\n").exptime_s.unwrap();
     assert_eq!((e.value, e.source.as_str()), (15.0, "EXPOSURETIME"));
 }
 
 #[test]
 fn milliseconds_are_recognised_by_comment_and_by_the_clock() {
-    let e = told("EXPTIME = 5000 / [ms] exposure\nDATE-OBS = '2025-06-09T10:33:00.0'\n").exptime_s.unwrap();
+    let e = inspected("EXPTIME = 5000 / [ms] exposure\nDATE-OBS = '2025-06-09T10:33:00.0'\n").exptime_s.unwrap();
     assert_eq!(e.value, 5.0);
-    let i = told("EXPTIME = 5000\nDATE-OBS = '2025-06-09T10:33:00.0'\nDATE-END = '2025-06-09T10:33:05.0'\n");
+    let i = inspected("EXPTIME = 5000\nDATE-OBS = '2025-06-09T10:33:00.0'\nDATE-END = '2025-06-09T10:33:05.0'\n");
     assert_eq!(i.exptime_s.unwrap().value, 5.0);
     assert!(says(&i.warnings, &["milliseconds"]), "{:?}", i.warnings);
     assert_eq!(i.time.unwrap().date_mid, "2025-06-09T10:33:02.500000Z");
@@ -56,14 +56,14 @@ fn gain_200_is_200_tenths_of_a_decibel_and_the_cameras_table_wins_over_egain() {
     // 5530 e- of full well over 65535 counts
     assert!((g.gain.e_per_adu.unwrap() - 5530.0 / 65_535.0).abs() < 1e-12, "{:?}", g.gain);
     assert!(says(&g.warnings, &["0.5000 e-/ADU differ"]), "{:?}", g.warnings);
-    let own = told_at_macquarie(&["detector.e_per_adu.200=0.09"], &format!("{START}{cards}"));
+    let own = inspected_at_macquarie(&["detector.e_per_adu.200=0.09"], &format!("{START}{cards}"));
     assert_eq!((own.gain.e_per_adu, own.gain.e_per_adu_source.as_deref()), (Some(0.09), Some("pipeline.toml")));
 }
 
 #[test]
 fn own_keywords_are_tried_first_and_a_misspelt_quantity_is_refused() {
     let cards = format!("{START}MYGAIN = 0.77\nEGAIN = 1.5\nCAM-GAIN = 100\nFLT = 'g'\nSHUT = 7.0\n");
-    let i = told_with(
+    let i = inspected_with(
         &[
             "header.aliases.egain=[\"MYGAIN\"]",
             "header.aliases.gain=[\"CAM-GAIN\"]",
@@ -78,7 +78,7 @@ fn own_keywords_are_tried_first_and_a_misspelt_quantity_is_refused() {
     let error = sets("header.aliases.egian=[\"MYGAIN\"]").unwrap_err();
     assert!(error.contains("header.aliases.egian") && error.contains("egain"), "{error}");
     // the place of older configurations
-    let old = told_with(&["frames.aliases.egain=[\"MYGAIN\"]"], &cards);
+    let old = inspected_with(&["frames.aliases.egain=[\"MYGAIN\"]"], &cards);
     assert_eq!(old.gain.e_per_adu, Some(0.77));
 }
 
@@ -107,9 +107,9 @@ fn sites_of_every_program_are_understood() {
 }
 
 #[test]
-fn a_site_a_tenth_of_a_degree_off_is_refused_and_a_longitude_counted_west_is_told() {
+fn a_site_a_tenth_of_a_degree_off_is_refused_and_a_longitude_counted_west_is_reported() {
     let at = |lat: &str, lon: &str, sets: &[&str]| {
-        told_at_macquarie(sets, &format!("{START}SITELAT = {lat}\nSITELONG = {lon}\nGAIN = 200\n"))
+        inspected_at_macquarie(sets, &format!("{START}SITELAT = {lat}\nSITELONG = {lon}\nGAIN = 200\n"))
     };
     assert!(at("-33.77", "151.11", &[]).usable);
     let off = at("-33.77", "151.31", &[]);
@@ -129,7 +129,7 @@ fn pointings_are_degrees_in_nina_and_hours_in_maxim() {
     assert_eq!(first("RA = 5.5 / [h] RA of the mount\nDEC = -69.0\n"), Some((82.5, -69.0)));
     let unset = light("OBJCTRA = '00 00 00'\nOBJCTDEC = '+00 00 00'\n");
     assert!(unset.pointing.is_empty() && says(&unset.warnings, &["OBJCTRA", "unset"]), "{:?}", unset.warnings);
-    let own = told_with(
+    let own = inspected_with(
         &["header.aliases.ra=[\"MRA\"]", "header.aliases.dec=[\"MDE\"]"],
         &format!("{START}MRA = '05:30:00'\nMDE = -69.0\n"),
     );
@@ -202,7 +202,7 @@ fn calibration_is_not_done_twice() {
     let done = light("CALSTAT = 'BDF'\nPEDESTAL = -100\n");
     assert!(!done.usable && says(&done.refused, &["CALSTAT", "flat-fielded"]), "{:?}", done.refused);
     assert_eq!((done.calibration.state, done.calibration.pedestal_adu), ("flat divided", Some(-100.0)));
-    let half = |sets: &[&str]| told_at_macquarie(sets, &format!("{START}CALSTAT = 'BD'\nPEDESTAL = -100\n"));
+    let half = |sets: &[&str]| inspected_at_macquarie(sets, &format!("{START}CALSTAT = 'BD'\nPEDESTAL = -100\n"));
     let twice = half(&["detector.pedestal_adu=500"]);
     assert!(!twice.usable && says(&twice.refused, &["are subtracted already", "set it to 100"]), "{:?}", twice.refused);
     assert!(half(&["detector.pedestal_adu=100"]).usable);
@@ -211,7 +211,7 @@ fn calibration_is_not_done_twice() {
 
 #[test]
 fn strings_hierarch_continue_twins_and_absent_keys_are_no_trouble() {
-    let i = told(
+    let i = inspected(
         "EXPTIME = '5.0     '\nHIERARCH CAMERA-DATE-OBS = '2025-06-09T10:33:00.000' / start\nOBJECT = 'a very long name &'\n\
          CONTINUE  'that goes on'\nAIRMASS = '1.25'\nGAIN = '200'\nGAIN = 100\nEGAIN = 8.44D-02\n",
     );
@@ -220,7 +220,7 @@ fn strings_hierarch_continue_twins_and_absent_keys_are_no_trouble() {
     assert_eq!((i.airmass, i.gain.gain_setting), (Some(1.25), Some(200)));
     assert_eq!(i.gain.header_e_per_adu.unwrap().value, 0.0844);
     assert!(says(&i.warnings, &["GAIN stands twice", "'200'", "'100'"]), "{:?}", i.warnings);
-    let bare = told("OBJECT = 'nothing else'\n");
+    let bare = inspected("OBJECT = 'nothing else'\n");
     assert!(!bare.usable && says(&bare.refused, &["EXPTIME", "header.aliases.exptime"]));
     assert!(says(&bare.refused, &["header.aliases.date_obs"]));
 }
@@ -272,7 +272,7 @@ fn a_wcs_that_contradicts_the_pointing_is_refused_and_a_mosaics_reference_is_not
     let mosaic = light(&format!("{wcs}CRPIX1 = -5110.5\nRA = 232.2755534\nDEC = 0.0963\n")).wcs;
     assert_eq!(mosaic.state, "read");
     let chip = light(&format!("{wcs}CRPIX1 = -511.5\nRA = '15:28:35.7'\nDEC = '-0:00:00.0'\nCCDNUM = 7\n")).wcs;
-    assert_eq!(chip.state, "read", "a chip of a mosaic lies beside the pointing");
+    assert_eq!(chip.state, "read", "a chip of a mosaic does not contain the pointing");
     let scale = light(&format!("{wcs}CRPIX1 = 500.0\nXPIXSZ = 3.76\nFOCALLEN = 3962.0\n")).wcs;
     assert!(scale.state == "refused" && scale.note.contains("arcsec/px"), "{scale:?}");
     let none =

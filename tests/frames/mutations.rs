@@ -235,7 +235,7 @@ fn batch(seed: u64, from: u64, to: u64) {
             Ok(_) => {
                 let header = Header::read(&path).unwrap();
                 match wrong_checksum(&path, &header).unwrap() {
-                    Some(_) => "other, told",
+                    Some(_) => "other, detected",
                     None if header.card("DATASUM").is_none() && header.card("CHECKSUM").is_none() => "other, no sums",
                     None => "other, silent",
                 }
@@ -345,11 +345,11 @@ fn prove(seed: u64, total: u64, per_batch: u64) {
     }
     let of = |kind: usize, what: &str| counts.get(&(kind, what.to_owned())).copied().unwrap_or(0);
     println!(
-        "| damage | files | right all the same | other values, a checksum tells | other values, no checksum in the file | other values, checksum right | refused |"
+        "| damage | files | right all the same | other values, a checksum detects | other values, no checksum in the file | other values, checksum right | refused |"
     );
     println!("|---|---|---|---|---|---|---|");
     for (k, kind) in KINDS.iter().enumerate() {
-        let n = ["right", "other, told", "other, no sums", "other, silent", "refused"].map(|w| of(k, w));
+        let n = ["right", "other, detected", "other, no sums", "other, silent", "refused"].map(|w| of(k, w));
         println!("| {kind} | {} | {} | {} | {} | {} | {} |", n.iter().sum::<u64>(), n[0], n[1], n[2], n[3], n[4]);
     }
     let all: u64 = counts.values().sum();

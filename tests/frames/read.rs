@@ -187,7 +187,7 @@ fn a_gain_that_is_unknown_or_absent_is_said_so() {
 }
 
 #[test]
-fn frames_are_told_apart_by_header_name_and_configuration() {
+fn frames_are_distinguished_by_header_name_and_configuration() {
     let dir = tempfile::tempdir().unwrap();
     let role = |name: &str, kind: &str, object: &str, sets: &[&str]| {
         let mut more: Vec<String> =

@@ -149,7 +149,7 @@ fn a_part_of_an_image_is_that_part_whatever_the_tiles() {
 }
 
 #[test]
-fn right_checksums_are_silent_and_any_changed_bit_of_the_data_is_told() {
+fn right_checksums_are_silent_and_any_changed_bit_of_the_data_is_reported() {
     let dir = tempfile::tempdir().unwrap();
     for (name, ..) in BY_ASTROPY {
         let path = file(name);
@@ -159,15 +159,15 @@ fn right_checksums_are_silent_and_any_changed_bit_of_the_data_is_told() {
         // the last byte is padding, which belongs to the sum
         *bytes.last_mut().unwrap() ^= 4;
         let changed = put(dir.path(), &format!("{name}.fits"), &bytes);
-        let told = wrong_checksum(&changed, &Header::read(&changed).unwrap()).unwrap().unwrap();
-        assert!(told.contains("DATASUM"), "{name}: {told}");
+        let message = wrong_checksum(&changed, &Header::read(&changed).unwrap()).unwrap().unwrap();
+        assert!(message.contains("DATASUM"), "{name}: {message}");
         // a comment changed by hand: only the sum over header and data can tell
         let mut bytes = std::fs::read(&path).unwrap();
         let card = bytes.windows(9).rposition(|w| w == b"DATASUM =").unwrap();
         bytes[card + 60] ^= 1;
         let changed = put(dir.path(), &format!("{name}.fits"), &bytes);
-        let told = wrong_checksum(&changed, &Header::read(&changed).unwrap()).unwrap().unwrap();
-        assert!(told.contains("CHECKSUM is wrong"), "{name}: {told}");
+        let message = wrong_checksum(&changed, &Header::read(&changed).unwrap()).unwrap().unwrap();
+        assert!(message.contains("CHECKSUM is wrong"), "{name}: {message}");
     }
     let none = put(dir.path(), "none.fits", &fits(8, 2, 2, &light(), &[1; 4]));
     assert_eq!(wrong_checksum(&none, &Header::read(&none).unwrap()).unwrap(), None);

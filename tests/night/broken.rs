@@ -44,7 +44,7 @@ fn a_folder_without_fits_files_is_named_with_the_key_to_check() {
 }
 
 #[test]
-fn frames_of_no_use_are_told_from_no_frames() {
+fn frames_of_no_use_are_distinguished_from_no_frames() {
     refused(&night().card("", "IMAGETYP", Some("'Bias Frame'")), 4, &["no flat, star or target frames", "IMAGETYP"]);
     let n = night();
     n.frames("").iter().for_each(|p| std::fs::write(p, "not FITS").unwrap());
@@ -106,8 +106,8 @@ fn frames_without_a_gain_setting_name_the_keyword_and_both_remedies() {
     let n = night().card("", "GAIN", None);
     refused(&n, 4, &["header GAIN", "header.aliases.gain", "detector.use_header_egain"]);
     let helped = n.set("detector.use_header_egain=true").set("detector.read_noise_e.0=1.5");
-    let told = helped.run().map(|s| s.counts.ok).map_err(|e| e.to_string());
-    assert!(told.is_ok(), "EGAIN is there and asked for: {told:?}");
+    let message = helped.run().map(|s| s.counts.ok).map_err(|e| e.to_string());
+    assert!(message.is_ok(), "EGAIN is there and asked for: {message:?}");
 }
 
 // ---------------------------------------------------------------- catalogue and stars
@@ -143,9 +143,9 @@ fn a_night_whose_stars_match_nothing_writes_its_tables_and_ends_with_code_3() {
     let summary = n.run().unwrap();
     let error = summary.poor_error().expect("no star matched");
     assert_eq!(error.exit_code(), 3);
-    let told = error.to_string();
+    let message = error.to_string();
     for word in ["no star matched", "9 star frames", "field00_00.fits", "pointing_err_arcsec"] {
-        assert!(told.contains(word), "{word}: {told}");
+        assert!(message.contains(word), "{word}: {message}");
     }
     // without stars the FWHM is assumed: too narrow here, so that the faintest target may be a limit
     assert_eq!((summary.counts.ok + summary.counts.nondetection, summary.counts.failed), (6, 9));
@@ -165,8 +165,8 @@ fn one_star_or_two_are_too_few_to_fit_and_the_message_counts_them() {
         assert!(summary.zeropoint.is_none());
         let measured = summary.counts.ok + summary.counts.nondetection;
         assert_eq!(measured, 6, "the target is measured all the same: {error}");
-        let told = error.to_string();
-        assert!(told.contains("no star matched") || told.contains("need 5"), "{told}");
+        let message = error.to_string();
+        assert!(message.contains("no star matched") || message.contains("need 5"), "{message}");
     }
 }
 
@@ -275,7 +275,7 @@ fn damage_a_tile(path: &Path) {
 }
 
 #[test]
-fn a_frame_that_was_changed_after_it_was_written_is_measured_and_told() {
+fn a_frame_that_was_changed_after_it_was_written_is_measured_and_reported() {
     let n = night();
     let frame = n.path(TARGETS[2]);
     let mut bytes = std::fs::read(&frame).unwrap();
@@ -286,8 +286,8 @@ fn a_frame_that_was_changed_after_it_was_written_is_measured_and_told() {
     std::fs::write(&frame, bytes).unwrap();
     let summary = n.run().unwrap();
     assert_eq!(summary.counts.ok, 6);
-    let told = |s: &String| s.contains(TARGETS[2]) && s.contains("DATASUM = '1234567'");
-    assert_eq!(summary.notes.iter().filter(|s| told(s)).count(), 1, "{:?}", summary.notes);
+    let is_reported = |s: &String| s.contains(TARGETS[2]) && s.contains("DATASUM = '1234567'");
+    assert_eq!(summary.notes.iter().filter(|s| is_reported(s)).count(), 1, "{:?}", summary.notes);
 }
 
 #[test]

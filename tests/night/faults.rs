@@ -322,8 +322,8 @@ fn names_of_any_bytes_are_measured_and_lead_back_to_their_files() {
         assert_eq!(row.status, "ok", "{}", row.reason);
     }
     assert!(n.text("manifest.json").contains(&named[0]));
-    let told = n.satphot(&["verify", "--inputs", "satphot-out/tiny"]).expect(0, &[]);
-    assert!(told.out.contains("all as recorded"), "{}", told.out);
+    let output = n.satphot(&["verify", "--inputs", "satphot-out/tiny"]).expect(0, &[]);
+    assert!(output.out.contains("all as recorded"), "{}", output.out);
     assert!(!n.text("report.html").contains('\u{1b}'));
     // a change of such a file is found
     let path = std::fs::read_dir(n.path(".")).unwrap().map(|e| e.unwrap().path());
@@ -349,7 +349,7 @@ fn names_of_any_bytes_are_measured_and_lead_back_to_their_files() {
 }
 
 #[test]
-fn damaged_rows_of_elements_and_catalogue_are_told_and_left_out() {
+fn damaged_rows_of_elements_and_catalogue_are_reported_and_skipped() {
     let whole = night();
     let tle = std::fs::read_to_string(whole.path("iss-2025-june.tle")).unwrap();
     let other = "OTHER\n1 99999U 98067A   25159.07052714  .00008601  00000+0  15816-3 0  9990\n2 99999  51.6400\n";

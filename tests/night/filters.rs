@@ -66,10 +66,10 @@ fn renamed_column(night: Night, name: &str) -> Night {
 #[test]
 fn stars_and_targets_of_different_filters_are_refused_with_counts_and_the_line_to_write() {
     for (stars, targets) in [("R", "V"), ("B", "V"), ("Rc", "-"), ("g'", "V"), ("Ha", "V")] {
-        let (code, told) = night("filter_mixed", [targets, stars, targets]).refusal();
-        assert_eq!(code, 2, "{told}");
+        let (code, message) = night("filter_mixed", [targets, stars, targets]).refusal();
+        assert_eq!(code, 2, "{message}");
         for words in ["input.filter", "4 flats", "9 star frames", "6 target frames", "[input]\nfilter = "] {
-            assert!(told.contains(words), "{stars} and {targets}: \"{words}\" is not in {told}");
+            assert!(message.contains(words), "{stars} and {targets}: \"{words}\" is not in {message}");
         }
     }
 }
@@ -110,11 +110,11 @@ fn unfiltered_frames_are_carried_to_v_and_said_to_be() {
 #[test]
 fn flats_of_another_filter_never_flatten() {
     for (flats, lights) in [("L", "V"), ("Ha", "V"), ("V", "-"), ("-", "V")] {
-        let (code, told) = night("filter_flats", [flats, lights, lights]).refusal();
-        assert!(code == 2 && told.contains("flats are of another filter"), "{flats}: {told}");
+        let (code, message) = night("filter_flats", [flats, lights, lights]).refusal();
+        assert!(code == 2 && message.contains("flats are of another filter"), "{flats}: {message}");
         // with the key the night is reduced without them
-        let asked = if lights == "-" { "none" } else { lights };
-        let n = night("filter_flats", [flats, lights, lights]).set(&format!("input.filter={asked:?}"));
+        let requested = if lights == "-" { "none" } else { lights };
+        let n = night("filter_flats", [flats, lights, lights]).set(&format!("input.filter={requested:?}"));
         let summary = n.run().unwrap();
         assert_eq!((summary.counts.flats, summary.counts.other_filter), (0, 4), "{flats}");
         assert!(summary.text().contains("set aside: 4 of another filter"), "{}", summary.text());
@@ -128,28 +128,28 @@ fn flats_of_another_filter_never_flatten() {
 }
 
 #[test]
-fn a_filter_asked_for_leaves_the_frames_of_others_out() {
+fn a_filter_requested_excludes_the_frames_of_others() {
     let n = night("filter_asked", ["V", "V", "V"]).set("input.filter=\"Johnson V\"");
     n.frames("field00").iter().chain(&n.frames("target_0005")).for_each(|path| put_card(path, "FILTER", "Rc"));
     let summary = n.run().unwrap();
     assert_eq!((summary.counts.stars, summary.counts.targets, summary.counts.other_filter), (6, 5, 4));
     assert!(n.rows().iter().all(|r| r.frame != "target_0005.fits" && r.filter == "V"));
-    let (code, told) = night("filter_absent", ["V"; 3]).set("input.filter=\"B\"").refusal();
-    assert!(code == 2 && told.contains("no star or target frame") && told.contains("V: 4 flats"), "{told}");
+    let (code, message) = night("filter_absent", ["V"; 3]).set("input.filter=\"B\"").refusal();
+    assert!(code == 2 && message.contains("no star or target frame") && message.contains("V: 4 flats"), "{message}");
 }
 
 #[test]
 fn frames_of_another_band_than_the_catalogue_are_v_only_by_declaration() {
     for filter in ["Rc", "Johnson B", "gp", "R", "7"] {
-        let (code, told) = night("filter_r", [filter; 3]).refusal();
-        assert!(code == 2 && told.contains("photometry.band"), "{filter}: {told}");
+        let (code, message) = night("filter_r", [filter; 3]).refusal();
+        assert!(code == 2 && message.contains("photometry.band"), "{filter}: {message}");
     }
     let n = night("filter_declared", ["Rc"; 3]).set("photometry.band=\"V\"");
     n.run().unwrap();
     assert_eq!(meta(&n, "calibration"), "V, declared for filter R, colour-transformed");
     // nothing declares Ha to be V
-    let (code, told) = night("filter_ha", ["Ha"; 3]).set("photometry.band=\"V\"").refusal();
-    assert!(code == 2 && told.contains("no catalogue has magnitudes"), "{told}");
+    let (code, message) = night("filter_ha", ["Ha"; 3]).set("photometry.band=\"V\"").refusal();
+    assert!(code == 2 && message.contains("no catalogue has magnitudes"), "{message}");
 }
 
 #[test]
@@ -169,10 +169,10 @@ fn a_column_of_g_gives_g_in_every_product_and_no_residual_to_a_model_in_v() {
     let same = renamed_column(night("filter_g", ["-"; 3]), "gmag").set("model.band=\"g\"");
     same.run().unwrap();
     assert!(same.rows().iter().any(|r| r.residual_mag.is_some()));
-    let (code, told) = renamed_column(night("filter_g", ["-"; 3]), "gmag").set("photometry.band=\"V\"").refusal();
-    assert!(code == 2 && told.contains("`gmag`") && told.contains("band g"), "{told}");
-    let (code, told) = renamed_column(night("filter_g", ["-"; 3]), "mymag").refusal();
-    assert!(code == 2 && told.contains("`mymag`") && told.contains("[photometry]\nband"), "{told}");
+    let (code, message) = renamed_column(night("filter_g", ["-"; 3]), "gmag").set("photometry.band=\"V\"").refusal();
+    assert!(code == 2 && message.contains("`gmag`") && message.contains("band g"), "{message}");
+    let (code, message) = renamed_column(night("filter_g", ["-"; 3]), "mymag").refusal();
+    assert!(code == 2 && message.contains("`mymag`") && message.contains("[photometry]\nband"), "{message}");
 }
 
 #[test]
@@ -259,10 +259,10 @@ fn a_zeropoint_and_a_master_flat_hold_for_their_own_filter() {
         n.set("zeropoint.previous=zp.toml").set("photometry.fwhm_px=3.0")
     };
     with("Johnson V", &zeropoint).run().unwrap();
-    let (code, told) = with("Rc", &zeropoint).refusal();
-    assert!(code == 2 && told.contains("zeropoint.previous") && told.contains("zp.toml"), "{told}");
-    let (code, told) = with("Clear", &zeropoint).refusal();
-    assert!(code == 2 && told.contains("no filter"), "{told}");
+    let (code, message) = with("Rc", &zeropoint).refusal();
+    assert!(code == 2 && message.contains("zeropoint.previous") && message.contains("zp.toml"), "{message}");
+    let (code, message) = with("Clear", &zeropoint).refusal();
+    assert!(code == 2 && message.contains("no filter"), "{message}");
     // a file of an older version says neither
     let old: String = zeropoint
         .lines()
@@ -271,27 +271,27 @@ fn a_zeropoint_and_a_master_flat_hold_for_their_own_filter() {
         .collect();
     let summary = with("V", &old).run().unwrap();
     assert!(summary.notes.iter().any(|note| note.contains("does not say its band and filter")));
-    let (code, told) = with("Rc", &old).refusal();
-    assert!(code == 2 && told.contains("photometry.band"), "{told}");
+    let (code, message) = with("Rc", &old).refusal();
+    assert!(code == 2 && message.contains("photometry.band"), "{message}");
     // the flat: the very file of V in a night of R
     let of_flat = |filter: &str| {
         let n = night("filter_previous", [filter; 3]).file("flat_v.fits.master", &master);
         n.set("flat.master=flat_v.fits.master").set("photometry.band=V")
     };
     of_flat("V").run().unwrap();
-    let (code, told) = of_flat("Rc").refusal();
-    assert!(code == 2 && told.contains("flat.master") && told.contains("FILTER = 'V'"), "{told}");
+    let (code, message) = of_flat("Rc").refusal();
+    assert!(code == 2 && message.contains("flat.master") && message.contains("FILTER = 'V'"), "{message}");
 }
 
 #[test]
-fn red_green_and_blue_mean_what_stands_beside_them() {
-    let lettered = |beside: &str| {
+fn red_green_and_blue_mean_what_the_other_filters_imply() {
+    let lettered = |other_filter: &str| {
         let n = night("filter_letters", ["R"; 3]).set("input.filter=\"R\"").set("zeropoint.pin_c={ value = 0.0 }");
-        put_card(&n.frames("flat")[0], "FILTER", beside);
+        put_card(&n.frames("flat")[0], "FILTER", other_filter);
         renamed_column(n, "Rmag")
     };
-    let band = |beside: &str| {
-        let n = lettered(beside);
+    let band = |other_filter: &str| {
+        let n = lettered(other_filter);
         n.run().map(|_| meta(&n, "band")).map_err(|e| e.to_string())
     };
     assert_eq!(band("L").unwrap(), "TR");
@@ -330,11 +330,11 @@ fn frames_of_a_second_satellite_are_set_aside_and_never_become_star_frames() {
     let c = &summary.counts;
     assert_eq!((c.stars, c.targets, c.other_target, c.failed), (9, 2, 4, 0), "{c:?}");
     assert!(summary.text().contains("set aside: 4 of another target"), "{}", summary.text());
-    let told = n.satphot(&["run", "pipeline.toml", "--dry-run", "--set", "orbit.norad_cat_id=25544"]);
+    let message = n.satphot(&["run", "pipeline.toml", "--dry-run", "--set", "orbit.norad_cat_id=25544"]);
     assert_eq!(
-        told.out.matches("\nother target ").count() + usize::from(told.out.starts_with("other target ")),
+        message.out.matches("\nother target ").count() + usize::from(message.out.starts_with("other target ")),
         4,
-        "{told:#?}"
+        "{message:#?}"
     );
     // one that no file of elements holds is a satellite all the same
     let n = Night::copy_of(&simulated("second_satellite", &[]));
@@ -344,15 +344,15 @@ fn frames_of_a_second_satellite_are_set_aside_and_never_become_star_frames() {
 
 #[test]
 fn the_model_is_named_and_another_satellites_is_warned_of() {
-    let told = |satellite: &str| {
+    let message = |satellite: &str| {
         let n = Night::copy_of(&simulated("which_model", &[])).set(&format!("model.satellite={satellite}"));
         n.run().unwrap().notes
     };
     let has = |notes: &[String], words: &[&str]| notes.iter().any(|n| words.iter().all(|w| n.contains(w)));
-    let right = told("iss");
+    let right = message("iss");
     assert!(has(&right, &["ISS (ZARYA) [25544] is compared with the model iss"]), "{right:?}");
     assert!(!has(&right, &["warning"]), "{right:?}");
-    let wrong = told("starlink-v1.5");
+    let wrong = message("starlink-v1.5");
     assert!(
         has(&wrong, &["warning", "[25544]", "not a satellite of the model starlink-v1.5", "one of iss"]),
         "{wrong:?}"

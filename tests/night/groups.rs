@@ -105,8 +105,8 @@ fn two_filters_are_two_nights_and_neither_takes_frames_of_the_other() {
     let table = std::fs::read_to_string(groups.folder.join("night.ecsv")).unwrap();
     assert_eq!(table.lines().filter(|l| l.starts_with("2025-06-13-")).count(), 6, "{table}");
     // one filter of several satellites
-    let asked = both_stations(in_v(also_through(demo(), "R"))).set("input.filter=\"Johnson V\"");
-    let split = satphot::pipeline::groups::split(&asked.config().unwrap(), &[], &asked.options.stop).unwrap();
+    let requested = both_stations(in_v(also_through(demo(), "R"))).set("input.filter=\"Johnson V\"");
+    let split = satphot::pipeline::groups::split(&requested.config().unwrap(), &[], &requested.options.stop).unwrap();
     let names: Vec<&str> = split.groups.iter().map(|g| g.filter.as_str()).collect();
     assert!(split.groups.iter().all(|g| g.files.iter().all(|f| !f.to_string_lossy().contains("R_"))), "{names:?}");
     // again, with other threads: the same bytes, and nothing measured twice
@@ -169,7 +169,7 @@ fn frames_whose_object_names_no_satellite_of_several_are_assigned_by_position_or
     let rows = read_photometry(&summary.folder.join("photometry.ecsv")).unwrap().0;
     // the simulator points at the satellite
     assert!(rows.iter().all(|r| r.norad_cat_id == Some(25544) && r.pointing_sep_deg.is_some_and(|sep| sep < 0.01)));
-    // a header that points elsewhere, or nowhere, tells nothing
+    // a header that points elsewhere, or nowhere, says nothing
     let night = night.card("target_000", "CENTALT", Some("2.0"));
     let said = notes(&night);
     assert!(
@@ -240,8 +240,8 @@ fn a_folder_of_frames_implies_its_configuration_and_what_is_missing() {
     std::fs::rename(night.path("pipeline.toml"), night.path("old.toml")).unwrap();
     std::fs::rename(night.path("iss-2025-june.tle"), night.path("elements.tle")).unwrap();
     let words = ["missing: aperture_m", "missing: pedestal_adu", "fetch elements --norad 25544 --date 2025-06-13"];
-    let told = night.satphot(&["init", "."]).expect(0, &words);
-    drop(told);
+    let output = night.satphot(&["init", "."]).expect(0, &words);
+    drop(output);
     let text = std::fs::read_to_string(night.path("pipeline.toml")).unwrap();
     for line in [
         "lat_deg = -33.7703",

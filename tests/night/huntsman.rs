@@ -152,7 +152,7 @@ fn the_real_frame_without_its_world_coordinates_is_put_back_where_it_was() {
     assert_eq!(s.mirrored, own.mirrored());
     assert!((s.scale_arcsec / own.scale_arcsec() - 1.0).abs() < 0.002);
     // The header itself is off: its stars lie 1.2 px along +x of where it puts them (photutils and SkyMapper say the
-    // same), so the two agree to that, and to half a pixel in shape once the shift is taken off.
+    // same), so the two agree to that, and to half a pixel in shape once the shift is subtracted.
     let places = [(0.0, 0.0), (799.0, 0.0), (0.0, 799.0), (799.0, 799.0), (400.0, 400.0)];
     let off: Vec<(f64, f64)> = places
         .iter()

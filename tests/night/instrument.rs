@@ -137,8 +137,8 @@ fn without_stars_nominal_values_far_off_are_refused_and_near_ones_warn() {
 fn a_configured_scale_may_be_used_all_the_same_when_that_is_said() {
     let night = with_focal(night(), 3500.0).set("telescope.check_scale=false");
     let summary = night.run().unwrap();
-    let told = summary.notes.iter().find(|n| n.contains("telescope.check_scale = false")).unwrap();
-    assert!(told.contains("11.") && told.contains("arcsec/px"), "{told}");
+    let message = summary.notes.iter().find(|n| n.contains("telescope.check_scale = false")).unwrap();
+    assert!(message.contains("11.") && message.contains("arcsec/px"), "{message}");
 }
 
 #[test]
@@ -149,8 +149,12 @@ fn another_camera_is_refused_by_both_names_and_one_of_another_name_is_not() {
     for word in ["detector.camera", "asi6200mm", "ZWO ASI183MM Pro", "header.check_camera"] {
         assert!(message.contains(word), "{word} is not in: {message}");
     }
-    let told = night.set("header.check_camera=false").run().unwrap();
-    assert!(told.notes.iter().any(|n| n.contains("ASI183MM") && n.contains("another camera")), "{:?}", told.notes);
+    let message = night.set("header.check_camera=false").run().unwrap();
+    assert!(
+        message.notes.iter().any(|n| n.contains("ASI183MM") && n.contains("another camera")),
+        "{:?}",
+        message.notes
+    );
     for name in ["'ZWO ASI6200MM Pro'", "'ZWO CCD ASI6200MM Pro'", "'ASI Camera (1)'"] {
         let summary = self::night().card("", "INSTRUME", Some(name)).run().unwrap();
         let warned = summary.notes.iter().any(|n| n.contains("names no model"));
@@ -253,8 +257,8 @@ fn a_cube_of_seventeen_planes_is_a_row_that_calls_it_a_cube() {
     night.run().unwrap();
     let reason = night.row(TARGETS[3]).reason;
     assert!(reason.contains("a cube of 17 planes") && !reason.contains("colour"), "{reason}");
-    let told = satphot(night.path("").as_path(), &["inspect", TARGETS[3]]);
-    assert!(told.out.contains("cube of 17 planes") && !told.out.contains("colour sensor"), "{}", told.out);
+    let message = satphot(night.path("").as_path(), &["inspect", TARGETS[3]]);
+    assert!(message.out.contains("cube of 17 planes") && !message.out.contains("colour sensor"), "{}", message.out);
 }
 
 #[test]
@@ -312,8 +316,8 @@ fn a_dry_run_makes_the_checks_of_the_run_and_ends_with_its_exit_code() {
         let with = |first: &[&'static str]| -> Vec<String> {
             first.iter().map(ToString::to_string).chain(sets.iter().map(ToString::to_string)).collect()
         };
-        let told = |args: Vec<String>| night.satphot(&args.iter().map(String::as_str).collect::<Vec<_>>());
-        let (dry, run) = (told(with(&["run", "--dry-run"])), told(with(&["run", "-q", "--no-figures"])));
+        let message = |args: Vec<String>| night.satphot(&args.iter().map(String::as_str).collect::<Vec<_>>());
+        let (dry, run) = (message(with(&["run", "--dry-run"])), message(with(&["run", "-q", "--no-figures"])));
         assert_eq!(dry.code, run.code, "{name}: {}\n{}", dry.err, run.err);
         assert_eq!(dry.code == 0, name == "as it is", "{name}: {}", dry.err);
         if dry.code != 0 {

@@ -12,7 +12,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
 
 use sha2::{Digest, Sha256};
-use support::{Night, Sourced, simulated};
+use support::{Night, RunOutput, simulated};
 
 fn original() -> &'static Path {
     static NIGHT: OnceLock<PathBuf> = OnceLock::new();
@@ -23,7 +23,7 @@ fn night() -> Night {
     Night::copy_of(original())
 }
 
-fn run(night: &Night) -> Sourced {
+fn run(night: &Night) -> RunOutput {
     night.satphot(&["run", "--no-figures", "-q", "-j", "2"])
 }
 
@@ -160,7 +160,7 @@ fn a_full_disk_is_one_clear_error_and_nothing_is_half_written() {
 }
 
 #[test]
-fn a_read_only_folder_and_one_that_vanishes_are_told_by_name() {
+fn a_read_only_folder_and_one_that_vanishes_are_reported_by_name() {
     let n = night();
     if let Some(disk) = Mounted::new("size=1m,ro") {
         n.satphot(&["run", "-q", "--set", &set_output(disk.path())]).expect(4, &["read-only", "choose another folder"]);
@@ -178,8 +178,8 @@ fn no_name_of_a_night_leads_out_of_the_folder_of_the_results() {
         let set = format!("night.name={}", toml::Value::String(name.into()));
         n.satphot(&["run", "-q", "--set", &set]).expect(2, &["night.name", "plain folder name"]);
         let set = format!("name={}", toml::Value::String(name.into()));
-        let told = n.satphot(&["simulate", "-o", "other", "--set", &set]);
-        told.expect(2, &["name", "plain folder name"]);
+        let output = n.satphot(&["simulate", "-o", "other", "--set", &set]);
+        output.expect(2, &["name", "plain folder name"]);
     }
     assert!(!n.path("satphot-out").exists() && !n.path("other").exists());
 }
@@ -224,7 +224,7 @@ fn verify_passes_a_finished_night_from_anywhere_and_names_whatever_was_changed()
 }
 
 #[test]
-fn no_product_knows_the_folder_it_was_made_in_and_the_manifest_tells_what_each_stage_took() {
+fn no_product_knows_the_folder_it_was_made_in_and_the_manifest_states_what_each_stage_took() {
     let (a, b) = (night(), night());
     for n in [&a, &b] {
         n.satphot(&["run", "-q"]).expect(0, &[]);
@@ -236,7 +236,7 @@ fn no_product_knows_the_folder_it_was_made_in_and_the_manifest_tells_what_each_s
     for output in outputs.iter().filter(|o| o["path"] != "plan.json") {
         let name = output["path"].as_str().unwrap();
         let text = String::from_utf8_lossy(&std::fs::read(a.result(name)).unwrap()).into_owned();
-        assert!(!text.contains(here.trim_end_matches('/')), "{name} tells the folder of this machine");
+        assert!(!text.contains(here.trim_end_matches('/')), "{name} states the folder of this machine");
     }
     for stage in manifest["stages"].as_array().unwrap() {
         for key in ["wall_s", "cpu_s", "end_s", "bytes_read", "peak_memory_mb"] {

@@ -1,4 +1,4 @@
-//! Whole nights: recovery, damage, interruption, pieces.
+//! Whole nights: recovery, damage, interruption, shards.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 #[path = "../support/mod.rs"]
@@ -12,13 +12,13 @@ mod groups;
 mod huntsman;
 mod instrument;
 mod interrupts;
-mod left_out;
+mod missing_parts;
 mod mosaic;
-mod pieces;
 mod previous;
 mod reading;
 mod recovery;
 mod resume;
+mod shard_faults;
 mod shards;
 mod stars;
 mod vetting;

@@ -1,4 +1,4 @@
-//! What is read of a night and how: a target's surroundings tell the same as its whole frame; threads, memory and files
+//! What is read of a night and how: a target's window gives the same as its whole frame; threads, memory and files
 //! that vanish change no other row.
 #![allow(clippy::unwrap_used)]
 
@@ -17,7 +17,7 @@ use satphot::pipeline::prepared::{Calibrated, Flattened, Prepared, Seeing};
 use satphot::pipeline::run::run;
 use satphot::pipeline::survey::read::survey;
 use satphot::pipeline::target::frame::target_settings;
-use satphot::pipeline::target::window::{look, reach_px};
+use satphot::pipeline::target::window::{measure_in_window, reach_px};
 use support::{Night, TARGETS, simulated};
 
 fn original() -> &'static PathBuf {
@@ -58,7 +58,7 @@ fn the_surroundings_of_a_target_tell_the_same_as_its_whole_frame() {
         for exposure in &survey.targets {
             let settings = target_settings(exposure, &night, None);
             assert!(reach_px(&settings) < 300.0, "a part of the frame is enough: {}", reach_px(&settings));
-            let seen = look(&night.open(exposure).unwrap(), &night, &settings).unwrap();
+            let seen = measure_in_window(&night.open(exposure).unwrap(), &night, &settings).unwrap();
             let p = &config.photometry;
             let frame = night.reduce(exposure).unwrap();
             let sky = background(&frame, p.mesh_px, p.clip_sigma).unwrap();

@@ -60,7 +60,7 @@ fn a_night_stopped_anywhere_ends_with_the_bytes_of_an_undisturbed_one() {
     let want = data(&undisturbed);
     assert_eq!(kept(&undisturbed), None);
     // 9 star frames, then 6 of the target
-    for (frames, told) in [
+    for (frames, message) in [
         (1, "1 of 9 star frames kept"),
         (8, "8 of 9 star frames kept"),
         (10, "1 of 6 target frames kept"),
@@ -74,7 +74,7 @@ fn a_night_stopped_anywhere_ends_with_the_bytes_of_an_undisturbed_one() {
         let error = run(&night.config().unwrap(), &options, &listener).unwrap_err();
         assert_eq!(error.exit_code(), 143);
         let text = error.to_string();
-        assert!(text.contains(told) && text.contains("run the same line again"), "{frames}: {text}");
+        assert!(text.contains(message) && text.contains("run the same line again"), "{frames}: {text}");
         assert!(!night.result("photometry.ecsv").exists(), "half a night must not look like a whole one");
         night.run().unwrap();
         assert_eq!(kept(&night), Some((frames, 15)));
@@ -122,8 +122,8 @@ fn what_changed_is_measured_again_and_nothing_else() {
     night.sets.clear();
     night.options.redo = true;
     night.run().unwrap();
-    assert_eq!(kept(&night), None, "asked to do everything anew");
-    same(&data(&night), &before, "done anew");
+    assert_eq!(kept(&night), None, "a recomputation was requested");
+    same(&data(&night), &before, "recomputed");
 
     // a flat that was changed reaches every frame
     night.options.redo = false;
@@ -134,7 +134,7 @@ fn what_changed_is_measured_again_and_nothing_else() {
 }
 
 #[test]
-fn a_damaged_product_is_never_believed() {
+fn a_damaged_product_is_never_trusted() {
     let night = Night::copy_of(&simulated("resume_damaged", &[]));
     night.run().unwrap();
     let want = data(&night);
@@ -185,7 +185,7 @@ fn threads_and_the_order_and_place_of_the_inputs_do_not_reach_the_data() {
         for (name, bytes) in DATA.iter().zip(&got).filter(|(name, _)| !name.ends_with(".fits")) {
             let text = String::from_utf8_lossy(bytes);
             let folder = night.path("");
-            assert!(!text.contains(&*folder.to_string_lossy()), "{name} tells where the night lies");
+            assert!(!text.contains(&*folder.to_string_lossy()), "{name} states where the night lies");
         }
         same(&got, want.get_or_insert_with(|| got.clone()), &format!("{jobs} threads"));
     }
@@ -211,8 +211,8 @@ fn what_is_kept_of_frames_that_left_the_night_and_figures_half_written_are_clear
 fn a_stop_before_the_first_header_ends_the_night_there_and_writes_nothing() {
     let night = Night::copy_of(&simulated("resume_survey", &[]));
     night.options.stop.flag().store(15, Ordering::SeqCst);
-    let (code, told) = night.refusal();
-    assert!(code == 143 && told.contains("headers"), "{code} {told}");
+    let (code, message) = night.refusal();
+    assert!(code == 143 && message.contains("headers"), "{code} {message}");
     assert!(!night.result("").exists());
     let plan = satphot::pipeline::groups::run_night(
         &night.config().unwrap(),

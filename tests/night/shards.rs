@@ -1,4 +1,4 @@
-//! A night in shards: in whatever number, order and grouping they are measured and brought together, on however many
+//! A night in shards: in whatever number, order and grouping they are measured and merged, on however many
 //! threads, with shards lost, doubled and stopped, the tables are those of the run on one machine, byte for byte.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -6,7 +6,7 @@ use crate::support;
 
 use std::path::PathBuf;
 
-use support::{Night, Sourced, TARGETS, simulated};
+use support::{Night, RunOutput, TARGETS, simulated};
 
 const TABLES: [&str; 4] = ["photometry.ecsv", "residuals.ecsv", "stars.ecsv", "zeropoint.toml"];
 
@@ -29,7 +29,7 @@ fn stars(night: &Night) {
     night.satphot(&["zeropoint", "-q", "--plan", "plan.json", "-o", "night/zeropoint.toml"]).expect(0, &[]);
 }
 
-fn measure(night: &Night, shard: usize, more: &[&str]) -> Sourced {
+fn measure(night: &Night, shard: usize, more: &[&str]) -> RunOutput {
     let (number, out) = (shard.to_string(), table(shard));
     let args = ["measure", "--plan", "plan.json", "--shard", &number, "--out", &out];
     night.satphot(&[&args[..], &["--zeropoint", "night/zeropoint.toml"], more].concat())
@@ -39,7 +39,7 @@ fn table(shard: usize) -> String {
     format!("night/shards/{shard}.ecsv")
 }
 
-fn merge(night: &Night, tables: &[String], more: &[&str]) -> Sourced {
+fn merge(night: &Night, tables: &[String], more: &[&str]) -> RunOutput {
     let tables: Vec<&str> = tables.iter().map(String::as_str).collect();
     night.satphot(&[&["merge", "--plan", "plan.json"][..], &tables, more].concat())
 }
@@ -83,8 +83,8 @@ fn shards_lost_doubled_and_summed_by_parts_make_one_table() {
 
     std::fs::remove_file(night.path(&all[2])).unwrap();
     let out = ["-o", "night/photometry.ecsv"];
-    let told = merge(&night, &[all[0].clone(), all[1].clone(), all[3].clone()], &out);
-    told.expect(3, &["2 frames of 1 of 4 shards are missing", "shard 2: target_0004.fits", "--allow-missing"]);
+    let output = merge(&night, &[all[0].clone(), all[1].clone(), all[3].clone()], &out);
+    output.expect(3, &["2 frames of 1 of 4 shards are missing", "shard 2: target_0004.fits", "--allow-missing"]);
     assert!(!night.path("night/photometry.ecsv").exists(), "nothing is written when frames are missing");
 
     let half = |tables: &[usize], name: &str| {

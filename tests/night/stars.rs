@@ -101,8 +101,8 @@ fn a_moffat_night_of_changing_seeing_has_the_right_zeropoint() {
         night_of(&["psf.kind=moffat", "psf.moffat_beta=3.5", "psf.seeing_scatter_frac=0.15"]);
     assert!(errors[0] > 0.013, "the loss that is to be corrected: {}", errors[0]);
     assert!(errors[1].abs() < 0.003 && unbiased, "{}", errors[1]);
-    let told = summary.details.iter().any(|n| n.contains("of a star's flux (Moffat beta 3."));
-    assert!(told, "{:?}", summary.details);
+    let message = summary.details.iter().any(|n| n.contains("of a star's flux (Moffat beta 3."));
+    assert!(message, "{:?}", summary.details);
 }
 
 #[test]
@@ -250,7 +250,7 @@ fn a_star_saturated_in_one_of_twelve_members_is_flagged_in_the_combined_row() {
     members[5] = member(7e4, Flags::SATURATED, None);
     let combined = row(&members);
     assert_eq!(Flags(combined.flags), Flags::SATURATED);
-    // the median hides it in the flux, so only the flag tells
+    // the median hides it in the flux, so only the flag shows it
     assert!((combined.flux_e.unwrap() - 1e4).abs() < 1e-9);
 }
 

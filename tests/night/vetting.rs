@@ -71,7 +71,7 @@ fn a_frame_with_nothing_wrong_is_used_without_a_word() {
 }
 
 #[test]
-fn contamination_is_told_with_its_share_and_rejected_when_it_outshines_the_target() {
+fn contamination_is_reported_with_its_share_and_rejected_when_it_outshines_the_target() {
     let row = judged(|r| {
         r.contam_frac = Some(0.12);
         r.flags = Flags::TRAIL.0;
@@ -87,7 +87,7 @@ fn contamination_is_told_with_its_share_and_rejected_when_it_outshines_the_targe
 }
 
 #[test]
-fn what_is_wrong_with_the_pixels_is_told_and_the_worst_comes_first() {
+fn what_is_wrong_with_the_pixels_is_reported_and_the_worst_comes_first() {
     let table: [(Flags, &str); 7] = [
         (Flags::SATURATED, "reject"),
         (Flags::EDGE, "reject"),
@@ -114,7 +114,7 @@ fn what_is_wrong_with_the_pixels_is_told_and_the_worst_comes_first() {
 }
 
 #[test]
-fn low_altitude_a_fast_azimuth_old_elements_and_an_uncertain_clock_are_told_with_their_numbers() {
+fn low_altitude_a_fast_azimuth_old_elements_and_an_uncertain_clock_are_reported_with_their_numbers() {
     expect(&judged(|r| r.alt_deg = Some(12.3)), "caution", Flags::LOW_ALTITUDE, &["12.3 deg", "min_alt_deg"]);
     assert_eq!(judged(|r| r.alt_deg = Some(15.1)).verdict, "use");
     let fast = judged(|r| r.az_rate_deg_s = Some(4.14));
@@ -365,7 +365,7 @@ fn a_step_of_the_corner_ratio_is_vignetting_and_a_lower_limit_only_if_the_level_
     let rows = vetted(pass(24, 5.0, corner));
     assert_eq!(flagged(&rows, Flags::VIGNETTED), [13]);
     assert!(flagged(&rows, Flags::LOWER_LIMIT).is_empty());
-    expect(&rows[13], "caution", Flags::VIGNETTED, &["at the rim over the centre", "less than"]);
+    expect(&rows[13], "caution", Flags::VIGNETTED, &["at the edge of the field over the centre", "less than"]);
     let both = |k: usize, r: &mut PhotometryRow| {
         corner(k, r);
         r.sky_e_px = r.sky_e_px.map(|s| if k == 13 { 0.9 * s } else { s });
@@ -429,7 +429,7 @@ fn a_target_smaller_than_the_seeing_is_smeared_when_it_is_long_and_not_judged_wh
 // --- whole nights ---
 
 /// Shares of the frames of a night that are used, and of those flagged by what only neighbours tell. Frames that truly
-/// hold light of a star trail are left out of the first: they are rightly told.
+/// hold light of a star trail are excluded from the first: they are rightly reported.
 fn used_and_alarms(rows: &[PhotometryRow]) -> (Option<f64>, f64) {
     let honest: Vec<&PhotometryRow> = rows.iter().filter(|r| !Flags(r.flags).has(Flags::CONTAMINATED)).collect();
     let used = honest.iter().filter(|r| r.verdict == "use").count() as f64;
@@ -477,7 +477,7 @@ fn an_exposure_longer_than_its_place_among_the_files_of_a_night_is_found_and_cou
     let row = night.row("target_0001.fits");
     let words = format!("{claimed} s of exposure do not fit");
     expect(&row, "caution", Flags::EXPTIME_DOUBTED, &[&words]);
-    assert_eq!(summary.counts.doubts.get("exptime_doubted"), Some(&1), "{:?}", summary.counts.doubts);
+    assert_eq!(summary.counts.warnings.get("exptime_doubted"), Some(&1), "{:?}", summary.counts.warnings);
     assert!(summary.text().contains("1 frame with a doubtful exposure time"), "{}", summary.text());
 }
 
@@ -495,7 +495,7 @@ fn map_pixels(path: &Path, nx: usize, change: impl Fn(usize, usize, f64) -> f64)
 }
 
 #[test]
-fn a_frame_burnt_out_and_a_frame_behind_the_dome_are_told_from_their_pixels() {
+fn a_frame_burnt_out_and_a_frame_behind_the_dome_are_recognised_from_their_pixels() {
     let folder = support::simulated("vetting_pixels", &["target.n=24", "seed=6", "target.offset_mag=-3.0"]);
     let night = support::Night::copy_of(&folder);
     night.run().unwrap();

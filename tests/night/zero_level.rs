@@ -109,7 +109,7 @@ fn a_pattern_in_the_bias_and_hot_pixels_are_subtracted() {
     let zero: Vec<&str> = rows.iter().map(|r| r.zero_level.as_str()).collect();
     assert!(zero.iter().all(|z| z.starts_with("bias of 15, dark of 5 x 60 s times 0.0")), "{zero:?}");
     assert!(summary.notes.iter().any(|n| n.contains("but detector.pedestal_adu = 500")), "{:?}", summary.notes);
-    // left out, the pattern is in the magnitudes
+    // without them, the pattern is in the magnitudes
     let without = patterned().set("frames.skip_bias_dark=true");
     each_gain(&without, "Bias", 15, 0.0, 1);
     without.run().unwrap();
@@ -138,7 +138,7 @@ fn frames_without_light_that_do_not_belong_to_the_night_are_named_and_not_used()
 }
 
 #[test]
-fn frames_without_light_that_vanish_or_shrink_are_left_out_by_name() {
+fn frames_without_light_that_vanish_or_shrink_are_skipped_by_name() {
     use satphot::frames::{Exposure, ZeroLevels, classify};
     let night = demo();
     each_gain(&night, "Bias", 6, 0.0, 6);

@@ -14,7 +14,7 @@ pub const R_KM: f64 = 6378.0;
 /// One row, by column name.
 pub type Row = HashMap<String, String>;
 
-/// A file beside the project; `None`, and a line saying so, on a clone that has none.
+/// A file next to the project; `None`, and a line saying so, on a clone that has none.
 pub fn shared(path: &str) -> Option<PathBuf> {
     let full = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared")).join(path);
     if full.exists() {
@@ -119,7 +119,7 @@ pub fn correlation(a: &[f64], b: &[f64]) -> f64 {
     cov / (std(a) * std(b))
 }
 
-/// Worst relative difference, rows with both zero left out.
+/// Worst relative difference, without rows in which both are zero.
 pub fn worse(worst: &mut f64, got: f64, expected: f64) {
     if got != expected {
         *worst = worst.max((got / expected - 1.0).abs());

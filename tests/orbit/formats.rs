@@ -1,4 +1,4 @@
-//! One orbit in every format and dress, and what no format tells: sets that contradict each other, and decayed ones.
+//! One orbit in every format and dress, and what no format states: sets that contradict each other, and decayed ones.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::io::Write;
@@ -277,7 +277,7 @@ fn the_nearest_epoch_is_used_at_every_moment_of_a_night_with_many_sets() {
 }
 
 #[test]
-fn an_invented_set_among_true_ones_is_not_used_and_beside_one_other_nothing_is() {
+fn an_invented_set_among_true_ones_is_not_used_and_with_one_other_nothing_is() {
     let (Some(fabricated), Some(real)) = (shared("fabricated.tle"), shared("iss_2025_june.tle")) else { return };
     let text = std::fs::read_to_string(&fabricated).unwrap();
     let invented = read_text(&text.lines().skip(6).collect::<Vec<_>>().join("\n")).unwrap();
@@ -286,8 +286,8 @@ fn an_invented_set_among_true_ones_is_not_used_and_beside_one_other_nothing_is()
     let with = |sets: &[Elements]| tracker(sets.iter().cloned().chain(invented.clone()).collect());
     let among = with(&real);
     assert_eq!(among.elements_at(&at).unwrap().epoch(), real[2].epoch(), "the nearest that is not refuted");
-    let told = among.age_warning(&at).unwrap();
-    assert!(told.contains("the first is not used") && told.contains("deg apart"), "{told}");
+    let message = among.age_warning(&at).unwrap();
+    assert!(message.contains("the first is not used") && message.contains("deg apart"), "{message}");
     assert!(among.age_warning(&Epoch::from_gregorian_utc_hms(2025, 6, 9, 0, 0, 0)).is_none());
     // against one other set nobody can tell which is wrong
     let alone = with(&real[2..]);
@@ -300,7 +300,7 @@ fn an_invented_set_among_true_ones_is_not_used_and_beside_one_other_nothing_is()
 }
 
 #[test]
-fn an_orbit_that_has_decayed_is_refused_with_its_height_and_a_low_perigee_is_told() {
+fn an_orbit_that_has_decayed_is_refused_with_its_height_and_a_low_perigee_is_reported() {
     // 113 km up (n = 16.6 rev/d) with heavy drag; and an ellipse whose perigee is at 71 km
     let low1 = summed(&L1.replace(" 15816-3", " 50000-2"));
     let low2 = summed(&L2.replace("15.50064259", "16.60000000"));
@@ -317,8 +317,8 @@ fn an_orbit_that_has_decayed_is_refused_with_its_height_and_a_low_perigee_is_tol
     assert!(refusals[0].contains("decayed") && refusals[0].contains("elements"), "{}", refusals[0]);
     let heights: Vec<f64> = (0..300).filter_map(|k| later(&ellipse, f64::from(k) * 0.01).ok()).collect();
     assert!(heights.iter().all(|h| *h > 70.0) && heights.len() < 300, "the part below 100 km is refused");
-    let told = tracker(ellipse.clone()).age_warning(&ellipse[0].epoch()).unwrap();
-    assert!(told.contains("perigee") && told.contains("decays"), "{told}");
+    let message = tracker(ellipse.clone()).age_warning(&ellipse[0].epoch()).unwrap();
+    assert!(message.contains("perigee") && message.contains("decays"), "{message}");
     // the ISS is neither
     let iss = read_text(&format!("{L1}\n{L2}\n")).unwrap();
     assert!(later(&iss, 24.0 * 13.0).is_ok() && tracker(iss.clone()).age_warning(&iss[0].epoch()).is_none());

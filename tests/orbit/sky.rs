@@ -48,7 +48,7 @@ fn stars_stand_where_erfa_puts_them_to_10_milliarcsec_and_the_way_back_returns_t
         let (alt, az) = icrs_to_altaz(&site, &eop, &epoch, ra, dec);
         let (d_alt, d_az) = ((alt.to_degrees() - alt_deg) * 3.6e6, (az.to_degrees() - az_deg) * 3.6e6 * alt.cos());
         println!("{d_alt:.2} mas, {d_az:.2} mas");
-        // Light deflection by the Sun, left out here, is 4 mas at a right angle to it.
+        // Light deflection by the Sun, neglected here, is 4 mas at a right angle to it.
         assert!(d_alt.abs() < 10.0 && d_az.abs() < 10.0, "{d_alt} {d_az} mas");
         let (ra_back, dec_back) = altaz_to_icrs(&site, &eop, &epoch, alt, az);
         assert!((ra_back - ra).abs() < 1e-9 && (dec_back - dec).abs() < 1e-9, "{ra_back} {dec_back}");

@@ -170,7 +170,7 @@ fn the_corner_ratio_is_the_fall_of_the_field_whatever_the_trails_and_the_moon() 
     assert!((even - 1.0).abs() < 0.01, "{even}");
     for gradient in [0.0, 0.5] {
         let got = background(&vignetted(0.2, gradient), 64, 3.0).unwrap().corner_ratio().unwrap();
-        // the rim is the boxes from 0.85 to 1 of the corner, the centre those within 0.3: 1 − 0.2 · 0.85² to 0.93²
+        // the edge is the boxes from 0.85 to 1 of the corner, the centre those within 0.3: 1 − 0.2 · 0.85² to 0.93²
         assert!((0.82..0.87).contains(&got), "gradient {gradient}: {got}");
     }
     let half = frame(Array2::from_elem((64, 64), 5.0));

@@ -126,7 +126,7 @@ fn over_the_edge_only_the_part_on_the_frame_is_summed() {
 }
 
 #[test]
-fn a_saturated_pixel_is_flagged_in_the_aperture_and_left_out_of_the_sky() {
+fn a_saturated_pixel_is_flagged_in_the_aperture_and_excluded_from_the_sky() {
     let mut f = star();
     f.mask[[40, 41]] = mask::SATURATED;
     let got = at(&f, 40.0, 40.0);

@@ -123,7 +123,7 @@ fn from_neighbours(frame: &Frame<Electrons>, j: usize, i: usize) -> Option<f64> 
 fn assert_same(got: &Flux, want: &Plain, what: &str) {
     assert_eq!((got.flags, got.n_sky), (want.flags, want.n_sky), "{what}: {} / {}", got.flags, want.flags);
     assert_eq!(got.flux_e.is_nan(), want.flux_e.is_nan(), "{what}");
-    // rounding, of all the light that was summed: the sky is taken off
+    // rounding, of all the light that was summed: the sky is subtracted
     let light = want.flux_e.abs() + want.area_px * (want.sky_e_px.abs() + want.sky_rms_e);
     let close = |a: f64, b: f64, scale: f64| (a.is_nan() && b.is_nan()) || (a - b).abs() <= 1e-12 * scale;
     assert!(close(got.flux_e, want.flux_e, light), "{what}: {} {}", got.flux_e, want.flux_e);

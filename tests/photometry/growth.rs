@@ -282,9 +282,9 @@ fn saturated_crowded_and_cut_stars_are_no_part_of_the_growth_curve() {
         let sky = background(frame, 50, 3.0).unwrap();
         frame_growth(frame, &sky, &detect(frame, &sky, 5.0, Some(fwhm)), fwhm, 3.0).map_or(0, |g| g.n_stars)
     };
-    let scene = |beside: &[(f64, f64, f64)]| {
+    let scene = |neighbours: &[(f64, f64, f64)]| {
         let mut scene = Scene::new(size, size, 40.0);
-        for &(x, y, flux) in [(250.2, 249.7, 1e5)].iter().chain(beside) {
+        for &(x, y, flux) in [(250.2, 249.7, 1e5)].iter().chain(neighbours) {
             scene.star(x, y, flux, fwhm);
         }
         scene.expose(2.0, 5)

@@ -54,7 +54,7 @@ struct Outcome {
     contamination: (f64, f64),
     flagged: bool,
     /// What is said of that share.
-    told: f64,
+    contamination_reported: f64,
     area_px: f64,
     cpu_ms: f64,
 }
@@ -68,7 +68,7 @@ impl Outcome {
     }
 }
 
-/// CPU time of this thread so far, where the system tells.
+/// CPU time of this thread so far, where the system reports it.
 fn cpu_ms() -> f64 {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     text.split_whitespace().next().and_then(|ns| ns.parse::<f64>().ok()).map_or(f64::NAN, |ns| ns / 1e6)
@@ -97,7 +97,7 @@ fn observe(case: &Case) -> Outcome {
             light.iter().sum::<f64>() / scene.flux_e,
         ),
         flagged: flux.flags.has(Flags::CONTAMINATED),
-        told: match &found {
+        contamination_reported: match &found {
             TargetFound::Detected { light, .. } => light.contamination_e / flux.flux_e,
             TargetFound::NotDetected { .. } => 0.0,
         },
@@ -182,8 +182,8 @@ fn the_whole_table() {
                 for (k, o) in all.iter().enumerate().filter(|(_, o)| o.is_outlier()) {
                     let (brightest, all) = o.contamination;
                     println!(
-                        "    {k}: found {} pull {:+.1} S/N {:.1} area {:.0} trail {brightest:.3} trails {all:.3} told {:.3} flagged {}",
-                        o.found, o.pull, o.snr, o.area_px, o.told, o.flagged
+                        "    {k}: found {} pull {:+.1} S/N {:.1} area {:.0} trail {brightest:.3} trails {all:.3} reported {:.3} flagged {}",
+                        o.found, o.pull, o.snr, o.area_px, o.contamination_reported, o.flagged
                     );
                 }
             }

@@ -21,7 +21,7 @@ fn settings(fwhm: f64) -> TargetSettings {
     photometry_scene::target_settings(SIDE as f64, SEARCH, fwhm)
 }
 
-/// What a frame shows beside the target.
+/// What a frame shows besides the target.
 #[derive(Clone, Copy, Debug)]
 enum Sky {
     Even,

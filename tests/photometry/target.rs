@@ -172,7 +172,7 @@ fn the_target_is_found_and_its_flux_is_right_over_a_grid_of_scenes() {
             }
         }
         println!("{}: found {found} of {tried}", ["no stars", "trails across the frame", "trails of 90 px"][s]);
-        // three of 48 may lie on the remainder of a short trail, or be lost beside one
+        // three of 48 may lie on the remainder of a short trail, or be lost next to one
         assert!(found as f64 >= if stars == Stars::Short { 0.93 } else { 0.97 } * tried as f64, "{found} of {tried}");
     }
     // truth is the whole flux: what the apertures miss counts against them
@@ -183,7 +183,7 @@ fn the_target_is_found_and_its_flux_is_right_over_a_grid_of_scenes() {
 }
 
 #[test]
-fn a_trail_through_the_target_is_taken_off_and_flagged() {
+fn a_trail_through_the_target_is_subtracted_and_flagged() {
     let (mut tried, mut found, mut flagged) = (0, 0, 0);
     let mut pulls = Vec::new();
     for (b, snr) in [50.0, 300.0].into_iter().enumerate() {

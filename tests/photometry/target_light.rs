@@ -32,7 +32,7 @@ fn detected(frame: &Frame<Electrons>, s: &TargetSettings) -> (Flux, f64, f64, Li
     }
 }
 
-/// An even disc of `e_px` electrons per pixel, its rim as sharp as a pixel, blurred by nothing.
+/// An even disc of `e_px` electrons per pixel, its edge as sharp as a pixel, blurred by nothing.
 fn disc(n: usize, r_px: f64, e_px: f64) -> Scene {
     let mut scene = Scene::new(n, n, SKY);
     let c = n as f64 / 2.0;
@@ -150,7 +150,7 @@ fn a_target_cut_by_the_frame_or_by_the_clip_circle_is_flagged() {
 }
 
 #[test]
-fn a_point_source_beside_the_target_is_contamination() {
+fn a_point_source_next_to_the_target_is_contamination() {
     // within the rectangle around an L of light, but not of it
     let near_the_corner = TargetSettings { x_px: 122.0, y_px: 132.0, ..settings(300.0) };
     let mut scene = Scene::new(300, 300, SKY);

@@ -41,7 +41,7 @@ pub struct Case {
     pub seed: u64,
 }
 
-/// A straight trail across the frame: `v` px beside the centre of the frame.
+/// A straight trail across the frame: `v` px off the centre of the frame.
 #[derive(Clone, Copy)]
 pub struct Trail {
     pub v: f64,

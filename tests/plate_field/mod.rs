@@ -10,7 +10,7 @@ use satphot::astrometry::wcs::Wcs;
 
 /// Size of the frames \[px\]: 31' x 21' at 0.194 arcsec/px.
 pub const SIZE: (usize, usize) = (9576, 6388);
-/// The scale the optics are believed to have \[arcsec/px\].
+/// The assumed scale of the optics \[arcsec/px\].
 pub const SCALE: f64 = 0.194;
 
 /// What a field is made of.

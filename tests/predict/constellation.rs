@@ -6,7 +6,7 @@ use crate::support;
 use std::collections::HashMap;
 use std::path::Path;
 
-use support::{Sourced, satphot};
+use support::{RunOutput, satphot};
 
 const SITE: &str = "-33.7703,151.1113,70";
 const SMALL: [&str; 15] = [
@@ -27,7 +27,7 @@ const SMALL: [&str; 15] = [
     "-q",
 ];
 
-fn run(folder: &Path, more: &[&str]) -> Sourced {
+fn run(folder: &Path, more: &[&str]) -> RunOutput {
     satphot(folder, &[&SMALL[..], more].concat())
 }
 
@@ -122,7 +122,7 @@ fn as_many_satellites_are_up_as_the_share_of_their_shell_in_view() {
         "--csv",
         "-q",
     ];
-    let told = satphot(folder.path(), &args).expect(0, &[]);
+    let output = satphot(folder.path(), &args).expect(0, &[]);
     let theta = (6378.137_f64 / 6928.137).acos();
     // density of polar orbits per solid angle at latitude b: 1/(2 pi^2 cos b); over the cap around the equator
     let n = 2000;
@@ -133,7 +133,7 @@ fn as_many_satellites_are_up_as_the_share_of_their_shell_in_view() {
             2.0 * half * (2.0 * theta / f64::from(n)) / (2.0 * std::f64::consts::PI.powi(2))
         })
         .sum();
-    for row in rows(&told.out) {
+    for row in rows(&output.out) {
         let up = number(&row, "n_above_horizon");
         // the pattern is a lattice: its count in a cap scatters by its edge
         assert!((up / (40_000.0 * share) - 1.0).abs() < 0.03, "{up} {}", 40_000.0 * share);
@@ -174,7 +174,7 @@ fn elements_of_a_file_are_where_predict_pass_puts_them() {
 }
 
 #[test]
-fn what_cannot_be_asked_is_refused_by_name() {
+fn what_cannot_be_computed_is_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("empty.tle"), "").unwrap();
     for (more, word) in [
@@ -185,8 +185,8 @@ fn what_cannot_be_asked_is_refused_by_name() {
         (&["--planes", "3", "--inclination-deg", "190"], "--inclination-deg"),
         (&["-o", "counts.csv"], "ECSV"),
     ] {
-        let told = run(folder.path(), more).without_results();
-        assert!(told.code == 2 && told.err.contains(word), "{more:?}: {told:?}");
+        let output = run(folder.path(), more).without_results();
+        assert!(output.code == 2 && output.err.contains(word), "{more:?}: {output:?}");
     }
     // starlink-v2 flies in several inclinations: which is asked for
     let args =

@@ -15,7 +15,7 @@ use satphot::orbit::Site;
 use satphot::tables::{DayRow, PhotometryRow};
 use satphot::visibility::forecast::day::{day_moments, observed_passes, predict_day, sky_light};
 use satphot::visibility::forecast::dome::{Dome, Overhead};
-use support::{Sourced, satphot};
+use support::{RunOutput, satphot};
 
 const SITE: &str = "-33.7703,151.1113,70";
 
@@ -37,7 +37,7 @@ fn rows(dome: &Dome, sampling: Sampling, n: usize, moments: &[&str]) -> Vec<DayR
     predict_day(&macquarie(), dome, &SkyPoints::new(n, sampling, None).unwrap(), &epochs, &Silent).unwrap()
 }
 
-fn run(folder: &Path, args: &[&str]) -> Sourced {
+fn run(folder: &Path, args: &[&str]) -> RunOutput {
     satphot(folder, &[&["predict"], args].concat())
 }
 
@@ -78,12 +78,12 @@ fn how_the_sky_is_sampled_is_a_magnitude_by_day() {
 #[test]
 fn a_day_at_a_moment_is_the_median_of_the_map_of_that_moment() {
     // the same sky on a fine grid of altitude and azimuth, weighted by area, against the spiral
-    let told = run(
+    let output = run(
         Path::new("."),
         &["sky", "--satellite", "bluebird-fm1", "--site", SITE, "--time", "2025-06-11T14:00:00", "--grid", "61x121"],
     )
     .expect(0, &[]);
-    let line = told.out.lines().find(|l| l.starts_with("equal areas")).unwrap();
+    let line = output.out.lines().find(|l| l.starts_with("equal areas")).unwrap();
     let median: f64 = line.split("median V ").nth(1).unwrap().split(',').next().unwrap().parse().unwrap();
     let dome = dome("bluebird-fm1", Mode::Corrected, 520.0);
     let day = rows(&dome, Sampling::SolidAngle, 2000, &["2025-06-11T14:00:00"])[0].model_v_mag.unwrap();
@@ -137,10 +137,10 @@ fn where_nothing_is_lit_the_cells_are_empty() {
     assert!(dark.skipped.contains("sun: at") && dark.skipped.contains("moon: at"), "{}", dark.skipped);
     let folder = tempfile::tempdir().unwrap();
     let args = ["day", "--satellite", "iss", "--site", SITE, "--start", "2025-06-25T13:00:00", "--hours", "2", "--csv"];
-    let told =
+    let output =
         run(folder.path(), &[&args[..], &["--points", "40", "-o", "d"]].concat()).expect(0, &["wrote d/day.svg"]);
-    assert!(csv_rows(&told.out).iter().all(|r| r["model_v_mag"].is_empty()));
-    assert!(!told.out.contains("NaN") && !told.out.contains("12.5,"));
+    assert!(csv_rows(&output.out).iter().all(|r| r["model_v_mag"].is_empty()));
+    assert!(!output.out.contains("NaN") && !output.out.contains("12.5,"));
     let svg = std::fs::read_to_string(folder.path().join("d/day.svg")).unwrap();
     assert!(svg.contains("nothing is lit"), "a figure without data says why");
 }
@@ -163,7 +163,7 @@ fn the_table_is_the_same_for_any_number_of_threads_and_over_the_end_of_a_year() 
 
 #[test]
 fn a_pole_has_a_day_too() {
-    let told = run(
+    let output = run(
         Path::new("."),
         &[
             "day",
@@ -180,7 +180,7 @@ fn a_pole_has_a_day_too() {
         ],
     )
     .expect(0, &[]);
-    assert!(told.out.contains("night, Sun below -18"), "{}", told.out);
+    assert!(output.out.contains("night, Sun below -18"), "{}", output.out);
 }
 
 #[test]
@@ -196,8 +196,8 @@ fn arguments_that_make_no_sense_are_refused_by_name() {
         (&["--date", "2025-06-11", "--hours", "-1"], "--hours"),
         (&["--date", "2025-06-11", "--sampling", "square"], "--sampling"),
     ] {
-        let told = run(Path::new("."), &[&base[..], more].concat()).without_results();
-        assert!(told.code != 0 && told.err.contains(word), "{more:?}: {told:?}");
+        let output = run(Path::new("."), &[&base[..], more].concat()).without_results();
+        assert!(output.code != 0 && output.err.contains(word), "{more:?}: {output:?}");
     }
 }
 
@@ -213,7 +213,7 @@ fn frame(second: f64, v_mag: Option<f64>) -> PhotometryRow {
 }
 
 #[test]
-fn an_observed_pass_stands_at_its_time_of_day_beside_the_interval_of_the_model() {
+fn an_observed_pass_stands_at_its_time_of_day_next_to_the_interval_of_the_model() {
     let day: Vec<DayRow> = (0..=24)
         .map(|h| DayRow {
             mjd_mid_d: 60_837.0 + f64::from(h) / 24.0,
@@ -239,7 +239,7 @@ fn an_observed_pass_stands_at_its_time_of_day_beside_the_interval_of_the_model()
 }
 
 #[test]
-fn tables_of_observations_are_drawn_and_empty_or_foreign_ones_are_told() {
+fn tables_of_observations_are_drawn_and_empty_or_foreign_ones_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let rows: Vec<PhotometryRow> = (0..6).map(|i| frame(f64::from(i), Some(11.5 + 0.2 * f64::from(i)))).collect();
@@ -252,8 +252,8 @@ fn tables_of_observations_are_drawn_and_empty_or_foreign_ones_are_told() {
         let observed: Vec<&str> = files.iter().flat_map(|f| ["--observed", f]).collect();
         run(folder.path(), &[&base[..], &["--step-min", "60", "-o", "day"], &observed].concat())
     };
-    let told = with(&["seen.ecsv", "none.ecsv"]).expect(0, &["none.ecsv", "no violin"]);
-    assert!(told.out.contains("ISS (ZARYA)") && told.out.contains("within"), "{}", told.out);
+    let output = with(&["seen.ecsv", "none.ecsv"]).expect(0, &["none.ecsv", "no violin"]);
+    assert!(output.out.contains("ISS (ZARYA)") && output.out.contains("within"), "{}", output.out);
     assert!(at("day/day_passes.ecsv").exists());
     assert!(std::fs::read_to_string(at("day/day.svg")).unwrap().contains("observed pass"));
     with(&["empty.ecsv"]).expect(4, &["empty.ecsv"]).without_results();
@@ -262,12 +262,12 @@ fn tables_of_observations_are_drawn_and_empty_or_foreign_ones_are_told() {
 
 #[test]
 fn the_duty_of_a_june_day_is_the_published_one_and_full_moon_makes_it_whole() {
-    let told = run(
+    let output = run(
         Path::new("."),
         &["duty", "--site", SITE, "--date", "2025-06-11", "--satellite", "iss", "--points", "30", "--csv"],
     )
     .expect(0, &[]);
-    let rows = csv_rows(&told.out);
+    let rows = csv_rows(&output.out);
     let pct = |name: &str| rows.iter().find(|r| r["observing"] == name).unwrap()["duty_pct"].parse::<f64>().unwrap();
     // Caddy et al.: 12.5, 54 and 100 %
     assert!((pct("twilight only") - 12.4).abs() < 0.1, "{}", pct("twilight only"));

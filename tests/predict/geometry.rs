@@ -8,14 +8,14 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use support::{Sourced, satphot};
+use support::{RunOutput, satphot};
 
 const HEADER: &str =
     "id,height_m,src_elev_deg,obs_x_m,obs_y_m,obs_z_m,nx,ny,nz,area_m2,brdf,p1,p2,p3,earth_brdf,ep1,ep2,ep3";
 const PLATE: &str = "plate,550000,30,0,0,6378000,0,0,-1,2,lambertian,0.5,,,lambertian,0.3,,";
 
 /// Runs it on a text, in a folder of its own.
-fn geometry(text: &str, more: &[&str]) -> Sourced {
+fn geometry(text: &str, more: &[&str]) -> RunOutput {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("cases.csv"), text).unwrap();
     satphot(folder.path(), &[&["predict", "geometry", "cases.csv"], more].concat())
@@ -38,9 +38,9 @@ fn the_reference_cases_have_their_direct_flux_to_1e_8_and_say_why_a_flux_is_zero
         println!("skipped: ../shared/reference/brightness_vectors.csv not present");
         return;
     };
-    let told = satphot(Path::new("."), &["predict", "geometry", path, "--tolerance", "1e-3", "-q"]).expect(0, &[]);
-    let (expected, got) = (table(&text), table(&told.out));
-    assert_eq!((expected.len(), told.err.as_str()), (got.len(), ""));
+    let output = satphot(Path::new("."), &["predict", "geometry", path, "--tolerance", "1e-3", "-q"]).expect(0, &[]);
+    let (expected, got) = (table(&text), table(&output.out));
+    assert_eq!((expected.len(), output.err.as_str()), (got.len(), ""));
     for (e, g) in expected.iter().zip(&got) {
         let id = &e["id"];
         assert_eq!(*id, g["id"]);
@@ -72,8 +72,8 @@ fn a_row_that_cannot_be_computed_keeps_its_place_and_the_others_go_on() {
         PLATE.replace("plate", "here").replace("0,0,6378000", "0,0,6928000"),
         PLATE.replace("plate", "last"),
     ];
-    let told = geometry(&format!("{HEADER}\n{}\n", rows.join("\n")), &[]).expect(3, &["5 of 7 rows", "warn"]);
-    let rows = table(&told.out);
+    let output = geometry(&format!("{HEADER}\n{}\n", rows.join("\n")), &[]).expect(3, &["5 of 7 rows", "warn"]);
+    let rows = table(&output.out);
     let ids: Vec<&str> = rows.iter().map(|r| r["id"].as_str()).collect();
     assert_eq!(ids, ["good", "flat", "buried", "of, glass", "short", "here", "last"]);
     for (row, words) in rows.iter().zip([

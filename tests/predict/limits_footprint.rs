@@ -94,7 +94,7 @@ fn a_crossing_of_less_than_a_second_is_found_whatever_the_step_and_lasts_as_long
 }
 
 #[test]
-fn beside_the_middle_the_crossing_is_shorter_and_beyond_the_edge_there_is_none() {
+fn off_the_middle_the_crossing_is_shorter_and_beyond_the_edge_there_is_none() {
     let edge_km = R_KM * edge_rad();
     let at = |aside_km: f64| search(&overhead(1000.0, aside_km), LightSource::Sun, &EARENDIL, 2000.0, 10.0)[0];
     let long = |a: Approach| a.inside.map(|i| i.to_s - i.from_s);
@@ -150,7 +150,7 @@ fn in_the_shadow_the_beam_crosses_without_light() {
 fn the_papers_orbit_does_not_meet_the_site_on_its_day_and_does_from_a_node_that_is_made_to() {
     let empty = tempfile::tempdir().unwrap();
     let run = |more: &[&str]| {
-        let base = ["limits", "footprint", "--site", "-33.7703,151.1113,70", "--lamp", "sun"];
+        let base = ["limits", "footprint", "--site", "-33.7703,151.1113,70", "--light-source", "sun"];
         satphot(empty.path(), &[&base[..], more].concat()).expect(0, &[]).out
     };
     let text = run(&["--hours", "24"]);

@@ -174,7 +174,7 @@ fn what_cannot_be_is_refused_by_name() {
         (Panel { area_m2: 0.0, ..good }, "area_m2"),
         (Panel { range_m: 0.0, ..good }, "range_m"),
         (Panel { range_m: f64::INFINITY, ..good }, "range_m"),
-        (Panel { source_alt_rad: f64::NAN, ..good }, "lamp_alt_rad"),
+        (Panel { source_alt_rad: f64::NAN, ..good }, "source_alt_rad"),
         (Panel { emission_rad: 1.6, ..good }, "emission_rad"),
     ] {
         let message = bad.flux_ratio(&SimpleEffects::of(Mode::Corrected)).unwrap_err().to_string();
@@ -187,9 +187,9 @@ fn what_cannot_be_is_refused_by_name() {
 #[test]
 fn the_command_prints_both_readings_and_refuses_a_panel_brighter_than_its_light() {
     let empty = tempfile::tempdir().unwrap();
-    let told = satphot(empty.path(), &["limits", "simple", "--mag", "12.02", "--csv"]).expect(0, &[]);
+    let output = satphot(empty.path(), &["limits", "simple", "--mag", "12.02", "--csv"]).expect(0, &[]);
     let row = |name: &str| -> Vec<String> {
-        let line = told.out.lines().find(|l| l.starts_with(name)).unwrap_or_else(|| panic!("{name}: {}", told.out));
+        let line = output.out.lines().find(|l| l.starts_with(name)).unwrap_or_else(|| panic!("{name}: {}", output.out));
         line.split(',').map(String::from).collect()
     };
     let mu = row("mean mu");

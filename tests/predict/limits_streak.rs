@@ -317,8 +317,8 @@ fn colour_is_that_of_the_sun_and_redder_by_moonlight() {
 
 fn rows(args: &[&str]) -> Vec<HashMap<String, String>> {
     let empty = tempfile::tempdir().unwrap();
-    let told = satphot(empty.path(), &[&["limits", "streak", "--csv"][..], args].concat()).expect(0, &[]);
-    csv::Reader::from_reader(told.out.as_bytes()).deserialize().map(Result::unwrap).collect()
+    let output = satphot(empty.path(), &[&["limits", "streak", "--csv"][..], args].concat()).expect(0, &[]);
+    csv::Reader::from_reader(output.out.as_bytes()).deserialize().map(Result::unwrap).collect()
 }
 
 #[test]
@@ -406,8 +406,8 @@ fn refusals_name_the_option_and_write_nothing() {
         (&["--elements", "x.tle", "--satellite", "iss"], "--at"),
         (&["-o", "x.png"], "--out"),
     ] {
-        let told = satphot(empty.path(), &[&["limits", "streak"][..], args].concat());
-        told.expect(2, &[word]).without_results();
+        let output = satphot(empty.path(), &[&["limits", "streak"][..], args].concat());
+        output.expect(2, &[word]).without_results();
     }
     assert_eq!(std::fs::read_dir(empty.path()).unwrap().count(), 0);
 }

@@ -14,17 +14,17 @@ use satphot::visibility::sky_brightness_table::sky_of_v;
 use satphot::visibility::telescope::macquarie;
 use satphot::visibility::tracked::{Area, Noise, limit_mag};
 use serde_json::Value;
-use support::{Sourced, satphot};
+use support::{RunOutput, satphot};
 
-fn tracked(more: &[&str]) -> Sourced {
+fn tracked(more: &[&str]) -> RunOutput {
     let empty = tempfile::tempdir().unwrap();
     satphot(empty.path(), &[&["limits", "tracked"], more].concat())
 }
 
 type Row = HashMap<String, String>;
 
-fn rows(told: Sourced) -> Vec<Row> {
-    let text = told.expect(0, &[]).out;
+fn rows(output: RunOutput) -> Vec<Row> {
+    let text = output.expect(0, &[]).out;
     csv::Reader::from_reader(text.as_bytes()).deserialize().map(Result::unwrap).collect()
 }
 
@@ -102,8 +102,8 @@ fn the_published_limits_come_out_of_the_command_with_the_skies_of_the_decam_calc
 }
 
 #[test]
-fn without_options_every_default_is_told_with_where_it_is_from() {
-    let told = tracked(&[]).expect(0, &[]).out;
+fn without_options_every_default_is_reported_with_where_it_is_from() {
+    let output = tracked(&[]).expect(0, &[]).out;
     for line in [
         "0.61  m                     preset macquarie-cdk24",
         "0.47  of the diameter       default",
@@ -117,11 +117,11 @@ fn without_options_every_default_is_told_with_where_it_is_from() {
         "10 s in one exposure",
         "1.79 mag lie between",
     ] {
-        assert!(told.contains(line), "{line:?} is not in\n{told}");
+        assert!(output.contains(line), "{line:?} is not in\n{output}");
     }
     // two skies, two ratios
     for kind in ["  one pixel ", "  one arcsec2 ", "  point source ", "  extended target "] {
-        assert_eq!(told.matches(kind).count(), 4, "{kind}\n{told}");
+        assert_eq!(output.matches(kind).count(), 4, "{kind}\n{output}");
     }
     // the help is wrapped: its words, one blank between them
     let help = tracked(&["--help"]).out.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -193,14 +193,14 @@ fn a_bright_target_is_split_into_exposures_that_do_not_saturate() {
 }
 
 #[test]
-fn a_sky_that_fills_the_pixels_is_told_and_every_limit_under_it_is_marked() {
-    let told = tracked(&["--sky-mag", "9"]).expect(0, &["sky and dark current alone fill the pixels", "--subs"]);
-    assert!(told.out.contains('*'));
+fn a_sky_that_fills_the_pixels_is_reported_and_every_limit_under_it_is_marked() {
+    let output = tracked(&["--sky-mag", "9"]).expect(0, &["sky and dark current alone fill the pixels", "--subs"]);
+    assert!(output.out.contains('*'));
     let rows = rows(tracked(&["--sky-mag", "9", "--csv"]));
     assert!(rows.iter().all(|r| r["saturated"] == "1" && r["saturation_mag"].is_empty()), "{rows:?}");
-    let asked = tracked(&["--sky-mag", "9", "--mag", "12", "--snr", "5"]).expect(0, &[]).out;
-    let (_, asked) = asked.split_once("magnitude 12").unwrap();
-    assert!(asked.lines().find(|line| line.contains("point source")).unwrap().contains('*'), "{asked}");
+    let requested = tracked(&["--sky-mag", "9", "--mag", "12", "--snr", "5"]).expect(0, &[]).out;
+    let (_, requested) = requested.split_once("magnitude 12").unwrap();
+    assert!(requested.lines().find(|line| line.contains("point source")).unwrap().contains('*'), "{requested}");
     // and a magnitude that would need more than a million exposures says why there is no time
     tracked(&["--sky-mag", "-15", "--mag", "12"]).expect(0, &["saturates in"]);
 }
@@ -214,11 +214,11 @@ fn the_configuration_and_set_change_the_telescope_and_say_so() {
          name = \"Twice\"\naperture_m = 1.22\nfocal_length_mm = 7924.0\n",
     )
     .unwrap();
-    let told = satphot(folder.path(), &["limits", "tracked", "-c", "own.toml"]).expect(0, &[]).out;
-    assert!(told.contains("Twice") && told.contains("1.22  m") && told.contains("configuration"), "{told}");
+    let output = satphot(folder.path(), &["limits", "tracked", "-c", "own.toml"]).expect(0, &[]).out;
+    assert!(output.contains("Twice") && output.contains("1.22  m") && output.contains("configuration"), "{output}");
     // twice the aperture is 1.505 mag, twice the focal length half the pixel
-    assert!(told.contains("25.7543") && told.contains("0.0979"), "{told}");
-    assert!(!told.contains("behind the published limits"), "the comparison is of the preset's telescope alone");
+    assert!(output.contains("25.7543") && output.contains("0.0979"), "{output}");
+    assert!(!output.contains("behind the published limits"), "the comparison is of the preset's telescope alone");
     let set = tracked(&["--set", "telescope.aperture_m=1.22"]).expect(0, &[]).out;
     assert!(set.contains("25.7543") && set.contains("--set"), "{set}");
 }
@@ -335,10 +335,10 @@ fn what_makes_no_sense_is_refused_by_the_name_of_its_option() {
         (&["-c", "nowhere.toml"], &["nowhere.toml", "macquarie-cdk24"]),
         (&["-o", "limits.pdf"], &["--out"]),
     ] {
-        let told = tracked(args);
-        assert!(told.code == 2 || (told.code == 4 && args[0] == "--qe"), "{args:?}: {told:#?}");
+        let output = tracked(args);
+        assert!(output.code == 2 || (output.code == 4 && args[0] == "--qe"), "{args:?}: {output:#?}");
         for word in words {
-            assert!(told.err.contains(word), "{args:?}: {word:?} is not in {}", told.err);
+            assert!(output.err.contains(word), "{args:?}: {word:?} is not in {}", output.err);
         }
     }
 }

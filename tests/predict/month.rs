@@ -6,11 +6,11 @@ use crate::support;
 use std::collections::HashMap;
 use std::path::Path;
 
-use support::{Sourced, satphot};
+use support::{RunOutput, satphot};
 
 const SITE: &str = "-33.7703,151.1113,70";
 
-fn month(folder: &Path, more: &[&str]) -> Sourced {
+fn month(folder: &Path, more: &[&str]) -> RunOutput {
     satphot(folder, &[&["predict", "month", "--site", SITE], more].concat())
 }
 
@@ -28,8 +28,8 @@ fn june_2025_has_its_published_nights() {
     // Full Moon, mu of BlueBird 16.34: a Lambert plate of albedo 0.6 gives 16.56, 16.25 at least.
     let folder = tempfile::tempdir().unwrap();
     let few = ["--month", "2025-06", "--satellite", "iss,bluebird-fm1,starlink-v1.5", "--points", "60"];
-    let told = month(folder.path(), &[&few[..], &["--csv", "-o", "m"]].concat()).expect(0, &["UTC+10"]);
-    let rows = rows(&told.out);
+    let output = month(folder.path(), &[&few[..], &["--csv", "-o", "m"]].concat()).expect(0, &["UTC+10"]);
+    let rows = rows(&output.out);
     assert_eq!(rows.len(), 90);
     let nights = |name: &str, of: &dyn Fn(&HashMap<String, String>) -> bool| -> Vec<u32> {
         let own = rows.iter().filter(|r| r["object_name"] == name && of(r));
@@ -108,19 +108,19 @@ fn both_modes_stand_side_by_side_and_threads_change_nothing() {
 }
 
 #[test]
-fn a_mirror_that_misses_the_observer_is_told_and_not_drawn() {
+fn a_mirror_that_misses_the_observer_is_reported_and_not_drawn() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["--date", "2025-06-10", "--nights", "2", "--satellite", "earendil-1,bluebird-fm1", "--points", "30"];
-    let told = month(folder.path(), &[&args[..], &["--steps", "1", "-o", "m"]].concat());
-    let told = told.expect(0, &["earendil-1", "never reaches the observer"]);
-    assert!(told.out.contains("earendil-1"));
+    let output = month(folder.path(), &[&args[..], &["--steps", "1", "-o", "m"]].concat());
+    let output = output.expect(0, &["earendil-1", "never reaches the observer"]);
+    assert!(output.out.contains("earendil-1"));
     let svg = std::fs::read_to_string(folder.path().join("m/month.svg")).unwrap();
     assert!(svg.contains("bluebird-fm1") && !svg.contains("earendil-1"));
 }
 
 #[test]
 fn a_polar_summer_has_sunlit_midnights_and_a_year_may_end() {
-    let told = satphot(
+    let output = satphot(
         Path::new("."),
         &[
             "predict",
@@ -141,14 +141,14 @@ fn a_polar_summer_has_sunlit_midnights_and_a_year_may_end() {
         ],
     )
     .expect(0, &["UTC+1"]);
-    let rows = rows(&told.out);
+    let rows = rows(&output.out);
     assert_eq!(rows[2]["night"], "2026-01-01");
     assert_eq!(rows[0]["date_mid"], "2025-12-30T23:00:00Z");
     let summer =
         ["predict", "month", "--site", "78.2,15.6,100", "--date", "2025-06-20", "--nights", "1", "--satellite", "iss"];
-    let told =
+    let output =
         satphot(Path::new("."), &[&summer[..], &["--points", "20", "--steps", "1", "--csv"]].concat()).expect(0, &[]);
-    let sunlit = self::rows(&told.out);
+    let sunlit = self::rows(&output.out);
     assert!(number(&sunlit[0], "sun_alt_deg") > 0.0 && number(&sunlit[0], "model_v_mag") < 3.0);
 }
 
@@ -169,8 +169,8 @@ fn months_dates_and_telescopes_that_are_none_are_refused_by_name() {
         ),
         (&[], "--month"),
     ] {
-        let told = month(Path::new("."), args).without_results();
-        assert!(told.code != 0 && told.err.contains(word), "{args:?}: {told:?}");
+        let output = month(Path::new("."), args).without_results();
+        assert!(output.code != 0 && output.err.contains(word), "{args:?}: {output:?}");
     }
 }
 
@@ -198,10 +198,10 @@ fn the_lit_share_of_a_night_is_that_of_the_day_at_its_moment() {
 fn the_moons_illuminated_share_is_called_so() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["--date", "2025-06-09", "--nights", "1", "--steps", "1", "--satellite", "iss", "--points", "20", "-q"];
-    let told = month(folder.path(), &args).expect(0, &[]);
+    let output = month(folder.path(), &args).expect(0, &[]);
     // 97 % of the Moon's disc is lit; that is no share of the sky
-    let line = told.out.lines().find(|l| l.starts_with("2025-06-09")).unwrap();
-    let head = told.out.lines().find(|l| l.trim_start().starts_with("night")).unwrap();
+    let line = output.out.lines().find(|l| l.starts_with("2025-06-09")).unwrap();
+    let head = output.out.lines().find(|l| l.trim_start().starts_with("night")).unwrap();
     assert!(head.contains("Moon %") && !head.contains("lit %"), "{head}");
     assert_eq!(line.split_whitespace().nth(2), Some("97"), "{line}");
 }

@@ -13,24 +13,24 @@ use satphot::brightness::scene::scene;
 use satphot::config;
 use satphot::orbit::{EarthOrientation, Site, Tracker, read_elements};
 use satphot::tables::PREDICTION;
-use support::{Sourced, satphot};
+use support::{RunOutput, satphot};
 
 const ELEMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/night/iss-2025-june.tle");
 const SITE: &str = "-33.7703,151.1113,70";
 const EVENING: &str = "2025-06-09T08:40:00";
 
-fn pass_in(folder: &Path, start: &str, more: &[&str]) -> Sourced {
+fn pass_in(folder: &Path, start: &str, more: &[&str]) -> RunOutput {
     let head = ["predict", "pass", "--elements", ELEMENTS, "--site", SITE, "--start", start];
     satphot(folder, &[&head[..], more].concat())
 }
 
-fn pass(start: &str, more: &[&str]) -> Sourced {
+fn pass(start: &str, more: &[&str]) -> RunOutput {
     let empty = tempfile::tempdir().unwrap();
     pass_in(empty.path(), start, more)
 }
 
-fn rows(told: &Sourced) -> Vec<HashMap<String, String>> {
-    csv::Reader::from_reader(told.out.as_bytes()).deserialize().map(Result::unwrap).collect()
+fn rows(output: &RunOutput) -> Vec<HashMap<String, String>> {
+    csv::Reader::from_reader(output.out.as_bytes()).deserialize().map(Result::unwrap).collect()
 }
 
 fn number(row: &HashMap<String, String>, column: &str) -> Option<f64> {
@@ -39,9 +39,9 @@ fn number(row: &HashMap<String, String>, column: &str) -> Option<f64> {
 
 #[test]
 fn rows_are_whole_steps_after_the_start_while_the_satellite_is_up() {
-    let told = pass(EVENING, &["--satellite", "iss", "--hours", "1", "--step-s", "10", "--csv"]).expect(0, &[]);
-    let rows = rows(&told);
-    assert_eq!(told.out.lines().next().unwrap(), PREDICTION.column_names().join(","));
+    let output = pass(EVENING, &["--satellite", "iss", "--hours", "1", "--step-s", "10", "--csv"]).expect(0, &[]);
+    let rows = rows(&output);
+    assert_eq!(output.out.lines().next().unwrap(), PREDICTION.column_names().join(","));
     assert!((55..=65).contains(&rows.len()), "{}", rows.len());
     let first = parse_utc("t", EVENING).unwrap();
     for row in &rows {
@@ -86,11 +86,11 @@ fn every_row_is_the_engine_at_that_moment_and_its_lights_add_up() {
 }
 
 #[test]
-fn a_folder_gets_the_table_and_the_light_curve_and_single_files_are_told_apart() {
+fn a_folder_gets_the_table_and_the_light_curve_and_single_files_are_distinguished() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["--satellite", "iss", "--hours", "1", "-o", "out", "-o", "deep/only.ecsv"];
-    let told = pass_in(folder.path(), EVENING, &args).expect(0, &["pass.ecsv", "pass.svg", "only.ecsv"]);
-    assert!(told.out.contains("brightest V") && told.out.lines().count() < 6, "{}", told.out);
+    let output = pass_in(folder.path(), EVENING, &args).expect(0, &["pass.ecsv", "pass.svg", "only.ecsv"]);
+    assert!(output.out.contains("brightest V") && output.out.lines().count() < 6, "{}", output.out);
     let table = std::fs::read_to_string(folder.path().join("out/pass.ecsv")).unwrap();
     assert!(table.starts_with("# %ECSV 1.0\n"));
     for word in ["satphot.prediction/1", "satellite: iss", "shadow:", "name: lunar_earthshine_v_mag, unit: mag"] {
@@ -125,14 +125,14 @@ fn a_pass_shorter_than_the_step_is_its_culmination() {
 fn a_window_without_a_pass_is_an_answer_with_a_table_without_rows() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["--satellite", "iss", "--hours", "1", "--min-alt", "60"];
-    let told = pass_in(folder.path(), EVENING, &args).expect(0, &[]);
+    let output = pass_in(folder.path(), EVENING, &args).expect(0, &[]);
     for word in ["no pass", "never above 60 deg", "highest 19.1 deg", "satphot passes"] {
-        assert!(told.out.contains(word), "{word}\n{}", told.out);
+        assert!(output.out.contains(word), "{word}\n{}", output.out);
     }
     let csv = pass_in(folder.path(), EVENING, &[&args[..], &["--csv"]].concat()).expect(0, &["no pass"]);
     assert_eq!(csv.out.trim_end(), PREDICTION.column_names().join(","));
-    let told = pass_in(folder.path(), EVENING, &[&args[..], &["-o", "p.ecsv", "-o", "p.svg"]].concat());
-    told.expect(0, &["p.svg is not drawn"]);
+    let output = pass_in(folder.path(), EVENING, &[&args[..], &["-o", "p.ecsv", "-o", "p.svg"]].concat());
+    output.expect(0, &["p.svg is not drawn"]);
     let table = std::fs::read_to_string(folder.path().join("p.ecsv")).unwrap();
     assert_eq!(table.lines().filter(|l| !l.starts_with('#')).count(), 1, "{table}");
     assert!(!folder.path().join("p.svg").exists());

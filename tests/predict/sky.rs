@@ -10,7 +10,7 @@ use satphot::brightness::sky::{Body, Sky};
 use satphot::brightness::{Model, ModelSettings, Satellite, ToleranceOf};
 use satphot::config::{self, Mode};
 use satphot::tables::SKY;
-use support::{Sourced, satphot};
+use support::{RunOutput, satphot};
 
 const NIGHT: [&str; 10] = [
     "predict",
@@ -26,7 +26,7 @@ const NIGHT: [&str; 10] = [
 ];
 const AXES: [Vector<Itrs>; 3] = [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)];
 
-fn sky(more: &[&str]) -> Sourced {
+fn sky(more: &[&str]) -> RunOutput {
     let empty = tempfile::tempdir().unwrap();
     satphot(empty.path(), &[&NIGHT[..], more].concat())
 }
@@ -72,10 +72,10 @@ fn a_line_of_sight_meets_the_orbits_where_the_reference_cases_put_the_satellite(
 
 #[test]
 fn every_direction_is_the_engine_with_a_satellite_there() {
-    let told = sky(&["--mode", "as_published", "--grid", "4x7", "--csv"]).expect(0, &[]);
-    let rows = rows(&told.out);
+    let output = sky(&["--mode", "as_published", "--grid", "4x7", "--csv"]).expect(0, &[]);
+    let rows = rows(&output.out);
     let names: Vec<&str> = SKY.columns.iter().map(|c| c.name).collect();
-    assert_eq!((rows.len(), told.out.lines().next().unwrap()), (28, names.join(",").as_str()));
+    assert_eq!((rows.len(), output.out.lines().next().unwrap()), (28, names.join(",").as_str()));
     let model = config::Model { mode: Mode::AsPublished, ..config::Model::of("starlink-v1.5") };
     let mut settings = ModelSettings::try_from(&model).unwrap();
     settings.earth_radius_km = Some(6378.0);
@@ -120,10 +120,10 @@ fn flux_is_the_irradiance_in_suns_and_altitude_runs_fastest() {
 
 #[test]
 fn no_light_is_an_empty_magnitude_and_the_summary_says_how_much_of_the_sky_is_lit() {
-    let told = sky(&["--mode", "as_published", "--set", "model.effects.shadow=cylinder"]).expect(0, &[]);
+    let output = sky(&["--mode", "as_published", "--set", "model.effects.shadow=cylinder"]).expect(0, &[]);
     for word in ["equal areas of sky", "equal altitudes and azimuths", "% of the sky lit", "brightest", "Sun  altitude"]
     {
-        assert!(told.out.contains(word), "{word}\n{}", told.out);
+        assert!(output.out.contains(word), "{word}\n{}", output.out);
     }
     let midnight = ["--sun-alt-deg", "-80", "--sun-az-deg", "0", "--satellite", "starlink-v1.5", "--height-km", "550"];
     let empty = tempfile::tempdir().unwrap();
@@ -169,10 +169,10 @@ fn a_moment_takes_sun_and_moon_from_the_ephemeris_and_files_carry_both() {
         "-o",
         "map",
     ];
-    let told = satphot(folder.path(), &args).expect(0, &["sky.ecsv", "sky.svg"]);
+    let output = satphot(folder.path(), &args).expect(0, &["sky.ecsv", "sky.svg"]);
     // by astropy: Sun −19.504, 285.134; Moon 39.159, 94.233 deg
-    assert!(told.out.contains("altitude -19.50, azimuth 285.13 deg"), "{}", told.out);
-    assert!(told.out.contains("Moon altitude  39.1"), "{}", told.out);
+    assert!(output.out.contains("altitude -19.50, azimuth 285.13 deg"), "{}", output.out);
+    assert!(output.out.contains("Moon altitude  39.1"), "{}", output.out);
     let table = std::fs::read_to_string(folder.path().join("map/sky.ecsv")).unwrap();
     for word in ["# %ECSV 1.0", "satphot.sky/1", "height_km: 550", "sun: {alt_deg: -19.50", "track_az_deg: 90"] {
         assert!(table.contains(word), "{word}\n{}", &table[..4000]);

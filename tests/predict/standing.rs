@@ -107,11 +107,11 @@ fn every_prediction_says_so_in_its_text_and_in_the_meta_block_of_its_table() {
     ];
     for (file, verb, args) in cases {
         let satellite = if verb == "month" { ["--satellite", "starlink-v2-film"] } else { film };
-        let told = satphot(folder.path(), &[&["predict", verb, "-q", "-o", file][..], &satellite, &args].concat())
+        let output = satphot(folder.path(), &[&["predict", verb, "-q", "-o", file][..], &satellite, &args].concat())
             .expect(0, &[]);
         let table = std::fs::read_to_string(folder.path().join(file)).unwrap();
         for word in FILM {
-            assert!(told.out.contains(word), "{verb}: {word} is not in\n{}", told.out);
+            assert!(output.out.contains(word), "{verb}: {word} is not in\n{}", output.out);
         }
         for word in &FILM[1..] {
             assert!(table.contains(word), "{verb}: {word} is not in {file}");

@@ -137,7 +137,7 @@ fn the_page_needs_no_other_file_and_no_network() {
 }
 
 #[test]
-fn a_card_tells_the_magnitude_the_verdict_every_reason_and_the_flags() {
+fn a_card_shows_the_magnitude_the_verdict_every_reason_and_the_flags() {
     let mut rows = vec![row("a", "caution"), row("b", "use")];
     rows[0].reason = "star trail adds 12 % of the flux (contaminated); elements 3.0 d old (old_elements)".into();
     rows[0].flags = Flags::CONTAMINATED.0 | Flags::LOWER_LIMIT.0;

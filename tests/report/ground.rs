@@ -67,11 +67,11 @@ fn a_site_at_the_pole_is_named_inside_the_frame() {
 #[test]
 fn refusals_name_arguments_that_exist_and_force_is_one() {
     let old = ["ground", "--elements", ELEMENTS, "--time", "2025-09-09T10:33:00"];
-    let told = refused(&old);
-    assert!(told.contains("--force-age") && !told.contains("force_age"), "{told}");
+    let message = refused(&old);
+    assert!(message.contains("--force-age") && !message.contains("force_age"), "{message}");
     drawn(&[&old[..], &["--force-age"]].concat(), "track_forced.svg");
-    let told = refused(&["ground", "--elements", "none.tle", "--norad", "25544", "--time", "2025-06-09T10:33:00"]);
-    assert!(told.contains("satphot fetch elements --norad 25544"), "{told}");
+    let message = refused(&["ground", "--elements", "none.tle", "--norad", "25544", "--time", "2025-06-09T10:33:00"]);
+    assert!(message.contains("satphot fetch elements --norad 25544"), "{message}");
 }
 
 #[test]
@@ -92,7 +92,7 @@ fn a_map_and_an_earth_are_written_as_png_too() {
 fn an_earth_names_its_viewpoint_by_hemisphere_and_an_unlit_one_has_no_scale() {
     let earth = |from: &str, name: &str| {
         let time = "2025-06-09T10:33:00";
-        drawn(&["earth", "--time", time, "--from", from, "--lamp", "sun", "--pixels", "64"], name)
+        drawn(&["earth", "--time", time, "--from", from, "--light-source", "sun", "--pixels", "64"], name)
     };
     let sydney = earth("151.1,-33.8,420", "sydney.svg");
     assert!(sydney.contains("from 151.1 E, 33.8 S") && sydney.contains("2025-06-09T10:33:00"), "{sydney}");

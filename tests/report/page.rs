@@ -182,7 +182,7 @@ fn rows_of_any_kind_make_a_page_and_text_of_headers_stays_text() {
 }
 
 #[test]
-fn a_night_of_very_many_frames_stays_below_5_mb_and_says_what_it_left_out() {
+fn a_night_of_very_many_frames_stays_below_5_mb_and_says_what_it_omitted() {
     let row = |k: usize| PhotometryRow {
         frame: format!("target_{k:06}_of_a_long_night.fits"),
         object_name: "STARLINK-1008".into(),
@@ -275,11 +275,11 @@ fn several_nights_make_one_page_with_a_line_each() {
     for (meaning, there) in [("use", true), ("reject", false), ("beyond the axis", false)] {
         assert_eq!(key.contains(&format!("</svg> {meaning}</li>")), there, "{meaning}: {key}");
     }
-    // from a folder beside the nights the links go up
-    let beside = base.path().join("pages");
-    std::fs::create_dir(&beside).unwrap();
-    assert!(write_campaign_report(&folders, &beside.join("c.html")).unwrap().is_empty());
-    let page = std::fs::read_to_string(beside.join("c.html")).unwrap();
+    // from a folder next to the nights the links go up
+    let pages_folder = base.path().join("pages");
+    std::fs::create_dir(&pages_folder).unwrap();
+    assert!(write_campaign_report(&folders, &pages_folder.join("c.html")).unwrap().is_empty());
+    let page = std::fs::read_to_string(pages_folder.join("c.html")).unwrap();
     assert!(page.contains("href=\"../one/report.html#frame-target-0009-fits\""));
     assert!(page.contains("A point leads to its picture in the report of its night."));
 }

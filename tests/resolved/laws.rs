@@ -106,10 +106,10 @@ fn a_convex_body_needs_no_shadow_rays_and_says_so() {
     let one = satellite(&cube("a", [0.0, 0.0, 0.0], 3.0));
     let rendered = render(&of(&one, scene(5.0, 20.0, 50.0)), &settings(64, 2)).unwrap();
     assert!(rendered.convex);
-    assert_eq!((rendered.rays.shadow, rendered.rays.surroundings), (0, 0));
+    assert_eq!((rendered.rays.shadow, rendered.rays.earth_and_sky), (0, 0));
     let two = satellite(&(cube("a", [0.0, 0.0, 0.0], 3.0) + &cube("b", [0.0, 5.0, 0.0], 3.0)));
     let rendered = render(&of(&two, scene(5.0, 20.0, 50.0)), &settings(64, 2)).unwrap();
-    assert!(!rendered.convex && rendered.rays.surroundings > 0);
+    assert!(!rendered.convex && rendered.rays.earth_and_sky > 0);
 }
 
 /// Irradiance of each light by places on the surface instead of pixels: `per_m2` places on every square metre of triangle
@@ -118,13 +118,13 @@ fn over_surface(renderer: &Renderer, range_km: f64, per_m2: f64) -> [f64; 5] {
     let body = &renderer.body;
     let observer = renderer.around.observer;
     let mut sum = [0.0; 5];
-    for (at, piece) in body.pieces.iter().enumerate() {
+    for (at, face) in body.faces.iter().enumerate() {
         let (side, normal) = body.side_toward(at, &observer);
-        if side == 1 && !piece.sheet {
+        if side == 1 && !face.sheet {
             continue;
         }
-        let [a, b, c] = piece.corners;
-        let area = 0.5 * double_area(&piece.corners).norm() * normal.dot(&observer);
+        let [a, b, c] = face.corners;
+        let area = 0.5 * double_area(&face.corners).norm() * normal.dot(&observer);
         let places = (area * per_m2).ceil().max(16.0);
         for i in 0..places as usize {
             let [u, v] = [0.754_877_666_246_693, 0.569_840_290_998_053_2].map(|step| (0.5 + i as f64 * step).fract());

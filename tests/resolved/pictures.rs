@@ -100,7 +100,7 @@ fn cube_obj(inwards: bool) -> String {
 }
 
 #[test]
-fn a_closed_mesh_wound_inwards_is_refused_with_the_remedy_and_an_open_one_is_told_of() {
+fn a_closed_mesh_wound_inwards_is_refused_with_the_remedy_and_an_open_one_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let mesh = |name: &str, more: &str| {
         let shape = format!("mesh = {{ file = \"{name}\", scale_m = 1{more} }}");

@@ -19,7 +19,7 @@ fn render(folder: &Path, more: &[&str]) -> Output {
     satphot(folder, &[&["render", "iss"], &at[..], &coarse[..], more].concat())
 }
 
-fn told(output: &Output) -> String {
+fn messages(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
@@ -36,14 +36,14 @@ fn a_frame_of_the_sensor_is_reduced_as_the_target_of_its_site_without_being_name
     let more =
         ["--pixels", "64", "--sensor", "macquarie-cdk24", "--exptime-s", "0.5", "--sky-mag", "21", "-o", "a.fits"];
     let output = render(folder.path(), &more);
-    assert!(output.status.success(), "{}", told(&output));
+    assert!(output.status.success(), "{}", messages(&output));
     let night = format!(
         "preset = \"macquarie-cdk24\"\n[night]\nname = \"n\"\ninput = [\".\"]\noutput = \"out\"\n\
          [site]\nname = \"other\"\nlat_deg = -35.3\nlon_deg = 149.0\nalt_m = 770.0\n[orbit]\nelements = {ELEMENTS:?}\n"
     );
     std::fs::write(folder.path().join("pipeline.toml"), night).unwrap();
     let output = satphot(folder.path(), &["run", "pipeline.toml", "--quiet"]);
-    assert!(output.status.success(), "{}", told(&output));
+    assert!(output.status.success(), "{}", messages(&output));
     let rows = read_photometry(&folder.path().join("out/n/photometry.ecsv")).unwrap().0;
     assert_eq!((rows.len(), rows[0].status.as_str()), (1, "ok"), "{rows:?}");
     assert!(rows[0].date_mid.starts_with("2025-06-09T10:33:12"), "{}", rows[0].date_mid);
@@ -54,7 +54,7 @@ fn a_folder_gets_pictures_and_frame_and_csv_is_one_table() {
     let folder = tempfile::tempdir().unwrap();
     let more = ["--pixels", "48", "--sensor", "macquarie-cdk24", "--sky-mag", "21", "--csv", "-o", "all"];
     let output = render(folder.path(), &more);
-    assert!(output.status.success(), "{}", told(&output));
+    assert!(output.status.success(), "{}", messages(&output));
     let expected =
         ["iss.ecsv", "iss.fits", "iss.png", "iss_sensor.ecsv", "iss_sensor.fits", "iss_sensor.png"].map(String::from);
     assert_eq!(names(&folder.path().join("all")), expected);
@@ -101,25 +101,25 @@ fn what_cannot_be_is_refused_before_anything_is_written() {
         let rays: &[&str] = if more.contains(&"--rays") { &[] } else { &["--rays", "4"] };
         let at = ["--elements", ELEMENTS, "--site=-35.3,149.0,770", "--time", "2025-06-09T10:33:12"];
         let output = satphot(folder.path(), &[&["render", "iss"], &at[..], rays, &more[..]].concat());
-        assert_eq!(output.status.code(), Some(2), "{more:?}: {}", told(&output));
-        assert!(told(&output).contains(said), "{more:?}: {}", told(&output));
+        assert_eq!(output.status.code(), Some(2), "{more:?}: {}", messages(&output));
+        assert!(messages(&output).contains(said), "{more:?}: {}", messages(&output));
         assert!(names(folder.path()).is_empty(), "{more:?}: {:?}", names(folder.path()));
     }
     let folder = tempfile::tempdir().unwrap();
     let output = satphot(folder.path(), &["render", "css", "--paper-case"]);
-    assert!(output.status.code() == Some(2) && told(&output).contains("css"), "{}", told(&output));
+    assert!(output.status.code() == Some(2) && messages(&output).contains("css"), "{}", messages(&output));
 }
 
 #[test]
-fn a_pass_prints_csv_and_tells_of_its_single_pictures() {
+fn a_pass_prints_csv_and_reports_its_single_pictures() {
     let folder = tempfile::tempdir().unwrap();
     let more = ["--pass", "--frames", "3", "--frame-pixels", "32", "--single", "--one-scale", "--csv", "-o", "p/"];
     let output = render(folder.path(), &more);
-    assert!(output.status.success(), "{}", told(&output));
+    assert!(output.status.success(), "{}", messages(&output));
     let table = String::from_utf8(output.stdout.clone()).unwrap();
     assert!(table.starts_with("date_mid,alt_deg,") && table.lines().count() == 4, "{table}");
     assert!(table.lines().skip(1).all(|l| l.ends_with(",yes")), "{table}");
-    assert!(told(&output).contains("wrote 3 pictures, p/iss_001.png to p/iss_003.png"), "{}", told(&output));
+    assert!(messages(&output).contains("wrote 3 pictures, p/iss_001.png to p/iss_003.png"), "{}", messages(&output));
     assert_eq!(names(&folder.path().join("p")), ["iss_001.png", "iss_002.png", "iss_003.png", "iss_pass.png"]);
 }
 
@@ -127,6 +127,6 @@ fn a_pass_prints_csv_and_tells_of_its_single_pictures() {
 fn a_scenario_with_unknown_components_leaves_no_night_behind() {
     let folder = tempfile::tempdir().unwrap();
     let output = satphot(folder.path(), &["simulate", "-o", "night", "--set", "target.resolved=nosuch"]);
-    assert!(output.status.code() == Some(2) && told(&output).contains("target.resolved"), "{}", told(&output));
+    assert!(output.status.code() == Some(2) && messages(&output).contains("target.resolved"), "{}", messages(&output));
     assert!(names(folder.path()).is_empty());
 }

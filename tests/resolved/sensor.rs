@@ -10,7 +10,8 @@ use satphot::figures::radiance::snr::snr_rows;
 use satphot::pipeline::options::Options;
 use satphot::pipeline::run::run;
 use satphot::resolved::sensor::{
-    Air, Blur, FrameFacts, Pupil, Sampling, Seeing, Sensor, SensorSettings, signal_to_noise, stamp, write_frame,
+    Blur, FrameFacts, Pupil, Sampling, Seeing, Sensor, SensorSettings, SkyConditions, signal_to_noise, stamp,
+    write_frame,
 };
 use satphot::resolved::{Light, RadianceImage};
 use satphot::tables::read_photometry;
@@ -138,11 +139,11 @@ fn bands_and_exposures_without_sense_are_refused() {
         assert!(error.contains(said), "{band:?}: {error}");
     }
     let sensor = Sensor::new(&settings, (0.3, 1.05)).unwrap();
-    let air = Air { sky_mag_arcsec2: 20.0, extinction_mag: 0.1 };
+    let air = SkyConditions { sky_mag_arcsec2: 20.0, extinction_mag: 0.1 };
     let image = disc(2.0, 1e-6);
     assert!(sensor.expose(&image, 0.0, &air, (0.0, 0.0)).is_err());
-    assert!(sensor.expose(&image, 1.0, &Air { extinction_mag: -1.0, ..air }, (0.0, 0.0)).is_err());
-    assert!(sensor.expose(&image, 1.0, &Air { sky_mag_arcsec2: f64::NAN, ..air }, (0.0, 0.0)).is_err());
+    assert!(sensor.expose(&image, 1.0, &SkyConditions { extinction_mag: -1.0, ..air }, (0.0, 0.0)).is_err());
+    assert!(sensor.expose(&image, 1.0, &SkyConditions { sky_mag_arcsec2: f64::NAN, ..air }, (0.0, 0.0)).is_err());
     let mut negative = image.clone();
     negative.planes[0].1[[0, 0]] = -1.0;
     assert!(sensor.expose(&negative, 1.0, &air, (0.0, 0.0)).unwrap_err().to_string().contains("-1"));
@@ -157,7 +158,7 @@ fn noise_belongs_to_its_seed_and_has_the_variance_of_its_electrons() {
     let sets = ["frame.nx_px=256", "frame.ny_px=256"].map(String::from);
     let sensor = Sensor::new(&SensorSettings::named("macquarie-cdk24", &sets).unwrap(), (0.3, 1.05)).unwrap();
     let dark = disc(1.0, 0.0);
-    let air = Air { sky_mag_arcsec2: 18.0, extinction_mag: 0.0 };
+    let air = SkyConditions { sky_mag_arcsec2: 18.0, extinction_mag: 0.0 };
     let exposure = sensor.expose(&dark, 30.0, &air, (0.0, 0.0)).unwrap();
     let (a, b, c) = (sensor.read_out(&exposure, 1), sensor.read_out(&exposure, 1), sensor.read_out(&exposure, 2));
     assert!(a == b && a != c);
@@ -176,7 +177,7 @@ fn noise_belongs_to_its_seed_and_has_the_variance_of_its_electrons() {
 #[test]
 fn a_picture_too_bright_fills_the_wells_and_says_so() {
     let sensor = Sensor::new(&SensorSettings::named("macquarie-cdk24", &[]).unwrap(), (0.3, 1.05)).unwrap();
-    let air = Air { sky_mag_arcsec2: 20.0, extinction_mag: 0.0 };
+    let air = SkyConditions { sky_mag_arcsec2: 20.0, extinction_mag: 0.0 };
     let exposure = sensor.expose(&disc(10.0, 1.0), 1.0, &air, (0.0, 0.0)).unwrap();
     let counts = sensor.read_out(&exposure, 3);
     let full = exposure.n_saturated(sensor.full_well_e());
@@ -188,10 +189,10 @@ fn a_picture_too_bright_fills_the_wells_and_says_so() {
 }
 
 #[test]
-fn the_header_tells_of_saturation_of_light_beside_the_frame_and_of_the_system_of_its_zeropoint() {
+fn the_header_states_saturation_light_outside_the_frame_and_the_system_of_its_zeropoint() {
     let sets = ["frame.nx_px=64", "frame.ny_px=64", "optics.filter=g"].map(String::from);
     let sensor = Sensor::new(&SensorSettings::named("macquarie-cdk24", &sets).unwrap(), (0.3, 1.05)).unwrap();
-    let (image, air) = (disc(10.0, 1.0), Air { sky_mag_arcsec2: 20.0, extinction_mag: 0.0 });
+    let (image, air) = (disc(10.0, 1.0), SkyConditions { sky_mag_arcsec2: 20.0, extinction_mag: 0.0 });
     let exposure = sensor.expose(&image, 1.0, &air, (0.0, 0.0)).unwrap();
     let counts = sensor.read_out(&exposure, 3);
     let facts = FrameFacts {
@@ -226,14 +227,14 @@ fn reduced(more: &[&str]) -> Vec<(f64, f64)> {
     let sets: Vec<String> = sets.iter().chain(more).map(|s| (*s).to_string()).collect();
     let sensor = Sensor::new(&SensorSettings::named("macquarie-cdk24", &sets).unwrap(), (0.3, 1.05)).unwrap();
     let image = disc(20.0, 2e-5);
-    let air = Air { sky_mag_arcsec2: 19.0, extinction_mag: 0.15 };
+    let air = SkyConditions { sky_mag_arcsec2: 19.0, extinction_mag: 0.15 };
     let mid = Epoch::from_gregorian_utc(2025, 6, 9, 10, 33, 2, 500_000_000);
     let mut truth = Vec::new();
     for k in 0..8u32 {
         let off = (f64::from(k) * 1.37 - 4.0, 3.0 - f64::from(k) * 0.71);
         let exposure = sensor.expose(&image, 2.0 + f64::from(k), &air, off).unwrap();
         assert_eq!(exposure.n_saturated(sensor.full_well_e()), 0);
-        assert!(exposure.beside_frac < 1e-12);
+        assert!(exposure.outside_frac < 1e-12);
         let facts = FrameFacts {
             object: "ISS (ZARYA)".into(),
             norad_cat_id: Some(25_544),
@@ -302,7 +303,7 @@ fn the_published_ratios_fit_no_single_definition_of_signal_over_noise() {
     let mut image = disc(15.0, 1e-8);
     image.planes[1] = (Light::Starlight, &image.planes[0].1 / 294.0);
     image.planes[0].0 = Light::Moon;
-    let air = Air { sky_mag_arcsec2: 19.4, extinction_mag: 0.0 };
+    let air = SkyConditions { sky_mag_arcsec2: 19.4, extinction_mag: 0.0 };
     let exposure = sensor.expose(&image, 30.0, &air, (0.0, 0.0)).unwrap();
     let sets = [vec![Light::Moon], vec![Light::Starlight]];
     let got = signal_to_noise(&exposure, sensor.gain.read_noise_e, &sets);

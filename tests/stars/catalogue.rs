@@ -328,15 +328,15 @@ fn near_finds_what_a_look_at_every_star_finds() {
         })
         .collect();
     let c = Catalogue::from_stars(stars);
-    let (mut found, mut asked) = (0, 0);
+    let (mut found, mut n_cases) = (0, 0);
     for _ in 0..200 {
-        let at: (f64, f64) = match asked % 4 {
+        let at: (f64, f64) = match n_cases % 4 {
             0 => (rng.random_range(0.0..360.0), 90.0 - rng.random_range(0.0..1.0)),
             1 => (0.0, rng.random_range(-80.0..80.0)),
             _ => (rng.random_range(0.0..360.0), rng.random_range(-90.0..90.0)),
         };
-        let radius = [0.1, 2.0, 30.0, 180.0][asked % 4];
-        asked += 1;
+        let radius = [0.1, 2.0, 30.0, 180.0][n_cases % 4];
+        n_cases += 1;
         let mut want: Vec<usize> = (0..c.stars.len())
             .filter(|i| separation_deg(at.0, at.1, c.stars[*i].ra_deg, c.stars[*i].dec_deg) <= radius)
             .collect();

@@ -190,11 +190,11 @@ fn fluxes_in_adu_become_electrons_per_second_where_both_numbers_are_given() {
             s.field
         );
     }
-    // four bad fluxes are left out and counted
+    // four bad fluxes are excluded and counted
     text += "900,-5,1,5,1.2,12,0.5,im0.fits\n901,0,1,5,1.2,12,0.5,im0.fits\n902,nan,1,5,1.2,12,0.5,im0.fits\n903,10,1,0,1.2,12,0.5,im0.fits\n";
     let m = fit_text(&text, &[("e_per_adu", "0.8")]).unwrap();
     let z = is_truth(&m, TRUTH[0]);
-    assert_eq!((m.left_out["flux not positive"], m.left_out["no flux"], m.left_out["no exposure time"]), (2, 1, 1));
+    assert_eq!((m.excluded["flux not positive"], m.excluded["no flux"], m.excluded["no exposure time"]), (2, 1, 1));
     assert_eq!((m.rows.len(), z.n_pointings), (244, 8));
     assert_eq!(m.inst_unit, "-2.5 log10(electrons per second)");
     // then, and only then, a night may use it
@@ -296,7 +296,7 @@ fn a_column_that_is_not_there_costs_its_term_and_not_the_fit() {
     assert!(z.k_note == "refused: no airmass column" && z.k_mag_airmass == 0.0 && z.airmass_mean.is_nan(), "{z:?}");
     assert!(z.warnings.iter().any(|w| w.contains("`column` airmass")), "{:?}", z.warnings);
     assert!(m.rows.iter().all(|r| r.airmass.is_none() && r.inst_mag_err.is_none() && r.snr.is_none()));
-    // the mean of 30 stars at X = 1 and mean colour 0.65 +- 0.26/sqrt(30), blends left out
+    // the mean of 30 stars at X = 1 and mean colour 0.65 +- 0.26/sqrt(30), without blends
     assert!((z.zp_mag - (TRUTH[0] + TRUTH[1] + TRUTH[2] * 0.65)).abs() < 0.02, "{z:?}");
     // a number for all rows and a held term use the airmass again
     let file = tempfile::NamedTempFile::new().unwrap();
@@ -311,7 +311,7 @@ fn a_column_that_is_not_there_costs_its_term_and_not_the_fit() {
 }
 
 #[test]
-fn cuts_asked_for_by_settings_are_made_and_counted() {
+fn cuts_requested_by_settings_are_made_and_counted() {
     let mut text = String::from("inst_mag,Vmag,e_Vmag,B-V,airmass\n");
     for s in stars() {
         let _ = writeln!(text, "{},{},0.02,{},{}", -2.5 * s.flux_e_s.log10(), s.v, s.b_v, s.airmass);
@@ -321,7 +321,7 @@ fn cuts_asked_for_by_settings_are_made_and_counted() {
     std::fs::write(file.path(), &text).unwrap();
     let m = fit_file(file.path(), &[], "V", &["stars.bv_range_mag=[0.2, 0.9]"]).unwrap();
     let z = is_truth(&m, TRUTH[0]);
-    let count = |word: &str| m.left_out.iter().filter(|(r, _)| r.starts_with(word)).map(|(_, n)| n).sum::<usize>();
+    let count = |word: &str| m.excluded.iter().filter(|(r, _)| r.starts_with(word)).map(|(_, n)| n).sum::<usize>();
     let red = stars().iter().filter(|s| s.b_v > 0.9).count();
     assert_eq!(
         (count("colour"), count("no V"), count("no colour"), count("no airmass"), count("damaged row")),
@@ -341,7 +341,7 @@ fn a_table_of_several_filters_and_the_letters_of_textbooks_are_understood() {
     }
     let m = fit_text(&text, &[]).unwrap();
     is_truth(&m, TRUTH[0]);
-    assert_eq!(m.left_out["other filter"], 240, "{}", m.text());
+    assert_eq!(m.excluded["other filter"], 240, "{}", m.text());
     // the errors of a colour made of two columns are those of both, by their names or as the user says
     let mut text_g = String::from("flux_e,exptime,V_psf,e_V_psf,R_psf,e_R_psf,airmass\n");
     for s in stars() {
@@ -377,14 +377,14 @@ fn what_cannot_be_fitted_says_which_column_is_missing_and_how_to_name_it() {
     assert!(message.contains("magnitude") && message.contains("e_per_adu"), "{message}");
     let message = said("Vmag,b\n1,2\n", &[("inst_mag", "Vmag")]);
     assert!(message.contains("both magnitudes"), "{message}");
-    // too few stars: no fit, but a table that tells why
+    // too few stars: no fit, but a table that says why
     let m = fit_text("inst_mag,Vmag\n-10,12\n-11,11\n", &[]).unwrap();
     assert!(m.zeropoint.unwrap_err().contains("2"), "");
     assert!(matches!(fit_text("", &[]), Err(Error::Table { .. })));
 }
 
 #[test]
-fn the_verb_needs_no_configuration_writes_beside_its_output_and_never_over_its_input() {
+fn the_verb_needs_no_configuration_writes_next_to_its_output_and_never_over_its_input() {
     let folder = tempfile::tempdir().unwrap();
     let mut text = String::from("MAG_AUTO;Vmag;airmass;mjd\n");
     for s in stars() {
@@ -404,20 +404,20 @@ fn the_verb_needs_no_configuration_writes_beside_its_output_and_never_over_its_i
             String::from_utf8_lossy(&run.stdout).into_owned() + &String::from_utf8_lossy(&run.stderr),
         )
     };
-    let (code, told) = run(&["--matched", "matched.ecsv"]);
-    assert!(code == 2 && told.contains("written over"), "{code} {told}");
+    let (code, message) = run(&["--matched", "matched.ecsv"]);
+    assert!(code == 2 && message.contains("written over"), "{code} {message}");
     assert_eq!(std::fs::read_to_string(folder.path().join("matched.ecsv")).unwrap(), text);
     std::fs::create_dir(folder.path().join("out")).unwrap();
-    let (code, told) = run(&["--matched", "matched.ecsv", "-o", "out/z.toml"]);
+    let (code, message) = run(&["--matched", "matched.ecsv", "-o", "out/z.toml"]);
     // eight nights, eight pointings
-    assert!(code == 0 && told.contains("8 pointings"), "{code} {told}");
+    assert!(code == 0 && message.contains("8 pointings"), "{code} {message}");
     assert!(folder.path().join("out/z.toml").exists() && folder.path().join("out/matched.ecsv").exists());
-    let (code, told) = run(&["--matched", "matched.ecsv", "-c", "none.toml"]);
-    assert!(code == 4 && told.contains("none.toml"), "{code} {told}");
-    let (code, told) = run(&["--column", "inst_mag=MAG_AUTO"]);
-    assert!(code == 2 && told.contains("--matched"), "{code} {told}");
-    let (code, told) = run(&["--matched", "matched.ecsv", "--column", "inst_mag"]);
-    assert!(code == 2 && told.contains("KEY=NAME"), "{code} {told}");
+    let (code, message) = run(&["--matched", "matched.ecsv", "-c", "none.toml"]);
+    assert!(code == 4 && message.contains("none.toml"), "{code} {message}");
+    let (code, message) = run(&["--column", "inst_mag=MAG_AUTO"]);
+    assert!(code == 2 && message.contains("--matched"), "{code} {message}");
+    let (code, message) = run(&["--matched", "matched.ecsv", "--column", "inst_mag"]);
+    assert!(code == 2 && message.contains("KEY=NAME"), "{code} {message}");
 }
 
 #[test]

@@ -35,27 +35,27 @@ fn a_row_written_twice_is_one_measurement_and_a_star_measured_twice_is_two() {
     let once = fit_text(&text).unwrap();
     let (head, rows) = text.split_once('\n').unwrap();
     let twice = fit_text(&format!("{head}\n{rows}{rows}")).unwrap();
-    assert_eq!(twice.left_out.get("exact duplicate"), Some(&240), "{:?}", twice.left_out);
+    assert_eq!(twice.excluded.get("exact duplicate"), Some(&240), "{:?}", twice.excluded);
     assert!(twice.notes.iter().any(|n| n.starts_with("240 rows are in the table twice")), "{:?}", twice.notes);
     let (once, twice) = (once.zeropoint.unwrap(), twice.zeropoint.unwrap());
     assert_eq!((once.n_used, once.zp_mag, once.errs()), (twice.n_used, twice.zp_mag, twice.errs()));
     // another measurement of the same star: other numbers
     let again = rows.replace("0.01,", "0.011,");
     let measured_twice = fit_text(&format!("{head}\n{rows}{again}")).unwrap();
-    assert_eq!(measured_twice.left_out.get("exact duplicate"), None);
+    assert_eq!(measured_twice.excluded.get("exact duplicate"), None);
 }
 
 #[test]
 fn a_decimal_comma_and_a_table_without_rows_are_explained() {
-    let told = |text: &str| match fit_text(text) {
+    let message = |text: &str| match fit_text(text) {
         Err(error @ Error::Table { .. }) => error.to_string(),
         other => panic!("{other:?}"),
     };
     let text = as_table("\t").replace('.', ",");
-    let problem = told(&text);
+    let problem = message(&text);
     let first = text.lines().nth(1).unwrap().split('\t').nth(2).unwrap();
     assert!(problem.contains("`inst_mag`") && problem.contains(&format!("`{first}`")), "{problem}");
     assert!(problem.contains("write numbers with a point"), "{problem}");
-    let problem = told(as_table(",").lines().next().unwrap());
+    let problem = message(as_table(",").lines().next().unwrap());
     assert!(problem.contains("no rows") && problem.contains("inst_mag"), "{problem}");
 }

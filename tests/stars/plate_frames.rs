@@ -148,7 +148,7 @@ fn wrong_world_coordinates_are_found_out_and_replaced_by_those_of_the_sky() {
 }
 
 #[test]
-fn a_header_without_world_coordinates_is_solved_from_any_rough_position() {
+fn a_header_without_world_coordinates_is_solved_from_any_initial_pointing() {
     let night = night(&[]);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("frame.fits");

@@ -78,7 +78,7 @@ fn the_jkt_standards_give_the_published_zeropoint_and_extinction() {
 fn the_robust_default_agrees_with_the_published_fit_within_a_thousandth() {
     let Some((used, all)) = jkt() else { return };
     for (stars, within) in [(used, 1e-3), (all, 5e-3)] {
-        // the star the observers left out is 12 mmag off, two of the fit's standard deviations: not an outlier to reject
+        // the star that the observers excluded is 12 mmag off, two of the fit's standard deviations: not an outlier to reject
         let z = fit(&stars, &Config { pin_c: pin(0.0, 0.0), ..robust() }).unwrap();
         println!("{} stars: Z = {:.6}, k = {:.6}", stars.len(), 30.0 - z.zp_mag, z.k_mag_airmass);
         assert!((30.0 - z.zp_mag - 23.474252).abs() < within, "{} stars: Z = {:.6}", stars.len(), 30.0 - z.zp_mag);

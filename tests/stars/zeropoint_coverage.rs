@@ -73,7 +73,7 @@ fn with_most_of_the_stars_wrong_the_fit_is_refused_and_says_why() {
     assert!(error.contains("outliers") && error.contains("max_rejected_frac"), "{error}");
 }
 
-/// CPU time of this thread [s], where the system tells it.
+/// CPU time of this thread [s], where the system reports it.
 fn cpu_s() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     text.split_whitespace().next()?.parse::<f64>().ok().map(|ns| ns * 1e-9)

@@ -235,7 +235,7 @@ fn clouds_over_a_quarter_of_the_pointings_do_not_move_the_zeropoint_beyond_its_e
 }
 
 #[test]
-fn a_term_that_cannot_be_told_is_held_at_its_prior_by_name() {
+fn a_term_that_cannot_be_determined_is_held_at_its_prior_by_name() {
     for about in [1e-4, 1e-3] {
         let design = Design { collinear: Some(about), ..Design::once(321, 21) };
         let z = fit(&design.night(1), &Config::default()).unwrap();

@@ -111,7 +111,7 @@ fn nan_and_infinity_in_any_column_leave_the_row_out_and_are_counted() {
 }
 
 #[test]
-fn an_airmass_below_one_is_left_out_and_one_at_the_zenith_stays() {
+fn an_airmass_below_one_is_excluded_and_one_at_the_zenith_stays() {
     let clean = CALM.measure(9);
     let mut stars = clean.clone();
     stars.push(StarMeasurement { airmass: 0.5, ..clean[0] });

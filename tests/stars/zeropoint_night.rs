@@ -106,7 +106,7 @@ fn colours_and_magnitudes_beyond_the_range_and_sentinels_are_cut_by_name() {
 }
 
 #[test]
-fn two_detections_of_one_catalogue_star_are_both_left_out_and_one_star_in_two_pointings_is_not() {
+fn two_detections_of_one_catalogue_star_are_both_excluded_and_one_star_in_two_pointings_is_not() {
     let mut all = rows(4);
     all[1] = StarRow { inst_mag: all[0].inst_mag.map(|m| m + 0.7), ..all[0].clone() };
     all[2].star_id = all[0].star_id.clone();

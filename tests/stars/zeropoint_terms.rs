@@ -111,7 +111,7 @@ fn one_pointing_far_in_airmass_is_named_when_k_rests_on_it() {
     for config in [ols(), robust()] {
         let z = fit(&stars, &config).unwrap();
         assert!(z.warnings.iter().any(|w| w.contains("pointing 8")), "{:?}", z.warnings);
-        // nothing but the warning tells that k is wrong: it must not come with a small error
+        // only the warning says that k is wrong: it must not come with a small error
         let off = (z.k_mag_airmass - TRUTH[1]).abs();
         assert!(config.estimator == Estimator::Ols || off < 3.0 * z.errs()[1].max(0.01), "{off} +- {:?}", z.errs());
     }
@@ -124,7 +124,7 @@ fn colour_and_airmass_on_one_line_hold_k_and_nearly_so_warn() {
     // C taken as 0 would put 0.08 x 0.7 mag per airmass into k with a small error: k is what is known from elsewhere
     assert!(z.k_note.starts_with("refused: colour and airmass are collinear"), "{}", z.k_note);
     assert!(finite(&z) && z.c_note == "fitted" && (z.c_mag_mag - TRUTH[2]).abs() < 2.0 * z.errs()[2]);
-    // r = 0.999: told apart, badly, and said so
+    // r = 0.999: separated badly, with a warning
     let nearly = Night { colour: |r, x| 0.2 + 0.7 * (x - 1.03) + 0.01 * normal(r), ..CALM }.measure(1);
     let z = fit(&nearly, &robust()).unwrap();
     assert!(z.condition > 30.0 && z.warnings.iter().any(|w| w.contains("condition number")), "{}", z.condition);
@@ -193,7 +193,7 @@ fn three_stars_give_three_terms_without_chi2_and_their_stated_errors() {
 }
 
 #[test]
-fn five_stars_are_not_believed_to_be_perfect() {
+fn five_stars_are_not_assumed_to_be_perfect() {
     // three of five residuals of an L1 fit are zero: a plain MAD would be zero too, and so would the errors
     let (mut inside, n) = (0, 300);
     for seed in 0..n {
@@ -211,7 +211,7 @@ fn bent(stars: &[StarMeasurement], k2: f64) -> Vec<StarMeasurement> {
 }
 
 #[test]
-fn a_second_order_term_is_found_told_and_used() {
+fn a_second_order_term_is_found_reported_and_used() {
     let config = Config { second_order: true, ..robust() };
     let stars = bent(&exact(400, 1.0), -0.04);
     let z = fit(&stars, &config).unwrap();
@@ -219,13 +219,17 @@ fn a_second_order_term_is_found_told_and_used() {
     assert!((z.v_mag(0.0, 1.7, 0.4) + truth(1.7, 0.4) - 0.04 * 1.7 * 0.4).abs() < 1e-6);
     assert_eq!(z.rank, 4);
 
-    // with noise it is asked for when it is there, and not when it is not
+    // with noise it is supported when it is there, and not when it is not
     let (with, without) =
         (fit(&bent(&CALM.measure(3), -0.25), &config).unwrap(), fit(&CALM.measure(3), &config).unwrap());
-    assert!(with.k2_note.contains("the stars ask for it") && with.k2_note.contains("F(1, 317)"), "{}", with.k2_note);
-    assert!(without.k2_note.contains("do not ask for it") && without.k2_note.contains("BIC"), "{}", without.k2_note);
+    assert!(with.k2_note.contains(": supported by the data") && with.k2_note.contains("F(1, 317)"), "{}", with.k2_note);
+    assert!(
+        without.k2_note.contains("not supported by the data") && without.k2_note.contains("BIC"),
+        "{}",
+        without.k2_note
+    );
     assert!((with.k2_mag + 0.25).abs() < 3.0 * with.cov[3][3].sqrt());
-    // not asked for, not fitted
+    // not requested, not fitted
     let plain = fit(&CALM.measure(3), &robust()).unwrap();
     assert_eq!((plain.k2_mag, plain.cov[3][3], plain.k2_note.as_str()), (0.0, 0.0, "not fitted"));
     // the prediction in the middle of the stars hardly depends on it
@@ -233,7 +237,7 @@ fn a_second_order_term_is_found_told_and_used() {
 }
 
 #[test]
-fn a_pinned_k_keeps_its_meaning_beside_a_second_order_term() {
+fn a_pinned_k_keeps_its_meaning_with_a_second_order_term() {
     let stars = bent(&exact(400, 1.0), -0.04);
     let config = Config { second_order: true, pin_k: pin(TRUTH[1], 0.0), ..robust() };
     let z = fit(&stars, &config).unwrap();

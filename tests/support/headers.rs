@@ -38,18 +38,18 @@ fn read(inspector: &Inspector, lines: &str) -> Inspection {
 }
 
 /// What is understood without a configuration.
-pub fn told(lines: &str) -> Inspection {
+pub fn inspected(lines: &str) -> Inspection {
     read(&Inspector::new(None, &[]).unwrap(), lines)
 }
 
 /// What is understood without a configuration but with `key=value` settings.
-pub fn told_with(sets: &[&str], lines: &str) -> Inspection {
+pub fn inspected_with(sets: &[&str], lines: &str) -> Inspection {
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
     read(&Inspector::new(None, &sets).unwrap(), lines)
 }
 
 /// What is understood with the paper's site and camera, and `key=value` settings on top.
-pub fn told_at_macquarie(sets: &[&str], lines: &str) -> Inspection {
+pub fn inspected_at_macquarie(sets: &[&str], lines: &str) -> Inspection {
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
     let night = "preset = \"macquarie-cdk24\"\n[night]\nname = \"n\"\ninput = [\".\"]\noutput = \"o\"\n";
     read(&Inspector::new(Some(Config::from_text(night, &sets).unwrap()), &[]).unwrap(), lines)

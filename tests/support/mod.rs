@@ -185,7 +185,7 @@ impl Night {
     }
 
     /// Runs the program in this night's folder.
-    pub fn satphot(&self, args: &[&str]) -> Sourced {
+    pub fn satphot(&self, args: &[&str]) -> RunOutput {
         satphot(self.folder.path(), args)
     }
 }
@@ -204,7 +204,7 @@ fn without_cadence(line: &str) -> String {
 
 /// What the program said.
 #[derive(Debug)]
-pub struct Sourced {
+pub struct RunOutput {
     /// Exit code.
     pub code: i32,
     /// Standard output.
@@ -213,7 +213,7 @@ pub struct Sourced {
     pub err: String,
 }
 
-impl Sourced {
+impl RunOutput {
     /// The exit code is `code`, and standard error holds each of `words`.
     pub fn expect(self, code: i32, words: &[&str]) -> Self {
         assert_eq!(self.code, code, "{self:#?}");
@@ -231,17 +231,17 @@ impl Sourced {
 }
 
 /// Runs the program; no message may come from a panic.
-pub fn satphot(folder: &Path, args: &[&str]) -> Sourced {
+pub fn satphot(folder: &Path, args: &[&str]) -> RunOutput {
     let output = Command::new(env!("CARGO_BIN_EXE_satphot")).args(args).current_dir(folder).output().unwrap();
-    let told = Sourced {
+    let run = RunOutput {
         code: output.status.code().unwrap_or(-1),
         out: String::from_utf8(output.stdout).unwrap(),
         err: String::from_utf8(output.stderr).unwrap(),
     };
     for word in ["panicked", "RUST_BACKTRACE", "unwrap()"] {
-        assert!(!told.err.contains(word) && !told.out.contains(word), "{told:#?}");
+        assert!(!run.err.contains(word) && !run.out.contains(word), "{run:#?}");
     }
-    told
+    run
 }
 
 const CARD: usize = 80;
@@ -311,7 +311,7 @@ pub fn shrink(path: &Path) {
     std::fs::write(path, bytes).unwrap();
 }
 
-/// SHA-256 of every file of a folder, results left out.
+/// SHA-256 of every file of a folder, without results.
 pub fn hashes(folder: &Path) -> Vec<(PathBuf, String)> {
     let mut all: Vec<(PathBuf, String)> = std::fs::read_dir(folder)
         .unwrap()

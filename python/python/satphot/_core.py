@@ -126,7 +126,7 @@ def image_of(name: str, value: Any) -> NDArray[Any]:
 
 
 def mask_of(name: str, value: Any) -> NDArray[np.bool_] | None:
-    """A mask: true where a pixel is left out."""
+    """A mask: true where a pixel is excluded."""
     if value is None:
         return None
     array = np.ascontiguousarray(value, dtype=bool)

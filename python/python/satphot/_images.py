@@ -103,7 +103,7 @@ def sum_apertures(
     error : array (ny, nx) or float, optional
         1-sigma error of each pixel, in the unit of the image: photutils' `error`, sep's `err`.
     mask : array (ny, nx) of bool, optional
-        True where a pixel is left out. As in photutils, its light is not replaced; `area_px` is what was summed.
+        True where a pixel is excluded. As in photutils, its light is not replaced; `area_px` is what was summed.
     e_per_unit : float, optional
         Electrons per unit of the image: adds the noise of the light itself, as sep does with the argument of this meaning.
 
@@ -212,9 +212,9 @@ def background(
     Parameters
     ----------
     image : array (ny, nx)
-        Pixels that are not finite are left out.
+        Pixels that are not finite are excluded.
     mask : array (ny, nx) of bool, optional
-        True where a pixel is left out.
+        True where a pixel is excluded.
     mesh_px : int
         Side of a box [px], 8 or more: sep's `bw` and `bh`, photutils' `box_size`. Their filter of 3 x 3 boxes (`fw`, `fh`,
         `filter_size`) is fixed.

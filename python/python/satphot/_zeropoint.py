@@ -115,9 +115,9 @@ class Zeropoint:
         inst_mag : array
             Instrumental magnitudes as those of the fitted table [mag].
         airmass : array, optional
-            May be left out where the zeropoint has no term of airmass.
+            May be omitted where the zeropoint has no term of airmass.
         b_v_mag : array, optional
-            Colours [mag]. May be left out where the zeropoint has no colour term.
+            Colours [mag]. May be omitted where the zeropoint has no colour term.
         b_v_err_mag : array, optional
             Errors of the colours [mag].
 

@@ -90,9 +90,9 @@ fn narrow_lobes() -> Vec<Extreme> {
         .collect();
     let mirror = Brdf::Mirror { reflectance: 0.96 };
     all.push(relative(AREA, "mirror, Sun in it: radiance [1/sr]", 0.96 / (TAU * versine), mean(&mirror), 1e-12));
-    let beside = V::new((2.0 * sun_rad).sin(), 0.0, (2.0 * sun_rad).cos());
-    let off = direct_reflection(&mirror, &up, &up, &beside, sun_rad, SourceDisc::Convolved);
-    all.push(absolute(AREA, "mirror, Sun beside it [1/sr]", 0.0, off, 0.0));
+    let outside = V::new((2.0 * sun_rad).sin(), 0.0, (2.0 * sun_rad).cos());
+    let off = direct_reflection(&mirror, &up, &up, &outside, sun_rad, SourceDisc::Convolved);
+    all.push(absolute(AREA, "mirror, Sun outside its cone [1/sr]", 0.0, off, 0.0));
     for eps in [1e-6, 1e-12, 1e-300] {
         // the part of a Lambert plate's light that goes out at a grazing angle falls with the angle
         let seen = V::new((1.0f64 - eps * eps).sqrt(), 0.0, eps);
@@ -203,8 +203,8 @@ fn shadows() -> Vec<Extreme> {
         full < 1e-3,
         format!("{full:.1e}"),
     ));
-    let beside = eclipse_factor(&V::new(-MOON_MEAN_DISTANCE_KM, 0.05 * MOON_MEAN_DISTANCE_KM, 0.0), &sun_km);
-    all.push(absolute(AREA, "Moon 3 deg beside the shadow: share of its light", 1.0, beside, 0.0));
+    let outside = eclipse_factor(&V::new(-MOON_MEAN_DISTANCE_KM, 0.05 * MOON_MEAN_DISTANCE_KM, 0.0), &sun_km);
+    all.push(absolute(AREA, "Moon 3 deg outside the shadow: share of its light", 1.0, outside, 0.0));
     all
 }
 

@@ -127,7 +127,7 @@ pub(super) fn cases() -> Vec<Extreme> {
     let area = std::f64::consts::PI * 400.0;
     all.push(absolute(
         AREA,
-        "aperture sum of 1 beside 1e10, less the 1e10",
+        "aperture sum of 1 next to 1e10, less the 1e10",
         area - 1.0,
         circle_sum(&field, 32.0, 32.0, 20.0) - 1e10,
         1e-4,

@@ -401,7 +401,7 @@ impl Finder<'_> {
         let old = |c: &&Column| c.name.contains("1950") || c.name.contains("B1900");
         let other_equinox = || match self.table.columns.iter().find(old) {
             Some(c) => {
-                format!("; `{}` is of another equinox: ask for J2000 (VizieR: -out.add=_RAJ2000,_DEJ2000)", c.name)
+                format!("; `{}` is of another equinox; request J2000 (VizieR: -out.add=_RAJ2000,_DEJ2000)", c.name)
             }
             None => String::new(),
         };
@@ -415,7 +415,7 @@ impl Finder<'_> {
             if old(&column) || system.contains("FK4") || system.contains("B1950") || system.contains("GALACTIC") {
                 let system = if system.is_empty() { "B1950" } else { &column.system };
                 return Err(format!(
-                    "column `{}` is of {system}; J2000 (ICRS, FK5) is needed: ask for it (VizieR: \
+                    "column `{}` is of {system}; J2000 (ICRS, FK5) is needed; request it (VizieR: \
                      -out.add=_RAJ2000,_DEJ2000)",
                     column.name
                 ));

@@ -13,7 +13,7 @@ use crate::astrometry::wcs::Wcs;
 /// Stars up to this rank judge a hypothesis.
 const JUDGE_RANK: usize = 150;
 /// Detections that judge a hypothesis.
-const JUDGE_SPOTS: usize = 100;
+const JUDGE_DETECTIONS: usize = 100;
 /// Detections closer than this to a brighter one are that one again \[px\].
 pub(super) const DUPLICATE_PX: f64 = 3.0;
 /// Entries closer than this to a brighter one are that one again, or a pair no camera splits \[arcsec\].
@@ -38,7 +38,7 @@ pub(super) struct Field {
     /// Their positions.
     pub sky: Grid,
     /// Positions from the frame's centre of the brightest detections, brightest first \[px\].
-    pub spots: Vec<(f64, f64)>,
+    pub detected: Vec<(f64, f64)>,
     /// Stars of the list in an area of the frame's size, on average over the part of the sky they cover.
     pub stars_per_frame: f64,
     /// How far the frame's centre may be from the hint \[arcsec\].
@@ -65,9 +65,9 @@ impl Field {
             hint.scale_arcsec * (1.0 + hint.scale_search_frac.max(0.002)),
         );
         let radius_arcsec = hint.radius_deg * 3600.0;
-        let spots = spots(detections, size);
-        if spots.len() < super::problem::MIN_MATCHED {
-            return Err(Refusal::FewDetections { n: spots.len() });
+        let detected = detected(detections, size);
+        if detected.len() < super::problem::MIN_MATCHED {
+            return Err(Refusal::FewDetections { n: detected.len() });
         }
         let plane = Wcs::tan(hint.ra_deg, hint.dec_deg, 0.0, 0.0, 1.0, 0.0, true);
         let reach_arcsec = radius_arcsec + 0.5 * size.0.hypot(size.1) * scales.1;
@@ -84,28 +84,28 @@ impl Field {
         let stars_per_frame = (2.0 * mean_rank).max(1.0);
         // on a plane with east along +x a frame that is not mirrored is conjugated
         let conjugate = [hint.mirrored != Some(false), hint.mirrored != Some(true)];
-        Ok(Field { size_px: size, stars, sky, spots, stars_per_frame, radius_arcsec, scales, conjugate, plane })
+        Ok(Field { size_px: size, stars, sky, detected, stars_per_frame, radius_arcsec, scales, conjugate, plane })
     }
 }
 
 /// Detections on the frame, brightest first, each once.
-fn spots(detections: &[Detection], size: (f64, f64)) -> Vec<(f64, f64)> {
+fn detected(detections: &[Detection], size: (f64, f64)) -> Vec<(f64, f64)> {
     let on_frame =
         |d: &&Detection| d.x_px >= -1.0 && d.y_px >= -1.0 && d.x_px <= size.0 && d.y_px <= size.1 && !d.flux.is_nan();
     let mut bright: Vec<&Detection> = detections.iter().filter(on_frame).collect();
     bright.sort_by(|a, b| b.flux.total_cmp(&a.flux)); // stable: equal fluxes keep their order
-    let mut spots: Vec<(f64, f64)> = Vec::with_capacity(JUDGE_SPOTS);
+    let mut detected: Vec<(f64, f64)> = Vec::with_capacity(JUDGE_DETECTIONS);
     for d in bright {
         // the centre of an image of n pixels is at (n − 1)/2
         let at = (d.x_px - 0.5 * (size.0 - 1.0), d.y_px - 0.5 * (size.1 - 1.0));
-        if spots.iter().all(|s| (s.0 - at.0).hypot(s.1 - at.1) > DUPLICATE_PX) {
-            spots.push(at);
+        if detected.iter().all(|s| (s.0 - at.0).hypot(s.1 - at.1) > DUPLICATE_PX) {
+            detected.push(at);
         }
-        if spots.len() == JUDGE_SPOTS {
+        if detected.len() == JUDGE_DETECTIONS {
             break;
         }
     }
-    spots
+    detected
 }
 
 /// Places on the plane of the stars within `reach_arcsec` of the hint, brightest first.

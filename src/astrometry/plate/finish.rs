@@ -24,7 +24,7 @@ pub(super) fn solution(
     detections: &[Detection],
 ) -> Result<Solution, Refusal> {
     let refused = || Refusal::NoMatch {
-        n_detections: field.spots.len(),
+        n_detections: field.detected.len(),
         n_stars: field.stars.len(),
         n_hypotheses: found.n_hypotheses,
         best: Some((found.pairs.len(), found.chance)),
@@ -35,10 +35,10 @@ pub(super) fn solution(
     let centre = found.wcs.pixel_to_sky(half.0, half.1);
     // first the bright stars, so that a distorted edge is reached; then all
     let (wcs, _, radius_px) = judged.settle(found.pairs.clone(), centre, found.radius_px, &best).ok_or_else(refused)?;
-    let (stars, spots) = everything(field, &wcs, catalogue, detections);
+    let (stars, detected) = all_in_field(field, &wcs, catalogue, detections);
     let all = Lists::new(
         stars.iter().map(|i| (catalogue[*i].ra_deg, catalogue[*i].dec_deg)).collect(),
-        spots.iter().map(|j| (detections[*j].x_px, detections[*j].y_px)).collect(),
+        detected.iter().map(|j| (detections[*j].x_px, detections[*j].y_px)).collect(),
         field.size_px,
     );
     let start = all.pairs(&wcs, radius_px);
@@ -53,7 +53,7 @@ pub(super) fn solution(
     let mut out: Vec<Pair> = pairs
         .iter()
         .zip(&fit.residuals_arcsec)
-        .map(|(&(i, j), &residual_arcsec)| Pair { star: stars[i], detection: spots[j], residual_arcsec })
+        .map(|(&(i, j), &residual_arcsec)| Pair { star: stars[i], detection: detected[j], residual_arcsec })
         .collect();
     out.sort_by_key(|p| p.star);
     Ok(Solution {
@@ -71,7 +71,7 @@ pub(super) fn solution(
 }
 
 /// Indices of the catalogue stars on the frame and of the detections on it.
-fn everything(field: &Field, wcs: &Wcs, catalogue: &[SkyStar], detections: &[Detection]) -> (Vec<usize>, Vec<usize>) {
+fn all_in_field(field: &Field, wcs: &Wcs, catalogue: &[SkyStar], detections: &[Detection]) -> (Vec<usize>, Vec<usize>) {
     let (nx, ny) = field.size_px;
     let margin = 0.05 * nx.hypot(ny);
     let near = |x: f64, y: f64| x > -margin && y > -margin && x < nx + margin && y < ny + margin;
@@ -82,14 +82,14 @@ fn everything(field: &Field, wcs: &Wcs, catalogue: &[SkyStar], detections: &[Det
         (s.dec_deg - dec_deg).abs() <= reach_deg
             && wcs.sky_to_pixel(s.ra_deg, s.dec_deg).is_some_and(|(x, y)| near(x, y))
     });
-    let spots = (0..detections.len()).filter(|&j| near(detections[j].x_px, detections[j].y_px));
-    let (stars, spots): (Vec<usize>, Vec<usize>) = (stars.collect(), spots.collect());
+    let detected = (0..detections.len()).filter(|&j| near(detections[j].x_px, detections[j].y_px));
+    let (stars, detected): (Vec<usize>, Vec<usize>) = (stars.collect(), detected.collect());
     let place =
         |i: &usize| wcs.sky_to_pixel(catalogue[*i].ra_deg, catalogue[*i].dec_deg).unwrap_or((f64::NAN, f64::NAN));
     let stars = without_copies(stars, &place, &|i| -catalogue[i].v_mag, SAME_STAR_ARCSEC / wcs.scale_arcsec());
     let at = |j: &usize| (detections[*j].x_px, detections[*j].y_px);
-    let spots = without_copies(spots, &at, &|j| detections[j].flux, DUPLICATE_PX);
-    (stars, spots)
+    let detected = without_copies(detected, &at, &|j| detections[j].flux, DUPLICATE_PX);
+    (stars, detected)
 }
 
 /// The list without what lies within `radius` of something brighter (of the first, among equals).
@@ -114,7 +114,7 @@ fn without_copies(
 /// Whether the narrow side of the matched stars is a small share of the long one.
 fn on_a_line(lists: &Lists, pairs: &[(usize, usize)]) -> bool {
     let n = pairs.len() as f64;
-    let at: Vec<(f64, f64)> = pairs.iter().map(|(_, j)| lists.spots[*j]).collect();
+    let at: Vec<(f64, f64)> = pairs.iter().map(|(_, j)| lists.detected[*j]).collect();
     let (mx, my) = at.iter().fold((0.0, 0.0), |s, p| (s.0 + p.0 / n, s.1 + p.1 / n));
     let (mut xx, mut yy, mut xy) = (0.0, 0.0, 0.0);
     for p in &at {

@@ -70,7 +70,7 @@ impl<'a> Judge<'a> {
         let p = (field.stars_per_frame * std::f64::consts::PI * radius_px * radius_px / area).clamp(1e-12, 0.5);
         let share = TRUE_SHARE.max(1.2 * p);
         let steps = ((share / p).ln(), ((1.0 - share) / (1.0 - p)).ln());
-        let n = field.spots.len() as u64 - 3;
+        let n = field.detected.len() as u64 - 3;
         let tails = (0..=n).map(|k| tail(n, p, k)).collect();
         Judge { field, radius_px, steps, tails, lists: Lists::of_field(field), n_before, n_judged: 0, best: None }
     }
@@ -89,8 +89,8 @@ impl<'a> Judge<'a> {
         self.n_judged += 1;
         let radius = self.radius_px * at.scale();
         let (mut met, mut ratio) = (0, 0.0);
-        for spot in &field.spots {
-            let (x, y) = at.apply(*spot);
+        for detection in &field.detected {
+            let (x, y) = at.apply(*detection);
             if field.sky.near(x, y, radius).next().is_some() {
                 met += 1;
                 ratio += self.steps.0;
@@ -124,7 +124,7 @@ impl<'a> Judge<'a> {
 fn fitted(field: &Field, lists: &Lists, at: &Similarity, radius_px: f64) -> Option<Found> {
     let centre = field.plane.pixel_to_sky(at.apply((0.0, 0.0)).0, at.apply((0.0, 0.0)).1);
     let by_similarity: Vec<(usize, usize)> = {
-        let moved: Vec<(f64, f64)> = field.spots.iter().map(|s| at.apply(*s)).collect();
+        let moved: Vec<(f64, f64)> = field.detected.iter().map(|s| at.apply(*s)).collect();
         let places: Vec<(f64, f64)> = field.stars.iter().map(|s| s.at).collect();
         unique_pairs(&places, &moved, &field.sky, radius_px * at.scale())
     };

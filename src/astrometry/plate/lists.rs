@@ -14,24 +14,24 @@ pub(super) struct Lists {
     /// (RA, Dec) \[deg\].
     stars: Vec<(f64, f64)>,
     /// (x, y) \[px\].
-    pub spots: Vec<(f64, f64)>,
+    pub detected: Vec<(f64, f64)>,
     size_px: (f64, f64),
 }
 
 impl Lists {
-    pub fn new(stars: Vec<(f64, f64)>, spots: Vec<(f64, f64)>, size_px: (f64, f64)) -> Lists {
-        Lists { stars, spots, size_px }
+    pub fn new(stars: Vec<(f64, f64)>, detected: Vec<(f64, f64)>, size_px: (f64, f64)) -> Lists {
+        Lists { stars, detected, size_px }
     }
 
     pub fn of_field(field: &Field) -> Lists {
         let half = (0.5 * (field.size_px.0 - 1.0), 0.5 * (field.size_px.1 - 1.0));
-        let spots = field.spots.iter().map(|s| (s.0 + half.0, s.1 + half.1)).collect();
+        let detected = field.detected.iter().map(|s| (s.0 + half.0, s.1 + half.1)).collect();
         let stars = field.stars.iter().map(|s| field.plane.pixel_to_sky(s.at.0, s.at.1)).collect();
-        Lists::new(stars, spots, field.size_px)
+        Lists::new(stars, detected, field.size_px)
     }
 
     pub fn matches(&self, pairs: &[(usize, usize)]) -> Vec<Match> {
-        pairs.iter().map(|&(i, j)| Match { sky_deg: self.stars[i], at_px: self.spots[j] }).collect()
+        pairs.iter().map(|&(i, j)| Match { sky_deg: self.stars[i], at_px: self.detected[j] }).collect()
     }
 
     /// Stars on the frame or within `margin` of it: (star, place).
@@ -48,8 +48,10 @@ impl Lists {
         let expected = self.expected(wcs, radius_px);
         let places: Vec<(f64, f64)> = expected.iter().map(|e| e.1).collect();
         let grid = Grid::new(&places, 0.02 * self.size_px.0.hypot(self.size_px.1));
-        let mut pairs: Vec<(usize, usize)> =
-            unique_pairs(&places, &self.spots, &grid, radius_px).into_iter().map(|(i, j)| (expected[i].0, j)).collect();
+        let mut pairs: Vec<(usize, usize)> = unique_pairs(&places, &self.detected, &grid, radius_px)
+            .into_iter()
+            .map(|(i, j)| (expected[i].0, j))
+            .collect();
         pairs.sort_unstable();
         pairs
     }
@@ -94,16 +96,16 @@ impl Lists {
         last.map(|wcs| (wcs, pairs, radius))
     }
 
-    /// Probability that one hypothesis brings as many together by chance, at the most telling radius, and the rms
+    /// Probability that one hypothesis brings as many together by chance, at the most significant radius, and the rms
     /// \[arcsec\].
     pub fn chance(&self, wcs: &Wcs, pairs: &[(usize, usize)], radius_px: f64) -> (f64, f64) {
         let distance = |&(i, j): &(usize, usize)| {
             let at = wcs.sky_to_pixel(self.stars[i].0, self.stars[i].1)?;
-            Some((at.0 - self.spots[j].0).hypot(at.1 - self.spots[j].1))
+            Some((at.0 - self.detected[j].0).hypot(at.1 - self.detected[j].1))
         };
         let r: Vec<f64> = pairs.iter().filter_map(distance).collect();
         let expected = self.expected(wcs, 0.0).len() as f64;
-        let n = self.spots.len() as u64;
+        let n = self.detected.len() as u64;
         let mut best = 1.0_f64;
         for step in 0..N_RADII {
             let radius = radius_px * 0.5f64.powi(step);
@@ -121,16 +123,16 @@ impl Lists {
 /// (star, detection) pairs within `radius`, both the only one near the other; `places` of the stars are in `grid`.
 pub(super) fn unique_pairs(
     places: &[(f64, f64)],
-    spots: &[(f64, f64)],
+    detected: &[(f64, f64)],
     grid: &Grid,
     radius: f64,
 ) -> Vec<(usize, usize)> {
     let mut of_star: Vec<Option<(usize, usize)>> = vec![None; places.len()];
     let mut candidates = Vec::new();
-    for (j, spot) in spots.iter().enumerate() {
-        let mut near = grid.near(spot.0, spot.1, radius);
+    for (j, detection) in detected.iter().enumerate() {
+        let mut near = grid.near(detection.0, detection.1, radius);
         let (Some((i, _)), None) = (near.next(), near.next()) else {
-            for (i, _) in grid.near(spot.0, spot.1, radius) {
+            for (i, _) in grid.near(detection.0, detection.1, radius) {
                 of_star[i] = Some((2, j));
             }
             continue;

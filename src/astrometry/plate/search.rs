@@ -18,7 +18,7 @@ use super::problem::Refusal;
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Level {
     /// Brightest detections.
-    n_spots: usize,
+    n_detected: usize,
     /// Stars of a rank below this.
     rank: usize,
     /// Longest side \[diagonals of the frame\].
@@ -26,13 +26,13 @@ struct Level {
 }
 
 const LEVELS: [Level; 4] = [
-    Level { n_spots: 10, rank: 12, longest: 0.7 },
-    Level { n_spots: 16, rank: 20, longest: 0.7 },
-    Level { n_spots: 24, rank: 32, longest: 0.6 },
-    Level { n_spots: 32, rank: 40, longest: 0.5 },
+    Level { n_detected: 10, rank: 12, longest: 0.7 },
+    Level { n_detected: 16, rank: 20, longest: 0.7 },
+    Level { n_detected: 24, rank: 32, longest: 0.6 },
+    Level { n_detected: 32, rank: 40, longest: 0.5 },
 ];
 /// Where detections are so few that every triangle of theirs is needed.
-const SPARSE: Level = Level { n_spots: 20, rank: 32, longest: 1.0 };
+const SPARSE: Level = Level { n_detected: 20, rank: 32, longest: 1.0 };
 /// Longest side at least \[diagonals of the frame\].
 const SHORTEST: f64 = 0.12;
 /// Thinnest triangle, height over longest side: thinner ones cannot be distinguished from their mirror image.
@@ -50,15 +50,16 @@ const CERTAIN: f64 = 1e-12;
 
 /// The best hypothesis whose chance, times the number of all that were tried and of `n_tiles`, is small enough.
 pub(super) fn search(field: &Field, n_tiles: f64, effort: Effort) -> Result<Found, Refusal> {
-    let n_spots = field.spots.len();
-    let sparse = (n_spots <= SPARSE.n_spots).then_some(SPARSE);
+    let n_detected = field.detected.len();
+    let sparse = (n_detected <= SPARSE.n_detected).then_some(SPARSE);
     let mut tried = 0u64;
     let mut best: Option<Found> = None;
     let mut done: Option<Level> = None;
     for level in LEVELS.into_iter().take(effort.max_levels).chain(sparse) {
-        let level = Level { n_spots: level.n_spots.min(n_spots).min(effort.max_detections), ..level };
+        let level = Level { n_detected: level.n_detected.min(n_detected).min(effort.max_detections), ..level };
         // deeper in stars alone is worth a round, the same again is not
-        if done.is_some_and(|d| d.n_spots == level.n_spots && d.rank >= level.rank && d.longest >= level.longest) {
+        if done.is_some_and(|d| d.n_detected == level.n_detected && d.rank >= level.rank && d.longest >= level.longest)
+        {
             continue;
         }
         done = Some(level);
@@ -81,7 +82,7 @@ pub(super) fn search(field: &Field, n_tiles: f64, effort: Effort) -> Result<Foun
     }
     let factor = tried as f64 * n_tiles;
     Err(Refusal::NoMatch {
-        n_detections: n_spots,
+        n_detections: n_detected,
         n_stars: field.stars.len(),
         n_hypotheses: tried,
         best: best.map(|b| (b.pairs.len(), (b.chance * factor).min(1.0))).filter(|b| b.0 >= MIN_MATCHED),
@@ -102,7 +103,7 @@ fn round(field: &Field, level: Level, sigma_px: f64, judge: &mut Judge, tried: u
     let diagonal = field.size_px.0.hypot(field.size_px.1);
     let (shortest_px, longest_px) = (SHORTEST * diagonal, level.longest * diagonal);
     let widest = SHAPE_SIGMAS * sigma_px / shortest_px;
-    let (shapes, index) = shapes(&field.spots[..level.n_spots], (shortest_px, longest_px), widest);
+    let (shapes, index) = shapes(&field.detected[..level.n_detected], (shortest_px, longest_px), widest);
     if shapes.is_empty() {
         return false;
     }
@@ -158,8 +159,8 @@ fn round(field: &Field, level: Level, sigma_px: f64, judge: &mut Judge, tried: u
 }
 
 /// The triangles of detections, both ends of AB as A where C is about as far from both, and the grid of their shapes.
-fn shapes(spots: &[(f64, f64)], (shortest, longest): (f64, f64), tolerance: f64) -> (Vec<Shape>, Grid) {
-    let z: Vec<C> = spots.iter().map(|s| C::new(s.0, s.1)).collect();
+fn shapes(detected: &[(f64, f64)], (shortest, longest): (f64, f64), tolerance: f64) -> (Vec<Shape>, Grid) {
+    let z: Vec<C> = detected.iter().map(|s| C::new(s.0, s.1)).collect();
     let (mut shapes, mut places) = (Vec::new(), Vec::new());
     for i in 0..z.len() {
         for j in i + 1..z.len() {

@@ -36,7 +36,7 @@ pub(super) struct Tpv {
 }
 
 /// Value, derivative along ξ, derivative along η.
-type Sum = [f64; 3];
+type ValueAndGradient = [f64; 3];
 
 impl Tpv {
     /// Reads PV1_m and PV2_m (exchanged where axis 1 is the declination).
@@ -65,7 +65,7 @@ impl Tpv {
         axis(0).chain(axis(1)).collect()
     }
 
-    fn at(&self, xi: f64, eta: f64) -> [Sum; 2] {
+    fn at(&self, xi: f64, eta: f64) -> [ValueAndGradient; 2] {
         let r = xi.hypot(eta);
         [0, 1].map(|i| {
             let (own, other) = if i == 0 { (xi, eta) } else { (eta, xi) };

@@ -1,6 +1,6 @@
 //! Which coefficients are a scattering law at all, and which of those a surface can have.
 //!
-//! Two questions kept apart: [`Brdf::check_parameters`] asks whether f is a finite non-negative function,
+//! Two questions kept apart: [`Brdf::check_parameters`] checks whether f is a finite non-negative function,
 //! [`Brdf::check`] whether it also returns no more light than it receives.
 
 use super::law::Brdf;
@@ -70,7 +70,7 @@ impl Brdf {
                 let largest = law.d.powf(last.max(i64::from(law.l1)) as f64).max(law.d.powf(f64::from(law.l1)));
                 if law.l1.abs() > D_POWER_MAX || last > i64::from(D_POWER_MAX) || !(largest < 1e100) {
                     return Err(impossible(format!(
-                        "{what}: l1 = {} gives powers of d = {} that are no use; accepted are |l1| to {D_POWER_MAX} \
+                        "{what}: l1 = {} gives powers of d = {} that cannot be used; accepted are |l1| to {D_POWER_MAX} \
                          and powers below 1e100",
                         law.l1, law.d
                     )));

@@ -74,8 +74,8 @@ impl Brdf {
         let mut found = grid[best];
         if best == 0 {
             // falls from normal incidence, as nearly every law does: one look next to it is enough
-            let beside = at(0.3 * high);
-            if beside.0 <= found.0 * (1.0 + 1e-12) {
+            let off_normal = at(0.3 * high);
+            if off_normal.0 <= found.0 * (1.0 + 1e-12) {
                 return found;
             }
         }

@@ -126,8 +126,8 @@ pub struct Component {
     #[serde(default = "one")]
     pub count: u32,
     /// Listed, but not counted.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub left_out: bool,
+    #[serde(default, alias = "left_out", skip_serializing_if = "std::ops::Not::not")]
+    pub excluded: bool,
 }
 
 fn one() -> u32 {
@@ -191,7 +191,7 @@ impl Entry {
     #[must_use]
     pub fn component_sums(&self) -> Vec<ComponentSum> {
         let of = |s: &config::Surface| {
-            let mut parts = self.components.iter().filter(|c| c.surface == s.name && !c.left_out).peekable();
+            let mut parts = self.components.iter().filter(|c| c.surface == s.name && !c.excluded).peekable();
             parts.peek().is_some().then(|| ComponentSum {
                 surface: s.name.clone(),
                 listed_m2: parts.filter_map(Component::total_m2).sum(),
@@ -254,7 +254,7 @@ impl Entry {
         for part in &self.components {
             let key = format!("{key}.components.{}", part.name);
             if !self.surfaces.iter().any(|s| s.name == part.surface) {
-                return bad(format!("{key}.surface"), &format!("\"{}\" is none of its surfaces", part.surface));
+                return bad(format!("{key}.surface"), &format!("\"{}\" is not one of its surfaces", part.surface));
             }
             match part.total_m2() {
                 Some(area_m2) => range(&key, area_m2, 1e-9, 1e9, "m²")?,

@@ -108,7 +108,7 @@ pub(super) fn entries(text: &str) -> Result<Vec<Entry>> {
     for (at, entry) in satellites.iter().enumerate() {
         let key = format!("satellites.{}", entry.name);
         if entry.name.is_empty() || plain(&entry.name) != entry.name {
-            let problem = format!("\"{}\" is no name: lower case, hyphens for blanks", entry.name);
+            let problem = format!("\"{}\" is not a name: use lower case, and hyphens for blanks", entry.name);
             return Err(Error::Config { key, problem });
         }
         let names = std::iter::once(&entry.name).chain(&entry.aliases);

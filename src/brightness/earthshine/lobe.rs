@@ -89,7 +89,7 @@ fn scale_in_zeta(rings: &Rings, zeta: f64, eta: f64) -> f64 {
     eta / (slope + 2.0 * (eta * limb).sqrt())
 }
 
-/// The ring with the lit place nearest to the middle of the lobe, and the squared distance of that; finely where asked.
+/// The ring with the lit place nearest to the middle of the lobe, and the squared distance of that; finely where requested.
 fn nearest_ring(rings: &Rings, low: f64, finely: bool) -> Option<(f64, f64)> {
     let steps = if finely { 48 } else { 10 };
     let distance2 = |zeta: f64| rings.nearest_lit2(&rings.ground.circle(zeta)).unwrap_or(f64::INFINITY);

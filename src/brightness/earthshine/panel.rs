@@ -4,7 +4,7 @@
 
 use super::facet::Facet;
 use super::outer::{Span, spans};
-use super::piece::{Scratch, Sum, estimate};
+use super::piece::{Integral, Scratch, estimate};
 use super::ring::Rings;
 use super::{Accuracy, ReflectedLight};
 use crate::base::quadrature::{PAIRS, kronrod};
@@ -41,7 +41,7 @@ struct Panel {
     err_rings: f64,
 }
 
-/// The integral to the accuracy asked.
+/// The integral to the requested accuracy.
 pub(super) fn integrate(ground: &Ground, facet: &Facet, accuracy: &Accuracy) -> ReflectedLight {
     let tolerance = if accuracy.tolerance > TOLERANCE_MIN { accuracy.tolerance } else { TOLERANCE_MIN };
     let careful = tolerance < CAREFUL_BELOW;
@@ -106,22 +106,22 @@ impl Panel {
     ) -> Self {
         let rule = &kronrod()[order];
         let half = 0.5 * (to - from);
-        let (mut fine, mut coarse, mut rough, mut err_rings) = (0.0, 0.0, 0.0, 0.0);
+        let (mut fine, mut coarse, mut coarsest, mut err_rings) = (0.0, 0.0, 0.0, 0.0);
         for j in 0..rule.x.len() {
             let (zeta, slope) = span.at(from + half * (1.0 + rule.x[j]));
             let circle = rings.ground.circle(zeta);
-            let Sum { value, err, nodes: n } = rings.integral(&circle, ring_level, scratch);
+            let Integral { value, err, nodes: n } = rings.integral(&circle, ring_level, scratch);
             let weight = half * slope * circle.solid_angle;
             fine += rule.fine[j] * weight * value;
             coarse += rule.coarse[j] * weight * value;
-            rough += rule.rough[j] * weight * value;
+            coarsest += rule.coarsest[j] * weight * value;
             err_rings += rule.fine[j] * weight * err;
             *nodes += n;
         }
         let err_outer = if span.is_sharp() || rings.ground.has_kink() {
             (fine - coarse).abs()
         } else {
-            estimate(fine, coarse, rough)
+            estimate(fine, coarse, coarsest)
         };
         Self { span, from, to, order, ring_level, value: fine, err_outer, err_rings }
     }

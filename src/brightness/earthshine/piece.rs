@@ -24,7 +24,7 @@ const TURN: usize = 3072;
 
 /// An integral by the finer rule, its estimated error, and its nodes.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct Sum {
+pub(super) struct Integral {
     pub value: f64,
     pub err: f64,
     pub nodes: usize,
@@ -43,8 +43,8 @@ pub(super) enum Shape {
     Clustered,
 }
 
-/// A circle on its way through the rules.
-pub(super) struct Piece<'a> {
+/// The integrand along a circle.
+pub(super) struct CircleIntegrand<'a> {
     pub ground: &'a Ground,
     pub facet: &'a Facet<'a>,
     pub circle: &'a Circle,
@@ -70,9 +70,9 @@ impl Scratch {
     }
 }
 
-impl Piece<'_> {
+impl CircleIntegrand<'_> {
     /// ∫ from one angle to another (less than 180° apart).
-    pub fn sum(&self, from: f64, to: f64, shape: Shape, level: usize, scratch: &mut Scratch) -> Sum {
+    pub fn sum(&self, from: f64, to: f64, shape: Shape, level: usize, scratch: &mut Scratch) -> Integral {
         // a graded piece has as many scales in it as its reach implies
         let reach = match shape {
             Shape::FromStart(scale) | Shape::FromEnd(scale) => ((0.5 * (to - from)).tan() / (0.5 * scale)).asinh(),
@@ -82,7 +82,7 @@ impl Piece<'_> {
         let rule = &scratch.rules[level.min(PAIRS - 1)];
         let parts = 1_usize << (level + 1).saturating_sub(PAIRS).min(8);
         let n = rule.x.len();
-        let mut sum = Sum::default();
+        let mut sum = Integral::default();
         for part in 0..parts {
             let (start, step) = (part as f64 / parts as f64, 0.5 / parts as f64);
             let Scratch { cos, sin, weight, .. } = scratch;
@@ -129,21 +129,21 @@ impl Piece<'_> {
                 weight[j] *= 2.0 * scale;
             }
             self.evaluate(n, scratch);
-            let (mut fine, mut coarse, mut rough) = (0.0, 0.0, 0.0);
-            for (((f, w), v), u) in scratch.f[..n].iter().zip(&rule.fine).zip(&rule.coarse).zip(&rule.rough) {
+            let (mut fine, mut coarse, mut coarsest) = (0.0, 0.0, 0.0);
+            for (((f, w), v), u) in scratch.f[..n].iter().zip(&rule.fine).zip(&rule.coarse).zip(&rule.coarsest) {
                 fine += w * f;
                 coarse += v * f;
-                rough += u * f;
+                coarsest += u * f;
             }
             let sharp = shape == Shape::Clustered || self.ground.has_kink();
-            let err = if sharp { (fine - coarse).abs() } else { estimate(fine, coarse, rough) };
-            sum += Sum { value: fine, err, nodes: n };
+            let err = if sharp { (fine - coarse).abs() } else { estimate(fine, coarse, coarsest) };
+            sum += Integral { value: fine, err, nodes: n };
         }
         sum
     }
 
     /// ∫ over the whole circle where nothing on it changes character: equal weights converge fastest.
-    pub fn whole(&self, level: usize, scratch: &mut Scratch) -> Sum {
+    pub fn whole(&self, level: usize, scratch: &mut Scratch) -> Integral {
         let n = WHOLE[level.min(WHOLE.len() - 1)];
         let (stride, directions) = (TURN / n, directions());
         let (mut fine, mut coarse) = (0.0, 0.0);
@@ -160,7 +160,7 @@ impl Piece<'_> {
         let step = TAU / n as f64;
         let (fine, coarse) = (fine * step, 2.0 * coarse * step);
         let err = if self.ground.has_kink() { (fine - coarse).abs() } else { estimate(fine, coarse, coarse) };
-        Sum { value: fine, err, nodes: n }
+        Integral { value: fine, err, nodes: n }
     }
 
     /// Multiplies by the radiance of ground with a lobe.
@@ -256,8 +256,8 @@ pub(super) fn extra_order(reach: f64) -> usize {
 ///
 /// `a min(1, sqrt(10 a/F))` with a the larger of the two differences: the finest rule has at least half as many digits
 /// again. The integrand is positive, so that F itself is its size.
-pub(super) fn estimate(fine: f64, coarse: f64, rough: f64) -> f64 {
-    let apart = (fine - coarse).abs().max((fine - rough).abs());
+pub(super) fn estimate(fine: f64, coarse: f64, coarsest: f64) -> f64 {
+    let apart = (fine - coarse).abs().max((fine - coarsest).abs());
     let relative = apart / fine.abs().max(1e-300);
     apart * (INDEPENDENCE * relative).sqrt().min(1.0) + 2e-16 * fine.abs()
 }
@@ -268,14 +268,14 @@ fn directions() -> &'static [(f64, f64)] {
     DIRECTIONS.get_or_init(|| (0..TURN).map(|j| (TAU * j as f64 / TURN as f64).sin_cos()).collect())
 }
 
-impl Add for Sum {
+impl Add for Integral {
     type Output = Self;
     fn add(self, o: Self) -> Self {
         Self { value: self.value + o.value, err: self.err + o.err, nodes: self.nodes + o.nodes }
     }
 }
 
-impl AddAssign for Sum {
+impl AddAssign for Integral {
     fn add_assign(&mut self, o: Self) {
         *self = *self + o;
     }

@@ -6,7 +6,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::facet::{Facet, Nearest, wrapped};
-use super::piece::{Piece, Scratch, Shape, Sum};
+use super::piece::{CircleIntegrand, Integral, Scratch, Shape};
 use super::profile::Metric;
 use crate::brightness::ground::{Circle, Ground};
 
@@ -51,7 +51,7 @@ pub(super) struct Rings<'a> {
     pub middle: f64,
     /// Lobes of smaller exponent are cut where they end; the rule does not see the end of others.
     pub smooth_exponent: f64,
-    /// So much is asked that weak singularities count: corners, edges close by the nadir.
+    /// The accuracy is so high that weak singularities count: corners, edges close by the nadir.
     pub careful: bool,
     /// Rings smaller than this do not count \[rad\].
     pub detail: f64,
@@ -110,11 +110,11 @@ impl Rings<'_> {
     }
 
     /// ∫ L f (n·w) du over the circle.
-    pub fn integral(&self, circle: &Circle, level: usize, scratch: &mut Scratch) -> Sum {
-        let piece = Piece { ground: self.ground, facet: self.facet, circle };
+    pub fn integral(&self, circle: &Circle, level: usize, scratch: &mut Scratch) -> Integral {
+        let piece = CircleIntegrand { ground: self.ground, facet: self.facet, circle };
         let arcs = self.arcs(circle);
         if matches!(arcs, Arcs::Some(_, 0)) {
-            return Sum::default();
+            return Integral::default();
         }
         let nearest = self.facet.nearest(circle);
         let mut sum = match arcs {
@@ -129,7 +129,7 @@ impl Rings<'_> {
                 }
             }
             Arcs::Some(arcs, count) => {
-                let mut sum = Sum::default();
+                let mut sum = Integral::default();
                 for (from, to) in arcs.into_iter().take(count) {
                     let marks = self.marks(circle, &nearest, Some((from, to)));
                     let end = |u| Mark { u, scale: self.scale_at_end(circle, &nearest, u, (from, to)), sharp: false };
@@ -226,10 +226,17 @@ impl Rings<'_> {
     }
 
     /// The sum over an arc cut at its marks.
-    fn along(&self, piece: &Piece, ends: [Mark; 2], marks: &Marks, level: usize, scratch: &mut Scratch) -> Sum {
+    fn along(
+        &self,
+        piece: &CircleIntegrand,
+        ends: [Mark; 2],
+        marks: &Marks,
+        level: usize,
+        scratch: &mut Scratch,
+    ) -> Integral {
         let mut row = Marks { list: [ends[0]; MARKS], count: 1 };
         for mark in &marks.list[..marks.count] {
-            // on a whole circle the marks are brought behind its start
+            // on a whole circle the marks are moved behind its start
             let u = mark.u + TAU * ((ends[0].u - mark.u) / TAU).ceil().max(0.0);
             if u > ends[0].u && u < ends[1].u {
                 row.push(Mark { u, ..*mark });
@@ -237,7 +244,7 @@ impl Rings<'_> {
         }
         row.list[..row.count].sort_unstable_by(|a, b| a.u.total_cmp(&b.u));
         row.push(ends[1]);
-        let mut sum = Sum::default();
+        let mut sum = Integral::default();
         for pair in row.list[..row.count].windows(2) {
             sum += self.between(piece, pair[0], pair[1], level, scratch);
         }
@@ -245,17 +252,17 @@ impl Rings<'_> {
     }
 
     /// The sum between two marks: one piece, or several where it is long or both ends are graded.
-    fn between(&self, piece: &Piece, from: Mark, to: Mark, level: usize, scratch: &mut Scratch) -> Sum {
+    fn between(&self, piece: &CircleIntegrand, from: Mark, to: Mark, level: usize, scratch: &mut Scratch) -> Integral {
         let length = to.u - from.u;
         if !(length > 0.0) {
-            return Sum::default();
+            return Integral::default();
         }
         let middle = 0.5 * (from.u + to.u);
         if self.window2.is_finite()
             && self.facet.law.diffuse() == 0.0
             && self.facet.distance2(piece.circle, middle) > self.window2
         {
-            return Sum::default();
+            return Integral::default();
         }
         let graded = |mark: &Mark| mark.scale * GRADED_FROM < length;
         let sharp = from.sharp || to.sharp;

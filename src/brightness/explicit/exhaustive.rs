@@ -12,7 +12,7 @@ use crate::brightness::brdf::Brdf;
 use crate::brightness::earthshine::plain;
 use crate::brightness::ground::Ground;
 
-/// [`super::explicit`] without asking first what is needed: what gives no light is multiplied by 0 instead.
+/// [`super::explicit`] without deciding first what is needed: what gives no light is multiplied by 0 instead.
 #[must_use]
 pub fn exhaustive(case: &Case, tolerance: f64) -> Option<Fluxes> {
     let r_km = RADIUS_KM + case.height_km;

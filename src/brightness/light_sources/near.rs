@@ -40,14 +40,14 @@ pub(crate) struct PhaseCurve {
     sign: f64,
     /// Where the second polynomial begins.
     kink: f64,
-    pieces: [Piece; 2],
+    polynomials: [Polynomial; 2],
     /// The law is not smooth over the range: it has a kink there, or the tip of the cone at full Moon.
     pub sharp: bool,
 }
 
 /// A polynomial about the middle of its range.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Piece {
+struct Polynomial {
     middle: f64,
     per_half_range: f64,
     c: [f64; TERMS],
@@ -98,18 +98,18 @@ impl PhaseCurve {
             (light_sources.moon_past_limit == MoonPastLimit::Tapered).then_some(MOON_LAW_MAX_DEG),
         ];
         let kink = kinks_deg.into_iter().flatten().map(of_deg).find(|x| *x > from && *x < to);
-        let piece = |from: f64, to: f64| {
+        let polynomial = |from: f64, to: f64| {
             let (middle, half) = (0.5 * (from + to), (0.5 * (to - from)).max(LEAST_HALF_RANGE));
-            Piece { middle, per_half_range: 1.0 / half, c: fit(&law, middle - half, middle + half) }
+            Polynomial { middle, per_half_range: 1.0 / half, c: fit(&law, middle - half, middle + half) }
         };
-        let pieces = match kink {
-            Some(kink) => [piece(from, kink), piece(kink, to)],
-            None => [piece(from, to); 2],
+        let polynomials = match kink {
+            Some(kink) => [polynomial(from, kink), polynomial(kink, to)],
+            None => [polynomial(from, to); 2],
         };
         Some(Self {
             sign: if past_half { -1.0 } else { 1.0 },
             kink: kink.unwrap_or(f64::INFINITY),
-            pieces,
+            polynomials,
             sharp: kink.is_some() || phase_deg < reach_deg,
         })
     }
@@ -124,7 +124,7 @@ impl PhaseCurve {
     #[inline(always)]
     pub fn at<const WHOLE: bool>(&self, cos_phase: f64) -> f64 {
         let x = (0.5 * (1.0 - self.sign * cos_phase)).max(0.0).sqrt();
-        let p = if WHOLE || x < self.kink { &self.pieces[0] } else { &self.pieces[1] };
+        let p = if WHOLE || x < self.kink { &self.polynomials[0] } else { &self.polynomials[1] };
         let y = (x - p.middle) * p.per_half_range;
         let y2 = y * y;
         let [c0, c1, c2, c3, c4, c5] = p.c;

@@ -57,26 +57,27 @@ pub(crate) fn mean_over_disc(
 ) -> f64 {
     let disc_rad = disc_rad.max(POINT_RAD);
     let lowest = (from_nadir_rad - disc_rad).max(0.0);
-    let air = Air::new(r_km, radius_km, from_nadir_rad, colour);
-    if air.tangent_km(lowest) >= TOP_KM {
+    let air_path = AirPath::new(r_km, radius_km, from_nadir_rad, colour);
+    if air_path.tangent_km(lowest) >= TOP_KM {
         return 1.0;
     }
     let disc = Disc { radius: disc_rad, from_nadir: from_nadir_rad };
     // the air from the ground up, cut where a smooth piece of it ends, and where the disc and its full rings do
     let (inner, highest) = ((from_nadir_rad - disc_rad).abs(), from_nadir_rad + disc_rad);
-    let ground_km = air.lowest_km();
+    let ground_km = air_path.lowest_km();
     let mut ends_km = PIECES_KM.map(|h| h.max(ground_km)).to_vec();
-    ends_km.extend([inner, highest].map(|psi| air.ray_km(psi).clamp(ground_km, TOP_KM)));
+    ends_km.extend([inner, highest].map(|psi| air_path.ray_km(psi).clamp(ground_km, TOP_KM)));
     ends_km.sort_by(f64::total_cmp);
     let mut mean = 0.0;
     for ends in ends_km.windows(2) {
-        let middle = air.psi(0.5 * (ends[0] + ends[1]));
+        let middle = air_path.psi(0.5 * (ends[0] + ends[1]));
         if ends[1] > ends[0] && middle > lowest && middle < highest {
-            mean += integral(order, ends[0], ends[1], |h_km| disc.density(air.psi(h_km)) * air.left_per_km(h_km));
+            mean +=
+                integral(order, ends[0], ends[1], |h_km| disc.density(air_path.psi(h_km)) * air_path.left_per_km(h_km));
         }
     }
     // what is above the air is whole
-    let top = air.psi(TOP_KM).max(lowest);
+    let top = air_path.psi(TOP_KM).max(lowest);
     for ends in [[top, inner.max(top)], [inner.max(top), highest]] {
         if ends[1] > ends[0] {
             mean += integral(order, ends[0], ends[1], |psi| disc.density(psi));
@@ -121,7 +122,7 @@ impl Disc {
 }
 
 /// The air between one satellite and one source.
-struct Air {
+struct AirPath {
     /// Distance to the horizon D \[km\].
     horizon_km: f64,
     /// Angle from nadir of the disc's centre, and the height at which a straight line to it passes.
@@ -130,7 +131,7 @@ struct Air {
     ozone_ln: f64,
 }
 
-impl Air {
+impl AirPath {
     fn new(r_km: f64, radius_km: f64, from_nadir_rad: f64, colour: &Colour) -> Self {
         const LN_PER_MAG: f64 = 0.4 * std::f64::consts::LN_10;
         let sin = from_nadir_rad.sin();
@@ -275,9 +276,12 @@ mod tests {
     #[test]
     fn the_height_of_a_ray_is_the_root_of_its_equation() {
         for r_km in [6_378.0 + 300.0, 42_164.0, 1e6] {
-            let air = Air::new(r_km, 6_378.0, 0.1, &Colour::V);
+            let air_path = AirPath::new(r_km, 6_378.0, 0.1, &Colour::V);
             for h_km in [0.0, 3.0, 11.0, 40.0, 90.0, 199.0] {
-                assert!((air.solve(air.geometric_km(h_km)) - h_km).abs() < 1e-9 * r_km.max(1e4) / 1e4, "{r_km} {h_km}");
+                assert!(
+                    (air_path.solve(air_path.geometric_km(h_km)) - h_km).abs() < 1e-9 * r_km.max(1e4) / 1e4,
+                    "{r_km} {h_km}"
+                );
             }
         }
     }

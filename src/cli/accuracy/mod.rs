@@ -27,7 +27,7 @@ Examples:
       draws lumos-sat's curve next to satphot's; sep and photutils for apertures and
       background-mesh. SATPHOT_PYTHON names interpreters too, with : between them.";
 
-/// Turns the knobs of numerical methods (--list shows which) and measures error against a converged reference, and CPU
+/// Varies the settings of numerical methods (--list names them) and measures error against a converged reference, and CPU
 /// time.
 ///
 /// Prints one line per setting and writes a table, a figure per method and a page. On one thread, so that CPU time is
@@ -41,10 +41,10 @@ pub struct Accuracy {
     /// Few cases, under a minute (the default)
     #[arg(long, conflicts_with = "full")]
     quick: bool,
-    /// Enough cases for worst errors that mean something: some minutes
+    /// Enough cases for meaningful worst errors; takes some minutes
     #[arg(long)]
     full: bool,
-    /// Folder of accuracy.ecsv, accuracy_METHOD.svg and accuracy.html; made if it is not there
+    /// Folder of accuracy.ecsv, accuracy_METHOD.svg and accuracy.html; made if it does not exist
     #[arg(short, long, value_name = "DIR", default_value = "satphot-accuracy")]
     out: PathBuf,
     /// Run the stiff and extreme cases instead: expected, got, verdict
@@ -59,7 +59,7 @@ pub struct Accuracy {
     /// List the methods and stop
     #[arg(long)]
     list: bool,
-    /// No progress bar
+    /// Print no progress bar
     #[arg(short, long)]
     quiet: bool,
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use satphot::Error;
-use satphot::accuracy::{Errors, Method, Point, Series, Sweep};
+use satphot::accuracy::{Errors, Method, Series, Sweep, SweepPoint};
 
 use super::super::tell;
 
@@ -66,9 +66,9 @@ fn curves(python: &Path, method: &str, full: bool) -> Result<(Vec<Series>, Vec<S
         stdin.write_all(SCRIPT.as_bytes()).map_err(failed)?;
     }
     let out = child.wait_with_output().map_err(failed)?;
-    let told: Vec<String> = String::from_utf8_lossy(&out.stderr).lines().map(str::to_owned).collect();
+    let messages: Vec<String> = String::from_utf8_lossy(&out.stderr).lines().map(str::to_owned).collect();
     if !out.status.success() {
-        let last = told.last().cloned().unwrap_or_default();
+        let last = messages.last().cloned().unwrap_or_default();
         return Err(format!("{}: {last}", python.display()));
     }
     let mut series: Vec<Series> = Vec::new();
@@ -81,18 +81,18 @@ fn curves(python: &Path, method: &str, full: bool) -> Result<(Vec<Series>, Vec<S
             None => series.push(Series { label, points: vec![point] }),
         }
     }
-    Ok((series, told.into_iter().filter(|t| t.contains("No module")).collect()))
+    Ok((series, messages.into_iter().filter(|t| t.contains("No module")).collect()))
 }
 
 /// method,case,setting,n,median,p95,worst,cpu_us
-fn point(line: &str) -> Option<(String, Point)> {
+fn point(line: &str) -> Option<(String, SweepPoint)> {
     let cells: Vec<&str> = line.split(',').collect();
     let [_, label, setting, n, median, p95, worst, cpu_us] = cells.as_slice() else { return None };
     let errors =
         Errors { median: median.parse().ok()?, p95: p95.parse().ok()?, worst: worst.parse().ok()?, n: n.parse().ok()? };
     let cpu_us = cpu_us.parse().ok()?;
     let setting = (*setting).to_string();
-    Some(((*label).to_string(), Point { setting, errors, cpu_us, memory_kb: None, is_default: false }))
+    Some(((*label).to_string(), SweepPoint { setting, errors, cpu_us, memory_kb: None, is_default: false }))
 }
 
 #[cfg(test)]

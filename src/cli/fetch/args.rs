@@ -8,10 +8,10 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub struct Fetch {
-    /// What to fetch [default: what the configuration names and is not there]
+    /// What to fetch [default: what the configuration names and does not exist]
     #[arg(value_enum)]
     pub(super) what: Option<What>,
-    /// Configuration of the night [default: pipeline.toml, if it is there]
+    /// Configuration of the night [default: pipeline.toml, if it exists]
     #[arg(short, long, value_name = "FILE")]
     pub(super) config: Option<PathBuf>,
     /// Set a key of the configuration, e.g. --set fetch.timeout_s=30 (repeatable)
@@ -20,19 +20,19 @@ pub struct Fetch {
     /// File to write instead of orbit.elements or stars.catalogue
     #[arg(short, long, value_name = "FILE", requires = "what")]
     pub(super) out: Option<PathBuf>,
-    /// Overwrite files that are there
+    /// Overwrite existing files
     #[arg(long)]
     pub(super) force: bool,
-    /// The cache alone: no network
+    /// Use the cache alone, without the network
     #[arg(long)]
     pub(super) offline: bool,
-    /// Print the addresses that would be asked, and ask nothing
+    /// Print the addresses that would be queried, and send nothing
     #[arg(long)]
     pub(super) dry_run: bool,
     /// Folder of the cache [default: fetch.cache, $XDG_CACHE_HOME/satphot or ~/.cache/satphot]
     #[arg(long, value_name = "DIR")]
     pub(super) cache: Option<PathBuf>,
-    /// No progress, no notes
+    /// Print no progress and no notes
     #[arg(short, long)]
     pub(super) quiet: bool,
     /// Progress, notes and errors on standard error as lines of JSON
@@ -48,13 +48,13 @@ pub struct Fetch {
     /// Moment the elements are for, UTC [default: the middle of the night's frames, else night.name, else now]
     #[arg(long, value_name = "UTC", help_heading = "Elements")]
     pub(super) date: Option<String>,
-    /// Who is asked [default: CelesTrak for nights of the last 2 d, SatChecker for older ones]
+    /// Service to query [default: CelesTrak for nights of the last 2 d, SatChecker for older ones]
     #[arg(long, value_enum, help_heading = "Elements")]
     pub(super) source: Option<ElementSource>,
     /// Format [default: TLE for files called .tle, .3le or .txt, else OMM JSON]
     #[arg(long, value_enum, help_heading = "Elements")]
     pub(super) format: Option<ElementFormat>,
-    /// Elements further from the moment are not taken [default: orbit.max_age_d, or 14]
+    /// Largest time between elements and moment [d] [default: orbit.max_age_d, or 14]
     #[arg(long, value_name = "D", help_heading = "Elements")]
     pub(super) max_age_d: Option<f64>,
     /// Address of CelesTrak's gp.php
@@ -105,17 +105,17 @@ pub(super) enum ElementFormat {
 pub(super) const AFTER_HELP: &str = "\
 Examples:
   satphot fetch -c night.toml                             what night.toml names and does not have
-  satphot fetch -c night.toml --norad 25544 --dry-run     the addresses that would be asked
+  satphot fetch -c night.toml --norad 25544 --dry-run     the addresses that would be queried
   satphot fetch elements --norad 25544 -o iss.json        current elements (CelesTrak)
   satphot fetch elements --norad 25544 --date 2025-06-10T10:00:00 -o iss.tle      of a past night (SatChecker)
   satphot fetch stars -c night.toml                       APASS DR9 of the night's star pointings
   satphot fetch stars --ra-deg 280.6 --dec-deg 0.1 --radius-deg 0.5 -o apass.csv
 
-The only verb that uses the network. Answers are kept in a cache ($XDG_CACHE_HOME/satphot or ~/.cache/satphot) and not asked
-for again within 2 h (elements), a day (past nights), ever (APASS DR9). Proxies: HTTPS_PROXY, NO_PROXY. Addresses, patience
-and the contact told to the services are keys of [fetch]. Files that exist are left alone without --force.
+This is the only verb that uses the network. Answers are kept in a cache ($XDG_CACHE_HOME/satphot or ~/.cache/satphot) and not requested
+again for 2 h (elements), for a day (past nights), or at all (APASS DR9). Proxies: HTTPS_PROXY, NO_PROXY. Addresses, time limits
+and the contact sent to the services are keys of [fetch]. Files that exist are left alone without --force.
 
-Exit codes: 75 the network or a server failed, try again later; 5 there is no such object or star; 2 usage.";
+Exit codes: 75 if the network or a server failed (try again later); 5 if the object or stars do not exist; 2 for wrong usage.";
 
 /// A catalogue number; a name is another option.
 fn norad(text: &str) -> Result<u64, String> {

@@ -26,7 +26,7 @@ pub struct Job<'a> {
     pub verb: &'a Fetch,
     pub config: Option<&'a Config>,
     pub settings: &'a config::Fetch,
-    pub desk: &'a Client<'a>,
+    pub client: &'a Client<'a>,
     pub say: &'a dyn Fn(&str),
 }
 
@@ -119,7 +119,7 @@ impl Job<'_> {
             let is_date_only = satphot::base::instant::read(date).is_ok_and(|t| t.is_date_only && !t.has_zone);
             return Ok((if is_date_only { shifted(at, 43_200.0) } else { at }, "--date"));
         }
-        let Some(config) = self.config else { return Ok((*self.desk.now(), "now")) };
+        let Some(config) = self.config else { return Ok((*self.client.now(), "now")) };
         if let Ok(survey) = survey(config, &[], &[]) {
             let lights = survey.targets.iter().chain(survey.pointings.iter().flatten());
             let mut mids: Vec<Epoch> = lights.filter_map(|e| e.time.as_ref().map(|t| t.mid)).collect();
@@ -133,7 +133,7 @@ impl Job<'_> {
             Ok(noon) => Ok((noon, "night.name")),
             Err(_) => {
                 self.note("no frames and no date in night.name: elements for now; --date names another moment");
-                Ok((*self.desk.now(), "now"))
+                Ok((*self.client.now(), "now"))
             }
         }
     }
@@ -163,7 +163,7 @@ impl Job<'_> {
             max_age_d: self.verb.max_age_d.or(of_config).unwrap_or(14.0),
         };
         if self.verb.dry_run {
-            let queries = element_queries(&wanted, self.settings, self.desk.now());
+            let queries = element_queries(&wanted, self.settings, self.client.now());
             queries.iter().for_each(|q| print(&format!("{}\n", q.shown())));
             if queries.len() > 1 {
                 self.note("the second address only if the first has no elements near enough");
@@ -171,7 +171,7 @@ impl Job<'_> {
             return Ok(());
         }
         (self.say)(&format!("elements of {} for {} ({from})", wanted.object.label(), iso_utc(at, 0)));
-        let fetched = fetch_elements(self.desk, &wanted, self.settings)?;
+        let fetched = fetch_elements(self.client, &wanted, self.settings)?;
         let set = &fetched.elements;
         write_atomic(path, fetched.text.as_bytes())?;
         let age_d = set.age_d(&at);
@@ -213,7 +213,7 @@ impl Job<'_> {
             return Ok(());
         }
         (self.say)(&format!("stars of {} fields, from {}", fields.len(), fields[0].source));
-        let fetched = fetch_stars(self.desk, &fields, self.settings)?;
+        let fetched = fetch_stars(self.client, &fields, self.settings)?;
         let n_read = self.write_catalogue(path, &fetched.text)?;
         let mut also = String::new();
         for (n, what) in [(fetched.n_repeated, "in several fields"), (fetched.n_without_v, "without V skipped")] {
@@ -234,7 +234,8 @@ impl Job<'_> {
             return Ok(vec![Field::new(ra_deg, dec_deg, radius_deg, "--ra-deg --dec-deg")]);
         }
         let Some(config) = self.config else {
-            let problem = "say where: --ra-deg, --dec-deg and --radius-deg, or a configuration (-c) whose frames tell";
+            let problem =
+                "needs a field: --ra-deg, --dec-deg and --radius-deg, or a configuration (-c) with star frames";
             return Err(bad("--ra-deg", problem.into()));
         };
         let night = survey(config, &[], &self.target_names(config))?;
@@ -268,7 +269,7 @@ impl Job<'_> {
         names
     }
 
-    /// Whether a file may be written, before anything is asked.
+    /// Whether a file may be written, before anything is requested.
     fn may_write(&self, path: &Path) -> anyhow::Result<()> {
         let shown = path.display();
         if path.is_dir() {

@@ -34,8 +34,8 @@ impl Fetch {
             }
         };
         let outside = Hooks { wait: &std::thread::sleep, say: &say, environment: true };
-        let desk = Client::new(&settings, cache, now, self.offline, outside)?;
-        let job = Job { verb: &self, config: config.as_ref(), settings: &settings, desk: &desk, say: &say };
+        let client = Client::new(&settings, cache, now, self.offline, outside)?;
+        let job = Job { verb: &self, config: config.as_ref(), settings: &settings, client: &client, say: &say };
         match self.what {
             Some(What::Elements) => job.elements(&job.elements_file()?),
             Some(What::Stars) => job.stars(&job.stars_file()?),
@@ -43,7 +43,7 @@ impl Fetch {
         }
     }
 
-    /// An option that would do nothing is a mistake worth telling.
+    /// An option that would do nothing is a mistake worth a message.
     fn no_stray_options(&self) -> anyhow::Result<()> {
         let of_elements = [
             ("--norad", self.norad.is_some()),
@@ -122,7 +122,7 @@ impl Fetch {
         own.or_else(usual)
             .or_else(windows)
             .or_else(home)
-            .ok_or_else(|| bad("--cache", "name a folder: there is no home".into()))
+            .ok_or_else(|| bad("--cache", "is needed, because HOME is not set; name a folder".into()))
     }
 }
 

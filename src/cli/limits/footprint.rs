@@ -29,17 +29,17 @@ use super::{positive, within};
 const STEP_S: f64 = 10.0;
 
 const AFTER_HELP: &str = "\
-The mirror is flat; its beam is as wide as the lamp's disc. Attitudes: sun_to_nadir (halfway
+The mirror is flat; its beam is as wide as the light source's disc. Attitudes: sun_to_nadir (halfway
 between Sun and nadir: sunlight goes straight down; moonlight goes where that normal sends it),
 nadir, sun, sun_azimuth; or a normal fixed along the orbit (--lvlh) or among the stars
 (--inertial-deg).
 
 The search samples the angle between beam and site, refines every minimum and brackets the two
-edges of the beam: 5.8 km at 7 km/s pass in less than a second and are found all the same.
+edges of the beam: 5.8 km at 7 km/s pass in less than a second and are found nevertheless.
 Approaches below the site's horizon are excluded.
 
 A circular orbit of which only height and inclination are known takes its node and phase from
---node-deg and --phase-deg; how often such an orbit's beam meets the site by chance is said.
+--node-deg and --phase-deg; how often such an orbit's beam meets the site by chance is printed.
 
 Examples:
   satphot limits footprint --site -33.7703,151.1113,70
@@ -54,13 +54,13 @@ pub struct Footprint {
     /// Area of the mirror [m2]
     #[arg(long, value_name = "M2", default_value_t = 324.0, allow_hyphen_values = true)]
     area_m2: f64,
-    /// Its reflectance
+    /// Reflectance of the mirror
     #[arg(long, value_name = "RHO", default_value_t = 0.96, allow_hyphen_values = true)]
     reflectance: f64,
     /// Divergence of the beam: the diameter of the light source's disc [deg]
     #[arg(long, value_name = "DEG", default_value_t = PUBLISHED_DIVERGENCE_DEG, allow_hyphen_values = true)]
     divergence_deg: f64,
-    /// How it is held
+    /// Attitude of the mirror
     #[arg(long, value_name = "ATTITUDE", default_value = "sun_to_nadir",
           value_parser = ["sun_to_nadir", "nadir", "sun", "sun_azimuth"])]
     attitude: String,
@@ -79,8 +79,8 @@ pub struct Footprint {
     )]
     inertial_deg: Vec<f64>,
     /// Light source whose beam is followed
-    #[arg(long, value_name = "LAMP", default_value = "both", value_parser = ["sun", "moon", "both"])]
-    lamp: String,
+    #[arg(long, alias = "lamp", value_name = "SOURCE", default_value = "both", value_parser = ["sun", "moon", "both"])]
+    light_source: String,
     /// Height of a circular orbit [km]
     #[arg(long, value_name = "KM", default_value_t = 625.0, allow_hyphen_values = true, conflicts_with = "elements")]
     height_km: f64,
@@ -104,13 +104,13 @@ pub struct Footprint {
     /// Nearest approaches listed for each light source, besides crossings
     #[arg(long, value_name = "N", default_value_t = 5)]
     nearest: usize,
-    /// Comma-separated values of all approaches instead of a table
+    /// Print comma-separated values of all approaches instead of a table
     #[arg(long)]
     csv: bool,
     /// Write all approaches as a table into this file
     #[arg(short, long, value_name = "FILE.ecsv", value_parser = ecsv_file)]
     out: Option<PathBuf>,
-    /// No notes
+    /// Print no notes
     #[arg(short, long)]
     quiet: bool,
 }
@@ -134,7 +134,12 @@ impl Footprint {
         let site = match (self.orbit.place.given()?, &config) {
             (Some(site), _) => site,
             (None, Some(config)) => config.site.clone(),
-            (None, None) => return Err(bad("--site", "is not given and there is no configuration".into())),
+            (None, None) => {
+                return Err(bad(
+                    "--site",
+                    "is needed without a configuration: latitude,longitude,height [deg, deg, m]".into(),
+                ));
+            }
         };
         let start = parse_utc("--start", &self.start)?;
         let here = Site::from_config(&site)?;
@@ -175,12 +180,12 @@ impl Footprint {
             kept.borrow_mut().insert(t_s.to_bits(), scene);
             Ok(scene)
         };
-        let lamps = SourceSettings::new(&Effects::of(Mode::Corrected), &Band::of_config("V")?)?;
+        let sources = SourceSettings::new(&Effects::of(Mode::Corrected), &Band::of_config("V")?)?;
         let mut found = Vec::new();
-        for (name, lamp) in [("sun", LightSource::Sun), ("moon", LightSource::Moon)] {
-            if self.lamp == name || self.lamp == "both" {
+        for (name, source) in [("sun", LightSource::Sun), ("moon", LightSource::Moon)] {
+            if self.light_source == name || self.light_source == "both" {
                 let times = (3600.0 * self.hours, STEP_S);
-                found.push((name, approaches(&kept_at, (lamp, &mirror), times, &lamps)?));
+                found.push((name, approaches(&kept_at, (source, &mirror), times, &sources)?));
             }
         }
         let utc = |t_s: f64| iso_utc(shifted(start, t_s), 1);
@@ -190,7 +195,7 @@ impl Footprint {
         } else {
             print(&self.beam_text(&site, start, tracker.is_some())?);
             for (name, all) in &found {
-                print(&self.lamp_text(name, all, &utc));
+                print(&self.source_text(name, all, &utc));
             }
         }
         if let Some(path) = &self.out {
@@ -287,7 +292,7 @@ impl Footprint {
     }
 
     /// Crossings and nearest approaches of one light source's beam.
-    fn lamp_text(&self, name: &str, all: &[Approach], utc: &dyn Fn(f64) -> String) -> String {
+    fn source_text(&self, name: &str, all: &[Approach], utc: &dyn Fn(f64) -> String) -> String {
         let crossings = all.iter().filter(|a| a.inside.is_some()).count();
         let lit = all.iter().filter(|a| a.inside.is_some_and(|i| i.mag.is_some())).count();
         let mut sorted: Vec<&Approach> = all.iter().collect();

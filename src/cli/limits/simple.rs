@@ -55,7 +55,7 @@ pub struct Simple {
     /// Seeing, FWHM [arcsec]
     #[arg(long, value_name = "ARCSEC", default_value_t = 1.5, allow_hyphen_values = true)]
     fwhm_arcsec: f64,
-    /// Comma-separated values instead of a table
+    /// Print comma-separated values instead of a table
     #[arg(long)]
     csv: bool,
 }
@@ -156,7 +156,7 @@ impl Simple {
                 "m by Lunar-Earthshine",
                 "V mag",
                 [None, earthshine],
-                "what lights a panel facing nadir; left out in print",
+                "what lights a panel facing nadir; omitted in print",
             ),
             line("m used below", "V mag", mag, if self.mag.is_some() { "stated" } else { "" }),
             line("equivalent diameter", "m", diameter, "A = pi/4 D as printed, D squared is meant"),

@@ -30,7 +30,7 @@ Without arguments: the paper's eight satellites in the zenith before Rubin's 15 
 nu is the magnitude per square arcsecond that a source at rest would need to leave the same
 trace in the whole exposure. As published it is m + 5 lg(omega t_exp): the flux over the trail
 of the whole exposure, times t_eff/t_exp, which averages over time twice. Corrected it is
-m + 2.5 lg(width omega t_exp). The published limit is a point's magnitude; beside it stand the
+m + 2.5 lg(width omega t_exp). The published limit is a point's magnitude; next to it are the
 limits over a square arcsecond, a pixel and the whole trail, all of 5 sigma. nu is in V; before
 it is compared as corrected, the colour of a grey satellite in moonlight (--light) is added.
 
@@ -75,13 +75,13 @@ pub struct Streak {
     /// Inclination of that orbit [deg]: the observer's rotation counts then; without it, v/h in the zenith
     #[arg(long, value_name = "DEG", allow_hyphen_values = true, requires = "height_km")]
     inclination_deg: Option<f64>,
-    /// Altitude in which it is seen [deg]
+    /// Altitude at which it is seen [deg]
     #[arg(long, value_name = "DEG", allow_hyphen_values = true, requires = "inclination_deg")]
     alt_deg: Option<f64>,
-    /// Azimuth in which it is seen [deg]
+    /// Azimuth at which it is seen [deg]
     #[arg(long, value_name = "DEG", allow_hyphen_values = true, requires = "inclination_deg")]
     az_deg: Option<f64>,
-    /// It moves northward (ascending) or southward there
+    /// Direction of its motion there: northward (ascending) or southward
     #[arg(long, value_name = "LEG", default_value = "ascending", value_parser = ["ascending", "descending"], requires = "inclination_deg")]
     leg: String,
     /// Moment for --elements, UTC, e.g. 2025-06-10T09:44:41
@@ -116,12 +116,12 @@ pub struct Streak {
     /// Light source whose colour a grey satellite has; band: magnitudes are the band's already
     #[arg(long, value_name = "LAMP", default_value = "moon", value_parser = ["moon", "sun", "band"])]
     light: String,
-    /// Comma-separated values instead of a table
+    /// Print comma-separated values instead of a table
     #[arg(long)]
     csv: bool,
     #[command(flatten)]
     out: OutArgs,
-    /// No notes
+    /// Print no notes
     #[arg(short, long)]
     quiet: bool,
 }
@@ -289,7 +289,8 @@ impl Streak {
         }
         let shell = entry.and_then(|e| e.orbits.first()).map(|s| s.height_km.bounds());
         let height_km = self.height_km.or(shell.map(|[low, high]| 0.5 * (low + high)));
-        let height_km = height_km.ok_or_else(|| bad("--height-km", "no orbit is known; give the height".into()))?;
+        let height_km = height_km
+            .ok_or_else(|| bad("--height-km", "is needed, because no orbit is known; give the height [km]".into()))?;
         let Some(inclination_deg) = self.inclination_deg else {
             return Ok(Passing::in_zenith(name, area_m2, height_km)?);
         };
@@ -329,7 +330,9 @@ impl Streak {
         let one = |p: &Passing| -> anyhow::Result<(String, Anchor)> {
             let satellite = Satellite::named(&p.name)
                 .ok_or_else(|| bad("--model", format!("\"{}\" is not in the catalogue: give --satellite", p.name)))?;
-            let height_km = p.height_km.ok_or_else(|| bad("--height-km", "is needed for the model".into()))?;
+            let height_km = p
+                .height_km
+                .ok_or_else(|| bad("--height-km", "is needed for the model; give the height [km]".into()))?;
             Ok(match model_mu(&satellite, height_km)? {
                 Some(mu) => (format!("model, median mu {mu:.2} under a full Moon"), Anchor::Mu(mu)),
                 None => ("model: no light in any direction".into(), Anchor::Dark),

@@ -56,12 +56,12 @@ pub struct Ground {
     force_age: bool,
     #[command(flatten)]
     place: SiteArg,
-    /// Comma-separated values instead of a table
+    /// Print comma-separated values instead of a table
     #[arg(long)]
     csv: bool,
     #[command(flatten)]
     out: OutArgs,
-    /// No notes
+    /// Print no notes
     #[arg(short, long)]
     quiet: bool,
 }
@@ -158,9 +158,9 @@ impl Ground {
         meta.push("time_scale", "UTC");
         meta.push("object_name", name);
         meta.push("orbit_source", self.elements.display().to_string());
-        for (lamp, (lon, lat)) in ["sun", "moon"].iter().zip(under_deg) {
-            meta.push(&format!("sub_{lamp}_lon_deg"), lon);
-            meta.push(&format!("sub_{lamp}_lat_deg"), lat);
+        for (body, (lon, lat)) in ["sun", "moon"].iter().zip(under_deg) {
+            meta.push(&format!("sub_{body}_lon_deg"), lon);
+            meta.push(&format!("sub_{body}_lat_deg"), lat);
         }
         meta
     }

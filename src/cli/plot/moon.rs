@@ -59,12 +59,12 @@ pub struct Moon {
     /// Spectrum of the Sun: outside the atmosphere, or what reaches the ground (global is what the paper draws)
     #[arg(long, value_name = "COLUMN", default_value = "extraterrestrial", value_parser = ["extraterrestrial", "global", "direct"])]
     column: String,
-    /// Comma-separated values instead of a table
+    /// Print comma-separated values instead of a table
     #[arg(long)]
     csv: bool,
     #[command(flatten)]
     out: OutArgs,
-    /// No notes
+    /// Print no notes
     #[arg(short, long)]
     quiet: bool,
 }
@@ -109,9 +109,9 @@ impl Moon {
             "direct" => SolarColumn::Direct,
             _ => SolarColumn::Extraterrestrial,
         };
-        let (sun, lamps) = (Spectrum::sun(column)?, laws.named(&self.law));
+        let (sun, sources) = (Spectrum::sun(column)?, laws.named(&self.law));
         let curve = |deg: &f64| {
-            let spectrum = moon_spectrum(&sun, *deg, lamps);
+            let spectrum = moon_spectrum(&sun, *deg, sources);
             let curve = spectrum.curve();
             SedCurve {
                 label: format!("α = {deg}°"),
@@ -148,8 +148,8 @@ impl Laws {
     }
 
     fn row(&self, phase_deg: f64) -> MoonLawRow {
-        let of = |lamps: &SourceSettings| {
-            let light = lamps.moonlight_at_phase(phase_deg);
+        let of = |sources: &SourceSettings| {
+            let light = sources.moonlight_at_phase(phase_deg);
             (mag_of_flux(light.flux), i64::from(light.extrapolated))
         };
         let ((cox, cox_extrapolated), (ks, ks_extrapolated), (rolo, rolo_extrapolated)) =
@@ -179,7 +179,7 @@ fn meta() -> Meta {
     meta.push("band", "V");
     meta.push("moon_distance_km", 384_400.0);
     meta.push("sun_distance_au", 1.0);
-    meta.push("asymmetry", "waxing and waning differ by 0.05 to 0.15 mag near 90 deg: left out");
+    meta.push("asymmetry", "waxing and waning differ by 0.05 to 0.15 mag near 90 deg: not modelled");
     meta.push(
         "holzloehner_2017",
         "literature only: the paper's comparison with observations is not part of this table",

@@ -37,11 +37,11 @@ even in node, satellites even in each plane; two bodies and the drift by the Ear
 or read from a file of elements (SGP4; of each object the set nearest to the first moment). All
 are of one type, --satellite.
 
-The columns: satellites asked, above the horizon, above --min-alt, and of these: lit, lit by
+The columns: satellites computed, above the horizon, above --min-alt, and of these: lit, lit by
 each light, brighter than each of --magnitudes, the brightest, median and 16/84 % of the lit
 from a histogram in steps of 0.02 mag (the column histogram: step:count, step 0 begins at -30).
 
---shard 2/8 asks every eighth satellite; the tables of all eight, given to --merge, make the
+--shard 2/8 computes every eighth satellite; the tables of all eight, given to --merge, make the
 table of the whole, byte for byte (exit code 3 names missing shards). Memory does not grow with the number of satellites or of
 moments; rows of single satellites go straight to --rows.
 
@@ -77,7 +77,7 @@ pub struct Constellation {
     /// Time between moments [min]
     #[arg(long, value_name = "MIN", default_value_t = 10.0, allow_hyphen_values = true)]
     step_min: f64,
-    /// Satellites [default: those launched, else those planned]
+    /// Number of satellites [default: those launched, else those planned]
     #[arg(long, value_name = "N")]
     count: Option<usize>,
     /// Elements of real satellites instead of an even pattern
@@ -98,7 +98,7 @@ pub struct Constellation {
     /// Phasing of Walker's pattern: from plane to plane the satellites move on by F/N of a turn
     #[arg(long, value_name = "F", default_value_t = 1)]
     phasing: usize,
-    /// Satellites count above this altitude [deg]
+    /// Lowest altitude at which a satellite counts [deg]
     #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_hyphen_values = true)]
     min_alt: f64,
     /// Magnitudes of the columns n_brighter_...
@@ -113,7 +113,7 @@ pub struct Constellation {
     /// Only every N-th satellite, beginning with the I-th
     #[arg(long, value_name = "I/N", value_parser = shard, default_value = "1/1")]
     shard: (usize, usize),
-    /// Tables of shards to add instead of computing
+    /// Tables of shards to merge instead of computing
     #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with_all = ["start", "elements", "count", "rows"])]
     merge: Vec<PathBuf>,
     /// A line for each satellite above --min-alt at each moment, CSV
@@ -122,13 +122,13 @@ pub struct Constellation {
     /// Table (ECSV)
     #[arg(short, long, value_name = "FILE.ecsv", value_parser = ecsv_file)]
     out: Option<PathBuf>,
-    /// Comma-separated values instead of a table
+    /// Print comma-separated values instead of a table
     #[arg(long)]
     csv: bool,
-    /// Threads; 0 = all cores. The answer does not depend on it
+    /// Number of threads; 0 = all cores. The result does not depend on it
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
     jobs: usize,
-    /// No progress bar, no notes
+    /// Print no progress bar and no notes
     #[arg(short, long)]
     quiet: bool,
 }
@@ -195,10 +195,10 @@ impl Constellation {
             return Err(bad("--min-alt", format!("{} is outside 0 to 90 deg", self.min_alt)));
         }
         if self.magnitudes.len() > 20 || !self.magnitudes.iter().all(|m| m.is_finite()) {
-            return Err(bad("--magnitudes", "accepted are up to 20 numbers".into()));
+            return Err(bad("--magnitudes", "accepts up to 20 numbers".into()));
         }
         if self.inclination_deg.is_some_and(|i| !(0.0..=180.0).contains(&i)) {
-            return Err(bad("--inclination-deg", "accepted is 0 to 180 deg".into()));
+            return Err(bad("--inclination-deg", "must be 0 to 180 deg".into()));
         }
         Ok(())
     }
@@ -212,10 +212,9 @@ impl Constellation {
         let entry = known.find(&model.satellite).ok().filter(|_| model.surfaces.is_empty());
         let counts = entry.and_then(|e| e.counts.as_ref());
         let default = counts.map(|c| if c.launched > 0 { c.launched } else { c.planned.bounds()[1] as u64 });
-        let count = self
-            .count
-            .or(default.and_then(|n| usize::try_from(n).ok()))
-            .ok_or_else(|| bad("--count", format!("how many there are of {} is not known", model.satellite)))?;
+        let count = self.count.or(default.and_then(|n| usize::try_from(n).ok())).ok_or_else(|| {
+            bad("--count", format!("the number of satellites of {} is not known; give --count", model.satellite))
+        })?;
         let pattern = Pattern {
             height_km: self.height_km,
             inclination_rad: self.inclination_deg.map(f64::to_radians),
@@ -289,14 +288,14 @@ impl Constellation {
         for k in 0..self.steps {
             let moment = watch.moment(&shifted(watch.start, 60.0 * self.step_min * k as f64))?;
             let mut tally = Tally::new(self.magnitudes.len());
-            let (asked, failed) = watch.look(source, &moment, &mut |seen: &Seen| {
+            let (n_satellites, failed) = watch.for_each_above_horizon(source, &moment, &mut |seen: &Seen| {
                 tally.count(seen, watch.min_alt_rad, &self.magnitudes);
                 match rows.as_mut().filter(|_| seen.alt_rad >= watch.min_alt_rad) {
                     Some(rows) => rows.line(seen, &moment.epoch),
                     None => Ok(()),
                 }
             })?;
-            (tally.asked, tally.failed) = (asked as u64, failed as u64);
+            (tally.n_satellites, tally.failed) = (n_satellites as u64, failed as u64);
             moments.push(MomentTally::new(&moment, tally));
             bar.tick();
         }
@@ -321,14 +320,14 @@ impl Constellation {
 
     /// What it took, and what a million satellites would.
     fn tell_cost(&self, bar: &Bars, satellites: usize) {
-        let asked = satellites as f64 / self.shard.1 as f64;
+        let n_satellites = satellites as f64 / self.shard.1 as f64;
         let wall_s = bar.elapsed_s();
         let memory = peak_memory_mb().map_or(String::new(), |mb| format!(", {mb:.0} MB peak memory"));
         let cpu = bar.cpu_s().map_or(String::new(), |s| format!(", {s:.1} s of CPU"));
-        let times = A_MILLION / asked;
+        let times = A_MILLION / n_satellites;
         let projected = bar.cpu_s().map_or(String::new(), |s| format!(" ({:.0} s of CPU)", s * times));
         tell(&format!(
-            "{asked:.0} satellites x {} moments: {wall_s:.1} s{cpu}{memory}; a million satellites: about {:.0} s{projected}",
+            "{n_satellites:.0} satellites x {} moments: {wall_s:.1} s{cpu}{memory}; a million satellites: about {:.0} s{projected}",
             self.steps,
             wall_s * times
         ));

@@ -19,7 +19,7 @@ use super::dome_args::{SamplingArgs, first_moment, height_km, mode_name, site_of
 use super::{ModelArgs, OutArgs, band_note};
 
 const AFTER_HELP: &str = "\
-At every moment one satellite is asked in many directions of the sky, all at one height; the
+At every moment one satellite is computed in many directions of the sky, all at one height; the
 row is the median over the directions in which it is lit, and between which magnitudes the
 middle 68 % of them lie. Where no direction is lit the cells are empty. How the directions are
 spread changes the answer by day by 1 mag: --sampling solid_angle counts every area of the sky
@@ -63,7 +63,7 @@ pub struct Day {
     /// Time between rows [min]
     #[arg(long, value_name = "MIN", default_value_t = 10.0, allow_hyphen_values = true)]
     step_min: f64,
-    /// Directions of the sky
+    /// Number of directions of the sky
     #[arg(long, value_name = "N", default_value_t = 1000)]
     points: usize,
     #[command(flatten)]
@@ -77,15 +77,15 @@ pub struct Day {
     /// Photometry table whose passes are drawn next to the model (repeatable)
     #[arg(long, value_name = "photometry.ecsv")]
     observed: Vec<PathBuf>,
-    /// Comma-separated values instead of a summary
+    /// Print comma-separated values instead of a summary
     #[arg(long)]
     csv: bool,
     #[command(flatten)]
     out: OutArgs,
-    /// Threads; 0 = all cores. The answer does not depend on it
+    /// Number of threads; 0 = all cores. The result does not depend on it
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
     jobs: usize,
-    /// No progress bar, no notes
+    /// Print no progress bar and no notes
     #[arg(short, long)]
     quiet: bool,
 }

@@ -71,15 +71,17 @@ pub fn height_km(given: Option<f64>, model: &config::Model) -> anyhow::Result<f6
     let known = Catalogue::load(model.satellites.as_deref())?;
     let entry = known.find(&model.satellite).ok().filter(|_| model.surfaces.is_empty());
     let shell = entry.and_then(|e| e.orbits.first()).map(|shell| shell.height_km.bounds());
-    shell
-        .map(|[low, high]| 0.5 * (low + high))
-        .ok_or_else(|| bad("--height-km", format!("no orbit of {} is known; give the height", model.satellite)))
+    shell.map(|[low, high]| 0.5 * (low + high)).ok_or_else(|| {
+        bad("--height-km", format!("the orbit of {} is not known; give its height [km]", model.satellite))
+    })
 }
 
 /// The site of the command line, else of the configuration.
 pub fn site_of(given: Option<config::Site>, config: Option<&config::Config>) -> anyhow::Result<config::Site> {
     let place = given.or_else(|| config.map(|c| c.site.clone()));
-    place.ok_or_else(|| bad("--site", "is not given and there is no configuration".into()))
+    place.ok_or_else(|| {
+        bad("--site", "is needed without a configuration: latitude,longitude,height [deg, deg, m]".into())
+    })
 }
 
 /// The first moment: of `--start`, or 0 h UTC of `--date`.

@@ -28,7 +28,7 @@ const NIGHT_DEG: f64 = -18.0;
 const AFTER_HELP: &str = "\
 The Sun's altitude (its centre, no refraction) crosses -0.83 (sunset: upper limb, refraction),
 -6, -12 and -18 deg at times found by bisection; twilight counted from 0 deg is reported too. Where it never does, as in polar summer, a part is all of the window or nothing.
-With --satellite the nights are asked too: a moment of night counts as observable where the
+With --satellite the nights are computed too: a moment of night counts as observable where the
 median over the sky is brighter than --limit-mag. Unless given, that is the V at which the
 satellite overhead has the 1-sigma surface brightness of a tracked 10 s exposure under full
 Moon (21.65 mag/arcsec2).
@@ -64,10 +64,10 @@ pub struct Duty {
     /// Faintest median V over the sky that counts as observable
     #[arg(long, value_name = "MAG", allow_hyphen_values = true, requires = "satellite")]
     limit_mag: Option<f64>,
-    /// Time between the moments of night that are asked [min]
+    /// Time between the computed moments of the night [min]
     #[arg(long, value_name = "MIN", default_value_t = 10.0, allow_hyphen_values = true)]
     step_min: f64,
-    /// Directions of the sky
+    /// Number of directions of the sky
     #[arg(long, value_name = "N", default_value_t = 100)]
     points: usize,
     #[command(flatten)]
@@ -75,15 +75,15 @@ pub struct Duty {
     /// Height of the orbits [km]; the catalogue's where it has one
     #[arg(long, value_name = "KM", allow_hyphen_values = true)]
     height_km: Option<f64>,
-    /// Comma-separated values instead of a table
+    /// Print comma-separated values instead of a table
     #[arg(long)]
     csv: bool,
     #[command(flatten)]
     out: OutArgs,
-    /// Threads; 0 = all cores. The answer does not depend on it
+    /// Number of threads; 0 = all cores. The result does not depend on it
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
     jobs: usize,
-    /// No progress bar, no notes
+    /// Print no progress bar and no notes
     #[arg(short, long)]
     quiet: bool,
 }

@@ -37,7 +37,7 @@ Columns written: direct_per_E0 and earth_per_E0 are the flux at the observer per
 irradiance of the source [W/m2 per W/m2]; earth_err_est is the estimated error of earth_per_E0
 in the same unit; nodes is the size of the quadrature; skipped says why a flux is zero; warn
 says what is odd: `energy` for a surface that returns more light than it receives (it is
-computed all the same), a normal that was made unit, or why a row has no numbers.
+computed nevertheless), a normal that was normalised, or why a row has no numbers.
 
 Examples:
   satphot predict geometry cases.csv > fluxes.csv
@@ -57,13 +57,13 @@ pub struct Geometry {
     /// Relative tolerance of the Earth-reflected integral
     #[arg(short, long, value_name = "T", default_value_t = 1e-4, value_parser = tolerance)]
     tolerance: f64,
-    /// Threads; 0 = all cores. The answer does not depend on it
+    /// Number of threads; 0 = all cores. The result does not depend on it
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
     jobs: usize,
-    /// Say on standard error what was skipped in each case, why, and the CPU time that saved
+    /// Report on standard error what was skipped in each case, why, and the CPU time saved
     #[arg(long)]
     explain: bool,
-    /// No progress bar, no notes
+    /// Print no progress bar and no notes
     #[arg(short, long)]
     quiet: bool,
 }
@@ -77,7 +77,7 @@ impl Geometry {
             tell(&seen.explanation(self.tolerance, &|| clock.cpu_s()).text());
         }
         if rows == 0 && !self.quiet {
-            tell("note: no case in the file, only a header");
+            tell("note: the file has a header but no case");
         }
         if failed > 0 {
             let problem = format!("{failed} of {rows} rows could not be computed; the column warn says why");

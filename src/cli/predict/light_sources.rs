@@ -25,7 +25,7 @@ pub struct LightSourceArgs {
     /// Azimuth of the Sun [deg]
     #[arg(long, value_name = "DEG", allow_hyphen_values = true, requires = "sun_alt_deg")]
     sun_az_deg: Option<f64>,
-    /// Altitude of the Moon [deg]; none, no Moon
+    /// Altitude of the Moon [deg]; without it there is no Moon
     #[arg(long, value_name = "DEG", allow_hyphen_values = true, requires_all = ["moon_az_deg", "sun_alt_deg"])]
     moon_alt_deg: Option<f64>,
     /// Azimuth of the Moon [deg]
@@ -74,7 +74,7 @@ impl LightSourceArgs {
         self.moon_phase_deg.is_some()
     }
 
-    /// Refuses angles that are none, and neither or both ways of placing the Sun.
+    /// Refuses angles that are not numbers, and neither or both ways of placing the Sun.
     pub fn check(&self) -> anyhow::Result<()> {
         if self.time.is_none() && self.sun_alt_deg.is_none() {
             return Err(bad("--time", "give a moment, or --sun-alt-deg and --sun-az-deg".into()));
@@ -158,9 +158,10 @@ impl LightSources {
     pub fn check_attitudes(&self, satellite: &Satellite) -> anyhow::Result<()> {
         let inertial = |s: &&satphot::brightness::Surface| matches!(s.attitude, Attitude::Inertial { .. });
         match satellite.surfaces.iter().find(inertial).filter(|_| self.sidereal_rad.is_none()) {
-            Some(s) => {
-                Err(bad("--time", format!("{} is fixed among the stars; give a moment, not fixed lamps", s.name)))
-            }
+            Some(s) => Err(bad(
+                "--time",
+                format!("{} is fixed among the stars; give a moment, not fixed light sources", s.name),
+            )),
             None => Ok(()),
         }
     }

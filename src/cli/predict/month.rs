@@ -27,7 +27,7 @@ use super::{ModelArgs, OutArgs, tolerance};
 const SATELLITES: &str = "starlink-v1.5,starlink-v2,starlink-v3,bluebird-fm1,earendil-1,starcloud,starmind,iss";
 
 const AFTER_HELP: &str = "\
-Of every night: the median, over directions of the sky and moments around local midnight, of
+The table gives for every night the median, over directions of the sky and moments around local midnight, of
 the mean surface brightness of each satellite; whole areas as published, what the observer
 sees of them corrected. A night is named by the local date of its evening. Where less than 2 %
 of directions and moments have any light, the satellite is not lit and the cells are empty.
@@ -82,15 +82,15 @@ pub struct Month {
     /// Relative tolerance of the Earth-reflected integrals
     #[arg(long, value_name = "T", default_value_t = 1e-3, value_parser = tolerance)]
     tolerance: f64,
-    /// Directions of the sky
+    /// Number of directions of the sky
     #[arg(long, value_name = "N", default_value_t = 300)]
     points: usize,
     #[command(flatten)]
     sampling: SamplingArgs,
-    /// Moments of a night
+    /// Number of moments of a night
     #[arg(long, value_name = "N", default_value_t = 13)]
     steps: usize,
-    /// They reach this far on either side of midnight [h]
+    /// Time from midnight to the first and to the last of them [h]
     #[arg(long, value_name = "H", default_value_t = 1.0, allow_hyphen_values = true)]
     around_h: f64,
     /// Height of all orbits [km] instead of each satellite's
@@ -101,15 +101,15 @@ pub struct Month {
     track_az_deg: f64,
     #[command(flatten)]
     telescope: TelescopeArgs,
-    /// Comma-separated values instead of a summary
+    /// Print comma-separated values instead of a summary
     #[arg(long)]
     csv: bool,
     #[command(flatten)]
     out: OutArgs,
-    /// Threads; 0 = all cores. The answer does not depend on it
+    /// Number of threads; 0 = all cores. The result does not depend on it
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
     jobs: usize,
-    /// No progress bar, no notes
+    /// Print no progress bar and no notes
     #[arg(short, long)]
     quiet: bool,
 }

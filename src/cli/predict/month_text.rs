@@ -7,11 +7,11 @@ use satphot::visibility::forecast::month::LIT_FROM;
 
 /// The first row of each mirror whose beam was looked for.
 pub fn first_mirrors(rows: &[MonthRow]) -> impl Iterator<Item = &MonthRow> {
-    let mut told: Vec<(&str, &str)> = Vec::new();
+    let mut reported: Vec<(&str, &str)> = Vec::new();
     rows.iter().filter(move |r| {
-        let new = r.beam_looked_for && !told.contains(&(&r.object_name, &r.mode));
+        let new = r.beam_looked_for && !reported.contains(&(&r.object_name, &r.mode));
         if new {
-            told.push((&r.object_name, &r.mode));
+            reported.push((&r.object_name, &r.mode));
         }
         new
     })
@@ -136,6 +136,6 @@ pub fn unlit_notes(rows: &[MonthRow]) -> Vec<String> {
         }
     }
     let km = |low: f64, high: f64| if low == high { format!("{low:.0}") } else { format!("{low:.0}–{high:.0}") };
-    let told = lines.into_iter().map(|(low, high, text)| format!("{} km: {text}", km(low, high)));
-    std::iter::once("lit at midnight:".to_string()).chain(told).collect()
+    let reported = lines.into_iter().map(|(low, high, text)| format!("{} km: {text}", km(low, high)));
+    std::iter::once("lit at midnight:".to_string()).chain(reported).collect()
 }

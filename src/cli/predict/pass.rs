@@ -21,8 +21,8 @@ use super::{Clock, ModelArgs, OutArgs, band_note};
 const AFTER_HELP: &str = "\
 Rows are whole steps after --start, wherever the satellite is above --min-alt; a pass that
 falls between two steps is shown at its culmination. Every light has its own column: sunlight,
-sunlight by way of the Earth (earthshine), moonlight, moonlight by way of the Earth; a light
-that is not there is an empty cell, and the column skipped says why. Magnitudes are outside
+sunlight reflected by the Earth (earthshine), moonlight, moonlight reflected by the Earth; a light
+that is absent is an empty cell, and the column skipped says why. Magnitudes are outside
 the atmosphere unless model.effects.source says otherwise; model_err_mag is the numerical
 error alone.
 
@@ -36,8 +36,8 @@ Examples:
       --set model.effects.shadow=cylinder --explain
 
 -o writes the table (ECSV, the columns of every other table) and the light curve (SVG). A window
-in which the satellite is never above --min-alt is answered with \"no pass\", exit code 0 and
-a table without rows; elements that are too old are exit code 5.";
+in which the satellite is never above --min-alt gives \"no pass\", exit code 0 and
+a table without rows; elements that are too old give exit code 5.";
 
 /// Predicts the magnitude of a satellite along its passes over a site: total and each light, moment by moment.
 #[derive(Debug, Args)]
@@ -62,18 +62,18 @@ pub struct Pass {
     /// Rows only above this altitude [deg]
     #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_hyphen_values = true)]
     min_alt: f64,
-    /// Comma-separated values instead of a table
+    /// Print comma-separated values instead of a table
     #[arg(long)]
     csv: bool,
     #[command(flatten)]
     out: OutArgs,
-    /// Threads; 0 = all cores. The answer does not depend on it
+    /// Number of threads; 0 = all cores. The result does not depend on it
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
     jobs: usize,
-    /// Say on standard error what was skipped in each scene, why, and the CPU time that saved
+    /// Report on standard error what was skipped in each scene, why, and the CPU time saved
     #[arg(long)]
     explain: bool,
-    /// No progress bar, no notes
+    /// Print no progress bar and no notes
     #[arg(short, long)]
     quiet: bool,
 }
@@ -183,7 +183,7 @@ impl Pass {
         print(&pass_lights(rows));
         let whole = stays.iter().filter(|s| s.starts_before || s.ends_after).count();
         if whole > 0 && !self.quiet {
-            tell(&format!("note: {whole} of {} passes cut by the window", stays.len()));
+            tell(&format!("note: {whole} of {} passes are cut by the window", stays.len()));
         }
         Ok(())
     }

@@ -56,13 +56,13 @@ pub struct Sed {
     /// Pass band: B, V, R, I, g, r, i, z, G (Gaia), or a file of wavelength_nm,transmission
     #[arg(long, value_name = "BAND", default_value = "V")]
     band: String,
-    /// Comma-separated values instead of a table
+    /// Print comma-separated values instead of a table
     #[arg(long)]
     csv: bool,
     /// Draw the spectra into this file (SVG)
     #[arg(short, long, value_name = "FILE.svg", value_parser = crate::cli::svg_file)]
     out: Option<PathBuf>,
-    /// No notes
+    /// Print no notes
     #[arg(short, long)]
     quiet: bool,
 }
@@ -103,7 +103,7 @@ impl Sed {
     fn rows(&self, sun: &Spectrum, band: &Band) -> anyhow::Result<Vec<Row>> {
         let effects =
             Effects { moon_law: self.moon_law(), source: Source::ExoAtmospheric, ..Effects::of(Mode::Corrected) };
-        let lamps = SourceSettings::new(&effects, &Band::of_config("V")?)?;
+        let sources = SourceSettings::new(&effects, &Band::of_config("V")?)?;
         let row = |source, phase_deg, v_mag, spectrum: Spectrum| Row {
             source,
             phase_deg,
@@ -114,11 +114,11 @@ impl Sed {
         };
         let mut rows = vec![row("sun", None, Some(SUN_V_MAG), sun.clone())];
         for phase_deg in &self.phase_deg {
-            let SourceLight { flux, extrapolated } = lamps.moonlight_at_phase(*phase_deg);
+            let SourceLight { flux, extrapolated } = sources.moonlight_at_phase(*phase_deg);
             if extrapolated && !self.quiet {
                 tell(&format!("note: {phase_deg} deg is beyond what the lunar law {} was fitted to", self.law));
             }
-            rows.push(row("moon", Some(*phase_deg), mag_of_flux(flux), moon_spectrum(sun, *phase_deg, &lamps)));
+            rows.push(row("moon", Some(*phase_deg), mag_of_flux(flux), moon_spectrum(sun, *phase_deg, &sources)));
         }
         let (from, to) = sun.curve().range_nm();
         if (from > WIDE_NM.0 || to < WIDE_NM.1) && !self.quiet {

@@ -1,4 +1,4 @@
-//! Shards of a prediction: which of how many a table holds, and tables of shards brought together.
+//! Shards of a prediction: which of how many a table holds, and merging the tables of shards.
 //!
 //! A table says `shard: 2/8` in its meta block, a sum of some `1,3/8`, the whole `1/1`: the sum of all is the table of the
 //! whole, byte for byte, in whatever order, and a shard given twice counts once.
@@ -72,8 +72,8 @@ pub fn together(paths: &[PathBuf]) -> anyhow::Result<(Vec<PathBuf>, Shards, Meta
             Some(MetaValue::Text(text)) => Shards::parse(text),
             _ => None,
         };
-        let told = || "shard is missing in its meta block; is it a table of `satphot predict`?".to_string();
-        let shards = shards.ok_or_else(|| Error::Table { path: path.clone(), line: None, problem: told() })?;
+        let problem = || "shard is missing in its meta block; is it a table of `satphot predict`?".to_string();
+        let shards = shards.ok_or_else(|| Error::Table { path: path.clone(), line: None, problem: problem() })?;
         if !shards.missing().is_empty() || meta.has_rows_hash() {
             check_rows_hash(path)?;
         }

@@ -35,7 +35,7 @@ const AFTER_HELP: &str = "\
 Every direction of the grid holds one satellite where the line of sight meets the sphere of
 its orbits; the observer is on the concentric sphere of the Earth. Give a moment and a site,
 and Sun and Moon stand where the ephemeris puts them; or give their altitude and azimuth.
-Without --moon-alt-deg a sky of fixed lamps has no Moon. Satellites have no orbit of their own
+Without --moon-alt-deg a sky of fixed light sources has no Moon. Satellites have no orbit of their own
 here: attitudes that follow the orbit take --track-az-deg as the direction of motion.
 
 The summary gives the median and the range of 68 % twice: every area of the sky counted alike
@@ -81,7 +81,7 @@ pub struct Sky {
     #[command(flatten)]
     place: SiteArg,
     #[command(flatten)]
-    lamps: LightSourceArgs,
+    light_sources: LightSourceArgs,
     #[command(flatten)]
     sequence: SequenceArgs,
     /// Height of the orbits [km]; the catalogue's where it has one
@@ -93,7 +93,7 @@ pub struct Sky {
     /// Only every N-th azimuth, beginning with the I-th: a table, without summary and figure
     #[arg(long, value_name = "I/N", value_parser = shard, default_value = "1/1")]
     shard: (usize, usize),
-    /// Tables of shards to bring together instead of computing
+    /// Tables of shards to merge instead of computing
     #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "shard")]
     merge: Vec<PathBuf>,
     /// Azimuth in which the satellites move [deg]
@@ -102,21 +102,21 @@ pub struct Sky {
     /// Radius of the spherical Earth instead of the model's [km]
     #[arg(long, value_name = "KM", allow_hyphen_values = true)]
     sphere_radius_km: Option<f64>,
-    /// Comma-separated values instead of a summary
+    /// Print comma-separated values instead of a summary
     #[arg(long, conflicts_with = "flux")]
     csv: bool,
-    /// Comma-separated alt_deg,az_deg,flux instead of a summary
+    /// Print comma-separated alt_deg,az_deg,flux instead of a summary
     #[arg(long)]
     flux: bool,
     #[command(flatten)]
     out: OutArgs,
-    /// Threads; 0 = all cores. The answer does not depend on it
+    /// Number of threads; 0 = all cores. The result does not depend on it
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
     jobs: usize,
-    /// Say on standard error what was excluded from the directions, why, and the CPU time that saved
+    /// Report on standard error what was excluded from the directions, why, and the CPU time saved
     #[arg(long)]
     explain: bool,
-    /// No progress bar, no notes
+    /// Print no progress bar and no notes
     #[arg(short, long)]
     quiet: bool,
 }
@@ -137,32 +137,32 @@ impl Sky {
                 return Err(bad("--shard", problem));
             }
         }
-        self.lamps.check()?;
-        if self.lamps.at_a_time() {
-            tell_unknown_ut1(&parse_utc("--time", self.lamps.moment())?, self.quiet);
+        self.light_sources.check()?;
+        if self.light_sources.at_a_time() {
+            tell_unknown_ut1(&parse_utc("--time", self.light_sources.moment())?, self.quiet);
         }
         let site = self.place.given()?;
-        let no_site = site.is_none() && self.lamps.at_a_time();
+        let no_site = site.is_none() && self.light_sources.at_a_time();
         let missing: Vec<&str> = self.model.missing().into_iter().chain(no_site.then_some("--site")).collect();
         let config = configuration(self.config.as_deref(), &self.sets, &missing)?;
         let model = self.model.over(config.as_ref(), &self.sets)?;
         let satellite = Satellite::from_config(&model)?;
         let mut settings = ModelSettings { tolerance_of: ToleranceOf::Total, ..ModelSettings::try_from(&model)? };
-        let site = site.or_else(|| config.as_ref().filter(|_| self.lamps.at_a_time()).map(|c| c.site.clone()));
+        let site = site.or_else(|| config.as_ref().filter(|_| self.light_sources.at_a_time()).map(|c| c.site.clone()));
 
         if self.sequence.is_wanted() {
             return self.through_the_day(&model, &satellite, &settings, site.as_ref());
         }
-        if self.lamps.has_own_phase() {
+        if self.light_sources.has_own_phase() {
             // a phase of one's own is not that of the directions, so neither is their eclipse
             settings.effects.lunar_eclipse = LunarEclipse::Ignored;
         }
         let effects = settings.effects;
-        let lamps = LightSources::new(&self.lamps, site.as_ref(), &settings)?;
-        lamps.check_attitudes(&satellite)?;
-        let radius_km = self.radius_km(&lamps, &settings)?;
+        let light_sources = LightSources::new(&self.light_sources, site.as_ref(), &settings)?;
+        light_sources.check_attitudes(&satellite)?;
+        let radius_km = self.radius_km(&light_sources, &settings)?;
         let height_km = height_km(self.height_km, &model)?;
-        let sky = lamps.sky(radius_km, height_km, self.track_az_deg.to_radians())?;
+        let sky = light_sources.sky(radius_km, height_km, self.track_az_deg.to_radians())?;
 
         if effects.lunar_eclipse == LunarEclipse::Applied && sky.moon_out_of_eclipse() < 1.0 && !self.quiet {
             tell(
@@ -174,7 +174,7 @@ impl Sky {
         bar.stage("sky", self.grid.az_deg.len());
         let mut map = with_threads(self.jobs, || sky_map(&sky, &self.grid, &satellite, &settings, &|| bar.tick()))??;
         bar.done();
-        lamps.scale_moonlight(&mut map);
+        light_sources.scale_moonlight(&mut map);
         if !self.quiet && map.points.iter().any(|p| p.extrapolated) {
             tell("note: the Moon's phase is outside the range of validity of its law (150 deg; ROLO: 1.55 to 97 deg)");
         }
@@ -187,7 +187,7 @@ impl Sky {
             tell(&format!("note: magnitudes are of {band}, also where a name or label says V"));
         }
         let band = band.map(|band| format!(" · {band}")).unwrap_or_default();
-        let title = format!("{} at {height_km} km · {}{band}", satellite.name, lamps.when);
+        let title = format!("{} at {height_km} km · {}{band}", satellite.name, light_sources.when);
         let (tables, figures) = self.out.files("sky")?;
         if self.csv || !tables.is_empty() || !figures.is_empty() {
             let rows = sky_rows(&map);
@@ -195,19 +195,19 @@ impl Sky {
                 print(&csv_text(&rows)?);
             }
             let mut meta = prediction_meta("satphot.sky/1", &model, site.as_ref());
-            describe(&mut meta, &lamps, (radius_km, height_km), self.track_az_deg);
+            describe(&mut meta, &light_sources, (radius_km, height_km), self.track_az_deg);
             Shards::one(number, of).state_in(&mut meta);
             tables.iter().try_for_each(|table| write_rows(table, &rows, &meta))?;
             let notes = figure_notes(&map);
             figures
                 .iter()
                 .filter(|_| of == 1)
-                .try_for_each(|figure| draw(figure, &rows, &lamps.marks, &title, &notes))?;
+                .try_for_each(|figure| draw(figure, &rows, &light_sources.marks, &title, &notes))?;
         }
         if of > 1 && !self.csv && !self.flux {
             print(&format!("shard {number}/{of}: {} directions\n", map.points.len()));
         } else if !self.csv && !self.flux {
-            print(&format!("{title}\n{}\n{}{}", lamps.text(), summary(&map), satellite.standing_line()));
+            print(&format!("{title}\n{}\n{}{}", light_sources.text(), summary(&map), satellite.standing_line()));
         }
         if self.explain {
             let directions: Vec<(f64, f64)> = self.grid.directions().collect();
@@ -244,8 +244,8 @@ impl Sky {
     }
 
     /// Radius of the sphere the observer is on.
-    fn radius_km(&self, lamps: &LightSources, settings: &ModelSettings) -> anyhow::Result<f64> {
-        let radius_km = match (self.sphere_radius_km, &lamps.site_km) {
+    fn radius_km(&self, light_sources: &LightSources, settings: &ModelSettings) -> anyhow::Result<f64> {
+        let radius_km = match (self.sphere_radius_km, &light_sources.site_km) {
             (Some(radius_km), _) => radius_km,
             (None, Some(site_km)) if settings.effects.earth_radius == EarthRadius::Local => local_radius_km(site_km),
             (None, _) => RADIUS_KM,
@@ -264,7 +264,7 @@ impl Sky {
         settings: &ModelSettings,
         site: Option<&config::Site>,
     ) -> anyhow::Result<()> {
-        let days = self.sequence.moments(self.lamps.moment())?;
+        let days = self.sequence.moments(self.light_sources.moment())?;
         let height_km = height_km(self.height_km, model)?;
         let bar = Bars::new(!self.quiet);
         bar.stage("skies", days.iter().map(Vec::len).sum::<usize>() * self.grid.az_deg.len());
@@ -272,16 +272,16 @@ impl Sky {
         let mut meta = prediction_meta("satphot.sky_sequence/1", model, site);
         let across = days.first().map_or(1, Vec::len);
         for epoch in days.into_iter().flatten() {
-            let lamps = LightSources::new(&self.lamps.at(iso_utc(epoch, 9)), site, settings)?;
-            let radius_km = self.radius_km(&lamps, settings)?;
+            let light_sources = LightSources::new(&self.light_sources.at(iso_utc(epoch, 9)), site, settings)?;
+            let radius_km = self.radius_km(&light_sources, settings)?;
             if skies.is_empty() {
                 meta.push("sphere_radius_km", radius_km);
                 meta.push("height_km", height_km);
                 meta.push("track_az_deg", self.track_az_deg);
             }
-            let sky = lamps.sky(radius_km, height_km, self.track_az_deg.to_radians())?;
+            let sky = light_sources.sky(radius_km, height_km, self.track_az_deg.to_radians())?;
             let map = with_threads(self.jobs, || sky_map(&sky, &self.grid, satellite, settings, &|| bar.tick()))??;
-            let sky = SkyOfMoment { epoch, rows: sky_rows(&map), marks: lamps.marks };
+            let sky = SkyOfMoment { epoch, rows: sky_rows(&map), marks: light_sources.marks };
             let equal_areas = settings.effects.sampling == config::Sampling::SolidAngle;
             let (text, lit) = spread(&map, equal_areas).unwrap_or(("no light".into(), 0.0));
             lines.push(sky.line(&text, lit));
@@ -328,10 +328,10 @@ fn flux_csv(map: &SkyMap) -> anyhow::Result<String> {
 }
 
 /// What the table says about the sky it is of.
-fn describe(meta: &mut Meta, lamps: &LightSources, (radius_km, height_km): (f64, f64), track_az_deg: f64) {
+fn describe(meta: &mut Meta, light_sources: &LightSources, (radius_km, height_km): (f64, f64), track_az_deg: f64) {
     let number = MetaValue::Number;
-    meta.push("sky", MetaValue::Text(lamps.when.clone()));
-    for mark in &lamps.marks {
+    meta.push("sky", MetaValue::Text(light_sources.when.clone()));
+    for mark in &light_sources.marks {
         let fields = vec![("alt_deg".into(), number(mark.alt_deg)), ("az_deg".into(), number(mark.az_deg))];
         meta.push(&mark.name.to_lowercase(), MetaValue::Map(fields));
     }

@@ -41,7 +41,7 @@ impl MomentTally {
     fn cells(&self) -> Vec<String> {
         let t = &self.tally;
         let mag = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.2}"));
-        let counts = [t.asked, t.failed, t.above_horizon, t.above_min_alt, t.lit].into_iter().chain(t.lit_by);
+        let counts = [t.n_satellites, t.failed, t.above_horizon, t.above_min_alt, t.lit].into_iter().chain(t.lit_by);
         let mut cells =
             vec![self.date_mid.clone(), self.mjd_mid_d.clone(), self.sun_alt_deg.clone(), self.moon_alt_deg.clone()];
         cells.extend(counts.map(|n| n.to_string()));
@@ -146,7 +146,7 @@ fn read(path: &Path) -> anyhow::Result<Table> {
             text.parse().map_err(|_| problem(line, format!("column {name}: `{text}` is not a count")))
         };
         let mut tally = Tally::new(magnitudes.len());
-        (tally.asked, tally.failed) = (whole("n_satellites")?, whole("n_failed")?);
+        (tally.n_satellites, tally.failed) = (whole("n_satellites")?, whole("n_failed")?);
         (tally.above_horizon, tally.above_min_alt) = (whole("n_above_horizon")?, whole("n_above_min_alt")?);
         tally.lit = whole("n_lit")?;
         tally.lit_by = [whole("n_sun")?, whole("n_earthshine")?, whole("n_moon")?, whole("n_lunar_earthshine")?];

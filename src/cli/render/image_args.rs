@@ -21,7 +21,7 @@ pub struct ImageArgs {
     /// Samples along a side of a pixel: N x N of them
     #[arg(long, value_name = "N", default_value_t = 2)]
     samples: usize,
-    /// Directions each sample asks towards Earth and sky; a power of two
+    /// Directions that each sample traces towards Earth and sky; a power of two
     #[arg(long, value_name = "N", default_value_t = 16)]
     rays: usize,
     /// Sides of round shapes
@@ -37,7 +37,7 @@ pub struct ImageArgs {
     /// Starlight: V surface brightness of the sky [mag/arcsec2], or SKY,AIRGLOW, or none
     #[arg(long, value_name = "MAG", default_value = "22,22")]
     starlight: String,
-    /// Light that went from one part of the satellite to another: 0 or 1 times
+    /// Reflections between parts of the satellite: 0 or 1
     #[arg(long, value_name = "N", default_value_t = 0)]
     bounces: u8,
     /// Parts of the satellite hide no light from each other

@@ -33,7 +33,7 @@ light), .png (a preview; with --lights-png NAME.png one panel for each light), .
 Grey levels of previews are an inverse hyperbolic sine, asinh(300 L/L_white), so that a thousandth
 of the brightest pixel can still be seen: nothing is to be measured from them. The middle of a
 picture is the middle of the satellite's extent on the sky; a picture that cuts it off says so,
-and its light, of the part it holds, goes by the place \"picture\".
+and the light of the part it holds is listed as the place \"picture\".
 --pass makes one strip of --frames pictures of the pass about --time, and -o FOLDER/ also single
 ones with --single; --csv prints its table as CSV.
 
@@ -72,7 +72,7 @@ pub struct Render {
     time: Option<String>,
     #[command(flatten)]
     image: ImageArgs,
-    /// A test point, component or component@x,y,z [m] (repeatable); those of the satellite's file come without asking
+    /// A test point, component or component@x,y,z [m] (repeatable); those of the satellite's file are always listed
     #[arg(long = "point", value_name = "NAME=PLACE", allow_hyphen_values = true, conflicts_with = "pass")]
     points: Vec<String>,
     #[command(flatten)]
@@ -93,13 +93,13 @@ pub struct Render {
     /// The published simulation of the ISS (9 June 2025, 10:33 UTC) next to ours
     #[arg(long, conflicts_with_all = OF_A_PICTURE, conflicts_with = "earth")]
     paper_case: bool,
-    /// Comma-separated values instead of a table
+    /// Print comma-separated values instead of a table
     #[arg(long)]
     csv: bool,
-    /// Threads; 0 = all cores. The answer does not depend on it
+    /// Number of threads; 0 = all cores. The result does not depend on it
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
     jobs: usize,
-    /// No notes
+    /// Print no notes
     #[arg(short, long)]
     quiet: bool,
 }
@@ -151,8 +151,8 @@ impl Render {
             return Err(bad("--sensor", "exposes one picture, not the strip of a pass".into()));
         }
         if self.pass.wanted() {
-            let (out, told) = (&self.out, (self.csv, self.quiet));
-            return self.pass.execute(satellite, &tracker, &epoch, &settings, out, told);
+            let (out, print_options) = (&self.out, (self.csv, self.quiet));
+            return self.pass.execute(satellite, &tracker, &epoch, &settings, out, print_options);
         }
         let files = self.out.files(&satellite.name, self.sensor.wanted())?;
         let sensor = self.sensor.settings()?;
@@ -205,7 +205,7 @@ impl Render {
             site: &site,
             geometry: &geometry,
         };
-        let shown = outputs::Shown { of: &of, rendered: &rendered, rows: &rows, settings: &settings };
+        let shown = outputs::RenderedPicture { of: &of, rendered: &rendered, rows: &rows, settings: &settings };
         // what the sensor refuses leaves no file behind
         if let Some(ready) = &ready {
             self.sensor.execute(ready, &shown, &files.frame, (self.csv, self.quiet))?;
@@ -224,7 +224,7 @@ fn notes(rendered: &Rendered, renderer: &Renderer) {
         image.pixel_rad * image.range_km * 1e3,
         image.range_km,
         rendered.seen_area_m2,
-        renderer.body.pieces.len(),
+        renderer.body.faces.len(),
         rendered.facets,
     ));
     let rays = rendered.rays;
@@ -233,7 +233,7 @@ fn notes(rendered: &Rendered, renderer: &Renderer) {
     } else {
         format!(
             "note: {} rays of sight, {} towards Sun and Moon, {} towards Earth and sky",
-            rays.view, rays.shadow, rays.surroundings
+            rays.view, rays.shadow, rays.earth_and_sky
         )
     });
     rendered.warnings.iter().for_each(|w| tell(&format!("note: {w}")));

@@ -24,14 +24,14 @@ pub struct Target<'a> {
 }
 
 /// A picture and all that is reported of it.
-pub struct Shown<'a> {
+pub struct RenderedPicture<'a> {
     pub of: &'a Target<'a>,
     pub rendered: &'a Rendered,
     pub rows: &'a [RadianceRow],
     pub settings: &'a RenderSettings,
 }
 
-impl Shown<'_> {
+impl RenderedPicture<'_> {
     /// Writes the picture to its files.
     pub fn write(&self, files: &Files, quiet: bool) -> anyhow::Result<()> {
         let (image, g) = (&self.rendered.image, self.of.geometry);

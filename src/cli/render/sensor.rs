@@ -7,13 +7,15 @@ use satphot::figures::radiance::snr::snr_rows;
 use satphot::orbit::Geometry;
 use satphot::report::summary::text_table;
 use satphot::resolved::Light;
-use satphot::resolved::sensor::{Air, Exposure, FrameFacts, Sensor, SensorSettings, signal_to_noise, write_frame};
+use satphot::resolved::sensor::{
+    Exposure, FrameFacts, Sensor, SensorSettings, SkyConditions, signal_to_noise, write_frame,
+};
 use satphot::tables::{SnrRow, write_rows};
 
 use super::super::{print, tell};
 use super::bad;
 use super::files::Kinds;
-use super::outputs::{Shown, v_of, v_text};
+use super::outputs::{RenderedPicture, v_of, v_text};
 
 /// Longest exposure \[s\].
 const LONGEST_S: f64 = 86_400.0;
@@ -74,12 +76,12 @@ impl SensorArgs {
         settings: &SensorSettings,
         band_um: (f64, f64),
         geometry: &Geometry,
-    ) -> anyhow::Result<(Sensor, Air)> {
+    ) -> anyhow::Result<(Sensor, SkyConditions)> {
         let sensor = Sensor::new(settings, band_um)?;
         let air = match self.sky_mag {
             Some(sky_mag_arcsec2) => {
                 let k = sensor.settings().sky.k_mag_airmass;
-                Air { sky_mag_arcsec2, extinction_mag: k * geometry.airmass.unwrap_or(0.0) }
+                SkyConditions { sky_mag_arcsec2, extinction_mag: k * geometry.airmass.unwrap_or(0.0) }
             }
             None => sensor.air(geometry).map_err(|e| bad("--sky-mag", format!("is needed: {e}")))?,
         };
@@ -89,8 +91,8 @@ impl SensorArgs {
     /// Exposes a picture, prints signal over noise (not as CSV: that is the picture's), writes the files of the frame.
     pub fn execute(
         &self,
-        (sensor, air): &(Sensor, Air),
-        shown: &Shown,
+        (sensor, air): &(Sensor, SkyConditions),
+        shown: &RenderedPicture,
         files: &Kinds,
         (csv, quiet): (bool, bool),
     ) -> anyhow::Result<()> {
@@ -141,7 +143,7 @@ impl SensorArgs {
 }
 
 /// The counts to look at: sky black, the brightest pixel white.
-fn preview(sensor: &Sensor, exposure: &Exposure, counts: &Array2<u16>, shown: &Shown) -> Tile {
+fn preview(sensor: &Sensor, exposure: &Exposure, counts: &Array2<u16>, shown: &RenderedPicture) -> Tile {
     let sky_adu = sensor.background_adu(exposure);
     let white_adu = counts.iter().copied().max().unwrap_or(0);
     let pixel_rad = (sensor.pixel_arcsec / 3600.0).to_radians();
@@ -195,10 +197,10 @@ fn table(rows: &[SnrRow]) -> String {
     text_table(&head, &cells)
 }
 
-fn notes(sensor: &Sensor, exposure: &Exposure, air: &Air, rows: &[SnrRow]) {
+fn notes(sensor: &Sensor, exposure: &Exposure, air: &SkyConditions, rows: &[SnrRow]) {
     let s = sensor.settings();
     tell(&format!(
-        "note: {}, {}: {:.4} arcsec/px, 1 e-/s at {:.3} mag ({}, air left out), {:.3e} e-/s per W/m2, {:.4} e-/ADU, read noise {:.2} e-",
+        "note: {}, {}: {:.4} arcsec/px, 1 e-/s at {:.3} mag ({}, without the atmosphere), {:.3e} e-/s per W/m2, {:.4} e-/ADU, read noise {:.2} e-",
         s.telescope.name,
         s.detector.camera,
         sensor.pixel_arcsec,
@@ -224,7 +226,7 @@ fn notes(sensor: &Sensor, exposure: &Exposure, air: &Air, rows: &[SnrRow]) {
             sensor.gain.saturation_adu
         ));
     }
-    if exposure.beside_frac > 1e-3 {
-        tell(&format!("note: {:.1} % of the light fell outside the frame", 100.0 * exposure.beside_frac));
+    if exposure.outside_frac > 1e-3 {
+        tell(&format!("note: {:.1} % of the light fell outside the frame", 100.0 * exposure.outside_frac));
     }
 }

@@ -12,7 +12,7 @@ pub(super) fn decode(bytes: &[u8], byte_pix: i64, block: usize, out: &mut [i32])
         1 => run::<1, 3>(bytes, block, out, |v| i32::from(v as u8)),
         2 => run::<2, 4>(bytes, block, out, |v| i32::from(v as i16)),
         4 => run::<4, 5>(bytes, block, out, |v| v as i32),
-        other => Err(format!("BYTEPIX = {other} is none of 1, 2, 4")),
+        other => Err(format!("BYTEPIX = {other} is not one of 1, 2, 4")),
     }
 }
 

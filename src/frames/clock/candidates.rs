@@ -333,7 +333,7 @@ impl<'a> Finder<'a> {
                 && let Some(h) = solar_h.filter(|h| is_no_zone(zone_h, *h))
             {
                 self.warn(format!(
-                    "{key} is {zone_h:+.2} h from DATE-OBS, but the site's longitude asks for about {h:+.1} h: local \
+                    "{key} is {zone_h:+.2} h from DATE-OBS, but the site's longitude implies about {h:+.1} h: local \
                      time and UTC may be exchanged"
                 ));
             }

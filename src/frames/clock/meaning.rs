@@ -62,7 +62,7 @@ pub(super) fn program_warning(header: &Header) -> Option<String> {
     let says = |words: &[&str]| words.iter().any(|w| program.contains(w));
     if says(&["n.i.n.a", "nina"]) {
         return Some(
-            "N.I.N.A. stamps the computer's clock when it asks for the exposure, before the driver starts it: measure the \
+            "N.I.N.A. stamps the computer's clock when it requests the exposure, before the driver starts it: measure the \
              latency and give time.offset_s"
                 .into(),
         );

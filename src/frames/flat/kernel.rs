@@ -28,15 +28,15 @@ pub(crate) struct Layer<'a> {
     pub per_level: f32,
 }
 
-/// What a thread needs to take medians, kept from band to band.
-pub(crate) struct Bench {
+/// Buffers in which a thread computes medians, reused from band to band.
+pub(crate) struct MedianBuffers {
     network: Network,
     counts: Vec<Lanes<i16>>,
     values: Vec<Lanes<f32>>,
     few: Vec<f32>,
 }
 
-impl Bench {
+impl MedianBuffers {
     /// For stacks of `n` flats, as stored or scaled.
     pub(crate) fn new(n: usize, as_stored: bool) -> Self {
         let rows = |wanted: bool| if wanted { n } else { 0 };
@@ -210,7 +210,7 @@ mod tests {
                 .collect();
             let mut got = vec![0.0; size];
             let layers: Vec<_> = bytes.iter().map(|b| (b.as_slice(), top)).collect();
-            Bench::new(n, true).of_counts(&layers, 500.0, &mut got);
+            MedianBuffers::new(n, true).of_counts(&layers, 500.0, &mut got);
             for i in 0..size {
                 let voters = frames.iter().map(|f| f32::from(f[i])).filter(|v| *v < top).collect();
                 let want = (f64::from(plain(voters, n)) - 500.0) as f32;
@@ -225,7 +225,7 @@ mod tests {
                     per_level: per_level(k),
                 })
                 .collect();
-            Bench::new(n, false).of_scaled(&layers, 500.0, &mut got);
+            MedianBuffers::new(n, false).of_scaled(&layers, 500.0, &mut got);
             for i in 0..size {
                 let value = |k: usize| if k.is_multiple_of(2) { f32::from(frames[k][i]) } else { adu[k][i] };
                 let voters = (0..n).filter(|k| value(*k) < top).map(|k| (value(k) - 500.0) * per_level(k)).collect();

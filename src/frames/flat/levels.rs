@@ -232,7 +232,7 @@ mod tests {
 
     #[test]
     fn the_level_of_a_large_noisy_image_is_within_four_standard_errors_of_that_of_all_its_pixels() {
-        // sum of four uniform numbers about 26 000, scatter 256·2/√3 = 296; vignetted by 4 % to the rims
+        // sum of four uniform numbers about 26 000, scatter 256·2/√3 = 296; vignetted by 4 % towards the edges
         let (nx, ny) = (5_000, 4_000);
         let mut state = 7u64;
         let image = Array2::from_shape_fn((ny, nx), |(j, i)| {

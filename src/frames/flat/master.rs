@@ -123,7 +123,7 @@ impl MasterFlat {
         Self::finish(response, &region, config.min_response, true, members, filter)
     }
 
-    /// Normalises (where asked) and masks what must not be divided by.
+    /// Normalises (where configured) and masks what must not be divided by.
     pub(crate) fn finish(
         mut response: Array2<f32>,
         region: &Region,

@@ -1,4 +1,4 @@
-//! The flats of a night as a stack, read band by band of rows and brought to their median.
+//! The flats of a night as a stack, read in bands of rows and combined by their median.
 //!
 //! Only the columns inside the clip circle are read. Memory: what the caller allows for the bands of all threads.
 
@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::kernel::{Bench, Layer, Pixels};
+use super::kernel::{Layer, MedianBuffers, Pixels};
 use crate::base::error::{Error, Result};
 use crate::fits::raw::guarded;
 use crate::fits::stored::{PIXEL_BYTES, Stored};
@@ -43,7 +43,7 @@ pub(crate) struct Stack<'a> {
 
 /// A thread's buffers.
 struct Workspace {
-    bench: Bench,
+    buffers: MedianBuffers,
     bytes: Vec<Vec<u8>>,
     values: Vec<Vec<f32>>,
     medians: Vec<f32>,
@@ -87,7 +87,7 @@ impl<'a> Stack<'a> {
         let rows = (room / (pixel_bytes * nx)).clamp(1, TILE_ROWS);
         let columns = (share / (pixel_bytes * rows)).clamp(1, nx);
         let workspace = || Workspace {
-            bench: Bench::new(self.flats.len(), self.as_stored),
+            buffers: MedianBuffers::new(self.flats.len(), self.as_stored),
             bytes: vec![Vec::new(); self.flats.len()],
             values: vec![Vec::new(); self.flats.len()],
             medians: Vec::new(),
@@ -138,7 +138,7 @@ impl<'a> Stack<'a> {
         work.medians.resize(total, 0.0);
         if self.as_stored {
             let pixels = self.flats.iter().zip(&work.bytes).map(|((f, _), b)| (b.as_chunks().0, f.saturation_adu));
-            work.bench.of_counts(&pixels.collect::<Vec<_>>(), self.pedestal_adu, &mut work.medians);
+            work.buffers.of_counts(&pixels.collect::<Vec<_>>(), self.pedestal_adu, &mut work.medians);
         } else {
             let layers =
                 self.flats.iter().zip(work.bytes.iter().zip(&work.values)).map(|((f, _), (bytes, values))| Layer {
@@ -150,7 +150,7 @@ impl<'a> Stack<'a> {
                     saturation_adu: f.saturation_adu,
                     per_level: (1.0 / f.level_adu) as f32,
                 });
-            work.bench.of_scaled(&layers.collect::<Vec<_>>(), self.pedestal_adu as f32, &mut work.medians);
+            work.buffers.of_scaled(&layers.collect::<Vec<_>>(), self.pedestal_adu as f32, &mut work.medians);
         }
         let mut rest = work.medians.as_slice();
         for (j, span) in spans {

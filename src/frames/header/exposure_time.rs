@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn milliseconds_are_told_by_comment_unit_and_by_the_other_keywords() {
+    fn milliseconds_are_recognised_by_comment_unit_and_by_the_other_keywords() {
         let value = |cards: &str| of(cards).0.map(|t| t.value);
         assert_eq!(value("EXPTIME = 5000 / [ms] exposure\n"), Some(5.0));
         assert_eq!(value("EXPTIME = '5000 ms'\n"), Some(5.0));
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_told_and_the_next_synonym_used() {
+    fn what_is_no_number_is_reported_and_the_next_synonym_used() {
         let (stated, warnings) = of("EXPTIME = 'long'\nEXPOSURE=                 30.0\n");
         assert_eq!(stated.unwrap(), Sourced::new(30.0, "EXPOSURE"));
         assert!(warnings[0].contains("'long'"), "{warnings:?}");

@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn a_longitude_counted_west_is_told_apart_from_another_site() {
+    fn a_longitude_counted_west_is_distinguished_from_another_site() {
         let site = config::Site { name: String::new(), lat_deg: -33.77, lon_deg: 151.11, alt_m: 70.0 };
         let at = |lat_deg: f64, lon_deg: f64| {
             check_site(&HeaderSite { lat_deg, lon_deg, alt_m: None, source: String::new() }, &site)

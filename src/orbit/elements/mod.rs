@@ -49,7 +49,7 @@ impl Elements {
         }
         let letters = inner.object_name.as_deref().unwrap_or("").len();
         if letters > MOST_LETTERS {
-            return Err(format!("the name has {letters} letters, more than {MOST_LETTERS}: this is no name"));
+            return Err(format!("the name has {letters} letters, more than {MOST_LETTERS}: this is not a name"));
         }
         let t = inner.datetime;
         if !(1957..=2200).contains(&t.year()) {

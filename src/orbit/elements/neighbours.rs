@@ -56,7 +56,7 @@ pub(crate) fn standings(sets: &[Elements], propagators: &[Propagator]) -> Vec<St
     gaps.iter().flatten().filter(|g| !g.tilted()).for_each(|g| supported[g.with] = true);
     (0..sets.len())
         .map(|i| {
-            let text = |gap: &Gap| Told { set: &sets[i], other: &sets[gap.with], gap }.to_string();
+            let text = |gap: &Gap| GapReport { set: &sets[i], other: &sets[gap.with], gap }.to_string();
             match gaps[i].iter().find(|g| g.tilted()) {
                 Some(gap) if supported[i] && !supported[gap.with] => Standing::Good,
                 Some(gap) if !supported[i] && supported[gap.with] => Standing::Refuted(text(gap)),
@@ -91,13 +91,13 @@ fn gaps(i: usize, sets: &[Elements], propagators: &[Propagator]) -> Vec<Gap> {
         .collect()
 }
 
-struct Told<'a> {
+struct GapReport<'a> {
     set: &'a Elements,
     other: &'a Elements,
     gap: &'a Gap,
 }
 
-impl fmt::Display for Told<'_> {
+impl fmt::Display for GapReport<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,

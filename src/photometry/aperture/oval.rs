@@ -83,13 +83,19 @@ impl Oval {
     }
 
     /// The row of pixels from `low` to `high` = `low` + 1, whose edges cut the chords `at_low` and `at_high`.
-    pub(super) fn row(&self, low: f64, high: f64, at_low: Option<(f64, f64)>, at_high: Option<(f64, f64)>) -> Row<'_> {
+    pub(super) fn row(
+        &self,
+        low: f64,
+        high: f64,
+        at_low: Option<(f64, f64)>,
+        at_high: Option<(f64, f64)>,
+    ) -> PixelRow<'_> {
         let steepest = self.right_y.abs();
         let upper = (high > -steepest).then(|| Cut::new(self, (low, high), at_low, at_high));
         // an oval is its own mirror image through the centre: its lower outline is the upper one of the mirrored row
         let mirrored = |chord: Option<(f64, f64)>| chord.map(|(l, r)| (-r, -l));
         let lower = (low < steepest).then(|| Cut::new(self, (-high, -low), mirrored(at_high), mirrored(at_low)));
-        Row { oval: self, upper, lower }
+        PixelRow { oval: self, upper, lower }
     }
 }
 
@@ -114,7 +120,7 @@ const fn segment_series() -> [f64; 16] {
 
 /// One row of pixels cut by an oval.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Row<'a> {
+pub(super) struct PixelRow<'a> {
     oval: &'a Oval,
     /// `None` where the upper outline is above the row everywhere.
     upper: Option<Cut>,
@@ -220,7 +226,7 @@ fn areas(oval: &Oval, cut: &Cut, left: &[f64; LANES], right: &[f64; LANES]) -> [
     areas
 }
 
-impl Row<'_> {
+impl PixelRow<'_> {
     /// Shares of the pixels from `left` to `right` = `left` + 1.
     pub(super) fn shares(&self, left: &[f64; LANES], right: &[f64; LANES]) -> [f64; LANES] {
         let upper = self.upper.as_ref().map(|cut| areas(self.oval, cut, left, right));

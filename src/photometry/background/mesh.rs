@@ -81,17 +81,17 @@ fn good_pixels(rows: &Rows, across: Range<usize>, along: Range<usize>, mesh_px: 
 pub(super) fn fill_from_neighbours(modes: &Array2<Option<Mode>>) -> Array2<Mode> {
     let (ny, nx) = modes.dim();
     // the nearest box with a mode in its own row, to the left and to the right
-    let mut beside = Array2::from_elem((ny, nx), (None, None));
-    for (row, mut beside) in modes.outer_iter().zip(beside.outer_iter_mut()) {
+    let mut neighbours = Array2::from_elem((ny, nx), (None, None));
+    for (row, mut neighbours) in modes.outer_iter().zip(neighbours.outer_iter_mut()) {
         let mut last = None;
         for i in 0..nx {
             last = if row[i].is_some() { Some(i) } else { last };
-            beside[i].0 = last;
+            neighbours[i].0 = last;
         }
         last = None;
         for i in (0..nx).rev() {
             last = if row[i].is_some() { Some(i) } else { last };
-            beside[i].1 = last;
+            neighbours[i].1 = last;
         }
     }
     Array2::from_shape_fn((ny, nx), |(j, i)| {
@@ -100,7 +100,7 @@ pub(super) fn fill_from_neighbours(modes: &Array2<Option<Mode>>) -> Array2<Mode>
         }
         let squared = |row: usize, column: usize| row.abs_diff(j).pow(2) + column.abs_diff(i).pow(2);
         let in_row = |row: usize| {
-            let (left, right) = beside[[row, i]];
+            let (left, right) = neighbours[[row, i]];
             [left, right.filter(|_| left != right)].into_iter().flatten()
         };
         let (mut nearest, mut reach) = (usize::MAX, 0usize);

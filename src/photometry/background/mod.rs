@@ -79,7 +79,7 @@ pub fn background(frame: &Frame<Electrons>, mesh_px: usize, clip_sigma: f64) -> 
 }
 
 /// The edge of a field begins at this share of the largest distance of a measured box from the centre.
-pub(crate) const RIM_FRAC: f64 = 0.85;
+pub(crate) const EDGE_FRAC: f64 = 0.85;
 /// The centre ends at this share of it.
 pub(crate) const CENTRE_FRAC: f64 = 0.3;
 
@@ -89,19 +89,19 @@ pub(crate) fn centre_of_box(b: usize, n: usize, mesh_px: usize) -> f64 {
 }
 
 /// [`Background::corner_ratio`] of boxes: centre from the middle of the field \[px\], and level.
-pub(crate) fn rim_over_centre(measured: &[(f64, f64, f64)]) -> Option<f64> {
+pub(crate) fn edge_over_centre(measured: &[(f64, f64, f64)]) -> Option<f64> {
     let farthest = measured.iter().map(|(x, y, _)| x.hypot(*y)).fold(0.0, f64::max);
     let median_where = |inside: &dyn Fn(f64, f64) -> bool| {
         let levels = measured.iter().filter(|(x, y, _)| inside(*x, *y)).map(|(_, _, level)| *level);
         stats::median(&mut levels.collect::<Vec<f64>>())
     };
-    let mut rim = 0.0;
+    let mut edge = 0.0;
     for (left, below) in [(true, true), (true, false), (false, true), (false, false)] {
-        let quadrant = |x: f64, y: f64| (x < 0.0) == left && (y < 0.0) == below && x.hypot(y) >= RIM_FRAC * farthest;
-        rim += 0.25 * median_where(&quadrant)?;
+        let quadrant = |x: f64, y: f64| (x < 0.0) == left && (y < 0.0) == below && x.hypot(y) >= EDGE_FRAC * farthest;
+        edge += 0.25 * median_where(&quadrant)?;
     }
     let centre = median_where(&|x, y| x.hypot(y) <= CENTRE_FRAC * farthest)?;
-    (centre > 0.0).then(|| rim / centre)
+    (centre > 0.0).then(|| edge / centre)
 }
 
 /// Levels of the boxes of a mesh from the frame's first pixel on \[e⁻/px\], before any is compared with its neighbours;
@@ -159,7 +159,7 @@ impl Background {
     /// `None` if a quadrant has no box at the edge or the level at the centre is not above zero.
     #[must_use]
     pub fn corner_ratio(&self) -> Option<f64> {
-        rim_over_centre(&self.measured)
+        edge_over_centre(&self.measured)
     }
 
     /// Median level over the mesh \[e⁻/px\].

@@ -112,7 +112,7 @@ fn the_mode_is_that_of_the_recipe_written_plainly() {
 }
 
 #[test]
-fn a_clip_that_updates_its_sums_gives_the_bits_of_one_that_starts_anew() {
+fn a_clip_that_updates_its_sums_gives_the_bits_of_one_that_starts_again() {
     let mut rng = ChaCha12Rng::seed_from_u64(4);
     for round in 0..300 {
         let n = [1, 2, 15, 16, 17, 300, 4096][round % 7];

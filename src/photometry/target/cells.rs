@@ -77,7 +77,7 @@ pub(crate) fn row_of<T>(image: &Array2<T>, j: usize) -> &[T] {
 pub(crate) struct Layers {
     pub value: Array2<f32>,
     pub variance: Array2<f32>,
-    pub doubt: Option<Array2<f32>>,
+    pub uncertainty: Option<Array2<f32>>,
 }
 
 impl Layers {
@@ -92,18 +92,18 @@ impl Layers {
         let kernel = Kernel::gaussian(fwhm / rebin as f64);
         let mut snr = smooth_image(&squares(&self.value, area), &kernel);
         let variance = smooth_image(&squares(&self.variance, area * area), &kernel.squared());
-        match &self.doubt {
+        match &self.uncertainty {
             None => Zip::from(&mut snr).and(&variance).for_each(|s, v| *s = ratio(*s, *v)),
-            Some(doubt) if rebin > 1 => {
-                let squared = doubt.mapv(|d| d * d);
-                let mut doubt = smooth_image(&squares(&squared, area * area), &kernel.squared());
+            Some(uncertainty) if rebin > 1 => {
+                let squared = uncertainty.mapv(|d| d * d);
+                let mut uncertainty = smooth_image(&squares(&squared, area * area), &kernel.squared());
                 let along = lines_in_quadrature(fwhm, rebin as f64);
-                doubt.mapv_inplace(|d| along * d);
-                Zip::from(&mut snr).and(&variance).and(&doubt).for_each(|s, v, d| *s = ratio(*s, v + d));
+                uncertainty.mapv_inplace(|d| along * d);
+                Zip::from(&mut snr).and(&variance).and(&uncertainty).for_each(|s, v, d| *s = ratio(*s, v + d));
             }
-            Some(doubt) => {
-                let doubt = smooth_image(&squares(doubt, area), &kernel);
-                Zip::from(&mut snr).and(&variance).and(&doubt).for_each(|s, v, d| *s = ratio(*s, v + d * d));
+            Some(uncertainty) => {
+                let uncertainty = smooth_image(&squares(uncertainty, area), &kernel);
+                Zip::from(&mut snr).and(&variance).and(&uncertainty).for_each(|s, v, d| *s = ratio(*s, v + d * d));
             }
         }
         snr
@@ -134,7 +134,7 @@ impl Layers {
         let area = (rebin * rebin) as f32;
         let value = self.squares(&self.value, area, rebin, None);
         let variance = self.squares(&self.variance, area * area, rebin, None);
-        let doubt = self.doubt.as_ref().map(|d| self.squares(d, area, rebin, None));
+        let uncertainty = self.uncertainty.as_ref().map(|d| self.squares(d, area, rebin, None));
         let fwhm = fwhm / rebin as f64;
         let mut best = Array2::zeros(value.dim());
         for k in 0..ANGLES {
@@ -142,9 +142,9 @@ impl Layers {
             let taps = elongated_taps(LONG_FWHM.0 * fwhm, LONG_FWHM.1 * fwhm, theta);
             let squared: Vec<_> = taps.iter().map(|&(dj, di, w)| (dj, di, w * w)).collect();
             let (sum, noise) = (filtered(&value, &taps), filtered(&variance, &squared));
-            let doubt = doubt.as_ref().map(|d| filtered(d, &taps));
+            let uncertainty = uncertainty.as_ref().map(|d| filtered(d, &taps));
             for (at, b) in best.indexed_iter_mut() {
-                let d = doubt.as_ref().map_or(0.0, |d| d[at]);
+                let d = uncertainty.as_ref().map_or(0.0, |d| d[at]);
                 *b = f32::max(*b, ratio(sum[at], noise[at] + d * d));
             }
         }

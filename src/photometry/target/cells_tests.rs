@@ -28,7 +28,7 @@ fn a_cell_is_the_mean_of_its_good_pixels_and_bad_where_fewer_than_half_are() {
 
 #[test]
 fn squares_sum_what_is_seen() {
-    let layers = Layers { value: image((37, 53), 4), variance: image((37, 53), 2000), doubt: None };
+    let layers = Layers { value: image((37, 53), 4), variance: image((37, 53), 2000), uncertainty: None };
     let hidden = layers.variance.mapv(|v| v > 200.0);
     for rebin in [1, 2, 3, 4, 8] {
         let per = (rebin * rebin) as f32;

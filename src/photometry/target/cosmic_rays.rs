@@ -165,9 +165,9 @@ impl Patch {
                 // the next pixels, each with one on either side
                 let (mut sum, mut square) = (0.0, 0.0);
                 for k in 1..=PROLONGED_PX {
-                    for beside in [-1.0, 0.0, 1.0] {
-                        let x = end.0 + f64::from(k) * step.0 - beside * ahead.1;
-                        let y = end.1 + f64::from(k) * step.1 + beside * ahead.0;
+                    for offset in [-1.0, 0.0, 1.0] {
+                        let x = end.0 + f64::from(k) * step.0 - offset * ahead.1;
+                        let y = end.1 + f64::from(k) * step.1 + offset * ahead.0;
                         let (i, j) = (x.round(), y.round());
                         if i < 0.0 || j < 0.0 || i >= nx as f64 || j >= ny as f64 {
                             continue;

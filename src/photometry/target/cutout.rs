@@ -59,13 +59,13 @@ pub(crate) struct Cutout {
     pub rms_e: f64,
     pub fwhm_px: f64,
     /// Means along the trails, if there are any, in cells.
-    pub strips: Option<TrailBackground>,
+    pub trail_background: Option<TrailBackground>,
     /// Light of the trails \[e⁻ per pixel\], in cells.
     pub light: Array2<f32>,
     /// By how much it changes over a few cells: where trails end.
     unsure: Array2<f32>,
     /// Share of it that is not the same all along a trail.
-    flicker: f64,
+    scintillation: f64,
     /// Direction of the trails, where it is known beforehand.
     known: Option<KnownDirection>,
     /// Where across the trails a faint one along that direction goes through the target [cells].
@@ -75,7 +75,7 @@ pub(crate) struct Cutout {
 }
 
 impl Cutout {
-    /// The surroundings of the expected place; `None` if they are off the frame.
+    /// The cutout around the expected place; `None` if it is off the frame.
     pub fn new(frame: &Frame<Electrons>, s: &TargetSettings) -> Option<Self> {
         let bounds = Bounds::of(frame);
         let reach = s.reach_px();
@@ -117,10 +117,10 @@ impl Cutout {
             net,
             rms_e,
             fwhm_px,
-            strips: None,
+            trail_background: None,
             light,
             unsure,
-            flicker: 0.0,
+            scintillation: 0.0,
             known: s.trail_direction,
             trail_v: None,
             at_edge,
@@ -163,10 +163,10 @@ impl Cutout {
         self.net = cells_above(&self.pixels, &self.sky, &self.masked, self.fwhm_px);
         self.rms_e = noise_of(&self.sky, self.pixels.dim());
         let object = self.in_cells(&Placed { shape: clear, ..*object });
-        if self.strips.is_some() {
+        if self.trail_background.is_some() {
             self.find_trails();
         }
-        if self.strips.is_none() {
+        if self.trail_background.is_none() {
             let hidden = Array2::from_shape_fn(self.net.mean.dim(), |(j, i)| {
                 object.shape.contains(i as f64 - object.x, j as f64 - object.y)
             });
@@ -174,11 +174,11 @@ impl Cutout {
             let scale = (self.noise_of_cell(), self.fwhm_cells());
             let through = self.known.and_then(|known| line_through(&self.net.mean, &hidden, &object, scale, known));
             // a line at another angle than the known one must be the more certain
-            let doubt = if self.known.is_some() { ANOTHER_ANGLE_SIGMA } else { 0.0 };
+            let uncertainty = if self.known.is_some() { ANOTHER_ANGLE_SIGMA } else { 0.0 };
             let known = through.map(|line| line.0);
-            let theta = known.or_else(|| faint_direction(&self.net.mean, &hidden, target, scale, doubt));
+            let theta = known.or_else(|| faint_direction(&self.net.mean, &hidden, target, scale, uncertainty));
             self.trail_v = through.map(|line| line.1);
-            self.strips = theta.map(|theta| self.strips_along(theta));
+            self.trail_background = theta.map(|theta| self.trail_background_along(theta));
         }
         self.straighten(Some(&object));
         self.model_trails(Some(&object));
@@ -186,16 +186,16 @@ impl Cutout {
 
     /// Subtracts the error of the sky's surface along the trails; a known object \[cells\] is excluded.
     fn straighten(&mut self, object: Option<&Placed>) {
-        let Some(strips) = &mut self.strips else { return };
-        let holes: Vec<_> = object.iter().map(|e| strips.hole((e.x, e.y), e.shape)).collect();
-        let Some(bend) = bend_of(strips, &holes) else { return };
-        strips.straighten(&bend);
-        bend.take_off(&mut self.net.mean);
+        let Some(trail_background) = &mut self.trail_background else { return };
+        let exclusions: Vec<_> = object.iter().map(|e| trail_background.exclusion((e.x, e.y), e.shape)).collect();
+        let Some(bend) = bend_of(trail_background, &exclusions) else { return };
+        trail_background.straighten(&bend);
+        bend.subtract_from(&mut self.net.mean);
         let net = &self.net;
         self.sky.add_quadratic(|x, y| bend.at(net.in_cells(x), net.in_cells(y)));
     }
 
-    fn strips_along(&self, theta: f64) -> TrailBackground {
+    fn trail_background_along(&self, theta: f64) -> TrailBackground {
         TrailBackground::new(
             &self.net.mean,
             theta,
@@ -215,16 +215,16 @@ impl Cutout {
             smooth.mapv(|v| v > threshold)
         };
         let theta = trail_direction(&above(TRAIL_SIGMA), &above(FAINT_TRAIL_SIGMA), fwhm);
-        self.strips = theta.map(|theta| self.strips_along(theta));
+        self.trail_background = theta.map(|theta| self.trail_background_along(theta));
     }
 
     /// Models the light of the trails; a known object \[cells\] is excluded.
     fn model_trails(&mut self, object: Option<&Placed>) {
-        let Some(strips) = &self.strips else { return };
-        let holes: Vec<_> = object.iter().map(|e| strips.hole((e.x, e.y), e.shape)).collect();
-        let (mut light, unsure, flicker) = strips.everywhere(self.net.mean.dim(), &holes);
+        let Some(trail_background) = &self.trail_background else { return };
+        let exclusions: Vec<_> = object.iter().map(|e| trail_background.exclusion((e.x, e.y), e.shape)).collect();
+        let (mut light, unsure, scintillation) = trail_background.everywhere(self.net.mean.dim(), &exclusions);
         light.mapv_inplace(|v| if v.is_finite() { v } else { 0.0 });
-        (self.light, self.unsure, self.flicker) = (light, unsure, flicker);
+        (self.light, self.unsure, self.scintillation) = (light, unsure, scintillation);
     }
 
     /// Columns and rows about a candidate given in squares of `rebin` cells.
@@ -372,12 +372,12 @@ impl Cutout {
                 part.iter_mut().zip(light).for_each(|(v, l)| *v = (sky + l.max(0.0)) / area);
             }
         }
-        let doubt = self.strips.as_ref().map(|_| {
-            let mut doubt = self.light.mapv(|t| self.flicker as f32 * t.max(0.0));
-            doubt.scaled_add(END_ERR, &self.unsure);
-            doubt
+        let uncertainty = self.trail_background.as_ref().map(|_| {
+            let mut uncertainty = self.light.mapv(|t| self.scintillation as f32 * t.max(0.0));
+            uncertainty.scaled_add(END_ERR, &self.unsure);
+            uncertainty
         });
-        Layers { value: self.residual(), variance, doubt }
+        Layers { value: self.residual(), variance, uncertainty }
     }
 }
 

@@ -18,7 +18,7 @@ type Point = [f64; 2];
 
 /// The shape of the wanted kind around the points, moved outwards by `margin` and nowhere narrower than `least`;
 /// `Auto` takes the smallest, or the first of circle, ellipse, pill and rectangle within a tenth of it.
-pub(crate) fn enclosing(points: &[Point], kind: ApertureShape, margin: f64, least: f64) -> Option<Placed> {
+pub(crate) fn minimum_aperture(points: &[Point], kind: ApertureShape, margin: f64, least: f64) -> Option<Placed> {
     let hull = convex_hull(points);
     if hull.is_empty() {
         return None;
@@ -231,7 +231,7 @@ mod tests {
         ];
         for (shape, name) in cases {
             let points = points_of(&Placed { x: 310.0, y: 120.0, shape }, 401);
-            let got = enclosing(&points, ApertureShape::Auto, 0.0, 0.0).unwrap();
+            let got = minimum_aperture(&points, ApertureShape::Auto, 0.0, 0.0).unwrap();
             assert_eq!(got.shape.name(), name);
             // the grid misses at most its step at the edge
             assert!((got.shape.area_px() / shape.area_px() - 1.0).abs() < 0.03, "{name}: {:?}", got.shape);
@@ -249,12 +249,12 @@ mod tests {
         for n in [1, 2, 3, 5, 40] {
             let points: Vec<Point> = (0..n).map(|_| [80.0 * random(), 15.0 * random() + 20.0 * random()]).collect();
             for kind in [ApertureShape::Circle, ApertureShape::Ellipse, ApertureShape::Rectangle, ApertureShape::Pill] {
-                let got = enclosing(&points, kind, 0.05, 0.01).unwrap();
+                let got = minimum_aperture(&points, kind, 0.05, 0.01).unwrap();
                 for p in &points {
                     assert!(got.shape.contains(p[0] - got.x, p[1] - got.y), "{n} {kind:?} {p:?} {got:?}");
                 }
             }
         }
-        assert!(enclosing(&[], ApertureShape::Auto, 1.0, 1.0).is_none());
+        assert!(minimum_aperture(&[], ApertureShape::Auto, 1.0, 1.0).is_none());
     }
 }

@@ -18,7 +18,7 @@ use crate::photometry::flux::{Flux, flux_over_sky};
 use crate::photometry::target::cells::grown;
 use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::sky::MeanOf;
-use crate::photometry::trails::level::Under;
+use crate::photometry::trails::level::TrailLevel;
 use crate::photometry::trails::model::TrailBackground;
 
 /// Cells this significant at a star's scale are not sky \[σ\].
@@ -48,7 +48,7 @@ const MIN_EMPTY: usize = 8;
 /// A flux and the level along the trails it was measured over, if there are trails.
 pub(crate) struct Measured {
     pub flux: Flux,
-    pub under: Option<Under>,
+    pub trail_level: Option<TrailLevel>,
     /// The aperture's pixels less sky and trails, for whoever looks inside: cutout columns and rows.
     pub net: Array2<f32>,
     /// Local column and row of the first pixel of `net`.
@@ -67,9 +67,10 @@ impl Cutout {
         objects: &Array2<bool>,
         s: &TargetSettings,
     ) -> Measured {
-        let under = self.strips.as_ref().and_then(|strips| self.under(strips, at));
-        match under {
-            Some(under) => self.flux_along_trails(frame, at, under, s),
+        let trail_level =
+            self.trail_background.as_ref().and_then(|trail_background| self.trail_level(trail_background, at));
+        match trail_level {
+            Some(trail_level) => self.flux_along_trails(frame, at, trail_level, s),
             None => self.flux_over_annulus(frame, background, at, objects, s),
         }
     }
@@ -84,10 +85,10 @@ impl Cutout {
     }
 
     /// The levels of the lines of cells under an aperture.
-    fn under(&self, strips: &TrailBackground, at: &Placed) -> Option<Under> {
+    fn trail_level(&self, trail_background: &TrailBackground, at: &Placed) -> Option<TrailLevel> {
         let cells = self.in_cells(at);
-        let own = strips.hole((cells.x, cells.y), cells.shape.grown(self.fwhm_cells()));
-        Under::of(strips, own, &[own])
+        let own = trail_background.exclusion((cells.x, cells.y), cells.shape.grown(self.fwhm_cells()));
+        TrailLevel::of(trail_background, own, &[own])
     }
 
     /// The part of the frame around an aperture, less `level(i, j)` per pixel of the cutout, over a sky of `sky_e`.
@@ -173,11 +174,11 @@ impl Cutout {
         self.measured(net, flux, sky.level_e, None)
     }
 
-    fn measured(&self, net: Frame<Electrons>, flux: Flux, sky_e: f64, under: Option<Under>) -> Measured {
+    fn measured(&self, net: Frame<Electrons>, flux: Flux, sky_e: f64, trail_level: Option<TrailLevel>) -> Measured {
         let net_origin = (net.origin_px.0, net.origin_px.1);
         let mut pixels = net.pixels;
         pixels.mapv_inplace(|v| (f64::from(v) - sky_e) as f32);
-        Measured { flux, under, net: pixels, net_origin }
+        Measured { flux, trail_level, net: pixels, net_origin }
     }
 
     /// All pixels of the cutout.
@@ -247,13 +248,19 @@ impl Cutout {
     /// σ² = max(F, 0) + max(Σ f (S + P + RN²) + σ_P² + σ_end² + (0.01 Σ f P)², σ_empty²): P the light above the sky S
     /// along each line, σ_P² the error of its mean, σ_end what trails that end under the target may add, σ_empty the
     /// robust scatter about 0 of apertures of the same shape where the target is not, less its own error.
-    fn flux_along_trails(&self, frame: &Frame<Electrons>, at: &Placed, under: Under, s: &TargetSettings) -> Measured {
-        let Some(strips) = self.strips.as_ref() else {
-            return Measured { flux: nothing(at), under: None, net: Array2::zeros((0, 0)), net_origin: (0, 0) };
+    fn flux_along_trails(
+        &self,
+        frame: &Frame<Electrons>,
+        at: &Placed,
+        trail_level: TrailLevel,
+        s: &TargetSettings,
+    ) -> Measured {
+        let Some(trail_background) = self.trail_background.as_ref() else {
+            return Measured { flux: nothing(at), trail_level: None, net: Array2::zeros((0, 0)), net_origin: (0, 0) };
         };
         let level = |i: usize, j: usize| {
             let (x, y) = (self.net.in_cells(i as f64), self.net.in_cells(j as f64));
-            under.at(strips.turned.uv(x, y).1)
+            trail_level.at(trail_background.turned.uv(x, y).1)
         };
         let level_e = self.sky.level(at.x, at.y);
         let net = self.around(frame, at, level_e, |i, j| self.sky.level(i as f64, j as f64) + level(i, j));
@@ -268,11 +275,11 @@ impl Cutout {
         let place = (at.x + ox as f64, at.y + oy as f64);
         let mut flux = flux_over_sky(&net, place, at.shape, (inner, inner + width), &sky, extra);
         let cells = self.in_cells(at);
-        let hole = strips.hole((cells.x, cells.y), cells.shape);
+        let exclusion = trail_background.exclusion((cells.x, cells.y), cells.shape);
         let px = (self.net.bin * self.net.bin) as f64;
         let own_noise = flux.flux_e.max(0.0);
-        let model = under.variance(strips, &hole) * px * px;
-        let ends = under.variance_of_ends(strips, &hole, self.fwhm_cells()) * px * px;
+        let model = trail_level.variance(trail_background, &exclusion) * px * px;
+        let ends = trail_level.variance_of_ends(trail_background, &exclusion, self.fwhm_cells()) * px * px;
         let (mut sum, mut area, mut brightest) = (0.0, 0.0, 0f64);
         for_each_pixel(&at.shape, at.x, at.y, self.bounds(), |i, j, f| {
             let l = level(i, j);
@@ -282,24 +289,24 @@ impl Cutout {
         });
         let profile = (PROFILE_ERR * sum).powi(2);
         let photons = flux.flux_err_e.powi(2) - own_noise + model + ends + profile;
-        let empty = self.empty_scatter(strips, at).unwrap_or(0.0);
+        let empty = self.empty_scatter(trail_background, at).unwrap_or(0.0);
         flux.flux_err_e = (own_noise + photons.max(empty * empty)).sqrt();
         flux.snr = flux.flux_e / flux.flux_err_e;
         flux.sky_e_px = level_e + sum / f64::max(area, 1.0);
         flux.sky_rms_e = rms_e;
         flux.sky_err_e_px = model.sqrt() / flux.area_px;
-        flux.n_sky = (under.n * px) as usize;
+        flux.n_sky = (trail_level.n * px) as usize;
         if brightest > TRAIL_LIGHT * self.rms_e {
             flux.flags.set(Flags::TRAIL);
         }
-        self.measured(net, flux, level_e, Some(under))
+        self.measured(net, flux, level_e, Some(trail_level))
     }
 
     /// 1.4826 median |F| less its standard error, of empty apertures around the target, each over its own level along the trails \[e⁻\].
-    fn empty_scatter(&self, strips: &TrailBackground, at: &Placed) -> Option<f64> {
+    fn empty_scatter(&self, trail_background: &TrailBackground, at: &Placed) -> Option<f64> {
         let (ny, nx) = self.net.mean.dim();
         let cells = self.in_cells(at);
-        let target = strips.hole((cells.x, cells.y), cells.shape.grown(self.fwhm_cells()));
+        let target = trail_background.exclusion((cells.x, cells.y), cells.shape.grown(self.fwhm_cells()));
         let r = cells.shape.bounding_radius_px();
         let step = (0.9 * r).max(3.0);
         let inside = |x: f64, y: f64| x >= r && y >= r && x <= nx as f64 - 1.0 - r && y <= ny as f64 - 1.0 - r;
@@ -315,13 +322,13 @@ impl Cutout {
             if fluxes.len() >= MAX_EMPTY {
                 break;
             }
-            let hole = strips.hole((x, y), cells.shape);
-            let Some(under) = Under::of(strips, hole, &[hole, target]) else { continue };
+            let exclusion = trail_background.exclusion((x, y), cells.shape);
+            let Some(trail_level) = TrailLevel::of(trail_background, exclusion, &[exclusion, target]) else { continue };
             let mut sum = 0.0;
             let bounds = Bounds { x0: 0, x1: nx, y0: 0, y1: ny };
             for_each_pixel(&cells.shape, x, y, bounds, |i, j, fraction| {
-                let v = strips.turned.uv(i as f64, j as f64).1;
-                sum += fraction * (f64::from(self.net.mean[[j, i]]) - under.at(v));
+                let v = trail_background.turned.uv(i as f64, j as f64).1;
+                sum += fraction * (f64::from(self.net.mean[[j, i]]) - trail_level.at(v));
             });
             if sum.is_finite() {
                 fluxes.push(sum.abs());

@@ -16,7 +16,7 @@ use crate::photometry::background::Background;
 use crate::photometry::flux::{Flux, measure};
 use crate::photometry::surface_brightness::brightest_disc;
 use crate::photometry::target::cutout::Cutout;
-use crate::photometry::target::enclose::enclosing;
+use crate::photometry::target::enclose::minimum_aperture;
 use crate::photometry::target::flux::{Measured, circle_at};
 pub use crate::photometry::target::limit::{LIMIT_COMPLETENESS, LIMIT_MARGIN_SIGMA};
 use crate::photometry::target::search::{OUTLINE_SIGMA, SCALES, Significances, best_candidate, components};
@@ -132,13 +132,14 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
         return limit_without_cutout(frame, background, s);
     };
     let mut left = MOST_SEARCHES;
-    let (outlined, aperture, Measured { mut flux, under, net, net_origin }) = loop {
+    let (outlined, aperture, Measured { mut flux, trail_level, net, net_origin }) = loop {
         let Some(first) = outlined(&mut cutout, frame, s, &mut left) else {
             return limit(cutout, frame, background, s);
         };
         let Some(aperture) = aperture(&cutout, &first.segment, s) else { return limit(cutout, frame, background, s) };
         // once more with the target kept out of the sky and of the trails' profiles
-        let around = if first.snr < FAINT_SNR && cutout.strips.is_some() { FAINT_REACH_FWHM * s.fwhm_px } else { 0.0 };
+        let around =
+            if first.snr < FAINT_SNR && cutout.trail_background.is_some() { FAINT_REACH_FWHM * s.fwhm_px } else { 0.0 };
         cutout.exclude(&Placed { shape: aperture.shape.grown(around), ..aperture });
         let outlined = outlined(&mut cutout, frame, s, &mut left)
             .unwrap_or_else(|| Outlined { snr1: cutout.layers().significance(cutout.fwhm_cells(), 1, None), ..first });
@@ -153,25 +154,25 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
         cutout.mask_cells(&outlined.segment.cells());
     };
     let Outlined { segment: outline, snr, .. } = &outlined;
-    let spot = cutout.strips.is_some() && outlined.scale >= WIDE_SCALE && flux.snr < LEAST_SNR;
-    if spot || !flux.flux_e.is_finite() {
+    let is_wide_and_faint = cutout.trail_background.is_some() && outlined.scale >= WIDE_SCALE && flux.snr < LEAST_SNR;
+    if is_wide_and_faint || !flux.flux_e.is_finite() {
         return limit(cutout, frame, background, s);
     }
-    let along_trails = under.is_some();
-    let trails = match (&cutout.strips, &under) {
-        (Some(strips), Some(under)) => of_trails(&cutout, strips, under, &aperture),
+    let along_trails = trail_level.is_some();
+    let trails = match (&cutout.trail_background, &trail_level) {
+        (Some(trail_background), Some(trail_level)) => of_trails(&cutout, trail_background, trail_level, &aperture),
         _ => Contamination::default(),
     };
     let (ox, oy) = cutout.origin(frame);
     let (nx, ny) = (net_origin.0 - ox as usize, net_origin.1 - oy as usize);
-    let beside = of_neighbours(&cutout, &outline.neighbours, &aperture, (&net, (nx, ny)));
+    let neighbours = of_neighbours(&cutout, &outline.neighbours, &aperture, (&net, (nx, ny)));
     let all = Contamination {
         trails_e: trails.trails_e,
-        neighbours_e: beside.neighbours_e,
-        err_e: trails.err_e.hypot(beside.err_e),
+        neighbours_e: neighbours.neighbours_e,
+        err_e: trails.err_e.hypot(neighbours.err_e),
     };
     // a flux below its error is no measure of a share
-    if all.exceeds(s.contam_frac, (flux.flux_e - beside.neighbours_e).max(flux.flux_err_e)) {
+    if all.exceeds(s.contam_frac, (flux.flux_e - neighbours.neighbours_e).max(flux.flux_err_e)) {
         flux.flags.set(Flags::CONTAMINATED);
     }
     let at = (aperture.x - nx as f64, aperture.y - ny as f64);
@@ -255,7 +256,7 @@ fn correct_selection_bias(flux: &mut Flux, outlined: &Outlined) {
 
 /// The smallest shape around the outline plus the margin.
 fn aperture(cutout: &Cutout, outline: &Segment, s: &TargetSettings) -> Option<Placed> {
-    enclosing(&outline.points(cutout), s.shape, s.margin_px, LEAST_FWHM * s.fwhm_px)
+    minimum_aperture(&outline.points(cutout), s.shape, s.margin_px, LEAST_FWHM * s.fwhm_px)
 }
 
 /// Moments of the light where it is bright enough, of the outline where it is not.

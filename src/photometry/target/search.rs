@@ -147,7 +147,7 @@ fn candidates(
     let (ox, oy) = cutout.origin(frame);
     let expected = (s.x_px - ox, s.y_px - oy);
     let streaks: Vec<Option<Streak>> = groups.iter().map(|g| streak(g)).collect();
-    let trail_angle = cutout.strips.as_ref().map(|s| s.theta());
+    let trail_angle = cutout.trail_background.as_ref().map(|s| s.theta());
     let [left, right, bottom, top] = cutout.at_edge;
     let mut found = Vec::new();
     for (g, pixels) in groups.into_iter().enumerate() {

@@ -15,7 +15,7 @@ const JOIN_SIGMA: f64 = 3.7;
 /// The same under a filter wider than a star, of what lies next to the target and not around it: of the places such a
 /// filter finds along the edge of a target, noise makes 3.7 σ of one in sixty, and each would add an aperture's worth of
 /// sky.
-const JOIN_BESIDE_SIGMA: f64 = 4.5;
+const JOIN_NEIGHBOUR_SIGMA: f64 = 4.5;
 /// Peak of a separate part nearby that is joined \[σ\].
 const PART_SIGMA: f64 = 5.0;
 /// A target this much as significant under a wider filter as under its own, less one σ for the noise, is as wide as that
@@ -25,9 +25,9 @@ const EXTENDED: f64 = 0.7;
 /// From this significance on its own scale shows the target well enough \[σ\].
 const BRIGHT_SIGMA: f64 = 25.0;
 /// Where a smoothed target ends, in units of its peak.
-const RIM: f64 = 0.3;
+const OUTLINE_FRAC: f64 = 0.3;
 /// The same for the elongated filter, which is longer than most targets.
-const RIM_ELONGATED: f64 = 0.6;
+const OUTLINE_FRAC_ELONGATED: f64 = 0.6;
 /// The same for a faint one \[σ\].
 const FAINT_OUTLINE_SIGMA: f64 = 2.2;
 /// How far a separate part may be \[FWHM\].
@@ -131,7 +131,7 @@ pub(crate) fn segment(cutout: &Cutout, layers: &Layers, snrs: &[Array2<f32>], fo
             if !(peak > JOIN_SIGMA && cells.iter().any(|&(i, j)| touching[[j, i]])) {
                 continue;
             }
-            if peak > JOIN_BESIDE_SIGMA || k == 0 || surrounds(&cells, &inside) {
+            if peak > JOIN_NEIGHBOUR_SIGMA || k == 0 || surrounds(&cells, &inside) {
                 cells.iter().for_each(|&(i, j)| inside[[j, i]] = true);
             }
         }
@@ -180,8 +180,8 @@ fn components_at(
     if peak < EXTENDED * found.snr - 1.0 {
         return None;
     }
-    let rim = if elongated { RIM_ELONGATED } else { RIM };
-    let level = (rim * peak).max(FAINT_OUTLINE_SIGMA);
+    let outline_frac = if elongated { OUTLINE_FRAC_ELONGATED } else { OUTLINE_FRAC };
+    let level = (outline_frac * peak).max(FAINT_OUTLINE_SIGMA);
     components(snr, level).into_iter().filter(|part| held(part)).max_by_key(Vec::len)
 }
 

@@ -34,7 +34,7 @@ const TOTAL_CHI2: f64 = 3.0;
 /// χ² by which a source at a masked hit must prefer the star, so that it is not a remnant of that hit.
 const STAR_CHI2: f64 = 10.0;
 /// χ² by which the windows of a long candidate together must prefer the star: tracks are long, and where their light per
-/// pixel is in the noise no window tells.
+/// pixel is in the noise no window decides.
 const LONG_STAR_CHI2: f64 = 5.0;
 /// A candidate is long where the standard deviation of its pixels along it exceeds this \[FWHM\] ...
 const LONG_FWHM: f64 = 1.5;
@@ -59,7 +59,7 @@ pub(crate) enum Verdict {
 
 /// A straight piece of light with a Gaussian profile.
 #[derive(Clone, Copy)]
-struct Piece {
+struct GaussianSegment {
     x: f64,
     y: f64,
     theta: f64,
@@ -155,7 +155,7 @@ fn places(patch: &Patch, inside: &Array2<bool>, reach: usize) -> Vec<(usize, usi
 }
 
 /// The piece of light of the given σ across that fits best about a pixel.
-fn best_fit(patch: &Patch, at: (usize, usize), reach: isize, sigma: f64) -> Piece {
+fn best_fit(patch: &Patch, at: (usize, usize), reach: isize, sigma: f64) -> GaussianSegment {
     let (ny, nx) = patch.above.dim();
     let mut pixels = Vec::new();
     for dj in -reach..=reach {
@@ -167,15 +167,17 @@ fn best_fit(patch: &Patch, at: (usize, usize), reach: isize, sigma: f64) -> Piec
             }
         }
     }
-    let start = Piece { x: at.0 as f64, y: at.1 as f64, theta: 0.0, length: 0.7, gain: f64::NEG_INFINITY };
+    let start = GaussianSegment { x: at.0 as f64, y: at.1 as f64, theta: 0.0, length: 0.7, gain: f64::NEG_INFINITY };
     let quarter = std::f64::consts::FRAC_PI_4;
     (0..4)
-        .map(|k| fit(&pixels, Piece { theta: f64::from(k) * quarter, ..start }, sigma * sigma + PIXEL_VARIANCE))
-        .fold(start, |best, piece| if piece.gain > best.gain { piece } else { best })
+        .map(|k| {
+            fit(&pixels, GaussianSegment { theta: f64::from(k) * quarter, ..start }, sigma * sigma + PIXEL_VARIANCE)
+        })
+        .fold(start, |best, segment| if segment.gain > best.gain { segment } else { best })
 }
 
 /// Light and its derivatives by place, angle and length, per unit of A.
-fn light(p: &Piece, variance: f64, x: f64, y: f64) -> (f64, [f64; 4]) {
+fn light(p: &GaussianSegment, variance: f64, x: f64, y: f64) -> (f64, [f64; 4]) {
     let (sin, cos) = p.theta.sin_cos();
     let (dx, dy) = (x - p.x, y - p.y);
     let (u, v) = (dx * cos + dy * sin, dy * cos - dx * sin);
@@ -186,7 +188,7 @@ fn light(p: &Piece, variance: f64, x: f64, y: f64) -> (f64, [f64; 4]) {
 }
 
 /// A for which a piece fits best, and the χ² it gains.
-fn amplitude(pixels: &[[f64; 4]], p: &Piece, variance: f64) -> (f64, f64) {
+fn amplitude(pixels: &[[f64; 4]], p: &GaussianSegment, variance: f64) -> (f64, f64) {
     let (mut dm, mut mm) = (0.0, 0.0);
     for &[x, y, d, w] in pixels {
         let (m, _) = light(p, variance, x, y);
@@ -197,7 +199,7 @@ fn amplitude(pixels: &[[f64; 4]], p: &Piece, variance: f64) -> (f64, f64) {
 }
 
 /// Levenberg-Marquardt steps from a first guess.
-fn fit(pixels: &[[f64; 4]], start: Piece, variance: f64) -> Piece {
+fn fit(pixels: &[[f64; 4]], start: GaussianSegment, variance: f64) -> GaussianSegment {
     let mut best = start;
     let mut a;
     (a, best.gain) = amplitude(pixels, &best, variance);
@@ -216,7 +218,7 @@ fn fit(pixels: &[[f64; 4]], start: Piece, variance: f64) -> Piece {
             normal[(k, k)] += 1e-9;
         }
         let Some(step) = normal.cholesky().map(|c| c.solve(&right)) else { break };
-        let mut next = Piece {
+        let mut next = GaussianSegment {
             x: (best.x + step[1]).clamp(start.x - 1.5, start.x + 1.5),
             y: (best.y + step[2]).clamp(start.y - 1.5, start.y + 1.5),
             theta: best.theta + step[3].clamp(-0.5, 0.5),

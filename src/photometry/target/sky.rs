@@ -86,14 +86,14 @@ fn mean_without_hits(values: &[f64]) -> Option<(f64, f64, usize)> {
 }
 
 impl Surface {
-    /// The surface through the blocks that `left_out` does not exclude.
+    /// The surface through the blocks that `is_excluded` does not exclude.
     ///
     /// Least absolute deviations first (reweighted), then a clip at 3 σ of what is left, so that a target and trails
     /// which cover less than half of the cutout do not lift it.
-    pub fn fit(blocks: &[Block], (ny, nx): (usize, usize), left_out: impl Fn(&Block) -> bool) -> Self {
+    pub fn fit(blocks: &[Block], (ny, nx): (usize, usize), is_excluded: impl Fn(&Block) -> bool) -> Self {
         let centre = (0.5 * (nx as f64 - 1.0), 0.5 * (ny as f64 - 1.0));
         let scale = (0.5 * nx as f64, 0.5 * ny as f64);
-        let kept: Vec<&Block> = blocks.iter().filter(|b| !left_out(b)).collect();
+        let kept: Vec<&Block> = blocks.iter().filter(|b| !is_excluded(b)).collect();
         let kept = if kept.is_empty() { blocks.iter().collect() } else { kept };
         let mut sd: Vec<f64> = kept.iter().map(|b| b.sd).collect();
         let sigma = stats::median(&mut sd).unwrap_or(0.0).max(1e-9);

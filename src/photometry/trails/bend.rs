@@ -35,8 +35,8 @@ impl Bend {
         self.at_uv(u, v)
     }
 
-    /// Takes it off an image of cells.
-    pub fn take_off(&self, image: &mut Array2<f32>) {
+    /// Subtracts it from an image of cells.
+    pub fn subtract_from(&self, image: &mut Array2<f32>) {
         let (ny, nx) = image.dim();
         let mut bend = vec![0f32; nx];
         for j in 0..ny {

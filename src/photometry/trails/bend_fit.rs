@@ -19,12 +19,12 @@ const LINE_STEP: usize = 2;
 /// From the blocks outside every exclusion mask, each line having its own level; `None` if they do not determine it.
 ///
 /// Least squares within lines: `Σ_q Σ_p w (t − t̄_q)(y − ȳ_q)`, t̄_q and ȳ_q the means over line q, clipped at 3 σ.
-pub(crate) fn bend_of(strips: &TrailBackground, holes: &[ExclusionMask]) -> Option<Bend> {
-    let (turned, half) = (strips.turned, strips.half());
+pub(crate) fn bend_of(trail_background: &TrailBackground, exclusions: &[ExclusionMask]) -> Option<Bend> {
+    let (turned, half) = (trail_background.turned, trail_background.half());
     let mut bend = Bend { turned, half, terms: Vector3::zeros() };
-    let lines: Vec<(f64, Vec<(f64, f64)>)> = (0..strips.n_lines())
+    let lines: Vec<(f64, Vec<(f64, f64)>)> = (0..trail_background.n_lines())
         .step_by(LINE_STEP)
-        .map(|q| (strips.v_of(q), strips.free_blocks(q, holes)))
+        .map(|q| (trail_background.v_of(q), trail_background.free_blocks(q, exclusions)))
         .filter(|(_, blocks)| blocks.len() >= MIN_BLOCKS)
         .collect();
     let mut levels: Vec<f64> = lines
@@ -37,7 +37,7 @@ pub(crate) fn bend_of(strips: &TrailBackground, holes: &[ExclusionMask]) -> Opti
     for _ in 0..PASSES {
         let (mut normal, mut right) = (Matrix3::<f64>::zeros(), Vector3::<f64>::zeros());
         for ((v, blocks), level) in lines.iter().zip(&mut levels) {
-            let variance = strips.variance_of_block(*level);
+            let variance = trail_background.variance_of_block(*level);
             let limit = CLIP_SIGMA * variance.sqrt();
             let (mut n, mut t1, mut y1) = (0.0, Vector3::zeros(), 0.0);
             let (mut tt, mut ty) = (Matrix3::zeros(), Vector3::zeros());

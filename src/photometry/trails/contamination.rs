@@ -10,7 +10,7 @@ use crate::photometry::aperture::{Bounds, Shape, for_each_pixel};
 use crate::photometry::smooth::Kernel;
 use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::placed::Placed;
-use crate::photometry::trails::level::Under;
+use crate::photometry::trails::level::TrailLevel;
 use crate::photometry::trails::model::TrailBackground;
 
 /// Significance of a trail among the lines of an aperture: of some 30, twice, one in 50 frames by chance.
@@ -49,29 +49,37 @@ impl Contamination {
 /// A trail is where e under a Gaussian of one FWHM stands out by 3.4 σ, over the whole length of the cutout or near the
 /// aperture alone, or where one along the known direction was found before; its light is Σ c(v) e(v) over the lines it
 /// covers, c the chord of the aperture.
-pub(crate) fn of_trails(cutout: &Cutout, strips: &TrailBackground, under: &Under, at: &Placed) -> Contamination {
+pub(crate) fn of_trails(
+    cutout: &Cutout,
+    trail_background: &TrailBackground,
+    trail_level: &TrailLevel,
+    at: &Placed,
+) -> Contamination {
     let cells = cutout.in_cells(at);
-    let aperture = strips.hole((cells.x, cells.y), cells.shape);
-    let own = strips.hole((cells.x, cells.y), cells.shape.grown(cutout.fwhm_cells()));
-    let profile = strips.profile(&[own]);
-    let base = base_level(&profile.iter().filter_map(|l| l.map(|l| l.mean)).collect::<Vec<_>>(), strips, &profile);
+    let aperture = trail_background.exclusion((cells.x, cells.y), cells.shape);
+    let own = trail_background.exclusion((cells.x, cells.y), cells.shape.grown(cutout.fwhm_cells()));
+    let profile = trail_background.profile(&[own]);
+    let base =
+        base_level(&profile.iter().filter_map(|l| l.map(|l| l.mean)).collect::<Vec<_>>(), trail_background, &profile);
     // excess and its variance, over the whole length and near by
-    let near: Vec<(f64, f64)> = under.levels.iter().map(|l| (l.mean - base, strips.variance(l.mean) / l.n)).collect();
-    let whole: Vec<(f64, f64)> = (0..under.levels.len())
+    let near: Vec<(f64, f64)> =
+        trail_level.levels.iter().map(|l| (l.mean - base, trail_background.variance(l.mean) / l.n)).collect();
+    let whole: Vec<(f64, f64)> = (0..trail_level.levels.len())
         .map(|k| {
             profile
-                .get(under.first + k)
+                .get(trail_level.first + k)
                 .copied()
                 .flatten()
-                .map_or(near[k], |l| (l.mean - base, strips.variance(l.mean) / l.n))
+                .map_or(near[k], |l| (l.mean - base, trail_background.variance(l.mean) / l.n))
         })
         .collect();
-    let chords: Vec<f64> = (0..under.levels.len())
-        .map(|k| aperture.chord(strips.v_of(under.first + k)).map_or(0.0, |(from, to)| to - from))
+    let chords: Vec<f64> = (0..trail_level.levels.len())
+        .map(|k| aperture.chord(trail_background.v_of(trail_level.first + k)).map_or(0.0, |(from, to)| to - from))
         .collect();
     let kernel = Kernel::gaussian(cutout.fwhm_cells());
     let (stands_out, stands_out_near) = (matched(&whole, &kernel), matched(&near, &kernel));
-    let found = |k: usize| cutout.trail_v.is_some_and(|v| (strips.v_of(under.first + k) - v).abs() <= 0.5);
+    let found =
+        |k: usize| cutout.trail_v.is_some_and(|v| (trail_background.v_of(trail_level.first + k) - v).abs() <= 0.5);
     let seeds: Vec<bool> =
         (0..stands_out.len()).map(|k| stands_out[k].max(stands_out_near[k]) > TRAIL_SIGMA || found(k)).collect();
     // a trail covers a FWHM on both sides of its ridge
@@ -97,7 +105,7 @@ pub(crate) fn of_trails(cutout: &Cutout, strips: &TrailBackground, under: &Under
 /// The level of the lines without a trail: from the lowest third upwards, what agrees within its noise.
 fn base_level(
     means: &[f64],
-    strips: &TrailBackground,
+    trail_background: &TrailBackground,
     profile: &[Option<crate::photometry::trails::model::Level>],
 ) -> f64 {
     let mut sorted = means.to_vec();
@@ -105,7 +113,7 @@ fn base_level(
     for _ in 0..10 {
         let (mut sum, mut weight) = (0.0, 0.0);
         for l in profile.iter().flatten() {
-            let variance = strips.variance(0.0) / l.n;
+            let variance = trail_background.variance(0.0) / l.n;
             if (l.mean - base).powi(2) < 4.0 * variance {
                 sum += l.n * l.mean;
                 weight += l.n;

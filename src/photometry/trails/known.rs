@@ -57,9 +57,9 @@ pub(crate) fn line_through(
     for k in -n..=n {
         let theta = known.theta_rad + span * f64::from(k) / f64::from(n.max(1));
         let turned = Turned::new(dim, theta);
-        let hole = ExclusionMask::of(&turned, (object.x, object.y), object.shape);
-        across = hole.across();
-        let first = hole.v - across - f64::from(reach) * bin;
+        let exclusion = ExclusionMask::of(&turned, (object.x, object.y), object.shape);
+        across = exclusion.across();
+        let first = exclusion.v - across - f64::from(reach) * bin;
         let mut sums = vec![[0f64; 2]; (2.0 * across / bin) as usize + taps.len()];
         for p in &points {
             let at = (turned.uv(p.x, p.y).1 - first) / bin;

@@ -9,7 +9,7 @@ use crate::photometry::trails::rotate::catmull_rom;
 
 /// The levels of the lines under an aperture.
 #[derive(Debug, Clone)]
-pub(crate) struct Under {
+pub(crate) struct TrailLevel {
     /// First line.
     pub first: usize,
     v0: f64,
@@ -18,22 +18,22 @@ pub(crate) struct Under {
     pub n: f64,
 }
 
-impl Under {
-    /// The levels of the lines that `over` touches; pixels in `holes` do not count. `None` if a line has no room next to
+impl TrailLevel {
+    /// The levels of the lines that `over` touches; pixels in `exclusions` do not count. `None` if a line has no room next to
     /// it.
-    pub fn of(strips: &TrailBackground, over: ExclusionMask, holes: &[ExclusionMask]) -> Option<Self> {
+    pub fn of(trail_background: &TrailBackground, over: ExclusionMask, exclusions: &[ExclusionMask]) -> Option<Self> {
         let reach = over.across() + 1.0;
-        let lines = strips.lines((over.v - reach, over.v + reach));
+        let lines = trail_background.lines((over.v - reach, over.v + reach));
         let mut levels = Vec::with_capacity(lines.len());
         for q in lines.clone() {
-            let u = over.chord(strips.v_of(q)).unwrap_or((over.u, over.u));
-            levels.push(strips.beside(q, u, holes)?);
+            let u = over.chord(trail_background.v_of(q)).unwrap_or((over.u, over.u));
+            levels.push(trail_background.side_bands(q, u, exclusions)?);
         }
         if levels.len() < 4 {
             return None;
         }
         let n = levels.iter().map(|l| l.n).sum();
-        Some(Self { first: lines.start, v0: strips.v_of(lines.start), levels, n })
+        Some(Self { first: lines.start, v0: trail_background.v_of(lines.start), levels, n })
     }
 
     /// The level at v, by the cubic through four lines.
@@ -45,22 +45,23 @@ impl Under {
     }
 
     /// Variance of the sum of the levels over the cells of an aperture.
-    pub fn variance(&self, strips: &TrailBackground, aperture: &ExclusionMask) -> f64 {
+    pub fn variance(&self, trail_background: &TrailBackground, aperture: &ExclusionMask) -> f64 {
         let of = |(k, l): (usize, &Level)| {
-            let (from, to) = aperture.chord(strips.v_of(self.first + k)).unwrap_or((0.0, 0.0));
-            (to - from).powi(2) * strips.variance(l.mean) / l.n
+            let (from, to) = aperture.chord(trail_background.v_of(self.first + k)).unwrap_or((0.0, 0.0));
+            (to - from).powi(2) * trail_background.variance(l.mean) / l.n
         };
         self.levels.iter().enumerate().map(of).sum()
     }
 
     /// Where the two sides of a line differ by D a trail ends under the aperture, anywhere along its chord c: a level
     /// between both is wrong by D c/√12. Lines are taken together over the width of a trail; noise is subtracted twice.
-    pub fn variance_of_ends(&self, strips: &TrailBackground, aperture: &ExclusionMask, fwhm: f64) -> f64 {
+    pub fn variance_of_ends(&self, trail_background: &TrailBackground, aperture: &ExclusionMask, fwhm: f64) -> f64 {
         let width = (1.5 * fwhm).round().max(2.0) as usize;
         let of_trail = |(g, lines): (usize, &[Level])| {
             let (mut step, mut noise) = (0.0, 0.0);
             for (k, line) in lines.iter().enumerate() {
-                let (from, to) = aperture.chord(strips.v_of(self.first + g * width + k)).unwrap_or((0.0, 0.0));
+                let (from, to) =
+                    aperture.chord(trail_background.v_of(self.first + g * width + k)).unwrap_or((0.0, 0.0));
                 step += (to - from) * line.step;
                 noise += (to - from).powi(2) * line.step_variance;
             }

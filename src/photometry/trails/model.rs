@@ -29,7 +29,7 @@ const EDGE_BLOCKS: usize = 3;
 const CLIP_SIGMA: f64 = 3.0;
 
 /// Least and most share of a trail's light that its constant profile gets wrong.
-const FLICKER: [f64; 2] = [0.01, 0.05];
+const SCINTILLATION: [f64; 2] = [0.01, 0.05];
 /// Lines this bright show how much trails scintillate \[σ of a block\].
 const BRIGHT_SIGMA: f64 = 5.0;
 
@@ -81,7 +81,7 @@ impl TrailBackground {
     }
 
     /// A shape at a place of the cutout in the turned coordinates.
-    pub fn hole(&self, at: (f64, f64), shape: Shape) -> ExclusionMask {
+    pub fn exclusion(&self, at: (f64, f64), shape: Shape) -> ExclusionMask {
         ExclusionMask::of(&self.turned, at, shape)
     }
 
@@ -110,10 +110,10 @@ impl TrailBackground {
         self.mean.nrows()
     }
 
-    /// Middle u and mean of the blocks of line `q` that are in no hole.
-    pub fn free_blocks(&self, q: usize, holes: &[ExclusionMask]) -> Vec<(f64, f64)> {
+    /// Middle u and mean of the blocks of line `q` outside every exclusion mask.
+    pub fn free_blocks(&self, q: usize, exclusions: &[ExclusionMask]) -> Vec<(f64, f64)> {
         let v = self.v_of(q);
-        let chords: Vec<(f64, f64)> = holes.iter().filter_map(|h| h.chord(v)).collect();
+        let chords: Vec<(f64, f64)> = exclusions.iter().filter_map(|h| h.chord(v)).collect();
         let block = |p: usize| {
             let (from, to) = self.range(p);
             let value = f64::from(self.mean[[q, p]]);
@@ -123,7 +123,7 @@ impl TrailBackground {
         (0..self.mean.ncols()).filter_map(block).collect()
     }
 
-    /// Takes a bend of the sky along the lines off every block.
+    /// Subtracts a bend of the sky along the lines from every block.
     pub fn straighten(&mut self, bend: &Bend) {
         for q in 0..self.mean.nrows() {
             let v = self.v_of(q);
@@ -135,12 +135,12 @@ impl TrailBackground {
     }
 
     /// The level of line `q` under a stretch `u`, from the blocks next to it that are outside every exclusion mask.
-    pub fn beside(&self, q: usize, u: (f64, f64), holes: &[ExclusionMask]) -> Option<Level> {
+    pub fn side_bands(&self, q: usize, u: (f64, f64), exclusions: &[ExclusionMask]) -> Option<Level> {
         if q >= self.mean.nrows() {
             return None;
         }
         let v = q as f64 - self.half;
-        let chords: Vec<(f64, f64)> = holes.iter().filter_map(|h| h.chord(v)).collect();
+        let chords: Vec<(f64, f64)> = exclusions.iter().filter_map(|h| h.chord(v)).collect();
         let free = |p: usize| {
             let (from, to) = self.range(p);
             let value = f64::from(self.mean[[q, p]]);
@@ -171,12 +171,12 @@ impl TrailBackground {
 
     /// The level of every line over its whole length, without the blocks in exclusion masks; `None` for a line of fewer
     /// than four.
-    pub fn profile(&self, holes: &[ExclusionMask]) -> Vec<Option<Level>> {
+    pub fn profile(&self, exclusions: &[ExclusionMask]) -> Vec<Option<Level>> {
         let mut work = Vec::new();
         (0..self.mean.nrows())
             .map(|q| {
                 let v = q as f64 - self.half;
-                let chords: Vec<(f64, f64)> = holes.iter().filter_map(|h| h.chord(v)).collect();
+                let chords: Vec<(f64, f64)> = exclusions.iter().filter_map(|h| h.chord(v)).collect();
                 let free = |p: &usize| {
                     let (from, to) = self.range(*p);
                     self.mean[[q, *p]].is_finite() && !chords.iter().any(|c| to > c.0 && from < c.1)
@@ -192,10 +192,10 @@ impl TrailBackground {
             .collect()
     }
 
-    /// The level everywhere, by how much it changes from block to block, and the share of it by which trails flicker: a
+    /// The level everywhere, by how much it changes from block to block, and the share of it by which trails scintillate: a
     /// model of the sky and the trails.
-    pub fn everywhere(&self, dim: (usize, usize), holes: &[ExclusionMask]) -> (Array2<f32>, Array2<f32>, f64) {
-        let (level, change, flicker) = self.levels(holes);
+    pub fn everywhere(&self, dim: (usize, usize), exclusions: &[ExclusionMask]) -> (Array2<f32>, Array2<f32>, f64) {
+        let (level, change, scintillation) = self.levels(exclusions);
         let spread = Spread::new(self.turned, self.half, self.block, &level, &change);
         let (mut light, mut unsure) = (Array2::zeros(dim), Array2::zeros(dim));
         for (j, (mut light, mut unsure)) in light.rows_mut().into_iter().zip(unsure.rows_mut()).enumerate() {
@@ -203,27 +203,27 @@ impl TrailBackground {
                 spread.row(j, light, unsure);
             }
         }
-        (light, unsure, flicker)
+        (light, unsure, scintillation)
     }
 
     /// The level of every block from its neighbours on its line, by how much it changes from block to block, and how much
     /// the blocks scatter about it.
-    fn levels(&self, holes: &[ExclusionMask]) -> (Array2<f32>, Array2<f32>, f64) {
+    fn levels(&self, exclusions: &[ExclusionMask]) -> (Array2<f32>, Array2<f32>, f64) {
         let (lines, blocks) = self.mean.dim();
         let mut level = Array2::from_elem((lines, blocks), f32::NAN);
         let mut change = Array2::zeros((lines, blocks));
         let mut window = Window::default();
         let (mut valid, mut values) = (Vec::new(), Vec::new());
-        let (mut flicker, mut off) = (ScintillationExcess::default(), Vec::new());
+        let (mut scintillation, mut off) = (ScintillationExcess::default(), Vec::new());
         for q in 0..lines {
             let v = q as f64 - self.half;
-            let chords: Vec<(f64, f64)> = holes.iter().filter_map(|h| h.chord(v)).collect();
-            let in_hole = |p: usize| {
+            let chords: Vec<(f64, f64)> = exclusions.iter().filter_map(|h| h.chord(v)).collect();
+            let is_excluded = |p: usize| {
                 let (from, to) = self.range(p);
                 chords.iter().any(|c| to > c.0 && from < c.1)
             };
             valid.clear();
-            valid.extend((0..blocks).filter(|&p| self.mean[[q, p]].is_finite() && !in_hole(p)));
+            valid.extend((0..blocks).filter(|&p| self.mean[[q, p]].is_finite() && !is_excluded(p)));
             if valid.len() < 2 {
                 continue;
             }
@@ -246,7 +246,7 @@ impl TrailBackground {
             if brightness > BRIGHT_SIGMA * self.variance_of_block(brightness).sqrt() {
                 off.clear();
                 off.extend(valid.iter().map(|p| f64::from((self.mean[[q, *p]] - level[[q, *p]]).abs())));
-                flicker.add(&mut off, brightness, self.variance_of_block(brightness));
+                scintillation.add(&mut off, brightness, self.variance_of_block(brightness));
             }
             for p in 0..blocks {
                 let (lo, hi) = (p.saturating_sub(1), (p + 1).min(blocks - 1));
@@ -257,7 +257,7 @@ impl TrailBackground {
                 change[[q, p]] = if step.is_finite() { (step - noise as f32).max(0.0) } else { 0.0 };
             }
         }
-        (level, change, flicker.share())
+        (level, change, scintillation.share())
     }
 
     /// First line and its place v, and one past the last line, that a range of v touches.
@@ -318,7 +318,7 @@ impl ScintillationExcess {
 
     /// Σ (σ² − σ_counts²) / Σ L², its root; the largest plausible value where no line is bright enough to measure it.
     fn share(&self) -> f64 {
-        let [least, most] = FLICKER;
+        let [least, most] = SCINTILLATION;
         if self.light > 0.0 { (self.excess.max(0.0) / self.light).sqrt().clamp(least, most) } else { most }
     }
 }

@@ -14,18 +14,19 @@ fn cutout() -> Array2<f32> {
 }
 
 #[test]
-fn the_level_of_a_block_is_the_mean_near_the_median_of_its_neighbours_outside_the_holes() {
-    let strips = TrailBackground::new(&cutout(), 0.3f64.atan(), 3.0, 0.3, 4.0);
-    let hole = strips.hole((115.0, 90.0), Shape::Ellipse { a_px: 25.0, b_px: 15.0, theta_rad: 0.4 });
-    for holes in [vec![], vec![hole]] {
-        let (level, ..) = strips.levels(&holes);
-        let (lines, blocks) = strips.mean.dim();
+fn the_level_of_a_block_is_the_mean_near_the_median_of_its_neighbours_outside_the_exclusions() {
+    let trail_background = TrailBackground::new(&cutout(), 0.3f64.atan(), 3.0, 0.3, 4.0);
+    let exclusion =
+        trail_background.exclusion((115.0, 90.0), Shape::Ellipse { a_px: 25.0, b_px: 15.0, theta_rad: 0.4 });
+    for exclusions in [vec![], vec![exclusion]] {
+        let (level, ..) = trail_background.levels(&exclusions);
+        let (lines, blocks) = trail_background.mean.dim();
         let mut n_levels = 0;
         for q in 0..lines {
-            let chords: Vec<_> = holes.iter().filter_map(|h| h.chord(q as f64 - strips.half)).collect();
+            let chords: Vec<_> = exclusions.iter().filter_map(|h| h.chord(q as f64 - trail_background.half)).collect();
             let free = |p: &usize| {
-                let (from, to) = strips.range(*p);
-                strips.mean[[q, *p]].is_finite() && !chords.iter().any(|c| to > c.0 && from < c.1)
+                let (from, to) = trail_background.range(*p);
+                trail_background.mean[[q, *p]].is_finite() && !chords.iter().any(|c| to > c.0 && from < c.1)
             };
             let valid: Vec<usize> = (0..blocks).filter(free).collect();
             for p in 0..blocks {
@@ -38,9 +39,9 @@ fn the_level_of_a_block_is_the_mean_near_the_median_of_its_neighbours_outside_th
                 let after = valid.len() - before - own;
                 let side = if own == 1 { before.min(after).clamp(EDGE_BLOCKS, SEARCH_BLOCKS) } else { SIDE_BLOCKS };
                 let near = &valid[before - before.min(side)..before + own + after.min(side)];
-                let mut values: Vec<f64> = near.iter().map(|k| f64::from(strips.mean[[q, *k]])).collect();
+                let mut values: Vec<f64> = near.iter().map(|k| f64::from(trail_background.mean[[q, *k]])).collect();
                 let median = stats::median(&mut values).unwrap();
-                let limit = CLIP_SIGMA * (strips.variance(median) / strips.block as f64).sqrt();
+                let limit = CLIP_SIGMA * (trail_background.variance(median) / trail_background.block as f64).sqrt();
                 values.retain(|x| (x - median).abs() <= limit);
                 let wanted =
                     if values.is_empty() { median } else { values.iter().sum::<f64>() / values.len() as f64 } as f32;

@@ -24,7 +24,7 @@ pub(crate) const SMEARED_FWHM: f64 = 1.05;
 const SIDE_SIGMA: f64 = 1.5;
 
 /// A coarse cell: place, clipped value \[σ\], and how many cells of the fine grid it holds.
-pub(crate) struct Point {
+pub(crate) struct CoarseCell {
     pub x: f64,
     pub y: f64,
     pub value: f64,
@@ -32,14 +32,14 @@ pub(crate) struct Point {
 
 /// The direction of the most significant line from +x towards +y \[rad\]; `None` if it may be noise.
 ///
-/// `target` = centre and radius of what is masked by `hidden`; `noise` = scatter of a cell; `doubt` is added to the
+/// `target` = centre and radius of what is masked by `hidden`; `noise` = scatter of a cell; `uncertainty` is added to the
 /// required significance.
 pub(crate) fn faint_direction(
     net: &Array2<f32>,
     hidden: &Array2<bool>,
     target: (f64, f64, f64),
     (noise, fwhm): (f64, f64),
-    doubt: f64,
+    uncertainty: f64,
 ) -> Option<f64> {
     let points = coarse(net, hidden, noise, ((0.75 * fwhm).round() as usize).max(1));
     if points.len() < 100 {
@@ -87,7 +87,7 @@ pub(crate) fn faint_direction(
     sharp.sort_by(|a, b| b.snr.total_cmp(&a.snr));
     sharp
         .into_iter()
-        .filter(|l| l.snr > unit * (doubt + if l.through { THROUGH_SIGMA } else { ANYWHERE_SIGMA }))
+        .filter(|l| l.snr > unit * (uncertainty + if l.through { THROUGH_SIGMA } else { ANYWHERE_SIGMA }))
         .find(|l| on_both_sides(&points, Turned::new(dim, l.theta), l.v, target, bin))
         .map(|l| l.theta)
 }
@@ -103,7 +103,7 @@ struct Line {
 }
 
 /// Squares of `k` cells outside `hidden`, in units of their noise.
-pub(crate) fn coarse(net: &Array2<f32>, hidden: &Array2<bool>, noise: f64, k: usize) -> Vec<Point> {
+pub(crate) fn coarse(net: &Array2<f32>, hidden: &Array2<bool>, noise: f64, k: usize) -> Vec<CoarseCell> {
     let (ny, nx) = net.dim();
     let mut points = Vec::new();
     for j in (0..(ny / k) * k).step_by(k) {
@@ -120,7 +120,7 @@ pub(crate) fn coarse(net: &Array2<f32>, hidden: &Array2<bool>, noise: f64, k: us
             if 2 * n >= k * k {
                 let value = (sum / (noise * (n as f64).sqrt())).clamp(-CLIP_SIGMA, CLIP_SIGMA);
                 let middle = 0.5 * (k as f64 - 1.0);
-                points.push(Point { x: i as f64 + middle, y: j as f64 + middle, value });
+                points.push(CoarseCell { x: i as f64 + middle, y: j as f64 + middle, value });
             }
         }
     }
@@ -128,7 +128,7 @@ pub(crate) fn coarse(net: &Array2<f32>, hidden: &Array2<bool>, noise: f64, k: us
 }
 
 /// Sum and number of the points in every bin across the direction.
-fn add_up(points: &[Point], turned: Turned, half: f64, bin: f64, sums: &mut [[f64; 2]]) {
+fn add_up(points: &[CoarseCell], turned: Turned, half: f64, bin: f64, sums: &mut [[f64; 2]]) {
     sums.fill([0.0; 2]);
     let per_bin = 1.0 / bin;
     for p in points {
@@ -139,7 +139,13 @@ fn add_up(points: &[Point], turned: Turned, half: f64, bin: f64, sums: &mut [[f6
 }
 
 /// Sum and number of the points within a bin of the line, for which `counts(u)`.
-pub(crate) fn along(points: &[Point], turned: Turned, v: f64, bin: f64, counts: impl Fn(f64) -> bool) -> (f64, f64) {
+pub(crate) fn along(
+    points: &[CoarseCell],
+    turned: Turned,
+    v: f64,
+    bin: f64,
+    counts: impl Fn(f64) -> bool,
+) -> (f64, f64) {
     points.iter().fold((0.0, 0.0), |(sum, n), p| {
         let (u, at) = turned.uv(p.x, p.y);
         if (at - v).abs() < bin && counts(u) { (sum + p.value, n + 1.0) } else { (sum, n) }
@@ -148,14 +154,14 @@ pub(crate) fn along(points: &[Point], turned: Turned, v: f64, bin: f64, counts: 
 
 /// The line in finer steps of angle and offset, under the Gaussian profile of a trail: `step` of the angle, `bin` of the
 /// offset before.
-fn sharpened(points: &[Point], dim: (usize, usize), line: &Line, (step, bin, fwhm): (f64, f64, f64)) -> Line {
+fn sharpened(points: &[CoarseCell], dim: (usize, usize), line: &Line, (step, bin, fwhm): (f64, f64, f64)) -> Line {
     const STEPS: usize = 48;
     let fine = 0.125 * fwhm;
     let turned = Turned::new(dim, line.theta);
     let half = 0.5 * (dim.0 as f64).hypot(dim.1 as f64);
     // what no turn of the line reaches need not be turned
     let reach = 0.5 * STEPS as f64 * fine + 1.5 * step * half;
-    let near: Vec<&Point> = points.iter().filter(|p| (turned.uv(p.x, p.y).1 - line.v).abs() < reach).collect();
+    let near: Vec<&CoarseCell> = points.iter().filter(|p| (turned.uv(p.x, p.y).1 - line.v).abs() < reach).collect();
     let sigma = SMEARED_FWHM * fwhm / FWHM_PER_SIGMA / fine;
     let taps: Vec<f64> = (-16..=16).map(|k| (-0.5 * (f64::from(k) / sigma).powi(2)).exp()).collect();
     let mut best = Line { snr: f64::NEG_INFINITY, ..*line };
@@ -183,7 +189,7 @@ fn sharpened(points: &[Point], dim: (usize, usize), line: &Line, (step, bin, fwh
 }
 
 /// Whether the line is there before and behind the target, equally bright within the noise.
-fn on_both_sides(points: &[Point], turned: Turned, v: f64, target: (f64, f64, f64), bin: f64) -> bool {
+fn on_both_sides(points: &[CoarseCell], turned: Turned, v: f64, target: (f64, f64, f64), bin: f64) -> bool {
     let own = turned.uv(target.0, target.1).0;
     let (before, behind) = (along(points, turned, v, bin, |u| u < own), along(points, turned, v, bin, |u| u >= own));
     let there = |(sum, n): (f64, f64)| n < 8.0 || sum / n.sqrt() > SIDE_SIGMA;

@@ -19,7 +19,7 @@ use crate::pipeline::survey::files::Survey;
 use crate::pipeline::target::frame::missing_parts;
 use crate::pipeline::target::frame::target_settings;
 use crate::pipeline::target::outcome::TargetFrame;
-use crate::pipeline::target::window::{Seen, look, look_at_all};
+use crate::pipeline::target::window::{Seen, measure_in_window, measure_whole_frame};
 
 /// Frames a piece is computed for.
 const FRAMES: usize = 3;
@@ -114,14 +114,18 @@ fn outside_the_circle(survey: &Survey, night: &Calibrated, cpu_s: &dyn Fn() -> f
     })
 }
 
-/// Of a target frame only the surroundings of the target are read and measured.
+/// Of a target frame only the window around the target is read and measured.
 fn away_from_the_target(survey: &Survey, night: &Calibrated, cpu_s: &dyn Fn() -> f64) -> Option<LeftOut> {
     let all: Vec<&Exposure> = survey.targets.iter().collect();
     let chosen = sample(&all, FRAMES);
-    let look_at = |k: usize, whole: bool| -> Option<Seen> {
+    let measure_frame = |k: usize, whole: bool| -> Option<Seen> {
         let (reader, settings) =
             (night.open(chosen[k]).ok()?, target_settings(chosen[k], night, night.seeing.fwhm_arcsec));
-        if whole { look_at_all(&reader, night, &settings).ok() } else { look(&reader, night, &settings).ok() }
+        if whole {
+            measure_whole_frame(&reader, night, &settings).ok()
+        } else {
+            measure_in_window(&reader, night, &settings).ok()
+        }
     };
     let light = |seen: Option<Seen>| {
         seen.map(|s| match s.found {
@@ -130,13 +134,13 @@ fn away_from_the_target(survey: &Survey, night: &Calibrated, cpu_s: &dyn Fn() ->
     };
     let mut changes_mag = 0.0f64;
     for k in 0..chosen.len() {
-        let (some, whole) = (light(look_at(k, false))?, light(look_at(k, true))?);
+        let (some, whole) = (light(measure_frame(k, false))?, light(measure_frame(k, true))?);
         let changed = if some == whole { 0.0 } else { mag_of_flux(some / whole).map_or(f64::INFINITY, f64::abs) };
         changes_mag = changes_mag.max(changed);
     }
     let time = |whole: bool| {
         each_us(cpu_s, chosen.len(), |k| {
-            std::hint::black_box(look_at(k, whole).is_some());
+            std::hint::black_box(measure_frame(k, whole).is_some());
         })
     };
     (!chosen.is_empty()).then(|| LeftOut {

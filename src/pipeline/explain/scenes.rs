@@ -46,13 +46,13 @@ pub fn explain_scenes(
         let chosen = sample(&at, SCENES);
         let mut changes_mag = 0.0f64;
         for i in &chosen {
-            let more = model.left_out(&scenes[*i], &skip)?;
+            let more = model.skipped_flux(&scenes[*i], &skip)?;
             changes_mag = changes_mag.max(brighter_mag(flux(&model.brightness(&scenes[*i])?), more));
         }
         // what a call costs before any light is computed is not saved
         let time = |skip: &Skip| {
             each_us(cpu_s, chosen.len(), |k| {
-                std::hint::black_box(model.left_out(&scenes[chosen[k]], skip).is_ok());
+                std::hint::black_box(model.skipped_flux(&scenes[chosen[k]], skip).is_ok());
             })
         };
         let each_us = (time(&skip) - time(&skip.without_lights())).max(0.0);

@@ -150,7 +150,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn neighbours_are_told_as_runs_and_many_runs_are_counted() {
+    fn neighbours_are_reported_as_runs_and_many_runs_are_counted() {
         let label = |i: usize| format!("s{i}");
         assert_eq!(runs(&[0, 1, 2, 5], &label), "s0 to s2, s5");
         assert_eq!(runs(&[0, 2, 4, 6, 8], &label), "s0, s2, s4, 2 more runs");
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn the_text_names_every_piece_with_its_reason_its_time_and_its_effect() {
+    fn the_text_names_every_item_with_its_reason_its_time_and_its_effect() {
         let piece = LeftOut {
             what: "moon".into(),
             why: "below the satellite's horizon".into(),

@@ -5,7 +5,7 @@
 //! the sky are of it too. The position is that of the header; images are not searched for stars.
 
 use crate::astrometry::catalogue::separation_deg;
-use crate::astrometry::initial_pointing::rough_positions;
+use crate::astrometry::initial_pointing::initial_pointings;
 use crate::base::error::{Error, Result};
 use crate::config::Config;
 use crate::frames::Exposure;
@@ -82,7 +82,7 @@ impl Candidates {
         let first = frames.first()?;
         let place = |e: &Exposure| {
             let aliases = &config.header.aliases;
-            rough_positions(e, None, None, Some((&self.site, &self.eop)), aliases).into_iter().next()
+            initial_pointings(e, None, None, Some((&self.site, &self.eop)), aliases).into_iter().next()
         };
         let from = place(first)?;
         let moved = |e: &&Exposure| {

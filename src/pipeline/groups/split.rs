@@ -18,7 +18,7 @@ use crate::config::{Config, Model};
 use crate::frames::{Exposure, Role, role_by_name};
 use crate::pipeline::stages::bias_and_dark;
 use crate::pipeline::survey::files::Survey;
-use crate::pipeline::survey::filters::{asked_light, lights};
+use crate::pipeline::survey::filters::{lights, requested_light};
 use crate::pipeline::survey::header_warnings::other_camera;
 use crate::pipeline::survey::instrument::focal_mm;
 use crate::pipeline::survey::read::survey_until;
@@ -57,7 +57,7 @@ pub struct Split {
 /// Focal lengths of two telescopes with the same camera differ by more than this share.
 const ANOTHER_OPTICS_FRAC: f64 = 0.1;
 
-/// What tells groups apart: camera (0 is that of `[detector]`), satellite, filter.
+/// What distinguishes groups: camera (0 is that of `[detector]`), satellite, filter.
 type Key = (usize, Option<u64>, Light);
 
 /// Splits a night by the headers of its files (or of `files`, if any are given).
@@ -197,7 +197,7 @@ impl<'a> ByPosition<'a> {
     }
 }
 
-/// The frames of a night by what tells groups apart.
+/// The frames of a night by what distinguishes groups.
 struct Parted<'a> {
     targets: BTreeMap<Key, Vec<&'a Exposure>>,
     stars: BTreeMap<(usize, Light), Vec<&'a Exposure>>,
@@ -213,8 +213,8 @@ struct Parted<'a> {
 impl<'a> Parted<'a> {
     fn of(survey: &'a Survey, config: &'a Config, objects: &Objects, several: bool, notes: &mut Vec<String>) -> Self {
         let light_of = lights(survey, config);
-        let asked = asked_light(survey, config);
-        let is_asked = |e: &&Exposure| asked.as_ref().is_none_or(|light| light_of(e) == *light);
+        let requested = requested_light(survey, config);
+        let is_requested = |e: &&Exposure| requested.as_ref().is_none_or(|light| light_of(e) == *light);
         let cameras: Vec<Config> = (0..=config.instruments.len()).map(|i| of_instrument(config, i)).collect();
         let camera = |e: &Exposure| instrument_of(e, &cameras, config);
         // a file name that [frames] makes a star frame wins over OBJECT
@@ -225,7 +225,7 @@ impl<'a> Parted<'a> {
         let mut unnamed: BTreeMap<&str, Vec<&Exposure>> = BTreeMap::new();
         let mut assigned: BTreeMap<&str, Assigned> = BTreeMap::new();
         let mut by_position = ByPosition::new(config);
-        for exposure in survey.pointings.iter().flatten().chain(&survey.targets).filter(is_asked) {
+        for exposure in survey.pointings.iter().flatten().chain(&survey.targets).filter(is_requested) {
             let object = exposure.object.as_deref().unwrap_or("");
             let named = match several {
                 true => assigned.entry(object).or_insert_with(|| objects.assign(object, &config.satellites)).clone(),
@@ -261,7 +261,7 @@ impl<'a> Parted<'a> {
                 }
             }
         }
-        for exposure in survey.flats.iter().filter(is_asked) {
+        for exposure in survey.flats.iter().filter(is_requested) {
             parted.flats.entry((camera(exposure), light_of(exposure))).or_default().push(exposure);
         }
         for exposure in bias_and_dark(survey, config) {
@@ -344,7 +344,7 @@ impl<'a> Parted<'a> {
     }
 }
 
-/// The part of a group's name that tells it from the others: `iss-zarya`, `iss-zarya-V`, `V-qhy600m`.
+/// The part of a group's name that distinguishes it from the others: `iss-zarya`, `iss-zarya-V`, `V-qhy600m`.
 fn label(group: &Group, several_satellites: bool, (_, number, _): &Key) -> String {
     let plain = |text: &str| {
         let words = text.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty());

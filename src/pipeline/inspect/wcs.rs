@@ -4,7 +4,7 @@
 
 use super::inspector::Inspector;
 use crate::astrometry::catalogue::{Catalogue, separation_deg};
-use crate::astrometry::initial_pointing::{RoughPosition, rough_positions};
+use crate::astrometry::initial_pointing::{InitialPointing, initial_pointings};
 use crate::astrometry::wcs::Wcs;
 use crate::config::Stars;
 use crate::fits::Header;
@@ -36,14 +36,14 @@ fn header_wcs(exposure: &Exposure) -> Result<Option<Wcs>, String> {
 }
 
 /// Every approximate position of the frame.
-pub(crate) fn positions(inspector: &Inspector, exposure: &Exposure) -> Vec<RoughPosition> {
+pub(crate) fn positions(inspector: &Inspector, exposure: &Exposure) -> Vec<InitialPointing> {
     let config = &inspector.config;
     let field = exposure.object.as_ref().zip(config.stars.as_ref());
     let field = field.and_then(|(name, stars)| Some((name.as_str(), *stars.fields.get(name)?)));
     let site = Site::from_config(&config.site).ok().filter(|_| inspector.configured());
     let eop = EarthOrientation::default();
     let site = site.as_ref().map(|s| (s, &eop));
-    rough_positions(exposure, field, None, site, &config.header.aliases)
+    initial_pointings(exposure, field, None, site, &config.header.aliases)
 }
 
 /// The state of the world coordinates; `image`: the pixels can be read.
@@ -121,9 +121,9 @@ fn contradiction(
     let (ra_deg, dec_deg) = wcs.pixel_to_sky((nx - 1.0) / 2.0, (ny - 1.0) / 2.0);
     let allowed_deg = nx.hypot(ny) / 2.0 * wcs.scale_arcsec() / 3_600.0 + POINTING_DEG;
     let reference = header.number("CRVAL1").zip(header.number("CRVAL2"));
-    let pointings: Vec<RoughPosition> =
+    let pointings: Vec<InitialPointing> =
         positions(inspector, exposure).into_iter().filter(|p| !p.is_reference).collect();
-    let agrees = |p: &RoughPosition| {
+    let agrees = |p: &InitialPointing| {
         let at_reference = reference.is_some_and(|(r, d)| separation_deg(p.ra_deg, p.dec_deg, r, d) < REFERENCE_DEG);
         at_reference || separation_deg(p.ra_deg, p.dec_deg, ra_deg, dec_deg) < allowed_deg
     };

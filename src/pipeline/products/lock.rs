@@ -110,7 +110,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_second_run_in_a_folder_is_told_who_holds_it_and_a_leftover_holds_nobody() {
+    fn the_second_run_in_a_folder_reports_who_holds_it_and_a_leftover_holds_nobody() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join(NAME), "pid 4999999 on elsewhere\n").unwrap();
         let held = lock(folder.path()).unwrap();

@@ -9,7 +9,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::record::Output;
-use super::record::Stage;
+use super::record::StageRecord;
 use crate::base::error::Result;
 use crate::base::file::write_atomic;
 use crate::pipeline::products::summary::Summary;
@@ -24,7 +24,7 @@ pub const NAME: &str = "satphot.log.jsonl";
 /// [`crate::Error::Io`].
 pub fn write_log(
     folder: &Path,
-    stages: &[Stage],
+    stages: &[StageRecord],
     rows: &[PhotometryRow],
     outputs: &[Output],
     summary: &Summary,
@@ -50,7 +50,7 @@ pub fn write_log(
     write_atomic(&folder.join(NAME), text.concat().as_bytes())
 }
 
-fn stage_line(stage: &Stage) -> Value {
+fn stage_line(stage: &StageRecord) -> Value {
     json!({
         "t_s": stage.end_s, "event": "stage", "stage": stage.name, "wall_s": stage.wall_s, "cpu_s": stage.cpu_s,
         "bytes_read": stage.bytes_read, "peak_memory_mb": stage.peak_memory_mb,

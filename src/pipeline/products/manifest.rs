@@ -3,7 +3,7 @@
 use super::inputs::InputRole;
 use super::inputs::inputs_sha256;
 use super::record::Output;
-use super::record::Stage;
+use super::record::StageRecord;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -147,7 +147,7 @@ pub struct Manifest<'a> {
     /// Share of the master flat's pixels that are masked.
     pub flat_masked_frac: Option<f64>,
     /// The stages with their times.
-    pub stages: Vec<Stage>,
+    pub stages: Vec<StageRecord>,
     /// Earth-reflected integrals.
     pub quadratures: Quadratures,
     /// The rows of the night.

@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_told_has_no_folder_and_changes_with_the_gain_table() {
+    fn what_is_reported_has_no_folder_and_changes_with_the_gain_table() {
         let provenance = Provenance::of(&config(), Some("abc"), Some(7)).unwrap();
         assert_eq!(provenance.get("catalogue"), Some("stars.csv"));
         assert_eq!((provenance.get("catalogue_sha256"), provenance.get("seed")), (None, Some("7")));

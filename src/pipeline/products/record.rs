@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 /// One stage and its time.
 #[derive(Debug, Clone, Serialize)]
-pub struct Stage {
+pub struct StageRecord {
     /// Name.
     pub name: String,
     /// Wall time \[s\].

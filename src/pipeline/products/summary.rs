@@ -23,7 +23,7 @@ use crate::tables::{PhotometryRow, StarRow};
 use crate::zeropoint::fit::Zeropoint;
 
 /// How many reasons the summary prints.
-const SHOWN_DOUBTS: usize = 5;
+const SHOWN_WARNINGS: usize = 5;
 /// How many failures the summary prints.
 const SHOWN_FAILURES: usize = 5;
 
@@ -63,7 +63,8 @@ pub struct Counts {
     /// Detections that only say "at least so bright".
     pub lower_limit: usize,
     /// Why measured target frames are used with caution or not at all: flags and how many of these frames have them.
-    pub doubts: BTreeMap<&'static str, usize>,
+    #[serde(rename = "doubts")]
+    pub warnings: BTreeMap<&'static str, usize>,
     /// Frames excluded for a stated reason.
     pub rejected: usize,
     /// Frames that could not be reduced.
@@ -95,7 +96,7 @@ impl Counts {
             verdict_reject: judged(Verdict::Reject),
             nondetection: with(Status::Nondetection),
             lower_limit: rows.iter().filter(|r| is_used(&r.status, &r.verdict) && is_lower_limit(r.flags)).count(),
-            doubts: doubts(rows),
+            warnings: warnings(rows),
             rejected: with(Status::Rejected),
             failed: with(Status::Failed),
             star_rows: stars.len(),
@@ -117,13 +118,13 @@ impl Counts {
 
     /// The reasons for caution and rejection, the most frequent first, and the lower limits; `None` without any.
     #[must_use]
-    pub fn doubts_text(&self) -> Option<String> {
-        let mut doubts: Vec<(&str, usize)> = self.doubts.iter().map(|(name, n)| (*name, *n)).collect();
-        doubts.sort_by_key(|(name, n)| (std::cmp::Reverse(*n), *name));
+    pub fn warnings_text(&self) -> Option<String> {
+        let mut warnings: Vec<(&str, usize)> = self.warnings.iter().map(|(name, n)| (*name, *n)).collect();
+        warnings.sort_by_key(|(name, n)| (std::cmp::Reverse(*n), *name));
         let mut parts: Vec<String> =
-            doubts.iter().take(SHOWN_DOUBTS).map(|(name, n)| flagged_frames(name, *n as u64)).collect();
-        if doubts.len() > SHOWN_DOUBTS {
-            parts.push(format!("{} other reasons", doubts.len() - SHOWN_DOUBTS));
+            warnings.iter().take(SHOWN_WARNINGS).map(|(name, n)| flagged_frames(name, *n as u64)).collect();
+        if warnings.len() > SHOWN_WARNINGS {
+            parts.push(format!("{} other reasons", warnings.len() - SHOWN_WARNINGS));
         }
         match self.lower_limit {
             0 => {}
@@ -135,7 +136,7 @@ impl Counts {
 }
 
 /// How often each flag that decides a verdict occurs among measured frames that are not simply used.
-fn doubts(rows: &[PhotometryRow]) -> BTreeMap<&'static str, usize> {
+fn warnings(rows: &[PhotometryRow]) -> BTreeMap<&'static str, usize> {
     let judged = |r: &&PhotometryRow| {
         matches!(Status::from_cell(&r.status), Some(Status::Ok | Status::Nondetection)) && r.verdict != Verdict::Use
     };
@@ -144,13 +145,13 @@ fn doubts(rows: &[PhotometryRow]) -> BTreeMap<&'static str, usize> {
         let decides = DECIDING.has(flag) || (flag == Flags::OLD_ELEMENTS && row.status == Status::Nondetection);
         decides && flag != Flags::LOWER_LIMIT
     };
-    let mut doubts = BTreeMap::new();
+    let mut warnings = BTreeMap::new();
     for row in rows.iter().filter(judged) {
         for (_, name) in Flags::NAMES.iter().filter(|(flag, _)| is_counted(row, *flag) && Flags(row.flags).has(*flag)) {
-            *doubts.entry(*name).or_default() += 1;
+            *warnings.entry(*name).or_default() += 1;
         }
     }
-    doubts
+    warnings
 }
 
 /// The night in numbers.
@@ -250,8 +251,8 @@ impl Summary {
             "Target     {} ok (verdict: {} use, {} caution, {} reject), {} nondetection; in all {} rejected, {} failed",
             c.ok, c.verdict_use, c.verdict_caution, c.verdict_reject, c.nondetection, c.rejected, c.failed
         );
-        if let Some(doubts) = c.doubts_text() {
-            let _ = writeln!(t, "Warnings   {doubts}");
+        if let Some(warnings) = c.warnings_text() {
+            let _ = writeln!(t, "Warnings   {warnings}");
         }
         for (frame, status, reason) in self.failures.iter().take(SHOWN_FAILURES) {
             // errors of files begin with the name of the file
@@ -288,7 +289,7 @@ impl Summary {
             .map(|(frame, status, reason)| json!({ "frame": frame, "status": status, "reason": reason }))
             .collect();
         json!({
-            "night": self.night, "folder": self.folder, "counts": self.counts, "warnings": self.counts.doubts,
+            "night": self.night, "folder": self.folder, "counts": self.counts, "warnings": self.counts.warnings,
             "failures": failures, "zeropoint": zeropoint, "model": self.model.as_ref().map(ModelStanding::text), "passes": self.pass_rows,
             "notes": self.notes, "details": self.details, "poor": self.poor, "elapsed_s": self.elapsed_s, "files": self.files,
         })

@@ -144,7 +144,7 @@ pub fn verify_plan(path: &Path, need_inputs: bool) -> Result<Verified> {
     Ok(found)
 }
 
-/// Whether a table is the one that the manifest beside it lists; also where there is none, or does not list it.
+/// Whether a table is the one that the manifest in its folder lists; also where there is none, or does not list it.
 ///
 /// # Errors
 /// [`Error::Mismatch`] for a table that was changed, or a manifest that is damaged.

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use super::plan_file::{Plan, PlannedFrame};
-use super::reduce::flats_beside;
+use super::reduce::flats_next_to;
 use crate::base::error::{Error, Result};
 use crate::base::file::save;
 use crate::pipeline::products::inputs::TOOL;
@@ -21,7 +21,7 @@ use crate::pipeline::products::provenance::Provenance;
 use crate::pipeline::products::record::Output;
 
 /// Products of the steps before, if they are next to the table.
-const BESIDE: [&str; 3] = ["stars.ecsv", "zeropoint.toml", "master_flat.fits"];
+const EARLIER_PRODUCTS: [&str; 3] = ["stars.ecsv", "zeropoint.toml", "master_flat.fits"];
 
 /// Writes `manifest.json` into `folder`, for the night of a plan of which `files` were just written there.
 ///
@@ -35,10 +35,10 @@ pub fn write_manifest(
     notes: &[String],
 ) -> Result<PathBuf> {
     let config = plan.config()?;
-    let beside = BESIDE.iter().map(|name| folder.join(name)).filter(|path| path.is_file());
+    let earlier = EARLIER_PRODUCTS.iter().map(|name| folder.join(name)).filter(|path| path.is_file());
     let outputs: Vec<Output> =
-        files.iter().cloned().chain(beside).map(|path| Output::of(folder, &path)).collect::<Result<_>>()?;
-    let flats = flats_beside(&folder.join("master_flat.fits"))?;
+        files.iter().cloned().chain(earlier).map(|path| Output::of(folder, &path)).collect::<Result<_>>()?;
+    let flats = flats_next_to(&folder.join("master_flat.fits"))?;
     let input = |frame: &PlannedFrame| Input {
         path: frame.path.clone(),
         bytes: frame.bytes,

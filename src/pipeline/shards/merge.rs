@@ -111,7 +111,7 @@ pub fn merge(plan: &Plan, tables: &[PathBuf], allow_missing: bool) -> Result<Mer
     }
     let is_final = parts.iter().any(|p| p.is_final);
     let meta = parts.first().map(|p| p.meta.clone()).unwrap_or_default();
-    let mut sum = Sum::new(plan);
+    let mut sum = MergedRows::new(plan);
     for part in parts {
         sum.take(part)?;
     }
@@ -202,7 +202,7 @@ fn bare(meta: &Meta) -> Meta {
 }
 
 /// Rows by their place in the plan.
-struct Sum<'a> {
+struct MergedRows<'a> {
     plan: &'a Plan,
     /// Places of target frames by name and hash.
     places: BTreeMap<(String, &'a str), usize>,
@@ -213,7 +213,7 @@ struct Sum<'a> {
     n_twice: usize,
 }
 
-impl<'a> Sum<'a> {
+impl<'a> MergedRows<'a> {
     fn new(plan: &'a Plan) -> Self {
         let place = |i: &usize| ((file_name(&plan.frames[*i].path), plan.frames[*i].sha256.as_str()), *i);
         let places = plan.shards.iter().flatten().map(place).collect();

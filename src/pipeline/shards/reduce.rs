@@ -117,7 +117,7 @@ fn toml_text<T: Serialize>(path: &Path, comment: &str, value: &T) -> Result<Stri
 }
 
 /// Products next to a file.
-fn products_beside(file: &Path, night: &Prepared, options: &Options) -> Result<FrameCache> {
+fn products_next_to(file: &Path, night: &Prepared, options: &Options) -> Result<FrameCache> {
     let folder = file.parent().unwrap_or(Path::new("")).join(FOLDER);
     FrameCache::in_folder(folder, night, options.redo)
 }
@@ -159,7 +159,7 @@ fn make_flat(
     notes: &mut Vec<String>,
 ) -> Result<Flattened> {
     make_folder_of(out)?;
-    let products = products_beside(out, &night, options)?;
+    let products = products_next_to(out, &night, options)?;
     let flats = plan.exposures(plan.of_role(InputRole::FLAT), &plan.config()?, &[])?;
     let survey = Survey { flats, ..Survey::default() };
     let night = master_flat(&survey, night, (&products, Some(out)), options, progress, notes)?;
@@ -186,7 +186,7 @@ fn make_flat(
 ///
 /// # Errors
 /// [`Error::Table`] for a file that cannot be read.
-pub(super) fn flats_beside(master: &Path) -> Result<Option<(Vec<FlatMember>, f64)>> {
+pub(super) fn flats_next_to(master: &Path) -> Result<Option<(Vec<FlatMember>, f64)>> {
     let of_flats = master.with_extension("flats.toml");
     let Ok(text) = std::fs::read_to_string(&of_flats) else { return Ok(None) };
     let flats: Flats = toml::from_str(&text).map_err(|e| table(&of_flats, e.to_string()))?;
@@ -209,14 +209,14 @@ pub(super) fn flat_of_plan(
     if given.is_none() && (night.config.flat.master.is_some() || plan.of_role(InputRole::FLAT).next().is_none()) {
         return master_flat(&Survey::default(), night, (&FrameCache::default(), None), options, progress, notes);
     }
-    let beside = near.map(|near| near.with_file_name("master_flat.fits"));
-    let path = match (given.map(Path::to_path_buf), beside) {
+    let master_near = near.map(|near| near.with_file_name("master_flat.fits"));
+    let path = match (given.map(Path::to_path_buf), master_near) {
         (Some(path), _) => path,
         (None, Some(path)) if make => return make_flat(plan, &path, night, options, progress, notes),
         (None, Some(path)) if path.is_file() => path,
         _ => {
             let problem = "this night has flats: make the master as master_flat.fits (`flat` with argument `plan`) and \
-                           name it with argument `flat`, or lay it beside the zeropoint";
+                           name it with argument `flat`, or put it into the folder of the zeropoint";
             return Err(Error::Flat { problem: problem.into() });
         }
     };
@@ -271,7 +271,7 @@ pub fn plan_zeropoint(
 ) -> Result<PlannedStars> {
     let config = plan.config()?;
     let mut night = Prepared::prepare(&config)?;
-    let products = products_beside(out, &night, options)?;
+    let products = products_next_to(out, &night, options)?;
     plan.check_files(&["stars.catalogue", "flat.master", "zeropoint.previous"], &products)?;
     let mut notes = Vec::new();
     let mut poor = Vec::new();

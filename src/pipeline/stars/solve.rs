@@ -8,7 +8,7 @@ use std::path::Path;
 
 use crate::astrometry::align::align;
 use crate::astrometry::catalogue::{Catalogue, separation_deg};
-use crate::astrometry::initial_pointing::{RoughPosition, rough_positions};
+use crate::astrometry::initial_pointing::{InitialPointing, initial_pointings};
 use crate::astrometry::plate;
 use crate::astrometry::plate::{Detection, Hint, SkyStar, Solution};
 use crate::astrometry::wcs::Wcs;
@@ -80,8 +80,8 @@ pub fn field_wcs(
         }
     };
     let wcs = header.as_ref().ok().and_then(Option::as_ref);
-    let believed = wcs.zip(fits.as_ref());
-    match (stars.solve, believed) {
+    let trusted = wcs.zip(fits.as_ref());
+    match (stars.solve, trusted) {
         (Solve::Never, Some((wcs, fit))) if !fit.at_limit => Ok(kept(wcs)),
         (Solve::Never, _) => Err(error(
             &exposure.path,
@@ -227,7 +227,7 @@ fn solved(
 ) -> std::result::Result<(Solution, String), String> {
     let field = exposure.object.as_ref().and_then(|name| Some((name.as_str(), *stars.fields.get(name)?)));
     let positions =
-        rough_positions(exposure, field, wcs, Some((&prepared.site, &prepared.eop)), &prepared.config.header.aliases);
+        initial_pointings(exposure, field, wcs, Some((&prepared.site, &prepared.eop)), &prepared.config.header.aliases);
     let scale_arcsec = prepared.scale_arcsec(exposure);
     let search = Search {
         radius_deg: stars.solve_radius_deg,
@@ -276,7 +276,7 @@ pub fn catalogue_stars(catalogue: &Catalogue) -> Vec<SkyStar> {
 /// # Errors
 /// What was tried and why it failed.
 pub fn solve_from(
-    positions: &[RoughPosition],
+    positions: &[InitialPointing],
     sources: &[Source],
     size_px: (usize, usize),
     stars: &[SkyStar],
@@ -287,16 +287,16 @@ pub fn solve_from(
 
 /// As [`solve_from`], with another effort.
 pub(crate) fn solve_from_with(
-    positions: &[RoughPosition],
+    positions: &[InitialPointing],
     sources: &[Source],
     size_px: (usize, usize),
     stars: &[SkyStar],
     (search, effort): (Search, plate::Effort),
 ) -> std::result::Result<(Solution, String), String> {
     let detections = starlike(sources);
-    let mut tried: Vec<(&RoughPosition, String)> = Vec::new();
+    let mut tried: Vec<(&InitialPointing, String)> = Vec::new();
     for position in positions {
-        let near = |(other, _): &(&RoughPosition, String)| {
+        let near = |(other, _): &(&InitialPointing, String)| {
             separation_deg(position.ra_deg, position.dec_deg, other.ra_deg, other.dec_deg) < 0.3 * search.radius_deg
         };
         if tried.iter().any(near) {

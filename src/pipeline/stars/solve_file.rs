@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::astrometry::catalogue::Catalogue;
-use crate::astrometry::initial_pointing::{RoughPosition, rough_positions};
+use crate::astrometry::initial_pointing::{InitialPointing, initial_pointings};
 use crate::astrometry::plate::{SkyStar, Solution};
 use crate::astrometry::wcs::Wcs;
 use crate::base::error::{Error, Result};
@@ -136,16 +136,21 @@ impl FrameSolver {
         Ok(SolvedFrame { size_px: exposure.size_px, solution, source, n_detected: sources.len() })
     }
 
-    fn positions(&self, exposure: &Exposure) -> Vec<RoughPosition> {
+    fn positions(&self, exposure: &Exposure) -> Vec<InitialPointing> {
         if let Some((ra_deg, dec_deg)) = self.position_deg {
-            return vec![RoughPosition { ra_deg, dec_deg, source: "arguments ra and dec".into(), is_reference: false }];
+            return vec![InitialPointing {
+                ra_deg,
+                dec_deg,
+                source: "arguments ra and dec".into(),
+                is_reference: false,
+            }];
         }
         let field = exposure.object.as_ref().and_then(|name| Some((name.as_str(), *self.fields.get(name)?)));
         let header = &exposure.header;
         let wcs = Wcs::of_header(header).ok().flatten();
         let eop = EarthOrientation::default();
         let site = self.site.as_ref().map(|site| (site, &eop));
-        rough_positions(exposure, field, wcs.as_ref(), site, &self.aliases)
+        initial_pointings(exposure, field, wcs.as_ref(), site, &self.aliases)
     }
 
     /// The scale given; else of the optics; else of XPIXSZ (which counts the binning) and FOCALLEN.

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use crate::base::error::Result;
 use crate::frames::{Buffers, FrameReader};
 use crate::photometry::background::{
-    CENTRE_FRAC, MIN_GOOD_FRAC, RIM_FRAC, background, centre_of_box, levels_of_boxes, rim_over_centre,
+    CENTRE_FRAC, EDGE_FRAC, MIN_GOOD_FRAC, background, centre_of_box, edge_over_centre, levels_of_boxes,
 };
 
 /// The boxes of the mesh over the box of the clip circle.
@@ -55,7 +55,7 @@ pub fn corner_ratio(reader: &FrameReader, mesh_px: usize, clip_sigma: f64, buffe
         let farthest = possible.map(|b| mesh.distance(b)).fold(0.0, f64::max);
         let of_use = |b: usize| {
             let distance = mesh.distance(b);
-            distance >= RIM_FRAC * farthest || distance <= CENTRE_FRAC * farthest
+            distance >= EDGE_FRAC * farthest || distance <= CENTRE_FRAC * farthest
         };
         let wanted: Vec<bool> = (0..nx * ny).map(|b| known[b] == Known::NotRead && of_use(b)).collect();
         if !wanted.contains(&true) {
@@ -71,7 +71,7 @@ pub fn corner_ratio(reader: &FrameReader, mesh_px: usize, clip_sigma: f64, buffe
         // no box has enough: the mesh then knows one level for all
         return Ok(background(&*reader.whole(buffers)?, mesh_px, clip_sigma)?.corner_ratio());
     }
-    Ok(rim_over_centre(&measured))
+    Ok(edge_over_centre(&measured))
 }
 
 impl Mesh<'_> {

@@ -27,31 +27,31 @@ type Counts = BTreeMap<Light, [usize; 3]>;
 /// What the other filters of a night say about R, G and B: `L` with them means a set for colour imaging, V or I
 /// Johnson-Cousins.
 #[derive(Debug, Clone, Copy, Default)]
-struct Beside {
+struct FilterContext {
     colour_set: bool,
     johnson: bool,
     named: Option<Band>,
 }
 
-impl Beside {
+impl FilterContext {
     fn of<'a>(texts: impl Iterator<Item = &'a str>, config: &Config) -> Self {
-        let asked = config.input.filter.as_deref().map(filter_meaning);
-        let named = config.photometry.band.or(match asked {
+        let requested = config.input.filter.as_deref().map(filter_meaning);
+        let named = config.photometry.band.or(match requested {
             Some(Meaning::Band(band)) => Some(band),
             _ => None,
         });
-        let mut beside = Self { named, ..Self::default() };
+        let mut context = Self { named, ..Self::default() };
         for text in texts {
             match filter_meaning(text) {
-                Meaning::Band(Band::TriBlue | Band::TriGreen | Band::TriRed) => beside.colour_set = true,
+                Meaning::Band(Band::TriBlue | Band::TriGreen | Band::TriRed) => context.colour_set = true,
                 Meaning::Band(Band::U | Band::B | Band::V | Band::R | Band::I | Band::RJohnson | Band::IJohnson) => {
-                    beside.johnson = true;
+                    context.johnson = true;
                 }
-                Meaning::Unfiltered if text.trim().to_lowercase().starts_with('l') => beside.colour_set = true,
+                Meaning::Unfiltered if text.trim().to_lowercase().starts_with('l') => context.colour_set = true,
                 _ => {}
             }
         }
-        beside
+        context
     }
 
     /// The filter of a text, with its letter resolved by the other filters.
@@ -74,14 +74,14 @@ impl Beside {
 
 /// The filter of each frame of a night, with ambiguous letters resolved by the other filters.
 pub(crate) fn lights(survey: &Survey, config: &Config) -> impl Fn(&Exposure) -> Light {
-    let beside = Beside::of(frames(survey).map(|(_, e)| text_of(e)), config);
-    move |exposure| beside.light(text_of(exposure))
+    let context = FilterContext::of(frames(survey).map(|(_, e)| text_of(e)), config);
+    move |exposure| context.light(text_of(exposure))
 }
 
-/// The filter that `input.filter` asks for, in a night of several satellites or cameras.
-pub(crate) fn asked_light(survey: &Survey, config: &Config) -> Option<Light> {
-    let beside = Beside::of(frames(survey).map(|(_, e)| text_of(e)), config);
-    config.input.filter.as_deref().map(|asked| beside.light(asked))
+/// The filter that `input.filter` names, in a night of several satellites or cameras.
+pub(crate) fn requested_light(survey: &Survey, config: &Config) -> Option<Light> {
+    let context = FilterContext::of(frames(survey).map(|(_, e)| text_of(e)), config);
+    config.input.filter.as_deref().map(|requested| context.light(requested))
 }
 
 fn text_of(exposure: &Exposure) -> &str {
@@ -93,16 +93,16 @@ fn text_of(exposure: &Exposure) -> &str {
 ///
 /// # Errors
 /// [`Error::Config`] naming `input.filter`, with every filter and its counts by role and the line to write, where star and
-/// target frames are of several filters and none is asked for, where the one asked for is not there, and where there are
+/// target frames are of several filters and none is named, where the one named is not there, and where there are
 /// flats but none of the filter of the frames.
 pub fn reduce_one_filter(survey: &mut Survey, config: &Config) -> Result<()> {
-    let beside = Beside::of(frames(survey).map(|(_, e)| text_of(e)), config);
+    let context = FilterContext::of(frames(survey).map(|(_, e)| text_of(e)), config);
     let mut counts = Counts::new();
     for (role, exposure) in frames(survey) {
-        counts.entry(beside.light(text_of(exposure))).or_default()[role] += 1;
+        counts.entry(context.light(text_of(exposure))).or_default()[role] += 1;
     }
-    let Some(light) = chosen(&counts, beside, config)? else { return Ok(()) };
-    let is_other = |e: &Exposure| beside.light(text_of(e)) != light;
+    let Some(light) = chosen(&counts, context, config)? else { return Ok(()) };
+    let is_other = |e: &Exposure| context.light(text_of(e)) != light;
     let mut aside: Vec<Exposure> = Vec::new();
     let mut take = |list: &mut Vec<Exposure>| {
         let (other, own): (Vec<_>, Vec<_>) = std::mem::take(list).into_iter().partition(is_other);
@@ -139,7 +139,7 @@ fn shown(text: &str) -> String {
 }
 
 /// The filter to reduce; `None` where there are no frames.
-fn chosen(counts: &Counts, beside: Beside, config: &Config) -> Result<Option<Light>> {
+fn chosen(counts: &Counts, context: FilterContext, config: &Config) -> Result<Option<Light>> {
     let refuse = |problem: String| Err(Error::Config { key: "input.filter".into(), problem });
     let lights: Vec<&Light> = counts.iter().filter(|(_, n)| n[1] + n[2] > 0).map(|(light, _)| light).collect();
     // `satphot flat` has nothing but flats
@@ -157,15 +157,16 @@ fn chosen(counts: &Counts, beside: Beside, config: &Config) -> Result<Option<Lig
     // the one with most target frames is the likeliest
     let likely = candidates.iter().max_by_key(|light| counts.get(**light).map_or([0; 3], |n| [n[2], n[1], n[0]]));
     let Some(likely) = likely else { return Ok(None) };
-    if let Some(asked) = &config.input.filter {
-        let wanted = beside.light(asked);
-        let spelled = |light: &&&Light| light.filter.eq_ignore_ascii_case(asked.trim());
+    if let Some(requested) = &config.input.filter {
+        let wanted = context.light(requested);
+        let spelled = |light: &&&Light| light.filter.eq_ignore_ascii_case(requested.trim());
         let exact = candidates.iter().find(|light| ***light == wanted);
         return match exact.or_else(|| candidates.iter().find(spelled)) {
             Some(light) => Ok(Some((*light).clone())),
-            None => {
-                refuse(format!("\"{asked}\": no star or target frame is of this filter; the night holds {}", listed()))
-            }
+            None => refuse(format!(
+                "\"{requested}\": no star or target frame is of this filter; the night holds {}",
+                listed()
+            )),
         };
     }
     if candidates.len() > 1 {
@@ -276,7 +277,7 @@ pub(crate) fn check_master(path: &Path, light: &Light, config: &Config) -> Resul
         return Ok(known.then(note));
     };
     let meant = config.input.filter_of(Some(stated.value.clone())).unwrap_or_default();
-    let own = Beside { named: band_of(light), ..Beside::default() }.light(&meant);
+    let own = FilterContext { named: band_of(light), ..FilterContext::default() }.light(&meant);
     if own == *light {
         return Ok(None);
     }

@@ -13,7 +13,7 @@ pub struct Findings {
     pub notes: Vec<String>,
     /// Lines that would mend errors, or let frames be measured that now fail.
     pub missing: Vec<MissingKey>,
-    /// Whether headers contradict the configured scale, so that the stars must be asked.
+    /// Whether headers contradict the configured scale, so that star frames must be solved.
     pub scale_in_doubt: bool,
 }
 

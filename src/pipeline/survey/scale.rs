@@ -4,7 +4,7 @@
 //! evidence; the stars decide. It does not cover the place on the sky ([`crate::pipeline::stars::solve`]).
 
 use crate::astrometry::catalogue::Catalogue;
-use crate::astrometry::initial_pointing::rough_positions;
+use crate::astrometry::initial_pointing::initial_pointings;
 use crate::astrometry::plate::{Effort, SkyStar};
 use crate::base::error::{Error, Result};
 use crate::base::stats::median;
@@ -23,8 +23,8 @@ use crate::pipeline::survey::files::Survey;
 pub const MOST_FRAC: f64 = 0.02;
 /// Share beyond which nominal values of the headers are not due to rounding: refused where no field gives a better scale.
 const NOMINAL_FRAC: f64 = 0.2;
-/// Star frames that are asked, and that confirm a scale which is not the configured one.
-const ASKED: usize = 3;
+/// Star frames that are solved, and that confirm a scale which is not the configured one.
+const SAMPLED: usize = 3;
 /// Frames that are searched at every scale there may be, where the headers do not state the scale or contradict the
 /// configuration; one where they agree with it, so that a night without stars costs little.
 const SEARCHED: usize = 2;
@@ -133,7 +133,7 @@ pub fn nominal_of(survey: &Survey, config: &Config) -> Option<Evidence> {
     (!all.is_empty()).then(|| all.swap_remove(middle))
 }
 
-/// What the headers alone leave of the scale: nothing to ask, a contradiction that the stars must decide, or an error where
+/// What the headers alone leave of the scale: nothing to check, a contradiction that the stars must decide, or an error where
 /// there are no stars to compare with.
 pub(crate) fn check_headers(survey: &Survey, prepared: &Prepared) -> Result<bool> {
     let config = &prepared.config;
@@ -167,13 +167,13 @@ pub fn check_stars(survey: &Survey, prepared: &Prepared, products: &FrameCache, 
     if survey.n_star_frames() == 0 {
         return Ok(Vec::new());
     }
-    let (found, asked) = with_threads(jobs, || solved(survey, prepared, (stars, catalogue), products))?;
+    let (found, sampled) = with_threads(jobs, || solved(survey, prepared, (stars, catalogue), products))?;
     let Some(found) = found else {
         let nominal = nominal_of(survey, config).filter(|n| n.is_off(NOMINAL_FRAC) && config.telescope.check_scale);
         return match nominal {
             Some(nominal) => Err(refusal(&nominal, config)),
             None => Ok(vec![format!(
-                "none of {asked} star frames could be solved before the run: the configured pixel scale is not checked"
+                "none of {sampled} star frames could be solved before the run: the configured pixel scale is not checked"
             )]),
         };
     };
@@ -229,21 +229,21 @@ pub(crate) fn refusal(evidence: &Evidence, config: &Config) -> Error {
     }
 }
 
-/// The scale the stars solve to, and how many frames were asked.
+/// The scale the stars solve to, and how many frames were tried.
 fn solved(
     survey: &Survey,
     prepared: &Prepared,
     (stars, catalogue): (&Stars, &Catalogue),
     products: &FrameCache,
 ) -> (Option<Evidence>, usize) {
-    let asked = spread(survey);
-    let mut frames: Vec<Asked> = asked.iter().map(|exposure| Asked { exposure, sources: None }).collect();
+    let sampled = spread(survey);
+    let mut frames: Vec<ScaleFrame> = sampled.iter().map(|exposure| ScaleFrame { exposure, sources: None }).collect();
     let sky = catalogue_stars(catalogue);
     let mut found: Vec<(&str, f64, f64)> = Vec::new();
     let agrees = nominal_of(survey, &prepared.config).is_some_and(|n| !n.is_off(MOST_FRAC));
     let searched = if agrees { 1 } else { SEARCHED };
     for reach in [Reach::Near, Reach::Wide] {
-        for frame in frames.iter_mut().take(if reach == Reach::Near { ASKED } else { searched }) {
+        for frame in frames.iter_mut().take(if reach == Reach::Near { SAMPLED } else { searched }) {
             let exposure = frame.exposure;
             let key = key(exposure, stars, reach, products);
             let name = format!("{SCALE}.{}", exposure.name);
@@ -264,25 +264,25 @@ fn solved(
             break;
         }
     }
-    let Some(ratio) = median(&mut found.iter().map(|f| f.2).collect::<Vec<_>>()) else { return (None, asked.len()) };
+    let Some(ratio) = median(&mut found.iter().map(|f| f.2).collect::<Vec<_>>()) else { return (None, sampled.len()) };
     let (names, configured) =
         (found.iter().map(|f| f.0).collect::<Vec<_>>().join(", "), found.first().map_or(f64::NAN, |f| f.1 / f.2));
     let source = format!("stars of {names}");
-    (Some(Evidence { ratio, scale_arcsec: ratio * configured, source }), asked.len())
+    (Some(Evidence { ratio, scale_arcsec: ratio * configured, source }), sampled.len())
 }
 
-/// The frames that are asked: of the first, the middle and the last pointing, and where there are fewer, others.
+/// The frames that are solved: of the first, the middle and the last pointing, and where there are fewer, others.
 fn spread(survey: &Survey) -> Vec<&Exposure> {
     let n = survey.pointings.len();
-    let mut asked: Vec<&Exposure> = Vec::new();
+    let mut sampled: Vec<&Exposure> = Vec::new();
     let first = [0, n / 2, n.saturating_sub(1)];
     let middles = first.into_iter().filter_map(|k| survey.pointings.get(k)).filter_map(|p| p.get(p.len() / 2));
     for exposure in middles.chain(survey.pointings.iter().flatten()) {
-        if asked.len() < ASKED && asked.iter().all(|e| e.path != exposure.path) {
-            asked.push(exposure);
+        if sampled.len() < SAMPLED && sampled.iter().all(|e| e.path != exposure.path) {
+            sampled.push(exposure);
         }
     }
-    asked
+    sampled
 }
 
 /// What an answer depends on; `None` for a frame that cannot be read.
@@ -301,12 +301,12 @@ enum Reach {
 }
 
 /// A star frame whose scale is measured, with its detections once they are known.
-struct Asked<'a> {
+struct ScaleFrame<'a> {
     exposure: &'a Exposure,
     sources: Option<Vec<Source>>,
 }
 
-impl Asked<'_> {
+impl ScaleFrame<'_> {
     /// The scale \[arcsec/px\] the frame's stars solve to.
     fn scale(
         &mut self,
@@ -329,7 +329,7 @@ impl Asked<'_> {
         }
         let field = exposure.object.as_ref().and_then(|name| Some((name.as_str(), *stars.fields.get(name)?)));
         let site = Some((&prepared.site, &prepared.eop));
-        let positions = rough_positions(exposure, field, wcs.as_ref(), site, &config.header.aliases);
+        let positions = initial_pointings(exposure, field, wcs.as_ref(), site, &config.header.aliases);
         let solve = |scale_arcsec: f64, scale_search_frac: f64, radius_deg: f64, effort: Effort| {
             let search = Search { radius_deg, scale_arcsec, scale_search_frac, mirrored: None };
             let solution = solve_from_with(&positions, sources, exposure.size_px, sky, (search, effort)).ok()?;

@@ -12,7 +12,7 @@ use crate::orbit::Geometry;
 use crate::photometry::target::measure::KnownDirection;
 use crate::photometry::target::settings::TargetSettings;
 use crate::pipeline::prepared::{Calibrated, Prepared};
-use crate::pipeline::target::window::look;
+use crate::pipeline::target::window::measure_in_window;
 
 /// FWHM taken when neither star pointings nor the configuration give one \[arcsec\].
 pub const ASSUMED_FWHM_ARCSEC: f64 = 2.5;
@@ -88,7 +88,7 @@ fn measure_target(geometry: Option<&Geometry>, exposure: &Exposure, night: &Cali
     let mut settings = target_settings(exposure, night, night.seeing.fwhm_arcsec);
     settings.trail_direction = trail_direction(geometry, exposure, night);
     let reader = night.open(exposure)?;
-    let seen = look(&reader, night, &settings)?;
+    let seen = measure_in_window(&reader, night, &settings)?;
     let setting = Setting {
         night,
         gain: reader.gain(),

@@ -34,7 +34,7 @@ pub struct Measurement {
     /// For a frame without a detection: the flux in the aperture of a point source at the expected place.
     pub forced: Option<Flux>,
     /// The shape of the target; `None` if nothing was found.
-    pub look: Option<Look>,
+    pub target_shape: Option<TargetShape>,
     /// The correction of the target to its whole light; `None` without a profile of the stars, or if that gives none.
     pub correction: Option<ApertureCorrection>,
     /// Before the zeropoint.
@@ -45,7 +45,7 @@ pub struct Measurement {
 
 /// The shape of the target and the light that is mixed with it.
 #[derive(Debug, Clone, Copy)]
-pub struct Look {
+pub struct TargetShape {
     /// Ratio of its axes.
     pub elongation: f64,
     /// Its length \[FWHM of the stars\].
@@ -126,7 +126,7 @@ impl Setting<'_> {
         match found {
             TargetFound::Detected { flux, x_px, y_px, light, along_trails, unseen } => {
                 let (correction, corr_mag, why) = self.aperture_correction(&flux, light.source, along_trails);
-                let look = self.look(&flux, &light);
+                let target_shape = self.target_shape(&flux, &light);
                 let mut inst = Instrumental {
                     mu_mean: inst_mu(flux.flux_e, self.exptime_s, flux.area_px, self.scale_arcsec),
                     mu_peak: light.peak_disc_e_px.and_then(|e| inst_mu(e, self.exptime_s, 1.0, self.scale_arcsec)),
@@ -157,7 +157,7 @@ impl Setting<'_> {
                 }
                 Measurement {
                     forced,
-                    look: Some(look),
+                    target_shape: Some(target_shape),
                     correction,
                     inst,
                     reasons,
@@ -193,15 +193,15 @@ impl Setting<'_> {
             y_px,
             flux,
             forced: None,
-            look: None,
+            target_shape: None,
             correction: None,
             inst: Instrumental::default(),
             reasons: Vec::new(),
         }
     }
 
-    fn look(&self, flux: &Flux, light: &Light) -> Look {
-        Look {
+    fn target_shape(&self, flux: &Flux, light: &Light) -> TargetShape {
+        TargetShape {
             elongation: light.elongation,
             extent_fwhm: light.extent_px.map(|e| e / self.aperture_fwhm_px),
             // a flux below its error cannot be the reference of a share

@@ -50,7 +50,7 @@ impl Extent {
     }
 }
 
-/// The surroundings of the place measured, or of the search circle (x, y, radius \[px\]) of a frame without a detection,
+/// The window around the place measured, or of the search circle (x, y, radius \[px\]) of a frame without a detection,
 /// on a frame of `full_size_px`; `None` without a place.
 #[must_use]
 pub fn extent(row: &PhotometryRow, full_size_px: (usize, usize), search_px: [f64; 3]) -> Option<Extent> {

@@ -1,7 +1,7 @@
 //! Which satellite a frame is of, and its place at mid-exposure, from the elements alone.
 
 use crate::astrometry::catalogue::separation_deg;
-use crate::astrometry::initial_pointing::rough_positions;
+use crate::astrometry::initial_pointing::initial_pointings;
 use crate::base::error::{Error, Result};
 use crate::base::time::iso_utc;
 use crate::config::Config;
@@ -79,7 +79,7 @@ pub fn pointing_sep_deg(
     config: &Config,
 ) -> Option<f64> {
     let position =
-        rough_positions(exposure, None, None, Some((site, eop)), &config.header.aliases).into_iter().next()?;
+        initial_pointings(exposure, None, None, Some((site, eop)), &config.header.aliases).into_iter().next()?;
     let (ra_deg, dec_deg) = altaz_to_icrs(site, eop, &geometry.epoch, geometry.alt_rad, geometry.az_rad);
     Some(separation_deg(position.ra_deg, position.dec_deg, ra_deg, dec_deg))
 }

@@ -1,7 +1,7 @@
 //! The part of a target frame that is read: where the target can be, and the sky at the edge and the centre of the field.
 //!
-//! Electrons and full-frame pixels. A measurement of the target asks nothing of the rest of the frame, unless it finds no
-//! sky around the place; then all of the clip circle is read. So the numbers are those of the whole frame, whichever way.
+//! Electrons and full-frame pixels. A measurement of the target needs nothing of the rest of the frame, unless it finds no
+//! sky around the place; then all of the clip circle is read. The numbers are those of the whole frame in both cases.
 
 use std::ops::Range;
 
@@ -39,10 +39,10 @@ pub fn reach_px(s: &TargetSettings) -> f64 {
 ///
 /// # Errors
 /// [`crate::Error::Fits`] if the file is damaged or none of its pixels can be used.
-pub fn look(reader: &FrameReader, night: &Calibrated, settings: &TargetSettings) -> Result<Seen> {
+pub fn measure_in_window(reader: &FrameReader, night: &Calibrated, settings: &TargetSettings) -> Result<Seen> {
     let p = &night.config.photometry;
     if night.exhaustive {
-        return look_at_all(reader, night, settings);
+        return measure_whole_frame(reader, night, settings);
     }
     if let Some(frame) = around(reader, night, settings)? {
         let sky = sky_at(&frame, p.mesh_px, p.clip_sigma, settings);
@@ -56,21 +56,21 @@ pub fn look(reader: &FrameReader, night: &Calibrated, settings: &TargetSettings)
             }
         }
     }
-    look_at_all(reader, night, settings)
+    measure_whole_frame(reader, night, settings)
 }
 
-/// The same with the whole clip circle read, including what [`look`] skips.
+/// The same with the whole clip circle read, including what [`measure_in_window`] skips.
 ///
 /// # Errors
-/// As [`look`].
-pub fn look_at_all(reader: &FrameReader, night: &Calibrated, settings: &TargetSettings) -> Result<Seen> {
+/// As [`measure_in_window`].
+pub fn measure_whole_frame(reader: &FrameReader, night: &Calibrated, settings: &TargetSettings) -> Result<Seen> {
     let p = &night.config.photometry;
     let frame = night.usable(reader.whole(&night.buffers)?)?;
     let sky = background(&frame, p.mesh_px, p.clip_sigma)?;
     Ok(Seen { found: measure_target(&frame, &sky, settings), corner_ratio: sky.corner_ratio() })
 }
 
-/// The surroundings of the expected place, if any of their pixels can be used.
+/// The window around the expected place, if any of its pixels can be used.
 fn around<'b>(reader: &FrameReader, night: &'b Calibrated, s: &TargetSettings) -> Result<Option<PooledFrame<'b>>> {
     let reach = reach_px(s);
     let span = |at: f64, within: Range<usize>| {

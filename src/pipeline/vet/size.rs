@@ -59,11 +59,11 @@ fn apertures(rows: &[&PhotometryRow], of_night: &[&PhotometryRow], t: &Vetting) 
 
 /// Frames in which the target is longer than it should be.
 fn smeared(rows: &[&PhotometryRow], t: &Vetting) -> Vec<(usize, Finding)> {
-    let believed = |r: &PhotometryRow| r.status == Status::Ok && r.snr.is_some_and(|snr| snr >= SHAPE_SNR);
+    let is_trusted = |r: &PhotometryRow| r.status == Status::Ok && r.snr.is_some_and(|snr| snr >= SHAPE_SNR);
     // ranges known for all, or the size taken as constant
     let by_range = rows.iter().all(|r| r.range_km.is_some());
     let range = |r: &PhotometryRow| r.range_km.filter(|_| by_range).unwrap_or(1.0);
-    let extent = |r: &PhotometryRow| r.extent_fwhm.filter(|e| e.is_finite() && believed(r));
+    let extent = |r: &PhotometryRow| r.extent_fwhm.filter(|e| e.is_finite() && is_trusted(r));
     // K = R √(e² − 1)
     let mut sizes: Vec<f64> =
         rows.iter().filter_map(|r| Some(range(r) * (extent(r)?.powi(2) - 1.0).max(0.0).sqrt())).collect();

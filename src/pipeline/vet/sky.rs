@@ -54,7 +54,7 @@ pub(super) fn findings(rows: &[&PhotometryRow], t: &Vetting, doubted: &[usize]) 
             let flags = if dropped { Flags::VIGNETTED | Flags::LOWER_LIMIT } else { Flags::VIGNETTED };
             let ratio = rows[k].sky_corner_ratio.unwrap_or(f64::NAN);
             let words = format!(
-                "background at the rim over the centre is {ratio:.2}, {:.2} {} than in the neighbouring frames \
+                "background at the edge of the field over the centre is {ratio:.2}, {:.2} {} than in the neighbouring frames \
                  (vignetted){}",
                 departure.abs(),
                 if departure < 0.0 { "less" } else { "more" },

@@ -178,7 +178,7 @@ fn made_by(nights: &[NightPage]) -> Markup {
     ];
     let line = |n: &NightPage| {
         let mut cells = vec![cell(&n.name)];
-        cells.extend(keys.iter().map(|k| cell(n.told(k).unwrap_or_default())));
+        cells.extend(keys.iter().map(|k| cell(n.stated(k).unwrap_or_default())));
         cells
     };
     let head: Vec<&str> = ["night"].into_iter().chain(keys).collect();

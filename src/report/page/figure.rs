@@ -24,7 +24,7 @@ const BELOW: f64 = 60.0;
 const GAP: f64 = 24.0;
 
 /// A chart and what stands below it.
-struct Piece {
+struct CaptionedChart {
     chart: Sheet,
     caption: String,
 }
@@ -35,13 +35,14 @@ struct Piece {
 /// [`crate::Error::Io`] when the file cannot be written.
 pub fn write_sky_figure(path: &Path, page: &NightPage) -> Result<()> {
     let (discs, scale) = sky::charts(page, Medium::File);
-    let discs: Vec<Piece> = discs.into_iter().map(|(sky, chart)| Piece { chart, caption: sky.title.clone() }).collect();
+    let discs: Vec<CaptionedChart> =
+        discs.into_iter().map(|(sky, chart)| CaptionedChart { chart, caption: sky.title.clone() }).collect();
     let columns = match discs.len() {
         0 | 1 => 1,
         2..=4 => 2,
         _ => 3,
     };
-    let bar = scale.into_iter().map(|chart| Piece { chart, caption: String::new() }).collect();
+    let bar = scale.into_iter().map(|chart| CaptionedChart { chart, caption: String::new() }).collect();
     let why = "no frame has a place on the sky ([orbit] is needed)";
     write(
         path,
@@ -56,8 +57,8 @@ pub fn write_sky_figure(path: &Path, page: &NightPage) -> Result<()> {
 /// # Errors
 /// [`crate::Error::Io`] when the file cannot be written.
 pub fn write_distribution_figure(path: &Path, page: &NightPage) -> Result<()> {
-    let captioned = |chart: Option<Sheet>, text: &str| -> Vec<Piece> {
-        chart.into_iter().map(|chart| Piece { chart, caption: text.into() }).collect()
+    let captioned = |chart: Option<Sheet>, text: &str| -> Vec<CaptionedChart> {
+        chart.into_iter().map(|chart| CaptionedChart { chart, caption: text.into() }).collect()
     };
     let mut rows = Vec::new();
     for group in groups(std::slice::from_ref(page)) {
@@ -91,24 +92,24 @@ fn light_key(kinds: &[usize]) -> Sheet {
 }
 
 /// Lays rows of charts below each other, so many in a line, and writes the sheet.
-fn write(path: &Path, title: &str, rows: Vec<(Vec<Piece>, usize)>, why_empty: &str) -> Result<()> {
+fn write(path: &Path, title: &str, rows: Vec<(Vec<CaptionedChart>, usize)>, why_empty: &str) -> Result<()> {
     let width = f64::from(2 * WIDTH);
     let mut y = ABOVE;
     let mut placed = Vec::new();
-    for (pieces, columns) in rows {
-        let columns = columns.clamp(1, pieces.len().max(1));
+    for (items, columns) in rows {
+        let columns = columns.clamp(1, items.len().max(1));
         let cell = (width - GAP * (columns - 1) as f64) / columns as f64;
         let mut tallest = 0.0f64;
-        for (k, piece) in pieces.into_iter().enumerate() {
+        for (k, item) in items.into_iter().enumerate() {
             if k > 0 && k % columns == 0 {
                 y += std::mem::take(&mut tallest) + BELOW;
             }
-            let (w, h) = piece.chart.size();
+            let (w, h) = item.chart.size();
             // a chart alone is hardly magnified
             let scale = (cell / w).min(1.1);
             let x = (k % columns) as f64 * (cell + GAP) + 0.5 * (cell - scale * w);
             tallest = tallest.max(scale * h);
-            placed.push((piece, (x, y, scale * w, scale * h)));
+            placed.push((item, (x, y, scale * w, scale * h)));
         }
         y += if tallest > 0.0 { tallest + BELOW } else { 0.0 };
     }
@@ -117,10 +118,10 @@ fn write(path: &Path, title: &str, rows: Vec<(Vec<Piece>, usize)>, why_empty: &s
     }
     figure(path, (WIDTH, (0.5 * y).ceil() as u32), |sheet| {
         heading(sheet, title);
-        for (piece, (x, y, w, h)) in placed {
-            sheet.nest(piece.chart, (x, y, w, h));
+        for (item, (x, y, w, h)) in placed {
+            sheet.nest(item.chart, (x, y, w, h));
             let below = (x + 0.5 * w, y + h + 8.0);
-            write_text(sheet, &piece.caption, below, LABEL, GREY, (HPos::Center, VPos::Top));
+            write_text(sheet, &item.caption, below, LABEL, GREY, (HPos::Center, VPos::Top));
         }
     })
 }

@@ -27,7 +27,7 @@ pub(super) struct Part<'a> {
 
 /// One satellite in one band through one instrument.
 pub(super) struct Group<'a> {
-    /// What tells it from the other groups; empty where it is the only one.
+    /// What distinguishes it from the other groups; empty where it is the only one.
     pub name: String,
     pub band: String,
     /// In order of the nights.
@@ -78,7 +78,7 @@ fn keys(night: &NightPage) -> Vec<Option<Key>> {
     let of_target =
         |row: &&PhotometryRow| !target(row).1.is_empty() || row.norad_cat_id.is_some() || row.v_mag.is_some();
     let filters: BTreeSet<&str> = night.rows.iter().filter(of_target).map(|r| r.filter.as_str()).collect();
-    let instrument = night.told("telescope").unwrap_or_default();
+    let instrument = night.stated("telescope").unwrap_or_default();
     // a satellite goes by its number: the name of one may be written in two ways
     let mut names: BTreeMap<(Option<i64>, &str), &str> = BTreeMap::new();
     for row in night.rows.iter().filter(|r| !r.object_name.is_empty()) {

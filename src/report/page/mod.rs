@@ -65,6 +65,6 @@ fn subtitle(page: &NightPage) -> String {
     targets.dedup();
     let targets: Vec<&str> = targets.into_iter().filter(|t| !t.is_empty()).take(6).collect();
     let parts =
-        [page.data_mode(), Some(targets.join(", ")).filter(|t| !t.is_empty()), page.told("telescope"), page.site()];
+        [page.data_mode(), Some(targets.join(", ")).filter(|t| !t.is_empty()), page.stated("telescope"), page.site()];
     parts.into_iter().flatten().collect::<Vec<_>>().join(" · ")
 }

@@ -87,7 +87,7 @@ impl NightPage {
     }
 
     /// A text of the meta block; `None` where it is empty.
-    pub(super) fn told(&self, key: &str) -> Option<String> {
+    pub(super) fn stated(&self, key: &str) -> Option<String> {
         match self.meta.get(key) {
             Some(MetaValue::Text(t)) => Some(t.clone()).filter(|t| !t.is_empty()),
             _ => None,
@@ -108,7 +108,7 @@ impl NightPage {
 
     /// `SIMULATED`, `TEST` or `EXERCISE`, which nobody must take for a night of the sky; `None` for real frames.
     pub(super) fn data_mode(&self) -> Option<String> {
-        self.told("data_mode").filter(|mode| mode != "REAL")
+        self.stated("data_mode").filter(|mode| mode != "REAL")
     }
 }
 

@@ -97,13 +97,13 @@ pub(super) fn moon_lit_pct(rows: &[PhotometryRow]) -> Option<f64> {
 
 /// What is wrong with frames of the night, the gravest first: those that failed, those excluded, then what made
 /// verdicts `caution` or `reject`, by how many frames it touched.
-fn doubts(page: &NightPage) -> Vec<String> {
-    let mut told = Vec::new();
+fn frame_warnings(page: &NightPage) -> Vec<String> {
+    let mut lines = Vec::new();
     for (status, what) in [(Status::Failed, "could not be reduced"), (Status::Rejected, "rejected before measurement")]
     {
         let of: Vec<&PhotometryRow> = page.rows.iter().filter(|r| r.status == status).collect();
         if let Some(first) = of.first() {
-            told.push(format!("{} of {} frames {what}; {}: {}", of.len(), page.rows.len(), first.frame, first.reason));
+            lines.push(format!("{} of {} frames {what}; {}: {}", of.len(), page.rows.len(), first.frame, first.reason));
         }
     }
     let counted = page.manifest.get("counts").and_then(|c| c.get("doubts")).and_then(|d| d.as_object());
@@ -111,12 +111,12 @@ fn doubts(page: &NightPage) -> Vec<String> {
         counted.into_iter().flatten().filter_map(|(name, n)| Some((name, n.as_u64()?))).collect();
     reasons.sort_by_key(|(name, n)| (std::cmp::Reverse(*n), *name));
     let frames = |(name, n): (&String, u64)| format!("{} (verdict caution or reject)", flagged_frames(name, n));
-    told.extend(reasons.into_iter().map(frames));
+    lines.extend(reasons.into_iter().map(frames));
     let limits = page.rows.iter().filter(|r| is_used(&r.status, &r.verdict) && is_lower_limit(r.flags)).count();
     if limits > 0 {
-        told.push(format!("{limits} used frames say only \"at least so bright\" (lower limits)"));
+        lines.push(format!("{limits} used frames say only \"at least so bright\" (lower limits)"));
     }
-    told
+    lines
 }
 
 /// A list of texts in the manifest.
@@ -127,33 +127,33 @@ fn list(page: &NightPage, key: &str) -> Vec<String> {
 
 /// What went wrong, the gravest first.
 fn warnings(page: &NightPage) -> Markup {
-    let (poor, doubts) = (list(page, "poor"), doubts(page));
+    let (poor, frame_warnings) = (list(page, "poor"), frame_warnings(page));
     html! {
         @if !poor.is_empty() {
             h3 { "Why this night is poor" }
             ul.poor { @for p in &poor { li { (p) } } }
         }
-        @if !doubts.is_empty() {
+        @if !frame_warnings.is_empty() {
             h3 { "Warnings, the gravest first" }
-            ul.poor.doubts { @for d in &doubts { li { (d) } } }
+            ul.poor.frame_warnings { @for d in &frame_warnings { li { (d) } } }
         }
     }
 }
 
 /// What should be known besides.
 fn notes(page: &NightPage) -> Markup {
-    let left_out = list(page, "left_out");
+    let empty_columns = list(page, "left_out");
     // notes about what is missing before those that only tell how it was done
-    let told: Vec<String> = page.notes.iter().cloned().chain(list(page, "notes")).collect();
+    let lines: Vec<String> = page.notes.iter().cloned().chain(list(page, "notes")).collect();
     html! {
-        @if !told.is_empty() {
-            details open[told.len() <= 6] {
-                summary { (told.len()) " notes" }
-                ul { @for n in &told { li { (n) } } }
+        @if !lines.is_empty() {
+            details open[lines.len() <= 6] {
+                summary { (lines.len()) " notes" }
+                ul { @for n in &lines { li { (n) } } }
             }
         }
-        @if !left_out.is_empty() {
-            details { summary { "What is empty, and why" } ul { @for n in &left_out { li { (n) } } } }
+        @if !empty_columns.is_empty() {
+            details { summary { "What is empty, and why" } ul { @for n in &empty_columns { li { (n) } } } }
         }
     }
 }

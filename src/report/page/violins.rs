@@ -33,7 +33,7 @@ struct Group {
     /// Below the axis.
     name: String,
     /// Read out.
-    told: String,
+    label: String,
     paint: Paint<'static>,
     v_mag: Vec<f64>,
 }
@@ -72,7 +72,7 @@ pub(super) fn by_pass(group: &TargetGroup) -> Violins {
                 (false, true) => format!("{day}\n{clock}"),
                 (false, false) => format!("{}\n{}", day.get(3..).unwrap_or_default(), i + 1),
             },
-            told: format!("pass {} of {}", i + 1, first.object_name),
+            label: format!("pass {} of {}", i + 1, first.object_name),
             paint: paint_of_kind(most),
             v_mag: magnitudes(kept.into_iter()),
         })
@@ -102,7 +102,7 @@ pub(super) fn by_light(group: &TargetGroup) -> Violins {
         let light = KINDS.get(*kind).map_or("no model", |k| k.0);
         Group {
             name: light.replacen(" or ", " or\n", 1),
-            told: format!("{object}, {light}"),
+            label: format!("{object}, {light}"),
             paint: paint_of_kind(*kind),
             v_mag: magnitudes(kept.iter().copied().filter(|r| r.object_name == *object && kind_of(r) == *kind)),
         }
@@ -151,13 +151,13 @@ impl Violins {
         let n = group.v_mag.len();
         let median = robust(&group.v_mag).map(|m| m.0);
         let said = median.map(|m| format!(", median {} {m:.2}", self.band)).unwrap_or_default();
-        let tip = format!("{}: {n} magnitudes{said}", group.told);
+        let tip = format!("{}: {n} magnitudes{said}", group.label);
         if violin.is_empty() {
             let point = |v: &f64| Point {
                 x: at,
                 y: *v,
                 paint: group.paint,
-                tip: format!("{}: {} {v:.2}", group.told, self.band),
+                tip: format!("{}: {} {v:.2}", group.label, self.band),
                 ..Point::default()
             };
             panel.points(&group.v_mag.iter().map(point).collect::<Vec<_>>());

@@ -2,7 +2,7 @@
 //!
 //! mag and mag/arcsec² in V or the filter's band. Moonlight by Krisciunas & Schaefer, twilight by Patat et al.
 
-use super::Air;
+use super::SkyConditions;
 use super::exposure::Sensor;
 use crate::base::error::{Error, Result};
 use crate::orbit::Geometry;
@@ -17,7 +17,7 @@ impl Sensor {
     /// # Errors
     /// [`Error::Model`] for a satellite below the horizon, a Sun above −5° (give the sky itself), and a filter whose sky is
     /// not known.
-    pub fn air(&self, geometry: &Geometry) -> Result<Air> {
+    pub fn air(&self, geometry: &Geometry) -> Result<SkyConditions> {
         let sky = &self.settings.sky;
         let airmass = geometry.airmass.ok_or_else(|| Error::Model {
             problem: format!("the satellite is {:.1} deg below the horizon", -geometry.alt_rad.to_degrees()),
@@ -34,6 +34,6 @@ impl Sensor {
             Some(band) if band.name() == "V" => v,
             Some(band) => sky_of_v(band.name(), v)?,
         };
-        Ok(Air { sky_mag_arcsec2, extinction_mag: sky.k_mag_airmass * airmass })
+        Ok(SkyConditions { sky_mag_arcsec2, extinction_mag: sky.k_mag_airmass * airmass })
     }
 }

@@ -40,5 +40,5 @@ pub struct Exposure {
     /// Electrons of the dark current in a pixel.
     pub dark_e_px: f64,
     /// Share of the satellite's light that fell outside the frame.
-    pub beside_frac: f64,
+    pub outside_frac: f64,
 }

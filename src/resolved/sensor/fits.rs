@@ -105,7 +105,7 @@ fn cards(
     cards.push(card("SIMFLUX", exposure.satellite_e(), "[e-] all light of the satellite, without noise"));
     cards.push(card("SATURATE", sensor.gain.saturation_adu, "[ADU] pixels from here up are saturated"));
     cards.push(card("SIMNSAT", sensor.n_saturated(counts) as i64, "[px] saturated pixels"));
-    cards.push(card("SIMLOST", exposure.beside_frac, "share of that outside the frame"));
+    cards.push(card("SIMLOST", exposure.outside_frac, "share of that outside the frame"));
     for (key, light) in ["SIMSUN", "SIMEARTH", "SIMMOON", "SIMLUNAR", "SIMSTARS"].iter().zip(Light::ALL) {
         cards.push(card(key, exposure.light_e(light), &format!("[e-] {}", light.name())));
     }
@@ -117,8 +117,8 @@ fn cards(
     for line in &facts.history {
         cards.push(card("HISTORY", line, ""));
     }
-    if exposure.beside_frac > 0.0 {
-        let line = format!("{:.3} % of the light fell outside the frame", 100.0 * exposure.beside_frac);
+    if exposure.outside_frac > 0.0 {
+        let line = format!("{:.3} % of the light fell outside the frame", 100.0 * exposure.outside_frac);
         cards.push(card("HISTORY", &line, ""));
     }
     cards

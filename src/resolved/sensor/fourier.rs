@@ -36,7 +36,7 @@ pub(super) fn good_size(n: usize) -> usize {
 }
 
 /// Values of a point spread function on a grid of n by n, its middle at `[n/2, n/2]`: the inverse transform of
-/// `transfer`, which is asked at k/n cycles per grid step, k from −n/2.
+/// `transfer`, which is evaluated at k/n cycles per grid step, k from −n/2.
 ///
 /// The values sum to the transfer at 0. What spreads beyond the grid is folded back into it.
 pub(super) fn spread(n: usize, transfer: impl Fn(f64, f64) -> f64) -> Array2<f64> {

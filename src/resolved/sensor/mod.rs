@@ -42,7 +42,7 @@ const NOISE_STREAM: u64 = 1 << 40;
 
 /// What lies in front of and behind a satellite in one exposure.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Air {
+pub struct SkyConditions {
     /// Surface brightness of the sky \[mag/arcsec²\], in V or the filter's band.
     pub sky_mag_arcsec2: f64,
     /// What the air takes of the satellite's light \[mag\].
@@ -115,7 +115,13 @@ impl Sensor {
     /// # Errors
     /// [`Error::Model`] for an exposure time that is not above 0 or longer than a day, an air that is not a number, and
     /// as [`stamp`].
-    pub fn expose(&self, image: &RadianceImage, exptime_s: f64, air: &Air, off_px: (f64, f64)) -> Result<Exposure> {
+    pub fn expose(
+        &self,
+        image: &RadianceImage,
+        exptime_s: f64,
+        air: &SkyConditions,
+        off_px: (f64, f64),
+    ) -> Result<Exposure> {
         let fault = |problem: String| Err(Error::Model { problem });
         if !(exptime_s > 0.0 && exptime_s <= 86_400.0) {
             return fault(format!("exposure time {exptime_s} s is not above 0 and at most 86400"));
@@ -135,8 +141,8 @@ impl Sensor {
         let dark_e_px = s.sky.dark_current_e_s_px * f64::from(s.frame.binning).powi(2) * exptime_s;
         let e_per_w_m2 = self.e_s_per_w_m2 * exptime_s * 10f64.powf(-0.4 * air.extinction_mag);
         let mut expected_e = Array2::from_elem((ny, nx), (sky_e_px + dark_e_px) as f32);
-        let beside_frac = stamp.paint(&stamp.total(), e_per_w_m2, &mut expected_e);
-        Ok(Exposure { exptime_s, expected_e, stamp, e_per_w_m2, sky_e_px, dark_e_px, beside_frac })
+        let outside_frac = stamp.paint(&stamp.total(), e_per_w_m2, &mut expected_e);
+        Ok(Exposure { exptime_s, expected_e, stamp, e_per_w_m2, sky_e_px, dark_e_px, outside_frac })
     }
 
     /// Reads an exposure out: photon noise, full well, read noise, converter, from a seed. The counts do not depend on

@@ -105,8 +105,8 @@ mod tests {
         let to = Ruler { start: 1.5, step: 0.5, n: 8 };
         let out = resample(&picture, (from, from), (to, to));
         assert!(out.iter().all(|v| (v - 0.5).abs() < 1e-14));
-        let beside = Ruler { start: 6.0, step: 1.0, n: 8 };
-        let out = resample(&picture, (from, from), (beside, beside));
+        let outside = Ruler { start: 6.0, step: 1.0, n: 8 };
+        let out = resample(&picture, (from, from), (outside, outside));
         assert!((out.sum() - 8.0).abs() < 1e-13, "{}", out.sum());
         let away = Ruler { start: 100.0, step: 1.0, n: 3 };
         assert_eq!(resample(&picture, (from, from), (away, away)).sum(), 0.0);

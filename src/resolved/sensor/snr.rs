@@ -77,7 +77,7 @@ mod tests {
             e_per_w_m2: 1.0,
             sky_e_px,
             dark_e_px: 0.0,
-            beside_frac: 0.0,
+            outside_frac: 0.0,
         }
     }
 

@@ -96,7 +96,7 @@ pub fn stamp(
         ));
     }
     if !(centre_px.0.abs() < 1e9 && centre_px.1.abs() < 1e9) {
-        return fault(format!("the picture's place {centre_px:?} px is no place on a detector"));
+        return fault(format!("the picture's place {centre_px:?} px is not on a detector"));
     }
     let Some((ny, nx)) = image.planes.first().map(|(_, p)| p.dim()) else {
         return fault("the picture has no light: no plane was computed".into());

@@ -1,6 +1,7 @@
 //! A table as plain CSV: one line of names, one line per row, nothing for missing.
 //!
-//! Units are in the names of the columns. A text that a spreadsheet would compute (`=1+1`) gets an apostrophe in front. Leaves out everything else the table says about itself.
+//! Units are in the names of the columns. A text that a spreadsheet would compute (`=1+1`) gets an apostrophe in front. The metadata of the table
+//! are not written.
 
 use std::io::{self, Write};
 

@@ -2,7 +2,7 @@
 //!
 //! Columns as in the schema, in upper case. Strings `nA`, whole numbers `K` and `J` with TNULL, numbers `D` with NaN
 //! for missing (FITS has no other mark for it). The column of times carries the keywords of the standard, and the comments by
-//! which astropy makes it a Time. Source: FITS Standard 4.0, sections 7.3 and 9. Leaves out variable-length columns.
+//! which astropy makes it a Time. Source: FITS Standard 4.0, sections 7.3 and 9. Variable-length columns are not written.
 
 use std::path::Path;
 
@@ -39,7 +39,7 @@ pub fn write_fits(path: &Path, table: &Table, stars: Option<&Table>, provenance:
 
 /// The column of times.
 const TIME: &str = "mjd_mid_d";
-/// The comments by which astropy reads the column of times as a Time without being asked
+/// The comments by which astropy reads the column of times as a Time without an option
 /// (`astropy.io.fits.connect._decode_mixins`).
 const AS_TIME: [&str; 11] = [
     "--BEGIN-ASTROPY-SERIALIZED-COLUMNS--",

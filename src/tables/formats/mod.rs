@@ -1,7 +1,7 @@
 //! A table of a run as text cells under the one schema, and the formats it can be written in.
 //!
 //! Cells are the texts of the ECSV file, so a number is written elsewhere with the digits it has there. An empty cell
-//! is missing; none is NaN. Leaves out what the schema does not know, and says so.
+//! is missing; none is NaN. Columns that the schema does not know are not written, and reported.
 
 mod csv;
 mod fits;

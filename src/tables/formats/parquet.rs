@@ -1,7 +1,7 @@
 //! A table as Parquet, for pandas and polars: units, UCDs and descriptions in the metadata of the fields.
 //!
 //! Snappy, row groups of 65536 rows; missing is null. The meta block is in the metadata of the file under its dotted
-//! keys. Only with the feature `parquet`. Leaves out dictionaries of categories.
+//! keys. Only with the feature `parquet`. Dictionaries of categories are not written.
 
 use std::collections::HashMap;
 use std::io::{self, Write};

@@ -1,6 +1,6 @@
 //! What came in and how it was treated, as keys and values: the table's meta, the run's configuration and manifest.
 //!
-//! Nested keys are dotted; a list of inputs has one line per file. Leaves out nothing of the three.
+//! Nested keys are dotted; a list of inputs has one line per file. All three are complete.
 
 use serde_json::Value;
 

@@ -1,8 +1,8 @@
 //! A unit in the spelling of each format.
 //!
 //! The schema spells units as astropy does. FITS and VOTable have rules of their own, and neither knows electrons and
-//! percent: in FITS they are counts, `ct`, and the factor `10**-2`, in VOTables words that readers take as they are. Leaves
-//! out conversion: a number never changes.
+//! percent: in FITS they are counts, `ct`, and the factor `10**-2`, in VOTables words that readers take as they are. Units
+//! are not converted: a number never changes.
 
 /// The unit as FITS 4.0 section 4.3 spells it, in what its readers parse without a warning.
 #[must_use]

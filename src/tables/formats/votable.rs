@@ -1,7 +1,7 @@
 //! A table as VOTable 1.4 with TABLEDATA: units, UCDs, the time system, and the meta block as PARAMs.
 //!
 //! Missing cells are empty, as 1.3 and later allow for every type. Source: IVOA VOTable 1.4 (2019), VOUnits 1.0.
-//! Leaves out BINARY2 and more than one table per file.
+//! Not written: BINARY2, and more than one table per file.
 
 use std::io::{self, Write};
 

@@ -2,7 +2,7 @@
 //! SExtractor and Starlink, VOTable.
 //!
 //! Cells are texts; what they mean, and in which unit, is the caller's. One row is in memory at a time (but a VOTable with
-//! binary rows as a whole). Left out: FITS tables, compressed files, cells of several lines.
+//! binary rows as a whole). Not supported: FITS tables, compressed files, cells of several lines.
 
 mod binary;
 mod header;
@@ -26,7 +26,7 @@ pub struct Column {
     pub ucd: String,
     /// The coordinate system a VOTable refers it to, e.g. `eq_FK4 B1950`; empty if none is given.
     pub system: String,
-    /// The text that stands for a missing value, beside the usual ones.
+    /// The text that stands for a missing value, besides the usual ones.
     pub null: Option<String>,
 }
 
@@ -73,7 +73,7 @@ pub fn number(text: &str) -> Option<f64> {
 /// Refuses more columns than any table has: columns are looked up by name, one after the other.
 fn most_columns(n: usize) -> std::result::Result<(), String> {
     const MOST: usize = 10_000;
-    if n <= MOST { Ok(()) } else { Err(format!("has more than {MOST} columns: this is no table")) }
+    if n <= MOST { Ok(()) } else { Err(format!("has more than {MOST} columns: this is not a table")) }
 }
 
 /// A table being read.
@@ -123,7 +123,7 @@ impl Table {
     ///
     /// # Errors
     /// [`Error::Io`]; [`Error::Table`] when nothing after this place can be read. A line with too few or too many cells is
-    /// no error: [`Table::check`] tells.
+    /// no error: [`Table::check`] reports it.
     pub fn read(&mut self, row: &mut Row) -> Result<bool> {
         row.cells.clear();
         row.problem = None;
@@ -212,5 +212,5 @@ fn no_table(head: &[u8]) -> Option<String> {
         return Some("is a web page, not a table: the download has failed; look at it in a browser".to_owned());
     }
     let control = |b: &u8| matches!(b, 0..=8 | 14..=25 | 28..=31);
-    head.iter().any(control).then(|| format!("is no text: it holds control characters; {remedy}"))
+    head.iter().any(control).then(|| format!("is not a text: it holds control characters; {remedy}"))
 }

@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn empty_cells_quotes_and_runs_of_blanks_are_told_apart() {
+    fn empty_cells_quotes_and_runs_of_blanks_are_distinguished() {
         assert_eq!(cells("a,,\" b,\"\"c\"\" \", d ,\r\n", Between::Sign(',')), ["a", "", "b,\"c\"", "d", ""]);
         assert_eq!(cells("\t1\t \t\"h:m:s\"", Between::Sign('\t')), ["", "1", "", "h:m:s"]);
         assert_eq!(cells("  a   \"b c\"\td  ", Between::Blanks), ["a", "b c", "d"]);

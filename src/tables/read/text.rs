@@ -39,7 +39,7 @@ impl Lines {
         }
         self.number += 1;
         if n as u64 == LONGEST_LINE {
-            return Err(bad(path, Some(self.number), "a line of more than a million letters: this is no table"));
+            return Err(bad(path, Some(self.number), "a line of more than a million letters: this is not a table"));
         }
         match std::str::from_utf8(&self.bytes) {
             Ok(line) => text.push_str(line),

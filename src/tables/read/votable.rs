@@ -1,6 +1,6 @@
 //! VOTables: the first table of the file, its fields and its rows, read as a stream.
 //!
-//! TABLEDATA row by row; BINARY and BINARY2 decoded as a whole. Left out: FITS inside a VOTable, rows in another file, tables
+//! TABLEDATA row by row; BINARY and BINARY2 decoded as a whole. Not supported: FITS inside a VOTable, rows in another file, tables
 //! after the first.
 
 use std::collections::HashMap;
@@ -184,7 +184,7 @@ fn stream(path: &Path, xml: &mut Xml) -> Result<Vec<u8>> {
                 text.retain(|b| !b.is_ascii_whitespace());
                 return base64::engine::general_purpose::STANDARD
                     .decode(text)
-                    .map_err(|e| bad(path, None, format!("its rows are no base64: {e}")));
+                    .map_err(|e| bad(path, None, format!("its rows are not base64: {e}")));
             }
             Item::Eof => return Err(cut(path)),
             _ => {}

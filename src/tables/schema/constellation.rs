@@ -3,7 +3,7 @@
 use super::define::{Column, table};
 
 table! {
-    CONSTELLATION = "constellation.ecsv", "One row per moment of `predict constellation`; n_brighter_ stands once for each of the magnitudes asked for, which ends its name.";
+    CONSTELLATION = "constellation.ecsv", "One row per moment of `predict constellation`; n_brighter_ stands once for each requested magnitude, which ends its name.";
     columns {
         /// UTC, ISO 8601
         date_mid: String => ["time.epoch;obs"],
@@ -13,7 +13,7 @@ table! {
         sun_alt_deg: Option<f64> => "deg" ["pos.az.alt"],
         /// altitude of the Moon at the observer
         moon_alt_deg: Option<f64> => "deg" ["pos.az.alt"],
-        /// satellites asked
+        /// satellites computed
         n_satellites: Option<i64>,
         /// satellites whose elements give no place
         n_failed: Option<i64>,

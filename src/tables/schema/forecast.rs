@@ -27,7 +27,7 @@ table! {
         moon_phase_deg: f64 => "deg" ["pos.phaseAng"],
         /// illuminated fraction of the lunar disc
         moon_illum_pct: f64 => "%" ["phys.area;arith.ratio"],
-        /// directions of the sky that were asked
+        /// directions of the sky that were computed
         n_points: i64,
         /// share of them in which the satellite has any light; the medians are over these
         lit_frac: f64,
@@ -69,8 +69,8 @@ table! {
 }
 
 table! {
-    OBSERVED = "day_passes.ecsv", "One row per observed pass of observations beside `predict day`.";
-    /// One observed pass beside the day: a row of its table.
+    OBSERVED = "day_passes.ecsv", "One row per observed pass, for comparison with `predict day`.";
+    /// One observed pass, compared with the day: a row of its table.
     #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
     pub struct ObservedRow {
         /// name of the target

@@ -43,7 +43,7 @@ table! {
         saturation_mag: Option<f64> => "mag",
         /// 1 = at the limit a pixel is saturated, by the sky or the target
         saturated: i64,
-        /// magnitude asked for
+        /// requested magnitude
         mag: Option<f64> => "mag",
         /// its signal-to-noise ratio in exptime_s
         mag_snr: Option<f64>,

@@ -23,13 +23,13 @@ table! {
         published: Option<f64>,
         /// computed by the formula and the inputs of the paper
         as_published: Option<f64>,
-        /// computed as the physics asks
+        /// computed by the corrected physics
         corrected: Option<f64>,
         /// kind of number, by which it is judged: digits, about, count, ...; empty for a row that is not judged
         rule: String,
         /// how far it may be from what it is held against, in the unit of the row; 0 for counts and bounds
         tolerance: Option<f64>,
-        /// reproduced, with an assumption, not reproduced, literature, beside the paper, not computed
+        /// reproduced, with an assumption, not reproduced, literature, not in the paper, not computed
         verdict: String => ["meta.code.qual"],
         /// why they differ, what was assumed, or the source
         why: String,

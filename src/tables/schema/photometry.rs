@@ -91,7 +91,7 @@ table! {
         forced_flux_err_e: Option<f64> => "electron" ["stat.error;phot.count"] added_later,
         /// sky level under the aperture, whole exposure; with the mean light of trails where the level is taken along them
         sky_e_px: Option<f64> => "electron / pix" ["instr.background"],
-        /// background at the rim of the field over that at its centre
+        /// background at the edge of the field over that at its centre
         sky_corner_ratio: Option<f64> => ["instr.background;arith.ratio"],
         /// flux_e / flux_err_e
         snr: Option<f64> => ["stat.snr"],

@@ -92,7 +92,7 @@ impl Beam {
 
 /// Magnitude of a mirror for an observer at `range_km` in the direction `observer`; `None` outside the beam.
 ///
-/// `E/E_lamp = ρ A cos θ_i / (d² Ω)` inside, Ω the solid angle of the light source's disc: its radiance is kept. The
+/// `E/E_source = ρ A cos θ_i / (d² Ω)` inside, Ω the solid angle of the light source's disc: its radiance is kept. The
 /// mirror is a point. Unit vectors at the mirror.
 #[must_use]
 pub fn glint_mag(

@@ -61,7 +61,7 @@ pub struct Approach {
     pub inside: Option<Inside>,
 }
 
-/// A mirror and what is asked of it.
+/// A mirror and its search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mirror {
     /// Area \[m²\].

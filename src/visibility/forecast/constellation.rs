@@ -31,7 +31,7 @@ pub enum Source {
     Elements(Vec<(u64, Propagator)>),
 }
 
-/// What is asked of the constellation.
+/// What is computed of the constellation.
 pub struct Watch<'a> {
     /// The observer.
     pub site: &'a Site,
@@ -127,18 +127,18 @@ impl Watch<'_> {
         })
     }
 
-    /// Hands every satellite above the horizon at a moment to `each`, in order; returns how many satellites were asked and
+    /// Hands every satellite above the horizon at a moment to `each`, in order; returns how many satellites were computed and
     /// how many have no place because their elements fail.
     ///
     /// # Errors
     /// As [`Model::brightness`], and those of `each`.
-    pub fn look(
+    pub fn for_each_above_horizon(
         &self,
         source: &Source,
         moment: &SkyMoment,
         each: &mut dyn FnMut(&Seen) -> Result<()>,
     ) -> Result<(usize, usize)> {
-        let (mut asked, mut failed) = (0, 0);
+        let (mut n_satellites, mut failed) = (0, 0);
         for from in (0..source.groups()).step_by(BATCH) {
             let groups: Vec<Group> = (from..(from + BATCH).min(source.groups()))
                 .into_par_iter()
@@ -146,12 +146,12 @@ impl Watch<'_> {
                 .map(|group| self.group(source, group, moment))
                 .collect::<Result<_>>()?;
             for group in groups {
-                asked += group.asked;
+                n_satellites += group.n_satellites;
                 failed += group.failed;
                 group.seen.iter().try_for_each(&mut *each)?;
             }
         }
-        Ok((asked, failed))
+        Ok((n_satellites, failed))
     }
 
     fn group(&self, source: &Source, number: usize, moment: &SkyMoment) -> Result<Group> {
@@ -167,7 +167,7 @@ impl Watch<'_> {
                 let [p, q] = plane.axes.map(|axis| moment.turn.apply(&axis));
                 let (p_up, q_up) = (plane.radius_km * p.dot(&moment.up), plane.radius_km * q.dot(&moment.up));
                 for k in (0..plane.count).filter(|k| mine(plane.first + k)) {
-                    group.asked += 1;
+                    group.n_satellites += 1;
                     let (sin_u, cos_u) = plane.argument(k);
                     if cos_u * p_up + sin_u * q_up <= level {
                         continue;
@@ -183,7 +183,7 @@ impl Watch<'_> {
                     if !mine(index) {
                         continue;
                     }
-                    group.asked += 1;
+                    group.n_satellites += 1;
                     let Ok((place, velocity)) = propagator.state(&moment.epoch) else {
                         group.failed += 1;
                         continue;
@@ -203,7 +203,7 @@ impl Watch<'_> {
         let line = place - moment.scene.observer_km;
         let (alt_rad, az_rad) = alt_az(&self.site.to_enu(&line));
         let mut seen = Seen { number, alt_rad, az_rad, range_km: line.norm(), lights: [0.0; 4], err_mag: 0.0 };
-        // what nobody asks about is not computed
+        // what is not needed is not computed
         if alt_rad >= self.min_alt_rad {
             let b = self.model.brightness(&scene)?;
             seen.lights = [b.sun, b.earthshine, b.moon, b.lunar_earthshine].map(|light| light.flux_ratio);
@@ -217,7 +217,7 @@ impl Watch<'_> {
 #[derive(Default)]
 struct Group {
     seen: Vec<Seen>,
-    asked: usize,
+    n_satellites: usize,
     failed: usize,
 }
 

@@ -23,7 +23,7 @@ const LIGHT_FROM: f64 = 0.02;
 /// Most moments of one day's table.
 const MAX_MOMENTS: f64 = 1e5;
 
-/// What the sky shows at one moment, in every direction that was asked.
+/// What the sky shows at one moment, in every direction that was computed.
 #[derive(Debug, Clone, Default)]
 pub struct SkyLight {
     /// V of the lit directions \[mag\].
@@ -36,17 +36,17 @@ pub struct SkyLight {
     pub largest: [usize; 4],
     /// Largest numerical error \[mag\].
     pub err_mag: f64,
-    /// Directions that were asked.
+    /// Directions that were computed.
     pub n_points: usize,
     /// What was excluded for the whole sky, and why.
     pub skipped: Vec<String>,
 }
 
-/// Share of directions (and moments) in which a satellite has any light, of those that were asked; NaN if none was.
+/// Share of directions (and moments) in which a satellite has any light, of those that were computed; NaN if none was.
 /// This is `lit_frac` of the tables and `lit %` of the summaries.
 #[must_use]
-pub fn lit_frac(lit: usize, asked: usize) -> f64 {
-    lit as f64 / asked as f64
+pub fn lit_frac(lit: usize, n_directions: usize) -> f64 {
+    lit as f64 / n_directions as f64
 }
 
 /// Asks a dome in every direction at one moment.

@@ -1,7 +1,7 @@
 //! A type of satellite all over one site's sky: the light sources of a moment, and the light in any direction.
 //!
 //! Angles in rad, km. The observer stands on the sphere of the Earth, the satellites on a concentric one. What a moment
-//! does not need is decided before any direction is asked: a light source below everything is switched off for the
+//! does not need is decided before any direction is computed: a light source below everything is switched off for the
 //! whole sky.
 
 use hifitime::Epoch;
@@ -190,7 +190,7 @@ mod tests {
     use crate::config::{Mode, Sampling};
 
     #[test]
-    fn a_lamp_switched_off_for_the_whole_sky_would_have_given_nothing() {
+    fn a_light_source_switched_off_for_the_whole_sky_would_have_given_nothing() {
         let site = Site::new(-33.7703, 151.1113, 70.0).unwrap();
         let points = SkyPoints::new(60, Sampling::SolidAngle, None).unwrap();
         let (mut switched_off, mut compared) = (0, 0);

@@ -81,7 +81,7 @@ pub struct MonthSatellite {
     pub mode: Mode,
     /// All over the sky.
     pub dome: Dome,
-    /// Directions that are asked.
+    /// Directions that are computed.
     pub points: SkyPoints,
     /// Nothing but mirrors: outside their beam there is only their picture of the ground.
     pub is_mirror: bool,
@@ -191,16 +191,16 @@ fn month_row(
     moments: &[Overhead],
     limits: &TrackedLimits,
 ) -> Result<MonthRow> {
-    let (mut v_mag, mut mu, mut err_mag, mut asked, mut direct) = (Vec::new(), Vec::new(), 0.0_f64, 0, 0);
+    let (mut v_mag, mut mu, mut err_mag, mut n_directions, mut direct) = (Vec::new(), Vec::new(), 0.0_f64, 0, 0);
     for moment in moments {
         let sky = sky_light(&satellite.dome, &satellite.points, moment)?;
-        asked += sky.n_points;
+        n_directions += sky.n_points;
         direct += sky.lights_v_mag[0].len() + sky.lights_v_mag[2].len();
         err_mag = err_mag.max(sky.err_mag);
         v_mag.extend(sky.v_mag);
         mu.extend(sky.mu_mag_arcsec2);
     }
-    let lit_frac = lit_frac(v_mag.len(), asked);
+    let lit_frac = lit_frac(v_mag.len(), n_directions);
     let is_lit = lit_frac >= LIT_FROM;
     let spread = |values: &mut Vec<f64>| Spread::of(values).filter(|_| is_lit);
     let (v, mu) = (spread(&mut v_mag), spread(&mut mu));

@@ -14,8 +14,8 @@ const STEPS: usize = 4500;
 /// Counts of one moment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tally {
-    /// Satellites asked.
-    pub asked: u64,
+    /// Satellites computed.
+    pub n_satellites: u64,
     /// Satellites whose elements fail.
     pub failed: u64,
     /// Above the horizon.
@@ -40,7 +40,7 @@ impl Tally {
     #[must_use]
     pub fn new(magnitudes: usize) -> Self {
         Self {
-            asked: 0,
+            n_satellites: 0,
             failed: 0,
             above_horizon: 0,
             above_min_alt: 0,
@@ -76,7 +76,7 @@ impl Tally {
 
     /// Adds another part of the same moment.
     pub fn add(&mut self, other: &Tally) {
-        self.asked += other.asked;
+        self.n_satellites += other.n_satellites;
         self.failed += other.failed;
         self.above_horizon += other.above_horizon;
         self.above_min_alt += other.above_min_alt;

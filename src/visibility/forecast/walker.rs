@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_known_is_asked_for() {
+    fn what_is_missing_is_requested() {
         let kind = [shell(Span::One(550.0), None, "several inclinations")];
         let refused = |pattern: &Pattern, count| Walker::new(&kind, count, pattern).unwrap_err().to_string();
         assert!(refused(&Pattern::default(), 10).contains("`inclination_deg`"));

@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ratio_at_the_limit_is_the_one_asked_for() {
+    fn the_ratio_at_the_limit_is_the_one_requested() {
         for (sky, read, t, n_sub) in
             [(7.7, 1.45, 10.0, 1), (1e9, 0.0, 1e4, 30), (0.0, 3.5, 1e-3, 1), (0.0, 0.0, 1.0, 7)]
         {

@@ -13,7 +13,7 @@ const NO_PIVOT: f64 = 1e-12;
 
 /// Weighted sums of one pointing or one star.
 #[derive(Debug, Clone, Default)]
-struct Sum {
+struct WeightedSum {
     /// Σ ω.
     weight: f64,
     /// Σ ω a.
@@ -30,8 +30,8 @@ pub struct Sums {
     information: Matrix,
     score: Vector,
     squares: f64,
-    pointings: Vec<Sum>,
-    stars: Vec<Sum>,
+    pointings: Vec<WeightedSum>,
+    stars: Vec<WeightedSum>,
 }
 
 /// The solution for given scatters.
@@ -80,8 +80,8 @@ impl Sums {
             information: [[0.0; N]; N],
             score: [0.0; N],
             squares: 0.0,
-            pointings: vec![Sum::default(); rows.pointings.len()],
-            stars: vec![Sum::default(); stars],
+            pointings: vec![WeightedSum::default(); rows.pointings.len()],
+            stars: vec![WeightedSum::default(); stars],
         };
         for (i, w) in omega.iter().copied().enumerate().filter(|(_, w)| *w > 0.0) {
             let (a, value) = (columns(i), y(i));
@@ -200,7 +200,7 @@ impl Sums {
     }
 }
 
-impl Sum {
+impl WeightedSum {
     fn add(&mut self, w: f64, a: &Vector, y: f64, other: Option<usize>) {
         self.weight += w;
         self.y += w * y;

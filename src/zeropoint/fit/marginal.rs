@@ -145,10 +145,10 @@ impl Problem<'_> {
         solved.log_likelihood + self.prior.log_density(tau) + stated
     }
 
-    /// Averages over the scatters; with `rough`, few values of them, for the rounds of the fit.
-    pub fn integrate(&self, rough: bool) -> Marginal {
+    /// Averages over the scatters; with `quick`, few values of them, for the rounds of the fit.
+    pub fn integrate(&self, quick: bool) -> Marginal {
         let dense = self.stars.stated.len().min(self.pointing_weight.len());
-        let few = rough || dense > LARGE;
+        let few = quick || dense > LARGE;
         let kappas = self.kappas(few);
         let middle = kappas[kappas.len() / 2];
         let value = |tau: f64, log_kappa: f64| {

@@ -91,7 +91,7 @@ fn fit_rows(rows: &Rows, config: &config::Zeropoint, n_input: usize) -> Result<Z
     Ok(report::report(&cleared, &fit, clouds.as_ref(), config, n_input))
 }
 
-/// Rounds of telling clouds and fitting without them.
+/// Rounds of finding clouds and fitting without them.
 const CLOUD_ROUNDS: usize = 3;
 
 /// The rows with the expected clouds subtracted and their fit, where some pointings are more likely than not under clouds;
@@ -101,7 +101,7 @@ fn without_clouds(
     fit: weights::Fit,
     config: &config::Zeropoint,
 ) -> Result<(Rows, weights::Fit, Option<clouds::Clouds>)> {
-    let look = |rows: &Rows, fit: &weights::Fit, taken: &[f64]| {
+    let search_clouds = |rows: &Rows, fit: &weights::Fit, taken: &[f64]| {
         let sums = fit.sums(rows);
         let stars = fit.offsets_of_stars(rows);
         let one = |p: usize| {
@@ -111,7 +111,7 @@ fn without_clouds(
         let (d, v): (Vec<f64>, Vec<f64>) = (0..rows.pointings.len()).map(one).unzip();
         clouds::find(&d, &v)
     };
-    let first = if rows::has_pointings(rows) { look(rows, &fit, &[]) } else { None };
+    let first = if rows::has_pointings(rows) { search_clouds(rows, &fit, &[]) } else { None };
     let Some(mut found) = first else { return Ok((rows.clone(), fit, None)) };
     if !found.likely() {
         return Ok((rows.clone(), fit, Some(found)));
@@ -121,7 +121,7 @@ fn without_clouds(
         let shift: Vec<f64> = rows.group.iter().map(|p| found.mean_mag[*p]).collect();
         let cleared = rows.shifted(&shift);
         let fit = robust::reweighted(&cleared, config.estimator, config)?;
-        let next = look(&cleared, &fit, &found.mean_mag);
+        let next = search_clouds(&cleared, &fit, &found.mean_mag);
         out = (cleared, fit);
         let Some(next) = next.filter(clouds::Clouds::likely) else { break };
         found = next;
@@ -130,7 +130,7 @@ fn without_clouds(
 }
 
 /// Standard errors of the share of outliers within which a majority is uncertain, and the most they may take.
-const DOUBT: (f64, f64) = (2.0, 0.1);
+const MARGIN: (f64, f64) = (2.0, 0.1);
 /// Rejected stars that agree with one another as well as this share of the good ones are a rival.
 const RIVAL: f64 = 0.5;
 
@@ -146,18 +146,18 @@ fn check_majority(rows: &Rows, fit: &weights::Fit, config: &config::Zeropoint) -
     let share = hidden.max(rejected as f64 / n);
     // visits of one star fail together
     let independent = if rows.repeated { rows.n_stars as f64 } else { n };
-    let doubt = (DOUBT.0 * (share * (1.0 - share) / independent).sqrt()).min(DOUBT.1);
+    let margin = (MARGIN.0 * (share * (1.0 - share) / independent).sqrt()).min(MARGIN.1);
     let agree = agreeing(rows, fit);
     let rival = agree as f64 > RIVAL * (n - rejected as f64) && rows.len() >= start::FEW;
-    if !rival && share + doubt <= config.max_rejected_frac.max(0.0) || config.max_rejected_frac >= 1.0 {
+    if !rival && share + margin <= config.max_rejected_frac.max(0.0) || config.max_rejected_frac >= 1.0 {
         return Ok(());
     }
     let why = if rival {
         format!(", and {agree} of the rejected agree with one another")
     } else {
         format!(
-            ", +- {doubt:.2} at {} sigma, exceeds zeropoint.max_rejected_frac = {}",
-            DOUBT.0, config.max_rejected_frac
+            ", +- {margin:.2} at {} sigma, exceeds zeropoint.max_rejected_frac = {}",
+            MARGIN.0, config.max_rejected_frac
         )
     };
     Err(Error::Zeropoint {

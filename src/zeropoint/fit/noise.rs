@@ -27,7 +27,7 @@ pub struct Noise {
     /// Share of outliers within the window.
     background: f64,
     /// Whether the stated errors are taken as they are.
-    believed: bool,
+    trusted: bool,
 }
 
 impl Noise {
@@ -35,12 +35,12 @@ impl Noise {
     pub fn guess(rows: &Rows, theta: &Vector, scatter_mag: f64) -> Noise {
         let sigma = |i: usize| (stated(rows, i, theta) + scatter_mag * scatter_mag).sqrt().max(FLOOR_MAG);
         let sigma = (0..rows.len()).map(sigma).collect();
-        Noise { sigma, intrinsic_mag: scatter_mag, outlier_share: 0.0, background: 0.1, believed: false }
+        Noise { sigma, intrinsic_mag: scatter_mag, outlier_share: 0.0, background: 0.1, trusted: false }
     }
 
     /// The stated errors and nothing else, whatever the residuals say.
     pub fn stated(rows: &Rows, theta: &Vector) -> Noise {
-        Noise { believed: true, ..Noise::guess(rows, theta, 0.0) }
+        Noise { trusted: true, ..Noise::guess(rows, theta, 0.0) }
     }
 
     /// `steps` of expectation and maximisation on the residuals; `fitted` parameters were fitted to them.
@@ -71,7 +71,7 @@ impl Noise {
             let kept: f64 = good.iter().sum();
             // five stars of a prior of 2 % keep a dozen good stars from being called outliers
             self.background = (m - kept + 0.1) / (m + 5.0);
-            if self.believed {
+            if self.trusted {
                 continue;
             }
             let grow = 1.0 / (1.0 - used * (m / kept.max(1.0)).min(1.0 / used.max(1e-9) * 0.9));

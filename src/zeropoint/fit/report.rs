@@ -184,7 +184,7 @@ fn cloud_text(clouds: &Clouds, rows: &Rows) -> String {
         .collect();
     format!(
         "{} of {} pointings are dimmed as by clouds: {}; the zeropoint is that of the clear ones, {:.3} mag brighter than \
-         with the clouds as scatter, and {:.3} mag for the doubt about them are in its error",
+         with the clouds as scatter, and {:.3} mag for their uncertainty are in its error",
         named.len(),
         rows.pointings.len(),
         if named.is_empty() { "none for certain".to_owned() } else { named.join(", ") },
@@ -413,6 +413,6 @@ fn second_order(rows: &Rows, fit: &Fit, cov: &Matrix, n_used: usize) -> String {
     let p = FisherSnedecor::new(1.0, dof).map_or(f64::NAN, |d| d.sf(f));
     let n = n_used as f64;
     let bic = n.ln() - n * (f / dof).ln_1p();
-    let verdict = if bic < 0.0 { "the stars ask for it" } else { "the stars do not ask for it" };
+    let verdict = if bic < 0.0 { "supported by the data" } else { "not supported by the data" };
     format!("fitted; F(1, {dof:.0}) = {f:.2}, p = {p:.3}, BIC changes by {bic:+.1}: {verdict}")
 }

@@ -58,13 +58,13 @@ pub struct Matched {
     /// The band.
     pub band: String,
     /// Rows excluded before the fit, by reason.
-    pub left_out: BTreeMap<String, usize>,
+    pub excluded: BTreeMap<String, usize>,
     /// Notes for the observer.
     pub notes: Vec<String>,
     pub(crate) table: String,
 }
 
-/// A configuration for a table alone: no cuts but those `sets` (`stars.bv_range_mag=[0.2, 0.9]`) ask for.
+/// A configuration for a table alone: no cuts but those that `sets` (`stars.bv_range_mag=[0.2, 0.9]`) request.
 ///
 /// # Errors
 /// [`Error::Config`] for a wrong setting.
@@ -132,14 +132,14 @@ pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
         inst_unit: columns.unit.clone(),
         colour: columns.colour_name.clone(),
         band: request.band.to_owned(),
-        left_out: BTreeMap::new(),
+        excluded: BTreeMap::new(),
         notes: table.notes.iter().chain(&columns.notes).cloned().collect(),
         table: request.table.display().to_string(),
     };
     let atmosphere = Atmosphere::at_height_m(config.site.alt_m);
     let (mut usable, mut lost) = (Vec::new(), Vec::new());
     let mut leave_out = |line: usize, star: StarRow, reason: &str| {
-        *out.left_out.entry(reason.to_owned()).or_default() += 1;
+        *out.excluded.entry(reason.to_owned()).or_default() += 1;
         lost.push((line, StarRow { status: Status::Rejected.into(), reason: reason.into(), ..star }));
     };
     let (mut row, mut n_rows, mut seen, mut n_again) = (Row::default(), 0, odd_rows::Seen::default(), 0);
@@ -183,7 +183,7 @@ pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
     let mut cuts = BTreeMap::new();
     let zeropoint = fitted(&mut stars, &mut config, &columns, Band::declared(request.band), &mut cuts);
     for (cut, n) in cuts {
-        *out.left_out.entry(cut).or_default() += n;
+        *out.excluded.entry(cut).or_default() += n;
     }
     out.zeropoint = match zeropoint {
         Ok(zeropoint) => Ok(zeropoint),
@@ -198,7 +198,7 @@ pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
 
 /// The fit, with the terms refused that have no column.
 ///
-/// The cuts of a night ask for an error, an S/N, an airmass and a match; a table may lack them: 0 stands for an unknown error
+/// The cuts of a night need an error, an S/N, an airmass and a match; a table may lack them: 0 stands for an unknown error
 /// while the fit runs, and is taken out again. A star that is in the table twice was measured twice: the name that would make
 /// two detections of it in one frame is held back.
 fn fitted(
@@ -309,7 +309,7 @@ fn one_filter(rows: &[(usize, StarRow, String)], request: &Request) -> Result<Op
 fn check_band(columns: &Columns, table: &Table, request: &Request) -> Result<()> {
     let Some((name, band)) = columns.catalogue_band(table) else { return Ok(()) };
     // `r_mag` may be Cousins's R in a table that has small letters alone
-    let same = Band::declared(request.band).is_none_or(|asked| asked.name().eq_ignore_ascii_case(band.name()));
+    let same = Band::declared(request.band).is_none_or(|requested| requested.name().eq_ignore_ascii_case(band.name()));
     if same {
         return Ok(());
     }

@@ -36,7 +36,7 @@ impl Matched {
     #[must_use]
     pub fn text(&self) -> String {
         let mut t = String::new();
-        let lost: Vec<String> = self.left_out.iter().map(|(reason, n)| format!("{n} {reason}")).collect();
+        let lost: Vec<String> = self.excluded.iter().map(|(reason, n)| format!("{n} {reason}")).collect();
         let lost = if lost.is_empty() { "none skipped".to_owned() } else { format!("skipped: {}", lost.join("; ")) };
         let _ = writeln!(t, "Table      {}: {} rows, {lost}", self.table, self.rows.len());
         let taken: Vec<String> = self.taken.iter().map(|(what, from)| format!("{what}: {from}")).collect();

@@ -17,13 +17,13 @@ const SAMPLES: usize = 24;
 const FINEST: f64 = 1e-8;
 
 /// A point of a curve relative to D = 0: position, first and second derivative by its parameter.
-pub(super) struct Point {
+pub(super) struct CurvePoint {
     pub at: [f64; 2],
     pub velocity: [f64; 2],
     pub acceleration: [f64; 2],
 }
 
-impl Point {
+impl CurvePoint {
     pub(super) fn distance(&self) -> f64 {
         self.at[0].hypot(self.at[1])
     }
@@ -36,7 +36,7 @@ impl Point {
 
 /// ∫ P dψ over the parameter `from` to `to`; `p_over_d2(at, D)` = P/D², finite at D = 0.
 pub(super) fn circulation(
-    curve: &impl Fn(f64) -> Point,
+    curve: &impl Fn(f64) -> CurvePoint,
     from: f64,
     to: f64,
     p_over_d2: &impl Fn([f64; 2], f64) -> f64,
@@ -77,9 +77,9 @@ pub(super) fn circulation(
 }
 
 /// The parameters at which the curve comes nearest to D = 0, each a minimum of its own, in rising order.
-pub(super) fn nearest(curve: &impl Fn(f64) -> Point, from: f64, to: f64) -> Vec<f64> {
+pub(super) fn nearest(curve: &impl Fn(f64) -> CurvePoint, from: f64, to: f64) -> Vec<f64> {
     let at = |k: usize| from + (to - from) * k as f64 / SAMPLES as f64;
-    let samples: Vec<Point> = (0..=SAMPLES).map(|k| curve(at(k))).collect();
+    let samples: Vec<CurvePoint> = (0..=SAMPLES).map(|k| curve(at(k))).collect();
     let mut found = Vec::new();
     if samples[0].receding() >= 0.0 {
         found.push(from);

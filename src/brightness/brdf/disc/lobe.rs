@@ -97,8 +97,8 @@ impl Lobe {
     }
 }
 
-/// Mean over the disc of f max(0, n·s') \[1/sr\], next to a diffuse part `beside` that sets what is negligible.
-pub(super) fn mean(view: &View, lobe: &Lobe, beside: f64) -> f64 {
+/// Mean over the disc of f max(0, n·s') \[1/sr\], next to a diffuse part `diffuse` that sets what is negligible.
+pub(super) fn mean(view: &View, lobe: &Lobe, diffuse: f64) -> f64 {
     let [.., mu] = view.light_source;
     let t = view.versine_apart();
     let at_centre = lobe.at(t);
@@ -110,15 +110,15 @@ pub(super) fn mean(view: &View, lobe: &Lobe, beside: f64) -> f64 {
         Shape::Gaussian(_) => true,
     };
     if view.cut == 0.0 && lit_to_the_edge && epsilon < SERIES_MAX {
-        let left_out = at_centre * (mu + view.sin_disc) * epsilon * epsilon * epsilon;
-        if left_out <= TOLERANCE * (at_centre * mu + beside) {
+        let neglected = at_centre * (mu + view.sin_disc) * epsilon * epsilon * epsilon;
+        if neglected <= TOLERANCE * (at_centre * mu + diffuse) {
             let (once, twice) = lobe.laplacians(t, mu, view.mirror[2]);
             return at_centre * (mu + 0.25 * x * once + x * x / 48.0 * (twice + 2.0 * once));
         }
     }
     let nearest = (view.apart_rad() - view.disc_rad).max(0.0);
     let most = lobe.at(versine(nearest)) * (mu.max(0.0) + view.sin_disc);
-    if most <= NIL_PER_SR.max(1e-12 * beside) {
+    if most <= NIL_PER_SR.max(1e-12 * diffuse) {
         return at_centre * mu.max(0.0);
     }
     integral(view, lobe) / solid_angle(view.disc_rad)

@@ -6,7 +6,7 @@
 
 use std::f64::consts::TAU;
 
-use super::boundary::{Point, circulation, nearest};
+use super::boundary::{CurvePoint, circulation, nearest};
 use super::primitive::Primitive;
 use super::{View, solid_angle};
 use crate::base::quadrature::gauss;
@@ -35,7 +35,7 @@ pub(super) fn mean(view: &View, brdf: &Brdf) -> f64 {
     let (p, q) = (view.sin_disc * cos_source, view.sin_disc);
     let edge = |phi: f64| {
         let (sin, cos) = phi.sin_cos();
-        Point {
+        CurvePoint {
             at: [centre[0] + p * cos, centre[1] + q * sin],
             velocity: [-p * sin, q * cos],
             acceleration: [-p * cos, -q * sin],
@@ -43,7 +43,7 @@ pub(super) fn mean(view: &View, brdf: &Brdf) -> f64 {
     };
     let horizon = |azimuth: f64| {
         let (sin, cos) = azimuth.sin_cos();
-        Point { at: [cos - mx, sin - my], velocity: [-sin, cos], acceleration: [-cos, -sin] }
+        CurvePoint { at: [cos - mx, sin - my], velocity: [-sin, cos], acceleration: [-cos, -sin] }
     };
     let (from, to) = (view.cut, TAU - view.cut);
     let meets = if view.cut > 0.0 { view.cut_azimuth() } else { 0.0 };

@@ -60,7 +60,7 @@ pub struct InstrumentArgs {
     /// Dark current [e-/s/px]
     #[arg(long, value_name = "RATE", default_value_t = DARK_E_S_PX, allow_hyphen_values = true)]
     dark_e_s: f64,
-    /// What a pixel holds [e-] [default: full well or converter at the gain setting, the smaller]
+    /// Saturation level of a pixel [e-] [default: full well or converter at the gain setting, the smaller]
     #[arg(long, value_name = "E", allow_hyphen_values = true)]
     saturation_e: Option<f64>,
     /// Full width at half maximum of a star [arcsec]
@@ -69,7 +69,7 @@ pub struct InstrumentArgs {
     /// Radius of the aperture a star is measured in [arcsec] [default: 2.266 FWHM^2, all its light]
     #[arg(long, value_name = "ARCSEC", allow_hyphen_values = true)]
     aper_r_arcsec: Option<f64>,
-    /// What the air takes of the target [mag], k X: limits are then outside the atmosphere, else at the ground
+    /// Extinction of the target [mag], k X: with it the limits are outside the atmosphere, else at the ground
     #[arg(long, value_name = "MAG", default_value_t = 0.0, allow_hyphen_values = true)]
     extinction_mag: f64,
 }
@@ -117,7 +117,7 @@ impl InstrumentArgs {
         let computed_arcsec = pixel_scale_arcsec(detector.pixel_um, 1, telescope.focal_length_mm);
         let pixel_arcsec = self.pixel_scale.unwrap_or(computed_arcsec);
         if !(pixel_arcsec > 0.0 && pixel_arcsec.is_finite()) {
-            return Err(bad("--pixel-scale", format!("{pixel_arcsec} is not above 0 arcsec")));
+            return Err(bad("--pixel-scale", format!("{pixel_arcsec} arcsec is not above 0; give a positive number")));
         }
 
         let zp_given = self.zp_mag.or(self.zp_pixel_mag.map(|zp| zp - 2.5 * pixel_arcsec.powi(2).log10()));

@@ -23,13 +23,13 @@ const ISS_RANGE_KM: f64 = 400.0;
 
 const AFTER_HELP: &str = "\
 S = (k^2 + sqrt(k^4 + 4 k^2 N))/2 electrons give a signal-to-noise ratio of k over
-N = (sky + dark) t + n RN^2, n exposures; the limit is ZP - 2.5 lg(S/t). Four limits, each for
-what it says: light that fills one pixel or one arcsec2 (surface brightnesses), a point source
-(2.266 FWHM^2), an extended target (its solid angle and that of a star).
+N = (sky + dark) t + n RN^2, n exposures; the limit is ZP - 2.5 lg(S/t). The four limits are
+for light that fills one pixel or one arcsec2 (surface brightnesses), a point source
+(2.266 FWHM^2), and an extended target (its solid angle and that of a star).
 
 Without options: the CDK24 of Macquarie with its ASI6200MM at gain setting 200, no filter,
-10 s, under full and new Moon, and the ISS as the extended target. Nothing is hidden: every
-number used is printed with where it is from.
+10 s, under full and new Moon, and the ISS as the extended target. Every number
+used is printed with its source.
 
 Examples:
   satphot limits tracked
@@ -71,12 +71,12 @@ pub struct Tracked {
     /// Solid angle of the extended target [arcsec2] instead of area and distance
     #[arg(long, value_name = "ARCSEC2", conflicts_with_all = ["area_m2", "range_km"], allow_hyphen_values = true)]
     omega_arcsec2: Option<f64>,
-    /// Comma-separated values instead of tables
+    /// Print comma-separated values instead of tables
     #[arg(long)]
     csv: bool,
     #[command(flatten)]
     out: OutArgs,
-    /// No notes
+    /// Print no notes
     #[arg(short, long)]
     quiet: bool,
 }
@@ -121,7 +121,7 @@ impl Tracked {
             return Err(bad("--exptime-s", format!("{} is not above 0 and at most 1e9 s", self.exptime_s)));
         }
         if let Some(k) = self.snr.iter().find(|k| !(**k > 0.0 && k.is_finite())) {
-            return Err(bad("--snr", format!("{k} is not above 0")));
+            return Err(bad("--snr", format!("{k} is not above 0; give a positive number")));
         }
         if let Some(mag) = self.mag.filter(|mag| !(mag.abs() <= 100.0)) {
             return Err(bad("--mag", format!("{mag} is outside -100 to 100")));
@@ -133,7 +133,7 @@ impl Tracked {
     fn omega_arcsec2(&self) -> anyhow::Result<f64> {
         let positive = |key: &str, value: f64| {
             let good = value > 0.0 && value.is_finite();
-            if good { Ok(value) } else { Err(bad(key, format!("{value} is not above 0"))) }
+            if good { Ok(value) } else { Err(bad(key, format!("{value} is not above 0; give a positive number"))) }
         };
         if let Some(omega) = self.omega_arcsec2 {
             return positive("--omega-arcsec2", omega);

@@ -25,7 +25,7 @@ pub struct SkyArgs {
     /// Altitude of the Moon [deg]: the sky of Krisciunas & Schaefer 1991
     #[arg(long, value_name = "DEG", requires = "moon_phase_deg", allow_hyphen_values = true)]
     moon_alt_deg: Option<f64>,
-    /// Distance of the Moon from the line of sight [deg] [default: 90, or what is nearest to it that can be]
+    /// Distance of the Moon from the line of sight [deg] [default: 90, or the nearest possible value]
     #[arg(long, value_name = "DEG", requires = "moon_alt_deg", allow_hyphen_values = true)]
     moon_sep_deg: Option<f64>,
     /// Altitude of the line of sight [deg], for moonlight

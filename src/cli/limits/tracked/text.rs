@@ -160,7 +160,7 @@ fn grid_text(rows: &[LimitRow]) -> String {
 fn needed_text(rows: &[LimitRow]) -> String {
     let head = ["sky", "as", "SNR now", "SNR wanted", "needs [s]", "exposures", "each [s]"];
     let cells = |r: &&LimitRow| {
-        // the exposure asked about fills a pixel: its ratio is not one that can be measured
+        // the requested exposure fills a pixel: its ratio is not one that can be measured
         let full = r.mag.is_some_and(|mag| r.saturation_mag.is_none_or(|saturation| mag < saturation));
         let each = r.mag_exptime_s.zip(r.mag_n_sub).map(|(t, n)| t / n as f64);
         vec![

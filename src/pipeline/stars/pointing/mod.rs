@@ -205,7 +205,7 @@ struct Nearest {
     ambiguous: bool,
 }
 
-/// Positions \[px\] that can be asked who is near.
+/// Positions \[px\] that can be searched for neighbours.
 struct Places(RTree<GeomWithData<[f64; 2], usize>>);
 
 impl Places {
@@ -220,7 +220,7 @@ impl Places {
         if !(x.is_finite() && y.is_finite() && reach_px >= 0.0) {
             return Vec::new();
         }
-        // a little more, so that rounding loses nobody: who asks decides
+        // a little more, so that rounding loses none: the caller decides
         let reach_px = reach_px + 1e-6;
         let square = AABB::from_corners([x - reach_px, y - reach_px], [x + reach_px, y + reach_px]);
         let mut near: Vec<usize> = self.0.locate_in_envelope(&square).map(|point| point.data).collect();

@@ -22,7 +22,7 @@ const COLLINEAR: f64 = 0.9;
 
 impl Rows {
     /// Refuses the terms the stars span too little for, or that go together.
-    pub(super) fn refuse_what_cannot_be_told_apart(&mut self, config: &config::Zeropoint) -> Result<()> {
+    pub(super) fn refuse_degenerate_terms(&mut self, config: &config::Zeropoint) -> Result<()> {
         let priors = [config.k_prior, config.c_prior];
         let spans = [self.span(|s| s.airmass), self.span(|s| s.b_v_mag)];
         if self.terms[0] == Term::Free && spans[0] < MIN_AIRMASS_SPAN {
@@ -92,8 +92,8 @@ impl Rows {
         let stated: Vec<f64> = (0..n).map(|i| self.stated_var(i, &zero)).collect();
         let known = stated.iter().sum::<f64>() / n as f64;
         let mut y: Vec<f64> = (0..n).map(|i| self.y(i)).collect();
-        let rough = crate::base::stats::mad_sigma(&mut y).unwrap_or(0.0).powi(2);
-        let typical = if known > 0.0 { known } else { rough };
+        let empirical = crate::base::stats::mad_sigma(&mut y).unwrap_or(0.0).powi(2);
+        let typical = if known > 0.0 { known } else { empirical };
         let omega: Vec<f64> = stated.iter().map(|v| 1.0 / v.max(0.01 * typical).max(1e-12)).collect();
         let mut of_star = vec![0.0_f64; self.n_stars];
         (0..n).for_each(|i| of_star[self.star_of[i]] = self.star_var(i, &zero).sqrt());

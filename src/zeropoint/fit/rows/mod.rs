@@ -177,7 +177,7 @@ impl Rows {
         rows.offset = super::median(&mut rows.stars.iter().map(|(_, s)| s.inst_mag - s.v_mag).collect::<Vec<_>>());
         rows.errors(config);
         rows.correct_colours(population, config);
-        rows.refuse_what_cannot_be_told_apart(config)?;
+        rows.refuse_degenerate_terms(config)?;
         Ok(rows)
     }
 

@@ -1,4 +1,4 @@
-//! Nights of which a part is left out: they run, say which columns stay empty, and do no work that is not needed.
+//! Nights of which a part is missing: they run, say which columns stay empty, and do no work that is not needed.
 #![allow(clippy::unwrap_used)]
 
 use crate::support;
@@ -51,15 +51,15 @@ const MODEL: &[Column] = &[
 ];
 
 /// These columns are empty in every row, and the summary and the manifest say so by name.
-fn empty_and_told(n: &Night, summary: &Summary, columns: &[Column]) {
-    let told = summary.empty_columns.join("\n");
+fn empty_and_reported(n: &Night, summary: &Summary, columns: &[Column]) {
+    let message = summary.empty_columns.join("\n");
     for (name, filled) in columns {
         assert!(n.rows().iter().all(|r| !filled(r)), "{name} is filled");
-        assert!(told.contains(name), "{name} is empty, which is not told: {told}");
+        assert!(message.contains(name), "{name} is empty, which is not reported: {message}");
     }
     let manifest = n.manifest();
-    let left_out: Vec<&str> = manifest["left_out"].as_array().unwrap().iter().map(|v| v.as_str().unwrap()).collect();
-    assert_eq!(left_out, summary.empty_columns);
+    let empty: Vec<&str> = manifest["left_out"].as_array().unwrap().iter().map(|v| v.as_str().unwrap()).collect();
+    assert_eq!(empty, summary.empty_columns);
 }
 
 #[test]
@@ -109,7 +109,7 @@ fn a_night_without_star_pointings_and_zeropoint_stays_instrumental_and_says_so()
     for n in [night().remove("field"), night().without_table("stars")] {
         let summary = n.run().unwrap();
         assert!(summary.poor_error().is_none(), "{:?}", summary.poor);
-        empty_and_told(&n, &summary, CALIBRATED);
+        empty_and_reported(&n, &summary, CALIBRATED);
         assert!(summary.notes.iter().any(|t| t.contains("zeropoint.previous")), "{:?}", summary.notes);
         assert!(summary.notes.iter().any(|t| t.contains("photometry.fwhm_px")), "{:?}", summary.notes);
         // the assumed FWHM is too narrow for the faintest target: it may be a limit
@@ -125,7 +125,7 @@ fn a_night_without_a_model_has_no_predicted_magnitudes_and_no_residuals() {
     let n = night().without_table("model");
     let summary = n.run().unwrap();
     assert!(summary.poor_error().is_none());
-    empty_and_told(&n, &summary, MODEL);
+    empty_and_reported(&n, &summary, MODEL);
     assert!(n.rows().iter().all(|r| r.v_mag.is_some() && r.illum.is_empty()));
     assert!(!n.result("residuals.ecsv").exists());
 }
@@ -135,7 +135,7 @@ fn a_night_without_elements_has_no_geometry_and_asks_how_the_target_is_called() 
     let n = night().without_table("orbit").without_table("model").set("frames.target_objects=[\"iss\"]");
     let summary = n.run().unwrap();
     assert!(summary.poor_error().is_none(), "{:?}", summary.poor);
-    empty_and_told(&n, &summary, &[GEOMETRY, &CALIBRATED[..1], MODEL].concat());
+    empty_and_reported(&n, &summary, &[GEOMETRY, &CALIBRATED[..1], MODEL].concat());
     assert!(n.rows().iter().all(|r| r.inst_mag.is_some() && r.snr.is_some()));
     // nobody said which frames show the target
     let unnamed = night().without_table("orbit");
@@ -152,7 +152,7 @@ fn a_night_of_target_frames_only_is_measured() {
     // the faintest, V 15 at 15 degrees of altitude, may be a limit
     assert_eq!((summary.counts.files, summary.counts.ok + summary.counts.nondetection), (6, 6));
     assert!(summary.counts.ok >= 5);
-    empty_and_told(&n, &summary, CALIBRATED);
+    empty_and_reported(&n, &summary, CALIBRATED);
 }
 
 #[test]
@@ -200,24 +200,24 @@ fn compressed_frames_give_the_same_table_as_plain_ones() {
     let plain = |r: &PhotometryRow| PhotometryRow { frame: String::new(), frame_sha256: String::new(), ..r.clone() };
     let (a, b): (Vec<_>, Vec<_>) = (n.rows().iter().map(plain).collect(), packed.rows().iter().map(plain).collect());
     assert_eq!(a, b);
-    // the inputs are other files, which the last line tells
+    // the inputs are other files, which the last line says
     let fit = |n: &Night| n.text("zeropoint.toml").split("# provenance: ").next().unwrap().to_string();
     assert_eq!(fit(&n), fit(&packed));
 }
 
 #[test]
-fn a_site_in_the_headers_that_is_not_the_configured_one_fails_the_frames_unless_told_otherwise() {
+fn a_site_in_the_headers_that_is_not_the_configured_one_fails_the_frames_unless_configured_otherwise() {
     let same = night().run().unwrap();
     assert!(!same.notes.iter().any(|n| n.contains("another site")), "{:?}", same.notes);
     let (code, words) = night().set("site.lon_deg=150.9").refusal();
     assert_eq!(code, 4, "{words}");
     let other = night().set("site.lon_deg=150.9").set("header.check_site=false").run().unwrap();
-    let told = other.notes.iter().find(|n| n.contains("another site")).unwrap();
-    assert!(told.contains("151.1113") && told.contains("150.9") && told.contains("[site]"), "{told}");
+    let message = other.notes.iter().find(|n| n.contains("another site")).unwrap();
+    assert!(message.contains("151.1113") && message.contains("150.9") && message.contains("[site]"), "{message}");
 }
 
 #[test]
-fn a_previous_zeropoint_made_with_another_aperture_is_told() {
+fn a_previous_zeropoint_made_with_another_aperture_is_reported() {
     let n = night();
     n.run().unwrap();
     let file = n.result("zeropoint.toml");
@@ -226,9 +226,9 @@ fn a_previous_zeropoint_made_with_another_aperture_is_told() {
     let previous = format!("zeropoint.previous={:?}", kept.display().to_string());
     let n = n.set(&previous);
     assert!(!n.run().unwrap().notes.iter().any(|n| n.contains("other conditions")));
-    let told = n.set("photometry.aper_r_fwhm=1.5").run().unwrap().notes;
+    let message = n.set("photometry.aper_r_fwhm=1.5").run().unwrap().notes;
     assert!(
-        told.iter().any(|n| n.contains("other conditions: aperture 2 FWHM") && n.contains("aperture 1.5 FWHM")),
-        "{told:?}"
+        message.iter().any(|n| n.contains("other conditions: aperture 2 FWHM") && n.contains("aperture 1.5 FWHM")),
+        "{message:?}"
     );
 }

@@ -1,12 +1,12 @@
-//! Pieces of a night that are damaged, changed or measured by the wrong line: nothing of it is lost, believed or hidden.
+//! Shards of a night that are damaged, changed or measured by the wrong line: nothing of it is lost, trusted or hidden.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use crate::support;
 
-use support::{Night, Sourced, TARGETS, fill, simulated};
+use support::{Night, RunOutput, TARGETS, fill, simulated};
 
 /// Plans, makes flat and zeropoint, measures shards of `per` frames and merges into night/.
-fn in_pieces(night: &Night, per: usize) -> Sourced {
+fn in_pieces(night: &Night, per: usize) -> RunOutput {
     let (per, plan) = (per.to_string(), "night/plan.json");
     night.satphot(&["plan", "-q", "--frames-per-shard", &per, "-o", plan]).expect(0, &[]);
     night.satphot(&["flat", "-q", "--plan", plan, "-o", "night/master_flat.fits"]);
@@ -20,13 +20,13 @@ fn in_pieces(night: &Night, per: usize) -> Sourced {
     merge(night, &tables)
 }
 
-fn measure(night: &Night, shard: usize, table: &str) -> Sourced {
+fn measure(night: &Night, shard: usize, table: &str) -> RunOutput {
     let shard = shard.to_string();
     let plan = ["measure", "-q", "--plan", "night/plan.json", "--shard", &shard];
     night.satphot(&[&plan[..], &["--zeropoint", "night/zeropoint.toml", "--out", table]].concat())
 }
 
-fn merge(night: &Night, tables: &[String]) -> Sourced {
+fn merge(night: &Night, tables: &[String]) -> RunOutput {
     let tables: Vec<&str> = tables.iter().map(String::as_str).collect();
     night.satphot(&[&["merge", "-q", "--plan", "night/plan.json", "-o", "night/photometry.ecsv"][..], &tables].concat())
 }
@@ -70,7 +70,7 @@ fn a_table_that_was_changed_is_measured_again_and_never_merged() {
         std::fs::write(&table, bad).unwrap();
         merge(&night, &tables).expect(6, &["1.ecsv: was changed after it was written (rows_sha256)", "--force"]);
         measure(&night, 1, "night/shards/1.ecsv").expect(0, &[]);
-        assert_eq!(std::fs::read_to_string(&table).unwrap(), good, "measured again, not believed");
+        assert_eq!(std::fs::read_to_string(&table).unwrap(), good, "measured again, not trusted");
     }
     // a changed copy with a hash of its own contradicts the table it is of, in either order
     let forged = |text: &str| {
@@ -108,13 +108,13 @@ fn a_plan_whose_shards_are_not_the_target_frames_once_each_is_refused() {
 #[test]
 fn a_shard_without_a_plan_is_a_wrong_line() {
     let night = Night::copy_of(&simulated("pieces_line", &["pointings.n=2"]));
-    let told = night.satphot(&["measure", "--shard", "1", "-c", "pipeline.toml"]);
-    told.expect(2, &["--shard", "--plan"]);
+    let output = night.satphot(&["measure", "--shard", "1", "-c", "pipeline.toml"]);
+    output.expect(2, &["--shard", "--plan"]);
     assert!(!night.path("photometry.ecsv").exists());
 }
 
 #[test]
-fn a_night_in_pieces_without_a_zeropoint_has_its_report_and_one_with_it_is_verified() {
+fn a_night_in_shards_without_a_zeropoint_has_its_report_and_one_with_it_is_verified() {
     let night = Night::copy_of(&simulated("pieces_report", &["pointings.n=2"]));
     in_pieces(&night, 4).expect(0, &[]);
     night.satphot(&["report", "night"]).expect(0, &[]);
@@ -145,7 +145,7 @@ fn the_flat_of_a_plan_is_that_of_the_run_and_the_zeropoint_leaves_it_alone() {
 }
 
 #[test]
-fn a_frame_that_was_never_filled_is_a_row_with_that_reason_and_such_a_flat_is_left_out() {
+fn a_frame_that_was_never_filled_is_a_row_with_that_reason_and_such_a_flat_is_skipped() {
     let night = Night::copy_of(&simulated("pieces_filled", &["pointings.n=2"]));
     let why = "every pixel is 700 ADU: the file was never filled";
     fill(&night.path(TARGETS[2]), 700);

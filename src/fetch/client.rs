@@ -1,7 +1,7 @@
-//! One question, asked only if it must be: the cache, then the network, and what came is checked before it is kept.
+//! One query, sent only if it must be: first the cache, then the network; an answer is checked before it is kept.
 //!
 //! Within a service's update period an answer, a "nothing" and a refusal are not requested again. After a refusal (403,
-//! 429) the whole service is left alone for that long. Hours. It does not cover which questions there are
+//! 429) the whole service is left alone for that long. Hours. It does not cover which queries there are
 //! ([`super::query`]).
 
 use std::time::Duration;
@@ -10,7 +10,7 @@ use hifitime::Epoch;
 
 use super::answers::{Content, words};
 use super::cache::{Cache, CachedAnswer, Found};
-use super::link::{Link, Reply};
+use super::http::{HttpClient, Reply};
 use super::query::{Query, Service};
 use crate::base::error::{Error, Result};
 use crate::base::time::{iso_utc, seconds_between, shifted};
@@ -42,7 +42,7 @@ pub enum Answer {
 pub struct Client<'a> {
     settings: Fetch,
     cache: Cache,
-    link: Link,
+    http: HttpClient,
     now: Epoch,
     offline: bool,
     outside: Hooks<'a>,
@@ -57,7 +57,7 @@ impl<'a> Client<'a> {
         Ok(Self {
             settings: settings.clone(),
             cache,
-            link: Link::new(settings, outside.environment)?,
+            http: HttpClient::new(settings, outside.environment)?,
             now,
             offline,
             outside,
@@ -75,7 +75,7 @@ impl<'a> Client<'a> {
     /// # Errors
     /// [`Error::Temporary`] for everything that may pass: no connection, a server in trouble, a refusal, an answer that
     /// is not what was requested; offline [`Error::Orbit`] or [`Error::Catalogue`] for what the cache does not hold.
-    pub fn ask(
+    pub fn fetch(
         &self,
         query: &Query,
         check: &dyn Fn(&[u8], bool) -> std::result::Result<Content, String>,
@@ -112,12 +112,13 @@ impl<'a> Client<'a> {
         if let Some((until, why)) = self.cache.refusal(query.service, &self.now) {
             return Err(self.later(query, &why, &until));
         }
-        (self.outside.say)(&format!("asking {}: {}", query.service.name(), query.shown()));
-        let reply =
-            self.link.get(&query.url, &self.now, self.outside.wait, self.outside.say).map_err(|t| match t.asked_s {
-                Some(_) => self.refused(query, &t.words, t.asked_s),
+        (self.outside.say)(&format!("requesting {}: {}", query.service.name(), query.shown()));
+        let reply = self.http.get(&query.url, &self.now, self.outside.wait, self.outside.say).map_err(|t| {
+            match t.retry_after_s {
+                Some(_) => self.refused(query, &t.words, t.retry_after_s),
                 None => self.trouble(query, &t.words, kept.as_ref()),
-            })?;
+            }
+        })?;
         self.judge(query, &reply, kept, check)
     }
 
@@ -161,10 +162,10 @@ impl<'a> Client<'a> {
         }
     }
 
-    /// Leaves the service alone from now on, for as long as it asks or its data live.
-    fn refused(&self, query: &Query, why: &str, asked_s: Option<f64>) -> Error {
+    /// Leaves the service alone from now on, for as long as it requests or its data live.
+    fn refused(&self, query: &Query, why: &str, retry_after_s: Option<f64>) -> Error {
         // a day at most: a server that requires more is broken or means that a person should look
-        let hours = asked_s.map_or(query.service.refusal_h(&self.settings), |s| (s / 3600.0).min(24.0));
+        let hours = retry_after_s.map_or(query.service.refusal_h(&self.settings), |s| (s / 3600.0).min(24.0));
         let until = shifted(self.now, 3600.0 * hours);
         self.noted(self.cache.refuse(query.service, &until, why));
         self.later(query, why, &until)

@@ -19,7 +19,7 @@ fn direction(rng: &mut ChaCha12Rng) -> Vector<Itrs> {
     Vector::new(level * turn.cos(), level * turn.sin(), z)
 }
 
-/// The angle of a lamp from the satellite's vertical: anywhere, or within two degrees of the limb of the Earth, where
+/// The angle of a light source from the satellite's vertical: anywhere, or within two degrees of the limb of the Earth, where
 /// penumbra and the last lit ground are.
 fn light_source(rng: &mut ChaCha12Rng, r_km: f64, near_limb: bool) -> Vector<Itrs> {
     if !near_limb {
@@ -30,7 +30,7 @@ fn light_source(rng: &mut ChaCha12Rng, r_km: f64, near_limb: bool) -> Vector<Itr
     Vector::new(dip.sin() * turn.cos(), dip.sin() * turn.sin(), dip.cos())
 }
 
-/// A scene anywhere: every third lamp is at the limb, every eighth observer below the horizon.
+/// A scene anywhere: every third light source is at the limb, every eighth observer below the horizon.
 fn scene(k: usize, rng: &mut ChaCha12Rng) -> Scene {
     let r_km = R_KM + [300.0, 550.0, 1200.0, 35_786.0][k % 4] * rng.random_range(0.9..1.1);
     let horizon = (R_KM / r_km).acos();
@@ -79,9 +79,9 @@ fn settings(shadow: Shadow, tolerance_of: ToleranceOf) -> ModelSettings {
 }
 
 #[test]
-fn what_is_left_out_of_a_scene_gives_no_light_when_it_is_computed() {
+fn what_is_skipped_of_a_scene_gives_no_light_when_it_is_computed() {
     let mut rng = ChaCha12Rng::seed_from_u64(60);
-    let mut left_out = std::collections::BTreeMap::<&str, usize>::new();
+    let mut skipped_flux = std::collections::BTreeMap::<&str, usize>::new();
     for shadow in [Shadow::Cylinder, Shadow::Penumbra, Shadow::Atmospheric] {
         let model = Model::new(&satellite(), &settings(shadow, ToleranceOf::EachLight)).unwrap();
         for k in 0..400 {
@@ -95,8 +95,8 @@ fn what_is_left_out_of_a_scene_gives_no_light_when_it_is_computed() {
                 (all.total_v_mag, all.mu_mean_mag_arcsec2, all.illum)
             );
             for skip in &some.skipped {
-                assert_eq!(model.left_out(&scene, skip).unwrap(), 0.0, "{skip}: {scene:?}");
-                *left_out.entry(skip.why).or_default() += 1;
+                assert_eq!(model.skipped_flux(&scene, skip).unwrap(), 0.0, "{skip}: {scene:?}");
+                *skipped_flux.entry(skip.why).or_default() += 1;
             }
         }
     }
@@ -111,7 +111,7 @@ fn what_is_left_out_of_a_scene_gives_no_light_when_it_is_computed() {
         "no sunlit ground in view",
         "no moonlit ground in view",
     ] {
-        assert!(left_out.get(why).is_some_and(|n| *n >= 5), "{why}: {left_out:?}");
+        assert!(skipped_flux.get(why).is_some_and(|n| *n >= 5), "{why}: {skipped_flux:?}");
     }
 }
 
@@ -139,7 +139,7 @@ fn a_faint_light_computed_only_as_well_as_the_sum_needs_stays_within_the_error_t
 }
 
 #[test]
-fn a_prediction_explains_every_reason_with_what_it_left_out_and_changes_nothing() {
+fn a_prediction_explains_every_reason_with_what_it_skipped_and_changes_nothing() {
     let mut rng = ChaCha12Rng::seed_from_u64(62);
     let model = Model::new(
         &satellite(),
@@ -169,8 +169,8 @@ fn a_prediction_explains_every_reason_with_what_it_left_out_and_changes_nothing(
 }
 
 #[test]
-fn a_night_with_nothing_left_out_gives_the_same_tables() {
-    let mut n = Night::copy_of(&simulated("left_out", &[]));
+fn a_night_with_nothing_skipped_gives_the_same_tables() {
+    let mut n = Night::copy_of(&simulated("skipped", &[]));
     n.run().unwrap();
     let names = ["photometry.ecsv", "stars.ecsv", "residuals.ecsv", "zeropoint.toml"];
     let some = names.map(|name| n.text(name));
@@ -178,7 +178,7 @@ fn a_night_with_nothing_left_out_gives_the_same_tables() {
     n.options.exhaustive = true;
     n.run().unwrap();
     assert!(n.rows().iter().all(|r| r.skipped.is_empty()), "everything was computed");
-    // the column that says what was left out is all that differs
+    // the column that says what was skipped is all that differs
     let mut with: Vec<_> = n.rows();
     n.options.exhaustive = false;
     n.options.explain = true;

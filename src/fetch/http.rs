@@ -31,7 +31,7 @@ pub struct Reply {
     pub body: Vec<u8>,
     /// Whether the server said how long the answer is, so that a cut would have been seen.
     pub framed: bool,
-    /// How long the server asks to wait \[s\].
+    /// How long the server requests to wait \[s\].
     pub retry_after_s: Option<f64>,
 }
 
@@ -40,12 +40,12 @@ pub struct Reply {
 pub struct FetchError {
     /// A sentence.
     pub words: String,
-    /// How long the server asks to be left alone \[s\], where that is too long to wait for.
-    pub asked_s: Option<f64>,
+    /// How long the server requests to be left alone \[s\], where that is too long to wait for.
+    pub retry_after_s: Option<f64>,
 }
 
-/// The way out.
-pub struct Link {
+/// The HTTP client.
+pub struct HttpClient {
     agent: ureq::Agent,
     proxy: Option<ureq::Proxy>,
     settings: Fetch,
@@ -58,7 +58,7 @@ struct Failure {
     wait_s: Option<f64>,
 }
 
-impl Link {
+impl HttpClient {
     /// With the patience of `[fetch]`, and with proxy and certificates of the `environment`.
     ///
     /// # Errors
@@ -91,7 +91,7 @@ impl Link {
     /// The answer at `url`; `now` is for dates the server names, `wait` is called between tries, `say` reports them.
     ///
     /// # Errors
-    /// What went wrong and how often it was tried, and how long the server asks to wait where that is longer than
+    /// What went wrong and how often it was tried, and how long the server requests to wait where that is longer than
     /// `fetch.max_wait_s`.
     pub fn get(
         &self,
@@ -111,18 +111,18 @@ impl Link {
                 },
                 Err(failure) => failure,
             };
-            let asked_s = failure.wait_s.unwrap_or(0.0);
-            let too_long = asked_s > self.settings.max_wait_s;
+            let retry_after_s = failure.wait_s.unwrap_or(0.0);
+            let too_long = retry_after_s > self.settings.max_wait_s;
             if !failure.passing || k == tries || too_long {
                 let times = if k > 1 { format!(" ({k} tries)") } else { String::new() };
                 let words = format!("{}{times}{}", failure.words, self.by_proxy(url));
-                return Err(FetchError { words, asked_s: too_long.then_some(asked_s) });
+                return Err(FetchError { words, retry_after_s: too_long.then_some(retry_after_s) });
             }
-            let pause_s = asked_s.max(self.settings.backoff_s * f64::from(1 << (k - 1)));
+            let pause_s = retry_after_s.max(self.settings.backoff_s * f64::from(1 << (k - 1)));
             say(&format!("{}; trying again in {pause_s:.0} s", failure.words));
             wait(Duration::from_secs_f64(pause_s));
         }
-        Err(FetchError { words: "not tried".into(), asked_s: None })
+        Err(FetchError { words: "not tried".into(), retry_after_s: None })
     }
 
     fn once(&self, url: &str, now: &Epoch) -> std::result::Result<Reply, Failure> {
@@ -298,8 +298,8 @@ mod redirections {
             (from, "ftp://198.51.100.1/", "no address"),
             (from, "https://user:secret@[/", "no address"),
         ] {
-            let told = redirected(from, to).unwrap_err();
-            assert!(told.contains(word) && !told.contains("secret"), "{to}: {told}");
+            let message = redirected(from, to).unwrap_err();
+            assert!(message.contains(word) && !message.contains("secret"), "{to}: {message}");
         }
         // a server of this machine may send on to itself: a proxy, a test
         assert!(redirected("http://127.0.0.1:80/a", "http://127.0.0.1:81/b").is_ok());

@@ -50,7 +50,7 @@ impl Session {
     }
 }
 
-pub fn with_desk<T>(
+pub fn with_client<T>(
     settings: &Fetch,
     cache: &Path,
     now: &str,
@@ -61,15 +61,15 @@ pub fn with_desk<T>(
     let wait = |d: Duration| waits.borrow_mut().push(d.as_secs_f64());
     let say = |t: &str| said.borrow_mut().push(t.to_owned());
     let outside = Hooks { wait: &wait, say: &say, environment: false };
-    let desk = Client::new(settings, Cache::new(cache), utc(now), offline, outside).unwrap();
-    let value = work(&desk);
-    drop(desk);
+    let client = Client::new(settings, Cache::new(cache), utc(now), offline, outside).unwrap();
+    let value = work(&client);
+    drop(client);
     (value, said.into_inner(), waits.into_inner())
 }
 
 pub fn session(settings: &Fetch, cache: &Path, now: &str, wanted: &Wanted) -> Session {
     let (outcome, said, waits_s) =
-        with_desk(settings, cache, now, false, |desk| fetch_elements(desk, wanted, settings));
+        with_client(settings, cache, now, false, |client| fetch_elements(client, wanted, settings));
     Session { said, waits_s, outcome }
 }
 
