@@ -15,6 +15,7 @@ use super::spectrum::Band;
 use crate::base::constants::AU_KM;
 use crate::base::error::Result;
 use crate::base::vector::{Enu, Itrs, Vector};
+use crate::config::{Distances, Effects, Shadow, SourceDisc};
 use crate::orbit::earth::from_alt_az;
 
 /// Most directions of one map.
@@ -333,6 +334,14 @@ fn light_sources(settings: &ModelSettings) -> Result<SourceSettings> {
         Some(band) => SourceSettings::new(&settings.effects, band),
         None => SourceSettings::new(&settings.effects, &Band::of_config("V")?),
     }
+}
+
+/// Light without distances, discs or penumbra can come from infinity: the convention of other programs.
+#[must_use]
+pub fn parallel_light(effects: &Effects) -> bool {
+    effects.distances == Distances::Ignored
+        && effects.source_disc == SourceDisc::Point
+        && effects.shadow == Shadow::Cylinder
 }
 
 /// A vector of the horizon along Earth-fixed axes.

@@ -76,6 +76,14 @@ impl OrbitArgs {
         Ok(elements.into_iter().chain(self.place.missing()?).collect())
     }
 
+    /// Elements from the arguments, else from the configuration; `None` where neither names any.
+    pub fn orbit(&self, config: Option<&Config>) -> anyhow::Result<Option<Orbit>> {
+        if self.elements.is_none() && config.is_none_or(|c| c.orbit.is_none()) {
+            return Ok(None);
+        }
+        self.named_orbit(config).map(Some)
+    }
+
     /// Elements and site from the arguments, else from the configuration.
     pub fn orbit_and_site(&self, config: Option<&Config>) -> anyhow::Result<(Orbit, Site)> {
         let site = match (self.place.given()?, config) {
@@ -88,6 +96,10 @@ impl OrbitArgs {
                 ));
             }
         };
+        Ok((self.named_orbit(config)?, site))
+    }
+
+    fn named_orbit(&self, config: Option<&Config>) -> anyhow::Result<Orbit> {
         let mut orbit = match (&self.elements, config.and_then(|c| c.orbit.clone())) {
             (Some(elements), from_config) => Orbit {
                 elements: elements.clone(),
@@ -105,7 +117,7 @@ impl OrbitArgs {
         orbit.force_age |= self.force_age;
         let named_by = config.filter(|_| self.elements.is_none());
         elements_there(&orbit.elements, orbit.norad_cat_id, named_by)?;
-        Ok((orbit, site))
+        Ok(orbit)
     }
 }
 

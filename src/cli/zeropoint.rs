@@ -19,13 +19,14 @@ const EXAMPLES: &str = "\
 Examples:
   satphot zeropoint -c pipeline.toml                 the star pointings of the night
   satphot zeropoint --stars satphot-out/2025-06-09/stars.ecsv --set zeropoint.estimator=ols
-  satphot zeropoint --matched stars.csv --column inst_mag=MAG_AUTO --column airmass=1.2 -o zp.toml";
+  satphot zeropoint --matched stars.csv --column inst_mag=MAG_AUTO --column airmass=1.2 -o zp.toml
+  satphot zeropoint --matched 'field.cat[LDAC_OBJECTS]' --column v_mag=REF_MAG -o zp.toml";
 
 /// Fits V = V_inst - ZP - k X - C (B-V) to the star pointings of a night, to named star frames, to a stars.ecsv, or to
 /// any table of matched stars.
 ///
 /// --matched needs no frames and no pipeline.toml: columns are known by the names that SExtractor, photutils, STDPipe
-/// and VizieR give theirs, or named with --column KEY=NAME. Keys: inst_mag or flux, inst_mag_err, flux_err or snr,
+/// BANZAI, stellarphot and VizieR give theirs, or named with --column KEY=NAME. Keys: inst_mag or flux, inst_mag_err, flux_err or snr,
 /// v_mag, v_mag_err, b_v_mag or b_mag, b_v_err_mag, airmass or alt_deg, pointing, exptime_s, e_per_adu, mjd_mid_d, id,
 /// include. NAME may be a number for all rows (airmass=1.2) or a difference of two columns (b_v_mag=gmag-rmag).
 #[derive(Debug, Args)]
@@ -38,7 +39,7 @@ pub struct ZeropointVerb {
     /// Fit this stars.ecsv again instead of measuring frames
     #[arg(long, value_name = "ECSV", conflicts_with = "files")]
     stars: Option<PathBuf>,
-    /// Fit a table of matched stars: CSV, TSV, ECSV, VOTable or columns of text
+    /// Fit a table of matched stars: CSV, TSV, ECSV, VOTable, FITS (FILE[EXT] where it has several tables) or columns of text
     #[arg(long, value_name = "TABLE", conflicts_with_all = ["files", "stars", "flat"])]
     matched: Option<PathBuf>,
     /// What a column of the matched table is, e.g. --column inst_mag=MAG_AUTO (repeatable)
@@ -147,7 +148,7 @@ impl ZeropointVerb {
 }
 
 /// `KEY=NAME`.
-fn column(text: &str) -> Result<(String, String), String> {
+pub(super) fn column(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((key, name)) if !key.trim().is_empty() && !name.trim().is_empty() => {
             Ok((key.trim().to_owned(), name.trim().to_owned()))

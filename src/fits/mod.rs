@@ -11,6 +11,7 @@ pub(crate) mod raw;
 pub(crate) mod scan;
 pub(crate) mod stored;
 pub(crate) mod structure;
+pub(crate) mod tables;
 pub(crate) mod tall;
 pub(crate) mod tiles;
 pub(crate) mod write;

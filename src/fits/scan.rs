@@ -10,7 +10,7 @@ use std::path::Path;
 
 use super::cards::{Card, Header, ImageInfo};
 use super::open::open;
-use super::structure::{Kind, check_hdu, kind};
+use super::structure::{Hdu, Kind, check_hdu, kind};
 use super::tiles;
 use crate::base::error::{Error, Result};
 
@@ -37,45 +37,105 @@ impl Header {
     }
 }
 
+/// The HDUs of a file, one after the other, each held against the length of the file.
+pub(crate) struct Hdus<'a> {
+    path: &'a Path,
+    file: File,
+    file_bytes: u128,
+    at: u64,
+    index: usize,
+}
+
+/// One HDU: its header, and the bytes of the file that it takes.
+pub(crate) struct ScannedHdu {
+    pub(crate) hdu: Hdu,
+    /// 0-based number in the file.
+    pub(crate) index: usize,
+    /// Where its header begins \[bytes\].
+    pub(crate) at: u64,
+    /// Where its data begin \[bytes\].
+    pub(crate) data_at: u128,
+    /// Where they end, padding excluded \[bytes\].
+    pub(crate) end: u128,
+    /// Where the next HDU begins \[bytes\].
+    padded: u128,
+}
+
+impl<'a> Hdus<'a> {
+    /// Opens a file, also one that is packed as a whole.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; [`Error::Fits`] for what is not a regular file.
+    pub(crate) fn open(path: &'a Path) -> Result<Self> {
+        // Before it is opened: a pipe would wait for its writer.
+        let meta = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
+        if !meta.is_file() {
+            return Err(Error::Fits { path: path.to_path_buf(), problem: "not a regular file".into() });
+        }
+        let file = open(path)?;
+        let file_bytes = u128::from(file.metadata().map_err(|e| Error::io(path, e))?.len());
+        Ok(Self { path, file, file_bytes, at: 0, index: 0 })
+    }
+
+    /// Bytes of the file.
+    pub(crate) fn file_bytes(&self) -> u128 {
+        self.file_bytes
+    }
+
+    /// The file, whose place is anywhere.
+    pub(crate) fn into_file(self) -> File {
+        self.file
+    }
+
+    fn bad(&self, problem: String) -> Error {
+        Error::Fits { path: self.path.to_path_buf(), problem }
+    }
+
+    /// The next HDU; `None` at the end.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; [`Error::Fits`] for a damaged or lying header, and for data that the file does not hold.
+    pub(crate) fn next(&mut self) -> Result<Option<ScannedHdu>> {
+        let (index, at) = (self.index, self.at);
+        if index >= MAX_HDUS {
+            return Ok(None);
+        }
+        if u128::from(at) >= self.file_bytes {
+            return if index == 0 { Err(self.bad("the file is empty".into())) } else { Ok(None) };
+        }
+        self.file.seek(SeekFrom::Start(at)).map_err(|e| Error::io(self.path, e))?;
+        let raw = match read_header(&mut self.file, index).map_err(|e| Error::io(self.path, e))? {
+            Ok(raw) => raw,
+            // Fill after the last HDU is allowed (FITS 4.0 section 3.5).
+            Err(Problem::NotAnHdu) if index > 0 => return Ok(None),
+            Err(problem) => return Err(self.bad(problem.text(index))),
+        };
+        let data_at = u128::from(at) + raw.len() as u128;
+        let hdu = check_hdu(raw, index).map_err(|p| self.bad(format!("HDU {index}: {p}")))?;
+        let end = data_at + hdu.data_bytes;
+        if end > self.file_bytes {
+            return Err(self.bad(format!(
+                "truncated: the header of HDU {index} promises {} bytes of data, the file holds {}",
+                hdu.data_bytes,
+                self.file_bytes.saturating_sub(data_at)
+            )));
+        }
+        let padded = end.div_ceil(BLOCK as u128) * BLOCK as u128;
+        self.at = u64::try_from(padded).map_err(|_| self.bad("sizes beyond 64 bit".into()))?;
+        self.index += 1;
+        Ok(Some(ScannedHdu { hdu, index, at, data_at, end, padded }))
+    }
+}
+
 /// Scans the headers of `path` up to its first 2-D image. See [`Header::read`].
 pub(crate) fn scan(path: &Path) -> Result<(Vec<Card>, ImageInfo)> {
     let bad = |problem: String| Error::Fits { path: path.to_path_buf(), problem };
-    // Before it is opened: a pipe would wait for its writer.
-    let meta = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
-    if !meta.is_file() {
-        return Err(bad("not a regular file".into()));
-    }
-    let mut file = open(path)?;
-    let file_bytes = u128::from(file.metadata().map_err(|e| Error::io(path, e))?.len());
-    let mut at: u64 = 0;
+    let mut hdus = Hdus::open(path)?;
+    let file_bytes = hdus.file_bytes();
     let mut primary: Vec<Card> = Vec::new();
     let mut seen: Vec<String> = Vec::new();
-    for index in 0..MAX_HDUS {
-        if u128::from(at) >= file_bytes {
-            if index == 0 {
-                return Err(bad("the file is empty".into()));
-            }
-            break;
-        }
-        file.seek(SeekFrom::Start(at)).map_err(|e| Error::io(path, e))?;
-        let raw = match read_header(&mut file, index).map_err(|e| Error::io(path, e))? {
-            Ok(raw) => raw,
-            // Fill after the last HDU is allowed (FITS 4.0 section 3.5).
-            Err(Problem::NotAnHdu) if index > 0 => break,
-            Err(problem) => return Err(bad(problem.text(index))),
-        };
-        let data_at = u128::from(at) + raw.len() as u128;
-        let hdu = check_hdu(raw, index).map_err(|p| bad(format!("HDU {index}: {p}")))?;
-        let end = data_at + hdu.data_bytes;
-        if end > file_bytes {
-            return Err(bad(format!(
-                "truncated: the header of HDU {index} promises {} bytes of data, the file holds {}",
-                hdu.data_bytes,
-                file_bytes.saturating_sub(data_at)
-            )));
-        }
+    while let Some(ScannedHdu { hdu, index, at, data_at, end, padded }) = hdus.next()? {
         let header = Header::new(hdu.cards.clone(), ImageInfo::default());
-        let padded = end.div_ceil(BLOCK as u128) * BLOCK as u128;
         match kind(&header, index, file_bytes).map_err(|p| bad(format!("HDU {index}: {p}")))? {
             Kind::Image(axes) => {
                 let compressed = header.logical("ZIMAGE") == Some(true) && index > 0;
@@ -104,7 +164,7 @@ pub(crate) fn scan(path: &Path) -> Result<(Vec<Card>, ImageInfo)> {
                 };
                 if compressed {
                     let header = Header::new(cards.clone(), image.clone());
-                    tiles::refuse_impossible(&file, path, &header)?;
+                    tiles::refuse_impossible(&hdus.into_file(), path, &header)?;
                 }
                 return Ok((cards, image));
             }
@@ -113,7 +173,6 @@ pub(crate) fn scan(path: &Path) -> Result<(Vec<Card>, ImageInfo)> {
         if index == 0 {
             primary = hdu.cards;
         }
-        at = u64::try_from(padded).map_err(|_| bad("sizes beyond 64 bit".into()))?;
     }
     Err(bad(format!("no 2-D image in this file ({})", seen.join("; "))))
 }

@@ -176,6 +176,17 @@ impl Tracker {
         geometry(&self.site, &self.eop, epoch, &state, sky, self.sets[i].age_d(epoch))
     }
 
+    /// The same from another site, with the Sun and the Moon of that moment.
+    ///
+    /// # Errors
+    /// As [`Tracker::at`].
+    #[doc(hidden)]
+    pub fn at_from(&self, site: &Site, epoch: &Epoch) -> Result<Geometry> {
+        let i = self.index_at(epoch)?;
+        let state = self.propagators[i].state(epoch)?;
+        geometry(site, &self.eop, epoch, &state, &bodies(epoch, &self.eop)?, self.sets[i].age_d(epoch))
+    }
+
     /// Altitude \[rad\] alone: a hundred times cheaper than [`Tracker::at`].
     ///
     /// # Errors

@@ -66,6 +66,23 @@ pub fn band_of_model(config: &config::Config, observed: Band) -> Result<Option<S
     })
 }
 
+/// The band that magnitudes of a table of observations must be of to be compared with a model: the model's.
+///
+/// # Errors
+/// As [`comparable`]; [`Error::Config`] for a band that has no name.
+pub fn band_of_observations(model: &config::Model) -> Result<(Band, Option<String>)> {
+    let note = comparable(model)?;
+    let band = Band::named(&model.band).ok_or_else(|| Error::Config {
+        key: "model.band".into(),
+        problem: format!(
+            "\"{}\" is a file: observed magnitudes are of {}",
+            model.band,
+            config::Model::BANDS.join(", ")
+        ),
+    })?;
+    Ok((band, note))
+}
+
 /// Number of the pass of each row (1-based); rows without a time belong to pass 0.
 #[must_use]
 pub fn pass_numbers(rows: &[PhotometryRow]) -> Vec<i64> {

@@ -61,8 +61,19 @@ pub fn write_prediction(path: &Path, rows: &[PhotometryRow], meta: &Meta) -> Res
 /// # Errors
 /// Those of the writer of CSV; none is known for these rows.
 pub fn prediction_cells(rows: &[PhotometryRow]) -> std::result::Result<Vec<csv::StringRecord>, csv::Error> {
+    photometry_cells(PREDICTION.columns, rows)
+}
+
+/// The cells of some columns of [`PHOTOMETRY`], row by row.
+///
+/// # Errors
+/// As [`prediction_cells`].
+pub fn photometry_cells(
+    columns: &[Column],
+    rows: &[PhotometryRow],
+) -> std::result::Result<Vec<csv::StringRecord>, csv::Error> {
     let place = |chosen: &Column| PHOTOMETRY.columns.iter().position(|c| c.name == chosen.name);
-    let places: Vec<usize> = PREDICTION.columns.iter().filter_map(place).collect();
+    let places: Vec<usize> = columns.iter().filter_map(place).collect();
     let cells_of = |row: csv::StringRecord| places.iter().map(|i| row.get(*i).unwrap_or_default()).collect();
     Ok(cells(rows)?.into_iter().map(cells_of).collect())
 }
@@ -182,6 +193,9 @@ fn header(columns: &[Column], meta: &Meta) -> String {
     let mut text = String::from("# %ECSV 1.0\n# ---\n# delimiter: ','\n# datatype:\n");
     for column in columns {
         let Column { name, unit, datatype, .. } = column;
+        // names of foreign columns may hold what YAML reads otherwise
+        let plain = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        let name = if plain { (*name).to_owned() } else { scalar(name) };
         let unit = if unit.is_empty() { String::new() } else { format!("unit: {}, ", scalar(unit)) };
         // Writing to a String cannot fail.
         let _ = writeln!(
@@ -198,7 +212,7 @@ fn header(columns: &[Column], meta: &Meta) -> String {
         }
     }
     text.push_str("# schema: astropy-2.0\n");
-    let names: Vec<&str> = columns.iter().map(|c| c.name).collect();
+    let names: Vec<String> = columns.iter().map(|c| quoted(c.name)).collect();
     text.push_str(&names.join(","));
     text.push('\n');
     text

@@ -5,7 +5,9 @@
 
 use std::collections::BTreeMap;
 
-use super::read::Table;
+use super::read::{Table, number};
+use super::unit::{Measure, unit_in_name};
+use crate::base::error::{Error, Result};
 
 /// One quantity that a reader looks for.
 #[derive(Debug, Clone, Copy)]
@@ -36,6 +38,60 @@ pub fn keys(quantities: &[Quantity]) -> String {
 #[must_use]
 pub fn unknown_key<'a>(quantities: &[Quantity], columns: &'a BTreeMap<String, String>) -> Option<&'a str> {
     columns.keys().map(String::as_str).find(|key| quantities.iter().all(|q| q.key != *key))
+}
+
+/// Where a quantity is from, as the user names it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Given {
+    /// A column.
+    Column(usize),
+    /// The same number for all rows.
+    Constant(f64),
+}
+
+/// What the user names for `key`, a column or a number for all rows; `None` if he names nothing.
+///
+/// # Errors
+/// [`Error::Argument`] if it is neither, with the columns present.
+pub fn given(table: &Table, columns: &BTreeMap<String, String>, key: &str) -> Result<Option<Given>> {
+    let Some(name) = columns.get(key) else { return Ok(None) };
+    let found = table.column(name).map(Given::Column);
+    found.or_else(|| number(name).map(Given::Constant)).map(Some).ok_or_else(|| Error::Argument {
+        name: format!("column {key}={name}"),
+        problem: format!("no such column in {}; present: {}", table.path.display(), table.names()),
+    })
+}
+
+/// What the numbers of column `i` are multiplied by to be in the unit that ends `key`: 1 where the column states no unit.
+///
+/// # Errors
+/// [`Error::Table`] with the column, its unit, and those that are read.
+pub fn factor_of(table: &Table, key: &str, i: usize) -> Result<f64> {
+    let (Some(measure), Some(column)) = (Measure::of_key(key), table.columns.get(i)) else { return Ok(1.0) };
+    let (stated, named) = (column.unit.trim(), unit_in_name(&column.name));
+    let wrong = |problem: String| Error::Table { path: table.path.clone(), line: None, problem };
+    let unit = if stated.is_empty() { named } else { stated };
+    if unit.is_empty() {
+        return Ok(1.0);
+    }
+    let factor = measure.factor(unit);
+    if factor != measure.factor(named).or(factor) {
+        return Err(wrong(format!(
+            "column `{}` is in `{unit}` by its unit and in `{named}` by its name: correct one of them",
+            column.name
+        )));
+    }
+    factor.ok_or_else(|| Error::Table {
+        path: table.path.clone(),
+        line: None,
+        problem: format!(
+            "column `{}` is in `{}`, but {key} is needed ({}): is it another quantity? argument `column {key}=NAME` names the \
+             column",
+            column.name,
+            unit,
+            measure.accepted()
+        ),
+    })
 }
 
 /// Guesses the columns of one table.

@@ -5,12 +5,15 @@ pub mod ecsv;
 pub mod flags;
 pub mod formats;
 pub mod guess;
+pub mod joined;
 pub mod meta;
 pub mod read;
 pub mod row_passes;
 pub mod rows_hash;
+pub mod save;
 pub mod schema;
 pub mod selection;
+pub mod unit;
 pub mod words;
 
 pub use ecsv::{
@@ -21,11 +24,12 @@ pub use formats::Table;
 pub use meta::{Meta, MetaValue};
 pub use rows_hash::check_rows_hash;
 pub use schema::{
-    ACCURACY, ALL, AREAS, AccuracyRow, BRDF_CURVE, CHECKED, CONSTELLATION, CheckedRow, Column, DAY, DUTY, Datatype,
-    DayRow, Definition, DutyRow, EARTH, EXPLICIT, EXTREMES, EarthRow, ExtremeRow, FLUX_MAP, FOOTPRINT, FootprintRow,
-    LABELS, LIMITS, LabelRow, LimitRow, MONTH, MOON_LAWS, MonthRow, MoonLawRow, NIGHT, NightRow, OBSERVED, ObservedRow,
-    PAPER_STEPS, PARTIAL, PASSES, PHOTOMETRY, PREDICTION, PUBLISHED, PartialRow, PhotometryRow, PublishedRow, RADIANCE,
-    RAW, RENDERED_TRUTH, RESIDUALS, RadianceRow, RawRow, RenderedTruth, ResidualRow, Row, SATELLITES, SED, SEEN, SKY,
-    SKY_SEQUENCE, SNR, STAR_TRUTH, STARS, STREAK, STRIP, SURFACES, SkyRow, SnrRow, StarRow, StarTruth, StreakRow,
-    TARGET_TRUTH, TRACK, TargetTruth, TrackRow, UNGROUPED, UngroupedRow, constellation_columns, is_listed,
+    ACCURACY, ALL, AREAS, AccuracyRow, BRDF_CURVE, CHECKED, COMPARED, CONSTELLATION, CheckedRow, Column, DAY, DUTY,
+    Datatype, DayRow, Definition, DutyRow, EARTH, EXPLICIT, EXTREMES, EarthRow, ExtremeRow, FLUX_MAP, FOOTPRINT,
+    FootprintRow, LABELS, LIMITS, LabelRow, LimitRow, MONTH, MOON_LAWS, MonthRow, MoonLawRow, NIGHT, NightRow,
+    OBSERVED, ObservedRow, PAPER_STEPS, PARTIAL, PASSES, PHOTOMETRY, PREDICTED, PREDICTION, PUBLISHED, PartialRow,
+    PhotometryRow, PublishedRow, RADIANCE, RAW, RENDERED_TRUTH, RESIDUALS, RadianceRow, RawRow, RenderedTruth,
+    ResidualRow, Row, SATELLITES, SED, SEEN, SKY, SKY_SEQUENCE, SNR, STAR_TRUTH, STARS, STREAK, STRIP, SURFACES,
+    SkyRow, SnrRow, StarRow, StarTruth, StreakRow, TARGET_TRUTH, TRACK, TargetTruth, TrackRow, UNGROUPED, UngroupedRow,
+    constellation_columns, is_listed,
 };

@@ -266,7 +266,7 @@ fn single_stages_refuse_what_they_cannot_use() {
         (&["zeropoint", "--stars", "catalogue.csv"], 4, &["catalogue.csv", "ECSV"]),
         (&["zeropoint", "--stars", "satphot-out/tiny/photometry.ecsv"], 4, &["column n_members is missing"]),
         (&["compare", "nope.ecsv"], 4, &["nope.ecsv"]),
-        (&["compare"], 2, &["<ECSV>"]),
+        (&["compare"], 2, &["<TABLE>"]),
     ];
     for (args, code, words) in cases {
         n.satphot(args).expect(code, words).without_results();

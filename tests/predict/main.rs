@@ -17,3 +17,4 @@ mod month;
 mod pass;
 mod sky;
 mod standing;
+mod table;

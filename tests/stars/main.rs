@@ -10,6 +10,7 @@ mod zeropoint_nights;
 
 mod catalogue;
 mod matched;
+mod matched_fits;
 mod matched_rows;
 mod plate_cases;
 mod plate_extremes;

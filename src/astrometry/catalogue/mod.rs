@@ -58,9 +58,11 @@ impl Catalogue {
             Error::Table { line, problem, .. } => {
                 fail(line.map_or(problem.clone(), |line| format!("line {line}: {problem}")))
             }
+            Error::Fits { problem, .. } => fail(problem),
             other => other,
         };
-        let mut table = Table::open(path).map_err(unreadable)?;
+        let is_catalogue = |table: &Table| Layout::find(table, columns, band.reference()).is_ok();
+        let mut table = Table::open_where(path, &is_catalogue).map_err(unreadable)?;
         let layout = Layout::find(&table, columns, band.reference()).map_err(fail)?;
         let (band, column) = layout.band(&table);
         let file = path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned());

@@ -4,9 +4,9 @@ use clap::Args;
 use satphot::base::time::{iso_utc, parse_utc};
 use satphot::base::vector::{Enu, Itrs, Vector};
 use satphot::brightness::attitude::Attitude;
-use satphot::brightness::sky::{Body, Sky, SkyMap, phase_ratio};
+use satphot::brightness::sky::{Body, Sky, SkyMap, parallel_light, phase_ratio};
 use satphot::brightness::{ModelSettings, Satellite};
-use satphot::config::{self, Distances, Effects, Shadow, SourceDisc};
+use satphot::config;
 use satphot::figures::SkyMark;
 use satphot::orbit::earth::{Site, from_alt_az};
 use satphot::visibility::forecast::dome::Overhead;
@@ -97,7 +97,7 @@ impl LightSourceArgs {
 impl LightSources {
     /// From the arguments; a moment needs a site.
     pub fn new(args: &LightSourceArgs, site: Option<&config::Site>, settings: &ModelSettings) -> anyhow::Result<Self> {
-        let parallel = in_parallel(&settings.effects);
+        let parallel = parallel_light(&settings.effects);
         let site = site.map(Site::from_config).transpose()?;
         let axes = site.as_ref().map_or(
             [Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0), Vector::new(1.0, 0.0, 0.0)],
@@ -187,13 +187,6 @@ impl LightSources {
         }
         lines
     }
-}
-
-/// Light without distances, discs or penumbra can come from infinity: the convention of other programs.
-fn in_parallel(effects: &Effects) -> bool {
-    effects.distances == Distances::Ignored
-        && effects.source_disc == SourceDisc::Point
-        && effects.shadow == Shadow::Cylinder
 }
 
 /// Angle Sun-Moon-observer \[deg\].

@@ -13,6 +13,7 @@ mod sed;
 mod sequence;
 mod shards;
 mod sky;
+pub(super) mod table;
 mod tally_table;
 
 use std::path::{Path, PathBuf};
@@ -27,7 +28,8 @@ use super::orbit_args::{bad, of_argument};
 const EXAMPLES: &str = "\
 Examples:
   satphot predict pass --start 2025-06-10T06:00:00 -o pass
-  satphot predict sky --satellite iss --sun-alt-deg -45 --sun-az-deg 90 -o sky.svg";
+  satphot predict sky --satellite iss --sun-alt-deg -45 --sun-az-deg 90 -o sky.svg
+  satphot predict table observations.csv --elements active.tle --satellite starlink-v2 -o out.ecsv";
 
 /// Predicts magnitudes and fluxes.
 #[derive(Debug, Args)]
@@ -51,6 +53,8 @@ enum What {
     Duty(duty::Duty),
     /// How many satellites of a constellation are up, lit and bright, moment by moment
     Constellation(constellation::Constellation),
+    /// Magnitudes for every row of a table of observations or geometries
+    Table(table::Table),
     /// Fluxes of explicit geometries, for cross-checks with other software
     Geometry(geometry::Geometry),
     /// Spectra of moonlight at phases of the Moon, and what a band collects of them
@@ -66,6 +70,7 @@ impl Predict {
             What::Month(v) => v.execute(),
             What::Duty(v) => v.execute(),
             What::Constellation(v) => v.execute(),
+            What::Table(v) => v.execute(),
             What::Geometry(v) => v.execute(),
             What::Sed(v) => v.execute(),
         }
@@ -74,7 +79,7 @@ impl Predict {
 
 /// Which satellite, and how the model is evaluated.
 #[derive(Debug, Clone, Args)]
-struct ModelArgs {
+pub(super) struct ModelArgs {
     /// Satellite of the catalogue (`satphot satellites` lists them) instead of the configuration's
     #[arg(long, value_name = "NAME")]
     satellite: Option<String>,
@@ -91,13 +96,13 @@ struct ModelArgs {
 
 impl ModelArgs {
     /// --satellite, where that is left to the configuration.
-    fn missing(&self) -> Option<&'static str> {
+    pub(super) fn missing(&self) -> Option<&'static str> {
         self.satellite.is_none().then_some("--satellite")
     }
 
     /// The model of the configuration with these arguments on top; without a configuration that of the arguments and of
     /// `--set model.…`.
-    fn over(&self, config: Option<&Config>, sets: &[String]) -> anyhow::Result<config::Model> {
+    pub(super) fn over(&self, config: Option<&Config>, sets: &[String]) -> anyhow::Result<config::Model> {
         let mut model = match (config.and_then(|c| c.model.clone()), &self.satellite) {
             (Some(model), _) => model,
             (None, Some(name)) => alone(name, if config.is_none() { sets } else { &[] })?,

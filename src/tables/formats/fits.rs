@@ -25,16 +25,32 @@ use crate::tables::schema::Datatype;
 pub fn write_fits(path: &Path, table: &Table, stars: Option<&Table>, provenance: &Provenance) -> Result<()> {
     let none = Table { name: "stars", columns: crate::tables::schema::STARS.columns.to_vec(), ..Table::default() };
     write_hdus(path, |file| {
-        file.empty(&[
-            card("ORIGIN", "satphot", ""),
-            card("COMMENT", "Text that is not ASCII, and the backslash, are escaped as in JSON.", ""),
-            card("COMMENT", "A number that is missing is NaN, a whole number TNULL, a text blank.", ""),
-        ])?;
-        file.checksum()?;
+        primary(file)?;
         append(file, &table.name.to_uppercase(), &Columns::of(table), &table.meta)?;
         append(file, "ZEROPOINT", &Columns::of(stars.unwrap_or(&none)), &table.meta)?;
         append(file, "PROVENANCE", &Columns::of_pairs(provenance), &Meta::default())
     })
+}
+
+/// Writes `table` and its provenance: a table that is not of a night has no zeropoint.
+///
+/// # Errors
+/// As [`write_fits`].
+pub fn write_fits_table(path: &Path, table: &Table, provenance: &Provenance) -> Result<()> {
+    write_hdus(path, |file| {
+        primary(file)?;
+        append(file, &table.name.to_uppercase(), &Columns::of(table), &table.meta)?;
+        append(file, "PROVENANCE", &Columns::of_pairs(provenance), &Meta::default())
+    })
+}
+
+fn primary(file: &mut NewFits) -> Result<()> {
+    file.empty(&[
+        card("ORIGIN", "satphot", ""),
+        card("COMMENT", "Text that is not ASCII, and the backslash, are escaped as in JSON.", ""),
+        card("COMMENT", "A number that is missing is NaN, a whole number TNULL, a text blank.", ""),
+    ])?;
+    file.checksum()
 }
 
 /// The column of times.
@@ -171,7 +187,7 @@ fn push(bytes: &mut Vec<u8>, cell: Cell<'_>, width: usize) {
 }
 
 fn append(file: &mut NewFits, name: &str, columns: &Columns<'_>, meta: &Meta) -> Result<()> {
-    let forms: Vec<_> = columns.heads.iter().map(|head| (head.name.clone(), head.form())).collect();
+    let forms: Vec<_> = columns.heads.iter().map(|head| (ascii(&head.name), head.form())).collect();
     file.table(name, &forms, columns.len(), &header(columns, meta))?;
     columns.each(|index, row| file.row(index, row))?;
     file.checksum()

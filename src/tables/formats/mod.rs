@@ -19,7 +19,7 @@ use ::csv::StringRecord;
 use super::schema::{Datatype, Definition, PHOTOMETRY, PREDICTION, RESIDUALS, SKY, STARS};
 
 pub use csv::write_csv;
-pub use fits::write_fits;
+pub use fits::{write_fits, write_fits_table};
 #[cfg(feature = "parquet")]
 pub use parquet::write_parquet;
 pub use provenance::{Provenance, provenance};

@@ -37,14 +37,19 @@ pub fn write_votable(out: &mut impl Write, table: &Table) -> io::Result<()> {
             escaped(&value)
         )?;
     }
-    for column in &table.columns {
+    for (i, column) in table.columns.iter().enumerate() {
         let (datatype, array) = match column.datatype {
             Datatype::Text => ("unicodeChar", " arraysize=\"*\""),
             Datatype::Int64 => ("long", ""),
             Datatype::Int32 => ("int", ""),
             Datatype::Float64 => ("double", ""),
         };
-        write!(out, "<FIELD ID=\"{0}\" name=\"{0}\" datatype=\"{datatype}\"{array}", column.name)?;
+        // an ID is a name of XML, which those of foreign columns need not be
+        let is_id = column.name.starts_with(|c: char| c.is_ascii_alphabetic())
+            && column.name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        let id = if is_id { column.name.to_owned() } else { format!("column_{}", i + 1) };
+        let name = escaped(column.name);
+        write!(out, "<FIELD ID=\"{id}\" name=\"{name}\" datatype=\"{datatype}\"{array}")?;
         let ucd = ucd_in(column, &table.meta);
         for (attribute, value) in [("unit", vo_unit(column.unit)), ("ucd", ucd.as_str())] {
             if !value.is_empty() {

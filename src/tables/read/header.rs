@@ -7,6 +7,7 @@ use csv::StringRecord;
 use super::Column;
 use super::split::{Between, split};
 use crate::base::error::Result;
+use crate::tables::schema::Datatype;
 
 /// The `#` lines above a table.
 pub struct Remarks<'a>(pub &'a [String]);
@@ -91,12 +92,31 @@ pub fn ecsv(remarks: &[String]) -> (Vec<Column>, Between) {
                 columns.push(Column::named(&clean(name)));
             } else if let (Some(unit), Some(column)) = (part.strip_prefix("unit:"), columns.last_mut()) {
                 column.unit = clean(unit);
+            } else if let (Some(datatype), Some(column)) = (part.strip_prefix("datatype:"), columns.last_mut()) {
+                column.datatype = Datatype::of_ecsv(&clean(datatype));
             } else if let (Some(at), Some(column)) = (part.find("ucd:"), columns.last_mut()) {
                 column.ucd = clean(part[at + 4..].trim_end_matches(['}', ']']));
             }
         }
     }
+    time_scales(remarks, &mut columns);
     (columns, between)
+}
+
+/// The scales of the columns that astropy wrote as a Time: `time:`, and below it `__class__: astropy.time...`, `scale: tai`.
+fn time_scales(remarks: &[String], columns: &mut [Column]) {
+    let serialized = remarks.iter().skip_while(|line| !line.contains("__serialized_columns__:")).skip(1);
+    let (mut name, mut is_time) = ("", false);
+    for line in serialized.map(|line| line.trim_start_matches(['#', ' '])) {
+        match line.split_once(':') {
+            Some((key, rest)) if rest.trim().is_empty() => (name, is_time) = (key.trim_matches(['\'', '"']), false),
+            Some(("__class__", class)) => is_time = class.trim() == "astropy.time.core.Time",
+            Some(("scale", scale)) if is_time => {
+                columns.iter_mut().filter(|c| c.name == name).for_each(|c| c.time_scale = scale.trim().to_owned());
+            }
+            _ => {}
+        }
+    }
 }
 
 /// The columns of a Starlink small text list: `C NAME CHAR*7 1 EXFMT=A7` gives name, type and place; `None` without any.

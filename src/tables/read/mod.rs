@@ -1,10 +1,11 @@
 //! A table of text cells, read row by row whatever its dress: CSV, TSV, bars, blanks, VizieR's text, ECSV, the lists of
-//! SExtractor and Starlink, VOTable.
+//! SExtractor and Starlink, VOTable, the binary tables of FITS.
 //!
 //! Cells are texts; what they mean, and in which unit, is the caller's. One row is in memory at a time (but a VOTable with
-//! binary rows as a whole). Not supported: FITS tables, compressed files, cells of several lines.
+//! binary rows as a whole). Not supported: compressed files but FITS, cells of several lines, arrays of variable length.
 
 mod binary;
+mod fits;
 mod header;
 mod split;
 mod text;
@@ -13,6 +14,8 @@ mod votable;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
+use super::schema::Datatype;
+use super::unit::is_unit;
 use crate::base::error::{Error, Result};
 
 /// One column, as far as the header describes it.
@@ -28,18 +31,33 @@ pub struct Column {
     pub system: String,
     /// The text that stands for a missing value, besides the usual ones.
     pub null: Option<String>,
+    /// What the header says the cells hold; `None` where it does not say.
+    pub datatype: Option<Datatype>,
+    /// The time scale of a column of times (`utc`, `tai`, `tt`); empty if none is given.
+    pub time_scale: String,
 }
 
 impl Column {
     fn named(name: &str) -> Column {
-        Column { name: name.trim().to_owned(), ..Column::default() }
+        let unit = bare_name(name).1.to_owned();
+        Column { name: name.trim().to_owned(), unit, ..Column::default() }
     }
+}
+
+/// A name of a column without the unit in brackets behind it, and that unit: `Range (km)`, `alt [deg]`.
+fn bare_name(name: &str) -> (&str, &str) {
+    let name = name.trim();
+    let inner = |open: char, close: char| {
+        let (bare, unit) = name.strip_suffix(close)?.rsplit_once(open)?;
+        (!bare.trim().is_empty() && is_unit(unit.trim())).then(|| (bare.trim(), unit.trim()))
+    };
+    inner('[', ']').or_else(|| inner('(', ')')).unwrap_or((name, ""))
 }
 
 /// One row: its place in the file and its cells.
 #[derive(Debug, Clone, Default)]
 pub struct Row {
-    /// Line of the file, from 1; of a VOTable the row, from 1.
+    /// Line of the file, from 1; of a VOTable or a FITS table the row, from 1.
     pub line: usize,
     cells: csv::StringRecord,
     /// Why the line could not be split into cells.
@@ -51,6 +69,12 @@ impl Row {
     #[must_use]
     pub fn get(&self, i: usize) -> &str {
         self.cells.get(i).unwrap_or_default()
+    }
+
+    /// All cells, as many as the line has.
+    #[must_use]
+    pub fn cells(&self) -> &csv::StringRecord {
+        &self.cells
     }
 
     /// The cell of column `i` as a number; `None` for a blank, a dash, NaN, infinity or a word.
@@ -90,6 +114,7 @@ pub struct Table {
 
 #[derive(Debug)]
 enum Rows {
+    Fits(Box<fits::FitsRows>),
     Text(Box<text::TextRows>),
     Xml(Box<votable::XmlRows>),
 }
@@ -98,15 +123,31 @@ enum Rows {
 const SNIFF_BYTES: u64 = 64 << 10;
 
 impl Table {
-    /// Opens a table and reads its header.
+    /// Opens a table and reads its header. `FILE[NAME]` and `FILE[N]` are a table of a FITS file, by EXTNAME or by the number
+    /// of its HDU from 0; without it the file must hold one binary table alone.
     ///
     /// # Errors
-    /// [`Error::Io`]; [`Error::Table`] naming what the file is instead of a table, and what to do about it.
+    /// [`Error::Io`]; [`Error::Table`] naming what the file is instead of a table, and what to do about it; [`Error::Fits`]
+    /// for a damaged FITS file.
     pub fn open(path: &Path) -> Result<Table> {
+        Self::open_where(path, &|_| true)
+    }
+
+    /// As [`Table::open`]; of several tables in a FITS file the one that is `wanted`.
+    ///
+    /// # Errors
+    /// As [`Table::open`]; [`Error::Table`] with the names of the tables where several are wanted, or none of several.
+    pub fn open_where(path: &Path, wanted: &dyn Fn(&Table) -> bool) -> Result<Table> {
+        if let Some((file, extension)) = fits::extension_of(path) {
+            return fits::open(path, &file, Some(&extension), wanted);
+        }
         let mut file = std::fs::File::open(path).map_err(|e| Error::io(path, e))?;
         let mut head = Vec::new();
         file.by_ref().take(SNIFF_BYTES).read_to_end(&mut head).map_err(|e| Error::io(path, e))?;
         file.seek(SeekFrom::Start(0)).map_err(|e| Error::io(path, e))?;
+        if fits::is_fits(path, &head) {
+            return fits::open(path, path, None, wanted);
+        }
         if let Some(problem) = no_table(&head) {
             return Err(bad(path, None, problem));
         }
@@ -128,6 +169,7 @@ impl Table {
         row.cells.clear();
         row.problem = None;
         let more = match &mut self.rows {
+            Rows::Fits(rows) => rows.read(row)?,
             Rows::Text(rows) => rows.read(&self.path, row)?,
             Rows::Xml(rows) => rows.read(&self.path, row)?,
         };
@@ -157,20 +199,24 @@ impl Table {
         Err(format!("{n} cells, but {want} column names"))
     }
 
-    /// `line 12`, or `row 12` of a VOTable.
+    /// `line 12`, or `row 12` of a VOTable or a FITS table.
     #[must_use]
     pub fn place(&self, row: &Row) -> String {
-        let word = if matches!(self.rows, Rows::Xml(_)) { "row" } else { "line" };
+        let word = if matches!(self.rows, Rows::Text(_)) { "line" } else { "row" };
         format!("{word} {}", row.line)
     }
 
-    /// The column of this name: as written, else without regard to case where that is one column alone. A name of one
-    /// letter is only taken as written (V is a magnitude, v may be another).
+    /// The column of this name: as written, else without regard to case, to a unit in brackets behind it and to blanks for `_`
+    /// where that is one column alone. A name of one letter is only taken as written (V is a magnitude, v may be another).
     #[must_use]
     pub fn column(&self, name: &str) -> Option<usize> {
         let exact = self.columns.iter().position(|c| c.name == name);
         exact.or_else(|| {
-            let alike = |c: &Column| name.chars().count() > 1 && c.name.eq_ignore_ascii_case(name);
+            let plain = |b: u8| if b == b' ' { b'_' } else { b.to_ascii_lowercase() };
+            let alike = |c: &Column| {
+                let bare = bare_name(&c.name).0;
+                name.chars().count() > 1 && bare.bytes().map(plain).eq(name.bytes().map(plain))
+            };
             let mut found = (0..self.columns.len()).filter(|i| alike(&self.columns[*i]));
             found.next().filter(|_| found.next().is_none())
         })
@@ -190,9 +236,8 @@ fn bad(path: &Path, line: Option<usize>, problem: impl Into<String>) -> Error {
 
 /// What a file is whose first bytes are not those of a table in text.
 fn no_table(head: &[u8]) -> Option<String> {
-    let remedy = "save it as CSV, TSV, ECSV or VOTable";
-    let known: [(&[u8], &str); 7] = [
-        (b"SIMPLE  =", "is a FITS file"),
+    let remedy = "save it as CSV, TSV, ECSV, VOTable or FITS";
+    let known: [(&[u8], &str); 6] = [
         (b"\x1f\x8b", "is compressed (gzip): unpack it first"),
         (b"BZh", "is compressed (bzip2): unpack it first"),
         (b"PK\x03\x04", "is a zip archive or a spreadsheet"),

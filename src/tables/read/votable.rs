@@ -15,6 +15,7 @@ use quick_xml::reader::Reader;
 use super::binary::{Binary, Kind};
 use super::{Column, Row, Rows, Table, bad, most_columns};
 use crate::base::error::{Error, Result};
+use crate::tables::schema::Datatype;
 
 /// The rows of a VOTable.
 #[derive(Debug)]
@@ -147,6 +148,7 @@ pub fn open(path: &Path, reader: BufReader<File>) -> Result<Table> {
                     unit: get("unit").to_owned(),
                     ucd: get("ucd").to_owned(),
                     system: system.map(|s| s.trim().to_owned()).unwrap_or_default(),
+                    datatype: Datatype::of_ecsv(get("datatype")),
                     ..Column::named(given)
                 });
                 kinds.push(Kind::of(get("datatype"), get("arraysize")));

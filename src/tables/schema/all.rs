@@ -11,7 +11,7 @@ use super::listings::{
 };
 use super::night::{NIGHT, UNGROUPED};
 use super::paper::{CHECKED, LABELS, PUBLISHED};
-use super::photometry::{PHOTOMETRY, PREDICTION, RAW};
+use super::photometry::{COMPARED, PHOTOMETRY, PREDICTED, PREDICTION, RAW};
 use super::radiance::{RADIANCE, SNR};
 use super::residuals::RESIDUALS;
 use super::sky::{SKY, SKY_SEQUENCE};
@@ -27,6 +27,8 @@ pub const ALL: &[Definition] = &[
     UNGROUPED,
     STARS,
     PREDICTION,
+    PREDICTED,
+    COMPARED,
     SKY,
     SKY_SEQUENCE,
     DAY,

@@ -43,6 +43,20 @@ impl Datatype {
     }
 }
 
+impl Datatype {
+    /// What a column of a foreign table holds, by the name that ECSV and VOTable give its type; `None` for arrays and others.
+    #[must_use]
+    pub fn of_ecsv(name: &str) -> Option<Self> {
+        match name {
+            "string" | "char" | "unicodeChar" | "bool" | "boolean" => Some(Datatype::Text),
+            "int8" | "int16" | "int32" | "int64" | "uint8" | "uint16" | "uint32" | "unsignedByte" | "short" | "int"
+            | "long" => Some(Datatype::Int64),
+            "float16" | "float32" | "float64" | "float" | "double" => Some(Datatype::Float64),
+            _ => None,
+        }
+    }
+}
+
 /// A type of Rust that a cell can hold.
 pub(super) trait CellType {
     const DATATYPE: Datatype;
@@ -81,6 +95,18 @@ pub struct Column {
 }
 
 impl Column {
+    /// A column of a table of others, which is handed on.
+    pub(in crate::tables) fn foreign(name: &str, unit: &str, ucd: &str, datatype: Datatype, description: &str) -> Self {
+        let text = |text: &str| -> &'static str { if text.is_empty() { "" } else { text.to_owned().leak() } };
+        let [name, unit, ucd, description] = [name, unit, ucd, description].map(text);
+        Self { name, unit, ucd, datatype, description, added_later: false }
+    }
+
+    /// The same column with another name.
+    pub(in crate::tables) fn renamed(self, name: &str) -> Self {
+        Self { name: name.to_owned().leak(), ..self }
+    }
+
     /// The same column with another description.
     #[must_use]
     pub(super) const fn described(self, description: &'static str) -> Self {

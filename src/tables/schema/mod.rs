@@ -32,7 +32,7 @@ pub use listings::{
 };
 pub use night::{NIGHT, NightRow, UNGROUPED, UngroupedRow};
 pub use paper::{CHECKED, CheckedRow, LABELS, LabelRow, PUBLISHED, PublishedRow};
-pub use photometry::{PARTIAL, PHOTOMETRY, PREDICTION, PartialRow, PhotometryRow, RAW, RawRow};
+pub use photometry::{COMPARED, PARTIAL, PHOTOMETRY, PREDICTED, PREDICTION, PartialRow, PhotometryRow, RAW, RawRow};
 pub use radiance::{RADIANCE, RadianceRow, SNR, SnrRow};
 pub use residuals::{RESIDUALS, ResidualRow};
 pub use sky::{SKY, SKY_SEQUENCE, SkyRow};

@@ -262,6 +262,67 @@ pub const PREDICTION: Definition = Definition {
     ],
 };
 
+/// What `predict table` adds to a table: some columns of photometry.
+pub const PREDICTED: Definition = Definition {
+    file: "predicted.ecsv",
+    about: "Columns that `predict table` adds behind those of a table of observations; of a table of geometry those that it has.",
+    columns: &joined::<PREDICTED_COLUMNS>(PLACED, STATED),
+};
+/// What `compare` adds to a table that is not satphot's.
+pub const COMPARED: Definition = Definition {
+    file: "compared.ecsv",
+    about: "Columns that `compare` adds behind those of a table of observations.",
+    columns: &joined::<COMPARED_COLUMNS>(&joined::<WITH_MAGNITUDES>(PLACED, MAGNITUDES), STATED),
+};
+const PREDICTED_COLUMNS: usize = PLACED.len() + STATED.len();
+const WITH_MAGNITUDES: usize = PLACED.len() + MAGNITUDES.len();
+const COMPARED_COLUMNS: usize = WITH_MAGNITUDES + STATED.len();
+
+/// Where everything is, and the model.
+const PLACED: &[Column] = &[
+    of("mjd_mid_d").described("moment that the row is computed for, MJD (UTC)"),
+    of("norad_cat_id"),
+    of("object_name").described("name of the satellite in the elements"),
+    of("alt_deg"),
+    of("az_deg"),
+    of("range_km"),
+    of("rate_deg_s"),
+    of("airmass"),
+    of("phase_angle_deg"),
+    of("sun_alt_deg"),
+    of("moon_alt_deg"),
+    of("moon_phase_deg"),
+    of("moon_illum_pct"),
+    of("moon_sep_deg"),
+    of("illum"),
+    of("sky_class"),
+    of("paper_label"),
+    of("tle_age_d").described("moment of the row minus epoch of the elements"),
+    of("model_v_mag"),
+    of("sun_v_mag"),
+    of("earthshine_v_mag"),
+    of("moon_v_mag"),
+    of("lunar_earthshine_v_mag"),
+    of("model_err_mag"),
+    of("mu_mean_mag_arcsec2").described(
+        "mean V surface brightness of the model over the satellite's area, seen in projection (as_published: all of it)",
+    ),
+];
+/// What is compared.
+const MAGNITUDES: &[Column] = &[
+    of("v_mag").described("V magnitude of the row as it is compared: apparent, outside the atmosphere"),
+    of("v_mag_err").described("1-sigma error of v_mag that the table states"),
+    of("residual_mag"),
+    of("verdict").described("use, caution or reject: rejected rows are in no statistics"),
+];
+/// What became of the row.
+const STATED: &[Column] = &[
+    of("skipped"),
+    of("status").described("ok, nondetection (no magnitude), rejected (not of this model, place or time) or failed"),
+    of("reason").described("why the row has no numbers or is rejected, and what is doubtful about it"),
+    of("flags"),
+];
+
 const fn of(name: &str) -> Column {
     PHOTOMETRY.column(name)
 }

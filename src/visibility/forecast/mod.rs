@@ -23,7 +23,7 @@ use crate::brightness::columns::fill_geometry;
 use crate::brightness::columns::fill_model;
 use crate::brightness::scene::scene;
 use crate::config;
-use crate::orbit::{Pass, PassEvent, Tracker, passes};
+use crate::orbit::{Pass, PassEvent, Site, Tracker, passes};
 use crate::photometry::Flags;
 use crate::tables::{Meta, MetaValue, PhotometryRow};
 
@@ -104,7 +104,7 @@ pub fn predict(
     let rows = epochs
         .par_iter()
         .map(|epoch| {
-            let row = predicted(tracker, model, epoch);
+            let row = predicted(tracker, tracker.site(), model, epoch);
             progress.tick();
             row
         })
@@ -113,9 +113,13 @@ pub fn predict(
     rows
 }
 
-fn predicted(tracker: &Tracker, model: &Model, epoch: &Epoch) -> Result<PhotometryRow> {
+/// One moment of a satellite seen from a site: a row of a prediction.
+///
+/// # Errors
+/// As [`predict`].
+pub(super) fn predicted(tracker: &Tracker, site: &Site, model: &Model, epoch: &Epoch) -> Result<PhotometryRow> {
     let elements = tracker.elements_at(epoch)?;
-    let geometry = tracker.at(epoch)?;
+    let geometry = tracker.at_from(site, epoch)?;
     let mut row = PhotometryRow {
         norad_cat_id: i64::try_from(elements.norad_cat_id()).ok(),
         object_id: elements.object_id().to_string(),

@@ -9,7 +9,9 @@ use crate::base::error::{Error, Result};
 use crate::base::time::{mjd_utc, parse_utc};
 use crate::orbit::airmass::{Atmosphere, airmass};
 use crate::tables::StarRow;
-use crate::tables::read::{Row, Table};
+use crate::tables::guess::factor_of;
+use crate::tables::read::{Column, Row, Table};
+use crate::tables::unit::Measure;
 
 use super::names::{Cell, Finder};
 
@@ -53,6 +55,8 @@ pub struct Columns {
     place: Option<(Cell, Cell)>,
     id: Option<usize>,
     include: Option<usize>,
+    /// What the numbers of each column of the table are multiplied by, which their units make.
+    factors: Vec<f64>,
     /// The filter of each row.
     pub filter: Option<usize>,
     /// The name of the colour.
@@ -143,14 +147,48 @@ impl Columns {
             place: find.find("ra_deg")?.zip(find.find("dec_deg")?),
             id: column("id")?,
             include: column("include")?,
+            factors: vec![1.0; table.columns.len()],
             filter: column("filter")?,
             colour_name: colour.map_or_else(|| "B-V".to_owned(), |c| c.1),
             taken: Vec::new(),
             unit: String::new(),
             notes: Vec::new(),
         };
+        columns.convert(table)?;
         columns.describe(find);
         Ok(columns)
+    }
+
+    /// Finds what makes satphot's units of those of the table.
+    fn convert(&mut self, table: &Table) -> Result<()> {
+        let inst = match self.inst {
+            Inst::Mag(cell) => Some(cell),
+            Inst::Flux { .. } => None,
+        };
+        let used = [
+            ("inst_mag", inst),
+            ("inst_mag_err", self.inst_err.filter(|_| !self.err_of_flux)),
+            ("v_mag", Some(self.v)),
+            ("v_mag_err", self.v_err),
+            ("b_v_mag", self.colour),
+            ("b_v_err_mag", self.colour_err),
+            ("alt_deg", self.altitude),
+            ("exptime_s", self.exptime),
+        ];
+        for (key, cell) in used.into_iter().filter_map(|(key, cell)| Some((key, cell?))) {
+            for i in cell.columns() {
+                self.factors[i] = factor_of(table, key, i)?;
+                if self.factors[i] != 1.0 {
+                    let Column { name, unit, .. } = &table.columns[i];
+                    self.notes.push(format!("column `{name}` is in {unit} and converted to {key}"));
+                }
+            }
+        }
+        // hours, and degrees in parts, are no numbers here: the place only tells stars apart
+        for i in self.place.iter().flat_map(|p| [p.0, p.1]).flat_map(Cell::columns) {
+            self.factors[i] = Measure::AngleDeg.factor(&table.columns[i].unit).unwrap_or(1.0);
+        }
+        Ok(())
     }
 
     /// The errors of the instrumental magnitudes, and whether they are those of a flux.
@@ -262,13 +300,7 @@ impl Columns {
         };
         let others = [self.inst_err, self.snr, self.v_err, self.colour, self.colour_err, self.airmass, self.altitude];
         let cells = [Some(inst), Some(self.v), self.exptime, self.e_per_adu].into_iter().chain(others).flatten();
-        cells
-            .flat_map(|cell| match cell {
-                Cell::One(i) => vec![i],
-                Cell::Difference(i, j) | Cell::Quadrature(i, j) => vec![i, j],
-                Cell::Constant(_) => Vec::new(),
-            })
-            .collect()
+        cells.flat_map(Cell::columns).collect()
     }
 
     /// Whether there is a colour.
@@ -286,9 +318,9 @@ impl Columns {
         table: &Table,
         atmosphere: &Atmosphere,
     ) -> (StarRow, std::result::Result<(), &'static str>) {
-        let value = |cell: Option<Cell>| cell.and_then(|c| c.number(row));
+        let value = |cell: Option<Cell>| cell.and_then(|c| c.number(row, &self.factors));
         let error = |cell: Option<Cell>| value(cell).filter(|e| *e > 0.0 && *e < 9.99);
-        let mag = |cell: Cell| cell.number(row).filter(|m| m.abs() < 90.0);
+        let mag = |cell: Cell| cell.number(row, &self.factors).filter(|m| m.abs() < 90.0);
         let id = self.id.map(|i| row.get(i)).filter(|t| !t.is_empty());
         let mut star = StarRow {
             n_members: Some(1),
@@ -320,7 +352,7 @@ impl Columns {
                 }
             }
             Inst::Flux { cell, electrons, per_second } => {
-                let flux = cell.number(row);
+                let flux = cell.number(row, &self.factors);
                 let e_per_adu = if electrons || self.e_per_adu.is_none() { Some(1.0) } else { star.e_per_adu };
                 let time_s = if per_second || self.exptime.is_none() { Some(1.0) } else { star.exptime_s };
                 match (flux.filter(|f| *f > 0.0), e_per_adu, time_s) {

@@ -32,7 +32,7 @@ const NIGHT_GAP_D: f64 = 0.3;
 /// A table of matched stars and how to read it.
 #[derive(Debug, Clone)]
 pub struct Request<'a> {
-    /// The table: CSV, TSV, ECSV, VOTable or what else [`Table`] reads.
+    /// The table: CSV, TSV, ECSV, VOTable, FITS (`FILE[EXTENSION]` where it has several tables) or what else [`Table`] reads.
     pub table: &'a Path,
     /// Names of columns, or numbers for all rows, by key: `inst_mag`, `flux`, `v_mag`, `b_v_mag`, `airmass`, ...
     pub columns: BTreeMap<String, String>,
@@ -77,7 +77,7 @@ pub fn without_config(sets: &[String]) -> Result<Config> {
 
 /// Fits the zeropoint of a table of matched stars: `V = V_inst − ZP − k X − C (B−V)`.
 ///
-/// The table is CSV, TSV, ECSV, VOTable or columns of text. Columns are known by the names that SExtractor, photutils,
+/// The table is CSV, TSV, ECSV, VOTable, FITS or columns of text. Columns are known by the names that SExtractor, photutils,
 /// STDPipe and VizieR give them; `columns` names others by key (`inst_mag`, `v_mag`, `b_v_mag`, `airmass`, ...) or gives
 /// one number for all rows. Magnitudes in mag, of electrons per second where exposure and e⁻/ADU are known. The estimator is
 /// robust against outliers; a term that the stars do not determine is held, and the zeropoint says so.
@@ -117,7 +117,11 @@ pub fn fit_zeropoint(table: &Path, columns: &[(&str, &str)]) -> Result<Zeropoint
 /// reported in [`Matched::zeropoint`].
 pub fn fit_matched(config: &Config, request: &Request) -> Result<Matched> {
     names::check_keys(&request.columns)?;
-    let mut table = Table::open(request.table)?;
+    let is_matched = |table: &Table| {
+        let find = Finder { table, columns: &request.columns, band: request.band };
+        Columns::find(&find, request.inst_constant_mag).is_ok()
+    };
+    let mut table = Table::open_where(request.table, &is_matched)?;
     let find = Finder { table: &table, columns: &request.columns, band: request.band };
     let columns = Columns::find(&find, request.inst_constant_mag)?;
     check_band(&columns, &table, request)?;

@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 
 use crate::base::error::{Error, Result};
-use crate::tables::guess::{ColumnGuesser, Quantity, keys, unknown_key};
-use crate::tables::read::{Row, Table, number};
+use crate::tables::guess::{ColumnGuesser, Given, Quantity, given, keys, unknown_key};
+use crate::tables::read::{Row, Table};
 
 /// What is looked for, by the keys of `--column`.
 const KNOWN: [Quantity; 22] = [
@@ -75,13 +75,23 @@ pub enum Cell {
 }
 
 impl Cell {
-    /// The number in a row.
-    pub fn number(self, row: &Row) -> Option<f64> {
+    /// The number in a row, each column times its factor, which its unit makes.
+    pub fn number(self, row: &Row, factors: &[f64]) -> Option<f64> {
+        let number = |i: usize| Some(row.number(i)? * factors.get(i).copied().unwrap_or(1.0));
         match self {
-            Cell::One(i) => row.number(i),
-            Cell::Difference(i, j) => Some(row.number(i)? - row.number(j)?),
-            Cell::Quadrature(i, j) => Some(row.number(i)?.hypot(row.number(j)?)),
+            Cell::One(i) => number(i),
+            Cell::Difference(i, j) => Some(number(i)? - number(j)?),
+            Cell::Quadrature(i, j) => Some(number(i)?.hypot(number(j)?)),
             Cell::Constant(v) => Some(v),
+        }
+    }
+
+    /// The columns it is from.
+    pub fn columns(self) -> Vec<usize> {
+        match self {
+            Cell::One(i) => vec![i],
+            Cell::Difference(i, j) | Cell::Quadrature(i, j) => vec![i, j],
+            Cell::Constant(_) => Vec::new(),
         }
     }
 
@@ -123,18 +133,16 @@ impl Finder<'_> {
     /// # Errors
     /// [`Error::Argument`] if it is none of these, with the columns present.
     pub fn own(&self, key: &str) -> Result<Option<Cell>> {
-        let Some(name) = self.columns.get(key) else { return Ok(None) };
         let difference = || {
-            let (a, b) = name.split_once('-')?;
+            let (a, b) = self.columns.get(key)?.split_once('-')?;
             Some(Cell::Difference(self.table.column(a.trim())?, self.table.column(b.trim())?))
         };
-        let found = self.table.column(name).map(Cell::One);
-        found.or_else(|| number(name).map(Cell::Constant)).or_else(difference).map(Some).ok_or_else(|| {
-            Error::Argument {
-                name: format!("column {key}={name}"),
-                problem: format!("no such column in {}; present: {}", self.table.path.display(), self.table.names()),
-            }
-        })
+        match given(self.table, self.columns, key) {
+            Ok(Some(Given::Column(i))) => Ok(Some(Cell::One(i))),
+            Ok(Some(Given::Constant(v))) => Ok(Some(Cell::Constant(v))),
+            Ok(None) => Ok(None),
+            Err(error) => difference().map(Some).ok_or(error),
+        }
     }
 
     fn guess(&self) -> ColumnGuesser<'_> {
