@@ -3,7 +3,7 @@
 #
 # Needs cargo and python3 (3.10 or later) with venv; pip fetches the pinned packages below. SATPHOT_BIN names a program to
 # compare with; without it the one of this folder is built. SATPHOT_PYTHON names the Python, SATPHOT_PEERS=no skips the
-# packages that results and stubs are compared with (astropy, photutils, sep, skyfield, mypy); their tests are then skipped.
+# packages that results and stubs are compared with (astropy, matplotlib, photutils, sep, skyfield, mypy); their tests are then skipped.
 set -eu
 cd "$(dirname "$0")/.."
 python="${SATPHOT_PYTHON:-python3}"
@@ -25,7 +25,7 @@ test "$bytes" -lt 15000000
 # the five lines of the README, with nothing installed but numpy
 "$work/use/bin/python" scripts/run_python_readme.py python/README.md
 if [ "${SATPHOT_PEERS:-yes}" = yes ]; then
-    "$work/use/bin/pip" install --quiet --disable-pip-version-check --only-binary :all: astropy photutils sep skyfield "mypy==2.*"
+    "$work/use/bin/pip" install --quiet --disable-pip-version-check --only-binary :all: astropy matplotlib photutils sep skyfield "mypy==2.*"
     (cd python && "$work/use/bin/python" -m mypy.stubtest --mypy-config-file pyproject.toml satphot)
 fi
 if [ -z "${SATPHOT_BIN:-}" ]; then

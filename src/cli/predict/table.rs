@@ -58,10 +58,10 @@ pub struct Table {
     /// Table to write: .ecsv, .csv, .fits, .vot or .parquet (repeatable)
     #[arg(short, long, value_name = "FILE")]
     out: Vec<PathBuf>,
-    /// Threads; 0 = all cores. The answer does not depend on it
+    /// Number of threads; 0 = all cores. The result does not depend on it
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads)]
     jobs: usize,
-    /// No progress bar, no notes
+    /// Print no progress bar and no notes
     #[arg(short, long)]
     quiet: bool,
 }
