@@ -21,8 +21,8 @@ use satphot::visibility::observation_table::{
 };
 
 use super::orbit_args::{MAX_AGE_D, SiteArg, bad, elements_there};
-use super::predict::ModelArgs;
-use super::predict::table::{columns_text, finish};
+use super::predict::table::{columns_text, finish, not_over};
+use super::predict::{ModelArgs, band_note};
 use super::zeropoint::column;
 use super::{Common, print, signals, tell};
 
@@ -84,7 +84,7 @@ pub struct Compare {
 impl Compare {
     pub fn execute(self) -> anyhow::Result<()> {
         let has_config = self.common.config.exists() || self.common.config != Path::new("pipeline.toml");
-        let named = self.elements.is_some() && self.model.missing().is_none();
+        let named = self.model.missing().is_none();
         let config = if has_config || !named { Some(self.common.load()?) } else { None };
         if is_photometry(&self.photometry) {
             return self.of_a_night(config);
@@ -143,10 +143,7 @@ impl Compare {
         if self.reduced_to_km.is_some_and(|km| !(1.0..=1e6).contains(&km)) {
             return Err(bad("--reduced-to-km", "is outside 1 to 1000000 km".into()));
         }
-        let same = |a: &Path, b: &Path| a.canonicalize().ok().is_some_and(|a| b.canonicalize().ok() == Some(a));
-        if same(&self.out, &self.photometry) {
-            return Err(bad("--out", format!("{} is the table itself; name another file", self.out.display())));
-        }
+        not_over(&self.photometry, &self.out)?;
         let model = self.model.over(config, &self.common.sets)?;
         let (band, note) = band_of_observations(&model)?;
         let satellite = Satellite::from_config(&model)?;
@@ -169,6 +166,7 @@ impl Compare {
         let progress = self.common.progress();
         let mut made = with_threads(self.common.jobs, || observation_table(&request, &progress))??;
         made.notes.extend(note);
+        made.notes.extend(band_note(&model).map(|band| format!("magnitudes are of {band}, also where a name says V")));
         let statistics = made.residuals();
         let mut meta = prediction_meta("satphot.compared/1", &model, None);
         meta.push("table", self.photometry.display().to_string());

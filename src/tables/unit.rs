@@ -117,11 +117,12 @@ pub fn is_unit(text: &str) -> bool {
     UNITS.iter().any(|(known, ..)| *known == text || known.eq_ignore_ascii_case(text) && text.len() > 1)
 }
 
-/// The unit that ends the name of a column (`sun_alt_rad`, `height_m`); nothing if none does.
+/// The unit that ends the name of a column (`sun_alt_rad`, `height_m`); nothing if none does. Magnitudes end a name whatever
+/// their unit.
 #[must_use]
 pub fn unit_in_name(name: &str) -> &'static str {
     let last = name.rsplit('_').next().unwrap_or_default();
-    let ends = ["deg", "rad", "arcsec", "arcmin", "km", "m", "s", "ms", "mag", "mmag"];
+    let ends = ["deg", "rad", "arcsec", "arcmin", "km", "m", "s", "ms"];
     ends.into_iter().find(|unit| *unit == last && name.len() > last.len()).unwrap_or_default()
 }
 

@@ -146,6 +146,7 @@ fn times_are_read_as_utc_mjd_jd_with_zone_and_in_other_scales_alike() {
         // whatever the column is called, the value says which it is
         "mjd\n2460835.939722222\n",
         "JD\n2460835.939722222\n",
+        "n,Time (UTC)\n1,2025-06-09T10:33:12\n",
         "Date Time Mag\n2025-06-09 10:33:12 5.0\n",
         "Date Time Mag\n2025/06/09 10:33:12 5.0\n",
         // half of the exposure is added to its start
@@ -509,4 +510,22 @@ fn rows_of_another_place_or_time_are_rejected_and_the_table_is_never_written_ove
     output.expect(3, &["6 of 6 rows", "is not a number"]);
     let (output, _) = compare("time,norad_cat_id\n2025-06-09T10:33:12,25544\n", &[]);
     output.expect(4, &["no column of apparent magnitudes", "--column v_mag=NAME"]);
+}
+
+#[test]
+fn geometries_are_compared_without_elements_and_without_a_configuration() {
+    let folder = tempfile::tempdir().unwrap();
+    let starlink = ["--satellite", "starlink-v1.5"];
+    let model = rows(&predict(GEOMETRY, &starlink).expect(0, &[]).out);
+    let head = GEOMETRY.lines().next().unwrap();
+    let mut text = format!("{head},ab_mag\n");
+    for (line, row) in GEOMETRY.lines().skip(1).zip(&model) {
+        text += &format!("{line},{}\n", number(row, "model_v_mag") - 0.5);
+    }
+    let told = run_in(folder.path(), &["compare"], &text, &[&starlink[..], &["-o", "r.vot"]].concat())
+        .expect(0, &["wrote r.vot"]);
+    assert!(told.out.contains("3 of 3 rows") && told.out.contains("median -0.500"), "{}", told.out);
+    assert!(rows_of(&folder.path().join("r.vot")).iter().all(|r| (number(r, "residual_mag") + 0.5).abs() < 1e-12));
+    run_in(folder.path(), &["compare"], "time,mag\n2025-06-09T10:33:12,5\n", &starlink)
+        .expect(4, &["--elements", "--site"]);
 }

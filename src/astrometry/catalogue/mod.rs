@@ -58,7 +58,7 @@ impl Catalogue {
             Error::Table { line, problem, .. } => {
                 fail(line.map_or(problem.clone(), |line| format!("line {line}: {problem}")))
             }
-            Error::Fits { problem, .. } => fail(problem),
+            Error::Fits { problem, .. } => fail(format!("is a FITS file that cannot be read: {problem}")),
             other => other,
         };
         let is_catalogue = |table: &Table| Layout::find(table, columns, band.reference()).is_ok();

@@ -208,7 +208,7 @@ fn tolerance(text: &str) -> Result<f64, String> {
 }
 
 /// What must be said when the magnitudes are not V: columns and labels keep their names.
-fn band_note(model: &config::Model) -> Option<String> {
+pub(super) fn band_note(model: &config::Model) -> Option<String> {
     let named = config::Model::BANDS.contains(&model.band.as_str()) && model.throughput.is_none();
     match (model.band.as_str(), named) {
         ("V", true) => None,

@@ -1,6 +1,6 @@
 //! `satphot predict table`: a table of observations or geometries in, the same table with the model's columns out.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use satphot::Error;
@@ -13,7 +13,7 @@ use satphot::tables::words::Status;
 use satphot::visibility::forecast::prediction_meta;
 use satphot::visibility::observation_table::{ObservationTable, Request, observation_table};
 
-use super::super::orbit_args::OrbitArgs;
+use super::super::orbit_args::{OrbitArgs, bad};
 use super::super::zeropoint::column;
 use super::super::{bar::Bars, print, signals, tell, threads};
 use super::{ModelArgs, band_note};
@@ -69,6 +69,7 @@ pub struct Table {
 impl Table {
     pub fn execute(self) -> anyhow::Result<()> {
         self.out.iter().try_for_each(|out| check_ending(out))?;
+        self.out.iter().try_for_each(|out| not_over(&self.table, out))?;
         let config = self.orbit.configuration(self.model.missing().into_iter().collect())?;
         let model = self.model.over(config.as_ref(), &self.orbit.sets)?;
         let satellite = Satellite::from_config(&model)?;
@@ -111,8 +112,18 @@ impl Table {
     }
 }
 
+/// Refuses to write over the table that is read.
+pub fn not_over(table: &Path, out: &Path) -> anyhow::Result<()> {
+    match (table.canonicalize(), out.canonicalize()) {
+        (Ok(a), Ok(b)) if a == b => {
+            Err(bad("--out", format!("{} is the table itself; name another file", out.display())))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// What was read, in two lines.
-pub fn columns_text(path: &std::path::Path, made: &ObservationTable) -> String {
+pub fn columns_text(path: &Path, made: &ObservationTable) -> String {
     let taken: Vec<String> = made.taken.iter().map(|(key, name)| format!("{key}: {name}")).collect();
     let failed = made.count(Status::Failed);
     format!(

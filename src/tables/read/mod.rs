@@ -49,7 +49,8 @@ fn bare_name(name: &str) -> (&str, &str) {
     let name = name.trim();
     let inner = |open: char, close: char| {
         let (bare, unit) = name.strip_suffix(close)?.rsplit_once(open)?;
-        (!bare.trim().is_empty() && is_unit(unit.trim())).then(|| (bare.trim(), unit.trim()))
+        let known = is_unit(unit.trim()) || unit.trim().eq_ignore_ascii_case("utc");
+        (!bare.trim().is_empty() && known).then(|| (bare.trim(), unit.trim()))
     };
     inner('[', ']').or_else(|| inner('(', ')')).unwrap_or((name, ""))
 }

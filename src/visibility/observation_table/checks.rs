@@ -3,10 +3,12 @@
 //!
 //! Degrees, km, magnitudes. What one row shows is a reason of that row; what only all of them show is a note.
 
-use super::columns::{Columns, Number};
+use super::columns::Columns;
+use super::job::Job;
+use super::number::Number;
+use super::request::{Places, wrong};
 use super::satellites::Which;
 use super::time::TimeColumn;
-use super::{Job, Places, wrong};
 use crate::base::error::Result;
 use crate::base::stats::mad_sigma;
 use crate::orbit::{Site, Tracker};

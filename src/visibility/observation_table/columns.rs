@@ -5,10 +5,11 @@
 
 use std::collections::BTreeMap;
 
+use super::number::Number;
 use super::time::TimeColumn;
 use crate::base::error::{Error, Result};
 use crate::tables::guess::{ColumnGuesser, Given, Quantity, factor_of, given, keys, unknown_key};
-use crate::tables::read::{Row, Table};
+use crate::tables::read::Table;
 use crate::tables::unit::unit_in_name;
 
 /// What is looked for, by the keys of argument `column`; satphot's own name is the first.
@@ -107,44 +108,6 @@ const REDUCED: [&str; 12] = [
 /// Keys for which the first of several names is taken: a table holds its time and its satellite in several forms.
 const FIRST_COUNTS: [&str; 4] = ["time", "start_time", "object_name", "norad_cat_id"];
 
-/// Where a number is from, and what it is multiplied by.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Number {
-    from: Given,
-    factor: f64,
-    /// Whether the table or the user states the unit.
-    pub unit_is_stated: bool,
-}
-
-impl Number {
-    /// In a row; `None` where the cell is no number.
-    #[must_use]
-    pub fn of(&self, row: &Row) -> Option<f64> {
-        match self.from {
-            Given::Column(i) => row.number(i).map(|v| v * self.factor),
-            Given::Constant(v) => Some(v),
-        }
-    }
-
-    /// In a row, needed.
-    ///
-    /// # Errors
-    /// The column and its cell, in words.
-    pub fn needed(&self, row: &Row, table: &Table) -> std::result::Result<f64, String> {
-        self.of(row).ok_or_else(|| {
-            let Given::Column(i) = self.from else { return String::new() };
-            let (name, cell) = (&table.columns[i].name, row.get(i));
-            if cell.is_empty() { format!("{name} is empty") } else { format!("{name}: \"{cell}\" is not a number") }
-        })
-    }
-
-    /// Its column.
-    #[must_use]
-    pub fn column(&self) -> Option<usize> {
-        if let Given::Column(i) = self.from { Some(i) } else { None }
-    }
-}
-
 /// The columns of a table of observations, as far as they are there.
 #[derive(Debug, Default)]
 #[allow(missing_docs)] // the keys above
@@ -224,12 +187,6 @@ impl Columns {
             taken: Vec::new(),
         };
         Ok(Columns { taken: find.taken, ..found })
-    }
-}
-
-impl Number {
-    fn of_constant(value: f64) -> Self {
-        Self { from: Given::Constant(value), factor: 1.0, unit_is_stated: true }
     }
 }
 

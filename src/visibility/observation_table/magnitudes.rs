@@ -4,7 +4,7 @@
 //! and refused otherwise.
 
 use super::columns::Columns;
-use super::{Request, wrong};
+use super::request::{Request, wrong};
 use crate::bands::{Meaning, filter_meaning};
 use crate::base::error::Result;
 use crate::photometry::Flags;

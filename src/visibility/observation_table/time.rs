@@ -5,7 +5,7 @@
 
 use hifitime::{Epoch, TimeScale, Unit};
 
-use super::columns::Number;
+use super::number::Number;
 use crate::base::instant;
 use crate::base::time::shifted;
 use crate::tables::read::{Column, Row, number};
