@@ -95,12 +95,12 @@ except ImportError:
     print("matplotlib is not installed; nothing is drawn")
 else:
     numbers = np.unique(good["pass"])
-    figure, panels = plt.subplots(1, numbers.size, sharey=True, squeeze=False, figsize=(4 * numbers.size, 4))
+    figure, panels = plt.subplots(1, numbers.size, sharey=True, squeeze=False, figsize=(4 * numbers.size, 4), layout="constrained")
     for axes, number in zip(panels[0], numbers, strict=True):
         rows = good.where(good["pass"] == number)
         minutes = 1440 * (rows["mjd_mid_d"] - rows["mjd_mid_d"].min())
         axes.errorbar(minutes, rows["v_mag"], rows["v_mag_err"], fmt="o", label="observed")
-        axes.plot(minutes, rows["model_v_mag"], "k.", label="model")
+        axes.plot(minutes, rows["model_v_mag"], "k.-", zorder=3, label="model")
         axes.set(xlabel="minutes", title=f"pass {number:.0f}")
     panels[0][0].set_ylabel("V [mag]")
     panels[0][0].invert_yaxis()

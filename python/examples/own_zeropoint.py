@@ -88,7 +88,7 @@ try:
 except ImportError:
     print("matplotlib is not installed; nothing is drawn")
 else:
-    figure, (left, right) = plt.subplots(1, 2, sharey=True, figsize=(9, 4))
+    figure, (left, right) = plt.subplots(1, 2, sharey=True, figsize=(9, 4), layout="constrained")
     for axes, x, label in ((left, airmass, "airmass"), (right, b_v_mag, "B-V [mag]")):
         points = axes.scatter(x, stars["fit_residual_mag"], c=weight, s=12)
         axes.axhline(0.0, color="k", linewidth=0.5)

@@ -96,7 +96,7 @@ try:
 except ImportError:
     print("matplotlib is not installed; nothing is drawn")
 else:
-    figure, axes = plt.subplots()
+    figure, axes = plt.subplots(layout="constrained")
     for light in ("sun", "earthshine", "moon", "lunar_earthshine"):
         axes.plot(curve["time"], curve[f"{light}_v_mag"], label=light)
     axes.plot(curve["time"], curve["model_v_mag"], "k", label="all four")

@@ -522,9 +522,9 @@ fn geometries_are_compared_without_elements_and_without_a_configuration() {
     for (line, row) in GEOMETRY.lines().skip(1).zip(&model) {
         text += &format!("{line},{}\n", number(row, "model_v_mag") - 0.5);
     }
-    let told = run_in(folder.path(), &["compare"], &text, &[&starlink[..], &["-o", "r.vot"]].concat())
+    let output = run_in(folder.path(), &["compare"], &text, &[&starlink[..], &["-o", "r.vot"]].concat())
         .expect(0, &["wrote r.vot"]);
-    assert!(told.out.contains("3 of 3 rows") && told.out.contains("median -0.500"), "{}", told.out);
+    assert!(output.out.contains("3 of 3 rows") && output.out.contains("median -0.500"), "{}", output.out);
     assert!(rows_of(&folder.path().join("r.vot")).iter().all(|r| (number(r, "residual_mag") + 0.5).abs() < 1e-12));
     run_in(folder.path(), &["compare"], "time,mag\n2025-06-09T10:33:12,5\n", &starlink)
         .expect(4, &["--elements", "--site"]);
