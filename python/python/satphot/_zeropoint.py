@@ -165,7 +165,7 @@ def fit_zeropoint(
     Parameters
     ----------
     table : path, dict of arrays, structured array, or astropy Table
-        A file may be CSV, TSV, ECSV, VOTable or columns of text. Columns are known by the names that SExtractor,
+        A file may be CSV, TSV, ECSV, VOTable, a FITS table or columns of text. Columns are known by the names that SExtractor,
         photutils, STDPipe and VizieR give theirs.
     columns : dict, optional
         Names of columns by key, a number for all rows, or a difference of two columns (``"gmag-rmag"``): `inst_mag` or
