@@ -331,7 +331,7 @@ fn another_satellite_local_times_and_other_units_are_noticed_where_the_table_sho
             let g = tracker.at(&parse_utc("t", t).unwrap()).unwrap();
             format!("{t},{},{},{}", g.alt_rad.to_degrees() + alt_off, g.az_rad.to_degrees(), g.range_km * scale)
         };
-        format!("time,sat_alt_deg,sat_az_deg,range\n{}\n", TIMES.iter().map(|t| row(&t)).collect::<Vec<_>>().join("\n"))
+        format!("time,sat_alt_deg,sat_az_deg,range\n{}\n", TIMES.iter().map(row).collect::<Vec<_>>().join("\n"))
     };
     let right = predict_orbit(&stated(1.0, 1.0), &[]).expect(0, &[]);
     assert!(
