@@ -14,6 +14,7 @@ mod instrument;
 mod interrupts;
 mod left_out;
 mod mosaic;
+mod observer_folder;
 mod pieces;
 mod previous;
 mod reading;
