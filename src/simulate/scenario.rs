@@ -450,9 +450,6 @@ impl Scenario {
                 });
             }
         }
-        if !(self.cameras.is_empty() && self.filters.is_empty() && self.satellites.is_empty()) {
-            super::parts::parts(self)?;
-        }
         self.target.resolved.as_deref().map_or(Ok(()), |name| components(name).map(|_| ()))
     }
 }
