@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, HashMap};
 use super::stars::frame_check::FrameCheck;
 use super::survey::files::Survey;
 use super::survey::scale::MOST_FRAC;
-use super::vet::astray;
+use super::vet::pointing::astray;
 use crate::base::file::file_name;
 use crate::config::Config;
 use crate::frames::Exposure;

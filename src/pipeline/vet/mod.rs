@@ -7,11 +7,9 @@
 mod cadence;
 mod frame;
 mod neighbours;
-mod pointing;
+pub(crate) mod pointing;
 mod size;
 mod sky;
-
-pub(crate) use pointing::astray;
 
 use crate::config::{Config, Vetting};
 use crate::photometry::Flags;
