@@ -53,7 +53,7 @@ pub(super) fn layers(text: &str, sets: &[String]) -> Result<Table> {
 }
 
 /// What serde does not take, in our words, and whether it is a key that it does not know.
-pub(super) fn deserialize<T: serde::de::DeserializeOwned>(table: Table) -> std::result::Result<T, (Error, bool)> {
+pub(crate) fn deserialize<T: serde::de::DeserializeOwned>(table: Table) -> std::result::Result<T, (Error, bool)> {
     serde_path_to_error::deserialize(Value::Table(table)).map_err(|e| explain(&e))
 }
 
@@ -67,7 +67,7 @@ pub(super) fn preset_table(name: &Value) -> Result<Table> {
 }
 
 /// Puts `over` on top of `base`, table by table.
-pub(super) fn merge(base: &mut Table, over: Table) {
+pub(crate) fn merge(base: &mut Table, over: Table) {
     for (key, value) in over {
         match (base.get_mut(&key), value) {
             (Some(Value::Table(below)), Value::Table(above)) => merge(below, above),

@@ -30,7 +30,7 @@ pub use effects::{
 pub use fetch::Fetch;
 pub use layers::PRESETS;
 pub use layers::preset_text;
-pub(crate) use layers::read_layers;
+pub(crate) use layers::{deserialize, merge, read_layers};
 pub use load::ELEMENTS;
 pub use model::{Model, Orbit};
 pub use photometry::{

@@ -5,7 +5,7 @@
 
 use crate::base::stats::{mean_and_sd, median, sigma_clip};
 use crate::detector::{Counts, DarkNoise, PairPoints, Refusal, Transfer, compare_flats, count_values, fit_transfer};
-use crate::frames::{Blocks, Exposure, read_box};
+use crate::frames::{Blocks, Exposure, read_box, sensor_pixels};
 
 /// Pixels of an overscan that are read.
 const OVERSCAN_PX: usize = 100_000;
@@ -164,8 +164,11 @@ pub fn count_raw(group: &Group, clip_px: Option<f64>, effort: Effort, problems: 
     }
     };
     for flat in spread(&group.flats, effort.flats.min(4)) {
+        // the mean of two pixels has half steps, which no converter makes
+        let (flat, wide) = sensor_pixels(flat);
+        let clip_px = clip_px.map(|r| r * wide as f64);
         let Some(layout) = Blocks::layout(flat.size_px, clip_px) else { continue };
-        let counted = layout.read(flat).map(|blocks| {
+        let counted = layout.read(&flat).map(|blocks| {
             let mut counts = Counts::default();
             blocks.iter().for_each(|b| counts.add(b));
             counts
@@ -178,7 +181,8 @@ pub fn count_raw(group: &Group, clip_px: Option<f64>, effort: Effort, problems: 
     let chosen = spread(&group.lights, (effort.light_px / most).max(2));
     for light in &chosen {
         let px = effort.light_px / chosen.len() / if light.header.is_compressed() { 4 } else { 1 };
-        add(&light.name, count_values(light, clip_px, px), &mut lights);
+        let (light, wide) = sensor_pixels(light);
+        add(&light.name, count_values(&light, clip_px.map(|r| r * wide as f64), px), &mut lights);
     }
     (flats, lights)
 }

@@ -29,7 +29,7 @@ pub use frame::{Electrons, ElectronsPerAdu, Frame, Gain, GainSetting, mask};
 pub use load::{Buffers, FrameReader, PooledFrame, read};
 
 pub use exposure::other_satellite;
-pub use mosaic::check_pattern;
+pub use mosaic::{check_pattern, sensor_pixels};
 pub use readout::Camera;
 pub use role::Role;
 pub(crate) use role::{letters, matches_glob, name_variants, names_object, role_by_name};

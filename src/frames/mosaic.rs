@@ -3,6 +3,8 @@
 //! ADU. A Bayer pattern has two green pixels in each square of 2 × 2, on one diagonal, red and blue on the other. It does not
 //! cover how superpixels are made of them ([`super::read`]).
 
+use std::borrow::Cow;
+
 use super::exposure::Exposure;
 use super::read::Pixels;
 use super::role::Role;
@@ -19,6 +21,17 @@ const SIGMA: f64 = 5.0;
 const NO_COLOUR_FRAC: f64 = 0.003;
 /// √n times the relative error of a median: √(π/2).
 const MEDIAN_ERR: f64 = 1.2533;
+
+/// The frame with the pixels of the sensor instead of superpixels, and how many of them a superpixel is wide; any other frame as it is.
+#[must_use]
+pub fn sensor_pixels(exposure: &Exposure) -> (Cow<'_, Exposure>, usize) {
+    if exposure.header.green().is_none() {
+        return (Cow::Borrowed(exposure), 1);
+    }
+    let (nx, ny) = exposure.size_px;
+    let header = exposure.header.with_green(None);
+    (Cow::Owned(Exposure { header, size_px: (2 * nx, 2 * ny), ..exposure.clone() }), 2)
+}
 
 /// Checks that the pixels called green have one level, and that those of a flat are not all alike.
 ///

@@ -8,6 +8,7 @@ pub mod detector;
 pub mod explain;
 pub mod groups;
 pub mod inspect;
+pub mod keyword_checks;
 pub mod matched;
 pub mod memory;
 pub mod options;

@@ -18,6 +18,7 @@ use crate::pipeline::detector::gain_check::GainCheck;
 use crate::pipeline::detector::report::write_checks;
 use crate::pipeline::explain::explain_night;
 use crate::pipeline::explain::text::Explanation;
+use crate::pipeline::keyword_checks::{keyword_checks, not_checkable};
 use crate::pipeline::options::Options;
 use crate::pipeline::prepared::{Calibrated, Flattened, Prepared};
 use crate::pipeline::products::inputs::named_files;
@@ -33,6 +34,7 @@ use crate::pipeline::shards::plan_file::{FRAMES_PER_SHARD, Plan, set_copies_asid
 use crate::pipeline::shards::products::{FOLDER, FrameCache};
 use crate::pipeline::shards::whole::judge_whole_night;
 use crate::pipeline::stages::{master_flat, rejected_flats, target_stage};
+use crate::pipeline::stars::frame_check::FrameCheck;
 use crate::pipeline::stars::stage::star_stage;
 use crate::pipeline::stars::zeropoint::zeropoint_stage;
 use crate::pipeline::survey::damage::damage_notes;
@@ -47,7 +49,7 @@ use crate::pipeline::target::place::off_target_note;
 use crate::pipeline::target::row::{failed_file_row, set_aside_row};
 use crate::report::summary::{pass_summaries, pass_table};
 use crate::tables::words::Status;
-use crate::tables::{PhotometryRow, ResidualRow, StarRow};
+use crate::tables::{KeywordCheckRow, PhotometryRow, ResidualRow, StarRow};
 
 /// Reduces a whole night and writes its tables, figures and summary to `<output>/<name>/`.
 ///
@@ -82,6 +84,7 @@ struct Run<'a> {
 struct Stars {
     rows: Vec<StarRow>,
     failed: Vec<PhotometryRow>,
+    checks: Vec<FrameCheck>,
 }
 
 /// Target frames, measured and modelled one by one and judged together.
@@ -96,6 +99,7 @@ struct Compared {
     rows: Vec<PhotometryRow>,
     stars: Vec<StarRow>,
     residuals: Vec<ResidualRow>,
+    checks: Vec<KeywordCheckRow>,
     /// Pictures of the target frames, which are the first of `rows`.
     thumbs: Vec<Option<Thumb>>,
     counts: Counts,
@@ -168,7 +172,7 @@ impl<'a> Run<'a> {
             ));
         }
         let calibrated = Calibrated { flattened, seeing: stars.seeing, zeropoint };
-        Ok((calibrated, Stars { rows: stars.rows, failed: stars.failed }))
+        Ok((calibrated, Stars { rows: stars.rows, failed: stars.failed, checks: stars.checks }))
     }
 
     /// Every target frame measured and modelled, then judged among its neighbours.
@@ -197,6 +201,8 @@ impl<'a> Run<'a> {
         let Measured { frames, quadratures, explained } = measured;
         let (mut rows, thumbs): (Vec<PhotometryRow>, Vec<_>) = frames.into_iter().map(|f| (f.row, f.thumb)).unzip();
         let n_target_rows = rows.len();
+        let checks = keyword_checks(&self.survey, night.flat.as_ref(), &stars.checks, &rows, self.config);
+        self.log.details.extend(not_checkable(&checks));
         rows.extend(stars.failed);
         rows.extend(rejected_flats(night));
         rows.extend(self.survey.unreadable.iter().map(|u| failed_file_row(&u.path, &u.error)));
@@ -204,7 +210,7 @@ impl<'a> Run<'a> {
         let counts = Counts::of(&self.survey, &rows, &stars.rows);
         self.judge(&counts, &rows[..n_target_rows]);
         let residuals = residual_rows(&rows);
-        Ok(Compared { rows, stars: stars.rows, residuals, thumbs, counts, quadratures, explained })
+        Ok(Compared { rows, stars: stars.rows, residuals, checks, thumbs, counts, quadratures, explained })
     }
 
     /// Whether the night as a whole is good enough for exit code 0.
@@ -239,11 +245,11 @@ impl<'a> Run<'a> {
         let of_plan = || Plan::of(&self.survey, config, &self.products, FRAMES_PER_SHARD);
         let plan = with_threads(options.jobs, of_plan)??;
         let provenance = Provenance::of_plan(&plan, config)?;
-        let Compared { rows, stars, residuals, thumbs, .. } = &compared;
+        let Compared { rows, stars, residuals, checks: keywords, thumbs, .. } = &compared;
         let data_mode = plan.data_mode;
         let outputs = Outputs { folder: &folder, night, config, thumbs, provenance: &provenance, data_mode };
         self.lock.check()?;
-        summary.files = self.log.stage("write", |_| outputs.write(rows, stars, residuals, options))?;
+        summary.files = self.log.stage("write", |_| outputs.write(rows, stars, (residuals, keywords), options))?;
         let of_checks = write_checks(&folder, checks)?;
         provenance.stamp(&of_checks)?;
         let of_plan = folder.join("plan.json");

@@ -1,6 +1,7 @@
 //! The frames of the synthetic night: what is exposed when, drawn, made noisy and written.
 
 pub(crate) use super::field::FIELD_STREAM;
+
 use std::path::{Path, PathBuf};
 
 use hifitime::Epoch;
@@ -11,8 +12,9 @@ use rand_distr::{Distribution, Normal};
 use super::field::{Star, draw_field};
 use super::flux::{rate_e_s, sky_v_mag_arcsec2};
 use super::noise::{Response, expose, stream};
+use super::parts::{Part, parts};
 use super::render::{PixelPsf, add_star};
-use super::scenario::Scenario;
+use super::scenario::{Headers, Scenario, Zeros};
 use super::truth::Truth;
 use crate::astrometry::wcs::{Wcs, WcsValue};
 use crate::base::error::{Error, Result};
@@ -28,6 +30,9 @@ use crate::orbit::{
 use crate::tables::StarTruth;
 use crate::visibility::sky_brightness::MoonInSky;
 
+/// Random streams of the parts of a night lie this many bits apart, beyond those of the star fields.
+const PART_SHIFT: u32 = 26;
+
 /// What was written.
 #[derive(Debug, Clone)]
 pub struct Simulated {
@@ -41,9 +46,10 @@ pub struct Simulated {
     pub notes: Vec<String>,
 }
 
-/// Everything the frames share.
+/// Everything the frames of a part share.
 pub(super) struct FrameSimulator<'a> {
     pub(super) scenario: &'a Scenario,
+    pub(super) part: &'a Part,
     folder: &'a Path,
     detector: Detector,
     site: Site,
@@ -59,19 +65,6 @@ pub(super) struct FrameSimulator<'a> {
 pub fn simulate(scenario: &Scenario, folder: &Path, progress: &dyn Progress) -> Result<Simulated> {
     make_folder(folder)?;
     let scenario = &with_elements(scenario, folder)?;
-    let studio = FrameSimulator {
-        scenario,
-        folder,
-        detector: Detector::from_config(&scenario.detector)?,
-        site: Site::from_config(&scenario.site)?,
-        eop: EarthOrientation::default(),
-        scale_arcsec: scenario.scale_arcsec(),
-        response: Response::new(
-            (scenario.frame.nx_px, scenario.frame.ny_px),
-            scenario.vignetting,
-            scenario.photometry.clip_radius_px,
-        ),
-    };
     // keys of the scenario, not arguments
     let time = |key: &str, text: &str| {
         parse_utc(key, text).map_err(|error| match error {
@@ -83,28 +76,40 @@ pub fn simulate(scenario: &Scenario, folder: &Path, progress: &dyn Progress) -> 
     if end <= start {
         return Err(Error::Config { key: "end_utc".into(), problem: "must be later than start_utc".into() });
     }
+    let parts = parts(scenario)?;
     let mut truth = Truth::default();
     let mut frames = Vec::new();
     let mut notes = Vec::new();
-    let (n_flats, n_stars) = (scenario.flats.n, scenario.pointings.n * scenario.pointings.frames);
-    progress.stage("simulate", n_flats + n_stars + scenario.target.n);
-    for k in 0..n_flats {
-        frames.push(studio.flat(k, end)?);
-        progress.tick();
-    }
-    let first_pointing = match &scenario.pointings.start_utc {
-        Some(text) => time("pointings.start_utc", text)?,
-        None => start,
-    };
-    for pointing in 0..scenario.pointings.n {
-        let stars = studio.pointing(pointing, first_pointing, &mut frames, &mut truth, progress)?;
-        truth.catalogue.extend(stars);
-    }
-    if scenario.target.n > 0 {
-        studio.targets((start, end), &mut frames, &mut truth, &mut notes, progress)?;
+    let n_zeros = |s: &Scenario| s.zeros.map_or(0, |z| z.biases + z.darks);
+    let n_frames = |s: &Scenario| s.flats.n + s.pointings.n * s.pointings.frames + s.target.n + n_zeros(s);
+    progress.stage("simulate", parts.iter().map(|part| n_frames(&part.scenario)).sum());
+    for part in &parts {
+        let studio = FrameSimulator::of(part, folder)?;
+        let scenario = &part.scenario;
+        for k in 0..scenario.flats.n {
+            frames.push(studio.flat(k, end)?);
+            progress.tick();
+        }
+        if let Some(zeros) = &scenario.zeros {
+            for k in 0..zeros.biases + zeros.darks {
+                frames.push(studio.zero(k, zeros, end)?);
+                progress.tick();
+            }
+        }
+        let first_pointing = match &scenario.pointings.start_utc {
+            Some(text) => time("pointings.start_utc", text)?,
+            None => start,
+        };
+        for pointing in 0..scenario.pointings.n {
+            let stars = studio.pointing(pointing, first_pointing, &mut frames, &mut truth, progress)?;
+            truth.catalogue.extend(stars.into_iter().filter(|_| part.lists_stars));
+        }
+        if scenario.target.n > 0 {
+            studio.targets((start, end), &mut frames, &mut truth, &mut notes, progress)?;
+        }
     }
     progress.done();
-    let pipeline_toml = truth.write(scenario, folder)?;
+    let pipeline_toml = truth.write(&parts, scenario, folder)?;
     Ok(Simulated { frames, pipeline_toml, truth: folder.join("truth"), notes })
 }
 
@@ -131,7 +136,30 @@ fn with_elements(scenario: &Scenario, folder: &Path) -> Result<Scenario> {
     Ok(scenario)
 }
 
-impl FrameSimulator<'_> {
+impl<'a> FrameSimulator<'a> {
+    fn of(part: &'a Part, folder: &'a Path) -> Result<Self> {
+        let scenario = &part.scenario;
+        Ok(Self {
+            scenario,
+            part,
+            folder,
+            detector: Detector::from_config(&scenario.detector)?,
+            site: Site::from_config(&scenario.site)?,
+            eop: EarthOrientation::default(),
+            scale_arcsec: scenario.scale_arcsec(),
+            response: Response::new(
+                (scenario.frame.nx_px, scenario.frame.ny_px),
+                scenario.vignetting,
+                scenario.photometry.clip_radius_px,
+            ),
+        })
+    }
+
+    /// The random streams of a frame: those of the parts lie apart.
+    pub(super) fn id(&self, frame: u64) -> u64 {
+        (self.part.number << PART_SHIFT) + frame
+    }
+
     pub(super) fn gain(&self, key: &str, setting: i64) -> Result<Gain> {
         self.detector.gain_for_setting(setting).ok_or_else(|| Error::Config {
             key: key.into(),
@@ -144,7 +172,8 @@ impl FrameSimulator<'_> {
     }
 
     fn path(&self, stem: &str) -> PathBuf {
-        self.folder.join(format!("{stem}.fits{}", if self.scenario.compress { ".fz" } else { "" }))
+        let ending = if self.scenario.compress { ".fz" } else { "" };
+        self.folder.join(format!("{}{stem}.fits{ending}", self.part.prefix))
     }
 
     /// Name of a frame's file.
@@ -166,21 +195,29 @@ impl FrameSimulator<'_> {
         cards: Vec<CardLine>,
     ) -> Result<PathBuf> {
         let camera = Camera::at(gain, &self.scenario.detector);
-        let counts = expose(expected_e, camera, &self.response, self.scenario.seed, id);
+        let counts = expose(expected_e, camera, &self.response, self.scenario.seed, self.id(id));
         let path = self.path(stem);
         write_u16(&path, &counts, &cards, self.scenario.compress)?;
         Ok(path)
     }
 
-    pub(super) fn cards(&self, kind: &str, object: &str, start: Epoch, exptime_s: f64, gain: &Gain) -> Vec<CardLine> {
+    /// The cards that all frames have; `kinds` are IMAGETYP as satphot and as N.I.N.A. write it.
+    pub(super) fn cards(
+        &self,
+        kinds: (&str, &str),
+        object: &str,
+        start: Epoch,
+        exptime_s: f64,
+        gain: &Gain,
+    ) -> Vec<CardLine> {
         let s = self.scenario;
-        let date = iso_utc(start, 6).trim_end_matches('Z').to_string();
+        let date = |at: Epoch| iso_utc(at, 6).trim_end_matches('Z').to_string();
         let binned_um = s.detector.pixel_um * f64::from(s.frame.binning);
-        vec![
-            card("IMAGETYP", kind, "type of exposure"),
-            card("OBJECT", object, "target of the exposure"),
+        let nina = s.headers == Headers::Nina;
+        let mut cards = vec![
+            card("IMAGETYP", if nina { kinds.1 } else { kinds.0 }, "type of exposure"),
             card("EXPTIME", exptime_s, "[s] exposure time"),
-            card("DATE-OBS", &date, "UTC start of exposure"),
+            card("DATE-OBS", &date(start), "UTC start of exposure"),
             card("TIMESYS", "UTC", "time scale"),
             card("GAIN", gain.setting.map_or(0, |g| g.0), "[0.1 dB] camera gain setting"),
             card("EGAIN", gain.e_per_adu.0, "[e-/ADU] electrons per ADU"),
@@ -195,7 +232,25 @@ impl FrameSimulator<'_> {
             card("SITEELEV", s.site.alt_m, "[m] elevation"),
             card("SWCREATE", concat!("satphot ", env!("CARGO_PKG_VERSION"), " simulate"), "simulated data"),
             card("SIMSEED", s.seed as i64, "seed of the simulation"),
-        ]
+        ];
+        if kinds.1 == "LIGHT" || !nina {
+            cards.insert(1, card("OBJECT", object, "target of the exposure"));
+        }
+        let unlit = kinds.0.starts_with("Bias") || kinds.0.starts_with("Dark");
+        cards.extend(s.filter.as_ref().filter(|_| !unlit).map(|name| card("FILTER", name, "active filter name")));
+        if nina {
+            cards.extend([
+                card("EXPOSURE", exptime_s, "[s] exposure duration"),
+                card("DATE-AVG", &date(shifted(start, 0.5 * exptime_s)), "averaged midpoint time (UTC)"),
+                card("OFFSET", 50_i64, "sensor gain offset"),
+                card("SET-TEMP", -10.0, "[degC] CCD temperature setpoint"),
+                card("CCD-TEMP", -10.0, "[degC] CCD temperature"),
+                card("FWHEEL", "Filter wheel", "filter wheel name"),
+                card("ROWORDER", "TOP-DOWN", "FITS image orientation"),
+                card("EQUINOX", 2000.0, "equinox of celestial coordinate system"),
+            ]);
+        }
+        cards
     }
 
     fn flat(&self, k: usize, night_end: Epoch) -> Result<PathBuf> {
@@ -204,9 +259,22 @@ impl FrameSimulator<'_> {
         let level_e = flats.level_adu * gain.e_per_adu.0 * (1.0 + flats.level_drift_frac * k as f64);
         let mut image = self.blank();
         image.fill(level_e as f32);
-        let start = shifted(night_end, 600.0 + 10.0 * k as f64);
-        let cards = self.cards("Flat Frame", "flat", start, 1.0, &gain);
+        // those of another filter after them
+        let start = shifted(night_end, 600.0 + 10.0 * (k + self.part.turn.0 * flats.n) as f64);
+        let cards = self.cards(("Flat Frame", "FLAT"), "flat", start, 1.0, &gain);
         self.write(&format!("flat_{k:03}"), 1 + k as u64, image, &gain, cards)
+    }
+
+    /// A bias frame, or a dark one after them.
+    fn zero(&self, k: usize, zeros: &Zeros, night_end: Epoch) -> Result<PathBuf> {
+        let gain = self.gain("zeros.gain_setting", zeros.gain_setting)?;
+        let (kinds, stem, exptime_s) = match k.checked_sub(zeros.biases) {
+            None => (("Bias Frame", "BIAS"), format!("bias_{k:03}"), 0.0),
+            Some(dark) => (("Dark Frame", "DARK"), format!("dark_{dark:03}"), zeros.dark_exptime_s),
+        };
+        let start = shifted(night_end, 20_000.0 + (zeros.dark_exptime_s + 2.0) * k as f64);
+        let cards = self.cards(kinds, "", start, exptime_s, &gain);
+        self.write(&stem, 3_000_000 + k as u64, self.blank(), &gain, cards)
     }
 
     /// One star pointing: its field, its frames, their truth. Returns the field's catalogue stars.
@@ -220,22 +288,25 @@ impl FrameSimulator<'_> {
     ) -> Result<Vec<Star>> {
         let s = self.scenario;
         let p = &s.pointings;
-        let mut rng = stream(s.seed, FIELD_STREAM + (1 << 20) + pointing as u64, None);
+        let number = self.part.first_field + pointing;
+        let mut rng = stream(s.seed, FIELD_STREAM + (1 << 20) + number as u64, None);
         let share = if p.n > 1 { pointing as f64 / (p.n - 1) as f64 } else { 0.0 };
         let wanted_airmass = p.airmass_range[0] + share * (p.airmass_range[1] - p.airmass_range[0]);
         // plane-parallel is close enough to choose a direction; the truth uses the real airmass
         let alt_rad = (1.0 / wanted_airmass).clamp(0.0, 1.0).asin();
         // the golden angle keeps fields of equal airmass apart
-        let az_rad = (2.399_963_229_728_653 * pointing as f64 + 0.4) % (2.0 * std::f64::consts::PI);
-        let first = shifted(start, pointing as f64 * (p.frames as f64 * p.cadence_s + 330.0));
+        let az_rad = (2.399_963_229_728_653 * number as f64 + 0.4) % (2.0 * std::f64::consts::PI);
+        let (turn, of) = self.part.turn;
+        let first = shifted(start, pointing as f64 * ((p.frames * of) as f64 * p.cadence_s + 330.0));
         let (ra_deg, dec_deg) = altaz_to_icrs(&self.site, &self.eop, &first, alt_rad, az_rad);
-        let stars = draw_field(s, pointing, ra_deg, dec_deg);
-        let cloud = scatter(&mut rng, s.photometric.pointing_scatter_mag);
+        let stars = draw_field(s, number, ra_deg, dec_deg);
+        let under = if p.cloudy == Some(pointing) { p.cloud_mag } else { 0.0 };
+        let cloud = under + scatter(&mut rng, s.photometric.pointing_scatter_mag);
         for member in 0..p.frames {
             let id = 10_000 + (pointing * 1_000 + member) as u64;
-            let mut rng = stream(s.seed, id, None);
+            let mut rng = stream(s.seed, self.id(id), None);
             let gain = self.gain("pointings.gain_settings", p.gain_settings[member % p.gain_settings.len()])?;
-            let begin = shifted(first, member as f64 * p.cadence_s);
+            let begin = shifted(first, (member * of + turn) as f64 * p.cadence_s);
             let mid = shifted(begin, 0.5 * p.exptime_s);
             let centre = ((s.frame.nx_px as f64 - 1.0) / 2.0, (s.frame.ny_px as f64 - 1.0) / 2.0);
             let shift = (scatter(&mut rng, p.dither_px), scatter(&mut rng, p.dither_px));
@@ -253,7 +324,8 @@ impl FrameSimulator<'_> {
                 let Some((x_px, y_px)) = true_wcs.sky_to_pixel(star.ra_deg, star.dec_deg) else { continue };
                 let (alt, _) = icrs_to_altaz(&self.site, &self.eop, &mid, star.ra_deg, star.dec_deg);
                 let Some(airmass) = airmass(alt, &self.site.atmosphere()) else { continue };
-                let rate = rate_e_s(&s.photometric, star.v_mag + cloud, star.b_v_mag, airmass);
+                let mag = star.v_mag + s.band_minus_v_mag(star.b_v_mag) + cloud;
+                let rate = rate_e_s(&s.photometric, mag, star.b_v_mag, airmass);
                 add_star(&mut image, &psf, x_px, y_px, rate * p.exptime_s);
                 let inside = x_px > -0.5
                     && y_px > -0.5
@@ -274,8 +346,14 @@ impl FrameSimulator<'_> {
                     });
                 }
             }
-            let mut cards = self.cards("Light Frame", &format!("FIELD {pointing:02}"), begin, p.exptime_s, &gain);
-            cards.extend(header_wcs.cards().into_iter().map(|(key, value, comment)| match value {
+            let object = format!("FIELD {number:02}");
+            let mut cards = self.cards(("Light Frame", "LIGHT"), &object, begin, p.exptime_s, &gain);
+            if s.headers == Headers::Nina {
+                let (ra_deg, dec_deg) = header_wcs.pixel_to_sky(centre.0, centre.1);
+                cards.extend(mount_cards(ra_deg, dec_deg));
+            }
+            let written = s.headers == Headers::Satphot;
+            cards.extend(header_wcs.cards().into_iter().filter(|_| written).map(|(key, value, comment)| match value {
                 WcsValue::Text(t) => card(&key, &t, &comment),
                 WcsValue::Real(v) => card(&key, v, &comment),
             }));
@@ -320,6 +398,11 @@ impl FrameSimulator<'_> {
         }
         Ok(image)
     }
+}
+
+/// Where the mount points, as N.I.N.A. writes it.
+pub(super) fn mount_cards(ra_deg: f64, dec_deg: f64) -> [CardLine; 2] {
+    [card("RA", ra_deg, "[deg] RA of telescope"), card("DEC", dec_deg, "[deg] Declination of telescope")]
 }
 
 /// A Gaussian deviate of the given scatter; 0 for scatter 0.

@@ -7,6 +7,7 @@ mod field;
 mod flux;
 mod frames;
 mod noise;
+mod parts;
 mod render;
 mod resolved;
 mod satellites;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::satellites::named as components;
+use crate::bands::{Band, ColourIndex};
 use crate::base::error::{Error, Result};
 use crate::base::file::plain_name;
 use crate::config::{self, range, read_layers};
@@ -54,6 +55,52 @@ pub struct Scenario {
     /// Write Rice-compressed `.fits.fz` files.
     #[serde(default)]
     pub compress: bool,
+    /// FILTER of the frames; no card if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub filter: Option<String>,
+    /// Band of the magnitudes that zeropoint, extinction and colour term are of.
+    #[serde(default = "band_v")]
+    pub band: String,
+    /// The program whose headers are written.
+    #[serde(default)]
+    pub headers: Headers,
+    /// Bias and dark frames.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub zeros: Option<Zeros>,
+    /// Cameras: each a `label` and the keys that differ.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cameras: Vec<toml::Table>,
+    /// Filters: each a `label` and the keys that differ.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub filters: Vec<toml::Table>,
+    /// Satellites: each a `label` and the keys that differ.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub satellites: Vec<toml::Table>,
+}
+
+/// The program whose headers are written.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Headers {
+    /// satphot's own: with world coordinates of star frames.
+    #[default]
+    Satphot,
+    /// N.I.N.A.: positions of the mount, without world coordinates.
+    Nina,
+}
+
+/// Bias and dark frames; the simulated sensor has no dark current.
+#[derive(Debug, Clone, Copy, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Zeros {
+    /// Bias frames.
+    pub biases: usize,
+    /// Dark frames.
+    pub darks: usize,
+    /// Exposure time of the darks \[s\].
+    pub dark_exptime_s: f64,
+    /// Gain setting \[0.1 dB\].
+    pub gain_setting: i64,
 }
 
 /// Size of the frames.
@@ -196,6 +243,12 @@ pub struct Pointings {
     pub rotation_deg: f64,
     /// Error of the header's pointing, scatter \[arcsec\].
     pub pointing_err_arcsec: f64,
+    /// A pointing under a cloud, counted from 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cloudy: Option<usize>,
+    /// Extinction of that cloud \[mag\].
+    #[serde(default)]
+    pub cloud_mag: f64,
 }
 
 /// Tracked frames.
@@ -228,6 +281,9 @@ pub struct Target {
     /// Scatter about the model \[mag\].
     #[serde(default)]
     pub scatter_mag: f64,
+    /// B−V of the satellite \[mag\]; the Sun's if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub b_v_mag: Option<f64>,
     /// Length and width of the satellite \[m\].
     pub size_m: [f64; 2],
     /// How fast it turns in the frame \[deg/s\].
@@ -240,6 +296,10 @@ pub struct Target {
 
 fn moffat_beta() -> f64 {
     3.5
+}
+
+fn band_v() -> String {
+    Band::V.name().into()
 }
 
 impl Scenario {
@@ -309,7 +369,35 @@ impl Scenario {
         crate::frames::pixel_scale_arcsec(self.detector.pixel_um, self.frame.binning, self.telescope.focal_length_mm)
     }
 
-    fn check(&self) -> Result<()> {
+    /// Magnitude in the band minus that in V of an object with this B−V \[mag\]: −(V−X)⊙ (B−V) / (B−V)⊙, so that one of the Sun's
+    /// B−V has all its colours.
+    #[must_use]
+    pub fn band_minus_v_mag(&self, b_v_mag: f64) -> f64 {
+        let sun = |band: Band| band.sun_mag().unwrap_or(f64::NAN);
+        match Band::named(&self.band) {
+            Some(Band::V) | None => 0.0,
+            Some(band) => (sun(band) - sun(Band::V)) * b_v_mag / ColourIndex::B_V.sun_mag().unwrap_or(f64::NAN),
+        }
+    }
+
+    /// Refuses values out of range.
+    pub(super) fn check(&self) -> Result<()> {
+        let known = config::Model::BANDS.iter().find(|band| **band == self.band && Band::named(band).is_some());
+        if known.is_none() {
+            return Err(Error::Config {
+                key: "band".into(),
+                problem: format!("\"{}\" is not one of {}", self.band, config::Model::BANDS.join(", ")),
+            });
+        }
+        if let Some(zeros) = &self.zeros {
+            range("zeros.biases", zeros.biases as f64, 0.0, 9_999.0, "frames")?;
+            range("zeros.darks", zeros.darks as f64, 0.0, 9_999.0, "frames")?;
+            range("zeros.dark_exptime_s", zeros.dark_exptime_s, 1e-5, 3_600.0, "s")?;
+        }
+        range("pointings.cloud_mag", self.pointings.cloud_mag, 0.0, 10.0, "mag")?;
+        if let Some(b_v_mag) = self.target.b_v_mag {
+            range("target.b_v_mag", b_v_mag, -1.0, 4.0, "mag")?;
+        }
         plain_name("name", &self.name)?;
         range("frame.nx_px", self.frame.nx_px as f64, 32.0, 32_768.0, "px")?;
         range("frame.ny_px", self.frame.ny_px as f64, 32.0, 32_768.0, "px")?;

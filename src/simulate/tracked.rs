@@ -8,13 +8,14 @@ use rand::Rng;
 
 use super::field::draw_trails;
 use super::flux::rate_e_s;
-use super::frames::{FrameSimulator, scatter};
+use super::frames::{FrameSimulator, mount_cards, scatter};
 use super::noise::stream;
 use super::render::{Body, PixelPsf, add_body, add_trail};
 use super::resolved::RenderedSatellite;
 use super::resolved::peak_share;
 use super::resolved::rendered_satellite;
 use super::satellites::named;
+use super::scenario::Headers;
 use super::truth::Truth;
 use crate::astrometry::wcs::Wcs;
 use crate::base::error::{Error, Result};
@@ -66,7 +67,8 @@ impl FrameSimulator<'_> {
         notes.push(format!("{} passes above {} deg, {total_s:.0} s", spans.len(), t.min_alt_deg));
         let mut drawn: Vec<StarlessFrame> = Vec::new();
         for k in 0..t.n {
-            let mut at = (k as f64 + 0.5) / t.n as f64 * total_s;
+            let (turn, of) = self.part.turn;
+            let mut at = (k as f64 + (turn as f64 + 0.5) / of as f64) / t.n as f64 * total_s;
             let mut span = 0;
             while span + 1 < spans.len() && at > spans[span].1 {
                 at -= spans[span].1;
@@ -95,15 +97,18 @@ impl FrameSimulator<'_> {
         let s = self.scenario;
         let t = &s.target;
         let id = 5_000_000 + frame.k as u64;
-        let mut rng = stream(s.seed, id, None);
+        let mut rng = stream(s.seed, self.id(id), None);
         let gain = self.gain("target.gain_settings", t.gain_settings[frame.k % t.gain_settings.len()])?;
         let modelled = model.brightness(&scene(geometry))?;
         let rendered_satellite = components.map(|satellite| rendered_satellite(satellite, geometry)).transpose()?;
         let shown_v_mag = rendered_satellite.as_ref().map_or(modelled.total_v_mag, |s| s.truth.rendered_v_mag);
-        let v_mag = shown_v_mag.map(|v| v + t.offset_mag + scatter(&mut rng, t.scatter_mag));
-        let airmass = geometry.airmass.unwrap_or(f64::INFINITY);
         let [solar_b_v, _] = config::Zeropoint::default().target_colour(None);
-        let rate = v_mag.map_or(0.0, |v| rate_e_s(&s.photometric, v, solar_b_v, airmass));
+        let b_v_mag = t.b_v_mag.unwrap_or(solar_b_v);
+        // the model is of the band and of sunlight: another colour makes it brighter or fainter against V
+        let coloured_mag = s.band_minus_v_mag(b_v_mag) - s.band_minus_v_mag(solar_b_v);
+        let v_mag = shown_v_mag.map(|v| v + coloured_mag + t.offset_mag + scatter(&mut rng, t.scatter_mag));
+        let airmass = geometry.airmass.unwrap_or(f64::INFINITY);
+        let rate = v_mag.map_or(0.0, |v| rate_e_s(&s.photometric, v, b_v_mag, airmass));
 
         let psf = PixelPsf::new(&s.psf, self.scale_arcsec, 1.0 + scatter(&mut rng, s.psf.seeing_scatter_frac));
         let px_per_m = ARCSEC_PER_RAD / (geometry.range_km * 1e3) / self.scale_arcsec;
@@ -118,7 +123,8 @@ impl FrameSimulator<'_> {
         let mut image = self.sky(frame.mid, geometry.alt_rad, geometry.az_rad, exptime_s)?;
         let trail_px = self.trail_px(tracker, frame.mid, exptime_s)?;
         for trail in draw_trails(s, &mut rng, trail_px) {
-            let flux_e = rate_e_s(&s.photometric, trail.v_mag, trail.b_v_mag, airmass) * exptime_s;
+            let mag = trail.v_mag + s.band_minus_v_mag(trail.b_v_mag);
+            let flux_e = rate_e_s(&s.photometric, mag, trail.b_v_mag, airmass) * exptime_s;
             add_trail(&mut image, &psf, trail.centre_px, trail_px, flux_e);
         }
         let off = t.off_centre_arcsec / self.scale_arcsec;
@@ -144,7 +150,12 @@ impl FrameSimulator<'_> {
         }
 
         let begin = shifted(frame.mid, -0.5 * exptime_s);
-        let mut cards = self.cards("Light Frame", name, begin, exptime_s, &gain);
+        let mut cards = self.cards(("Light Frame", "LIGHT"), name, begin, exptime_s, &gain);
+        if s.headers == Headers::Nina {
+            let (site, eop) = (tracker.site(), tracker.earth_orientation());
+            let (ra_deg, dec_deg) = altaz_to_icrs(site, eop, &frame.mid, geometry.alt_rad, geometry.az_rad);
+            cards.extend(mount_cards(ra_deg, dec_deg));
+        }
         cards.push(card("CENTALT", geometry.alt_rad.to_degrees(), "[deg] altitude at mid-exposure"));
         cards.push(card("CENTAZ", geometry.az_rad.to_degrees(), "[deg] azimuth at mid-exposure"));
         let path = self.write(&stem, id, image, &gain, cards)?;
@@ -207,6 +218,6 @@ impl FrameSimulator<'_> {
     }
 
     fn model_config(&self) -> config::Model {
-        config::Model::of(&self.scenario.target.satellite)
+        config::Model { band: self.scenario.band.clone(), ..config::Model::of(&self.scenario.target.satellite) }
     }
 }

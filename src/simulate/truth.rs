@@ -1,14 +1,18 @@
 //! The truth of a synthetic night: tables, catalogue, elements and the pipeline.toml that reduces it.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
 use super::field::Star;
+use super::parts::Part;
 use super::scenario::Scenario;
+use crate::bands::Band;
 use crate::base::error::{Error, Result};
 use crate::base::file::{make_folder, write_atomic};
+use crate::config::{Instrument, SatelliteEntry};
 use crate::tables::{RenderedTruth, Row, StarTruth, TargetTruth};
 
 /// Everything the simulator knows.
@@ -22,7 +26,7 @@ pub struct Truth {
 
 impl Truth {
     /// Writes truth/, catalogue.csv, the elements and pipeline.toml; returns the path of the last.
-    pub fn write(&self, scenario: &Scenario, folder: &Path) -> Result<PathBuf> {
+    pub fn write(&self, parts: &[Part], scenario: &Scenario, folder: &Path) -> Result<PathBuf> {
         let truth = folder.join("truth");
         make_folder(&truth)?;
         table(&truth.join("stars.csv"), &self.stars)?;
@@ -31,26 +35,28 @@ impl Truth {
             table(&truth.join("resolved.csv"), &self.rendered)?;
         }
         save(&truth.join("scenario.toml"), &to_toml(scenario)?)?;
+        let first = parts.first().map_or(scenario, |part| &part.scenario);
         let mut night = format!("[night]\nname = {:?}\ninput = [\".\"]\noutput = \"satphot-out\"\n\n", scenario.name);
         for (name, part) in [
-            ("site", to_toml(&scenario.site)?),
-            ("telescope", to_toml(&scenario.telescope)?),
-            ("detector", to_toml(&scenario.detector)?),
-            ("photometry", to_toml(&scenario.photometry)?),
+            ("site", to_toml(&first.site)?),
+            ("telescope", to_toml(&first.telescope)?),
+            ("detector", to_toml(&first.detector)?),
+            ("photometry", to_toml(&first.photometry)?),
         ] {
             // sub-tables of a section need its name in front
             let part = part.replace("\n[", &format!("\n[{name}."));
             let _ = writeln!(night, "[{name}]\n{part}");
         }
-        if scenario.pointings.n > 0 {
-            self.write_catalogue(scenario, &folder.join("catalogue.csv"))?;
+        if parts.iter().any(|part| part.scenario.pointings.n > 0) {
+            self.write_catalogue(parts, &folder.join("catalogue.csv"))?;
             let [lo, hi] = scenario.field.v_range_mag;
             let _ = writeln!(
                 night,
                 "[stars]\ncatalogue = \"catalogue.csv\"\nbv_range_mag = [0.2, 0.9]\nv_range_mag = [{lo:?}, {hi:?}]\n"
             );
         }
-        if scenario.target.n > 0 {
+        let targets: Vec<&Scenario> = parts.iter().map(|part| &part.scenario).filter(|s| s.target.n > 0).collect();
+        if let Some(tracked) = targets.first() {
             let from = &scenario.target.elements;
             let elements = std::fs::read(from).map_err(|e| Error::io(from, e))?;
             let name = from.file_name().map_or("elements.tle".into(), |n| n.to_string_lossy().into_owned());
@@ -59,28 +65,88 @@ impl Truth {
                 write_atomic(&to, &elements)?;
             }
             let _ = writeln!(night, "[orbit]\nelements = {name:?}");
-            if let Some(id) = scenario.target.norad_cat_id {
+            let several = !scenario.satellites.is_empty();
+            if let Some(id) = tracked.target.norad_cat_id.filter(|_| !several) {
                 let _ = writeln!(night, "norad_cat_id = {id}");
             }
-            let _ = writeln!(night, "\n[model]\nsatellite = {:?}", scenario.target.satellite);
+            let _ = writeln!(night, "\n[model]\nsatellite = {:?}", tracked.target.satellite);
+            if !several && tracked.band != Band::V.name() {
+                let _ = writeln!(night, "band = {:?}", tracked.band);
+            }
+            if several {
+                night += &of_satellites(&targets)?;
+            }
         }
+        night += &instruments(parts)?;
         let pipeline = folder.join("pipeline.toml");
         save(&pipeline, &night)?;
         Ok(pipeline)
     }
 
-    /// The catalogue with APASS DR9 column names as VizieR writes them.
-    fn write_catalogue(&self, scenario: &Scenario, path: &Path) -> Result<()> {
-        let err = scenario.field.catalogue_err_mag.max(0.001);
-        let mut text = String::from("recno,RAJ2000,DEJ2000,Vmag,e_Vmag,B-V,e_B-V\n");
+    /// The catalogue with APASS DR9 column names as VizieR writes them, and a column for each further band; its error is that of
+    /// V.
+    fn write_catalogue(&self, parts: &[Part], path: &Path) -> Result<()> {
+        let Some(first) = parts.first() else { return Ok(()) };
+        let err = first.scenario.field.catalogue_err_mag.max(0.001);
+        let mut others: Vec<&Scenario> =
+            parts.iter().map(|p| &p.scenario).filter(|s| s.band != Band::V.name()).collect();
+        others.sort_by(|a, b| a.band.cmp(&b.band));
+        others.dedup_by(|a, b| a.band == b.band);
+        let mut text = String::from("recno,RAJ2000,DEJ2000,Vmag,e_Vmag,B-V,e_B-V");
+        others.iter().for_each(|s| _ = write!(text, ",{0}mag,e_{0}mag", s.band));
+        text.push('\n');
         for s in &self.catalogue {
-            let _ = writeln!(
+            let _ = write!(
                 text,
                 "{},{:.7},{:.7},{:.4},{err:.3},{:.4},0.001",
                 s.id, s.ra_deg, s.dec_deg, s.catalogue_v_mag, s.b_v_mag
             );
+            for other in &others {
+                let _ = write!(text, ",{:.4},{err:.3}", s.catalogue_v_mag + other.band_minus_v_mag(s.b_v_mag));
+            }
+            text.push('\n');
         }
         save(path, &text)
+    }
+}
+
+/// The models of several satellites, by catalogue number.
+fn of_satellites(targets: &[&Scenario]) -> Result<String> {
+    let mut entries: Vec<SatelliteEntry> = Vec::new();
+    for target in targets.iter().map(|s| &s.target) {
+        let Some(number) = target.norad_cat_id else {
+            let problem = "each satellite of several needs one".into();
+            return Err(Error::Config { key: "satellites.target.norad_cat_id".into(), problem });
+        };
+        let objects = vec![number.to_string()];
+        let entry = SatelliteEntry { objects, norad_cat_id: None, model: Some(target.satellite.clone()) };
+        if !entries.contains(&entry) {
+            entries.push(entry);
+        }
+    }
+    Ok(format!("\n{}", to_toml(&BTreeMap::from([("satellites", entries)]))?))
+}
+
+/// The cameras after the first.
+fn instruments(parts: &[Part]) -> Result<String> {
+    let mut found: Vec<Instrument> = Vec::new();
+    let first = parts.first().map(|part| part.scenario.detector.camera.as_str());
+    for s in parts.iter().map(|part| &part.scenario).filter(|s| Some(s.detector.camera.as_str()) != first) {
+        if found.iter().any(|other| other.detector.camera == s.detector.camera) {
+            continue;
+        }
+        found.push(Instrument {
+            name: s.detector.camera.clone(),
+            binning: None,
+            detector: s.detector.clone(),
+            telescope: Some(s.telescope.clone()),
+            clip_radius_px: s.photometry.clip_radius_px,
+        });
+    }
+    if found.is_empty() {
+        Ok(String::new())
+    } else {
+        Ok(format!("\n{}", to_toml(&BTreeMap::from([("instruments", found)]))?))
     }
 }
 

@@ -80,6 +80,18 @@ words! {
 }
 
 words! {
+    /// What the data say of a keyword: the column `standing`.
+    Standing: 3 {
+        /// They agree with it.
+        Agrees = "agrees",
+        /// They contradict it.
+        Deviates = "deviates",
+        /// They do not show it.
+        NotCheckable = "not_checkable",
+    }
+}
+
+words! {
     /// Which moment of the exposure the stamp marks that its time is from: the column `time_stamp`.
     TimeStamp: 4 {
         /// The start; half of EXPTIME was added.

@@ -14,6 +14,7 @@ mod instrument;
 mod interrupts;
 mod missing_parts;
 mod mosaic;
+mod observer_folder;
 mod previous;
 mod reading;
 mod recovery;

@@ -12,7 +12,7 @@ use satphot::brightness::scene::scene;
 use satphot::brightness::{Model, ModelSettings, Satellite};
 use satphot::orbit::{EarthOrientation, Site, Tracker, read_elements};
 use satphot::tables::read::{Row, Table};
-use support::{Sourced, satphot};
+use support::{RunOutput, satphot};
 
 const ELEMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/night/iss-2025-june.tle");
 const TABLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/tables");
@@ -21,19 +21,19 @@ const TIMES: [&str; 5] =
     ["2025-06-09T10:31:00", "2025-06-09T10:32:00", "2025-06-09T10:33:12", "2025-06-09T10:34:00", "2025-06-09T10:35:00"];
 
 /// Runs `predict table` or `compare` on a text in a folder of its own, with elements, site and satellite.
-fn run_in(folder: &Path, verb: &[&str], text: &str, more: &[&str]) -> Sourced {
+fn run_in(folder: &Path, verb: &[&str], text: &str, more: &[&str]) -> RunOutput {
     std::fs::write(folder.join("obs.csv"), text).unwrap();
     satphot(folder, &[verb, &["obs.csv"], more].concat())
 }
 
 const BY_ORBIT: [&str; 6] = ["--elements", ELEMENTS, "--site", SITE, "--satellite", "iss"];
 
-fn predict(text: &str, more: &[&str]) -> Sourced {
+fn predict(text: &str, more: &[&str]) -> RunOutput {
     let folder = tempfile::tempdir().unwrap();
     run_in(folder.path(), &["predict", "table"], text, more)
 }
 
-fn predict_orbit(text: &str, more: &[&str]) -> Sourced {
+fn predict_orbit(text: &str, more: &[&str]) -> RunOutput {
     predict(text, &[&BY_ORBIT[..], more].concat())
 }
 
@@ -79,12 +79,12 @@ fn list() -> String {
 
 #[test]
 fn every_row_is_the_engine_at_its_time_and_every_column_stays() {
-    let told = predict_orbit(&list(), &[]).expect(0, &[]);
-    let rows = rows(&told.out);
+    let output = predict_orbit(&list(), &[]).expect(0, &[]);
+    let rows = rows(&output.out);
     assert!(
-        told.out.starts_with("id,remark,observation_time_utc,norad_cat_id,colour,mjd_mid_d,norad_cat_id_satphot,"),
+        output.out.starts_with("id,remark,observation_time_utc,norad_cat_id,colour,mjd_mid_d,norad_cat_id_satphot,"),
         "{}",
-        told.out
+        output.out
     );
     assert_eq!(rows.len(), 5);
     for (i, (row, time)) in rows.iter().zip(TIMES).enumerate() {
@@ -112,9 +112,13 @@ fn every_row_is_the_engine_at_its_time_and_every_column_stays() {
 fn every_format_gets_the_same_numbers_bit_for_bit() {
     let folder = tempfile::tempdir().unwrap();
     let out = ["-o", "a.ecsv", "-o", "b.csv", "-o", "c.fits", "-o", "d.vot"];
-    let told = run_in(folder.path(), &["predict", "table"], &list(), &[&BY_ORBIT[..], &out].concat())
+    let output = run_in(folder.path(), &["predict", "table"], &list(), &[&BY_ORBIT[..], &out].concat())
         .expect(0, &["wrote a.ecsv", "wrote c.fits"]);
-    assert!(told.out.contains("time: observation_time_utc") && told.out.contains("5 rows, 0 failed"), "{}", told.out);
+    assert!(
+        output.out.contains("time: observation_time_utc") && output.out.contains("5 rows, 0 failed"),
+        "{}",
+        output.out
+    );
     for file in ["a.ecsv", "b.csv", "c.fits", "d.vot"] {
         let rows = rows_of(&folder.path().join(file));
         for (row, time) in rows.iter().zip(TIMES) {
@@ -153,8 +157,8 @@ fn times_are_read_as_utc_mjd_jd_with_zone_and_in_other_scales_alike() {
     // astropy's Time in TAI, in FITS and in ECSV
     for file in ["observations_tai.fits", "observations_tai.ecsv"] {
         let path = format!("{TABLES}/{file}");
-        let told = satphot(Path::new("."), &[&["predict", "table", &path][..], &BY_ORBIT].concat()).expect(0, &[]);
-        let rows = rows(&told.out);
+        let output = satphot(Path::new("."), &[&["predict", "table", &path][..], &BY_ORBIT].concat()).expect(0, &[]);
+        let rows = rows(&output.out);
         assert_eq!(rows.len(), 4, "{file}");
         near(&rows[2]);
     }
@@ -165,8 +169,8 @@ fn times_are_read_as_utc_mjd_jd_with_zone_and_in_other_scales_alike() {
         ("local_time\n2025-06-09T20:33:12\n", "local time without a zone"),
         ("time\nnoon\n", "is not a time"),
     ] {
-        let told = predict_orbit(text, &[]).expect(3, &["1 of 1 rows", words]);
-        assert!(rows(&told.out)[0]["reason"].contains(words), "{}", told.out);
+        let output = predict_orbit(text, &[]).expect(3, &["1 of 1 rows", words]);
+        assert!(rows(&output.out)[0]["reason"].contains(words), "{}", output.out);
     }
     near(&rows(&predict_orbit("local_time\n2025-06-09T20:33:12+10:00\n", &[]).expect(0, &[]).out)[0]);
 }
@@ -175,8 +179,8 @@ fn times_are_read_as_utc_mjd_jd_with_zone_and_in_other_scales_alike() {
 fn a_row_that_cannot_be_computed_keeps_its_place_and_the_others_go_on() {
     let text = "n,time,norad_cat_id\n1,2025-06-09T10:33:12Z,25544\n2,2025-06-09T10:33:12Z,99999\n3,,25544\n4,2025-08-09T10:33:12Z,25544\n\
                 5,2025-06-09T10:33:12Z,x\n6,2025-06-09T10:33:12Z\n7,2025-06-09T10:34:00Z,25544\n";
-    let told = predict_orbit(text, &[]).expect(3, &["5 of 7 rows"]);
-    let rows = rows(&told.out);
+    let output = predict_orbit(text, &[]).expect(3, &["5 of 7 rows"]);
+    let rows = rows(&output.out);
     let wanted = ["", "no elements of 99999", "time is empty", "more than", "not a catalogue number", "2 cells", ""];
     for (i, (row, word)) in rows.iter().zip(wanted).enumerate() {
         assert_eq!(row["n"], (i + 1).to_string());
@@ -201,16 +205,16 @@ fn elements_may_stand_in_the_rows_and_sites_too() {
          {0},{1},{2},151.1113,-33.7703,70\n",
         TIMES[2], sets[0].0, sets[0].1
     );
-    let told = predict(&text, &["--satellite", "iss"]).expect(3, &["2 of 3 rows"]);
-    let rows = rows(&told.out);
+    let output = predict(&text, &["--satellite", "iss"]).expect(3, &["2 of 3 rows"]);
+    let rows = rows(&output.out);
     // another set of the same days
     assert!((number(&rows[0], "model_v_mag") - expected(TIMES[2])).abs() < 0.05);
     assert!(rows[1]["reason"].contains("line 2") || rows[1]["reason"].contains("69"), "{:?}", rows[1]);
     assert!(rows[2]["reason"].contains("lat_deg"), "{:?}", rows[2]);
     // a site of the table against one of the command line, which is said
     let there = format!("time,lat,lon\n{},0,0\n", TIMES[2]);
-    let told = predict_orbit(&there, &[]).expect(0, &["replaces the sites"]);
-    assert_eq!(number(&self::rows(&told.out)[0], "model_v_mag"), expected(TIMES[2]));
+    let output = predict_orbit(&there, &[]).expect(0, &["replaces the sites"]);
+    assert_eq!(number(&self::rows(&output.out)[0], "model_v_mag"), expected(TIMES[2]));
     predict(&format!("time,lat\n{},0\n", TIMES[2]), &["--satellite", "iss", "--elements", ELEMENTS])
         .expect(4, &["obs.csv", "none of site_lon_deg", "--column site_lon_deg=NAME"]);
 }
@@ -221,8 +225,8 @@ const GEOMETRY: &str =
 #[test]
 fn a_geometry_is_that_of_the_map_of_the_sky_and_units_of_the_header_are_converted() {
     let starlink = ["--satellite", "starlink-v1.5"];
-    let told = predict(GEOMETRY, &starlink).expect(0, &[]);
-    let rows = rows(&told.out);
+    let output = predict(GEOMETRY, &starlink).expect(0, &[]);
+    let rows = rows(&output.out);
     // the same directions of the map: 4 x 37 altitudes and azimuths in steps of 30 and 10 deg
     let map = [
         "predict",
@@ -253,21 +257,22 @@ fn a_geometry_is_that_of_the_map_of_the_sky_and_units_of_the_header_are_converte
     // radians and metres of FITS and VOTable
     for file in ["geometry_rad.fits", "geometry_rad.vot"] {
         let path = format!("{TABLES}/{file}");
-        let told = satphot(Path::new("."), &["predict", "table", &path, "--satellite", "starlink-v1.5"]).expect(0, &[]);
-        for (row, want) in self::rows(&told.out).iter().zip(&want) {
+        let output =
+            satphot(Path::new("."), &["predict", "table", &path, "--satellite", "starlink-v1.5"]).expect(0, &[]);
+        for (row, want) in self::rows(&output.out).iter().zip(&want) {
             assert!((number(row, "model_v_mag") - want).abs() < 1e-9, "{file}");
         }
     }
     // units behind the names, heights for all rows, ranges for heights
     let text = "sun alt [rad],sun_az [rad],alt (deg),az (deg),Height [m]\n-0.17453292519943295,1.5707963267948966,30,200,550000\n";
-    let told = predict(text, &starlink).expect(0, &[]);
-    assert!((number(&self::rows(&told.out)[0], "model_v_mag") - want[0]).abs() < 1e-9);
+    let output = predict(text, &starlink).expect(0, &[]);
+    assert!((number(&self::rows(&output.out)[0], "model_v_mag") - want[0]).abs() < 1e-9);
     let flat = GEOMETRY.replace(",height_km", "").replace(",550", "");
-    let told = predict(&flat, &["--satellite", "starlink-v1.5", "--column", "height_km=550"]).expect(0, &[]);
-    assert_eq!(number(&self::rows(&told.out)[1], "model_v_mag"), want[1]);
+    let output = predict(&flat, &["--satellite", "starlink-v1.5", "--column", "height_km=550"]).expect(0, &[]);
+    assert_eq!(number(&self::rows(&output.out)[1], "model_v_mag"), want[1]);
     let ranges = format!("sun_alt_deg,sun_az_deg,alt_deg,az_deg,range_km\n-10,90,30,200,{}\n", rows[0]["range_km"]);
-    let told = predict(&ranges, &starlink).expect(0, &[]);
-    assert!((number(&self::rows(&told.out)[0], "model_v_mag") - want[0]).abs() < 1e-6);
+    let output = predict(&ranges, &starlink).expect(0, &[]);
+    assert!((number(&self::rows(&output.out)[0], "model_v_mag") - want[0]).abs() < 1e-6);
 }
 
 #[test]
@@ -294,8 +299,8 @@ fn geometries_that_look_right_and_are_not_are_noticed() {
         ("-10,,30,200,550", "sun_az_deg is empty"),
     ] {
         let text = format!("{}{cells}\n", GEOMETRY);
-        let told = predict(&text, &starlink).expect(3, &["1 of 4 rows", word]);
-        assert!(rows(&told.out)[3]["reason"].contains(word), "{word}: {}", told.out);
+        let output = predict(&text, &starlink).expect(3, &["1 of 4 rows", word]);
+        assert!(rows(&output.out)[3]["reason"].contains(word), "{word}: {}", output.out);
     }
     for (text, words) in [
         // a column of a length where an angle is needed, and two that can be meant
@@ -311,8 +316,8 @@ fn geometries_that_look_right_and_are_not_are_noticed() {
         (GEOMETRY.lines().next().unwrap().to_owned() + "\n", vec!["no rows"]),
         (String::new(), vec!["is empty"]),
     ] {
-        let told = predict(&text, &starlink).expect(4, &["obs.csv"]).without_results();
-        assert!(words.iter().all(|w| told.err.contains(w)), "{words:?}: {}", told.err);
+        let output = predict(&text, &starlink).expect(4, &["obs.csv"]).without_results();
+        assert!(words.iter().all(|w| output.err.contains(w)), "{words:?}: {}", output.err);
     }
     predict(GEOMETRY, &["--satellite", "starlink-v1.5", "--column", "nope=1"]).expect(2, &["nope", "height_km"]);
     predict(GEOMETRY, &["--satellite", "starlink-v1.5", "--column", "height_km=nope"]).expect(2, &["nope", "present"]);
@@ -322,9 +327,9 @@ fn geometries_that_look_right_and_are_not_are_noticed() {
 fn another_satellite_local_times_and_other_units_are_noticed_where_the_table_shows_it() {
     // the zone of the site, +10 h
     let local: Vec<String> = TIMES.iter().map(|t| t.replace("T10:", "T20:")).collect();
-    let told = predict_orbit(&format!("time\n{}\n", local.join("\n")), &[])
+    let output = predict_orbit(&format!("time\n{}\n", local.join("\n")), &[])
         .expect(0, &["5 of 5 rows have the satellite below the horizon", "local times of UTC+10:00"]);
-    assert!(rows(&told.out)[0]["reason"].contains("below the horizon"), "{}", told.out);
+    assert!(rows(&output.out)[0]["reason"].contains("below the horizon"), "{}", output.out);
     let (tracker, _) = engine();
     let stated = |scale: f64, alt_off: f64| {
         let row = |t: &&str| {
@@ -340,12 +345,12 @@ fn another_satellite_local_times_and_other_units_are_noticed_where_the_table_sho
         right.err
     );
     predict_orbit(&stated(1000.0, 0.0), &[]).expect(0, &["5 of 5 rows state a range", "another unit"]);
-    let told =
+    let output =
         predict_orbit(&stated(1.0, 20.0), &[]).expect(0, &["5 of 5 rows state a direction", "another satellite"]);
-    assert!(rows(&told.out)[0]["reason"].contains("20.0 deg from"), "{}", told.out);
+    assert!(rows(&output.out)[0]["reason"].contains("20.0 deg from"), "{}", output.out);
     let named = format!("time,norad_cat_id,satellite_name\n{},25544,CSS (TIANHE)\n", TIMES[0]);
-    let told = predict_orbit(&named, &[]).expect(0, &[]);
-    assert!(rows(&told.out)[0]["reason"].contains("CSS (TIANHE) in the table and ISS (ZARYA)"), "{}", told.out);
+    let output = predict_orbit(&named, &[]).expect(0, &[]);
+    assert!(rows(&output.out)[0]["reason"].contains("CSS (TIANHE) in the table and ISS (ZARYA)"), "{}", output.out);
 }
 
 #[test]
@@ -367,9 +372,9 @@ fn damaged_files_and_results_of_an_earlier_run_are_refused() {
 
 // ---------------------------------------------------------------- compare
 
-fn compare(text: &str, more: &[&str]) -> (Sourced, Vec<Cells>) {
+fn compare(text: &str, more: &[&str]) -> (RunOutput, Vec<Cells>) {
     let folder = tempfile::tempdir().unwrap();
-    let told = run_in(
+    let output = run_in(
         folder.path(),
         &["compare"],
         text,
@@ -377,7 +382,7 @@ fn compare(text: &str, more: &[&str]) -> (Sourced, Vec<Cells>) {
     );
     let made = folder.path().join("r.csv");
     let rows = if made.exists() { rows_of(&made) } else { Vec::new() };
-    (told, rows)
+    (output, rows)
 }
 
 #[test]
@@ -396,14 +401,14 @@ fn a_score_file_gives_residuals_and_their_statistics() {
     let folder = tempfile::tempdir().unwrap();
     // no site: it is that of the rows
     let args = ["--elements", ELEMENTS, "--satellite", "iss", "-o", "r.fits"];
-    let told = run_in(folder.path(), &["compare"], &text, &args).expect(0, &["wrote r.fits"]);
+    let output = run_in(folder.path(), &["compare"], &text, &args).expect(0, &["wrote r.fits"]);
     for words in [
         "5 of 8 rows, V observed minus modelled",
         "2 without a magnitude, 1 rejected",
         "median +0.300, mean +0.300",
         "v_mag: apparent_magnitude",
     ] {
-        assert!(told.out.contains(words), "{words}: {}", told.out);
+        assert!(output.out.contains(words), "{words}: {}", output.out);
     }
     let rows = rows_of(&folder.path().join("r.fits"));
     for (row, off) in rows.iter().zip(offsets) {
@@ -423,8 +428,8 @@ fn a_score_file_gives_residuals_and_their_statistics() {
     // no column beyond the needed ones
     let short: String =
         text.lines().take(8).map(|l| l.split(',').skip(1).take(3).collect::<Vec<_>>().join(",") + "\n").collect();
-    let (told, rows) = compare(&short, &[]);
-    assert!(told.out.contains("median +0.300") && told.err.contains("no column of filters"), "{told:?}");
+    let (output, rows) = compare(&short, &[]);
+    assert!(output.out.contains("median +0.300") && output.err.contains("no column of filters"), "{output:?}");
     assert_eq!(rows.len(), 7);
 }
 
@@ -449,12 +454,15 @@ fn columns_of_mmt9_are_known_and_its_reduced_magnitude_is_not_taken_for_an_appar
         "# Satellite 25544\n# Date Time StdMag Mag Filter Penumbra Distance Phase Channel Track\n{}\n",
         lines.join("\n")
     );
-    let (told, rows) = compare(&text, &[]);
-    assert!(told.code == 0 && told.out.contains("median +0.250") && told.err.contains("without a filter"), "{told:#?}");
+    let (output, rows) = compare(&text, &[]);
+    assert!(
+        output.code == 0 && output.out.contains("median +0.250") && output.err.contains("without a filter"),
+        "{output:#?}"
+    );
     assert!(rows.iter().all(|r| r["verdict"] == "use" && r["reason"].is_empty()), "{rows:?}");
     let reduced = text.replace(" Mag ", " Flux ");
-    let (told, _) = compare(&reduced, &[]);
-    told.expect(4, &["`StdMag`", "not apparent but reduced", "--reduced-to-km 1000"]);
+    let (output, _) = compare(&reduced, &[]);
+    output.expect(4, &["`StdMag`", "not apparent but reduced", "--reduced-to-km 1000"]);
 }
 
 #[test]
@@ -472,11 +480,11 @@ fn magnitudes_reduced_to_a_range_are_noticed_and_made_apparent_on_demand() {
             v - 5.0 * (g.range_km / 1e3).log10() + 0.01 * f64::from(i % 3)
         );
     }
-    let (told, _) = compare(&text, &[]);
-    told.expect(0, &["are they apparent?", "--reduced-to-km 1000"]);
-    let (told, rows) = compare(&text, &["--reduced-to-km", "1000"]);
-    assert!(told.code == 0 && !told.err.contains("are they apparent"), "{told:#?}");
-    assert!(rows.iter().all(|r| number(r, "residual_mag").abs() < 0.021), "{}", told.out);
+    let (output, _) = compare(&text, &[]);
+    output.expect(0, &["are they apparent?", "--reduced-to-km 1000"]);
+    let (output, rows) = compare(&text, &["--reduced-to-km", "1000"]);
+    assert!(output.code == 0 && !output.err.contains("are they apparent"), "{output:#?}");
+    assert!(rows.iter().all(|r| number(r, "residual_mag").abs() < 0.021), "{}", output.out);
     compare(&text, &["--reduced-to-km", "0"]).0.expect(2, &["--reduced-to-km"]);
 }
 
@@ -490,18 +498,18 @@ fn rows_of_another_place_or_time_are_rejected_and_the_table_is_never_written_ove
         text += &format!("{time},25544,{},{alt},{}\n", expected(time), g.az_rad.to_degrees());
     }
     text += "2025-06-09T22:33:12,25544,5.0,,\n";
-    let (told, rows) = compare(&text, &[]);
-    assert!(told.out.contains("4 of 6 rows") && told.out.contains("2 rejected"), "{told:#?}");
+    let (output, rows) = compare(&text, &[]);
+    assert!(output.out.contains("4 of 6 rows") && output.out.contains("2 rejected"), "{output:#?}");
     assert_eq!((rows[2]["verdict"].as_str(), rows[5]["verdict"].as_str()), ("reject", "reject"));
     assert!(rows[2]["reason"].contains("30.0 deg from") && rows[5]["reason"].contains("below the horizon"));
     let folder = tempfile::tempdir().unwrap();
     let over = [&BY_ORBIT[..], &["-o", "obs.csv"]].concat();
     run_in(folder.path(), &["compare"], &text, &over).expect(2, &["the table itself"]);
     let words = text.replace(",25544,", ",25544,x");
-    let (told, _) = compare(&words, &[]);
-    told.expect(3, &["6 of 6 rows", "is not a number"]);
-    let (told, _) = compare("time,norad_cat_id\n2025-06-09T10:33:12,25544\n", &[]);
-    told.expect(4, &["no column of apparent magnitudes", "--column v_mag=NAME"]);
+    let (output, _) = compare(&words, &[]);
+    output.expect(3, &["6 of 6 rows", "is not a number"]);
+    let (output, _) = compare("time,norad_cat_id\n2025-06-09T10:33:12,25544\n", &[]);
+    output.expect(4, &["no column of apparent magnitudes", "--column v_mag=NAME"]);
 }
 
 #[test]
@@ -514,9 +522,9 @@ fn geometries_are_compared_without_elements_and_without_a_configuration() {
     for (line, row) in GEOMETRY.lines().skip(1).zip(&model) {
         text += &format!("{line},{}\n", number(row, "model_v_mag") - 0.5);
     }
-    let told = run_in(folder.path(), &["compare"], &text, &[&starlink[..], &["-o", "r.vot"]].concat())
+    let output = run_in(folder.path(), &["compare"], &text, &[&starlink[..], &["-o", "r.vot"]].concat())
         .expect(0, &["wrote r.vot"]);
-    assert!(told.out.contains("3 of 3 rows") && told.out.contains("median -0.500"), "{}", told.out);
+    assert!(output.out.contains("3 of 3 rows") && output.out.contains("median -0.500"), "{}", output.out);
     assert!(rows_of(&folder.path().join("r.vot")).iter().all(|r| (number(r, "residual_mag") + 0.5).abs() < 1e-12));
     run_in(folder.path(), &["compare"], "time,mag\n2025-06-09T10:33:12,5\n", &starlink)
         .expect(4, &["--elements", "--site"]);

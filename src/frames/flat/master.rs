@@ -13,6 +13,7 @@ use ndarray::{Array2, Axis};
 
 use super::counting::CountingMedian;
 use super::levels::{level_step, median_inside, median_of_stored};
+use super::ratio::{limit, ratio_scatter};
 use super::stack::{Stack, Usable};
 use crate::base::error::{Error, Result};
 use crate::base::file::file_name;
@@ -43,6 +44,12 @@ pub struct FlatMember {
     pub used: bool,
     /// Why not; empty if used.
     pub reason: String,
+    /// Scatter of its ratio to the master over blocks of the frame, a plane subtracted.
+    #[serde(default)]
+    pub ratio_scatter_frac: Option<f64>,
+    /// The scatter above which it differs from the others; `None` for fewer than four flats.
+    #[serde(default)]
+    pub ratio_limit_frac: Option<f64>,
 }
 
 /// The detector's response, to divide frames by.
@@ -69,8 +76,8 @@ impl MasterFlat {
     /// circle. With `config.scale` none, or levels that are all the same, level_k is excluded, and 16-bit files are
     /// combined as they are stored: less work. A saturated or NaN pixel is excluded from its median; with at most half of
     /// the flats left, or at or below `config.min_response`, it is masked. Flats of another size than most, of a level
-    /// outside `config.level_range_frac` of full scale, or that cannot be read, be it while they are combined, are
-    /// rejected with a reason.
+    /// outside `config.level_range_frac` of full scale, that cannot be read, be it while they are combined, or whose ratio
+    /// to the master is not that of the others, are rejected with a reason.
     ///
     /// Memory: the result, and `band_bytes` for the bands of all threads together. The result depends on neither.
     ///
@@ -93,8 +100,10 @@ impl MasterFlat {
         let (nx, ny) = region.size_px;
         let first = flats.first().map_or(Path::new(""), |flat| flat.path.as_path());
         let mut values = zeros(first, nx * ny)?;
-        // Once more without those that turn out to be unreadable where their level did not look: each round has fewer.
-        let filter = loop {
+        let mut compared = false;
+        // Once more without those that turn out to be unreadable where their level did not look, and once without those
+        // that differ from the others: each round has fewer.
+        let (filter, values) = loop {
             let used: Vec<usize> = (0..flats.len()).filter(|k| members[*k].used).collect();
             if used.len() < config.min_flats.max(1) {
                 return Err(Error::Flat { problem: too_few(&members, config.min_flats.max(1)) });
@@ -112,7 +121,14 @@ impl MasterFlat {
             let unreadable =
                 Stack::open(usable, scale, detector.pedestal_adu(), &region).median(band_bytes, &mut values);
             if unreadable.is_empty() {
-                break filter;
+                let master =
+                    Array2::from_shape_vec((ny, nx), values).map_err(|e| Error::Flat { problem: e.to_string() })?;
+                let again = !compared && set_different_aside(flats, &mut members, &master, (detector, config, &region));
+                compared = true;
+                values = master.into_raw_vec_and_offset().0;
+                if !again {
+                    break (filter, values);
+                }
             }
             for (k, error) in unreadable {
                 let member = &mut members[used[k]];
@@ -187,7 +203,14 @@ fn check_member(flat: &Exposure, detector: &Detector, config: &config::Flat, reg
     let gain = detector.gain(flat).ok();
     let saturation_adu = gain.map_or(detector.saturation_of_converter_adu(), |g| g.saturation_adu);
     let full_adu = saturation_adu / detector.saturation_frac() - detector.pedestal_adu();
-    let mut member = FlatMember { path: flat.path.clone(), level_adu: f64::NAN, used: false, reason: String::new() };
+    let mut member = FlatMember {
+        path: flat.path.clone(),
+        level_adu: f64::NAN,
+        used: false,
+        reason: String::new(),
+        ratio_scatter_frac: None,
+        ratio_limit_frac: None,
+    };
     if flat.size_px != region.full_size_px {
         let ((a, b), (c, d)) = (flat.size_px, region.full_size_px);
         member.reason = format!("{a}x{b} px, most flats are {c}x{d} px");
@@ -247,6 +270,44 @@ fn level_adu(flat: &Exposure, region: &Region) -> Result<Option<f64>> {
 /// Why a flat cannot be read; by its name: where it lies is nothing of a result's.
 fn reason(flat: &Exposure, error: &Error) -> String {
     error.to_string().replace(&*flat.path.to_string_lossy(), &flat.name)
+}
+
+/// Compares every used flat with the master and marks those that differ as not used, where enough others are left; whether there
+/// are any.
+fn set_different_aside(
+    flats: &[Exposure],
+    members: &mut [FlatMember],
+    master: &Array2<f32>,
+    (detector, config, region): (&Detector, &config::Flat, &Region),
+) -> bool {
+    let scatters: Vec<Option<f64>> = flats
+        .par_iter()
+        .zip(members.par_iter())
+        .map(|(flat, member)| {
+            let levels = (member.level_adu, detector.pedestal_adu());
+            // a file that cannot be read now was read a moment ago: nothing is known of its ratio
+            member.used.then(|| ratio_scatter(flat, levels, master, region).ok().flatten()).flatten()
+        })
+        .collect();
+    let known: Vec<f64> = scatters.iter().flatten().copied().collect();
+    let limit = limit(&known);
+    let differs = |scatter: Option<f64>| scatter.zip(limit).is_some_and(|(scatter, limit)| scatter > limit);
+    let left = members.iter().zip(&scatters).filter(|(m, s)| m.used && !differs(**s)).count();
+    for (member, scatter) in members.iter_mut().zip(scatters) {
+        (member.ratio_scatter_frac, member.ratio_limit_frac) = (scatter, limit.filter(|_| scatter.is_some()));
+        if let Some((scatter, limit)) =
+            scatter.zip(limit).filter(|_| differs(scatter) && left >= config.min_flats.max(1))
+        {
+            member.used = false;
+            member.reason = format!(
+                "its ratio to the others scatters by {:.2} % over the frame, where {:.2} % is the limit: is it of another \
+                 filter, camera or focus?",
+                100.0 * scatter,
+                100.0 * limit
+            );
+        }
+    }
+    left < known.len() && left >= config.min_flats.max(1)
 }
 
 fn too_few(members: &[FlatMember], need: usize) -> String {

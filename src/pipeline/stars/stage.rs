@@ -20,6 +20,7 @@ use crate::pipeline::options::Options;
 use crate::pipeline::ordered_map::in_order;
 use crate::pipeline::prepared::{Flattened, Seeing};
 use crate::pipeline::shards::products::FrameCache;
+use crate::pipeline::stars::frame_check::{FrameCheck, check_frames};
 use crate::pipeline::stars::pointing::{Member, combined_rows, measure_member, single_rows};
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::survey::scale::{Evidence, MOST_FRAC, configured_arcsec, judged};
@@ -42,6 +43,8 @@ pub struct StarStage {
     pub seeing: Seeing,
     /// Star frames measured.
     pub n_members: usize,
+    /// What each measured frame shows of its filter and camera.
+    pub checks: Vec<FrameCheck>,
     /// What was measured on the way and needs no action.
     pub details: Vec<String>,
 }
@@ -99,23 +102,14 @@ pub fn star_stage(
     progress.done();
 
     let mut stage = StarStage::default();
-    let mut pointings: Vec<Vec<Member>> = Vec::new();
     let scale = scale_of(&exposures, &results, night, notes)?;
     let mut results = results.into_iter();
+    let mut measured: Vec<Vec<(&Exposure, Member)>> = Vec::new();
     for pointing in &survey.pointings {
         let mut members = Vec::new();
         for exposure in pointing {
             match results.next() {
-                Some(Ok(member)) if scale.is_some_and(|s| is_another(&member, exposure, s, night)) => {
-                    let reason = format!(
-                        "its stars solve to {:.4} arcsec/px, those of the other star frames to {:.4}: another telescope or \
-                         binning; set aside",
-                        member.solved_scale_arcsec(),
-                        scale.unwrap_or(f64::NAN) * configured_arcsec(exposure, &night.config)
-                    );
-                    stage.failed.push(star_frame_row(exposure, Status::Rejected, reason));
-                }
-                Some(Ok(member)) => members.push(member),
+                Some(Ok(member)) => members.push((exposure, member)),
                 Some(Err(error)) => {
                     let reason = without_folder(&error, &exposure.path);
                     stage.failed.push(star_frame_row(exposure, Status::Failed, reason));
@@ -123,11 +117,33 @@ pub fn star_stage(
                 None => {}
             }
         }
+        measured.push(members);
+    }
+    let mut pointings: Vec<Vec<Member>> = Vec::new();
+    let checks = checks(&measured, night, catalogue);
+    for (frames, checks) in measured.into_iter().zip(&checks) {
+        let mut members = Vec::new();
+        for ((exposure, member), check) in frames.into_iter().zip(checks) {
+            if scale.is_some_and(|s| is_another(&member, exposure, s, night)) {
+                let reason = format!(
+                    "its stars solve to {:.4} arcsec/px, those of the other star frames to {:.4}: another telescope or \
+                     binning; set aside",
+                    member.solved_scale_arcsec(),
+                    scale.unwrap_or(f64::NAN) * configured_arcsec(exposure, &night.config)
+                );
+                stage.failed.push(star_frame_row(exposure, Status::Rejected, reason));
+            } else if let Some(reason) = check.contradiction() {
+                stage.failed.push(star_frame_row(exposure, Status::Rejected, format!("{reason}; set aside")));
+            } else {
+                members.push(member);
+            }
+        }
         // a pointing of which no frame could be measured has no number: it is missing in the tables
         if !members.is_empty() {
             pointings.push(members);
         }
     }
+    stage.checks = checks.into_iter().flatten().collect();
     if night.config.photometry.aper_correction {
         (stage.seeing.growth, stage.seeing.profile) =
             star_profile(&mut pointings, &night.config.photometry, notes, &mut stage.details);
@@ -172,6 +188,14 @@ fn scale_of(
     let found = Evidence { ratio, scale_arcsec: ratio * configured_arcsec(first, config), source };
     notes.extend(judged(&found, config)?);
     Ok(Some(ratio))
+}
+
+/// What every measured frame shows of its filter and camera.
+fn checks(measured: &[Vec<(&Exposure, Member)>], night: &Flattened, catalogue: &Catalogue) -> Vec<Vec<FrameCheck>> {
+    let ratio = |exposure: &Exposure, m: &Member| m.solved_scale_arcsec() / configured_arcsec(exposure, &night.config);
+    let frames: Vec<Vec<(&Member, f64)>> =
+        measured.iter().map(|p| p.iter().map(|(exposure, m)| (m, ratio(exposure, m))).collect()).collect();
+    check_frames(&frames, catalogue)
 }
 
 /// Whether a frame's scale is not that of the others.

@@ -1,6 +1,6 @@
 //! One camera, one optics, one read-out: whether the frames of a night belong to the configured instrument, and together.
 //!
-//! By headers alone. Frames of another camera, and the few whose binning, size, focal length or read-out mode differs
+//! By headers alone. Frames of another camera, and the few whose binning, size, focal length, pixel pitch or read-out mode differs
 //! from the rest of their kind, are set aside with a reason; where most frames differ the configuration is wrong. It
 //! does not cover the scale the stars solve to ([`super::scale`]) and the filters.
 
@@ -65,7 +65,7 @@ struct Property {
     number: Option<fn(&Exposure) -> Option<f64>>,
 }
 
-const PROPERTIES: [Property; 4] = [
+const PROPERTIES: [Property; 5] = [
     Property { name: "binning", of_flats: true, must_agree: true, of: |e| Some(e.binning.to_string()), number: None },
     Property {
         name: "size",
@@ -81,12 +81,24 @@ const PROPERTIES: [Property; 4] = [
         of: |e| focal_mm(e).map(|mm| format!("{mm} mm")),
         number: Some(focal_mm),
     },
+    Property {
+        name: "XPIXSZ",
+        of_flats: true,
+        must_agree: false,
+        of: |e| pixel_um(e).map(|um| format!("{um} um")),
+        number: Some(pixel_um),
+    },
     Property { name: "read-out mode", of_flats: true, must_agree: false, of: readout, number: None },
 ];
 
 /// The focal length that the header states \[mm\].
 pub(crate) fn focal_mm(exposure: &Exposure) -> Option<f64> {
     ["FOCALLEN", "FOCAL"].iter().find_map(|k| exposure.header.number(k)).filter(|mm| *mm > 0.0)
+}
+
+/// The pixel pitch that the header states \[µm\].
+fn pixel_um(exposure: &Exposure) -> Option<f64> {
+    exposure.header.number("XPIXSZ").filter(|um| *um > 0.0)
 }
 
 fn readout(exposure: &Exposure) -> Option<String> {

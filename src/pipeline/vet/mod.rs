@@ -7,6 +7,7 @@
 mod cadence;
 mod frame;
 mod neighbours;
+pub(crate) mod pointing;
 mod size;
 mod sky;
 
@@ -130,6 +131,10 @@ pub fn without_magnitude(row: &PhotometryRow, judgement: Judgement) -> Judgement
     Judgement { verdict: judgement.verdict.max(least), ..judgement }
 }
 
+fn of_night<'a>(rows: &[&'a PhotometryRow], target: &[usize]) -> Vec<&'a PhotometryRow> {
+    target.iter().map(|i| rows[*i]).collect()
+}
+
 /// What only the frames before and after a frame show: cadence against EXPTIME, the level and shape of the background,
 /// the size of the target. Each row has its judgement so far at the same place of `judgements`.
 ///
@@ -138,10 +143,13 @@ pub fn without_magnitude(row: &PhotometryRow, judgement: Judgement) -> Judgement
 pub fn judge_neighbours(rows: &[&PhotometryRow], judgements: &mut [Judgement], config: &Config) {
     let thresholds = &config.vetting;
     for target in neighbours::targets(rows) {
+        for (k, finding) in pointing::findings(&of_night(rows, &target)) {
+            judgements[target[k]].add(finding);
+        }
         for (i, cadence_s) in cadence::cadences(rows, &target) {
             judgements[i].cadence_s = Some(cadence_s);
         }
-        let of_night: Vec<&PhotometryRow> = target.iter().map(|i| rows[*i]).collect();
+        let of_night = of_night(rows, &target);
         for pass in neighbours::passes(rows, &target) {
             let of_pass: Vec<&PhotometryRow> = pass.iter().map(|i| rows[*i]).collect();
             let mut found = cadence::findings(&of_pass, thresholds);

@@ -9,7 +9,7 @@ use super::limits::{FOOTPRINT, LIMITS, STREAK};
 use super::listings::{
     AREAS, BRDF_CURVE, EXPLICIT, FLUX_MAP, PAPER_STEPS, PASSES, SATELLITES, SED, SEEN, STRIP, SURFACES,
 };
-use super::night::{NIGHT, UNGROUPED};
+use super::night::{KEYWORD_CHECKS, NIGHT, UNGROUPED};
 use super::paper::{CHECKED, LABELS, PUBLISHED};
 use super::photometry::{COMPARED, PHOTOMETRY, PREDICTED, PREDICTION, RAW};
 use super::radiance::{RADIANCE, SNR};
@@ -25,6 +25,7 @@ pub const ALL: &[Definition] = &[
     RESIDUALS,
     NIGHT,
     UNGROUPED,
+    KEYWORD_CHECKS,
     STARS,
     PREDICTION,
     PREDICTED,

@@ -30,7 +30,7 @@ pub use limits::{FOOTPRINT, FootprintRow, LIMITS, LimitRow, STREAK, StreakRow};
 pub use listings::{
     AREAS, BRDF_CURVE, EXPLICIT, FLUX_MAP, PAPER_STEPS, PASSES, SATELLITES, SED, SEEN, STRIP, SURFACES,
 };
-pub use night::{NIGHT, NightRow, UNGROUPED, UngroupedRow};
+pub use night::{KEYWORD_CHECKS, KeywordCheckRow, NIGHT, NightRow, UNGROUPED, UngroupedRow};
 pub use paper::{CHECKED, CheckedRow, LABELS, LabelRow, PUBLISHED, PublishedRow};
 pub use photometry::{COMPARED, PARTIAL, PHOTOMETRY, PREDICTED, PREDICTION, PartialRow, PhotometryRow, RAW, RawRow};
 pub use radiance::{RADIANCE, RadianceRow, SNR, SnrRow};

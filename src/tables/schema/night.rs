@@ -1,6 +1,6 @@
-//! The passes of a night of several satellites, filters or cameras.
+//! The passes of a night of several satellites, filters or cameras, its files of no group, and the keywords of its frames.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::define::table;
 
@@ -64,6 +64,38 @@ table! {
         /// `failed` where the file cannot be read, else `rejected`
         status: String => ["meta.code.status"],
         /// why it belongs to no group
+        reason: String => ["meta.note"],
+    }
+}
+
+table! {
+    KEYWORD_CHECKS = "keyword_checks.ecsv", "One row per frame and keyword that assigns it to a group (FILTER, INSTRUME, OBJECT): whether the data agree with it.";
+    /// What the data say of a keyword of a frame.
+    #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+    pub struct KeywordCheckRow {
+        /// source FITS file name
+        frame: String => ["meta.id;meta.file"],
+        /// flat, stars or target
+        role: String => ["meta.code.class"],
+        /// FILTER, INSTRUME or OBJECT
+        keyword: String => ["meta.id"],
+        /// its value
+        value: String => ["meta.note"],
+        /// `agrees`, `deviates` or `not_checkable`
+        standing: String => ["meta.code.qual"],
+        /// star frames: zeropoint of the frame minus that of the others at its airmass, positive = fainter
+        zp_dev_mag: Option<f64> => "mag" ["phot.calib;arith.diff"],
+        /// star frames: the difference above which the zeropoint deviates
+        zp_limit_mag: Option<f64> => "mag" ["phot.calib;stat.max"],
+        /// flats: scatter of the ratio to the master over blocks of the frame, a plane subtracted
+        flat_scatter_frac: Option<f64> => ["stat.stdev;arith.ratio"],
+        /// flats: the scatter above which the flat deviates
+        flat_limit_frac: Option<f64> => ["stat.max;arith.ratio"],
+        /// star frames: scale of the stars over that of the other frames, minus 1
+        scale_dev_frac: Option<f64> => ["instr.scale;arith.ratio"],
+        /// target frames: distance of the header's pointing from the satellite
+        pointing_sep_deg: Option<f64> => "deg" ["pos.angDistance"],
+        /// what contradicts the keyword, or why the data do not show it; empty where they agree
         reason: String => ["meta.note"],
     }
 }
