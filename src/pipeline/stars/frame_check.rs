@@ -45,10 +45,10 @@ impl FrameCheck {
     #[must_use]
     pub fn contradiction(&self) -> Option<String> {
         let (dev, limit) = self.zp_dev_mag.zip(self.zp_limit_mag).filter(|_| self.standing == Standing::Deviates)?;
-        let side = if dev < 0.0 { "brighter" } else { "fainter" };
+        let (side, cloud) = if dev < 0.0 { ("brighter", "") } else { ("fainter", ", or under a cloud") };
         Some(format!(
             "its zeropoint is {:.2} mag {side} than that of the other star frames, where {limit:.2} mag is the limit: is it of \
-             another filter or camera?",
+             another filter or camera{cloud}?",
             dev.abs()
         ))
     }
