@@ -1,6 +1,6 @@
 //! The binary tables of a FITS file: where each is, what its header says of the columns, and the bytes of its rows.
 //!
-//! Bytes; FITS 4.0 section 7.3. Tables of compressed tiles are images and not listed. Left out: ASCII tables, and the heap
+//! Bytes; FITS 4.0 section 7.3. Tables of compressed tiles are images and not listed. Not supported: ASCII tables, and the heap
 //! behind the rows, which holds arrays of variable length.
 
 use std::fs::File;

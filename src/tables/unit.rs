@@ -1,7 +1,7 @@
 //! The unit of a foreign column: what a number in it is multiplied by to be in satphot's own.
 //!
 //! Degrees, km, seconds, magnitudes. A unit of something else is an error, never ignored. Spellings of astropy, FITS 4.0 table 3
-//! and VOUnits 1.0. Left out: products and powers, and magnitudes of a system, which are magnitudes.
+//! and VOUnits 1.0. Not supported: products and powers, and magnitudes of a system, which are magnitudes.
 
 /// What a column must be of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

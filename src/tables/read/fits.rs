@@ -2,7 +2,7 @@
 //!
 //! FITS 4.0 sections 7.3 and 9. A column of a few numbers becomes as many columns (`FLUX_APER`, `FLUX_APER_1`, ...); a column of
 //! times of two numbers (jd1, jd2), which astropy writes, becomes a text in UTC. TNULL, TSCAL and TZERO are applied; NaN is an
-//! empty cell. Left out, with a note: complex numbers, bits, arrays of variable length and long ones.
+//! empty cell. Not supported, with a note: complex numbers, bits, arrays of variable length and long ones.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
