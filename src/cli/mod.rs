@@ -111,7 +111,7 @@ enum Verb {
     Limits(limits::Limits),
     /// Draw what goes into the model: Moon, Earth, ground tracks
     Plot(plot::Plot),
-    /// Export tables and observations in the formats of archives and other programs
+    /// Export tables and observations for archives and other programs
     Export(export::Export),
     /// Fetch elements and stars from the network
     Fetch(fetch::Fetch),

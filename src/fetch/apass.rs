@@ -115,7 +115,7 @@ mod tests {
         for (body, word) in [
             ("<html><head><title>502 Bad Gateway</title></head></html>", "502 Bad Gateway"),
             ("", "empty"),
-            ("\u{0}\u{1}\u{2}", "no text"),
+            ("\u{0}\u{1}\u{2}", "not text"),
             ("#VizieR\n#INFO\tError=No catalogue II/336\n#END#\n", "No catalogue"),
         ] {
             let problem = rows(body.as_bytes(), true).unwrap_err();

@@ -11,10 +11,6 @@ const CARD: usize = 80;
 const MAX_PIXELS: usize = 1 << 30;
 /// Pixels per byte of file that compression can reach; more is a lie.
 const MAX_RATIO: u128 = 4_000;
-/// Most bytes in a row of a table of tiles: a descriptor in each of three columns, and numbers; writers take up to 100.
-const MAX_TILE_ROW: i64 = 256;
-/// Most bytes of a table of tiles without its heap.
-const MAX_TILE_TABLE: u128 = 1 << 30;
 
 /// What kind of HDU a header describes.
 pub(crate) enum Kind {
@@ -247,13 +243,6 @@ fn compressed(header: &Header, file_bytes: u128) -> std::result::Result<Kind, St
     let rows = whole(header, "NAXIS2")?;
     if u128::try_from(rows).ok() != Some(tiles) {
         return Err(format!("{rows} rows in the table, but ZNAXISn and ZTILEn make {tiles} tiles"));
-    }
-    let row_bytes = whole(header, "NAXIS1")?;
-    if row_bytes > MAX_TILE_ROW || u128::try_from(row_bytes).is_ok_and(|bytes| bytes * tiles > MAX_TILE_TABLE) {
-        return Err(format!(
-            "NAXIS1 = {row_bytes} and NAXIS2 = {rows}: a table of tiles has at most {MAX_TILE_ROW} bytes a row and \
-             {MAX_TILE_TABLE} in all"
-        ));
     }
     for i in 1..=99 {
         let Some(name) = header.text(&format!("ZNAME{i}")) else { break };

@@ -75,7 +75,7 @@ pub fn factor_of(table: &Table, key: &str, i: usize) -> Result<f64> {
         return Ok(1.0);
     }
     let factor = measure.factor(unit);
-    if factor != measure.factor(named).or(factor) {
+    if !named.is_empty() && factor != measure.factor(named).or(factor) {
         return Err(wrong(format!(
             "column `{}` is in `{unit}` by its unit and in `{named}` by its name: correct one of them",
             column.name

@@ -171,7 +171,7 @@ mod tests {
     fn the_sky_of_the_day_is_an_error_that_says_so() {
         for sun_alt_deg in [-4.0, 0.0, 30.0, f64::NAN] {
             let error = twilight_nl(f64::to_radians(sun_alt_deg)).unwrap_err().to_string();
-            assert!(error.contains("sky of the day"), "{error}");
+            assert!(error.contains("daytime sky is not modelled"), "{error}");
         }
     }
 }

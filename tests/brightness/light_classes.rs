@@ -156,7 +156,7 @@ fn the_histogram_and_the_table_are_written_and_what_cannot_be_read_is_reported()
             "mjd_mid_d,v_mag,paper_label\n60000,3,day\n60001,bright,day\n",
             "bad.csv:3: column v_mag: \"bright\"",
         ),
-        ("label.csv", "mjd_mid_d,v_mag,paper_label\n60000,3,dusk\n", "\"dusk\" is none of day, twilight, night"),
+        ("label.csv", "mjd_mid_d,v_mag,paper_label\n60000,3,dusk\n", "\"dusk\" is not one of day, twilight, night"),
         ("empty.csv", "", "is needed"),
     ] {
         std::fs::write(folder.path().join(name), text).unwrap();

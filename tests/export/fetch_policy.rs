@@ -140,8 +140,8 @@ fn what_is_not_elements_never_enters_the_cache_and_is_named() {
     for (body, said) in [
         (HTML.as_bytes().to_vec(), "a page in HTML (502 Bad Gateway)"),
         (Vec::new(), "an empty answer"),
-        (b"\x00\x01\xfe\xff\x00rubbish".to_vec(), "no text"),
-        (b"\x89PNG\r\n\x1a\n\x00\x00".to_vec(), "no text"),
+        (b"\x00\x01\xfe\xff\x00rubbish".to_vec(), "not text"),
+        (b"\x89PNG\r\n\x1a\n\x00\x00".to_vec(), "not text"),
         (iss_omm(EPOCH).as_bytes()[..200].to_vec(), "not valid JSON"),
         (b"{\"error\": \"database is down\"}".to_vec(), "database is down"),
         (damaged.into_bytes(), "inclination 951.6304"),

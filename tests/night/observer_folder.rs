@@ -85,7 +85,7 @@ fn every_magnitude_of_an_observers_folder_is_of_its_own_satellite_filter_and_cam
     for (group, row) in &measured {
         let (camera, rest) = row.frame.split_once('_').unwrap();
         let (satellite, rest) = rest.split_once('_').unwrap();
-        let filter = rest.split_once('_').unwrap().0;
+        let filter = rest.split_once('_').unwrap().0.replace("clear", "no-filter");
         let group = group.to_lowercase();
         assert!(group.contains(satellite) && group.contains(&filter.to_lowercase()), "{} in {group}", row.frame);
         assert_eq!(group.contains("qhy"), camera == "refractor", "{} in {group}", row.frame);

@@ -94,7 +94,7 @@ fn shards_lost_doubled_and_summed_by_parts_make_one_table() {
     };
     let (a, b) = (half(&[3, 0], "night/a.ecsv"), half(&[1, 3], "night/b.ecsv"));
     let ab = "night/ab.ecsv".to_string();
-    merge(&night, &[b, a], &["--allow-missing", "-o", &ab]).expect(0, &["frames were in more than one table"]);
+    merge(&night, &[b, a], &["--allow-missing", "-o", &ab]).expect(0, &["frames are in more than one table"]);
     measure(&night, 2, &["-q"]).expect(0, &[]);
     merge(&night, &[ab, all[2].clone()], &out).expect(0, &[]);
     same_as(&night, &want, "a sum of sums");
@@ -102,7 +102,7 @@ fn shards_lost_doubled_and_summed_by_parts_make_one_table() {
     // a whole night among the tables is the whole night; every shard twice
     merge(&night, &["night/photometry.ecsv".into(), all[1].clone()], &["-o", "night/again.ecsv"]).expect(0, &[]);
     assert_eq!(std::fs::read(night.path("night/again.ecsv")).unwrap(), want[0]);
-    merge(&night, &[all.clone(), all].concat(), &out).expect(0, &["7 frames were in more than one table"]);
+    merge(&night, &[all.clone(), all].concat(), &out).expect(0, &["7 frames are in more than one table"]);
     same_as(&night, &want, "every shard twice");
 }
 

@@ -476,7 +476,8 @@ fn an_exposure_longer_than_its_place_among_the_files_of_a_night_is_found_and_cou
     let summary = night.run().unwrap();
     let row = night.row("target_0001.fits");
     let words = format!("{claimed} s of exposure do not fit");
-    expect(&row, "caution", Flags::EXPTIME_DOUBTED, &[&words]);
+    // the header points where the satellite stood half a minute before the middle of such an exposure
+    expect(&row, "reject", Flags::EXPTIME_DOUBTED, &[&words, "the header points"]);
     assert_eq!(summary.counts.warnings.get("exptime_doubted"), Some(&1), "{:?}", summary.counts.warnings);
     assert!(summary.text().contains("1 frame with a doubtful exposure time"), "{}", summary.text());
 }

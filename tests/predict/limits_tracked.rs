@@ -329,7 +329,7 @@ fn what_makes_no_sense_is_refused_by_the_name_of_its_option() {
         (&["--moon-alt-deg", "40"], &["--moon-phase-deg"]),
         (&["--moon-phase-deg", "200"], &["--moon-phase-deg"]),
         (&["--moon-phase-deg", "0", "--moon-alt-deg", "40", "--moon-sep-deg", "10"], &["--moon-sep-deg", "between 50"]),
-        (&["--sun-alt-deg", "-3"], &["--sun-alt-deg", "sky of the day"]),
+        (&["--sun-alt-deg", "-3"], &["--sun-alt-deg", "daytime sky is not modelled"]),
         (&["--sun-alt-deg", "-12", "--band", "g"], &["--sun-alt-deg", "V only"]),
         (&["--mag", "NaN"], &["--mag"]),
         (&["-c", "nowhere.toml"], &["nowhere.toml", "macquarie-cdk24"]),

@@ -165,7 +165,7 @@ fn damaged_files_are_refused_with_what_they_are() {
     refused(b"<?xml version=\"1.0\"?><kml></kml>", &["no VOTable"]);
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let garbage: Vec<u8> = (0..5_000).map(|_| rng.random()).collect();
-    refused(&garbage, &["no text"]);
+    refused(&garbage, &["not a text"]);
     // a cut last row, a lone quote and a row of another table cost themselves only
     let c = read(&format!("{rows}12,2")).unwrap();
     assert_eq!((c.stars.len(), c.n_skipped), (2, 1));
@@ -198,7 +198,7 @@ fn rows_that_take_no_bytes_are_refused_and_an_empty_field_among_others_is_none()
 #[test]
 fn a_table_of_more_columns_than_any_has_is_refused() {
     let names: String = (0..20_000).map(|i| format!("c{i},")).collect();
-    refused(format!("{names}RAJ2000,DEJ2000,Vmag\n").as_bytes(), &["columns", "no table"]);
+    refused(format!("{names}RAJ2000,DEJ2000,Vmag\n").as_bytes(), &["columns", "not a table"]);
 }
 
 #[test]
