@@ -47,6 +47,7 @@ impl PlanVerb {
         if !self.files.is_empty() {
             config.night.input.clone_from(&self.files);
         }
+        super::signals::end_while_reading();
         let options = Options { ..self.common.options() };
         let (plan, notes) = make_plan(&config, self.frames_per_shard, &options, &self.common.progress())?;
         plan.write(&self.out)?;

@@ -86,6 +86,7 @@ impl Run {
         if self.dry_run {
             return dry_run_night(&config, self.common.jobs);
         }
+        super::signals::end_while_reading();
         let options = Options {
             strict: self.strict,
             no_figures: self.no_figures,

@@ -1,9 +1,10 @@
 //! Ctrl-C, a scheduler's SIGTERM, a closed terminal: the first finishes the frames in work, the second ends at once.
-//! While inputs are read nothing is in work, and the first ends at once, too.
+//! While `run` reads its inputs nothing is in work, and the first ends at once, too.
 //!
 //! The exit code is 128 + the signal (130, 143, 129). A closed pipe (`| head`) is no signal here: see [`super::output`].
 
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use satphot::base::stop::Stop;
 
@@ -18,6 +19,14 @@ pub fn stop() -> Stop {
         stop
     })
     .clone()
+}
+
+/// Whether the first signal ends the program while inputs are read: not where it has more to do, as `watch` has.
+static ENDS_WHILE_READING: AtomicBool = AtomicBool::new(false);
+
+/// Has the first signal end the program while a run reads its inputs.
+pub fn end_while_reading() {
+    ENDS_WHILE_READING.store(true, Ordering::Relaxed);
 }
 
 /// Has a write beyond the limit on the size of files (`ulimit -f`) fail with an error, as one to a full disk does,
@@ -37,7 +46,6 @@ fn connect(stop: &Stop) {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     use signal_hook::flag;
     use std::sync::Arc;
-    use std::sync::atomic::AtomicBool;
 
     let stop_requested = Arc::new(AtomicBool::new(false));
     // under nohup a hangup is nothing to end for
@@ -57,7 +65,7 @@ fn connect(stop: &Stop) {
     let stop = stop.clone();
     let tell = move || {
         if let Some(signal) = signals.forever().next() {
-            if stop.is_reading() {
+            if ENDS_WHILE_READING.load(Ordering::Relaxed) && stop.is_reading() {
                 super::tell("stopped while the inputs were read; nothing was written: run again");
                 std::process::exit(128 + signal);
             }
