@@ -59,7 +59,7 @@ pub struct ObservationTable {
 /// `residual_mag` = observed − modelled where magnitudes are compared. The result does not depend on the number of threads.
 ///
 /// # Errors
-/// [`Error::Table`] for a column that is missing, of another unit, or of which two can be meant; [`Error::Interrupted`] once a
+/// [`Error::Table`](crate::Error::Table) for a column that is missing, of another unit, or of which two can be meant; [`Error::Interrupted`](crate::Error::Interrupted) once a
 /// stop is requested. A row that cannot be computed is no error: its status is `failed` and its reason says why.
 pub fn observation_table(request: &Request, progress: &dyn Progress) -> Result<ObservationTable> {
     let band = request.magnitudes.map_or("V", |m| m.band.name());
