@@ -292,6 +292,9 @@ pub struct Zeropoint {
     /// 0 where target_b_v_mag is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target_b_v_err_mag: Option<f64>,
+    /// Where target_b_v_mag is from, for the tables; written by a run that measured it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub target_b_v_from: Option<String>,
     /// Rounds after which a robust fit stops; no key of a file, for measuring how many it needs.
     #[serde(skip, default = "max_rounds")]
     pub max_rounds: usize,
@@ -309,6 +312,18 @@ impl Zeropoint {
         match self.target_b_v_mag {
             Some(own) => [own, self.target_b_v_err_mag.unwrap_or(0.0)],
             None => [sun(), self.target_b_v_err_mag.unwrap_or(ASSUMED_COLOUR_ERR_MAG)],
+        }
+    }
+}
+
+impl Zeropoint {
+    /// Where the colour of the target is from, in words.
+    #[must_use]
+    pub fn target_colour_from(&self) -> String {
+        match (&self.target_b_v_from, self.target_b_v_mag) {
+            (Some(from), _) => from.clone(),
+            (None, Some(_)) => "zeropoint.target_b_v_mag of the configuration".into(),
+            (None, None) => "assumed: the Sun's".into(),
         }
     }
 }
@@ -338,6 +353,7 @@ impl Default for Zeropoint {
             max_rejected_frac: 0.5,
             target_b_v_mag: None,
             target_b_v_err_mag: None,
+            target_b_v_from: None,
             max_rounds: Self::MAX_ROUNDS,
         }
     }

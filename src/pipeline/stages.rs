@@ -34,6 +34,8 @@ use crate::tables::words::Status;
 const FLAT: &str = "flat";
 /// Kind of the products of target frames.
 pub const TARGET: &str = "target";
+/// The same with a measured colour of the target: that without is kept too, since the colour is measured with it.
+const COLOURED: &str = "target_coloured";
 
 /// The night with its master flat: read if one is configured, made if there are flats, none if there are none.
 ///
@@ -244,8 +246,9 @@ fn reduced(exposure: &Exposure, night: &Calibrated, products: &FrameCache, depen
         Ok(reduced)
     };
     // what failed may have failed by a disk or a network that will be there again
+    let kind = if night.config.zeropoint.target_b_v_from.is_some() { COLOURED } else { TARGET };
     let (hash, reduced) =
-        products.of_frame(TARGET, exposure, depends, make, |r: &Reduced| r.row.status != Status::Failed);
+        products.of_frame(kind, exposure, depends, make, |r: &Reduced| r.row.status != Status::Failed);
     let reduced = reduced.unwrap_or_else(|error: Error| Reduced::of(failed_row(exposure, &error)));
     Reduced { row: PhotometryRow { frame_sha256: hash, ..reduced.row }, ..reduced }
 }

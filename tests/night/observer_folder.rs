@@ -138,3 +138,56 @@ fn swapped_keywords_are_noticed_where_the_data_show_them_and_listed_where_not() 
         assert_eq!(standing(frame, "FILTER"), Some("not_checkable"), "{frame}");
     }
 }
+
+/// One satellite of an unusual colour, seen by one camera in turn through V, R and no filter.
+fn coloured() -> Night {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("coloured_satellite");
+    std::fs::remove_dir_all(&folder).ok();
+    let satellite =
+        "target = { norad_cat_id = 61111, satellite = \"bluebird-fm1\", size_m = [16.0, 16.0], b_v_mag = 1.1 }";
+    let sets = [
+        "seed=11".to_owned(),
+        "cameras=[]".to_owned(),
+        format!("satellites=[{{ label = \"bluebird\", {satellite} }}]"),
+        "target.n=12".to_owned(),
+        "target.scatter_mag=0.02".to_owned(),
+    ];
+    let scenario = Scenario::load(&root.join("scripts/observer_folder.toml"), &sets).unwrap();
+    simulate(&scenario, &folder, &Silent).unwrap();
+    Night::copy_of(&folder)
+}
+
+#[test]
+fn the_colour_of_a_satellite_is_measured_where_two_bands_saw_it_and_assumed_where_not() {
+    let night = coloured();
+    let groups = reduced(&night);
+    for group in &groups.reduced {
+        let z = &group.group.config.zeropoint;
+        let (mag, err_mag) = (z.target_b_v_mag.unwrap(), z.target_b_v_err_mag.unwrap());
+        assert!((mag - 1.1).abs() < 3.0 * err_mag && err_mag < 0.1, "{mag} +- {err_mag}");
+        let from = z.target_b_v_from.as_ref().unwrap();
+        assert!(from.contains("measured: V-R"), "{from}");
+        let folder = &group.summary.as_ref().unwrap().folder;
+        let text = std::fs::read_to_string(folder.join("photometry.ecsv")).unwrap();
+        assert!(text.contains("target_colour_from") && text.contains("measured: V-R"), "{}", folder.display());
+    }
+    let truth_path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("coloured_satellite/truth/target.csv");
+    let truth = truth_of(&truth_path);
+    for (group, row) in rows_of(&groups) {
+        let (Some(mag), "use") = (row.v_mag, row.verdict.as_str()) else { continue };
+        // with the colour of the Sun the unfiltered frames would be 0.21 x 0.45 = 0.09 mag off
+        let err_mag = row.v_mag_err.unwrap().hypot(row.v_mag_err_sys.unwrap());
+        assert!((mag - truth[&row.frame]).abs() < 4.0 * err_mag, "{group} {}: {mag} {}", row.frame, truth[&row.frame]);
+    }
+    let table = std::fs::read_to_string(groups.folder.join("night.ecsv")).unwrap();
+    assert_eq!(table.lines().filter(|l| l.contains("measured: V-R")).count(), 3, "{table}");
+    // one band alone measures no colour, and an observer who states one is asked for no more
+    let night = night.remove("bluebird_R").remove("R_");
+    let groups = reduced(&night);
+    assert!(groups.reduced.iter().all(|g| g.group.config.zeropoint.target_b_v_mag.is_none()));
+    let table = std::fs::read_to_string(groups.folder.join("night.ecsv")).unwrap();
+    assert!(table.contains("assumed: the Sun's") && !table.contains("measured:"), "{table}");
+    let groups = reduced(&coloured().set("zeropoint.target_b_v_mag=0.9"));
+    assert!(groups.reduced.iter().all(|g| g.group.config.zeropoint.target_b_v_mag == Some(0.9)));
+}

@@ -5,9 +5,11 @@
 //! it, complete with tables, report and manifest. A group that fails does not end the others.
 
 mod by_position;
+mod colour;
 pub mod objects;
 mod split;
 
+use colour::{has_partner, target_colours};
 pub use split::{Group, Split, split};
 
 use std::path::PathBuf;
@@ -130,14 +132,27 @@ pub fn run_night(config: &Config, options: &Options, progress: &dyn Progress) ->
     make_folder(&folder)?;
     let _lock = lock(&folder)?;
     let stars_cache = Some(folder.join(".satphot-stars"));
+    let own =
+        |group: &Group| Options { files: group.files.clone(), stars_cache: stars_cache.clone(), ..options.clone() };
+    let to_be_coloured: Vec<bool> = groups.iter().map(|group| has_partner(group, &groups)).collect();
     let mut reduced = Vec::new();
-    for group in groups {
-        let own = Options { files: group.files.clone(), stars_cache: stars_cache.clone(), ..options.clone() };
-        let summary = match run(&group.config, &own, progress) {
-            Err(stop @ (Error::Interrupted { .. } | Error::Temporary { .. })) => return Err(stop),
-            other => other,
-        };
+    for (group, waits) in groups.into_iter().zip(&to_be_coloured) {
+        // figures of magnitudes that will change are drawn once they have
+        let own = own(&group);
+        let summary = run_group(&group, &Options { no_figures: own.no_figures || *waits, ..own }, progress)?;
         reduced.push(Reduced { group, summary });
+    }
+    let summaries: Vec<_> = reduced.iter().map(|r| (&r.group, r.summary.as_ref().ok())).collect();
+    let colours = target_colours(&summaries);
+    for ((reduced, colour), waits) in reduced.iter_mut().zip(colours).zip(to_be_coloured) {
+        let zeropoint = &mut reduced.group.config.zeropoint;
+        if let Some(colour) = &colour {
+            (zeropoint.target_b_v_mag, zeropoint.target_b_v_err_mag) = (Some(colour.mag), Some(colour.err_mag));
+            zeropoint.target_b_v_from = Some(colour.from.clone());
+        }
+        if colour.is_some() || (waits && !options.no_figures) {
+            reduced.summary = run_group(&reduced.group, &own(&reduced.group), progress)?;
+        }
     }
     let limit = if options.strict { 0.0 } else { config.night.max_failed_frac };
     let poor = too_many(&ungrouped, science, limit);
@@ -157,6 +172,14 @@ pub fn run_night(config: &Config, options: &Options, progress: &dyn Progress) ->
         }
     }
     Ok(Night::Groups(night))
+}
+
+/// Reduces a group; what stops the whole night is an error, what stops the group alone is its result.
+fn run_group(group: &Group, options: &Options, progress: &dyn Progress) -> Result<Result<Summary>> {
+    match run(&group.config, options, progress) {
+        Err(stop @ (Error::Interrupted { .. } | Error::Temporary { .. })) => Err(stop),
+        other => Ok(other),
+    }
 }
 
 /// Why the night is poor, where more than the allowed share of its frames are target frames of no group or cannot be read.
@@ -196,6 +219,10 @@ fn rows_of(reduced: &Reduced) -> Vec<NightRow> {
         band: zeropoint.map_or(row.band, |z| z.band_name().to_owned()),
         zp_mag: zeropoint.map(|z| z.zp_mag),
         zp_mag_err: zeropoint.map(|z| z.cov[0][0].max(0.0).sqrt()),
+        colour_index: zeropoint.map(|z| z.colour_name()).unwrap_or_default(),
+        target_colour_mag: zeropoint.map(|z| z.target_b_v_mag[0]).filter(|c| c.is_finite()),
+        target_colour_err_mag: zeropoint.map(|z| z.target_b_v_mag[1]).filter(|c| c.is_finite()),
+        target_colour_from: zeropoint.map(|_| config.zeropoint.target_colour_from()).unwrap_or_default(),
         reason: summary.poor.join("; "),
         frames: summary.counts.targets as i64,
         ..row

@@ -51,6 +51,7 @@ pub fn table_meta(config: &Config, zeropoint: Option<&Zeropoint>, provenance: &P
         let [colour, err] = z.target_b_v_mag;
         if colour.is_finite() {
             meta.push("target_colour_mag", MetaValue::List(vec![number(colour), number(err)]));
+            meta.push("target_colour_from", text(&config.zeropoint.target_colour_from()));
         }
     }
     if let Some(how) = zeropoint.and_then(Zeropoint::band_text) {

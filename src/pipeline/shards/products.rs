@@ -19,6 +19,7 @@ use crate::base::error::Result;
 use crate::base::file::{file_name, refusal, temporary_name};
 use crate::base::hash::sha256_16;
 use crate::base::hash::sha256_16_text;
+use crate::config::Config;
 use crate::config::digest::config_sha256;
 use crate::frames::Exposure;
 use crate::pipeline::prepared::Prepared;
@@ -60,7 +61,8 @@ impl FrameCache {
         let how = format!("{force_age} {}", night.exhaustive);
         // here and not later: a folder that goes away during the run stays away
         fs::create_dir_all(&folder).map_err(|e| refusal(&folder, e, None))?;
-        let base = key(&[SCHEMA, env!("CARGO_PKG_VERSION"), &build(), &config_sha256(&night.config)?, &how]);
+        let config = without_colour(night.config.clone());
+        let base = key(&[SCHEMA, env!("CARGO_PKG_VERSION"), &build(), &config_sha256(&config)?, &how]);
         Ok(Self { folder: Some(folder), base, redo, ..Self::default() })
     }
 
@@ -70,7 +72,7 @@ impl FrameCache {
     /// # Errors
     /// As [`FrameCache::in_folder`].
     pub fn of_stars(folder: PathBuf, night: &Prepared, redo: bool) -> Result<Self> {
-        let mut config = night.config.clone();
+        let mut config = without_colour(night.config.clone());
         (config.orbit, config.model) = (None, None);
         config.night.name = String::new();
         fs::create_dir_all(&folder).map_err(|e| refusal(&folder, e, None))?;
@@ -231,7 +233,11 @@ impl FrameCache {
     pub fn prune(&self) {
         let (Some(folder), Ok(used)) = (&self.folder, self.used.lock()) else { return };
         let Ok(entries) = fs::read_dir(folder) else { return };
-        let left = entries.filter_map(|e| Some(e.ok()?.path())).filter(|path| !used.contains(&file_name(path)));
+        // whatever is kept of a frame: what another run of the night made of it, with another colour of the target, too
+        let frame = |name: &str| name.rsplit('-').next().unwrap_or_default().to_owned();
+        let frames: BTreeSet<String> = used.iter().map(|name| frame(name)).collect();
+        let left =
+            entries.filter_map(|e| Some(e.ok()?.path())).filter(|path| !frames.contains(&frame(&file_name(path))));
         left.for_each(|path| {
             let _ = fs::remove_file(path); // it costs a little room, nothing else
         });
@@ -243,6 +249,13 @@ impl FrameCache {
             let _ = fs::remove_dir_all(folder); // left files cost a little room, nothing else
         }
     }
+}
+
+/// The configuration without the colour of the target, which only calibrated magnitudes depend on: they name it with the zeropoint.
+fn without_colour(mut config: Config) -> Config {
+    let z = &mut config.zeropoint;
+    (z.target_b_v_mag, z.target_b_v_err_mag, z.target_b_v_from) = (None, None, None);
+    config
 }
 
 /// Two folders may hold files of one name, so the name of a product is of the whole path.

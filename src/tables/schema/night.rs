@@ -43,6 +43,14 @@ table! {
         zp_mag: Option<f64> => "mag" ["phot.calib;phot.mag"],
         /// its error
         zp_mag_err: Option<f64> => "mag" ["stat.error;phot.calib"],
+        /// colour index of the colour term
+        colour_index: String => ["meta.id"],
+        /// colour of the satellite that the magnitudes are calibrated with, in that index
+        target_colour_mag: Option<f64> => "mag" ["phot.mag;arith.diff"],
+        /// its error
+        target_colour_err_mag: Option<f64> => "mag" ["stat.error;phot.mag"],
+        /// where that colour is from: measured, the configuration or the Sun
+        target_colour_from: String => ["meta.note"],
         /// why the group could not be reduced, or what taints it; empty if nothing
         reason: String => ["meta.note"],
     }
