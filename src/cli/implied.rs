@@ -16,7 +16,7 @@ use satphot::brightness::{Catalogue, Entry};
 use satphot::config::Config;
 use satphot::fits::find_files;
 use satphot::frames::header::{header_site, optics};
-use satphot::frames::{Exposure, Role, classify, read_box, table_camera};
+use satphot::frames::{Exposure, Role, classify, overscan, read_box, table_camera};
 
 /// Side of the square in the middle of a bias frame whose median is its level \[px\].
 const BIAS_BOX_PX: usize = 256;
@@ -260,17 +260,21 @@ impl Writer<'_> {
     /// The median level of the bias frames in their middle.
     fn bias_level(&self, frames: &[&Exposure]) -> Option<Stated> {
         let biases = frames.iter().filter(|f| f.role == Role::Bias);
-        let mut levels: Vec<f64> = biases
-            .take(5)
-            .filter_map(|f| {
-                let side = BIAS_BOX_PX.min(f.size_px.0).min(f.size_px.1);
-                let origin = ((f.size_px.0 - side) / 2, (f.size_px.1 - side) / 2);
-                let pixels = read_box(f, origin, (side, side)).ok()?;
-                median(&mut pixels.into_iter().map(f64::from).collect::<Vec<_>>())
-            })
-            .collect();
+        let of_bias = |f: &&Exposure| {
+            let side = BIAS_BOX_PX.min(f.size_px.0).min(f.size_px.1);
+            let origin = ((f.size_px.0 - side) / 2, (f.size_px.1 - side) / 2);
+            let pixels = read_box(f, origin, (side, side)).ok()?;
+            median(&mut pixels.into_iter().map(f64::from).collect::<Vec<_>>())
+        };
+        let mut levels: Vec<f64> = biases.take(5).filter_map(of_bias).collect();
+        let mut what = "bias frames";
+        if levels.is_empty() {
+            what = "overscans (BIASSEC)";
+            let of_overscan = |f: &&Exposure| Some(overscan(f, None).ok()??.adu);
+            levels = frames.iter().filter_map(of_overscan).take(5).collect();
+        }
         let level = median(&mut levels)?;
-        Some((format!("{:?}", (level * 10.0).round() / 10.0), format!("median of {} bias frames", levels.len())))
+        Some((format!("{:?}", (level * 10.0).round() / 10.0), format!("median of {} {what}", levels.len())))
     }
 
     fn filters(&mut self) {

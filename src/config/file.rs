@@ -211,6 +211,9 @@ pub struct Detector {
     /// Share of the saturation level above which a pixel is called saturated.
     #[serde(default = "saturation_frac")]
     pub saturation_frac: f64,
+    /// Take the bias level of each frame from its overscan (BIASSEC) where it has one and no bias frames match.
+    #[serde(default = "yes", skip_serializing_if = "is_true")]
+    pub use_overscan: bool,
 }
 
 /// Which of the frames are reduced.

@@ -5,10 +5,7 @@
 
 use crate::base::stats::{mean_and_sd, median, sigma_clip};
 use crate::detector::{Counts, DarkNoise, PairPoints, Refusal, Transfer, compare_flats, count_values, fit_transfer};
-use crate::frames::{Blocks, Exposure, read_box, sensor_pixels};
-
-/// Pixels of an overscan that are read.
-const OVERSCAN_PX: usize = 100_000;
+use crate::frames::{self, Blocks, Exposure, sensor_pixels};
 
 /// How much is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -120,22 +117,11 @@ pub fn measure_bias(
     (n > 0).then(|| Bias { level_adu, err_adu: (sd / (n as f64).sqrt()).max(single), n, var_adu2 })
 }
 
-/// Level of the overscan that BIASSEC of a raw flat or light names, `[x1:x2,y1:y2]` from 1.
+/// Level of the overscan of the first raw flat or light that has one.
 pub fn overscan(group: &Group) -> Option<Bias> {
-    group.flats.iter().chain(&group.lights).find_map(|exposure| {
-        let text = exposure.header.text("BIASSEC")?;
-        let (x, y) = text.trim_matches(['[', ']', ' ']).split_once(',')?;
-        let span = |s: &str, n: usize| {
-            let (a, b) = s.split_once(':')?;
-            let (a, b): (usize, usize) = (a.trim().parse().ok()?, b.trim().parse().ok()?);
-            (1 <= a && a <= b && b <= n).then(|| (a - 1, b + 1 - a))
-        };
-        let ((x0, nx), (y0, ny)) = (span(x, exposure.size_px.0)?, span(y, exposure.size_px.1)?);
-        let values = read_box(exposure, (x0, y0), (nx, ny.min(OVERSCAN_PX.div_ceil(nx)))).ok()?;
-        let clipped = sigma_clip(&mut values.into_iter().map(f64::from).collect::<Vec<_>>(), 5.0)?;
-        let err_adu = clipped.sigma / (clipped.n as f64).sqrt();
-        (clipped.n >= 100).then_some(Bias { level_adu: clipped.mean, err_adu, n: 1, var_adu2: None })
-    })
+    let level = |exposure: &Exposure| frames::overscan(exposure, None).ok().flatten();
+    let level = group.flats.iter().chain(&group.lights).find_map(level)?;
+    Some(Bias { level_adu: level.adu, err_adu: level.err_adu, n: 1, var_adu2: None })
 }
 
 /// Median level of the darks \[ADU\], of the first that can be read.

@@ -121,7 +121,7 @@ mod tests {
             let problem = rows(body.as_bytes(), true).unwrap_err();
             assert!(problem.contains(word), "{problem}");
         }
-        assert!(of("1\t400\t0\t12\n", true).unwrap_err().contains("no star"));
+        assert!(of("1\t400\t0\t12\n", true).unwrap_err().contains("is not a star"));
         assert!(of("1\t40\t0\n", true).unwrap_err().contains("3 cells, expected 4"));
     }
 }

@@ -5,10 +5,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use rayon::prelude::*;
+
 use super::exposure::Exposure;
 use super::frame::{ElectronsPerAdu, Gain, GainSetting};
 use super::header::{CameraCheck, check_camera};
+use super::overscan::overscan;
 use crate::base::error::{Error, Result};
+use crate::base::stats::median;
 use crate::config;
 
 /// The embedded cameras, with their source in the comment lines.
@@ -179,6 +183,30 @@ impl Detector {
         let known = self.table.keys().chain(self.own.e_per_adu.keys()).filter_map(both);
         let (nearest, e_per_adu, read_noise_e) = known.min_by_key(|(t, _, _)| ((t - setting).abs(), *t))?;
         Some((e_per_adu * 10f64.powf((nearest - setting) as f64 / 200.0), read_noise_e))
+    }
+
+    /// The bias level of a frame by its overscan \[ADU\]; `None` where it has none, or the configuration leaves it out.
+    ///
+    /// # Errors
+    /// Why BIASSEC of the header cannot be used. A file that cannot be read has none.
+    pub fn overscan_adu(&self, exposure: &Exposure) -> std::result::Result<Option<f64>, String> {
+        if !self.config.use_overscan {
+            return Ok(None);
+        }
+        Ok(overscan(exposure, self.gain(exposure).ok().as_ref())?.map(|level| level.adu))
+    }
+
+    /// From now on no frame has a bias level of its own.
+    pub fn leave_overscan_out(&mut self) {
+        self.config.use_overscan = false;
+    }
+
+    /// The same with the bias level of the overscans of frames, their median, where they have some.
+    #[must_use]
+    pub(crate) fn at_overscan_of(&self, exposures: &[Exposure]) -> Detector {
+        let levels = exposures.par_iter().filter_map(|exposure| self.overscan_adu(exposure).ok().flatten());
+        let pedestal_adu = median(&mut levels.collect::<Vec<_>>()).unwrap_or(self.config.pedestal_adu);
+        Detector { config: config::Detector { pedestal_adu, ..self.config.clone() }, ..self.clone() }
     }
 
     /// Bias level \[ADU\].

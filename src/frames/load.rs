@@ -17,6 +17,7 @@ use super::clip::Region;
 use super::exposure::Exposure;
 use super::flat::master::MasterFlat;
 use super::frame::{Electrons, Frame, Gain, mask};
+use super::overscan::{Section, sections};
 use super::read::{Pixels, TILE_ROWS};
 use super::zero_level::ZeroLevel;
 use crate::base::error::{Error, Result};
@@ -87,6 +88,8 @@ pub struct FrameReader<'a> {
     stored: Option<Stored>,
     /// What biases and darks say of its zero level.
     zero: Option<ZeroLevel<'a>>,
+    /// Where light falls, if the header says that it does not everywhere.
+    lit: Option<Section>,
 }
 
 /// Reads one exposure inside the clip circle: flattened electrons.
@@ -126,7 +129,9 @@ impl<'a> FrameReader<'a> {
         let region = Region::new(exposure.size_px, clip_radius_px);
         let flat = flat.map(|flat| Ok((flat, place_in(flat, exposure, &region)?))).transpose()?;
         let stored = open_stored(&exposure.path, &exposure.header)?;
-        Ok(Self { exposure, gain, region, flat, stored, zero: None })
+        // a section that is none of this frame says nothing about it
+        let lit = sections(exposure).ok().flatten().and_then(|(_, lit)| lit);
+        Ok(Self { exposure, gain, region, flat, stored, zero: None, lit })
     }
 
     /// The same, with the zero level of biases and darks subtracted instead of the constant pedestal; its noise enters the read
@@ -151,12 +156,17 @@ impl<'a> FrameReader<'a> {
         (x0..x0 + nx, y0..y0 + ny)
     }
 
-    /// Columns of row `y_px` inside the clip circle.
+    /// Columns of row `y_px` inside the clip circle, and where light falls.
     #[must_use]
     pub fn inside(&self, y_px: usize) -> Range<usize> {
         let x0 = self.region.origin_px.0;
         let kept = self.region.inside(y_px - self.region.origin_px.1);
-        x0 + kept.start..x0 + kept.end
+        let (start, end) = (x0 + kept.start, x0 + kept.end);
+        let Some(lit) = &self.lit else { return start..end };
+        if !lit.y.contains(&y_px) {
+            return start..start;
+        }
+        start.clamp(lit.x.start, lit.x.end)..end.clamp(lit.x.start, lit.x.end)
     }
 
     /// Whether a part of a row costs no more than its share: not where rows are compressed whole.

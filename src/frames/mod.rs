@@ -13,6 +13,7 @@ mod frame;
 pub mod header;
 mod load;
 mod mosaic;
+mod overscan;
 pub(crate) mod read;
 mod readout;
 mod role;
@@ -30,6 +31,7 @@ pub use load::{Buffers, FrameReader, PooledFrame, read};
 
 pub use exposure::other_satellite;
 pub use mosaic::{check_pattern, sensor_pixels};
+pub use overscan::{Level, Section, overscan, sections};
 pub use readout::Camera;
 pub use role::Role;
 pub(crate) use role::{letters, matches_glob, name_variants, names_object, role_by_name};

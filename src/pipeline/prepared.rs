@@ -197,14 +197,20 @@ impl Flattened {
     /// Whatever is wrong with this frame: [`Error::Io`], [`Error::GainNotTabulated`], [`Error::Flat`], [`Error::Fits`] for
     /// one that was never filled.
     pub fn open<'a>(&'a self, exposure: &'a Exposure) -> Result<FrameReader<'a>> {
-        let gain = self.detector.gain(exposure)?;
+        let mut gain = self.detector.gain(exposure)?;
         let clip_px = self.config.photometry.clip_radius_px;
         // one that is saturated all over says so by itself
         if let Some(adu) = never_filled(exposure, clip_px)?.filter(|adu| f64::from(*adu) < gain.saturation_adu) {
             let problem = format!("every pixel is {adu} ADU: the file was never filled");
             return Err(Error::Fits { path: exposure.path.clone(), problem });
         }
-        Ok(FrameReader::open(exposure, gain, clip_px, self.flat.as_ref())?.less(self.zero.of(exposure)))
+        let zero = self.zero.of(exposure);
+        if zero.is_none()
+            && let Ok(Some(level_adu)) = self.detector.overscan_adu(exposure)
+        {
+            gain.pedestal_adu = level_adu;
+        }
+        Ok(FrameReader::open(exposure, gain, clip_px, self.flat.as_ref())?.less(zero))
     }
 
     /// One exposure from disk to flattened, clipped electrons.

@@ -46,7 +46,7 @@ const COLOURED: &str = "target_coloured";
 /// [`Error::Flat`] when there are flats but too few can be used; [`Error::Io`] where `file` cannot be written.
 pub fn master_flat(
     survey: &Survey,
-    night: Prepared,
+    mut night: Prepared,
     (products, file): (&FrameCache, Option<&Path>),
     options: &Options,
     progress: &dyn Progress,
@@ -54,6 +54,7 @@ pub fn master_flat(
 ) -> Result<Flattened> {
     let clip = night.config.photometry.clip_radius_px;
     let zero = zero_levels(survey, &night, products, options, notes)?;
+    notes.extend(check_overscan(survey, &mut night, &zero));
     if let Some(path) = &night.config.flat.master {
         let flat = Some(MasterFlat::read(path, clip, &night.config.flat)?);
         return Ok(Flattened { flat, flat_sha256: sha256_16(path)?, zero, prepared: night });
@@ -120,6 +121,31 @@ fn zero_levels(
     zero.key = sha256_16_text(&hashes.join("\n"));
     notes.append(&mut zero.notes.clone());
     Ok(zero)
+}
+
+/// What is to be said of the overscan, where frames without matching biases have one: that it is used, or that it is not, since
+/// BIASSEC of a flat or of the first light names pixels that saw light. It is then used for no frame of the night.
+fn check_overscan(survey: &Survey, night: &mut Prepared, zero: &ZeroLevels) -> Option<String> {
+    let mut lights = survey.pointings.iter().flatten().chain(&survey.targets);
+    let first = lights.find(|exposure| zero.of(exposure).is_none())?;
+    let pedestal_adu = night.detector.pedestal_adu();
+    let of = |exposure| (exposure, night.detector.overscan_adu(exposure));
+    let flats: Vec<_> = survey.flats.par_iter().map(of).collect();
+    let refused = flats.into_iter().chain([of(first)]).find_map(|(exposure, level)| Some((exposure, level.err()?)));
+    if let Some((exposure, why)) = refused {
+        night.detector.leave_overscan_out();
+        return Some(format!(
+            "warning: {}: {why}; detector.pedestal_adu = {pedestal_adu} is subtracted from all frames, \
+             detector.use_overscan = false silences this",
+            exposure.name
+        ));
+    }
+    let level_adu = night.detector.overscan_adu(first).ok()??;
+    Some(format!(
+        "the bias level of each frame is that of its overscan ({level_adu:.1} ADU in {}), not detector.pedestal_adu = \
+         {pedestal_adu}",
+        first.name
+    ))
 }
 
 /// The bias and dark frames that a run subtracts.

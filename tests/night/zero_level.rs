@@ -162,3 +162,123 @@ fn frames_without_light_that_vanish_or_shrink_are_skipped_by_name() {
         assert_eq!(zero.of(light).unwrap().from, format!("bias of {}", 6 - gone), "{}", light.name);
     }
 }
+
+/// Columns without light at each side.
+const DARK_PX: usize = 12;
+
+/// The demonstration night from a chip with an overscan at both sides, whose bias level drifts from frame to frame; `trimsec` are
+/// further cards, of the width of the lit part and the height.
+fn overscanned(cards: impl Fn(usize, usize) -> Vec<(&'static str, String)>) -> Night {
+    let night = demo();
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    let paths: Vec<_> = ["flat", "field", "target"].iter().flat_map(|kind| night.frames(kind)).collect();
+    for (k, path) in paths.iter().enumerate() {
+        let bytes = std::fs::read(path).unwrap();
+        let (nx, ny) =
+            (text(&bytes, "NAXIS1").parse::<usize>().unwrap(), text(&bytes, "NAXIS2").parse::<usize>().unwrap());
+        let end = bytes.chunks(80).position(|c| c.starts_with(b"END     ")).unwrap();
+        let data = ((end + 1) * 80).div_ceil(2880) * 2880;
+        let drift = 300.0 + 7.3 * (k % 11) as f64;
+        let wide = nx + 2 * DARK_PX;
+        let mut out: Vec<u8> = Vec::new();
+        for card in bytes[..end * 80].chunks(80) {
+            let key = String::from_utf8_lossy(&card[..8]).trim().to_owned();
+            let value = match key.as_str() {
+                "NAXIS1" => Some(wide as f64),
+                "CRPIX1" => Some(text(&bytes, "CRPIX1").parse::<f64>().unwrap() + DARK_PX as f64),
+                "CHECKSUM" | "DATASUM" => continue,
+                _ => None,
+            };
+            match value {
+                Some(v) => out.extend(format!("{:<80}", format!("{key:<8}= {v:>20}")).bytes()),
+                None => out.extend(card),
+            }
+        }
+        for (key, value) in cards(nx, ny) {
+            out.extend(format!("{:<80}", format!("{key:<8}= '{value}'")).bytes());
+        }
+        out.extend(format!("{:<80}", "END").bytes());
+        out.resize(out.len().div_ceil(2880) * 2880, b' ');
+        for row in bytes[data..data + 2 * nx * ny].chunks(2 * nx) {
+            let mut dark = |out: &mut Vec<u8>| {
+                for _ in 0..DARK_PX {
+                    let noise: f64 = (0..12).map(|_| rng.random::<f64>() - 0.5).sum();
+                    let adu = (PEDESTAL_ADU + drift + 5.0 * noise).round() as i32;
+                    out.extend(((adu - 32_768) as i16).to_be_bytes());
+                }
+            };
+            dark(&mut out);
+            for pixel in row.chunks(2) {
+                let stored = i16::from_be_bytes([pixel[0], pixel[1]]);
+                out.extend(stored.saturating_add(drift.round() as i16).to_be_bytes());
+            }
+            dark(&mut out);
+        }
+        out.resize(out.len().div_ceil(2880) * 2880, 0);
+        std::fs::write(path, out).unwrap();
+    }
+    night
+}
+
+fn right_sections(nx: usize, ny: usize) -> Vec<(&'static str, String)> {
+    vec![
+        ("BIASSEC", format!("[1:{DARK_PX},1:{ny}]")),
+        ("TRIMSEC", format!("[{}:{},1:{ny}]", DARK_PX + 1, nx + DARK_PX)),
+    ]
+}
+
+#[test]
+fn the_overscan_of_each_frame_is_its_bias_level_and_is_not_measured() {
+    let clean = demo();
+    clean.run().unwrap();
+    let night = overscanned(right_sections);
+    let summary = night.run().unwrap();
+    let rows = night.rows();
+    assert!(rows.iter().filter(|r| r.v_mag.is_some()).all(|r| r.zero_level.starts_with("overscan at ")), "{rows:?}");
+    assert!(
+        summary.notes.iter().any(|n| n.contains("of its overscan (8") || n.contains("of its overscan (7")),
+        "{:?}",
+        summary.notes
+    );
+    let (worst, n) = largest(&rows, &clean.rows());
+    assert!(n >= 22 && worst < 0.5, "{n} frames, worst {worst}");
+    // the columns without light are no sky: they are neither measured nor in a background
+    let corner = |r: &PhotometryRow| r.sky_corner_ratio;
+    let pairs: Vec<_> = rows.iter().zip(clean.rows()).filter_map(|(a, b)| corner(a).zip(corner(&b))).collect();
+    assert!(pairs.iter().all(|(a, b)| (a - b).abs() < 0.1), "{pairs:?}");
+    // 300 to 373 ADU of bias level that are taken for light, and divided by a flat that they are in too
+    let without = overscanned(right_sections).set("detector.use_overscan=false");
+    without.run().unwrap();
+    assert!(without.rows().iter().all(|r| r.zero_level == "pedestal"));
+    // biases know more than the overscan: the pattern of columns
+    let night = overscanned(right_sections);
+    each_gain(&night, "Bias", 5, 0.0, 9);
+    night.run().unwrap();
+    let zero: Vec<String> = night.rows().into_iter().map(|r| r.zero_level).collect();
+    assert!(zero.iter().all(|z| z == "bias of 5"), "{zero:?}");
+}
+
+#[test]
+fn sections_that_a_program_left_behind_are_named_and_not_used() {
+    type Cards = fn(usize, usize) -> Vec<(&'static str, String)>;
+    let wrong: [(Cards, &str); 4] = [
+        // cut to the lit part, with the sections of the whole chip
+        (
+            |_, ny| vec![("BIASSEC", format!("[1:10,1:{ny}]")), ("TRIMSEC", format!("[11:5000,1:{ny}]"))],
+            "the frame was cut",
+        ),
+        (|nx, ny| vec![("BIASSEC", format!("[{}:{},1:{ny}]", nx - 20, nx))], "light falls on it"),
+        (|nx, ny| vec![("BIASSEC", format!("[1:12,1:{ny}]")), ("DATASEC", format!("[10:{nx},1:{ny}]"))], "overlaps"),
+        (|_, _| vec![("BIASSEC", "[N/A]".into())], "BIASSEC = [N/A] is no part of"),
+    ];
+    for (cards, words) in wrong {
+        let night = overscanned(cards);
+        let summary = night.run().unwrap();
+        assert!(
+            summary.notes.iter().any(|n| n.starts_with("warning: ") && n.contains(words)),
+            "{words}: {:?}",
+            summary.notes
+        );
+        assert!(night.rows().iter().all(|r| r.zero_level == "pedestal"), "{words}");
+    }
+}

@@ -94,6 +94,7 @@ impl MasterFlat {
             problem: "no flat was found; check IMAGETYP or frames.flat, or name a master in flat.master".into(),
         })?;
         let region = Region::new(size_px, clip_radius_px);
+        let detector = &detector.at_overscan_of(flats);
         let checked: Vec<(FlatMember, f32)> =
             flats.par_iter().map(|flat| check_member(flat, detector, config, &region)).collect();
         let (mut members, saturation_adu): (Vec<FlatMember>, Vec<f32>) = checked.into_iter().unzip();

@@ -1,7 +1,8 @@
 //! The colour of a satellite, measured where two bands saw it within a pass.
 //!
-//! Magnitudes. The magnitudes of one band are interpolated to the times of the other; the mean difference is a colour index, which the
-//! relation of stars takes to the index of each band's colour term. It does not cover a colour that changes along a pass, which
+//! Magnitudes. What a satellite is brighter than its model, whose surfaces are grey, in one band is interpolated to the times of the
+//! other; the median difference is the excess of its colour over the Sun's, which the relation of stars takes to the index of each
+//! band's colour term. Without a model, magnitudes at 1000 km are compared. It does not cover a colour that changes along a pass, which
 //! is part of the scatter and so of the error, and unfiltered frames, which are calibrated to V by the colour itself.
 
 use super::split::Group;
@@ -39,8 +40,10 @@ struct OneBand<'a> {
     group: &'a Group,
     band: Band,
     zeropoint: &'a Zeropoint,
-    /// Time \[s\], magnitude and random error of the used frames, in the order of time.
+    /// Time \[s\], magnitude less what is expected of its change with time, and random error of the used frames, in the order of time.
     points: Vec<[f64; 3]>,
+    /// Whether that is the model's; else the change with range.
+    less_model: bool,
     /// Systematic error without those of the assumed colour and of the gain table \[mag\].
     err_sys_mag: f64,
     /// Error of the gain table \[mag\]: the same for all bands of a camera.
@@ -83,7 +86,12 @@ impl<'a> OneBand<'a> {
         let rows = read_photometry(&summary.folder.join("photometry.ecsv")).ok()?.0;
         let used: Vec<&PhotometryRow> =
             rows.iter().filter(|r| r.status == Status::Ok && r.verdict == Verdict::Use).collect();
-        let point = |r: &&PhotometryRow| Some([r.mjd_mid_d? * 86_400.0, r.v_mag?, r.v_mag_err?]);
+        let less_model = used.iter().any(|r| r.residual_mag.is_some());
+        let point = |r: &&PhotometryRow| {
+            let at_1000_km = || Some(r.v_mag? - 5.0 * (r.range_km? / 1000.0).log10());
+            let mag = if less_model { r.residual_mag } else { at_1000_km() };
+            Some([r.mjd_mid_d? * 86_400.0, mag?, r.v_mag_err?])
+        };
         let mut points: Vec<[f64; 3]> =
             used.iter().filter_map(point).filter(|p| p.iter().all(|v| v.is_finite())).collect();
         points.sort_by(|a, b| a[0].total_cmp(&b[0]));
@@ -92,7 +100,7 @@ impl<'a> OneBand<'a> {
         let of_colour = zeropoint.c_mag_mag * assumed_err_mag;
         let gain_err_mag = Detector::from_config(&group.config.detector).ok()?.gain_table_err_mag();
         let err_sys_mag = (err_sys * err_sys - of_colour * of_colour - gain_err_mag * gain_err_mag).max(0.0).sqrt();
-        Some(Self { group, band, zeropoint, points, err_sys_mag, gain_err_mag })
+        Some(Self { group, band, zeropoint, points, less_model, err_sys_mag, gain_err_mag })
     }
 
     /// Magnitude and error at a time, between two frames that are near.
@@ -132,10 +140,11 @@ fn colour(blue: &OneBand, red: &OneBand, wanted: ColourIndex) -> Option<TargetCo
             formal.push(err_mag.hypot(other_err_mag));
         }
     }
-    if differences.len() < FEWEST {
+    if differences.len() < FEWEST || blue.less_model != red.less_model {
         return None;
     }
-    let measured = median(&mut differences.clone())?;
+    let of_model = if blue.less_model { index.sun_mag()? } else { 0.0 };
+    let measured = of_model + median(&mut differences.clone())?;
     // flicker between the frames is in the scatter; neighbours share frames, so that half of them are independent
     let scatter = mad_sigma(&mut differences.clone())?.max(mean_and_sd(&formal).0);
     let err_random = 1.253 * scatter / (0.5 * differences.len() as f64).sqrt();

@@ -24,7 +24,7 @@ use crate::base::threads::with_threads;
 use crate::config::Config;
 use crate::config::digest::config_sha256;
 use crate::export::DataMode;
-use crate::frames::{Exposure, Role, classify};
+use crate::frames::{Detector, Exposure, Role, classify};
 use crate::pipeline::options::Options;
 use crate::pipeline::products::inputs::InputRole;
 use crate::pipeline::products::inputs::TOOL;
@@ -122,6 +122,13 @@ pub fn make_plan(
              subtract detector.pedestal_adu alone, or reduce the night in one run"
         );
         return Err(Error::Config { key: "frames.skip_bias_dark".into(), problem });
+    }
+    let detector = Detector::from_config(&config.detector)?;
+    let lights = survey.pointings.iter().flatten().chain(&survey.targets);
+    if lights.take(1).any(|first| detector.overscan_adu(first).is_ok_and(|level| level.is_some())) {
+        let problem = "the overscan of the frames (BIASSEC) would be subtracted, which the shards of a plan do not do; set it \
+                       to false to subtract detector.pedestal_adu alone, or reduce the night in one run";
+        return Err(Error::Config { key: "detector.use_overscan".into(), problem: problem.into() });
     }
     let products = FrameCache::default();
     let all: Vec<&Exposure> =

@@ -100,7 +100,14 @@ impl ComparedFrame<'_> {
                 row.status = Status::Failed.into();
                 row.reason = without_folder(error, &self.exposure.path);
             }
-            (Some(Ok(measured)), None) => row = measured_columns(row, measured),
+            (Some(Ok(measured)), None) => {
+                row = measured_columns(row, measured);
+                let bias_adu = measured.measured.gain.pedestal_adu;
+                // only an overscan gives a frame a bias level of its own
+                if bias_adu != night.detector.pedestal_adu() {
+                    row.zero_level = format!("overscan at {bias_adu:.2} ADU");
+                }
+            }
             (None, None) => {}
         }
         match &self.model {
