@@ -1,8 +1,8 @@
 //! The configuration that the headers of a folder imply, as the text of a pipeline.toml.
 //!
 //! What the headers state is a live key with its source behind it; what only the observer knows is a comment to fill in,
-//! so that a run refuses the file until it is, and names it. It does not cover optics that no header states, and the
-//! reading of pixels but for the level of the bias frames.
+//! so that a run refuses the file until it is, and names it. Pixels are read for the level of the bias frames, and for gain and read
+//! noise of a camera of which neither table nor headers know them. It does not cover optics that no header states.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -14,12 +14,18 @@ use satphot::base::stats::median;
 use satphot::base::time::iso_utc;
 use satphot::brightness::{Catalogue, Entry};
 use satphot::config::Config;
+use satphot::detector::measure::{Effort, Group};
 use satphot::fits::find_files;
 use satphot::frames::header::{header_site, optics};
 use satphot::frames::{Exposure, Role, classify, overscan, read_box, table_camera};
+use satphot::pipeline::detector::checks::{Known, check_group};
+use satphot::pipeline::detector::gain_check::GainCheck;
 
 /// Side of the square in the middle of a bias frame whose median is its level \[px\].
 const BIAS_BOX_PX: usize = 256;
+
+/// Magnitudes for a small relative change of flux: 2.5 / ln 10.
+const MAG_PER_FRAC: f64 = 2.5 * std::f64::consts::LOG10_E;
 
 /// What the headers of a folder imply.
 #[derive(Debug)]
@@ -223,6 +229,8 @@ impl Writer<'_> {
             all.dedup();
             all
         };
+        let (needs_gain, needs_noise) = (!known && !egain, !(known || egain && noise));
+        let measured = if needs_gain || needs_noise { photon_transfer(&frames, &settings) } else { Vec::new() };
         let _ = writeln!(self.text, "\n[{table}]");
         self.key("camera", name, "\"asi6200mm\"", "the camera, as INSTRUME names it");
         self.key("pixel_um", pixel, "3.76", "pixel pitch, unbinned [um]");
@@ -234,26 +242,56 @@ impl Writer<'_> {
                 "use_header_egain = true"
             );
         }
-        if !known && !egain {
-            let example = settings.first().map_or("\"100\"".into(), |s| format!("\"{s}\""));
-            let _ = writeln!(
-                self.text,
-                "# [{table}.e_per_adu]           # FILL IN: electrons per ADU of each gain setting"
-            );
-            let _ = writeln!(self.text, "# {example} = 0.25");
-            self.missing.push(format!(
-                "{table}.e_per_adu of gain settings {}: `satphot detector` measures it from pairs of flats",
-                settings.iter().map(i64::to_string).collect::<Vec<_>>().join(", ")
-            ));
+        let of_gain = |c: &GainCheck| c.measured_e_per_adu.zip(c.measured_err_e_per_adu);
+        let errors = measured.iter().filter_map(|(_, c)| of_gain(c)).map(|(g, err)| MAG_PER_FRAC * err / g);
+        let worst_mag = errors.fold(0.0, f64::max);
+        if needs_gain && worst_mag > 0.0 {
+            let line = format!("gain_table_err_mag = {:?}", (worst_mag * 1e4).ceil() / 1e4);
+            let _ = writeln!(self.text, "{line:<32} # error of the photon transfer below [mag]");
         }
-        if !(known || egain && noise) {
-            let _ =
-                writeln!(self.text, "# [{table}.read_noise_e]        # FILL IN: read noise of each gain setting [e-]");
-            for setting in &settings {
-                let _ = writeln!(self.text, "# \"{setting}\" = 2.0");
-            }
-            self.missing
-                .push(format!("{table}.read_noise_e: `satphot detector` measures it from pairs of bias frames"));
+        if needs_gain {
+            self.measured_table(table, "e_per_adu", "electrons per ADU", &measured, &|c| {
+                let (g, err) = of_gain(c)?;
+                Some((g, format!("+- {err:.4}: photon transfer of {} pairs of flats ({})", c.n_pairs, c.method)))
+            });
+        }
+        if needs_noise {
+            self.measured_table(table, "read_noise_e", "read noise [e-]", &measured, &|c| {
+                let (noise_e, err_e) = c.read_noise_e.zip(c.read_noise_err_e)?;
+                Some((noise_e, format!("+- {err_e:.3}: pairs of {} bias frames", c.n_biases)))
+            });
+        }
+    }
+
+    /// A table of one number for each gain setting, as measured; a line to fill in for each that is not.
+    fn measured_table(
+        &mut self,
+        table: &str,
+        key: &str,
+        what: &str,
+        measured: &[(i64, GainCheck)],
+        of: &dyn Fn(&GainCheck) -> Option<(f64, String)>,
+    ) {
+        let lacks = measured.iter().filter(|(_, check)| of(check).is_none());
+        let lacks: Vec<(i64, String)> = lacks.map(|(setting, check)| (*setting, check.method.clone())).collect();
+        let header =
+            if lacks.len() == measured.len() { format!("# [{table}.{key}]") } else { format!("[{table}.{key}]") };
+        let fill_in = if lacks.is_empty() { "" } else { "FILL IN: " };
+        let _ = writeln!(self.text, "{header:<32} # {fill_in}{what} of each gain setting");
+        for (setting, check) in measured {
+            let (line, why) = match of(check) {
+                Some((value, why)) => (format!("\"{setting}\" = {:?}", (value * 1e5).round() / 1e5), why),
+                None => (format!("# \"{setting}\" = 1.0"), "an example".to_owned()),
+            };
+            let _ = writeln!(self.text, "{line:<32} # {why}");
+        }
+        if let Some((_, why)) = lacks.first() {
+            let settings: Vec<String> = lacks.iter().map(|(setting, _)| setting.to_string()).collect();
+            self.missing.push(format!(
+                "{table}.{key} of gain settings {}: `satphot detector` measures it from pairs of flats and of bias frames{}",
+                settings.join(", "),
+                if why.is_empty() { String::new() } else { format!(" ({why})") }
+            ));
         }
     }
 
@@ -399,4 +437,26 @@ fn text(frame: &Exposure, keywords: &[&str]) -> Option<Stated> {
         let value = frame.header.text(k).map(|v| v.trim().to_owned()).filter(|v| !v.is_empty())?;
         Some((quoted(&value), (*k).to_owned()))
     })
+}
+
+/// Gain and read noise of each setting by the flats of the filter with the most, and the bias frames.
+fn photon_transfer(frames: &[&Exposure], settings: &[i64]) -> Vec<(i64, GainCheck)> {
+    // frames without GAIN are of one setting, which the tables call 0
+    let all: Vec<Option<i64>> =
+        if settings.is_empty() { vec![None] } else { settings.iter().copied().map(Some).collect() };
+    let of_setting = |setting: &Option<i64>| {
+        let of = |role: Role| {
+            let same = move |f: &&Exposure| f.role == role && f.setting.map(|s| s.0) == *setting;
+            frames.iter().copied().filter(same).cloned().collect::<Vec<_>>()
+        };
+        let (all_flats, biases, darks) = (of(Role::Flat), of(Role::Bias), of(Role::Dark));
+        let mut filters: BTreeMap<Option<&str>, usize> = BTreeMap::new();
+        all_flats.iter().for_each(|f| *filters.entry(f.filter.as_deref()).or_default() += 1);
+        let filter = filters.into_iter().max_by_key(|(_, n)| *n).and_then(|(filter, _)| filter.map(str::to_owned));
+        let flats = all_flats.into_iter().filter(|f| f.filter == filter).collect();
+        let lights = of(Role::Stars).into_iter().chain(of(Role::Target)).collect();
+        let check = check_group(&Group { flats, biases, darks, lights }, &Known::default(), Effort::RUN);
+        (setting.unwrap_or(0), check)
+    };
+    all.iter().map(of_setting).collect()
 }

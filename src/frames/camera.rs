@@ -102,13 +102,22 @@ impl Detector {
             })?;
             (value, "header EGAIN".to_string())
         } else {
-            let setting = setting.ok_or_else(|| {
-                header_error("GAIN", "no gain setting in the header; name your keyword in header.aliases.gain or set detector.use_header_egain = true")
-            })?;
-            self.e_per_adu(setting).ok_or_else(|| Error::GainNotTabulated {
-                path: exposure.path.clone(),
-                setting,
-                camera: self.camera.clone(),
+            let of_table = match setting {
+                Some(setting) => self.e_per_adu(setting),
+                // a camera without settings has one entry
+                None => only(&self.own.e_per_adu).map(|g| (g, "pipeline.toml".into())),
+            };
+            of_table.ok_or_else(|| match setting {
+                Some(setting) => Error::GainNotTabulated {
+                    path: exposure.path.clone(),
+                    setting,
+                    camera: self.camera.clone(),
+                },
+                None => header_error(
+                    "GAIN",
+                    "no gain setting in the header; name your keyword in header.aliases.gain, set \
+                     detector.use_header_egain = true, or give detector.e_per_adu its one entry \"0\" = electrons per ADU",
+                ),
             })?
         };
         let in_header =

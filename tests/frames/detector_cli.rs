@@ -285,6 +285,45 @@ fn the_overscan_stands_in_for_bias_frames_and_a_file_named_twice_is_one() {
 }
 
 #[test]
+fn init_measures_a_camera_that_neither_table_nor_headers_know() {
+    let homemade = Camera {
+        e_per_adu: 0.61,
+        read_noise_e: 4.2,
+        cards: vec![("INSTRUME", CardValue::Text("homemade".into()))],
+        ..asi6200()
+    };
+    let d = dir();
+    homemade.flats(d.path(), "f", &[20_000.0, 20_100.0, 19_900.0, 20_050.0], 3);
+    homemade.biases(d.path());
+    homemade.write(d.path(), "light.fits", "Light Frame", 300.0, 80, (320, 256));
+    let text = satphot(d.path(), &["init", ".", "-"]).expect(0, &[]).out;
+    let line = |table: &str| {
+        let after = text.split_once(table).unwrap_or_else(|| panic!("no {table} in\n{text}")).1;
+        let line = after.lines().find(|l| l.starts_with("\"200\"")).unwrap_or_else(|| panic!("{text}"));
+        let (value, why) = line.split_once('=').unwrap().1.split_once('#').unwrap();
+        let err: f64 = why.split_once("+- ").unwrap().1.split(':').next().unwrap().trim().parse().unwrap();
+        (value.trim().parse::<f64>().unwrap(), err)
+    };
+    let (e_per_adu, err) = line("[detector.e_per_adu]");
+    assert!((e_per_adu - 0.61).abs() < 3.0 * err && err < 0.02, "{e_per_adu} +- {err}");
+    let (read_noise_e, err) = line("[detector.read_noise_e]");
+    assert!((read_noise_e - 4.2).abs() < 3.0 * err + 0.1 && err < 0.3, "{read_noise_e} +- {err}");
+    assert!(text.contains("gain_table_err_mag = 0.0") && !text.contains("# [detector.e_per_adu]"), "{text}");
+    // one flat and no biases say nothing, and the file says what is missing
+    let d = dir();
+    homemade.flats(d.path(), "f", &[20_000.0], 3);
+    homemade.write(d.path(), "light.fits", "Light Frame", 300.0, 80, (320, 256));
+    let output = satphot(d.path(), &["init", ".", "-"]).expect(0, &[]);
+    assert!(output.out.contains("# [detector.e_per_adu]") && output.out.contains("# \"200\" = "), "{}", output.out);
+    assert!(format!("{}{}", output.out, output.err).contains("`satphot detector` measures it"), "{}", output.err);
+    // a camera of the table is not measured
+    let d = dir();
+    asi6200().flats(d.path(), "f", &[20_000.0, 20_100.0], 3);
+    asi6200().write(d.path(), "light.fits", "Light Frame", 300.0, 80, (320, 256));
+    assert!(!satphot(d.path(), &["init", ".", "-"]).expect(0, &[]).out.contains("e_per_adu"));
+}
+
+#[test]
 fn the_program_says_what_it_needs() {
     let d = dir();
     satphot(d.path(), &["detector"]).expect(4, &["name flats and bias frames", "--help"]).without_results();

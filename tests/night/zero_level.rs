@@ -240,11 +240,20 @@ fn the_overscan_of_each_frame_is_its_bias_level_and_is_not_measured() {
         "{:?}",
         summary.notes
     );
-    let (worst, n) = largest(&rows, &clean.rows());
-    assert!(n >= 22 && worst < 0.5, "{n} frames, worst {worst}");
+    let clean = clean.rows();
+    for (a, b) in rows.iter().zip(&clean) {
+        // the drift of the bias level is 0 to 73 ADU, 18 e-
+        if let (Some(x), Some(y)) = (a.sky_e_px, b.sky_e_px) {
+            assert!((x - y).abs() < 0.2 + 0.005 * y, "{}: sky {x} {y}", a.frame);
+        }
+        // outlines of faint targets follow the noise of the background, whose mesh begins elsewhere
+        if let (Some(x), Some(y)) = (a.v_mag.filter(|_| b.v_mag_err.is_some_and(|e| e < 0.03)), b.v_mag) {
+            assert!((x - y).abs() < 0.02, "{}: {x} {y}", a.frame);
+        }
+    }
     // the columns without light are no sky: they are neither measured nor in a background
     let corner = |r: &PhotometryRow| r.sky_corner_ratio;
-    let pairs: Vec<_> = rows.iter().zip(clean.rows()).filter_map(|(a, b)| corner(a).zip(corner(&b))).collect();
+    let pairs: Vec<_> = rows.iter().zip(&clean).filter_map(|(a, b)| corner(a).zip(corner(b))).collect();
     assert!(pairs.iter().all(|(a, b)| (a - b).abs() < 0.1), "{pairs:?}");
     // 300 to 373 ADU of bias level that are taken for light, and divided by a flat that they are in too
     let without = overscanned(right_sections).set("detector.use_overscan=false");
