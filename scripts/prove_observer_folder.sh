@@ -6,7 +6,8 @@
 #
 # Fails where a group or a row is missing or mixed, a band has fewer than 200 used magnitudes, their random errors hold less than
 # 60 or more than 76 % of the deviations from the median of their group, that median is further from the truth than three of its
-# systematic errors, a swapped keyword is neither noticed nor listed as not checkable, or time or memory grow faster than frames.
+# systematic errors, a swapped keyword is neither noticed nor listed as not checkable, or time or memory grow faster than frames,
+# satellites or filters.
 set -euo pipefail
 here=$(cd "$(dirname "$0")/.." && pwd)
 folder=${1:?usage: $0 FOLDER [SATPHOT]}
@@ -51,6 +52,14 @@ PYTHON
 run "$folder/swapped"
 draw "$folder/half" 30
 run "$folder/half"
+part() { # name, patterns of the files to leave out: a part of the half night
+  rm -rf "$folder/$1"
+  cp -r "$folder/half" "$folder/$1"
+  (cd "$folder/$1" && shift && rm -rf satphot-out && rm -f -- $@)
+  run "$folder/$1"
+}
+part one_satellite '*_starlink_*' '*_bluebird_*'
+part one_filter '*_R_*' '*_clear_*'
 python3 - "$folder" <<'PYTHON'
 import csv, glob, statistics, sys
 
@@ -111,12 +120,23 @@ for frame, keyword, standing in expected:
     print(f"swapped {keyword} of {frame}: {found or 'set aside'}: {reason}")
     if not noticed:
         failures.append(f"swapped {keyword} of {frame}: {found}, not {standing}")
-(u1, s1, m1), (u2, s2, m2) = ([float(x) for x in open(f"{folder}/{name}/time.txt").read().split()[-3:]] for name in ("half", "night"))
-n1, n2 = (len(glob.glob(f"{folder}/{name}/*.fits")) for name in ("half", "night"))
 
-print(f"{n1} frames: {u1 + s1:.1f} s of CPU, {m1 / 1024:.0f} MB; {n2} frames: {u2 + s2:.1f} s, {m2 / 1024:.0f} MB")
-if (u2 + s2) / (u1 + s1) > 1.3 * n2 / n1 or m2 / m1 > 1.3 * n2 / n1:
-    failures.append("time or memory grow faster than the frames")
+
+def cost(name):
+    """CPU time [s] and peak memory [MB] of a run."""
+    user, system, memory = [float(x) for x in open(f"{folder}/{name}/time.txt").read().split()[-3:]]
+    return user + system, memory / 1024
+
+
+for what, less, more, factor in (
+    ("frames", "half", "night", len(glob.glob(f"{folder}/night/*.fits")) / len(glob.glob(f"{folder}/half/*.fits"))),
+    ("satellites", "one_satellite", "half", 3.0),
+    ("filters", "one_filter", "half", 3.0),
+):
+    (time_1, memory_1), (time_2, memory_2) = cost(less), cost(more)
+    print(f"{factor:.2f} times the {what}: CPU {time_1:.1f} to {time_2:.1f} s, memory {memory_1:.0f} to {memory_2:.0f} MB")
+    if time_2 / time_1 > 1.3 * factor or memory_2 / memory_1 > 1.3 * factor:
+        failures.append(f"time or memory grow faster than the {what}")
 print("\n".join(failures) or "proved")
 sys.exit(bool(failures))
 PYTHON

@@ -4,9 +4,12 @@ use super::error::Error;
 use super::error::Result;
 use sha2::Digest;
 use sha2::Sha256;
+use std::collections::BTreeMap;
 use std::io::ErrorKind;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+use std::time::SystemTime;
 
 /// First 16 hex digits of the SHA-256 of a file.
 ///
@@ -27,6 +30,34 @@ pub fn sha256_16(path: &Path) -> Result<String> {
             Err(e) if e.kind() == ErrorKind::Interrupted => {}
             Err(e) => return Err(Error::io(path, e)),
         }
+    }
+}
+
+/// Hashes of files that are known from their size and the time of their last change, for a program that looks at the same files
+/// again and again. Clones share what they know.
+#[derive(Debug, Clone, Default)]
+pub struct KnownHashes(Arc<Mutex<BTreeMap<PathBuf, (u64, SystemTime, String)>>>);
+
+impl KnownHashes {
+    /// First 16 hex digits of the SHA-256 of a file.
+    ///
+    /// # Errors
+    /// [`Error::Io`], as [`sha256_16`].
+    pub fn sha256_16(&self, path: &Path) -> Result<String> {
+        let state = || std::fs::metadata(path).ok().and_then(|meta| Some((meta.len(), meta.modified().ok()?)));
+        let before = state();
+        if let (Some((bytes, modified)), Ok(known)) = (before, self.0.lock())
+            && let Some((known_bytes, known_modified, hash)) = known.get(path)
+            && (*known_bytes, *known_modified) == (bytes, modified)
+        {
+            return Ok(hash.clone());
+        }
+        let hash = sha256_16(path)?;
+        // a file that changed meanwhile is of two states
+        if let (Some((bytes, modified)), true, Ok(mut known)) = (before, state() == before, self.0.lock()) {
+            known.insert(path.to_path_buf(), (bytes, modified, hash.clone()));
+        }
+        Ok(hash)
     }
 }
 

@@ -6,7 +6,9 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use notify::{RecommendedWatcher, RecursiveMode, Watcher};
+use notify::event::{AccessKind, AccessMode};
+use notify::{EventKind, RecommendedWatcher, RecursiveMode, Watcher};
+use satphot::base::hash::KnownHashes;
 use satphot::base::progress::Silent;
 use satphot::base::stop::Stop;
 use satphot::config::Config;
@@ -33,6 +35,8 @@ Examples:
   satphot watch night.toml --idle 30     ends by itself 30 min after the last frame
   satphot watch night.toml --poll 5      a disk that reports no events";
 
+/// A file that was open for writing is closed.
+const WRITTEN: EventKind = EventKind::Access(AccessKind::Close(AccessMode::Write));
 /// How long to wait between two looks while a file is being written.
 const PENDING: Duration = Duration::from_millis(300);
 /// How long to wait for an event before the folders are listed anyway.
@@ -100,8 +104,11 @@ impl Watch {
             self.note(&format!("{} is on a network disk: it is listed every {LISTED_S} s", remote.display()));
             return listed(LISTED_S);
         }
-        let mut watcher = notify::recommended_watcher(move |_| {
-            let _ = notifier.send(()); // whatever it was, the folders are scanned
+        let mut watcher = notify::recommended_watcher(move |event: notify::Result<notify::Event>| {
+            // that a file was read is no news: reading it would cause the next look, for ever
+            if event.map_or(true, |event| !event.kind.is_access() || event.kind == WRITTEN) {
+                let _ = notifier.send(()); // whatever it was, the folders are scanned
+            }
         });
         let watched = watcher.as_mut().map_err(|e| e.to_string()).and_then(|watcher| {
             let mut all = config.night.input.iter();
@@ -120,13 +127,14 @@ impl Watch {
     /// Reduces whatever is complete, again and again, until a stop is requested or nothing arrives any more.
     fn follow(&self, config: &Config, options: &Options, events: &Events, printed: &mut Printed) -> anyhow::Result<()> {
         let (clock, mut arrivals) = (Instant::now(), Arrivals::default());
+        let known_hashes = Some(KnownHashes::default());
         let mut last_news = Instant::now();
         loop {
             let news = arrivals.scan(config, clock.elapsed())?;
             if news > 0 {
                 last_news = Instant::now();
                 let files = arrivals.complete();
-                let own = Options { files, ..options.clone() };
+                let own = Options { files, known_hashes: known_hashes.clone(), ..options.clone() };
                 match run_night(config, &own, &Silent) {
                     Ok(night) => {
                         pages(&night).iter().for_each(|page| refreshing(page));

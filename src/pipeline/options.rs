@@ -1,6 +1,7 @@
 //! The options of a run of the night.
 
 use super::memory::Memory;
+use crate::base::hash::KnownHashes;
 use crate::base::stop::Stop;
 use crate::base::threads::threads;
 use std::path::PathBuf;
@@ -26,6 +27,8 @@ pub struct Options {
     pub exhaustive: bool,
     /// Do everything again, including what an earlier run has kept.
     pub redo: bool,
+    /// Hashes of frames that an earlier reduction of the same program took; absent: all files are read again.
+    pub known_hashes: Option<KnownHashes>,
     /// A request to stop after the frames in work.
     pub stop: Stop,
 }

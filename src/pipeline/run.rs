@@ -122,7 +122,8 @@ impl<'a> Run<'a> {
             problem: format!("the folder of the results cannot be made (night.output, -o): {e}"),
         })?;
         let lock = lock(&folder)?;
-        let products = FrameCache::in_folder(folder.join(FOLDER), &prepared, options.redo)?;
+        let products =
+            FrameCache::in_folder(folder.join(FOLDER), &prepared, options.redo)?.knowing(options.known_hashes.clone());
         // what has just been read: the files may be others, or gone, when the products state their hashes
         named_files(config).iter().for_each(|(_, path)| _ = products.sha256(path));
         let mut log = Log::new(progress);
@@ -156,7 +157,10 @@ impl<'a> Run<'a> {
     fn calibrate(&mut self, flattened: Flattened) -> Result<(Calibrated, Stars)> {
         let Self { survey, products, options, progress, log, poor, .. } = self;
         let shared = match &options.stars_cache {
-            Some(folder) => Some(FrameCache::of_stars(folder.clone(), &flattened, options.redo)?),
+            Some(folder) => {
+                let cache = FrameCache::of_stars(folder.clone(), &flattened, options.redo)?;
+                Some(cache.knowing(options.known_hashes.clone()))
+            }
             None => None,
         };
         let kept = shared.as_ref().unwrap_or(products);

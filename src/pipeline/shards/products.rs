@@ -17,8 +17,8 @@ use sha2::{Digest, Sha256};
 
 use crate::base::error::Result;
 use crate::base::file::{file_name, refusal, temporary_name};
-use crate::base::hash::sha256_16;
 use crate::base::hash::sha256_16_text;
+use crate::base::hash::{KnownHashes, sha256_16};
 use crate::config::Config;
 use crate::config::digest::config_sha256;
 use crate::frames::Exposure;
@@ -42,6 +42,8 @@ pub struct FrameCache {
     /// Nothing kept earlier is used.
     redo: bool,
     hashes: Mutex<BTreeMap<PathBuf, String>>,
+    /// Hashes that an earlier run of the same program took.
+    known_hashes: Option<KnownHashes>,
     /// Names of the products that this run had to do with.
     used: Mutex<BTreeSet<String>>,
     kept: AtomicUsize,
@@ -81,6 +83,12 @@ impl FrameCache {
         Ok(Self { folder: Some(folder), base, redo, ..Self::default() })
     }
 
+    /// The same, that reads no file again whose hash is known.
+    #[must_use]
+    pub fn knowing(self, known_hashes: Option<KnownHashes>) -> Self {
+        Self { known_hashes, ..self }
+    }
+
     /// First 16 hex digits of the SHA-256 of a file, which is read once at most.
     ///
     /// # Errors
@@ -89,7 +97,10 @@ impl FrameCache {
         if let Some(known) = self.hashes.lock().ok().and_then(|hashes| hashes.get(path).cloned()) {
             return Ok(known);
         }
-        let hash = sha256_16(path)?;
+        let hash = match &self.known_hashes {
+            Some(known) => known.sha256_16(path)?,
+            None => sha256_16(path)?,
+        };
         if let Ok(mut hashes) = self.hashes.lock() {
             hashes.insert(path.to_path_buf(), hash.clone());
         }
