@@ -69,6 +69,9 @@ impl<'a> Hdus<'a> {
     pub(crate) fn open(path: &'a Path) -> Result<Self> {
         // Before it is opened: a pipe would wait for its writer.
         let meta = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
+        if let Some(error) = meta.is_dir().then(|| std::fs::read_dir(path).err()).flatten() {
+            return Err(Error::io(path, error)); // a folder of the night, whose frames nobody knows
+        }
         if !meta.is_file() {
             return Err(Error::Fits { path: path.to_path_buf(), problem: "not a regular file".into() });
         }

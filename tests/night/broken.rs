@@ -445,3 +445,45 @@ fn files_of_one_name_in_two_folders_keep_their_own_hashes() {
         assert_eq!(input["sha256"], satphot::base::hash::sha256_16(&path).unwrap(), "{}", path.display());
     }
 }
+
+/// The program as a user whom permissions stop: as it is, or as `nobody` where the tests are root's. `None` where nobody cannot be
+/// had.
+#[cfg(unix)]
+fn as_user(folder: &Path, args: &[&str]) -> Option<std::process::Output> {
+    use std::os::unix::fs::PermissionsExt;
+    use std::process::Command;
+    let id = Command::new("id").arg("-u").output().ok()?;
+    if id.stdout.trim_ascii() != b"0" {
+        return Command::new(env!("CARGO_BIN_EXE_satphot")).args(args).current_dir(folder).output().ok();
+    }
+    // the folder of the build may be closed to nobody
+    let program = folder.join("satphot-of-nobody");
+    std::fs::copy(env!("CARGO_BIN_EXE_satphot"), &program).unwrap();
+    std::fs::set_permissions(folder, std::fs::Permissions::from_mode(0o777)).unwrap();
+    let nobody = ["--reuid=65534", "--regid=65534", "--clear-groups"];
+    let output = Command::new("setpriv").args(nobody).arg(&program).args(args).current_dir(folder).output().ok()?;
+    (!String::from_utf8_lossy(&output.stderr).starts_with("setpriv:")).then_some(output)
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_within_the_night_that_cannot_be_read_is_a_row_and_the_night_goes_on() {
+    use std::os::unix::fs::PermissionsExt;
+    let night = night();
+    let closed = night.path("lost+found");
+    std::fs::create_dir(&closed).unwrap();
+    std::fs::copy(night.path(TARGETS[0]), closed.join("hidden.fits")).unwrap();
+    std::fs::set_permissions(&closed, std::fs::Permissions::from_mode(0o000)).unwrap();
+    let output = as_user(&night.path("."), &["run", "-q"]);
+    std::fs::set_permissions(&closed, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let Some(output) = output else {
+        eprintln!("skipped: the tests are root's, and there is no setpriv to become nobody");
+        return;
+    };
+    let said = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    let measured = night.rows().into_iter().filter(|r| TARGETS.contains(&r.frame.as_str()) && r.v_mag.is_some());
+    assert!(measured.count() >= 5, "{said}");
+    let manifest = night.manifest().to_string();
+    assert!(manifest.contains("lost+found") && manifest.contains("lost+found: permission denied"), "{manifest}");
+}

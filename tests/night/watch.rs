@@ -59,6 +59,13 @@ impl Watching {
         }
     }
 
+    /// CPU time so far \[s\], where the system tells it: fields 14 and 15 of proc_pid_stat(5), in ticks of 10 ms.
+    fn cpu_s(&self) -> Option<f64> {
+        let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.child.id())).ok()?;
+        let ticks = stat.rsplit_once(')')?.1.split_whitespace().skip(11).take(2).filter_map(|t| t.parse::<f64>().ok());
+        Some(ticks.sum::<f64>() / 100.0)
+    }
+
     fn signal(&self, name: &str) {
         assert!(Command::new("kill").args([name, &self.child.id().to_string()]).status().unwrap().success());
     }
@@ -97,6 +104,13 @@ fn frames_are_reduced_as_they_arrive_and_the_results_are_those_of_run() {
     assert!(page.is_ok_and(|page| page.contains("http-equiv=\"refresh\"")) || cfg!(not(feature = "report")));
     arrive(&night, targets[1]);
     watching.expect("target_0001.fits");
+    if let Some(before_s) = watching.cpu_s() {
+        // its own results are in a folder beside the frames, and it reads frames: neither is news
+        let waited = Duration::from_secs(4);
+        std::thread::sleep(waited);
+        let share = (watching.cpu_s().unwrap() - before_s) / waited.as_secs_f64();
+        assert!(share < 0.25, "{:.0} % of a core while nothing arrives", 100.0 * share);
+    }
     // it is killed, frames arrive meanwhile, one of them cut; it is started again
     watching.signal("-9");
     watching.child.wait().unwrap();
