@@ -230,6 +230,11 @@ impl<'a> VisibleSurfaces<'a> {
 }
 
 impl LightSource {
+    /// Why the satellite does not see it.
+    pub fn hidden(&self) -> &'static str {
+        self.words.hidden
+    }
+
     /// The Sun in a scene.
     pub fn sun(scene: &Scene, lighting: &Lighting, radius_km: f64) -> LightSource {
         let distance_km = (scene.sun_km - scene.satellite_km).norm();

@@ -10,6 +10,7 @@ pub mod catalogue;
 pub mod columns;
 pub mod earth_view;
 pub mod earthshine;
+mod empirical;
 pub mod explicit;
 mod flux_sum;
 mod ground;

@@ -23,7 +23,7 @@ use super::skip::{SWITCHED_OFF, Skip};
 use super::surface::Surface;
 use crate::base::error::Result;
 use crate::base::vector::{Itrs, Vector};
-use crate::config::{self, EarthRadius, Effects, Mode, MuArea, Shadow, Source};
+use crate::config::{self, EarthRadius, Effects, Empirical, Mode, MuArea, Shadow, Source};
 use crate::orbit::airmass::{Atmosphere, airmass};
 use crate::orbit::earth::geodetic_height_km;
 
@@ -62,6 +62,7 @@ pub struct Model {
     settings: ModelSettings,
     lighting: Lighting,
     surfaces: Vec<Prepared>,
+    empirical: Option<Empirical>,
     area_m2: f64,
 }
 
@@ -77,7 +78,9 @@ impl Model {
         let surfaces = satellite.clone().with_effects(effects).surfaces.into_iter().map(Prepared::new).collect();
         let area_m2 = satellite.surfaces.iter().map(|s| s.area_m2).sum();
         let lighting = Lighting::new(effects, settings.band.as_ref())?;
-        Ok(Self { settings: settings.clone(), lighting, surfaces, area_m2 })
+        let empirical = satellite.empirical.clone();
+        empirical.iter().try_for_each(|law| law.check("satellite.empirical"))?;
+        Ok(Self { settings: settings.clone(), lighting, surfaces, empirical, area_m2 })
     }
 
     /// The satellite and the settings of a configuration.
@@ -126,13 +129,22 @@ impl Model {
         let sun_source = settings.sun.then_some(&sun);
         for (k, (light_source, name)) in [(sun_source, "sun"), (moon.as_ref(), "moon")].into_iter().enumerate() {
             match light_source {
-                Some(light_source) => lights[2 * k] = stage.direct(light_source, &mut skipped),
+                Some(light_source) => {
+                    lights[2 * k] = match &self.empirical {
+                        Some(empirical) => empirical.direct(scene, light_source, &mut skipped),
+                        None => stage.direct(light_source, &mut skipped),
+                    }
+                }
                 None => skipped.push(Skip::light(name, SWITCHED_OFF)),
             }
         }
         for (k, light_source) in [sun_source, moon.as_ref()].into_iter().enumerate() {
             let other_lights_flux = lights.iter().map(|l| l.flux).sum();
             if let Some(light_source) = light_source {
+                if self.empirical.is_some() {
+                    skipped.push(Skip::light(light_source.earth_name, "is part of the light of an empirical model"));
+                    continue;
+                }
                 lights[2 * k + 1] = stage.earth_reflected(light_source, other_lights_flux, &mut skipped);
             }
         }
@@ -149,7 +161,9 @@ impl Model {
         };
         // μ = m + 2.5 lg Ω, Ω = A/d² in arcsec²
         let omega_arcsec2 = area_m2 / (scene.range_km() * 1e3).powi(2) * ARCSEC2_PER_SR;
-        answer.mu_mean_mag_arcsec2 = answer.total_v_mag.map(|v| v + 2.5 * omega_arcsec2.log10());
+        // of an empirical model no area is known
+        let known = omega_arcsec2 > 0.0;
+        answer.mu_mean_mag_arcsec2 = answer.total_v_mag.filter(|_| known).map(|v| v + 2.5 * omega_arcsec2.log10());
         Ok(answer)
     }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use satphot::brightness::catalogue::{Component, Entry, NOT_COMPARED, Shell, Standing};
 use satphot::brightness::{Brdf, Catalogue, catalogue_toml};
-use satphot::config;
+use satphot::config::{self, Empirical, PhaseLaw};
 use satphot::report::summary::text_table;
 use satphot::tables::{Definition, SATELLITES, SURFACES};
 
@@ -87,8 +87,11 @@ fn list(entries: &[Entry]) -> Vec<Vec<String>> {
         vec![
             e.name.clone(),
             e.title.clone(),
-            format!("{:.2}", e.area_m2()),
-            e.surfaces.iter().map(|s| s.name.as_str()).collect::<Vec<_>>().join(" + "),
+            if e.empirical.is_some() { "-".into() } else { format!("{:.2}", e.area_m2()) },
+            match &e.empirical {
+                Some(empirical) => format!("none: {}", kind(empirical)),
+                None => e.surfaces.iter().map(|s| s.name.as_str()).collect::<Vec<_>>().join(" + "),
+            },
             e.orbits.iter().map(short).collect::<Vec<_>>().join(" | "),
             e.counts.as_ref().map_or(String::new(), |c| c.launched.to_string()),
             e.counts.as_ref().map_or(String::new(), |c| c.planned.to_string()),
@@ -98,6 +101,41 @@ fn list(entries: &[Entry]) -> Vec<Vec<String>> {
         ]
     };
     entries.iter().map(row).collect()
+}
+
+/// What an empirical model is, in a few words.
+fn kind(empirical: &Empirical) -> &'static str {
+    match empirical {
+        Empirical::Polynomial { .. } => "magnitude by phase angle",
+        Empirical::Standard { .. } => "standard magnitude",
+        Empirical::Sphere { .. } => "diffuse sphere",
+    }
+}
+
+/// The law of an empirical model, phi in degrees and R in km.
+fn equation(empirical: &Empirical) -> String {
+    let law = match empirical {
+        Empirical::Polynomial { mag_1000km, .. } => {
+            let term = |(k, c): (usize, &f64)| match k {
+                0 => format!("{c}"),
+                1 => format!("{c:+} phi"),
+                _ => format!("{c:+} phi^{k}"),
+            };
+            mag_1000km.iter().enumerate().map(term).collect::<Vec<_>>().join(" ")
+        }
+        Empirical::Standard { mag_1000km, at_phase_deg, law, .. } => {
+            let f = match law {
+                PhaseLaw::LitFraction => "(1 + cos phi) / 2",
+                PhaseLaw::LambertSphere => "[sin phi + (pi - phi) cos phi] / pi",
+            };
+            format!("{mag_1000km} - 2.5 lg(f(phi) / f({at_phase_deg})), f = {f},")
+        }
+        Empirical::Sphere { reflecting_area_m2, .. } => {
+            format!("that of a diffuse sphere, reflectance times cross-section {reflecting_area_m2} m2,")
+        }
+    };
+    let [low, high] = empirical.phase_deg();
+    format!("V at 1 au of the Sun = {law} + 5 lg(R / 1000 km), phase angles phi of {low} to {high} deg")
 }
 
 /// A line for each surface of one.
@@ -124,8 +162,13 @@ fn whole(entry: &Entry) -> anyhow::Result<String> {
     if !entry.aliases.is_empty() {
         text += &format!("also: {}\n", entry.aliases.join(", "));
     }
-    text += &format!("\n{}", text_table(&SURFACE_HEAD, &surfaces(entry)?));
-    text += &format!("total area {:.2} m2\n\n", entry.area_m2());
+    text += &match &entry.empirical {
+        Some(empirical) => format!("\n{}\n\n", equation(empirical)),
+        None => {
+            let surfaces = text_table(&SURFACE_HEAD, &surfaces(entry)?);
+            format!("\n{surfaces}total area {:.2} m2\n\n", entry.area_m2())
+        }
+    };
     for orbit in orbits(entry) {
         text += &format!("orbit: {orbit}\n");
     }

@@ -6,6 +6,7 @@
 mod check;
 pub(crate) mod digest;
 mod effects;
+mod empirical;
 mod fetch;
 mod file;
 mod layers;
@@ -27,6 +28,7 @@ pub use effects::{
     Arrays, Backs, Distances, EarthRadius, Effects, EffectsTable, GroundMoonlight, LunarEclipse, Mode, MoonLaw,
     MoonPastLimit, MuArea, PlatformSize, Sampling, Shadow, Source, SourceDisc,
 };
+pub use empirical::{Empirical, PhaseLaw};
 pub use fetch::Fetch;
 pub use layers::PRESETS;
 pub use layers::preset_text;

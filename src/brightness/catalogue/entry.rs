@@ -43,8 +43,12 @@ pub struct Entry {
     /// Where it flies.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub orbits: Vec<Shell>,
-    /// Its surfaces, at least one.
+    /// Its surfaces, at least one unless `empirical` is given.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub surfaces: Vec<config::Surface>,
+    /// How its magnitude depends on phase angle and range, where its surfaces are not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub empirical: Option<config::Empirical>,
     /// The parts the surfaces stand for, where they are known.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub components: Vec<Component>,
@@ -225,8 +229,11 @@ impl Entry {
     /// [`Error::Config`] naming the key, the value and what is accepted.
     pub fn check(&self, key: &str) -> Result<()> {
         let bad = |key: String, problem: &str| Err(Error::Config { key, problem: problem.into() });
-        if self.surfaces.is_empty() {
-            return bad(format!("{key}.surfaces"), "at least one surface is needed");
+        match (&self.empirical, self.surfaces.is_empty()) {
+            (None, true) => return bad(format!("{key}.surfaces"), "at least one surface is needed, or `empirical`"),
+            (Some(_), false) => return bad(format!("{key}.empirical"), "stands beside surfaces; give one of them"),
+            (Some(empirical), true) => empirical.check(&format!("{key}.empirical"))?,
+            (None, false) => {}
         }
         if let Some(scatter_mag) = self.scatter_mag {
             range(&format!("{key}.scatter_mag"), scatter_mag, 0.0, 100.0, "mag")?;

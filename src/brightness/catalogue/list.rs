@@ -162,8 +162,10 @@ pub(super) fn unknown(entries: &[Entry], name: &str) -> Error {
 pub struct Satellite {
     /// Name.
     pub name: String,
-    /// Its surfaces.
+    /// Its surfaces; none for an empirical model.
     pub surfaces: Vec<Surface>,
+    /// How its magnitude depends on phase angle and range, where its surfaces are not known.
+    pub empirical: Option<config::Empirical>,
     /// Where areas and scattering are from.
     pub source: String,
     /// What observations say of its magnitudes.
@@ -188,7 +190,8 @@ impl Satellite {
     /// A satellite of these surfaces, from nowhere else.
     #[must_use]
     pub fn of(name: &str, surfaces: Vec<Surface>) -> Self {
-        Self { name: name.into(), surfaces, source: "own surfaces".into(), standing: Standing::default() }
+        let (source, standing) = ("own surfaces".into(), Standing::default());
+        Self { name: name.into(), surfaces, empirical: None, source, standing }
     }
 
     /// A satellite of the catalogue that comes with the program; case and `_` or blank for `-` do not matter.
@@ -213,6 +216,7 @@ impl Satellite {
         Ok(Satellite {
             name: model.satellite.clone(),
             surfaces,
+            empirical: None,
             source: "configuration, model.surfaces".into(),
             standing: Standing::default(),
         })
@@ -239,13 +243,14 @@ impl TryFrom<&Entry> for Satellite {
 
     fn try_from(entry: &Entry) -> Result<Self> {
         let word = |what: &str| entry.sources.get(what).map(|source| format!("{what}: {source}"));
-        let mut sources: Vec<String> = ["areas", "scattering"].into_iter().filter_map(word).collect();
+        let mut sources: Vec<String> = ["areas", "scattering", "empirical"].into_iter().filter_map(word).collect();
         if sources.is_empty() {
             sources.push("no source given".into());
         }
         Ok(Satellite {
             name: entry.name.clone(),
             surfaces: built(&entry.surfaces, &format!("satellites.{}", entry.name))?,
+            empirical: entry.empirical.clone(),
             source: sources.join("; "),
             standing: Standing::from(entry),
         })

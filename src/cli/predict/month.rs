@@ -273,7 +273,8 @@ impl Month {
                     mode,
                     dome: Dome::new(site, &satellite, &settings, height_km, self.track_az_deg.to_radians())?,
                     points: self.sampling.points(self.points, &model)?,
-                    is_mirror: satellite.surfaces.iter().all(|s| matches!(s.brdf, Brdf::Mirror { .. })),
+                    is_mirror: !satellite.surfaces.is_empty()
+                        && satellite.surfaces.iter().all(|s| matches!(s.brdf, Brdf::Mirror { .. })),
                 });
             }
         }
