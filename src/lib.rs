@@ -70,6 +70,8 @@ pub mod fetch;
 #[cfg(feature = "report")]
 #[doc(hidden)]
 pub mod figures;
+#[doc(hidden)]
+pub mod fitting;
 #[cfg(not(feature = "report"))]
 #[doc(hidden)]
 pub mod figures {

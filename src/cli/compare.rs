@@ -102,7 +102,7 @@ impl Compare {
             None => self.common.load()?,
         };
         if self.elements.is_some() || self.norad.is_some() {
-            config.orbit = self.orbit(Some(&config))?;
+            config.orbit = orbit_of((self.elements.as_deref(), self.norad), &self.common, Some(&config))?;
         }
         if let Some(site) = self.place.given()? {
             config.site = site;
@@ -148,7 +148,7 @@ impl Compare {
         let (band, note) = band_of_observations(&model)?;
         let satellite = Satellite::from_config(&model)?;
         let settings = ModelSettings::try_from(&model)?;
-        let orbit = self.orbit(config)?;
+        let orbit = orbit_of((self.elements.as_deref(), self.norad), &self.common, config)?;
         let given = self.place.given()?;
         let site = given.clone().or_else(|| config.map(|c| c.site.clone()));
         let request = Request {
@@ -180,28 +180,32 @@ impl Compare {
         print(&satellite.standing_line());
         finish(&made, std::slice::from_ref(&self.out), self.common.quiet)
     }
+}
 
-    /// Elements from the arguments, else from the configuration.
-    fn orbit(&self, config: Option<&Config>) -> anyhow::Result<Option<config::Orbit>> {
-        let own = config.and_then(|c| c.orbit.clone());
-        let mut orbit = match (&self.elements, own) {
-            (Some(elements), own) => config::Orbit {
-                elements: elements.clone(),
-                norad_cat_id: None,
-                max_age_d: own.as_ref().map_or(MAX_AGE_D, |o| o.max_age_d),
-                force_age: own.as_ref().is_some_and(|o| o.force_age),
-                ut1_utc_s: own.as_ref().and_then(|o| o.ut1_utc_s),
-                xp_arcsec: own.as_ref().map_or(0.0, |o| o.xp_arcsec),
-                yp_arcsec: own.as_ref().map_or(0.0, |o| o.yp_arcsec),
-            },
-            (None, Some(own)) => own,
-            (None, None) => return Ok(None),
-        };
-        orbit.norad_cat_id = self.norad.or(orbit.norad_cat_id);
-        orbit.force_age |= self.common.force_age;
-        elements_there(&orbit.elements, orbit.norad_cat_id, config.filter(|_| self.elements.is_none()))?;
-        Ok(Some(orbit))
-    }
+/// Elements from the arguments, else from the configuration.
+pub(super) fn orbit_of(
+    (elements, norad): (Option<&Path>, Option<u64>),
+    common: &Common,
+    config: Option<&Config>,
+) -> anyhow::Result<Option<config::Orbit>> {
+    let own = config.and_then(|c| c.orbit.clone());
+    let mut orbit = match (elements, own) {
+        (Some(elements), own) => config::Orbit {
+            elements: elements.to_owned(),
+            norad_cat_id: None,
+            max_age_d: own.as_ref().map_or(MAX_AGE_D, |o| o.max_age_d),
+            force_age: own.as_ref().is_some_and(|o| o.force_age),
+            ut1_utc_s: own.as_ref().and_then(|o| o.ut1_utc_s),
+            xp_arcsec: own.as_ref().map_or(0.0, |o| o.xp_arcsec),
+            yp_arcsec: own.as_ref().map_or(0.0, |o| o.yp_arcsec),
+        },
+        (None, Some(own)) => own,
+        (None, None) => return Ok(None),
+    };
+    orbit.norad_cat_id = norad.or(orbit.norad_cat_id);
+    orbit.force_age |= common.force_age;
+    elements_there(&orbit.elements, orbit.norad_cat_id, config.filter(|_| elements.is_none()))?;
+    Ok(Some(orbit))
 }
 
 /// Whether a file is a photometry table of satphot: an ECSV file with its columns.

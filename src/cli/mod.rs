@@ -13,6 +13,7 @@ mod examples;
 mod export;
 mod fetch;
 pub mod finite;
+mod fit;
 mod flat;
 mod implied;
 mod init;
@@ -103,6 +104,8 @@ enum Verb {
     Report(report::Report),
     /// Compare a photometry table with the model
     Compare(compare::Compare),
+    /// Fit a model of a satellite to observed magnitudes
+    Fit(fit::Fit),
     /// List passes of a satellite over a site
     Passes(passes::Passes),
     /// Predict magnitudes: a pass, a sky, a day, a constellation
@@ -246,6 +249,7 @@ impl Cli {
             Verb::Measure(v) => v.execute(),
             Verb::Report(v) => v.execute(),
             Verb::Compare(v) => v.execute(),
+            Verb::Fit(v) => v.execute(),
             Verb::Passes(v) => v.execute(),
             Verb::Predict(v) => v.execute(),
             Verb::Limits(v) => v.execute(),

@@ -13,7 +13,7 @@ use super::{Cli, tell};
 pub const GROUPS: [(&str, &[&str], &str); 6] = [
     (
         "Reduce",
-        &["run", "watch", "init", "inspect", "flat", "zeropoint", "solve", "measure", "compare", "verify"],
+        &["run", "watch", "init", "inspect", "flat", "zeropoint", "solve", "measure", "compare", "fit", "verify"],
         "satphot run night.toml",
     ),
     (

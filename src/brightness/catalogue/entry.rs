@@ -49,9 +49,42 @@ pub struct Entry {
     /// How its magnitude depends on phase angle and range, where its surfaces are not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub empirical: Option<config::Empirical>,
+    /// What a fit to observations rests on, where it is the result of one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fit: Option<Fitted>,
     /// The parts the surfaces stand for, where they are known.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub components: Vec<Component>,
+}
+
+/// The fit that an entry is the result of (`satphot fit`).
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fitted {
+    /// The table of observations.
+    pub table: String,
+    /// Magnitudes and limits.
+    pub n: usize,
+    /// Of those, limits.
+    pub n_limits: usize,
+    /// Passes, which have an offset each.
+    pub n_passes: usize,
+    /// First and last observation, UTC; empty where the table has no times.
+    pub dates_utc: [String; 2],
+    /// Phase angles of the observations \[deg\].
+    pub phase_deg: [f64; 2],
+    /// Their ranges \[km\].
+    pub range_km: [f64; 2],
+    /// Scale of the scatter within passes, a Student t of four degrees of freedom \[mag\].
+    pub within_mag: f64,
+    /// Standard deviation of the offsets of passes \[mag\].
+    pub between_mag: f64,
+    /// The parameters of the fit.
+    pub parameters: Vec<String>,
+    /// Their values.
+    pub values: Vec<f64>,
+    /// Their covariance.
+    pub covariance: Vec<Vec<f64>>,
 }
 
 /// How many of a kind there are.
@@ -159,6 +192,27 @@ pub struct ComponentSum {
 }
 
 impl Entry {
+    /// An entry of this name with nothing in it yet.
+    #[must_use]
+    pub fn named(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            aliases: Vec::new(),
+            objects: Vec::new(),
+            title: String::new(),
+            scatter_mag: None,
+            caveat: String::new(),
+            notes: Vec::new(),
+            sources: BTreeMap::new(),
+            counts: None,
+            orbits: Vec::new(),
+            surfaces: Vec::new(),
+            empirical: None,
+            fit: None,
+            components: Vec::new(),
+        }
+    }
+
     /// Whether an object of this name and catalogue number is one of its satellites, as far as `objects` says.
     #[must_use]
     pub fn is_of(&self, name: &str, number: u64) -> bool {

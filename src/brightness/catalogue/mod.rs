@@ -11,5 +11,5 @@ pub use list::Satellite;
 
 pub use list::{Catalogue, catalogue_names, catalogue_toml};
 
-pub use entry::{Component, ComponentSum, Counts, Entry, Shell, Span};
+pub use entry::{Component, ComponentSum, Counts, Entry, Fitted, Shell, Span};
 pub use standing::{NOT_COMPARED, Standing};

@@ -13,7 +13,7 @@ use crate::tables::read::Table;
 use crate::tables::unit::unit_in_name;
 
 /// What is looked for, by the keys of argument `column`; satphot's own name is the first.
-const KNOWN: [Quantity; 25] = [
+const KNOWN: [Quantity; 26] = [
     Quantity::named(
         "time",
         "date_mid mjd_mid_d observation_time_utc obs_time_utc observation_time obs_time time_utc utc_time datetime_utc \
@@ -85,6 +85,7 @@ const KNOWN: [Quantity; 25] = [
         "v_mag_err",
         "v_mag_err apparent_magnitude_uncertainty apparent_mag_uncert mag_uncertainty mag_error mag_err magerr e_mag",
     ),
+    Quantity::named("limit_v_mag", "limit_v_mag limiting_magnitude limiting_mag limit_mag mag_limit"),
     Quantity::named("filter", "filter observing_filter obs_filter passband band filt"),
     Quantity::named("verdict", "verdict"),
     Quantity::named("status", "status"),
@@ -126,6 +127,7 @@ pub struct Columns {
     pub phase_angle_deg: Option<Number>,
     pub v_mag: Option<Number>,
     pub v_mag_err: Option<Number>,
+    pub limit_v_mag: Option<Number>,
     pub filter: Option<usize>,
     pub verdict: Option<usize>,
     pub status: Option<usize>,
@@ -180,6 +182,7 @@ impl Columns {
             phase_angle_deg: find.number("phase_angle_deg")?,
             v_mag: find.number("v_mag")?,
             v_mag_err: find.number("v_mag_err")?,
+            limit_v_mag: find.number("limit_v_mag")?,
             filter: find.column("filter")?,
             verdict: find.column("verdict")?,
             status: find.column("status")?,

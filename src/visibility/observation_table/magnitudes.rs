@@ -53,7 +53,9 @@ pub fn compare(request: &Request, columns: &Columns, row: &Row, made: &mut Photo
         made.verdict = verdict.into();
         made.reason = if made.reason.is_empty() { reason } else { format!("{}; {reason}", made.reason) };
     };
+    let limit_v_mag = columns.limit_v_mag.and_then(|limit| limit.of(row)).filter(|mag| PLAUSIBLE_MAG.contains(mag));
     let Some(mag) = v_mag.of(row) else {
+        made.limit_v_mag = limit_v_mag.filter(|_| cell.is_empty());
         let reason =
             if cell.is_empty() { "no magnitude".to_owned() } else { format!("magnitude \"{cell}\" is not a number") };
         let status = if cell.is_empty() { Status::Nondetection } else { Status::Failed };

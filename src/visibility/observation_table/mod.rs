@@ -13,6 +13,7 @@ mod number;
 mod request;
 mod row;
 mod satellites;
+mod stated;
 mod statistics;
 mod time;
 
@@ -32,6 +33,7 @@ use request::wrong;
 use satellites::Satellites;
 
 pub use request::{Magnitudes, Places, Request};
+pub use stated::{stated_rows, states_range_and_phase};
 pub use statistics::{ResidualStatistics, by_satellite};
 
 /// Rows computed before a request to stop is looked at.

@@ -1,0 +1,217 @@
+//! `satphot fit`: a model of a satellite from a table of observed magnitudes.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use satphot::bands::Band;
+use satphot::base::file::write_atomic;
+use satphot::base::threads::with_threads;
+use satphot::brightness::{Catalogue, Entry, ModelSettings, Satellite, catalogue_toml};
+use satphot::config::{self, Config};
+use satphot::fitting::{
+    Observations, Problem, by_orbit, fitted_phase_law, fitted_surfaces, phase_law, stated, surface_scales,
+    with_surfaces,
+};
+use satphot::orbit::Site;
+use satphot::report::summary::text_table;
+use satphot::visibility::observation_table::{Magnitudes, Request, states_range_and_phase};
+
+use super::compare::orbit_of;
+use super::orbit_args::{SiteArg, bad};
+use super::predict::ModelArgs;
+use super::zeropoint::column;
+use super::{Common, print, signals, tell};
+
+const AFTER_HELP: &str = "\
+Without --satellite, a law of the phase angle phi (Sun, satellite, observer) is fitted,
+  V = c0 + c1 phi + ... + 5 lg(range / 1000 km),
+to all rows in full sunlight. With --satellite, the strength of its surfaces is: V = -2.5 lg of the
+sum of a_s F_s, F_s the light of each surface of the model, a_s its scale; --free names some of them.
+
+The table is one that `satphot compare` takes: time, satellite, site and apparent magnitude (SCORE,
+MMT-9, own). For a law of the phase angle, columns range_km and phase_angle_deg are enough where no
+elements are given. A row without magnitude and with limit_v_mag counts as a limit.
+
+Rows of a pass are not independent: each pass has an offset of its own, whose scatter is fitted as
+well as that within passes (a Student t, so that flares weigh little). What the data do not tell is
+refused by name. The result is an entry for a file of satellites, with covariance, data and the
+phase angles it holds for: give the file to --satellites, and its name to --satellite.
+
+Examples:
+  satphot fit score.csv --degree 2 --name v2-mini -o own.toml
+  satphot fit photometry.csv --elements starlink.tle --satellite starlink-v2 --free chassis -o own.toml
+  satphot compare other.csv --elements starlink.tle --satellites own.toml --satellite v2-mini";
+
+/// Fits a model of a satellite to a table of observed magnitudes.
+#[derive(Debug, Args)]
+#[command(after_help = AFTER_HELP)]
+pub struct Fit {
+    /// Any table with time, satellite and magnitude, or with range, phase angle and magnitude
+    #[arg(value_name = "TABLE")]
+    table: PathBuf,
+    #[command(flatten)]
+    common: Common,
+    /// Elements instead of those of the configuration: TLE, 3LE, or OMM in JSON, CSV, KVN or XML
+    #[arg(long, visible_alias = "tle", value_name = "FILE")]
+    elements: Option<PathBuf>,
+    /// Catalogue number of the satellite, where the table names none
+    #[arg(long, value_name = "NUMBER")]
+    norad: Option<u64>,
+    #[command(flatten)]
+    place: SiteArg,
+    #[command(flatten)]
+    model: ModelArgs,
+    /// What a column of the table is, e.g. --column v_mag=Mag (repeatable)
+    #[arg(long = "column", value_name = "KEY=NAME", value_parser = column)]
+    columns: Vec<(String, String)>,
+    /// The magnitudes are reduced to this range; undone with the range of each row [km]
+    #[arg(long, value_name = "KM", allow_hyphen_values = true)]
+    reduced_to_km: Option<f64>,
+    /// Degree of the polynomial of the phase angle
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u8).range(0..=5))]
+    degree: u8,
+    /// Surfaces whose strength is fitted; the others are held [default: all]
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    free: Vec<String>,
+    /// Name of the new satellite: lower case, hyphens for blanks
+    #[arg(long, value_name = "NAME", default_value = "fitted")]
+    name: String,
+    /// File of satellites to write; without it the entry is printed
+    #[arg(short, long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+impl Fit {
+    pub fn execute(self) -> anyhow::Result<()> {
+        if self.reduced_to_km.is_some_and(|km| !(1.0..=1e6).contains(&km)) {
+            return Err(bad("--reduced-to-km", "is outside 1 to 1000000 km".into()));
+        }
+        let is_name = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "-.".contains(c);
+        if self.name.is_empty() || !self.name.chars().all(is_name) {
+            return Err(bad(
+                "--name",
+                format!("\"{}\" is not a name: use lower case, and hyphens for blanks", self.name),
+            ));
+        }
+        let has_config = self.common.config.exists() || self.common.config != Path::new("pipeline.toml");
+        let config = if has_config { Some(self.common.load()?) } else { None };
+        let surfaces = match self.model.missing() {
+            Some(_) if !self.free.is_empty() => {
+                return Err(bad("--free", "names surfaces of --satellite, which is not given".into()));
+            }
+            Some(_) => None,
+            None => Some(self.model.over(config.as_ref(), &self.common.sets)?),
+        };
+        // a law needs no model; the settings are those of the lights of a unit satellite
+        let model = surfaces.clone().unwrap_or_else(|| config::Model::of("iss"));
+        let settings = ModelSettings::try_from(&model)?;
+        let satellite = Satellite::from_config(&model)?;
+        let orbit = orbit_of((self.elements.as_deref(), self.norad), &self.common, config.as_ref())?;
+        let given = self.place.given()?;
+        let site = given.clone().or_else(|| config.as_ref().map(|c: &Config| c.site.clone()));
+        let request = Request {
+            table: &self.table,
+            columns: self.columns.iter().cloned().collect(),
+            orbit: orbit.as_ref(),
+            site: site.as_ref().map(Site::from_config).transpose()?,
+            site_replaces: given.is_some(),
+            satellite: &satellite,
+            settings: &settings,
+            track_az_rad: std::f64::consts::FRAC_PI_2,
+            magnitudes: Some(Magnitudes { band: Band::V, reduced_to_km: self.reduced_to_km }),
+            stop: &signals::stop(),
+        };
+        let (entry, observations, problem) = match &surfaces {
+            None => self.phase_law(&request)?,
+            Some(model) => self.surfaces(model, &request)?,
+        };
+        let text = catalogue_toml(std::slice::from_ref(&entry))?;
+        match &self.out {
+            Some(out) => write_atomic(out, text.as_bytes())?,
+            None => print(&text),
+        }
+        for note in observations.notes.iter().filter(|_| !self.common.quiet) {
+            tell(&format!("note: {note}"));
+        }
+        if let Some(out) = &self.out {
+            print(&summary(&problem, &entry));
+            if !self.common.quiet {
+                tell(&format!(
+                    "wrote {}; use it with --satellites {} --satellite {}",
+                    out.display(),
+                    out.display(),
+                    self.name
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// A polynomial of the phase angle.
+    fn phase_law(&self, request: &Request) -> anyhow::Result<(Entry, Observations, Problem)> {
+        let progress = self.common.progress();
+        let without_elements = request.orbit.is_none() && states_range_and_phase(request)?;
+        let read = || if without_elements { stated(request) } else { by_orbit(request, &progress) };
+        let observations = with_threads(self.common.jobs, read)??;
+        let problem = phase_law(&observations.rows, self.degree.into())?;
+        let entry = fitted_phase_law(&self.name, &problem, &observations.rows, &self.table_name());
+        Ok((entry, observations, problem))
+    }
+
+    /// The scales of surfaces.
+    fn surfaces(&self, model: &config::Model, request: &Request) -> anyhow::Result<(Entry, Observations, Problem)> {
+        let entry = match model.surfaces.is_empty() {
+            true => Catalogue::load(model.satellites.as_deref())?.find(&model.satellite)?.clone(),
+            false => Entry { surfaces: model.surfaces.clone(), ..Entry::named(&model.satellite) },
+        };
+        let names: Vec<String> = entry.surfaces.iter().map(|s| s.name.clone()).collect();
+        if names.is_empty() {
+            return Err(bad(
+                "--satellite",
+                format!("{} has no surfaces; leave it out to fit a law of the phase angle", entry.name),
+            ));
+        }
+        if let Some(unknown) = self.free.iter().find(|name| !names.contains(name)) {
+            return Err(bad("--free", format!("{} has no surface {unknown}; it has {}", entry.name, names.join(", "))));
+        }
+        let free: Vec<bool> = names.iter().map(|name| self.free.is_empty() || self.free.contains(name)).collect();
+        let progress = self.common.progress();
+        let (observations, flux) = with_threads(self.common.jobs, || with_surfaces(request, &progress))??;
+        let problem = surface_scales(&observations.rows, &flux, &free, &names)?;
+        let fitted = fitted_surfaces(&self.name, &entry, &free, &problem, &observations.rows, &self.table_name());
+        Ok((fitted, observations, problem))
+    }
+
+    fn table_name(&self) -> String {
+        self.table.file_name().unwrap_or_default().to_string_lossy().into_owned()
+    }
+}
+
+/// The fit in a few lines.
+fn summary(problem: &Problem, entry: &Entry) -> String {
+    let fit = &problem.fit;
+    let limits = if fit.n_limits > 0 { format!(", of which {} limits", fit.n_limits) } else { String::new() };
+    let mut text = format!("Fit        {}: {} magnitudes{limits}, {} passes\n", entry.name, fit.n, fit.n_passes);
+    let rows: Vec<Vec<String>> = problem
+        .names
+        .iter()
+        .zip(fit.theta.iter().zip(fit.errs()))
+        .map(|(name, (value, err))| vec![name.clone(), format!("{value:.6}"), format!("{err:.2e}")])
+        .collect();
+    text += &text_table(&["parameter", "value", "error"], &rows);
+    let _ = writeln!(
+        text,
+        "Scatter    {:.3} mag within passes (scale of a Student t), {:.3} mag between them; {:.3} mag of one new magnitude",
+        fit.within_mag,
+        fit.between_mag,
+        fit.scatter_mag()
+    );
+    if let Some(fitted) = &entry.fit {
+        let [low, high] = fitted.phase_deg;
+        let [near, far] = fitted.range_km;
+        let _ =
+            writeln!(text, "Holds for  phase angles of {low:.1} to {high:.1} deg, seen at {near:.0} to {far:.0} km");
+    }
+    text
+}

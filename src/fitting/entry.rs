@@ -1,0 +1,96 @@
+//! The result of a fit as an entry of a file of satellites, with what it rests on.
+//!
+//! Degrees, km, magnitudes.
+
+use super::observations::Observation;
+use super::problem::Problem;
+use crate::base::time::{from_mjd_utc, iso_utc};
+use crate::brightness::Entry;
+use crate::brightness::catalogue::Fitted;
+use crate::config::Empirical;
+
+/// What the fit rests on.
+fn fitted(problem: &Problem, observations: &[Observation], table: &str) -> Fitted {
+    let bounds = |of: &dyn Fn(&Observation) -> Option<f64>| {
+        let values = observations.iter().filter_map(of);
+        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
+    };
+    let mjd = bounds(&|o| o.mjd_d);
+    let date = |mjd_d: f64| if mjd_d.is_finite() { iso_utc(from_mjd_utc(mjd_d), 0) } else { String::new() };
+    Fitted {
+        table: table.to_owned(),
+        n: problem.fit.n,
+        n_limits: problem.fit.n_limits,
+        n_passes: problem.fit.n_passes,
+        dates_utc: [date(mjd[0]), date(mjd[1])],
+        phase_deg: bounds(&|o| Some(o.phase_deg)),
+        range_km: bounds(&|o| Some(o.range_km)),
+        within_mag: problem.fit.within_mag,
+        between_mag: problem.fit.between_mag,
+        parameters: problem.names.clone(),
+        values: problem.fit.theta.clone(),
+        covariance: problem.fit.cov.clone(),
+    }
+}
+
+fn noted(mut entry: Entry, problem: &Problem, fitted: Fitted) -> Entry {
+    let limits = if fitted.n_limits > 0 { format!(" and {} limits", fitted.n_limits) } else { String::new() };
+    let source = format!(
+        "satphot fit of {} magnitudes{limits} in {} passes of {}",
+        fitted.n - fitted.n_limits,
+        fitted.n_passes,
+        fitted.table
+    );
+    entry.scatter_mag = Some((1e3 * problem.fit.scatter_mag()).round() / 1e3);
+    entry.sources.insert(
+        "scatter".into(),
+        format!(
+            "the same, within ({:.3}) and between passes ({:.3} mag): not left out of the fit",
+            fitted.within_mag, fitted.between_mag
+        ),
+    );
+    entry.sources.insert("fit".into(), source);
+    entry.fit = Some(fitted);
+    entry
+}
+
+/// The entry of a law of the phase angle, valid between the phase angles of the magnitudes.
+#[must_use]
+pub fn fitted_phase_law(name: &str, problem: &Problem, observations: &[Observation], table: &str) -> Entry {
+    let fitted = fitted(problem, observations, table);
+    let empirical = Empirical::Polynomial { mag_1000km: problem.fit.theta.clone(), phase_deg: fitted.phase_deg };
+    let entry = Entry {
+        title: format!("fitted to {table}"),
+        caveat: "an empirical law: no surfaces, no flares, nothing outside the phase angles of its data".into(),
+        empirical: Some(empirical),
+        ..Entry::named(name)
+    };
+    noted(entry, problem, fitted)
+}
+
+/// The entry of surfaces whose areas are multiplied by the scales found.
+#[must_use]
+pub fn fitted_surfaces(
+    name: &str,
+    of: &Entry,
+    free: &[bool],
+    problem: &Problem,
+    observations: &[Observation],
+    table: &str,
+) -> Entry {
+    let mut scales = problem.fit.theta.iter().map(|t| t.exp());
+    let mut surfaces = of.surfaces.clone();
+    for (surface, _) in surfaces.iter_mut().zip(free).filter(|(_, free)| **free) {
+        surface.area_m2 *= scales.next().unwrap_or(1.0);
+    }
+    let mut entry = Entry {
+        title: format!("{}, areas fitted to {table}", of.name),
+        surfaces,
+        orbits: of.orbits.clone(),
+        sources: of.sources.clone(),
+        caveat: "areas are effective: magnitudes tell area times reflectance alone".into(),
+        ..Entry::named(name)
+    };
+    entry.sources.insert("areas".into(), format!("those of {} times the scales of the fit", of.name));
+    noted(entry, problem, fitted(problem, observations, table))
+}

@@ -1,0 +1,76 @@
+//! Tables whose rows state range and phase angle themselves: no elements and no site are needed.
+//!
+//! km, degrees, magnitudes. Such rows have no lights: the satellite is taken as sunlit, and 1 au from the Sun. It does not cover
+//! rows that are in the Earth's shadow.
+
+use super::columns::Columns;
+use super::magnitudes;
+use super::request::{Request, wrong};
+use crate::base::error::Result;
+use crate::base::time::mjd_utc;
+use crate::tables::PhotometryRow;
+use crate::tables::read::{Row, Table};
+use crate::tables::words::{Status, Verdict};
+
+/// Whether a table has columns of range, phase angle and magnitude.
+///
+/// # Errors
+/// As [`super::observation_table`] for the columns.
+pub fn states_range_and_phase(request: &Request) -> Result<bool> {
+    let band = request.magnitudes.map_or("V", |m| m.band.name());
+    let table = Table::open(request.table)?;
+    let columns = Columns::find(&table, &request.columns, band)?;
+    Ok(columns.range_km.is_some() && columns.phase_angle_deg.is_some() && columns.v_mag.is_some())
+}
+
+/// The rows of such a table, with magnitude, error, limit, time and identity, and notes; a row without range or phase angle is failed
+/// with its reason.
+///
+/// # Errors
+/// As [`super::observation_table`].
+pub fn stated_rows(request: &Request) -> Result<(Vec<PhotometryRow>, Vec<String>)> {
+    let band = request.magnitudes.map_or("V", |m| m.band.name());
+    let mut table = Table::open(request.table)?;
+    let columns = Columns::find(&table, &request.columns, band)?;
+    magnitudes::check_columns(request, &columns, &table)?;
+    let (Some(range), Some(phase)) = (columns.range_km, columns.phase_angle_deg) else {
+        let problem = format!("has no columns range_km and phase_angle_deg; present: {}", table.names());
+        return Err(wrong(&table, problem));
+    };
+    let (mut rows, mut row) = (Vec::new(), Row::default());
+    while table.read(&mut row)? {
+        let stated = |what: &str, value: Option<f64>, low: f64, high: f64| match value {
+            Some(value) if (low..=high).contains(&value) => Ok(value),
+            Some(value) => Err(format!("{what} is {value}; accepted is {low} to {high}")),
+            None => Err(format!("no {what}")),
+        };
+        let place = table.check(&row).and_then(|()| {
+            let range_km = stated("range_km", range.of(&row), 100.0, 500_000.0)?;
+            Ok((range_km, stated("phase_angle_deg", phase.of(&row), 0.0, 180.0)?))
+        });
+        let mut made = match place {
+            Ok((range_km, phase_deg)) => PhotometryRow {
+                range_km: Some(range_km),
+                phase_angle_deg: Some(phase_deg),
+                status: Status::Ok.into(),
+                verdict: Verdict::Use.into(),
+                ..PhotometryRow::default()
+            },
+            Err(reason) => PhotometryRow {
+                status: Status::Failed.into(),
+                verdict: Verdict::Reject.into(),
+                reason,
+                ..PhotometryRow::default()
+            },
+        };
+        made.norad_cat_id = columns.norad_cat_id.and_then(|i| row.get(i).trim().parse().ok());
+        made.object_name = columns.object_name.map_or(String::new(), |i| row.get(i).trim().to_owned());
+        made.mjd_mid_d = columns.time.as_ref().and_then(|time| time.of(&row).ok()).map(mjd_utc);
+        magnitudes::compare(request, &columns, &row, &mut made);
+        rows.push(made);
+    }
+    let mut notes = table.notes.clone();
+    notes
+        .push("range and phase angle are those of the table: satellites are taken as sunlit, 1 au from the Sun".into());
+    Ok((rows, notes))
+}
