@@ -113,7 +113,7 @@ where
     let mut calm = 0;
     for rounds in 1..=MAX_ROUNDS {
         let round = evaluated(problem, &theta)?;
-        let sigma2: Vec<f64> = rows.iter().map(|r| r.err_mag * r.err_mag + within2).collect();
+        let sigma2: Vec<f64> = rows.iter().map(|r| variance(r, within2)).collect();
         // a limit stands for what is expected beyond it
         let (y, told): (Vec<f64>, Vec<f64>) = rows
             .iter()
@@ -167,6 +167,11 @@ where
         }
     }
     Err(format!("the fit did not converge in {MAX_ROUNDS} rounds"))
+}
+
+/// err² + s², which is never 0.
+fn variance(row: &Row, within2: f64) -> f64 {
+    (row.err_mag * row.err_mag + within2).max(FLOOR_MAG * FLOOR_MAG)
 }
 
 fn evaluated<F>(problem: &MixedFit<F>, theta: &[f64]) -> Result<Round, String>
@@ -286,7 +291,7 @@ fn covariance(
 ) -> Result<DMatrix<f64>, String> {
     let of = |(i, r): (usize, &Row)| {
         let share = if r.is_limit { 1.0 } else { (NU + 1.0) / (NU + 3.0) };
-        told[i] * share / (r.err_mag * r.err_mag + within2)
+        told[i] * share / variance(r, within2)
     };
     let omega: Vec<f64> = rows.iter().enumerate().map(of).collect();
     solved(rows, gradient, &vec![0.0; rows.len()], &omega, between2, names).map(|(_, inverse)| inverse)
@@ -296,7 +301,7 @@ fn covariance(
 fn scale2(rows: &[Row], residual: &[f64], told: &[f64], dof: f64) -> f64 {
     let q = |s2: f64| -> f64 {
         let of = |(i, r): (usize, &Row)| {
-            let z2 = residual[i] * residual[i] / (r.err_mag * r.err_mag + s2).max(FLOOR_MAG * FLOOR_MAG);
+            let z2 = residual[i] * residual[i] / variance(r, s2);
             if r.is_limit { told[i] * z2.min(1.0) } else { (NU + 1.0) * z2 / (NU + z2) }
         };
         rows.iter().enumerate().map(of).sum()

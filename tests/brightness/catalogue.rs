@@ -4,8 +4,11 @@
 use crate::observed;
 
 use observed::{median, number, per_sun, reference_settings, rows, spherical_scene};
+use satphot::Vector;
 use satphot::brightness::catalogue::{Entry, Span};
-use satphot::brightness::{Attitude, Brdf, Catalogue, Model, Satellite, catalogue_names, catalogue_toml};
+use satphot::brightness::{
+    Attitude, Brdf, Catalogue, Model, ModelSettings, Satellite, Scene, catalogue_names, catalogue_toml,
+};
 use satphot::config::{self, Arrays, Effects, Mode};
 
 fn entry(name: &str) -> Entry {
@@ -67,13 +70,16 @@ fn every_entry_reflects_no_more_than_it_receives_and_names_its_sources() {
         let satellite = Satellite::named(name).unwrap_or_else(|| panic!("{name} is refused"));
         satellite.surfaces.iter().for_each(|s| s.check().unwrap());
         let entry = entry(name);
-        let mut needed = vec!["areas", "attitudes", "scattering", "orbits"];
+        let by_law = entry.empirical.is_some();
+        let mut needed =
+            if by_law { vec!["empirical", "orbits"] } else { vec!["areas", "attitudes", "scattering", "orbits"] };
         needed.extend(entry.counts.as_ref().map(|_| "counts"));
         for what in needed {
             assert!(entry.sources.get(what).is_some_and(|s| s.len() > 8), "{name}: no source of its {what}");
         }
         assert!(!entry.title.is_empty() && !entry.orbits.is_empty(), "{name}");
-        assert!(satellite.source.contains("scattering"), "{name}: {}", satellite.source);
+        let word = if by_law { "empirical" } else { "scattering" };
+        assert!(satellite.source.contains(word), "{name}: {}", satellite.source);
     }
 }
 
@@ -162,7 +168,7 @@ fn a_damaged_file_names_itself_and_the_key() {
         (CUBE.replace("\"nadir\"", "{ lvlh = [0.0, 0.0, 0.0] }"), &["attitude.lvlh", "no direction"]),
         (sun_one_axis("axis_lvlh = [0.0, 1.0, 0.0], zero_lvlh = [0.0, 1.0, 1.0]"), &["zero_lvlh", "45.00 deg"]),
         (sun_one_axis("axis_lvlh = [0, 1, 0], zero_lvlh = [0, 0, 1], limit_deg = 200"), &["limit_deg", "200", "deg"]),
-        ("[[satellites]]\nname = \"none\"\n".into(), &["missing field", "surfaces"]),
+        ("[[satellites]]\nname = \"none\"\n".into(), &["at least one surface", "surfaces"]),
         ("[[satellites]]\nname = \"none\"\nsurfaces = []\n".into(), &["satellites.none.surfaces", "at least one"]),
         (format!("{CUBE}\n{CUBE}"), &["satellites.cube", "two satellites"]),
         (CUBE.replace("\"cube\"", "\"Big Cube\""), &["Big Cube", "lower case"]),
@@ -260,4 +266,70 @@ fn a_mirror_that_sends_sunlight_to_nadir_is_seen_there_and_nowhere_else() {
     let got = sun_of(0.0).unwrap();
     assert!((got - expected).abs() < 2e-3, "{got} {expected}");
     assert!(sun_of(2.5).is_some() && sun_of(3.5).is_none() && sun_of(100.0).is_none());
+}
+
+/// A satellite 550 km overhead at the end of astronomical twilight: phase angle 72 deg.
+fn twilight() -> Scene {
+    let sun_alt = (-18f64).to_radians();
+    Scene {
+        satellite_km: Vector::new(6921.0, 0.0, 0.0),
+        velocity_km_s: Vector::new(0.0, 7.6, 0.0),
+        observer_km: Vector::new(6371.0, 0.0, 0.0),
+        sun_km: Vector::new(1.495_978_707e8 * sun_alt.sin(), 1.495_978_707e8 * sun_alt.cos(), 0.0),
+        moon_km: Vector::new(-3.844e5, 0.0, 1.0),
+        sidereal_rad: 0.0,
+    }
+}
+
+#[test]
+fn an_empirical_model_has_its_law_in_sunlight_no_light_in_the_shadow_and_none_outside_its_phases() {
+    let satellite = Satellite::named("starlink-v2-mini-phase").unwrap();
+    let model = Model::new(&satellite, &ModelSettings::default()).unwrap();
+    let answer = model.brightness(&twilight()).unwrap();
+    // the Sun stands 18 deg below the horizon of an observer under the satellite: 180 - 108 deg of phase
+    let phase_deg: f64 = 72.0;
+    let expected = 3.617 + 0.08646 * phase_deg - 0.0004653 * phase_deg.powi(2) + 5.0 * 0.55f64.log10();
+    assert!((answer.total_v_mag.unwrap() - expected).abs() < 5e-3, "{answer:?} {expected}");
+    assert!(answer.earthshine.v_mag.is_none() && answer.mu_mean_mag_arcsec2.is_none());
+    let said = |answer: &satphot::Brightness, words: &str| answer.skipped.iter().any(|s| s.to_string().contains(words));
+    assert!(said(&answer, "part of the light of an empirical model"), "{:?}", answer.skipped);
+    // in the shadow
+    let midnight = Scene { sun_km: Vector::new(-1.495_978_707e8, 0.0, 0.0), ..twilight() };
+    let dark = model.brightness(&midnight).unwrap();
+    assert!(dark.sun.v_mag.is_none() && said(&dark, "umbra"), "{dark:?}");
+    // lit from behind, at 180 deg: not in the data, which are of 35 to 120 deg
+    let noon = Scene { sun_km: Vector::new(1.495_978_707e8, 1.0, 0.0), ..twilight() };
+    let outside = model.brightness(&noon).unwrap();
+    assert!(outside.total_v_mag.is_none() && said(&outside, "phase angle is outside"), "{outside:?}");
+    // in another band it is grey: brighter by the Sun's own colour
+    let r = ModelSettings { band: satphot::brightness::Band::named("R"), ..ModelSettings::default() };
+    let red = Model::new(&satellite, &r).unwrap().brightness(&twilight()).unwrap().total_v_mag.unwrap();
+    assert!((answer.total_v_mag.unwrap() - red - 0.36).abs() < 0.05, "{red}");
+}
+
+#[test]
+fn empirical_entries_that_make_no_sense_are_refused_by_key() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("own.toml");
+    for (lines, words) in [
+        ("empirical = { kind = \"polynomial\", mag_1000km = [6.0], phase_deg = [120.0, 35.0] }", "phase_deg"),
+        ("empirical = { kind = \"polynomial\", mag_1000km = [], phase_deg = [35.0, 120.0] }", "0 coefficients"),
+        ("empirical = { kind = \"polynomial\", mag_1000km = [6.0] }", "phase_deg"),
+        ("empirical = { kind = \"sphere\", reflecting_area_m2 = -1.0 }", "reflecting_area_m2"),
+        (
+            "empirical = { kind = \"standard\", mag_1000km = 4.0, at_phase_deg = 190.0, law = \"lit_fraction\" }",
+            "at_phase_deg",
+        ),
+        ("empirical = { kind = \"standard\", mag_1000km = 4.0, at_phase_deg = 90.0, law = \"half\" }", "half"),
+        ("title = \"nothing\"", "at least one surface"),
+        (
+            "empirical = { kind = \"sphere\", reflecting_area_m2 = 1.0 }\nsurfaces = [{ name = \"a\", area_m2 = 1.0, attitude = \"nadir\", \
+             brdf = { kind = \"lambert\", albedo = 0.5 } }]",
+            "beside surfaces",
+        ),
+    ] {
+        std::fs::write(&path, format!("[[satellites]]\nname = \"own\"\n{lines}\n")).unwrap();
+        let error = Catalogue::load(Some(&path)).unwrap_err().to_string();
+        assert!(error.contains(words), "{lines}\n{error}");
+    }
 }

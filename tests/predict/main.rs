@@ -8,6 +8,7 @@ mod support;
 
 mod constellation;
 mod day;
+mod fit;
 mod geometry;
 mod limits_footprint;
 mod limits_simple;

@@ -12,7 +12,10 @@ use crate::tables::PhotometryRow;
 use crate::tables::read::{Row, Table};
 use crate::tables::words::{Status, Verdict};
 
-/// Whether a table has columns of range, phase angle and magnitude.
+/// So many phase angles are not all next to 0 by chance.
+const FEWEST_PHASES: usize = 5;
+
+/// Whether a table has columns of range and phase angle.
 ///
 /// # Errors
 /// As [`super::observation_table`] for the columns.
@@ -20,7 +23,7 @@ pub fn states_range_and_phase(request: &Request) -> Result<bool> {
     let band = request.magnitudes.map_or("V", |m| m.band.name());
     let table = Table::open(request.table)?;
     let columns = Columns::find(&table, &request.columns, band)?;
-    Ok(columns.range_km.is_some() && columns.phase_angle_deg.is_some() && columns.v_mag.is_some())
+    Ok(columns.range_km.is_some() && columns.phase_angle_deg.is_some())
 }
 
 /// The rows of such a table, with magnitude, error, limit, time and identity, and notes; a row without range or phase angle is failed
@@ -45,7 +48,7 @@ pub fn stated_rows(request: &Request) -> Result<(Vec<PhotometryRow>, Vec<String>
             None => Err(format!("no {what}")),
         };
         let place = table.check(&row).and_then(|()| {
-            let range_km = stated("range_km", range.of(&row), 100.0, 500_000.0)?;
+            let range_km = stated("range_km", range.of(&row), 100.0, 100_000.0)?;
             Ok((range_km, stated("phase_angle_deg", phase.of(&row), 0.0, 180.0)?))
         });
         let mut made = match place {
@@ -68,6 +71,12 @@ pub fn stated_rows(request: &Request) -> Result<(Vec<PhotometryRow>, Vec<String>
         made.mjd_mid_d = columns.time.as_ref().and_then(|time| time.of(&row).ok()).map(mjd_utc);
         magnitudes::compare(request, &columns, &row, &mut made);
         rows.push(made);
+    }
+    let phases = || rows.iter().filter_map(|r: &PhotometryRow| r.phase_angle_deg);
+    if phases().count() >= FEWEST_PHASES && phases().all(|deg| deg <= std::f64::consts::PI) {
+        let problem = "all phase angles are below 3.15: they are radians, or of another quantity; state the unit in the header \
+                       (`phase [rad]`), or name the right column with argument `column phase_angle_deg=NAME`";
+        return Err(wrong(&table, problem.into()));
     }
     let mut notes = table.notes.clone();
     notes

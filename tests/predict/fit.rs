@@ -1,0 +1,266 @@
+//! `satphot fit`: what was put into simulated passes is recovered within its errors, limits included, and what the data cannot tell is
+//! refused.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use std::fmt::Write as _;
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal, StudentT};
+use satphot::fitting::{Observation, Problem, phase_law, surface_scales};
+
+use crate::observed::{robust_sigma, shared};
+use crate::support::satphot;
+
+/// A law like that of Starlink V2 mini.
+const TRUE_LAW: [f64; 3] = [3.6, 0.086, -0.00046];
+const WITHIN_MAG: f64 = 0.1;
+const BETWEEN_MAG: f64 = 0.36;
+const ERR_MAG: f64 = 0.05;
+
+fn law(coefficients: &[f64], phase_deg: f64) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, c| sum * phase_deg + c)
+}
+
+/// Passes of 3 to 20 magnitudes with the offsets and tails of real ones; `mag` is the truth of an observation.
+fn passes(n: usize, seed: u64, mag: impl Fn(&Observation, usize) -> f64) -> Vec<Observation> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let normal = Normal::new(0.0, 1.0).unwrap();
+    let student = StudentT::new(4.0).unwrap();
+    let mut out: Vec<Observation> = Vec::new();
+    for pass in 0..n {
+        let offset = BETWEEN_MAG * normal.sample(&mut rng);
+        let (from, width) = (rng.random_range(35.0..85.0), rng.random_range(10.0..35.0));
+        for k in 0..rng.random_range(3..20) {
+            let range_km = rng.random_range(500.0..1500.0);
+            let mut one = Observation {
+                row: out.len(),
+                mag_1000km: 0.0,
+                v_mag: 0.0,
+                err_mag: ERR_MAG,
+                is_limit: false,
+                phase_deg: from + width * rng.random::<f64>(),
+                range_km,
+                mjd_d: Some(60_000.0 + pass as f64 + 1e-4 * k as f64),
+                pass,
+            };
+            let noise = offset + WITHIN_MAG * student.sample(&mut rng) + ERR_MAG * normal.sample(&mut rng);
+            one.mag_1000km = mag(&one, out.len()) + noise;
+            one.v_mag = one.mag_1000km + 5.0 * (range_km / 1000.0).log10();
+            out.push(one);
+        }
+    }
+    out
+}
+
+/// How many of the parameters are within their error, and twice it, of the truth.
+fn covered(problem: &Problem, truth: &[f64]) -> [usize; 2] {
+    let z = |k: usize| (problem.fit.theta[k] - truth[k]).abs() / problem.fit.errs()[k];
+    [1.0, 2.0].map(|limit| (0..truth.len()).filter(|k| z(*k) <= limit).count())
+}
+
+#[test]
+fn the_coefficients_of_a_law_of_the_phase_angle_are_recovered_within_their_errors() {
+    let (mut within, mut n) = ([0, 0], 0);
+    let (mut scatter_within, mut scatter_between) = (0.0, 0.0);
+    for seed in 0..120 {
+        let rows = passes(40, seed, |o, _| law(&TRUE_LAW, o.phase_deg));
+        let problem = phase_law(&rows, 2).unwrap();
+        let one = covered(&problem, &TRUE_LAW);
+        within = [within[0] + one[0], within[1] + one[1]];
+        n += TRUE_LAW.len();
+        scatter_within += problem.fit.within_mag / 120.0;
+        scatter_between += problem.fit.between_mag / 120.0;
+    }
+    let share = within.map(|w| w as f64 / n as f64);
+    assert!((0.61..0.76).contains(&share[0]) && share[1] > 0.91, "{share:?}");
+    // the Gaussian errors of the rows and the Student t of the scatter are not one t: a few hundredths
+    assert!((scatter_within - WITHIN_MAG).abs() < 0.02, "{scatter_within}");
+    assert!((scatter_between - BETWEEN_MAG).abs() < 0.03, "{scatter_between}");
+}
+
+#[test]
+fn limits_count_for_what_they_tell() {
+    let (mut with, mut without) = (0.0, 0.0);
+    for seed in 0..30 {
+        let mut rows = passes(60, 1000 + seed, |o, _| law(&TRUE_LAW, o.phase_deg));
+        // a camera that sees nothing fainter than 7.6 at 1000 km
+        for row in rows.iter_mut().filter(|r| r.mag_1000km > 7.6) {
+            (row.is_limit, row.v_mag, row.mag_1000km) = (true, row.v_mag + 7.6 - row.mag_1000km, 7.6);
+        }
+        let at = |problem: &Problem| law(&problem.fit.theta, 85.0) - law(&TRUE_LAW, 85.0);
+        let limits = rows.iter().filter(|r| r.is_limit).count();
+        assert!((10..rows.len() * 2 / 3).contains(&limits), "{limits} of {}", rows.len());
+        with += at(&phase_law(&rows, 2).unwrap()) / 30.0;
+        rows.retain(|r| !r.is_limit);
+        let mut pass = 0;
+        let numbers: Vec<usize> = rows.iter().map(|r| r.pass).collect();
+        for k in 0..rows.len() {
+            pass += usize::from(k > 0 && numbers[k] != numbers[k - 1]);
+            rows[k].pass = pass;
+        }
+        without += at(&phase_law(&rows, 2).unwrap()) / 30.0;
+    }
+    assert!(without < -0.10, "without limits the satellite would be {without} mag too bright");
+    assert!(with.abs() < 0.35 * without.abs(), "{with} {without}");
+}
+
+#[test]
+fn the_strength_of_each_surface_is_recovered_within_its_error() {
+    let truth = [0.7f64, 2.5];
+    // two surfaces of different phase dependence
+    let flux_of = |o: &Observation| {
+        let c = o.phase_deg.to_radians().cos();
+        vec![1e-3 * (1.0 + c).max(0.0), 2e-3 * (1.2 - c) * o.phase_deg / 90.0]
+    };
+    let (mut within, mut n) = ([0, 0], 0);
+    for seed in 0..120 {
+        let rows = passes(40, 5000 + seed, |o, _| {
+            let sent: f64 = flux_of(o).iter().zip(truth).map(|(f, a)| f * a).sum();
+            -2.5 * sent.log10()
+        });
+        // magnitudes of satellites at 1000 km, so that flux is not of the range
+        let rows: Vec<Observation> = rows.into_iter().map(|o| Observation { v_mag: o.mag_1000km, ..o }).collect();
+        let flux: Vec<Vec<f64>> = rows.iter().map(&flux_of).collect();
+        let names = ["chassis".to_owned(), "array".to_owned()];
+        let problem = surface_scales(&rows, &flux, &[true, true], &names).unwrap();
+        let one = covered(&problem, &truth.map(f64::ln));
+        within = [within[0] + one[0], within[1] + one[1]];
+        n += 2;
+        let held = surface_scales(&rows, &flux, &[false, true], &names).unwrap();
+        assert_eq!(held.names, ["ln scale of array"]);
+    }
+    let share = within.map(|w| w as f64 / n as f64);
+    assert!((0.60..0.77).contains(&share[0]) && share[1] > 0.90, "{share:?}");
+}
+
+#[test]
+fn what_the_data_do_not_tell_is_refused_by_name() {
+    let mut rows = passes(10, 1, |_, _| 6.0);
+    rows.iter_mut().for_each(|r| r.phase_deg = 90.0);
+    let e = phase_law(&rows, 1).unwrap_err().to_string();
+    assert!(e.contains("mag_1000km[0]") && e.contains("mag_1000km[1]") && e.contains("apart"), "{e}");
+    assert!(phase_law(&rows, 0).is_ok());
+    let e = phase_law(&rows[..3], 2).unwrap_err().to_string();
+    assert!(e.contains("3 magnitudes are too few for 3 parameters"), "{e}");
+    let names = ["chassis".to_owned(), "array".to_owned()];
+    let dark: Vec<Vec<f64>> = rows.iter().map(|_| vec![1e-3, 0.0]).collect();
+    let e = surface_scales(&rows, &dark, &[true, true], &names).unwrap_err().to_string();
+    assert!(e.contains("say nothing of ln scale of array"), "{e}");
+    let alike: Vec<Vec<f64>> = rows.iter().map(|_| vec![1e-3, 2e-3]).collect();
+    let e = surface_scales(&rows, &alike, &[true, true], &names).unwrap_err().to_string();
+    assert!(e.contains("apart") && e.contains("chassis") && e.contains("array"), "{e}");
+}
+
+/// A table that states range and phase angle.
+fn table(rows: &[Observation], phase: impl Fn(f64) -> f64) -> String {
+    let mut text = "time,satellite,range_km,phase_angle_deg,v_mag,v_mag_err\n".to_owned();
+    for o in rows {
+        let mjd = o.mjd_d.unwrap();
+        let _ = writeln!(text, "{mjd:.6},SAT,{:.3},{:.4},{:.4},{}", o.range_km, phase(o.phase_deg), o.v_mag, o.err_mag);
+    }
+    text
+}
+
+#[test]
+fn the_verb_writes_an_entry_that_predicts_and_refuses_tables_of_another_meaning() {
+    let d = tempfile::tempdir().unwrap();
+    let rows = passes(40, 77, |o, _| law(&TRUE_LAW, o.phase_deg));
+    std::fs::write(d.path().join("good.csv"), table(&rows, |deg| deg)).unwrap();
+    let out = satphot(d.path(), &["fit", "good.csv", "--name", "mine", "-o", "own.toml"]).expect(0, &["mine"]).out;
+    for word in ["40 passes", "mag_1000km[2]", "within passes", "phase angles of"] {
+        assert!(out.contains(word), "{word}\n{out}");
+    }
+    let listed = satphot(d.path(), &["satellites", "mine", "--satellites", "own.toml"]).expect(0, &[]).out;
+    assert!(listed.contains("5 lg(R / 1000 km)") && listed.contains("phase angles"), "{listed}");
+    // the entry is a model like any other
+    let sky = ["predict", "sky", "--satellites", "own.toml", "--satellite", "mine", "--height-km", "550"];
+    let sun = ["--sun-alt-deg", "-12", "--sun-az-deg", "250", "--grid", "4x6", "-o", "sky.ecsv"];
+    let said = satphot(d.path(), &[&sky[..], &sun[..]].concat()).expect(0, &[]).out;
+    assert!(said.contains("observations scatter by"), "{said}");
+    let cells = std::fs::read_to_string(d.path().join("sky.ecsv")).unwrap();
+    assert!(
+        cells.lines().any(|l| l.split([',', ' ']).any(|c| c.parse::<f64>().is_ok_and(|m| (3.0..9.0).contains(&m))))
+    );
+    // radians, metres, a reduced magnitude, no rows, no magnitudes
+    let radians = table(&rows, |deg| deg.to_radians());
+    let metres = table(&rows, |deg| deg).lines().map(|l| l.replacen("SAT,", "SAT,1", 1) + "\n").collect::<String>();
+    for (name, text, words) in [
+        ("radians.csv", radians, "radians"),
+        ("metres.csv", metres.replace("SAT,1", "SAT,1000"), "range_km is"),
+        ("std.csv", table(&rows, |deg| deg).replacen("v_mag,", "stdmag,", 1), "reduced"),
+        ("empty.csv", table(&[], |deg| deg), "no row"),
+    ] {
+        std::fs::write(d.path().join(name), text).unwrap();
+        let output = satphot(d.path(), &["fit", name, "-o", "bad.toml"]);
+        let said = format!("{}{}", output.out, output.err);
+        assert!(output.code != 0 && said.to_lowercase().contains(words), "{name}: {said}");
+        assert!(!d.path().join("bad.toml").exists(), "{name}");
+    }
+    satphot(d.path(), &["fit", "good.csv", "--name", "Mine"]).expect(2, &["lower case"]);
+    satphot(d.path(), &["fit", "good.csv", "--free", "array"]).expect(2, &["--satellite"]);
+    satphot(d.path(), &["fit", "good.csv", "--degree", "9"]).expect(2, &["--degree"]);
+}
+
+/// Column of a CSV of quoted cells without line breaks.
+fn cells(line: &str) -> Vec<String> {
+    let (mut out, mut quoted) = (vec![String::new()], false);
+    for c in line.chars() {
+        match c {
+            '"' => quoted = !quoted,
+            ',' if !quoted => out.push(String::new()),
+            _ => out.last_mut().unwrap().push(c),
+        }
+    }
+    out
+}
+
+#[test]
+fn satellites_left_out_of_a_fit_to_score_are_predicted_as_well_as_by_a_parabola() {
+    let Some(path) = shared("data/observations/v2mini_score_public.csv") else { return };
+    let text = std::fs::read_to_string(path).unwrap();
+    let mut lines = text.lines();
+    let head = cells(lines.next().unwrap());
+    let at = |name: &str| head.iter().position(|c| c == name).unwrap();
+    let wanted = [
+        "norad_cat_id",
+        "apparent_magnitude",
+        "range_to_sat_km_satchecker",
+        "phase_angle_deg_satchecker",
+        "alt_deg_satchecker",
+    ]
+    .map(at);
+    let (mut kept, mut left): (Vec<String>, Vec<(f64, f64, f64)>) = (vec![head.join(",")], Vec::new());
+    for line in lines {
+        let row = cells(line);
+        let numbers: Vec<f64> = wanted.iter().filter_map(|k| row.get(*k)?.parse().ok()).collect();
+        let [norad, mag, range_km, phase_deg, alt_deg] = numbers[..] else { continue };
+        // height above a sphere of 6371 km: V2 minis of 450 to 600 km, the others are direct to cell or rise
+        let r2 = 6371f64.powi(2) + range_km * range_km + 2.0 * 6371.0 * range_km * alt_deg.to_radians().sin();
+        if !(450.0..600.0).contains(&(r2.sqrt() - 6371.0)) || !(35.0..=120.0).contains(&phase_deg) {
+            continue;
+        }
+        if (norad as u64) % 3 == 0 {
+            left.push((mag, range_km, phase_deg));
+        } else {
+            kept.push(line.to_owned());
+        }
+    }
+    let d = tempfile::tempdir().unwrap();
+    std::fs::write(d.path().join("kept.csv"), kept.join("\n")).unwrap();
+    satphot(d.path(), &["fit", "kept.csv", "--name", "v2", "-o", "own.toml"]).expect(0, &[]);
+    let entry = satphot::brightness::Catalogue::load(Some(&d.path().join("own.toml"))).unwrap();
+    let law = entry.find("v2").unwrap().empirical.clone().unwrap();
+    let residuals: Vec<f64> = left
+        .iter()
+        .filter_map(|(mag, range_km, phase_deg)| Some(mag - law.v_mag(phase_deg.to_radians(), *range_km)?))
+        .collect();
+    let n = residuals.len();
+    assert!(n > 200, "{n}");
+    let mean = residuals.iter().sum::<f64>() / n as f64;
+    let sd = (residuals.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / n as f64).sqrt();
+    let robust = robust_sigma(&residuals);
+    eprintln!("{n} magnitudes left out: mean {mean:.3}, standard deviation {sd:.3}, robust {robust:.3}");
+    // a parabola by least squares: 0.39 and 0.30
+    assert!(sd < 0.44 && robust < 0.36 && mean.abs() < 0.12, "{n}: {mean} {sd} {robust}");
+}
