@@ -240,7 +240,7 @@ fn satellites_left_out_of_a_fit_to_score_are_predicted_as_well_as_by_a_parabola(
         if !(450.0..600.0).contains(&(r2.sqrt() - 6371.0)) || !(35.0..=120.0).contains(&phase_deg) {
             continue;
         }
-        if (norad as u64) % 3 == 0 {
+        if (norad as u64).is_multiple_of(3) {
             left.push((mag, range_km, phase_deg));
         } else {
             kept.push(line.to_owned());
