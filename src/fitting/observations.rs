@@ -2,6 +2,8 @@
 //!
 //! Magnitudes, km, degrees. It does not cover what the rows of a table mean ([`crate::visibility::observation_table`]).
 
+use std::path::Path;
+
 use crate::base::error::{Error, Result};
 use crate::base::progress::Progress;
 use crate::brightness::{Illum, Satellite};
@@ -59,7 +61,7 @@ pub fn by_orbit(request: &Request, progress: &dyn Progress) -> Result<Observatio
     let reduced = |row: &PhotometryRow, v_mag: f64| Some(v_mag - row.model_v_mag?);
     let sunlit = |row: &PhotometryRow| row.illum == Illum::Sun.as_str();
     let shaded = made.rows.iter().filter(|r| r.status == Status::Ok && !sunlit(r)).count();
-    let mut found = collected(&made.rows, &|row, v_mag| reduced(row, v_mag).filter(|_| sunlit(row)))?;
+    let mut found = collected(request.table, &made.rows, &|row, v_mag| reduced(row, v_mag).filter(|_| sunlit(row)))?;
     found.notes.splice(0..0, made.notes);
     if shaded > 0 {
         found.notes.push(format!("{shaded} rows are not in full sunlight: not used"));
@@ -75,7 +77,7 @@ pub fn by_orbit(request: &Request, progress: &dyn Progress) -> Result<Observatio
 pub fn with_surfaces(request: &Request, progress: &dyn Progress) -> Result<(Observations, Vec<Vec<f64>>)> {
     let whole = observation_table(&copied(request), progress)?;
     let in_light = |row: &PhotometryRow, v_mag: f64| row.model_v_mag.map(|_| v_mag - 5.0 * lg_range(row));
-    let mut found = collected(&whole.rows, &in_light)?;
+    let mut found = collected(request.table, &whole.rows, &in_light)?;
     found.notes.splice(0..0, whole.notes);
     let mut flux = vec![Vec::with_capacity(request.satellite.surfaces.len()); found.rows.len()];
     for surface in &request.satellite.surfaces {
@@ -100,7 +102,7 @@ fn lg_range(row: &PhotometryRow) -> f64 {
 /// Those of [`stated_rows`].
 pub fn stated(request: &Request) -> Result<Observations> {
     let (rows, notes) = stated_rows(request)?;
-    let mut found = collected(&rows, &|row, v_mag| Some(v_mag - 5.0 * lg_range(row)))?;
+    let mut found = collected(request.table, &rows, &|row, v_mag| Some(v_mag - 5.0 * lg_range(row)))?;
     found.notes.splice(0..0, notes);
     Ok(found)
 }
@@ -152,10 +154,8 @@ fn collected(rows: &[PhotometryRow], reduced: &dyn Fn(&PhotometryRow, f64) -> Op
     }
     if out.rows.is_empty() {
         let why = rows.iter().find(|r| !r.reason.is_empty()).map_or(String::new(), |r| format!(": {}", r.reason));
-        return Err(Error::Argument {
-            name: "table".into(),
-            problem: format!("none of its {} rows has a magnitude that can be fitted{why}", rows.len()),
-        });
+        let problem = format!("none of its {} rows has a magnitude that can be fitted{why}", rows.len());
+        return Err(Error::Table { path: path.to_owned(), line: None, problem });
     }
     Ok(out)
 }

@@ -27,13 +27,13 @@ fn rows_of(observations: &[Observation], mag: impl Fn(&Observation) -> f64) -> V
 }
 
 fn refused(problem: String) -> Error {
-    Error::Argument { name: "table".into(), problem }
+    Error::Model { problem: format!("it cannot be fitted: {problem}") }
 }
 
 /// m(φ) = Σ c_k φ^k at 1000 km, φ in degrees: `degree` + 1 coefficients.
 ///
 /// # Errors
-/// [`Error::Argument`]: too few rows, phase angles that do not tell the coefficients apart, or no convergence.
+/// [`Error::Model`]: too few rows, phase angles that do not tell the coefficients apart, or no convergence.
 pub fn phase_law(observations: &[Observation], degree: usize) -> Result<Problem> {
     let names: Vec<String> = (0..=degree).map(|k| format!("mag_1000km[{k}]")).collect();
     let rows = rows_of(observations, |o| o.mag_1000km);

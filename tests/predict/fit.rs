@@ -189,7 +189,7 @@ fn the_verb_writes_an_entry_that_predicts_and_refuses_tables_of_another_meaning(
         ("radians.csv", radians, "radians"),
         ("metres.csv", metres.replace("SAT,1", "SAT,1000"), "range_km is"),
         ("std.csv", table(&rows, |deg| deg).replacen("v_mag,", "stdmag,", 1), "reduced"),
-        ("empty.csv", table(&[], |deg| deg), "no row"),
+        ("empty.csv", table(&[], |deg| deg), "none of its 0 rows"),
     ] {
         std::fs::write(d.path().join(name), text).unwrap();
         let output = satphot(d.path(), &["fit", name, "-o", "bad.toml"]);
