@@ -113,7 +113,11 @@ fn copied<'a>(request: &Request<'a>) -> Request<'a> {
 }
 
 /// The usable rows with their passes; `reduced` is the magnitude at 1000 km.
-fn collected(rows: &[PhotometryRow], reduced: &dyn Fn(&PhotometryRow, f64) -> Option<f64>) -> Result<Observations> {
+fn collected(
+    path: &Path,
+    rows: &[PhotometryRow],
+    reduced: &dyn Fn(&PhotometryRow, f64) -> Option<f64>,
+) -> Result<Observations> {
     let mut out = Observations::default();
     let mut order: Vec<usize> = (0..rows.len()).collect();
     order.sort_by(|a, b| {
