@@ -22,7 +22,7 @@ pub use ecsv::{
 };
 pub use formats::Table;
 pub use meta::{Meta, MetaValue};
-pub use rows_hash::check_rows_hash;
+pub use rows_hash::{check_rows_hash, names_rows_hash};
 pub use schema::{
     ACCURACY, ALL, AREAS, AccuracyRow, BRDF_CURVE, CHECKED, COMPARED, CONSTELLATION, CheckedRow, Column, DAY, DUTY,
     Datatype, DayRow, Definition, DutyRow, EARTH, EXPLICIT, EXTREMES, EarthRow, ExtremeRow, FLUX_MAP, FOOTPRINT,

@@ -47,6 +47,16 @@ pub(super) fn with_hash(text: &str, meta: &Meta) -> String {
     format!("{before}{}{after}", line(&hash))
 }
 
+/// Whether a line of the header names the hash, also where damage before it ends the meta block.
+///
+/// # Errors
+/// [`Error::Io`].
+pub fn names_rows_hash(path: &Path) -> Result<bool> {
+    let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+    let mut header = bytes.split(|b| *b == b'\n').take_while(|line| line.starts_with(b"#"));
+    Ok(header.any(|line| line.windows(KEY.len()).any(|word| word == KEY.as_bytes())))
+}
+
 /// Whether the rows of a table are those it was written with.
 ///
 /// # Errors

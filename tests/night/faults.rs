@@ -496,6 +496,17 @@ fn a_table_of_a_shard_that_was_changed_is_never_merged() {
         assert!(merge(std::slice::from_ref(table)).is_err(), "change {k} at byte {at} of {}", table.display());
         std::fs::write(table, good).unwrap();
     }
+    // a line of the header that ends the meta block before the hash
+    let good = std::fs::read(&part).unwrap();
+    let begin = |line: &[u8]| good.windows(line.len()).position(|at| at == line).unwrap();
+    for at in [begin(b"# - {colour_index"), begin(b"# - {missing_frames"), begin(b"# - {rows_sha256")].map(|at| at + 2)
+    {
+        let mut bad = good.clone();
+        bad[at] = b'4';
+        std::fs::write(&part, bad).unwrap();
+        assert!(merge(std::slice::from_ref(&part)).is_err(), "byte {at}");
+    }
+    std::fs::write(&part, good).unwrap();
     // one flux in one cell, as the issue of such a table would have it
     let text = std::fs::read_to_string(&tables[0]).unwrap();
     let flux = merge(&tables[..1]).unwrap().rows.iter().find_map(|r| r.flux_e).unwrap();

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use satphot::Error;
-use satphot::tables::{Meta, MetaValue, check_rows_hash, read_meta};
+use satphot::tables::{Meta, MetaValue, check_rows_hash, names_rows_hash, read_meta};
 
 /// The shards a table holds, from 1, and of how many.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -74,7 +74,7 @@ pub fn together(paths: &[PathBuf]) -> anyhow::Result<(Vec<PathBuf>, Shards, Meta
         };
         let problem = || "shard is missing in its meta block; is it a table of `satphot predict`?".to_string();
         let shards = shards.ok_or_else(|| Error::Table { path: path.clone(), line: None, problem: problem() })?;
-        if !shards.missing().is_empty() || meta.has_rows_hash() {
+        if !shards.missing().is_empty() || names_rows_hash(path)? {
             check_rows_hash(path)?;
         }
         meta.without_rows_hash();

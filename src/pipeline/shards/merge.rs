@@ -28,8 +28,8 @@ use crate::pipeline::target::row::{set_aside_row, unmeasured_row};
 use crate::report::summary::pass_table;
 use crate::tables::words::Status;
 use crate::tables::{
-    Meta, MetaValue, PartialRow, PhotometryRow, RawRow, check_rows_hash, read_photometry, read_rows, write_photometry,
-    write_residuals, write_rows,
+    Meta, MetaValue, PartialRow, PhotometryRow, RawRow, check_rows_hash, names_rows_hash, read_photometry, read_rows,
+    write_photometry, write_residuals, write_rows,
 };
 
 /// The schema in the meta block of a whole night.
@@ -183,7 +183,7 @@ fn part(plan: &Plan, path: &Path) -> Result<Part> {
         let problem = format!("{}: schema \"{schema}\" is neither a shard nor a night", path.display());
         return Err(Error::Mismatch { problem });
     }
-    match schema == SHARD_SCHEMA || partial || meta.has_rows_hash() {
+    match schema == SHARD_SCHEMA || partial || names_rows_hash(path)? {
         true => check_rows_hash(path)?,
         // a whole night has its hash in the manifest
         false => check_against_manifest(path)?,
