@@ -214,6 +214,9 @@ pub struct Detector {
     /// Take the bias level of each frame from its overscan (BIASSEC) where it has one and no bias frames match.
     #[serde(default = "yes", skip_serializing_if = "is_true")]
     pub use_overscan: bool,
+    /// Mask the pixels that stand out in the star frames of at least three fields, in frames without a matching dark.
+    #[serde(default = "yes", skip_serializing_if = "is_true")]
+    pub mask_hot_pixels: bool,
 }
 
 /// Which of the frames are reduced.

@@ -17,9 +17,10 @@ use super::clip::Region;
 use super::exposure::Exposure;
 use super::flat::master::MasterFlat;
 use super::frame::{Electrons, Frame, Gain, mask};
+use super::hot_pixels::HotPixels;
 use super::overscan::{Section, sections};
 use super::read::{Pixels, TILE_ROWS};
-use super::zero_level::ZeroLevel;
+use super::zero_level::{HOT_READ_NOISES, ZeroLevel};
 use crate::base::error::{Error, Result};
 use crate::base::pages::zeros;
 use crate::fits::raw::guarded;
@@ -88,6 +89,8 @@ pub struct FrameReader<'a> {
     stored: Option<Stored>,
     /// What biases and darks say of its zero level.
     zero: Option<ZeroLevel<'a>>,
+    /// The hot pixels of its detector.
+    hot: Option<&'a HotPixels>,
     /// Where light falls, if the header says that it does not everywhere.
     lit: Option<Section>,
 }
@@ -131,7 +134,7 @@ impl<'a> FrameReader<'a> {
         let stored = open_stored(&exposure.path, &exposure.header)?;
         // a section that is none of this frame says nothing about it
         let lit = sections(exposure).ok().flatten().and_then(|(_, lit)| lit);
-        Ok(Self { exposure, gain, region, flat, stored, zero: None, lit })
+        Ok(Self { exposure, gain, region, flat, stored, zero: None, hot: None, lit })
     }
 
     /// The same, with the zero level of biases and darks subtracted instead of the constant pedestal; its noise enters the read
@@ -140,6 +143,13 @@ impl<'a> FrameReader<'a> {
     pub fn less(mut self, zero: Option<ZeroLevel<'a>>) -> Self {
         self.gain.read_noise_e *= zero.as_ref().map_or(1.0, ZeroLevel::noise_factor);
         self.zero = zero;
+        self
+    }
+
+    /// The same, with the pixels masked that are hot in as long an exposure.
+    #[must_use]
+    pub fn without(mut self, hot: Option<&'a HotPixels>) -> Self {
+        self.hot = hot;
         self
     }
 
@@ -253,7 +263,7 @@ impl<'a> FrameReader<'a> {
                 let response = self.response(columns.start, y, &kept);
                 let bytes = bytes.as_chunks().0;
                 calibrate_stored(bytes, &mut pixels[kept.clone()], &mut bits[kept.clone()], response, &self.gain);
-                self.subtract_zero(columns.start, y, &kept, pixels, bits);
+                self.correct(columns.start, y, &kept, pixels, bits);
             }
         }
         Ok(())
@@ -289,7 +299,7 @@ impl<'a> FrameReader<'a> {
                 pixels[kept.clone()].copy_from_slice(&counts[kept.start - from..kept.end - from]);
                 let response = self.response(columns.start, first_row + j, &kept);
                 calibrate(&mut pixels[kept.clone()], &mut bits[kept.clone()], response, &self.gain);
-                self.subtract_zero(columns.start, first_row + j, &kept, pixels, bits);
+                self.correct(columns.start, first_row + j, &kept, pixels, bits);
             }
         }
         Ok(())
@@ -308,13 +318,20 @@ impl<'a> FrameReader<'a> {
         kept
     }
 
-    /// Subtracts the zero level over columns `kept` of a row that begins at full-frame column `x0`.
-    fn subtract_zero(&self, x0: usize, y: usize, kept: &Range<usize>, pixels: &mut [f32], bits: &mut [u8]) {
+    /// Subtracts the zero level over columns `kept` of a row that begins at full-frame column `x0`, and masks hot pixels.
+    fn correct(&self, x0: usize, y: usize, kept: &Range<usize>, pixels: &mut [f32], bits: &mut [u8]) {
         if let Some(zero) = &self.zero {
             let first = (y - self.region.origin_px.1) * self.region.size_px.0 + x0 - self.region.origin_px.0;
             let at = first + kept.start..first + kept.end;
             let (pixels, bits) = (&mut pixels[kept.clone()], &mut bits[kept.clone()]);
             zero.subtract(at, pixels, bits, self.response(x0, y, kept), &self.gain);
+        }
+        for peak in self.hot.map_or(&[][..], |hot| hot.row(y)) {
+            let added_e = f64::from(peak.above) * self.exposure.exptime_s;
+            let x = (peak.x_px as usize).checked_sub(x0).filter(|x| kept.contains(x));
+            if let Some(x) = x.filter(|_| added_e > HOT_READ_NOISES * self.gain.read_noise_e) {
+                bits[x] |= mask::BAD;
+            }
         }
     }
 

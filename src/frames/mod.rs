@@ -11,6 +11,7 @@ pub(crate) mod exposure;
 pub mod flat;
 mod frame;
 pub mod header;
+mod hot_pixels;
 mod load;
 mod mosaic;
 mod overscan;
@@ -27,6 +28,7 @@ pub(crate) use exposure::{light_exptime, sorted};
 pub use header::optics::pixel_scale_arcsec;
 
 pub use frame::{Electrons, ElectronsPerAdu, Frame, Gain, GainSetting, mask};
+pub use hot_pixels::{FEWEST_FIELDS, HotPixels, MOST_FIELDS, Peak, peaks};
 pub use load::{Buffers, FrameReader, PooledFrame, read};
 
 pub use exposure::other_satellite;

@@ -24,7 +24,7 @@ const SAME_TEMPERATURE_C: f64 = 1.0;
 /// A pixel of a dark this many robust standard deviations above its median is hot (ccdproc `ccdmask` takes 9).
 const HOT_SIGMA: f64 = 9.0;
 /// A hot pixel is masked in frames to which it adds more than this many read noises.
-const HOT_READ_NOISES: f64 = 3.0;
+pub(super) const HOT_READ_NOISES: f64 = 3.0;
 /// Pixels that median and scatter of a master are taken of, at most.
 const SAMPLE_PX: usize = 1 << 20;
 /// Fewest frames of a master: with one or two, its own noise or a cosmic ray would enter every frame.
@@ -220,6 +220,12 @@ impl ZeroLevels {
 }
 
 impl ZeroLevel<'_> {
+    /// Whether a dark shows which pixels are hot.
+    #[must_use]
+    pub fn shows_hot_pixels(&self) -> bool {
+        self.dark.is_some()
+    }
+
     /// By how much its own noise makes the read noise of a frame larger: Z of n_B biases and n_D darks has the variance
     /// RN² ((1 − s)² m(n_B)/n_B + s² m(n_D)/n_D), m the variance of a median over that of a mean.
     #[must_use]

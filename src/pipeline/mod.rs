@@ -7,6 +7,7 @@ pub mod compare;
 pub mod detector;
 pub mod explain;
 pub mod groups;
+pub mod hot_pixels;
 pub mod inspect;
 pub mod keyword_checks;
 pub mod matched;

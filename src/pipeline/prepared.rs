@@ -15,7 +15,7 @@ use crate::base::error::{Error, Result};
 use crate::brightness::{Model, ModelSettings, Satellite};
 use crate::config::{self, Config};
 use crate::frames::flat::MasterFlat;
-use crate::frames::{Buffers, Detector, Exposure, FrameReader, PooledFrame, ZeroLevels};
+use crate::frames::{Buffers, Detector, Exposure, FrameReader, HotPixels, PooledFrame, ZeroLevels};
 use crate::frames::{never_filled, pixel_scale_arcsec};
 use crate::orbit::{EarthOrientation, Site, Tracker};
 use crate::photometry::growth::{GrowthCurve, StarProfile};
@@ -58,6 +58,8 @@ pub struct Flattened {
     pub flat_sha256: String,
     /// Biases and darks, combined; empty for a night without.
     pub zero: ZeroLevels,
+    /// Hot pixels by the night's star frames, one map for each size and binning ([`crate::pipeline::hot_pixels`]).
+    pub hot: Vec<HotPixels>,
 }
 
 impl Deref for Flattened {
@@ -191,6 +193,13 @@ impl Prepared {
 }
 
 impl Flattened {
+    /// The map of hot pixels that serves a frame: none where a dark shows them.
+    #[must_use]
+    pub fn hot_pixels(&self, exposure: &Exposure) -> Option<&HotPixels> {
+        let by_dark = self.zero.of(exposure).is_some_and(|zero| zero.shows_hot_pixels());
+        self.hot.iter().find(|hot| !by_dark && hot.is_of(exposure))
+    }
+
     /// One exposure, ready to be read as flattened electrons inside the clip circle.
     ///
     /// # Errors
@@ -210,7 +219,8 @@ impl Flattened {
         {
             gain.pedestal_adu = level_adu;
         }
-        Ok(FrameReader::open(exposure, gain, clip_px, self.flat.as_ref())?.less(zero))
+        let hot = self.hot_pixels(exposure);
+        Ok(FrameReader::open(exposure, gain, clip_px, self.flat.as_ref())?.less(zero).without(hot))
     }
 
     /// One exposure from disk to flattened, clipped electrons.

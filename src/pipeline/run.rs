@@ -18,6 +18,7 @@ use crate::pipeline::detector::gain_check::GainCheck;
 use crate::pipeline::detector::report::write_checks;
 use crate::pipeline::explain::explain_night;
 use crate::pipeline::explain::text::Explanation;
+use crate::pipeline::hot_pixels::with_hot_pixels;
 use crate::pipeline::keyword_checks::{keyword_checks, not_checkable};
 use crate::pipeline::options::Options;
 use crate::pipeline::prepared::{Calibrated, Flattened, Prepared};
@@ -149,7 +150,8 @@ impl<'a> Run<'a> {
         let Self { survey, products, options, progress, log, .. } = self;
         let file = self.folder.join("master_flat.fits");
         log.stage("flat", |log| {
-            master_flat(survey, prepared, (products, Some(&file)), options, *progress, &mut log.notes)
+            let night = master_flat(survey, prepared, (products, Some(&file)), options, *progress, &mut log.notes)?;
+            with_hot_pixels(night, &survey.pointings, products, options, &mut log.notes)
         })
     }
 

@@ -23,6 +23,7 @@ use crate::pipeline::compare::band_of_model;
 use crate::pipeline::compare::comparable;
 use crate::pipeline::compare::epoch_of;
 use crate::pipeline::compare::residual_rows;
+use crate::pipeline::hot_pixels::with_hot_pixels;
 use crate::pipeline::prepared::{Calibrated, Prepared, Seeing};
 use crate::pipeline::products::meta::set_band;
 use crate::pipeline::products::meta::table_meta;
@@ -71,7 +72,8 @@ pub fn fit_stars(config: &Config, options: &Options, progress: &dyn Progress) ->
     notes.extend(options.memory().check(&survey, &prepared)?);
     let products = FrameCache::default();
     notes.extend(check_stars(&survey, &prepared, &products, options.jobs)?);
-    let prepared = master_flat(&survey, prepared, (&products, None), options, progress, &mut notes)?;
+    let flattened = master_flat(&survey, prepared, (&products, None), options, progress, &mut notes)?;
+    let prepared = with_hot_pixels(flattened, &survey.pointings, &products, options, &mut notes)?;
     let stars = star_stage(&survey, &prepared, &products, options, progress, &mut notes)?;
     notes.extend(stars.details.iter().cloned());
     notes.extend(stars.failed.iter().map(|r| format!("{}: {}", r.frame, r.reason)));
@@ -251,6 +253,7 @@ pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progre
     notes.extend(check_stars(&survey, &prepared, &products, options.jobs)?);
     prepared.model = None; // `compare` adds it
     let flattened = master_flat(&survey, prepared, (&products, None), options, progress, &mut notes)?;
+    let flattened = with_hot_pixels(flattened, &survey.pointings, &products, options, &mut notes)?;
     let mut zeropoint = None;
     if let Some(path) = &config.zeropoint.previous {
         let (read, warnings) = read_previous(path, &config, flattened.flat.is_some())?;

@@ -17,6 +17,7 @@ use crate::config::Config;
 use crate::frames::flat::{BAND_BYTES, FlatMember, MasterFlat};
 use crate::frames::{Exposure, Role, ZeroLevels};
 use crate::pipeline::compare::comparable;
+use crate::pipeline::hot_pixels::hot_key;
 use crate::pipeline::ordered_map::in_order;
 use crate::pipeline::prepared::{Calibrated, Flattened, Prepared};
 use crate::pipeline::products::manifest::Quadratures;
@@ -57,11 +58,11 @@ pub fn master_flat(
     notes.extend(check_overscan(survey, &mut night, &zero));
     if let Some(path) = &night.config.flat.master {
         let flat = Some(MasterFlat::read(path, clip, &night.config.flat)?);
-        return Ok(Flattened { flat, flat_sha256: sha256_16(path)?, zero, prepared: night });
+        return Ok(Flattened { flat, flat_sha256: sha256_16(path)?, zero, hot: Vec::new(), prepared: night });
     }
     if survey.flats.is_empty() {
         notes.push("no flats in the night: frames are not flattened".into());
-        return Ok(Flattened { flat: None, flat_sha256: String::new(), zero, prepared: night });
+        return Ok(Flattened { flat: None, flat_sha256: String::new(), zero, hot: Vec::new(), prepared: night });
     }
     progress.stage("master flat", survey.flats.len());
     let threads = pool(options.threads())?;
@@ -75,7 +76,13 @@ pub fn master_flat(
         && let Ok(flat) = MasterFlat::read(path, clip, &night.config.flat)
     {
         progress.done();
-        return Ok(Flattened { flat: Some(MasterFlat { members, ..flat }), flat_sha256, zero, prepared: night });
+        return Ok(Flattened {
+            flat: Some(MasterFlat { members, ..flat }),
+            flat_sha256,
+            zero,
+            hot: Vec::new(),
+            prepared: night,
+        });
     }
     let flat = threads
         .install(|| MasterFlat::make(&survey.flats, &night.detector, &night.config.flat, clip, BAND_BYTES))
@@ -96,7 +103,7 @@ pub fn master_flat(
         products.store(FLAT, &key, &(&flat.members, &flat_sha256));
     }
     progress.done();
-    Ok(Flattened { flat: Some(flat), flat_sha256, zero, prepared: night })
+    Ok(Flattened { flat: Some(flat), flat_sha256, zero, hot: Vec::new(), prepared: night })
 }
 
 /// The biases and darks of the night, combined, unless the configuration leaves them out.
@@ -254,6 +261,7 @@ fn depends(night: &Calibrated, products: &FrameCache) -> Vec<String> {
     let mut all: Vec<String> = files.map(|(_, path)| products.sha256(&path).unwrap_or_default()).collect();
     all.push(night.flat_sha256.clone());
     all.push(night.zero.key.clone());
+    all.push(hot_key(&night.hot));
     all.push(format!("{:?} {:?} {:?}", night.seeing.fwhm_arcsec, night.seeing.profile, night.seeing.camera_turn));
     all.push(format!("{:?} {}", night.zeropoint, night.model.is_some()));
     all

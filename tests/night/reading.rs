@@ -53,7 +53,8 @@ fn the_surroundings_of_a_target_tell_the_same_as_its_whole_frame() {
             .unwrap(),
         );
         assert_eq!(survey.targets.len(), 4);
-        let flattened = Flattened { prepared, flat, flat_sha256: String::new(), zero: Default::default() };
+        let flattened =
+            Flattened { prepared, flat, flat_sha256: String::new(), zero: Default::default(), hot: Vec::new() };
         let night = Calibrated { flattened, seeing: Seeing::default(), zeropoint: None };
         for exposure in &survey.targets {
             let settings = target_settings(exposure, &night, None);

@@ -72,6 +72,23 @@ fn one_three_and_six_shards_make_the_tables_of_the_run() {
 }
 
 #[test]
+fn hot_pixels_by_the_star_frames_are_those_of_the_run_in_every_shard() {
+    let night = crate::zero_level::with_hot_pixels(Night::copy_of(&simulated("shards_numbers", &[])));
+    let want = run_once(&night);
+    let photometry = String::from_utf8_lossy(&want[0]);
+    assert!(photometry.contains("pedestal, hot pixels of "), "{photometry}");
+    let shards = plan(&night, 3);
+    stars(&night);
+    (0..shards).for_each(|shard| _ = measure(&night, shard, &["-q"]).expect(0, &[]));
+    merge(&night, &(0..shards).map(table).collect::<Vec<_>>(), &["-o", "night/photometry.ecsv"]);
+    same_as(&night, &want, "hot pixels");
+    // a shard where the star frames are not
+    std::fs::remove_dir_all(night.path("night/shards")).unwrap();
+    std::fs::remove_file(&night.frames("field")[0]).unwrap();
+    measure(&night, 0, &["-q"]).expect(4, &["is in the plan but cannot be read here"]);
+}
+
+#[test]
 fn shards_lost_doubled_and_summed_by_parts_make_one_table() {
     let night =
         Night::copy_of(&simulated("shards_lost", &["target.n=7", "target.offset_mag=2.5", "target.scatter_mag=1.5"]));

@@ -19,9 +19,10 @@ use crate::base::file::save;
 use crate::base::hash::sha256_16;
 use crate::base::progress::Progress;
 use crate::config::Config;
-use crate::frames::ZeroLevels;
 use crate::frames::flat::{FlatMember, MasterFlat};
+use crate::frames::{Exposure, ZeroLevels};
 use crate::photometry::growth::StarProfile;
+use crate::pipeline::hot_pixels::with_hot_pixels;
 use crate::pipeline::options::Options;
 use crate::pipeline::prepared::{Flattened, Prepared};
 use crate::pipeline::products::inputs::InputRole;
@@ -240,8 +241,20 @@ pub(super) fn flat_of_plan(
         flat: Some(MasterFlat { members, ..flat }),
         flat_sha256,
         zero: ZeroLevels::default(),
+        hot: Vec::new(),
         prepared: night,
     })
+}
+
+/// The star frames of a plan by pointing.
+pub(super) fn pointings_of(plan: &Plan, exposures: Vec<Exposure>) -> Vec<Vec<Exposure>> {
+    let mut pointings: Vec<Vec<Exposure>> = Vec::new();
+    for (exposure, frame) in exposures.into_iter().zip(plan.of_role(InputRole::STARS)) {
+        let number = frame.pointing.unwrap_or(0);
+        pointings.resize_with(pointings.len().max(number + 1), Vec::new);
+        pointings[number].push(exposure);
+    }
+    pointings
 }
 
 /// The results of the stars of a plan.
@@ -277,15 +290,12 @@ pub fn plan_zeropoint(
     let mut poor = Vec::new();
     let mut survey = Survey { light: plan.light.clone(), ..Survey::default() };
     let exposures = plan.exposures(plan.of_role(InputRole::STARS), &config, &night.target_names())?;
-    for (exposure, frame) in exposures.into_iter().zip(plan.of_role(InputRole::STARS)) {
-        let number = frame.pointing.unwrap_or(0);
-        survey.pointings.resize_with(survey.pointings.len().max(number + 1), Vec::new);
-        survey.pointings[number].push(exposure);
-    }
+    survey.pointings = pointings_of(plan, exposures);
     notes.extend(agree_on_band(&survey, &mut night, true)?);
     notes.extend(options.memory().check(&survey, &night)?);
     notes.extend(check_stars(&survey, &night, &products, options.jobs)?);
     let night = flat_of_plan(plan, (flat, Some(out), true), night, options, progress, &mut notes)?;
+    let night = with_hot_pixels(night, &survey.pointings, &products, options, &mut notes)?;
     let mut stars = star_stage(&survey, &night, &products, options, progress, &mut notes)?;
     for frame in plan.of_role(InputRole::STARS) {
         if products.sha256(&frame.path).is_ok_and(|now| now != frame.sha256) {

@@ -11,14 +11,16 @@ use serde_json::json;
 
 use super::plan_file::{Plan, PlannedFrame, changed};
 use super::products::{FOLDER, FrameCache, key};
-use super::reduce::{StarFacts, flat_of_plan};
+use super::reduce::{StarFacts, flat_of_plan, pointings_of};
 use crate::base::error::{Error, Result};
 use crate::base::file::make_folder_of;
 use crate::base::file::save;
 use crate::base::progress::Progress;
 use crate::config::Config;
+use crate::pipeline::hot_pixels::with_hot_pixels;
 use crate::pipeline::options::Options;
 use crate::pipeline::prepared::{Calibrated, Prepared, Seeing};
+use crate::pipeline::products::inputs::InputRole;
 use crate::pipeline::products::inputs::TOOL;
 use crate::pipeline::products::manifest::peak_memory_mb;
 use crate::pipeline::products::meta::table_meta;
@@ -78,7 +80,7 @@ pub fn measure_shard(plan: &Plan, request: &Request, options: &Options, progress
     }
     let which = (request.flat, request.zeropoint, false);
     let flattened = flat_of_plan(plan, which, prepared, options, progress, &mut notes)?;
-    let night = Calibrated { flattened, seeing, zeropoint };
+    let mut night = Calibrated { flattened, seeing, zeropoint };
     if let Some(facts) = facts.as_ref().filter(|f| f.flat_sha256 != night.flat_sha256) {
         let problem = format!(
             "the master flat ({}) is not the one the zeropoint was made with ({}); give that one with argument `flat`",
@@ -96,6 +98,10 @@ pub fn measure_shard(plan: &Plan, request: &Request, options: &Options, progress
     let roles = ["orbit.elements", "model.satellites", "model.throughput", "model.band", "flat.master"];
     plan.check_files(&roles, &FrameCache::default())?;
     let products = FrameCache::in_folder(folder, &night, options.redo)?;
+    if config.detector.mask_hot_pixels {
+        let stars = plan.exposures(plan.of_role(InputRole::STARS), &config, &night.target_names())?;
+        night.flattened = with_hot_pixels(night.flattened, &pointings_of(plan, stars), &products, options, &mut notes)?;
+    }
     let exposures = plan.exposures(frames.iter().copied(), &config, &night.target_names())?;
     let survey = Survey { targets: exposures, ..Survey::default() };
     notes.extend(options.memory().check(&survey, &night)?);

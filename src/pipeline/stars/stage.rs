@@ -16,6 +16,7 @@ use crate::base::time::mjd_utc;
 use crate::config::{self, Combine};
 use crate::frames::Exposure;
 use crate::photometry::growth::{FrameGrowth, GrowthCurve, StarProfile};
+use crate::pipeline::hot_pixels::hot_key;
 use crate::pipeline::options::Options;
 use crate::pipeline::ordered_map::in_order;
 use crate::pipeline::prepared::{Flattened, Seeing};
@@ -80,6 +81,7 @@ pub fn star_stage(
         products.sha256(&stars.catalogue).unwrap_or_else(of_stars),
         night.flat_sha256.clone(),
         night.zero.key.clone(),
+        hot_key(&night.hot),
         format!("{:?}", moved_to),
     ];
     let depends = depends.each_ref().map(String::as_str);

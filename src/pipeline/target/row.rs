@@ -105,7 +105,8 @@ impl ComparedFrame<'_> {
                 let bias_adu = measured.measured.gain.pedestal_adu;
                 // only an overscan gives a frame a bias level of its own
                 if bias_adu != night.detector.pedestal_adu() {
-                    row.zero_level = format!("overscan at {bias_adu:.2} ADU");
+                    let by_pedestal = row.zero_level.trim_start_matches("pedestal");
+                    row.zero_level = format!("overscan at {bias_adu:.2} ADU{by_pedestal}");
                 }
             }
             (None, None) => {}
@@ -140,7 +141,7 @@ impl ComparedFrame<'_> {
             date_avg_minus_mid_s: time.and_then(|t| t.avg_minus_mid_s),
             filter: exposure.filter.clone().unwrap_or_default(),
             gain_setting: exposure.setting.map(|g| g.0),
-            zero_level: night.zero.of(exposure).map_or("pedestal".into(), |zero| zero.from),
+            zero_level: zero_level(exposure, night),
             pix_scale_arcsec: Some(night.scale_arcsec(exposure)),
             flags: if uncertain { Flags::TIME_UNCERTAIN.0 } else { 0 },
             ..PhotometryRow::default()
@@ -205,5 +206,14 @@ fn measured_columns(row: PhotometryRow, of: &CalibratedMeasurement) -> Photometr
         reason: reasons.join("; "),
         flags: row.flags | flux.flags.0 | no_flat.0 | other_zeropoint.0,
         ..row
+    }
+}
+
+/// The level without light, and the map of hot pixels, in words.
+fn zero_level(exposure: &Exposure, night: &Calibrated) -> String {
+    let level = night.zero.of(exposure).map_or("pedestal".into(), |zero| zero.from);
+    match night.hot_pixels(exposure) {
+        Some(hot) => format!("{level}, hot pixels of {} fields", hot.n_fields),
+        None => level,
     }
 }

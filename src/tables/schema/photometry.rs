@@ -179,7 +179,7 @@ table! {
         skipped: String => ["meta.note"],
         /// distance of the header's pointing from the predicted position of the satellite; missing where the header states none
         pointing_sep_deg: Option<f64> => "deg" ["pos.angDistance"],
-        /// what was subtracted as the level without light: pedestal, or how many bias and dark frames
+        /// what was subtracted as the level without light: pedestal, overscan, or how many bias and dark frames; and of how many star fields the hot pixels are known
         zero_level: String => ["meta.note"],
         // --- state
         /// ok, nondetection, rejected or failed
