@@ -84,7 +84,7 @@ fn main() {
     let survey = survey(&config, &[], &prepared.target_names()).unwrap();
     let master = Path::new(folder).join(format!("master_{part}.fits"));
     let flat = Some(MasterFlat::read(&master, config.photometry.clip_radius_px, &config.flat).unwrap());
-    let flattened = Flattened { prepared, flat, flat_sha256: String::new(), zero: Default::default() };
+    let flattened = Flattened { prepared, flat, flat_sha256: String::new(), zero: Default::default(), hot: Vec::new() };
     // what star pointings would have given
     let seeing = Seeing { fwhm_arcsec: Some(2.0), ..Seeing::default() };
     let night = Calibrated { flattened, seeing, zeropoint: None };

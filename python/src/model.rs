@@ -49,7 +49,7 @@ const GEOMETRY: [(&str, &str); 15] = [
 ];
 
 /// The columns of light.
-const LIGHT: [(&str, &str); 8] = [
+const LIGHT: [(&str, &str); 9] = [
     ("sun_visible_frac", "share of the Sun's light that gets past the Earth to the satellite"),
     ("model_v_mag", ""),
     ("sun_v_mag", ""),
@@ -57,6 +57,7 @@ const LIGHT: [(&str, &str); 8] = [
     ("moon_v_mag", ""),
     ("lunar_earthshine_v_mag", ""),
     ("model_err_mag", ""),
+    ("v_pred_err_mag", ""),
     ("mu_mean_mag_arcsec2", "mean surface brightness of the model over the satellite's area, seen in projection"),
 ];
 
@@ -91,6 +92,7 @@ fn light_cells(b: &Brightness) -> [f64; LIGHT.len()] {
         mag(b.moon.v_mag),
         mag(b.lunar_earthshine.v_mag),
         mag(b.total_v_mag.map(|_| b.err_mag)),
+        mag(b.v_pred_err_mag),
         mag(b.mu_mean_mag_arcsec2),
     ]
 }

@@ -61,6 +61,7 @@ pub fn sky<'py>(
                 range_km: scene.range_km(),
                 lights: [b.sun.flux_ratio, b.earthshine.flux_ratio, b.moon.flux_ratio, b.lunar_earthshine.flux_ratio],
                 err_mag: b.err_mag,
+                pred_err_mag: b.v_pred_err_mag,
                 sun_visible_frac: b.sun_visible_frac,
                 extrapolated: b.extrapolated,
             })
@@ -87,6 +88,7 @@ pub fn sky<'py>(
     columns.of(&SKY, "moon_v_mag", number(&|r| r.moon_v_mag));
     columns.of(&SKY, "lunar_earthshine_v_mag", number(&|r| r.lunar_earthshine_v_mag));
     columns.of(&SKY, "model_err_mag", number(&|r| r.model_err_mag));
+    columns.of(&SKY, "v_pred_err_mag", number(&|r| r.v_pred_err_mag));
     columns.of(&SKY, "flux_per_e0", number(&|r| Some(r.flux_per_e0)));
     Ok((columns.into_py(py)?, height_km))
 }

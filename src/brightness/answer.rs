@@ -122,6 +122,9 @@ pub struct Brightness {
     pub sun_visible_frac: f64,
     /// Estimated numerical error of the total \[mag\]; says nothing about the model's truth.
     pub err_mag: f64,
+    /// 1-sigma error of the total as a prediction \[mag\]: scatter of observations about the model, errors of its fitted
+    /// parameters, extinction; `None` where no light is, and for a model that was not compared with observations.
+    pub v_pred_err_mag: Option<f64>,
     /// What was excluded, and why.
     #[doc(hidden)]
     pub skipped: Vec<Skip>,
@@ -160,6 +163,7 @@ pub(super) fn assemble(lights: &[FluxSum; 4], sun: &LightSource, extrapolated: b
         illum,
         sun_visible_frac: sun.visible_frac,
         err_mag: if total > 0.0 { MAG_PER_LN * err / total } else { 0.0 },
+        v_pred_err_mag: None,
         skipped,
         quadratures: Quadratures { sun: lights[1].quadratures, moon: lights[3].quadratures },
         nodes: lights.iter().map(|l| l.nodes).sum(),

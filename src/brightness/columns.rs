@@ -43,6 +43,7 @@ pub fn fill_model(row: &mut PhotometryRow, model: &Brightness, same_band: bool) 
     row.moon_v_mag = model.moon.v_mag;
     row.lunar_earthshine_v_mag = model.lunar_earthshine.v_mag;
     row.model_err_mag = model.total_v_mag.map(|_| model.err_mag);
+    row.v_pred_err_mag = model.v_pred_err_mag;
     row.illum = model.illum.to_string();
     // sunlight that the air bends past the edge of the geometric shadow is sunlight too
     if is_sunlit(model.illum) && PaperLabel::from_text(&row.paper_label) == Some(PaperLabel::Night) {

@@ -20,6 +20,7 @@ mod lights;
 pub mod model;
 mod platform;
 mod polynomial;
+pub mod predictive;
 pub mod scene;
 pub mod settings;
 pub mod shadow;

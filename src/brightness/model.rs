@@ -17,6 +17,7 @@ use super::lights::LightSource;
 use super::lights::Lighting;
 use super::lights::VisibleSurfaces;
 use super::platform::Prepared;
+use super::predictive::Predictive;
 use super::scene::{Scene, geodetic_up, impossible, local_radius_km};
 use super::settings::ModelSettings;
 use super::skip::{SWITCHED_OFF, Skip};
@@ -63,6 +64,7 @@ pub struct Model {
     lighting: Lighting,
     surfaces: Vec<Prepared>,
     empirical: Option<Empirical>,
+    predictive: Option<Predictive>,
     area_m2: f64,
 }
 
@@ -80,7 +82,14 @@ impl Model {
         let lighting = Lighting::new(effects, settings.band.as_ref())?;
         let empirical = satellite.empirical.clone();
         empirical.iter().try_for_each(|law| law.check("satellite.empirical"))?;
-        Ok(Self { settings: settings.clone(), lighting, surfaces, empirical, area_m2 })
+        Ok(Self {
+            settings: settings.clone(),
+            lighting,
+            surfaces,
+            empirical,
+            predictive: satellite.predictive.clone(),
+            area_m2,
+        })
     }
 
     /// The satellite and the settings of a configuration.
@@ -148,13 +157,19 @@ impl Model {
                 lights[2 * k + 1] = stage.earth_reflected(light_source, other_lights_flux, &mut skipped);
             }
         }
-        let dimming = if up { self.extinction(scene)? } else { 0.0 };
+        let (dimming, airmass) = if up { self.extinction(scene)? } else { (0.0, 0.0) };
         for light in &mut lights {
             light.flux *= dimming;
             light.err *= dimming;
         }
         let extrapolated = moon.is_some_and(|m| m.extrapolated) && lights[2].flux + lights[3].flux > 0.0;
         let mut answer = assemble(&lights, &sun, extrapolated, skipped);
+        if let Some(predictive) = self.predictive.as_ref().filter(|_| answer.total_v_mag.is_some()) {
+            let shares = self.shares(scene, predictive.surfaces(), lights.iter().map(|l| l.flux).sum(), dimming)?;
+            let phase_rad = (scene.sun_km - scene.satellite_km).angle_to(&(scene.observer_km - scene.satellite_km));
+            let extinction_err_mag = settings.k_mag_airmass_err * airmass;
+            answer.v_pred_err_mag = Some(predictive.err_mag(phase_rad, &shares, extinction_err_mag));
+        }
         let area_m2 = match settings.effects.mu_area {
             MuArea::Total => self.area_m2,
             MuArea::Projected => stage.projected_area_m2(),
@@ -202,16 +217,38 @@ impl Model {
         &self.settings
     }
 
-    /// 10^(−0.4 k X), X the airmass of the satellite; 1 unless the source is extincted.
-    fn extinction(&self, scene: &Scene) -> Result<f64> {
+    /// The share of the light of all that each of these surfaces sends.
+    fn shares(&self, scene: &Scene, surfaces: &[String], total_flux: f64, dimming: f64) -> Result<Vec<f64>> {
+        let settings = &self.settings;
+        let radius_km = settings.radius_km(&scene.satellite_km);
+        let sources = [
+            settings.sun.then(|| LightSource::sun(scene, &self.lighting, radius_km)),
+            settings.moon.then(|| LightSource::moon(scene, &self.lighting, radius_km)),
+        ];
+        let of = |name: &String| -> Result<f64> {
+            let skipped = &mut Vec::new();
+            let mut stage = VisibleSurfaces::new(scene, (&self.surfaces, &self.lighting), settings, false, skipped)?;
+            stage.only(name);
+            let light = |source: &LightSource| {
+                // the others' light bounds what matters of it
+                let direct = stage.direct(source, &mut Vec::new()).flux;
+                direct + stage.earth_reflected(source, total_flux / dimming, &mut Vec::new()).flux
+            };
+            Ok(sources.iter().flatten().map(light).sum::<f64>() * dimming / total_flux)
+        };
+        surfaces.iter().map(of).collect()
+    }
+
+    /// 10^(−0.4 k X), X the airmass of the satellite, and X; 1 and 0 unless the source is extincted.
+    fn extinction(&self, scene: &Scene) -> Result<(f64, f64)> {
         if self.settings.effects.source != Source::Extincted {
-            return Ok(1.0);
+            return Ok((1.0, 0.0));
         }
         let up = vertical(scene, &self.settings);
         let alt_rad = FRAC_PI_2 - up.angle_to(&(scene.satellite_km - scene.observer_km));
         let airmass = airmass(alt_rad, &atmosphere(scene, &self.settings))
             .ok_or_else(|| impossible("extinction below the horizon".into()))?;
-        Ok(flux_of_mag(self.settings.k_mag_airmass * airmass))
+        Ok((flux_of_mag(self.settings.k_mag_airmass * airmass), airmass))
     }
 }
 

@@ -46,6 +46,8 @@ pub struct ModelSettings {
     pub band: Option<Band>,
     /// Extinction between satellite and observer \[mag/airmass\], with `effects.source = extincted`.
     pub k_mag_airmass: f64,
+    /// 1-sigma error of it \[mag/airmass\], for the predictive error.
+    pub k_mag_airmass_err: f64,
     /// Sunlight, direct and by way of the Earth.
     pub sun: bool,
     /// Moonlight, direct and by way of the Earth.
@@ -69,6 +71,7 @@ impl ModelSettings {
             max_nodes: 200_000,
             band: None,
             k_mag_airmass: 0.0,
+            k_mag_airmass_err: 0.0,
             sun: true,
             moon: true,
             leave_out: true,
@@ -94,8 +97,10 @@ impl ModelSettings {
         if self.earth_radius_km.is_some_and(|r| !(r > 0.0 && r.is_finite())) {
             return Err(impossible(format!("earth_radius_km = {:?}; accepted is above 0", self.earth_radius_km)));
         }
-        if !(0.0..=5.0).contains(&self.k_mag_airmass) {
-            return Err(impossible(format!("k_mag_airmass = {}; accepted is 0 to 5", self.k_mag_airmass)));
+        for (name, value) in [("k_mag_airmass", self.k_mag_airmass), ("k_mag_airmass_err", self.k_mag_airmass_err)] {
+            if !(0.0..=5.0).contains(&value) {
+                return Err(impossible(format!("{name} = {value}; accepted is 0 to 5")));
+            }
         }
         self.earth.check("earth")
     }
@@ -124,6 +129,7 @@ impl TryFrom<&config::Model> for ModelSettings {
             earth: Brdf::try_from(&model.earth)?,
             band: Some(band),
             k_mag_airmass: model.k_mag_airmass.unwrap_or(0.0),
+            k_mag_airmass_err: model.k_mag_airmass_err.unwrap_or(0.0),
             ..Self::new(model.mode, model.tolerance)
         })
     }

@@ -93,6 +93,8 @@ pub struct SkyPoint {
     pub lights: [f64; 4],
     /// Estimated numerical error of their sum \[mag\].
     pub err_mag: f64,
+    /// 1-sigma error as a prediction \[mag\]; `None` where the model was not compared with observations.
+    pub pred_err_mag: Option<f64>,
     /// Share of the Sun's light that gets past the Earth to the satellite.
     pub sun_visible_frac: f64,
     /// Moonlight was requested beyond the range of validity of the law.
@@ -231,6 +233,7 @@ impl Sky {
             range_km: scene.range_km(),
             lights: [b.sun.flux_ratio, b.earthshine.flux_ratio, b.moon.flux_ratio, b.lunar_earthshine.flux_ratio],
             err_mag: b.err_mag,
+            pred_err_mag: b.v_pred_err_mag,
             sun_visible_frac: b.sun_visible_frac,
             extrapolated: b.extrapolated,
         })

@@ -202,10 +202,10 @@ fn summary(problem: &Problem, entry: &Entry) -> String {
     text += &text_table(&["parameter", "value", "error"], &rows);
     let _ = writeln!(
         text,
-        "Scatter    {:.3} mag within passes (scale of a Student t), {:.3} mag between them; {:.3} mag of one new magnitude",
+        "Scatter    {:.3} mag within passes (scale of a Student t), {:.3} mag between them; 68 % of new magnitudes within {:.3} mag",
         fit.within_mag,
         fit.between_mag,
-        fit.scatter_mag()
+        entry.scatter_mag.unwrap_or(f64::NAN)
     );
     if let Some(fitted) = &entry.fit {
         let [low, high] = fitted.phase_deg;

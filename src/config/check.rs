@@ -203,6 +203,9 @@ impl Config {
 /// The numbers of `[model]`, and that what it requires goes together.
 fn check_model(model: &Model) -> Result<()> {
     range("model.tolerance", model.tolerance, 1e-12, 0.5, "(relative)")?;
+    if let Some(err) = model.k_mag_airmass_err {
+        range("model.k_mag_airmass_err", err, 0.0, 5.0, "mag/airmass")?;
+    }
     if let Some(k) = model.k_mag_airmass {
         range("model.k_mag_airmass", k, 0.0, 5.0, "mag/airmass")?;
     }

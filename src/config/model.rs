@@ -65,6 +65,9 @@ pub struct Model {
     /// Extinction between satellite and observer \[mag/airmass\], for `effects.source = "extincted"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub k_mag_airmass: Option<f64>,
+    /// 1-sigma error of the extinction \[mag/airmass\], for the predictive error; 0 if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub k_mag_airmass_err: Option<f64>,
     /// Relative tolerance of the Earth-reflected integral. The default 1e-4 is met with 1e-7 to 1e-6 in 95 of 100 cases for 10 to
     /// 140 µs; 1e-6 takes three to seven times as long (`satphot accuracy earth-reflected`).
     #[serde(default = "tolerance")]
@@ -94,6 +97,7 @@ impl Model {
             band: band(),
             throughput: None,
             k_mag_airmass: None,
+            k_mag_airmass_err: None,
             tolerance: tolerance(),
         }
     }

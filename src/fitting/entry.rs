@@ -33,7 +33,7 @@ fn fitted(problem: &Problem, observations: &[Observation], table: &str) -> Fitte
     }
 }
 
-fn noted(mut entry: Entry, problem: &Problem, fitted: Fitted) -> Entry {
+fn noted(mut entry: Entry, problem: &Problem, observations: &[Observation], fitted: Fitted) -> Entry {
     let limits = if fitted.n_limits > 0 { format!(" and {} limits", fitted.n_limits) } else { String::new() };
     let source = format!(
         "satphot fit of {} magnitudes{limits} in {} passes of {}",
@@ -41,11 +41,11 @@ fn noted(mut entry: Entry, problem: &Problem, fitted: Fitted) -> Entry {
         fitted.n_passes,
         fitted.table
     );
-    entry.scatter_mag = Some((1e3 * problem.fit.scatter_mag()).round() / 1e3);
+    entry.scatter_mag = Some((1e3 * problem.scatter_mag(observations)).round() / 1e3);
     entry.sources.insert(
         "scatter".into(),
         format!(
-            "the same, within ({:.3}) and between passes ({:.3} mag): not left out of the fit",
+            "68 % of the same lie within it; within passes {:.3}, between passes {:.3} mag; not left out of the fit",
             fitted.within_mag, fitted.between_mag
         ),
     );
@@ -65,7 +65,7 @@ pub fn fitted_phase_law(name: &str, problem: &Problem, observations: &[Observati
         empirical: Some(empirical),
         ..Entry::named(name)
     };
-    noted(entry, problem, fitted)
+    noted(entry, problem, observations, fitted)
 }
 
 /// The entry of surfaces whose areas are multiplied by the scales found.
@@ -92,5 +92,5 @@ pub fn fitted_surfaces(
         ..Entry::named(name)
     };
     entry.sources.insert("areas".into(), format!("those of {} times the scales of the fit", of.name));
-    noted(entry, problem, fitted(problem, observations, table))
+    noted(entry, problem, observations, fitted(problem, observations, table))
 }

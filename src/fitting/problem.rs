@@ -6,6 +6,8 @@ use super::mixed::{Fit, MixedFit, Row, fit};
 use super::observations::Observation;
 use crate::base::constants::MAG_PER_LN;
 use crate::base::error::{Error, Result};
+use crate::base::stats::{gauss_within, median, quantile};
+use crate::brightness::predictive::LN_SCALE;
 
 /// Unit of the phase angle in the fit \[deg\].
 const PHASE_UNIT_DEG: f64 = 100.0;
@@ -19,6 +21,30 @@ pub struct Problem {
     pub fit: Fit,
     /// Observed less modelled magnitude of each observation, offsets of passes included; of limits as if observed there.
     pub residuals_mag: Vec<f64>,
+}
+
+impl Problem {
+    /// Half the width of the interval that holds 68.27 % of new magnitudes of new passes about the model, their own errors and those
+    /// of the parameters excluded \[mag\]: of the magnitudes that were fitted, for the parameters that were free times √(n/(n − p)), n
+    /// passes.
+    ///
+    /// A standard deviation would be too wide: magnitudes of satellites have flares. With limits it is the standard deviation of the fit
+    /// all the same, since the faint half of the residuals is not known.
+    #[must_use]
+    pub fn scatter_mag(&self, observations: &[Observation]) -> f64 {
+        if self.fit.n_limits > 0 {
+            return self.fit.scatter_mag();
+        }
+        let mut absolute: Vec<f64> = self.residuals_mag.iter().map(|r| r.abs()).filter(|r| r.is_finite()).collect();
+        let mut errors: Vec<f64> = observations.iter().map(|o| o.err_mag).collect();
+        let (Some(half_mag), Some(err_mag)) = (quantile(&mut absolute, gauss_within(1.0)), median(&mut errors)) else {
+            return self.fit.scatter_mag();
+        };
+        let (n, p) = (self.fit.n_passes as f64, self.names.len() as f64);
+        // fewer passes than parameters: rows are all there is
+        let free = if n > p { n / (n - p) } else { self.fit.n as f64 / (self.fit.n as f64 - p).max(1.0) };
+        (half_mag * half_mag * free - err_mag * err_mag).max(0.0).sqrt().max(self.fit.within_mag)
+    }
 }
 
 fn rows_of(observations: &[Observation], mag: impl Fn(&Observation) -> f64) -> Vec<Row> {
@@ -47,7 +73,7 @@ pub fn phase_law(observations: &[Observation], degree: usize) -> Result<Problem>
     };
     // a start within a few magnitudes, so that steps are not cut for ever
     let mut start = vec![0.0; degree + 1];
-    start[0] = crate::base::stats::median(&mut rows.iter().map(|r| r.mag).collect::<Vec<_>>()).unwrap_or(0.0);
+    start[0] = median(&mut rows.iter().map(|r| r.mag).collect::<Vec<_>>()).unwrap_or(0.0);
     let mut fit = fit(&MixedFit { rows: &rows, names: &names, start, model }).map_err(refused)?;
     let residuals_mag =
         (0..rows.len()).map(|i| rows[i].mag - model(&fit.theta, i).map_or(f64::NAN, |(mu, _)| mu)).collect();
@@ -72,7 +98,7 @@ pub fn surface_scales(
     names: &[String],
 ) -> Result<Problem> {
     let named: Vec<String> =
-        names.iter().zip(free).filter(|(_, free)| **free).map(|(name, _)| format!("ln scale of {name}")).collect();
+        names.iter().zip(free).filter(|(_, free)| **free).map(|(name, _)| format!("{LN_SCALE}{name}")).collect();
     let rows = rows_of(observations, |o| o.v_mag);
     let model = |theta: &[f64], i: usize| {
         let mut next = theta.iter();

@@ -123,6 +123,7 @@ pub fn residual_rows(rows: &[PhotometryRow]) -> Vec<ResidualRow> {
             v_mag_err_sys: r.v_mag_err_sys,
             model_v_mag: r.model_v_mag,
             model_err_mag: r.model_err_mag,
+            v_pred_err_mag: r.v_pred_err_mag,
             residual_mag: r.residual_mag,
             verdict: residual_verdict(r).into(),
             flags: r.flags,

@@ -164,7 +164,7 @@ pub fn old_elements_note(rows: &[PhotometryRow]) -> Option<String> {
 /// brightest, the lights in order of appearance, and the largest numerical error.
 #[must_use]
 pub fn pass_lights(rows: &[PhotometryRow]) -> String {
-    let head = ["pass", "from (UTC)", "to", "rows", "alt max", "brightest V", "at", "faintest V", "error", "light"];
+    let head = ["pass", "from (UTC)", "to", "rows", "alt max", "brightest V", "at", "faintest V", "error", "68 % within", "light"];
     let clock = |r: &PhotometryRow| r.date_mid.chars().skip(11).take(8).collect::<String>();
     let lines: Vec<Vec<String>> = passes(rows)
         .iter()
@@ -175,6 +175,7 @@ pub fn pass_lights(rows: &[PhotometryRow]) -> String {
             let v = |r: Option<&&&PhotometryRow>| r.and_then(|r| r.model_v_mag).map(|v| format!("{v:.2}"));
             let top = pass.iter().filter_map(|r| r.alt_deg).max_by(f64::total_cmp);
             let err = pass.iter().filter_map(|r| r.model_err_mag).max_by(f64::total_cmp);
+            let pred_err = pass.iter().filter_map(|r| r.v_pred_err_mag).max_by(f64::total_cmp);
             vec![
                 (i + 1).to_string(),
                 pass.first().map(|r| r.date_mid.chars().take(19).collect()).unwrap_or_default(),
@@ -185,6 +186,7 @@ pub fn pass_lights(rows: &[PhotometryRow]) -> String {
                 by_v.first().map(|r| clock(r)).unwrap_or_default(),
                 v(by_v.last()).unwrap_or_default(),
                 err.map(|e| format!("{e:.1e}")).unwrap_or_default(),
+                pred_err.map(|e| format!("{e:.2} mag")).unwrap_or_default(),
                 lights(pass.iter().map(|r| r.illum.as_str())),
             ]
         })

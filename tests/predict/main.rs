@@ -16,6 +16,7 @@ mod limits_streak;
 mod limits_tracked;
 mod month;
 mod pass;
+mod predictive;
 mod sky;
 mod standing;
 mod table;

@@ -22,7 +22,7 @@ const LAW: &str = "frame frame_sha256 norad_cat_id object_id object_name \
     mu_mean_mag_arcsec2 mu_peak_mag_arcsec2 \
     alt_deg az_deg range_km rate_deg_s az_rate_deg_s alt_az_err_deg airmass phase_angle_deg sun_alt_deg moon_alt_deg moon_phase_deg \
     moon_illum_pct moon_sep_deg illum sky_class paper_label tle_age_d \
-    model_v_mag sun_v_mag earthshine_v_mag moon_v_mag lunar_earthshine_v_mag model_err_mag \
+    model_v_mag sun_v_mag earthshine_v_mag moon_v_mag lunar_earthshine_v_mag model_err_mag v_pred_err_mag \
     residual_mag skipped \
     pointing_sep_deg zero_level status verdict reason flags";
 

@@ -114,7 +114,8 @@ class Model:
         Table or QTable
             A row for each satellite and moment, all moments of the first satellite first. `satellite` is the place of the
             satellite, `meta["object_names"]` has the names. Angles in deg, ranges and heights in km, magnitudes outside the
-            atmosphere; a light that is not there is NaN. `model_err_mag` is the numerical error alone.
+            atmosphere; a light that is not there is NaN. `model_err_mag` is the numerical error alone,
+            `v_pred_err_mag` that of the prediction (NaN where the model was not compared with observations).
         """
         moments = times_of("times", times)
         watch = watch_of(elements, site, norad, max_age_d, force_age)

@@ -4,6 +4,7 @@ use super::entry::Entry;
 use super::standing::Standing;
 use crate::base::error::Error;
 use crate::base::error::Result;
+use crate::brightness::predictive::Predictive;
 use crate::brightness::surface::Surface;
 use crate::config;
 use crate::config::Effects;
@@ -171,6 +172,9 @@ pub struct Satellite {
     /// What observations say of its magnitudes.
     #[doc(hidden)]
     pub standing: Standing,
+    /// How far magnitudes may be from the predicted ones; `None` where they were not compared.
+    #[doc(hidden)]
+    pub predictive: Option<Predictive>,
 }
 
 impl Standing {
@@ -191,7 +195,7 @@ impl Satellite {
     #[must_use]
     pub fn of(name: &str, surfaces: Vec<Surface>) -> Self {
         let (source, standing) = ("own surfaces".into(), Standing::default());
-        Self { name: name.into(), surfaces, empirical: None, source, standing }
+        Self { name: name.into(), surfaces, empirical: None, source, standing, predictive: None }
     }
 
     /// A satellite of the catalogue that comes with the program; case and `_` or blank for `-` do not matter.
@@ -219,6 +223,7 @@ impl Satellite {
             empirical: None,
             source: "configuration, model.surfaces".into(),
             standing: Standing::default(),
+            predictive: None,
         })
     }
 
@@ -253,6 +258,7 @@ impl TryFrom<&Entry> for Satellite {
             empirical: entry.empirical.clone(),
             source: sources.join("; "),
             standing: Standing::from(entry),
+            predictive: Predictive::of(entry),
         })
     }
 }

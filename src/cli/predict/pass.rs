@@ -23,7 +23,8 @@ Rows are whole steps after --start, wherever the satellite is above --min-alt; a
 falls between two steps is shown at its culmination. Every light has its own column: sunlight,
 sunlight reflected by the Earth (earthshine), moonlight, moonlight reflected by the Earth; a light
 that is absent is an empty cell, and the column skipped says why. Magnitudes are outside
-the atmosphere unless model.effects.source says otherwise; model_err_mag is the numerical
+the atmosphere unless model.effects.source says otherwise; v_pred_err_mag holds 68 % of
+observed magnitudes (empty for a satellite nobody compared), model_err_mag is the numerical
 error alone.
 
 Examples:

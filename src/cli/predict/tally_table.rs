@@ -50,6 +50,7 @@ impl MomentTally {
         cells.push(t.brightest.map_or(String::new(), |b| b.1.to_string()));
         cells.extend([0.5, 0.16, 0.84].map(|share| mag(t.quantile(share))));
         cells.push(if t.lit > 0 { t.err_mag.to_string() } else { String::new() });
+        cells.push(t.pred_err_mag.map_or(String::new(), |err| err.to_string()));
         cells.push(t.histogram_text());
         cells
     }
@@ -155,6 +156,7 @@ fn read(path: &Path) -> anyhow::Result<Table> {
         }
         tally.brightest = cell("brightest_v_mag")?.parse().ok().zip(cell("brightest_number")?.parse().ok());
         tally.err_mag = cell("model_err_mag")?.parse().unwrap_or(0.0);
+        tally.pred_err_mag = cell("v_pred_err_mag")?.parse().ok();
         let counts = cell("histogram")?;
         let tally =
             tally.with_histogram(&counts).ok_or_else(|| problem(line, "its histogram cannot be read".into()))?;

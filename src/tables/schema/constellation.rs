@@ -45,6 +45,8 @@ table! {
         model_v_p84_mag: Option<f64> => "mag",
         /// largest numerical error of a satellite (quadrature)
         model_err_mag: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V;meta.modelled"],
+        /// largest 1-sigma error of a satellite as a prediction; missing where the model was not compared with observations
+        v_pred_err_mag: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V;meta.modelled"],
         /// counts of the lit by V: step:count, step k from -30 + 0.02 k mag on
         histogram: String,
     }

@@ -63,6 +63,8 @@ table! {
         mu_p84_mag_arcsec2: Option<f64> => "mag / arcsec2",
         /// largest numerical error of a direction (quadrature); not how wrong the model is
         model_err_mag: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V;meta.modelled"],
+        /// largest 1-sigma error of a direction as a prediction; missing where the model was not compared with observations
+        v_pred_err_mag: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V;meta.modelled"],
         /// what was skipped for the whole sky, and why
         skipped: String => ["meta.note"],
     }
@@ -143,6 +145,8 @@ table! {
         detected_5sigma: Option<i64>,
         /// largest numerical error of a direction (quadrature)
         model_err_mag: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V;meta.modelled"],
+        /// largest 1-sigma error of a direction as a prediction; missing where the model was not compared with observations
+        v_pred_err_mag: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V;meta.modelled"],
         /// what must be known of this row
         note: String,
     }

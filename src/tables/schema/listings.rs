@@ -27,6 +27,9 @@ table! {
         lunar_earthshine_v_mag: f64 => "mag" ["phot.mag;em.opt.V;meta.modelled"],
         /// numerical error of model_v_mag (quadrature); not how wrong the model is
         model_err_mag: f64 => "mag" ["stat.error;phot.mag;em.opt.V;meta.modelled"],
+        /// 1-sigma error of model_v_mag as a prediction: scatter of observations about the model, its fitted parameters, extinction;
+        /// missing where the model was not compared with observations
+        v_pred_err_mag: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V;meta.modelled"],
     }
 }
 

@@ -173,6 +173,9 @@ table! {
         lunar_earthshine_v_mag: Option<f64> => "mag" ["phot.mag;em.opt.V;meta.modelled"],
         /// numerical error of model_v_mag (quadrature); not how wrong the model is
         model_err_mag: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V;meta.modelled"],
+        /// 1-sigma error of model_v_mag as a prediction: scatter of observations about the model, its fitted parameters, extinction;
+        /// missing where the model was not compared with observations
+        v_pred_err_mag: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V;meta.modelled"] added_later,
         /// observed minus modelled magnitude; positive = observed fainter
         residual_mag: Option<f64> => "mag" ["phot.mag;em.opt.V;arith.diff"],
         /// what the model skipped, and why
@@ -252,6 +255,7 @@ pub const PREDICTION: Definition = Definition {
         of("moon_v_mag"),
         of("lunar_earthshine_v_mag"),
         of("model_err_mag"),
+        of("v_pred_err_mag"),
         of("mu_mean_mag_arcsec2").described(
             "mean V surface brightness of the model over the satellite's area, seen in projection (as_published: all of it)",
         ),
@@ -304,6 +308,7 @@ const PLACED: &[Column] = &[
     of("moon_v_mag"),
     of("lunar_earthshine_v_mag"),
     of("model_err_mag"),
+    of("v_pred_err_mag"),
     of("mu_mean_mag_arcsec2").described(
         "mean V surface brightness of the model over the satellite's area, seen in projection (as_published: all of it)",
     ),

@@ -48,6 +48,9 @@ table! {
         model_v_mag: Option<f64> => "mag" ["phot.mag;em.opt.V;meta.modelled"],
         /// numerical error of model_v_mag (quadrature); not how wrong the model is
         model_err_mag: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V;meta.modelled"],
+        /// 1-sigma error of model_v_mag as a prediction: scatter of observations about the model, its fitted parameters, extinction;
+        /// missing where the model was not compared with observations
+        v_pred_err_mag: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V;meta.modelled"] added_later,
         /// observed minus modelled magnitude; positive = observed fainter
         residual_mag: Option<f64> => "mag" ["phot.mag;em.opt.V;arith.diff"],
         /// use, caution or reject, of the residual: caution at best where the elements are more than 2 d old

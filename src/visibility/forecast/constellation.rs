@@ -60,6 +60,8 @@ pub struct Seen {
     pub lights: [f64; 4],
     /// Numerical error \[mag\].
     pub err_mag: f64,
+    /// 1-sigma error as a prediction \[mag\]; `None` where the model was not compared with observations.
+    pub pred_err_mag: Option<f64>,
 }
 
 /// One moment of a constellation.
@@ -202,12 +204,14 @@ impl Watch<'_> {
         let scene = Scene { satellite_km: place, velocity_km_s: velocity, ..moment.scene };
         let line = place - moment.scene.observer_km;
         let (alt_rad, az_rad) = alt_az(&self.site.to_enu(&line));
-        let mut seen = Seen { number, alt_rad, az_rad, range_km: line.norm(), lights: [0.0; 4], err_mag: 0.0 };
+        let mut seen =
+            Seen { number, alt_rad, az_rad, range_km: line.norm(), lights: [0.0; 4], err_mag: 0.0, pred_err_mag: None };
         // what is not needed is not computed
         if alt_rad >= self.min_alt_rad {
             let b = self.model.brightness(&scene)?;
             seen.lights = [b.sun, b.earthshine, b.moon, b.lunar_earthshine].map(|light| light.flux_ratio);
             seen.err_mag = b.err_mag;
+            seen.pred_err_mag = b.v_pred_err_mag;
         }
         Ok(seen)
     }
@@ -238,7 +242,7 @@ impl Seen {
         let v_mag = self.v_mag();
         writeln!(
             out,
-            "{},{},{:.4},{:.4},{:.3},{},{sun},{earthshine},{moon},{lunar_earthshine},{}",
+            "{},{},{:.4},{:.4},{:.3},{},{sun},{earthshine},{moon},{lunar_earthshine},{},{}",
             iso_utc(*epoch, 0),
             self.number,
             self.alt_rad.to_degrees(),
@@ -246,6 +250,7 @@ impl Seen {
             self.range_km,
             cell(v_mag),
             v_mag.map_or(String::new(), |_| format!("{:.1e}", self.err_mag)),
+            v_mag.and(self.pred_err_mag).map_or(String::new(), |err| format!("{err:.3}")),
         )
     }
 }

@@ -3,6 +3,7 @@
 //! Magnitudes, UTC, rad inside. Sun and Moon once per moment; the result is the same for any number of threads.
 //! Excluded: where satellites really are, weather, twilight glow.
 
+use super::larger;
 use hifitime::Epoch;
 use rayon::prelude::*;
 
@@ -36,6 +37,8 @@ pub struct SkyLight {
     pub largest: [usize; 4],
     /// Largest numerical error \[mag\].
     pub err_mag: f64,
+    /// Largest error as a prediction \[mag\].
+    pub pred_err_mag: Option<f64>,
     /// Directions that were computed.
     pub n_points: usize,
     /// What was excluded for the whole sky, and why.
@@ -62,6 +65,7 @@ pub fn sky_light(dome: &Dome, points: &SkyPoints, overhead: &Overhead) -> Result
         sky.v_mag.push(v_mag);
         sky.mu_mag_arcsec2.extend(seen.mu_mean_mag_arcsec2);
         sky.err_mag = sky.err_mag.max(seen.err_mag);
+        sky.pred_err_mag = larger(sky.pred_err_mag, seen.v_pred_err_mag);
         let fluxes = [seen.sun, seen.earthshine, seen.moon, seen.lunar_earthshine].map(|light| light.flux_ratio);
         for (light, flux) in sky.lights_v_mag.iter_mut().zip(fluxes) {
             light.extend(mag_of_flux(flux));
@@ -154,6 +158,7 @@ fn row(overhead: &Overhead, mut sky: SkyLight) -> DayRow {
         mu_p16_mag_arcsec2: mu.map(|s| s.p16),
         mu_p84_mag_arcsec2: mu.map(|s| s.p84),
         model_err_mag: spread.map(|_| sky.err_mag),
+        v_pred_err_mag: spread.and(sky.pred_err_mag),
         skipped: sky.skipped.join("; "),
     }
 }

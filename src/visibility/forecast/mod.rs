@@ -171,3 +171,8 @@ pub fn prediction_meta(schema: &str, model: &config::Model, site: Option<&config
 fn name_of(mode: &config::Mode) -> String {
     toml::Value::try_from(mode).ok().and_then(|v| v.as_str().map(str::to_string)).unwrap_or_default()
 }
+
+/// The larger of two errors, where there is one.
+fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
+    a.into_iter().chain(b).reduce(f64::max)
+}

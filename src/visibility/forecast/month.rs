@@ -3,6 +3,7 @@
 //! mag/arcsec², UTC, rad inside. A night is named by the local date of its evening; its midnight ends that date. Which
 //! nights have a Moon or a lit satellite follows from the date, never from an assumed cycle. No weather, no seasons.
 
+use super::larger;
 use hifitime::{Epoch, TimeScale, Unit};
 use rayon::prelude::*;
 
@@ -191,12 +192,14 @@ fn month_row(
     moments: &[Overhead],
     limits: &TrackedLimits,
 ) -> Result<MonthRow> {
-    let (mut v_mag, mut mu, mut err_mag, mut n_directions, mut direct) = (Vec::new(), Vec::new(), 0.0_f64, 0, 0);
+    let (mut v_mag, mut mu, mut n_directions, mut direct) = (Vec::new(), Vec::new(), 0, 0);
+    let (mut err_mag, mut pred_err_mag) = (0.0_f64, None);
     for moment in moments {
         let sky = sky_light(&satellite.dome, &satellite.points, moment)?;
         n_directions += sky.n_points;
         direct += sky.lights_v_mag[0].len() + sky.lights_v_mag[2].len();
         err_mag = err_mag.max(sky.err_mag);
+        pred_err_mag = larger(pred_err_mag, sky.pred_err_mag);
         v_mag.extend(sky.v_mag);
         mu.extend(sky.mu_mag_arcsec2);
     }
@@ -236,6 +239,7 @@ fn month_row(
         detected_1sigma: brighter(one),
         detected_5sigma: brighter(five),
         model_err_mag: v.map(|_| err_mag),
+        v_pred_err_mag: v.and(pred_err_mag),
         note: note.into(),
         beam_looked_for: satellite.is_mirror && is_lit,
     })

@@ -82,6 +82,7 @@ fn row(map: &SkyMap, (alt_deg, az_deg): (f64, f64), point: &SkyPoint) -> SkyRow 
         moon_v_mag: mag_of_flux(moon),
         lunar_earthshine_v_mag: mag_of_flux(lunar_earthshine),
         model_err_mag: model_v_mag.map(|_| point.err_mag),
+        v_pred_err_mag: model_v_mag.and(point.pred_err_mag),
         flux_per_e0: flux_per_e0(map, point),
     }
 }

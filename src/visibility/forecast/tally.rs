@@ -3,6 +3,7 @@
 //! Magnitudes in steps of 0.02. Tallies add up: those of shards make the whole, exactly, in any order.
 
 use super::constellation::Seen;
+use super::larger;
 use crate::brightness::light_sources::mag_of_flux;
 
 /// Width of a step of the histogram \[mag\]: a quantile is off by half of it at most.
@@ -32,6 +33,8 @@ pub struct Tally {
     pub brightest: Option<(f64, u64)>,
     /// Largest numerical error \[mag\].
     pub err_mag: f64,
+    /// Largest error as a prediction \[mag\].
+    pub pred_err_mag: Option<f64>,
     histogram: Vec<u64>,
 }
 
@@ -49,6 +52,7 @@ impl Tally {
             brighter: vec![0; magnitudes],
             brightest: None,
             err_mag: 0.0,
+            pred_err_mag: None,
             histogram: vec![0; STEPS],
         }
     }
@@ -70,6 +74,7 @@ impl Tally {
         }
         self.brightest = brighter_of(self.brightest, Some((v_mag, seen.number)));
         self.err_mag = self.err_mag.max(seen.err_mag);
+        self.pred_err_mag = larger(self.pred_err_mag, seen.pred_err_mag);
         let step = ((v_mag - FROM_MAG) / STEP_MAG).floor().clamp(0.0, (STEPS - 1) as f64) as usize;
         self.histogram[step] += 1;
     }
@@ -89,6 +94,7 @@ impl Tally {
         }
         self.brightest = brighter_of(self.brightest, other.brightest);
         self.err_mag = self.err_mag.max(other.err_mag);
+        self.pred_err_mag = larger(self.pred_err_mag, other.pred_err_mag);
         for (a, b) in self.histogram.iter_mut().zip(&other.histogram) {
             *a += b;
         }
@@ -139,7 +145,7 @@ mod tests {
 
     fn seen(number: u64, v_mag: Option<f64>, alt_rad: f64) -> Seen {
         let lights = [v_mag.map_or(0.0, flux_of_mag), 0.0, 0.0, 0.0];
-        Seen { number, alt_rad, az_rad: 0.0, range_km: 600.0, lights, err_mag: 1e-4 }
+        Seen { number, alt_rad, az_rad: 0.0, range_km: 600.0, lights, err_mag: 1e-4, pred_err_mag: None }
     }
 
     #[test]
