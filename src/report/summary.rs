@@ -164,7 +164,19 @@ pub fn old_elements_note(rows: &[PhotometryRow]) -> Option<String> {
 /// brightest, the lights in order of appearance, and the largest numerical error.
 #[must_use]
 pub fn pass_lights(rows: &[PhotometryRow]) -> String {
-    let head = ["pass", "from (UTC)", "to", "rows", "alt max", "brightest V", "at", "faintest V", "error", "68 % within", "light"];
+    let head = [
+        "pass",
+        "from (UTC)",
+        "to",
+        "rows",
+        "alt max",
+        "brightest V",
+        "at",
+        "faintest V",
+        "error",
+        "68 % within",
+        "light",
+    ];
     let clock = |r: &PhotometryRow| r.date_mid.chars().skip(11).take(8).collect::<String>();
     let lines: Vec<Vec<String>> = passes(rows)
         .iter()

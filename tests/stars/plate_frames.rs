@@ -81,7 +81,7 @@ fn night(sets: &[&str]) -> Flattened {
     let mut config = Config::load(&Path::new(NIGHT).join("pipeline.toml"), &sets).unwrap();
     (config.orbit, config.model) = (None, None);
     let prepared = Prepared::prepare(&config).unwrap();
-    Flattened { prepared, flat: None, flat_sha256: String::new(), zero: Default::default() }
+    Flattened { prepared, flat: None, flat_sha256: String::new(), zero: Default::default(), hot: Default::default() }
 }
 
 /// Largest distance of two systems over the corners and the centre \[arcsec\].
