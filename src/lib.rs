@@ -42,7 +42,7 @@
 //! - `fetch`: elements and stars from the network.
 //! - `report`: figures, gallery and page of a night.
 //! - `resolved`: satellites of many components, and synthetic nights.
-//! - `parquet`: tables as Parquet.
+//! - `parquet`: tables as Parquet, written and read.
 
 // Modules that a smaller build does not contain are the only users of some shared names.
 #![cfg_attr(not(all(feature = "report", feature = "resolved")), allow(dead_code, unused_imports, unused_variables))]

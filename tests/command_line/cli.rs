@@ -189,6 +189,7 @@ fn measured(row: &PhotometryRow) -> PhotometryRow {
         moon_v_mag: None,
         lunar_earthshine_v_mag: None,
         model_err_mag: None,
+        v_pred_err_mag: None,
         residual_mag: None,
         illum: String::new(),
         skipped: String::new(),

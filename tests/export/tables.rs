@@ -381,3 +381,64 @@ assert not any(x is not None and x != x for c in table.columns for x in c.to_pyl
 assert str(table.schema.field("norad_cat_id").type) == "int64" and str(table.schema.field("flags").type) == "int32"
 print("as expected")
 "#;
+
+/// A file of pyarrow: moments with a zone, categories, single precision, what is missing, a column of lists, the units that
+/// astropy states; satphot reads it as it would the same table in lines.
+#[cfg(feature = "parquet")]
+#[test]
+fn a_parquet_file_of_pyarrow_is_read() {
+    use satphot::tables::read::{Row, Table};
+
+    let Some(python) = python_with("pyarrow") else { return };
+    let dir = tempfile::tempdir().unwrap();
+    run_python(&python, dir.path(), WRITTEN_BY_PYARROW);
+    let path = dir.path().join("own.parquet");
+    let mut table = Table::open(&path).unwrap();
+    assert_eq!(table.names(), "moment, satellite, v, range, norad_cat_id");
+    assert_eq!(table.notes.len(), 1, "{:?}", table.notes);
+    assert!(table.notes[0].contains("column parts"), "{:?}", table.notes);
+    assert_eq!((&*table.columns[0].time_scale, &*table.columns[3].unit), ("utc", "m"));
+    let (mut row, mut n) = (Row::default(), 0);
+    while table.read(&mut row).unwrap() {
+        let lacking = n % 1000 == 1;
+        assert_eq!(row.get(1), if n % 2 == 0 { "ISS" } else { "HST" });
+        assert_eq!(row.get(2), if lacking { "" } else { "6.1" });
+        assert_eq!(row.number(3), Some(1e6 + f64::from(n)));
+        assert_eq!(row.get(4), "25544");
+        let second = f64::from(n) * 1e-3;
+        let want = format!("2025-06-09T10:{:02}:{:06.3}", 33 + n / 60_000, second % 60.0);
+        assert_eq!(row.get(0).parse::<hifitime::Epoch>().unwrap(), want.parse().unwrap(), "{}", row.get(0));
+        n += 1;
+    }
+    assert_eq!(n, 10_000);
+
+    // cut anywhere it is refused by name
+    let bytes = std::fs::read(&path).unwrap();
+    for k in [5, 100, bytes.len() / 2, bytes.len() - 1] {
+        std::fs::write(&path, &bytes[..k]).unwrap();
+        let error = Table::open(&path).unwrap_err().to_string();
+        assert!(error.contains("own.parquet") && error.contains("damaged Parquet"), "{error}");
+    }
+}
+
+#[cfg(feature = "parquet")]
+const WRITTEN_BY_PYARROW: &str = r#"
+import datetime
+import pyarrow as pa
+import pyarrow.parquet as p
+n = 10_000
+zone = datetime.timezone(datetime.timedelta(hours=10))
+start = datetime.datetime(2025, 6, 9, 20, 33, 0, tzinfo=zone)
+moment = pa.array([start + datetime.timedelta(milliseconds=k) for k in range(n)], pa.timestamp("ns", tz="Australia/Sydney"))
+table = pa.table({
+    "moment": moment,
+    "satellite": pa.array(["ISS", "HST"] * (n // 2)).dictionary_encode(),
+    "v": pa.array([None if k % 1000 == 1 else 6.1 for k in range(n)], pa.float32()),
+    "parts": pa.array([[1.0, 2.0]] * n),
+    "range": pa.array([1e6 + k for k in range(n)]),
+    "norad_cat_id": pa.array([25544] * n, pa.uint32()),
+})
+yaml = "datatype:\n- {name: range, unit: m, datatype: float64}\n"
+p.write_table(table.replace_schema_metadata({"table_meta_yaml": yaml}), "own.parquet", row_group_size=3000)
+print("as expected")
+"#;

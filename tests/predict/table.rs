@@ -136,6 +136,33 @@ fn every_format_gets_the_same_numbers_bit_for_bit() {
     }
 }
 
+#[cfg(feature = "parquet")]
+#[test]
+fn a_result_in_parquet_is_read_again_with_the_same_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let list = list().replace("norad_cat_id", "satno");
+    run_in(folder.path(), &["predict", "table"], &list, &[&BY_ORBIT[..], &["-o", "a.parquet"]].concat())
+        .expect(0, &["wrote a.parquet"]);
+    satphot(folder.path(), &[&["predict", "table", "a.parquet"], &BY_ORBIT[..], &["-o", "b.parquet"]].concat())
+        .expect(0, &["wrote b.parquet"]);
+    for (row, time) in rows_of(&folder.path().join("b.parquet")).iter().zip(TIMES) {
+        assert_eq!(number(row, "model_v_mag").to_bits(), expected(time).to_bits(), "{time}");
+        // from `mjd_mid_d` of the first result, which has microseconds
+        assert!((number(row, "model_v_mag_satphot") - expected(time)).abs() < 1e-6, "{time}");
+        assert_eq!(row["colour"], "=x");
+    }
+}
+
+#[cfg(not(feature = "parquet"))]
+#[test]
+fn parquet_is_refused_with_the_way_to_read_it() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.parquet"), b"PAR1\0\0").unwrap();
+    satphot(folder.path(), &[&["predict", "table", "a.parquet"], &BY_ORBIT[..]].concat())
+        .expect(2, &["a.parquet", "feature `parquet`"])
+        .without_results();
+}
+
 #[test]
 fn times_are_read_as_utc_mjd_jd_with_zone_and_in_other_scales_alike() {
     let want = expected(TIMES[2]);

@@ -1,5 +1,5 @@
 //! A table of text cells, read row by row whatever its dress: CSV, TSV, bars, blanks, VizieR's text, ECSV, the lists of
-//! SExtractor and Starlink, VOTable, the binary tables of FITS.
+//! SExtractor and Starlink, VOTable, the binary tables of FITS, Parquet (with the feature `parquet`).
 //!
 //! Cells are texts; what they mean, and in which unit, is the caller's. One row is in memory at a time (but a VOTable with
 //! binary rows as a whole). Not supported: compressed files but FITS, cells of several lines, arrays of variable length.
@@ -7,6 +7,8 @@
 mod binary;
 mod fits;
 mod header;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod split;
 mod text;
 mod votable;
@@ -116,6 +118,8 @@ pub struct Table {
 #[derive(Debug)]
 enum Rows {
     Fits(Box<fits::FitsRows>),
+    #[cfg(feature = "parquet")]
+    Parquet(Box<parquet::ParquetRows>),
     Text(Box<text::TextRows>),
     Xml(Box<votable::XmlRows>),
 }
@@ -149,6 +153,10 @@ impl Table {
         if fits::is_fits(path, &head) {
             return fits::open(path, path, None, wanted);
         }
+        #[cfg(feature = "parquet")]
+        if head.starts_with(b"PAR1") {
+            return parquet::open(path, file);
+        }
         if let Some(problem) = no_table(&head) {
             return Err(bad(path, None, problem));
         }
@@ -171,6 +179,8 @@ impl Table {
         row.problem = None;
         let more = match &mut self.rows {
             Rows::Fits(rows) => rows.read(row)?,
+            #[cfg(feature = "parquet")]
+            Rows::Parquet(rows) => rows.read(&self.path, row)?,
             Rows::Text(rows) => rows.read(&self.path, row)?,
             Rows::Xml(rows) => rows.read(&self.path, row)?,
         };
@@ -244,7 +254,11 @@ fn no_table(head: &[u8]) -> Option<String> {
         (b"PK\x03\x04", "is a zip archive or a spreadsheet"),
         (b"\xff\xfe", "is text of two bytes per letter (UTF-16); save it as UTF-8"),
         (b"\xfe\xff", "is text of two bytes per letter (UTF-16); save it as UTF-8"),
-        (b"PAR1", "is a Parquet file"),
+        (
+            b"PAR1",
+            "is Parquet, which this build of satphot cannot read: build it with the feature `parquet` (docs/formats.md), or save \
+             the table as CSV, ECSV, VOTable or FITS",
+        ),
     ];
     if let Some((_, what)) = known.iter().find(|(magic, _)| head.starts_with(magic)) {
         return Some(if what.contains(':') || what.contains(';') {
