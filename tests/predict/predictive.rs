@@ -109,7 +109,7 @@ fn errors_of_scales_enter_by_the_light_of_their_surfaces() {
     let found = model([1.0, 1.0]).brightness(&at).unwrap().v_pred_err_mag.unwrap();
     assert!((found - expected).abs() < 1e-4, "{found} {expected}");
     // without light, and of surfaces that were never compared, there is none
-    let dark = Scene { sun_km: at.satellite_km * -2e4, ..at.clone() };
+    let dark = Scene { sun_km: at.satellite_km * -2e4, ..at };
     let answer = model([1.0, 1.0]).brightness(&dark).unwrap();
     assert_eq!(answer.total_v_mag.is_some(), answer.v_pred_err_mag.is_some());
     let plate = Satellite::of("plate", Satellite::named("iss").unwrap().surfaces);
