@@ -159,7 +159,7 @@ fn parquet_is_refused_with_the_way_to_read_it() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("a.parquet"), b"PAR1\0\0").unwrap();
     satphot(folder.path(), &[&["predict", "table", "a.parquet"], &BY_ORBIT[..]].concat())
-        .expect(2, &["a.parquet", "feature `parquet`"])
+        .expect(4, &["a.parquet", "feature `parquet`"])
         .without_results();
 }
 
