@@ -13,6 +13,7 @@ mod extremes;
 pub mod figure;
 mod fit_rounds;
 mod median;
+mod night_plan;
 pub mod output;
 mod paths;
 mod penumbra;
@@ -81,6 +82,11 @@ pub const METHODS: &[Method] = &[
         name: "sensor",
         about: "a picture blurred by a telescope: steps of the grid, reach of a star's image",
         sweep: sensor::sweep,
+    },
+    Method {
+        name: "plan-night",
+        about: "the plan of a night: step along a pass, tolerance of the model",
+        sweep: night_plan::sweep,
     },
     Method { name: "sky-map", about: "an all-sky map: spacing of its grid", sweep: sky_map::sweep },
     Method {

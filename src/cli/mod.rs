@@ -27,6 +27,7 @@ mod orbit_args;
 pub mod output;
 mod passes;
 mod plan;
+mod plan_night;
 mod plot;
 mod predict;
 mod published;
@@ -88,6 +89,8 @@ enum Verb {
     Inspect(inspect::Inspect),
     /// Divide a night into shards, for a cluster
     Plan(plan::PlanVerb),
+    /// Plan a night: which satellites, when, how bright, with which exposure
+    PlanNight(Box<plan_night::PlanNight>),
     /// Merge the tables of the shards of a plan
     Merge(merge::MergeVerb),
     /// Make a master flat
@@ -241,6 +244,7 @@ impl Cli {
             Verb::Init(v) => v.execute(),
             Verb::Inspect(v) => v.execute(),
             Verb::Plan(v) => v.execute(),
+            Verb::PlanNight(v) => v.execute(),
             Verb::Merge(v) => v.execute(),
             Verb::Flat(v) => v.execute(),
             Verb::Detector(v) => v.execute(),

@@ -21,7 +21,7 @@ pub const GROUPS: [(&str, &[&str], &str); 6] = [
         &["predict", "render", "satellites"],
         "satphot predict sky --satellite iss --sun-alt-deg -10 --sun-az-deg 90",
     ),
-    ("Plan", &["passes", "limits", "fetch"], "satphot passes --elements iss.tle --start 2025-06-10"),
+    ("Plan", &["passes", "plan-night", "limits", "fetch"], "satphot passes --elements iss.tle --start 2025-06-10"),
     ("Publish", &["report", "export"], "satphot export satphot-out/2025-06-09 --to votable -o night.vot"),
     ("Paper", &["published", "plot", "brdf", "check-table", "accuracy"], "satphot plot moon -o moon"),
     ("Tools", &["simulate", "detector", "plan", "merge", "completions", "man", "help"], "satphot simulate -o raw"),

@@ -54,6 +54,30 @@ macro_rules! words {
 }
 
 words! {
+    /// What a pass of a night's plan is worth.
+    PlanStatus: 9 {
+        /// The signal-to-noise ratio that is asked for is reached.
+        Observable = "observable",
+        /// It has light, and less than that.
+        Faint = "faint",
+        /// Too near the Moon whenever it is bright enough.
+        NearMoon = "near_moon",
+        /// Faster than the mount whenever it is bright enough.
+        TooFast = "too_fast",
+        /// It saturates in the shortest exposure.
+        TooBright = "too_bright",
+        /// No light reaches it, or none comes from it.
+        NoLight = "no_light",
+        /// Nothing says which model is the satellite's.
+        NoModel = "no_model",
+        /// It does not rise high enough while it is dark.
+        NotUp = "not_up",
+        /// Its elements cannot be used.
+        Failed = "failed",
+    }
+}
+
+words! {
     /// What became of a frame or a star: the column `status`.
     Status: 4 {
         /// Measured.

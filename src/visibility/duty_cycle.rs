@@ -51,28 +51,17 @@ impl SunTime {
 /// # Errors
 /// [`Error::Config`] for a window that is none or longer than ten years; [`Error::Orbit`] outside 1900-2100.
 pub fn sun_time(site: &Site, start: &Epoch, days: f64) -> Result<SunTime> {
-    if !(days > 0.0 && days <= LONGEST_D) {
-        let problem = format!("{days} d; accepted is above 0, to {LONGEST_D}");
-        return Err(Error::Argument { name: "days".into(), problem });
-    }
     let eop = EarthOrientation::default();
-    let altitude = |t_s: f64| -> Result<f64> {
-        let epoch = (*start + t_s * Unit::Second).to_time_scale(TimeScale::UTC);
-        Ok(sun_altaz(site, &bodies(&epoch, &eop)?).0)
-    };
-    let window_s = days * 86_400.0;
-    let n = (window_s / STEP_S).ceil().max(2.0) as usize;
-    let times: Vec<f64> = (0..=n).map(|i| window_s * i as f64 / n as f64).collect();
-    let samples: Vec<f64> = times.par_iter().map(|t| altitude(*t)).collect::<Result<_>>()?;
+    let altitude = |t_s: f64| -> Result<f64> { Ok(sun_altaz(site, &bodies(&at(start, t_s), &eop)?).0) };
+    let (times, samples) = sampled(&altitude, days)?;
     let mut above_s = [0.0; 5];
     for (sum, threshold) in above_s.iter_mut().zip(THRESHOLDS_DEG) {
         *sum = time_above(&altitude, &times, &samples, threshold.to_radians())?;
     }
-    Ok(SunTime { window_s, above_s })
+    Ok(SunTime { window_s: days * 86_400.0, above_s })
 }
 
-/// Time a smooth function of time spends above a level \[s\], from its samples: crossings between them by bisection, and
-/// a touch between samples found from its extremum.
+/// Time a smooth function of time spends above a level \[s\], from its samples.
 ///
 /// # Errors
 /// Those of the function.
@@ -82,6 +71,21 @@ pub fn time_above(
     samples: &[f64],
     level: f64,
 ) -> Result<f64> {
+    Ok(spans(f, times_s, samples, level, true)?.iter().map(|[from, to]| to - from).sum())
+}
+
+/// The spans of time in which a smooth function is above a level, or not above it \[s\], from its samples: crossings between
+/// them by bisection, and a touch between samples found from its extremum.
+///
+/// # Errors
+/// Those of the function.
+fn spans(
+    f: &(dyn Fn(f64) -> Result<f64> + Sync),
+    times_s: &[f64],
+    samples: &[f64],
+    level: f64,
+    above: bool,
+) -> Result<Vec<[f64; 2]>> {
     let crossings: Vec<Vec<f64>> = (0..samples.len().saturating_sub(1))
         .into_par_iter()
         .map(|i| {
@@ -108,16 +112,51 @@ pub fn time_above(
             Ok(vec![crossing(f, a, top, up(samples[i]), level)?, crossing(f, top, b, !up(samples[i]), level)?])
         })
         .collect::<Result<_>>()?;
-    let (Some(first), Some(last)) = (times_s.first(), times_s.last()) else { return Ok(0.0) };
-    let mut up = samples.first().is_some_and(|v| *v > level);
-    let (mut sum, mut since) = (0.0, *first);
+    let (Some(first), Some(last)) = (times_s.first(), times_s.last()) else { return Ok(Vec::new()) };
+    let mut wanted = samples.first().is_some_and(|v| (*v > level) == above);
+    let (mut found, mut since) = (Vec::new(), *first);
     for at in crossings.into_iter().flatten().chain([*last]) {
-        if up {
-            sum += at - since;
+        if wanted {
+            found.push([since, at]);
         }
-        (up, since) = (!up, at);
+        (wanted, since) = (!wanted, at);
     }
-    Ok(sum)
+    Ok(found)
+}
+
+/// When the Sun is not above an altitude at a site, from `start` over `days`: the dark spans, in order.
+///
+/// # Errors
+/// As [`sun_time`].
+pub fn dark_spans(
+    site: &Site,
+    eop: &EarthOrientation,
+    start: &Epoch,
+    days: f64,
+    sun_alt_rad: f64,
+) -> Result<Vec<[Epoch; 2]>> {
+    let altitude = |t_s: f64| -> Result<f64> { Ok(sun_altaz(site, &bodies(&at(start, t_s), eop)?).0) };
+    let (times, samples) = sampled(&altitude, days)?;
+    let spans = spans(&altitude, &times, &samples, sun_alt_rad, false)?;
+    Ok(spans.into_iter().map(|span| span.map(|t_s| at(start, t_s))).collect())
+}
+
+/// The moment some seconds after another.
+fn at(start: &Epoch, t_s: f64) -> Epoch {
+    (*start + t_s * Unit::Second).to_time_scale(TimeScale::UTC)
+}
+
+/// Samples of the Sun's altitude over a window: times \[s\] and values.
+fn sampled(altitude: &(dyn Fn(f64) -> Result<f64> + Sync), days: f64) -> Result<(Vec<f64>, Vec<f64>)> {
+    if !(days > 0.0 && days <= LONGEST_D) {
+        let problem = format!("{days} d; accepted is above 0, to {LONGEST_D}");
+        return Err(Error::Argument { name: "days".into(), problem });
+    }
+    let window_s = days * 86_400.0;
+    let n = (window_s / STEP_S).ceil().max(2.0) as usize;
+    let times: Vec<f64> = (0..=n).map(|i| window_s * i as f64 / n as f64).collect();
+    let samples = times.par_iter().map(|t| altitude(*t)).collect::<Result<_>>()?;
+    Ok((times, samples))
 }
 
 /// Where f crosses a level between a and b, `up` at a.

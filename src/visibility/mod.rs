@@ -6,6 +6,7 @@ pub mod duty_cycle;
 pub mod earth_tables;
 pub mod footprint;
 pub mod forecast;
+pub mod night_plan;
 pub mod observation_table;
 pub mod published_streaks;
 pub mod simple;

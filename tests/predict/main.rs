@@ -16,6 +16,7 @@ mod limits_streak;
 mod limits_tracked;
 mod month;
 mod pass;
+mod plan_night;
 mod predictive;
 mod sky;
 mod standing;

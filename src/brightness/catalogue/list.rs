@@ -65,6 +65,28 @@ impl Catalogue {
     pub fn find(&self, name: &str) -> Result<&Entry> {
         find(&self.entries, name).ok_or_else(|| unknown(&self.entries, name))
     }
+
+    /// Every entry that an object of this name and catalogue number is one of, as far as `objects` say; those that list the number
+    /// first, since a number is of one object and a name may be written in many ways.
+    #[must_use]
+    pub fn of_object(&self, name: &str, number: u64) -> Vec<&Entry> {
+        let (by_number, by_name): (Vec<&Entry>, Vec<&Entry>) =
+            self.entries.iter().filter(|e| e.is_of(name, number)).partition(|e| e.has_number(number));
+        by_number.into_iter().chain(by_name).collect()
+    }
+
+    /// The entry that an object is one of: the first of [`Catalogue::of_object`], where the others are variants of it (`iss`,
+    /// `iss-inferred`).
+    ///
+    /// # Errors
+    /// Their names, where several designs list the object, as all generations of Starlink do, or none.
+    pub fn design_of(&self, name: &str, number: u64) -> std::result::Result<&Entry, Vec<&str>> {
+        let fitting = self.of_object(name, number);
+        match fitting.split_first() {
+            Some((first, rest)) if rest.iter().all(|e| e.name.starts_with(&format!("{}-", first.name))) => Ok(first),
+            _ => Err(fitting.iter().map(|e| e.name.as_str()).collect()),
+        }
+    }
 }
 
 /// Every name [`Satellite::named`] knows, aliases excluded.

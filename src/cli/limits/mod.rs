@@ -4,7 +4,7 @@ mod footprint;
 mod simple;
 mod streak;
 mod streak_text;
-mod tracked;
+pub(super) mod tracked;
 
 use clap::{Args, Subcommand};
 

@@ -145,7 +145,7 @@ fn alone(satellite: &str, sets: &[String]) -> anyhow::Result<config::Model> {
 pub struct OutArgs {
     /// Folder for table and figure, or a file: .ecsv is the table, .svg the figure (repeatable)
     #[arg(short, long, value_name = "DIR|FILE")]
-    out: Vec<PathBuf>,
+    pub(super) out: Vec<PathBuf>,
 }
 
 impl OutArgs {
@@ -200,7 +200,7 @@ impl Clock {
 }
 
 /// A relative tolerance on the command line.
-fn tolerance(text: &str) -> Result<f64, String> {
+pub(super) fn tolerance(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(t) if t > 0.0 && t <= 0.5 => Ok(t),
         _ => Err("not a number above 0, at most 0.5, e.g. 1e-4".into()),

@@ -10,7 +10,7 @@ pub mod objects;
 mod split;
 
 use colour::{has_partner, target_colours};
-pub use split::{Group, Split, split};
+pub use split::{Group, Split, model_of, split};
 
 use std::path::PathBuf;
 

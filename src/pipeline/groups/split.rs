@@ -428,7 +428,7 @@ fn in_band(config: &mut Config, light: &Light) {
 
 /// The model of a satellite: that of the first entry of `[[satellites]]` that is of it, else `[model]` where that is a
 /// model of this satellite or the night has no other.
-fn model_of(config: &Config, object: &Object, only: bool) -> Result<Option<Model>> {
+pub fn model_of(config: &Config, object: &Object, only: bool) -> Result<Option<Model>> {
     let of = |name: &String| match &config.model {
         Some(model) if model.satellite == *name => model.clone(),
         Some(model) => Model { satellite: name.clone(), surfaces: Vec::new(), ..model.clone() },

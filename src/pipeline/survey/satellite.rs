@@ -77,9 +77,7 @@ fn contradiction(own: &Entry, catalogue: &Catalogue, name: &str, number: u64, la
     if own.is_of(name, number) {
         return None;
     }
-    // a number is of one object, a name may be written in many ways
-    let by_number = catalogue.entries().iter().find(|e| e.has_number(number));
-    let other = by_number.or_else(|| catalogue.entries().iter().find(|e| e.is_of(name, number)));
+    let other = catalogue.of_object(name, number).first().copied();
     if other.is_none() && (own.objects.is_empty() || name.is_empty() && !own.has_numbers()) {
         return None;
     }

@@ -13,6 +13,7 @@ mod groups;
 mod kinds;
 mod parts;
 mod passes;
+mod plan;
 mod provenance;
 mod sky;
 mod stars;
@@ -20,6 +21,7 @@ mod strip;
 mod violins;
 
 pub use parts::{NightPage, PassSky};
+pub use plan::{PlanPage, write_plan_page};
 
 use parts::{MOST_BYTES, Section, insert_frames, whole};
 use std::path::Path;

@@ -12,6 +12,7 @@ use super::listings::{
 use super::night::{KEYWORD_CHECKS, NIGHT, UNGROUPED};
 use super::paper::{CHECKED, LABELS, PUBLISHED};
 use super::photometry::{COMPARED, PHOTOMETRY, PREDICTED, PREDICTION, RAW};
+use super::plan::PLAN;
 use super::radiance::{RADIANCE, SNR};
 use super::residuals::RESIDUALS;
 use super::sky::{SKY, SKY_SEQUENCE};
@@ -37,6 +38,7 @@ pub const ALL: &[Definition] = &[
     MONTH,
     DUTY,
     CONSTELLATION,
+    PLAN,
     LIMITS,
     STREAK,
     FOOTPRINT,

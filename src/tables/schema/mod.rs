@@ -14,6 +14,7 @@ mod listings;
 mod night;
 mod paper;
 mod photometry;
+mod plan;
 mod radiance;
 mod residuals;
 mod sky;
@@ -33,6 +34,7 @@ pub use listings::{
 pub use night::{KEYWORD_CHECKS, KeywordCheckRow, NIGHT, NightRow, UNGROUPED, UngroupedRow};
 pub use paper::{CHECKED, CheckedRow, LABELS, LabelRow, PUBLISHED, PublishedRow};
 pub use photometry::{COMPARED, PARTIAL, PHOTOMETRY, PREDICTED, PREDICTION, PartialRow, PhotometryRow, RAW, RawRow};
+pub use plan::{PLAN, PlanRow};
 pub use radiance::{RADIANCE, RadianceRow, SNR, SnrRow};
 pub use residuals::{RESIDUALS, ResidualRow};
 pub use sky::{SKY, SKY_SEQUENCE, SkyRow};

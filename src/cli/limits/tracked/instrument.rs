@@ -17,6 +17,9 @@ use satphot::visibility::tracked::{
 use crate::cli::load;
 use crate::cli::orbit_args::bad;
 
+/// Where the telescope is from without a configuration.
+pub const PRESET: &str = "preset macquarie-cdk24";
+
 /// Telescope, camera and filter.
 #[derive(Debug, Args)]
 pub struct InstrumentArgs {
@@ -26,6 +29,16 @@ pub struct InstrumentArgs {
     /// Set a key of the configuration or preset, e.g. --set telescope.aperture_m=0.5 (repeatable)
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
+    #[command(flatten)]
+    telescope: TelescopeArgs,
+    /// Extinction of the target [mag], k X: with it the limits are outside the atmosphere, else at the ground
+    #[arg(long, value_name = "MAG", default_value_t = 0.0, allow_hyphen_values = true)]
+    extinction_mag: f64,
+}
+
+/// What may differ from the telescope and camera of the configuration.
+#[derive(Debug, Args)]
+pub struct TelescopeArgs {
     /// Pass band: none, B, V, R, I, g, r, i, z, G, or a file of wavelength_nm,transmission. Without a filter magnitudes are V of a source
     /// of the Sun's colours
     #[arg(long, value_name = "BAND", default_value = "none")]
@@ -69,9 +82,6 @@ pub struct InstrumentArgs {
     /// Radius of the aperture a star is measured in [arcsec] [default: 2.266 FWHM^2, all its light]
     #[arg(long, value_name = "ARCSEC", allow_hyphen_values = true)]
     aper_r_arcsec: Option<f64>,
-    /// Extinction of the target [mag], k X: with it the limits are outside the atmosphere, else at the ground
-    #[arg(long, value_name = "MAG", default_value_t = 0.0, allow_hyphen_values = true)]
-    extinction_mag: f64,
 }
 
 /// A number of the answer and where it is from.
@@ -99,12 +109,36 @@ impl InstrumentArgs {
     pub fn instrument(&self) -> anyhow::Result<Instrument> {
         let named = self.config.is_some();
         let config = self.configuration()?;
-        let (telescope, detector) = (&config.telescope, &config.detector);
         let source = match (named, self.sets.is_empty()) {
             (true, _) => "configuration",
-            (false, true) => "preset macquarie-cdk24",
+            (false, true) => PRESET,
             (false, false) => "preset macquarie-cdk24 and --set",
         };
+        let mut instrument = self.telescope.instrument(&config, source)?;
+        instrument.calculator.extinction_mag = self.extinction_mag;
+        instrument.calculator.check()?;
+        let from = if self.extinction_mag == 0.0 { "default" } else { "option" }.to_owned();
+        let extinction = Setting { name: "extinction", value: self.extinction_mag, unit: "mag", from };
+        instrument.settings.push(extinction);
+        Ok(instrument)
+    }
+
+    fn configuration(&self) -> anyhow::Result<Config> {
+        match &self.config {
+            Some(path) if !path.exists() => Err(bad(
+                "-c",
+                format!("{} is not there; without -c the preset macquarie-cdk24 is used", path.display()),
+            )),
+            Some(path) => load(path, &self.sets),
+            None => Ok(preset(&self.sets)?),
+        }
+    }
+}
+
+impl TelescopeArgs {
+    /// The telescope of a configuration, which comes from `source`, with these options; no extinction.
+    pub fn instrument(&self, config: &Config, source: &str) -> anyhow::Result<Instrument> {
+        let (telescope, detector) = (&config.telescope, &config.detector);
         let mut settings = Vec::new();
         let mut tell =
             |name, value, unit, from: &str| settings.push(Setting { name, value, unit, from: from.to_owned() });
@@ -152,7 +186,7 @@ impl InstrumentArgs {
         };
         let calculator = Calculator {
             zp_mag,
-            extinction_mag: self.extinction_mag,
+            extinction_mag: 0.0,
             pixel_arcsec,
             fwhm_arcsec: self.fwhm_arcsec,
             aper_r_arcsec: self.aper_r_arcsec,
@@ -174,7 +208,6 @@ impl InstrumentArgs {
         tell("dark current", self.dark_e_s, "e-/s/px", or_default(self.dark_e_s, DARK_E_S_PX));
         let limited = camera.map_or(String::new(), |c| format!("{} of {table}", c.saturated_by()));
         tell("saturation", calculator.saturation_e, "e-", &given(self.saturation_e.is_some(), &limited));
-        tell("extinction", self.extinction_mag, "mag", or_default(self.extinction_mag, 0.0));
 
         let (sky_band, mag_system, of) = match &filter {
             None => ("V".to_owned(), "Vega", "no filter, V of a source of the Sun's colours".to_owned()),
@@ -190,19 +223,8 @@ impl InstrumentArgs {
             settings,
             sky_band,
             mag_system,
-            is_preset: !named && self.sets.is_empty() && self.pixel_scale.is_none(),
+            is_preset: source == PRESET && self.pixel_scale.is_none(),
         })
-    }
-
-    fn configuration(&self) -> anyhow::Result<Config> {
-        match &self.config {
-            Some(path) if !path.exists() => Err(bad(
-                "-c",
-                format!("{} is not there; without -c the preset macquarie-cdk24 is used", path.display()),
-            )),
-            Some(path) => load(path, &self.sets),
-            None => Ok(preset(&self.sets)?),
-        }
     }
 
     fn filter(&self) -> anyhow::Result<Option<Band>> {

@@ -1,7 +1,7 @@
 //! `satphot limits tracked`: the exposure-time calculator of a telescope that follows the satellite.
 
 mod figure;
-mod instrument;
+pub(in crate::cli) mod instrument;
 mod sky;
 mod text;
 
