@@ -5,6 +5,7 @@
 
 mod apertures;
 mod background_mesh;
+mod compliance;
 mod earth_frames;
 mod earth_reflected;
 mod effort;
@@ -87,6 +88,11 @@ pub const METHODS: &[Method] = &[
         name: "plan-night",
         about: "the plan of a night: step along a pass, tolerance of the model",
         sweep: night_plan::sweep,
+    },
+    Method {
+        name: "compliance",
+        about: "the share of sky and time brighter than a limit: directions, moments",
+        sweep: compliance::sweep,
     },
     Method { name: "sky-map", about: "an all-sky map: spacing of its grid", sweep: sky_map::sweep },
     Method {

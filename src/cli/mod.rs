@@ -89,7 +89,7 @@ enum Verb {
     Inspect(inspect::Inspect),
     /// Divide a night into shards, for a cluster
     Plan(plan::PlanVerb),
-    /// Plan a night: which satellites, when, how bright, with which exposure
+    /// Plan a night: which satellites, when, with which exposure
     PlanNight(Box<plan_night::PlanNight>),
     /// Merge the tables of the shards of a plan
     Merge(merge::MergeVerb),

@@ -2,6 +2,7 @@
 //!
 //! Magnitudes in the band stated, angles in the unit of the name, times in s. Nothing here knows a frame or a pixel value.
 
+pub mod compliance;
 pub mod duty_cycle;
 pub mod earth_tables;
 pub mod footprint;

@@ -6,6 +6,7 @@ mod observed;
 #[path = "../support/mod.rs"]
 mod support;
 
+mod compliance;
 mod constellation;
 mod day;
 mod fit;

@@ -1,5 +1,6 @@
 //! `satphot predict`: what the model expects, for a pass, a whole sky, or geometries stated number by number.
 
+mod compliance;
 mod constellation;
 mod day;
 pub(super) mod dome_args;
@@ -53,6 +54,8 @@ enum What {
     Duty(duty::Duty),
     /// How many satellites of a constellation are up, lit and bright, moment by moment
     Constellation(constellation::Constellation),
+    /// Share of sky and time in which a satellite is brighter than the limits of rules, eye and surveys
+    Compliance(Box<compliance::Compliance>),
     /// Magnitudes for every row of a table of observations or geometries
     Table(table::Table),
     /// Fluxes of explicit geometries, for cross-checks with other software
@@ -70,6 +73,7 @@ impl Predict {
             What::Month(v) => v.execute(),
             What::Duty(v) => v.execute(),
             What::Constellation(v) => v.execute(),
+            What::Compliance(v) => v.execute(),
             What::Table(v) => v.execute(),
             What::Geometry(v) => v.execute(),
             What::Sed(v) => v.execute(),

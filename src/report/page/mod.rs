@@ -5,6 +5,7 @@
 
 mod campaign;
 mod checks;
+mod compliance;
 mod curve;
 mod distribution;
 mod figure;
@@ -30,6 +31,7 @@ use crate::base::error::Result;
 use crate::base::file::write_atomic;
 
 pub use campaign::write_campaign;
+pub use compliance::{CompliancePage, write_compliance_page};
 pub use figure::{write_distribution_figure, write_sky_figure};
 
 /// Writes `report.html`.

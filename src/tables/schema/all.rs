@@ -1,6 +1,7 @@
 //! The list of all tables, in the order of `docs/columns.md`.
 
 use super::accuracy::{ACCURACY, EXTREMES};
+use super::compliance::{COMPLIANCE, COMPLIANCE_WORST};
 use super::constellation::CONSTELLATION;
 use super::define::{Definition, same};
 use super::earth::{EARTH, MOON_LAWS, TRACK};
@@ -38,6 +39,8 @@ pub const ALL: &[Definition] = &[
     MONTH,
     DUTY,
     CONSTELLATION,
+    COMPLIANCE,
+    COMPLIANCE_WORST,
     PLAN,
     LIMITS,
     STREAK,

@@ -48,9 +48,9 @@ table! {
         /// UTC
         date: String,
         /// longitude under the satellite, east positive
-        lon_deg: f64 => "deg",
+        lon_deg: f64 => "deg" ["pos.earth.lon"],
         /// geodetic latitude under the satellite
-        lat_deg: f64 => "deg",
+        lat_deg: f64 => "deg" ["pos.earth.lat"],
         /// height of the satellite above the ellipsoid
         height_km: f64 => "km",
         /// altitude of the Sun over the ground there, no refraction

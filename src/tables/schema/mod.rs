@@ -5,6 +5,7 @@
 
 mod accuracy;
 mod all;
+mod compliance;
 mod constellation;
 mod define;
 mod earth;
@@ -23,6 +24,7 @@ mod truth;
 
 pub use accuracy::{ACCURACY, AccuracyRow, EXTREMES, ExtremeRow};
 pub use all::{ALL, is_listed};
+pub use compliance::{COMPLIANCE, COMPLIANCE_WORST, ComplianceRow, WorstRow};
 pub use constellation::{CONSTELLATION, constellation_columns};
 pub use define::{Column, Datatype, Definition, Row};
 pub use earth::{EARTH, EarthRow, MOON_LAWS, MoonLawRow, TRACK, TrackRow};

@@ -33,7 +33,7 @@ use request::wrong;
 use satellites::Satellites;
 
 pub use request::{Magnitudes, Places, Request};
-pub use stated::{stated_rows, states_range_and_phase};
+pub use stated::{magnitude_rows, stated_rows, states_range_and_phase};
 pub use statistics::{ResidualStatistics, by_satellite};
 
 /// Rows computed before a request to stop is looked at.

@@ -1,4 +1,4 @@
-//! Tables whose rows state range and phase angle themselves: no elements and no site are needed.
+//! Tables whose rows state range and phase angle themselves, or of which only magnitudes are wanted: no elements and no site are needed.
 //!
 //! km, degrees, magnitudes. Such rows have no lights: the satellite is taken as sunlit, and 1 au from the Sun. It does not cover
 //! rows that are in the Earth's shadow.
@@ -32,29 +32,46 @@ pub fn states_range_and_phase(request: &Request) -> Result<bool> {
 /// # Errors
 /// As [`super::observation_table`].
 pub fn stated_rows(request: &Request) -> Result<(Vec<PhotometryRow>, Vec<String>)> {
+    let (rows, mut notes) = rows_of(request, true)?;
+    notes
+        .push("range and phase angle are those of the table: satellites are taken as sunlit, 1 au from the Sun".into());
+    Ok((rows, notes))
+}
+
+/// The rows of any table with magnitude, error, limit, time and identity, wherever the satellite was, and notes.
+///
+/// # Errors
+/// As [`super::observation_table`].
+pub fn magnitude_rows(request: &Request) -> Result<(Vec<PhotometryRow>, Vec<String>)> {
+    rows_of(request, false)
+}
+
+fn rows_of(request: &Request, with_place: bool) -> Result<(Vec<PhotometryRow>, Vec<String>)> {
     let band = request.magnitudes.map_or("V", |m| m.band.name());
     let mut table = Table::open(request.table)?;
     let columns = Columns::find(&table, &request.columns, band)?;
     magnitudes::check_columns(request, &columns, &table)?;
-    let (Some(range), Some(phase)) = (columns.range_km, columns.phase_angle_deg) else {
+    let stated = (columns.range_km, columns.phase_angle_deg);
+    if with_place && (stated.0.is_none() || stated.1.is_none()) {
         let problem = format!("has no columns range_km and phase_angle_deg; present: {}", table.names());
         return Err(wrong(&table, problem));
-    };
+    }
     let (mut rows, mut row) = (Vec::new(), Row::default());
     while table.read(&mut row)? {
-        let stated = |what: &str, value: Option<f64>, low: f64, high: f64| match value {
-            Some(value) if (low..=high).contains(&value) => Ok(value),
+        let number = |what: &str, value: Option<f64>, low: f64, high: f64| match value {
+            Some(value) if (low..=high).contains(&value) => Ok(Some(value)),
             Some(value) => Err(format!("{what} is {value}; accepted is {low} to {high}")),
-            None => Err(format!("no {what}")),
+            None if with_place => Err(format!("no {what}")),
+            None => Ok(None),
         };
         let place = table.check(&row).and_then(|()| {
-            let range_km = stated("range_km", range.of(&row), 100.0, 100_000.0)?;
-            Ok((range_km, stated("phase_angle_deg", phase.of(&row), 0.0, 180.0)?))
+            let range_km = number("range_km", stated.0.and_then(|c| c.of(&row)), 100.0, 100_000.0)?;
+            Ok((range_km, number("phase_angle_deg", stated.1.and_then(|c| c.of(&row)), 0.0, 180.0)?))
         });
         let mut made = match place {
-            Ok((range_km, phase_deg)) => PhotometryRow {
-                range_km: Some(range_km),
-                phase_angle_deg: Some(phase_deg),
+            Ok((range_km, phase_angle_deg)) => PhotometryRow {
+                range_km,
+                phase_angle_deg,
                 status: Status::Ok.into(),
                 verdict: Verdict::Use.into(),
                 ..PhotometryRow::default()
@@ -78,8 +95,5 @@ pub fn stated_rows(request: &Request) -> Result<(Vec<PhotometryRow>, Vec<String>
                        (`phase [rad]`), or name the right column with argument `column phase_angle_deg=NAME`";
         return Err(wrong(&table, problem.into()));
     }
-    let mut notes = table.notes.clone();
-    notes
-        .push("range and phase angle are those of the table: satellites are taken as sunlit, 1 au from the Sun".into());
-    Ok((rows, notes))
+    Ok((rows, table.notes.clone()))
 }
