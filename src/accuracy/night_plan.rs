@@ -50,7 +50,7 @@ fn candidates(night: &Night) -> Result<Vec<Candidate>> {
         let first = format!("1 {number:05}U 19074A   25160.50000000  .00000000  00000+0  00000+0 0  999");
         let second = format!("2 {number:05}  53.0500 {node:8.4} 0001632 195.4618 {anomaly:8.4} 15.06000000 1000");
         let elements = Elements::from_tle("", &with_checksum(first), &with_checksum(second))?;
-        let tracker = Tracker::new(vec![elements], None, night.site.clone(), night.eop.clone())?;
+        let tracker = Tracker::new(vec![elements], None, night.site.clone(), night.eop)?;
         let (object_name, object_id) = (String::new(), String::new());
         Ok(Candidate { object_name, norad_cat_id: number, object_id, tracker: Ok(tracker), model: Ok(0) })
     };
