@@ -315,7 +315,7 @@ impl PlanNight {
                 continue;
             }
             let model = models.of(&object, orbit.norad_cat_id == Some(number))?;
-            let tracker = Tracker::new(sets, None, site.clone(), eop.clone())
+            let tracker = Tracker::new(sets, None, site.clone(), eop)
                 .map(|t| t.with_age_limit(orbit.max_age_d, orbit.force_age))
                 .map_err(|e| e.to_string());
             candidates.push(Candidate {
