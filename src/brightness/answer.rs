@@ -125,6 +125,9 @@ pub struct Brightness {
     /// 1-sigma error of the total as a prediction \[mag\]: scatter of observations about the model, errors of its fitted
     /// parameters, extinction; `None` where no light is, and for a model that was not compared with observations.
     pub v_pred_err_mag: Option<f64>,
+    /// Cosine of the angle under which the observer sees the sunlit front of a surface that keeps to the Sun; 0 where it is not
+    /// seen or not lit, `None` without such a surface.
+    pub lit_array_cos: Option<f64>,
     /// What was excluded, and why.
     #[doc(hidden)]
     pub skipped: Vec<Skip>,
@@ -164,6 +167,7 @@ pub(super) fn assemble(lights: &[FluxSum; 4], sun: &LightSource, extrapolated: b
         sun_visible_frac: sun.visible_frac,
         err_mag: if total > 0.0 { MAG_PER_LN * err / total } else { 0.0 },
         v_pred_err_mag: None,
+        lit_array_cos: None,
         skipped,
         quadratures: Quadratures { sun: lights[1].quadratures, moon: lights[3].quadratures },
         nodes: lights.iter().map(|l| l.nodes).sum(),

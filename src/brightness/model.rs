@@ -18,7 +18,7 @@ use super::lights::Lighting;
 use super::lights::VisibleSurfaces;
 use super::platform::Prepared;
 use super::predictive::Predictive;
-use super::scene::{Scene, geodetic_up, impossible, local_radius_km};
+use super::scene::{Scene, geodetic_up, impossible, local_radius_km, source_alt_rad};
 use super::settings::ModelSettings;
 use super::skip::{SWITCHED_OFF, Skip};
 use super::surface::Surface;
@@ -167,9 +167,11 @@ impl Model {
         if let Some(predictive) = self.predictive.as_ref().filter(|_| answer.total_v_mag.is_some()) {
             let shares = self.shares(scene, predictive.surfaces(), lights.iter().map(|l| l.flux).sum(), dimming)?;
             let phase_rad = (scene.sun_km - scene.satellite_km).angle_to(&(scene.observer_km - scene.satellite_km));
+            let sun_alt_sat_rad = source_alt_rad(&scene.satellite_km, &scene.sun_km);
             let extinction_err_mag = settings.k_mag_airmass_err * airmass;
-            answer.v_pred_err_mag = Some(predictive.err_mag(phase_rad, &shares, extinction_err_mag));
+            answer.v_pred_err_mag = Some(predictive.err_mag([phase_rad, sun_alt_sat_rad], &shares, extinction_err_mag));
         }
+        answer.lit_array_cos = self.lit_array_cos(scene, sun.visible_frac);
         let area_m2 = match settings.effects.mu_area {
             MuArea::Total => self.area_m2,
             MuArea::Projected => stage.projected_area_m2(),
@@ -215,6 +217,18 @@ impl Model {
     #[must_use]
     pub fn settings(&self) -> &ModelSettings {
         &self.settings
+    }
+
+    /// n·o of the Sun-tracking front that the observer sees best, 0 where n·s or n·o is not above 0.
+    fn lit_array_cos(&self, scene: &Scene, sun_visible_frac: f64) -> Option<f64> {
+        let towards = |place: Vector<Itrs>| (place - scene.satellite_km).unit();
+        let (observer, sun) = (towards(scene.observer_km)?, towards(scene.sun_km)?);
+        let arrays = self.surfaces.iter().filter(|s| s.surface.attitude.tracks_sun());
+        let cos = arrays.filter_map(|s| s.surface.attitude.normal(scene)).map(|normal| {
+            let lit = sun_visible_frac > 0.0 && normal.dot(&sun) > 0.0;
+            if lit { normal.dot(&observer).max(0.0) } else { 0.0 }
+        });
+        cos.reduce(f64::max)
     }
 
     /// The share of the light of all that each of these surfaces sends.

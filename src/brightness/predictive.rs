@@ -8,13 +8,17 @@
 use super::Entry;
 use crate::base::constants::MAG_PER_LN;
 
-/// What the parameters of a fit are.
+/// A parameter of a fit.
 #[derive(Debug, Clone, PartialEq)]
-enum Parameters {
-    /// Coefficients of powers of the phase angle in degrees.
-    PhaseLaw,
-    /// Logarithms of the scales of these surfaces.
-    Scales(Vec<String>),
+enum Parameter {
+    /// Coefficient of a power of the phase angle in degrees.
+    PhasePower(i32),
+    /// Coefficient of a power of the altitude of the Sun at the satellite in degrees.
+    SunAltPower(i32),
+    /// Logarithm of the scale of a surface, by its place in [`Predictive::surfaces`].
+    Scale(usize),
+    /// What is of the observations and not of the satellite, as the offset of a table.
+    OfTheData,
 }
 
 /// The predictive error of a satellite.
@@ -23,46 +27,59 @@ enum Parameters {
 pub struct Predictive {
     /// Scatter of observed less modelled magnitudes \[mag\].
     scatter_mag: f64,
-    fit: Option<(Parameters, Vec<Vec<f64>>)>,
+    surfaces: Vec<String>,
+    parameters: Vec<Parameter>,
+    covariance: Vec<Vec<f64>>,
 }
 
 /// Before the name of a surface in the parameters of a fit.
 pub const LN_SCALE: &str = "ln scale of ";
+/// Coefficients of powers of the phase angle among them.
+pub const PHASE_POWER: &str = "mag_1000km";
+/// Coefficients of powers of the altitude of the Sun at the satellite, from the first.
+pub const SUN_ALT_POWER: &str = "per_sun_alt_sat";
 
 impl Predictive {
     /// Of an entry; `None` where it states no scatter.
     pub(super) fn of(entry: &Entry) -> Option<Self> {
-        let parameters = |fit: &super::catalogue::Fitted| {
-            let scales: Option<Vec<String>> =
-                fit.parameters.iter().map(|name| name.strip_prefix(LN_SCALE).map(str::to_owned)).collect();
-            let parameters = match scales {
-                Some(names) => Parameters::Scales(names),
-                None => Parameters::PhaseLaw,
-            };
-            (parameters, fit.covariance.clone())
+        let fit = entry.fit.as_ref();
+        let mut surfaces = Vec::new();
+        let mut parameter = |name: &String| {
+            let power = |of: &str| name.strip_prefix(of)?.strip_prefix('[')?.strip_suffix(']')?.parse().ok();
+            if let Some(surface) = name.strip_prefix(LN_SCALE) {
+                surfaces.push(surface.to_owned());
+                return Parameter::Scale(surfaces.len() - 1);
+            }
+            let phase = power(PHASE_POWER).map(Parameter::PhasePower);
+            phase.or_else(|| power(SUN_ALT_POWER).map(Parameter::SunAltPower)).unwrap_or(Parameter::OfTheData)
         };
-        Some(Self { scatter_mag: entry.scatter_mag?, fit: entry.fit.as_ref().map(parameters) })
+        let parameters = fit.map_or(Vec::new(), |fit| fit.parameters.iter().map(&mut parameter).collect());
+        let covariance = fit.map_or(Vec::new(), |fit| fit.covariance.clone());
+        Some(Self { scatter_mag: entry.scatter_mag?, surfaces, parameters, covariance })
     }
 
     /// Surfaces whose share of the light is needed.
     pub(super) fn surfaces(&self) -> &[String] {
-        match &self.fit {
-            Some((Parameters::Scales(names), _)) => names,
-            _ => &[],
-        }
+        &self.surfaces
     }
 
-    /// σ at a phase angle, given the share of the light that each of [`Predictive::surfaces`] sends, and the error of the
-    /// extinction \[mag\].
-    pub(super) fn err_mag(&self, phase_rad: f64, shares: &[f64], extinction_err_mag: f64) -> f64 {
-        let by_parameters = self.fit.as_ref().map_or(0.0, |(parameters, covariance)| {
-            let j: Vec<f64> = match parameters {
-                Parameters::PhaseLaw => (0..covariance.len()).map(|k| phase_rad.to_degrees().powi(k as i32)).collect(),
-                Parameters::Scales(_) => shares.iter().map(|share| -MAG_PER_LN * share).collect(),
-            };
-            let row = |(a, row): (&f64, &Vec<f64>)| a * row.iter().zip(&j).map(|(c, b)| c * b).sum::<f64>();
-            j.iter().zip(covariance).map(row).sum::<f64>().max(0.0)
-        });
+    /// σ at a phase angle and altitude of the Sun at the satellite, given the share of the light that each of
+    /// [`Predictive::surfaces`] sends, and the error of the extinction \[mag\].
+    pub(super) fn err_mag(
+        &self,
+        [phase_rad, sun_alt_sat_rad]: [f64; 2],
+        shares: &[f64],
+        extinction_err_mag: f64,
+    ) -> f64 {
+        let derivative = |parameter: &Parameter| match *parameter {
+            Parameter::PhasePower(k) => phase_rad.to_degrees().powi(k),
+            Parameter::SunAltPower(k) => sun_alt_sat_rad.to_degrees().powi(k),
+            Parameter::Scale(s) => -MAG_PER_LN * shares[s],
+            Parameter::OfTheData => 0.0,
+        };
+        let j: Vec<f64> = self.parameters.iter().map(derivative).collect();
+        let row = |(a, row): (&f64, &Vec<f64>)| a * row.iter().zip(&j).map(|(c, b)| c * b).sum::<f64>();
+        let by_parameters = j.iter().zip(&self.covariance).map(row).sum::<f64>().max(0.0);
         (self.scatter_mag * self.scatter_mag + by_parameters + extinction_err_mag * extinction_err_mag).sqrt()
     }
 }
@@ -74,17 +91,27 @@ mod tests {
     #[test]
     fn errors_add_in_quadrature_and_shares_of_all_surfaces_are_one_scale() {
         let covariance = vec![vec![0.01, 0.0], vec![0.0, 0.04]];
-        let scales = Parameters::Scales(vec!["a".into(), "b".into()]);
-        let of = |fit| Predictive { scatter_mag: 0.3, fit };
-        assert_eq!(of(None).err_mag(1.0, &[], 0.4), 0.5);
+        let of = |parameters: &[Parameter], covariance: &[Vec<f64>]| Predictive {
+            scatter_mag: 0.3,
+            surfaces: vec!["a".into(), "b".into()],
+            parameters: parameters.to_vec(),
+            covariance: covariance.to_vec(),
+        };
+        let scales = [Parameter::Scale(0), Parameter::Scale(1)];
+        assert_eq!(of(&[], &[]).err_mag([1.0, 0.0], &[], 0.4), 0.5);
         // all light of one surface: its relative error
-        let one = of(Some((scales.clone(), covariance.clone()))).err_mag(1.0, &[0.0, 1.0], 0.0);
+        let one = of(&scales, &covariance).err_mag([1.0, 0.0], &[0.0, 1.0], 0.0);
         assert!((one - 0.3f64.hypot(0.2 * MAG_PER_LN)).abs() < 1e-12);
         // scales that are known together to the same: the sum of shares counts
-        let together = of(Some((scales, vec![vec![0.04; 2]; 2])));
-        assert!((together.err_mag(1.0, &[0.3, 0.7], 0.0) - one).abs() < 1e-12);
+        let together = of(&scales, &vec![vec![0.04; 2]; 2]);
+        assert!((together.err_mag([1.0, 0.0], &[0.3, 0.7], 0.0) - one).abs() < 1e-12);
         // a constant and a slope: 0.1 + 0.2 x at x = 2 deg
-        let law = of(Some((Parameters::PhaseLaw, covariance))).err_mag(2f64.to_radians(), &[], 0.0);
+        let law = [Parameter::PhasePower(0), Parameter::PhasePower(1)];
+        let law = of(&law, &covariance).err_mag([2f64.to_radians(), 0.0], &[], 0.0);
         assert!((law - (0.09f64 + 0.01 + 4.0 * 0.04).sqrt()).abs() < 1e-12);
+        // an offset of a table is no error of a prediction; the square of the Sun's altitude is
+        let law = [Parameter::OfTheData, Parameter::SunAltPower(2)];
+        let law = of(&law, &covariance).err_mag([1.0, 3f64.to_radians()], &[], 0.0);
+        assert!((law - (0.09f64 + 81.0 * 0.04).sqrt()).abs() < 1e-12);
     }
 }

@@ -7,6 +7,11 @@ use crate::base::error::{Error, Result};
 use crate::base::vector::{Itrs, Vector};
 use crate::orbit::Geometry;
 
+/// Altitude of a light source at the satellite \[rad\]: above the plane at right angles to the direction to the Earth's centre.
+pub fn source_alt_rad(satellite_km: &Vector<Itrs>, source_km: &Vector<Itrs>) -> f64 {
+    std::f64::consts::FRAC_PI_2 - satellite_km.angle_to(&(*source_km - *satellite_km))
+}
+
 /// One instant, geocentric, Earth-fixed: from the [`Geometry`] of a tracked satellite, or from vectors of one's own.
 ///
 /// ```

@@ -25,13 +25,15 @@ use super::{Common, print, signals, tell};
 
 const AFTER_HELP: &str = "\
 Without --satellite, a law of the phase angle phi (Sun, satellite, observer) is fitted,
-  V = c0 + c1 phi + ... + 5 lg(range / 1000 km),
-to all rows in full sunlight. With --satellite, the strength of its surfaces is: V = -2.5 lg of the
+  V = c0 + c1 phi + ... + d1 h + ... + 5 lg(range / 1000 km),
+to all rows in full sunlight; h, with --sun-degree, is the altitude of the Sun at the satellite,
+which tells how its underside is lit. With --satellite, the strength of its surfaces is: V = -2.5 lg of the
 sum of a_s F_s, F_s the light of each surface of the model, a_s its scale; --free names some of them.
 
-The table is one that `satphot compare` takes: time, satellite, site and apparent magnitude (SCORE,
-MMT-9, own). For a law of the phase angle, columns range_km and phase_angle_deg are enough where no
-elements are given. A row without magnitude and with limit_v_mag counts as a limit.
+The tables are such as `satphot compare` takes: time, satellite, site and apparent magnitude (SCORE,
+MMT-9, own), and elements or directions and ranges. For a law of the phase angle, columns range_km
+and phase_angle_deg are enough. All tables but the first have an offset of their own: instruments
+differ in band and zeropoint; the entry is in the magnitudes of the first. A row without magnitude and with limit_v_mag counts as a limit.
 
 Rows of a pass are not independent: each pass has an offset of its own, whose scatter is fitted as
 well as that within passes (a Student t, so that flares weigh little). What the data do not tell is
@@ -39,17 +41,18 @@ refused by name. The result is an entry for a file of satellites, with covarianc
 phase angles it holds for: give the file to --satellites, and its name to --satellite.
 
 Examples:
-  satphot fit score.csv --degree 2 --name v2-mini -o own.toml
+  satphot fit score.csv --degree 2 --sun-degree 2 --name v2-mini -o own.toml
+  satphot fit score.csv slingshot.csv --degree 3 --sun-degree 2 --name v2-mini -o own.toml
   satphot fit photometry.csv --elements starlink.tle --satellite starlink-v2 --free chassis -o own.toml
   satphot compare other.csv --elements starlink.tle --satellites own.toml --satellite v2-mini";
 
-/// Fits a model of a satellite to a table of observed magnitudes.
+/// Fits a model of a satellite to tables of observed magnitudes.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub struct Fit {
-    /// Any table with time, satellite and magnitude, or with range, phase angle and magnitude
-    #[arg(value_name = "TABLE")]
-    table: PathBuf,
+    /// Any tables with time, satellite and magnitude, or with range, phase angle and magnitude
+    #[arg(value_name = "TABLE", required = true)]
+    tables: Vec<PathBuf>,
     #[command(flatten)]
     common: Common,
     /// Elements instead of those of the configuration: TLE, 3LE, or OMM in JSON, CSV, KVN or XML
@@ -71,6 +74,9 @@ pub struct Fit {
     /// Degree of the polynomial of the phase angle
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u8).range(0..=5))]
     degree: u8,
+    /// Degree of the polynomial of the altitude of the Sun at the satellite; 0 leaves it out
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=4))]
+    sun_degree: u8,
     /// Surfaces whose strength is fitted; the others are held [default: all]
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     free: Vec<String>,
@@ -110,21 +116,24 @@ impl Fit {
         let orbit = orbit_of((self.elements.as_deref(), self.norad), &self.common, config.as_ref())?;
         let given = self.place.given()?;
         let site = given.clone().or_else(|| config.as_ref().map(|c: &Config| c.site.clone()));
-        let request = Request {
-            table: &self.table,
+        let site = site.as_ref().map(Site::from_config).transpose()?;
+        let stop = signals::stop();
+        let request = |table| Request {
+            table,
             columns: self.columns.iter().cloned().collect(),
             orbit: orbit.as_ref(),
-            site: site.as_ref().map(Site::from_config).transpose()?,
+            site: site.clone(),
             site_replaces: given.is_some(),
             satellite: &satellite,
             settings: &settings,
             track_az_rad: std::f64::consts::FRAC_PI_2,
             magnitudes: Some(Magnitudes { band: Band::V, reduced_to_km: self.reduced_to_km }),
-            stop: &signals::stop(),
+            stop: &stop,
         };
+        let requests: Vec<Request> = self.tables.iter().map(|table| request(table)).collect();
         let (entry, observations, problem) = match &surfaces {
-            None => self.phase_law(&request)?,
-            Some(model) => self.surfaces(model, &request)?,
+            None => self.phase_law(&requests)?,
+            Some(model) => self.surfaces(model, &requests)?,
         };
         let text = catalogue_toml(std::slice::from_ref(&entry))?;
         match &self.out {
@@ -149,18 +158,25 @@ impl Fit {
     }
 
     /// A polynomial of the phase angle.
-    fn phase_law(&self, request: &Request) -> anyhow::Result<(Entry, Observations, Problem)> {
+    fn phase_law(&self, requests: &[Request]) -> anyhow::Result<(Entry, Observations, Problem)> {
         let progress = self.common.progress();
-        let without_elements = request.orbit.is_none() && states_range_and_phase(request)?;
-        let read = || if without_elements { stated(request) } else { by_orbit(request, &progress) };
-        let observations = with_threads(self.common.jobs, read)??;
-        let problem = phase_law(&observations.rows, self.degree.into())?;
-        let entry = fitted_phase_law(&self.name, &problem, &observations.rows, &self.table_name());
+        let mut observations = Observations::default();
+        for request in requests {
+            let without_elements = request.orbit.is_none() && states_range_and_phase(request)?;
+            let read = || if without_elements { stated(request) } else { by_orbit(request, &progress) };
+            observations.append(with_threads(self.common.jobs, read)??);
+        }
+        let degrees = [self.degree.into(), self.sun_degree.into()];
+        let problem = phase_law(&observations.rows, degrees, &self.table_names())?;
+        let entry = fitted_phase_law(&self.name, &problem, &observations.rows, &self.table_names().join(", "));
         Ok((entry, observations, problem))
     }
 
     /// The scales of surfaces.
-    fn surfaces(&self, model: &config::Model, request: &Request) -> anyhow::Result<(Entry, Observations, Problem)> {
+    fn surfaces(&self, model: &config::Model, requests: &[Request]) -> anyhow::Result<(Entry, Observations, Problem)> {
+        if self.sun_degree > 0 {
+            return Err(bad("--sun-degree", "is of a law of the phase angle, and --satellite has surfaces".into()));
+        }
         let entry = match model.surfaces.is_empty() {
             true => Catalogue::load(model.satellites.as_deref())?.find(&model.satellite)?.clone(),
             false => Entry { surfaces: model.surfaces.clone(), ..Entry::named(&model.satellite) },
@@ -177,14 +193,21 @@ impl Fit {
         }
         let free: Vec<bool> = names.iter().map(|name| self.free.is_empty() || self.free.contains(name)).collect();
         let progress = self.common.progress();
-        let (observations, flux) = with_threads(self.common.jobs, || with_surfaces(request, &progress))??;
-        let problem = surface_scales(&observations.rows, &flux, &free, &names)?;
-        let fitted = fitted_surfaces(&self.name, &entry, &free, &problem, &observations.rows, &self.table_name());
+        let (mut observations, mut flux) = (Observations::default(), Vec::new());
+        for request in requests {
+            let (more, sent) = with_threads(self.common.jobs, || with_surfaces(request, &progress))??;
+            observations.append(more);
+            flux.extend(sent);
+        }
+        let tables = self.table_names();
+        let problem = surface_scales(&observations.rows, &flux, &free, &names, &tables)?;
+        let fitted = fitted_surfaces(&self.name, &entry, &free, &problem, &observations.rows, &tables.join(", "));
         Ok((fitted, observations, problem))
     }
 
-    fn table_name(&self) -> String {
-        self.table.file_name().unwrap_or_default().to_string_lossy().into_owned()
+    fn table_names(&self) -> Vec<String> {
+        let name = |table: &PathBuf| table.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        self.tables.iter().map(name).collect()
     }
 }
 
@@ -210,8 +233,14 @@ fn summary(problem: &Problem, entry: &Entry) -> String {
     if let Some(fitted) = &entry.fit {
         let [low, high] = fitted.phase_deg;
         let [near, far] = fitted.range_km;
-        let _ =
-            writeln!(text, "Holds for  phase angles of {low:.1} to {high:.1} deg, seen at {near:.0} to {far:.0} km");
+        let sun_alt = entry.empirical.as_ref().map(|law| law.sun_alt_sat_deg()).filter(|range| *range != [-90.0, 90.0]);
+        let sun_alt = sun_alt.map_or(String::new(), |[low, high]| {
+            format!(", a Sun of {low:.1} to {high:.1} deg of altitude at the satellite")
+        });
+        let _ = writeln!(
+            text,
+            "Holds for  phase angles of {low:.1} to {high:.1} deg{sun_alt}, seen at {near:.0} to {far:.0} km"
+        );
     }
     text
 }

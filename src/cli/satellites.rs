@@ -115,13 +115,15 @@ fn kind(empirical: &Empirical) -> &'static str {
 /// The law of an empirical model, phi in degrees and R in km.
 fn equation(empirical: &Empirical) -> String {
     let law = match empirical {
-        Empirical::Polynomial { mag_1000km, .. } => {
-            let term = |(k, c): (usize, &f64)| match k {
+        Empirical::Polynomial { mag_1000km, per_sun_alt_sat, .. } => {
+            let term = |x: &str, k: usize, c: &f64| match k {
                 0 => format!("{c}"),
-                1 => format!("{c:+} phi"),
-                _ => format!("{c:+} phi^{k}"),
+                1 => format!("{c:+} {x}"),
+                _ => format!("{c:+} {x}^{k}"),
             };
-            mag_1000km.iter().enumerate().map(term).collect::<Vec<_>>().join(" ")
+            let phase = mag_1000km.iter().enumerate().map(|(k, c)| term("phi", k, c));
+            let sun_alt = per_sun_alt_sat.iter().enumerate().map(|(k, c)| term("h", k + 1, c));
+            phase.chain(sun_alt).collect::<Vec<_>>().join(" ")
         }
         Empirical::Standard { mag_1000km, at_phase_deg, law, .. } => {
             let f = match law {
@@ -135,7 +137,11 @@ fn equation(empirical: &Empirical) -> String {
         }
     };
     let [low, high] = empirical.phase_deg();
-    format!("V at 1 au of the Sun = {law} + 5 lg(R / 1000 km), phase angles phi of {low} to {high} deg")
+    let sun_alt = match empirical.sun_alt_sat_deg() {
+        [-90.0, 90.0] => String::new(),
+        [low, high] => format!(", altitudes h of the Sun at the satellite of {low} to {high} deg"),
+    };
+    format!("V at 1 au of the Sun = {law} + 5 lg(R / 1000 km), phase angles phi of {low} to {high} deg{sun_alt}")
 }
 
 /// A line for each surface of one.

@@ -7,16 +7,23 @@ use serde::{Deserialize, Serialize};
 use super::range;
 use crate::base::error::{Error, Result};
 
-/// How V in full sunlight depends on phase angle φ and range R: V = m(φ) + 5 lg(R / 1000 km).
+/// How V in full sunlight depends on phase angle φ and range R: V = m(φ) + 5 lg(R / 1000 km); as a polynomial also on the altitude
+/// of the Sun at the satellite.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case", tag = "kind", deny_unknown_fields)]
 pub enum Empirical {
-    /// m(φ) = Σ c_k φ^k.
+    /// m(φ, h) = Σ c_k φ^k + Σ d_k h^k, h the altitude of the Sun at the satellite, which tells how its underside is lit.
     Polynomial {
         /// c_0, c_1, ... \[mag/deg^k\].
         mag_1000km: Vec<f64>,
+        /// d_1, d_2, ... \[mag/deg^k\].
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        per_sun_alt_sat: Vec<f64>,
         /// Phase angles of the observations that it was fitted to \[deg\]; nothing is said outside.
         phase_deg: [f64; 2],
+        /// Altitudes of the Sun at the satellite of the observations that it was fitted to \[deg\]; nothing is said outside.
+        #[serde(default = "all_altitudes", skip_serializing_if = "is_all_altitudes")]
+        sun_alt_sat_deg: [f64; 2],
     },
     /// m(φ) = `mag_1000km` − 2.5 lg(f(φ) / f(`at_phase_deg`)).
     Standard {
@@ -51,12 +58,27 @@ pub enum PhaseLaw {
 }
 
 impl Empirical {
+    /// A polynomial of the phase angle alone.
+    #[must_use]
+    pub fn polynomial(mag_1000km: Vec<f64>, phase_deg: [f64; 2]) -> Self {
+        Self::Polynomial { mag_1000km, per_sun_alt_sat: Vec::new(), phase_deg, sun_alt_sat_deg: all_altitudes() }
+    }
+
     /// Phase angles it holds for \[deg\].
     #[must_use]
     pub fn phase_deg(&self) -> [f64; 2] {
         let (Self::Polynomial { phase_deg, .. } | Self::Standard { phase_deg, .. } | Self::Sphere { phase_deg, .. }) =
             self;
         *phase_deg
+    }
+
+    /// Altitudes of the Sun at the satellite that it holds for \[deg\].
+    #[must_use]
+    pub fn sun_alt_sat_deg(&self) -> [f64; 2] {
+        match self {
+            Self::Polynomial { sun_alt_sat_deg, .. } => *sun_alt_sat_deg,
+            Self::Standard { .. } | Self::Sphere { .. } => all_altitudes(),
+        }
     }
 
     /// Checks every number; `key` is the model's own, e.g. `satellites.sphere.empirical`.
@@ -69,12 +91,18 @@ impl Empirical {
         range(&format!("{key}.phase_deg"), high, low, 180.0, "deg")?;
         let mag = format!("{key}.mag_1000km");
         match self {
-            Self::Polynomial { mag_1000km, .. } => {
-                if !(1..=8).contains(&mag_1000km.len()) {
-                    let problem = format!("{} coefficients; accepted are 1 to 8", mag_1000km.len());
-                    return Err(Error::Config { key: mag, problem });
+            Self::Polynomial { mag_1000km, per_sun_alt_sat, .. } => {
+                let [low, high] = self.sun_alt_sat_deg();
+                range(&format!("{key}.sun_alt_sat_deg"), low, -90.0, 90.0, "deg")?;
+                range(&format!("{key}.sun_alt_sat_deg"), high, low, 90.0, "deg")?;
+                for (key, c, fewest) in [(mag, mag_1000km, 1), (format!("{key}.per_sun_alt_sat"), per_sun_alt_sat, 0)] {
+                    if !(fewest..=8).contains(&c.len()) {
+                        let problem = format!("{} coefficients; accepted are {fewest} to 8", c.len());
+                        return Err(Error::Config { key, problem });
+                    }
+                    c.iter().try_for_each(|c| range(&key, *c, -100.0, 100.0, "mag/deg^k"))?;
                 }
-                mag_1000km.iter().try_for_each(|c| range(&mag, *c, -100.0, 100.0, "mag/deg^k"))
+                Ok(())
             }
             Self::Standard { mag_1000km, at_phase_deg, .. } => {
                 range(&mag, *mag_1000km, -30.0, 30.0, "mag")?;
@@ -85,6 +113,14 @@ impl Empirical {
             }
         }
     }
+}
+
+fn all_altitudes() -> [f64; 2] {
+    [-90.0, 90.0]
+}
+
+fn is_all_altitudes(range: &[f64; 2]) -> bool {
+    *range == all_altitudes()
 }
 
 fn all_phases() -> [f64; 2] {

@@ -7,6 +7,7 @@ use super::problem::Problem;
 use crate::base::time::{from_mjd_utc, iso_utc};
 use crate::brightness::Entry;
 use crate::brightness::catalogue::Fitted;
+use crate::brightness::predictive::{PHASE_POWER, SUN_ALT_POWER};
 use crate::config::Empirical;
 
 /// What the fit rests on.
@@ -45,8 +46,10 @@ fn noted(mut entry: Entry, problem: &Problem, observations: &[Observation], fitt
     entry.sources.insert(
         "scatter".into(),
         format!(
-            "68 % of the same lie within it; within passes {:.3}, between passes {:.3} mag; not left out of the fit",
-            fitted.within_mag, fitted.between_mag
+            "68 % of the same{} lie within it; within passes {:.3}, between passes {:.3} mag",
+            if problem.left_out_mag.is_empty() { "" } else { ", left out of fits in fifths," },
+            fitted.within_mag,
+            fitted.between_mag
         ),
     );
     entry.sources.insert("fit".into(), source);
@@ -58,10 +61,25 @@ fn noted(mut entry: Entry, problem: &Problem, observations: &[Observation], fitt
 #[must_use]
 pub fn fitted_phase_law(name: &str, problem: &Problem, observations: &[Observation], table: &str) -> Entry {
     let fitted = fitted(problem, observations, table);
-    let empirical = Empirical::Polynomial { mag_1000km: problem.fit.theta.clone(), phase_deg: fitted.phase_deg };
+    let coefficients = |of: &str| {
+        let named = problem.names.iter().zip(&problem.fit.theta);
+        named.filter(|(name, _)| name.starts_with(of)).map(|(_, c)| *c).collect::<Vec<f64>>()
+    };
+    let per_sun_alt_sat = coefficients(SUN_ALT_POWER);
+    let alt_deg = observations.iter().filter_map(|o| o.sun_alt_sat_deg);
+    let sun_alt_sat_deg = match per_sun_alt_sat.is_empty() {
+        true => [-90.0, 90.0],
+        false => alt_deg.fold([90.0, -90.0], |[low, high]: [f64; 2], deg| [low.min(deg), high.max(deg)]),
+    };
+    let empirical = Empirical::Polynomial {
+        mag_1000km: coefficients(PHASE_POWER),
+        per_sun_alt_sat,
+        phase_deg: fitted.phase_deg,
+        sun_alt_sat_deg,
+    };
     let entry = Entry {
         title: format!("fitted to {table}"),
-        caveat: "an empirical law: no surfaces, no flares, nothing outside the phase angles of its data".into(),
+        caveat: "an empirical law: no surfaces, no flares, nothing outside the angles of its data".into(),
         empirical: Some(empirical),
         ..Entry::named(name)
     };

@@ -15,7 +15,7 @@ use crate::visibility::observation_table::{Request, observation_table, stated_ro
 
 /// A satellite of magnitude 0 at 1000 km whatever the phase angle: what is observed less its magnitude is reduced.
 fn unit_law() -> Satellite {
-    let law = Empirical::Polynomial { mag_1000km: vec![0.0], phase_deg: [0.0, 180.0] };
+    let law = Empirical::polynomial(vec![0.0], [0.0, 180.0]);
     Satellite { empirical: Some(law), ..Satellite::of("unit", Vec::new()) }
 }
 
@@ -34,12 +34,18 @@ pub struct Observation {
     pub is_limit: bool,
     /// Phase angle \[deg\].
     pub phase_deg: f64,
+    /// Altitude of the Sun at the satellite \[deg\]; `None` where the table does not tell.
+    pub sun_alt_sat_deg: Option<f64>,
     /// Range \[km\].
     pub range_km: f64,
     /// Middle of the exposure.
     pub mjd_d: Option<f64>,
     /// Number of its pass, from 0 without gaps.
     pub pass: usize,
+    /// Number of its satellite, from 0 without gaps.
+    pub satellite: usize,
+    /// Number of its table.
+    pub table: usize,
 }
 
 /// The magnitudes of a table.
@@ -49,6 +55,21 @@ pub struct Observations {
     pub rows: Vec<Observation>,
     /// Notes for the observer.
     pub notes: Vec<String>,
+}
+
+impl Observations {
+    /// Those of one more table: its passes are others.
+    pub fn append(&mut self, more: Observations) {
+        let next = |of: &dyn Fn(&Observation) -> usize| self.rows.iter().map(|o| of(o) + 1).max().unwrap_or(0);
+        let [pass, satellite, table] = [next(&|o| o.pass), next(&|o| o.satellite), next(&|o| o.table)];
+        self.rows.extend(more.rows.into_iter().map(|o| Observation {
+            pass: o.pass + pass,
+            satellite: o.satellite + satellite,
+            table: o.table + table,
+            ..o
+        }));
+        self.notes.extend(more.notes);
+    }
 }
 
 /// Of a table of times, satellites and sites, by elements: only rows in full sunlight.
@@ -126,7 +147,7 @@ fn collected(
     });
     let mut timeless = 0;
     let mut last: Option<&PhotometryRow> = None;
-    let mut pass = 0;
+    let (mut pass, mut satellite) = (0, 0);
     for k in order {
         let row = &rows[k];
         let (v_mag, is_limit) = match (row.v_mag, row.limit_v_mag, &row.status) {
@@ -142,12 +163,29 @@ fn collected(
         timeless += usize::from(row.mjd_mid_d.is_none());
         // without times every row is a pass of its own
         if let Some(last) = last {
-            pass += usize::from(row.mjd_mid_d.is_none() || !same_pass(last, row));
+            let is_next = row.mjd_mid_d.is_none() || !same_pass(last, row);
+            pass += usize::from(is_next);
+            // a row that names no satellite may be of any
+            satellite += usize::from(target(last) != target(row) || (is_next && target(row) == (None, "")));
         }
         last = Some(row);
         let err_mag = row.v_mag_err.unwrap_or(0.0);
         let mjd_d = row.mjd_mid_d;
-        out.rows.push(Observation { row: k, mag_1000km, v_mag, err_mag, is_limit, phase_deg, range_km, mjd_d, pass });
+        let (sun_alt_sat_deg, table) = (row.sun_alt_sat_deg, 0);
+        out.rows.push(Observation {
+            row: k,
+            mag_1000km,
+            v_mag,
+            err_mag,
+            is_limit,
+            phase_deg,
+            sun_alt_sat_deg,
+            range_km,
+            mjd_d,
+            pass,
+            satellite,
+            table,
+        });
     }
     let failed = rows.iter().filter(|r| r.status == Status::Failed).count();
     if let Some(first) = rows.iter().find(|r| r.status == Status::Failed) {

@@ -13,7 +13,7 @@ use crate::base::error::{Error, Result};
 use crate::base::file::file_name;
 use crate::base::file::save;
 use crate::base::progress::Progress;
-use crate::brightness::columns::{fill_geometry, fill_model};
+use crate::brightness::columns::{fill_geometry, fill_model, fill_normalised};
 use crate::brightness::scene::scene;
 use crate::config::Config;
 use crate::export::DataMode;
@@ -350,6 +350,7 @@ pub fn compare_table(config: &Config, table: &Path) -> Result<Compared> {
         let modelled = tracker.at(&epoch).and_then(|geometry| {
             fill_geometry(row, &geometry);
             fill_model(row, &model.brightness(&scene(&geometry))?, same_band);
+            fill_normalised(row);
             Ok(())
         });
         if let Err(error) = modelled {

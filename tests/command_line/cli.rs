@@ -56,6 +56,7 @@ fn run_prints_its_results_and_nothing_else_on_standard_output() {
         "figures/zeropoint.svg",
         "figures/sky.svg",
         "figures/distribution.svg",
+        "figures/phase.svg",
     ] {
         assert!(std::fs::metadata(n.result(name)).unwrap().len() > 100, "{name}");
     }
@@ -190,6 +191,7 @@ fn measured(row: &PhotometryRow) -> PhotometryRow {
         lunar_earthshine_v_mag: None,
         model_err_mag: None,
         v_pred_err_mag: None,
+        lit_array_cos: None,
         residual_mag: None,
         illum: String::new(),
         skipped: String::new(),

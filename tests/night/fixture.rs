@@ -82,6 +82,7 @@ fn the_top_level_pipeline_reduces_the_fixture_and_finds_the_simulated_zeropoint(
         "figures/zeropoint.svg",
         "figures/sky.svg",
         "figures/distribution.svg",
+        "figures/phase.svg",
     ] {
         assert!(out.join(name).metadata().is_ok_and(|m| m.len() > 0), "{name} is missing or empty");
     }

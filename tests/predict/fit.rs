@@ -40,9 +40,12 @@ pub fn passes(n: usize, seed: u64, mag: impl Fn(&Observation, usize) -> f64) -> 
                 err_mag: ERR_MAG,
                 is_limit: false,
                 phase_deg: from + width * rng.random::<f64>(),
+                sun_alt_sat_deg: Some(-22.0 + 18.0 * rng.random::<f64>()),
                 range_km,
                 mjd_d: Some(60_000.0 + pass as f64 + 1e-4 * k as f64),
                 pass,
+                satellite: pass / 2,
+                table: 0,
             };
             let noise = offset + WITHIN_MAG * student.sample(&mut rng) + ERR_MAG * normal.sample(&mut rng);
             one.mag_1000km = mag(&one, out.len()) + noise;
@@ -65,7 +68,7 @@ fn the_coefficients_of_a_law_of_the_phase_angle_are_recovered_within_their_error
     let (mut scatter_within, mut scatter_between) = (0.0, 0.0);
     for seed in 0..120 {
         let rows = passes(40, seed, |o, _| law(&TRUE_LAW, o.phase_deg));
-        let problem = phase_law(&rows, 2).unwrap();
+        let problem = phase_law(&rows, [2, 0], &[]).unwrap();
         let one = covered(&problem, &TRUE_LAW);
         within = [within[0] + one[0], within[1] + one[1]];
         n += TRUE_LAW.len();
@@ -80,6 +83,36 @@ fn the_coefficients_of_a_law_of_the_phase_angle_are_recovered_within_their_error
 }
 
 #[test]
+fn the_altitude_of_the_sun_and_the_offset_of_a_second_table_are_recovered_within_their_errors() {
+    let (sun_alt, offset) = ([-0.11, -0.0055], 0.6);
+    let tables = ["one.csv".to_owned(), "two.csv".to_owned()];
+    let truth = [&TRUE_LAW[..], &sun_alt[..], &[offset]].concat();
+    let (mut within, mut n) = ([0, 0], 0);
+    for seed in 0..120 {
+        let of = |o: &Observation| {
+            let h = o.sun_alt_sat_deg.unwrap();
+            law(&TRUE_LAW, o.phase_deg) + sun_alt[0] * h + sun_alt[1] * h * h
+        };
+        let mut rows = passes(60, 300 + seed, |o, _| of(o));
+        for row in rows.iter_mut().filter(|o| o.pass % 3 == 0) {
+            (row.table, row.mag_1000km) = (1, row.mag_1000km + offset);
+        }
+        let problem = phase_law(&rows, [2, 2], &tables).unwrap();
+        assert_eq!(problem.names[3..], ["per_sun_alt_sat[1]", "per_sun_alt_sat[2]", "offset of two.csv"]);
+        let one = covered(&problem, &truth);
+        within = [within[0] + one[0], within[1] + one[1]];
+        n += truth.len();
+    }
+    let share = within.map(|w| w as f64 / n as f64);
+    assert!((0.61..0.76).contains(&share[0]) && share[1] > 0.91, "{share:?}");
+    // a table that does not tell the altitude of the Sun
+    let mut rows = passes(10, 1, |_, _| 6.0);
+    rows[3].sun_alt_sat_deg = None;
+    let e = phase_law(&rows, [1, 1], &[]).unwrap_err().to_string();
+    assert!(e.contains("1 rows do not tell the altitude of the Sun at the satellite"), "{e}");
+}
+
+#[test]
 fn limits_count_for_what_they_tell() {
     let (mut with, mut without) = (0.0, 0.0);
     for seed in 0..30 {
@@ -91,7 +124,7 @@ fn limits_count_for_what_they_tell() {
         let at = |problem: &Problem| law(&problem.fit.theta, 85.0) - law(&TRUE_LAW, 85.0);
         let limits = rows.iter().filter(|r| r.is_limit).count();
         assert!((10..rows.len() * 2 / 3).contains(&limits), "{limits} of {}", rows.len());
-        with += at(&phase_law(&rows, 2).unwrap()) / 30.0;
+        with += at(&phase_law(&rows, [2, 0], &[]).unwrap()) / 30.0;
         rows.retain(|r| !r.is_limit);
         let mut pass = 0;
         let numbers: Vec<usize> = rows.iter().map(|r| r.pass).collect();
@@ -99,7 +132,7 @@ fn limits_count_for_what_they_tell() {
             pass += usize::from(k > 0 && numbers[k] != numbers[k - 1]);
             rows[k].pass = pass;
         }
-        without += at(&phase_law(&rows, 2).unwrap()) / 30.0;
+        without += at(&phase_law(&rows, [2, 0], &[]).unwrap()) / 30.0;
     }
     assert!(without < -0.10, "without limits the satellite would be {without} mag too bright");
     assert!(with.abs() < 0.35 * without.abs(), "{with} {without}");
@@ -123,11 +156,11 @@ fn the_strength_of_each_surface_is_recovered_within_its_error() {
         let rows: Vec<Observation> = rows.into_iter().map(|o| Observation { v_mag: o.mag_1000km, ..o }).collect();
         let flux: Vec<Vec<f64>> = rows.iter().map(&flux_of).collect();
         let names = ["chassis".to_owned(), "array".to_owned()];
-        let problem = surface_scales(&rows, &flux, &[true, true], &names).unwrap();
+        let problem = surface_scales(&rows, &flux, &[true, true], &names, &[]).unwrap();
         let one = covered(&problem, &truth.map(f64::ln));
         within = [within[0] + one[0], within[1] + one[1]];
         n += 2;
-        let held = surface_scales(&rows, &flux, &[false, true], &names).unwrap();
+        let held = surface_scales(&rows, &flux, &[false, true], &names, &[]).unwrap();
         assert_eq!(held.names, ["ln scale of array"]);
     }
     let share = within.map(|w| w as f64 / n as f64);
@@ -138,17 +171,17 @@ fn the_strength_of_each_surface_is_recovered_within_its_error() {
 fn what_the_data_do_not_tell_is_refused_by_name() {
     let mut rows = passes(10, 1, |_, _| 6.0);
     rows.iter_mut().for_each(|r| r.phase_deg = 90.0);
-    let e = phase_law(&rows, 1).unwrap_err().to_string();
+    let e = phase_law(&rows, [1, 0], &[]).unwrap_err().to_string();
     assert!(e.contains("mag_1000km[0]") && e.contains("mag_1000km[1]") && e.contains("apart"), "{e}");
-    assert!(phase_law(&rows, 0).is_ok());
-    let e = phase_law(&rows[..3], 2).unwrap_err().to_string();
+    assert!(phase_law(&rows, [0, 0], &[]).is_ok());
+    let e = phase_law(&rows[..3], [2, 0], &[]).unwrap_err().to_string();
     assert!(e.contains("3 magnitudes are too few for 3 parameters"), "{e}");
     let names = ["chassis".to_owned(), "array".to_owned()];
     let dark: Vec<Vec<f64>> = rows.iter().map(|_| vec![1e-3, 0.0]).collect();
-    let e = surface_scales(&rows, &dark, &[true, true], &names).unwrap_err().to_string();
+    let e = surface_scales(&rows, &dark, &[true, true], &names, &[]).unwrap_err().to_string();
     assert!(e.contains("say nothing of ln scale of array"), "{e}");
     let alike: Vec<Vec<f64>> = rows.iter().map(|_| vec![1e-3, 2e-3]).collect();
-    let e = surface_scales(&rows, &alike, &[true, true], &names).unwrap_err().to_string();
+    let e = surface_scales(&rows, &alike, &[true, true], &names, &[]).unwrap_err().to_string();
     assert!(e.contains("apart") && e.contains("chassis") && e.contains("array"), "{e}");
 }
 
@@ -216,59 +249,67 @@ fn cells(line: &str) -> Vec<String> {
 }
 
 #[test]
-fn satellites_left_out_of_a_fit_to_score_are_predicted_as_well_as_by_a_parabola() {
+fn satellites_left_out_of_a_fit_to_score_are_predicted_better_than_by_a_parabola() {
     let Some(path) = shared("data/observations/v2mini_score_public.csv") else { return };
     let text = std::fs::read_to_string(path).unwrap();
     let mut lines = text.lines();
     let head = cells(lines.next().unwrap());
     let at = |name: &str| head.iter().position(|c| c == name).unwrap();
-    let wanted = [
-        "norad_cat_id",
-        "apparent_magnitude",
-        "range_to_sat_km_satchecker",
-        "phase_angle_deg_satchecker",
-        "alt_deg_satchecker",
-    ]
-    .map(at);
-    let (mut kept, mut left): (Vec<String>, Vec<(f64, f64, f64, u64)>) = (vec![head.join(",")], Vec::new());
+    let wanted = ["norad_cat_id", "range_to_sat_km_satchecker", "alt_deg_satchecker"].map(at);
+    let (mut kept, mut left) = (vec![head.join(",")], vec![head.join(",")]);
     for line in lines {
         let row = cells(line);
         let numbers: Vec<f64> = wanted.iter().filter_map(|k| row.get(*k)?.parse().ok()).collect();
-        let [norad, mag, range_km, phase_deg, alt_deg] = numbers[..] else { continue };
+        let [norad, range_km, alt_deg] = numbers[..] else { continue };
         // height above a sphere of 6371 km: V2 minis of 450 to 600 km, the others are direct to cell or rise
         let r2 = 6371f64.powi(2) + range_km * range_km + 2.0 * 6371.0 * range_km * alt_deg.to_radians().sin();
-        if !(450.0..600.0).contains(&(r2.sqrt() - 6371.0)) || !(35.0..=120.0).contains(&phase_deg) {
+        if !(450.0..600.0).contains(&(r2.sqrt() - 6371.0)) {
             continue;
         }
-        if (norad as u64).is_multiple_of(3) {
-            left.push((mag, range_km, phase_deg, norad as u64));
-        } else {
-            kept.push(line.to_owned());
-        }
+        if (norad as u64).is_multiple_of(3) { left.push(line.to_owned()) } else { kept.push(line.to_owned()) }
     }
     let d = tempfile::tempdir().unwrap();
     std::fs::write(d.path().join("kept.csv"), kept.join("\n")).unwrap();
-    satphot(d.path(), &["fit", "kept.csv", "--name", "v2", "-o", "own.toml"]).expect(0, &[]);
-    let entry = satphot::brightness::Catalogue::load(Some(&d.path().join("own.toml"))).unwrap();
-    let law = entry.find("v2").unwrap().empirical.clone().unwrap();
-    let residuals: Vec<f64> = left
-        .iter()
-        .filter_map(|(mag, range_km, phase_deg, _)| Some(mag - law.v_mag(phase_deg.to_radians(), *range_km)?))
-        .collect();
-    let n = residuals.len();
-    assert!(n > 200, "{n}");
-    let mean = residuals.iter().sum::<f64>() / n as f64;
-    let sd = (residuals.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / n as f64).sqrt();
-    let robust = robust_sigma(&residuals);
-    eprintln!("{n} magnitudes left out: mean {mean:.3}, standard deviation {sd:.3}, robust {robust:.3}");
-    // a parabola by least squares: 0.39 and 0.30
-    assert!(sd < 0.44 && robust < 0.36 && mean.abs() < 0.12, "{n}: {mean} {sd} {robust}");
-    // the scatter is the predictive error but for that of the parameters; drawn anew by satellite, 68 % lies in the interval
-    let scatter_mag = entry.find("v2").unwrap().scatter_mag.unwrap();
+    std::fs::write(d.path().join("left.csv"), left.join("\n")).unwrap();
+    let fit = |name: &str, degree: &str, sun_degree: &str| -> Vec<[f64; 3]> {
+        let own = format!("{name}.toml");
+        let degrees = ["--degree", degree, "--sun-degree", sun_degree, "--name", name, "-o", &own];
+        satphot(d.path(), &[&["fit", "kept.csv"][..], &degrees].concat()).expect(0, &[]);
+        let model = ["--satellites", &own, "--satellite", name, "-o", "compared.csv"];
+        satphot(d.path(), &[&["compare", "left.csv"][..], &model].concat()).expect(0, &[]);
+        let rows = csv::Reader::from_path(d.path().join("compared.csv")).unwrap().into_deserialize();
+        let rows = rows.map(|row: Result<std::collections::HashMap<String, String>, _>| row.unwrap());
+        let cell = |row: &std::collections::HashMap<String, String>, name: &str| row[name].parse::<f64>().ok();
+        rows.filter_map(|row| {
+            // one magnitude of a new pass is off by the error of the prediction and its own
+            let err_mag = cell(&row, "v_pred_err_mag")?.hypot(cell(&row, "v_mag_err")?);
+            Some([cell(&row, "norad_cat_id")?, cell(&row, "residual_mag")?, err_mag])
+        })
+        .collect()
+    };
+    let spread = |left: &[[f64; 3]]| {
+        let residuals: Vec<f64> = left.iter().map(|row| row[1]).collect();
+        let n = residuals.len() as f64;
+        let mean = residuals.iter().sum::<f64>() / n;
+        let sd = (residuals.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / n).sqrt();
+        eprintln!(
+            "{n} magnitudes left out: mean {mean:.3}, standard deviation {sd:.3}, robust {:.3}",
+            robust_sigma(&residuals)
+        );
+        (mean, sd, robust_sigma(&residuals))
+    };
+    let (_, parabola_sd, parabola_robust) = spread(&fit("parabola", "2", "0"));
+    let left = fit("v2", "3", "2");
+    assert!(left.len() > 200, "{}", left.len());
+    let (mean, sd, robust) = spread(&left);
+    // asked: 0.40 and 0.30, what a parabola of the phase angle gives
+    assert!(sd < 0.40 && robust < 0.25 && mean.abs() < 0.12, "{mean} {sd} {robust}");
+    assert!(sd < 0.85 * parabola_sd && robust < 0.8 * parabola_robust, "{parabola_sd} {parabola_robust}");
+    // drawn anew by satellite, 68 % lies in the interval
     let mut by_satellite: std::collections::BTreeMap<u64, [f64; 2]> = std::collections::BTreeMap::new();
-    for ((.., norad), residual) in left.iter().zip(&residuals) {
-        let count = by_satellite.entry(*norad).or_default();
-        *count = [count[0] + f64::from(u8::from(residual.abs() <= scatter_mag)), count[1] + 1.0];
+    for [norad, residual, err_mag] in &left {
+        let count = by_satellite.entry(*norad as u64).or_default();
+        *count = [count[0] + f64::from(u8::from(residual.abs() <= *err_mag)), count[1] + 1.0];
     }
     let counts: Vec<[f64; 2]> = by_satellite.into_values().collect();
     let mut rng = ChaCha8Rng::seed_from_u64(5);
@@ -280,6 +321,6 @@ fn satellites_left_out_of_a_fit_to_score_are_predicted_as_well_as_by_a_parabola(
     let mut shares: Vec<f64> = (0..2000).map(|_| share()).collect();
     shares.sort_by(f64::total_cmp);
     let [low, high] = [shares[50], shares[1949]];
-    eprintln!("within the scatter of {scatter_mag} mag: {low:.3} to {high:.3} (95 %) over {} satellites", counts.len());
+    eprintln!("within the predictive error: {low:.3} to {high:.3} (95 %) over {} satellites", counts.len());
     assert!(low <= 0.68 && 0.68 <= high, "{low} {high}");
 }

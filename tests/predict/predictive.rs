@@ -37,7 +37,7 @@ fn new_passes_lie_within_the_predictive_error_of_a_fit_as_often_as_it_says() {
     // few passes: the parameters are as uncertain as the satellite is variable
     for (seed, n_passes) in (0..60).map(|k| (9000 + k, if k % 2 == 0 { 8 } else { 40 })) {
         let rows = passes(n_passes, seed, |o, _| law(&TRUE_LAW, o.phase_deg));
-        let problem = phase_law(&rows, 2).unwrap();
+        let problem = phase_law(&rows, [2, 0], &[]).unwrap();
         let entry = fitted_phase_law("mine", &problem, &rows, "t.csv");
         let [low, high] = entry.fit.as_ref().unwrap().phase_deg;
         let scatter_mag = entry.scatter_mag.unwrap();

@@ -21,7 +21,8 @@ use crate::orbit::earth::Site;
 use crate::pipeline::products::curve::model_curve;
 use crate::pipeline::products::provenance::Provenance;
 use crate::report::page::{
-    NightPage, PassSky, write_campaign, write_distribution_figure, write_night_page, write_sky_figure,
+    NightPage, PassSky, write_campaign, write_distribution_figure, write_night_page, write_phase_figure,
+    write_sky_figure,
 };
 use crate::tables::row_passes::passes;
 use crate::tables::{Meta, MetaValue, PhotometryRow, SkyRow, read_meta, read_photometry, read_stars};
@@ -103,8 +104,8 @@ pub fn write_report(folder: &Path, out: Option<&Path>) -> Result<PathBuf> {
     Ok(path)
 }
 
-/// Writes `report.html` of a folder of results and, as figures, the two parts of it that other figures do not hold:
-/// `figures/sky.svg` and `figures/distribution.svg`; returns the paths.
+/// Writes `report.html` of a folder of results and, as figures, the parts of it that other figures do not hold:
+/// `figures/sky.svg`, `figures/distribution.svg` and `figures/phase.svg`; returns the paths.
 ///
 /// # Errors
 /// As [`night_page`], and [`Error::Io`].
@@ -112,10 +113,12 @@ pub fn write_report_and_figures(folder: &Path) -> Result<Vec<PathBuf>> {
     let page = night_page(folder)?;
     let figures = folder.join("figures");
     make_folder(&figures)?;
-    let paths = vec![folder.join("report.html"), figures.join("sky.svg"), figures.join("distribution.svg")];
+    let figure = |name: &str| figures.join(name);
+    let paths = vec![folder.join("report.html"), figure("sky.svg"), figure("distribution.svg"), figure("phase.svg")];
     write_night_page(&paths[0], &page)?;
     write_sky_figure(&paths[1], &page)?;
     write_distribution_figure(&paths[2], &page)?;
+    write_phase_figure(&paths[3], &page)?;
     let provenance = Provenance::of_meta(&read_meta(&folder.join("photometry.ecsv"))?);
     paths.iter().try_for_each(|path| provenance.stamp(path))?;
     Ok(paths)

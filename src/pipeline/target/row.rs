@@ -8,7 +8,7 @@ use super::place::pointing_sep_deg;
 use crate::base::error::Error;
 use crate::base::file::file_name;
 use crate::base::time::{iso_utc, mjd_utc};
-use crate::brightness::columns::{fill_geometry, fill_model};
+use crate::brightness::columns::{fill_geometry, fill_model, fill_normalised};
 use crate::frames::Exposure;
 use crate::photometry::Flags;
 use crate::photometry::aperture::Shape;
@@ -116,6 +116,7 @@ impl ComparedFrame<'_> {
             Some(Err(error)) => row.skipped = error.to_string(),
             None => {}
         }
+        fill_normalised(&mut row);
         let judgement = without_magnitude(&row, judge(&row, &night.config.vetting));
         judgement.into_row(row)
     }

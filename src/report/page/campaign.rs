@@ -21,6 +21,7 @@ use super::parts::table;
 use super::parts::whole;
 use super::parts::{key_mark, shown};
 use super::passes;
+use super::phase_curve;
 use super::sky;
 use super::strip;
 use crate::base::error::Result;
@@ -58,6 +59,7 @@ pub fn write_campaign(path: &Path, nights: &[NightPage]) -> Result<()> {
         section("month", "By date", by_date(nights)),
         section("light-curve", "Light curves", curve::light_curves(nights)),
         section("residuals", "Observed minus modelled", curve::residuals(&all, nights)),
+        section("phase-curve", "Phase curve", phase_curve::section(nights)),
         section("distribution", "Distribution", distribution::distribution(nights)),
         section("sky", "Sky", sky::skies(&all)),
         section("zeropoint", "Zeropoint", zeropoints(nights)),

@@ -8,6 +8,7 @@ use super::distribution::histogram_chart;
 use super::groups::groups;
 use super::kinds::{kind_of, named};
 use super::parts::NightPage;
+use super::phase_curve::{PhaseCurve, phase_curves};
 use super::sky;
 use super::violins;
 use crate::base::error::Result;
@@ -77,6 +78,20 @@ pub fn write_distribution_figure(path: &Path, page: &NightPage) -> Result<()> {
     kinds.dedup();
     rows.push((captioned((!kinds.is_empty()).then(|| light_key(&kinds)), ""), 1));
     write(path, &format!("{}: used magnitudes", page.name), rows, "no magnitude is used")
+}
+
+/// Writes the phase curves of a night, as in its report.
+///
+/// # Errors
+/// [`crate::Error::Io`] when the file cannot be written.
+pub fn write_phase_figure(path: &Path, page: &NightPage) -> Result<()> {
+    let captioned = |curve: &PhaseCurve| {
+        let name = if curve.name.is_empty() { String::new() } else { format!("{}: ", curve.name) };
+        Some((vec![CaptionedChart { chart: curve.chart(Medium::File)?, caption: name + &curve.caption() }], 1))
+    };
+    let rows = phase_curves(std::slice::from_ref(page)).iter().filter_map(captioned).collect();
+    let why = "fewer than five used magnitudes are of satellites in sunlight";
+    write(path, &format!("{}: magnitudes at 1000 km by phase angle", page.name), rows, why)
 }
 
 /// What the colours of these lights mean, in a line.

@@ -14,6 +14,7 @@ mod groups;
 mod kinds;
 mod parts;
 mod passes;
+mod phase_curve;
 mod plan;
 mod provenance;
 mod sky;
@@ -32,7 +33,7 @@ use crate::base::file::write_atomic;
 
 pub use campaign::write_campaign;
 pub use compliance::{CompliancePage, write_compliance_page};
-pub use figure::{write_distribution_figure, write_sky_figure};
+pub use figure::{write_distribution_figure, write_phase_figure, write_sky_figure};
 
 /// Writes `report.html`.
 ///
@@ -45,6 +46,7 @@ pub fn write_night_page(path: &Path, page: &NightPage) -> Result<()> {
         section("summary", "Summary", strip::summary(page)),
         section("light-curve", "Light curves", curve::light_curve(page)),
         section("residuals", "Observed minus modelled", curve::residuals(page, one)),
+        section("phase-curve", "Phase curve", phase_curve::section(one)),
         section("distribution", "Distribution", distribution::distribution(one)),
         section("sky", "Sky", sky::skies(page)),
         section("zeropoint", "Zeropoint", stars::zeropoint(page)),

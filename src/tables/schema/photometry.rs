@@ -121,6 +121,12 @@ table! {
         /// anywhere in this frame's search region, scaled to the object's size in the frames that show it; of a detection:
         /// in its own aperture
         limit_v_mag: Option<f64> => "mag" ["phot.mag;em.opt.V;stat.max"],
+        /// v_mag at a range of 550 km: v_mag - 5 lg(range_km / 550)
+        v_mag_550km: Option<f64> => "mag" ["phot.mag;em.opt.V"] added_later,
+        /// v_mag at a range of 1000 km
+        v_mag_1000km: Option<f64> => "mag" ["phot.mag;em.opt.V"] added_later,
+        /// standard magnitude: v_mag_1000km as if half lit (phase angle 90 deg), + 2.5 lg(1 + cos(phase_angle_deg))
+        standard_v_mag: Option<f64> => "mag" ["phot.mag;em.opt.V"] added_later,
         /// mean V surface brightness over the aperture
         mu_mean_mag_arcsec2: Option<f64> => "mag / arcsec2" ["phot.mag.sb;em.opt.V"],
         /// V surface brightness of the brightest disc of one FWHM across
@@ -144,6 +150,8 @@ table! {
         phase_angle_deg: Option<f64> => "deg" ["pos.phaseAng"],
         /// altitude of the Sun at the observer
         sun_alt_deg: Option<f64> => "deg" ["pos.az.alt"],
+        /// altitude of the Sun at the satellite, above the plane at right angles to nadir; negative while its underside is lit
+        sun_alt_sat_deg: Option<f64> => "deg" ["pos.az.alt"] added_later,
         /// altitude of the Moon at the observer
         moon_alt_deg: Option<f64> => "deg" ["pos.az.alt"],
         /// phase angle of the Moon (0 = full)
@@ -176,6 +184,9 @@ table! {
         /// 1-sigma error of model_v_mag as a prediction: scatter of observations about the model, its fitted parameters, extinction;
         /// missing where the model was not compared with observations
         v_pred_err_mag: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V;meta.modelled"] added_later,
+        /// cosine of the angle under which the observer sees the sunlit side of the modelled solar array; 0 where it is not seen
+        /// or not lit, missing without an array
+        lit_array_cos: Option<f64> => ["pos.posAng;meta.modelled"] added_later,
         /// observed minus modelled magnitude; positive = observed fainter
         residual_mag: Option<f64> => "mag" ["phot.mag;em.opt.V;arith.diff"],
         /// what the model skipped, and why
@@ -241,6 +252,7 @@ pub const PREDICTION: Definition = Definition {
         of("airmass"),
         of("phase_angle_deg"),
         of("sun_alt_deg"),
+        of("sun_alt_sat_deg"),
         of("moon_alt_deg"),
         of("moon_phase_deg"),
         of("moon_illum_pct"),
@@ -256,6 +268,7 @@ pub const PREDICTION: Definition = Definition {
         of("lunar_earthshine_v_mag"),
         of("model_err_mag"),
         of("v_pred_err_mag"),
+        of("lit_array_cos"),
         of("mu_mean_mag_arcsec2").described(
             "mean V surface brightness of the model over the satellite's area, seen in projection (as_published: all of it)",
         ),
@@ -294,6 +307,7 @@ const PLACED: &[Column] = &[
     of("airmass"),
     of("phase_angle_deg"),
     of("sun_alt_deg"),
+    of("sun_alt_sat_deg"),
     of("moon_alt_deg"),
     of("moon_phase_deg"),
     of("moon_illum_pct"),
@@ -309,6 +323,7 @@ const PLACED: &[Column] = &[
     of("lunar_earthshine_v_mag"),
     of("model_err_mag"),
     of("v_pred_err_mag"),
+    of("lit_array_cos"),
     of("mu_mean_mag_arcsec2").described(
         "mean V surface brightness of the model over the satellite's area, seen in projection (as_published: all of it)",
     ),
@@ -317,6 +332,8 @@ const PLACED: &[Column] = &[
 const MAGNITUDES: &[Column] = &[
     of("v_mag").described("V magnitude of the row as it is compared: apparent, outside the atmosphere"),
     of("v_mag_err").described("1-sigma error of v_mag that the table states"),
+    of("v_mag_1000km"),
+    of("standard_v_mag"),
     of("residual_mag"),
     of("verdict").described("use, caution or reject: rejected rows are in no statistics"),
 ];

@@ -81,11 +81,7 @@ pub fn contradictions(job: &Job, row: &Row, tracker: &Tracker, made: &Photometry
         let hint = if (stated / range_km / 1e3 - 1.0).abs() < RANGE_FRAC { " (is it in m?)" } else { "" };
         found.push(format!("{CONTRADICTED_RANGE} of {stated} km is {range_km:.0} km by the elements{hint}"));
     }
-    if let (Some(stated), Some(phase)) = (job.columns.phase_angle_deg.and_then(|p| p.of(row)), made.phase_angle_deg)
-        && (stated - phase).abs() > PHASE_DEG
-    {
-        found.push(format!("the stated phase angle of {stated} deg is {phase:.0} deg by the elements"));
-    }
+    found.extend(other_phase(job, row, made, "by the elements"));
     let (number, name) =
         (job.columns.norad_cat_id.map_or("", |i| row.get(i)), job.columns.object_name.map_or("", |i| row.get(i)));
     let known = tracker.names();
@@ -95,6 +91,13 @@ pub fn contradictions(job: &Job, row: &Row, tracker: &Tracker, made: &Photometry
         found.push(format!("the satellite is called {name} in the table and {own} in the elements"));
     }
     found
+}
+
+/// A stated phase angle that is another.
+pub fn other_phase(job: &Job, row: &Row, made: &PhotometryRow, by: &str) -> Option<String> {
+    let (stated, phase) = (job.columns.phase_angle_deg?.of(row)?, made.phase_angle_deg?);
+    ((stated - phase).abs() > PHASE_DEG)
+        .then(|| format!("the stated phase angle of {stated} deg is {phase:.0} deg {by}"))
 }
 
 /// How the reasons of rows begin that are counted.

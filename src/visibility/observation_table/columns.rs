@@ -13,7 +13,7 @@ use crate::tables::read::Table;
 use crate::tables::unit::unit_in_name;
 
 /// What is looked for, by the keys of argument `column`; satphot's own name is the first.
-const KNOWN: [Quantity; 26] = [
+const KNOWN: [Quantity; 27] = [
     Quantity::named(
         "time",
         "date_mid mjd_mid_d observation_time_utc obs_time_utc observation_time obs_time time_utc utc_time datetime_utc \
@@ -59,6 +59,7 @@ const KNOWN: [Quantity; 26] = [
         "sun_alt_deg",
         "sun_alt_deg sun_altitude_deg sun_elevation_deg sun_el_deg sun_altitude sun_elevation solar_altitude sun_alt_rad sun_alt",
     ),
+    Quantity::named("sun_alt_sat_deg", "sun_alt_sat_deg sun_elev_sat_deg sun_elevation_at_satellite_deg"),
     Quantity::named("sun_az_deg", "sun_az_deg sun_azimuth_deg sun_azimuth solar_azimuth sun_az_rad sun_az"),
     Quantity::named(
         "moon_alt_deg",
@@ -92,7 +93,7 @@ const KNOWN: [Quantity; 26] = [
 ];
 
 /// Names of magnitudes that are not apparent: reduced to a distance, or to a distance and a phase.
-const REDUCED: [&str; 12] = [
+const REDUCED: [&str; 15] = [
     "stdmag",
     "std_mag",
     "standard_mag",
@@ -105,6 +106,9 @@ const REDUCED: [&str; 12] = [
     "m_1000km",
     "mag_550km",
     "h550",
+    "standard_v_mag",
+    "v_mag_1000km",
+    "v_mag_550km",
 ];
 /// Keys for which the first of several names is taken: a table holds its time and its satellite in several forms.
 const FIRST_COUNTS: [&str; 4] = ["time", "start_time", "object_name", "norad_cat_id"];
@@ -125,6 +129,8 @@ pub struct Columns {
     pub height_km: Option<Number>,
     pub range_km: Option<Number>,
     pub phase_angle_deg: Option<Number>,
+    /// Altitude of the Sun at the satellite.
+    pub sun_alt_sat_deg: Option<Number>,
     pub v_mag: Option<Number>,
     pub v_mag_err: Option<Number>,
     pub limit_v_mag: Option<Number>,
@@ -180,6 +186,7 @@ impl Columns {
             height_km: find.number("height_km")?,
             range_km: find.number("range_km")?,
             phase_angle_deg: find.number("phase_angle_deg")?,
+            sun_alt_sat_deg: find.number("sun_alt_sat_deg")?,
             v_mag: find.number("v_mag")?,
             v_mag_err: find.number("v_mag_err")?,
             limit_v_mag: find.number("limit_v_mag")?,

@@ -58,7 +58,7 @@ pub struct Job<'a> {
 
 impl Job<'_> {
     /// The site of a row.
-    fn site(&self, row: &Row) -> std::result::Result<Site, String> {
+    pub fn site(&self, row: &Row) -> std::result::Result<Site, String> {
         match (&self.columns.site, &self.request.site) {
             (Some(_), Some(site)) if self.request.site_replaces => Ok(site.clone()),
             (Some([lat, lon, height]), _) => {

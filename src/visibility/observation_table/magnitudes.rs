@@ -7,6 +7,7 @@ use super::columns::Columns;
 use super::request::{Request, wrong};
 use crate::bands::{Meaning, filter_meaning};
 use crate::base::error::Result;
+use crate::brightness::columns::fill_normalised;
 use crate::photometry::Flags;
 use crate::tables::PhotometryRow;
 use crate::tables::read::{Row, Table};
@@ -87,6 +88,7 @@ pub fn compare(request: &Request, columns: &Columns, row: &Row, made: &mut Photo
     };
     made.v_mag = Some(mag + reduction);
     made.v_mag_err = columns.v_mag_err.and_then(|e| e.of(row)).filter(|e| *e >= 0.0);
+    fill_normalised(made);
     made.residual_mag = made.v_mag.zip(made.model_v_mag).map(|(observed, modelled)| observed - modelled);
     if made.residual_mag.is_none() && made.verdict != Verdict::Reject {
         made.verdict = Verdict::Reject.into();

@@ -51,7 +51,7 @@ pub struct Magnitudes {
 pub enum Places {
     /// Time, satellite, site.
     Orbit,
-    /// Altitude and azimuth of Sun and satellite, and its height.
+    /// Altitude and azimuth of Sun and satellite, and its height or range; for want of those of the Sun time and site.
     Geometry,
 }
 
@@ -71,7 +71,8 @@ impl Request<'_> {
         let height = columns.height_km.or(columns.range_km);
         // elements of the configuration are no reason to refuse a table without times
         let orbit_is_meant = has_elements && columns.time.is_some();
-        if columns.sun_alt_az_deg.is_some() && columns.alt_az_deg.is_some() && height.is_some() && !orbit_is_meant {
+        let sun_is_known = columns.sun_alt_az_deg.is_some() || (columns.time.is_some() && has_site);
+        if sun_is_known && columns.alt_az_deg.is_some() && height.is_some() && !orbit_is_meant {
             return Ok(Places::Geometry);
         }
         let mut by_orbit = Vec::new();
@@ -84,7 +85,7 @@ impl Request<'_> {
         }
         let mut by_geometry = Vec::new();
         for (there, what) in [
-            (columns.sun_alt_az_deg.is_some(), "sun_alt_deg and sun_az_deg"),
+            (sun_is_known, "sun_alt_deg and sun_az_deg (or times and a site)"),
             (columns.alt_az_deg.is_some(), "alt_deg and az_deg of the satellite"),
             (height.is_some(), "height_km or range_km"),
         ] {

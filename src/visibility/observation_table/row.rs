@@ -4,14 +4,16 @@ use super::job::Job;
 use super::number::Number;
 use super::request::Places;
 use super::satellites::Which;
+use super::stated::identify;
 use super::{checks, magnitudes};
 use crate::base::error::Error;
 use crate::base::vector::{Itrs, Vector};
 use crate::brightness::columns::fill_model;
-use crate::brightness::scene::Scene;
+use crate::brightness::scene::{Scene, source_alt_rad};
 use crate::brightness::settings::PUBLISHED_EARTH_RADIUS_KM;
 use crate::brightness::sky::{Body, Sky, parallel_light};
 use crate::orbit::propagate::DECAYED_BELOW_KM;
+use crate::orbit::{EarthOrientation, bodies, moon_altaz, sun_altaz};
 use crate::tables::PhotometryRow;
 use crate::tables::read::Row;
 use crate::tables::words::{Status, Verdict};
@@ -26,7 +28,7 @@ impl Job<'_> {
         let mut reasons = Vec::new();
         let computed = fit.clone().and_then(|()| match self.places {
             Places::Orbit => self.by_orbit(row, which, &mut reasons),
-            Places::Geometry => self.by_geometry(row),
+            Places::Geometry => self.by_geometry(row, &mut reasons),
         });
         let mut made = match computed {
             Ok(made) => PhotometryRow { status: Status::Ok.into(), verdict: Verdict::Use.into(), ..made },
@@ -61,7 +63,7 @@ impl Job<'_> {
     }
 
     /// A row of altitudes and azimuths, as a map of the sky has its directions: observer and orbits on concentric spheres.
-    fn by_geometry(&self, row: &Row) -> std::result::Result<PhotometryRow, String> {
+    fn by_geometry(&self, row: &Row, reasons: &mut Vec<String>) -> std::result::Result<PhotometryRow, String> {
         let pair = |key: &str, of: Option<[Number; 2]>| {
             let [alt, az] = of.ok_or_else(|| format!("no column of {key}"))?;
             let (alt, az) = (alt.needed(row, self.table)?, az.needed(row, self.table)?);
@@ -71,7 +73,6 @@ impl Job<'_> {
             Ok((alt, az))
         };
         let (alt, az) = pair("the satellite", self.columns.alt_az_deg)?;
-        let (sun_alt, sun_az) = pair("the Sun", self.columns.sun_alt_az_deg)?;
         if alt < 0.0 {
             return Err(format!("the satellite is below the horizon, at altitude {alt} deg"));
         }
@@ -94,17 +95,24 @@ impl Job<'_> {
         }
         let far = |body: Body| if parallel_light(&self.request.settings.effects) { body.at_infinity() } else { body };
         let rad = |az_deg: f64| az_deg.to_radians().rem_euclid(std::f64::consts::TAU);
-        let moon = match self.columns.moon_alt_az_deg {
-            Some([alt, az]) if alt.of(row).is_some() || az.of(row).is_some() => {
-                Some(pair("the Moon", Some([alt, az]))?)
+        let (sun, moon) = match self.columns.sun_alt_az_deg {
+            None => self.sun_and_moon(row).map(|(sun, moon)| (sun, Some(moon)))?,
+            Some(sun) => {
+                let (alt, az) = pair("the Sun", Some(sun))?;
+                let moon = match self.columns.moon_alt_az_deg {
+                    Some([alt, az]) if alt.of(row).is_some() || az.of(row).is_some() => {
+                        Some(pair("the Moon", Some([alt, az]))?)
+                    }
+                    _ => None,
+                };
+                let moon = moon.map(|(alt, az)| Body::moon(alt.to_radians(), rad(az)));
+                (Body::sun(alt.to_radians(), rad(az)), moon)
             }
-            _ => None,
         };
-        let moon = moon.map(|(alt, az)| far(Body::moon(alt.to_radians(), rad(az))));
         let axes = [Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0), Vector::new(1.0, 0.0, 0.0)];
-        let sun = far(Body::sun(sun_alt.to_radians(), rad(sun_az)));
         let words = |e: Error| e.to_string();
-        let sky = Sky::new(axes, (radius_km, height_km), self.request.track_az_rad, sun, moon).map_err(words)?;
+        let moving_rad = self.request.track_az_rad;
+        let sky = Sky::new(axes, (radius_km, height_km), moving_rad, far(sun), moon.map(far)).map_err(words)?;
         let scene = sky.scene(alt.to_radians(), (az % 360.0).to_radians());
         let [moonless, moonlit] = self.models.geometry.as_ref().ok_or("no model of a geometry")?;
         let model = if moon.is_some() { moonlit } else { moonless };
@@ -112,11 +120,31 @@ impl Job<'_> {
         let mut made = PhotometryRow {
             range_km: Some(scene.range_km()),
             phase_angle_deg: Some(phase_angle_deg(&scene)),
+            sun_alt_sat_deg: Some(source_alt_rad(&scene.satellite_km, &scene.sun_km).to_degrees()),
             ..PhotometryRow::default()
         };
+        identify(&mut made, self.columns, row);
+        reasons.extend(checks::other_phase(self, row, &made, "by the directions"));
         fill_model(&mut made, &answer, true);
         made.mu_mean_mag_arcsec2 = answer.mu_mean_mag_arcsec2;
         Ok(made)
+    }
+}
+
+impl Job<'_> {
+    /// Sun and Moon over the site of a row at its time.
+    fn sun_and_moon(&self, row: &Row) -> std::result::Result<(Body, Body), String> {
+        let epoch = self.columns.time.as_ref().ok_or("no column of times")?.of(row)?;
+        let site = self.site(row)?;
+        let eop = self.request.orbit.map(EarthOrientation::from_config).unwrap_or_default();
+        let of = bodies(&epoch, &eop).map_err(|e| e.to_string())?;
+        let body = |(alt_rad, az_rad): (f64, f64), place_km: &Vector<Itrs>| Body {
+            alt_rad,
+            az_rad,
+            distance_km: (*place_km - site.position()).norm(),
+        };
+        let sun = body(sun_altaz(&site, &of), &of.sun_itrs_km);
+        Ok((sun, body(moon_altaz(&site, &of), &of.moon_itrs_km)))
     }
 }
 

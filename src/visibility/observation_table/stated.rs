@@ -15,7 +15,7 @@ use crate::tables::words::{Status, Verdict};
 /// So many phase angles are not all next to 0 by chance.
 const FEWEST_PHASES: usize = 5;
 
-/// Whether a table has columns of range and phase angle.
+/// Whether range and phase angle are all that a table tells: it has columns of them, and not what geometry needs.
 ///
 /// # Errors
 /// As [`super::observation_table`] for the columns.
@@ -23,7 +23,8 @@ pub fn states_range_and_phase(request: &Request) -> Result<bool> {
     let band = request.magnitudes.map_or("V", |m| m.band.name());
     let table = Table::open(request.table)?;
     let columns = Columns::find(&table, &request.columns, band)?;
-    Ok(columns.range_km.is_some() && columns.phase_angle_deg.is_some())
+    let stated = columns.range_km.is_some() && columns.phase_angle_deg.is_some();
+    Ok(stated && request.places(&columns, &table).is_err())
 }
 
 /// The rows of such a table, with magnitude, error, limit, time and identity, and notes; a row without range or phase angle is failed
@@ -44,6 +45,13 @@ pub fn stated_rows(request: &Request) -> Result<(Vec<PhotometryRow>, Vec<String>
 /// As [`super::observation_table`].
 pub fn magnitude_rows(request: &Request) -> Result<(Vec<PhotometryRow>, Vec<String>)> {
     rows_of(request, false)
+}
+
+/// Satellite and time of a row as the table has them.
+pub(super) fn identify(made: &mut PhotometryRow, columns: &Columns, row: &Row) {
+    made.norad_cat_id = columns.norad_cat_id.and_then(|i| row.get(i).trim().parse().ok());
+    made.object_name = columns.object_name.map_or(String::new(), |i| row.get(i).trim().to_owned());
+    made.mjd_mid_d = columns.time.as_ref().and_then(|time| time.of(row).ok()).map(mjd_utc);
 }
 
 fn rows_of(request: &Request, with_place: bool) -> Result<(Vec<PhotometryRow>, Vec<String>)> {
@@ -83,9 +91,9 @@ fn rows_of(request: &Request, with_place: bool) -> Result<(Vec<PhotometryRow>, V
                 ..PhotometryRow::default()
             },
         };
-        made.norad_cat_id = columns.norad_cat_id.and_then(|i| row.get(i).trim().parse().ok());
-        made.object_name = columns.object_name.map_or(String::new(), |i| row.get(i).trim().to_owned());
-        made.mjd_mid_d = columns.time.as_ref().and_then(|time| time.of(&row).ok()).map(mjd_utc);
+        made.sun_alt_sat_deg =
+            columns.sun_alt_sat_deg.and_then(|c| c.of(&row)).filter(|deg| (-90.0..=90.0).contains(deg));
+        identify(&mut made, &columns, &row);
         magnitudes::compare(request, &columns, &row, &mut made);
         rows.push(made);
     }
