@@ -68,7 +68,8 @@ pub fn fill_normalised(row: &mut PhotometryRow) {
     let (at_550, at_1000) = (at_km(550.0), at_km(1000.0));
     // m = std − 2.5 lg(2 g), g = (1 + cos φ)/2
     let half_lit = |deg: f64| 2.5 * (1.0 + deg.to_radians().cos()).log10();
-    row.standard_v_mag = at_1000.zip(row.phase_angle_deg).map(|(mag, deg)| mag + half_lit(deg)).filter(|m| m.is_finite());
+    row.standard_v_mag =
+        at_1000.zip(row.phase_angle_deg).map(|(mag, deg)| mag + half_lit(deg)).filter(|m| m.is_finite());
     (row.v_mag_550km, row.v_mag_1000km) = (at_550, at_1000);
 }
 

@@ -133,7 +133,13 @@ fn sky_and_distribution_are_figures_too_with_the_charts_of_the_page() {
         let charts = part.matches("<svg class=\"chart").count() + usize::from(section == "distribution");
         assert_eq!(svg.matches("class=\"chart").count(), charts, "{name}");
         // programs that draw SVG know no variables, and a figure leads nowhere
-        assert!((charts > 1 || section == "phase-curve") && !svg.contains("var(--") && !svg.contains("href") && no_nan(&svg), "{name}");
+        assert!(
+            (charts > 1 || section == "phase-curve")
+                && !svg.contains("var(--")
+                && !svg.contains("href")
+                && no_nan(&svg),
+            "{name}"
+        );
     }
     let manifest = std::fs::read_to_string(night().join("manifest.json")).unwrap();
     assert!(manifest.contains("figures/sky.svg") && manifest.contains("figures/distribution.svg"));
