@@ -14,6 +14,7 @@ mod extremes;
 pub mod figure;
 mod fit_rounds;
 mod median;
+mod model_fit;
 mod night_plan;
 pub mod output;
 mod paths;
@@ -93,6 +94,11 @@ pub const METHODS: &[Method] = &[
         name: "compliance",
         about: "the share of sky and time brighter than a limit: directions, moments",
         sweep: compliance::sweep,
+    },
+    Method {
+        name: "model-fit",
+        about: "a law of the phase angle fitted to passes: its degree, their number",
+        sweep: model_fit::sweep,
     },
     Method { name: "sky-map", about: "an all-sky map: spacing of its grid", sweep: sky_map::sweep },
     Method {

@@ -21,6 +21,11 @@ pub enum Attitude {
     Nadir,
     /// Normal to the geometric Sun, also in the shadow.
     Sun,
+    /// Normal to the Sun, turned by an angle away from nadir; not turned while the Sun is at zenith or nadir.
+    SunOffset {
+        /// The angle \[rad\], −π/2 to π/2.
+        offset_rad: f64,
+    },
     /// Normal at right angles to nadir, towards the Sun's azimuth; forward while the Sun is at zenith or nadir.
     SunAzimuth,
     /// Normal halfway between Sun and nadir: a mirror that sends sunlight straight down; forward while the Sun is at
@@ -61,7 +66,14 @@ impl Attitude {
     #[doc(hidden)]
     #[must_use]
     pub fn tracks_sun(&self) -> bool {
-        matches!(self, Attitude::Sun | Attitude::SunAzimuth | Attitude::SunOneAxis { .. } | Attitude::SunTwoAxes { .. })
+        matches!(
+            self,
+            Attitude::Sun
+                | Attitude::SunOffset { .. }
+                | Attitude::SunAzimuth
+                | Attitude::SunOneAxis { .. }
+                | Attitude::SunTwoAxes { .. }
+        )
     }
 
     /// The attitude under a choice for all arrays; those that do not track the Sun stay as they are.
@@ -86,6 +98,14 @@ impl Attitude {
         match *self {
             Attitude::Nadir => Some(nadir),
             Attitude::Sun => Some(sun),
+            Attitude::SunOffset { offset_rad } => {
+                let up = sun * nadir.dot(&sun) - nadir;
+                if up.norm() > SINGULAR {
+                    (sun * offset_rad.cos() + up.unit()? * offset_rad.sin()).unit()
+                } else {
+                    Some(sun)
+                }
+            }
             Attitude::SunAzimuth => {
                 let level = sun - nadir * nadir.dot(&sun);
                 if level.norm() > SINGULAR { level.unit() } else { Some(Lvlh::of(scene)?.x) }
@@ -123,6 +143,9 @@ impl Attitude {
             None => refuse(format!("{name} = {v:?} has no direction")),
         };
         match *self {
+            Attitude::SunOffset { offset_rad } if offset_rad.is_nan() || offset_rad.abs() > FRAC_PI_2 => {
+                refuse(format!("an offset of {offset_rad} rad from the Sun; accepted is −π/2 to π/2"))
+            }
             Attitude::SunOneAxis { axis_lvlh, zero_lvlh, limit_rad } => {
                 direction("axis_lvlh", axis_lvlh)?;
                 direction("zero_lvlh", zero_lvlh)?;
@@ -159,6 +182,7 @@ impl From<&config::Attitude> for Attitude {
         match *attitude {
             config::Attitude::Nadir => Attitude::Nadir,
             config::Attitude::Sun => Attitude::Sun,
+            config::Attitude::SunOffset { offset_deg } => Attitude::SunOffset { offset_rad: offset_deg.to_radians() },
             config::Attitude::SunAzimuth => Attitude::SunAzimuth,
             config::Attitude::SunToNadir => Attitude::SunToNadir,
             config::Attitude::SunOneAxis { axis_lvlh, zero_lvlh, limit_deg } => {

@@ -64,7 +64,12 @@ impl Empirical {
         let phase_rad = (source.position_km - scene.satellite_km).angle_to(&(scene.observer_km - scene.satellite_km));
         let alt_rad = source_alt_rad(&scene.satellite_km, &source.position_km);
         let Some(v_mag) = self.v_mag(phase_rad, alt_rad, scene.range_km()) else {
-            skipped.push(Skip::light(source.name, "the geometry is outside that of the empirical model"));
+            let [low, high] = self.sun_alt_sat_deg();
+            let why = match (low..=high).contains(&alt_rad.to_degrees()) {
+                true => "the phase angle is outside those of the empirical model",
+                false => "the altitude of the light source at the satellite is outside those of the empirical model",
+            };
+            skipped.push(Skip::light(source.name, why));
             return FluxSum::default();
         };
         let reflected = flux_of_mag(v_mag - sun_v_mag());

@@ -15,10 +15,11 @@ enum Parameter {
     PhasePower(i32),
     /// Coefficient of a power of the altitude of the Sun at the satellite in degrees.
     SunAltPower(i32),
-    /// Logarithm of the scale of a surface, by its place in [`Predictive::surfaces`].
-    Scale(usize),
-    /// What is of the observations and not of the satellite, as the offset of a table.
-    OfTheData,
+    /// Logarithm of the scale of surfaces, by their places in [`Predictive::surfaces`].
+    Scale(Vec<usize>),
+    /// What has no derivative here: the offset of a table, which is of the observations, and numbers of laws and angles, whose errors
+    /// are part of the scatter of magnitudes left out of the fit.
+    Other,
 }
 
 /// The predictive error of a satellite.
@@ -46,12 +47,13 @@ impl Predictive {
         let mut surfaces = Vec::new();
         let mut parameter = |name: &String| {
             let power = |of: &str| name.strip_prefix(of)?.strip_prefix('[')?.strip_suffix(']')?.parse().ok();
-            if let Some(surface) = name.strip_prefix(LN_SCALE) {
-                surfaces.push(surface.to_owned());
-                return Parameter::Scale(surfaces.len() - 1);
+            if let Some(tied) = name.strip_prefix(LN_SCALE) {
+                let first = surfaces.len();
+                surfaces.extend(tied.split('+').map(str::to_owned));
+                return Parameter::Scale((first..surfaces.len()).collect());
             }
             let phase = power(PHASE_POWER).map(Parameter::PhasePower);
-            phase.or_else(|| power(SUN_ALT_POWER).map(Parameter::SunAltPower)).unwrap_or(Parameter::OfTheData)
+            phase.or_else(|| power(SUN_ALT_POWER).map(Parameter::SunAltPower)).unwrap_or(Parameter::Other)
         };
         let parameters = fit.map_or(Vec::new(), |fit| fit.parameters.iter().map(&mut parameter).collect());
         let covariance = fit.map_or(Vec::new(), |fit| fit.covariance.clone());
@@ -71,11 +73,11 @@ impl Predictive {
         shares: &[f64],
         extinction_err_mag: f64,
     ) -> f64 {
-        let derivative = |parameter: &Parameter| match *parameter {
-            Parameter::PhasePower(k) => phase_rad.to_degrees().powi(k),
-            Parameter::SunAltPower(k) => sun_alt_sat_rad.to_degrees().powi(k),
-            Parameter::Scale(s) => -MAG_PER_LN * shares[s],
-            Parameter::OfTheData => 0.0,
+        let derivative = |parameter: &Parameter| match parameter {
+            Parameter::PhasePower(k) => phase_rad.to_degrees().powi(*k),
+            Parameter::SunAltPower(k) => sun_alt_sat_rad.to_degrees().powi(*k),
+            Parameter::Scale(of) => -MAG_PER_LN * of.iter().map(|s| shares[*s]).sum::<f64>(),
+            Parameter::Other => 0.0,
         };
         let j: Vec<f64> = self.parameters.iter().map(derivative).collect();
         let row = |(a, row): (&f64, &Vec<f64>)| a * row.iter().zip(&j).map(|(c, b)| c * b).sum::<f64>();
@@ -97,7 +99,7 @@ mod tests {
             parameters: parameters.to_vec(),
             covariance: covariance.to_vec(),
         };
-        let scales = [Parameter::Scale(0), Parameter::Scale(1)];
+        let scales = [Parameter::Scale(vec![0]), Parameter::Scale(vec![1])];
         assert_eq!(of(&[], &[]).err_mag([1.0, 0.0], &[], 0.4), 0.5);
         // all light of one surface: its relative error
         let one = of(&scales, &covariance).err_mag([1.0, 0.0], &[0.0, 1.0], 0.0);
@@ -110,7 +112,7 @@ mod tests {
         let law = of(&law, &covariance).err_mag([2f64.to_radians(), 0.0], &[], 0.0);
         assert!((law - (0.09f64 + 0.01 + 4.0 * 0.04).sqrt()).abs() < 1e-12);
         // an offset of a table is no error of a prediction; the square of the Sun's altitude is
-        let law = [Parameter::OfTheData, Parameter::SunAltPower(2)];
+        let law = [Parameter::Other, Parameter::SunAltPower(2)];
         let law = of(&law, &covariance).err_mag([1.0, 3f64.to_radians()], &[], 0.0);
         assert!((law - (0.09f64 + 81.0 * 0.04).sqrt()).abs() < 1e-12);
     }

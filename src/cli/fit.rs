@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use satphot::bands::Band;
 use satphot::base::file::write_atomic;
+use satphot::base::progress::Silent;
 use satphot::base::threads::with_threads;
-use satphot::brightness::{Catalogue, Entry, ModelSettings, Satellite, catalogue_toml};
+use satphot::brightness::{Catalogue, Entry, ModelSettings, Satellite, Surface, catalogue_toml};
 use satphot::config::{self, Config};
 use satphot::fitting::{
-    Observations, Problem, by_orbit, fitted_phase_law, fitted_surfaces, phase_law, stated, surface_scales,
-    with_surfaces,
+    Free, Observations, Problem, by_orbit, fit_surfaces, fitted_phase_law, fitted_surfaces, in_light, phase_law,
+    stated, surface_flux,
 };
 use satphot::orbit::Site;
 use satphot::report::summary::text_table;
@@ -27,8 +28,14 @@ const AFTER_HELP: &str = "\
 Without --satellite, a law of the phase angle phi (Sun, satellite, observer) is fitted,
   V = c0 + c1 phi + ... + d1 h + ... + 5 lg(range / 1000 km),
 to all rows in full sunlight; h, with --sun-degree, is the altitude of the Sun at the satellite,
-which tells how its underside is lit. With --satellite, the strength of its surfaces is: V = -2.5 lg of the
-sum of a_s F_s, F_s the light of each surface of the model, a_s its scale; --free names some of them.
+which tells how its underside is lit. With --satellite its surfaces are: V = -2.5 lg of the sum of
+a_s F_s, F_s the light of each surface of the model, a_s its strength. --free names what is fitted,
+separated by commas; what it does not name is held:
+  chassis                the strength of a surface; without --free that of each
+  chassis.ks             a number of its law, as `satphot satellites NAME --toml` spells it
+  chassis.pitch_deg      a surface that faces the Earth, turned forward
+  array.sun_offset_deg   a surface that faces the Sun, turned away from nadir
+  chassis+array          tied: one strength (or one number) for both
 
 The tables are such as `satphot compare` takes: time, satellite, site and apparent magnitude (SCORE,
 MMT-9, own), and elements or directions and ranges. For a law of the phase angle, columns range_km
@@ -77,8 +84,8 @@ pub struct Fit {
     /// Degree of the polynomial of the altitude of the Sun at the satellite; 0 leaves it out
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=4))]
     sun_degree: u8,
-    /// Surfaces whose strength is fitted; the others are held [default: all]
-    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    /// What is fitted of the surfaces, e.g. chassis,array.sun_offset_deg [default: all strengths]
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     free: Vec<String>,
     /// Name of the new satellite: lower case, hyphens for blanks
     #[arg(long, value_name = "NAME", default_value = "fitted")]
@@ -188,20 +195,28 @@ impl Fit {
                 format!("{} has no surfaces; leave it out to fit a law of the phase angle", entry.name),
             ));
         }
-        if let Some(unknown) = self.free.iter().find(|name| !names.contains(name)) {
-            return Err(bad("--free", format!("{} has no surface {unknown}; it has {}", entry.name, names.join(", "))));
-        }
-        let free: Vec<bool> = names.iter().map(|name| self.free.is_empty() || self.free.contains(name)).collect();
+        let texts = if self.free.is_empty() { &names } else { &self.free };
+        let free: Vec<Free> =
+            texts.iter().map(|text| Free::parse(text, &entry.surfaces)).collect::<satphot::Result<_>>()?;
         let progress = self.common.progress();
-        let (mut observations, mut flux) = (Observations::default(), Vec::new());
+        let mut observations = Observations::default();
         for request in requests {
-            let (more, sent) = with_threads(self.common.jobs, || with_surfaces(request, &progress))??;
-            observations.append(more);
-            flux.extend(sent);
+            observations.append(with_threads(self.common.jobs, || in_light(request, &progress))??);
         }
+        let rows = &observations.rows;
+        let flux_of = |_: usize, surface: &config::Surface| {
+            let surface = Surface::try_from(surface)?;
+            let mut flux = Vec::with_capacity(rows.len());
+            for (table, request) in requests.iter().enumerate() {
+                let of_table = || rows.iter().filter(|o| o.table == table);
+                let sent = || surface_flux(request, surface.clone(), of_table(), &Silent);
+                flux.extend(with_threads(self.common.jobs, sent)??);
+            }
+            Ok(flux)
+        };
         let tables = self.table_names();
-        let problem = surface_scales(&observations.rows, &flux, &free, &names, &tables)?;
-        let fitted = fitted_surfaces(&self.name, &entry, &free, &problem, &observations.rows, &tables.join(", "));
+        let problem = fit_surfaces(rows, &entry.surfaces, &free, &flux_of, &tables)?;
+        let fitted = fitted_surfaces(&self.name, &entry, &free, &problem, rows, &tables.join(", "))?;
         Ok((fitted, observations, problem))
     }
 

@@ -243,6 +243,7 @@ fn attitude(attitude: &config::Attitude) -> String {
     match attitude {
         config::Attitude::Nadir => "nadir".into(),
         config::Attitude::Sun => "sun".into(),
+        config::Attitude::SunOffset { offset_deg } => format!("sun, {offset_deg} deg away from nadir"),
         config::Attitude::SunAzimuth => "sun_azimuth".into(),
         config::Attitude::SunToNadir => "sun_to_nadir".into(),
         config::Attitude::SunOneAxis { axis_lvlh, zero_lvlh, limit_deg } => {

@@ -234,6 +234,7 @@ pub(crate) fn check_surface(key: &str, s: &Surface) -> Result<()> {
     let key = |name: &str| format!("{key}.attitude.{name}");
     match s.attitude {
         Attitude::Nadir | Attitude::Sun | Attitude::SunAzimuth | Attitude::SunToNadir => Ok(()),
+        Attitude::SunOffset { offset_deg } => range(&key("sun_offset.offset_deg"), offset_deg, -90.0, 90.0, "deg"),
         Attitude::Lvlh(v) => direction(&key("lvlh"), v),
         Attitude::Inertial { ra_deg, dec_deg } => {
             range(&key("inertial.ra_deg"), ra_deg, -360.0, 360.0, "deg")?;

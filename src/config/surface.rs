@@ -31,6 +31,11 @@ pub enum Attitude {
     Nadir,
     /// To the geometric Sun, also in the shadow: two axes without limits.
     Sun,
+    /// To the Sun, turned away from nadir by an angle; negative towards nadir.
+    SunOffset {
+        /// The angle \[deg\], −90 to 90.
+        offset_deg: f64,
+    },
     /// At right angles to nadir, towards the Sun's azimuth.
     SunAzimuth,
     /// Halfway between Sun and nadir: a mirror that sends sunlight straight down.

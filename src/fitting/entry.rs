@@ -3,7 +3,9 @@
 //! Degrees, km, magnitudes.
 
 use super::observations::Observation;
+use super::parameters::{Free, surfaces_at};
 use super::problem::Problem;
+use crate::base::error::Result;
 use crate::base::time::{from_mjd_utc, iso_utc};
 use crate::brightness::Entry;
 use crate::brightness::catalogue::Fitted;
@@ -86,29 +88,27 @@ pub fn fitted_phase_law(name: &str, problem: &Problem, observations: &[Observati
     noted(entry, problem, observations, fitted)
 }
 
-/// The entry of surfaces whose areas are multiplied by the scales found.
-#[must_use]
+/// The entry of surfaces with the parameters found.
+///
+/// # Errors
+/// [`crate::Error::Model`] for values that make no law.
 pub fn fitted_surfaces(
     name: &str,
     of: &Entry,
-    free: &[bool],
+    free: &[Free],
     problem: &Problem,
     observations: &[Observation],
     table: &str,
-) -> Entry {
-    let mut scales = problem.fit.theta.iter().map(|t| t.exp());
-    let mut surfaces = of.surfaces.clone();
-    for (surface, _) in surfaces.iter_mut().zip(free).filter(|(_, free)| **free) {
-        surface.area_m2 *= scales.next().unwrap_or(1.0);
-    }
+) -> Result<Entry> {
+    let what: Vec<&str> = problem.names.iter().take(free.len()).map(String::as_str).collect();
     let mut entry = Entry {
-        title: format!("{}, areas fitted to {table}", of.name),
-        surfaces,
+        title: format!("{}, fitted to {table}", of.name),
+        surfaces: surfaces_at(&of.surfaces, free, &problem.fit.theta)?,
         orbits: of.orbits.clone(),
         sources: of.sources.clone(),
         caveat: "areas are effective: magnitudes tell area times reflectance alone".into(),
         ..Entry::named(name)
     };
-    entry.sources.insert("areas".into(), format!("those of {} times the scales of the fit", of.name));
-    noted(entry, problem, observations, fitted(problem, observations, table))
+    entry.sources.insert("areas".into(), format!("those of {}, but {} of the fit", of.name, what.join(", ")));
+    Ok(noted(entry, problem, observations, fitted(problem, observations, table)))
 }

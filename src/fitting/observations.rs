@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::base::error::{Error, Result};
 use crate::base::progress::Progress;
-use crate::brightness::{Illum, Satellite};
+use crate::brightness::{Illum, Satellite, Surface};
 use crate::config::Empirical;
 use crate::tables::PhotometryRow;
 use crate::tables::row_passes::{mjd, same_pass, target};
@@ -90,26 +90,35 @@ pub fn by_orbit(request: &Request, progress: &dyn Progress) -> Result<Observatio
     Ok(found)
 }
 
-/// The same of all rows with any light, with what each surface of the satellite sends in them: `flux[i][s]` relative to a star of
-/// magnitude 0.
+/// The same of all rows in which the satellite has any light.
 ///
 /// # Errors
 /// Those of [`observation_table`].
-pub fn with_surfaces(request: &Request, progress: &dyn Progress) -> Result<(Observations, Vec<Vec<f64>>)> {
+pub fn in_light(request: &Request, progress: &dyn Progress) -> Result<Observations> {
     let whole = observation_table(&copied(request), progress)?;
     let in_light = |row: &PhotometryRow, v_mag: f64| row.model_v_mag.map(|_| v_mag - 5.0 * lg_range(row));
     let mut found = collected(request.table, &whole.rows, &in_light)?;
     found.notes.splice(0..0, whole.notes);
-    let mut flux = vec![Vec::with_capacity(request.satellite.surfaces.len()); found.rows.len()];
-    for surface in &request.satellite.surfaces {
-        let one = Satellite::of(&surface.name, vec![surface.clone()]);
-        let made = observation_table(&Request { satellite: &one, ..copied(request) }, progress)?;
-        for (flux, observation) in flux.iter_mut().zip(&found.rows) {
-            let v_mag = made.rows.get(observation.row).and_then(|row| row.model_v_mag);
-            flux.push(v_mag.map_or(0.0, |v_mag| 10f64.powf(-0.4 * v_mag)));
-        }
-    }
-    Ok((found, flux))
+    Ok(found)
+}
+
+/// What a surface sends in observations of a table, relative to a star of magnitude 0.
+///
+/// # Errors
+/// Those of [`observation_table`].
+pub fn surface_flux<'a>(
+    request: &Request,
+    surface: Surface,
+    observations: impl Iterator<Item = &'a Observation>,
+    progress: &dyn Progress,
+) -> Result<Vec<f64>> {
+    let one = Satellite::of("one surface", vec![surface]);
+    let made = observation_table(&Request { satellite: &one, ..copied(request) }, progress)?;
+    let flux = |o: &Observation| {
+        let v_mag = made.rows.get(o.row).and_then(|row| row.model_v_mag);
+        v_mag.map_or(0.0, |v_mag| 10f64.powf(-0.4 * v_mag))
+    };
+    Ok(observations.map(flux).collect())
 }
 
 /// lg(range / 1000 km).

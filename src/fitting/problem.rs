@@ -1,16 +1,15 @@
-//! What is fitted: a polynomial of the phase angle and the Sun's altitude at the satellite, or the strength of each surface; with an
-//! offset of each further table.
+//! A fitted problem: parameters, residuals, the scatter of magnitudes left out; and polynomials of the phase angle and the Sun's altitude
+//! at the satellite. All tables but the first have an offset.
 //!
-//! Magnitudes. Phase angles enter as φ/100°, altitudes as h/20°, strengths as their logarithms, so that steps of 1 are large for all.
+//! Magnitudes. Phase angles enter as φ/100°, altitudes as h/20°, so that steps of 1 are large. Surfaces are in [`super::surfaces`].
 
 use std::collections::HashMap;
 
 use super::mixed::{Fit, MixedFit, Row, fit};
 use super::observations::Observation;
-use crate::base::constants::MAG_PER_LN;
 use crate::base::error::{Error, Result};
 use crate::base::stats::{gauss_within, median, quantile};
-use crate::brightness::predictive::{LN_SCALE, PHASE_POWER, SUN_ALT_POWER};
+use crate::brightness::predictive::{PHASE_POWER, SUN_ALT_POWER};
 
 /// Unit of the phase angle in the fit \[deg\].
 const PHASE_UNIT_DEG: f64 = 100.0;
@@ -85,7 +84,7 @@ fn folds(observations: &[Observation]) -> Option<Vec<usize>> {
 }
 
 /// The residuals of each row by the fit to the other parts; empty where one of those fails.
-fn left_out<F>(observations: &[Observation], problem: &MixedFit<F>) -> Vec<f64>
+pub(super) fn left_out<F>(observations: &[Observation], problem: &MixedFit<F>) -> Vec<f64>
 where
     F: Fn(&[f64], usize) -> Option<(f64, Vec<f64>)>,
 {
@@ -109,22 +108,22 @@ where
     residuals
 }
 
-fn rows_of(observations: &[Observation], mag: impl Fn(&Observation) -> f64) -> Vec<Row> {
+pub(super) fn rows_of(observations: &[Observation], mag: impl Fn(&Observation) -> f64) -> Vec<Row> {
     let row = |o: &Observation| Row { mag: mag(o), err_mag: o.err_mag, is_limit: o.is_limit, pass: o.pass };
     observations.iter().map(row).collect()
 }
 
-fn refused(problem: String) -> Error {
+pub(super) fn refused(problem: String) -> Error {
     Error::Model { problem: format!("it cannot be fitted: {problem}") }
 }
 
 /// Names of the offsets of all tables but the first.
-fn offsets(tables: &[String]) -> Vec<String> {
+pub(super) fn offsets(tables: &[String]) -> Vec<String> {
     tables.iter().skip(1).map(|table| format!("offset of {table}")).collect()
 }
 
 /// The derivatives of a magnitude by them.
-fn of_offsets<'a>(observation: &'a Observation, tables: &[String]) -> impl Iterator<Item = f64> + use<'a> {
+pub(super) fn of_offsets<'a>(observation: &'a Observation, tables: &[String]) -> impl Iterator<Item = f64> + use<'a> {
     (1..tables.len()).map(|t| f64::from(u8::from(observation.table == t)))
 }
 
@@ -173,52 +172,4 @@ pub fn phase_law(observations: &[Observation], [degree, sun_degree]: [usize; 2],
         row.iter_mut().zip(&unit).for_each(|(c, b)| *c *= a * b);
     }
     Ok(Problem { names, fit, residuals_mag, left_out_mag })
-}
-
-/// How many times stronger each surface scatters than its entry says: V = −2.5 lg Σ a_s F_s, a_s > 0.
-///
-/// `flux[i][s]` is what surface `s` sends in observation `i`, relative to a star of magnitude 0; `names` are those of the surfaces. All of
-/// `tables` but the first have an offset of their magnitudes.
-///
-/// # Errors
-/// As [`phase_law`]; also where a surface sends no light in any row.
-pub fn surface_scales(
-    observations: &[Observation],
-    flux: &[Vec<f64>],
-    free: &[bool],
-    names: &[String],
-    tables: &[String],
-) -> Result<Problem> {
-    let scales = names.iter().zip(free).filter(|(_, free)| **free).map(|(name, _)| format!("{LN_SCALE}{name}"));
-    let n_scales = scales.clone().count();
-    let named: Vec<String> = scales.chain(offsets(tables)).collect();
-    let rows = rows_of(observations, |o| o.v_mag);
-    let model = |theta: &[f64], i: usize| {
-        let mut next = theta.iter();
-        let scale: Vec<f64> =
-            free.iter().map(|free| if *free { next.next().map_or(1.0, |t| t.exp()) } else { 1.0 }).collect();
-        let sent: Vec<f64> = flux[i].iter().zip(&scale).map(|(f, a)| f * a).collect();
-        let total: f64 = sent.iter().sum();
-        if total <= 0.0 {
-            return None;
-        }
-        let gradient = sent.iter().zip(free).filter(|(_, free)| **free).map(|(s, _)| -MAG_PER_LN * s / total);
-        let of_tables: Vec<f64> = of_offsets(&observations[i], tables).collect();
-        let offset: f64 = of_tables.iter().zip(&theta[n_scales..]).map(|(is, offset)| is * offset).sum();
-        Some((offset - 2.5 * total.log10(), gradient.chain(of_tables).collect()))
-    };
-    let start = vec![0.0; named.len()];
-    let problem = MixedFit { rows: &rows, names: &named, start, model };
-    let fit = fit(&problem).map_err(refused)?;
-    let left_out_mag = left_out(observations, &problem);
-    let residuals_mag =
-        (0..rows.len()).map(|i| rows[i].mag - model(&fit.theta, i).map_or(f64::NAN, |(mu, _)| mu)).collect();
-    if let Some(k) = (0..n_scales).find(|k| fit.errs()[*k] > 1.0) {
-        return Err(refused(format!(
-            "the data do not tell {}: its error is {:.1}, and 1 is a factor of e; hold it",
-            named[k],
-            fit.errs()[k]
-        )));
-    }
-    Ok(Problem { names: named, fit, residuals_mag, left_out_mag })
 }

@@ -7,7 +7,8 @@ use std::fmt::Write as _;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal, StudentT};
-use satphot::fitting::{Observation, Problem, phase_law, surface_scales};
+use satphot::config;
+use satphot::fitting::{Free, Observation, Problem, fit_surfaces, phase_law};
 
 use crate::observed::{robust_sigma, shared};
 use crate::support::satphot;
@@ -138,6 +139,21 @@ fn limits_count_for_what_they_tell() {
     assert!(with.abs() < 0.35 * without.abs(), "{with} {without}");
 }
 
+/// The strengths of these of two surfaces, chassis and array, whose light in each row is known.
+fn strengths(rows: &[Observation], flux: &[Vec<f64>], free: &[&str]) -> satphot::Result<Problem> {
+    let surface = |name: &str| config::Surface {
+        name: name.into(),
+        area_m2: 1.0,
+        attitude: config::Attitude::Nadir,
+        brdf: config::Brdf::Lambert { albedo: 0.5 },
+        back: None,
+    };
+    let surfaces = [surface("chassis"), surface("array")];
+    let free: Vec<Free> = free.iter().map(|text| Free::parse(text, &surfaces).unwrap()).collect();
+    let flux_of = |s: usize, _: &config::Surface| Ok(flux.iter().map(|row| row[s]).collect());
+    fit_surfaces(rows, &surfaces, &free, &flux_of, &[])
+}
+
 #[test]
 fn the_strength_of_each_surface_is_recovered_within_its_error() {
     let truth = [0.7f64, 2.5];
@@ -155,13 +171,16 @@ fn the_strength_of_each_surface_is_recovered_within_its_error() {
         // magnitudes of satellites at 1000 km, so that flux is not of the range
         let rows: Vec<Observation> = rows.into_iter().map(|o| Observation { v_mag: o.mag_1000km, ..o }).collect();
         let flux: Vec<Vec<f64>> = rows.iter().map(&flux_of).collect();
-        let names = ["chassis".to_owned(), "array".to_owned()];
-        let problem = surface_scales(&rows, &flux, &[true, true], &names, &[]).unwrap();
+        let problem = strengths(&rows, &flux, &["chassis", "array"]).unwrap();
         let one = covered(&problem, &truth.map(f64::ln));
         within = [within[0] + one[0], within[1] + one[1]];
         n += 2;
-        let held = surface_scales(&rows, &flux, &[false, true], &names, &[]).unwrap();
+        let held = strengths(&rows, &flux, &["array"]).unwrap();
         assert_eq!(held.names, ["ln scale of array"]);
+        // tied: one scale, between the two
+        let tied = strengths(&rows, &flux, &["chassis+array"]).unwrap();
+        assert_eq!(tied.names, ["ln scale of chassis+array"]);
+        assert!(tied.fit.theta[0] > problem.fit.theta[0] && tied.fit.theta[0] < problem.fit.theta[1]);
     }
     let share = within.map(|w| w as f64 / n as f64);
     assert!((0.60..0.77).contains(&share[0]) && share[1] > 0.90, "{share:?}");
@@ -176,13 +195,97 @@ fn what_the_data_do_not_tell_is_refused_by_name() {
     assert!(phase_law(&rows, [0, 0], &[]).is_ok());
     let e = phase_law(&rows[..3], [2, 0], &[]).unwrap_err().to_string();
     assert!(e.contains("3 magnitudes are too few for 3 parameters"), "{e}");
-    let names = ["chassis".to_owned(), "array".to_owned()];
     let dark: Vec<Vec<f64>> = rows.iter().map(|_| vec![1e-3, 0.0]).collect();
-    let e = surface_scales(&rows, &dark, &[true, true], &names, &[]).unwrap_err().to_string();
+    let e = strengths(&rows, &dark, &["chassis", "array"]).unwrap_err().to_string();
     assert!(e.contains("say nothing of ln scale of array"), "{e}");
     let alike: Vec<Vec<f64>> = rows.iter().map(|_| vec![1e-3, 2e-3]).collect();
-    let e = surface_scales(&rows, &alike, &[true, true], &names, &[]).unwrap_err().to_string();
+    let e = strengths(&rows, &alike, &["chassis", "array"]).unwrap_err().to_string();
     assert!(e.contains("apart") && e.contains("chassis") && e.contains("array"), "{e}");
+}
+
+/// Two plates: a chassis that faces the Earth, pitched, and an array off the Sun.
+fn plates(n: f64, [pitch_deg, offset_deg]: [f64; 2]) -> String {
+    let (sin, cos) = pitch_deg.to_radians().sin_cos();
+    let held = if pitch_deg == 0.0 { "\"nadir\"".to_owned() } else { format!("{{ lvlh = [{sin}, 0.0, {cos}] }}") };
+    let sun = if offset_deg == 0.0 {
+        "\"sun\"".to_owned()
+    } else {
+        format!("{{ sun_offset = {{ offset_deg = {offset_deg} }} }}")
+    };
+    format!(
+        "[[satellites]]\nname = \"plates\"\nsurfaces = [\n{{ name = \"chassis\", area_m2 = 10.0, attitude = {held}, \
+         brdf = {{ kind = \"phong\", kd = 0.2, ks = 0.4, n = {n} }} }},\n{{ name = \"array\", area_m2 = 25.0, attitude = {sun}, \
+         brdf = {{ kind = \"phong\", kd = 0.05, ks = 0.3, n = 8.0 }} }},\n]\n"
+    )
+}
+
+#[test]
+fn a_number_of_a_law_and_angles_of_attitude_are_recovered_from_simulated_magnitudes() {
+    let d = tempfile::tempdir().unwrap();
+    let path = |name: &str| d.path().join(name);
+    let (truth_n, truth_deg) = (30.0f64, [8.0, -15.0]);
+    std::fs::write(path("truth.toml"), plates(truth_n, truth_deg)).unwrap();
+    std::fs::write(path("start.toml"), plates(15.0, [0.0, 0.0])).unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    let mut places = "sun_alt_deg,sun_az_deg,alt_deg,az_deg,height_km\n".to_owned();
+    for _ in 0..160 {
+        let mut between = |a: f64, b: f64| a + (b - a) * rng.random::<f64>();
+        let row = [
+            between(-22.0, -8.0),
+            between(0.0, 360.0),
+            between(25.0, 85.0),
+            between(0.0, 360.0),
+            between(500.0, 600.0),
+        ];
+        let _ = writeln!(places, "{}", row.map(|v| format!("{v:.4}")).join(","));
+    }
+    std::fs::write(path("places.csv"), &places).unwrap();
+    let model = |file: &'static str| ["--satellites", file, "--satellite", "plates", "--tolerance", "1e-3"];
+    let predicted = satphot(d.path(), &[&["predict", "table", "places.csv"][..], &model("truth.toml")].concat());
+    let predicted = predicted.expect(0, &[]).out;
+    let normal = Normal::new(0.0, 0.05).unwrap();
+    let mut seen = "sun_alt_deg,sun_az_deg,alt_deg,az_deg,height_km,v_mag,v_mag_err\n".to_owned();
+    for row in csv::Reader::from_reader(predicted.as_bytes()).deserialize::<std::collections::HashMap<String, String>>()
+    {
+        let row = row.unwrap();
+        let Ok(mag) = row["model_v_mag"].parse::<f64>() else { continue };
+        let place = ["sun_alt_deg", "sun_az_deg", "alt_deg", "az_deg", "height_km"].map(|c| row[c].clone()).join(",");
+        let _ = writeln!(seen, "{place},{:.4},0.05", mag + normal.sample(&mut rng));
+    }
+    std::fs::write(path("seen.csv"), &seen).unwrap();
+    let free = ["--free", "chassis.n,chassis.pitch_deg,array.sun_offset_deg", "--name", "own", "-o", "own.toml"];
+    let out = satphot(d.path(), &[&["fit", "seen.csv"][..], &model("start.toml"), &free].concat()).expect(0, &[]).out;
+    let catalogue = satphot::brightness::Catalogue::load(Some(&path("own.toml"))).unwrap();
+    let entry = catalogue.find("own").unwrap();
+    let fit = entry.fit.as_ref().unwrap();
+    assert_eq!(fit.parameters, ["ln n of chassis", "pitch_deg of chassis", "sun_offset_deg of array"]);
+    let truth = [truth_n.ln(), truth_deg[0], truth_deg[1]];
+    for (k, largest_err) in [0.2, 2.0, 3.0].into_iter().enumerate() {
+        let err = fit.covariance[k][k].sqrt();
+        assert!(
+            err < largest_err && (fit.values[k] - truth[k]).abs() < 3.5 * err,
+            "{k}: {:?} {err}\n{out}",
+            fit.values
+        );
+    }
+    // the entry is the satellite so held, and predicts the magnitudes
+    let compared = ["compare", "seen.csv", "--satellites", "own.toml", "--satellite", "own", "-o", "compared.csv"];
+    satphot(d.path(), &compared).expect(0, &[]);
+    let rows = csv::Reader::from_path(path("compared.csv")).unwrap().into_deserialize();
+    let rows = rows.map(|row: Result<std::collections::HashMap<String, String>, _>| row.unwrap());
+    let residuals: Vec<f64> = rows.filter_map(|row| row["residual_mag"].parse().ok()).collect();
+    assert!(
+        residuals.len() > 100 && robust_sigma(&residuals) < 0.075,
+        "{} {}",
+        residuals.len(),
+        robust_sigma(&residuals)
+    );
+    for (wrong, words) in
+        [("chassis.albedo", "kd, ks, n"), ("film", "chassis, array"), ("array.pitch_deg", "face the Earth")]
+    {
+        let refused = [&["fit", "seen.csv"][..], &model("start.toml"), &["--free", wrong]].concat();
+        satphot(d.path(), &refused).expect(2, &["--free", words]).without_results();
+    }
 }
 
 /// A table that states range and phase angle.

@@ -147,25 +147,36 @@ impl PhaseCurve<'_> {
         ))
     }
 
-    /// What the law is.
+    /// How many magnitudes there are, and the law in short.
     pub(super) fn caption(&self) -> String {
         let frames = count(self.rows.len(), "magnitude", "magnitudes");
         let of = if self.satellites > 1 { format!(" of {} satellites", self.satellites) } else { String::new() };
-        let Some(problem) = &self.fit else {
-            return format!("{frames}{of}; too few passes or phase angles for a law.");
+        let Some(problem) = &self.fit else { return format!("{frames}{of}; too few passes or phase angles for a law") };
+        let term = |(k, c): (usize, &f64)| match k {
+            0 => format!("{c:.3}"),
+            1 => format!(" {} {:.5} φ", sign(*c), c.abs()),
+            _ => format!(" {} {:.3e} φ²", sign(*c), c.abs()),
         };
-        let term = |(k, (c, err)): (usize, (&f64, f64))| match k {
-            0 => format!("({c:.3} ± {err:.3})"),
-            1 => format!(" + ({c:.5} ± {err:.5}) φ"),
-            _ => format!(" + ({c:.2e} ± {err:.0e}) φ²"),
-        };
-        let errs = problem.fit.errs();
-        let law: String = problem.fit.theta.iter().zip(errs).enumerate().map(term).collect();
-        format!(
-            "{frames}{of}; {} at 1000 km = {law}, φ in deg; scatter {:.2} mag within passes, {:.2} between them.",
-            self.band, problem.fit.within_mag, problem.fit.between_mag
-        )
+        let law: String = problem.fit.theta.iter().enumerate().map(term).collect();
+        format!("{frames}{of}; {} = {law} (φ in deg)", self.band)
     }
+
+    /// The errors of the law and what scatters about it.
+    fn errors(&self) -> Option<String> {
+        let fit = &self.fit.as_ref()?.fit;
+        let errs: Vec<String> = fit.errs().iter().map(|err| format!("{err:.1e}")).collect();
+        Some(format!(
+            "Errors of the coefficients: {}. Scatter: {:.2} mag within passes, {:.2} mag between them.",
+            errs.join(", "),
+            fit.within_mag,
+            fit.between_mag
+        ))
+    }
+}
+
+/// + or −.
+fn sign(value: f64) -> char {
+    if value < 0.0 { '−' } else { '+' }
 }
 
 /// The section.
@@ -180,7 +191,7 @@ pub(super) fn section(nights: &[NightPage]) -> Markup {
                 figure {
                     @if !curve.name.is_empty() { h3 { (curve.name) } }
                     @if let Some(chart) = curve.chart(Medium::Page) { (shown(chart, "Magnitude at 1000 km against phase angle")) }
-                    figcaption { (curve.caption()) }
+                    figcaption { (curve.caption()) ". " (curve.errors().unwrap_or_default()) }
                 }
             }
         }
