@@ -212,9 +212,9 @@ def main():
         print(json.dumps(one()))
         return
     line("1000 satellites, geometry and four lights", alone("satellites", options.rows))
-    line("sky, two surfaces, tolerance 1e-4", alone("sky", options.rows, 1e-4))
+    line("sky, two surfaces, tolerance 1e-3", alone("sky", options.rows, 1e-3))
     theirs = alone("peer", options.peer_rows)
-    ours = alone("sky", options.peer_rows, 1e-4)
+    ours = alone("sky", options.peer_rows, 1e-3)
     line("sky, two surfaces, the rows of lumos-sat", ours)
     if theirs is None:
         print("lumos-sat is not installed")
