@@ -5,9 +5,13 @@
 Draws raw 16-bit frames with the headers of N.I.N.A. for the ISS and Tiangong over Sydney on 2025-06-06:
 
 - target frames, tracked: the satellite (a rectangle and a disc of the true size, seen through the air) rests near the
-  centre, stars are trails along its motion; its magnitudes are chosen here and are no model's,
+  centre, stars are trails along its motion and stand in the catalogue; its magnitudes are chosen here and are no model's,
 - star fields at eight airmasses in either filter, mirrored (rows top down) and turned, without world coordinates,
 - flats with vignetting and dust, biases with a fixed pattern, darks with hot pixels. Lights have all of these.
+
+`--fainter` makes the satellites fainter and point-like, `--cloudy` dims a share of the target frames with all their stars
+by 0.1 to 1 mag, and `--clock-error` makes the clock of the headers of the target frames late. The truth has the places of
+the satellite among the stars of the catalogue: nutation, light time and the annual aberration of the stars are applied.
 
 Next to them are `catalogue.csv`, `elements.tle` and the folder `truth`, in which nothing is a frame.
 
@@ -21,7 +25,7 @@ Needs numpy and sgp4. Pixels count from 0 at the centre of the first one; times 
 import argparse
 import csv
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -121,6 +125,27 @@ def precession(time):
     return turn("z", -z) @ turn("y", theta) @ turn("z", -zeta)
 
 
+def nutation(time):
+    """Matrix from the axes of SGP4 (true equator, mean equinox) to the mean equator and equinox of date, to 0.1 arcsec."""
+    day, frac = jd_of(time)
+    cent = (day - 2451545.0 + frac) / 36525.0
+    node, sun, moon = (math.radians(a + b * cent) for a, b in
+                       ((125.04452, -1934.136261), (280.4665, 36000.7698), (218.3165, 481267.8813)))
+    arcsec = math.radians(1.0 / 3600.0)
+    in_lon = (-17.20 * math.sin(node) - 1.32 * math.sin(2 * sun) - 0.23 * math.sin(2 * moon) + 0.21 * math.sin(2 * node)) * arcsec
+    in_tilt = (9.20 * math.cos(node) + 0.57 * math.cos(2 * sun) + 0.10 * math.cos(2 * moon) - 0.09 * math.cos(2 * node)) * arcsec
+    tilt = math.radians(23.4392911 - 0.0130042 * cent)
+    # small angles: true = mean + rotations about x (-in_tilt), y (in_lon sin tilt) and z (-in_lon cos tilt, which SGP4 leaves undone)
+    a_x, a_y = in_tilt, in_lon * math.sin(tilt)
+    return np.array([[1.0, 0.0, a_y], [0.0, 1.0, a_x], [-a_y, -a_x, 1.0]])
+
+
+def earth_velocity(time):
+    """Velocity of the Earth about the Sun in units of the speed of light, of date, to 2 %."""
+    later, earlier = (sun_direction(time + timedelta(hours=h)) for h in (12.0, -12.0))
+    return -(later - earlier) * 149597870.7 / 86400.0 / 299792.458
+
+
 def site_km(time):
     """Place of the observer in the axes of the equator of date (WGS84)."""
     a_km, e2 = 6378.137, 0.00669437999014
@@ -184,11 +209,14 @@ class Orbit:
 
     def look(self, time):
         """Direction of date, range and phase angle."""
-        error, place_km, _ = self.satrec.sgp4(*jd_of(time))
-        if error:
-            raise SystemExit(f"sgp4 error {error}")
-        line_km = np.array(place_km) - site_km(time)
-        range_km = float(np.linalg.norm(line_km))
+        light_s = 0.0
+        for _ in range(2):  # the light that arrives now left the satellite a few milliseconds ago
+            error, place_km, _ = self.satrec.sgp4(*jd_of(time - timedelta(seconds=light_s)))
+            if error:
+                raise SystemExit(f"sgp4 error {error}")
+            line_km = np.array(place_km) - site_km(time)
+            range_km = float(np.linalg.norm(line_km))
+            light_s = range_km / 299792.458
         cos_phase = float(-line_km / range_km @ sun_direction(time))
         return line_km / range_km, range_km, math.degrees(math.acos(cos_phase))
 
@@ -513,7 +541,7 @@ def draw_star_fields(folder, camera, seed, frames_each):
     return catalogue, truth
 
 
-def draw_targets(folder, camera, seed, satellite, index, frames_each):
+def draw_targets(folder, camera, seed, satellite, index, frames_each, catalogue, cloudy_frac, clock_error_s):
     """Tracked frames of one satellite, two of a filter after each other; returns the rows of the truth."""
     orbit, truth = Orbit(satellite), []
     for i, request in enumerate(orbit.times(frames_each * len(BANDS))):
@@ -527,12 +555,16 @@ def draw_targets(folder, camera, seed, satellite, index, frames_each):
         v_mag = satellite.v_1000km_mag + 5.0 * math.log10(range_km / 1000.0) + 0.008 * (phase_deg - 90.0)
         v_mag += rng.normal(0.0, 0.06)  # its own flicker
         mag = v_mag - (satellite.v_r_mag if band.name == "R" else 0.0)
+        sky_rng = np.random.default_rng([seed, 5, index, i])
+        cloud_mag = float(sky_rng.uniform(0.1, 1.0)) if sky_rng.random() < cloudy_frac else 0.0
+        through = 10.0 ** (-0.4 * cloud_mag)
         psf = seeing(rng, mass)
         light_e = sky_e(camera, rng, band, satellite.exptime_s)
 
         rotation_deg = ROTATION_DEG + ROTATION_STEP_DEG * folder.number / 10.0
-        matrix = precession(middle).T
+        matrix = precession(middle).T @ nutation(middle)
         centre = matrix @ toward
+        centre /= np.linalg.norm(centre)
         axes = sky_axes(centre)
         moved = matrix @ (orbit.look(end)[0] - orbit.look(start)[0])
         step_px = -to_pixels(moved @ axes[0], moved @ axes[1], rotation_deg)
@@ -540,20 +572,35 @@ def draw_targets(folder, camera, seed, satellite, index, frames_each):
         star_v_mag, b_v_mag, v_r_mag = random_stars(rng, float(np.prod(box_px)) * (SCALE_ARCSEC / 3600.0) ** 2)
         first_px = rng.random((len(star_v_mag), 2)) * box_px - 40.0 - np.maximum(step_px, 0.0)
         star_mag = star_v_mag - (v_r_mag if band.name == "R" else 0.0)
-        draw_trails(light_e, psf, first_px, step_px, rate_e_s(band, star_mag, b_v_mag, mass) * satellite.exptime_s)
+        draw_trails(light_e, psf, first_px, step_px, through * rate_e_s(band, star_mag, b_v_mag, mass) * satellite.exptime_s)
 
         x_px, y_px = (0.5 * (n - 1) + rng.normal(0.0, 5.0) for n in (camera.cols, camera.rows))
-        flux_e = rate_e_s(band, mag, satellite.b_v_mag, mass) * satellite.exptime_s
+        # where the stars stood among those of a catalogue, which knows no aberration, in the middle of the exposure
+        velocity = matrix @ earth_velocity(middle)
+        back = first_px + 0.5 * step_px - [x_px, y_px]
+        c, s = math.cos(math.radians(rotation_deg)), math.sin(math.radians(rotation_deg))
+        plane = -np.radians(np.stack([c * back[:, 0] + s * back[:, 1], -s * back[:, 0] + c * back[:, 1]], axis=-1) * SCALE_ARCSEC / 3600.0)
+        places = centre + plane[:, :1] * axes[0] + plane[:, 1:] * axes[1]
+        places = places / np.linalg.norm(places, axis=1)[:, None] - velocity
+        places /= np.linalg.norm(places, axis=1)[:, None]
+        catalogue += catalogue_rows(np.random.default_rng([seed, 6, index, i]), len(catalogue), zip(places, star_v_mag, b_v_mag, v_r_mag))
+        ra_deg, dec_deg = ra_dec_deg((centre - velocity) / np.linalg.norm(centre - velocity))
+        flux_e = through * rate_e_s(band, mag, satellite.b_v_mag, mass) * satellite.exptime_s
         size_px = [math.degrees(m * 1e-3 / range_km) * 3600.0 / SCALE_ARCSEC for m in satellite.size_m]
-        draw_body(light_e, psf, x_px, y_px, flux_e, size_px, satellite.shape, 40.0 + 0.2 * i)
+        if satellite.shape == "point":
+            draw_star(light_e, psf, x_px, y_px, flux_e, 64)
+        else:
+            draw_body(light_e, psf, x_px, y_px, flux_e, size_px, satellite.shape, 40.0 + 0.2 * i)
         counts = camera.read(rng, light_e * camera.response[band.name], satellite.exptime_s)
-        name = folder.write("LIGHT", counts, request, satellite.exptime_s, rng, band, satellite.name, ra_dec_deg(centre))
+        stamped = request + timedelta(seconds=clock_error_s)
+        name = folder.write("LIGHT", counts, stamped, satellite.exptime_s, rng, band, satellite.name, ra_dec_deg(centre))
         truth.append({"file": name, "satellite": satellite.name, "norad_cat_id": satellite.norad_cat_id, "filter": band.name,
                       "mid_time_utc": middle.isoformat(timespec="milliseconds"), "exptime_s": satellite.exptime_s,
                       "mag": f"{mag:.5f}", "x_px": f"{x_px:.3f}", "y_px": f"{y_px:.3f}", "flux_e": f"{flux_e:.1f}",
                       "airmass": f"{mass:.5f}", "alt_deg": f"{alt_deg:.4f}", "az_deg": f"{az_deg:.4f}",
                       "range_km": f"{range_km:.3f}", "phase_angle_deg": f"{phase_deg:.3f}", "fwhm_px": f"{psf.fwhm_px:.4f}",
-                      "trail_px": f"{np.hypot(*step_px):.1f}"})
+                      "trail_px": f"{np.hypot(*step_px):.1f}", "cloud_mag": f"{cloud_mag:.4f}",
+                      "ra_deg": f"{ra_deg:.7f}", "dec_deg": f"{dec_deg:.7f}"})
     return truth
 
 
@@ -564,6 +611,11 @@ def main():
     parser.add_argument("--size", default="600x500", help="columns x rows of the frames (default %(default)s)")
     parser.add_argument("--targets", type=int, default=20, help="target frames of each satellite and filter (default %(default)s)")
     parser.add_argument("--stars", type=int, default=2, help="star frames of each pointing and filter (default %(default)s)")
+    parser.add_argument("--fainter", type=float, default=0.0, metavar="MAG",
+                        help="make the satellites fainter by so much, and points (default: as they are)")
+    parser.add_argument("--cloudy", type=float, default=0.0, metavar="FRAC", help="share of the target frames under cloud")
+    parser.add_argument("--clock-error", type=float, default=0.0, metavar="S", help="how late the clock of the target frames is")
+    parser.add_argument("--trail", type=float, default=1.0, metavar="FACTOR", help="factor on the exposure times of target frames")
     parser.add_argument("--flats", type=int, default=9, help="flats of each filter (default %(default)s)")
     parser.add_argument("--biases", type=int, default=15, help="bias frames (default %(default)s)")
     parser.add_argument("--darks", type=int, default=7, help="darks of either exposure (default %(default)s)")
@@ -578,7 +630,9 @@ def main():
     catalogue, star_truth = draw_star_fields(folder, camera, args.seed, args.stars)
     target_truth = []
     for index, satellite in enumerate(SATELLITES):
-        target_truth += draw_targets(folder, camera, args.seed, satellite, index, args.targets)
+        satellite = replace(satellite, v_1000km_mag=satellite.v_1000km_mag + args.fainter, exptime_s=args.trail * satellite.exptime_s,
+                            shape="point" if args.fainter else satellite.shape)
+        target_truth += draw_targets(folder, camera, args.seed, satellite, index, args.targets, catalogue, args.cloudy, args.clock_error)
     (args.out / "elements.tle").write_text(ELEMENTS)
     write_csv(args.out / "catalogue.csv", catalogue)
     write_csv(args.out / "truth" / "truth.csv", target_truth)
