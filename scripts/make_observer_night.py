@@ -541,7 +541,7 @@ def draw_star_fields(folder, camera, seed, frames_each):
     return catalogue, truth
 
 
-def draw_targets(folder, camera, seed, satellite, index, frames_each, catalogue, cloudy_frac, clock_error_s):
+def draw_targets(folder, camera, seed, satellite, index, frames_each, catalogue, args):
     """Tracked frames of one satellite, two of a filter after each other; returns the rows of the truth."""
     orbit, truth = Orbit(satellite), []
     for i, request in enumerate(orbit.times(frames_each * len(BANDS))):
@@ -556,7 +556,7 @@ def draw_targets(folder, camera, seed, satellite, index, frames_each, catalogue,
         v_mag += rng.normal(0.0, 0.06)  # its own flicker
         mag = v_mag - (satellite.v_r_mag if band.name == "R" else 0.0)
         sky_rng = np.random.default_rng([seed, 5, index, i])
-        cloud_mag = float(sky_rng.uniform(0.1, 1.0)) if sky_rng.random() < cloudy_frac else 0.0
+        cloud_mag = float(sky_rng.uniform(0.1, 1.0)) if sky_rng.random() < args.cloudy else 0.0
         through = 10.0 ** (-0.4 * cloud_mag)
         psf = seeing(rng, mass)
         light_e = sky_e(camera, rng, band, satellite.exptime_s)
@@ -574,7 +574,7 @@ def draw_targets(folder, camera, seed, satellite, index, frames_each, catalogue,
         star_mag = star_v_mag - (v_r_mag if band.name == "R" else 0.0)
         draw_trails(light_e, psf, first_px, step_px, through * rate_e_s(band, star_mag, b_v_mag, mass) * satellite.exptime_s)
 
-        x_px, y_px = (0.5 * (n - 1) + rng.normal(0.0, 5.0) for n in (camera.cols, camera.rows))
+        x_px, y_px = (0.5 * (n - 1) + rng.normal(0.0, args.jitter) for n in (camera.cols, camera.rows))
         # where the stars stood among those of a catalogue, which knows no aberration, in the middle of the exposure
         velocity = matrix @ earth_velocity(middle)
         back = first_px + 0.5 * step_px - [x_px, y_px]
@@ -592,7 +592,7 @@ def draw_targets(folder, camera, seed, satellite, index, frames_each, catalogue,
         else:
             draw_body(light_e, psf, x_px, y_px, flux_e, size_px, satellite.shape, 40.0 + 0.2 * i)
         counts = camera.read(rng, light_e * camera.response[band.name], satellite.exptime_s)
-        stamped = request + timedelta(seconds=clock_error_s)
+        stamped = request + timedelta(seconds=args.clock_error)
         name = folder.write("LIGHT", counts, stamped, satellite.exptime_s, rng, band, satellite.name, ra_dec_deg(centre))
         truth.append({"file": name, "satellite": satellite.name, "norad_cat_id": satellite.norad_cat_id, "filter": band.name,
                       "mid_time_utc": middle.isoformat(timespec="milliseconds"), "exptime_s": satellite.exptime_s,
@@ -616,6 +616,8 @@ def main():
     parser.add_argument("--cloudy", type=float, default=0.0, metavar="FRAC", help="share of the target frames under cloud")
     parser.add_argument("--clock-error", type=float, default=0.0, metavar="S", help="how late the clock of the target frames is")
     parser.add_argument("--trail", type=float, default=1.0, metavar="FACTOR", help="factor on the exposure times of target frames")
+    parser.add_argument("--jitter", type=float, default=5.0, metavar="PX",
+                        help="scatter of the satellite about the middle of the frame (default %(default)s)")
     parser.add_argument("--flats", type=int, default=9, help="flats of each filter (default %(default)s)")
     parser.add_argument("--biases", type=int, default=15, help="bias frames (default %(default)s)")
     parser.add_argument("--darks", type=int, default=7, help="darks of either exposure (default %(default)s)")
@@ -632,7 +634,7 @@ def main():
     for index, satellite in enumerate(SATELLITES):
         satellite = replace(satellite, v_1000km_mag=satellite.v_1000km_mag + args.fainter, exptime_s=args.trail * satellite.exptime_s,
                             shape="point" if args.fainter else satellite.shape)
-        target_truth += draw_targets(folder, camera, args.seed, satellite, index, args.targets, catalogue, args.cloudy, args.clock_error)
+        target_truth += draw_targets(folder, camera, args.seed, satellite, index, args.targets, catalogue, args)
     (args.out / "elements.tle").write_text(ELEMENTS)
     write_csv(args.out / "catalogue.csv", catalogue)
     write_csv(args.out / "truth" / "truth.csv", target_truth)
