@@ -60,9 +60,16 @@ This page compares the error of numerical methods with their run time. `scripts/
 ratios can be transferred to other machines, the microseconds cannot. Errors are given as the median, as the value that 95 of 100
 cases do not exceed, and as the worst case.
 
-**Bold** settings are the defaults of satphot. For *italic* settings another setting of the same case is better in both error and
-time; the others are on the front of error and time. In the figures, filled marks are on the front, open marks are not, and squares
-are the defaults. Thin lines are other programs; those of apertures take whole apertures, satphot's only the outline.{few}
+A CPU time is the median of repeats. The interval behind it holds the median in 95 of 100 cases where there are six repeats or more,
+and is the smallest and the largest repeat otherwise. Two times are told apart only where their intervals are more than 5 % apart,
+because two runs of a program differ by that much. A setting is *behind* another that is at least as accurate (in the 95 % error) and
+takes less time in this sense; it is *on the front* if every setting that is as accurate takes more time; it is *level* with another
+where the times cannot tell. Two runs can therefore differ in "level", but never say "front" once and "behind" another time.
+
+**Bold** settings are the defaults of satphot, *italic* ones are behind another setting of the same case. In the figures, filled marks
+are not behind another setting, open marks are, and squares are the defaults. Thin lines are other programs; those of apertures take
+whole apertures, satphot's only the outline. Where a column states the share within 1 sigma, 68 % is what the stated errors
+promise.{few}
 
 | method | what is turned | its default |
 |---|---|---|""")
@@ -78,13 +85,18 @@ for name, default in zip(methods, defaults):
     print(f"## {name}\n\n{abouts[name][0].upper()}{abouts[name][1:]}. Reference: {first['reference']}.\n")
     print(f"Default: {default}.\n\n![{name}](figures/accuracy/{name}.svg)\n")
     memory = any(r["memory_kb"] for r in own)
-    print(f"| case | {first['knob']} | median [{first['err_unit']}] | 95 % | worst | cases | CPU µs, {first['work']} |" + (" kB |" if memory else ""))
-    print("|---|---|---|---|---|---|---|" + ("---|" if memory else ""))
+    judged = any(r["coverage_frac"] for r in own)
+    print(f"| case | {first['knob']} | median [{first['err_unit']}] | 95 % | worst |" + (" bias | scatter | within 1 sigma |" if judged else "")
+          + f" cases | CPU µs, {first['work']} | its interval |" + (" kB |" if memory else ""))
+    print("|---|---|---|---|---|---|---|---|" + ("---|---|---|" if judged else "") + ("---|" if memory else ""))
     for r in own:
-        mark = "**" if r["is_default"] == "1" else "*" if r["on_front"] == "0" else ""
-        us = float(r["cpu_us"])
+        mark = "**" if r["is_default"] == "1" else "*" if r["place"] == "behind" else ""
         line = [cell(r["case"]), f"{mark}{cell(r['setting'])}{mark}", size(r["err_median"]), size(r["err_p95"]), size(r["err_worst"])]
-        line += [r["n"], f"{us:.0f}" if us >= 100 else f"{us:.3g}"]
+        if judged:
+            line += [f"{float(r[c]):+.4f}" if r[c] else "" for c in ("err_mean",)] + [f"{float(r['err_sd']):.4f}" if r["err_sd"] else ""]
+            line.append(f"{100 * float(r['coverage_frac']):.0f} %" if r["coverage_frac"] else "")
+        us = lambda column: f"{float(r[column]):.0f}" if float(r[column]) >= 100 else f"{float(r[column]):.3g}"
+        line += [r["n"], us("cpu_us"), f"{us('cpu_us_low')} to {us('cpu_us_high')}"]
         if memory:
             line.append(f"{float(r['memory_kb']):.3g}" if r["memory_kb"] else "")
         print("| " + " | ".join(line) + " |")

@@ -52,7 +52,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
         ("ellipse 60 x 15 px", Shape::Ellipse { a_px: 60.0, b_px: 15.0, theta_rad: 0.5 }),
         ("pill 60 x 15 px", Shape::Pill { a_px: 60.0, b_px: 15.0, theta_rad: 0.5 }),
     ];
-    let mut rng = ChaCha12Rng::seed_from_u64(5);
+    let mut rng = ChaCha12Rng::seed_from_u64(stopwatch.seed(5));
     let places: Vec<(f64, f64)> = (0..stopwatch.effort.of(100, 2000))
         .map(|_| (rng.random_range(-0.5..0.5), rng.random_range(-0.5..0.5)))
         .collect();

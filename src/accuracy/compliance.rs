@@ -56,7 +56,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
     let exact: Vec<f64> = nights.iter().map(|n| share(*n, finest)).collect::<Result<_>>()?;
     let point = |setting: String, knobs: (usize, f64)| -> Result<Option<SweepPoint>> {
         let found: Vec<f64> = nights.iter().map(|n| share(*n, knobs)).collect::<Result<_>>()?;
-        let off: Vec<f64> = found.iter().zip(&exact).map(|(a, b)| (a - b).abs()).collect();
+        let off: Vec<f64> = found.iter().zip(&exact).map(|(a, b)| a - b).collect();
         let cpu_us = cpu_us(stopwatch, || {
             std::hint::black_box(share(nights[0], knobs).is_ok());
         });

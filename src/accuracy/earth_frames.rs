@@ -94,7 +94,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
     ];
     let mut series = Vec::new();
     for (label, mjd) in [("2005", 53_371.0), ("2025", 60_676.0), ("2045", 67_981.0)] {
-        let mut rng = ChaCha12Rng::seed_from_u64(24);
+        let mut rng = ChaCha12Rng::seed_from_u64(stopwatch.seed(24));
         let cases: Vec<(Epoch, Vector<Gcrs>)> = (0..stopwatch.effort.of(40, 1000))
             .map(|_| {
                 (Epoch::from_mjd_utc(mjd) + Duration::from_days(rng.random_range(0.0..365.0)), direction(&mut rng))

@@ -59,7 +59,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
         ("ABG of a painted plate", Brdf::Abg { a: 0.003_362, b: 4.309e-6, g: 2.068 }),
         ("Starlink chassis, laboratory", Brdf::named("starlink-chassis-lab")?),
     ];
-    let scenes = scenes(stopwatch.effort.of(12, 200), 6)?;
+    let scenes = scenes(stopwatch.effort.of(12, 200), stopwatch.seed(6))?;
     let cases: Vec<Case> = scenes.iter().filter_map(|scene| case(scene, &earth)).collect();
     let mut series = Vec::new();
     for (label, brdf) in laws {

@@ -1,5 +1,7 @@
 //! How much work a sweep may do, and the clock it is timed with.
 
+use crate::base::progress::Progress;
+
 /// How much is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effort {
@@ -26,4 +28,15 @@ pub struct Stopwatch<'a> {
     pub cpu_s: &'a dyn Fn() -> f64,
     /// How much is measured.
     pub effort: Effort,
+    /// Chooses the cases that are drawn: 0 as published, any other number draws others.
+    pub seed: u64,
+    /// Hears of the steps of a long sweep.
+    pub progress: &'a dyn Progress,
+}
+
+impl Stopwatch<'_> {
+    /// The seed of one sweep's own stream of random numbers.
+    pub(super) fn seed(&self, own: u64) -> u64 {
+        self.seed.wrapping_mul(1_000_003).wrapping_add(own)
+    }
 }

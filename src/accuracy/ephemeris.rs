@@ -106,7 +106,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
         ("one minute old", |e| bodies(&(*e - Duration::from_seconds(60.0)), &EarthOrientation::default())),
         ("ten minutes old", |e| bodies(&(*e - Duration::from_seconds(600.0)), &EarthOrientation::default())),
     ];
-    let mut rng = ChaCha12Rng::seed_from_u64(25);
+    let mut rng = ChaCha12Rng::seed_from_u64(stopwatch.seed(25));
     let n = stopwatch.effort.of(60, 2000);
     let mut groups: [(&str, Vec<(Case, f64)>); 2] =
         [("in sunlight", Vec::new()), ("by Moon and Earth alone", Vec::new())];

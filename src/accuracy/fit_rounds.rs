@@ -18,7 +18,8 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
     };
     let mut series = Vec::new();
     for (label, spoilt_frac) in [("clean", 0.0), ("10 % of the stars spoilt", 0.1), ("30 % of the stars spoilt", 0.3)] {
-        let drawn: Vec<Vec<StarMeasurement>> = (0..nights).map(|k| night(2000 + k, spoilt_frac)).collect();
+        let drawn: Vec<Vec<StarMeasurement>> =
+            (0..nights).map(|k| night(stopwatch.seed(2000 + k), spoilt_frac)).collect();
         let mut converged = Vec::new();
         for stars in &drawn {
             converged.push(with(stars, 3000)?.v_mag(0.0, AT.0, AT.1));

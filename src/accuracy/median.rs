@@ -115,7 +115,7 @@ fn series<T: Copy + Default + Into<f64>>(
 
 pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
     let n = stopwatch.effort.of(8, 64);
-    let mut rng = ChaCha12Rng::seed_from_u64(26);
+    let mut rng = ChaCha12Rng::seed_from_u64(stopwatch.seed(26));
     let mut all = Vec::new();
     for frames in FRAMES {
         let network = Network::new(frames);

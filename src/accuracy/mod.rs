@@ -6,6 +6,7 @@
 mod apertures;
 mod background_mesh;
 mod compliance;
+mod constellation;
 mod earth_frames;
 mod earth_reflected;
 mod effort;
@@ -13,8 +14,10 @@ mod ephemeris;
 mod extremes;
 pub mod figure;
 mod fit_rounds;
+mod light_curve;
 mod median;
 mod model_fit;
+mod night;
 mod night_plan;
 pub mod output;
 mod paths;
@@ -27,13 +30,15 @@ mod sky_points;
 mod source_disc;
 mod sweep;
 mod time_grid;
+mod timing;
 mod zeropoint_fit;
 
 pub use effort::{Effort, Stopwatch};
 
 pub use extremes::{Extreme, Verdict, extremes};
 pub use paths::paths;
-pub use sweep::{Errors, Series, Sweep, SweepPoint};
+pub use sweep::{Errors, Place, Series, Sweep, SweepPoint};
+pub use timing::CpuTime;
 
 use crate::base::error::Result;
 
@@ -51,7 +56,7 @@ impl Method {
     /// Turns the knob.
     ///
     /// # Errors
-    /// Only if what is built into the program cannot be read.
+    /// If what is built into the program cannot be read; [`crate::Error::Io`] of the folder of a simulated night.
     pub fn sweep(&self, stopwatch: &Stopwatch) -> Result<Sweep> {
         (self.sweep)(stopwatch)
     }
@@ -59,6 +64,26 @@ impl Method {
 
 /// Every method that has a sweep.
 pub const METHODS: &[Method] = &[
+    Method {
+        name: "night",
+        about: "the magnitude of a satellite from raw frames, end to end: every key that moves it",
+        sweep: night::sweep,
+    },
+    Method {
+        name: "night-zeropoint",
+        about: "the zeropoint from raw frames, end to end: every key that moves it",
+        sweep: night::zeropoint_sweep,
+    },
+    Method {
+        name: "light-curve",
+        about: "V along the passes of a day: step between rows, tolerance of the model",
+        sweep: light_curve::sweep,
+    },
+    Method {
+        name: "constellation",
+        about: "how many satellites are bright over a night: share of them, step, tolerance",
+        sweep: constellation::sweep,
+    },
     Method {
         name: "earth-reflected",
         about: "light by way of the Earth: tolerance of the integral, by scattering law",

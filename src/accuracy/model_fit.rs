@@ -78,7 +78,8 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
     let sets = stopwatch.effort.of(3, 30);
     let mut series = Vec::new();
     for passes in PASSES {
-        let data: Vec<Vec<Observation>> = (0..sets).map(|k| drawn(passes, 7000 + k)).collect::<Result<_>>()?;
+        let data: Vec<Vec<Observation>> =
+            (0..sets).map(|k| drawn(passes, stopwatch.seed(7000 + k))).collect::<Result<_>>()?;
         let point = |degree: usize| {
             let errors: Vec<f64> = data.iter().flat_map(|rows| off(rows, degree)).collect();
             let us = cpu_us(stopwatch, || {

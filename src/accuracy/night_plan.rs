@@ -94,7 +94,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
     let point = |setting: String, knobs: (f64, f64)| -> Result<Option<SweepPoint>> {
         let found = best(&night, knobs)?;
         let off = |number: &i64| match (found.get(number), finest.get(number)) {
-            (Some(a), Some(b)) => (2.5 * (a / b).log10()).abs(),
+            (Some(a), Some(b)) => 2.5 * (a / b).log10(),
             _ => MISSED_MAG,
         };
         let both: std::collections::BTreeSet<i64> = found.keys().chain(finest.keys()).copied().collect();

@@ -37,7 +37,7 @@ pub(super) fn by_rings(a: f64, b: f64, c: f64, rings: usize) -> f64 {
 
 pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
     let sun_rad = (SUN_RADIUS_KM / AU_KM).asin();
-    let mut rng = ChaCha12Rng::seed_from_u64(21);
+    let mut rng = ChaCha12Rng::seed_from_u64(stopwatch.seed(21));
     let n = stopwatch.effort.of(60, 2000);
     let mut series = Vec::new();
     for (label, r_km) in

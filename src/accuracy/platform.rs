@@ -66,7 +66,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
     let mut series = Vec::new();
     for (label, n) in [("Phong n = 9", 8.9), ("Phong n = 1000", 1e3)] {
         let law = Brdf::Phong { kd: 0.1, ks: 0.5, n };
-        let mut rng = ChaCha12Rng::seed_from_u64(22);
+        let mut rng = ChaCha12Rng::seed_from_u64(stopwatch.seed(22));
         let scenes: Vec<Scene> = (0..stopwatch.effort.of(4, 40)).map(|_| scene(&mut rng)).collect();
         let piece = |n: usize, tolerance: f64| {
             Model::new(&plate(side_km / n as f64, &law), &settings(PlatformSize::Point, tolerance))

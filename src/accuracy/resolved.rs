@@ -5,7 +5,7 @@
 //! 1 %, is a case.
 
 use super::effort::Stopwatch;
-use super::sweep::{Errors, Series, Sweep, SweepPoint};
+use super::sweep::{Errors, Series, Sweep, SweepPoint, timed};
 use crate::base::error::Result;
 use crate::base::vector::Vector;
 use crate::brightness::{ModelSettings, Scene};
@@ -93,9 +93,8 @@ fn points(
     let truth = irradiances(satellite, finest)?;
     let mut points = Vec::new();
     for (setting, settings, is_default) in settings {
-        let before = (stopwatch.cpu_s)();
-        let found = irradiances(satellite, &settings)?;
-        let cpu_us = 1e6 * ((stopwatch.cpu_s)() - before) / truth.len() as f64;
+        let (found, time) = timed(stopwatch, || irradiances(satellite, &settings))?;
+        let cpu_us = time / truth.len() as f64;
         let mut off = Vec::new();
         for (truth, found) in truth.iter().zip(found) {
             let total: f64 = truth.iter().sum();

@@ -1,4 +1,4 @@
-//! An all-sky map: error of reading a magnitude between its points, and the cost of the map, by spacing.
+//! An all-sky map: error of reading a magnitude between its points, and the cost of the map, by spacing and by tolerance.
 //!
 //! Starlink V1.5 at 550 km with laboratory laws, the Sun 12° below the horizon. Between the points the logarithm of the
 //! flux is linear in altitude and azimuth. The reference is the model in that very direction.
@@ -9,12 +9,12 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
 use super::effort::Stopwatch;
-use super::sweep::{Errors, Series, Sweep, SweepPoint, cpu_us};
+use super::sweep::{Errors, Series, Sweep, SweepPoint, cpu_us, timed};
 use crate::base::error::{Error, Result};
 use crate::base::vector::Vector;
 use crate::brightness::settings::PUBLISHED_EARTH_RADIUS_KM;
 use crate::brightness::sky::{Body, Sky, SkyGrid, SkyMap, sky_map};
-use crate::brightness::{Model, ModelSettings, Satellite};
+use crate::brightness::{Model, ModelSettings, Satellite, ToleranceOf};
 
 const SATELLITE: &str = "starlink-v1.5-lab";
 const HEIGHT_KM: f64 = 550.0;
@@ -22,6 +22,9 @@ const HEIGHT_KM: f64 = 550.0;
 const GRIDS: [(usize, usize); 5] = [(10, 19), (16, 37), (31, 73), (46, 121), (91, 181)];
 /// Those of `satphot predict sky` by default.
 const DEFAULT: (usize, usize) = (31, 73);
+/// Tolerances of the sum of the lights, and that of `satphot predict sky`.
+const TOLERANCES: [f64; 5] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-6];
+const DEFAULT_TOLERANCE: f64 = 1e-4;
 /// Directions this near the horizon are excluded \[rad\]: nobody observes there.
 const LEAST_ALT_RAD: f64 = 0.0873;
 
@@ -35,6 +38,35 @@ fn between(map: &SkyMap, alt_deg: f64, az_deg: f64) -> Option<f64> {
     Some((1.0 - t) * ((1.0 - s) * at(0, 0)? + s * at(1, 0)?) + t * ((1.0 - s) * at(0, 1)? + s * at(1, 1)?))
 }
 
+/// The map of the default grid by the tolerance of the sum of its lights, at its points.
+fn by_tolerance(
+    stopwatch: &Stopwatch,
+    sky: &Sky,
+    satellite: &Satellite,
+    settings: &ModelSettings,
+) -> Result<Vec<SweepPoint>> {
+    let grid = SkyGrid::new(DEFAULT.0, DEFAULT.1)?;
+    let map = |tolerance: f64| {
+        let settings = ModelSettings { tolerance, tolerance_of: ToleranceOf::Total, ..settings.clone() };
+        sky_map(sky, &grid, satellite, &settings, &|| ())
+    };
+    let exact = map(1e-8)?;
+    let mut points = Vec::new();
+    for tolerance in TOLERANCES {
+        let (found, cpu_us) = timed(stopwatch, || map(tolerance))?;
+        let both = found.points.iter().zip(&exact.points);
+        let off: Vec<f64> = both.filter_map(|(a, b)| Some(a.v_mag()? - b.v_mag()?)).collect();
+        points.extend(Errors::of(&off).map(|errors| SweepPoint {
+            setting: format!("{tolerance:e}"),
+            errors,
+            cpu_us,
+            memory_kb: None,
+            is_default: tolerance == DEFAULT_TOLERANCE,
+        }));
+    }
+    Ok(points)
+}
+
 pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
     let axes = [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)];
     let sun = Body::sun((-12f64).to_radians(), FRAC_PI_2).at_infinity();
@@ -46,7 +78,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
         &satellite,
         &ModelSettings { earth_radius_km: Some(PUBLISHED_EARTH_RADIUS_KM), ..settings.clone() },
     )?;
-    let mut rng = ChaCha12Rng::seed_from_u64(8);
+    let mut rng = ChaCha12Rng::seed_from_u64(stopwatch.seed(8));
     let mut truth = Vec::new();
     for _ in 0..stopwatch.effort.of(300, 5000) {
         // even over the sky: the sine of the altitude is uniform
@@ -79,11 +111,15 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
         }));
     }
     Ok(Sweep {
-        knob: "grid",
+        knob: "grid, tolerance",
         work: "one map",
         error: "mag",
-        reference: "the model in the very direction",
-        default_because: "3 x 5 deg is what a figure shows; a finer map can be requested",
-        series: vec![Series { label: "Starlink V1.5, Sun at -12 deg".into(), points }],
+        reference: "the model in the very direction; of tolerances the same map at 1e-8",
+        default_because: "3 x 5 deg is what a figure shows; a finer map can be requested. Tolerances count at the points, where the sum \
+                          of the lights has them",
+        series: vec![
+            Series { label: "Starlink V1.5, Sun at -12 deg: grid".into(), points },
+            Series { label: "the same: tolerance".into(), points: by_tolerance(stopwatch, &sky, &satellite, &settings)? },
+        ],
     })
 }

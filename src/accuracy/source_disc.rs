@@ -24,8 +24,8 @@ pub(super) type Case = [Vector<Itrs>; 3];
 
 /// Directions towards the Sun and the observer on the upper side of a plate; every second within a degree of the
 /// mirror direction.
-pub(super) fn cases(n: usize) -> Vec<Case> {
-    let mut rng = ChaCha12Rng::seed_from_u64(7);
+pub(super) fn cases(n: usize, seed: u64) -> Vec<Case> {
+    let mut rng = ChaCha12Rng::seed_from_u64(seed);
     let normal = Vector::new(0.0, 0.0, 1.0);
     let direction = |zenith: f64, azimuth: f64| {
         Vector::new(zenith.sin() * azimuth.cos(), zenith.sin() * azimuth.sin(), zenith.cos())
@@ -72,7 +72,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
         ("ABG of a painted plate", Brdf::Abg { a: 0.003_362, b: 4.309e-6, g: 2.068 }),
         ("Starlink chassis, laboratory", Brdf::named("starlink-chassis-lab")?),
     ];
-    let cases = cases(stopwatch.effort.of(12, 120));
+    let cases = cases(stopwatch.effort.of(12, 120), stopwatch.seed(7));
     let default = ModelSettings::default().effects.source_disc;
     let mut series = Vec::new();
     for (label, brdf) in laws {

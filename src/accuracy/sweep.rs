@@ -1,10 +1,8 @@
 //! One knob turned: for each setting the errors over many cases and what a case costs.
 
-use super::effort::Effort;
-use super::effort::Stopwatch;
-
-/// CPU time of one setting is measured over at least this long \[s\].
-const LEAST_S: (f64, f64) = (0.02, 0.3);
+use super::timing::CpuTime;
+pub(super) use super::timing::{cpu_us, timed};
+use crate::base::stats::mean_and_sd;
 
 /// How wrong a setting is over its cases, in absolute value.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,6 +15,12 @@ pub struct Errors {
     pub worst: f64,
     /// Cases.
     pub n: usize,
+    /// Mean of the errors, signed where an error has a sign; `None` where a case is not finite or there is only one.
+    pub bias: Option<f64>,
+    /// Standard deviation about it.
+    pub scatter: Option<f64>,
+    /// Share of the cases whose error is within the stated 1-sigma error; `None` where none is stated.
+    pub coverage_frac: Option<f64>,
 }
 
 impl Errors {
@@ -28,7 +32,25 @@ impl Errors {
         sizes.sort_by(f64::total_cmp);
         let n = sizes.len();
         let rank = |share: f64| ((share * n as f64).ceil() as usize).clamp(1, n.max(1)) - 1;
-        Some(Self { median: *sizes.get(rank(0.5))?, p95: *sizes.get(rank(0.95))?, worst: *sizes.last()?, n })
+        let finite = n > 1 && errors.iter().all(|e| e.is_finite());
+        let (bias, scatter) = mean_and_sd(errors);
+        Some(Self {
+            median: *sizes.get(rank(0.5))?,
+            p95: *sizes.get(rank(0.95))?,
+            worst: *sizes.last()?,
+            n,
+            bias: finite.then_some(bias),
+            scatter: finite.then_some(scatter),
+            coverage_frac: None,
+        })
+    }
+
+    /// Of signed errors with the 1-sigma error that was stated for each.
+    #[must_use]
+    pub fn with_stated(errors: &[(f64, f64)]) -> Option<Self> {
+        let signed: Vec<f64> = errors.iter().map(|(error, _)| *error).collect();
+        let held = errors.iter().filter(|(error, stated)| error.abs() <= *stated).count();
+        Some(Self { coverage_frac: Some(held as f64 / errors.len() as f64), ..Self::of(&signed)? })
     }
 }
 
@@ -39,8 +61,8 @@ pub struct SweepPoint {
     pub setting: String,
     /// How wrong it is.
     pub errors: Errors,
-    /// CPU time of one piece of work \[µs\].
-    pub cpu_us: f64,
+    /// CPU time of one piece of work.
+    pub cpu_us: CpuTime,
     /// Memory of one piece of work \[kB\], where it depends on the knob.
     pub memory_kb: Option<f64>,
     /// Whether satphot takes this setting by default.
@@ -56,16 +78,56 @@ pub struct Series {
     pub points: Vec<SweepPoint>,
 }
 
-impl Series {
-    /// Which points no other point beats in both the 95 % error and CPU time. A point within 5 % of another's time is
-    /// not beaten by time, and errors below 1e-15 are all the same.
+/// Where a setting stands among the others of its series, in the 95 % error and CPU time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// Every setting that is as accurate takes more time, beyond the errors of the times.
+    Front,
+    /// Another is as accurate and takes as much time, as far as the times can tell.
+    Level,
+    /// Another is as accurate and takes less time, beyond the errors of the times.
+    Behind,
+}
+
+impl Place {
+    /// As it is written in tables.
     #[must_use]
-    pub fn on_front(&self) -> Vec<bool> {
-        let error = |p: &SweepPoint| p.errors.p95.max(1e-15);
-        let beats = |a: &SweepPoint, b: &SweepPoint| {
-            (error(a) < error(b) && a.cpu_us <= 1.05 * b.cpu_us) || (error(a) <= error(b) && 1.05 * a.cpu_us < b.cpu_us)
-        };
-        self.points.iter().map(|p| !self.points.iter().any(|other| beats(other, p))).collect()
+    pub fn name(self) -> &'static str {
+        match self {
+            Place::Front => "front",
+            Place::Level => "level",
+            Place::Behind => "behind",
+        }
+    }
+}
+
+/// Whether the first is at least as accurate as the second; errors below 1e-15 are all the same.
+fn as_accurate(a: &SweepPoint, b: &SweepPoint) -> bool {
+    a.errors.p95 <= b.errors.p95.max(1e-15)
+}
+
+/// Where each of these points stands among them.
+pub(super) fn places(points: &[&SweepPoint]) -> Vec<Place> {
+    let place = |(k, p): (usize, &&SweepPoint)| {
+        let mut place = Place::Front;
+        for (_, other) in points.iter().enumerate().filter(|(i, other)| *i != k && as_accurate(other, p)) {
+            if other.cpu_us.is_below(&p.cpu_us) {
+                return Place::Behind;
+            }
+            if !p.cpu_us.is_below(&other.cpu_us) {
+                place = Place::Level;
+            }
+        }
+        place
+    };
+    points.iter().enumerate().map(place).collect()
+}
+
+impl Series {
+    /// Where each setting stands among those of the series.
+    #[must_use]
+    pub fn places(&self) -> Vec<Place> {
+        places(&self.points.iter().collect::<Vec<_>>())
     }
 }
 
@@ -87,67 +149,148 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// Where the default stands: on the front, or what beats it, in how many situations; and why it is the default.
+    /// The default, where all series have one and the same measured point of it: settings of one system.
+    #[must_use]
+    pub fn common_default(&self) -> Option<&SweepPoint> {
+        let mut defaults = self.series.iter().map(|s| s.points.iter().find(|p| p.is_default));
+        let first = defaults.next()??;
+        let same = |p: Option<&SweepPoint>| p.is_some_and(|p| p.errors == first.errors && p.cpu_us == first.cpu_us);
+        (self.series.len() > 1 && defaults.all(same)).then_some(first)
+    }
+
+    /// Where the default stands: on the front, level with another, or what beats it, in how many situations; and why it is
+    /// the default.
     #[must_use]
     pub fn standing(&self) -> String {
-        let mut behind = Vec::new();
+        let (mut behind, mut level) = (Vec::new(), 0);
         let mut n = 0;
         for series in &self.series {
-            let front = series.on_front();
             let Some(k) = series.points.iter().position(|p| p.is_default) else { continue };
             n += 1;
-            if front[k] {
-                continue;
+            match series.places()[k] {
+                Place::Front => continue,
+                Place::Level => {
+                    level += 1;
+                    continue;
+                }
+                Place::Behind => {}
             }
             let own = &series.points[k];
-            let beats = |p: &&SweepPoint| p.errors.p95 <= own.errors.p95.max(1e-15) && p.cpu_us < own.cpu_us;
-            let best = series.points.iter().filter(beats).min_by(|a, b| a.cpu_us.total_cmp(&b.cpu_us));
+            let beats = |p: &&SweepPoint| as_accurate(p, own) && p.cpu_us.is_below(&own.cpu_us);
+            let best =
+                series.points.iter().filter(beats).min_by(|a, b| a.cpu_us.median_us.total_cmp(&b.cpu_us.median_us));
             let by = best.map_or("another".to_string(), |p| {
-                format!("{} takes {:.0} % of its time", p.setting, 100.0 * p.cpu_us / own.cpu_us)
+                format!("{} takes {:.0} % of its time", p.setting, 100.0 * p.cpu_us.median_us / own.cpu_us.median_us)
             });
             behind.push(format!("{} ({by})", series.label));
         }
-        let on = format!("on the front in {} of {n}", n - behind.len());
-        let behind = if behind.is_empty() { String::new() } else { format!("; behind it: {}", behind.join(", ")) };
-        format!("{on}{behind}; {}", self.default_because)
-    }
-}
-
-/// CPU time of one call \[µs\]: repeated until the clock's steps do not matter.
-pub(super) fn cpu_us(stopwatch: &Stopwatch, mut work: impl FnMut()) -> f64 {
-    let least_s = match stopwatch.effort {
-        Effort::Quick => LEAST_S.0,
-        Effort::Full => LEAST_S.1,
-    };
-    let (mut calls, mut batch) = (0.0, 1);
-    let start = (stopwatch.cpu_s)();
-    loop {
-        for _ in 0..batch {
-            work();
-        }
-        calls += f64::from(batch);
-        let used_s = (stopwatch.cpu_s)() - start;
-        if used_s >= least_s {
-            return 1e6 * used_s / calls;
-        }
-        batch = (2 * batch).min(1 << 20);
+        let on = format!("on the front in {} of {n}", n - level - behind.len());
+        let level = if level == 0 { String::new() } else { format!(", level with another setting in {level}") };
+        let behind = if behind.is_empty() { String::new() } else { format!(", behind in: {}", behind.join(", ")) };
+        format!("{on}{level}{behind}; {}", self.default_because)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha12Rng;
+    use rand_distr::StandardNormal;
 
-    fn point(p95: f64, cpu_us: f64) -> SweepPoint {
-        let errors = Errors { median: p95, p95, worst: p95, n: 1 };
+    fn timed_point(p95: f64, cpu_us: CpuTime) -> SweepPoint {
+        let errors = Errors { p95, ..Errors::of(&[p95]).unwrap() };
         SweepPoint { setting: String::new(), errors, cpu_us, memory_kb: None, is_default: false }
     }
 
+    fn point(p95: f64, cpu_us: f64) -> SweepPoint {
+        timed_point(p95, CpuTime::once(cpu_us))
+    }
+
     #[test]
-    fn the_front_holds_what_nothing_beats_in_both() {
-        let points = vec![point(1e-2, 1.0), point(1e-3, 2.0), point(1e-3, 3.0), point(1e-2, 1.02), point(1e-6, 9.0)];
+    fn the_front_holds_what_nothing_as_accurate_is_faster_than() {
+        let points = vec![point(1e-2, 1.0), point(1e-3, 2.0), point(1e-3, 3.0), point(1e-1, 1.02), point(1e-6, 9.0)];
         let series = Series { label: String::new(), points };
-        assert_eq!(series.on_front(), [true, true, false, true, true]);
+        assert_eq!(series.places(), [Place::Front, Place::Front, Place::Behind, Place::Level, Place::Front]);
+    }
+
+    /// One run of a sweep: repeats of a time with noise of some per cent, a tenth of them disturbed by half of the time, and
+    /// one factor for each setting that stays the same for the whole run.
+    fn run(rng: &mut ChaCha12Rng, truth: &[(f64, f64)], repeats: usize) -> Series {
+        let mut one = |(p95, us): &(f64, f64)| {
+            let of_run = 1.0 + 0.01 * rng.sample::<f64, _>(StandardNormal);
+            let mut repeat = || {
+                let noise: f64 = 1.0 + 0.03 * rng.sample::<f64, _>(StandardNormal).abs();
+                us * of_run * noise * if rng.random_range(0.0..1.0) < 0.1 { 1.5 } else { 1.0 }
+            };
+            let measured: Vec<f64> = (0..repeats).map(|_| repeat()).collect();
+            timed_point(*p95, CpuTime::of(&measured).unwrap())
+        };
+        Series { label: String::new(), points: truth.iter().map(&mut one).collect() }
+    }
+
+    #[test]
+    fn two_runs_never_contradict_each_other_and_agree_where_times_are_apart() {
+        let mut rng = ChaCha12Rng::seed_from_u64(90);
+        for repeats in [3, 7, 15] {
+            let (mut contradict, mut medians_contradict, mut wrong, mut apart, mut equal_told) = (0, 0, 0, 0, 0);
+            let sets = 2_000;
+            for set in 0..sets {
+                // every other set has times that are all the same, or at least 1.35 times apart
+                let steps: Vec<f64> = (0..5).map(|_| rng.random_range(0.0..1.0)).collect();
+                let mut us = 100.0;
+                let truth: Vec<(f64, f64)> = steps
+                    .iter()
+                    .map(|step| {
+                        us *= match set % 3 {
+                            0 => 1.0,
+                            1 => 1.35 + step,
+                            _ => 1.0 + 0.3 * step,
+                        };
+                        (10f64.powi(-rng.random_range(0..4)), us)
+                    })
+                    .collect();
+                let exact: Vec<SweepPoint> = truth.iter().map(|(e, us)| point(*e, *us)).collect();
+                let exact = Series { label: String::new(), points: exact }.places();
+                let (a, b) = (run(&mut rng, &truth, repeats), run(&mut rng, &truth, repeats));
+                let definite = |x: &Place, y: &Place| {
+                    matches!((x, y), (Place::Front, Place::Behind) | (Place::Behind, Place::Front))
+                };
+                let count = |a: &[Place], b: &[Place]| a.iter().zip(b).filter(|(x, y)| definite(x, y)).count();
+                contradict += count(&a.places(), &b.places());
+                let bare = |s: &Series| {
+                    let points: Vec<SweepPoint> = (s.points.iter())
+                        .map(|p| SweepPoint { cpu_us: CpuTime::once(p.cpu_us.median_us), ..p.clone() })
+                        .collect();
+                    // as if the median had no error at all
+                    let faster = |q: &SweepPoint, p: &SweepPoint| q.cpu_us.median_us < p.cpu_us.median_us;
+                    (points.iter())
+                        .map(|p| {
+                            let beaten = points.iter().any(|q| q.errors.p95 <= p.errors.p95 && faster(q, p));
+                            if beaten { Place::Behind } else { Place::Front }
+                        })
+                        .collect::<Vec<_>>()
+                };
+                medians_contradict += count(&bare(&a), &bare(&b));
+                match set % 3 {
+                    0 => equal_told += a.places().iter().filter(|p| **p == Place::Behind).count(),
+                    1 => {
+                        apart += exact.len();
+                        wrong += a.places().iter().zip(&exact).filter(|(x, y)| x != y).count();
+                    }
+                    _ => {}
+                }
+            }
+            assert_eq!(contradict, 0, "{repeats} repeats");
+            assert!(
+                medians_contradict > 500,
+                "{medians_contradict}: the noise of this test is too small to mean anything"
+            );
+            assert!(equal_told * 200 < 5 * sets / 3, "{repeats} repeats: {equal_told}");
+            // with few repeats one that is disturbed widens the interval over a real difference: level, never the contrary
+            let (few, allowed) = (repeats < 15, 0.05 * apart as f64);
+            assert!(few || (wrong as f64) < allowed, "{repeats} repeats: {wrong} of {apart}");
+        }
     }
 
     #[test]
@@ -155,7 +298,7 @@ mod tests {
         let series = |points: Vec<SweepPoint>, label: &str| Series { label: label.into(), points };
         let default = |p95, us| SweepPoint { is_default: true, ..point(p95, us) };
         let best = SweepPoint { setting: "quicker".into(), ..point(1e-3, 2.0) };
-        let sweep = Sweep {
+        let mut sweep = Sweep {
             knob: "knob",
             work: "work",
             error: "relative",
@@ -164,11 +307,18 @@ mod tests {
             series: vec![
                 series(vec![default(1e-3, 4.0), best], "behind"),
                 series(vec![default(1e-6, 9.0), point(1e-3, 2.0)], "on it"),
+                series(vec![default(1e-6, 9.0), point(1e-7, 9.1)], "as good"),
                 series(vec![point(1.0, 1.0)], "somebody else's"),
             ],
         };
-        let standing = sweep.standing();
-        assert_eq!(standing, "on the front in 1 of 2; behind it: behind (quicker takes 50 % of its time); it is");
+        assert_eq!(
+            sweep.standing(),
+            "on the front in 1 of 3, level with another setting in 1, behind in: behind (quicker takes 50 % of its time); it is"
+        );
+        assert_eq!(sweep.common_default(), None);
+        sweep.series =
+            vec![series(vec![default(1e-3, 4.0), point(1.0, 1.0)], "a"), series(vec![default(1e-3, 4.0)], "b")];
+        assert_eq!(sweep.common_default().map(|p| p.cpu_us.median_us), Some(4.0));
     }
 
     #[test]
@@ -176,7 +326,12 @@ mod tests {
         let hundred: Vec<f64> = (1..=100).map(|k| if k % 2 == 0 { f64::from(k) } else { -f64::from(k) }).collect();
         let of = Errors::of(&hundred).unwrap();
         assert_eq!((of.median, of.p95, of.worst, of.n), (50.0, 95.0, 100.0, 100));
-        assert_eq!(Errors::of(&[1.0, f64::NAN]).unwrap().worst, f64::INFINITY);
+        // the mean of 50 pairs of neighbours, half of one apart
+        assert_eq!((of.bias, of.coverage_frac), (Some(0.5), None));
+        let bad = Errors::of(&[1.0, f64::NAN]).unwrap();
+        assert_eq!((bad.worst, bad.bias), (f64::INFINITY, None));
         assert_eq!(Errors::of(&[]), None);
+        let stated = Errors::with_stated(&[(1.0, 1.0), (-2.0, 1.0), (0.5, 1.0), (f64::NAN, 1.0)]).unwrap();
+        assert_eq!(stated.coverage_frac, Some(0.5));
     }
 }

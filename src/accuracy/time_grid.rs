@@ -59,7 +59,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
     for (label, span_s, row_s) in
         [("a pass of 10 min, rows of 5 s", 600.0, 5.0), ("a day, rows of 60 s", 86_400.0, 60.0)]
     {
-        let mut rng = ChaCha12Rng::seed_from_u64(23);
+        let mut rng = ChaCha12Rng::seed_from_u64(stopwatch.seed(23));
         let starts: Vec<Epoch> = (0..stopwatch.effort.of(2, 12))
             .map(|_| Epoch::from_mjd_utc(60_676.0) + Duration::from_days(rng.random_range(0.0..365.0)))
             .collect();

@@ -69,7 +69,8 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
     ];
     let mut series = Vec::new();
     for (label, spoilt_frac) in [("clean", 0.0), ("10 % of the stars spoilt", 0.1), ("30 % of the stars spoilt", 0.3)] {
-        let drawn: Vec<Vec<StarMeasurement>> = (0..nights).map(|k| night(1000 + k, spoilt_frac)).collect();
+        let drawn: Vec<Vec<StarMeasurement>> =
+            (0..nights).map(|k| night(stopwatch.seed(1000 + k), spoilt_frac)).collect();
         let mut points = Vec::new();
         for (setting, estimator) in estimators {
             let config = config::Zeropoint { estimator, ..config::Zeropoint::default() };

@@ -42,12 +42,28 @@ fn a_sweep_says_where_its_default_stands_and_leaves_table_figure_and_page() {
     assert!(defaults.len() == 2 && defaults[0].contains("of 6; ") && defaults[1].contains("of 4; "), "{defaults:#?}");
     let read = |name: &str| std::fs::read_to_string(folder.path().join("a").join(name)).unwrap();
     assert!(read("accuracy.html").contains("Default: on the front in"));
-    assert!(read("accuracy_median.svg").contains("beaten by another setting"));
+    assert!(read("accuracy_median.svg").contains("behind another setting"));
     // every median is exact
     let table = read("accuracy.ecsv");
     let medians: Vec<&str> = table.lines().filter(|l| l.starts_with("median,")).collect();
     assert_eq!(medians.len(), 18);
     assert!(medians.iter().all(|l| l.contains(",stored units,0.0,0.0,0.0,")), "{medians:#?}");
+}
+
+#[test]
+fn a_seed_draws_other_cases_and_the_same_ones_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let errors = |seed: &str, out: &str| {
+        satphot(folder.path(), &["accuracy", "apertures", "-q", "--seed", seed, "-o", out]).expect(0, &[]);
+        let table = std::fs::read_to_string(folder.path().join(out).join("accuracy.ecsv")).unwrap();
+        let mut lines = table.lines().filter(|l| !l.starts_with('#')).map(|l| l.split(',').collect::<Vec<_>>());
+        let head = lines.next().unwrap();
+        let p95 = head.iter().position(|name| *name == "err_p95").unwrap();
+        lines.map(|row| row[p95].to_string()).collect::<Vec<_>>()
+    };
+    let (published, other) = (errors("0", "a"), errors("3", "b"));
+    assert!(published.len() == other.len() && published != other, "{other:?}");
+    assert_eq!(other, errors("3", "c"));
 }
 
 #[test]

@@ -3,11 +3,14 @@
 //! Expected are closed forms, independent computations, and refusals that say why. A case that is off by a known amount
 //! is a known limit and says so.
 
+mod cut_passes;
 mod fits;
 mod geometry;
 mod light;
 mod orbits;
 mod pixels;
+mod sources;
+mod zeropoints;
 
 use crate::base::error::Result;
 
@@ -56,7 +59,17 @@ pub struct Extreme {
 /// Runs every case.
 #[must_use]
 pub fn extremes() -> Vec<Extreme> {
-    [light::cases(), geometry::cases(), orbits::cases(), pixels::cases(), fits::cases()].concat()
+    [
+        light::cases(),
+        geometry::cases(),
+        orbits::cases(),
+        cut_passes::cases(),
+        pixels::cases(),
+        sources::cases(),
+        zeropoints::cases(),
+        fits::cases(),
+    ]
+    .concat()
 }
 
 /// A number that should be `expected`, within `limit` of it relative to its size.

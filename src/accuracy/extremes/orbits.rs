@@ -9,7 +9,7 @@ use crate::orbit::{Atmosphere, EarthOrientation, Elements, Propagator, Site, Tra
 
 const AREA: &str = "orbit";
 /// The ISS of 2025-06-08 (CelesTrak).
-const ISS: [&str; 2] = [
+pub(super) const ISS: [&str; 2] = [
     "1 25544U 98067A   25159.07052714  .00008601  00000+0  15816-3 0  9996",
     "2 25544  51.6400 352.2516 0001632 195.4618 310.3088 15.50064259513748",
 ];
@@ -23,7 +23,7 @@ fn elements([one, two]: [&str; 2]) -> Result<Elements> {
     Elements::from_tle("satellite", one, two)
 }
 
-fn track(lines: [&str; 2], lat_deg: f64, lon_deg: f64) -> Result<Tracker> {
+pub(super) fn track(lines: [&str; 2], lat_deg: f64, lon_deg: f64) -> Result<Tracker> {
     Tracker::new(vec![elements(lines)?], None, Site::new(lat_deg, lon_deg, 0.0)?, EarthOrientation::default())
 }
 

@@ -178,7 +178,7 @@ pub(super) fn disc_means(sun_rad: f64) -> (f64, usize) {
         Brdf::Phong { kd: 0.0, ks: 1.0, n: 1e4 },
         Brdf::Abg { a: 0.003_362, b: 4.309e-6, g: 2.068 },
     ];
-    let cases = source_disc::cases(12);
+    let cases = source_disc::cases(12, 7);
     let (mut worst, mut n) = (0.0f64, 0);
     for law in &laws {
         let brute: Vec<f64> = cases.iter().map(|case| source_disc::by_brute_force(law, case, sun_rad)).collect();

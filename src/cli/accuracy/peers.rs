@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use satphot::Error;
-use satphot::accuracy::{Errors, Method, Series, Sweep, SweepPoint};
+use satphot::accuracy::{CpuTime, Errors, Method, Series, Sweep, SweepPoint};
 
 use super::super::tell;
 
@@ -88,9 +88,16 @@ fn curves(python: &Path, method: &str, full: bool) -> Result<(Vec<Series>, Vec<S
 fn point(line: &str) -> Option<(String, SweepPoint)> {
     let cells: Vec<&str> = line.split(',').collect();
     let [_, label, setting, n, median, p95, worst, cpu_us] = cells.as_slice() else { return None };
-    let errors =
-        Errors { median: median.parse().ok()?, p95: p95.parse().ok()?, worst: worst.parse().ok()?, n: n.parse().ok()? };
-    let cpu_us = cpu_us.parse().ok()?;
+    let errors = Errors {
+        median: median.parse().ok()?,
+        p95: p95.parse().ok()?,
+        worst: worst.parse().ok()?,
+        n: n.parse().ok()?,
+        bias: None,
+        scatter: None,
+        coverage_frac: None,
+    };
+    let cpu_us = CpuTime::once(cpu_us.parse().ok()?);
     let setting = (*setting).to_string();
     Some(((*label).to_string(), SweepPoint { setting, errors, cpu_us, memory_kb: None, is_default: false }))
 }
@@ -102,7 +109,10 @@ mod tests {
     #[test]
     fn a_line_of_results_is_read_and_anything_else_is_not() {
         let (label, p) = point("apertures,sep: circle,5,200,1e-3,2e-3,inf,4.5").unwrap();
-        assert_eq!((label.as_str(), p.setting.as_str(), p.errors.n, p.cpu_us), ("sep: circle", "5", 200, 4.5));
+        assert_eq!(
+            (label.as_str(), p.setting.as_str(), p.errors.n, p.cpu_us.median_us),
+            ("sep: circle", "5", 200, 4.5)
+        );
         assert_eq!(p.errors.worst, f64::INFINITY);
         assert!(point("Traceback (most recent call last):").is_none());
         assert!(point("a,b,c,1,x,2,3,4").is_none());

@@ -19,8 +19,9 @@ table! {
         setting: String,
         /// 1 = the default setting
         is_default: i32,
-        /// 1 = no other setting of this case has both a smaller err_p95 and less CPU time
-        on_front: i32,
+        /// front = every setting of this case that is as accurate (err_p95) takes more time, behind = one takes less, both beyond
+        /// the errors of the times (5 % apart at least); level = one takes as much, as far as the times can tell
+        place: String => ["meta.code"],
         /// what the errors are: relative, or a unit
         err_unit: String,
         /// median error: half of the cases are better
@@ -29,12 +30,24 @@ table! {
         err_p95: Option<f64>,
         /// the worst case; missing if one case gave no number
         err_worst: Option<f64>,
+        /// mean of the errors, signed where an error has a sign
+        err_mean: Option<f64>,
+        /// standard deviation of the errors about it
+        err_sd: Option<f64>,
+        /// share of the cases whose error is within the stated 1-sigma error
+        coverage_frac: Option<f64>,
         /// cases the errors are from
         n: i64,
         /// what cpu_us is the time of
         work: String,
-        /// CPU time of one piece of work, user and system, one thread
+        /// CPU time of one piece of work, user and system, one thread: median of the repeats
         cpu_us: f64 => "us",
+        /// lower end of the interval that holds the median in 95 % of cases, where there are six repeats or more
+        cpu_us_low: f64 => "us",
+        /// upper end of that interval
+        cpu_us_high: f64 => "us",
+        /// how often the time was measured
+        n_repeats: i64,
         /// memory of one piece of work, where it depends on the setting
         memory_kb: Option<f64> => "kbyte",
         /// what the errors are measured against
