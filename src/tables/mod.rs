@@ -28,7 +28,7 @@ pub use schema::{
     CheckedRow, Column, ComplianceRow, DAY, DUTY, Datatype, DayRow, Definition, DutyRow, EARTH, EXPLICIT, EXTREMES,
     EarthRow, ExtremeRow, FLUX_MAP, FOOTPRINT, FootprintRow, KEYWORD_CHECKS, KeywordCheckRow, LABELS, LIMITS, LabelRow,
     LimitRow, MONTH, MOON_LAWS, MonthRow, MoonLawRow, NIGHT, NightRow, OBSERVED, ObservedRow, PAPER_STEPS, PARTIAL,
-    PASSES, PHOTOMETRY, PLAN, PREDICTED, PREDICTION, PUBLISHED, PartialRow, PhotometryRow, PlanRow, PublishedRow,
+    PASS_STACK, PASSES, PHOTOMETRY, PassStackRow, PLAN, PREDICTED, PREDICTION, PUBLISHED, PartialRow, PhotometryRow, PlanRow, PublishedRow,
     RADIANCE, RAW, RENDERED_TRUTH, RESIDUALS, RadianceRow, RawRow, RenderedTruth, ResidualRow, Row, SATELLITES, SED,
     SEEN, SKY, SKY_SEQUENCE, SNR, STAR_TRUTH, STARS, STREAK, STRIP, SURFACES, SkyRow, SnrRow, StarRow, StarTruth,
     StreakRow, TARGET_TRUTH, TRACK, TargetTruth, TrackRow, UNGROUPED, UngroupedRow, WorstRow, constellation_columns,

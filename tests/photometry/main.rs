@@ -14,6 +14,7 @@ mod growth;
 mod injection;
 mod injection_station;
 mod limit;
+mod pass;
 mod speed;
 mod stats;
 mod target;
