@@ -5,6 +5,7 @@
 mod photometry_scene;
 
 mod aperture;
+mod artefacts;
 mod background;
 mod cosmic;
 mod detect;

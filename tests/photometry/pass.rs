@@ -54,6 +54,7 @@ struct Outcome {
     scale: f64,
     snr_of_stack: f64,
     limit_mag_deeper: f64,
+    deeper_than_theory: f64,
 }
 
 fn settings(fwhm: f64) -> TargetSettings {
@@ -139,6 +140,8 @@ fn run(pass: Pass, seed: u64) -> Outcome {
         scale: at_truth.empty.error_scale(),
         snr_of_stack,
         limit_mag_deeper: 2.5 * (single_limit / ((threshold + 1.645) * flux_err)).log10(),
+        // the same of the theoretical limit of one frame: S/N 5 under its own profile
+        deeper_than_theory: 2.5 * (6.645 * variance_of_point(pass.fwhm).sqrt() / ((threshold + 1.645) * flux_err)).log10(),
     }
 }
 
@@ -190,7 +193,7 @@ fn report(name: &str, outcomes: &[Outcome]) {
     println!(
         "{name:40} {n:5} found {:5.1} % elsewhere {:4.1} % | true place: bias {bias:+.3} +- {err:.3} sigma, 68 % -> {:4.1} %, \
          S/N {:5.2}, errors of one frame {:5.2} | found place: bias {bias_there:+.3}, {:4.1} % | S/N of stack {:5.2} scale {:.3} \
-         limit {:+.2} mag",
+         limit {:+.2} mag, against theory of one {:+.2}",
         share(|o| o.found),
         share(|o| o.detected && !o.found),
         100.0 * within,
@@ -200,25 +203,29 @@ fn report(name: &str, outcomes: &[Outcome]) {
         mean(|o| o.snr_of_stack),
         mean(|o| o.scale),
         mean(|o| o.limit_mag_deeper),
+        mean(|o| o.deeper_than_theory),
     );
 }
 
 #[test]
 fn ten_frames_show_what_one_does_not_with_the_flux_and_error_that_are_true() {
     let pass = Pass { n: 10, fwhm: 3.0, snr: 2.5, drift: 0.0, trails: false, hits: 2 };
-    let all = passes(pass, 60, 77);
+    let all = passes(pass, 32, 77);
     report("10 frames of S/N 2.5", &all);
-    assert!(all.iter().filter(|o| o.found).count() >= 57);
+    assert!(all.iter().filter(|o| o.found).count() >= 30);
     let (bias, err, within) = of_pulls(&all.iter().map(|o| o.pull).collect::<Vec<_>>());
-    assert!(bias.abs() < 3.0 * err && (0.5..0.85).contains(&within), "{bias} {err} {within}");
+    assert!(bias.abs() < 3.0 * err && (0.45..0.9).contains(&within), "{bias} {err} {within}");
     // sqrt(10) = 3.16
     let gain = all.iter().map(|o| o.gain).sum::<f64>() / all.len() as f64;
     assert!((2.95..3.2).contains(&gain), "{gain}");
-    let empty = passes(Pass { snr: 0.0, ..pass }, 60, 770_077);
+    let empty = passes(Pass { snr: 0.0, ..pass }, 32, 770_077);
     report("10 empty frames", &empty);
-    assert!(empty.iter().filter(|o| o.detected).count() <= 3);
+    assert!(empty.iter().filter(|o| o.detected).count() <= 2);
+    // 1.25 mag less what the larger number of places and the sky cost
+    let theory = empty.iter().map(|o| o.deeper_than_theory).sum::<f64>() / empty.len() as f64;
+    assert!((1.1..1.25).contains(&theory), "{theory}");
     let deeper: Vec<f64> = empty.iter().map(|o| o.limit_mag_deeper).filter(|m| m.is_finite()).collect();
-    assert!(deeper.len() > 50 && deeper.iter().sum::<f64>() / deeper.len() as f64 > 1.1);
+    assert!(deeper.len() > 25 && deeper.iter().sum::<f64>() / deeper.len() as f64 > 1.1);
 }
 
 #[test]

@@ -43,7 +43,7 @@ pub struct ForcedFlux {
     pub variance_e2: f64,
     /// What the photons of a source of one electron add to it.
     pub variance_per_e: f64,
-    /// Trails, hits, saturated or masked pixels near the place.
+    /// Trails, hits, crossing satellites, saturated or masked pixels near the place.
     pub flags: Flags,
     /// Flux and variance at empty places around the target, the same in every frame; `None` where one is masked.
     pub empty: Vec<Option<(f64, f64)>>,
@@ -88,6 +88,7 @@ pub fn forced_flux(
     };
     let empty = (0..EMPTY_PLACES).map(|k| around(k).map(|f| (f.flux, f.variance))).collect();
     let mut flags = flags_near(frame, s);
+    flags.set(cutout.crossed(&circle_at(place.x, place.y, cutout.fwhm_px), &snr1));
     if hit {
         flags.set(Flags::HIT);
     }

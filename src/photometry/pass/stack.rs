@@ -39,12 +39,12 @@ pub struct FrameMap {
     weight: Array2<f32>,
 }
 
-/// The matched filter of a frame over the search region of `s`; `None` where the region is off the frame.
+/// The matched filter of a frame over the search region of `settings`; `None` where the region is off the frame.
 ///
 /// `unit_e` is what a source of unit flux gives in this frame \[e⁻\].
 #[must_use]
-pub fn frame_map(frame: &Frame<Electrons>, s: &TargetSettings, unit_e: f64) -> Option<FrameMap> {
-    let cutout = Cutout::new(frame, s)?;
+pub fn frame_map(frame: &Frame<Electrons>, settings: &TargetSettings, unit_e: f64) -> Option<FrameMap> {
+    let cutout = Cutout::new(frame, settings)?;
     let fwhm = cutout.fwhm_cells();
     let layers = cutout.layers();
     let snr = layers.significance(fwhm, 1, None);
@@ -65,11 +65,25 @@ pub fn frame_map(frame: &Frame<Electrons>, s: &TargetSettings, unit_e: f64) -> O
         *w = (inverse * unit * unit) as f32;
     });
     let kernel = Kernel::gaussian(fwhm);
-    let origin = cutout.origin(frame);
+    // the search region, with the ring and the drift around it
+    let (origin, bin) = (cutout.origin(frame), cutout.net.bin as f64);
+    let reach = settings.search_radius_px / bin + (RING_FWHM.1 + 0.5 * f64::from(MOST_DRIFT_FWHM)) * fwhm + kernel.radius() as f64;
+    let range = |at: f64, n: usize| {
+        let edge = |v: f64| v.clamp(0.0, n as f64) as usize;
+        edge((at - reach).floor())..edge((at + reach).ceil() + 1.0)
+    };
+    let (ny, nx) = value.dim();
+    let columns = range(cutout.net.in_cells(settings.x_px - origin.0), nx);
+    let rows = range(cutout.net.in_cells(settings.y_px - origin.1), ny);
+    if columns.is_empty() || rows.is_empty() {
+        return None;
+    }
+    let (x0, y0) = (columns.start * cutout.net.bin, rows.start * cutout.net.bin);
+    let part = s![rows, columns];
     Some(FrameMap {
-        grid: (origin.0 as usize, origin.1 as usize, cutout.net.bin),
-        filtered: smooth_image(&value, &kernel),
-        weight: smooth_image(&weight, &kernel.squared()),
+        grid: (origin.0 as usize + x0, origin.1 as usize + y0, cutout.net.bin),
+        filtered: smooth_image(&value.slice(part).to_owned(), &kernel),
+        weight: smooth_image(&weight.slice(part).to_owned(), &kernel.squared()),
     })
 }
 

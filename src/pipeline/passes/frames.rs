@@ -30,7 +30,7 @@ const FEWEST_RESOLVED: usize = 3;
 /// Around the place of the target so much is looked at \[FWHM\]: the empty places that check the errors, and their sky.
 const SEARCH_FWHM: f64 = 14.0;
 /// What makes the flux at a place wrong whatever its error.
-const EXCLUDED: Flags = Flags(Flags::SATURATED.0 | Flags::VIGNETTED.0 | Flags::LOWER_LIMIT.0 | Flags::EDGE.0);
+const EXCLUDED: Flags = Flags(Flags::SATURATED.0 | Flags::CROSSED.0 | Flags::VIGNETTED.0 | Flags::LOWER_LIMIT.0 | Flags::EDGE.0);
 /// Seconds per day.
 const DAY_S: f64 = 86_400.0;
 
