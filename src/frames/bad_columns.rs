@@ -48,9 +48,8 @@ pub fn bad_columns(frame: &Frame<Electrons>) -> Vec<BadColumn> {
     let read_noise2 = (frame.gain.read_noise_e * frame.gain.read_noise_e) as f32;
     let blocks: Vec<usize> = (0..ny / BLOCK_ROWS).collect();
     let sums: Vec<Vec<[f32; 2]>> = blocks.par_iter().map(|b| block_sums(pixels, bits, nx, *b, read_noise2)).collect();
-    let offset = |[sum, n]: [f32; 2], rows: usize| {
-        (n >= LEAST_ROWS * rows as f32).then(|| f64::from(sum) / f64::from(n))
-    };
+    let offset =
+        |[sum, n]: [f32; 2], rows: usize| (n >= LEAST_ROWS * rows as f32).then(|| f64::from(sum) / f64::from(n));
     let (x0, y0) = (frame.origin_px.0 as u32, frame.origin_px.1 as u32);
     let rows = |from: usize, to: usize| (y0 + (from * BLOCK_ROWS) as u32, y0 + (to * BLOCK_ROWS) as u32);
     let mut found = Vec::new();

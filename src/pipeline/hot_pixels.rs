@@ -11,7 +11,9 @@ use crate::astrometry::initial_pointing::initial_pointings;
 use crate::base::error;
 use crate::base::hash::sha256_16_text;
 use crate::base::threads::pool;
-use crate::frames::{BadColumn, Exposure, FEWEST_FIELDS, HotPixels, MOST_FIELDS, Peak, bad_columns, common_columns, peaks};
+use crate::frames::{
+    BadColumn, Exposure, FEWEST_FIELDS, HotPixels, MOST_FIELDS, Peak, bad_columns, common_columns, peaks,
+};
 
 /// Fields are different where their centres are this far apart \[px\]: no star lies on the same pixel twice.
 const APART_PX: f64 = 20.0;

@@ -210,8 +210,7 @@ impl<'a> Run<'a> {
         let (mut rows, thumbs): (Vec<PhotometryRow>, Vec<_>) = frames.into_iter().map(|f| (f.row, f.thumb)).unzip();
         let n_target_rows = rows.len();
         let Self { survey, options, progress, log, .. } = self;
-        let stacks =
-            log.stage("pass stacks", |_| pass_stack(&rows, &survey.targets, night, options, *progress))?;
+        let stacks = log.stage("pass stacks", |_| pass_stack(&rows, &survey.targets, night, options, *progress))?;
         let checks = keyword_checks(&self.survey, night.flat.as_ref(), &stars.checks, &rows, self.config);
         self.log.details.extend(not_checkable(&checks));
         rows.extend(stars.failed);
@@ -260,7 +259,8 @@ impl<'a> Run<'a> {
         let data_mode = plan.data_mode;
         let outputs = Outputs { folder: &folder, night, config, thumbs, provenance: &provenance, data_mode };
         self.lock.check()?;
-        summary.files = self.log.stage("write", |_| outputs.write(rows, stars, (residuals, stacks, keywords), options))?;
+        summary.files =
+            self.log.stage("write", |_| outputs.write(rows, stars, (residuals, stacks, keywords), options))?;
         let of_checks = write_checks(&folder, checks)?;
         provenance.stamp(&of_checks)?;
         let of_plan = folder.join("plan.json");

@@ -5,9 +5,9 @@
 use crate::base::stats::robust;
 use crate::base::stats::scatter;
 use crate::photometry::Flags;
-use crate::tables::{PassStackRow, PhotometryRow};
 use crate::tables::row_passes::passes;
 use crate::tables::selection::counts;
+use crate::tables::{PassStackRow, PhotometryRow};
 
 /// A table of plain text: columns two spaces apart, numbers to the right, the rest to the left, a rule below the head.
 ///

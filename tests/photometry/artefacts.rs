@@ -47,7 +47,8 @@ fn blooming(scene: &mut Scene, rng: &mut ChaCha12Rng, fwhm: f64, (x, y): (f64, f
         for j in (y as usize - 40 - below)..(y as usize - 40 + above) {
             for i in column..column + width {
                 // saturated near the trail, less at the ends
-                let share = 1.0 - (j as f64 - (y - 40.0)).abs() / if (j as f64) < y - 40.0 { below } else { above } as f64;
+                let share =
+                    1.0 - (j as f64 - (y - 40.0)).abs() / if (j as f64) < y - 40.0 { below } else { above } as f64;
                 scene.mean[[j.min(SIDE - 1), i.min(SIDE - 1)]] += 2.0 * WELL_E * share;
             }
         }
@@ -111,7 +112,10 @@ fn tally(artefact: Artefact, flag: Flags, fwhm: f64, with_target: bool, apart_fw
                 } else if outside(&flux) {
                     t.false_detections = 1;
                     if std::env::var_os("OUTLIERS").is_some() {
-                        println!("  {k}: S/N {:.1} at {x_px:.1} {y_px:.1}, artefact at {at:.1?}, {}", flux.snr, flux.flags);
+                        println!(
+                            "  {k}: S/N {:.1} at {x_px:.1} {y_px:.1}, artefact at {at:.1?}, {}",
+                            flux.snr, flux.flags
+                        );
                     }
                 } else {
                     t.flagged = 1;
@@ -154,7 +158,10 @@ fn check(n: u64, seed: u64, fwhms: &[f64]) {
         // a target under the line: not measured without a word
         if flag == Flags::CROSSED {
             let under = tally(artefact, flag, 3.0, true, 0.0, n, seed + 2);
-            println!("{name:9} through the target: {} wrong, {} false, {} not found and flagged", under.wrong, under.false_detections, under.flagged);
+            println!(
+                "{name:9} through the target: {} wrong, {} false, {} not found and flagged",
+                under.wrong, under.false_detections, under.flagged
+            );
             if std::env::var_os("LOOK").is_none() {
                 assert!((under.wrong + under.false_detections) as u64 <= n / 25, "{under:?}");
             }

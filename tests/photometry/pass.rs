@@ -141,7 +141,8 @@ fn run(pass: Pass, seed: u64) -> Outcome {
         snr_of_stack,
         limit_mag_deeper: 2.5 * (single_limit / ((threshold + 1.645) * flux_err)).log10(),
         // the same of the theoretical limit of one frame: S/N 5 under its own profile
-        deeper_than_theory: 2.5 * (6.645 * variance_of_point(pass.fwhm).sqrt() / ((threshold + 1.645) * flux_err)).log10(),
+        deeper_than_theory: 2.5
+            * (6.645 * variance_of_point(pass.fwhm).sqrt() / ((threshold + 1.645) * flux_err)).log10(),
     }
 }
 
@@ -244,7 +245,10 @@ fn passes_of_ten_to_three_thousand_frames() {
     report("10 frames, S/N 3, drift of 5 FWHM", &passes(Pass { drift: 5.0, snr: 3.0, ..base }, n, seed + 3));
     report("10 frames, S/N 2.5, 6 trails, 3 hits", &passes(Pass { trails: true, hits: 3, ..base }, n, seed + 4));
     report("10 empty frames", &passes(Pass { snr: 0.0, ..base }, 2 * n, seed + 5));
-    report("10 empty frames, 6 trails, 3 hits", &passes(Pass { snr: 0.0, trails: true, hits: 3, ..base }, 2 * n, seed + 6));
+    report(
+        "10 empty frames, 6 trails, 3 hits",
+        &passes(Pass { snr: 0.0, trails: true, hits: 3, ..base }, 2 * n, seed + 6),
+    );
     report("100 frames, S/N 0.9, 2 hits", &passes(Pass { n: 100, snr: 0.9, hits: 2, ..base }, n / 5, seed + 7));
     report("100 frames, S/N 0.9, trails", &passes(Pass { n: 100, snr: 0.9, trails: true, ..base }, n / 5, seed + 8));
     report("100 empty frames", &passes(Pass { n: 100, snr: 0.0, ..base }, n / 5, seed + 9));
@@ -275,7 +279,11 @@ fn bins_end_at_equal_signal_to_noise_and_are_not_brighter_for_it() {
         numbers.push(of.len() as f64);
     }
     let (bias, err, within) = of_pulls(&pulls);
-    println!("{} bins: bias {bias:+.3} +- {err:.3}, 68 % -> {within:.3}, S/N {:?}", pulls.len(), photometry_scene::mean_sd(&snrs));
+    println!(
+        "{} bins: bias {bias:+.3} +- {err:.3}, 68 % -> {within:.3}, S/N {:?}",
+        pulls.len(),
+        photometry_scene::mean_sd(&snrs)
+    );
     assert!(bias.abs() < 0.05 && (within - erf(0.5f64.sqrt())).abs() < 0.03);
     let (snr, sd) = photometry_scene::mean_sd(&snrs);
     assert!((4.8..6.0).contains(&snr) && sd < 1.0, "{snr} {sd}");
@@ -283,7 +291,12 @@ fn bins_end_at_equal_signal_to_noise_and_are_not_brighter_for_it() {
     assert!(numbers.iter().all(|n| *n > 5.0));
     // nothing there: one bin
     let empty: Vec<FramePoint> = (0..50)
-        .map(|k| FramePoint { t_s: f64::from(k), flux: 0.3 * f64::from(k % 2) - 0.15, variance: 1.0, variance_per_flux: 0.0 })
+        .map(|k| FramePoint {
+            t_s: f64::from(k),
+            flux: 0.3 * f64::from(k % 2) - 0.15,
+            variance: 1.0,
+            variance_per_flux: 0.0,
+        })
         .collect();
     assert_eq!(bins(&empty, 5.0, 1.0), [0..50]);
     assert!(bins(&[], 5.0, 1.0).is_empty() && mean(&[], 1.0).is_none());
@@ -299,7 +312,9 @@ fn errors_that_do_not_hold_at_empty_places_are_multiplied_and_others_are_left() 
     for (factor, offset) in [(1.0, 0.0), (2.0, 0.0), (1.0, 0.5)] {
         let mut places = EmptyPlaces::default();
         for _ in 0..100 {
-            places.add(&(0..12).map(|k| Some((factor * normal() + offset * f64::from(k - 6) / 3.0, 1.0))).collect::<Vec<_>>());
+            places.add(
+                &(0..12).map(|k| Some((factor * normal() + offset * f64::from(k - 6) / 3.0, 1.0))).collect::<Vec<_>>(),
+            );
         }
         let scale = places.error_scale();
         match (factor, offset) {

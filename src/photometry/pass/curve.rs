@@ -61,7 +61,8 @@ pub fn mean(frames: &[FramePoint], scale: f64) -> Option<Mean> {
     let own = flux.max(0.0);
     let variance = |f: &FramePoint| f.variance + own * f.variance_per_flux;
     let empty2 = (scale / total).powi(2) * total;
-    let per_flux = frames.iter().map(|f| f.variance_per_flux * weight(f).powi(2)).sum::<f64>() * (scale / total).powi(2);
+    let per_flux =
+        frames.iter().map(|f| f.variance_per_flux * weight(f).powi(2)).sum::<f64>() * (scale / total).powi(2);
     let err = (empty2 + own * per_flux).sqrt();
     let chi2: f64 = frames.iter().map(|f| (f.flux - flux).powi(2) / variance(f)).sum::<f64>() / (scale * scale);
     let chi2_dof = (frames.len() > 1).then(|| chi2 / (frames.len() - 1) as f64);

@@ -45,6 +45,8 @@ pub struct ForcedFlux {
     pub variance_per_e: f64,
     /// Trails, hits, crossing satellites, saturated or masked pixels near the place.
     pub flags: Flags,
+    /// How far from the place the light is, along columns and rows, and the error of each \[px\]; `None` without light.
+    pub offset_px: Option<(f64, f64, f64)>,
     /// Flux and variance at empty places around the target, the same in every frame; `None` where one is masked.
     pub empty: Vec<Option<(f64, f64)>>,
 }
@@ -101,6 +103,7 @@ pub fn forced_flux(
         variance_e2: fit.variance,
         variance_per_e: fit.per_e,
         flags,
+        offset_px: fit.offset.map(|(x, y, err)| (x * bin as f64, y * bin as f64, err * bin as f64)),
         empty,
     })
 }
@@ -157,6 +160,8 @@ struct Fit {
     flux: f64,
     variance: f64,
     per_e: f64,
+    /// Offset of the light from the place, and its error \[cells\].
+    offset: Option<(f64, f64, f64)>,
 }
 
 /// The profile of a star on the cells around a place: shares of the light per pixel.
@@ -196,6 +201,7 @@ impl Template {
         let radius2 = (self.reach * self.reach) as f64;
         let (mut all, mut seen) = (0.0, 0.0);
         let mut used: Vec<(f64, f64, f64)> = Vec::new();
+        let mut slopes: Vec<(f64, f64)> = Vec::new();
         for ((j, i), p) in self.share.indexed_iter() {
             let (di, dj) = (i as isize - self.reach, j as isize - self.reach);
             let r2 = (di as f64 - self.off.0).powi(2) + (dj as f64 - self.off.1).powi(2);
@@ -212,6 +218,7 @@ impl Template {
             if value.is_finite() && variance > 0.0 && (r2 < own * own || !cells.neighbours[cell]) {
                 seen += p * p;
                 used.push((*p, value, 1.0 / variance));
+                slopes.push(self.slope(j, i));
             }
         }
         if seen < LEAST_SEEN * all {
@@ -230,6 +237,23 @@ impl Template {
             return None;
         }
         let per_e = used.iter().map(|(p, _, w)| (w * (p * one - p1) / delta).powi(2) * p / cells.area).sum();
-        Some(Fit { flux: (pd * one - p1 * d1) / delta, variance: one / delta, per_e })
+        let (flux, sky) = ((pd * one - p1 * d1) / delta, (d1 * pp - p1 * pd) / delta);
+        // one Gauss-Newton step of the place: the slopes of a round profile are orthogonal to it and to each other
+        let along = |of: fn(&(f64, f64)) -> f64| {
+            let terms =
+                used.iter().zip(&slopes).map(|((p, d, w), s)| (w * of(s) * (d - flux * p - sky), w * of(s).powi(2)));
+            terms.fold((0.0, 0.0), |(r, n), (a, b)| (r + a, n + b))
+        };
+        let ((rx, nx2), (ry, ny2)) = (along(|s| s.0), along(|s| s.1));
+        let offset = (flux > 0.0 && nx2 > 0.0 && ny2 > 0.0)
+            .then(|| (-rx / (nx2 * flux), -ry / (ny2 * flux), 1.0 / (flux * (0.5 * (nx2 + ny2)).sqrt())));
+        Some(Fit { flux, variance: one / delta, per_e, offset })
+    }
+
+    /// Slope of the profile along columns and rows at a cell.
+    fn slope(&self, j: usize, i: usize) -> (f64, f64) {
+        let side = self.share.ncols();
+        let at = |j: usize, i: usize| self.share[[j.min(side - 1), i.min(side - 1)]];
+        (0.5 * (at(j, i + 1) - at(j, i.saturating_sub(1))), 0.5 * (at(j + 1, i) - at(j.saturating_sub(1), i)))
     }
 }

@@ -17,8 +17,10 @@ const LEAST_SHARE: f64 = 0.6;
 const MOST_FOR_DRIFT: usize = 200;
 /// A drift smaller than this many of its errors is none.
 const DRIFT_SIGMA: f64 = 3.0;
-/// Position error of a point source: FWHM times this over the signal-to-noise (King 1983, PASP 95, 163).
-const CENTROID_FACTOR: f64 = 0.6;
+/// Fewest offsets that refine a place.
+const FEWEST_OFFSETS: usize = 5;
+/// A jitter below this is none: it would cost 2 % of the light \[FWHM\].
+const LEAST_JITTER_FWHM: f64 = 0.1;
 
 /// One detection of the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,8 +31,6 @@ pub struct Detection {
     pub x_px: f64,
     /// Row \[px\].
     pub y_px: f64,
-    /// Signal-to-noise of its flux.
-    pub snr: f64,
 }
 
 /// The place of the target in the frames of a pass.
@@ -78,17 +78,37 @@ impl PassPlace {
             .flatten();
         match (still, drifting) {
             // what scatters as little without a drift has none
-            (Some(still), Some(drifting)) if !drifting.is_significant(detections, fwhm_px) => Some(still),
-            (_, Some(drifting)) => Some(drifting),
-            (still, None) => still,
+            (Some((still, _)), Some((drifting, scatter))) if !drifting.is_significant(detections, scatter) => {
+                Some(still)
+            }
+            (_, Some((drifting, _))) => Some(drifting),
+            (still, None) => still.map(|(still, _)| still),
         }
     }
 
-    fn with_drift(detections: &[Detection], t0_s: f64, drift_px_s: (f64, f64), fwhm_px: f64) -> Option<Self> {
+    /// The place moved by the median of offsets (dx, dy, their error \[px\]) of the target from it, and with its jitter: the
+    /// scatter of the offsets per axis beyond their errors, 0 where that is below a tenth of the FWHM.
+    #[must_use]
+    pub fn refined(self, offsets: &[(f64, f64, f64)], fwhm_px: f64) -> Self {
+        let near: Vec<&(f64, f64, f64)> = offsets.iter().filter(|o| o.0.hypot(o.1) < fwhm_px).collect();
+        let middle = |of: fn(&(f64, f64, f64)) -> f64| median(&mut near.iter().map(|o| of(o)).collect::<Vec<_>>());
+        let (Some(dx), Some(dy), Some(err2)) = (middle(|o| o.0), middle(|o| o.1), middle(|o| o.2 * o.2)) else {
+            return self;
+        };
+        if near.len() < FEWEST_OFFSETS {
+            return self;
+        }
+        let mut about: Vec<f64> = near.iter().flat_map(|o| [o.0 - dx, o.1 - dy]).collect();
+        let jitter = (mad_sigma(&mut about).unwrap_or(0.0).powi(2) - err2).max(0.0).sqrt();
+        let jitter_px = if jitter > LEAST_JITTER_FWHM * fwhm_px { jitter } else { 0.0 };
+        Self { x_px: self.x_px + dx, y_px: self.y_px + dy, jitter_px, ..self }
+    }
+
+    fn with_drift(detections: &[Detection], t0_s: f64, drift_px_s: (f64, f64), fwhm_px: f64) -> Option<(Self, f64)> {
         let left = |d: &Detection, of: f64, drift: f64| of - drift * (d.t_s - t0_s);
         let mut x: Vec<f64> = detections.iter().map(|d| left(d, d.x_px, drift_px_s.0)).collect();
         let mut y: Vec<f64> = detections.iter().map(|d| left(d, d.y_px, drift_px_s.1)).collect();
-        let mut place =
+        let place =
             Self { t0_s, x_px: median(&mut x)?, y_px: median(&mut y)?, drift_px_s, jitter_px: 0.0, freedoms: 0 };
         let agreeing: Vec<&Detection> =
             detections.iter().filter(|d| place.distance_px(d) < AGREE_FWHM * fwhm_px).collect();
@@ -96,8 +116,12 @@ impl PassPlace {
         if (agreeing.len() as f64) < (wanted * detections.len() as f64).max(FEWEST as f64) {
             return None;
         }
-        place.jitter_px = place.jitter(&agreeing, fwhm_px);
-        Some(place)
+        let offset = |d: &&Detection| {
+            let (x, y) = place.at(d.t_s);
+            [d.x_px - x, d.y_px - y]
+        };
+        let mut offsets: Vec<f64> = agreeing.iter().flat_map(offset).collect();
+        Some((place, mad_sigma(&mut offsets).unwrap_or(0.0)))
     }
 
     fn distance_px(&self, d: &Detection) -> f64 {
@@ -105,26 +129,11 @@ impl PassPlace {
         (d.x_px - x).hypot(d.y_px - y)
     }
 
-    /// Scatter per axis, less the mean square of the errors of the detections.
-    fn jitter(&self, agreeing: &[&Detection], fwhm_px: f64) -> f64 {
-        let off = |d: &&Detection| {
-            let (x, y) = self.at(d.t_s);
-            [d.x_px - x, d.y_px - y]
-        };
-        let mut offsets: Vec<f64> = agreeing.iter().flat_map(off).collect();
-        let scatter = mad_sigma(&mut offsets).unwrap_or(0.0);
-        let error2 = |d: &&Detection| (CENTROID_FACTOR * fwhm_px / d.snr.max(1.0)).powi(2);
-        let mut errors2: Vec<f64> = agreeing.iter().map(error2).collect();
-        (scatter * scatter - median(&mut errors2).unwrap_or(0.0)).max(0.0).sqrt()
-    }
-
-    /// Whether the drift exceeds what the scatter of the detections makes by chance.
-    fn is_significant(&self, detections: &[Detection], fwhm_px: f64) -> bool {
+    /// Whether the drift exceeds what the scatter of the detections \[px\] makes by chance.
+    fn is_significant(&self, detections: &[Detection], scatter: f64) -> bool {
         let n = detections.len() as f64;
         let mean_t = detections.iter().map(|d| d.t_s).sum::<f64>() / n;
         let spread = (detections.iter().map(|d| (d.t_s - mean_t).powi(2)).sum::<f64>()).sqrt();
-        let mut errors: Vec<f64> = detections.iter().map(|d| CENTROID_FACTOR * fwhm_px / d.snr.max(1.0)).collect();
-        let scatter = self.jitter_px.hypot(median(&mut errors).unwrap_or(0.0));
         self.drift_px_s.0.hypot(self.drift_px_s.1) * spread > DRIFT_SIGMA * scatter
     }
 }
@@ -158,7 +167,7 @@ mod tests {
                 let (dx, dy) = if other { (80.0 * random(), 80.0 * random()) } else { (0.0, 0.0) };
                 let noise = scatter * 12f64.sqrt();
                 let (x_px, y_px) = (100.0 + drift * t_s + dx + noise * random(), 50.0 + dy + noise * random());
-                Detection { t_s, x_px, y_px, snr: 50.0 }
+                Detection { t_s, x_px, y_px }
             })
             .collect()
     }
@@ -175,12 +184,17 @@ mod tests {
     }
 
     #[test]
-    fn the_scatter_of_the_target_is_measured_and_that_of_the_detections_is_not_counted() {
-        let p = PassPlace::of_detections(&detections(200, 0.0, 1.0, 0), 4.0).unwrap();
-        assert!((p.jitter_px - 1.0).abs() < 0.25, "{p:?}"); // an even distribution, whose MAD is 1.28 sigma
-        let faint: Vec<Detection> =
-            detections(200, 0.0, 0.24, 0).into_iter().map(|d| Detection { snr: 10.0, ..d }).collect();
-        assert!(PassPlace::of_detections(&faint, 4.0).unwrap().jitter_px < 0.25);
+    fn offsets_move_the_place_and_their_scatter_beyond_their_errors_is_the_jitter() {
+        let place = PassPlace::of_detections(&detections(30, 0.0, 0.1, 0), 4.0).unwrap();
+        let offsets = |scatter: f64, err: f64| -> Vec<(f64, f64, f64)> {
+            let of = |d: &Detection| (d.x_px - 100.0 + 0.5, d.y_px - 50.0, err);
+            detections(300, 0.0, scatter, 0).iter().map(of).collect()
+        };
+        // an even distribution, whose MAD is 1.28 sigma
+        let jittering = place.refined(&offsets(1.0, 0.1), 4.0);
+        assert!((jittering.jitter_px - 1.28).abs() < 0.2 && (jittering.x_px - place.x_px - 0.5).abs() < 0.2);
+        assert_eq!(place.refined(&offsets(0.3, 0.4), 4.0).jitter_px, 0.0);
+        assert_eq!(place.refined(&offsets(1.0, 0.1)[..4], 4.0), place);
     }
 
     #[test]

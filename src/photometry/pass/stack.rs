@@ -67,7 +67,9 @@ pub fn frame_map(frame: &Frame<Electrons>, settings: &TargetSettings, unit_e: f6
     let kernel = Kernel::gaussian(fwhm);
     // the search region, with the ring and the drift around it
     let (origin, bin) = (cutout.origin(frame), cutout.net.bin as f64);
-    let reach = settings.search_radius_px / bin + (RING_FWHM.1 + 0.5 * f64::from(MOST_DRIFT_FWHM)) * fwhm + kernel.radius() as f64;
+    let reach = settings.search_radius_px / bin
+        + (RING_FWHM.1 + 0.5 * f64::from(MOST_DRIFT_FWHM)) * fwhm
+        + kernel.radius() as f64;
     let range = |at: f64, n: usize| {
         let edge = |v: f64| v.clamp(0.0, n as f64) as usize;
         edge((at - reach).floor())..edge((at + reach).ceil() + 1.0)
@@ -185,15 +187,15 @@ impl PassStack {
         // tried on all threads, compared in their order
         let trials: Vec<(f64, f64, f64)> = drifts.par_iter().map(|drift| sum(*drift).best).collect();
         for (trial, drift) in trials.into_iter().zip(drifts) {
-            let least = best.as_ref().map_or(with_drift, |(b, _, k)| b.0 + if *k == 2 { DRIFT_GAIN_SIGMA } else { 0.0 });
+            let least =
+                best.as_ref().map_or(with_drift, |(b, _, k)| b.0 + if *k == 2 { DRIFT_GAIN_SIGMA } else { 0.0 });
             if trial.0 > least {
                 best = Some((trial, drift, 4));
             }
         }
         if let Some(((snr, x, y), drift, freedoms)) = best {
-            let to_px = |at: f64, origin: usize| {
-                origin as f64 + at * self.grid.2 as f64 + 0.5 * (self.grid.2 as f64 - 1.0)
-            };
+            let to_px =
+                |at: f64, origin: usize| origin as f64 + at * self.grid.2 as f64 + 0.5 * (self.grid.2 as f64 - 1.0);
             let per_s = |d: f64| if span_s > 0.0 { -d * self.grid.2 as f64 / span_s } else { 0.0 };
             found.snr = snr;
             found.place = Some(PassPlace {

@@ -30,7 +30,11 @@ const FEWEST_RESOLVED: usize = 3;
 /// Around the place of the target so much is looked at \[FWHM\]: the empty places that check the errors, and their sky.
 const SEARCH_FWHM: f64 = 14.0;
 /// What makes the flux at a place wrong whatever its error.
-const EXCLUDED: Flags = Flags(Flags::SATURATED.0 | Flags::CROSSED.0 | Flags::VIGNETTED.0 | Flags::LOWER_LIMIT.0 | Flags::EDGE.0);
+const EXCLUDED: Flags =
+    Flags(Flags::SATURATED.0 | Flags::CROSSED.0 | Flags::VIGNETTED.0 | Flags::LOWER_LIMIT.0 | Flags::EDGE.0);
+/// Detections this bright, and no more of them, refine the place.
+const REFINE_SNR: f64 = 8.0;
+const MOST_REFINE: usize = 48;
 /// Seconds per day.
 const DAY_S: f64 = 86_400.0;
 
@@ -142,7 +146,7 @@ impl<'a> PassFrames<'a> {
         let fwhm_px = self.frames.first().map_or(f64::NAN, |f| self.settings(f).fwhm_px);
         let detections: Vec<Detection> = detected.iter().filter_map(|f| detection(f)).collect();
         let place = match PassPlace::of_detections(&detections, fwhm_px) {
-            Some(place) => PlaceFrom::Detections(place),
+            Some(place) => PlaceFrom::Detections(self.refined(place, &detected, threads)),
             None => self.search(threads, at_once, stop)?,
         };
         let mut curve = PassCurve { place, points: Vec::new(), empty: EmptyPlaces::default() };
@@ -171,6 +175,18 @@ impl<'a> PassFrames<'a> {
         Ok(curve)
     }
 
+    /// The place by the light of the brightest detections, whose outlines give it less well.
+    fn refined(&self, place: PassPlace, detected: &[&PassFrame], threads: &ThreadPool) -> PassPlace {
+        let snr = |f: &PassFrame| f.row.snr.unwrap_or(0.0);
+        let mut bright: Vec<&PassFrame> = detected.iter().copied().filter(|f| snr(f) > REFINE_SNR).collect();
+        bright.sort_by(|a, b| snr(b).total_cmp(&snr(a)).then(a.t_s.total_cmp(&b.t_s)));
+        bright.truncate(MOST_REFINE);
+        let Some(fwhm_px) = bright.first().map(|f| self.settings(f).fwhm_px) else { return place };
+        let offsets: Vec<(f64, f64, f64)> =
+            threads.install(|| bright.par_iter().filter_map(|f| self.forced(f, &place)?.offset_px).collect());
+        place.refined(&offsets, fwhm_px)
+    }
+
     /// The detections of a resolved target as they are.
     fn of_rows(&self) -> Vec<(PassFrame<'a>, FramePoint, Flags)> {
         let zero = self.zero_mag().unwrap_or(0.0);
@@ -194,8 +210,7 @@ impl<'a> PassFrames<'a> {
         let mut stack: Option<PassStack> = None;
         for (first, frames) in self.frames.chunks(at_once.max(1)).enumerate() {
             stop.check(|| "stopped while passes were stacked; run the same line again".into())?;
-            let maps: Vec<Option<FrameMap>> =
-                threads.install(|| frames.par_iter().map(|f| self.map(f)).collect());
+            let maps: Vec<Option<FrameMap>> = threads.install(|| frames.par_iter().map(|f| self.map(f)).collect());
             for (k, (frame, map)) in frames.iter().zip(maps).enumerate() {
                 let Some(map) = map else { continue };
                 let stack = stack.get_or_insert_with(|| PassStack::like(&map));
@@ -229,8 +244,7 @@ impl<'a> PassFrames<'a> {
     fn forced(&self, frame: &PassFrame, place: &PassPlace) -> Option<ForcedFlux> {
         let (x_px, y_px) = place.at(frame.t_s);
         let settings = self.settings(frame);
-        let settings =
-            TargetSettings { x_px, y_px, search_radius_px: SEARCH_FWHM * settings.fwhm_px, ..settings };
+        let settings = TargetSettings { x_px, y_px, search_radius_px: SEARCH_FWHM * settings.fwhm_px, ..settings };
         let reader = self.night.open(frame.exposure).ok()?;
         let pixels = around(&reader, self.night, &settings).ok()??;
         let profile = self.night.seeing.profile.filter(|_| self.night.config.photometry.aper_correction);
@@ -246,7 +260,7 @@ fn resolved(detected: &[&PassFrame]) -> bool {
 
 fn detection(frame: &&PassFrame) -> Option<Detection> {
     let row = frame.row;
-    Some(Detection { t_s: frame.t_s, x_px: row.x_px?, y_px: row.y_px?, snr: row.snr? })
+    Some(Detection { t_s: frame.t_s, x_px: row.x_px?, y_px: row.y_px? })
 }
 
 fn mjd(row: &PhotometryRow) -> f64 {

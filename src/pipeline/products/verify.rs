@@ -26,8 +26,8 @@ use crate::pipeline::products::provenance::OF_FLAT;
 use crate::pipeline::shards::plan_file::Plan;
 use crate::tables::read::Table;
 use crate::tables::{
-    Column, KEYWORD_CHECKS, KeywordCheckRow, Meta, PASS_STACK, PHOTOMETRY, PassStackRow, RESIDUALS, STARS, check_rows_hash, read_photometry,
-    read_residuals, read_rows, read_stars,
+    Column, KEYWORD_CHECKS, KeywordCheckRow, Meta, PASS_STACK, PHOTOMETRY, PassStackRow, RESIDUALS, STARS,
+    check_rows_hash, read_photometry, read_residuals, read_rows, read_stars,
 };
 
 /// Files of a night that are not listed, because they hold times.

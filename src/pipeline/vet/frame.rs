@@ -27,7 +27,11 @@ fn pixels(row: &PhotometryRow, t: &Vetting) -> Vec<Finding> {
         (Flags::HIT, Verdict::Caution, "a cosmic ray or hot pixel in the aperture (hit)"),
         (Flags::NO_ANNULUS, Verdict::Caution, "no usable sky annulus, the background mesh was taken (no_annulus)"),
         (Flags::CROSSED, Verdict::Reject, "a satellite or an aircraft crosses the target (crossed)"),
-        (Flags::BLOOMING, Verdict::Caution, "charge spilt from saturated pixels was not taken for the target (blooming)"),
+        (
+            Flags::BLOOMING,
+            Verdict::Caution,
+            "charge spilt from saturated pixels was not taken for the target (blooming)",
+        ),
         (Flags::GHOST, Verdict::Caution, "a reflection of the pupil was not taken for the target (ghost)"),
         (Flags::NEGATIVE, Verdict::Caution, "the net flux is not positive (negative)"),
     ];
