@@ -4,8 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use satphot::Error;
+use satphot::base::progress::Silent;
+use satphot::pipeline::options::Options;
 use satphot::pipeline::shards::merge::{clean, merge};
 use satphot::pipeline::shards::plan_file::Plan;
+use satphot::pipeline::shards::stack::stack_merged;
 
 use super::{print, tell};
 
@@ -17,6 +20,7 @@ Exit code 3 names the shards and frames that are missing; nothing is written the
 
 Examples:
   satphot merge --plan plan.json shards/*.ecsv -o night/photometry.ecsv
+  satphot merge --plan plan.json shards/*.ecsv -o night/photometry.ecsv --stack --zeropoint night/zeropoint.toml
   satphot merge --plan plan.json shards/0.ecsv shards/2.ecsv --allow-missing -o night/so_far.ecsv";
 
 /// Merges the tables of the shards of a plan into photometry.ecsv, with residuals.ecsv and effective.toml next to it.
@@ -35,6 +39,18 @@ pub struct MergeVerb {
     /// Table to write
     #[arg(short, long, value_name = "FILE", default_value = "photometry.ecsv")]
     out: PathBuf,
+    /// Stack the passes as well, pass_stack.ecsv: reads the target frames again
+    #[arg(long, conflicts_with = "allow_missing")]
+    stack: bool,
+    /// Zeropoint that the shards were measured with, for --stack
+    #[arg(long, value_name = "TOML", requires = "stack")]
+    zeropoint: Option<PathBuf>,
+    /// Master flat that they were measured with, for --stack; by default the one next to the zeropoint
+    #[arg(long, value_name = "FITS", requires = "stack")]
+    flat: Option<PathBuf>,
+    /// Threads of --stack; 0 = all cores
+    #[arg(short, long, value_name = "N", default_value_t = 0, requires = "stack")]
+    jobs: usize,
     /// Print no notes
     #[arg(short, long)]
     quiet: bool,
@@ -47,7 +63,12 @@ impl MergeVerb {
         for table in absent.iter().filter(|_| !self.quiet) {
             tell(&format!("note: {} does not exist", table.display()));
         }
-        let merged = merge(&plan, &tables, self.allow_missing)?;
+        let mut merged = merge(&plan, &tables, self.allow_missing)?;
+        if self.stack {
+            let options = Options { jobs: self.jobs, ..Options::default() };
+            let given = (self.zeropoint.as_deref(), self.flat.as_deref());
+            stack_merged(&mut merged, &plan, given, &options, &Silent)?;
+        }
         let files = merged.write(&plan, &self.out)?;
         if merged.missing.is_empty() {
             clean(&tables);

@@ -151,6 +151,7 @@ impl Config {
         range("target.detect_sigma", t.detect_sigma, 1.0, 1_000.0, "σ")?;
         range("target.margin_fwhm", t.margin_fwhm, 0.0, 100.0, "FWHM")?;
         range("target.limit_r_fwhm", t.limit_r_fwhm, 0.2, 100.0, "FWHM")?;
+        range("target.pass_bin_snr", t.pass_bin_snr, 1.0, 10_000.0, "")?;
         if t.x_px.is_some() != t.y_px.is_some() {
             return Err(bad("target.x_px", "give both target.x_px and target.y_px, or neither".into()));
         }

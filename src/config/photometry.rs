@@ -128,6 +128,10 @@ pub struct Target {
     pub limit_r_fwhm: f64,
     /// Shape of the aperture around the target.
     pub shape: ApertureShape,
+    /// Stack the frames of each pass at the place of the target: pass_stack.ecsv.
+    pub stack_passes: bool,
+    /// Signal-to-noise of the bins of the light curve of a pass.
+    pub pass_bin_snr: f64,
 }
 
 impl Default for Target {
@@ -140,6 +144,8 @@ impl Default for Target {
             margin_fwhm: 1.5,
             limit_r_fwhm: 2.0,
             shape: ApertureShape::Auto,
+            stack_passes: true,
+            pass_bin_snr: 10.0,
         }
     }
 }

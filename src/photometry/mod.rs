@@ -12,6 +12,7 @@ pub mod flux;
 pub mod growth;
 mod label;
 mod net;
+pub mod pass;
 mod rows;
 mod smooth;
 pub mod surface_brightness;

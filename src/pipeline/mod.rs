@@ -14,6 +14,7 @@ pub mod matched;
 pub mod memory;
 pub mod options;
 pub mod ordered_map;
+pub mod passes;
 pub mod prepared;
 pub mod products;
 pub mod reduce;

@@ -21,6 +21,7 @@ use crate::pipeline::explain::text::Explanation;
 use crate::pipeline::hot_pixels::with_hot_pixels;
 use crate::pipeline::keyword_checks::{keyword_checks, not_checkable};
 use crate::pipeline::options::Options;
+use crate::pipeline::passes::pass_stack;
 use crate::pipeline::prepared::{Calibrated, Flattened, Prepared};
 use crate::pipeline::products::inputs::named_files;
 use crate::pipeline::products::lock::{FolderLock, lock};
@@ -48,9 +49,9 @@ use crate::pipeline::target::outcome::TargetFrame;
 use crate::pipeline::target::pictures::pictures;
 use crate::pipeline::target::place::off_target_note;
 use crate::pipeline::target::row::{failed_file_row, set_aside_row};
-use crate::report::summary::{pass_summaries, pass_table};
+use crate::report::summary::{pass_summaries, pass_table, stack_table};
 use crate::tables::words::Status;
-use crate::tables::{KeywordCheckRow, PhotometryRow, ResidualRow, StarRow};
+use crate::tables::{KeywordCheckRow, PassStackRow, PhotometryRow, ResidualRow, StarRow};
 
 /// Reduces a whole night and writes its tables, figures and summary to `<output>/<name>/`.
 ///
@@ -100,6 +101,7 @@ struct Compared {
     rows: Vec<PhotometryRow>,
     stars: Vec<StarRow>,
     residuals: Vec<ResidualRow>,
+    stacks: Vec<PassStackRow>,
     checks: Vec<KeywordCheckRow>,
     /// Pictures of the target frames, which are the first of `rows`.
     thumbs: Vec<Option<Thumb>>,
@@ -207,6 +209,8 @@ impl<'a> Run<'a> {
         let Measured { frames, quadratures, explained } = measured;
         let (mut rows, thumbs): (Vec<PhotometryRow>, Vec<_>) = frames.into_iter().map(|f| (f.row, f.thumb)).unzip();
         let n_target_rows = rows.len();
+        let Self { survey, options, progress, log, .. } = self;
+        let stacks = log.stage("pass stacks", |_| pass_stack(&rows, &survey.targets, night, options, *progress))?;
         let checks = keyword_checks(&self.survey, night.flat.as_ref(), &stars.checks, &rows, self.config);
         self.log.details.extend(not_checkable(&checks));
         rows.extend(stars.failed);
@@ -216,7 +220,7 @@ impl<'a> Run<'a> {
         let counts = Counts::of(&self.survey, &rows, &stars.rows);
         self.judge(&counts, &rows[..n_target_rows]);
         let residuals = residual_rows(&rows);
-        Ok(Compared { rows, stars: stars.rows, residuals, checks, thumbs, counts, quadratures, explained })
+        Ok(Compared { rows, stars: stars.rows, residuals, stacks, checks, thumbs, counts, quadratures, explained })
     }
 
     /// Whether the night as a whole is good enough for exit code 0.
@@ -251,11 +255,12 @@ impl<'a> Run<'a> {
         let of_plan = || Plan::of(&self.survey, config, &self.products, FRAMES_PER_SHARD);
         let plan = with_threads(options.jobs, of_plan)??;
         let provenance = Provenance::of_plan(&plan, config)?;
-        let Compared { rows, stars, residuals, checks: keywords, thumbs, .. } = &compared;
+        let Compared { rows, stars, residuals, stacks, checks: keywords, thumbs, .. } = &compared;
         let data_mode = plan.data_mode;
         let outputs = Outputs { folder: &folder, night, config, thumbs, provenance: &provenance, data_mode };
         self.lock.check()?;
-        summary.files = self.log.stage("write", |_| outputs.write(rows, stars, (residuals, keywords), options))?;
+        summary.files =
+            self.log.stage("write", |_| outputs.write(rows, stars, (residuals, stacks, keywords), options))?;
         let of_checks = write_checks(&folder, checks)?;
         provenance.stamp(&of_checks)?;
         let of_plan = folder.join("plan.json");
@@ -293,7 +298,7 @@ impl<'a> Run<'a> {
             folder: self.folder.clone(),
             passes: match compared.counts.targets {
                 0 => String::new(),
-                _ => format!("\n{}", pass_table(&compared.rows, band)),
+                _ => format!("\n{}{}", pass_table(&compared.rows, band), stack_table(&compared.stacks, band)),
             },
             pass_rows: pass_summaries(&compared.rows),
             model: ModelStanding::of(self.config),

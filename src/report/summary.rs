@@ -5,9 +5,9 @@
 use crate::base::stats::robust;
 use crate::base::stats::scatter;
 use crate::photometry::Flags;
-use crate::tables::PhotometryRow;
 use crate::tables::row_passes::passes;
 use crate::tables::selection::counts;
+use crate::tables::{PassStackRow, PhotometryRow};
 
 /// A table of plain text: columns two spaces apart, numbers to the right, the rest to the left, a rule below the head.
 ///
@@ -132,6 +132,31 @@ pub fn pass_table(rows: &[PhotometryRow], band: &str) -> String {
     let lines: Vec<Vec<String>> = pass_summaries(rows).into_iter().map(line).collect();
     let table = if lines.is_empty() { String::new() } else { text_table(&head, &lines) };
     table + &old_elements_note(rows).map(|note| format!("{note}\n")).unwrap_or_default()
+}
+
+/// One line per pass of `pass_stack.ecsv`: frames in the mean, where the place is from, magnitude and error in `band`,
+/// signal-to-noise, limit, and bins of the light curve; nothing without passes.
+#[must_use]
+pub fn stack_table(rows: &[PassStackRow], band: &str) -> String {
+    let named = ["mean ?", "? err", "limit ?"].map(|name| name.replace('?', band));
+    let head = ["pass", "UTC", "stacked", "place", &named[0], &named[1], "S/N", &named[2], "bins"];
+    let number = |value: Option<f64>, decimals: usize| value.map_or(String::new(), |v| format!("{v:.decimals$}"));
+    let bins = |pass: Option<i64>| rows.iter().filter(|r| r.pass == pass && r.bin > 0).count().max(1);
+    let line = |r: &PassStackRow| {
+        vec![
+            r.pass.map_or(String::new(), |p| p.to_string()),
+            r.date_first.chars().take(19).collect(),
+            r.frames.to_string(),
+            r.place_from.clone(),
+            number(r.v_mag, 2),
+            number(r.v_mag_err, 3),
+            number(r.snr, 1),
+            number(r.limit_v_mag, 2),
+            bins(r.pass).to_string(),
+        ]
+    };
+    let lines: Vec<Vec<String>> = rows.iter().filter(|r| r.bin == 0).map(line).collect();
+    if lines.is_empty() { String::new() } else { format!("\n{}", text_table(&head, &lines)) }
 }
 
 /// What old elements spoil, and in which passes; `None` where all are recent.

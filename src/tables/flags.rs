@@ -57,9 +57,15 @@ impl Flags {
     pub const OTHER_ZEROPOINT: Flags = Flags(1 << 21);
     /// The header's world coordinates were absent or wrong and have been replaced.
     pub const WCS_REPLACED: Flags = Flags(1 << 22);
+    /// A satellite or an aircraft crosses the target: a trail in another direction than the stars'.
+    pub const CROSSED: Flags = Flags(1 << 23);
+    /// Where nothing was found: what stood out is charge that spilt along columns or rows from saturated pixels.
+    pub const BLOOMING: Flags = Flags(1 << 24);
+    /// Where nothing was found: what stood out is a round ring, the reflection of the telescope's pupil.
+    pub const GHOST: Flags = Flags(1 << 25);
 
     /// Every bit with its name, in order.
-    pub const NAMES: [(Flags, &'static str); 23] = [
+    pub const NAMES: [(Flags, &'static str); 26] = [
         (Self::SATURATED, "saturated"),
         (Self::MASKED, "masked"),
         (Self::EDGE, "edge"),
@@ -83,6 +89,9 @@ impl Flags {
         (Self::LOW_ALTITUDE, "low_altitude"),
         (Self::OTHER_ZEROPOINT, "other_zeropoint"),
         (Self::WCS_REPLACED, "wcs_replaced"),
+        (Self::CROSSED, "crossed"),
+        (Self::BLOOMING, "blooming"),
+        (Self::GHOST, "ghost"),
     ];
 
     /// Sets the bits of `other`.

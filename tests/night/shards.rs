@@ -56,6 +56,7 @@ fn same_as(night: &Night, want: &[Vec<u8>], when: &str) {
 fn one_three_and_six_shards_make_the_tables_of_the_run() {
     let night = Night::copy_of(&simulated("shards_numbers", &[]));
     let want = run_once(&night);
+    let of_run = std::fs::read(night.path("night/pass_stack.ecsv")).unwrap();
     for (per, shards) in [(100, 1), (2, 3), (1, 6)] {
         std::fs::remove_dir_all(night.path("night")).ok();
         assert_eq!(plan(&night, per), shards);
@@ -66,7 +67,10 @@ fn one_three_and_six_shards_make_the_tables_of_the_run() {
         (0..shards).rev().for_each(|shard| _ = measure(&night, shard, &["-q"]).expect(0, &[]));
         let mut tables: Vec<String> = (0..shards).map(table).collect();
         tables.rotate_left(shards / 2);
-        merge(&night, &tables, &["-o", "night/photometry.ecsv"]).expect(0, &[]);
+        let stack = ["-o", "night/photometry.ecsv", "--stack", "--zeropoint", "night/zeropoint.toml"];
+        merge(&night, &tables, &stack).expect(0, &[]);
+        let stacked = std::fs::read(night.path("night/pass_stack.ecsv")).unwrap_or_default();
+        assert!(!stacked.is_empty() && stacked == of_run, "pass_stack.ecsv is not that of the run: {shards} shards");
         same_as(&night, &want, &format!("{shards} shards"));
     }
 }

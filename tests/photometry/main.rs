@@ -5,6 +5,7 @@
 mod photometry_scene;
 
 mod aperture;
+mod artefacts;
 mod background;
 mod cosmic;
 mod detect;
@@ -14,6 +15,7 @@ mod growth;
 mod injection;
 mod injection_station;
 mod limit;
+mod pass;
 mod speed;
 mod stats;
 mod target;

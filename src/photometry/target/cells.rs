@@ -155,7 +155,7 @@ impl Layers {
 /// C = 4π S m, m = S t/√(S² + t²): what makes C Σ k² d² the (Σ k d)² of one trail as wide as a star through the middle.
 ///
 /// S and t = σ of the kernel k, `fwhm` cells wide, and of a star; of n trails the squares are then added.
-fn lines_in_quadrature(fwhm: f64, rebin: f64) -> f32 {
+pub(crate) fn lines_in_quadrature(fwhm: f64, rebin: f64) -> f32 {
     let (kernel, star) = (fwhm / FWHM_PER_SIGMA, fwhm / rebin / FWHM_PER_SIGMA);
     (4.0 * std::f64::consts::PI * kernel * kernel * star / kernel.hypot(star)) as f32
 }

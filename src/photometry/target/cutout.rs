@@ -11,6 +11,7 @@ use ndarray::Array2;
 
 use super::settings::TargetSettings;
 use crate::frames::{Electrons, Frame, mask};
+use crate::photometry::Flags;
 use crate::photometry::aperture::{Bounds, cells};
 use crate::photometry::smooth::{Kernel, smooth_image};
 use crate::photometry::target::cells::{Cells, Layers, grown, row_of};
@@ -67,9 +68,11 @@ pub(crate) struct Cutout {
     /// Share of it that is not the same all along a trail.
     scintillation: f64,
     /// Direction of the trails, where it is known beforehand.
-    known: Option<KnownDirection>,
+    pub known: Option<KnownDirection>,
     /// Where across the trails a faint one along that direction goes through the target [cells].
     pub trail_v: Option<f64>,
+    /// What candidates were that were no target: [`Flags::BLOOMING`], [`Flags::GHOST`].
+    pub artefacts: Flags,
     /// Whether each side (left, right, bottom, top) is the frame's own edge.
     pub at_edge: [bool; 4],
 }
@@ -123,6 +126,7 @@ impl Cutout {
             scintillation: 0.0,
             known: s.trail_direction,
             trail_v: None,
+            artefacts: Flags::default(),
             at_edge,
         };
         cutout.find_trails();

@@ -121,7 +121,8 @@ const POINT_FWHM: f64 = 0.3;
 /// 4. Among trails the sky of each line of pixels is the level of that line on both sides of the aperture, and the error
 ///    is at least the scatter of empty apertures treated alike. Without trails the sky is an annulus. What the choice of
 ///    the aperture added to a faint flux, 2 σ over its significance where it is resolved, is subtracted.
-/// 5. [`Flags::TRAIL`] where light of trails was subtracted, [`Flags::CONTAMINATED`] where that of trails and neighbours is
+/// 5. What is charge spilt from saturated pixels or a reflection of the pupil is masked, [`Flags::CROSSED`] where a satellite
+///    or an aircraft crosses. [`Flags::TRAIL`] where light of trails was subtracted, [`Flags::CONTAMINATED`] where that of trails and neighbours is
 ///    more than `contam_frac` of the flux, [`Flags::HIT`] for a pixel sharper than a star.
 ///
 /// [`TargetFound::NotDetected`] holds the forced flux at the expected place, negative or not, and the limit: the flux of
@@ -182,6 +183,7 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
     if cutout.hits.iter().any(inside) || cutout.hits_in(&aperture).is_some() {
         flux.flags.set(Flags::HIT);
     }
+    flux.flags.set(cutout.crossed(&aperture, &outlined.snr1));
     let mut light = shape_of_light(&cutout, outline, *snr);
     light.contamination_e = all.light_e();
     light.peak_disc_e_px = brightest_disc(&net, at, &aperture.shape, s.fwhm_px, cutout.net.bin, rms_e);
@@ -222,6 +224,11 @@ fn outlined(cutout: &mut Cutout, frame: &Frame<Electrons>, s: &TargetSettings, l
         }
         let segment = segment(cutout, &layers, snrs.first(scales_needed(&found)), &found);
         if cutout.mask_hits(&segment.cells(), 1) {
+            continue;
+        }
+        if let Some(artefact) = cutout.artefact(frame, &segment.cells()) {
+            cutout.artefacts.set(artefact);
+            cutout.mask_cells(&segment.cells());
             continue;
         }
         return Some(Outlined { segment, snr1: snrs.at_scale.swap_remove(0), snr: found.snr, scale: found.scale });
@@ -297,7 +304,9 @@ fn forced(mut cutout: Cutout, frame: &Frame<Electrons>, background: &Background,
     cutout.exclude(&place);
     let snr1 = cutout.layers().significance(cutout.fwhm_cells(), 1, None);
     let objects = cutout.objects(&snr1);
-    let flux = cutout.flux(frame, background, &place, &objects, s).flux;
+    let mut flux = cutout.flux(frame, background, &place, &objects, s).flux;
+    flux.flags.set(cutout.crossed(&place, &snr1));
+    flux.flags.set(cutout.artefacts);
     Unseen { limit_e: cutout.limit_e(frame, background, &objects, s), flux }
 }
 

@@ -1,5 +1,6 @@
 //! The tracked satellite in its frame: found, outlined, measured.
 
+pub(crate) mod artefacts;
 pub(crate) mod cells;
 pub(crate) mod cosmic_rays;
 pub(crate) mod cutout;

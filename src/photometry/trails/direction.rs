@@ -15,9 +15,9 @@ const FAMILY: usize = 3;
 
 /// One trail: its range across and along \[px\].
 #[derive(Debug, Clone, Copy)]
-struct Trail {
-    v: (f64, f64),
-    u: (f64, f64),
+pub(crate) struct Trail {
+    pub v: (f64, f64),
+    pub u: (f64, f64),
 }
 
 /// The turned coordinates of a cutout, about its centre.
@@ -72,7 +72,7 @@ pub(crate) fn trail_direction(above: &Array2<bool>, faint: &Array2<bool>, fwhm_p
 }
 
 /// The direction in which the points line up best: largest Σ h² of their histogram across it.
-fn direction(points: &[(usize, usize)], dim: (usize, usize)) -> f64 {
+pub(crate) fn direction(points: &[(usize, usize)], dim: (usize, usize)) -> f64 {
     let stride = points.len().div_ceil(MAX_POINTS);
     let half = (dim.0 as f64).hypot(dim.1 as f64) * 0.5 + 2.0;
     let centre = Turned::new(dim, 0.0);
@@ -118,7 +118,7 @@ fn bins_across(dx: &[f64], dy: &[f64], (sin, cos): (f64, f64), (half, bin): (f64
 }
 
 /// Stretches along u of at least `min_length` that are above the noise, gaps of two FWHM allowed.
-fn long_runs(
+pub(crate) fn long_runs(
     points: &[(usize, usize)],
     turned: Turned,
     dim: (usize, usize),

@@ -3,6 +3,7 @@
 pub(crate) mod bend;
 pub(crate) mod bend_fit;
 pub(crate) mod contamination;
+pub(crate) mod crossing;
 pub(crate) mod direction;
 mod exclusion;
 pub(crate) mod known;

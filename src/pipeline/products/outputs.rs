@@ -17,7 +17,7 @@ use crate::pipeline::products::meta::{set_band, table_meta};
 use crate::pipeline::products::provenance::Provenance;
 #[cfg(feature = "report")]
 use crate::report;
-use crate::tables::{KeywordCheckRow, PhotometryRow, ResidualRow, StarRow};
+use crate::tables::{KeywordCheckRow, PassStackRow, PhotometryRow, ResidualRow, StarRow};
 use crate::zeropoint::previous::conditions;
 
 /// Where and how the results are written.
@@ -45,7 +45,7 @@ impl Outputs<'_> {
         &self,
         rows: &[PhotometryRow],
         stars: &[StarRow],
-        (residuals, checks): (&[ResidualRow], &[KeywordCheckRow]),
+        (residuals, stacks, checks): (&[ResidualRow], &[PassStackRow], &[KeywordCheckRow]),
         options: &Options,
     ) -> Result<Vec<PathBuf>> {
         let mut of_stars = table_meta(self.config, self.night.zeropoint.as_ref(), self.provenance);
@@ -66,6 +66,9 @@ impl Outputs<'_> {
         }
         if self.night.model.is_some() {
             crate::tables::write_residuals(&add("residuals.ecsv"), residuals, &meta)?;
+        }
+        if !stacks.is_empty() {
+            crate::tables::write_rows(&add("pass_stack.ecsv"), stacks, &meta)?;
         }
         crate::tables::write_rows(&add("keyword_checks.ecsv"), checks, &of_stars)?;
         if let Some(zeropoint) = &self.night.zeropoint {

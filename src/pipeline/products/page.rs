@@ -25,7 +25,9 @@ use crate::report::page::{
     write_sky_figure,
 };
 use crate::tables::row_passes::passes;
-use crate::tables::{Meta, MetaValue, PhotometryRow, SkyRow, read_meta, read_photometry, read_stars};
+use crate::tables::{
+    Meta, MetaValue, PassStackRow, PhotometryRow, SkyRow, read_meta, read_photometry, read_rows, read_stars,
+};
 use crate::visibility::forecast::dome::Overhead;
 use crate::visibility::forecast::sky_rows;
 use crate::zeropoint::fit::{NO_ZEROPOINT, Zeropoint};
@@ -53,6 +55,8 @@ pub fn night_page(folder: &Path) -> Result<NightPage> {
     let mut notes = Vec::new();
     let stars = folder.join("stars.ecsv");
     let stars = if stars.is_file() { read_stars(&stars)?.0 } else { Vec::new() };
+    let stacks = folder.join("pass_stack.ecsv");
+    let stacks = if stacks.is_file() { read_rows::<PassStackRow>(&stacks)?.0 } else { Vec::new() };
     let zeropoint = folder.join("zeropoint.toml");
     let none = std::fs::read_to_string(&zeropoint).is_ok_and(|text| text.starts_with(NO_ZEROPOINT));
     let zeropoint = if zeropoint.is_file() && !none { Some(Zeropoint::read(&zeropoint)?) } else { None };
@@ -81,6 +85,7 @@ pub fn night_page(folder: &Path) -> Result<NightPage> {
         name,
         rows,
         meta,
+        stacks,
         stars,
         zeropoint,
         curve,

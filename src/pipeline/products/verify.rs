@@ -26,8 +26,8 @@ use crate::pipeline::products::provenance::OF_FLAT;
 use crate::pipeline::shards::plan_file::Plan;
 use crate::tables::read::Table;
 use crate::tables::{
-    Column, KEYWORD_CHECKS, KeywordCheckRow, Meta, PHOTOMETRY, RESIDUALS, STARS, check_rows_hash, read_photometry,
-    read_residuals, read_rows, read_stars,
+    Column, KEYWORD_CHECKS, KeywordCheckRow, Meta, PASS_STACK, PHOTOMETRY, PassStackRow, RESIDUALS, STARS,
+    check_rows_hash, read_photometry, read_residuals, read_rows, read_stars,
 };
 
 /// Files of a night that are not listed, because they hold times.
@@ -261,6 +261,7 @@ fn table(path: &Path) -> std::result::Result<Meta, String> {
         "stars.ecsv" => STARS.columns,
         "residuals.ecsv" => RESIDUALS.columns,
         "keyword_checks.ecsv" => KEYWORD_CHECKS.columns,
+        "pass_stack.ecsv" => PASS_STACK.columns,
         _ => return Err(format!("{name}: is not one of the tables of a night")),
     };
     let header = Table::open(path).map_err(words)?;
@@ -282,6 +283,7 @@ fn table(path: &Path) -> std::result::Result<Meta, String> {
         "photometry.ecsv" => read_photometry(path).map(|(_, meta)| meta),
         "stars.ecsv" => read_stars(path).map(|(_, meta)| meta),
         "keyword_checks.ecsv" => read_rows::<KeywordCheckRow>(path).map(|(_, meta)| meta),
+        "pass_stack.ecsv" => read_rows::<PassStackRow>(path).map(|(_, meta)| meta),
         _ => read_residuals(path).map(|(_, meta)| meta),
     };
     meta.map_err(words)

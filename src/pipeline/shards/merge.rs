@@ -25,11 +25,11 @@ use crate::pipeline::products::provenance::Provenance;
 use crate::pipeline::products::verify::check_against_manifest;
 use crate::pipeline::target::outcome::TargetFrame;
 use crate::pipeline::target::row::{set_aside_row, unmeasured_row};
-use crate::report::summary::pass_table;
+use crate::report::summary::{pass_table, stack_table};
 use crate::tables::words::Status;
 use crate::tables::{
-    Meta, MetaValue, PartialRow, PhotometryRow, RawRow, check_rows_hash, names_rows_hash, read_photometry, read_rows,
-    write_photometry, write_residuals, write_rows,
+    Meta, MetaValue, PartialRow, PassStackRow, PhotometryRow, RawRow, check_rows_hash, names_rows_hash,
+    read_photometry, read_rows, write_photometry, write_residuals, write_rows,
 };
 
 /// The schema in the meta block of a whole night.
@@ -70,6 +70,8 @@ pub struct Merged {
     pub missing: BTreeMap<usize, Vec<String>>,
     /// Rows that were there more than once.
     pub n_twice: usize,
+    /// The passes stacked, if that was requested ([`super::stack`]).
+    pub stacks: Vec<PassStackRow>,
     /// Share of the night's frames that failed is above what the configuration allows.
     pub poor: Option<String>,
     /// Notes for the observer.
@@ -150,7 +152,8 @@ pub fn merge(plan: &Plan, tables: &[PathBuf], allow_missing: bool) -> Result<Mer
     let poor = (failed as f64 > limit * science.max(1) as f64).then(|| {
         format!("{failed} of {science} frames failed, more than the allowed share of {limit} (night.max_failed_frac)")
     });
-    Ok(Merged { rows, raw, meta, modelled: config.model.is_some(), missing, n_twice, poor, notes })
+    let (modelled, stacks) = (config.model.is_some(), Vec::new());
+    Ok(Merged { rows, raw, meta, modelled, missing, n_twice, stacks, poor, notes })
 }
 
 /// Reads a table of this plan and puts its rows back to what they were.
@@ -334,6 +337,12 @@ impl Merged {
             write_residuals(&residuals, &residual_rows(&self.rows), &self.meta)?;
             files.push(residuals);
         }
+        if !self.stacks.is_empty() {
+            let stacks =
+                if whole { path.with_file_name("pass_stack.ecsv") } else { path.with_extension("pass_stack.ecsv") };
+            write_rows(&stacks, &self.stacks, &self.meta)?;
+            files.push(stacks);
+        }
         let effective = path.with_file_name("effective.toml");
         let config = plan.config()?;
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -351,7 +360,8 @@ impl Merged {
     pub fn text(&self) -> String {
         let n = |status: Status| self.rows.iter().filter(|r| r.status == status).count();
         let counts = Status::ALL.map(|s| format!("{} {s}", n(s))).join(", ");
-        format!("{counts}\n{}", pass_table(&self.rows, self.meta.band().unwrap_or(Band::or_v(None).name())))
+        let band = self.meta.band().unwrap_or(Band::or_v(None).name());
+        format!("{counts}\n{}{}", pass_table(&self.rows, band), stack_table(&self.stacks, band))
     }
 }
 

@@ -9,4 +9,5 @@ pub mod plan_file;
 pub mod products;
 pub mod reduce;
 pub mod shard;
+pub mod stack;
 pub mod whole;

@@ -68,26 +68,8 @@ pub struct Measured {
 pub fn measure_shard(plan: &Plan, request: &Request, options: &Options, progress: &dyn Progress) -> Result<Measured> {
     let frames = plan.shard(request.number)?;
     let config = plan.config()?;
-    // the zeropoint is fitted already: the star catalogue is not needed
-    let prepared = Prepared::prepare(&Config { stars: None, ..config.clone() })?;
     let mut notes = Vec::new();
-    let facts = request.zeropoint.map(|path| StarFacts::read(path, plan)).transpose()?;
-    let (mut zeropoint, mut seeing) = (None, Seeing::default());
-    if let (Some(facts), Some(path)) = (&facts, request.zeropoint) {
-        zeropoint = if facts.zeropoint { Some(Zeropoint::read(path)?) } else { None };
-        let StarFacts { fwhm_arcsec, profile, camera_turn, .. } = *facts;
-        seeing = Seeing { fwhm_arcsec, profile, camera_turn, growth: None };
-    }
-    let which = (request.flat, request.zeropoint, false);
-    let flattened = flat_of_plan(plan, which, prepared, options, progress, &mut notes)?;
-    let mut night = Calibrated { flattened, seeing, zeropoint };
-    if let Some(facts) = facts.as_ref().filter(|f| f.flat_sha256 != night.flat_sha256) {
-        let problem = format!(
-            "the master flat ({}) is not the one the zeropoint was made with ({}); give that one with argument `flat`",
-            night.flat_sha256, facts.flat_sha256
-        );
-        return Err(Error::Mismatch { problem });
-    }
+    let (mut night, facts) = calibrated(plan, (request.zeropoint, request.flat), options, progress, &mut notes)?;
     let night_rows = facts.map(|f| f.rows).unwrap_or_default();
     let made_of = made_of(plan, request, &night)?;
     if let Some(rows) = (!options.redo).then(|| same_table(request.out, &made_of, &frames)).flatten() {
@@ -98,10 +80,7 @@ pub fn measure_shard(plan: &Plan, request: &Request, options: &Options, progress
     let roles = ["orbit.elements", "model.satellites", "model.throughput", "model.band", "flat.master"];
     plan.check_files(&roles, &FrameCache::default())?;
     let products = FrameCache::in_folder(folder, &night, options.redo)?;
-    if config.detector.mask_hot_pixels {
-        let stars = plan.exposures(plan.of_role(InputRole::STARS), &config, &night.target_names())?;
-        night.flattened = with_hot_pixels(night.flattened, &pointings_of(plan, stars), &products, options, &mut notes)?;
-    }
+    night = masked(plan, night, &products, options, &mut notes)?;
     let exposures = plan.exposures(frames.iter().copied(), &config, &night.target_names())?;
     let survey = Survey { targets: exposures, ..Survey::default() };
     notes.extend(options.memory().check(&survey, &night)?);
@@ -148,6 +127,64 @@ pub fn measure_shard(plan: &Plan, request: &Request, options: &Options, progress
     save(&sidecar(request.out), &format!("{side:#}\n"))?;
     products.clear();
     Ok(Measured { rows, there_already: false, notes })
+}
+
+/// The night of a plan as its target frames need it, from the zeropoint and the facts of the stars next to it, and the master
+/// flat.
+pub(super) fn night_of_plan(
+    plan: &Plan,
+    given: (Option<&Path>, Option<&Path>),
+    products: &FrameCache,
+    options: &Options,
+    progress: &dyn Progress,
+    notes: &mut Vec<String>,
+) -> Result<(Calibrated, Option<StarFacts>)> {
+    let (night, facts) = calibrated(plan, given, options, progress, notes)?;
+    Ok((masked(plan, night, products, options, notes)?, facts))
+}
+
+/// The same before the hot pixels.
+fn calibrated(
+    plan: &Plan,
+    (path, flat): (Option<&Path>, Option<&Path>),
+    options: &Options,
+    progress: &dyn Progress,
+    notes: &mut Vec<String>,
+) -> Result<(Calibrated, Option<StarFacts>)> {
+    // the zeropoint is fitted already: the star catalogue is not needed
+    let prepared = Prepared::prepare(&Config { stars: None, ..plan.config()? })?;
+    let facts = path.map(|path| StarFacts::read(path, plan)).transpose()?;
+    let (mut zeropoint, mut seeing) = (None, Seeing::default());
+    if let (Some(facts), Some(path)) = (&facts, path) {
+        zeropoint = if facts.zeropoint { Some(Zeropoint::read(path)?) } else { None };
+        let StarFacts { fwhm_arcsec, profile, camera_turn, .. } = *facts;
+        seeing = Seeing { fwhm_arcsec, profile, camera_turn, growth: None };
+    }
+    let flattened = flat_of_plan(plan, (flat, path, false), prepared, options, progress, notes)?;
+    let night = Calibrated { flattened, seeing, zeropoint };
+    if let Some(facts) = facts.as_ref().filter(|f| f.flat_sha256 != night.flat_sha256) {
+        let problem = format!(
+            "the master flat ({}) is not the one the zeropoint was made with ({}); give that one with argument `flat`",
+            night.flat_sha256, facts.flat_sha256
+        );
+        return Err(Error::Mismatch { problem });
+    }
+    Ok((night, facts))
+}
+
+/// The night with the hot pixels that its star frames show.
+fn masked(
+    plan: &Plan,
+    mut night: Calibrated,
+    products: &FrameCache,
+    options: &Options,
+    notes: &mut Vec<String>,
+) -> Result<Calibrated> {
+    if night.config.detector.mask_hot_pixels {
+        let stars = plan.exposures(plan.of_role(InputRole::STARS), &plan.config()?, &night.target_names())?;
+        night.flattened = with_hot_pixels(night.flattened, &pointings_of(plan, stars), products, options, notes)?;
+    }
+    Ok(night)
 }
 
 /// The file with times and memory next to the table of a shard.

@@ -68,6 +68,15 @@ pub fn target_settings(exposure: &Exposure, night: &Prepared, fwhm_arcsec: Optio
     }
 }
 
+/// The same of a frame of a calibrated night, with the direction of its star trails.
+#[must_use]
+pub fn settings_of_frame(geometry: Option<&Geometry>, exposure: &Exposure, night: &Calibrated) -> TargetSettings {
+    TargetSettings {
+        trail_direction: trail_direction(geometry, exposure, night),
+        ..target_settings(exposure, night, night.seeing.fwhm_arcsec)
+    }
+}
+
 /// Direction of the star trails, if the star frames show how the camera is turned.
 fn trail_direction(geometry: Option<&Geometry>, exposure: &Exposure, night: &Calibrated) -> Option<KnownDirection> {
     night.seeing.camera_turn?.trails(geometry?, &night.site, exposure.time.as_ref()?.err_s)
@@ -85,8 +94,7 @@ fn measure_target(geometry: Option<&Geometry>, exposure: &Exposure, night: &Cali
             });
         }
     }
-    let mut settings = target_settings(exposure, night, night.seeing.fwhm_arcsec);
-    settings.trail_direction = trail_direction(geometry, exposure, night);
+    let settings = settings_of_frame(geometry, exposure, night);
     let reader = night.open(exposure)?;
     let seen = measure_in_window(&reader, night, &settings)?;
     let setting = Setting {

@@ -71,7 +71,10 @@ pub fn measure_whole_frame(reader: &FrameReader, night: &Calibrated, settings: &
 }
 
 /// The window around the expected place, if any of its pixels can be used.
-fn around<'b>(reader: &FrameReader, night: &'b Calibrated, s: &TargetSettings) -> Result<Option<PooledFrame<'b>>> {
+///
+/// # Errors
+/// [`crate::base::error::Error::Fits`] if the file is damaged.
+pub fn around<'b>(reader: &FrameReader, night: &'b Calibrated, s: &TargetSettings) -> Result<Option<PooledFrame<'b>>> {
     let reach = reach_px(s);
     let span = |at: f64, within: Range<usize>| {
         let first = (at - reach).floor().max(0.0) as usize;

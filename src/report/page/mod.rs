@@ -18,6 +18,7 @@ mod phase_curve;
 mod plan;
 mod provenance;
 mod sky;
+mod stacks;
 mod stars;
 mod strip;
 mod violins;
@@ -45,6 +46,7 @@ pub fn write_night_page(path: &Path, page: &NightPage) -> Result<()> {
     let mut sections = vec![
         section("summary", "Summary", strip::summary(page)),
         section("light-curve", "Light curves", curve::light_curve(page)),
+        section("stacks", "Stacked passes", stacks::stacks(page)),
         section("residuals", "Observed minus modelled", curve::residuals(page, one)),
         section("phase-curve", "Phase curve", phase_curve::section(one)),
         section("distribution", "Distribution", distribution::distribution(one)),

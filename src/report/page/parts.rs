@@ -7,7 +7,7 @@ use crate::figures::panel::Point;
 use crate::tables::meta::Meta;
 use crate::tables::meta::MetaValue;
 use crate::tables::words::Verdict;
-use crate::tables::{PhotometryRow, SkyRow, StarRow};
+use crate::tables::{PassStackRow, PhotometryRow, SkyRow, StarRow};
 use crate::zeropoint::fit::Zeropoint;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -40,6 +40,8 @@ pub struct NightPage {
     pub rows: Vec<PhotometryRow>,
     /// Their meta block.
     pub meta: Meta,
+    /// Rows of pass_stack.ecsv.
+    pub stacks: Vec<PassStackRow>,
     /// Rows of stars.ecsv.
     pub stars: Vec<StarRow>,
     /// zeropoint.toml.

@@ -12,6 +12,7 @@ use super::listings::{
 };
 use super::night::{KEYWORD_CHECKS, NIGHT, UNGROUPED};
 use super::paper::{CHECKED, LABELS, PUBLISHED};
+use super::pass_stack::PASS_STACK;
 use super::photometry::{COMPARED, PHOTOMETRY, PREDICTED, PREDICTION, RAW};
 use super::plan::PLAN;
 use super::radiance::{RADIANCE, SNR};
@@ -25,6 +26,7 @@ pub const ALL: &[Definition] = &[
     PHOTOMETRY,
     RAW,
     RESIDUALS,
+    PASS_STACK,
     NIGHT,
     UNGROUPED,
     KEYWORD_CHECKS,

@@ -14,6 +14,7 @@ mod limits;
 mod listings;
 mod night;
 mod paper;
+mod pass_stack;
 mod photometry;
 mod plan;
 mod radiance;
@@ -35,6 +36,7 @@ pub use listings::{
 };
 pub use night::{KEYWORD_CHECKS, KeywordCheckRow, NIGHT, NightRow, UNGROUPED, UngroupedRow};
 pub use paper::{CHECKED, CheckedRow, LABELS, LabelRow, PUBLISHED, PublishedRow};
+pub use pass_stack::{PASS_STACK, PassStackRow};
 pub use photometry::{COMPARED, PARTIAL, PHOTOMETRY, PREDICTED, PREDICTION, PartialRow, PhotometryRow, RAW, RawRow};
 pub use plan::{PLAN, PlanRow};
 pub use radiance::{RADIANCE, RadianceRow, SNR, SnrRow};

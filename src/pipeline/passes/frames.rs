@@ -1,0 +1,268 @@
+//! The flux of the target in every frame of a pass, at the place where it stands.
+//!
+//! Electrons per second outside the atmosphere, where there is a zeropoint, else as they arrive; seconds since the first frame.
+//! It does not cover their mean ([`super::rows`]).
+
+use rayon::ThreadPool;
+use rayon::prelude::*;
+
+use crate::base::error::Result;
+use crate::base::stats::median;
+use crate::base::stop::Stop;
+use crate::frames::Exposure;
+use crate::photometry::Flags;
+use crate::photometry::pass::curve::{EmptyPlaces, FramePoint};
+use crate::photometry::pass::forced::{ForcedFlux, forced_flux};
+use crate::photometry::pass::place::{Detection, PassPlace};
+use crate::photometry::pass::stack::{FrameMap, PassStack, StackFound, frame_map};
+use crate::photometry::target::settings::TargetSettings;
+use crate::pipeline::prepared::Calibrated;
+use crate::pipeline::target::frame::settings_of_frame;
+use crate::pipeline::target::place::Place;
+use crate::pipeline::target::window::around;
+use crate::tables::PhotometryRow;
+use crate::tables::words::{Status, Verdict};
+
+/// A target is resolved where the median of its images is this much longer than a star \[FWHM\] ...
+const RESOLVED_FWHM: f64 = 1.3;
+/// ... by at least so many of them.
+const FEWEST_RESOLVED: usize = 3;
+/// Around the place of the target so much is looked at \[FWHM\]: the empty places that check the errors, and their sky.
+const SEARCH_FWHM: f64 = 14.0;
+/// What makes the flux at a place wrong whatever its error.
+const EXCLUDED: Flags =
+    Flags(Flags::SATURATED.0 | Flags::CROSSED.0 | Flags::VIGNETTED.0 | Flags::LOWER_LIMIT.0 | Flags::EDGE.0);
+/// Detections this bright, and no more of them, refine the place.
+const REFINE_SNR: f64 = 8.0;
+const MOST_REFINE: usize = 48;
+/// Seconds per day.
+const DAY_S: f64 = 86_400.0;
+
+/// The frames of a pass that can be stacked.
+#[derive(Debug)]
+pub struct PassFrames<'a> {
+    night: &'a Calibrated,
+    /// Row, exposure, time since the first frame \[s\], electrons of a source of unit flux.
+    pub frames: Vec<PassFrame<'a>>,
+    /// Frames that cannot: of another size or without an airmass.
+    pub n_left: usize,
+}
+
+/// One of them.
+#[derive(Debug, Clone, Copy)]
+pub struct PassFrame<'a> {
+    /// Its row of the light curve.
+    pub row: &'a PhotometryRow,
+    exposure: &'a Exposure,
+    /// Time since the first frame \[s\].
+    pub t_s: f64,
+    /// Electrons of a source of unit flux.
+    unit_e: f64,
+}
+
+/// Where the place of the target is from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PlaceFrom {
+    /// Detections of single frames.
+    Detections(PassPlace),
+    /// Their sum, with its significance.
+    Stack(PassPlace, f64),
+    /// Its detections, which are resolved, are averaged.
+    Frames,
+    /// Nowhere: significance a target must have, error of a flux in the search region and number of frames, if they could be
+    /// stacked.
+    None(Option<(f64, f64, usize)>),
+}
+
+/// The fluxes of a pass.
+#[derive(Debug)]
+pub struct PassCurve<'a> {
+    /// Where the target stands.
+    pub place: PlaceFrom,
+    /// Frame, flux and flags, in order of time.
+    pub points: Vec<(PassFrame<'a>, FramePoint, Flags)>,
+    /// Fluxes of empty places.
+    pub empty: EmptyPlaces,
+}
+
+impl<'a> PassFrames<'a> {
+    /// Those of the rows, in order of time, that have a time and were looked at.
+    pub fn new(rows: impl Iterator<Item = (&'a PhotometryRow, &'a Exposure)>, night: &'a Calibrated) -> Self {
+        let looked_at = |r: &PhotometryRow| r.status == Status::Ok || r.status == Status::Nondetection;
+        let mut rows: Vec<_> = rows.filter(|(r, _)| looked_at(r) && r.mjd_mid_d.is_some()).collect();
+        rows.sort_by(|a, b| mjd(a.0).total_cmp(&mjd(b.0)));
+        let mut out = Self { night, frames: Vec::new(), n_left: 0 };
+        let Some((first, of_first)) = rows.first().copied() else { return out };
+        for (row, exposure) in rows {
+            let same = (exposure.size_px, exposure.binning) == (of_first.size_px, of_first.binning);
+            match out.unit_e(row, exposure).filter(|unit_e| same && *unit_e > 0.0 && unit_e.is_finite()) {
+                Some(unit_e) => {
+                    let t_s = (mjd(row) - mjd(first)) * DAY_S;
+                    out.frames.push(PassFrame { row, exposure, t_s, unit_e });
+                }
+                None => out.n_left += 1,
+            }
+        }
+        out
+    }
+
+    /// The night the frames are of.
+    #[must_use]
+    pub fn night(&self) -> &'a Calibrated {
+        self.night
+    }
+
+    /// V of unit flux outside the atmosphere; `None` without a zeropoint.
+    #[must_use]
+    pub fn zero_mag(&self) -> Option<f64> {
+        self.mag_of_unit(0.0)
+    }
+
+    fn mag_of_unit(&self, airmass: f64) -> Option<f64> {
+        let zeropoint = self.night.zeropoint.as_ref()?;
+        let [colour, _] = self.night.config.zeropoint.target_colour(zeropoint.colour);
+        Some(zeropoint.v_mag(0.0, airmass, colour))
+    }
+
+    /// t 10^(0.4 (K(X) − K(0))), K the magnitude of one electron per second at an airmass: electrons of unit flux.
+    fn unit_e(&self, row: &PhotometryRow, exposure: &Exposure) -> Option<f64> {
+        let extinction = match self.zero_mag() {
+            Some(zero) => self.mag_of_unit(row.airmass?)? - zero,
+            None => 0.0,
+        };
+        Some(exposure.exptime_s * 10f64.powf(0.4 * extinction))
+    }
+
+    /// The flux of the target in every frame, at most `at_once` of them in memory.
+    ///
+    /// # Errors
+    /// A stop.
+    pub fn curve(&self, threads: &ThreadPool, at_once: usize, stop: &Stop) -> Result<PassCurve<'a>> {
+        let detected: Vec<&PassFrame> =
+            self.frames.iter().filter(|f| f.row.status == Status::Ok && f.row.verdict != Verdict::Reject).collect();
+        if resolved(&detected) {
+            return Ok(PassCurve { place: PlaceFrom::Frames, points: self.of_rows(), empty: EmptyPlaces::default() });
+        }
+        let fwhm_px = self.frames.first().map_or(f64::NAN, |f| self.settings(f).fwhm_px);
+        let detections: Vec<Detection> = detected.iter().filter_map(|f| detection(f)).collect();
+        let place = match PassPlace::of_detections(&detections, fwhm_px) {
+            Some(place) => PlaceFrom::Detections(self.refined(place, &detected, threads)),
+            None => self.search(threads, at_once, stop)?,
+        };
+        let mut curve = PassCurve { place, points: Vec::new(), empty: EmptyPlaces::default() };
+        let (PlaceFrom::Detections(place) | PlaceFrom::Stack(place, _)) = curve.place else { return Ok(curve) };
+        for frames in self.frames.chunks(at_once.max(1)) {
+            stop.check(|| "stopped while passes were stacked; run the same line again".into())?;
+            let forced: Vec<Option<ForcedFlux>> =
+                threads.install(|| frames.par_iter().map(|f| self.forced(f, &place)).collect());
+            for (frame, forced) in frames.iter().zip(forced).filter_map(|(f, forced)| Some((f, forced?))) {
+                let (unit, flags) = (frame.unit_e, Flags(frame.row.flags & EXCLUDED.0) | forced.flags);
+                if flags.any(EXCLUDED) {
+                    continue;
+                }
+                let empty: Vec<Option<(f64, f64)>> =
+                    forced.empty.iter().map(|e| e.map(|(flux, v)| (flux / unit, v / (unit * unit)))).collect();
+                curve.empty.add(&empty);
+                let point = FramePoint {
+                    t_s: frame.t_s,
+                    flux: forced.flux_e / unit,
+                    variance: forced.variance_e2 / (unit * unit),
+                    variance_per_flux: forced.variance_per_e / unit,
+                };
+                curve.points.push((*frame, point, flags));
+            }
+        }
+        Ok(curve)
+    }
+
+    /// The place by the light of the brightest detections, whose outlines give it less well.
+    fn refined(&self, place: PassPlace, detected: &[&PassFrame], threads: &ThreadPool) -> PassPlace {
+        let snr = |f: &PassFrame| f.row.snr.unwrap_or(0.0);
+        let mut bright: Vec<&PassFrame> = detected.iter().copied().filter(|f| snr(f) > REFINE_SNR).collect();
+        bright.sort_by(|a, b| snr(b).total_cmp(&snr(a)).then(a.t_s.total_cmp(&b.t_s)));
+        bright.truncate(MOST_REFINE);
+        let Some(fwhm_px) = bright.first().map(|f| self.settings(f).fwhm_px) else { return place };
+        let offsets: Vec<(f64, f64, f64)> =
+            threads.install(|| bright.par_iter().filter_map(|f| self.forced(f, &place)?.offset_px).collect());
+        place.refined(&offsets, fwhm_px)
+    }
+
+    /// The detections of a resolved target as they are.
+    fn of_rows(&self) -> Vec<(PassFrame<'a>, FramePoint, Flags)> {
+        let zero = self.zero_mag().unwrap_or(0.0);
+        let point = |f: &PassFrame<'a>| {
+            let row = f.row;
+            let mag = if self.night.zeropoint.is_some() { row.v_mag } else { row.inst_mag };
+            let usable = row.status == Status::Ok && row.verdict != Verdict::Reject && !Flags(row.flags).any(EXCLUDED);
+            let (mag, flux_e, err_e) = (mag.filter(|_| usable)?, row.flux_e?, row.flux_err_e?);
+            let flux = 10f64.powf(-0.4 * (mag - zero));
+            let per_e = flux / flux_e;
+            let variance = (err_e * err_e - flux_e.max(0.0)).max(0.0) * per_e * per_e;
+            let point = FramePoint { t_s: f.t_s, flux, variance, variance_per_flux: per_e };
+            (variance > 0.0 && variance.is_finite()).then_some((*f, point, Flags(row.flags)))
+        };
+        self.frames.iter().filter_map(point).collect()
+    }
+
+    /// Looks for the target in the sum of the frames.
+    fn search(&self, threads: &ThreadPool, at_once: usize, stop: &Stop) -> Result<PlaceFrom> {
+        let n = self.frames.len();
+        let mut stack: Option<PassStack> = None;
+        for (first, frames) in self.frames.chunks(at_once.max(1)).enumerate() {
+            stop.check(|| "stopped while passes were stacked; run the same line again".into())?;
+            let maps: Vec<Option<FrameMap>> = threads.install(|| frames.par_iter().map(|f| self.map(f)).collect());
+            for (k, (frame, map)) in frames.iter().zip(maps).enumerate() {
+                let Some(map) = map else { continue };
+                let stack = stack.get_or_insert_with(|| PassStack::like(&map));
+                stack.add(&map, frame.t_s, (first * at_once.max(1) + k, n));
+            }
+        }
+        let Some((stack, first)) = stack.zip(self.frames.first()) else { return Ok(PlaceFrom::None(None)) };
+        let settings = self.settings(first);
+        let found = threads.install(|| stack.find(&settings));
+        Ok(match found {
+            Some(StackFound { place: Some(place), snr, .. }) => PlaceFrom::Stack(place, snr),
+            Some(StackFound { threshold, flux_err, n_frames, .. }) => {
+                PlaceFrom::None(Some((threshold, flux_err, n_frames)))
+            }
+            None => PlaceFrom::None(None),
+        })
+    }
+
+    fn settings(&self, frame: &PassFrame) -> TargetSettings {
+        let place = Place::of(frame.exposure, self.night);
+        settings_of_frame(place.seen(), frame.exposure, self.night)
+    }
+
+    fn map(&self, frame: &PassFrame) -> Option<FrameMap> {
+        let settings = self.settings(frame);
+        let reader = self.night.open(frame.exposure).ok()?;
+        let pixels = around(&reader, self.night, &settings).ok()??;
+        frame_map(&pixels, &settings, frame.unit_e)
+    }
+
+    fn forced(&self, frame: &PassFrame, place: &PassPlace) -> Option<ForcedFlux> {
+        let (x_px, y_px) = place.at(frame.t_s);
+        let settings = self.settings(frame);
+        let settings = TargetSettings { x_px, y_px, search_radius_px: SEARCH_FWHM * settings.fwhm_px, ..settings };
+        let reader = self.night.open(frame.exposure).ok()?;
+        let pixels = around(&reader, self.night, &settings).ok()??;
+        let profile = self.night.seeing.profile.filter(|_| self.night.config.photometry.aper_correction);
+        forced_flux(&pixels, &settings, profile.as_ref(), place.jitter_px)
+    }
+}
+
+/// Whether the detections show a target larger than a star.
+fn resolved(detected: &[&PassFrame]) -> bool {
+    let mut extents: Vec<f64> = detected.iter().filter_map(|f| f.row.extent_fwhm).collect();
+    extents.len() >= FEWEST_RESOLVED && median(&mut extents).is_some_and(|e| e > RESOLVED_FWHM)
+}
+
+fn detection(frame: &&PassFrame) -> Option<Detection> {
+    let row = frame.row;
+    Some(Detection { t_s: frame.t_s, x_px: row.x_px?, y_px: row.y_px? })
+}
+
+fn mjd(row: &PhotometryRow) -> f64 {
+    row.mjd_mid_d.unwrap_or(f64::NAN)
+}
