@@ -1,4 +1,4 @@
-//! A day of a satellite: the median over the sky with its spread, each light, observed passes as violins; Sun and Moon.
+//! A day of a satellite: the median over the sky with its spread and the error of a prediction, each light, observed passes as violins; Sun and Moon.
 //!
 //! Magnitudes upwards to brighter, UTC to the right. Nothing is drawn where nothing is lit.
 
@@ -51,10 +51,12 @@ pub fn day(path: &Path, rows: &[DayRow], violins: &[Violin], title: &str) -> Res
     let Some(faintest) = medians().reduce(f64::max).map(|v| v + LIGHTS_BELOW_MAG) else {
         return no_data(path, SIZE, title, "nothing is lit at any moment");
     };
+    let within = |r: &DayRow| Some((r.model_v_mag? - r.v_pred_err_mag?, r.model_v_mag? + r.v_pred_err_mag?));
+    let within_mag = rows.iter().filter_map(within).flat_map(|(low, high)| [low, high]);
     let spread = rows.iter().flat_map(|r| [r.model_v_p16_mag, r.model_v_p84_mag]).flatten();
     let seen = violins.iter().flat_map(|v| v.v_mag.iter().copied());
     let lights = rows.iter().flat_map(|r| LIGHTS.iter().filter_map(|(_, _, of)| of(r))).filter(|v| *v <= faintest);
-    let y = Span::around(spread.chain(medians()).chain(seen).chain(lights), 1.0).map(Span::reversed);
+    let y = Span::around(spread.chain(medians()).chain(within_mag).chain(seen).chain(lights), 1.0).map(Span::reversed);
     let midnight = rows.first().map_or(0.0, |r| r.mjd_mid_d.floor());
     let second = |mjd_d: f64| (mjd_d - midnight) * 86_400.0;
     let ends = (rows.first().map(|r| second(r.mjd_mid_d)), rows.last().map(|r| second(r.mjd_mid_d)));
@@ -69,6 +71,10 @@ pub fn day(path: &Path, rows: &[DayRow], violins: &[Violin], title: &str) -> Res
         let curve = |of: fn(&DayRow) -> Option<f64>| -> Vec<(f64, Option<f64>)> {
             rows.iter().map(|r| (second(r.mjd_mid_d), of(r))).collect()
         };
+        for run in rows.split(|r| within(r).is_none()) {
+            let limits = |r: &DayRow| within(r).map(|(low, high)| (second(r.mjd_mid_d), low, high));
+            panel.band(&run.iter().filter_map(limits).collect::<Vec<_>>(), GREY);
+        }
         for run in rows.split(|r| r.model_v_p16_mag.is_none()) {
             let band: Vec<(f64, f64, f64)> = run
                 .iter()
@@ -80,6 +86,9 @@ pub fn day(path: &Path, rows: &[DayRow], violins: &[Violin], title: &str) -> Res
             (Some((Mark::Line(7), BLUE)), "all four lights".to_string()),
             (Some((Mark::Band, BLUE)), "16 to 84 % of the sky".to_string()),
         ];
+        if rows.iter().any(|r| within(r).is_some()) {
+            entries.push((Some((Mark::Band, GREY)), "68 % of observations".to_string()));
+        }
         for (name, colour, of) in LIGHTS {
             let line = curve(of);
             if line.iter().any(|p| p.1.is_some_and(|v| y.holds(v))) {

@@ -162,6 +162,12 @@ fn predicted(pass: &[&PhotometryRow]) -> bool {
     pass.iter().all(|r| r.status.is_empty() && r.v_mag.is_none() && r.limit_v_mag.is_none())
 }
 
+/// The interval that holds 68 % of observed magnitudes.
+fn predicted_within(row: &PhotometryRow) -> Option<[f64; 2]> {
+    let (v_mag, err_mag) = (row.model_v_mag?, row.v_pred_err_mag?);
+    Some([v_mag - err_mag, v_mag + err_mag])
+}
+
 /// The magnitude axis: every accepted point with its error, every limit, the model, and the lights that are near.
 fn magnitude_span(pass: &[&PhotometryRow]) -> Option<Span> {
     let any_used = pass.iter().any(|r| r.v_mag.is_some() && is_used(&r.status, &r.verdict));
@@ -173,6 +179,7 @@ fn magnitude_span(pass: &[&PhotometryRow]) -> Option<Span> {
         .flatten()
         .chain(pass.iter().filter_map(|r| limit(r)))
         .chain(pass.iter().filter_map(|r| r.model_v_mag))
+        .chain(pass.iter().flat_map(|r| predicted_within(r)).flatten())
         .filter(|v| v.is_finite())
         .collect();
     let mut faintest = main.iter().copied().max_by(f64::total_cmp)? + LIGHTS_BELOW_MAG;
@@ -333,14 +340,23 @@ fn curves(
 ) -> Legend {
     let sheet = panel.sheet;
     let mut model = Legend::new();
-    let band: Vec<(f64, f64, f64)> = curve
-        .iter()
-        .filter_map(|r| Some((seconds(r), r.model_v_mag? - r.model_err_mag?, r.model_v_mag? + r.model_err_mag?)))
-        .collect();
-    // A band thinner than the line it surrounds would only blur it.
-    if band.iter().any(|(_, low, high)| high - low > 0.04) && band.len() > 1 {
-        sheet.series(MODEL.class, || panel.band(&band, GREY.class("model")));
-        model.push((Some((Mark::Band, GREY)), "model ± error".into()));
+    // the error of a prediction, which holds 68 % of observed magnitudes; else the numerical one
+    let is_predictive = curve.iter().any(|r| r.v_pred_err_mag.is_some());
+    let err_mag = |r: &PhotometryRow| if is_predictive { r.v_pred_err_mag } else { r.model_err_mag };
+    for run in curve.split(|r| r.model_v_mag.is_none() || err_mag(r).is_none()) {
+        let limits = |r: &&PhotometryRow| {
+            let (v_mag, err_mag) = (r.model_v_mag?, err_mag(r)?);
+            Some((seconds(r), v_mag - err_mag, v_mag + err_mag))
+        };
+        let band: Vec<(f64, f64, f64)> = run.iter().filter_map(limits).collect();
+        // A band thinner than the line it surrounds would only blur it.
+        if band.iter().any(|(_, low, high)| high - low > 0.04) && band.len() > 1 {
+            sheet.series(MODEL.class, || panel.band(&band, GREY.class("model")));
+            if model.is_empty() {
+                let name = if is_predictive { "68 % of observations" } else { "model ± error" };
+                model.push((Some((Mark::Band, GREY)), name.into()));
+            }
+        }
     }
     // The lights over the total: where one of them is nearly all of it, both can be seen.
     let total: Vec<(f64, Option<f64>)> = curve.iter().map(|r| (seconds(r), r.model_v_mag)).collect();

@@ -1,6 +1,6 @@
 //! A month of midnights: surface brightness of satellites, a line each, over the limits of a telescope that follows.
 //!
-//! Surface brightness upwards to brighter, nights to the right. Shaded: the Moon below the horizon at midnight, and
+//! Surface brightness upwards to brighter, nights to the right; bars are the error of a prediction. Shaded: the Moon below the horizon at midnight, and
 //! nights in which no satellite of the figure is lit.
 
 use std::path::Path;
@@ -47,9 +47,12 @@ pub fn month(path: &Path, rows: &[MonthRow], title: &str, notes: &[String]) -> R
         Some(first) => rows.iter().take_while(|r| r.object_name == first.object_name).collect(),
         None => Vec::new(),
     };
+    let within = |r: &MonthRow| Some((r.mu_mean_mag_arcsec2?, r.v_pred_err_mag?));
     let mus = shown.iter().filter_map(|r| r.mu_mean_mag_arcsec2);
+    let errors = shown.iter().filter_map(|r| within(r)).flat_map(|(mu, err_mag)| [mu - err_mag, mu + err_mag]);
     let limits = nights.iter().flat_map(|r| [r.limit_1sigma_mag_arcsec2, r.limit_5sigma_mag_arcsec2]).flatten();
-    let Some(y) = Span::around(mus.chain(limits), 2.0).map(Span::reversed).filter(|_| !shown.is_empty()) else {
+    let Some(y) = Span::around(mus.chain(errors).chain(limits), 2.0).map(Span::reversed).filter(|_| !shown.is_empty())
+    else {
         return no_data(path, SIZE, title, "no satellite is lit in any of these nights");
     };
     let first_mjd_d = nights.first().map_or(0.0, |r| r.mjd_mid_d);
@@ -85,12 +88,20 @@ pub fn month(path: &Path, rows: &[MonthRow], title: &str, notes: &[String]) -> R
             let line: Vec<(f64, Option<f64>)> =
                 shown.iter().filter(|r| r.object_name == *name).map(|r| (at(r), r.mu_mean_mag_arcsec2)).collect();
             panel.polyline(&line, colour, 3);
+            for row in shown.iter().filter(|r| r.object_name == *name) {
+                if let Some((mu, err_mag)) = within(row) {
+                    panel.error_bar(at(row), mu, err_mag, colour);
+                }
+            }
             for (x, mu) in line.iter().filter_map(|(x, mu)| Some((*x, (*mu)?))) {
                 draw_mark(sheet, mark, (panel.px(x), panel.py(mu)), colour);
             }
             entries.push((Some((mark, colour)), (*name).to_string()));
         }
         entries.push((None, String::new()));
+        if shown.iter().any(|r| within(r).is_some()) {
+            entries.push((None, "bars: 68 % of observations".into()));
+        }
         entries.push((Some((Mark::Line(3), INK)), "limit, 1 σ".into()));
         entries.push((Some((Mark::Line(7), INK)), "limit, 5 σ".into()));
         entries.push((Some((Mark::Swatch, PALE)), "Moon down at midnight".into()));

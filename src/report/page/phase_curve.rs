@@ -11,7 +11,7 @@ use super::groups::groups;
 use super::parts::{NightPage, count, nothing, shown, tip, verdict_paint};
 use crate::brightness::Illum;
 use crate::figures::axis::Span;
-use crate::figures::canvas::{INK, Medium, Sheet};
+use crate::figures::canvas::{GREY, INK, Medium, Sheet};
 use crate::figures::chart::Chart;
 use crate::figures::panel::{Point, Ticks};
 use crate::fitting::{Observation, Problem, phase_law};
@@ -32,8 +32,8 @@ pub(super) struct PhaseCurve<'a> {
     band: String,
     rows: Vec<&'a PhotometryRow>,
     satellites: usize,
-    /// The law, where there is one.
-    fit: Option<Problem>,
+    /// The law, where there is one, and the scatter of magnitudes about it \[mag\].
+    fit: Option<(Problem, f64)>,
 }
 
 /// Rows with the number of their satellite and of their pass.
@@ -87,6 +87,7 @@ fn curve_of<'a>(kind: String, band: String, placed: Placed<'a>, alone: bool) -> 
     };
     let observations: Vec<Observation> = placed.iter().enumerate().filter_map(observation).collect();
     let fit = DEGREES.into_iter().find_map(|degree| phase_law(&observations, [degree, 0], &[]).ok());
+    let fit = fit.map(|problem| (problem.scatter_mag(&observations), problem)).map(|(scatter, fit)| (fit, scatter));
     let name = if alone { String::new() } else { format!("{kind}, {band}") };
     PhaseCurve { name, band, rows: placed.into_iter().map(|p| p.0).collect(), satellites, fit }
 }
@@ -106,7 +107,17 @@ fn type_of(name: &str) -> String {
 impl PhaseCurve<'_> {
     /// The law at a phase angle.
     fn law(&self, phase_deg: f64) -> Option<f64> {
-        Some(self.fit.as_ref()?.fit.theta.iter().rev().fold(0.0, |sum, c| sum * phase_deg + c))
+        Some(self.fit.as_ref()?.0.fit.theta.iter().rev().fold(0.0, |sum, c| sum * phase_deg + c))
+    }
+
+    /// Error of a magnitude predicted by it at a phase angle: σ² = σ_scatter² + Jᵀ C J, J_k = φ^k.
+    fn pred_err_mag(&self, phase_deg: f64) -> Option<f64> {
+        let (problem, scatter_mag) = self.fit.as_ref()?;
+        let power = |k: usize| phase_deg.powi(k as i32);
+        let row =
+            |(a, row): (usize, &Vec<f64>)| row.iter().enumerate().map(|(b, c)| power(a) * c * power(b)).sum::<f64>();
+        let by_parameters: f64 = problem.fit.cov.iter().enumerate().map(row).sum();
+        Some((scatter_mag * scatter_mag + by_parameters.max(0.0)).sqrt())
     }
 
     /// The chart; faint is below.
@@ -137,10 +148,16 @@ impl PhaseCurve<'_> {
             self.rows.iter().filter_map(|r| phase(r)).fold((180.0f64, 0.0f64), |(a, b), p| (a.min(p), b.max(p)));
         let at = |k: usize| low + (high - low) * k as f64 / STEPS as f64;
         let line: Vec<(f64, Option<f64>)> = (0..=STEPS).map(|k| (at(k), self.law(at(k)))).collect();
+        let limits = |(phase_deg, mag): &(f64, Option<f64>)| {
+            let (mag, err_mag) = ((*mag)?, self.pred_err_mag(*phase_deg)?);
+            Some((*phase_deg, mag - err_mag, mag + err_mag))
+        };
+        let band: Vec<(f64, f64, f64)> = line.iter().filter_map(limits).collect();
         Some(chart.draw(
             medium,
             |_| {},
             |panel| {
+                panel.band(&band, GREY.class("law"));
                 panel.points(&points);
                 panel.polyline(&line, INK.class("law"), 2);
             },
@@ -151,7 +168,9 @@ impl PhaseCurve<'_> {
     pub(super) fn caption(&self) -> String {
         let frames = count(self.rows.len(), "magnitude", "magnitudes");
         let of = if self.satellites > 1 { format!(" of {} satellites", self.satellites) } else { String::new() };
-        let Some(problem) = &self.fit else { return format!("{frames}{of}; too few passes or phase angles for a law") };
+        let Some((problem, _)) = &self.fit else {
+            return format!("{frames}{of}; too few passes or phase angles for a law");
+        };
         let term = |(k, c): (usize, &f64)| match k {
             0 => format!("{c:.3}"),
             1 => format!(" {} {:.5} φ", sign(*c), c.abs()),
@@ -163,10 +182,12 @@ impl PhaseCurve<'_> {
 
     /// The errors of the law and what scatters about it.
     fn errors(&self) -> Option<String> {
-        let fit = &self.fit.as_ref()?.fit;
+        let (problem, scatter_mag) = self.fit.as_ref()?;
+        let fit = &problem.fit;
         let errs: Vec<String> = fit.errs().iter().map(|err| format!("{err:.1e}")).collect();
         Some(format!(
-            "Errors of the coefficients: {}. Scatter: {:.2} mag within passes, {:.2} mag between them.",
+            "Errors of the coefficients: {}. Scatter: {:.2} mag within passes, {:.2} mag between them. Band: 68 % of magnitudes of new passes \
+             ({scatter_mag:.2} mag about the law, and the errors of its coefficients).",
             errs.join(", "),
             fit.within_mag,
             fit.between_mag
