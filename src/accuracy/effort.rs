@@ -5,7 +5,7 @@ use crate::base::progress::Progress;
 /// How much is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effort {
-    /// Few cases, under a minute for all sweeps together.
+    /// Few cases: seconds for most sweeps.
     Quick,
     /// Enough cases for a worst error that means something.
     Full,

@@ -119,7 +119,10 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
                           of the lights has them",
         series: vec![
             Series { label: "Starlink V1.5, Sun at -12 deg: grid".into(), points },
-            Series { label: "the same: tolerance".into(), points: by_tolerance(stopwatch, &sky, &satellite, &settings)? },
+            Series {
+                label: "the same: tolerance".into(),
+                points: by_tolerance(stopwatch, &sky, &satellite, &settings)?,
+            },
         ],
     })
 }

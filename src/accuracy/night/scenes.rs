@@ -88,7 +88,7 @@ impl Night {
             "photometry.mesh_px=64".into(),
         ];
         let scenario = if crowded { Scenario::crowded_night(&sets)? } else { Scenario::demo_night(&sets)? };
-        let folder = tempfile::tempdir().map_err(|e| Error::io(&std::env::temp_dir(), e))?;
+        let folder = tempfile::tempdir().map_err(|e| Error::io(std::env::temp_dir(), e))?;
         let simulated = simulate(&scenario, &folder.path().join("raw"), &Silent)?;
         let truth = truth_of(&simulated.truth.join("target.csv"))?;
         let pipeline_toml = simulated.pipeline_toml;

@@ -19,7 +19,7 @@ use super::{bar::Bars, print, tell};
 
 const AFTER_HELP: &str = "\
 Examples:
-  satphot accuracy                                  every method, under a minute
+  satphot accuracy                                  every method, some minutes
   satphot accuracy earth-reflected apertures --full -o accuracy
   satphot accuracy --extremes
   satphot accuracy --paths
@@ -39,10 +39,10 @@ pub struct Accuracy {
     /// Methods to measure; all if none is named (--list shows them)
     #[arg(value_name = "METHOD", value_parser = method)]
     methods: Vec<Method>,
-    /// Few cases, under a minute (the default)
+    /// Few cases; seconds for most methods, a minute or two for whole nights (the default)
     #[arg(long, conflicts_with = "full")]
     quick: bool,
-    /// Enough cases for meaningful worst errors; takes some minutes
+    /// Enough cases for meaningful worst errors; takes many minutes with whole nights
     #[arg(long)]
     full: bool,
     /// Draws other cases: another number, other skies, nights and directions
