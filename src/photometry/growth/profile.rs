@@ -37,7 +37,7 @@ impl StarProfile {
         if self.inverse_beta_err == 0.0 { 0.0 } else { self.beta * self.beta * self.inverse_beta_err }
     }
 
-    pub(super) fn radial(&self, fwhm_px: f64) -> Radial {
+    pub(crate) fn radial(&self, fwhm_px: f64) -> Radial {
         Radial::new(self.beta.recip(), self.fwhm_ratio * fwhm_px)
     }
 

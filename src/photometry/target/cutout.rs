@@ -141,6 +141,11 @@ impl Cutout {
         self.fwhm_px / self.net.bin as f64
     }
 
+    /// Whether a pixel is a hit.
+    pub fn is_masked(&self, i: usize, j: usize) -> bool {
+        self.masked[[j, i]]
+    }
+
     /// Scatter of a cell of sky \[e⁻ per pixel\].
     pub fn noise_of_cell(&self) -> f64 {
         self.rms_e / self.net.bin as f64

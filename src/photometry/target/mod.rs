@@ -8,6 +8,8 @@ pub(crate) mod flux;
 pub(crate) mod limit;
 pub mod measure;
 pub(crate) mod placed;
+pub(crate) mod point;
+pub(crate) mod psf;
 pub(crate) mod search;
 pub(crate) mod segment;
 pub mod settings;
