@@ -7,6 +7,7 @@ mod photometry_scene;
 mod aperture;
 mod background;
 mod cosmic;
+mod depth;
 mod detect;
 mod flags;
 mod flux;

@@ -1,6 +1,7 @@
 //! The tracked satellite in its frame: found, outlined, measured.
 
 pub(crate) mod cells;
+pub mod compact;
 pub(crate) mod cosmic_rays;
 pub(crate) mod cutout;
 pub(crate) mod enclose;

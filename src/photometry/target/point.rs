@@ -7,7 +7,7 @@
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 use ndarray::Array2;
 
-use super::psf::{Psf, REACH_FWHM, Share};
+use super::psf::Share;
 use crate::frames::{Electrons, Frame};
 use crate::photometry::aperture::{Shape, cells};
 use crate::photometry::background::Background;
@@ -31,10 +31,12 @@ pub(crate) struct PointFlux {
     pub flux: Flux,
     /// Its error on empty sky \[e⁻\].
     pub empty_err_e: f64,
+    /// Its variance per electron of its own \[e⁻\].
+    pub photons: f64,
     /// The whole light of a disc of unknown size, and its error \[e⁻\].
     pub free_e: (f64, f64),
     /// Square of the diameter of the even disc that fits, and its error \[FWHM²\]; negative where noise makes it
-    /// narrower than a star.
+    /// narrower than a star. In units of the light of a point.
     pub disc2: (f64, f64),
     /// The pixels less sky and trails, and what the light was measured over.
     pub measured: Measured,
@@ -70,12 +72,12 @@ impl Cutout {
         &self,
         frame: &Frame<Electrons>,
         background: &Background,
-        psf: &Psf,
         (x, y): (f64, f64),
         objects: &Array2<bool>,
         s: &TargetSettings,
     ) -> Option<PointFlux> {
-        let at = circle_at(x, y, REACH_FWHM * psf.fwhm_px);
+        let psf = &self.psf;
+        let at = circle_at(x, y, psf.reach_px());
         let measured = self.flux(frame, background, &at, objects, s);
         let (ox, oy) = self.origin(frame);
         let (nx, ny) = (measured.net_origin.0 - ox as usize, measured.net_origin.1 - oy as usize);
@@ -88,7 +90,7 @@ impl Cutout {
         } else {
             psf.mean_between(measured.flux.sky_in_px, measured.flux.sky_out_px)
         };
-        let pixels = self.pixels_of(psf, (x, y), taken, net_at)?;
+        let pixels = self.pixels_of((x, y), taken, net_at)?;
         let excess = excess_of(&measured.flux, &at.shape, self.sky.rms(x, y), measured.trail_level.is_some());
         let sky_err_e = if measured.trail_level.is_some() { 0.0 } else { measured.flux.sky_err_e_px };
         let mut flux_e = 0.0;
@@ -105,20 +107,28 @@ impl Cutout {
         let mut flux = measured.flux.clone();
         (flux.flux_e, flux.flux_err_e) = (point.flux_e, err_of(&point));
         flux.snr = flux.flux_e / flux.flux_err_e;
-        let disc2 = (fitted.disc / free.flux_e, fitted.disc_err / flux_e.abs());
-        Some(PointFlux { flux, empty_err_e: point.empty, free_e: (free.flux_e, err_of(&free)), disc2, measured })
+        let disc2 = (fitted.disc / flux_e, fitted.disc_err / flux_e.abs());
+        Some(PointFlux {
+            flux,
+            empty_err_e: point.empty,
+            photons: point.photons,
+            free_e: (free.flux_e, err_of(&free)),
+            disc2,
+            measured,
+        })
     }
 
     /// Where a point near a place fits best, by Gauss-Newton steps of flux and place; over the sky's surface and the trails'
     /// light alone.
-    pub fn best_place(&self, psf: &Psf, start: (f64, f64)) -> Option<BestPlace> {
+    pub fn best_place(&self, start: (f64, f64)) -> Option<BestPlace> {
+        let psf = &self.psf;
         let (mut x, mut y) = start;
         let net_at = |i: usize, j: usize| {
             Some(f64::from(self.pixels[[j, i]]) - self.sky.level(i as f64, j as f64) - self.light_at(i, j))
         };
         let mut snr = 0.0;
         for _ in 0..PLACE_STEPS {
-            let pixels = self.pixels_of(psf, (x, y), 0.0, net_at)?;
+            let pixels = self.pixels_of((x, y), 0.0, net_at)?;
             let (mut normal, mut right) = (SMatrix::<f64, 3, 3>::zeros(), SVector::<f64, 3>::zeros());
             for p in &pixels {
                 let t = SVector::from([p.share.point, p.share.by_place[0], p.share.by_place[1]]);
@@ -148,12 +158,11 @@ impl Cutout {
     /// The good pixels within reach of a source, less what an annulus takes of its light (`taken` per pixel).
     fn pixels_of(
         &self,
-        psf: &Psf,
         (x, y): (f64, f64),
         taken: f64,
         net_at: impl Fn(usize, usize) -> Option<f64>,
     ) -> Option<Vec<Pixel>> {
-        let (ny, nx) = self.pixels.dim();
+        let ((ny, nx), psf) = (self.pixels.dim(), &self.psf);
         let reach = psf.reach_px();
         let (mut all, mut good, mut pixels) = (0.0, 0.0, Vec::new());
         let span = |at: f64| (at - reach).floor() as i64..=(at + reach).ceil() as i64;
