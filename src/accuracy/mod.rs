@@ -29,6 +29,7 @@ mod sky_map;
 mod sky_points;
 mod source_disc;
 mod sweep;
+mod target;
 mod time_grid;
 mod timing;
 mod zeropoint_fit;
@@ -150,6 +151,11 @@ pub const METHODS: &[Method] = &[
         name: "background-mesh",
         about: "the sky under a frame: size of the boxes of its mesh",
         sweep: background_mesh::sweep,
+    },
+    Method {
+        name: "target",
+        about: "the flux of a target: apertures, and the weights of a point and of a free size",
+        sweep: target::sweep,
     },
     Method { name: "apertures", about: "share of a pixel in an aperture: subpixels or exact", sweep: apertures::sweep },
     Method {

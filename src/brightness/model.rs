@@ -213,6 +213,12 @@ impl Model {
         Ok(if above_horizon(scene, &self.settings) { flux } else { 0.0 * flux })
     }
 
+    /// Area of all surfaces \[m²\]; `None` of a model without any.
+    #[must_use]
+    pub fn area_m2(&self) -> Option<f64> {
+        Some(self.area_m2).filter(|a| *a > 0.0)
+    }
+
     /// The settings it was made with.
     #[must_use]
     pub fn settings(&self) -> &ModelSettings {

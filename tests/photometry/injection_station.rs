@@ -26,6 +26,8 @@ fn settings(case: &Case, theta: f64) -> TargetSettings {
         margin_px: 1.5 * case.fwhm,
         limit_r_px: 2.0 * case.fwhm,
         fwhm_px: case.fwhm,
+        profile: None,
+        largest_fwhm: None,
         sky_in_px: 3.0 * case.fwhm,
         sky_out_px: 5.0 * case.fwhm,
         clip_sigma: 3.0,

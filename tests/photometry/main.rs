@@ -8,6 +8,7 @@ mod aperture;
 mod artefacts;
 mod background;
 mod cosmic;
+mod depth;
 mod detect;
 mod flags;
 mod flux;

@@ -282,11 +282,11 @@ fn an_empty_frame_and_one_of_trails_only_give_limits() {
         }
         match at(&empty.expose(READ_NOISE, 900 + seed), 400) {
             TargetFound::Detected { .. } => false_alarms += 1,
-            TargetFound::NotDetected { limit_e, flux, x_px, y_px } => {
+            TargetFound::NotDetected { limit_e, flux, x_px, y_px, .. } => {
                 assert_eq!((x_px, y_px), (200.0, 200.0));
                 assert!(flux.flux_e.is_finite());
-                // 5 √(A (sky + RN²)), and more under a trail
-                let least = 5.0 * (flux.area_px * SIGMA * SIGMA).sqrt();
+                // 95 % of points above 5 σ under their own profile are brighter than 6.6 σ, and more under a trail
+                let least = flux_of_snr(6.6);
                 assert!(limit_e > 0.95 * least && limit_e < 3.0 * least, "{limit_e} {least}");
             }
         }

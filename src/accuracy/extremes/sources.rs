@@ -96,6 +96,8 @@ fn settings(fwhm_px: f64) -> TargetSettings {
         margin_px: 1.5 * fwhm_px,
         limit_r_px: 2.0 * fwhm_px,
         fwhm_px,
+        profile: None,
+        largest_fwhm: None,
         sky_in_px: 3.0 * fwhm_px,
         sky_out_px: 5.0 * fwhm_px,
         clip_sigma: 3.0,

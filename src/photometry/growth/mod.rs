@@ -12,6 +12,7 @@ mod radial;
 mod stack;
 
 pub use profile::StarProfile;
+pub(crate) use radial::Radial;
 
 pub use curve::GrowthCurve;
 pub use stack::{FrameGrowth, frame_growth};

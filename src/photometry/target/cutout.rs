@@ -16,6 +16,7 @@ use crate::photometry::aperture::{Bounds, cells};
 use crate::photometry::smooth::{Kernel, smooth_image};
 use crate::photometry::target::cells::{Cells, Layers, grown, row_of};
 use crate::photometry::target::cosmic_rays::{Patch, hits, margin_px};
+use crate::photometry::target::psf::Psf;
 use crate::photometry::target::sharpness::{Verdict, judge};
 use crate::photometry::target::sky::{Block, Surface, blocks};
 use crate::photometry::trails::bend_fit::bend_of;
@@ -59,6 +60,7 @@ pub(crate) struct Cutout {
     /// Scatter of a sky pixel in the middle \[e⁻\].
     pub rms_e: f64,
     pub fwhm_px: f64,
+    pub psf: Psf,
     /// Means along the trails, if there are any, in cells.
     pub trail_background: Option<TrailBackground>,
     /// Light of the trails \[e⁻ per pixel\], in cells.
@@ -120,6 +122,7 @@ impl Cutout {
             net,
             rms_e,
             fwhm_px,
+            psf: Psf::new(s.profile.as_ref(), fwhm_px),
             trail_background: None,
             light,
             unsure,
@@ -143,6 +146,11 @@ impl Cutout {
     /// FWHM of a star \[cells\].
     pub fn fwhm_cells(&self) -> f64 {
         self.fwhm_px / self.net.bin as f64
+    }
+
+    /// Whether a pixel is a hit.
+    pub fn is_masked(&self, i: usize, j: usize) -> bool {
+        self.masked[[j, i]]
     }
 
     /// Scatter of a cell of sky \[e⁻ per pixel\].

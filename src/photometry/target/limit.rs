@@ -1,8 +1,8 @@
 //! How bright a point source must be for 95 % of those in the search region to be detected.
 //!
-//! Electrons and cutout pixels. What the aperture of a source just detected would hold, and its error, is measured at
-//! places spread over the search region, as the target's is: a source is detected there if it lifts that to
-//! `detect_sigma`. It does not cover sources wider than a star, for which the limit is scaled by the night.
+//! Electrons and cutout pixels. The flux of a point and its error are measured at places spread over the search region, as
+//! the target's are: a source is detected there if it lifts that to the threshold. It does not cover sources wider than a
+//! star, for which the limit is scaled by the night.
 
 use ndarray::Array2;
 use statrs::function::erf::erf;
@@ -11,8 +11,8 @@ use crate::base::stats;
 use crate::frames::{Electrons, Frame};
 use crate::photometry::background::Background;
 use crate::photometry::flux::detectable_e;
+use crate::photometry::target::compact::least_significance;
 use crate::photometry::target::cutout::Cutout;
-use crate::photometry::target::flux::circle_at;
 use crate::photometry::target::settings::TargetSettings;
 
 /// Share of the sources that are detected at the limit.
@@ -21,27 +21,23 @@ pub const LIMIT_COMPLETENESS: f64 = 0.95;
 pub const LIMIT_MARGIN_SIGMA: f64 = 1.644_853_627;
 /// Places that are looked at.
 const PLACES: usize = 32;
-/// Radius of the outline of a source whose aperture flux is just detected \[FWHM\].
-///
-/// A Gaussian of width √2 FWHM falls from 15 to 3 σ at 1.1 FWHM; corners of cells and what noise joins add the rest, and
-/// half a cell. Calibrated by injection, not derived: `scripts/prove_limits.sh` finds 99 % at 1.5, 96 % at 1.35, 92 % at
-/// 1.25.
-const OUTLINE_FWHM: f64 = 1.35;
 /// A limit this many times that of the middle place says nothing of the frame.
 const MOST: f64 = 1e4;
 
-/// A place without a source: the flux in the aperture, and its error.
+/// A place without a source: the flux of a point there, its error, and its variance per electron of a source.
 struct Empty {
     flux_e: f64,
     err_e: f64,
+    photons: f64,
 }
 
 impl Cutout {
     /// The flux of point sources of which 95 % would be detected in the search region \[e⁻\]; NaN where there is none:
     /// more than 5 % of the region has no pixels, or no source stands out there.
     ///
-    /// A source of flux t passes at a place of error σ₀ with `t + f ≥ detect_sigma √(σ₀² + t)`, f ~ N(f̄, s²σ₀² + t): what
-    /// the places hold by themselves, s being their scatter in units of their error, and the photons.
+    /// A source of flux t passes at a place of error σ₀ with `t + f ≥ detect_sigma √(σ₀² + p t)` and, where it fits best, with
+    /// `t + f + σ₀²/t ≥ T σ₀` ([`least_significance`]), f ~ N(f̄, s²σ₀² + p t): what the places hold by themselves, s being
+    /// their scatter in units of their error, and the photons.
     /// `objects` are the cells that are no sky ([`Self::objects`]).
     pub fn limit_e(
         &self,
@@ -51,7 +47,6 @@ impl Cutout {
         s: &TargetSettings,
     ) -> f64 {
         let (ox, oy) = self.origin(frame);
-        let r_px = OUTLINE_FWHM * s.fwhm_px + 0.5 * self.net.bin as f64 + s.margin_px;
         let (mut tried, mut empty) = (0, Vec::new());
         for (x, y) in places(s) {
             let (x, y) = (x - ox, y - oy);
@@ -66,18 +61,18 @@ impl Cutout {
             if !mean.is_finite() {
                 continue;
             }
-            let flux = self.flux(frame, background, &circle_at(x, y, r_px), objects, s).flux;
-            let err_e = (flux.flux_err_e.powi(2) - flux.flux_e.max(0.0)).max(0.0).sqrt();
-            if flux.flux_e.is_finite() && err_e > 0.0 {
-                empty.push(Empty { flux_e: flux.flux_e, err_e });
+            let Some(point) = self.forced_flux(frame, background, (x, y), objects, s) else { continue };
+            let (flux_e, err_e, photons) = (point.flux.flux_e, point.empty_err_e, point.photons);
+            if flux_e.is_finite() && err_e > 0.0 {
+                empty.push(Empty { flux_e, err_e, photons });
             }
         }
-        completeness_limit(&empty, tried, s.detect_sigma)
+        completeness_limit(&empty, tried, (s.detect_sigma, least_significance(s)))
     }
 }
 
 /// The flux at which 95 % of `tried` places show a source, `empty` being those that can.
-fn completeness_limit(empty: &[Empty], tried: usize, detect_sigma: f64) -> f64 {
+fn completeness_limit(empty: &[Empty], tried: usize, (detect_sigma, least_sigma): (f64, f64)) -> f64 {
     if empty.len() < 4 || (empty.len() as f64) < LIMIT_COMPLETENESS * tried as f64 {
         return f64::NAN;
     }
@@ -86,8 +81,9 @@ fn completeness_limit(empty: &[Empty], tried: usize, detect_sigma: f64) -> f64 {
     let scatter = stats::mad_sigma(&mut pulls).unwrap_or(1.0).max(1.0);
     let detected = |t: f64| {
         let passed = |e: &Empty| {
-            let needed = detect_sigma * (e.err_e * e.err_e + t).sqrt();
-            let sd = ((scatter * e.err_e).powi(2) + t).sqrt();
+            let whole = detect_sigma * (e.err_e * e.err_e + e.photons * t).sqrt();
+            let needed = whole.max(least_sigma * e.err_e - e.err_e * e.err_e / t);
+            let sd = ((scatter * e.err_e).powi(2) + e.photons * t).sqrt();
             0.5 * (1.0 + erf((t + shift * e.err_e - needed) / (sd * std::f64::consts::SQRT_2)))
         };
         empty.iter().map(passed).sum::<f64>() / tried as f64
@@ -121,12 +117,13 @@ mod tests {
 
     #[test]
     fn equal_places_need_the_threshold_and_1_645_errors_and_a_region_of_holes_has_no_limit() {
-        let empty: Vec<Empty> = (0..40).map(|k| Empty { flux_e: f64::from(k % 3 - 1), err_e: 1e4 }).collect();
-        let limit = completeness_limit(&empty, 40, 5.0);
+        let place = |k: i32| Empty { flux_e: f64::from(k % 3 - 1), err_e: 1e4, photons: 1.0 };
+        let empty: Vec<Empty> = (0..40).map(place).collect();
+        let limit = completeness_limit(&empty, 40, (5.0, 5.0));
         assert!((limit / 1e4 - 6.645).abs() < 0.01, "{limit}");
         // 5 % of the places without pixels leave nothing for noise
-        assert!(completeness_limit(&empty, 42, 5.0) > 1.1 * limit);
-        assert!(completeness_limit(&empty, 43, 5.0).is_nan());
-        assert!(completeness_limit(&[], 0, 5.0).is_nan());
+        assert!(completeness_limit(&empty, 42, (5.0, 5.0)) > 1.1 * limit);
+        assert!(completeness_limit(&empty, 43, (5.0, 5.0)).is_nan());
+        assert!(completeness_limit(&[], 0, (5.0, 5.0)).is_nan());
     }
 }

@@ -15,6 +15,7 @@ use crate::photometry::aperture::Shape;
 use crate::photometry::background::Background;
 use crate::photometry::flux::{Flux, measure};
 use crate::photometry::surface_brightness::brightest_disc;
+use crate::photometry::target::compact::{Compact, Size, SourceKind, measure_compact};
 use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::enclose::minimum_aperture;
 use crate::photometry::target::flux::{Measured, circle_at};
@@ -43,6 +44,11 @@ pub enum TargetFound {
         along_trails: bool,
         /// The limit, if the whole object does not reach `detect_sigma` and is therefore not a detection.
         unseen: Option<Box<Unseen>>,
+        /// What its pixels say of its size; `None` where that of a point was not compared with them.
+        size: Option<Size>,
+        /// The light of a point there and its error \[e⁻\], if the flux is that of a compact source: then it is the whole
+        /// light, and its `snr` is the significance of the point.
+        as_point_e: Option<(f64, f64)>,
     },
     /// Nothing above the threshold.
     NotDetected {
@@ -54,6 +60,8 @@ pub enum TargetFound {
         x_px: f64,
         /// The expected place \[px\].
         y_px: f64,
+        /// Whether the flux is the whole light of a point there.
+        whole_light: bool,
     },
 }
 
@@ -64,6 +72,8 @@ pub struct Unseen {
     pub limit_e: f64,
     /// Forced flux at the expected place.
     pub flux: Flux,
+    /// Whether that is the whole light of a point there.
+    pub whole_light: bool,
 }
 
 /// The light of a target, and what is mixed with it.
@@ -133,7 +143,7 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
         return limit_without_cutout(frame, background, s);
     };
     let mut left = MOST_SEARCHES;
-    let (outlined, aperture, Measured { mut flux, trail_level, net, net_origin }) = loop {
+    let (outlined, aperture, Measured { mut flux, trail_level, net, net_origin }, compact) = loop {
         let Some(first) = outlined(&mut cutout, frame, s, &mut left) else {
             return limit(cutout, frame, background, s);
         };
@@ -147,10 +157,20 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
         let Some(aperture) = self::aperture(&cutout, &outlined.segment, s) else {
             return limit(cutout, frame, background, s);
         };
-        let mut measured = cutout.flux(frame, background, &aperture, &cutout.objects(&outlined.snr1), s);
+        let objects = cutout.objects(&outlined.snr1);
+        let mut measured = cutout.flux(frame, background, &aperture, &objects, s);
         correct_selection_bias(&mut measured.flux, &outlined);
-        if !consists_of_hits(&cutout, &aperture, &measured.flux, s) {
-            break (outlined, aperture, measured);
+        let compact = compact(&cutout, frame, background, &outlined, &objects, s);
+        match compact {
+            Some(c) if c.size.kind != SourceKind::Extended || measured.flux.snr < s.detect_sigma => {
+                let Compact { size, point, as_point_e, place } = c;
+                let whole = Measured { flux: point.flux, ..point.measured };
+                break (outlined, place, whole, (Some(size), Some(as_point_e)));
+            }
+            _ if !consists_of_hits(&cutout, &aperture, &measured.flux, s) => {
+                break (outlined, aperture, measured, (compact.map(|c| c.size), None));
+            }
+            _ => {}
         }
         cutout.mask_cells(&outlined.segment.cells());
     };
@@ -191,7 +211,27 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
         flux.flags.set(Flags::ELONGATED);
     }
     let unseen = (flux.snr < s.detect_sigma).then(|| Box::new(forced(cutout, frame, background, s)));
-    TargetFound::Detected { flux, x_px: aperture.x + ox, y_px: aperture.y + oy, light, along_trails, unseen }
+    let (size, as_point_e) = compact;
+    if as_point_e.is_some() {
+        light.source = None;
+    }
+    let (x_px, y_px) = (aperture.x + ox, aperture.y + oy);
+    TargetFound::Detected { flux, x_px, y_px, light, along_trails, unseen, size, as_point_e }
+}
+
+/// The target measured as a compact source, if it was found at the scale of one.
+fn compact(
+    cutout: &Cutout,
+    frame: &Frame<Electrons>,
+    background: &Background,
+    outlined: &Outlined,
+    objects: &Array2<bool>,
+    s: &TargetSettings,
+) -> Option<Compact> {
+    let inside = outlined.segment.inside.indexed_iter().filter(|(_, v)| **v).map(|(c, _)| c);
+    let peak = inside.max_by(|p, q| outlined.snr1[*p].total_cmp(&outlined.snr1[*q]))?;
+    let start = (cutout.net.to_px(peak.1 as f64), cutout.net.to_px(peak.0 as f64));
+    (outlined.scale < WIDE_SCALE).then(|| measure_compact(cutout, frame, background, start, objects, s)).flatten()
 }
 
 /// The most likely target.
@@ -293,8 +333,8 @@ fn shape_of_light(cutout: &Cutout, outline: &Segment, snr: f64) -> Light {
 
 /// Nothing above the threshold.
 fn limit(cutout: Cutout, frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> TargetFound {
-    let Unseen { limit_e, flux } = forced(cutout, frame, background, s);
-    TargetFound::NotDetected { limit_e, flux, x_px: s.x_px, y_px: s.y_px }
+    let Unseen { limit_e, flux, whole_light } = forced(cutout, frame, background, s);
+    TargetFound::NotDetected { limit_e, flux, x_px: s.x_px, y_px: s.y_px, whole_light }
 }
 
 /// The forced flux at the expected place and what could have been seen in the search region.
@@ -304,15 +344,19 @@ fn forced(mut cutout: Cutout, frame: &Frame<Electrons>, background: &Background,
     cutout.exclude(&place);
     let snr1 = cutout.layers().significance(cutout.fwhm_cells(), 1, None);
     let objects = cutout.objects(&snr1);
-    let mut flux = cutout.flux(frame, background, &place, &objects, s).flux;
+    let limit_e = cutout.limit_e(frame, background, &objects, s);
+    let (mut flux, whole_light) = match cutout.forced_flux(frame, background, (place.x, place.y), &objects, s) {
+        Some(point) => (point.flux, true),
+        None => (cutout.flux(frame, background, &place, &objects, s).flux, false),
+    };
     flux.flags.set(cutout.crossed(&place, &snr1));
     flux.flags.set(cutout.artefacts);
-    Unseen { limit_e: cutout.limit_e(frame, background, &objects, s), flux }
+    Unseen { limit_e, flux, whole_light }
 }
 
 /// The limit where the expected place is off the frame: nothing measurable.
 fn limit_without_cutout(frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> TargetFound {
     let shape = Shape::Circle { r_px: s.limit_r_px };
     let flux = measure(frame, background, s.x_px, s.y_px, shape, s.sky_in_px, s.sky_out_px, s.clip_sigma);
-    TargetFound::NotDetected { limit_e: f64::NAN, flux, x_px: s.x_px, y_px: s.y_px }
+    TargetFound::NotDetected { limit_e: f64::NAN, flux, x_px: s.x_px, y_px: s.y_px, whole_light: false }
 }

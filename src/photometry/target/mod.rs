@@ -2,6 +2,7 @@
 
 pub(crate) mod artefacts;
 pub(crate) mod cells;
+pub mod compact;
 pub(crate) mod cosmic_rays;
 pub(crate) mod cutout;
 pub(crate) mod enclose;
@@ -9,6 +10,8 @@ pub(crate) mod flux;
 pub(crate) mod limit;
 pub mod measure;
 pub(crate) mod placed;
+pub(crate) mod point;
+pub(crate) mod psf;
 pub(crate) mod search;
 pub(crate) mod segment;
 pub mod settings;

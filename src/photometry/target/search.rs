@@ -10,11 +10,18 @@ use crate::base::stats;
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::label::{Run, label, runs_of_row};
 use crate::photometry::target::cells::Layers;
+use crate::photometry::target::compact::least_significance;
 use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::shape::{axes, covariance};
 
 /// Threshold of the outline \[σ of the smoothed cutout\].
 pub(crate) const OUTLINE_SIGMA: f64 = 3.0;
+/// From this peak on a component may be a point that reaches the threshold where it fits best, and until this one it is
+/// looked at \[σ\].
+const LOOK_SIGMA: f64 = 4.3;
+const BRIGHT_SIGMA: f64 = 8.0;
+/// Most by which its significance grows there: a Moffat profile with β = 2.5 under a Gaussian, and a place between cells.
+const MOST_GAIN: f64 = 1.2;
 /// A candidate at the edge of the search region counts exp(−this) of one at the expected place.
 const PREFER_NEAR: f64 = 3.0;
 /// Significance beyond this many thresholds is no further merit.
@@ -151,7 +158,10 @@ fn candidates(
     let [left, right, bottom, top] = cutout.at_edge;
     let mut found = Vec::new();
     for (g, pixels) in groups.into_iter().enumerate() {
-        let peak = pixels.iter().map(|&(i, j)| f64::from(snr[[j, i]])).fold(0.0, f64::max);
+        let mut peak = pixels.iter().map(|&(i, j)| f64::from(snr[[j, i]])).fold(0.0, f64::max);
+        if scale == 0 {
+            peak = point_significance(cutout, snr, &pixels, peak);
+        }
         let runs_out = pixels.iter().any(|&(i, j)| {
             (i == 0 && !left) || (i + 1 == nx && !right) || (j == 0 && !bottom) || (j + 1 == ny && !top)
         });
@@ -161,7 +171,8 @@ fn candidates(
             pixels.iter().for_each(|&(i, j)| trails[[j, i]] = true);
         }
         let of_trail = scale > 0 && holds_trail(trails, snr, &pixels, SCALES[scale]);
-        if peak < threshold(s.detect_sigma, scale) || runs_out || family || of_trail {
+        let least = if scale == 0 { least_significance(s) } else { threshold(s.detect_sigma, scale) };
+        if peak < least || runs_out || family || of_trail {
             continue;
         }
         let (mut w, mut x, mut y) = (0.0, 0.0, 0.0);
@@ -200,6 +211,17 @@ fn candidates(
         found.push(Candidate { pixels, snr: peak, score, scale });
     }
     found
+}
+
+/// The significance of a component of the first scale as a point where it fits best: the peak of a Gaussian in cells is that
+/// of a Moffat profile between them to no better than [`MOST_GAIN`].
+fn point_significance(cutout: &Cutout, snr: &Array2<f32>, pixels: &[(usize, usize)], peak: f64) -> f64 {
+    if !(LOOK_SIGMA..BRIGHT_SIGMA).contains(&peak) {
+        return peak;
+    }
+    let Some(&(i, j)) = pixels.iter().max_by(|p, q| snr[[p.1, p.0]].total_cmp(&snr[[q.1, q.0]])) else { return peak };
+    let best = cutout.best_place((cutout.net.to_px(i as f64), cutout.net.to_px(j as f64)));
+    best.map_or(peak, |best| best.snr.clamp(peak, MOST_GAIN * peak))
 }
 
 /// The threshold of a scale \[σ\]: as many false alarms as `detect_sigma` has at the scale of a star.

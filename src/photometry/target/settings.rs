@@ -1,6 +1,7 @@
 //! The settings of the search for the target.
 
 use crate::config::ApertureShape;
+use crate::photometry::growth::StarProfile;
 use crate::photometry::trails::known::KnownDirection;
 
 /// Where and how to look for the target.
@@ -20,6 +21,10 @@ pub struct TargetSettings {
     pub limit_r_px: f64,
     /// FWHM of a point source \[px\].
     pub fwhm_px: f64,
+    /// Profile of a point source of that FWHM; a Gaussian where no stars give one.
+    pub profile: Option<StarProfile>,
+    /// Largest size that the target can have, by its model and range \[FWHM\]; `None` if nothing tells.
+    pub largest_fwhm: Option<f64>,
     /// Inner radius of the annulus of an aperture of `limit_r_px` \[px\].
     pub sky_in_px: f64,
     /// Outer radius of that annulus \[px\]; the target's own annulus keeps its gap and at least its width.

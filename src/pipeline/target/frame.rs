@@ -14,6 +14,8 @@ use crate::photometry::target::settings::TargetSettings;
 use crate::pipeline::prepared::{Calibrated, Prepared};
 use crate::pipeline::target::window::measure_in_window;
 
+/// Length of a satellite in diameters of a disc of the area of all its surfaces: of a plate eleven times as long as wide.
+const LONGEST_OF_AREA: f64 = 3.0;
 /// FWHM taken when neither star pointings nor the configuration give one \[arcsec\].
 pub const ASSUMED_FWHM_ARCSEC: f64 = 2.5;
 
@@ -59,6 +61,8 @@ pub fn target_settings(exposure: &Exposure, night: &Prepared, fwhm_arcsec: Optio
         margin_px: t.margin_fwhm * fwhm_px,
         limit_r_px: t.limit_r_fwhm * fwhm_px,
         fwhm_px,
+        profile: None,
+        largest_fwhm: None,
         sky_in_px: p.sky_in_fwhm * fwhm_px,
         sky_out_px: p.sky_out_fwhm * fwhm_px,
         clip_sigma: p.clip_sigma,
@@ -73,6 +77,7 @@ pub fn target_settings(exposure: &Exposure, night: &Prepared, fwhm_arcsec: Optio
 pub fn settings_of_frame(geometry: Option<&Geometry>, exposure: &Exposure, night: &Calibrated) -> TargetSettings {
     TargetSettings {
         trail_direction: trail_direction(geometry, exposure, night),
+        profile: night.seeing.profile,
         ..target_settings(exposure, night, night.seeing.fwhm_arcsec)
     }
 }
@@ -80,6 +85,14 @@ pub fn settings_of_frame(geometry: Option<&Geometry>, exposure: &Exposure, night
 /// Direction of the star trails, if the star frames show how the camera is turned.
 fn trail_direction(geometry: Option<&Geometry>, exposure: &Exposure, night: &Calibrated) -> Option<KnownDirection> {
     night.seeing.camera_turn?.trails(geometry?, &night.site, exposure.time.as_ref()?.err_s)
+}
+
+/// Largest size of the satellite by its model and range \[FWHM\]: as long as three times the diameter of a disc of all its surfaces.
+fn largest_fwhm(geometry: Option<&Geometry>, exposure: &Exposure, night: &Calibrated, fwhm_px: f64) -> Option<f64> {
+    let area_m2 = night.model.as_ref()?.area_m2()?;
+    let longest_m = LONGEST_OF_AREA * 2.0 * (area_m2 / std::f64::consts::PI).sqrt();
+    let angle_arcsec = (longest_m / (geometry?.range_km * 1e3)).to_degrees() * 3600.0;
+    Some(angle_arcsec / (night.scale_arcsec(exposure) * fwhm_px))
 }
 
 /// Finds and measures the target.
@@ -94,7 +107,8 @@ fn measure_target(geometry: Option<&Geometry>, exposure: &Exposure, night: &Cali
             });
         }
     }
-    let settings = settings_of_frame(geometry, exposure, night);
+    let mut settings = settings_of_frame(geometry, exposure, night);
+    settings.largest_fwhm = largest_fwhm(geometry, exposure, night, settings.fwhm_px);
     let reader = night.open(exposure)?;
     let seen = measure_in_window(&reader, night, &settings)?;
     let setting = Setting {

@@ -8,6 +8,7 @@ use crate::frames::Gain;
 use crate::photometry::aperture::Shape;
 use crate::photometry::flux::{Flux, detectable_e};
 use crate::photometry::surface_brightness::inst_mu;
+use crate::photometry::target::compact::Size;
 use crate::photometry::target::measure::{LIMIT_MARGIN_SIGMA, Light, TargetFound};
 use crate::pipeline::prepared::Calibrated;
 use crate::zeropoint::previous::{OtherNight, other_night};
@@ -31,10 +32,12 @@ pub struct Measurement {
     pub y_px: f64,
     /// The flux in the aperture.
     pub flux: Flux,
-    /// For a frame without a detection: the flux in the aperture of a point source at the expected place.
-    pub forced: Option<Flux>,
+    /// The light of a point and its error \[e⁻\]: without a detection at the expected place, else at that of a compact target.
+    pub forced_e: Option<(f64, f64)>,
     /// The shape of the target; `None` if nothing was found.
     pub target_shape: Option<TargetShape>,
+    /// What its pixels say of its size; `None` where that of a point was not compared with them.
+    pub size: Option<Size>,
     /// The correction of the target to its whole light; `None` without a profile of the stars, or if that gives none.
     pub correction: Option<ApertureCorrection>,
     /// Before the zeropoint.
@@ -124,8 +127,11 @@ impl Setting<'_> {
     pub fn measurement(&self, found: TargetFound) -> Measurement {
         let t = &self.night.config.target;
         match found {
-            TargetFound::Detected { flux, x_px, y_px, light, along_trails, unseen } => {
-                let (correction, corr_mag, why) = self.aperture_correction(&flux, light.source, along_trails);
+            TargetFound::Detected { flux, x_px, y_px, light, along_trails, unseen, size, as_point_e } => {
+                let (correction, corr_mag, why) = match as_point_e {
+                    Some(_) => (self.of_whole_light(&flux, along_trails), 0.0, None),
+                    None => self.aperture_correction(&flux, light.source, along_trails),
+                };
                 let target_shape = self.target_shape(&flux, &light);
                 let mut inst = Instrumental {
                     mu_mean: inst_mu(flux.flux_e, self.exptime_s, flux.area_px, self.scale_arcsec),
@@ -133,13 +139,15 @@ impl Setting<'_> {
                     ..Instrumental::default()
                 };
                 let detected = flux.snr >= t.detect_sigma;
-                let mut forced = None;
+                let mut forced_e = as_point_e;
                 let mut reasons = Vec::new();
                 if detected {
                     let mag = -2.5 * (flux.flux_e / self.exptime_s).log10() + corr_mag;
                     inst.mag = Some(mag).filter(|m| m.is_finite());
                     inst.mag_err = Some(MAG_PER_LN * flux.flux_err_e / flux.flux_e);
-                    let limit_e = detectable_e(flux.flux_e, flux.flux_err_e, t.detect_sigma + LIMIT_MARGIN_SIGMA);
+                    // what a point would have to be, whatever this target is
+                    let (flux_e, err_e) = as_point_e.unwrap_or((flux.flux_e, flux.flux_err_e));
+                    let limit_e = detectable_e(flux_e, err_e, t.detect_sigma + LIMIT_MARGIN_SIGMA);
                     inst.limit_mag = self.inst_limit(limit_e, corr_mag);
                     reasons.extend(why);
                 } else {
@@ -149,29 +157,34 @@ impl Setting<'_> {
                         flux.snr, t.detect_sigma
                     ));
                     if let Some(unseen) = unseen {
-                        let corr_mag = self.point_correction(&unseen.flux);
+                        let corr_mag = if unseen.whole_light { 0.0 } else { self.point_correction(&unseen.flux) };
                         inst.limit_mag = self.inst_limit(unseen.limit_e, corr_mag);
                         reasons.extend(no_limit(unseen.limit_e));
-                        forced = Some(unseen.flux);
+                        forced_e = Some((unseen.flux.flux_e, unseen.flux.flux_err_e));
                     }
                 }
                 Measurement {
-                    forced,
+                    forced_e,
                     target_shape: Some(target_shape),
+                    size,
                     correction,
                     inst,
                     reasons,
                     ..self.nothing((x_px, y_px), flux, detected)
                 }
             }
-            TargetFound::NotDetected { limit_e, x_px, y_px, flux } => {
-                let (correction, corr_mag, why) = self.aperture_correction(&flux, None, false);
+            TargetFound::NotDetected { limit_e, x_px, y_px, flux, whole_light } => {
+                let (correction, corr_mag, why) = if whole_light {
+                    (self.of_whole_light(&flux, false), 0.0, None)
+                } else {
+                    self.aperture_correction(&flux, None, false)
+                };
                 let mut reasons = vec![format!("nothing above {} sigma near ({x_px:.0}, {y_px:.0})", t.detect_sigma)];
                 reasons.extend(why);
                 reasons.extend(no_limit(limit_e));
                 let limit_mag = self.inst_limit(limit_e, corr_mag);
                 Measurement {
-                    forced: Some(flux.clone()),
+                    forced_e: Some((flux.flux_e, flux.flux_err_e)),
                     correction,
                     inst: Instrumental { limit_mag, ..Instrumental::default() },
                     reasons,
@@ -192,8 +205,9 @@ impl Setting<'_> {
             x_px,
             y_px,
             flux,
-            forced: None,
+            forced_e: None,
             target_shape: None,
+            size: None,
             correction: None,
             inst: Instrumental::default(),
             reasons: Vec::new(),
@@ -207,6 +221,12 @@ impl Setting<'_> {
             // a flux below its error cannot be the reference of a share
             contam_frac: Some(light.contamination_e / flux.flux_e.max(flux.flux_err_e)).filter(|f| f.is_finite()),
         }
+    }
+
+    /// The correction of a flux that is the whole light already: none, with the error that the stars' profile leaves.
+    fn of_whole_light(&self, flux: &Flux, along_trails: bool) -> Option<ApertureCorrection> {
+        let (correction, ..) = self.aperture_correction(flux, None, along_trails);
+        correction.map(|c| ApertureCorrection { mag: 0.0, ..c })
     }
 
     /// A limit as an instrumental magnitude.

@@ -31,8 +31,11 @@ pub(super) fn findings(rows: &[&PhotometryRow], of_night: &[&PhotometryRow], t: 
 /// Frames whose aperture is longer than in the pass, or than in all passes of the night where the pass has too few frames.
 ///
 /// An aperture holds the target and a margin, so its length is at most that of the median frame times the ratio of the ranges.
+/// The circle of a compact target is no outline of it.
 fn apertures(rows: &[&PhotometryRow], of_night: &[&PhotometryRow], t: &Vetting) -> Vec<(usize, Finding)> {
-    let length = |r: &PhotometryRow| r.aper_a_px.or(r.aper_r_px).filter(|_| r.status == Status::Ok);
+    let is_outlined =
+        |r: &PhotometryRow| r.status == Status::Ok && !matches!(r.source_kind.as_str(), "point" | "compact");
+    let length = |r: &PhotometryRow| r.aper_a_px.or(r.aper_r_px).filter(|_| is_outlined(r));
     let enough = rows.iter().filter(|r| length(r).is_some()).count() >= FEWEST;
     let others = if enough { rows } else { of_night };
     let mut lengths: Vec<f64> = others.iter().filter_map(|r| length(r)).collect();

@@ -75,6 +75,15 @@ table! {
         elongation: Option<f64> => ["phys.size.axisRatio"],
         /// FWHM of the target along its major axis in units of fwhm_px
         extent_fwhm: Option<f64> => ["phys.size;arith.ratio"],
+        /// what the pixels of a target found at the scale of a star tell: point (odds above 10), compact (a point or some FWHM
+        /// wide: flux_e is that of a disc of any such size) or extended; the first two are weighed by the profile of the stars
+        source_kind: String => ["meta.code"] added_later,
+        /// decimal logarithm of the odds of a point against a wider disc, by the pixels, the model and the range
+        point_log10_odds: Option<f64> => ["stat.likelihood"] added_later,
+        /// square of the diameter of the disc that fits, in units of fwhm_px squared; negative where it is narrower than a star
+        disc_fwhm2: Option<f64> => ["phys.angSize;arith.ratio"] added_later,
+        /// 1-sigma error of disc_fwhm2, that of the width of the stars included
+        disc_fwhm2_err: Option<f64> => ["stat.error;phys.angSize"] added_later,
         /// inner radius of the sky annulus
         sky_in_px: Option<f64> => "pix" ["phys.size.radius;instr.det"],
         /// outer radius of the sky annulus
@@ -84,8 +93,9 @@ table! {
         flux_e: Option<f64> => "electron" ["phot.count"],
         /// 1-sigma random error of flux_e
         flux_err_e: Option<f64> => "electron" ["stat.error;phot.count"],
-        /// of a non-detection: flux in a circle of target.limit_r_fwhm at the expected place (target.x_px and y_px, else the
-        /// middle of the frame), whatever is there; can be negative
+        /// light of a point, weighed by the profile of the stars: of a non-detection at the expected place (target.x_px and
+        /// y_px, else the middle of the frame), whatever is there; of a target measured by these weights at its own place; can
+        /// be negative
         forced_flux_e: Option<f64> => "electron" ["phot.count"] added_later,
         /// 1-sigma random error of forced_flux_e
         forced_flux_err_e: Option<f64> => "electron" ["stat.error;phot.count"] added_later,
@@ -93,7 +103,8 @@ table! {
         sky_e_px: Option<f64> => "electron / pix" ["instr.background"],
         /// background at the edge of the field over that at its centre
         sky_corner_ratio: Option<f64> => ["instr.background;arith.ratio"],
-        /// flux_e / flux_err_e
+        /// flux_e / flux_err_e; of a compact target (source_kind) the significance of a point, forced_flux_e /
+        /// forced_flux_err_e: flux_err_e holds the unknown size, too
         snr: Option<f64> => ["stat.snr"],
         /// brightest aperture pixel, with the sky, as a fraction of the saturation level
         peak_frac_sat: Option<f64> => ["instr.saturation;arith.ratio"],

@@ -1,0 +1,11 @@
+#!/usr/bin/env bash
+# Faint points and small discs, made of photons of Moffat (beta 2.5 to 4.5) and Gaussian stars of 1.7 to 9.5 px: the share that is
+# found by signal-to-noise, the bias of the flux by signal-to-noise and size, and false detections in empty frames.
+#
+# usage: scripts/prove_depth.sh [EACH=200] [FRAMES=1000]
+#
+# SEED  another set of frames
+set -euo pipefail
+cd "$(dirname "$0")/.."
+export EACH=${1:-200} FRAMES=${2:-1000}
+cargo test --locked --test photometry -- --ignored --nocapture --test-threads 1 depth::

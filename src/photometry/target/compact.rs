@@ -1,0 +1,180 @@
+//! Whether a target is a point, a compact source of unknown size or extended, by its own pixels; and its flux.
+//!
+//! Electrons; sizes in FWHM of the stars. A point is measured with the least error there is, a compact source without a
+//! bias by its size, an extended one in its outline (`measure`). It does not cover what a pass tells of the size.
+
+use ndarray::Array2;
+
+use super::point::PointFlux;
+use super::settings::TargetSettings;
+use crate::base::constants::FWHM_PER_SIGMA;
+use crate::frames::{Electrons, Frame};
+use crate::photometry::background::Background;
+use crate::photometry::target::cutout::Cutout;
+use crate::photometry::target::flux::circle_at;
+use crate::photometry::target::placed::Placed;
+
+/// Largest square of the diameter at which the light of a compact source is right to 1 % \[FWHM²\].
+const MOST_DISC2: f64 = 1.25;
+/// From this significance on an outline is as good as the weights of a point-spread function that is known to 5 %.
+const BRIGHT_SIGMA: f64 = 50.0;
+/// Share of its width by which the point-spread function of a frame differs from that of the night's stars.
+const WIDTH_DOUBT: f64 = 0.05;
+/// Diameters are equally likely up to this \[FWHM\] where nothing tells of them.
+const LARGEST_FWHM: f64 = 3.0;
+/// Below this diameter the weights of a point are right to 1 % \[FWHM\].
+const POINT_FWHM: f64 = 0.2;
+/// A satellite that its model makes a point is one with no more certainty than this.
+const MOST_CERTAIN: f64 = 0.999;
+/// Steps of the integral over them.
+const SIZES: usize = 60;
+/// Odds from which a source counts as a point, and below whose reciprocal it counts as extended.
+const DECISIVE_ODDS: f64 = 10.0;
+/// Peaks of noise above the threshold in the search region of a frame.
+const FALSE_PEAKS: f64 = 5e-4;
+
+/// What a target is, by its own pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SourceKind {
+    /// A point by odds of 10 to 1; its flux is that of a point.
+    Point,
+    /// As narrow as a point or up to some FWHM wide: its flux is that of a disc of any such size.
+    Compact,
+    /// Wider than that: its flux is that of its outline.
+    Extended,
+}
+
+impl SourceKind {
+    /// The word in a table.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            SourceKind::Point => "point",
+            SourceKind::Compact => "compact",
+            SourceKind::Extended => "extended",
+        }
+    }
+}
+
+/// What the pixels of a target say of its size.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Size {
+    /// What it is taken for.
+    pub kind: SourceKind,
+    /// Decimal logarithm of the odds of a point against a wider disc.
+    pub log10_odds: f64,
+    /// Square of the diameter of the disc that fits \[FWHM²\], negative where noise makes it narrower than a star.
+    pub disc2: f64,
+    /// Its error \[FWHM²\].
+    pub disc2_err: f64,
+}
+
+/// A compact target, measured.
+pub(crate) struct Compact {
+    /// What its pixels say.
+    pub size: Size,
+    /// Its flux, on the whole light of the source; `snr` is the significance of a point.
+    pub point: PointFlux,
+    /// The flux of a point and its error \[e⁻\].
+    pub as_point_e: (f64, f64),
+    /// The circle whose pixels carry weight.
+    pub place: Placed,
+}
+
+/// Measures a source near `start` as a compact one; `None` where a point does not fit there, where hits have taken pixels
+/// of it, and where it is so bright that its outline tells as much.
+///
+/// The best place of a point adds noise to its flux: E(F) = F + σ²/F, which is subtracted. The flux of a free size is not
+/// moved by it: its weights have no gradient along that of the point.
+pub(crate) fn measure_compact(
+    cutout: &Cutout,
+    frame: &Frame<Electrons>,
+    background: &Background,
+    start: (f64, f64),
+    objects: &Array2<bool>,
+    s: &TargetSettings,
+) -> Option<Compact> {
+    let best = cutout.best_place(start)?;
+    let place = circle_at(best.x, best.y, cutout.psf.reach_px());
+    if best.snr > BRIGHT_SIGMA || cutout.hits_in(&place).is_some() {
+        return None;
+    }
+    let mut point = cutout.forced_flux(frame, background, (best.x, best.y), objects, s)?;
+    let raw = point.flux.flux_e / point.empty_err_e;
+    if !(raw > 0.0) || !point.free_e.0.is_finite() {
+        return None;
+    }
+    let as_point_e = (point.flux.flux_e - point.empty_err_e / raw, point.flux.flux_err_e);
+    let size = size_of(point.disc2, s.largest_fwhm);
+    point.flux.snr = as_point_e.0 / as_point_e.1;
+    (point.flux.flux_e, point.flux.flux_err_e) = if size.kind == SourceKind::Point { as_point_e } else { point.free_e };
+    Some(Compact { size, point, as_point_e, place })
+}
+
+/// The decision on a measured size: D² of the even disc that fits, and its error \[FWHM²\].
+///
+/// Odds = p/(1 − p) · N(D² | 0, σ) / mean of N(D² | q², σ) over diameters q of 0.2 to 3 FWHM. p is the share of the
+/// diameters below 0.2 FWHM, for which a point is right, of all those up to `largest_fwhm`: that of the model at its range,
+/// else 3. σ² = σ_D² + (2 · 16/(8 ln 2) · 0.05)², the second term being the width of the star, which is not that of the
+/// night's stars in every frame.
+fn size_of((disc2, err): (f64, f64), largest_fwhm: Option<f64>) -> Size {
+    let doubt = 2.0 * WIDTH_DOUBT * 16.0 / FWHM_PER_SIGMA.powi(2);
+    let sigma = err.hypot(doubt);
+    let log_likelihood = |of: f64| -0.5 * ((disc2 - of) / sigma).powi(2);
+    let sizes: Vec<f64> = (0..SIZES)
+        .map(|k| POINT_FWHM + (LARGEST_FWHM - POINT_FWHM) * (k as f64 + 0.5) / SIZES as f64)
+        .map(|diameter| log_likelihood(diameter * diameter))
+        .collect();
+    let prior = (POINT_FWHM / largest_fwhm.unwrap_or(LARGEST_FWHM)).min(MOST_CERTAIN);
+    let most = sizes.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let mean = most + (sizes.iter().map(|l| (l - most).exp()).sum::<f64>() / SIZES as f64).ln();
+    let log10_odds = (prior / (1.0 - prior)).log10() + (log_likelihood(0.0) - mean) * std::f64::consts::LOG10_E;
+    let kind = if log10_odds > DECISIVE_ODDS.log10() {
+        SourceKind::Point
+    } else if disc2 > MOST_DISC2 + sigma {
+        SourceKind::Extended
+    } else {
+        SourceKind::Compact
+    };
+    Size { kind, log10_odds, disc2, disc2_err: sigma }
+}
+
+/// The significance that noise exceeds at a place of the search region in one frame of 2000, or `detect_sigma` where that
+/// is more.
+///
+/// A smooth Gaussian field under a filter of σ_c has λ A T exp(−T²/2) / (2π)^{3/2} peaks above T in an area A, λ = 1/2σ_c²
+/// being the curvature of its correlation (Adler 1981, The Geometry of Random Fields, section 6.9).
+pub(crate) fn least_significance(s: &TargetSettings) -> f64 {
+    let sigma2 = (s.fwhm_px / FWHM_PER_SIGMA).powi(2) + 1.0 / 12.0;
+    let area = std::f64::consts::PI * s.search_radius_px.powi(2);
+    let peaks = |t: f64| area / (2.0 * sigma2) * t * (-0.5 * t * t).exp() / std::f64::consts::TAU.powf(1.5);
+    let mut t = s.detect_sigma;
+    // the logarithm of their number falls by T per unit of T: three steps of Newton suffice
+    for _ in 0..4 {
+        let number = peaks(t);
+        if !(number > FALSE_PEAKS) {
+            break;
+        }
+        t += (number / FALSE_PEAKS).ln() / (t - 1.0 / t);
+    }
+    t
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_is_one_whose_model_is_small_and_a_large_disc_is_extended_whatever_its_model() {
+        let kind = |disc2, err, largest| size_of((disc2, err), largest).kind;
+        assert_eq!(kind(0.0, 1.0, None), SourceKind::Compact);
+        assert_eq!(kind(0.0, 1.0, Some(0.1)), SourceKind::Point);
+        assert_eq!(kind(0.0, 1.0, Some(1.0)), SourceKind::Compact);
+        for largest in [None, Some(0.1), Some(2.0)] {
+            assert_eq!(kind(6.0, 0.4, largest), SourceKind::Extended);
+        }
+        // the width of the star is not known to better than 5 %, so no pixels alone make a point
+        assert_eq!(kind(0.0, 0.0, None), SourceKind::Compact);
+        assert!(size_of((-40.0, 1.0), None).log10_odds.is_finite() && size_of((1e4, 1.0), None).log10_odds < -100.0);
+    }
+}

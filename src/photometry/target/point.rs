@@ -1,0 +1,246 @@
+//! The flux of a compact source under the weights of the point-spread function: at a place, or where it fits best.
+//!
+//! Electrons; pixels of the cutout. Least squares over the pixels within two FWHM. A point gives all of its light with the
+//! least error there is; where the size is free, too, discs of up to 1 FWHM give it with an error 1.4 to 1.5 times as
+//! large. It does not cover what is wider than that, which an outline measures.
+
+use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+use ndarray::Array2;
+
+use super::psf::Share;
+use crate::frames::{Electrons, Frame};
+use crate::photometry::aperture::{Shape, cells};
+use crate::photometry::background::Background;
+use crate::photometry::flux::Flux;
+use crate::photometry::target::cutout::Cutout;
+use crate::photometry::target::flux::{Measured, circle_at};
+use crate::photometry::target::settings::TargetSettings;
+
+/// Steps of the search for the best place.
+const PLACE_STEPS: usize = 8;
+/// It ends at a step below this \[FWHM\], and no step is longer than that.
+const PLACE_STEP_FWHM: (f64, f64) = (0.002, 0.25);
+/// The best place is no further from the first than this \[FWHM\].
+const PLACE_REACH_FWHM: f64 = 0.75;
+/// Share of the weight of a point that must be on good pixels.
+const LEAST_WEIGHT: f64 = 0.5;
+
+/// A compact source, measured under the weights of the point-spread function.
+pub(crate) struct PointFlux {
+    /// The whole light of a point, and all else as in a circle of two FWHM.
+    pub flux: Flux,
+    /// Its error on empty sky \[e⁻\].
+    pub empty_err_e: f64,
+    /// Its variance per electron of its own \[e⁻\].
+    pub photons: f64,
+    /// The whole light of a disc of unknown size, and its error \[e⁻\].
+    pub free_e: (f64, f64),
+    /// Square of the diameter of the even disc that fits, and its error \[FWHM²\]; negative where noise makes it
+    /// narrower than a star. In units of the light of a point.
+    pub disc2: (f64, f64),
+    /// The pixels less sky and trails, and what the light was measured over.
+    pub measured: Measured,
+}
+
+/// A pixel of the cutout under a source.
+struct Pixel {
+    share: Share,
+    net_e: f64,
+    variance: f64,
+}
+
+/// A source at its best place.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BestPlace {
+    pub x: f64,
+    pub y: f64,
+    /// Significance of a point there.
+    pub snr: f64,
+}
+
+impl Cutout {
+    /// The flux of a compact source at a place of the cutout, whatever is there; `None` where half of its light has no pixels.
+    ///
+    /// `F = Σ w d`, d the pixels less sky and trails, w = (P/v)/Σ(P²/v): v the variance of a pixel, P its share of the light
+    /// of a point, less what the annulus takes of it for sky. So the flux is the whole light, and needs no aperture
+    /// correction. v holds the photons of the source as a first round finds them.
+    /// `σ² = Σ w² v + (Σ w)² σ_S²`, more where trails make empty apertures scatter more than their photons.
+    ///
+    /// With a second profile, that of a disc one FWHM across, F is the sum of both: to the fourth order in its size the light
+    /// of any disc smaller than that, and the share of the second is the square of its diameter.
+    pub fn forced_flux(
+        &self,
+        frame: &Frame<Electrons>,
+        background: &Background,
+        (x, y): (f64, f64),
+        objects: &Array2<bool>,
+        s: &TargetSettings,
+    ) -> Option<PointFlux> {
+        let psf = &self.psf;
+        let at = circle_at(x, y, psf.reach_px());
+        let measured = self.flux(frame, background, &at, objects, s);
+        let (ox, oy) = self.origin(frame);
+        let (nx, ny) = (measured.net_origin.0 - ox as usize, measured.net_origin.1 - oy as usize);
+        let net_at = |i: usize, j: usize| {
+            let at = (j.checked_sub(ny)?, i.checked_sub(nx)?);
+            measured.net.get(at).map(|v| f64::from(*v))
+        };
+        let taken = if measured.trail_level.is_some() {
+            0.0
+        } else {
+            psf.mean_between(measured.flux.sky_in_px, measured.flux.sky_out_px)
+        };
+        let pixels = self.pixels_of((x, y), taken, net_at)?;
+        let excess = excess_of(&measured.flux, &at.shape, self.sky.rms(x, y), measured.trail_level.is_some());
+        let sky_err_e = if measured.trail_level.is_some() { 0.0 } else { measured.flux.sky_err_e_px };
+        let mut flux_e = 0.0;
+        let mut result = None;
+        for _ in 0..2 {
+            let own = f64::max(flux_e, 0.0);
+            let fitted = Fitted::of(&pixels, own, excess, sky_err_e)?;
+            flux_e = fitted.point.flux_e;
+            result = Some(fitted);
+        }
+        let fitted = result?;
+        let err_of = |w: &Weighed| (w.empty * w.empty + f64::max(flux_e, 0.0) * w.photons).sqrt();
+        let (point, free) = (fitted.point, fitted.free);
+        let mut flux = measured.flux.clone();
+        (flux.flux_e, flux.flux_err_e) = (point.flux_e, err_of(&point));
+        flux.snr = flux.flux_e / flux.flux_err_e;
+        let disc2 = (fitted.disc / flux_e, fitted.disc_err / flux_e.abs());
+        Some(PointFlux {
+            flux,
+            empty_err_e: point.empty,
+            photons: point.photons,
+            free_e: (free.flux_e, err_of(&free)),
+            disc2,
+            measured,
+        })
+    }
+
+    /// Where a point near a place fits best, by Gauss-Newton steps of flux and place; over the sky's surface and the trails'
+    /// light alone.
+    pub fn best_place(&self, start: (f64, f64)) -> Option<BestPlace> {
+        let psf = &self.psf;
+        let (mut x, mut y) = start;
+        let net_at = |i: usize, j: usize| {
+            Some(f64::from(self.pixels[[j, i]]) - self.sky.level(i as f64, j as f64) - self.light_at(i, j))
+        };
+        let mut snr = 0.0;
+        for _ in 0..PLACE_STEPS {
+            let pixels = self.pixels_of((x, y), 0.0, net_at)?;
+            let (mut normal, mut right) = (SMatrix::<f64, 3, 3>::zeros(), SVector::<f64, 3>::zeros());
+            for p in &pixels {
+                let t = SVector::from([p.share.point, p.share.by_place[0], p.share.by_place[1]]);
+                normal += t * t.transpose() / p.variance;
+                right += t * (p.net_e / p.variance);
+            }
+            snr = right[0] / normal[(0, 0)].sqrt();
+            let fit = normal.cholesky()?.solve(&right);
+            // without light there is no better place
+            if !(fit[0] > 0.0) {
+                break;
+            }
+            let longest = PLACE_STEP_FWHM.1 * psf.fwhm_px;
+            let (dx, dy) = (fit[1] / fit[0], fit[2] / fit[0]);
+            let scale = (longest / dx.hypot(dy)).min(1.0);
+            (x, y) = (x + scale * dx, y + scale * dy);
+            if (x - start.0).hypot(y - start.1) > PLACE_REACH_FWHM * psf.fwhm_px {
+                return None;
+            }
+            if dx.hypot(dy) < PLACE_STEP_FWHM.0 * psf.fwhm_px {
+                break;
+            }
+        }
+        Some(BestPlace { x, y, snr })
+    }
+
+    /// The good pixels within reach of a source, less what an annulus takes of its light (`taken` per pixel).
+    fn pixels_of(
+        &self,
+        (x, y): (f64, f64),
+        taken: f64,
+        net_at: impl Fn(usize, usize) -> Option<f64>,
+    ) -> Option<Vec<Pixel>> {
+        let ((ny, nx), psf) = (self.pixels.dim(), &self.psf);
+        let reach = psf.reach_px();
+        let (mut all, mut good, mut pixels) = (0.0, 0.0, Vec::new());
+        let span = |at: f64| (at - reach).floor() as i64..=(at + reach).ceil() as i64;
+        let (columns, rows) = (cells(x - reach, x + reach, 0, nx), cells(y - reach, y + reach, 0, ny));
+        for j in span(y) {
+            for i in span(x) {
+                let (dx, dy) = (i as f64 - x, j as f64 - y);
+                if dx * dx + dy * dy > reach * reach {
+                    continue;
+                }
+                let mut share = psf.share(dx, dy);
+                all += share.point * share.point;
+                let (Ok(i), Ok(j)) = (usize::try_from(i), usize::try_from(j)) else { continue };
+                if !columns.contains(&i) || !rows.contains(&j) || self.is_masked(i, j) {
+                    continue;
+                }
+                let Some(net_e) = net_at(i, j).filter(|v| v.is_finite()) else { continue };
+                good += share.point * share.point;
+                share.point -= taken;
+                share.disc -= taken;
+                let variance = self.sky.rms(i as f64, j as f64).powi(2) + self.light_at(i, j);
+                pixels.push(Pixel { share, net_e, variance });
+            }
+        }
+        (good > LEAST_WEIGHT * all).then_some(pixels)
+    }
+}
+
+/// By how much empty apertures scatter more than their photons, where trails make them.
+fn excess_of(flux: &Flux, shape: &Shape, rms_e: f64, along_trails: bool) -> f64 {
+    if !along_trails {
+        return 1.0;
+    }
+    let empty = flux.flux_err_e.powi(2) - flux.flux_e.max(0.0);
+    (empty / (shape.area_px() * rms_e * rms_e)).max(1.0)
+}
+
+/// A weighted sum: its value, its error without the photons of the source, and Σ w² P, its variance per photon.
+#[derive(Debug, Clone, Copy)]
+struct Weighed {
+    flux_e: f64,
+    empty: f64,
+    photons: f64,
+}
+
+/// A point, a disc of free size, and the share of the disc of one FWHM in that.
+struct Fitted {
+    point: Weighed,
+    free: Weighed,
+    disc: f64,
+    disc_err: f64,
+}
+
+impl Fitted {
+    /// `own_e` is the light of the source as it is known so far.
+    fn of(pixels: &[Pixel], own_e: f64, excess: f64, sky_err_e: f64) -> Option<Self> {
+        let variance = |p: &Pixel| p.variance + own_e * p.share.point.max(0.0);
+        let mut normal = Matrix2::<f64>::zeros();
+        for p in pixels {
+            let t = Vector2::new(p.share.point, p.share.disc);
+            normal += t * t.transpose() / variance(p);
+        }
+        let inverse = normal.cholesky()?.inverse();
+        let of = |weights: Vector2<f64>| {
+            let (mut flux_e, mut sum, mut empty, mut photons) = (0.0, 0.0, 0.0, 0.0);
+            for p in pixels {
+                let w = weights.dot(&Vector2::new(p.share.point, p.share.disc)) / variance(p);
+                flux_e += w * p.net_e;
+                sum += w;
+                empty += w * w * p.variance;
+                photons += w * w * p.share.point.max(0.0);
+            }
+            Weighed { flux_e, empty: (excess * empty + (sum * sky_err_e).powi(2)).sqrt(), photons }
+        };
+        let point = of(Vector2::new(1.0 / normal[(0, 0)], 0.0));
+        let free = of(inverse * Vector2::new(1.0, 1.0));
+        let disc = of(inverse * Vector2::new(0.0, 1.0));
+        let disc_err = (disc.empty * disc.empty + own_e * disc.photons).sqrt();
+        Some(Self { point, free, disc: disc.flux_e, disc_err })
+    }
+}
