@@ -64,7 +64,8 @@ A CPU time is the median of repeats. The interval behind it holds the median in 
 and is the smallest and the largest repeat otherwise. Two times are told apart only where their intervals are more than 5 % apart,
 because two runs of a program differ by that much. A setting is *behind* another that is at least as accurate (in the 95 % error) and
 takes less time in this sense; it is *on the front* if every setting that is as accurate takes more time; it is *level* with another
-where the times cannot tell. Two runs can therefore differ in "level", but never say "front" once and "behind" another time.
+where the times cannot tell. Two runs can therefore differ in "level"; that one says "front" and the other "behind" happened for one of
+10 000 simulated settings with three repeats, and for none with seven or more.
 
 **Bold** settings are the defaults of satphot, *italic* ones are behind another setting of the same case. In the figures, filled marks
 are not behind another setting, open marks are, and squares are the defaults. Thin lines are other programs; those of apertures take
