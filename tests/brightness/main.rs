@@ -28,4 +28,5 @@ mod quadrature;
 mod shadow;
 mod slingshot;
 mod spectrum;
+mod stated_error;
 mod vectors;

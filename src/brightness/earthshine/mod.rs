@@ -12,6 +12,7 @@ mod outer;
 mod panel;
 mod piece;
 mod plain;
+mod polar;
 mod profile;
 mod ring;
 mod table;

@@ -1,12 +1,13 @@
 //! The adaptive sum: panels in ζ, each with an order for ζ and one for the rings, the worse of the two refined first.
 //!
-//! Values and errors in 1/sr. Deterministic; work is bounded by the nodes allowed.
+//! Values and errors in 1/sr. Deterministic; work is bounded by the nodes allowed. Where a quarter of them is not
+//! enough, coordinates about the mirror direction are tried.
 
 use super::facet::Facet;
 use super::outer::{Span, spans};
 use super::piece::{Integral, Scratch, estimate};
 use super::ring::Rings;
-use super::{Accuracy, ReflectedLight};
+use super::{Accuracy, ReflectedLight, polar};
 use crate::base::quadrature::{PAIRS, kronrod};
 use crate::brightness::ground::Ground;
 
@@ -19,8 +20,12 @@ const RING_LEVELS: usize = PAIRS + 6;
 const QUICK_FROM: f64 = 3e-7;
 /// Below this tolerance weak singularities are taken care of.
 const CAREFUL_BELOW: f64 = 3e-5;
-/// What is reported is this much more than the rules tell.
+/// What is to be met by refinement is this much more than the rules tell, and where a lobe ends in a step or a branch
+/// point.
 const SAFETY: f64 = 2.0;
+const SHARP_SAFETY: f64 = 8.0;
+/// What is stated is as much more again, up to the error that was asked for.
+const CAUTION: f64 = 3.0;
 /// Levels the rings go up at a time.
 const RING_STEP: usize = 2;
 /// Narrowest panel in the variable of its span.
@@ -39,10 +44,44 @@ struct Panel {
     value: f64,
     err_outer: f64,
     err_rings: f64,
+    safety: f64,
 }
+
+/// Nodes from which on coordinates about the mirror direction are tried, as a share of those allowed, and at least.
+const LAST_RESORT_SHARE: usize = 4;
+const LAST_RESORT_FROM: usize = 20_000;
+/// No error below this share of the tolerance is stated: rules agree by chance, and rounding is not nothing.
+const LEAST_SHARE: f64 = 0.01;
 
 /// The integral to the requested accuracy.
 pub(super) fn integrate(ground: &Ground, facet: &Facet, accuracy: &Accuracy) -> ReflectedLight {
+    // the end of a lobe is an edge in ζ, and none about the mirror direction
+    let sharp = facet.law.ends_sharply() || ground.lobe_ends_sharply();
+    let share = (accuracy.max_nodes / LAST_RESORT_SHARE).max(LAST_RESORT_FROM);
+    let first = if sharp { accuracy.max_nodes } else { share };
+    let mut light = panels(ground, facet, &Accuracy { max_nodes: first.min(accuracy.max_nodes), ..*accuracy });
+    let wanted = (accuracy.tolerance * light.per_sr).max(accuracy.floor_per_sr);
+    if light.err_per_sr > wanted && accuracy.max_nodes > first {
+        let relative = wanted / light.per_sr.max(f64::MIN_POSITIVE);
+        let last = polar::integrate(ground, facet, relative, accuracy.max_nodes);
+        let mut nodes = light.nodes + last.map_or(0, |last| last.nodes);
+        let done = |light: &ReflectedLight| light.err_per_sr <= wanted;
+        if !last.as_ref().is_some_and(done) && nodes + first < accuracy.max_nodes {
+            light = panels(ground, facet, &Accuracy { max_nodes: accuracy.max_nodes - nodes, ..*accuracy });
+            nodes += light.nodes;
+        }
+        light = last.filter(|last| last.err_per_sr < light.err_per_sr).unwrap_or(light);
+        light.nodes = nodes;
+    }
+    let asked = (accuracy.tolerance.max(TOLERANCE_MIN) * light.per_sr).max(accuracy.floor_per_sr);
+    let cautious = (CAUTION * light.err_per_sr).min(asked);
+    let least = LEAST_SHARE * accuracy.tolerance.max(TOLERANCE_MIN) * light.per_sr;
+    light.err_per_sr = light.err_per_sr.max(cautious).max(least);
+    light
+}
+
+/// The integral in panels in ζ.
+fn panels(ground: &Ground, facet: &Facet, accuracy: &Accuracy) -> ReflectedLight {
     let tolerance = if accuracy.tolerance > TOLERANCE_MIN { accuracy.tolerance } else { TOLERANCE_MIN };
     let careful = tolerance < CAREFUL_BELOW;
     let mut rings = Rings {
@@ -123,11 +162,13 @@ impl Panel {
         } else {
             estimate(fine, coarse, coarsest)
         };
-        Self { span, from, to, order, ring_level, value: fine, err_outer, err_rings }
+        let sharp = rings.careful && (rings.facet.law.ends_sharply() || rings.ground.lobe_ends_sharply());
+        let safety = if sharp { SHARP_SAFETY } else { SAFETY };
+        Self { span, from, to, order, ring_level, value: fine, err_outer, err_rings, safety }
     }
 
     fn err(&self) -> f64 {
-        SAFETY * (self.err_outer + self.err_rings)
+        self.safety * (self.err_outer + self.err_rings)
     }
 
     /// The rings are the worse of the two.
