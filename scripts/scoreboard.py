@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 """The scoreboard of docs/model_against_observations.md: models against observations that they were not fitted to.
 
-Usage: scoreboard.py DATA [--program satphot] [--keep FOLDER]
+Usage: scoreboard.py DATA [--program satphot] [--only TEXT] [--published]
 
 DATA is the folder with observations/, orbits/ and, beside it, reference/. Each set is cut into parts: satellites, passes, or
 contiguous rows. A model is fitted with `satphot fit` to all parts but one and compared with that one by `satphot compare`; a model of
 the catalogue is only compared. Prints tables in Markdown: of the residuals (observed less modelled) mean, standard deviation, 1.4826 MAD
 about the median, the correlation R of observed and modelled magnitudes, and the share within the predictive error (and that of the
 magnitude itself) with its 95 % interval, from passes drawn anew. Only rows in full sunlight are judged: in the last degrees before the shadow a magnitude is of the
-atmosphere and of the time. Needs Python alone.
+atmosphere and of the time. With --published, the table of published means. Needs Python alone.
 """
 
 import argparse
@@ -63,14 +63,15 @@ class Set:
         self.surfaces, self.listed, self.more, self.compare = surfaces, listed, list(more), list(compare)
 
 
+def height_km(row):
+    """Of a row of SCORE, over a sphere."""
+    d, alt = float(row["range_to_sat_km_satchecker"]), math.radians(float(row["alt_deg_satchecker"]))
+    return math.sqrt(EARTH_KM**2 + d * d + 2 * EARTH_KM * d * math.sin(alt)) - EARTH_KM
+
+
 def score(data):
     """Starlink V2 mini of 450 to 600 km, by satellite."""
-    rows = []
-    for row in rows_of(data / "observations/v2mini_score_public.csv"):
-        d, alt = float(row["range_to_sat_km_satchecker"]), math.radians(float(row["alt_deg_satchecker"]))
-        height = math.sqrt(EARTH_KM**2 + d * d + 2 * EARTH_KM * d * math.sin(alt)) - EARTH_KM
-        if 450 < height < 600:
-            rows.append(row)
+    rows = [row for row in rows_of(data / "observations/v2mini_score_public.csv") if 450 < height_km(row) < 600]
     satellites = sorted({row["norad_cat_id"] for row in rows})
     part = {n: i * 5 // len(satellites) for i, n in enumerate(satellites)}
     # a pass: a satellite in an hour
@@ -304,11 +305,53 @@ def board(of, runner):
         sys.stdout.flush()
 
 
+def published(data, runner, table):
+    """Published means beside the entries that stand for them, each in its own geometry as far as it is known."""
+    place = {"sun_alt_deg": "-18", "sun_az_deg": "0", "alt_deg": "90", "az_deg": "0", "height_km": "550"}
+    scored = {"score450": [], "score_low": []}
+    for row in rows_of(data / "observations/v2mini_score_public.csv"):
+        height = height_km(row)
+        if 450 < height < 600:
+            scored["score450"].append(row)
+        elif height < 450 and row["observation_time_utc"] >= "2024-07":
+            scored["score_low"].append(row)
+
+    def mag_1000km(entry, geometry):
+        if geometry in scored:
+            write(runner.folder / "all.csv", scored[geometry])
+            rows = runner.compare("all.csv", ["--satellite", entry], [])
+            rows = [row for row in rows if row["illum"] == "sun" and row["model_v_mag"]]
+            return fmean(number(row, "model_v_mag") - 5 * math.log10(number(row, "range_km") / 1000) for row in rows)
+        write(runner.folder / "place.csv", [place])
+        done = runner.run("predict", "table", "place.csv", "--satellite", entry, "-q")
+        if done.returncode:
+            raise SystemExit(f"{entry}: {done.stderr}")
+        row = next(csv.DictReader(line for line in done.stdout.splitlines() if not line.startswith("#")))
+        return number(row, "model_v_mag") - 5 * math.log10(0.55)
+
+    print("| design | campaign | published | entry | its magnitude | difference |\n|---|---|---|---|---|---|")
+    far = 0
+    for row in rows_of(table):
+        own = mag_1000km(row["entry"], row["geometry"])
+        own += 0 if row["statistic"] == "m1000" else 5 * math.log10(0.55)
+        difference = own - float(row["published_mag"])
+        far += abs(difference) > 0.2
+        words = {"m1000": "", "m550": " at 550 km", "overhead": " overhead"}[row["statistic"]]
+        err = f" ± {row['err_mag']}" if row["err_mag"] else ""
+        bold = "**" if abs(difference) > 0.2 else ""
+        print(
+            f"| {row['design']} | {row['campaign']} | {row['published_mag']}{err}{words} | `{row['entry']}` "
+            f"| {own:.2f} | {bold}{difference:+.2f}{bold} |"
+        )
+    print(f"\n{far} of them differ by more than 0.2 mag (bold).")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("data", type=Path)
     parser.add_argument("--program", default="satphot")
     parser.add_argument("--only", help="sets whose title has this text")
+    parser.add_argument("--published", action="store_true", help="only the published means")
     arguments = parser.parse_args()
     data = arguments.data.resolve()
     sets = [
@@ -320,6 +363,9 @@ def main():
     ]
     with tempfile.TemporaryDirectory() as folder:
         runner = Runner(arguments.program, folder)
+        if arguments.published:
+            published(data, runner, Path(__file__).resolve().parent.parent / "tests/data/published_magnitudes.csv")
+            return
         for of in sets:
             if not arguments.only or arguments.only in of.title:
                 board(of, runner)

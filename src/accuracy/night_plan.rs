@@ -16,7 +16,7 @@ use crate::config::Mode;
 use crate::orbit::{EarthOrientation, Elements, Site, Tracker};
 use crate::tables::words::PlanStatus;
 use crate::visibility::duty_cycle::dark_spans;
-use crate::visibility::night_plan::{Candidate, NamedModel, PlanSettings, plan};
+use crate::visibility::night_plan::{Candidate, LocalHorizon, NamedModel, PlanSettings, plan};
 use crate::visibility::sky_brightness::{DARK_V_MAG_ARCSEC2, K_V_MAG_AIRMASS};
 use crate::visibility::telescope::macquarie;
 
@@ -68,6 +68,7 @@ fn best(night: &Night, (step_s, tolerance): (f64, f64)) -> Result<BTreeMap<i64, 
         dark_sky_mag_arcsec2: DARK_V_MAG_ARCSEC2,
         k_mag_airmass: K_V_MAG_AIRMASS,
         min_alt_rad: 20f64.to_radians(),
+        horizon: LocalHorizon::default(),
         moon_sep_rad: 20f64.to_radians(),
         max_rate_rad_s: 5f64.to_radians(),
         exptime_s: 1.0,

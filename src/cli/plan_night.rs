@@ -18,7 +18,7 @@ use satphot::tables::words::PlanStatus;
 use satphot::tables::{Meta, MetaValue, PlanRow, csv_text, write_rows};
 use satphot::visibility::duty_cycle::dark_spans;
 use satphot::visibility::forecast::month::nights;
-use satphot::visibility::night_plan::{Candidate, NamedModel, PlanSettings, plan};
+use satphot::visibility::night_plan::{Candidate, LocalHorizon, NamedModel, PlanSettings, plan};
 use satphot::visibility::sky_brightness::{DARK_V_MAG_ARCSEC2, K_V_MAG_AIRMASS};
 use satphot::visibility::telescope::preset;
 
@@ -76,6 +76,9 @@ pub struct PlanNight {
     /// Smallest altitude of a target [deg]
     #[arg(long, value_name = "DEG", default_value_t = 20.0, allow_hyphen_values = true)]
     min_alt: f64,
+    /// Local horizon: azimuth (from north through east) and altitude of what hides the sky, interpolated between [deg]
+    #[arg(long, value_name = "AZ=ALT,...", value_delimiter = ',', value_parser = horizon_point, allow_hyphen_values = true)]
+    horizon: Vec<[f64; 2]>,
     /// Altitude of the Sun below which it is dark [deg], -6 or below [default: -6; in bands but V -18]
     #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
     sun_alt_deg: Option<f64>,
@@ -147,6 +150,12 @@ fn rule(text: &str) -> Result<Rule, String> {
     }
 }
 
+fn horizon_point(text: &str) -> Result<[f64; 2], String> {
+    let number = |text: &str| text.trim().parse::<f64>().ok();
+    let point = text.split_once('=').and_then(|(az, alt)| Some([number(az)?, number(alt)?]));
+    point.ok_or_else(|| "is not AZ=ALT in degrees, such as 90=25".into())
+}
+
 /// The order of printed rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Order {
@@ -178,7 +187,7 @@ impl PlanNight {
             None => self.telescope.instrument(&preset(&[])?, PRESET)?,
         };
         let dark = self.dark(&site, &place, &eop, &instrument)?;
-        let settings = self.settings(&instrument, config.as_ref());
+        let settings = self.settings(&instrument, config.as_ref())?;
         let (candidates, models) = self.candidates(&orbit, &site, config.as_ref(), &instrument)?;
         let bar = Bars::new(!self.quiet);
         let rows = with_threads(self.jobs, || plan(&candidates, &models.built, &dark.spans, &eop, &settings, &bar))??;
@@ -254,14 +263,15 @@ impl PlanNight {
         Ok(Dark { label: night.label, spans, sun_alt_deg })
     }
 
-    fn settings(&self, instrument: &Instrument, config: Option<&Config>) -> PlanSettings {
+    fn settings(&self, instrument: &Instrument, config: Option<&Config>) -> anyhow::Result<PlanSettings> {
         let of_config = config.and_then(|c| c.model.as_ref()?.k_mag_airmass);
-        PlanSettings {
+        Ok(PlanSettings {
             calculator: instrument.calculator,
             sky_band: instrument.sky_band.clone(),
             dark_sky_mag_arcsec2: self.dark_sky_mag,
             k_mag_airmass: self.k_mag_airmass.or(of_config).unwrap_or(K_V_MAG_AIRMASS),
             min_alt_rad: self.min_alt.to_radians(),
+            horizon: LocalHorizon::from_degrees(&self.horizon)?,
             moon_sep_rad: self.moon_sep_deg.to_radians(),
             max_rate_rad_s: self.max_rate_deg_s.to_radians(),
             exptime_s: self.exptime_s,
@@ -270,7 +280,13 @@ impl PlanNight {
             slew_s: self.slew_s,
             longest_s: 60.0 * self.longest_min,
             step_s: self.step_s,
-        }
+        })
+    }
+
+    /// The local horizon, for the page and the table.
+    fn horizon_text(&self) -> String {
+        let points: Vec<String> = self.horizon.iter().map(|[az, alt]| format!("{az}={alt}")).collect();
+        if points.is_empty() { String::new() } else { format!(" and the local horizon {}", points.join(", ")) }
     }
 
     /// The satellites of the elements, and the models they have.
@@ -371,6 +387,10 @@ impl PlanNight {
             ("tolerance", self.tolerance),
         ];
         numbers.into_iter().for_each(|(key, value)| meta.push(key, value));
+        if !self.horizon.is_empty() {
+            let degrees = |p: &[f64; 2]| MetaValue::List(vec![p[0].into(), p[1].into()]);
+            meta.push("horizon_az_alt_deg", MetaValue::List(self.horizon.iter().map(degrees).collect()));
+        }
         let telescope = instrument.settings.iter().map(|s| (s.name.to_owned(), s.value.into())).collect();
         meta.push("telescope", MetaValue::Map(telescope));
         meta
@@ -445,7 +465,7 @@ impl PlanNight {
     ) -> PlanPage<'a> {
         let mut used: Vec<(String, String)> = vec![
             ("Sun below".into(), format!("{} deg", dark.sun_alt_deg)),
-            ("target above".into(), format!("{} deg", self.min_alt)),
+            ("target above".into(), format!("{} deg{}", self.min_alt, self.horizon_text())),
             ("Moon at least".into(), format!("{} deg away", self.moon_sep_deg)),
             ("mount up to".into(), format!("{} deg/s", self.max_rate_deg_s)),
             ("S/N asked for".into(), format!("{} in {} s", self.snr, self.exptime_s)),

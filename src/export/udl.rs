@@ -131,11 +131,12 @@ fn record(
         ("expDuration", number(row.exptime_s)),
         ("mag", number(row.v_mag)),
         ("magUnc", number(total_err_mag(row))),
+        ("magNormRange", number(mag_1000km(row))),
         ("tags", Some(json!([format!("BAND_{}", facts.band)]))),
         (
             "descriptor",
             Some(json!(format!(
-                "{} magnitude ({}), apparent, outside the atmosphere; {}",
+                "{} magnitude ({}), apparent, outside the atmosphere; magNormRange at 1000 km; {}",
                 facts.calibration, facts.mag_system, facts.tool
             ))),
         ),
@@ -152,6 +153,12 @@ fn record(
         ("rawFileURI", text(&row.frame)),
         ("eoobservationDetails", (!details.is_empty()).then_some(Value::Object(details))),
     ]))
+}
+
+/// The magnitude reduced to 1000 km: m − 5 lg(range / 1 000 000 m), as the library defines `magNormRange`.
+fn mag_1000km(row: &PhotometryRow) -> Option<f64> {
+    let range_km = row.range_km.filter(|km| *km > 0.0)?;
+    Some(row.v_mag? - 5.0 * (range_km / 1000.0).log10())
 }
 
 /// Brightness of the sky under the aperture as it arrives, without extinction subtracted \[mag/arcsec²\]:

@@ -87,6 +87,11 @@ impl Free {
         self.kind == Kind::Scale
     }
 
+    /// Whether it is an angle of an attitude.
+    pub(super) fn is_angle(&self) -> bool {
+        matches!(self.kind, Kind::Pitch | Kind::SunOffset)
+    }
+
     /// Whether a surface depends on it.
     pub(super) fn is_of(&self, surface: usize) -> bool {
         self.surfaces.contains(&surface)

@@ -83,8 +83,8 @@ fn folds(observations: &[Observation]) -> Option<Vec<usize>> {
     Some(folds)
 }
 
-/// The residuals of each row by the fit to the other parts; empty where one of those fails.
-pub(super) fn left_out<F>(observations: &[Observation], problem: &MixedFit<F>) -> Vec<f64>
+/// The residuals of each row by the fit to the other parts, which begins at the fit to all; empty where one of those fails.
+pub(super) fn left_out<F>(observations: &[Observation], problem: &MixedFit<F>, theta: &[f64]) -> Vec<f64>
 where
     F: Fn(&[f64], usize) -> Option<(f64, Vec<f64>)>,
 {
@@ -99,7 +99,7 @@ where
             rows.push(Row { pass: *numbers.entry(problem.rows[*i].pass).or_insert(next), ..problem.rows[*i] });
         }
         let model = |theta: &[f64], k: usize| (problem.model)(theta, kept[k]);
-        let part = MixedFit { rows: &rows, names: problem.names, start: problem.start.clone(), model };
+        let part = MixedFit { rows: &rows, names: problem.names, start: theta.to_vec(), model };
         let Ok(fit) = fit(&part) else { return Vec::new() };
         for i in (0..folds.len()).filter(|i| folds[*i] == fold) {
             residuals[i] = problem.rows[i].mag - (problem.model)(&fit.theta, i).map_or(f64::NAN, |(mu, _)| mu);
@@ -164,7 +164,7 @@ pub fn phase_law(observations: &[Observation], [degree, sun_degree]: [usize; 2],
     start[0] = median(&mut rows.iter().map(|r| r.mag).collect::<Vec<_>>()).unwrap_or(0.0);
     let problem = MixedFit { rows: &rows, names: &names, start, model };
     let mut fit = fit(&problem).map_err(refused)?;
-    let left_out_mag = left_out(observations, &problem);
+    let left_out_mag = left_out(observations, &problem, &fit.theta);
     let residuals_mag =
         (0..rows.len()).map(|i| rows[i].mag - model(&fit.theta, i).map_or(f64::NAN, |(mu, _)| mu)).collect();
     fit.theta.iter_mut().zip(&unit).for_each(|(c, unit)| *c *= unit);

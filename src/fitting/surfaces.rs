@@ -7,7 +7,7 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use super::mixed::{MixedFit, fit};
+use super::mixed::{Fit, MixedFit, fit};
 use super::observations::Observation;
 use super::parameters::{Free, shape_at};
 use super::problem::{Problem, left_out, of_offsets, offsets, refused, rows_of};
@@ -18,6 +18,8 @@ use crate::config::Surface;
 /// Errors beyond which the data do not tell a parameter: a factor of e, and 45 degrees, in the units of the fit.
 const LARGEST_LN_ERR: f64 = 1.0;
 const LARGEST_ANGLE_ERR: f64 = 4.5;
+/// To either side of the stated attitude a fit begins again: 20 degrees, in the units of the fit.
+const START_ANGLE: f64 = 2.0;
 
 /// What the surface of this number sends in each observation if it is such, its area as stated.
 pub type FluxOf<'a> = dyn Fn(usize, &Surface) -> Result<Vec<f64>> + 'a;
@@ -117,6 +119,19 @@ impl Lights<'_> {
     }
 }
 
+/// Where a fit begins: as stated, and with each free angle to either side.
+fn starts(stated: &[f64], free: &[Free]) -> Vec<Vec<f64>> {
+    let mut starts = vec![stated.to_vec()];
+    for k in (0..free.len()).filter(|k| free[*k].is_angle()) {
+        for side in [-START_ANGLE, START_ANGLE] {
+            let mut start = stated.to_vec();
+            start[k] += side;
+            starts.push(start);
+        }
+    }
+    starts
+}
+
 /// Fits the free parameters of surfaces, and an offset of each of `tables` but the first.
 ///
 /// # Errors
@@ -147,23 +162,34 @@ pub fn fit_surfaces(
     let mut start: Vec<f64> = free.iter().map(|f| f.start).collect();
     start.resize(names.len(), 0.0);
     let model = |theta: &[f64], i: usize| lights.row(theta, i);
-    let problem = MixedFit { rows: &rows, names: &names, start, model };
-    let fitted = fit(&problem);
-    let mut fit = match (fitted, lights.problem.take()) {
-        (Ok(fit), _) => fit,
-        (Err(_), Some(error)) => return Err(error),
-        (Err(why), None) => return Err(refused(why)),
+    // a lobe may be found on the wrong side: angles begin at 0 and on either side, and the fit of the smallest scatter stands
+    let mut best: Option<Fit> = None;
+    let mut first_error = None;
+    for start in starts(&start, free) {
+        let fitted = fit(&MixedFit { rows: &rows, names: &names, start, model });
+        match (fitted, lights.problem.take()) {
+            (Ok(fit), _) if best.as_ref().is_none_or(|best| fit.scatter_mag() < best.scatter_mag()) => best = Some(fit),
+            (Ok(_), _) => {}
+            (Err(why), error) => {
+                first_error.get_or_insert(error.unwrap_or_else(|| refused(why)));
+            }
+        }
+    }
+    let mut fit = match (best, first_error) {
+        (Some(fit), _) => fit,
+        (None, error) => return Err(error.unwrap_or_else(|| refused("nothing is free".into()))),
     };
     let residuals_mag =
         (0..rows.len()).map(|i| rows[i].mag - model(&fit.theta, i).map_or(f64::NAN, |(mu, _)| mu)).collect();
-    let left_out_mag = left_out(observations, &problem);
+    let problem = MixedFit { rows: &rows, names: &names, start: fit.theta.clone(), model };
+    let left_out_mag = left_out(observations, &problem, &fit.theta);
     for (k, free) in free.iter().enumerate() {
         let (err, unit) = (fit.errs()[k], free.unit());
-        if unit == 1.0 && err > LARGEST_LN_ERR {
+        if !free.is_angle() && err > LARGEST_LN_ERR {
             let why = format!("its error is {err:.1}, and 1 is a factor of e; hold it");
             return Err(refused(format!("the data do not tell {}: {why}", free.name)));
         }
-        if unit > 1.0 && err > LARGEST_ANGLE_ERR {
+        if free.is_angle() && err > LARGEST_ANGLE_ERR {
             return Err(refused(format!(
                 "the data do not tell {}: its error is {:.0} deg; hold it",
                 free.name,

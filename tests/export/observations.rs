@@ -207,7 +207,7 @@ fn each_satellite_has_segments_of_its_own() {
 /// documented for `eo_observation_create` and the flags of its full form.
 const UDL_FIELDS: &str = "classificationMarking:s dataMode:s obTime:s source:s satNo:i origObjectId:s origSensorId:s \
     senlat:n senlon:n senalt:n azimuth:n azimuthMeasured:b elevation:n elevationMeasured:b range:n rangeMeasured:b \
-    expDuration:n mag:n magUnc:n tags:a descriptor:s zeroptd:n zeroPtdUnc:n primaryExtinction:n primaryExtinctionUnc:n \
+    expDuration:n mag:n magUnc:n magNormRange:n tags:a descriptor:s zeroptd:n zeroPtdUnc:n primaryExtinction:n primaryExtinctionUnc:n \
     skyBkgrnd:n solarPhaseAngle:n umbra:b penumbra:b trackId:s collectMethod:s rawFileURI:s eoobservationDetails:o";
 const UDL_DETAILS: &str = "gain:n magInstrumental:n snrEst:n ccdObjPosX:n ccdObjPosY:n pcalNumStars:i \
     distFromStreakCenter:a surfBrightness:a solarDiskFrac:n timesUnc:n sunElevation:n";
@@ -268,6 +268,9 @@ fn a_record_has_documented_fields_of_the_right_kind_and_the_numbers_of_the_row()
     let (first, second) = (&records[0], &records[1]);
     assert_eq!(first["mag"], 11.934);
     assert!((first["magUnc"].as_f64().unwrap() - 0.021f64.hypot(0.17)).abs() < 1e-15);
+    // reduced to 1000 km, as the library defines it
+    let reduced = 11.934 - 5.0 * (first["range"].as_f64().unwrap() / 1000.0).log10();
+    assert!((first["magNormRange"].as_f64().unwrap() - reduced).abs() < 1e-12);
     assert_eq!((&first["senalt"], &first["satNo"]), (&serde_json::json!(0.07), &serde_json::json!(25544)));
     assert_eq!((&first["umbra"], &first["penumbra"]), (&serde_json::json!(true), &serde_json::json!(false)));
     assert_eq!((&second["umbra"], &second["penumbra"]), (&serde_json::json!(false), &serde_json::json!(true)));

@@ -269,3 +269,34 @@ fn table_page_and_print_agree_for_any_number_of_threads() {
     );
     assert!(told.out.contains(&format!("{seen} observable")) || told.out.contains("observable passes"), "{}", told.out);
 }
+
+#[test]
+fn a_local_horizon_hides_what_is_below_it_and_moves_the_best_moment_above() {
+    let text = shell(60);
+    let more = |horizon: &'static [&'static str]| [&V2[..], &["--zp-mag", "22.4", "--min-alt", "20"], horizon].concat();
+    let open = rows(&planned(&text, &more(&[])).expect(0, &[]).out);
+    // a wall of 50 deg to the east, nothing to the west
+    let walled = rows(&planned(&text, &more(&["--horizon", "0=0,10=50,170=50,180=0"])).expect(0, &[]).out);
+    assert_eq!(open.len(), walled.len(), "every pass has a row");
+    let hidden = |r: &Cells| (10.0..170.0).contains(&number(r, "az_deg")) && number(r, "alt_deg") < 50.0;
+    assert!(of_status(&open, "observable").iter().any(|r| hidden(r)), "the wall stands before something");
+    assert!(of_status(&walled, "observable").iter().all(|r| !hidden(r)));
+    let below: Vec<&Cells> = of_status(&walled, "not_up").into_iter().filter(|r| !r["az_deg"].is_empty()).collect();
+    assert!(!below.is_empty() && below.iter().all(|r| r["reason"].contains("below the local horizon")));
+    // what the wall does not hide is as it was
+    let key = |r: &Cells| (r["norad_cat_id"].clone(), r["date_best"].clone(), r["model_v_mag"].clone());
+    let west = |all: &[Cells]| -> Vec<_> {
+        let mut keys: Vec<_> = of_status(all, "observable")
+            .into_iter()
+            .filter(|r| number(r, "max_alt_deg") < 45.0 && (190.0..350.0).contains(&number(r, "az_deg")))
+            .map(key)
+            .collect();
+        keys.sort();
+        keys
+    };
+    assert!(!west(&open).is_empty() && west(&open).iter().all(|k| west(&walled).contains(k)));
+    for (wrong, word) in [("90", "AZ=ALT"), ("90=95", "outside 0 to 90"), ("0=1,360=2", "twice")] {
+        let refused = [&V2[..], &["--horizon", wrong]].concat();
+        planned(&text, &refused).expect(2, &["horizon", word]);
+    }
+}

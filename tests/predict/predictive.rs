@@ -13,7 +13,7 @@ use crate::support::satphot;
 const RADIUS_KM: f64 = 6371.0;
 
 /// A satellite in full sunlight at a phase angle, seen this far from its nadir.
-fn scene(height_km: f64, off_nadir_rad: f64, phase_rad: f64) -> Scene {
+pub fn scene(height_km: f64, off_nadir_rad: f64, phase_rad: f64) -> Scene {
     let r = RADIUS_KM + height_km;
     let satellite_km = Vector::new(r, 0.0, 0.0);
     let toward = |rad: f64| Vector::new(-rad.cos(), rad.sin(), 0.0);

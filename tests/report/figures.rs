@@ -202,6 +202,39 @@ fn magnitudes_are_placed_in_proportion() {
     assert!(((y[2] - y[1]) - 2.0 * (y[1] - y[0])).abs() <= 0.301, "{y:?}");
 }
 
+/// Places of the first band of a figure: the way there along its bright edge, and back along the faint one.
+fn band(svg: &str) -> Vec<(f64, f64)> {
+    let line = svg.lines().find(|l| l.contains("<polygon") && l.contains("0.2")).expect("a band");
+    let points = line.split("points=\"").nth(1).unwrap().split('"').next().unwrap();
+    let place = |p: &str| p.split_once(',').map(|(x, y)| (x.parse().unwrap(), y.parse().unwrap())).unwrap();
+    points.split_whitespace().map(place).collect()
+}
+
+#[test]
+fn the_error_of_a_prediction_is_a_band_of_its_width_about_the_model() {
+    // magnitudes 5 and 6 give the scale of the axis
+    let mut rows = pass(60_837.3, 2, 1);
+    for (row, v_mag) in rows.iter_mut().zip([5.0, 6.0]) {
+        (row.v_mag, row.model_v_mag, row.v_pred_err_mag) = (Some(v_mag), Some(v_mag), Some(0.5));
+    }
+    let path = place("predicted.svg");
+    light_curve(&path, &rows, "Predicted").unwrap();
+    let svg = fs::read_to_string(&path).unwrap();
+    assert!(svg.contains("68 % of observations") && !svg.contains("model ± error"));
+    let y: Vec<f64> = observed_circles(&svg).iter().map(|c| c.1).collect();
+    let (edges, one_mag) = (band(&svg), y[1] - y[0]);
+    assert_eq!(edges.len(), 4);
+    // there, and back
+    for (k, back) in [(0, 3), (1, 2)] {
+        assert!((y[k] - edges[k].1 - 0.5 * one_mag).abs() < 0.3, "{edges:?} {y:?}");
+        assert!((edges[back].1 - y[k] - 0.5 * one_mag).abs() < 0.3, "{edges:?} {y:?}");
+    }
+    // a satellite that nobody compared has none, but for the numerical error
+    rows.iter_mut().for_each(|row| row.v_pred_err_mag = None);
+    light_curve(&path, &rows, "Predicted").unwrap();
+    assert!(fs::read_to_string(&path).unwrap().contains("model ± error"));
+}
+
 #[test]
 fn a_wild_rejected_point_does_not_squeeze_the_others() {
     let mut rows = pass(60_837.3, 6, 1);

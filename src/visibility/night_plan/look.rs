@@ -75,9 +75,17 @@ impl Look {
         self.geometry.rate_rad_s <= settings.max_rate_rad_s
     }
 
+    /// Not hidden by what stands around the telescope.
+    pub fn above_horizon(&self, settings: &PlanSettings) -> bool {
+        self.geometry.alt_rad >= settings.horizon.alt_rad(self.geometry.az_rad)
+    }
+
     /// All that is asked for.
     pub fn observable(&self, settings: &PlanSettings) -> bool {
-        self.snr.is_some_and(|snr| snr >= settings.snr) && self.away_from_moon(settings) && self.slow(settings)
+        self.snr.is_some_and(|snr| snr >= settings.snr)
+            && self.above_horizon(settings)
+            && self.away_from_moon(settings)
+            && self.slow(settings)
     }
 
     /// What the model left out, and why.

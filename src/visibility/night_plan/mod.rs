@@ -4,6 +4,7 @@
 //! that Sun and Moon are computed once a step, and more closely where it brightens steeply; its best moment is that of the largest signal-to-noise ratio in one exposure, to a second, its ends are known to a step. Geometric
 //! altitudes. Not included: weather, other satellites in the field, the errors of old elements.
 
+mod horizon;
 mod look;
 mod rank;
 mod settings;
@@ -21,6 +22,7 @@ use crate::orbit::{EarthOrientation, Pass, Tracker, passes};
 use crate::tables::PlanRow;
 use crate::tables::words::PlanStatus;
 
+pub use horizon::LocalHorizon;
 pub use settings::PlanSettings;
 
 use look::{Look, look};
@@ -217,8 +219,12 @@ fn judged(looks: &[Look], modelled: bool, settings: &PlanSettings) -> (PlanStatu
         (0..looks.len()).reduce(|a, b| if alt(b) > alt(a) { b } else { a }).unwrap_or_default()
     };
     let enough = |l: &Look| l.snr.is_some_and(|snr| snr >= settings.snr);
-    let Some((brightest, most)) = best(&|_| true) else {
-        return match looks.iter().position(|l| l.saturated) {
+    let above = |l: &Look| l.above_horizon(settings);
+    if !looks.iter().any(above) {
+        return (PlanStatus::NotUp, highest());
+    }
+    let Some((brightest, most)) = best(&above) else {
+        return match looks.iter().position(|l| l.saturated && above(l)) {
             Some(first) => (PlanStatus::TooBright, first),
             None => (if modelled { PlanStatus::NoLight } else { PlanStatus::NoModel }, highest()),
         };
@@ -228,7 +234,7 @@ fn judged(looks: &[Look], modelled: bool, settings: &PlanSettings) -> (PlanStatu
     }
     match best(&|l| l.observable(settings)) {
         Some((i, _)) => (PlanStatus::Observable, i),
-        None if looks.iter().any(|l| enough(l) && l.slow(settings)) => (PlanStatus::NearMoon, brightest),
+        None if looks.iter().any(|l| enough(l) && above(l) && l.slow(settings)) => (PlanStatus::NearMoon, brightest),
         None => (PlanStatus::TooFast, brightest),
     }
 }
@@ -296,6 +302,11 @@ fn reason(status: PlanStatus, looks: &[Look], best: usize, settings: &PlanSettin
             settings.max_rate_rad_s.to_degrees()
         ),
         PlanStatus::TooBright => format!("saturates in {} s, the shortest exposure", settings.min_exptime_s),
+        PlanStatus::NotUp => format!(
+            "below the local horizon: altitude {:.1} deg, the horizon there is at {:.1} deg",
+            look.geometry.alt_rad.to_degrees(),
+            settings.horizon.alt_rad(look.geometry.az_rad).to_degrees()
+        ),
         PlanStatus::NoLight => look.skipped(),
         _ => String::new(),
     }

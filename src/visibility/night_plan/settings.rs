@@ -1,5 +1,6 @@
 //! What the observer of a plan has and accepts. Radians, seconds, magnitudes.
 
+use super::horizon::LocalHorizon;
 use crate::visibility::tracked::Calculator;
 
 /// What the observer has and accepts.
@@ -15,6 +16,8 @@ pub struct PlanSettings {
     pub k_mag_airmass: f64,
     /// Smallest altitude of a target \[rad\].
     pub min_alt_rad: f64,
+    /// What hides the sky above it.
+    pub horizon: LocalHorizon,
     /// Smallest distance of the Moon, while it is up \[rad\].
     pub moon_sep_rad: f64,
     /// Fastest the mount follows against the stars \[rad/s\].
