@@ -3,7 +3,7 @@
 # in one frame, still and drifting, with star trails and cosmic rays, and passes without a target. Prints a line per case: passes,
 # how many found at the place and elsewhere, bias of the flux in units of its error, share within one error, S/N, and by how much
 # the limit is deeper than that of one frame. Then what is no target: satellites that cross, charge spilt from saturated trails,
-# reflections of the pupil, each alone and with a target next to it.
+# each alone and with a target next to it.
 #
 # usage: scripts/prove_pass_stack.sh [PASSES=200]
 #

@@ -50,6 +50,8 @@ pub struct HotPixels {
     pub pixels: Vec<Peak>,
     /// Parts of columns that are brighter or darker than those around them, by column and row.
     pub columns: Vec<BadColumn>,
+    /// Why there are no columns, where more deviate than any camera has bad ones; else empty.
+    pub no_columns: String,
 }
 
 impl HotPixels {
@@ -79,7 +81,14 @@ impl HotPixels {
                 100.0 * LARGEST_SHARE
             ));
         }
-        Ok(Self { size_px: first.size_px, binning: first.binning, n_fields: frames.len(), pixels, columns: Vec::new() })
+        Ok(Self {
+            size_px: first.size_px,
+            binning: first.binning,
+            n_fields: frames.len(),
+            pixels,
+            columns: Vec::new(),
+            no_columns: String::new(),
+        })
     }
 
     /// Whether it is one of the detector as this frame was read out.

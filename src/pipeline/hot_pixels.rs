@@ -51,6 +51,9 @@ pub fn with_hot_pixels(
         };
         let Some(map) = map else { continue };
         products.store(&name, &key, &map);
+        if let Some(why) = map.as_ref().ok().map(|map| &map.no_columns).filter(|why| !why.is_empty()) {
+            notes.push(format!("warning: {why}"));
+        }
         match map {
             Err(why) => notes.push(format!("warning: {why}")),
             Ok(map) if map.pixels.is_empty() && map.columns.is_empty() => {}
@@ -131,8 +134,11 @@ fn map_of(night: &Flattened, fields: &[Vec<&Exposure>], options: &Options) -> Op
     let (found, columns): (Vec<(Vec<Peak>, f64)>, Vec<Vec<BadColumn>>) = fields.iter().filter_map(of_field).unzip();
     let first = fields.first()?.first()?;
     let map = || {
-        let columns = common_columns(first.size_px.0, &columns)?;
-        Ok(HotPixels { columns, ..HotPixels::common(first, &found)? })
+        let (columns, no_columns) = match common_columns(first.size_px.0, &columns) {
+            Ok(columns) => (columns, String::new()),
+            Err(why) => (Vec::new(), why),
+        };
+        Ok(HotPixels { columns, no_columns, ..HotPixels::common(first, &found)? })
     };
     (found.len() >= FEWEST_FIELDS).then(map)
 }

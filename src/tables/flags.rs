@@ -61,11 +61,9 @@ impl Flags {
     pub const CROSSED: Flags = Flags(1 << 23);
     /// Where nothing was found: what stood out is charge that spilt along columns or rows from saturated pixels.
     pub const BLOOMING: Flags = Flags(1 << 24);
-    /// Where nothing was found: what stood out is a round ring, the reflection of the telescope's pupil.
-    pub const GHOST: Flags = Flags(1 << 25);
 
     /// Every bit with its name, in order.
-    pub const NAMES: [(Flags, &'static str); 26] = [
+    pub const NAMES: [(Flags, &'static str); 25] = [
         (Self::SATURATED, "saturated"),
         (Self::MASKED, "masked"),
         (Self::EDGE, "edge"),
@@ -91,7 +89,6 @@ impl Flags {
         (Self::WCS_REPLACED, "wcs_replaced"),
         (Self::CROSSED, "crossed"),
         (Self::BLOOMING, "blooming"),
-        (Self::GHOST, "ghost"),
     ];
 
     /// Sets the bits of `other`.

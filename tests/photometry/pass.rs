@@ -211,22 +211,22 @@ fn report(name: &str, outcomes: &[Outcome]) {
 #[test]
 fn ten_frames_show_what_one_does_not_with_the_flux_and_error_that_are_true() {
     let pass = Pass { n: 10, fwhm: 3.0, snr: 2.5, drift: 0.0, trails: false, hits: 2 };
-    let all = passes(pass, 32, 77);
+    let all = passes(pass, 16, 77);
     report("10 frames of S/N 2.5", &all);
-    assert!(all.iter().filter(|o| o.found).count() >= 30);
+    assert!(all.iter().filter(|o| o.found).count() >= 15);
     let (bias, err, within) = of_pulls(&all.iter().map(|o| o.pull).collect::<Vec<_>>());
-    assert!(bias.abs() < 3.0 * err && (0.45..0.9).contains(&within), "{bias} {err} {within}");
+    assert!(bias.abs() < 3.0 * err && (0.35..0.97).contains(&within), "{bias} {err} {within}");
     // sqrt(10) = 3.16
     let gain = all.iter().map(|o| o.gain).sum::<f64>() / all.len() as f64;
     assert!((2.95..3.2).contains(&gain), "{gain}");
-    let empty = passes(Pass { snr: 0.0, ..pass }, 32, 770_077);
+    let empty = passes(Pass { snr: 0.0, ..pass }, 16, 770_077);
     report("10 empty frames", &empty);
-    assert!(empty.iter().filter(|o| o.detected).count() <= 2);
-    // 1.25 mag less what the larger number of places and the sky cost
+    assert!(empty.iter().filter(|o| o.detected).count() <= 1);
+    // 1.25 mag less what the sky costs, and by how much the threshold is not that of one frame
     let theory = empty.iter().map(|o| o.deeper_than_theory).sum::<f64>() / empty.len() as f64;
-    assert!((1.1..1.25).contains(&theory), "{theory}");
+    assert!((1.1..1.4).contains(&theory), "{theory}");
     let deeper: Vec<f64> = empty.iter().map(|o| o.limit_mag_deeper).filter(|m| m.is_finite()).collect();
-    assert!(deeper.len() > 25 && deeper.iter().sum::<f64>() / deeper.len() as f64 > 1.1);
+    assert!(deeper.len() > 12 && deeper.iter().sum::<f64>() / deeper.len() as f64 > 1.1);
 }
 
 #[test]

@@ -73,7 +73,7 @@ pub(crate) struct Cutout {
     pub known: Option<KnownDirection>,
     /// Where across the trails a faint one along that direction goes through the target [cells].
     pub trail_v: Option<f64>,
-    /// What candidates were that were no target: [`Flags::BLOOMING`], [`Flags::GHOST`].
+    /// What candidates were that were no target: [`Flags::BLOOMING`].
     pub artefacts: Flags,
     /// Whether each side (left, right, bottom, top) is the frame's own edge.
     pub at_edge: [bool; 4],

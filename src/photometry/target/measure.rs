@@ -131,7 +131,7 @@ const POINT_FWHM: f64 = 0.3;
 /// 4. Among trails the sky of each line of pixels is the level of that line on both sides of the aperture, and the error
 ///    is at least the scatter of empty apertures treated alike. Without trails the sky is an annulus. What the choice of
 ///    the aperture added to a faint flux, 2 σ over its significance where it is resolved, is subtracted.
-/// 5. What is charge spilt from saturated pixels or a reflection of the pupil is masked, [`Flags::CROSSED`] where a satellite
+/// 5. Charge spilt from saturated pixels is masked, [`Flags::CROSSED`] where a satellite
 ///    or an aircraft crosses. [`Flags::TRAIL`] where light of trails was subtracted, [`Flags::CONTAMINATED`] where that of trails and neighbours is
 ///    more than `contam_frac` of the flux, [`Flags::HIT`] for a pixel sharper than a star.
 ///
@@ -266,8 +266,8 @@ fn outlined(cutout: &mut Cutout, frame: &Frame<Electrons>, s: &TargetSettings, l
         if cutout.mask_hits(&segment.cells(), 1) {
             continue;
         }
-        if let Some(artefact) = cutout.artefact(frame, &segment.cells()) {
-            cutout.artefacts.set(artefact);
+        if cutout.is_spill(frame, &segment.cells()) {
+            cutout.artefacts.set(Flags::BLOOMING);
             cutout.mask_cells(&segment.cells());
             continue;
         }

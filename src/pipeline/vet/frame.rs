@@ -20,19 +20,14 @@ pub(super) fn findings(row: &PhotometryRow, t: &Vetting) -> Vec<Finding> {
 /// Saturation, edges, masked and hit pixels, the sky.
 fn pixels(row: &PhotometryRow, t: &Vetting) -> Vec<Finding> {
     let flags = Flags(row.flags);
-    let findings: [(Flags, Verdict, &str); 9] = [
+    let findings: [(Flags, Verdict, &str); 8] = [
         (Flags::SATURATED, Verdict::Reject, "saturated pixels in the aperture: light is lost (saturated)"),
         (Flags::EDGE, Verdict::Reject, "the aperture reaches over the edge of the frame (edge)"),
         (Flags::CLIP_EDGE, Verdict::Caution, "the aperture or its annulus reaches outside the clip circle (clip_edge)"),
         (Flags::HIT, Verdict::Caution, "a cosmic ray or hot pixel in the aperture (hit)"),
         (Flags::NO_ANNULUS, Verdict::Caution, "no usable sky annulus, the background mesh was taken (no_annulus)"),
         (Flags::CROSSED, Verdict::Reject, "a satellite or an aircraft crosses the target (crossed)"),
-        (
-            Flags::BLOOMING,
-            Verdict::Caution,
-            "charge spilt from saturated pixels was not taken for the target (blooming)",
-        ),
-        (Flags::GHOST, Verdict::Caution, "a reflection of the pupil was not taken for the target (ghost)"),
+        (Flags::BLOOMING, Verdict::Reject, "nothing but charge spilt from saturated pixels stands out (blooming)"),
         (Flags::NEGATIVE, Verdict::Caution, "the net flux is not positive (negative)"),
     ];
     let mut found: Vec<Finding> = findings

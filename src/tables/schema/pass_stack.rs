@@ -56,7 +56,7 @@ table! {
         /// 100 without a target exceeds
         threshold_sigma: Option<f64> => ["stat.snr;stat.min"],
         /// instrumental magnitude of the mean flux, -2.5 lg(flux_e_s); empty below target.detect_sigma
-        inst_mag: Option<f64> => "mag" ["phot.mag"],
+        inst_mag: Option<f64> => "mag" ["phot.mag;instr.det"],
         /// apparent V magnitude of the mean flux outside the atmosphere
         v_mag: Option<f64> => "mag" ["phot.mag;em.opt.V"],
         /// 1-sigma random error of inst_mag and v_mag
