@@ -58,8 +58,11 @@ impl Flags {
     /// The header's world coordinates were absent or wrong and have been replaced.
     pub const WCS_REPLACED: Flags = Flags(1 << 22);
 
+    /// The stars that trail through the frame are fainter than the zeropoint says, by more than four errors.
+    pub const CLOUD: Flags = Flags(1 << 23);
+
     /// Every bit with its name, in order.
-    pub const NAMES: [(Flags, &'static str); 23] = [
+    pub const NAMES: [(Flags, &'static str); 24] = [
         (Self::SATURATED, "saturated"),
         (Self::MASKED, "masked"),
         (Self::EDGE, "edge"),
@@ -83,6 +86,7 @@ impl Flags {
         (Self::LOW_ALTITUDE, "low_altitude"),
         (Self::OTHER_ZEROPOINT, "other_zeropoint"),
         (Self::WCS_REPLACED, "wcs_replaced"),
+        (Self::CLOUD, "cloud"),
     ];
 
     /// Sets the bits of `other`.
