@@ -351,7 +351,7 @@ impl Default for Zeropoint {
             no_flat_err_mag: 0.02,
             second_order: false,
             previous_err_mag: 0.03,
-            star_trails: true,
+            star_trails: false,
             weighted: true,
             min_stars: 5,
             max_rejected_frac: 0.5,
