@@ -5,4 +5,5 @@ pub mod catalogue;
 pub mod field_rotation;
 pub mod initial_pointing;
 pub mod plate;
+pub mod trailed;
 pub mod wcs;

@@ -284,6 +284,9 @@ pub struct Zeropoint {
     pub second_order: bool,
     /// Error added when the zeropoint is that of another night: how much photometric nights differ \[mag\].
     pub previous_err_mag: f64,
+    /// Measure the star trails of the target frames: the offset of each frame from the zeropoint, and where the target stands
+    /// among the stars.
+    pub star_trails: bool,
     /// Weight stars by their errors (robust estimator; OLS never does).
     pub weighted: bool,
     /// Fewest stars of a fit.
@@ -354,6 +357,7 @@ impl Default for Zeropoint {
             no_flat_err_mag: 0.02,
             second_order: false,
             previous_err_mag: 0.03,
+            star_trails: false,
             weighted: true,
             min_stars: 5,
             max_rejected_frac: 0.5,

@@ -1,7 +1,8 @@
 //! Observations for SCORE, the repository of the IAU's centre for dark skies: 27 columns of CSV.
 //!
 //! Times to the millisecond UTC, magnitudes to 1 mmag with random and systematic error in quadrature, place in degrees
-//! and metres. Position, range and range rate stay blank: they are for measured values alone.
+//! and metres. The position is given where star trails measured it; range and range rate stay blank: they are for measured
+//! values alone.
 //! Source: score.cps.iau.org, "Data format", and the server's own checks ([`super::score_check`]).
 
 use super::score_form::HEADER;
@@ -100,6 +101,13 @@ pub fn score_text(path: &Path, observations: &[ExportedRow<'_>], facts: &Facts, 
         put("observing_filter", shared.filter.clone().unwrap_or_else(|| filter(&row.filter, &facts.band)));
         put("observer_email", shared.email.clone());
         put("observer_orcid", shared.orcid.clone());
+        if let (Some(ra_deg), Some(dec_deg)) = (row.ra_deg, row.dec_deg) {
+            put("satellite_right_ascension_deg", format!("{ra_deg:.6}"));
+            put("satellite_declination_deg", format!("{dec_deg:.6}"));
+            let square = |err: Option<f64>| err.map_or(String::new(), |e| format!("{:.4}", e * e));
+            put("sigma_2_ra", square(row.ra_err_arcsec));
+            put("sigma_2_dec", square(row.dec_err_arcsec));
+        }
         put("comments", comment);
         put("data_archive_link", shared.link.clone());
         put("mpc_code", shared.mpc_code.clone());

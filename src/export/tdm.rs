@@ -1,8 +1,8 @@
 //! Magnitudes as a CCSDS tracking data message, version 2.0, in keyword = value notation.
 //!
 //! One segment per satellite, pass and exposure time, because INTEGRATION_INTERVAL belongs to the segment; in order of
-//! time. MAG is the apparent V magnitude. Uncertainties and the band have no keyword: COMMENT and the ECSV carry them.
-//! Source: CCSDS 503.0-B-2 (2020). It does not cover angles: none are measured.
+//! time. MAG is the apparent V magnitude, ANGLE_1 and ANGLE_2 are right ascension and declination where star trails measured them.
+//! Uncertainties and the band have no keyword: COMMENT and the ECSV carry them. Source: CCSDS 503.0-B-2 (2020).
 
 use std::collections::HashSet;
 use std::fmt::Write as _;
@@ -166,7 +166,8 @@ fn segment(path: &Path, rows: &[&PhotometryRow], pass: Utc, facts: &Facts) -> Re
         say(format!("COMMENT orbital elements older than 2 d ({:.1} d): the magnitudes are not affected", age_d.abs()));
     }
     say(format!("TRACK_ID = {}-{target}", pass.compact()));
-    say("DATA_TYPES = MAG".into());
+    let places = rows.iter().any(|r| place(r).is_some());
+    say(format!("DATA_TYPES = {}", if places { "ANGLE_1,ANGLE_2,MAG" } else { "MAG" }));
     say("TIME_SYSTEM = UTC".into());
     say(format!("START_TIME = {}", iso(*start)));
     say(format!("STOP_TIME = {}", iso(*stop)));
@@ -176,6 +177,10 @@ fn segment(path: &Path, rows: &[&PhotometryRow], pass: Utc, facts: &Facts) -> Re
     say("PATH = 2,1".into());
     say(format!("RECEIVE_BAND = {}", facts.band));
     say("TIMETAG_REF = RECEIVE".into());
+    if places {
+        say("ANGLE_TYPE = RADEC".into());
+        say("REFERENCE_FRAME = ICRF".into());
+    }
     if let Some(exptime_s) = row.exptime_s {
         say(format!("INTEGRATION_INTERVAL = {exptime_s:?}"));
         say("INTEGRATION_REF = MIDDLE".into());
@@ -184,12 +189,21 @@ fn segment(path: &Path, rows: &[&PhotometryRow], pass: Utc, facts: &Facts) -> Re
     say("META_STOP".into());
     say("DATA_START".into());
     for (row, utc) in rows.iter().zip(&times) {
+        if let Some((ra_deg, dec_deg)) = place(row) {
+            say(format!("ANGLE_1 = {} {ra_deg:.6}", iso(*utc)));
+            say(format!("ANGLE_2 = {} {dec_deg:.6}", iso(*utc)));
+        }
         if let Some(mag) = row.v_mag {
             say(format!("MAG = {} {:.3}", iso(*utc), rounded(mag, 3)));
         }
     }
     say("DATA_STOP".into());
     Ok(text)
+}
+
+/// Right ascension and declination \[deg\], where they were measured.
+fn place(row: &PhotometryRow) -> Option<(f64, f64)> {
+    row.ra_deg.zip(row.dec_deg)
 }
 
 /// `VALIDATED` if every row was judged to be used, `RAW` if nobody judged some of them, `DEGRADED` otherwise.

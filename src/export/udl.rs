@@ -1,8 +1,8 @@
 //! Observations as EOObservation records of the Unified Data Library: a JSON array, one object per line.
 //!
 //! Degrees, km (the height of the sensor too), seconds, magnitudes. Magnitudes are V, so each record carries the tag
-//! BAND_V: the library means Gaia G where nothing is said. Angles and range follow from the elements and are marked as
-//! not measured. Source: unifieddatalibrary.com, `eo_observation_create` (2025). It does not cover the upload.
+//! BAND_V: the library means Gaia G where nothing is said. Azimuth, elevation and range follow from the elements and are marked
+//! as not measured; right ascension and declination are there where star trails measured them. Source: unifieddatalibrary.com, `eo_observation_create` (2025). It does not cover the upload.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -96,6 +96,7 @@ fn record(
     let text = |t: &str| (!t.is_empty()).then(|| json!(t));
     let number = |v: Option<f64>| v.map(|v| json!(v));
     let zeropoint = facts.zeropoint;
+    let place = row.ra_deg.zip(row.dec_deg);
     let [umbra, penumbra] = shadow(row).map(|known| known.map(|b| json!(b)));
     let details = filled([
         ("gain", number(row.e_per_adu)),
@@ -126,6 +127,12 @@ fn record(
         ("azimuthMeasured", known(row.az_deg.is_some())),
         ("elevation", number(row.alt_deg)),
         ("elevationMeasured", known(row.alt_deg.is_some())),
+        ("ra", number(place.map(|p| p.0))),
+        ("raUnc", number(place.and(row.ra_err_arcsec).map(|e| e / 3600.0))),
+        ("raMeasured", place.map(|_| json!(true))),
+        ("declination", number(place.map(|p| p.1))),
+        ("declinationUnc", number(place.and(row.dec_err_arcsec).map(|e| e / 3600.0))),
+        ("declinationMeasured", place.map(|_| json!(true))),
         ("range", number(row.range_km)),
         ("rangeMeasured", known(row.range_km.is_some())),
         ("expDuration", number(row.exptime_s)),

@@ -6,12 +6,13 @@ use std::path::Path;
 
 use hifitime::Epoch;
 
-use super::earth::{EarthOrientation, Site};
+use super::earth::{EarthOrientation, Site, alt_az, teme_to_itrs};
 use super::elements::neighbours::{Standing, standings};
 use super::elements::{Elements, check_age, element_names, elements_from_bytes, only_object, read_elements_for};
 use super::geometry::{Geometry, alt_az_range, geometry};
 use super::propagate::Propagator;
-use super::sky::{SkyBodies, bodies};
+use super::sky::{SkyBodies, altaz_to_icrs, bodies, topocentric};
+use crate::base::constants::SPEED_OF_LIGHT_KM_S;
 use crate::base::error::{Error, Result};
 use crate::config;
 
@@ -174,6 +175,20 @@ impl Tracker {
         let i = self.index_at(epoch)?;
         let state = self.propagators[i].state(epoch)?;
         geometry(&self.site, &self.eop, epoch, &state, sky, self.sets[i].age_d(epoch))
+    }
+
+    /// Where the satellite stands among the stars \[deg\]: ICRS right ascension and declination as a catalogue of stars gives
+    /// them, topocentric, with the time its light takes: `r(t − τ)`, τ = range/c, without aberration.
+    ///
+    /// # Errors
+    /// As [`Tracker::at`].
+    pub fn icrs_at(&self, epoch: &Epoch) -> Result<(f64, f64)> {
+        let (position_km, velocity_km_s) = self.propagators[self.index_at(epoch)?].state(epoch)?;
+        let (_, _, range_km) = alt_az_range(&self.site, &self.eop, epoch, &position_km);
+        let then_km = position_km - velocity_km_s * (range_km / SPEED_OF_LIGHT_KM_S);
+        let line = topocentric(&self.site, &teme_to_itrs(epoch, &self.eop).apply(&then_km));
+        let (alt_rad, az_rad) = alt_az(&self.site.to_enu(&line));
+        Ok(altaz_to_icrs(&self.site, &self.eop, epoch, alt_rad, az_rad))
     }
 
     /// The same from another site, with the Sun and the Moon of that moment.

@@ -7,6 +7,7 @@ use super::prepared::{Calibrated, Flattened, Prepared};
 use super::survey::files::Survey;
 use super::target::frame::target_settings;
 use super::target::window::reach_px;
+use crate::astrometry::trailed::image::{BYTES_PER_PX, MOST_PIXELS};
 use crate::base::error::{Error, Result};
 use crate::fits::tall::decoding_bytes;
 use crate::frames::Exposure;
@@ -177,15 +178,17 @@ fn stars(night: &Prepared, exposures: &[&Exposure], flat: bool) -> Need {
     }
 }
 
-/// A target frame may be read whole, and is then searched as well.
+/// A target frame may be read whole, and is then searched or its star trails measured as well.
 fn targets(night: &Prepared, fwhm_arcsec: Option<f64>, exposures: &[&Exposure], flat: bool) -> Need {
     let (px, width) = largest_box(night, exposures);
     let reach = exposures.iter().map(|e| reach_px(&target_settings(e, night, fwhm_arcsec))).fold(0.0, f64::max);
     let side = (2.0 * reach).min(1e9) as usize;
     let search = px.min(side.min(width) * side);
+    let by_trails = night.catalogue.is_some() && night.config.zeropoint.star_trails;
+    let trails = if by_trails { px.min(MOST_PIXELS) * BYTES_PER_PX } else { 0 };
     Need {
         held: held(night, px, flat, exposures),
-        frame: px * FRAME_BYTES_PER_PX + search * (FRAME_BYTES_PER_PX + SEARCH_BYTES_PER_PX),
+        frame: px * FRAME_BYTES_PER_PX + (search * (FRAME_BYTES_PER_PX + SEARCH_BYTES_PER_PX)).max(trails),
         // a row of boxes of the mesh
         thread: THREAD_BYTES + FRAME_BYTES_PER_PX * night.config.photometry.mesh_px * width,
     }

@@ -2,6 +2,7 @@
 //!
 //! `photometry` and `brightness` do not know each other; what they say of one satellite meets here.
 
+pub mod along_track;
 pub mod arrivals;
 pub mod compare;
 pub mod detector;

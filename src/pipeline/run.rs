@@ -12,6 +12,7 @@ use crate::config::digest::config_sha256;
 use crate::figures::Thumb;
 use crate::frames::Exposure;
 use crate::frames::flat::FlatMember;
+use crate::pipeline::along_track::along_track_note;
 use crate::pipeline::compare::residual_rows;
 use crate::pipeline::detector::checks::check as check_detector;
 use crate::pipeline::detector::gain_check::GainCheck;
@@ -195,6 +196,7 @@ impl<'a> Run<'a> {
         judge_whole_night(&mut frames, self.config, &mut log.notes);
         let rows = frames.iter().map(|f| &f.row).zip(&survey.targets);
         log.notes.extend(off_target_note(rows, self.config));
+        log.notes.extend(along_track_note(&frames.iter().map(|f| f.row.clone()).collect::<Vec<_>>()));
         let read: Vec<&Exposure> =
             survey.flats.iter().chain(survey.pointings.iter().flatten()).chain(&survey.targets).collect();
         log.notes.extend(with_threads(options.jobs, || damage_notes(&read))?);

@@ -254,10 +254,10 @@ impl Reduced {
     }
 }
 
-/// What the row of a target frame depends on besides the frame: elements, satellite, flat, stars and zeropoint.
+/// What the row of a target frame depends on besides the frame: elements, satellite, catalogue, flat, stars and zeropoint.
 fn depends(night: &Calibrated, products: &FrameCache) -> Vec<String> {
     let files = named_files(&night.config).into_iter();
-    let files = files.filter(|(key, _)| key.starts_with("orbit.") || key.starts_with("model."));
+    let files = files.filter(|(key, _)| ["orbit.", "model.", "stars."].iter().any(|k| key.starts_with(k)));
     let mut all: Vec<String> = files.map(|(_, path)| products.sha256(&path).unwrap_or_default()).collect();
     all.push(night.flat_sha256.clone());
     all.push(night.zero.key.clone());

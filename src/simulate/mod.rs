@@ -3,6 +3,7 @@
 //! Every random number comes from a stream of the scenario's seed that belongs to one frame and one row, so the bytes
 //! do not depend on the number of threads. It does not cover optical distortion, charge transfer, dark current, clouds.
 
+mod catalogue_trails;
 mod field;
 mod flux;
 mod frames;

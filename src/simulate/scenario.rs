@@ -292,10 +292,26 @@ pub struct Target {
     pub smear_arcsec: f64,
     /// Distance from the frame's centre, scatter \[arcsec\].
     pub off_centre_arcsec: f64,
+    /// The stars that trail through the frames are stars of the catalogue, on the paths that the satellite's own path makes.
+    #[serde(default)]
+    pub catalogue_trails: bool,
+    /// Share of the frames that a cloud dims.
+    #[serde(default)]
+    pub cloudy_frac: f64,
+    /// Thinnest and thickest cloud \[mag\].
+    #[serde(default = "cloud_range_mag")]
+    pub cloud_range_mag: [f64; 2],
+    /// Time in the headers less the true time \[s\].
+    #[serde(default)]
+    pub clock_err_s: f64,
 }
 
 fn moffat_beta() -> f64 {
     3.5
+}
+
+fn cloud_range_mag() -> [f64; 2] {
+    [0.1, 1.0]
 }
 
 fn band_v() -> String {
@@ -440,6 +456,10 @@ impl Scenario {
         range("target.min_alt_deg", self.target.min_alt_deg, 1.0, 89.0, "deg")?;
         range("target.exptime_range_s[0]", self.target.exptime_range_s[0], 1e-6, self.target.exptime_range_s[1], "s")?;
         range("target.scatter_mag", self.target.scatter_mag, 0.0, 10.0, "mag")?;
+        range("target.cloudy_frac", self.target.cloudy_frac, 0.0, 1.0, "")?;
+        range("target.cloud_range_mag[0]", self.target.cloud_range_mag[0], 0.0, self.target.cloud_range_mag[1], "mag")?;
+        range("target.cloud_range_mag[1]", self.target.cloud_range_mag[1], 0.0, 10.0, "mag")?;
+        range("target.clock_err_s", self.target.clock_err_s, -3_600.0, 3_600.0, "s")?;
         range("target.size_m[0]", self.target.size_m[0], 0.001, 1e5, "m")?;
         range("target.size_m[1]", self.target.size_m[1], 0.001, 1e5, "m")?;
         for (key, list) in [("pointings", &self.pointings.gain_settings), ("target", &self.target.gain_settings)] {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use hifitime::Epoch;
 use rand::Rng;
 
-use super::field::draw_trails;
+use super::field::{Star, Trail, draw_trails};
 use super::flux::rate_e_s;
 use super::frames::{FrameSimulator, mount_cards, scatter};
 use super::noise::stream;
@@ -33,6 +33,20 @@ use crate::tables::{RenderedTruth, TargetTruth};
 const TARGET_WELL_FRAC: f64 = 0.3;
 /// Time before and after mid-exposure over which the motion among the stars is taken \[s\].
 const MOTION_S: f64 = 0.05;
+
+/// Random streams of the clouds lie beyond those of the frames.
+const CLOUD_STREAM: u64 = 8_000_000;
+
+/// A star of a tracked frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FieldStar {
+    /// Right ascension \[deg\].
+    pub ra_deg: f64,
+    /// Declination \[deg\].
+    pub dec_deg: f64,
+    /// Electrons of the exposure.
+    pub flux_e: f64,
+}
 
 /// A tracked frame before it is drawn.
 #[derive(Debug, Clone, Copy)]
@@ -108,7 +122,8 @@ impl FrameSimulator<'_> {
         let coloured_mag = s.band_minus_v_mag(b_v_mag) - s.band_minus_v_mag(solar_b_v);
         let v_mag = shown_v_mag.map(|v| v + coloured_mag + t.offset_mag + scatter(&mut rng, t.scatter_mag));
         let airmass = geometry.airmass.unwrap_or(f64::INFINITY);
-        let rate = v_mag.map_or(0.0, |v| rate_e_s(&s.photometric, v, b_v_mag, airmass));
+        let cloud_mag = self.cloud_mag(frame.k);
+        let rate = v_mag.map_or(0.0, |v| rate_e_s(&s.photometric, v + cloud_mag, b_v_mag, airmass));
 
         let psf = PixelPsf::new(&s.psf, self.scale_arcsec, 1.0 + scatter(&mut rng, s.psf.seeing_scatter_frac));
         let px_per_m = ARCSEC_PER_RAD / (geometry.range_km * 1e3) / self.scale_arcsec;
@@ -122,10 +137,15 @@ impl FrameSimulator<'_> {
 
         let mut image = self.sky(frame.mid, geometry.alt_rad, geometry.az_rad, exptime_s)?;
         let trail_px = self.trail_px(tracker, frame.mid, exptime_s)?;
-        for trail in draw_trails(s, &mut rng, trail_px) {
-            let mag = trail.v_mag + s.band_minus_v_mag(trail.b_v_mag);
-            let flux_e = rate_e_s(&s.photometric, mag, trail.b_v_mag, airmass) * exptime_s;
-            add_trail(&mut image, &psf, trail.centre_px, trail_px, flux_e);
+        let trails = draw_trails(s, &mut rng, trail_px);
+        let trail_e = |trail: &Trail| {
+            let mag = trail.v_mag + s.band_minus_v_mag(trail.b_v_mag) + cloud_mag;
+            rate_e_s(&s.photometric, mag, trail.b_v_mag, airmass) * exptime_s
+        };
+        if !t.catalogue_trails {
+            for trail in &trails {
+                add_trail(&mut image, &psf, trail.centre_px, trail_px, trail_e(trail));
+            }
         }
         let off = t.off_centre_arcsec / self.scale_arcsec;
         let smear = t.smear_arcsec / self.scale_arcsec * exptime_s.min(1.0);
@@ -139,6 +159,20 @@ impl FrameSimulator<'_> {
             smear_px: (smear * smear_angle.cos(), smear * smear_angle.sin()),
             flux_e: rate * exptime_s,
         };
+        if t.catalogue_trails {
+            let place = (body.x_px, body.y_px);
+            let stars = self.stars_of_trails(&trails, &mut rng, (tracker, frame.mid, frame.k), place)?;
+            let lit = |(star, trail): (&Star, &Trail)| FieldStar {
+                ra_deg: star.ra_deg,
+                dec_deg: star.dec_deg,
+                flux_e: trail_e(trail),
+            };
+            let of_field: Vec<FieldStar> = stars.iter().zip(&trails).map(lit).collect();
+            self.add_paths(&mut image, &psf, &of_field, (tracker, frame.mid, exptime_s), place)?;
+            if self.part.lists_stars {
+                truth.catalogue.extend(stars);
+            }
+        }
         let stem = format!("target_{:04}", frame.k);
         if let Some(rendered_satellite) = rendered_satellite {
             let on = rendered_satellite.on_frame(&psf, self.scale_arcsec, (body.x_px, body.y_px), body.smear_px)?;
@@ -149,7 +183,7 @@ impl FrameSimulator<'_> {
             add_body(&mut image, &psf, &body);
         }
 
-        let begin = shifted(frame.mid, -0.5 * exptime_s);
+        let begin = shifted(frame.mid, -0.5 * exptime_s + t.clock_err_s);
         let mut cards = self.cards(("Light Frame", "LIGHT"), name, begin, exptime_s, &gain);
         if s.headers == Headers::Nina {
             let (site, eop) = (tracker.site(), tracker.earth_orientation());
@@ -180,8 +214,22 @@ impl FrameSimulator<'_> {
             rate_deg_s: geometry.rate_rad_s.to_degrees(),
             airmass: geometry.airmass,
             trail_length_px: trail_px.0.hypot(trail_px.1),
+            cloud_mag,
         });
         Ok(path)
+    }
+
+    /// Extinction by a cloud in a frame \[mag\], for stars and target alike.
+    fn cloud_mag(&self, k: usize) -> f64 {
+        let t = &self.scenario.target;
+        if t.cloudy_frac <= 0.0 {
+            return 0.0;
+        }
+        let mut rng = stream(self.scenario.seed, self.id(CLOUD_STREAM + k as u64), None);
+        let [thin, thick] = t.cloud_range_mag;
+        let cloudy = rng.random::<f64>() < t.cloudy_frac;
+        let depth = thin + (thick - thin) * rng.random::<f64>();
+        if cloudy { depth } else { 0.0 }
     }
 
     /// How far a star moves on the detector during the exposure \[px\]: against the satellite's motion among the stars,

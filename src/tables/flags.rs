@@ -62,8 +62,11 @@ impl Flags {
     /// Where nothing was found: what stood out is charge that spilt along columns or rows from saturated pixels.
     pub const BLOOMING: Flags = Flags(1 << 24);
 
+    /// The stars that trail through the frame are fainter than the zeropoint says, by more than four errors.
+    pub const CLOUD: Flags = Flags(1 << 25);
+
     /// Every bit with its name, in order.
-    pub const NAMES: [(Flags, &'static str); 25] = [
+    pub const NAMES: [(Flags, &'static str); 26] = [
         (Self::SATURATED, "saturated"),
         (Self::MASKED, "masked"),
         (Self::EDGE, "edge"),
@@ -89,6 +92,7 @@ impl Flags {
         (Self::WCS_REPLACED, "wcs_replaced"),
         (Self::CROSSED, "crossed"),
         (Self::BLOOMING, "blooming"),
+        (Self::CLOUD, "cloud"),
     ];
 
     /// Sets the bits of `other`.

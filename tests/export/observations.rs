@@ -126,6 +126,43 @@ fn a_parser_we_did_not_write_reads_the_message_as_it_was_meant() {
 }
 
 #[test]
+fn a_measured_place_is_in_every_format_that_has_a_field_for_it() {
+    let placed = PhotometryRow {
+        ra_deg: Some(283.123_456),
+        dec_deg: Some(-33.5),
+        ra_err_arcsec: Some(0.36),
+        dec_err_arcsec: Some(0.72),
+        ..row()
+    };
+    let rows = [placed, later(9, 12.0)];
+    let records = udl(&rows, &facts());
+    assert_eq!(
+        (&records[0]["ra"], &records[0]["declination"]),
+        (&serde_json::json!(283.123_456), &serde_json::json!(-33.5))
+    );
+    assert!((records[0]["declinationUnc"].as_f64().unwrap() - 2e-4).abs() < 1e-12);
+    assert_eq!(records[0]["raMeasured"], true);
+    assert!(records[1].get("ra").is_none() && records[1].get("raMeasured").is_none());
+    follows(&records[0], UDL_FIELDS);
+    let text = score(&rows, &facts()).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    assert!(lines[1].contains("283.123456,-33.500000,0.1296,,0.5184"), "{text}");
+    assert!(!lines[2].contains("283."), "{text}");
+    let message = Tdm::from_kvn(&tdm(&rows, &facts()).unwrap()).unwrap();
+    message.validate().unwrap();
+    let angles: Vec<f64> = message.body.segments[0]
+        .data
+        .observations
+        .iter()
+        .filter_map(|o| match &o.data {
+            TdmObservationData::Angle1(angle) | TdmObservationData::Angle2(angle) => Some(*angle),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(angles, [283.123_456, -33.5]);
+}
+
+#[test]
 fn a_message_has_the_lines_of_the_shared_example() {
     let Some(example) = shared("mag_only.tdm") else { return };
     let rows = [row(), later(12, 11.707)];
@@ -208,7 +245,7 @@ fn each_satellite_has_segments_of_its_own() {
 const UDL_FIELDS: &str = "classificationMarking:s dataMode:s obTime:s source:s satNo:i origObjectId:s origSensorId:s \
     senlat:n senlon:n senalt:n azimuth:n azimuthMeasured:b elevation:n elevationMeasured:b range:n rangeMeasured:b \
     expDuration:n mag:n magUnc:n magNormRange:n tags:a descriptor:s zeroptd:n zeroPtdUnc:n primaryExtinction:n primaryExtinctionUnc:n \
-    skyBkgrnd:n solarPhaseAngle:n umbra:b penumbra:b trackId:s collectMethod:s rawFileURI:s eoobservationDetails:o";
+    ra:n raUnc:n raMeasured:b declination:n declinationUnc:n declinationMeasured:b skyBkgrnd:n solarPhaseAngle:n umbra:b penumbra:b trackId:s collectMethod:s rawFileURI:s eoobservationDetails:o";
 const UDL_DETAILS: &str = "gain:n magInstrumental:n snrEst:n ccdObjPosX:n ccdObjPosY:n pcalNumStars:i \
     distFromStreakCenter:a surfBrightness:a solarDiskFrac:n timesUnc:n sunElevation:n";
 

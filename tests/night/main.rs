@@ -21,6 +21,7 @@ mod recovery;
 mod resume;
 mod shard_faults;
 mod shards;
+mod star_trails;
 mod stars;
 mod vetting;
 mod watch;

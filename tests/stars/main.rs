@@ -15,6 +15,7 @@ mod matched_rows;
 mod plate_cases;
 mod plate_extremes;
 mod plate_frames;
+mod star_trails;
 mod wcs;
 mod zeropoint;
 mod zeropoint_coverage;

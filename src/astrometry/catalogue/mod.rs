@@ -24,6 +24,7 @@ use crate::base::error::{Error, Result};
 use crate::tables::read::{Row, Table};
 use layout::Layout;
 pub use sky::separation_deg;
+pub use tree::direction;
 
 /// How many reasons of skipped rows are kept.
 pub const SKIPPED_SHOWN: usize = 10;

@@ -8,7 +8,8 @@ use rstar::primitives::GeomWithData;
 pub struct Tree(pub(super) RTree<GeomWithData<[f64; 3], usize>>);
 
 /// Unit vector of a place.
-pub(super) fn direction(ra_deg: f64, dec_deg: f64) -> [f64; 3] {
+#[must_use]
+pub fn direction(ra_deg: f64, dec_deg: f64) -> [f64; 3] {
     let ((sin_a, cos_a), (sin_d, cos_d)) = (ra_deg.to_radians().sin_cos(), dec_deg.to_radians().sin_cos());
     [cos_d * cos_a, cos_d * sin_a, sin_d]
 }

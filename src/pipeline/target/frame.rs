@@ -2,9 +2,10 @@
 
 use std::fmt;
 
-use super::measurement::{Measurement, Setting};
+use super::measurement::{CalibratedMeasurement, Measurement, Setting};
 use super::outcome::TaggedFrame;
 use super::place::Place;
+use super::star_trails::frame_trails;
 use crate::base::error::{Error, Result};
 use crate::base::time::mjd_utc;
 use crate::frames::Exposure;
@@ -24,15 +25,21 @@ pub const ASSUMED_FWHM_ARCSEC: f64 = 2.5;
 pub fn measure_frame<'a>(exposure: &'a Exposure, night: &Calibrated) -> TaggedFrame<'a> {
     let place = Place::of(exposure, night);
     if place.problem.is_some() {
-        return TaggedFrame { exposure, place, measured: None };
+        return TaggedFrame { exposure, place, measured: None, trails: None };
     }
     let geometry = place.seen();
     // a damaged file must cost one row even where a library panics on it
     let measured = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| measure_target(geometry, exposure, night)));
     let (airmass, mjd_mid_d) = (geometry.and_then(|g| g.airmass), exposure.time.as_ref().map(|t| mjd_utc(t.mid)));
     let measured = measured.unwrap_or_else(|_| Err(internal(exposure)));
-    let measured = Some(measured.map(|m| m.calibrated(airmass, mjd_mid_d, night)));
-    TaggedFrame { exposure, place, measured }
+    let measured = measured.map(|m| m.calibrated(airmass, mjd_mid_d, night));
+    let fwhm_px = target_settings(exposure, night, night.seeing.fwhm_arcsec).fwhm_px;
+    let of_frame = |m: &CalibratedMeasurement| {
+        let look = std::panic::AssertUnwindSafe(|| frame_trails(exposure, geometry, (m, fwhm_px), night));
+        std::panic::catch_unwind(look).ok().flatten()
+    };
+    let trails = measured.as_ref().ok().and_then(of_frame);
+    TaggedFrame { exposure, place, measured: Some(measured), trails }
 }
 
 /// What is reported of a frame on which the program itself failed.

@@ -9,4 +9,5 @@ pub mod picture;
 pub mod pictures;
 pub mod place;
 pub mod row;
+pub mod star_trails;
 pub mod window;

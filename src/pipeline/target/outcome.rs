@@ -2,6 +2,7 @@
 
 use super::measurement::CalibratedMeasurement;
 use super::place::Place;
+use super::star_trails::FrameTrails;
 use crate::base::error::Result;
 use crate::brightness::Brightness;
 use crate::brightness::scene::scene;
@@ -20,6 +21,8 @@ pub struct TaggedFrame<'a> {
     pub place: Place,
     /// The measurement, or why there is none; `None` where the place has a problem.
     pub measured: Option<Result<CalibratedMeasurement>>,
+    /// What its star trails say; `None` where they were not looked for.
+    pub trails: Option<FrameTrails>,
 }
 
 /// A tagged frame with the model of its scene.
@@ -31,6 +34,8 @@ pub struct ComparedFrame<'a> {
     pub place: Place,
     /// The measurement, or why there is none; `None` where the place has a problem.
     pub measured: Option<Result<CalibratedMeasurement>>,
+    /// What its star trails say; `None` where they were not looked for.
+    pub trails: Option<FrameTrails>,
     /// The model's magnitudes, or why there are none; `None` without a model or a place.
     pub model: Option<Result<Brightness>>,
 }
@@ -39,9 +44,9 @@ impl<'a> TaggedFrame<'a> {
     /// With the model's magnitudes for the same place, if the night has a model.
     #[must_use]
     pub fn compared(self, night: &Calibrated) -> ComparedFrame<'a> {
-        let Self { exposure, place, measured } = self;
+        let Self { exposure, place, measured, trails } = self;
         let model = night.model.as_ref().zip(place.seen()).map(|(model, at)| model.brightness(&scene(at)));
-        ComparedFrame { exposure, place, measured, model }
+        ComparedFrame { exposure, place, measured, trails, model }
     }
 }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::measurement::CalibratedMeasurement;
 use super::outcome::ComparedFrame;
 use super::place::pointing_sep_deg;
+use super::star_trails::fill_trails;
 use crate::base::error::Error;
 use crate::base::file::file_name;
 use crate::base::time::{iso_utc, mjd_utc};
@@ -102,6 +103,7 @@ impl ComparedFrame<'_> {
             }
             (Some(Ok(measured)), None) => {
                 row = measured_columns(row, measured);
+                fill_trails(&mut row, self.trails.as_ref(), measured, night);
                 let bias_adu = measured.measured.gain.pedestal_adu;
                 // only an overscan gives a frame a bias level of its own
                 if bias_adu != night.detector.pedestal_adu() {

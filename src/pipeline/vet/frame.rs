@@ -88,6 +88,15 @@ fn circumstances(row: &PhotometryRow, t: &Vetting) -> Vec<Finding> {
         let words = format!("mid-exposure known to {err_s:.1} s only{} (time_uncertain)", moved.unwrap_or_default());
         found.push(Finding::caution(Flags::TIME_UNCERTAIN, words));
     }
+    if let (true, Some(offset), Some(err)) =
+        (flags.has(Flags::CLOUD), row.frame_zp_offset_mag, row.frame_zp_offset_err_mag)
+    {
+        let words = format!(
+            "the stars that trail through the frame are {offset:.2} +- {err:.2} mag fainter than the zeropoint: a cloud, which \
+             frame_v_mag corrects (cloud)"
+        );
+        found.push(Finding::caution(Flags::CLOUD, words));
+    }
     if flags.has(Flags::OLD_ELEMENTS) {
         let age = row.tle_age_d.map(|d| format!("{:.1} d ", d.abs())).unwrap_or_default();
         // the light was counted whatever the elements say; without light they alone say that the target was there

@@ -33,7 +33,8 @@ pub const DECIDING: Flags = Flags(
         | Flags::HIT.0
         | Flags::LOWER_LIMIT.0
         | Flags::EXPTIME_DOUBTED.0
-        | Flags::LOW_ALTITUDE.0,
+        | Flags::LOW_ALTITUDE.0
+        | Flags::CLOUD.0,
 );
 
 /// The verdict on a frame, and its reasons; of a frame by itself, and then of one among its neighbours.

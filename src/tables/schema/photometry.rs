@@ -128,6 +128,21 @@ table! {
         zp_age_d: Option<f64> => "d" ["time.age"],
         /// error of using another night's zeropoint, part of v_mag_err_sys
         zp_extra_err_mag: Option<f64> => "mag" ["stat.error.sys;phot.mag;em.opt.V"],
+        /// zeropoint that v_mag rests on: night, other_night or trails (the star trails of this frame, where the night has none)
+        v_mag_zeropoint: String => ["meta.code"] added_later,
+        /// how much fainter the stars that trail through this frame are than the zeropoint says; missing where the trails do
+        /// not match the catalogue, see frame_zp_note
+        frame_zp_offset_mag: Option<f64> => "mag" ["phot.mag;arith.diff"] added_later,
+        /// 1-sigma error of frame_zp_offset_mag: trails, catalogue, scatter of the stars, zeropoint
+        frame_zp_offset_err_mag: Option<f64> => "mag" ["stat.error;phot.mag"] added_later,
+        /// stars behind frame_zp_offset_mag
+        frame_zp_stars: Option<i64> => ["meta.number"] added_later,
+        /// V magnitude by the star trails of this frame: v_mag - frame_zp_offset_mag; right through clouds, too
+        frame_v_mag: Option<f64> => "mag" ["phot.mag;em.opt.V"] added_later,
+        /// 1-sigma systematic error of frame_v_mag: star trails, colour of the target, aperture correction
+        frame_v_mag_err_sys: Option<f64> => "mag" ["stat.error.sys;phot.mag;em.opt.V"] added_later,
+        /// why the star trails of this frame give no offset
+        frame_zp_note: String => ["meta.note"] added_later,
         /// V magnitude at which 95 % of targets are detected (target.detect_sigma); of a non-detection: of point sources
         /// anywhere in this frame's search region, scaled to the object's size in the frames that show it; of a detection:
         /// in its own aperture
@@ -155,6 +170,23 @@ table! {
         az_rate_deg_s: Option<f64> => "deg / s" ["phys.veloc.ang;pos.az.azi"],
         /// 1-sigma error of the place along the track by time_err_s: rate_deg_s * time_err_s
         alt_az_err_deg: Option<f64> => "deg" ["stat.error;pos.az"],
+        /// right ascension at mid-exposure by the star trails, ICRS, topocentric; missing unless three of their ends lie in the
+        /// frame
+        ra_deg: Option<f64> => "deg" ["pos.eq.ra"] added_later,
+        /// declination at mid-exposure by the star trails, ICRS, topocentric
+        dec_deg: Option<f64> => "deg" ["pos.eq.dec"] added_later,
+        /// 1-sigma error of ra_deg, times cos(dec_deg), without that of the time
+        ra_err_arcsec: Option<f64> => "arcsec" ["stat.error;pos.eq.ra"] added_later,
+        /// 1-sigma error of dec_deg, without that of the time
+        dec_err_arcsec: Option<f64> => "arcsec" ["stat.error;pos.eq.dec"] added_later,
+        /// observed minus computed place along the motion among the stars, positive = ahead of the elements
+        along_oc_arcsec: Option<f64> => "arcsec" ["pos.angDistance;arith.diff"] added_later,
+        /// 1-sigma error of along_oc_arcsec
+        along_oc_err_arcsec: Option<f64> => "arcsec" ["stat.error;pos.angDistance"] added_later,
+        /// observed minus computed place across the motion, positive = at the position angle of the motion + 90 deg
+        cross_oc_arcsec: Option<f64> => "arcsec" ["pos.angDistance;arith.diff"] added_later,
+        /// 1-sigma error of cross_oc_arcsec
+        cross_oc_err_arcsec: Option<f64> => "arcsec" ["stat.error;pos.angDistance"] added_later,
         /// airmass
         airmass: Option<f64> => ["obs.airMass"],
         /// angle Sun - satellite - observer

@@ -77,6 +77,8 @@ table! {
         airmass: Option<f64> => ["obs.airMass"],
         /// length of the star trails in the frame
         trail_length_px: f64 => "pix",
+        /// extinction by a cloud in this frame, which v_mag does not hold
+        cloud_mag: f64 => "mag" ["phot.mag;arith.diff"] added_later,
     }
 }
 
