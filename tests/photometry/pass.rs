@@ -298,7 +298,8 @@ fn bins_end_at_equal_signal_to_noise_and_are_not_brighter_for_it() {
             variance_per_flux: 0.0,
         })
         .collect();
-    assert_eq!(bins(&empty, 5.0, 1.0), [0..50]);
+    let whole = bins(&empty, 5.0, 1.0);
+    assert!(whole.len() == 1 && whole[0] == (0..50));
     assert!(bins(&[], 5.0, 1.0).is_empty() && mean(&[], 1.0).is_none());
 }
 
