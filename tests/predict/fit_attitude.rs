@@ -44,7 +44,8 @@ fn free_and_truth() -> (Vec<Free>, Vec<f64>) {
 fn scene(rng: &mut ChaCha8Rng) -> Scene {
     let r_km = RADIUS_KM + rng.random_range(480.0..600.0);
     let off_nadir_rad = rng.random_range(0.05..1.0f64);
-    let (azimuth_rad, sun_az_rad) = (rng.random_range(0.0..6.283f64), rng.random_range(0.0..6.283f64));
+    let (azimuth_rad, sun_az_rad) =
+        (rng.random_range(0.0..std::f64::consts::TAU), rng.random_range(0.0..std::f64::consts::TAU));
     let below_rad = rng.random_range(0.02..0.38f64);
     let toward = Vector::new(
         -off_nadir_rad.cos(),
