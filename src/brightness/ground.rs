@@ -165,7 +165,7 @@ impl Ground {
         // ζ + θ
         let sum = (sin_z * theta.1 + cos_z * theta.0, cos_z * theta.1 - sin_z * theta.0);
         // (s − εp)·p and (s − εp) mirrored in p, towards the satellite
-        let ratio = self.parallax_ratio();
+        let ratio = self.near.map_or(0.0, |near| near.ratio);
         Circle {
             eta: (sin_eta, cos_eta),
             theta,
@@ -239,7 +239,7 @@ impl Ground {
     /// The ζ at which the light source is seen as in a mirror in the ground, ζ + θ = 90° − E and the light source's
     /// parallax; `None` beyond the limb.
     pub(super) fn zeta_of_glint(&self) -> Option<f64> {
-        let ratio = self.parallax_ratio();
+        let ratio = self.near.map_or(0.0, |near| near.ratio);
         self.zeta_of_glint_angle(FRAC_PI_2 - self.elevation_rad, |zeta| {
             let (sin, cos) = zeta.sin_cos();
             (-(ratio * sin).asin(), -ratio * cos)
@@ -272,11 +272,6 @@ impl Ground {
             zeta = next;
         }
         Some(zeta)
-    }
-
-    /// R/D of a light source at a distance, 0 under parallel light.
-    pub(super) fn parallax_ratio(&self) -> f64 {
-        self.near.map_or(0.0, |near| near.ratio)
     }
 
     /// The exponent of the ground's lobe, if it has one.
@@ -326,7 +321,7 @@ impl Ground {
         // cos θ sin E + sin θ cos E cos u = ε
         let side = cos_u * self.light_source.y();
         let theta = (-self.light_source.z() * side.signum()).atan2(side.abs());
-        let ratio = self.parallax_ratio();
+        let ratio = self.near.map_or(0.0, |near| near.ratio);
         theta + side.signum() * (ratio / self.light_source.z().hypot(side).max(ratio + f64::MIN_POSITIVE)).asin()
     }
 

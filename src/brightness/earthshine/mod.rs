@@ -12,7 +12,6 @@ mod outer;
 mod panel;
 mod piece;
 mod plain;
-mod polar;
 mod profile;
 mod ring;
 mod table;

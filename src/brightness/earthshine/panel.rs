@@ -1,13 +1,12 @@
 //! The adaptive sum: panels in ζ, each with an order for ζ and one for the rings, the worse of the two refined first.
 //!
-//! Values and errors in 1/sr. Deterministic; work is bounded by the nodes allowed. Where a quarter of them is not
-//! enough, coordinates about the mirror direction are tried.
+//! Values and errors in 1/sr. Deterministic; work is bounded by the nodes allowed.
 
 use super::facet::Facet;
 use super::outer::{Span, spans};
 use super::piece::{Integral, Scratch, estimate};
 use super::ring::Rings;
-use super::{Accuracy, ReflectedLight, polar};
+use super::{Accuracy, ReflectedLight};
 use crate::base::quadrature::{PAIRS, kronrod};
 use crate::brightness::ground::Ground;
 
@@ -23,7 +22,7 @@ const CAREFUL_BELOW: f64 = 3e-5;
 /// What is to be met by refinement is this much more than the rules tell, and where a lobe ends in a step or a branch
 /// point.
 const SAFETY: f64 = 2.0;
-const SHARP_SAFETY: f64 = 8.0;
+const SHARP_SAFETY: f64 = 6.0;
 /// What is stated is as much more again, up to the error that was asked for.
 const CAUTION: f64 = 3.0;
 /// Levels the rings go up at a time.
@@ -47,32 +46,12 @@ struct Panel {
     safety: f64,
 }
 
-/// Nodes from which on coordinates about the mirror direction are tried, as a share of those allowed, and at least.
-const LAST_RESORT_SHARE: usize = 4;
-const LAST_RESORT_FROM: usize = 20_000;
 /// No error below this share of the tolerance is stated: rules agree by chance, and rounding is not nothing.
 const LEAST_SHARE: f64 = 0.01;
 
 /// The integral to the requested accuracy.
 pub(super) fn integrate(ground: &Ground, facet: &Facet, accuracy: &Accuracy) -> ReflectedLight {
-    // the end of a lobe is an edge in ζ, and none about the mirror direction
-    let sharp = facet.law.ends_sharply() || ground.lobe_ends_sharply();
-    let share = (accuracy.max_nodes / LAST_RESORT_SHARE).max(LAST_RESORT_FROM);
-    let first = if sharp { accuracy.max_nodes } else { share };
-    let mut light = panels(ground, facet, &Accuracy { max_nodes: first.min(accuracy.max_nodes), ..*accuracy });
-    let wanted = (accuracy.tolerance * light.per_sr).max(accuracy.floor_per_sr);
-    if light.err_per_sr > wanted && accuracy.max_nodes > first {
-        let relative = wanted / light.per_sr.max(f64::MIN_POSITIVE);
-        let last = polar::integrate(ground, facet, relative, accuracy.max_nodes);
-        let mut nodes = light.nodes + last.map_or(0, |last| last.nodes);
-        let done = |light: &ReflectedLight| light.err_per_sr <= wanted;
-        if !last.as_ref().is_some_and(done) && nodes + first < accuracy.max_nodes {
-            light = panels(ground, facet, &Accuracy { max_nodes: accuracy.max_nodes - nodes, ..*accuracy });
-            nodes += light.nodes;
-        }
-        light = last.filter(|last| last.err_per_sr < light.err_per_sr).unwrap_or(light);
-        light.nodes = nodes;
-    }
+    let mut light = panels(ground, facet, accuracy);
     let asked = (accuracy.tolerance.max(TOLERANCE_MIN) * light.per_sr).max(accuracy.floor_per_sr);
     let cautious = (CAUTION * light.err_per_sr).min(asked);
     let least = LEAST_SHARE * accuracy.tolerance.max(TOLERANCE_MIN) * light.per_sr;

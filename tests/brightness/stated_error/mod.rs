@@ -1,7 +1,6 @@
 //! The stated error of the Earth-reflected light against its true error, over geometries drawn to be difficult.
 //!
-//! The oracle is another method (`oracle.rs`), itself held against the double integration of
-//! `scripts/make_brightness_vectors.py`. The long run is `scripts/prove_stated_error.sh`.
+//! The oracle is another method (`oracle.rs`). The long run is `scripts/prove_stated_error.sh`.
 
 mod oracle;
 mod rule;
@@ -183,85 +182,12 @@ fn setting(name: &str, default: u64) -> u64 {
 }
 
 #[test]
-fn the_oracle_is_the_double_integration() {
-    let mut reader =
-        csv::ReaderBuilder::new().comment(Some(b'#')).from_path("fixtures/brightness/vectors.csv").unwrap();
-    let names = reader.headers().unwrap().clone();
-    let mut compared = 0;
-    for record in reader.records() {
-        let record = record.unwrap();
-        let cell = |name: &str| &record[names.iter().position(|c| c == name).unwrap()];
-        let number = |name: &str| cell(name).parse::<f64>().unwrap();
-        let law = |kind: &str, p: &str| match cell(kind) {
-            "lambertian" => Some(Brdf::Lambert { albedo: number(&format!("{p}1")) }),
-            "phong" => {
-                let [kd, ks, n] = ["1", "2", "3"].map(|k| number(&format!("{p}{k}")));
-                Some(Brdf::Phong { kd, ks, n })
-            }
-            "gaussian" => {
-                Some(Brdf::Gaussian { peak_per_sr: number(&format!("{p}1")), sigma: number(&format!("{p}2")) })
-            }
-            "abg" => {
-                let [a, b, g] = ["1", "2", "3"].map(|k| number(&format!("{p}{k}")));
-                Some(Brdf::Abg { a, b, g })
-            }
-            _ => None,
-        };
-        let (Some(earth), Some(brdf)) = (law("earth_brdf", "ep"), law("brdf", "p")) else { continue };
-        let height_km = number("height_m") / 1e3;
-        let line = Vector::<Itrs>::new(number("obs_x_m"), number("obs_y_m"), number("obs_z_m"))
-            - Vector::new(0.0, 0.0, 1e3 * (RADIUS_KM + height_km));
-        let normal = Vector::<Itrs>::new(number("nx"), number("ny"), number("nz")).unit().unwrap();
-        let observer = line.unit().unwrap();
-        let spread = number("area_m2") * normal.dot(&observer) / line.dot(&line);
-        let expected = number("earth_per_E0") / spread;
-        let elevation_deg = number("src_elev_deg");
-        let g = Geometry { height_km, elevation_deg, earth, brdf, normal, observer };
-        if !(expected > 0.0) || g.is_sliver(expected) || compared == 60 {
-            continue;
-        }
-        compared += 1;
-        let oracle = g.oracle();
-        let off = (oracle.value / expected - 1.0).abs();
-        assert!(off < 2e-10, "{}: off {off:e}, estimated {:e}", cell("id"), oracle.err / oracle.value);
-    }
-    assert!(compared == 60, "{compared}");
-}
-
-#[test]
 fn the_stated_error_holds_over_a_few_difficult_geometries() {
     let (verdicts, [_, _, unknown]) = judge(3_105, 40, &TOLERANCES);
     let beyond = |limit: f64| verdicts.iter().filter(|v| v.ratio > limit).map(|v| v.line.clone()).collect::<Vec<_>>();
     assert!(unknown == 0 && verdicts.len() == 120, "{unknown}");
     // 99.8 % hold over thousands (scripts/prove_stated_error.sh)
     assert!(beyond(1.0).len() <= 1 && beyond(2.0).is_empty(), "{:#?}", beyond(1.0));
-}
-
-#[test]
-fn cusps_beside_the_limb_are_met_by_the_rule_of_last_resort() {
-    let lobe = Brdf::Phong { kd: 0.2, ks: 0.5, n: 200.0 };
-    for (height_km, elevation_deg, b, g, nadir_share) in [
-        (550.0, 40.0, 1e-11, 1.5, 1.0 - 1e-4),
-        (550.0, 10.0, 1e-11, 2.0, 1.0 + 1e-5),
-        (1_200.0, 60.0, 1e-11, 2.6, 1.0 - 1e-5),
-        (20_100.0, 30.0, 2e-9, 1.9, 1.0 - 1e-3),
-        (20_100.0, 30.0, 2e-9, 2.6, 1.0 + 1e-3),
-    ] {
-        let limb_deg = (RADIUS_KM / (RADIUS_KM + height_km)).asin().to_degrees();
-        let (observer, mirror) = (direction(0.4 * limb_deg, 70.0), direction(limb_deg * nadir_share, 100.0));
-        let brdf = Brdf::Abg { a: 1e-3, b, g };
-        let normal = (mirror + observer).unit().unwrap();
-        let case = Geometry { height_km, elevation_deg, earth: lobe.clone(), brdf, normal, observer };
-        let oracle = case.oracle();
-        for tolerance in [1e-3, 1e-4, 1e-6, 1e-9] {
-            let light = case.engine(tolerance);
-            let off = (light.per_sr - oracle.value).abs();
-            assert!(off <= light.err_per_sr + oracle.err, "{case:?} {tolerance:e} off {:e}", off / oracle.value);
-            // better with every tolerance, not worse
-            assert!(light.err_per_sr <= 1.001 * tolerance * light.per_sr, "{case:?}: {tolerance:e} not met");
-            assert!(light.nodes < 4 * MAX_NODES, "{}", light.nodes);
-        }
-    }
 }
 
 #[test]

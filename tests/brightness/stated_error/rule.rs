@@ -71,7 +71,6 @@ impl Panel {
             let u = 1.0 - t;
             let (y, dy) = if self.clustered {
                 let t3 = t * t * t;
-                // from the nearer end, so that no digit of a small distance is lost
                 (t3 * t * (35.0 - 84.0 * t + 70.0 * t * t - 20.0 * t3), 140.0 * t3 * u * u * u)
             } else {
                 (t, 1.0)
