@@ -8,7 +8,6 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::bad_columns::BadColumn;
 use super::exposure::Exposure;
 use super::frame::{Electrons, Frame, mask};
 use crate::base::stats::median;
@@ -48,10 +47,6 @@ pub struct HotPixels {
     pub n_fields: usize,
     /// The pixels, by row and column; `above` is their rate \[e⁻/s\].
     pub pixels: Vec<Peak>,
-    /// Parts of columns that are brighter or darker than those around them, by column and row.
-    pub columns: Vec<BadColumn>,
-    /// Why there are no columns, where more deviate than any camera has bad ones; else empty.
-    pub no_columns: String,
 }
 
 impl HotPixels {
@@ -81,26 +76,13 @@ impl HotPixels {
                 100.0 * LARGEST_SHARE
             ));
         }
-        Ok(Self {
-            size_px: first.size_px,
-            binning: first.binning,
-            n_fields: frames.len(),
-            pixels,
-            columns: Vec::new(),
-            no_columns: String::new(),
-        })
+        Ok(Self { size_px: first.size_px, binning: first.binning, n_fields: frames.len(), pixels })
     }
 
     /// Whether it is one of the detector as this frame was read out.
     #[must_use]
     pub fn is_of(&self, exposure: &Exposure) -> bool {
         (self.size_px, self.binning) == (exposure.size_px, exposure.binning)
-    }
-
-    /// Columns of the full frame that are bad in a row of it.
-    pub(super) fn columns(&self, y_px: usize) -> impl Iterator<Item = usize> {
-        let holds = move |c: &&BadColumn| (c.rows_px.0 as usize..c.rows_px.1 as usize).contains(&y_px);
-        self.columns.iter().filter(holds).map(|c| c.x_px as usize)
     }
 
     /// Those of a row of the full frame, by column.

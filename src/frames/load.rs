@@ -318,19 +318,13 @@ impl<'a> FrameReader<'a> {
         kept
     }
 
-    /// Subtracts the zero level over columns `kept` of a row that begins at full-frame column `x0`, and masks hot pixels and bad
-    /// columns.
+    /// Subtracts the zero level over columns `kept` of a row that begins at full-frame column `x0`, and masks hot pixels.
     fn correct(&self, x0: usize, y: usize, kept: &Range<usize>, pixels: &mut [f32], bits: &mut [u8]) {
         if let Some(zero) = &self.zero {
             let first = (y - self.region.origin_px.1) * self.region.size_px.0 + x0 - self.region.origin_px.0;
             let at = first + kept.start..first + kept.end;
             let (pixels, bits) = (&mut pixels[kept.clone()], &mut bits[kept.clone()]);
             zero.subtract(at, pixels, bits, self.response(x0, y, kept), &self.gain);
-        }
-        for x in self.hot.into_iter().flat_map(|hot| hot.columns(y)) {
-            if let Some(x) = x.checked_sub(x0).filter(|x| kept.contains(x)) {
-                bits[x] |= mask::BAD;
-            }
         }
         for peak in self.hot.map_or(&[][..], |hot| hot.row(y)) {
             let added_e = f64::from(peak.above) * self.exposure.exptime_s;

@@ -3,7 +3,6 @@
 //! The only room that knows the FITS library. Pixels of a [`Frame`] are f32 electrons; x runs along a row, y over rows,
 //! both 0-based from the centre of the first pixel.
 
-mod bad_columns;
 mod calibrate;
 mod camera;
 pub(crate) mod clip;
@@ -28,7 +27,6 @@ pub use exposure::{Exposure, classify, refusals};
 pub(crate) use exposure::{light_exptime, sorted};
 pub use header::optics::pixel_scale_arcsec;
 
-pub use bad_columns::{BadColumn, bad_columns, common_columns};
 pub use frame::{Electrons, ElectronsPerAdu, Frame, Gain, GainSetting, mask};
 pub use hot_pixels::{FEWEST_FIELDS, HotPixels, MOST_FIELDS, Peak, peaks};
 pub use load::{Buffers, FrameReader, PooledFrame, read};

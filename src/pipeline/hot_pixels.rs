@@ -1,4 +1,4 @@
-//! The hot pixels and bad columns of a night without darks, by what stands out in its star frames of several fields.
+//! The hot pixels of a night without darks, by what stands out in its star frames of several fields.
 //!
 //! One frame of each of the first five fields that differ in where they point. It does not take target frames: a tracked
 //! satellite stands still on the detector, as a hot pixel does.
@@ -11,9 +11,7 @@ use crate::astrometry::initial_pointing::initial_pointings;
 use crate::base::error;
 use crate::base::hash::sha256_16_text;
 use crate::base::threads::pool;
-use crate::frames::{
-    BadColumn, Exposure, FEWEST_FIELDS, HotPixels, MOST_FIELDS, Peak, bad_columns, common_columns, peaks,
-};
+use crate::frames::{Exposure, FEWEST_FIELDS, HotPixels, MOST_FIELDS, Peak, peaks};
 
 /// Fields are different where their centres are this far apart \[px\]: no star lies on the same pixel twice.
 const APART_PX: f64 = 20.0;
@@ -51,20 +49,13 @@ pub fn with_hot_pixels(
         };
         let Some(map) = map else { continue };
         products.store(&name, &key, &map);
-        if let Some(why) = map.as_ref().ok().map(|map| &map.no_columns).filter(|why| !why.is_empty()) {
-            notes.push(format!("warning: {why}"));
-        }
         match map {
             Err(why) => notes.push(format!("warning: {why}")),
-            Ok(map) if map.pixels.is_empty() && map.columns.is_empty() => {}
+            Ok(map) if map.pixels.is_empty() => {}
             Ok(map) => {
-                let bad = match map.columns.len() {
-                    0 => String::new(),
-                    n => format!(" and {n} bad columns or parts of columns"),
-                };
                 notes.push(format!(
-                    "{} hot pixels{bad} of {} x {} px at binning {}, by star frames of {} fields, are masked, hot pixels where \
-                     they add more than the read noise; detector.mask_hot_pixels = false keeps them",
+                    "{} hot pixels of {} x {} px at binning {}, by star frames of {} fields, are masked where they add more \
+                     than the read noise; detector.mask_hot_pixels = false keeps them",
                     map.pixels.len(),
                     map.size_px.0,
                     map.size_px.1,
@@ -124,21 +115,11 @@ fn fields_by_readout<'a>(night: &Flattened, pointings: &'a [Vec<Exposure>]) -> V
 
 /// The map; `None` where too few of the fields can be read.
 fn map_of(night: &Flattened, fields: &[Vec<&Exposure>], options: &Options) -> Option<Result<HotPixels, String>> {
-    let of_field = |frames: &Vec<&Exposure>| -> Option<((Vec<Peak>, f64), Vec<BadColumn>)> {
+    let of_field = |frames: &Vec<&Exposure>| -> Option<(Vec<Peak>, f64)> {
         let fits = |e: &&&Exposure| options.memory().holds_star_frame(night, e).is_ok();
-        frames.iter().filter(fits).find_map(|e| {
-            let frame = night.reduce(e).ok()?;
-            Some(((peaks(&frame), e.exptime_s), bad_columns(&frame)))
-        })
+        frames.iter().filter(fits).find_map(|e| Some((peaks(&*night.reduce(e).ok()?), e.exptime_s)))
     };
-    let (found, columns): (Vec<(Vec<Peak>, f64)>, Vec<Vec<BadColumn>>) = fields.iter().filter_map(of_field).unzip();
+    let found: Vec<(Vec<Peak>, f64)> = fields.iter().filter_map(of_field).collect();
     let first = fields.first()?.first()?;
-    let map = || {
-        let (columns, no_columns) = match common_columns(first.size_px.0, &columns) {
-            Ok(columns) => (columns, String::new()),
-            Err(why) => (Vec::new(), why),
-        };
-        Ok(HotPixels { columns, no_columns, ..HotPixels::common(first, &found)? })
-    };
-    (found.len() >= FEWEST_FIELDS).then(map)
+    (found.len() >= FEWEST_FIELDS).then(|| HotPixels::common(first, &found))
 }

@@ -254,10 +254,14 @@ impl Reduced {
     }
 }
 
-/// What the row of a target frame depends on besides the frame: elements, satellite, catalogue, flat, stars and zeropoint.
+/// What the row of a target frame depends on besides the frame: elements, satellite, flat, stars and
+/// zeropoint, and the catalogue where its stars trail through the frames.
 fn depends(night: &Calibrated, products: &FrameCache) -> Vec<String> {
     let files = named_files(&night.config).into_iter();
-    let files = files.filter(|(key, _)| ["orbit.", "model.", "stars."].iter().any(|k| key.starts_with(k)));
+    let by_trails = night.config.zeropoint.star_trails;
+    let of_rows =
+        |key: &str| key.starts_with("orbit.") || key.starts_with("model.") || (by_trails && key.starts_with("stars."));
+    let files = files.filter(|(key, _)| of_rows(key));
     let mut all: Vec<String> = files.map(|(_, path)| products.sha256(&path).unwrap_or_default()).collect();
     all.push(night.flat_sha256.clone());
     all.push(night.zero.key.clone());

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Options of other programs that the pages call.
-const OF_OTHERS: [&str; 10] = [
+const OF_OTHERS: [&str; 14] = [
     "--release",
     "--locked",
     "--features",
@@ -17,6 +17,10 @@ const OF_OTHERS: [&str; 10] = [
     "--bench",
     "--example",
     "--bin",
+    "--array",
+    "--mem",
+    "--wrap",
+    "--published",
 ];
 
 fn root() -> &'static Path {

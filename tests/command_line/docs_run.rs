@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// What stands in a ```sh block is not run: how such a command begins, and why it is not run.
-const NOT_RUN: [(&str, &str); 14] = [
+const NOT_RUN: [(&str, &str); 15] = [
     ("sudo apt-get", "changes the machine"),
     ("curl ", "needs the network and changes the machine"),
     ("git clone", "needs the network"),
@@ -20,6 +20,7 @@ const NOT_RUN: [(&str, &str); 14] = [
     ("cargo build", "takes minutes"),
     ("cargo test", "takes minutes; this is one of its tests"),
     ("cargo run --release -- run", "the same run is in the console block that follows it, by the built program"),
+    ("sbatch", "needs a cluster"),
     ("mdbook build", "needs a program that the tests do not install"),
     ("scripts/", "takes minutes; the tests of scripts/ are its own"),
     ("satphot fetch", "needs the network; tests/export/fetch.rs runs it against a server of its own"),

@@ -56,7 +56,7 @@ fn same_as(night: &Night, want: &[Vec<u8>], when: &str) {
 fn one_three_and_six_shards_make_the_tables_of_the_run() {
     let night = Night::copy_of(&simulated("shards_numbers", &[]));
     let want = run_once(&night);
-    let of_run = std::fs::read(night.path("night/pass_stack.ecsv")).unwrap();
+    let of_run = std::fs::read(night.result("pass_stack.ecsv")).unwrap();
     for (per, shards) in [(100, 1), (2, 3), (1, 6)] {
         std::fs::remove_dir_all(night.path("night")).ok();
         assert_eq!(plan(&night, per), shards);

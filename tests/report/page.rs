@@ -8,9 +8,10 @@ use satphot::pipeline::products::page::{night_page, write_campaign_report, write
 use satphot::report::page::{NightPage, write_night_page};
 use satphot::tables::{Meta, PhotometryRow, write_photometry};
 
-const SECTIONS: [&str; 11] = [
+const SECTIONS: [&str; 12] = [
     "summary",
     "light-curve",
+    "stacks",
     "residuals",
     "phase-curve",
     "distribution",

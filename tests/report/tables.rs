@@ -18,9 +18,13 @@ const LAW: &str = "frame frame_sha256 norad_cat_id object_id object_name \
     x_px y_px aper_shape aper_r_px aper_a_px aper_b_px aper_theta_deg elongation extent_fwhm source_kind point_log10_odds disc_fwhm2 disc_fwhm2_err \
     sky_in_px sky_out_px \
     flux_e flux_err_e forced_flux_e forced_flux_err_e sky_e_px sky_corner_ratio snr peak_frac_sat masked_frac contam_frac aper_corr_mag inst_mag v_mag v_mag_err \
-    v_mag_err_sys zp_age_d zp_extra_err_mag limit_v_mag v_mag_550km v_mag_1000km standard_v_mag \
+    v_mag_err_sys zp_age_d zp_extra_err_mag v_mag_zeropoint \
+    frame_zp_offset_mag frame_zp_offset_err_mag frame_zp_stars frame_v_mag frame_v_mag_err_sys frame_zp_note \
+    limit_v_mag v_mag_550km v_mag_1000km standard_v_mag \
     mu_mean_mag_arcsec2 mu_peak_mag_arcsec2 \
-    alt_deg az_deg range_km rate_deg_s az_rate_deg_s alt_az_err_deg airmass phase_angle_deg sun_alt_deg sun_alt_sat_deg moon_alt_deg moon_phase_deg \
+    alt_deg az_deg range_km rate_deg_s az_rate_deg_s alt_az_err_deg \
+    ra_deg dec_deg ra_err_arcsec dec_err_arcsec along_oc_arcsec along_oc_err_arcsec cross_oc_arcsec cross_oc_err_arcsec \
+    airmass phase_angle_deg sun_alt_deg sun_alt_sat_deg moon_alt_deg moon_phase_deg \
     moon_illum_pct moon_sep_deg illum sky_class paper_label tle_age_d \
     model_v_mag sun_v_mag earthshine_v_mag moon_v_mag lunar_earthshine_v_mag model_err_mag v_pred_err_mag lit_array_cos \
     residual_mag skipped \

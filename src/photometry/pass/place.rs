@@ -192,7 +192,10 @@ mod tests {
         };
         // an even distribution, whose MAD is 1.28 sigma
         let jittering = place.refined(&offsets(1.0, 0.1), 4.0);
-        assert!((jittering.jitter_px - 1.28).abs() < 0.2 && (jittering.x_px - place.x_px - 0.5).abs() < 0.2);
+        assert!(
+            (jittering.jitter_px - 1.28).abs() < 0.2 && (jittering.x_px - place.x_px - 0.5).abs() < 0.2,
+            "{jittering:?} {place:?}"
+        );
         assert_eq!(place.refined(&offsets(0.3, 0.4), 4.0).jitter_px, 0.0);
         assert_eq!(place.refined(&offsets(1.0, 0.1)[..4], 4.0), place);
     }

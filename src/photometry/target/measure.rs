@@ -162,7 +162,7 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
         correct_selection_bias(&mut measured.flux, &outlined);
         let compact = compact(&cutout, frame, background, &outlined, &objects, s);
         match compact {
-            Some(c) if c.size.kind != SourceKind::Extended || measured.flux.snr < s.detect_sigma => {
+            Some(c) if c.size.kind != SourceKind::Extended => {
                 let Compact { size, point, as_point_e, place } = c;
                 let whole = Measured { flux: point.flux, ..point.measured };
                 break (outlined, place, whole, (Some(size), Some(as_point_e)));

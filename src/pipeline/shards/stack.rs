@@ -27,7 +27,7 @@ pub fn stack_merged(
     progress: &dyn Progress,
 ) -> Result<()> {
     if !merged.missing.is_empty() {
-        let problem = "passes of a night with missing frames are not stacked; measure them, or merge without --stack";
+        let problem = "passes of a night with missing frames cannot be stacked; measure the missing frames first";
         return Err(Error::PoorNight { problem: problem.into() });
     }
     let products = FrameCache::default();

@@ -21,7 +21,7 @@ table! {
         is_default: i32,
         /// front = every setting of this case that is as accurate (err_p95) takes more time, behind = one takes less, both beyond
         /// the errors of the times (5 % apart at least); level = one takes as much, as far as the times can tell
-        place: String => ["meta.code"],
+        place: String,
         /// what the errors are: relative, or a unit
         err_unit: String,
         /// median error: half of the cases are better
