@@ -135,7 +135,8 @@ pub fn pass_table(rows: &[PhotometryRow], band: &str) -> String {
 }
 
 /// One line per pass of `pass_stack.ecsv`: frames in the mean, where the place is from, magnitude and error in `band`,
-/// signal-to-noise, limit, and bins of the light curve; nothing without passes.
+/// signal-to-noise, limit, and bins of the light curve; nothing without passes. The mean of a resolved target is that of its
+/// single frames, which the table of passes shows already.
 #[must_use]
 pub fn stack_table(rows: &[PassStackRow], band: &str) -> String {
     let named = ["mean ?", "? err", "limit ?"].map(|name| name.replace('?', band));
@@ -155,7 +156,7 @@ pub fn stack_table(rows: &[PassStackRow], band: &str) -> String {
             bins(r.pass).to_string(),
         ]
     };
-    let lines: Vec<Vec<String>> = rows.iter().filter(|r| r.bin == 0).map(line).collect();
+    let lines: Vec<Vec<String>> = rows.iter().filter(|r| r.bin == 0 && r.place_from != "frames").map(line).collect();
     if lines.is_empty() { String::new() } else { format!("\n{}", text_table(&head, &lines)) }
 }
 

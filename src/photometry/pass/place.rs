@@ -190,12 +190,10 @@ mod tests {
             let of = |d: &Detection| (d.x_px - 100.0 + 0.5, d.y_px - 50.0, err);
             detections(300, 0.0, scatter, 0).iter().map(of).collect()
         };
-        // an even distribution, whose MAD is 1.28 sigma
+        // an even distribution: its MAD is 1.28 sigma, the error of the median of 300 is sqrt(3 / 300) = 0.1; four of them
         let jittering = place.refined(&offsets(1.0, 0.1), 4.0);
-        assert!(
-            (jittering.jitter_px - 1.28).abs() < 0.2 && (jittering.x_px - place.x_px - 0.5).abs() < 0.2,
-            "{jittering:?} {place:?}"
-        );
+        assert!((jittering.jitter_px - 1.28).abs() < 0.2, "{jittering:?}");
+        assert!((jittering.x_px - place.x_px - 0.5).abs() < 0.4, "{jittering:?} {place:?}");
         assert_eq!(place.refined(&offsets(0.3, 0.4), 4.0).jitter_px, 0.0);
         assert_eq!(place.refined(&offsets(1.0, 0.1)[..4], 4.0), place);
     }
