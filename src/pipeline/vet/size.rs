@@ -31,11 +31,10 @@ pub(super) fn findings(rows: &[&PhotometryRow], of_night: &[&PhotometryRow], t: 
 /// Frames whose aperture is longer than in the pass, or than in all passes of the night where the pass has too few frames.
 ///
 /// An aperture holds the target and a margin, so its length is at most that of the median frame times the ratio of the ranges.
-/// The circle of a compact target is no outline of it.
+/// The circle of a compact target, two FWHM, tells how long the others may be and is itself not judged.
 fn apertures(rows: &[&PhotometryRow], of_night: &[&PhotometryRow], t: &Vetting) -> Vec<(usize, Finding)> {
-    let is_outlined =
-        |r: &PhotometryRow| r.status == Status::Ok && !matches!(r.source_kind.as_str(), "point" | "compact");
-    let length = |r: &PhotometryRow| r.aper_a_px.or(r.aper_r_px).filter(|_| is_outlined(r));
+    let length = |r: &PhotometryRow| r.aper_a_px.or(r.aper_r_px).filter(|_| r.status == Status::Ok);
+    let is_outlined = |r: &PhotometryRow| !matches!(r.source_kind.as_str(), "point" | "compact");
     let enough = rows.iter().filter(|r| length(r).is_some()).count() >= FEWEST;
     let others = if enough { rows } else { of_night };
     let mut lengths: Vec<f64> = others.iter().filter_map(|r| length(r)).collect();
@@ -47,7 +46,7 @@ fn apertures(rows: &[&PhotometryRow], of_night: &[&PhotometryRow], t: &Vetting) 
     let usual_km = median(&mut ranges);
     let judge = |(k, r): (usize, &&PhotometryRow)| -> Option<(usize, Finding)> {
         let nearer = usual_km.zip(r.range_km).map_or(1.0, |(usual, own)| (usual / own).max(1.0));
-        let (own_px, expected_px) = (length(r)?, usual_px * nearer);
+        let (own_px, expected_px) = (length(r).filter(|_| is_outlined(r))?, usual_px * nearer);
         (own_px > t.aperture_caution * expected_px).then(|| {
             let words = format!(
                 "the aperture reaches {own_px:.0} px where the other frames let expect {expected_px:.0} (vetting.aperture_caution {}): the end \
