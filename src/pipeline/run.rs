@@ -212,7 +212,7 @@ impl<'a> Run<'a> {
         let (mut rows, thumbs): (Vec<PhotometryRow>, Vec<_>) = frames.into_iter().map(|f| (f.row, f.thumb)).unzip();
         let n_target_rows = rows.len();
         let Self { survey, options, progress, log, .. } = self;
-        let stacks = log.stage("pass stacks", |_| pass_stack(&rows, &survey.targets, night, options, *progress))?;
+        let stacks = log.stage("pass stacks", |_| pass_stack(&mut rows, &survey.targets, night, options, *progress))?;
         let checks = keyword_checks(&self.survey, night.flat.as_ref(), &stars.checks, &rows, self.config);
         self.log.details.extend(not_checkable(&checks));
         rows.extend(stars.failed);

@@ -92,6 +92,18 @@ words! {
 }
 
 words! {
+    /// Where the light of a point is measured: the column `forced_at`.
+    ForcedAt: 3 {
+        /// At the detection of the frame itself.
+        Detection = "detection",
+        /// Where the frames of the pass show the target.
+        Pass = "pass",
+        /// At the expected place.
+        Expected = "expected",
+    }
+}
+
+words! {
     /// What may be done with a frame, from good to bad: the column `verdict`.
     Verdict: 3 {
         /// To be used as it is.

@@ -72,6 +72,10 @@ pub struct Unseen {
     pub limit_e: f64,
     /// Forced flux at the expected place.
     pub flux: Flux,
+    /// The expected place \[px\].
+    pub x_px: f64,
+    /// The expected place \[px\].
+    pub y_px: f64,
     /// Whether that is the whole light of a point there.
     pub whole_light: bool,
 }
@@ -333,8 +337,8 @@ fn shape_of_light(cutout: &Cutout, outline: &Segment, snr: f64) -> Light {
 
 /// Nothing above the threshold.
 fn limit(cutout: Cutout, frame: &Frame<Electrons>, background: &Background, s: &TargetSettings) -> TargetFound {
-    let Unseen { limit_e, flux, whole_light } = forced(cutout, frame, background, s);
-    TargetFound::NotDetected { limit_e, flux, x_px: s.x_px, y_px: s.y_px, whole_light }
+    let Unseen { limit_e, flux, x_px, y_px, whole_light } = forced(cutout, frame, background, s);
+    TargetFound::NotDetected { limit_e, flux, x_px, y_px, whole_light }
 }
 
 /// The forced flux at the expected place and what could have been seen in the search region.
@@ -351,7 +355,7 @@ fn forced(mut cutout: Cutout, frame: &Frame<Electrons>, background: &Background,
     };
     flux.flags.set(cutout.crossed(&place, &snr1));
     flux.flags.set(cutout.artefacts);
-    Unseen { limit_e, flux, whole_light }
+    Unseen { limit_e, flux, x_px: s.x_px, y_px: s.y_px, whole_light }
 }
 
 /// The limit where the expected place is off the frame: nothing measurable.

@@ -6,22 +6,24 @@
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
+use crate::base::constants::FWHM_PER_SIGMA;
 use crate::base::error::Result;
 use crate::base::stats::median;
 use crate::base::stop::Stop;
 use crate::frames::Exposure;
 use crate::photometry::Flags;
-use crate::photometry::pass::curve::{EmptyPlaces, FramePoint};
+use crate::photometry::pass::curve::{EmptyPlaces, FramePoint, mean};
 use crate::photometry::pass::forced::{ForcedFlux, forced_flux};
 use crate::photometry::pass::place::{Detection, PassPlace};
 use crate::photometry::pass::stack::{FrameMap, PassStack, StackFound, frame_map};
 use crate::photometry::target::settings::TargetSettings;
 use crate::pipeline::prepared::Calibrated;
-use crate::pipeline::target::frame::settings_of_frame;
+use crate::pipeline::target::frame::{settings_of_frame, target_settings};
+use crate::pipeline::target::measurement::PointAt;
 use crate::pipeline::target::place::Place;
 use crate::pipeline::target::window::around;
 use crate::tables::PhotometryRow;
-use crate::tables::words::{Status, Verdict};
+use crate::tables::words::{ForcedAt, Status, Verdict};
 
 /// A target is resolved where the median of its images is this much longer than a star \[FWHM\] ...
 const RESOLVED_FWHM: f64 = 1.3;
@@ -35,6 +37,8 @@ const EXCLUDED: Flags =
 /// Detections this bright, and no more of them, refine the place.
 const REFINE_SNR: f64 = 8.0;
 const MOST_REFINE: usize = 48;
+/// A jitter of half of what is noticed ([`PassPlace::refined`]) \[FWHM\].
+const UNSEEN_JITTER_FWHM: f64 = 0.05;
 /// Seconds per day.
 const DAY_S: f64 = 86_400.0;
 
@@ -58,6 +62,8 @@ pub struct PassFrame<'a> {
     pub t_s: f64,
     /// Electrons of a source of unit flux.
     unit_e: f64,
+    /// FWHM of the stars \[px\].
+    fwhm_px: f64,
 }
 
 /// Where the place of the target is from.
@@ -81,8 +87,46 @@ pub struct PassCurve<'a> {
     pub place: PlaceFrom,
     /// Frame, flux and flags, in order of time.
     pub points: Vec<(PassFrame<'a>, FramePoint, Flags)>,
+    /// Frames in which the target's place is off the frame, masked or disturbed.
+    pub without: Vec<PassFrame<'a>>,
     /// Fluxes of empty places.
     pub empty: EmptyPlaces,
+}
+
+impl<'a> PassCurve<'a> {
+    fn at(place: PlaceFrom) -> Self {
+        Self { place, points: Vec::new(), without: Vec::new(), empty: EmptyPlaces::default() }
+    }
+
+    /// By how much a place that was chosen for the largest flux makes it too large: k σ²/2F for k free parameters, since the
+    /// largest response of a smooth field exceeds that of the truth by χ²_k in its square.
+    #[must_use]
+    pub fn selection_bias(&self) -> f64 {
+        let PlaceFrom::Stack(place, snr) = self.place else { return 0.0 };
+        let points: Vec<FramePoint> = self.points.iter().map(|(_, point, _)| *point).collect();
+        mean(&points, 1.0).map_or(0.0, |m| 0.5 * place.freedoms as f64 / snr * m.empty_err)
+    }
+
+    /// The light of a point at the place of the pass in each of its frames; `None` in those that do not show the place, nothing
+    /// at all where the pass has no place.
+    ///
+    /// σ² = s² σ₀² + p F + (F j²/2σ_s²)²: s what empty places make of the errors, p F the photons of the target, the last term
+    /// the light that a jitter of j per axis moves out of the profile, of scale σ_s; j is at least half of what is noticed.
+    #[must_use]
+    pub fn light_of_frames(&self) -> Vec<(PassFrame<'a>, Option<PointAt>)> {
+        let (PlaceFrom::Detections(place) | PlaceFrom::Stack(place, _)) = self.place else { return Vec::new() };
+        let (scale, bias) = (self.empty.error_scale(), self.selection_bias());
+        let light = |(frame, point, _): &(PassFrame<'a>, FramePoint, Flags)| {
+            let (x_px, y_px) = place.at(frame.t_s);
+            let jitter_fwhm = (place.jitter_px / frame.fwhm_px).max(UNSEEN_JITTER_FWHM);
+            let flux = point.flux - bias;
+            let moved = flux * 0.5 * (FWHM_PER_SIGMA * jitter_fwhm).powi(2);
+            let variance = scale * scale * point.variance + flux.max(0.0) * point.variance_per_flux + moved * moved;
+            let (flux_e, err_e) = (flux * frame.unit_e, variance.sqrt() * frame.unit_e);
+            (*frame, Some(PointAt { at: ForcedAt::Pass, x_px, y_px, flux_e, err_e }))
+        };
+        self.points.iter().map(light).chain(self.without.iter().map(|frame| (*frame, None))).collect()
+    }
 }
 
 impl<'a> PassFrames<'a> {
@@ -98,7 +142,8 @@ impl<'a> PassFrames<'a> {
             match out.unit_e(row, exposure).filter(|unit_e| same && *unit_e > 0.0 && unit_e.is_finite()) {
                 Some(unit_e) => {
                     let t_s = (mjd(row) - mjd(first)) * DAY_S;
-                    out.frames.push(PassFrame { row, exposure, t_s, unit_e });
+                    let fwhm_px = target_settings(exposure, night, night.seeing.fwhm_arcsec).fwhm_px;
+                    out.frames.push(PassFrame { row, exposure, t_s, unit_e, fwhm_px });
                 }
                 None => out.n_left += 1,
             }
@@ -141,25 +186,27 @@ impl<'a> PassFrames<'a> {
         let detected: Vec<&PassFrame> =
             self.frames.iter().filter(|f| f.row.status == Status::Ok && f.row.verdict != Verdict::Reject).collect();
         if resolved(&detected) {
-            return Ok(PassCurve { place: PlaceFrom::Frames, points: self.of_rows(), empty: EmptyPlaces::default() });
+            return Ok(PassCurve { points: self.of_rows(), ..PassCurve::at(PlaceFrom::Frames) });
         }
-        let fwhm_px = self.frames.first().map_or(f64::NAN, |f| self.settings(f).fwhm_px);
+        let fwhm_px = self.frames.first().map_or(f64::NAN, |f| f.fwhm_px);
         let detections: Vec<Detection> = detected.iter().filter_map(|f| detection(f)).collect();
         let place = match PassPlace::of_detections(&detections, fwhm_px) {
             Some(place) => PlaceFrom::Detections(self.refined(place, &detected, threads)),
             None => self.search(threads, at_once, stop)?,
         };
-        let mut curve = PassCurve { place, points: Vec::new(), empty: EmptyPlaces::default() };
+        let mut curve = PassCurve::at(place);
         let (PlaceFrom::Detections(place) | PlaceFrom::Stack(place, _)) = curve.place else { return Ok(curve) };
         for frames in self.frames.chunks(at_once.max(1)) {
             stop.check(|| "stopped while passes were stacked; run the same line again".into())?;
             let forced: Vec<Option<ForcedFlux>> =
                 threads.install(|| frames.par_iter().map(|f| self.forced(f, &place)).collect());
-            for (frame, forced) in frames.iter().zip(forced).filter_map(|(f, forced)| Some((f, forced?))) {
-                let (unit, flags) = (frame.unit_e, Flags(frame.row.flags & EXCLUDED.0) | forced.flags);
-                if flags.any(EXCLUDED) {
+            for (frame, forced) in frames.iter().zip(forced) {
+                let forced = forced.map(|f| (Flags(frame.row.flags & EXCLUDED.0) | f.flags, f));
+                let Some((flags, forced)) = forced.filter(|(flags, _)| !flags.any(EXCLUDED)) else {
+                    curve.without.push(*frame);
                     continue;
-                }
+                };
+                let unit = frame.unit_e;
                 let empty: Vec<Option<(f64, f64)>> =
                     forced.empty.iter().map(|e| e.map(|(flux, v)| (flux / unit, v / (unit * unit)))).collect();
                 curve.empty.add(&empty);
@@ -181,7 +228,7 @@ impl<'a> PassFrames<'a> {
         let mut bright: Vec<&PassFrame> = detected.iter().copied().filter(|f| snr(f) > REFINE_SNR).collect();
         bright.sort_by(|a, b| snr(b).total_cmp(&snr(a)).then(a.t_s.total_cmp(&b.t_s)));
         bright.truncate(MOST_REFINE);
-        let Some(fwhm_px) = bright.first().map(|f| self.settings(f).fwhm_px) else { return place };
+        let Some(fwhm_px) = bright.first().map(|f| f.fwhm_px) else { return place };
         let offsets: Vec<(f64, f64, f64)> =
             threads.install(|| bright.par_iter().filter_map(|f| self.forced(f, &place)?.offset_px).collect());
         place.refined(&offsets, fwhm_px)

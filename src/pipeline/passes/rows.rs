@@ -17,7 +17,7 @@ const DAY_S: f64 = 86_400.0;
 #[must_use]
 pub fn rows_of(number: i64, pass: &PassFrames, curve: &PassCurve) -> Vec<PassStackRow> {
     let Some(first) = pass.frames.first() else { return Vec::new() };
-    let of = OfPass { number, pass, curve, first, scale: curve.empty.error_scale(), bias: selection_bias(curve) };
+    let of = OfPass { number, pass, curve, first, scale: curve.empty.error_scale(), bias: curve.selection_bias() };
     if curve.points.is_empty() {
         return vec![of.without_flux()];
     }
@@ -28,14 +28,6 @@ pub fn rows_of(number: i64, pass: &PassFrames, curve: &PassCurve) -> Vec<PassSta
         rows.extend((1..).zip(bins).map(|(k, range)| of.row(k, range, &points)));
     }
     rows
-}
-
-/// By how much a place that was chosen for the largest flux makes it too large: k σ²/2F for k free parameters, since the
-/// largest response of a smooth field exceeds that of the truth by χ²_k in its square.
-fn selection_bias(curve: &PassCurve) -> f64 {
-    let PlaceFrom::Stack(place, snr) = curve.place else { return 0.0 };
-    let points: Vec<FramePoint> = curve.points.iter().map(|(_, point, _)| *point).collect();
-    mean(&points, 1.0).map_or(0.0, |m| 0.5 * place.freedoms as f64 / snr * m.empty_err)
 }
 
 struct OfPass<'a> {

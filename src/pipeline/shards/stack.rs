@@ -37,7 +37,7 @@ pub fn stack_merged(
     places.sort_unstable();
     let frames: Vec<&PlannedFrame> = places.iter().map(|k| &plan.frames[*k]).collect();
     let exposures = plan.exposures(frames.into_iter(), &night.config, &night.target_names())?;
-    let rows = merged.rows.get(..exposures.len()).unwrap_or_default();
+    let rows = merged.rows.get_mut(..exposures.len()).unwrap_or_default();
     merged.stacks = pass_stack(rows, &exposures, &night, options, progress)?;
     Ok(())
 }

@@ -11,6 +11,7 @@ use crate::photometry::surface_brightness::inst_mu;
 use crate::photometry::target::compact::Size;
 use crate::photometry::target::measure::{LIMIT_MARGIN_SIGMA, Light, TargetFound};
 use crate::pipeline::prepared::Calibrated;
+use crate::tables::words::ForcedAt;
 use crate::zeropoint::previous::{OtherNight, other_night};
 
 /// The measurement of one frame.
@@ -32,8 +33,8 @@ pub struct Measurement {
     pub y_px: f64,
     /// The flux in the aperture.
     pub flux: Flux,
-    /// The light of a point and its error \[e⁻\]: without a detection at the expected place, else at that of a compact target.
-    pub forced_e: Option<(f64, f64)>,
+    /// The light of a point: without a detection at the expected place, else at that of a compact target.
+    pub forced: Option<PointAt>,
     /// The shape of the target; `None` if nothing was found.
     pub target_shape: Option<TargetShape>,
     /// What its pixels say of its size; `None` where that of a point was not compared with them.
@@ -44,6 +45,21 @@ pub struct Measurement {
     pub inst: Instrumental,
     /// Why there is no detection, no limit or no magnitude.
     pub reasons: Vec<String>,
+}
+
+/// The light of a point at a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointAt {
+    /// What the place is.
+    pub at: ForcedAt,
+    /// Column \[px\].
+    pub x_px: f64,
+    /// Row \[px\].
+    pub y_px: f64,
+    /// The light \[e⁻\], negative or not.
+    pub flux_e: f64,
+    /// Its random error \[e⁻\].
+    pub err_e: f64,
 }
 
 /// The shape of the target and the light that is mixed with it.
@@ -139,7 +155,8 @@ impl Setting<'_> {
                     ..Instrumental::default()
                 };
                 let detected = flux.snr >= t.detect_sigma;
-                let mut forced_e = as_point_e;
+                let point = |at, (x_px, y_px), (flux_e, err_e)| PointAt { at, x_px, y_px, flux_e, err_e };
+                let mut forced = as_point_e.map(|light| point(ForcedAt::Detection, (x_px, y_px), light));
                 let mut reasons = Vec::new();
                 if detected {
                     let mag = -2.5 * (flux.flux_e / self.exptime_s).log10() + corr_mag;
@@ -160,11 +177,12 @@ impl Setting<'_> {
                         let corr_mag = if unseen.whole_light { 0.0 } else { self.point_correction(&unseen.flux) };
                         inst.limit_mag = self.inst_limit(unseen.limit_e, corr_mag);
                         reasons.extend(no_limit(unseen.limit_e));
-                        forced_e = Some((unseen.flux.flux_e, unseen.flux.flux_err_e));
+                        let light = (unseen.flux.flux_e, unseen.flux.flux_err_e);
+                        forced = Some(point(ForcedAt::Expected, (unseen.x_px, unseen.y_px), light));
                     }
                 }
                 Measurement {
-                    forced_e,
+                    forced,
                     target_shape: Some(target_shape),
                     size,
                     correction,
@@ -184,7 +202,13 @@ impl Setting<'_> {
                 reasons.extend(no_limit(limit_e));
                 let limit_mag = self.inst_limit(limit_e, corr_mag);
                 Measurement {
-                    forced_e: Some((flux.flux_e, flux.flux_err_e)),
+                    forced: Some(PointAt {
+                        at: ForcedAt::Expected,
+                        x_px,
+                        y_px,
+                        flux_e: flux.flux_e,
+                        err_e: flux.flux_err_e,
+                    }),
                     correction,
                     inst: Instrumental { limit_mag, ..Instrumental::default() },
                     reasons,
@@ -205,7 +229,7 @@ impl Setting<'_> {
             x_px,
             y_px,
             flux,
-            forced_e: None,
+            forced: None,
             target_shape: None,
             size: None,
             correction: None,

@@ -167,6 +167,7 @@ fn measured_columns(row: PhotometryRow, of: &CalibratedMeasurement) -> Photometr
     let no_flat = if m.flattened { Flags::default() } else { Flags::NO_FLAT };
     let other_zeropoint = if of.other_night.is_some() { Flags::OTHER_ZEROPOINT } else { Flags::default() };
     let missing = of.missing.map(|missing| format!("{missing}: v_mag left empty"));
+    let forced = m.forced.filter(|f| f.flux_e.is_finite() && f.err_e.is_finite());
     let reasons: Vec<String> = m.reasons.iter().cloned().chain(missing).collect();
     PhotometryRow {
         e_per_adu: Some(m.gain.e_per_adu.0),
@@ -190,8 +191,11 @@ fn measured_columns(row: PhotometryRow, of: &CalibratedMeasurement) -> Photometr
         sky_out_px: finite(flux.sky_out_px),
         flux_e: finite(flux.flux_e),
         flux_err_e: finite(flux.flux_err_e),
-        forced_flux_e: m.forced_e.and_then(|f| finite(f.0)),
-        forced_flux_err_e: m.forced_e.and_then(|f| finite(f.1)),
+        forced_flux_e: forced.map(|f| f.flux_e),
+        forced_flux_err_e: forced.map(|f| f.err_e),
+        forced_at: forced.map(|f| f.at.into()).unwrap_or_default(),
+        forced_x_px: forced.map(|f| f.x_px),
+        forced_y_px: forced.map(|f| f.y_px),
         sky_e_px: finite(flux.sky_e_px),
         sky_corner_ratio: m.sky_corner_ratio,
         snr: finite(flux.snr),

@@ -93,12 +93,18 @@ table! {
         flux_e: Option<f64> => "electron" ["phot.count"],
         /// 1-sigma random error of flux_e
         flux_err_e: Option<f64> => "electron" ["stat.error;phot.count"],
-        /// light of a point, weighed by the profile of the stars: of a non-detection at the expected place (target.x_px and
-        /// y_px, else the middle of the frame), whatever is there; of a target measured by these weights at its own place; can
-        /// be negative
+        /// light of a point, weighed by the profile of the stars, at the place forced_at names, whatever is there; can be
+        /// negative
         forced_flux_e: Option<f64> => "electron" ["phot.count"] added_later,
         /// 1-sigma random error of forced_flux_e
         forced_flux_err_e: Option<f64> => "electron" ["stat.error;phot.count"] added_later,
+        /// where forced_flux_e is measured: detection (that of this frame), pass (where the frames of the pass show the target),
+        /// expected (target.x_px and y_px, else the middle of the frame: too faint where the target stands elsewhere)
+        forced_at: String => ["meta.code"] added_later,
+        /// that place along a row
+        forced_x_px: Option<f64> => "pix" ["pos.cartesian.x;instr.det"] added_later,
+        /// that place over rows
+        forced_y_px: Option<f64> => "pix" ["pos.cartesian.y;instr.det"] added_later,
         /// sky level under the aperture, whole exposure; with the mean light of trails where the level is taken along them
         sky_e_px: Option<f64> => "electron / pix" ["instr.background"],
         /// background at the edge of the field over that at its centre
