@@ -162,13 +162,14 @@ impl Curve {
         jitter_px: f64,
     ) {
         let s = TargetSettings { x_px: at.0, y_px: at.1, search_radius_px: 10.0 * s.fwhm_px, ..*s };
-        let Some(f) = forced_flux(frame, &s, None, jitter_px) else { return };
+        let Some(f) = forced_flux(frame, &background(frame, 64, 3.0).unwrap(), &s, jitter_px) else { return };
         self.empty.add(&f.empty);
         self.points.push(FramePoint {
             t_s: k as f64 * CADENCE_S,
             flux: f.flux_e,
             variance: f.variance_e2,
             variance_per_flux: f.variance_per_e,
+            moved_frac: 0.0,
         });
     }
 }
@@ -266,7 +267,13 @@ fn bins_end_at_equal_signal_to_noise_and_are_not_brighter_for_it() {
     let (mut pulls, mut snrs, mut numbers) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..300 {
         let points: Vec<FramePoint> = (0..200)
-            .map(|k| FramePoint { t_s: k as f64, flux: truth(k) + normal(), variance: 1.0, variance_per_flux: 0.0 })
+            .map(|k| FramePoint {
+                t_s: k as f64,
+                flux: truth(k) + normal(),
+                variance: 1.0,
+                variance_per_flux: 0.0,
+                moved_frac: 0.0,
+            })
             .collect();
         let of = bins(&points, 5.0, 1.0);
         assert!(of.windows(2).all(|w| w[0].end == w[1].start) && of[0].start == 0 && of[of.len() - 1].end == 200);
@@ -296,6 +303,7 @@ fn bins_end_at_equal_signal_to_noise_and_are_not_brighter_for_it() {
             flux: 0.3 * f64::from(k % 2) - 0.15,
             variance: 1.0,
             variance_per_flux: 0.0,
+            moved_frac: 0.0,
         })
         .collect();
     let whole = bins(&empty, 5.0, 1.0);

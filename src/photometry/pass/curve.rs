@@ -27,6 +27,8 @@ pub struct FramePoint {
     pub variance: f64,
     /// What a target of unit flux adds to it.
     pub variance_per_flux: f64,
+    /// By how much of itself the flux scatters because the target does not stand still.
+    pub moved_frac: f64,
 }
 
 /// The mean of some frames.
@@ -46,7 +48,8 @@ pub struct Mean {
     pub chi2_dof: Option<f64>,
 }
 
-/// F = Σ f/σ² / Σ 1/σ², Var F = Σ (σ² + g F)/σ⁴ / (Σ 1/σ²)²: σ² the variance without the target, g F that of its photons.
+/// F = Σ f/σ² / Σ 1/σ², Var F = Σ (σ² + g F + m² F²)/σ⁴ / (Σ 1/σ²)²: σ² the variance without the target, g F that of its
+/// photons, m F that of its jitter.
 ///
 /// `scale` multiplies every error. `None` without frames.
 #[must_use]
@@ -59,11 +62,12 @@ pub fn mean(frames: &[FramePoint], scale: f64) -> Option<Mean> {
     let flux = frames.iter().map(|f| weight(f) * f.flux).sum::<f64>() / total;
     let t_s = frames.iter().map(|f| weight(f) * f.t_s).sum::<f64>() / total;
     let own = flux.max(0.0);
-    let variance = |f: &FramePoint| f.variance + own * f.variance_per_flux;
+    let variance = |f: &FramePoint| f.variance + own * f.variance_per_flux + (own * f.moved_frac).powi(2);
     let empty2 = (scale / total).powi(2) * total;
     let per_flux =
         frames.iter().map(|f| f.variance_per_flux * weight(f).powi(2)).sum::<f64>() * (scale / total).powi(2);
-    let err = (empty2 + own * per_flux).sqrt();
+    let moved2 = frames.iter().map(|f| (f.moved_frac * weight(f)).powi(2)).sum::<f64>() / total.powi(2);
+    let err = (empty2 + own * per_flux + own * own * moved2).sqrt();
     let chi2: f64 = frames.iter().map(|f| (f.flux - flux).powi(2) / variance(f)).sum::<f64>() / (scale * scale);
     let chi2_dof = (frames.len() > 1).then(|| chi2 / (frames.len() - 1) as f64);
     Some(Mean { flux, err, empty_err: empty2.sqrt(), variance_per_flux: per_flux, t_s, chi2_dof })

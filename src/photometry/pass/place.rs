@@ -21,6 +21,8 @@ const DRIFT_SIGMA: f64 = 3.0;
 const FEWEST_OFFSETS: usize = 5;
 /// A jitter below this is none: it would cost 2 % of the light \[FWHM\].
 const LEAST_JITTER_FWHM: f64 = 0.1;
+/// An offset tells of a target no further from the place than its own width: of a jitter up to this \[FWHM\].
+const MOST_JITTER_FWHM: f64 = 0.4;
 
 /// One detection of the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,6 +33,8 @@ pub struct Detection {
     pub x_px: f64,
     /// Row \[px\].
     pub y_px: f64,
+    /// Error of each \[px\].
+    pub err_px: f64,
 }
 
 /// The place of the target in the frames of a pass.
@@ -86,8 +90,8 @@ impl PassPlace {
         }
     }
 
-    /// The place moved by the median of offsets (dx, dy, their error \[px\]) of the target from it, and with its jitter: the
-    /// scatter of the offsets per axis beyond their errors, 0 where that is below a tenth of the FWHM.
+    /// The place moved by the median of offsets (dx, dy, their error \[px\]) of the target from it, and with its jitter, the
+    /// scatter of the offsets per axis. As it is where the detections scatter by more than an offset can tell.
     #[must_use]
     pub fn refined(self, offsets: &[(f64, f64, f64)], fwhm_px: f64) -> Self {
         let near: Vec<&(f64, f64, f64)> = offsets.iter().filter(|o| o.0.hypot(o.1) < fwhm_px).collect();
@@ -95,12 +99,11 @@ impl PassPlace {
         let (Some(dx), Some(dy), Some(err2)) = (middle(|o| o.0), middle(|o| o.1), middle(|o| o.2 * o.2)) else {
             return self;
         };
-        if near.len() < FEWEST_OFFSETS {
+        if near.len() < FEWEST_OFFSETS || self.jitter_px > MOST_JITTER_FWHM * fwhm_px {
             return self;
         }
         let mut about: Vec<f64> = near.iter().flat_map(|o| [o.0 - dx, o.1 - dy]).collect();
-        let jitter = (mad_sigma(&mut about).unwrap_or(0.0).powi(2) - err2).max(0.0).sqrt();
-        let jitter_px = if jitter > LEAST_JITTER_FWHM * fwhm_px { jitter } else { 0.0 };
+        let jitter_px = jitter_px(mad_sigma(&mut about).unwrap_or(0.0), err2, fwhm_px);
         Self { x_px: self.x_px + dx, y_px: self.y_px + dy, jitter_px, ..self }
     }
 
@@ -121,7 +124,9 @@ impl PassPlace {
             [d.x_px - x, d.y_px - y]
         };
         let mut offsets: Vec<f64> = agreeing.iter().flat_map(offset).collect();
-        Some((place, mad_sigma(&mut offsets).unwrap_or(0.0)))
+        let scatter = mad_sigma(&mut offsets).unwrap_or(0.0);
+        let err2 = median(&mut agreeing.iter().map(|d| d.err_px * d.err_px).collect::<Vec<_>>()).unwrap_or(0.0);
+        Some((Self { jitter_px: jitter_px(scatter, err2, fwhm_px), ..place }, scatter))
     }
 
     fn distance_px(&self, d: &Detection) -> f64 {
@@ -136,6 +141,12 @@ impl PassPlace {
         let spread = (detections.iter().map(|d| (d.t_s - mean_t).powi(2)).sum::<f64>()).sqrt();
         self.drift_px_s.0.hypot(self.drift_px_s.1) * spread > DRIFT_SIGMA * scatter
     }
+}
+
+/// What a scatter \[px\] is beyond errors of the variance `err2`; 0 where that is below a tenth of the FWHM.
+fn jitter_px(scatter: f64, err2: f64, fwhm_px: f64) -> f64 {
+    let jitter = (scatter * scatter - err2).max(0.0).sqrt();
+    if jitter > LEAST_JITTER_FWHM * fwhm_px { jitter } else { 0.0 }
 }
 
 /// The median slope of the pairs of detections \[px/s\].
@@ -167,7 +178,7 @@ mod tests {
                 let (dx, dy) = if other { (80.0 * random(), 80.0 * random()) } else { (0.0, 0.0) };
                 let noise = scatter * 12f64.sqrt();
                 let (x_px, y_px) = (100.0 + drift * t_s + dx + noise * random(), 50.0 + dy + noise * random());
-                Detection { t_s, x_px, y_px }
+                Detection { t_s, x_px, y_px, err_px: scatter }
             })
             .collect()
     }
@@ -196,6 +207,18 @@ mod tests {
         assert!((jittering.x_px - place.x_px - 0.5).abs() < 0.4, "{jittering:?} {place:?}");
         assert_eq!(place.refined(&offsets(0.3, 0.4), 4.0).jitter_px, 0.0);
         assert_eq!(place.refined(&offsets(1.0, 0.1)[..4], 4.0), place);
+    }
+
+    #[test]
+    fn detections_that_scatter_beyond_their_errors_give_the_jitter_and_others_none() {
+        let jitter = |err_px: f64| {
+            let of = |d: Detection| Detection { err_px, ..d };
+            let all: Vec<Detection> = detections(300, 0.0, 1.0, 0).into_iter().map(of).collect();
+            PassPlace::of_detections(&all, 4.0).unwrap().jitter_px
+        };
+        // an even distribution: its MAD is 1.28 sigma
+        assert!((jitter(0.1) - 1.28).abs() < 0.15, "{}", jitter(0.1));
+        assert_eq!(jitter(1.3), 0.0);
     }
 
     #[test]

@@ -58,6 +58,15 @@ pub(crate) struct BestPlace {
     pub snr: f64,
 }
 
+/// A step from a place to a better one.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PlaceStep {
+    /// Significance of a point at the place.
+    pub snr: f64,
+    /// How far from the place the light is, along columns and rows, and the error of each \[px\]; `None` without light.
+    pub offset_px: Option<(f64, f64, f64)>,
+}
+
 impl Cutout {
     /// The flux of a compact source at a place of the cutout, whatever is there; `None` where half of its light has no pixels.
     ///
@@ -123,26 +132,13 @@ impl Cutout {
     pub fn best_place(&self, start: (f64, f64)) -> Option<BestPlace> {
         let psf = &self.psf;
         let (mut x, mut y) = start;
-        let net_at = |i: usize, j: usize| {
-            Some(f64::from(self.pixels[[j, i]]) - self.sky.level(i as f64, j as f64) - self.light_at(i, j))
-        };
         let mut snr = 0.0;
         for _ in 0..PLACE_STEPS {
-            let pixels = self.pixels_of((x, y), 0.0, net_at)?;
-            let (mut normal, mut right) = (SMatrix::<f64, 3, 3>::zeros(), SVector::<f64, 3>::zeros());
-            for p in &pixels {
-                let t = SVector::from([p.share.point, p.share.by_place[0], p.share.by_place[1]]);
-                normal += t * t.transpose() / p.variance;
-                right += t * (p.net_e / p.variance);
-            }
-            snr = right[0] / normal[(0, 0)].sqrt();
-            let fit = normal.cholesky()?.solve(&right);
+            let step = self.place_step((x, y))?;
+            snr = step.snr;
             // without light there is no better place
-            if !(fit[0] > 0.0) {
-                break;
-            }
+            let Some((dx, dy, _)) = step.offset_px else { break };
             let longest = PLACE_STEP_FWHM.1 * psf.fwhm_px;
-            let (dx, dy) = (fit[1] / fit[0], fit[2] / fit[0]);
             let scale = (longest / dx.hypot(dy)).min(1.0);
             (x, y) = (x + scale * dx, y + scale * dy);
             if (x - start.0).hypot(y - start.1) > PLACE_REACH_FWHM * psf.fwhm_px {
@@ -153,6 +149,25 @@ impl Cutout {
             }
         }
         Some(BestPlace { x, y, snr })
+    }
+
+    /// One Gauss-Newton step from a place to where a point fits best.
+    pub fn place_step(&self, at: (f64, f64)) -> Option<PlaceStep> {
+        let net_at = |i: usize, j: usize| {
+            Some(f64::from(self.pixels[[j, i]]) - self.sky.level(i as f64, j as f64) - self.light_at(i, j))
+        };
+        let pixels = self.pixels_of(at, 0.0, net_at)?;
+        let (mut normal, mut right) = (SMatrix::<f64, 3, 3>::zeros(), SVector::<f64, 3>::zeros());
+        for p in &pixels {
+            let t = SVector::from([p.share.point, p.share.by_place[0], p.share.by_place[1]]);
+            normal += t * t.transpose() / p.variance;
+            right += t * (p.net_e / p.variance);
+        }
+        let snr = right[0] / normal[(0, 0)].sqrt();
+        let fit = normal.cholesky()?.solve(&right);
+        let err = 1.0 / (fit[0] * (0.5 * (normal[(1, 1)] + normal[(2, 2)])).sqrt());
+        let offset_px = (fit[0] > 0.0).then(|| (fit[1] / fit[0], fit[2] / fit[0], err));
+        Some(PlaceStep { snr, offset_px })
     }
 
     /// The good pixels within reach of a source, less what an annulus takes of its light (`taken` per pixel).

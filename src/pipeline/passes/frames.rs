@@ -6,7 +6,6 @@
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
-use crate::base::constants::FWHM_PER_SIGMA;
 use crate::base::error::Result;
 use crate::base::stats::median;
 use crate::base::stop::Stop;
@@ -21,7 +20,7 @@ use crate::pipeline::prepared::Calibrated;
 use crate::pipeline::target::frame::{settings_of_frame, target_settings};
 use crate::pipeline::target::measurement::PointAt;
 use crate::pipeline::target::place::Place;
-use crate::pipeline::target::window::around;
+use crate::pipeline::target::window::{around, sky_at};
 use crate::tables::PhotometryRow;
 use crate::tables::words::{ForcedAt, Status, Verdict};
 
@@ -37,8 +36,8 @@ const EXCLUDED: Flags =
 /// Detections this bright, and no more of them, refine the place.
 const REFINE_SNR: f64 = 8.0;
 const MOST_REFINE: usize = 48;
-/// A jitter of half of what is noticed ([`PassPlace::refined`]) \[FWHM\].
-const UNSEEN_JITTER_FWHM: f64 = 0.05;
+/// Error of a detection's place times S/N \[FWHM\].
+const OUTLINE_PLACE_ERR: f64 = 0.65;
 /// Seconds per day.
 const DAY_S: f64 = 86_400.0;
 
@@ -110,17 +109,16 @@ impl<'a> PassCurve<'a> {
     /// The light of a point at the place of the pass in each of its frames; `None` in those that do not show the place, nothing
     /// at all where the pass has no place.
     ///
-    /// σ² = s² σ₀² + p F + (F j²/2σ_s²)²: s what empty places make of the errors, p F the photons of the target, the last term
-    /// the light that a jitter of j per axis moves out of the profile, of scale σ_s; j is at least half of what is noticed.
+    /// σ² = s² σ₀² + p F + (m F)²: s what empty places make of the errors, p F the photons of the target, m F what its jitter
+    /// makes of it.
     #[must_use]
     pub fn light_of_frames(&self) -> Vec<(PassFrame<'a>, Option<PointAt>)> {
         let (PlaceFrom::Detections(place) | PlaceFrom::Stack(place, _)) = self.place else { return Vec::new() };
         let (scale, bias) = (self.empty.error_scale(), self.selection_bias());
         let light = |(frame, point, _): &(PassFrame<'a>, FramePoint, Flags)| {
             let (x_px, y_px) = place.at(frame.t_s);
-            let jitter_fwhm = (place.jitter_px / frame.fwhm_px).max(UNSEEN_JITTER_FWHM);
             let flux = point.flux - bias;
-            let moved = flux * 0.5 * (FWHM_PER_SIGMA * jitter_fwhm).powi(2);
+            let moved = flux * point.moved_frac;
             let variance = scale * scale * point.variance + flux.max(0.0) * point.variance_per_flux + moved * moved;
             let (flux_e, err_e) = (flux * frame.unit_e, variance.sqrt() * frame.unit_e);
             (*frame, Some(PointAt { at: ForcedAt::Pass, x_px, y_px, flux_e, err_e }))
@@ -215,6 +213,7 @@ impl<'a> PassFrames<'a> {
                     flux: forced.flux_e / unit,
                     variance: forced.variance_e2 / (unit * unit),
                     variance_per_flux: forced.variance_per_e / unit,
+                    moved_frac: forced.moved_frac,
                 };
                 curve.points.push((*frame, point, flags));
             }
@@ -245,7 +244,7 @@ impl<'a> PassFrames<'a> {
             let flux = 10f64.powf(-0.4 * (mag - zero));
             let per_e = flux / flux_e;
             let variance = (err_e * err_e - flux_e.max(0.0)).max(0.0) * per_e * per_e;
-            let point = FramePoint { t_s: f.t_s, flux, variance, variance_per_flux: per_e };
+            let point = FramePoint { t_s: f.t_s, flux, variance, variance_per_flux: per_e, moved_frac: 0.0 };
             (variance > 0.0 && variance.is_finite()).then_some((*f, point, Flags(row.flags)))
         };
         self.frames.iter().filter_map(point).collect()
@@ -294,8 +293,9 @@ impl<'a> PassFrames<'a> {
         let settings = TargetSettings { x_px, y_px, search_radius_px: SEARCH_FWHM * settings.fwhm_px, ..settings };
         let reader = self.night.open(frame.exposure).ok()?;
         let pixels = around(&reader, self.night, &settings).ok()??;
-        let profile = self.night.seeing.profile.filter(|_| self.night.config.photometry.aper_correction);
-        forced_flux(&pixels, &settings, profile.as_ref(), place.jitter_px)
+        let p = &self.night.config.photometry;
+        let sky = sky_at(&pixels, p.mesh_px, p.clip_sigma, &settings)?;
+        forced_flux(&pixels, &sky, &settings, place.jitter_px)
     }
 }
 
@@ -307,7 +307,9 @@ fn resolved(detected: &[&PassFrame]) -> bool {
 
 fn detection(frame: &&PassFrame) -> Option<Detection> {
     let row = frame.row;
-    Some(Detection { t_s: frame.t_s, x_px: row.x_px?, y_px: row.y_px? })
+    // that of a Gaussian is 0.43 FWHM over S/N, of the middle of an outline half as much again
+    let err_px = OUTLINE_PLACE_ERR * frame.fwhm_px / row.snr?.max(1.0);
+    Some(Detection { t_s: frame.t_s, x_px: row.x_px?, y_px: row.y_px?, err_px })
 }
 
 fn mjd(row: &PhotometryRow) -> f64 {

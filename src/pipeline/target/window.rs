@@ -91,7 +91,8 @@ pub fn around<'b>(reader: &FrameReader, night: &'b Calibrated, s: &TargetSetting
 }
 
 /// The sky in a few boxes around the expected place, if any of their pixels is good.
-fn sky_at(frame: &Frame<Electrons>, mesh_px: usize, clip_sigma: f64, s: &TargetSettings) -> Option<Background> {
+#[must_use]
+pub fn sky_at(frame: &Frame<Electrons>, mesh_px: usize, clip_sigma: f64, s: &TargetSettings) -> Option<Background> {
     let (ny, nx) = frame.pixels.dim();
     let reach = BOXES_AROUND * mesh_px + mesh_px / 2;
     let span = |at: f64, origin: usize, n: usize| {
