@@ -15,6 +15,7 @@ use crate::photometry::pass::curve::{EmptyPlaces, FramePoint, mean};
 use crate::photometry::pass::forced::{ForcedFlux, forced_flux};
 use crate::photometry::pass::place::{Detection, PassPlace};
 use crate::photometry::pass::stack::{FrameMap, PassStack, StackFound, frame_map};
+use crate::photometry::pass::width::Width;
 use crate::photometry::target::settings::TargetSettings;
 use crate::pipeline::prepared::Calibrated;
 use crate::pipeline::target::frame::{settings_of_frame, target_settings};
@@ -86,6 +87,8 @@ pub struct PassCurve<'a> {
     pub place: PlaceFrom,
     /// Frame, flux and flags, in order of time.
     pub points: Vec<(PassFrame<'a>, FramePoint, Flags)>,
+    /// The width that the fluxes were measured with.
+    pub width: Width,
     /// Frames in which the target's place is off the frame, masked or disturbed.
     pub without: Vec<PassFrame<'a>>,
     /// Fluxes of empty places.
@@ -94,7 +97,13 @@ pub struct PassCurve<'a> {
 
 impl<'a> PassCurve<'a> {
     fn at(place: PlaceFrom) -> Self {
-        Self { place, points: Vec::new(), without: Vec::new(), empty: EmptyPlaces::default() }
+        Self { place, points: Vec::new(), width: Width::default(), without: Vec::new(), empty: EmptyPlaces::default() }
+    }
+
+    /// Error of every flux by that of the width of the target's images, as a share of it; none of detections as they are.
+    #[must_use]
+    pub fn width_err_frac(&self) -> f64 {
+        if self.place == PlaceFrom::Frames { 0.0 } else { self.width.flux_err_frac() }
     }
 
     /// By how much a place that was chosen for the largest flux makes it too large: k σ²/2F for k free parameters, since the
@@ -110,7 +119,7 @@ impl<'a> PassCurve<'a> {
     /// at all where the pass has no place.
     ///
     /// σ² = s² σ₀² + p F + (m F)²: s what empty places make of the errors, p F the photons of the target, m F what its jitter
-    /// makes of it.
+    /// and the error of its width make of it.
     #[must_use]
     pub fn light_of_frames(&self) -> Vec<(PassFrame<'a>, Option<PointAt>)> {
         let (PlaceFrom::Detections(place) | PlaceFrom::Stack(place, _)) = self.place else { return Vec::new() };
@@ -118,7 +127,7 @@ impl<'a> PassCurve<'a> {
         let light = |(frame, point, _): &(PassFrame<'a>, FramePoint, Flags)| {
             let (x_px, y_px) = place.at(frame.t_s);
             let flux = point.flux - bias;
-            let moved = flux * point.moved_frac;
+            let moved = flux * point.moved_frac.hypot(self.width_err_frac());
             let variance = scale * scale * point.variance + flux.max(0.0) * point.variance_per_flux + moved * moved;
             let (flux_e, err_e) = (flux * frame.unit_e, variance.sqrt() * frame.unit_e);
             (*frame, Some(PointAt { at: ForcedAt::Pass, x_px, y_px, flux_e, err_e }))
@@ -187,17 +196,18 @@ impl<'a> PassFrames<'a> {
             return Ok(PassCurve { points: self.of_rows(), ..PassCurve::at(PlaceFrom::Frames) });
         }
         let fwhm_px = self.frames.first().map_or(f64::NAN, |f| f.fwhm_px);
+        let width = Width::of(&detected.iter().filter_map(|f| measured_width(f)).collect::<Vec<_>>());
         let detections: Vec<Detection> = detected.iter().filter_map(|f| detection(f)).collect();
         let place = match PassPlace::of_detections(&detections, fwhm_px) {
-            Some(place) => PlaceFrom::Detections(self.refined(place, &detected, threads)),
+            Some(place) => PlaceFrom::Detections(self.refined(place, &width, &detected, threads)),
             None => self.search(threads, at_once, stop)?,
         };
-        let mut curve = PassCurve::at(place);
+        let mut curve = PassCurve { width, ..PassCurve::at(place) };
         let (PlaceFrom::Detections(place) | PlaceFrom::Stack(place, _)) = curve.place else { return Ok(curve) };
         for frames in self.frames.chunks(at_once.max(1)) {
             stop.check(|| "stopped while passes were stacked; run the same line again".into())?;
             let forced: Vec<Option<ForcedFlux>> =
-                threads.install(|| frames.par_iter().map(|f| self.forced(f, &place)).collect());
+                threads.install(|| frames.par_iter().map(|f| self.forced(f, &place, &width)).collect());
             for (frame, forced) in frames.iter().zip(forced) {
                 let forced = forced.map(|f| (Flags(frame.row.flags & EXCLUDED.0) | f.flags, f));
                 let Some((flags, forced)) = forced.filter(|(flags, _)| !flags.any(EXCLUDED)) else {
@@ -222,14 +232,14 @@ impl<'a> PassFrames<'a> {
     }
 
     /// The place by the light of the brightest detections, whose outlines give it less well.
-    fn refined(&self, place: PassPlace, detected: &[&PassFrame], threads: &ThreadPool) -> PassPlace {
+    fn refined(&self, place: PassPlace, width: &Width, detected: &[&PassFrame], threads: &ThreadPool) -> PassPlace {
         let snr = |f: &PassFrame| f.row.snr.unwrap_or(0.0);
         let mut bright: Vec<&PassFrame> = detected.iter().copied().filter(|f| snr(f) > REFINE_SNR).collect();
         bright.sort_by(|a, b| snr(b).total_cmp(&snr(a)).then(a.t_s.total_cmp(&b.t_s)));
         bright.truncate(MOST_REFINE);
         let Some(fwhm_px) = bright.first().map(|f| f.fwhm_px) else { return place };
         let offsets: Vec<(f64, f64, f64)> =
-            threads.install(|| bright.par_iter().filter_map(|f| self.forced(f, &place)?.offset_px).collect());
+            threads.install(|| bright.par_iter().filter_map(|f| self.forced(f, &place, width)?.offset_px).collect());
         place.refined(&offsets, fwhm_px)
     }
 
@@ -287,10 +297,11 @@ impl<'a> PassFrames<'a> {
         frame_map(&pixels, &settings, frame.unit_e)
     }
 
-    fn forced(&self, frame: &PassFrame, place: &PassPlace) -> Option<ForcedFlux> {
+    fn forced(&self, frame: &PassFrame, place: &PassPlace, width: &Width) -> Option<ForcedFlux> {
         let (x_px, y_px) = place.at(frame.t_s);
         let settings = self.settings(frame);
-        let settings = TargetSettings { x_px, y_px, search_radius_px: SEARCH_FWHM * settings.fwhm_px, ..settings };
+        let fwhm_px = settings.fwhm_px * width.of_star();
+        let settings = TargetSettings { x_px, y_px, fwhm_px, search_radius_px: SEARCH_FWHM * fwhm_px, ..settings };
         let reader = self.night.open(frame.exposure).ok()?;
         let pixels = around(&reader, self.night, &settings).ok()??;
         let p = &self.night.config.photometry;
@@ -303,6 +314,10 @@ impl<'a> PassFrames<'a> {
 fn resolved(detected: &[&PassFrame]) -> bool {
     let mut extents: Vec<f64> = detected.iter().filter_map(|f| f.row.extent_fwhm).collect();
     extents.len() >= FEWEST_RESOLVED && median(&mut extents).is_some_and(|e| e > RESOLVED_FWHM)
+}
+
+fn measured_width(frame: &&PassFrame) -> Option<(f64, f64)> {
+    Some((frame.row.disc_fwhm2?, frame.row.disc_fwhm2_err?))
 }
 
 fn detection(frame: &&PassFrame) -> Option<Detection> {

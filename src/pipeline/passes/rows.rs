@@ -130,7 +130,7 @@ impl OfPass<'_> {
         }
         row.inst_mag = Some(-2.5 * flux.log10());
         row.v_mag = self.mag(flux);
-        row.v_mag_err = Some(MAG_PER_LN * m.err / flux);
+        row.v_mag_err = Some(MAG_PER_LN * (m.err / flux).hypot(self.curve.width_err_frac()));
         if row.v_mag.is_none() {
             row.reason = "no zeropoint: v_mag left empty".into();
         }

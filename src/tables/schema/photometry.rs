@@ -93,8 +93,8 @@ table! {
         flux_e: Option<f64> => "electron" ["phot.count"],
         /// 1-sigma random error of flux_e
         flux_err_e: Option<f64> => "electron" ["stat.error;phot.count"],
-        /// light of a point, weighed by the profile of the stars, at the place forced_at names, whatever is there; can be
-        /// negative
+        /// light of a point, weighed by the profile of the stars, at the place forced_at names, whatever is there; at that of
+        /// the pass the profile is as wide as the detections of the pass; can be negative
         forced_flux_e: Option<f64> => "electron" ["phot.count"] added_later,
         /// 1-sigma random error of forced_flux_e
         forced_flux_err_e: Option<f64> => "electron" ["stat.error;phot.count"] added_later,
