@@ -1,55 +1,82 @@
-//! How wide the target of a pass is, by all frames that show it: size, seeing of the moment and smear together.
+//! How wide the images of a pass are, by all frames that show the target: size, seeing and smear together.
 //!
-//! Squares of the diameter of an even disc seen through the star profile, in FWHM² of the night's stars. It does not cover widths that
-//! change within the pass.
+//! Widths are relative to that of the night's stars. Seeing goes with the airmass as X^0.6 (Fried 1966, J. Opt. Soc. Am. 56, 1372), what
+//! the optics add does not, so the exponent is fitted. It does not cover other changes within the pass.
+
+use nalgebra::{Matrix2, Vector2};
 
 use crate::base::constants::FWHM_PER_SIGMA;
 
-/// What is expected before any detection: the width of a star, and by how much a pass differs from it. Seeing that is a sixth
-/// wider than in the star frames is a disc of 1 FWHM² \[FWHM²\].
-const PRIOR_ERR: f64 = 1.0;
+/// Expected before any detection: the square of the width is that of the stars within this share of it (seeing that is a sixth wider) ...
+const PRIOR_LEVEL_ERR: f64 = 0.35;
+/// ... and grows with the airmass by an exponent between that of optics alone and that of seeing alone, of the width.
+const PRIOR_EXPONENT: (f64, f64) = (0.4, 0.3);
 /// Images are not narrower than this share of the stars' width.
 const LEAST_RATIO: f64 = 0.7;
 
-/// The width of the target of a pass.
+/// One detection: the square of the diameter of the disc that fits, its error \[FWHM²\], and the airmass.
+pub type MeasuredWidth = (f64, f64, f64);
+
+/// The square of the width of the images over that of the stars: r(X) = a (X/X₀)^(c/a), fitted as
+/// a + c ln(X/X₀).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Width {
-    /// Square of the diameter of the disc, negative where it is narrower than a star \[FWHM²\].
-    pub disc2: f64,
-    /// Its error \[FWHM²\].
-    pub err: f64,
+    /// X₀, the mean airmass of the detections; `None` without any.
+    airmass: Option<f64>,
+    /// a and c.
+    terms: Vector2<f64>,
+    covariance: Matrix2<f64>,
 }
 
 impl Default for Width {
     fn default() -> Self {
-        Self { disc2: 0.0, err: PRIOR_ERR }
+        Self::of(&[])
     }
 }
 
 impl Width {
-    /// The mean of measured squares of the diameter and their errors, with the prior: D² = Σ d/σ² / (Σ 1/σ² + 1/σ_0²).
+    /// Least squares of r = 1 + D² 8 ln 2/16 (a disc has σ² = D²/16 per axis), with a = 1 ± 0.35 and c/2 = 0.4 ± 0.3 beforehand.
     #[must_use]
-    pub fn of(measured: &[(f64, f64)]) -> Self {
-        let usable = measured.iter().filter(|(d, err)| d.is_finite() && *err > 0.0);
-        let (sum, weight) =
-            usable.fold((0.0, PRIOR_ERR.powi(-2)), |(s, w), (d, err)| (s + d / (err * err), w + 1.0 / (err * err)));
-        Self { disc2: sum / weight, err: weight.sqrt().recip() }
+    pub fn of(measured: &[MeasuredWidth]) -> Self {
+        let growth = FWHM_PER_SIGMA * FWHM_PER_SIGMA / 16.0;
+        let usable = |m: &&MeasuredWidth| m.0.is_finite() && m.1 > 0.0 && m.2 >= 1.0 && m.2.is_finite();
+        let usable: Vec<&MeasuredWidth> = measured.iter().filter(usable).collect();
+        let sums =
+            usable.iter().fold((0.0, 0.0), |(s, w), (_, err, x)| (s + x.ln() / (err * err), w + 1.0 / (err * err)));
+        let airmass = (sums.1 > 0.0).then(|| (sums.0 / sums.1).exp());
+        let prior = Vector2::new(PRIOR_LEVEL_ERR.powi(-2), (2.0 * PRIOR_EXPONENT.1).powi(-2));
+        let mut normal = Matrix2::from_diagonal(&prior);
+        let mut right = prior.component_mul(&Vector2::new(1.0, 2.0 * PRIOR_EXPONENT.0));
+        for (disc2, err, x) in usable {
+            let t = Vector2::new(1.0, (x / airmass.unwrap_or(1.0)).ln());
+            let weight = (growth * err).powi(-2);
+            normal += t * t.transpose() * weight;
+            right += t * (weight * (1.0 + growth * disc2));
+        }
+        // the prior alone makes it positive definite
+        let covariance = normal.try_inverse().unwrap_or_else(Matrix2::zeros);
+        Self { airmass, terms: covariance * right, covariance }
     }
 
-    /// FWHM of the images over that of the night's stars: √(1 + D² 8 ln 2/16), a disc having σ² = D²/16 per axis.
+    /// r at an airmass, and its derivatives by a and c.
+    fn at(&self, airmass: Option<f64>) -> (f64, Vector2<f64>) {
+        let log = airmass.zip(self.airmass).map_or(0.0, |(x, x0)| (x / x0).ln());
+        let a = self.terms[0].max(LEAST_RATIO * LEAST_RATIO);
+        let power = self.terms[1] / a * log;
+        (a * power.exp(), Vector2::new(1.0 - power, log) * power.exp())
+    }
+
+    /// FWHM of the images at an airmass over that of the night's stars.
     #[must_use]
-    pub fn of_star(&self) -> f64 {
-        (1.0 + self.growth() * self.disc2).max(LEAST_RATIO * LEAST_RATIO).sqrt()
+    pub fn of_star(&self, airmass: Option<f64>) -> f64 {
+        self.at(airmass).0.max(LEAST_RATIO * LEAST_RATIO).sqrt()
     }
 
     /// Error of a flux by that of the width, as a share of it: for Gaussians F ∝ 2σ_t²/(σ_t² + σ_s²), dF/F = dσ_t²/2σ_t².
     #[must_use]
-    pub fn flux_err_frac(&self) -> f64 {
-        0.5 * self.growth() * self.err / self.of_star().powi(2)
-    }
-
-    fn growth(&self) -> f64 {
-        FWHM_PER_SIGMA * FWHM_PER_SIGMA / 16.0
+    pub fn flux_err_frac(&self, airmass: Option<f64>) -> f64 {
+        let (_, by_terms) = self.at(airmass);
+        0.5 * (self.covariance * by_terms).dot(&by_terms).sqrt() / self.of_star(airmass).powi(2)
     }
 }
 
@@ -57,19 +84,42 @@ impl Width {
 mod tests {
     use super::*;
 
+    /// D² of images `ratio` times as wide as the stars.
+    fn disc2(ratio: f64) -> f64 {
+        16.0 * (ratio * ratio - 1.0) / FWHM_PER_SIGMA.powi(2)
+    }
+
     #[test]
     fn many_detections_give_the_width_and_none_that_of_a_star() {
-        assert_eq!(Width::of(&[]), Width::default());
-        assert!((Width::default().of_star() - 1.0).abs() < 1e-12);
-        // images 1.3 times as wide as the stars: D² = 16 (1.3² - 1)/8 ln 2
-        let disc2 = 16.0 * (1.3f64.powi(2) - 1.0) / FWHM_PER_SIGMA.powi(2);
-        let width = Width::of(&vec![(disc2, 0.5); 400]);
-        assert!((width.of_star() - 1.3).abs() < 2e-3, "{width:?}");
+        let none = Width::default();
+        assert!((none.of_star(Some(2.0)) - 1.0).abs() < 1e-12 && (none.flux_err_frac(None) - 0.175).abs() < 1e-12);
+        let width = Width::of(&vec![(disc2(1.3), 0.5, 1.5); 400]);
+        assert!((width.of_star(Some(1.5)) - 1.3).abs() < 5e-3, "{width:?}");
         // the stated error of the flux is what the error of the width makes of it
-        let flux = |of: Width| 2.0 / (1.0 + (1.3 / of.of_star()).powi(2));
-        let moved = flux(Width { disc2: width.disc2 + width.err, ..width }) / flux(width) - 1.0;
-        assert!((moved / width.flux_err_frac() - 1.0).abs() < 0.1, "{moved} {width:?}");
+        let r = width.of_star(Some(1.5)).powi(2);
+        let flux = |r: f64| 2.0 / (1.0 + 1.3 * 1.3 / r);
+        let moved = flux(r + width.covariance[(0, 0)].sqrt()) / flux(r) - 1.0;
+        assert!((moved / width.flux_err_frac(Some(1.5)) - 1.0).abs() < 0.1, "{moved} {width:?}");
         // narrower than a star, by noise or by better seeing
-        assert!(Width::of(&[(-1.0, 0.1); 30]).of_star() < 0.85);
+        assert!(Width::of(&[(-1.0, 0.1, 1.2); 30]).of_star(Some(1.2)) < 0.85);
+    }
+
+    #[test]
+    fn seeing_and_optics_are_told_apart_where_the_detections_span_airmass_and_else_both_are_within_the_error() {
+        let pass = |exponent: f64, airmasses: &[f64]| -> Width {
+            let of = |x: &f64| (disc2(1.1 * (x / 1.2f64).powf(exponent)), 0.3, *x);
+            Width::of(&airmasses.iter().map(of).collect::<Vec<_>>())
+        };
+        for exponent in [0.0, 0.6] {
+            let wide: Vec<f64> = (0..200).map(|k| 1.2 + 0.005 * f64::from(k)).collect();
+            let want = 1.1 * (2.0f64 / 1.2).powf(exponent);
+            let got = pass(exponent, &wide).of_star(Some(2.0));
+            assert!((got / want - 1.0).abs() < 0.03, "{exponent}: {got} {want}");
+            // nothing but the prior tells what the width is elsewhere
+            let narrow = pass(exponent, &[1.2; 200]);
+            let (r, want2) = (narrow.of_star(Some(2.0)).powi(2), want * want);
+            let err = 2.0 * narrow.flux_err_frac(Some(2.0)) * r;
+            assert!((r - want2).abs() < 1.5 * err && err < 0.6, "{exponent}: {r} {want2} {err}");
+        }
     }
 }

@@ -15,7 +15,7 @@ use crate::photometry::pass::curve::{EmptyPlaces, FramePoint, mean};
 use crate::photometry::pass::forced::{ForcedFlux, forced_flux};
 use crate::photometry::pass::place::{Detection, PassPlace};
 use crate::photometry::pass::stack::{FrameMap, PassStack, StackFound, frame_map};
-use crate::photometry::pass::width::Width;
+use crate::photometry::pass::width::{MeasuredWidth, Width};
 use crate::photometry::target::settings::TargetSettings;
 use crate::pipeline::prepared::Calibrated;
 use crate::pipeline::target::frame::{settings_of_frame, target_settings};
@@ -100,10 +100,11 @@ impl<'a> PassCurve<'a> {
         Self { place, points: Vec::new(), width: Width::default(), without: Vec::new(), empty: EmptyPlaces::default() }
     }
 
-    /// Error of every flux by that of the width of the target's images, as a share of it; none of detections as they are.
+    /// Error of a flux at an airmass by that of the width of the target's images, as a share of it; none of detections as they
+    /// are.
     #[must_use]
-    pub fn width_err_frac(&self) -> f64 {
-        if self.place == PlaceFrom::Frames { 0.0 } else { self.width.flux_err_frac() }
+    pub fn width_err_frac(&self, airmass: Option<f64>) -> f64 {
+        if self.place == PlaceFrom::Frames { 0.0 } else { self.width.flux_err_frac(airmass) }
     }
 
     /// By how much a place that was chosen for the largest flux makes it too large: k σ²/2F for k free parameters, since the
@@ -127,7 +128,7 @@ impl<'a> PassCurve<'a> {
         let light = |(frame, point, _): &(PassFrame<'a>, FramePoint, Flags)| {
             let (x_px, y_px) = place.at(frame.t_s);
             let flux = point.flux - bias;
-            let moved = flux * point.moved_frac.hypot(self.width_err_frac());
+            let moved = flux * point.moved_frac.hypot(self.width_err_frac(frame.row.airmass));
             let variance = scale * scale * point.variance + flux.max(0.0) * point.variance_per_flux + moved * moved;
             let (flux_e, err_e) = (flux * frame.unit_e, variance.sqrt() * frame.unit_e);
             (*frame, Some(PointAt { at: ForcedAt::Pass, x_px, y_px, flux_e, err_e }))
@@ -300,7 +301,7 @@ impl<'a> PassFrames<'a> {
     fn forced(&self, frame: &PassFrame, place: &PassPlace, width: &Width) -> Option<ForcedFlux> {
         let (x_px, y_px) = place.at(frame.t_s);
         let settings = self.settings(frame);
-        let fwhm_px = settings.fwhm_px * width.of_star();
+        let fwhm_px = settings.fwhm_px * width.of_star(frame.row.airmass);
         let settings = TargetSettings { x_px, y_px, fwhm_px, search_radius_px: SEARCH_FWHM * fwhm_px, ..settings };
         let reader = self.night.open(frame.exposure).ok()?;
         let pixels = around(&reader, self.night, &settings).ok()??;
@@ -316,8 +317,8 @@ fn resolved(detected: &[&PassFrame]) -> bool {
     extents.len() >= FEWEST_RESOLVED && median(&mut extents).is_some_and(|e| e > RESOLVED_FWHM)
 }
 
-fn measured_width(frame: &&PassFrame) -> Option<(f64, f64)> {
-    Some((frame.row.disc_fwhm2?, frame.row.disc_fwhm2_err?))
+fn measured_width(frame: &&PassFrame) -> Option<MeasuredWidth> {
+    Some((frame.row.disc_fwhm2?, frame.row.disc_fwhm2_err?, frame.row.airmass?))
 }
 
 fn detection(frame: &&PassFrame) -> Option<Detection> {

@@ -119,18 +119,19 @@ impl OfPass<'_> {
         (row.chi2_dof, row.err_scale) = (m.chi2_dof, Some(self.scale));
         row.threshold_sigma = Some(detect_sigma);
         row.limit_v_mag = self.mag(m.limit(detect_sigma));
-        self.magnitude(&mut row, flux, &m, detect_sigma);
+        let mut airmasses: Vec<f64> = of_bin.iter().filter_map(|(frame, ..)| frame.row.airmass).collect();
+        self.magnitude(&mut row, (flux, &m), median(&mut airmasses), detect_sigma);
         row
     }
 
-    fn magnitude(&self, row: &mut PassStackRow, flux: f64, m: &Mean, detect_sigma: f64) {
+    fn magnitude(&self, row: &mut PassStackRow, (flux, m): (f64, &Mean), airmass: Option<f64>, detect_sigma: f64) {
         if flux < detect_sigma * m.err {
             row.reason = format!("S/N {:.1} is below {detect_sigma} (target.detect_sigma)", flux / m.err);
             return;
         }
         row.inst_mag = Some(-2.5 * flux.log10());
         row.v_mag = self.mag(flux);
-        row.v_mag_err = Some(MAG_PER_LN * (m.err / flux).hypot(self.curve.width_err_frac()));
+        row.v_mag_err = Some(MAG_PER_LN * (m.err / flux).hypot(self.curve.width_err_frac(airmass)));
         if row.v_mag.is_none() {
             row.reason = "no zeropoint: v_mag left empty".into();
         }
