@@ -37,6 +37,8 @@ const EXCLUDED: Flags =
 /// Detections this bright, and no more of them, refine the place.
 const REFINE_SNR: f64 = 8.0;
 const MOST_REFINE: usize = 48;
+/// A clear detection so far from the place is the target, displaced \[FWHM\]: nearer it is at the place, farther another object.
+const NEXT_FWHM: (f64, f64) = (0.5, 4.0);
 /// Error of a detection's place times S/N \[FWHM\].
 const OUTLINE_PLACE_ERR: f64 = 0.65;
 /// Seconds per day.
@@ -64,6 +66,17 @@ pub struct PassFrame<'a> {
     unit_e: f64,
     /// FWHM of the stars \[px\].
     fwhm_px: f64,
+}
+
+impl PassFrame<'_> {
+    /// Where the target stands in this frame \[px\]: at the place of the pass, unless a clear detection stands next to it.
+    fn place(&self, place: &PassPlace) -> (f64, f64) {
+        let (row, at) = (self.row, place.at(self.t_s));
+        let is_clear = row.status == Status::Ok && row.verdict != Verdict::Reject && row.snr > Some(REFINE_SNR);
+        let own = row.x_px.zip(row.y_px).filter(|_| is_clear);
+        let next_to_it = NEXT_FWHM.0 * self.fwhm_px..NEXT_FWHM.1 * self.fwhm_px;
+        own.filter(|(x, y)| next_to_it.contains(&(x - at.0).hypot(y - at.1))).unwrap_or(at)
+    }
 }
 
 /// Where the place of the target is from.
@@ -126,7 +139,7 @@ impl<'a> PassCurve<'a> {
         let (PlaceFrom::Detections(place) | PlaceFrom::Stack(place, _)) = self.place else { return Vec::new() };
         let (scale, bias) = (self.empty.error_scale(), self.selection_bias());
         let light = |(frame, point, _): &(PassFrame<'a>, FramePoint, Flags)| {
-            let (x_px, y_px) = place.at(frame.t_s);
+            let (x_px, y_px) = frame.place(&place);
             let flux = point.flux - bias;
             let moved = flux * point.moved_frac.hypot(self.width_err_frac(frame.row.airmass));
             let variance = scale * scale * point.variance + flux.max(0.0) * point.variance_per_flux + moved * moved;
@@ -235,7 +248,9 @@ impl<'a> PassFrames<'a> {
     /// The place by the light of the brightest detections, whose outlines give it less well.
     fn refined(&self, place: PassPlace, width: &Width, detected: &[&PassFrame], threads: &ThreadPool) -> PassPlace {
         let snr = |f: &PassFrame| f.row.snr.unwrap_or(0.0);
-        let mut bright: Vec<&PassFrame> = detected.iter().copied().filter(|f| snr(f) > REFINE_SNR).collect();
+        let on_place = |f: &PassFrame| f.place(&place) == place.at(f.t_s);
+        let mut bright: Vec<&PassFrame> =
+            detected.iter().copied().filter(|f| snr(f) > REFINE_SNR && on_place(f)).collect();
         bright.sort_by(|a, b| snr(b).total_cmp(&snr(a)).then(a.t_s.total_cmp(&b.t_s)));
         bright.truncate(MOST_REFINE);
         let Some(fwhm_px) = bright.first().map(|f| f.fwhm_px) else { return place };
@@ -299,7 +314,7 @@ impl<'a> PassFrames<'a> {
     }
 
     fn forced(&self, frame: &PassFrame, place: &PassPlace, width: &Width) -> Option<ForcedFlux> {
-        let (x_px, y_px) = place.at(frame.t_s);
+        let (x_px, y_px) = frame.place(place);
         let settings = self.settings(frame);
         let fwhm_px = settings.fwhm_px * width.of_star(frame.row.airmass);
         let settings = TargetSettings { x_px, y_px, fwhm_px, search_radius_px: SEARCH_FWHM * fwhm_px, ..settings };
