@@ -65,9 +65,11 @@ table! {
         model_err_mag: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V;meta.modelled"],
         /// largest 1-sigma error of a direction as a prediction; missing where the model was not compared with observations
         v_pred_err_mag: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V;meta.modelled"],
-        /// what was skipped for the whole sky, and why; lights that were not computed in some directions because they cannot change
-        /// model_v_mag by more than a quarter of the tolerance, and so have no median
+        /// what was skipped for the whole sky, and why
         skipped: String => ["meta.note"],
+        /// lights that were not computed in some directions because they cannot change the sum there by more than a quarter of the
+        /// tolerance, names with "; " between; their medians are missing
+        too_faint: String => ["meta.note"] added_later,
     }
 }
 

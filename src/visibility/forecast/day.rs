@@ -79,10 +79,6 @@ pub fn sky_light(dome: &Dome, points: &SkyPoints, overhead: &Overhead) -> Result
         sky.largest[largest] += 1;
     }
     sky.skipped = moment.skipped;
-    let too_faint = too_faint_text(&sky.too_faint.map(|directions| directions > 0));
-    if !too_faint.is_empty() {
-        sky.skipped.push(format!("too faint to change the sum where others shine: {too_faint}"));
-    }
     Ok(sky)
 }
 
@@ -173,6 +169,7 @@ fn row(overhead: &Overhead, mut sky: SkyLight) -> DayRow {
         model_err_mag: spread.map(|_| sky.err_mag),
         v_pred_err_mag: spread.and(sky.pred_err_mag),
         skipped: sky.skipped.join("; "),
+        too_faint: too_faint_text(&sky.too_faint.map(|directions| directions > 0)),
     }
 }
 
