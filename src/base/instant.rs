@@ -192,10 +192,14 @@ fn epoch_of(minutes: i64, second: u8, nanos: u32) -> Result<Epoch, String> {
         let (h, mi) = ((of_day / 60) as u8, (of_day % 60) as u8);
         move |s: u8, ns: u32| Epoch::maybe_from_gregorian_utc(y, mo, d, h, mi, s, ns).map_err(|e| e.to_string())
     };
-    if second == 60 && !has_leap_second(&start(minutes)(0, 0)?) {
+    if second < 60 {
+        return start(minutes)(second, nanos);
+    }
+    if !has_leap_second(&start(minutes)(0, 0)?) {
         return Err("there was no leap second at that time".into());
     }
-    start(minutes)(second, nanos)
+    // a label of its own exists in UTC alone, where the library of times repeats second 59
+    Ok(start(minutes)(59, nanos)?.to_time_scale(TimeScale::TAI) + 1 * Unit::Second)
 }
 
 /// Whether the UTC minute that begins here has 61 seconds.
@@ -330,6 +334,12 @@ mod tests {
         for text in ["2016-12-31T23:59:60Z", "2017-01-01T09:59:60+10:00", "2015-06-30T20:29:60.5-03:30"] {
             assert!(read(text).is_ok(), "{text}");
         }
+        let elapsed_s = |a: &str, b: &str| {
+            let tai = |text| read(text).unwrap().epoch.to_time_scale(TimeScale::TAI);
+            (tai(b) - tai(a)).to_seconds()
+        };
+        assert_eq!(elapsed_s("2016-12-31T23:59:59.5Z", "2016-12-31T23:59:60.25Z"), 0.75);
+        assert_eq!(elapsed_s("2016-12-31T23:59:60.25Z", "2017-01-01T00:00:00Z"), 0.75);
         assert!(read("2016-12-31T23:59:60+10:00").is_err());
     }
 

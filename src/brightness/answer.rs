@@ -16,15 +16,31 @@ const PENUMBRA_BELOW: f64 = 0.99;
 /// One of the four lights.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Light {
-    /// Magnitude; `None` = no light.
+    /// Magnitude; `None` = no light, or too little of it was computed ([`Light::is_too_faint`]).
     pub v_mag: Option<f64>,
-    /// Irradiance at the observer relative to a star of magnitude 0.
+    /// Irradiance at the observer relative to a star of magnitude 0: what was computed of it.
     pub flux_ratio: f64,
+    /// Upper bound of what was not computed because it cannot change the sum of the lights by more than the tolerance; 0 where the
+    /// tolerance is that of each light.
+    pub left_out_flux_ratio: f64,
+    too_faint: bool,
 }
 
 impl Light {
-    fn of(flux_ratio: f64) -> Self {
-        Self { v_mag: mag_of_flux(flux_ratio), flux_ratio }
+    fn of(light: &FluxSum, tolerance: f64) -> Self {
+        let too_faint = light.left_out > tolerance * light.flux;
+        Self {
+            v_mag: mag_of_flux(light.flux).filter(|_| !too_faint),
+            flux_ratio: light.flux,
+            left_out_flux_ratio: light.left_out,
+            too_faint,
+        }
+    }
+
+    /// So much was left out that the rest is not the light: it is there, and cannot change the sum by more than the tolerance.
+    #[must_use]
+    pub fn is_too_faint(&self) -> bool {
+        self.too_faint
     }
 }
 
@@ -143,8 +159,38 @@ pub struct Brightness {
     pub mu_mean_mag_arcsec2: Option<f64>,
 }
 
+/// Names of the four lights, in the order of [`Brightness::lights`].
+const LIGHTS: [&str; 4] = ["sun", "earthshine", "moon", "lunar_earthshine"];
+
+/// The names of those that are too faint, for a table's `too_faint` column.
+pub(crate) fn too_faint_text(too_faint: &[bool; 4]) -> String {
+    let named: Vec<&str> = LIGHTS.into_iter().zip(too_faint).filter(|(_, too)| **too).map(|(name, _)| name).collect();
+    named.join("; ")
+}
+
+impl Brightness {
+    /// Sun, earthshine, Moon, lunar earthshine.
+    #[must_use]
+    pub fn lights(&self) -> [Light; 4] {
+        [self.sun, self.earthshine, self.moon, self.lunar_earthshine]
+    }
+
+    /// Which of [`Brightness::lights`] are there and were not computed, [`Light::is_too_faint`].
+    #[must_use]
+    pub fn too_faint(&self) -> [bool; 4] {
+        self.lights().map(|light| light.is_too_faint())
+    }
+}
+
 /// The answer from the four lights: Sun, earthshine, Moon, lunar earthshine.
-pub(super) fn assemble(lights: &[FluxSum; 4], sun: &LightSource, extrapolated: bool, skipped: Vec<Skip>) -> Brightness {
+pub(super) fn assemble(
+    lights: &[FluxSum; 4],
+    tolerance: f64,
+    sun: &LightSource,
+    extrapolated: bool,
+    skipped: Vec<Skip>,
+) -> Brightness {
+    let light = |k: usize| Light::of(&lights[k], tolerance);
     let [sunlight, earthshine, moonlight, lunar_earthshine] = lights.each_ref().map(|l| l.flux);
     let total: f64 = lights.iter().map(|l| l.flux).sum();
     let err: f64 = lights.iter().map(|l| l.err).sum();
@@ -158,10 +204,10 @@ pub(super) fn assemble(lights: &[FluxSum; 4], sun: &LightSource, extrapolated: b
     .into_iter()
     .fold((Illum::None, 0.0), |largest, light| if light.1 > largest.1 { light } else { largest });
     Brightness {
-        sun: Light::of(sunlight),
-        earthshine: Light::of(earthshine),
-        moon: Light::of(moonlight),
-        lunar_earthshine: Light::of(lunar_earthshine),
+        sun: light(0),
+        earthshine: light(1),
+        moon: light(2),
+        lunar_earthshine: light(3),
         total_v_mag: mag_of_flux(total),
         illum,
         sun_visible_frac: sun.visible_frac,

@@ -179,14 +179,36 @@ impl Ground {
     /// Radiance towards the satellite from the ground in direction w per unit irradiance of the light source \[1/sr\];
     /// 0 beyond the limb and on the dark side.
     pub(super) fn radiance_from(&self, w: &Vector<Vertical>) -> f64 {
+        self.place_of(w).map_or(0.0, |(circle, phi)| self.radiance(&circle, phi))
+    }
+
+    /// Circle and φ, as (sin, cos), of a direction; `None` beyond the limb.
+    fn place_of(&self, w: &Vector<Vertical>) -> Option<(Circle, (f64, f64))> {
         let sin_eta = w.x().hypot(w.y());
         if !(w.z() < 0.0 && sin_eta < self.k) {
-            return 0.0;
+            return None;
         }
         let sin_z = sin_eta / self.k;
         let circle = self.circle_of((sin_z, ((1.0 - sin_z) * (1.0 + sin_z)).sqrt()));
-        let phi = if sin_eta > 0.0 { (w.y() / sin_eta, w.x() / sin_eta) } else { (1.0, 0.0) };
-        self.radiance(&circle, phi)
+        Some((circle, if sin_eta > 0.0 { (w.y() / sin_eta, w.x() / sin_eta) } else { (1.0, 0.0) }))
+    }
+
+    /// δ p·s and δ r·u of the ground in direction w: the signs say whether it is lit, and within the ground's lobe; beyond the
+    /// limb those of the limb.
+    pub(super) fn altitudes_from(&self, w: &Vector<Vertical>) -> (f64, f64) {
+        let sin_eta = w.x().hypot(w.y());
+        let sin_z = (sin_eta / self.k).min(1.0);
+        let circle = self.circle_of((sin_z, ((1.0 - sin_z) * (1.0 + sin_z)).sqrt()));
+        let sin_phi = if sin_eta > 0.0 { w.y() / sin_eta } else { 1.0 };
+        (circle.height.0 + circle.height.1 * sin_phi, circle.glint.0 + circle.glint.1 * sin_phi)
+    }
+
+    /// Level components (x ≥ 0, y) of the direction in which the terminator meets the limb; `None` where it does not.
+    pub(super) fn terminator_on_limb(&self) -> Option<(f64, f64)> {
+        // at the limb θ = 90° − η: cos θ = k, and a + b sin φ = 0
+        let circle = self.circle_of((1.0, 0.0));
+        let sin_phi = -circle.height.0 / circle.height.1;
+        (sin_phi.abs() <= 1.0).then(|| (self.k * ((1.0 - sin_phi) * (1.0 + sin_phi)).sqrt(), self.k * sin_phi))
     }
 
     /// The same on a circle; φ as (sin, cos). `L = f_E(s, p, −w) max(0, p·s)`, times the irradiance at the place over
@@ -282,9 +304,9 @@ impl Ground {
         }
     }
 
-    /// The ground's lobe ends with a branch point or a step.
+    /// The ground's lobe ends with a branch point, a kink or a step.
     pub(super) fn lobe_ends_sharply(&self) -> bool {
-        self.lobe_exponent().is_some_and(|n| n < SMOOTH_EXPONENT && (n.fract() != 0.0 || n == 0.0))
+        self.lobe_exponent().is_some_and(|n| n < SMOOTH_EXPONENT && (n.fract() != 0.0 || n < 2.0))
     }
 
     /// ζ at which an edge of the lobe touches a circle: ζ + θ = |E| and 180° − |E|.

@@ -15,12 +15,15 @@ use super::platform::{Prepared, Side, SurfaceElement, View};
 use super::scene::Scene;
 use super::settings::{ModelSettings, ToleranceOf};
 use super::shadow::{Colour, lit_fraction};
-use super::skip::Skip;
+use super::skip::{Skip, TOO_FAINT};
 use super::spectrum::Band;
 use crate::base::constants::{MOON_RADIUS_KM, SUN_RADIUS_KM};
 use crate::base::error::Result;
 use crate::base::vector::{Itrs, Vector};
 use crate::config::{Effects, Shadow, SourceDisc};
+
+/// Share of the tolerance of a sum that what is left out of one light may take.
+const LEFT_OUT_SHARE: f64 = 0.25;
 
 /// Sun or Moon in one scene.
 pub(super) struct LightSource {
@@ -157,7 +160,8 @@ impl<'a> VisibleSurfaces<'a> {
     ///
     /// `E_obs/E_source = Σ A (n·o)₊ / d² · ∫ f_E (p·s)₊ f (n·w)₊ dω`. No integral is evaluated for a light source that
     /// lights no ground in view, nor for a surface that sees no ground. `other_lights_flux` is the flux of the lights already
-    /// known, to which that of the surfaces before is added.
+    /// known, to which that of the surfaces before is added; where the tolerance is of the sum, surfaces and lights whose upper
+    /// bounds together are below a quarter of it are left out, and their bounds are part of the error.
     pub fn earth_reflected(
         &self,
         light_source: &LightSource,
@@ -171,8 +175,17 @@ impl<'a> VisibleSurfaces<'a> {
         // parallel light reaches as far and farther: where it reaches nothing the Moon's phases are not requested
         let parallel =
             |place: &Vector<Itrs>| Ground::new(place, self.radius_km, &light_source.position_km, &settings.earth);
-        let reached = parallel(&plate.centre.place_km).is_some_and(|g| lights_ground(&g));
-        let near = if reached { light_source.over_ground(self.lighting, self.radius_km) } else { None };
+        let reached = parallel(&plate.centre.place_km).filter(lights_ground);
+        let plates = self.by_size(light_source, reached.as_ref());
+        let counts = |at_most: f64, sum: &FluxSum| {
+            sum.left_out + at_most > LEFT_OUT_SHARE * settings.tolerance * (other_lights_flux + sum.flux)
+        };
+        let all = plates.iter().map(|(_, at_most)| at_most).sum::<f64>();
+        if all > 0.0 && !counts(all, &sum) {
+            skipped.push(Skip::light(light_source.earth_name, TOO_FAINT));
+            return FluxSum { left_out: all, err: all, ..sum };
+        }
+        let near = if reached.is_some() { light_source.over_ground(self.lighting, self.radius_km) } else { None };
         let ground_at = |view: &View| match &near {
             Some(moon) => Ground::under_moon(&view.place_km, self.radius_km, moon, &settings.earth),
             None => parallel(&view.place_km),
@@ -182,11 +195,17 @@ impl<'a> VisibleSurfaces<'a> {
             skipped.push(Skip::light(light_source.earth_name, light_source.words.no_lit_ground));
             return sum;
         };
-        for plate in &self.plates {
+        for (plate, at_most) in plates {
             let sees_ground = |side: &Side| ground.seen_by(&side.normal);
             let whole = !self.exhaustive && !plate.is_divided();
             if whole && !plate.side(&plate.centre).as_ref().is_some_and(sees_ground) {
                 skipped.push(Skip::surface(light_source.earth_name, plate.name(), "sees no ground"));
+                continue;
+            }
+            if !counts(at_most, &sum) {
+                skipped.push(Skip::surface(light_source.earth_name, plate.name(), TOO_FAINT));
+                sum.left_out += at_most;
+                sum.err += at_most;
                 continue;
             }
             let part = plate.integrate(|view: &View| {
@@ -214,18 +233,37 @@ impl<'a> VisibleSurfaces<'a> {
                             / (light_source.flux_at_ground * side.spread).max(f64::MIN_POSITIVE)
                     }
                 };
-                let accuracy = Accuracy { tolerance: settings.tolerance, floor_per_sr, max_nodes: settings.max_nodes };
+                let at_most_per_sr = at_most / (light_source.flux_at_ground * side.spread);
+                let Accuracy { tolerance, max_nodes, .. } = Accuracy::relative(settings.tolerance, settings.max_nodes);
+                let accuracy = Accuracy { tolerance, floor_per_sr, at_most_per_sr, max_nodes };
                 let light = side.from_ground.reflected(ground, &side.normal, &view.observer, &accuracy);
                 FluxSum {
                     flux: side.spread * light.per_sr,
                     err: side.spread * light.err_per_sr,
                     quadratures: 1,
                     nodes: light.nodes,
+                    ..FluxSum::default()
                 }
             });
             sum.add(&part, light_source.flux_at_ground);
         }
         sum
+    }
+
+    /// The surfaces with the largest light they may reflect from the ground first; in their own order, and without a bound, where
+    /// each light counts by itself. A divided surface has none.
+    fn by_size(&self, light_source: &LightSource, ground: Option<&Ground>) -> Vec<(&SurfaceElement<'a>, f64)> {
+        let mut plates: Vec<_> = self.plates.iter().map(|plate| (plate, f64::INFINITY)).collect();
+        let of_sum = self.settings.tolerance_of == ToleranceOf::Total && !self.exhaustive;
+        let Some(ground) = ground.filter(|_| of_sum) else { return plates };
+        let irradiance = light_source.flux_at_ground_at_most(self.lighting, self.radius_km);
+        for (plate, at_most) in plates.iter_mut().filter(|(plate, _)| !plate.is_divided()) {
+            let seeing = plate.side(&plate.centre).filter(|side| ground.seen_by(&side.normal));
+            *at_most = seeing
+                .map_or(0.0, |side| side.spread * irradiance * ground.reflected_at_most(&side.normal, side.bound()));
+        }
+        plates.sort_by(|a, b| b.1.total_cmp(&a.1));
+        plates
     }
 }
 
@@ -283,6 +321,14 @@ impl LightSource {
     /// The light source over the ground, place by place; `None` for parallel light.
     pub fn over_ground(&self, lighting: &Lighting, radius_km: f64) -> Option<NearMoon> {
         lighting.light_sources.moon_over_ground(&self.position_km, &self.sun_of_patches_km?, radius_km)
+    }
+
+    /// Upper bound of the irradiance at any place on the ground.
+    fn flux_at_ground_at_most(&self, lighting: &Lighting, radius_km: f64) -> f64 {
+        let sources = &lighting.light_sources;
+        let nearest = self.sun_of_patches_km;
+        let ratio = nearest.map(|sun_km| sources.moonlight_on_ground_at_most(&self.position_km, &sun_km, radius_km));
+        self.flux_at_ground * ratio.unwrap_or(1.0)
     }
 
     /// From a place on the satellite, unit.

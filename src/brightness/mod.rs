@@ -30,6 +30,7 @@ pub mod sky_points;
 pub mod spectrum;
 pub mod surface;
 
+pub(crate) use answer::too_faint_text;
 pub use answer::{Brightness, Illum, Light, Quadratures};
 pub use attitude::Attitude;
 pub use brdf::{Binomial, Brdf, direct_reflection};

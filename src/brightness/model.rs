@@ -130,7 +130,7 @@ impl Model {
         let up = above_horizon(scene, settings);
         if !up && leave_out {
             skipped.push(Skip::light("all", "satellite below the observer's horizon"));
-            return Ok(assemble(&<[FluxSum; 4]>::default(), &sun, false, skipped));
+            return Ok(assemble(&<[FluxSum; 4]>::default(), settings.tolerance, &sun, false, skipped));
         }
         let stage = VisibleSurfaces::new(scene, (&self.surfaces, &self.lighting), settings, !leave_out, &mut skipped)?;
         let mut lights = <[FluxSum; 4]>::default();
@@ -161,9 +161,10 @@ impl Model {
         for light in &mut lights {
             light.flux *= dimming;
             light.err *= dimming;
+            light.left_out *= dimming;
         }
         let extrapolated = moon.is_some_and(|m| m.extrapolated) && lights[2].flux + lights[3].flux > 0.0;
-        let mut answer = assemble(&lights, &sun, extrapolated, skipped);
+        let mut answer = assemble(&lights, settings.tolerance, &sun, extrapolated, skipped);
         if let Some(predictive) = self.predictive.as_ref().filter(|_| answer.total_v_mag.is_some()) {
             let shares = self.shares(scene, predictive.surfaces(), lights.iter().map(|l| l.flux).sum(), dimming)?;
             let phase_rad = (scene.sun_km - scene.satellite_km).angle_to(&(scene.observer_km - scene.satellite_km));

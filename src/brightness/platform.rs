@@ -4,10 +4,10 @@
 //! by Gauss rules of rising order until two agree. The shadow's edge across a plate and one plate's shadow on another
 //! are excluded.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::brdf::Brdf;
-use super::earthshine::PreparedBrdf;
+use super::earthshine::{LawBound, PreparedBrdf};
 use super::flux_sum::FluxSum;
 use super::flux_sum::unit;
 use super::scene::{Scene, impossible};
@@ -34,13 +34,15 @@ pub(super) struct Prepared {
     pub surface: Surface,
     front: PreparedBrdf,
     back: Option<PreparedBrdf>,
+    /// Bounds of front and back, which few scenes need.
+    bounds: [OnceLock<LawBound>; 2],
 }
 
 impl Prepared {
     pub fn new(surface: Surface) -> Self {
         let front = PreparedBrdf::new(&surface.brdf);
         let back = surface.back.as_ref().map(PreparedBrdf::new);
-        Self { name: surface.name.as_str().into(), surface, front, back }
+        Self { name: surface.name.as_str().into(), surface, front, back, bounds: Default::default() }
     }
 }
 
@@ -71,8 +73,16 @@ pub(super) struct Side<'a> {
     pub brdf: &'a Brdf,
     /// The same for light from the ground.
     pub from_ground: &'a PreparedBrdf,
+    bound: &'a OnceLock<LawBound>,
     /// A (n·o)/d².
     pub spread: f64,
+}
+
+impl Side<'_> {
+    /// What its law gives at most; computed once.
+    pub fn bound(&self) -> &LawBound {
+        self.bound.get_or_init(|| LawBound::of(self.brdf))
+    }
 }
 
 impl<'a> SurfaceElement<'a> {
@@ -121,11 +131,11 @@ impl<'a> SurfaceElement<'a> {
     pub fn side(&self, view: &View) -> Option<Side<'a>> {
         let spread = self.area_m2() * view.cos_observer.abs() / (view.range_m * view.range_m);
         if view.cos_observer > EDGE_ON {
-            let Prepared { surface, front, .. } = self.prepared;
-            Some(Side { normal: self.front, brdf: &surface.brdf, from_ground: front, spread })
+            let Prepared { surface, front, bounds: [bound, _], .. } = self.prepared;
+            Some(Side { normal: self.front, brdf: &surface.brdf, from_ground: front, bound, spread })
         } else if view.cos_observer < -EDGE_ON {
             let (brdf, from_ground) = (self.prepared.surface.back.as_ref()?, self.prepared.back.as_ref()?);
-            Some(Side { normal: -self.front, brdf, from_ground, spread })
+            Some(Side { normal: -self.front, brdf, from_ground, bound: &self.prepared.bounds[1], spread })
         } else {
             None
         }
@@ -134,9 +144,9 @@ impl<'a> SurfaceElement<'a> {
     /// The side a view sees, or the front with the spread 0 it has from behind.
     pub fn any_side(&self, view: &View) -> Side<'a> {
         self.side(view).unwrap_or_else(|| {
-            let Prepared { surface, front, .. } = self.prepared;
+            let Prepared { surface, front, bounds: [bound, _], .. } = self.prepared;
             let spread = self.area_m2() * view.cos_observer.max(0.0) / (view.range_m * view.range_m);
-            Side { normal: self.front, brdf: &surface.brdf, from_ground: front, spread }
+            Side { normal: self.front, brdf: &surface.brdf, from_ground: front, bound, spread }
         })
     }
 
@@ -159,7 +169,7 @@ impl<'a> SurfaceElement<'a> {
             let change = (mean.flux - before.flux).abs();
             let (quadratures, nodes) = (before.quadratures + mean.quadratures, before.nodes + mean.nodes);
             let stable = change <= STABLE_TO * mean.flux;
-            before = FluxSum { flux: mean.flux, err: mean.err + change, quadratures, nodes };
+            before = FluxSum { flux: mean.flux, err: mean.err + change, quadratures, nodes, ..FluxSum::default() };
             if stable {
                 break;
             }

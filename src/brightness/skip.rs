@@ -1,12 +1,14 @@
 //! What a scene does not need: one line per light and surface excluded, with the reason.
 //!
-//! Decided from cheap geometry before anything is integrated; nothing here computes.
+//! Decided from cheap geometry before anything is integrated; nothing here computes. All but what is too faint is exactly 0.
 
 use std::fmt;
 use std::sync::Arc;
 
 /// Why a light source the settings switch off is excluded.
 pub(super) const SWITCHED_OFF: &str = "switched off";
+/// Why a light or a surface is left out that would give some.
+pub(super) const TOO_FAINT: &str = "too faint to change the sum";
 
 /// A light, or a surface under a light, that was excluded from a scene.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -15,7 +17,7 @@ pub struct Skip {
     pub light: &'static str,
     /// The surface, where it is not the whole satellite.
     pub surface: Option<Arc<str>>,
-    /// Why it contributes nothing.
+    /// Why it contributes nothing, or nothing that counts.
     pub why: &'static str,
 }
 
@@ -28,6 +30,12 @@ impl Skip {
     #[must_use]
     pub fn is_choice(&self) -> bool {
         self.why == SWITCHED_OFF
+    }
+
+    /// Excluded because the sum does not change by more than the tolerance: it is not 0.
+    #[must_use]
+    pub fn is_too_faint(&self) -> bool {
+        self.why == TOO_FAINT
     }
 
     /// The same surface under no light at all: what is left is the cost of the decision.

@@ -91,6 +91,8 @@ pub struct SkyPoint {
     pub range_km: f64,
     /// Sun, earthshine, Moon, lunar earthshine: irradiance relative to a star of magnitude 0.
     pub lights: [f64; 4],
+    /// Which of them are there and were not computed: they cannot change the sum by more than the tolerance.
+    pub too_faint: [bool; 4],
     /// Estimated numerical error of their sum \[mag\].
     pub err_mag: f64,
     /// 1-sigma error as a prediction \[mag\]; `None` where the model was not compared with observations.
@@ -231,7 +233,8 @@ impl Sky {
         let b = model(&scene)?;
         Ok(SkyPoint {
             range_km: scene.range_km(),
-            lights: [b.sun.flux_ratio, b.earthshine.flux_ratio, b.moon.flux_ratio, b.lunar_earthshine.flux_ratio],
+            lights: b.lights().map(|light| light.flux_ratio),
+            too_faint: b.too_faint(),
             err_mag: b.err_mag,
             pred_err_mag: b.v_pred_err_mag,
             sun_visible_frac: b.sun_visible_frac,

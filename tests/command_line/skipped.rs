@@ -195,3 +195,46 @@ fn a_night_with_nothing_skipped_gives_the_same_tables() {
     assert!(explained.items.iter().any(|i| i.why.contains("faces away") || i.why.contains("ground")), "{explained:?}");
     assert!(n.manifest()["left_out_measured"]["items"].as_array().is_some_and(|a| a.len() == explained.items.len()));
 }
+
+#[test]
+fn what_is_too_faint_for_the_sum_is_below_its_bound_and_the_sum_within_its_stated_error() {
+    let mut rng = ChaCha12Rng::seed_from_u64(63);
+    let mut alone = 0;
+    for (tolerance, count, least) in [(1e-3, 400, 100), (1e-6, 100, 5), (1e-9, 25, 0)] {
+        let of = |tolerance_of, tolerance| {
+            let settings = ModelSettings { tolerance, ..settings(Shadow::Atmospheric, tolerance_of) };
+            Model::new(&satellite(), &settings).unwrap()
+        };
+        let (sum, each) = (of(ToleranceOf::Total, tolerance), of(ToleranceOf::EachLight, tolerance.min(1e-6)));
+        let mut left_out = 0;
+        for k in 0..count {
+            let scene = scene(k, &mut rng);
+            let (some, all) = (sum.brightness(&scene).unwrap(), each.brightness(&scene).unwrap());
+            let flux = |b: &Brightness| lights(b).iter().sum::<f64>();
+            let err = |b: &Brightness| b.err_mag / 1.085_736 * flux(b);
+            let (off, stated) = ((flux(&some) - flux(&all)).abs(), err(&some) + err(&all));
+            assert!(off <= stated * (1.0 + 1e-6), "{tolerance}: {off:e} {stated:e} {:?} {scene:?}", some.skipped);
+            for (light, full) in some.lights().into_iter().zip(lights(&all)) {
+                if light.is_too_faint() {
+                    assert!(light.v_mag.is_none());
+                    left_out += 1;
+                }
+                if light.flux_ratio == 0.0 {
+                    assert!(full <= light.left_out_flux_ratio, "{full:e} {light:?} {scene:?}");
+                }
+            }
+            let shares: f64 = some.lights().iter().map(|light| light.left_out_flux_ratio).sum();
+            assert!(shares <= 0.5 * tolerance * flux(&some), "{shares:e} {scene:?}");
+            // where nothing else shines the faintest light is all there is
+            if all.sun.flux_ratio + all.earthshine.flux_ratio + all.moon.flux_ratio == 0.0 {
+                assert!(!some.lunar_earthshine.is_too_faint());
+                alone += usize::from(some.lunar_earthshine.flux_ratio > 0.0);
+            }
+            for skip in some.skipped.iter().filter(|skip| skip.is_too_faint()) {
+                assert!(skip.light.ends_with("earthshine"), "{skip}");
+            }
+        }
+        assert!(left_out >= least, "{tolerance}: {left_out} left out");
+    }
+    assert!(alone >= 5, "{alone}");
+}

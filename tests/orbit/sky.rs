@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, missing_docs)] // helpers of tests
 
-use hifitime::Epoch;
+use hifitime::{Epoch, TimeScale};
 use satphot::orbit::sky::bodies_gcrs;
 use satphot::orbit::{EarthOrientation, Site, altaz_to_icrs, bodies, icrs_to_altaz, moon_altaz, sun_altaz};
 
@@ -29,6 +29,28 @@ fn the_sun_is_within_1_arcsec_and_the_moon_within_15_of_de421_from_2024_to_2027(
     assert!(worst_sun < 1.0 && worst_moon < 15.0 && worst_km < 15.0);
     // What the module's own documentation promises.
     assert!(worst_sun < 0.02 && worst_moon < 12.0);
+}
+
+/// At both ends of the years that are accepted.
+#[test]
+fn the_sun_is_within_1_arcsec_and_the_moon_within_15_of_de405_from_1900_to_1904_and_from_2095_to_2099() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/orbit_de405_ends.csv");
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_path(file).unwrap();
+    let (mut rows, mut worst_sun, mut worst_moon, mut worst_km) = (0, 0.0_f64, 0.0_f64, 0.0_f64);
+    for record in reader.deserialize() {
+        let [mjd_tt_d, sx, sy, sz, mx, my, mz, moon_km]: [f64; 8] = record.unwrap();
+        let (sun, moon) = bodies_gcrs(&Epoch::from_mjd_in_time_scale(mjd_tt_d, TimeScale::TT)).unwrap();
+        let off_arcsec = |v: [f64; 3], u: [f64; 3]| {
+            let n = v.iter().map(|c| c * c).sum::<f64>().sqrt();
+            v.iter().zip(u).map(|(a, b)| (a / n - b).powi(2)).sum::<f64>().sqrt().to_degrees() * 3_600.0
+        };
+        rows += 1;
+        worst_sun = worst_sun.max(off_arcsec(sun.to_array(), [sx, sy, sz]));
+        worst_moon = worst_moon.max(off_arcsec(moon.to_array(), [mx, my, mz]));
+        worst_km = worst_km.max((moon.norm() - moon_km).abs());
+    }
+    println!("{rows} epochs: Sun {worst_sun:.3} arcsec, Moon {worst_moon:.2} arcsec, {worst_km:.1} km");
+    assert!(rows == 240 && worst_sun < 0.03 && worst_moon < 12.0 && worst_km < 15.0);
 }
 
 /// `atco13` of pyerfa 2.0.1.5 without air: MJD, RA, Dec, UT1−UTC, xp, yp, altitude, azimuth. 70 m at Macquarie.

@@ -139,7 +139,9 @@ fn no_light_is_an_empty_magnitude_and_the_summary_says_how_much_of_the_sky_is_li
 fn the_moon_lights_what_the_sun_does_not_and_its_phase_can_be_chosen() {
     let moon = ["--moon-alt-deg", "40", "--moon-az-deg", "80", "--grid", "4x9", "--csv"];
     let full = rows(&sky(&moon).expect(0, &[]).out);
-    assert!(full.iter().all(|r| !r["lunar_earthshine_v_mag"].is_empty()));
+    // there everywhere, and where the Sun shines too faint to be computed
+    assert!(full.iter().all(|r| r["lunar_earthshine_v_mag"].is_empty() == r["too_faint"].contains("lunar_earthshine")));
+    assert!(full.iter().any(|r| r["too_faint"].is_empty()) && full.iter().any(|r| !r["too_faint"].is_empty()));
     let v = |r: &HashMap<String, String>, c: &str| r[c].parse::<f64>().unwrap();
     let phase = |deg: &str| rows(&sky(&[&moon[..], &["--moon-phase-deg", deg]].concat()).expect(0, &[]).out);
     for (bright, faint) in phase("10").iter().zip(phase("90")) {
@@ -147,6 +149,8 @@ fn the_moon_lights_what_the_sun_does_not_and_its_phase_can_be_chosen() {
         // Cox: 0.026·80 + 4e-9 (90⁴ − 10⁴)
         assert!((fainter - 2.3424).abs() < 1e-3, "{fainter}");
         assert_eq!(bright["sun_v_mag"], faint["sun_v_mag"]);
+        // scaled to the phase afterwards, so none is left out
+        assert!(bright["too_faint"].is_empty() && faint["too_faint"].is_empty());
     }
 }
 

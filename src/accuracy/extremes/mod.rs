@@ -9,6 +9,7 @@ mod geometry;
 mod light;
 mod orbits;
 mod pixels;
+mod reach;
 mod sources;
 mod zeropoints;
 
@@ -62,6 +63,7 @@ pub fn extremes() -> Vec<Extreme> {
     [
         light::cases(),
         geometry::cases(),
+        reach::cases(),
         orbits::cases(),
         cut_passes::cases(),
         pixels::cases(),

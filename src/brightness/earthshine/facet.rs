@@ -9,6 +9,9 @@ use super::profile::{Metric, PreparedBrdf};
 use crate::base::vector::{Itrs, Vector};
 use crate::brightness::ground::{Circle, Ground, Vertical};
 
+/// Lobes narrower than this are.
+const NARROW: f64 = 0.05;
+
 /// A surface, an observer, and the direction in which the observer sees the ground as in a mirror.
 pub(super) struct Facet<'a> {
     pub law: &'a PreparedBrdf,
@@ -58,6 +61,11 @@ impl<'a> Facet<'a> {
             metric: law.metric(),
             width: law.width_at(v),
         }
+    }
+
+    /// The lobe is so narrow that polar coordinates about it may do better than rings.
+    pub fn is_narrow(&self) -> bool {
+        self.metric != Metric::None && self.width < NARROW
     }
 
     /// n·w = a + b cos(u − u_n) on a circle.

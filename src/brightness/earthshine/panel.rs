@@ -6,7 +6,7 @@ use super::facet::Facet;
 use super::outer::{Span, spans};
 use super::piece::{Integral, Scratch, estimate};
 use super::ring::Rings;
-use super::{Accuracy, ReflectedLight};
+use super::{Accuracy, ReflectedLight, TOLERANCE_MIN};
 use crate::base::quadrature::{PAIRS, kronrod};
 use crate::brightness::ground::Ground;
 
@@ -25,12 +25,13 @@ const SAFETY: f64 = 2.0;
 const SHARP_SAFETY: f64 = 6.0;
 /// What is stated is as much more again, up to the error that was asked for.
 const CAUTION: f64 = 3.0;
+/// From this share of its upper bound on that need not be known the lowest orders begin an integral: the bound is five to ten times
+/// it, and they know a per cent of it.
+const FEW_DIGITS: f64 = 1e-3;
 /// Levels the rings go up at a time.
 const RING_STEP: usize = 2;
 /// Narrowest panel in the variable of its span.
 const NARROWEST: f64 = 1e-8;
-/// No tolerance below this is met in 64-bit numbers.
-const TOLERANCE_MIN: f64 = 1e-13;
 
 /// A part of a span with its orders.
 #[derive(Debug, Clone, Copy)]
@@ -47,13 +48,12 @@ struct Panel {
 }
 
 /// No error below this share of the tolerance is stated: rules agree by chance, and rounding is not nothing.
-const LEAST_SHARE: f64 = 0.01;
+const LEAST_SHARE: f64 = 0.03;
 
 /// The integral to the requested accuracy.
 pub(super) fn integrate(ground: &Ground, facet: &Facet, accuracy: &Accuracy) -> ReflectedLight {
     let mut light = panels(ground, facet, accuracy);
-    let asked = (accuracy.tolerance.max(TOLERANCE_MIN) * light.per_sr).max(accuracy.floor_per_sr);
-    let cautious = (CAUTION * light.err_per_sr).min(asked);
+    let cautious = (CAUTION * light.err_per_sr).min(accuracy.wanted(light.per_sr));
     let least = LEAST_SHARE * accuracy.tolerance.max(TOLERANCE_MIN) * light.per_sr;
     light.err_per_sr = light.err_per_sr.max(cautious).max(least);
     light
@@ -74,8 +74,8 @@ fn panels(ground: &Ground, facet: &Facet, accuracy: &Accuracy) -> ReflectedLight
     };
     let spans = spans(&mut rings, 20.0 - 1.3 * tolerance.ln());
     let level = match tolerance {
-        // what is small compared with the direct light may need next to nothing
-        t if t >= 3e-4 && accuracy.floor_per_sr > 0.0 => 0,
+        // what is small compared with the other lights may need next to nothing
+        _ if accuracy.floor_per_sr > FEW_DIGITS * accuracy.at_most_per_sr => 0,
         // from lower down a lobed law gets there in steps that cost half as much again
         t if t >= 1e-5 => 2,
         t if t >= 1e-7 => 3,
@@ -94,7 +94,7 @@ fn panels(ground: &Ground, facet: &Facet, accuracy: &Accuracy) -> ReflectedLight
         let per_sr: f64 = panels.iter().map(|p| p.value).sum();
         let err_per_sr: f64 = panels.iter().map(Panel::err).sum();
         let done = ReflectedLight { per_sr, err_per_sr, nodes };
-        if err_per_sr <= (tolerance * per_sr).max(accuracy.floor_per_sr) || nodes >= accuracy.max_nodes {
+        if err_per_sr <= accuracy.wanted(per_sr) || nodes >= accuracy.max_nodes {
             return done;
         }
         let open = panels.iter().enumerate().filter(|(_, p)| p.can_be_refined());

@@ -123,9 +123,9 @@ impl PreparedBrdf {
         }
     }
 
-    /// The lobe ends at r·o = 0 in a branch point or a step.
+    /// The lobe ends at r·o = 0 in a branch point, a kink or a step.
     pub(super) fn ends_sharply(&self) -> bool {
-        matches!(self.law, Law::Phong { n, .. } if n < SMOOTH_EXPONENT && (n.fract() != 0.0 || n == 0.0))
+        matches!(self.law, Law::Phong { n, .. } if n < SMOOTH_EXPONENT && (n.fract() != 0.0 || n < 2.0))
     }
 
     /// The exponent of a Phong lobe.

@@ -57,6 +57,9 @@ pub(super) struct Rings<'a> {
     pub detail: f64,
 }
 
+/// An arc ends where the ground's lobe does if the two are as close \[rad\].
+const SAME_PLACE_RAD: f64 = 1e-7;
+
 /// Up to two arcs, or the whole circle.
 pub(super) enum Arcs {
     Whole,
@@ -130,9 +133,15 @@ impl Rings<'_> {
             }
             Arcs::Some(arcs, count) => {
                 let mut sum = Integral::default();
+                // with the light source on the horizon the ground's lobe ends where its light does
+                let lobe_end = if self.ground.lobe_ends_sharply() { half_angle(circle.glint) } else { None };
                 for (from, to) in arcs.into_iter().take(count) {
                     let marks = self.marks(circle, &nearest, Some((from, to)));
-                    let end = |u| Mark { u, scale: self.scale_at_end(circle, &nearest, u, (from, to)), sharp: false };
+                    let end = |u: f64| Mark {
+                        u,
+                        scale: self.scale_at_end(circle, &nearest, u, (from, to)),
+                        sharp: lobe_end.is_some_and(|half| (wrapped(u).abs() - half).abs() < SAME_PLACE_RAD),
+                    };
                     sum += self.along(&piece, [end(from), end(to)], &marks, level, scratch);
                 }
                 sum

@@ -14,6 +14,8 @@ use super::opposition::OPPOSITION_DEG;
 
 /// Half of the shortest range of sin(α/2) that is interpolated over.
 const LEAST_HALF_RANGE: f64 = 1e-4;
+/// Error of the polynomials, relative to the brightest place, and some.
+const PHASE_CURVE_MARGIN: f64 = 1.0 + 1e-5;
 /// Phase angle from which the variable is cos(α/2) \[deg\].
 const TURN_DEG: f64 = 90.0;
 
@@ -71,6 +73,24 @@ impl SourceSettings {
             by_distance: self.distances == Distances::Applied,
             phase: PhaseCurve::new(self, phase_deg, reach_deg)?,
         })
+    }
+
+    /// Upper bound of the irradiance of any place on the ground over that at the Earth's centre: the place nearest to the Moon, at
+    /// the fullest phase that the ground sees. Every lunar law fades with phase.
+    #[must_use]
+    pub fn moonlight_on_ground_at_most(&self, moon_km: &Vector<Itrs>, sun_km: &Vector<Itrs>, radius_km: f64) -> f64 {
+        if self.ground_moonlight == GroundMoonlight::Parallel {
+            return 1.0;
+        }
+        let ratio = radius_km / moon_km.norm();
+        let phase_deg = (*sun_km - *moon_km).angle_to(&-*moon_km).to_degrees();
+        let fullest_deg = (phase_deg - ratio.min(1.0).asin().to_degrees()).max(0.0);
+        let by_phase = self.moonlight_at_phase(fullest_deg).flux / self.moonlight_at_phase(phase_deg).flux;
+        // what the radiance is multiplied by besides: δ⁻³, or δ⁻¹ where distances are ignored
+        let per_delta = 1.0 / (1.0 - ratio);
+        let by_distance = if self.distances == Distances::Applied { per_delta.powi(3) } else { per_delta };
+        let bound = PHASE_CURVE_MARGIN * by_phase * by_distance;
+        if bound.is_finite() && ratio < 1.0 { bound } else { f64::INFINITY }
     }
 }
 

@@ -209,9 +209,18 @@ fn summary(rows: &[DayRow]) -> String {
             format!("{:.1}", r.moon_alt_deg),
             format!("{:.0}", 100.0 * r.lit_frac),
         ];
-        let magnitudes = [r.model_v_mag, r.model_v_p16_mag, r.model_v_p84_mag];
-        let lights = [r.sun_v_mag, r.earthshine_v_mag, r.moon_v_mag, r.lunar_earthshine_v_mag];
-        cells.extend(magnitudes.into_iter().chain(lights).map(cell));
+        cells.extend([r.model_v_mag, r.model_v_p16_mag, r.model_v_p84_mag].map(cell));
+        let too_faint = |name: &str| r.too_faint.split("; ").any(|light| light == name);
+        let light = |(name, v): (&str, Option<f64>)| if too_faint(name) { "faint".into() } else { cell(v) };
+        cells.extend(
+            [
+                ("sun", r.sun_v_mag),
+                ("earthshine", r.earthshine_v_mag),
+                ("moon", r.moon_v_mag),
+                ("lunar_earthshine", r.lunar_earthshine_v_mag),
+            ]
+            .map(light),
+        );
         cells
     };
     let mut last_h = f64::NEG_INFINITY;

@@ -156,6 +156,8 @@ impl Sky {
         if self.light_sources.has_own_phase() {
             // a phase of one's own is not that of the directions, so neither is their eclipse
             settings.effects.lunar_eclipse = LunarEclipse::Ignored;
+            // moonlight is scaled to it afterwards, so that what is faint now may not be faint then
+            settings.tolerance_of = ToleranceOf::EachLight;
         }
         let effects = settings.effects;
         let light_sources = LightSources::new(&self.light_sources, site.as_ref(), &settings)?;

@@ -67,6 +67,9 @@ table! {
         v_pred_err_mag: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V;meta.modelled"],
         /// what was skipped for the whole sky, and why
         skipped: String => ["meta.note"],
+        /// lights that were not computed in some directions because they cannot change the sum there by more than a quarter of the
+        /// tolerance, names with "; " between; their medians are missing
+        too_faint: String => ["meta.note"] added_later,
     }
 }
 

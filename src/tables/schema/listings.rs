@@ -30,6 +30,9 @@ table! {
         /// 1-sigma error of model_v_mag as a prediction: scatter of observations about the model, its fitted parameters, extinction;
         /// missing where the model was not compared with observations
         v_pred_err_mag: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V;meta.modelled"],
+        /// lights that were not computed because they cannot change model_v_mag by more than a quarter of the tolerance, names with "; "
+        /// between; their columns are empty
+        too_faint: String => ["meta.note"],
     }
 }
 

@@ -36,6 +36,9 @@ table! {
         v_pred_err_mag: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V;meta.modelled"] added_later,
         /// irradiance at the observer by all lights, in units of the Sun's at 1 au as the model scales it
         flux_per_e0: f64 => ["phot.flux;arith.ratio"],
+        /// lights that were not computed because they cannot change model_v_mag by more than a quarter of the tolerance, names with "; "
+        /// between; their columns are empty
+        too_faint: String => ["meta.note"] added_later,
     }
 }
 

@@ -14,7 +14,7 @@ use crate::base::error::Result;
 use crate::base::time::{iso_utc, seconds_between};
 use crate::base::vector::{Itrs, Teme, Vector};
 use crate::brightness::light_sources::mag_of_flux;
-use crate::brightness::{Model, Scene};
+use crate::brightness::{Model, Scene, too_faint_text};
 use crate::orbit::earth::{Rotation, Site, alt_az, sidereal_rad, teme_to_itrs};
 use crate::orbit::{EarthOrientation, Propagator, bodies, moon_altaz, sun_altaz};
 
@@ -58,6 +58,8 @@ pub struct Seen {
     pub range_km: f64,
     /// Sun, earthshine, Moon, lunar earthshine, relative to a star of magnitude 0.
     pub lights: [f64; 4],
+    /// Which of them are there and were not computed: they cannot change the sum by more than the tolerance.
+    pub too_faint: [bool; 4],
     /// Numerical error \[mag\].
     pub err_mag: f64,
     /// 1-sigma error as a prediction \[mag\]; `None` where the model was not compared with observations.
@@ -204,12 +206,21 @@ impl Watch<'_> {
         let scene = Scene { satellite_km: place, velocity_km_s: velocity, ..moment.scene };
         let line = place - moment.scene.observer_km;
         let (alt_rad, az_rad) = alt_az(&self.site.to_enu(&line));
-        let mut seen =
-            Seen { number, alt_rad, az_rad, range_km: line.norm(), lights: [0.0; 4], err_mag: 0.0, pred_err_mag: None };
+        let mut seen = Seen {
+            number,
+            alt_rad,
+            az_rad,
+            range_km: line.norm(),
+            lights: [0.0; 4],
+            too_faint: [false; 4],
+            err_mag: 0.0,
+            pred_err_mag: None,
+        };
         // what is not needed is not computed
         if alt_rad >= self.min_alt_rad {
             let b = self.model.brightness(&scene)?;
-            seen.lights = [b.sun, b.earthshine, b.moon, b.lunar_earthshine].map(|light| light.flux_ratio);
+            seen.lights = b.lights().map(|light| light.flux_ratio);
+            seen.too_faint = b.too_faint();
             seen.err_mag = b.err_mag;
             seen.pred_err_mag = b.v_pred_err_mag;
         }
@@ -238,11 +249,12 @@ impl Seen {
     /// Those of the writer.
     pub fn write_csv(&self, epoch: &Epoch, out: &mut dyn Write) -> std::io::Result<()> {
         let cell = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.4}"));
-        let [sun, earthshine, moon, lunar_earthshine] = self.lights.map(|flux| cell(mag_of_flux(flux)));
+        let light = |k: usize| cell(mag_of_flux(self.lights[k]).filter(|_| !self.too_faint[k]));
+        let [sun, earthshine, moon, lunar_earthshine] = [0, 1, 2, 3].map(light);
         let v_mag = self.v_mag();
         writeln!(
             out,
-            "{},{},{:.4},{:.4},{:.3},{},{sun},{earthshine},{moon},{lunar_earthshine},{},{}",
+            "{},{},{:.4},{:.4},{:.3},{},{sun},{earthshine},{moon},{lunar_earthshine},{},{},{}",
             iso_utc(*epoch, 0),
             self.number,
             self.alt_rad.to_degrees(),
@@ -251,6 +263,7 @@ impl Seen {
             cell(v_mag),
             v_mag.map_or(String::new(), |_| format!("{:.1e}", self.err_mag)),
             v_mag.and(self.pred_err_mag).map_or(String::new(), |err| format!("{err:.3}")),
+            too_faint_text(&self.too_faint),
         )
     }
 }

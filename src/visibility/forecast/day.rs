@@ -11,8 +11,8 @@ use super::dome::{Dome, Overhead};
 use crate::base::error::{Error, Result};
 use crate::base::progress::Progress;
 use crate::base::time::{from_mjd_utc, iso_utc, mjd_utc, shifted};
-use crate::brightness::light_sources::mag_of_flux;
 use crate::brightness::sky_points::{SkyPoints, Spread};
+use crate::brightness::too_faint_text;
 use crate::orbit::earth::Site;
 use crate::tables::row_passes::passes;
 use crate::tables::selection::is_lower_limit;
@@ -33,6 +33,8 @@ pub struct SkyLight {
     pub mu_mag_arcsec2: Vec<f64>,
     /// V of each light where there is any \[mag\]: Sun, earthshine, Moon, lunar earthshine.
     pub lights_v_mag: [Vec<f64>; 4],
+    /// In how many directions each light is there and was not computed, because it cannot change the sum by more than the tolerance.
+    pub too_faint: [usize; 4],
     /// In how many directions each light is the largest.
     pub largest: [usize; 4],
     /// Largest numerical error \[mag\].
@@ -66,9 +68,12 @@ pub fn sky_light(dome: &Dome, points: &SkyPoints, overhead: &Overhead) -> Result
         sky.mu_mag_arcsec2.extend(seen.mu_mean_mag_arcsec2);
         sky.err_mag = sky.err_mag.max(seen.err_mag);
         sky.pred_err_mag = larger(sky.pred_err_mag, seen.v_pred_err_mag);
-        let fluxes = [seen.sun, seen.earthshine, seen.moon, seen.lunar_earthshine].map(|light| light.flux_ratio);
-        for (light, flux) in sky.lights_v_mag.iter_mut().zip(fluxes) {
-            light.extend(mag_of_flux(flux));
+        let fluxes = seen.lights().map(|light| light.flux_ratio);
+        for (mags, light) in sky.lights_v_mag.iter_mut().zip(seen.lights()) {
+            mags.extend(light.v_mag);
+        }
+        for (count, too_faint) in sky.too_faint.iter_mut().zip(seen.too_faint()) {
+            *count += usize::from(too_faint);
         }
         let largest = (0..4).max_by(|a, b| fluxes[*a].total_cmp(&fluxes[*b])).unwrap_or(0);
         sky.largest[largest] += 1;
@@ -129,6 +134,10 @@ fn row(overhead: &Overhead, mut sky: SkyLight) -> DayRow {
     let of_all = |count: usize| count as f64 / sky.n_points as f64;
     let [sun_frac, earthshine_frac, moon_frac, lunar_earthshine_frac] = sky.largest.map(of_all);
     let enough = (LIGHT_FROM * sky.n_points as f64).ceil() as usize;
+    // what is left of a light where it was not computed everywhere has no median
+    for (mags, too_faint) in sky.lights_v_mag.iter_mut().zip(sky.too_faint) {
+        mags.truncate(if too_faint > 0 { 0 } else { mags.len() });
+    }
     let [sun, earthshine, moon, lunar_earthshine] =
         sky.lights_v_mag.each_mut().map(|light| Spread::of(light).filter(|_| light.len() >= enough).map(|s| s.median));
     DayRow {
@@ -160,6 +169,7 @@ fn row(overhead: &Overhead, mut sky: SkyLight) -> DayRow {
         model_err_mag: spread.map(|_| sky.err_mag),
         v_pred_err_mag: spread.and(sky.pred_err_mag),
         skipped: sky.skipped.join("; "),
+        too_faint: too_faint_text(&sky.too_faint.map(|directions| directions > 0)),
     }
 }
 

@@ -8,7 +8,7 @@ use crate::base::vector::Vector;
 use crate::brightness::light_sources::mag_of_flux;
 use crate::brightness::scene::local_radius_km;
 use crate::brightness::sky::{Sky, SkyGrid, SkyMap, SkyPoint, sky_map};
-use crate::brightness::{Illum, ModelSettings, Satellite};
+use crate::brightness::{Illum, ModelSettings, Satellite, too_faint_text};
 use crate::orbit::Site;
 use crate::tables::SkyRow;
 
@@ -68,7 +68,7 @@ pub fn flux_per_e0(map: &SkyMap, point: &SkyPoint) -> f64 {
 }
 
 fn row(map: &SkyMap, (alt_deg, az_deg): (f64, f64), point: &SkyPoint) -> SkyRow {
-    let [sun, earthshine, moon, lunar_earthshine] = point.lights;
+    let of = |light: usize| mag_of_flux(point.lights[light]).filter(|_| !point.too_faint[light]);
     let model_v_mag = point.v_mag();
     SkyRow {
         alt_deg,
@@ -77,13 +77,14 @@ fn row(map: &SkyMap, (alt_deg, az_deg): (f64, f64), point: &SkyPoint) -> SkyRow 
         illum: largest(point).to_string(),
         sun_visible_frac: point.sun_visible_frac,
         model_v_mag,
-        sun_v_mag: mag_of_flux(sun),
-        earthshine_v_mag: mag_of_flux(earthshine),
-        moon_v_mag: mag_of_flux(moon),
-        lunar_earthshine_v_mag: mag_of_flux(lunar_earthshine),
+        sun_v_mag: of(0),
+        earthshine_v_mag: of(1),
+        moon_v_mag: of(2),
+        lunar_earthshine_v_mag: of(3),
         model_err_mag: model_v_mag.map(|_| point.err_mag),
         v_pred_err_mag: model_v_mag.and(point.pred_err_mag),
         flux_per_e0: flux_per_e0(map, point),
+        too_faint: too_faint_text(&point.too_faint),
     }
 }
 
@@ -109,6 +110,10 @@ mod tests {
         let dim = row((30.0, 90.0), &point);
         assert_eq!((dim.sun_v_mag, dim.lunar_earthshine_v_mag, dim.illum.as_str()), (None, None, "earthshine"));
         assert!((dim.earthshine_v_mag.unwrap() - 10.0).abs() < 1e-12);
+        let faint =
+            SkyPoint { lights: [0.0, 1e-4, 1e-9, 0.0], too_faint: [false, false, true, true], ..SkyPoint::default() };
+        let faint = row((30.0, 90.0), &faint);
+        assert_eq!((faint.moon_v_mag, faint.too_faint.as_str()), (None, "moon; lunar_earthshine"));
         let partly = SkyPoint { lights: [1.0, 0.0, 0.0, 0.0], sun_visible_frac: 0.3, ..point };
         assert_eq!(row((30.0, 90.0), &partly).illum, "penumbra");
         let dark = row((30.0, 90.0), &SkyPoint::default());

@@ -66,8 +66,8 @@ impl Tally {
         self.above_min_alt += 1;
         let Some(v_mag) = mag_of_flux(seen.lights.iter().sum()) else { return };
         self.lit += 1;
-        for (count, flux) in self.lit_by.iter_mut().zip(seen.lights) {
-            *count += u64::from(flux > 0.0);
+        for (count, (flux, too_faint)) in self.lit_by.iter_mut().zip(seen.lights.into_iter().zip(seen.too_faint)) {
+            *count += u64::from(flux > 0.0 || too_faint);
         }
         for (count, limit) in self.brighter.iter_mut().zip(magnitudes) {
             *count += u64::from(v_mag < *limit);
@@ -145,7 +145,16 @@ mod tests {
 
     fn seen(number: u64, v_mag: Option<f64>, alt_rad: f64) -> Seen {
         let lights = [v_mag.map_or(0.0, flux_of_mag), 0.0, 0.0, 0.0];
-        Seen { number, alt_rad, az_rad: 0.0, range_km: 600.0, lights, err_mag: 1e-4, pred_err_mag: None }
+        Seen {
+            number,
+            alt_rad,
+            az_rad: 0.0,
+            range_km: 600.0,
+            lights,
+            too_faint: [false; 4],
+            err_mag: 1e-4,
+            pred_err_mag: None,
+        }
     }
 
     #[test]

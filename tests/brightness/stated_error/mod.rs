@@ -190,6 +190,54 @@ fn the_stated_error_holds_over_a_few_difficult_geometries() {
     assert!(beyond(1.0).len() <= 1 && beyond(2.0).is_empty(), "{:#?}", beyond(1.0));
 }
 
+/// Spikes so narrow that the rings do not resolve them, with the mirror direction next to the limb and a lobe of the ground.
+fn draw_spike(rng: &mut ChaCha8Rng) -> Geometry {
+    let height_km = 10.0_f64.powf(rng.random_range(2.6..4.6));
+    let limb_deg = (RADIUS_KM / (RADIUS_KM + height_km)).asin().to_degrees();
+    let observer = direction(limb_deg * rng.random_range(0.0..0.9), rng.random_range(0.0..360.0));
+    let side = if rng.random_range(0..2) == 0 { -1.0 } else { 1.0 };
+    let off = 10.0_f64.powf(rng.random_range(-7.0..-2.0));
+    let at = direction(limb_deg * (1.0 + side * off), rng.random_range(0.0..360.0));
+    Geometry {
+        height_km,
+        elevation_deg: rng.random_range(0.0..90.0),
+        earth: Brdf::Phong { kd: 0.2, ks: 0.5, n: 200.0 },
+        brdf: Brdf::Abg { a: 1e-3, b: 10.0_f64.powf(rng.random_range(-11.0..-8.0)), g: rng.random_range(1.2..3.0) },
+        normal: (at + observer).unit().unwrap(),
+        observer,
+    }
+}
+
+#[test]
+fn spikes_next_to_the_limb_meet_the_tolerance_or_say_so() {
+    let mut rng = ChaCha8Rng::seed_from_u64(setting("SATPHOT_SEED", 77_003));
+    let count = setting("SATPHOT_GEOMETRIES", 6) as usize;
+    let drawn: Vec<Geometry> = (0..count).map(|_| draw_spike(&mut rng)).collect();
+    let lines: Vec<(f64, bool, String)> = drawn
+        .par_iter()
+        .flat_map_iter(|g| {
+            let oracle = g.oracle();
+            [1e-4, 1e-9].map(|tolerance| {
+                let light = g.engine(tolerance);
+                let off = (light.per_sr - oracle.value).abs();
+                let line = format!(
+                    "{tolerance:e}: off {:.1e}, stated {:.1e}, oracle {:.0e}, {} nodes: {g:?}",
+                    off / oracle.value,
+                    light.err_per_sr / oracle.value,
+                    oracle.err / oracle.value,
+                    light.nodes
+                );
+                (off / (light.err_per_sr + oracle.err), light.err_per_sr <= 1.001 * tolerance * light.per_sr, line)
+            })
+        })
+        .collect();
+    println!("{} spikes, {} of {} to the tolerance", count, lines.iter().filter(|l| l.1).count(), lines.len());
+    let wrong: Vec<&String> = lines.iter().filter(|l| l.0 > 1.0).map(|l| &l.2).collect();
+    let short: Vec<&String> = lines.iter().filter(|l| !l.1).map(|l| &l.2).collect();
+    assert!(wrong.len() * 100 <= lines.len(), "{wrong:#?}");
+    assert!(short.len() * 20 <= lines.len(), "{short:#?}");
+}
+
 #[test]
 #[ignore = "minutes: scripts/prove_stated_error.sh"]
 fn long_run() {
