@@ -154,10 +154,15 @@ mod tests {
         let none = vec![0.0; 1600];
         let exact = center_of_light(&plate(|_| 0.0), &none, &shape, (22.0, 15.5)).unwrap();
         assert!((exact.x_px - 20.3).abs() < 0.02 && (exact.y_px - 17.6).abs() < 0.02, "{exact:?}");
-        // a known random walk through the bits of a multiplier: noise of 3 e-
+        // noise of 3 e-: twelve uniform numbers of SplitMix64
         let noise = |seed: usize, k: usize| {
-            let bits = (k * 1_600 + seed).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 20;
-            (0..12).map(|b| ((bits.wrapping_mul(b * 2 + 3) >> 7) & 0xffff) as f64 / 65535.0 - 0.5).sum::<f64>() * 3.0
+            let uniform = |draw: usize| {
+                let mut z = (((seed * 1600 + k) * 12 + draw) as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+                z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+                z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+                ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+            };
+            3.0 * (0..12).map(uniform).sum::<f64>()
         };
         let z2: Vec<f64> = (0..60)
             .map(|seed| {
