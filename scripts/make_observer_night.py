@@ -282,15 +282,19 @@ def draw_body(image, psf, x_px, y_px, flux_e, size_px, shape, angle_deg, fine=5,
     add_stamp(image, flux_e * seen.reshape(2 * half_px, fine, 2 * half_px, fine).sum(axis=(1, 3)), x0, y0)
 
 
-def draw_trails(image, psf, start_px, step_px, flux_e):
-    """Adds stars that move by `step_px` during the exposure."""
+def draw_trails(image, psf, places_px, flux_e):
+    """Adds stars that move during the exposure: `places_px` of moments evenly apart, stars, and two coordinates."""
     margin = 40
     rows, cols = image.shape[0] + 2 * margin, image.shape[1] + 2 * margin
     impulses = np.zeros((rows, cols))
-    count = max(2, math.ceil(2.0 * float(np.hypot(*step_px))))
-    along = (np.arange(count) + 0.5) / count
-    x = (start_px[:, 0, None] + along * step_px[0] + margin).ravel()
-    y = (start_px[:, 1, None] + along * step_px[1] + margin).ravel()
+    steps = len(places_px) - 1
+    longest_px = float(np.hypot(*np.moveaxis(np.diff(places_px, axis=0), -1, 0)).sum(axis=0).max())
+    count = max(2, math.ceil(2.0 * longest_px))
+    at = (np.arange(count) + 0.5) / count * steps
+    before = at.astype(int)
+    part = (at - before)[:, None, None]
+    along = (1.0 - part) * places_px[before] + part * places_px[before + 1]
+    x, y = (along[:, :, k].T.ravel() + margin for k in (0, 1))
     light = np.repeat(flux_e / count, count)
     kept = (x >= 0) & (x < cols - 1) & (y >= 0) & (y < rows - 1)
     x, y, light = x[kept], y[kept], light[kept]
@@ -548,7 +552,7 @@ def draw_targets(folder, camera, seed, satellite, index, frames_each, catalogue,
         rng, band = np.random.default_rng([seed, 4, index, i]), BANDS[i // 2 % len(BANDS)]
         request += timedelta(milliseconds=int(rng.integers(0, 1000)))
         start = request + timedelta(seconds=SHUTTER_DELAY_S)
-        middle, end = (start + timedelta(seconds=f * satellite.exptime_s) for f in (0.5, 1.0))
+        middle = start + timedelta(seconds=0.5 * satellite.exptime_s)
         toward, range_km, phase_deg = orbit.look(middle)
         alt_deg, az_deg = alt_az_deg(toward, middle)
         mass = float(airmass(alt_deg))
@@ -566,22 +570,27 @@ def draw_targets(folder, camera, seed, satellite, index, frames_each, catalogue,
         centre = matrix @ toward
         centre /= np.linalg.norm(centre)
         axes = sky_axes(centre)
-        moved = matrix @ (orbit.look(end)[0] - orbit.look(start)[0])
-        step_px = -to_pixels(moved @ axes[0], moved @ axes[1], rotation_deg)
+        x_px, y_px = (0.5 * (n - 1) + rng.normal(0.0, args.jitter) for n in (camera.cols, camera.rows))
+        # the camera keeps its angle to north while it follows the satellite: the centre of the frame at moments of the exposure
+        moments = [start + timedelta(seconds=f * satellite.exptime_s) for f in np.linspace(0.0, 1.0, 9)]
+        followed = [matrix @ orbit.look(t)[0] for t in moments]
+        step_px = -to_pixels(*((followed[-1] - followed[0]) @ a for a in axes), rotation_deg)
         box_px = np.array([camera.cols, camera.rows]) + abs(step_px) + 80.0
         star_v_mag, b_v_mag, v_r_mag = random_stars(rng, float(np.prod(box_px)) * (SCALE_ARCSEC / 3600.0) ** 2)
-        first_px = rng.random((len(star_v_mag), 2)) * box_px - 40.0 - np.maximum(step_px, 0.0)
+        middle_px = (rng.random((len(star_v_mag), 2)) - 0.5) * box_px + 0.5 * np.array([camera.cols, camera.rows])
         star_mag = star_v_mag - (v_r_mag if band.name == "R" else 0.0)
-        draw_trails(light_e, psf, first_px, step_px, through * rate_e_s(band, star_mag, b_v_mag, mass) * satellite.exptime_s)
-
-        x_px, y_px = (0.5 * (n - 1) + rng.normal(0.0, args.jitter) for n in (camera.cols, camera.rows))
-        # where the stars stood among those of a catalogue, which knows no aberration, in the middle of the exposure
-        velocity = matrix @ earth_velocity(middle)
-        back = first_px + 0.5 * step_px - [x_px, y_px]
+        # where the stars are seen in the middle of the exposure, and from there at every moment
+        back = middle_px - [x_px, y_px]
         c, s = math.cos(math.radians(rotation_deg)), math.sin(math.radians(rotation_deg))
         plane = -np.radians(np.stack([c * back[:, 0] + s * back[:, 1], -s * back[:, 0] + c * back[:, 1]], axis=-1) * SCALE_ARCSEC / 3600.0)
-        places = centre + plane[:, :1] * axes[0] + plane[:, 1:] * axes[1]
-        places = places / np.linalg.norm(places, axis=1)[:, None] - velocity
+        seen = centre + plane[:, :1] * axes[0] + plane[:, 1:] * axes[1]
+        seen /= np.linalg.norm(seen, axis=1)[:, None]
+        places_px = np.stack([to_pixels(*(seen @ a / (seen @ toward_t) for a in sky_axes(toward_t)), rotation_deg)
+                              for toward_t in followed]) + [x_px, y_px]
+        draw_trails(light_e, psf, places_px, through * rate_e_s(band, star_mag, b_v_mag, mass) * satellite.exptime_s)
+        # a catalogue knows no aberration
+        velocity = matrix @ earth_velocity(middle)
+        places = seen - velocity
         places /= np.linalg.norm(places, axis=1)[:, None]
         catalogue += catalogue_rows(np.random.default_rng([seed, 6, index, i]), len(catalogue), zip(places, star_v_mag, b_v_mag, v_r_mag))
         ra_deg, dec_deg = ra_dec_deg((centre - velocity) / np.linalg.norm(centre - velocity))

@@ -28,6 +28,7 @@ mod sensor;
 mod sky_map;
 mod sky_points;
 mod source_disc;
+mod star_trails;
 mod sweep;
 mod target;
 mod time_grid;
@@ -156,6 +157,11 @@ pub const METHODS: &[Method] = &[
         name: "target",
         about: "the flux of a target: apertures, and the weights of a point and of a free size",
         sweep: target::sweep,
+    },
+    Method {
+        name: "star-trails",
+        about: "the zeropoint of a tracked frame by its star trails: how many trails are fitted",
+        sweep: star_trails::sweep,
     },
     Method { name: "apertures", about: "share of a pixel in an aperture: subpixels or exact", sweep: apertures::sweep },
     Method {

@@ -24,6 +24,12 @@ pub fn mjd_utc(epoch: Epoch) -> f64 {
     epoch.to_mjd_utc_days()
 }
 
+/// Julian year of an epoch, 2000 + (MJD − 51544.5) / 365.25: what positions of stars are moved to.
+#[must_use]
+pub fn jyear(epoch: Epoch) -> f64 {
+    2000.0 + (mjd_utc(epoch) - 51_544.5) / 365.25
+}
+
 /// The epoch of an MJD(UTC).
 #[must_use]
 pub fn from_mjd_utc(mjd_d: f64) -> Epoch {

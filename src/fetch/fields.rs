@@ -1,4 +1,4 @@
-//! Which parts of the sky the star pointings of a night need, from their headers alone.
+//! Which parts of the sky the star pointings of a night need, and its target frames for their star trails, from headers alone.
 //!
 //! Degrees. A field is the circle around a frame, widened by how far its pointing may be off. It does not cover the
 //! pixels.
@@ -6,10 +6,12 @@
 use crate::astrometry::catalogue::separation_deg;
 use crate::astrometry::initial_pointing::initial_pointings;
 use crate::astrometry::wcs::Wcs;
+use crate::base::time::shifted;
 use crate::config::Config;
 use crate::frames::{Exposure, pixel_scale_arcsec};
-use crate::orbit::{EarthOrientation, Site};
+use crate::orbit::{EarthOrientation, Site, Tracker};
 use crate::pipeline::survey::files::Survey;
+use crate::pipeline::target::star_trails::along_s;
 
 /// Centres are rounded to this \[deg\], so that another night of the same field sends the same query.
 const GRID_DEG: f64 = 0.01;
@@ -73,6 +75,26 @@ pub fn fields_of_night(config: &Config, survey: &Survey, radius_deg: Option<f64>
         fields.extend(found);
     }
     (fields, silent)
+}
+
+/// The fields that the star trails of the target frames come from: the satellite's path during each exposure, as wide as the
+/// trails are looked for. Frames without a time, and times without elements, have none.
+#[must_use]
+pub fn fields_of_passes(tracker: &Tracker, config: &Config, survey: &Survey) -> Vec<Field> {
+    let of_frame = |exposure: &Exposure| {
+        let time = exposure.time.as_ref()?;
+        let reach_s = 0.5 * exposure.exptime_s + along_s(time.err_s);
+        let at = |t_s: f64| tracker.icrs_at(&shifted(time.mid, t_s)).ok();
+        let ((ra_deg, dec_deg), from, to) = (at(0.0)?, at(-reach_s)?, at(reach_s)?);
+        let (nx, ny) = exposure.size_px;
+        let scale =
+            pixel_scale_arcsec(config.detector.pixel_um, exposure.binning, config.telescope.focal_length_mm) / 3600.0;
+        let path_deg =
+            [from, to].map(|(ra, dec)| separation_deg(ra_deg, dec_deg, ra, dec)).into_iter().fold(0.0, f64::max);
+        let radius_deg = path_deg + 0.5 * scale * (nx as f64).hypot(ny as f64);
+        Some(Field::new(ra_deg, dec_deg, radius_deg, &format!("{}, the path of its target", exposure.name)))
+    };
+    survey.targets.iter().filter_map(of_frame).collect()
 }
 
 fn fields_of_frame(config: &Config, exposure: &Exposure, radius_deg: Option<f64>) -> Vec<Field> {

@@ -17,6 +17,6 @@ mod stars;
 pub use cache::Cache;
 pub use client::{Answer, Client, Hooks};
 pub use elements::{FetchedElements, Wanted, WhichService, element_queries, fetch_elements};
-pub use fields::{Field, fields_of_night, one_query_each};
+pub use fields::{Field, fields_of_night, fields_of_passes, one_query_each};
 pub use query::{Object, Query, Service, apass_query, celestrak_query, satchecker_query};
 pub use stars::{FetchedStars, fetch_stars};

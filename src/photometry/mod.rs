@@ -5,6 +5,7 @@
 mod annulus;
 pub mod aperture;
 pub mod background;
+pub mod center_of_light;
 pub mod centroid;
 mod clip;
 pub mod detect;

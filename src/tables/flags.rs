@@ -62,7 +62,7 @@ impl Flags {
     /// Where nothing was found: what stood out is charge that spilt along columns or rows from saturated pixels.
     pub const BLOOMING: Flags = Flags(1 << 24);
 
-    /// The stars that trail through the frame are fainter than the zeropoint says, by more than four errors.
+    /// The stars that trail through the frame are fainter than the zeropoint says, by more than three errors.
     pub const CLOUD: Flags = Flags(1 << 25);
 
     /// Every bit with its name, in order.

@@ -182,6 +182,25 @@ fn a_bare_fetch_gets_what_the_configuration_names_and_does_not_have() {
 }
 
 #[test]
+fn the_stars_of_the_passes_are_fetched_where_star_trails_are_measured() {
+    let (server, place) = (services(), Place::new());
+    place.night();
+    let toml = std::fs::read_to_string(place.path("pipeline.toml")).unwrap();
+    std::fs::write(place.path("pipeline.toml"), format!("{toml}[zeropoint]\nstar_trails = true\n")).unwrap();
+    std::fs::write(place.path("elements.tle"), TLE).unwrap();
+    let stars = ["stars", "-c", "pipeline.toml", "--dry-run"];
+    let two = place.fetch(&server, &stars).expect(0, &[]);
+    let urls: Vec<&str> = two.out.lines().collect();
+    assert_eq!(urls.len(), 2, "{}", two.out);
+    // by the elements, wherever the header says that the frame points
+    assert!(!urls[0].contains("-c=150.0000"), "{}", two.out);
+    // without elements, those of the star pointing alone, and a word about it
+    std::fs::remove_file(place.path("elements.tle")).unwrap();
+    let one = place.fetch(&server, &stars).expect(0, &["without the stars of the passes"]);
+    assert_eq!(one.out.lines().count(), 1, "{}", one.out);
+}
+
+#[test]
 fn elements_that_are_there_but_of_another_time_are_reported() {
     let (server, place) = (services(), Place::new());
     place.night();

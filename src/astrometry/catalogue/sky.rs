@@ -115,27 +115,11 @@ impl Catalogue {
         }
     }
 
-    /// The catalogue with every star that has a proper motion at its place in `jyear` (Julian year); positions without
-    /// an epoch of their own are of `epoch_jyear`.
-    ///
-    /// u = u₀ + (t − t₀) (μ_α* e_α + μ_δ e_δ), made a unit vector: right at the poles too. Radial motion is excluded.
+    /// The catalogue with every star that has a proper motion at its place in `jyear`: [`CatalogueStar::moved_to`].
     #[must_use]
     pub fn moved_to(&self, jyear: f64, epoch_jyear: f64) -> Catalogue {
-        let mut moved = Catalogue { tree: std::sync::OnceLock::new(), ..self.clone() };
-        for star in &mut moved.stars {
-            let (Some(pm_ra), Some(pm_dec)) = (star.pm_ra_mas_yr, star.pm_dec_mas_yr) else { continue };
-            let years = jyear - star.epoch_jyear.unwrap_or(epoch_jyear);
-            let ((sin_a, cos_a), (sin_d, cos_d)) =
-                (star.ra_deg.to_radians().sin_cos(), star.dec_deg.to_radians().sin_cos());
-            let [east, north] = [pm_ra, pm_dec].map(|mas| (mas * years / 3.6e6).to_radians());
-            let x = cos_d * cos_a - east * sin_a - north * sin_d * cos_a;
-            let y = cos_d * sin_a + east * cos_a - north * sin_d * sin_a;
-            let z = sin_d + north * cos_d;
-            star.ra_deg = y.atan2(x).to_degrees().rem_euclid(360.0);
-            star.dec_deg = z.atan2(x.hypot(y)).to_degrees();
-            star.epoch_jyear = Some(jyear);
-        }
-        moved
+        let stars = self.stars.iter().map(|star| star.moved_to(jyear, epoch_jyear)).collect();
+        Catalogue { stars, tree: std::sync::OnceLock::new(), ..self.clone() }
     }
 
     /// Whether any star has a proper motion.

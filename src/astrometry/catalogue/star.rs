@@ -37,6 +37,29 @@ pub struct CatalogueStar {
     pub neighbour_arcsec: Option<f64>,
 }
 
+impl CatalogueStar {
+    /// The star at its place in `jyear` (Julian year) if it has a proper motion; a position without an epoch of its own is of
+    /// `epoch_jyear`.
+    ///
+    /// u = u₀ + (t − t₀) (μ_α* e_α + μ_δ e_δ), made a unit vector: right at the poles too. Radial motion is excluded.
+    #[must_use]
+    pub fn moved_to(&self, jyear: f64, epoch_jyear: f64) -> CatalogueStar {
+        let mut star = self.clone();
+        let (Some(pm_ra), Some(pm_dec)) = (star.pm_ra_mas_yr, star.pm_dec_mas_yr) else { return star };
+        let years = jyear - star.epoch_jyear.unwrap_or(epoch_jyear);
+        let ((sin_a, cos_a), (sin_d, cos_d)) =
+            (star.ra_deg.to_radians().sin_cos(), star.dec_deg.to_radians().sin_cos());
+        let [east, north] = [pm_ra, pm_dec].map(|mas| (mas * years / 3.6e6).to_radians());
+        let x = cos_d * cos_a - east * sin_a - north * sin_d * cos_a;
+        let y = cos_d * sin_a + east * cos_a - north * sin_d * sin_a;
+        let z = sin_d + north * cos_d;
+        star.ra_deg = y.atan2(x).to_degrees().rem_euclid(360.0);
+        star.dec_deg = z.atan2(x.hypot(y)).to_degrees();
+        star.epoch_jyear = Some(jyear);
+        star
+    }
+}
+
 /// The entries of a file, in its order; a star that is in it twice is here once.
 #[derive(Debug, Clone, Default)]
 pub struct Catalogue {

@@ -10,8 +10,10 @@ use super::image::TrailImage;
 use super::line::LineSpread;
 use super::search::LitTrail;
 
-/// Rounds of the fit: amplitudes alone, then everything.
+/// Most rounds of the fit: amplitudes alone, then everything.
 const ROUNDS: usize = 8;
+/// It has settled where no unknown moves by more than this \[its error\].
+const SETTLED: f64 = 0.05;
 /// Rounds before pixels are clipped.
 const UNCLIPPED: usize = 3;
 /// Pixels further from the model than this are left out \[σ\].
@@ -89,6 +91,7 @@ pub struct TrailFit {
     /// The trails, in the order of `lights`.
     pub trails: Vec<LitTrail>,
     pub(super) shape: Shape,
+    pub(super) beta: f64,
 }
 
 /// The unknowns besides the amplitudes.
@@ -151,7 +154,11 @@ pub fn fit_trails(image: &TrailImage, trails: &[LitTrail], start: Start) -> Opti
             }
         } else {
             ends = ends_in(image, &used, &solved, shape);
+            let settled = (0..SHAPE).all(|k| !free[k] || solved.step[k].abs() < SETTLED * solved.shape_err[k]);
             last = Some(solved);
+            if settled && round > UNCLIPPED {
+                break;
+            }
         }
     }
     let solved = last?;
@@ -179,7 +186,27 @@ pub fn fit_trails(image: &TrailImage, trails: &[LitTrail], start: Start) -> Opti
         lights: lights.collect(),
         trails: used,
         shape,
+        beta: start.beta,
     })
+}
+
+impl TrailFit {
+    /// Light of the trails at places (x, y) from the pixel at which the satellite is expected \[e⁻/px\].
+    #[must_use]
+    pub fn light_at(&self, places: &[(f64, f64)]) -> Vec<f64> {
+        let line = LineSpread::new(self.fwhm_px, self.beta);
+        let (sin, cos) = self.shape.theta.sin_cos();
+        let at = |&(x, y): &(f64, f64)| {
+            let (u, v) = (x * cos + y * sin - self.shape.along, y * cos - x * sin - self.shape.across);
+            let of = |(lit, light): (&LitTrail, &TrailLight)| {
+                let (start, end) = lit.trail.ends_px(self.shape.stretch);
+                let off = v - lit.trail.v_px(u);
+                light.ratio * lit.e_per_px * line.at(off).0 * line.along(u, off, start, end).0
+            };
+            self.trails.iter().zip(&self.lights).map(of).sum()
+        };
+        places.iter().map(at).collect()
+    }
 }
 
 /// Starts and ends of bright trails in the frame.
@@ -209,11 +236,11 @@ pub(super) struct Solved {
 
 /// One trail as a round needs it.
 struct Prepared {
+    /// Its number among the trails.
+    index: usize,
     lit: LitTrail,
     start: f64,
     end: f64,
-    /// Most that the path bends away from its v at u = 0 \[px\].
-    bend: f64,
 }
 
 pub(super) fn solve(
@@ -228,18 +255,20 @@ pub(super) fn solve(
     let line = LineSpread::new(start.fwhm_px * shape.ln_width.exp(), start.beta);
     let half = image.half_px();
     let reach = line.reach_px();
-    let prepared: Vec<Prepared> = trails
-        .iter()
-        .map(|lit| {
-            let t = &lit.trail;
-            let (middle, long) = (0.5 * (t.start_px + t.end_px), 0.5 * (t.end_px - t.start_px) * (1.0 + shape.stretch));
-            let bend = half * (t.across[1].abs() + half * t.across[2].abs());
-            Prepared { lit: *lit, start: middle - long, end: middle + long, bend }
-        })
-        .collect();
+    // in order across, so that a pixel finds those that reach it
+    let prepare = |(index, lit): (usize, &LitTrail)| {
+        let (start, end) = lit.trail.ends_px(shape.stretch);
+        Prepared { index, lit: *lit, start, end }
+    };
+    let mut prepared: Vec<Prepared> = trails.iter().enumerate().map(prepare).collect();
+    prepared.sort_by(|a, b| a.lit.trail.across[0].total_cmp(&b.lit.trail.across[0]).then(a.index.cmp(&b.index)));
+    // most that a path bends away from its v at u = 0
+    let bend = |t: &Prepared| half * (t.lit.trail.across[1].abs() + half * t.lit.trail.across[2].abs());
+    let wide = reach + prepared.iter().map(bend).fold(0.0, f64::max);
     let n = trails.len();
     let size = n + SHAPE + SKY;
-    let mut normal = DMatrix::<f64>::zeros(size, size);
+    // the upper half, row by row
+    let mut upper = vec![0f64; size * size];
     let mut right = DVector::<f64>::zeros(size);
     let (sin, cos) = shape.theta.sin_cos();
     let (mut chi2, mut n_px) = (0.0, 0.0);
@@ -252,9 +281,13 @@ pub(super) fn solve(
         let mut light = 0.0;
         let mut d = [0.0; SHAPE];
         let uu = u - shape.along;
-        for (i, t) in prepared.iter().enumerate() {
+        let from = prepared.partition_point(|t| t.lit.trail.across[0] < v - shape.across - wide);
+        for (i, t) in prepared.iter().enumerate().skip(from) {
             let off = v - shape.across - t.lit.trail.across[0];
-            if off.abs() > reach + t.bend || uu < t.start - reach || uu > t.end + reach {
+            if off < -wide {
+                break;
+            }
+            if uu < t.start - reach || uu > t.end + reach {
                 continue;
             }
             let path = &t.lit.trail.across;
@@ -263,14 +296,14 @@ pub(super) fn solve(
                 continue;
             }
             let (l, dl) = line.at(vv);
-            let (e, de_start, de_end) = line.along(uu, t.start, t.end);
+            let (e, de_start, de_end) = line.along(uu, vv, t.start, t.end);
             if e < 1e-9 && de_start == 0.0 && de_end == 0.0 {
                 continue;
             }
             let scale = t.lit.e_per_px;
             let unit = scale * l * e;
             terms.push((i, unit));
-            let f = amplitudes[i] * scale;
+            let f = amplitudes[t.index] * scale;
             light += f * l * e;
             let slope = path[1] + 2.0 * path[2] * uu;
             // how the light changes with u, at its ends
@@ -305,17 +338,15 @@ pub(super) fn solve(
         // amplitudes and sky are solved anew, the shape by steps
         let target = f64::from(p.above_level);
         for (a, (i, di)) in terms.iter().enumerate() {
-            right[*i] += weight * di * target;
+            let weighted = weight * di;
+            right[*i] += weighted * target;
+            let row = &mut upper[i * size..(i + 1) * size];
             for (j, dj) in &terms[a..] {
-                normal[(*i, *j)] += weight * di * dj;
+                row[*j] += weighted * dj;
             }
         }
     }
-    for i in 0..size {
-        for j in 0..i {
-            normal[(i, j)] = normal[(j, i)];
-        }
-    }
+    let mut normal = DMatrix::from_fn(size, size, |i, j| upper[i.min(j) * size + i.max(j)]);
     let no_trail: Vec<bool> = (0..n).map(|i| normal[(i, i)] < 1e-6).collect();
     for i in 0..n {
         // far weaker than any light: a trail outside the frame must not make the rest unsolvable
@@ -343,13 +374,17 @@ pub(super) fn solve(
     }
     let err = |k: usize| inverse[(k, k)].max(0.0).sqrt();
     let mut out = Solved {
-        amplitudes: (0..n).map(|i| solution[i]).collect(),
-        errs: (0..n).map(|i| if no_trail[i] { f64::INFINITY } else { err(i) }).collect(),
+        amplitudes: vec![0.0; n],
+        errs: vec![0.0; n],
         sky: [0.0; SKY],
         step: [0.0; SHAPE],
         shape_err: [f64::INFINITY; SHAPE],
         chi2_px: if n_px > 0.0 { chi2 / n_px } else { 1.0 },
     };
+    for (i, t) in prepared.iter().enumerate() {
+        out.amplitudes[t.index] = solution[i];
+        out.errs[t.index] = if no_trail[i] { f64::INFINITY } else { err(i) };
+    }
     for k in 0..SKY {
         out.sky[k] = solution[n + SHAPE + k];
     }

@@ -39,6 +39,13 @@ pub struct PredictedTrail {
 }
 
 impl PredictedTrail {
+    /// Its start and end where it is longer by this share \[px\].
+    #[must_use]
+    pub fn ends_px(&self, stretch: f64) -> (f64, f64) {
+        let (middle, half) = (0.5 * (self.start_px + self.end_px), 0.5 * (self.end_px - self.start_px));
+        (middle - half * (1.0 + stretch), middle + half * (1.0 + stretch))
+    }
+
     /// v of the trail at u \[px\].
     #[must_use]
     pub fn v_px(&self, u_px: f64) -> f64 {

@@ -5,7 +5,12 @@
 
 use super::image::TrailImage;
 use super::path::{Around, PredictedTrail};
+use crate::base::constants::FWHM_PER_SIGMA;
 
+/// Angles further apart than this are looked at with fewer pixels \[rad\].
+const WIDE_RAD: f64 = 0.3;
+/// Steps of the search along short trails, as a share of their length.
+const STEP_OF_LENGTH: f64 = 1.0 / 12.0;
 /// Cells count for at most this \[σ\].
 const CLIP_SIGMA: f64 = 6.0;
 /// S/N beyond which more light says little more.
@@ -55,14 +60,21 @@ pub fn direction(image: &TrailImage, near_rad: f64, around_rad: f64, fwhm_px: f6
     let (half, row) = (image.half_px(), 0.5 * fwhm_px);
     let rows = (2.0 * half / row) as usize + 2;
     let mut sums = vec![[0f64; 2]; rows];
-    let stride = (image.pixels.len() / 400_000).max(1);
+    // where all angles are looked at, a part of the pixels must do
+    let most = if around_rad > WIDE_RAD { 100_000 } else { 400_000 };
+    let stride = image.pixels.len().div_ceil(most).max(1) | 1;
+    let of = |p: &super::image::Pixel| {
+        let sigmas = f64::from(p.net / p.variance.sqrt()).clamp(-CLIP_SIGMA, CLIP_SIGMA);
+        [f64::from(p.x) / row, f64::from(p.y) / row, sigmas]
+    };
+    let values: Vec<[f64; 3]> = image.pixels.iter().step_by(stride).map(of).collect();
+    let half_rows = half / row;
     let mut score = |theta: f64| {
         let (sin, cos) = theta.sin_cos();
         sums.fill([0.0; 2]);
-        for p in image.pixels.iter().step_by(stride) {
-            let v = f64::from(p.y) * cos - f64::from(p.x) * sin;
-            let sum = &mut sums[((v + half) / row) as usize];
-            sum[0] += f64::from(p.net / p.variance.sqrt()).clamp(-CLIP_SIGMA, CLIP_SIGMA);
+        for [x, y, sigmas] in &values {
+            let sum = &mut sums[(y * cos - x * sin + half_rows) as usize];
+            sum[0] += sigmas;
             sum[1] += 1.0;
         }
         sums.iter().filter(|s| s[1] > 0.0).map(|s| s[0] * s[0] / s[1]).sum::<f64>()
@@ -82,6 +94,31 @@ pub fn direction(image: &TrailImage, near_rad: f64, around_rad: f64, fwhm_px: f6
         (span, step) = (step, 0.2 * step);
     }
     best
+}
+
+/// FWHM of the stars by the trails along `theta_rad`, by how the means of rows one pixel wide resemble those next to them \[px\];
+/// `None` where they do not.
+///
+/// The means of rows are the line-spread function of many trails: their autocovariance is that of a Gaussian of √2 σ, and
+/// σ² = 3 / (4 ln(A₁/A₂)) with its values at one and two rows, which hold no noise.
+#[must_use]
+pub fn width(image: &TrailImage, theta_rad: f64) -> Option<f64> {
+    let half = image.half_px();
+    let mut rows = vec![[0f64; 2]; (2.0 * half) as usize + 2];
+    let (sin, cos) = theta_rad.sin_cos();
+    for p in &image.pixels {
+        let row = &mut rows[(f64::from(p.y) * cos - f64::from(p.x) * sin + half) as usize];
+        row[0] += f64::from(p.net);
+        row[1] += 1.0;
+    }
+    let fullest = rows.iter().map(|r| r[1]).fold(0.0, f64::max);
+    let long: Vec<f64> = rows.iter().filter(|r| r[1] > 0.3 * fullest).map(|r| r[0] / r[1]).collect();
+    let mean = long.iter().sum::<f64>() / long.len().max(1) as f64;
+    let resemblance =
+        |lag: usize| long.iter().zip(long.get(lag..)?).map(|(a, b)| (a - mean) * (b - mean)).reduce(|a, b| a + b);
+    let (one, two) = (resemblance(1)?, resemblance(2)?);
+    let fwhm_px = FWHM_PER_SIGMA * (0.75 / (one / two).ln()).sqrt();
+    (two > 0.0 && one > two && fwhm_px.is_finite()).then_some(fwhm_px)
 }
 
 /// Sums along rows of cells, so that a line of any length costs two looks.
@@ -160,7 +197,7 @@ pub fn best_offset(
     let length = bright.iter().map(|t| t.trail.end_px - t.trail.start_px).fold(0.0, f64::max);
     let share = 1.0 + (length + 2.0 * around.along_px) / (2.0 * around.half_px);
     bright.truncate((MOST_STARS as f64 * share.min(8.0)) as usize);
-    let step = if length < 3.0 * around.half_px { fwhm_px } else { around.half_px / 4.0 };
+    let step = (STEP_OF_LENGTH * length).min(around.half_px / 4.0).max(fwhm_px);
     let found = search(&rows, image, &bright, around, fwhm_px, step)?;
     let chance = (1..=DECOYS)
         .filter_map(|seed| search(&rows, image, &scattered(&bright, around, seed), around, fwhm_px, step))

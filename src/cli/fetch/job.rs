@@ -11,9 +11,9 @@ use satphot::base::time::{iso_utc, parse_utc, shifted};
 use satphot::config::{self, Config};
 use satphot::fetch::{
     Client, Field, Object, Wanted, WhichService, apass_query, element_queries, fetch_elements, fetch_stars,
-    fields_of_night, one_query_each,
+    fields_of_night, fields_of_passes, one_query_each,
 };
-use satphot::orbit::{element_names, nearest, read_elements_for};
+use satphot::orbit::{Tracker, element_names, nearest, read_elements_for};
 use satphot::pipeline::survey::files::Survey;
 use satphot::pipeline::survey::read::survey;
 
@@ -239,12 +239,21 @@ impl Job<'_> {
             return Err(bad("--ra-deg", problem.into()));
         };
         let night = survey(config, &[], &self.target_names(config))?;
-        let (fields, silent) = fields_of_night(config, &night, self.verb.radius_deg);
+        let (mut fields, silent) = fields_of_night(config, &night, self.verb.radius_deg);
         if let Some(first) = silent.first() {
             let n = silent.len();
             self.note(&format!(
                 "{n} star frames do not say where they point, first {first}: --ra-deg and --dec-deg do"
             ));
+        }
+        if config.zeropoint.star_trails && !night.targets.is_empty() {
+            match config.orbit.as_ref().map(|orbit| Tracker::from_config(orbit, &config.site)) {
+                Some(Ok(tracker)) => fields.extend(fields_of_passes(&tracker, config, &night)),
+                Some(Err(error)) => {
+                    self.note(&format!("without the stars of the passes (zeropoint.star_trails): {error}"))
+                }
+                None => self.note("without the stars of the passes (zeropoint.star_trails): there is no [orbit]"),
+            }
         }
         if fields.is_empty() {
             return Err(no_fields(config, &night, silent.len()));

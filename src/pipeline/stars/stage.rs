@@ -12,7 +12,7 @@ use crate::base::hash::sha256_16_text;
 use crate::base::progress::Progress;
 use crate::base::stats::median;
 use crate::base::stats::robust;
-use crate::base::time::mjd_utc;
+use crate::base::time::jyear;
 use crate::config::{self, Combine};
 use crate::frames::Exposure;
 use crate::photometry::growth::{FrameGrowth, GrowthCurve, StarProfile};
@@ -72,7 +72,7 @@ pub fn star_stage(
         return Ok(StarStage::default());
     };
     let exposures: Vec<&Exposure> = survey.pointings.iter().flatten().collect();
-    let moved_to = jyear(catalogue, &exposures);
+    let moved_to = moved_to(catalogue, &exposures);
     let catalogue = &of_date(catalogue, &exposures, stars.epoch_jyear, notes);
     progress.stage("star pointings", exposures.len());
     // gone since it was read, the stars that were read identify it
@@ -213,15 +213,15 @@ fn of_date<'a>(
     epoch_jyear: f64,
     notes: &mut Vec<String>,
 ) -> Cow<'a, Catalogue> {
-    let Some(jyear) = jyear(catalogue, exposures) else { return Cow::Borrowed(catalogue) };
+    let Some(jyear) = moved_to(catalogue, exposures) else { return Cow::Borrowed(catalogue) };
     notes.push(format!("catalogue: places moved to {jyear:.2} by their proper motions"));
     Cow::Owned(catalogue.moved_to(jyear, epoch_jyear))
 }
 
-/// The time the stars of a catalogue are moved to: Julian year = 2000 + (MJD − 51544.5) / 365.25 of the first exposure.
-fn jyear(catalogue: &Catalogue, exposures: &[&Exposure]) -> Option<f64> {
+/// The Julian year the stars of a catalogue are moved to: that of the first exposure.
+fn moved_to(catalogue: &Catalogue, exposures: &[&Exposure]) -> Option<f64> {
     let mid = exposures.iter().find_map(|e| e.time.as_ref()).map(|t| t.mid)?;
-    catalogue.has_motions().then(|| 2000.0 + (mjd_utc(mid) - 51_544.5) / 365.25)
+    catalogue.has_motions().then(|| jyear(mid))
 }
 
 /// The profile of the night's stars, and that of every frame: as wide as its own stars, or else its pointing's, or else

@@ -5,7 +5,7 @@ use std::fmt;
 use super::measurement::{CalibratedMeasurement, Measurement, Setting};
 use super::outcome::TaggedFrame;
 use super::place::Place;
-use super::star_trails::frame_trails;
+use super::star_trails::{frame_trails, guarded_trails};
 use crate::base::error::{Error, Result};
 use crate::base::time::mjd_utc;
 use crate::frames::Exposure;
@@ -34,11 +34,7 @@ pub fn measure_frame<'a>(exposure: &'a Exposure, night: &Calibrated) -> TaggedFr
     let measured = measured.unwrap_or_else(|_| Err(internal(exposure)));
     let measured = measured.map(|m| m.calibrated(airmass, mjd_mid_d, night));
     let fwhm_px = target_settings(exposure, night, night.seeing.fwhm_arcsec).fwhm_px;
-    // a panic must not end the night: as for the measurement of the target
-    let of_frame = |m: &CalibratedMeasurement| {
-        let look = std::panic::AssertUnwindSafe(|| frame_trails(exposure, geometry, (m, fwhm_px), night));
-        std::panic::catch_unwind(look).ok().flatten()
-    };
+    let of_frame = |m: &CalibratedMeasurement| guarded_trails(|| frame_trails(exposure, geometry, (m, fwhm_px), night));
     let trails = measured.as_ref().ok().and_then(of_frame);
     TaggedFrame { exposure, place, measured: Some(measured), trails }
 }

@@ -6,17 +6,18 @@
 
 use super::measurement::CalibratedMeasurement;
 use crate::astrometry::catalogue::CatalogueStar;
-use crate::astrometry::trailed::align::{Aligned, Beforehand, align};
+use crate::astrometry::trailed::align::{Aligned, Beforehand, MOST_TRAILS, align};
 use crate::astrometry::trailed::image::TrailImage;
 use crate::astrometry::trailed::path::SkyPath;
 use crate::base::constants::FWHM_PER_SIGMA;
 use crate::base::error::Result;
-use crate::base::time::shifted;
+use crate::base::time::{jyear, shifted};
 use crate::frames::Exposure;
 use crate::orbit::Geometry;
 use crate::photometry::Flags;
-use crate::photometry::aperture::Shape;
 use crate::photometry::background::background;
+use crate::photometry::center_of_light::{CenterOfLight, NetPixels, center_of_light, net_pixels};
+use crate::photometry::target::compact::SourceKind;
 use crate::pipeline::prepared::Calibrated;
 use crate::tables::PhotometryRow;
 use crate::zeropoint::frame_offset::{FrameOffset, StarRatio, frame_offset};
@@ -46,6 +47,9 @@ const UNKNOWN_BETA: f64 = 3.5;
 /// Errors of a catalogue's places that its stars share \[arcsec\].
 const CATALOGUE_ERR_ARCSEC: f64 = 0.1;
 
+/// The note of a frame whose star trails made the program fail.
+const FAILED: &str = "internal error while measuring the star trails of this frame: please report it with the frame";
+
 /// The star trails of one frame.
 #[derive(Debug, Clone, Default)]
 pub struct FrameTrails {
@@ -72,6 +76,18 @@ pub struct TargetPosition {
     pub icrs_err_arcsec: Option<(f64, f64)>,
 }
 
+/// How far along its path a frame may lie off \[s\], for a time with this error.
+#[must_use]
+pub fn along_s(time_err_s: f64) -> f64 {
+    ALONG_S + 3.0 * time_err_s.min(1.0)
+}
+
+/// The same, or that it failed: a panic must not end the night, as with the measurement of the target.
+pub fn guarded_trails(look: impl FnOnce() -> Option<FrameTrails>) -> Option<FrameTrails> {
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(look))
+        .unwrap_or_else(|_| Some(FrameTrails { note: FAILED.into(), ..FrameTrails::default() }))
+}
+
 /// What the trails of a frame with stars of `fwhm_px` say; `None` where they were not looked for: without elements, time or catalogue.
 pub fn frame_trails(
     exposure: &Exposure,
@@ -95,15 +111,16 @@ pub fn frame_trails(
     };
     let path = path_at(0.0)?;
     let scale_arcsec = night.scale_arcsec(exposure);
-    let along_deg = geometry.rate_rad_s.to_degrees() * (ALONG_S + 3.0 * time.err_s.min(1.0));
+    let along_deg = geometry.rate_rad_s.to_degrees() * along_s(time.err_s);
     let half_frame_deg = 0.5 * (exposure.size_px.0 as f64).hypot(exposure.size_px.1 as f64) * scale_arcsec / 3600.0;
     let radius_deg = path.half_length_deg() + along_deg + 1.5 * half_frame_deg;
     if radius_deg > LONGEST_DEG {
         return missing("the trails of this exposure are too long to follow");
     }
     let (ra_deg, dec_deg) = path.middle_deg();
-    let near: Vec<&CatalogueStar> =
-        catalogue.near(ra_deg, dec_deg, radius_deg).into_iter().map(|i| &catalogue.stars[i]).collect();
+    let (of_date, epoch_jyear) = (jyear(time.mid), night.config.stars.as_ref().map_or(2000.0, |s| s.epoch_jyear));
+    let near = catalogue.near(ra_deg, dec_deg, radius_deg).into_iter();
+    let near: Vec<CatalogueStar> = near.map(|i| catalogue.stars[i].moved_to(of_date, epoch_jyear)).collect();
     if near.len() < LEAST_STARS {
         return missing("no catalogue stars along the path of the target");
     }
@@ -135,7 +152,7 @@ fn light(star: &CatalogueStar, (zp_mag, slope): (f64, f64)) -> (f64, f64) {
     (10f64.powf(-0.4 * (star.v_mag + zp_mag + slope * colour)), err_mag)
 }
 
-type Field<'a> = (&'a dyn Fn(f64) -> Option<SkyPath>, &'a [&'a CatalogueStar], f64, f64);
+type Field<'a> = (&'a dyn Fn(f64) -> Option<SkyPath>, &'a [CatalogueStar], f64, f64);
 
 fn measure(
     exposure: &Exposure,
@@ -149,7 +166,7 @@ fn measure(
     let zeropoint = predicted_zeropoint(night, airmass);
     // the brightest first
     let faintest = near[9.min(near.len() - 1)].v_mag + FAINTER_MAG;
-    let usable: Vec<&CatalogueStar> = near.iter().copied().filter(|s| s.v_mag < faintest).collect();
+    let usable: Vec<&CatalogueStar> = near.iter().filter(|s| s.v_mag < faintest).collect();
     let lights: Vec<(f64, f64)> = usable.iter().map(|s| light(s, zeropoint)).collect();
     let stars: Vec<((f64, f64), f64)> = usable.iter().zip(&lights).map(|(s, l)| ((s.ra_deg, s.dec_deg), l.0)).collect();
     let m = &measured.measured;
@@ -157,19 +174,19 @@ fn measure(
     let known = Beforehand {
         turn: night.seeing.camera_turn.map(|t| (t.north_rad, t.mirrored, t.err_rad.max(TURN_ERR_RAD))),
         scale_arcsec,
-        fwhm_px: fwhm_px * profile.map_or(1.0, |p| p.fwhm_ratio),
+        // a width that is only assumed is not taken
+        fwhm_px: m.fwhm_px.map(|_| fwhm_px * profile.map_or(1.0, |p| p.fwhm_ratio)),
         beta: profile.map_or(UNKNOWN_BETA, |p| p.beta),
         along_px: along_deg * 3600.0 / scale_arcsec,
         across_px: ACROSS_ARCSEC.max(night.config.target.search_radius_arcsec) / scale_arcsec,
+        most_trails: MOST_TRAILS,
     };
     let reader = night.open(exposure)?;
     let frame = night.usable(reader.whole(&night.buffers)?)?;
     let sky = background(&frame, p.mesh_px, p.clip_sigma)?;
     let at = (m.x_px, m.y_px);
-    let reach_px = match m.flux.shape {
-        Shape::Circle { r_px } => r_px,
-        Shape::Ellipse { a_px, .. } | Shape::Rectangle { a_px, .. } | Shape::Pill { a_px, .. } => a_px,
-    };
+    let reach_px = m.flux.shape.bounding_radius_px();
+    let of_target = net_pixels(&frame, &sky, at, 2.0 * reach_px + 1.0);
     let image = TrailImage::new(&frame, &sky, at, &[(at.0, at.1, reach_px + 2.0 * fwhm_px)], fwhm_px);
     drop(frame);
     let aligned = match align(&image, path_at, &stars, known) {
@@ -188,8 +205,21 @@ fn measure(
     };
     let own_zp_mag = offset.filter(|_| without_zeropoint).map(|o| zeropoint.0 + o.offset_mag);
     // which trails are whose is certain only where their light agrees
-    let position = offset.and_then(|_| position(&aligned, path_at, measured, fwhm_px));
+    let position = offset.and_then(|_| position(&aligned, path_at, measured, &of_target));
     Ok(Ok(FrameTrails { offset, own_zp_mag, position, note }))
+}
+
+/// Where the target stands on the detector, and the variances and covariance of the place \[px²\]: the best place of a compact
+/// one, else the centre of its light without that of the trails.
+fn place_px(aligned: &Aligned, measured: &CalibratedMeasurement, of_target: &NetPixels) -> Option<CenterOfLight> {
+    let m = &measured.measured;
+    let (x_px, y_px) = (m.x_px, m.y_px);
+    if m.size.is_some_and(|size| size.kind != SourceKind::Extended) {
+        let variance_px2 = (aligned.fit.fwhm_px / FWHM_PER_SIGMA / m.flux.snr.max(1.0)).powi(2);
+        return Some(CenterOfLight { x_px, y_px, covariance_px2: [variance_px2, variance_px2, 0.0] });
+    }
+    let from_target: Vec<(f64, f64)> = of_target.places_px().map(|(x, y)| (x - x_px, y - y_px)).collect();
+    center_of_light(of_target, &aligned.fit.light_at(&from_target), &m.flux.shape, (x_px, y_px))
 }
 
 /// Where the target stands, from the offset of the frame.
@@ -197,19 +227,22 @@ fn position(
     aligned: &Aligned,
     path_at: &dyn Fn(f64) -> Option<SkyPath>,
     measured: &CalibratedMeasurement,
-    fwhm_px: f64,
+    of_target: &NetPixels,
 ) -> Option<TargetPosition> {
     let m = &measured.measured;
     if !m.detected {
         return None;
     }
+    let place = place_px(aligned, measured, of_target)?;
+    let (dx, dy) = (place.x_px - m.x_px, place.y_px - m.y_px);
     let scale = aligned.camera.scale_arcsec;
     let (theta, _) = aligned.fit.theta_rad;
     let (sin, cos) = theta.sin_cos();
     let (across, across_err) = aligned.fit.across_px;
     let along = aligned.fit.along_px;
-    // from where the path is to the target, which is the origin of the image
-    let (du, dv) = (-along.map_or(0.0, |a| a.0), -across);
+    // from where the path is to the target; the aperture is the origin of the image
+    let du = dx * cos + dy * sin - along.map_or(0.0, |a| a.0);
+    let dv = dy * cos - dx * sin - across;
     let tangent = aligned.camera.tangent((du * cos - dv * sin, du * sin + dv * cos));
     let observed = aligned.path.sky_at_mid(tangent);
     let computed = path_at(0.0)?;
@@ -217,10 +250,11 @@ fn position(
     let [to_east, to_north] = computed.motion()?;
     let along_oc = east * to_east + north * to_north;
     let cross_oc = east * to_north - north * to_east;
-    let centroid_arcsec = scale * fwhm_px / FWHM_PER_SIGMA / m.flux.snr.max(1.0);
-    let own = centroid_arcsec.hypot(CATALOGUE_ERR_ARCSEC);
-    let cross_err = own.hypot(scale * across_err);
-    let along_err = along.map(|(_, err)| own.hypot(scale * err));
+    let [xx, yy, xy] = place.covariance_px2;
+    let variance = |a: f64, b: f64| (a * a * xx + b * b * yy + 2.0 * a * b * xy).max(0.0);
+    let err = |own_px2: f64, trails_px: f64| (scale * own_px2.sqrt().hypot(trails_px)).hypot(CATALOGUE_ERR_ARCSEC);
+    let cross_err = err(variance(-sin, cos), across_err);
+    let along_err = along.map(|(_, trails_px)| err(variance(cos, sin), trails_px));
     let turned = |a: f64, c: f64| ((a * to_east).hypot(c * to_north), (a * to_north).hypot(c * to_east));
     Some(TargetPosition {
         cross_arcsec: (cross_oc, cross_err),
@@ -231,7 +265,7 @@ fn position(
 }
 
 /// A cloud is flagged beyond this many errors of the offset.
-const CLOUD_SIGMA: f64 = 4.0;
+const CLOUD_SIGMA: f64 = 3.0;
 
 /// Fills the columns of the star trails, and v_mag where the night has no zeropoint.
 pub fn fill_trails(
@@ -283,5 +317,19 @@ pub fn fill_trails(
         (row.along_oc_arcsec, row.along_oc_err_arcsec) = at.along_arcsec.unzip();
         (row.ra_deg, row.dec_deg) = at.icrs_deg.unzip();
         (row.ra_err_arcsec, row.dec_err_arcsec) = at.icrs_err_arcsec.unzip();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::panic)]
+    use super::*;
+
+    #[test]
+    fn a_panic_in_the_trails_of_a_frame_is_a_note_of_its_row_and_no_number() {
+        let trails = guarded_trails(|| panic!("trails of a test"));
+        let of = trails.as_ref().map(|t| (t.offset, t.own_zp_mag, t.position, t.note.contains("internal error")));
+        assert_eq!(of, Some((None, None, None, true)));
+        assert!(guarded_trails(|| None).is_none());
     }
 }
