@@ -95,12 +95,10 @@ impl Polar<'_> {
             let worst = (0..panels.len()).max_by(|i, j| panels[*i].sum.err.total_cmp(&panels[*j].sum.err));
             let open = err > (tolerance * value).max(floor) && left > 0 && spent < most;
             let Some(p) = worst.filter(|_| open).map(|worst| panels.swap_remove(worst)) else {
-                drop(panel);
                 return Sum { value, err, nodes };
             };
             let middle = 0.5 * (p.t.0 + p.t.1);
             if !(p.t.0 < middle && middle < p.t.1) {
-                drop(panel);
                 return Sum { value, err, nodes };
             }
             left -= 1;
