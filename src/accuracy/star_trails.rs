@@ -27,8 +27,8 @@ const FWHM_PX: f64 = 3.5;
 const SCALE_ARCSEC: f64 = 1.9;
 const RATE_DEG_S: f64 = 0.5;
 const STARS_PER_DEG2: f64 = 2500.0;
-/// Faintest star, and electrons per second of it; numbers grow by 10^0.32 per magnitude.
-const FAINTEST: (f64, f64) = (17.0, 60.0);
+/// Electrons per second of the faintest star; numbers grow by 10^0.32 per magnitude.
+const FAINTEST_E_S: f64 = 300.0;
 /// The catalogue ends so much earlier \[mag\].
 const CATALOGUE_MAG: f64 = 1.2;
 /// Numbers of trails that are fitted.
@@ -65,7 +65,7 @@ fn simulated(exptime_s: f64, rng: &mut ChaCha12Rng) -> Result<Simulated> {
     for _ in 0..n {
         let (x, y) = ((rng.random::<f64>() - 0.5) * wide_px, (rng.random::<f64>() - 0.5) * high_px);
         let brighter_mag = -(1.0 - rng.random::<f64>()).log10() / 0.32;
-        let e_s = FAINTEST.1 * 10f64.powf(0.4 * brighter_mag.min(8.0));
+        let e_s = FAINTEST_E_S * 10f64.powf(0.4 * brighter_mag.min(8.0));
         if brighter_mag > CATALOGUE_MAG {
             stars.push(((90.0 - x / px_per_deg, y / px_per_deg), e_s));
         }
