@@ -60,6 +60,7 @@ pub fn sky<'py>(
             Ok(SkyPoint {
                 range_km: scene.range_km(),
                 lights: [b.sun.flux_ratio, b.earthshine.flux_ratio, b.moon.flux_ratio, b.lunar_earthshine.flux_ratio],
+                too_faint: b.too_faint(),
                 err_mag: b.err_mag,
                 pred_err_mag: b.v_pred_err_mag,
                 sun_visible_frac: b.sun_visible_frac,
@@ -90,5 +91,6 @@ pub fn sky<'py>(
     columns.of(&SKY, "model_err_mag", number(&|r| r.model_err_mag));
     columns.of(&SKY, "v_pred_err_mag", number(&|r| r.v_pred_err_mag));
     columns.of(&SKY, "flux_per_e0", number(&|r| Some(r.flux_per_e0)));
+    columns.of(&SKY, "too_faint", Data::Text(rows.iter().map(|r| r.too_faint.clone()).collect()));
     Ok((columns.into_py(py)?, height_km))
 }

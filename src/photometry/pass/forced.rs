@@ -1,6 +1,6 @@
 //! The flux of a point source at a given place of one frame, detected or not.
 //!
-//! Electrons. Measured as the target of a single frame is at its own place ([`Cutout::forced_flux`]), hits of what stands out
+//! Electrons. Measured as the target of a single frame is at its own place (`target/point.rs`), hits of what stands out
 //! there masked. It does not cover a source that is larger than a star.
 
 use crate::base::constants::FWHM_PER_SIGMA;
