@@ -56,16 +56,7 @@ pub fn sky<'py>(
                 return Ok(SkyPoint::default());
             }
             let scene = sky.scene(alt_deg.to_radians(), (az_deg % 360.0).to_radians());
-            let b = engine.brightness(&scene)?;
-            Ok(SkyPoint {
-                range_km: scene.range_km(),
-                lights: [b.sun.flux_ratio, b.earthshine.flux_ratio, b.moon.flux_ratio, b.lunar_earthshine.flux_ratio],
-                too_faint: b.too_faint(),
-                err_mag: b.err_mag,
-                pred_err_mag: b.v_pred_err_mag,
-                sun_visible_frac: b.sun_visible_frac,
-                extrapolated: b.extrapolated,
-            })
+            Ok(SkyPoint::of(&scene, &engine.brightness(&scene)?))
         };
         let directions: Vec<(f64, f64)> = grid.directions().collect();
         let points = directions.into_par_iter().map(point).collect::<satphot::Result<_>>()?;

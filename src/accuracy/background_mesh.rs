@@ -6,13 +6,13 @@
 use ndarray::Array2;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
-use rand_distr::StandardNormal;
 
 use super::effort::Stopwatch;
+use super::simulated::noisy_frame;
 use super::sweep::{Errors, Series, Sweep, SweepPoint, cpu_us};
 use crate::base::error::Result;
 use crate::config;
-use crate::frames::{ElectronsPerAdu, Frame, Gain};
+use crate::frames::Frame;
 use crate::photometry::background::background;
 
 const SIDE_PX: usize = 1024;
@@ -40,17 +40,7 @@ fn frame(stars: usize, seed: u64) -> Frame<crate::frames::Electrons> {
             }
         }
     }
-    // Gaussian noise of Poisson's variance: what is measured is the mesh
-    let noisy = pixels.mapv(|e| (e + e.sqrt() * rng.sample::<f64, _>(StandardNormal)) as f32);
-    let gain = Gain {
-        setting: None,
-        e_per_adu: ElectronsPerAdu(1.0),
-        source: "simulated".into(),
-        read_noise_e: 0.0,
-        pedestal_adu: 0.0,
-        saturation_adu: f64::INFINITY,
-    };
-    Frame::from_electrons("simulated".into(), noisy, gain)
+    noisy_frame(&pixels, &mut rng)
 }
 
 pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {

@@ -25,6 +25,7 @@ mod penumbra;
 mod platform;
 mod resolved;
 mod sensor;
+mod simulated;
 mod sky_map;
 mod sky_points;
 mod source_disc;

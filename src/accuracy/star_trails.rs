@@ -8,16 +8,15 @@ use std::f64::consts::FRAC_PI_2;
 use ndarray::Array2;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
-use rand_distr::StandardNormal;
 
 use super::effort::Stopwatch;
+use super::simulated::noisy_frame;
 use super::sweep::{Errors, Series, Sweep, SweepPoint, cpu_us};
 use crate::astrometry::trailed::align::{Beforehand, MOST_TRAILS, align};
 use crate::astrometry::trailed::image::TrailImage;
 use crate::astrometry::trailed::path::SkyPath;
 use crate::base::constants::FWHM_PER_SIGMA;
 use crate::base::error::Result;
-use crate::frames::{ElectronsPerAdu, Frame, Gain};
 use crate::photometry::background::background;
 use crate::zeropoint::frame_offset::{StarRatio, frame_offset};
 
@@ -84,16 +83,7 @@ fn simulated(exptime_s: f64, rng: &mut ChaCha12Rng) -> Result<Simulated> {
             }
         }
     }
-    let noisy = light.mapv(|e| (e + e.sqrt() * rng.sample::<f64, _>(StandardNormal)) as f32);
-    let gain = Gain {
-        setting: None,
-        e_per_adu: ElectronsPerAdu(1.0),
-        source: "simulated".into(),
-        read_noise_e: 0.0,
-        pedestal_adu: 0.0,
-        saturation_adu: f64::INFINITY,
-    };
-    let frame = Frame::from_electrons("simulated".into(), noisy, gain);
+    let frame = noisy_frame(&light, rng);
     let sky = background(&frame, 64, 3.0)?;
     let image = TrailImage::new(&frame, &sky, (middle, middle), &[(middle, middle, 12.0)], FWHM_PX);
     Ok(Simulated { image, stars, cloud_mag, exptime_s })

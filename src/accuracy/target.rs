@@ -7,14 +7,14 @@
 use ndarray::Array2;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
-use rand_distr::StandardNormal;
 
 use super::effort::Stopwatch;
+use super::simulated::noisy_frame;
 use super::sweep::{Errors, Series, Sweep, SweepPoint, cpu_us};
 use crate::base::constants::{FWHM_PER_SIGMA, MAG_PER_LN};
 use crate::base::error::Result;
 use crate::config::{self, ApertureShape};
-use crate::frames::{Electrons, ElectronsPerAdu, Frame, Gain};
+use crate::frames::{Electrons, Frame};
 use crate::photometry::aperture::Shape;
 use crate::photometry::background::background;
 use crate::photometry::flux::measure;
@@ -62,17 +62,7 @@ fn simulated(flux_e: f64, disc_px: f64, rng: &mut ChaCha12Rng) -> Simulated {
             }
         }
     }
-    // Gaussian noise of Poisson's variance: what is measured is the weighing
-    let noisy = pixels.mapv(|e| (e + e.sqrt() * rng.sample::<f64, _>(StandardNormal)) as f32);
-    let gain = Gain {
-        setting: None,
-        e_per_adu: ElectronsPerAdu(1.0),
-        source: "simulated".into(),
-        read_noise_e: 0.0,
-        pedestal_adu: 0.0,
-        saturation_adu: f64::INFINITY,
-    };
-    Simulated { frame: Frame::from_electrons("simulated".into(), noisy, gain), x_px, y_px }
+    Simulated { frame: noisy_frame(&pixels, rng), x_px, y_px }
 }
 
 fn settings() -> TargetSettings {

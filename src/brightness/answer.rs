@@ -22,22 +22,22 @@ pub struct Light {
     pub flux_ratio: f64,
     /// Upper bound of what was not computed because it cannot change the sum of the lights by more than the tolerance; 0 where the
     /// tolerance is that of each light.
-    pub left_out_flux_ratio: f64,
+    pub skipped_flux_ratio: f64,
     too_faint: bool,
 }
 
 impl Light {
     fn of(light: &FluxSum, tolerance: f64) -> Self {
-        let too_faint = light.left_out > tolerance * light.flux;
+        let too_faint = light.skipped > tolerance * light.flux;
         Self {
             v_mag: mag_of_flux(light.flux).filter(|_| !too_faint),
             flux_ratio: light.flux,
-            left_out_flux_ratio: light.left_out,
+            skipped_flux_ratio: light.skipped,
             too_faint,
         }
     }
 
-    /// So much was left out that the rest is not the light: it is there, and cannot change the sum by more than the tolerance.
+    /// So much was skipped that the rest is not the light: it is there, and cannot change the sum by more than the tolerance.
     #[must_use]
     pub fn is_too_faint(&self) -> bool {
         self.too_faint

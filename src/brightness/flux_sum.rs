@@ -10,8 +10,8 @@ use crate::base::vector::Vector;
 pub(super) struct FluxSum {
     pub flux: f64,
     pub err: f64,
-    /// Upper bound of what was left out because it is small; part of the error.
-    pub left_out: f64,
+    /// Upper bound of what was skipped because it is small; part of the error.
+    pub skipped: f64,
     pub quadratures: usize,
     pub nodes: usize,
 }
@@ -21,7 +21,7 @@ impl FluxSum {
     pub fn add(&mut self, part: &FluxSum, scale: f64) {
         self.flux += scale * part.flux;
         self.err += scale * part.err;
-        self.left_out += scale * part.left_out;
+        self.skipped += scale * part.skipped;
         self.quadratures += part.quadratures;
         self.nodes += part.nodes;
     }

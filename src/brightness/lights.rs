@@ -22,8 +22,8 @@ use crate::base::error::Result;
 use crate::base::vector::{Itrs, Vector};
 use crate::config::{Effects, Shadow, SourceDisc};
 
-/// Share of the tolerance of a sum that what is left out of one light may take.
-const LEFT_OUT_SHARE: f64 = 0.25;
+/// Share of the tolerance of a sum that what is skipped of one light may take.
+const SKIPPED_SHARE: f64 = 0.25;
 
 /// Sun or Moon in one scene.
 pub(super) struct LightSource {
@@ -161,7 +161,7 @@ impl<'a> VisibleSurfaces<'a> {
     /// `E_obs/E_source = Σ A (n·o)₊ / d² · ∫ f_E (p·s)₊ f (n·w)₊ dω`. No integral is evaluated for a light source that
     /// lights no ground in view, nor for a surface that sees no ground. `other_lights_flux` is the flux of the lights already
     /// known, to which that of the surfaces before is added; where the tolerance is of the sum, surfaces and lights whose upper
-    /// bounds together are below a quarter of it are left out, and their bounds are part of the error.
+    /// bounds together are below a quarter of it are skipped, and their bounds are part of the error.
     pub fn earth_reflected(
         &self,
         light_source: &LightSource,
@@ -178,12 +178,12 @@ impl<'a> VisibleSurfaces<'a> {
         let reached = parallel(&plate.centre.place_km).filter(lights_ground);
         let plates = self.by_size(light_source, reached.as_ref());
         let counts = |at_most: f64, sum: &FluxSum| {
-            sum.left_out + at_most > LEFT_OUT_SHARE * settings.tolerance * (other_lights_flux + sum.flux)
+            sum.skipped + at_most > SKIPPED_SHARE * settings.tolerance * (other_lights_flux + sum.flux)
         };
         let all = plates.iter().map(|(_, at_most)| at_most).sum::<f64>();
         if all > 0.0 && !counts(all, &sum) {
             skipped.push(Skip::light(light_source.earth_name, TOO_FAINT));
-            return FluxSum { left_out: all, err: all, ..sum };
+            return FluxSum { skipped: all, err: all, ..sum };
         }
         let near = if reached.is_some() { light_source.over_ground(self.lighting, self.radius_km) } else { None };
         let ground_at = |view: &View| match &near {
@@ -204,7 +204,7 @@ impl<'a> VisibleSurfaces<'a> {
             }
             if !counts(at_most, &sum) {
                 skipped.push(Skip::surface(light_source.earth_name, plate.name(), TOO_FAINT));
-                sum.left_out += at_most;
+                sum.skipped += at_most;
                 sum.err += at_most;
                 continue;
             }

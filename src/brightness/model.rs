@@ -161,7 +161,7 @@ impl Model {
         for light in &mut lights {
             light.flux *= dimming;
             light.err *= dimming;
-            light.left_out *= dimming;
+            light.skipped *= dimming;
         }
         let extrapolated = moon.is_some_and(|m| m.extrapolated) && lights[2].flux + lights[3].flux > 0.0;
         let mut answer = assemble(&lights, settings.tolerance, &sun, extrapolated, skipped);

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 /// Why a light source the settings switch off is excluded.
 pub(super) const SWITCHED_OFF: &str = "switched off";
-/// Why a light or a surface is left out that would give some.
+/// Why a light or a surface is skipped that would give some.
 pub(super) const TOO_FAINT: &str = "too faint to change the sum";
 
 /// A light, or a surface under a light, that was excluded from a scene.

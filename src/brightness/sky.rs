@@ -231,15 +231,7 @@ impl Sky {
         // 360 deg is 0, to the last digit
         let scene = self.scene(alt_deg.to_radians(), (az_deg % 360.0).to_radians());
         let b = model(&scene)?;
-        Ok(SkyPoint {
-            range_km: scene.range_km(),
-            lights: b.lights().map(|light| light.flux_ratio),
-            too_faint: b.too_faint(),
-            err_mag: b.err_mag,
-            pred_err_mag: b.v_pred_err_mag,
-            sun_visible_frac: b.sun_visible_frac,
-            extrapolated: b.extrapolated,
-        })
+        Ok(SkyPoint::of(&scene, &b))
     }
 }
 
@@ -279,6 +271,20 @@ impl Sky {
 }
 
 impl SkyPoint {
+    /// The answer of the model for a satellite in one direction.
+    #[must_use]
+    pub fn of(scene: &Scene, b: &Brightness) -> Self {
+        Self {
+            range_km: scene.range_km(),
+            lights: b.lights().map(|light| light.flux_ratio),
+            too_faint: b.too_faint(),
+            err_mag: b.err_mag,
+            pred_err_mag: b.v_pred_err_mag,
+            sun_visible_frac: b.sun_visible_frac,
+            extrapolated: b.extrapolated,
+        }
+    }
+
     /// All four lights together, relative to a star of magnitude 0.
     #[must_use]
     pub fn flux(&self) -> f64 {

@@ -14,7 +14,8 @@ use super::{print, tell};
 
 const AFTER_HELP: &str = "\
 The order of the tables does not matter, nor how often a shard is among them. A merged table of some shards (--allow-missing) can be
-merged again with the others; the result is that of all at once, and that of `satphot run`, byte for byte.
+merged again with the others; the result is that of all at once. With --stack it is that of `satphot run`, byte for byte; without, and
+with passes stacked there (target.stack_passes), forced_flux_e of frames without a detection remains at the expected place.
 
 Exit code 3 names the shards and frames that are missing; nothing is written then.
 
@@ -39,7 +40,7 @@ pub struct MergeVerb {
     /// Table to write
     #[arg(short, long, value_name = "FILE", default_value = "photometry.ecsv")]
     out: PathBuf,
-    /// Stack the passes as well, pass_stack.ecsv: reads the target frames again
+    /// Stack the passes as well, pass_stack.ecsv and forced_flux_e at their places: reads the target frames again
     #[arg(long, conflicts_with = "allow_missing")]
     stack: bool,
     /// Zeropoint that the shards were measured with, for --stack

@@ -128,7 +128,7 @@ pub struct Target {
     pub limit_r_fwhm: f64,
     /// Shape of the aperture around the target.
     pub shape: ApertureShape,
-    /// Stack the frames of each pass at the place of the target: pass_stack.ecsv.
+    /// Stack the frames of each pass at the place of the target: pass_stack.ecsv, and forced_flux_e of photometry.ecsv.
     pub stack_passes: bool,
     /// Signal-to-noise of the bins of the light curve of a pass.
     pub pass_bin_snr: f64,

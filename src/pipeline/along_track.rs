@@ -83,7 +83,12 @@ mod tests {
         rows.push(row(3.0, 0.5, 2.0));
         rows.push(PhotometryRow::default());
         let found = ahead_of_elements(&rows).unwrap();
-        assert!((found.ahead_s + 0.25).abs() < 0.001 && found.err_s < 0.0025 && found.n_frames == 9, "{found:?}");
+        assert!(
+            (found.ahead_s + 0.25).abs() < 0.001
+                && (found.err_s.powi(2) - SHARED_ERR_S.powi(2)).sqrt() < 0.002
+                && found.n_frames == 9,
+            "{found:?}"
+        );
         assert!(along_track_note(&rows).unwrap().contains("behind its elements"));
         assert_eq!(ahead_of_elements(&rows[..2]), None);
         let none: Vec<PhotometryRow> = (0..9).map(|k| row(0.01 * f64::from(k - 4), 0.5, 20.0)).collect();

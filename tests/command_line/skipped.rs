@@ -206,7 +206,7 @@ fn what_is_too_faint_for_the_sum_is_below_its_bound_and_the_sum_within_its_state
             Model::new(&satellite(), &settings).unwrap()
         };
         let (sum, each) = (of(ToleranceOf::Total, tolerance), of(ToleranceOf::EachLight, tolerance.min(1e-6)));
-        let mut left_out = 0;
+        let mut too_faint = 0;
         for k in 0..count {
             let scene = scene(k, &mut rng);
             let (some, all) = (sum.brightness(&scene).unwrap(), each.brightness(&scene).unwrap());
@@ -217,13 +217,13 @@ fn what_is_too_faint_for_the_sum_is_below_its_bound_and_the_sum_within_its_state
             for (light, full) in some.lights().into_iter().zip(lights(&all)) {
                 if light.is_too_faint() {
                     assert!(light.v_mag.is_none());
-                    left_out += 1;
+                    too_faint += 1;
                 }
                 if light.flux_ratio == 0.0 {
-                    assert!(full <= light.left_out_flux_ratio, "{full:e} {light:?} {scene:?}");
+                    assert!(full <= light.skipped_flux_ratio, "{full:e} {light:?} {scene:?}");
                 }
             }
-            let shares: f64 = some.lights().iter().map(|light| light.left_out_flux_ratio).sum();
+            let shares: f64 = some.lights().iter().map(|light| light.skipped_flux_ratio).sum();
             assert!(shares <= 0.5 * tolerance * flux(&some), "{shares:e} {scene:?}");
             // where nothing else shines the faintest light is all there is
             if all.sun.flux_ratio + all.earthshine.flux_ratio + all.moon.flux_ratio == 0.0 {
@@ -234,7 +234,7 @@ fn what_is_too_faint_for_the_sum_is_below_its_bound_and_the_sum_within_its_state
                 assert!(skip.light.ends_with("earthshine"), "{skip}");
             }
         }
-        assert!(left_out >= least, "{tolerance}: {left_out} left out");
+        assert!(too_faint >= least, "{tolerance}: {too_faint} too faint");
     }
     assert!(alone >= 5, "{alone}");
 }

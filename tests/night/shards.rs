@@ -77,7 +77,7 @@ fn one_three_and_six_shards_make_the_tables_of_the_run() {
 
 #[test]
 fn hot_pixels_by_the_star_frames_are_those_of_the_run_in_every_shard() {
-    let night = crate::zero_level::with_hot_pixels(Night::copy_of(&simulated("shards_numbers", &[])));
+    let night = crate::zero_level::with_hot_pixels(Night::copy_of(&simulated("shards_hot_pixels", &[])));
     let want = run_once(&night);
     let photometry = String::from_utf8_lossy(&want[0]);
     assert!(photometry.contains("pedestal, hot pixels of "), "{photometry}");

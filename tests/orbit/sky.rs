@@ -7,14 +7,15 @@ use satphot::orbit::sky::bodies_gcrs;
 use satphot::orbit::{EarthOrientation, Site, altaz_to_icrs, bodies, icrs_to_altaz, moon_altaz, sun_altaz};
 
 /// Apparent geocentric directions along GCRS axes: light time and aberration on both sides.
-#[test]
-fn the_sun_is_within_1_arcsec_and_the_moon_within_15_of_de421_from_2024_to_2027() {
-    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/orbit_de421.csv");
-    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_path(file).unwrap();
+/// Rows of a file of directions (MJD, Sun, Moon, distance of the Moon), and the largest differences: Sun \[arcsec\], Moon \[arcsec\],
+/// its distance \[km\].
+fn worst_of(file: &str, epoch: impl Fn(f64) -> Epoch) -> (usize, f64, f64, f64) {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(file);
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_path(path).unwrap();
     let (mut rows, mut worst_sun, mut worst_moon, mut worst_km) = (0, 0.0_f64, 0.0_f64, 0.0_f64);
     for record in reader.deserialize() {
         let [mjd, sx, sy, sz, mx, my, mz, moon_km]: [f64; 8] = record.unwrap();
-        let (sun, moon) = bodies_gcrs(&Epoch::from_mjd_utc(mjd)).unwrap();
+        let (sun, moon) = bodies_gcrs(&epoch(mjd)).unwrap();
         let off_arcsec = |v: [f64; 3], u: [f64; 3]| {
             let n = v.iter().map(|c| c * c).sum::<f64>().sqrt();
             v.iter().zip(u).map(|(a, b)| (a / n - b).powi(2)).sum::<f64>().sqrt().to_degrees() * 3_600.0
@@ -24,7 +25,13 @@ fn the_sun_is_within_1_arcsec_and_the_moon_within_15_of_de421_from_2024_to_2027(
         worst_moon = worst_moon.max(off_arcsec(moon.to_array(), [mx, my, mz]));
         worst_km = worst_km.max((moon.norm() - moon_km).abs());
     }
-    println!("{rows} epochs: Sun {worst_sun:.3} arcsec, Moon {worst_moon:.2} arcsec, {worst_km:.1} km");
+    println!("{file}: {rows} epochs: Sun {worst_sun:.3} arcsec, Moon {worst_moon:.2} arcsec, {worst_km:.1} km");
+    (rows, worst_sun, worst_moon, worst_km)
+}
+
+#[test]
+fn the_sun_is_within_1_arcsec_and_the_moon_within_15_of_de421_from_2024_to_2027() {
+    let (rows, worst_sun, worst_moon, worst_km) = worst_of("orbit_de421.csv", Epoch::from_mjd_utc);
     assert_eq!(rows, 1000);
     assert!(worst_sun < 1.0 && worst_moon < 15.0 && worst_km < 15.0);
     // What the module's own documentation promises.
@@ -34,22 +41,8 @@ fn the_sun_is_within_1_arcsec_and_the_moon_within_15_of_de421_from_2024_to_2027(
 /// At both ends of the years that are accepted.
 #[test]
 fn the_sun_is_within_1_arcsec_and_the_moon_within_15_of_de405_from_1900_to_1904_and_from_2095_to_2099() {
-    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/orbit_de405_ends.csv");
-    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_path(file).unwrap();
-    let (mut rows, mut worst_sun, mut worst_moon, mut worst_km) = (0, 0.0_f64, 0.0_f64, 0.0_f64);
-    for record in reader.deserialize() {
-        let [mjd_tt_d, sx, sy, sz, mx, my, mz, moon_km]: [f64; 8] = record.unwrap();
-        let (sun, moon) = bodies_gcrs(&Epoch::from_mjd_in_time_scale(mjd_tt_d, TimeScale::TT)).unwrap();
-        let off_arcsec = |v: [f64; 3], u: [f64; 3]| {
-            let n = v.iter().map(|c| c * c).sum::<f64>().sqrt();
-            v.iter().zip(u).map(|(a, b)| (a / n - b).powi(2)).sum::<f64>().sqrt().to_degrees() * 3_600.0
-        };
-        rows += 1;
-        worst_sun = worst_sun.max(off_arcsec(sun.to_array(), [sx, sy, sz]));
-        worst_moon = worst_moon.max(off_arcsec(moon.to_array(), [mx, my, mz]));
-        worst_km = worst_km.max((moon.norm() - moon_km).abs());
-    }
-    println!("{rows} epochs: Sun {worst_sun:.3} arcsec, Moon {worst_moon:.2} arcsec, {worst_km:.1} km");
+    let epoch = |mjd_tt_d| Epoch::from_mjd_in_time_scale(mjd_tt_d, TimeScale::TT);
+    let (rows, worst_sun, worst_moon, worst_km) = worst_of("orbit_de405_ends.csv", epoch);
     assert!(rows == 240 && worst_sun < 0.03 && worst_moon < 12.0 && worst_km < 15.0);
 }
 

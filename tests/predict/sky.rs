@@ -149,7 +149,7 @@ fn the_moon_lights_what_the_sun_does_not_and_its_phase_can_be_chosen() {
         // Cox: 0.026·80 + 4e-9 (90⁴ − 10⁴)
         assert!((fainter - 2.3424).abs() < 1e-3, "{fainter}");
         assert_eq!(bright["sun_v_mag"], faint["sun_v_mag"]);
-        // scaled to the phase afterwards, so none is left out
+        // scaled to the phase afterwards, so none is skipped
         assert!(bright["too_faint"].is_empty() && faint["too_faint"].is_empty());
     }
 }

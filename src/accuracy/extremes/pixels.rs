@@ -2,9 +2,10 @@
 
 use ndarray::Array2;
 
+use super::super::simulated::frame_of;
 use super::{Extreme, absolute, holds, or_wrong, refused, relative};
 use crate::base::error::Result;
-use crate::frames::{Electrons, ElectronsPerAdu, Frame, Gain};
+use crate::frames::{Electrons, Frame};
 use crate::photometry::Flags;
 use crate::photometry::aperture::{Shape, circle_sum};
 use crate::photometry::background::background;
@@ -17,15 +18,7 @@ const MIDDLE: (f64, f64) = (95.3, 96.1);
 
 fn frame(value: impl Fn(usize, usize) -> f64) -> Frame<Electrons> {
     let pixels = Array2::from_shape_fn((SIDE, SIDE), |(y, x)| value(x, y) as f32);
-    let gain = Gain {
-        setting: None,
-        e_per_adu: ElectronsPerAdu(1.0),
-        source: "made".into(),
-        read_noise_e: 0.0,
-        pedestal_adu: 0.0,
-        saturation_adu: f64::INFINITY,
-    };
-    Frame::from_electrons("made".into(), pixels, gain)
+    frame_of(pixels)
 }
 
 /// Something like noise of unit scatter and no mean: the same for every pixel of the lattice of 7 × 5.

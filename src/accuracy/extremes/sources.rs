@@ -8,11 +8,12 @@ use rand_chacha::ChaCha12Rng;
 use rand_distr::StandardNormal;
 use statrs::function::erf::erf;
 
+use super::super::simulated::ideal_gain;
 use super::{Extreme, holds, or_wrong, relative};
 use crate::base::constants::FWHM_PER_SIGMA;
 use crate::base::error::Result;
 use crate::config::ApertureShape;
-use crate::frames::{Electrons, ElectronsPerAdu, Frame, Gain, mask};
+use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::Flags;
 use crate::photometry::aperture::Shape;
 use crate::photometry::background::background;
@@ -69,14 +70,7 @@ impl Scene {
 }
 
 fn framed(electrons: &Array2<f64>) -> Frame<Electrons> {
-    let gain = Gain {
-        setting: None,
-        e_per_adu: ElectronsPerAdu(1.0),
-        source: "made".into(),
-        read_noise_e: 0.0,
-        pedestal_adu: 0.0,
-        saturation_adu: SATURATION_E,
-    };
+    let gain = ideal_gain(SATURATION_E);
     let mut frame = Frame::from_electrons("made".into(), electrons.mapv(|e| e.min(SATURATION_E) as f32), gain);
     for (bits, e) in frame.mask.iter_mut().zip(electrons) {
         if *e >= SATURATION_E {

@@ -1,4 +1,4 @@
-//! Upper bounds of the integral from a few cosines: whether a light may be left out of a sum before it is computed.
+//! Upper bounds of the integral from a few cosines: whether a light of a sum may be skipped before it is computed.
 //!
 //! In 1/sr per unit irradiance on the ground. With `L ≤ f_E,max (p·s)_max` in view,
 //! `∫ L f (n·w)₊ dω ≤ L_max min(ρ_max, f_max ∫ (n·w)₊ dω)`, ρ the directional-hemispherical reflectance. Usually five to ten

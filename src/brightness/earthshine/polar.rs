@@ -27,7 +27,7 @@ const PIECE: f64 = 6.0;
 const LOOKS: usize = 360;
 /// Halvings of the first, rough sum.
 const ROUGH_HALVINGS: usize = 20;
-/// What is stated is this much more than the rules tell.
+/// What is stated is this much more than the rules differ by.
 const SAFETY: f64 = 6.0;
 
 /// A value, its error and its nodes.

@@ -21,7 +21,7 @@ const DRIFT_SIGMA: f64 = 3.0;
 const FEWEST_OFFSETS: usize = 5;
 /// A jitter below this is none: it would cost 2 % of the light \[FWHM\].
 const LEAST_JITTER_FWHM: f64 = 0.1;
-/// An offset tells of a target no further from the place than its own width: of a jitter up to this \[FWHM\].
+/// An offset is right only where the target is no further from the place than its own width: for a jitter up to this \[FWHM\].
 const MOST_JITTER_FWHM: f64 = 0.4;
 
 /// One detection of the target.

@@ -68,7 +68,7 @@ impl Width {
 
     /// FWHM of the images at an airmass over that of the night's stars.
     #[must_use]
-    pub fn of_star(&self, airmass: Option<f64>) -> f64 {
+    pub fn fwhm_ratio(&self, airmass: Option<f64>) -> f64 {
         self.at(airmass).0.max(LEAST_RATIO * LEAST_RATIO).sqrt()
     }
 
@@ -76,7 +76,7 @@ impl Width {
     #[must_use]
     pub fn flux_err_frac(&self, airmass: Option<f64>) -> f64 {
         let (_, by_terms) = self.at(airmass);
-        0.5 * (self.covariance * by_terms).dot(&by_terms).sqrt() / self.of_star(airmass).powi(2)
+        0.5 * (self.covariance * by_terms).dot(&by_terms).sqrt() / self.fwhm_ratio(airmass).powi(2)
     }
 }
 
@@ -92,16 +92,16 @@ mod tests {
     #[test]
     fn many_detections_give_the_width_and_none_that_of_a_star() {
         let none = Width::default();
-        assert!((none.of_star(Some(2.0)) - 1.0).abs() < 1e-12 && (none.flux_err_frac(None) - 0.175).abs() < 1e-12);
+        assert!((none.fwhm_ratio(Some(2.0)) - 1.0).abs() < 1e-12 && (none.flux_err_frac(None) - 0.175).abs() < 1e-12);
         let width = Width::of(&vec![(disc2(1.3), 0.5, 1.5); 400]);
-        assert!((width.of_star(Some(1.5)) - 1.3).abs() < 5e-3, "{width:?}");
+        assert!((width.fwhm_ratio(Some(1.5)) - 1.3).abs() < 5e-3, "{width:?}");
         // the stated error of the flux is what the error of the width makes of it
-        let r = width.of_star(Some(1.5)).powi(2);
+        let r = width.fwhm_ratio(Some(1.5)).powi(2);
         let flux = |r: f64| 2.0 / (1.0 + 1.3 * 1.3 / r);
         let moved = flux(r + width.covariance[(0, 0)].sqrt()) / flux(r) - 1.0;
         assert!((moved / width.flux_err_frac(Some(1.5)) - 1.0).abs() < 0.1, "{moved} {width:?}");
         // narrower than a star, by noise or by better seeing
-        assert!(Width::of(&[(-1.0, 0.1, 1.2); 30]).of_star(Some(1.2)) < 0.85);
+        assert!(Width::of(&[(-1.0, 0.1, 1.2); 30]).fwhm_ratio(Some(1.2)) < 0.85);
     }
 
     #[test]
@@ -113,11 +113,11 @@ mod tests {
         for exponent in [0.0, 0.6] {
             let wide: Vec<f64> = (0..200).map(|k| 1.2 + 0.005 * f64::from(k)).collect();
             let want = 1.1 * (2.0f64 / 1.2).powf(exponent);
-            let got = pass(exponent, &wide).of_star(Some(2.0));
+            let got = pass(exponent, &wide).fwhm_ratio(Some(2.0));
             assert!((got / want - 1.0).abs() < 0.03, "{exponent}: {got} {want}");
-            // nothing but the prior tells what the width is elsewhere
+            // nothing but the prior determines the width elsewhere
             let narrow = pass(exponent, &[1.2; 200]);
-            let (r, want2) = (narrow.of_star(Some(2.0)).powi(2), want * want);
+            let (r, want2) = (narrow.fwhm_ratio(Some(2.0)).powi(2), want * want);
             let err = 2.0 * narrow.flux_err_frac(Some(2.0)) * r;
             assert!((r - want2).abs() < 1.5 * err && err < 0.6, "{exponent}: {r} {want2} {err}");
         }

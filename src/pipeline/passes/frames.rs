@@ -316,7 +316,7 @@ impl<'a> PassFrames<'a> {
     fn forced(&self, frame: &PassFrame, place: &PassPlace, width: &Width) -> Option<ForcedFlux> {
         let (x_px, y_px) = frame.place(place);
         let settings = self.settings(frame);
-        let fwhm_px = settings.fwhm_px * width.of_star(frame.row.airmass);
+        let fwhm_px = settings.fwhm_px * width.fwhm_ratio(frame.row.airmass);
         let settings = TargetSettings { x_px, y_px, fwhm_px, search_radius_px: SEARCH_FWHM * fwhm_px, ..settings };
         let reader = self.night.open(frame.exposure).ok()?;
         let pixels = around(&reader, self.night, &settings).ok()??;

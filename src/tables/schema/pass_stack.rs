@@ -59,7 +59,7 @@ table! {
         inst_mag: Option<f64> => "mag" ["phot.mag;instr.det"],
         /// apparent V magnitude of the mean flux outside the atmosphere
         v_mag: Option<f64> => "mag" ["phot.mag;em.opt.V"],
-        /// 1-sigma random error of inst_mag and v_mag
+        /// 1-sigma error of inst_mag and v_mag: random, and that of the width of the target's images, which all frames share
         v_mag_err: Option<f64> => "mag" ["stat.error;phot.mag;em.opt.V"],
         /// 1-sigma systematic error of v_mag, the median of the frames
         v_mag_err_sys: Option<f64> => "mag" ["stat.error.sys;phot.mag;em.opt.V"],
