@@ -1,7 +1,7 @@
 //! One stage of the work on full-size frames, measured: what scripts/bench_peers.sh runs with the peers.
 //!
 //! `cargo bench --bench full_size -- STAGE FOLDER [full|circle]`, FOLDER a night of `satphot simulate` with its
-//! pipeline.toml and a master flat at FOLDER/master_{full,circle}.fits. Prints one line of JSON: CPU seconds (user and
+//! pipeline.toml and a master flat at FOLDER/master_{full,circle}.fits; `combine level|none full|circle` makes one. Prints one line of JSON: CPU seconds (user and
 //! system) of one unit of work, wall seconds, peak memory of the process. One thread. Repeats until two seconds of CPU
 //! are spent, so that the system's hundredths of a second do not matter; the first round is not counted.
 #![allow(clippy::unwrap_used)]
@@ -9,13 +9,14 @@
 use std::path::Path;
 use std::time::Instant;
 
-use satphot::config::Config;
-use satphot::frames::flat::MasterFlat;
+use satphot::config::{self, Config};
+use satphot::frames::flat::{BAND_BYTES, MasterFlat};
 use satphot::frames::{Electrons, Frame};
 use satphot::photometry::aperture::Shape;
 use satphot::photometry::background::{Background, background};
 use satphot::photometry::detect::detect;
 use satphot::photometry::flux::measure_all;
+use satphot::photometry::growth::StarWidth;
 use satphot::pipeline::prepared::{Calibrated, Flattened, Prepared, Seeing};
 use satphot::pipeline::products::manifest::peak_memory_mb;
 use satphot::pipeline::survey::read::survey;
@@ -66,6 +67,19 @@ fn fluxes(frame: &Frame<Electrons>, sky: &Background, places: &[(f64, f64)]) -> 
     fluxes.iter().filter(|f| f.flux_e.is_finite()).count()
 }
 
+/// The master flat alone: `satphot flat` without the hashes of its files and without writing.
+fn combine(config: &Config, prepared: &Prepared, rest: &[String]) {
+    let [scale, part] = rest else { return println!("combine level|none full|circle") };
+    let scale = if scale == "none" { config::FlatScale::None } else { config::FlatScale::Level };
+    let flat = config::Flat { scale, ..config.flat.clone() };
+    let clip = config.photometry.clip_radius_px.filter(|_| part == "circle");
+    let survey = survey(config, &[], &prepared.target_names()).unwrap();
+    measured(&format!("combine {part}"), &[()], |()| {
+        let master = MasterFlat::make(&survey.flats, &prepared.detector, &flat, clip, BAND_BYTES);
+        master.unwrap().members.len()
+    });
+}
+
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
     let [stage, folder, rest @ ..] = arguments.as_slice() else {
@@ -81,12 +95,16 @@ fn main() {
         config.photometry.clip_radius_px = None;
     }
     let prepared = Prepared::prepare(&config).unwrap();
+    if stage == "combine" {
+        return combine(&config, &prepared, rest);
+    }
     let survey = survey(&config, &[], &prepared.target_names()).unwrap();
     let master = Path::new(folder).join(format!("master_{part}.fits"));
     let flat = Some(MasterFlat::read(&master, config.photometry.clip_radius_px, &config.flat).unwrap());
     let flattened = Flattened { prepared, flat, flat_sha256: String::new(), zero: Default::default(), hot: Vec::new() };
     // what star pointings would have given
-    let seeing = Seeing { fwhm_arcsec: Some(2.0), ..Seeing::default() };
+    let width = StarWidth { fwhm_arcsec: 2.0, airmass: None, exponent: 0.0 };
+    let seeing = Seeing { width: Some(width), ..Seeing::default() };
     let night = Calibrated { flattened, seeing, zeropoint: None };
     let stars = &survey.pointings[0];
     let name = format!("{stage} {part}");
@@ -113,7 +131,7 @@ fn main() {
             });
         }
         other => {
-            println!("no stage {other}: read, background, detect, apertures, frame, target")
+            println!("no stage {other}: combine, read, background, detect, apertures, frame, target")
         }
     }
 }

@@ -4,6 +4,7 @@ CPU is user + system time: of the whole process, files read and written included
 round after a warm-up, start-up and imports not counted, for everything else on both sides. One thread each.
 """
 import glob
+import hashlib
 import json
 import os
 import pathlib
@@ -17,6 +18,7 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(threads, "1")
 
 ROWS, BAND, BOX, LEAST_CPU_S = 800, 64, 5000, 2.0
+CUTOUT = 1000  # side of what is read around a target [px]
 
 
 def used():
@@ -85,6 +87,8 @@ def peer_stage(stage, folder):
             keys |= dict(scale=lambda a: 1 / np.median(a[::16, ::16]))
             return timed(lambda: ccdproc.combine(files, **keys).data.shape, share, warm=False)
 
+    if "floor" in stage:
+        return floor(stage.split(), flats, stars, timed)
     import sep
 
     sep.set_extract_pixstack(5_000_000)
@@ -135,6 +139,66 @@ def peer_stage(stage, folder):
     sys.exit(f"no stage {stage}")
 
 
+def floor(stage, flats, stars, timed):
+    """What this machine needs at least: the bytes read once, and the fastest kernels of other libraries on data in memory.
+
+    Master: SHA-256 of the files, and numpy's vectorised sort of the values of each pixel (they already lie side by side). Frame: background, detection
+    and apertures of sep on calibrated values. Target: the same on the cutout, detected at four scales (binned by 1, 2, 4, 8).
+    """
+    import numpy as np
+    from astropy.io import fits
+
+    def raw(path):
+        with fits.open(path, memmap=True, do_not_scale_image_data=True) as hdus:
+            return hdus[0]._data_offset, hdus[0].header["NAXIS2"], hdus[0].header["NAXIS1"]
+
+    def read(path, y0, y1, x0, x1, offset, nx, into):
+        with open(path, "rb", buffering=0) as file:
+            if (x0, x1) == (0, nx):
+                file.seek(offset + 2 * y0 * nx)
+                return file.readinto(into[:2 * (y1 - y0) * nx])
+            for y in range(y0, y1):
+                file.seek(offset + 2 * (y * nx + x0))
+                file.readinto(into[:2 * (x1 - x0)])
+
+    offset, ny, nx = raw(stars[0])
+    full = "full" in stage
+    into = memoryview(bytearray(2 * ny * nx))
+    if "flat" in stage:
+        side_y, side_x = (ny, nx) if full else (BOX, int(BOX * np.pi / 4))  # as many pixels as the circle
+        kind = np.float32 if "scaled" in stage else np.uint16
+        values = np.random.default_rng(1).normal(24000, 155, (BAND, side_x, len(flats))).astype(kind)
+        rows = BAND * ny // side_y  # of the whole files, which are hashed
+
+        def one_band():
+            for path in flats:
+                hashlib.sha256(into[:read(path, 0, rows, 0, nx, offset, nx, into)])
+            return len(np.sort(values, axis=-1)[..., len(flats) // 2])
+
+        return timed(one_band, BAND / side_y)
+    import sep
+
+    sep.set_extract_pixstack(5_000_000)
+    side_y, side_x = (ny, nx) if full else (CUTOUT, CUTOUT) if "target" in stage else (BOX, BOX)
+    share = np.pi / 4 if "circle" in stage else 1.0
+    y0, x0 = (ny - side_y) // 2, (nx - side_x) // 2
+    data = np.ascontiguousarray(fits.getdata(stars[0])[y0:y0 + side_y, x0:x0 + side_x].astype(np.float32))
+    data = (data - 500) * np.float32(0.078)
+    scales = (1, 2, 4, 8) if "target" in stage else (1,)
+
+    def work():
+        read(stars[0], y0, y0 + side_y, x0, x0 + side_x, offset, nx, into)
+        sky = sep.Background(data)
+        clean = data - sky
+        for n in reversed(scales):
+            binned = clean if n == 1 else clean.reshape(side_y // n, n, side_x // n, n).sum(axis=(1, 3))
+            found = sep.extract(binned, 5.0, err=n * sky.globalrms, minarea=9, deblend_cont=1.0)  # no deblending
+        sep.sum_circle(clean, found["x"], found["y"], 20.0, err=sky.globalrms, gain=1.0, bkgann=(30.0, 40.0), subpix=0)
+        return len(found)
+
+    return timed(work, 1 / share)
+
+
 def peer(stage, folder):
     out = subprocess.run([sys.executable, __file__, "--peer", stage, str(folder)], capture_output=True, text=True)
     return json.loads(out.stdout.splitlines()[-1]) if out.returncode == 0 else out.stderr.strip().splitlines()[-1]
@@ -162,19 +226,24 @@ def our_flat(folder, scale, part):
 
 
 # our work, the label of the table, and the peers: stage, and how many times less CPU is the least
+FLOOR = 1 / 1.5  # we may need 1.5 times the CPU time of a floor
 TABLE = [
-    ("flat level full", "master of 42 flats, level scaled, full frame", [("numpy scaled full", 15), ("ccdproc", 100)]),
-    ("flat level circle", "master of 42 flats, level scaled, circle",
-     [("numpy scaled circle", 15), ("numpy scaled full", 15), ("ccdproc", 100)]),
-    ("flat none full", "master of 42 flats, stored values, full frame", [("numpy plain full", 15)]),
-    ("flat none circle", "master of 42 flats, stored values, circle", [("numpy plain circle", 15), ("numpy plain full", 15)]),
+    ("flat level full", "satphot flat, levels scaled, full frame", [("floor flat scaled full", FLOOR)]),
+    ("combine level full", "its master of 42 flats, neither hashed nor written", [("numpy scaled full", 20), ("ccdproc", 180)]),
+    ("flat level circle", "satphot flat, levels scaled, circle", [("floor flat scaled circle", FLOOR)]),
+    ("combine level circle", "its master",
+     [("numpy scaled circle", 20), ("numpy scaled full", 20), ("ccdproc", 180)]),
+    ("flat none full", "satphot flat, stored values, full frame", [("floor flat plain full", FLOOR)]),
+    ("combine none full", "its master", [("numpy plain full", 20)]),
+    ("flat none circle", "satphot flat, stored values, circle", [("floor flat plain circle", FLOOR)]),
+    ("combine none circle", "its master", [("numpy plain circle", 20), ("numpy plain full", 20)]),
     ("read full", "read and calibrate, full frame", []),
     ("background full", "background mesh of 64 px, full frame", [("sep background", None)]),
     ("detect full", "detection, full frame", [("sep detect", None)]),
     ("apertures full", "2000 apertures r = 20 px with annulus", [("sep apertures", 1), ("photutils apertures", None)]),
-    ("frame circle", "one frame, circle", [("sep chain", 10)]),
-    ("frame full", "one frame, full frame", [("sep chain", 4)]),
-    ("target circle", "one target frame, the SHA-256 of its file apart", [("sep chain", 30)]),
+    ("frame circle", "one frame, circle", [("sep chain", 18), ("floor frame circle", FLOOR)]),
+    ("frame full", "one frame, full frame", [("sep chain", 4), ("floor frame full", FLOOR)]),
+    ("target circle", "one target frame, the SHA-256 of its file apart", [("sep chain", 20), ("floor target", FLOOR)]),
 ]
 SLOW = ("numpy", "ccdproc")
 
@@ -209,9 +278,9 @@ def main():
                 continue
             ratio = median(stage, "cpu") / median(work, "cpu")
             if bar and ratio < bar:
-                short.append(f"{label} against {stage}: {ratio:.1f} instead of {bar}")
+                short.append(f"{label} against {stage}: {ratio:.2f} instead of {bar:.2f}")
             print(f"    {stage:<44}{median(stage, 'cpu'):>9.4f}{median(stage, 'wall'):>9.4f}{median(stage, 'rss_mb'):>7.0f}"
-                  f"{ratio:>16.1f}{bar or '':>10}")
+                  f"{ratio:>16.2f}{format(bar, '.3g') if bar else '':>10}")
     print("\n" + ("\n".join(["below the bar:", *short]) if short else "every bar is met"))
 
 

@@ -166,7 +166,7 @@ pub struct Common {
     /// Number of threads; 0 = all cores
     #[arg(short, long, value_name = "N", default_value_t = 0, value_parser = threads, allow_negative_numbers = true)]
     pub jobs: usize,
-    /// Memory to work in, e.g. 600MB, 2GB, 1GiB [default: 600MB, or what one frame takes]
+    /// Memory to work in, e.g. 600MB, 2GB, 1GiB [default: 600MB and 400MB more for each further thread, or what one frame takes]
     #[arg(long, value_name = "SIZE", value_parser = memory_bytes)]
     pub max_memory: Option<usize>,
     /// Print no progress bars and no notes

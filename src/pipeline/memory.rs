@@ -1,7 +1,7 @@
 //! How many frames may be in work at once, from the memory they take: what a night holds, byte by byte.
 //!
-//! Bytes. Frames are counted with all they can need, so that the limit holds for the worst of them; cores never multiply
-//! frames. It does not cover rows and notes: a kilobyte a frame.
+//! Bytes. Frames are counted with all they can need, so that the limit holds for the worst of them; with a limit that is given, cores
+//! never multiply frames. It does not cover rows and notes: a kilobyte a frame.
 
 use super::prepared::{Calibrated, Flattened, Prepared};
 use super::survey::files::Survey;
@@ -30,6 +30,10 @@ const BAND_ROWS: usize = 200;
 /// Stack, buffers and what the allocator keeps for a thread.
 const THREAD_BYTES: usize = 2_000_000;
 
+/// The limit that nobody gave: so much for the first thread, and so much for each further one, which the search in another full-size
+/// frame takes \[bytes\].
+const DEFAULT_BYTES: (usize, usize) = (600_000_000, 400_000_000);
+
 /// The memory a run may take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Memory {
@@ -37,12 +41,6 @@ pub struct Memory {
     pub limit_bytes: usize,
     /// Whether it is the user's own: then a frame that does not fit is an error.
     pub given: bool,
-}
-
-impl Default for Memory {
-    fn default() -> Self {
-        Self { limit_bytes: 600_000_000, given: false }
-    }
 }
 
 /// The memory of one stage \[bytes\].
@@ -60,6 +58,13 @@ impl Need {
 }
 
 impl Memory {
+    /// The limit that nobody gave.
+    #[must_use]
+    pub fn of_threads(threads: usize) -> Self {
+        let (first, further) = DEFAULT_BYTES;
+        Self { limit_bytes: first + threads.saturating_sub(1).saturating_mul(further), given: false }
+    }
+
     /// Threads, at most `threads`, and star frames in work at once.
     #[must_use]
     pub fn star_frames(&self, night: &Flattened, exposures: &[&Exposure], threads: usize) -> (usize, usize) {
@@ -73,7 +78,7 @@ impl Memory {
     pub fn target_frames(&self, night: &Calibrated, exposures: &[&Exposure], threads: usize) -> (usize, usize) {
         let fit: Vec<&Exposure> =
             exposures.iter().copied().filter(|e| self.holds_target_frame(night, e).is_ok()).collect();
-        self.room(targets(night, night.seeing.fwhm_arcsec, &fit, night.flat.is_some()), threads)
+        self.room(targets(night, largest_fwhm_arcsec(night), &fit, night.flat.is_some()), threads)
     }
 
     /// Whether a star frame may be measured: the limit nobody gave holds any frame.
@@ -89,7 +94,7 @@ impl Memory {
     /// # Errors
     /// [`Error::Argument`] with the memory that it takes.
     pub fn holds_target_frame(&self, night: &Calibrated, exposure: &Exposure) -> Result<()> {
-        self.holds(targets(night, night.seeing.fwhm_arcsec, &[exposure], night.flat.is_some()), exposure)
+        self.holds(targets(night, largest_fwhm_arcsec(night), &[exposure], night.flat.is_some()), exposure)
     }
 
     fn holds(&self, need: Need, exposure: &Exposure) -> Result<()> {
@@ -176,6 +181,10 @@ fn stars(night: &Prepared, exposures: &[&Exposure], flat: bool) -> Need {
         frame: px * FRAME_BYTES_PER_PX + SOURCES_BYTES,
         thread: THREAD_BYTES + 4 * BAND_ROWS * width,
     }
+}
+
+fn largest_fwhm_arcsec(night: &Calibrated) -> Option<f64> {
+    night.seeing.width.map(|width| width.largest())
 }
 
 /// A target frame may be read whole, and is then searched or its star trails measured as well.

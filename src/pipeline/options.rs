@@ -11,7 +11,7 @@ use std::path::PathBuf;
 pub struct Options {
     /// Threads; 0 = all cores.
     pub jobs: usize,
-    /// Memory the run may take; absent = [`Memory::default`].
+    /// Memory the run may take; absent = [`Memory::of_threads`].
     pub max_memory_bytes: Option<usize>,
     /// Files instead of the configured inputs.
     pub files: Vec<PathBuf>,
@@ -43,6 +43,9 @@ impl Options {
     /// Memory to use.
     #[must_use]
     pub fn memory(&self) -> Memory {
-        self.max_memory_bytes.map_or_else(Memory::default, |limit_bytes| Memory { limit_bytes, given: true })
+        match self.max_memory_bytes {
+            Some(limit_bytes) => Memory { limit_bytes, given: true },
+            None => Memory::of_threads(self.threads()),
+        }
     }
 }

@@ -18,7 +18,7 @@ use crate::frames::flat::MasterFlat;
 use crate::frames::{Buffers, Detector, Exposure, FrameReader, HotPixels, PooledFrame, ZeroLevels};
 use crate::frames::{never_filled, pixel_scale_arcsec};
 use crate::orbit::{EarthOrientation, Site, Tracker};
-use crate::photometry::growth::{GrowthCurve, StarProfile};
+use crate::photometry::growth::{GrowthCurve, StarProfile, StarWidth};
 use crate::zeropoint::fit::Zeropoint;
 
 /// What every frame of the night shares before any pixel is read.
@@ -72,14 +72,22 @@ impl Deref for Flattened {
 /// The results of the star pointings of a night that apply to all of its frames; all `None` for a night without stars.
 #[derive(Debug, Clone, Default)]
 pub struct Seeing {
-    /// Median FWHM of the stars \[arcsec\].
-    pub fwhm_arcsec: Option<f64>,
+    /// How wide the stars are.
+    pub width: Option<StarWidth>,
     /// The rotation of the camera on the sky.
     pub camera_turn: Option<CameraTurn>,
     /// Profile of the stars.
     pub profile: Option<StarProfile>,
     /// Growth curve of the stars.
     pub growth: Option<GrowthCurve>,
+}
+
+impl Seeing {
+    /// FWHM of the stars at an airmass \[arcsec\].
+    #[must_use]
+    pub fn fwhm_arcsec(&self, airmass: Option<f64>) -> Option<f64> {
+        self.width.map(|width| width.at(airmass))
+    }
 }
 
 /// A flattened night with what its stars gave: ready for target frames.

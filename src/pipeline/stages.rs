@@ -181,7 +181,7 @@ pub fn target_stage(
     progress: &dyn Progress,
     notes: &mut Vec<String>,
 ) -> Result<(Vec<TargetFrame>, Quadratures)> {
-    if night.seeing.fwhm_arcsec.is_none() && night.config.photometry.fwhm_px.is_none() && !exposures.is_empty() {
+    if night.seeing.width.is_none() && night.config.photometry.fwhm_px.is_none() && !exposures.is_empty() {
         notes.push(format!(
             "no FWHM from star pointings or photometry.fwhm_px: target apertures assume {ASSUMED_FWHM_ARCSEC} arcsec"
         ));
@@ -266,7 +266,7 @@ fn depends(night: &Calibrated, products: &FrameCache) -> Vec<String> {
     all.push(night.flat_sha256.clone());
     all.push(night.zero.key.clone());
     all.push(hot_key(&night.hot));
-    all.push(format!("{:?} {:?} {:?}", night.seeing.fwhm_arcsec, night.seeing.profile, night.seeing.camera_turn));
+    all.push(format!("{:?} {:?} {:?}", night.seeing.width, night.seeing.profile, night.seeing.camera_turn));
     all.push(format!("{:?} {}", night.zeropoint, night.model.is_some()));
     all
 }

@@ -302,6 +302,7 @@ impl<'a> FrameSimulator<'a> {
         let stars = draw_field(s, number, ra_deg, dec_deg);
         let under = if p.cloudy == Some(pointing) { p.cloud_mag } else { 0.0 };
         let cloud = under + scatter(&mut rng, s.photometric.pointing_scatter_mag);
+        let of_field = airmass(alt_rad, &self.site.atmosphere()).unwrap_or(1.0);
         for member in 0..p.frames {
             let id = 10_000 + (pointing * 1_000 + member) as u64;
             let mut rng = stream(s.seed, self.id(id), None);
@@ -316,7 +317,8 @@ impl<'a> FrameSimulator<'a> {
             let err = p.pointing_err_arcsec / self.scale_arcsec;
             let stated = (x0 + scatter(&mut rng, err), y0 + scatter(&mut rng, err));
             let header_wcs = Wcs::tan(ra_deg, dec_deg, stated.0, stated.1, self.scale_arcsec, 0.0, false);
-            let psf = PixelPsf::new(&s.psf, self.scale_arcsec, 1.0 + scatter(&mut rng, s.psf.seeing_scatter_frac));
+            let psf =
+                PixelPsf::new(&s.psf, self.scale_arcsec, of_field, 1.0 + scatter(&mut rng, s.psf.seeing_scatter_frac));
             let stem = format!("field{pointing:02}_{member:02}");
             let frame_name = self.file_name(&stem);
             let mut image = self.sky(mid, alt_rad, az_rad, p.exptime_s)?;

@@ -18,9 +18,11 @@ pub struct PixelPsf {
 }
 
 impl PixelPsf {
-    /// The scenario's PSF at a given pixel scale, `factor` times as wide.
-    pub fn new(psf: &Psf, scale_arcsec: f64, factor: f64) -> Self {
-        Self { kind: psf.kind, fwhm_px: psf.fwhm_arcsec / scale_arcsec * factor, beta: psf.moffat_beta }
+    /// The scenario's PSF at a given pixel scale and airmass, `factor` times as wide.
+    pub fn new(psf: &Psf, scale_arcsec: f64, airmass: f64, factor: f64) -> Self {
+        // below the horizon nothing is seen
+        let airmass = if airmass.is_finite() { airmass.powf(psf.airmass_exponent) } else { 1.0 };
+        Self { kind: psf.kind, fwhm_px: psf.fwhm_arcsec / scale_arcsec * airmass * factor, beta: psf.moffat_beta }
     }
 
     fn sigma_px(&self) -> f64 {

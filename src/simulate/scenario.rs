@@ -151,6 +151,9 @@ pub struct Psf {
     /// Scatter of the FWHM from frame to frame, as a share.
     #[serde(default)]
     pub seeing_scatter_frac: f64,
+    /// Exponent of the airmass in the FWHM, which is that in the zenith: 0.6 of seeing, 0 of optics.
+    #[serde(default)]
+    pub airmass_exponent: f64,
     /// Exponent of the Moffat form.
     #[serde(default = "moffat_beta")]
     pub moffat_beta: f64,
@@ -422,6 +425,7 @@ impl Scenario {
         range("sky.gradient_frac", self.sky.gradient_frac, -1.0, 1.0, "")?;
         range("psf.fwhm_arcsec", self.psf.fwhm_arcsec, 0.01, 300.0, "arcsec")?;
         range("psf.seeing_scatter_frac", self.psf.seeing_scatter_frac, 0.0, 0.3, "")?;
+        range("psf.airmass_exponent", self.psf.airmass_exponent, 0.0, 2.0, "")?;
         range("psf.moffat_beta", self.psf.moffat_beta, 1.5, 50.0, "")?;
         range("vignetting.corner_loss_frac", self.vignetting.corner_loss_frac, 0.0, 0.95, "")?;
         range("vignetting.prnu_frac", self.vignetting.prnu_frac, 0.0, 0.1, "")?;

@@ -125,7 +125,7 @@ impl FrameSimulator<'_> {
         let cloud_mag = self.cloud_mag(frame.k);
         let rate = v_mag.map_or(0.0, |v| rate_e_s(&s.photometric, v + cloud_mag, b_v_mag, airmass));
 
-        let psf = PixelPsf::new(&s.psf, self.scale_arcsec, 1.0 + scatter(&mut rng, s.psf.seeing_scatter_frac));
+        let psf = PixelPsf::new(&s.psf, self.scale_arcsec, airmass, 1.0 + scatter(&mut rng, s.psf.seeing_scatter_frac));
         let px_per_m = ARCSEC_PER_RAD / (geometry.range_km * 1e3) / self.scale_arcsec;
         let size_px = (t.size_m[0] * px_per_m, t.size_m[1] * px_per_m);
         let still = |s: &RenderedSatellite| s.on_frame(&psf, self.scale_arcsec, (0.0, 0.0), (0.0, 0.0));

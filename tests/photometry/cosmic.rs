@@ -82,7 +82,7 @@ fn frames(n: u64, fwhm: f64, snr: Option<(f64, f64)>, hits: usize, seed: u64) ->
             let outliers = std::env::var_os("OUTLIERS").is_some();
             let mut tally = Tally { frames: 1, ..Tally::default() };
             let sky = background(&frame, 64, 3.0).unwrap();
-            if let TargetFound::Detected { flux, x_px, y_px, .. } = measure_target(&frame, &sky, &settings(fwhm))
+            if let TargetFound::Detected { flux, x_px, y_px, size, .. } = measure_target(&frame, &sky, &settings(fwhm))
                 && flux.snr >= 5.0
             {
                 let here = target.filter(|t| (t.0 - x_px).hypot(t.1 - y_px) < 1.0f64.max(fwhm));
@@ -97,7 +97,7 @@ fn frames(n: u64, fwhm: f64, snr: Option<(f64, f64)>, hits: usize, seed: u64) ->
                         let near = tracks.iter().min_by(|a, b| a.distance(x_px, y_px).total_cmp(&b.distance(x_px, y_px)));
                         let near = near.map(|t| (t.path.len() as f64 * 0.05, t.charge_e, t.distance(x_px, y_px)));
                         println!(
-                            "  FWHM {fwhm} frame {k}: S/N {:.1} flux {:.0} at {x_px:.1} {y_px:.1}, {} flags {}, target {target:.0?}, next track (length, charge, distance) {near:.1?}",
+                            "  FWHM {fwhm} frame {k}: {size:?} S/N {:.1} flux {:.0} at {x_px:.1} {y_px:.1}, {} flags {}, target {target:.0?}, next track (length, charge, distance) {near:.1?}",
                             flux.snr, flux.flux_e, flux.shape.name(), flux.flags
                         );
                     }

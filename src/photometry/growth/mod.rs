@@ -10,9 +10,11 @@ mod fit;
 mod profile;
 mod radial;
 mod stack;
+mod star_width;
 
 pub use profile::StarProfile;
 pub(crate) use radial::Radial;
 
 pub use curve::GrowthCurve;
 pub use stack::{FrameGrowth, frame_growth};
+pub use star_width::{PRIOR_EXPONENT, StarWidth};

@@ -1,16 +1,18 @@
 //! How wide the images of a pass are, by all frames that show the target: size, seeing and smear together.
 //!
-//! Widths are relative to that of the night's stars. Seeing goes with the airmass as X^0.6 (Fried 1966, J. Opt. Soc. Am. 56, 1372), what
-//! the optics add does not, so the exponent is fitted. It does not cover other changes within the pass.
+//! Widths are relative to that of the night's stars at the airmass of the frame
+//! ([`StarWidth`](crate::photometry::growth::StarWidth)). How that goes with the airmass may be wrong, so an exponent of the rest is
+//! fitted. It does not cover other changes within the pass.
 
 use nalgebra::{Matrix2, Vector2};
 
 use crate::base::constants::FWHM_PER_SIGMA;
+use crate::photometry::growth::PRIOR_EXPONENT;
 
 /// Expected before any detection: the square of the width is that of the stars within this share of it (seeing that is a sixth wider) ...
 const PRIOR_LEVEL_ERR: f64 = 0.35;
-/// ... and grows with the airmass by an exponent between that of optics alone and that of seeing alone, of the width.
-const PRIOR_EXPONENT: (f64, f64) = (0.4, 0.3);
+/// ... and goes with the airmass as theirs, within the error of that exponent where stars at one airmass left it open.
+const EXPONENT_ERR: f64 = PRIOR_EXPONENT.1;
 /// Images are not narrower than this share of the stars' width.
 const LEAST_RATIO: f64 = 0.7;
 
@@ -35,7 +37,7 @@ impl Default for Width {
 }
 
 impl Width {
-    /// Least squares of r = 1 + D² 8 ln 2/16 (a disc has σ² = D²/16 per axis), with a = 1 ± 0.35 and c/2 = 0.4 ± 0.3 beforehand.
+    /// Least squares of r = 1 + D² 8 ln 2/16 (a disc has σ² = D²/16 per axis), with a = 1 ± 0.35 and c/2 = 0 ± 0.3 beforehand.
     #[must_use]
     pub fn of(measured: &[MeasuredWidth]) -> Self {
         let growth = FWHM_PER_SIGMA * FWHM_PER_SIGMA / 16.0;
@@ -44,9 +46,9 @@ impl Width {
         let sums =
             usable.iter().fold((0.0, 0.0), |(s, w), (_, err, x)| (s + x.ln() / (err * err), w + 1.0 / (err * err)));
         let airmass = (sums.1 > 0.0).then(|| (sums.0 / sums.1).exp());
-        let prior = Vector2::new(PRIOR_LEVEL_ERR.powi(-2), (2.0 * PRIOR_EXPONENT.1).powi(-2));
+        let prior = Vector2::new(PRIOR_LEVEL_ERR.powi(-2), (2.0 * EXPONENT_ERR).powi(-2));
         let mut normal = Matrix2::from_diagonal(&prior);
-        let mut right = prior.component_mul(&Vector2::new(1.0, 2.0 * PRIOR_EXPONENT.0));
+        let mut right = Vector2::new(prior[0], 0.0);
         for (disc2, err, x) in usable {
             let t = Vector2::new(1.0, (x / airmass.unwrap_or(1.0)).ln());
             let weight = (growth * err).powi(-2);
@@ -66,7 +68,7 @@ impl Width {
         (a * power.exp(), Vector2::new(1.0 - power, log) * power.exp())
     }
 
-    /// FWHM of the images at an airmass over that of the night's stars.
+    /// FWHM of the images at an airmass over that of the night's stars there.
     #[must_use]
     pub fn fwhm_ratio(&self, airmass: Option<f64>) -> f64 {
         self.at(airmass).0.max(LEAST_RATIO * LEAST_RATIO).sqrt()
@@ -105,12 +107,12 @@ mod tests {
     }
 
     #[test]
-    fn seeing_and_optics_are_told_apart_where_the_detections_span_airmass_and_else_both_are_within_the_error() {
+    fn detections_over_a_range_of_airmass_determine_how_the_width_goes_with_it_and_others_leave_it_within_the_error() {
         let pass = |exponent: f64, airmasses: &[f64]| -> Width {
             let of = |x: &f64| (disc2(1.1 * (x / 1.2f64).powf(exponent)), 0.3, *x);
             Width::of(&airmasses.iter().map(of).collect::<Vec<_>>())
         };
-        for exponent in [0.0, 0.6] {
+        for exponent in [-0.3, 0.0, 0.3] {
             let wide: Vec<f64> = (0..200).map(|k| 1.2 + 0.005 * f64::from(k)).collect();
             let want = 1.1 * (2.0f64 / 1.2).powf(exponent);
             let got = pass(exponent, &wide).fwhm_ratio(Some(2.0));

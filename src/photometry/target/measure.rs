@@ -166,6 +166,9 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
         correct_selection_bias(&mut measured.flux, &outlined);
         let compact = compact(&cutout, frame, background, &outlined, &objects, s);
         match compact {
+            Some(c)
+                if c.size.kind != SourceKind::Extended
+                    && cutout.is_on_track((c.place.x, c.place.y), c.point.flux.snr) => {}
             Some(c) if c.size.kind != SourceKind::Extended => {
                 let Compact { size, point, as_point_e, place } = c;
                 let whole = Measured { flux: point.flux, ..point.measured };

@@ -18,3 +18,4 @@ pub mod settings;
 pub(crate) mod shape;
 pub(crate) mod sharpness;
 pub(crate) mod sky;
+pub(crate) mod track;

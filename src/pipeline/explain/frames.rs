@@ -120,7 +120,7 @@ fn away_from_the_target(survey: &Survey, night: &Calibrated, cpu_s: &dyn Fn() ->
     let chosen = sample(&all, FRAMES);
     let measure_frame = |k: usize, whole: bool| -> Option<Seen> {
         let (reader, settings) =
-            (night.open(chosen[k]).ok()?, target_settings(chosen[k], night, night.seeing.fwhm_arcsec));
+            (night.open(chosen[k]).ok()?, target_settings(chosen[k], night, night.seeing.fwhm_arcsec(None)));
         if whole {
             measure_whole_frame(&reader, night, &settings).ok()
         } else {

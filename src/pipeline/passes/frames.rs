@@ -163,7 +163,7 @@ impl<'a> PassFrames<'a> {
             match out.unit_e(row, exposure).filter(|unit_e| same && *unit_e > 0.0 && unit_e.is_finite()) {
                 Some(unit_e) => {
                     let t_s = (mjd(row) - mjd(first)) * DAY_S;
-                    let fwhm_px = target_settings(exposure, night, night.seeing.fwhm_arcsec).fwhm_px;
+                    let fwhm_px = target_settings(exposure, night, night.seeing.fwhm_arcsec(row.airmass)).fwhm_px;
                     out.frames.push(PassFrame { row, exposure, t_s, unit_e, fwhm_px });
                 }
                 None => out.n_left += 1,

@@ -21,7 +21,7 @@ use crate::base::progress::Progress;
 use crate::config::Config;
 use crate::frames::flat::{FlatMember, MasterFlat};
 use crate::frames::{Exposure, ZeroLevels};
-use crate::photometry::growth::StarProfile;
+use crate::photometry::growth::{StarProfile, StarWidth};
 use crate::pipeline::hot_pixels::with_hot_pixels;
 use crate::pipeline::options::Options;
 use crate::pipeline::prepared::{Flattened, Prepared};
@@ -68,8 +68,8 @@ pub struct StarFacts {
     /// Why there is none, where there should be one.
     #[serde(default)]
     pub poor: Vec<String>,
-    /// Median FWHM \[arcsec\].
-    pub fwhm_arcsec: Option<f64>,
+    /// How wide the stars are.
+    pub width: Option<StarWidth>,
     /// The rotation of the camera on the sky.
     pub camera_turn: Option<CameraTurn>,
     /// Profile of the stars.
@@ -322,7 +322,7 @@ pub fn plan_zeropoint(
         flat_sha256: night.flat_sha256.clone(),
         zeropoint: zeropoint.is_some(),
         poor: poor.clone(),
-        fwhm_arcsec: stars.seeing.fwhm_arcsec,
+        width: stars.seeing.width,
         camera_turn: stars.seeing.camera_turn,
         profile: stars.seeing.profile,
         rows: failed,

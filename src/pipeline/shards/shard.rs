@@ -157,8 +157,8 @@ fn calibrated(
     let (mut zeropoint, mut seeing) = (None, Seeing::default());
     if let (Some(facts), Some(path)) = (&facts, path) {
         zeropoint = if facts.zeropoint { Some(Zeropoint::read(path)?) } else { None };
-        let StarFacts { fwhm_arcsec, profile, camera_turn, .. } = *facts;
-        seeing = Seeing { fwhm_arcsec, profile, camera_turn, growth: None };
+        let StarFacts { width, profile, camera_turn, .. } = *facts;
+        seeing = Seeing { width, profile, camera_turn, growth: None };
     }
     let flattened = flat_of_plan(plan, (flat, path, false), prepared, options, progress, notes)?;
     let night = Calibrated { flattened, seeing, zeropoint };

@@ -11,11 +11,10 @@ use crate::base::error::Result;
 use crate::base::hash::sha256_16_text;
 use crate::base::progress::Progress;
 use crate::base::stats::median;
-use crate::base::stats::robust;
 use crate::base::time::jyear;
 use crate::config::{self, Combine};
 use crate::frames::Exposure;
-use crate::photometry::growth::{FrameGrowth, GrowthCurve, StarProfile};
+use crate::photometry::growth::{FrameGrowth, GrowthCurve, StarProfile, StarWidth};
 use crate::pipeline::hot_pixels::hot_key;
 use crate::pipeline::options::Options;
 use crate::pipeline::ordered_map::in_order;
@@ -152,9 +151,9 @@ pub fn star_stage(
     }
     let turns: Vec<CameraTurn> = pointings.iter().flatten().filter_map(|m| m.turn).collect();
     stage.seeing.camera_turn = CameraTurn::of_night(&turns);
-    let mut fwhm: Vec<f64> = Vec::new();
+    let mut fwhm: Vec<Vec<(f64, Option<f64>)>> = Vec::new();
     for (number, members) in pointings.iter().enumerate() {
-        fwhm.extend(members.iter().map(|m| m.fwhm_px * m.scale_arcsec));
+        fwhm.push(members.iter().map(|m| (m.fwhm_px * m.scale_arcsec, m.airmass())).collect());
         notes.extend(members.iter().filter(|m| !m.note.is_empty()).map(|m| format!("{}: {}", m.frame, m.note)));
         stage.n_members += members.len();
         match stars.combine {
@@ -162,7 +161,7 @@ pub fn star_stage(
             Combine::None => stage.rows.extend(members.iter().flat_map(|m| single_rows(m, number, catalogue))),
         }
     }
-    stage.seeing.fwhm_arcsec = robust(&fwhm).map(|(median, _)| median);
+    stage.seeing.width = StarWidth::of(&fwhm);
     if catalogue.n_skipped > 0 {
         let why = catalogue.skipped.first().map(|s| format!(", e.g. {s}")).unwrap_or_default();
         notes.push(format!("catalogue: {} rows skipped{why}", catalogue.n_skipped));

@@ -33,7 +33,7 @@ pub fn measure_frame<'a>(exposure: &'a Exposure, night: &Calibrated) -> TaggedFr
     let (airmass, mjd_mid_d) = (geometry.and_then(|g| g.airmass), exposure.time.as_ref().map(|t| mjd_utc(t.mid)));
     let measured = measured.unwrap_or_else(|_| Err(internal(exposure)));
     let measured = measured.map(|m| m.calibrated(airmass, mjd_mid_d, night));
-    let fwhm_px = target_settings(exposure, night, night.seeing.fwhm_arcsec).fwhm_px;
+    let fwhm_px = target_settings(exposure, night, night.seeing.fwhm_arcsec(airmass)).fwhm_px;
     let of_frame = |m: &CalibratedMeasurement| guarded_trails(|| frame_trails(exposure, geometry, (m, fwhm_px), night));
     let trails = measured.as_ref().ok().and_then(of_frame);
     TaggedFrame { exposure, place, measured: Some(measured), trails }
@@ -82,7 +82,7 @@ pub fn settings_of_frame(geometry: Option<&Geometry>, exposure: &Exposure, night
     TargetSettings {
         trail_direction: trail_direction(geometry, exposure, night),
         profile: night.seeing.profile,
-        ..target_settings(exposure, night, night.seeing.fwhm_arcsec)
+        ..target_settings(exposure, night, night.seeing.fwhm_arcsec(geometry.and_then(|g| g.airmass)))
     }
 }
 
@@ -121,7 +121,7 @@ fn measure_target(geometry: Option<&Geometry>, exposure: &Exposure, night: &Cali
         exptime_s: exposure.exptime_s,
         scale_arcsec: night.scale_arcsec(exposure),
         aperture_fwhm_px: settings.fwhm_px,
-        fwhm_px: known_fwhm_px(exposure, night, night.seeing.fwhm_arcsec),
+        fwhm_px: known_fwhm_px(exposure, night, night.seeing.fwhm_arcsec(geometry.and_then(|g| g.airmass))),
         sky_corner_ratio: seen.corner_ratio,
     };
     Ok(setting.measurement(seen.found))

@@ -47,7 +47,7 @@ pub fn pictures(
 
 /// The picture of one frame, of which only that much is read.
 fn picture(row: &PhotometryRow, exposure: &Exposure, night: &Calibrated) -> Option<Thumb> {
-    let s = target_settings(exposure, night, night.seeing.fwhm_arcsec);
+    let s = target_settings(exposure, night, night.seeing.fwhm_arcsec(row.airmass));
     let extent = extent(row, exposure.size_px, [s.x_px, s.y_px, s.search_radius_px])?;
     let (columns, rows) = extent.px();
     let frame = night.open(exposure).ok()?.part(columns, rows, &night.buffers).ok()?;

@@ -2,6 +2,7 @@
 
 use crate::astrometry::align::Alignment;
 use crate::astrometry::field_rotation::CameraTurn;
+use crate::base::stats::median;
 use crate::frames::Gain;
 use crate::photometry::flux::Flux;
 use crate::photometry::growth::FrameGrowth;
@@ -70,6 +71,12 @@ pub struct Member {
 }
 
 impl Member {
+    /// Median airmass of its stars.
+    #[must_use]
+    pub fn airmass(&self) -> Option<f64> {
+        median(&mut self.stars.iter().filter_map(|s| s.airmass).collect::<Vec<_>>())
+    }
+
     /// Scale of its stars \[arcsec/px\]: that of its world coordinates, as the alignment corrects it.
     #[must_use]
     pub fn solved_scale_arcsec(&self) -> f64 {
