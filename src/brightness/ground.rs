@@ -236,6 +236,7 @@ impl Ground {
 
     /// What a row of nodes (cos u, sin u), u = φ − 90°, has of its own: multiplies their weights by the irradiance over
     /// that at the Earth's centre and over δ, and puts 1/δ into `per_delta`. Nothing is done under parallel light.
+    #[inline(always)]
     pub(super) fn weigh(
         &self,
         circle: &Circle,
@@ -356,6 +357,7 @@ impl Ground {
 
 impl Near {
     /// [`Ground::weigh`] for a curve of one polynomial, or of any number.
+    #[inline(always)]
     fn weigh<const WHOLE: bool>(
         &self,
         circle: &Circle,
@@ -363,10 +365,12 @@ impl Near {
         weight: &mut [f64],
         per_delta: &mut [f64],
     ) {
-        for (((weight, per_delta), cos), sin) in weight.iter_mut().zip(per_delta).zip(cos).zip(sin) {
-            let (light, inverse) = self.light::<WHOLE>(circle, (*cos, -sin));
-            *weight *= light;
-            *per_delta = inverse;
+        let nodes = weight.len();
+        let (cos, sin, per_delta) = (&cos[..nodes], &sin[..nodes], &mut per_delta[..nodes]);
+        for j in 0..nodes {
+            let (light, inverse) = self.light::<WHOLE>(circle, (cos[j], -sin[j]));
+            weight[j] *= light;
+            per_delta[j] = inverse;
         }
     }
 

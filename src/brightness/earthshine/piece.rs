@@ -7,6 +7,8 @@ use std::f64::consts::TAU;
 use std::ops::{Add, AddAssign};
 use std::sync::OnceLock;
 
+use multiversion::multiversion;
+
 use super::arithmetic::{exp, positive_power};
 use super::facet::Facet;
 use super::profile::Metric;
@@ -73,6 +75,11 @@ impl Scratch {
 impl CircleIntegrand<'_> {
     /// ∫ from one angle to another (less than 180° apart).
     pub fn sum(&self, from: f64, to: f64, shape: Shape, level: usize, scratch: &mut Scratch) -> Integral {
+        sum(self, (from, to), shape, level, scratch)
+    }
+
+    #[inline(always)]
+    fn sum_inline(&self, (from, to): (f64, f64), shape: Shape, level: usize, scratch: &mut Scratch) -> Integral {
         // a graded piece has as many scales in it as its reach implies
         let reach = match shape {
             Shape::FromStart(scale) | Shape::FromEnd(scale) => ((0.5 * (to - from)).tan() / (0.5 * scale)).asinh(),
@@ -130,10 +137,11 @@ impl CircleIntegrand<'_> {
             }
             self.evaluate(n, scratch);
             let (mut fine, mut coarse, mut coarsest) = (0.0, 0.0, 0.0);
-            for (((f, w), v), u) in scratch.f[..n].iter().zip(&rule.fine).zip(&rule.coarse).zip(&rule.coarsest) {
-                fine += w * f;
-                coarse += v * f;
-                coarsest += u * f;
+            let (f, w, v, u) = (&scratch.f[..n], &rule.fine[..n], &rule.coarse[..n], &rule.coarsest[..n]);
+            for j in 0..n {
+                fine += w[j] * f[j];
+                coarse += v[j] * f[j];
+                coarsest += u[j] * f[j];
             }
             let sharp = shape == Shape::Clustered || self.ground.has_kink();
             let err = if sharp { (fine - coarse).abs() } else { estimate(fine, coarse, coarsest) };
@@ -153,7 +161,7 @@ impl CircleIntegrand<'_> {
                 (scratch.sin[j], scratch.cos[j]) = directions[(start + j) * stride];
                 scratch.weight[j] = 1.0;
             }
-            self.evaluate(count, scratch);
+            evaluate(self, count, scratch);
             fine += scratch.f[..count].iter().sum::<f64>();
             coarse += scratch.f[..count].iter().step_by(2).sum::<f64>();
         }
@@ -172,13 +180,16 @@ impl CircleIntegrand<'_> {
         (diffuse, peak, n): (f64, f64, f64),
     ) {
         let (height, glint) = (self.circle.height, self.circle.glint);
-        for ((weight, cos), per_delta) in weight.iter_mut().zip(cos).zip(per_delta) {
-            let lobe = positive_power::<QUICK>((glint.0 + glint.1 * cos) * per_delta, n);
-            *weight *= (height.0 + height.1 * cos).max(0.0) * (diffuse + peak * lobe);
+        let nodes = weight.len();
+        let (cos, per_delta) = (&cos[..nodes], &per_delta[..nodes]);
+        for j in 0..nodes {
+            let lobe = positive_power::<QUICK>((glint.0 + glint.1 * cos[j]) * per_delta[j], n);
+            weight[j] *= (height.0 + height.1 * cos[j]).max(0.0) * (diffuse + peak * lobe);
         }
     }
 
     /// weight · L f (n·w) at the nodes (cos u, sin u) of a row, into `f`.
+    #[inline(always)]
     fn evaluate(&self, n: usize, scratch: &mut Scratch) {
         let Scratch { quick, cos, sin, weight, x2, f, per_delta, .. } = scratch;
         let quick = *quick;
@@ -245,6 +256,18 @@ impl CircleIntegrand<'_> {
             f[j] *= weight[j];
         }
     }
+}
+
+/// [`CircleIntegrand::sum`] at the width of the machine it runs on; the sums add in the same order on every machine.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2", "x86_64+sse4.1"))]
+fn sum(of: &CircleIntegrand, ends: (f64, f64), shape: Shape, level: usize, scratch: &mut Scratch) -> Integral {
+    of.sum_inline(ends, shape, level, scratch)
+}
+
+/// [`CircleIntegrand::evaluate`] at the width of the machine it runs on.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2", "x86_64+sse4.1"))]
+fn evaluate(of: &CircleIntegrand, n: usize, scratch: &mut Scratch) {
+    of.evaluate(n, scratch);
 }
 
 /// Orders a graded piece is to be above one that is not, from its reach in units of its scale, asinh(length/scale).

@@ -159,36 +159,38 @@ impl PreparedBrdf {
     }
 
     /// f at each squared distance; `quick` to 1e-7, from the table where there is one.
+    #[inline(always)]
     pub(super) fn fill(&self, x2: &[f64], f: &mut [f64], quick: bool) {
+        let x2 = &x2[..f.len()];
         match &self.law {
             Law::Lambert { f: value } => f.fill(*value),
             Law::Phong { diffuse, peak, n } if *n > SHARP_EXPONENT => {
-                for (f, x2) in f.iter_mut().zip(x2) {
-                    let log = (-0.5 * x2.min(1.999_999)).ln_1p();
-                    *f = diffuse + peak * exp::<false>(n * log);
+                for j in 0..f.len() {
+                    let log = (-0.5 * x2[j].min(1.999_999)).ln_1p();
+                    f[j] = diffuse + peak * exp::<false>(n * log);
                 }
             }
             Law::Phong { diffuse, peak, n } => {
-                for (f, x2) in f.iter_mut().zip(x2) {
-                    *f = diffuse + peak * positive_power::<false>(1.0 - 0.5 * x2, *n);
+                for j in 0..f.len() {
+                    f[j] = diffuse + peak * positive_power::<false>(1.0 - 0.5 * x2[j], *n);
                 }
             }
             Law::Gaussian { peak, sigma } => {
                 let scale = -0.5 / sigma;
-                for (f, x2) in f.iter_mut().zip(x2) {
-                    *f = peak * exp::<false>(scale * x2);
+                for j in 0..f.len() {
+                    f[j] = peak * exp::<false>(scale * x2[j]);
                 }
             }
             Law::Abg { a, b, g } => {
                 let half = 0.5 * g;
-                for (f, x2) in f.iter_mut().zip(x2) {
-                    *f = a / (b + exp::<false>(half * ln::<false>(x2.max(1e-300)))).max(1e-300);
+                for j in 0..f.len() {
+                    f[j] = a / (b + exp::<false>(half * ln::<false>(x2[j].max(1e-300)))).max(1e-300);
                 }
             }
             Law::Binomial { rows, table, .. } => match table {
                 Some(table) if quick => {
-                    for (f, x2) in f.iter_mut().zip(x2) {
-                        *f = table.value(x2.sqrt());
+                    for j in 0..f.len() {
+                        f[j] = table.value(x2[j].sqrt());
                     }
                 }
                 _ => {
