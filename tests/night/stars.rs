@@ -19,7 +19,7 @@ use satphot::pipeline::products::summary::Summary;
 use satphot::pipeline::run::run;
 use satphot::pipeline::stars::pointing::{Member, MemberStar, combined_rows};
 use satphot::simulate::{Scenario, simulate};
-use satphot::tables::{StarRow, read_stars};
+use satphot::tables::{PhotometryRow, StarRow, read_photometry, read_stars};
 
 fn simulated(folder: &Path, sets: &[&str]) -> Scenario {
     let sets: Vec<String> = sets.iter().map(|s| (*s).to_string()).collect();
@@ -103,6 +103,26 @@ fn a_moffat_night_of_changing_seeing_has_the_right_zeropoint() {
     assert!(errors[1].abs() < 0.003 && unbiased, "{}", errors[1]);
     let message = summary.details.iter().any(|n| n.contains("of a star's flux (Moffat beta 3."));
     assert!(message, "{:?}", summary.details);
+}
+
+#[test]
+fn target_frames_are_as_wide_as_stars_at_their_airmass() {
+    for exponent in [0.0, 0.6] {
+        let folder = tempfile::tempdir().unwrap();
+        let exponent_key = format!("psf.airmass_exponent={exponent}");
+        let own = ["target.n=6", exponent_key.as_str()];
+        let scenario = simulated(folder.path(), &NIGHT.iter().chain(&own).copied().collect::<Vec<_>>());
+        let (summary, _) = reduced(folder.path(), &[], "out");
+        let rows = read_photometry(&summary.folder.join("photometry.ecsv")).unwrap().0;
+        let of_row = |r: &PhotometryRow| Some((r.fwhm_px? * r.pix_scale_arcsec?, r.airmass?));
+        let widths: Vec<(f64, f64)> = rows.iter().filter_map(of_row).filter(|(_, airmass)| *airmass < 3.0).collect();
+        assert!(widths.len() >= 3 && widths.iter().any(|(_, airmass)| *airmass > 1.8), "{widths:?}");
+        for (fwhm_arcsec, airmass) in widths {
+            let ratio = fwhm_arcsec / (scenario.psf.fwhm_arcsec * airmass.powf(exponent));
+            println!("X^{exponent}: {ratio:.3} of the width at airmass {airmass:.2}");
+            assert!((ratio - 1.0).abs() < 0.08, "X^{exponent} at {airmass}: {ratio}");
+        }
+    }
 }
 
 #[test]

@@ -10,7 +10,7 @@ use crate::base::stats::median;
 /// Exponent of the airmass in the FWHM before any pointing is looked at, and its error: 0.6 of seeing (Fried 1966, J. Opt. Soc. Am.
 /// 56, 1372), 0 of the optics.
 pub const PRIOR_EXPONENT: (f64, f64) = (0.4, 0.3);
-/// Scatter of ln FWHM from pointing to pointing that the airmass does not explain.
+/// Scatter of ln FWHM from pointing to pointing that is expected, counted as one of them.
 const SCATTER: f64 = 0.1;
 /// Beyond this airmass the width is that at it: neither the law nor the exponent is known so low.
 const MOST_AIRMASS: f64 = 6.0;
@@ -29,7 +29,8 @@ pub struct StarWidth {
 impl StarWidth {
     /// That of the pointings, each the FWHM \[arcsec\] and airmass of its frames; `None` without any.
     ///
-    /// ln f = ln f₀ + k ln(X/X₀) by least squares over pointings, k = 0.4 ± 0.3 beforehand; then f₀ by the median of the frames.
+    /// ln f = ln f₀ + k ln(X/X₀) by least squares over n pointings, k = 0.4 ± 0.3 beforehand, their scatter s² = (0.1² + Σ r²)/(n − 1)
+    /// with the residuals r; then f₀ by the median of the frames.
     #[must_use]
     pub fn of(pointings: &[Vec<(f64, Option<f64>)>]) -> Option<Self> {
         let usable = |frame: &&(f64, Option<f64>)| frame.0.is_finite() && frame.0 > 0.0;
@@ -40,15 +41,22 @@ impl StarWidth {
         };
         let middles: Vec<(f64, f64)> = pointings.iter().filter_map(middle).collect();
         let log0 = middles.iter().map(|m| m.1).sum::<f64>() / middles.len() as f64;
-        let (prior, weight) = (PRIOR_EXPONENT.1.powi(-2), SCATTER.powi(-2));
-        let mut normal = Matrix2::new(0.0, 0.0, 0.0, prior);
-        let mut right = Vector2::new(0.0, prior * PRIOR_EXPONENT.0);
-        for (fwhm, log) in &middles {
-            let t = Vector2::new(1.0, log - log0);
-            normal += t * t.transpose() * weight;
-            right += t * (weight * fwhm);
-        }
-        let exponent = normal.try_inverse().map_or(0.0, |inverse| (inverse * right)[1]);
+        let prior = Matrix2::new(0.0, 0.0, 0.0, PRIOR_EXPONENT.1.powi(-2));
+        let fit = |scatter2: f64| {
+            let mut normal = prior;
+            let mut right = prior * Vector2::new(0.0, PRIOR_EXPONENT.0);
+            for (fwhm, log) in &middles {
+                let t = Vector2::new(1.0, log - log0);
+                normal += t * t.transpose() / scatter2;
+                right += t * (fwhm / scatter2);
+            }
+            normal.try_inverse().map_or(Vector2::zeros(), |inverse| inverse * right)
+        };
+        // once with the scatter that is expected, and once with it and that about the first line
+        let first = fit(SCATTER * SCATTER);
+        let square = |(fwhm, log): &(f64, f64)| (fwhm - first[0] - first[1] * (log - log0)).powi(2);
+        let squares = SCATTER * SCATTER + middles.iter().map(square).sum::<f64>();
+        let exponent = fit(squares / (middles.len() as f64 - 1.0).max(1.0))[1];
         let airmass = (!middles.is_empty()).then(|| log0.exp());
         let at_mean = |(fwhm, x): &(f64, Option<f64>)| {
             let log = x.and_then(log_airmass).map_or(0.0, |log| log - log0);
