@@ -75,11 +75,12 @@ fn measured(rows: &[PhotometryRow]) -> Vec<(String, f64, f64)> {
 
 #[test]
 fn superpixels_of_a_colour_camera_give_the_magnitudes_of_a_monochrome_one_in_tg() {
-    let mono = demo();
+    // one width for both: where a faint outline may end in either of two ways, that of another fit to the stars decides
+    let mono = demo().set("photometry.fwhm_px=3.6");
     mono.run().unwrap();
     let mono = measured(&mono.rows());
     for pattern in ["RGGB", "GRBG"] {
-        let night = mosaic(pattern);
+        let night = mosaic(pattern).set("photometry.fwhm_px=3.6");
         let summary = night.run().unwrap();
         assert_eq!(summary.zeropoint.as_ref().unwrap().band_name(), "TG");
         let rows = night.rows();
@@ -87,7 +88,7 @@ fn superpixels_of_a_colour_camera_give_the_magnitudes_of_a_monochrome_one_in_tg(
         let green = measured(&rows);
         for (frame, v_mono, err_mono) in &mono {
             let (_, v, err) = green.iter().find(|(name, ..)| name == frame).unwrap();
-            assert!((v - v_mono).abs() < 0.01 + 0.3 * err_mono, "{pattern} {frame}: {v} {v_mono}");
+            assert!((v - v_mono).abs() < 0.01 + 0.3 * err_mono, "{pattern} {frame}: {v} {v_mono} +- {err_mono}");
             // the camera is taken to have counted twice the electrons
             assert!(*err < 1.05 * err_mono, "{pattern} {frame}: {err} {err_mono}");
         }
