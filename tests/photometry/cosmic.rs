@@ -133,19 +133,21 @@ fn tracks_are_not_reported_and_points_as_sharp_as_the_pixels_allow_are_found() {
     }
 }
 
-/// Found at its place: a point of S/N 7 in the middle of 30 frames, with what `beside` adds to each.
-fn points_found(seed: u64, beside: impl Fn(&mut Scene, &mut ChaCha12Rng) -> Option<Track> + Sync) -> usize {
-    let fwhm = 2.0;
+/// Found at its place: a point of this S/N (two thirds of that under its own profile) in the middle of 30 frames, with what `beside`
+/// adds to each.
+fn points_found(snr: f64, beside: impl Fn(&mut Scene, &mut ChaCha12Rng) -> Option<Track> + Sync) -> usize {
+    let (fwhm, seed) = (2.0, 51_007);
     let found = |k: u64| {
         let mut rng = ChaCha12Rng::seed_from_u64(seed + k);
         let mut scene = Scene::new(SIDE, SIDE, SKY);
         let at = (SIDE as f64 / 2.0 + rng.random::<f64>(), SIDE as f64 / 2.0 + rng.random::<f64>());
-        scene.star(at.0, at.1, flux_of_snr(7.0, fwhm), fwhm);
+        scene.star(at.0, at.1, flux_of_snr(snr, fwhm), fwhm);
         let track = beside(&mut scene, &mut rng);
         let mut frame = scene.expose(READ_NOISE, seed + 1000 + k);
         track.iter().for_each(|track| track.strike(&mut frame.pixels, &mut rng));
         let sky = background(&frame, 64, 3.0).unwrap();
-        match measure_target(&frame, &sky, &settings(fwhm)) {
+        let settings = TargetSettings { search_radius_px: 15.0, ..settings(fwhm) };
+        match measure_target(&frame, &sky, &settings) {
             TargetFound::Detected { x_px, y_px, .. } => (x_px - at.0).hypot(y_px - at.1) < fwhm,
             TargetFound::NotDetected { .. } => false,
         }
@@ -155,25 +157,25 @@ fn points_found(seed: u64, beside: impl Fn(&mut Scene, &mut ChaCha12Rng) -> Opti
 
 #[test]
 fn the_brightest_piece_of_a_faint_track_is_no_target_and_a_star_near_another_is_one() {
-    let alone = points_found(51_007, |_, _| None);
+    let alone = points_found(4.2, |_, _| None);
     // another star on the line does not make it a track
-    let near_a_star = points_found(51_007, |scene, rng| {
+    let near_a_star = points_found(4.2, |scene, rng| {
         let theta = rng.random_range(0.0..std::f64::consts::TAU);
         let middle = SIDE as f64 / 2.0;
         scene.star(middle + 25.0 * theta.cos(), middle + 25.0 * theta.sin(), flux_of_snr(40.0, 2.0), 2.0);
         None
     });
-    // ten electrons per pixel, little more than the noise of one, over 50 px
-    let on_a_track = points_found(51_007, |_, rng| {
+    // fifteen electrons per pixel, twice the noise of one, over 50 px; with the point, as bright as that alone
+    let on_a_track = points_found(2.2, |_, rng| {
         let mut track = Track::any(rng, (0.0, 0.0));
         let (theta, middle) = (rng.random_range(0.0..std::f64::consts::PI), SIDE as f64 / 2.0);
         let along = |k: i32| 0.05 * f64::from(k);
         track.path = (-500..500).map(|k| (middle + along(k) * theta.cos(), middle + along(k) * theta.sin())).collect();
-        track.charge_e = 500.0;
+        track.charge_e = 750.0;
         Some(track)
     });
     println!("{alone} found alone, {near_a_star} near a star, {on_a_track} on a track");
-    assert!(alone >= 28 && near_a_star >= alone - 2, "{alone} {near_a_star}");
+    assert!(alone >= 25 && near_a_star >= alone - 3, "{alone} {near_a_star}");
     assert!(on_a_track <= 10, "{on_a_track}");
 }
 

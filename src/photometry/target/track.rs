@@ -12,10 +12,12 @@ const FAINT_SIGMA: f64 = 8.0;
 /// So near to the source its own light is on the line \[FWHM\].
 const CLEAR_FWHM: f64 = 2.0;
 /// How far the line is followed to each side \[px\].
-const LENGTHS_PX: [usize; 3] = [10, 20, 40];
-/// A pixel counts no more than this \[σ\], so that another source on the line does not make it one.
-const MOST_SIGMA: f64 = 3.0;
-/// Light of a line \[σ\] that noise shows at one place in some hundred: 170 lines of three lengths, to one side or both.
+const LENGTHS_PX: [usize; 3] = [14, 28, 42];
+/// A pixel counts no more than this \[σ\], so that another source on the line does not make it one; and the variance of noise that is
+/// clipped so, 1 − 2 c φ(c) + 2 (c² − 1)(1 − Φ(c)).
+const MOST_SIGMA: f64 = 1.5;
+const CLIPPED_VARIANCE: f64 = 0.7785;
+/// Light of a line \[σ\] that noise shows at one place in some hundred: 176 lines of three lengths, to one side or both.
 const LINE_SIGMA: f64 = 4.2;
 /// Neighbouring lines are so far apart at their ends \[px\].
 const APART_PX: f64 = 0.75;
@@ -25,8 +27,8 @@ const TRAIL_ANGLE: f64 = 0.06;
 impl Cutout {
     /// Whether a source of significance `snr` at (x, y) lies on a line of light as narrow as a pixel.
     ///
-    /// Sums of d/σ, clipped at ±3 and interpolated between the two pixels of each column (of each row, for steep lines) next to the
-    /// line, from 2 FWHM on to one side, the other, or both: Σ w d/σ > 4.2 √(Σ w²).
+    /// Sums of d/σ, clipped at ±1.5 and interpolated between the two pixels of each column (of each row, for steep lines) next to the
+    /// line, from 2 FWHM on to one side, the other, or both: Σ w d/σ > 4.2 √(0.78 Σ w²).
     pub fn is_on_track(&self, at: (f64, f64), snr: f64) -> bool {
         if self.fwhm_px > WIDEST_FWHM_PX || snr > FAINT_SIGMA {
             return false;
@@ -79,6 +81,7 @@ impl Cutout {
             value.is_finite().then(|| value.clamp(-MOST_SIGMA, MOST_SIGMA))
         };
         let (near, far) = (value(0)?, value(1)?);
-        Some(((1.0 - share) * near + share * far, (1.0 - share).powi(2) + share * share))
+        let variance = CLIPPED_VARIANCE * ((1.0 - share).powi(2) + share * share);
+        Some(((1.0 - share) * near + share * far, variance))
     }
 }
