@@ -34,7 +34,8 @@ fn a_rendered_station_is_found_with_the_magnitudes_it_was_rendered_with() {
         assert!((shown - model).abs() > 1e-6 && (shown - model).abs() < 3.0, "{frame}: {shown} {model}");
         assert!(row["beside_frac"].parse::<f64>().unwrap() < 0.01);
     }
-    let night = Night::copy_of(&folder);
+    // the width of its stars, which does not follow the airmass in this scenario
+    let night = Night::copy_of(&folder).set("photometry.fwhm_px=3.55");
     night.run().unwrap();
     let mut pulls = Vec::new();
     let mut off = Vec::new();
