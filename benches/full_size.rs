@@ -1,9 +1,10 @@
 //! One stage of the work on full-size frames, measured: what scripts/bench_peers.sh runs with the peers.
 //!
 //! `cargo bench --bench full_size -- STAGE FOLDER [full|circle]`, FOLDER a night of `satphot simulate` with its
-//! pipeline.toml and a master flat at FOLDER/master_{full,circle}.fits; `combine level|none full|circle` makes one. Prints one line of JSON: CPU seconds (user and
-//! system) of one unit of work, wall seconds, peak memory of the process. One thread. Repeats until two seconds of CPU
-//! are spent, so that the system's hundredths of a second do not matter; the first round is not counted.
+//! pipeline.toml and a master flat at FOLDER/master_{full,circle}.fits; `-- combine FOLDER level|none full|circle` makes one.
+//! Prints one line of JSON: CPU seconds (user and system) of one unit of work, wall seconds, peak memory of the process. One
+//! thread. Repeats until two seconds of CPU are spent, so that the system's hundredths of a second do not matter; the first
+//! round is not counted.
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;
@@ -69,7 +70,7 @@ fn fluxes(frame: &Frame<Electrons>, sky: &Background, places: &[(f64, f64)]) -> 
 
 /// The master flat alone: `satphot flat` without the hashes of its files and without writing.
 fn combine(config: &Config, prepared: &Prepared, rest: &[String]) {
-    let [scale, part] = rest else { return println!("combine level|none full|circle") };
+    let [scale, part] = rest else { return println!("combine FOLDER level|none full|circle") };
     let scale = if scale == "none" { config::FlatScale::None } else { config::FlatScale::Level };
     let flat = config::Flat { scale, ..config.flat.clone() };
     let clip = config.photometry.clip_radius_px.filter(|_| part == "circle");

@@ -142,8 +142,9 @@ def peer_stage(stage, folder):
 def floor(stage, flats, stars, timed):
     """What this machine needs at least: the bytes read once, and the fastest kernels of other libraries on data in memory.
 
-    Master: SHA-256 of the files, and numpy's vectorised sort of the values of each pixel (they already lie side by side). Frame: background, detection
-    and apertures of sep on calibrated values. Target: the same on the cutout, detected at four scales (binned by 1, 2, 4, 8).
+    Master: SHA-256 of the files, and numpy's vectorised sort of the values of each pixel (they already lie side by side).
+    Frame: background, detection and apertures of sep on calibrated values, without deblending. Target: the same on the
+    cutout, detected at four scales (binned by 1, 2, 4, 8).
     """
     import numpy as np
     from astropy.io import fits
@@ -225,8 +226,8 @@ def our_flat(folder, scale, part):
     return {"cpu": usage.ru_utime + usage.ru_stime, "wall": time.perf_counter() - start, "rss_mb": usage.ru_maxrss / 1024}
 
 
-# our work, the label of the table, and the peers: stage, and how many times less CPU is the least
 FLOOR = 1 / 1.5  # we may need 1.5 times the CPU time of a floor
+# our work, the label of the table, and the peers: stage, and how many times less CPU is the least
 TABLE = [
     ("flat level full", "satphot flat, levels scaled, full frame", [("floor flat scaled full", FLOOR)]),
     ("combine level full", "its master of 42 flats, neither hashed nor written", [("numpy scaled full", 20), ("ccdproc", 180)]),

@@ -6,9 +6,8 @@ use hifitime::{Epoch, TimeScale};
 use satphot::orbit::sky::bodies_gcrs;
 use satphot::orbit::{EarthOrientation, Site, altaz_to_icrs, bodies, icrs_to_altaz, moon_altaz, sun_altaz};
 
-/// Apparent geocentric directions along GCRS axes: light time and aberration on both sides.
-/// Rows of a file of directions (MJD, Sun, Moon, distance of the Moon), and the largest differences: Sun \[arcsec\], Moon \[arcsec\],
-/// its distance \[km\].
+/// Rows of a file of apparent geocentric directions along GCRS axes, with light time and aberration on both sides (MJD, Sun, Moon,
+/// distance of the Moon), and the largest differences: Sun \[arcsec\], Moon \[arcsec\], its distance \[km\].
 fn worst_of(file: &str, epoch: impl Fn(f64) -> Epoch) -> (usize, f64, f64, f64) {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(file);
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_path(path).unwrap();

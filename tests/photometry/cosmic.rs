@@ -133,7 +133,7 @@ fn tracks_are_not_reported_and_points_as_sharp_as_the_pixels_allow_are_found() {
     }
 }
 
-/// Found at its place: a point of this S/N (two thirds of that under its own profile) in the middle of 30 frames, with what `beside`
+/// Found at its place: a point of this S/N in a circle of 2 FWHM (1.6 times that under its own profile) in the middle of 30 frames, with what `beside`
 /// adds to each.
 fn points_found(snr: f64, beside: impl Fn(&mut Scene, &mut ChaCha12Rng) -> Option<Track> + Sync) -> usize {
     let (fwhm, seed) = (2.0, 51_007);
