@@ -1,4 +1,4 @@
-//! What looks like a target and is none: satellites that cross, charge spilt from saturated trails.
+//! What looks like a target and is none: satellites that cross, charge spilt from saturated trails, reflections of bright stars.
 //! Alone they are not measured, and a target near them is measured rightly or not at all.
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests, too
 
@@ -52,6 +52,20 @@ fn blooming(scene: &mut Scene, rng: &mut ChaCha12Rng, fwhm: f64, (x, y): (f64, f
                 scene.mean[[j.min(SIDE - 1), i.min(SIDE - 1)]] += 2.0 * WELL_E * share;
             }
         }
+    }
+}
+
+/// A reflection of a bright star: an image of the telescope's mouth out of focus, whose light trails as the star does.
+fn ghost(scene: &mut Scene, rng: &mut ChaCha12Rng, fwhm: f64, (x, y): (f64, f64)) {
+    trails(scene, rng, fwhm);
+    let (outer, hole) = (rng.random_range(8.0..20.0), rng.random_range(0.3..0.5));
+    let peak = rng.random_range(10.0..100.0);
+    // what a line across a ring holds, less what its hole leaves out
+    let chord = |v: f64, r: f64| (r * r - v * v).max(0.0).sqrt() / outer;
+    for k in -40..=40 {
+        let v = outer * f64::from(k) / 40.0;
+        let light = peak * (chord(v, outer) - chord(v, hole * outer)) * outer / 40.0;
+        scene.line(x - v * 0.4f64.sin(), y + v * 0.4f64.cos(), light, fwhm, 0.4);
     }
 }
 
@@ -125,8 +139,11 @@ fn tally(artefact: Artefact, flag: Flags, fwhm: f64, with_target: bool, apart_fw
 }
 
 fn check(n: u64, seed: u64, fwhms: &[f64]) {
-    let cases: [(&str, Artefact, Flags); 2] =
-        [("crossing", crossing, Flags::CROSSED), ("blooming", blooming, Flags::BLOOMING)];
+    let cases: [(&str, Artefact, Flags); 3] = [
+        ("crossing", crossing, Flags::CROSSED),
+        ("blooming", blooming, Flags::BLOOMING),
+        ("ghost", ghost, Flags::CONTAMINATED),
+    ];
     for (name, artefact, flag) in cases {
         for &fwhm in fwhms {
             let alone = tally(artefact, flag, fwhm, false, 0.0, n, seed);

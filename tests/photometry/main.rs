@@ -10,6 +10,7 @@ mod background;
 mod cosmic;
 mod depth;
 mod detect;
+mod finder;
 mod flags;
 mod flux;
 mod growth;

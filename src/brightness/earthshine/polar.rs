@@ -183,7 +183,7 @@ impl Polar<'_> {
             return law.value_at(x2.sqrt(), v);
         }
         let mut f = [0.0];
-        law.fill(&[x2], &mut f, false);
+        law.fill(&[x2], &mut f, 1, false);
         f[0]
     }
 

@@ -158,44 +158,39 @@ impl PreparedBrdf {
         }
     }
 
-    /// f at each squared distance; `quick` to 1e-7, from the table where there is one.
+    /// f at the first `nodes` squared distances, and at any of the rest; `quick` to 1e-7, from the table where there is one.
     #[inline(always)]
-    pub(super) fn fill(&self, x2: &[f64], f: &mut [f64], quick: bool) {
-        let x2 = &x2[..f.len()];
+    pub(super) fn fill<const N: usize>(&self, x2: &[f64; N], f: &mut [f64; N], nodes: usize, quick: bool) {
         match &self.law {
             Law::Lambert { f: value } => f.fill(*value),
             Law::Phong { diffuse, peak, n } if *n > SHARP_EXPONENT => {
-                for j in 0..f.len() {
+                for j in 0..N {
                     let log = (-0.5 * x2[j].min(1.999_999)).ln_1p();
                     f[j] = diffuse + peak * exp::<false>(n * log);
                 }
             }
             Law::Phong { diffuse, peak, n } => {
-                for j in 0..f.len() {
+                for j in 0..N {
                     f[j] = diffuse + peak * positive_power::<false>(1.0 - 0.5 * x2[j], *n);
                 }
             }
             Law::Gaussian { peak, sigma } => {
                 let scale = -0.5 / sigma;
-                for j in 0..f.len() {
+                for j in 0..N {
                     f[j] = peak * exp::<false>(scale * x2[j]);
                 }
             }
             Law::Abg { a, b, g } => {
                 let half = 0.5 * g;
-                for j in 0..f.len() {
+                for j in 0..N {
                     f[j] = a / (b + exp::<false>(half * ln::<false>(x2[j].max(1e-300)))).max(1e-300);
                 }
             }
             Law::Binomial { rows, table, .. } => match table {
-                Some(table) if quick => {
-                    for j in 0..f.len() {
-                        f[j] = table.value(x2[j].sqrt());
-                    }
-                }
+                Some(table) if quick => table.fill(x2, f, nodes),
                 _ => {
-                    for (f, x2) in f.iter_mut().zip(x2) {
-                        *f = rows.value(x2.sqrt(), 0.0);
+                    for j in 0..nodes.min(N) {
+                        f[j] = rows.value(x2[j].sqrt(), 0.0);
                     }
                 }
             },

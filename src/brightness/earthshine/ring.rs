@@ -6,7 +6,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::facet::{Facet, Nearest, wrapped};
-use super::piece::{CircleIntegrand, Integral, Scratch, Shape};
+use super::piece::{CircleIntegrand, Integral, Shape};
 use super::profile::Metric;
 use crate::brightness::ground::{Circle, Ground};
 
@@ -113,7 +113,7 @@ impl Rings<'_> {
     }
 
     /// ∫ L f (n·w) du over the circle.
-    pub fn integral(&self, circle: &Circle, level: usize, scratch: &mut Scratch) -> Integral {
+    pub fn integral(&self, circle: &Circle, level: usize, quick: bool) -> Integral {
         let piece = CircleIntegrand { ground: self.ground, facet: self.facet, circle };
         let arcs = self.arcs(circle);
         if matches!(arcs, Arcs::Some(_, 0)) {
@@ -124,10 +124,10 @@ impl Rings<'_> {
             Arcs::Whole => {
                 let marks = self.marks(circle, &nearest, None);
                 match marks.strongest() {
-                    None => piece.whole(level, scratch),
+                    None => piece.whole(level, quick),
                     Some(start) => {
                         let ends = [start, Mark { u: start.u + TAU, ..start }];
-                        self.along(&piece, ends, &marks, level, scratch)
+                        self.along(&piece, ends, &marks, level, quick)
                     }
                 }
             }
@@ -142,14 +142,14 @@ impl Rings<'_> {
                         scale: self.scale_at_end(circle, &nearest, u, (from, to)),
                         sharp: lobe_end.is_some_and(|half| (wrapped(u).abs() - half).abs() < SAME_PLACE_RAD),
                     };
-                    sum += self.along(&piece, [end(from), end(to)], &marks, level, scratch);
+                    sum += self.along(&piece, [end(from), end(to)], &marks, level, quick);
                 }
                 sum
             }
         };
         // p·s is a small difference near the umbra's edge
         let height = circle.height.0 + circle.height.1;
-        sum.err += sum.value * (ROUNDING / height + if scratch.quick { QUICK_ERROR } else { 0.0 });
+        sum.err += sum.value * (ROUNDING / height + if quick { QUICK_ERROR } else { 0.0 });
         sum
     }
 
@@ -235,14 +235,7 @@ impl Rings<'_> {
     }
 
     /// The sum over an arc cut at its marks.
-    fn along(
-        &self,
-        piece: &CircleIntegrand,
-        ends: [Mark; 2],
-        marks: &Marks,
-        level: usize,
-        scratch: &mut Scratch,
-    ) -> Integral {
+    fn along(&self, piece: &CircleIntegrand, ends: [Mark; 2], marks: &Marks, level: usize, quick: bool) -> Integral {
         let mut row = Marks { list: [ends[0]; MARKS], count: 1 };
         for mark in &marks.list[..marks.count] {
             // on a whole circle the marks are moved behind its start
@@ -255,13 +248,13 @@ impl Rings<'_> {
         row.push(ends[1]);
         let mut sum = Integral::default();
         for pair in row.list[..row.count].windows(2) {
-            sum += self.between(piece, pair[0], pair[1], level, scratch);
+            sum += self.between(piece, pair[0], pair[1], level, quick);
         }
         sum
     }
 
     /// The sum between two marks: one piece, or several where it is long or both ends are graded.
-    fn between(&self, piece: &CircleIntegrand, from: Mark, to: Mark, level: usize, scratch: &mut Scratch) -> Integral {
+    fn between(&self, piece: &CircleIntegrand, from: Mark, to: Mark, level: usize, quick: bool) -> Integral {
         let length = to.u - from.u;
         if !(length > 0.0) {
             return Integral::default();
@@ -277,7 +270,7 @@ impl Rings<'_> {
         let sharp = from.sharp || to.sharp;
         let plain = Mark { u: middle, scale: f64::INFINITY, sharp: false };
         if length > PIECE_RAD || (graded(&from) && (graded(&to) || to.sharp)) || (graded(&to) && from.sharp) {
-            return self.between(piece, from, plain, level, scratch) + self.between(piece, plain, to, level, scratch);
+            return self.between(piece, from, plain, level, quick) + self.between(piece, plain, to, level, quick);
         }
         let shape = if sharp {
             Shape::Clustered
@@ -288,7 +281,7 @@ impl Rings<'_> {
         } else {
             Shape::Plain
         };
-        piece.sum(from.u, to.u, shape, level, scratch)
+        piece.sum(from.u, to.u, shape, level, quick)
     }
 }
 

@@ -40,17 +40,30 @@ impl Table {
         good.then_some(table)
     }
 
+    /// The function at the roots of the first `nodes` squares, 0 ≤ D² ≤ 4.
+    #[inline(always)]
+    pub fn fill<const N: usize>(&self, x2: &[f64; N], f: &mut [f64; N], nodes: usize) {
+        let (mut interval, mut y) = ([0u64; N], [0.0; N]);
+        for j in 0..N {
+            let bits = (x2[j].sqrt() + self.start).to_bits();
+            interval[j] = bits >> (MANTISSA_BITS - PER_OCTAVE_BITS);
+            // the place within the interval, −1 to 1, from the remaining bits
+            let within = (bits << PER_OCTAVE_BITS) & ((1 << MANTISSA_BITS) - 1);
+            y[j] = 2.0 * f64::from_bits(within | 1.0_f64.to_bits()) - 3.0;
+        }
+        for j in 0..nodes.min(N) {
+            let (y, at) = (y[j], interval[j].wrapping_sub(self.first) as usize);
+            let Some([c0, c1, c2, c3, c4, c5]) = self.coefficients.get(at) else { continue };
+            let y2 = y * y;
+            f[j] = (c0 + c1 * y) + y2 * ((c2 + c3 * y) + y2 * (c4 + c5 * y));
+        }
+    }
+
     /// The function at 0 ≤ D ≤ 2.
-    #[inline]
-    pub fn value(&self, d: f64) -> f64 {
-        let bits = (d + self.start).to_bits();
-        let at = ((bits >> (MANTISSA_BITS - PER_OCTAVE_BITS)) - self.first) as usize;
-        let Some([c0, c1, c2, c3, c4, c5]) = self.coefficients.get(at) else { return 0.0 };
-        // the place within the interval, −1 to 1, from the remaining bits
-        let within = (bits << PER_OCTAVE_BITS) & ((1 << MANTISSA_BITS) - 1);
-        let y = 2.0 * f64::from_bits(within | 1.0_f64.to_bits()) - 3.0;
-        let y2 = y * y;
-        (c0 + c1 * y) + y2 * ((c2 + c3 * y) + y2 * (c4 + c5 * y))
+    fn value(&self, d: f64) -> f64 {
+        let mut f = [0.0];
+        self.fill(&[d * d], &mut f, 1);
+        f[0]
     }
 }
 

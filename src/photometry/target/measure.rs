@@ -93,7 +93,8 @@ pub struct Light {
     pub source: Option<Shape>,
     /// Electrons per pixel in the brightest disc of one FWHM across; `None` where noise could be that bright.
     pub peak_disc_e_px: Option<f64>,
-    /// Light of trails and neighbours inside the aperture \[e⁻\]; that of trails has been subtracted from the flux.
+    /// Light of trails and neighbours inside the aperture \[e⁻\]; that of trails has been subtracted from the flux. NaN
+    /// where there are trails and too little of them is seen beside the aperture.
     pub contamination_e: f64,
 }
 
@@ -199,8 +200,10 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
         neighbours_e: neighbours.neighbours_e,
         err_e: trails.err_e.hypot(neighbours.err_e),
     };
+    // trails of which nothing is seen next to the aperture add an unknown amount
+    let unknown = cutout.trail_background.is_some() && trail_level.is_none();
     // a flux below its error is no measure of a share
-    if all.exceeds(s.contam_frac, (flux.flux_e - neighbours.neighbours_e).max(flux.flux_err_e)) {
+    if unknown || all.exceeds(s.contam_frac, (flux.flux_e - neighbours.neighbours_e).max(flux.flux_err_e)) {
         flux.flags.set(Flags::CONTAMINATED);
     }
     let at = (aperture.x - nx as f64, aperture.y - ny as f64);
@@ -212,7 +215,7 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
     }
     flux.flags.set(cutout.crossed(&aperture, &outlined.snr1));
     let mut light = shape_of_light(&cutout, outline, *snr);
-    light.contamination_e = all.light_e();
+    light.contamination_e = if unknown { f64::NAN } else { all.light_e() };
     light.peak_disc_e_px = brightest_disc(&net, at, &aperture.shape, s.fwhm_px, cutout.net.bin, rms_e);
     if light.elongation > ELONGATED {
         flux.flags.set(Flags::ELONGATED);

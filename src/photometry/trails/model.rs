@@ -17,6 +17,9 @@ use crate::photometry::trails::bend::Bend;
 use crate::photometry::trails::direction::Turned;
 use crate::photometry::trails::rotate::{Spread, cubic_along};
 
+/// A block is two FWHM long, and shorter where the shorter side of a cutout would hold fewer than this: next to a target
+/// of a tenth of a small frame there must be blocks left.
+const LEAST_BLOCKS: f64 = 20.0;
 /// Blocks on each side that make a level.
 const SIDE_BLOCKS: usize = 16;
 /// The same for the model of the whole cutout: what is longer than this along the trails is a trail.
@@ -62,7 +65,8 @@ impl TrailBackground {
         let dim = pixels.dim();
         let turned = Turned::new(dim, theta);
         let half = (0.5 * (dim.0 as f64).hypot(dim.1 as f64)).ceil() + 1.0;
-        let block = (2.0 * fwhm_px).round().max(4.0) as usize;
+        let shorter = dim.0.min(dim.1) as f64;
+        let block = (2.0 * fwhm_px).min(shorter / LEAST_BLOCKS).round().max(4.0) as usize;
         let lines = 2 * half as usize + 1;
         let blocks = lines / block + 1;
         let mut mean = Array2::from_elem((lines, blocks), f32::NAN);

@@ -117,7 +117,7 @@ table! {
         /// share of flux_e in masked pixels, which their neighbours or the mean of the aperture replace
         masked_frac: Option<f64> => ["phot.count;arith.ratio"] added_later,
         /// light of star trails and neighbours inside the aperture over flux_e (over flux_err_e where that is larger); that
-        /// of trails is subtracted from flux_e
+        /// of trails is subtracted from flux_e; empty where trails fill the frame beside the aperture so that theirs is unknown
         contam_frac: Option<f64> => ["phot.count;arith.ratio"],
         /// added to the magnitude for the light outside the aperture (growth curve)
         aper_corr_mag: Option<f64> => "mag" ["phot.mag;arith.diff"],
