@@ -174,7 +174,7 @@ fn check(n: u64, seed: u64, fwhms: &[f64]) {
 }
 
 #[test]
-fn crossing_satellites_and_spilt_charge_are_not_measured_as_the_target() {
+fn crossing_satellites_spilt_charge_and_ghosts_are_not_measured_as_the_target() {
     check(6, 31, &[3.0]);
 }
 

@@ -11,6 +11,7 @@ use rand_chacha::ChaCha12Rng;
 use rayon::prelude::*;
 use satphot::base::stats;
 use satphot::frames::{Electrons, Frame};
+use satphot::photometry::Flags;
 use satphot::photometry::background::background;
 use satphot::photometry::target::measure::{TargetFound, measure_target};
 use satphot::photometry::target::settings::TargetSettings;
@@ -131,7 +132,7 @@ fn shown(kind: Kind, k: u64, seed: u64) -> Shown {
     Shown { frame, settings: target_settings(SIDE as f64, SEARCH, fwhm), target }
 }
 
-/// Found in its place: (V − true) \[mag\] and its stated error; or something elsewhere.
+/// Found in its place: (V − true) \[mag\] and its stated error; or something elsewhere, and no flag that says so.
 enum Outcome {
     Found(f64, f64),
     False,
@@ -140,7 +141,8 @@ enum Outcome {
 
 fn outcome(shown: &Shown) -> Outcome {
     let sky = background(&shown.frame, 64, 3.0).unwrap();
-    let TargetFound::Detected { flux, x_px, y_px, .. } = measure_target(&shown.frame, &sky, &shown.settings) else {
+    let TargetFound::Detected { flux, x_px, y_px, size, .. } = measure_target(&shown.frame, &sky, &shown.settings)
+    else {
         return Outcome::Nothing;
     };
     if !(flux.snr >= 5.0) {
@@ -150,7 +152,21 @@ fn outcome(shown: &Shown) -> Outcome {
         Some((x, y, light, reach)) if (x - x_px).hypot(y - y_px) < reach => {
             Outcome::Found(-1.0857 * (flux.flux_e / light).ln(), 1.0857 * flux.flux_err_e / flux.flux_e)
         }
-        _ => Outcome::False,
+        _ => {
+            // a row that says so is a caution, not a target
+            let said = Flags::HIT | Flags::CROSSED | Flags::BLOOMING;
+            if std::env::var_os("OUTLIERS").is_some() {
+                println!(
+                    "  S/N {:.1} at {x_px:.1} {y_px:.1}, {}, {size:?}, {}; target {:.1?}, FWHM {}",
+                    flux.snr,
+                    flux.shape.name(),
+                    flux.flags,
+                    shown.target,
+                    shown.settings.fwhm_px
+                );
+            }
+            if flux.flags.any(said) { Outcome::Nothing } else { Outcome::False }
+        }
     }
 }
 

@@ -20,6 +20,7 @@ use crate::photometry::target::psf::Psf;
 use crate::photometry::target::sharpness::{Verdict, judge};
 use crate::photometry::target::sky::{Block, Surface, blocks};
 use crate::photometry::trails::bend_fit::bend_of;
+use crate::photometry::trails::crossing::Crossing;
 use crate::photometry::trails::direction::trail_direction;
 use crate::photometry::trails::known::{KnownDirection, line_through};
 use crate::photometry::trails::model::TrailBackground;
@@ -75,6 +76,8 @@ pub(crate) struct Cutout {
     pub trail_v: Option<f64>,
     /// What candidates were that were no target: [`Flags::BLOOMING`].
     pub artefacts: Flags,
+    /// Lines that cross it, masked.
+    pub lines: Vec<Crossing>,
     /// Whether each side (left, right, bottom, top) is the frame's own edge.
     pub at_edge: [bool; 4],
 }
@@ -99,7 +102,7 @@ impl Cutout {
         });
         let at_edge =
             [columns.start == bounds.x0, columns.end == bounds.x1, rows.start == bounds.y0, rows.end == bounds.y1];
-        let blocks = blocks(&pixels, ((BLOCK_FWHM * s.fwhm_px).round() as usize).clamp(8, 48));
+        let blocks = blocks(&pixels, block_px(s.fwhm_px));
         let sky = Surface::fit(&blocks, pixels.dim(), |_| false);
         let mut masked = Array2::from_elem(pixels.dim(), false);
         let hits = hits(&pixels, &sky, s.fwhm_px);
@@ -130,12 +133,26 @@ impl Cutout {
             known: s.trail_direction,
             trail_v: None,
             artefacts: Flags::default(),
+            lines: Vec::new(),
             at_edge,
         };
         cutout.find_trails();
         cutout.straighten(None);
         cutout.model_trails(None);
         Some(cutout)
+    }
+
+    /// Sky and trails once more after pixels have been masked.
+    pub fn renew(&mut self) {
+        self.blocks = blocks(&self.pixels, block_px(self.fwhm_px));
+        self.sky = Surface::fit(&self.blocks, self.pixels.dim(), |_| false);
+        self.net = cells_above(&self.pixels, &self.sky, &self.masked, self.fwhm_px);
+        self.rms_e = noise_of(&self.sky, self.pixels.dim());
+        (self.light, self.unsure) = (Array2::zeros(self.net.mean.dim()), Array2::zeros(self.net.mean.dim()));
+        (self.scintillation, self.trail_v) = (0.0, None);
+        self.find_trails();
+        self.straighten(None);
+        self.model_trails(None);
     }
 
     /// Full-frame position of the cutout's first pixel.
@@ -391,6 +408,11 @@ impl Cutout {
         });
         Layers { value: self.residual(), variance, uncertainty }
     }
+}
+
+/// Side of the blocks of the sky's surface \[px\].
+fn block_px(fwhm_px: f64) -> usize {
+    ((BLOCK_FWHM * fwhm_px).round() as usize).clamp(8, 48)
 }
 
 /// Scatter of a sky pixel in the middle of a cutout \[e⁻\].

@@ -136,8 +136,8 @@ const POINT_FWHM: f64 = 0.3;
 /// 4. Among trails the sky of each line of pixels is the level of that line on both sides of the aperture, and the error
 ///    is at least the scatter of empty apertures treated alike. Without trails the sky is an annulus. What the choice of
 ///    the aperture added to a faint flux, 2 σ over its significance where it is resolved, is subtracted.
-/// 5. Charge spilt from saturated pixels is masked, [`Flags::CROSSED`] where a satellite
-///    or an aircraft crosses. [`Flags::TRAIL`] where light of trails was subtracted, [`Flags::CONTAMINATED`] where that of trails and neighbours is
+/// 5. Charge spilt from saturated pixels is masked, and so is the line of a satellite or an aircraft that runs through the cutout;
+///    [`Flags::CROSSED`] where one crosses the target. [`Flags::TRAIL`] where light of trails was subtracted, [`Flags::CONTAMINATED`] where that of trails and neighbours is
 ///    more than `contam_frac` of the flux, [`Flags::HIT`] for a pixel sharper than a star.
 ///
 /// [`TargetFound::NotDetected`] holds the forced flux at the expected place, negative or not, and the limit: the flux of
@@ -279,6 +279,10 @@ fn outlined(cutout: &mut Cutout, frame: &Frame<Electrons>, s: &TargetSettings, l
         if cutout.is_spill(frame, &segment.cells()) {
             cutout.artefacts.set(Flags::BLOOMING);
             cutout.mask_cells(&segment.cells());
+            continue;
+        }
+        if let Some(line) = cutout.line_of(&segment.cells(), &snrs.first(1)[0]) {
+            cutout.mask_line(line);
             continue;
         }
         return Some(Outlined { segment, snr1: snrs.at_scale.swap_remove(0), snr: found.snr, scale: found.scale });

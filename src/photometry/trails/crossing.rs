@@ -25,6 +25,8 @@ pub(crate) struct Crossing {
     turned: Turned,
     /// Range across the line \[cells\].
     v: (f64, f64),
+    /// Range along it \[cells\].
+    u: (f64, f64),
 }
 
 impl Crossing {
@@ -33,6 +35,22 @@ impl Crossing {
         let v = self.turned.uv(object.x, object.y).1;
         let reach = object.shape.bounding_radius_px() + margin;
         v + reach > self.v.0 && v - reach < self.v.1
+    }
+
+    /// Whether a cell is on the line or within `margin` cells of it.
+    pub fn holds(&self, (x, y): (f64, f64), margin: f64) -> bool {
+        let v = self.turned.uv(x, y).1;
+        v > self.v.0 - margin && v < self.v.1 + margin
+    }
+
+    /// Whether both ends of the line are within `margin` cells of the border of a cutout of `(ny, nx)` cells.
+    pub fn runs_through(&self, (ny, nx): (usize, usize), margin: f64) -> bool {
+        let outer = |at: f64, n: usize| at < margin || at > n as f64 - 1.0 - margin;
+        let at_border = |u: f64| {
+            let (x, y) = self.turned.xy(u, 0.5 * (self.v.0 + self.v.1));
+            outer(x, nx) || outer(y, ny)
+        };
+        at_border(self.u.0) && at_border(self.u.1)
     }
 }
 
@@ -50,7 +68,10 @@ pub(crate) fn crossings(snr: &Array2<f32>, fwhm: f64, trails: Option<f64>) -> Ve
         return Vec::new();
     }
     let turned = Turned::new(dim, theta);
-    long_runs(&points, turned, dim, fwhm, least).into_iter().map(|run| Crossing { turned, v: run.v }).collect()
+    long_runs(&points, turned, dim, fwhm, least)
+        .into_iter()
+        .map(|run| Crossing { turned, v: run.v, u: run.u })
+        .collect()
 }
 
 /// Whether lines that were taken for star trails are at another angle than these are known to have.
