@@ -23,7 +23,7 @@ const CAREFUL_BELOW: f64 = 3e-5;
 /// point.
 const SAFETY: f64 = 2.0;
 const SHARP_SAFETY: f64 = 6.0;
-/// What is stated is as much more again, up to the error that was asked for; of a careful integral that is part of what is to be
+/// What is stated is as much more again, up to the error that is wanted; of a careful integral that is part of what is to be
 /// met, because one in a thousand of them would otherwise be off by 2 to 14 times that error.
 const CAUTION: f64 = 3.0;
 /// From this share of its upper bound on that need not be known the lowest orders begin an integral: the bound is five to ten times

@@ -1,8 +1,8 @@
 //! What looks like a target and is none: charge that spills along columns from saturated pixels; and what crosses a target.
 //!
-//! Cells of the cutout. A candidate of spilt charge, or one on a line from border to border, is masked, and the search goes on; the flag
-//! of spilt charge stays for a frame in which nothing else is found. It does not cover cosmic rays and hot pixels ([`super::cosmic_rays`]), nor reflections of bright
-//! stars.
+//! Cells of the cutout. A candidate of spilt charge, or one on a line from border to border, is masked, and the search goes on; the
+//! flag of spilt charge stays for a frame in which nothing else is found. It does not cover cosmic rays and hot pixels
+//! ([`super::cosmic_rays`]), nor reflections of bright stars that stand still; those that trail are in the level of the trails.
 
 use ndarray::Array2;
 
