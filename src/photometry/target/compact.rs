@@ -10,6 +10,7 @@ use super::settings::TargetSettings;
 use crate::base::constants::FWHM_PER_SIGMA;
 use crate::frames::{Electrons, Frame};
 use crate::photometry::background::Background;
+use crate::photometry::flux::Flux;
 use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::flux::circle_at;
 use crate::photometry::target::placed::Placed;
@@ -38,7 +39,7 @@ const FALSE_PEAKS: f64 = 5e-4;
 pub enum SourceKind {
     /// A point by odds of 10 to 1; its flux is that of a point.
     Point,
-    /// As narrow as a point or up to some FWHM wide: its flux is that of a disc of any such size.
+    /// As narrow as a point or up to three FWHM wide: its flux is that of a disc of any such size.
     Compact,
     /// Wider than that: its flux is that of its outline.
     Extended,
@@ -85,17 +86,18 @@ pub(crate) struct Compact {
 /// of it, and where it is so bright that its outline tells as much.
 ///
 /// The best place of a point adds noise to its flux: E(F) = F + σ²/F, which is subtracted. The flux of a free size is not
-/// moved by it: its weights have no gradient along that of the point.
+/// moved by it: its weights have no gradient along that of the point. What is wider than a disc of one FWHM, and has a `small` outline, is
+/// measured as one of up to three ([`Cutout::wide_flux`]), and is extended only if that finds it wider.
 pub(crate) fn measure_compact(
     cutout: &Cutout,
     frame: &Frame<Electrons>,
     background: &Background,
-    start: (f64, f64),
+    (start, small): ((f64, f64), bool),
     objects: &Array2<bool>,
     s: &TargetSettings,
 ) -> Option<Compact> {
     let best = cutout.best_place(start)?;
-    let place = circle_at(best.x, best.y, cutout.psf.reach_px());
+    let mut place = circle_at(best.x, best.y, cutout.psf.reach_px());
     if best.snr > BRIGHT_SIGMA || cutout.hits_in(&place).is_some() {
         return None;
     }
@@ -105,9 +107,21 @@ pub(crate) fn measure_compact(
         return None;
     }
     let as_point_e = (point.flux.flux_e - point.empty_err_e / raw, point.flux.flux_err_e);
-    let size = size_of(point.disc2, s.largest_fwhm);
+    let mut size = size_of(point.disc2, s.largest_fwhm);
     point.flux.snr = as_point_e.0 / as_point_e.1;
     (point.flux.flux_e, point.flux.flux_err_e) = if size.kind == SourceKind::Point { as_point_e } else { point.free_e };
+    if small
+        && size.kind == SourceKind::Extended
+        && let Some(wide) = cutout.wide_flux(frame, background, (best.x, best.y), objects, s)
+        && wide.flux_e.0 > 0.0
+        && wide.disc2.0 < LARGEST_FWHM * LARGEST_FWHM
+        && cutout.hits_in(&wide.place).is_none()
+    {
+        size = Size { kind: SourceKind::Compact, disc2: wide.disc2.0, disc2_err: wide.disc2.1, ..size };
+        let (flux_e, flux_err_e) = wide.flux_e;
+        point.flux = Flux { flux_e, flux_err_e, snr: point.flux.snr, ..wide.measured.flux.clone() };
+        (point.measured, place) = (wide.measured, wide.place);
+    }
     Some(Compact { size, point, as_point_e, place })
 }
 

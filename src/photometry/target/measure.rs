@@ -106,6 +106,9 @@ const FAINT_SNR: f64 = 15.0;
 const FAINT_REACH_FWHM: f64 = 8.0;
 /// Index of the first filter wider than any star.
 const WIDE_SCALE: usize = 2;
+/// The outline of a disc of three FWHM reaches no further from its brightest cell than this \[FWHM\]: half the disc, and a filter of four
+/// FWHM out to a third of its peak.
+const WIDE_OUTLINE_FWHM: f64 = 4.0;
 /// Searches of a frame, each without the hits that the one before took for the target.
 const MOST_SEARCHES: usize = 40;
 /// Where a candidate was a hit, other components of so many cells are examined, so many at once.
@@ -241,7 +244,13 @@ fn compact(
     let inside = outlined.segment.inside.indexed_iter().filter(|(_, v)| **v).map(|(c, _)| c);
     let peak = inside.max_by(|p, q| outlined.snr1[*p].total_cmp(&outlined.snr1[*q]))?;
     let start = (cutout.net.to_px(peak.1 as f64), cutout.net.to_px(peak.0 as f64));
-    (outlined.scale < WIDE_SCALE).then(|| measure_compact(cutout, frame, background, start, objects, s)).flatten()
+    if outlined.scale >= WIDE_SCALE {
+        return None;
+    }
+    // no part of a larger target
+    let reach = WIDE_OUTLINE_FWHM * cutout.fwhm_px;
+    let small = outlined.segment.points(cutout).iter().all(|p| (p[0] - start.0).hypot(p[1] - start.1) <= reach);
+    measure_compact(cutout, frame, background, (start, small), objects, s)
 }
 
 /// The most likely target.

@@ -1,4 +1,4 @@
-//! The point-spread function of a frame as pixels see it, for a point and for a disc one FWHM across.
+//! The point-spread function of a frame as pixels see it, for a point and for discs of 1, 1.5 and 3 FWHM.
 //!
 //! Pixels; shares of the whole light per pixel. Tabled over the radius once per frame, integrated over each pixel by
 //! Gauss and Legendre. It does not cover elongated images: tracking that smears stars is not known to the target's frame.
@@ -11,6 +11,12 @@ const STEPS_PER_FWHM: f64 = 80.0;
 pub(crate) const REACH_FWHM: f64 = 2.0;
 /// Diameter of the disc \[FWHM\]: with it and the point, the light of discs of 0 to 1 FWHM is right to 0.4 %.
 pub(crate) const DISC_FWHM: f64 = 1.0;
+/// Diameters of the discs \[FWHM\] with which, and the point, the light of discs of 0 to 3 FWHM is right to 2.5 % and that of bars up to 3
+/// FWHM long to 1 %; and the radius of the circle of pixels for that \[FWHM\].
+pub(crate) const WIDE_FWHM: [f64; 2] = [1.5, 3.0];
+pub(crate) const WIDE_REACH_FWHM: f64 = 3.0;
+/// Steps of their tables per FWHM: they are smoother.
+const WIDE_STEPS_PER_FWHM: f64 = 20.0;
 /// Below this FWHM \[px\] a pixel needs three nodes to a side, which are right to 1e-4 at 1.5 px; above, two.
 const SHARP_FWHM_PX: f64 = 4.0;
 /// Nodes and weights on −½ to ½ (Abramowitz & Stegun 1964, table 25.4).
@@ -28,6 +34,7 @@ pub(crate) struct Psf {
     radial: Radial,
     point: Table,
     disc: Table,
+    wide: [Table; 2],
 }
 
 /// Light per px² at radii a step apart.
@@ -67,17 +74,34 @@ impl Psf {
     /// The star profile at a width; a Gaussian where the night gives no profile.
     pub fn new(profile: Option<&StarProfile>, fwhm_px: f64) -> Self {
         let radial = profile.map_or_else(|| Radial::new(0.0, fwhm_px), |p| p.radial(fwhm_px));
-        let (per_px, reach) = (STEPS_PER_FWHM / fwhm_px, std::f64::consts::SQRT_2 * (REACH_FWHM * fwhm_px + 2.0));
-        let points = disc_points(0.5 * DISC_FWHM * fwhm_px);
-        let blurred =
-            |r: f64| points.iter().map(|(x, y)| radial.density((r - x).hypot(*y))).sum::<f64>() / points.len() as f64;
-        let point = Table::of(per_px, reach, |r| radial.density(r));
-        Self { fwhm_px, radial, point, disc: Table::of(per_px, reach, blurred) }
+        let reach = |fwhm: f64| std::f64::consts::SQRT_2 * (fwhm * fwhm_px + 2.0);
+        let disc = |diameter_fwhm: f64, steps_per_fwhm: f64, reach_fwhm: f64| {
+            let points = disc_points(0.5 * diameter_fwhm * fwhm_px);
+            let blurred = |r: f64| points.iter().map(|(x, y)| radial.density((r - x).hypot(*y))).sum::<f64>();
+            Table::of(steps_per_fwhm / fwhm_px, reach(reach_fwhm), |r| blurred(r) / points.len() as f64)
+        };
+        let point = Table::of(STEPS_PER_FWHM / fwhm_px, reach(WIDE_REACH_FWHM), |r| radial.density(r));
+        let narrow = disc(DISC_FWHM, STEPS_PER_FWHM, REACH_FWHM);
+        let wide = WIDE_FWHM.map(|diameter| disc(diameter, WIDE_STEPS_PER_FWHM, WIDE_REACH_FWHM));
+        Self { fwhm_px, radial, point, disc: narrow, wide }
     }
 
     /// Radius of the circle that carries weight \[px\].
     pub fn reach_px(&self) -> f64 {
         REACH_FWHM * self.fwhm_px
+    }
+
+    /// Shares of that pixel of a point and of discs of [`WIDE_FWHM`].
+    pub fn wide_share(&self, dx: f64, dy: f64) -> [f64; 3] {
+        let mut share = [0.0; 3];
+        for (v, b) in TWO {
+            for (u, a) in TWO {
+                let r = (dx + u).hypot(dy + v);
+                let of = [&self.point, &self.wide[0], &self.wide[1]].map(|table| a * b * table.at(r).0);
+                share.iter_mut().zip(of).for_each(|(s, o)| *s += o);
+            }
+        }
+        share
     }
 
     /// Shares of the pixel whose centre is (`dx`, `dy`) from the source \[px\].
@@ -149,6 +173,37 @@ mod tests {
             assert!((own / (sigma2 + 1.0 / 12.0) - 1.0).abs() < 3e-3, "{fwhm}: {own}");
             // of an even disc: D²/16 along each axis
             assert!(((wider - own) / (fwhm * fwhm / 16.0) - 1.0).abs() < 0.01, "{fwhm}: {}", wider - own);
+        }
+    }
+
+    #[test]
+    fn three_profiles_hold_the_light_of_discs_and_bars_up_to_three_widths() {
+        use nalgebra::{SMatrix, SVector};
+        for profile in [None, Some(StarProfile::moffat(3.0))] {
+            let psf = Psf::new(profile.as_ref(), 5.0);
+            let reach = WIDE_REACH_FWHM * psf.fwhm_px;
+            let half = reach as i32 + 1;
+            let places = (-half..=half).flat_map(|j| (-half..=half).map(move |i| (f64::from(i), f64::from(j))));
+            let places: Vec<(f64, f64)> = places.filter(|(x, y)| x.hypot(*y) <= reach).collect();
+            let shares: Vec<SVector<f64, 3>> =
+                places.iter().map(|(x, y)| SVector::from(psf.wide_share(*x, *y))).collect();
+            let normal = shares.iter().fold(SMatrix::<f64, 3, 3>::zeros(), |n, s| n + s * s.transpose());
+            let weights = normal.cholesky().unwrap().inverse() * SVector::repeat(1.0);
+            // sources as sums of points
+            let light = |points: &[(f64, f64)]| -> f64 {
+                let of = |(x, y): &(f64, f64)| points.iter().map(|(u, v)| psf.share(x - u, y - v).point).sum::<f64>();
+                places.iter().zip(&shares).map(|(at, s)| weights.dot(s) * of(at)).sum::<f64>() / points.len() as f64
+            };
+            for diameter in [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0] {
+                let off = light(&disc_points(0.5 * diameter * psf.fwhm_px)) - 1.0;
+                assert!(off.abs() < 0.03, "disc {diameter}: {off}");
+            }
+            for length in [1.0, 2.0, 3.0] {
+                let bar: Vec<_> =
+                    (0..40).map(|k| (psf.fwhm_px * length * ((f64::from(k) + 0.5) / 40.0 - 0.5), 0.0)).collect();
+                let off = light(&bar) - 1.0;
+                assert!(off.abs() < 0.015, "bar {length}: {off}");
+            }
         }
     }
 
