@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use satphot::config::{self, Config};
 use satphot::frames::flat::{BAND_BYTES, MasterFlat};
-use satphot::frames::{Electrons, Frame};
+use satphot::frames::{Electrons, Exposure, Frame};
 use satphot::photometry::aperture::Shape;
 use satphot::photometry::background::{Background, background};
 use satphot::photometry::detect::detect;
@@ -22,6 +22,7 @@ use satphot::pipeline::prepared::{Calibrated, Flattened, Prepared, Seeing};
 use satphot::pipeline::products::manifest::peak_memory_mb;
 use satphot::pipeline::survey::read::survey;
 use satphot::pipeline::target::frame::measure_frame;
+use satphot::pipeline::target::pilots::Region;
 
 /// Least CPU time of a measurement \[s\].
 const LEAST_CPU_S: f64 = 2.0;
@@ -66,6 +67,15 @@ fn places((nx, ny): (usize, usize), margin_px: f64) -> Vec<(f64, f64)> {
 fn fluxes(frame: &Frame<Electrons>, sky: &Background, places: &[(f64, f64)]) -> usize {
     let fluxes = measure_all(frame, sky, places, Shape::Circle { r_px: 20.0 }, (30.0, 40.0), 3.0);
     fluxes.iter().filter(|f| f.flux_e.is_finite()).count()
+}
+
+/// Where the target of a frame is looked for if the places of its pilots scatter by a pixel.
+fn region(night: &Calibrated, exposure: &Exposure) -> Option<Region> {
+    let frame = measure_frame(exposure, None, night);
+    let measured = frame.measured?.ok()?.measured;
+    let (a_px, ..) = measured.flux.shape.axes();
+    let radius_px = 0.5 * a_px + 2.0 * measured.fwhm_px? + 5.0;
+    Some(Region { x_px: measured.x_px + 2.0, y_px: measured.y_px - 2.0, radius_px, aper_px: a_px })
 }
 
 /// The master flat alone: `satphot flat` without the hashes of its files and without writing.
@@ -118,8 +128,16 @@ fn main() {
     match stage.as_str() {
         "read" => measured(&name, stars, |e| night.reduce(e).unwrap().pixels.len()),
         "frame" => measured(&name, stars, |e| chain(&night.reduce(e).unwrap())),
-        "target" => {
-            measured(&name, &survey.targets, |e| usize::from(matches!(measure_frame(e, &night).measured, Some(Ok(_)))))
+        "target" => measured(&name, &survey.targets, |e| {
+            usize::from(matches!(measure_frame(e, None, &night).measured, Some(Ok(_))))
+        }),
+        // between the pilots of its pass, which stand a few pixels from where they are expected
+        "followed" => {
+            let regions: Vec<_> = survey.targets.iter().map(|e| region(&night, e)).collect();
+            let frames: Vec<_> = survey.targets.iter().zip(&regions).collect();
+            measured(&name, &frames, |(e, at)| {
+                usize::from(matches!(measure_frame(e, at.as_ref(), &night).measured, Some(Ok(_))))
+            });
         }
         "background" | "detect" | "apertures" => {
             let frame = night.reduce(&stars[0]).unwrap();
@@ -132,7 +150,7 @@ fn main() {
             });
         }
         other => {
-            println!("no stage {other}: combine, read, background, detect, apertures, frame, target")
+            println!("no stage {other}: combine, read, background, detect, apertures, frame, target, followed")
         }
     }
 }

@@ -25,7 +25,7 @@ const ONE_OF: [usize; 4] = [30, 10, 3, 1];
 const STEPS_MIN: [f64; 4] = [60.0, 30.0, 10.0, 5.0];
 const TOLERANCES: [f64; 4] = [1e-1, 1e-2, 1e-3, 1e-4];
 /// Those of `predict constellation`.
-const DEFAULT: (usize, f64, f64) = (1, 10.0, 1e-3);
+const DEFAULT: (usize, f64, f64) = (1, 10.0, 1e-2);
 const FINEST: (usize, f64, f64) = (1, 2.0, 1e-6);
 /// Local noon at the longitude of the site, MJD (UTC), of nights over the year.
 const NOONS_MJD_D: [f64; 6] = [60_676.1, 60_737.1, 60_798.1, 60_859.1, 60_920.1, 60_981.1];

@@ -101,9 +101,10 @@ impl Place {
     }
 }
 
-/// Whether the first is at least as accurate as the second; errors below 1e-15 are all the same.
+/// Whether the first is at least as accurate as the second, in nearly all cases and in the worst; errors below 1e-15 are all the
+/// same.
 fn as_accurate(a: &SweepPoint, b: &SweepPoint) -> bool {
-    a.errors.p95 <= b.errors.p95.max(1e-15)
+    a.errors.p95 <= b.errors.p95.max(1e-15) && a.errors.worst <= b.errors.worst.max(1e-15)
 }
 
 /// Where each of these points stands among them.

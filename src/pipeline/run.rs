@@ -48,6 +48,7 @@ use crate::pipeline::target::frame::missing_parts;
 use crate::pipeline::target::outcome::TargetFrame;
 #[cfg(feature = "report")]
 use crate::pipeline::target::pictures::pictures;
+use crate::pipeline::target::pilots::TargetFrames;
 use crate::pipeline::target::place::off_target_note;
 use crate::pipeline::target::row::{failed_file_row, set_aside_row};
 use crate::report::summary::{pass_summaries, pass_table, stack_table};
@@ -188,7 +189,7 @@ impl<'a> Run<'a> {
     fn measure(&mut self, night: &Calibrated) -> Result<Measured> {
         let Self { survey, products, options, progress, log, .. } = self;
         let (mut frames, quadratures) = log.stage("target", |log| {
-            target_stage(&survey.targets, night, products, options, *progress, &mut log.notes)
+            target_stage(&TargetFrames::all(&survey.targets), night, products, options, *progress, &mut log.notes)
         })?;
         for copy in set_copies_aside(survey, products, &mut log.notes).into_iter().rev() {
             frames.remove(copy);

@@ -37,6 +37,7 @@ use crate::pipeline::stars::zeropoint::of_band;
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::survey::preflight::preflight_of;
 use crate::pipeline::survey::scale::check_stars;
+use crate::pipeline::target::pilots::TargetFrames;
 use crate::pipeline::target::row::{failed_file_row, set_aside_row};
 use crate::report::summary::pass_table;
 use crate::tables::meta::NO_BAND;
@@ -266,7 +267,8 @@ pub fn measure_targets(config: &Config, options: &Options, progress: &dyn Progre
         Seeing::default()
     };
     let night = Calibrated { flattened, seeing, zeropoint };
-    let (mut frames, _) = target_stage(&survey.targets, &night, &products, options, progress, &mut notes)?;
+    let (mut frames, _) =
+        target_stage(&TargetFrames::all(&survey.targets), &night, &products, options, progress, &mut notes)?;
     judge_whole_night(&mut frames, &config, &mut notes);
     let mut rows: Vec<PhotometryRow> = frames.into_iter().map(|f| f.row).collect();
     rows.extend(survey.unreadable.iter().map(|u| failed_file_row(&u.path, &u.error)));

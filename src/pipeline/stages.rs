@@ -3,6 +3,7 @@
 //! Star pointings are in [`super::stars::stage`], what only the whole night shows in [`super::shards::whole`].
 
 use crate::base::threads::pool;
+use std::collections::HashMap;
 use std::path::Path;
 
 use rayon::prelude::*;
@@ -26,6 +27,7 @@ use crate::pipeline::shards::products::FrameCache;
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::target::frame::ASSUMED_FWHM_ARCSEC;
 use crate::pipeline::target::frame::{internal, measure_frame};
+use crate::pipeline::target::pilots::{Region, TargetFrames};
 use crate::pipeline::target::place::Place;
 use crate::pipeline::target::row::{failed_row, flat_row};
 use crate::tables::PhotometryRow;
@@ -169,18 +171,19 @@ fn flat_key(survey: &Survey, products: &FrameCache) -> String {
 }
 
 /// Measures target frames and predicts their brightness: the row and the geometry of each, before anything that takes the
-/// whole night; and the integrals that took.
+/// whole night; and the integrals that took. First the pilots, by which the target is looked for in the others.
 ///
 /// # Errors
 /// Only what is wrong with the machine, or a stop; a failed frame is a row.
 pub fn target_stage(
-    exposures: &[Exposure],
+    targets: &TargetFrames,
     night: &Calibrated,
     products: &FrameCache,
     options: &Options,
     progress: &dyn Progress,
     notes: &mut Vec<String>,
 ) -> Result<(Vec<TargetFrame>, Quadratures)> {
+    let exposures = &targets.exposures[targets.wanted.clone()];
     if night.seeing.width.is_none() && night.config.photometry.fwhm_px.is_none() && !exposures.is_empty() {
         notes.push(format!(
             "no FWHM from star pointings or photometry.fwhm_px: target apertures assume {ASSUMED_FWHM_ARCSEC} arcsec"
@@ -203,11 +206,13 @@ pub fn target_stage(
     let exposures: Vec<&Exposure> = exposures.iter().collect();
     let depends = depends(night, products);
     let depends: Vec<&str> = depends.iter().map(String::as_str).collect();
-    progress.stage("target frames", exposures.len());
+    let pilots = targets.pilots();
+    let others: Vec<usize> = targets.wanted.clone().filter(|k| pilots.binary_search(k).is_err()).collect();
+    progress.stage("target frames", pilots.len() + others.len());
     let memory = options.memory();
     let room = memory.target_frames(night, &exposures, options.threads());
-    let work = |exposure: &Exposure| match memory.holds_target_frame(night, exposure) {
-        Ok(()) => reduced(exposure, night, products, &depends),
+    let work = |exposure: &Exposure, region: Option<&Region>| match memory.holds_target_frame(night, exposure) {
+        Ok(()) => reduced(exposure, region, night, products, &depends),
         Err(error) => Reduced::of(failed_row(exposure, &error)),
     };
     let lost = |exposure: &Exposure| Reduced::of(failed_row(exposure, &internal(exposure)));
@@ -218,13 +223,28 @@ pub fn target_stage(
             exposures.len()
         )
     };
-    let reduced = in_order(&exposures, room, (&options.stop, &kept), progress, work, lost)?;
+    let of = |places: &[usize]| places.iter().map(|k| &targets.exposures[*k]).collect::<Vec<_>>();
+    let whole = |exposure: &Exposure| work(exposure, None);
+    let of_pilots = in_order(&of(&pilots), room, (&options.stop, &kept), progress, whole, lost)?;
+    let rows: Vec<(usize, PhotometryRow)> =
+        pilots.iter().copied().zip(of_pilots.iter().map(|r| r.row.clone())).collect();
+    let regions: HashMap<&Path, Region> = others
+        .iter()
+        .filter_map(|k| Some((targets.exposures[*k].path.as_path(), targets.region(*k, &rows, night)?)))
+        .collect();
+    let part = |exposure: &Exposure| work(exposure, regions.get(exposure.path.as_path()));
+    let of_others = in_order(&of(&others), room, (&options.stop, &kept), progress, part, lost)?;
+    let mut reduced: Vec<(usize, Reduced)> =
+        pilots.into_iter().zip(of_pilots).chain(others.into_iter().zip(of_others)).collect();
+    reduced.retain(|(k, _)| targets.wanted.contains(k));
+    reduced.sort_by_key(|(k, _)| *k);
+    let reduced = reduced.into_iter().map(|(_, reduced)| reduced);
     night.buffers.clear();
     progress.done();
     let mut quadratures = Quadratures::default();
     let mut problems = Vec::new();
     let mut frames = Vec::new();
-    for (Reduced { row, integrals: [scenes, sun, moon], problem }, exposure) in reduced.into_iter().zip(&exposures) {
+    for (Reduced { row, integrals: [scenes, sun, moon], problem }, exposure) in reduced.zip(&exposures) {
         quadratures.scenes += scenes;
         quadratures.sun += sun;
         quadratures.moon += moon;
@@ -272,9 +292,17 @@ fn depends(night: &Calibrated, products: &FrameCache) -> Vec<String> {
 }
 
 /// One target frame, kept from an earlier run or measured and modelled.
-fn reduced(exposure: &Exposure, night: &Calibrated, products: &FrameCache, depends: &[&str]) -> Reduced {
+fn reduced(
+    exposure: &Exposure,
+    region: Option<&Region>,
+    night: &Calibrated,
+    products: &FrameCache,
+    depends: &[&str],
+) -> Reduced {
+    let of_region = region.map(|r| format!("{r:?}")).unwrap_or_default();
+    let depends: Vec<&str> = depends.iter().copied().chain([of_region.as_str()]).collect();
     let make = || {
-        let compared = measure_frame(exposure, night).compared(night);
+        let compared = measure_frame(exposure, region, night).compared(night);
         let mut reduced = Reduced::of(compared.row(night));
         match &compared.model {
             Some(Ok(model)) => reduced.integrals = [1, model.quadratures.sun, model.quadratures.moon],
@@ -286,7 +314,7 @@ fn reduced(exposure: &Exposure, night: &Calibrated, products: &FrameCache, depen
     // what failed may have failed by a disk or a network that will be there again
     let kind = if night.config.zeropoint.target_b_v_from.is_some() { COLOURED } else { TARGET };
     let (hash, reduced) =
-        products.of_frame(kind, exposure, depends, make, |r: &Reduced| r.row.status != Status::Failed);
+        products.of_frame(kind, exposure, &depends, make, |r: &Reduced| r.row.status != Status::Failed);
     let reduced = reduced.unwrap_or_else(|error: Error| Reduced::of(failed_row(exposure, &error)));
     Reduced { row: PhotometryRow { frame_sha256: hash, ..reduced.row }, ..reduced }
 }

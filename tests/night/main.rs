@@ -15,6 +15,7 @@ mod interrupts;
 mod missing_parts;
 mod mosaic;
 mod observer_folder;
+mod pilots;
 mod previous;
 mod reading;
 mod recovery;

@@ -59,7 +59,7 @@ fn the_surroundings_of_a_target_tell_the_same_as_its_whole_frame() {
         for exposure in &survey.targets {
             let settings = target_settings(exposure, &night, None);
             assert!(reach_px(&settings) < 300.0, "a part of the frame is enough: {}", reach_px(&settings));
-            let seen = measure_in_window(&night.open(exposure).unwrap(), &night, &settings).unwrap();
+            let seen = measure_in_window(&night.open(exposure).unwrap(), &night, &settings, None).unwrap();
             let p = &config.photometry;
             let frame = night.reduce(exposure).unwrap();
             let sky = background(&frame, p.mesh_px, p.clip_sigma).unwrap();

@@ -93,6 +93,25 @@ fn hot_pixels_by_the_star_frames_are_those_of_the_run_in_every_shard() {
 }
 
 #[test]
+fn frames_between_pilots_are_looked_at_in_the_same_place_in_every_shard() {
+    let night = Night::copy_of(&simulated("shards_pilots", crate::pilots::PASSES));
+    // a copy counts once, and moves no number
+    std::fs::copy(night.path("target_0003.fits"), night.path("target_0003_copy.fits")).unwrap();
+    let want = run_once(&night);
+    let radius_px: Vec<f64> = night.rows().iter().filter_map(|row| row.search_radius_px).collect();
+    let whole_px = radius_px.iter().copied().fold(0.0, f64::max);
+    assert!(radius_px.iter().filter(|r| **r < 0.5 * whole_px).count() > 15, "{radius_px:?}");
+    for per in [4, 13] {
+        std::fs::remove_dir_all(night.path("night")).ok();
+        let shards = plan(&night, per);
+        stars(&night);
+        (0..shards).for_each(|shard| _ = measure(&night, shard, &["-q"]).expect(0, &[]));
+        merge(&night, &(0..shards).map(table).collect::<Vec<_>>(), &["-o", "night/photometry.ecsv"]).expect(0, &[]);
+        same_as(&night, &want, &format!("{per} frames per shard"));
+    }
+}
+
+#[test]
 fn shards_lost_doubled_and_summed_by_parts_make_one_table() {
     let night =
         Night::copy_of(&simulated("shards_lost", &["target.n=7", "target.offset_mag=2.5", "target.scatter_mag=1.5"]));

@@ -199,7 +199,7 @@ fn depth_and_bias_by_signal_to_noise_and_size() {
     }
     println!("S/N    disc  beta  FWHM  found  bias of flux  bias/error  allowed  sd of pulls  error over a point's");
     for snr in [8.0, 10.0, 20.0, 40.0, 100.0] {
-        for disc in [0.0, 0.5, 1.0, 1.5, 2.0, 3.0] {
+        for disc in [0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0] {
             for (k, night) in NIGHTS.iter().enumerate() {
                 let (truth, found) = many(night, snr, disc, each, seed + 999_983 * k as u64 + (1000.0 * disc) as u64);
                 let found: Vec<Found> = found.into_iter().flatten().collect();

@@ -289,6 +289,14 @@ pub fn fill(path: &Path, value_adu: u16) {
     std::fs::write(path, bytes).unwrap();
 }
 
+/// Moves the pixels of a u16 frame of `width` columns to the right; those that leave it come in again.
+pub fn shift(path: &Path, width: usize, by: usize) {
+    let mut bytes = std::fs::read(path).unwrap();
+    let start = find_card(&bytes, "SIMPLE").1;
+    bytes[start..].chunks_exact_mut(2 * width).for_each(|row| row.rotate_right(2 * by));
+    std::fs::write(path, bytes).unwrap();
+}
+
 /// Turns a 160x120 frame into 32-bit floats that are all NaN.
 pub fn fill_nan(path: &Path) {
     set_card(path, "BITPIX", Some("-32"));

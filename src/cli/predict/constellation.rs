@@ -151,7 +151,7 @@ impl Constellation {
         let config = configuration(self.config.as_deref(), &self.sets, &missing)?;
         let mut model = self.model.over(config.as_ref(), &self.sets)?;
         if self.model.tolerance.is_none() && config.is_none() {
-            model.tolerance = 1e-3;
+            model.tolerance = 1e-2;
         }
         let place = site_of(given, config.as_ref())?;
         let site = Site::from_config(&place)?;

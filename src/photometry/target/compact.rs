@@ -31,6 +31,8 @@ const MOST_CERTAIN: f64 = 0.999;
 const SIZES: usize = 60;
 /// Odds from which a source counts as a point, and below whose reciprocal it counts as extended.
 const DECISIVE_ODDS: f64 = 10.0;
+/// A source whose outline holds so much more light is larger than three FWHM \[σ of the outline's\].
+const MORE_OUTSIDE_SIGMA: f64 = 2.0;
 /// Peaks of noise above the threshold in the search region of a frame.
 const FALSE_PEAKS: f64 = 5e-4;
 
@@ -86,13 +88,13 @@ pub(crate) struct Compact {
 /// of it, and where it is so bright that its outline tells as much.
 ///
 /// The best place of a point adds noise to its flux: E(F) = F + σ²/F, which is subtracted. The flux of a free size is not
-/// moved by it: its weights have no gradient along that of the point. What is wider than a disc of one FWHM, and has a `small` outline, is
-/// measured as one of up to three ([`Cutout::wide_flux`]), and is extended only if that finds it wider.
+/// moved by it: its weights have no gradient along that of the point. What is wider than a disc of one FWHM is measured as
+/// one of up to three ([`Cutout::wide_flux`]), and is extended if that finds it wider or its outline holds more light.
 pub(crate) fn measure_compact(
     cutout: &Cutout,
     frame: &Frame<Electrons>,
     background: &Background,
-    (start, small): ((f64, f64), bool),
+    (start, of_outline): ((f64, f64), &Flux),
     objects: &Array2<bool>,
     s: &TargetSettings,
 ) -> Option<Compact> {
@@ -110,11 +112,11 @@ pub(crate) fn measure_compact(
     let mut size = size_of(point.disc2, s.largest_fwhm);
     point.flux.snr = as_point_e.0 / as_point_e.1;
     (point.flux.flux_e, point.flux.flux_err_e) = if size.kind == SourceKind::Point { as_point_e } else { point.free_e };
-    if small
-        && size.kind == SourceKind::Extended
+    if size.kind == SourceKind::Extended
         && let Some(wide) = cutout.wide_flux(frame, background, (best.x, best.y), objects, s)
         && wide.flux_e.0 > 0.0
-        && wide.disc2.0 < LARGEST_FWHM * LARGEST_FWHM
+        && wide.disc2.0 - wide.disc2.1 < LARGEST_FWHM * LARGEST_FWHM
+        && of_outline.flux_e - wide.flux_e.0 < MORE_OUTSIDE_SIGMA * of_outline.flux_err_e
         && cutout.hits_in(&wide.place).is_none()
     {
         size = Size { kind: SourceKind::Compact, disc2: wide.disc2.0, disc2_err: wide.disc2.1, ..size };

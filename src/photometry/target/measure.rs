@@ -106,9 +106,6 @@ const FAINT_SNR: f64 = 15.0;
 const FAINT_REACH_FWHM: f64 = 8.0;
 /// Index of the first filter wider than any star.
 const WIDE_SCALE: usize = 2;
-/// The outline of a disc of three FWHM reaches no further from its brightest cell than this \[FWHM\]: half the disc, and a filter of four
-/// FWHM out to a third of its peak.
-const WIDE_OUTLINE_FWHM: f64 = 4.0;
 /// Searches of a frame, each without the hits that the one before took for the target.
 const MOST_SEARCHES: usize = 40;
 /// Where a candidate was a hit, other components of so many cells are examined, so many at once.
@@ -168,7 +165,7 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
         let objects = cutout.objects(&outlined.snr1);
         let mut measured = cutout.flux(frame, background, &aperture, &objects, s);
         correct_selection_bias(&mut measured.flux, &outlined);
-        let compact = compact(&cutout, frame, background, &outlined, &objects, s);
+        let compact = compact(&cutout, frame, background, (&outlined, &measured.flux), &objects, s);
         match compact {
             Some(c)
                 if c.size.kind != SourceKind::Extended
@@ -237,7 +234,7 @@ fn compact(
     cutout: &Cutout,
     frame: &Frame<Electrons>,
     background: &Background,
-    outlined: &Outlined,
+    (outlined, of_outline): (&Outlined, &Flux),
     objects: &Array2<bool>,
     s: &TargetSettings,
 ) -> Option<Compact> {
@@ -247,10 +244,7 @@ fn compact(
     if outlined.scale >= WIDE_SCALE {
         return None;
     }
-    // no part of a larger target
-    let reach = WIDE_OUTLINE_FWHM * cutout.fwhm_px;
-    let small = outlined.segment.points(cutout).iter().all(|p| (p[0] - start.0).hypot(p[1] - start.1) <= reach);
-    measure_compact(cutout, frame, background, (start, small), objects, s)
+    measure_compact(cutout, frame, background, (start, of_outline), objects, s)
 }
 
 /// The most likely target.

@@ -124,7 +124,7 @@ fn away_from_the_target(survey: &Survey, night: &Calibrated, cpu_s: &dyn Fn() ->
         if whole {
             measure_whole_frame(&reader, night, &settings).ok()
         } else {
-            measure_in_window(&reader, night, &settings).ok()
+            measure_in_window(&reader, night, &settings, None).ok()
         }
     };
     let light = |seen: Option<Seen>| {

@@ -7,6 +7,7 @@
 use crate::pipeline::products::provenance::Provenance;
 use crate::pipeline::stages::bias_and_dark;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
@@ -34,6 +35,7 @@ use crate::pipeline::products::inputs::named_files;
 use crate::pipeline::products::inputs::simulation_seed;
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::survey::preflight::preflight;
+use crate::pipeline::target::pilots::{REACH, numbers};
 
 /// Target frames of a shard by default: a few minutes of work, compared with seconds to start a worker.
 pub const FRAMES_PER_SHARD: usize = 100;
@@ -94,6 +96,9 @@ pub struct PlannedFrame {
     /// Number of its star pointing.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub pointing: Option<usize>,
+    /// Number of a target frame in its night ([`crate::pipeline::target::pilots::numbers`]).
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub number: Option<usize>,
     /// Size \[bytes\].
     pub bytes: u64,
     /// Time of the last change, since 1970 \[s\]: a quick sign that the plan is old; the hash decides.
@@ -165,6 +170,8 @@ impl Plan {
         exposures.extend(stars);
         exposures.extend(survey.targets.iter().chain(&survey.others).map(|e| (e, None)));
         let mut frames: Vec<PlannedFrame> = exposures.par_iter().map(|(e, n)| planned(e, *n, products)).collect();
+        let of_targets = frames.iter_mut().filter(|f| f.role == InputRole::TARGET);
+        of_targets.zip(numbers(&survey.targets)).for_each(|(frame, number)| frame.number = number);
         frames.extend(survey.unreadable.iter().map(|u| {
             let problem = u.error.to_string().replace(&*u.path.to_string_lossy(), &file_name(&u.path));
             file(&u.path, InputRole::Unreadable, &problem, products)
@@ -264,6 +271,28 @@ impl Plan {
         Ok(places.iter().map(|i| &self.frames[*i]).collect())
     }
 
+    /// The target frames around a shard that may be pilots of its own, with those, in the order of the night; and which are its own.
+    ///
+    /// # Errors
+    /// As [`Self::shard`].
+    pub fn around_shard(&self, number: usize) -> Result<(Vec<&PlannedFrame>, Range<usize>)> {
+        let own = self.shard(number)?;
+        let numbers: Vec<usize> = own.iter().filter_map(|frame| frame.number).collect();
+        let near = numbers
+            .iter()
+            .min()
+            .zip(numbers.iter().max())
+            .map(|(first, last)| first.saturating_sub(REACH)..=last + REACH);
+        let is_near = |frame: &PlannedFrame| frame.number.zip(near.as_ref()).is_some_and(|(n, near)| near.contains(&n));
+        let before: usize = self.shards[..number].iter().map(Vec::len).sum();
+        let places = before..before + own.len();
+        let mut frames: Vec<(usize, &PlannedFrame)> = self.of_role(InputRole::TARGET).enumerate().collect();
+        frames.retain(|(k, frame)| places.contains(k) || is_near(frame));
+        let first = frames.iter().filter(|(k, _)| *k < before).count();
+        let frames = frames.into_iter().map(|(_, frame)| frame).collect();
+        Ok((frames, first..first + places.len()))
+    }
+
     /// Checks that the files of the given roles are unchanged; frames are not among them.
     ///
     /// # Errors
@@ -335,6 +364,7 @@ fn file(path: &Path, role: InputRole, reason: &str, products: &FrameCache) -> Pl
         role,
         reason: reason.into(),
         pointing: None,
+        number: None,
         bytes: meta.map_or(0, |m| m.len()),
         mtime_s: mtime.map(|t| t.as_secs()),
         header_sha256: String::new(),

@@ -27,6 +27,7 @@ use crate::pipeline::products::meta::table_meta;
 use crate::pipeline::products::provenance::Provenance;
 use crate::pipeline::stages::target_stage;
 use crate::pipeline::survey::files::Survey;
+use crate::pipeline::target::pilots::TargetFrames;
 use crate::tables::check_rows_hash;
 use crate::tables::{Meta, MetaValue, PhotometryRow, read_photometry, write_photometry};
 use crate::zeropoint::fit::Zeropoint;
@@ -81,11 +82,14 @@ pub fn measure_shard(plan: &Plan, request: &Request, options: &Options, progress
     plan.check_files(&roles, &FrameCache::default())?;
     let products = FrameCache::in_folder(folder, &night, options.redo)?;
     night = masked(plan, night, &products, options, &mut notes)?;
-    let exposures = plan.exposures(frames.iter().copied(), &config, &night.target_names())?;
+    let (around, wanted) = plan.around_shard(request.number)?;
+    let exposures = plan.exposures(around.iter().copied(), &config, &night.target_names())?;
     let survey = Survey { targets: exposures, ..Survey::default() };
     notes.extend(options.memory().check(&survey, &night)?);
     make_folder_of(request.out)?;
-    let (measured, _) = target_stage(&survey.targets, &night, &products, options, progress, &mut notes)?;
+    let numbers = around.iter().map(|frame| frame.number).collect();
+    let targets = TargetFrames { exposures: &survey.targets, numbers, wanted };
+    let (measured, _) = target_stage(&targets, &night, &products, options, progress, &mut notes)?;
     let mut rows: Vec<PhotometryRow> = measured.into_iter().map(|f| f.row).collect();
     for (row, frame) in rows.iter_mut().zip(&frames) {
         if row.frame_sha256.is_empty() {

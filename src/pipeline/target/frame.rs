@@ -4,6 +4,7 @@ use std::fmt;
 
 use super::measurement::{CalibratedMeasurement, Measurement, Setting};
 use super::outcome::TaggedFrame;
+use super::pilots::Region;
 use super::place::Place;
 use super::star_trails::{frame_trails, guarded_trails};
 use crate::base::error::{Error, Result};
@@ -20,16 +21,18 @@ const LONGEST_OF_AREA: f64 = 3.0;
 /// FWHM taken when neither star pointings nor the configuration give one \[arcsec\].
 pub const ASSUMED_FWHM_ARCSEC: f64 = 2.5;
 
-/// Measures the target in one frame, where the elements let it be there, and calibrates it.
+/// Measures the target in one frame, where the elements let it be there, and calibrates it; first in the `region` where its pass has
+/// it.
 #[must_use]
-pub fn measure_frame<'a>(exposure: &'a Exposure, night: &Calibrated) -> TaggedFrame<'a> {
+pub fn measure_frame<'a>(exposure: &'a Exposure, region: Option<&Region>, night: &Calibrated) -> TaggedFrame<'a> {
     let place = Place::of(exposure, night);
     if place.problem.is_some() {
         return TaggedFrame { exposure, place, measured: None, trails: None };
     }
     let geometry = place.seen();
     // a damaged file must cost one row even where a library panics on it
-    let measured = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| measure_target(geometry, exposure, night)));
+    let measured = || measure_target(geometry, exposure, region, night);
+    let measured = std::panic::catch_unwind(std::panic::AssertUnwindSafe(measured));
     let (airmass, mjd_mid_d) = (geometry.and_then(|g| g.airmass), exposure.time.as_ref().map(|t| mjd_utc(t.mid)));
     let measured = measured.unwrap_or_else(|_| Err(internal(exposure)));
     let measured = measured.map(|m| m.calibrated(airmass, mjd_mid_d, night));
@@ -100,7 +103,12 @@ fn largest_fwhm(geometry: Option<&Geometry>, exposure: &Exposure, night: &Calibr
 }
 
 /// Finds and measures the target.
-fn measure_target(geometry: Option<&Geometry>, exposure: &Exposure, night: &Calibrated) -> Result<Measurement> {
+fn measure_target(
+    geometry: Option<&Geometry>,
+    exposure: &Exposure,
+    region: Option<&Region>,
+    night: &Calibrated,
+) -> Result<Measurement> {
     let t = &night.config.target;
     let (nx, ny) = exposure.size_px;
     for (key, at, n) in [("target.x_px", t.x_px, nx), ("target.y_px", t.y_px, ny)] {
@@ -114,7 +122,7 @@ fn measure_target(geometry: Option<&Geometry>, exposure: &Exposure, night: &Cali
     let mut settings = settings_of_frame(geometry, exposure, night);
     settings.largest_fwhm = largest_fwhm(geometry, exposure, night, settings.fwhm_px);
     let reader = night.open(exposure)?;
-    let seen = measure_in_window(&reader, night, &settings)?;
+    let seen = measure_in_window(&reader, night, &settings, region)?;
     let setting = Setting {
         night,
         gain: reader.gain(),
@@ -122,6 +130,7 @@ fn measure_target(geometry: Option<&Geometry>, exposure: &Exposure, night: &Cali
         scale_arcsec: night.scale_arcsec(exposure),
         aperture_fwhm_px: settings.fwhm_px,
         fwhm_px: known_fwhm_px(exposure, night, night.seeing.fwhm_arcsec(geometry.and_then(|g| g.airmass))),
+        search_radius_px: seen.search_radius_px,
         sky_corner_ratio: seen.corner_ratio,
     };
     Ok(setting.measurement(seen.found))

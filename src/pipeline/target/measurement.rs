@@ -21,6 +21,8 @@ pub struct Measurement {
     pub gain: Gain,
     /// FWHM of the stars \[px\], if anything determines it.
     pub fwhm_px: Option<f64>,
+    /// Radius of the circle in which the target was looked for \[px\].
+    pub search_radius_px: f64,
     /// Level of the sky at the edge of the field over that at its centre.
     pub sky_corner_ratio: Option<f64>,
     /// Whether the frame was divided by a master flat.
@@ -133,6 +135,8 @@ pub struct Setting<'a> {
     pub aperture_fwhm_px: f64,
     /// FWHM of the stars \[px\], if anything determines it.
     pub fwhm_px: Option<f64>,
+    /// Radius of the circle in which the target was looked for \[px\].
+    pub search_radius_px: f64,
     /// Level of the sky at the edge of the field over that at its centre.
     pub sky_corner_ratio: Option<f64>,
 }
@@ -223,6 +227,7 @@ impl Setting<'_> {
         Measurement {
             gain: self.gain.clone(),
             fwhm_px: self.fwhm_px,
+            search_radius_px: self.search_radius_px,
             sky_corner_ratio: self.sky_corner_ratio,
             flattened: self.night.flat.is_some(),
             detected,

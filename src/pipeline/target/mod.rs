@@ -7,6 +7,7 @@ pub mod outcome;
 pub mod picture;
 #[cfg(feature = "report")]
 pub mod pictures;
+pub mod pilots;
 pub mod place;
 pub mod row;
 pub mod star_trails;

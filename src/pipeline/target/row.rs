@@ -176,6 +176,7 @@ fn measured_columns(row: PhotometryRow, of: &CalibratedMeasurement) -> Photometr
         fwhm_px: m.fwhm_px,
         x_px: Some(m.x_px),
         y_px: Some(m.y_px),
+        search_radius_px: finite(m.search_radius_px),
         aper_shape: flux.shape.name().into(),
         aper_r_px: r_px,
         aper_a_px: a_px,

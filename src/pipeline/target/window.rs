@@ -14,17 +14,24 @@ use crate::photometry::target::measure::measure_target;
 use crate::photometry::target::settings::TargetSettings;
 use crate::pipeline::prepared::Calibrated;
 use crate::pipeline::stars::vignetting::corner_ratio;
+use crate::pipeline::target::pilots::Region;
 
 /// Read around the cutout of the target \[px\]: enough that what lies at the edge of the cutout sees the frame go on.
 const MARGIN_PX: f64 = 64.0;
 /// Boxes of the mesh to each side of the expected place.
 const BOXES_AROUND: usize = 2;
+/// An aperture so much longer than in other frames holds more than the target.
+const MOST_GROWTH: f64 = 1.5;
+/// A target with one of these may go on outside of a small window.
+const CUT: Flags = Flags(Flags::EDGE.0 | Flags::NO_ANNULUS.0 | Flags::CROSSED.0);
 
 /// The result of the search in a frame.
 #[derive(Debug)]
 pub struct Seen {
     /// The target, or its limit.
     pub found: TargetFound,
+    /// Radius of the circle in which it was looked for \[px\].
+    pub search_radius_px: f64,
     /// Level of the sky at the edge of the field over that at its centre.
     pub corner_ratio: Option<f64>,
 }
@@ -35,15 +42,53 @@ pub fn reach_px(s: &TargetSettings) -> f64 {
     s.reach_px() + MARGIN_PX
 }
 
-/// Looks for the target in the frame behind `reader`.
+/// Looks for the target in the frame behind `reader`: in the region where its pass has it, and in all of the search region if it is
+/// not clear there.
 ///
 /// # Errors
 /// [`crate::Error::Fits`] if the file is damaged or none of its pixels can be used.
-pub fn measure_in_window(reader: &FrameReader, night: &Calibrated, settings: &TargetSettings) -> Result<Seen> {
-    let p = &night.config.photometry;
-    if night.exhaustive {
-        return measure_whole_frame(reader, night, settings);
+pub fn measure_in_window(
+    reader: &FrameReader,
+    night: &Calibrated,
+    settings: &TargetSettings,
+    region: Option<&Region>,
+) -> Result<Seen> {
+    if let Some(region) = region {
+        let there = region.search(settings);
+        let seen = if night.exhaustive {
+            Some(measure_whole_frame(reader, night, &there)?)
+        } else {
+            measure_around(reader, night, &there)?
+        };
+        if let Some(seen) = seen.filter(|seen| is_clear(&seen.found, region, settings.detect_sigma)) {
+            return Ok(seen);
+        }
     }
+    if !night.exhaustive
+        && let Some(seen) = measure_around(reader, night, settings)?
+    {
+        return Ok(seen);
+    }
+    measure_whole_frame(reader, night, settings)
+}
+
+/// Whether a target is as large as in other frames and has all around it that its measurement needs.
+fn is_clear(found: &TargetFound, region: &Region, detect_sigma: f64) -> bool {
+    match found {
+        TargetFound::Detected { flux, light, unseen, .. } => {
+            unseen.is_none()
+                && flux.snr >= detect_sigma
+                && flux.shape.axes().0 <= MOST_GROWTH * region.aper_px
+                && !flux.flags.any(CUT)
+                && light.contamination_e.is_finite()
+        }
+        TargetFound::NotDetected { .. } => false,
+    }
+}
+
+/// The target in the window around the place of the search; `None` where there is no sky around it.
+fn measure_around(reader: &FrameReader, night: &Calibrated, settings: &TargetSettings) -> Result<Option<Seen>> {
+    let p = &night.config.photometry;
     if let Some(frame) = around(reader, night, settings)? {
         let sky = sky_at(&frame, p.mesh_px, p.clip_sigma, settings);
         if let Some(sky) = sky {
@@ -52,11 +97,11 @@ pub fn measure_in_window(reader: &FrameReader, night: &Calibrated, settings: &Ta
             if !flux.flags.has(Flags::NO_ANNULUS) && flux.flux_e.is_finite() {
                 drop(frame);
                 let corner_ratio = corner_ratio(reader, p.mesh_px, p.clip_sigma, &night.buffers)?;
-                return Ok(Seen { found, corner_ratio });
+                return Ok(Some(Seen { found, search_radius_px: settings.search_radius_px, corner_ratio }));
             }
         }
     }
-    measure_whole_frame(reader, night, settings)
+    Ok(None)
 }
 
 /// The same with the whole clip circle read, including what [`measure_in_window`] skips.
@@ -67,7 +112,8 @@ pub fn measure_whole_frame(reader: &FrameReader, night: &Calibrated, settings: &
     let p = &night.config.photometry;
     let frame = night.usable(reader.whole(&night.buffers)?)?;
     let sky = background(&frame, p.mesh_px, p.clip_sigma)?;
-    Ok(Seen { found: measure_target(&frame, &sky, settings), corner_ratio: sky.corner_ratio() })
+    let found = measure_target(&frame, &sky, settings);
+    Ok(Seen { found, search_radius_px: settings.search_radius_px, corner_ratio: sky.corner_ratio() })
 }
 
 /// The window around the expected place, if any of its pixels can be used.

@@ -61,6 +61,9 @@ table! {
         /// centre of the aperture over rows, 0-based from the centre of the first pixel; a non-detection's is the expected
         /// place
         y_px: Option<f64> => "pix" ["pos.cartesian.y;instr.det"],
+        /// radius of the circle in which the target was looked for: target.search_radius_arcsec around the expected place, less
+        /// around that where other frames of the pass show it
+        search_radius_px: Option<f64> => "pix" ["phys.size.radius;instr.det"] added_later,
         /// shape of the aperture: circle, ellipse, rectangle or pill
         aper_shape: String => ["meta.code"],
         /// aperture radius (circle)

@@ -1,0 +1,214 @@
+//! Where the target stands in a frame by other frames of its pass, so that it need not be looked for elsewhere.
+//!
+//! Full-frame pixels; seconds. Every [`STEP`]th target frame of a night is a pilot: the target is looked for in all of
+//! `target.search_radius_arcsec`. In the frames between it is looked for first where the nearest pilots have it, and in all of it
+//! only if it is not clear there. So nothing can be lost; what is saved is most of the pixels. It does not cover the place of a
+//! pass for forced fluxes ([`crate::pipeline::passes`]), which takes all of its detections.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use super::frame::settings_of_frame;
+use super::place::Place;
+use crate::base::time::mjd_utc;
+use crate::frames::Exposure;
+use crate::photometry::Flags;
+use crate::photometry::target::settings::TargetSettings;
+use crate::pipeline::prepared::Calibrated;
+use crate::tables::PhotometryRow;
+use crate::tables::row_passes::PASS_GAP_S;
+use crate::tables::words::Status;
+
+/// One target frame of so many is a pilot: passes of twenty frames have four, and a search in all of the region takes three times as
+/// long as one where the target stands.
+pub const STEP: usize = 5;
+/// The place in a frame is expected by so many of the nearest pilots of its pass, of which so many at least show the target clearly, and
+/// all but one.
+const NEAREST: usize = 5;
+const FEWEST: usize = 3;
+const MOST_UNCLEAR: usize = 1;
+/// No pilot further away is of use \[frames\].
+pub const REACH: usize = NEAREST * STEP;
+/// From this S/N on a target in a pilot is clear, unless its place is disturbed.
+const CLEAR_SNR: f64 = 7.0;
+const DISTURBED: Flags = Flags(
+    Flags::EDGE.0 | Flags::CROSSED.0 | Flags::HIT.0 | Flags::BLOOMING.0 | Flags::NO_ANNULUS.0 | Flags::TIME_UNCERTAIN.0,
+);
+/// The region reaches so many errors of the expected place, and so much further: stars are not points \[FWHM\].
+const SIGMAS: f64 = 5.0;
+const MARGIN_FWHM: f64 = 2.0;
+/// A region larger than this share of the whole saves nothing.
+const LARGEST_SHARE: f64 = 0.7;
+/// Seconds per day.
+const DAY_S: f64 = 86_400.0;
+
+/// Where the target is looked for first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Region {
+    /// Column of its centre \[px\].
+    pub x_px: f64,
+    /// Row of its centre \[px\].
+    pub y_px: f64,
+    /// Its radius \[px\].
+    pub radius_px: f64,
+    /// The radius of the largest aperture around the target in other frames \[px\].
+    pub aper_px: f64,
+}
+
+impl Region {
+    /// The settings of a search there.
+    #[must_use]
+    pub fn search(&self, s: &TargetSettings) -> TargetSettings {
+        TargetSettings { x_px: self.x_px, y_px: self.y_px, search_radius_px: self.radius_px, ..*s }
+    }
+}
+
+/// Target frames of a night, with those around them that may be their pilots.
+#[derive(Debug)]
+pub struct TargetFrames<'a> {
+    /// The frames, in the order of the night.
+    pub exposures: &'a [Exposure],
+    /// The number of each in the night ([`numbers`]).
+    pub numbers: Vec<Option<usize>>,
+    /// Those to be measured.
+    pub wanted: Range<usize>,
+}
+
+impl<'a> TargetFrames<'a> {
+    /// All frames of a night.
+    #[must_use]
+    pub fn all(exposures: &'a [Exposure]) -> Self {
+        Self { exposures, numbers: numbers(exposures), wanted: 0..exposures.len() }
+    }
+
+    /// The places of the pilots that frames to be measured may need.
+    #[must_use]
+    pub fn pilots(&self) -> Vec<usize> {
+        let wanted: Vec<usize> = self.numbers[self.wanted.clone()].iter().flatten().copied().collect();
+        let (first, last) = (wanted.iter().min(), wanted.iter().max());
+        let near =
+            |n: usize| first.is_some_and(|first| n + REACH >= *first) && last.is_some_and(|last| n <= *last + REACH);
+        let is_pilot = |n: usize| n.is_multiple_of(STEP) && near(n);
+        (0..self.exposures.len()).filter(|k| self.numbers[*k].is_some_and(is_pilot)).collect()
+    }
+
+    /// Where the frame at place `k` shows the target by the pilots (places and rows); `None` where they do not say.
+    #[must_use]
+    pub fn region(&self, k: usize, pilots: &[(usize, PhotometryRow)], night: &Calibrated) -> Option<Region> {
+        let (exposure, number) = (&self.exposures[k], self.numbers[k]?);
+        let place = Place::of(exposure, night);
+        let object = place.object.as_ref();
+        let name = object.map(|o| o.name.as_str()).or(exposure.object.as_deref()).unwrap_or_default();
+        let target = (object.and_then(|o| o.norad_cat_id), name);
+        let mjd_d = mjd_utc(exposure.time.as_ref()?.mid);
+        let t_s = |row: &PhotometryRow| row.mjd_mid_d.map(|mjd| (mjd - mjd_d) * DAY_S);
+        let of_pass = |(place, row): &&(usize, PhotometryRow)| {
+            let other = &self.exposures[*place];
+            (row.norad_cat_id, row.object_name.as_str()) == target
+                && t_s(row).is_some_and(|t| t.abs() <= PASS_GAP_S)
+                && (other.size_px, other.binning) == (exposure.size_px, exposure.binning)
+        };
+        let mut near: Vec<(usize, &PhotometryRow)> = pilots
+            .iter()
+            .filter(|(place, _)| self.numbers[*place].is_some_and(|n| n.abs_diff(number) <= REACH))
+            .filter(of_pass)
+            .filter_map(|(place, row)| Some((self.numbers[*place]?, row)))
+            .collect();
+        near.sort_by_key(|(n, _)| (n.abs_diff(number), *n));
+        near.dedup_by_key(|(n, _)| *n);
+        near.truncate(NEAREST);
+        let clear: Vec<Clear> = near.iter().filter_map(|(_, row)| Clear::of(row, t_s(row)?)).collect();
+        if near.len() > clear.len() + MOST_UNCLEAR {
+            return None;
+        }
+        let s = settings_of_frame(place.seen(), exposure, night);
+        expected(&clear, s.fwhm_px).filter(|region| {
+            let off = (region.x_px - s.x_px).hypot(region.y_px - s.y_px);
+            off <= s.search_radius_px && region.radius_px <= LARGEST_SHARE * s.search_radius_px
+        })
+    }
+}
+
+/// The number of each target frame in its night, in their order; frames of one moment are copies and share it. `None` without a
+/// time.
+#[must_use]
+pub fn numbers(exposures: &[Exposure]) -> Vec<Option<usize>> {
+    let mut of_moment: HashMap<u64, usize> = HashMap::new();
+    let mut number = |exposure: &Exposure| {
+        let next = of_moment.len();
+        Some(*of_moment.entry(mjd_utc(exposure.time.as_ref()?.mid).to_bits()).or_insert(next))
+    };
+    exposures.iter().map(&mut number).collect()
+}
+
+/// A clear detection in a pilot.
+#[derive(Debug, Clone, Copy)]
+struct Clear {
+    /// Time since the frame in question \[s\].
+    t_s: f64,
+    x_px: f64,
+    y_px: f64,
+    /// Radius of a circle around the aperture \[px\].
+    aper_px: f64,
+}
+
+impl Clear {
+    fn of(row: &PhotometryRow, t_s: f64) -> Option<Self> {
+        let is_clear = row.status == Status::Ok && row.snr >= Some(CLEAR_SNR) && row.flags & DISTURBED.0 == 0;
+        let aper_px = row.aper_r_px.or(row.aper_a_px)?;
+        is_clear.then_some(Self { t_s, x_px: row.x_px?, y_px: row.y_px?, aper_px })
+    }
+}
+
+/// The place at t = 0 on the straight line through clear detections, and how far from it the target may be.
+///
+/// `r = 5 σ √(1 + 1/n + t̄²/Σ(t − t̄)²) + a/2 + 2 FWHM`: σ² = Σ residuals² / (2n − 4) the scatter of the places along an axis, a the
+/// radius of the largest aperture: its middle is not the middle of the light that is found at first.
+fn expected(clear: &[Clear], fwhm_px: f64) -> Option<Region> {
+    if clear.len() < FEWEST {
+        return None;
+    }
+    let n = clear.len() as f64;
+    let mean = |of: &dyn Fn(&Clear) -> f64| clear.iter().map(of).sum::<f64>() / n;
+    let (t, x, y) = (mean(&|c| c.t_s), mean(&|c| c.x_px), mean(&|c| c.y_px));
+    let spread = clear.iter().map(|c| (c.t_s - t).powi(2)).sum::<f64>();
+    if !(spread > 0.0) {
+        return None;
+    }
+    let slope = |of: &dyn Fn(&Clear) -> f64| clear.iter().map(|c| (c.t_s - t) * of(c)).sum::<f64>() / spread;
+    let (vx, vy) = (slope(&|c| c.x_px), slope(&|c| c.y_px));
+    let residual2 = |c: &Clear| {
+        let dt = c.t_s - t;
+        (c.x_px - x - vx * dt).powi(2) + (c.y_px - y - vy * dt).powi(2)
+    };
+    let sigma = (clear.iter().map(residual2).sum::<f64>() / (2.0 * n - 4.0)).sqrt();
+    let err = sigma * (1.0 + 1.0 / n + t * t / spread).sqrt();
+    let aper_px = clear.iter().map(|c| c.aper_px).fold(0.0, f64::max);
+    let radius_px = SIGMAS * err + 0.5 * aper_px + MARGIN_FWHM * fwhm_px;
+    Some(Region { x_px: x - vx * t, y_px: y - vy * t, radius_px, aper_px }).filter(|r| r.radius_px.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(t_s: f64, x_px: f64, y_px: f64) -> Clear {
+        Clear { t_s, x_px, y_px, aper_px: 8.0 }
+    }
+
+    #[test]
+    fn the_region_follows_a_drift_and_is_as_wide_as_the_pilots_scatter() {
+        let line = |t: f64| at(t, 100.0 + 0.5 * t, 200.0 - 0.2 * t);
+        let still: Vec<Clear> = [-20.0, -10.0, 10.0, 20.0, 30.0].map(line).into();
+        let region = expected(&still, 3.0).unwrap();
+        assert!((region.x_px - 100.0).abs() < 1e-9 && (region.y_px - 200.0).abs() < 1e-9);
+        assert!((region.radius_px - 10.0).abs() < 1e-6, "{region:?}");
+        // alternate places ±2 px off: σ = 2 √(5 · 2 / 6) or less, by what the line takes up
+        let jitter: Vec<Clear> =
+            (0..).zip(&still).map(|(k, c)| at(c.t_s, c.x_px + f64::from(4 * (k % 2) - 2), c.y_px)).collect();
+        let wide = expected(&jitter, 3.0).unwrap().radius_px;
+        assert!((16.0..31.0).contains(&wide), "{wide}");
+        assert!(expected(&still[..2], 3.0).is_none());
+        assert!(expected(&[at(1.0, 1.0, 1.0); 5], 3.0).is_none());
+    }
+}

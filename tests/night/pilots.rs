@@ -1,0 +1,58 @@
+//! Frames between the pilots of a pass: looked at where the target stands, found as before, and found where it is displaced.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use std::collections::HashMap;
+
+use crate::support::{self, Night, simulated};
+
+/// Three passes of fifteen frames.
+pub const PASSES: &[&str] = &["target.n=45", "frame.nx_px=240", "frame.ny_px=200", "target.off_centre_arcsec=1.0"];
+
+/// Places of the truth \[px\] and magnitudes, by frame.
+fn truth(night: &std::path::Path) -> HashMap<String, [f64; 3]> {
+    let mut reader = csv::Reader::from_path(night.join("truth").join("target.csv")).unwrap();
+    let rows: Vec<HashMap<String, String>> = reader.deserialize().map(Result::unwrap).collect();
+    let numbers = |row: &HashMap<String, String>| ["x_px", "y_px", "v_mag"].map(|key| row[key].parse().unwrap());
+    rows.iter().map(|row| (row["frame"].clone(), numbers(row))).collect()
+}
+
+#[test]
+fn between_the_pilots_of_a_pass_the_target_is_looked_for_where_it_stands() {
+    let original = simulated("pilots", PASSES);
+    let (truth, night) = (truth(&original), Night::copy_of(&original));
+    night.run().unwrap();
+    let before = night.rows();
+    let whole_px = before.iter().filter_map(|r| r.search_radius_px).fold(0.0, f64::max);
+    let mut narrow = Vec::new();
+    for row in before.iter().filter(|r| r.search_radius_px < Some(0.5 * whole_px)) {
+        let [x, y, v_mag] = truth[&row.frame];
+        let off_px = (row.x_px.unwrap() - x).hypot(row.y_px.unwrap() - y);
+        assert!(off_px < 10.0, "{}: {off_px}", row.frame);
+        let err_mag = row.v_mag_err.unwrap().hypot(row.v_mag_err_sys.unwrap());
+        assert!((row.v_mag.unwrap() - v_mag).abs() < 5.0 * err_mag, "{}: {:?} {v_mag}", row.frame, row.v_mag);
+        narrow.push(row.frame.clone());
+    }
+    // of three passes of fifteen, each with three pilots
+    assert!((18..=36).contains(&narrow.len()), "{narrow:?}");
+
+    // displaced by 50 px in one of them: found all the same, in all of the region, and no other row changes
+    let displaced = &narrow[narrow.len() / 2];
+    support::shift(&night.path(displaced), 240, 50);
+    night.run().unwrap();
+    for (row, was) in night.rows().iter().zip(&before) {
+        if row.frame == *displaced {
+            let [x, y, _] = truth[displaced];
+            let off_px = (row.x_px.unwrap() - x - 50.0).hypot(row.y_px.unwrap() - y);
+            assert!(off_px < 10.0 && row.search_radius_px == Some(whole_px), "{off_px} {:?}", row.search_radius_px);
+        } else {
+            assert_eq!((&row.frame, row.x_px, row.flux_e), (&was.frame, was.x_px, was.flux_e));
+        }
+    }
+
+    // without pilots that show the target nothing is known beforehand
+    let pilot = |k: usize| k % 5 == 0;
+    let frames = night.frames("target");
+    frames.iter().enumerate().filter(|(k, _)| pilot(*k)).for_each(|(_, path)| support::fill(path, 1_000));
+    night.run().unwrap();
+    assert!(night.rows().iter().all(|r| r.search_radius_px.is_none_or(|r| r == whole_px)));
+}
