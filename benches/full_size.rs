@@ -22,7 +22,7 @@ use satphot::pipeline::prepared::{Calibrated, Flattened, Prepared, Seeing};
 use satphot::pipeline::products::manifest::peak_memory_mb;
 use satphot::pipeline::survey::read::survey;
 use satphot::pipeline::target::frame::measure_frame;
-use satphot::pipeline::target::pilots::Region;
+use satphot::pipeline::target::window::Region;
 
 /// Least CPU time of a measurement \[s\].
 const LEAST_CPU_S: f64 = 2.0;
@@ -133,10 +133,14 @@ fn main() {
         }),
         // between the pilots of its pass, which stand a few pixels from where they are expected
         "followed" => {
-            let regions: Vec<_> = survey.targets.iter().map(|e| region(&night, e)).collect();
-            let frames: Vec<_> = survey.targets.iter().zip(&regions).collect();
+            let of = |e| Some((e, region(&night, e)?));
+            let is_there = |(e, at): &(&Exposure, Region)| {
+                let seen = measure_frame(e, Some(at), &night).measured;
+                matches!(seen, Some(Ok(m)) if m.measured.search_radius_px == at.radius_px)
+            };
+            let frames: Vec<_> = survey.targets.iter().filter_map(of).filter(is_there).collect();
             measured(&name, &frames, |(e, at)| {
-                usize::from(matches!(measure_frame(e, at.as_ref(), &night).measured, Some(Ok(_))))
+                usize::from(matches!(measure_frame(e, Some(at), &night).measured, Some(Ok(_))))
             });
         }
         "background" | "detect" | "apertures" => {

@@ -245,6 +245,7 @@ TABLE = [
     ("frame circle", "one frame, circle", [("sep chain", 18), ("floor frame circle", FLOOR)]),
     ("frame full", "one frame, full frame", [("sep chain", 4), ("floor frame full", FLOOR)]),
     ("target circle", "one target frame, the SHA-256 of its file apart", [("sep chain", 20), ("floor target", FLOOR)]),
+    ("followed circle", "the same where the pilots of its pass have the target", [("sep chain", 20)]),
 ]
 SLOW = ("numpy", "ccdproc")
 

@@ -27,9 +27,10 @@ use crate::pipeline::shards::products::FrameCache;
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::target::frame::ASSUMED_FWHM_ARCSEC;
 use crate::pipeline::target::frame::{internal, measure_frame};
-use crate::pipeline::target::pilots::{Region, TargetFrames};
+use crate::pipeline::target::pilots::TargetFrames;
 use crate::pipeline::target::place::Place;
 use crate::pipeline::target::row::{failed_row, flat_row};
+use crate::pipeline::target::window::Region;
 use crate::tables::PhotometryRow;
 use crate::tables::words::Status;
 

@@ -15,7 +15,7 @@ use satphot::tables::{
 const LAW: &str = "frame frame_sha256 norad_cat_id object_id object_name \
     date_mid mjd_mid_d exptime_s time_err_s time_source time_stamp cadence_s date_avg_minus_mid_s \
     filter gain_setting e_per_adu e_per_adu_source read_noise_e fwhm_px pix_scale_arcsec \
-    x_px y_px aper_shape aper_r_px aper_a_px aper_b_px aper_theta_deg elongation extent_fwhm source_kind point_log10_odds disc_fwhm2 disc_fwhm2_err \
+    x_px y_px search_radius_px aper_shape aper_r_px aper_a_px aper_b_px aper_theta_deg elongation extent_fwhm source_kind point_log10_odds disc_fwhm2 disc_fwhm2_err \
     sky_in_px sky_out_px \
     flux_e flux_err_e forced_flux_e forced_flux_err_e forced_at forced_x_px forced_y_px sky_e_px sky_corner_ratio snr peak_frac_sat masked_frac contam_frac aper_corr_mag inst_mag v_mag v_mag_err \
     v_mag_err_sys zp_age_d zp_extra_err_mag v_mag_zeropoint \

@@ -17,9 +17,10 @@ use crate::pipeline::options::Options;
 use crate::pipeline::prepared::Calibrated;
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::target::frame::missing_parts;
-use crate::pipeline::target::frame::target_settings;
+use crate::pipeline::target::frame::{settings_of_frame, target_settings};
 use crate::pipeline::target::outcome::TargetFrame;
-use crate::pipeline::target::window::{Seen, measure_in_window, measure_whole_frame};
+use crate::pipeline::target::pilots::TargetFrames;
+use crate::pipeline::target::window::{Region, Seen, measure_in_window, measure_whole_frame};
 
 /// Frames a piece is computed for.
 const FRAMES: usize = 3;
@@ -49,6 +50,7 @@ pub fn explain_night(
     let mut items = stages(survey, night);
     items.extend(outside_the_circle(survey, night, &cpu_s));
     items.extend(away_from_the_target(survey, night, &cpu_s));
+    items.extend(beside_the_pilots(survey, frames, night, &cpu_s));
     items.append(&mut explained.items);
     Ok(Some(Explanation { items, ..explained }))
 }
@@ -118,7 +120,7 @@ fn outside_the_circle(survey: &Survey, night: &Calibrated, cpu_s: &dyn Fn() -> f
 fn away_from_the_target(survey: &Survey, night: &Calibrated, cpu_s: &dyn Fn() -> f64) -> Option<LeftOut> {
     let all: Vec<&Exposure> = survey.targets.iter().collect();
     let chosen = sample(&all, FRAMES);
-    let measure_frame = |k: usize, whole: bool| -> Option<Seen> {
+    let measure = |k: usize, whole: bool| -> Option<Seen> {
         let (reader, settings) =
             (night.open(chosen[k]).ok()?, target_settings(chosen[k], night, night.seeing.fwhm_arcsec(None)));
         if whole {
@@ -127,30 +129,73 @@ fn away_from_the_target(survey: &Survey, night: &Calibrated, cpu_s: &dyn Fn() ->
             measure_in_window(&reader, night, &settings, None).ok()
         }
     };
-    let light = |seen: Option<Seen>| {
-        seen.map(|s| match s.found {
-            TargetFound::Detected { flux, .. } | TargetFound::NotDetected { flux, .. } => flux.flux_e,
-        })
-    };
-    let mut changes_mag = 0.0f64;
-    for k in 0..chosen.len() {
-        let (some, whole) = (light(measure_frame(k, false))?, light(measure_frame(k, true))?);
-        let changed = if some == whole { 0.0 } else { mag_of_flux(some / whole).map_or(f64::INFINITY, f64::abs) };
-        changes_mag = changes_mag.max(changed);
-    }
-    let time = |whole: bool| {
-        each_us(cpu_s, chosen.len(), |k| {
-            std::hint::black_box(measure_frame(k, whole).is_some());
-        })
-    };
-    (!chosen.is_empty()).then(|| LeftOut {
+    let (each_us, changes_mag) = with_and_without(chosen.len(), &measure, cpu_s)?;
+    Some(LeftOut {
         what: "pixels of target frames".into(),
         why: "the target cannot be there".into(),
         count: all.len(),
         of: all.len(),
         scenes: "target frames".into(),
         timed: chosen.len(),
-        each_us: Some((time(true) - time(false)).max(0.0)),
+        each_us: Some(each_us),
         changes_mag: Some(changes_mag),
     })
+}
+
+/// Of the frames between the pilots of a pass only the part where the pilots have the target.
+fn beside_the_pilots(
+    survey: &Survey,
+    frames: &[TargetFrame],
+    night: &Calibrated,
+    cpu_s: &dyn Fn() -> f64,
+) -> Option<LeftOut> {
+    let targets = TargetFrames::all(&survey.targets);
+    let pilots: Vec<usize> = targets.pilots();
+    let rows: Vec<_> = pilots.iter().filter_map(|k| Some((*k, frames.get(*k)?.row.clone()))).collect();
+    let others = (0..frames.len()).filter(|k| pilots.binary_search(k).is_err());
+    let all: Vec<(usize, Region)> = others.filter_map(|k| Some((k, targets.region(k, &rows, night)?))).collect();
+    let chosen = sample(&all, FRAMES);
+    let measure = |i: usize, whole: bool| -> Option<Seen> {
+        let (k, region) = chosen[i];
+        let settings = settings_of_frame(frames[k].geometry.as_ref(), &survey.targets[k], night);
+        let reader = night.open(&survey.targets[k]).ok()?;
+        measure_in_window(&reader, night, &settings, (!whole).then_some(&region)).ok()
+    };
+    let (each_us, changes_mag) = with_and_without(chosen.len(), &measure, cpu_s)?;
+    Some(LeftOut {
+        what: "pixels between pilots".into(),
+        why: "other frames of the pass show where the target stands".into(),
+        count: all.len(),
+        of: frames.len(),
+        scenes: "target frames".into(),
+        timed: chosen.len(),
+        each_us: Some(each_us),
+        changes_mag: Some(changes_mag),
+    })
+}
+
+/// What it saves to look at less of `n` frames \[µs\], and by how much that changes the light of the target at most \[mag\]; `None`
+/// where there are none, or one cannot be read again.
+fn with_and_without(
+    n: usize,
+    measure: &dyn Fn(usize, bool) -> Option<Seen>,
+    cpu_s: &dyn Fn() -> f64,
+) -> Option<(f64, f64)> {
+    let light = |seen: Option<Seen>| {
+        seen.map(|s| match s.found {
+            TargetFound::Detected { flux, .. } | TargetFound::NotDetected { flux, .. } => flux.flux_e,
+        })
+    };
+    let mut changes_mag = 0.0f64;
+    for k in 0..n {
+        let (some, whole) = (light(measure(k, false))?, light(measure(k, true))?);
+        let changed = if some == whole { 0.0 } else { mag_of_flux(some / whole).map_or(f64::INFINITY, f64::abs) };
+        changes_mag = changes_mag.max(changed);
+    }
+    let time = |whole: bool| {
+        each_us(cpu_s, n, |k| {
+            std::hint::black_box(measure(k, whole).is_some());
+        })
+    };
+    (n > 0).then(|| ((time(true) - time(false)).max(0.0), changes_mag))
 }

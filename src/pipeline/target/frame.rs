@@ -4,7 +4,6 @@ use std::fmt;
 
 use super::measurement::{CalibratedMeasurement, Measurement, Setting};
 use super::outcome::TaggedFrame;
-use super::pilots::Region;
 use super::place::Place;
 use super::star_trails::{frame_trails, guarded_trails};
 use crate::base::error::{Error, Result};
@@ -14,7 +13,7 @@ use crate::orbit::Geometry;
 use crate::photometry::target::measure::KnownDirection;
 use crate::photometry::target::settings::TargetSettings;
 use crate::pipeline::prepared::{Calibrated, Prepared};
-use crate::pipeline::target::window::measure_in_window;
+use crate::pipeline::target::window::{Region, measure_in_window};
 
 /// Length of a satellite in diameters of a disc of the area of all its surfaces: of a plate eleven times as long as wide.
 const LONGEST_OF_AREA: f64 = 3.0;

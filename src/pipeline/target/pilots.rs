@@ -10,10 +10,10 @@ use std::ops::Range;
 
 use super::frame::settings_of_frame;
 use super::place::Place;
+use super::window::Region;
 use crate::base::time::mjd_utc;
 use crate::frames::Exposure;
 use crate::photometry::Flags;
-use crate::photometry::target::settings::TargetSettings;
 use crate::pipeline::prepared::Calibrated;
 use crate::tables::PhotometryRow;
 use crate::tables::row_passes::PASS_GAP_S;
@@ -41,27 +41,6 @@ const MARGIN_FWHM: f64 = 2.0;
 const LARGEST_SHARE: f64 = 0.7;
 /// Seconds per day.
 const DAY_S: f64 = 86_400.0;
-
-/// Where the target is looked for first.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Region {
-    /// Column of its centre \[px\].
-    pub x_px: f64,
-    /// Row of its centre \[px\].
-    pub y_px: f64,
-    /// Its radius \[px\].
-    pub radius_px: f64,
-    /// The radius of the largest aperture around the target in other frames \[px\].
-    pub aper_px: f64,
-}
-
-impl Region {
-    /// The settings of a search there.
-    #[must_use]
-    pub fn search(&self, s: &TargetSettings) -> TargetSettings {
-        TargetSettings { x_px: self.x_px, y_px: self.y_px, search_radius_px: self.radius_px, ..*s }
-    }
-}
 
 /// Target frames of a night, with those around them that may be their pilots.
 #[derive(Debug)]

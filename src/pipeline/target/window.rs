@@ -14,7 +14,6 @@ use crate::photometry::target::measure::measure_target;
 use crate::photometry::target::settings::TargetSettings;
 use crate::pipeline::prepared::Calibrated;
 use crate::pipeline::stars::vignetting::corner_ratio;
-use crate::pipeline::target::pilots::Region;
 
 /// Read around the cutout of the target \[px\]: enough that what lies at the edge of the cutout sees the frame go on.
 const MARGIN_PX: f64 = 64.0;
@@ -24,6 +23,27 @@ const BOXES_AROUND: usize = 2;
 const MOST_GROWTH: f64 = 1.5;
 /// A target with one of these may go on outside of a small window.
 const CUT: Flags = Flags(Flags::EDGE.0 | Flags::NO_ANNULUS.0 | Flags::CROSSED.0);
+
+/// Where the target is looked for first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Region {
+    /// Column of its centre \[px\].
+    pub x_px: f64,
+    /// Row of its centre \[px\].
+    pub y_px: f64,
+    /// Its radius \[px\].
+    pub radius_px: f64,
+    /// The radius of the largest aperture around the target in other frames \[px\].
+    pub aper_px: f64,
+}
+
+impl Region {
+    /// The settings of a search there.
+    #[must_use]
+    pub fn search(&self, s: &TargetSettings) -> TargetSettings {
+        TargetSettings { x_px: self.x_px, y_px: self.y_px, search_radius_px: self.radius_px, ..*s }
+    }
+}
 
 /// The result of the search in a frame.
 #[derive(Debug)]
