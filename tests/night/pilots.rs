@@ -50,7 +50,7 @@ fn between_the_pilots_of_a_pass_the_target_is_looked_for_where_it_stands() {
     }
 
     // without pilots that show the target nothing is known beforehand
-    let pilot = |k: usize| k % 5 == 0;
+    let pilot = |k: usize| k.is_multiple_of(5);
     let frames = night.frames("target");
     frames.iter().enumerate().filter(|(k, _)| pilot(*k)).for_each(|(_, path)| support::fill(path, 1_000));
     night.run().unwrap();

@@ -345,6 +345,29 @@ fn a_gaussian_of_s_n_50_is_enclosed_to_0_995_at_any_size() {
 }
 
 #[test]
+fn a_faint_bar_is_measured_as_one_of_three_widths_unless_its_model_is_larger() {
+    let wide = |largest_fwhm: Option<f64>| {
+        (0..30)
+            .into_par_iter()
+            .filter(|seed| {
+                let mut scene = Scene::new(300, 300, SKY);
+                scene.smear(150.0, 150.0, flux_of_snr(25.0), FWHM, 2.5 * FWHM, 0.7);
+                let frame = scene.expose(READ_NOISE, 900 + seed);
+                let s = TargetSettings { largest_fwhm, ..settings(300.0) };
+                match measure_target(&frame, &background(&frame, 64, 3.0).unwrap(), &s) {
+                    TargetFound::Detected { size: Some(size), as_point_e: Some(_), .. } => {
+                        size.disc2 > 1.25 + size.disc2_err
+                    }
+                    _ => false,
+                }
+            })
+            .count()
+    };
+    assert!(wide(None) > 5 && wide(Some(6.0)) > 5, "{} {}", wide(None), wide(Some(6.0)));
+    assert_eq!(wide(Some(20.0)), 0);
+}
+
+#[test]
 fn a_hot_pixel_is_not_the_target() {
     let mut frame = Scene::new(300, 300, SKY).expose(READ_NOISE, 8);
     frame.pixels[[150, 150]] += 5000.0;

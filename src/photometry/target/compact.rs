@@ -23,6 +23,9 @@ const BRIGHT_SIGMA: f64 = 50.0;
 const WIDTH_DOUBT: f64 = 0.05;
 /// Diameters are equally likely up to this \[FWHM\] where nothing tells of them.
 const LARGEST_FWHM: f64 = 3.0;
+/// A satellite that its model makes longer than this is wider than three FWHM: its length is taken as three diameters of a disc of its
+/// area \[FWHM\].
+const LONGEST_FWHM: f64 = 3.0 * LARGEST_FWHM;
 /// Below this diameter the weights of a point are right to 1 % \[FWHM\].
 const POINT_FWHM: f64 = 0.2;
 /// A satellite that its model makes a point is one with no more certainty than this.
@@ -89,7 +92,8 @@ pub(crate) struct Compact {
 ///
 /// The best place of a point adds noise to its flux: E(F) = F + σ²/F, which is subtracted. The flux of a free size is not
 /// moved by it: its weights have no gradient along that of the point. What is wider than a disc of one FWHM is measured as
-/// one of up to three ([`Cutout::wide_flux`]), and is extended if that finds it wider or its outline holds more light.
+/// one of up to three ([`Cutout::wide_flux`]), and is extended if that finds it wider, its outline holds more light or its model is
+/// larger.
 pub(crate) fn measure_compact(
     cutout: &Cutout,
     frame: &Frame<Electrons>,
@@ -113,6 +117,7 @@ pub(crate) fn measure_compact(
     point.flux.snr = as_point_e.0 / as_point_e.1;
     (point.flux.flux_e, point.flux.flux_err_e) = if size.kind == SourceKind::Point { as_point_e } else { point.free_e };
     if size.kind == SourceKind::Extended
+        && s.largest_fwhm.is_none_or(|largest| largest <= LONGEST_FWHM)
         && let Some(wide) = cutout.wide_flux(frame, background, (best.x, best.y), objects, s)
         && wide.flux_e.0 > 0.0
         && wide.disc2.0 - wide.disc2.1 < LARGEST_FWHM * LARGEST_FWHM
