@@ -61,10 +61,10 @@ ratios can be transferred to other machines, the microseconds cannot. Errors are
 cases do not exceed, and as the worst case.
 
 A CPU time is the median of repeats. The interval behind it holds the median in 95 of 100 cases where there are six repeats or more,
-and is the smallest and the largest repeat otherwise. Two times are told apart only where their intervals are more than 5 % apart,
+and is the smallest and the largest repeat otherwise. Two times count as different only where their intervals are more than 5 % apart,
 because two runs of a program differ by that much. A setting is *behind* another that is at least as accurate (in the 95 % error and the worst) and
 takes less time in this sense; it is *on the front* if every setting that is as accurate takes more time; it is *level* with another
-where the times cannot tell. Two runs can therefore differ in "level"; that one says "front" and the other "behind" happened for one of
+where the times do not differ. Two runs can therefore differ in "level"; that one says "front" and the other "behind" happened for one of
 10 000 simulated settings with three repeats, and for none with seven or more.
 
 **Bold** settings are the defaults of satphot, *italic* ones are behind another setting of the same case. In the figures, filled marks

@@ -150,7 +150,7 @@ fn beside_the_pilots(
     cpu_s: &dyn Fn() -> f64,
 ) -> Option<LeftOut> {
     let targets = TargetFrames::all(&survey.targets);
-    let pilots: Vec<usize> = targets.pilots();
+    let pilots = targets.pilots();
     let rows: Vec<_> = pilots.iter().filter_map(|k| Some((*k, frames.get(*k)?.row.clone()))).collect();
     let others = (0..frames.len()).filter(|k| pilots.binary_search(k).is_err());
     let all: Vec<(usize, Region)> = others.filter_map(|k| Some((k, targets.region(k, &rows, night)?))).collect();

@@ -35,17 +35,17 @@ use crate::pipeline::products::inputs::named_files;
 use crate::pipeline::products::inputs::simulation_seed;
 use crate::pipeline::survey::files::Survey;
 use crate::pipeline::survey::preflight::preflight;
-use crate::pipeline::target::pilots::{REACH, numbers};
+use crate::pipeline::target::pilots::{REACH, is_pilot, numbers};
 
 /// Target frames of a shard by default: a few minutes of work, compared with seconds to start a worker.
 pub const FRAMES_PER_SHARD: usize = 100;
 /// The schema of a plan.
-const SCHEMA: &str = "satphot.plan/1";
+const SCHEMA: &str = "satphot.plan/2";
 
 /// A night divided into shards.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
-    /// `satphot.plan/1`.
+    /// `satphot.plan/2`.
     pub schema: String,
     /// The program that made it and must also measure its shards.
     pub tool: String,
@@ -271,7 +271,7 @@ impl Plan {
         Ok(places.iter().map(|i| &self.frames[*i]).collect())
     }
 
-    /// The target frames around a shard that may be pilots of its own, with those, in the order of the night; and which are its own.
+    /// The frames of a shard and the pilots beside them, in the order of the night; and which are its own.
     ///
     /// # Errors
     /// As [`Self::shard`].
@@ -283,11 +283,13 @@ impl Plan {
             .min()
             .zip(numbers.iter().max())
             .map(|(first, last)| first.saturating_sub(REACH)..=last + REACH);
-        let is_near = |frame: &PlannedFrame| frame.number.zip(near.as_ref()).is_some_and(|(n, near)| near.contains(&n));
+        let is_pilot_near = |frame: &PlannedFrame| {
+            frame.number.zip(near.as_ref()).is_some_and(|(n, near)| is_pilot(n) && near.contains(&n))
+        };
         let before: usize = self.shards[..number].iter().map(Vec::len).sum();
         let places = before..before + own.len();
         let mut frames: Vec<(usize, &PlannedFrame)> = self.of_role(InputRole::TARGET).enumerate().collect();
-        frames.retain(|(k, frame)| places.contains(k) || is_near(frame));
+        frames.retain(|(k, frame)| places.contains(k) || is_pilot_near(frame));
         let first = frames.iter().filter(|(k, _)| *k < before).count();
         let frames = frames.into_iter().map(|(_, frame)| frame).collect();
         Ok((frames, first..first + places.len()))

@@ -1,6 +1,6 @@
 //! Where the target stands in a frame by other frames of its pass, so that it need not be looked for elsewhere.
 //!
-//! Full-frame pixels; seconds. Every [`STEP`]th target frame of a night is a pilot: the target is looked for in all of
+//! Full-frame pixels; seconds. Every fifth target frame of a night is a pilot: the target is looked for in all of
 //! `target.search_radius_arcsec`. In the frames between it is looked for first where the nearest pilots have it, and in all of it
 //! only if it is not clear there. So nothing can be lost; what is saved is most of the pixels. It does not cover the place of a
 //! pass for forced fluxes ([`crate::pipeline::passes`]), which takes all of its detections.
@@ -21,7 +21,7 @@ use crate::tables::words::Status;
 
 /// One target frame of so many is a pilot: passes of twenty frames have four, and a search in all of the region takes three times as
 /// long as one where the target stands.
-pub const STEP: usize = 5;
+const STEP: usize = 5;
 /// The place in a frame is expected by so many of the nearest pilots of its pass, of which so many at least show the target clearly, and
 /// all but one.
 const NEAREST: usize = 5;
@@ -37,7 +37,7 @@ const DISTURBED: Flags = Flags(
 /// The region reaches so many errors of the expected place, and so much further: stars are not points \[FWHM\].
 const SIGMAS: f64 = 5.0;
 const MARGIN_FWHM: f64 = 2.0;
-/// A region larger than this share of the whole saves nothing.
+/// A region larger than this share of the whole saves too little.
 const LARGEST_SHARE: f64 = 0.7;
 /// Seconds per day.
 const DAY_S: f64 = 86_400.0;
@@ -67,8 +67,7 @@ impl<'a> TargetFrames<'a> {
         let (first, last) = (wanted.iter().min(), wanted.iter().max());
         let near =
             |n: usize| first.is_some_and(|first| n + REACH >= *first) && last.is_some_and(|last| n <= *last + REACH);
-        let is_pilot = |n: usize| n.is_multiple_of(STEP) && near(n);
-        (0..self.exposures.len()).filter(|k| self.numbers[*k].is_some_and(is_pilot)).collect()
+        (0..self.exposures.len()).filter(|k| self.numbers[*k].is_some_and(|n| is_pilot(n) && near(n))).collect()
     }
 
     /// Where the frame at place `k` shows the target by the pilots (places and rows); `None` where they do not say.
@@ -118,6 +117,12 @@ pub fn numbers(exposures: &[Exposure]) -> Vec<Option<usize>> {
         Some(*of_moment.entry(mjd_utc(exposure.time.as_ref()?.mid).to_bits()).or_insert(next))
     };
     exposures.iter().map(&mut number).collect()
+}
+
+/// Whether the frame of this number is a pilot.
+#[must_use]
+pub fn is_pilot(number: usize) -> bool {
+    number.is_multiple_of(STEP)
 }
 
 /// A clear detection in a pilot.
@@ -182,7 +187,7 @@ mod tests {
         let region = expected(&still, 3.0).unwrap();
         assert!((region.x_px - 100.0).abs() < 1e-9 && (region.y_px - 200.0).abs() < 1e-9);
         assert!((region.radius_px - 10.0).abs() < 1e-6, "{region:?}");
-        // alternate places ±2 px off: σ = 2 √(5 · 2 / 6) or less, by what the line takes up
+        // alternate places ±2 px off: σ = 2 √(5/6) or less, by what the line takes up
         let jitter: Vec<Clear> =
             (0..).zip(&still).map(|(k, c)| at(c.t_s, c.x_px + f64::from(4 * (k % 2) - 2), c.y_px)).collect();
         let wide = expected(&jitter, 3.0).unwrap().radius_px;
