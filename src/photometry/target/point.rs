@@ -57,6 +57,20 @@ pub(crate) struct WideFlux {
     pub measured: Measured,
 }
 
+/// A circle of pixels over sky and trails.
+struct Over {
+    at: Placed,
+    measured: Measured,
+    /// Cutout column and row of the first pixel of `measured.net`.
+    first: (usize, usize),
+    /// Variance of empty apertures over that of their photons.
+    excess: f64,
+    /// Error of the sky \[e⁻ per pixel\]; 0 along trails.
+    sky_err_e: f64,
+    /// Light per pixel of a point that the annulus takes for sky, as a share of its whole light.
+    taken: f64,
+}
+
 /// A pixel of the cutout under a source.
 struct Pixel {
     share: Share,
@@ -100,18 +114,13 @@ impl Cutout {
         objects: &Array2<bool>,
         s: &TargetSettings,
     ) -> Option<PointFlux> {
-        let psf = &self.psf;
-        let at = circle_at(x, y, psf.reach_px());
-        let measured = self.flux(frame, background, &at, objects, s);
-        let (ox, oy) = self.origin(frame);
-        let (nx, ny) = (measured.net_origin.0 - ox as usize, measured.net_origin.1 - oy as usize);
+        let over = self.over_sky(frame, background, circle_at(x, y, self.psf.reach_px()), objects, s);
+        let Over { measured, first: (nx, ny), excess, sky_err_e, taken, .. } = over;
         let net_at = |i: usize, j: usize| {
             let at = (j.checked_sub(ny)?, i.checked_sub(nx)?);
             measured.net.get(at).map(|v| f64::from(*v))
         };
-        let pixels = self.pixels_of((x, y), self.taken_by_sky(&measured), net_at)?;
-        let excess = excess_of(&measured.flux, &at.shape, self.sky.rms(x, y), measured.trail_level.is_some());
-        let sky_err_e = if measured.trail_level.is_some() { 0.0 } else { measured.flux.sky_err_e_px };
+        let pixels = self.pixels_of((x, y), taken, net_at)?;
         let mut flux_e = 0.0;
         let mut result = None;
         for _ in 0..2 {
@@ -150,25 +159,16 @@ impl Cutout {
         s: &TargetSettings,
     ) -> Option<WideFlux> {
         let reach = WIDE_REACH_FWHM * self.psf.fwhm_px;
-        let at = circle_at(x, y, reach);
-        let measured = self.flux(frame, background, &at, objects, s);
-        let (ox, oy) = self.origin(frame);
-        let first = (measured.net_origin.0 - ox as usize, measured.net_origin.1 - oy as usize);
-        let along_trails = measured.trail_level.is_some();
-        let excess = excess_of(&measured.flux, &at.shape, self.sky.rms(x, y), along_trails);
-        let sky_err_e = if along_trails { 0.0 } else { measured.flux.sky_err_e_px };
-        let taken = self.taken_by_sky(&measured);
+        let over = self.over_sky(frame, background, circle_at(x, y, reach), objects, s);
+        let Over { at, measured, first, excess, sky_err_e, taken } = over;
+        let discs = self.psf.wide_discs();
         let mut pixels = Vec::new();
         for ((j, i), net_e) in measured.net.indexed_iter() {
             let (i, j) = (i + first.0, j + first.1);
             let (dx, dy) = (i as f64 - x, j as f64 - y);
             if dx * dx + dy * dy <= reach * reach && net_e.is_finite() && !self.is_masked(i, j) {
                 let variance = self.sky.rms(i as f64, j as f64).powi(2) + self.light_at(i, j);
-                pixels.push((
-                    SVector::from(self.psf.wide_share(dx, dy)).add_scalar(-taken),
-                    f64::from(*net_e),
-                    variance,
-                ));
+                pixels.push((SVector::from(discs.share(dx, dy)).add_scalar(-taken), f64::from(*net_e), variance));
             }
         }
         if (pixels.len() as f64) < LEAST_GOOD * at.shape.area_px() {
@@ -179,9 +179,10 @@ impl Cutout {
         for _ in 0..2 {
             // photons of the source as it is known so far
             let variance = |p: &(SVector<f64, 3>, f64, f64)| p.2 + p.0.dot(&shares).max(0.0);
-            let mut normal = SMatrix::<f64, 3, 3>::zeros();
+            let (mut normal, mut right) = (SMatrix::<f64, 3, 3>::zeros(), SVector::<f64, 3>::zeros());
             for p in &pixels {
                 normal += p.0 * p.0.transpose() / variance(p);
+                right += p.0 * (p.1 / variance(p));
             }
             let inverse = normal.cholesky()?.inverse();
             let sum_of = |coefficients: SVector<f64, 3>| {
@@ -196,22 +197,35 @@ impl Cutout {
                 }
                 (value, (excess * empty + photons + (sum * sky_err_e).powi(2)).sqrt())
             };
-            let of = [0, 1, 2].map(|k| sum_of(SVector::from_fn(|row, _| f64::from(u8::from(row == k)))).0);
             let flux_e = sum_of(SVector::repeat(1.0));
             let size = sum_of(SVector::from(WIDE_FWHM.map(|diameter| diameter * diameter)));
-            shares = SVector::from(of);
+            shares = inverse * right;
             fitted = Some((flux_e, (size.0 / flux_e.0, size.1 / flux_e.0.abs())));
         }
         let (flux_e, disc2) = fitted?;
         Some(WideFlux { flux_e, disc2, place: at, measured })
     }
 
-    /// Light per pixel of a point that its annulus takes for sky, as a share of its whole light.
-    fn taken_by_sky(&self, measured: &Measured) -> f64 {
-        if measured.trail_level.is_some() {
-            return 0.0;
-        }
-        self.psf.mean_between(measured.flux.sky_in_px, measured.flux.sky_out_px)
+    /// The pixels of a circle over sky and trails, and what weights of a profile must know of them.
+    fn over_sky(
+        &self,
+        frame: &Frame<Electrons>,
+        background: &Background,
+        at: Placed,
+        objects: &Array2<bool>,
+        s: &TargetSettings,
+    ) -> Over {
+        let measured = self.flux(frame, background, &at, objects, s);
+        let (ox, oy) = self.origin(frame);
+        let first = (measured.net_origin.0 - ox as usize, measured.net_origin.1 - oy as usize);
+        let (flux, along_trails) = (&measured.flux, measured.trail_level.is_some());
+        let excess = excess_of(flux, &at.shape, self.sky.rms(at.x, at.y), along_trails);
+        let (sky_err_e, taken) = if along_trails {
+            (0.0, 0.0)
+        } else {
+            (flux.sky_err_e_px, self.psf.mean_between(flux.sky_in_px, flux.sky_out_px))
+        };
+        Over { at, measured, first, excess, sky_err_e, taken }
     }
 
     /// Where a point near a place fits best, by Gauss-Newton steps of flux and place; over the sky's surface and the trails'

@@ -34,8 +34,11 @@ pub(crate) struct Psf {
     radial: Radial,
     point: Table,
     disc: Table,
-    wide: [Table; 3],
 }
+
+/// Discs of [`WIDE_FWHM`] as pixels see them: made only where a source is so wide.
+#[derive(Debug)]
+pub(crate) struct WideDiscs([Table; 3]);
 
 /// Light per px² at radii a step apart.
 #[derive(Debug, Clone)]
@@ -74,33 +77,20 @@ impl Psf {
     /// The star profile at a width; a Gaussian where the night gives no profile.
     pub fn new(profile: Option<&StarProfile>, fwhm_px: f64) -> Self {
         let radial = profile.map_or_else(|| Radial::new(0.0, fwhm_px), |p| p.radial(fwhm_px));
-        let reach = |fwhm: f64| std::f64::consts::SQRT_2 * (fwhm * fwhm_px + 2.0);
-        let disc = |diameter_fwhm: f64, steps_per_fwhm: f64, reach_fwhm: f64| {
-            let points = disc_points(0.5 * diameter_fwhm * fwhm_px);
-            let blurred = |r: f64| points.iter().map(|(x, y)| radial.density((r - x).hypot(*y))).sum::<f64>();
-            Table::of(steps_per_fwhm / fwhm_px, reach(reach_fwhm), |r| blurred(r) / points.len() as f64)
-        };
-        let point = Table::of(STEPS_PER_FWHM / fwhm_px, reach(WIDE_REACH_FWHM), |r| radial.density(r));
-        let narrow = disc(DISC_FWHM, STEPS_PER_FWHM, REACH_FWHM);
-        let wide = WIDE_FWHM.map(|diameter| disc(diameter, WIDE_STEPS_PER_FWHM, WIDE_REACH_FWHM));
-        Self { fwhm_px, radial, point, disc: narrow, wide }
+        let point = Table::of(STEPS_PER_FWHM / fwhm_px, corner_px(REACH_FWHM, fwhm_px), |r| radial.density(r));
+        let disc = disc_table(&radial, fwhm_px, DISC_FWHM, (STEPS_PER_FWHM, REACH_FWHM));
+        Self { fwhm_px, radial, point, disc }
+    }
+
+    /// The discs that a wide source is a sum of.
+    pub fn wide_discs(&self) -> WideDiscs {
+        let grid = (WIDE_STEPS_PER_FWHM, WIDE_REACH_FWHM);
+        WideDiscs(WIDE_FWHM.map(|diameter| disc_table(&self.radial, self.fwhm_px, diameter, grid)))
     }
 
     /// Radius of the circle that carries weight \[px\].
     pub fn reach_px(&self) -> f64 {
         REACH_FWHM * self.fwhm_px
-    }
-
-    /// Shares of that pixel of discs of [`WIDE_FWHM`].
-    pub fn wide_share(&self, dx: f64, dy: f64) -> [f64; 3] {
-        let mut share = [0.0; 3];
-        for (v, b) in TWO {
-            for (u, a) in TWO {
-                let r = (dx + u).hypot(dy + v);
-                share.iter_mut().zip(&self.wide).for_each(|(s, table)| *s += a * b * table.at(r).0);
-            }
-        }
-        share
     }
 
     /// Shares of the pixel whose centre is (`dx`, `dy`) from the source \[px\].
@@ -130,6 +120,32 @@ impl Psf {
     pub fn mean_between(&self, inner_px: f64, outer_px: f64) -> f64 {
         if outer_px > inner_px { self.radial.mean_between(inner_px, outer_px) } else { 0.0 }
     }
+}
+
+impl WideDiscs {
+    /// What the pixel whose centre is (`dx`, `dy`) from the source holds of each \[px\].
+    pub fn share(&self, dx: f64, dy: f64) -> [f64; 3] {
+        let mut share = [0.0; 3];
+        for (v, b) in TWO {
+            for (u, a) in TWO {
+                let r = (dx + u).hypot(dy + v);
+                share.iter_mut().zip(&self.0).for_each(|(s, table)| *s += a * b * table.at(r).0);
+            }
+        }
+        share
+    }
+}
+
+/// How far the corner of a square of pixels around a circle is from its middle \[px\].
+fn corner_px(reach_fwhm: f64, fwhm_px: f64) -> f64 {
+    std::f64::consts::SQRT_2 * (reach_fwhm * fwhm_px + 2.0)
+}
+
+/// A disc seen through the point-spread function.
+fn disc_table(radial: &Radial, fwhm_px: f64, diameter_fwhm: f64, (steps_per_fwhm, reach_fwhm): (f64, f64)) -> Table {
+    let points = disc_points(0.5 * diameter_fwhm * fwhm_px);
+    let blurred = |r: f64| points.iter().map(|(x, y)| radial.density((r - x).hypot(*y))).sum::<f64>();
+    Table::of(steps_per_fwhm / fwhm_px, corner_px(reach_fwhm, fwhm_px), |r| blurred(r) / points.len() as f64)
 }
 
 /// Points of equal weight spread evenly over a disc.
@@ -180,17 +196,23 @@ mod tests {
         use nalgebra::{SMatrix, SVector};
         for profile in [None, Some(StarProfile::moffat(3.0))] {
             let psf = Psf::new(profile.as_ref(), 5.0);
+            let discs = psf.wide_discs();
+            // of a point, further out than its own table reaches
+            let far = Table::of(STEPS_PER_FWHM / 5.0, 40.0, |r| psf.radial.density(r));
+            let point = |dx: f64, dy: f64| {
+                let at = |(u, a): (f64, f64), (v, b): (f64, f64)| a * b * far.at((dx + u).hypot(dy + v)).0;
+                TWO.iter().flat_map(|u| TWO.iter().map(move |v| at(*u, *v))).sum::<f64>()
+            };
             let reach = WIDE_REACH_FWHM * psf.fwhm_px;
             let half = reach as i32 + 1;
             let places = (-half..=half).flat_map(|j| (-half..=half).map(move |i| (f64::from(i), f64::from(j))));
             let places: Vec<(f64, f64)> = places.filter(|(x, y)| x.hypot(*y) <= reach).collect();
-            let shares: Vec<SVector<f64, 3>> =
-                places.iter().map(|(x, y)| SVector::from(psf.wide_share(*x, *y))).collect();
+            let shares: Vec<SVector<f64, 3>> = places.iter().map(|(x, y)| SVector::from(discs.share(*x, *y))).collect();
             let normal = shares.iter().fold(SMatrix::<f64, 3, 3>::zeros(), |n, s| n + s * s.transpose());
             let weights = normal.cholesky().unwrap().inverse() * SVector::repeat(1.0);
             // sources as sums of points
             let light = |points: &[(f64, f64)]| -> f64 {
-                let of = |(x, y): &(f64, f64)| points.iter().map(|(u, v)| psf.share(x - u, y - v).point).sum::<f64>();
+                let of = |(x, y): &(f64, f64)| points.iter().map(|(u, v)| point(x - u, y - v)).sum::<f64>();
                 places.iter().zip(&shares).map(|(at, s)| weights.dot(s) * of(at)).sum::<f64>() / points.len() as f64
             };
             for diameter in [1.0, 1.25, 1.5, 2.0, 2.5, 3.0] {
