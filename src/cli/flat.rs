@@ -7,7 +7,7 @@ use satphot::Error;
 use satphot::base::hash::sha256_16;
 use satphot::base::threads::with_threads;
 use satphot::frames::Detector;
-use satphot::frames::flat::{BAND_BYTES, MasterFlat};
+use satphot::frames::flat::{BAND_BYTES, FlatMember, MasterFlat};
 use satphot::pipeline::products::provenance::Provenance;
 use satphot::pipeline::shards::plan_file::Plan;
 use satphot::pipeline::shards::reduce::plan_flat;
@@ -75,14 +75,19 @@ impl Flat {
     /// What became of each flat.
     fn tell_flat(&self, flat: &MasterFlat) {
         for member in &flat.members {
-            let what = if member.used { "used".to_string() } else { format!("rejected: {}", member.reason) };
+            let what = match member {
+                FlatMember { used: true, .. } => "used".to_string(),
+                FlatMember { not_needed: true, .. } => member.reason.clone(),
+                _ => format!("rejected: {}", member.reason),
+            };
             print(&format!("{:<40} level {:>9.1} ADU  {what}\n", member.path.display(), member.level_adu));
         }
         let used = flat.members.iter().filter(|m| m.used).count();
         print(&format!(
-            "{}: median of {used} flats, {:.3} % of the pixels masked\n",
+            "{}: median of {used} flats, {:.3} % of the pixels masked{}\n",
             self.out.display(),
-            100.0 * flat.masked_frac
+            100.0 * flat.masked_frac,
+            flat.noise_frac.map_or(String::new(), |noise| format!(", noise of a pixel {:.3} %", 100.0 * noise))
         ));
     }
 }

@@ -146,6 +146,9 @@ impl Config {
         range("photometry.clip_sigma", p.clip_sigma, 1.5, 100.0, "σ")?;
         range("flat.min_response", self.flat.min_response, 0.0, 1.0, "")?;
         ordered("flat.level_range_frac", self.flat.level_range_frac, "of full scale")?;
+        if let Some(noise) = self.flat.noise_frac {
+            range("flat.noise_frac", noise, 1e-5, 0.1, "of the light (0.002 is usual)")?;
+        }
         let t = &self.target;
         range("target.search_radius_arcsec", t.search_radius_arcsec, 0.01, 36_000.0, "arcsec")?;
         range("target.detect_sigma", t.detect_sigma, 1.0, 1_000.0, "σ")?;

@@ -24,6 +24,10 @@ pub struct Flat {
     pub min_flats: usize,
     /// What each flat is divided by before the median is taken.
     pub scale: FlatScale,
+    /// Noise of a pixel of the master that is accepted, as a share of the light: no more flats are combined than that takes (five
+    /// at least). A magnitude of a point changes by at most 1.09 of it, usually by a fifth; absent = all flats are combined.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise_frac: Option<f64>,
 }
 
 /// What a flat is divided by before the median is taken.
@@ -39,7 +43,14 @@ pub enum FlatScale {
 
 impl Default for Flat {
     fn default() -> Self {
-        Self { master: None, min_response: 0.2, level_range_frac: [0.02, 0.95], min_flats: 3, scale: FlatScale::Level }
+        Self {
+            master: None,
+            min_response: 0.2,
+            level_range_frac: [0.02, 0.95],
+            min_flats: 3,
+            scale: FlatScale::Level,
+            noise_frac: None,
+        }
     }
 }
 

@@ -79,13 +79,9 @@ pub fn master_flat(
         && let Ok(flat) = MasterFlat::read(path, clip, &night.config.flat)
     {
         progress.done();
-        return Ok(Flattened {
-            flat: Some(MasterFlat { members, ..flat }),
-            flat_sha256,
-            zero,
-            hot: Vec::new(),
-            prepared: night,
-        });
+        let flat = MasterFlat { members, ..flat };
+        notes.extend(flats_not_needed(&flat));
+        return Ok(Flattened { flat: Some(flat), flat_sha256, zero, hot: Vec::new(), prepared: night });
     }
     let flat = threads
         .install(|| MasterFlat::make(&survey.flats, &night.detector, &night.config.flat, clip, BAND_BYTES))
@@ -98,6 +94,7 @@ pub fn master_flat(
             },
             other => other,
         })?;
+    notes.extend(flats_not_needed(&flat));
     let mut flat_sha256 = String::new();
     if let Some(path) = file {
         let provenance = Provenance::of_flat(&night.config, &survey.flats, &|p| products.sha256(p).ok())?;
@@ -107,6 +104,13 @@ pub fn master_flat(
     }
     progress.done();
     Ok(Flattened { flat: Some(flat), flat_sha256, zero, hot: Vec::new(), prepared: night })
+}
+
+/// How many flats were enough for `flat.noise_frac`.
+fn flats_not_needed(flat: &MasterFlat) -> Option<String> {
+    let spared = flat.members.iter().filter(|m| m.not_needed);
+    let (n, why) = (spared.clone().count(), spared.map(|m| &m.reason).next()?);
+    Some(format!("{n} flats are {why}"))
 }
 
 /// The biases and darks of the night, combined, unless the configuration leaves them out.
@@ -323,5 +327,5 @@ fn reduced(
 /// Flats that did not enter the master, as rows.
 pub(crate) fn rejected_flats(night: &Flattened) -> Vec<PhotometryRow> {
     let Some(flat) = &night.flat else { return Vec::new() };
-    flat.members.iter().filter(|m| !m.used).map(|m| flat_row(&m.path, &m.reason)).collect()
+    flat.members.iter().filter(|m| !m.used && !m.not_needed).map(|m| flat_row(&m.path, &m.reason)).collect()
 }

@@ -330,3 +330,79 @@ fn a_frame_of_nan_is_all_bad_and_dividing_a_flat_by_itself_is_flat() {
     let frame = read(&e, gain, None, Some(&master)).unwrap();
     assert!(frame.all_bad());
 }
+
+/// Flats of `level` ADU above the pedestal with the noise of photons and reading; the one at `other` sees through another filter.
+fn photon_flats(dir: &Path, n: usize, level: f64, other: Option<usize>) -> Vec<Exposure> {
+    let some = flat(dir, "gain.fits", &sky(8, 8, level, 1), false);
+    let gain = detector().gain(&some).unwrap();
+    let (e_per_adu, read_noise_e) = (gain.e_per_adu.0, gain.read_noise_e);
+    let mut state = 20_261_125u64;
+    let mut unit = move || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / 2f64.powi(53)
+    };
+    (0..n)
+        .map(|k| {
+            let pixels = Array2::from_shape_fn((120, 120), |(j, i)| {
+                let stripes = if other == Some(k) { 1.0 + 0.03 * ((i / 40 + j / 40) % 2) as f64 } else { 1.0 };
+                let light_e = level * e_per_adu * stripes;
+                let gauss = (0..12).map(|_| unit()).sum::<f64>() - 6.0;
+                (PEDESTAL + (light_e + gauss * (light_e + read_noise_e.powi(2)).sqrt()) / e_per_adu).round() as u16
+            });
+            flat(dir, &format!("flat_{k:02}.fits"), &pixels, false)
+        })
+        .collect()
+}
+
+fn scatter(master: &MasterFlat) -> f64 {
+    let values: Vec<f64> = master.response.iter().map(|v| f64::from(*v)).collect();
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
+}
+
+#[test]
+fn no_more_flats_are_combined_than_the_noise_that_is_accepted_takes() {
+    let dir = tempfile::tempdir().unwrap();
+    let make = |flats: &[Exposure], noise_frac| {
+        let config = satphot::config::Flat { noise_frac, ..config(&[]).flat };
+        MasterFlat::make(flats, &detector(), &config, None, BAND_BYTES).unwrap()
+    };
+    let used =
+        |master: &MasterFlat| -> Vec<usize> { (0..master.members.len()).filter(|k| master.members[*k].used).collect() };
+    let flats = photon_flats(dir.path(), 30, 20_000.0, None);
+    let all = make(&flats, None);
+    assert_eq!(used(&all).len(), 30);
+    for (master, n) in [(&all, 30), (&make(&flats, Some(0.0025)), 16), (&make(&flats, Some(0.02)), 5)] {
+        // the scatter of 14 400 pixels is known to 0.6 %
+        let (stated, seen) = (master.noise_frac.unwrap(), scatter(master));
+        assert!((seen / stated - 1.0).abs() < 0.025, "{n} flats: stated {stated}, seen {seen}");
+        let k = used(master);
+        assert!(k.len().abs_diff(n) <= 1 && k[0] == 0 && k[k.len() - 1] == 29, "{k:?}, about {n} expected");
+        let gaps = k.windows(2).map(|w| w[1] - w[0]);
+        assert!(gaps.clone().max().unwrap() - gaps.min().unwrap() <= 1, "spread evenly: {k:?}");
+        let spared = master.members.iter().filter(|m| m.not_needed);
+        assert_eq!(spared.clone().count(), 30 - k.len());
+        assert!(spared.clone().all(|m| !m.used && m.reason.contains("flat.noise_frac")));
+    }
+    let some = make(&flats, Some(0.0025));
+    let few = &flats[..used(&some).len() - 1];
+    assert!(
+        some.noise_frac.unwrap() <= 0.0025 && make(few, None).noise_frac.unwrap() > 0.0025,
+        "one fewer is not enough"
+    );
+    assert_eq!(used(&make(few, Some(0.0025))).len(), few.len(), "all of those that do not suffice");
+    // written and read again, it is as certain
+    let path = dir.path().join("master.fits");
+    some.write(&path).unwrap();
+    let again = MasterFlat::read(&path, None, &config(&[]).flat).unwrap();
+    assert_eq!(again.noise_frac, some.noise_frac);
+    // a flat of another filter among those that are combined: another takes its place
+    let other = used(&some)[3];
+    let mixed = photon_flats(dir.path(), 30, 20_000.0, Some(other));
+    let master = make(&mixed, Some(0.0025));
+    assert!(!master.members[other].used && !master.members[other].not_needed, "{:?}", master.members[other]);
+    assert!(master.noise_frac.unwrap() <= 0.0025 && used(&master).len().abs_diff(16) <= 1);
+    assert!((scatter(&master) / master.noise_frac.unwrap() - 1.0).abs() < 0.025);
+}

@@ -106,6 +106,12 @@ const KNOBS: &[Knob] = &[
     },
     Knob { label: "flats", default: "9", others: &[flats("none", 0), flats("3", 3), flats("5", 5)], of: (true, true) },
     Knob {
+        label: "flat.noise_frac",
+        default: "all flats",
+        others: &[set("0.004", &["flat.noise_frac=0.004"])],
+        of: (true, true),
+    },
+    Knob {
         label: "stars.combine",
         default: "median",
         others: &[set("none", &["stars.combine=none"])],

@@ -18,11 +18,14 @@ use crate::fits::{CardLine, card};
 use crate::frames::clip::Region;
 use crate::frames::read::Pixels;
 
+/// The card with the noise of a pixel.
+const NOISE: &str = "NOISEFRC";
+
 impl MasterFlat {
     /// Writes the box of the clip circle as an f32 image; masked pixels are NaN.
     ///
     /// Cards: ORIGIN_X, ORIGIN_Y (full-frame pixel of the first one, 0-based), FULL_NX, FULL_NY, NCOMBINE, MASKFRAC,
-    /// NORMED, and one HISTORY line per flat with its level or the reason of its rejection.
+    /// NORMED, NUNUSED, NOISEFRC where it is known, and one HISTORY line per flat with its level or the reason of its rejection.
     ///
     /// # Errors
     /// [`Error::Fits`], [`Error::Io`].
@@ -36,6 +39,7 @@ impl MasterFlat {
     /// The errors of [`MasterFlat::write`].
     pub fn write_with(&self, path: &Path, more: &[CardLine]) -> Result<()> {
         let used = self.members.iter().filter(|m| m.used).count();
+        let unneeded = self.members.iter().filter(|m| m.not_needed).count();
         let whole = |n: usize| n as i64;
         let mut cards = vec![
             card("IMAGETYP", "Master Flat", "median of flats, each divided by its level"),
@@ -44,7 +48,8 @@ impl MasterFlat {
             card("FULL_NX", whole(self.full_size_px.0), "[px] full-frame size"),
             card("FULL_NY", whole(self.full_size_px.1), "[px] full-frame size"),
             card("NCOMBINE", whole(used), "flats in the median"),
-            card("NREJECT", whole(self.members.len() - used), "flats rejected"),
+            card("NREJECT", whole(self.members.len() - used - unneeded), "flats rejected"),
+            card("NUNUSED", whole(unneeded), "flats not needed for flat.noise_frac"),
             card("MASKFRAC", self.masked_frac, "share of masked pixels (NaN)"),
             card("NORMED", true, "median 1 inside the clip circle"),
             card("BUNIT", "relative", "response"),
@@ -52,11 +57,16 @@ impl MasterFlat {
         if let Some(filter) = &self.filter {
             cards.push(card("FILTER", filter.as_str(), ""));
         }
+        if let Some(noise_frac) = self.noise_frac {
+            cards.push(card(NOISE, noise_frac, "noise of a pixel at the median level"));
+        }
         cards.extend_from_slice(more);
         for m in &self.members {
             let name = file_name(&m.path);
             let line = if m.used {
                 format!("used {name} level {:.1} ADU", m.level_adu)
+            } else if m.not_needed {
+                format!("{name} {}", m.reason)
             } else {
                 format!("rejected {name}: {}", m.reason)
             };
@@ -87,7 +97,10 @@ impl MasterFlat {
         guarded(path, || Pixels::open(path, &header)?.read((x, y), (w, h), &mut values))?;
         let response = Array2::from_shape_vec((h, w), values).map_err(|e| Error::Flat { problem: e.to_string() })?;
         let normalise = header.logical("NORMED") != Some(true);
-        Self::finish(response, &region, config.min_response, normalise, Vec::new(), header.text("FILTER"))
+        let master =
+            Self::finish(response, &region, config.min_response, normalise, Vec::new(), header.text("FILTER"))?;
+        let noise_frac = header.number(NOISE).filter(|noise| (0.0..1.0).contains(noise));
+        Ok(MasterFlat { noise_frac, ..master })
     }
 }
 

@@ -13,6 +13,7 @@ use ndarray::{Array2, Axis};
 
 use super::counting::CountingMedian;
 use super::levels::{level_step, median_inside, median_of_stored};
+use super::needed::{needed, noise_area_px, noise_of_flat, noise_of_master};
 use super::ratio::{limit, ratio_scatter};
 use super::stack::{Stack, Usable};
 use crate::base::error::{Error, Result};
@@ -42,8 +43,14 @@ pub struct FlatMember {
     pub level_adu: f64,
     /// Whether it is part of the master.
     pub used: bool,
+    /// Whether it could be, and fewer are enough for `flat.noise_frac`.
+    #[serde(default)]
+    pub not_needed: bool,
     /// Why not; empty if used.
     pub reason: String,
+    /// Noise of a pixel at the median level; `None` where gain or level are not known.
+    #[serde(default)]
+    pub noise_frac: Option<f64>,
     /// Scatter of its ratio to the master over blocks of the frame, a plane subtracted.
     #[serde(default)]
     pub ratio_scatter_frac: Option<f64>,
@@ -67,6 +74,8 @@ pub struct MasterFlat {
     pub masked_frac: f64,
     /// Filter of the flats, where all agree.
     pub filter: Option<String>,
+    /// Noise of a pixel at the median level, by photons and read noise of the flats; `None` where it is not known.
+    pub noise_frac: Option<f64>,
 }
 
 impl MasterFlat {
@@ -77,7 +86,8 @@ impl MasterFlat {
     /// combined as they are stored: less work. A saturated or NaN pixel is excluded from its median; with at most half of
     /// the flats left, or at or below `config.min_response`, it is masked. Flats of another size than most, of a level
     /// outside `config.level_range_frac` of full scale, that cannot be read, be it while they are combined, or whose ratio
-    /// to the master is not that of the others, are rejected with a reason.
+    /// to the master is not that of the others, are rejected with a reason. With `config.noise_frac` only as many are combined
+    /// as make a pixel of the master that certain: others take the place of those that turn out to be rejected.
     ///
     /// Memory: the result, and `band_bytes` for the bands of all threads together. The result depends on neither.
     ///
@@ -101,11 +111,11 @@ impl MasterFlat {
         let (nx, ny) = region.size_px;
         let first = flats.first().map_or(Path::new(""), |flat| flat.path.as_path());
         let mut values = zeros(first, nx * ny)?;
-        let mut compared = false;
+        let mut compared: Vec<usize> = Vec::new();
         // Once more without those that turn out to be unreadable where their level did not look, and once without those
         // that differ from the others: each round has fewer.
-        let (filter, values) = loop {
-            let used: Vec<usize> = (0..flats.len()).filter(|k| members[*k].used).collect();
+        let (filter, values, used) = loop {
+            let used = needed(&members, config.noise_frac, config.min_flats);
             if used.len() < config.min_flats.max(1) {
                 return Err(Error::Flat { problem: too_few(&members, config.min_flats.max(1)) });
             }
@@ -124,12 +134,13 @@ impl MasterFlat {
             if unreadable.is_empty() {
                 let master =
                     Array2::from_shape_vec((ny, nx), values).map_err(|e| Error::Flat { problem: e.to_string() })?;
-                let again = !compared && set_different_aside(flats, &mut members, &master, (detector, config, &region));
-                compared = true;
+                let again = used.iter().any(|k| !compared.contains(k))
+                    && set_different_aside(flats, &mut members, &used, &master, (detector, config, &region));
                 values = master.into_raw_vec_and_offset().0;
                 if !again {
-                    break (filter, values);
+                    break (filter, values, used);
                 }
+                compared.clone_from(&used);
             }
             for (k, error) in unreadable {
                 let member = &mut members[used[k]];
@@ -137,7 +148,28 @@ impl MasterFlat {
             }
         };
         let response = Array2::from_shape_vec((ny, nx), values).map_err(|e| Error::Flat { problem: e.to_string() })?;
-        Self::finish(response, &region, config.min_response, true, members, filter)
+        let noise_frac = noise_of_master(&members, &used);
+        set_not_needed_aside(&mut members, &used, noise_frac, config.noise_frac);
+        let master = Self::finish(response, &region, config.min_response, true, members, filter)?;
+        Ok(MasterFlat { noise_frac, ..master })
+    }
+
+    /// Mean response under the image of a point: over the square of its noise-equivalent area; `None` where it reaches over the edge
+    /// or a masked pixel.
+    #[must_use]
+    pub fn mean_under_point(&self, x_px: f64, y_px: f64, fwhm_px: f64) -> Option<f64> {
+        let half_px = (noise_area_px(fwhm_px).sqrt() / 2.0).round();
+        let range = |at_px: f64, origin_px: usize| {
+            let (lo, hi) = (at_px.round() - half_px - origin_px as f64, at_px.round() + half_px - origin_px as f64);
+            (lo >= 0.0).then_some(lo as usize..hi as usize + 1)
+        };
+        let (columns, rows) = (range(x_px, self.origin_px.0)?, range(y_px, self.origin_px.1)?);
+        let (ny, nx) = self.response.dim();
+        if columns.end > nx || rows.end > ny {
+            return None;
+        }
+        let under = self.response.slice(ndarray::s![rows, columns]);
+        Some(under.iter().map(|r| f64::from(*r)).sum::<f64>() / under.len() as f64).filter(|mean| mean.is_finite())
     }
 
     /// Normalises (where configured) and masks what must not be divided by.
@@ -175,6 +207,7 @@ impl MasterFlat {
             members,
             masked_frac: masked as f64 / inside.max(1) as f64,
             filter,
+            noise_frac: None,
         })
     }
 }
@@ -202,13 +235,15 @@ pub(crate) fn common_size(flats: &[Exposure]) -> Option<(usize, usize)> {
 fn check_member(flat: &Exposure, detector: &Detector, config: &config::Flat, region: &Region) -> (FlatMember, f32) {
     // A flat needs no electrons: with an unknown gain the converter alone says what is saturated.
     let gain = detector.gain(flat).ok();
-    let saturation_adu = gain.map_or(detector.saturation_of_converter_adu(), |g| g.saturation_adu);
+    let saturation_adu = gain.as_ref().map_or(detector.saturation_of_converter_adu(), |g| g.saturation_adu);
     let full_adu = saturation_adu / detector.saturation_frac() - detector.pedestal_adu();
     let mut member = FlatMember {
         path: flat.path.clone(),
         level_adu: f64::NAN,
         used: false,
+        not_needed: false,
         reason: String::new(),
+        noise_frac: None,
         ratio_scatter_frac: None,
         ratio_limit_frac: None,
     };
@@ -229,6 +264,8 @@ fn check_member(flat: &Exposure, detector: &Detector, config: &config::Flat, reg
         Ok(None) => member.reason = "no finite pixel inside the clip circle".into(),
         Ok(Some(median)) => {
             member.level_adu = median - detector.pedestal_adu();
+            member.noise_frac =
+                gain.map(|gain| noise_of_flat(member.level_adu, &gain)).filter(|noise| noise.is_finite());
             let share = member.level_adu / full_adu;
             if member.level_adu > 0.0 && share >= lo && share <= hi {
                 member.used = true;
@@ -273,28 +310,43 @@ fn reason(flat: &Exposure, error: &Error) -> String {
     error.to_string().replace(&*flat.path.to_string_lossy(), &flat.name)
 }
 
-/// Compares every used flat with the master and marks those that differ as not used, where enough others are left; whether there
+/// The flats that could be used and are not needed, with the reason.
+fn set_not_needed_aside(members: &mut [FlatMember], used: &[usize], noise: Option<f64>, accepted: Option<f64>) {
+    let could = members.iter().filter(|m| m.used).count();
+    for (_, member) in members.iter_mut().enumerate().filter(|(k, m)| m.used && !used.contains(k)) {
+        (member.used, member.not_needed) = (false, true);
+        member.reason = format!(
+            "not needed: with {} of {could} flats the noise of a pixel is {:.5}, flat.noise_frac = {}",
+            used.len(),
+            noise.unwrap_or(f64::NAN),
+            accepted.unwrap_or(f64::NAN)
+        );
+    }
+}
+
+/// Compares the flats of a master with it and marks those that differ as not used, where enough others are left; whether there
 /// are any.
 fn set_different_aside(
     flats: &[Exposure],
     members: &mut [FlatMember],
+    used: &[usize],
     master: &Array2<f32>,
     (detector, config, region): (&Detector, &config::Flat, &Region),
 ) -> bool {
-    let scatters: Vec<Option<f64>> = flats
+    let scatters: Vec<Option<f64>> = used
         .par_iter()
-        .zip(members.par_iter())
-        .map(|(flat, member)| {
-            let levels = (member.level_adu, detector.pedestal_adu());
+        .map(|k| {
+            let levels = (members[*k].level_adu, detector.pedestal_adu());
             // a file that cannot be read now was read a moment ago: nothing is known of its ratio
-            member.used.then(|| ratio_scatter(flat, levels, master, region).ok().flatten()).flatten()
+            ratio_scatter(&flats[*k], levels, master, region).ok().flatten()
         })
         .collect();
     let known: Vec<f64> = scatters.iter().flatten().copied().collect();
     let limit = limit(&known);
     let differs = |scatter: Option<f64>| scatter.zip(limit).is_some_and(|(scatter, limit)| scatter > limit);
-    let left = members.iter().zip(&scatters).filter(|(m, s)| m.used && !differs(**s)).count();
-    for (member, scatter) in members.iter_mut().zip(scatters) {
+    let left = scatters.iter().filter(|s| !differs(**s)).count();
+    for (k, scatter) in used.iter().zip(scatters) {
+        let member = &mut members[*k];
         (member.ratio_scatter_frac, member.ratio_limit_frac) = (scatter, limit.filter(|_| scatter.is_some()));
         if let Some((scatter, limit)) =
             scatter.zip(limit).filter(|_| differs(scatter) && left >= config.min_flats.max(1))

@@ -6,6 +6,7 @@ pub(crate) mod kernel;
 pub(crate) mod levels;
 pub(crate) mod master;
 pub(crate) mod median;
+pub(crate) mod needed;
 mod ratio;
 pub(crate) mod stack;
 

@@ -6,10 +6,13 @@ use super::scenes::explain_scenes;
 use super::timing::each_us;
 use super::timing::sample;
 use crate::base::error::Result;
+use crate::base::file::file_name;
 use crate::base::progress::Progress;
 use crate::brightness::Scene;
 use crate::brightness::light_sources::mag_of_flux;
 use crate::brightness::scene::scene;
+use crate::config;
+use crate::frames::flat::{BAND_BYTES, MasterFlat};
 use crate::frames::{Exposure, FrameReader};
 use crate::photometry::target::measure::TargetFound;
 use crate::pipeline::explain::text::{Explanation, LeftOut, runs};
@@ -48,6 +51,7 @@ pub fn explain_night(
         None => Explanation::default(),
     };
     let mut items = stages(survey, night);
+    items.extend(fewer_flats(survey, frames, night, &cpu_s));
     items.extend(outside_the_circle(survey, night, &cpu_s));
     items.extend(away_from_the_target(survey, night, &cpu_s));
     items.extend(beside_the_pilots(survey, frames, night, &cpu_s));
@@ -81,6 +85,43 @@ fn stages(survey: &Survey, night: &Calibrated) -> Vec<LeftOut> {
         items.push(nothing("frames", why, survey.others.len(), survey.len(), runs(&all, &name)));
     }
     items
+}
+
+/// Flats beyond those that `flat.noise_frac` takes: the master of all is made too, and compared where targets stand.
+fn fewer_flats(
+    survey: &Survey,
+    frames: &[TargetFrame],
+    night: &Calibrated,
+    cpu_s: &dyn Fn() -> f64,
+) -> Option<LeftOut> {
+    let flat = night.flat.as_ref()?;
+    let spared: Vec<usize> = (0..flat.members.len()).filter(|k| flat.members[*k].not_needed).collect();
+    if spared.is_empty() {
+        return None;
+    }
+    let make = |noise_frac: Option<f64>| {
+        let config = config::Flat { noise_frac, ..night.config.flat.clone() };
+        let start = cpu_s();
+        let clip = night.config.photometry.clip_radius_px;
+        let master = MasterFlat::make(&survey.flats, &night.detector, &config, clip, BAND_BYTES).ok()?;
+        Some((master, cpu_s() - start))
+    };
+    let ((of_all, all_s), (of_some, some_s)) = (make(None)?, make(night.config.flat.noise_frac)?);
+    let at = |f: &TargetFrame| Some((f.row.x_px?, f.row.y_px?, f.row.fwhm_px?));
+    let changes = frames.iter().filter_map(at).filter_map(|(x_px, y_px, fwhm_px)| {
+        let [all, some] = [&of_all, &of_some].map(|flat| flat.mean_under_point(x_px, y_px, fwhm_px));
+        Some(mag_of_flux(some? / all?)?.abs())
+    });
+    Some(LeftOut {
+        what: "flats".into(),
+        why: format!("noise of a pixel {:.5} with the others", flat.noise_frac.unwrap_or(f64::NAN)),
+        count: spared.len(),
+        of: flat.members.len(),
+        scenes: runs(&spared, &|k| file_name(&flat.members[k].path)),
+        timed: spared.len(),
+        each_us: Some(1e6 * (all_s - some_s).max(0.0) / spared.len() as f64),
+        changes_mag: changes.reduce(f64::max),
+    })
 }
 
 /// Pixels outside of the clip circle are not read.

@@ -5,6 +5,7 @@
 
 use crate::base::constants::MAG_PER_LN;
 use crate::frames::Gain;
+use crate::frames::flat::needed::noise_mag;
 use crate::photometry::aperture::Shape;
 use crate::photometry::flux::{Flux, detectable_e};
 use crate::photometry::surface_brightness::inst_mu;
@@ -27,6 +28,8 @@ pub struct Measurement {
     pub sky_corner_ratio: Option<f64>,
     /// Whether the frame was divided by a master flat.
     pub flattened: bool,
+    /// Error of a magnitude by the flat \[mag\]: its noise under a point, where that is known, or the vignetting of a frame without.
+    pub flat_err_mag: f64,
     /// Whether the target stands out.
     pub detected: bool,
     /// Centre of the aperture \[px\].
@@ -142,6 +145,14 @@ pub struct Setting<'a> {
 }
 
 impl Setting<'_> {
+    /// Error of a magnitude by the flat, or by there being none \[mag\].
+    fn flat_err_mag(&self) -> f64 {
+        match &self.night.flat {
+            Some(flat) => flat.noise_frac.map_or(0.0, |noise| noise_mag(noise, self.aperture_fwhm_px)),
+            None => self.night.config.zeropoint.no_flat_err_mag,
+        }
+    }
+
     /// The result of the search in a frame, as a measurement.
     #[must_use]
     pub fn measurement(&self, found: TargetFound) -> Measurement {
@@ -230,6 +241,7 @@ impl Setting<'_> {
             search_radius_px: self.search_radius_px,
             sky_corner_ratio: self.sky_corner_ratio,
             flattened: self.night.flat.is_some(),
+            flat_err_mag: self.flat_err_mag(),
             detected,
             x_px,
             y_px,
@@ -333,13 +345,12 @@ impl Measurement {
         let gain_err = night.detector.gain_table_err_mag();
         let [colour, colour_err] = z.target_colour(zeropoint.colour);
         let fit_err = zeropoint.err_one_pointing_mag(airmass, colour, colour_err);
-        let vignetting_err = if self.flattened { 0.0 } else { z.no_flat_err_mag };
         let night_err = other.map_or(0.0, |other| other.extra_err_mag);
         let correction_err = self.correction.and_then(|c| c.err_mag).unwrap_or(0.0);
         let of = |m: Option<f64>| m.map(|m| zeropoint.v_mag(m, airmass, colour));
         let (v_mag, limit_v_mag) = (of(self.inst.mag), of(self.inst.limit_mag));
         let v_mag_err_sys = (v_mag.is_some() || limit_v_mag.is_some())
-            .then(|| fit_err.hypot(gain_err).hypot(night_err).hypot(correction_err).hypot(vignetting_err));
+            .then(|| fit_err.hypot(gain_err).hypot(night_err).hypot(correction_err).hypot(self.flat_err_mag));
         CalibratedMeasurement {
             v_mag,
             v_mag_err_sys,

@@ -284,9 +284,8 @@ pub fn fill_trails(
     let m = &of.measured;
     let airmass = row.airmass.unwrap_or(f64::NAN);
     let [colour, colour_err] = night.config.zeropoint.target_colour(night.zeropoint.as_ref().and_then(|z| z.colour));
-    let vignetting_err = if m.flattened { 0.0 } else { night.config.zeropoint.no_flat_err_mag };
     let correction_err = m.correction.and_then(|c| c.err_mag).unwrap_or(0.0);
-    let own_err = offset.err_mag.hypot(correction_err).hypot(vignetting_err);
+    let own_err = offset.err_mag.hypot(correction_err).hypot(m.flat_err_mag);
     match (&night.zeropoint, trails.own_zp_mag) {
         (Some(z), _) => {
             let colour_part = (z.c_mag_mag + z.k2_mag * airmass) * colour_err;
