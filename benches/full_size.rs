@@ -75,7 +75,14 @@ fn region(night: &Calibrated, exposure: &Exposure) -> Option<Region> {
     let measured = frame.measured?.ok()?.measured;
     let (a_px, ..) = measured.flux.shape.axes();
     let radius_px = 0.5 * a_px + 2.0 * measured.fwhm_px? + 5.0;
-    Some(Region { x_px: measured.x_px + 2.0, y_px: measured.y_px - 2.0, radius_px, aper_px: a_px })
+    Some(Region {
+        x_px: measured.x_px + 2.0,
+        y_px: measured.y_px - 2.0,
+        radius_px,
+        aper_px: a_px,
+        bound_px: a_px,
+        disc2: None,
+    })
 }
 
 /// The master flat alone: `satphot flat` without the hashes of its files and without writing.

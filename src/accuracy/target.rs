@@ -77,12 +77,14 @@ fn settings() -> TargetSettings {
         fwhm_px: FWHM_PX,
         profile: None,
         largest_fwhm: None,
+        known_disc2: None,
         sky_in_px: 3.0 * FWHM_PX,
         sky_out_px: 5.0 * FWHM_PX,
         clip_sigma: 3.0,
         shape: ApertureShape::Auto,
         contam_frac: 0.05,
         trail_direction: None,
+        bound_px: None,
     }
 }
 

@@ -11,7 +11,7 @@ use super::{bar::Bars, print, tell};
 const EXAMPLES: &str = "\
 Examples:
   satphot simulate -o raw --seed 7                   a small night: flats, star pointings, a tracked ISS, the truth
-  satphot simulate -o raw --set target.n=60 --set target.v_mag=12.5
+  satphot simulate -o raw --set target.n=60 --set target.offset_mag=3
   satphot simulate --print-scenario                  every key that can be set";
 
 /// Makes a night of FITS files with its truth: flats, star pointings, tracked target frames.

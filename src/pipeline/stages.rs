@@ -3,7 +3,7 @@
 //! Star pointings are in [`super::stars::stage`], what only the whole night shows in [`super::shards::whole`].
 
 use crate::base::threads::pool;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 use rayon::prelude::*;
@@ -233,17 +233,20 @@ pub fn target_stage(
     let of_pilots = in_order(&of(&pilots), room, (&options.stop, &kept), progress, whole, lost)?;
     let rows: Vec<(usize, PhotometryRow)> =
         pilots.iter().copied().zip(of_pilots.iter().map(|r| r.row.clone())).collect();
-    let regions: HashMap<&Path, Region> = others
+    let mut reduced: BTreeMap<usize, Reduced> = pilots.into_iter().zip(of_pilots).collect();
+    reduced.retain(|k, _| targets.wanted.contains(k));
+    // a pilot that shows more than the others do is looked at once more, by them
+    let again =
+        reduced.iter().filter(|(k, r)| targets.region(**k, &rows, night).is_some_and(|at| at.is_exceeded(&r.row)));
+    let rest: Vec<usize> = others.into_iter().chain(again.map(|(k, _)| *k)).collect();
+    let regions: HashMap<&Path, Region> = rest
         .iter()
         .filter_map(|k| Some((targets.exposures[*k].path.as_path(), targets.region(*k, &rows, night)?)))
         .collect();
     let part = |exposure: &Exposure| work(exposure, regions.get(exposure.path.as_path()));
-    let of_others = in_order(&of(&others), room, (&options.stop, &kept), progress, part, lost)?;
-    let mut reduced: Vec<(usize, Reduced)> =
-        pilots.into_iter().zip(of_pilots).chain(others.into_iter().zip(of_others)).collect();
-    reduced.retain(|(k, _)| targets.wanted.contains(k));
-    reduced.sort_by_key(|(k, _)| *k);
-    let reduced = reduced.into_iter().map(|(_, reduced)| reduced);
+    let of_rest = in_order(&of(&rest), room, (&options.stop, &kept), progress, part, lost)?;
+    reduced.extend(rest.into_iter().zip(of_rest));
+    let reduced = reduced.into_values();
     night.buffers.clear();
     progress.done();
     let mut quadratures = Quadratures::default();

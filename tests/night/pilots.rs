@@ -5,6 +5,9 @@ use std::collections::HashMap;
 
 use crate::support::{self, Night, simulated};
 
+use satphot::tables::PhotometryRow;
+use satphot::tables::words::Verdict;
+
 /// Three passes of fifteen frames.
 pub const PASSES: &[&str] = &["target.n=45", "frame.nx_px=240", "frame.ny_px=200", "target.off_centre_arcsec=1.0"];
 
@@ -32,7 +35,7 @@ fn between_the_pilots_of_a_pass_the_target_is_looked_for_where_it_stands() {
         assert!((row.v_mag.unwrap() - v_mag).abs() < 5.0 * err_mag, "{}: {:?} {v_mag}", row.frame, row.v_mag);
         narrow.push(row.frame.clone());
     }
-    // of three passes of fifteen, each with three pilots
+    // of three passes of fifteen, each with five pilots
     assert!((18..=36).contains(&narrow.len()), "{narrow:?}");
 
     // displaced by 50 px in one of them: found all the same, in all of the region, and no other row changes
@@ -50,9 +53,47 @@ fn between_the_pilots_of_a_pass_the_target_is_looked_for_where_it_stands() {
     }
 
     // without pilots that show the target nothing is known beforehand
-    let pilot = |k: usize| k.is_multiple_of(5);
+    let pilot = |k: usize| k.is_multiple_of(3);
     let frames = night.frames("target");
     frames.iter().enumerate().filter(|(k, _)| pilot(*k)).for_each(|(_, path)| support::fill(path, 1_000));
     night.run().unwrap();
     assert!(night.rows().iter().all(|r| r.search_radius_px.is_none_or(|r| r == whole_px)));
+}
+
+#[test]
+fn a_trail_that_joins_the_target_is_cut_off_where_the_pilots_show_no_target() {
+    let bright = [PASSES, &["target.offset_mag=-3.0"]].concat();
+    let original = simulated("pilots_trails", &bright);
+    let (truth, night) = (truth(&original), Night::copy_of(&original));
+    night.run().unwrap();
+    let half_px = |r: &PhotometryRow| r.aper_a_px.or(r.aper_r_px).unwrap_or(f64::NAN);
+    let bright = |r: &&PhotometryRow| r.verdict == Verdict::Use && r.snr > Some(40.0) && half_px(r) < 25.0;
+    let before: Vec<PhotometryRow> = night.rows().into_iter().filter(|r| bright(&r)).collect();
+    assert!(before.len() >= 8, "{} bright frames", before.len());
+    // every fourth of them, pilots too, with a trail that ends at the edge of the target
+    let joined: Vec<&PhotometryRow> = before.iter().step_by(4).collect();
+    for row in &joined {
+        let [x, y, _] = truth[&row.frame];
+        let theta = 35f64.to_radians();
+        let (dx, dy) = (6.0 * theta.cos(), 6.0 * theta.sin());
+        support::trail(&night.path(&row.frame), 240, (x + dx, y + dy), theta, (85.0, 3.6), 300.0);
+    }
+    night.run().unwrap();
+    let (mut n_cut, n_joined, rows) = (0, joined.len(), night.rows());
+    for was in joined {
+        let row = rows.iter().find(|r| r.frame == was.frame).unwrap();
+        let off_mag = row.v_mag.unwrap_or(f64::NAN) - was.v_mag.unwrap();
+        // never wrong without a word
+        assert!(
+            row.verdict != Verdict::Use || off_mag.abs() < 5.0 * row.v_mag_err.unwrap().hypot(was.v_mag_err.unwrap()),
+            "{}: {off_mag} {}",
+            row.frame,
+            row.reason
+        );
+        if half_px(row) < 1.6 * half_px(was) {
+            n_cut += 1;
+            assert!(off_mag.abs() < 0.3, "{}: {off_mag} {}", row.frame, row.reason);
+        }
+    }
+    assert!(2 * n_cut >= n_joined, "{n_cut} of {n_joined} are as large as before");
 }

@@ -103,8 +103,9 @@ impl Night {
         (photometry_scene::frame(pixels, READ_NOISE), (x, y))
     }
 
-    fn look(&self, frame: &Frame<Electrons>) -> TargetFound {
-        measure_target(frame, &background(frame, 64, 3.0).unwrap(), &self.settings())
+    fn look(&self, frame: &Frame<Electrons>, known_disc2: Option<(f64, f64)>) -> TargetFound {
+        let settings = TargetSettings { known_disc2, ..self.settings() };
+        measure_target(frame, &background(frame, 64, 3.0).unwrap(), &settings)
     }
 }
 
@@ -117,10 +118,15 @@ struct Found {
     as_point: Option<(f64, f64)>,
 }
 
+/// The size as other frames of the pass would show it, to so many FWHM²; unknown unless PASS says how well.
+fn known_disc2(disc_fwhm: f64) -> Option<(f64, f64)> {
+    Some((disc_fwhm * disc_fwhm, std::env::var("PASS").ok()?.parse().ok()?))
+}
+
 /// What was found where the source is, above the threshold.
 fn inject(night: &Night, flux: f64, disc_fwhm: f64, seed: u64) -> Option<Found> {
     let (frame, (x, y)) = night.frame(flux, disc_fwhm, seed);
-    match night.look(&frame) {
+    match night.look(&frame, known_disc2(disc_fwhm)) {
         TargetFound::Detected { flux, x_px, y_px, as_point_e, .. }
             if flux.snr >= 5.0 && (x_px - x).hypot(y_px - y) < night.fwhm =>
         {
@@ -231,7 +237,7 @@ fn false_detections_of_empty_frames() {
             .into_par_iter()
             .filter(|f| {
                 let frame = night.empty(&mut ChaCha12Rng::seed_from_u64(seed + f));
-                let found = night.look(&photometry_scene::frame(frame, READ_NOISE));
+                let found = night.look(&photometry_scene::frame(frame, READ_NOISE), None);
                 matches!(found, TargetFound::Detected { flux, .. } if flux.snr >= 5.0)
             })
             .count();

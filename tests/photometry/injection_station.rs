@@ -28,12 +28,14 @@ fn settings(case: &Case, theta: f64) -> TargetSettings {
         fwhm_px: case.fwhm,
         profile: None,
         largest_fwhm: None,
+        known_disc2: None,
         sky_in_px: 3.0 * case.fwhm,
         sky_out_px: 5.0 * case.fwhm,
         clip_sigma: 3.0,
         shape: satphot::config::ApertureShape::Auto,
         contam_frac: 0.05,
         trail_direction: known_direction(case.seed, theta),
+        bound_px: None,
     }
 }
 

@@ -26,12 +26,14 @@ pub fn target_settings(side_px: f64, search_radius_px: f64, fwhm_px: f64) -> Tar
         fwhm_px,
         profile: None,
         largest_fwhm: None,
+        known_disc2: None,
         sky_in_px: 3.0 * fwhm_px,
         sky_out_px: 5.0 * fwhm_px,
         clip_sigma: 3.0,
         shape: satphot::config::ApertureShape::Auto,
         contam_frac: 0.05,
         trail_direction: None,
+        bound_px: None,
     }
 }
 

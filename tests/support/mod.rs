@@ -289,6 +289,30 @@ pub fn fill(path: &Path, value_adu: u16) {
     std::fs::write(path, bytes).unwrap();
 }
 
+/// Adds a trail to a u16 frame of `width` columns: from (x, y) along `theta` \[rad\], `length_px` long, with a Gaussian profile of
+/// `fwhm_px` and ends as sharp as that.
+pub fn trail(
+    path: &Path,
+    width: usize,
+    (x, y): (f64, f64),
+    theta: f64,
+    (length_px, fwhm_px): (f64, f64),
+    peak_adu: f64,
+) {
+    let mut bytes = std::fs::read(path).unwrap();
+    let start = find_card(&bytes, "SIMPLE").1;
+    let sigma = fwhm_px / 2.355;
+    for (k, pixel) in bytes[start..].chunks_exact_mut(2).enumerate() {
+        let (dx, dy) = ((k % width) as f64 - x, (k / width) as f64 - y);
+        let (u, v) = (dx * theta.cos() + dy * theta.sin(), dy * theta.cos() - dx * theta.sin());
+        let beyond = (-u).max(u - length_px).max(0.0);
+        let light = peak_adu * (-0.5 * (v * v + beyond * beyond) / (sigma * sigma)).exp();
+        let adu = f64::from(i16::from_be_bytes([pixel[0], pixel[1]])) + light.round();
+        pixel.copy_from_slice(&(adu.min(f64::from(i16::MAX)) as i16).to_be_bytes());
+    }
+    std::fs::write(path, bytes).unwrap();
+}
+
 /// Moves the pixels of a u16 frame of `width` columns to the right; those that leave it come in again.
 pub fn shift(path: &Path, width: usize, by: usize) {
     let mut bytes = std::fs::read(path).unwrap();

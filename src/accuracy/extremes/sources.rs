@@ -92,12 +92,14 @@ fn settings(fwhm_px: f64) -> TargetSettings {
         fwhm_px,
         profile: None,
         largest_fwhm: None,
+        known_disc2: None,
         sky_in_px: 3.0 * fwhm_px,
         sky_out_px: 5.0 * fwhm_px,
         clip_sigma: 3.0,
         shape: ApertureShape::Auto,
         contam_frac: 0.05,
         trail_direction: None,
+        bound_px: None,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Whether a target is a point, a compact source of unknown size or extended, by its own pixels; and its flux.
 //!
 //! Electrons; sizes in FWHM of the stars. A point is measured with the least error there is, a compact source without a
-//! bias by its size, an extended one in its outline (`measure`). It does not cover what a pass tells of the size.
+//! bias by its size, an extended one in its outline (`measure`). What its pass shows of its size counts as well, where it is known.
 
 use ndarray::Array2;
 
@@ -113,7 +113,7 @@ pub(crate) fn measure_compact(
         return None;
     }
     let as_point_e = (point.flux.flux_e - point.empty_err_e / raw, point.flux.flux_err_e);
-    let mut size = size_of(point.disc2, s.largest_fwhm);
+    let mut size = size_of(point.disc2, s.known_disc2, s.largest_fwhm);
     point.flux.snr = as_point_e.0 / as_point_e.1;
     (point.flux.flux_e, point.flux.flux_err_e) = if size.kind == SourceKind::Point { as_point_e } else { point.free_e };
     if size.kind == SourceKind::Extended
@@ -138,10 +138,15 @@ pub(crate) fn measure_compact(
 /// diameters below 0.2 FWHM, for which a point is right, of all those up to `largest_fwhm`: that of the model at its range,
 /// else 3. σ² = σ_D² + (2 · 16/(8 ln 2) · 0.05)², the second term being the width of the star, which is not that of the
 /// night's stars in every frame.
-fn size_of((disc2, err): (f64, f64), largest_fwhm: Option<f64>) -> Size {
-    let doubt = 2.0 * WIDTH_DOUBT * 16.0 / FWHM_PER_SIGMA.powi(2);
-    let sigma = err.hypot(doubt);
-    let log_likelihood = |of: f64| -0.5 * ((disc2 - of) / sigma).powi(2);
+///
+/// Where other frames of the pass show the size, D² and σ are the mean of both, weighted by their variances.
+fn size_of((disc2, err): (f64, f64), known: Option<(f64, f64)>, largest_fwhm: Option<f64>) -> Size {
+    let own_err = err.hypot(width_err());
+    let (of_both, sigma) = known.filter(|(_, err)| *err > 0.0).map_or((disc2, own_err), |(of_pass, pass_err)| {
+        let (own, pass) = (own_err.powi(-2), pass_err.powi(-2));
+        ((own * disc2 + pass * of_pass) / (own + pass), (own + pass).sqrt().recip())
+    });
+    let log_likelihood = |of: f64| -0.5 * ((of_both - of) / sigma).powi(2);
     let sizes: Vec<f64> = (0..SIZES)
         .map(|k| POINT_FWHM + (LARGEST_FWHM - POINT_FWHM) * (k as f64 + 0.5) / SIZES as f64)
         .map(|diameter| log_likelihood(diameter * diameter))
@@ -152,12 +157,30 @@ fn size_of((disc2, err): (f64, f64), largest_fwhm: Option<f64>) -> Size {
     let log10_odds = (prior / (1.0 - prior)).log10() + (log_likelihood(0.0) - mean) * std::f64::consts::LOG10_E;
     let kind = if log10_odds > DECISIVE_ODDS.log10() {
         SourceKind::Point
-    } else if disc2 > MOST_DISC2 + sigma {
+    } else if of_both > MOST_DISC2 + sigma {
         SourceKind::Extended
     } else {
         SourceKind::Compact
     };
-    Size { kind, log10_odds, disc2, disc2_err: sigma }
+    Size { kind, log10_odds, disc2, disc2_err: own_err }
+}
+
+/// What a star of another width than the night's makes of the size of a point \[FWHM²\]: σ² changes by 2 · 5 % of it, a disc adds
+/// D²/16.
+fn width_err() -> f64 {
+    2.0 * WIDTH_DOUBT * 16.0 / FWHM_PER_SIGMA.powi(2)
+}
+
+/// The mean of sizes of a pass (D² and their errors \[FWHM²\]), weighted by their variances; the width of its stars is the same in all.
+/// `None` without any.
+#[must_use]
+pub fn mean_disc2(sizes: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64)> {
+    let usable = sizes.filter(|(disc2, err)| disc2.is_finite() && *err > 0.0);
+    let (sum, weight) = usable.fold((0.0, 0.0), |(sum, weight), (disc2, err)| {
+        let own = err.powi(-2);
+        (sum + own * disc2, weight + own)
+    });
+    (weight > 0.0).then(|| (sum / weight, weight.sqrt().recip().hypot(width_err())))
 }
 
 /// The significance that noise exceeds at a place of the search region in one frame of 2000, or `detect_sigma` where that
@@ -187,7 +210,7 @@ mod tests {
 
     #[test]
     fn a_point_is_one_whose_model_is_small_and_a_large_disc_is_extended_whatever_its_model() {
-        let kind = |disc2, err, largest| size_of((disc2, err), largest).kind;
+        let kind = |disc2, err, largest| size_of((disc2, err), None, largest).kind;
         assert_eq!(kind(0.0, 1.0, None), SourceKind::Compact);
         assert_eq!(kind(0.0, 1.0, Some(0.1)), SourceKind::Point);
         assert_eq!(kind(0.0, 1.0, Some(1.0)), SourceKind::Compact);
@@ -196,6 +219,22 @@ mod tests {
         }
         // the width of the star is not known to better than 5 %, so no pixels alone make a point
         assert_eq!(kind(0.0, 0.0, None), SourceKind::Compact);
-        assert!(size_of((-40.0, 1.0), None).log10_odds.is_finite() && size_of((1e4, 1.0), None).log10_odds < -100.0);
+        let odds = |disc2| size_of((disc2, 1.0), None, None).log10_odds;
+        assert!(odds(-40.0).is_finite() && odds(1e4) < -100.0);
+    }
+
+    #[test]
+    fn the_pass_decides_where_a_frame_cannot() {
+        let kind = |disc2, err, known| size_of((disc2, err), Some(known), None).kind;
+        // of two FWHM, in a frame that shows a point, or three
+        for own in [0.0, 3.0, 9.0] {
+            assert_eq!(kind(own, 4.0, (4.0, 0.4)), SourceKind::Extended, "{own}");
+            assert_eq!(kind(own, 4.0, (0.0, 0.4)), SourceKind::Compact, "{own}");
+        }
+        // what a frame shows clearly is not overruled by a pass that says little
+        assert_eq!(kind(0.2, 0.3, (4.0, 5.0)), SourceKind::Compact);
+        let (mean, err) = mean_disc2([(4.0, 1.0), (f64::NAN, 1.0), (2.0, 1.0)].into_iter()).unwrap();
+        assert!((mean - 3.0).abs() < 1e-12 && (err - 0.5f64.sqrt().hypot(width_err())).abs() < 1e-12);
+        assert!(mean_disc2(std::iter::empty()).is_none());
     }
 }

@@ -3,6 +3,7 @@
 //! Electrons. Pixels of the cutout, and cells of it ([`Cells`]) for everything but fluxes. Two passes: once with nothing
 //! known, again with the target excluded from sky and trails. It does not cover which object is the target.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use super::placed::Placed;
@@ -80,6 +81,8 @@ pub(crate) struct Cutout {
     pub lines: Vec<Crossing>,
     /// Whether each side (left, right, bottom, top) is the frame's own edge.
     pub at_edge: [bool; 4],
+    /// Cells in which nothing is part of the target, where that is known.
+    beyond: Option<Array2<bool>>,
 }
 
 impl Cutout {
@@ -135,7 +138,14 @@ impl Cutout {
             artefacts: Flags::default(),
             lines: Vec::new(),
             at_edge,
+            beyond: None,
         };
+        if let Some(bound_px) = s.bound_px {
+            let (x, y) = (s.x_px - columns.start as f64, s.y_px - rows.start as f64);
+            cutout.beyond = Some(Array2::from_shape_fn(cutout.net.mean.dim(), |(j, i)| {
+                (cutout.net.to_px(i as f64) - x).hypot(cutout.net.to_px(j as f64) - y) > bound_px
+            }));
+        }
         cutout.find_trails();
         cutout.straighten(None);
         cutout.model_trails(None);
@@ -153,6 +163,27 @@ impl Cutout {
         self.find_trails();
         self.straighten(None);
         self.model_trails(None);
+    }
+
+    /// Significances in squares of `scale` cells, none of which is more than 0 where nothing is part of the target.
+    pub fn in_bound<'a>(&self, snr: &'a Array2<f32>, scale: usize) -> Cow<'a, Array2<f32>> {
+        let Some(beyond) = &self.beyond else { return Cow::Borrowed(snr) };
+        let (ny, nx) = beyond.dim();
+        let middle = |k: usize, n: usize| (k * scale + scale / 2).min(n - 1);
+        let inside =
+            |(j, i): (usize, usize), v: f32| if beyond[[middle(j, ny), middle(i, nx)]] { v.min(0.0) } else { v };
+        Cow::Owned(Array2::from_shape_fn(snr.dim(), |at| inside(at, snr[at])))
+    }
+
+    /// Takes cells away in which nothing is part of the target; whether there were any.
+    pub fn cut_at_bound(&self, cells: &mut Array2<bool>) -> bool {
+        let Some(beyond) = &self.beyond else { return false };
+        let mut cut = false;
+        cells.zip_mut_with(beyond, |cell, beyond| {
+            cut |= *cell && *beyond;
+            *cell &= !beyond;
+        });
+        cut
     }
 
     /// Full-frame position of the cutout's first pixel.

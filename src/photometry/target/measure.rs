@@ -200,8 +200,8 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
         neighbours_e: neighbours.neighbours_e,
         err_e: trails.err_e.hypot(neighbours.err_e),
     };
-    // trails of which nothing is seen next to the aperture add an unknown amount
-    let unknown = cutout.trail_background.is_some() && trail_level.is_none();
+    // trails of which nothing is seen next to the aperture add an unknown amount, and so does what goes on beyond the target
+    let unknown = (cutout.trail_background.is_some() && trail_level.is_none()) || outline.is_cut;
     // a flux below its error is no measure of a share
     if unknown || all.exceeds(s.contam_frac, (flux.flux_e - neighbours.neighbours_e).max(flux.flux_err_e)) {
         flux.flags.set(Flags::CONTAMINATED);

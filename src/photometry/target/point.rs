@@ -146,7 +146,7 @@ impl Cutout {
         })
     }
 
-    /// The light of a source of up to three FWHM at a place, by least squares of discs of 1, 2 and 3 FWHM; `None` where too few of its
+    /// The light of a source of up to three FWHM at a place, by least squares of discs of 1.1, 2 and 2.9 FWHM; `None` where too few of its
     /// pixels are good.
     ///
     /// Errors are as in [`Self::forced_flux`], 2.1 to 2.5 times that of a point.

@@ -123,8 +123,8 @@ pub(crate) fn best_candidate(
     // cells of short trails, which a wider filter must not take for something else
     let mut trails = Array2::from_elem(cutout.net.mean.dim(), false);
     for scale in 0..SCALES.len() {
-        let snr = &snrs.first(scale + 1)[scale];
-        for candidate in candidates(cutout, frame, snr, scale, &mut trails, s) {
+        let snr = cutout.in_bound(&snrs.first(scale + 1)[scale], SCALES[scale]);
+        for candidate in candidates(cutout, frame, &snr, scale, &mut trails, s) {
             let further = candidate.scale as i32 - best.as_ref().map_or(0, |b| b.scale as i32);
             let handicap = SCALE_HANDICAP.powi(further).max(1.0);
             if best.as_ref().is_none_or(|b| candidate.score > b.score * handicap) {

@@ -42,6 +42,8 @@ pub(crate) struct Segment {
     pub inside: Array2<bool>,
     /// Cells of each neighbour.
     pub neighbours: Vec<Vec<(usize, usize)>>,
+    /// Whether it goes on where nothing is part of the target: a trail or a neighbour is in it.
+    pub is_cut: bool,
 }
 
 impl Segment {
@@ -136,8 +138,9 @@ pub(crate) fn segment(cutout: &Cutout, layers: &Layers, snrs: &[Array2<f32>], fo
             }
         }
     }
+    let is_cut = cutout.cut_at_bound(&mut inside);
     neighbours.retain(|cells| cells.iter().any(|&(i, j)| !inside[[j, i]]));
-    Segment { inside, neighbours }
+    Segment { inside, neighbours, is_cut }
 }
 
 /// The cells of a candidate.

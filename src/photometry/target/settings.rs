@@ -25,6 +25,8 @@ pub struct TargetSettings {
     pub profile: Option<StarProfile>,
     /// Largest size that the target can have, by its model and range \[FWHM\]; `None` if nothing tells.
     pub largest_fwhm: Option<f64>,
+    /// Square of the diameter of the disc that fits it in other frames of its pass, and its error \[FWHM²\], where that is known.
+    pub known_disc2: Option<(f64, f64)>,
     /// Inner radius of the annulus of an aperture of `limit_r_px` \[px\].
     pub sky_in_px: f64,
     /// Outer radius of that annulus \[px\]; the target's own annulus keeps its gap and at least its width.
@@ -37,6 +39,8 @@ pub struct TargetSettings {
     pub contam_frac: f64,
     /// Direction of the star trails, where it is known beforehand.
     pub trail_direction: Option<KnownDirection>,
+    /// No part of the target is further than so many pixels from (`x_px`, `y_px`): what else joins it is a trail or a neighbour.
+    pub bound_px: Option<f64>,
 }
 
 impl TargetSettings {

@@ -194,13 +194,14 @@ fn beside_the_pilots(
     let pilots = targets.pilots();
     let rows: Vec<_> = pilots.iter().filter_map(|k| Some((*k, frames.get(*k)?.row.clone()))).collect();
     let others = (0..frames.len()).filter(|k| pilots.binary_search(k).is_err());
-    let all: Vec<(usize, Region)> = others.filter_map(|k| Some((k, targets.region(k, &rows, night)?))).collect();
+    let settings_of = |k: usize| settings_of_frame(frames[k].geometry.as_ref(), &survey.targets[k], night);
+    let small = |k: usize| targets.region(k, &rows, night).filter(|region| region.is_small(&settings_of(k)));
+    let all: Vec<(usize, Region)> = others.filter_map(|k| Some((k, small(k)?))).collect();
     let chosen = sample(&all, FRAMES);
     let measure = |i: usize, whole: bool| -> Option<Seen> {
         let (k, region) = chosen[i];
-        let settings = settings_of_frame(frames[k].geometry.as_ref(), &survey.targets[k], night);
         let reader = night.open(&survey.targets[k]).ok()?;
-        measure_in_window(&reader, night, &settings, (!whole).then_some(&region)).ok()
+        measure_in_window(&reader, night, &settings_of(k), (!whole).then_some(&region)).ok()
     };
     let (each_us, changes_mag) = with_and_without(chosen.len(), &measure, cpu_s)?;
     Some(LeftOut {

@@ -69,12 +69,14 @@ pub fn target_settings(exposure: &Exposure, night: &Prepared, fwhm_arcsec: Optio
         fwhm_px,
         profile: None,
         largest_fwhm: None,
+        known_disc2: None,
         sky_in_px: p.sky_in_fwhm * fwhm_px,
         sky_out_px: p.sky_out_fwhm * fwhm_px,
         clip_sigma: p.clip_sigma,
         shape: t.shape,
         contam_frac: night.config.vetting.contam_caution_frac,
         trail_direction: None,
+        bound_px: None,
     }
 }
 

@@ -1,32 +1,33 @@
 //! Where the target stands in a frame by other frames of its pass, so that it need not be looked for elsewhere.
 //!
-//! Full-frame pixels; seconds. Every fifth target frame of a night is a pilot: the target is looked for in all of
+//! Full-frame pixels; seconds. Every third target frame of a night is a pilot: the target is looked for in all of
 //! `target.search_radius_arcsec`. In the frames between it is looked for first where the nearest pilots have it, and in all of it
-//! only if it is not clear there. So nothing can be lost; what is saved is most of the pixels. It does not cover the place of a
-//! pass for forced fluxes ([`crate::pipeline::passes`]), which takes all of its detections.
+//! only if it is not clear there. So nothing can be lost; what is saved is most of the pixels. Where a frame, a pilot too, shows
+//! something larger than the other pilots do, a trail or a neighbour has joined the target, which is then bounded by its size in them.
+//! It does not cover the place of a pass for forced fluxes ([`crate::pipeline::passes`]), which takes all of its detections.
 
 use std::collections::HashMap;
 use std::ops::Range;
 
 use super::frame::settings_of_frame;
 use super::place::Place;
-use super::window::Region;
+use super::window::{MOST_GROWTH, Region};
+use crate::base::stats::median;
 use crate::base::time::mjd_utc;
 use crate::frames::Exposure;
 use crate::photometry::Flags;
+use crate::photometry::target::compact::mean_disc2;
 use crate::pipeline::prepared::Calibrated;
 use crate::tables::PhotometryRow;
 use crate::tables::row_passes::PASS_GAP_S;
 use crate::tables::words::Status;
 
-/// One target frame of so many is a pilot: passes of twenty frames have four, and a search in all of the region takes three times as
+/// One target frame of so many is a pilot: passes of ten frames have three, and a search in all of the region takes three times as
 /// long as one where the target stands.
-const STEP: usize = 5;
-/// The place in a frame is expected by so many of the nearest pilots of its pass, of which so many at least show the target clearly, and
-/// all but one.
+const STEP: usize = 3;
+/// The place in a frame is expected by so many of the nearest pilots of its pass, of which so many at least show the target clearly.
 const NEAREST: usize = 5;
 const FEWEST: usize = 3;
-const MOST_UNCLEAR: usize = 1;
 /// No pilot further away is of use \[frames\].
 pub const REACH: usize = NEAREST * STEP;
 /// From this S/N on a target in a pilot is clear, unless its place is disturbed.
@@ -37,8 +38,8 @@ const DISTURBED: Flags = Flags(
 /// The region reaches so many errors of the expected place, and so much further: stars are not points \[FWHM\].
 const SIGMAS: f64 = 5.0;
 const MARGIN_FWHM: f64 = 2.0;
-/// A region larger than this share of the whole saves too little.
-const LARGEST_SHARE: f64 = 0.7;
+/// The bound of the target reaches so many of those errors beyond its outline in the pilots.
+const BOUND_SIGMAS: f64 = 2.0;
 /// Seconds per day.
 const DAY_S: f64 = 86_400.0;
 
@@ -82,7 +83,8 @@ impl<'a> TargetFrames<'a> {
         let t_s = |row: &PhotometryRow| row.mjd_mid_d.map(|mjd| (mjd - mjd_d) * DAY_S);
         let of_pass = |(place, row): &&(usize, PhotometryRow)| {
             let other = &self.exposures[*place];
-            (row.norad_cat_id, row.object_name.as_str()) == target
+            *place != k
+                && (row.norad_cat_id, row.object_name.as_str()) == target
                 && t_s(row).is_some_and(|t| t.abs() <= PASS_GAP_S)
                 && (other.size_px, other.binning) == (exposure.size_px, exposure.binning)
         };
@@ -96,14 +98,9 @@ impl<'a> TargetFrames<'a> {
         near.dedup_by_key(|(n, _)| *n);
         near.truncate(NEAREST);
         let clear: Vec<Clear> = near.iter().filter_map(|(_, row)| Clear::of(row, t_s(row)?)).collect();
-        if near.len() > clear.len() + MOST_UNCLEAR {
-            return None;
-        }
         let s = settings_of_frame(place.seen(), exposure, night);
-        expected(&clear, s.fwhm_px).filter(|region| {
-            let off = (region.x_px - s.x_px).hypot(region.y_px - s.y_px);
-            off <= s.search_radius_px && region.radius_px <= LARGEST_SHARE * s.search_radius_px
-        })
+        expected(clear, s.fwhm_px, s.margin_px)
+            .filter(|region| (region.x_px - s.x_px).hypot(region.y_px - s.y_px) <= s.search_radius_px)
     }
 }
 
@@ -134,13 +131,16 @@ struct Clear {
     y_px: f64,
     /// Radius of a circle around the aperture \[px\].
     aper_px: f64,
+    /// Its size by its pixels and the error \[FWHM²\], where it is compact.
+    disc2: Option<(f64, f64)>,
 }
 
 impl Clear {
     fn of(row: &PhotometryRow, t_s: f64) -> Option<Self> {
         let is_clear = row.status == Status::Ok && row.snr >= Some(CLEAR_SNR) && row.flags & DISTURBED.0 == 0;
         let aper_px = row.aper_r_px.or(row.aper_a_px)?;
-        is_clear.then_some(Self { t_s, x_px: row.x_px?, y_px: row.y_px?, aper_px })
+        let disc2 = row.disc_fwhm2.zip(row.disc_fwhm2_err);
+        is_clear.then_some(Self { t_s, x_px: row.x_px?, y_px: row.y_px?, aper_px, disc2 })
     }
 }
 
@@ -148,7 +148,12 @@ impl Clear {
 ///
 /// `r = 5 σ √(1 + 1/n + t̄²/Σ(t − t̄)²) + a/2 + 2 FWHM`: σ² = Σ residuals² / (2n − 4) the scatter of the places along an axis, a the
 /// radius of the largest aperture: its middle is not the middle of the light that is found at first.
-fn expected(clear: &[Clear], fwhm_px: f64) -> Option<Region> {
+///
+/// No part of it is further than a plus two of those σ from there, the margin around its outline not counted. Pilots whose aperture is
+/// larger than that of most by [`MOST_GROWTH`] do not count: a trail or a neighbour is in it.
+fn expected(mut clear: Vec<Clear>, fwhm_px: f64, margin_px: f64) -> Option<Region> {
+    let usual_px = median(&mut clear.iter().map(|c| c.aper_px).collect::<Vec<_>>())?;
+    clear.retain(|c| c.aper_px <= MOST_GROWTH * usual_px);
     if clear.len() < FEWEST {
         return None;
     }
@@ -169,7 +174,10 @@ fn expected(clear: &[Clear], fwhm_px: f64) -> Option<Region> {
     let err = sigma * (1.0 + 1.0 / n + t * t / spread).sqrt();
     let aper_px = clear.iter().map(|c| c.aper_px).fold(0.0, f64::max);
     let radius_px = SIGMAS * err + 0.5 * aper_px + MARGIN_FWHM * fwhm_px;
-    Some(Region { x_px: x - vx * t, y_px: y - vy * t, radius_px, aper_px }).filter(|r| r.radius_px.is_finite())
+    let disc2 = mean_disc2(clear.iter().filter_map(|c| c.disc2));
+    let bound_px = (aper_px - margin_px).max(fwhm_px) + BOUND_SIGMAS * err;
+    Some(Region { x_px: x - vx * t, y_px: y - vy * t, radius_px, aper_px, bound_px, disc2 })
+        .filter(|r| r.radius_px.is_finite())
 }
 
 #[cfg(test)]
@@ -177,22 +185,29 @@ mod tests {
     use super::*;
 
     fn at(t_s: f64, x_px: f64, y_px: f64) -> Clear {
-        Clear { t_s, x_px, y_px, aper_px: 8.0 }
+        Clear { t_s, x_px, y_px, aper_px: 8.0, disc2: None }
     }
 
     #[test]
     fn the_region_follows_a_drift_and_is_as_wide_as_the_pilots_scatter() {
         let line = |t: f64| at(t, 100.0 + 0.5 * t, 200.0 - 0.2 * t);
         let still: Vec<Clear> = [-20.0, -10.0, 10.0, 20.0, 30.0].map(line).into();
-        let region = expected(&still, 3.0).unwrap();
+        let of = |clear: &[Clear]| expected(clear.to_vec(), 3.0, 4.5);
+        let region = of(&still).unwrap();
         assert!((region.x_px - 100.0).abs() < 1e-9 && (region.y_px - 200.0).abs() < 1e-9);
         assert!((region.radius_px - 10.0).abs() < 1e-6, "{region:?}");
         // alternate places ±2 px off: σ = 2 √(5/6) or less, by what the line takes up
         let jitter: Vec<Clear> =
             (0..).zip(&still).map(|(k, c)| at(c.t_s, c.x_px + f64::from(4 * (k % 2) - 2), c.y_px)).collect();
-        let wide = expected(&jitter, 3.0).unwrap().radius_px;
+        let wide = of(&jitter).unwrap().radius_px;
         assert!((16.0..31.0).contains(&wide), "{wide}");
-        assert!(expected(&still[..2], 3.0).is_none());
-        assert!(expected(&[at(1.0, 1.0, 1.0); 5], 3.0).is_none());
+        assert!(of(&still[..2]).is_none());
+        assert!(of(&[at(1.0, 1.0, 1.0); 5]).is_none());
+        // the third pilot has a trail in its aperture, which moves it
+        let joined = Clear { aper_px: 30.0, x_px: 140.0, ..still[2] };
+        let with: Vec<Clear> = still.iter().enumerate().map(|(k, c)| if k == 2 { joined } else { *c }).collect();
+        let region = of(&with).unwrap();
+        assert!((region.x_px - 100.0).abs() < 1e-9 && region.aper_px == 8.0 && (region.bound_px - 3.5).abs() < 1e-6);
+        assert!(region.is_usual(12.0) && !region.is_usual(12.1));
     }
 }

@@ -14,13 +14,17 @@ use crate::photometry::target::measure::measure_target;
 use crate::photometry::target::settings::TargetSettings;
 use crate::pipeline::prepared::Calibrated;
 use crate::pipeline::stars::vignetting::corner_ratio;
+use crate::tables::PhotometryRow;
+use crate::tables::words::Status;
 
 /// Read around the cutout of the target \[px\]: enough that what lies at the edge of the cutout sees the frame go on.
 const MARGIN_PX: f64 = 64.0;
 /// Boxes of the mesh to each side of the expected place.
 const BOXES_AROUND: usize = 2;
+/// A region of a larger share of the whole search radius than this saves too little.
+const LARGEST_SHARE: f64 = 0.7;
 /// An aperture so much longer than in other frames holds more than the target.
-const MOST_GROWTH: f64 = 1.5;
+pub(super) const MOST_GROWTH: f64 = 1.5;
 /// A target with one of these may go on outside of a small window.
 const CUT: Flags = Flags(Flags::EDGE.0 | Flags::NO_ANNULUS.0 | Flags::CROSSED.0);
 
@@ -35,13 +39,37 @@ pub struct Region {
     pub radius_px: f64,
     /// The radius of the largest aperture around the target in other frames \[px\].
     pub aper_px: f64,
+    /// No part of the target is further from that centre \[px\].
+    pub bound_px: f64,
+    /// The square of the diameter of the disc that fits it in other frames, and its error \[FWHM²\].
+    pub disc2: Option<(f64, f64)>,
 }
 
 impl Region {
+    /// Whether an aperture is as large as in other frames, or larger by no more than a change of range or attitude makes it.
+    #[must_use]
+    pub fn is_usual(&self, aper_px: f64) -> bool {
+        aper_px <= MOST_GROWTH * self.aper_px
+    }
+
+    /// Whether it is enough smaller than all of the search region to look there first.
+    #[must_use]
+    pub fn is_small(&self, s: &TargetSettings) -> bool {
+        self.radius_px <= LARGEST_SHARE * s.search_radius_px
+    }
+
+    /// Whether what was found in a frame is larger.
+    #[must_use]
+    pub fn is_exceeded(&self, row: &PhotometryRow) -> bool {
+        let aper_px = row.aper_r_px.or(row.aper_a_px).filter(|_| row.status == Status::Ok);
+        aper_px.is_some_and(|aper_px| !self.is_usual(aper_px))
+    }
+
     /// The settings of a search there.
     #[must_use]
     pub fn search(&self, s: &TargetSettings) -> TargetSettings {
-        TargetSettings { x_px: self.x_px, y_px: self.y_px, search_radius_px: self.radius_px, ..*s }
+        let search_radius_px = self.radius_px.min(s.search_radius_px);
+        TargetSettings { x_px: self.x_px, y_px: self.y_px, search_radius_px, ..*s }
     }
 }
 
@@ -63,7 +91,8 @@ pub fn reach_px(s: &TargetSettings) -> f64 {
 }
 
 /// Looks for the target in the frame behind `reader`: in the region where its pass has it, and in all of the search region if it is
-/// not clear there.
+/// not clear there. An object larger than the target is in other frames is a trail or a neighbour that joins it: what there is within
+/// the bound of the target is measured then, if it is a detection.
 ///
 /// # Errors
 /// [`crate::Error::Fits`] if the file is damaged or none of its pixels can be used.
@@ -73,7 +102,8 @@ pub fn measure_in_window(
     settings: &TargetSettings,
     region: Option<&Region>,
 ) -> Result<Seen> {
-    if let Some(region) = region {
+    let settings = &TargetSettings { known_disc2: region.and_then(|region| region.disc2), ..*settings };
+    if let Some(region) = region.filter(|region| region.is_small(settings)) {
         let there = region.search(settings);
         let seen = if night.exhaustive {
             Some(measure_whole_frame(reader, night, &there)?)
@@ -84,12 +114,20 @@ pub fn measure_in_window(
             return Ok(seen);
         }
     }
-    if !night.exhaustive
-        && let Some(seen) = measure_around(reader, night, settings)?
-    {
+    let around = if night.exhaustive { None } else { measure_around(reader, night, settings)? };
+    let seen = around.map_or_else(|| measure_whole_frame(reader, night, settings), Ok)?;
+    let usual = |found: &TargetFound, region: &Region| match found {
+        TargetFound::Detected { flux, .. } => Some((region.is_usual(flux.shape.axes().0), flux.snr)),
+        TargetFound::NotDetected { .. } => None,
+    };
+    let Some(region) = region.filter(|region| usual(&seen.found, region).is_some_and(|(is_usual, _)| !is_usual)) else {
         return Ok(seen);
-    }
-    measure_whole_frame(reader, night, settings)
+    };
+    let bounded = TargetSettings { bound_px: Some(region.bound_px), ..region.search(settings) };
+    let is_detected = |seen: &Seen| {
+        usual(&seen.found, region).is_some_and(|(is_usual, snr)| is_usual && snr >= settings.detect_sigma)
+    };
+    Ok(measure_around(reader, night, &bounded)?.filter(is_detected).unwrap_or(seen))
 }
 
 /// Whether a target is as large as in other frames and has all around it that its measurement needs.
@@ -98,7 +136,7 @@ fn is_clear(found: &TargetFound, region: &Region, detect_sigma: f64) -> bool {
         TargetFound::Detected { flux, light, unseen, .. } => {
             unseen.is_none()
                 && flux.snr >= detect_sigma
-                && flux.shape.axes().0 <= MOST_GROWTH * region.aper_px
+                && region.is_usual(flux.shape.axes().0)
                 && !flux.flags.any(CUT)
                 && light.contamination_e.is_finite()
         }
