@@ -237,7 +237,7 @@ pub fn target_stage(
     reduced.retain(|k, _| targets.wanted.contains(k));
     // a pilot that shows more than the others do is looked at once more, by them
     let again =
-        reduced.iter().filter(|(k, r)| targets.region(**k, &rows, night).is_some_and(|at| at.is_exceeded(&r.row)));
+        reduced.iter().filter(|(k, r)| targets.region(**k, &rows, night).is_some_and(|at| at.is_joined_in(&r.row)));
     let rest: Vec<usize> = others.into_iter().chain(again.map(|(k, _)| *k)).collect();
     let regions: HashMap<&Path, Region> = rest
         .iter()

@@ -115,7 +115,11 @@ impl MasterFlat {
         // Once more without those that turn out to be unreadable where their level did not look, and once without those
         // that differ from the others: each round has fewer.
         let (filter, values, used) = loop {
-            let used = needed(&members, config.noise_frac, config.min_flats);
+            let usable: Vec<usize> = (0..flats.len()).filter(|k| members[*k].used).collect();
+            let used: Vec<usize> = needed(&noises(&members, &usable), config.noise_frac, config.min_flats)
+                .into_iter()
+                .map(|i| usable[i])
+                .collect();
             if used.len() < config.min_flats.max(1) {
                 return Err(Error::Flat { problem: too_few(&members, config.min_flats.max(1)) });
             }
@@ -148,7 +152,7 @@ impl MasterFlat {
             }
         };
         let response = Array2::from_shape_vec((ny, nx), values).map_err(|e| Error::Flat { problem: e.to_string() })?;
-        let noise_frac = noise_of_master(&members, &used);
+        let noise_frac = noise_of_master(&noises(&members, &used));
         set_not_needed_aside(&mut members, &used, noise_frac, config.noise_frac);
         let master = Self::finish(response, &region, config.min_response, true, members, filter)?;
         Ok(MasterFlat { noise_frac, ..master })
@@ -308,6 +312,11 @@ fn level_adu(flat: &Exposure, region: &Region) -> Result<Option<f64>> {
 /// Why a flat cannot be read; by its name: where it lies is nothing of a result's.
 fn reason(flat: &Exposure, error: &Error) -> String {
     error.to_string().replace(&*flat.path.to_string_lossy(), &flat.name)
+}
+
+/// Noise of a pixel of some of the flats.
+fn noises(members: &[FlatMember], which: &[usize]) -> Vec<Option<f64>> {
+    which.iter().map(|k| members[*k].noise_frac).collect()
 }
 
 /// The flats that could be used and are not needed, with the reason.

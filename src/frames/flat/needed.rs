@@ -3,7 +3,6 @@
 //! A flat of L electrons at read noise RN has the noise σ = √(L + RN²)/L at its median level; a pixel that sees the share r
 //! of the light has 1/√r of it more. Shares without unit.
 
-use super::master::FlatMember;
 use crate::base::constants::MAG_PER_LN;
 use crate::base::stats::median_variance_factor;
 use crate::frames::frame::Gain;
@@ -20,24 +19,27 @@ pub(super) fn noise_of_flat(level_adu: f64, gain: &Gain) -> f64 {
     (level_e + gain.read_noise_e.powi(2)).sqrt() / level_e
 }
 
-/// Noise of a pixel of the master of the flats `used`: √(m(n)/n · mean σ²), m the variance of a median over that of a mean.
+/// Noise of a pixel of the master of flats of these noises: √(m(n)/n · mean σ²), m the variance of a median over that of a mean.
 /// `None` without flats, or where the noise of one is not known.
-pub(super) fn noise_of_master(members: &[FlatMember], used: &[usize]) -> Option<f64> {
-    let sum: f64 = used.iter().map(|k| members[*k].noise_frac.map(|noise| noise * noise)).sum::<Option<f64>>()?;
-    let n = used.len() as f64;
-    (n > 0.0).then(|| (median_variance_factor(used.len()) / n * (sum / n)).sqrt())
+pub(super) fn noise_of_master(noises: &[Option<f64>]) -> Option<f64> {
+    let sum: f64 = noises.iter().map(|noise| noise.map(|noise| noise * noise)).sum::<Option<f64>>()?;
+    let n = noises.len() as f64;
+    (n > 0.0).then(|| (median_variance_factor(noises.len()) / n * (sum / n)).sqrt())
 }
 
-/// The flats that are combined, of those that can be: all, or the fewest whose master has at most the noise `accepted`, spread
-/// evenly over all in their order.
-pub(super) fn needed(members: &[FlatMember], accepted: Option<f64>, min_flats: usize) -> Vec<usize> {
-    let usable: Vec<usize> = (0..members.len()).filter(|k| members[*k].used).collect();
-    let Some(accepted) = accepted else { return usable };
-    let evenly = |n: usize| -> Vec<usize> { (0..n).map(|i| usable[i * (usable.len() - 1) / (n - 1)]).collect() };
-    (FEWEST.max(min_flats)..usable.len())
+/// Which of the flats of these noises are combined: all, or the fewest whose master has at most the noise `accepted`, spread evenly
+/// over all in their order.
+pub(super) fn needed(noises: &[Option<f64>], accepted: Option<f64>, min_flats: usize) -> Vec<usize> {
+    let all = noises.len();
+    let Some(accepted) = accepted else { return (0..all).collect() };
+    let evenly = |n: usize| -> Vec<usize> { (0..n).map(|i| i * (all - 1) / (n - 1)).collect() };
+    (FEWEST.max(min_flats)..all)
         .map(evenly)
-        .find(|some| noise_of_master(members, some).is_some_and(|noise| noise <= accepted))
-        .unwrap_or(usable)
+        .find(|some| {
+            let noise = noise_of_master(&some.iter().map(|k| noises[*k]).collect::<Vec<_>>());
+            noise.is_some_and(|noise| noise <= accepted)
+        })
+        .unwrap_or_else(|| (0..all).collect())
 }
 
 /// What the noise of a master flat adds to the error of a magnitude \[mag\]: 1.0857 σ/√A of a point that stands on the same pixels

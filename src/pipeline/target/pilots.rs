@@ -208,6 +208,8 @@ mod tests {
         let with: Vec<Clear> = still.iter().enumerate().map(|(k, c)| if k == 2 { joined } else { *c }).collect();
         let region = of(&with).unwrap();
         assert!((region.x_px - 100.0).abs() < 1e-9 && region.aper_px == 8.0 && (region.bound_px - 3.5).abs() < 1e-6);
-        assert!(region.is_usual(12.0) && !region.is_usual(12.1));
+        assert!(region.is_usual(12.0) && region.is_joined((12.1, 8.0)) && !region.is_joined((12.0, 6.0)));
+        // as round as it is large: brighter
+        assert!(!region.is_joined((20.0, 18.0)));
     }
 }

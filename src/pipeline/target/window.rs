@@ -23,6 +23,8 @@ const MARGIN_PX: f64 = 64.0;
 const BOXES_AROUND: usize = 2;
 /// A region of a larger share of the whole search radius than this saves too little.
 const LARGEST_SHARE: f64 = 0.7;
+/// A trail makes an aperture this much longer than wide.
+const ELONGATED: f64 = 1.5;
 /// An aperture so much longer than in other frames holds more than the target.
 pub(super) const MOST_GROWTH: f64 = 1.5;
 /// A target with one of these may go on outside of a small window.
@@ -58,11 +60,18 @@ impl Region {
         self.radius_px <= LARGEST_SHARE * s.search_radius_px
     }
 
-    /// Whether what was found in a frame is larger.
+    /// Whether an aperture of these axes \[px\] is longer than the target in other frames, as one with a trail or a neighbour in it is.
+    /// A round one that is larger is a target that is brighter.
     #[must_use]
-    pub fn is_exceeded(&self, row: &PhotometryRow) -> bool {
-        let aper_px = row.aper_r_px.or(row.aper_a_px).filter(|_| row.status == Status::Ok);
-        aper_px.is_some_and(|aper_px| !self.is_usual(aper_px))
+    pub fn is_joined(&self, (a_px, b_px): (f64, f64)) -> bool {
+        !self.is_usual(a_px) && a_px > ELONGATED * b_px
+    }
+
+    /// The same of the row of a frame.
+    #[must_use]
+    pub fn is_joined_in(&self, row: &PhotometryRow) -> bool {
+        let axes = row.aper_a_px.zip(row.aper_b_px).filter(|_| row.status == Status::Ok);
+        axes.is_some_and(|axes| self.is_joined(axes))
     }
 
     /// The settings of a search there.
@@ -116,16 +125,18 @@ pub fn measure_in_window(
     }
     let around = if night.exhaustive { None } else { measure_around(reader, night, settings)? };
     let seen = around.map_or_else(|| measure_whole_frame(reader, night, settings), Ok)?;
-    let usual = |found: &TargetFound, region: &Region| match found {
-        TargetFound::Detected { flux, .. } => Some((region.is_usual(flux.shape.axes().0), flux.snr)),
-        TargetFound::NotDetected { .. } => None,
+    let is_joined = |region: &&Region| match &seen.found {
+        TargetFound::Detected { flux, .. } => {
+            let (a_px, b_px, _) = flux.shape.axes();
+            region.is_joined((a_px, b_px))
+        }
+        TargetFound::NotDetected { .. } => false,
     };
-    let Some(region) = region.filter(|region| usual(&seen.found, region).is_some_and(|(is_usual, _)| !is_usual)) else {
-        return Ok(seen);
-    };
+    let Some(region) = region.filter(is_joined) else { return Ok(seen) };
     let bounded = TargetSettings { bound_px: Some(region.bound_px), ..region.search(settings) };
-    let is_detected = |seen: &Seen| {
-        usual(&seen.found, region).is_some_and(|(is_usual, snr)| is_usual && snr >= settings.detect_sigma)
+    let is_detected = |seen: &Seen| match &seen.found {
+        TargetFound::Detected { flux, .. } => region.is_usual(flux.shape.axes().0) && flux.snr >= settings.detect_sigma,
+        TargetFound::NotDetected { .. } => false,
     };
     Ok(measure_around(reader, night, &bounded)?.filter(is_detected).unwrap_or(seen))
 }
