@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """What each constant of the target finder does: all of them are varied, one at a time, over the same seven kinds of scenes.
 
-    scripts/vary_constants.py [--frames 20] [--seed 613000111] [--only NAME,NAME] [--table docs/target_constants.md]
+    scripts/vary_constants.py [--frames 20] [--seed 613000111] [--only NAME,NAME] [--table constants.md]
 
 A copy of the source gets its scalar constants in src/photometry/target and src/photometry/trails from the environment; the table of
 tests/photometry/finder.rs (scripts/prove_target.sh) is then drawn with each at 0.7 and at 1.4 times its value (whole numbers by at
-least one). One build and some 20 s for each constant with the 20 frames that are usual. Frames and seed are the same for all, so
-that any difference is the constant's.
+least one): a build, and two tables for each of 148 constants, which takes hours. Frames and seed are the same for all, so that any
+difference is the constant's.
 """
 
 import argparse
@@ -50,7 +50,7 @@ def sources(root):
 
 
 def constants(root):
-    """(name of file and constant, type, value as written, first words of its comment)."""
+    """(name of file and constant, type, value as written, its comment)."""
     found = []
     for path in sources(root):
         text = path.read_text().split("#[cfg(test)]")[0]
@@ -145,7 +145,7 @@ def difference(base, rows):
 
 def words_of(diff):
     if diff is None:
-        return "nothing is found"
+        return "no table"
     changed, found, false, beyond, ratio = diff
     if not changed:
         return "no effect"

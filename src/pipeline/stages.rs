@@ -13,7 +13,7 @@ use super::products::inputs::named_files;
 use super::target::outcome::TargetFrame;
 use crate::base::error::{Error, Result};
 use crate::base::hash::{sha256_16, sha256_16_text};
-use crate::base::progress::Progress;
+use crate::base::progress::{Progress, Silent};
 use crate::config::Config;
 use crate::frames::flat::{BAND_BYTES, FlatMember, MasterFlat};
 use crate::frames::{Exposure, Role, ZeroLevels};
@@ -80,7 +80,7 @@ pub fn master_flat(
     {
         progress.done();
         let flat = MasterFlat { members, ..flat };
-        notes.extend(flats_not_needed(&flat));
+        notes.extend(noise_note(&flat, night.config.flat.noise_frac));
         return Ok(Flattened { flat: Some(flat), flat_sha256, zero, hot: Vec::new(), prepared: night });
     }
     let flat = threads
@@ -94,7 +94,7 @@ pub fn master_flat(
             },
             other => other,
         })?;
-    notes.extend(flats_not_needed(&flat));
+    notes.extend(noise_note(&flat, night.config.flat.noise_frac));
     let mut flat_sha256 = String::new();
     if let Some(path) = file {
         let provenance = Provenance::of_flat(&night.config, &survey.flats, &|p| products.sha256(p).ok())?;
@@ -106,11 +106,21 @@ pub fn master_flat(
     Ok(Flattened { flat: Some(flat), flat_sha256, zero, hot: Vec::new(), prepared: night })
 }
 
-/// How many flats were enough for `flat.noise_frac`.
-fn flats_not_needed(flat: &MasterFlat) -> Option<String> {
+/// How many flats were enough for `flat.noise_frac`, or that all of them are not.
+fn noise_note(flat: &MasterFlat, accepted: Option<f64>) -> Option<String> {
+    let accepted = accepted?;
     let spared = flat.members.iter().filter(|m| m.not_needed);
-    let (n, why) = (spared.clone().count(), spared.map(|m| &m.reason).next()?);
-    Some(format!("{n} flats are {why}"))
+    match (spared.clone().map(|m| &m.reason).next(), flat.noise_frac) {
+        (Some(why), _) => Some(format!("{} flats are {why}", spared.count())),
+        (None, Some(noise)) => (noise > accepted).then(|| {
+            format!(
+                "all usable flats are combined, and the noise of a pixel is {noise:.5}: more than flat.noise_frac = {accepted}"
+            )
+        }),
+        (None, None) => Some(format!(
+            "all usable flats are combined: the gain of one is not known, and so is its noise (flat.noise_frac = {accepted})"
+        )),
+    }
 }
 
 /// The biases and darks of the night, combined, unless the configuration leaves them out.
@@ -235,17 +245,18 @@ pub fn target_stage(
         pilots.iter().copied().zip(of_pilots.iter().map(|r| r.row.clone())).collect();
     let mut reduced: BTreeMap<usize, Reduced> = pilots.into_iter().zip(of_pilots).collect();
     reduced.retain(|k, _| targets.wanted.contains(k));
+    let region = |k: usize| targets.region(k, &rows, night);
     // a pilot that shows more than the others do is looked at once more, by them
-    let again =
-        reduced.iter().filter(|(k, r)| targets.region(**k, &rows, night).is_some_and(|at| at.is_joined_in(&r.row)));
-    let rest: Vec<usize> = others.into_iter().chain(again.map(|(k, _)| *k)).collect();
-    let regions: HashMap<&Path, Region> = rest
-        .iter()
-        .filter_map(|k| Some((targets.exposures[*k].path.as_path(), targets.region(*k, &rows, night)?)))
-        .collect();
+    let joined = |(k, r): (&usize, &Reduced)| Some((*k, region(*k).filter(|at| at.is_joined_in(&r.row))?));
+    let of_joined: Vec<(usize, Region)> = reduced.iter().filter_map(joined).collect();
+    let again: Vec<usize> = of_joined.iter().map(|(k, _)| *k).collect();
+    let of_region = others.iter().filter_map(|k| Some((*k, region(*k)?))).chain(of_joined);
+    let regions: HashMap<&Path, Region> = of_region.map(|(k, at)| (targets.exposures[k].path.as_path(), at)).collect();
     let part = |exposure: &Exposure| work(exposure, regions.get(exposure.path.as_path()));
-    let of_rest = in_order(&of(&rest), room, (&options.stop, &kept), progress, part, lost)?;
-    reduced.extend(rest.into_iter().zip(of_rest));
+    let of_others = in_order(&of(&others), room, (&options.stop, &kept), progress, part, lost)?;
+    // these frames are counted already
+    let of_again = in_order(&of(&again), room, (&options.stop, &kept), &Silent, part, lost)?;
+    reduced.extend(others.into_iter().zip(of_others).chain(again.into_iter().zip(of_again)));
     let reduced = reduced.into_values();
     night.buffers.clear();
     progress.done();

@@ -3,7 +3,6 @@
 //! Electrons. Pixels of the cutout, and cells of it ([`Cells`]) for everything but fluxes. Two passes: once with nothing
 //! known, again with the target excluded from sky and trails. It does not cover which object is the target.
 
-use std::borrow::Cow;
 use std::ops::Range;
 
 use super::placed::Placed;
@@ -82,7 +81,7 @@ pub(crate) struct Cutout {
     /// Whether each side (left, right, bottom, top) is the frame's own edge.
     pub at_edge: [bool; 4],
     /// Cells in which nothing is part of the target, where that is known.
-    beyond: Option<Array2<bool>>,
+    pub beyond: Option<Array2<bool>>,
 }
 
 impl Cutout {
@@ -163,27 +162,6 @@ impl Cutout {
         self.find_trails();
         self.straighten(None);
         self.model_trails(None);
-    }
-
-    /// Significances in squares of `scale` cells, none of which is more than 0 where nothing is part of the target.
-    pub fn in_bound<'a>(&self, snr: &'a Array2<f32>, scale: usize) -> Cow<'a, Array2<f32>> {
-        let Some(beyond) = &self.beyond else { return Cow::Borrowed(snr) };
-        let (ny, nx) = beyond.dim();
-        let middle = |k: usize, n: usize| (k * scale + scale / 2).min(n - 1);
-        let inside =
-            |(j, i): (usize, usize), v: f32| if beyond[[middle(j, ny), middle(i, nx)]] { v.min(0.0) } else { v };
-        Cow::Owned(Array2::from_shape_fn(snr.dim(), |at| inside(at, snr[at])))
-    }
-
-    /// Takes cells away in which nothing is part of the target; whether there were any.
-    pub fn cut_at_bound(&self, cells: &mut Array2<bool>) -> bool {
-        let Some(beyond) = &self.beyond else { return false };
-        let mut cut = false;
-        cells.zip_mut_with(beyond, |cell, beyond| {
-            cut |= *cell && *beyond;
-            *cell &= !beyond;
-        });
-        cut
     }
 
     /// Full-frame position of the cutout's first pixel.

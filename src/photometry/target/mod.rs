@@ -1,6 +1,7 @@
 //! The tracked satellite in its frame: found, outlined, measured.
 
 pub(crate) mod artefacts;
+pub(crate) mod bound;
 pub(crate) mod cells;
 pub mod compact;
 pub(crate) mod cosmic_rays;

@@ -8,6 +8,7 @@ use super::timing::sample;
 use crate::base::error::Result;
 use crate::base::file::file_name;
 use crate::base::progress::Progress;
+use crate::base::threads::with_threads;
 use crate::brightness::Scene;
 use crate::brightness::light_sources::mag_of_flux;
 use crate::brightness::scene::scene;
@@ -51,7 +52,7 @@ pub fn explain_night(
         None => Explanation::default(),
     };
     let mut items = stages(survey, night);
-    items.extend(fewer_flats(survey, frames, night, &cpu_s));
+    items.extend(fewer_flats(survey, frames, night, (options.jobs, &cpu_s)));
     items.extend(outside_the_circle(survey, night, &cpu_s));
     items.extend(away_from_the_target(survey, night, &cpu_s));
     items.extend(beside_the_pilots(survey, frames, night, &cpu_s));
@@ -92,7 +93,7 @@ fn fewer_flats(
     survey: &Survey,
     frames: &[TargetFrame],
     night: &Calibrated,
-    cpu_s: &dyn Fn() -> f64,
+    (jobs, cpu_s): (usize, &dyn Fn() -> f64),
 ) -> Option<LeftOut> {
     let flat = night.flat.as_ref()?;
     let spared: Vec<usize> = (0..flat.members.len()).filter(|k| flat.members[*k].not_needed).collect();
@@ -103,7 +104,8 @@ fn fewer_flats(
         let config = config::Flat { noise_frac, ..night.config.flat.clone() };
         let start = cpu_s();
         let clip = night.config.photometry.clip_radius_px;
-        let master = MasterFlat::make(&survey.flats, &night.detector, &config, clip, BAND_BYTES).ok()?;
+        let master = || MasterFlat::make(&survey.flats, &night.detector, &config, clip, BAND_BYTES);
+        let master = with_threads(jobs, master).ok()?.ok()?;
         Some((master, cpu_s() - start))
     };
     let ((of_all, all_s), (of_some, some_s)) = (make(None)?, make(night.config.flat.noise_frac)?);
