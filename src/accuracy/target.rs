@@ -84,6 +84,7 @@ fn settings() -> TargetSettings {
         shape: ApertureShape::Auto,
         contam_frac: 0.05,
         trail_direction: None,
+        trail_length_px: None,
         bound_px: None,
     }
 }

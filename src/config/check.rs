@@ -172,6 +172,7 @@ impl Config {
         range("vetting.contam_reject_frac", v.contam_reject_frac, v.contam_caution_frac, 1e6, "of the flux")?;
         range("vetting.smear_caution", v.smear_caution, 1.0, 1e6, "")?;
         range("vetting.aperture_caution", v.aperture_caution, 1.0, 1e6, "times the length in the pass")?;
+        range("vetting.outline_caution", v.outline_caution, 1.0, 1e6, "times the length of the light")?;
         range("vetting.corner_ratio_dev", v.corner_ratio_dev, 0.0, 1e6, "")?;
         range("vetting.sky_drop_frac", v.sky_drop_frac, 0.0, 0.99, "of the sky")?;
         range("vetting.min_alt_deg", v.min_alt_deg, -90.0, 90.0, "deg")?;

@@ -20,6 +20,9 @@ pub struct Vetting {
     /// Length of the aperture over the one expected from its median in the pass and the range, from which a frame is used with
     /// caution: the end of a star trail or a neighbour is in it. 1e6 = never.
     pub aperture_caution: f64,
+    /// Half the length of the outline over that of the light in it and a star, from which a frame is used with caution: a star
+    /// trail or a neighbour is in the aperture, also where most frames of a pass have one. 1e6 = never.
+    pub outline_caution: f64,
     /// Departure of `sky_corner_ratio` from the neighbouring frames from which a frame is used with caution; 0 = not
     /// checked.
     pub corner_ratio_dev: f64,
@@ -49,6 +52,7 @@ impl Default for Vetting {
             masked_caution_frac: 0.05,
             smear_caution: 1.5,
             aperture_caution: 1.5,
+            outline_caution: 3.0,
             corner_ratio_dev: 0.05,
             sky_drop_frac: 0.15,
             min_alt_deg: 15.0,

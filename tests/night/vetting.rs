@@ -412,6 +412,34 @@ fn an_aperture_that_is_longer_than_in_the_rest_of_the_pass_holds_something_else(
 }
 
 #[test]
+fn an_aperture_much_longer_than_its_light_holds_a_trail_also_where_most_frames_of_the_pass_have_one() {
+    // in 20 of 30 frames the aperture runs along a trail, so that the usual one of the pass is long; the light is 1.2 FWHM long
+    let trailed = |k: usize| k % 3 != 0;
+    let rows = |kind: &str, snr: f64| {
+        vetted(pass(30, 9.0, |k, r| {
+            (r.fwhm_px, r.extent_fwhm, r.snr, r.source_kind) = (Some(4.0), Some(1.2), Some(snr), kind.into());
+            r.aper_a_px = Some(if trailed(k) { 80.0 } else { 14.0 });
+        }))
+    };
+    let found = rows("extended", 90.0);
+    assert_eq!(flagged(&found, Flags::CONTAMINATED), (0..30).filter(|k| trailed(*k)).collect::<Vec<_>>());
+    expect(&found[1], "caution", Flags::CONTAMINATED, &["20 FWHM", "1.2 FWHM long", "vetting.outline_caution 3"]);
+    // a fixed circle and a shape that is noise are not judged
+    assert!(flagged(&rows("point", 90.0), Flags::CONTAMINATED).is_empty());
+    assert!(flagged(&rows("extended", 8.0), Flags::CONTAMINATED).is_empty());
+    // a margin of 18 FWHM makes every aperture long
+    let wide = pass(30, 9.0, |_, r| {
+        (r.fwhm_px, r.extent_fwhm, r.snr, r.aper_a_px) = (Some(4.0), Some(1.2), Some(90.0), Some(80.0));
+    });
+    let of: Vec<&PhotometryRow> = wide.iter().collect();
+    let mut config = config();
+    config.target.margin_fwhm = 18.0;
+    let mut judgements: Vec<Judgement> = of.iter().map(|r| Judgement::of(r)).collect();
+    judge_neighbours(&of, &mut judgements, &config);
+    assert!(judgements.iter().all(|j| !j.flags.has(Flags::CONTAMINATED)));
+}
+
+#[test]
 fn a_target_smaller_than_the_seeing_is_smeared_when_it_is_long_and_not_judged_when_it_is_faint() {
     let point = |k: usize, r: &mut PhotometryRow| {
         r.extent_fwhm = Some(1.1);

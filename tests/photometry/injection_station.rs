@@ -35,6 +35,7 @@ fn settings(case: &Case, theta: f64) -> TargetSettings {
         shape: satphot::config::ApertureShape::Auto,
         contam_frac: 0.05,
         trail_direction: known_direction(case.seed, theta),
+        trail_length_px: None,
         bound_px: None,
     }
 }

@@ -33,6 +33,7 @@ pub fn target_settings(side_px: f64, search_radius_px: f64, fwhm_px: f64) -> Tar
         shape: satphot::config::ApertureShape::Auto,
         contam_frac: 0.05,
         trail_direction: None,
+        trail_length_px: None,
         bound_px: None,
     }
 }

@@ -99,6 +99,7 @@ fn settings(fwhm_px: f64) -> TargetSettings {
         shape: ApertureShape::Auto,
         contam_frac: 0.05,
         trail_direction: None,
+        trail_length_px: None,
         bound_px: None,
     }
 }

@@ -13,23 +13,16 @@ use super::settings::TargetSettings;
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::Flags;
 use crate::photometry::aperture::{Bounds, cells};
-use crate::photometry::smooth::{Kernel, smooth_image};
 use crate::photometry::target::cells::{Cells, Layers, grown, row_of};
 use crate::photometry::target::cosmic_rays::{Patch, hits, margin_px};
 use crate::photometry::target::psf::Psf;
 use crate::photometry::target::sharpness::{Verdict, judge};
 use crate::photometry::target::sky::{Block, Surface, blocks};
-use crate::photometry::trails::bend_fit::bend_of;
 use crate::photometry::trails::crossing::Crossing;
-use crate::photometry::trails::direction::trail_direction;
 use crate::photometry::trails::known::{KnownDirection, line_through};
 use crate::photometry::trails::model::TrailBackground;
 use crate::photometry::trails::search::faint_direction;
 
-/// Threshold of the pixels that make trails \[σ of the smoothed frame\].
-const TRAIL_SIGMA: f64 = 4.0;
-/// The same for faint trails, which must be longer to count \[σ\].
-const FAINT_TRAIL_SIGMA: f64 = 2.5;
 /// Additional significance required of a line at another angle than the known one \[σ\].
 const ANOTHER_ANGLE_SIGMA: f64 = 0.5;
 /// Share of the change of the model over a block that it may get wrong: where a trail ends.
@@ -67,11 +60,15 @@ pub(crate) struct Cutout {
     /// Light of the trails \[e⁻ per pixel\], in cells.
     pub light: Array2<f32>,
     /// By how much it changes over a few cells: where trails end.
-    unsure: Array2<f32>,
+    pub(super) unsure: Array2<f32>,
     /// Share of it that is not the same all along a trail.
-    scintillation: f64,
+    pub(super) scintillation: f64,
     /// Direction of the trails, where it is known beforehand.
     pub known: Option<KnownDirection>,
+    /// Their length \[px\], where it is known.
+    pub(super) trail_length_px: Option<f64>,
+    /// Largest size of the target \[cells\], where that is known.
+    pub(super) largest: Option<f64>,
     /// Where across the trails a faint one along that direction goes through the target [cells].
     pub trail_v: Option<f64>,
     /// What candidates were that were no target: [`Flags::BLOOMING`].
@@ -113,6 +110,7 @@ impl Cutout {
         let none = Array2::zeros(net.mean.dim());
         let rms_e = noise_of(&sky, pixels.dim());
         let fwhm_px = s.fwhm_px;
+        let cells_per_fwhm = fwhm_px / net.bin as f64;
         let (light, unsure) = (none.clone(), none);
         let mut cutout = Self {
             x0,
@@ -133,6 +131,8 @@ impl Cutout {
             unsure,
             scintillation: 0.0,
             known: s.trail_direction,
+            trail_length_px: s.trail_length_px,
+            largest: s.largest_fwhm.map(|fwhm| fwhm * cells_per_fwhm),
             trail_v: None,
             artefacts: Flags::default(),
             lines: Vec::new(),
@@ -220,49 +220,6 @@ impl Cutout {
         }
         self.straighten(Some(&object));
         self.model_trails(Some(&object));
-    }
-
-    /// Subtracts the error of the sky's surface along the trails; a known object \[cells\] is excluded.
-    fn straighten(&mut self, object: Option<&Placed>) {
-        let Some(trail_background) = &mut self.trail_background else { return };
-        let exclusions: Vec<_> = object.iter().map(|e| trail_background.exclusion((e.x, e.y), e.shape)).collect();
-        let Some(bend) = bend_of(trail_background, &exclusions) else { return };
-        trail_background.straighten(&bend);
-        bend.subtract_from(&mut self.net.mean);
-        let net = &self.net;
-        self.sky.add_quadratic(|x, y| bend.at(net.in_cells(x), net.in_cells(y)));
-    }
-
-    fn trail_background_along(&self, theta: f64) -> TrailBackground {
-        TrailBackground::new(
-            &self.net.mean,
-            theta,
-            self.fwhm_cells(),
-            self.noise_of_cell(),
-            (self.net.bin * self.net.bin) as f64,
-        )
-    }
-
-    /// Finds the direction of the trails.
-    fn find_trails(&mut self) {
-        let fwhm = self.fwhm_cells();
-        let kernel = Kernel::gaussian(fwhm);
-        let smooth = smooth_image(&self.net.mean.mapv(|v| if v.is_finite() { v } else { 0.0 }), &kernel);
-        let above = |sigma: f64| {
-            let threshold = (sigma * self.noise_of_cell() * kernel.noise_factor()) as f32;
-            smooth.mapv(|v| v > threshold)
-        };
-        let theta = trail_direction(&above(TRAIL_SIGMA), &above(FAINT_TRAIL_SIGMA), fwhm);
-        self.trail_background = theta.map(|theta| self.trail_background_along(theta));
-    }
-
-    /// Models the light of the trails; a known object \[cells\] is excluded.
-    fn model_trails(&mut self, object: Option<&Placed>) {
-        let Some(trail_background) = &self.trail_background else { return };
-        let exclusions: Vec<_> = object.iter().map(|e| trail_background.exclusion((e.x, e.y), e.shape)).collect();
-        let (mut light, unsure, scintillation) = trail_background.everywhere(self.net.mean.dim(), &exclusions);
-        light.mapv_inplace(|v| if v.is_finite() { v } else { 0.0 });
-        (self.light, self.unsure, self.scintillation) = (light, unsure, scintillation);
     }
 
     /// Columns and rows about a candidate given in squares of `rebin` cells.

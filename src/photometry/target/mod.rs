@@ -6,6 +6,7 @@ pub(crate) mod cells;
 pub mod compact;
 pub(crate) mod cosmic_rays;
 pub(crate) mod cutout;
+pub(crate) mod cutout_trails;
 pub(crate) mod enclose;
 pub(crate) mod flux;
 pub(crate) mod limit;

@@ -13,6 +13,7 @@ use crate::photometry::target::cells::Layers;
 use crate::photometry::target::compact::least_significance;
 use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::shape::{axes, covariance};
+use crate::photometry::trails::direction::SHORTEST_FWHM;
 
 /// Threshold of the outline \[σ of the smoothed cutout\].
 pub(crate) const OUTLINE_SIGMA: f64 = 3.0;
@@ -30,8 +31,6 @@ const SCORE_CAP: f64 = 10.0;
 const SUSPECT: f64 = 0.2;
 /// A streak along the trails longer than this is one of them \[FWHM\], if it is as thin as one.
 const TRAIL_LENGTH_FWHM: f64 = 18.0;
-/// Least length of a trail of a family that a wider filter is kept from \[FWHM\].
-const SHORT_TRAIL_FWHM: f64 = 15.0;
 /// Width of the outline of a trail \[FWHM\].
 const TRAIL_WIDTH_FWHM: f64 = 5.0;
 /// A streak along the trails longer than this is one of them however wide \[FWHM\].
@@ -166,7 +165,7 @@ fn candidates(
             (i == 0 && !left) || (i + 1 == nx && !right) || (j == 0 && !bottom) || (j + 1 == ny && !top)
         });
         let family = one_of_a_family(&streaks, g);
-        let long = |t: &Streak| t.length * side > SHORT_TRAIL_FWHM * s.fwhm_px;
+        let long = |t: &Streak| t.length * side > SHORTEST_FWHM * s.fwhm_px;
         if family && scale == 0 && streaks[g].as_ref().is_some_and(long) {
             pixels.iter().for_each(|&(i, j)| trails[[j, i]] = true);
         }

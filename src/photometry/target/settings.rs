@@ -39,6 +39,8 @@ pub struct TargetSettings {
     pub contam_frac: f64,
     /// Direction of the star trails, where it is known beforehand.
     pub trail_direction: Option<KnownDirection>,
+    /// Length of the star trails \[px\], where the target's motion and the exposure tell it.
+    pub trail_length_px: Option<f64>,
     /// No part of the target is further than so many pixels from (`x_px`, `y_px`): what else joins it is a trail or a neighbour.
     pub bound_px: Option<f64>,
 }

@@ -76,18 +76,25 @@ pub fn target_settings(exposure: &Exposure, night: &Prepared, fwhm_arcsec: Optio
         shape: t.shape,
         contam_frac: night.config.vetting.contam_caution_frac,
         trail_direction: None,
+        trail_length_px: None,
         bound_px: None,
     }
 }
 
-/// The same of a frame of a calibrated night, with the direction of its star trails.
+/// The same of a frame of a calibrated night, with the direction and the length of its star trails.
 #[must_use]
 pub fn settings_of_frame(geometry: Option<&Geometry>, exposure: &Exposure, night: &Calibrated) -> TargetSettings {
     TargetSettings {
         trail_direction: trail_direction(geometry, exposure, night),
+        trail_length_px: geometry.map(|g| trail_length_px(g, exposure, night)),
         profile: night.seeing.profile,
         ..target_settings(exposure, night, night.seeing.fwhm_arcsec(geometry.and_then(|g| g.airmass)))
     }
+}
+
+/// Length of the star trails: as far as the target moves among the stars.
+fn trail_length_px(geometry: &Geometry, exposure: &Exposure, night: &Prepared) -> f64 {
+    (geometry.rate_rad_s * exposure.exptime_s).to_degrees() * 3600.0 / night.scale_arcsec(exposure)
 }
 
 /// Direction of the star trails, if the star frames show how the camera is turned.

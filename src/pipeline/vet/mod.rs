@@ -156,7 +156,7 @@ pub fn judge_neighbours(rows: &[&PhotometryRow], judgements: &mut [Judgement], c
             let mut found = cadence::findings(&of_pass, thresholds);
             let doubted: Vec<usize> = found.iter().map(|(k, _)| *k).collect();
             found.extend(sky::findings(&of_pass, thresholds, &doubted));
-            found.extend(size::findings(&of_pass, &of_night, thresholds));
+            found.extend(size::findings(&of_pass, &of_night, thresholds, config.target.margin_fwhm));
             found.sort_by_key(|(k, f)| (*k, std::cmp::Reverse(f.verdict))); // stable
             for (k, finding) in found {
                 judgements[pass[k]].add(finding);

@@ -1,5 +1,5 @@
 //! The size of the target against its size in the other frames of the pass: smear by the mount or the rotator; and that of its
-//! aperture: the end of a star trail or a neighbour within it.
+//! aperture, which against the light in it shows a star trail or a neighbour also where most frames of the pass have one.
 //!
 //! In units of the FWHM. A target of true size K at range R shows `e² = 1 + (K/R)²`; K is the median over the pass, so a
 //! resolved station is its own measure. It does not cover a pass smeared in most of its frames, which looks like a large
@@ -19,13 +19,56 @@ const SHAPE_SNR: f64 = 15.0;
 /// A target smaller than the FWHM has no shape of its own: longer than this it is smeared.
 const POINT_ELONGATION: f64 = 1.5;
 
-/// Frames of a pass in which the target, or its aperture, is longer than it should be.
-pub(super) fn findings(rows: &[&PhotometryRow], of_night: &[&PhotometryRow], t: &Vetting) -> Vec<(usize, Finding)> {
+/// Frames of a pass in which the target, or its aperture, is longer than it should be; `margin_fwhm` is that of the apertures.
+pub(super) fn findings(
+    rows: &[&PhotometryRow],
+    of_night: &[&PhotometryRow],
+    t: &Vetting,
+    margin_fwhm: f64,
+) -> Vec<(usize, Finding)> {
     let mut found = smeared(rows, t);
-    let of_apertures =
-        apertures(rows, of_night, t).into_iter().filter(|(k, _)| !found.iter().any(|(smeared, _)| smeared == k));
-    found.extend(of_apertures.collect::<Vec<_>>());
+    for others in [apertures(rows, of_night, t), outlines(rows, t, margin_fwhm)] {
+        let of_others = others.into_iter().filter(|(k, _)| !found.iter().any(|(seen, _)| seen == k));
+        found.extend(of_others.collect::<Vec<_>>());
+    }
     found
+}
+
+/// Frames whose outline is much longer than the light of the target, whatever the other frames of the pass show.
+///
+/// `(a − m FWHM) / ((e + 1) FWHM)`: half the aperture's length without its margin m, over the length e of the light, which follows
+/// the target, and a star.
+fn outlines(rows: &[&PhotometryRow], t: &Vetting, margin_fwhm: f64) -> Vec<(usize, Finding)> {
+    let judge = |(k, r): (usize, &&PhotometryRow)| -> Option<(usize, Finding)> {
+        let extent = r.extent_fwhm.filter(|e| e.is_finite() && is_trusted(r) && is_outlined(r))?;
+        let outline_fwhm = length(r)? / r.fwhm_px? - margin_fwhm;
+        let ratio = outline_fwhm / (extent + 1.0);
+        (ratio > t.outline_caution).then(|| {
+            let words = format!(
+                "the aperture reaches {:.0} FWHM, its light is {extent:.1} FWHM long: {ratio:.1} times a star more \
+                 (vetting.outline_caution {}), a star trail or a neighbour is in it (contaminated)",
+                outline_fwhm + margin_fwhm,
+                t.outline_caution
+            );
+            (k, Finding::caution(Flags::CONTAMINATED, words))
+        })
+    };
+    rows.iter().enumerate().filter_map(judge).collect()
+}
+
+/// Half the length of the aperture of a detection \[px\].
+fn length(r: &PhotometryRow) -> Option<f64> {
+    r.aper_a_px.or(r.aper_r_px).filter(|_| r.status == Status::Ok)
+}
+
+/// Whether its aperture is that of an outline, not the circle of a compact target.
+fn is_outlined(r: &PhotometryRow) -> bool {
+    !matches!(r.source_kind.as_str(), "point" | "compact")
+}
+
+/// Whether its shape is that of light, not of noise.
+fn is_trusted(r: &PhotometryRow) -> bool {
+    r.status == Status::Ok && r.snr.is_some_and(|snr| snr >= SHAPE_SNR)
 }
 
 /// Frames whose aperture is longer than in the pass, or than in all passes of the night where the pass has too few frames.
@@ -33,8 +76,6 @@ pub(super) fn findings(rows: &[&PhotometryRow], of_night: &[&PhotometryRow], t: 
 /// An aperture holds the target and a margin, so its length is at most that of the median frame times the ratio of the ranges.
 /// The circle of a compact target, two FWHM, tells how long the others may be and is itself not judged.
 fn apertures(rows: &[&PhotometryRow], of_night: &[&PhotometryRow], t: &Vetting) -> Vec<(usize, Finding)> {
-    let length = |r: &PhotometryRow| r.aper_a_px.or(r.aper_r_px).filter(|_| r.status == Status::Ok);
-    let is_outlined = |r: &PhotometryRow| !matches!(r.source_kind.as_str(), "point" | "compact");
     let enough = rows.iter().filter(|r| length(r).is_some()).count() >= FEWEST;
     let others = if enough { rows } else { of_night };
     let mut lengths: Vec<f64> = others.iter().filter_map(|r| length(r)).collect();
@@ -61,7 +102,6 @@ fn apertures(rows: &[&PhotometryRow], of_night: &[&PhotometryRow], t: &Vetting) 
 
 /// Frames in which the target is longer than it should be.
 fn smeared(rows: &[&PhotometryRow], t: &Vetting) -> Vec<(usize, Finding)> {
-    let is_trusted = |r: &PhotometryRow| r.status == Status::Ok && r.snr.is_some_and(|snr| snr >= SHAPE_SNR);
     // ranges known for all, or the size taken as constant
     let by_range = rows.iter().all(|r| r.range_km.is_some());
     let range = |r: &PhotometryRow| r.range_km.filter(|_| by_range).unwrap_or(1.0);
