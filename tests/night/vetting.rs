@@ -414,11 +414,11 @@ fn an_aperture_that_is_longer_than_in_the_rest_of_the_pass_holds_something_else(
 #[test]
 fn an_aperture_much_longer_than_its_light_holds_a_trail_also_where_most_frames_of_the_pass_have_one() {
     // in 20 of 30 frames the aperture runs along a trail, so that the usual one of the pass is long; the light is 1.2 FWHM long
-    let trailed = |k: usize| k % 3 != 0;
+    let trailed = |k: usize| !k.is_multiple_of(3);
     let rows = |kind: &str, snr: f64| {
         vetted(pass(30, 9.0, |k, r| {
             (r.fwhm_px, r.extent_fwhm, r.snr, r.source_kind) = (Some(4.0), Some(1.2), Some(snr), kind.into());
-            r.aper_a_px = Some(if trailed(k) { 80.0 } else { 14.0 });
+            (r.aper_a_px, r.elongation) = (Some(if trailed(k) { 80.0 } else { 14.0 }), Some(1.1));
         }))
     };
     let found = rows("extended", 90.0);
