@@ -22,6 +22,7 @@ use crate::photometry::trails::crossing::Crossing;
 use crate::photometry::trails::known::{KnownDirection, line_through};
 use crate::photometry::trails::model::TrailBackground;
 use crate::photometry::trails::search::faint_direction;
+use crate::photometry::trails::segments::Segments;
 
 /// Additional significance required of a line at another angle than the known one \[σ\].
 const ANOTHER_ANGLE_SIGMA: f64 = 0.5;
@@ -57,6 +58,8 @@ pub(crate) struct Cutout {
     pub psf: Psf,
     /// Means along the trails, if there are any, in cells.
     pub trail_background: Option<TrailBackground>,
+    /// Trails of known length, one by one; `trail_background` is of what they leave.
+    pub(super) segments: Option<Segments>,
     /// Light of the trails \[e⁻ per pixel\], in cells.
     pub light: Array2<f32>,
     /// By how much it changes over a few cells: where trails end.
@@ -127,6 +130,7 @@ impl Cutout {
             fwhm_px,
             psf: Psf::new(s.profile.as_ref(), fwhm_px),
             trail_background: None,
+            segments: None,
             light,
             unsure,
             scintillation: 0.0,
@@ -145,7 +149,7 @@ impl Cutout {
                 (cutout.net.to_px(i as f64) - x).hypot(cutout.net.to_px(j as f64) - y) > bound_px
             }));
         }
-        cutout.find_trails();
+        cutout.find_trails(None);
         cutout.straighten(None);
         cutout.model_trails(None);
         Some(cutout)
@@ -159,7 +163,7 @@ impl Cutout {
         self.rms_e = noise_of(&self.sky, self.pixels.dim());
         (self.light, self.unsure) = (Array2::zeros(self.net.mean.dim()), Array2::zeros(self.net.mean.dim()));
         (self.scintillation, self.trail_v) = (0.0, None);
-        self.find_trails();
+        self.find_trails(None);
         self.straighten(None);
         self.model_trails(None);
     }
@@ -201,8 +205,8 @@ impl Cutout {
         self.net = cells_above(&self.pixels, &self.sky, &self.masked, self.fwhm_px);
         self.rms_e = noise_of(&self.sky, self.pixels.dim());
         let object = self.in_cells(&Placed { shape: clear, ..*object });
-        if self.trail_background.is_some() {
-            self.find_trails();
+        if self.trail_background.is_some() || self.segments.is_some() {
+            self.find_trails(Some(&object));
         }
         if self.trail_background.is_none() {
             let hidden = Array2::from_shape_fn(self.net.mean.dim(), |(j, i)| {
@@ -210,11 +214,12 @@ impl Cutout {
             });
             let target = (object.x, object.y, object.shape.bounding_radius_px());
             let scale = (self.noise_of_cell(), self.fwhm_cells());
-            let through = self.known.and_then(|known| line_through(&self.net.mean, &hidden, &object, scale, known));
+            let left = self.without_segments();
+            let through = self.known.and_then(|known| line_through(&left, &hidden, &object, scale, known));
             // a line at another angle than the known one must be the more certain
             let uncertainty = if self.known.is_some() { ANOTHER_ANGLE_SIGMA } else { 0.0 };
             let known = through.map(|line| line.0);
-            let theta = known.or_else(|| faint_direction(&self.net.mean, &hidden, target, scale, uncertainty));
+            let theta = known.or_else(|| faint_direction(&left, &hidden, target, scale, uncertainty));
             self.trail_v = through.map(|line| line.1);
             self.trail_background = theta.map(|theta| self.trail_background_along(theta));
         }
@@ -367,7 +372,8 @@ impl Cutout {
                 part.iter_mut().zip(light).for_each(|(v, l)| *v = (sky + l.max(0.0)) / area);
             }
         }
-        let uncertainty = self.trail_background.as_ref().map(|_| {
+        let has_trails = self.trail_background.is_some() || self.segments.is_some();
+        let uncertainty = has_trails.then(|| {
             let mut uncertainty = self.light.mapv(|t| self.scintillation as f32 * t.max(0.0));
             uncertainty.scaled_add(END_ERR, &self.unsure);
             uncertainty

@@ -167,7 +167,16 @@ impl Cutout {
         };
         let place = (at.x + ox as f64, at.y + oy as f64);
         let mut flux = flux_over_sky(&net, place, at.shape, (inner, outer), &sky, extra);
-        for_each_pixel(&at.shape, at.x, at.y, self.bounds(), |i, j, _| brightest = brightest.max(light(i, j)));
+        let mut of_trails = 0.0;
+        for_each_pixel(&at.shape, at.x, at.y, self.bounds(), |i, j, f| {
+            brightest = brightest.max(light(i, j));
+            of_trails += f * light(i, j);
+        });
+        if self.segments.is_some() {
+            flux.flux_err_e =
+                (flux.flux_err_e.powi(2) + self.segments_variance(at) + (PROFILE_ERR * of_trails).powi(2)).sqrt();
+            flux.snr = flux.flux_e / flux.flux_err_e;
+        }
         if brightest > TRAIL_LIGHT * self.rms_e {
             flux.flags.set(Flags::TRAIL);
         }
@@ -185,6 +194,23 @@ impl Cutout {
     fn bounds(&self) -> Bounds {
         let (ny, nx) = self.pixels.dim();
         Bounds { x0: 0, x1: nx, y0: 0, y1: ny }
+    }
+
+    /// Variance of the light of the trails of known length in an aperture.
+    fn segments_variance(&self, at: &Placed) -> f64 {
+        let Some(segments) = &self.segments else { return 0.0 };
+        let px = (self.net.bin * self.net.bin) as f64;
+        segments.variance(&self.in_cells(at)) * px * px
+    }
+
+    /// Light of the trails of known length in an aperture, and its error \[e⁻\].
+    pub fn segments_light(&self, at: &Placed) -> (f64, f64) {
+        let Some(segments) = &self.segments else { return (0.0, 0.0) };
+        let mut sum = 0.0;
+        for_each_pixel(&at.shape, at.x, at.y, self.bounds(), |i, j, f| {
+            sum += f * segments.at(self.net.in_cells(i as f64), self.net.in_cells(j as f64));
+        });
+        (sum, (PROFILE_ERR * sum).hypot(self.segments_variance(at).sqrt()))
     }
 
     /// Light of trails at a pixel of the cutout.
@@ -260,7 +286,8 @@ impl Cutout {
         };
         let level = |i: usize, j: usize| {
             let (x, y) = (self.net.in_cells(i as f64), self.net.in_cells(j as f64));
-            trail_level.at(trail_background.turned.uv(x, y).1)
+            let segments = self.segments.as_ref().map_or(0.0, |segments| segments.at(x, y));
+            trail_level.at(trail_background.turned.uv(x, y).1) + segments
         };
         let level_e = self.sky.level(at.x, at.y);
         let net = self.around(frame, at, level_e, |i, j| self.sky.level(i as f64, j as f64) + level(i, j));
@@ -288,7 +315,7 @@ impl Cutout {
             area += f;
         });
         let profile = (PROFILE_ERR * sum).powi(2);
-        let photons = flux.flux_err_e.powi(2) - own_noise + model + ends + profile;
+        let photons = flux.flux_err_e.powi(2) - own_noise + model + ends + profile + self.segments_variance(at);
         let empty = self.empty_scatter(trail_background, at).unwrap_or(0.0);
         flux.flux_err_e = (own_noise + photons.max(empty * empty)).sqrt();
         flux.snr = flux.flux_e / flux.flux_err_e;
@@ -328,7 +355,8 @@ impl Cutout {
             let bounds = Bounds { x0: 0, x1: nx, y0: 0, y1: ny };
             for_each_pixel(&cells.shape, x, y, bounds, |i, j, fraction| {
                 let v = trail_background.turned.uv(i as f64, j as f64).1;
-                sum += fraction * (f64::from(self.net.mean[[j, i]]) - trail_level.at(v));
+                let segments = self.segments.as_ref().map_or(0.0, |segments| segments.at(i as f64, j as f64));
+                sum += fraction * (f64::from(self.net.mean[[j, i]]) - segments - trail_level.at(v));
             });
             if sum.is_finite() {
                 fluxes.push(sum.abs());

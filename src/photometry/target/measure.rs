@@ -192,16 +192,19 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
         (Some(trail_background), Some(trail_level)) => of_trails(&cutout, trail_background, trail_level, &aperture),
         _ => Contamination::default(),
     };
+    let (segments_e, segments_err_e) = cutout.segments_light(&aperture);
     let (ox, oy) = cutout.origin(frame);
     let (nx, ny) = (net_origin.0 - ox as usize, net_origin.1 - oy as usize);
     let neighbours = of_neighbours(&cutout, &outline.neighbours, &aperture, (&net, (nx, ny)));
     let all = Contamination {
-        trails_e: trails.trails_e,
+        trails_e: trails.trails_e + segments_e,
         neighbours_e: neighbours.neighbours_e,
-        err_e: trails.err_e.hypot(neighbours.err_e),
+        err_e: trails.err_e.hypot(neighbours.err_e).hypot(segments_err_e),
     };
     // trails of which nothing is seen next to the aperture add an unknown amount, and so does what goes on beyond the target
-    let unknown = (cutout.trail_background.is_some() && trail_level.is_none()) || outline.is_cut;
+    let unknown = (cutout.trail_background.is_some() && trail_level.is_none())
+        || outline.is_cut
+        || cutout.may_hold_a_trail(aperture.shape.grown(-s.margin_px));
     // a flux below its error is no measure of a share
     if unknown || all.exceeds(s.contam_frac, (flux.flux_e - neighbours.neighbours_e).max(flux.flux_err_e)) {
         flux.flags.set(Flags::CONTAMINATED);

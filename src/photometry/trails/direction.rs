@@ -12,8 +12,6 @@ const MAX_POINTS: usize = 20_000;
 
 /// No run shorter than this is a trail \[FWHM\].
 pub(crate) const SHORTEST_FWHM: f64 = 15.0;
-/// A run along the known direction of the trails is one of them if it has this share of their length.
-const SHARE_OF_LENGTH: f64 = 0.8;
 
 /// Parallel runs too short to be distinguished from a long target, which together are trails.
 const FAMILY: usize = 3;
@@ -53,14 +51,8 @@ impl Turned {
 /// The direction of the trails from +x towards +y \[rad\]; `None` without trails.
 ///
 /// There are trails where a run of the pixels `above` the noise, or of the `faint` ones, is as long as a third of the
-/// cutout, or where three parallel runs of the bright ones are 15 FWHM long: one alone may be the target, unless it has the
-/// length of the trails, which `length_along` gives for their known direction.
-pub(crate) fn trail_direction(
-    above: &Array2<bool>,
-    faint: &Array2<bool>,
-    fwhm_px: f64,
-    length_along: impl Fn(f64) -> Option<f64>,
-) -> Option<f64> {
+/// cutout, or where three parallel runs of the bright ones are 15 FWHM long: one alone may be the target.
+pub(crate) fn trail_direction(above: &Array2<bool>, faint: &Array2<bool>, fwhm_px: f64) -> Option<f64> {
     let dim = above.dim();
     let min_length = (SHORTEST_FWHM * fwhm_px).max(60.0);
     let a_third = dim.0.min(dim.1) as f64 / 3.0;
@@ -74,7 +66,7 @@ pub(crate) fn trail_direction(
     }
     // few bright points hold no direction: then the faint ones may
     let theta = direction(if bright.len() as f64 > 2.0 * min_length { &bright } else { &faint }, dim);
-    let min_faint = min_length.max(length_along(theta).map_or(a_third, |length| a_third.min(SHARE_OF_LENGTH * length)));
+    let min_faint = min_length.max(a_third);
     let turned = Turned::new(dim, theta);
     let runs = long_runs(&bright, turned, dim, fwhm_px, min_length);
     let found = runs.len() >= FAMILY

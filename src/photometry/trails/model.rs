@@ -24,10 +24,6 @@ const LEAST_BLOCKS: f64 = 20.0;
 const SIDE_BLOCKS: usize = 16;
 /// The same for the model of the whole cutout: what is longer than this along the trails is a trail.
 const SEARCH_BLOCKS: usize = 16;
-/// Where trails are shorter than those, the same in lengths of a trail: most of a stretch next to a target on a trail is trail then,
-/// and of one of the model what is longer than 0.7 trails.
-const SIDE_LENGTH: f64 = 0.5;
-const SEARCH_LENGTH: f64 = 0.7;
 /// Nearest blocks of each side from which it is decided whether both agree.
 const STEP_BLOCKS: usize = 5;
 /// Fewest blocks of a side near the edge of the frame, where a trail may be short.
@@ -55,9 +51,6 @@ pub(crate) struct TrailBackground {
     pub turned: Turned,
     half: f64,
     block: usize,
-    /// Blocks on each side that make a level, next to the target and in the model of the whole cutout.
-    side_blocks: usize,
-    search_blocks: usize,
     /// Mean of each block, line by line; NaN where less than half of it is on the frame.
     mean: Array2<f32>,
     /// Scatter of a cell of sky.
@@ -67,15 +60,8 @@ pub(crate) struct TrailBackground {
 }
 
 impl TrailBackground {
-    /// `pixels` are cells of `area_px` pixels, NaN where they do not count; `noise_e` is the scatter of one of sky. Trails run along
-    /// `theta`, and are so long, if that is known [cells].
-    pub fn new(
-        pixels: &Array2<f32>,
-        (theta, length): (f64, Option<f64>),
-        fwhm_px: f64,
-        noise_e: f64,
-        area_px: f64,
-    ) -> Self {
+    /// `pixels` are cells of `area_px` pixels, NaN where they do not count; `noise_e` is the scatter of one of sky.
+    pub fn new(pixels: &Array2<f32>, theta: f64, fwhm_px: f64, noise_e: f64, area_px: f64) -> Self {
         let dim = pixels.dim();
         let turned = Turned::new(dim, theta);
         let half = (0.5 * (dim.0 as f64).hypot(dim.1 as f64)).ceil() + 1.0;
@@ -83,11 +69,6 @@ impl TrailBackground {
         let block = (2.0 * fwhm_px).min(shorter / LEAST_BLOCKS).round().max(4.0) as usize;
         let lines = 2 * half as usize + 1;
         let blocks = lines / block + 1;
-        let within = |share: f64, most: usize| {
-            let of_length = length.map_or(most, |length| (share * length / block as f64).round() as usize);
-            of_length.clamp(EDGE_BLOCKS + 1, most)
-        };
-        let (side_blocks, search_blocks) = (within(SIDE_LENGTH, SIDE_BLOCKS), within(SEARCH_LENGTH, SEARCH_BLOCKS));
         let mut mean = Array2::from_elem((lines, blocks), f32::NAN);
         let mut line = vec![0f32; blocks * block];
         for (q, mut means) in mean.rows_mut().into_iter().enumerate() {
@@ -100,7 +81,7 @@ impl TrailBackground {
                 }
             }
         }
-        Self { turned, half, block, side_blocks, search_blocks, mean, noise_e, area_px }
+        Self { turned, half, block, mean, noise_e, area_px }
     }
 
     /// A shape at a place of the cutout in the turned coordinates.
@@ -173,8 +154,8 @@ impl TrailBackground {
         let blocks = self.mean.ncols();
         let first = (((u.0 + self.half) / self.block as f64).floor().max(0.0) as usize).min(blocks);
         let last = (((u.1 + self.half) / self.block as f64).ceil().max(0.0) as usize).min(blocks);
-        let left: Vec<f64> = (0..first).rev().filter_map(free).take(self.side_blocks).collect();
-        let right: Vec<f64> = (last..blocks).filter_map(free).take(self.side_blocks).collect();
+        let left: Vec<f64> = (0..first).rev().filter_map(free).take(SIDE_BLOCKS).collect();
+        let right: Vec<f64> = (last..blocks).filter_map(free).take(SIDE_BLOCKS).collect();
         let mut all: Vec<f64> = left.iter().chain(&right).copied().collect();
         if all.len() < EDGE_BLOCKS + 1 {
             return None;
@@ -235,7 +216,7 @@ impl TrailBackground {
         let (lines, blocks) = self.mean.dim();
         let mut level = Array2::from_elem((lines, blocks), f32::NAN);
         let mut change = Array2::zeros((lines, blocks));
-        let (mut window, mut window_of_own) = (Window::default(), Window::default());
+        let mut window = Window::default();
         let (mut valid, mut values) = (Vec::new(), Vec::new());
         let (mut scintillation, mut off) = (ScintillationExcess::default(), Vec::new());
         for q in 0..lines {
@@ -253,24 +234,17 @@ impl TrailBackground {
             values.clear();
             values.extend(valid.iter().map(|p| f64::from(self.mean[[q, *p]])));
             window.clear();
-            window_of_own.clear();
-            let filled = (self.search_blocks < SEARCH_BLOCKS && !chords.is_empty())
-                .then(|| self.filled(q, &valid, &values, is_excluded));
+            let (mut at, mut of_last) = (0, f32::NAN);
             for p in 0..blocks {
-                let own = usize::from(valid.binary_search(&p).is_ok());
-                let (valid, values, window) = match &filled {
-                    Some((places, filled)) if own == 1 => (places, filled, &mut window_of_own),
-                    _ => (&valid, &values, &mut window),
-                };
-                let at = valid.partition_point(|k| *k < p);
+                at += usize::from(valid.get(at).is_some_and(|k| *k < p));
+                let own = usize::from(valid.get(at) == Some(&p));
                 let (before, after) = (at, valid.len() - at - own);
-                let side =
-                    if own == 1 { before.min(after).clamp(EDGE_BLOCKS, self.search_blocks) } else { self.side_blocks };
+                let side = if own == 1 { before.min(after).clamp(EDGE_BLOCKS, SEARCH_BLOCKS) } else { SIDE_BLOCKS };
                 // next to a line's own blocks, the neighbours are the same ones again
-                if window.slide_to(values, at - before.min(side)..at + own + after.min(side)) {
-                    window.level = self.mean_near_median(&window.sorted) as f32;
+                if window.slide_to(&values, at - before.min(side)..at + own + after.min(side)) {
+                    of_last = self.mean_near_median(&window.sorted) as f32;
                 }
-                level[[q, p]] = window.level;
+                level[[q, p]] = of_last;
             }
             let brightness = f64::from(level[[q, valid[valid.len() / 2]]]);
             if brightness > BRIGHT_SIGMA * self.variance_of_block(brightness).sqrt() {
@@ -283,36 +257,11 @@ impl TrailBackground {
                 let step = (level[[q, hi]] - level[[q, p]]).abs().max((level[[q, p]] - level[[q, lo]]).abs());
                 // what noise alone changes is no end of a trail
                 let noise =
-                    2.0 * (self.variance(f64::from(level[[q, p]])) / (self.search_blocks * self.block) as f64).sqrt();
+                    2.0 * (self.variance(f64::from(level[[q, p]])) / (SEARCH_BLOCKS * self.block) as f64).sqrt();
                 change[[q, p]] = if step.is_finite() { (step - noise as f32).max(0.0) } else { 0.0 };
             }
         }
         (level, change, scintillation.share())
-    }
-
-    /// The blocks of line `q`, those in exclusion masks with what is next to them, the median of [`EDGE_BLOCKS`] of both sides or of
-    /// the brighter one: a trail that is excluded where it passes the target is as long as before.
-    fn filled(
-        &self,
-        q: usize,
-        valid: &[usize],
-        values: &[f64],
-        is_excluded: impl Fn(usize) -> bool,
-    ) -> (Vec<usize>, Vec<f64>) {
-        let next_to = |p: usize| {
-            let at = valid.partition_point(|k| *k < p);
-            let of = |near: Range<usize>| stats::median(&mut values[near].to_vec());
-            let (left, right) = (of(at.saturating_sub(EDGE_BLOCKS)..at), of(at..(at + EDGE_BLOCKS).min(valid.len())));
-            let (Some(left), Some(right)) = (left, right) else { return left.or(right) };
-            let (low, high) = (left.min(right), left.max(right));
-            let is_end = high - low > CLIP_SIGMA * self.variance_of_block(high).sqrt();
-            Some(if is_end { high } else { 0.5 * (low + high) })
-        };
-        let value = |p: usize| {
-            let value = if is_excluded(p) { next_to(p)? } else { f64::from(self.mean[[q, p]]) };
-            value.is_finite().then_some((p, value))
-        };
-        (0..self.mean.ncols()).filter_map(value).unzip()
     }
 
     /// First line and its place v, and one past the last line, that a range of v touches.
@@ -383,14 +332,11 @@ impl ScintillationExcess {
 struct Window {
     range: Range<usize>,
     sorted: Vec<f64>,
-    /// Their level.
-    level: f32,
 }
 
 impl Window {
     fn clear(&mut self) {
         self.range = 0..0;
-        self.level = f32::NAN;
         self.sorted.clear();
     }
 

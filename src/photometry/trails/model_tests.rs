@@ -15,7 +15,7 @@ fn cutout() -> Array2<f32> {
 
 #[test]
 fn the_level_of_a_block_is_the_mean_near_the_median_of_its_neighbours_outside_the_exclusions() {
-    let trail_background = TrailBackground::new(&cutout(), (0.3f64.atan(), None), 3.0, 0.3, 4.0);
+    let trail_background = TrailBackground::new(&cutout(), 0.3f64.atan(), 3.0, 0.3, 4.0);
     let exclusion =
         trail_background.exclusion((115.0, 90.0), Shape::Ellipse { a_px: 25.0, b_px: 15.0, theta_rad: 0.4 });
     for exclusions in [vec![], vec![exclusion]] {
