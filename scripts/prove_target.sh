@@ -3,7 +3,7 @@
 # S/N 5 to 500, without trails, with one faint trail, a few, and 120. Prints a table: frames found (+ wrong places) of all,
 # mean measured S/N, bias over flux, bias over error with its own error, scatter over error, contaminated frames flagged
 # where a trail adds more than 5 % of the flux, false alarms where all trails together add less, area, CPU ms per frame.
-# Then the finder in seven other kinds of scenes: frames, found, elsewhere without a flag, beyond 4 errors, median and 68 % error of V
+# Then the finder in ten other kinds of scenes: frames, found, elsewhere without a flag, beyond 4 errors, median and 68 % error of V
 # [mag], share within the error.
 #
 # usage: scripts/prove_target.sh [FRAMES=100]

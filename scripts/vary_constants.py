@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""What each constant of the target finder does: all of them are varied, one at a time, over the same seven kinds of scenes.
+"""What each constant of the target finder does: all of them are varied, one at a time, over the same ten kinds of scenes.
 
     scripts/vary_constants.py [--frames 20] [--seed 613000111] [--only NAME,NAME] [--table constants.md]
 
 A copy of the source gets its scalar constants in src/photometry/target and src/photometry/trails from the environment; the table of
 tests/photometry/finder.rs (scripts/prove_target.sh) is then drawn with each at 0.7 and at 1.4 times its value (whole numbers by at
-least one): a build, and two tables for each of 148 constants, which takes hours. Frames and seed are the same for all, so that any
+least one): a build, and two tables for each of 150 constants, which takes an hour and more. Frames and seed are the same for all, so that any
 difference is the constant's.
 """
 

@@ -38,7 +38,7 @@ fn crossing(scene: &mut Scene, rng: &mut ChaCha12Rng, fwhm: f64, (x, y): (f64, f
 }
 
 /// A saturated trail through the place, whose charge spills along its columns.
-fn blooming(scene: &mut Scene, rng: &mut ChaCha12Rng, fwhm: f64, (x, y): (f64, f64)) {
+pub fn blooming(scene: &mut Scene, rng: &mut ChaCha12Rng, fwhm: f64, (x, y): (f64, f64)) {
     scene.line(x, y - 40.0, 3.0 * WELL_E * fwhm, fwhm, 0.05);
     for _ in 0..3 {
         let column = (x + rng.random_range(-30.0..30.0)) as usize;
@@ -70,7 +70,7 @@ fn ghost(scene: &mut Scene, rng: &mut ChaCha12Rng, fwhm: f64, (x, y): (f64, f64)
 }
 
 /// Counts saturate, and such pixels are masked as they are in files.
-fn exposed(mut scene: Scene, seed: u64) -> Frame<Electrons> {
+pub fn exposed(mut scene: Scene, seed: u64) -> Frame<Electrons> {
     scene.mean.mapv_inplace(|m| m.min(WELL_E));
     let mut frame = scene.expose(READ_NOISE, seed);
     let saturated: Vec<_> =

@@ -1,9 +1,11 @@
-//! What the finder does to seven kinds of scenes, as one table.
+//! What the finder does to ten kinds of scenes, as one table.
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests, too
 
+use crate::artefacts;
 use crate::photometry_scene::station::{Case, Stars};
 use crate::photometry_scene::tracks::Track;
 use crate::photometry_scene::{Scene, target_settings};
+use crate::short_trails;
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
@@ -36,10 +38,26 @@ enum Kind {
     OnATrail,
     /// A point of S/N 10 to 60 near the line of a crossing satellite.
     Crossing,
+    /// A target of S/N 10 to 150 beside trails of 20 to 45 widths, whose direction and length are known.
+    ShortTrails,
+    /// A point or a disc of up to 1.5 widths, S/N 8 to 200, whose size other frames of its pass show.
+    OfAPass,
+    /// A point of S/N 10 to 60 near a saturated trail whose charge spills.
+    Spilt,
 }
 
-const KINDS: [Kind; 7] =
-    [Kind::Point, Kind::PointAmongTracks, Kind::Empty, Kind::Small, Kind::Station, Kind::OnATrail, Kind::Crossing];
+const KINDS: [Kind; 10] = [
+    Kind::Point,
+    Kind::PointAmongTracks,
+    Kind::Empty,
+    Kind::Small,
+    Kind::Station,
+    Kind::OnATrail,
+    Kind::Crossing,
+    Kind::ShortTrails,
+    Kind::OfAPass,
+    Kind::Spilt,
+];
 
 /// A frame, how to look at it, and where the target is, its light and its reach \[px\].
 struct Shown {
@@ -72,6 +90,10 @@ fn shown(kind: Kind, k: u64, seed: u64) -> Shown {
             target: Some((scene.x, scene.y, scene.flux_e, 0.25 * case.length + case.fwhm)),
         };
     }
+    if kind == Kind::ShortTrails {
+        let (frame, settings, (x, y, light)) = short_trails::shown(seed, Some(1.0));
+        return Shown { frame, settings, target: Some((x, y, light, 3.0 * settings.fwhm_px)) };
+    }
     let fwhm = [2.0, 3.0, 5.0][k as usize % 3];
     let mut scene = Scene::new(SIDE, SIDE, SKY);
     let middle = SIDE as f64 / 2.0;
@@ -81,7 +103,7 @@ fn shown(kind: Kind, k: u64, seed: u64) -> Shown {
     };
     let (at, other) = (place(), place());
     let theta = rng.random_range(0.0..std::f64::consts::PI);
-    let trails = if matches!(kind, Kind::OnATrail) { 0 } else { 2 };
+    let trails = if matches!(kind, Kind::OnATrail | Kind::Spilt) { 0 } else { 2 };
     for _ in 0..trails {
         let from = (rng.random_range(0.0..SIDE as f64), rng.random_range(0.0..SIDE as f64));
         scene.line(from.0, from.1, rng.random_range(30.0..400.0) * fwhm, fwhm, theta);
@@ -93,8 +115,9 @@ fn shown(kind: Kind, k: u64, seed: u64) -> Shown {
         0.5 * (snr * snr + (snr.powi(4) + (2.0 * snr * empty).powi(2)).sqrt())
     };
     let mut target = None;
+    let mut settings = target_settings(SIDE as f64, SEARCH, fwhm);
     match kind {
-        Kind::Empty | Kind::Station => {}
+        Kind::Empty | Kind::Station | Kind::ShortTrails => {}
         Kind::Point | Kind::PointAmongTracks => {
             let light = flux(5.0, 30.0);
             scene.star(at.0, at.1, light, fwhm);
@@ -120,15 +143,35 @@ fn shown(kind: Kind, k: u64, seed: u64) -> Shown {
             scene.line(other.0, other.1, 300.0 * fwhm, fwhm, theta + 1.0);
             target = Some((at.0, at.1, light, fwhm));
         }
+        Kind::OfAPass => {
+            let light = flux(8.0, 200.0);
+            let diameter = 1.5 * (k % 4) as f64 / 3.0;
+            // spread evenly over the disc
+            let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+            for m in 0..60 {
+                let (r, angle) = (0.5 * diameter * fwhm * ((f64::from(m) + 0.5) / 60.0).sqrt(), golden * f64::from(m));
+                scene.star(at.0 + r * angle.cos(), at.1 + r * angle.sin(), light / 60.0, fwhm);
+            }
+            settings.largest_fwhm = Some(2.0);
+            settings.known_disc2 = Some((diameter * diameter, 0.2));
+            target = Some((at.0, at.1, light, fwhm));
+        }
+        Kind::Spilt => {
+            let light = flux(10.0, 60.0);
+            artefacts::blooming(&mut scene, &mut rng, fwhm, (middle, middle));
+            scene.star(at.0, at.1, light, fwhm);
+            target = Some((at.0, at.1, light, fwhm));
+        }
     }
-    let mut frame = scene.expose(READ_NOISE, seed + 1);
+    let mut frame =
+        if kind == Kind::Spilt { artefacts::exposed(scene, seed + 1) } else { scene.expose(READ_NOISE, seed + 1) };
     if matches!(kind, Kind::Empty | Kind::PointAmongTracks) {
         for _ in 0..4 {
             let from = (rng.random_range(60.0..200.0), rng.random_range(60.0..200.0));
             Track::any(&mut rng, from).strike(&mut frame.pixels, &mut rng);
         }
     }
-    Shown { frame, settings: target_settings(SIDE as f64, SEARCH, fwhm), target }
+    Shown { frame, settings, target }
 }
 
 /// Found in its place: (V − true) \[mag\] and its stated error; or something elsewhere, and no flag that says so.
@@ -153,7 +196,7 @@ fn outcome(shown: &Shown) -> Outcome {
         }
         _ => {
             // a row that says so is a caution, not a target
-            let said = Flags::HIT | Flags::CROSSED | Flags::BLOOMING;
+            let said = Flags::HIT | Flags::CROSSED | Flags::BLOOMING | Flags::SATURATED;
             if std::env::var_os("OUTLIERS").is_some() {
                 println!(
                     "  S/N {:.1} at {x_px:.1} {y_px:.1}, {}, {size:?}, {}; target {:.1?}, FWHM {}",

@@ -7,6 +7,7 @@ use photometry_scene::Scene;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 use rayon::prelude::*;
+use satphot::frames::{Electrons, Frame};
 use satphot::photometry::Flags;
 use satphot::photometry::background::background;
 use satphot::photometry::target::measure::{KnownDirection, TargetFound, measure_target};
@@ -58,17 +59,22 @@ fn scene(seed: u64) -> (Scene, (f64, f64, f64), (f64, f64)) {
     (scene, (x, y, flux_e), (theta, length))
 }
 
-/// With a length that is said to be this much of the true one, or none.
-fn outcome(seed: u64, share_of_length: Option<f64>) -> Outcome {
-    let (scene, (x, y, flux_e), (theta, length)) = scene(seed);
-    let frame = scene.expose(2.0, seed + 1);
-    let sky = background(&frame, 64, 3.0).unwrap();
+/// A frame of such a scene, how to look at it with a length that is said to be this much of the true one, or none, and the target: its
+/// place and light.
+pub fn shown(seed: u64, share_of_length: Option<f64>) -> (Frame<Electrons>, TargetSettings, (f64, f64, f64)) {
+    let (scene, target, (theta, length)) = scene(seed);
     let err_rad = 0.003;
     let s = TargetSettings {
         trail_direction: Some(KnownDirection { theta_rad: theta + err_rad, err_rad }),
         trail_length_px: share_of_length.map(|share| share * length),
         ..photometry_scene::target_settings(SIDE as f64, 60.0, FWHM)
     };
+    (scene.expose(2.0, seed + 1), s, target)
+}
+
+fn outcome(seed: u64, share_of_length: Option<f64>) -> Outcome {
+    let (frame, s, (x, y, flux_e)) = shown(seed, share_of_length);
+    let sky = background(&frame, 64, 3.0).unwrap();
     match measure_target(&frame, &sky, &s) {
         TargetFound::Detected { flux, x_px, y_px, .. } => {
             let off_mag = 2.5 * (flux.flux_e / flux_e).log10();
@@ -77,10 +83,9 @@ fn outcome(seed: u64, share_of_length: Option<f64>) -> Outcome {
             if !is_right && std::env::var("OUTLIERS").is_ok() {
                 let (a_px, b_px, _) = flux.shape.axes();
                 println!(
-                    "{seed}: {off_mag:+.2} mag, S/N {:.0}, aperture {a_px:.0} x {b_px:.0}, off {:.0} px, trails {:.0}",
+                    "{seed}: {off_mag:+.2} mag, S/N {:.0}, aperture {a_px:.0} x {b_px:.0}, off {:.0} px",
                     flux.snr,
-                    (x_px - x).hypot(y_px - y),
-                    length
+                    (x_px - x).hypot(y_px - y)
                 );
             }
             match (is_right, flux.flags.has(Flags::CONTAMINATED)) {
@@ -108,10 +113,10 @@ fn the_length_of_the_trails_makes_more_targets_beside_them_right() {
     println!(
         "right, flagged, wrong, not found of 100: length unknown {unknown:?}, known {known:?}, half {half:?}, twice {twice:?}"
     );
-    // half of the targets have more trail than target in their aperture: what is left is wrong by magnitudes, as before
-    assert!(known[0] >= 2 * unknown[0] && known[2] + 10 <= unknown[2], "{known:?} {unknown:?}");
+    // nearly all of those that a trail of unknown length makes wrong by magnitudes
+    assert!(known[0] >= 85 && known[2] <= 5, "{known:?}");
     // an exposure in the wrong unit or of another frame does no more harm than none
     for wrong in [half, twice] {
-        assert!(wrong[0] + 5 >= unknown[0] && wrong[2] <= unknown[2] + 5, "{wrong:?} {unknown:?}");
+        assert!(wrong[0] + 5 >= unknown[0] && wrong[2] <= unknown[2], "{wrong:?} {unknown:?}");
     }
 }
