@@ -34,6 +34,7 @@ mod sweep;
 mod target;
 mod time_grid;
 mod timing;
+mod trail_length;
 mod zeropoint_fit;
 
 pub use effort::{Effort, Stopwatch};
@@ -163,6 +164,11 @@ pub const METHODS: &[Method] = &[
         name: "star-trails",
         about: "the zeropoint of a tracked frame by its star trails: how many trails are fitted",
         sweep: star_trails::sweep,
+    },
+    Method {
+        name: "trail-length",
+        about: "a target beside star trails that end in the frame: what is known of their length",
+        sweep: trail_length::sweep,
     },
     Method { name: "apertures", about: "share of a pixel in an aperture: subpixels or exact", sweep: apertures::sweep },
     Method {

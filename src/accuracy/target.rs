@@ -38,7 +38,7 @@ struct Simulated {
 }
 
 /// Light of a point of a signal-to-noise ratio under its own profile \[e⁻\].
-fn flux_e(snr: f64) -> f64 {
+pub(super) fn flux_e(snr: f64) -> f64 {
     let empty = (4.0 * std::f64::consts::PI * SKY_E).sqrt() * FWHM_PX / FWHM_PER_SIGMA;
     0.5 * (snr * snr + (snr.powi(4) + (2.0 * snr * empty).powi(2)).sqrt())
 }
@@ -65,8 +65,9 @@ fn simulated(flux_e: f64, disc_px: f64, rng: &mut ChaCha12Rng) -> Simulated {
     Simulated { frame: noisy_frame(&pixels, rng), x_px, y_px }
 }
 
-fn settings() -> TargetSettings {
-    let middle = 0.5 * SIDE_PX as f64;
+/// A search for a target about the middle of a frame.
+pub(super) fn settings(side_px: usize) -> TargetSettings {
+    let middle = 0.5 * side_px as f64;
     TargetSettings {
         x_px: middle,
         y_px: middle,
@@ -92,7 +93,7 @@ fn settings() -> TargetSettings {
 pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
     let photometry = config::Photometry::default();
     let star = StarProfile::moffat(f64::INFINITY);
-    let s = settings();
+    let s = settings(SIDE_PX);
     let mut series = Vec::new();
     for (label, disc_fwhm) in [("point", 0.0), ("disc of 1 FWHM", 1.0)] {
         for snr in [8.0, 20.0, 100.0] {

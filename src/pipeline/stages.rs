@@ -246,11 +246,14 @@ pub fn target_stage(
     let mut reduced: BTreeMap<usize, Reduced> = pilots.into_iter().zip(of_pilots).collect();
     reduced.retain(|k, _| targets.wanted.contains(k));
     let region = |k: usize| targets.region(k, &rows, night);
-    // a pilot that shows more than the others do is looked at once more, by them
-    let joined = |(k, r): (&usize, &Reduced)| Some((*k, region(*k).filter(|at| at.is_joined_in(&r.row))?));
-    let of_joined: Vec<(usize, Region)> = reduced.iter().filter_map(joined).collect();
-    let again: Vec<usize> = of_joined.iter().map(|(k, _)| *k).collect();
-    let of_region = others.iter().filter_map(|k| Some((*k, region(*k)?))).chain(of_joined);
+    // a pilot that shows more than the others do, or is compact as they are, is looked at once more, by them
+    let by_others = |(k, r): (&usize, &Reduced)| {
+        let at = region(*k)?;
+        (at.is_joined_in(&r.row) || at.disc2.is_some() && r.row.disc_fwhm2.is_some()).then_some((*k, at))
+    };
+    let of_again: Vec<(usize, Region)> = reduced.iter().filter_map(by_others).collect();
+    let again: Vec<usize> = of_again.iter().map(|(k, _)| *k).collect();
+    let of_region = others.iter().filter_map(|k| Some((*k, region(*k)?))).chain(of_again);
     let regions: HashMap<&Path, Region> = of_region.map(|(k, at)| (targets.exposures[k].path.as_path(), at)).collect();
     let part = |exposure: &Exposure| work(exposure, regions.get(exposure.path.as_path()));
     let of_others = in_order(&of(&others), room, (&options.stop, &kept), progress, part, lost)?;

@@ -8,6 +8,7 @@ pub(crate) mod direction;
 pub(crate) mod exclusion;
 pub(crate) mod known;
 pub(crate) mod level;
+mod lines;
 pub(crate) mod model;
 pub(crate) mod rotate;
 pub(crate) mod search;

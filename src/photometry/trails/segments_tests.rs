@@ -3,6 +3,8 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 
+use statrs::function::erf::erf;
+
 use super::*;
 use crate::base::constants::FWHM_PER_SIGMA;
 use crate::photometry::aperture::Shape;

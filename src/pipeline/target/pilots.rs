@@ -4,6 +4,7 @@
 //! `target.search_radius_arcsec`. In the frames between it is looked for first where the nearest pilots have it, and in all of it
 //! only if it is not clear there. So nothing can be lost; what is saved is most of the pixels. Where a frame, a pilot too, shows
 //! something larger than the other pilots do, a trail or a neighbour has joined the target, which is then bounded by its size in them.
+//! A pilot with a compact target is measured once more with the sizes that the others show.
 //! It does not cover the place of a pass for forced fluxes ([`crate::pipeline::passes`]), which takes all of its detections.
 
 use std::collections::HashMap;
