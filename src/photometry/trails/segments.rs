@@ -4,7 +4,7 @@
 //! it, which is taken from its own lines, and ends as a star does. It does not cover trails whose length is not known, and
 //! what a trail's brightness changes along it.
 
-use ndarray::Array2;
+use ndarray::{Array2, ArrayView1};
 
 use super::direction::Turned;
 use super::exclusion::ExclusionMask;
@@ -67,24 +67,27 @@ impl Segments {
         lines.exclude(&exclusions(&turned));
         let mut merit = Array2::zeros((lines.n, lines.places(length)));
         lines.merits(length, 0..lines.n, &mut merit);
+        let mut best: Vec<(f32, usize)> = merit.rows().into_iter().map(best_in).collect();
         while list.len() < MOST_TRAILS {
-            let best = merit.indexed_iter().max_by(|p, q| p.1.total_cmp(q.1)).map(|(at, m)| (at, f64::from(*m)));
-            let Some(((q, p), _)) = best.filter(|best| best.1 > 0.0) else { break };
+            let first = best.iter().zip(0..).max_by(|p, q| p.0.0.total_cmp(&q.0.0)).filter(|first| first.0.0 > 0.0);
+            let Some((&(_, p), q)) = first else { break };
             let u0 = lines.u_of_place(p, length);
             let found = lines.fitted(q, (u0, u0 + length), lines.piece(length) * 1.5);
             let Some(segment) = found else {
-                merit.slice_mut(ndarray::s![q, ..]).fill(0.0);
+                merit.row_mut(q).fill(0.0);
+                best[q].0 = 0.0;
                 continue;
             };
             lines.add(&segment, -1.0);
             let around = lines.reach + lines.taps.len();
             let touched = q.saturating_sub(around)..(q + around + 1).min(lines.n);
-            lines.merits(length, touched, &mut merit);
+            lines.merits(length, touched.clone(), &mut merit);
             // what is left there is no trail of its own
             let near = (0.5 * fwhm).round() as usize;
             let same =
                 p.saturating_sub(lines.same_place(length))..(p + lines.same_place(length) + 1).min(merit.ncols());
             merit.slice_mut(ndarray::s![q.saturating_sub(near)..(q + near + 1).min(lines.n), same]).fill(0.0);
+            touched.for_each(|q| best[q] = best_in(merit.row(q)));
             list.push(segment);
         }
         for _ in 0..ROUNDS {
@@ -164,6 +167,11 @@ impl Segments {
         };
         self.list.iter().map(of).sum()
     }
+}
+
+/// The most significant place of a line.
+fn best_in(line: ArrayView1<f32>) -> (f32, usize) {
+    line.iter().copied().zip(0..).max_by(|p, q| p.0.total_cmp(&q.0)).unwrap_or_default()
 }
 
 #[cfg(test)]
