@@ -47,6 +47,7 @@ def sources(root):
         for path in sorted((root / folder).glob("*.rs")):
             if not path.stem.endswith("_tests"):
                 yield path
+    yield root / "src/photometry/clip.rs"
 
 
 def constants(root):

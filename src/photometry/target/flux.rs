@@ -14,6 +14,7 @@ use crate::photometry::Flags;
 use crate::photometry::annulus::Sky;
 use crate::photometry::aperture::{Bounds, Shape, for_each_pixel};
 use crate::photometry::background::Background;
+use crate::photometry::clip::{CLIP_SIGMA, HIT_SIGMA};
 use crate::photometry::flux::{Flux, flux_over_sky};
 use crate::photometry::target::cells::grown;
 use crate::photometry::target::cutout::Cutout;
@@ -29,10 +30,6 @@ const TRAIL_LIGHT: f64 = 0.3;
 const SKY_AREA: f64 = 3.0;
 /// Side of the blocks an annulus is averaged in \[px\].
 const SKY_BLOCK_PX: usize = 12;
-/// Pixels further than this from the sky are hits \[σ\]; so far out, the skewness of counts costs nothing.
-const HIT_SIGMA: f64 = 5.0;
-/// Blocks further than this from their median do not count \[σ\].
-const CLIP_SIGMA: f64 = 3.0;
 /// Fewest sky pixels; below, the mesh is used.
 const MIN_SKY_PX: usize = 16;
 /// Share of the trails' light in the aperture that their profile may get wrong: it is interpolated twice, and turned by the

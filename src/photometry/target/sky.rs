@@ -8,14 +8,10 @@ use nalgebra::{SMatrix, SVector};
 use ndarray::{Array2, s};
 
 use crate::base::stats;
+use crate::photometry::clip::{CLIP_SIGMA, HIT_SIGMA};
 
 /// Terms of the surface: 1, x, y, x², xy, y².
 const TERMS: usize = 6;
-/// Pixels further than this from the mean of their block do not count \[σ of the block\]: hits. So far out that the
-/// skewness of Poisson counts costs nothing.
-const HIT_SIGMA: f64 = 5.0;
-/// Blocks further than this from the surface do not count \[σ\].
-const CLIP_SIGMA: f64 = 3.0;
 /// Fewest blocks of a surface; below, the sky is one level.
 const MIN_BLOCKS: usize = 24;
 

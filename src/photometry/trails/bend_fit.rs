@@ -6,9 +6,8 @@ use super::bend::Bend;
 use super::exclusion::ExclusionMask;
 use super::model::TrailBackground;
 use crate::base::stats;
+use crate::photometry::clip::CLIP_SIGMA;
 
-/// Blocks further than this from their line do not count \[σ\].
-const CLIP_SIGMA: f64 = 3.0;
 /// Passes of fit and clip.
 const PASSES: usize = 3;
 /// Fewest blocks of a line from which a bend is measured.

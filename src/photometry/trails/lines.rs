@@ -13,6 +13,7 @@ use super::exclusion::ExclusionMask;
 use super::rotate::{catmull_rom, cubic_along};
 use crate::base::constants::FWHM_PER_SIGMA;
 use crate::base::stats;
+use crate::photometry::clip::CLIP_SIGMA;
 
 /// A trail is looked at in so many pieces: what is brighter in fewer than half of them is no part of it.
 const PIECES: usize = 8;
@@ -28,8 +29,6 @@ const MOST_OF_A_PIECE: f64 = 1.5;
 const REACH_FWHM: f64 = 3.0;
 /// So near to its ends a trail says nothing of its profile \[FWHM\].
 const END_FWHM: f64 = 1.5;
-/// Pixels further than this from the median of their line do not count \[σ\].
-const CLIP_SIGMA: f64 = 3.0;
 /// A half of a trail this significant shows where it is across \[σ\].
 const CLEAR_SIGMA: f64 = 15.0;
 
@@ -248,7 +247,8 @@ impl Lines {
                 if line.abs_diff(q) <= 1 {
                     return None;
                 }
-                (profile.push(0.0), variance.push(0.0));
+                profile.push(0.0);
+                variance.push(0.0);
                 continue;
             }
             values.sort_unstable_by(f64::total_cmp);

@@ -13,6 +13,7 @@ use ndarray::Array2;
 use crate::base::constants::SIGMA_PER_MAD;
 use crate::base::stats;
 use crate::photometry::aperture::Shape;
+use crate::photometry::clip::CLIP_SIGMA;
 use crate::photometry::trails::bend::Bend;
 use crate::photometry::trails::direction::Turned;
 use crate::photometry::trails::rotate::{Spread, cubic_along};
@@ -28,8 +29,6 @@ const SEARCH_BLOCKS: usize = 16;
 const STEP_BLOCKS: usize = 5;
 /// Fewest blocks of a side near the edge of the frame, where a trail may be short.
 const EDGE_BLOCKS: usize = 3;
-/// Blocks further than this from the median do not count \[σ\].
-const CLIP_SIGMA: f64 = 3.0;
 
 /// Least and most share of a trail's light that its constant profile gets wrong.
 const SCINTILLATION: [f64; 2] = [0.01, 0.05];

@@ -7,10 +7,9 @@ use ndarray::Array2;
 
 use crate::base::constants::FWHM_PER_SIGMA;
 use crate::base::stats;
+use crate::photometry::clip::CLIP_SIGMA;
 use crate::photometry::trails::direction::Turned;
 
-/// A cell counts for at most this \[σ\]: a compact object cannot make a line.
-const CLIP_SIGMA: f64 = 3.0;
 /// Significance a line through the target must have: of some 10 000 such lines one in fifty frames by chance. A trail of a
 /// twentieth of the flux of a target of S/N 10 has no more; the flux of a false one is a fraction of the flux's error.
 const THROUGH_SIGMA: f64 = 4.85;
@@ -118,6 +117,7 @@ pub(crate) fn coarse(net: &Array2<f32>, hidden: &Array2<bool>, noise: f64, k: us
                 }
             }
             if 2 * n >= k * k {
+                // a compact object cannot make a line
                 let value = (sum / (noise * (n as f64).sqrt())).clamp(-CLIP_SIGMA, CLIP_SIGMA);
                 let middle = 0.5 * (k as f64 - 1.0);
                 points.push(CoarseCell { x: i as f64 + middle, y: j as f64 + middle, value });
