@@ -23,8 +23,9 @@ const SPILL_REACH_PX: usize = 3;
 const CROSSED_LIGHT: f64 = 0.3;
 /// A candidate of which this share lies on a line that crosses the cutout is a part of it.
 const ON_LINE: f64 = 0.7;
-/// So far to both sides of its bright cells the light of a line is masked \[FWHM\], and so near to the border it ends.
+/// So far to both sides of its bright cells the light of a line is masked \[FWHM\].
 const LINE_MARGIN_FWHM: f64 = 1.5;
+/// A line that crosses ends so near to the border \[FWHM\].
 const BORDER_FWHM: f64 = 3.0;
 
 impl Cutout {

@@ -108,9 +108,11 @@ const FAINT_REACH_FWHM: f64 = 8.0;
 const WIDE_SCALE: usize = 2;
 /// Searches of a frame, each without the hits that the one before took for the target.
 const MOST_SEARCHES: usize = 40;
-/// Where a candidate was a hit, other components of so many cells are examined, so many at once.
+/// Where a candidate was a hit, other components of at least so many cells are examined.
 const MIN_HIT_CELLS: usize = 4;
+/// Of fewer than so many.
 const MOST_HIT_CELLS: usize = 2000;
+/// So many at once.
 const MOST_HITS_AT_ONCE: usize = 100;
 /// An object is discarded if hits make at least this share of its flux.
 const MOST_OF_HITS: f64 = 0.3;

@@ -17,9 +17,9 @@ use crate::photometry::trails::direction::SHORTEST_FWHM;
 
 /// Threshold of the outline \[σ of the smoothed cutout\].
 pub(crate) const OUTLINE_SIGMA: f64 = 3.0;
-/// From this peak on a component may be a point that reaches the threshold where it fits best, and until this one it is
-/// looked at \[σ\].
+/// From this peak on a component may be a point that reaches the threshold where it fits best \[σ\].
 const LOOK_SIGMA: f64 = 4.3;
+/// From this one on it is clear without a look \[σ\].
 const BRIGHT_SIGMA: f64 = 8.0;
 /// Most by which its significance grows there: a Moffat profile with β = 2.5 under a Gaussian, and a place between cells.
 const MOST_GAIN: f64 = 1.2;

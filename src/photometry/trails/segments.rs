@@ -14,8 +14,6 @@ use crate::photometry::target::placed::Placed;
 
 /// Most trails of a cutout.
 const MOST_TRAILS: usize = 60;
-/// Times that each trail is fitted again without the others.
-const ROUNDS: usize = 2;
 /// A direction off by less than this over the length of a trail is good enough \[FWHM\].
 const MOST_OFF_FWHM: f64 = 0.1;
 /// Error of an end \[FWHM\].
@@ -90,15 +88,14 @@ impl Segments {
             touched.for_each(|q| best[q] = best_in(merit.row(q)));
             list.push(segment);
         }
-        for _ in 0..ROUNDS {
-            for segment in &mut list {
-                lines.add(segment, 1.0);
-                let middle = segment.first + segment.profile.len() / 2;
-                if let Some(again) = lines.fitted(middle, segment.u, fwhm) {
-                    *segment = again;
-                }
-                lines.add(segment, -1.0);
+        // each once more without the others
+        for segment in &mut list {
+            lines.add(segment, 1.0);
+            let middle = segment.first + segment.profile.len() / 2;
+            if let Some(again) = lines.fitted(middle, segment.u, fwhm) {
+                *segment = again;
             }
+            lines.add(segment, -1.0);
         }
         let slope = lines.slope(&mut list);
         (Self { turned, half: lines.half, sigma: lines.sigma, list }, slope)
