@@ -120,7 +120,7 @@ pub(super) fn sweep(stopwatch: &Stopwatch) -> Result<Sweep> {
         knob: "length of the star trails",
         work: "one frame",
         error: "mag",
-        reference: "the light put in",
+        reference: "the light put in, where the target is found",
         default_because: "only trails whose length is known are seen to end, and are subtracted one by one; a wrong length is as bad \
                           as none",
         series,
