@@ -209,11 +209,10 @@ impl Cutout {
             self.find_trails(Some(&object));
         }
         if self.trail_background.is_none() {
-            let target = (object.x, object.y, object.shape.bounding_radius_px());
             let hidden = Array2::from_shape_fn(self.net.mean.dim(), |(j, i)| {
-                let (x, y) = (i as f64 - object.x, j as f64 - object.y);
-                x * x + y * y <= target.2 * target.2 && object.shape.contains(x, y)
+                object.shape.contains(i as f64 - object.x, j as f64 - object.y)
             });
+            let target = (object.x, object.y, object.shape.bounding_radius_px());
             let scale = (self.noise_of_cell(), self.fwhm_cells());
             let left = self.without_segments();
             let through = self.known.and_then(|known| line_through(&left, &hidden, &object, scale, known));

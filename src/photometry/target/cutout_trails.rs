@@ -79,14 +79,12 @@ impl Cutout {
     pub(super) fn find_trails(&mut self, object: Option<&Placed>) {
         let fwhm = self.fwhm_cells();
         let known = self.trails_known();
-        self.segments = known
-            .map(|(known, length)| {
-                let hidden =
-                    |turned: &Turned| object.iter().map(|e| ExclusionMask::of(turned, (e.x, e.y), e.shape)).collect();
-                let area_px = (self.net.bin * self.net.bin) as f64;
-                Segments::find(&self.net.mean, (known.theta_rad, length), fwhm, (self.noise_of_cell(), area_px), hidden)
-            })
-            .filter(|segments| !segments.is_empty());
+        self.segments = known.and_then(|(known, length)| {
+            let hidden =
+                |turned: &Turned| object.iter().map(|e| ExclusionMask::of(turned, (e.x, e.y), e.shape)).collect();
+            let area_px = (self.net.bin * self.net.bin) as f64;
+            Segments::find(&self.net.mean, (known.theta_rad, length), fwhm, (self.noise_of_cell(), area_px), hidden)
+        });
         let kernel = Kernel::gaussian(fwhm);
         let smooth = smooth_image(&self.without_segments().mapv(|v| if v.is_finite() { v } else { 0.0 }), &kernel);
         let above = |sigma: f64| {

@@ -193,6 +193,11 @@ impl Cutout {
         Bounds { x0: 0, x1: nx, y0: 0, y1: ny }
     }
 
+    /// Light of the trails of known length at a place in cells \[e⁻ per pixel\].
+    fn segments_at(&self, x: f64, y: f64) -> f64 {
+        self.segments.as_ref().map_or(0.0, |segments| segments.at(x, y))
+    }
+
     /// Variance of the light of the trails of known length in an aperture.
     fn segments_variance(&self, at: &Placed) -> f64 {
         let Some(segments) = &self.segments else { return 0.0 };
@@ -202,10 +207,12 @@ impl Cutout {
 
     /// Light of the trails of known length in an aperture, and its error \[e⁻\].
     pub fn segments_light(&self, at: &Placed) -> (f64, f64) {
-        let Some(segments) = &self.segments else { return (0.0, 0.0) };
+        if self.segments.is_none() {
+            return (0.0, 0.0);
+        }
         let mut sum = 0.0;
         for_each_pixel(&at.shape, at.x, at.y, self.bounds(), |i, j, f| {
-            sum += f * segments.at(self.net.in_cells(i as f64), self.net.in_cells(j as f64));
+            sum += f * self.segments_at(self.net.in_cells(i as f64), self.net.in_cells(j as f64));
         });
         (sum, (PROFILE_ERR * sum).hypot(self.segments_variance(at).sqrt()))
     }
@@ -283,8 +290,7 @@ impl Cutout {
         };
         let level = |i: usize, j: usize| {
             let (x, y) = (self.net.in_cells(i as f64), self.net.in_cells(j as f64));
-            let segments = self.segments.as_ref().map_or(0.0, |segments| segments.at(x, y));
-            trail_level.at(trail_background.turned.uv(x, y).1) + segments
+            trail_level.at(trail_background.turned.uv(x, y).1) + self.segments_at(x, y)
         };
         let level_e = self.sky.level(at.x, at.y);
         let net = self.around(frame, at, level_e, |i, j| self.sky.level(i as f64, j as f64) + level(i, j));
@@ -352,7 +358,7 @@ impl Cutout {
             let bounds = Bounds { x0: 0, x1: nx, y0: 0, y1: ny };
             for_each_pixel(&cells.shape, x, y, bounds, |i, j, fraction| {
                 let v = trail_background.turned.uv(i as f64, j as f64).1;
-                let segments = self.segments.as_ref().map_or(0.0, |segments| segments.at(i as f64, j as f64));
+                let segments = self.segments_at(i as f64, j as f64);
                 sum += fraction * (f64::from(self.net.mean[[j, i]]) - segments - trail_level.at(v));
             });
             if sum.is_finite() {

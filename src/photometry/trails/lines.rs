@@ -115,10 +115,22 @@ impl Lines {
     }
 
     pub(super) fn exclude(&mut self, exclusions: &[ExclusionMask]) {
-        for (q, mut line) in self.value.rows_mut().into_iter().enumerate() {
+        for q in 0..self.n {
             for (from, to) in exclusions.iter().filter_map(|e| e.chord(q as f64 - self.half)) {
-                let cell = |u: f64| ((u + self.half).round().max(0.0) as usize).min(self.n);
-                line.slice_mut(ndarray::s![cell(from)..cell(to + 1.0).max(cell(from))]).fill(f32::NAN);
+                let cells = self.cells(from, to + 1.0);
+                self.value.slice_mut(ndarray::s![q, cells]).fill(f32::NAN);
+            }
+        }
+    }
+
+    /// At each cell of line `q` the cells across under a star there, with its weights, and the squares of the weights.
+    fn star_sums(&self, q: usize, sum: &mut [f64], norm: &mut [f64]) {
+        sum.fill(0.0);
+        norm.fill(0.0);
+        for (t, w) in self.taps.iter().enumerate() {
+            let line = (q + t).checked_sub(self.taps.len() / 2).filter(|line| *line < self.n);
+            if let Some(line) = line.map(|line| self.value.row(line)).as_ref().and_then(|row| row.as_slice()) {
+                add_weighted(line, *w, sum, norm);
             }
         }
     }
@@ -155,7 +167,7 @@ impl Lines {
     /// The significance of a trail that begins at each place of some lines, where it is above [`TRAIL_SIGMA`], else zero: the sum of its
     /// pieces under a star across them, none of which counts more than 1.5 times the faintest but a quarter of them.
     pub(super) fn merits(&self, length: f64, lines: Range<usize>, merit: &mut Array2<f32>) {
-        let (piece, step, r) = (self.piece(length) as usize, self.step(length), self.taps.len() / 2);
+        let (piece, step) = (self.piece(length) as usize, self.step(length));
         let n = self.n;
         let whole = piece as f64 * self.taps.iter().map(|w| w * w).sum::<f64>();
         let (mut sum, mut norm) = (vec![0f64; n], vec![0f64; n]);
@@ -165,14 +177,7 @@ impl Lines {
         // so close that a trail between two of them keeps 98 % of its light
         let apart = ((LINES_FWHM * self.fwhm) as usize).max(1);
         for q in lines.filter(|q| q.is_multiple_of(apart)) {
-            sum.fill(0.0);
-            norm.fill(0.0);
-            for (t, w) in self.taps.iter().enumerate() {
-                let Some(line) = (q + t).checked_sub(r).filter(|k| *k < n) else { continue };
-                if let Some(line) = self.value.row(line).as_slice() {
-                    add_weighted(line, *w, &mut sum, &mut norm);
-                }
-            }
+            self.star_sums(q, &mut sum, &mut norm);
             let (mut light, mut weight) = (0.0, 0.0);
             for (at, of_piece) in from.iter_mut().enumerate() {
                 // the cell that enters at its end, and the one before its beginning
@@ -215,21 +220,10 @@ impl Lines {
 
     /// The trail on line `q` from about `u.0` to `u.1`, moved by no more than `most`; `None` where too little of it is seen.
     pub(super) fn fitted(&self, q: usize, u: (f64, f64), most: f64) -> Option<Segment> {
-        let r = self.taps.len() / 2;
         // its brightness along it
-        let along: Vec<Option<f64>> = (0..self.n)
-            .map(|at| {
-                let (mut sum, mut norm) = (0.0, 0.0);
-                for (t, w) in self.taps.iter().enumerate() {
-                    let v = (q + t).checked_sub(r).and_then(|line| self.value.get([line, at])).copied();
-                    if let Some(v) = v.filter(|v| v.is_finite()) {
-                        sum += w * f64::from(v);
-                        norm += w * w;
-                    }
-                }
-                (norm > 0.5).then(|| sum / norm)
-            })
-            .collect();
+        let (mut sum, mut norm) = (vec![0.0; self.n], vec![0.0; self.n]);
+        self.star_sums(q, &mut sum, &mut norm);
+        let along: Vec<Option<f64>> = sum.iter().zip(&norm).map(|(s, n)| (*n > 0.5).then(|| s / n)).collect();
         let u = self.moved(&along, u, most)?;
         let inside = self.cells(u.0 + END_FWHM * self.fwhm, u.1 - END_FWHM * self.fwhm);
         let least = (u.1 - u.0) / PIECES as f64 * 2.0;

@@ -1,8 +1,8 @@
 //! Star trails whose length is known, one by one: where each begins and ends, and its light.
 //!
 //! Electrons per pixel; u along the trails, v across, in cells of the cutout. A trail has the same profile across all along
-//! it, which is taken from its own lines, and ends as a star does. It does not cover trails whose length is not known, and
-//! what a trail's brightness changes along it.
+//! it, which is taken from its own lines, and ends as a star does. It does not cover trails whose length is not known, nor
+//! how the brightness of a trail changes along it.
 
 use ndarray::{Array2, ArrayView1};
 
@@ -29,7 +29,7 @@ pub(crate) struct Segments {
 }
 
 impl Segments {
-    /// The trails of length `length` along `theta`, corrected by those that are seen well.
+    /// The trails of length `length` along `theta`, corrected by those that are seen well; `None` where there are none.
     ///
     /// `pixels` are cells of `area_px` pixels, NaN where they do not count, whose scatter is `noise_e` where there is sky. What lies in
     /// `exclusions` is not looked at.
@@ -39,13 +39,16 @@ impl Segments {
         fwhm: f64,
         (noise_e, area_px): (f64, f64),
         exclusions: impl Fn(&Turned) -> Vec<ExclusionMask>,
-    ) -> Self {
-        let scale = (noise_e, area_px);
-        let (found, slope) = Self::along(pixels, (theta, length), fwhm, scale, &exclusions);
-        if (slope * length).abs() < MOST_OFF_FWHM * fwhm {
-            return found;
+    ) -> Option<Self> {
+        if !Lines::can_hold(pixels.dim(), length) {
+            return None;
         }
-        Self::along(pixels, (theta + slope, length), fwhm, scale, &exclusions).0
+        let scale = (noise_e, area_px);
+        let (mut found, slope) = Self::along(pixels, (theta, length), fwhm, scale, &exclusions);
+        if !((slope * length).abs() < MOST_OFF_FWHM * fwhm) {
+            found = Self::along(pixels, (theta + slope, length), fwhm, scale, &exclusions).0;
+        }
+        (!found.list.is_empty()).then_some(found)
     }
 
     /// The same along `theta` alone, and by how much those seen well are turned against it \[rad\].
@@ -58,9 +61,6 @@ impl Segments {
     ) -> (Self, f64) {
         let turned = Turned::new(pixels.dim(), theta);
         let mut list: Vec<Segment> = Vec::new();
-        if !Lines::can_hold(pixels.dim(), length) {
-            return (Self { turned, half: 0.0, sigma: 0.0, list }, 0.0);
-        }
         let mut lines = Lines::new(pixels, turned, fwhm, (noise_e, area_px));
         lines.exclude(&exclusions(&turned));
         let mut merit = Array2::zeros((lines.n, lines.places(length)));
@@ -99,11 +99,6 @@ impl Segments {
         }
         let slope = lines.slope(&mut list);
         (Self { turned, half: lines.half, sigma: lines.sigma, list }, slope)
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.list.is_empty()
     }
 
     /// Their light at a place of the cutout.
