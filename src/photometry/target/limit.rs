@@ -14,6 +14,7 @@ use crate::photometry::flux::detectable_e;
 use crate::photometry::target::compact::least_significance;
 use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::settings::TargetSettings;
+use crate::photometry::target::sharpness::share_kept;
 
 /// Share of the sources that are detected at the limit.
 pub const LIMIT_COMPLETENESS: f64 = 0.95;
@@ -37,7 +38,8 @@ impl Cutout {
     ///
     /// A source of flux t passes at a place of error σ₀ with `t + f ≥ detect_sigma √(σ₀² + p t)` and, where it fits best, with
     /// `t + f + σ₀²/t ≥ T σ₀` ([`least_significance`]), f ~ N(f̄, s²σ₀² + p t): what the places hold by themselves, s being
-    /// their scatter in units of their error, and the photons.
+    /// their scatter in units of their error, and the photons. Where stars are hardly wider than hits, some that pass are taken for one
+    /// ([`share_kept`]).
     /// `objects` are the cells that are no sky ([`Self::objects`]).
     pub fn limit_e(
         &self,
@@ -67,12 +69,19 @@ impl Cutout {
                 empty.push(Empty { flux_e, err_e, photons });
             }
         }
-        completeness_limit(&empty, tried, (s.detect_sigma, least_significance(s)))
+        let kept = |snr: f64| share_kept(snr, self.fwhm_px);
+        completeness_limit(&empty, tried, (s.detect_sigma, least_significance(s)), kept)
     }
 }
 
-/// The flux at which 95 % of `tried` places show a source, `empty` being those that can.
-fn completeness_limit(empty: &[Empty], tried: usize, (detect_sigma, least_sigma): (f64, f64)) -> f64 {
+/// The flux at which 95 % of `tried` places show a source, `empty` being those that can, `kept` the share that is no hit by its
+/// significance.
+fn completeness_limit(
+    empty: &[Empty],
+    tried: usize,
+    (detect_sigma, least_sigma): (f64, f64),
+    kept: impl Fn(f64) -> f64,
+) -> f64 {
     if empty.len() < 4 || (empty.len() as f64) < LIMIT_COMPLETENESS * tried as f64 {
         return f64::NAN;
     }
@@ -84,7 +93,8 @@ fn completeness_limit(empty: &[Empty], tried: usize, (detect_sigma, least_sigma)
             let whole = detect_sigma * (e.err_e * e.err_e + e.photons * t).sqrt();
             let needed = whole.max(least_sigma * e.err_e - e.err_e * e.err_e / t);
             let sd = ((scatter * e.err_e).powi(2) + e.photons * t).sqrt();
-            0.5 * (1.0 + erf((t + shift * e.err_e - needed) / (sd * std::f64::consts::SQRT_2)))
+            let seen = 0.5 * (1.0 + erf((t + shift * e.err_e - needed) / (sd * std::f64::consts::SQRT_2)));
+            seen * kept(t / (e.err_e * e.err_e + e.photons * t).sqrt())
         };
         empty.iter().map(passed).sum::<f64>() / tried as f64
     };
@@ -119,11 +129,14 @@ mod tests {
     fn equal_places_need_the_threshold_and_1_645_errors_and_a_region_of_holes_has_no_limit() {
         let place = |k: i32| Empty { flux_e: f64::from(k % 3 - 1), err_e: 1e4, photons: 1.0 };
         let empty: Vec<Empty> = (0..40).map(place).collect();
-        let limit = completeness_limit(&empty, 40, (5.0, 5.0));
+        let limit = completeness_limit(&empty, 40, (5.0, 5.0), |_| 1.0);
         assert!((limit / 1e4 - 6.645).abs() < 0.01, "{limit}");
+        // where some are taken for hits, the source must be brighter
+        let sharper = completeness_limit(&empty, 40, (5.0, 5.0), |snr| share_kept(snr, 1.5));
+        assert!(sharper > 1.5 * limit && share_kept(sharper / 1e4, 1.5) > 0.95, "{sharper}");
         // 5 % of the places without pixels leave nothing for noise
-        assert!(completeness_limit(&empty, 42, (5.0, 5.0)) > 1.1 * limit);
-        assert!(completeness_limit(&empty, 43, (5.0, 5.0)).is_nan());
-        assert!(completeness_limit(&[], 0, (5.0, 5.0)).is_nan());
+        assert!(completeness_limit(&empty, 42, (5.0, 5.0), |_| 1.0) > 1.1 * limit);
+        assert!(completeness_limit(&empty, 43, (5.0, 5.0), |_| 1.0).is_nan());
+        assert!(completeness_limit(&[], 0, (5.0, 5.0), |_| 1.0).is_nan());
     }
 }

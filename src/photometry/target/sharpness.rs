@@ -5,6 +5,7 @@
 
 use nalgebra::{SMatrix, SVector};
 use ndarray::Array2;
+use statrs::function::erf::erf;
 
 use crate::base::constants::FWHM_PER_SIGMA;
 use crate::photometry::target::cosmic_rays::{Line, Patch};
@@ -42,6 +43,9 @@ const LONG_FWHM: f64 = 1.5;
 const LONG_RATIO: f64 = 2.0;
 /// One window adds no more than this to the total.
 const MOST_CHI2: f64 = 25.0;
+/// χ² by which noise alone makes the free place, angle and length of a hit fit the better: of points of FWHM 1.5, 2 and 2.5 px and of
+/// significance 6.6 to 10.6 as many are kept as `prove_limits.sh` finds, to 5 %.
+const FREE_CHI2: f64 = 3.0;
 /// Iterations of a fit.
 const STEPS: usize = 15;
 /// Longest σ along a piece of light \[px\].
@@ -72,7 +76,7 @@ struct GaussianSegment {
 /// Compares hits and stars at the brightest places of a candidate; `inside` marks its pixels in the patch.
 ///
 /// Both are `A exp(−u²/2(V + ℓ²) − v²/2V)`, u along and v across, V = σ² + 1/12 with the pixel; place, angle, ℓ and A
-/// are free. Light of a source on the sky is nowhere narrower than a star, a hit is: Δχ² of the two fits, with equally
+/// are free; pixels have the weight of the star that fits first. Light of a source on the sky is nowhere narrower than a star, a hit is: Δχ² of the two fits, with equally
 /// many free parameters, is twice the logarithm of their likelihood ratio.
 pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit: bool) -> Verdict {
     if fwhm_px > WIDEST_FWHM_PX {
@@ -82,7 +86,10 @@ pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit
     let reach = (1.5 * fwhm_px).round() as isize + 1;
     let (mut total, mut hits) = (0.0, Vec::new());
     for (i, j) in places(patch, inside, reach as usize) {
-        let (hit, star) = (best_fit(patch, (i, j), reach, HIT_SIGMA_PX), best_fit(patch, (i, j), reach, star));
+        let mut window = window(patch, (i, j), reach);
+        let first = best_fit(&window, (i, j), star);
+        weigh_as(&mut window, &first, star);
+        let (hit, star) = (best_fit(&window, (i, j), HIT_SIGMA_PX), best_fit(&window, (i, j), star));
         let preferred = hit.gain - star.gain;
         total += preferred.clamp(-MOST_CHI2, MOST_CHI2);
         if preferred > SINGLE_CHI2 {
@@ -100,6 +107,20 @@ pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit
     } else {
         Verdict::Sky
     }
+}
+
+/// The share of points of significance `snr` that are not taken for hits.
+///
+/// Across them, hit and star (variances V and W with the pixel) have the overlap ρ² = 2 √(V W)/(V + W), so that a point makes the star
+/// preferred by d² = (1 − ρ²) snr², ± 2 d: Φ((d² − c)/2d).
+pub(crate) fn share_kept(snr: f64, fwhm_px: f64) -> f64 {
+    if fwhm_px > WIDEST_FWHM_PX {
+        return 1.0;
+    }
+    let variance = |sigma: f64| sigma * sigma + PIXEL_VARIANCE;
+    let (hit, star) = (variance(HIT_SIGMA_PX), variance(fwhm_px / FWHM_PER_SIGMA));
+    let d = snr * (1.0 - 2.0 * (hit * star).sqrt() / (hit + star)).sqrt();
+    0.5 * (1.0 + erf((d * d - FREE_CHI2) / (2.0 * d * std::f64::consts::SQRT_2)))
 }
 
 /// Whether a candidate is as long as no point source is.
@@ -154,24 +175,52 @@ fn places(patch: &Patch, inside: &Array2<bool>, reach: usize) -> Vec<(usize, usi
     places
 }
 
-/// The piece of light of the given σ across that fits best about a pixel.
-fn best_fit(patch: &Patch, at: (usize, usize), reach: isize, sigma: f64) -> GaussianSegment {
+/// A pixel that a fit sees.
+#[derive(Clone, Copy)]
+struct Pixel {
+    x: f64,
+    y: f64,
+    /// Light above the sky \[e⁻\].
+    above: f64,
+    /// Variance without the photons of that light \[e⁻²\].
+    empty: f64,
+    weight: f64,
+}
+
+/// The good pixels about one.
+fn window(patch: &Patch, at: (usize, usize), reach: isize) -> Vec<Pixel> {
     let (ny, nx) = patch.above.dim();
     let mut pixels = Vec::new();
     for dj in -reach..=reach {
         for di in -reach..=reach {
             let (Some(i), Some(j)) = (at.0.checked_add_signed(di), at.1.checked_add_signed(dj)) else { continue };
             if i < nx && j < ny && di * di + dj * dj <= reach * reach + 1 && patch.above[[j, i]].is_finite() {
-                let weight = 1.0 / f64::from(patch.variance[[j, i]]).max(1e-6);
-                pixels.push([i as f64, j as f64, f64::from(patch.above[[j, i]]), weight]);
+                let (above, variance) = (f64::from(patch.above[[j, i]]), f64::from(patch.variance[[j, i]]));
+                let empty = (variance - above.max(0.0)).max(1e-6);
+                pixels.push(Pixel { x: i as f64, y: j as f64, above, empty, weight: 1.0 / variance.max(1e-6) });
             }
         }
     }
+    pixels
+}
+
+/// Weights the pixels by the photons of a star, not by their own: where few electrons make it, a pixel that has too few by chance would
+/// count more than its neighbours, and the wings of a star that are lost so make it a hit.
+fn weigh_as(pixels: &mut [Pixel], star: &GaussianSegment, sigma: f64) {
+    let variance = sigma * sigma + PIXEL_VARIANCE;
+    let (a, _) = amplitude(pixels, star, variance);
+    for p in pixels {
+        p.weight = 1.0 / (p.empty + a * light(star, variance, p.x, p.y).0);
+    }
+}
+
+/// The piece of light of the given σ across that fits best about a pixel.
+fn best_fit(pixels: &[Pixel], at: (usize, usize), sigma: f64) -> GaussianSegment {
     let start = GaussianSegment { x: at.0 as f64, y: at.1 as f64, theta: 0.0, length: 0.7, gain: f64::NEG_INFINITY };
     let quarter = std::f64::consts::FRAC_PI_4;
     (0..4)
         .map(|k| {
-            fit(&pixels, GaussianSegment { theta: f64::from(k) * quarter, ..start }, sigma * sigma + PIXEL_VARIANCE)
+            fit(pixels, GaussianSegment { theta: f64::from(k) * quarter, ..start }, sigma * sigma + PIXEL_VARIANCE)
         })
         .fold(start, |best, segment| if segment.gain > best.gain { segment } else { best })
 }
@@ -188,18 +237,18 @@ fn light(p: &GaussianSegment, variance: f64, x: f64, y: f64) -> (f64, [f64; 4]) 
 }
 
 /// A for which a piece fits best, and the χ² it gains.
-fn amplitude(pixels: &[[f64; 4]], p: &GaussianSegment, variance: f64) -> (f64, f64) {
+fn amplitude(pixels: &[Pixel], p: &GaussianSegment, variance: f64) -> (f64, f64) {
     let (mut dm, mut mm) = (0.0, 0.0);
-    for &[x, y, d, w] in pixels {
+    for &Pixel { x, y, above, weight: w, .. } in pixels {
         let (m, _) = light(p, variance, x, y);
-        dm += w * d * m;
+        dm += w * above * m;
         mm += w * m * m;
     }
     if dm > 0.0 && mm > 0.0 { (dm / mm, dm * dm / mm) } else { (0.0, 0.0) }
 }
 
 /// Levenberg-Marquardt steps from a first guess.
-fn fit(pixels: &[[f64; 4]], start: GaussianSegment, variance: f64) -> GaussianSegment {
+fn fit(pixels: &[Pixel], start: GaussianSegment, variance: f64) -> GaussianSegment {
     let mut best = start;
     let mut a;
     (a, best.gain) = amplitude(pixels, &best, variance);
@@ -207,11 +256,11 @@ fn fit(pixels: &[[f64; 4]], start: GaussianSegment, variance: f64) -> GaussianSe
     for _ in 0..STEPS {
         let mut normal = SMatrix::<f64, 5, 5>::zeros();
         let mut right = SVector::<f64, 5>::zeros();
-        for &[x, y, d, w] in pixels {
+        for &Pixel { x, y, above, weight: w, .. } in pixels {
             let (m, by) = light(&best, variance, x, y);
             let g = SVector::from([m, a * by[0], a * by[1], a * by[2], a * by[3]]);
             normal += g * g.transpose() * w;
-            right += g * (w * (d - a * m));
+            right += g * (w * (above - a * m));
         }
         for k in 0..5 {
             normal[(k, k)] *= 1.0 + damping;
