@@ -151,7 +151,8 @@ fn check(n: u64, seed: u64, fwhms: &[f64]) {
             let alone = tally(artefact, flag, fwhm, false, 0.0, n, seed);
             let twin = tally(artefact, flag, fwhm, true, 12.0, n, seed + 1);
             println!(
-                "{name:9} FWHM {fwhm:3.1}: alone {} false, {} flagged of {n}; with a target 12 FWHM away, 45 px at most, {} found, {} of them \
+                "{name:9} FWHM {fwhm:3.1}: alone {} false, {} flagged of {n}; with a target 12 FWHM away, 45 px at most, \
+                 {} found, {} of them \
                  wrong, {} false",
                 alone.false_detections, alone.flagged, twin.found, twin.wrong, twin.false_detections
             );

@@ -43,8 +43,8 @@ const LONG_FWHM: f64 = 1.5;
 const LONG_RATIO: f64 = 2.0;
 /// One window adds no more than this to the total.
 const MOST_CHI2: f64 = 25.0;
-/// χ² by which noise alone makes the free place, angle and length of a hit fit the better: of points of FWHM 1.5, 2 and 2.5 px and of
-/// significance 6.6 to 10.6 as many are kept as `prove_limits.sh` finds, to 5 %.
+/// χ² that the likelihood ratio of [`share_kept`] is short of its mean, with the threshold and what noise adds to the free place, angle
+/// and length of a hit: set so that about 95 % of points at the limit are found (`prove_limits.sh`).
 const FREE_CHI2: f64 = 3.0;
 /// Iterations of a fit.
 const STEPS: usize = 15;
@@ -76,8 +76,8 @@ struct GaussianSegment {
 /// Compares hits and stars at the brightest places of a candidate; `inside` marks its pixels in the patch.
 ///
 /// Both are `A exp(−u²/2(V + ℓ²) − v²/2V)`, u along and v across, V = σ² + 1/12 with the pixel; place, angle, ℓ and A
-/// are free; pixels have the weight of the star that fits first. Light of a source on the sky is nowhere narrower than a star, a hit is: Δχ² of the two fits, with equally
-/// many free parameters, is twice the logarithm of their likelihood ratio.
+/// are free, and pixels have the weight of the star that fits first. Light of a source on the sky is nowhere narrower than
+/// a star, a hit is: Δχ² of the two fits, with equally many free parameters, is twice the logarithm of their likelihood ratio.
 pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit: bool) -> Verdict {
     if fwhm_px > WIDEST_FWHM_PX {
         return Verdict::Sky;
