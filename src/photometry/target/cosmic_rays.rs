@@ -63,7 +63,7 @@ const DIFFUSION_PX: f64 = 0.25;
 /// Below this FWHM \[px\] a star is as sharp as a hit.
 const SHARPEST_PX: f64 = 1.3;
 /// A moment of good seeing may make a star this much smaller; it is still not a hit.
-const SHARPEST_IN_LINES: f64 = 0.8;
+pub(crate) const SHARPEST_IN_LINES: f64 = 0.8;
 /// Nor does a star that is known to no better than this share of its light.
 const DOUBT_OF_PSF: f64 = 0.02;
 /// By so many σ at most a line may be the more significant for what is sharper than the star of the night: of a faint line

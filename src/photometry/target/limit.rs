@@ -133,7 +133,8 @@ mod tests {
         assert!((limit / 1e4 - 6.645).abs() < 0.01, "{limit}");
         // where some are taken for hits, the source must be brighter
         let sharper = completeness_limit(&empty, 40, (5.0, 5.0), |snr| share_kept(snr, 1.5));
-        assert!(sharper > 1.5 * limit && share_kept(sharper / 1e4, 1.5) > 0.95, "{sharper}");
+        assert!(sharper > 1.03 * limit && share_kept(sharper / 1e4, 1.5) > 0.95, "{sharper}");
+        assert!(sharper < 1.3 * limit, "{sharper}"); // not much: a point is expected in every frame
         // 5 % of the places without pixels leave nothing for noise
         assert!(completeness_limit(&empty, 42, (5.0, 5.0), |_| 1.0) > 1.1 * limit);
         assert!(completeness_limit(&empty, 43, (5.0, 5.0), |_| 1.0).is_nan());

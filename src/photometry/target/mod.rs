@@ -9,6 +9,7 @@ pub(crate) mod cutout;
 pub(crate) mod cutout_trails;
 pub(crate) mod enclose;
 pub(crate) mod flux;
+pub(crate) mod images;
 pub(crate) mod limit;
 pub mod measure;
 pub(crate) mod placed;

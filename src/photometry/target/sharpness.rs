@@ -8,7 +8,8 @@ use ndarray::Array2;
 use statrs::function::erf::erf;
 
 use crate::base::constants::FWHM_PER_SIGMA;
-use crate::photometry::target::cosmic_rays::{Line, Patch};
+use crate::photometry::target::cosmic_rays::{Line, Patch, SHARPEST_IN_LINES};
+use crate::photometry::target::images::{Pixel, is_no_image};
 
 /// Above this FWHM \[px\] the line filters suffice.
 const WIDEST_FWHM_PX: f64 = 2.6;
@@ -22,29 +23,29 @@ const PIXEL_VARIANCE: f64 = 1.0 / 12.0;
 const LEAST_LIGHT_SIGMA: f64 = 3.5;
 /// The middle of a window is the brightest pixel this near \[px\].
 const SUMMIT_PX: usize = 1;
-/// It holds at least this share of the brightest pixel of its window.
-const LEAST_SHARE: f32 = 0.4;
 /// Windows whose centres are nearer than this hold the same pixels \[px\].
 const APART_PX: f64 = 3.0;
 /// Most windows of one candidate.
 const MOST_WINDOWS: usize = 24;
 /// χ² by which a single window must prefer the hit.
 const SINGLE_CHI2: f64 = 11.0;
-/// χ² by which all windows of a candidate together must prefer the hit.
+/// χ² by which the only window of a candidate must prefer the hit: as a point it is expected in every frame, and of the hits few are as
+/// faint and as short.
+const POINT_CHI2: f64 = 6.0;
+/// χ² by which several windows together must.
 const TOTAL_CHI2: f64 = 3.0;
 /// χ² by which a source at a masked hit must prefer the star, so that it is not a remnant of that hit.
 const STAR_CHI2: f64 = 10.0;
+/// The same of a long one: where a track bends or crosses itself, it is as wide as a star.
+const LONG_REST_CHI2: f64 = 30.0;
 /// χ² by which the windows of a long candidate together must prefer the star: tracks are long, and where their light per
 /// pixel is in the noise no window decides.
 const LONG_STAR_CHI2: f64 = 5.0;
-/// A candidate is long where the standard deviation of its pixels along it exceeds this \[FWHM\] ...
-const LONG_FWHM: f64 = 1.5;
-/// ... and that across it as many times.
-const LONG_RATIO: f64 = 2.0;
+/// A candidate is long where σ of the star that fits its brightest window best exceeds this along it, beyond its width \[FWHM\].
+const LONG_FWHM: f64 = 0.7;
 /// One window adds no more than this to the total.
 const MOST_CHI2: f64 = 25.0;
-/// χ² that the likelihood ratio of [`share_kept`] is short of its mean, with the threshold and what noise adds to the free place, angle
-/// and length of a hit: set so that about 95 % of points at the limit are found (`prove_limits.sh`).
+/// χ² that noise adds for the hit, whose place, angle and length are free.
 const FREE_CHI2: f64 = 3.0;
 /// Iterations of a fit.
 const STEPS: usize = 15;
@@ -85,34 +86,43 @@ pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit
     let star = STAR_SHARE * fwhm_px / FWHM_PER_SIGMA;
     let reach = (1.5 * fwhm_px).round() as isize + 1;
     let (mut total, mut hits) = (0.0, Vec::new());
-    for (i, j) in places(patch, inside, reach as usize) {
+    let places = places(patch, inside);
+    let is_one = places.len() == 1;
+    let sharpest = SHARPEST_IN_LINES * fwhm_px / FWHM_PER_SIGMA;
+    let mut brightest = (0.0, 0.0); // χ² and length of the brightest window
+    for (i, j) in places {
         let mut window = window(patch, (i, j), reach);
         let first = best_fit(&window, (i, j), star);
         weigh_as(&mut window, &first, star);
         let (hit, star) = (best_fit(&window, (i, j), HIT_SIGMA_PX), best_fit(&window, (i, j), star));
         let preferred = hit.gain - star.gain;
         total += preferred.clamp(-MOST_CHI2, MOST_CHI2);
-        if preferred > SINGLE_CHI2 {
+        let chi2: f64 = window.iter().map(|p| p.weight * p.above * p.above).sum();
+        let is_odd = chi2 - star.gain > window.len() as f64 && is_no_image(&window, sharpest);
+        brightest = if star.gain > brightest.0 { (star.gain, star.length) } else { brightest };
+        if preferred > SINGLE_CHI2 || is_odd {
             let half = (1.7 * hit.length).min(reach as f64);
             let (dx, dy) = (half * hit.theta.cos(), half * hit.theta.sin());
             hits.push(Line { excess: preferred, from: (hit.x - dx, hit.y - dy), to: (hit.x + dx, hit.y + dy) });
         }
     }
     if !hits.is_empty() {
-        Verdict::Hits(hits)
-    } else if total > if is_long(inside, fwhm_px) { -LONG_STAR_CHI2 } else { TOTAL_CHI2 }
-        || (near_hit && total > -STAR_CHI2)
-    {
-        Verdict::AllHits
-    } else {
-        Verdict::Sky
+        return Verdict::Hits(hits);
     }
+    let most = match (brightest.1 > LONG_FWHM * fwhm_px, near_hit) {
+        (true, true) => -LONG_REST_CHI2,
+        (true, false) => -LONG_STAR_CHI2,
+        (false, true) => -STAR_CHI2,
+        (false, false) if is_one => POINT_CHI2,
+        (false, false) => TOTAL_CHI2,
+    };
+    if total > most { Verdict::AllHits } else { Verdict::Sky }
 }
 
 /// The share of points of significance `snr` that are not taken for hits.
 ///
 /// Across them, hit and star (variances V and W with the pixel) have the overlap ρ² = 2 √(V W)/(V + W), so that a point makes the star
-/// preferred by d² = (1 − ρ²) snr², ± 2 d: Φ((d² − c)/2d).
+/// preferred by d² − 3, d² = (1 − ρ²) snr², ± 2 d; a point is kept unless the hit is preferred by 6: Φ((d² + 6 − 3)/2d).
 pub(crate) fn share_kept(snr: f64, fwhm_px: f64) -> f64 {
     if fwhm_px > WIDEST_FWHM_PX {
         return 1.0;
@@ -120,25 +130,11 @@ pub(crate) fn share_kept(snr: f64, fwhm_px: f64) -> f64 {
     let variance = |sigma: f64| sigma * sigma + PIXEL_VARIANCE;
     let (hit, star) = (variance(HIT_SIGMA_PX), variance(fwhm_px / FWHM_PER_SIGMA));
     let d = snr * (1.0 - 2.0 * (hit * star).sqrt() / (hit + star)).sqrt();
-    0.5 * (1.0 + erf((d * d - FREE_CHI2) / (2.0 * d * std::f64::consts::SQRT_2)))
-}
-
-/// Whether a candidate is as long as no point source is.
-fn is_long(inside: &Array2<bool>, fwhm_px: f64) -> bool {
-    let pixels: Vec<[f64; 2]> =
-        inside.indexed_iter().filter(|(_, v)| **v).map(|((j, i), _)| [i as f64, j as f64]).collect();
-    let n = pixels.len().max(1) as f64;
-    let mean = |k: usize| pixels.iter().map(|p| p[k]).sum::<f64>() / n;
-    let at = [mean(0), mean(1)];
-    let moment = |k: usize, l: usize| pixels.iter().map(|p| (p[k] - at[k]) * (p[l] - at[l])).sum::<f64>() / n;
-    let (xx, xy, yy) = (moment(0, 0), moment(0, 1), moment(1, 1));
-    let (half, root) = (0.5 * (xx + yy), (0.5 * (xx - yy)).hypot(xy));
-    let (along, across) = ((half + root).sqrt(), (half - root).max(PIXEL_VARIANCE).sqrt());
-    along > LONG_FWHM * fwhm_px && along > LONG_RATIO * across
+    0.5 * (1.0 + erf((d * d + POINT_CHI2 - FREE_CHI2) / (2.0 * d * std::f64::consts::SQRT_2)))
 }
 
 /// The brightest pixels of a candidate, each a window apart from the others.
-fn places(patch: &Patch, inside: &Array2<bool>, reach: usize) -> Vec<(usize, usize)> {
+fn places(patch: &Patch, inside: &Array2<bool>) -> Vec<(usize, usize)> {
     let (ny, nx) = patch.above.dim();
     let mut all = Vec::new();
     for ((j, i), _) in inside.indexed_iter().filter(|(_, v)| **v) {
@@ -161,30 +157,16 @@ fn places(patch: &Patch, inside: &Array2<bool>, reach: usize) -> Vec<(usize, usi
         }
         let apart = |p: &(usize, usize)| (p.0 as f64 - i as f64).hypot(p.1 as f64 - j as f64) >= APART_PX;
         // on the flank of something bright neither a hit nor a star fits
-        let brightest = |reach: usize| {
-            let around = ndarray::s![
-                j.saturating_sub(reach)..(j + reach + 1).min(ny),
-                i.saturating_sub(reach)..(i + reach + 1).min(nx)
-            ];
-            patch.above.slice(around).iter().copied().fold(f32::NEG_INFINITY, f32::max)
-        };
-        if own >= brightest(SUMMIT_PX) && own >= LEAST_SHARE * brightest(reach) && places.iter().all(apart) {
+        let around = ndarray::s![
+            j.saturating_sub(SUMMIT_PX)..(j + SUMMIT_PX + 1).min(ny),
+            i.saturating_sub(SUMMIT_PX)..(i + SUMMIT_PX + 1).min(nx)
+        ];
+        let brightest = patch.above.slice(around).iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        if own >= brightest && places.iter().all(apart) {
             places.push((i, j));
         }
     }
     places
-}
-
-/// A pixel that a fit sees.
-#[derive(Clone, Copy)]
-struct Pixel {
-    x: f64,
-    y: f64,
-    /// Light above the sky \[e⁻\].
-    above: f64,
-    /// Variance without the photons of that light \[e⁻²\].
-    empty: f64,
-    weight: f64,
 }
 
 /// The good pixels about one.
