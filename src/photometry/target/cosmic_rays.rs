@@ -65,7 +65,7 @@ const SHARPEST_PX: f64 = 1.3;
 /// A moment of good seeing may make a star this much smaller; it is still not a hit.
 pub(crate) const SHARPEST_IN_LINES: f64 = 0.8;
 /// Nor does a star that is known to no better than this share of its light.
-const DOUBT_OF_PSF: f64 = 0.02;
+pub(crate) const DOUBT_OF_PSF: f64 = 0.02;
 /// By so many σ at most a line may be the more significant for what is sharper than the star of the night: of a faint line
 /// good seeing explains no more.
 const OF_NIGHT_SIGMA: f32 = 2.0;
@@ -301,8 +301,13 @@ fn transposed(image: &Array2<f32>) -> Array2<f32> {
 
 /// A Gaussian about `at`, integrated over pixels from −reach on.
 fn integrated(sigma: f64, at: f64, reach: isize) -> Vec<f64> {
-    let z = |edge: f64| erf((edge - at) / (sigma * SQRT_2));
-    (-reach..=reach).map(|d| 0.5 * (z(d as f64 + 0.5) - z(d as f64 - 0.5))).collect()
+    (-reach..=reach).map(|d| pixel_share(d as f64 - at, sigma)).collect()
+}
+
+/// The share of a Gaussian that a pixel sees whose centre is `d` from its own.
+pub(crate) fn pixel_share(d: f64, sigma: f64) -> f64 {
+    let z = |edge: f64| erf(edge / (sigma * SQRT_2));
+    0.5 * (z(d + 0.5) - z(d - 0.5))
 }
 
 /// w at each of the places between two pixels.

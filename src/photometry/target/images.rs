@@ -4,7 +4,8 @@
 //! bends. It has no power where hits are faint; there `sharpness` compares hit and star.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
-use statrs::function::erf::erf;
+
+use crate::photometry::target::cosmic_rays::{DOUBT_OF_PSF, pixel_share};
 
 /// Pixels whose χ² is exceeded by chance less often than this are no image of the sky.
 const LEAST_CHANCE: f64 = 1e-5;
@@ -18,8 +19,6 @@ const MOST_ROUNDS: usize = 400;
 const WEIGHED_ROUNDS: [usize; 3] = [3, 10, 30];
 /// A round that gains less than this is the last \[χ²\].
 const LEAST_GAIN: f64 = 0.02;
-/// A point-spread function is known to this share of its light.
-const DOUBT_OF_PSF: f64 = 0.02;
 
 /// A pixel that a fit sees.
 #[derive(Clone, Copy)]
@@ -81,12 +80,9 @@ fn point_images(pixels: &[Pixel], sigma: f64) -> Vec<Vec<(usize, f64)>> {
         let n = ((high - low + 2.0 * OUTSIDE_PX) / STEP_PX).floor().max(0.0) as usize;
         (0..=n).map(|k| low - OUTSIDE_PX + k as f64 * STEP_PX).collect()
     };
-    let share = |d: f64| {
-        let z = |edge: f64| erf(edge / (sigma * std::f64::consts::SQRT_2));
-        0.5 * (z(d + 0.5) - z(d - 0.5))
+    let of_axis = |place: f64, at: fn(&Pixel) -> f64| -> Vec<f64> {
+        pixels.iter().map(|p| pixel_share(at(p) - place, sigma)).collect()
     };
-    let of_axis =
-        |place: f64, at: fn(&Pixel) -> f64| -> Vec<f64> { pixels.iter().map(|p| share(at(p) - place)).collect() };
     let columns: Vec<Vec<f64>> = places(|p| p.x).into_iter().map(|x| of_axis(x, |p| p.x)).collect();
     let rows: Vec<Vec<f64>> = places(|p| p.y).into_iter().map(|y| of_axis(y, |p| p.y)).collect();
     let image = |gx: &[f64], gy: &[f64]| {
@@ -97,6 +93,8 @@ fn point_images(pixels: &[Pixel], sigma: f64) -> Vec<Vec<(usize, f64)>> {
 
 #[cfg(test)]
 mod tests {
+    use statrs::function::erf::erf;
+
     use super::*;
 
     /// 9 × 9 pixels of the light of pieces (x, y, electrons), each of this σ.

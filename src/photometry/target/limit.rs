@@ -135,6 +135,8 @@ mod tests {
         let sharper = completeness_limit(&empty, 40, (5.0, 5.0), |snr| share_kept(snr, 1.5));
         assert!(sharper > 1.03 * limit && share_kept(sharper / 1e4, 1.5) > 0.95, "{sharper}");
         assert!(sharper < 1.3 * limit, "{sharper}"); // not much: a point is expected in every frame
+        let seen = 0.5 * (1.0 + erf((sharper / 1e4 - 5.0) / std::f64::consts::SQRT_2));
+        assert!((seen * share_kept(sharper / 1e4, 1.5) - 0.95).abs() < 1e-3, "{sharper}");
         // 5 % of the places without pixels leave nothing for noise
         assert!(completeness_limit(&empty, 42, (5.0, 5.0), |_| 1.0) > 1.1 * limit);
         assert!(completeness_limit(&empty, 43, (5.0, 5.0), |_| 1.0).is_nan());

@@ -78,7 +78,8 @@ struct GaussianSegment {
 ///
 /// Both are `A exp(−u²/2(V + ℓ²) − v²/2V)`, u along and v across, V = σ² + 1/12 with the pixel; place, angle, ℓ and A
 /// are free, and pixels have the weight of the star that fits first. Light of a source on the sky is nowhere narrower than
-/// a star, a hit is: Δχ² of the two fits, with equally many free parameters, is twice the logarithm of their likelihood ratio.
+/// a star, a hit is: Δχ² of the two fits, with equally many free parameters, is twice the logarithm of their likelihood ratio. A window
+/// that no sum of stars explains ([`is_no_image`]) holds a hit, too.
 pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit: bool) -> Verdict {
     if fwhm_px > WIDEST_FWHM_PX {
         return Verdict::Sky;
@@ -97,10 +98,11 @@ pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit
         let (hit, star) = (best_fit(&window, (i, j), HIT_SIGMA_PX), best_fit(&window, (i, j), star));
         let preferred = hit.gain - star.gain;
         total += preferred.clamp(-MOST_CHI2, MOST_CHI2);
-        let chi2: f64 = window.iter().map(|p| p.weight * p.above * p.above).sum();
-        let is_odd = chi2 - star.gain > window.len() as f64 && is_no_image(&window, sharpest);
         brightest = if star.gain > brightest.0 { (star.gain, star.length) } else { brightest };
-        if preferred > SINGLE_CHI2 || is_odd {
+        // where one star fits, so does a sum of them
+        let of_none: f64 = window.iter().map(|p| p.weight * p.above * p.above).sum();
+        let may_be_odd = of_none - star.gain > window.len() as f64;
+        if preferred > SINGLE_CHI2 || (may_be_odd && is_no_image(&window, sharpest)) {
             let half = (1.7 * hit.length).min(reach as f64);
             let (dx, dy) = (half * hit.theta.cos(), half * hit.theta.sin());
             hits.push(Line { excess: preferred, from: (hit.x - dx, hit.y - dy), to: (hit.x + dx, hit.y + dy) });
