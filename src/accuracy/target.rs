@@ -76,6 +76,7 @@ pub(super) fn settings(side_px: usize) -> TargetSettings {
         margin_px: 1.5 * FWHM_PX,
         limit_r_px: 2.0 * FWHM_PX,
         fwhm_px: FWHM_PX,
+        is_fwhm_known: true,
         profile: None,
         largest_fwhm: None,
         known_disc2: None,

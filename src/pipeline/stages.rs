@@ -201,7 +201,8 @@ pub fn target_stage(
     let exposures = &targets.exposures[targets.wanted.clone()];
     if night.seeing.width.is_none() && night.config.photometry.fwhm_px.is_none() && !exposures.is_empty() {
         notes.push(format!(
-            "no FWHM from star pointings or photometry.fwhm_px: target apertures assume {ASSUMED_FWHM_ARCSEC} arcsec"
+            "no FWHM from star pointings or photometry.fwhm_px: targets are measured in apertures around what is seen, not \
+             with the weights of a point; limits and forced fluxes assume {ASSUMED_FWHM_ARCSEC} arcsec"
         ));
     }
     if night.config.photometry.aper_correction && night.seeing.profile.is_none() && night.zeropoint.is_some() {

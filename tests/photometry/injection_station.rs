@@ -26,6 +26,7 @@ fn settings(case: &Case, theta: f64) -> TargetSettings {
         margin_px: 1.5 * case.fwhm,
         limit_r_px: 2.0 * case.fwhm,
         fwhm_px: case.fwhm,
+        is_fwhm_known: true,
         profile: None,
         largest_fwhm: None,
         known_disc2: None,

@@ -90,6 +90,7 @@ fn settings(fwhm_px: f64) -> TargetSettings {
         margin_px: 1.5 * fwhm_px,
         limit_r_px: 2.0 * fwhm_px,
         fwhm_px,
+        is_fwhm_known: true,
         profile: None,
         largest_fwhm: None,
         known_disc2: None,

@@ -61,7 +61,7 @@ pub(crate) fn hits(pixels: &Array2<f32>, sky: &Surface, fwhm_px: f64) -> Vec<(us
 /// σ of the charge of a hit across its track \[px\], before it is collected in pixels.
 const DIFFUSION_PX: f64 = 0.25;
 /// Below this FWHM \[px\] a star is as sharp as a hit.
-const SHARPEST_PX: f64 = 1.3;
+pub(crate) const SHARPEST_PX: f64 = 1.3;
 /// A moment of good seeing may make a star this much smaller; it is still not a hit.
 pub(crate) const SHARPEST_IN_LINES: f64 = 0.8;
 /// Nor does a star that is known to no better than this share of its light.

@@ -234,7 +234,7 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
     TargetFound::Detected { flux, x_px, y_px, light, along_trails, unseen, size, as_point_e }
 }
 
-/// The target measured as a compact source, if it was found at the scale of one.
+/// The target measured as a compact source, if it was found at the scale of one and it is known what a point looks like.
 fn compact(
     cutout: &Cutout,
     frame: &Frame<Electrons>,
@@ -246,7 +246,7 @@ fn compact(
     let inside = outlined.segment.inside.indexed_iter().filter(|(_, v)| **v).map(|(c, _)| c);
     let peak = inside.max_by(|p, q| outlined.snr1[*p].total_cmp(&outlined.snr1[*q]))?;
     let start = (cutout.net.to_px(peak.1 as f64), cutout.net.to_px(peak.0 as f64));
-    if outlined.scale >= WIDE_SCALE {
+    if outlined.scale >= WIDE_SCALE || !s.is_fwhm_known {
         return None;
     }
     measure_compact(cutout, frame, background, (start, of_outline), objects, s)

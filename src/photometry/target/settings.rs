@@ -4,6 +4,9 @@ use crate::config::ApertureShape;
 use crate::photometry::growth::StarProfile;
 use crate::photometry::trails::known::KnownDirection;
 
+/// Of an assumed FWHM, the least that the best nights and sites show: 0.8 of 2.5 arcsec.
+const SHARPEST_OF_ASSUMED: f64 = 0.32;
+
 /// Where and how to look for the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TargetSettings {
@@ -21,6 +24,8 @@ pub struct TargetSettings {
     pub limit_r_px: f64,
     /// FWHM of a point source \[px\].
     pub fwhm_px: f64,
+    /// Whether stars or the configuration give it. One that is assumed decides neither what is a hit nor what is a point.
+    pub is_fwhm_known: bool,
     /// Profile of a point source of that FWHM; a Gaussian where no stars give one.
     pub profile: Option<StarProfile>,
     /// Largest size that the target can have, by its model and range \[FWHM\]; `None` if nothing tells.
@@ -50,5 +55,11 @@ impl TargetSettings {
     #[must_use]
     pub fn reach_px(&self) -> f64 {
         self.search_radius_px + 100.0 + 2.0 * self.sky_out_px
+    }
+
+    /// FWHM of the sharpest point source that is expected \[px\]; what is narrower is a hit.
+    #[must_use]
+    pub fn sharpest_fwhm_px(&self) -> f64 {
+        if self.is_fwhm_known { self.fwhm_px } else { SHARPEST_OF_ASSUMED * self.fwhm_px }
     }
 }

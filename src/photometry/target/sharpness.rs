@@ -3,16 +3,18 @@
 //! Electrons and pixels. It decides where stars are hardly wider than hits and the line filters of `cosmic_rays`, which
 //! allow for every sub-pixel position and for good seeing, cannot. Not modelled: hits as wide as a star.
 
+use std::ops::RangeInclusive;
+
 use nalgebra::{SMatrix, SVector};
 use ndarray::Array2;
 use statrs::function::erf::erf;
 
 use crate::base::constants::FWHM_PER_SIGMA;
-use crate::photometry::target::cosmic_rays::{Line, Patch, SHARPEST_IN_LINES};
+use crate::photometry::target::cosmic_rays::{Line, Patch, SHARPEST_IN_LINES, SHARPEST_PX};
 use crate::photometry::target::images::{Pixel, is_no_image};
 
-/// Above this FWHM \[px\] the line filters suffice.
-const WIDEST_FWHM_PX: f64 = 2.6;
+/// Hits and stars are compared at these FWHM \[px\]: below, a star is as sharp as a hit; above, the line filters suffice.
+const COMPARED_FWHM_PX: RangeInclusive<f64> = SHARPEST_PX..=2.6;
 /// σ across a diffuse hit \[px\], before it is collected in pixels.
 const HIT_SIGMA_PX: f64 = 0.35;
 /// σ of the star that a hit is compared with, in units of the star of the night.
@@ -81,7 +83,7 @@ struct GaussianSegment {
 /// a star, a hit is: Δχ² of the two fits, with equally many free parameters, is twice the logarithm of their likelihood ratio. A window
 /// that no sum of stars explains ([`is_no_image`]) holds a hit, too.
 pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit: bool) -> Verdict {
-    if fwhm_px > WIDEST_FWHM_PX {
+    if !COMPARED_FWHM_PX.contains(&fwhm_px) {
         return Verdict::Sky;
     }
     let star = STAR_SHARE * fwhm_px / FWHM_PER_SIGMA;
@@ -126,7 +128,7 @@ pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit
 /// Across them, hit and star (variances V and W with the pixel) have the overlap ρ² = 2 √(V W)/(V + W), so that a point makes the star
 /// preferred by d² − 3, d² = (1 − ρ²) snr², ± 2 d; a point is kept unless the hit is preferred by 6: Φ((d² + 6 − 3)/2d).
 pub(crate) fn share_kept(snr: f64, fwhm_px: f64) -> f64 {
-    if fwhm_px > WIDEST_FWHM_PX {
+    if !COMPARED_FWHM_PX.contains(&fwhm_px) {
         return 1.0;
     }
     let variance = |sigma: f64| sigma * sigma + PIXEL_VARIANCE;

@@ -57,7 +57,8 @@ fn known_fwhm_px(exposure: &Exposure, night: &Prepared, fwhm_arcsec: Option<f64>
 pub fn target_settings(exposure: &Exposure, night: &Prepared, fwhm_arcsec: Option<f64>) -> TargetSettings {
     let (p, t) = (&night.config.photometry, &night.config.target);
     let scale_arcsec = night.scale_arcsec(exposure);
-    let fwhm_px = known_fwhm_px(exposure, night, fwhm_arcsec).unwrap_or(ASSUMED_FWHM_ARCSEC / scale_arcsec);
+    let known_fwhm_px = known_fwhm_px(exposure, night, fwhm_arcsec);
+    let fwhm_px = known_fwhm_px.unwrap_or(ASSUMED_FWHM_ARCSEC / scale_arcsec);
     let (nx, ny) = exposure.size_px;
     TargetSettings {
         x_px: t.x_px.unwrap_or((nx as f64 - 1.0) / 2.0),
@@ -67,6 +68,7 @@ pub fn target_settings(exposure: &Exposure, night: &Prepared, fwhm_arcsec: Optio
         margin_px: t.margin_fwhm * fwhm_px,
         limit_r_px: t.limit_r_fwhm * fwhm_px,
         fwhm_px,
+        is_fwhm_known: known_fwhm_px.is_some(),
         profile: None,
         largest_fwhm: None,
         known_disc2: None,
