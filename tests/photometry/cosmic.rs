@@ -215,3 +215,30 @@ fn tracks_in_a_thousand_frames() {
         }
     }
 }
+
+#[test]
+fn a_width_that_is_only_assumed_makes_no_star_a_hit() {
+    // seeing from a quarter of what is assumed to five times it, the stars a little longer than wide as in many telescopes
+    for (n, (fwhm, assumed)) in
+        [(1.6, 0.8), (4.0, 0.8), (2.2, 6.0), (2.0, 2.0), (1.4, 4.0), (6.0, 2.5)].iter().enumerate()
+    {
+        let (x, y) = (SIDE as f64 / 2.0 + 11.3, SIDE as f64 / 2.0 - 7.8);
+        for snr in [15.0, 60.0, 300.0] {
+            let flux = flux_of_snr(snr, *fwhm);
+            let mut scene = Scene::new(SIDE, SIDE, SKY);
+            scene.smear(x, y, flux, *fwhm, 0.7 * fwhm, 1.1);
+            let frame = scene.expose(READ_NOISE, 7_100 + n as u64);
+            let sky = background(&frame, 64, 3.0).unwrap();
+            let s = TargetSettings { is_fwhm_known: false, ..settings(*assumed) };
+            let what = format!("FWHM {fwhm} for {assumed}, S/N {snr}");
+            let TargetFound::Detected { flux: found, x_px, y_px, size, .. } = measure_target(&frame, &sky, &s) else {
+                panic!("{what}: nothing found")
+            };
+            assert!((x_px - x).hypot(y_px - y) < *fwhm && size.is_none(), "{what}: {x_px} {y_px} {size:?}");
+            // an aperture holds what is seen, not all of it; the weights of a wrong profile would be off by a factor
+            let noise = 3.0 * found.flux_err_e;
+            let range = 0.75 * flux - noise..1.05 * flux + noise;
+            assert!(range.contains(&found.flux_e), "{what}: {} ± {} of {flux}", found.flux_e, found.flux_err_e);
+        }
+    }
+}
