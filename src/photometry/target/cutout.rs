@@ -30,6 +30,8 @@ const ANOTHER_ANGLE_SIGMA: f64 = 0.5;
 const END_ERR: f32 = 0.5;
 /// Most pixels on a side of a candidate that are searched for cosmic-ray hits.
 const PATCH_PX: usize = 72;
+/// A pixel that is darker than the sky by this is dead: next to one, the sky would look like a sharp line \[σ\].
+const DEAD_SIGMA: f64 = 6.0;
 /// Blocks of the sky's surface \[FWHM\].
 const BLOCK_FWHM: f64 = 1.6;
 
@@ -256,6 +258,7 @@ impl Cutout {
             }
         });
         let rms = self.sky.rms((columns.start + dim.1 / 2) as f64, (rows.start + dim.0 / 2) as f64);
+        let above = above.mapv(|v| if f64::from(v) < -DEAD_SIGMA * rms { f32::NAN } else { v });
         let variance = above.mapv(|v| (rms * rms) as f32 + v.max(0.0));
         Patch { above, variance }
     }

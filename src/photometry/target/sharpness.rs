@@ -45,8 +45,10 @@ const LONG_REST_CHI2: f64 = 30.0;
 const LONG_STAR_CHI2: f64 = 5.0;
 /// A candidate is long where σ of the star that fits its brightest window best exceeds this along it, beyond its width \[FWHM\].
 const LONG_FWHM: f64 = 0.7;
-/// One window adds no more than this to the total.
+/// One window adds no more than this to the total for the hit ...
 const MOST_CHI2: f64 = 25.0;
+/// ... and for the star: a bright extended source at a masked hit must reach [`LONG_REST_CHI2`].
+const MOST_STAR_CHI2: f64 = 60.0;
 /// χ² that noise adds for the hit, whose place, angle and length are free.
 const FREE_CHI2: f64 = 3.0;
 /// Iterations of a fit.
@@ -99,7 +101,7 @@ pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit
         weigh_as(&mut window, &first, star);
         let (hit, star) = (best_fit(&window, (i, j), HIT_SIGMA_PX), best_fit(&window, (i, j), star));
         let preferred = hit.gain - star.gain;
-        total += preferred.clamp(-MOST_CHI2, MOST_CHI2);
+        total += preferred.clamp(-MOST_STAR_CHI2, MOST_CHI2);
         brightest = if star.gain > brightest.0 { (star.gain, star.length) } else { brightest };
         // where one star fits, so does a sum of them
         let of_none: f64 = window.iter().map(|p| p.weight * p.above * p.above).sum();
