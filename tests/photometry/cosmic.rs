@@ -242,3 +242,52 @@ fn a_width_that_is_only_assumed_makes_no_star_a_hit() {
         }
     }
 }
+
+#[test]
+fn stars_of_better_or_worse_seeing_than_the_nights_are_no_hits() {
+    // short exposures of a target are sharper than those of star fields
+    for (n, (night, share)) in
+        [(1.7, 0.87), (2.0, 0.85), (2.5, 0.7), (3.2, 0.7), (5.0, 0.7), (2.0, 1.3), (3.0, 1.3)].iter().enumerate()
+    {
+        for (k, snr) in [15.0, 60.0, 300.0, 2000.0].iter().enumerate() {
+            let mut rng = ChaCha12Rng::seed_from_u64(7_200 + 10 * n as u64 + k as u64);
+            let mut lost = 0;
+            for seed in 0..8 {
+                let (x, y) = place(&mut rng);
+                let mut scene = Scene::new(SIDE, SIDE, SKY);
+                scene.star(x, y, flux_of_snr(*snr, *night), night * share);
+                let frame = scene.expose(READ_NOISE, 7_300 + 100 * n as u64 + seed);
+                let sky = background(&frame, 64, 3.0).unwrap();
+                let found = measure_target(&frame, &sky, &settings(*night));
+                lost += usize::from(!matches!(found, TargetFound::Detected { flux, x_px, y_px, .. }
+                    if flux.snr > 5.0 && (x_px - x).hypot(y_px - y) < 1.5 * night));
+            }
+            println!("FWHM {night} seen at {share}, S/N {snr}: {lost} lost");
+            assert_eq!(lost, 0, "FWHM {night} seen at {share}, S/N {snr}");
+        }
+    }
+}
+
+#[test]
+fn a_dead_pixel_makes_no_hit_of_what_is_next_to_it() {
+    for (n, fwhm) in [1.6, 2.4, 3.0, 4.5].iter().enumerate() {
+        for (k, (dx, dy)) in [(-7.0, 3.0), (4.0, 4.0), (0.0, -3.0), (2.0, 0.0)].iter().enumerate() {
+            let (x, y) = (SIDE as f64 / 2.0 + 9.3, SIDE as f64 / 2.0 + 21.8);
+            let mut scene = Scene::new(SIDE, SIDE, SKY);
+            // wider along one axis, as a resolved body or a frame out of focus
+            scene.smear(x, y, flux_of_snr(200.0, *fwhm), *fwhm, 1.5 * fwhm, 0.4);
+            let mut frame = scene.expose(READ_NOISE, 7_400 + 10 * n as u64 + k as u64);
+            frame.pixels[[(y + dy) as usize, (x + dx) as usize]] = -25.0 * SIGMA as f32;
+            let sky = background(&frame, 64, 3.0).unwrap();
+            match measure_target(&frame, &sky, &settings(*fwhm)) {
+                TargetFound::Detected { x_px, y_px, flux, .. } => {
+                    assert!(
+                        (x_px - x).hypot(y_px - y) < 1.5 * fwhm && flux.snr > 20.0,
+                        "{fwhm} {dx} {dy}: {x_px} {y_px}"
+                    )
+                }
+                TargetFound::NotDetected { .. } => panic!("FWHM {fwhm}, dead pixel at {dx} {dy}: nothing found"),
+            }
+        }
+    }
+}

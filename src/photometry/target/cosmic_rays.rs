@@ -14,21 +14,33 @@ use crate::photometry::target::sky::Surface;
 
 /// Excess of a hit over what its neighbours allow \[σ\]; of 30 000 pixels of noise none reaches it in a thousand frames.
 const HIT_SIGMA: f64 = 6.0;
-/// A moment of good seeing may make a star this much smaller than the night's FWHM.
-const SHARPEST: f64 = 0.75;
+/// Good seeing may make a star of a short exposure this much smaller than those of the night's pointings, ...
+const SHARPEST_SHARE: f64 = 0.65;
+/// ... or, where it is hardly wider than a hit, ...
+const SHARPEST_IN_LINES: f64 = 0.8;
+/// ... and next to single pixels ...
+const SHARPEST_OF_PIXELS: f64 = 0.75;
+/// ... no more than this, since what is wider than this differs enough from hits \[px\].
+const SHARPEST_FWHM_PX: f64 = 1.6;
+
+/// FWHM of the sharpest star in a frame of a night whose stars have the given one \[px\]; what is sharper is a hit.
+pub(crate) fn sharpest_fwhm_px(fwhm_px: f64) -> f64 {
+    SHARPEST_FWHM_PX.clamp(SHARPEST_SHARE * fwhm_px, SHARPEST_IN_LINES * fwhm_px)
+}
 
 /// Columns and rows of the hits in a cutout; NaN pixels are bad.
 ///
 /// Any image is the sum of point sources seen through the point-spread function, so the mean of the eight neighbours of a
 /// pixel is at least m times the pixel, m = (e^(−1/2s²) + e^(−1/s²))/2 being that of a star centred on it,
-/// s² = (0.75 FWHM/2.355)² + 1/12. A hit exceeds `neighbours/m` by 6 σ, σ² being the variance its neighbours expect.
+/// s² = (FWHM/2.355)² + 1/12 of the sharpest star. A hit exceeds `neighbours/m` by 6 σ, σ² being the variance its neighbours expect.
 pub(crate) fn hits(pixels: &Array2<f32>, sky: &Surface, fwhm_px: f64) -> Vec<(usize, usize)> {
     let (ny, nx) = pixels.dim();
     let mut found = Vec::new();
     if ny < 3 || nx < 3 {
         return found;
     }
-    let s2 = (SHARPEST * fwhm_px / FWHM_PER_SIGMA).powi(2) + 1.0 / 12.0;
+    let sharpest = sharpest_fwhm_px(fwhm_px).min(SHARPEST_OF_PIXELS * fwhm_px);
+    let s2 = (sharpest / FWHM_PER_SIGMA).powi(2) + 1.0 / 12.0;
     let m = 0.5 * ((-0.5 / s2).exp() + (-1.0 / s2).exp());
     let mut level = vec![0f32; nx];
     for j in 1..ny - 1 {
@@ -62,8 +74,6 @@ pub(crate) fn hits(pixels: &Array2<f32>, sky: &Surface, fwhm_px: f64) -> Vec<(us
 const DIFFUSION_PX: f64 = 0.25;
 /// Below this FWHM \[px\] a star is as sharp as a hit.
 pub(crate) const SHARPEST_PX: f64 = 1.3;
-/// A moment of good seeing may make a star this much smaller; it is still not a hit.
-pub(crate) const SHARPEST_IN_LINES: f64 = 0.8;
 /// Nor does a star that is known to no better than this share of its light.
 pub(crate) const DOUBT_OF_PSF: f64 = 0.02;
 /// By so many σ at most a line may be the more significant for what is sharper than the star of the night: of a faint line
@@ -108,7 +118,7 @@ impl Patch {
     ///
     /// A hit's charge has passed no optics: it is a line of σ ≈ 0.25 px across, however faint. An image of the sky is
     /// nowhere narrower than a star. Across a line of any place, angle and length the filter is w = t − c P: t the
-    /// profile of a hit, P that of a star, c = ⟨t, Q⟩/⟨P, Q⟩ with Q a star of 0.8 of the width. Then ⟨w, Q⟩ = 0 for a
+    /// profile of a hit, P that of a star, c = ⟨t, Q⟩/⟨P, Q⟩ with Q the sharpest star ([`sharpest_fwhm_px`]). Then ⟨w, Q⟩ = 0 for a
     /// star on the line, < 0 next to it and for everything wider: only noise makes Σ w I positive, no image of the sky.
     /// With Q as wide as the star of the night a line gains at most 2 σ more.
     pub fn mask_hits(&mut self, fwhm_px: f64) -> Vec<(usize, usize)> {
@@ -192,13 +202,14 @@ impl Patch {
     fn best_line(&self, star: f64, best: &mut Line) {
         let (ny, nx) = self.above.dim();
         let (above, variance) = self.filled();
+        let of_sharpest = sharpest_fwhm_px(FWHM_PER_SIGMA * star) / FWHM_PER_SIGMA;
         let of_class: Vec<_> = (0..CLASSES)
             .map(|c| {
                 let slope2 = ((c as f64 + 0.5) / CLASSES as f64).powi(2);
                 // a pixel is one wide in x, too, where the line moves by its slope
                 let cut = |sigma: f64| (sigma * sigma * (1.0 + slope2) + slope2 / 12.0).sqrt();
                 // of the part of a star in one column none is wider than the star itself, however the line runs
-                let sharpest = profiles(cut(DIFFUSION_PX), cut(star), SHARPEST_IN_LINES * star);
+                let sharpest = profiles(cut(DIFFUSION_PX), cut(star), of_sharpest);
                 let of_night = profiles(cut(DIFFUSION_PX), cut(star), cut(star));
                 (cuts(&above, &sharpest, false), cuts(&variance, &sharpest, true), cuts(&above, &of_night, false))
             })

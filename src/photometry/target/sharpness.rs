@@ -1,7 +1,7 @@
 //! Whether a small source is as narrow as a cosmic-ray hit or as wide as a star: both are fitted to its pixels.
 //!
-//! Electrons and pixels. It decides where stars are hardly wider than hits and the line filters of `cosmic_rays`, which
-//! allow for every sub-pixel position and for good seeing, cannot. Not modelled: hits as wide as a star.
+//! Electrons and pixels. It decides where hits are too faint or too short for the line filters of `cosmic_rays`, which allow for
+//! every sub-pixel position and for good seeing. Not modelled: hits as wide as a star.
 
 use std::ops::RangeInclusive;
 
@@ -10,15 +10,19 @@ use ndarray::Array2;
 use statrs::function::erf::erf;
 
 use crate::base::constants::FWHM_PER_SIGMA;
-use crate::photometry::target::cosmic_rays::{Line, Patch, SHARPEST_IN_LINES, SHARPEST_PX};
+use crate::photometry::target::cosmic_rays::{Line, Patch, SHARPEST_PX, sharpest_fwhm_px};
 use crate::photometry::target::images::{Pixel, is_no_image};
 
 /// Hits and stars are compared at these FWHM \[px\]: below, a star is as sharp as a hit; above, the line filters suffice.
-const COMPARED_FWHM_PX: RangeInclusive<f64> = SHARPEST_PX..=2.6;
+const COMPARED_FWHM_PX: RangeInclusive<f64> = SHARPEST_PX..=5.0;
+/// Sums of stars are tried below this: where stars are wider, one star is enough to compare with \[px\].
+const SUMS_FWHM_PX: f64 = 2.6;
 /// σ across a diffuse hit \[px\], before it is collected in pixels.
 const HIT_SIGMA_PX: f64 = 0.35;
 /// σ of the star that a hit is compared with, in units of the star of the night.
 const STAR_SHARE: f64 = 0.95;
+/// χ² by which the sharpest star that good seeing makes must fit better than that of the night: it is the less likely.
+const SHARPER_CHI2: f64 = 9.0;
 /// Variance of a pixel \[px²\].
 const PIXEL_VARIANCE: f64 = 1.0 / 12.0;
 /// Least light of a window: sum of nine pixels \[σ\].
@@ -82,8 +86,9 @@ struct GaussianSegment {
 ///
 /// Both are `A exp(−u²/2(V + ℓ²) − v²/2V)`, u along and v across, V = σ² + 1/12 with the pixel; place, angle, ℓ and A
 /// are free, and pixels have the weight of the star that fits first. Light of a source on the sky is nowhere narrower than
-/// a star, a hit is: Δχ² of the two fits, with equally many free parameters, is twice the logarithm of their likelihood ratio. A window
-/// that no sum of stars explains ([`is_no_image`]) holds a hit, too.
+/// a star, a hit is: Δχ² of the two fits, with equally many free parameters, is twice the logarithm of their likelihood ratio.
+/// Where the hit fits better, a star of better seeing is tried, too. A window that no sum of stars explains ([`is_no_image`]) holds a
+/// hit, too.
 pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit: bool) -> Verdict {
     if !COMPARED_FWHM_PX.contains(&fwhm_px) {
         return Verdict::Sky;
@@ -93,19 +98,20 @@ pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit
     let (mut total, mut hits) = (0.0, Vec::new());
     let places = places(patch, inside);
     let is_one = places.len() == 1;
-    let sharpest = SHARPEST_IN_LINES * fwhm_px / FWHM_PER_SIGMA;
+    let sharpest = sharpest_fwhm_px(fwhm_px) / FWHM_PER_SIGMA;
     let mut brightest = (0.0, 0.0); // χ² and length of the brightest window
     for (i, j) in places {
         let mut window = window(patch, (i, j), reach);
         let first = best_fit(&window, (i, j), star);
         weigh_as(&mut window, &first, star);
         let (hit, star) = (best_fit(&window, (i, j), HIT_SIGMA_PX), best_fit(&window, (i, j), star));
-        let preferred = hit.gain - star.gain;
+        let sharper = || best_fit(&window, (i, j), sharpest).gain - SHARPER_CHI2;
+        let preferred = hit.gain - if hit.gain > star.gain { star.gain.max(sharper()) } else { star.gain };
         total += preferred.clamp(-MOST_STAR_CHI2, MOST_CHI2);
         brightest = if star.gain > brightest.0 { (star.gain, star.length) } else { brightest };
         // where one star fits, so does a sum of them
         let of_none: f64 = window.iter().map(|p| p.weight * p.above * p.above).sum();
-        let may_be_odd = of_none - star.gain > window.len() as f64;
+        let may_be_odd = fwhm_px < SUMS_FWHM_PX && of_none - star.gain > window.len() as f64;
         if preferred > SINGLE_CHI2 || (may_be_odd && is_no_image(&window, sharpest)) {
             let half = (1.7 * hit.length).min(reach as f64);
             let (dx, dy) = (half * hit.theta.cos(), half * hit.theta.sin());
