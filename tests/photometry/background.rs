@@ -20,7 +20,7 @@ fn gain() -> Gain {
 }
 
 /// A primary image of 16-bit integers or 32-bit floats, with BSCALE and BZERO.
-fn read_image(path: &Path) -> Array2<f32> {
+pub fn read_image(path: &Path) -> Array2<f32> {
     let bytes = std::fs::read(path).unwrap();
     let cards: Vec<&[u8]> = bytes.chunks(80).take_while(|c| !c.starts_with(b"END     ")).collect();
     let number = |keyword: &str| -> Option<f64> {

@@ -18,6 +18,7 @@ mod injection;
 mod injection_station;
 mod limit;
 mod pass;
+mod real_frame;
 mod short_trails;
 mod speed;
 mod stats;
