@@ -249,10 +249,10 @@ fn stars_of_better_or_worse_seeing_than_the_nights_are_no_hits() {
     for (n, (night, share)) in
         [(1.7, 0.87), (2.0, 0.85), (2.5, 0.7), (3.2, 0.7), (5.0, 0.7), (2.0, 1.3), (3.0, 1.3)].iter().enumerate()
     {
-        for (k, snr) in [15.0, 60.0, 300.0, 2000.0].iter().enumerate() {
+        for (k, snr) in [15.0, 100.0, 2000.0].iter().enumerate() {
             let mut rng = ChaCha12Rng::seed_from_u64(7_200 + 10 * n as u64 + k as u64);
             let mut lost = 0;
-            for seed in 0..8 {
+            for seed in 0..3 {
                 let (x, y) = place(&mut rng);
                 let mut scene = Scene::new(SIDE, SIDE, SKY);
                 scene.star(x, y, flux_of_snr(*snr, *night), night * share);
