@@ -1,4 +1,4 @@
-//! Stars of a frame that no program of ours drew: elongated, with dead pixels, neighbours and a satellite's streak.
+//! Stars of a frame that no program of ours drew: elongated, with dead pixels, neighbours and a streak.
 #![allow(clippy::unwrap_used)] // helpers of tests, too
 
 use std::path::Path;

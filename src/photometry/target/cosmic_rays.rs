@@ -14,18 +14,18 @@ use crate::photometry::target::sky::Surface;
 
 /// Excess of a hit over what its neighbours allow \[σ\]; of 30 000 pixels of noise none reaches it in a thousand frames.
 const HIT_SIGMA: f64 = 6.0;
-/// Good seeing may make a star of a short exposure this much smaller than those of the night's pointings, ...
+/// A star of a short exposure in good seeing has at least this share of the FWHM of the night's pointings ...
 const SHARPEST_SHARE: f64 = 0.65;
-/// ... or, where it is hardly wider than a hit, ...
+/// ... or, where that is hardly more than the width of a hit, this share ...
 const SHARPEST_IN_LINES: f64 = 0.8;
-/// ... and next to single pixels ...
+/// ... (next to single pixels, this) ...
 const SHARPEST_OF_PIXELS: f64 = 0.75;
-/// ... no more than this, since what is wider than this differs enough from hits \[px\].
-const SHARPEST_FWHM_PX: f64 = 1.6;
+/// ... and in between this FWHM, which no hit has \[px\].
+const CLEAR_OF_HITS_PX: f64 = 1.6;
 
 /// FWHM of the sharpest star in a frame of a night whose stars have the given one \[px\]; what is sharper is a hit.
 pub(crate) fn sharpest_fwhm_px(fwhm_px: f64) -> f64 {
-    SHARPEST_FWHM_PX.clamp(SHARPEST_SHARE * fwhm_px, SHARPEST_IN_LINES * fwhm_px)
+    CLEAR_OF_HITS_PX.clamp(SHARPEST_SHARE * fwhm_px, SHARPEST_IN_LINES * fwhm_px)
 }
 
 /// Columns and rows of the hits in a cutout; NaN pixels are bad.
@@ -74,7 +74,7 @@ pub(crate) fn hits(pixels: &Array2<f32>, sky: &Surface, fwhm_px: f64) -> Vec<(us
 const DIFFUSION_PX: f64 = 0.25;
 /// Below this FWHM \[px\] a star is as sharp as a hit.
 pub(crate) const SHARPEST_PX: f64 = 1.3;
-/// Nor does a star that is known to no better than this share of its light.
+/// A star is known to this share of its light; that does not make it a hit.
 pub(crate) const DOUBT_OF_PSF: f64 = 0.02;
 /// By so many σ at most a line may be the more significant for what is sharper than the star of the night: of a faint line
 /// good seeing explains no more.

@@ -57,8 +57,8 @@ pub(crate) struct Cutout {
     /// Scatter of a sky pixel in the middle \[e⁻\].
     pub rms_e: f64,
     pub fwhm_px: f64,
-    /// What is narrower is a hit \[px\].
-    pub sharpest_fwhm_px: f64,
+    /// That of the stars with which hits are compared \[px\].
+    pub hits_fwhm_px: f64,
     pub psf: Psf,
     /// Means along the trails, if there are any, in cells.
     pub trail_background: Option<TrailBackground>,
@@ -111,7 +111,7 @@ impl Cutout {
         let blocks = blocks(&pixels, block_px(s.fwhm_px));
         let sky = Surface::fit(&blocks, pixels.dim(), |_| false);
         let mut masked = Array2::from_elem(pixels.dim(), false);
-        let hits = hits(&pixels, &sky, s.sharpest_fwhm_px());
+        let hits = hits(&pixels, &sky, s.hits_fwhm_px());
         hits.iter().for_each(|&(i, j)| masked[[j, i]] = true);
         let net = cells_above(&pixels, &sky, &masked, s.fwhm_px);
         let none = Array2::zeros(net.mean.dim());
@@ -132,7 +132,7 @@ impl Cutout {
             net,
             rms_e,
             fwhm_px,
-            sharpest_fwhm_px: s.sharpest_fwhm_px(),
+            hits_fwhm_px: s.hits_fwhm_px(),
             psf: Psf::new(s.profile.as_ref(), fwhm_px),
             trail_background: None,
             segments: None,
@@ -269,7 +269,7 @@ impl Cutout {
         let holds = |all: &Range<usize>, part: &Range<usize>| all.start <= part.start && all.end >= part.end;
         let clean = self.clean.iter().any(|clean| holds(&clean.0, &columns) && holds(&clean.1, &rows));
         let mut patch = self.patch(&columns, &rows);
-        let mut found = if clean { Vec::new() } else { patch.mask_hits(self.sharpest_fwhm_px) };
+        let mut found = if clean { Vec::new() } else { patch.mask_hits(self.hits_fwhm_px) };
         let (x0, y0) = (columns.start, rows.start);
         if found.is_empty() {
             found = self.mask_sharp(&mut patch, (x0, y0), squares, rebin);
@@ -303,7 +303,7 @@ impl Cutout {
             }
         }
         let near_hit = grown(&inside, 2).indexed_iter().any(|((j, i), v)| *v && self.tested[[j + y0, i + x0]]);
-        match judge(patch, &inside, self.sharpest_fwhm_px, near_hit) {
+        match judge(patch, &inside, self.hits_fwhm_px, near_hit) {
             Verdict::Sky => Vec::new(),
             Verdict::Hits(lines) => lines.into_iter().flat_map(|mut line| patch.mask_line(&mut line)).collect(),
             Verdict::AllHits => inside

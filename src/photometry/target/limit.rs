@@ -69,7 +69,7 @@ impl Cutout {
                 empty.push(Empty { flux_e, err_e, photons });
             }
         }
-        let kept = |snr: f64| share_kept(snr, self.sharpest_fwhm_px);
+        let kept = |snr: f64| share_kept(snr, self.hits_fwhm_px);
         completeness_limit(&empty, tried, (s.detect_sigma, least_significance(s)), kept)
     }
 }

@@ -4,8 +4,8 @@ use crate::config::ApertureShape;
 use crate::photometry::growth::StarProfile;
 use crate::photometry::trails::known::KnownDirection;
 
-/// Of an assumed FWHM, the least that the best nights and sites show: 0.8 of 2.5 arcsec.
-const SHARPEST_OF_ASSUMED: f64 = 0.32;
+/// An assumed FWHM of 2.5 arcsec may be 0.8 arcsec in the best nights and places.
+const LEAST_OF_ASSUMED: f64 = 0.32;
 
 /// Where and how to look for the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,9 +57,9 @@ impl TargetSettings {
         self.search_radius_px + 100.0 + 2.0 * self.sky_out_px
     }
 
-    /// FWHM of the sharpest point source that is expected \[px\]; what is narrower is a hit.
+    /// FWHM of the stars with which hits are compared \[px\]: the least that is likely, where it is not known.
     #[must_use]
-    pub fn sharpest_fwhm_px(&self) -> f64 {
-        if self.is_fwhm_known { self.fwhm_px } else { SHARPEST_OF_ASSUMED * self.fwhm_px }
+    pub fn hits_fwhm_px(&self) -> f64 {
+        if self.is_fwhm_known { self.fwhm_px } else { LEAST_OF_ASSUMED * self.fwhm_px }
     }
 }
