@@ -11,7 +11,8 @@ use satphot::frames::{Electrons, Frame, mask};
 use satphot::photometry::Flags;
 use satphot::photometry::background::background;
 use satphot::photometry::flux::Flux;
-use satphot::photometry::target::measure::{TargetFound, measure_target};
+use satphot::photometry::target::measure::{KnownDirection, TargetFound, measure_target};
+use satphot::photometry::target::settings::TargetSettings;
 
 const SIDE: usize = 260;
 const SEARCH: f64 = 60.0;
@@ -179,6 +180,29 @@ fn check(n: u64, seed: u64, fwhms: &[f64]) {
 #[test]
 fn crossing_satellites_spilt_charge_and_ghosts_are_not_measured_as_the_target() {
     check(6, 31, &[3.0]);
+}
+
+/// Without a star trail the only line of the frame is taken for one; where the direction of the trails is known, that it is none is seen.
+#[test]
+fn a_satellite_that_crosses_a_frame_without_star_trails_is_flagged_where_their_direction_is_known() {
+    let flagged = |k: u64, known: f64| {
+        let (mut rng, fwhm) = (ChaCha12Rng::seed_from_u64(4_242 + k), 3.0_f64);
+        let mut scene = Scene::new(SIDE, SIDE, SKY);
+        scene.star(MIDDLE, MIDDLE, 60.0 * (std::f64::consts::PI * (2.0 * fwhm).powi(2) * SKY).sqrt(), fwhm);
+        let theta = 0.4 + rng.random_range(0.5..2.5);
+        scene.line(MIDDLE, MIDDLE, rng.random_range(1_500.0..6_000.0), fwhm, theta);
+        let frame = exposed(scene, k);
+        let trail_direction = Some(KnownDirection { theta_rad: theta + known, err_rad: 0.01 });
+        let s = TargetSettings { trail_direction, ..photometry_scene::target_settings(SIDE as f64, SEARCH, fwhm) };
+        match measure_target(&frame, &background(&frame, 64, 3.0).unwrap(), &s) {
+            TargetFound::Detected { flux, .. } => flux.flags.has(Flags::CROSSED),
+            TargetFound::NotDetected { .. } => true,
+        }
+    };
+    let n = 12;
+    let [other, own] = [0.6, 0.0].map(|known| (0..n).into_par_iter().filter(|k| flagged(*k, known)).count());
+    println!("of {n}: {other} flagged where the line is at another angle, {own} where it is a trail");
+    assert!(other as u64 + 1 >= n && own <= 1, "{other} {own}");
 }
 
 #[test]
