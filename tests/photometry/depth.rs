@@ -145,6 +145,12 @@ fn number(name: &str, default: u64) -> u64 {
     std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default)
 }
 
+/// A list of numbers with commas.
+fn numbers(name: &str, default: &[f64]) -> Vec<f64> {
+    let of = |v: String| v.split(',').map(|v| v.trim().parse().unwrap()).collect();
+    std::env::var(name).map_or_else(|_| default.to_vec(), of)
+}
+
 /// Of points of a signal-to-noise, the share that is found.
 fn completeness(snr: f64, each: u64, seed: u64) -> f64 {
     let mut all = (0, 0);
@@ -180,17 +186,17 @@ fn bias(night: &Night, snr: f64, disc: f64, n: u64, seed: u64) -> (f64, f64, f64
 #[test]
 fn the_light_of_a_compact_source_does_not_depend_on_its_size() {
     let each = number("EACH", 25);
-    let mut pulls = Vec::new();
-    for (k, night) in NIGHTS[..3].iter().enumerate() {
-        for (d, disc) in [0.0, 1.0].into_iter().enumerate() {
-            let (frac, pull, sd, n) = bias(night, 20.0, disc, each, 91_003 + 10_007 * (3 * k + d) as u64);
+    let mut all = Vec::new();
+    for (disc, least) in [(0.0, 0.96), (1.0, 0.96), (2.0, 0.9)] {
+        for (k, night) in NIGHTS[..3].iter().enumerate() {
+            let (frac, pull, sd, n) = bias(night, 20.0, disc, each, 91_003 + 10_007 * (3 * k as u64 + disc as u64));
             println!("beta {} disc {disc} FWHM: {n} of {each}, {frac:+.4}, pull {pull:+.2} sd {sd:.2}", night.beta);
-            assert!(n as u64 + 1 >= each && sd < 1.5, "{n} {sd}");
-            pulls.push(pull);
+            assert!(n as f64 >= least * each as f64 - 1.0 && sd < 1.5, "{n} {sd}");
+            all.push(pull);
         }
     }
-    let (mean, _) = mean_sd(&pulls);
-    // 150 sources: ± 0.08; under the weights of a point those of one FWHM are 13 % too faint, 2.6 errors
+    let (mean, _) = mean_sd(&all);
+    // 225 sources: ± 0.07; under the weights of a point those of one FWHM are 13 % too faint, 2.6 errors
     assert!(mean.abs() < 0.3, "{mean}");
 }
 
@@ -199,13 +205,14 @@ fn the_light_of_a_compact_source_does_not_depend_on_its_size() {
 fn depth_and_bias_by_signal_to_noise_and_size() {
     let (each, seed) = (number("EACH", 200), number("SEED", 5_550_001));
     println!("S/N   found of points");
-    for (k, snr) in [4.0, 5.0, 5.5, 6.0, 7.0, 8.0].into_iter().enumerate() {
+    for (k, snr) in numbers("POINTS", &[4.0, 5.0, 5.5, 6.0, 7.0, 8.0]).into_iter().enumerate() {
         let share = completeness(snr, each, seed + 31 * k as u64);
         println!("{snr:4.1}  {share:.3}");
     }
     println!("S/N    disc  beta  FWHM  found  bias of flux  bias/error  allowed  sd of pulls  error over a point's");
-    for snr in [8.0, 10.0, 20.0, 40.0, 100.0] {
-        for disc in [0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0] {
+    for snr in numbers("SNRS", &[8.0, 10.0, 20.0, 40.0, 100.0]) {
+        for disc in numbers("DISCS", &[0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0]) {
+            let mut all = Vec::new();
             for (k, night) in NIGHTS.iter().enumerate() {
                 let (truth, found) = many(night, snr, disc, each, seed + 999_983 * k as u64 + (1000.0 * disc) as u64);
                 let found: Vec<Found> = found.into_iter().flatten().collect();
@@ -221,7 +228,18 @@ fn depth_and_bias_by_signal_to_noise_and_size() {
                     0.005 + 0.1 * err,
                     err * snr
                 );
+                all.extend(
+                    found.iter().map(|f| [f.flux_e / truth - 1.0, (f.flux_e - truth) / f.err_e, f.err_e / truth]),
+                );
             }
+            let [(frac, _), (pull, sd), (err, _)] =
+                [0, 1, 2].map(|c| mean_sd(&all.iter().map(|f| f[c]).collect::<Vec<_>>()));
+            let n = NIGHTS.len() as u64 * each;
+            println!(
+                "{snr:5.1}  {disc:4.1}  all nights: {} of {n}, {frac:+.4}, {pull:+.3}, allowed {:.4}, sd {sd:.2}",
+                all.len(),
+                0.005 + 0.1 * err
+            );
         }
     }
 }

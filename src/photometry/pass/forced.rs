@@ -99,7 +99,7 @@ pub fn forced_flux(
         variance_per_e: point.photons,
         moved_frac,
         flags,
-        offset_px: cutout.place_step((place.x, place.y)).and_then(|step| step.offset_px),
+        offset_px: cutout.place_step(&cutout.psf, (place.x, place.y)).and_then(|step| step.offset_px),
         empty: (0..EMPTY_PLACES).map(empty).collect(),
     })
 }

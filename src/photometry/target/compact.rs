@@ -34,6 +34,11 @@ const MOST_CERTAIN: f64 = 0.999;
 const SIZES: usize = 60;
 /// Odds from which a source counts as a point, and below whose reciprocal it counts as extended.
 const DECISIVE_ODDS: f64 = 10.0;
+/// A source is wider than a disc of one FWHM if D² exceeds [`MOST_DISC2`] by so many of its errors: more, and faint sources of 1.5 to 3 FWHM
+/// come out too faint; less, and points have a larger error.
+const WIDER_SIGMA: f64 = 0.25;
+/// Diameter of the disc whose best place is that of a wide source \[FWHM\]: a point fits best on a peak of its noise.
+const WIDE_PLACE_FWHM: f64 = 2.0;
 /// A source whose outline holds so much more light is larger than three FWHM \[σ of the outline's\].
 const MORE_OUTSIDE_SIGMA: f64 = 2.0;
 /// Peaks of noise above the threshold in the search region of a frame.
@@ -102,7 +107,7 @@ pub(crate) fn measure_compact(
     objects: &Array2<bool>,
     s: &TargetSettings,
 ) -> Option<Compact> {
-    let best = cutout.best_place(start)?;
+    let best = cutout.best_place(&cutout.psf, start)?;
     let mut place = circle_at(best.x, best.y, cutout.psf.reach_px());
     if best.snr > BRIGHT_SIGMA || cutout.hits_in(&place).is_some() {
         return None;
@@ -118,6 +123,7 @@ pub(crate) fn measure_compact(
     (point.flux.flux_e, point.flux.flux_err_e) = if size.kind == SourceKind::Point { as_point_e } else { point.free_e };
     if size.kind == SourceKind::Extended
         && s.largest_fwhm.is_none_or(|largest| largest <= LONGEST_FWHM)
+        && let Some(best) = cutout.best_place(&cutout.psf.of_disc(WIDE_PLACE_FWHM), (best.x, best.y))
         && let Some(wide) = cutout.wide_flux(frame, background, (best.x, best.y), objects, s)
         && wide.flux_e.0 > 0.0
         && wide.disc2.0 - wide.disc2.1 < LARGEST_FWHM * LARGEST_FWHM
@@ -157,7 +163,7 @@ fn size_of((disc2, err): (f64, f64), known: Option<(f64, f64)>, largest_fwhm: Op
     let log10_odds = (prior / (1.0 - prior)).log10() + (log_likelihood(0.0) - mean) * std::f64::consts::LOG10_E;
     let kind = if log10_odds > DECISIVE_ODDS.log10() {
         SourceKind::Point
-    } else if of_both > MOST_DISC2 + sigma {
+    } else if of_both > MOST_DISC2 + WIDER_SIGMA * sigma {
         SourceKind::Extended
     } else {
         SourceKind::Compact

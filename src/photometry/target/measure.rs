@@ -168,10 +168,18 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
         let mut measured = cutout.flux(frame, background, &aperture, &objects, s);
         correct_selection_bias(&mut measured.flux, &outlined);
         let compact = compact(&cutout, frame, background, (&outlined, &measured.flux), &objects, s);
+        let is_track = match &compact {
+            Some(c) if c.size.kind != SourceKind::Extended => {
+                cutout.is_on_track((c.place.x, c.place.y), c.point.flux.snr)
+            }
+            _ if outlined.scale >= WIDE_SCALE => outlined.peak_px(&cutout).is_some_and(|peak| {
+                let at = cutout.best_place(&cutout.psf, peak).map_or(peak, |best| (best.x, best.y));
+                cutout.is_track(at, outlined.snr)
+            }),
+            _ => false,
+        };
         match compact {
-            Some(c)
-                if c.size.kind != SourceKind::Extended
-                    && cutout.is_on_track((c.place.x, c.place.y), c.point.flux.snr) => {}
+            _ if is_track => {}
             Some(c) if c.size.kind != SourceKind::Extended => {
                 let Compact { size, point, as_point_e, place } = c;
                 let whole = Measured { flux: point.flux, ..point.measured };
@@ -243,9 +251,7 @@ fn compact(
     objects: &Array2<bool>,
     s: &TargetSettings,
 ) -> Option<Compact> {
-    let inside = outlined.segment.inside.indexed_iter().filter(|(_, v)| **v).map(|(c, _)| c);
-    let peak = inside.max_by(|p, q| outlined.snr1[*p].total_cmp(&outlined.snr1[*q]))?;
-    let start = (cutout.net.to_px(peak.1 as f64), cutout.net.to_px(peak.0 as f64));
+    let start = outlined.peak_px(cutout)?;
     if outlined.scale >= WIDE_SCALE || !s.is_fwhm_known {
         return None;
     }
@@ -262,6 +268,15 @@ struct Outlined {
     snr: f64,
     /// Index of that scale.
     scale: usize,
+}
+
+impl Outlined {
+    /// Its most significant place at the scale of a star \[px of the cutout\].
+    fn peak_px(&self, cutout: &Cutout) -> Option<(f64, f64)> {
+        let inside = self.segment.inside.indexed_iter().filter(|(_, v)| **v).map(|(c, _)| c);
+        let peak = inside.max_by(|p, q| self.snr1[*p].total_cmp(&self.snr1[*q]))?;
+        Some((cutout.net.to_px(peak.1 as f64), cutout.net.to_px(peak.0 as f64)))
+    }
 }
 
 /// Searches until a candidate is not a hit, at most `left` times.

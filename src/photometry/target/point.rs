@@ -8,7 +8,7 @@ use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 use ndarray::Array2;
 
 use super::placed::Placed;
-use super::psf::{Share, WIDE_FWHM, WIDE_REACH_FWHM};
+use super::psf::{Psf, Share, WIDE_FWHM, WIDE_REACH_FWHM};
 use crate::frames::{Electrons, Frame};
 use crate::photometry::aperture::{Shape, cells};
 use crate::photometry::background::Background;
@@ -120,7 +120,7 @@ impl Cutout {
             let at = (j.checked_sub(ny)?, i.checked_sub(nx)?);
             measured.net.get(at).map(|v| f64::from(*v))
         };
-        let pixels = self.pixels_of((x, y), taken, net_at)?;
+        let pixels = self.pixels_of(&self.psf, (x, y), taken, net_at)?;
         let mut flux_e = 0.0;
         let mut result = None;
         for _ in 0..2 {
@@ -228,14 +228,13 @@ impl Cutout {
         Over { at, measured, first, excess, sky_err_e, taken }
     }
 
-    /// Where a point near a place fits best, by Gauss-Newton steps of flux and place; over the sky's surface and the trails'
-    /// light alone.
-    pub fn best_place(&self, start: (f64, f64)) -> Option<BestPlace> {
-        let psf = &self.psf;
+    /// Where a source of a profile near a place fits best, by Gauss-Newton steps of flux and place; over the sky's surface and the
+    /// trails' light alone.
+    pub fn best_place(&self, psf: &Psf, start: (f64, f64)) -> Option<BestPlace> {
         let (mut x, mut y) = start;
         let mut snr = 0.0;
         for _ in 0..PLACE_STEPS {
-            let step = self.place_step((x, y))?;
+            let step = self.place_step(psf, (x, y))?;
             snr = step.snr;
             // without light there is no better place
             let Some((dx, dy, _)) = step.offset_px else { break };
@@ -252,12 +251,12 @@ impl Cutout {
         Some(BestPlace { x, y, snr })
     }
 
-    /// One Gauss-Newton step from a place to where a point fits best.
-    pub fn place_step(&self, at: (f64, f64)) -> Option<PlaceStep> {
+    /// One Gauss-Newton step from a place to where a source of a profile fits best.
+    pub fn place_step(&self, psf: &Psf, at: (f64, f64)) -> Option<PlaceStep> {
         let net_at = |i: usize, j: usize| {
             Some(f64::from(self.pixels[[j, i]]) - self.sky.level(i as f64, j as f64) - self.light_at(i, j))
         };
-        let pixels = self.pixels_of(at, 0.0, net_at)?;
+        let pixels = self.pixels_of(psf, at, 0.0, net_at)?;
         let (mut normal, mut right) = (SMatrix::<f64, 3, 3>::zeros(), SVector::<f64, 3>::zeros());
         for p in &pixels {
             let t = SVector::from([p.share.point, p.share.by_place[0], p.share.by_place[1]]);
@@ -274,11 +273,12 @@ impl Cutout {
     /// The good pixels within reach of a source, less what an annulus takes of its light (`taken` per pixel).
     fn pixels_of(
         &self,
+        psf: &Psf,
         (x, y): (f64, f64),
         taken: f64,
         net_at: impl Fn(usize, usize) -> Option<f64>,
     ) -> Option<Vec<Pixel>> {
-        let ((ny, nx), psf) = (self.pixels.dim(), &self.psf);
+        let (ny, nx) = self.pixels.dim();
         let reach = psf.reach_px();
         let (mut all, mut good, mut pixels) = (0.0, 0.0, Vec::new());
         let span = |at: f64| (at - reach).floor() as i64..=(at + reach).ceil() as i64;

@@ -31,6 +31,7 @@ const DISC_DIRECTIONS: usize = 12;
 #[derive(Debug, Clone)]
 pub(crate) struct Psf {
     pub fwhm_px: f64,
+    reach_fwhm: f64,
     radial: Radial,
     point: Table,
     disc: Table,
@@ -79,7 +80,7 @@ impl Psf {
         let radial = profile.map_or_else(|| Radial::new(0.0, fwhm_px), |p| p.radial(fwhm_px));
         let point = Table::of(STEPS_PER_FWHM / fwhm_px, corner_px(REACH_FWHM, fwhm_px), |r| radial.density(r));
         let disc = disc_table(&radial, fwhm_px, DISC_FWHM, (STEPS_PER_FWHM, REACH_FWHM));
-        Self { fwhm_px, radial, point, disc }
+        Self { fwhm_px, reach_fwhm: REACH_FWHM, radial, point, disc }
     }
 
     /// The discs that a wide source is a sum of.
@@ -88,9 +89,15 @@ impl Psf {
         WideDiscs(WIDE_FWHM.map(|diameter| disc_table(&self.radial, self.fwhm_px, diameter, grid)))
     }
 
+    /// A disc of this diameter seen through it, in the place of the point: where a wide source is.
+    pub fn of_disc(&self, diameter_fwhm: f64) -> Self {
+        let point = disc_table(&self.radial, self.fwhm_px, diameter_fwhm, (WIDE_STEPS_PER_FWHM, WIDE_REACH_FWHM));
+        Self { point, reach_fwhm: WIDE_REACH_FWHM, ..self.clone() }
+    }
+
     /// Radius of the circle that carries weight \[px\].
     pub fn reach_px(&self) -> f64 {
-        REACH_FWHM * self.fwhm_px
+        self.reach_fwhm * self.fwhm_px
     }
 
     /// Shares of the pixel whose centre is (`dx`, `dy`) from the source \[px\].

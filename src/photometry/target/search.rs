@@ -219,7 +219,7 @@ fn point_significance(cutout: &Cutout, snr: &Array2<f32>, pixels: &[(usize, usiz
         return peak;
     }
     let Some(&(i, j)) = pixels.iter().max_by(|p, q| snr[[p.1, p.0]].total_cmp(&snr[[q.1, q.0]])) else { return peak };
-    let best = cutout.best_place((cutout.net.to_px(i as f64), cutout.net.to_px(j as f64)));
+    let best = cutout.best_place(&cutout.psf, (cutout.net.to_px(i as f64), cutout.net.to_px(j as f64)));
     best.map_or(peak, |best| best.snr.clamp(peak, MOST_GAIN * peak))
 }
 

@@ -1,7 +1,7 @@
-//! Whether a faint compact source is the brightest piece of a long track: light goes on from it along a line.
+//! Whether a faint source is a long track or its brightest piece: light goes on from it along a line.
 //!
 //! Pixels of the cutout, in units of their own noise. A track of a cosmic ray is a line of uneven charge; of a faint one a single
-//! piece may stand out, as sharp as a star. It does not cover tracks that end within the source ([`super::sharpness`]).
+//! piece may stand out, as sharp as a star, or nothing but the whole, under a filter as long as it is. It does not cover tracks that end within the source ([`super::sharpness`]).
 
 use crate::photometry::target::cutout::Cutout;
 
@@ -11,6 +11,8 @@ const WIDEST_FWHM_PX: f64 = 4.0;
 const FAINT_SIGMA: f64 = 8.0;
 /// So near to the source its own light is on the line \[FWHM\].
 const CLEAR_FWHM: f64 = 2.0;
+/// A wide source whose line is this much more significant than itself has its light there.
+const LINE_OF_WIDE: f64 = 1.2;
 /// How far the line is followed to each side \[px\].
 const LENGTHS_PX: [usize; 3] = [14, 28, 42];
 /// A pixel counts no more than this \[σ\], so that another source on the line does not make it one; and the variance of noise that is
@@ -31,6 +33,16 @@ impl Cutout {
     /// Sums of d/σ, clipped at ±1.5 and interpolated between the two pixels of each column (of each row, for steep lines) next to the
     /// line, from 2 FWHM on to one side, the other, or both: Σ w d/σ > 4.2 √(0.78 Σ w²).
     pub fn is_on_track(&self, at: (f64, f64), snr: f64) -> bool {
+        self.has_line(at, snr, (CLEAR_FWHM * self.fwhm_px).ceil() as i64 + 1, LINE_SIGMA)
+    }
+
+    /// Whether a source of significance `snr` under a filter wider than a star is such a line itself: of a wide source no line of pixels is
+    /// more significant than all of it.
+    pub fn is_track(&self, at: (f64, f64), snr: f64) -> bool {
+        self.has_line(at, snr, 1, LINE_SIGMA.max(LINE_OF_WIDE * snr))
+    }
+
+    fn has_line(&self, at: (f64, f64), snr: f64, clear: i64, least: f64) -> bool {
         if self.fwhm_px > WIDEST_FWHM_PX || snr > FAINT_SIGMA {
             return false;
         }
@@ -39,14 +51,13 @@ impl Cutout {
         let trails = self.trail_background.as_ref().map(|t| t.theta());
         let off_trails = |theta: &f64| trails.is_none_or(|trail| (theta - trail).sin().abs() > TRAIL_ANGLE.sin());
         let mut angles = (0..lines).map(|k| std::f64::consts::PI * k as f64 / lines as f64).filter(off_trails);
-        angles.any(|theta| self.line_is_bright(at, theta))
+        angles.any(|theta| self.line_is_bright(at, theta, clear, least))
     }
 
-    fn line_is_bright(&self, (x, y): (f64, f64), theta: f64) -> bool {
+    fn line_is_bright(&self, (x, y): (f64, f64), theta: f64, clear: i64, least: f64) -> bool {
         let (sin, cos) = theta.sin_cos();
         let is_steep = sin.abs() > cos.abs();
         let (along, across, slope) = if is_steep { (y, x, cos / sin) } else { (x, y, sin / cos) };
-        let clear = (CLEAR_FWHM * self.fwhm_px).ceil() as i64 + 1;
         // sum and variance from the clear region outwards, to each side
         let mut sides = [(0.0, 0.0); 2];
         let mut from = clear;
@@ -63,7 +74,7 @@ impl Cutout {
             }
             from = to;
             let both = (sides[0].0 + sides[1].0, sides[0].1 + sides[1].1);
-            sides.iter().chain([&both]).any(|(sum, variance)| *sum > LINE_SIGMA * variance.sqrt() && *variance > 0.0)
+            sides.iter().chain([&both]).any(|(sum, variance)| *sum > least * variance.sqrt() && *variance > 0.0)
         })
     }
 
