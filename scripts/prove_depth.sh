@@ -4,7 +4,9 @@
 #
 # usage: scripts/prove_depth.sh [EACH=200] [FRAMES=1000]
 #
-# SEED  another set of frames
+# SEED          another set of frames
+# SNRS, DISCS   signal-to-noise and diameters [FWHM] of the second table, with commas; POINTS those of the first
+# PASS          error of the size that other frames of the pass show [FWHM²]; unknown without it
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export EACH=${1:-200} FRAMES=${2:-1000}

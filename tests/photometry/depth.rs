@@ -187,17 +187,19 @@ fn bias(night: &Night, snr: f64, disc: f64, n: u64, seed: u64) -> (f64, f64, f64
 fn the_light_of_a_compact_source_does_not_depend_on_its_size() {
     let each = number("EACH", 25);
     let mut all = Vec::new();
-    for (disc, least) in [(0.0, 0.96), (1.0, 0.96), (2.0, 0.9)] {
+    for (disc, missed) in [(0.0, 1), (1.0, 1), (2.0, 2)] {
         for (k, night) in NIGHTS[..3].iter().enumerate() {
             let (frac, pull, sd, n) = bias(night, 20.0, disc, each, 91_003 + 10_007 * (3 * k as u64 + disc as u64));
             println!("beta {} disc {disc} FWHM: {n} of {each}, {frac:+.4}, pull {pull:+.2} sd {sd:.2}", night.beta);
-            assert!(n as f64 >= least * each as f64 - 1.0 && sd < 1.5, "{n} {sd}");
+            assert!(n as u64 + missed >= each && sd < 1.5, "{n} {sd}");
             all.push(pull);
         }
     }
-    let (mean, _) = mean_sd(&all);
-    // 225 sources: ± 0.07; under the weights of a point those of one FWHM are 13 % too faint, 2.6 errors
-    assert!(mean.abs() < 0.3, "{mean}");
+    // 150 sources: ± 0.08; under the weights of a point those of one FWHM are 13 % too faint, 2.6 errors; and 75 of two FWHM: ± 0.12
+    for part in [&all[..6], &all[6..]] {
+        let (mean, _) = mean_sd(part);
+        assert!(mean.abs() < 0.3, "{mean}");
+    }
 }
 
 #[test]

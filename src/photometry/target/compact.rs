@@ -6,6 +6,7 @@
 use ndarray::Array2;
 
 use super::point::PointFlux;
+use super::psf::WIDE_FWHM;
 use super::settings::TargetSettings;
 use crate::base::constants::FWHM_PER_SIGMA;
 use crate::frames::{Electrons, Frame};
@@ -37,8 +38,6 @@ const DECISIVE_ODDS: f64 = 10.0;
 /// A source is wider than a disc of one FWHM if D² exceeds [`MOST_DISC2`] by so many of its errors: more, and faint sources of 1.5 to 3 FWHM
 /// come out too faint; less, and points have a larger error.
 const WIDER_SIGMA: f64 = 0.25;
-/// Diameter of the disc whose best place is that of a wide source \[FWHM\]: a point fits best on a peak of its noise.
-const WIDE_PLACE_FWHM: f64 = 2.0;
 /// A source whose outline holds so much more light is larger than three FWHM \[σ of the outline's\].
 const MORE_OUTSIDE_SIGMA: f64 = 2.0;
 /// Peaks of noise above the threshold in the search region of a frame.
@@ -123,7 +122,8 @@ pub(crate) fn measure_compact(
     (point.flux.flux_e, point.flux.flux_err_e) = if size.kind == SourceKind::Point { as_point_e } else { point.free_e };
     if size.kind == SourceKind::Extended
         && s.largest_fwhm.is_none_or(|largest| largest <= LONGEST_FWHM)
-        && let Some(best) = cutout.best_place(&cutout.psf.of_disc(WIDE_PLACE_FWHM), (best.x, best.y))
+        // a point fits best on a peak of the noise of a wide source; the middle one of the discs fits that
+        && let Some(best) = cutout.best_place(&cutout.psf.of_disc(WIDE_FWHM[1]), (best.x, best.y))
         && let Some(wide) = cutout.wide_flux(frame, background, (best.x, best.y), objects, s)
         && wide.flux_e.0 > 0.0
         && wide.disc2.0 - wide.disc2.1 < LARGEST_FWHM * LARGEST_FWHM

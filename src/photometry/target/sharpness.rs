@@ -33,6 +33,8 @@ const SUMMIT_PX: usize = 1;
 const APART_PX: f64 = 3.0;
 /// Most windows of one candidate.
 const MOST_WINDOWS: usize = 24;
+/// χ² by which a single window must prefer the hit.
+const SINGLE_CHI2: f64 = 11.0;
 /// χ² by which the only window of a candidate must prefer the hit: as a point it is expected in every frame, and of the hits few are as
 /// faint and as short.
 const POINT_CHI2: f64 = 6.0;
@@ -110,7 +112,7 @@ pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit
         // where one star fits, so does a sum of them
         let of_none: f64 = window.iter().map(|p| p.weight * p.above * p.above).sum();
         let may_be_odd = fwhm_px < SUMS_FWHM_PX && of_none - star.gain > window.len() as f64;
-        if may_be_odd && is_no_image(&window, sharpest) {
+        if preferred > SINGLE_CHI2 || (may_be_odd && is_no_image(&window, sharpest)) {
             let half = (1.7 * hit.length).min(reach as f64);
             let (dx, dy) = (half * hit.theta.cos(), half * hit.theta.sin());
             hits.push(Line { excess: preferred, from: (hit.x - dx, hit.y - dy), to: (hit.x + dx, hit.y + dy) });

@@ -1,7 +1,8 @@
 //! Whether a faint source is a long track or its brightest piece: light goes on from it along a line.
 //!
 //! Pixels of the cutout, in units of their own noise. A track of a cosmic ray is a line of uneven charge; of a faint one a single
-//! piece may stand out, as sharp as a star, or nothing but the whole, under a filter as long as it is. It does not cover tracks that end within the source ([`super::sharpness`]).
+//! piece may stand out, as sharp as a star, or nothing but the whole, under a filter as long as it is. It does not cover tracks that
+//! end within the source ([`super::sharpness`]).
 
 use crate::photometry::target::cutout::Cutout;
 
