@@ -4,6 +4,8 @@
 # Needs cargo and python3 (3.10 or later) with venv; pip fetches the pinned packages below. SATPHOT_BIN names a program to
 # compare with; without it the one of this folder is built. SATPHOT_PYTHON names the Python, SATPHOT_PEERS=no skips the
 # packages that results and stubs are compared with (astropy, matplotlib, photutils, sep, skyfield, mypy); their tests are then skipped.
+# SATPHOT_WHEEL_PROFILE=dev builds the wheel as the tests of the program are built, most of it once for both in one target folder
+# (CARGO_TARGET_DIR).
 set -eu
 cd "$(dirname "$0")/.."
 python="${SATPHOT_PYTHON:-python3}"
@@ -14,7 +16,7 @@ trap 'rm -rf "$work"' EXIT
 "$python" -m venv "$work/build"
 "$python" -m venv "$work/use"
 "$work/build/bin/pip" install --quiet --disable-pip-version-check "maturin==1.16.0"
-(cd python && "$work/build/bin/maturin" build --release --locked --interpreter "$python" --out "$work/wheels")
+(cd python && "$work/build/bin/maturin" build --profile "${SATPHOT_WHEEL_PROFILE:-release}" --strip --locked --interpreter "$python" --out "$work/wheels")
 
 wheel="$(ls "$work"/wheels/satphot-*.whl)"
 bytes="$(wc -c < "$wheel")"

@@ -10,6 +10,7 @@ use statrs::function::erf::erf;
 
 use crate::base::constants::FWHM_PER_SIGMA;
 use crate::base::stats;
+use crate::photometry::target::line_sums::{Columns, KINDS, LANES, LEAST_SHARE, Sums, any_above};
 use crate::photometry::target::sky::Surface;
 
 /// Excess of a hit over what its neighbours allow \[σ\]; of 30 000 pixels of noise none reaches it in a thousand frames.
@@ -203,17 +204,15 @@ impl Patch {
         let (ny, nx) = self.above.dim();
         let (above, variance) = self.filled();
         let of_sharpest = sharpest_fwhm_px(FWHM_PER_SIGMA * star) / FWHM_PER_SIGMA;
-        let of_class: Vec<_> = (0..CLASSES)
-            .map(|c| {
-                let slope2 = ((c as f64 + 0.5) / CLASSES as f64).powi(2);
-                // a pixel is one wide in x, too, where the line moves by its slope
-                let cut = |sigma: f64| (sigma * sigma * (1.0 + slope2) + slope2 / 12.0).sqrt();
-                // of the part of a star in one column none is wider than the star itself, however the line runs
-                let sharpest = profiles(cut(DIFFUSION_PX), cut(star), of_sharpest);
-                let of_night = profiles(cut(DIFFUSION_PX), cut(star), cut(star));
-                (cuts(&above, &sharpest, false), cuts(&variance, &sharpest, true), cuts(&above, &of_night, false))
-            })
-            .collect();
+        let of_class: [_; CLASSES] = std::array::from_fn(|c| {
+            let slope2 = ((c as f64 + 0.5) / CLASSES as f64).powi(2);
+            // a pixel is one wide in x, too, where the line moves by its slope
+            let cut = |sigma: f64| (sigma * sigma * (1.0 + slope2) + slope2 / 12.0).sqrt();
+            // of the part of a star in one column none is wider than the star itself, however the line runs
+            let sharpest = profiles(cut(DIFFUSION_PX), cut(star), of_sharpest);
+            let of_night = profiles(cut(DIFFUSION_PX), cut(star), cut(star));
+            (cuts(&above, &sharpest, false), cuts(&variance, &sharpest, true), cuts(&above, &of_night, false))
+        });
         let margin = margin_px(FWHM_PER_SIGMA * star);
         if ny < 2 * margin + 1 || nx < 2 {
             return;
@@ -227,40 +226,21 @@ impl Patch {
             .into_iter()
             .map(|(l, least)| (l, least as f32, (steps / directions(l)).max(1), (l / 4).max(1)))
             .collect();
-        let mut prefix = vec![[0f32; 3]; nx + 1];
-        let rows = (margin * PHASES) as isize..((ny - margin) * PHASES) as isize;
+        let rows = margin * PHASES..(ny - margin) * PHASES;
+        let columns = of_class.map(|cuts| Columns::new([&cuts.0, &cuts.1, &cuts.2], &rows, nx * PHASES));
+        let mut sums = vec![[[0f32; LANES]; KINDS]; nx + 1];
         for k in -steps..=steps {
             let slope = f64::from(k) / f64::from(steps);
             let class = ((slope.abs() * CLASSES as f64) as usize).min(CLASSES - 1);
-            let (sums, squares) = (row_major(&of_class[class].0), row_major(&of_class[class].1));
-            let of_night = row_major(&of_class[class].2);
             let rises: Vec<isize> = (0..nx).map(|i| (slope * i as f64 * PHASES as f64).round() as isize).collect();
             let (low, high) = (rises[0].min(rises[nx - 1]), rises[0].max(rises[nx - 1]));
-            for start in rows.start - high..rows.end - low {
-                for (i, rise) in rises.iter().enumerate() {
-                    let row = Some(start + rise).filter(|row| rows.contains(row));
-                    let [s, q, n] = row.map_or([0.0; 3], |row| {
-                        let at = row as usize * nx + i;
-                        [sums[at], squares[at], of_night[at]]
-                    });
-                    let before = prefix[i];
-                    prefix[i + 1] = [before[0] + s, before[1] + q, before[2] + n];
-                }
-                let whole = prefix[nx][1];
+            for first in (rows.start as isize - high..rows.end as isize - low).step_by(LANES) {
+                columns[class].sum(first, &rises, &mut sums);
                 for &(length, least, _, step) in lengths.iter().filter(|l| k % l.2 == 0) {
-                    let least = least * best.excess as f32;
-                    for i in (0..=nx - length).step_by(step) {
-                        let (a, b) = (prefix[i], prefix[i + length]);
-                        let (s, q, n) = (b[0] - a[0], b[1] - a[1], b[2] - a[2]);
-                        if n > 0.0 && n * n > least * least * q && q > 1e-6 * whole {
-                            let root = q.sqrt();
-                            let significance = s / root + ((n - s) / root).min(OF_NIGHT_SIGMA);
-                            let excess = f64::from(significance * best.excess as f32 / least);
-                            if excess > best.excess {
-                                let y = |i: usize| start as f64 / PHASES as f64 + slope * i as f64;
-                                let end = i + length - 1;
-                                *best = Line { excess, from: (i as f64, y(i)), to: (end as f64, y(end)) };
-                            }
+                    if any_above(&sums, length, step, least * best.excess as f32) {
+                        for lane in 0..LANES {
+                            let y = |i: usize| (first + lane as isize) as f64 / PHASES as f64 + slope * i as f64;
+                            best_piece(&sums, lane, (length, step), least, y, best);
                         }
                     }
                 }
@@ -356,8 +336,29 @@ fn cuts(image: &Array2<f32>, profiles: &[Vec<f32>], squared: bool) -> Array2<f32
     sums
 }
 
-fn row_major(image: &Array2<f32>) -> &[f32] {
-    image.as_slice().unwrap_or_default()
+/// The best piece of one line, if it is better than the best so far; `y` is the row of the line in each column.
+fn best_piece(
+    sums: &[Sums],
+    lane: usize,
+    (length, step): (usize, usize),
+    least: f32,
+    y: impl Fn(usize) -> f64,
+    best: &mut Line,
+) {
+    let whole = sums.last().map_or(0.0, |whole| whole[1][lane]);
+    let least = least * best.excess as f32;
+    for (i, (a, b)) in sums.iter().zip(&sums[length..]).enumerate().step_by(step) {
+        let [s, q, n] = [0, 1, 2].map(|kind| b[kind][lane] - a[kind][lane]);
+        if n > 0.0 && n * n > least * least * q && q > LEAST_SHARE * whole {
+            let root = q.sqrt();
+            let significance = s / root + ((n - s) / root).min(OF_NIGHT_SIGMA);
+            let excess = f64::from(significance * best.excess as f32 / least);
+            if excess > best.excess {
+                let end = i + length - 1;
+                *best = Line { excess, from: (i as f64, y(i)), to: (end as f64, y(end)) };
+            }
+        }
+    }
 }
 
 #[cfg(test)]

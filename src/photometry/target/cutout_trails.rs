@@ -70,7 +70,7 @@ impl Cutout {
     /// The cells above the sky without the trails of known length.
     pub(super) fn without_segments(&self) -> Array2<f32> {
         match &self.segments {
-            Some(segments) => &self.net.mean - &segments.everywhere(self.net.mean.dim()).0,
+            Some(segments) => &self.net.mean - &segments.light,
             None => self.net.mean.clone(),
         }
     }
@@ -107,9 +107,8 @@ impl Cutout {
             (self.light, self.unsure, self.scintillation) = (Array2::zeros(dim), Array2::zeros(dim), SEGMENT_ERR);
         }
         if let Some(segments) = &self.segments {
-            let (light, unsure) = segments.everywhere(dim);
-            self.light += &light;
-            self.unsure += &unsure;
+            self.light += &segments.light;
+            self.unsure += &segments.unsure;
         }
     }
 }

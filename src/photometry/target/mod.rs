@@ -11,6 +11,7 @@ pub(crate) mod enclose;
 pub(crate) mod flux;
 pub(crate) mod images;
 pub(crate) mod limit;
+mod line_sums;
 pub mod measure;
 pub(crate) mod placed;
 pub(crate) mod point;

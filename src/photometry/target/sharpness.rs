@@ -201,10 +201,10 @@ fn window(patch: &Patch, at: (usize, usize), reach: isize) -> Vec<Pixel> {
 /// Weights the pixels by the photons of a star, not by their own: where few electrons make it, a pixel that has too few by chance would
 /// count more than its neighbours, and the wings of a star that are lost so make it a hit.
 fn weigh_as(pixels: &mut [Pixel], star: &GaussianSegment, sigma: f64) {
-    let variance = sigma * sigma + PIXEL_VARIANCE;
-    let (a, _) = amplitude(pixels, star, variance);
-    for p in pixels {
-        p.weight = 1.0 / (p.empty + a * light(star, variance, p.x, p.y).0);
+    let light = light(pixels, star, sigma * sigma + PIXEL_VARIANCE);
+    let (a, _) = amplitude(pixels, &light);
+    for (p, [m, ..]) in pixels.iter_mut().zip(light) {
+        p.weight = 1.0 / (p.empty + a * m);
     }
 }
 
@@ -219,24 +219,26 @@ fn best_fit(pixels: &[Pixel], at: (usize, usize), sigma: f64) -> GaussianSegment
         .fold(start, |best, segment| if segment.gain > best.gain { segment } else { best })
 }
 
-/// Light and its derivatives by place, angle and length, per unit of A.
-fn light(p: &GaussianSegment, variance: f64, x: f64, y: f64) -> (f64, [f64; 4]) {
+/// Light in each pixel and its derivatives by place, angle and length, per unit of A.
+fn light(pixels: &[Pixel], p: &GaussianSegment, variance: f64) -> Vec<[f64; 5]> {
     let (sin, cos) = p.theta.sin_cos();
-    let (dx, dy) = (x - p.x, y - p.y);
-    let (u, v) = (dx * cos + dy * sin, dy * cos - dx * sin);
-    let along = variance + p.length * p.length;
-    let (a, b) = (u / along, v / variance);
-    let m = (-0.5 * (u * a + v * b)).exp();
-    (m, [m * (a * cos - b * sin), m * (a * sin + b * cos), m * (u * b - v * a), m * a * a * p.length])
+    let (per_along, per_across) = (1.0 / (variance + p.length * p.length), 1.0 / variance);
+    let of_pixel = |pixel: &Pixel| {
+        let (dx, dy) = (pixel.x - p.x, pixel.y - p.y);
+        let (u, v) = (dx * cos + dy * sin, dy * cos - dx * sin);
+        let (a, b) = (u * per_along, v * per_across);
+        let m = (-0.5 * (u * a + v * b)).exp();
+        [m, m * (a * cos - b * sin), m * (a * sin + b * cos), m * (u * b - v * a), m * a * a * p.length]
+    };
+    pixels.iter().map(of_pixel).collect()
 }
 
 /// A for which a piece fits best, and the χ² it gains.
-fn amplitude(pixels: &[Pixel], p: &GaussianSegment, variance: f64) -> (f64, f64) {
+fn amplitude(pixels: &[Pixel], light: &[[f64; 5]]) -> (f64, f64) {
     let (mut dm, mut mm) = (0.0, 0.0);
-    for &Pixel { x, y, above, weight: w, .. } in pixels {
-        let (m, _) = light(p, variance, x, y);
-        dm += w * above * m;
-        mm += w * m * m;
+    for (Pixel { above, weight, .. }, [m, ..]) in pixels.iter().zip(light) {
+        dm += weight * above * m;
+        mm += weight * m * m;
     }
     if dm > 0.0 && mm > 0.0 { (dm / mm, dm * dm / mm) } else { (0.0, 0.0) }
 }
@@ -244,17 +246,23 @@ fn amplitude(pixels: &[Pixel], p: &GaussianSegment, variance: f64) -> (f64, f64)
 /// Levenberg-Marquardt steps from a first guess.
 fn fit(pixels: &[Pixel], start: GaussianSegment, variance: f64) -> GaussianSegment {
     let mut best = start;
+    let mut light = self::light(pixels, &best, variance);
     let mut a;
-    (a, best.gain) = amplitude(pixels, &best, variance);
+    (a, best.gain) = amplitude(pixels, &light);
     let mut damping = 1e-2;
     for _ in 0..STEPS {
+        // of the symmetric matrix the lower half is read
         let mut normal = SMatrix::<f64, 5, 5>::zeros();
         let mut right = SVector::<f64, 5>::zeros();
-        for &Pixel { x, y, above, weight: w, .. } in pixels {
-            let (m, by) = light(&best, variance, x, y);
-            let g = SVector::from([m, a * by[0], a * by[1], a * by[2], a * by[3]]);
-            normal += g * g.transpose() * w;
-            right += g * (w * (above - a * m));
+        for (Pixel { above, weight, .. }, [m, by @ ..]) in pixels.iter().zip(&light) {
+            let g = [*m, a * by[0], a * by[1], a * by[2], a * by[3]];
+            for k in 0..5 {
+                let weighted = weight * g[k];
+                right[k] += weighted * (above - a * m);
+                for l in k..5 {
+                    normal[(l, k)] += weighted * g[l];
+                }
+            }
         }
         for k in 0..5 {
             normal[(k, k)] *= 1.0 + damping;
@@ -268,11 +276,12 @@ fn fit(pixels: &[Pixel], start: GaussianSegment, variance: f64) -> GaussianSegme
             length: (best.length + step[4].clamp(-2.0, 2.0)).clamp(0.0, LONGEST_PX),
             gain: 0.0,
         };
+        let next_light = self::light(pixels, &next, variance);
         let next_a;
-        (next_a, next.gain) = amplitude(pixels, &next, variance);
+        (next_a, next.gain) = amplitude(pixels, &next_light);
         if next.gain > best.gain {
             let small = next.gain - best.gain < 0.02;
-            (best, a) = (next, next_a);
+            (best, a, light) = (next, next_a, next_light);
             damping *= 0.3;
             if small {
                 break;

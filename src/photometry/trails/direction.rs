@@ -110,7 +110,7 @@ pub(crate) fn direction(points: &[(usize, usize)], dim: (usize, usize)) -> f64 {
 
 /// The bin across a direction that each point falls into; `half` and `bin` as for its histogram.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2", "x86_64+sse4.1"))]
-fn bins_across(dx: &[f64], dy: &[f64], (sin, cos): (f64, f64), (half, bin): (f64, f64), out: &mut [i32]) {
+pub(super) fn bins_across(dx: &[f64], dy: &[f64], (sin, cos): (f64, f64), (half, bin): (f64, f64), out: &mut [i32]) {
     let points = out.iter_mut().zip(dx.iter().zip(dy));
     // by a power of two it may as well be multiplied
     if bin.log2().fract() == 0.0 {

@@ -8,7 +8,7 @@ use ndarray::Array2;
 use crate::base::constants::FWHM_PER_SIGMA;
 use crate::base::stats;
 use crate::photometry::clip::CLIP_SIGMA;
-use crate::photometry::trails::direction::Turned;
+use crate::photometry::trails::direction::{Turned, bins_across};
 
 /// Significance a line through the target must have: of some 10 000 such lines one in fifty frames by chance. A trail of a
 /// twentieth of the flux of a target of S/N 10 has no more; the flux of a false one is a fraction of the flux's error.
@@ -23,6 +23,7 @@ pub(crate) const SMEARED_FWHM: f64 = 1.05;
 const SIDE_SIGMA: f64 = 1.5;
 
 /// A coarse cell: place, clipped value \[σ\], and how many cells of the fine grid it holds.
+#[derive(Clone, Copy)]
 pub(crate) struct CoarseCell {
     pub x: f64,
     pub y: f64,
@@ -45,6 +46,11 @@ pub(crate) fn faint_direction(
         return None;
     }
     let dim = net.dim();
+    let middle = Turned::new(dim, 0.0).xy(0.0, 0.0);
+    let mut by_row = Ordered::new(&points, middle);
+    let mut by_column = points.clone();
+    by_column.sort_by(|a, b| a.x.total_cmp(&b.x));
+    let mut by_column = Ordered::new(&by_column, middle);
     let bin = 0.75 * fwhm;
     let half = 0.5 * (dim.0 as f64).hypot(dim.1 as f64) + 2.0 * bin;
     let step = (0.8 * fwhm / half).min(0.05);
@@ -56,7 +62,9 @@ pub(crate) fn faint_direction(
     for k in 0..n {
         let theta = k as f64 * std::f64::consts::PI / n as f64;
         let turned = Turned::new(dim, theta);
-        add_up(&points, turned, half, bin, &mut sums);
+        // in the order in which v changes most: a bin is not added to while the sum before is under way
+        let across_rows = theta.cos().abs() > theta.sin().abs();
+        if across_rows { &mut by_column } else { &mut by_row }.add_up(theta, half, bin, &mut sums);
         let own = turned.uv(target.0, target.1).1;
         let mut best = [true, false].map(|through| Line { snr: 0.0, theta, v: 0.0, through });
         for (q, pair) in sums.windows(2).enumerate() {
@@ -127,14 +135,35 @@ pub(crate) fn coarse(net: &Array2<f32>, hidden: &Array2<bool>, noise: f64, k: us
     points
 }
 
-/// Sum and number of the points in every bin across the direction.
-fn add_up(points: &[CoarseCell], turned: Turned, half: f64, bin: f64, sums: &mut [[f64; 2]]) {
-    sums.fill([0.0; 2]);
-    let per_bin = 1.0 / bin;
-    for p in points {
-        let at = &mut sums[((turned.uv(p.x, p.y).1 + half) * per_bin) as usize];
-        at[0] += p.value;
-        at[1] += 1.0;
+/// Coarse cells in the order in which they are added up, with the bin of each.
+struct Ordered {
+    dx: Vec<f64>,
+    dy: Vec<f64>,
+    value: Vec<f64>,
+    bins: Vec<i32>,
+}
+
+impl Ordered {
+    /// About the middle of a cutout.
+    fn new(points: &[CoarseCell], middle: (f64, f64)) -> Self {
+        let of = |of: &dyn Fn(&CoarseCell) -> f64| points.iter().map(of).collect();
+        Self {
+            dx: of(&|p| p.x - middle.0),
+            dy: of(&|p| p.y - middle.1),
+            value: of(&|p| p.value),
+            bins: vec![0; points.len()],
+        }
+    }
+
+    /// Sum and number of the points in every bin across the direction, of those that there are.
+    fn add_up(&mut self, theta: f64, half: f64, bin: f64, sums: &mut [[f64; 2]]) {
+        sums.fill([0.0; 2]);
+        bins_across(&self.dx, &self.dy, theta.sin_cos(), (half, bin), &mut self.bins);
+        for (bin, value) in self.bins.iter().zip(&self.value) {
+            if let Some(at) = sums.get_mut(*bin as usize) {
+                *at = [at[0] + value, at[1] + 1.0];
+            }
+        }
     }
 }
 
@@ -161,22 +190,18 @@ fn sharpened(points: &[CoarseCell], dim: (usize, usize), line: &Line, (step, bin
     let half = 0.5 * (dim.0 as f64).hypot(dim.1 as f64);
     // what no turn of the line reaches need not be turned
     let reach = 0.5 * STEPS as f64 * fine + 1.5 * step * half;
-    let near: Vec<&CoarseCell> = points.iter().filter(|p| (turned.uv(p.x, p.y).1 - line.v).abs() < reach).collect();
+    let is_near = |p: &&CoarseCell| (turned.uv(p.x, p.y).1 - line.v).abs() < reach;
+    let near: Vec<CoarseCell> = points.iter().filter(is_near).copied().collect();
+    let mut near = Ordered::new(&near, turned.xy(0.0, 0.0));
     let sigma = SMEARED_FWHM * fwhm / FWHM_PER_SIGMA / fine;
     let taps: Vec<f64> = (-16..=16).map(|k| (-0.5 * (f64::from(k) / sigma).powi(2)).exp()).collect();
     let mut best = Line { snr: f64::NEG_INFINITY, ..*line };
     for k in -6..=6 {
         let theta = line.theta + 0.25 * f64::from(k) * step;
-        let turned = Turned::new(dim, theta);
-        let mut sums = [[0.0; 2]; STEPS];
-        for p in &near {
-            let q = (turned.uv(p.x, p.y).1 - line.v) / fine + 0.5 * STEPS as f64;
-            if let Some(at) = sums.get_mut(q as usize).filter(|_| q >= 0.0) {
-                at[0] += p.value;
-                at[1] += 1.0;
-            }
-        }
-        for (l, window) in sums.windows(taps.len()).enumerate() {
+        // the first bin has what lies before all others, too
+        let mut sums = [[0.0; 2]; STEPS + 1];
+        near.add_up(theta, (0.5 * STEPS as f64 + 1.0) * fine - line.v, fine, &mut sums);
+        for (l, window) in sums[1..].windows(taps.len()).enumerate() {
             let v = line.v + fine * (l as f64 + 16.5 - 0.5 * STEPS as f64);
             let (sum, n) = window.iter().zip(&taps).fold((0.0, 0.0), |(s, n), (w, t)| (s + t * w[0], n + t * t * w[1]));
             let snr = sum / f64::max(n, 1.0).sqrt();

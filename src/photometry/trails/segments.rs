@@ -4,6 +4,8 @@
 //! it, which is taken from its own lines, and ends as a star does. It does not cover trails whose length is not known, nor
 //! how the brightness of a trail changes along it.
 
+use std::ops::Range;
+
 use ndarray::{Array2, ArrayView1};
 
 use super::direction::Turned;
@@ -26,6 +28,10 @@ pub(crate) struct Segments {
     half: f64,
     sigma: f64,
     list: Vec<Segment>,
+    /// Their light at each cell of the cutout.
+    pub light: Array2<f32>,
+    /// By how much that may be wrong where they end.
+    pub unsure: Array2<f32>,
 }
 
 impl Segments {
@@ -48,6 +54,7 @@ impl Segments {
         if !((slope * length).abs() < MOST_OFF_FWHM * fwhm) {
             found = Self::along(pixels, (theta + slope, length), fwhm, scale, &exclusions).0;
         }
+        (found.light, found.unsure) = found.everywhere(pixels.dim());
         (!found.list.is_empty()).then_some(found)
     }
 
@@ -98,36 +105,37 @@ impl Segments {
             lines.add(segment, -1.0);
         }
         let slope = lines.slope(&mut list);
-        (Self { turned, half: lines.half, sigma: lines.sigma, list }, slope)
+        let none = Array2::zeros((0, 0));
+        let found = Self { turned, half: lines.half, sigma: lines.sigma, list, light: none.clone(), unsure: none };
+        (found, slope)
     }
 
     /// Their light at a place of the cutout.
     pub fn at(&self, x: f64, y: f64) -> f64 {
         let (u, v) = self.turned.uv(x, y);
-        self.list.iter().map(|s| s.across(v + self.half) * s.along(u, self.sigma)).sum()
+        let of = |s: &Segment| match s.across(v + self.half) {
+            0.0 => 0.0,
+            across => across * s.along(u, self.sigma),
+        };
+        self.list.iter().map(of).sum()
     }
 
     /// Their light at each cell, and by how much it may be wrong where they end.
-    pub fn everywhere(&self, dim: (usize, usize)) -> (Array2<f32>, Array2<f32>) {
+    fn everywhere(&self, dim: (usize, usize)) -> (Array2<f32>, Array2<f32>) {
         let (mut light, mut unsure) = (Array2::zeros(dim), Array2::zeros(dim));
         let end_err = END_ERR_FWHM * FWHM_PER_SIGMA * self.sigma;
         for s in &self.list {
-            let reach = 0.5 * s.profile.len() as f64 + 4.0 * self.sigma;
-            let v = s.first as f64 + 0.5 * s.profile.len() as f64 - self.half;
-            // the box around it
-            let corners = [s.u.0 - reach, s.u.1 + reach]
-                .into_iter()
-                .flat_map(|u| [v - reach, v + reach].map(|v| self.turned.xy(u, v)));
-            let span = |of: fn((f64, f64)) -> f64, n: usize| {
-                let (low, high) = corners.clone().map(of).fold((f64::MAX, f64::MIN), |(l, h), c| (l.min(c), h.max(c)));
-                (low.floor().clamp(0.0, n as f64) as usize)..(high.ceil().clamp(0.0, n as f64) as usize)
-            };
-            let (columns, rows) = (span(|c| c.0, dim.1), span(|c| c.1, dim.0));
-            for j in rows {
-                for i in columns.clone() {
+            let ends = (s.u.0 - 4.0 * self.sigma, s.u.1 + 4.0 * self.sigma);
+            let lines = (s.first as f64 - 1.0 - self.half, (s.first + s.profile.len()) as f64 + 1.0 - self.half);
+            for j in 0..dim.0 {
+                // u and v change evenly along a row
+                let (start, next) = (self.turned.uv(0.0, j as f64), self.turned.uv(1.0, j as f64));
+                let columns = within(start.0, next.0 - start.0, ends, dim.1);
+                let of_lines = within(start.1, next.1 - start.1, lines, dim.1);
+                for i in columns.start.max(of_lines.start)..columns.end.min(of_lines.end) {
                     let (u, v) = self.turned.uv(i as f64, j as f64);
                     let across = s.across(v + self.half);
-                    if across == 0.0 || u < s.u.0 - 4.0 * self.sigma || u > s.u.1 + 4.0 * self.sigma {
+                    if across == 0.0 || u < ends.0 || u > ends.1 {
                         continue;
                     }
                     light[[j, i]] += (across * s.along(u, self.sigma)) as f32;
@@ -158,6 +166,17 @@ impl Segments {
             profile + ends[0].powi(2) + ends[1].powi(2)
         };
         self.list.iter().map(of).sum()
+    }
+}
+
+/// The `k` of `n` with `start + k step` from `from` to `to`, and one more on each side.
+fn within(start: f64, step: f64, (from, to): (f64, f64), n: usize) -> Range<usize> {
+    let (one, other) = ((from - start) / step, (to - start) / step);
+    let inside = |k: f64| k.clamp(0.0, n as f64) as usize;
+    match (step.abs() > 1e-9, (from..=to).contains(&start)) {
+        (true, _) => inside(one.min(other).floor() - 1.0)..inside(one.max(other).ceil() + 2.0),
+        (false, true) => 0..n,
+        (false, false) => 0..0,
     }
 }
 
