@@ -23,7 +23,7 @@ FOLDERS = ["src/photometry/target", "src/photometry/trails"]
 DECLARED = re.compile(r"^(pub(?:\((?:crate|super)\))? )?const ([A-Z][A-Z0-9_]*): (f64|f32|usize|i32) = (.+);$", re.M)
 # lengths of arrays, definitions and numbers that follow from a formula: there is nothing to choose
 FIXED = {
-    "LANES", "TERMS", "NONE", "ROUND", "CLASSES", "WIDE_SCALE", "PIXEL_VARIANCE", "CLIPPED_VARIANCE", "MAD_ERR",
+    "LANES", "KINDS", "LEAST_SHARE", "TERMS", "NONE", "ROUND", "CLASSES", "WIDE_SCALE", "PIXEL_VARIANCE", "CLIPPED_VARIANCE", "MAD_ERR",
     "LIMIT_COMPLETENESS", "LIMIT_MARGIN_SIGMA", "DISC_RINGS", "DISC_DIRECTIONS", "REACH_FWHM", "DISC_FWHM", "WIDE_REACH_FWHM",
     "STEPS_PER_FWHM", "WIDE_STEPS_PER_FWHM", "ELLIPSE_TOLERANCE", "LARGEST_FWHM", "CENTRAL",
 }

@@ -6,8 +6,8 @@
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
-use rstar::RTree;
 use rstar::primitives::GeomWithData;
+use rstar::{PointDistance, RTree};
 use statrs::distribution::{Binomial, DiscreteCDF};
 
 /// A similarity transform about a centre, and the stars it rests on.
@@ -277,9 +277,12 @@ impl Field {
         let mut nearest: HashMap<usize, (usize, f64)> = HashMap::new();
         for (i, p) in self.predicted.iter().take(judges).enumerate() {
             let at = motion.apply(self.centre, *p);
-            let Some((star, d2)) = self.tree.nearest_neighbor_iter_with_distance_2(&at).next() else { continue };
-            if d2 <= radius * radius && nearest.get(&star.data).is_none_or(|(_, other)| d2 < *other) {
-                nearest.insert(star.data, (i, d2));
+            // of most hypotheses no star is near
+            let near =
+                self.tree.locate_within_distance(at, radius * radius).map(|star| (star.distance_2(&at), star.data));
+            let Some((d2, star)) = near.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))) else { continue };
+            if nearest.get(&star).is_none_or(|(_, other)| d2 < *other) {
+                nearest.insert(star, (i, d2));
             }
         }
         let mut out: Vec<Match> = nearest.into_iter().map(|(q, (p, d2))| (p, q, d2.sqrt())).collect();

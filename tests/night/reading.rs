@@ -32,10 +32,17 @@ fn night() -> Night {
 #[test]
 fn the_surroundings_of_a_target_tell_the_same_as_its_whole_frame() {
     let large = simulated("night_reading_large", &["frame.nx_px=900", "frame.ny_px=700", "target.n=4"]);
-    // the place in the middle, near the edge of the circle, and outside of it, where the whole frame must be read
-    for (circle, place) in [(400.0, None), (320.0, Some([350.0, 200.0])), (320.0, Some([60.0, 60.0]))] {
-        let mut sets =
-            vec![format!("photometry.clip_radius_px={circle}"), "target.search_radius_arcsec=45".to_string()];
+    // the place in the middle, near the edge of the circle, and outside of it, where the whole frame must be read; then boxes of which
+    // every second one counts for the corner ratio
+    let outside = Some([60.0, 60.0]);
+    for (circle, place, mesh_px) in
+        [(400.0, None, 64), (320.0, Some([350.0, 200.0]), 64), (320.0, outside, 64), (400.0, None, 10)]
+    {
+        let mut sets = vec![
+            format!("photometry.clip_radius_px={circle}"),
+            format!("photometry.mesh_px={mesh_px}"),
+            "target.search_radius_arcsec=45".to_string(),
+        ];
         if let Some([x, y]) = place {
             sets.extend([format!("target.x_px={x}"), format!("target.y_px={y}")]);
         }

@@ -30,7 +30,7 @@ pub struct Background {
     rms: Spline,
     global_level: f64,
     global_rms: f64,
-    /// Centre of each box with enough good pixels, from the centre of the frame \[px\], and its level.
+    /// Centre of the boxes of the corner ratio with enough good pixels, from the centre of the frame \[px\], and their levels.
     measured: Vec<(f64, f64, f64)>,
 }
 
@@ -59,7 +59,9 @@ pub fn background(frame: &Frame<Electrons>, mesh_px: usize, clip_sigma: f64) -> 
     let modes = modes_of_boxes(frame, mesh_px, clip_sigma)?;
     let (ny, nx) = frame.pixels.dim();
     let measured = modes.indexed_iter();
+    let boxes = (modes.ncols(), modes.nrows());
     let measured = measured
+        .filter(|((j, i), _)| is_of_corner_ratio((*i, *j), boxes))
         .filter_map(|((j, i), mode)| {
             mode.map(|m| (centre_of_box(i, nx, mesh_px), centre_of_box(j, ny, mesh_px), m.level))
         })
@@ -86,6 +88,15 @@ pub(crate) const CENTRE_FRAC: f64 = 0.3;
 /// Centre along one axis of box `b` of `mesh_px`, from the middle of `n` pixels \[px\].
 pub(crate) fn centre_of_box(b: usize, n: usize, mesh_px: usize) -> f64 {
     (b * mesh_px) as f64 + 0.5 * (mesh_px.min(n - b * mesh_px) as f64 - n as f64)
+}
+
+/// So many boxes along each axis are enough for [`Background::corner_ratio`]: a quadrant of the edge has some 100 of them.
+const CORNER_BOXES: usize = 32;
+
+/// Whether a box of a mesh of (columns, rows) is one of those of the corner ratio: of large frames every second column and row, and so on.
+pub(crate) fn is_of_corner_ratio(of: (usize, usize), boxes: (usize, usize)) -> bool {
+    let every = (boxes.0.min(boxes.1) / CORNER_BOXES).max(1);
+    of.0.is_multiple_of(every) && of.1.is_multiple_of(every)
 }
 
 /// [`Background::corner_ratio`] of boxes: centre from the middle of the field \[px\], and level.
@@ -154,7 +165,8 @@ impl Background {
     /// Level at the edge of the field over that at its centre: 1 for an even field, less where the beam is cut.
     ///
     /// Edge: the boxes beyond 0.85 of the largest distance from the centre, the median of each quadrant, then
-    /// the mean of the four, in which a gradient cancels. Centre: the median of the boxes within 0.3.
+    /// the mean of the four, in which a gradient cancels. Centre: the median of the boxes within 0.3. Of a mesh of 64 boxes and more
+    /// along each axis every second column and row counts, of one of 96 every third.
     /// Trails do not lift a mode.
     /// `None` if a quadrant has no box at the edge or the level at the centre is not above zero.
     #[must_use]

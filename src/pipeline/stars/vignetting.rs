@@ -10,7 +10,8 @@ use rayon::prelude::*;
 use crate::base::error::Result;
 use crate::frames::{Buffers, FrameReader};
 use crate::photometry::background::{
-    CENTRE_FRAC, EDGE_FRAC, MIN_GOOD_FRAC, background, centre_of_box, edge_over_centre, levels_of_boxes,
+    CENTRE_FRAC, EDGE_FRAC, MIN_GOOD_FRAC, background, centre_of_box, edge_over_centre, is_of_corner_ratio,
+    levels_of_boxes,
 };
 
 /// The boxes of the mesh over the box of the clip circle.
@@ -28,7 +29,8 @@ struct Mesh<'a> {
 #[derive(Clone, Copy, PartialEq)]
 enum Known {
     NotRead,
-    TooFewPixels,
+    /// Too few good pixels, or none of those that count.
+    NotUsed,
     Level(f64),
 }
 
@@ -51,7 +53,7 @@ pub fn corner_ratio(reader: &FrameReader, mesh_px: usize, clip_sigma: f64, buffe
     // which boxes are at the edge depends on the farthest one that has enough good pixels: known once no farther one is
     // unread
     loop {
-        let possible = (0..nx * ny).filter(|b| known[*b] != Known::TooFewPixels);
+        let possible = (0..nx * ny).filter(|b| known[*b] != Known::NotUsed);
         let farthest = possible.map(|b| mesh.distance(b)).fold(0.0, f64::max);
         let of_use = |b: usize| {
             let distance = mesh.distance(b);
@@ -99,7 +101,10 @@ impl Mesh<'_> {
     /// What follows for a box from the clip circle alone.
     fn before_reading(&self, b: usize) -> Known {
         let (columns, rows) = self.reader.box_px();
-        let (nx, _) = self.boxes();
+        let (nx, ny) = self.boxes();
+        if !is_of_corner_ratio((b % nx, b / nx), (nx, ny)) {
+            return Known::NotUsed;
+        }
         let x = self.px(b % nx, b % nx + 1, (columns.start, self.size_px.0));
         let y = self.px(b / nx, b / nx + 1, (rows.start, self.size_px.1));
         let inside = |y: usize| {
@@ -107,7 +112,7 @@ impl Mesh<'_> {
             kept.end.min(x.end).saturating_sub(kept.start.max(x.start))
         };
         let pixels: usize = y.map(inside).sum();
-        if (pixels as f64) < self.enough { Known::TooFewPixels } else { Known::NotRead }
+        if (pixels as f64) < self.enough { Known::NotUsed } else { Known::NotRead }
     }
 
     /// Reads the wanted boxes, neighbours of a row of boxes together.
@@ -150,12 +155,12 @@ impl Mesh<'_> {
         let wanted = run.filter(|b| wanted[*b]).map(|b| (b, good(b) as f64 >= self.enough));
         let wanted: Vec<(usize, bool)> = wanted.collect();
         if !wanted.iter().any(|(_, enough)| *enough) {
-            return Ok(wanted.into_iter().map(|(b, _)| (b, Known::TooFewPixels)).collect());
+            return Ok(wanted.into_iter().map(|(b, _)| (b, Known::NotUsed)).collect());
         }
         let levels = levels_of_boxes(&frame, self.mesh_px, self.clip_sigma)?;
         let known = |(b, enough): (usize, bool)| {
             let level = levels[[0, column(b)]].filter(|_| enough);
-            (b, level.map_or(Known::TooFewPixels, Known::Level))
+            (b, level.map_or(Known::NotUsed, Known::Level))
         };
         Ok(wanted.into_iter().map(known).collect())
     }
