@@ -6,10 +6,7 @@
 #
 # One mutation alone, written to the folder of temporary files:
 #   MUTATION=17 SEED=1 cargo test --test frames -- --ignored --exact mutations::one_batch --nocapture
-#
-# Then every fault of a file in a night, in a flat, a star frame and a target frame each.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 COUNT=${1:-20000} SEED=${2:-1} cargo test --locked --test frames -- --ignored --exact --nocapture \
   mutations::many_mutated_files_kill_no_process
-FAULTS=all cargo test --locked --test night -- --exact faults::any_fault_of_a_frame_costs_its_row_and_the_night_goes_on

@@ -125,12 +125,12 @@ def sky(rows, tolerance):
 
 def peer(rows):
     """The same by lumos-sat."""
-    import lumos.brdf.library as library
     import lumos.calculator
     import lumos.constants
     import lumos.conversions
     import lumos.functions
     import lumos.geometry
+    from lumos.brdf import library
 
     law = library.PHONG(KD, KS, N)
     normals = [(3.65, np.array([0.0, 0.0, -1.0])), (22.0, np.array([0.0, 1.0, 0.0]))]

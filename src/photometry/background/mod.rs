@@ -90,13 +90,14 @@ pub(crate) fn centre_of_box(b: usize, n: usize, mesh_px: usize) -> f64 {
     (b * mesh_px) as f64 + 0.5 * (mesh_px.min(n - b * mesh_px) as f64 - n as f64)
 }
 
-/// So many boxes along each axis are enough for [`Background::corner_ratio`]: a quadrant of the edge has some 100 of them.
+/// So many boxes along each axis are enough for [`Background::corner_ratio`]: a quadrant of the edge of a clip circle has some 50 of them.
 const CORNER_BOXES: usize = 32;
 
-/// Whether a box of a mesh of (columns, rows) is one of those of the corner ratio: of large frames every second column and row, and so on.
-pub(crate) fn is_of_corner_ratio(of: (usize, usize), boxes: (usize, usize)) -> bool {
+/// Whether the box in column `i` and row `j` of a mesh of (columns, rows) is one of those of the corner ratio: of 64 and more along each
+/// axis every second, of 96 and more every third, and so on.
+pub(crate) fn is_of_corner_ratio((i, j): (usize, usize), boxes: (usize, usize)) -> bool {
     let every = (boxes.0.min(boxes.1) / CORNER_BOXES).max(1);
-    of.0.is_multiple_of(every) && of.1.is_multiple_of(every)
+    i.is_multiple_of(every) && j.is_multiple_of(every)
 }
 
 /// [`Background::corner_ratio`] of boxes: centre from the middle of the field \[px\], and level.
@@ -166,7 +167,7 @@ impl Background {
     ///
     /// Edge: the boxes beyond 0.85 of the largest distance from the centre, the median of each quadrant, then
     /// the mean of the four, in which a gradient cancels. Centre: the median of the boxes within 0.3. Of a mesh of 64 boxes and more
-    /// along each axis every second column and row counts, of one of 96 every third.
+    /// along each axis every second column and row counts, of one of 96 every third, and so on.
     /// Trails do not lift a mode.
     /// `None` if a quadrant has no box at the edge or the level at the centre is not above zero.
     #[must_use]

@@ -13,6 +13,9 @@ pub(super) const LANES: usize = 16;
 /// What a line sums: the light and its variance in the cut of the sharpest star, the light in that of the star of the night.
 pub(super) const KINDS: usize = 3;
 
+/// A piece with less of the variance of its line than this holds no pixels.
+pub(super) const LEAST_SHARE: f32 = 1e-6;
+
 /// The running sums of [`LANES`] lines after a column.
 pub(super) type Sums = [[f32; LANES]; KINDS];
 
@@ -77,6 +80,3 @@ pub(super) fn any_above(sums: &[Sums], length: usize, step: usize, least: f32) -
     }
     any.iter().any(|any| *any > 0)
 }
-
-/// A piece with less of the variance of its line than this holds no pixels.
-pub(super) const LEAST_SHARE: f32 = 1e-6;

@@ -22,7 +22,7 @@ pub(crate) const SMEARED_FWHM: f64 = 1.05;
 /// Significance the line must have on each side of the target by itself.
 const SIDE_SIGMA: f64 = 1.5;
 
-/// A coarse cell: place, clipped value \[σ\], and how many cells of the fine grid it holds.
+/// A coarse cell: place, and clipped value \[σ\].
 #[derive(Clone, Copy)]
 pub(crate) struct CoarseCell {
     pub x: f64,
@@ -46,11 +46,7 @@ pub(crate) fn faint_direction(
         return None;
     }
     let dim = net.dim();
-    let middle = Turned::new(dim, 0.0).xy(0.0, 0.0);
-    let mut by_row = Ordered::new(&points, middle);
-    let mut by_column = points.clone();
-    by_column.sort_by(|a, b| a.x.total_cmp(&b.x));
-    let mut by_column = Ordered::new(&by_column, middle);
+    let mut cells = Binned::new(&points, dim);
     let bin = 0.75 * fwhm;
     let half = 0.5 * (dim.0 as f64).hypot(dim.1 as f64) + 2.0 * bin;
     let step = (0.8 * fwhm / half).min(0.05);
@@ -62,9 +58,7 @@ pub(crate) fn faint_direction(
     for k in 0..n {
         let theta = k as f64 * std::f64::consts::PI / n as f64;
         let turned = Turned::new(dim, theta);
-        // in the order in which v changes most: a bin is not added to while the sum before is under way
-        let across_rows = theta.cos().abs() > theta.sin().abs();
-        if across_rows { &mut by_column } else { &mut by_row }.add_up(theta, half, bin, &mut sums);
+        cells.add_up(theta, half, bin, &mut sums);
         let own = turned.uv(target.0, target.1).1;
         let mut best = [true, false].map(|through| Line { snr: 0.0, theta, v: 0.0, through });
         for (q, pair) in sums.windows(2).enumerate() {
@@ -135,22 +129,21 @@ pub(crate) fn coarse(net: &Array2<f32>, hidden: &Array2<bool>, noise: f64, k: us
     points
 }
 
-/// Coarse cells in the order in which they are added up, with the bin of each.
-struct Ordered {
+/// Coarse cells from the middle of their cutout, and the bin across a direction of each.
+struct Binned {
     dx: Vec<f64>,
     dy: Vec<f64>,
     value: Vec<f64>,
     bins: Vec<i32>,
 }
 
-impl Ordered {
-    /// About the middle of a cutout.
-    fn new(points: &[CoarseCell], middle: (f64, f64)) -> Self {
-        let of = |of: &dyn Fn(&CoarseCell) -> f64| points.iter().map(of).collect();
+impl Binned {
+    fn new(points: &[CoarseCell], dim: (usize, usize)) -> Self {
+        let middle = Turned::new(dim, 0.0).xy(0.0, 0.0);
         Self {
-            dx: of(&|p| p.x - middle.0),
-            dy: of(&|p| p.y - middle.1),
-            value: of(&|p| p.value),
+            dx: points.iter().map(|p| p.x - middle.0).collect(),
+            dy: points.iter().map(|p| p.y - middle.1).collect(),
+            value: points.iter().map(|p| p.value).collect(),
             bins: vec![0; points.len()],
         }
     }
@@ -192,7 +185,7 @@ fn sharpened(points: &[CoarseCell], dim: (usize, usize), line: &Line, (step, bin
     let reach = 0.5 * STEPS as f64 * fine + 1.5 * step * half;
     let is_near = |p: &&CoarseCell| (turned.uv(p.x, p.y).1 - line.v).abs() < reach;
     let near: Vec<CoarseCell> = points.iter().filter(is_near).copied().collect();
-    let mut near = Ordered::new(&near, turned.xy(0.0, 0.0));
+    let mut near = Binned::new(&near, dim);
     let sigma = SMEARED_FWHM * fwhm / FWHM_PER_SIGMA / fine;
     let taps: Vec<f64> = (-16..=16).map(|k| (-0.5 * (f64::from(k) / sigma).powi(2)).exp()).collect();
     let mut best = Line { snr: f64::NEG_INFINITY, ..*line };

@@ -50,22 +50,28 @@ impl Segments {
             return None;
         }
         let scale = (noise_e, area_px);
-        let (mut found, slope) = Self::along(pixels, (theta, length), fwhm, scale, &exclusions);
+        let (mut turned, mut lines, mut list) = Self::along(pixels, (theta, length), fwhm, scale, &exclusions);
+        let slope = lines.slope(&mut list);
         if !((slope * length).abs() < MOST_OFF_FWHM * fwhm) {
-            found = Self::along(pixels, (theta + slope, length), fwhm, scale, &exclusions).0;
+            (turned, lines, list) = Self::along(pixels, (theta + slope, length), fwhm, scale, &exclusions);
         }
-        (found.light, found.unsure) = found.everywhere(pixels.dim());
-        (!found.list.is_empty()).then_some(found)
+        if list.is_empty() {
+            return None;
+        }
+        let none = Array2::zeros(pixels.dim());
+        let mut found = Self { turned, half: lines.half, sigma: lines.sigma, list, light: none.clone(), unsure: none };
+        found.draw();
+        Some(found)
     }
 
-    /// The same along `theta` alone, and by how much those seen well are turned against it \[rad\].
+    /// The trails along `theta` alone, and the lines without them.
     fn along(
         pixels: &Array2<f32>,
         (theta, length): (f64, f64),
         fwhm: f64,
         (noise_e, area_px): (f64, f64),
         exclusions: &impl Fn(&Turned) -> Vec<ExclusionMask>,
-    ) -> (Self, f64) {
+    ) -> (Turned, Lines, Vec<Segment>) {
         let turned = Turned::new(pixels.dim(), theta);
         let mut list: Vec<Segment> = Vec::new();
         let mut lines = Lines::new(pixels, turned, fwhm, (noise_e, area_px));
@@ -104,10 +110,7 @@ impl Segments {
             }
             lines.add(segment, -1.0);
         }
-        let slope = lines.slope(&mut list);
-        let none = Array2::zeros((0, 0));
-        let found = Self { turned, half: lines.half, sigma: lines.sigma, list, light: none.clone(), unsure: none };
-        (found, slope)
+        (turned, lines, list)
     }
 
     /// Their light at a place of the cutout.
@@ -120,9 +123,9 @@ impl Segments {
         self.list.iter().map(of).sum()
     }
 
-    /// Their light at each cell, and by how much it may be wrong where they end.
-    fn everywhere(&self, dim: (usize, usize)) -> (Array2<f32>, Array2<f32>) {
-        let (mut light, mut unsure) = (Array2::zeros(dim), Array2::zeros(dim));
+    /// Adds up their light at each cell, and by how much it may be wrong where they end.
+    fn draw(&mut self) {
+        let dim = self.light.dim();
         let end_err = END_ERR_FWHM * FWHM_PER_SIGMA * self.sigma;
         for s in &self.list {
             let ends = (s.u.0 - 4.0 * self.sigma, s.u.1 + 4.0 * self.sigma);
@@ -138,13 +141,12 @@ impl Segments {
                     if across == 0.0 || u < ends.0 || u > ends.1 {
                         continue;
                     }
-                    light[[j, i]] += (across * s.along(u, self.sigma)) as f32;
+                    self.light[[j, i]] += (across * s.along(u, self.sigma)) as f32;
                     let step = s.along(u + end_err, self.sigma) - s.along(u - end_err, self.sigma);
-                    unsure[[j, i]] += (0.5 * across * step.abs()) as f32;
+                    self.unsure[[j, i]] += (0.5 * across * step.abs()) as f32;
                 }
             }
         }
-        (light, unsure)
     }
 
     /// Variance of their light summed over the cells of an aperture: that of their profiles, and of their ends.

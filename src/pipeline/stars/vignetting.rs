@@ -70,7 +70,7 @@ pub fn corner_ratio(reader: &FrameReader, mesh_px: usize, clip_sigma: f64, buffe
         .map(|(b, level)| (mesh.centre(b).0, mesh.centre(b).1, level))
         .collect();
     if measured.is_empty() {
-        // no box has enough: the mesh then knows one level for all
+        // no box that counts has enough: the mesh then knows one level for all
         return Ok(background(&*reader.whole(buffers)?, mesh_px, clip_sigma)?.corner_ratio());
     }
     Ok(edge_over_centre(&measured))
