@@ -33,7 +33,7 @@ fn night() -> Night {
 fn the_surroundings_of_a_target_tell_the_same_as_its_whole_frame() {
     let large = simulated("night_reading_large", &["frame.nx_px=900", "frame.ny_px=700", "target.n=4"]);
     // the place in the middle, near the edge of the circle, and outside of it, where the whole frame must be read; then boxes of which
-    // every second one counts for the corner ratio
+    // every fourth row counts for the corner ratio
     let outside = Some([60.0, 60.0]);
     for (circle, place, mesh_px) in
         [(400.0, None, 64), (320.0, Some([350.0, 200.0]), 64), (320.0, outside, 64), (400.0, None, 10)]

@@ -59,9 +59,8 @@ pub fn background(frame: &Frame<Electrons>, mesh_px: usize, clip_sigma: f64) -> 
     let modes = modes_of_boxes(frame, mesh_px, clip_sigma)?;
     let (ny, nx) = frame.pixels.dim();
     let measured = modes.indexed_iter();
-    let boxes = (modes.ncols(), modes.nrows());
     let measured = measured
-        .filter(|((j, i), _)| is_of_corner_ratio((*i, *j), boxes))
+        .filter(|((j, _), _)| is_of_corner_ratio(*j, modes.nrows()))
         .filter_map(|((j, i), mode)| {
             mode.map(|m| (centre_of_box(i, nx, mesh_px), centre_of_box(j, ny, mesh_px), m.level))
         })
@@ -90,14 +89,16 @@ pub(crate) fn centre_of_box(b: usize, n: usize, mesh_px: usize) -> f64 {
     (b * mesh_px) as f64 + 0.5 * (mesh_px.min(n - b * mesh_px) as f64 - n as f64)
 }
 
-/// So many boxes along each axis are enough for [`Background::corner_ratio`]: a quadrant of the edge of a clip circle has some 50 of them.
-const CORNER_BOXES: usize = 32;
+/// Of so many rows of boxes and more not all are needed for [`Background::corner_ratio`] ...
+const MANY_ROWS: usize = 64;
+/// ... so many are enough: a quadrant of the edge of a clip circle has some 50 boxes in them. Whole rows, since what is read of a file in
+/// one piece costs less than as many boxes one by one.
+const CORNER_ROWS: usize = 16;
 
-/// Whether the box in column `i` and row `j` of a mesh of (columns, rows) is one of those of the corner ratio: of 64 and more along each
-/// axis every second, of 96 and more every third, and so on.
-pub(crate) fn is_of_corner_ratio((i, j): (usize, usize), boxes: (usize, usize)) -> bool {
-    let every = (boxes.0.min(boxes.1) / CORNER_BOXES).max(1);
-    i.is_multiple_of(every) && j.is_multiple_of(every)
+/// Whether the boxes in row `j` of a mesh of so many rows are those of the corner ratio: of 64 rows and more every fourth, of 80 and more
+/// every fifth, and so on.
+pub(crate) fn is_of_corner_ratio(j: usize, rows: usize) -> bool {
+    rows < MANY_ROWS || j.is_multiple_of(rows / CORNER_ROWS)
 }
 
 /// [`Background::corner_ratio`] of boxes: centre from the middle of the field \[px\], and level.
@@ -166,9 +167,8 @@ impl Background {
     /// Level at the edge of the field over that at its centre: 1 for an even field, less where the beam is cut.
     ///
     /// Edge: the boxes beyond 0.85 of the largest distance from the centre, the median of each quadrant, then
-    /// the mean of the four, in which a gradient cancels. Centre: the median of the boxes within 0.3. Of a mesh of 64 boxes and more
-    /// along each axis every second column and row counts, of one of 96 every third, and so on.
-    /// Trails do not lift a mode.
+    /// the mean of the four, in which a gradient cancels. Centre: the median of the boxes within 0.3. Of a mesh of 64 rows of boxes
+    /// and more every fourth row counts, of one of 80 every fifth, and so on. Trails do not lift a mode.
     /// `None` if a quadrant has no box at the edge or the level at the centre is not above zero.
     #[must_use]
     pub fn corner_ratio(&self) -> Option<f64> {

@@ -10,6 +10,8 @@ use crate::photometry::target::cells::row_of;
 /// Most points of the direction search.
 const MAX_POINTS: usize = 20_000;
 
+/// Histograms that are filled in turns.
+const TURNS: usize = 4;
 /// No run shorter than this is a trail \[FWHM\].
 pub(crate) const SHORTEST_FWHM: f64 = 15.0;
 
@@ -83,13 +85,16 @@ pub(crate) fn direction(points: &[(usize, usize)], dim: (usize, usize)) -> f64 {
     let about_centre = |&(i, j): &(usize, usize)| (i as f64 - centre.x0, j as f64 - centre.y0);
     let (dx, dy): (Vec<f64>, Vec<f64>) = points.iter().step_by(stride).map(about_centre).unzip();
     let mut bins = vec![0i32; dx.len()];
-    let mut counts: Vec<u64> = Vec::new();
+    // neighbours fall into the same bin: counted in turns, so that no count waits for the one before
+    let mut counts: Vec<[u32; TURNS]> = Vec::new();
     let mut score = |theta: f64, bin: f64| -> f64 {
         bins_across(&dx, &dy, theta.sin_cos(), (half, bin), &mut bins);
         counts.clear();
-        counts.resize((2.0 * half / bin) as usize + 2, 0);
-        bins.iter().for_each(|at| counts[*at as usize] += 1);
-        counts.iter().map(|c| c * c).sum::<u64>() as f64
+        counts.resize((2.0 * half / bin) as usize + 2, [0; TURNS]);
+        for some in bins.chunks(TURNS) {
+            some.iter().enumerate().for_each(|(turn, at)| counts[*at as usize][turn] += 1);
+        }
+        counts.iter().map(|c| u64::from(c.iter().sum::<u32>()).pow(2)).sum::<u64>() as f64
     };
     let mut best_of = |centre: f64, step: f64, n: i32, bin: f64| -> f64 {
         let mut best = (f64::NEG_INFINITY, centre);

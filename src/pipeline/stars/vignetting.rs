@@ -102,7 +102,7 @@ impl Mesh<'_> {
     fn before_reading(&self, b: usize) -> Known {
         let (columns, rows) = self.reader.box_px();
         let (nx, ny) = self.boxes();
-        if !is_of_corner_ratio((b % nx, b / nx), (nx, ny)) {
+        if !is_of_corner_ratio(b / nx, ny) {
             return Known::NotUsed;
         }
         let x = self.px(b % nx, b % nx + 1, (columns.start, self.size_px.0));

@@ -26,7 +26,8 @@ use crate::tables::words::Status;
 /// One target frame of so many is a pilot: passes of ten frames have three, and a search in all of the region takes three times as
 /// long as one where the target stands.
 const STEP: usize = 3;
-/// The place in a frame is expected by so many of the nearest pilots of its pass, of which so many at least show the target clearly.
+/// The place in a frame is expected by at most so many of the nearest pilots of its pass that show the target clearly, and at least so
+/// many.
 const NEAREST: usize = 5;
 const FEWEST: usize = 3;
 /// No pilot further away is of use \[frames\].
@@ -97,7 +98,6 @@ impl<'a> TargetFrames<'a> {
             .collect();
         near.sort_by_key(|(n, _)| (n.abs_diff(number), *n));
         near.dedup_by_key(|(n, _)| *n);
-        near.truncate(NEAREST);
         let clear: Vec<Clear> = near.iter().filter_map(|(_, row)| Clear::of(row, t_s(row)?)).collect();
         let s = settings_of_frame(place.seen(), exposure, night);
         expected(clear, s.fwhm_px, s.margin_px)
@@ -132,6 +132,8 @@ struct Clear {
     y_px: f64,
     /// Radius of a circle around the aperture \[px\].
     aper_px: f64,
+    /// Whether light of trails or neighbours is a part of its flux.
+    is_contaminated: bool,
     /// Its size by its pixels and the error \[FWHM²\], where it is compact.
     disc2: Option<(f64, f64)>,
 }
@@ -141,11 +143,12 @@ impl Clear {
         let is_clear = row.status == Status::Ok && row.snr >= Some(CLEAR_SNR) && row.flags & DISTURBED.0 == 0;
         let aper_px = row.aper_r_px.or(row.aper_a_px)?;
         let disc2 = row.disc_fwhm2.zip(row.disc_fwhm2_err);
-        is_clear.then_some(Self { t_s, x_px: row.x_px?, y_px: row.y_px?, aper_px, disc2 })
+        let is_contaminated = row.flags & Flags::CONTAMINATED.0 != 0;
+        is_clear.then_some(Self { t_s, x_px: row.x_px?, y_px: row.y_px?, aper_px, is_contaminated, disc2 })
     }
 }
 
-/// The place at t = 0 on the straight line through clear detections, and how far from it the target may be.
+/// The place at t = 0 on the straight line through clear detections, the nearest in time first, and how far from it the target may be.
 ///
 /// `r = 5 σ √(1 + 1/n + t̄²/Σ(t − t̄)²) + a/2 + 2 FWHM`: σ² = Σ residuals² / (2n − 4) the scatter of the places along an axis, a the
 /// radius of the largest aperture: its middle is not the middle of the light that is found at first.
@@ -155,6 +158,10 @@ impl Clear {
 fn expected(mut clear: Vec<Clear>, fwhm_px: f64, margin_px: f64) -> Option<Region> {
     let usual_px = median(&mut clear.iter().map(|c| c.aper_px).collect::<Vec<_>>())?;
     clear.retain(|c| c.aper_px <= MOST_GROWTH * usual_px);
+    // light of others in an aperture has moved its middle: such pilots count only where too few are without it
+    clear.sort_by_key(|c| c.is_contaminated);
+    let clean = clear.iter().filter(|c| !c.is_contaminated).count();
+    clear.truncate(clean.clamp(FEWEST, NEAREST));
     if clear.len() < FEWEST {
         return None;
     }
@@ -186,7 +193,7 @@ mod tests {
     use super::*;
 
     fn at(t_s: f64, x_px: f64, y_px: f64) -> Clear {
-        Clear { t_s, x_px, y_px, aper_px: 8.0, disc2: None }
+        Clear { t_s, x_px, y_px, aper_px: 8.0, is_contaminated: false, disc2: None }
     }
 
     #[test]
@@ -209,6 +216,12 @@ mod tests {
         let with: Vec<Clear> = still.iter().enumerate().map(|(k, c)| if k == 2 { joined } else { *c }).collect();
         let region = of(&with).unwrap();
         assert!((region.x_px - 100.0).abs() < 1e-9 && region.aper_px == 8.0 && (region.bound_px - 3.5).abs() < 1e-6);
+        // two have light of others in apertures of the usual size, which moves them; of three they are not missed
+        let moved =
+            |k: usize| Clear { is_contaminated: k % 2 == 1, x_px: still[k].x_px + 9.0 * (k % 2) as f64, ..still[k] };
+        let (all, some) = ([0, 1, 2, 3, 4].map(moved), [0, 1, 3].map(moved));
+        assert!((of(&all).unwrap().radius_px - 10.0).abs() < 1e-6);
+        assert!(of(&some).unwrap().radius_px > 20.0);
         assert!(region.is_usual(12.0) && region.is_joined((12.1, 8.0)) && !region.is_joined((12.0, 6.0)));
         // as round as it is large: brighter
         assert!(!region.is_joined((20.0, 18.0)));
