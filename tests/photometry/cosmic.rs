@@ -244,6 +244,26 @@ fn a_width_that_is_only_assumed_makes_no_star_a_hit() {
 }
 
 #[test]
+fn a_hot_pixel_is_no_target_where_the_width_of_a_star_is_assumed() {
+    // nothing is compared with stars then: that one pixel holds the light must do
+    let mut reported = Vec::new();
+    for (n, assumed) in [1.5, 3.0, 6.0].iter().enumerate() {
+        for (k, sigmas) in [15.0, 40.0, 100.0, 400.0].iter().enumerate() {
+            let seed = 7_400 + 10 * n as u64 + k as u64;
+            let (x, y) = place(&mut ChaCha12Rng::seed_from_u64(seed));
+            let mut frame = Scene::new(SIDE, SIDE, SKY).expose(READ_NOISE, seed);
+            frame.pixels[[y as usize, x as usize]] += (sigmas * SIGMA) as f32;
+            let sky = background(&frame, 64, 3.0).unwrap();
+            let s = TargetSettings { is_fwhm_known: false, ..settings(*assumed) };
+            if let TargetFound::Detected { flux, unseen: None, .. } = measure_target(&frame, &sky, &s) {
+                reported.push((*assumed, *sigmas, flux.snr));
+            }
+        }
+    }
+    assert!(reported.is_empty(), "{reported:?}");
+}
+
+#[test]
 fn stars_of_better_or_worse_seeing_than_the_nights_are_no_hits() {
     // short exposures of a target are sharper than those of star fields
     for (n, (night, share)) in

@@ -24,6 +24,12 @@ use crate::photometry::trails::model::TrailBackground;
 
 /// Cells this significant at a star's scale are not sky \[σ\].
 const NOT_SKY_SIGMA: f64 = 4.0;
+/// Cells with this much light of trails are not sky \[σ of a sky pixel\].
+const NOT_SKY_LIGHT: f64 = 0.1;
+/// An annulus of which objects take more than this share is crowded.
+const CROWDED_SHARE: f64 = 0.02;
+/// Fewer sky pixels than this, and the annulus is widened.
+const FEW_SKY_PX: usize = 200;
 /// A trail is flagged where its light is above this \[σ of a sky pixel\].
 const TRAIL_LIGHT: f64 = 0.3;
 /// The annulus grows until its area is this many times that of the aperture.
@@ -74,7 +80,7 @@ impl Cutout {
 
     /// The cells that are no sky: trails, and what stands out in `snr1`, the significance at the scale of a star.
     pub fn objects(&self, snr1: &Array2<f32>) -> Array2<bool> {
-        let light_limit = 0.1 * self.rms_e;
+        let light_limit = NOT_SKY_LIGHT * self.rms_e;
         let objects = Array2::from_shape_fn(snr1.dim(), |c| {
             f64::from(snr1[c]) > NOT_SKY_SIGMA || f64::from(self.light[c]) > light_limit
         });
@@ -135,7 +141,7 @@ impl Cutout {
         let mut outer = (inner + width).max((inner * inner + wanted).sqrt());
         let mut ring = self.ring(frame, at, (inner, outer), objects);
         for _ in 0..3 {
-            if ring.n >= 200.max(2 * MIN_SKY_PX) {
+            if ring.n >= FEW_SKY_PX {
                 break;
             }
             outer += width;
@@ -261,7 +267,7 @@ impl Cutout {
                 }
             }
         }
-        if excluded as f64 > 0.02 * total as f64 {
+        if excluded as f64 > CROWDED_SHARE * total as f64 {
             flags.set(Flags::CROWDED_ANNULUS);
         }
         let whole: Vec<[f64; 2]> = blocks.into_iter().filter(|b| b[1] >= 8.0).collect();

@@ -42,6 +42,22 @@ const SCALE_HANDICAP: f64 = 1.05;
 const BRIGHT: f64 = 6.0;
 /// A cutout that scatters this much more than its photons is not empty sky.
 const STRUCTURED: f32 = 1.4;
+/// A pixel this bright \[σ\] ...
+const HOT_SIGMA: f64 = 6.0;
+/// ... with more than this share of the light of the 25 around it is hot: that of a star has no such pixel.
+const HOT_SHARE: f64 = 0.6;
+/// A component of more cells than this ...
+const STREAK_CELLS: usize = 20;
+/// ... that is so many times as long as wide is a streak.
+const STREAK_RATIO: f64 = 2.5;
+/// Cosine of twice the angle between a streak and the trails it is along.
+const ALONG_COS: f64 = 0.97;
+/// Streaks of a family are as parallel as this (cosine of twice the angle) ...
+const FAMILY_COS: f64 = 0.98;
+/// ... and as long as each other to this \[logarithm of the ratio\] ...
+const FAMILY_LENGTH: f64 = 0.25;
+/// ... and one has so many others.
+const FAMILY_OTHERS: usize = 2;
 /// Widths of the filter, in units of the FWHM: the target may be larger and fainter than a star. The last is the
 /// elongated filter, on squares of as many cells as the one before.
 pub(crate) const SCALES: [usize; 5] = [1, 2, 4, 8, 8];
@@ -189,7 +205,7 @@ fn candidates(
         let near = (-PREFER_NEAR * (distance / s.search_radius_px.max(1.0)).powi(2)).exp();
         let cut = pixels.iter().any(|&(i, j)| is_cut_at(cutout, frame, (i, j), side as usize));
         let along =
-            streaks[g].as_ref().zip(trail_angle).filter(|(t, theta)| (2.0 * (t.theta - theta)).cos() > 0.97).map(
+            streaks[g].as_ref().zip(trail_angle).filter(|(t, theta)| (2.0 * (t.theta - theta)).cos() > ALONG_COS).map(
                 |(t, _)| {
                     let fwhm = s.fwhm_px / side;
                     (t.length / fwhm, t.width / fwhm)
@@ -251,7 +267,8 @@ fn is_cut_at(cutout: &Cutout, frame: &Frame<Electrons>, (i, j): (usize, usize), 
     [(left, y), (right, y), (x, below), (x, above)].iter().any(|&(x, y)| frame.mask[[y, x]] & mask::CLIPPED != 0)
 }
 
-/// Whether one pixel holds more than half the light around the brightest: no star image does.
+/// Whether one pixel holds most of the light around the brightest. Where the width of a star is only assumed, below four pixels, nothing else
+/// sees such a pixel.
 fn is_hot_pixel(cutout: &Cutout, squares: &[(usize, usize)], side: usize) -> bool {
     let (ny, nx) = cutout.pixels.dim();
     let bin = cutout.net.bin;
@@ -280,7 +297,7 @@ fn is_hot_pixel(cutout: &Cutout, squares: &[(usize, usize)], side: usize) -> boo
         }
     }
     let peak = residual(i, j);
-    peak > 6.0 * cutout.rms_e && peak > 0.6 * around
+    peak > HOT_SIGMA * cutout.rms_e && peak > HOT_SHARE * around
 }
 
 /// A long component: angle, length and width of an even bar with its second moments.
@@ -290,21 +307,23 @@ struct Streak {
     width: f64,
 }
 
-/// A component that is a streak: at least 2.5 times as long as wide.
+/// A component that is a streak.
 fn streak(pixels: &[(usize, usize)]) -> Option<Streak> {
     let (_, _, xx, xy, yy) = covariance(pixels);
     let (a, b, theta) = axes(xx, xy, yy);
     let root = 12f64.sqrt();
-    (pixels.len() > 20 && a > 2.5 * b).then_some(Streak { theta, length: root * a, width: root * b })
+    (pixels.len() > STREAK_CELLS && a > STREAK_RATIO * b).then_some(Streak { theta, length: root * a, width: root * b })
 }
 
-/// Whether at least two other components are streaks of nearly the same direction and length: short star trails.
+/// Whether other components are streaks of nearly the same direction and length: short star trails.
 fn one_of_a_family(streaks: &[Option<Streak>], which: usize) -> bool {
     let Some(own) = &streaks[which] else { return false };
     let alike = streaks.iter().enumerate().filter(|(k, other)| {
         other.as_ref().is_some_and(|o| {
-            *k != which && (2.0 * (o.theta - own.theta)).cos() > 0.98 && (o.length / own.length).ln().abs() < 0.25
+            *k != which
+                && (2.0 * (o.theta - own.theta)).cos() > FAMILY_COS
+                && (o.length / own.length).ln().abs() < FAMILY_LENGTH
         })
     });
-    alike.count() >= 2
+    alike.count() >= FAMILY_OTHERS
 }

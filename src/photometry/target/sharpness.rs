@@ -3,8 +3,6 @@
 //! Electrons and pixels. It decides where hits are too faint or too short for the line filters of `cosmic_rays`, which allow for
 //! every sub-pixel position and for good seeing. Not modelled: hits as wide as a star.
 
-use std::ops::RangeInclusive;
-
 use nalgebra::{SMatrix, SVector};
 use ndarray::Array2;
 use statrs::function::erf::erf;
@@ -13,8 +11,8 @@ use crate::base::constants::FWHM_PER_SIGMA;
 use crate::photometry::target::cosmic_rays::{Line, Patch, SHARPEST_PX, sharpest_fwhm_px};
 use crate::photometry::target::images::{Pixel, is_no_image};
 
-/// Hits and stars are compared at these FWHM \[px\]: below, a star is as sharp as a hit; above, the line filters suffice.
-const COMPARED_FWHM_PX: RangeInclusive<f64> = SHARPEST_PX..=5.0;
+/// Hits and stars are compared up to this FWHM \[px\]: above, the line filters suffice.
+const COMPARED_FWHM_PX: f64 = 5.0;
 /// Sums of stars are tried below this: where stars are wider, one star is enough to compare with \[px\].
 const SUMS_FWHM_PX: f64 = 2.6;
 /// σ across a diffuse hit \[px\], before it is collected in pixels.
@@ -90,7 +88,7 @@ struct GaussianSegment {
 /// Where the hit fits better, a star of better seeing is tried, too. A window that no sum of stars explains ([`is_no_image`]) holds a
 /// hit, too.
 pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit: bool) -> Verdict {
-    if !COMPARED_FWHM_PX.contains(&fwhm_px) {
+    if !is_compared(fwhm_px) {
         return Verdict::Sky;
     }
     let star = STAR_SHARE * fwhm_px / FWHM_PER_SIGMA;
@@ -131,12 +129,17 @@ pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit
     if total > most { Verdict::AllHits } else { Verdict::Sky }
 }
 
+/// Whether hits and stars differ enough for it, and not too much.
+fn is_compared(fwhm_px: f64) -> bool {
+    (SHARPEST_PX..=COMPARED_FWHM_PX).contains(&fwhm_px)
+}
+
 /// The share of points of significance `snr` that are not taken for hits.
 ///
 /// Across them, hit and star (variances V and W with the pixel) have the overlap ρ² = 2 √(V W)/(V + W), so that a point makes the star
 /// preferred by d² − 3, d² = (1 − ρ²) snr², ± 2 d; a point is kept unless the hit is preferred by 6: Φ((d² + 6 − 3)/2d).
 pub(crate) fn share_kept(snr: f64, fwhm_px: f64) -> f64 {
-    if !COMPARED_FWHM_PX.contains(&fwhm_px) {
+    if !is_compared(fwhm_px) {
         return 1.0;
     }
     let variance = |sigma: f64| sigma * sigma + PIXEL_VARIANCE;
