@@ -267,8 +267,8 @@ fn is_cut_at(cutout: &Cutout, frame: &Frame<Electrons>, (i, j): (usize, usize), 
     [(left, y), (right, y), (x, below), (x, above)].iter().any(|&(x, y)| frame.mask[[y, x]] & mask::CLIPPED != 0)
 }
 
-/// Whether one pixel holds most of the light around the brightest. Where the width of a star is only assumed, below four pixels, nothing else
-/// sees such a pixel.
+/// Whether one pixel holds most of the light around the brightest. Where the width of a star is only assumed, at 1.5 px,
+/// nothing else sees such a pixel.
 fn is_hot_pixel(cutout: &Cutout, squares: &[(usize, usize)], side: usize) -> bool {
     let (ny, nx) = cutout.pixels.dim();
     let bin = cutout.net.bin;

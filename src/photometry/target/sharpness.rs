@@ -11,7 +11,7 @@ use crate::base::constants::FWHM_PER_SIGMA;
 use crate::photometry::target::cosmic_rays::{Line, Patch, SHARPEST_PX, sharpest_fwhm_px};
 use crate::photometry::target::images::{Pixel, is_no_image};
 
-/// Hits and stars are compared up to this FWHM \[px\]: above, the line filters suffice.
+/// Hits and stars are compared from [`SHARPEST_PX`] up to this FWHM \[px\]: above, the line filters suffice.
 const COMPARED_FWHM_PX: f64 = 5.0;
 /// Sums of stars are tried below this: where stars are wider, one star is enough to compare with \[px\].
 const SUMS_FWHM_PX: f64 = 2.6;
@@ -129,7 +129,7 @@ pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit
     if total > most { Verdict::AllHits } else { Verdict::Sky }
 }
 
-/// Whether hits and stars differ enough for it, and not too much.
+/// Whether a star is wide enough to differ from a hit, and not so wide that the line filters suffice.
 fn is_compared(fwhm_px: f64) -> bool {
     (SHARPEST_PX..=COMPARED_FWHM_PX).contains(&fwhm_px)
 }
