@@ -170,11 +170,11 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
         let compact = compact(&cutout, frame, background, (&outlined, &measured.flux), &objects, s);
         let is_track = match &compact {
             Some(c) if c.size.kind != SourceKind::Extended => {
-                cutout.is_on_track((c.place.x, c.place.y), c.point.flux.snr)
+                cutout.is_on_track((c.place.x, c.place.y), c.point.flux.snr, &outlined.snr1)
             }
             _ if outlined.scale >= WIDE_SCALE => outlined.peak_px(&cutout).is_some_and(|peak| {
                 let at = cutout.best_place(&cutout.psf, peak).map_or(peak, |best| (best.x, best.y));
-                cutout.is_track(at, outlined.snr)
+                cutout.is_track(at, outlined.snr, &outlined.snr1)
             }),
             _ => false,
         };
