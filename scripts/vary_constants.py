@@ -5,7 +5,7 @@
 
 A copy of the source gets its scalar constants in src/photometry/target, src/photometry/trails and src/photometry/clip.rs from the
 environment; the table of tests/photometry/finder.rs (scripts/prove_target.sh) is then drawn with each at 0.7 and at 1.4 times its
-value (whole numbers by at least one): a build, and two tables for each of 182 constants, which takes an hour and more. Frames and seed
+value (whole numbers by at least one): a build, and two tables for each of some 180 constants, which takes an hour and more. Frames and seed
 are the same for all, so that any difference is the constant's.
 """
 

@@ -42,6 +42,8 @@ struct Surroundings {
     rest: Array2<f64>,
     /// That star, for light 1.
     star: Array2<f64>,
+    /// The sum of its squares where there is light.
+    square: f64,
 }
 
 /// Sums along a line: Σ w², Σ w p and Σ w d, p being the star and d the light.
@@ -57,7 +59,8 @@ impl Cutout {
     ///
     /// The star that fits there is subtracted; of what is left a pixel counts up to ±2.5 σ. A line through the source has the weights w,
     /// shared between the two pixels of each column (row, if it is steep) next to it. With p the star,
-    /// Σ w d > 4.5 √(Σ w² − (Σ w p)²/Σ p²): no light of the star is in it. Pixels of sources above 8 σ in `snr1` do not count.
+    /// Σ w d > 4.5 √(Σ w² − (Σ w p)²/Σ p²): no light of the star is in it. Pixels within one FWHM
+    /// of sources above 10 σ in `snr1` do not count.
     pub fn is_on_track(&self, at: (f64, f64), snr: f64, snr1: &Array2<f32>) -> bool {
         self.has_line(at, snr, snr1, LINE_SIGMA)
     }
@@ -73,8 +76,6 @@ impl Cutout {
             return false;
         }
         let Some(around) = self.surroundings(at, snr1) else { return false };
-        let of_star: f64 =
-            around.star.iter().zip(&around.rest).filter(|(_, r)| r.is_finite()).map(|(p, _)| p * p).sum();
         let trails = self.trail_background.as_ref().map(|t| t.theta());
         let is_off = |theta: f64, bend: f64| {
             let clear = (TRAIL_ANGLE + BEND_PX * bend.abs()).sin();
@@ -83,12 +84,12 @@ impl Cutout {
         (0..DIRECTIONS).map(|k| std::f64::consts::PI * k as f64 / DIRECTIONS as f64).any(|theta| {
             BENDS.iter().filter(|bend| is_off(theta, **bend)).any(|bend| {
                 let least = if *bend == 0.0 { least } else { BENT_MORE * least };
-                around.line_is_bright(theta, *bend, of_star, least)
+                around.line_is_bright(theta, *bend, least)
             })
         })
     }
 
-    /// The pixels around a source; `None` where it has none.
+    /// The pixels around a source; `None` where nothing of it is seen.
     fn surroundings(&self, at: (f64, f64), snr1: &Array2<f32>) -> Option<Surroundings> {
         let reach = LENGTHS_PX[LENGTHS_PX.len() - 1] as i64 + 2;
         let (i0, j0) = (at.0.round() as i64 - reach, at.1.round() as i64 - reach);
@@ -117,22 +118,25 @@ impl Cutout {
         let mut known: Vec<f64> = rest.iter().copied().filter(|v| v.is_finite()).collect();
         // what scatters more than its photons is structure of the sky
         let unit = stats::mad_sigma(&mut known)?.max(1.0);
-        let both = || star.iter().zip(&rest).filter(|(_, r)| r.is_finite());
-        let (ps, pp) = both().fold((0.0, 0.0), |(ps, pp), (p, r)| (ps + p * r, pp + p * p));
-        let flux = if pp > 0.0 { ps / pp } else { 0.0 };
+        let both = star.iter().zip(&rest).filter(|(_, r)| r.is_finite());
+        let (light, square) = both.fold((0.0, 0.0), |(light, square), (p, r)| (light + p * r, square + p * p));
+        if !(square > 0.0) {
+            return None;
+        }
+        let flux = light / square;
         rest.zip_mut_with(&star, |r, p| *r = ((*r - flux * p) / unit).clamp(-MOST_SIGMA, MOST_SIGMA));
-        Some(Surroundings { at: (at.0 - i0 as f64, at.1 - j0 as f64), rest, star })
+        Some(Surroundings { at: (at.0 - i0 as f64, at.1 - j0 as f64), rest, star, square })
     }
 }
 
 impl Surroundings {
     /// Whether a line through the source, up to any of its ends, has light of more than `least` σ.
-    fn line_is_bright(&self, theta: f64, bend: f64, of_star: f64, least: f64) -> bool {
+    fn line_is_bright(&self, theta: f64, bend: f64, least: f64) -> bool {
         let ahead = self.side(theta, bend, 0);
         let back = self.side(theta + std::f64::consts::PI, -bend, 1);
         ahead.iter().any(|a| {
             back.iter().any(|b| {
-                let variance = a.square + b.square - (a.star + b.star).powi(2) / of_star;
+                let variance = a.square + b.square - (a.star + b.star).powi(2) / self.square;
                 variance > LEAST_VARIANCE && a.light + b.light > least * variance.sqrt()
             })
         })
