@@ -85,21 +85,26 @@ impl Night {
         })
     }
 
+    /// Adds the photons of a disc of a diameter in FWHM.
+    fn shine(&self, (x, y): (f64, f64), flux: f64, disc_fwhm: f64, pixels: &mut Array2<f32>, rng: &mut ChaCha12Rng) {
+        for _ in 0..Poisson::new(flux).unwrap().sample(rng) as u64 {
+            let rho = 0.5 * disc_fwhm * self.fwhm * rng.random::<f64>().sqrt();
+            let phi = rng.random_range(0.0..std::f64::consts::TAU);
+            let (dx, dy) = self.photon(rng);
+            let (px, py) = ((x + rho * phi.cos() + dx).round(), (y + rho * phi.sin() + dy).round());
+            if px >= 0.0 && py >= 0.0 && px < SIDE as f64 && py < SIDE as f64 {
+                pixels[[py as usize, px as usize]] += 1.0;
+            }
+        }
+    }
+
     /// A frame with a disc of `flux` photons and a diameter in FWHM, and where it is.
     fn frame(&self, flux: f64, disc_fwhm: f64, seed: u64) -> (Frame<Electrons>, (f64, f64)) {
         let mut rng = ChaCha12Rng::seed_from_u64(seed);
         let mut pixels = self.empty(&mut rng);
         let (r, angle) = (0.95 * SEARCH * rng.random::<f64>().sqrt(), rng.random_range(0.0..std::f64::consts::TAU));
         let (x, y) = (SIDE as f64 / 2.0 + r * angle.cos(), SIDE as f64 / 2.0 + r * angle.sin());
-        for _ in 0..Poisson::new(flux).unwrap().sample(&mut rng) as u64 {
-            let rho = 0.5 * disc_fwhm * self.fwhm * rng.random::<f64>().sqrt();
-            let phi = rng.random_range(0.0..std::f64::consts::TAU);
-            let (dx, dy) = self.photon(&mut rng);
-            let (px, py) = ((x + rho * phi.cos() + dx).round(), (y + rho * phi.sin() + dy).round());
-            if px >= 0.0 && py >= 0.0 && px < SIDE as f64 && py < SIDE as f64 {
-                pixels[[py as usize, px as usize]] += 1.0;
-            }
-        }
+        self.shine((x, y), flux, disc_fwhm, &mut pixels, &mut rng);
         (photometry_scene::frame(pixels, READ_NOISE), (x, y))
     }
 
@@ -161,6 +166,37 @@ fn completeness(snr: f64, each: u64, seed: u64) -> f64 {
         all = (all.0 + n, all.1 + found.len());
     }
     all.0 as f64 / all.1 as f64
+}
+
+#[test]
+fn a_star_near_the_target_is_no_part_of_it() {
+    let (mut total, mut found, mut right) = (0, 0, 0);
+    for (n, night) in NIGHTS.iter().enumerate() {
+        for k in 0..12 {
+            let mut rng = ChaCha12Rng::seed_from_u64(38_000 + 100 * n as u64 + k);
+            let mut pixels = night.empty(&mut rng);
+            let target = (SIDE as f64 / 2.0 + rng.random::<f64>(), SIDE as f64 / 2.0 + rng.random::<f64>());
+            // eight to twelve times as bright, four to eight FWHM away and beyond the search region
+            let flux = night.flux_of_snr(9.0);
+            let (away, angle) = (rng.random_range(4.0..8.0) * night.fwhm, rng.random_range(0.0..std::f64::consts::TAU));
+            let star = (target.0 + away * angle.cos(), target.1 + away * angle.sin());
+            night.shine(target, flux, 0.0, &mut pixels, &mut rng);
+            night.shine(star, rng.random_range(8.0..12.0) * flux, 0.0, &mut pixels, &mut rng);
+            let frame = photometry_scene::frame(pixels, READ_NOISE);
+            // an aperture of a width that is only assumed must not hold the star either
+            for is_fwhm_known in [true, false] {
+                let search_radius_px = 3.0 * night.fwhm;
+                let settings = TargetSettings { search_radius_px, is_fwhm_known, ..night.settings() };
+                let seen = measure_target(&frame, &background(&frame, 64, 3.0).unwrap(), &settings);
+                total += 1;
+                let TargetFound::Detected { flux: seen, x_px, y_px, .. } = seen else { continue };
+                found += usize::from((x_px - target.0).hypot(y_px - target.1) < night.fwhm);
+                right += usize::from((seen.flux_e - flux).abs() < 3.0 * seen.flux_err_e);
+            }
+        }
+    }
+    println!("{total} frames: {found} found, {right} of them right");
+    assert!(found >= total * 9 / 10 && right >= total * 9 / 10, "{total} {found} {right}");
 }
 
 #[test]

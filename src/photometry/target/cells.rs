@@ -129,12 +129,12 @@ impl Layers {
     }
 
     /// The largest signal-to-noise under a Gaussian of 20 by 5 FWHM at any of eight angles, on squares of `rebin` cells:
-    /// what shows a long faint target best.
-    pub fn elongated(&self, fwhm: f64, rebin: usize) -> Array2<f32> {
+    /// what shows a long faint target best. Cells in `hidden` do not count.
+    pub fn elongated(&self, fwhm: f64, rebin: usize, hidden: Option<&Array2<bool>>) -> Array2<f32> {
         let area = (rebin * rebin) as f32;
-        let value = self.squares(&self.value, area, rebin, None);
-        let variance = self.squares(&self.variance, area * area, rebin, None);
-        let uncertainty = self.uncertainty.as_ref().map(|d| self.squares(d, area, rebin, None));
+        let value = self.squares(&self.value, area, rebin, hidden);
+        let variance = self.squares(&self.variance, area * area, rebin, hidden);
+        let uncertainty = self.uncertainty.as_ref().map(|d| self.squares(d, area, rebin, hidden));
         let fwhm = fwhm / rebin as f64;
         let mut best = Array2::zeros(value.dim());
         for k in 0..ANGLES {

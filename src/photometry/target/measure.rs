@@ -21,7 +21,7 @@ use crate::photometry::target::enclose::minimum_aperture;
 use crate::photometry::target::flux::{Measured, circle_at};
 pub use crate::photometry::target::limit::{LIMIT_COMPLETENESS, LIMIT_MARGIN_SIGMA};
 use crate::photometry::target::search::{OUTLINE_SIGMA, SCALES, Significances, best_candidate, components};
-use crate::photometry::target::segment::{Segment, scales_needed, segment};
+use crate::photometry::target::segment::{Segment, cells_of, scales_needed, segment};
 use crate::photometry::target::shape::{Ellipse, moments, outline_moments};
 use crate::photometry::trails::contamination::{Contamination, of_neighbours, of_trails};
 pub use crate::photometry::trails::known::KnownDirection;
@@ -172,10 +172,11 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
             Some(c) if c.size.kind != SourceKind::Extended => {
                 cutout.is_on_track((c.place.x, c.place.y), c.point.flux.snr, &outlined.snr1)
             }
-            _ if outlined.scale >= WIDE_SCALE => outlined.peak_px(&cutout).is_some_and(|peak| {
-                let at = cutout.best_place(&cutout.psf, peak).map_or(peak, |best| (best.x, best.y));
+            _ if outlined.scale >= WIDE_SCALE => {
+                let best = cutout.best_place(&cutout.psf, outlined.peak_px);
+                let at = best.map_or(outlined.peak_px, |best| (best.x, best.y));
                 cutout.is_track(at, outlined.snr, &outlined.snr1)
-            }),
+            }
             _ => false,
         };
         match compact {
@@ -251,11 +252,10 @@ fn compact(
     objects: &Array2<bool>,
     s: &TargetSettings,
 ) -> Option<Compact> {
-    let start = outlined.peak_px(cutout)?;
     if outlined.scale >= WIDE_SCALE || !s.is_fwhm_known {
         return None;
     }
-    measure_compact(cutout, frame, background, (start, of_outline), objects, s)
+    measure_compact(cutout, frame, background, (outlined.peak_px, of_outline), objects, s)
 }
 
 /// The most likely target.
@@ -268,15 +268,8 @@ struct Outlined {
     snr: f64,
     /// Index of that scale.
     scale: usize,
-}
-
-impl Outlined {
-    /// Its most significant place at the scale of a star \[px of the cutout\].
-    fn peak_px(&self, cutout: &Cutout) -> Option<(f64, f64)> {
-        let inside = self.segment.inside.indexed_iter().filter(|(_, v)| **v).map(|(c, _)| c);
-        let peak = inside.max_by(|p, q| self.snr1[*p].total_cmp(&self.snr1[*q]))?;
-        Some((cutout.net.to_px(peak.1 as f64), cutout.net.to_px(peak.0 as f64)))
-    }
+    /// The place in it that is most significant at the scale of a star \[px of the cutout\].
+    peak_px: (f64, f64),
 }
 
 /// Searches until a candidate is not a hit, at most `left` times.
@@ -308,7 +301,11 @@ fn outlined(cutout: &mut Cutout, frame: &Frame<Electrons>, s: &TargetSettings, l
             cutout.mask_line(line);
             continue;
         }
-        return Some(Outlined { segment, snr1: snrs.at_scale.swap_remove(0), snr: found.snr, scale: found.scale });
+        let snr1 = snrs.at_scale.swap_remove(0);
+        let cells = cells_of(&found.pixels, SCALES[found.scale], snr1.dim());
+        let (i, j) = cells.into_iter().max_by(|p, q| snr1[[p.1, p.0]].total_cmp(&snr1[[q.1, q.0]]))?;
+        let peak_px = (cutout.net.to_px(i as f64), cutout.net.to_px(j as f64));
+        return Some(Outlined { segment, snr1, snr: found.snr, scale: found.scale, peak_px });
     }
     None
 }

@@ -64,6 +64,17 @@ pub(crate) const SCALES: [usize; 5] = [1, 2, 4, 8, 8];
 /// How many of them are round.
 pub(crate) const ROUND: usize = 4;
 
+impl Layers {
+    /// The significance at one of the scales, `fwhm` being that of a star in cells; cells in `hidden` do not count.
+    pub fn at_scale(&self, scale: usize, fwhm: f64, hidden: Option<&Array2<bool>>) -> Array2<f32> {
+        if scale < ROUND {
+            self.significance(SCALES[scale] as f64 * fwhm, SCALES[scale], hidden)
+        } else {
+            self.elongated(fwhm, SCALES[scale], hidden)
+        }
+    }
+}
+
 /// A component that may be the target, in squares of `rebin` cells.
 pub(crate) struct Candidate {
     pub pixels: Vec<(usize, usize)>,
@@ -94,16 +105,13 @@ impl<'a> Significances<'a> {
     pub fn first(&mut self, n: usize) -> &[Array2<f32>] {
         while self.at_scale.len() < n.min(SCALES.len()) {
             let k = self.at_scale.len();
-            let mut snr = if k < ROUND {
-                let snr = self.layers.significance(SCALES[k] as f64 * self.fwhm, SCALES[k], None);
+            let mut snr = self.layers.at_scale(k, self.fwhm, None);
+            if k < ROUND {
                 // what scatters more than its photons is structure of the sky: less sure by that factor
                 let mut sample: Vec<f64> =
                     snr.iter().step_by(3).filter(|v| **v != 0.0).map(|v| f64::from(*v)).collect();
                 self.unit = stats::mad_sigma(&mut sample).unwrap_or(1.0).max(1.0) as f32;
-                snr
-            } else {
-                self.layers.elongated(self.fwhm, SCALES[k])
-            };
+            }
             if self.unit > STRUCTURED {
                 snr.mapv_inplace(|v| v / self.unit);
             }

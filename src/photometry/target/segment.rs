@@ -34,6 +34,8 @@ const FAINT_OUTLINE_SIGMA: f64 = 2.2;
 const PART_REACH_FWHM: f64 = 5.0;
 /// Peak of a point source that is a neighbour and not a part \[σ\].
 const NEIGHBOUR_SIGMA: f64 = 6.0;
+/// Moffat's β of a star with wide wings.
+const WIDEST_BETA: f64 = 2.5;
 /// Largest size of the outline of a point source \[FWHM\].
 const NEIGHBOUR_SIZE_FWHM: f64 = 4.0;
 
@@ -85,10 +87,22 @@ pub(crate) fn segment(cutout: &Cutout, layers: &Layers, snrs: &[Array2<f32>], fo
     let mut neighbours: Vec<Vec<(usize, usize)>> = Vec::new();
     // what a wider filter shows as well is as wide as that filter
     let wider = if found.snr < BRIGHT_SIGMA { SCALES.len() } else { 0 };
+    let points = (wider > 0).then(|| points_around(&snrs[0], &inside, cutout.fwhm_cells())).flatten();
     for (k, (scale, snr)) in SCALES.iter().zip(snrs).enumerate().take(wider).skip(found.scale + 1) {
-        if let Some(part) = components_at(snr, found, &inside, (*scale, k == ROUND)) {
+        let at_scale = (*scale, k == ROUND);
+        let part = components_at(snr, found, &inside, at_scale).and_then(|part| match &points {
+            None => Some(part),
+            // such a filter mixes their light with that of the target
+            Some(points) => {
+                components_at(&layers.at_scale(k, cutout.fwhm_cells(), Some(points)), found, &inside, at_scale)
+            }
+        });
+        if let Some(part) = part {
             paint(&mut inside, &part, *scale);
         }
+    }
+    if let Some(points) = &points {
+        inside.zip_mut_with(points, |cell, point| *cell &= !point);
     }
     // separate parts of the finest scales
     for (scale, snr) in SCALES.iter().zip(snrs).take(2).filter(|(scale, _)| **scale <= SCALES[found.scale]) {
@@ -143,6 +157,20 @@ pub(crate) fn segment(cutout: &Cutout, layers: &Layers, snrs: &[Array2<f32>], fo
     Segment { inside, neighbours, is_cut }
 }
 
+/// The cells of points around the target and one FWHM around each; `None` without any.
+fn points_around(snr1: &Array2<f32>, inside: &Array2<bool>, fwhm: f64) -> Option<Array2<bool>> {
+    let mut points = Array2::from_elem(inside.dim(), false);
+    for part in components(snr1, OUTLINE_SIGMA) {
+        let peak = peak_of(snr1, &part);
+        let is_other =
+            peak > NEIGHBOUR_SIGMA && !part.iter().any(|&(i, j)| inside[[j, i]]) && is_point(&part, fwhm, peak);
+        if is_other {
+            part.iter().for_each(|&(i, j)| points[[j, i]] = true);
+        }
+    }
+    points.iter().any(|v| *v).then(|| grown(&points, fwhm.ceil() as usize))
+}
+
 /// The cells of a candidate.
 fn seed(found: &Candidate, dim: (usize, usize)) -> Array2<bool> {
     let mut cells = Array2::from_elem(dim, false);
@@ -193,7 +221,7 @@ fn peak_of(snr: &Array2<f32>, part: &[(usize, usize)]) -> f64 {
 }
 
 /// The cells of squares of `scale` cells.
-fn cells_of(squares: &[(usize, usize)], scale: usize, (ny, nx): (usize, usize)) -> Vec<(usize, usize)> {
+pub(crate) fn cells_of(squares: &[(usize, usize)], scale: usize, (ny, nx): (usize, usize)) -> Vec<(usize, usize)> {
     let mut cells = Vec::with_capacity(squares.len() * scale * scale);
     for &(i, j) in squares {
         for jj in j * scale..((j + 1) * scale).min(ny) {
@@ -211,14 +239,15 @@ fn paint(image: &mut Array2<bool>, squares: &[(usize, usize)], scale: usize) {
 
 /// Whether an outline is as round and small as that of a point source of this significance.
 ///
-/// A Gaussian of width √2 FWHM (seen through the filter) falls to 3 σ at r = √2 FWHM √(ln(peak/3) / 4 ln 2).
+/// Moffat's profile with β = 2.5, √2 FWHM wide (seen through the filter), falls to 3 σ at r = FWHM/√2 √(((peak/3)^{1/β} − 1)/(2^{1/β} − 1)).
 fn is_point(cells: &[(usize, usize)], fwhm: f64, peak: f64) -> bool {
     let range = |values: &mut dyn Iterator<Item = usize>| {
         let (lo, hi) = values.fold((usize::MAX, 0), |(lo, hi), v| (lo.min(v), hi.max(v)));
         (hi + 1 - lo) as f64
     };
     let (width, height) = (range(&mut cells.iter().map(|c| c.0)), range(&mut cells.iter().map(|c| c.1)));
-    let r = (2.0 * (peak / OUTLINE_SIGMA).ln() / (4.0 * std::f64::consts::LN_2)).sqrt() * fwhm;
+    let falls = |to: f64| to.powf(WIDEST_BETA.recip()) - 1.0;
+    let r = (0.5 * falls(peak / OUTLINE_SIGMA) / falls(2.0)).sqrt() * fwhm;
     let longest = (2.6 * r + 2.0).min(2.0 * NEIGHBOUR_SIZE_FWHM * fwhm);
     width.max(height) <= longest && width.max(height) < 1.6 * width.min(height) + 1.0
 }
