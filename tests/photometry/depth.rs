@@ -169,6 +169,31 @@ fn completeness(snr: f64, each: u64, seed: u64) -> f64 {
 }
 
 #[test]
+fn stars_on_both_sides_of_an_empty_place_are_no_target() {
+    let (mut total, mut reported) = (0, 0);
+    for (n, night) in NIGHTS.iter().enumerate() {
+        for k in 0..8 {
+            let mut rng = ChaCha12Rng::seed_from_u64(39_000 + 100 * n as u64 + k);
+            let mut pixels = night.empty(&mut rng);
+            let middle = SIDE as f64 / 2.0;
+            let angle = rng.random_range(0.0..std::f64::consts::TAU);
+            for side in [-1.0, 1.0] {
+                let away = side * rng.random_range(5.0..6.0) * night.fwhm;
+                let star = (middle + away * angle.cos(), middle + away * angle.sin());
+                night.shine(star, night.flux_of_snr(30.0), 0.0, &mut pixels, &mut rng);
+            }
+            let frame = photometry_scene::frame(pixels, READ_NOISE);
+            let settings = TargetSettings { search_radius_px: 4.0 * night.fwhm, ..night.settings() };
+            let seen = measure_target(&frame, &background(&frame, 64, 3.0).unwrap(), &settings);
+            total += 1;
+            reported += usize::from(matches!(seen, TargetFound::Detected { unseen: None, .. }));
+        }
+    }
+    println!("{reported} of {total} empty places reported");
+    assert!(reported <= total / 20, "{reported} of {total}");
+}
+
+#[test]
 fn a_star_near_the_target_is_no_part_of_it() {
     let (mut total, mut found, mut right) = (0, 0, 0);
     for (n, night) in NIGHTS.iter().enumerate() {

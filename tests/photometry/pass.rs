@@ -253,6 +253,9 @@ fn passes_of_ten_to_three_thousand_frames() {
     report("100 frames, S/N 0.9, 2 hits", &passes(Pass { n: 100, snr: 0.9, hits: 2, ..base }, n / 5, seed + 7));
     report("100 frames, S/N 0.9, trails", &passes(Pass { n: 100, snr: 0.9, trails: true, ..base }, n / 5, seed + 8));
     report("100 empty frames", &passes(Pass { n: 100, snr: 0.0, ..base }, n / 5, seed + 9));
+    let many = Pass { n: 3000, snr: 0.18, hits: 2, ..base };
+    report("3000 frames, S/N 0.18, 2 hits", &passes(many, n / 20, seed + 10));
+    report("3000 empty frames, 2 hits", &passes(Pass { snr: 0.0, ..many }, n / 20, seed + 11));
 }
 
 /// A light curve of a target that brightens by a factor of four, in bins.

@@ -257,6 +257,24 @@ fn ratio(value: f32, variance: f32) -> f32 {
     if variance > 0.0 { value / variance.sqrt() } else { 0.0 }
 }
 
+/// The cells of squares of `scale` cells.
+pub(crate) fn cells_of(squares: &[(usize, usize)], scale: usize, (ny, nx): (usize, usize)) -> Vec<(usize, usize)> {
+    let mut cells = Vec::with_capacity(squares.len() * scale * scale);
+    for &(i, j) in squares {
+        for jj in j * scale..((j + 1) * scale).min(ny) {
+            for ii in i * scale..((i + 1) * scale).min(nx) {
+                cells.push((ii, jj));
+            }
+        }
+    }
+    cells
+}
+
+/// Marks the cells of squares of `scale` cells.
+pub(crate) fn paint(image: &mut Array2<bool>, squares: &[(usize, usize)], scale: usize) {
+    cells_of(squares, scale, image.dim()).into_iter().for_each(|(i, j)| image[[j, i]] = true);
+}
+
 /// Every true cell grown by `by` cells along x and y.
 pub(crate) fn grown(image: &Array2<bool>, by: usize) -> Array2<bool> {
     let (ny, nx) = image.dim();

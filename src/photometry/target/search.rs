@@ -9,7 +9,7 @@ use super::settings::TargetSettings;
 use crate::base::stats;
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::label::{Run, label, runs_of_row};
-use crate::photometry::target::cells::Layers;
+use crate::photometry::target::cells::{Layers, grown, paint};
 use crate::photometry::target::compact::least_significance;
 use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::shape::{axes, covariance};
@@ -119,6 +119,15 @@ impl<'a> Significances<'a> {
         }
         &self.at_scale
     }
+
+    /// The significance at the last scale that was looked at without the cells in `hidden`.
+    fn last_without(&self, hidden: &Array2<bool>) -> Array2<f32> {
+        let mut snr = self.layers.at_scale(self.at_scale.len() - 1, self.fwhm, Some(hidden));
+        if self.unit > STRUCTURED {
+            snr.mapv_inplace(|v| v / self.unit);
+        }
+        snr
+    }
 }
 
 /// The components of an image above `threshold`.
@@ -145,12 +154,16 @@ pub(crate) fn best_candidate(
     let mut best: Option<Candidate> = None;
     // cells of short trails, which a wider filter must not take for something else
     let mut trails = Array2::from_elem(cutout.net.mean.dim(), false);
+    let snr1 = &snrs.first(1)[0];
+    let mut sources = components(snr1, OUTLINE_SIGMA);
+    sources.retain(|cells| cells.iter().any(|&(i, j)| f64::from(snr1[[j, i]]) > least_significance(s)));
     for scale in 0..SCALES.len() {
         let snr = cutout.in_bound(&snrs.first(scale + 1)[scale], SCALES[scale]);
         for candidate in candidates(cutout, frame, &snr, scale, &mut trails, s) {
             let further = candidate.scale as i32 - best.as_ref().map_or(0, |b| b.scale as i32);
             let handicap = SCALE_HANDICAP.powi(further).max(1.0);
-            if best.as_ref().is_none_or(|b| candidate.score > b.score * handicap) {
+            let is_better = best.as_ref().is_none_or(|b| candidate.score > b.score * handicap);
+            if is_better && !is_of_several(&candidate, &sources, snrs, s.detect_sigma) {
                 best = Some(candidate);
             }
         }
@@ -160,6 +173,30 @@ pub(crate) fn best_candidate(
         }
     }
     best
+}
+
+/// Whether a candidate of a filter wider than a star is nothing but several sources, each of which is one under the filter of a star.
+fn is_of_several(
+    candidate: &Candidate,
+    sources: &[Vec<(usize, usize)>],
+    snrs: &Significances,
+    detect_sigma: f64,
+) -> bool {
+    if candidate.scale == 0 || sources.len() < 2 {
+        return false;
+    }
+    let dim = snrs.layers.value.dim();
+    let mut inside = Array2::from_elem(dim, false);
+    paint(&mut inside, &candidate.pixels, SCALES[candidate.scale]);
+    let held: Vec<_> = sources.iter().filter(|cells| cells.iter().any(|&(i, j)| inside[[j, i]])).collect();
+    if held.len() < 2 {
+        return false;
+    }
+    let mut hidden = Array2::from_elem(dim, false);
+    held.into_iter().flatten().for_each(|&(i, j)| hidden[[j, i]] = true);
+    let rest = snrs.last_without(&grown(&hidden, snrs.fwhm.ceil() as usize));
+    let least = threshold(detect_sigma, candidate.scale);
+    !candidate.pixels.iter().any(|&(i, j)| f64::from(rest[[j, i]]) > least)
 }
 
 fn candidates(

@@ -6,7 +6,7 @@
 
 use ndarray::Array2;
 
-use crate::photometry::target::cells::{Layers, grown, row_of};
+use crate::photometry::target::cells::{Layers, cells_of, grown, paint, row_of};
 use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::search::{Candidate, OUTLINE_SIGMA, ROUND, SCALES, components};
 
@@ -218,23 +218,6 @@ fn components_at(
 
 fn peak_of(snr: &Array2<f32>, part: &[(usize, usize)]) -> f64 {
     part.iter().map(|&(i, j)| f64::from(snr[[j, i]])).fold(0.0, f64::max)
-}
-
-/// The cells of squares of `scale` cells.
-pub(crate) fn cells_of(squares: &[(usize, usize)], scale: usize, (ny, nx): (usize, usize)) -> Vec<(usize, usize)> {
-    let mut cells = Vec::with_capacity(squares.len() * scale * scale);
-    for &(i, j) in squares {
-        for jj in j * scale..((j + 1) * scale).min(ny) {
-            for ii in i * scale..((i + 1) * scale).min(nx) {
-                cells.push((ii, jj));
-            }
-        }
-    }
-    cells
-}
-
-fn paint(image: &mut Array2<bool>, squares: &[(usize, usize)], scale: usize) {
-    cells_of(squares, scale, image.dim()).into_iter().for_each(|(i, j)| image[[j, i]] = true);
 }
 
 /// Whether an outline is as round and small as that of a point source of this significance.
