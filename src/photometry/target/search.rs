@@ -27,8 +27,8 @@ const MOST_GAIN: f64 = 1.2;
 const PREFER_NEAR: f64 = 3.0;
 /// Significance beyond this many thresholds is no further merit.
 const SCORE_CAP: f64 = 10.0;
-/// Weight of an object cut by an edge, or of a streak along the trails.
-const SUSPECT: f64 = 0.2;
+/// Weight of an object cut by an edge.
+const CUT: f64 = 0.2;
 /// A streak along the trails longer than this is one of them \[FWHM\], if it is as thin as one.
 const TRAIL_LENGTH_FWHM: f64 = 18.0;
 /// Width of the outline of a trail \[FWHM\].
@@ -266,8 +266,8 @@ fn candidates(
             }
             continue;
         }
-        let suspect = if cut || (scale < 2 && along.is_some()) { SUSPECT } else { 1.0 };
-        let score = peak.min(SCORE_CAP * s.detect_sigma) * near * suspect;
+        let whole = if cut { CUT } else { 1.0 };
+        let score = peak.min(SCORE_CAP * s.detect_sigma) * near * whole;
         found.push(Candidate { pixels, snr: peak, score, scale });
     }
     found
