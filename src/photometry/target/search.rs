@@ -154,9 +154,9 @@ pub(crate) fn best_candidate(
     let mut best: Option<Candidate> = None;
     // cells of short trails, which a wider filter must not take for something else
     let mut trails = Array2::from_elem(cutout.net.mean.dim(), false);
-    let snr1 = &snrs.first(1)[0];
+    let (snr1, least) = (&snrs.first(1)[0], least_significance(s) as f32);
     let mut sources = components(snr1, OUTLINE_SIGMA);
-    sources.retain(|cells| cells.iter().any(|&(i, j)| f64::from(snr1[[j, i]]) > least_significance(s)));
+    sources.retain(|cells| cells.iter().any(|&(i, j)| snr1[[j, i]] > least));
     for scale in 0..SCALES.len() {
         let snr = cutout.in_bound(&snrs.first(scale + 1)[scale], SCALES[scale]);
         for candidate in candidates(cutout, frame, &snr, scale, &mut trails, s) {
