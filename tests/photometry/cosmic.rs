@@ -135,7 +135,7 @@ fn tracks_are_not_reported_and_points_as_sharp_as_the_pixels_allow_are_found() {
 
 /// Found at its place: a point of this S/N in a circle of 2 FWHM (1.6 times that under its own profile) in the middle of 30 frames, with
 /// what `beside` adds to each.
-fn points_found(snr: f64, fwhm: f64, beside: impl Fn(&mut Scene, &mut ChaCha12Rng) -> Option<Track> + Sync) -> usize {
+fn points_found(fwhm: f64, snr: f64, beside: impl Fn(&mut Scene, &mut ChaCha12Rng) -> Option<Track> + Sync) -> usize {
     let seed = 51_007;
     let found = |k: u64| {
         let mut rng = ChaCha12Rng::seed_from_u64(seed + k);
@@ -157,16 +157,16 @@ fn points_found(snr: f64, fwhm: f64, beside: impl Fn(&mut Scene, &mut ChaCha12Rn
 
 #[test]
 fn the_brightest_piece_of_a_faint_track_is_no_target_and_a_star_near_another_is_one() {
-    let alone = points_found(4.2, 2.0, |_, _| None);
+    let alone = points_found(2.0, 4.2, |_, _| None);
     // another star on the line does not make it a track
-    let near_a_star = points_found(4.2, 2.0, |scene, rng| {
+    let near_a_star = points_found(2.0, 4.2, |scene, rng| {
         let theta = rng.random_range(0.0..std::f64::consts::TAU);
         let middle = SIDE as f64 / 2.0;
         scene.star(middle + 25.0 * theta.cos(), middle + 25.0 * theta.sin(), flux_of_snr(40.0, 2.0), 2.0);
         None
     });
     // fifteen electrons per pixel, twice the noise of one, over 50 px; with the point, as bright as that alone
-    let on_a_track = points_found(2.2, 2.0, |_, rng| {
+    let on_a_track = points_found(2.0, 2.2, |_, rng| {
         let mut track = Track::any(rng, (0.0, 0.0));
         let (theta, middle) = (rng.random_range(0.0..std::f64::consts::PI), SIDE as f64 / 2.0);
         let along = |k: i32| 0.05 * f64::from(k);
@@ -180,10 +180,35 @@ fn the_brightest_piece_of_a_faint_track_is_no_target_and_a_star_near_another_is_
 }
 
 #[test]
+fn a_bent_track_is_no_target_in_wide_images_and_a_star_near_another_is_one() {
+    let middle = SIDE as f64 / 2.0;
+    for fwhm in [4.0, 6.0] {
+        let alone = points_found(fwhm, 4.2, |_, _| None);
+        let near_a_star = points_found(fwhm, 4.2, |scene, rng| {
+            let theta = rng.random_range(0.0..std::f64::consts::TAU);
+            scene.star(middle + 25.0 * theta.cos(), middle + 25.0 * theta.sin(), flux_of_snr(40.0, fwhm), fwhm);
+            None
+        });
+        // an arc of 50 px and 25 px radius, each of its pixels with 2.5 times the noise; no star is there
+        let on_a_track = points_found(fwhm, 0.0, |_, rng| {
+            let (theta, bend) = (rng.random_range(0.0..std::f64::consts::TAU), 25.0);
+            let at = |k: i32| theta + 0.05 * f64::from(k) / bend;
+            let middle = (middle + 0.5 - bend * theta.cos(), middle + 0.5 - bend * theta.sin());
+            let mut track = Track::any(rng, (0.0, 0.0));
+            track.path = (-500..500).map(|k| (middle.0 + bend * at(k).cos(), middle.1 + bend * at(k).sin())).collect();
+            track.charge_e = 50.0 * 2.5 * SIGMA;
+            Some(track)
+        });
+        println!("FWHM {fwhm}: {alone} found alone, {near_a_star} near a star, {on_a_track} on a bent track");
+        assert!(alone >= 25 && near_a_star >= alone - 2 && on_a_track <= 1, "{alone} {near_a_star} {on_a_track}");
+    }
+}
+
+#[test]
 fn the_brightest_piece_of_a_track_that_bends_is_no_target_either() {
     // ten electrons per pixel over 50 px of a circle; without bent lines 24 of 30 are reported at 2 px
     for fwhm in [2.0, 5.0] {
-        let found = points_found(2.8, fwhm, |_, rng| {
+        let found = points_found(fwhm, 2.8, |_, rng| {
             let mut track = Track::any(rng, (0.0, 0.0));
             let (theta, middle, radius) =
                 (rng.random_range(0.0..std::f64::consts::TAU), SIDE as f64 / 2.0, rng.random_range(18.0..22.0));

@@ -132,10 +132,12 @@ const POINT_FWHM: f64 = 0.3;
 ///    where there are none, the best line outside the target may be one faint trail. The robust mean level along that
 ///    direction is subtracted; where it changes (trails end), its uncertainty grows.
 /// 2. What is left is smoothed at 1, 2, 4 and 8 FWHM. A candidate peaks above `detect_sigma` within the search radius,
-///    does not run out of the cutout, is not one of a family of equal parallel streaks, and is not a single hot pixel.
-///    Of several the nearer wins over the brighter; objects cut by an edge come last.
-/// 3. Its outline at 3 σ is joined with what is fainter and wider around it and with its separate parts; then sky, trails
-///    and outline once more with it kept out. The aperture is the smallest shape around the outline, plus `margin_px`.
+///    does not run out of the cutout, is not one of a family of equal parallel streaks, is not a single hot pixel, and is
+///    not several sources that a wide filter shows as one. Of several the nearer wins over the brighter; objects cut by an
+///    edge come last.
+/// 3. Its outline at 3 σ is joined with what is fainter and wider around it, without the points next to it, and with its
+///    separate parts; then sky, trails and outline once more with it kept out. The aperture is the smallest shape around
+///    the outline, plus `margin_px`.
 /// 4. Among trails the sky of each line of pixels is the level of that line on both sides of the aperture, and the error
 ///    is at least the scatter of empty apertures treated alike. Without trails the sky is an annulus. What the choice of
 ///    the aperture added to a faint flux, 2 σ over its significance where it is resolved, is subtracted.

@@ -105,24 +105,25 @@ impl<'a> Significances<'a> {
     pub fn first(&mut self, n: usize) -> &[Array2<f32>] {
         while self.at_scale.len() < n.min(SCALES.len()) {
             let k = self.at_scale.len();
-            let mut snr = self.layers.at_scale(k, self.fwhm, None);
+            let snr = self.layers.at_scale(k, self.fwhm, None);
             if k < ROUND {
                 // what scatters more than its photons is structure of the sky: less sure by that factor
                 let mut sample: Vec<f64> =
                     snr.iter().step_by(3).filter(|v| **v != 0.0).map(|v| f64::from(*v)).collect();
                 self.unit = stats::mad_sigma(&mut sample).unwrap_or(1.0).max(1.0) as f32;
             }
-            if self.unit > STRUCTURED {
-                snr.mapv_inplace(|v| v / self.unit);
-            }
-            self.at_scale.push(snr);
+            self.at_scale.push(self.in_units(snr));
         }
         &self.at_scale
     }
 
     /// The significance at the last scale that was looked at without the cells in `hidden`.
     fn last_without(&self, hidden: &Array2<bool>) -> Array2<f32> {
-        let mut snr = self.layers.at_scale(self.at_scale.len() - 1, self.fwhm, Some(hidden));
+        self.in_units(self.layers.at_scale(self.at_scale.len() - 1, self.fwhm, Some(hidden)))
+    }
+
+    /// Significances of a sky of this structure.
+    fn in_units(&self, mut snr: Array2<f32>) -> Array2<f32> {
         if self.unit > STRUCTURED {
             snr.mapv_inplace(|v| v / self.unit);
         }
@@ -154,16 +155,13 @@ pub(crate) fn best_candidate(
     let mut best: Option<Candidate> = None;
     // cells of short trails, which a wider filter must not take for something else
     let mut trails = Array2::from_elem(cutout.net.mean.dim(), false);
-    let (snr1, least) = (&snrs.first(1)[0], least_significance(s) as f32);
-    let mut sources = components(snr1, OUTLINE_SIGMA);
-    sources.retain(|cells| cells.iter().any(|&(i, j)| snr1[[j, i]] > least));
     for scale in 0..SCALES.len() {
         let snr = cutout.in_bound(&snrs.first(scale + 1)[scale], SCALES[scale]);
         for candidate in candidates(cutout, frame, &snr, scale, &mut trails, s) {
             let further = candidate.scale as i32 - best.as_ref().map_or(0, |b| b.scale as i32);
             let handicap = SCALE_HANDICAP.powi(further).max(1.0);
             let is_better = best.as_ref().is_none_or(|b| candidate.score > b.score * handicap);
-            if is_better && !is_of_several(&candidate, &sources, snrs, s.detect_sigma) {
+            if is_better && !is_of_several(&candidate, snrs, s) {
                 best = Some(candidate);
             }
         }
@@ -176,26 +174,23 @@ pub(crate) fn best_candidate(
 }
 
 /// Whether a candidate of a filter wider than a star is nothing but several sources, each of which is one under the filter of a star.
-fn is_of_several(
-    candidate: &Candidate,
-    sources: &[Vec<(usize, usize)>],
-    snrs: &Significances,
-    detect_sigma: f64,
-) -> bool {
-    if candidate.scale == 0 || sources.len() < 2 {
+fn is_of_several(candidate: &Candidate, snrs: &Significances, s: &TargetSettings) -> bool {
+    if candidate.scale == 0 {
         return false;
     }
-    let dim = snrs.layers.value.dim();
-    let mut inside = Array2::from_elem(dim, false);
+    let (snr1, least) = (&snrs.at_scale[0], least_significance(s) as f32);
+    let mut inside = Array2::from_elem(snr1.dim(), false);
     paint(&mut inside, &candidate.pixels, SCALES[candidate.scale]);
-    let held: Vec<_> = sources.iter().filter(|cells| cells.iter().any(|&(i, j)| inside[[j, i]])).collect();
-    if held.len() < 2 {
+    let mut sources = components(snr1, OUTLINE_SIGMA);
+    sources
+        .retain(|cells| cells.iter().any(|&(i, j)| snr1[[j, i]] > least) && cells.iter().any(|&(i, j)| inside[[j, i]]));
+    if sources.len() < 2 {
         return false;
     }
-    let mut hidden = Array2::from_elem(dim, false);
-    held.into_iter().flatten().for_each(|&(i, j)| hidden[[j, i]] = true);
+    let mut hidden = Array2::from_elem(snr1.dim(), false);
+    sources.iter().for_each(|cells| paint(&mut hidden, cells, 1));
     let rest = snrs.last_without(&grown(&hidden, snrs.fwhm.ceil() as usize));
-    let least = threshold(detect_sigma, candidate.scale);
+    let least = threshold(s.detect_sigma, candidate.scale);
     !candidate.pixels.iter().any(|&(i, j)| f64::from(rest[[j, i]]) > least)
 }
 

@@ -165,7 +165,7 @@ fn points_around(snr1: &Array2<f32>, inside: &Array2<bool>, fwhm: f64) -> Option
         let is_other =
             peak > NEIGHBOUR_SIGMA && !part.iter().any(|&(i, j)| inside[[j, i]]) && is_point(&part, fwhm, peak);
         if is_other {
-            part.iter().for_each(|&(i, j)| points[[j, i]] = true);
+            paint(&mut points, &part, 1);
         }
     }
     points.iter().any(|v| *v).then(|| grown(&points, fwhm.ceil() as usize))
@@ -222,7 +222,8 @@ fn peak_of(snr: &Array2<f32>, part: &[(usize, usize)]) -> f64 {
 
 /// Whether an outline is as round and small as that of a point source of this significance.
 ///
-/// Moffat's profile with β = 2.5, √2 FWHM wide (seen through the filter), falls to 3 σ at r = FWHM/√2 √(((peak/3)^{1/β} − 1)/(2^{1/β} − 1)).
+/// Moffat's profile with β = 2.5, √2 FWHM wide (seen through the filter), falls to 3 σ at
+/// r = FWHM/√2 √(((peak/3)^{1/β} − 1)/(2^{1/β} − 1)).
 fn is_point(cells: &[(usize, usize)], fwhm: f64, peak: f64) -> bool {
     let range = |values: &mut dyn Iterator<Item = usize>| {
         let (lo, hi) = values.fold((usize::MAX, 0), |(lo, hi), v| (lo.min(v), hi.max(v)));
