@@ -4,6 +4,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod bright_passes;
 mod broken;
 mod faults;
 mod filters;

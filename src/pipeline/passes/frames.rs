@@ -34,6 +34,11 @@ const SEARCH_FWHM: f64 = 14.0;
 /// What makes the flux at a place wrong whatever its error.
 const EXCLUDED: Flags =
     Flags(Flags::SATURATED.0 | Flags::CROSSED.0 | Flags::VIGNETTED.0 | Flags::LOWER_LIMIT.0 | Flags::EDGE.0);
+/// A frame that shows the target this clearly is its own best measure: its outline holds the light of any size at any place, and the
+/// choice of the brightest changes nothing.
+const BRIGHT_SNR: f64 = 50.0;
+/// So many of them that stand at no common place are the target all the same.
+const FEWEST_BRIGHT: usize = 3;
 /// Detections this bright, and no more of them, refine the place.
 const REFINE_SNR: f64 = 8.0;
 const MOST_REFINE: usize = 48;
@@ -68,14 +73,47 @@ pub struct PassFrame<'a> {
     fwhm_px: f64,
 }
 
-impl PassFrame<'_> {
-    /// Where the target stands in this frame \[px\]: at the place of the pass, unless a clear detection stands next to it.
-    fn place(&self, place: &PassPlace) -> (f64, f64) {
+impl<'a> PassFrame<'a> {
+    /// Whether it shows the target, and nothing speaks against its measure.
+    fn is_detected(&self) -> bool {
+        self.row.status == Status::Ok && self.row.verdict != Verdict::Reject
+    }
+
+    /// The flux of its own detection; `None` where what disturbs it makes that wrong whatever its error.
+    fn own(&self, zero_mag: Option<f64>) -> Option<PassPoint<'a>> {
+        let row = self.row;
+        let mag = if zero_mag.is_some() { row.v_mag } else { row.inst_mag };
+        let is_usable = self.is_detected() && !Flags(row.flags).any(EXCLUDED);
+        let (mag, flux_e, err_e) = (mag.filter(|_| is_usable)?, row.flux_e?, row.flux_err_e?);
+        let flux = 10f64.powf(-0.4 * (mag - zero_mag.unwrap_or(0.0)));
+        let per_e = flux / flux_e;
+        let variance = (err_e * err_e - flux_e.max(0.0)).max(0.0) * per_e * per_e;
+        let point = FramePoint { t_s: self.t_s, flux, variance, variance_per_flux: per_e, moved_frac: 0.0 };
+        let of = |point| PassPoint { frame: *self, point, flags: Flags(row.flags), is_own: true };
+        (variance > 0.0 && variance.is_finite()).then(|| of(point))
+    }
+
+    /// The whole light of its own detection.
+    fn own_light(&self) -> Option<PointAt> {
+        let row = self.row;
+        let whole = 10f64.powf(-0.4 * row.aper_corr_mag.unwrap_or(0.0));
+        let (flux_e, err_e) = (row.flux_e? * whole, row.flux_err_e? * whole);
+        Some(PointAt { at: ForcedAt::Detection, x_px: row.x_px?, y_px: row.y_px?, flux_e, err_e })
+    }
+
+    /// The place of a clear detection that is more than `from_fwhm` from that of the pass and not another object \[px\].
+    fn displaced(&self, place: &PassPlace, from_fwhm: f64) -> Option<(f64, f64)> {
         let (row, at) = (self.row, place.at(self.t_s));
-        let is_clear = row.status == Status::Ok && row.verdict != Verdict::Reject && row.snr > Some(REFINE_SNR);
-        let own = row.x_px.zip(row.y_px).filter(|_| is_clear);
-        let next_to_it = NEXT_FWHM.0 * self.fwhm_px..NEXT_FWHM.1 * self.fwhm_px;
-        own.filter(|(x, y)| next_to_it.contains(&(x - at.0).hypot(y - at.1))).unwrap_or(at)
+        let own = row.x_px.zip(row.y_px).filter(|_| self.is_detected() && row.snr > Some(REFINE_SNR));
+        let next_to_it = from_fwhm * self.fwhm_px..NEXT_FWHM.1 * self.fwhm_px;
+        own.filter(|(x, y)| next_to_it.contains(&(x - at.0).hypot(y - at.1)))
+    }
+
+    /// Where the target stands in this frame \[px\], and its scatter about there: at the place of the pass, unless a clear
+    /// detection stands next to it, or the target is known not to stand still.
+    fn place(&self, place: &PassPlace) -> ((f64, f64), f64) {
+        let from_fwhm = if place.jitter_px > 0.0 { 0.0 } else { NEXT_FWHM.0 };
+        self.displaced(place, from_fwhm).map_or((place.at(self.t_s), place.jitter_px), |own| (own, 0.0))
     }
 }
 
@@ -86,11 +124,24 @@ pub enum PlaceFrom {
     Detections(PassPlace),
     /// Their sum, with its significance.
     Stack(PassPlace, f64),
-    /// Its detections, which are resolved, are averaged.
+    /// Its detections, which are resolved, all bright, or bright and at no common place, are averaged.
     Frames,
     /// Nowhere: significance a target must have, error of a flux in the search region and number of frames, if they could be
     /// stacked.
     None(Option<(f64, f64, usize)>),
+}
+
+/// The flux of the target in one frame.
+#[derive(Debug)]
+pub struct PassPoint<'a> {
+    /// The frame.
+    pub frame: PassFrame<'a>,
+    /// The flux.
+    pub point: FramePoint,
+    /// Its flags.
+    pub flags: Flags,
+    /// Whether it is that of the frame's own detection, which has no part in the error of the width.
+    pub is_own: bool,
 }
 
 /// The fluxes of a pass.
@@ -98,8 +149,8 @@ pub enum PlaceFrom {
 pub struct PassCurve<'a> {
     /// Where the target stands.
     pub place: PlaceFrom,
-    /// Frame, flux and flags, in order of time.
-    pub points: Vec<(PassFrame<'a>, FramePoint, Flags)>,
+    /// The flux in each frame that has one, in order of time.
+    pub points: Vec<PassPoint<'a>>,
     /// The width that the fluxes were measured with.
     pub width: Width,
     /// Frames in which the target's place is off the frame, masked or disturbed.
@@ -113,11 +164,12 @@ impl<'a> PassCurve<'a> {
         Self { place, points: Vec::new(), width: Width::default(), without: Vec::new(), empty: EmptyPlaces::default() }
     }
 
-    /// Error of a flux at an airmass by that of the width of the target's images, as a share of it; none of detections as they
-    /// are.
+    /// Error of the mean of some fluxes by that of the width of the target's images, as a share of it, at their middle airmass.
     #[must_use]
-    pub fn width_err_frac(&self, airmass: Option<f64>) -> f64 {
-        if self.place == PlaceFrom::Frames { 0.0 } else { self.width.flux_err_frac(airmass) }
+    pub fn width_err_frac(&self, of: &[PassPoint]) -> f64 {
+        let mut airmasses: Vec<f64> = of.iter().filter_map(|p| p.frame.row.airmass).collect();
+        let by_width = of.iter().filter(|p| !p.is_own).count() as f64 / of.len().max(1) as f64;
+        if by_width > 0.0 { by_width * self.width.flux_err_frac(median(&mut airmasses)) } else { 0.0 }
     }
 
     /// By how much a place that was chosen for the largest flux makes it too large: k σ²/2F for k free parameters, since the
@@ -125,26 +177,30 @@ impl<'a> PassCurve<'a> {
     #[must_use]
     pub fn selection_bias(&self) -> f64 {
         let PlaceFrom::Stack(place, snr) = self.place else { return 0.0 };
-        let points: Vec<FramePoint> = self.points.iter().map(|(_, point, _)| *point).collect();
+        let points: Vec<FramePoint> = self.points.iter().map(|p| p.point).collect();
         mean(&points, 1.0).map_or(0.0, |m| 0.5 * place.freedoms as f64 / snr * m.empty_err)
     }
 
-    /// The light of a point at the place of the pass in each of its frames; `None` in those that do not show the place, nothing
-    /// at all where the pass has no place.
+    /// The light of a point at the place of the pass in each of its frames, or of what the frame itself shows clearly; `None` in
+    /// those that do not show the place, nothing at all where the pass has no place.
     ///
     /// σ² = s² σ₀² + p F + (m F)²: s what empty places make of the errors, p F the photons of the target, m F what its jitter
     /// and the error of its width make of it.
     #[must_use]
     pub fn light_of_frames(&self) -> Vec<(PassFrame<'a>, Option<PointAt>)> {
-        let (PlaceFrom::Detections(place) | PlaceFrom::Stack(place, _)) = self.place else { return Vec::new() };
         let (scale, bias) = (self.empty.error_scale(), self.selection_bias());
-        let light = |(frame, point, _): &(PassFrame<'a>, FramePoint, Flags)| {
-            let (x_px, y_px) = frame.place(&place);
+        let light = |p: &PassPoint<'a>| {
+            let (frame, point) = (p.frame, &p.point);
+            if p.is_own {
+                return (frame, frame.own_light());
+            }
+            let (PlaceFrom::Detections(place) | PlaceFrom::Stack(place, _)) = self.place else { return (frame, None) };
+            let ((x_px, y_px), _) = frame.place(&place);
             let flux = point.flux - bias;
-            let moved = flux * point.moved_frac.hypot(self.width_err_frac(frame.row.airmass));
+            let moved = flux * point.moved_frac.hypot(self.width.flux_err_frac(frame.row.airmass));
             let variance = scale * scale * point.variance + flux.max(0.0) * point.variance_per_flux + moved * moved;
             let (flux_e, err_e) = (flux * frame.unit_e, variance.sqrt() * frame.unit_e);
-            (*frame, Some(PointAt { at: ForcedAt::Pass, x_px, y_px, flux_e, err_e }))
+            (frame, Some(PointAt { at: ForcedAt::Pass, x_px, y_px, flux_e, err_e }))
         };
         self.points.iter().map(light).chain(self.without.iter().map(|frame| (*frame, None))).collect()
     }
@@ -204,25 +260,40 @@ impl<'a> PassFrames<'a> {
     /// # Errors
     /// A stop.
     pub fn curve(&self, threads: &ThreadPool, at_once: usize, stop: &Stop) -> Result<PassCurve<'a>> {
-        let detected: Vec<&PassFrame> =
-            self.frames.iter().filter(|f| f.row.status == Status::Ok && f.row.verdict != Verdict::Reject).collect();
-        if resolved(&detected) {
-            return Ok(PassCurve { points: self.of_rows(), ..PassCurve::at(PlaceFrom::Frames) });
+        let detected: Vec<&PassFrame> = self.frames.iter().filter(|f| f.is_detected()).collect();
+        let zero_mag = self.zero_mag();
+        let is_bright = |f: &PassFrame| f.is_detected() && f.row.snr > Some(BRIGHT_SNR);
+        let of_frames = || {
+            let points = self.frames.iter().filter_map(|f| f.own(zero_mag)).collect();
+            PassCurve { points, ..PassCurve::at(PlaceFrom::Frames) }
+        };
+        if resolved(&detected) || self.frames.iter().all(is_bright) {
+            return Ok(of_frames());
         }
         let fwhm_px = self.frames.first().map_or(f64::NAN, |f| f.fwhm_px);
         let width = Width::of(&detected.iter().filter_map(|f| measured_width(f)).collect::<Vec<_>>());
         let detections: Vec<Detection> = detected.iter().filter_map(|f| detection(f)).collect();
         let place = match PassPlace::of_detections(&detections, fwhm_px) {
             Some(place) => PlaceFrom::Detections(self.refined(place, &width, &detected, threads)),
+            // seen in single frames, but at no common place
+            None if self.frames.iter().filter(|f| is_bright(f)).count() >= FEWEST_BRIGHT => return Ok(of_frames()),
             None => self.search(threads, at_once, stop)?,
         };
         let mut curve = PassCurve { width, ..PassCurve::at(place) };
         let (PlaceFrom::Detections(place) | PlaceFrom::Stack(place, _)) = curve.place else { return Ok(curve) };
         for frames in self.frames.chunks(at_once.max(1)) {
             stop.check(|| "stopped while passes were stacked; run the same line again".into())?;
-            let forced: Vec<Option<ForcedFlux>> =
-                threads.install(|| frames.par_iter().map(|f| self.forced(f, &place, &width)).collect());
-            for (frame, forced) in frames.iter().zip(forced) {
+            let measured = |f: &PassFrame<'a>| match f.own(zero_mag).filter(|_| is_bright(f)) {
+                Some(own) => (Some(own), None),
+                None => (None, self.forced(f, f.place(&place), &width)),
+            };
+            let measured: Vec<(Option<PassPoint>, Option<ForcedFlux>)> =
+                threads.install(|| frames.par_iter().map(measured).collect());
+            for (frame, (own, forced)) in frames.iter().zip(measured) {
+                if let Some(own) = own {
+                    curve.points.push(own);
+                    continue;
+                }
                 let forced = forced.map(|f| (Flags(frame.row.flags & EXCLUDED.0) | f.flags, f));
                 let Some((flags, forced)) = forced.filter(|(flags, _)| !flags.any(EXCLUDED)) else {
                     curve.without.push(*frame);
@@ -239,7 +310,7 @@ impl<'a> PassFrames<'a> {
                     variance_per_flux: forced.variance_per_e / unit,
                     moved_frac: forced.moved_frac,
                 };
-                curve.points.push((*frame, point, flags));
+                curve.points.push(PassPoint { frame: *frame, point, flags, is_own: false });
             }
         }
         Ok(curve)
@@ -248,32 +319,19 @@ impl<'a> PassFrames<'a> {
     /// The place by the light of the brightest detections, whose outlines give it less well.
     fn refined(&self, place: PassPlace, width: &Width, detected: &[&PassFrame], threads: &ThreadPool) -> PassPlace {
         let snr = |f: &PassFrame| f.row.snr.unwrap_or(0.0);
-        let on_place = |f: &PassFrame| f.place(&place) == place.at(f.t_s);
+        let on_place = |f: &PassFrame| f.displaced(&place, NEXT_FWHM.0).is_none();
         let mut bright: Vec<&PassFrame> =
             detected.iter().copied().filter(|f| snr(f) > REFINE_SNR && on_place(f)).collect();
         bright.sort_by(|a, b| snr(b).total_cmp(&snr(a)).then(a.t_s.total_cmp(&b.t_s)));
         bright.truncate(MOST_REFINE);
         let Some(fwhm_px) = bright.first().map(|f| f.fwhm_px) else { return place };
-        let offsets: Vec<(f64, f64, f64)> =
-            threads.install(|| bright.par_iter().filter_map(|f| self.forced(f, &place, width)?.offset_px).collect());
+        let offsets: Vec<(f64, f64, f64)> = threads.install(|| {
+            bright
+                .par_iter()
+                .filter_map(|f| self.forced(f, (place.at(f.t_s), place.jitter_px), width)?.offset_px)
+                .collect()
+        });
         place.refined(&offsets, fwhm_px)
-    }
-
-    /// The detections of a resolved target as they are.
-    fn of_rows(&self) -> Vec<(PassFrame<'a>, FramePoint, Flags)> {
-        let zero = self.zero_mag().unwrap_or(0.0);
-        let point = |f: &PassFrame<'a>| {
-            let row = f.row;
-            let mag = if self.night.zeropoint.is_some() { row.v_mag } else { row.inst_mag };
-            let usable = row.status == Status::Ok && row.verdict != Verdict::Reject && !Flags(row.flags).any(EXCLUDED);
-            let (mag, flux_e, err_e) = (mag.filter(|_| usable)?, row.flux_e?, row.flux_err_e?);
-            let flux = 10f64.powf(-0.4 * (mag - zero));
-            let per_e = flux / flux_e;
-            let variance = (err_e * err_e - flux_e.max(0.0)).max(0.0) * per_e * per_e;
-            let point = FramePoint { t_s: f.t_s, flux, variance, variance_per_flux: per_e, moved_frac: 0.0 };
-            (variance > 0.0 && variance.is_finite()).then_some((*f, point, Flags(row.flags)))
-        };
-        self.frames.iter().filter_map(point).collect()
     }
 
     /// Looks for the target in the sum of the frames.
@@ -313,8 +371,9 @@ impl<'a> PassFrames<'a> {
         frame_map(&pixels, &settings, frame.unit_e)
     }
 
-    fn forced(&self, frame: &PassFrame, place: &PassPlace, width: &Width) -> Option<ForcedFlux> {
-        let (x_px, y_px) = frame.place(place);
+    /// The flux at a place about which the target scatters.
+    fn forced(&self, frame: &PassFrame, (at, jitter_px): ((f64, f64), f64), width: &Width) -> Option<ForcedFlux> {
+        let (x_px, y_px) = at;
         let settings = self.settings(frame);
         let fwhm_px = settings.fwhm_px * width.fwhm_ratio(frame.row.airmass);
         let settings = TargetSettings { x_px, y_px, fwhm_px, search_radius_px: SEARCH_FWHM * fwhm_px, ..settings };
@@ -322,7 +381,7 @@ impl<'a> PassFrames<'a> {
         let pixels = around(&reader, self.night, &settings).ok()??;
         let p = &self.night.config.photometry;
         let sky = sky_at(&pixels, p.mesh_px, p.clip_sigma, &settings)?;
-        forced_flux(&pixels, &sky, &settings, place.jitter_px)
+        forced_flux(&pixels, &sky, &settings, jitter_px)
     }
 }
 

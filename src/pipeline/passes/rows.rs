@@ -21,7 +21,7 @@ pub fn rows_of(number: i64, pass: &PassFrames, curve: &PassCurve) -> Vec<PassSta
     if curve.points.is_empty() {
         return vec![of.without_flux()];
     }
-    let points: Vec<FramePoint> = curve.points.iter().map(|(_, point, _)| *point).collect();
+    let points: Vec<FramePoint> = curve.points.iter().map(|p| p.point).collect();
     let bins = bins(&points, pass.night().config.target.pass_bin_snr, of.scale);
     let mut rows = vec![of.row(0, 0..points.len(), &points)];
     if bins.len() > 1 {
@@ -93,9 +93,9 @@ impl OfPass<'_> {
     /// The mean of a range of frames.
     fn row(&self, bin: i64, range: std::ops::Range<usize>, points: &[FramePoint]) -> PassStackRow {
         let of_bin = &self.curve.points[range.clone()];
-        let mut row = self.of_frames(bin, of_bin.iter().map(|(frame, ..)| frame));
+        let mut row = self.of_frames(bin, of_bin.iter().map(|p| &p.frame));
         row.frames_excluded = if bin == 0 { self.excluded(of_bin.len()) } else { 0 };
-        row.flags = of_bin.iter().fold(Flags::default(), |all, (_, _, flags)| all | *flags).0;
+        row.flags = of_bin.iter().fold(Flags::default(), |all, p| all | p.flags).0;
         row.place_from = match self.curve.place {
             PlaceFrom::Detections(_) => "detections",
             PlaceFrom::Stack(..) => "stack",
@@ -119,19 +119,18 @@ impl OfPass<'_> {
         (row.chi2_dof, row.err_scale) = (m.chi2_dof, Some(self.scale));
         row.threshold_sigma = Some(detect_sigma);
         row.limit_v_mag = self.mag(m.limit(detect_sigma));
-        let mut airmasses: Vec<f64> = of_bin.iter().filter_map(|(frame, ..)| frame.row.airmass).collect();
-        self.magnitude(&mut row, (flux, &m), median(&mut airmasses), detect_sigma);
+        self.magnitude(&mut row, (flux, &m), self.curve.width_err_frac(of_bin), detect_sigma);
         row
     }
 
-    fn magnitude(&self, row: &mut PassStackRow, (flux, m): (f64, &Mean), airmass: Option<f64>, detect_sigma: f64) {
+    fn magnitude(&self, row: &mut PassStackRow, (flux, m): (f64, &Mean), width_err_frac: f64, detect_sigma: f64) {
         if flux < detect_sigma * m.err {
             row.reason = format!("S/N {:.1} is below {detect_sigma} (target.detect_sigma)", flux / m.err);
             return;
         }
         row.inst_mag = Some(-2.5 * flux.log10());
         row.v_mag = self.mag(flux);
-        row.v_mag_err = Some(MAG_PER_LN * (m.err / flux).hypot(self.curve.width_err_frac(airmass)));
+        row.v_mag_err = Some(MAG_PER_LN * (m.err / flux).hypot(width_err_frac));
         if row.v_mag.is_none() {
             row.reason = "no zeropoint: v_mag left empty".into();
         }
