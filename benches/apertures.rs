@@ -113,7 +113,7 @@ fn print_stars() {
         let (start, mut passes) = (Instant::now(), 0);
         let from = cpu_s(&start);
         while start.elapsed().as_secs_f64() < 2.0 {
-            black_box(measure_all(&f.frame, &f.sky, &f.places, STAR, (30.0, 40.0), 3.0));
+            black_box(measure_all(&f.frame, &f.sky, &f.places, STAR, (30.0, 40.0), 3.0, &[]));
             passes += 1;
         }
         let cpu = (cpu_s(&start) - from) / f64::from(passes);
@@ -166,7 +166,7 @@ fn stars_2000_at_once(bencher: Bencher, threads: usize) {
     let f = &*FIELD;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     bencher.bench_local(|| {
-        pool.install(|| measure_all(&f.frame, &f.sky, &f.places, STAR, (30.0, 40.0), 3.0))
+        pool.install(|| measure_all(&f.frame, &f.sky, &f.places, STAR, (30.0, 40.0), 3.0, &[]))
             .iter()
             .map(|s| s.flux_e)
             .sum::<f64>()

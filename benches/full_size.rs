@@ -65,7 +65,7 @@ fn places((nx, ny): (usize, usize), margin_px: f64) -> Vec<(f64, f64)> {
 }
 
 fn fluxes(frame: &Frame<Electrons>, sky: &Background, places: &[(f64, f64)]) -> usize {
-    let fluxes = measure_all(frame, sky, places, Shape::Circle { r_px: 20.0 }, (30.0, 40.0), 3.0);
+    let fluxes = measure_all(frame, sky, places, Shape::Circle { r_px: 20.0 }, (30.0, 40.0), 3.0, &[]);
     fluxes.iter().filter(|f| f.flux_e.is_finite()).count()
 }
 

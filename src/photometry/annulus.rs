@@ -14,6 +14,8 @@ use crate::photometry::clip::{Scratch, clipped_location};
 const MIN_SKY_PX: usize = 16;
 /// Share of clipped annulus pixels beyond what noise explains, from which the annulus is called crowded.
 const CROWDED_FRAC: f64 = 0.02;
+/// Where the light of neighbours covers more than this share of an annulus, all of it is the sky, which is then flagged as crowded.
+const MOST_COVERED: f64 = 0.7;
 /// Pixels copied at once.
 const BLOCK: usize = 8;
 /// Bytes that memory hands over at once.
@@ -28,6 +30,24 @@ pub(crate) struct Sky {
     /// Pixels kept.
     pub n: usize,
     pub flags: Flags,
+}
+
+/// A star whose light is kept out of the annuli of others.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Neighbour {
+    /// Column \[px\].
+    pub x_px: f64,
+    /// Row \[px\].
+    pub y_px: f64,
+    /// Its light reaches this far \[px\].
+    pub r_px: f64,
+}
+
+impl Neighbour {
+    fn covers(&self, i: usize, j: usize) -> bool {
+        let (dx, dy) = (i as f64 - self.x_px, j as f64 - self.y_px);
+        dx * dx + dy * dy < self.r_px * self.r_px
+    }
 }
 
 /// The sky from the unmasked annulus pixels for which `exclude(i, j)` is false.
@@ -58,41 +78,50 @@ pub(crate) fn annulus_sky(
     sky_of(scratch, excluded, flags, background, at, clip_sigma)
 }
 
-/// The sky from all unmasked annulus pixels, taken as slices of rows; `scratch` is used again for the next star.
-pub(crate) fn whole_annulus_sky(
+/// The sky from all unmasked annulus pixels that no neighbour covers, taken as slices of rows; `scratch` is used again for the next
+/// star.
+pub(crate) fn annulus_sky_between(
     frame: &Frame<Electrons>,
     background: &Background,
     at: (f64, f64),
     radii: (f64, f64),
     clip_sigma: f64,
+    neighbours: &[Neighbour],
     scratch: &mut Scratch,
 ) -> Sky {
     let values = &mut scratch.values;
     let mut flags = Flags::default();
     let bounds = Bounds::of(frame);
     touch(frame, at, radii.1);
-    let mut n = 0;
+    let (mut n, mut n_covered) = (0, 0);
     for_each_ring_run(at, radii, bounds, |columns, j| {
+        let is_touched = neighbours.iter().any(|o| (j as f64 - o.y_px).abs() < o.r_px);
+        let first = columns.start;
         let (row, columns) = (j - bounds.y0, columns.start - bounds.x0..columns.end - bounds.x0);
         let (pixels, bits) = (frame.pixels.row(row), frame.mask.row(row));
         let most = columns.len().next_multiple_of(BLOCK);
         if values.len() < n + most {
             values.resize((n + most).next_power_of_two(), 0.0);
         }
-        if let (Some(pixels), Some(bits)) = (pixels.to_slice(), bits.to_slice())
+        if let (false, Some(pixels), Some(bits)) = (is_touched, pixels.to_slice(), bits.to_slice())
             && no_bits(&bits[columns.clone()])
         {
             copy_run(&pixels[columns.start..], columns.len(), &mut values[n..n + most]);
             n += columns.len();
             return;
         }
-        for i in columns {
-            if let Some(value) = sky_pixel(pixels[i], bits[i], &mut flags) {
+        for (i, column) in columns.zip(first..) {
+            if is_touched && neighbours.iter().any(|o| o.covers(column, j)) {
+                n_covered += 1;
+            } else if let Some(value) = sky_pixel(pixels[i], bits[i], &mut flags) {
                 values[n] = value;
                 n += 1;
             }
         }
     });
+    if n_covered as f64 > MOST_COVERED * (n + n_covered) as f64 {
+        return annulus_sky_between(frame, background, at, radii, clip_sigma, &[], scratch);
+    }
     values.truncate(n);
     // once for all rows, without a branch per pixel
     if !values.iter().fold(true, |finite, v| finite & v.is_finite()) {

@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::Flags;
-use crate::photometry::annulus::{Sky, no_bits, whole_annulus_sky};
+pub use crate::photometry::annulus::Neighbour;
+use crate::photometry::annulus::{Sky, annulus_sky_between, no_bits};
 use crate::photometry::aperture::{Bounds, Shape, for_each_row};
 use crate::photometry::background::Background;
 use crate::photometry::clip::Scratch;
@@ -79,12 +80,14 @@ pub fn measure(
     clip_sigma: f64,
 ) -> Flux {
     let scratch = &mut Scratch::default();
-    measure_with(scratch, frame, background, (x_px, y_px), shape, (sky_in_px, sky_out_px), clip_sigma)
+    measure_with(scratch, frame, background, (x_px, y_px), shape, (sky_in_px, sky_out_px), clip_sigma, &[])
 }
 
 /// [`measure`] of many stars, in the order of `positions`: each as if alone, to the bit, on any number of threads.
 ///
-/// They are visited in the order of their rows, so that the frame passes through memory once.
+/// They are visited in the order of their rows, so that the frame passes through memory once. The pixels of their annuli that one of
+/// `stars` covers are no sky, unless it stands in the aperture: stars below the clip make the median too high, and faint stars too
+/// faint.
 #[must_use]
 pub fn measure_all(
     frame: &Frame<Electrons>,
@@ -93,16 +96,20 @@ pub fn measure_all(
     shape: Shape,
     (sky_in_px, sky_out_px): (f64, f64),
     clip_sigma: f64,
+    stars: &[Neighbour],
 ) -> Vec<Flux> {
+    let stars = Neighbours::of(stars);
+    let stars = &stars;
     let mut by_row: Vec<usize> = (0..positions.len()).collect();
     by_row.sort_by(|&a, &b| positions[a].1.total_cmp(&positions[b].1));
     let mut fluxes: Vec<(usize, Flux)> = by_row
         .par_chunks(STARS_PER_TASK)
-        .flat_map_iter(|stars| {
+        .flat_map_iter(|task| {
             let mut scratch = Scratch::default();
-            stars.iter().map(move |&k| {
-                let radii = (sky_in_px, sky_out_px);
-                (k, measure_with(&mut scratch, frame, background, positions[k], shape, radii, clip_sigma))
+            task.iter().map(move |&k| {
+                let (at, radii) = (positions[k], (sky_in_px, sky_out_px));
+                let near = stars.near(at, shape, sky_out_px);
+                (k, measure_with(&mut scratch, frame, background, at, shape, radii, clip_sigma, &near))
             })
         })
         .collect();
@@ -110,6 +117,33 @@ pub fn measure_all(
     fluxes.into_iter().map(|(_, flux)| flux).collect()
 }
 
+/// Stars in the order of their rows.
+struct Neighbours {
+    by_row: Vec<Neighbour>,
+    /// The largest of their radii \[px\].
+    most_r_px: f64,
+}
+
+impl Neighbours {
+    fn of(stars: &[Neighbour]) -> Self {
+        let mut by_row = stars.to_vec();
+        by_row.sort_by(|a, b| a.y_px.total_cmp(&b.y_px));
+        Self { most_r_px: by_row.iter().fold(0.0, |most, star| star.r_px.max(most)), by_row }
+    }
+
+    /// Those outside an aperture whose light reaches within `reach_px` of its centre.
+    fn near(&self, (x, y): (f64, f64), shape: Shape, reach_px: f64) -> Vec<Neighbour> {
+        let first = self.by_row.partition_point(|star| star.y_px < y - reach_px - self.most_r_px);
+        let in_rows = self.by_row[first..].iter().take_while(|star| star.y_px <= y + reach_px + self.most_r_px);
+        let is_near = |star: &&Neighbour| {
+            let (dx, dy) = (star.x_px - x, star.y_px - y);
+            dx.hypot(dy) < reach_px + star.r_px && !shape.contains(dx, dy)
+        };
+        in_rows.filter(is_near).copied().collect()
+    }
+}
+
+#[allow(clippy::too_many_arguments)] // as in `measure`
 fn measure_with(
     scratch: &mut Scratch,
     frame: &Frame<Electrons>,
@@ -118,8 +152,9 @@ fn measure_with(
     shape: Shape,
     radii: (f64, f64),
     clip_sigma: f64,
+    neighbours: &[Neighbour],
 ) -> Flux {
-    let sky = whole_annulus_sky(frame, background, at, radii, clip_sigma, scratch);
+    let sky = annulus_sky_between(frame, background, at, radii, clip_sigma, neighbours, scratch);
     flux_over_sky(frame, at, shape, radii, &sky, |_, _| 0.0)
 }
 

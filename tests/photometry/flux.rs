@@ -13,7 +13,7 @@ use satphot::frames::{Electrons, Frame, mask};
 use satphot::photometry::Flags;
 use satphot::photometry::aperture::Shape;
 use satphot::photometry::background::{Background, background};
-use satphot::photometry::flux::{Flux, measure, measure_all};
+use satphot::photometry::flux::{Flux, Neighbour, measure, measure_all};
 
 /// Flux, area, sky, its scatter, pixels kept, highest pixel, flags but those of the sky's crowding.
 struct Plain {
@@ -212,11 +212,11 @@ fn many_stars_at_once_are_those_of_one_by_one_on_any_number_of_threads() {
         places.iter().map(|&(x, y)| format!("{:?}", measure(&frame, &sky, x, y, shape, 9.0, 15.0, 3.0))).collect();
     for threads in [1, 2, 5] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let at_once = pool.install(|| measure_all(&frame, &sky, &places, shape, (9.0, 15.0), 3.0));
+        let at_once = pool.install(|| measure_all(&frame, &sky, &places, shape, (9.0, 15.0), 3.0, &[]));
         let at_once: Vec<String> = at_once.iter().map(|flux| format!("{flux:?}")).collect();
         assert_eq!(at_once, one_by_one, "{threads} threads");
     }
-    assert!(measure_all(&frame, &sky, &[], shape, (9.0, 15.0), 3.0).is_empty());
+    assert!(measure_all(&frame, &sky, &[], shape, (9.0, 15.0), 3.0, &[]).is_empty());
 }
 
 #[test]
@@ -232,7 +232,7 @@ fn an_annulus_without_a_valid_pixel_spoils_no_other_star() {
     f.pixels[[90, 90]] += 500.0;
     let sky = background(&f, 40, 3.0).unwrap();
     let shape = Shape::Circle { r_px: 4.0 };
-    let got = measure_all(&f, &sky, &[(30.0, 30.0), (90.0, 90.0)], shape, (8.0, 16.0), 3.0);
+    let got = measure_all(&f, &sky, &[(30.0, 30.0), (90.0, 90.0)], shape, (8.0, 16.0), 3.0, &[]);
     assert_eq!((got[0].flags, got[0].n_sky), (Flags::NO_ANNULUS, 0));
     assert_eq!(got[1].flags, Flags::default());
     for star in got {
@@ -293,7 +293,7 @@ fn one_frame_holds_stars_of_1e_minus_2_and_1e8_electrons() {
     let f = frame(pixels, 0.0);
     let sky = background(&f, 40, 3.0).unwrap();
     let places = [(50.2, 100.1), (150.2, 100.1)];
-    let got = measure_all(&f, &sky, &places, Shape::Circle { r_px: 8.0 }, (12.0, 20.0), 3.0);
+    let got = measure_all(&f, &sky, &places, Shape::Circle { r_px: 8.0 }, (12.0, 20.0), 3.0, &[]);
     assert!((got[0].flux_e / 1e8 - 1.0).abs() < 1e-12);
     assert!((got[1].flux_e / f64::from(1e-2f32) - 1.0).abs() < 1e-12);
     // within one aperture: the faint light is a whole number of steps of f64 at the bright light
@@ -315,4 +315,70 @@ fn a_dark_flat_sky_and_a_sky_of_two_levels_are_clipped_as_defined() {
         let got = measure(&f, &sky, 45.0, 45.0, shape, 8.0, 20.0, 3.0);
         assert_same(&got, &plain(&f, &sky, (45.0, 45.0), shape, (8.0, 20.0), 3.0), &format!("{levels:?}"));
     }
+}
+
+/// Faint stars per annulus as near the galactic plane: 900 of 900 to 9000 e⁻ on 600 × 600 pixels, about 100 stars of 6000 e⁻.
+///
+/// The mean of the latter without faint ones in their own apertures, and its error, as shares of the truth.
+fn mean_among_faint_stars(covering: bool) -> (f64, f64) {
+    let (n, fwhm, flux_e, shape) = (600, 4.0, 6_000.0, Shape::Circle { r_px: 8.0 });
+    let mut rng = ChaCha12Rng::seed_from_u64(25_128);
+    let places: Vec<(f64, f64)> = (0..100)
+        .map(|k| (40.0 + 57.0 * f64::from(k % 10), 40.0 + 57.0 * f64::from(k / 10)))
+        .map(|(x, y)| (x + rng.random_range(-4.0..4.0), y + rng.random_range(-4.0..4.0)))
+        .collect();
+    let mut scene = photometry_scene::Scene::new(n, n, 130.0);
+    places.iter().for_each(|&(x, y)| scene.star(x, y, flux_e, fwhm));
+    let mut faint = Vec::new();
+    while faint.len() < 900 {
+        let (x, y) = (rng.random_range(0.0..n as f64), rng.random_range(0.0..n as f64));
+        let e: f64 = 900.0 * 10f64.powf(rng.random::<f64>());
+        // none in an aperture: the sky alone is tested
+        if places.iter().all(|p| (p.0 - x).hypot(p.1 - y) > 14.0) {
+            scene.star(x, y, e, fwhm);
+            faint.push(Neighbour { x_px: x, y_px: y, r_px: 1.8 * fwhm });
+        }
+    }
+    let f = scene.expose(2.0, 25_129);
+    let sky = background(&f, 64, 3.0).unwrap();
+    let fluxes = measure_all(&f, &sky, &places, shape, (12.0, 20.0), 3.0, if covering { &faint } else { &[] });
+    let shares: Vec<f64> = fluxes.iter().map(|flux| flux.flux_e / flux_e).collect();
+    let (mean, sd) = photometry_scene::mean_sd(&shares);
+    (mean, sd / (shares.len() as f64).sqrt())
+}
+
+#[test]
+fn faint_stars_in_the_annuli_take_no_light_where_they_are_known() {
+    let (plain, plain_err) = mean_among_faint_stars(false);
+    let (between, between_err) = mean_among_faint_stars(true);
+    assert!(plain < 0.985 && plain_err < 0.005, "{plain} +- {plain_err}: what is tested is not there");
+    assert!((between - 1.0).abs() < 3.0 * between_err && between_err < 0.005, "{between} +- {between_err}");
+}
+
+#[test]
+fn neighbours_change_nothing_where_they_are_far_in_the_aperture_or_everywhere() {
+    let scene = {
+        let mut scene = photometry_scene::Scene::new(120, 120, 130.0);
+        scene.star(60.0, 60.0, 9_000.0, 4.0);
+        scene
+    };
+    let f = scene.expose(2.0, 7);
+    let sky = background(&f, 40, 3.0).unwrap();
+    let with = |others: &[Neighbour]| {
+        let got = measure_all(&f, &sky, &[(60.0, 60.0)], Shape::Circle { r_px: 8.0 }, (12.0, 20.0), 3.0, others);
+        format!("{got:?}")
+    };
+    let star = |x_px: f64, y_px: f64, r_px: f64| Neighbour { x_px, y_px, r_px };
+    let alone = with(&[]);
+    // far, the star itself, light that covers more than most of the annulus, places that are none
+    for others in [
+        star(100.0, 60.0, 15.0),
+        star(60.5, 59.0, 30.0),
+        star(72.0, 60.0, 60.0),
+        star(f64::NAN, 60.0, 9.0),
+        star(70.0, f64::NAN, 9.0),
+    ] {
+        assert_eq!(with(&[others]), alone, "{others:?}");
+    }
+    assert_ne!(with(&[star(74.0, 60.0, 6.0)]), alone);
 }

@@ -23,10 +23,10 @@ use crate::frames::Exposure;
 use crate::orbit::{airmass::airmass, icrs_to_altaz};
 use crate::photometry::Flags;
 use crate::photometry::aperture::Shape;
-use crate::photometry::background::background;
+use crate::photometry::background::{Background, background};
 use crate::photometry::centroid::centroid;
 use crate::photometry::detect::{Source, detect, stellar_fwhm};
-use crate::photometry::flux::measure_all;
+use crate::photometry::flux::{Neighbour, measure_all};
 use crate::photometry::growth::frame_growth;
 use crate::pipeline::prepared::Flattened;
 use crate::pipeline::stars::solve::field_wcs;
@@ -38,6 +38,10 @@ pub use rows::{combined_rows, single_rows};
 const RECENTRE_SNR: f64 = 25.0;
 /// A neighbour that adds more than this share of a star's own error taints it.
 const NEIGHBOUR_SIGMA: f64 = 0.3;
+/// Exponent of the wings of the profile of neighbours.
+const WING_BETA: f64 = 2.5;
+/// Light above this share of the noise of a pixel is that of a neighbour.
+const WING_SIGMA: f64 = 0.1;
 /// Brightest objects used for the alignment.
 const N_ALIGN: usize = 300;
 /// Of two objects at one place the fainter counts if it has more than this share of the brighter one's light.
@@ -122,7 +126,8 @@ pub fn measure_member(exposure: &Exposure, night: &Flattened, catalogue: &Catalo
         positions.push(at);
     }
     let shape = Shape::Circle { r_px: radii_px[0] };
-    let fluxes = measure_all(&frame, &sky, &positions, shape, (radii_px[1], radii_px[2]), p.clip_sigma);
+    let stars = neighbours(&sources, &sky, fwhm_px);
+    let fluxes = measure_all(&frame, &sky, &positions, shape, (radii_px[1], radii_px[2]), p.clip_sigma, &stars);
     let mut measured = Vec::new();
     let mut claims: Vec<Option<usize>> = Vec::new();
     for (((index, nearest), at), mut flux) in places.into_iter().zip(positions).zip(fluxes) {
@@ -167,6 +172,18 @@ pub fn measure_member(exposure: &Exposure, night: &Flattened, catalogue: &Catalo
         note: field.note,
         stars: measured,
     })
+}
+
+/// How far the light of the detected stars reaches: until a Moffat profile of β = 2.5, whose wings are those of most telescopes or wider,
+/// is a tenth of the noise of a pixel, peak (1 + r²/α²)^(−β) = 0.1 σ.
+fn neighbours(sources: &[Source], sky: &Background, fwhm_px: f64) -> Vec<Neighbour> {
+    let alpha_px = 0.5 * fwhm_px / (2f64.powf(1.0 / WING_BETA) - 1.0).sqrt();
+    let reach = |s: &Source| {
+        let over = (s.peak_e / (WING_SIGMA * sky.rms(s.x_px, s.y_px))).powf(1.0 / WING_BETA) - 1.0;
+        let r_px = alpha_px * over.sqrt();
+        r_px.is_finite().then_some(Neighbour { x_px: s.x_px, y_px: s.y_px, r_px })
+    };
+    sources.iter().filter_map(reach).collect()
 }
 
 fn header(path: &Path, keyword: &str, problem: &str) -> Error {
