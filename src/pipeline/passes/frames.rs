@@ -19,7 +19,7 @@ use crate::photometry::pass::width::{MeasuredWidth, Width};
 use crate::photometry::target::settings::TargetSettings;
 use crate::pipeline::prepared::Calibrated;
 use crate::pipeline::target::frame::{settings_of_frame, target_settings};
-use crate::pipeline::target::measurement::PointAt;
+use crate::pipeline::target::measurement::{BRIGHT_SNR, PointAt};
 use crate::pipeline::target::place::Place;
 use crate::pipeline::target::window::{around, sky_at};
 use crate::tables::PhotometryRow;
@@ -34,9 +34,6 @@ const SEARCH_FWHM: f64 = 14.0;
 /// What makes the flux at a place wrong whatever its error.
 const EXCLUDED: Flags =
     Flags(Flags::SATURATED.0 | Flags::CROSSED.0 | Flags::VIGNETTED.0 | Flags::LOWER_LIMIT.0 | Flags::EDGE.0);
-/// A frame that shows the target this clearly is its own best measure: its outline holds the light of any size at any place, and the
-/// choice of the brightest changes nothing.
-const BRIGHT_SNR: f64 = 50.0;
 /// So many of them that stand at no common place are the target all the same.
 const FEWEST_BRIGHT: usize = 3;
 /// Detections this bright, and no more of them, refine the place.
@@ -91,14 +88,6 @@ impl<'a> PassFrame<'a> {
         let point = FramePoint { t_s: self.t_s, flux, variance, variance_per_flux: per_e, moved_frac: 0.0 };
         let of = |point| PassPoint { frame: *self, point, flags: Flags(row.flags), is_own: true };
         (variance > 0.0 && variance.is_finite()).then(|| of(point))
-    }
-
-    /// The whole light of its own detection.
-    fn own_light(&self) -> Option<PointAt> {
-        let row = self.row;
-        let whole = 10f64.powf(-0.4 * row.aper_corr_mag.unwrap_or(0.0));
-        let (flux_e, err_e) = (row.flux_e? * whole, row.flux_err_e? * whole);
-        Some(PointAt { at: ForcedAt::Detection, x_px: row.x_px?, y_px: row.y_px?, flux_e, err_e })
     }
 
     /// The place of a clear detection that is more than `from_fwhm` from that of the pass and not another object \[px\].
@@ -181,20 +170,17 @@ impl<'a> PassCurve<'a> {
         mean(&points, 1.0).map_or(0.0, |m| 0.5 * place.freedoms as f64 / snr * m.empty_err)
     }
 
-    /// The light of a point at the place of the pass in each of its frames, or of what the frame itself shows clearly; `None` in
-    /// those that do not show the place, nothing at all where the pass has no place.
+    /// The light of a point at the place of the pass in each of its frames, but those that show the target clearly themselves;
+    /// `None` in those that do not show the place, nothing at all where the pass has no place.
     ///
     /// σ² = s² σ₀² + p F + (m F)²: s what empty places make of the errors, p F the photons of the target, m F what its jitter
     /// and the error of its width make of it.
     #[must_use]
     pub fn light_of_frames(&self) -> Vec<(PassFrame<'a>, Option<PointAt>)> {
+        let (PlaceFrom::Detections(place) | PlaceFrom::Stack(place, _)) = self.place else { return Vec::new() };
         let (scale, bias) = (self.empty.error_scale(), self.selection_bias());
         let light = |p: &PassPoint<'a>| {
             let (frame, point) = (p.frame, &p.point);
-            if p.is_own {
-                return (frame, frame.own_light());
-            }
-            let (PlaceFrom::Detections(place) | PlaceFrom::Stack(place, _)) = self.place else { return (frame, None) };
             let ((x_px, y_px), _) = frame.place(&place);
             let flux = point.flux - bias;
             let moved = flux * point.moved_frac.hypot(self.width.flux_err_frac(frame.row.airmass));
@@ -202,7 +188,12 @@ impl<'a> PassCurve<'a> {
             let (flux_e, err_e) = (flux * frame.unit_e, variance.sqrt() * frame.unit_e);
             (frame, Some(PointAt { at: ForcedAt::Pass, x_px, y_px, flux_e, err_e }))
         };
-        self.points.iter().map(light).chain(self.without.iter().map(|frame| (*frame, None))).collect()
+        self.points
+            .iter()
+            .filter(|p| !p.is_own)
+            .map(light)
+            .chain(self.without.iter().map(|frame| (*frame, None)))
+            .collect()
     }
 }
 

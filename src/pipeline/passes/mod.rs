@@ -17,7 +17,7 @@ use crate::pipeline::options::Options;
 use crate::pipeline::prepared::Calibrated;
 use crate::pipeline::target::measurement::PointAt;
 use crate::tables::row_passes::passes;
-use crate::tables::words::ForcedAt;
+use crate::tables::words::{ForcedAt, Verdict};
 use crate::tables::{PassStackRow, PhotometryRow};
 
 use frames::PassFrames;
@@ -63,9 +63,11 @@ pub fn pass_stack(
     Ok(out)
 }
 
-/// The light of a point at the place of the pass in the columns of a frame that has none of its own detection.
+/// The light of a point at the place of the pass in the columns of a frame that has none of its own detection, or that of an
+/// outline with what disturbs it.
 fn at_place_of_pass(row: &mut PhotometryRow, light: Option<PointAt>) {
-    if row.forced_at == ForcedAt::Detection {
+    let is_disturbed = row.verdict == Verdict::Reject && row.disc_fwhm2.is_none();
+    if row.forced_at == ForcedAt::Detection && !(is_disturbed && light.is_some()) {
         return;
     }
     let light = light.filter(|l| l.flux_e.is_finite() && l.err_e.is_finite());
