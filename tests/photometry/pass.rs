@@ -8,6 +8,7 @@ use crate::photometry_scene::{self, Scene, tracks::Track};
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha12Rng;
+use rand_distr::{Distribution, Normal};
 use rayon::prelude::*;
 use satphot::photometry::background::background;
 use satphot::photometry::pass::curve::{EmptyPlaces, FramePoint, bins, mean};
@@ -337,4 +338,39 @@ fn errors_that_do_not_hold_at_empty_places_are_multiplied_and_others_are_left() 
         }
     }
     assert_eq!(EmptyPlaces::default().error_scale(), 1.0);
+}
+
+#[test]
+fn frames_that_missed_the_target_neither_carry_the_mean_nor_state_the_error_of_a_fainter_one() {
+    let (flux, n) = (100.0, 4000);
+    let mut rng = ChaCha12Rng::seed_from_u64(25_130);
+    let noise = Normal::new(0.0, 1.0).unwrap();
+    let (mut pulls, mut alone) = (Vec::new(), Vec::new());
+    for _ in 0..n {
+        let mut points = Vec::new();
+        for k in 0..8 {
+            // six outlines with an error of 3, and two small apertures at the place, of a target that is next to it: half to one and a
+            // half of its light, with equal chances
+            let missed = k >= 6;
+            let (err, moved_frac) = if missed { (0.5, 0.5 / 3f64.sqrt()) } else { (3.0, 0.0) };
+            let share = if missed { 0.5 + rng.random::<f64>() } else { 1.0 };
+            points.push(FramePoint {
+                t_s: f64::from(k),
+                flux: flux * share + err * noise.sample(&mut rng),
+                variance: err * err,
+                variance_per_flux: 0.0,
+                moved_frac,
+            });
+        }
+        let m = mean(&points, 1.0).unwrap();
+        pulls.push((m.flux - flux) / m.err);
+        assert!(m.err < 1.3 && m.err > 1.1, "{m:?}");
+        let one = mean(&points[7..], 1.0).unwrap();
+        alone.push((one.flux - flux) / one.err_of_expected(m.flux));
+    }
+    let (mean, err, within) = of_pulls(&pulls);
+    assert!(mean.abs() < 4.0 * err && (within - 0.68).abs() < 0.03, "{mean} +- {err}, {within}");
+    // an even distribution has 58 % within one of its standard deviations; brighter ones have a larger error, of their own flux
+    let (_, _, within) = of_pulls(&alone);
+    assert!((0.56..0.70).contains(&within), "{within}");
 }

@@ -42,38 +42,58 @@ pub struct Mean {
     pub empty_err: f64,
     /// What a target of unit flux adds to its variance.
     pub variance_per_flux: f64,
+    /// By how much of itself it scatters because the target does not stand still.
+    pub moved_frac: f64,
     /// Weighted mean time \[s\].
     pub t_s: f64,
     /// χ² per degree of freedom of the frames about the mean; `None` for one frame.
     pub chi2_dof: Option<f64>,
 }
 
-/// F = Σ f/σ² / Σ 1/σ², Var F = Σ (σ² + g F + m² F²)/σ⁴ / (Σ 1/σ²)²: σ² the variance without the target, g F that of its
-/// photons, m F that of its jitter.
+/// F = Σ w f / Σ w, Var F = Σ w² (σ² + g F + m² F²) / (Σ w)²: σ² the variance without the target, g F that of its photons, m F
+/// that of its jitter. w = 1/(σ² + m² F₀²), F₀ the mean with w = 1/σ²: not the flux of the frame, which would favour those whose
+/// flux is too small.
 ///
 /// `scale` multiplies every error. `None` without frames.
 #[must_use]
 pub fn mean(frames: &[FramePoint], scale: f64) -> Option<Mean> {
-    let weight = |f: &FramePoint| 1.0 / f.variance;
-    let total: f64 = frames.iter().map(weight).sum();
-    if !(total > 0.0 && total.is_finite()) {
-        return None;
-    }
-    let flux = frames.iter().map(|f| weight(f) * f.flux).sum::<f64>() / total;
+    let of = |expected: f64| {
+        let weight = move |f: &FramePoint| 1.0 / (f.variance + (expected * f.moved_frac).powi(2));
+        let total: f64 = frames.iter().map(weight).sum();
+        let sum = frames.iter().map(|f| weight(f) * f.flux).sum::<f64>();
+        (total > 0.0 && total.is_finite()).then_some((weight, total, sum / total))
+    };
+    let (weight, total, flux) = of(of(0.0)?.2.max(0.0))?;
     let t_s = frames.iter().map(|f| weight(f) * f.t_s).sum::<f64>() / total;
     let own = flux.max(0.0);
     let variance = |f: &FramePoint| f.variance + own * f.variance_per_flux + (own * f.moved_frac).powi(2);
-    let empty2 = (scale / total).powi(2) * total;
+    let empty2 = (scale / total).powi(2) * frames.iter().map(|f| f.variance * weight(f).powi(2)).sum::<f64>();
     let per_flux =
         frames.iter().map(|f| f.variance_per_flux * weight(f).powi(2)).sum::<f64>() * (scale / total).powi(2);
     let moved2 = frames.iter().map(|f| (f.moved_frac * weight(f)).powi(2)).sum::<f64>() / total.powi(2);
     let err = (empty2 + own * per_flux + own * own * moved2).sqrt();
     let chi2: f64 = frames.iter().map(|f| (f.flux - flux).powi(2) / variance(f)).sum::<f64>() / (scale * scale);
     let chi2_dof = (frames.len() > 1).then(|| chi2 / (frames.len() - 1) as f64);
-    Some(Mean { flux, err, empty_err: empty2.sqrt(), variance_per_flux: per_flux, t_s, chi2_dof })
+    Some(Mean {
+        flux,
+        err,
+        empty_err: empty2.sqrt(),
+        variance_per_flux: per_flux,
+        moved_frac: moved2.sqrt(),
+        t_s,
+        chi2_dof,
+    })
 }
 
 impl Mean {
+    /// Its error where the target is `expected` to be this bright: one that was next to its place is too faint, and so would be what
+    /// its jitter makes of it.
+    #[must_use]
+    pub fn err_of_expected(&self, expected: f64) -> f64 {
+        let (expected, own) = (expected.max(0.0), self.flux.max(0.0));
+        (self.err * self.err + (expected * expected - own * own).max(0.0) * self.moved_frac.powi(2)).sqrt()
+    }
+
     /// The flux t of which 95 % would reach a signal-to-noise of T: t = n √(σ² + g t), n = T + 1.645, σ² + g t its variance.
     #[must_use]
     pub fn limit(&self, threshold: f64) -> f64 {

@@ -90,10 +90,10 @@ impl<'a> PassFrame<'a> {
         (variance > 0.0 && variance.is_finite()).then(|| of(point))
     }
 
-    /// The place of a clear detection that is more than `from_fwhm` from that of the pass and not another object \[px\].
+    /// The place of a clear, undisturbed detection that is more than `from_fwhm` from that of the pass and not another object \[px\].
     fn displaced(&self, place: &PassPlace, from_fwhm: f64) -> Option<(f64, f64)> {
         let (row, at) = (self.row, place.at(self.t_s));
-        let own = row.x_px.zip(row.y_px).filter(|_| self.is_detected() && row.snr > Some(REFINE_SNR));
+        let own = row.x_px.zip(row.y_px).filter(|_| row.verdict == Verdict::Use && row.snr > Some(REFINE_SNR));
         let next_to_it = from_fwhm * self.fwhm_px..NEXT_FWHM.1 * self.fwhm_px;
         own.filter(|(x, y)| next_to_it.contains(&(x - at.0).hypot(y - at.1)))
     }
@@ -161,6 +161,12 @@ impl<'a> PassCurve<'a> {
         if by_width > 0.0 { by_width * self.width.flux_err_frac(median(&mut airmasses)) } else { 0.0 }
     }
 
+    /// The mean of all its fluxes; `None` without any.
+    #[must_use]
+    pub fn mean_flux(&self) -> Option<f64> {
+        mean(&self.points.iter().map(|p| p.point).collect::<Vec<_>>(), 1.0).map(|m| m.flux)
+    }
+
     /// By how much a place that was chosen for the largest flux makes it too large: k σ²/2F for k free parameters, since the
     /// largest response of a smooth field exceeds that of the truth by χ²_k in its square.
     #[must_use]
@@ -174,16 +180,18 @@ impl<'a> PassCurve<'a> {
     /// `None` in those that do not show the place, nothing at all where the pass has no place.
     ///
     /// σ² = s² σ₀² + p F + (m F)²: s what empty places make of the errors, p F the photons of the target, m F what its jitter
-    /// and the error of its width make of it.
+    /// and the error of its width make of it, F there at least the mean of the pass: the flux of a target next to the place is too
+    /// small, and so would be its error.
     #[must_use]
     pub fn light_of_frames(&self) -> Vec<(PassFrame<'a>, Option<PointAt>)> {
         let (PlaceFrom::Detections(place) | PlaceFrom::Stack(place, _)) = self.place else { return Vec::new() };
         let (scale, bias) = (self.empty.error_scale(), self.selection_bias());
+        let of_pass = self.mean_flux().unwrap_or(0.0);
         let light = |p: &PassPoint<'a>| {
             let (frame, point) = (p.frame, &p.point);
             let ((x_px, y_px), _) = frame.place(&place);
             let flux = point.flux - bias;
-            let moved = flux * point.moved_frac.hypot(self.width.flux_err_frac(frame.row.airmass));
+            let moved = flux.max(of_pass) * point.moved_frac.hypot(self.width.flux_err_frac(frame.row.airmass));
             let variance = scale * scale * point.variance + flux.max(0.0) * point.variance_per_flux + moved * moved;
             let (flux_e, err_e) = (flux * frame.unit_e, variance.sqrt() * frame.unit_e);
             (frame, Some(PointAt { at: ForcedAt::Pass, x_px, y_px, flux_e, err_e }))

@@ -6,7 +6,7 @@ use super::frames::{PassCurve, PassFrame, PassFrames, PlaceFrom};
 use crate::base::constants::MAG_PER_LN;
 use crate::base::stats::median;
 use crate::photometry::Flags;
-use crate::photometry::pass::curve::{FramePoint, Mean, bins, mean};
+use crate::photometry::pass::curve::{FramePoint, bins, mean};
 use crate::photometry::target::measure::LIMIT_MARGIN_SIGMA;
 use crate::tables::{PassStackRow, PhotometryRow};
 
@@ -17,7 +17,9 @@ const DAY_S: f64 = 86_400.0;
 #[must_use]
 pub fn rows_of(number: i64, pass: &PassFrames, curve: &PassCurve) -> Vec<PassStackRow> {
     let Some(first) = pass.frames.first() else { return Vec::new() };
-    let of = OfPass { number, pass, curve, first, scale: curve.empty.error_scale(), bias: curve.selection_bias() };
+    let (scale, bias) = (curve.empty.error_scale(), curve.selection_bias());
+    let of_pass = curve.mean_flux().unwrap_or(0.0);
+    let of = OfPass { number, pass, curve, first, scale, bias, of_pass };
     if curve.points.is_empty() {
         return vec![of.without_flux()];
     }
@@ -37,6 +39,8 @@ struct OfPass<'a> {
     first: &'a PassFrame<'a>,
     scale: f64,
     bias: f64,
+    /// The mean flux of the pass.
+    of_pass: f64,
 }
 
 impl OfPass<'_> {
@@ -108,6 +112,7 @@ impl OfPass<'_> {
             return row;
         };
         let flux = m.flux - self.bias;
+        let err = m.err_of_expected(self.of_pass);
         let detect_sigma = self.pass.night().config.target.detect_sigma;
         row.mjd_mid_d = self.first.row.mjd_mid_d.map(|mjd| mjd + m.t_s / DAY_S);
         if let PlaceFrom::Detections(place) | PlaceFrom::Stack(place, _) = self.curve.place {
@@ -115,22 +120,22 @@ impl OfPass<'_> {
             (row.x_px, row.y_px, row.jitter_px) = (Some(x), Some(y), Some(place.jitter_px));
             (row.drift_x_px_s, row.drift_y_px_s) = (Some(place.drift_px_s.0), Some(place.drift_px_s.1));
         }
-        (row.flux_e_s, row.flux_err_e_s, row.snr) = (Some(flux), Some(m.err), Some(flux / m.err));
+        (row.flux_e_s, row.flux_err_e_s, row.snr) = (Some(flux), Some(err), Some(flux / err));
         (row.chi2_dof, row.err_scale) = (m.chi2_dof, Some(self.scale));
         row.threshold_sigma = Some(detect_sigma);
         row.limit_v_mag = self.mag(m.limit(detect_sigma));
-        self.magnitude(&mut row, (flux, &m), self.curve.width_err_frac(of_bin), detect_sigma);
+        self.magnitude(&mut row, (flux, err), self.curve.width_err_frac(of_bin), detect_sigma);
         row
     }
 
-    fn magnitude(&self, row: &mut PassStackRow, (flux, m): (f64, &Mean), width_err_frac: f64, detect_sigma: f64) {
-        if flux < detect_sigma * m.err {
-            row.reason = format!("S/N {:.1} is below {detect_sigma} (target.detect_sigma)", flux / m.err);
+    fn magnitude(&self, row: &mut PassStackRow, (flux, err): (f64, f64), width_err_frac: f64, detect_sigma: f64) {
+        if flux < detect_sigma * err {
+            row.reason = format!("S/N {:.1} is below {detect_sigma} (target.detect_sigma)", flux / err);
             return;
         }
         row.inst_mag = Some(-2.5 * flux.log10());
         row.v_mag = self.mag(flux);
-        row.v_mag_err = Some(MAG_PER_LN * (m.err / flux).hypot(width_err_frac));
+        row.v_mag_err = Some(MAG_PER_LN * (err / flux).hypot(width_err_frac));
         if row.v_mag.is_none() {
             row.reason = "no zeropoint: v_mag left empty".into();
         }
