@@ -19,7 +19,7 @@ use crate::photometry::pass::width::{MeasuredWidth, Width};
 use crate::photometry::target::settings::TargetSettings;
 use crate::pipeline::prepared::Calibrated;
 use crate::pipeline::target::frame::{settings_of_frame, target_settings};
-use crate::pipeline::target::measurement::{BRIGHT_SNR, PointAt};
+use crate::pipeline::target::measurement::{CLEAR_SNR, PointAt};
 use crate::pipeline::target::place::Place;
 use crate::pipeline::target::window::{around, sky_at};
 use crate::tables::PhotometryRow;
@@ -34,6 +34,8 @@ const SEARCH_FWHM: f64 = 14.0;
 /// What makes the flux at a place wrong whatever its error.
 const EXCLUDED: Flags =
     Flags(Flags::SATURATED.0 | Flags::CROSSED.0 | Flags::VIGNETTED.0 | Flags::LOWER_LIMIT.0 | Flags::EDGE.0);
+/// A pass is bright where half of its detections reach this: then each clear one is its frame's best measure.
+const BRIGHT_SNR: f64 = 2.0 * CLEAR_SNR;
 /// So many of them that stand at no common place are the target all the same.
 const FEWEST_BRIGHT: usize = 3;
 /// Detections this bright, and no more of them, refine the place.
@@ -90,19 +92,13 @@ impl<'a> PassFrame<'a> {
         (variance > 0.0 && variance.is_finite()).then(|| of(point))
     }
 
-    /// The place of a clear, undisturbed detection that is more than `from_fwhm` from that of the pass and not another object \[px\].
-    fn displaced(&self, place: &PassPlace, from_fwhm: f64) -> Option<(f64, f64)> {
+    /// Where the target stands in this frame \[px\]: at the place of the pass, unless a clear and undisturbed detection stands next
+    /// to it.
+    fn place(&self, place: &PassPlace) -> (f64, f64) {
         let (row, at) = (self.row, place.at(self.t_s));
         let own = row.x_px.zip(row.y_px).filter(|_| row.verdict == Verdict::Use && row.snr > Some(REFINE_SNR));
-        let next_to_it = from_fwhm * self.fwhm_px..NEXT_FWHM.1 * self.fwhm_px;
-        own.filter(|(x, y)| next_to_it.contains(&(x - at.0).hypot(y - at.1)))
-    }
-
-    /// Where the target stands in this frame \[px\], and its scatter about there: at the place of the pass, unless a clear
-    /// detection stands next to it, or the target is known not to stand still.
-    fn place(&self, place: &PassPlace) -> ((f64, f64), f64) {
-        let from_fwhm = if place.jitter_px > 0.0 { 0.0 } else { NEXT_FWHM.0 };
-        self.displaced(place, from_fwhm).map_or((place.at(self.t_s), place.jitter_px), |own| (own, 0.0))
+        let next_to_it = NEXT_FWHM.0 * self.fwhm_px..NEXT_FWHM.1 * self.fwhm_px;
+        own.filter(|(x, y)| next_to_it.contains(&(x - at.0).hypot(y - at.1))).unwrap_or(at)
     }
 }
 
@@ -189,7 +185,7 @@ impl<'a> PassCurve<'a> {
         let of_pass = self.mean_flux().unwrap_or(0.0);
         let light = |p: &PassPoint<'a>| {
             let (frame, point) = (p.frame, &p.point);
-            let ((x_px, y_px), _) = frame.place(&place);
+            let (x_px, y_px) = frame.place(&place);
             let flux = point.flux - bias;
             let moved = flux.max(of_pass) * point.moved_frac.hypot(self.width.flux_err_frac(frame.row.airmass));
             let variance = scale * scale * point.variance + flux.max(0.0) * point.variance_per_flux + moved * moved;
@@ -261,7 +257,10 @@ impl<'a> PassFrames<'a> {
     pub fn curve(&self, threads: &ThreadPool, at_once: usize, stop: &Stop) -> Result<PassCurve<'a>> {
         let detected: Vec<&PassFrame> = self.frames.iter().filter(|f| f.is_detected()).collect();
         let zero_mag = self.zero_mag();
-        let is_bright = |f: &PassFrame| f.is_detected() && f.row.snr > Some(BRIGHT_SNR);
+        // by the pass, not by the noise of a frame
+        let is_bright_pass =
+            median(&mut detected.iter().filter_map(|f| f.row.snr).collect::<Vec<_>>()) > Some(BRIGHT_SNR);
+        let is_bright = |f: &PassFrame| is_bright_pass && f.is_detected() && f.row.snr > Some(CLEAR_SNR);
         let of_frames = || {
             let points = self.frames.iter().filter_map(|f| f.own(zero_mag)).collect();
             PassCurve { points, ..PassCurve::at(PlaceFrom::Frames) }
@@ -284,7 +283,7 @@ impl<'a> PassFrames<'a> {
             stop.check(|| "stopped while passes were stacked; run the same line again".into())?;
             let measured = |f: &PassFrame<'a>| match f.own(zero_mag).filter(|_| is_bright(f)) {
                 Some(own) => (Some(own), None),
-                None => (None, self.forced(f, f.place(&place), &width)),
+                None => (None, self.forced(f, &place, &width)),
             };
             let measured: Vec<(Option<PassPoint>, Option<ForcedFlux>)> =
                 threads.install(|| frames.par_iter().map(measured).collect());
@@ -318,18 +317,14 @@ impl<'a> PassFrames<'a> {
     /// The place by the light of the brightest detections, whose outlines give it less well.
     fn refined(&self, place: PassPlace, width: &Width, detected: &[&PassFrame], threads: &ThreadPool) -> PassPlace {
         let snr = |f: &PassFrame| f.row.snr.unwrap_or(0.0);
-        let on_place = |f: &PassFrame| f.displaced(&place, NEXT_FWHM.0).is_none();
+        let on_place = |f: &PassFrame| f.place(&place) == place.at(f.t_s);
         let mut bright: Vec<&PassFrame> =
             detected.iter().copied().filter(|f| snr(f) > REFINE_SNR && on_place(f)).collect();
         bright.sort_by(|a, b| snr(b).total_cmp(&snr(a)).then(a.t_s.total_cmp(&b.t_s)));
         bright.truncate(MOST_REFINE);
         let Some(fwhm_px) = bright.first().map(|f| f.fwhm_px) else { return place };
-        let offsets: Vec<(f64, f64, f64)> = threads.install(|| {
-            bright
-                .par_iter()
-                .filter_map(|f| self.forced(f, (place.at(f.t_s), place.jitter_px), width)?.offset_px)
-                .collect()
-        });
+        let offsets: Vec<(f64, f64, f64)> =
+            threads.install(|| bright.par_iter().filter_map(|f| self.forced(f, &place, width)?.offset_px).collect());
         place.refined(&offsets, fwhm_px)
     }
 
@@ -370,9 +365,8 @@ impl<'a> PassFrames<'a> {
         frame_map(&pixels, &settings, frame.unit_e)
     }
 
-    /// The flux at a place about which the target scatters.
-    fn forced(&self, frame: &PassFrame, (at, jitter_px): ((f64, f64), f64), width: &Width) -> Option<ForcedFlux> {
-        let (x_px, y_px) = at;
+    fn forced(&self, frame: &PassFrame, place: &PassPlace, width: &Width) -> Option<ForcedFlux> {
+        let (x_px, y_px) = frame.place(place);
         let settings = self.settings(frame);
         let fwhm_px = settings.fwhm_px * width.fwhm_ratio(frame.row.airmass);
         let settings = TargetSettings { x_px, y_px, fwhm_px, search_radius_px: SEARCH_FWHM * fwhm_px, ..settings };
@@ -380,7 +374,7 @@ impl<'a> PassFrames<'a> {
         let pixels = around(&reader, self.night, &settings).ok()??;
         let p = &self.night.config.photometry;
         let sky = sky_at(&pixels, p.mesh_px, p.clip_sigma, &settings)?;
-        forced_flux(&pixels, &sky, &settings, jitter_px)
+        forced_flux(&pixels, &sky, &settings, place.jitter_px)
     }
 }
 

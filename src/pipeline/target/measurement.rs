@@ -39,7 +39,7 @@ pub struct Measurement {
     /// The flux in the aperture.
     pub flux: Flux,
     /// The light of a point: without a detection at the expected place, at its own place that of a compact target, and the whole
-    /// light of one above [`BRIGHT_SNR`].
+    /// light of one above [`CLEAR_SNR`].
     pub forced: Option<PointAt>,
     /// The shape of the target; `None` if nothing was found.
     pub target_shape: Option<TargetShape>,
@@ -53,9 +53,9 @@ pub struct Measurement {
     pub reasons: Vec<String>,
 }
 
-/// A frame that shows the target this clearly is its own best measure: its outline holds the light of any size at any place, and the
-/// choice of the brightest changes nothing.
-pub const BRIGHT_SNR: f64 = 50.0;
+/// A frame that shows the target this clearly is a measure of its whole light: the outline holds that of any size at any place, and its
+/// noise adds no more than a few percent.
+pub const CLEAR_SNR: f64 = 25.0;
 
 /// The light of a point at a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -177,7 +177,7 @@ impl Setting<'_> {
                 let detected = flux.snr >= t.detect_sigma;
                 let point = |at, (x_px, y_px), (flux_e, err_e)| PointAt { at, x_px, y_px, flux_e, err_e };
                 let whole = 10f64.powf(-0.4 * corr_mag);
-                let own = || (flux.snr > BRIGHT_SNR).then_some((flux.flux_e * whole, flux.flux_err_e * whole));
+                let own = || (flux.snr > CLEAR_SNR).then_some((flux.flux_e * whole, flux.flux_err_e * whole));
                 let own = as_point_e.or_else(own);
                 let mut forced = own.map(|light| point(ForcedAt::Detection, (x_px, y_px), light));
                 let mut reasons = Vec::new();

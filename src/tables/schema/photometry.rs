@@ -101,7 +101,7 @@ table! {
         forced_flux_e: Option<f64> => "electron" ["phot.count"] added_later,
         /// 1-sigma random error of forced_flux_e
         forced_flux_err_e: Option<f64> => "electron" ["stat.error;phot.count"] added_later,
-        /// where forced_flux_e is measured: detection (that of this frame; where S/N is above 50 and its size was not measured the
+        /// where forced_flux_e is measured: detection (that of this frame; where S/N is above 25 and its size was not measured the
         /// whole light of its outline, flux_e and aper_corr_mag), pass (where the frames of the pass show the target),
         /// expected (target.x_px and y_px, else the middle of the frame: too faint where the target stands elsewhere)
         forced_at: String => ["meta.code"] added_later,
