@@ -90,6 +90,12 @@ impl PassPlace {
         }
     }
 
+    /// Whether the target jitters by so much that the light at the place is a poor measure of it.
+    #[must_use]
+    pub fn is_loose(&self, fwhm_px: f64) -> bool {
+        self.jitter_px > MOST_JITTER_FWHM * fwhm_px
+    }
+
     /// The place moved by the median of offsets (dx, dy, their error \[px\]) of the target from it, and with its jitter, the
     /// scatter of the offsets per axis. As it is where the detections scatter by more than an offset can tell.
     #[must_use]
@@ -99,7 +105,7 @@ impl PassPlace {
         let (Some(dx), Some(dy), Some(err2)) = (middle(|o| o.0), middle(|o| o.1), middle(|o| o.2 * o.2)) else {
             return self;
         };
-        if near.len() < FEWEST_OFFSETS || self.jitter_px > MOST_JITTER_FWHM * fwhm_px {
+        if near.len() < FEWEST_OFFSETS || self.is_loose(fwhm_px) {
             return self;
         }
         let mut about: Vec<f64> = near.iter().flat_map(|o| [o.0 - dx, o.1 - dy]).collect();

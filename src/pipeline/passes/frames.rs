@@ -109,7 +109,7 @@ pub enum PlaceFrom {
     Detections(PassPlace),
     /// Their sum, with its significance.
     Stack(PassPlace, f64),
-    /// Its detections, which are resolved, all bright, or bright and at no common place, are averaged.
+    /// Its detections are averaged: they are resolved, all bright, bright and at no common place, or of all frames and too far from it.
     Frames,
     /// Nowhere: significance a target must have, error of a flux in the search region and number of frames, if they could be
     /// stacked.
@@ -258,8 +258,8 @@ impl<'a> PassFrames<'a> {
         let detected: Vec<&PassFrame> = self.frames.iter().filter(|f| f.is_detected()).collect();
         let zero_mag = self.zero_mag();
         // by the pass, not by the noise of a frame
-        let is_bright_pass =
-            median(&mut detected.iter().filter_map(|f| f.row.snr).collect::<Vec<_>>()) > Some(BRIGHT_SNR);
+        let median_snr = median(&mut detected.iter().filter_map(|f| f.row.snr).collect::<Vec<_>>());
+        let is_bright_pass = median_snr > Some(BRIGHT_SNR);
         let is_bright = |f: &PassFrame| is_bright_pass && f.is_detected() && f.row.snr > Some(CLEAR_SNR);
         let of_frames = || {
             let points = self.frames.iter().filter_map(|f| f.own(zero_mag)).collect();
@@ -271,7 +271,10 @@ impl<'a> PassFrames<'a> {
         let fwhm_px = self.frames.first().map_or(f64::NAN, |f| f.fwhm_px);
         let width = Width::of(&detected.iter().filter_map(|f| measured_width(f)).collect::<Vec<_>>());
         let detections: Vec<Detection> = detected.iter().filter_map(|f| detection(f)).collect();
+        // none is missing that the threshold of a detection would have chosen
+        let all_seen = self.frames.iter().all(|f| f.row.status == Status::Ok) && median_snr > Some(REFINE_SNR);
         let place = match PassPlace::of_detections(&detections, fwhm_px) {
+            Some(place) if all_seen && place.is_loose(fwhm_px) => return Ok(of_frames()),
             Some(place) => PlaceFrom::Detections(self.refined(place, &width, &detected, threads)),
             // seen in single frames, but at no common place
             None if self.frames.iter().filter(|f| is_bright(f)).count() >= FEWEST_BRIGHT => return Ok(of_frames()),

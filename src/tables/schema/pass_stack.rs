@@ -30,7 +30,8 @@ table! {
         /// sum of the exposure times
         exptime_s: Option<f64> => "s" ["time.duration;obs.exposure"],
         /// where the place is from: detections (of single frames), stack (found in the sum of the frames), frames (a target that is
-        /// resolved, or, of a median S/N above 50, clear in all of them or at no common place: its detections are averaged), none
+        /// resolved, or, of a median S/N above 50, clear in all of them or at no common place, or
+        /// seen in all of them and with a jitter above 0.4 FWHM: its detections are averaged), none
         place_from: String => ["meta.code"],
         /// column of the target at mjd_mid_d, full frame
         x_px: Option<f64> => "pix" ["pos.cartesian.x;instr.det"],
