@@ -11,7 +11,7 @@ use crate::base::stats::median;
 use crate::base::stop::Stop;
 use crate::frames::Exposure;
 use crate::photometry::Flags;
-use crate::photometry::pass::curve::{EmptyPlaces, FramePoint, mean};
+use crate::photometry::pass::curve::{EmptyPlaces, FramePoint, Mean, mean};
 use crate::photometry::pass::forced::{ForcedFlux, forced_flux};
 use crate::photometry::pass::place::{Detection, PassPlace};
 use crate::photometry::pass::stack::{FrameMap, PassStack, StackFound, frame_map};
@@ -88,8 +88,8 @@ impl<'a> PassFrame<'a> {
         let per_e = flux / flux_e;
         let variance = (err_e * err_e - flux_e.max(0.0)).max(0.0) * per_e * per_e;
         let point = FramePoint { t_s: self.t_s, flux, variance, variance_per_flux: per_e, moved_frac: 0.0 };
-        let of = |point| PassPoint { frame: *self, point, flags: Flags(row.flags), is_own: true };
-        (variance > 0.0 && variance.is_finite()).then(|| of(point))
+        let own = PassPoint { frame: *self, point, flags: Flags(row.flags), is_own: true };
+        (variance > 0.0 && variance.is_finite()).then_some(own)
     }
 
     /// Where the target stands in this frame \[px\]: at the place of the pass, unless a clear and undisturbed detection stands next
@@ -157,10 +157,10 @@ impl<'a> PassCurve<'a> {
         if by_width > 0.0 { by_width * self.width.flux_err_frac(median(&mut airmasses)) } else { 0.0 }
     }
 
-    /// The mean of all its fluxes; `None` without any.
+    /// The mean of all its fluxes, with their errors as they are; `None` without any.
     #[must_use]
-    pub fn mean_flux(&self) -> Option<f64> {
-        mean(&self.points.iter().map(|p| p.point).collect::<Vec<_>>(), 1.0).map(|m| m.flux)
+    pub fn mean(&self) -> Option<Mean> {
+        mean(&self.points.iter().map(|p| p.point).collect::<Vec<_>>(), 1.0)
     }
 
     /// By how much a place that was chosen for the largest flux makes it too large: k σ²/2F for k free parameters, since the
@@ -168,8 +168,7 @@ impl<'a> PassCurve<'a> {
     #[must_use]
     pub fn selection_bias(&self) -> f64 {
         let PlaceFrom::Stack(place, snr) = self.place else { return 0.0 };
-        let points: Vec<FramePoint> = self.points.iter().map(|p| p.point).collect();
-        mean(&points, 1.0).map_or(0.0, |m| 0.5 * place.freedoms as f64 / snr * m.empty_err)
+        self.mean().map_or(0.0, |m| 0.5 * place.freedoms as f64 / snr * m.empty_err)
     }
 
     /// The light of a point at the place of the pass in each of its frames, but those that show the target clearly themselves;
@@ -182,7 +181,7 @@ impl<'a> PassCurve<'a> {
     pub fn light_of_frames(&self) -> Vec<(PassFrame<'a>, Option<PointAt>)> {
         let (PlaceFrom::Detections(place) | PlaceFrom::Stack(place, _)) = self.place else { return Vec::new() };
         let (scale, bias) = (self.empty.error_scale(), self.selection_bias());
-        let of_pass = self.mean_flux().unwrap_or(0.0);
+        let of_pass = self.mean().map_or(0.0, |m| m.flux);
         let light = |p: &PassPoint<'a>| {
             let (frame, point) = (p.frame, &p.point);
             let (x_px, y_px) = frame.place(&place);

@@ -18,7 +18,7 @@ const DAY_S: f64 = 86_400.0;
 pub fn rows_of(number: i64, pass: &PassFrames, curve: &PassCurve) -> Vec<PassStackRow> {
     let Some(first) = pass.frames.first() else { return Vec::new() };
     let (scale, bias) = (curve.empty.error_scale(), curve.selection_bias());
-    let of_pass = curve.mean_flux().unwrap_or(0.0);
+    let of_pass = curve.mean().map_or(0.0, |m| m.flux);
     let of = OfPass { number, pass, curve, first, scale, bias, of_pass };
     if curve.points.is_empty() {
         return vec![of.without_flux()];

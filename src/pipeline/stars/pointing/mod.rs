@@ -174,8 +174,8 @@ pub fn measure_member(exposure: &Exposure, night: &Flattened, catalogue: &Catalo
     })
 }
 
-/// How far the light of the detected stars reaches: until a Moffat profile of β = 2.5, whose wings are those of most telescopes or wider,
-/// is a tenth of the noise of a pixel, peak (1 + r²/α²)^(−β) = 0.1 σ.
+/// How far the light of the detected stars reaches: until a Moffat profile of β = 2.5, one of wide wings, is a
+/// tenth of the noise of a pixel, peak (1 + r²/α²)^(−β) = 0.1 σ.
 fn neighbours(sources: &[Source], sky: &Background, fwhm_px: f64) -> Vec<Neighbour> {
     let alpha_px = 0.5 * fwhm_px / (2f64.powf(1.0 / WING_BETA) - 1.0).sqrt();
     let reach = |s: &Source| {
