@@ -90,6 +90,12 @@ const PHASES: usize = 3;
 const DIRECTIONS_PX: usize = 33;
 /// So many lines of one candidate are masked at once.
 const MOST_LINES: usize = 12;
+/// Lines of this length have a direction in which they may go on \[px\].
+const LEAST_PROLONGED_PX: f64 = 4.0;
+/// A line goes on by so many pixels at a time.
+const PROLONGED_PX: i32 = 3;
+/// As long as they hold light of so many σ.
+const PROLONGED_SIGMA: f64 = 3.0;
 /// Pixels this near to a hit hold its charge, too \[px\].
 const HIT_REACH_PX: f64 = 1.5;
 
@@ -123,15 +129,16 @@ impl Patch {
         }
         let star = fwhm_px / FWHM_PER_SIGMA;
         for _ in 0..MOST_LINES {
-            let Some(best) = self.sharpest_line(star) else { break };
-            masked.extend(self.mask_line(&best));
+            let Some(mut best) = self.sharpest_line(star) else { break };
+            masked.extend(self.mask_line(&mut best));
         }
         masked
     }
 
-    /// Masks a line; columns and rows of the pixels masked.
-    pub fn mask_line(&mut self, line: &Line) -> Vec<(usize, usize)> {
+    /// Masks a line and what continues it; columns and rows of the pixels masked.
+    pub fn mask_line(&mut self, line: &mut Line) -> Vec<(usize, usize)> {
         let mut masked = Vec::new();
+        self.prolong(line);
         for ((j, i), above) in self.above.indexed_iter_mut() {
             if above.is_finite() && line.distance(i as f64, j as f64) <= HIT_REACH_PX {
                 *above = f32::NAN;
@@ -153,6 +160,43 @@ impl Patch {
             best = Line { from: swap(other.from), to: swap(other.to), ..other };
         }
         (best.excess > 1.0).then_some(best)
+    }
+
+    /// Moves the ends of a line on for as long as there is light ahead.
+    fn prolong(&self, line: &mut Line) {
+        let (ny, nx) = self.above.dim();
+        let length = (line.to.0 - line.from.0).hypot(line.to.1 - line.from.1);
+        if length < LEAST_PROLONGED_PX {
+            return;
+        }
+        let ahead = ((line.to.0 - line.from.0) / length, (line.to.1 - line.from.1) / length);
+        for (end, way) in [(&mut line.from, -1.0), (&mut line.to, 1.0)] {
+            let step = (way * ahead.0, way * ahead.1);
+            loop {
+                // the next pixels, each with one on either side
+                let (mut sum, mut square) = (0.0, 0.0);
+                for k in 1..=PROLONGED_PX {
+                    for offset in [-1.0, 0.0, 1.0] {
+                        let x = end.0 + f64::from(k) * step.0 - offset * ahead.1;
+                        let y = end.1 + f64::from(k) * step.1 + offset * ahead.0;
+                        let (i, j) = (x.round(), y.round());
+                        if i < 0.0 || j < 0.0 || i >= nx as f64 || j >= ny as f64 {
+                            continue;
+                        }
+                        let at = [j as usize, i as usize];
+                        if self.above[at].is_finite() {
+                            sum += f64::from(self.above[at]);
+                            square += f64::from(self.variance[at]);
+                        }
+                    }
+                }
+                let light = square > 0.0 && sum > PROLONGED_SIGMA * f64::sqrt(square);
+                if !light {
+                    break;
+                }
+                *end = (end.0 + f64::from(PROLONGED_PX) * step.0, end.1 + f64::from(PROLONGED_PX) * step.1);
+            }
+        }
     }
 
     /// The best line at up to 45° from the rows, if it is better than the best so far.

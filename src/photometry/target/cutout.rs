@@ -305,7 +305,7 @@ impl Cutout {
         let near_hit = grown(&inside, 2).indexed_iter().any(|((j, i), v)| *v && self.tested[[j + y0, i + x0]]);
         match judge(patch, &inside, self.hits_fwhm_px, near_hit) {
             Verdict::Sky => Vec::new(),
-            Verdict::Hits(lines) => lines.into_iter().flat_map(|line| patch.mask_line(&line)).collect(),
+            Verdict::Hits(lines) => lines.into_iter().flat_map(|mut line| patch.mask_line(&mut line)).collect(),
             Verdict::AllHits => inside
                 .indexed_iter()
                 .filter(|((j, i), v)| **v && patch.above[[*j, *i]].is_finite())
