@@ -7,7 +7,8 @@
 #
 # FWHM      a list [px], e.g. 1.5,4                         default 1.5,2,2.5,3,4,6,10
 # KINDS     a list: 0 tracks alone, 1 tracks and a target of S/N 6 to 300, 2 that target, 3 one of S/N 6 to 30,
-#           4 one to five tracks alone                default 0,1,2,3,4
+#           4 one to five tracks alone, 5 nothing     default 0,1,2,3,4
+# SKY       electrons per pixel, where there is no target (the S/N of targets is that of 60)   default 60
 # OTHER     1 draws tracks of other shapes: single and double pixels, long thin tracks, worms, muons
 # SEED      another seed                              default 1000003
 # OUTLIERS  1 lists the false detections and the targets lost
