@@ -33,9 +33,13 @@ const APART_PX: f64 = 3.0;
 const MOST_WINDOWS: usize = 24;
 /// χ² by which a single window must prefer the hit.
 const SINGLE_CHI2: f64 = 11.0;
-/// χ² by which the only window of a candidate must prefer the hit: as a point it is expected in every frame, and of the hits few are as
-/// faint and as short.
+/// χ² by which the only window of a candidate must prefer the hit at most: as a point it is expected in every frame, and of the hits few
+/// are as faint and as short.
 const POINT_CHI2: f64 = 6.0;
+/// From this signal-to-noise on hits are not few: against the star of the night less is enough there ...
+const BRIGHT_POINT_SNR: f64 = 9.0;
+/// ... if it is this far from what points of that light have \[σ of their scatter\].
+const UNLIKE_SIGMA: f64 = 2.0;
 /// χ² by which several windows together must.
 const TOTAL_CHI2: f64 = 3.0;
 /// χ² by which a source at a masked hit must prefer the star, so that it is not a remnant of that hit.
@@ -98,13 +102,19 @@ pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit
     let is_one = places.len() == 1;
     let sharpest = sharpest_fwhm_px(fwhm_px) / FWHM_PER_SIGMA;
     let mut brightest = (0.0, 0.0); // χ² and length of the brightest window
+    let mut least_to_sharpest = f64::INFINITY; // χ² by which a hit is preferred to the sharpest star
     for (i, j) in places {
         let mut window = window(patch, (i, j), reach);
         let first = best_fit(&window, (i, j), star);
         weigh_as(&mut window, &first, star);
         let (hit, star) = (best_fit(&window, (i, j), HIT_SIGMA_PX), best_fit(&window, (i, j), star));
-        let sharper = || best_fit(&window, (i, j), sharpest).gain - SHARPER_CHI2;
-        let preferred = hit.gain - if hit.gain > star.gain { star.gain.max(sharper()) } else { star.gain };
+        let to_sharpest = if hit.gain > star.gain {
+            hit.gain - best_fit(&window, (i, j), sharpest).gain + SHARPER_CHI2
+        } else {
+            f64::INFINITY
+        };
+        let preferred = to_sharpest.min(hit.gain - star.gain);
+        least_to_sharpest = least_to_sharpest.min(to_sharpest);
         total += preferred.clamp(-MOST_STAR_CHI2, MOST_CHI2);
         brightest = if star.gain > brightest.0 { (star.gain, star.length) } else { brightest };
         // where one star fits, so does a sum of them
@@ -123,6 +133,7 @@ pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit
         (true, true) => -LONG_REST_CHI2,
         (true, false) => -LONG_STAR_CHI2,
         (false, true) => -STAR_CHI2,
+        (false, false) if is_one && least_to_sharpest > POINT_CHI2 => least_of_hit(brightest.0, fwhm_px),
         (false, false) if is_one => POINT_CHI2,
         (false, false) => TOTAL_CHI2,
     };
@@ -134,18 +145,30 @@ fn is_compared(fwhm_px: f64) -> bool {
     (SHARPEST_PX..=COMPARED_FWHM_PX).contains(&fwhm_px)
 }
 
-/// The share of points of significance `snr` that are not taken for hits.
-///
-/// Across them, hit and star (variances V and W with the pixel) have the overlap ρ² = 2 √(V W)/(V + W), so that a point makes the star
-/// preferred by d² − 3, d² = (1 − ρ²) snr², ± 2 d; a point is kept unless the hit is preferred by 6: Φ((d² + 6 − 3)/2d).
+/// The share of points of significance `snr` that are not taken for hits: Φ((d² − 3 + t)/2d), t being [`least_of_hit`].
 pub(crate) fn share_kept(snr: f64, fwhm_px: f64) -> f64 {
     if !is_compared(fwhm_px) {
         return 1.0;
     }
+    let (preferred, scatter) = star_preferred(snr * snr, fwhm_px);
+    0.5 * (1.0 + erf((preferred + least_of_hit(snr * snr, fwhm_px)) / (scatter * std::f64::consts::SQRT_2)))
+}
+
+/// χ² by which a point of `light` (χ² of no light less that of a star) prefers the star, d² − 3, and the scatter of that, 2d.
+///
+/// Across them, hit and star (variances V and W with the pixel) have the overlap ρ² = 2 √(V W)/(V + W); d² = (1 − ρ²) `light`.
+fn star_preferred(light: f64, fwhm_px: f64) -> (f64, f64) {
     let variance = |sigma: f64| sigma * sigma + PIXEL_VARIANCE;
     let (hit, star) = (variance(HIT_SIGMA_PX), variance(fwhm_px / FWHM_PER_SIGMA));
-    let d = snr * (1.0 - 2.0 * (hit * star).sqrt() / (hit + star)).sqrt();
-    0.5 * (1.0 + erf((d * d + POINT_CHI2 - FREE_CHI2) / (2.0 * d * std::f64::consts::SQRT_2)))
+    let d2 = light * (1.0 - 2.0 * (hit * star).sqrt() / (hit + star));
+    (d2 - FREE_CHI2, 2.0 * d2.sqrt())
+}
+
+/// χ² by which the only window of a candidate must prefer the hit: never less than 0, and of bright points few do, however bright.
+fn least_of_hit(light: f64, fwhm_px: f64) -> f64 {
+    let (preferred, scatter) = star_preferred(light, fwhm_px);
+    let of_bright = (UNLIKE_SIGMA * scatter - preferred).clamp(0.0, POINT_CHI2);
+    if light < BRIGHT_POINT_SNR * BRIGHT_POINT_SNR { POINT_CHI2 } else { of_bright }
 }
 
 /// The brightest pixels of a candidate, each a window apart from the others.
@@ -297,4 +320,24 @@ fn fit(pixels: &[Pixel], start: GaussianSegment, variance: f64) -> GaussianSegme
         }
     }
     best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_bright_points_few_are_hits_and_none_that_is_more_like_a_star() {
+        for fwhm in [1.3, 1.5, 1.7, 2.0, 3.0, 5.0] {
+            let mut before = POINT_CHI2;
+            for snr in [5.0, 7.0, 8.9, 9.0, 12.0, 15.0, 20.0, 50.0, 300.0] {
+                let (least, kept) = (least_of_hit(snr * snr, fwhm), share_kept(snr, fwhm));
+                assert!((0.0..=before).contains(&least), "FWHM {fwhm} S/N {snr}: {least}");
+                assert!(snr >= BRIGHT_POINT_SNR || least == POINT_CHI2, "FWHM {fwhm} S/N {snr}: {least}");
+                assert!((0.95..=1.0).contains(&kept), "FWHM {fwhm} S/N {snr}: {kept}");
+                before = least;
+            }
+            assert!(before == 0.0);
+        }
+    }
 }
