@@ -10,11 +10,9 @@ use crate::base::stats;
 use crate::photometry::target::cells::grown;
 use crate::photometry::target::cutout::Cutout;
 
-/// From this significance on a source is judged by its own pixels alone; its pixels, and those within one FWHM, do not
+/// From this significance on a compact source is judged by its own pixels alone; its pixels, and those within one FWHM, do not
 /// count on lines through others.
 const FAINT_SIGMA: f64 = 10.0;
-/// A wide source whose line is this much more significant than itself has its light there.
-const LINE_OF_WIDE: f64 = 1.2;
 /// How far the line is followed to each side \[px\].
 const LENGTHS_PX: [usize; 4] = [0, 7, 14, 28];
 /// Curvatures of lines: straight, or a bend of 20 px radius to either side \[rad/px\].
@@ -62,19 +60,16 @@ impl Cutout {
     /// Σ w d > 4.5 √(Σ w² − (Σ w p)²/Σ p²): no light of the star is in it. Pixels within one FWHM
     /// of sources above 10 σ in `snr1` do not count.
     pub fn is_on_track(&self, at: (f64, f64), snr: f64, snr1: &Array2<f32>) -> bool {
-        self.has_line(at, snr, snr1, LINE_SIGMA)
+        snr <= FAINT_SIGMA && self.has_line(at, snr1, LINE_SIGMA)
     }
 
     /// Whether a source of significance `snr` under a filter wider than a star is such a line itself: of a wide source no line of pixels is
     /// more significant than all of it.
     pub fn is_track(&self, at: (f64, f64), snr: f64, snr1: &Array2<f32>) -> bool {
-        self.has_line(at, snr, snr1, LINE_SIGMA.max(LINE_OF_WIDE * snr))
+        self.has_line(at, snr1, LINE_SIGMA.max(snr))
     }
 
-    fn has_line(&self, at: (f64, f64), snr: f64, snr1: &Array2<f32>, least: f64) -> bool {
-        if snr > FAINT_SIGMA {
-            return false;
-        }
+    fn has_line(&self, at: (f64, f64), snr1: &Array2<f32>, least: f64) -> bool {
         let Some(around) = self.surroundings(at, snr1) else { return false };
         let trails = self.trail_background.as_ref().map(|t| t.theta());
         let is_off = |theta: f64, bend: f64| {
