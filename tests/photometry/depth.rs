@@ -227,7 +227,7 @@ fn a_star_near_the_target_is_no_part_of_it() {
 #[test]
 fn half_of_the_points_are_found_a_tenth_of_a_magnitude_above_the_limit() {
     let each = number("EACH", 12);
-    // noise reaches 5.6 once in 2000 frames of this size; a tenth of a magnitude brighter is 1.1 times that
+    // noise, where it is Gaussian, reaches 5.6 once in 2000 frames of this size; a tenth of a magnitude brighter is 1.1 times that
     let (faint, limit, bright) =
         (completeness(3.5, each, 81_001), completeness(6.1, each, 82_001), completeness(8.0, each, 83_001));
     println!("S/N 3.5: {faint:.2}, 6.1: {limit:.2}, 8.0: {bright:.2}");

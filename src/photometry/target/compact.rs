@@ -41,7 +41,9 @@ const WIDER_SIGMA: f64 = 0.25;
 /// A source whose outline holds so much more light is larger than three FWHM \[σ of the outline's\].
 const MORE_OUTSIDE_SIGMA: f64 = 2.0;
 /// Peaks of noise above the threshold in the search region of a frame.
-const FALSE_PEAKS: f64 = 5e-4;
+const FALSE_PEAKS: f64 = 1e-4;
+/// Noise more skew than this is not that of photons: a frame without noise.
+const MOST_SKEWNESS: f64 = 1.0;
 
 /// What a target is, by its own pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -189,29 +191,49 @@ pub fn mean_disc2(sizes: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64)>
     (weight > 0.0).then(|| (sum / weight, weight.sqrt().recip().hypot(width_err())))
 }
 
-/// The significance that noise exceeds at a place of the search region in one frame of 2000, or `detect_sigma` where that
-/// is more.
+/// The significance that a point must have: `detect_sigma`, or what noise reaches in the search region where that is more; `skewness`
+/// is that of the noise ([`Cutout::skewness`]).
+pub(crate) fn least_significance(s: &TargetSettings, skewness: f64) -> f64 {
+    s.detect_sigma.max(noise_reaches(s.search_radius_px, s.fwhm_px, skewness))
+}
+
+/// The significance that noise exceeds within a radius in one frame of 10 000.
 ///
-/// A smooth Gaussian field under a filter of σ_c has λ A T exp(−T²/2) / (2π)^{3/2} peaks above T in an area A, λ = 1/2σ_c²
-/// being the curvature of its correlation (Adler 1981, The Geometry of Random Fields, section 6.9).
-pub(crate) fn least_significance(s: &TargetSettings) -> f64 {
-    let sigma2 = (s.fwhm_px / FWHM_PER_SIGMA).powi(2) + 1.0 / 12.0;
-    let area = std::f64::consts::PI * s.search_radius_px.powi(2);
-    let peaks = |t: f64| area / (2.0 * sigma2) * t * (-0.5 * t * t).exp() / std::f64::consts::TAU.powf(1.5);
-    let mut t = s.detect_sigma;
-    // the logarithm of their number falls by T per unit of T: three steps of Newton suffice
+/// A smooth Gaussian field under a filter of σ_c has λ A t exp(−t²/2) / (2π)^{3/2} peaks above t in an area A, λ = 1/2σ_c²
+/// being the curvature of its correlation (Adler 1981, The Geometry of Random Fields, section 6.9). Photons of a faint sky exceed
+/// T = t + γ (t² − 1)/6 as often (Cornish & Fisher 1938, the first term).
+fn noise_reaches(radius_px: f64, fwhm_px: f64, skewness: f64) -> f64 {
+    let area = std::f64::consts::PI * radius_px.powi(2);
+    let per_t = area / (2.0 * filter_variance(fwhm_px)) / std::f64::consts::TAU.powf(1.5);
+    let mut t = 5.0f64;
+    // an error of t falls by t² each time
     for _ in 0..4 {
-        let number = peaks(t);
-        if !(number > FALSE_PEAKS) {
-            break;
-        }
-        t += (number / FALSE_PEAKS).ln() / (t - 1.0 / t);
+        t = (2.0 * (per_t * t / FALSE_PEAKS).ln()).max(0.0).sqrt();
     }
-    t
+    t + skewness * (t * t - 1.0) / 6.0
+}
+
+/// Variance of a Gaussian star as pixels see it \[px²\].
+fn filter_variance(fwhm_px: f64) -> f64 {
+    (fwhm_px / FWHM_PER_SIGMA).powi(2) + 1.0 / 12.0
+}
+
+impl Cutout {
+    /// The skewness of a sum of sky under the weights p of a point: γ = (B/σ³) Σp³/(Σp²)^{3/2} = 2B/(3σ³√(πV)) for a Gaussian of the
+    /// variance V, B being the photons of the sky in a pixel and σ its scatter.
+    pub fn skewness(&self) -> f64 {
+        let (ny, nx) = self.pixels.dim();
+        let photons = self.sky.level(0.5 * nx as f64, 0.5 * ny as f64).clamp(0.0, self.rms_e.powi(2));
+        let skewness =
+            2.0 * photons / (3.0 * self.rms_e.powi(3) * (std::f64::consts::PI * filter_variance(self.fwhm_px)).sqrt());
+        skewness.min(MOST_SKEWNESS)
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use statrs::distribution::{ContinuousCDF, DiscreteCDF};
+
     use super::*;
 
     #[test]
@@ -242,5 +264,32 @@ mod tests {
         let (mean, err) = mean_disc2([(4.0, 1.0), (f64::NAN, 1.0), (2.0, 1.0)].into_iter()).unwrap();
         assert!((mean - 3.0).abs() < 1e-12 && (err - 0.5f64.sqrt().hypot(width_err())).abs() < 1e-12);
         assert!(mean_disc2(std::iter::empty()).is_none());
+    }
+
+    #[test]
+    fn photons_of_a_faint_sky_exceed_the_threshold_no_more_often_than_gaussian_noise() {
+        let normal = statrs::distribution::Normal::standard();
+        // sums of pixels with this many photons: the skewness of a Poisson distribution is 1/√m
+        for m in [30.0, 100.0, 400.0, 5000.0f64] {
+            let (t, of_photons) = (noise_reaches(60.0, 1.5, 0.0), noise_reaches(60.0, 1.5, m.sqrt().recip()));
+            let photons = statrs::distribution::Poisson::new(m).unwrap();
+            let chance = |t: f64| photons.sf((m + t * m.sqrt()).floor() as u64);
+            let ratio = chance(of_photons) / normal.sf(t);
+            assert!((0.5..1.5).contains(&ratio), "{m}: {ratio}");
+            assert!(m > 400.0 || chance(t) > 2.5 * normal.sf(t), "{m}");
+        }
+    }
+
+    #[test]
+    fn the_significance_of_noise_is_the_one_that_peaks_exceed_once_in_10000_frames() {
+        for (radius, fwhm) in [(30.0, 1.5), (120.0, 4.0), (1000.0, 2.0f64)] {
+            let t = noise_reaches(radius, fwhm, 0.0);
+            let peaks = radius * radius / (4.0 * std::f64::consts::TAU.sqrt() * filter_variance(fwhm))
+                * t
+                * (-0.5 * t * t).exp();
+            assert!((peaks / FALSE_PEAKS - 1.0).abs() < 0.01, "{radius}: {peaks}");
+        }
+        // where the place is known nothing is added to the significance that is wanted
+        assert!(noise_reaches(1.0, 3.0, 0.1) < 5.0 && noise_reaches(1e-9, 3.0, 0.1).abs() < 0.1);
     }
 }

@@ -70,7 +70,7 @@ impl Cutout {
             }
         }
         let kept = |snr: f64| share_kept(snr, self.hits_fwhm_px);
-        completeness_limit(&empty, tried, (s.detect_sigma, least_significance(s)), kept)
+        completeness_limit(&empty, tried, (s.detect_sigma, least_significance(s, self.skewness())), kept)
     }
 }
 

@@ -161,7 +161,7 @@ pub(crate) fn best_candidate(
             let further = candidate.scale as i32 - best.as_ref().map_or(0, |b| b.scale as i32);
             let handicap = SCALE_HANDICAP.powi(further).max(1.0);
             let is_better = best.as_ref().is_none_or(|b| candidate.score > b.score * handicap);
-            if is_better && !is_of_several(&candidate, snrs, s) {
+            if is_better && !is_of_several(&candidate, snrs, cutout.skewness(), s) {
                 best = Some(candidate);
             }
         }
@@ -174,11 +174,11 @@ pub(crate) fn best_candidate(
 }
 
 /// Whether a candidate of a filter wider than a star is nothing but several sources, each of which is one under the filter of a star.
-fn is_of_several(candidate: &Candidate, snrs: &Significances, s: &TargetSettings) -> bool {
+fn is_of_several(candidate: &Candidate, snrs: &Significances, skewness: f64, s: &TargetSettings) -> bool {
     if candidate.scale == 0 {
         return false;
     }
-    let (snr1, least) = (&snrs.at_scale[0], least_significance(s) as f32);
+    let (snr1, least) = (&snrs.at_scale[0], least_significance(s, skewness) as f32);
     let mut inside = Array2::from_elem(snr1.dim(), false);
     paint(&mut inside, &candidate.pixels, SCALES[candidate.scale]);
     let mut sources = components(snr1, OUTLINE_SIGMA);
@@ -226,7 +226,8 @@ fn candidates(
             pixels.iter().for_each(|&(i, j)| trails[[j, i]] = true);
         }
         let of_trail = scale > 0 && holds_trail(trails, snr, &pixels, SCALES[scale]);
-        let least = if scale == 0 { least_significance(s) } else { threshold(s.detect_sigma, scale) };
+        let least =
+            if scale == 0 { least_significance(s, cutout.skewness()) } else { threshold(s.detect_sigma, scale) };
         if peak < least || runs_out || family || of_trail {
             continue;
         }
