@@ -38,7 +38,7 @@ const SINGLE_CHI2: f64 = 11.0;
 const POINT_CHI2: f64 = 6.0;
 /// From this signal-to-noise on hits are not few: against the star of the night less is enough there ...
 const BRIGHT_POINT_SNR: f64 = 9.0;
-/// ... if it is this far from what points of that light have \[σ of their scatter\]; of long candidates the same of all their light.
+/// ... if it is this far from what points of that light have \[σ of their scatter\].
 const UNLIKE_SIGMA: f64 = 1.75;
 /// χ² by which several windows together must.
 const TOTAL_CHI2: f64 = 3.0;
@@ -80,14 +80,6 @@ struct GaussianSegment {
     gain: f64,
 }
 
-/// A window in which a hit and a star were fitted, and what each gained.
-struct Compared {
-    window: Vec<Pixel>,
-    at: (usize, usize),
-    hit_gain: f64,
-    star_gain: f64,
-}
-
 /// Compares hits and stars at the brightest places of a candidate; `inside` marks its pixels in the patch.
 ///
 /// Both are `A exp(−u²/2(V + ℓ²) − v²/2V)`, u along and v across, V = σ² + 1/12 with the pixel; place, angle, ℓ and A
@@ -107,7 +99,6 @@ pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit
     let sharpest = sharpest_fwhm_px(fwhm_px) / FWHM_PER_SIGMA;
     let mut brightest = (0.0, 0.0); // χ² and length of the brightest window
     let mut least_to_sharpest = f64::INFINITY; // χ² by which a hit is preferred to the sharpest star
-    let mut compared = Vec::new();
     for (i, j) in places {
         let mut window = window(patch, (i, j), reach);
         let first = best_fit(&window, (i, j), star);
@@ -130,14 +121,12 @@ pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit
             let (dx, dy) = (half * hit.theta.cos(), half * hit.theta.sin());
             hits.push(Line { excess: preferred, from: (hit.x - dx, hit.y - dy), to: (hit.x + dx, hit.y + dy) });
         }
-        compared.push(Compared { window, at: (i, j), hit_gain: hit.gain, star_gain: star.gain });
     }
     if !hits.is_empty() {
         return Verdict::Hits(hits);
     }
     let most = match (brightest.1 > LONG_FWHM * fwhm_px, near_hit) {
         (true, true) => -LONG_REST_CHI2,
-        (true, _) if is_unlike_stars(&compared, total, fwhm_px) => return Verdict::AllHits,
         (true, false) => -LONG_STAR_CHI2,
         (false, true) => -STAR_CHI2,
         (false, false) if is_one && least_to_sharpest > POINT_CHI2 => least_of_hit(brightest.0, fwhm_px),
@@ -145,21 +134,6 @@ pub(crate) fn judge(patch: &Patch, inside: &Array2<bool>, fwhm_px: f64, near_hit
         (false, false) => TOTAL_CHI2,
     };
     if total > most { Verdict::AllHits } else { Verdict::Sky }
-}
-
-/// Whether the windows of a long candidate together, which prefer the hit by `total`, are less like stars than stars of their light are:
-/// by [`UNLIKE_SIGMA`] than those of the night, and than the mean of the sharpest. Where a bright track bends it is as wide as a star, but
-/// no star in all of them.
-fn is_unlike_stars(windows: &[Compared], total: f64, fwhm_px: f64) -> bool {
-    let light = windows.iter().map(|w| w.star_gain).sum();
-    if total <= least_unlike(light, fwhm_px, UNLIKE_SIGMA) {
-        return false;
-    }
-    let sharpest = sharpest_fwhm_px(fwhm_px);
-    let gain = |w: &Compared| best_fit(&w.window, w.at, sharpest / FWHM_PER_SIGMA).gain;
-    let (sum, light) =
-        windows.iter().map(|w| (w.hit_gain, gain(w))).fold((0.0, 0.0), |a, (h, g)| (a.0 + h - g, a.1 + g));
-    sum > least_unlike(light, sharpest, 0.0)
 }
 
 /// Whether a star is wide enough to differ from a hit, and not so wide that the line filters suffice.
@@ -186,15 +160,10 @@ fn star_preferred(light: f64, fwhm_px: f64) -> (f64, f64) {
     (d2 - FREE_CHI2, 2.0 * d2.sqrt())
 }
 
-/// χ² by which a point of `light` prefers the hit that is so many σ of the scatter less like a star than the mean.
-fn least_unlike(light: f64, fwhm_px: f64, sigmas: f64) -> f64 {
-    let (preferred, scatter) = star_preferred(light, fwhm_px);
-    sigmas * scatter - preferred
-}
-
 /// χ² by which the only window of a candidate must prefer the hit: never less than 0, and of bright points few do, however bright.
 fn least_of_hit(light: f64, fwhm_px: f64) -> f64 {
-    let of_bright = least_unlike(light, fwhm_px, UNLIKE_SIGMA).clamp(0.0, POINT_CHI2);
+    let (preferred, scatter) = star_preferred(light, fwhm_px);
+    let of_bright = (UNLIKE_SIGMA * scatter - preferred).clamp(0.0, POINT_CHI2);
     if light < BRIGHT_POINT_SNR * BRIGHT_POINT_SNR { POINT_CHI2 } else { of_bright }
 }
 
@@ -365,42 +334,6 @@ mod tests {
                 before = least;
             }
             assert!(before == 0.0);
-        }
-    }
-
-    /// Three windows, each with light of this variance across in the middle, as bright as `light` without noise.
-    fn windows(variance: f64, light: f64, fwhm_px: f64) -> Vec<Compared> {
-        let square = |k: i32| (f64::from(k % 7), f64::from(k / 7));
-        let shine = |(x, y): (f64, f64)| (-0.5 * ((x - 3.0).powi(2) + (y - 3.0).powi(2)) / variance).exp();
-        let scale = (light / (0..49).map(|k| shine(square(k)).powi(2)).sum::<f64>()).sqrt();
-        let pixel = |k| {
-            let (x, y) = square(k);
-            Pixel { x, y, above: scale * shine((x, y)), empty: 1.0, weight: 1.0 }
-        };
-        let window: Vec<Pixel> = (0..49).map(pixel).collect();
-        let gain = |sigma| best_fit(&window, (3, 3), sigma).gain;
-        let (hit_gain, star_gain) = (gain(HIT_SIGMA_PX), gain(STAR_SHARE * fwhm_px / FWHM_PER_SIGMA));
-        (0..3).map(|_| Compared { window: window.clone(), at: (3, 3), hit_gain, star_gain }).collect()
-    }
-
-    #[test]
-    fn long_light_too_narrow_for_stars_is_a_track_and_stars_of_the_night_or_better_seeing_are_none() {
-        for fwhm in [1.5, 2.0, 3.0] {
-            let variance = |sigma: f64| sigma * sigma + PIXEL_VARIANCE;
-            let star = variance(fwhm / FWHM_PER_SIGMA);
-            let sharpest = variance(sharpest_fwhm_px(fwhm) / FWHM_PER_SIGMA);
-            let narrow = 0.5 * (variance(HIT_SIGMA_PX) + sharpest);
-            for light in [1e3, 1e4] {
-                let unlike = |variance| {
-                    let all = windows(variance, light, fwhm);
-                    let total = all.iter().map(|w| w.hit_gain - w.star_gain).sum();
-                    is_unlike_stars(&all, total, fwhm)
-                };
-                assert!(
-                    unlike(narrow) && !unlike(star) && !unlike(variance(0.9 * fwhm / FWHM_PER_SIGMA)),
-                    "{fwhm} {light}"
-                );
-            }
         }
     }
 }
