@@ -153,15 +153,16 @@ pub(crate) fn best_candidate(
     s: &TargetSettings,
 ) -> Option<Candidate> {
     let mut best: Option<Candidate> = None;
+    let point_least = least_significance(s, cutout.skewness());
     // cells of short trails, which a wider filter must not take for something else
     let mut trails = Array2::from_elem(cutout.net.mean.dim(), false);
     for scale in 0..SCALES.len() {
         let snr = cutout.in_bound(&snrs.first(scale + 1)[scale], SCALES[scale]);
-        for candidate in candidates(cutout, frame, &snr, scale, &mut trails, s) {
+        for candidate in candidates(cutout, frame, &snr, (scale, point_least), &mut trails, s) {
             let further = candidate.scale as i32 - best.as_ref().map_or(0, |b| b.scale as i32);
             let handicap = SCALE_HANDICAP.powi(further).max(1.0);
             let is_better = best.as_ref().is_none_or(|b| candidate.score > b.score * handicap);
-            if is_better && !is_of_several(&candidate, snrs, cutout.skewness(), s) {
+            if is_better && !is_of_several(&candidate, snrs, point_least, s) {
                 best = Some(candidate);
             }
         }
@@ -174,11 +175,11 @@ pub(crate) fn best_candidate(
 }
 
 /// Whether a candidate of a filter wider than a star is nothing but several sources, each of which is one under the filter of a star.
-fn is_of_several(candidate: &Candidate, snrs: &Significances, skewness: f64, s: &TargetSettings) -> bool {
+fn is_of_several(candidate: &Candidate, snrs: &Significances, point_least: f64, s: &TargetSettings) -> bool {
     if candidate.scale == 0 {
         return false;
     }
-    let (snr1, least) = (&snrs.at_scale[0], least_significance(s, skewness) as f32);
+    let (snr1, least) = (&snrs.at_scale[0], point_least as f32);
     let mut inside = Array2::from_elem(snr1.dim(), false);
     paint(&mut inside, &candidate.pixels, SCALES[candidate.scale]);
     let mut sources = components(snr1, OUTLINE_SIGMA);
@@ -198,7 +199,7 @@ fn candidates(
     cutout: &Cutout,
     frame: &Frame<Electrons>,
     snr: &Array2<f32>,
-    scale: usize,
+    (scale, point_least): (usize, f64),
     trails: &mut Array2<bool>,
     s: &TargetSettings,
 ) -> Vec<Candidate> {
@@ -211,6 +212,7 @@ fn candidates(
     let streaks: Vec<Option<Streak>> = groups.iter().map(|g| streak(g)).collect();
     let trail_angle = cutout.trail_background.as_ref().map(|s| s.theta());
     let [left, right, bottom, top] = cutout.at_edge;
+    let least = if scale == 0 { point_least } else { threshold(s.detect_sigma, scale) };
     let mut found = Vec::new();
     for (g, pixels) in groups.into_iter().enumerate() {
         let mut peak = pixels.iter().map(|&(i, j)| f64::from(snr[[j, i]])).fold(0.0, f64::max);
@@ -226,8 +228,6 @@ fn candidates(
             pixels.iter().for_each(|&(i, j)| trails[[j, i]] = true);
         }
         let of_trail = scale > 0 && holds_trail(trails, snr, &pixels, SCALES[scale]);
-        let least =
-            if scale == 0 { least_significance(s, cutout.skewness()) } else { threshold(s.detect_sigma, scale) };
         if peak < least || runs_out || family || of_trail {
             continue;
         }
