@@ -151,6 +151,21 @@ pub fn gauss_within(k: f64) -> f64 {
     statrs::function::erf::erf(k / std::f64::consts::SQRT_2)
 }
 
+/// The significance that `peaks` maxima of noise exceed on average: of a smooth Gaussian field that was filtered by a Gaussian of
+/// the variance σ², λ T e^(−T²/2) A/(2π)^{3/2} maxima exceed T in an area A, λ = 1/2σ² being the curvature of its correlation
+/// (Adler 1981, The Geometry of Random Fields, section 6.9). `area` is A \[σ²\]. It is never below what a single place exceeds with
+/// the chance `peaks`.
+#[must_use]
+pub fn peak_significance(area: f64, peaks: f64) -> f64 {
+    let per_t = 0.5 * area * std::f64::consts::TAU.powf(-1.5);
+    let mut t = 5.0f64;
+    // an error of t falls by t² each time
+    for _ in 0..8 {
+        t = (2.0 * (per_t * t / peaks).ln()).max(0.0).sqrt();
+    }
+    t.max(std::f64::consts::SQRT_2 * statrs::function::erf::erfc_inv(2.0 * peaks))
+}
+
 /// n · Var(median of n unit Gaussians): by how much a median is less certain than a mean.
 ///
 /// n ≤ 20: the order-statistics integrals, computed to 1e-7 by quadrature (odd n one-fold, even n two-fold).

@@ -64,9 +64,12 @@ impl Flags {
 
     /// The stars that trail through the frame are fainter than the zeropoint says, by more than three errors.
     pub const CLOUD: Flags = Flags(1 << 25);
+    /// No other frame of the pass shows anything at the place of this detection, though they show the target elsewhere, or most of
+    /// them nothing.
+    pub const UNCONFIRMED: Flags = Flags(1 << 26);
 
     /// Every bit with its name, in order.
-    pub const NAMES: [(Flags, &'static str); 26] = [
+    pub const NAMES: [(Flags, &'static str); 27] = [
         (Self::SATURATED, "saturated"),
         (Self::MASKED, "masked"),
         (Self::EDGE, "edge"),
@@ -93,6 +96,7 @@ impl Flags {
         (Self::CROSSED, "crossed"),
         (Self::BLOOMING, "blooming"),
         (Self::CLOUD, "cloud"),
+        (Self::UNCONFIRMED, "unconfirmed"),
     ];
 
     /// Sets the bits of `other`.

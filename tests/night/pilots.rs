@@ -5,6 +5,7 @@ use std::collections::HashMap;
 
 use crate::support::{self, Night, simulated};
 
+use satphot::photometry::Flags;
 use satphot::tables::PhotometryRow;
 use satphot::tables::words::Verdict;
 
@@ -47,8 +48,12 @@ fn between_the_pilots_of_a_pass_the_target_is_looked_for_where_it_stands() {
             let [x, y, _] = truth[displaced];
             let off_px = (row.x_px.unwrap() - x - 50.0).hypot(row.y_px.unwrap() - y);
             assert!(off_px < 10.0 && row.search_radius_px == Some(whole_px), "{off_px} {:?}", row.search_radius_px);
+            // it may as well be another object
+            assert!(Flags(row.flags).has(Flags::UNCONFIRMED) && row.verdict != Verdict::Use, "{row:?}");
+            assert!(row.reason.contains("from where the other frames of the pass show the target"), "{}", row.reason);
         } else {
             assert_eq!((&row.frame, row.x_px, row.flux_e), (&was.frame, was.x_px, was.flux_e));
+            assert!(!Flags(row.flags).has(Flags::UNCONFIRMED), "{row:?}");
         }
     }
 
@@ -96,4 +101,32 @@ fn a_trail_that_joins_the_target_is_cut_off_where_the_pilots_show_no_target() {
         }
     }
     assert!(2 * n_cut >= n_joined, "{n_cut} of {n_joined} are as large as before");
+}
+
+#[test]
+fn another_object_in_one_frame_is_unconfirmed_and_the_light_at_the_place_of_the_pass_is_measured_all_the_same() {
+    let faint = [PASSES, &["target.offset_mag=0.5", "target.size_m=[3.0, 3.0]"]].concat();
+    let original = simulated("pilots_another", &faint);
+    let (truth, night) = (truth(&original), Night::copy_of(&original));
+    night.run().unwrap();
+    let before = night.rows();
+    // the faintest of the pilots, so that a bright object is taken for the target
+    let pilots = before.iter().step_by(3).filter(|r| r.verdict == Verdict::Use && r.snr.is_some());
+    let was = pilots.min_by(|a, b| a.snr.partial_cmp(&b.snr).unwrap()).unwrap();
+    let [x, y, _] = truth[&was.frame];
+    support::trail(&night.path(&was.frame), 240, (x - 30.0, y), 0.0, (0.0, was.fwhm_px.unwrap()), 12_000.0);
+    night.run().unwrap();
+    let row = night.row(&was.frame);
+    println!(
+        "{} {:?} {:?}; {:?} {:?} {}",
+        was.frame, was.snr, was.forced_flux_e, row.snr, row.forced_flux_e, row.reason
+    );
+    assert!((row.x_px.unwrap() - x + 30.0).abs() < 3.0, "{x} {row:?}");
+    assert!(Flags(row.flags).has(Flags::UNCONFIRMED) && row.verdict == Verdict::Caution, "{row:?}");
+    assert_eq!(row.forced_at, "pass");
+    let (light, err) = (row.forced_flux_e.unwrap(), row.forced_flux_err_e.unwrap());
+    assert!(
+        (light - was.forced_flux_e.unwrap()).abs() < 4.0 * err.hypot(was.forced_flux_err_e.unwrap()),
+        "{light} {err}"
+    );
 }

@@ -10,10 +10,11 @@ use rayon::prelude::*;
 
 use super::place::PassPlace;
 use crate::base::constants::FWHM_PER_SIGMA;
-use crate::base::stats::mad_sigma;
+use crate::base::stats::{mad_sigma, peak_significance};
 use crate::frames::{Electrons, Frame};
 use crate::photometry::smooth::{Kernel, smooth_image};
 use crate::photometry::target::cells::{grown, lines_in_quadrature};
+use crate::photometry::target::compact::least_significance;
 use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::settings::TargetSettings;
 
@@ -23,7 +24,7 @@ pub const FALSE_ALARM: f64 = 0.01;
 pub const MOST_DRIFT_FWHM: i32 = 6;
 /// Sums of frames next to each other in time, which are shifted against each other.
 const PARTS: usize = 8;
-/// What is this significant in one frame is not of a target that no frame shows \[σ\].
+/// What is this significant in one frame is not of a target that no frame shows \[σ\], if it would be found there.
 const ONE_FRAME_SIGMA: f64 = 5.5;
 /// The sky is the mean of the filtered stack between these radii \[FWHM\].
 const RING_FWHM: (f64, f64) = (2.5, 5.0);
@@ -48,7 +49,8 @@ pub fn frame_map(frame: &Frame<Electrons>, settings: &TargetSettings, unit_e: f6
     let fwhm = cutout.fwhm_cells();
     let layers = cutout.layers();
     let snr = layers.significance(fwhm, 1, None);
-    let hidden = grown(&snr.mapv(|v| f64::from(v).abs() > ONE_FRAME_SIGMA), fwhm.ceil() as usize);
+    let most = least_significance(settings, cutout.skewness()).max(ONE_FRAME_SIGMA);
+    let hidden = grown(&snr.mapv(|v| f64::from(v).abs() > most), fwhm.ceil() as usize);
     let mut variance = layers.variance;
     if let Some(uncertainty) = &layers.uncertainty {
         let along = lines_in_quadrature(fwhm, 1.0);
@@ -153,8 +155,7 @@ impl PassStack {
 
     /// Looks for the target in the search region of `s`: still first, then with a drift.
     ///
-    /// Of a field of noise under a Gaussian of width σ_k, T e^(−T²/2) A/(2σ_k²)/(2π)^(3/2) maxima exceed T in an area A (Adler
-    /// 1981, The Geometry of Random Fields): T is chosen so that this, for the still target and for all drifts together, is
+    /// The threshold is such that maxima of noise ([`peak_significance`]), for the still target and for all drifts together, are
     /// half of [`FALSE_ALARM`] each.
     #[must_use]
     pub fn find(&self, s: &TargetSettings) -> Option<StackFound> {
@@ -179,11 +180,11 @@ impl PassStack {
         let still = sum((0.0, 0.0));
         let area = std::f64::consts::PI * (s.search_radius_px / (s.fwhm_px / FWHM_PER_SIGMA)).powi(2);
         let drifts = drifts(fwhm, if parts.len() > 1 { MOST_DRIFT_FWHM } else { 0 });
-        let threshold = threshold(area, 0.5 * FALSE_ALARM);
+        let threshold = peak_significance(area, 0.5 * FALSE_ALARM);
         let flux_err = still.median_err(&inside)?;
         let mut found = StackFound { place: None, snr: still.best.0, threshold, flux_err, n_frames: self.n_frames };
         let mut best = (still.best.0 > threshold).then_some((still.best, (0.0, 0.0), 2));
-        let with_drift = self::threshold(area * drifts.len() as f64, 0.5 * FALSE_ALARM);
+        let with_drift = peak_significance(area * drifts.len() as f64, 0.5 * FALSE_ALARM);
         // tried on all threads, compared in their order
         let trials: Vec<(f64, f64, f64)> = drifts.par_iter().map(|drift| sum(*drift).best).collect();
         for (trial, drift) in trials.into_iter().zip(drifts) {
@@ -225,17 +226,6 @@ fn drifts(fwhm: f64, most: i32) -> Vec<(f64, f64)> {
     let all = (-most..=most).flat_map(|k| (-most..=most).map(move |l| (k, l)));
     let within = all.filter(|(k, l)| (k, l) != (&0, &0) && k * k + l * l <= most * most);
     within.map(|(k, l)| (f64::from(k) * fwhm, f64::from(l) * fwhm)).collect()
-}
-
-/// T of `area` \[σ_k²\] for a chance.
-fn threshold(area: f64, chance: f64) -> f64 {
-    let expected = |t: f64| 0.5 * area * std::f64::consts::TAU.powf(-1.5) * t * (-0.5 * t * t).exp();
-    let (mut low, mut high) = (2.0, 20.0);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if expected(middle) > chance { low = middle } else { high = middle }
-    }
-    high
 }
 
 /// Adds an image whose cells are moved by whole cells.

@@ -9,6 +9,7 @@ use super::point::PointFlux;
 use super::psf::WIDE_FWHM;
 use super::settings::TargetSettings;
 use crate::base::constants::FWHM_PER_SIGMA;
+use crate::base::stats;
 use crate::frames::{Electrons, Frame};
 use crate::photometry::background::Background;
 use crate::photometry::flux::Flux;
@@ -197,19 +198,12 @@ pub(crate) fn least_significance(s: &TargetSettings, skewness: f64) -> f64 {
     s.detect_sigma.max(noise_reaches(s.search_radius_px, s.fwhm_px, skewness))
 }
 
-/// The significance that noise exceeds within a radius in one frame of 10 000.
-///
-/// A smooth Gaussian field under a filter of σ_c has λ A t exp(−t²/2) / (2π)^{3/2} peaks above t in an area A, λ = 1/2σ_c²
-/// being the curvature of its correlation (Adler 1981, The Geometry of Random Fields, section 6.9). Photons of a faint sky exceed
-/// T = t + γ (t² − 1)/6 as often (Cornish & Fisher 1938, the first term).
+/// The significance that noise exceeds within a radius in one frame of 10 000: that of a Gaussian field
+/// ([`stats::peak_significance`]); photons of a faint sky exceed T = t + γ (t² − 1)/6 as often (Cornish & Fisher 1938, the first
+/// term).
 fn noise_reaches(radius_px: f64, fwhm_px: f64, skewness: f64) -> f64 {
     let area = std::f64::consts::PI * radius_px.powi(2);
-    let per_t = area / (2.0 * filter_variance(fwhm_px)) / std::f64::consts::TAU.powf(1.5);
-    let mut t = 5.0f64;
-    // an error of t falls by t² each time
-    for _ in 0..4 {
-        t = (2.0 * (per_t * t / FALSE_PEAKS).ln()).max(0.0).sqrt();
-    }
+    let t = stats::peak_significance(area / filter_variance(fwhm_px), FALSE_PEAKS);
     t + skewness * (t * t - 1.0) / 6.0
 }
 
@@ -290,6 +284,9 @@ mod tests {
             assert!((peaks / FALSE_PEAKS - 1.0).abs() < 0.01, "{radius}: {peaks}");
         }
         // where the place is known nothing is added to the significance that is wanted
-        assert!(noise_reaches(1.0, 3.0, 0.1) < 5.0 && noise_reaches(1e-9, 3.0, 0.1).abs() < 0.1);
+        for radius in [0.0, 1e-9, 1.0] {
+            let t = noise_reaches(radius, 3.0, 0.0);
+            assert!(statrs::distribution::Normal::standard().sf(t) < 1.001 * FALSE_PEAKS && t < 5.0, "{radius}: {t}");
+        }
     }
 }

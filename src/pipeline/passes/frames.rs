@@ -75,7 +75,12 @@ pub struct PassFrame<'a> {
 impl<'a> PassFrame<'a> {
     /// Whether it shows the target, and nothing speaks against its measure.
     fn is_detected(&self) -> bool {
-        self.row.status == Status::Ok && self.row.verdict != Verdict::Reject
+        self.row.status == Status::Ok && self.row.verdict != Verdict::Reject && !self.is_elsewhere()
+    }
+
+    /// Whether what it shows stands where no other frame shows anything.
+    fn is_elsewhere(&self) -> bool {
+        Flags(self.row.flags).has(Flags::UNCONFIRMED)
     }
 
     /// The flux of its own detection; `None` where what disturbs it makes that wrong whatever its error.
@@ -285,6 +290,8 @@ impl<'a> PassFrames<'a> {
             stop.check(|| "stopped while passes were stacked; run the same line again".into())?;
             let measured = |f: &PassFrame<'a>| match f.own(zero_mag).filter(|_| is_bright(f)) {
                 Some(own) => (Some(own), None),
+                // of a bright target what stands elsewhere may be the target itself, and there is nothing at the place
+                None if is_bright_pass && f.is_elsewhere() => (None, None),
                 None => (None, self.forced(f, &place, &width)),
             };
             let measured: Vec<(Option<PassPoint>, Option<ForcedFlux>)> =

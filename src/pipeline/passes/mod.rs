@@ -13,6 +13,7 @@ use crate::base::error::Result;
 use crate::base::progress::Progress;
 use crate::base::threads::pool;
 use crate::frames::Exposure;
+use crate::photometry::Flags;
 use crate::pipeline::options::Options;
 use crate::pipeline::prepared::Calibrated;
 use crate::pipeline::target::measurement::PointAt;
@@ -63,11 +64,12 @@ pub fn pass_stack(
     Ok(out)
 }
 
-/// The light of a point at the place of the pass in the columns of a frame that has none of its own detection, or that of an
-/// outline with what disturbs it.
+/// The light of a point at the place of the pass in the columns of a frame that has none of its own detection, that of an
+/// outline with what disturbs it, or that of a detection elsewhere.
 fn at_place_of_pass(row: &mut PhotometryRow, light: Option<PointAt>) {
     let is_disturbed = row.verdict == Verdict::Reject && row.disc_fwhm2.is_none();
-    if row.forced_at == ForcedAt::Detection && !(is_disturbed && light.is_some()) {
+    let is_elsewhere = Flags(row.flags).has(Flags::UNCONFIRMED);
+    if row.forced_at == ForcedAt::Detection && !((is_disturbed || is_elsewhere) && light.is_some()) {
         return;
     }
     let light = light.filter(|l| l.flux_e.is_finite() && l.err_e.is_finite());

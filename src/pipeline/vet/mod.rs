@@ -7,6 +7,7 @@
 mod cadence;
 mod frame;
 mod neighbours;
+mod place;
 pub(crate) mod pointing;
 mod size;
 mod sky;
@@ -34,7 +35,8 @@ pub const DECIDING: Flags = Flags(
         | Flags::LOWER_LIMIT.0
         | Flags::EXPTIME_DOUBTED.0
         | Flags::LOW_ALTITUDE.0
-        | Flags::CLOUD.0,
+        | Flags::CLOUD.0
+        | Flags::UNCONFIRMED.0,
 );
 
 /// The verdict on a frame, and its reasons; of a frame by itself, and then of one among its neighbours.
@@ -137,7 +139,7 @@ fn of_night<'a>(rows: &[&'a PhotometryRow], target: &[usize]) -> Vec<&'a Photome
 }
 
 /// What only the frames before and after a frame show: cadence against EXPTIME, the level and shape of the background,
-/// the size of the target. Each row has its judgement so far at the same place of `judgements`.
+/// the size and the place of the target. Each row has its judgement so far at the same place of `judgements`.
 ///
 /// Frames of one target are taken in order of time; failed ones count for the cadence and are left as they are. The
 /// result does not depend on the order of `rows`.
@@ -156,6 +158,7 @@ pub fn judge_neighbours(rows: &[&PhotometryRow], judgements: &mut [Judgement], c
             let mut found = cadence::findings(&of_pass, thresholds);
             let doubted: Vec<usize> = found.iter().map(|(k, _)| *k).collect();
             found.extend(sky::findings(&of_pass, thresholds, &doubted));
+            found.extend(place::findings(&of_pass));
             found.extend(size::findings(&of_pass, &of_night, thresholds, config.target.margin_fwhm));
             found.sort_by_key(|(k, f)| (*k, std::cmp::Reverse(f.verdict))); // stable
             for (k, finding) in found {
