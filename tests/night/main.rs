@@ -6,6 +6,7 @@ mod support;
 
 mod bright_passes;
 mod broken;
+mod faint_passes;
 mod faults;
 mod filters;
 mod fixture;

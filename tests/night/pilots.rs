@@ -117,10 +117,6 @@ fn another_object_in_one_frame_is_unconfirmed_and_the_light_at_the_place_of_the_
     support::trail(&night.path(&was.frame), 240, (x - 30.0, y), 0.0, (0.0, was.fwhm_px.unwrap()), 12_000.0);
     night.run().unwrap();
     let row = night.row(&was.frame);
-    println!(
-        "{} {:?} {:?}; {:?} {:?} {}",
-        was.frame, was.snr, was.forced_flux_e, row.snr, row.forced_flux_e, row.reason
-    );
     assert!((row.x_px.unwrap() - x + 30.0).abs() < 3.0, "{x} {row:?}");
     assert!(Flags(row.flags).has(Flags::UNCONFIRMED) && row.verdict == Verdict::Caution, "{row:?}");
     assert_eq!(row.forced_at, "pass");

@@ -277,11 +277,15 @@ impl<'a> PassFrames<'a> {
         let detections: Vec<Detection> = detected.iter().filter_map(|f| detection(f)).collect();
         // none is missing that the threshold of a detection would have chosen
         let all_seen = self.frames.iter().all(|f| f.row.status == Status::Ok) && median_snr > Some(REFINE_SNR);
+        // so far above the threshold that it chooses little of them
+        let is_seen = 2 * detected.len() > self.frames.len() && median_snr > Some(REFINE_SNR);
         let place = match PassPlace::of_detections(&detections, fwhm_px) {
             Some(place) if all_seen && place.is_loose(fwhm_px) => return Ok(of_frames()),
             Some(place) => PlaceFrom::Detections(self.refined(place, &width, &detected, threads)),
             // seen in single frames, but at no common place
-            None if self.frames.iter().filter(|f| is_bright(f)).count() >= FEWEST_BRIGHT => return Ok(of_frames()),
+            None if is_seen || self.frames.iter().filter(|f| is_bright(f)).count() >= FEWEST_BRIGHT => {
+                return Ok(of_frames());
+            }
             None => self.search(threads, at_once, stop)?,
         };
         let mut curve = PassCurve { width, ..PassCurve::at(place) };
@@ -340,18 +344,19 @@ impl<'a> PassFrames<'a> {
     /// Looks for the target in the sum of the frames.
     fn search(&self, threads: &ThreadPool, at_once: usize, stop: &Stop) -> Result<PlaceFrom> {
         let n = self.frames.len();
+        let Some(settings) = self.settings_of_stack() else { return Ok(PlaceFrom::None(None)) };
         let mut stack: Option<PassStack> = None;
         for (first, frames) in self.frames.chunks(at_once.max(1)).enumerate() {
             stop.check(|| "stopped while passes were stacked; run the same line again".into())?;
-            let maps: Vec<Option<FrameMap>> = threads.install(|| frames.par_iter().map(|f| self.map(f)).collect());
+            let map = |f: &PassFrame| self.map(f, &settings);
+            let maps: Vec<Option<FrameMap>> = threads.install(|| frames.par_iter().map(map).collect());
             for (k, (frame, map)) in frames.iter().zip(maps).enumerate() {
                 let Some(map) = map else { continue };
                 let stack = stack.get_or_insert_with(|| PassStack::like(&map));
                 stack.add(&map, frame.t_s, (first * at_once.max(1) + k, n));
             }
         }
-        let Some((stack, first)) = stack.zip(self.frames.first()) else { return Ok(PlaceFrom::None(None)) };
-        let settings = self.settings(first);
+        let Some(stack) = stack else { return Ok(PlaceFrom::None(None)) };
         let found = threads.install(|| stack.find(&settings));
         Ok(match found {
             Some(StackFound { place: Some(place), snr, .. }) => PlaceFrom::Stack(place, snr),
@@ -367,8 +372,23 @@ impl<'a> PassFrames<'a> {
         settings_of_frame(place.seen(), frame.exposure, self.night)
     }
 
-    fn map(&self, frame: &PassFrame) -> Option<FrameMap> {
-        let settings = self.settings(frame);
+    /// Those of all frames of a stack: one region, in cells of one size, with stars of the middle width.
+    fn settings_of_stack(&self) -> Option<TargetSettings> {
+        let first = self.frames.first()?;
+        let scale_arcsec = self.night.scale_arcsec(first.exposure);
+        let fwhm_px = median(&mut self.frames.iter().map(|f| f.fwhm_px).collect::<Vec<_>>())?;
+        let settings = target_settings(first.exposure, self.night, Some(fwhm_px * scale_arcsec));
+        Some(TargetSettings { profile: self.night.seeing.profile, ..settings })
+    }
+
+    fn map(&self, frame: &PassFrame, of_stack: &TargetSettings) -> Option<FrameMap> {
+        let own = self.settings(frame);
+        let settings = TargetSettings {
+            trail_direction: own.trail_direction,
+            trail_length_px: own.trail_length_px,
+            is_fwhm_known: own.is_fwhm_known,
+            ..*of_stack
+        };
         let reader = self.night.open(frame.exposure).ok()?;
         let pixels = around(&reader, self.night, &settings).ok()??;
         frame_map(&pixels, &settings, frame.unit_e)
