@@ -26,6 +26,8 @@ pub const MOST_DRIFT_FWHM: i32 = 6;
 const PARTS: usize = 8;
 /// What is this significant in one frame is not of a target that no frame shows \[σ\], if it would be found there.
 const ONE_FRAME_SIGMA: f64 = 5.5;
+/// What a frame shows by itself reaches so far from its middle \[FWHM\].
+const SHOWN_FWHM: f64 = 2.0;
 /// The sky is the mean of the filtered stack between these radii \[FWHM\].
 const RING_FWHM: (f64, f64) = (2.5, 5.0);
 /// A target that is found with a drift must be this much more significant than without \[σ\].
@@ -42,15 +44,27 @@ pub struct FrameMap {
 
 /// The matched filter of a frame over the search region of `settings`; `None` where the region is off the frame.
 ///
-/// `unit_e` is what a source of unit flux gives in this frame \[e⁻\].
+/// `unit_e` is what a source of unit flux gives in this frame \[e⁻\]. What stands out in this frame alone is masked, but for what it
+/// shows at `shown` (x, y \[px\]), which may be the target.
 #[must_use]
-pub fn frame_map(frame: &Frame<Electrons>, settings: &TargetSettings, unit_e: f64) -> Option<FrameMap> {
+pub fn frame_map(
+    frame: &Frame<Electrons>,
+    settings: &TargetSettings,
+    unit_e: f64,
+    shown: Option<(f64, f64)>,
+) -> Option<FrameMap> {
     let cutout = Cutout::new(frame, settings)?;
     let fwhm = cutout.fwhm_cells();
     let layers = cutout.layers();
     let snr = layers.significance(fwhm, 1, None);
     let most = least_significance(settings, cutout.skewness()).max(ONE_FRAME_SIGMA);
-    let hidden = grown(&snr.mapv(|v| f64::from(v).abs() > most), fwhm.ceil() as usize);
+    let mut hidden = grown(&snr.mapv(|v| f64::from(v).abs() > most), fwhm.ceil() as usize);
+    let (origin, bin) = (cutout.origin(frame), cutout.net.bin as f64);
+    if let Some((x, y)) = shown {
+        let (x, y) = (cutout.net.in_cells(x - origin.0), cutout.net.in_cells(y - origin.1));
+        let is_shown = |(j, i): (usize, usize)| (i as f64 - x).hypot(j as f64 - y) <= SHOWN_FWHM * fwhm;
+        hidden.indexed_iter_mut().filter(|(at, _)| is_shown(*at)).for_each(|(_, hidden)| *hidden = false);
+    }
     let mut variance = layers.variance;
     if let Some(uncertainty) = &layers.uncertainty {
         let along = lines_in_quadrature(fwhm, 1.0);
@@ -68,7 +82,6 @@ pub fn frame_map(frame: &Frame<Electrons>, settings: &TargetSettings, unit_e: f6
     });
     let kernel = Kernel::gaussian(fwhm);
     // the search region, with the ring and the drift around it
-    let (origin, bin) = (cutout.origin(frame), cutout.net.bin as f64);
     let reach = settings.search_radius_px / bin
         + (RING_FWHM.1 + 0.5 * f64::from(MOST_DRIFT_FWHM)) * fwhm
         + kernel.radius() as f64;

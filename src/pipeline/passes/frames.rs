@@ -83,6 +83,12 @@ impl<'a> PassFrame<'a> {
         Flags(self.row.flags).has(Flags::UNCONFIRMED)
     }
 
+    /// The place of its own detection where that is no brighter than one that other frames may miss \[px\].
+    fn shown(&self) -> Option<(f64, f64)> {
+        let is_faint = self.is_detected() && self.row.snr <= Some(REFINE_SNR);
+        self.row.x_px.zip(self.row.y_px).filter(|_| is_faint)
+    }
+
     /// The flux of its own detection; `None` where what disturbs it makes that wrong whatever its error.
     fn own(&self, zero_mag: Option<f64>) -> Option<PassPoint<'a>> {
         let row = self.row;
@@ -391,7 +397,7 @@ impl<'a> PassFrames<'a> {
         };
         let reader = self.night.open(frame.exposure).ok()?;
         let pixels = around(&reader, self.night, &settings).ok()??;
-        frame_map(&pixels, &settings, frame.unit_e)
+        frame_map(&pixels, &settings, frame.unit_e, frame.shown())
     }
 
     fn forced(&self, frame: &PassFrame, place: &PassPlace, width: &Width) -> Option<ForcedFlux> {
