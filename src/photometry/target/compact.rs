@@ -19,7 +19,8 @@ use crate::photometry::target::placed::Placed;
 
 /// Largest square of the diameter at which the light of a compact source is right to 1 % \[FWHM²\].
 const MOST_DISC2: f64 = 1.25;
-/// From this significance on an outline is as good as the weights of a point-spread function that is known to 5 %.
+/// From this significance over the empty sky on an outline replaces the weights of a point-spread function, which is known to 5 %: of a faint
+/// sky, a point has an S/N of 30 to 40 there by its own photons.
 const BRIGHT_SIGMA: f64 = 50.0;
 /// Share of its width by which the point-spread function of a frame differs from that of the night's stars.
 const WIDTH_DOUBT: f64 = 0.05;
@@ -284,6 +285,7 @@ mod tests {
             assert!((peaks / FALSE_PEAKS - 1.0).abs() < 0.01, "{radius}: {peaks}");
         }
         // where the place is known nothing is added to the significance that is wanted
+        assert!(noise_reaches(1.0, 3.0, 0.1) < 5.0);
         for radius in [0.0, 1e-9, 1.0] {
             let t = noise_reaches(radius, 3.0, 0.0);
             assert!(statrs::distribution::Normal::standard().sf(t) < 1.001 * FALSE_PEAKS && t < 5.0, "{radius}: {t}");

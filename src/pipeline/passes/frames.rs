@@ -282,9 +282,10 @@ impl<'a> PassFrames<'a> {
         let width = Width::of(&detected.iter().filter_map(|f| measured_width(f)).collect::<Vec<_>>());
         let detections: Vec<Detection> = detected.iter().filter_map(|f| detection(f)).collect();
         // none is missing that the threshold of a detection would have chosen
-        let all_seen = self.frames.iter().all(|f| f.row.status == Status::Ok) && median_snr > Some(REFINE_SNR);
+        let is_clear = median_snr > Some(REFINE_SNR);
+        let all_seen = is_clear && self.frames.iter().all(|f| f.row.status == Status::Ok);
         // so far above the threshold that it chooses little of them
-        let is_seen = 2 * detected.len() > self.frames.len() && median_snr > Some(REFINE_SNR);
+        let is_seen = is_clear && 2 * detected.len() > self.frames.len();
         let place = match PassPlace::of_detections(&detections, fwhm_px) {
             Some(place) if all_seen && place.is_loose(fwhm_px) => return Ok(of_frames()),
             Some(place) => PlaceFrom::Detections(self.refined(place, &width, &detected, threads)),

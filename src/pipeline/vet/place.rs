@@ -32,8 +32,9 @@ struct Seen {
 }
 
 impl Seen {
-    fn of(k: usize, row: &PhotometryRow, t_s: f64, is_rejected: bool) -> Option<Self> {
+    fn of(k: usize, row: &PhotometryRow, t_s: f64) -> Option<Self> {
         let (x_px, y_px, fwhm_px) = (row.x_px?, row.y_px?, row.fwhm_px?);
+        let is_rejected = row.verdict == Verdict::Reject;
         let is_known = row.status == Status::Ok && x_px.is_finite() && y_px.is_finite() && fwhm_px > 0.0;
         let aper_px = row.aper_a_px.or(row.aper_r_px).unwrap_or(0.0);
         let detection = Detection { t_s, x_px, y_px, err_px: fwhm_px / row.snr?.max(1.0) };
@@ -49,11 +50,8 @@ impl Seen {
 pub(super) fn findings(rows: &[&PhotometryRow]) -> Vec<(usize, Finding)> {
     let looked_at = rows.iter().filter(|r| r.status == Status::Ok || r.status == Status::Nondetection).count();
     let Some(first) = rows.first().filter(|_| looked_at >= FEWEST) else { return Vec::new() };
-    let seen: Vec<Seen> = rows
-        .iter()
-        .enumerate()
-        .filter_map(|(k, r)| Seen::of(k, r, seconds_between(first, r), r.verdict == Verdict::Reject))
-        .collect();
+    let seen: Vec<Seen> =
+        rows.iter().enumerate().filter_map(|(k, r)| Seen::of(k, r, seconds_between(first, r))).collect();
     let detections: Vec<Detection> = seen.iter().filter(|s| !s.is_rejected).map(|s| s.detection).collect();
     let place = seen.first().and_then(|s| PassPlace::of_detections(&detections, s.fwhm_px));
     if place.is_none() && seen.len() as f64 >= MOST_LONE * looked_at as f64 {
