@@ -165,7 +165,8 @@ impl Curve {
         jitter_px: f64,
     ) {
         let s = TargetSettings { x_px: at.0, y_px: at.1, search_radius_px: 10.0 * s.fwhm_px, ..*s };
-        let Some(f) = forced_flux(frame, &background(frame, 64, 3.0).unwrap(), &s, jitter_px) else { return };
+        let light = forced_flux(frame, &background(frame, 64, 3.0).unwrap(), &s, jitter_px);
+        let Some(f) = light.filter(|f| !f.is_sharp) else { return };
         self.empty.add(&f.empty);
         self.points.push(FramePoint {
             t_s: k as f64 * CADENCE_S,
@@ -384,4 +385,53 @@ fn frames_that_missed_the_target_neither_carry_the_mean_nor_state_the_error_of_a
     // an even distribution has 58 % within one of its standard deviations; brighter ones have a larger error, of their own flux
     let (_, _, within) = of_pulls(&alone);
     assert!((0.56..0.70).contains(&within), "{within}");
+}
+
+#[test]
+fn noise_on_a_target_does_not_take_its_light_from_a_frame_and_a_hit_at_its_place_is_no_light_of_it() {
+    let (fwhm, snr, n) = (2.0, 8.0, 400);
+    let s = TargetSettings { search_radius_px: 20.0, ..settings(fwhm) };
+    let flux_e = snr * variance_of_point(fwhm).sqrt();
+    let (mut points, mut sharp, mut hits) = (Vec::new(), Vec::new(), Vec::new());
+    let mut rng = ChaCha12Rng::seed_from_u64(25_201);
+    for k in 0..n {
+        let at = [0, 1].map(|_| SIDE as f64 / 2.0 + rng.random_range(-0.5..0.5));
+        let mut scene = Scene::new(SIDE, SIDE, SKY);
+        scene.star(at[0], at[1], flux_e, fwhm);
+        let mut frame = scene.expose(READ_NOISE, 77_000 + k);
+        // every eighth with a hit on the target as well: of one pixel, or a track along a diagonal
+        let is_hit = k % 8 == 7;
+        let [x, y] = at.map(|v| v.round() as usize);
+        let length = if k % 16 == 7 { 1 } else { 9 };
+        for step in (0..length).filter(|_| is_hit) {
+            let along = step + 4 - length / 2;
+            frame.pixels[[y + along - 4, x + along - 4]] += (8.0 * flux_e / length as f64) as f32;
+        }
+        let there = TargetSettings { x_px: at[0], y_px: at[1], ..s };
+        let light = forced_flux(&frame, &background(&frame, 64, 3.0).unwrap(), &there, 0.0).unwrap();
+        let (variance, variance_per_flux) = (light.variance_e2, light.variance_per_e);
+        let t_s = k as f64;
+        let point = FramePoint { t_s, flux: light.flux_e, variance, variance_per_flux, moved_frac: 0.0 };
+        match (is_hit, light.is_sharp) {
+            (true, is_sharp) => hits.push((point, is_sharp)),
+            (false, true) => sharp.push(point),
+            (false, false) => points.push(point),
+        }
+    }
+    let of_pass = mean(&points, 1.0).unwrap();
+    let others = sharp.iter().filter(|p| of_pass.may_be(p)).count();
+    println!("{} clear, {others} of {} sharp ones are the target's", points.len(), sharp.len());
+    // about one in fifty looks like a hit: all of these are the target, and the mean with them is its light
+    assert!(!sharp.is_empty() && others == sharp.len() && sharp.len() < points.len() / 10, "{}", sharp.len());
+    let all: Vec<FramePoint> = points.iter().chain(&sharp).copied().collect();
+    let m = mean(&all, 1.0).unwrap();
+    assert!((m.flux - flux_e).abs() < 3.0 * m.err, "{} {flux_e} {}", m.flux, m.err);
+    // what a hit left of it is measured, or nothing
+    let taken: Vec<f64> = hits
+        .iter()
+        .filter(|(p, is_sharp)| !is_sharp || of_pass.may_be(p))
+        .map(|(p, _)| (p.flux - flux_e) / (p.variance + flux_e * p.variance_per_flux).sqrt())
+        .collect();
+    println!("{} of {} with hits: {taken:.1?}", taken.len(), hits.len());
+    assert!(hits.len() == 50 && (20..45).contains(&taken.len()) && taken.iter().all(|p| p.abs() < 4.5), "{taken:?}");
 }

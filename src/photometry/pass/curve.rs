@@ -13,6 +13,8 @@ const TERMS: usize = 3;
 const LEAST_SHARE: f64 = 0.2;
 /// A last bin with less than this share of the wanted weight joins the one before.
 const LEAST_LAST: f64 = 0.5;
+/// The flux of a frame may be that of the pass up to so many of its errors from it \[σ\].
+const LIKE_SIGMA: f64 = 5.0;
 /// Fewer pulls of empty places than this do not check the errors.
 const FEWEST_PULLS: f64 = 8.0;
 
@@ -86,6 +88,14 @@ pub fn mean(frames: &[FramePoint], scale: f64) -> Option<Mean> {
 }
 
 impl Mean {
+    /// Whether a frame may show a target of this flux, by the error that the frame has of it.
+    #[must_use]
+    pub fn may_be(&self, frame: &FramePoint) -> bool {
+        let own = self.flux.max(0.0);
+        let variance = frame.variance + own * frame.variance_per_flux + (own * frame.moved_frac).powi(2);
+        (frame.flux - self.flux).powi(2) < LIKE_SIGMA * LIKE_SIGMA * variance
+    }
+
     /// Its error where the target is `expected` to be this bright: one that was next to its place is too faint, and so would be what
     /// its jitter makes of it.
     #[must_use]

@@ -39,6 +39,8 @@ pub struct ForcedFlux {
     pub flags: Flags,
     /// How far from the place the light is, along columns and rows, and the error of each \[px\]; `None` without light.
     pub offset_px: Option<(f64, f64, f64)>,
+    /// Whether most of it is light that is sharper than that of a star: of a hit, or of a target with noise on it.
+    pub is_sharp: bool,
     /// Flux and variance at empty places around the target, the same in every frame; `None` where one is masked.
     pub empty: Vec<Option<(f64, f64)>>,
 }
@@ -72,6 +74,11 @@ pub fn forced_flux(
     let fwhm = cutout.fwhm_cells();
     let at = (cutout.net.in_cells(place.x), cutout.net.in_cells(place.y));
     let hit = mask_hits(&mut cutout, at, fwhm);
+    let is_sharp = hit && !cutout.is_seen(&cutout.psf, (place.x, place.y));
+    if is_sharp {
+        cutout = Cutout::new(frame, s)?;
+        cutout.exclude(&place);
+    }
     let snr1 = cutout.layers().significance(fwhm, 1, None);
     let objects = cutout.objects(&snr1);
     let flux_at = |at: (f64, f64)| {
@@ -99,6 +106,7 @@ pub fn forced_flux(
         variance_per_e: point.photons,
         moved_frac,
         flags,
+        is_sharp,
         offset_px: cutout.place_step(&cutout.psf, (place.x, place.y)).and_then(|step| step.offset_px),
         empty: (0..EMPTY_PLACES).map(empty).collect(),
     })

@@ -19,8 +19,10 @@ const MOST_FOR_DRIFT: usize = 200;
 const DRIFT_SIGMA: f64 = 3.0;
 /// Fewest offsets that refine a place.
 const FEWEST_OFFSETS: usize = 5;
-/// A jitter below this is none: it would cost 2 % of the light \[FWHM\].
+/// A jitter below this, which costs 2 % of the light, is none \[FWHM\] ...
 const LEAST_JITTER_FWHM: f64 = 0.1;
+/// ... unless its square is so many of its errors.
+const JITTER_SIGMA: f64 = 2.5;
 /// An offset is right only where the target is no further from the place than its own width: for a jitter up to this \[FWHM\].
 const MOST_JITTER_FWHM: f64 = 0.4;
 
@@ -109,7 +111,7 @@ impl PassPlace {
             return self;
         }
         let mut about: Vec<f64> = near.iter().flat_map(|o| [o.0 - dx, o.1 - dy]).collect();
-        let jitter_px = jitter_px(mad_sigma(&mut about).unwrap_or(0.0), err2, fwhm_px);
+        let jitter_px = jitter_px(mad_sigma(&mut about).unwrap_or(0.0), about.len(), err2, fwhm_px);
         Self { x_px: self.x_px + dx, y_px: self.y_px + dy, jitter_px, ..self }
     }
 
@@ -132,7 +134,7 @@ impl PassPlace {
         let mut offsets: Vec<f64> = agreeing.iter().flat_map(offset).collect();
         let scatter = mad_sigma(&mut offsets).unwrap_or(0.0);
         let err2 = median(&mut agreeing.iter().map(|d| d.err_px * d.err_px).collect::<Vec<_>>()).unwrap_or(0.0);
-        Some((Self { jitter_px: jitter_px(scatter, err2, fwhm_px), ..place }, scatter))
+        Some((Self { jitter_px: jitter_px(scatter, offsets.len(), err2, fwhm_px), ..place }, scatter))
     }
 
     fn distance_px(&self, d: &Detection) -> f64 {
@@ -149,10 +151,14 @@ impl PassPlace {
     }
 }
 
-/// What a scatter \[px\] is beyond errors of the variance `err2`; 0 where that is below a tenth of the FWHM.
-fn jitter_px(scatter: f64, err2: f64, fwhm_px: f64) -> f64 {
-    let jitter = (scatter * scatter - err2).max(0.0).sqrt();
-    if jitter > LEAST_JITTER_FWHM * fwhm_px { jitter } else { 0.0 }
+/// What the scatter of `n` offsets \[px\] is beyond errors of the variance `err2`; 0 where that is little and may be chance.
+///
+/// The scatter s is from the median of |offset|, whose variance is 1.36 s²/n: that of s² is 4 · 1.36 s⁴/n.
+fn jitter_px(scatter: f64, n: usize, err2: f64, fwhm_px: f64) -> f64 {
+    let jitter2 = (scatter * scatter - err2).max(0.0);
+    let err_of_square = 2.0 * scatter * scatter * (1.36 / n as f64).sqrt();
+    let is_clear = jitter2.sqrt() > LEAST_JITTER_FWHM * fwhm_px || jitter2 > JITTER_SIGMA * err_of_square;
+    if is_clear { jitter2.sqrt() } else { 0.0 }
 }
 
 /// The median slope of the pairs of detections \[px/s\].
@@ -225,6 +231,10 @@ mod tests {
         // an even distribution: its MAD is 1.28 sigma
         assert!((jitter(0.1) - 1.28).abs() < 0.15, "{}", jitter(0.1));
         assert_eq!(jitter(1.3), 0.0);
+        // a twentieth of the FWHM is clear in 600 offsets of a twentieth of that error, and chance in a few
+        assert!(jitter_px(0.21, 600, 0.01, 4.0) > 0.15);
+        assert_eq!(jitter_px(0.21, 10, 0.01, 4.0), 0.0);
+        assert_eq!(jitter_px(0.21, 600, 0.04, 4.0), 0.0);
     }
 
     #[test]

@@ -19,11 +19,14 @@ use crate::photometry::target::placed::Placed;
 
 /// Largest square of the diameter at which the light of a compact source is right to 1 % \[FWHM²\].
 const MOST_DISC2: f64 = 1.25;
-/// From this significance over the empty sky on an outline replaces the weights of a point-spread function, which is known to 5 %: of a faint
-/// sky, a point has an S/N of 30 to 40 there by its own photons.
-const BRIGHT_SIGMA: f64 = 50.0;
-/// Share of its width by which the point-spread function of a frame differs from that of the night's stars.
+/// From this signal-to-noise on an outline replaces the weights of a point-spread function: there 1 % of the flux, which a star of another
+/// width makes of it, is as much as what an outline adds to the error.
+const BRIGHT_SNR: f64 = 150.0;
+/// Share of its width by which the point-spread function of a frame differs from that of the night's stars: also the error that it makes of
+/// the flux of a point, 2σ_t²/(σ_t² + σ_s²).
 const WIDTH_DOUBT: f64 = 0.05;
+/// What it makes of a flux that fits size and light, as a share of it: 0.3 to 1.3 % for Gaussians and Moffat's profiles from β = 2.5.
+const FREE_DOUBT: f64 = 0.01;
 /// Diameters are equally likely up to this \[FWHM\] where nothing tells of them.
 const LARGEST_FWHM: f64 = 3.0;
 /// A satellite that its model makes longer than this is wider than three FWHM: its length is taken as three diameters of a disc of its
@@ -50,7 +53,7 @@ const MOST_SKEWNESS: f64 = 1.0;
 /// What a target is, by its own pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SourceKind {
-    /// A point by odds of 10 to 1; its flux is that of a point.
+    /// A point by odds of 10 to 1; its flux is that of a point, or that of a compact source where this has the smaller error.
     Point,
     /// As narrow as a point or up to three FWHM wide: its flux is that of a disc of any such size.
     Compact,
@@ -112,18 +115,20 @@ pub(crate) fn measure_compact(
 ) -> Option<Compact> {
     let best = cutout.best_place(&cutout.psf, start)?;
     let mut place = circle_at(best.x, best.y, cutout.psf.reach_px());
-    if best.snr > BRIGHT_SIGMA || cutout.hits_in(&place).is_some() {
+    if cutout.hits_in(&place).is_some() {
         return None;
     }
     let mut point = cutout.forced_flux(frame, background, (best.x, best.y), objects, s)?;
     let raw = point.flux.flux_e / point.empty_err_e;
-    if !(raw > 0.0) || !point.free_e.0.is_finite() {
+    if !(raw > 0.0) || !point.free_e.0.is_finite() || point.flux.snr > BRIGHT_SNR {
         return None;
     }
     let as_point_e = (point.flux.flux_e - point.empty_err_e / raw, point.flux.flux_err_e);
     let mut size = size_of(point.disc2, s.known_disc2, s.largest_fwhm);
     point.flux.snr = as_point_e.0 / as_point_e.1;
-    (point.flux.flux_e, point.flux.flux_err_e) = if size.kind == SourceKind::Point { as_point_e } else { point.free_e };
+    let (of_point, free) = (of_a_point(as_point_e), with_doubt(point.free_e, FREE_DOUBT));
+    (point.flux.flux_e, point.flux.flux_err_e) =
+        if size.kind == SourceKind::Point && of_point.1 < free.1 { of_point } else { free };
     if size.kind == SourceKind::Extended
         && s.largest_fwhm.is_none_or(|largest| largest <= LONGEST_FWHM)
         // a point fits best on a peak of the noise of a wide source; the middle one of the discs fits that
@@ -135,11 +140,22 @@ pub(crate) fn measure_compact(
         && cutout.hits_in(&wide.place).is_none()
     {
         size = Size { kind: SourceKind::Compact, disc2: wide.disc2.0, disc2_err: wide.disc2.1, ..size };
-        let (flux_e, flux_err_e) = wide.flux_e;
+        let (flux_e, flux_err_e) = with_doubt(wide.flux_e, FREE_DOUBT);
         point.flux = Flux { flux_e, flux_err_e, snr: point.flux.snr, ..wide.measured.flux.clone() };
         (point.measured, place) = (wide.measured, wide.place);
     }
     Some(Compact { size, point, as_point_e, place })
+}
+
+/// The flux of a point with its error, that of the width of the stars in it \[e⁻\].
+#[must_use]
+pub fn of_a_point(as_point_e: (f64, f64)) -> (f64, f64) {
+    with_doubt(as_point_e, WIDTH_DOUBT)
+}
+
+/// A flux with its error, a share of it that is uncertain as well in it \[e⁻\].
+fn with_doubt((flux_e, err_e): (f64, f64), share: f64) -> (f64, f64) {
+    (flux_e, err_e.hypot(share * flux_e))
 }
 
 /// The decision on a measured size: D² of the even disc that fits, and its error \[FWHM²\].

@@ -270,6 +270,11 @@ impl Cutout {
         Some(PlaceStep { snr, offset_px })
     }
 
+    /// Whether enough of a source at a place is not masked.
+    pub fn is_seen(&self, psf: &Psf, at: (f64, f64)) -> bool {
+        self.pixels_of(psf, at, 0.0, |i, j| Some(f64::from(self.pixels[[j, i]]))).is_some()
+    }
+
     /// The good pixels within reach of a source, less what an annulus takes of its light (`taken` per pixel).
     fn pixels_of(
         &self,

@@ -297,6 +297,7 @@ impl<'a> PassFrames<'a> {
         };
         let mut curve = PassCurve { width, ..PassCurve::at(place) };
         let (PlaceFrom::Detections(place) | PlaceFrom::Stack(place, _)) = curve.place else { return Ok(curve) };
+        let mut sharp = Vec::new();
         for frames in self.frames.chunks(at_once.max(1)) {
             stop.check(|| "stopped while passes were stacked; run the same line again".into())?;
             let measured = |f: &PassFrame<'a>| match f.own(zero_mag).filter(|_| is_bright(f)) {
@@ -328,9 +329,16 @@ impl<'a> PassFrames<'a> {
                     variance_per_flux: forced.variance_per_e / unit,
                     moved_frac: forced.moved_frac,
                 };
-                curve.points.push(PassPoint { frame: *frame, point, flags, is_own: false });
+                let of = if forced.is_sharp { &mut sharp } else { &mut curve.points };
+                of.push(PassPoint { frame: *frame, point, flags, is_own: false });
             }
         }
+        // light that is sharper than a star is the target with noise on it where it is as bright as in the others, else a hit
+        let mean = curve.mean();
+        let (of_target, hits) = sharp.into_iter().partition(|p: &PassPoint| mean.is_some_and(|m| m.may_be(&p.point)));
+        curve.points.extend::<Vec<PassPoint>>(of_target);
+        curve.points.sort_by(|a, b| a.point.t_s.total_cmp(&b.point.t_s));
+        curve.without.extend::<Vec<PassFrame>>(hits.iter().map(|p: &PassPoint| p.frame).collect());
         Ok(curve)
     }
 

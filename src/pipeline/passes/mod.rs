@@ -73,6 +73,11 @@ fn at_place_of_pass(row: &mut PhotometryRow, light: Option<PointAt>) {
         return;
     }
     let light = light.filter(|l| l.flux_e.is_finite() && l.err_e.is_finite());
+    if light.is_none() {
+        let sep = if row.reason.is_empty() { "" } else { "; " };
+        row.reason +=
+            &format!("{sep}no forced flux: the place of its pass is masked, disturbed, under a hit or off the frame");
+    }
     row.forced_at = light.map(|l| l.at.into()).unwrap_or_default();
     (row.forced_x_px, row.forced_y_px) = (light.map(|l| l.x_px), light.map(|l| l.y_px));
     (row.forced_flux_e, row.forced_flux_err_e) = (light.map(|l| l.flux_e), light.map(|l| l.err_e));

@@ -5,6 +5,7 @@
 
 use crate::base::stats::robust;
 use crate::config::Config;
+use crate::photometry::Flags;
 use crate::photometry::aperture::Shape;
 use crate::pipeline::target::outcome::TargetFrame;
 use crate::pipeline::vet::{Judgement, judge_neighbours};
@@ -33,6 +34,9 @@ fn judgements(rows: &[&PhotometryRow], config: &Config) -> Vec<Judgement> {
 /// An object is larger than a star where its image is this much longer \[FWHM\].
 const RESOLVED_FWHM: f64 = 1.3;
 
+/// What makes an aperture larger than the object, or that of another.
+const NOT_OF_IT: Flags = Flags(Flags::CONTAMINATED.0 | Flags::CROSSED.0);
+
 /// Makes the limits of non-detections those of an object as large as the detected ones, where these resolve it.
 ///
 /// A limit is that of point sources; the noise of a larger aperture grows with the root of its area:
@@ -52,7 +56,7 @@ fn limits_for_the_size_of_the_object(rows: &[&PhotometryRow], judgements: &mut [
     let detected: Vec<(String, f64, Option<f64>)> = rows
         .iter()
         .filter(|r| r.status == Status::Ok && r.verdict != Verdict::Reject)
-        .filter(|r| r.extent_fwhm.is_some_and(|e| e > RESOLVED_FWHM))
+        .filter(|r| r.extent_fwhm.is_some_and(|e| e > RESOLVED_FWHM) && !Flags(r.flags).any(NOT_OF_IT))
         .filter_map(|r| Some((r.object_name.clone(), size(r)?, r.range_km)))
         .collect();
     for (row, judgement) in rows.iter().zip(judgements).filter(|(r, _)| r.status == Status::Nondetection) {
@@ -110,5 +114,11 @@ mod tests {
         let mut of_a_point = [row("ok", 500.0, 21.0), row("nondetection", 500.0, 7.0)];
         of_a_point[0].extent_fwhm = Some(1.05);
         assert_eq!(limits(&of_a_point)[1], Some(15.0));
+        // an aperture that holds other light, too, is not that of the object
+        for flag in [Flags::CONTAMINATED, Flags::CROSSED] {
+            let mut contaminated = [row("ok", 500.0, 100.0), row("nondetection", 500.0, 7.0)];
+            contaminated[0].flags = flag.0;
+            assert_eq!(limits(&contaminated)[1], Some(15.0));
+        }
     }
 }

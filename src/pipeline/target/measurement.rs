@@ -9,7 +9,7 @@ use crate::frames::flat::needed::noise_mag;
 use crate::photometry::aperture::Shape;
 use crate::photometry::flux::{Flux, detectable_e};
 use crate::photometry::surface_brightness::inst_mu;
-use crate::photometry::target::compact::Size;
+use crate::photometry::target::compact::{Size, of_a_point};
 use crate::photometry::target::measure::{LIMIT_MARGIN_SIGMA, Light, TargetFound};
 use crate::pipeline::prepared::Calibrated;
 use crate::tables::words::ForcedAt;
@@ -178,7 +178,12 @@ impl Setting<'_> {
                 let point = |at, (x_px, y_px), (flux_e, err_e)| PointAt { at, x_px, y_px, flux_e, err_e };
                 let whole = 10f64.powf(-0.4 * corr_mag);
                 let own = || (flux.snr > CLEAR_SNR).then_some((flux.flux_e * whole, flux.flux_err_e * whole));
-                let own = as_point_e.or_else(own);
+                // with size and light fitted where they are better known than the width of the stars
+                let own = match as_point_e.map(of_a_point) {
+                    Some(point) if flux.snr <= CLEAR_SNR && point.1 < flux.flux_err_e => Some(point),
+                    Some(_) => Some((flux.flux_e, flux.flux_err_e)),
+                    None => own(),
+                };
                 let mut forced = own.map(|light| point(ForcedAt::Detection, (x_px, y_px), light));
                 let mut reasons = Vec::new();
                 if detected {

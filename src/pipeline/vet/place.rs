@@ -2,7 +2,8 @@
 //! satellite or a star, and not the target.
 //!
 //! Pixels of the full frame. A tracked target stands still, or drifts along a line. A detection that any other of the pass agrees
-//! with is not judged, and none where most frames show a target that stands at no common place: the tracking wanders.
+//! with is not judged, unless frames between the two show the target elsewhere: of two sources one is not the target. None is where most
+//! frames show a target that stands at no common place: the tracking wanders.
 
 use super::Finding;
 use super::neighbours::seconds_between;
@@ -57,17 +58,22 @@ pub(super) fn findings(rows: &[&PhotometryRow]) -> Vec<(usize, Finding)> {
     if place.is_none() && seen.len() as f64 >= MOST_LONE * looked_at as f64 {
         return Vec::new();
     }
+    let is_at = |s: &Seen, place: &PassPlace| {
+        s.distance_px(place.at(s.detection.t_s)) < s.reach_px.max(JITTERS * place.jitter_px)
+    };
     let judge = |s: &Seen| {
-        let apart = |o: &Seen| o.k != s.k && s.distance_px((o.detection.x_px, o.detection.y_px)) < s.reach_px;
-        if seen.iter().any(apart) {
-            return None;
-        }
+        let is_here = |o: &&Seen| s.distance_px((o.detection.x_px, o.detection.y_px)) < s.reach_px;
+        let here: Vec<usize> = seen.iter().filter(is_here).map(|o| o.k).collect();
+        let (first, last) = (*here.first()?, *here.last()?);
         let words = match &place {
+            Some(place) if is_at(s, place) => return None,
+            // the telescope may have been moved, but not to and fro
+            Some(place) if here.len() > 1 && !seen.iter().any(|o| (first..last).contains(&o.k) && is_at(o, place)) => {
+                return None;
+            }
+            None if here.len() > 1 => return None,
             Some(place) => {
                 let away_px = s.distance_px(place.at(s.detection.t_s));
-                if away_px < s.reach_px.max(JITTERS * place.jitter_px) {
-                    return None;
-                }
                 let away_fwhm = away_px / s.fwhm_px;
                 format!(
                     "stands {away_px:.0} px ({away_fwhm:.0} FWHM) from where the other frames of the pass show the target: perhaps another \
@@ -116,6 +122,10 @@ mod tests {
         assert_eq!(found(&[at(0.0), at(0.5), at(9.0), at(-0.5), None, at(0.2)]), NONE, "three FWHM: a gust");
         // the telescope was moved within the pass
         assert_eq!(found(&[at(0.0), at(0.5), at(0.3), at(-0.5), at(0.1), at(40.0), at(40.5)]), NONE);
+        // moved, and moved back
+        assert_eq!(found(&[at(0.0), at(0.5), at(40.3), at(39.5), at(0.1), at(0.2), at(0.5)]), NONE);
+        // two sources, now one and now the other
+        assert_eq!(found(&[at(0.0), at(40.5), at(0.3), at(39.5), at(0.1), at(40.0), at(0.5)]), [1, 3, 5]);
         // a drift of 10 px from frame to frame, and one that is not on it
         let drifting: Vec<_> = (0..12).map(|k| at(10.0 * f64::from(k))).collect();
         assert_eq!(found(&drifting), NONE);

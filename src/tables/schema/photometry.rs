@@ -99,10 +99,10 @@ table! {
         /// light of a point, weighed by the profile of the stars, at the place forced_at names, whatever is there; at that of
         /// the pass the profile is as wide as the detections of the pass; can be negative
         forced_flux_e: Option<f64> => "electron" ["phot.count"] added_later,
-        /// 1-sigma random error of forced_flux_e
+        /// 1-sigma random error of forced_flux_e, with that of the width of the stars or of the target's images
         forced_flux_err_e: Option<f64> => "electron" ["stat.error;phot.count"] added_later,
-        /// where forced_flux_e is measured: detection (that of this frame; where S/N is above 25 and its size was not measured the
-        /// whole light of its outline, flux_e and aper_corr_mag), pass (where the frames of the pass show the target),
+        /// where forced_flux_e is measured: detection (that of this frame; the whole light, flux_e and aper_corr_mag, of a compact
+        /// target where that has the smaller error, and of an outline above S/N 25), pass (where the frames of the pass show it),
         /// expected (target.x_px and y_px, else the middle of the frame: too faint where the target stands elsewhere)
         forced_at: String => ["meta.code"] added_later,
         /// that place along a row
@@ -113,8 +113,8 @@ table! {
         sky_e_px: Option<f64> => "electron / pix" ["instr.background"],
         /// background at the edge of the field over that at its centre
         sky_corner_ratio: Option<f64> => ["instr.background;arith.ratio"],
-        /// flux_e / flux_err_e; of a compact target (source_kind) the significance of a point, forced_flux_e /
-        /// forced_flux_err_e: flux_err_e holds the unknown size, too
+        /// flux_e / flux_err_e; of a compact target (source_kind) the significance of a point by noise alone: flux_err_e holds the
+        /// unknown size and the width of the stars, too
         snr: Option<f64> => ["stat.snr"],
         /// brightest aperture pixel, with the sky, as a fraction of the saturation level
         peak_frac_sat: Option<f64> => ["instr.saturation;arith.ratio"],
