@@ -36,6 +36,8 @@ pub struct Prepared {
     pub tracker: Option<Tracker>,
     /// The model, if one is configured.
     pub model: Option<Model>,
+    /// Area of all surfaces of the model, also where nothing is compared with it \[m²\].
+    pub satellite_area_m2: Option<f64>,
     /// The star catalogue, if star pointings are configured.
     pub catalogue: Option<Catalogue>,
     /// The band of the calibrated magnitudes; `None` where filter, catalogue and configuration name none
@@ -146,6 +148,7 @@ impl Prepared {
             .model
             .as_ref()
             .and_then(|model| comparable(model).and_then(|_| Model::from_config(model)).map_err(&mut keep).ok());
+        let satellite_area_m2 = model.as_ref().and_then(Model::area_m2);
         let catalogue = config.stars.as_ref().and_then(|stars| catalogue(stars, config).map_err(&mut keep).ok());
         let prepared = Self {
             config: config.clone(),
@@ -154,6 +157,7 @@ impl Prepared {
             eop,
             tracker,
             model,
+            satellite_area_m2,
             catalogue,
             band: None,
             buffers: Buffers::default(),

@@ -120,6 +120,7 @@ fn run(pass: Pass, seed: u64) -> Outcome {
         }
     }
     let StackFound { place, snr: snr_of_stack, threshold, flux_err, n_frames } = stack.unwrap().find(&s).unwrap();
+    let flux_err = flux_err.unwrap();
     assert_eq!(n_frames, pass.n);
     let m = mean(&at_truth.points, at_truth.empty.error_scale()).unwrap();
     let off = |p: &PassPlace, k: usize| {
@@ -232,6 +233,27 @@ fn ten_frames_show_what_one_does_not_with_the_flux_and_error_that_are_true() {
     assert!((1.1..1.4).contains(&theory), "{theory}");
     let deeper: Vec<f64> = empty.iter().map(|o| o.limit_mag_deeper).filter(|m| m.is_finite()).collect();
     assert!(deeper.len() > 12 && deeper.iter().sum::<f64>() / deeper.len() as f64 > 1.1);
+}
+
+#[test]
+fn a_region_that_bright_sources_hide_in_every_frame_has_no_limit() {
+    let s = settings(3.0);
+    let found = |n_sources: i32| {
+        let mut scene = Scene::new(SIDE, SIDE, SKY);
+        let middle = SIDE as f64 / 2.0;
+        for k in 0..n_sources {
+            scene.star(middle + 12.0 * f64::from(k % 4 - 1), middle + 12.0 * f64::from(k / 4 - 1), 3e4, 3.0);
+        }
+        let mut stack: Option<PassStack> = None;
+        for k in 0..4 {
+            let map = frame_map(&scene.expose(READ_NOISE, 800 + k), &s, 1.0, None).unwrap();
+            stack.get_or_insert_with(|| PassStack::like(&map)).add(&map, k as f64, (k as usize, 4));
+        }
+        stack.unwrap().find(&s).unwrap()
+    };
+    assert!(found(0).flux_err.is_some());
+    let hidden = found(8);
+    assert!(hidden.flux_err.is_none() && hidden.place.is_none(), "{hidden:?}");
 }
 
 #[test]

@@ -13,8 +13,9 @@ const TERMS: usize = 3;
 const LEAST_SHARE: f64 = 0.2;
 /// A last bin with less than this share of the wanted weight joins the one before.
 const LEAST_LAST: f64 = 0.5;
-/// The flux of a frame may be that of the pass up to so many of its errors from it \[σ\].
+/// The flux of a frame may be that of the pass up to so many of its errors from it \[σ\], or up to this factor.
 const LIKE_SIGMA: f64 = 5.0;
+const LIKE_FACTOR: f64 = 2.0;
 /// Fewer pulls of empty places than this do not check the errors.
 const FEWEST_PULLS: f64 = 8.0;
 
@@ -31,6 +32,14 @@ pub struct FramePoint {
     pub variance_per_flux: f64,
     /// By how much of itself the flux scatters because the target does not stand still.
     pub moved_frac: f64,
+}
+
+impl FramePoint {
+    /// Its flux over its error, with the photons of the target.
+    #[must_use]
+    pub fn snr(&self) -> f64 {
+        self.flux / (self.variance + self.flux.max(0.0) * self.variance_per_flux).sqrt()
+    }
 }
 
 /// The mean of some frames.
@@ -88,12 +97,13 @@ pub fn mean(frames: &[FramePoint], scale: f64) -> Option<Mean> {
 }
 
 impl Mean {
-    /// Whether a frame may show a target of this flux, by the error that the frame has of it.
+    /// Whether a frame may show a target of this flux, which varies, by the error that the frame has of it.
     #[must_use]
     pub fn may_be(&self, frame: &FramePoint) -> bool {
         let own = self.flux.max(0.0);
         let variance = frame.variance + own * frame.variance_per_flux + (own * frame.moved_frac).powi(2);
-        (frame.flux - self.flux).powi(2) < LIKE_SIGMA * LIKE_SIGMA * variance
+        let is_near = (frame.flux - self.flux).powi(2) < LIKE_SIGMA * LIKE_SIGMA * variance;
+        is_near || (own / LIKE_FACTOR..own * LIKE_FACTOR).contains(&frame.flux)
     }
 
     /// Its error where the target is `expected` to be this bright: one that was next to its place is too faint, and so would be what

@@ -10,12 +10,13 @@ use rayon::prelude::*;
 
 use super::place::PassPlace;
 use crate::base::constants::FWHM_PER_SIGMA;
-use crate::base::stats::{mad_sigma, peak_significance};
+use crate::base::stats::{mad_sigma, median, peak_significance};
 use crate::frames::{Electrons, Frame};
 use crate::photometry::smooth::{Kernel, smooth_image};
 use crate::photometry::target::cells::{grown, lines_in_quadrature};
 use crate::photometry::target::compact::least_significance;
 use crate::photometry::target::cutout::Cutout;
+use crate::photometry::target::limit::LIMIT_COMPLETENESS;
 use crate::photometry::target::settings::TargetSettings;
 
 /// Chance that a pass without a target gets one.
@@ -130,8 +131,9 @@ pub struct StackFound {
     pub snr: f64,
     /// Significance a target must have \[σ\]: one pass in a hundred without a target exceeds it.
     pub threshold: f64,
-    /// Error of the flux of a star, the median over the search region \[unit flux\].
-    pub flux_err: f64,
+    /// Error of the flux of a star, the median over the search region \[unit flux\]; `None` where less than 95 % of it is seen in any
+    /// frame.
+    pub flux_err: Option<f64>,
     /// Frames in the stack.
     pub n_frames: usize,
 }
@@ -194,7 +196,7 @@ impl PassStack {
         let area = std::f64::consts::PI * (s.search_radius_px / (s.fwhm_px / FWHM_PER_SIGMA)).powi(2);
         let drifts = drifts(fwhm, if parts.len() > 1 { MOST_DRIFT_FWHM } else { 0 });
         let threshold = peak_significance(area, 0.5 * FALSE_ALARM);
-        let flux_err = still.median_err(&inside)?;
+        let flux_err = still.median_err(&inside);
         let mut found = StackFound { place: None, snr: still.best.0, threshold, flux_err, n_frames: self.n_frames };
         let mut best = (still.best.0 > threshold).then_some((still.best, (0.0, 0.0), 2));
         let with_drift = peak_significance(area * drifts.len() as f64, 0.5 * FALSE_ALARM);
@@ -295,11 +297,12 @@ impl Significance {
         Self { weight, unit, best: (best.0 / unit, x, y) }
     }
 
-    /// Median error of a flux in the search region.
+    /// Median error of a flux in the search region; `None` where too little of it is seen.
     fn median_err(&self, inside: &Array2<bool>) -> Option<f64> {
         let seen = self.weight.iter().zip(inside).filter(|(b, inside)| **inside && **b > 0.0);
         let mut errors: Vec<f64> = seen.map(|(b, _)| self.unit / f64::from(*b).sqrt()).collect();
-        crate::base::stats::median(&mut errors)
+        let all = inside.iter().filter(|inside| **inside).count();
+        if (errors.len() as f64) < LIMIT_COMPLETENESS * all as f64 { None } else { median(&mut errors) }
     }
 }
 

@@ -122,9 +122,9 @@ pub enum PlaceFrom {
     Stack(PassPlace, f64),
     /// Its detections are averaged: they are resolved, all bright, bright and at no common place, or of all frames and too far from it.
     Frames,
-    /// Nowhere: significance a target must have, error of a flux in the search region and number of frames, if they could be
-    /// stacked.
-    None(Option<(f64, f64, usize)>),
+    /// Nowhere: significance a target must have, error of a flux in the search region, where that is seen, and number of frames, if
+    /// they could be stacked.
+    None(Option<(f64, Option<f64>, usize)>),
 }
 
 /// The flux of the target in one frame.
@@ -297,13 +297,11 @@ impl<'a> PassFrames<'a> {
         };
         let mut curve = PassCurve { width, ..PassCurve::at(place) };
         let (PlaceFrom::Detections(place) | PlaceFrom::Stack(place, _)) = curve.place else { return Ok(curve) };
-        let mut sharp = Vec::new();
+        let mut unsure = Vec::new();
         for frames in self.frames.chunks(at_once.max(1)) {
             stop.check(|| "stopped while passes were stacked; run the same line again".into())?;
             let measured = |f: &PassFrame<'a>| match f.own(zero_mag).filter(|_| is_bright(f)) {
                 Some(own) => (Some(own), None),
-                // of a bright target what stands elsewhere may be the target itself, and there is nothing at the place
-                None if is_bright_pass && f.is_elsewhere() => (None, None),
                 None => (None, self.forced(f, &place, &width)),
             };
             let measured: Vec<(Option<PassPoint>, Option<ForcedFlux>)> =
@@ -329,16 +327,20 @@ impl<'a> PassFrames<'a> {
                     variance_per_flux: forced.variance_per_e / unit,
                     moved_frac: forced.moved_frac,
                 };
-                let of = if forced.is_sharp { &mut sharp } else { &mut curve.points };
+                // without light at the place, what stands elsewhere may be a bright target itself
+                let is_displaced = is_bright_pass && frame.is_elsewhere() && point.snr() < REFINE_SNR;
+                let is_unsure = forced.is_sharp || is_displaced;
+                let of = if is_unsure { &mut unsure } else { &mut curve.points };
                 of.push(PassPoint { frame: *frame, point, flags, is_own: false });
             }
         }
         // light that is sharper than a star is the target with noise on it where it is as bright as in the others, else a hit
         let mean = curve.mean();
-        let (of_target, hits) = sharp.into_iter().partition(|p: &PassPoint| mean.is_some_and(|m| m.may_be(&p.point)));
+        let (of_target, others) =
+            unsure.into_iter().partition(|p: &PassPoint| mean.is_some_and(|m| m.may_be(&p.point)));
         curve.points.extend::<Vec<PassPoint>>(of_target);
         curve.points.sort_by(|a, b| a.point.t_s.total_cmp(&b.point.t_s));
-        curve.without.extend::<Vec<PassFrame>>(hits.iter().map(|p: &PassPoint| p.frame).collect());
+        curve.without.extend::<Vec<PassFrame>>(others.iter().map(|p: &PassPoint| p.frame).collect());
         Ok(curve)
     }
 

@@ -82,9 +82,12 @@ impl OfPass<'_> {
             row.frames = n_frames as i64;
             row.frames_excluded = self.excluded(n_frames);
             row.threshold_sigma = Some(threshold);
-            let limit = (threshold + LIMIT_MARGIN_SIGMA) * flux_err;
-            row.limit_v_mag = self.mag(limit);
+            row.limit_v_mag = flux_err.and_then(|err| self.mag((threshold + LIMIT_MARGIN_SIGMA) * err));
             row.reason = format!("nothing above {threshold:.2} sigma in the sum of the frames");
+            if flux_err.is_none() {
+                row.reason +=
+                    "; no limit: more than 5 % of the search region is hidden by what stands out in every frame";
+            }
         } else {
             row.place_from = "none".into();
             row.frames = 0;

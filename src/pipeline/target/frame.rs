@@ -106,7 +106,7 @@ fn trail_direction(geometry: Option<&Geometry>, exposure: &Exposure, night: &Cal
 
 /// Largest size of the satellite by its model and range \[FWHM\]: as long as three times the diameter of a disc of all its surfaces.
 fn largest_fwhm(geometry: Option<&Geometry>, exposure: &Exposure, night: &Calibrated, fwhm_px: f64) -> Option<f64> {
-    let area_m2 = night.model.as_ref()?.area_m2()?;
+    let area_m2 = night.satellite_area_m2?;
     let longest_m = LONGEST_OF_AREA * 2.0 * (area_m2 / std::f64::consts::PI).sqrt();
     let angle_arcsec = (longest_m / (geometry?.range_km * 1e3)).to_degrees() * 3600.0;
     Some(angle_arcsec / (night.scale_arcsec(exposure) * fwhm_px))

@@ -4,7 +4,7 @@
 //! `target.search_radius_arcsec`. In the frames between it is looked for first where the nearest pilots have it, and in all of it
 //! only if it is not clear there. So nothing can be lost; what is saved is most of the pixels. Where a frame, a pilot too, shows
 //! something larger than the other pilots do, a trail or a neighbour has joined the target, which is then bounded by its size in them.
-//! A pilot with a compact target is measured once more with the sizes that the others show.
+//! A pilot with a compact target is measured once more with the sizes that the others show, where they know it better.
 //! It does not cover the place of a pass for forced fluxes ([`crate::pipeline::passes`]), which takes all of its detections.
 
 use std::collections::HashMap;
@@ -85,7 +85,7 @@ impl<'a> TargetFrames<'a> {
         let t_s = |row: &PhotometryRow| row.mjd_mid_d.map(|mjd| (mjd - mjd_d) * DAY_S);
         let of_pass = |(place, row): &&(usize, PhotometryRow)| {
             let other = &self.exposures[*place];
-            *place != k
+            self.numbers[*place] != Some(number)
                 && (row.norad_cat_id, row.object_name.as_str()) == target
                 && t_s(row).is_some_and(|t| t.abs() <= PASS_GAP_S)
                 && (other.size_px, other.binning) == (exposure.size_px, exposure.binning)

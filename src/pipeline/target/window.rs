@@ -74,6 +74,13 @@ impl Region {
         axes.is_some_and(|axes| self.is_joined(axes))
     }
 
+    /// Whether other frames say more of the size of a compact target than its own row: their mean has less than half of its variance.
+    #[must_use]
+    pub fn knows_more_than(&self, row: &PhotometryRow) -> bool {
+        let errs = self.disc2.zip(row.disc_fwhm2_err);
+        errs.is_some_and(|((_, of_others), own)| 2.0 * of_others * of_others < own * own)
+    }
+
     /// The settings of a search there.
     #[must_use]
     pub fn search(&self, s: &TargetSettings) -> TargetSettings {

@@ -10,10 +10,14 @@ use crate::base::stats::median;
 use crate::config::Vetting;
 use crate::photometry::Flags;
 use crate::tables::PhotometryRow;
-use crate::tables::words::Status;
+use crate::tables::words::{Status, Verdict};
 
 /// Fewest frames of a pass that determine the size of its target.
 const FEWEST: usize = 4;
+/// Nothing in orbit is larger than this: three times the length of the ISS \[m\].
+const LARGEST_M: f64 = 330.0;
+/// Longer than this no exposure of a tracked target is smeared \[FWHM\].
+const LONGEST_SMEAR_FWHM: f64 = 8.0;
 /// Signal-to-noise from which the shape of the light is used: that of the moments.
 const SHAPE_SNR: f64 = 15.0;
 /// A target smaller than the FWHM has no shape of its own: longer than this it is smeared.
@@ -26,12 +30,28 @@ pub(super) fn findings(
     t: &Vetting,
     margin_fwhm: f64,
 ) -> Vec<(usize, Finding)> {
-    let mut found = smeared(rows, t);
-    for others in [apertures(rows, of_night, t), outlines(rows, t, margin_fwhm)] {
+    let mut found: Vec<(usize, Finding)> =
+        rows.iter().enumerate().filter_map(|(k, r)| Some((k, no_satellite(r)?))).collect();
+    for others in [smeared(rows, t), apertures(rows, of_night, t), outlines(rows, t, margin_fwhm)] {
         let of_others = others.into_iter().filter(|(k, _)| !found.iter().any(|(seen, _)| seen == k));
         found.extend(of_others.collect::<Vec<_>>());
     }
     found
+}
+
+/// Light that is longer than three times the largest satellite (the ISS, 109 m) would be at its range, and than a smear of some FWHM: stray
+/// light, cloud or a halo.
+fn no_satellite(r: &PhotometryRow) -> Option<Finding> {
+    let extent = r.extent_fwhm.filter(|e| e.is_finite() && is_trusted(r) && *e > LONGEST_SMEAR_FWHM)?;
+    let length_arcsec = (extent * extent - 1.0).sqrt() * r.fwhm_px? * r.pix_scale_arcsec?;
+    let length_m = (length_arcsec / 3600.0).to_radians() * r.range_km? * 1e3;
+    (length_m > LARGEST_M).then(|| Finding {
+        verdict: Verdict::Reject,
+        flags: Flags::CONTAMINATED,
+        words: format!(
+            "its light is {length_m:.0} m long at this range: no satellite, but a trail, stray light or cloud (contaminated)"
+        ),
+    })
 }
 
 /// Frames whose outline is much longer than the light of the target, whatever the other frames of the pass show.
@@ -131,4 +151,30 @@ fn smeared(rows: &[&PhotometryRow], t: &Vetting) -> Vec<(usize, Finding)> {
         Some((k, Finding::caution(Flags::SMEARED, words)))
     };
     rows.iter().enumerate().filter_map(judge).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_that_is_longer_than_any_satellite_is_rejected_and_a_station_or_a_smear_is_not() {
+        let row = |extent: f64, range_km: f64| PhotometryRow {
+            status: "ok".into(),
+            snr: Some(100.0),
+            extent_fwhm: Some(extent),
+            fwhm_px: Some(3.3),
+            pix_scale_arcsec: Some(1.94),
+            range_km: Some(range_km),
+            ..PhotometryRow::default()
+        };
+        // a halo of 4 arcmin at 1700 km: 2.1 km
+        let halo = no_satellite(&row(40.0, 1700.0)).unwrap();
+        assert!(halo.verdict == Verdict::Reject && halo.words.starts_with("its light is 2110 m"), "{}", halo.words);
+        // 109 m at 420 km are 54 arcsec, of a geostationary one seven FWHM can only be smear
+        for seen in [row(8.4, 420.0), row(7.0, 38_000.0), PhotometryRow { range_km: None, ..row(40.0, 1.0) }] {
+            assert!(no_satellite(&seen).is_none(), "{seen:?}");
+        }
+        assert!(no_satellite(&PhotometryRow { snr: Some(10.0), ..row(40.0, 1700.0) }).is_none());
+    }
 }
