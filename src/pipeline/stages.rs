@@ -247,7 +247,7 @@ pub fn target_stage(
     let mut reduced: BTreeMap<usize, Reduced> = pilots.into_iter().zip(of_pilots).collect();
     reduced.retain(|k, _| targets.wanted.contains(k));
     let region = |k: usize| targets.region(k, &rows, night);
-    // a pilot that shows more than the others do, or is compact and tells less of its size, is looked at once more, by them
+    // a pilot that shows more than the others do, or is compact and shows less of its size, is looked at once more, by them
     let by_others = |(k, r): (&usize, &Reduced)| {
         let at = region(*k)?;
         (at.is_joined_in(&r.row) || at.knows_more_than(&r.row)).then_some((*k, at))

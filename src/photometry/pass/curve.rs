@@ -35,6 +35,11 @@ pub struct FramePoint {
 }
 
 impl FramePoint {
+    /// The variance of its flux where the target is `expected` to be this bright: σ² + g F + (m F)².
+    fn variance_of(&self, expected: f64) -> f64 {
+        self.variance + expected * self.variance_per_flux + (expected * self.moved_frac).powi(2)
+    }
+
     /// Its flux over its error, with the photons of the target.
     #[must_use]
     pub fn snr(&self) -> f64 {
@@ -77,13 +82,12 @@ pub fn mean(frames: &[FramePoint], scale: f64) -> Option<Mean> {
     let (weight, total, flux) = of(of(0.0)?.2.max(0.0))?;
     let t_s = frames.iter().map(|f| weight(f) * f.t_s).sum::<f64>() / total;
     let own = flux.max(0.0);
-    let variance = |f: &FramePoint| f.variance + own * f.variance_per_flux + (own * f.moved_frac).powi(2);
     let empty2 = (scale / total).powi(2) * frames.iter().map(|f| f.variance * weight(f).powi(2)).sum::<f64>();
     let per_flux =
         frames.iter().map(|f| f.variance_per_flux * weight(f).powi(2)).sum::<f64>() * (scale / total).powi(2);
     let moved2 = frames.iter().map(|f| (f.moved_frac * weight(f)).powi(2)).sum::<f64>() / total.powi(2);
     let err = (empty2 + own * per_flux + own * own * moved2).sqrt();
-    let chi2: f64 = frames.iter().map(|f| (f.flux - flux).powi(2) / variance(f)).sum::<f64>() / (scale * scale);
+    let chi2: f64 = frames.iter().map(|f| (f.flux - flux).powi(2) / f.variance_of(own)).sum::<f64>() / (scale * scale);
     let chi2_dof = (frames.len() > 1).then(|| chi2 / (frames.len() - 1) as f64);
     Some(Mean {
         flux,
@@ -97,12 +101,11 @@ pub fn mean(frames: &[FramePoint], scale: f64) -> Option<Mean> {
 }
 
 impl Mean {
-    /// Whether a frame may show a target of this flux, which varies, by the error that the frame has of it.
+    /// Whether a frame may show a target of this flux: within the error that it has of it, or a factor of two, since targets vary.
     #[must_use]
     pub fn may_be(&self, frame: &FramePoint) -> bool {
         let own = self.flux.max(0.0);
-        let variance = frame.variance + own * frame.variance_per_flux + (own * frame.moved_frac).powi(2);
-        let is_near = (frame.flux - self.flux).powi(2) < LIKE_SIGMA * LIKE_SIGMA * variance;
+        let is_near = (frame.flux - self.flux).powi(2) < LIKE_SIGMA * LIKE_SIGMA * frame.variance_of(own);
         is_near || (own / LIKE_FACTOR..own * LIKE_FACTOR).contains(&frame.flux)
     }
 

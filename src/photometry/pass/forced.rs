@@ -1,7 +1,7 @@
 //! The flux of a point source at a given place of one frame, detected or not.
 //!
 //! Electrons. Measured as the target of a single frame is at its own place (`target/point.rs`), hits of what stands out
-//! there masked. It does not cover a source that is larger than a star.
+//! there masked, unless they take most of the place: then its light may be the target's, and is marked as sharp. It does not cover a source that is larger than a star.
 
 use crate::base::constants::FWHM_PER_SIGMA;
 use crate::frames::{Electrons, Frame};
@@ -54,7 +54,7 @@ fn moved_frac(jitter_px: f64, fwhm_px: f64) -> f64 {
     u / (4.0 + 8.0 * u + 3.0 * u * u).sqrt()
 }
 
-/// The flux of a point source at (`s.x_px`, `s.y_px`); `None` off the frame, or where most of it is masked.
+/// The flux of a point source at (`s.x_px`, `s.y_px`); `None` off the frame, or where most of it is masked by anything but hits.
 ///
 /// `jitter_px` is the scatter of the target about the place per axis, by which the profile of the stars is widened, so that the
 /// mean over many frames is the flux.

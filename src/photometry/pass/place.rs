@@ -231,7 +231,7 @@ mod tests {
         // an even distribution: its MAD is 1.28 sigma
         assert!((jitter(0.1) - 1.28).abs() < 0.15, "{}", jitter(0.1));
         assert_eq!(jitter(1.3), 0.0);
-        // a twentieth of the FWHM is clear in 600 offsets of a twentieth of that error, and chance in a few
+        // a twentieth of the FWHM is clear in 600 offsets whose error is half of it, and chance in ten, or where the error is as large
         assert!(jitter_px(0.21, 600, 0.01, 4.0) > 0.15);
         assert_eq!(jitter_px(0.21, 10, 0.01, 4.0), 0.0);
         assert_eq!(jitter_px(0.21, 600, 0.04, 4.0), 0.0);

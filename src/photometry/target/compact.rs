@@ -25,7 +25,8 @@ const BRIGHT_SNR: f64 = 150.0;
 /// Share of its width by which the point-spread function of a frame differs from that of the night's stars: also the error that it makes of
 /// the flux of a point, 2σ_t²/(σ_t² + σ_s²).
 const WIDTH_DOUBT: f64 = 0.05;
-/// What it makes of a flux that fits size and light, as a share of it: 0.3 to 1.3 % for Gaussians and Moffat's profiles from β = 2.5.
+/// What it makes of a flux that fits size and light, as a share of it: 0.1 to 1.6 % for discs up to one FWHM, Gaussians and Moffat's profiles
+/// from β = 2.5.
 const FREE_DOUBT: f64 = 0.01;
 /// Diameters are equally likely up to this \[FWHM\] where nothing tells of them.
 const LARGEST_FWHM: f64 = 3.0;
@@ -99,7 +100,7 @@ pub(crate) struct Compact {
 }
 
 /// Measures a source near `start` as a compact one; `None` where a point does not fit there, where hits have taken pixels
-/// of it, and where it is so bright that its outline tells as much.
+/// of it, and where it is so bright that an outline is as good.
 ///
 /// The best place of a point adds noise to its flux: E(F) = F + σ²/F, which is subtracted. The flux of a free size is not
 /// moved by it: its weights have no gradient along that of the point. What is wider than a disc of one FWHM is measured as

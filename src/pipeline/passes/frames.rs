@@ -336,11 +336,14 @@ impl<'a> PassFrames<'a> {
         }
         // light that is sharper than a star is the target with noise on it where it is as bright as in the others, else a hit
         let mean = curve.mean();
-        let (of_target, others) =
-            unsure.into_iter().partition(|p: &PassPoint| mean.is_some_and(|m| m.may_be(&p.point)));
-        curve.points.extend::<Vec<PassPoint>>(of_target);
+        for point in unsure {
+            if mean.is_some_and(|m| m.may_be(&point.point)) {
+                curve.points.push(point);
+            } else {
+                curve.without.push(point.frame);
+            }
+        }
         curve.points.sort_by(|a, b| a.point.t_s.total_cmp(&b.point.t_s));
-        curve.without.extend::<Vec<PassFrame>>(others.iter().map(|p: &PassPoint| p.frame).collect());
         Ok(curve)
     }
 

@@ -38,8 +38,8 @@ pub struct Measurement {
     pub y_px: f64,
     /// The flux in the aperture.
     pub flux: Flux,
-    /// The light of a point: without a detection at the expected place, at its own place that of a compact target, and the whole
-    /// light of one above [`CLEAR_SNR`].
+    /// The light of a point: without a detection at the expected place, else at its own place that of a compact target; its whole
+    /// light above [`CLEAR_SNR`], and where that has the smaller error.
     pub forced: Option<PointAt>,
     /// The shape of the target; `None` if nothing was found.
     pub target_shape: Option<TargetShape>,
@@ -177,12 +177,12 @@ impl Setting<'_> {
                 let detected = flux.snr >= t.detect_sigma;
                 let point = |at, (x_px, y_px), (flux_e, err_e)| PointAt { at, x_px, y_px, flux_e, err_e };
                 let whole = 10f64.powf(-0.4 * corr_mag);
-                let own = || (flux.snr > CLEAR_SNR).then_some((flux.flux_e * whole, flux.flux_err_e * whole));
-                // with size and light fitted where they are better known than the width of the stars
+                let whole_light = (flux.flux_e * whole, flux.flux_err_e * whole);
+                // of a compact target the light of a point, where that is known better than its whole light
                 let own = match as_point_e.map(of_a_point) {
-                    Some(point) if flux.snr <= CLEAR_SNR && point.1 < flux.flux_err_e => Some(point),
-                    Some(_) => Some((flux.flux_e, flux.flux_err_e)),
-                    None => own(),
+                    _ if flux.snr > CLEAR_SNR => Some(whole_light),
+                    Some(point) if point.1 < whole_light.1 => Some(point),
+                    of_point => of_point.map(|_| whole_light),
                 };
                 let mut forced = own.map(|light| point(ForcedAt::Detection, (x_px, y_px), light));
                 let mut reasons = Vec::new();

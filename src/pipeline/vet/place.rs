@@ -65,13 +65,13 @@ pub(super) fn findings(rows: &[&PhotometryRow]) -> Vec<(usize, Finding)> {
         let is_here = |o: &&Seen| s.distance_px((o.detection.x_px, o.detection.y_px)) < s.reach_px;
         let here: Vec<usize> = seen.iter().filter(is_here).map(|o| o.k).collect();
         let (first, last) = (*here.first()?, *here.last()?);
+        // the telescope may have been moved, but not to and fro
+        let is_in_turn = |place: &PassPlace| seen.iter().any(|o| (first..last).contains(&o.k) && is_at(o, place));
+        if here.len() > 1 && !place.as_ref().is_some_and(is_in_turn) {
+            return None;
+        }
         let words = match &place {
             Some(place) if is_at(s, place) => return None,
-            // the telescope may have been moved, but not to and fro
-            Some(place) if here.len() > 1 && !seen.iter().any(|o| (first..last).contains(&o.k) && is_at(o, place)) => {
-                return None;
-            }
-            None if here.len() > 1 => return None,
             Some(place) => {
                 let away_px = s.distance_px(place.at(s.detection.t_s));
                 let away_fwhm = away_px / s.fwhm_px;

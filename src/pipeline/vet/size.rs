@@ -16,7 +16,7 @@ use crate::tables::words::{Status, Verdict};
 const FEWEST: usize = 4;
 /// Nothing in orbit is larger than this: three times the length of the ISS \[m\].
 const LARGEST_M: f64 = 330.0;
-/// Longer than this no exposure of a tracked target is smeared \[FWHM\].
+/// A smear of a tracked target is taken to be no longer than this \[FWHM\].
 const LONGEST_SMEAR_FWHM: f64 = 8.0;
 /// Signal-to-noise from which the shape of the light is used: that of the moments.
 const SHAPE_SNR: f64 = 15.0;
@@ -39,8 +39,8 @@ pub(super) fn findings(
     found
 }
 
-/// Light that is longer than three times the largest satellite (the ISS, 109 m) would be at its range, and than a smear of some FWHM: stray
-/// light, cloud or a halo.
+/// Light that is longer than three times the largest satellite (the ISS, 109 m) would be at its range, and than a smear: a trail,
+/// stray light or cloud.
 fn no_satellite(r: &PhotometryRow) -> Option<Finding> {
     let extent = r.extent_fwhm.filter(|e| e.is_finite() && is_trusted(r) && *e > LONGEST_SMEAR_FWHM)?;
     let length_arcsec = (extent * extent - 1.0).sqrt() * r.fwhm_px? * r.pix_scale_arcsec?;
