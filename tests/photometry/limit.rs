@@ -33,9 +33,11 @@ enum Sky {
     Trails,
     /// Faint stars that do not move.
     Crowded,
+    /// Stray light that no quadratic surface follows.
+    Halo,
 }
 
-const SKIES: [Sky; 6] = [Sky::Even, Sky::Dark, Sky::Undersampled, Sky::Gradient, Sky::Trails, Sky::Crowded];
+const SKIES: [Sky; 7] = [Sky::Even, Sky::Dark, Sky::Undersampled, Sky::Gradient, Sky::Trails, Sky::Crowded, Sky::Halo];
 
 /// A sky from dark to bright, and the FWHM.
 fn scene(sky: Sky, rng: &mut ChaCha12Rng) -> (Scene, f64) {
@@ -50,6 +52,14 @@ fn scene(sky: Sky, rng: &mut ChaCha12Rng) -> (Scene, f64) {
             for ((j, i), m) in scene.mean.indexed_iter_mut() {
                 let (u, v) = (i as f64 / SIDE as f64 - 0.5, j as f64 / SIDE as f64 - 0.5);
                 *m *= 1.0 + gx * u + gy * v + 0.3 * (u * u + v * v);
+            }
+        }
+        Sky::Halo => {
+            let (x, y) = (rng.random_range(100.0..220.0), rng.random_range(100.0..220.0));
+            let (sigma, peak) = (rng.random_range(50.0..80.0), level * rng.random_range(0.3..1.5));
+            for ((j, i), m) in scene.mean.indexed_iter_mut() {
+                let r = (i as f64 - x).hypot(j as f64 - y);
+                *m += peak * (-0.5 * (r / sigma).powi(2)).exp();
             }
         }
         Sky::Trails => {
@@ -160,6 +170,15 @@ fn of_targets_at_the_limit_95_in_100_are_detected() {
     // 60 targets: 95 ± 2.8 %
     let share = share(10, 1);
     assert!((0.86..=0.999_999).contains(&share), "{share}");
+}
+
+#[test]
+fn stray_light_is_no_target_and_a_point_in_it_is_one() {
+    let n = std::env::var("FRAMES").ok().and_then(|v| v.parse().ok()).unwrap_or(24);
+    let t = detected(n, Sky::Halo, 1, 12_000_000);
+    println!("{t:?}");
+    // halos of 0.3 to 1.5 times the sky: the faintest are as smooth as noise lets a target be
+    assert!(t.without_detection * 8 >= 7 * n as usize && t.found * 5 >= 4 * t.tried, "{t:?}");
 }
 
 #[test]

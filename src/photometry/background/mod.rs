@@ -18,8 +18,8 @@ use crate::{Error, Result};
 
 pub(crate) use mesh::MIN_GOOD_FRAC;
 use mesh::{fill_from_neighbours, median_3x3, modes_of_boxes};
-pub(crate) use spline::Pixels;
-use spline::Spline;
+use mode::Mode;
+pub(crate) use spline::{Pixels, Spline};
 
 /// Level and scatter of the sky, a smooth function of position.
 #[derive(Debug, Clone)]
@@ -128,6 +128,12 @@ pub(crate) fn levels_of_boxes(
     clip_sigma: f64,
 ) -> Result<Array2<Option<f64>>> {
     Ok(modes_of_boxes(frame, mesh_px, clip_sigma)?.mapv(|mode| mode.map(|m| m.level)))
+}
+
+/// The spline through levels at the centres of boxes, in units of boxes; a box without one has the mean of its nearest.
+pub(crate) fn through_boxes(levels: &Array2<Option<f64>>) -> Spline {
+    let modes = levels.mapv(|level| level.map(|level| Mode { level, sigma: 0.0 }));
+    Spline::through(&fill_from_neighbours(&modes).mapv(|mode| mode.level))
 }
 
 impl Background {

@@ -21,7 +21,7 @@ pub(crate) struct Pixels<'a> {
 
 /// Mesh nodes with their second derivatives.
 #[derive(Debug, Clone)]
-pub(super) struct Spline {
+pub(crate) struct Spline {
     nodes: Array2<Node>,
 }
 

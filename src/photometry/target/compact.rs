@@ -37,6 +37,10 @@ const LONGEST_FWHM: f64 = 3.0 * LARGEST_FWHM;
 const POINT_FWHM: f64 = 0.2;
 /// A satellite that its model makes a point is one with no more certainty than this.
 const MOST_CERTAIN: f64 = 0.999;
+/// Pixels that differ by so many errors from the size that the pass shows contradict it.
+const CONTRADICTED_SIGMA: f64 = 3.0;
+/// Sizes of a pass whose χ² per degree of freedom exceeds this are not one size: of five by chance one in eleven.
+const SCATTERED: f64 = 2.0;
 /// Steps of the integral over them.
 const SIZES: usize = 60;
 /// Odds from which a source counts as a point, and below whose reciprocal it counts as extended.
@@ -54,9 +58,9 @@ const MOST_SKEWNESS: f64 = 1.0;
 /// What a target is, by its own pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SourceKind {
-    /// A point by odds of 10 to 1; its flux is that of a point, or that of a compact source where this has the smaller error.
+    /// A point by odds of 10 to 1; its flux is that of a point, to the width of the stars.
     Point,
-    /// As narrow as a point or up to three FWHM wide: its flux is that of a disc of any such size.
+    /// As narrow as a point or up to three FWHM wide: its flux is that of a disc of any such size, or of those that its pass shows.
     Compact,
     /// Wider than that: its flux is that of its outline.
     Extended,
@@ -103,7 +107,8 @@ pub(crate) struct Compact {
 /// of it, and where it is so bright that an outline is as good.
 ///
 /// The best place of a point adds noise to its flux: E(F) = F + σ²/F, which is subtracted. The flux of a free size is not
-/// moved by it: its weights have no gradient along that of the point. What is wider than a disc of one FWHM is measured as
+/// moved by it: its weights have no gradient along that of the point. As the light of a point is that less cov(F, q)/V_q of the
+/// disc's share q, the best place takes σ²/F V_q/cov(F, q) from q, which is added. What is wider than a disc of one FWHM is measured as
 /// one of up to three ([`Cutout::wide_flux`]), and is extended if that finds it wider, its outline holds more light or its model is
 /// larger.
 pub(crate) fn measure_compact(
@@ -124,12 +129,20 @@ pub(crate) fn measure_compact(
     if !(raw > 0.0) || !point.free_e.0.is_finite() || point.flux.snr > BRIGHT_SNR {
         return None;
     }
-    let as_point_e = (point.flux.flux_e - point.empty_err_e / raw, point.flux.flux_err_e);
-    let mut size = size_of(point.disc2, s.known_disc2, s.largest_fwhm);
+    let too_much_e = point.empty_err_e / raw;
+    let as_point_e = (point.flux.flux_e - too_much_e, point.flux.flux_err_e);
+    let (of_disc_e, disc_err_e, covariance) = point.of_disc_e;
+    let of_disc_e = of_disc_e + too_much_e * disc_err_e * disc_err_e / covariance;
+    if !(as_point_e.0 > 0.0) || !of_disc_e.is_finite() {
+        return None;
+    }
+    let disc2 = (of_disc_e / as_point_e.0, disc_err_e / as_point_e.0);
+    let mut size = size_of(disc2, s.known_disc2, s.largest_fwhm);
     point.flux.snr = as_point_e.0 / as_point_e.1;
-    let (of_point, free) = (of_a_point(as_point_e), with_doubt(point.free_e, FREE_DOUBT));
-    (point.flux.flux_e, point.flux.flux_err_e) =
-        if size.kind == SourceKind::Point && of_point.1 < free.1 { of_point } else { free };
+    let of_both = (of_disc_e, disc_err_e, covariance);
+    let known = known_size(&size, s.known_disc2);
+    let of_size = known.map_or(point.free_e, |known| of_known_size(point.free_e, of_both, as_point_e.0, known));
+    (point.flux.flux_e, point.flux.flux_err_e) = with_doubt(of_size, FREE_DOUBT);
     if size.kind == SourceKind::Extended
         && s.largest_fwhm.is_none_or(|largest| largest <= LONGEST_FWHM)
         // a point fits best on a peak of the noise of a wide source; the middle one of the discs fits that
@@ -146,6 +159,32 @@ pub(crate) fn measure_compact(
         (point.measured, place) = (wide.measured, wide.place);
     }
     Some(Compact { size, point, as_point_e, place })
+}
+
+/// What is known of the size of a source besides its pixels, D² and its error \[FWHM²\]: that of a point, or what other frames of its pass
+/// show, unless the pixels contradict them.
+fn known_size(size: &Size, of_pass: Option<(f64, f64)>) -> Option<(f64, f64)> {
+    let known =
+        if size.kind == SourceKind::Point { Some((0.0, width_err())) } else { of_pass.filter(|(_, err)| *err > 0.0) };
+    known.filter(|(disc2, err)| (size.disc2 - disc2).abs() < CONTRADICTED_SIGMA * size.disc2_err.hypot(*err))
+}
+
+/// The light of a disc whose size (D² and its error σ \[FWHM²\]) is known beforehand, and its error \[e⁻\].
+///
+/// The fit has the whole light F and what of it is the disc of one FWHM, q = D² F. The residual g = q − D² F is 0 to σ F:
+/// F̂ = F − cov(F, g)/(V_g + σ² F²) g, V = V_F − cov²(F, g)/(V_g + σ² F²), with the light of a point for F² and cov(F, g) = cov(F, q) − D² V_F,
+/// V_g = V_q − 2 D² cov(F, q) + D⁴ V_F. With σ = 0 it is the light of that disc alone, and with a large one that of a disc of unknown size.
+fn of_known_size(
+    (flux_e, err_e): (f64, f64),
+    (of_disc_e, disc_err_e, covariance): (f64, f64, f64),
+    as_point_e: f64,
+    (disc2, sigma): (f64, f64),
+) -> (f64, f64) {
+    let variance = err_e * err_e;
+    let with_residual = covariance - disc2 * variance;
+    let of_residual = disc_err_e * disc_err_e - disc2 * (covariance + with_residual);
+    let gain = with_residual / (of_residual + (sigma * as_point_e).powi(2));
+    (flux_e - gain * (of_disc_e - disc2 * flux_e), (variance - gain * with_residual).sqrt())
 }
 
 /// The flux of a point with its error, that of the width of the stars in it \[e⁻\].
@@ -198,16 +237,21 @@ fn width_err() -> f64 {
     2.0 * WIDTH_DOUBT * 16.0 / FWHM_PER_SIGMA.powi(2)
 }
 
-/// The mean of sizes of a pass (D² and their errors \[FWHM²\]), weighted by their variances; the width of its stars is the same in all.
-/// `None` without any.
+/// The mean of sizes of a pass (D² and their errors \[FWHM²\]), weighted by their variances, and its error as the size in another frame of it;
+/// the width of its stars is the same in all. `None` without any.
+///
+/// Sizes that scatter by more than [`SCATTERED`] of their variances, as of a target that turns or of a telescope in the wind, differ from one
+/// frame to the next: σ² = 1/W + (χ²/(n − 1) − 1) n/W, W = Σ 1/σ_k².
 #[must_use]
 pub fn mean_disc2(sizes: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64)> {
-    let usable = sizes.filter(|(disc2, err)| disc2.is_finite() && *err > 0.0);
-    let (sum, weight) = usable.fold((0.0, 0.0), |(sum, weight), (disc2, err)| {
-        let own = err.powi(-2);
-        (sum + own * disc2, weight + own)
-    });
-    (weight > 0.0).then(|| (sum / weight, weight.sqrt().recip().hypot(width_err())))
+    let usable: Vec<(f64, f64)> = sizes.filter(|(disc2, err)| disc2.is_finite() && *err > 0.0).collect();
+    let weight: f64 = usable.iter().map(|(_, err)| err.powi(-2)).sum();
+    let mean = usable.iter().map(|(disc2, err)| disc2 * err.powi(-2)).sum::<f64>() / weight;
+    let chi2: f64 = usable.iter().map(|(disc2, err)| ((disc2 - mean) / err).powi(2)).sum();
+    let n = usable.len() as f64;
+    let scatter = chi2 / (n - 1.0).max(1.0);
+    let of_frame = if scatter > SCATTERED { (scatter - 1.0) * n / weight } else { 0.0 };
+    (weight > 0.0).then(|| (mean, (weight.recip() + of_frame).sqrt().hypot(width_err())))
 }
 
 /// The significance that a point must have: `detect_sigma`, or what noise reaches in the search region where that is more; `skewness`
@@ -276,6 +320,30 @@ mod tests {
         let (mean, err) = mean_disc2([(4.0, 1.0), (f64::NAN, 1.0), (2.0, 1.0)].into_iter()).unwrap();
         assert!((mean - 3.0).abs() < 1e-12 && (err - 0.5f64.sqrt().hypot(width_err())).abs() < 1e-12);
         assert!(mean_disc2(std::iter::empty()).is_none());
+        // in the wind each frame has a size of its own, and the others say little of it
+        let (mean, err) = mean_disc2([0.0, 3.0, 0.0, 3.0].map(|disc2| (disc2, 0.4)).into_iter()).unwrap();
+        assert!((mean - 1.5).abs() < 1e-12 && (1.5..2.0).contains(&err), "{err}");
+    }
+
+    #[test]
+    fn the_light_of_a_known_size_is_that_of_the_disc_or_of_any_by_how_well_it_is_known() {
+        // two profiles p and q fitted to pixels of unit variance: F = p + q
+        let fit = nalgebra::Matrix2::new(1.0, 0.8, 0.8, 0.7);
+        let inverse = fit.try_inverse().unwrap();
+        let both = nalgebra::Vector2::new(1.0, 1.0);
+        let light = nalgebra::Vector2::new(30.0, 12.0);
+        let free_e = (both.dot(&light), both.dot(&(inverse * both)).sqrt());
+        let of_disc_e = (light[1], inverse[(1, 1)].sqrt(), inverse.row(1).sum());
+        for disc2 in [0.0, 0.3, 1.0] {
+            // the weights of that disc alone
+            let own = nalgebra::Vector2::new(1.0 - disc2, disc2);
+            let alone = own.dot(&(fit * light)) / own.dot(&(fit * own));
+            let (flux_e, err_e) = of_known_size(free_e, of_disc_e, 40.0, (disc2, 1e-9));
+            assert!((flux_e - alone).abs() < 1e-6 * alone, "{disc2}: {flux_e} {alone}");
+            assert!((err_e - own.dot(&(fit * own)).sqrt().recip()).abs() < 1e-6, "{disc2}: {err_e}");
+            let (flux_e, err_e) = of_known_size(free_e, of_disc_e, 40.0, (disc2, 1e9));
+            assert!((flux_e - 42.0).abs() < 1e-6 && (err_e - free_e.1).abs() < 1e-6, "{disc2}: {flux_e}");
+        }
     }
 
     #[test]

@@ -13,11 +13,13 @@ use super::settings::TargetSettings;
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::Flags;
 use crate::photometry::aperture::{Bounds, cells};
+use crate::photometry::target::bumps::Bumps;
 use crate::photometry::target::cells::{Cells, Layers, grown, row_of};
 use crate::photometry::target::cosmic_rays::{Patch, hits, margin_px};
 use crate::photometry::target::psf::Psf;
+use crate::photometry::target::search::{SCALES, WIDE_SCALE};
 use crate::photometry::target::sharpness::{Verdict, judge};
-use crate::photometry::target::sky::{Block, Surface, blocks};
+use crate::photometry::target::sky::{Blocks, Surface, blocks};
 use crate::photometry::trails::crossing::Crossing;
 use crate::photometry::trails::known::{KnownDirection, line_through};
 use crate::photometry::trails::model::TrailBackground;
@@ -42,8 +44,10 @@ pub(crate) struct Cutout {
     pub y0: usize,
     /// Electrons; NaN where a pixel is bad or clipped.
     pub pixels: Array2<f32>,
-    blocks: Vec<Block>,
+    blocks: Blocks,
     pub sky: Surface,
+    /// What the sky has besides a quadratic.
+    bumps: Option<Bumps>,
     /// Pixels sharper than a star.
     pub hits: Vec<(usize, usize)>,
     /// Pixels that do not count: those, and the hits of candidates.
@@ -109,7 +113,11 @@ impl Cutout {
         let at_edge =
             [columns.start == bounds.x0, columns.end == bounds.x1, rows.start == bounds.y0, rows.end == bounds.y1];
         let blocks = blocks(&pixels, block_px(s.fwhm_px));
-        let sky = Surface::fit(&blocks, pixels.dim(), |_| false);
+        let mut sky = Surface::fit(&blocks, pixels.dim(), None, |_| false);
+        let bumps = Bumps::above(&blocks, |b| b.mean - sky.level(b.x, b.y));
+        if bumps.is_some() {
+            sky = Surface::fit(&blocks, pixels.dim(), bumps.as_ref(), |_| false);
+        }
         let mut masked = Array2::from_elem(pixels.dim(), false);
         let hits = hits(&pixels, &sky, s.hits_fwhm_px());
         hits.iter().for_each(|&(i, j)| masked[[j, i]] = true);
@@ -125,6 +133,7 @@ impl Cutout {
             pixels,
             blocks,
             sky,
+            bumps,
             hits,
             tested: Array2::from_elem(masked.dim(), false),
             clean: Vec::new(),
@@ -163,7 +172,7 @@ impl Cutout {
     /// Sky and trails once more after pixels have been masked.
     pub fn renew(&mut self) {
         self.blocks = blocks(&self.pixels, block_px(self.fwhm_px));
-        self.sky = Surface::fit(&self.blocks, self.pixels.dim(), |_| false);
+        self.sky = Surface::fit(&self.blocks, self.pixels.dim(), self.bumps.as_ref(), |_| false);
         self.net = cells_above(&self.pixels, &self.sky, &self.masked, self.fwhm_px);
         self.rms_e = noise_of(&self.sky, self.pixels.dim());
         (self.light, self.unsure) = (Array2::zeros(self.net.mean.dim()), Array2::zeros(self.net.mean.dim()));
@@ -171,6 +180,25 @@ impl Cutout {
         self.find_trails(None);
         self.straighten(None);
         self.model_trails(None);
+    }
+
+    /// How many of the [`SCALES`] of the search are used: where the sky has structure a wide source does not differ from it.
+    pub fn scales(&self) -> usize {
+        if self.bumps.is_some() { WIDE_SCALE } else { SCALES.len() }
+    }
+
+    /// Takes a candidate that is too smooth to be a target for sky, once; whether it was.
+    pub fn follow_bumps(&mut self, candidate: &[(usize, usize)]) -> bool {
+        if self.bumps.is_some() {
+            return false;
+        }
+        let side = (block_px(self.fwhm_px) / self.net.bin).max(2);
+        self.bumps = Bumps::under(&blocks(&self.residual(), side), self.net.bin, candidate);
+        let is_sky = self.bumps.is_some();
+        if is_sky {
+            self.renew();
+        }
+        is_sky
     }
 
     /// Full-frame position of the cutout's first pixel.
@@ -206,7 +234,9 @@ impl Cutout {
     /// for with the object masked.
     pub fn exclude(&mut self, object: &Placed) {
         let clear = object.shape.grown(self.fwhm_px);
-        self.sky = Surface::fit(&self.blocks, self.pixels.dim(), |b| clear.contains(b.x - object.x, b.y - object.y));
+        self.sky = Surface::fit(&self.blocks, self.pixels.dim(), self.bumps.as_ref(), |b| {
+            clear.contains(b.x - object.x, b.y - object.y)
+        });
         self.net = cells_above(&self.pixels, &self.sky, &self.masked, self.fwhm_px);
         self.rms_e = noise_of(&self.sky, self.pixels.dim());
         let object = self.in_cells(&Placed { shape: clear, ..*object });

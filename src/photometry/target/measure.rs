@@ -21,7 +21,7 @@ use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::enclose::minimum_aperture;
 use crate::photometry::target::flux::{Measured, circle_at};
 pub use crate::photometry::target::limit::{LIMIT_COMPLETENESS, LIMIT_MARGIN_SIGMA};
-use crate::photometry::target::search::{OUTLINE_SIGMA, SCALES, Significances, best_candidate, components};
+use crate::photometry::target::search::{OUTLINE_SIGMA, SCALES, Significances, WIDE_SCALE, best_candidate, components};
 use crate::photometry::target::segment::{Segment, scales_needed, segment};
 use crate::photometry::target::shape::{Ellipse, moments, outline_moments};
 use crate::photometry::trails::contamination::{Contamination, of_neighbours, of_trails};
@@ -105,8 +105,6 @@ const MOMENTS_SNR: f64 = 15.0;
 const FAINT_SNR: f64 = 15.0;
 /// The rest of it may be as far away \[FWHM\]: that much around is kept out of the trails' profiles, too.
 const FAINT_REACH_FWHM: f64 = 8.0;
-/// Index of the first filter wider than any star.
-const WIDE_SCALE: usize = 2;
 /// Searches of a frame, each without the hits that the one before took for the target.
 const MOST_SEARCHES: usize = 40;
 /// Where a candidate was a hit, other components of at least so many cells are examined.
@@ -302,6 +300,9 @@ fn outlined(cutout: &mut Cutout, frame: &Frame<Electrons>, s: &TargetSettings, l
         }
         if let Some(line) = cutout.line_of(&segment.cells(), &snrs.first(1)[0]) {
             cutout.mask_line(line);
+            continue;
+        }
+        if cutout.follow_bumps(&segment.cells()) {
             continue;
         }
         let snr1 = snrs.at_scale.swap_remove(0);

@@ -2,6 +2,7 @@
 
 pub(crate) mod artefacts;
 pub(crate) mod bound;
+mod bumps;
 pub(crate) mod cells;
 pub mod compact;
 pub(crate) mod cosmic_rays;

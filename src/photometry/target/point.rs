@@ -38,9 +38,9 @@ pub(crate) struct PointFlux {
     pub photons: f64,
     /// The whole light of a disc of unknown size, and its error \[e⁻\].
     pub free_e: (f64, f64),
-    /// Square of the diameter of the even disc that fits, and its error \[FWHM²\]; negative where noise makes it
-    /// narrower than a star. In units of the light of a point.
-    pub disc2: (f64, f64),
+    /// What of that light is the disc of one FWHM, its error, and the covariance of both \[e⁻, e⁻²\]. In units of the light of a point it is
+    /// the square of the diameter of the even disc that fits \[FWHM²\], negative where noise makes it narrower than a star.
+    pub of_disc_e: (f64, f64, f64),
     /// The pixels less sky and trails, and what the light was measured over.
     pub measured: Measured,
 }
@@ -135,13 +135,13 @@ impl Cutout {
         let mut flux = measured.flux.clone();
         (flux.flux_e, flux.flux_err_e) = (point.flux_e, err_of(&point));
         flux.snr = flux.flux_e / flux.flux_err_e;
-        let disc2 = (fitted.disc / flux_e, fitted.disc_err / flux_e.abs());
+        let (empty, photons) = fitted.free_and_disc;
         Some(PointFlux {
             flux,
             empty_err_e: point.empty,
             photons: point.photons,
             free_e: (free.flux_e, err_of(&free)),
-            disc2,
+            of_disc_e: (fitted.disc.flux_e, err_of(&fitted.disc), empty + f64::max(flux_e, 0.0) * photons),
             measured,
         })
     }
@@ -333,8 +333,9 @@ struct Weighed {
 struct Fitted {
     point: Weighed,
     free: Weighed,
-    disc: f64,
-    disc_err: f64,
+    disc: Weighed,
+    /// Covariance of the last two without the photons of the source, and per photon.
+    free_and_disc: (f64, f64),
 }
 
 impl Fitted {
@@ -347,21 +348,29 @@ impl Fitted {
             normal += t * t.transpose() / variance(p);
         }
         let inverse = normal.cholesky()?.inverse();
-        let of = |weights: Vector2<f64>| {
-            let (mut flux_e, mut sum, mut empty, mut photons) = (0.0, 0.0, 0.0, 0.0);
+        let weight =
+            |weights: &Vector2<f64>, p: &Pixel| weights.dot(&Vector2::new(p.share.point, p.share.disc)) / variance(p);
+        // of two weighted sums: without the photons of the source, and per photon
+        let covariance = |a: &Vector2<f64>, b: &Vector2<f64>| {
+            let (mut sums, mut empty, mut photons) = ((0.0, 0.0), 0.0, 0.0);
             for p in pixels {
-                let w = weights.dot(&Vector2::new(p.share.point, p.share.disc)) / variance(p);
-                flux_e += w * p.net_e;
-                sum += w;
-                empty += w * w * p.variance;
-                photons += w * w * p.share.point.max(0.0);
+                let (v, w) = (weight(a, p), weight(b, p));
+                sums = (sums.0 + v, sums.1 + w);
+                empty += v * w * p.variance;
+                photons += v * w * p.share.point.max(0.0);
             }
-            Weighed { flux_e, empty: (excess * empty + (sum * sky_err_e).powi(2)).sqrt(), photons }
+            (excess * empty + sums.0 * sums.1 * sky_err_e * sky_err_e, photons)
         };
-        let point = of(Vector2::new(1.0 / normal[(0, 0)], 0.0));
-        let free = of(inverse * Vector2::new(1.0, 1.0));
-        let disc = of(inverse * Vector2::new(0.0, 1.0));
-        let disc_err = (disc.empty * disc.empty + own_e * disc.photons).sqrt();
-        Some(Self { point, free, disc: disc.flux_e, disc_err })
+        let of = |weights: &Vector2<f64>| {
+            let (empty, photons) = covariance(weights, weights);
+            let flux_e = pixels.iter().map(|p| weight(weights, p) * p.net_e).sum();
+            Weighed { flux_e, empty: empty.sqrt(), photons }
+        };
+        let [point, free, disc] = [
+            Vector2::new(1.0 / normal[(0, 0)], 0.0),
+            inverse * Vector2::new(1.0, 1.0),
+            inverse * Vector2::new(0.0, 1.0),
+        ];
+        Some(Self { point: of(&point), free: of(&free), disc: of(&disc), free_and_disc: covariance(&free, &disc) })
     }
 }

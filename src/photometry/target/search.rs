@@ -61,6 +61,8 @@ const FAMILY_OTHERS: usize = 2;
 /// Widths of the filter, in units of the FWHM: the target may be larger and fainter than a star. The last is the
 /// elongated filter, on squares of as many cells as the one before.
 pub(crate) const SCALES: [usize; 5] = [1, 2, 4, 8, 8];
+/// Index of the first filter wider than any star.
+pub(crate) const WIDE_SCALE: usize = 2;
 /// How many of them are round.
 pub(crate) const ROUND: usize = 4;
 
@@ -156,7 +158,7 @@ pub(crate) fn best_candidate(
     let point_least = least_significance(s, cutout.skewness());
     // cells of short trails, which a wider filter must not take for something else
     let mut trails = Array2::from_elem(cutout.net.mean.dim(), false);
-    for scale in 0..SCALES.len() {
+    for scale in 0..cutout.scales() {
         let snr = cutout.in_bound(&snrs.first(scale + 1)[scale], SCALES[scale]);
         for candidate in candidates(cutout, frame, &snr, (scale, point_least), &mut trails, s) {
             let further = candidate.scale as i32 - best.as_ref().map_or(0, |b| b.scale as i32);

@@ -86,7 +86,7 @@ pub(crate) fn segment(cutout: &Cutout, layers: &Layers, snrs: &[Array2<f32>], fo
     paint(&mut inside, own.as_ref().filter(|_| faint).unwrap_or(&found.pixels), SCALES[found.scale]);
     let mut neighbours: Vec<Vec<(usize, usize)>> = Vec::new();
     // what a wider filter shows as well is as wide as that filter
-    let wider = if found.snr < BRIGHT_SIGMA { SCALES.len() } else { 0 };
+    let wider = if found.snr < BRIGHT_SIGMA { cutout.scales() } else { 0 };
     let points = (wider > 0).then(|| points_around(&snrs[0], &inside, cutout.fwhm_cells())).flatten();
     for (k, (scale, snr)) in SCALES.iter().zip(snrs).enumerate().take(wider).skip(found.scale + 1) {
         let at_scale = (*scale, k == ROUND);
@@ -128,7 +128,7 @@ pub(crate) fn segment(cutout: &Cutout, layers: &Layers, snrs: &[Array2<f32>], fo
         }
     }
     // what is fainter and wider
-    for (k, scale) in SCALES[..ROUND].iter().enumerate().skip(found.scale) {
+    for (k, scale) in SCALES[..ROUND.min(cutout.scales())].iter().enumerate().skip(found.scale) {
         let mut objects = inside.clone();
         neighbours.iter().flatten().for_each(|&(i, j)| objects[[j, i]] = true);
         let mut hidden = grown(&objects, margin);

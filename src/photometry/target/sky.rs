@@ -1,12 +1,14 @@
 //! The sky of a tracked frame around the target: a quadratic surface through the means of small blocks.
 //!
 //! Electrons; columns and rows of a cutout. A mesh would follow a target larger than its boxes and swallow it: a surface
-//! of six terms cannot, and it still follows moonlight. It does not cover trails, which `trail_model` subtracts.
+//! of six terms cannot, and it still follows moonlight. A mesh is added only where a candidate is too smooth to be a target (`bumps`).
+//! It does not cover trails, which `trail_model` subtracts.
 
 use multiversion::multiversion;
 use nalgebra::{SMatrix, SVector};
 use ndarray::{Array2, s};
 
+use super::bumps::Bumps;
 use crate::base::stats;
 use crate::photometry::clip::{CLIP_SIGMA, HIT_SIGMA};
 
@@ -25,6 +27,13 @@ pub(crate) struct Block {
     pub n: f64,
 }
 
+/// The blocks of a cutout and their side \[px\].
+#[derive(Debug)]
+pub(crate) struct Blocks {
+    pub size_px: usize,
+    pub all: Vec<Block>,
+}
+
 /// A quadratic surface and the covariance of its terms.
 #[derive(Debug, Clone)]
 pub(crate) struct Surface {
@@ -32,12 +41,14 @@ pub(crate) struct Surface {
     scale: (f64, f64),
     coefficients: SVector<f64, TERMS>,
     covariance: SMatrix<f64, TERMS, TERMS>,
+    /// What the sky has besides, where it is known to be no quadratic.
+    bumps: Option<Bumps>,
     /// Variance of a sky pixel less its level \[e⁻²\].
     excess: f64,
 }
 
 /// The blocks of `size` pixels of an image that are at least half good (NaN is bad).
-pub(crate) fn blocks(pixels: &Array2<f32>, size: usize) -> Vec<Block> {
+pub(crate) fn blocks(pixels: &Array2<f32>, size: usize) -> Blocks {
     let (ny, nx) = pixels.dim();
     let mut out = Vec::with_capacity((ny / size + 1) * (nx / size + 1));
     let mut values: Vec<f64> = Vec::with_capacity(size * size);
@@ -55,7 +66,7 @@ pub(crate) fn blocks(pixels: &Array2<f32>, size: usize) -> Vec<Block> {
             }
         }
     }
-    out
+    Blocks { size_px: size, all: out }
 }
 
 /// Mean, standard deviation and number of the values within 5 σ of the mean, twice over.
@@ -85,18 +96,30 @@ impl Surface {
     /// The surface through the blocks that `is_excluded` does not exclude.
     ///
     /// Least absolute deviations first (reweighted), then a clip at 3 σ of what is left, so that a target and trails
-    /// which cover less than half of the cutout do not lift it.
-    pub fn fit(blocks: &[Block], (ny, nx): (usize, usize), is_excluded: impl Fn(&Block) -> bool) -> Self {
+    /// which cover less than half of the cutout do not lift it. `bumps` are added to it.
+    pub fn fit(
+        blocks: &Blocks,
+        (ny, nx): (usize, usize),
+        bumps: Option<&Bumps>,
+        is_excluded: impl Fn(&Block) -> bool,
+    ) -> Self {
         let centre = (0.5 * (nx as f64 - 1.0), 0.5 * (ny as f64 - 1.0));
         let scale = (0.5 * nx as f64, 0.5 * ny as f64);
-        let kept: Vec<&Block> = blocks.iter().filter(|b| !is_excluded(b)).collect();
-        let kept = if kept.is_empty() { blocks.iter().collect() } else { kept };
+        let kept: Vec<&Block> = blocks.all.iter().filter(|b| !is_excluded(b)).collect();
+        let kept = if kept.is_empty() { blocks.all.iter().collect() } else { kept };
         let mut sd: Vec<f64> = kept.iter().map(|b| b.sd).collect();
         let sigma = stats::median(&mut sd).unwrap_or(0.0).max(1e-9);
         let mut means: Vec<f64> = kept.iter().map(|b| b.mean).collect();
         let mut coefficients = SVector::<f64, TERMS>::zeros();
         coefficients[0] = stats::median(&mut means).unwrap_or(0.0);
-        let mut surface = Self { centre, scale, coefficients, covariance: SMatrix::zeros(), excess: sigma * sigma };
+        let mut surface = Self {
+            centre,
+            scale,
+            coefficients,
+            covariance: SMatrix::zeros(),
+            bumps: bumps.cloned(),
+            excess: sigma * sigma,
+        };
         let total: f64 = kept.iter().map(|b| b.n).sum();
         surface.covariance[(0, 0)] = sigma * sigma / total.max(1.0);
         let enough = |n: usize| n >= MIN_BLOCKS;
@@ -161,7 +184,7 @@ impl Surface {
 
     /// Level of the sky \[e⁻/px\].
     pub fn level(&self, x: f64, y: f64) -> f64 {
-        self.terms(x, y).dot(&self.coefficients)
+        self.terms(x, y).dot(&self.coefficients) + self.bumps.as_ref().map_or(0.0, |bumps| bumps.at(x, y))
     }
 
     /// Level of the sky in row `j`, from column 0 on \[e⁻/px\].
@@ -169,6 +192,9 @@ impl Surface {
         let (c, v) = (&self.coefficients, (j as f64 - self.centre.1) / self.scale.1);
         let (a, b) = (c[0] + v * (c[2] + v * c[5]), c[1] + v * c[4]);
         parabola([a, b, c[3]], self.centre.0, self.scale.0, out);
+        if let Some(bumps) = &self.bumps {
+            bumps.add_row(j, out);
+        }
     }
 
     /// Scatter of a sky pixel \[e⁻\].
