@@ -184,7 +184,7 @@ fn of_known_size(
     let with_residual = covariance - disc2 * variance;
     let of_residual = disc_err_e * disc_err_e - disc2 * (covariance + with_residual);
     let gain = with_residual / (of_residual + (sigma * as_point_e).powi(2));
-    (flux_e - gain * (of_disc_e - disc2 * flux_e), (variance - gain * with_residual).sqrt())
+    (flux_e - gain * (of_disc_e - disc2 * flux_e), (variance - gain * with_residual).max(0.0).sqrt())
 }
 
 /// The flux of a point with its error, that of the width of the stars in it \[e⁻\].
