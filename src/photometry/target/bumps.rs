@@ -171,7 +171,7 @@ mod tests {
             assert!(bumps(|x, y| 40.0 * light * (1.0 + (from(x, y) / 2.0).powi(2)).powf(-2.5)).is_none(), "{light}");
         }
         for along in [|_: f64, y: f64| y, |x: f64, _: f64| x, |x: f64, y: f64| x + y] {
-            assert!(bumps(|x, y| if (along(x, y) / 6.0) as usize % 3 == 0 { 0.0 } else { 40.0 }).is_none());
+            assert!(bumps(|x, y| if ((along(x, y) / 6.0) as usize).is_multiple_of(3) { 0.0 } else { 40.0 }).is_none());
         }
     }
 }

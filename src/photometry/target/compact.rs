@@ -328,7 +328,7 @@ mod tests {
     #[test]
     fn the_light_of_a_known_size_is_that_of_the_disc_or_of_any_by_how_well_it_is_known() {
         // two profiles p and q fitted to pixels of unit variance: F = p + q
-        let fit = nalgebra::Matrix2::new(1.0, 0.8, 0.8, 0.7);
+        let fit = nalgebra::Matrix2::<f64>::new(1.0, 0.8, 0.8, 0.7);
         let inverse = fit.try_inverse().unwrap();
         let both = nalgebra::Vector2::new(1.0, 1.0);
         let light = nalgebra::Vector2::new(30.0, 12.0);
