@@ -8,7 +8,7 @@ use std::collections::HashSet;
 
 use ndarray::Array2;
 
-use super::sky::{Block, Blocks};
+use super::blocks::{Block, Blocks};
 use crate::base::stats;
 use crate::photometry::background::{Spline, through_boxes};
 

@@ -9,6 +9,14 @@ use ndarray::{Array2, Zip};
 use crate::base::constants::FWHM_PER_SIGMA;
 use crate::photometry::smooth::{Kernel, smooth_image};
 
+/// Widths of the filter, in units of the FWHM: the target may be larger and fainter than a star. The last is the
+/// elongated filter, on squares of as many cells as the one before.
+pub(crate) const SCALES: [usize; 5] = [1, 2, 4, 8, 8];
+/// Index of the first filter wider than any star.
+pub(crate) const WIDE_SCALE: usize = 2;
+/// How many of them are round.
+pub(crate) const ROUND: usize = 4;
+
 /// An image of cells.
 #[derive(Debug, Clone)]
 pub(crate) struct Cells {

@@ -1,6 +1,7 @@
 //! The tracked satellite in its frame: found, outlined, measured.
 
 pub(crate) mod artefacts;
+mod blocks;
 pub(crate) mod bound;
 mod bumps;
 pub(crate) mod cells;

@@ -9,7 +9,7 @@ use super::settings::TargetSettings;
 use crate::base::stats;
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::label::{Run, label, runs_of_row};
-use crate::photometry::target::cells::{Layers, grown, paint};
+use crate::photometry::target::cells::{Layers, ROUND, SCALES, grown, paint};
 use crate::photometry::target::compact::least_significance;
 use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::shape::{axes, covariance};
@@ -58,14 +58,6 @@ const FAMILY_COS: f64 = 0.98;
 const FAMILY_LENGTH: f64 = 0.25;
 /// ... and one has so many others.
 const FAMILY_OTHERS: usize = 2;
-/// Widths of the filter, in units of the FWHM: the target may be larger and fainter than a star. The last is the
-/// elongated filter, on squares of as many cells as the one before.
-pub(crate) const SCALES: [usize; 5] = [1, 2, 4, 8, 8];
-/// Index of the first filter wider than any star.
-pub(crate) const WIDE_SCALE: usize = 2;
-/// How many of them are round.
-pub(crate) const ROUND: usize = 4;
-
 impl Layers {
     /// The significance at one of the scales, `fwhm` being that of a star in cells; cells in `hidden` do not count.
     pub fn at_scale(&self, scale: usize, fwhm: f64, hidden: Option<&Array2<bool>>) -> Array2<f32> {

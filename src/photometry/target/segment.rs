@@ -6,9 +6,9 @@
 
 use ndarray::Array2;
 
-use crate::photometry::target::cells::{Layers, cells_of, grown, paint, row_of};
+use crate::photometry::target::cells::{Layers, ROUND, SCALES, cells_of, grown, paint, row_of};
 use crate::photometry::target::cutout::Cutout;
-use crate::photometry::target::search::{Candidate, OUTLINE_SIGMA, ROUND, SCALES, components};
+use crate::photometry::target::search::{Candidate, OUTLINE_SIGMA, components};
 
 /// Peak of a component that is joined \[σ\].
 const JOIN_SIGMA: f64 = 3.7;
