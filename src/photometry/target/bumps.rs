@@ -1,4 +1,4 @@
-//! Sky that no quadratic surface follows: a mesh of what is left, where a candidate is so smooth that no optics have seen it sharp.
+//! Sky that no quadratic surface follows: a mesh of what is left, where that is smoother than any target.
 //!
 //! Electrons; cells and pixels of a cutout. Halos, stray light and clouds under moonlight, of twenty FWHM and more. A target has edges as
 //! sharp as a star: its light changes by much of itself from one block of four FWHM to the next, that of the sky does not. Trails are
@@ -15,7 +15,7 @@ use crate::photometry::background::{Spline, through_boxes};
 /// Blocks are off a surface from this on \[σ\].
 const OFF_SIGMA: f64 = 3.0;
 /// Blocks of a candidate that is compared: of fewer nothing is as smooth.
-const FEWEST_BLOCKS: usize = 12;
+pub(crate) const FEWEST_BLOCKS: usize = 12;
 /// The light of its brighter blocks is this much of the noise of one \[σ\] ...
 const LEAST_SIGMA: f64 = 8.0;
 /// ... being the level that one in ten of them exceeds.
@@ -36,28 +36,27 @@ pub(crate) struct Bumps {
 impl Bumps {
     /// The map of what blocks have above a surface, if those that are off it by 3 σ are smooth.
     pub fn above(blocks: &Blocks, above: impl Fn(&Block) -> f64) -> Option<Self> {
-        let noise = noise_of(blocks)?;
-        Self::of(blocks, 1, &above, |b| above(b).abs() > OFF_SIGMA * noise)
+        Self::of(blocks, 1, &above, |b, noise| above(b).abs() > OFF_SIGMA * noise)
     }
 
-    /// The map of what is left in blocks of cells of `bin` pixels to a side, if the candidate of these cells is smooth.
-    pub fn under(blocks: &Blocks, bin: usize, candidate: &[(usize, usize)]) -> Option<Self> {
-        let side = blocks.size_px;
-        let part: HashSet<(usize, usize)> = candidate.iter().map(|(i, j)| (j / side, i / side)).collect();
-        Self::of(blocks, bin, |b| b.mean, |b| part.contains(&place_in(blocks, b)))
+    /// The map of what is left in blocks of cells of `bin` pixels to a side, if the candidate in these blocks ([`blocks_of`]) is smooth.
+    pub fn under(blocks: &Blocks, bin: usize, part: &HashSet<(usize, usize)>) -> Option<Self> {
+        Self::of(blocks, bin, |b| b.mean, |b, _| part.contains(&place_in(blocks, b)))
     }
 
+    /// The map of `above`, if the blocks for which `is_part` holds, given the error of the mean of a block, are smooth.
     fn of(
         blocks: &Blocks,
         bin: usize,
         above: impl Fn(&Block) -> f64,
-        is_part: impl Fn(&Block) -> bool,
+        is_part: impl Fn(&Block, f64) -> bool,
     ) -> Option<Self> {
+        let noise = stats::median(&mut blocks.all.iter().map(|b| b.sd / b.n.sqrt()).collect::<Vec<_>>())?;
         let places = blocks.all.iter().map(|b| place_in(blocks, b));
         let dim = places.fold((0, 0), |(j, i), (row, column)| (j.max(row + 1), i.max(column + 1)));
         let mut grid = Array2::from_elem(dim, None);
-        blocks.all.iter().for_each(|b| grid[place_in(blocks, b)] = Some((above(b), is_part(b))));
-        if !is_smooth(&grid, noise_of(blocks)?) {
+        blocks.all.iter().for_each(|b| grid[place_in(blocks, b)] = Some((above(b), is_part(b, noise))));
+        if !is_smooth(&grid, noise) {
             return None;
         }
         let levels = Array2::from_shape_fn((dim.0.div_ceil(BOX_BLOCKS), dim.1.div_ceil(BOX_BLOCKS)), |(j, i)| {
@@ -87,14 +86,14 @@ impl Bumps {
     }
 }
 
+/// Row and column of the blocks of `side` cells that a candidate of these cells touches.
+pub(crate) fn blocks_of(candidate: &[(usize, usize)], side: usize) -> HashSet<(usize, usize)> {
+    candidate.iter().map(|(i, j)| (j / side, i / side)).collect()
+}
+
 /// Row and column of a block.
 fn place_in(blocks: &Blocks, b: &Block) -> (usize, usize) {
     (b.y as usize / blocks.size_px, b.x as usize / blocks.size_px)
-}
-
-/// Error of the mean of a block \[e⁻/px\].
-fn noise_of(blocks: &Blocks) -> Option<f64> {
-    stats::median(&mut blocks.all.iter().map(|b| b.sd / b.n.sqrt()).collect::<Vec<_>>())
 }
 
 /// Whether the light in some blocks of a grid, those marked, changes little to their neighbours: √(mean of Δ² − 2 σ²) below a share of it.
@@ -143,7 +142,8 @@ mod tests {
 
     fn bumps(of: impl Fn(f64, f64) -> f64) -> Option<Bumps> {
         let (blocks, cells) = scene(of);
-        let (under, above) = (Bumps::under(&blocks, 2, &cells), Bumps::above(&blocks, |b| b.mean));
+        let (under, above) =
+            (Bumps::under(&blocks, 2, &blocks_of(&cells, blocks.size_px)), Bumps::above(&blocks, |b| b.mean));
         assert_eq!(under.is_some(), above.is_some());
         under
     }

@@ -14,7 +14,7 @@ use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::Flags;
 use crate::photometry::aperture::{Bounds, cells};
 use crate::photometry::target::blocks::{Blocks, blocks};
-use crate::photometry::target::bumps::Bumps;
+use crate::photometry::target::bumps::{Bumps, FEWEST_BLOCKS, blocks_of};
 use crate::photometry::target::cells::{Cells, Layers, SCALES, WIDE_SCALE, grown, row_of};
 use crate::photometry::target::cosmic_rays::{Patch, hits, margin_px};
 use crate::photometry::target::psf::Psf;
@@ -189,11 +189,12 @@ impl Cutout {
 
     /// Takes a candidate that is too smooth to be a target for sky, once; whether it was.
     pub fn follow_bumps(&mut self, candidate: &[(usize, usize)]) -> bool {
-        if self.bumps.is_some() {
+        let side = (block_px(self.fwhm_px) / self.net.bin).max(2);
+        let part = blocks_of(candidate, side);
+        if self.bumps.is_some() || part.len() < FEWEST_BLOCKS {
             return false;
         }
-        let side = (block_px(self.fwhm_px) / self.net.bin).max(2);
-        self.bumps = Bumps::under(&blocks(&self.residual(), side), self.net.bin, candidate);
+        self.bumps = Bumps::under(&blocks(&self.residual(), side), self.net.bin, &part);
         let is_sky = self.bumps.is_some();
         if is_sky {
             self.renew();

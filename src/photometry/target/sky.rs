@@ -1,7 +1,7 @@
 //! The sky of a tracked frame around the target: a quadratic surface through the means of small blocks.
 //!
 //! Electrons; columns and rows of a cutout. A mesh would follow a target larger than its boxes and swallow it: a surface
-//! of six terms cannot, and it still follows moonlight. A mesh is added only where a candidate is too smooth to be a target (`bumps`).
+//! of six terms cannot, and it still follows moonlight. A mesh is added only where what is off it is too smooth to be a target (`bumps`).
 //! It does not cover trails, which `trail_model` subtracts.
 
 use multiversion::multiversion;
@@ -24,7 +24,7 @@ pub(crate) struct Surface {
     scale: (f64, f64),
     coefficients: SVector<f64, TERMS>,
     covariance: SMatrix<f64, TERMS, TERMS>,
-    /// What the sky has besides, where it is known to be no quadratic.
+    /// What the sky has besides a quadratic, where it is known to be none.
     bumps: Option<Bumps>,
     /// Variance of a sky pixel less its level \[e⁻²\].
     excess: f64,
