@@ -240,7 +240,7 @@ fn width_err() -> f64 {
 /// The mean of sizes of a pass (D² and their errors \[FWHM²\]), weighted by their variances, and its error as the size in another frame of it;
 /// the width of its stars is the same in all. `None` without any.
 ///
-/// Sizes that scatter by more than [`SCATTERED`] of their variances, as of a target that turns or of a telescope in the wind, differ from one
+/// Sizes that scatter by more than `SCATTERED` times their variances, as of a target that turns or of a telescope in the wind, differ from one
 /// frame to the next: σ² = 1/W + (χ²/(n − 1) − 1) n/W, W = Σ 1/σ_k².
 #[must_use]
 pub fn mean_disc2(sizes: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64)> {
