@@ -32,7 +32,9 @@ pub(crate) fn blocks(pixels: &Array2<f32>, size: usize) -> Blocks {
         for x0 in (0..nx).step_by(size) {
             let part = pixels.slice(s![y0..(y0 + size).min(ny), x0..(x0 + size).min(nx)]);
             values.clear();
-            values.extend(part.iter().filter(|v| v.is_finite()).map(|v| f64::from(*v)));
+            for row in part.rows() {
+                values.extend(row.iter().filter(|v| v.is_finite()).map(|v| f64::from(*v)));
+            }
             if 2 * values.len() < size * size {
                 continue;
             }

@@ -4,7 +4,7 @@
 //! It does not cover fluxes, which are measured in pixels.
 
 use multiversion::multiversion;
-use ndarray::{Array2, Zip};
+use ndarray::Array2;
 
 use crate::base::constants::FWHM_PER_SIGMA;
 use crate::photometry::smooth::{Kernel, smooth_image};
@@ -67,8 +67,19 @@ impl Cells {
 /// Adds the good pixels of a line to the sums of its cells, and their numbers.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2", "x86_64+sse4.1"))]
 fn add_good(pixels: &[f32], bin: usize, sum: &mut [f32], n: &mut [f32]) {
-    for (of_cell, (sum, n)) in pixels.chunks_exact(bin).zip(sum.iter_mut().zip(n)) {
-        for v in of_cell {
+    match bin {
+        2 => add_good_of(pixels.as_chunks::<2>().0, sum, n),
+        3 => add_good_of(pixels.as_chunks::<3>().0, sum, n),
+        4 => add_good_of(pixels.as_chunks::<4>().0, sum, n),
+        _ => add_good_of(pixels.chunks_exact(bin), sum, n),
+    }
+}
+
+/// As [`add_good`], for cells whose width the compiler may know.
+#[inline(always)]
+fn add_good_of<'a, T: AsRef<[f32]> + 'a>(cells: impl IntoIterator<Item = T>, sum: &mut [f32], n: &mut [f32]) {
+    for (of_cell, (sum, n)) in cells.into_iter().zip(sum.iter_mut().zip(n)) {
+        for v in of_cell.as_ref() {
             *sum += if v.is_finite() { *v } else { 0.0 };
             *n += if v.is_finite() { 1.0 } else { 0.0 };
         }
@@ -79,6 +90,18 @@ fn add_good(pixels: &[f32], bin: usize, sum: &mut [f32], n: &mut [f32]) {
 pub(crate) fn row_of<T>(image: &Array2<T>, j: usize) -> &[T] {
     debug_assert!(image.is_standard_layout());
     image.as_slice().map_or(&[], |all| &all[j * image.ncols()..][..image.ncols()])
+}
+
+/// Column and row of the cells of an image for which `is_one` holds, row by row.
+pub(crate) fn cells_where<T>(image: &Array2<T>, is_one: impl Fn(&T) -> bool) -> Vec<(usize, usize)> {
+    let mut cells = Vec::new();
+    for j in 0..image.nrows() {
+        let row = row_of(image, j);
+        if row.iter().any(&is_one) {
+            cells.extend(row.iter().enumerate().filter(|(_, v)| is_one(v)).map(|(i, _)| (i, j)));
+        }
+    }
+    cells
 }
 
 /// The inputs of the significance of an image, per cell: value, variance, and the systematic uncertainty of the value.
@@ -99,21 +122,21 @@ impl Layers {
         let squares = |of: &Array2<f32>, per: f32| self.squares(of, per, rebin, hidden);
         let kernel = Kernel::gaussian(fwhm / rebin as f64);
         let mut snr = smooth_image(&squares(&self.value, area), &kernel);
-        let variance = smooth_image(&squares(&self.variance, area * area), &kernel.squared());
+        let mut variance = smooth_image(&squares(&self.variance, area * area), &kernel.squared());
         match &self.uncertainty {
-            None => Zip::from(&mut snr).and(&variance).for_each(|s, v| *s = ratio(*s, *v)),
+            None => {}
             Some(uncertainty) if rebin > 1 => {
                 let squared = uncertainty.mapv(|d| d * d);
-                let mut uncertainty = smooth_image(&squares(&squared, area * area), &kernel.squared());
+                let uncertainty = smooth_image(&squares(&squared, area * area), &kernel.squared());
                 let along = lines_in_quadrature(fwhm, rebin as f64);
-                uncertainty.mapv_inplace(|d| along * d);
-                Zip::from(&mut snr).and(&variance).and(&uncertainty).for_each(|s, v, d| *s = ratio(*s, v + d));
+                variance.zip_mut_with(&uncertainty, |v, d| *v += along * d);
             }
             Some(uncertainty) => {
                 let uncertainty = smooth_image(&squares(uncertainty, area), &kernel);
-                Zip::from(&mut snr).and(&variance).and(&uncertainty).for_each(|s, v, d| *s = ratio(*s, v + d * d));
+                variance.zip_mut_with(&uncertainty, |v, d| *v += d * d);
             }
         }
+        snr.zip_mut_with(&variance, |s, v| *s = ratio(*s, *v));
         snr
     }
 

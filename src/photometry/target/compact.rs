@@ -39,9 +39,7 @@ const POINT_FWHM: f64 = 0.2;
 const MOST_CERTAIN: f64 = 0.999;
 /// Pixels that differ by so many errors from the size that the pass shows contradict it.
 const CONTRADICTED_SIGMA: f64 = 3.0;
-/// Sizes of a pass whose χ² per degree of freedom exceeds this are not one size: of five by chance one in eleven.
-const SCATTERED: f64 = 2.0;
-/// Steps of the integral over them.
+/// Steps of the integrals over sizes and over their scatter.
 const SIZES: usize = 60;
 /// Odds from which a source counts as a point, and below whose reciprocal it counts as extended.
 const DECISIVE_ODDS: f64 = 10.0;
@@ -137,10 +135,11 @@ pub(crate) fn measure_compact(
         return None;
     }
     let disc2 = (of_disc_e / as_point_e.0, disc_err_e / as_point_e.0);
-    let mut size = size_of(disc2, s.known_disc2, s.largest_fwhm);
+    let of_pass = s.known_disc2.filter(|(_, err)| *err > 0.0);
+    let mut size = size_of(disc2, of_pass, s.largest_fwhm);
     point.flux.snr = as_point_e.0 / as_point_e.1;
     let of_both = (of_disc_e, disc_err_e, covariance);
-    let known = known_size(&size, s.known_disc2);
+    let known = known_size(&size, disc2.1, of_pass);
     let of_size = known.map_or(point.free_e, |known| of_known_size(point.free_e, of_both, as_point_e.0, known));
     (point.flux.flux_e, point.flux.flux_err_e) = with_doubt(of_size, FREE_DOUBT);
     if size.kind == SourceKind::Extended
@@ -153,7 +152,8 @@ pub(crate) fn measure_compact(
         && of_outline.flux_e - wide.flux_e.0 < MORE_OUTSIDE_SIGMA * of_outline.flux_err_e
         && cutout.hits_in(&wide.place).is_none()
     {
-        size = Size { kind: SourceKind::Compact, disc2: wide.disc2.0, disc2_err: wide.disc2.1, ..size };
+        let disc2_err = wide.disc2.1.hypot(width_err());
+        size = Size { kind: SourceKind::Compact, disc2: wide.disc2.0, disc2_err, ..size };
         let (flux_e, flux_err_e) = with_doubt(wide.flux_e, FREE_DOUBT);
         point.flux = Flux { flux_e, flux_err_e, snr: point.flux.snr, ..wide.measured.flux.clone() };
         (point.measured, place) = (wide.measured, wide.place);
@@ -161,12 +161,15 @@ pub(crate) fn measure_compact(
     Some(Compact { size, point, as_point_e, place })
 }
 
-/// What is known of the size of a source besides its pixels, D² and its error \[FWHM²\]: that of a point, or what other frames of its pass
-/// show, unless the pixels contradict them.
-fn known_size(size: &Size, of_pass: Option<(f64, f64)>) -> Option<(f64, f64)> {
-    let known =
-        if size.kind == SourceKind::Point { Some((0.0, width_err())) } else { of_pass.filter(|(_, err)| *err > 0.0) };
-    known.filter(|(disc2, err)| (size.disc2 - disc2).abs() < CONTRADICTED_SIGMA * size.disc2_err.hypot(*err))
+/// What is known of the size of a source besides its pixels, D² and its error \[FWHM²\]: what other frames of its pass show, or that of a
+/// point if that is known better, unless the pixels contradict them.
+fn known_size(size: &Size, err: f64, of_pass: Option<(f64, f64)>) -> Option<(f64, f64)> {
+    let of_point = (size.kind == SourceKind::Point).then(|| (0.0, width_err()));
+    let known = match (of_pass, of_point) {
+        (Some(pass), Some(point)) => Some(if pass.1 < point.1 { pass } else { point }),
+        (pass, point) => pass.or(point),
+    };
+    known.filter(|(disc2, known_err)| (size.disc2 - disc2).abs() < CONTRADICTED_SIGMA * err.hypot(*known_err))
 }
 
 /// The light of a disc whose size (D² and its error σ \[FWHM²\]) is known beforehand, and its error \[e⁻\].
@@ -207,11 +210,11 @@ fn with_doubt((flux_e, err_e): (f64, f64), share: f64) -> (f64, f64) {
 ///
 /// Where other frames of the pass show the size, D² and σ are the mean of both, weighted by their variances.
 fn size_of((disc2, err): (f64, f64), known: Option<(f64, f64)>, largest_fwhm: Option<f64>) -> Size {
-    let own_err = err.hypot(width_err());
-    let (of_both, sigma) = known.filter(|(_, err)| *err > 0.0).map_or((disc2, own_err), |(of_pass, pass_err)| {
-        let (own, pass) = (own_err.powi(-2), pass_err.powi(-2));
+    let (of_both, err_of_both) = known.map_or((disc2, err), |(of_pass, pass_err)| {
+        let (own, pass) = (err.powi(-2), pass_err.powi(-2));
         ((own * disc2 + pass * of_pass) / (own + pass), (own + pass).sqrt().recip())
     });
+    let sigma = err_of_both.hypot(width_err());
     let log_likelihood = |of: f64| -0.5 * ((of_both - of) / sigma).powi(2);
     let sizes: Vec<f64> = (0..SIZES)
         .map(|k| POINT_FWHM + (LARGEST_FWHM - POINT_FWHM) * (k as f64 + 0.5) / SIZES as f64)
@@ -228,7 +231,7 @@ fn size_of((disc2, err): (f64, f64), known: Option<(f64, f64)>, largest_fwhm: Op
     } else {
         SourceKind::Compact
     };
-    Size { kind, log10_odds, disc2, disc2_err: own_err }
+    Size { kind, log10_odds, disc2, disc2_err: err.hypot(width_err()) }
 }
 
 /// What a star of another width than the night's makes of the size of a point \[FWHM²\]: σ² changes by 2 · 5 % of it, a disc adds
@@ -237,21 +240,40 @@ fn width_err() -> f64 {
     2.0 * WIDTH_DOUBT * 16.0 / FWHM_PER_SIGMA.powi(2)
 }
 
-/// The mean of sizes of a pass (D² and their errors \[FWHM²\]), weighted by their variances, and its error as the size in another frame of it;
-/// the width of its stars is the same in all. `None` without any.
+/// What sizes of a pass (D² and the errors of their pixels \[FWHM²\]) say of the size in another frame of it, and its error. `None` without any.
 ///
-/// Sizes that scatter by more than `SCATTERED` times their variances, as of a target that turns or of a telescope in the wind, differ from one
-/// frame to the next: σ² = 1/W + (χ²/(n − 1) − 1) n/W, W = Σ 1/σ_k².
+/// Frames differ by τ: their stars are not equally wide, the target turns, the telescope shakes. τ is w tan θ with any θ as likely, w what
+/// 5 % of the width of stars make of a size (Gelman 2006: half-Cauchy). For each τ, with W = Σ 1/(σ_k² + τ²) and the mean of weights
+/// 1/(σ_k² + τ²), p(τ) ∝ W^{−1/2} Π (σ_k² + τ²)^{−1/2} e^{−χ²/2}; D̄² is the mean over p, and its variance that of the means and of τ² + 1/W.
 #[must_use]
 pub fn mean_disc2(sizes: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64)> {
     let usable: Vec<(f64, f64)> = sizes.filter(|(disc2, err)| disc2.is_finite() && *err > 0.0).collect();
-    let weight: f64 = usable.iter().map(|(_, err)| err.powi(-2)).sum();
-    let mean = usable.iter().map(|(disc2, err)| disc2 * err.powi(-2)).sum::<f64>() / weight;
-    let chi2: f64 = usable.iter().map(|(disc2, err)| ((disc2 - mean) / err).powi(2)).sum();
-    let n = usable.len() as f64;
-    let scatter = chi2 / (n - 1.0).max(1.0);
-    let of_frame = if scatter > SCATTERED { (scatter - 1.0) * n / weight } else { 0.0 };
-    (weight > 0.0).then(|| (mean, (weight.recip() + of_frame).sqrt().hypot(width_err())))
+    if usable.is_empty() {
+        return None;
+    }
+    let of_scatter = |k: usize| {
+        let tau = width_err() * (std::f64::consts::FRAC_PI_2 * (k as f64 + 0.5) / SIZES as f64).tan();
+        let variance = |err: f64| err * err + tau * tau;
+        let weight: f64 = usable.iter().map(|(_, err)| variance(*err).recip()).sum();
+        let mean = usable.iter().map(|(disc2, err)| disc2 / variance(*err)).sum::<f64>() / weight;
+        let of_one = |(disc2, err): &(f64, f64)| (disc2 - mean).powi(2) / variance(*err) + variance(*err).ln();
+        let log_p = -0.5 * (usable.iter().map(of_one).sum::<f64>() + weight.ln());
+        (log_p, mean, tau * tau + weight.recip())
+    };
+    let all: Vec<(f64, f64, f64)> = (0..SIZES).map(of_scatter).collect();
+    let most = all.iter().map(|(log_p, ..)| *log_p).fold(f64::NEG_INFINITY, f64::max);
+    let p = |log_p: f64| (log_p - most).exp();
+    let total: f64 = all.iter().map(|(log_p, ..)| p(*log_p)).sum();
+    let mean = all.iter().map(|(log_p, mean, _)| p(*log_p) * mean).sum::<f64>() / total;
+    let of_one = |(log_p, mean_k, variance): &(f64, f64, f64)| p(*log_p) * (variance + (mean_k - mean).powi(2));
+    let variance = all.iter().map(of_one).sum::<f64>() / total;
+    Some((mean, variance.sqrt()))
+}
+
+/// The error of a size ([`Size::disc2_err`]) by its pixels alone, without that of the width of the stars \[FWHM²\]; 0 where that is all.
+#[must_use]
+pub fn err_of_pixels(disc2_err: f64) -> f64 {
+    (disc2_err * disc2_err - width_err() * width_err()).max(0.0).sqrt()
 }
 
 /// The significance that a point must have: `detect_sigma`, or what noise reaches in the search region where that is more; `skewness`
@@ -288,6 +310,8 @@ impl Cutout {
 
 #[cfg(test)]
 mod tests {
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
     use statrs::distribution::{ContinuousCDF, DiscreteCDF};
 
     use super::*;
@@ -317,12 +341,32 @@ mod tests {
         }
         // what a frame shows clearly is not overruled by a pass that says little
         assert_eq!(kind(0.2, 0.3, (4.0, 5.0)), SourceKind::Compact);
+    }
+
+    #[test]
+    fn sizes_of_a_pass_say_what_the_next_one_is_to_their_error() {
+        let mut rng = rand_chacha::ChaCha12Rng::seed_from_u64(7);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        for (n, err) in [(3, 0.1), (5, 0.3), (10, 0.1), (10, 0.8)] {
+            // the frames of a pass have one size, are in the wind, or show a target that turns
+            for scatter in [0.0, 0.05, 0.2, 0.6, 2.0] {
+                let mut within = 0;
+                for _ in 0..1000 {
+                    let sizes: Vec<_> = (0..n).map(|_| (1.0 + scatter * normal() + err * normal(), err)).collect();
+                    let (mean, err) = mean_disc2(sizes.into_iter()).unwrap();
+                    within += usize::from((mean - 1.0 - scatter * normal()).abs() < err);
+                }
+                // two in three, or more where a scatter is not excluded
+                assert!(within > 560 && (scatter < 2.0 || within < 780), "{n} {err} {scatter}: {within}");
+            }
+        }
+        // of one size, ten frames know it better than one
+        let (mean, err) = mean_disc2([0.7, 1.3].repeat(5).into_iter().map(|disc2| (disc2, 0.3))).unwrap();
+        assert!((mean - 1.0).abs() < 1e-12 && (0.095..0.25).contains(&err), "{err}");
         let (mean, err) = mean_disc2([(4.0, 1.0), (f64::NAN, 1.0), (2.0, 1.0)].into_iter()).unwrap();
-        assert!((mean - 3.0).abs() < 1e-12 && (err - 0.5f64.sqrt().hypot(width_err())).abs() < 1e-12);
+        assert!((mean - 3.0).abs() < 1e-12 && err > 1.0, "{err}");
         assert!(mean_disc2(std::iter::empty()).is_none());
-        // in the wind each frame has a size of its own, and the others say little of it
-        let (mean, err) = mean_disc2([0.0, 3.0, 0.0, 3.0].map(|disc2| (disc2, 0.4)).into_iter()).unwrap();
-        assert!((mean - 1.5).abs() < 1e-12 && (1.5..2.0).contains(&err), "{err}");
+        assert!((err_of_pixels(0.4f64.hypot(width_err())) - 0.4).abs() < 1e-12 && err_of_pixels(0.1) == 0.0);
     }
 
     #[test]

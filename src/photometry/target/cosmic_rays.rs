@@ -10,6 +10,7 @@ use statrs::function::erf::erf;
 
 use crate::base::constants::FWHM_PER_SIGMA;
 use crate::base::stats;
+use crate::photometry::target::cells::row_of;
 use crate::photometry::target::line_sums::{Columns, KINDS, LANES, LEAST_SHARE, Sums, any_above};
 use crate::photometry::target::sky::Surface;
 
@@ -324,12 +325,14 @@ fn profiles(hit: f64, star: f64, sharpest: f64) -> Vec<Vec<f32>> {
 fn cuts(image: &Array2<f32>, profiles: &[Vec<f32>], squared: bool) -> Array2<f32> {
     let (ny, nx) = image.dim();
     let mut sums = Array2::zeros((ny * PHASES, nx));
+    let all = sums.as_slice_mut().unwrap_or_default();
     for (phase, profile) in profiles.iter().enumerate() {
         for (t, d) in profile.iter().zip(-(profile.len() as isize / 2)..) {
             let t = if squared { t * t } else { *t };
             for j in 0..ny {
                 let Some(from) = j.checked_add_signed(d).filter(|k| *k < ny) else { continue };
-                sums.row_mut(j * PHASES + phase).scaled_add(t, &image.row(from));
+                let own = &mut all[(j * PHASES + phase) * nx..][..nx];
+                own.iter_mut().zip(row_of(image, from)).for_each(|(sum, v)| *sum += t * v);
             }
         }
     }

@@ -105,11 +105,13 @@ impl Cutout {
         let (x0, y0) = (columns.start - bounds.x0, rows.start - bounds.y0);
         let part = ndarray::s![y0..y0 + rows.len(), x0..x0 + columns.len()];
         let mut pixels = frame.pixels.slice(part).to_owned();
-        pixels.zip_mut_with(&frame.mask.slice(part), |v, m| {
-            if m & (mask::BAD | mask::CLIPPED) != 0 || !v.is_finite() {
-                *v = f32::NAN;
-            }
-        });
+        for (mut row, masks) in pixels.rows_mut().into_iter().zip(frame.mask.slice(part).rows()) {
+            row.zip_mut_with(&masks, |v, m| {
+                if m & (mask::BAD | mask::CLIPPED) != 0 || !v.is_finite() {
+                    *v = f32::NAN;
+                }
+            });
+        }
         let at_edge =
             [columns.start == bounds.x0, columns.end == bounds.x1, rows.start == bounds.y0, rows.end == bounds.y1];
         let blocks = blocks(&pixels, block_px(s.fwhm_px));
@@ -392,7 +394,9 @@ impl Cutout {
 
     /// The cells without sky and trails; NaN where they are bad.
     pub fn residual(&self) -> Array2<f32> {
-        &self.net.mean - &self.light
+        let mut left = self.net.mean.clone();
+        left -= &self.light;
+        left
     }
 
     /// The inputs of the significance of the residual: its noise includes that of the light of the trails and its

@@ -290,19 +290,20 @@ fn outlined(cutout: &mut Cutout, frame: &Frame<Electrons>, s: &TargetSettings, l
             continue;
         }
         let segment = segment(cutout, &layers, snrs.first(scales_needed(&found)), &found);
-        if cutout.mask_hits(&segment.cells(), 1) {
+        let cells = segment.cells();
+        if cutout.mask_hits(&cells, 1) {
             continue;
         }
-        if cutout.is_spill(frame, &segment.cells()) {
+        if cutout.is_spill(frame, &cells) {
             cutout.artefacts.set(Flags::BLOOMING);
-            cutout.mask_cells(&segment.cells());
+            cutout.mask_cells(&cells);
             continue;
         }
-        if let Some(line) = cutout.line_of(&segment.cells(), &snrs.first(1)[0]) {
+        if let Some(line) = cutout.line_of(&cells, &snrs.first(1)[0]) {
             cutout.mask_line(line);
             continue;
         }
-        if cutout.follow_bumps(&segment.cells()) {
+        if cutout.follow_bumps(&cells) {
             continue;
         }
         let snr1 = snrs.at_scale.swap_remove(0);

@@ -6,7 +6,7 @@
 
 use ndarray::Array2;
 
-use crate::photometry::target::cells::{Layers, ROUND, SCALES, cells_of, grown, paint, row_of};
+use crate::photometry::target::cells::{Layers, ROUND, SCALES, cells_of, cells_where, grown, paint, row_of};
 use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::search::{Candidate, OUTLINE_SIGMA, components};
 
@@ -67,7 +67,7 @@ impl Segment {
 
     /// Columns and rows of the cells inside.
     pub fn cells(&self) -> Vec<(usize, usize)> {
-        self.inside.indexed_iter().filter(|(_, v)| **v).map(|((j, i), _)| (i, j)).collect()
+        cells_where(&self.inside, |v| *v)
     }
 }
 

@@ -17,7 +17,7 @@ use crate::base::stats::median;
 use crate::base::time::mjd_utc;
 use crate::frames::Exposure;
 use crate::photometry::Flags;
-use crate::photometry::target::compact::mean_disc2;
+use crate::photometry::target::compact::{err_of_pixels, mean_disc2};
 use crate::pipeline::prepared::Calibrated;
 use crate::tables::PhotometryRow;
 use crate::tables::row_passes::PASS_GAP_S;
@@ -32,8 +32,7 @@ const NEAREST: usize = 5;
 const FEWEST: usize = 3;
 /// No pilot further away is of use \[frames\].
 pub const REACH: usize = NEAREST * STEP;
-/// From this S/N on a target in a pilot is clear, unless its place is disturbed.
-const CLEAR_SNR: f64 = 7.0;
+/// A detection in a pilot is clear unless its place is disturbed.
 const DISTURBED: Flags = Flags(
     Flags::EDGE.0 | Flags::CROSSED.0 | Flags::HIT.0 | Flags::BLOOMING.0 | Flags::NO_ANNULUS.0 | Flags::TIME_UNCERTAIN.0,
 );
@@ -140,9 +139,9 @@ struct Clear {
 
 impl Clear {
     fn of(row: &PhotometryRow, t_s: f64) -> Option<Self> {
-        let is_clear = row.status == Status::Ok && row.snr >= Some(CLEAR_SNR) && row.flags & DISTURBED.0 == 0;
+        let is_clear = row.status == Status::Ok && row.flags & DISTURBED.0 == 0;
         let aper_px = row.aper_r_px.or(row.aper_a_px)?;
-        let disc2 = row.disc_fwhm2.zip(row.disc_fwhm2_err);
+        let disc2 = row.disc_fwhm2.zip(row.disc_fwhm2_err.map(err_of_pixels));
         let is_contaminated = row.flags & Flags::CONTAMINATED.0 != 0;
         is_clear.then_some(Self { t_s, x_px: row.x_px?, y_px: row.y_px?, aper_px, is_contaminated, disc2 })
     }
@@ -161,6 +160,8 @@ fn expected(mut clear: Vec<Clear>, fwhm_px: f64, margin_px: f64) -> Option<Regio
     // light of others in an aperture has moved its middle: such pilots count only where too few are without it
     clear.sort_by_key(|c| c.is_contaminated);
     let clean = clear.iter().filter(|c| !c.is_contaminated).count();
+    // what is known of its size is not of places: all that are near count
+    let disc2 = mean_disc2(clear.iter().filter(|c| !c.is_contaminated).filter_map(|c| c.disc2));
     clear.truncate(clean.clamp(FEWEST, NEAREST));
     if clear.len() < FEWEST {
         return None;
@@ -182,7 +183,6 @@ fn expected(mut clear: Vec<Clear>, fwhm_px: f64, margin_px: f64) -> Option<Regio
     let err = sigma * (1.0 + 1.0 / n + t * t / spread).sqrt();
     let aper_px = clear.iter().map(|c| c.aper_px).fold(0.0, f64::max);
     let radius_px = SIGMAS * err + 0.5 * aper_px + MARGIN_FWHM * fwhm_px;
-    let disc2 = mean_disc2(clear.iter().filter_map(|c| c.disc2));
     let bound_px = (aper_px - margin_px).max(fwhm_px) + BOUND_SIGMAS * err;
     Some(Region { x_px: x - vx * t, y_px: y - vy * t, radius_px, aper_px, bound_px, disc2 })
         .filter(|r| r.radius_px.is_finite())
@@ -225,5 +225,19 @@ mod tests {
         assert!(region.is_usual(12.0) && region.is_joined((12.1, 8.0)) && !region.is_joined((12.0, 6.0)));
         // as round as it is large: brighter
         assert!(!region.is_joined((20.0, 18.0)));
+    }
+
+    #[test]
+    fn all_clean_pilots_near_a_frame_show_its_size() {
+        let sized = |k: i32| Clear { disc2: Some((1.0, 0.3)), ..at(f64::from(k), 100.0, 200.0) };
+        let of = |clear: &[Clear]| expected(clear.to_vec(), 3.0, 4.5).unwrap().disc2;
+        let (five, ten): (Vec<Clear>, Vec<Clear>) = ((0..5).map(sized).collect(), (0..10).map(sized).collect());
+        let (few, many) = (of(&five).unwrap(), of(&ten).unwrap());
+        assert!((many.0 - 1.0).abs() < 1e-9 && many.1 < 0.8 * few.1, "{few:?} {many:?}");
+        // a trail in the aperture makes a target wider
+        let contaminated = |k| Clear { is_contaminated: true, disc2: Some((9.0, 0.1)), ..sized(k) };
+        let with: Vec<Clear> = five.iter().copied().chain((5..10).map(contaminated)).collect();
+        assert_eq!(of(&with), Some(few));
+        assert_eq!(of(&[0, 1, 2].map(contaminated)), None);
     }
 }

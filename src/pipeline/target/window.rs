@@ -9,6 +9,7 @@ use crate::base::error::Result;
 use crate::frames::{Electrons, Frame, FrameReader, PooledFrame};
 use crate::photometry::Flags;
 use crate::photometry::background::{Background, background};
+use crate::photometry::target::compact::err_of_pixels;
 use crate::photometry::target::measure::TargetFound;
 use crate::photometry::target::measure::measure_target;
 use crate::photometry::target::settings::TargetSettings;
@@ -74,10 +75,10 @@ impl Region {
         axes.is_some_and(|axes| self.is_joined(axes))
     }
 
-    /// Whether other frames say more of the size of a compact target than its own row: their mean has less than half of its variance.
+    /// Whether other frames say more of the size of a compact target than the pixels of its own row: their mean has less than half of the variance.
     #[must_use]
     pub fn knows_more_than(&self, row: &PhotometryRow) -> bool {
-        let errs = self.disc2.zip(row.disc_fwhm2_err);
+        let errs = self.disc2.zip(row.disc_fwhm2_err.map(err_of_pixels));
         errs.is_some_and(|((_, of_others), own)| 2.0 * of_others * of_others < own * own)
     }
 
