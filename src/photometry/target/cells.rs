@@ -77,7 +77,7 @@ fn add_good(pixels: &[f32], bin: usize, sum: &mut [f32], n: &mut [f32]) {
 
 /// As [`add_good`], for cells whose width the compiler may know.
 #[inline(always)]
-fn add_good_of<'a, T: AsRef<[f32]> + 'a>(cells: impl IntoIterator<Item = T>, sum: &mut [f32], n: &mut [f32]) {
+fn add_good_of<T: AsRef<[f32]>>(cells: impl IntoIterator<Item = T>, sum: &mut [f32], n: &mut [f32]) {
     for (of_cell, (sum, n)) in cells.into_iter().zip(sum.iter_mut().zip(n)) {
         for v in of_cell.as_ref() {
             *sum += if v.is_finite() { *v } else { 0.0 };

@@ -165,10 +165,7 @@ pub(crate) fn measure_compact(
 /// point if that is known better, unless the pixels contradict them.
 fn known_size(size: &Size, err: f64, of_pass: Option<(f64, f64)>) -> Option<(f64, f64)> {
     let of_point = (size.kind == SourceKind::Point).then(|| (0.0, width_err()));
-    let known = match (of_pass, of_point) {
-        (Some(pass), Some(point)) => Some(if pass.1 < point.1 { pass } else { point }),
-        (pass, point) => pass.or(point),
-    };
+    let known = of_point.into_iter().chain(of_pass).min_by(|a, b| a.1.total_cmp(&b.1));
     known.filter(|(disc2, known_err)| (size.disc2 - disc2).abs() < CONTRADICTED_SIGMA * err.hypot(*known_err))
 }
 
@@ -208,7 +205,7 @@ fn with_doubt((flux_e, err_e): (f64, f64), share: f64) -> (f64, f64) {
 /// else 3. σ² = σ_D² + (2 · 16/(8 ln 2) · 0.05)², the second term being the width of the star, which is not that of the
 /// night's stars in every frame.
 ///
-/// Where other frames of the pass show the size, D² and σ are the mean of both, weighted by their variances.
+/// Where other frames of the pass show the size, D² and σ_D are the mean of both, weighted by their variances.
 fn size_of((disc2, err): (f64, f64), known: Option<(f64, f64)>, largest_fwhm: Option<f64>) -> Size {
     let (of_both, err_of_both) = known.map_or((disc2, err), |(of_pass, pass_err)| {
         let (own, pass) = (err.powi(-2), pass_err.powi(-2));

@@ -126,9 +126,10 @@ const POINT_FWHM: f64 = 0.3;
 
 /// Finds and measures the target, or says how bright it could have been.
 ///
-/// 1. Around the expected place a quadratic surface is the sky, with a mesh where what is off it is smoother than a target. Long straight runs give the direction of the star trails;
-///    where there are none, the best line outside the target may be one faint trail. The robust mean level along that
-///    direction is subtracted; where it changes (trails end), its uncertainty grows.
+/// 1. Around the expected place a quadratic surface is the sky, with a mesh where what is off it is smoother than a
+///    target. Long straight runs give the direction of the star trails; where there are none, the best line outside the
+///    target may be one faint trail. The robust mean level along that direction is subtracted; where it changes (trails
+///    end), its uncertainty grows.
 /// 2. What is left is smoothed at 1, 2, 4 and 8 FWHM. A candidate peaks above `detect_sigma` within the search radius,
 ///    does not run out of the cutout, is not one of a family of equal parallel streaks, is not a single hot pixel, and is
 ///    not several sources that a wide filter shows as one. Of several the nearer wins over the brighter; objects cut by an

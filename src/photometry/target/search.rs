@@ -58,6 +58,7 @@ const FAMILY_COS: f64 = 0.98;
 const FAMILY_LENGTH: f64 = 0.25;
 /// ... and one has so many others.
 const FAMILY_OTHERS: usize = 2;
+
 impl Layers {
     /// The significance at one of the scales, `fwhm` being that of a star in cells; cells in `hidden` do not count.
     pub fn at_scale(&self, scale: usize, fwhm: f64, hidden: Option<&Array2<bool>>) -> Array2<f32> {

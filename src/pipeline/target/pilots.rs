@@ -32,7 +32,7 @@ const NEAREST: usize = 5;
 const FEWEST: usize = 3;
 /// No pilot further away is of use \[frames\].
 pub const REACH: usize = NEAREST * STEP;
-/// A detection in a pilot is clear unless its place is disturbed.
+/// A detection in a pilot is clear unless one of these disturbs its place.
 const DISTURBED: Flags = Flags(
     Flags::EDGE.0 | Flags::CROSSED.0 | Flags::HIT.0 | Flags::BLOOMING.0 | Flags::NO_ANNULUS.0 | Flags::TIME_UNCERTAIN.0,
 );
@@ -160,12 +160,12 @@ fn expected(mut clear: Vec<Clear>, fwhm_px: f64, margin_px: f64) -> Option<Regio
     // light of others in an aperture has moved its middle: such pilots count only where too few are without it
     clear.sort_by_key(|c| c.is_contaminated);
     let clean = clear.iter().filter(|c| !c.is_contaminated).count();
-    // what is known of its size is not of places: all that are near count
-    let disc2 = mean_disc2(clear.iter().filter(|c| !c.is_contaminated).filter_map(|c| c.disc2));
-    clear.truncate(clean.clamp(FEWEST, NEAREST));
     if clear.len() < FEWEST {
         return None;
     }
+    // no line is drawn through sizes: all clean ones count, not only the nearest
+    let disc2 = mean_disc2(clear[..clean].iter().filter_map(|c| c.disc2));
+    clear.truncate(clean.clamp(FEWEST, NEAREST));
     let n = clear.len() as f64;
     let mean = |of: &dyn Fn(&Clear) -> f64| clear.iter().map(of).sum::<f64>() / n;
     let (t, x, y) = (mean(&|c| c.t_s), mean(&|c| c.x_px), mean(&|c| c.y_px));

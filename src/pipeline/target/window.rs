@@ -75,7 +75,7 @@ impl Region {
         axes.is_some_and(|axes| self.is_joined(axes))
     }
 
-    /// Whether other frames say more of the size of a compact target than the pixels of its own row: their mean has less than half of the variance.
+    /// Whether other frames say more of the size of a compact target than its own pixels: their mean has less than half of the variance.
     #[must_use]
     pub fn knows_more_than(&self, row: &PhotometryRow) -> bool {
         let errs = self.disc2.zip(row.disc_fwhm2_err.map(err_of_pixels));
