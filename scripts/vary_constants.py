@@ -25,7 +25,7 @@ DECLARED = re.compile(r"^(pub(?:\((?:crate|super)\))? )?const ([A-Z][A-Z0-9_]*):
 FIXED = {
     "LANES", "KINDS", "LEAST_SHARE", "TERMS", "NONE", "ROUND", "CLASSES", "WIDE_SCALE", "PIXEL_VARIANCE", "CLIPPED_VARIANCE", "MAD_ERR",
     "LIMIT_COMPLETENESS", "LIMIT_MARGIN_SIGMA", "DISC_RINGS", "DISC_DIRECTIONS", "REACH_FWHM", "DISC_FWHM", "WIDE_REACH_FWHM",
-    "TURNS", "STEPS_PER_FWHM", "WIDE_STEPS_PER_FWHM", "ELLIPSE_TOLERANCE", "LARGEST_FWHM", "CENTRAL",
+    "TURNS", "STEPS_PER_FWHM", "WIDE_STEPS_PER_FWHM", "ELLIPSE_TOLERANCE", "LARGEST_FWHM", "CENTRAL", "PART",
 }
 # not needed for the build
 SKIPPED = {"target", ".git", "docs", "fuzz", "satphot-out"}

@@ -10,7 +10,7 @@ use rand_distr::{Distribution, Normal};
 use super::*;
 use crate::frames::{ElectronsPerAdu, Gain};
 use crate::photometry::background::background;
-use crate::photometry::label::runs_of_row;
+use crate::photometry::label::runs_of_part;
 
 fn frame(pixels: Array2<f32>) -> Frame<Electrons> {
     let gain = Gain {
@@ -76,7 +76,7 @@ fn plain(frame: &Frame<Electrons>, sky: &Background, threshold_sigma: f64, fwhm:
         sky.rms_row(frame.origin_px.1 + j, frame.origin_px.0, &mut rms);
         let smooth = (0..nx).map(|i| weigh(&|t| at(&rows, (j + t).checked_sub(r), Some(i))));
         let per_rms = threshold_sigma * kernel.noise_factor();
-        runs_of_row(j, smooth.zip(&rms).map(|(v, r)| v > per_rms * f64::from(*r) && v > 0.0), &mut runs);
+        runs_of_part(j, 0, smooth.zip(&rms).map(|(v, r)| v > per_rms * f64::from(*r) && v > 0.0), &mut runs);
     }
     let (labels, n) = label(&runs);
     let whole = Net::new(frame, sky, offset_e);

@@ -11,11 +11,6 @@ pub(crate) struct Run {
     pub columns: Range<usize>,
 }
 
-/// The runs of a row where `above` is true, appended to `runs`.
-pub(crate) fn runs_of_row(row: usize, above: impl Iterator<Item = bool>, runs: &mut Vec<Run>) {
-    runs_of_part(row, 0, above, runs);
-}
-
 /// The runs of a part of a row, from the column `first` on, where `above` is true, appended to `runs`.
 pub(crate) fn runs_of_part(row: usize, first: usize, above: impl Iterator<Item = bool>, runs: &mut Vec<Run>) {
     let mut start = None;

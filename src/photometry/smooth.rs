@@ -123,24 +123,25 @@ pub(crate) fn group_peaks(row: &[f32], out: &mut [f32]) {
     }
 }
 
-/// Filters a small image; outside it is 0.
+/// Filters a small image, held row by row; outside it is 0.
 pub(crate) fn smooth_image(image: &Array2<f32>, kernel: &Kernel) -> Array2<f32> {
     let (ny, nx) = image.dim();
     let (r, stride) = (kernel.radius(), nx.next_multiple_of(BLOCK));
     let mut filtered = vec![0f32; (ny + 2 * r) * stride];
     let mut padded = vec![0f32; stride + 2 * r];
-    for (row, out) in image.rows().into_iter().zip(filtered.chunks_exact_mut(stride.max(1)).skip(r)) {
-        padded[r..r + nx].iter_mut().zip(row).for_each(|(p, v)| *p = *v);
+    let rows = image.as_slice().unwrap_or_default().chunks_exact(nx.max(1));
+    for (row, out) in rows.zip(filtered.chunks_exact_mut(stride.max(1)).skip(r)) {
+        padded[r..r + nx].copy_from_slice(row);
         kernel.along_row(&padded, out);
     }
     let mut out = Array2::zeros((ny, nx));
     let mut block = vec![[0f32; BLOCK]; ny];
+    let all = out.as_slice_mut().unwrap_or_default();
     for first in (0..nx).step_by(BLOCK) {
         kernel.across_rows(&filtered[first..], stride, &mut block);
-        for (mut to, from) in
-            out.slice_mut(ndarray::s![.., first..(first + BLOCK).min(nx)]).rows_mut().into_iter().zip(&block)
-        {
-            to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+        let columns = first..(first + BLOCK).min(nx);
+        for (to, from) in all.chunks_exact_mut(nx).zip(&block) {
+            to[columns.clone()].copy_from_slice(&from[..columns.len()]);
         }
     }
     out

@@ -140,19 +140,26 @@ impl Layers {
         snr
     }
 
-    /// Sums over squares of `rebin` cells, each divided by `per`; what is not seen does not count.
+    /// Sums over squares of `rebin` cells, each divided by `per`, which is 1 for squares of one; what is not seen does not count.
     fn squares(&self, of: &Array2<f32>, per: f32, rebin: usize, hidden: Option<&Array2<bool>>) -> Array2<f32> {
         let (ny, nx) = of.dim();
         let across = nx.div_ceil(rebin);
         let mut out = Array2::zeros((ny.div_ceil(rebin), across));
         let mut line = vec![0f32; nx];
+        let sees = |j: usize, line: &mut [f32]| {
+            seen(row_of(of, j), row_of(&self.value, j), line);
+            if let Some(hidden) = hidden {
+                line.iter_mut().zip(row_of(hidden, j)).for_each(|(o, h)| *o = if *h { 0.0 } else { *o });
+            }
+        };
         let rows = out.as_slice_mut().unwrap_or_default().chunks_exact_mut(across.max(1));
         for (square, to) in rows.enumerate() {
+            if rebin == 1 {
+                sees(square, to);
+                continue;
+            }
             for j in square * rebin..((square + 1) * rebin).min(ny) {
-                seen(row_of(of, j), row_of(&self.value, j), &mut line);
-                if let Some(hidden) = hidden {
-                    line.iter_mut().zip(row_of(hidden, j)).for_each(|(o, h)| *o = if *h { 0.0 } else { *o });
-                }
+                sees(j, &mut line);
                 add_parts(&line, rebin, per, to);
             }
         }
@@ -265,7 +272,6 @@ fn seen(of: &[f32], value: &[f32], out: &mut [f32]) {
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2", "x86_64+sse4.1"))]
 fn add_parts(line: &[f32], rebin: usize, per: f32, to: &mut [f32]) {
     match rebin {
-        1 => add_whole_parts::<1>(line, per, to),
         2 => add_whole_parts::<2>(line, per, to),
         4 => add_whole_parts::<4>(line, per, to),
         8 => add_whole_parts::<8>(line, per, to),
@@ -309,31 +315,36 @@ pub(crate) fn paint(image: &mut Array2<bool>, squares: &[(usize, usize)], scale:
 /// Every true cell grown by `by` cells along x and y.
 pub(crate) fn grown(image: &Array2<bool>, by: usize) -> Array2<bool> {
     let (ny, nx) = image.dim();
-    let mut along = Array2::from_elem((ny, nx), false);
+    let mut out = Array2::from_elem((ny, nx), false);
+    let any: Vec<bool> = (0..ny).map(|j| row_of(image, j).contains(&true)).collect();
+    let rows = || (0..ny).filter(|j| any[*j]).map(|j| row_of(image, j));
+    let first = rows().filter_map(|row| row.iter().position(|v| *v)).min();
+    let last = rows().filter_map(|row| row.iter().rposition(|v| *v)).max();
+    let Some((first, last)) = first.zip(last) else { return out };
+    // columns that it can reach
+    let columns = first.saturating_sub(by)..(last + by + 1).min(nx);
+    let width = columns.len();
     // along x; a row of nothing stays that
-    let mut any = vec![false; ny];
-    for (j, mut to) in along.rows_mut().into_iter().enumerate() {
-        let from = row_of(image, j);
-        any[j] = from.contains(&true);
+    let mut along = vec![false; ny * width];
+    for (j, to) in along.chunks_exact_mut(width).enumerate().filter(|(j, _)| any[*j]) {
         let mut until = 0; // columns below this are already grown
-        for (i, _) in from.iter().enumerate().filter(|(_, v)| any[j] && **v) {
-            let end = (i + by + 1).min(nx);
-            to.slice_mut(ndarray::s![i.saturating_sub(by).max(until)..end]).fill(true);
+        for (i, _) in row_of(image, j)[columns.clone()].iter().enumerate().filter(|(_, v)| **v) {
+            let end = (i + by + 1).min(width);
+            to[i.saturating_sub(by).max(until)..end].fill(true);
             until = end;
         }
     }
     // along y, forth and back: for how many rows a cell of each column still reaches
     let reach = u32::try_from(by + 1).unwrap_or(u32::MAX);
-    let mut out = Array2::from_elem((ny, nx), false);
     let all = out.as_slice_mut().unwrap_or_default();
     for back in [false, true] {
-        let (mut left, mut rows_left) = (vec![0u32; nx], 0);
+        let (mut left, mut rows_left) = (vec![0u32; width], 0);
         for k in 0..ny {
             let j = if back { ny - 1 - k } else { k };
             let before = rows_left;
             rows_left = if any[j] { reach } else { rows_left.saturating_sub(1) };
             if before.max(rows_left) > 0 {
-                carry(row_of(&along, j), reach, &mut left, &mut all[j * nx..(j + 1) * nx]);
+                carry(&along[j * width..][..width], reach, &mut left, &mut all[j * nx..][columns.clone()]);
             }
         }
     }

@@ -228,7 +228,7 @@ impl Patch {
             .map(|(l, least)| (l, least as f32, (steps / directions(l)).max(1), (l / 4).max(1)))
             .collect();
         let rows = margin * PHASES..(ny - margin) * PHASES;
-        let columns = of_class.map(|cuts| Columns::new([&cuts.0, &cuts.1, &cuts.2], &rows, nx * PHASES));
+        let columns = of_class.map(|cuts| Columns::new([&cuts.0, &cuts.1, &cuts.2], &rows));
         let mut sums = vec![[[0f32; LANES]; KINDS]; nx + 1];
         for k in -steps..=steps {
             let slope = f64::from(k) / f64::from(steps);

@@ -19,48 +19,61 @@ pub(super) const LEAST_SHARE: f32 = 1e-6;
 /// The running sums of [`LANES`] lines after a column.
 pub(super) type Sums = [[f32; LANES]; KINDS];
 
-/// The cuts column by column, zero beyond the rows that are looked at.
+/// The cuts column by column: the rows that are looked at, and zeros for the lines that begin or end among them.
 pub(super) struct Columns {
     kinds: [Vec<f32>; KINDS],
     stride: usize,
     /// Place of row 0 in a column, which may be before it.
     origin: isize,
+    /// Places in a column that are looked at.
+    seen: Range<isize>,
 }
 
 impl Columns {
-    /// Lines may leave the `rows` by as many as `margin`.
-    pub fn new(cuts: [&Array2<f32>; KINDS], rows: &Range<usize>, margin: usize) -> Self {
-        let (nx, margin) = (cuts[0].ncols(), margin + LANES);
-        let stride = rows.len() + 2 * margin;
+    /// The `rows` of the cuts that are looked at.
+    pub fn new(cuts: [&Array2<f32>; KINDS], rows: &Range<usize>) -> Self {
+        let nx = cuts[0].ncols();
+        let stride = rows.len() + 2 * LANES;
         let kinds = cuts.map(|cut| {
             let mut columns = vec![0.0; nx * stride];
             for (out, column) in columns.chunks_exact_mut(stride).zip(cut.columns()) {
                 let seen = column.iter().skip(rows.start).take(rows.len());
-                out.iter_mut().skip(margin).zip(seen).for_each(|(out, v)| *out = *v);
+                out.iter_mut().skip(LANES).zip(seen).for_each(|(out, v)| *out = *v);
             }
             columns
         });
-        Self { kinds, stride, origin: margin as isize - rows.start as isize }
+        let seen = LANES as isize..(LANES + rows.len()) as isize;
+        Self { kinds, stride, origin: LANES as isize - rows.start as isize, seen }
     }
 
     /// The sums of the lines that begin at row `start` and after it and rise by `rises` in each column: none before the first column,
     /// then after each.
     pub fn sum(&self, start: isize, rises: &[isize], sums: &mut [Sums]) {
         let first = start + self.origin;
-        add_up([&self.kinds[0], &self.kinds[1], &self.kinds[2]], self.stride, first, rises, sums);
+        let kinds = [0, 1, 2].map(|kind| self.kinds[kind].as_slice());
+        add_up(kinds, (self.stride, &self.seen), first, rises, sums);
     }
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2", "x86_64+sse4.1"))]
-fn add_up(kinds: [&[f32]; KINDS], stride: usize, first: isize, rises: &[isize], sums: &mut [Sums]) {
+fn add_up(
+    kinds: [&[f32]; KINDS],
+    (stride, seen): (usize, &Range<isize>),
+    first: isize,
+    rises: &[isize],
+    sums: &mut [Sums],
+) {
     let mut sum = [[0.0; LANES]; KINDS];
     let Some((none, after)) = sums.split_first_mut() else { return };
     *none = sum;
     for (i, (rise, out)) in rises.iter().zip(after).enumerate() {
-        let at = i * stride + (first + rise) as usize;
-        for (sum, column) in sum.iter_mut().zip(kinds) {
-            let values = &column[at..at + LANES];
-            sum.iter_mut().zip(values).for_each(|(sum, v)| *sum += v);
+        let row = first + rise;
+        if row < seen.end && row + LANES as isize > seen.start {
+            let at = i * stride + row as usize;
+            for (sum, column) in sum.iter_mut().zip(kinds) {
+                let values = &column[at..at + LANES];
+                sum.iter_mut().zip(values).for_each(|(sum, v)| *sum += v);
+            }
         }
         *out = sum;
     }

@@ -8,8 +8,8 @@ use ndarray::Array2;
 use super::settings::TargetSettings;
 use crate::base::stats;
 use crate::frames::{Electrons, Frame, mask};
-use crate::photometry::label::{Run, label, runs_of_row};
-use crate::photometry::target::cells::{Layers, ROUND, SCALES, grown, paint};
+use crate::photometry::label::{Run, label, runs_of_part};
+use crate::photometry::target::cells::{Layers, ROUND, SCALES, grown, paint, row_of};
 use crate::photometry::target::compact::least_significance;
 use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::shape::{axes, covariance};
@@ -126,12 +126,28 @@ impl<'a> Significances<'a> {
     }
 }
 
+/// Cells of a row that are looked at together: of most of them none is above a threshold.
+const PART: usize = 32;
+
 /// The components of an image above `threshold`.
 pub(crate) fn components(snr: &Array2<f32>, threshold: f64) -> Vec<Vec<(usize, usize)>> {
+    let is_above = |v: &f32| *v > threshold as f32;
     let mut runs: Vec<Run> = Vec::new();
-    for (j, row) in snr.rows().into_iter().enumerate() {
-        runs_of_row(j, row.iter().map(|v| *v > threshold as f32), &mut runs);
+    for j in 0..snr.nrows() {
+        for (k, part) in row_of(snr, j).chunks(PART).enumerate() {
+            if part.iter().fold(false, |any, v| any | is_above(v)) {
+                runs_of_part(j, k * PART, part.iter().map(is_above), &mut runs);
+            }
+        }
     }
+    // a run that goes on in the next part
+    runs.dedup_by(|next, run| {
+        let is_one = (run.row, run.columns.end) == (next.row, next.columns.start);
+        if is_one {
+            run.columns.end = next.columns.end;
+        }
+        is_one
+    });
     let (labels, n) = label(&runs);
     let mut groups: Vec<Vec<(usize, usize)>> = vec![Vec::new(); n];
     for (run, l) in runs.iter().zip(labels) {
@@ -210,10 +226,6 @@ fn candidates(
     let least = if scale == 0 { point_least } else { threshold(s.detect_sigma, scale) };
     let mut found = Vec::new();
     for (g, pixels) in groups.into_iter().enumerate() {
-        let mut peak = pixels.iter().map(|&(i, j)| f64::from(snr[[j, i]])).fold(0.0, f64::max);
-        if scale == 0 {
-            peak = point_significance(cutout, snr, &pixels, peak);
-        }
         let runs_out = pixels.iter().any(|&(i, j)| {
             (i == 0 && !left) || (i + 1 == nx && !right) || (j == 0 && !bottom) || (j + 1 == ny && !top)
         });
@@ -223,7 +235,7 @@ fn candidates(
             pixels.iter().for_each(|&(i, j)| trails[[j, i]] = true);
         }
         let of_trail = scale > 0 && holds_trail(trails, snr, &pixels, SCALES[scale]);
-        if peak < least || runs_out || family || of_trail {
+        if runs_out || family || of_trail {
             continue;
         }
         let (mut w, mut x, mut y) = (0.0, 0.0, 0.0);
@@ -234,7 +246,14 @@ fn candidates(
             y += v * to_px(j as f64);
         }
         let distance = (x / w - expected.0).hypot(y / w - expected.1);
-        if distance > s.search_radius_px || is_hot_pixel(cutout, &pixels, side as usize) {
+        if distance > s.search_radius_px {
+            continue;
+        }
+        let mut peak = pixels.iter().map(|&(i, j)| f64::from(snr[[j, i]])).fold(0.0, f64::max);
+        if scale == 0 {
+            peak = point_significance(cutout, snr, &pixels, peak);
+        }
+        if peak < least || is_hot_pixel(cutout, &pixels, side as usize) {
             continue;
         }
         // beyond the cap brightness is no merit: a remainder of a bright trail must not win over the target
@@ -362,4 +381,22 @@ fn one_of_a_family(streaks: &[Option<Streak>], which: usize) -> bool {
         })
     });
     alike.count() >= FAMILY_OTHERS
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_component_of_a_row_is_a_run_wherever_its_parts_begin() {
+        for sparse in [2, 7, 60] {
+            let row: Vec<f32> = (0..5 * PART + 11).map(|i| ((i * 7919 / 31 + i * i) % sparse) as f32).collect();
+            let snr = Array2::from_shape_vec((1, row.len()), row.clone()).unwrap();
+            let numbered: Vec<(usize, f32)> = row.into_iter().enumerate().collect();
+            let runs = numbered.split(|(_, v)| *v < 1.0).filter(|run| !run.is_empty());
+            let wanted: Vec<Vec<(usize, usize)>> = runs.map(|run| run.iter().map(|(i, _)| (*i, 0)).collect()).collect();
+            assert_eq!(components(&snr, 0.5), wanted);
+            assert!(sparse < 60 || wanted.iter().any(|run| run.len() > PART), "{sparse}");
+        }
+    }
 }

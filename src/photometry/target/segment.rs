@@ -106,20 +106,23 @@ pub(crate) fn segment(cutout: &Cutout, layers: &Layers, snrs: &[Array2<f32>], fo
     }
     // separate parts of the finest scales
     for (scale, snr) in SCALES.iter().zip(snrs).take(2).filter(|(scale, _)| **scale <= SCALES[found.scale]) {
+        let parts: Vec<(f64, Vec<(usize, usize)>)> = components(snr, OUTLINE_SIGMA)
+            .into_iter()
+            .map(|part| (peak_of(snr, &part), part))
+            .filter(|(peak, _)| *peak >= PART_SIGMA)
+            .map(|(peak, part)| (peak, cells_of(&part, *scale, dim)))
+            .collect();
         for _ in 0..2 {
             let reach = grown(&inside, (PART_REACH_FWHM * cutout.fwhm_cells()) as usize);
-            for part in components(snr, OUTLINE_SIGMA) {
-                let cells = cells_of(&part, *scale, dim);
-                let peak = peak_of(snr, &part);
-                let joined = cells.iter().all(|&(i, j)| inside[[j, i]]);
-                if joined || peak < PART_SIGMA {
+            for (peak, cells) in &parts {
+                if cells.iter().all(|&(i, j)| inside[[j, i]]) {
                     continue;
                 }
                 let touches = cells.iter().any(|&(i, j)| inside[[j, i]]);
                 let near = cells.iter().any(|&(i, j)| reach[[j, i]]);
-                if !touches && *scale == 1 && peak > NEIGHBOUR_SIGMA && is_point(&cells, cutout.fwhm_cells(), peak) {
-                    if !neighbours.contains(&cells) {
-                        neighbours.push(cells);
+                if !touches && *scale == 1 && *peak > NEIGHBOUR_SIGMA && is_point(cells, cutout.fwhm_cells(), *peak) {
+                    if !neighbours.contains(cells) {
+                        neighbours.push(cells.clone());
                     }
                 } else if touches || (near && cells.len() as f64 > 2.0 * cutout.fwhm_cells().powi(2)) {
                     cells.iter().for_each(|&(i, j)| inside[[j, i]] = true);

@@ -9,6 +9,8 @@ use crate::photometry::target::cells::row_of;
 
 /// Most points of the direction search.
 const MAX_POINTS: usize = 20_000;
+/// Its coarse steps, of half a degree, look at one point in so many.
+const COARSE_POINTS: usize = 4;
 
 /// Histograms that are filled in turns.
 const TURNS: usize = 4;
@@ -79,16 +81,19 @@ pub(crate) fn trail_direction(above: &Array2<bool>, faint: &Array2<bool>, fwhm_p
 
 /// The direction in which the points line up best: largest Σ h² of their histogram across it.
 pub(crate) fn direction(points: &[(usize, usize)], dim: (usize, usize)) -> f64 {
-    let stride = points.len().div_ceil(MAX_POINTS);
     let half = (dim.0 as f64).hypot(dim.1 as f64) * 0.5 + 2.0;
     let centre = Turned::new(dim, 0.0);
     let about_centre = |&(i, j): &(usize, usize)| (i as f64 - centre.x0, j as f64 - centre.y0);
-    let (dx, dy): (Vec<f64>, Vec<f64>) = points.iter().step_by(stride).map(about_centre).unzip();
-    let mut bins = vec![0i32; dx.len()];
+    // at most so many of the points
+    let some = |most: usize| -> (Vec<f64>, Vec<f64>) {
+        points.iter().step_by(points.len().div_ceil(most).max(1)).map(about_centre).unzip()
+    };
+    let mut bins = Vec::new();
     // neighbours fall into the same bin: counted in turns, so that no count waits for the one before
     let mut counts: Vec<[u32; TURNS]> = Vec::new();
-    let mut score = |theta: f64, bin: f64| -> f64 {
-        bins_across(&dx, &dy, theta.sin_cos(), (half, bin), &mut bins);
+    let mut score = |(dx, dy): &(Vec<f64>, Vec<f64>), theta: f64, bin: f64| -> f64 {
+        bins.resize(dx.len(), 0i32);
+        bins_across(dx, dy, theta.sin_cos(), (half, bin), &mut bins);
         counts.clear();
         counts.resize((2.0 * half / bin) as usize + 2, [0; TURNS]);
         for some in bins.chunks(TURNS) {
@@ -96,11 +101,11 @@ pub(crate) fn direction(points: &[(usize, usize)], dim: (usize, usize)) -> f64 {
         }
         counts.iter().map(|c| u64::from(c.iter().sum::<u32>()).pow(2)).sum::<u64>() as f64
     };
-    let mut best_of = |centre: f64, step: f64, n: i32, bin: f64| -> f64 {
+    let mut best_of = |points: &(Vec<f64>, Vec<f64>), centre: f64, step: f64, n: i32, bin: f64| -> f64 {
         let mut best = (f64::NEG_INFINITY, centre);
         for k in -n..=n {
             let theta = centre + f64::from(k) * step;
-            let s = score(theta, bin);
+            let s = score(points, theta, bin);
             if s > best.0 {
                 best = (s, theta);
             }
@@ -108,9 +113,10 @@ pub(crate) fn direction(points: &[(usize, usize)], dim: (usize, usize)) -> f64 {
         best.1
     };
     let degree = std::f64::consts::PI / 180.0;
-    let coarse = best_of(0.0, 0.5 * degree, 180, 4.0);
-    let fine = best_of(coarse, 0.05 * degree, 12, 1.5);
-    best_of(fine, 0.01 * degree, 6, 1.0)
+    let coarse = best_of(&some(MAX_POINTS / COARSE_POINTS), 0.0, 0.5 * degree, 180, 4.0);
+    let points = some(MAX_POINTS);
+    let fine = best_of(&points, coarse, 0.05 * degree, 12, 1.5);
+    best_of(&points, fine, 0.01 * degree, 6, 1.0)
 }
 
 /// The bin across a direction that each point falls into; `half` and `bin` as for its histogram.

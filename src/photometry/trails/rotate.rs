@@ -28,6 +28,15 @@ pub(crate) fn catmull_rom(p: [f32; 4], t: f32) -> f32 {
     p[1] + 0.5 * t * (a + t * (b + t * (3.0 * (p[1] - p[2]) + p[3] - p[0])))
 }
 
+/// Between which numbers of steps `at + steps · slope` lies within 0 and `n`; the first is the larger where none does.
+fn steps_within(at: f64, slope: f64, n: usize) -> (f64, f64) {
+    if slope.abs() < 1e-9 {
+        return if (0.0..=n as f64).contains(&at) { (0.0, f64::INFINITY) } else { (f64::INFINITY, 0.0) };
+    }
+    let (a, b) = (-at / slope, (n as f64 - at) / slope);
+    (a.min(b), a.max(b))
+}
+
 /// Bicubic values of an image of `(ny, nx)` cells along the line at `v`, from `u0` on in steps of a cell; NaN within a
 /// cell of its edge and where a neighbour is NaN.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2", "x86_64+sse4.1"))]
@@ -38,7 +47,15 @@ pub(crate) fn cubic_along(
     (u0, v): (f64, f64),
     out: &mut [f32],
 ) {
+    let (x, y) = turned.xy(u0, v);
+    let (by_columns, by_rows) = (steps_within(x, turned.cos, nx), steps_within(y, turned.sin, ny));
+    let (from, to) = (by_columns.0.max(by_rows.0), by_columns.1.min(by_rows.1));
     for (chunk, out) in out.chunks_mut(LANES).enumerate() {
+        let step = f64::from((chunk * LANES) as u32);
+        if !(step <= to && step + LANES as f64 >= from) {
+            out.fill(f32::NAN);
+            continue;
+        }
         let (mut t, mut s, mut first) = ([0f32; LANES], [0f32; LANES], [NONE; LANES]);
         for l in 0..LANES {
             let (x, y) = turned.xy(u0 + f64::from((chunk * LANES + l) as u32), v);
@@ -47,10 +64,6 @@ pub(crate) fn cubic_along(
             if i >= 1 && j >= 1 && ((i + 2) as usize) < nx && ((j + 2) as usize) < ny {
                 first[l] = (j as usize - 1) * nx + i as usize - 1;
             }
-        }
-        if first.iter().all(|at| *at == NONE) {
-            out.fill(f32::NAN);
-            continue;
         }
         let mut around = [[f32::NAN; LANES]; 16];
         for (l, at) in first.iter().enumerate().filter(|(_, at)| **at != NONE) {
