@@ -121,7 +121,7 @@ fn main() {
     let flat = Some(MasterFlat::read(&master, config.photometry.clip_radius_px, &config.flat).unwrap());
     let flattened = Flattened { prepared, flat, flat_sha256: String::new(), zero: Default::default(), hot: Vec::new() };
     // what star pointings would have given
-    let width = StarWidth { fwhm_arcsec: 2.0, airmass: None, exponent: 0.0 };
+    let width = StarWidth { fwhm_arcsec: 2.0, airmass: None, exponent: 0.0, scatter: 0.0, frames: (0.0, None) };
     let seeing = Seeing { width: Some(width), ..Seeing::default() };
     let night = Calibrated { flattened, seeing, zeropoint: None };
     let stars = &survey.pointings[0];

@@ -67,6 +67,22 @@ def constants(root):
     return found
 
 
+# the tables of the page, in its order
+GROUPS = ["Significances", "Lengths and angles", "Shares and ratios", "Numbers: steps, bounds and least counts"]
+
+
+def group(name, kind, comment):
+    """Which of the tables a constant belongs to."""
+    word = name.split(".")[-1]
+    if kind in ("usize", "i32"):
+        return GROUPS[3]
+    if re.search(r"FWHM|_PX|ANGLE|DIRECTION|DISC2", word):
+        return GROUPS[1]
+    if re.search(r"SIGMA|SNR|CHI2|ODDS|FALSE|CHANCE", word) or r"\[σ" in comment or "χ²" in comment:
+        return GROUPS[0]
+    return GROUPS[2]
+
+
 def make_variable(root):
     """Turns the constants of a copy of the source into functions of the environment."""
     lib = root / "src/lib.rs"
@@ -180,13 +196,19 @@ def main():
             effects = []
             for other in other_values(kind, value):
                 effects.append(words_of(difference(base, table(program, args.frames, args.seed, f"{name}={other}"))))
-            rows.append((name, value, *effects, comment))
-            print(" | ".join(map(str, rows[-1][:4])), flush=True)
+            row = (name, value, *effects, comment)
+            rows.append((group(name, kind, comment), f"| `{name}` | {' | '.join(row[1:])} |"))
+            print(" | ".join(row[:4]), flush=True)
     if args.table:
-        text = "\n".join(f"| `{n}` | {v} | {low} | {high} | {c} |" for n, v, low, high, c in rows)
         head = args.table.read_text().split("<!-- table -->")[0] if args.table.exists() else ""
-        columns = "| constant | value | at 0.7 times | at 1.4 times | what it is |\n|---|---|---|---|---|\n"
-        args.table.write_text(f"{head}<!-- table -->\n\n{columns}{text}\n")
+        args.table.write_text(f"{head}<!-- table -->\n{tables(rows)}")
+
+
+def tables(rows):
+    """The tables of all groups; `rows` = group and line of each constant."""
+    columns = "| constant | value | at 0.7 times | at 1.4 times | what it is |\n|---|---|---|---|---|\n"
+    lines = {of: [line for own, line in rows if own == of] for of in GROUPS}
+    return "".join(f"\n## {of} ({len(own)})\n\n{columns}" + "\n".join(own) + "\n" for of, own in lines.items() if own)
 
 
 if __name__ == "__main__":

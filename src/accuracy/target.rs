@@ -18,7 +18,7 @@ use crate::frames::{Electrons, Frame};
 use crate::photometry::aperture::Shape;
 use crate::photometry::background::background;
 use crate::photometry::flux::measure;
-use crate::photometry::growth::StarProfile;
+use crate::photometry::growth::{FRAME_SCATTER, StarProfile};
 use crate::photometry::target::measure::{TargetFound, measure_target};
 use crate::photometry::target::settings::TargetSettings;
 
@@ -76,6 +76,7 @@ pub(super) fn settings(side_px: usize) -> TargetSettings {
         margin_px: 1.5 * FWHM_PX,
         limit_r_px: 2.0 * FWHM_PX,
         fwhm_px: FWHM_PX,
+        fwhm_err_frac: FRAME_SCATTER,
         is_fwhm_known: true,
         profile: None,
         largest_fwhm: None,

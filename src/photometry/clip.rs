@@ -12,7 +12,7 @@ use crate::base::stats;
 
 /// f64 sums are kept in this many lanes on every machine, so that all give the same bits.
 const LANES: usize = 16;
-/// What is further than this from its like does not count \[σ\]: blocks of a sky, cells and pieces of a trail.
+/// What is further than this from its like is something else \[σ\]: blocks of a sky, cells, pieces and sides of a trail, sizes in a pass.
 pub(crate) const CLIP_SIGMA: f64 = 3.0;
 /// Pixels further than this from the sky are hits \[σ\]: so far out that the skewness of Poisson counts costs nothing.
 pub(crate) const HIT_SIGMA: f64 = 5.0;

@@ -18,7 +18,7 @@ use crate::frames::flat::MasterFlat;
 use crate::frames::{Buffers, Detector, Exposure, FrameReader, HotPixels, PooledFrame, ZeroLevels};
 use crate::frames::{never_filled, pixel_scale_arcsec};
 use crate::orbit::{EarthOrientation, Site, Tracker};
-use crate::photometry::growth::{GrowthCurve, StarProfile, StarWidth};
+use crate::photometry::growth::{FRAME_SCATTER, GrowthCurve, StarProfile, StarWidth};
 use crate::zeropoint::fit::Zeropoint;
 
 /// What every frame of the night shares before any pixel is read.
@@ -89,6 +89,12 @@ impl Seeing {
     #[must_use]
     pub fn fwhm_arcsec(&self, airmass: Option<f64>) -> Option<f64> {
         self.width.map(|width| width.at(airmass))
+    }
+
+    /// Share of it by which the stars of a frame of `exptime_s` differ from that.
+    #[must_use]
+    pub fn fwhm_err_frac(&self, exptime_s: f64) -> f64 {
+        self.width.map_or(FRAME_SCATTER, |width| width.err_frac(exptime_s))
     }
 }
 

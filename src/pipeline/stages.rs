@@ -250,7 +250,7 @@ pub fn target_stage(
     // a pilot that shows more than the others do, or is compact and shows less of its size, is looked at once more, by them
     let by_others = |(k, r): (&usize, &Reduced)| {
         let at = region(*k)?;
-        (at.is_joined_in(&r.row) || at.knows_more_than(&r.row)).then_some((*k, at))
+        (at.is_joined_in(&r.row) || at.knows_more_than(&r.row, &night.seeing)).then_some((*k, at))
     };
     let of_again: Vec<(usize, Region)> = reduced.iter().filter_map(by_others).collect();
     let again: Vec<usize> = of_again.iter().map(|(k, _)| *k).collect();

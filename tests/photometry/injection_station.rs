@@ -26,6 +26,7 @@ fn settings(case: &Case, theta: f64) -> TargetSettings {
         margin_px: 1.5 * case.fwhm,
         limit_r_px: 2.0 * case.fwhm,
         fwhm_px: case.fwhm,
+        fwhm_err_frac: satphot::photometry::growth::FRAME_SCATTER,
         is_fwhm_known: true,
         profile: None,
         largest_fwhm: None,

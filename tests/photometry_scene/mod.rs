@@ -24,6 +24,7 @@ pub fn target_settings(side_px: f64, search_radius_px: f64, fwhm_px: f64) -> Tar
         margin_px: 1.5 * fwhm_px,
         limit_r_px: 2.0 * fwhm_px,
         fwhm_px,
+        fwhm_err_frac: satphot::photometry::growth::FRAME_SCATTER,
         is_fwhm_known: true,
         profile: None,
         largest_fwhm: None,

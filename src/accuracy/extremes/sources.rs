@@ -18,6 +18,7 @@ use crate::photometry::Flags;
 use crate::photometry::aperture::Shape;
 use crate::photometry::background::background;
 use crate::photometry::flux::measure;
+use crate::photometry::growth::FRAME_SCATTER;
 use crate::photometry::target::measure::{TargetFound, measure_target};
 use crate::photometry::target::settings::TargetSettings;
 
@@ -90,6 +91,7 @@ fn settings(fwhm_px: f64) -> TargetSettings {
         margin_px: 1.5 * fwhm_px,
         limit_r_px: 2.0 * fwhm_px,
         fwhm_px,
+        fwhm_err_frac: FRAME_SCATTER,
         is_fwhm_known: true,
         profile: None,
         largest_fwhm: None,

@@ -17,4 +17,4 @@ pub(crate) use radial::Radial;
 
 pub use curve::GrowthCurve;
 pub use stack::{FrameGrowth, frame_growth};
-pub use star_width::{PRIOR_EXPONENT, StarWidth};
+pub use star_width::{FRAME_SCATTER, PRIOR_EXPONENT, StarWidth};

@@ -11,16 +11,13 @@ use super::placed::Placed;
 use super::shape::{axes, covariance};
 use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::Flags;
+use crate::photometry::target::flux::TRAIL_LIGHT;
+use crate::photometry::target::search::STREAK_RATIO;
 use crate::photometry::trails::crossing::{Crossing, crossings, is_another_angle};
+use crate::photometry::trails::direction::ONE_DIRECTION;
 
-/// Charge spills along columns or rows: at most this far from their direction \[rad\].
-const SPILL_ANGLE: f64 = 0.06;
-/// It is at least this many times as long as wide.
-const SPILL_RATIO: f64 = 2.5;
 /// Saturated pixels this near belong to it \[px\].
 const SPILL_REACH_PX: usize = 3;
-/// A line that was taken for a star trail counts where its light is above this \[σ of a sky pixel\].
-const CROSSED_LIGHT: f64 = 0.3;
 /// A candidate of which this share lies on a line that crosses the cutout is a part of it.
 const ON_LINE: f64 = 0.7;
 /// So far to both sides of its bright cells the light of a line is masked \[FWHM\].
@@ -34,7 +31,7 @@ impl Cutout {
         let (_, _, xx, xy, yy) = covariance(cells);
         let (a, b, theta) = axes(xx, xy, yy);
         let off_axis = (2.0 * theta).sin().abs();
-        if a < SPILL_RATIO * b || off_axis > 2.0 * SPILL_ANGLE {
+        if a < STREAK_RATIO * b || off_axis > 2.0 * ONE_DIRECTION {
             return false;
         }
         let bin = self.net.bin;
@@ -80,7 +77,7 @@ impl Cutout {
         let lines = crossings(snr1, fwhm, trails);
         let line = lines.iter().chain(&self.lines).any(|c| c.touches(&object, fwhm));
         let taken_for_trail = trails.zip(self.known).is_some_and(|(theta, known)| is_another_angle(theta, known))
-            && self.brightest_trail(&object) > CROSSED_LIGHT * self.rms_e;
+            && self.brightest_trail(&object) > TRAIL_LIGHT * self.rms_e;
         if line || taken_for_trail { Flags::CROSSED } else { Flags::default() }
     }
 

@@ -123,7 +123,10 @@ mod tests {
                 own.retain(|v| (v - first).abs() <= HIT_SIGMA * scatter);
                 let (want, want_sd) = of(&own);
                 assert_eq!(n, own.len() as f64, "{size}");
-                assert!((mean - want).abs() < 1e-9 * want && (sd - want_sd).abs() < 1e-7 * want_sd, "{mean} {want} {sd}");
+                assert!(
+                    (mean - want).abs() < 1e-9 * want && (sd - want_sd).abs() < 1e-7 * want_sd,
+                    "{mean} {want} {sd}"
+                );
             }
         }
         // hardly anything is good

@@ -11,9 +11,8 @@ use ndarray::Array2;
 use super::blocks::{Block, Blocks};
 use crate::base::stats;
 use crate::photometry::background::{Spline, through_boxes};
+use crate::photometry::clip::CLIP_SIGMA;
 
-/// Blocks are off a surface from this on \[σ\].
-const OFF_SIGMA: f64 = 3.0;
 /// Blocks of a candidate that is compared: of fewer nothing is as smooth.
 pub(crate) const FEWEST_BLOCKS: usize = 12;
 /// The light of its brighter blocks is this much of the noise of one \[σ\] ...
@@ -36,7 +35,7 @@ pub(crate) struct Bumps {
 impl Bumps {
     /// The map of what blocks have above a surface, if those that are off it by 3 σ are smooth.
     pub fn above(blocks: &Blocks, above: impl Fn(&Block) -> f64) -> Option<Self> {
-        Self::of(blocks, 1, &above, |b, noise| above(b).abs() > OFF_SIGMA * noise)
+        Self::of(blocks, 1, &above, |b, noise| above(b).abs() > CLIP_SIGMA * noise)
     }
 
     /// The map of what is left in blocks of cells of `bin` pixels to a side, if the candidate in these blocks ([`blocks_of`]) is smooth.

@@ -12,6 +12,7 @@ use crate::base::constants::FWHM_PER_SIGMA;
 use crate::base::stats;
 use crate::frames::{Electrons, Frame};
 use crate::photometry::background::Background;
+use crate::photometry::clip::CLIP_SIGMA;
 use crate::photometry::flux::Flux;
 use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::flux::circle_at;
@@ -22,12 +23,9 @@ const MOST_DISC2: f64 = 1.25;
 /// From this signal-to-noise on an outline replaces the weights of a point-spread function: there 1 % of the flux, which a star of another
 /// width makes of it, is as much as what an outline adds to the error.
 const BRIGHT_SNR: f64 = 150.0;
-/// Share of its width by which the point-spread function of a frame differs from that of the night's stars: also the error that it makes of
-/// the flux of a point, 2σ_t²/(σ_t² + σ_s²).
-const WIDTH_DOUBT: f64 = 0.05;
-/// What it makes of a flux that fits size and light, as a share of it: 0.1 to 1.6 % for discs up to one FWHM, Gaussians and Moffat's profiles
-/// from β = 2.5.
-const FREE_DOUBT: f64 = 0.01;
+/// Share of the error of the width of the stars that a flux has in which size and light are fitted: a twentieth of the width makes 0.1 to 1.6 % of
+/// it for discs up to one FWHM, Gaussians and Moffat's profiles from β = 2.5.
+const FREE_SHARE: f64 = 0.2;
 /// Diameters are equally likely up to this \[FWHM\] where nothing tells of them.
 const LARGEST_FWHM: f64 = 3.0;
 /// A satellite that its model makes longer than this is wider than three FWHM: its length is taken as three diameters of a disc of its
@@ -37,8 +35,6 @@ const LONGEST_FWHM: f64 = 3.0 * LARGEST_FWHM;
 const POINT_FWHM: f64 = 0.2;
 /// A satellite that its model makes a point is one with no more certainty than this.
 const MOST_CERTAIN: f64 = 0.999;
-/// Pixels that differ by so many errors from the size that the pass shows contradict it.
-const CONTRADICTED_SIGMA: f64 = 3.0;
 /// Steps of the integrals over sizes and over their scatter.
 const SIZES: usize = 60;
 /// Odds from which a source counts as a point, and below whose reciprocal it counts as extended.
@@ -136,12 +132,12 @@ pub(crate) fn measure_compact(
     }
     let disc2 = (of_disc_e / as_point_e.0, disc_err_e / as_point_e.0);
     let of_pass = s.known_disc2.filter(|(_, err)| *err > 0.0);
-    let mut size = size_of(disc2, of_pass, s.largest_fwhm);
+    let mut size = size_of(disc2, of_pass, (s.largest_fwhm, s.fwhm_err_frac));
     point.flux.snr = as_point_e.0 / as_point_e.1;
     let of_both = (of_disc_e, disc_err_e, covariance);
-    let known = known_size(&size, disc2.1, of_pass);
+    let known = known_size(&size, disc2.1, of_pass, s.fwhm_err_frac);
     let of_size = known.map_or(point.free_e, |known| of_known_size(point.free_e, of_both, as_point_e.0, known));
-    (point.flux.flux_e, point.flux.flux_err_e) = with_doubt(of_size, FREE_DOUBT);
+    (point.flux.flux_e, point.flux.flux_err_e) = with_doubt(of_size, FREE_SHARE * s.fwhm_err_frac);
     if size.kind == SourceKind::Extended
         && s.largest_fwhm.is_none_or(|largest| largest <= LONGEST_FWHM)
         // a point fits best on a peak of the noise of a wide source; the middle one of the discs fits that
@@ -152,9 +148,9 @@ pub(crate) fn measure_compact(
         && of_outline.flux_e - wide.flux_e.0 < MORE_OUTSIDE_SIGMA * of_outline.flux_err_e
         && cutout.hits_in(&wide.place).is_none()
     {
-        let disc2_err = wide.disc2.1.hypot(width_err());
+        let disc2_err = wide.disc2.1.hypot(width_err(s.fwhm_err_frac));
         size = Size { kind: SourceKind::Compact, disc2: wide.disc2.0, disc2_err, ..size };
-        let (flux_e, flux_err_e) = with_doubt(wide.flux_e, FREE_DOUBT);
+        let (flux_e, flux_err_e) = with_doubt(wide.flux_e, FREE_SHARE * s.fwhm_err_frac);
         point.flux = Flux { flux_e, flux_err_e, snr: point.flux.snr, ..wide.measured.flux.clone() };
         (point.measured, place) = (wide.measured, wide.place);
     }
@@ -163,10 +159,10 @@ pub(crate) fn measure_compact(
 
 /// What is known of the size of a source besides its pixels, D² and its error \[FWHM²\]: what other frames of its pass show, or that of a
 /// point if that is known better, unless the pixels contradict them.
-fn known_size(size: &Size, err: f64, of_pass: Option<(f64, f64)>) -> Option<(f64, f64)> {
-    let of_point = (size.kind == SourceKind::Point).then(|| (0.0, width_err()));
+fn known_size(size: &Size, err: f64, of_pass: Option<(f64, f64)>, fwhm_err_frac: f64) -> Option<(f64, f64)> {
+    let of_point = (size.kind == SourceKind::Point).then(|| (0.0, width_err(fwhm_err_frac)));
     let known = of_point.into_iter().chain(of_pass).min_by(|a, b| a.1.total_cmp(&b.1));
-    known.filter(|(disc2, known_err)| (size.disc2 - disc2).abs() < CONTRADICTED_SIGMA * err.hypot(*known_err))
+    known.filter(|(disc2, known_err)| (size.disc2 - disc2).abs() < CLIP_SIGMA * err.hypot(*known_err))
 }
 
 /// The light of a disc whose size (D² and its error σ \[FWHM²\]) is known beforehand, and its error \[e⁻\].
@@ -187,10 +183,10 @@ fn of_known_size(
     (flux_e - gain * (of_disc_e - disc2 * flux_e), (variance - gain * with_residual).max(0.0).sqrt())
 }
 
-/// The flux of a point with its error, that of the width of the stars in it \[e⁻\].
+/// The flux of a point with its error, that of the width of the stars in it \[e⁻\]: F ∝ 2σ_t²/(σ_t² + σ_s²), so both have the same share.
 #[must_use]
-pub fn of_a_point(as_point_e: (f64, f64)) -> (f64, f64) {
-    with_doubt(as_point_e, WIDTH_DOUBT)
+pub fn of_a_point(as_point_e: (f64, f64), fwhm_err_frac: f64) -> (f64, f64) {
+    with_doubt(as_point_e, fwhm_err_frac)
 }
 
 /// A flux with its error, a share of it that is uncertain as well in it \[e⁻\].
@@ -202,16 +198,20 @@ fn with_doubt((flux_e, err_e): (f64, f64), share: f64) -> (f64, f64) {
 ///
 /// Odds = p/(1 − p) · N(D² | 0, σ) / mean of N(D² | q², σ) over diameters q of 0.2 to 3 FWHM. p is the share of the
 /// diameters below 0.2 FWHM, for which a point is right, of all those up to `largest_fwhm`: that of the model at its range,
-/// else 3. σ² = σ_D² + (2 · 16/(8 ln 2) · 0.05)², the second term being the width of the star, which is not that of the
-/// night's stars in every frame.
+/// else 3. σ² = σ_D² + (2 · 16/(8 ln 2) · e)², e being the share by which the width of the star is not that of the night's stars in every
+/// frame.
 ///
 /// Where other frames of the pass show the size, D² and σ_D are the mean of both, weighted by their variances.
-fn size_of((disc2, err): (f64, f64), known: Option<(f64, f64)>, largest_fwhm: Option<f64>) -> Size {
+fn size_of(
+    (disc2, err): (f64, f64),
+    known: Option<(f64, f64)>,
+    (largest_fwhm, fwhm_err_frac): (Option<f64>, f64),
+) -> Size {
     let (of_both, err_of_both) = known.map_or((disc2, err), |(of_pass, pass_err)| {
         let (own, pass) = (err.powi(-2), pass_err.powi(-2));
         ((own * disc2 + pass * of_pass) / (own + pass), (own + pass).sqrt().recip())
     });
-    let sigma = err_of_both.hypot(width_err());
+    let sigma = err_of_both.hypot(width_err(fwhm_err_frac));
     let log_likelihood = |of: f64| -0.5 * ((of_both - of) / sigma).powi(2);
     let sizes: Vec<f64> = (0..SIZES)
         .map(|k| POINT_FWHM + (LARGEST_FWHM - POINT_FWHM) * (k as f64 + 0.5) / SIZES as f64)
@@ -228,28 +228,28 @@ fn size_of((disc2, err): (f64, f64), known: Option<(f64, f64)>, largest_fwhm: Op
     } else {
         SourceKind::Compact
     };
-    Size { kind, log10_odds, disc2, disc2_err: err.hypot(width_err()) }
+    Size { kind, log10_odds, disc2, disc2_err: err.hypot(width_err(fwhm_err_frac)) }
 }
 
-/// What a star of another width than the night's makes of the size of a point \[FWHM²\]: σ² changes by 2 · 5 % of it, a disc adds
+/// What a star wider by this share than the night's makes of the size of a point \[FWHM²\]: σ² changes by twice as much of it, a disc adds
 /// D²/16.
-fn width_err() -> f64 {
-    2.0 * WIDTH_DOUBT * 16.0 / FWHM_PER_SIGMA.powi(2)
+fn width_err(fwhm_err_frac: f64) -> f64 {
+    2.0 * fwhm_err_frac * 16.0 / FWHM_PER_SIGMA.powi(2)
 }
 
 /// What sizes of a pass (D² and the errors of their pixels \[FWHM²\]) say of the size in another frame of it, and its error. `None` without any.
 ///
 /// Frames differ by τ: their stars are not equally wide, the target turns, the telescope shakes. τ is w tan θ with any θ as likely, w what
-/// 5 % of the width of stars make of a size (Gelman 2006: half-Cauchy). For each τ, with W = Σ 1/(σ_k² + τ²) and the mean of weights
+/// the error of the width of the stars makes of a size (Gelman 2006: half-Cauchy). For each τ, with W = Σ 1/(σ_k² + τ²) and the mean of weights
 /// 1/(σ_k² + τ²), p(τ) ∝ W^{−1/2} Π (σ_k² + τ²)^{−1/2} e^{−χ²/2}; D̄² is the mean over p, and its variance that of the means and of τ² + 1/W.
 #[must_use]
-pub fn mean_disc2(sizes: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64)> {
+pub fn mean_disc2(sizes: impl Iterator<Item = (f64, f64)>, fwhm_err_frac: f64) -> Option<(f64, f64)> {
     let usable: Vec<(f64, f64)> = sizes.filter(|(disc2, err)| disc2.is_finite() && *err > 0.0).collect();
     if usable.is_empty() {
         return None;
     }
     let of_scatter = |k: usize| {
-        let tau = width_err() * (std::f64::consts::FRAC_PI_2 * (k as f64 + 0.5) / SIZES as f64).tan();
+        let tau = width_err(fwhm_err_frac) * (std::f64::consts::FRAC_PI_2 * (k as f64 + 0.5) / SIZES as f64).tan();
         let variance = |err: f64| err * err + tau * tau;
         let weight: f64 = usable.iter().map(|(_, err)| variance(*err).recip()).sum();
         let mean = usable.iter().map(|(disc2, err)| disc2 / variance(*err)).sum::<f64>() / weight;
@@ -269,8 +269,8 @@ pub fn mean_disc2(sizes: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64)>
 
 /// The error of a size ([`Size::disc2_err`]) by its pixels alone, without that of the width of the stars \[FWHM²\]; 0 where that is all.
 #[must_use]
-pub fn err_of_pixels(disc2_err: f64) -> f64 {
-    (disc2_err * disc2_err - width_err() * width_err()).max(0.0).sqrt()
+pub fn err_of_pixels(disc2_err: f64, fwhm_err_frac: f64) -> f64 {
+    (disc2_err * disc2_err - width_err(fwhm_err_frac).powi(2)).max(0.0).sqrt()
 }
 
 /// The significance that a point must have: `detect_sigma`, or what noise reaches in the search region where that is more; `skewness`
@@ -315,7 +315,7 @@ mod tests {
 
     #[test]
     fn a_point_is_one_whose_model_is_small_and_a_large_disc_is_extended_whatever_its_model() {
-        let kind = |disc2, err, largest| size_of((disc2, err), None, largest).kind;
+        let kind = |disc2, err, largest| size_of((disc2, err), None, (largest, 0.05)).kind;
         assert_eq!(kind(0.0, 1.0, None), SourceKind::Compact);
         assert_eq!(kind(0.0, 1.0, Some(0.1)), SourceKind::Point);
         assert_eq!(kind(0.0, 1.0, Some(1.0)), SourceKind::Compact);
@@ -324,13 +324,13 @@ mod tests {
         }
         // the width of the star is not known to better than 5 %, so no pixels alone make a point
         assert_eq!(kind(0.0, 0.0, None), SourceKind::Compact);
-        let odds = |disc2| size_of((disc2, 1.0), None, None).log10_odds;
+        let odds = |disc2| size_of((disc2, 1.0), None, (None, 0.05)).log10_odds;
         assert!(odds(-40.0).is_finite() && odds(1e4) < -100.0);
     }
 
     #[test]
     fn the_pass_decides_where_a_frame_cannot() {
-        let kind = |disc2, err, known| size_of((disc2, err), Some(known), None).kind;
+        let kind = |disc2, err, known| size_of((disc2, err), Some(known), (None, 0.05)).kind;
         // of two FWHM, in a frame that shows a point, or three
         for own in [0.0, 3.0, 9.0] {
             assert_eq!(kind(own, 4.0, (4.0, 0.4)), SourceKind::Extended, "{own}");
@@ -350,7 +350,7 @@ mod tests {
                 let mut within = 0;
                 for _ in 0..1000 {
                     let sizes: Vec<_> = (0..n).map(|_| (1.0 + scatter * normal() + err * normal(), err)).collect();
-                    let (mean, err) = mean_disc2(sizes.into_iter()).unwrap();
+                    let (mean, err) = mean_disc2(sizes.into_iter(), 0.05).unwrap();
                     within += usize::from((mean - 1.0 - scatter * normal()).abs() < err);
                 }
                 // two in three, or more where a scatter is not excluded
@@ -358,12 +358,14 @@ mod tests {
             }
         }
         // of one size, ten frames know it better than one
-        let (mean, err) = mean_disc2([0.7, 1.3].repeat(5).into_iter().map(|disc2| (disc2, 0.3))).unwrap();
+        let (mean, err) = mean_disc2([0.7, 1.3].repeat(5).into_iter().map(|disc2| (disc2, 0.3)), 0.05).unwrap();
         assert!((mean - 1.0).abs() < 1e-12 && (0.095..0.25).contains(&err), "{err}");
-        let (mean, err) = mean_disc2([(4.0, 1.0), (f64::NAN, 1.0), (2.0, 1.0)].into_iter()).unwrap();
+        let (mean, err) = mean_disc2([(4.0, 1.0), (f64::NAN, 1.0), (2.0, 1.0)].into_iter(), 0.05).unwrap();
         assert!((mean - 3.0).abs() < 1e-12 && err > 1.0, "{err}");
-        assert!(mean_disc2(std::iter::empty()).is_none());
-        assert!((err_of_pixels(0.4f64.hypot(width_err())) - 0.4).abs() < 1e-12 && err_of_pixels(0.1) == 0.0);
+        assert!(mean_disc2(std::iter::empty(), 0.05).is_none());
+        assert!(
+            (err_of_pixels(0.4f64.hypot(width_err(0.05)), 0.05) - 0.4).abs() < 1e-12 && err_of_pixels(0.1, 0.05) == 0.0
+        );
     }
 
     #[test]

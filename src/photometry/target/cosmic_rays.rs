@@ -14,8 +14,9 @@ use crate::photometry::target::cells::row_of;
 use crate::photometry::target::line_sums::{Columns, KINDS, LANES, LEAST_SHARE, Sums, any_above};
 use crate::photometry::target::sky::Surface;
 
-/// Excess of a hit over what its neighbours allow \[σ\]; of 30 000 pixels of noise none reaches it in a thousand frames.
-const HIT_SIGMA: f64 = 6.0;
+/// By so much a hit exceeds what its neighbours allow, and a hot or dead pixel its sky \[σ\]: of 30 000 pixels of noise none does in a thousand
+/// frames.
+pub(crate) const PIXEL_SIGMA: f64 = 6.0;
 /// A star of a short exposure in good seeing has at least this share of the FWHM of the night's pointings ...
 const SHARPEST_SHARE: f64 = 0.65;
 /// ... or, where that is hardly more than the width of a hit, this share ...
@@ -48,7 +49,7 @@ pub(crate) fn hits(pixels: &Array2<f32>, sky: &Surface, fwhm_px: f64) -> Vec<(us
     for j in 1..ny - 1 {
         sky.row(j, &mut level);
         let rms = sky.rms(0.5 * nx as f64, j as f64);
-        let least = (0.8 * HIT_SIGMA * rms) as f32;
+        let least = (0.8 * PIXEL_SIGMA * rms) as f32;
         let [below, own, above] = [j - 1, j, j + 1].map(|row| pixels.row(row));
         for i in 1..nx - 1 {
             // most pixels are not hits and need no second test
@@ -64,7 +65,7 @@ pub(crate) fn hits(pixels: &Array2<f32>, sky: &Surface, fwhm_px: f64) -> Vec<(us
             let sum: f64 = around.iter().filter(|v| v.is_finite()).map(|v| f64::from(*v)).sum();
             let expected = (sum / good as f64 - f64::from(level[i])).max(0.0) / m;
             let variance = (sky.rms(i as f64, j as f64).powi(2) + expected) * (1.0 + 1.0 / (good as f64 * m * m));
-            if f64::from(own[i] - level[i]) - expected > HIT_SIGMA * variance.sqrt() {
+            if f64::from(own[i] - level[i]) - expected > PIXEL_SIGMA * variance.sqrt() {
                 found.push((i, j));
             }
         }

@@ -16,7 +16,7 @@ use crate::photometry::aperture::{Bounds, cells};
 use crate::photometry::target::blocks::{Blocks, blocks};
 use crate::photometry::target::bumps::{Bumps, FEWEST_BLOCKS, blocks_of};
 use crate::photometry::target::cells::{Cells, Layers, SCALES, WIDE_SCALE, grown, row_of};
-use crate::photometry::target::cosmic_rays::{Patch, hits, margin_px};
+use crate::photometry::target::cosmic_rays::{PIXEL_SIGMA, Patch, hits, margin_px};
 use crate::photometry::target::psf::Psf;
 use crate::photometry::target::sharpness::{Verdict, judge};
 use crate::photometry::target::sky::Surface;
@@ -32,8 +32,6 @@ const ANOTHER_ANGLE_SIGMA: f64 = 0.5;
 const END_ERR: f32 = 0.5;
 /// Most pixels on a side of a candidate that are searched for cosmic-ray hits.
 const PATCH_PX: usize = 72;
-/// A pixel that is darker than the sky by this is dead: next to one, the sky would look like a sharp line \[σ\].
-const DEAD_SIGMA: f64 = 6.0;
 /// Blocks of the sky's surface \[FWHM\].
 const BLOCK_FWHM: f64 = 1.6;
 
@@ -291,7 +289,8 @@ impl Cutout {
             }
         });
         let rms = self.sky.rms((columns.start + dim.1 / 2) as f64, (rows.start + dim.0 / 2) as f64);
-        let above = above.mapv(|v| if f64::from(v) < -DEAD_SIGMA * rms { f32::NAN } else { v });
+        // next to a dead pixel the sky would look like a sharp line
+        let above = above.mapv(|v| if f64::from(v) < -PIXEL_SIGMA * rms { f32::NAN } else { v });
         let variance = above.mapv(|v| (rms * rms) as f32 + v.max(0.0));
         Patch { above, variance }
     }

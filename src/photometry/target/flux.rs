@@ -30,8 +30,8 @@ const NOT_SKY_LIGHT: f64 = 0.1;
 const CROWDED_SHARE: f64 = 0.02;
 /// Fewer sky pixels than this, and the annulus is widened.
 const FEW_SKY_PX: usize = 200;
-/// A trail is flagged where its light is above this \[σ of a sky pixel\].
-const TRAIL_LIGHT: f64 = 0.3;
+/// A trail is flagged, and a line that was taken for one counts as crossing, where its light is above this \[σ of a sky pixel\].
+pub(crate) const TRAIL_LIGHT: f64 = 0.3;
 /// The annulus grows until its area is this many times that of the aperture.
 const SKY_AREA: f64 = 3.0;
 /// Side of the blocks an annulus is averaged in \[px\].

@@ -99,11 +99,9 @@ pub struct Light {
     pub contamination_e: f64,
 }
 
-/// From this signal-to-noise on the moments of the target are trusted.
-const MOMENTS_SNR: f64 = 15.0;
-/// Below this signal-to-noise only the brightest part of a target among trails may have been outlined at first.
-const FAINT_SNR: f64 = 15.0;
-/// The rest of it may be as far away \[FWHM\]: that much around is kept out of the trails' profiles, too.
+/// From this signal-to-noise on all of the target is outlined at first, and its moments are trusted.
+const WHOLE_SNR: f64 = 15.0;
+/// The rest of a fainter one among trails may be as far away \[FWHM\]: that much around is kept out of the trails' profiles, too.
 const FAINT_REACH_FWHM: f64 = 8.0;
 /// Searches of a frame, each without the hits that the one before took for the target.
 const MOST_SEARCHES: usize = 40;
@@ -159,7 +157,7 @@ pub fn measure_target(frame: &Frame<Electrons>, background: &Background, s: &Tar
         let Some(aperture) = aperture(&cutout, &first.segment, s) else { return limit(cutout, frame, background, s) };
         // once more with the target kept out of the sky and of the trails' profiles
         let around =
-            if first.snr < FAINT_SNR && cutout.trail_background.is_some() { FAINT_REACH_FWHM * s.fwhm_px } else { 0.0 };
+            if first.snr < WHOLE_SNR && cutout.trail_background.is_some() { FAINT_REACH_FWHM * s.fwhm_px } else { 0.0 };
         cutout.exclude(&Placed { shape: aperture.shape.grown(around), ..aperture });
         let outlined = outlined(&mut cutout, frame, s, &mut left)
             .unwrap_or_else(|| Outlined { snr1: cutout.layers().significance(cutout.fwhm_cells(), 1, None), ..first });
@@ -350,7 +348,7 @@ fn aperture(cutout: &Cutout, outline: &Segment, s: &TargetSettings) -> Option<Pl
 fn shape_of_light(cutout: &Cutout, outline: &Segment, snr: f64) -> Light {
     let of_outline = outline_moments(&outline.cells());
     let fwhm = cutout.fwhm_cells();
-    let settled = (snr > MOMENTS_SNR).then(|| moments(&cutout.residual(), &of_outline, fwhm)).flatten();
+    let settled = (snr > WHOLE_SNR).then(|| moments(&cutout.residual(), &of_outline, fwhm)).flatten();
     let Ellipse { a, b, theta, .. } = settled.unwrap_or(of_outline);
     let px = cutout.net.bin as f64;
     // of a star, seen in cells

@@ -11,17 +11,16 @@ use crate::frames::{Electrons, Frame, mask};
 use crate::photometry::label::{Run, label, runs_of_part};
 use crate::photometry::target::cells::{Layers, ROUND, SCALES, grown, paint, row_of};
 use crate::photometry::target::compact::least_significance;
+use crate::photometry::target::cosmic_rays::PIXEL_SIGMA;
 use crate::photometry::target::cutout::Cutout;
 use crate::photometry::target::shape::{axes, covariance};
-use crate::photometry::trails::direction::SHORTEST_FWHM;
+use crate::photometry::trails::direction::{FAMILY, SHORTEST_FWHM};
 
 /// Threshold of the outline \[σ of the smoothed cutout\].
 pub(crate) const OUTLINE_SIGMA: f64 = 3.0;
-/// From this peak on a component may be a point that reaches the threshold where it fits best \[σ\].
-const LOOK_SIGMA: f64 = 4.3;
-/// From this one on it is clear without a look \[σ\].
+/// From this peak on a component is clear without a look for the place where a point fits best \[σ\].
 const BRIGHT_SIGMA: f64 = 8.0;
-/// Most by which its significance grows there: a Moffat profile with β = 2.5 under a Gaussian, and a place between cells.
+/// Most by which its significance grows there, so that a fainter peak cannot reach the threshold: a Moffat profile with β = 2.5 under a Gaussian, and a place between cells.
 const MOST_GAIN: f64 = 1.2;
 /// A candidate at the edge of the search region counts exp(−this) of one at the expected place.
 const PREFER_NEAR: f64 = 3.0;
@@ -42,22 +41,18 @@ const SCALE_HANDICAP: f64 = 1.05;
 const BRIGHT: f64 = 6.0;
 /// A cutout that scatters this much more than its photons is not empty sky.
 const STRUCTURED: f32 = 1.4;
-/// A pixel this bright \[σ\] ...
-const HOT_SIGMA: f64 = 6.0;
-/// ... with more than this share of the light of the 25 around it is hot: that of a star has no such pixel.
+/// A pixel with more than this share of the light of the 25 around it is hot: that of a star has no such pixel.
 const HOT_SHARE: f64 = 0.6;
 /// A component of more cells than this ...
 const STREAK_CELLS: usize = 20;
 /// ... that is so many times as long as wide is a streak.
-const STREAK_RATIO: f64 = 2.5;
+pub(crate) const STREAK_RATIO: f64 = 2.5;
 /// Cosine of twice the angle between a streak and the trails it is along.
 const ALONG_COS: f64 = 0.97;
 /// Streaks of a family are as parallel as this (cosine of twice the angle) ...
 const FAMILY_COS: f64 = 0.98;
-/// ... and as long as each other to this \[logarithm of the ratio\] ...
+/// ... and as long as each other to this \[logarithm of the ratio\].
 const FAMILY_LENGTH: f64 = 0.25;
-/// ... and one has so many others.
-const FAMILY_OTHERS: usize = 2;
 
 impl Layers {
     /// The significance at one of the scales, `fwhm` being that of a star in cells; cells in `hidden` do not count.
@@ -251,7 +246,7 @@ fn candidates(
         }
         let mut peak = pixels.iter().map(|&(i, j)| f64::from(snr[[j, i]])).fold(0.0, f64::max);
         if scale == 0 {
-            peak = point_significance(cutout, snr, &pixels, peak);
+            peak = point_significance(cutout, snr, &pixels, (peak, least));
         }
         if peak < least || is_hot_pixel(cutout, &pixels, side as usize) {
             continue;
@@ -285,8 +280,8 @@ fn candidates(
 
 /// The significance of a component of the first scale as a point where it fits best: the peak of a Gaussian in cells is that
 /// of a Moffat profile between them to no better than [`MOST_GAIN`].
-fn point_significance(cutout: &Cutout, snr: &Array2<f32>, pixels: &[(usize, usize)], peak: f64) -> f64 {
-    if !(LOOK_SIGMA..BRIGHT_SIGMA).contains(&peak) {
+fn point_significance(cutout: &Cutout, snr: &Array2<f32>, pixels: &[(usize, usize)], (peak, least): (f64, f64)) -> f64 {
+    if !(least / MOST_GAIN..BRIGHT_SIGMA).contains(&peak) {
         return peak;
     }
     let Some(&(i, j)) = pixels.iter().max_by(|p, q| snr[[p.1, p.0]].total_cmp(&snr[[q.1, q.0]])) else { return peak };
@@ -352,7 +347,7 @@ fn is_hot_pixel(cutout: &Cutout, squares: &[(usize, usize)], side: usize) -> boo
         }
     }
     let peak = residual(i, j);
-    peak > HOT_SIGMA * cutout.rms_e && peak > HOT_SHARE * around
+    peak > PIXEL_SIGMA * cutout.rms_e && peak > HOT_SHARE * around
 }
 
 /// A long component: angle, length and width of an even bar with its second moments.
@@ -380,7 +375,7 @@ fn one_of_a_family(streaks: &[Option<Streak>], which: usize) -> bool {
                 && (o.length / own.length).ln().abs() < FAMILY_LENGTH
         })
     });
-    alike.count() >= FAMILY_OTHERS
+    alike.count() + 1 >= FAMILY
 }
 
 #[cfg(test)]

@@ -24,6 +24,8 @@ pub struct TargetSettings {
     pub limit_r_px: f64,
     /// FWHM of a point source \[px\].
     pub fwhm_px: f64,
+    /// Share of it by which the stars of this frame may differ from that, 1 σ.
+    pub fwhm_err_frac: f64,
     /// Whether stars or the configuration give it. One that is assumed decides neither what is a hit nor what is a point.
     pub is_fwhm_known: bool,
     /// Profile of a point source of that FWHM; a Gaussian where no stars give one.

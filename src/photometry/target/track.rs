@@ -9,6 +9,7 @@ use ndarray::Array2;
 use crate::base::stats;
 use crate::photometry::target::cells::grown;
 use crate::photometry::target::cutout::Cutout;
+use crate::photometry::trails::direction::ONE_DIRECTION;
 
 /// From this significance on a compact source is judged by its own pixels alone; its pixels, and those within one FWHM, do not
 /// count on lines through others.
@@ -27,9 +28,7 @@ const BENT_MORE: f64 = 1.13;
 const DIRECTIONS: usize = 176;
 /// Where the star takes all but so much of the variance of a line, the line is the star itself.
 const LEAST_VARIANCE: f64 = 0.8;
-/// Lines this near to the direction of the star trails may be what their model leaves \[rad\] ...
-const TRAIL_ANGLE: f64 = 0.06;
-/// ... bent ones, too, if they come that near within so many pixels \[px\].
+/// Bent lines may be what the model of the star trails leaves if they come near to their direction within so many pixels \[px\].
 const BEND_PX: f64 = 14.0;
 
 /// A source and the pixels around it, in units of their noise.
@@ -73,7 +72,7 @@ impl Cutout {
         let Some(around) = self.surroundings(at, snr1) else { return false };
         let trails = self.trail_background.as_ref().map(|t| t.theta());
         let is_off = |theta: f64, bend: f64| {
-            let clear = (TRAIL_ANGLE + BEND_PX * bend.abs()).sin();
+            let clear = (ONE_DIRECTION + BEND_PX * bend.abs()).sin();
             trails.is_none_or(|trail| (theta - trail).sin().abs() > clear)
         };
         (0..DIRECTIONS).map(|k| std::f64::consts::PI * k as f64 / DIRECTIONS as f64).any(|theta| {

@@ -6,7 +6,7 @@
 
 use ndarray::Array2;
 
-use super::direction::{Turned, direction, long_runs};
+use super::direction::{ONE_DIRECTION, Turned, direction, long_runs};
 use super::known::KnownDirection;
 use crate::photometry::target::placed::Placed;
 
@@ -14,8 +14,6 @@ use crate::photometry::target::placed::Placed;
 const LINE_SIGMA: f32 = 4.0;
 /// A line is as long as this share of the shorter side of the cutout.
 const LEAST_LENGTH: f64 = 0.33;
-/// Lines at less than this angle to the star trails are what is left of them \[rad\].
-const LEAST_ANGLE: f64 = 0.06;
 /// Errors of a known direction beyond which a line is at another angle.
 const ANGLE_SIGMA: f64 = 4.0;
 
@@ -64,7 +62,7 @@ pub(crate) fn crossings(snr: &Array2<f32>, fwhm: f64, trails: Option<f64>) -> Ve
         return Vec::new();
     }
     let theta = direction(&points, dim);
-    if trails.is_some_and(|trails| (theta - trails).sin().abs() < LEAST_ANGLE.max(2.0 * fwhm / least)) {
+    if trails.is_some_and(|trails| (theta - trails).sin().abs() < ONE_DIRECTION.max(2.0 * fwhm / least)) {
         return Vec::new();
     }
     let turned = Turned::new(dim, theta);
@@ -76,5 +74,5 @@ pub(crate) fn crossings(snr: &Array2<f32>, fwhm: f64, trails: Option<f64>) -> Ve
 
 /// Whether lines that were taken for star trails are at another angle than these are known to have.
 pub(crate) fn is_another_angle(theta: f64, known: KnownDirection) -> bool {
-    (theta - known.theta_rad).sin().abs() > LEAST_ANGLE.max(ANGLE_SIGMA * known.err_rad)
+    (theta - known.theta_rad).sin().abs() > ONE_DIRECTION.max(ANGLE_SIGMA * known.err_rad)
 }

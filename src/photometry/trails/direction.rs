@@ -17,8 +17,11 @@ const TURNS: usize = 4;
 /// No run shorter than this is a trail \[FWHM\].
 pub(crate) const SHORTEST_FWHM: f64 = 15.0;
 
-/// Parallel runs too short to be distinguished from a long target, which together are trails.
-const FAMILY: usize = 3;
+/// Directions that differ by less are one: those of the trails and of what their model leaves, of spilt charge and of the columns \[rad\].
+pub(crate) const ONE_DIRECTION: f64 = 0.06;
+
+/// So many parallel runs, each too short to be distinguished from a long target, are trails.
+pub(crate) const FAMILY: usize = 3;
 
 /// One trail: its range across and along \[px\].
 #[derive(Debug, Clone, Copy)]

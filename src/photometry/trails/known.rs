@@ -10,6 +10,7 @@ use std::convert::Infallible;
 
 use super::exclusion::ExclusionMask;
 use crate::base::constants::FWHM_PER_SIGMA;
+use crate::photometry::clip::CLIP_SIGMA;
 use crate::photometry::target::placed::Placed;
 use crate::photometry::trails::direction::Turned;
 use crate::photometry::trails::search::{SMEARED_FWHM, along, coarse};
@@ -27,8 +28,6 @@ pub struct KnownDirection {
 const FALSE_SHARE: f64 = 0.05;
 /// Directions looked at to each side \[standard errors\].
 const SEARCHED_ERR: f64 = 2.0;
-/// Both sides of the target are equally bright within this \[σ\].
-const EQUAL_SIGMA: f64 = 3.0;
 
 /// The direction of the best line through an object among the known directions, and its v; `None` if it may be noise.
 ///
@@ -83,7 +82,7 @@ pub(crate) fn line_through(
         (along(&points, turned, v, sigma, |u| u < own), along(&points, turned, v, sigma, |u| u >= own));
     let equal = before.1 < 8.0
         || behind.1 < 8.0
-        || (before.0 / before.1 - behind.0 / behind.1).abs() < EQUAL_SIGMA * (1.0 / before.1 + 1.0 / behind.1).sqrt();
+        || (before.0 / before.1 - behind.0 / behind.1).abs() < CLIP_SIGMA * (1.0 / before.1 + 1.0 / behind.1).sqrt();
     (equal && snr > threshold(2.0 * across / sigma, 2.0 * span * half / sigma)).then_some((theta, v))
 }
 

@@ -17,12 +17,12 @@ use crate::photometry::clip::CLIP_SIGMA;
 
 /// A trail is looked at in so many pieces: what is brighter in fewer than half of them is no part of it.
 const PIECES: usize = 8;
+/// Fewest pieces on good pixels.
+const FEWEST_PIECES: usize = PIECES / 2;
 /// Significance of a trail \[σ\].
 const TRAIL_SIGMA: f64 = 6.0;
 /// Trails are looked for on lines so far from each other \[FWHM\].
 const LINES_FWHM: f64 = 0.2;
-/// Fewest pieces on good pixels.
-const FEWEST_PIECES: usize = 4;
 /// A piece counts as no brighter than this many times the faintest but a quarter of them.
 const MOST_OF_A_PIECE: f64 = 1.5;
 /// A profile reaches so far to both sides \[FWHM\].

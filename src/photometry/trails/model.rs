@@ -21,10 +21,8 @@ use crate::photometry::trails::rotate::{Spread, cubic_along};
 /// A block is two FWHM long, and shorter where the shorter side of a cutout would hold fewer than this: next to a target
 /// of a tenth of a small frame there must be blocks left.
 const LEAST_BLOCKS: f64 = 20.0;
-/// Blocks on each side that make a level.
+/// Blocks on each side that make a level: what is longer than this along the trails is a trail.
 const SIDE_BLOCKS: usize = 16;
-/// The same for the model of the whole cutout: what is longer than this along the trails is a trail.
-const SEARCH_BLOCKS: usize = 16;
 /// Nearest blocks of each side from which it is decided whether both agree.
 const STEP_BLOCKS: usize = 5;
 /// Fewest blocks of a side near the edge of the frame, where a trail may be short.
@@ -238,7 +236,7 @@ impl TrailBackground {
                 at += usize::from(valid.get(at).is_some_and(|k| *k < p));
                 let own = usize::from(valid.get(at) == Some(&p));
                 let (before, after) = (at, valid.len() - at - own);
-                let side = if own == 1 { before.min(after).clamp(EDGE_BLOCKS, SEARCH_BLOCKS) } else { SIDE_BLOCKS };
+                let side = if own == 1 { before.min(after).clamp(EDGE_BLOCKS, SIDE_BLOCKS) } else { SIDE_BLOCKS };
                 // next to a line's own blocks, the neighbours are the same ones again
                 if window.slide_to(&values, at - before.min(side)..at + own + after.min(side)) {
                     of_last = self.mean_near_median(&window.sorted) as f32;
@@ -255,8 +253,7 @@ impl TrailBackground {
                 let (lo, hi) = (p.saturating_sub(1), (p + 1).min(blocks - 1));
                 let step = (level[[q, hi]] - level[[q, p]]).abs().max((level[[q, p]] - level[[q, lo]]).abs());
                 // what noise alone changes is no end of a trail
-                let noise =
-                    2.0 * (self.variance(f64::from(level[[q, p]])) / (SEARCH_BLOCKS * self.block) as f64).sqrt();
+                let noise = 2.0 * (self.variance(f64::from(level[[q, p]])) / (SIDE_BLOCKS * self.block) as f64).sqrt();
                 change[[q, p]] = if step.is_finite() { (step - noise as f32).max(0.0) } else { 0.0 };
             }
         }

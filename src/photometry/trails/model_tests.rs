@@ -37,7 +37,7 @@ fn the_level_of_a_block_is_the_mean_near_the_median_of_its_neighbours_outside_th
                 let before = valid.iter().filter(|k| **k < p).count();
                 let own = usize::from(valid.contains(&p));
                 let after = valid.len() - before - own;
-                let side = if own == 1 { before.min(after).clamp(EDGE_BLOCKS, SEARCH_BLOCKS) } else { SIDE_BLOCKS };
+                let side = if own == 1 { before.min(after).clamp(EDGE_BLOCKS, SIDE_BLOCKS) } else { SIDE_BLOCKS };
                 let near = &valid[before - before.min(side)..before + own + after.min(side)];
                 let mut values: Vec<f64> = near.iter().map(|k| f64::from(trail_background.mean[[q, *k]])).collect();
                 let median = stats::median(&mut values).unwrap();

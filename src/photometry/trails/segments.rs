@@ -16,10 +16,8 @@ use crate::photometry::target::placed::Placed;
 
 /// Most trails of a cutout.
 const MOST_TRAILS: usize = 60;
-/// A direction off by less than this over the length of a trail is good enough \[FWHM\].
-const MOST_OFF_FWHM: f64 = 0.1;
-/// Error of an end \[FWHM\].
-const END_ERR_FWHM: f64 = 0.1;
+/// Error of an end, and of a direction over the length of a trail that is good enough \[FWHM\].
+const ERR_FWHM: f64 = 0.1;
 
 /// The star trails of a cutout.
 #[derive(Debug, Clone)]
@@ -52,7 +50,7 @@ impl Segments {
         let scale = (noise_e, area_px);
         let (mut turned, mut lines, mut list) = Self::along(pixels, (theta, length), fwhm, scale, &exclusions);
         let slope = lines.slope(&mut list);
-        if !((slope * length).abs() < MOST_OFF_FWHM * fwhm) {
+        if !((slope * length).abs() < ERR_FWHM * fwhm) {
             (turned, lines, list) = Self::along(pixels, (theta + slope, length), fwhm, scale, &exclusions);
         }
         if list.is_empty() {
@@ -126,7 +124,7 @@ impl Segments {
     /// Adds up their light at each cell, and by how much it may be wrong where they end.
     fn draw(&mut self) {
         let dim = self.light.dim();
-        let end_err = END_ERR_FWHM * FWHM_PER_SIGMA * self.sigma;
+        let end_err = ERR_FWHM * FWHM_PER_SIGMA * self.sigma;
         for s in &self.list {
             let ends = (s.u.0 - 4.0 * self.sigma, s.u.1 + 4.0 * self.sigma);
             let lines = (s.first as f64 - 1.0 - self.half, (s.first + s.profile.len()) as f64 + 1.0 - self.half);
@@ -152,7 +150,7 @@ impl Segments {
     /// Variance of their light summed over the cells of an aperture: that of their profiles, and of their ends.
     pub fn variance(&self, at: &Placed) -> f64 {
         let aperture = ExclusionMask::of(&self.turned, (at.x, at.y), at.shape);
-        let end_err = END_ERR_FWHM * FWHM_PER_SIGMA * self.sigma;
+        let end_err = ERR_FWHM * FWHM_PER_SIGMA * self.sigma;
         let of = |s: &Segment| {
             let (mut profile, mut ends) = (0.0, [0.0; 2]);
             for (k, (light, variance)) in s.profile.iter().zip(&s.variance).enumerate() {

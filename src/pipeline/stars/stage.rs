@@ -161,7 +161,8 @@ pub fn star_stage(
             Combine::None => stage.rows.extend(members.iter().flat_map(|m| single_rows(m, number, catalogue))),
         }
     }
-    stage.seeing.width = StarWidth::of(&fwhm);
+    let exptime_s = median(&mut pointings.iter().flatten().map(|m| m.exptime_s).collect::<Vec<_>>());
+    stage.seeing.width = StarWidth::of(&fwhm, exptime_s);
     if catalogue.n_skipped > 0 {
         let why = catalogue.skipped.first().map(|s| format!(", e.g. {s}")).unwrap_or_default();
         notes.push(format!("catalogue: {} rows skipped{why}", catalogue.n_skipped));

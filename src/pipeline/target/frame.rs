@@ -10,6 +10,7 @@ use crate::base::error::{Error, Result};
 use crate::base::time::mjd_utc;
 use crate::frames::Exposure;
 use crate::orbit::Geometry;
+use crate::photometry::growth::FRAME_SCATTER;
 use crate::photometry::target::measure::KnownDirection;
 use crate::photometry::target::settings::TargetSettings;
 use crate::pipeline::prepared::{Calibrated, Prepared};
@@ -68,6 +69,7 @@ pub fn target_settings(exposure: &Exposure, night: &Prepared, fwhm_arcsec: Optio
         margin_px: t.margin_fwhm * fwhm_px,
         limit_r_px: t.limit_r_fwhm * fwhm_px,
         fwhm_px,
+        fwhm_err_frac: FRAME_SCATTER,
         is_fwhm_known: known_fwhm_px.is_some(),
         profile: None,
         largest_fwhm: None,
@@ -90,6 +92,7 @@ pub fn settings_of_frame(geometry: Option<&Geometry>, exposure: &Exposure, night
         trail_direction: trail_direction(geometry, exposure, night),
         trail_length_px: geometry.map(|g| trail_length_px(g, exposure, night)),
         profile: night.seeing.profile,
+        fwhm_err_frac: night.seeing.fwhm_err_frac(exposure.exptime_s),
         ..target_settings(exposure, night, night.seeing.fwhm_arcsec(geometry.and_then(|g| g.airmass)))
     }
 }

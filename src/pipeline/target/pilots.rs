@@ -12,13 +12,13 @@ use std::ops::Range;
 
 use super::frame::settings_of_frame;
 use super::place::Place;
-use super::window::{MOST_GROWTH, Region};
+use super::window::{MOST_GROWTH, Region, size_err};
 use crate::base::stats::median;
 use crate::base::time::mjd_utc;
 use crate::frames::Exposure;
 use crate::photometry::Flags;
-use crate::photometry::target::compact::{err_of_pixels, mean_disc2};
-use crate::pipeline::prepared::Calibrated;
+use crate::photometry::target::compact::mean_disc2;
+use crate::pipeline::prepared::{Calibrated, Seeing};
 use crate::tables::PhotometryRow;
 use crate::tables::row_passes::PASS_GAP_S;
 use crate::tables::words::Status;
@@ -97,9 +97,9 @@ impl<'a> TargetFrames<'a> {
             .collect();
         near.sort_by_key(|(n, _)| (n.abs_diff(number), *n));
         near.dedup_by_key(|(n, _)| *n);
-        let clear: Vec<Clear> = near.iter().filter_map(|(_, row)| Clear::of(row, t_s(row)?)).collect();
+        let clear: Vec<Clear> = near.iter().filter_map(|(_, row)| Clear::of(row, t_s(row)?, &night.seeing)).collect();
         let s = settings_of_frame(place.seen(), exposure, night);
-        expected(clear, s.fwhm_px, s.margin_px)
+        expected(clear, (s.fwhm_px, s.fwhm_err_frac), s.margin_px)
             .filter(|region| (region.x_px - s.x_px).hypot(region.y_px - s.y_px) <= s.search_radius_px)
     }
 }
@@ -138,10 +138,10 @@ struct Clear {
 }
 
 impl Clear {
-    fn of(row: &PhotometryRow, t_s: f64) -> Option<Self> {
+    fn of(row: &PhotometryRow, t_s: f64, seeing: &Seeing) -> Option<Self> {
         let is_clear = row.status == Status::Ok && row.flags & DISTURBED.0 == 0;
         let aper_px = row.aper_r_px.or(row.aper_a_px)?;
-        let disc2 = row.disc_fwhm2.zip(row.disc_fwhm2_err.map(err_of_pixels));
+        let disc2 = row.disc_fwhm2.zip(size_err(row, seeing));
         let is_contaminated = row.flags & Flags::CONTAMINATED.0 != 0;
         is_clear.then_some(Self { t_s, x_px: row.x_px?, y_px: row.y_px?, aper_px, is_contaminated, disc2 })
     }
@@ -154,7 +154,7 @@ impl Clear {
 ///
 /// No part of it is further than a plus two of those σ from there, the margin around its outline not counted. Pilots whose aperture is
 /// larger than that of most by [`MOST_GROWTH`] do not count: a trail or a neighbour is in it.
-fn expected(mut clear: Vec<Clear>, fwhm_px: f64, margin_px: f64) -> Option<Region> {
+fn expected(mut clear: Vec<Clear>, (fwhm_px, fwhm_err_frac): (f64, f64), margin_px: f64) -> Option<Region> {
     let usual_px = median(&mut clear.iter().map(|c| c.aper_px).collect::<Vec<_>>())?;
     clear.retain(|c| c.aper_px <= MOST_GROWTH * usual_px);
     // light of others in an aperture has moved its middle: such pilots count only where too few are without it
@@ -164,7 +164,7 @@ fn expected(mut clear: Vec<Clear>, fwhm_px: f64, margin_px: f64) -> Option<Regio
         return None;
     }
     // no line is drawn through sizes: all clean ones count, not only the nearest
-    let disc2 = mean_disc2(clear[..clean].iter().filter_map(|c| c.disc2));
+    let disc2 = mean_disc2(clear[..clean].iter().filter_map(|c| c.disc2), fwhm_err_frac);
     clear.truncate(clean.clamp(FEWEST, NEAREST));
     let n = clear.len() as f64;
     let mean = |of: &dyn Fn(&Clear) -> f64| clear.iter().map(of).sum::<f64>() / n;
@@ -200,7 +200,7 @@ mod tests {
     fn the_region_follows_a_drift_and_is_as_wide_as_the_pilots_scatter() {
         let line = |t: f64| at(t, 100.0 + 0.5 * t, 200.0 - 0.2 * t);
         let still: Vec<Clear> = [-20.0, -10.0, 10.0, 20.0, 30.0].map(line).into();
-        let of = |clear: &[Clear]| expected(clear.to_vec(), 3.0, 4.5);
+        let of = |clear: &[Clear]| expected(clear.to_vec(), (3.0, 0.05), 4.5);
         let region = of(&still).unwrap();
         assert!((region.x_px - 100.0).abs() < 1e-9 && (region.y_px - 200.0).abs() < 1e-9);
         assert!((region.radius_px - 10.0).abs() < 1e-6, "{region:?}");
@@ -230,7 +230,7 @@ mod tests {
     #[test]
     fn all_clean_pilots_near_a_frame_show_its_size() {
         let sized = |k: i32| Clear { disc2: Some((1.0, 0.3)), ..at(f64::from(k), 100.0, 200.0) };
-        let of = |clear: &[Clear]| expected(clear.to_vec(), 3.0, 4.5).unwrap().disc2;
+        let of = |clear: &[Clear]| expected(clear.to_vec(), (3.0, 0.05), 4.5).unwrap().disc2;
         let (five, ten): (Vec<Clear>, Vec<Clear>) = ((0..5).map(sized).collect(), (0..10).map(sized).collect());
         let (few, many) = (of(&five).unwrap(), of(&ten).unwrap());
         assert!((many.0 - 1.0).abs() < 1e-9 && many.1 < 0.8 * few.1, "{few:?} {many:?}");

@@ -13,7 +13,7 @@ use crate::photometry::target::compact::err_of_pixels;
 use crate::photometry::target::measure::TargetFound;
 use crate::photometry::target::measure::measure_target;
 use crate::photometry::target::settings::TargetSettings;
-use crate::pipeline::prepared::Calibrated;
+use crate::pipeline::prepared::{Calibrated, Seeing};
 use crate::pipeline::stars::vignetting::corner_ratio;
 use crate::tables::PhotometryRow;
 use crate::tables::words::Status;
@@ -77,8 +77,8 @@ impl Region {
 
     /// Whether other frames say more of the size of a compact target than its own pixels: their mean has less than half of the variance.
     #[must_use]
-    pub fn knows_more_than(&self, row: &PhotometryRow) -> bool {
-        let errs = self.disc2.zip(row.disc_fwhm2_err.map(err_of_pixels));
+    pub fn knows_more_than(&self, row: &PhotometryRow, seeing: &Seeing) -> bool {
+        let errs = self.disc2.zip(size_err(row, seeing));
         errs.is_some_and(|((_, of_others), own)| 2.0 * of_others * of_others < own * own)
     }
 
@@ -88,6 +88,11 @@ impl Region {
         let search_radius_px = self.radius_px.min(s.search_radius_px);
         TargetSettings { x_px: self.x_px, y_px: self.y_px, search_radius_px, ..*s }
     }
+}
+
+/// The error of the size of a compact target by its pixels alone \[FWHM²\].
+pub(super) fn size_err(row: &PhotometryRow, seeing: &Seeing) -> Option<f64> {
+    Some(err_of_pixels(row.disc_fwhm2_err?, seeing.fwhm_err_frac(row.exptime_s?)))
 }
 
 /// The result of the search in a frame.
