@@ -96,6 +96,20 @@ impl StarWidth {
         ((FRAMES_BEFORE * FRAME_SCATTER.powi(2) + m * (own + shorter)) / (FRAMES_BEFORE + m)).sqrt()
     }
 
+    /// It and its scatter, in words.
+    #[must_use]
+    pub fn explanation(&self) -> String {
+        let at =
+            self.airmass.map(|x| format!(" at airmass {x:.2}, ∝ airmass^{:.2}", self.exponent)).unwrap_or_default();
+        let of = self.frames.1.map(|t| format!(" of {t} s")).unwrap_or_default();
+        format!(
+            "stars: FWHM {:.2} arcsec{at}; {:.1} % from frame to frame, in {} frames{of}",
+            self.fwhm_arcsec,
+            100.0 * self.scatter,
+            self.frames.0
+        )
+    }
+
     /// The largest at any airmass \[arcsec\].
     #[must_use]
     pub fn largest(&self) -> f64 {

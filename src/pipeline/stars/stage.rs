@@ -163,6 +163,7 @@ pub fn star_stage(
     }
     let exptime_s = median(&mut pointings.iter().flatten().map(|m| m.exptime_s).collect::<Vec<_>>());
     stage.seeing.width = StarWidth::of(&fwhm, exptime_s);
+    stage.details.extend(stage.seeing.width.map(|width| width.explanation()));
     if catalogue.n_skipped > 0 {
         let why = catalogue.skipped.first().map(|s| format!(", e.g. {s}")).unwrap_or_default();
         notes.push(format!("catalogue: {} rows skipped{why}", catalogue.n_skipped));
