@@ -15,10 +15,8 @@ use crate::base::constants::FWHM_PER_SIGMA;
 use crate::base::stats;
 use crate::photometry::clip::CLIP_SIGMA;
 
-/// A trail is looked at in so many pieces: what is brighter in fewer than half of them is no part of it.
+/// A trail is looked at in so many pieces: what is brighter in fewer than half of them is no part of it, and half of them must be on good pixels.
 const PIECES: usize = 8;
-/// Fewest pieces on good pixels.
-const FEWEST_PIECES: usize = PIECES / 2;
 /// Significance of a trail \[σ\].
 const TRAIL_SIGMA: f64 = 6.0;
 /// Trails are looked for on lines so far from each other \[FWHM\].
@@ -161,7 +159,8 @@ impl Lines {
 
     /// Whether so much of a trail may lie in a cutout that it counts.
     pub(super) fn can_hold((ny, nx): (usize, usize), length: f64) -> bool {
-        (FEWEST_PIECES as f64) * length <= PIECES as f64 * (ny as f64).hypot(nx as f64)
+        // half of it
+        0.5 * length <= (ny as f64).hypot(nx as f64)
     }
 
     /// The significance of a trail that begins at each place of some lines, where it is above [`TRAIL_SIGMA`], else zero: the sum of its
@@ -208,7 +207,7 @@ impl Lines {
                 }
                 let to_sigma = seen.sqrt() / self.noise_e / pieces.len().max(1) as f64;
                 // what counts is no more than all of them
-                if pieces.len() >= FEWEST_PIECES && all * to_sigma > TRAIL_SIGMA {
+                if pieces.len() >= PIECES / 2 && all * to_sigma > TRAIL_SIGMA {
                     pieces.sort_unstable_by(f64::total_cmp);
                     let most = MOST_OF_A_PIECE * pieces[pieces.len() / 4];
                     let sum = pieces.iter().map(|a| a.min(most)).sum::<f64>();
