@@ -208,7 +208,7 @@ def tables(rows):
     """The tables of all groups; `rows` = group and line of each constant."""
     columns = "| constant | value | at 0.7 times | at 1.4 times | what it is |\n|---|---|---|---|---|\n"
     lines = {of: [line for own, line in rows if own == of] for of in GROUPS}
-    return "".join(f"\n## {of} ({len(own)})\n\n{columns}" + "\n".join(own) + "\n" for of, own in lines.items() if own)
+    return "".join(f"\n### {of} ({len(own)})\n\n{columns}" + "\n".join(own) + "\n" for of, own in lines.items() if own)
 
 
 if __name__ == "__main__":
