@@ -20,7 +20,8 @@ use crate::photometry::trails::direction::{FAMILY, SHORTEST_FWHM};
 pub(crate) const OUTLINE_SIGMA: f64 = 3.0;
 /// From this peak on a component is clear without a look for the place where a point fits best \[σ\].
 const BRIGHT_SIGMA: f64 = 8.0;
-/// Most by which its significance grows there, so that a fainter peak cannot reach the threshold: a Moffat profile with β = 2.5 under a Gaussian, and a place between cells.
+/// Most by which its significance grows there, so that a fainter peak cannot reach the threshold: a Moffat profile with β = 2.5 under a
+/// Gaussian, and a place between cells.
 const MOST_GAIN: f64 = 1.2;
 /// A candidate at the edge of the search region counts exp(−this) of one at the expected place.
 const PREFER_NEAR: f64 = 3.0;

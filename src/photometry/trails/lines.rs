@@ -15,7 +15,8 @@ use crate::base::constants::FWHM_PER_SIGMA;
 use crate::base::stats;
 use crate::photometry::clip::CLIP_SIGMA;
 
-/// A trail is looked at in so many pieces: what is brighter in fewer than half of them is no part of it, and half of them must be on good pixels.
+/// A trail is looked at in so many pieces: what is brighter in fewer than half of them is no part of it, and half of them must be on
+/// good pixels.
 const PIECES: usize = 8;
 /// Significance of a trail \[σ\].
 const TRAIL_SIGMA: f64 = 6.0;

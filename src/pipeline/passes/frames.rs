@@ -398,12 +398,7 @@ impl<'a> PassFrames<'a> {
         let scale_arcsec = self.night.scale_arcsec(first.exposure);
         let fwhm_px = median(&mut self.frames.iter().map(|f| f.fwhm_px).collect::<Vec<_>>())?;
         let settings = target_settings(first.exposure, self.night, Some(fwhm_px * scale_arcsec));
-        let seeing = &self.night.seeing;
-        Some(TargetSettings {
-            profile: seeing.profile,
-            fwhm_err_frac: seeing.fwhm_err_frac(first.exposure.exptime_s),
-            ..settings
-        })
+        Some(TargetSettings { profile: self.night.seeing.profile, ..settings })
     }
 
     fn map(&self, frame: &PassFrame, of_stack: &TargetSettings) -> Option<FrameMap> {

@@ -179,12 +179,12 @@ impl Setting<'_> {
                 let whole = 10f64.powf(-0.4 * corr_mag);
                 let whole_light = (flux.flux_e * whole, flux.flux_err_e * whole);
                 // of a compact target the light of a point, where that is known better than its whole light
-                let own =
-                    match as_point_e.map(|point| of_a_point(point, self.night.seeing.fwhm_err_frac(self.exptime_s))) {
-                        _ if flux.snr > CLEAR_SNR => Some(whole_light),
-                        Some(point) if point.1 < whole_light.1 => Some(point),
-                        of_point => of_point.map(|_| whole_light),
-                    };
+                let fwhm_err_frac = self.night.seeing.fwhm_err_frac(self.exptime_s);
+                let own = match as_point_e.map(|point| of_a_point(point, fwhm_err_frac)) {
+                    _ if flux.snr > CLEAR_SNR => Some(whole_light),
+                    Some(point) if point.1 < whole_light.1 => Some(point),
+                    of_point => of_point.map(|_| whole_light),
+                };
                 let mut forced = own.map(|light| point(ForcedAt::Detection, (x_px, y_px), light));
                 let mut reasons = Vec::new();
                 if detected {
